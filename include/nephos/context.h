@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The context: threads, memory, log and instruction set. Every object belongs to one and keeps it alive. */
+#ifndef NEPHOS_CONTEXT_H
+#define NEPHOS_CONTEXT_H
+
+#include <nephos/base.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** One pool of threads, one allocator, one log. Several may live in one process; none shares anything with another. */
+typedef struct neph_context neph_context;
+
+typedef enum neph_log_level { NEPH_LOG_ERROR, NEPH_LOG_WARNING, NEPH_LOG_INFO, NEPH_LOG_DEBUG } neph_log_level;
+
+/** Receives one message, without a line end, on the thread where it arose; may be called from several threads at once. */
+typedef void (*neph_log_fn)(void *user, neph_log_level level, const char *message);
+
+/** The memory of the library's own C code; OpenVDB and Embree keep theirs.
+ *
+ * @param block      NULL to allocate, else a block this function returned.
+ * @param old_bytes  the size `block` was asked with; 0 when NULL.
+ * @param new_bytes  0 to free; then the result is ignored.
+ * @return a block aligned to 16 bytes, or NULL when there is no memory (`block` then stays valid).
+ */
+typedef void *(*neph_reallocate_fn)(void *user, void *block, size_t old_bytes, size_t new_bytes);
+
+/** Instruction-set levels of the x86-64 psABI; kernels exist once for each. */
+typedef enum neph_isa { NEPH_ISA_X86_64, NEPH_ISA_X86_64_V3, NEPH_ISA_X86_64_V4 } neph_isa;
+
+/** As many threads as CPUs the process may use. */
+#define NEPH_THREADS_ALL 0xffffffffu
+
+typedef struct neph_context_desc {
+  size_t struct_size;
+  unsigned thread_count;         /**< 1 to 1024, or NEPH_THREADS_ALL (default) */
+  neph_isa isa_max;              /**< highest level to use, if the machine has it (default: v4) */
+  neph_log_fn log;               /**< NULL (default): nothing is logged */
+  void *log_user;                /**< handed to `log` (default NULL) */
+  neph_log_level log_level_max;  /**< least urgent level delivered (default NEPH_LOG_INFO) */
+  neph_reallocate_fn reallocate; /**< NULL (default): the C library's allocator */
+  void *reallocate_user;         /**< handed to `reallocate` (default NULL) */
+  const char *module_dir;        /**< folder of nephos_vdb.so and nephos_gdal.so, searched last (default NULL) */
+} neph_context_desc;
+
+#define NEPH_CONTEXT_DESC_DEFAULT                                                                                      \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_context_desc), .thread_count = NEPH_THREADS_ALL, .isa_max = NEPH_ISA_X86_64_V4,          \
+    .log = NULL, .log_user = NULL, .log_level_max = NEPH_LOG_INFO, .reallocate = NULL, .reallocate_user = NULL,         \
+    .module_dir = NULL                                                                                                 \
+  }
+
+/** Creates a context and starts its threads.
+ *
+ * @param desc         NULL for the defaults.
+ * @param out_context  set to NULL on failure; owned by the caller otherwise.
+ */
+NEPH_API neph_result neph_context_create(const neph_context_desc *desc, neph_context **out_context) NEPH_NODISCARD;
+
+/** Gives the context up; it ends when the last object made from it has gone. NULL is allowed. */
+NEPH_API void neph_context_destroy(neph_context *context);
+
+/** Number of threads that work for this context. */
+NEPH_API unsigned neph_context_get_thread_count(const neph_context *context);
+
+/** Instruction-set level in use: the lower of what was allowed and what the machine has. */
+NEPH_API neph_isa neph_context_get_isa(const neph_context *context);
+
+/** Name of a level as `--isa` takes it: "x86-64", "x86-64-v3", "x86-64-v4"; "unknown" otherwise. */
+NEPH_API const char *neph_isa_get_name(neph_isa isa);
+
+/** Frees a text that the library returned through a `char **`. NULL is allowed. */
+NEPH_API void neph_text_destroy(neph_context *context, char *text);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Images: named float channels, read from and written to OpenEXR, previewed as PNG, compared. */
+#ifndef NEPHOS_IMAGE_H
+#define NEPHOS_IMAGE_H
+
+#include <nephos/context.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** A picture: width × height pixels, channels in planes, row 0 at the top. */
+typedef struct neph_image neph_image;
+
+/** A zeroed image with the given channels ("R", "A", "Z", "sun.R", …), names copied. */
+NEPH_API neph_result neph_image_create(neph_context *context, unsigned width, unsigned height, unsigned channel_count,
+                                       const char *const *channel_names, neph_image **out_image) NEPH_NODISCARD;
+
+/** Ends an image. NULL is allowed. */
+NEPH_API void neph_image_destroy(neph_image *image);
+
+NEPH_API unsigned neph_image_get_width(const neph_image *image);
+NEPH_API unsigned neph_image_get_height(const neph_image *image);
+NEPH_API unsigned neph_image_get_channel_count(const neph_image *image);
+
+/** NULL when `index` is not below the channel count. */
+NEPH_API const char *neph_image_get_channel_name(const neph_image *image, unsigned index);
+
+/** One channel's width·height values, row by row from the top; NULL when there is no such channel. */
+NEPH_API float *neph_image_get_channel(neph_image *image, const char *name);
+
+/** A text attribute of the header; NULL when there is none. */
+NEPH_API const char *neph_image_get_attribute(const neph_image *image, const char *name);
+
+/** Sets or replaces a text attribute. */
+NEPH_API neph_result neph_image_set_attribute(neph_image *image, const char *name, const char *value) NEPH_NODISCARD;
+
+typedef enum neph_pixel_type { NEPH_PIXEL_HALF, NEPH_PIXEL_FLOAT } neph_pixel_type;
+
+/** Writes OpenEXR (ZIP level 4, scan lines), atomically.
+ *
+ * Depth, distance and position channels are always float. A finite value that a half cannot hold is an error that names
+ * a scale.
+ */
+NEPH_API neph_result neph_image_save_exr(const neph_image *image, const char *path,
+                                         neph_pixel_type pixel_type) NEPH_NODISCARD;
+
+/** Reads a scan-line or tiled OpenEXR, first part, every channel to float; text attributes are kept. */
+NEPH_API neph_result neph_image_load_exr(neph_context *context, const char *path, neph_image **out_image) NEPH_NODISCARD;
+
+/** Reads an 8- or 16-bit PNG: grey as "Y", colour as "R", "G", "B", alpha as "A"; values 0 to 1, no gamma removed. */
+NEPH_API neph_result neph_image_load_png(neph_context *context, const char *path, neph_image **out_image) NEPH_NODISCARD;
+
+typedef struct neph_preview_desc {
+  size_t struct_size;
+  double exposure_ev;      /**< stops added to the automatic or base exposure (default 0) */
+  bool is_exposure_auto;   /**< choose the base exposure from the picture's log-average (default true) */
+  double white[3];         /**< radiance of R, G, B that shows as neutral (default 1, 1, 1); each > 0 */
+} neph_preview_desc;
+
+#define NEPH_PREVIEW_DESC_DEFAULT                                                                                      \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_preview_desc), .exposure_ev = 0, .is_exposure_auto = true, .white = {1, 1, 1}            \
+  }
+
+/** Writes an 8-bit sRGB PNG of channels R, G, B: exposure, filmic curve, dither. NULL desc for the defaults. */
+NEPH_API neph_result neph_image_save_png(const neph_image *image, const char *path,
+                                         const neph_preview_desc *desc) NEPH_NODISCARD;
+
+/** Size, channels and header of an OpenEXR file as text, to be freed with neph_text_destroy. */
+NEPH_API neph_result neph_image_describe_file(neph_context *context, const char *path, neph_text_format format,
+                                              char **out_text) NEPH_NODISCARD;
+
+/** How far a picture lies from a reference, over the channels R, G, B (or all, where those are missing). */
+typedef struct neph_image_difference {
+  double relative_mse;      /**< mean of d²/(L² + ε²), ε = 0.01·mean L of the reference */
+  double rmse;              /**< root of mean d² */
+  double bias;              /**< Σ picture / Σ reference − 1 */
+  double bias_interval;     /**< half width of the bias's 95 % confidence interval, from 8×8-pixel blocks */
+  double block_rms;         /**< √(Σ d² / Σ L²) over 8×8-pixel means */
+  double p999_relative;     /**< 99.9th percentile of |d|/(L + ε) */
+  double max_absolute;      /**< largest |d| */
+  uint64_t value_count;     /**< values compared */
+  uint64_t differing_count; /**< values whose bits differ, every channel counted */
+} neph_image_difference;
+
+/** Compares two images of one size. NaN or infinity where the reference is finite is an error that says where. */
+NEPH_API neph_result neph_image_compare(neph_context *context, const neph_image *image, const neph_image *reference,
+                                        neph_image_difference *out_difference) NEPH_NODISCARD;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rendering: a scene to an image. */
+#ifndef NEPHOS_RENDER_H
+#define NEPHOS_RENDER_H
+
+#include <nephos/scene.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum neph_integrator {
+  NEPH_INTEGRATOR_MARCH, /**< fast; biased, its bias in docs/accuracy.md */
+  NEPH_INTEGRATOR_PATH   /**< unbiased in the clouds */
+} neph_integrator;
+
+/** How the march answers for light scattered more than once in a cloud. */
+typedef enum neph_multiple_scattering {
+  NEPH_MULTIPLE_SCATTERING_NONE,   /**< not at all: for comparisons */
+  NEPH_MULTIPLE_SCATTERING_OCTAVES /**< damped octaves of the single scattering; error in docs/accuracy.md */
+} neph_multiple_scattering;
+
+/** No limit on the number of scatterings along a path. */
+#define NEPH_SCATTERINGS_ALL 0xffffffffu
+
+typedef struct neph_render_desc {
+  size_t struct_size;
+  neph_integrator integrator;
+  unsigned width, height;  /**< of the whole picture, pixels, 1 to 65536 */
+  unsigned crop_min[2];    /**< first pixel to render, from the top left (default 0, 0) */
+  unsigned crop_max[2];    /**< one past the last; 0 < crop_max ≤ size */
+  unsigned sample_count;   /**< per pixel, ≥ 1 */
+  uint64_t seed;           /**< of all random numbers */
+  int frame;               /**< number that '#' in names stands for; it also seeds */
+  neph_multiple_scattering multiple_scattering; /**< of the march */
+  unsigned scattering_max; /**< scatterings in cloud along one path, or NEPH_SCATTERINGS_ALL; a limit loses light */
+  neph_progress_fn progress;
+  void *progress_user;
+} neph_render_desc;
+
+#define NEPH_RENDER_DESC_DEFAULT                                                                                       \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_render_desc), .integrator = NEPH_INTEGRATOR_MARCH, .width = 960, .height = 540,          \
+    .crop_min = {0, 0}, .crop_max = {960, 540}, .sample_count = 4, .seed = 0, .frame = 1,                               \
+    .multiple_scattering = NEPH_MULTIPLE_SCATTERING_OCTAVES, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL,  \
+    .progress_user = NULL                                                                                              \
+  }
+
+/** The scene's own render settings, to start from. */
+NEPH_API neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc *out_desc) NEPH_NODISCARD;
+
+/** Renders one picture.
+ *
+ * @param desc       NULL: the scene's own settings.
+ * @param out_image  R, G, B, A, Z and the wanted AOVs; owned by the caller; NULL on failure.
+ */
+NEPH_API neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc,
+                                       neph_image **out_image) NEPH_NODISCARD;
+
+/** What a render would do and leave out, and why: the plan, as text to be freed with neph_text_destroy. */
+NEPH_API neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc, neph_text_format format,
+                                         char **out_text) NEPH_NODISCARD;
+
+typedef struct neph_sky_image_desc {
+  size_t struct_size;
+  unsigned width, height;    /**< of the latitude-longitude picture, ≥ 2 (default 1024 × 512) */
+  neph_progress_fn progress; /**< default NULL */
+  void *progress_user;       /**< default NULL */
+} neph_sky_image_desc;
+
+#define NEPH_SKY_IMAGE_DESC_DEFAULT                                                                                    \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_sky_image_desc), .width = 1024, .height = 512, .progress = NULL, .progress_user = NULL   \
+  }
+
+/** The scene's sky from its camera as a latitude-longitude picture: north at the left edge, east a quarter in, zenith at
+ * the top; channels R, G, B without the sun's disk. Irradiances are in its text attributes. */
+NEPH_API neph_result neph_render_sky(neph_scene *scene, const neph_sky_image_desc *desc,
+                                     neph_image **out_image) NEPH_NODISCARD;
+
+/** Bakes one procedural cloud of a scene to a .vdb file. `progress` may be NULL. */
+NEPH_API neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, const char *path,
+                                          neph_progress_fn progress, void *progress_user) NEPH_NODISCARD;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Scenes: what docs/scene-format.md describes, read from YAML, changed key by key. */
+#ifndef NEPHOS_SCENE_H
+#define NEPHOS_SCENE_H
+
+#include <nephos/image.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** A camera, a sun, an atmosphere, clouds, a terrain, and how to render and write them. One owner. */
+typedef struct neph_scene neph_scene;
+
+/** A scene with every key at its default. */
+NEPH_API neph_result neph_scene_create(neph_context *context, neph_scene **out_scene) NEPH_NODISCARD;
+
+/** Reads a scene file; relative paths in it are seen from its folder. "-" reads standard input. */
+NEPH_API neph_result neph_scene_load(neph_context *context, const char *path, neph_scene **out_scene) NEPH_NODISCARD;
+
+/** Reads a scene from text; `name` stands for the file in messages and for relative paths. */
+NEPH_API neph_result neph_scene_load_text(neph_context *context, const char *text, const char *name,
+                                          neph_scene **out_scene) NEPH_NODISCARD;
+
+/** Ends a scene. NULL is allowed. */
+NEPH_API void neph_scene_destroy(neph_scene *scene);
+
+/** Sets one key as the scene file would: `neph_scene_set(scene, "clouds[0].voxel", "20 m")`.
+ *
+ * @param key    as `nephos schema` lists them.
+ * @param value  YAML in flow style, with its unit.
+ */
+NEPH_API neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) NEPH_NODISCARD;
+
+/** Every key with type, unit, range and default, as text to be freed with neph_text_destroy. */
+NEPH_API neph_result neph_schema_describe(neph_context *context, neph_text_format format, char **out_text) NEPH_NODISCARD;
+
+/** Where a scene wants its pictures, and how. Texts are valid until the scene changes. */
+typedef struct neph_output {
+  size_t struct_size;
+  const char *image;          /**< OpenEXR name, '#' for the frame; resolved; NULL: none wanted */
+  const char *preview;        /**< PNG name, likewise */
+  neph_pixel_type pixel_type; /**< of colour (default NEPH_PIXEL_HALF) */
+  neph_preview_desc preview_desc;
+} neph_output;
+
+NEPH_API neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_output) NEPH_NODISCARD;
+
+/** Number of clouds in a scene. */
+NEPH_API unsigned neph_scene_get_cloud_count(const neph_scene *scene);
+
+/** Name of a cloud; NULL when `index` is not below the count. */
+NEPH_API const char *neph_scene_get_cloud_name(const neph_scene *scene, unsigned index);
+
+/** Whether a cloud is baked from parameters rather than read from a file alone. */
+NEPH_API bool neph_scene_is_cloud_baked(const neph_scene *scene, unsigned index);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

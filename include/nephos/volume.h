@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Volumes: scalar fields on voxel grids, read from .vdb, made from arrays, or baked. Immutable and shared once made. */
+#ifndef NEPHOS_VOLUME_H
+#define NEPHOS_VOLUME_H
+
+#include <nephos/context.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** One scalar grid with its transform: what OpenVDB calls a FloatGrid of class fog volume. */
+typedef struct neph_volume neph_volume;
+
+/** How samples are held in memory. */
+typedef enum neph_precision {
+  NEPH_PRECISION_HALF, /**< 16 bits beside a power of two per volume: relative error ≤ 2⁻¹¹ */
+  NEPH_PRECISION_FLOAT /**< 32 bits */
+} neph_precision;
+
+/** What to do with values that a cloud cannot have: NaN, infinite, negative beyond rounding. */
+typedef enum neph_import_policy {
+  NEPH_IMPORT_REFUSE, /**< fail, naming grid, voxel and count */
+  NEPH_IMPORT_REPAIR  /**< take them as 0, counted in a warning */
+} neph_import_policy;
+
+typedef struct neph_volume_load_desc {
+  size_t struct_size;
+  const char *grid;            /**< name of a scalar grid, or "name[1]" for the second of that name; NULL (default):
+                                    "density" if there is one, else the only scalar grid */
+  neph_precision precision;    /**< default NEPH_PRECISION_HALF */
+  neph_import_policy policy;   /**< default NEPH_IMPORT_REFUSE */
+  neph_progress_fn progress;   /**< default NULL */
+  void *progress_user;         /**< default NULL */
+} neph_volume_load_desc;
+
+#define NEPH_VOLUME_LOAD_DESC_DEFAULT                                                                                  \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_volume_load_desc), .grid = NULL, .precision = NEPH_PRECISION_HALF,                       \
+    .policy = NEPH_IMPORT_REFUSE, .progress = NULL, .progress_user = NULL                                               \
+  }
+
+/** Reads one grid of a .vdb file.
+ *
+ * @param desc        NULL for the defaults.
+ * @param out_volume  one reference, for the caller; NULL on failure.
+ */
+NEPH_API neph_result neph_volume_load(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                      neph_volume **out_volume) NEPH_NODISCARD;
+
+typedef struct neph_volume_dense_desc {
+  size_t struct_size;
+  const char *name;              /**< default "density" */
+  unsigned size[3];              /**< samples along i, j, k; each ≥ 1 */
+  const float *values;           /**< size[0]·size[1]·size[2] of them, i fastest; finite, ≥ 0; copied */
+  double index_to_world[3][4];   /**< affine, invertible: index (i, j, k, 1) to metres; sample i sits at index i */
+  bool is_periodic_x;            /**< repeats along i (default false) */
+  bool is_periodic_y;            /**< repeats along j (default false) */
+  neph_precision precision;      /**< default NEPH_PRECISION_HALF */
+} neph_volume_dense_desc;
+
+#define NEPH_VOLUME_DENSE_DESC_DEFAULT                                                                                 \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_volume_dense_desc), .name = "density", .size = {0, 0, 0}, .values = NULL,                \
+    .index_to_world = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .is_periodic_x = false, .is_periodic_y = false,       \
+    .precision = NEPH_PRECISION_HALF                                                                                   \
+  }
+
+/** Makes a volume from an array; outside it the value is 0. */
+NEPH_API neph_result neph_volume_create_dense(neph_context *context, const neph_volume_dense_desc *desc,
+                                              neph_volume **out_volume) NEPH_NODISCARD;
+
+/** Another reference to the same volume. */
+NEPH_API neph_volume *neph_volume_retain(neph_volume *volume);
+
+/** Gives one reference back. NULL is allowed. */
+NEPH_API void neph_volume_release(neph_volume *volume);
+
+typedef struct neph_volume_info {
+  const char *name;             /**< of the grid; valid as long as the volume */
+  double index_to_world[3][4];  /**< index to metres */
+  double bounds_min_m[3], bounds_max_m[3]; /**< world box of the active samples */
+  uint64_t active_voxel_count;  /**< active voxels of the authored grid, those in tiles included */
+  float value_min, value_max;   /**< over the active samples */
+  uint64_t grid_bytes;          /**< memory of the authored grid */
+  uint64_t brick_bytes;         /**< memory of the bricks that the renderer reads */
+  uint64_t brick_count;
+} neph_volume_info;
+
+NEPH_API void neph_volume_get_info(const neph_volume *volume, neph_volume_info *out_info);
+
+/** Trilinear samples.
+ *
+ * @param positions_m  count × 3 world coordinates.
+ * @param out_values   count values in the file's unit; 0 outside.
+ */
+NEPH_API void neph_volume_sample(const neph_volume *volume, size_t count, const double *positions_m, float *out_values);
+
+/** Describes every grid of a .vdb file: class, type, transform, bounds in metres, value range, active voxels, memory as
+ * a tree and as bricks, metadata.
+ *
+ * @param out_text  to be freed with neph_text_destroy; NULL on failure.
+ */
+NEPH_API neph_result neph_volume_describe_file(neph_context *context, const char *path, neph_text_format format,
+                                               char **out_text) NEPH_NODISCARD;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the light and integrate modules ask of an atmosphere and of a sky. All in float spectra, world positions. */
+#ifndef NP_ATMOSPHERE_ATMOSPHERE_PRIVATE_H
+#define NP_ATMOSPHERE_ATMOSPHERE_PRIVATE_H
+
+#include <nephos/atmosphere.h>
+
+#include "core/context_private.h"
+#include "core/math.h"
+#include "core/spectrum.h"
+
+double np_atmosphere_get_planet_radius(const neph_atmosphere *atmosphere);
+double np_atmosphere_get_top_altitude(const neph_atmosphere *atmosphere);
+
+/* Transmittance from a point to space, 0 where the planet is in the way. Points below sea level are taken at it. */
+np_spectrum np_atmosphere_transmittance_to_space(const neph_atmosphere *atmosphere, np_dvec3 position,
+                                                 np_vec3 direction);
+
+/* The same towards the sun's disk, fading over the disk's width at the horizon instead of stepping. */
+np_spectrum np_atmosphere_transmittance_to_sun(const neph_atmosphere *atmosphere, np_dvec3 position, np_vec3 to_sun,
+                                               float angular_radius);
+
+/* Transmittance between two points in sight of each other, marched. */
+np_spectrum np_atmosphere_transmittance_between(const neph_atmosphere *atmosphere, np_dvec3 from, np_dvec3 to);
+
+/* Irradiance of the sky (sun's disk excluded) on a horizontal plane facing up, per unit of sun irradiance above the
+ * atmosphere, on the sphere at a place whose zenith makes `sun_cosine` with the sun. */
+np_spectrum np_atmosphere_ground_irradiance(const neph_atmosphere *atmosphere, float sun_cosine);
+
+typedef struct np_aerial_perspective {
+  np_spectrum transmittance;
+  np_spectrum inscatter; /* W m⁻² sr⁻¹ nm⁻¹ */
+} np_aerial_perspective;
+
+/* In-scatter along the whole ray from the observer, to space or to the sphere of the planet; disk and ground excluded. */
+np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction);
+
+/* Between the observer and the point at `distance_m`; beyond the last slice continued, never negative. */
+np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 direction, double distance_m);
+
+/* Sun irradiance above the atmosphere, direction and angular radius, as built. */
+np_spectrum np_sky_get_sun_irradiance(const neph_sky *sky);
+np_vec3 np_sky_get_sun_direction(const neph_sky *sky);
+float np_sky_get_sun_angular_radius(const neph_sky *sky);
+np_dvec3 np_sky_get_observer(const neph_sky *sky);
+
+#endif

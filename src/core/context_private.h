@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The inside of a context, and how every other file reports failure. */
+#ifndef NP_CORE_CONTEXT_PRIVATE_H
+#define NP_CORE_CONTEXT_PRIVATE_H
+
+#include <stdarg.h>
+#include <stdatomic.h>
+
+#include <nephos/context.h>
+
+typedef struct np_pool np_pool;
+
+struct neph_context {
+  atomic_size_t references; /* the owner's, and one for each object alive */
+  unsigned thread_count;
+  neph_isa isa;
+  neph_log_fn log;
+  void *log_user;
+  neph_log_level log_level_max;
+  neph_reallocate_fn reallocate;
+  void *reallocate_user;
+  char *module_dir; /* NULL when none was given */
+  np_pool *pool;
+  atomic_size_t allocated_bytes, allocated_bytes_peak;
+};
+
+void np_context_retain(neph_context *context);
+void np_context_release(neph_context *context);
+
+/* Delivers a message if its level is wanted. */
+void np_log(neph_context *context, neph_log_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));
+
+/* Logs an error and returns `result`: `return np_fail(context, NEPH_ERROR_IO, "%s: …", path);` — called once, where the
+ * failure is detected. */
+neph_result np_fail(neph_context *context, neph_result result, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* Copies a caller's description over the defaults, as much of it as the caller's struct has; NULL leaves the defaults.
+ * Fails when struct_size is smaller than its own field or larger than what this version knows. */
+neph_result np_desc_read(neph_context *context, const char *type_name, const void *defaults, size_t size,
+                         const void *desc, void *out);
+
+#endif

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Files: whole reads, and writes that appear complete or not at all. */
+#ifndef NP_CORE_FILE_H
+#define NP_CORE_FILE_H
+
+#include "core/context_private.h"
+
+/* A file being written under a temporary name beside its target. */
+typedef struct np_file_write {
+  neph_context *context;
+  char *target;    /* the wanted name */
+  char *temporary; /* ".name.XXXXXX" in the same folder; foreign libraries write to this path themselves */
+} np_file_write;
+
+/* Reads a whole file. The block has one more byte, zero, behind its end. NEPH_ERROR_NOT_FOUND if there is none. */
+neph_result np_file_read(neph_context *context, const char *path, void **out_bytes, size_t *out_size);
+
+/* Creates the empty temporary file; fails with a message when the folder is missing or cannot be written. */
+neph_result np_file_write_begin(neph_context *context, const char *path, np_file_write *out_write);
+
+/* Syncs the temporary file and renames it to its target. Frees the two names, whatever the outcome. */
+neph_result np_file_write_commit(np_file_write *write);
+
+/* Removes the temporary file and frees the two names. */
+void np_file_write_abandon(np_file_write *write);
+
+/* Writes a block of bytes by the three calls above. */
+neph_result np_file_write_all(neph_context *context, const char *path, const void *bytes, size_t size);
+
+/* `relative` seen from the folder of `base_file` (absolute paths and a NULL base stay as they are). NULL: no memory. */
+char *np_file_resolve(neph_context *context, const char *base_file, const char *relative);
+
+bool np_file_exists(const char *path);
+
+/* Replaces the last run of '#' in `pattern` by the frame number, padded to its length; copies a pattern without one. */
+char *np_file_frame_name(neph_context *context, const char *pattern, int frame);
+
+#endif

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* JSON out, through jansson. A writer builds one value in order and turns it into text. */
+#ifndef NP_CORE_JSON_H
+#define NP_CORE_JSON_H
+
+#include "core/context_private.h"
+
+typedef struct np_json np_json;
+
+/* Starts with an open object. Failures are remembered and reported by np_json_finish, so that calls need no checks. */
+np_json *np_json_create(neph_context *context);
+void np_json_destroy(np_json *json);
+
+/* `key` is ignored inside an array (pass NULL there). */
+void np_json_begin_object(np_json *json, const char *key);
+void np_json_begin_array(np_json *json, const char *key);
+void np_json_end(np_json *json);
+void np_json_put_text(np_json *json, const char *key, const char *value); /* NULL gives null */
+void np_json_put_real(np_json *json, const char *key, double value);      /* not finite gives null */
+void np_json_put_integer(np_json *json, const char *key, int64_t value);
+void np_json_put_bool(np_json *json, const char *key, bool value);
+void np_json_put_reals(np_json *json, const char *key, const double *values, size_t count);
+
+/* Ends the writer and gives its text, indented, to be freed with np_alloc_free. Destroys `json` whatever the outcome. */
+neph_result np_json_finish(np_json *json, char **out_text);
+
+#endif

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Threads, progress and cancelling. The pool's threads work; the calling thread waits, reports and cancels. */
+#ifndef NP_CORE_PARALLEL_H
+#define NP_CORE_PARALLEL_H
+
+#include <stdatomic.h>
+#include <time.h>
+
+#include "core/context_private.h"
+
+/* One library call under way: whom to tell, and whether to stop. Lives on the stack of the public function. */
+typedef struct np_monitor {
+  neph_context *context;
+  neph_progress_fn progress; /* may be NULL */
+  void *progress_user;
+  const char *stage;
+  double fraction_begin, fraction_end; /* the part of the stage that the next loop covers */
+  struct timespec start;
+  atomic_bool is_cancelled;
+} np_monitor;
+
+void np_monitor_start(np_monitor *monitor, neph_context *context, neph_progress_fn progress, void *progress_user);
+
+/* Names what follows; its fraction runs from 0 to 1 over the next loop. */
+void np_monitor_set_stage(np_monitor *monitor, const char *stage);
+
+/* Lets the next loop cover only a part of the stage. */
+void np_monitor_set_range(np_monitor *monitor, double fraction_begin, double fraction_end);
+
+/* Cheap; to be asked at least every 0.1 s of work, from any thread. NULL is never cancelled. */
+bool np_monitor_is_cancelled(const np_monitor *monitor);
+
+/* Works on items [begin, end); `thread` is below the context's thread count and indexes private scratch. */
+typedef neph_result (*np_parallel_fn)(void *user, size_t begin, size_t end, unsigned thread);
+
+/* Runs `work` over [0, count) in pieces of `grain` items handed out in order.
+ *
+ * Returns the first failure, or NEPH_ERROR_CANCELLED (not logged as an error). Inside a worker it runs serially there.
+ * What each item computes must not depend on which thread runs it. `monitor` may be NULL.
+ */
+neph_result np_parallel_for(neph_context *context, np_monitor *monitor, size_t count, size_t grain, np_parallel_fn work,
+                            void *user);
+
+/* Runs one blocking job (a foreign library's load or build) on a pool thread while the caller reports and cancels. */
+neph_result np_parallel_run(neph_context *context, np_monitor *monitor, neph_result (*job)(void *user), void *user);
+
+/* Pool: made and ended by the context. */
+neph_result np_pool_create(neph_context *context, unsigned thread_count, np_pool **out_pool);
+void np_pool_destroy(neph_context *context, np_pool *pool);
+
+/* Flush-to-zero and denormals-are-zero for the calling thread; returns what to restore. Public functions that compute
+ * bracket their work with these two; pool threads have it on for life. */
+unsigned np_float_mode_enter(void);
+void np_float_mode_leave(unsigned saved);
+
+#endif

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Phase functions: eval, sample, pdf, moments. Per steradian, integral over the sphere one. */
+#ifndef NP_OPTICS_PHASE_H
+#define NP_OPTICS_PHASE_H
+
+#include "core/context_private.h"
+#include "core/math.h"
+
+/* Every phase function here is a mixture of two Draine lobes (Draine 2003, "Scattering by Interstellar Dust Grains",
+ * eq. 4): α = 0 is Henyey-Greenstein, g = 0 and α = 1 is Rayleigh, α = 1 is Cornette-Shanks. */
+typedef struct np_phase_lobe {
+  float asymmetry; /* g, −1 < g < 1 */
+  float alpha;     /* ≥ 0 */
+} np_phase_lobe;
+
+typedef struct np_phase {
+  np_phase_lobe lobe[2];
+  float weight; /* of lobe[1], 0 to 1; 0 when there is one lobe */
+} np_phase;
+
+np_phase np_phase_isotropic(void);
+np_phase np_phase_rayleigh(void);
+np_phase np_phase_henyey_greenstein(float g);
+np_phase np_phase_two_lobe(float g_forward, float g_backward, float weight_backward);
+np_phase np_phase_cornette_shanks(float g);
+
+/* Water droplets by diameter, 5e-6 ≤ diameter_m ≤ 50e-6: HG + Draine fit to Mie theory (Jendersie and d'Eon 2023,
+ * "An Approximate Mie Scattering Function for Fog and Cloud Rendering", eqs. 4 to 7). */
+np_phase np_phase_droplets(double diameter_m);
+
+/* Value at an angle given by its versine, 1 − cosθ in [0, 2], which stays exact in a narrow forward peak. */
+float np_phase_eval(const np_phase *phase, float versine);
+
+/* A direction of flight after scattering, distributed as the phase function: its pdf is its value.
+ *
+ * forward   unit direction of flight before.
+ * u         three numbers in [0, 1).
+ * out_value phase function value there.
+ */
+np_vec3 np_phase_sample(const np_phase *phase, np_vec3 forward, const float u[3], float *out_value);
+
+/* Mean cosine, exact. */
+double np_phase_mean_cosine(const np_phase *phase);
+
+/* Legendre moments χ_0 … χ_{count−1} by quadrature, to 1e-6. */
+void np_phase_get_moments(const np_phase *phase, unsigned count, double *out_moments);
+
+/* The same phase function broadened: every lobe's g times `factor` (octaves of multiple scattering). */
+np_phase np_phase_broaden(const np_phase *phase, float factor);
+
+#endif

@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A scene as its keys leave it: plain data in SI units. The key table in scene_keys.c is the only writer. */
+#ifndef NP_SCENE_SCENE_PRIVATE_H
+#define NP_SCENE_SCENE_PRIVATE_H
+
+#include <nephos/atmosphere.h>
+#include <nephos/cloud.h>
+#include <nephos/render.h>
+#include <nephos/scene.h>
+#include <nephos/terrain.h>
+#include <nephos/volume.h>
+
+#include "core/context_private.h"
+#include "core/math.h"
+#include "optics/phase.h"
+
+typedef struct np_scene_camera {
+  double position_m[3];
+  double look_at_m[3];
+  double roll_rad;
+  double fov_rad; /* horizontal */
+  unsigned resolution[2];
+} np_scene_camera;
+
+typedef struct np_scene_sun {
+  double elevation_rad, azimuth_rad; /* airless; used when `time` is NULL */
+  char *time;                        /* ISO 8601 */
+  double angular_radius_rad;
+  double irradiance_w_m2_nm[3];
+} np_scene_sun;
+
+/* Uniform light from infinitely far away, for tests and studios. */
+typedef struct np_scene_environment {
+  double radiance_w_m2_sr_nm[3];
+  bool is_upper_only;
+  bool has_planet; /* `planet: none` removes sphere and air */
+} np_scene_environment;
+
+typedef enum np_density_unit {
+  NP_DENSITY_EXTINCTION,     /* density_value: 1/m for a value of 1 */
+  NP_DENSITY_MEAN_FREE_PATH, /* m for a value of 1 */
+  NP_DENSITY_OPTICAL_DEPTH,  /* of the densest world-vertical column */
+  NP_DENSITY_LIQUID_WATER    /* values in g/m³; density_value: effective radius in m */
+} np_density_unit;
+
+typedef enum np_axis_up { NP_UP_Z, NP_UP_Y } np_axis_up;
+
+typedef struct np_scene_cloud {
+  char *name;
+  char *vdb;  /* file pattern, resolved; NULL when only baked */
+  char *grid; /* NULL: chosen by neph_volume_load */
+  neph_import_policy policy;
+  neph_precision precision;
+  bool is_baked;
+  char *preset; /* of the bake; NULL: none */
+  neph_cloud_desc bake;
+  np_axis_up up;
+  double voxel_m; /* largest edge; 0: the file's transform */
+  double scale;
+  double rotation_rad; /* about world z, counter-clockwise seen from above */
+  bool has_position;
+  double position_m[3];
+  np_density_unit density_unit;
+  double density_value;
+  double albedo[3];
+  np_phase phase;
+} np_scene_cloud;
+
+typedef enum np_terrain_kind { NP_TERRAIN_NONE, NP_TERRAIN_HEIGHTFIELD, NP_TERRAIN_RIDGES } np_terrain_kind;
+
+typedef struct np_scene_terrain {
+  np_terrain_kind kind;
+  char *heightfield; /* file, resolved */
+  neph_terrain_desc desc;
+  neph_ridges_desc ridges;
+} np_scene_terrain;
+
+/* Groups of channels beyond R, G, B, A, Z. */
+typedef enum np_aov {
+  NP_AOV_BACKGROUND = 1 << 0,
+  NP_AOV_TERRAIN = 1 << 1,
+  NP_AOV_AIR = 1 << 2,
+  NP_AOV_SUN = 1 << 3,
+  NP_AOV_SKY = 1 << 4,
+  NP_AOV_GROUND = 1 << 5,
+  NP_AOV_MULTIPLE = 1 << 6,
+  NP_AOV_TRANSMITTANCE = 1 << 7,
+  NP_AOV_DISTANCE = 1 << 8
+} np_aov;
+
+typedef struct np_scene_render {
+  neph_integrator integrator;
+  unsigned sample_count;
+  uint64_t seed;
+  neph_multiple_scattering multiple_scattering;
+  unsigned octave_count;
+  double octave_factors[3]; /* of the light, of the optical depth, of the asymmetry, per octave */
+  unsigned scattering_max;
+  double step_voxels;      /* longest step of the march, in voxels */
+  double transmittance_end; /* a ray ends below this */
+} np_scene_render;
+
+typedef struct np_scene_output {
+  char *image, *preview; /* patterns, resolved; NULL: none */
+  neph_pixel_type pixel_type;
+  double scale; /* power of two */
+  unsigned aovs; /* of np_aov */
+  bool has_background; /* film.background: sky and disk in the picture */
+  double exposure_ev;
+  bool is_exposure_auto;
+} np_scene_output;
+
+struct neph_scene {
+  neph_context *context;
+  char *file; /* name for messages and relative paths */
+  bool has_place;
+  double latitude_rad, longitude_rad;
+  np_scene_camera camera;
+  np_scene_sun sun;
+  bool has_atmosphere;
+  bool has_ground_albedo; /* atmosphere.ground_albedo was set: else the terrain's feeds the atmosphere */
+  neph_atmosphere_desc atmosphere;
+  np_scene_environment environment;
+  unsigned cloud_count;
+  np_scene_cloud *clouds;
+  np_scene_terrain terrain;
+  np_scene_render render;
+  np_scene_output output;
+};
+
+/* Unit vector towards the sun, from angles (azimuth clockwise from north) or from time and place. */
+neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad, double out[3]);
+
+/* Pinhole of a scene for one picture. World rays: origin, and direction(x, y) for pixel positions from the top left. */
+typedef struct np_camera {
+  np_dvec3 origin;
+  np_vec3 right, up, back; /* unit; the view is along −back */
+  float tan_half_width, tan_half_height;
+  unsigned width, height;
+} np_camera;
+
+neph_result np_camera_init(const neph_scene *scene, unsigned width, unsigned height, np_camera *out_camera);
+np_vec3 np_camera_direction(const np_camera *camera, float x, float y);
+/* Row-vector matrices of OpenEXR's worldToCamera and worldToNDC. */
+void np_camera_get_matrices(const np_camera *camera, float out_world_to_camera[16], float out_world_to_ndc[16]);
+
+#endif

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the light and integrate modules ask of a terrain: rays. The planet's sphere beyond it is not part of it. */
+#ifndef NP_TERRAIN_TERRAIN_PRIVATE_H
+#define NP_TERRAIN_TERRAIN_PRIVATE_H
+
+#include <nephos/terrain.h>
+
+#include "core/context_private.h"
+#include "core/math.h"
+#include "core/spectrum.h"
+
+typedef struct np_terrain_hit {
+  double distance;   /* along the ray, m */
+  np_vec3 normal;    /* unit, smooth, facing up */
+  np_vec3 facet;     /* unit, of the triangle, facing up */
+  np_spectrum albedo;
+} np_terrain_hit;
+
+/* Nearest ground along a ray within `distance_max`; safe from any number of threads. */
+bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max,
+                          np_terrain_hit *out_hit);
+
+/* Whether anything lies within `distance_max`. */
+bool np_terrain_is_occluded(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max);
+
+/* World box of the ground. */
+void np_terrain_get_bounds(const neph_terrain *terrain, np_dvec3 *out_min, np_dvec3 *out_max);
+
+/* Whether (x, y) lies over the height field: outside it, the sphere is the ground. */
+bool np_terrain_covers(const neph_terrain *terrain, double x_m, double y_m);
+
+/* Latitude and longitude of the world origin, as given or as the file's centre; false when the field has no place. */
+bool np_terrain_get_place(const neph_terrain *terrain, double *out_latitude_rad, double *out_longitude_rad);
+
+/* Lowest ground of the field, m above the sphere; negative below sea level. */
+double np_terrain_get_elevation_min_m(const neph_terrain *terrain);
+
+#endif

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* An authored grid in C: what the shim reads from a .vdb, what a bake produces, what bricks are built from.
+ *
+ * Leaves of 8³ voxels (i slowest, k fastest, as OpenVDB lays them out: offset = i·64 + j·8 + k), constant tiles, and a
+ * background. Leaves are sorted by origin (x, then y, then z), so that equal content means equal bytes.
+ */
+#ifndef NP_VOLUME_SPARSE_GRID_H
+#define NP_VOLUME_SPARSE_GRID_H
+
+#include "core/context_private.h"
+#include "core/math.h"
+
+enum { NP_LEAF_EDGE = 8, NP_LEAF_SIZE = 512 };
+
+typedef struct np_leaf {
+  int32_t origin[3]; /* multiples of 8 */
+  uint64_t active[8]; /* bit j·8 + k of word i */
+  float values[NP_LEAF_SIZE];
+} np_leaf;
+
+typedef struct np_tile {
+  int32_t origin[3];
+  int32_t edge; /* voxels: 8, 128, 4096 */
+  float value;
+  bool is_active;
+} np_tile;
+
+typedef struct np_sparse_grid {
+  neph_context *context; /* borrowed */
+  char *name;            /* owned */
+  np_affine index_to_world;
+  float background;
+  size_t leaf_count, leaf_capacity, tile_count, tile_capacity;
+  np_leaf *leaves;
+  np_tile *tiles;
+} np_sparse_grid;
+
+neph_result np_sparse_grid_init(neph_context *context, const char *name, np_sparse_grid *out_grid);
+void np_sparse_grid_clear(np_sparse_grid *grid); /* frees what it owns; a zeroed grid is allowed */
+
+/* Room for one more; NULL when there is no memory. The leaf comes zeroed but for its origin. */
+np_leaf *np_sparse_grid_add_leaf(np_sparse_grid *grid, const int32_t origin[3]);
+np_tile *np_sparse_grid_add_tile(np_sparse_grid *grid, const int32_t origin[3], int32_t edge, float value, bool is_active);
+
+/* Sorts leaves and tiles by origin. */
+void np_sparse_grid_sort(np_sparse_grid *grid);
+
+uint64_t np_sparse_grid_count_active(const np_sparse_grid *grid);
+
+/* 128-bit fingerprint of name, transform, background, topology and values, as 32 hex digits. */
+neph_result np_sparse_grid_hash(const np_sparse_grid *grid, char out_hex[33]);
+
+#endif
