@@ -43,7 +43,8 @@ static inline np_dvec3 np_vec3_to_double(np_vec3 a) { return np_dvec3_make(a.x, 
 
 /* origin + t·direction */
 static inline np_dvec3 np_dvec3_along(np_dvec3 origin, np_vec3 direction, double t) {
-  return np_dvec3_make(origin.x + t * direction.x, origin.y + t * direction.y, origin.z + t * direction.z);
+  return np_dvec3_make(origin.x + t * (double)direction.x, origin.y + t * (double)direction.y,
+                       origin.z + t * (double)direction.z);
 }
 
 /* Affine map: p ↦ M·p + translation, rows of 3 and a translation column. */

@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The scene as an integrator sees it: media, and light at a point. Which cache answers is not the integrator's business.
+ *
+ * Filled by render. What a scene has not is NULL or zero, and costs nothing.
+ */
+#ifndef NP_LIGHT_SCENE_VIEW_H
+#define NP_LIGHT_SCENE_VIEW_H
+
+#include "atmosphere/atmosphere_private.h"
+#include "core/math.h"
+#include "core/spectrum.h"
+#include "optics/phase.h"
+#include "terrain/terrain_private.h"
+#include "volume/bricks.h"
+
+enum { NP_VIEW_VOLUMES_MAX = 64 };
+
+/* One cloud in its place. */
+typedef struct np_view_volume {
+  const np_bricks *bricks;
+  np_affine world_to_index;
+  float extinction_per_value; /* 1/m where the grid holds 1 */
+  np_spectrum albedo;
+  np_phase phase;
+} np_view_volume;
+
+typedef struct np_scene_view {
+  unsigned volume_count; /* at most NP_VIEW_VOLUMES_MAX */
+  const np_view_volume *volumes;
+
+  np_vec3 to_sun;
+  float sun_angular_radius_rad;
+  np_spectrum sun_irradiance; /* above the atmosphere, W m⁻² nm⁻¹ */
+
+  const neph_atmosphere *atmosphere; /* NULL: no air */
+  const neph_sky *camera_sky;        /* seen from the camera; NULL without air */
+  const neph_sky *cloud_sky;         /* seen from the middle of the clouds; NULL without air or without clouds */
+
+  np_spectrum environment_radiance; /* uniform, from infinitely far, W m⁻² sr⁻¹ nm⁻¹ */
+  bool is_environment_upper_only;
+
+  bool has_planet;
+  double planet_radius_m;
+  const neph_terrain *terrain; /* NULL: the sphere alone */
+  np_dvec3 terrain_min, terrain_max;
+  np_spectrum ground_albedo; /* of the sphere */
+} np_scene_view;
+
+/* A direction towards the sun's disk, uniform over it; its centre when the disk is a point. */
+np_vec3 np_light_sample_sun(const np_scene_view *view, float u, float v);
+
+/* Irradiance from the sun on a plane that faces it: through the air, past planet and terrain, clouds not counted. */
+np_spectrum np_light_sun(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun);
+
+/* Radiance of the sun's disk above the atmosphere; zero for a point sun, which no ray can meet. */
+np_spectrum np_light_sun_disk(const np_scene_view *view, np_vec3 direction);
+
+/* Radiance of sky and environment along a ray that meets no ground, seen by `sky` (camera_sky or cloud_sky). */
+np_spectrum np_light_sky(const np_scene_view *view, const neph_sky *sky, np_vec3 direction);
+
+/* The air between an observer of `sky` and a point along a ray; clear when there is none. */
+np_aerial_perspective np_light_air(const neph_sky *sky, np_vec3 direction, double distance_m);
+
+typedef struct np_ground_hit {
+  double distance_m;
+  np_dvec3 position; /* lifted off the surface, so that rays may start there */
+  np_vec3 normal;    /* unit */
+  np_spectrum albedo;
+} np_ground_hit;
+
+/* Nearest terrain or sphere along a ray. */
+bool np_ground_intersect(const np_scene_view *view, np_dvec3 origin, np_vec3 direction, np_ground_hit *out_hit);
+
+/* Irradiance of the sky on the ground, free of clouds and hills. */
+np_spectrum np_ground_sky_irradiance(const np_scene_view *view, const np_ground_hit *hit);
+
+#endif
