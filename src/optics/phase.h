@@ -3,8 +3,10 @@
 #ifndef NP_OPTICS_PHASE_H
 #define NP_OPTICS_PHASE_H
 
-#include "core/context_private.h"
+#include <math.h>
+
 #include "core/math.h"
+#include "core/units.h"
 
 /* Every phase function here is a mixture of two Draine lobes (Draine 2003, "Scattering by Interstellar Dust Grains",
  * eq. 4): α = 0 is Henyey-Greenstein, g = 0 and α = 1 is Rayleigh, α = 1 is Cornette-Shanks. */
@@ -28,8 +30,22 @@ np_phase np_phase_cornette_shanks(float g);
  * "An Approximate Mie Scattering Function for Fog and Cloud Rendering", eqs. 4 to 7). */
 np_phase np_phase_droplets(double diameter_m);
 
-/* Value at an angle given by its versine, 1 − cosθ in [0, 2], which stays exact in a narrow forward peak. */
-float np_phase_eval(const np_phase *phase, float versine);
+/* D(μ) = (1/4π)·(1−g²)/(1+g²−2gμ)^1.5·(1+αμ²)/(1+α(1+2g²)/3), with 1+g²−2gμ written as (1−g)² + 2g·versine, which
+ * cancels nowhere for g > 0. A lobe with g < 0 is the mirror image of its positive twin. */
+static inline float np_phase_eval_lobe(np_phase_lobe lobe, float versine) {
+  float g = fabsf(lobe.asymmetry), v = lobe.asymmetry < 0 ? 2.0f - versine : versine, mu = 1.0f - v;
+  float distance2 = (1.0f - g) * (1.0f - g) + 2.0f * g * v;
+  float norm = 4.0f * NP_PI_F * (1.0f + lobe.alpha * (1.0f + 2.0f * g * g) * (1.0f / 3.0f));
+  return (1.0f - g) * (1.0f + g) * (1.0f + lobe.alpha * mu * mu) / (norm * distance2 * sqrtf(distance2));
+}
+
+/* Value at an angle given by its versine, 1 − cosθ in [0, 2], which stays exact in a narrow forward peak. A backward
+ * peak is resolved as far as a float near 2 can be: down to g = −0.999. */
+static inline float np_phase_eval(const np_phase *phase, float versine) {
+  float value = np_phase_eval_lobe(phase->lobe[0], versine);
+  if (phase->weight > 0) value += phase->weight * (np_phase_eval_lobe(phase->lobe[1], versine) - value);
+  return value;
+}
 
 /* A direction of flight after scattering, distributed as the phase function: its pdf is its value.
  *
@@ -42,10 +58,11 @@ np_vec3 np_phase_sample(const np_phase *phase, np_vec3 forward, const float u[3]
 /* Mean cosine, exact. */
 double np_phase_mean_cosine(const np_phase *phase);
 
-/* Legendre moments χ_0 … χ_{count−1} by quadrature, to 1e-6. */
+/* Legendre moments χ_0 … χ_{count−1}, exact. */
 void np_phase_get_moments(const np_phase *phase, unsigned count, double *out_moments);
 
-/* The same phase function broadened: every lobe's g times `factor` (octaves of multiple scattering). */
+/* The same phase function broadened: every lobe's g and α times `factor`, so that a factor of 0 is isotropic (octaves
+ * of multiple scattering). */
 np_phase np_phase_broaden(const np_phase *phase, float factor);
 
 #endif

@@ -1,0 +1,265 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <float.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "core/random.h"
+#include "core/stable.h"
+#include "optics/phase.h"
+#include "test_support.h"
+
+static const double droplet_diameters_m[] = {5e-6, 10e-6, 20e-6, 35e-6, 50e-6};
+enum { DROPLET_COUNT = sizeof droplet_diameters_m / sizeof *droplet_diameters_m };
+
+static double eval(const np_phase *phase, double versine) { return (double)np_phase_eval(phase, (float)versine); }
+
+/* One of each kind, narrow and wide, forward and backward. */
+enum { KIND_COUNT = 12 + DROPLET_COUNT };
+static np_phase make_kind(int i) {
+  switch (i) {
+  case 0:
+    return np_phase_isotropic();
+  case 1:
+    return np_phase_rayleigh();
+  case 2:
+    return np_phase_henyey_greenstein(1e-6f);
+  case 3:
+    return np_phase_henyey_greenstein(0.5f);
+  case 4:
+    return np_phase_henyey_greenstein(0.99f);
+  case 5:
+    return np_phase_henyey_greenstein(0.9999f);
+  case 6:
+    return np_phase_henyey_greenstein(-0.85f);
+  case 7:
+    return np_phase_two_lobe(0.9f, -0.4f, 0.2f);
+  case 8:
+    return np_phase_cornette_shanks(0.8f);
+  case 9:
+    return np_phase_cornette_shanks(-0.6f);
+  case 10:
+    return (np_phase){.lobe = {{1e-4f, 40.0f}}};
+  case 11:
+    return (np_phase){.lobe = {{0.9999f, 300.0f}}};
+  default:
+    return np_phase_droplets(droplet_diameters_m[i - 12]);
+  }
+}
+
+/* Half the sphere, in x = log(1 + s/s0) of the versine s from one pole: the peak of g = 0.9999 (s0 = 1e-8) and the tail
+ * get equally many nodes. */
+enum { NODES = 8192 };
+static const double peak_versine = 1e-8;
+
+static double get_node_versine(int node) { return peak_versine * expm1(node * log1p(1.0 / peak_versine) / NODES); }
+
+/* 2π·∫ p·f dv by Simpson's rule over both halves; f is P_l(μ). Its own error is below 1e-9; that of the float values,
+ * a few 1e-7, is what tolerances allow for. */
+static double legendre(int l, double mu) {
+  double previous = 1.0, current = mu;
+  if (l == 0) return 1.0;
+  for (int k = 1; k < l; k++) {
+    double next = ((2 * k + 1) * mu * current - k * previous) / (k + 1);
+    previous = current;
+    current = next;
+  }
+  return current;
+}
+
+static double integrate(const np_phase *phase, int l) {
+  double step = log1p(1.0 / peak_versine) / NODES, sum = 0;
+  for (int node = 0; node <= NODES; node++) {
+    double s = get_node_versine(node), weight = (node == 0 || node == NODES) ? 1.0 : (node % 2) ? 4.0 : 2.0;
+    double front = eval(phase, s) * legendre(l, 1.0 - s);
+    double back = eval(phase, 2.0 - s) * legendre(l, s - 1.0);
+    sum += weight * (front + back) * (s + peak_versine);
+  }
+  return 2.0 * NP_PI * sum * step / 3.0;
+}
+
+/* 2e-6: each value carries about ten float roundings of 6e-8. */
+static void every_kind_integrates_to_one(void **state) {
+  (void)state;
+  for (int i = 0; i < KIND_COUNT; i++) {
+    np_phase phase = make_kind(i);
+    assert_near(integrate(&phase, 0), 1.0, 2e-6);
+  }
+}
+
+static void mean_cosine_and_moments_agree_with_quadrature(void **state) {
+  (void)state;
+  for (int i = 0; i < KIND_COUNT; i++) {
+    np_phase phase = make_kind(i);
+    double moments[24];
+    np_phase_get_moments(&phase, 24, moments);
+    assert_near(moments[0], 1.0, 1e-15);
+    assert_near(moments[1], np_phase_mean_cosine(&phase), 1e-14);
+    for (int l = 1; l < 24; l++) assert_near(moments[l], integrate(&phase, l), 2e-6);
+  }
+}
+
+/* To the four digits printed for the fit. */
+static void droplets_have_the_published_mean_cosine(void **state) {
+  (void)state;
+  const double diameter_um[] = {5, 10, 20, 50}, published[] = {0.8434, 0.8642, 0.8793, 0.8912};
+  for (int i = 0; i < 4; i++) {
+    np_phase phase = np_phase_droplets(diameter_um[i] * 1e-6);
+    assert_near(np_phase_mean_cosine(&phase), published[i], 0.5e-4);
+  }
+}
+
+/* To the two digits known. */
+static void droplets_have_the_known_peak(void **state) {
+  (void)state;
+  np_phase phase = np_phase_droplets(50e-6);
+  assert_near(eval(&phase, 0), 1.9e4, 0.05e4);
+}
+
+/* Mirroring g mirrors the function: the same float operations, so the same bits where 2 − v is exact. */
+static void negative_g_is_the_mirror_image(void **state) {
+  (void)state;
+  for (float g = 0.0625f; g < 1.0f; g += 0.0625f)
+    for (float v = 0; v <= 2.0f; v += 0.015625f) {
+      np_phase ahead = np_phase_cornette_shanks(g), behind = np_phase_cornette_shanks(-g);
+      assert_true(np_phase_eval(&ahead, v) == np_phase_eval(&behind, 2.0f - v));
+    }
+}
+
+/* g = 0.999999 in float against the textbook formula in double: 1 − g and the versine are exact, so only roundings. */
+static void narrow_peaks_keep_their_digits(void **state) {
+  (void)state;
+  np_phase phase = np_phase_henyey_greenstein(0.999999f);
+  const double g = (double)0.999999f;
+  for (double v = 0x1p-46; v < 2.0; v *= 2.0) {
+    double distance2 = (1.0 - g) * (1.0 - g) + 2.0 * g * v;
+    double exact = (1.0 - g * g) / (4.0 * NP_PI * pow(distance2, 1.5));
+    assert_near(eval(&phase, v) / exact, 1.0, 1e-6);
+  }
+}
+
+/* Cumulative distribution in the versine, by the trapezium rule on the nodes of both halves. */
+typedef struct cdf_table {
+  double versine[2 * NODES + 2], cdf[2 * NODES + 2];
+} cdf_table;
+
+static void build_cdf(const np_phase *phase, cdf_table *table) {
+  for (int node = 0; node <= NODES; node++) {
+    table->versine[node] = get_node_versine(node);
+    table->versine[2 * NODES + 1 - node] = 2.0 - get_node_versine(node);
+  }
+  table->cdf[0] = 0;
+  for (int i = 1; i < 2 * NODES + 2; i++) {
+    double a = table->versine[i - 1], b = table->versine[i];
+    double mean = (eval(phase, a) + 4.0 * eval(phase, 0.5 * (a + b)) + eval(phase, b)) / 6.0;
+    table->cdf[i] = table->cdf[i - 1] + 2.0 * NP_PI * mean * (b - a);
+  }
+}
+
+static double look_up_cdf(const cdf_table *table, double versine) {
+  int low = 0, high = 2 * NODES + 1;
+  while (high - low > 1) {
+    int middle = (low + high) / 2;
+    if (table->versine[middle] <= versine)
+      low = middle;
+    else
+      high = middle;
+  }
+  double span = table->versine[high] - table->versine[low];
+  double t = span > 0 ? (versine - table->versine[low]) / span : 0;
+  return table->cdf[low] + t * (table->cdf[high] - table->cdf[low]);
+}
+
+/* Samples, put through the quadrature's cumulative distribution, must be uniform, and so must their azimuths. 64 bins
+ * of each, 63 degrees of freedom: mean 63, σ 11.2; 130 is 6 σ. The seed is fixed. */
+static void assert_samples_follow(const np_phase *phase, uint64_t seed) {
+  enum { BINS = 64, SAMPLES = 1 << 17 };
+  static cdf_table table;
+  unsigned count[BINS] = {0}, azimuth_count[BINS] = {0};
+  build_cdf(phase, &table);
+  np_vec3 forward = np_vec3_normalize(np_vec3_make(0.3f, -0.5f, -0.8f)), tangent, bitangent;
+  np_frame_around(forward, &tangent, &bitangent);
+  np_random random = np_random_start(seed, 0, 0, 0, 0);
+  for (int i = 0; i < SAMPLES; i++) {
+    float u[3] = {np_random_float(&random), np_random_float(&random), np_random_float(&random)}, value;
+    np_vec3 d = np_phase_sample(phase, forward, u, &value);
+    double versine = (double)np_versine(d.x, d.y, d.z, forward.x, forward.y, forward.z);
+    double azimuth = 0.5 + (double)(atan2f(np_vec3_dot(d, bitangent), np_vec3_dot(d, tangent)) / (2.0f * NP_PI_F));
+    count[(int)np_clamp(look_up_cdf(&table, versine) * BINS, 0, BINS - 1)]++;
+    azimuth_count[(int)np_clamp(azimuth * BINS, 0, BINS - 1)]++;
+  }
+  double chi2 = 0, azimuth_chi2 = 0, expected = (double)SAMPLES / BINS;
+  for (int b = 0; b < BINS; b++) {
+    chi2 += (count[b] - expected) * (count[b] - expected) / expected;
+    azimuth_chi2 += (azimuth_count[b] - expected) * (azimuth_count[b] - expected) / expected;
+  }
+  if (chi2 >= 130.0 || azimuth_chi2 >= 130.0) fail_msg("chi-square %g, azimuth %g", chi2, azimuth_chi2);
+}
+
+static void samples_follow_the_function(void **state) {
+  (void)state;
+  for (int i = 0; i < KIND_COUNT; i++) {
+    np_phase phase = make_kind(i);
+    assert_samples_follow(&phase, (uint64_t)i + 1);
+  }
+}
+
+/* The value handed out with a sample is the function there. Away from the peak a float direction gives its versine back
+ * to 1e-6 or so; 1e-4 leaves room for the slope of the function. */
+static void sample_value_is_eval(void **state) {
+  (void)state;
+  np_phase phase = np_phase_droplets(20e-6);
+  np_random random = np_random_start(5, 0, 0, 0, 0);
+  np_vec3 forward = {0, 0, -1};
+  for (int i = 0; i < 10000; i++) {
+    float u[3] = {np_random_float(&random), np_random_float(&random), np_random_float(&random)}, value;
+    np_vec3 d = np_phase_sample(&phase, forward, u, &value);
+    float versine = np_versine(d.x, d.y, d.z, forward.x, forward.y, forward.z);
+    if (versine > 0.01f) assert_true(fabsf(value / np_phase_eval(&phase, versine) - 1.0f) < 1e-4f);
+  }
+}
+
+/* Ends of the unit interval, poles of the frame, the narrowest lobes allowed. A normalised float vector's length is one
+ * to 2e-7. */
+static void extremes_give_finite_unit_directions(void **state) {
+  (void)state;
+  const float ends[] = {0.0f, FLT_MIN, 0.5f, 1.0f - 0x1p-24f}, gs[] = {-0.999999f, -1e-30f, 0.0f, 1e-30f, 0.999999f};
+  const np_vec3 axes[] = {{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {0, -1, 0}};
+  for (int i = 0; i < 4 * 4 * 4 * 4 * 5 * 3; i++) {
+    np_phase phase = {.lobe = {{gs[i / 256 % 5], (float[]){0, 1, 1000}[i / 1280]}}};
+    float u[3] = {ends[i % 4], ends[i / 4 % 4], ends[i / 16 % 4]}, value;
+    np_vec3 d = np_phase_sample(&phase, axes[i / 64 % 4], u, &value);
+    assert_true(isfinite(value) && value >= 0);
+    assert_true(fabsf(np_vec3_length(d) - 1.0f) < 4e-7f);
+  }
+}
+
+/* Broadening scales each lobe's g, and ends in isotropy. */
+static void broadening_ends_isotropic(void **state) {
+  (void)state;
+  np_phase droplets = np_phase_droplets(20e-6), none = np_phase_broaden(&droplets, 0);
+  np_phase hg = np_phase_henyey_greenstein(0.8f), half = np_phase_broaden(&hg, 0.5f);
+  assert_true(np_phase_mean_cosine(&none) == 0);
+  for (double v = 0; v <= 2.0; v += 0.25) assert_near(eval(&none, v), 1.0 / (4.0 * NP_PI), 1e-8);
+  assert_near(np_phase_mean_cosine(&half), 0.4, 1e-7);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(every_kind_integrates_to_one),
+      cmocka_unit_test(mean_cosine_and_moments_agree_with_quadrature),
+      cmocka_unit_test(droplets_have_the_published_mean_cosine),
+      cmocka_unit_test(droplets_have_the_known_peak),
+      cmocka_unit_test(negative_g_is_the_mirror_image),
+      cmocka_unit_test(narrow_peaks_keep_their_digits),
+      cmocka_unit_test(samples_follow_the_function),
+      cmocka_unit_test(sample_value_is_eval),
+      cmocka_unit_test(extremes_give_finite_unit_directions),
+      cmocka_unit_test(broadening_ends_isotropic),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
