@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Bricks: the form in which the renderer reads a volume.
  *
- * Sample i sits at integer index i. Brick b answers for index positions in [8b, 8b+8) and holds the window of 9³ samples
- * that starts at 8b, so that a trilinear look-up touches one brick. Where that window is constant there is a tile, no
- * brick. Every cell of the table knows the minimum and maximum of the interpolant over it, and so do two coarser levels
- * of 4³ and 16³ cells, by which empty space is skipped and majorants are found.
+ * Sample i sits at integer index i. Brick b answers for index positions in [8b, 8b+8) and holds the window of 9³
+ * samples that starts at 8b, so that a trilinear look-up touches one brick. Where that window is constant there is a
+ * tile, no brick. Every cell of the table knows the minimum and maximum of the interpolant over it, and so do two
+ * coarser levels of 4³ and 16³ cells, by which empty space is skipped and majorants are found.
  *
- * Everything here is inline, so that a kernel file takes it into its own instruction set.
+ * Look-ups and walks are inline, so that a kernel file takes them into its own instruction set.
  */
 #ifndef NP_VOLUME_BRICKS_H
 #define NP_VOLUME_BRICKS_H
+
+#include <float.h>
 
 #include <nephos/volume.h>
 
@@ -20,39 +22,317 @@
 
 enum {
   NP_BRICK_EDGE = 8,
-  NP_BRICK_SAMPLES = 9,          /* along an edge */
-  NP_BRICK_VOLUME = 729,         /* 9³, z fastest */
-  NP_BRICK_STRIDE = 736,         /* samples from one brick to the next: 729 rounded up to 16 */
-  NP_BRICK_LEVELS = 3            /* cells of 1, 4 and 16 bricks */
+  NP_BRICK_SAMPLES = 9, /* along an edge */
+  NP_BRICK_STRIDE_X =
+      NP_BRICK_SAMPLES * NP_BRICK_SAMPLES, /* from one sample to the next along x; 9 along y, 1 along z */
+  NP_BRICK_VOLUME = 729,                   /* 9³, z fastest */
+  NP_BRICK_STRIDE = 736,                   /* from one brick to the next: 729 rounded up to 16 */
+  NP_BRICK_LEVELS = 3,                     /* cells of 1, 4 and 16 bricks */
+  NP_BRICK_LEVEL_SHIFT = 2                 /* a cell spans 2² cells of the level below, along each axis */
 };
 
 #define NP_BRICK_NONE 0xffffffffu
 
-/* Bounds of the interpolant over one cell, in the file's unit. */
+/* Periodic volumes end this many voxels from index 0 after all, which bounds every walk. */
+#define NP_BRICK_FAR 0x1p26
+
+/* Bounds of the interpolant over one cell, in the file's unit, its rounding in float included. */
 typedef struct np_brick_range {
   float min, max;
 } np_brick_range;
 
 typedef struct np_bricks {
-  neph_context *context;         /* borrowed */
-  int32_t origin[3];             /* brick coordinates of the table's first cell */
+  neph_context *context;            /* borrowed */
+  int32_t origin[3];                /* brick coordinates of the table's first cell */
   int32_t size[NP_BRICK_LEVELS][3]; /* cells of each level */
-  uint32_t *table;               /* brick number of each cell of level 0, or NP_BRICK_NONE: then the cell is constant */
-  np_brick_range *ranges[NP_BRICK_LEVELS]; /* of each cell; a constant cell has min == max == its value */
+  uint32_t *table;                  /* brick number of each cell of level 0, or NP_BRICK_NONE: then it is constant */
+  np_brick_range *ranges[NP_BRICK_LEVELS]; /* of each cell, z fastest; a constant cell has min == max == its value */
   size_t brick_count;
-  uint16_t *halves;              /* samples divided by `scale`, when half */
-  float *floats;                 /* samples, when float; exactly one of the two is not NULL */
-  float scale;                   /* power of two that puts the largest magnitude in [1, 2); 1 when float */
-  bool is_periodic[2];           /* along x, y: then the table covers one whole period, in whole voxels */
-  int32_t period[2];             /* voxels, when periodic */
-  float background;              /* outside the table */
-  float value_max;               /* of the interpolant anywhere */
+  uint16_t *halves;    /* samples divided by `scale`, when half */
+  float *floats;       /* samples, when float; exactly one of the two is not NULL */
+  float scale;         /* power of two that puts the largest magnitude in [1, 2); 1 when float */
+  bool is_periodic[2]; /* along x, y: then the table covers whole periods, and `origin` is 0 there */
+  int32_t period[2];   /* of the table in voxels, a multiple of 8, when periodic */
+  float background;    /* outside the table */
+  float value_max;     /* bound of the interpolant anywhere */
 } np_bricks;
 
-/* Builds bricks from a grid, in parallel. `period` NULL: not periodic. */
+/* Builds bricks from a grid, in parallel. `period` NULL: not periodic; else voxels along x and y, 0 where not periodic:
+ * sample i is then the grid's sample i mod period. A period that is no multiple of 8 is repeated until it is one. */
 neph_result np_bricks_build(neph_context *context, const np_sparse_grid *grid, neph_precision precision,
                             const int32_t period[2], np_monitor *monitor, np_bricks *out_bricks);
 void np_bricks_clear(np_bricks *bricks);
 size_t np_bricks_get_bytes(const np_bricks *bricks);
+
+/* Fills the ranges of the coarser levels from those of level 0. */
+void np_bricks_build_coarse_ranges(np_bricks *bricks);
+
+/* ------------------------------------------------------------------------------------------------- one sample */
+
+typedef float np_float4 __attribute__((vector_size(16)));
+
+/* The eight samples around a position: those at the lower x and those at the upper, each as (y0 z0, y0 z1, y1 z0, y1
+ * z1). */
+typedef struct np_brick_corners {
+  np_float4 low, high;
+} np_brick_corners;
+
+static inline np_brick_corners np_brick_corners_of_floats(const float *sample) {
+  const float *upper = sample + NP_BRICK_STRIDE_X;
+  enum { Y = NP_BRICK_SAMPLES };
+  return (np_brick_corners){{sample[0], sample[1], sample[Y], sample[Y + 1]},
+                            {upper[0], upper[1], upper[Y], upper[Y + 1]}};
+}
+
+static inline np_brick_corners np_brick_corners_of_halves(const uint16_t *sample) {
+  const uint16_t *upper = sample + NP_BRICK_STRIDE_X;
+  enum { Y = NP_BRICK_SAMPLES };
+#if defined(__F16C__)
+  int32_t pair[4];
+  memcpy(&pair[0], sample, 4);
+  memcpy(&pair[1], sample + Y, 4);
+  memcpy(&pair[2], upper, 4);
+  memcpy(&pair[3], upper + Y, 4);
+  __m256 values = _mm256_cvtph_ps(_mm_set_epi32(pair[3], pair[2], pair[1], pair[0]));
+  return (np_brick_corners){(np_float4)_mm256_castps256_ps128(values), (np_float4)_mm256_extractf128_ps(values, 1)};
+#else
+  return (np_brick_corners){{np_half_to_float(sample[0]), np_half_to_float(sample[1]), np_half_to_float(sample[Y]),
+                             np_half_to_float(sample[Y + 1])},
+                            {np_half_to_float(upper[0]), np_half_to_float(upper[1]), np_half_to_float(upper[Y]),
+                             np_half_to_float(upper[Y + 1])}};
+#endif
+}
+
+/* Splits a local coordinate into the lower sample, 0 to 7, and the fraction beyond it, 0 to 1; NaN becomes 0. */
+static inline int32_t np_brick_split(float local, float *out_fraction) {
+  local = local > 0.0f ? local : 0.0f;
+  local = local < (float)NP_BRICK_EDGE ? local : (float)NP_BRICK_EDGE;
+  int32_t lower = (int32_t)local;
+  lower = lower < NP_BRICK_EDGE - 1 ? lower : NP_BRICK_EDGE - 1;
+  *out_fraction = local - (float)lower;
+  return lower;
+}
+
+/* Value inside a known brick; `local` in [0, 8]³ from the brick's first sample, and clamped to it. */
+static inline float np_brick_sample(const np_bricks *bricks, uint32_t brick, np_vec3 local) {
+  float x, y, z;
+  int32_t i = np_brick_split(local.x, &x), j = np_brick_split(local.y, &y), k = np_brick_split(local.z, &z);
+  size_t first = (size_t)brick * NP_BRICK_STRIDE + (size_t)(i * NP_BRICK_STRIDE_X + j * NP_BRICK_SAMPLES + k);
+  np_brick_corners corners = bricks->halves ? np_brick_corners_of_halves(bricks->halves + first)
+                                            : np_brick_corners_of_floats(bricks->floats + first);
+  np_float4 across_x = corners.low + x * (corners.high - corners.low);
+  float lower = across_x[0] + y * (across_x[2] - across_x[0]), upper = across_x[1] + y * (across_x[3] - across_x[1]);
+  return bricks->scale * (lower + z * (upper - lower));
+}
+
+/* Floor of a number below 2⁶² in magnitude; libm's is a call below x86-64-v3. */
+static inline double np_brick_floor(double x) {
+  double whole = (double)(int64_t)x;
+  return whole > x ? whole - 1.0 : whole;
+}
+
+/* Remainder of a cell coordinate, relative to the table, in [0, size). */
+static inline int32_t np_brick_wrap(int32_t cell, int32_t size) {
+  int32_t rest = cell % size;
+  return rest < 0 ? rest + size : rest;
+}
+
+/* Position of a cell of a level in that level's arrays. */
+static inline size_t np_bricks_get_offset(const np_bricks *bricks, int level, const int32_t cell[3]) {
+  const int32_t *size = bricks->size[level];
+  return ((size_t)cell[0] * (size_t)size[1] + (size_t)cell[1]) * (size_t)size[2] + (size_t)cell[2];
+}
+
+/* Splits an index position into a cell of the table and the place in it. False outside the table, and for NaN. */
+static inline bool np_bricks_locate(const np_bricks *bricks, np_dvec3 index_position, int32_t out_cell[3],
+                                    np_vec3 *out_local) {
+  const double position[3] = {index_position.x, index_position.y, index_position.z};
+  float local[3];
+  for (int a = 0; a < 3; a++) {
+    double x = position[a] - (double)bricks->origin[a] * NP_BRICK_EDGE,
+           extent = (double)bricks->size[0][a] * NP_BRICK_EDGE;
+    if (a < 2 && bricks->is_periodic[a] && fabs(x) < NP_BRICK_FAR) {
+      x -= extent * np_brick_floor(x / extent);
+      x = x < extent ? x : 0.0;
+      x = x > 0.0 ? x : 0.0;
+    }
+    if (!(x >= 0.0 && x < extent)) return false;
+    out_cell[a] = (int32_t)x / NP_BRICK_EDGE;
+    local[a] = (float)(x - (double)out_cell[a] * NP_BRICK_EDGE);
+  }
+  *out_local = np_vec3_make(local[0], local[1], local[2]);
+  return true;
+}
+
+/* Value at an index position: the trilinear interpolant of the samples, the background outside the table. */
+static inline float np_bricks_sample(const np_bricks *bricks, np_dvec3 index_position) {
+  int32_t cell[3];
+  np_vec3 local;
+  if (!np_bricks_locate(bricks, index_position, cell, &local)) return bricks->background;
+  size_t offset = np_bricks_get_offset(bricks, 0, cell);
+  uint32_t brick = bricks->table[offset];
+  return brick == NP_BRICK_NONE ? bricks->ranges[0][offset].min : np_brick_sample(bricks, brick, local);
+}
+
+/* --------------------------------------------------------------------------------------------- along a ray */
+
+/* The part of a ray inside one cell. */
+typedef struct np_brick_span {
+  double t_begin, t_end; /* half-open, t_begin < t_end */
+  uint32_t brick;        /* or NP_BRICK_NONE: constant `range.min` */
+  int32_t cell[3];       /* brick coordinates: index positions 8·cell to 8·cell + 8; not wrapped when periodic */
+  np_brick_range range;
+} np_brick_span;
+
+/* A walk along a ray through the cells of the table in order, leaving out those whose range is [0, 0].
+ *
+ * Amanatides and Woo 1987 on three levels, but nothing is accumulated: the plane at which a cell is left is computed
+ * from the ray each time, so that spans join exactly. No coordinate ever steps back, which bounds the walk by the
+ * cells. */
+typedef struct np_brick_walk {
+  const np_bricks *bricks;
+  double origin[3], direction[3], inverse[3]; /* inverse 0: the ray does not move along that axis */
+  double t, t_end;
+  int32_t cell[3];         /* the next to visit, in brick coordinates, not wrapped */
+  int32_t low[3], high[3]; /* cells that exist */
+} np_brick_walk;
+
+/* Cell of an index coordinate, held inside [low, high]. */
+static inline int32_t np_brick_walk_cell(double coordinate, int32_t low, int32_t high) {
+  double cell = coordinate * (1.0 / NP_BRICK_EDGE);
+  if (!(cell > (double)low)) return low;
+  return cell >= (double)high ? high : (int32_t)np_brick_floor(cell);
+}
+
+/* Starts a walk over [t_begin, t_end), where index_position(t) = origin + t·direction. The direction may have any
+ * length and zeros; whatever is not a number makes the walk empty. */
+static inline void np_brick_walk_start(np_brick_walk *walk, const np_bricks *bricks, np_dvec3 origin,
+                                       np_dvec3 direction, double t_begin, double t_end) {
+  *walk = (np_brick_walk){.bricks = bricks,
+                          .origin = {origin.x, origin.y, origin.z},
+                          .direction = {direction.x, direction.y, direction.z},
+                          .t = t_begin,
+                          .t_end = t_end};
+  bool is_hit = true;
+  for (int a = 0; a < 3; a++) {
+    bool is_periodic = a < 2 && bricks->is_periodic[a];
+    walk->low[a] = is_periodic ? -(int32_t)(NP_BRICK_FAR / NP_BRICK_EDGE) : bricks->origin[a];
+    walk->high[a] = is_periodic ? (int32_t)(NP_BRICK_FAR / NP_BRICK_EDGE) : bricks->origin[a] + bricks->size[0][a];
+    double low = (double)walk->low[a] * NP_BRICK_EDGE, high = (double)walk->high[a] * NP_BRICK_EDGE;
+    double o = walk->origin[a], inverse = 1.0 / walk->direction[a];
+    if (fabs(inverse) <= DBL_MAX) {
+      walk->inverse[a] = inverse;
+      double t_low = (low - o) * inverse, t_high = (high - o) * inverse;
+      double enter = t_low < t_high ? t_low : t_high, leave = t_low < t_high ? t_high : t_low;
+      walk->t = enter > walk->t ? enter : walk->t;
+      walk->t_end = leave < walk->t_end ? leave : walk->t_end;
+      is_hit = is_hit && enter <= leave; /* false for NaN */
+    } else {
+      is_hit = is_hit && walk->direction[a] == walk->direction[a] && o >= low && o < high;
+      walk->direction[a] = 0.0;
+    }
+  }
+  is_hit = is_hit && walk->t < walk->t_end;
+  if (!is_hit) walk->t = walk->t_end = 0.0;
+  for (int a = 0; a < 3 && is_hit; a++) {
+    double moved = walk->inverse[a] == 0.0 ? 0.0 : walk->t * walk->direction[a];
+    walk->cell[a] = np_brick_walk_cell(walk->origin[a] + moved, walk->low[a], walk->high[a] - 1);
+  }
+}
+
+/* The largest block of cells around the walk's cell that is of one kind: one cell that holds something, or a block of a
+ * coarser level that holds nothing. */
+typedef struct np_brick_block {
+  int32_t low[3], high[3]; /* in brick coordinates, not wrapped; high is outside */
+  np_brick_range range;
+  uint32_t brick;
+  bool is_empty;
+} np_brick_block;
+
+static inline bool np_brick_range_is_zero(np_brick_range range) { return range.min == 0.0f && range.max == 0.0f; }
+
+static inline void np_brick_walk_find_block(const np_brick_walk *walk, np_brick_block *out_block) {
+  const np_bricks *bricks = walk->bricks;
+  int32_t inside[3], cell[3];
+  for (int a = 0; a < 3; a++) {
+    inside[a] = walk->cell[a] - bricks->origin[a];
+    if (a < 2 && bricks->is_periodic[a]) inside[a] = np_brick_wrap(inside[a], bricks->size[0][a]);
+  }
+  size_t offset = np_bricks_get_offset(bricks, 0, inside);
+  out_block->range = bricks->ranges[0][offset];
+  out_block->brick = bricks->table[offset];
+  out_block->is_empty = np_brick_range_is_zero(out_block->range);
+  int level = 0;
+  while (out_block->is_empty && level + 1 < NP_BRICK_LEVELS) {
+    int shift = (level + 1) * NP_BRICK_LEVEL_SHIFT;
+    for (int a = 0; a < 3; a++) cell[a] = inside[a] >> shift;
+    if (!np_brick_range_is_zero(bricks->ranges[level + 1][np_bricks_get_offset(bricks, level + 1, cell)])) break;
+    level++;
+  }
+  for (int a = 0; a < 3; a++) {
+    int32_t low = inside[a] >> level * NP_BRICK_LEVEL_SHIFT << level * NP_BRICK_LEVEL_SHIFT;
+    int32_t high = low + (1 << level * NP_BRICK_LEVEL_SHIFT);
+    high = high < bricks->size[0][a] ? high : bricks->size[0][a];
+    out_block->low[a] = walk->cell[a] - inside[a] + low;
+    out_block->high[a] = walk->cell[a] - inside[a] + high;
+  }
+}
+
+/* Moves the walk to where it leaves a block. */
+static inline void np_brick_walk_leave(np_brick_walk *walk, const np_brick_block *block) {
+  double t_exit = walk->t_end;
+  int axis = -1;
+  for (int a = 0; a < 3; a++) {
+    if (walk->inverse[a] == 0.0) continue;
+    int32_t plane = walk->inverse[a] > 0.0 ? block->high[a] : block->low[a];
+    double t = ((double)plane * NP_BRICK_EDGE - walk->origin[a]) * walk->inverse[a];
+    if (t < t_exit) {
+      t_exit = t;
+      axis = a;
+    }
+  }
+  walk->t = t_exit > walk->t ? t_exit : walk->t;
+  if (axis < 0) {
+    walk->t = walk->t_end;
+    return;
+  }
+  for (int a = 0; a < 3; a++) {
+    bool is_forward = walk->inverse[a] > 0.0;
+    if (a == axis) {
+      walk->cell[a] = is_forward ? block->high[a] : block->low[a] - 1;
+      if (walk->cell[a] < walk->low[a] || walk->cell[a] >= walk->high[a]) walk->t = walk->t_end;
+    } else if (block->is_empty && walk->inverse[a] != 0.0) {
+      int32_t low = is_forward ? walk->cell[a] : block->low[a], high = is_forward ? block->high[a] - 1 : walk->cell[a];
+      walk->cell[a] = np_brick_walk_cell(walk->origin[a] + walk->t * walk->direction[a], low, high);
+    }
+  }
+}
+
+/* The next span that is not empty; false at the end. */
+static inline bool np_brick_walk_next(np_brick_walk *walk, np_brick_span *out_span) {
+  while (walk->t < walk->t_end) {
+    np_brick_block block;
+    np_brick_walk_find_block(walk, &block);
+    double t_begin = walk->t;
+    for (int a = 0; a < 3; a++) out_span->cell[a] = walk->cell[a];
+    np_brick_walk_leave(walk, &block);
+    if (block.is_empty || !(t_begin < walk->t)) continue;
+    out_span->t_begin = t_begin;
+    out_span->t_end = walk->t;
+    out_span->brick = block.brick;
+    out_span->range = block.range;
+    return true;
+  }
+  return false;
+}
+
+/* Place of the ray at `t` in the span's cell, in [0, 8]³ but for rounding. In double until the cell is subtracted, so
+ * that nothing is lost far from index 0. */
+static inline np_vec3 np_brick_walk_local(const np_brick_walk *walk, const np_brick_span *span, double t) {
+  float local[3];
+  for (int a = 0; a < 3; a++)
+    local[a] = (float)(walk->origin[a] - (double)span->cell[a] * NP_BRICK_EDGE + t * walk->direction[a]);
+  return np_vec3_make(local[0], local[1], local[2]);
+}
 
 #endif

@@ -13,7 +13,7 @@
 enum { NP_LEAF_EDGE = 8, NP_LEAF_SIZE = 512 };
 
 typedef struct np_leaf {
-  int32_t origin[3]; /* multiples of 8 */
+  int32_t origin[3];  /* multiples of 8 */
   uint64_t active[8]; /* bit j·8 + k of word i */
   float values[NP_LEAF_SIZE];
 } np_leaf;
@@ -40,7 +40,8 @@ void np_sparse_grid_clear(np_sparse_grid *grid); /* frees what it owns; a zeroed
 
 /* Room for one more; NULL when there is no memory. The leaf comes zeroed but for its origin. */
 np_leaf *np_sparse_grid_add_leaf(np_sparse_grid *grid, const int32_t origin[3]);
-np_tile *np_sparse_grid_add_tile(np_sparse_grid *grid, const int32_t origin[3], int32_t edge, float value, bool is_active);
+np_tile *np_sparse_grid_add_tile(np_sparse_grid *grid, const int32_t origin[3], int32_t edge, float value,
+                                 bool is_active);
 
 /* Sorts leaves and tiles by origin. */
 void np_sparse_grid_sort(np_sparse_grid *grid);

@@ -28,8 +28,8 @@ typedef struct np_vdb_grid_info {
   const char *grid_class; /* "fog volume", "level set", "unknown", … */
   const char *creator;
   int is_half_on_disk;
-  int is_scalar;          /* float, half or double: np_vdb_module.read takes it */
-  int is_affine;          /* transform is not a frustum */
+  int is_scalar; /* float, half or double: np_vdb_module.read takes it */
+  int is_affine; /* transform is not a frustum */
   double index_to_world[3][4];
   uint64_t active_voxel_count; /* from the header's metadata; may lie until the grid is read */
 } np_vdb_grid_info;

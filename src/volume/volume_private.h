@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The inside of a volume, and what bake, scene and render need of it beyond the public calls. */
+#ifndef NP_VOLUME_VOLUME_PRIVATE_H
+#define NP_VOLUME_VOLUME_PRIVATE_H
+
+#include <stdatomic.h>
+
+#include "volume/bricks.h"
+#include "volume/sparse_grid.h"
+#include "volume/vdb_shim.h"
+
+struct neph_volume {
+  atomic_size_t references;
+  neph_context *context; /* retained */
+  char *name;
+  np_affine index_to_world, world_to_index;
+  np_bricks bricks;
+  int32_t active_min[3], active_max[3]; /* index box of the active samples, both ends inside it */
+  float value_min, value_max;           /* over the active samples */
+  uint64_t active_voxel_count, grid_bytes;
+};
+
+/* Builds a volume from a grid whose values are a cloud's: finite, not negative, background 0. The grid stays the
+ * caller's. `monitor` may be NULL. */
+neph_result np_volume_create_from_grid(neph_context *context, const np_sparse_grid *grid, neph_precision precision,
+                                       np_monitor *monitor, neph_volume **out_volume);
+
+/* Writes grids as fog volumes to a .vdb file, which appears complete or not at all. Each grid carries its attributes,
+ * its creator and its fingerprint (`nephos:hash`). `monitor` may be NULL. */
+neph_result np_volume_save_grids(neph_context *context, const char *path, const np_vdb_write_grid *grids, size_t count,
+                                 np_monitor *monitor);
+
+/* The largest integral of the value over world-vertical lines, in value·metres, for a volume placed by
+ * `index_to_world`. The lines pass through the samples of the middle layer of the active box, and as far around it as
+ * its shadow reaches; the trilinear field is integrated exactly along each. */
+neph_result np_volume_get_column_max(const neph_volume *volume, const np_affine *index_to_world, np_monitor *monitor,
+                                     double *out_value_m);
+
+/* The table of the module, loaded on first need; fails with a message that says where it was looked for. */
+neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_module);
+
+#endif
