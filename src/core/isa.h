@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Kernels by instruction set. A kernel file is compiled once per level (see nephos_add_kernels in src/CMakeLists.txt)
  * with NP_KERNEL_LEVEL set; it wraps its public names in NP_KERNEL so that the copies can live side by side. A module's
- * dispatcher lists the three tables in an array indexed by neph_isa, and picks by np_isa_table(context). */
+ * dispatcher lists the three tables in an array of NP_ISA_COUNT and picks the one at context->isa. */
 #ifndef NP_CORE_ISA_H
 #define NP_CORE_ISA_H
 

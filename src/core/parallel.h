@@ -15,16 +15,16 @@ typedef struct np_monitor {
   void *progress_user;
   const char *stage;
   double fraction_begin, fraction_end; /* the part of the stage that the next loop covers */
-  struct timespec start;
+  struct timespec start, last_report;
   atomic_bool is_cancelled;
 } np_monitor;
 
 void np_monitor_start(np_monitor *monitor, neph_context *context, neph_progress_fn progress, void *progress_user);
 
-/* Names what follows; its fraction runs from 0 to 1 over the next loop. */
+/* Names what follows; its fraction runs from 0 to 1 over the next loop. Does nothing on a worker, or to NULL. */
 void np_monitor_set_stage(np_monitor *monitor, const char *stage);
 
-/* Lets the next loop cover only a part of the stage. */
+/* Lets the next loop cover only a part of the stage. Does nothing on a worker, or to NULL. */
 void np_monitor_set_range(np_monitor *monitor, double fraction_begin, double fraction_end);
 
 /* Cheap; to be asked at least every 0.1 s of work, from any thread. NULL is never cancelled. */
@@ -43,6 +43,9 @@ neph_result np_parallel_for(neph_context *context, np_monitor *monitor, size_t c
 
 /* Runs one blocking job (a foreign library's load or build) on a pool thread while the caller reports and cancels. */
 neph_result np_parallel_run(neph_context *context, np_monitor *monitor, neph_result (*job)(void *user), void *user);
+
+/* CPUs that the process may use: its affinity mask, cut to the quota of its control group. At least 1. */
+unsigned np_cpu_count(void);
 
 /* Pool: made and ended by the context. */
 neph_result np_pool_create(neph_context *context, unsigned thread_count, np_pool **out_pool);

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "core/alloc.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ALIGNMENT = 64 };
+
+/* Stands in the 64 bytes before each block. */
+typedef struct block_header {
+  void *raw;          /* what the allocator gave */
+  size_t raw_bytes;   /* and was asked for */
+  size_t block_bytes; /* usable bytes of the block */
+} block_header;
+
+_Static_assert(sizeof(block_header) <= ALIGNMENT, "the header must fit before an aligned block");
+
+static block_header *get_header(void *block) { return (block_header *)((char *)block - ALIGNMENT); }
+
+static void *align_block(void *raw) {
+  uintptr_t first = (uintptr_t)raw + ALIGNMENT;
+  return (char *)raw + (((first + ALIGNMENT - 1) & ~(uintptr_t)(ALIGNMENT - 1)) - (uintptr_t)raw);
+}
+
+static void count_bytes(neph_context *context, size_t added, size_t removed) {
+  size_t bytes = atomic_fetch_add(&context->allocated_bytes, added - removed) + (added - removed);
+  size_t peak = atomic_load(&context->allocated_bytes_peak);
+  while (bytes > peak && !atomic_compare_exchange_weak(&context->allocated_bytes_peak, &peak, bytes)) continue;
+}
+
+/* The bytes to ask the allocator for, or 0 when no size_t holds them. */
+static size_t find_raw_bytes(size_t count, size_t size, size_t *out_block_bytes) {
+  size_t raw_bytes;
+  if (__builtin_mul_overflow(count, size, out_block_bytes)) return 0;
+  if (__builtin_add_overflow(*out_block_bytes, (size_t)(2 * ALIGNMENT), &raw_bytes)) return 0;
+  return raw_bytes <= PTRDIFF_MAX ? raw_bytes : 0;
+}
+
+/* calloc leaves large blocks to the kernel, which hands out zeroed pages only when they are touched. */
+static void *allocate_raw(neph_context *context, size_t bytes) {
+  if (!context->reallocate) return calloc(1, bytes);
+  void *raw = context->reallocate(context->reallocate_user, NULL, 0, bytes);
+  if (raw) memset(raw, 0, bytes);
+  return raw;
+}
+
+static void *reallocate_raw(neph_context *context, void *raw, size_t old_bytes, size_t new_bytes) {
+  if (!context->reallocate) return realloc(raw, new_bytes);
+  return context->reallocate(context->reallocate_user, raw, old_bytes, new_bytes);
+}
+
+static void fail_out_of_memory(neph_context *context, size_t count, size_t size) {
+  (void)np_fail(context, NEPH_ERROR_OUT_OF_MEMORY, "out of memory: no room for %zu elements of %zu bytes", count, size);
+}
+
+void *np_alloc(neph_context *context, size_t count, size_t size) {
+  size_t block_bytes, raw_bytes = find_raw_bytes(count, size, &block_bytes);
+  void *raw = raw_bytes ? allocate_raw(context, raw_bytes) : NULL;
+  if (!raw) {
+    fail_out_of_memory(context, count, size);
+    return NULL;
+  }
+  void *block = align_block(raw);
+  *get_header(block) = (block_header){raw, raw_bytes, block_bytes};
+  count_bytes(context, raw_bytes, 0);
+  return block;
+}
+
+void *np_alloc_resize(neph_context *context, void *block, size_t count, size_t size) {
+  if (!block) return np_alloc(context, count, size);
+  const block_header old = *get_header(block);
+  const ptrdiff_t old_offset = (char *)block - (char *)old.raw;
+  size_t block_bytes, raw_bytes = find_raw_bytes(count, size, &block_bytes);
+  void *raw = raw_bytes ? reallocate_raw(context, old.raw, old.raw_bytes, raw_bytes) : NULL;
+  if (!raw) {
+    fail_out_of_memory(context, count, size);
+    return NULL;
+  }
+  char *moved = align_block(raw);
+  const size_t kept = block_bytes < old.block_bytes ? block_bytes : old.block_bytes;
+  /* The new address may lie differently against the alignment. */
+  if (moved - (char *)raw != old_offset) memmove(moved, (char *)raw + old_offset, kept);
+  memset(moved + kept, 0, block_bytes - kept);
+  *get_header(moved) = (block_header){raw, raw_bytes, block_bytes};
+  count_bytes(context, raw_bytes, old.raw_bytes);
+  return moved;
+}
+
+void np_alloc_free(neph_context *context, void *block) {
+  if (!block) return;
+  const block_header header = *get_header(block);
+  /* Counted first: the block may be the context itself. */
+  count_bytes(context, 0, header.raw_bytes);
+  if (!context->reallocate)
+    free(header.raw);
+  else
+    context->reallocate(context->reallocate_user, header.raw, header.raw_bytes, 0);
+}
+
+char *np_alloc_text(neph_context *context, const char *text) {
+  size_t size = strlen(text) + 1;
+  char *copy = np_alloc(context, size, 1);
+  if (copy) memcpy(copy, text, size);
+  return copy;
+}
+
+char *np_alloc_printf(neph_context *context, const char *format, ...) {
+  va_list arguments, again;
+  va_start(arguments, format);
+  va_copy(again, arguments);
+  int length = vsnprintf(NULL, 0, format, arguments);
+  char *text = length >= 0 ? np_alloc(context, (size_t)length + 1, 1) : NULL;
+  if (text) vsnprintf(text, (size_t)length + 1, format, again);
+  va_end(again);
+  va_end(arguments);
+  return text;
+}

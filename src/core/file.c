@@ -1,0 +1,227 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "core/file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "core/alloc.h"
+#include "core/random.h"
+
+/* ---- Reading ---- */
+
+static neph_result fail_open(neph_context *context, const char *path) {
+  const int error = errno;
+  neph_result result = error == ENOENT || error == ENOTDIR ? NEPH_ERROR_NOT_FOUND : NEPH_ERROR_IO;
+  return np_fail(context, result, "%s: cannot be read: %s", path, strerror(error));
+}
+
+/* Reads up to `size` bytes; a negative result leaves errno set. */
+static ssize_t read_fully(int file, char *bytes, size_t size) {
+  size_t done = 0;
+  while (done < size) {
+    ssize_t count = read(file, bytes + done, size - done);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return -1;
+    if (count == 0) break;
+    done += (size_t)count;
+  }
+  return (ssize_t)done;
+}
+
+/* Reads to the end, whatever the size said: pipes have none, and files grow. */
+static neph_result read_open_file(neph_context *context, const char *path, int file, size_t expected, void **out_bytes,
+                                  size_t *out_size) {
+  size_t capacity = expected + 1, size = 0;
+  char *bytes = np_alloc(context, capacity + 1, 1);
+  if (!bytes) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (;;) {
+    ssize_t count = read_fully(file, bytes + size, capacity - size);
+    if (count < 0) {
+      neph_result result = fail_open(context, path);
+      np_alloc_free(context, bytes);
+      return result;
+    }
+    size += (size_t)count;
+    if (size < capacity) break;
+    capacity *= 2;
+    char *larger = np_alloc_resize(context, bytes, capacity + 1, 1);
+    if (!larger) {
+      np_alloc_free(context, bytes);
+      return NEPH_ERROR_OUT_OF_MEMORY;
+    }
+    bytes = larger;
+  }
+  bytes[size] = '\0';
+  *out_bytes = bytes;
+  *out_size = size;
+  return NEPH_OK;
+}
+
+neph_result np_file_read(neph_context *context, const char *path, void **out_bytes, size_t *out_size) {
+  *out_bytes = NULL;
+  *out_size = 0;
+  const int file = open(path, O_RDONLY | O_CLOEXEC);
+  if (file < 0) return fail_open(context, path);
+  struct stat status;
+  size_t expected = 0;
+  if (!fstat(file, &status) && S_ISREG(status.st_mode)) expected = (size_t)status.st_size;
+  neph_result result = read_open_file(context, path, file, expected, out_bytes, out_size);
+  close(file);
+  return result;
+}
+
+/* ---- Writing ---- */
+
+static neph_result fail_write(neph_context *context, const char *path, int error) {
+  return np_fail(context, NEPH_ERROR_IO, "%s: cannot be written: %s", path, strerror(error));
+}
+
+static void free_names(np_file_write *write) {
+  np_alloc_free(write->context, write->target);
+  np_alloc_free(write->context, write->temporary);
+  write->target = write->temporary = NULL;
+}
+
+/* Bytes of `path` up to and with its last slash. */
+static size_t find_folder_length(const char *path) {
+  const char *slash = strrchr(path, '/');
+  return slash ? (size_t)(slash - path) + 1 : 0;
+}
+
+static char *name_temporary(neph_context *context, const char *target, unsigned attempt) {
+  static const char alphabet[] = "0123456789abcdefghijklmnopqrstuv";
+  struct timespec now;
+  clock_gettime(CLOCK_REALTIME, &now);
+  uint64_t bits = np_random_absorb((uint64_t)getpid() << 32 | attempt, (uint64_t)now.tv_sec << 30 ^ (uint64_t)now.tv_nsec);
+  char suffix[7] = "";
+  for (int i = 0; i < 6; i++, bits >>= 5) suffix[i] = alphabet[bits & 31];
+  const int folder_length = (int)find_folder_length(target);
+  return np_alloc_printf(context, "%.*s.%s.%s", folder_length, target, target + folder_length, suffix);
+}
+
+/* As mkstemp, but the file gets the permissions that the user's umask gives to any new file. */
+static neph_result create_temporary(np_file_write *write) {
+  for (unsigned attempt = 0; attempt < 100; attempt++) {
+    write->temporary = name_temporary(write->context, write->target, attempt);
+    if (!write->temporary) return NEPH_ERROR_OUT_OF_MEMORY;
+    const int file = open(write->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file >= 0) return close(file), NEPH_OK;
+    if (errno != EEXIST) break;
+    np_alloc_free(write->context, write->temporary);
+    write->temporary = NULL;
+  }
+  return fail_write(write->context, write->target, errno);
+}
+
+/* Where the file will stand: behind a symbolic link, so that the link stays one. Only regular files are replaced, lest
+ * a device or a pipe become one. */
+static neph_result choose_target(neph_context *context, const char *path, char **out_target) {
+  struct stat status;
+  const bool exists = !lstat(path, &status);
+  char *behind = exists && S_ISLNK(status.st_mode) ? realpath(path, NULL) : NULL;
+  *out_target = np_alloc_text(context, behind ? behind : path);
+  free(behind);
+  if (!*out_target) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (stat(*out_target, &status) || S_ISREG(status.st_mode)) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_IO, "%s: cannot be written: it is %s, not a regular file", path,
+                 S_ISDIR(status.st_mode) ? "a folder" : "a device, a pipe or a socket");
+}
+
+neph_result np_file_write_begin(neph_context *context, const char *path, np_file_write *out_write) {
+  *out_write = (np_file_write){.context = context};
+  neph_result result = choose_target(context, path, &out_write->target);
+  if (!result) result = create_temporary(out_write);
+  if (result) free_names(out_write);
+  return result;
+}
+
+static int sync_path(const char *path, int flags) {
+  const int file = open(path, flags | O_CLOEXEC);
+  if (file < 0) return -1;
+  const int failed = fsync(file), error = errno;
+  close(file);
+  errno = error;
+  return failed;
+}
+
+/* Best effort: some file systems cannot sync a folder, and the file is whole in any case. */
+static void sync_folder(char *path) {
+  const size_t length = find_folder_length(path);
+  const char kept = path[length];
+  path[length] = '\0';
+  (void)sync_path(length ? path : ".", O_RDONLY | O_DIRECTORY);
+  path[length] = kept;
+}
+
+neph_result np_file_write_commit(np_file_write *write) {
+  if (sync_path(write->temporary, O_RDWR) || rename(write->temporary, write->target)) {
+    neph_result result = fail_write(write->context, write->target, errno);
+    np_file_write_abandon(write);
+    return result;
+  }
+  sync_folder(write->target);
+  free_names(write);
+  return NEPH_OK;
+}
+
+void np_file_write_abandon(np_file_write *write) {
+  if (write->temporary) unlink(write->temporary);
+  free_names(write);
+}
+
+/* 0, or the errno of what failed. */
+static int write_bytes(const char *path, const char *bytes, size_t size) {
+  const int file = open(path, O_WRONLY | O_CLOEXEC);
+  if (file < 0) return errno;
+  int error = 0;
+  while (!error && size) {
+    ssize_t count = write(file, bytes, size);
+    if (count < 0) {
+      if (errno != EINTR) error = errno;
+      continue;
+    }
+    bytes += count;
+    size -= (size_t)count;
+  }
+  if (close(file) && !error) error = errno;
+  return error;
+}
+
+neph_result np_file_write_all(neph_context *context, const char *path, const void *bytes, size_t size) {
+  np_file_write write;
+  neph_result result = np_file_write_begin(context, path, &write);
+  if (result) return result;
+  const int error = write_bytes(write.temporary, bytes, size);
+  if (!error) return np_file_write_commit(&write);
+  result = fail_write(context, path, error);
+  np_file_write_abandon(&write);
+  return result;
+}
+
+/* ---- Names ---- */
+
+char *np_file_resolve(neph_context *context, const char *base_file, const char *relative) {
+  if (!base_file || relative[0] == '/') return np_alloc_text(context, relative);
+  return np_alloc_printf(context, "%.*s%s", (int)find_folder_length(base_file), base_file, relative);
+}
+
+bool np_file_exists(const char *path) {
+  struct stat status;
+  return !stat(path, &status);
+}
+
+char *np_file_frame_name(neph_context *context, const char *pattern, int frame) {
+  const char *last = strrchr(pattern, '#');
+  if (!last) return np_alloc_text(context, pattern);
+  const char *first = last;
+  while (first > pattern && first[-1] == '#') first--;
+  return np_alloc_printf(context, "%.*s%0*d%s", (int)(first - pattern), pattern, (int)(last - first) + 1, frame,
+                         last + 1);
+}

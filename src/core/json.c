@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "core/json.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/alloc.h"
+
+enum {
+  DEPTH_MAX = 32,
+  REAL_DIGITS = 15 /* all that any double keeps: 0.1 is written as 0.1 */
+};
+
+struct np_json {
+  neph_context *context;
+  json_t *open[DEPTH_MAX]; /* the containers under way, outermost first; the outermost owns the others */
+  int depth;
+  bool has_failed;
+};
+
+np_json *np_json_create(neph_context *context) {
+  np_json *json = np_alloc(context, 1, sizeof *json);
+  if (!json) return NULL;
+  json->context = context;
+  json->open[0] = json_object();
+  json->depth = 1;
+  json->has_failed = !json->open[0];
+  return json;
+}
+
+void np_json_destroy(np_json *json) {
+  if (!json) return;
+  json_decref(json->open[0]);
+  np_alloc_free(json->context, json);
+}
+
+/* Puts a value, which it takes over, into the innermost container. */
+static void put_value(np_json *json, const char *key, json_t *value) {
+  json_t *container = json->has_failed ? NULL : json->open[json->depth - 1];
+  int error = json_is_array(container) ? json_array_append(container, value) : json_object_set(container, key, value);
+  json_decref(value);
+  if (error) json->has_failed = true;
+}
+
+static void begin_container(np_json *json, const char *key, json_t *container) {
+  if (json->depth == DEPTH_MAX) json->has_failed = true;
+  json_incref(container); /* put_value drops a container that it cannot place */
+  put_value(json, key, container);
+  if (!json->has_failed) json->open[json->depth++] = container;
+  json_decref(container);
+}
+
+void np_json_begin_object(np_json *json, const char *key) { begin_container(json, key, json_object()); }
+
+void np_json_begin_array(np_json *json, const char *key) { begin_container(json, key, json_array()); }
+
+void np_json_end(np_json *json) {
+  if (json->depth > 1)
+    json->depth--;
+  else
+    json->has_failed = true;
+}
+
+/* File names may hold any bytes; JSON holds UTF-8 alone. */
+static json_t *make_text_of_other_bytes(neph_context *context, const char *value) {
+  char *text = np_alloc_text(context, value);
+  if (!text) return NULL;
+  for (char *c = text; *c; c++)
+    if ((unsigned char)*c > 127) *c = '?';
+  json_t *made = json_string(text);
+  np_alloc_free(context, text);
+  return made;
+}
+
+void np_json_put_text(np_json *json, const char *key, const char *value) {
+  json_t *made = value ? json_string(value) : json_null();
+  put_value(json, key, made ? made : make_text_of_other_bytes(json->context, value));
+}
+
+static json_t *make_real(double value) { return isfinite(value) ? json_real(value) : json_null(); }
+
+void np_json_put_real(np_json *json, const char *key, double value) { put_value(json, key, make_real(value)); }
+
+void np_json_put_integer(np_json *json, const char *key, int64_t value) { put_value(json, key, json_integer(value)); }
+
+void np_json_put_bool(np_json *json, const char *key, bool value) { put_value(json, key, json_boolean(value)); }
+
+void np_json_put_reals(np_json *json, const char *key, const double *values, size_t count) {
+  json_t *array = json_array();
+  for (size_t i = 0; i < count; i++)
+    if (json_array_append_new(array, make_real(values[i]))) json->has_failed = true;
+  put_value(json, key, array);
+}
+
+neph_result np_json_finish(np_json *json, char **out_text) {
+  *out_text = NULL;
+  neph_context *context = json->context;
+  const bool is_whole = !json->has_failed && json->depth == 1;
+  char *dumped = is_whole ? json_dumps(json->open[0], JSON_INDENT(2) | JSON_REAL_PRECISION(REAL_DIGITS)) : NULL;
+  neph_result result = NEPH_OK;
+  if (dumped) {
+    *out_text = np_alloc_text(context, dumped);
+    if (!*out_text) result = NEPH_ERROR_OUT_OF_MEMORY;
+  } else {
+    result = np_fail(context, NEPH_ERROR_INTERNAL, "JSON text cannot be made: out of memory, or badly nested");
+  }
+  free(dumped);
+  np_json_destroy(json);
+  return result;
+}

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
+#include <string.h>
+
+#include "core/context_private.h"
+
+/* Room for two of the longest paths; what is longer ends in an ellipsis. Logging must work without memory. */
+enum { MESSAGE_BYTES = 8704 };
+
+static void deliver(neph_context *context, neph_log_level level, const char *format, va_list arguments) {
+  if (!context || !context->log || level > context->log_level_max) return;
+  char message[MESSAGE_BYTES];
+  int length = vsnprintf(message, sizeof message, format, arguments);
+  if (length < 0) return;
+  if ((size_t)length >= sizeof message) memcpy(message + sizeof message - 4, "...", 4);
+  context->log(context->log_user, level, message);
+}
+
+void np_log(neph_context *context, neph_log_level level, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  deliver(context, level, format, arguments);
+  va_end(arguments);
+}
+
+neph_result np_fail(neph_context *context, neph_result result, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  deliver(context, NEPH_LOG_ERROR, format, arguments);
+  va_end(arguments);
+  return result;
+}
