@@ -45,6 +45,22 @@ typedef enum np_density_unit {
 
 typedef enum np_axis_up { NP_UP_Z, NP_UP_Y } np_axis_up;
 
+/* The phase function as it was asked for; np_scene_cloud.phase is made of it. */
+typedef enum np_phase_kind {
+  NP_PHASE_DROPLETS,
+  NP_PHASE_HENYEY_GREENSTEIN,
+  NP_PHASE_TWO_LOBE,
+  NP_PHASE_RAYLEIGH,
+  NP_PHASE_ISOTROPIC
+} np_phase_kind;
+
+typedef struct np_scene_phase {
+  np_phase_kind kind;
+  double asymmetry;                              /* Henyey-Greenstein */
+  double forward, backward, backward_weight;     /* two lobes */
+  double diameter_m;                             /* droplets */
+} np_scene_phase;
+
 typedef struct np_scene_cloud {
   char *name;
   char *vdb;  /* file pattern, resolved; NULL when only baked */
@@ -63,6 +79,7 @@ typedef struct np_scene_cloud {
   np_density_unit density_unit;
   double density_value;
   double albedo[3];
+  np_scene_phase phase_source;
   np_phase phase;
 } np_scene_cloud;
 
@@ -75,7 +92,7 @@ typedef struct np_scene_terrain {
   neph_ridges_desc ridges;
 } np_scene_terrain;
 
-/* Groups of channels beyond R, G, B, A, Z. */
+/* Groups of channels beyond A and Z, which every picture has; R, G, B come with np_scene_output.has_beauty. */
 typedef enum np_aov {
   NP_AOV_BACKGROUND = 1 << 0,
   NP_AOV_TERRAIN = 1 << 1,
@@ -85,7 +102,8 @@ typedef enum np_aov {
   NP_AOV_GROUND = 1 << 5,
   NP_AOV_MULTIPLE = 1 << 6,
   NP_AOV_TRANSMITTANCE = 1 << 7,
-  NP_AOV_DISTANCE = 1 << 8
+  NP_AOV_DISTANCE = 1 << 8,
+  NP_AOV_DEPTH = 1 << 9 /* Z: always there, may be named all the same */
 } np_aov;
 
 typedef struct np_scene_render {
@@ -104,15 +122,20 @@ typedef struct np_scene_output {
   char *image, *preview; /* patterns, resolved; NULL: none */
   neph_pixel_type pixel_type;
   double scale; /* power of two */
+  bool has_beauty; /* R, G, B */
   unsigned aovs; /* of np_aov */
   bool has_background; /* film.background: sky and disk in the picture */
   double exposure_ev;
   bool is_exposure_auto;
 } np_scene_output;
 
+struct np_node;
+
 struct neph_scene {
   neph_context *context;
-  char *file; /* name for messages and relative paths */
+  char *file; /* name for messages and relative paths; NULL: none */
+  struct np_node *document; /* the keys that were given; everything below follows from it (scene_apply.c) */
+  unsigned version;
   bool has_place;
   double latitude_rad, longitude_rad;
   np_scene_camera camera;
@@ -127,6 +150,10 @@ struct neph_scene {
   np_scene_render render;
   np_scene_output output;
 };
+
+/* What no single key can tell: whether each cloud has a source and a density unit, a terrain its kind, a camera a
+ * direction. Loading ends with it; a scene put together by neph_scene_set passes it when it is planned. */
+neph_result np_scene_check(const neph_scene *scene);
 
 /* Unit vector towards the sun, from angles (azimuth clockwise from north) or from time and place. */
 neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad, double out[3]);

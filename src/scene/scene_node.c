@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "scene/scene_node.h"
+
+#include <string.h>
+
+#include "core/alloc.h"
+
+np_node *np_node_create(neph_context *context, np_node_kind kind, const char *text, const char *key) {
+  np_node *node = np_alloc(context, 1, sizeof *node);
+  if (!node) return NULL;
+  node->kind = kind;
+  node->text = text ? np_alloc_text(context, text) : NULL;
+  node->key = key ? np_alloc_text(context, key) : NULL;
+  if ((text && !node->text) || (key && !node->key)) {
+    np_node_destroy(context, node);
+    return NULL;
+  }
+  return node;
+}
+
+void np_node_destroy(neph_context *context, np_node *node) {
+  if (!node) return;
+  while (node->first) {
+    np_node *child = node->first;
+    node->first = child->next;
+    np_node_destroy(context, child);
+  }
+  np_alloc_free(context, node->text);
+  np_alloc_free(context, node->key);
+  np_alloc_free(context, node);
+}
+
+np_node *np_node_copy(neph_context *context, const np_node *node) {
+  np_node *copy = np_node_create(context, node->kind, node->text, node->key);
+  if (!copy) return NULL;
+  copy->is_quoted = node->is_quoted;
+  copy->line = node->line;
+  copy->column = node->column;
+  copy->key_line = node->key_line;
+  copy->key_column = node->key_column;
+  for (const np_node *child = node->first; child; child = child->next) {
+    np_node *child_copy = np_node_copy(context, child);
+    if (!child_copy) {
+      np_node_destroy(context, copy);
+      return NULL;
+    }
+    np_node_append(copy, child_copy);
+  }
+  return copy;
+}
+
+/* The pointer that points to `child`, or, when it is NULL, the one at the end. */
+static np_node **find_link(np_node *parent, const np_node *child) {
+  np_node **link = &parent->first;
+  while (*link != child) link = &(*link)->next;
+  return link;
+}
+
+void np_node_append(np_node *parent, np_node *child) {
+  child->next = NULL;
+  *find_link(parent, NULL) = child;
+}
+
+void np_node_remove(np_node *parent, np_node *child) {
+  *find_link(parent, child) = child->next;
+  child->next = NULL;
+}
+
+void np_node_replace(neph_context *context, np_node *parent, np_node *child, np_node *node) {
+  np_node **link = find_link(parent, child);
+  char *key = node->key;
+  node->key = child->key;
+  child->key = key;
+  node->next = child->next;
+  child->next = NULL;
+  *link = node;
+  np_node_destroy(context, child);
+}
+
+np_node *np_node_find(const np_node *mapping, const char *key) {
+  if (mapping->kind != NP_NODE_MAPPING) return NULL;
+  for (np_node *child = mapping->first; child; child = child->next)
+    if (!strcmp(child->key, key)) return child;
+  return NULL;
+}
+
+np_node *np_node_get(const np_node *sequence, size_t index) {
+  np_node *child = sequence->first;
+  while (child && index--) child = child->next;
+  return child;
+}
+
+size_t np_node_count(const np_node *node) {
+  size_t count = 0;
+  for (const np_node *child = node->first; child; child = child->next) count++;
+  return count;
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A scene file as a tree: scalars, sequences and mappings, each with its place in the file. */
+#ifndef NP_SCENE_SCENE_NODE_H
+#define NP_SCENE_SCENE_NODE_H
+
+#include "core/context_private.h"
+
+typedef enum np_node_kind { NP_NODE_SCALAR, NP_NODE_SEQUENCE, NP_NODE_MAPPING } np_node_kind;
+
+typedef struct np_node np_node;
+
+struct np_node {
+  np_node_kind kind;
+  bool is_quoted;                  /* a scalar in quotes or a block: never null */
+  unsigned line, column;           /* from 1; 0: not from a file */
+  char *text;                      /* of a scalar */
+  char *key;                       /* of an entry of a mapping */
+  unsigned key_line, key_column;
+  np_node *first, *next;           /* children of a sequence or mapping, and siblings */
+};
+
+/* NULL: no memory. `text` and `key` may be NULL. */
+np_node *np_node_create(neph_context *context, np_node_kind kind, const char *text, const char *key);
+
+/* Destroys a node and everything below it, but not its siblings. NULL is allowed. */
+void np_node_destroy(neph_context *context, np_node *node);
+
+/* A copy of a node and everything below it; NULL: no memory. */
+np_node *np_node_copy(neph_context *context, const np_node *node);
+
+/* Appends a child. */
+void np_node_append(np_node *parent, np_node *child);
+
+/* Takes a child out of its parent, without destroying it. */
+void np_node_remove(np_node *parent, np_node *child);
+
+/* Puts `node` where `child` is, with the child's key, and destroys the child. */
+void np_node_replace(neph_context *context, np_node *parent, np_node *child, np_node *node);
+
+/* NULL when there is none. */
+np_node *np_node_find(const np_node *mapping, const char *key);
+np_node *np_node_get(const np_node *sequence, size_t index);
+
+size_t np_node_count(const np_node *node);
+
+#endif
