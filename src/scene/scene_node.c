@@ -38,13 +38,13 @@ np_node *np_node_copy(neph_context *context, const np_node *node) {
   copy->column = node->column;
   copy->key_line = node->key_line;
   copy->key_column = node->key_column;
-  for (const np_node *child = node->first; child; child = child->next) {
-    np_node *child_copy = np_node_copy(context, child);
-    if (!child_copy) {
+  np_node **link = &copy->first;
+  for (const np_node *child = node->first; child; child = child->next, link = &(*link)->next) {
+    *link = np_node_copy(context, child);
+    if (!*link) {
       np_node_destroy(context, copy);
       return NULL;
     }
-    np_node_append(copy, child_copy);
   }
   return copy;
 }
