@@ -1,17 +1,81 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What several tests need. Include after <cmocka.h>. */
-#ifndef NEPHOS_TEST_SUPPORT_H
-#define NEPHOS_TEST_SUPPORT_H
+/* What many tests need: cmocka itself, a log that can be read, an allocator that counts and fails, a folder that goes
+ * away, and comparisons of numbers that say what both were. */
+#ifndef NP_TEST_SUPPORT_H
+#define NP_TEST_SUPPORT_H
 
 #include <math.h>
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
 
-/* Fails, printing both, unless |actual − expected| ≤ tolerance; NaN fails. */
-#define assert_near(actual, expected, tolerance) check_near((actual), (expected), (tolerance), __FILE__, __LINE__)
+#include <cmocka.h>
 
-static inline void check_near(double actual, double expected, double tolerance, const char *file, int line) {
-  if (fabs(actual - expected) <= tolerance) return;
-  print_error("%.17g is not within %g of %.17g\n", actual, tolerance, expected);
-  _fail(file, line);
-}
+#include <nephos/context.h>
+
+/* ---- Log ---- */
+
+/* Collects messages, one a line; start from test_log_start. */
+typedef struct test_log {
+  pthread_mutex_t lock;
+  unsigned counts[4]; /* by neph_log_level */
+  char text[16384];
+} test_log;
+
+void test_log_start(test_log *log);
+void test_log_clear(test_log *log);
+void test_log_receive(void *log, neph_log_level level, const char *message); /* a neph_log_fn */
+
+/* Exactly one error was logged since the last clear, and it holds each of the words; then clears. The last is NULL. */
+#define assert_one_error(log, ...) test_check_one_error(log, __FILE__, __LINE__, __VA_ARGS__, (const char *)NULL)
+void test_check_one_error(test_log *log, const char *file, int line, ...);
+
+/* A context of `thread_count` threads that logs to `log`, or, where that is NULL, nowhere. */
+neph_context *test_context_create(unsigned thread_count, test_log *log);
+
+/* ---- Memory ---- */
+
+/* Counts live blocks, checks the sizes that it is told, and fails the `fail_at`-th allocation from 1 on; 0 fails none. */
+typedef struct test_allocator {
+  atomic_size_t live_blocks, live_bytes, allocations, fail_at;
+} test_allocator;
+
+void *test_allocator_reallocate(void *allocator, void *block, size_t old_bytes, size_t new_bytes);
+
+/* Calls `attempt` with a fresh context, again and again, with its first, second, … allocation failing, until one passes
+ * without failure. Each failed attempt must return NEPH_ERROR_OUT_OF_MEMORY, log that once, and leave no block behind. */
+void assert_survives_failed_allocations(neph_result (*attempt)(neph_context *context, void *user), void *user);
+
+/* ---- Files ---- */
+
+/* A new empty folder, to be freed and removed with all that it holds by test_folder_destroy. */
+char *test_folder_create(void);
+void test_folder_destroy(char *folder);
+
+/* Number of entries in a folder: to see that nothing half-written stays. */
+unsigned test_folder_count(const char *folder);
+
+/* "folder/name", to be freed with free(). */
+char *test_path(const char *folder, const char *name);
+
+/* Path of a real file under the folder of test data, to be freed; skips the test, saying so, where there is none. */
+char *test_data_path(const char *relative);
+
+/* ---- Numbers ---- */
+
+/* |actual − expected| ≤ tolerance; a NaN is never near. */
+#define assert_near(actual, expected, tolerance)                                                                       \
+  test_check_near(actual, expected, tolerance, #actual, __FILE__, __LINE__)
+/* |actual − expected| ≤ tolerance·|expected| */
+#define assert_near_relative(actual, expected, tolerance)                                                              \
+  test_check_near_relative(actual, expected, tolerance, #actual, __FILE__, __LINE__)
+void test_check_near(double actual, double expected, double tolerance, const char *what, const char *file, int line);
+void test_check_near_relative(double actual, double expected, double tolerance, const char *what, const char *file,
+                              int line);
 
 #endif

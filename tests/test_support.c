@@ -1,0 +1,183 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "test_support.h"
+
+#include <dirent.h>
+#include <ftw.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+/* ---- Log ---- */
+
+void test_log_start(test_log *log) {
+  memset(log, 0, sizeof *log);
+  pthread_mutex_init(&log->lock, NULL);
+}
+
+void test_log_clear(test_log *log) {
+  pthread_mutex_lock(&log->lock);
+  memset(log->counts, 0, sizeof log->counts);
+  log->text[0] = '\0';
+  pthread_mutex_unlock(&log->lock);
+}
+
+void test_log_receive(void *user, neph_log_level level, const char *message) {
+  test_log *log = user;
+  pthread_mutex_lock(&log->lock);
+  log->counts[level]++;
+  size_t used = strlen(log->text);
+  snprintf(log->text + used, sizeof log->text - used, "%s\n", message);
+  pthread_mutex_unlock(&log->lock);
+}
+
+static void check_words(const char *text, const char *file, int line, va_list words) {
+  for (const char *word; (word = va_arg(words, const char *));) {
+    if (strstr(text, word)) continue;
+    print_error("no \"%s\" in the log:\n%s", word, text);
+    _fail(file, line);
+  }
+}
+
+void test_check_one_error(test_log *log, const char *file, int line, ...) {
+  if (log->counts[NEPH_LOG_ERROR] != 1) {
+    print_error("%u errors were logged, not one:\n%s", log->counts[NEPH_LOG_ERROR], log->text);
+    _fail(file, line);
+  }
+  va_list words;
+  va_start(words, line);
+  check_words(log->text, file, line, words);
+  va_end(words);
+  test_log_clear(log);
+}
+
+neph_context *test_context_create(unsigned thread_count, test_log *log) {
+  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+  desc.thread_count = thread_count;
+  desc.log = log ? test_log_receive : NULL;
+  desc.log_user = log;
+  desc.log_level_max = NEPH_LOG_DEBUG;
+  desc.module_dir = NEPHOS_TEST_MODULE_DIR;
+  neph_context *context = NULL;
+  assert_int_equal(neph_context_create(&desc, &context), NEPH_OK);
+  return context;
+}
+
+/* ---- Memory ---- */
+
+/* Each block carries its size before it, so that what the library believes of it can be checked. */
+enum { PREFIX_BYTES = 16 };
+
+static void check_old_bytes(const char *raw, size_t old_bytes) {
+  size_t bytes = 0;
+  if (raw) memcpy(&bytes, raw, sizeof bytes);
+  if (bytes == old_bytes) return;
+  fprintf(stderr, "a block of %zu bytes was given back as one of %zu\n", bytes, old_bytes);
+  abort(); /* on whatever thread this is, where cmocka could not fail */
+}
+
+void *test_allocator_reallocate(void *user, void *block, size_t old_bytes, size_t new_bytes) {
+  test_allocator *allocator = user;
+  char *raw = block ? (char *)block - PREFIX_BYTES : NULL;
+  check_old_bytes(raw, old_bytes);
+  if (new_bytes && atomic_fetch_add(&allocator->allocations, 1) + 1 == atomic_load(&allocator->fail_at)) return NULL;
+  if (new_bytes && !raw) atomic_fetch_add(&allocator->live_blocks, 1);
+  if (!new_bytes && raw) atomic_fetch_sub(&allocator->live_blocks, 1);
+  atomic_fetch_add(&allocator->live_bytes, new_bytes - old_bytes);
+  if (!new_bytes) return free(raw), NULL;
+  raw = realloc(raw, new_bytes + PREFIX_BYTES);
+  assert_non_null(raw);
+  memcpy(raw, &new_bytes, sizeof new_bytes);
+  return raw + PREFIX_BYTES;
+}
+
+/* True when the attempt met no failure. */
+static bool attempt_with_failure(size_t fail_at, neph_result (*attempt)(neph_context *, void *), void *user) {
+  test_allocator allocator = {0};
+  test_log log;
+  test_log_start(&log);
+  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+  desc.thread_count = 2;
+  desc.log = test_log_receive;
+  desc.log_user = &log;
+  desc.reallocate = test_allocator_reallocate;
+  desc.reallocate_user = &allocator;
+  desc.module_dir = NEPHOS_TEST_MODULE_DIR;
+  neph_context *context = NULL;
+  assert_int_equal(neph_context_create(&desc, &context), NEPH_OK);
+  const size_t blocks_before = atomic_load(&allocator.live_blocks);
+  const size_t allocations_before = atomic_load(&allocator.allocations);
+  atomic_store(&allocator.fail_at, allocations_before + fail_at);
+  const neph_result result = attempt(context, user);
+  const bool has_failed = atomic_load(&allocator.allocations) >= allocations_before + fail_at;
+  assert_int_equal(result, has_failed ? NEPH_ERROR_OUT_OF_MEMORY : NEPH_OK);
+  if (has_failed) assert_one_error(&log, "out of memory");
+  assert_int_equal(atomic_load(&allocator.live_blocks), blocks_before);
+  neph_context_destroy(context);
+  assert_int_equal(atomic_load(&allocator.live_blocks), 0);
+  assert_int_equal(atomic_load(&allocator.live_bytes), 0);
+  return !has_failed;
+}
+
+void assert_survives_failed_allocations(neph_result (*attempt)(neph_context *context, void *user), void *user) {
+  size_t fail_at = 1;
+  while (!attempt_with_failure(fail_at, attempt, user)) fail_at++;
+}
+
+/* ---- Files ---- */
+
+char *test_folder_create(void) {
+  char *folder = strdup("/tmp/nephos-test-XXXXXX");
+  assert_non_null(folder);
+  assert_non_null(mkdtemp(folder));
+  return folder;
+}
+
+static int remove_entry(const char *path, const struct stat *status, int type, struct FTW *place) {
+  (void)status, (void)type, (void)place;
+  return remove(path);
+}
+
+void test_folder_destroy(char *folder) {
+  assert_int_equal(nftw(folder, remove_entry, 16, FTW_DEPTH | FTW_PHYS), 0);
+  free(folder);
+}
+
+unsigned test_folder_count(const char *folder) {
+  DIR *entries = opendir(folder);
+  assert_non_null(entries);
+  unsigned count = 0;
+  for (const struct dirent *entry; (entry = readdir(entries));)
+    count += strcmp(entry->d_name, ".") && strcmp(entry->d_name, "..");
+  closedir(entries);
+  return count;
+}
+
+char *test_path(const char *folder, const char *name) {
+  char *path = NULL;
+  assert_true(asprintf(&path, "%s/%s", folder, name) > 0);
+  return path;
+}
+
+char *test_data_path(const char *relative) {
+  char *path = *NEPHOS_TEST_DATA ? test_path(NEPHOS_TEST_DATA, relative) : NULL;
+  if (path && !access(path, R_OK)) return path;
+  print_message("skipped: %s is not there (NEPHOS_TEST_DATA is \"%s\")\n", relative, NEPHOS_TEST_DATA);
+  free(path);
+  skip();
+  return NULL;
+}
+
+/* ---- Numbers ---- */
+
+void test_check_near(double actual, double expected, double tolerance, const char *what, const char *file, int line) {
+  if (fabs(actual - expected) <= tolerance || actual == expected) return;
+  print_error("%s is %.17g, not %.17g ± %g (off by %g)\n", what, actual, expected, tolerance, actual - expected);
+  _fail(file, line);
+}
+
+void test_check_near_relative(double actual, double expected, double tolerance, const char *what, const char *file,
+                              int line) {
+  if (fabs(actual - expected) <= tolerance * fabs(expected) || actual == expected) return;
+  print_error("%s is %.17g, not %.17g (off by %g of it, not %g)\n", what, actual, expected,
+              actual / expected - 1.0, tolerance);
+  _fail(file, line);
+}
