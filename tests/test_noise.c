@@ -1,0 +1,359 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "test_support.h"
+
+#include <stdlib.h>
+
+#include "core/random.h"
+#include "noise/noise.h"
+
+enum { COUNT = 4096, CHANNELS = 3 };
+
+static const np_noise_lattice tile = {.seed = 17, .period = {3, 5, 7}};
+static const np_noise_lattice endless = {.seed = 17, .period = {65536, 65536, 65536}};
+static const np_noise_octaves four_octaves = {.count = 4, .gain = 0.5f};
+
+typedef enum noise_kind { VALUE, PERLIN, PERLIN_FBM, WORLEY, WORLEY_FBM, PERLIN_WORLEY, CURL, KIND_COUNT } noise_kind;
+
+typedef struct points {
+  float x[COUNT], y[COUNT], z[COUNT];
+} points;
+
+static np_noise_points view_points(const points *p) { return (np_noise_points){COUNT, p->x, p->y, p->z}; }
+
+static void eval(neph_isa isa, noise_kind kind, const np_noise_lattice *lattice, const points *p,
+                 float out[CHANNELS][COUNT]) {
+  const np_noise_table *table = np_noise_get_table(isa);
+  const np_noise_points view = view_points(p);
+  memset(out, 0, sizeof(float) * CHANNELS * COUNT);
+  switch (kind) {
+  case VALUE: table->value(lattice, &view, out[0]); break;
+  case PERLIN: table->perlin(lattice, &view, out[0]); break;
+  case PERLIN_FBM: table->perlin_fbm(lattice, &four_octaves, &view, out[0]); break;
+  case WORLEY: table->worley(lattice, &view, out[0]); break;
+  case WORLEY_FBM: table->worley_fbm(lattice, &four_octaves, &view, out[0]); break;
+  case PERLIN_WORLEY: table->perlin_worley(lattice, &four_octaves, &view, out[0]); break;
+  case CURL: table->curl(lattice, &view, out[0], out[1], out[2]); break;
+  case KIND_COUNT: break;
+  }
+}
+
+/* Positions in multiples of 2⁻⁸, which stay exact when a tile's period is added: the noise itself must not round. */
+static float draw_coordinate(np_random *random, float size) {
+  return floorf((np_random_float(random) - 0.5f) * size * 256.0f) / 256.0f;
+}
+
+static void draw_points(uint64_t seed, float size, points *out) {
+  np_random random = np_random_start(seed, 0, 0, 0, 0);
+  for (int i = 0; i < COUNT; i++) {
+    out->x[i] = draw_coordinate(&random, size);
+    out->y[i] = draw_coordinate(&random, size);
+    out->z[i] = draw_coordinate(&random, size);
+  }
+}
+
+typedef struct statistics {
+  double min, max, mean, deviation;
+} statistics;
+
+/* Over 2²⁰ positions in 4000 cells a side, all channels together. */
+static statistics gather_statistics(noise_kind kind, uint32_t seed) {
+  static points p;
+  static float values[CHANNELS][COUNT];
+  np_noise_lattice lattice = endless;
+  lattice.seed = seed;
+  statistics s = {.min = INFINITY, .max = -INFINITY};
+  double sum = 0, sum2 = 0, count = 0;
+  const int channels = kind == CURL ? 3 : 1;
+  for (unsigned run = 0; run < 256; run++) {
+    draw_points(run, 4000.0f, &p);
+    eval(np_isa_detect(), kind, &lattice, &p, values);
+    for (int c = 0; c < channels; c++)
+      for (int i = 0; i < COUNT; i++) {
+        double v = values[c][i];
+        s.min = fmin(s.min, v);
+        s.max = fmax(s.max, v);
+        sum += v;
+        sum2 += v * v;
+        count++;
+      }
+  }
+  s.mean = sum / count;
+  s.deviation = sqrt(sum2 / count - s.mean * s.mean);
+  return s;
+}
+
+/* What noise.h promises. Tolerances: a mean of 2²⁰ values has a standard error of 1e-3 deviations, so 0.005 deviations
+ * is five of them; the documented figures are rounded to a hundredth, which adds 0.005. */
+static void assert_statistics(noise_kind kind, double min, double max, double mean, double deviation) {
+  for (uint32_t seed = 0; seed < 3; seed++) {
+    statistics s = gather_statistics(kind, seed * 0x10001u);
+    assert_true(s.min >= min && s.max <= max);
+    assert_near(s.mean, mean, 0.005 + 0.005 * deviation);
+    assert_near(s.deviation, deviation, 0.005 + 0.01 * deviation);
+  }
+}
+
+static void ranges_and_moments_are_as_documented_for_any_seed(void **state) {
+  (void)state;
+  assert_statistics(VALUE, 0, 1, 0.5, 0.20);
+  assert_statistics(PERLIN, -1, 1, 0, 0.19);
+  assert_statistics(PERLIN_FBM, -1, 1, 0, 0.117);
+  assert_statistics(WORLEY, 0, 1, 0.30, 0.18);
+  assert_statistics(WORLEY_FBM, 0, 1, 0.70, 0.111);
+  assert_statistics(PERLIN_WORLEY, 0, 1, 0.85, 0.059);
+}
+
+static void curl_has_unit_components(void **state) {
+  (void)state;
+  statistics s = gather_statistics(CURL, 3);
+  assert_near(s.mean, 0, 0.005);
+  assert_near(s.deviation, 1, 0.02); /* the scale is rounded to a hundredth */
+}
+
+static void assert_same_values(noise_kind kind, float a[CHANNELS][COUNT], float b[CHANNELS][COUNT]) {
+  for (int c = 0; c < CHANNELS; c++)
+    for (int i = 0; i < COUNT; i++)
+      if (memcmp(&a[c][i], &b[c][i], sizeof(float)) != 0)
+        fail_msg("noise %d, value %d: %.9g and %.9g", (int)kind, i, (double)a[c][i], (double)b[c][i]);
+}
+
+static void all_levels_give_the_same_bits(void **state) {
+  (void)state;
+  static points p;
+  static float a[CHANNELS][COUNT], b[CHANNELS][COUNT];
+  draw_points(1, 300.0f, &p);
+  for (noise_kind kind = VALUE; kind < KIND_COUNT; kind++) {
+    eval(NEPH_ISA_X86_64, kind, &tile, &p, a);
+    for (neph_isa isa = NEPH_ISA_X86_64_V3; isa <= np_isa_detect(); isa++) {
+      eval(isa, kind, &tile, &p, b);
+      assert_same_values(kind, a, b);
+    }
+  }
+}
+
+/* A row of any length gives what single positions give. */
+static void a_value_does_not_depend_on_its_neighbours(void **state) {
+  (void)state;
+  static points p;
+  static float whole[CHANNELS][COUNT];
+  draw_points(2, 300.0f, &p);
+  eval(np_isa_detect(), PERLIN_WORLEY, &endless, &p, whole);
+  for (size_t begin = 0, count = 1; begin + count <= COUNT; begin += count, count = count % 37 + 1) {
+    float part[64];
+    const np_noise_points view = {count, p.x + begin, p.y + begin, p.z + begin};
+    np_noise_get_table(np_isa_detect())->perlin_worley(&endless, &four_octaves, &view, part);
+    assert_memory_equal(part, whole[0] + begin, count * sizeof(float));
+  }
+}
+
+static void tiles_meet_bit_for_bit(void **state) {
+  (void)state;
+  static points p, shifted;
+  static float a[CHANNELS][COUNT], b[CHANNELS][COUNT];
+  draw_points(3, 60.0f, &p);
+  for (int i = 0; i < COUNT; i += 4) p.x[i] = 0, p.y[i + 1] = 0, p.z[i + 2] = 0; /* faces as well as the inside */
+  for (int axis = 0; axis < 3; axis++)
+    for (int turn = -2; turn <= 3; turn++) {
+      shifted = p;
+      float *coordinate = axis == 0 ? shifted.x : axis == 1 ? shifted.y : shifted.z;
+      for (int i = 0; i < COUNT; i++) coordinate[i] += (float)(turn * tile.period[axis]);
+      for (noise_kind kind = VALUE; kind < KIND_COUNT; kind++) {
+        eval(np_isa_detect(), kind, &tile, &p, a);
+        eval(np_isa_detect(), kind, &tile, &shifted, b);
+        assert_same_values(kind, a, b);
+      }
+    }
+}
+
+/* One scalar lattice written the plain way, to compare with. */
+static uint32_t hash_lattice(uint32_t seed, const int64_t cell[3], const int32_t period[3]) {
+  uint32_t h = seed;
+  for (int i = 0; i < 3; i++) {
+    int64_t wrapped = (cell[i] % period[i] + period[i]) % period[i];
+    h += (uint32_t)wrapped * 0x9e3779b1u;
+    h ^= h >> 15;
+    h *= 0x2c1b3c6du;
+  }
+  return h ^ h >> 15;
+}
+
+static float reference_worley(const np_noise_lattice *lattice, const float p[3]) {
+  float best = 1.0f;
+  for (int k = 0; k < 27; k++) {
+    int64_t cell[3];
+    float offset[3];
+    for (int i = 0; i < 3; i++) {
+      cell[i] = (int64_t)floorf(p[i]) + (i == 0 ? k / 9 : i == 1 ? k / 3 % 3 : k % 3) - 1;
+      offset[i] = (float)cell[i] - p[i];
+    }
+    uint32_t h = hash_lattice(lattice->seed, cell, lattice->period);
+    float x = offset[0] + (float)(h & 1023u) / 1024.0f, y = offset[1] + (float)(h >> 10 & 1023u) / 1024.0f;
+    float z = offset[2] + (float)(h >> 22) / 1024.0f;
+    best = fminf(best, x * x + y * y + z * z);
+  }
+  return best;
+}
+
+static double fade(double t) { return t * t * t * (t * (t * 6 - 15) + 10); }
+
+static double reference_perlin(const np_noise_lattice *lattice, const float p[3]) {
+  double sum = 0;
+  for (int corner = 0; corner < 8; corner++) {
+    int64_t cell[3];
+    double weight = 1, offset[3];
+    for (int i = 0; i < 3; i++) {
+      int side = corner >> i & 1;
+      cell[i] = (int64_t)floorf(p[i]) + side;
+      offset[i] = (double)p[i] - (double)cell[i];
+      weight *= fade(1 - fabs(offset[i]));
+    }
+    uint32_t h = hash_lattice(lattice->seed, cell, lattice->period);
+    const double gradient[3] = {h & 1023u, h >> 10 & 1023u, h >> 20 & 1023u};
+    for (int i = 0; i < 3; i++) sum += weight * (gradient[i] / 511.5 - 1) * offset[i];
+  }
+  return fmin(1, fmax(-1, sum));
+}
+
+static void noise_agrees_with_the_plain_way(void **state) {
+  (void)state;
+  static points p;
+  static float worley[CHANNELS][COUNT], perlin[CHANNELS][COUNT];
+  draw_points(4, 90.0f, &p);
+  eval(np_isa_detect(), WORLEY, &tile, &p, worley);
+  eval(np_isa_detect(), PERLIN, &tile, &p, perlin);
+  for (int i = 0; i < COUNT; i++) {
+    const float position[3] = {p.x[i], p.y[i], p.z[i]};
+    assert_true(worley[0][i] == reference_worley(&tile, position)); /* a nearest distance: exact in any order */
+    assert_near(perlin[0][i], reference_perlin(&tile, position), 2e-6); /* sums of eight terms of up to 3 in float */
+  }
+}
+
+/* Across a cell's face the slope must not jump: a difference quotient taken on both sides agrees to the change that a
+ * bounded second derivative allows, |f″|·h, with |f″| ≤ 40 for a quintic between slopes of at most 2. */
+static void slopes_are_continuous_across_cells(void **state) {
+  (void)state;
+  static points low, middle, high;
+  static float a[CHANNELS][COUNT], b[CHANNELS][COUNT], c[CHANNELS][COUNT];
+  const float h = 1.0f / 256.0f;
+  draw_points(5, 90.0f, &middle);
+  for (int axis = 0; axis < 3; axis++) {
+    points *all[3] = {&low, &middle, &high};
+    float *coordinate = axis == 0 ? middle.x : axis == 1 ? middle.y : middle.z;
+    for (int i = 0; i < COUNT; i++) coordinate[i] = roundf(coordinate[i]);
+    low = high = middle;
+    for (int side = -1; side <= 1; side += 2) {
+      points *moved = all[side + 1];
+      coordinate = axis == 0 ? moved->x : axis == 1 ? moved->y : moved->z;
+      for (int i = 0; i < COUNT; i++) coordinate[i] += (float)side * h;
+    }
+    for (int k = 0; k < 2; k++) {
+      noise_kind kind = k == 0 ? PERLIN : VALUE;
+      eval(np_isa_detect(), kind, &endless, &low, a);
+      eval(np_isa_detect(), kind, &endless, &middle, b);
+      eval(np_isa_detect(), kind, &endless, &high, c);
+      for (int i = 0; i < COUNT; i++)
+        assert_near((c[0][i] - b[0][i]) / h, (b[0][i] - a[0][i]) / h, 40.0 * (double)h);
+    }
+  }
+}
+
+static double find_divergence(const points *p, int axis_count, double h) {
+  static points moved;
+  static float field[2][CHANNELS][COUNT], divergence[COUNT];
+  memset(divergence, 0, sizeof divergence);
+  for (int axis = 0; axis < axis_count; axis++) {
+    for (int side = 0; side < 2; side++) {
+      moved = *p;
+      float *coordinate = axis == 0 ? moved.x : axis == 1 ? moved.y : moved.z;
+      for (int i = 0; i < COUNT; i++) coordinate[i] += (float)(side ? h : -h);
+      eval(np_isa_detect(), CURL, &endless, &moved, field[side]);
+    }
+    for (int i = 0; i < COUNT; i++)
+      divergence[i] += (field[1][axis][i] - field[0][axis][i]) / (float)(2 * h);
+  }
+  double sum = 0;
+  for (int i = 0; i < COUNT; i++) sum += (double)divergence[i] * (double)divergence[i];
+  return sqrt(sum / COUNT);
+}
+
+/* Central differences err by h²/6 of a third derivative, about 30 here, and by float rounding, 1e-6/h: 5e-4 together at
+ * h = 2⁻⁷. One term of the sum alone is of the order of 5. */
+static void curl_has_no_divergence(void **state) {
+  (void)state;
+  static points p;
+  draw_points(6, 90.0f, &p);
+  double whole = find_divergence(&p, 3, 0x1p-7), part = find_divergence(&p, 1, 0x1p-7);
+  assert_true(part > 1.0);
+  assert_true(whole < 2e-3 * part);
+}
+
+/* Mean squared difference at a distance: the same along an axis as along the diagonals of face and body, to the 5 % by
+ * which the lattice itself is not round (gradients along axes alone would give 40 %). */
+static double find_variogram(const points *p, double dx, double dy, double dz) {
+  static points moved;
+  static float a[CHANNELS][COUNT], b[CHANNELS][COUNT];
+  double length = sqrt(dx * dx + dy * dy + dz * dz), sum = 0;
+  moved = *p;
+  for (int i = 0; i < COUNT; i++) {
+    moved.x[i] += (float)(0.1 * dx / length);
+    moved.y[i] += (float)(0.1 * dy / length);
+    moved.z[i] += (float)(0.1 * dz / length);
+  }
+  eval(np_isa_detect(), PERLIN, &endless, p, a);
+  eval(np_isa_detect(), PERLIN, &endless, &moved, b);
+  for (int i = 0; i < COUNT; i++) sum += pow((double)(a[0][i] - b[0][i]), 2);
+  return sum / COUNT;
+}
+
+static void perlin_noise_prefers_no_direction(void **state) {
+  (void)state;
+  static points p;
+  double axis = 0, face = 0, body = 0;
+  for (uint64_t run = 0; run < 16; run++) {
+    draw_points(100 + run, 4000.0f, &p);
+    axis += find_variogram(&p, 1, 0, 0) + find_variogram(&p, 0, 1, 0) + find_variogram(&p, 0, 0, 1);
+    face += find_variogram(&p, 1, 1, 0) + find_variogram(&p, 0, 1, -1) + find_variogram(&p, -1, 0, 1);
+    body += find_variogram(&p, 1, 1, 1) + find_variogram(&p, 1, -1, 1) + find_variogram(&p, -1, 1, 1);
+  }
+  assert_near_relative(face, axis, 0.05);
+  assert_near_relative(body, axis, 0.05);
+}
+
+/* Two seeds, or two streams of one: no correlation beyond 5/√N of N positions. */
+static void seeds_give_independent_noise(void **state) {
+  (void)state;
+  static points p;
+  static float a[CHANNELS][COUNT], b[CHANNELS][COUNT];
+  draw_points(7, 4000.0f, &p);
+  np_noise_lattice first = endless, second = endless;
+  first.seed = np_noise_derive_seed(1, 0);
+  const uint32_t others[] = {np_noise_derive_seed(1, 1), np_noise_derive_seed(2, 0), first.seed + 1};
+  eval(np_isa_detect(), PERLIN, &first, &p, a);
+  for (size_t k = 0; k < sizeof others / sizeof *others; k++) {
+    second.seed = others[k];
+    eval(np_isa_detect(), PERLIN, &second, &p, b);
+    double ab = 0, aa = 0, bb = 0;
+    for (int i = 0; i < COUNT; i++) {
+      ab += (double)a[0][i] * (double)b[0][i];
+      aa += (double)a[0][i] * (double)a[0][i];
+      bb += (double)b[0][i] * (double)b[0][i];
+    }
+    assert_near(ab / sqrt(aa * bb), 0, 5.0 / sqrt(COUNT));
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(ranges_and_moments_are_as_documented_for_any_seed),
+      cmocka_unit_test(curl_has_unit_components),
+      cmocka_unit_test(all_levels_give_the_same_bits),
+      cmocka_unit_test(a_value_does_not_depend_on_its_neighbours),
+      cmocka_unit_test(tiles_meet_bit_for_bit),
+      cmocka_unit_test(noise_agrees_with_the_plain_way),
+      cmocka_unit_test(slopes_are_continuous_across_cells),
+      cmocka_unit_test(curl_has_no_divergence),
+      cmocka_unit_test(perlin_noise_prefers_no_direction),
+      cmocka_unit_test(seeds_give_independent_noise),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
