@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Integrators: one camera ray to radiance. `march` is fast and biased, `path` is unbiased in the clouds. */
+#ifndef NP_INTEGRATE_INTEGRATOR_H
+#define NP_INTEGRATE_INTEGRATOR_H
+
+#include <nephos/context.h>
+
+#include "core/random.h"
+#include "light/scene_view.h"
+
+/* What the beauty is made of: the components add up to it. */
+typedef enum np_component {
+  NP_COMPONENT_BACKGROUND, /* sky and sun's disk behind everything */
+  NP_COMPONENT_TERRAIN,    /* ground that the camera sees */
+  NP_COMPONENT_AIR,        /* in-scatter between the camera and what it sees */
+  NP_COMPONENT_SUN,        /* sunlight scattered once in cloud */
+  NP_COMPONENT_SKY,        /* skylight scattered once in cloud */
+  NP_COMPONENT_GROUND,     /* light from the ground scattered once in cloud */
+  NP_COMPONENT_MULTIPLE,   /* light scattered more than once in cloud */
+  NP_COMPONENT_COUNT
+} np_component;
+
+enum { NP_OCTAVES_MAX = 16 };
+
+typedef struct np_integrator_settings {
+  unsigned scattering_max;  /* scatterings in cloud along a path; 0xffffffff: no limit */
+  unsigned octave_count;    /* of the march, 1 to NP_OCTAVES_MAX; 1: single scattering */
+  float octave_light, octave_depth, octave_asymmetry; /* factors from one octave to the next */
+  float step_voxels;        /* longest step of the march */
+  float light_step_voxels;  /* longest step towards a light */
+  float transmittance_end;  /* the march ends a ray below this */
+} np_integrator_settings;
+
+typedef struct np_camera_ray {
+  np_dvec3 origin;
+  np_vec3 direction; /* unit */
+  float jitter;      /* 0 to 1: where in its step the march samples */
+} np_camera_ray;
+
+typedef struct np_integrator_sample {
+  np_spectrum component[NP_COMPONENT_COUNT]; /* W m⁻² sr⁻¹ nm⁻¹ */
+  float transmittance; /* through cloud alone, to what lies behind */
+  bool is_ground_behind;
+} np_integrator_sample;
+
+typedef void (*np_integrator_fn)(const np_scene_view *view, const np_integrator_settings *settings,
+                                 const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
+
+/* Distance at which the transmittance from the ray's origin through cloud falls below one half; infinite when it does
+ * not before `distance_max`. */
+typedef double (*np_half_distance_fn)(const np_scene_view *view, const np_camera_ray *ray, double distance_max);
+
+/* The three functions, for one instruction-set level. */
+typedef struct np_integrator_kernels {
+  np_integrator_fn march, path;
+  np_half_distance_fn half_distance;
+} np_integrator_kernels;
+
+const np_integrator_kernels *np_integrator_get_kernels(neph_isa isa);
+
+enum { NP_BLUE_NOISE_EDGE = 64 };
+
+/* A tile of blue noise: each of the 64² pixels holds a distinct multiple of 1/4096, equal levels far apart. */
+void np_blue_noise_fill(float out_tile[NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE]);
+
+#endif

@@ -1,0 +1,274 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The march: exponential midpoint steps through the clouds, cut at the cells of every cloud's bricks.
+ *
+ * Over a step of length h with extinction σ (at its midpoint) and source S per unit of extinction, the equation of
+ * transfer gives L += T·S·(1 − e^{−σh}), T the transmittance to the step; second order, and exact where σ and S are
+ * constant. Air between camera and step enters by parts: with I(t) its in-scatter and Tₐ(t) its transmittance to t,
+ * ∫T dI = T(end)·I(end) + ∫I·(−dT), so that each step adds (Tₐ·S + I)·(−ΔT).
+ *
+ * S is sunlight through the optical depth towards the sun, and light from sky or ground along one direction per step
+ * drawn from the phase function. Light scattered more than once is approximated by octaves (Wrenninge, Kulla and Lundqvist 2013, "Oz: The
+ * Great and Volumetric"): further copies of the single scattering with damped light, optical depth and asymmetry.
+ * Compiled once per instruction-set level.
+ */
+#include "core/isa.h"
+#include "integrate/surroundings.h"
+#include "integrate/tracking.h"
+
+void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_settings *settings,
+                                const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
+double NP_KERNEL(np_march_half_distance)(const np_scene_view *view, const np_camera_ray *ray, double distance_max);
+
+/* Beyond this optical depth, counted in the slowest octave, no light is worth walking for. */
+static const float faint_depth = 16.0f;
+
+/* One cloud along the ray: its walk, and the cell that the walk is in or comes to next. */
+typedef struct medium {
+  const np_view_volume *volume;
+  np_brick_walk walk;
+  np_brick_span span;
+  float steps_per_m;
+} medium;
+
+/* The clouds along a ray, advanced together. */
+typedef struct media {
+  unsigned count;
+  double position;
+  medium medium[NP_VIEW_VOLUMES_MAX];
+} media;
+
+/* A stretch of the ray in which every cloud stays in one cell. */
+typedef struct stretch {
+  double begin, end;
+  unsigned count;
+  unsigned active[NP_VIEW_VOLUMES_MAX]; /* indices into media.medium */
+} stretch;
+
+typedef struct march {
+  const np_scene_view *view;
+  const np_integrator_settings *settings;
+  const np_camera_ray *ray;
+  np_random *random;
+  np_vec3 to_sun;
+  /* Phase value times light factor, per cloud of the view and octave: the angle to the sun is constant along the ray. */
+  float sun_weight[NP_VIEW_VOLUMES_MAX][NP_OCTAVES_MAX];
+  float transmittance;
+  np_integrator_sample *out;
+} march;
+
+static void media_start(media *all, const np_scene_view *view, const np_camera_ray *ray, double distance_end,
+                        float step_voxels) {
+  all->count = 0;
+  all->position = 0.0;
+  for (unsigned i = 0; i < view->volume_count; i++) {
+    medium *m = &all->medium[all->count];
+    m->volume = &view->volumes[i];
+    m->steps_per_m = np_track_voxels_per_m(m->volume, ray->direction) / step_voxels;
+    np_track_start(&m->walk, m->volume, ray->origin, ray->direction, 0.0, distance_end);
+    if (np_brick_walk_next(&m->walk, &m->span)) all->count++;
+  }
+}
+
+/* Drops clouds that the ray has left; moves the others on to their next cell. */
+static void media_advance(media *all) {
+  for (unsigned i = 0; i < all->count;) {
+    medium *m = &all->medium[i];
+    if (m->span.t_end > all->position || np_brick_walk_next(&m->walk, &m->span)) {
+      i++;
+    } else if (i != --all->count) {
+      *m = all->medium[all->count];
+    }
+  }
+}
+
+/* The next stretch with anything in it; false at the end. */
+static bool media_next(media *all, stretch *out) {
+  media_advance(all);
+  if (all->count == 0) return false;
+  double begin = INFINITY;
+  for (unsigned i = 0; i < all->count; i++) begin = fmin(begin, fmax(all->medium[i].span.t_begin, all->position));
+  out->begin = begin;
+  out->end = INFINITY;
+  out->count = 0;
+  for (unsigned i = 0; i < all->count; i++) {
+    const np_brick_span *span = &all->medium[i].span;
+    const bool is_active = span->t_begin <= begin;
+    if (is_active) out->active[out->count++] = i;
+    out->end = fmin(out->end, is_active ? span->t_end : span->t_begin);
+  }
+  all->position = out->end;
+  return true;
+}
+
+static float medium_extinction(const medium *m, double t) {
+  if (m->span.brick == NP_BRICK_NONE) return m->span.range.min * m->volume->extinction_per_value;
+  return m->volume->extinction_per_value *
+         np_brick_sample(m->volume->bricks, m->span.brick, np_brick_walk_local(&m->walk, &m->span, t));
+}
+
+static float march_shadow(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
+                          np_vec3 to_sun, np_random *random) {
+  (void)random;
+  return np_transmittance(
+      np_track_depth(view, position, to_sun, INFINITY, settings->light_step_voxels, faint_depth));
+}
+
+/* Optical depth at which even the last octave is faint. */
+static float depth_of_interest(const np_integrator_settings *settings) {
+  float slowest = 1.0f;
+  for (unsigned n = 1; n < settings->octave_count; n++) slowest *= settings->octave_depth;
+  return faint_depth / slowest;
+}
+
+static void set_sun_weights(march *m) {
+  const np_vec3 d = m->ray->direction;
+  const float versine = np_versine(d.x, d.y, d.z, m->to_sun.x, m->to_sun.y, m->to_sun.z);
+  for (unsigned i = 0; i < m->view->volume_count; i++) {
+    float light = 1.0f, asymmetry = 1.0f;
+    for (unsigned n = 0; n < m->settings->octave_count; n++) {
+      const np_phase phase = np_phase_broaden(&m->view->volumes[i].phase, asymmetry);
+      m->sun_weight[i][n] = light * np_phase_eval(&phase, versine);
+      light *= m->settings->octave_light;
+      asymmetry *= m->settings->octave_asymmetry;
+    }
+  }
+}
+
+static void add_scaled(np_integrator_sample *out, np_component component, float scale, np_spectrum radiance) {
+  out->component[component] = np_spectrum_add_scaled(out->component[component], scale, radiance);
+}
+
+/* Transmittances of one depth in every octave. */
+static void fill_octaves(const np_integrator_settings *settings, float depth, float out[NP_OCTAVES_MAX]) {
+  for (unsigned n = 0; n < settings->octave_count; n++) {
+    out[n] = np_transmittance(depth);
+    depth *= settings->octave_depth;
+  }
+}
+
+/* Sunlight scattered towards the camera at `position`, weighted: `share[i]` is what part of the step's opacity, times
+ * albedo, the i-th active cloud has. */
+static void add_sun(march *m, np_dvec3 position, const media *all, const stretch *s, const np_spectrum *share,
+                    np_spectrum weight) {
+  const np_spectrum sun = np_spectrum_multiply(np_light_sun(m->view, position, m->to_sun), weight);
+  if (np_spectrum_is_zero(sun)) return;
+  float octave[NP_OCTAVES_MAX];
+  fill_octaves(m->settings,
+               np_track_depth(m->view, position, m->to_sun, INFINITY, m->settings->light_step_voxels,
+                              depth_of_interest(m->settings)),
+               octave);
+  for (unsigned i = 0; i < s->count; i++) {
+    const float *phase = m->sun_weight[all->medium[s->active[i]].volume - m->view->volumes];
+    const np_spectrum light = np_spectrum_multiply(sun, share[i]);
+    float multiple = 0.0f;
+    for (unsigned n = 1; n < m->settings->octave_count; n++) multiple += phase[n] * octave[n];
+    add_scaled(m->out, NP_COMPONENT_SUN, phase[0] * octave[0], light);
+    add_scaled(m->out, NP_COMPONENT_MULTIPLE, multiple, light);
+  }
+}
+
+/* Light from sky or ground along one direction, drawn from the phase function of one cloud, itself drawn by its share. */
+static void add_surroundings(march *m, np_dvec3 position, const media *all, const stretch *s, const np_spectrum *share,
+                             np_spectrum weight) {
+  float total = 0.0f;
+  for (unsigned i = 0; i < s->count; i++) total += np_spectrum_max(share[i]);
+  if (total <= 0.0f) return;
+  unsigned chosen = 0;
+  float rest = np_random_float(m->random) * total;
+  while (chosen + 1 < s->count && (rest -= np_spectrum_max(share[chosen])) >= 0.0f) chosen++;
+  const float u[3] = {np_random_float(m->random), np_random_float(m->random), np_random_float(m->random)};
+  float value;
+  const np_view_volume *volume = all->medium[s->active[chosen]].volume;
+  const np_vec3 direction = np_phase_sample(&volume->phase, m->ray->direction, u, &value);
+  bool is_ground;
+  np_spectrum light = np_surroundings_incoming(m->view, m->settings, position, direction, march_shadow, m->random,
+                                               &is_ground);
+  light = np_spectrum_multiply(light, np_spectrum_multiply(weight, share[chosen]));
+  light = np_spectrum_scale(light, total / np_spectrum_max(share[chosen]));
+  if (np_spectrum_is_zero(light)) return;
+  float octave[NP_OCTAVES_MAX], factor = 1.0f, multiple = 0.0f;
+  fill_octaves(m->settings,
+               np_track_depth(m->view, position, direction, INFINITY, m->settings->light_step_voxels,
+                              depth_of_interest(m->settings)),
+               octave);
+  for (unsigned n = 1; n < m->settings->octave_count; n++)
+    multiple += (factor *= m->settings->octave_light) * octave[n];
+  add_scaled(m->out, is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY, octave[0], light);
+  add_scaled(m->out, NP_COMPONENT_MULTIPLE, multiple, light);
+}
+
+/* One exponential step; `air` is that between the camera and the stretch. */
+static void step(march *m, const media *all, const stretch *s, double begin, double end,
+                 const np_aerial_perspective *air) {
+  const double middle = 0.5 * (begin + end);
+  float extinction[NP_VIEW_VOLUMES_MAX], total = 0.0f;
+  for (unsigned i = 0; i < s->count; i++) {
+    extinction[i] = medium_extinction(&all->medium[s->active[i]], middle);
+    total += extinction[i];
+  }
+  if (total <= 0.0f) return;
+  const float opacity = -expm1f(-total * (float)(end - begin)), loss = m->transmittance * opacity;
+  add_scaled(m->out, NP_COMPONENT_AIR, loss, air->inscatter);
+  m->transmittance *= 1.0f - opacity;
+  if (loss < 1e-6f || m->settings->scattering_max == 0) return;
+  np_spectrum share[NP_VIEW_VOLUMES_MAX];
+  for (unsigned i = 0; i < s->count; i++)
+    share[i] = np_spectrum_scale(all->medium[s->active[i]].volume->albedo, extinction[i] / total);
+  const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
+  const np_spectrum weight = np_spectrum_scale(air->transmittance, loss);
+  add_sun(m, position, all, s, share, weight);
+  add_surroundings(m, position, all, s, share, weight);
+}
+
+/* Steps through a stretch: whole steps shifted by the ray's jitter, cut at both ends. */
+static void cross(march *m, const media *all, const stretch *s) {
+  const double length = s->end - s->begin;
+  float steps_per_m = 0.0f;
+  for (unsigned i = 0; i < s->count; i++) steps_per_m = fmaxf(steps_per_m, all->medium[s->active[i]].steps_per_m);
+  const int count = (int)fmin(fmax(1.0, ceil(length * (double)steps_per_m)), 4096.0);
+  const np_aerial_perspective air =
+      np_light_air(m->view->camera_sky, m->ray->direction, 0.5 * (s->begin + s->end));
+  double begin = s->begin;
+  for (int k = 0; k <= count && m->transmittance > m->settings->transmittance_end; k++) {
+    const double end = fmin(s->begin + length * ((double)k + (double)m->ray->jitter) / (double)count, s->end);
+    if (end > begin) step(m, all, s, begin, end, &air);
+    begin = end;
+  }
+}
+
+void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_settings *settings,
+                                const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
+  *out = (np_integrator_sample){.transmittance = 1.0f};
+  np_ground_hit hit;
+  out->is_ground_behind = np_ground_intersect(view, ray->origin, ray->direction, &hit);
+  march m = {.view = view, .settings = settings, .ray = ray, .random = random, .transmittance = 1.0f, .out = out};
+  media all;
+  media_start(&all, view, ray, out->is_ground_behind ? hit.distance_m : HUGE_VAL, settings->step_voxels);
+  if (all.count > 0) {
+    m.to_sun = np_light_sample_sun(view, np_random_float(random), np_random_float(random));
+    set_sun_weights(&m);
+    stretch s;
+    while (m.transmittance > settings->transmittance_end && media_next(&all, &s)) cross(&m, &all, &s);
+  }
+  out->transmittance = m.transmittance;
+  np_surroundings_add_behind(view, settings, ray, out->is_ground_behind ? &hit : NULL, m.transmittance, march_shadow,
+                             random, out);
+}
+
+double NP_KERNEL(np_march_half_distance)(const np_scene_view *view, const np_camera_ray *ray, double distance_max) {
+  media all;
+  stretch s;
+  float depth = 0.0f;
+  media_start(&all, view, ray, distance_max, 1.0f);
+  while (media_next(&all, &s)) {
+    for (int k = 0; k < NP_BRICK_EDGE; k++) {
+      const double length = (s.end - s.begin) / NP_BRICK_EDGE, middle = s.begin + length * ((double)k + 0.5);
+      float extinction = 0.0f;
+      for (unsigned i = 0; i < s.count; i++) extinction += medium_extinction(&all.medium[s.active[i]], middle);
+      const float added = extinction * (float)length, missing = NP_LN2_F - depth;
+      if (added >= missing) return s.begin + length * ((double)k + (double)(missing / added));
+      depth += added;
+    }
+  }
+  return INFINITY;
+}

@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The path tracer: analog delta tracking from the camera, next-event estimation of the sun at every scattering.
+ *
+ * A path flies to its next collision (Woodcock, Murphy, Hemmings and Longworth 1965, against the bricks' bounds), is
+ * weighted by the albedo, gathers the sun through an independent unbiased transmittance (ratio tracking with the cell's
+ * minimum as control; Novák, Selle and Jarosz 2014), and scatters by the phase function, whose sampling is exact. Where
+ * it leaves the clouds it sees sky or ground. So the mean over samples is the solution of the equation of transfer in
+ * the clouds, under the sky and ground that the scene view describes. Compiled once per instruction-set level.
+ */
+#include "core/isa.h"
+#include "integrate/surroundings.h"
+#include "integrate/tracking.h"
+
+void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
+                               const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
+
+typedef struct path_state {
+  np_dvec3 position;
+  np_vec3 direction; /* of flight, away from the camera */
+  np_spectrum throughput;
+  const np_view_volume *volume;
+  unsigned order; /* scatterings so far */
+} path_state;
+
+static float track_shadow(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
+                          np_vec3 to_sun, np_random *random) {
+  (void)settings;
+  return np_track_transmittance(view, position, to_sun, INFINITY, random);
+}
+
+static void add(np_integrator_sample *out, np_component component, np_spectrum radiance) {
+  out->component[component] = np_spectrum_add(out->component[component], radiance);
+}
+
+/* Sunlight scattered towards the camera at the present collision. */
+static void gather_sun(const np_scene_view *view, const path_state *path, np_random *random,
+                       np_integrator_sample *out) {
+  const np_vec3 to_sun = np_light_sample_sun(view, np_random_float(random), np_random_float(random));
+  const np_spectrum sun = np_light_sun(view, path->position, to_sun);
+  if (np_spectrum_is_zero(sun)) return;
+  const np_vec3 d = path->direction;
+  const float phase = np_phase_eval(&path->volume->phase, np_versine(d.x, d.y, d.z, to_sun.x, to_sun.y, to_sun.z));
+  const float transmittance = np_track_transmittance(view, path->position, to_sun, INFINITY, random);
+  add(out, path->order == 1 ? NP_COMPONENT_SUN : NP_COMPONENT_MULTIPLE,
+      np_spectrum_scale(np_spectrum_multiply(path->throughput, sun), phase * transmittance));
+}
+
+static void gather_surroundings(const np_scene_view *view, const np_integrator_settings *settings,
+                                const path_state *path, np_random *random, np_integrator_sample *out) {
+  bool is_ground;
+  const np_spectrum incoming =
+      np_surroundings_incoming(view, settings, path->position, path->direction, track_shadow, random, &is_ground);
+  const np_component single = is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
+  add(out, path->order == 1 ? single : NP_COMPONENT_MULTIPLE, np_spectrum_multiply(path->throughput, incoming));
+}
+
+/* Flies to the next collision; false when the path leaves the clouds or meets ground first. */
+static bool fly(const np_scene_view *view, path_state *path, np_random *random) {
+  const double distance = np_track_collision(view, path->position, path->direction, INFINITY, random, &path->volume);
+  if (isinf(distance)) return false;
+  const np_dvec3 next = np_dvec3_along(path->position, path->direction, distance);
+  np_ground_hit hit;
+  if (np_track_may_meet_ground(view, path->position, next) &&
+      np_ground_intersect(view, path->position, path->direction, &hit) && hit.distance_m < distance)
+    return false;
+  path->position = next;
+  return true;
+}
+
+static void scatter(path_state *path, np_random *random) {
+  float value;
+  const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
+  path->direction = np_phase_sample(&path->volume->phase, path->direction, u, &value);
+}
+
+/* Russian roulette on a weakened path; false ends it. */
+static bool survive(path_state *path, np_random *random) {
+  const float weight = np_spectrum_max(path->throughput);
+  if (weight >= 0.25f) return true;
+  if (np_random_float(random) >= weight) return false;
+  path->throughput = np_spectrum_scale(path->throughput, 1.0f / weight);
+  return true;
+}
+
+/* Everything that reaches the camera along a path whose first collision has been found. */
+static void follow(const np_scene_view *view, const np_integrator_settings *settings, path_state *path,
+                   np_random *random, np_integrator_sample *out) {
+  while (path->order < settings->scattering_max) {
+    path->order++;
+    path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
+    gather_sun(view, path, random, out);
+    scatter(path, random);
+    if (!survive(path, random)) return;
+    if (!fly(view, path, random)) {
+      gather_surroundings(view, settings, path, random, out);
+      return;
+    }
+  }
+}
+
+void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
+                               const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
+  *out = (np_integrator_sample){.transmittance = 1.0f};
+  np_ground_hit hit;
+  out->is_ground_behind = np_ground_intersect(view, ray->origin, ray->direction, &hit);
+  const double distance_end = out->is_ground_behind ? hit.distance_m : HUGE_VAL;
+  path_state path = {.direction = ray->direction, .throughput = np_spectrum_grey(1.0f)};
+  const double distance = np_track_collision(view, ray->origin, ray->direction, distance_end, random, &path.volume);
+  if (isinf(distance)) {
+    np_surroundings_add_behind(view, settings, ray, out->is_ground_behind ? &hit : NULL, 1.0f, track_shadow, random,
+                               out);
+    return;
+  }
+  out->transmittance = 0.0f;
+  path.position = np_dvec3_along(ray->origin, ray->direction, distance);
+  follow(view, settings, &path, random, out);
+  const np_aerial_perspective air = np_light_air(view->camera_sky, ray->direction, distance);
+  for (int c = 0; c < NP_COMPONENT_COUNT; c++)
+    out->component[c] = np_spectrum_multiply(out->component[c], air.transmittance);
+  add(out, NP_COMPONENT_AIR, air.inscatter);
+}

@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a ray meets outside the clouds: ground, air, sky and the sun's disk. Shared by both integrators, which differ in
+ * how they find the clouds' shadow on the ground. */
+#ifndef NP_INTEGRATE_SURROUNDINGS_H
+#define NP_INTEGRATE_SURROUNDINGS_H
+
+#include "core/units.h"
+#include "integrate/integrator.h"
+
+/* Transmittance of the clouds from a point towards the sun. */
+typedef float (*np_cloud_shadow_fn)(const np_scene_view *view, const np_integrator_settings *settings,
+                                    np_dvec3 position, np_vec3 to_sun, np_random *random);
+
+/* Radiance of Lambert ground under sun, clouds' shadow and sky. */
+static inline np_spectrum np_surroundings_ground(const np_scene_view *view, const np_integrator_settings *settings,
+                                                 const np_ground_hit *hit, np_cloud_shadow_fn shadow,
+                                                 np_random *random) {
+  np_spectrum irradiance = np_ground_sky_irradiance(view, hit);
+  const np_vec3 to_sun = np_light_sample_sun(view, np_random_float(random), np_random_float(random));
+  const float cosine = np_vec3_dot(hit->normal, to_sun);
+  if (cosine > 0.0f) {
+    const np_spectrum sun = np_light_sun(view, hit->position, to_sun);
+    if (!np_spectrum_is_zero(sun))
+      irradiance = np_spectrum_add_scaled(irradiance, cosine * shadow(view, settings, hit->position, to_sun, random), sun);
+  }
+  return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
+}
+
+/* Radiance that arrives at a cloud from outside along `direction`, the sun's disk excluded. */
+static inline np_spectrum np_surroundings_incoming(const np_scene_view *view, const np_integrator_settings *settings,
+                                                   np_dvec3 position, np_vec3 direction, np_cloud_shadow_fn shadow,
+                                                   np_random *random, bool *out_is_ground) {
+  np_ground_hit hit;
+  *out_is_ground = np_ground_intersect(view, position, direction, &hit);
+  if (!*out_is_ground) return np_light_sky(view, view->cloud_sky, direction);
+  const np_spectrum ground = np_surroundings_ground(view, settings, &hit, shadow, random);
+  const np_aerial_perspective air = np_light_air(view->cloud_sky, direction, hit.distance_m);
+  return np_spectrum_add(np_spectrum_multiply(ground, air.transmittance), air.inscatter);
+}
+
+/* Adds what the camera sees behind the clouds, seen through `transmittance` of them. `hit` NULL: sky. */
+static inline void np_surroundings_add_behind(const np_scene_view *view, const np_integrator_settings *settings,
+                                              const np_camera_ray *ray, const np_ground_hit *hit, float transmittance,
+                                              np_cloud_shadow_fn shadow, np_random *random,
+                                              np_integrator_sample *out) {
+  if (transmittance <= 0.0f) return;
+  if (hit) {
+    const np_aerial_perspective air = np_light_air(view->camera_sky, ray->direction, hit->distance_m);
+    const np_spectrum ground =
+        np_spectrum_multiply(np_surroundings_ground(view, settings, hit, shadow, random), air.transmittance);
+    out->component[NP_COMPONENT_TERRAIN] =
+        np_spectrum_add_scaled(out->component[NP_COMPONENT_TERRAIN], transmittance, ground);
+    out->component[NP_COMPONENT_AIR] =
+        np_spectrum_add_scaled(out->component[NP_COMPONENT_AIR], transmittance, air.inscatter);
+    return;
+  }
+  np_spectrum sky = np_light_sky(view, view->camera_sky, ray->direction);
+  np_spectrum disk = np_light_sun_disk(view, ray->direction);
+  if (view->atmosphere && !np_spectrum_is_zero(disk))
+    disk = np_spectrum_multiply(disk,
+                                np_atmosphere_transmittance_to_space(view->atmosphere, ray->origin, ray->direction));
+  out->component[NP_COMPONENT_BACKGROUND] = np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND],
+                                                                   transmittance, np_spectrum_add(sky, disk));
+}
+
+#endif

@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Free flight, transmittance and optical depth through the clouds of a scene view.
+ *
+ * Inline, so that each kernel file has it in its own instruction set. Clouds may overlap: optical depths add,
+ * transmittances multiply, and of independent free flights the shortest counts. Each cloud is walked on its own, cell by
+ * cell of its bricks, whose ranges bound the interpolant; so a collision's acceptance never exceeds one.
+ */
+#ifndef NP_INTEGRATE_TRACKING_H
+#define NP_INTEGRATE_TRACKING_H
+
+#include "core/random.h"
+#include "core/stable.h"
+#include "light/scene_view.h"
+
+static inline void np_track_start(np_brick_walk *walk, const np_view_volume *volume, np_dvec3 origin, np_vec3 direction,
+                                  double distance_begin, double distance_end) {
+  np_brick_walk_start(walk, volume->bricks, np_affine_point(&volume->world_to_index, origin),
+                      np_affine_vector(&volume->world_to_index, np_vec3_to_double(direction)), distance_begin,
+                      distance_end);
+}
+
+/* Voxels that a ray passes per metre. */
+static inline float np_track_voxels_per_m(const np_view_volume *volume, np_vec3 direction) {
+  return (float)np_dvec3_length(np_affine_vector(&volume->world_to_index, np_vec3_to_double(direction)));
+}
+
+/* ∫ value ds over one span by the midpoint rule, value·m. */
+static inline float np_track_span_integral(const np_bricks *bricks, const np_brick_walk *walk, const np_brick_span *span,
+                                           float steps_per_m) {
+  const float length = (float)(span->t_end - span->t_begin);
+  if (span->brick == NP_BRICK_NONE) return span->range.min * length;
+  const int count = (int)fmaxf(1.0f, ceilf(length * steps_per_m));
+  const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
+  const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
+  const np_vec3 step = np_vec3_scale(np_vec3_subtract(end, begin), 1.0f / (float)count);
+  float sum = 0.0f;
+  for (int k = 0; k < count; k++)
+    sum += np_brick_sample(bricks, span->brick, np_vec3_add(begin, np_vec3_scale(step, (float)k + 0.5f)));
+  return sum * length / (float)count;
+}
+
+/* Optical depth along a ray; what lies beyond `depth_end` is not looked at. */
+static inline float np_track_depth(const np_scene_view *view, np_dvec3 origin, np_vec3 direction, double distance_end,
+                                   float step_voxels, float depth_end) {
+  float depth = 0.0f;
+  for (unsigned i = 0; i < view->volume_count && depth < depth_end; i++) {
+    const np_view_volume *volume = &view->volumes[i];
+    const float steps_per_m = np_track_voxels_per_m(volume, direction) / step_voxels;
+    np_brick_walk walk;
+    np_brick_span span;
+    np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
+    while (depth < depth_end && np_brick_walk_next(&walk, &span))
+      depth += volume->extinction_per_value * np_track_span_integral(volume->bricks, &walk, &span, steps_per_m);
+  }
+  return depth;
+}
+
+/* Exponential distance of a unit-rate process, from 53 bits. */
+static inline double np_track_flight(np_random *random) { return -log1p(-np_random_double(random)); }
+
+/* Unbiased transmittance through one cell: the cell's minimum exactly, the rest by ratio tracking. */
+static inline float np_track_span_transmittance(const np_view_volume *volume, const np_brick_walk *walk,
+                                                const np_brick_span *span, np_random *random) {
+  const float length = (float)(span->t_end - span->t_begin);
+  float transmittance = np_transmittance(volume->extinction_per_value * span->range.min * length);
+  const float residual = volume->extinction_per_value * (span->range.max - span->range.min);
+  if (span->brick == NP_BRICK_NONE || residual <= 0.0f) return transmittance;
+  const float scale = volume->extinction_per_value / residual;
+  for (double t = span->t_begin; transmittance > 0.0f;) {
+    t += np_track_flight(random) / (double)residual;
+    if (t >= span->t_end) break;
+    const float value = np_brick_sample(volume->bricks, span->brick, np_brick_walk_local(walk, span, t));
+    transmittance *= fmaxf(0.0f, 1.0f - (value - span->range.min) * scale);
+  }
+  return transmittance;
+}
+
+/* Unbiased transmittance along a ray; faint estimates are settled by Russian roulette. */
+static inline float np_track_transmittance(const np_scene_view *view, np_dvec3 origin, np_vec3 direction,
+                                           double distance_end, np_random *random) {
+  float transmittance = 1.0f;
+  for (unsigned i = 0; i < view->volume_count; i++) {
+    const np_view_volume *volume = &view->volumes[i];
+    np_brick_walk walk;
+    np_brick_span span;
+    np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
+    while (np_brick_walk_next(&walk, &span)) {
+      transmittance *= np_track_span_transmittance(volume, &walk, &span, random);
+      if (transmittance >= 0.1f) continue;
+      if (np_random_float(random) >= transmittance) return 0.0f;
+      transmittance = 1.0f;
+    }
+  }
+  return transmittance;
+}
+
+/* Where a free flight collides inside one cell; beyond the cell's end when it passes. A flight against the cell's
+ * maximum is accepted with certainty in the share of its minimum, which costs no look-up. */
+static inline double np_track_span_collision(const np_view_volume *volume, const np_brick_walk *walk,
+                                             const np_brick_span *span, np_random *random) {
+  const double majorant = (double)(volume->extinction_per_value * span->range.max);
+  if (majorant <= 0.0) return INFINITY;
+  for (double t = span->t_begin;;) {
+    t += np_track_flight(random) / majorant;
+    if (t >= span->t_end) return INFINITY;
+    const float threshold = np_random_float(random) * span->range.max;
+    if (threshold < span->range.min) return t;
+    if (span->brick == NP_BRICK_NONE) continue;
+    if (threshold < np_brick_sample(volume->bricks, span->brick, np_brick_walk_local(walk, span, t))) return t;
+  }
+}
+
+/* Distance to the next collision before `distance_end`, and the cloud it happens in; infinite when there is none. */
+static inline double np_track_collision(const np_scene_view *view, np_dvec3 origin, np_vec3 direction,
+                                        double distance_end, np_random *random, const np_view_volume **out_volume) {
+  double nearest = INFINITY;
+  for (unsigned i = 0; i < view->volume_count; i++) {
+    const np_view_volume *volume = &view->volumes[i];
+    np_brick_walk walk;
+    np_brick_span span;
+    np_track_start(&walk, volume, origin, direction, 0.0, fmin(distance_end, nearest));
+    while (np_brick_walk_next(&walk, &span)) {
+      const double t = np_track_span_collision(volume, &walk, &span, random);
+      if (t >= nearest || isinf(t)) continue;
+      nearest = t;
+      *out_volume = volume;
+      break;
+    }
+  }
+  return nearest;
+}
+
+/* Whether a segment can be cut by ground at all: both ends above every summit cannot. */
+static inline bool np_track_may_meet_ground(const np_scene_view *view, np_dvec3 from, np_dvec3 to) {
+  if (!view->has_planet && !view->terrain) return false;
+  const double summit = view->terrain ? fmax(view->terrain_max.z, 0.0) : 0.0;
+  return from.z <= summit || to.z <= summit;
+}
+
+#endif
