@@ -1,0 +1,265 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "test_support.h"
+
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+
+typedef struct fixture {
+  test_log log;
+  neph_context *context;
+  char *folder, *path; /* `path` lies in `folder`, and is not there at first */
+} fixture;
+
+static int set_up(void **state) {
+  fixture *f = calloc(1, sizeof *f);
+  test_log_start(&f->log);
+  f->context = test_context_create(1, &f->log);
+  f->folder = test_folder_create();
+  f->path = test_path(f->folder, "file.bin");
+  *state = f;
+  return 0;
+}
+
+static int tear_down(void **state) {
+  fixture *f = *state;
+  test_folder_destroy(f->folder);
+  neph_context_destroy(f->context);
+  free(f->path);
+  free(f);
+  return 0;
+}
+
+static void write_text(fixture *f, const char *text) {
+  assert_int_equal(np_file_write_all(f->context, f->path, text, strlen(text)), NEPH_OK);
+}
+
+static void assert_holds(fixture *f, const char *path, const char *expected) {
+  void *bytes = NULL;
+  size_t size = 0;
+  assert_int_equal(np_file_read(f->context, path, &bytes, &size), NEPH_OK);
+  assert_int_equal(size, strlen(expected));
+  assert_string_equal(bytes, expected); /* which tests the zero behind the end as well */
+  np_alloc_free(f->context, bytes);
+}
+
+/* ---- Reading ---- */
+
+static void what_was_written_is_read(void **state) {
+  fixture *f = *state;
+  write_text(f, "cloud");
+  assert_holds(f, f->path, "cloud");
+  write_text(f, "");
+  assert_holds(f, f->path, "");
+  assert_int_equal(test_folder_count(f->folder), 1);
+}
+
+static void file_without_a_size_is_read_to_its_end(void **state) {
+  fixture *f = *state;
+  void *bytes = NULL;
+  size_t size = 0;
+  assert_int_equal(np_file_read(f->context, "/proc/self/maps", &bytes, &size), NEPH_OK);
+  assert_true(size > 1000 && size == strlen(bytes));
+  np_alloc_free(f->context, bytes);
+}
+
+static void missing_file_is_not_found(void **state) {
+  fixture *f = *state;
+  void *bytes = f;
+  size_t size = 1;
+  assert_int_equal(np_file_read(f->context, f->path, &bytes, &size), NEPH_ERROR_NOT_FOUND);
+  assert_null(bytes);
+  assert_int_equal(size, 0);
+  assert_one_error(&f->log, f->path, "No such file");
+}
+
+static void folder_is_no_file(void **state) {
+  fixture *f = *state;
+  void *bytes = NULL;
+  size_t size = 0;
+  assert_int_equal(np_file_read(f->context, f->folder, &bytes, &size), NEPH_ERROR_IO);
+  assert_one_error(&f->log, f->folder, "directory");
+  assert_int_equal(np_file_write_all(f->context, f->folder, "x", 1), NEPH_ERROR_IO);
+  assert_one_error(&f->log, f->folder, "a folder");
+}
+
+/* ---- Writing ---- */
+
+static void target_is_untouched_until_the_end(void **state) {
+  fixture *f = *state;
+  write_text(f, "old");
+  np_file_write write;
+  assert_int_equal(np_file_write_begin(f->context, f->path, &write), NEPH_OK);
+  assert_memory_equal(write.temporary, f->folder, strlen(f->folder));
+  FILE *file = fopen(write.temporary, "w");
+  fputs("new", file);
+  fclose(file);
+  assert_holds(f, f->path, "old");
+  assert_int_equal(np_file_write_commit(&write), NEPH_OK);
+  assert_holds(f, f->path, "new");
+  assert_int_equal(test_folder_count(f->folder), 1);
+}
+
+static void abandoned_write_leaves_nothing(void **state) {
+  fixture *f = *state;
+  np_file_write write;
+  assert_int_equal(np_file_write_begin(f->context, f->path, &write), NEPH_OK);
+  assert_int_equal(test_folder_count(f->folder), 1);
+  np_file_write_abandon(&write);
+  assert_int_equal(test_folder_count(f->folder), 0);
+  np_file_write_abandon(&write); /* again: nothing happens */
+}
+
+static void lost_temporary_file_is_an_error(void **state) {
+  fixture *f = *state;
+  np_file_write write;
+  assert_int_equal(np_file_write_begin(f->context, f->path, &write), NEPH_OK);
+  unlink(write.temporary);
+  assert_int_equal(np_file_write_commit(&write), NEPH_ERROR_IO);
+  assert_one_error(&f->log, f->path, "No such file");
+  assert_int_equal(test_folder_count(f->folder), 0);
+}
+
+static void missing_folder_is_named(void **state) {
+  fixture *f = *state;
+  char *path = test_path(f->folder, "nowhere/file.bin");
+  assert_int_equal(np_file_write_all(f->context, path, "x", 1), NEPH_ERROR_IO);
+  assert_one_error(&f->log, path, "cannot be written", "No such file");
+  free(path);
+}
+
+static void unwritable_folder_is_named(void **state) {
+  fixture *f = *state;
+  const uid_t user = geteuid(), nobody = 65534;
+  assert_int_equal(chmod(f->folder, 0555), 0);
+  if (user == 0) assert_int_equal(seteuid(nobody), 0); /* root may write everywhere */
+  neph_result result = np_file_write_all(f->context, f->path, "x", 1);
+  if (user == 0) assert_int_equal(seteuid(user), 0);
+  assert_int_equal(chmod(f->folder, 0755), 0);
+  assert_int_equal(result, NEPH_ERROR_IO);
+  assert_one_error(&f->log, f->path, "cannot be written", "Permission denied");
+  assert_int_equal(test_folder_count(f->folder), 0);
+}
+
+static void full_disk_leaves_nothing(void **state) {
+  fixture *f = *state;
+  if (access("/dev/full", W_OK)) skip();
+  /* The temporary file becomes a link to a device without room. */
+  write_text(f, "old");
+  np_file_write write;
+  assert_int_equal(np_file_write_begin(f->context, f->path, &write), NEPH_OK);
+  unlink(write.temporary);
+  assert_int_equal(symlink("/dev/full", write.temporary), 0);
+  FILE *file = fopen(write.temporary, "w");
+  fputs("new", file);
+  assert_int_equal(fclose(file), EOF);
+  np_file_write_abandon(&write);
+  assert_holds(f, f->path, "old");
+  assert_int_equal(test_folder_count(f->folder), 1);
+}
+
+static void devices_are_not_replaced(void **state) {
+  fixture *f = *state;
+  assert_int_equal(np_file_write_all(f->context, "/dev/null", "x", 1), NEPH_ERROR_IO);
+  assert_one_error(&f->log, "/dev/null", "device");
+}
+
+static void link_stays_a_link(void **state) {
+  fixture *f = *state;
+  write_text(f, "old");
+  char *link = test_path(f->folder, "link");
+  assert_int_equal(symlink("file.bin", link), 0);
+  assert_int_equal(np_file_write_all(f->context, link, "new", 3), NEPH_OK);
+  assert_holds(f, f->path, "new");
+  struct stat status;
+  assert_int_equal(lstat(link, &status), 0);
+  assert_true(S_ISLNK(status.st_mode));
+  free(link);
+}
+
+static void permissions_follow_the_umask(void **state) {
+  fixture *f = *state;
+  const mode_t saved = umask(027);
+  write_text(f, "x");
+  umask(saved);
+  struct stat status;
+  assert_int_equal(stat(f->path, &status), 0);
+  assert_int_equal(status.st_mode & 0777, 0640);
+}
+
+static neph_result write_and_read(neph_context *context, void *path) {
+  void *bytes = NULL;
+  size_t size = 0;
+  neph_result result = np_file_write_all(context, path, "cloud", 5);
+  if (!result) result = np_file_read(context, path, &bytes, &size);
+  np_alloc_free(context, bytes);
+  return result;
+}
+
+static void failed_allocations_leave_nothing(void **state) {
+  fixture *f = *state;
+  assert_survives_failed_allocations(write_and_read, f->path);
+  assert_int_equal(test_folder_count(f->folder), 1);
+}
+
+/* ---- Names ---- */
+
+static void assert_text(fixture *f, char *text, const char *expected) {
+  assert_string_equal(text, expected);
+  np_alloc_free(f->context, text);
+}
+
+static void paths_are_seen_from_the_base_file(void **state) {
+  fixture *f = *state;
+  assert_text(f, np_file_resolve(f->context, "scenes/a.yaml", "data/b.vdb"), "scenes/data/b.vdb");
+  assert_text(f, np_file_resolve(f->context, "/a.yaml", "b.vdb"), "/b.vdb");
+  assert_text(f, np_file_resolve(f->context, "a.yaml", "b.vdb"), "b.vdb");
+  assert_text(f, np_file_resolve(f->context, "scenes/a.yaml", "/b.vdb"), "/b.vdb");
+  assert_text(f, np_file_resolve(f->context, NULL, "b.vdb"), "b.vdb");
+}
+
+static void frame_number_replaces_the_last_hashes(void **state) {
+  fixture *f = *state;
+  assert_text(f, np_file_frame_name(f->context, "a.####.exr", 7), "a.0007.exr");
+  assert_text(f, np_file_frame_name(f->context, "a.####.exr", 123456), "a.123456.exr");
+  assert_text(f, np_file_frame_name(f->context, "a.#.exr", 12), "a.12.exr");
+  assert_text(f, np_file_frame_name(f->context, "a.####.exr", -7), "a.-007.exr");
+  assert_text(f, np_file_frame_name(f->context, "##/a.##", 3), "##/a.03");
+  assert_text(f, np_file_frame_name(f->context, "a.exr", 7), "a.exr");
+  assert_text(f, np_file_frame_name(f->context, "100%s.###", 7), "100%s.007");
+}
+
+static void existence_is_told(void **state) {
+  fixture *f = *state;
+  assert_false(np_file_exists(f->path));
+  write_text(f, "x");
+  assert_true(np_file_exists(f->path));
+}
+
+#define FILE_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      FILE_TEST(what_was_written_is_read),
+      FILE_TEST(file_without_a_size_is_read_to_its_end),
+      FILE_TEST(missing_file_is_not_found),
+      FILE_TEST(folder_is_no_file),
+      FILE_TEST(target_is_untouched_until_the_end),
+      FILE_TEST(abandoned_write_leaves_nothing),
+      FILE_TEST(lost_temporary_file_is_an_error),
+      FILE_TEST(missing_folder_is_named),
+      FILE_TEST(unwritable_folder_is_named),
+      FILE_TEST(full_disk_leaves_nothing),
+      FILE_TEST(devices_are_not_replaced),
+      FILE_TEST(link_stays_a_link),
+      FILE_TEST(permissions_follow_the_umask),
+      FILE_TEST(failed_allocations_leave_nothing),
+      FILE_TEST(paths_are_seen_from_the_base_file),
+      FILE_TEST(frame_number_replaces_the_last_hashes),
+      FILE_TEST(existence_is_told),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,298 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "test_support.h"
+
+#include <pmmintrin.h>
+#include <stdlib.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "core/parallel.h"
+
+enum { ITEMS_MAX = 1000 };
+
+static double read_seconds(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* ---- Items ---- */
+
+typedef struct tally {
+  atomic_uint hits[ITEMS_MAX];
+  unsigned thread_count;
+  size_t grain, count;
+  atomic_uint wrong_calls;
+} tally;
+
+static neph_result count_items(void *user, size_t begin, size_t end, unsigned thread) {
+  tally *t = user;
+  const bool is_whole_piece = end - begin == t->grain || end == t->count;
+  if (begin >= end || end > t->count || !is_whole_piece || thread >= t->thread_count)
+    atomic_fetch_add(&t->wrong_calls, 1);
+  for (size_t i = begin; i < end; i++) atomic_fetch_add(&t->hits[i], 1);
+  return NEPH_OK;
+}
+
+static void check_each_item_once(neph_context *context, unsigned thread_count, size_t count, size_t grain) {
+  tally *t = calloc(1, sizeof *t);
+  t->thread_count = thread_count;
+  t->count = count;
+  t->grain = grain;
+  assert_int_equal(np_parallel_for(context, NULL, count, grain, count_items, t), NEPH_OK);
+  for (size_t i = 0; i < ITEMS_MAX; i++) assert_int_equal(atomic_load(&t->hits[i]), i < count);
+  assert_int_equal(atomic_load(&t->wrong_calls), 0);
+  free(t);
+}
+
+static void each_item_is_worked_on_once(void **state) {
+  (void)state;
+  const size_t counts[] = {0, 1, 2, 63, 64, 65, ITEMS_MAX}, grains[] = {1, 3, 64, 5000};
+  for (unsigned threads = 1; threads <= 8; threads++) {
+    neph_context *context = test_context_create(threads, NULL);
+    for (size_t c = 0; c < sizeof counts / sizeof counts[0]; c++)
+      for (size_t g = 0; g < sizeof grains / sizeof grains[0]; g++)
+        check_each_item_once(context, threads, counts[c], grains[g]);
+    neph_context_destroy(context);
+  }
+}
+
+static neph_result fail_in_the_middle(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)end, (void)thread;
+  atomic_fetch_add((atomic_uint *)user, 1);
+  return begin == 50 ? NEPH_ERROR_BAD_FILE : NEPH_OK;
+}
+
+static void failure_ends_the_loop_and_is_returned(void **state) {
+  (void)state;
+  for (unsigned threads = 1; threads <= 4; threads++) {
+    neph_context *context = test_context_create(threads, NULL);
+    atomic_uint calls = 0;
+    assert_int_equal(np_parallel_for(context, NULL, 1000000, 1, fail_in_the_middle, &calls), NEPH_ERROR_BAD_FILE);
+    assert_true(atomic_load(&calls) < 1000000);
+    atomic_store(&calls, 0);
+    assert_int_equal(np_parallel_for(context, NULL, 10, 1, fail_in_the_middle, &calls), NEPH_OK);
+    assert_int_equal(atomic_load(&calls), 10);
+    neph_context_destroy(context);
+  }
+}
+
+/* ---- Threads ---- */
+
+typedef struct nesting {
+  neph_context *context;
+  atomic_uint inner_items, strays;
+} nesting;
+
+typedef struct inner_loop {
+  nesting *outer;
+  pthread_t thread;
+  unsigned index;
+} inner_loop;
+
+static neph_result work_inside(void *user, size_t begin, size_t end, unsigned thread) {
+  inner_loop *inner = user;
+  if (!pthread_equal(inner->thread, pthread_self()) || thread != inner->index)
+    atomic_fetch_add(&inner->outer->strays, 1);
+  atomic_fetch_add(&inner->outer->inner_items, (unsigned)(end - begin));
+  return NEPH_OK;
+}
+
+static neph_result nest_a_loop(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)begin, (void)end;
+  nesting *outer = user;
+  inner_loop inner = {outer, pthread_self(), thread};
+  return np_parallel_for(outer->context, NULL, 100, 7, work_inside, &inner);
+}
+
+static void nested_loop_stays_on_its_thread(void **state) {
+  (void)state;
+  nesting outer = {.context = test_context_create(4, NULL)};
+  assert_int_equal(np_parallel_for(outer.context, NULL, 32, 1, nest_a_loop, &outer), NEPH_OK);
+  assert_int_equal(atomic_load(&outer.inner_items), 3200);
+  assert_int_equal(atomic_load(&outer.strays), 0);
+  neph_context_destroy(outer.context);
+}
+
+static void *loop_from_another_thread(void *user) {
+  for (int i = 0; i < 50; i++) check_each_item_once(user, 3, ITEMS_MAX, 10);
+  return NULL;
+}
+
+static void several_callers_share_a_pool(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(3, NULL);
+  pthread_t callers[3];
+  for (int i = 0; i < 3; i++) pthread_create(&callers[i], NULL, loop_from_another_thread, context);
+  for (int i = 0; i < 3; i++) pthread_join(callers[i], NULL);
+  neph_context_destroy(context);
+}
+
+static neph_result check_float_mode(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)begin, (void)end, (void)thread;
+  const unsigned wanted = _MM_FLUSH_ZERO_ON | _MM_DENORMALS_ZERO_ON;
+  if ((_mm_getcsr() & wanted) != wanted) atomic_fetch_add((atomic_uint *)user, 1);
+  return NEPH_OK;
+}
+
+static void workers_flush_subnormals_and_callers_on_request(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(4, NULL);
+  atomic_uint wrong = 0;
+  assert_int_equal(np_parallel_for(context, NULL, 100, 1, check_float_mode, &wrong), NEPH_OK);
+  assert_int_equal(atomic_load(&wrong), 0);
+
+  const unsigned before = _mm_getcsr(), saved = np_float_mode_enter();
+  check_float_mode(&wrong, 0, 1, 0);
+  assert_int_equal(atomic_load(&wrong), 0);
+  np_float_mode_leave(saved);
+  assert_int_equal(_mm_getcsr(), before);
+  neph_context_destroy(context);
+}
+
+static void some_cpu_is_always_found(void **state) {
+  (void)state;
+  assert_in_range(np_cpu_count(), 1, 1 << 20);
+}
+
+/* ---- Progress ---- */
+
+typedef struct listener {
+  pthread_t thread;
+  unsigned reports, strays, retreats;
+  double last_fraction, stop_at; /* cancels from this fraction on */
+  const char *stage;
+} listener;
+
+static bool listen(void *user, const neph_progress *progress) {
+  listener *l = user;
+  l->reports++;
+  if (!pthread_equal(l->thread, pthread_self())) l->strays++;
+  if (progress->fraction < l->last_fraction || progress->fraction > 1.0) l->retreats++;
+  if (progress->elapsed_s < 0 || strcmp(progress->stage, l->stage)) l->strays++;
+  l->last_fraction = progress->fraction;
+  return progress->fraction < l->stop_at;
+}
+
+static listener start_listener(double stop_at) {
+  return (listener){.thread = pthread_self(), .stop_at = stop_at, .stage = "testing"};
+}
+
+static neph_result sleep_a_millisecond(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)user, (void)thread;
+  usleep((unsigned)(end - begin) * 1000);
+  return NEPH_OK;
+}
+
+static void long_loop_reports_on_the_calling_thread(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  listener l = start_listener(2.0);
+  np_monitor monitor;
+  np_monitor_start(&monitor, context, listen, &l);
+  np_monitor_set_stage(&monitor, "testing");
+  np_monitor_set_range(&monitor, 0.25, 0.75);
+  assert_int_equal(np_parallel_for(context, &monitor, 400, 1, sleep_a_millisecond, NULL), NEPH_OK);
+  assert_true(l.reports >= 3); /* 0.2 s of work, told every 0.03 s; a busy machine may lose a few */
+  assert_int_equal(l.strays, 0);
+  assert_int_equal(l.retreats, 0);
+  assert_true(l.last_fraction >= 0.25 && l.last_fraction <= 0.75);
+  neph_context_destroy(context);
+}
+
+static void many_short_loops_report_as_one(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  listener l = start_listener(2.0);
+  np_monitor monitor;
+  np_monitor_start(&monitor, context, listen, &l);
+  np_monitor_set_stage(&monitor, "testing");
+  for (int i = 0; i < 100; i++) {
+    np_monitor_set_range(&monitor, 0.01 * i, 0.01 * (i + 1));
+    assert_int_equal(np_parallel_for(context, &monitor, 2, 1, sleep_a_millisecond, NULL), NEPH_OK);
+  }
+  assert_true(l.reports >= 2);
+  assert_int_equal(l.strays + l.retreats, 0);
+  neph_context_destroy(context);
+}
+
+/* ---- Cancelling ---- */
+
+/* Ten minutes of work; half a second is what the interface promises. */
+static void check_cancel(double stop_at, unsigned thread_count, size_t count) {
+  neph_context *context = test_context_create(thread_count, NULL);
+  listener l = start_listener(stop_at);
+  np_monitor monitor;
+  np_monitor_start(&monitor, context, listen, &l);
+  monitor.stage = "testing";
+  assert_false(np_monitor_is_cancelled(&monitor));
+  const double begin_s = read_seconds();
+  neph_result result = np_parallel_for(context, &monitor, count, 1, sleep_a_millisecond, NULL);
+  assert_int_equal(result, NEPH_ERROR_CANCELLED);
+  assert_true(read_seconds() - begin_s < 0.5 + stop_at * (double)count * 1e-3);
+  assert_true(np_monitor_is_cancelled(&monitor));
+  const unsigned reports = l.reports;
+  assert_int_equal(np_parallel_for(context, &monitor, 10, 1, sleep_a_millisecond, NULL), NEPH_ERROR_CANCELLED);
+  assert_int_equal(l.reports, reports); /* who has cancelled is not asked again */
+  neph_context_destroy(context);
+}
+
+static void loop_is_cancelled_in_half_a_second(void **state) {
+  (void)state;
+  for (unsigned threads = 1; threads <= 4; threads++) check_cancel(0.0, threads, 600000);
+  check_cancel(0.5, 2, 300);
+}
+
+static bool wait_for_cancel(np_monitor *monitor) {
+  const double begin_s = read_seconds();
+  while (!np_monitor_is_cancelled(monitor) && read_seconds() - begin_s < 5.0) usleep(1000);
+  return np_monitor_is_cancelled(monitor);
+}
+
+static neph_result run_until_cancelled(void *user) {
+  np_monitor_set_stage(user, "elsewhere"); /* the caller's alone: a worker's words must not be heard */
+  return wait_for_cancel(user) ? NEPH_ERROR_CANCELLED : NEPH_OK;
+}
+
+static void blocking_job_is_cancelled_too(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(1, NULL);
+  listener l = start_listener(0.0);
+  np_monitor monitor;
+  np_monitor_start(&monitor, context, listen, &l);
+  monitor.stage = "testing";
+  const double begin_s = read_seconds();
+  assert_int_equal(np_parallel_run(context, &monitor, run_until_cancelled, &monitor), NEPH_ERROR_CANCELLED);
+  assert_true(read_seconds() - begin_s < 0.5);
+  assert_int_equal(l.strays, 0);
+  neph_context_destroy(context);
+}
+
+static neph_result fail_at_once(void *user) { return *(neph_result *)user; }
+
+static void blocking_job_gives_its_result(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_result result = NEPH_ERROR_LIMIT;
+  assert_int_equal(np_parallel_run(context, NULL, fail_at_once, &result), NEPH_ERROR_LIMIT);
+  result = NEPH_OK;
+  assert_int_equal(np_parallel_run(context, NULL, fail_at_once, &result), NEPH_OK);
+  neph_context_destroy(context);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(each_item_is_worked_on_once),
+      cmocka_unit_test(failure_ends_the_loop_and_is_returned),
+      cmocka_unit_test(nested_loop_stays_on_its_thread),
+      cmocka_unit_test(several_callers_share_a_pool),
+      cmocka_unit_test(workers_flush_subnormals_and_callers_on_request),
+      cmocka_unit_test(some_cpu_is_always_found),
+      cmocka_unit_test(long_loop_reports_on_the_calling_thread),
+      cmocka_unit_test(many_short_loops_report_as_one),
+      cmocka_unit_test(loop_is_cancelled_in_half_a_second),
+      cmocka_unit_test(blocking_job_is_cancelled_too),
+      cmocka_unit_test(blocking_job_gives_its_result),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
