@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Height fields in memory: their place on the globe, their voids, their rim. */
+#include "terrain/heightfield.h"
+
+#include <math.h>
+
+#include "core/alloc.h"
+#include "core/units.h"
+
+/* Share of the width, on each side, over which elevations fade to the sphere. */
+static const double blend_share = 0.05;
+
+static const float elevation_limit_m = 1e5f;
+
+neph_result np_heightfield_create_flat(neph_context *context, unsigned width, unsigned height,
+                                       const neph_terrain_desc *desc, np_heightfield *out_field) {
+  *out_field = (np_heightfield){.width = width, .height = height};
+  out_field->elevation_m = np_alloc(context, (size_t)width * height, sizeof(float));
+  if (!out_field->elevation_m) return NEPH_ERROR_OUT_OF_MEMORY;
+  double step_rad = desc->width_m / desc->planet_radius_m / (width - 1);
+  out_field->step_east_rad = out_field->step_north_rad = step_rad;
+  out_field->west_rad = -0.5 * step_rad * (width - 1);
+  out_field->south_rad = -0.5 * step_rad * (height - 1);
+  return NEPH_OK;
+}
+
+void np_heightfield_destroy(neph_context *context, np_heightfield *field) {
+  np_alloc_free(context, field->elevation_m);
+  field->elevation_m = NULL;
+}
+
+/* Voids are filled by push-pull (Gortler et al. 1996, "The Lumigraph", section 3.4.3): each coarser level holds the
+ * means of what is known in 2×2 samples, until nothing is missing; each void takes the coarser level's bilinear value.
+ */
+
+static float average_known(const float *values, unsigned width, unsigned height, unsigned x, unsigned y) {
+  float sum = 0;
+  int count = 0;
+  for (unsigned j = y; j < y + 2 && j < height; j++)
+    for (unsigned i = x; i < x + 2 && i < width; i++) {
+      float value = values[(size_t)j * width + i];
+      if (isnan(value)) continue;
+      sum += value;
+      count++;
+    }
+  return count ? sum / (float)count : NAN;
+}
+
+/* Bilinear value at (x, y), in samples, clamped to the edge. */
+static float sample_bilinear(const float *values, unsigned width, unsigned height, float x, float y) {
+  x = np_clampf(x, 0, (float)(width - 1));
+  y = np_clampf(y, 0, (float)(height - 1));
+  unsigned i = (unsigned)x, j = (unsigned)y;
+  size_t right = i + 1 < width, up = j + 1 < height ? width : 0;
+  const float *corner = values + (size_t)j * width + i;
+  return np_mixf(np_mixf(corner[0], corner[right], x - (float)i), np_mixf(corner[up], corner[up + right], x - (float)i),
+                 y - (float)j);
+}
+
+static size_t count_voids(const float *values, size_t count) {
+  size_t voids = 0;
+  for (size_t i = 0; i < count; i++) voids += isnan(values[i]) != 0;
+  return voids;
+}
+
+static neph_result fill_voids(neph_context *context, float *values, unsigned width, unsigned height) {
+  if (count_voids(values, (size_t)width * height) == 0) return NEPH_OK;
+  const unsigned coarse_width = (width + 1) / 2, coarse_height = (height + 1) / 2;
+  float *coarse = np_alloc(context, (size_t)coarse_width * coarse_height, sizeof *coarse);
+  if (!coarse) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned j = 0; j < coarse_height; j++)
+    for (unsigned i = 0; i < coarse_width; i++)
+      coarse[(size_t)j * coarse_width + i] = average_known(values, width, height, 2 * i, 2 * j);
+  neph_result result = fill_voids(context, coarse, coarse_width, coarse_height);
+  for (unsigned j = 0; !result && j < height; j++)
+    for (unsigned i = 0; i < width; i++) {
+      float *value = &values[(size_t)j * width + i];
+      if (isnan(*value))
+        *value = sample_bilinear(coarse, coarse_width, coarse_height, 0.5f * (float)i - 0.25f, 0.5f * (float)j - 0.25f);
+    }
+  np_alloc_free(context, coarse);
+  return result;
+}
+
+neph_result np_heightfield_finish(neph_context *context, const char *path, np_heightfield *field) {
+  const size_t count = (size_t)field->width * field->height;
+  field->elevation_min_m = INFINITY;
+  field->elevation_max_m = -INFINITY;
+  for (size_t i = 0; i < count; i++) {
+    float elevation = field->elevation_m[i];
+    if (isnan(elevation))
+      field->void_count++;
+    else if (fabsf(elevation) > elevation_limit_m)
+      return np_fail(context, NEPH_ERROR_BAD_FILE,
+                     "%s: elevation %g m in column %zu, row %zu, must be within 100 km of 0", path, (double)elevation,
+                     i % field->width, field->height - 1 - i / field->width);
+    field->elevation_min_m = fminf(field->elevation_min_m, elevation);
+    field->elevation_max_m = fmaxf(field->elevation_max_m, elevation);
+  }
+  if (field->void_count == count)
+    return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: none of its %zu samples has a value", path, count);
+  return fill_voids(context, field->elevation_m, field->width, field->height);
+}
+
+static float compute_rim_weight(unsigned index, unsigned count, double band) {
+  const unsigned from_edge = index < count - 1 - index ? index : count - 1 - index;
+  return np_smoothstepf((float)(from_edge / band));
+}
+
+void np_heightfield_blend_to_sphere(np_heightfield *field) {
+  const double band = fmax(blend_share * (field->width - 1), 1.0);
+  for (unsigned row = 0; row < field->height; row++) {
+    const float row_weight = compute_rim_weight(row, field->height, band);
+    float *elevations = field->elevation_m + (size_t)row * field->width;
+    for (unsigned column = 0; column < field->width; column++)
+      elevations[column] *= row_weight * compute_rim_weight(column, field->width, band);
+  }
+}
+
+double np_heightfield_get_elevation(const np_heightfield *field, np_field_position position) {
+  const double x = np_clamp(position.column, 0, field->width - 1), y = np_clamp(position.row, 0, field->height - 1);
+  const size_t column = (size_t)fmin(x, field->width - 2), row = (size_t)fmin(y, field->height - 2);
+  const double east = x - (double)column, north = y - (double)row;
+  const float *corner = field->elevation_m + row * field->width + column;
+  const double south_east = (double)corner[1], north_west = (double)corner[field->width];
+  if (east + north <= 1.0) {
+    const double south_west = (double)corner[0];
+    return south_west + east * (south_east - south_west) + north * (north_west - south_west);
+  }
+  const double north_east = (double)corner[field->width + 1];
+  return north_east + (1.0 - east) * (north_west - north_east) + (1.0 - north) * (south_east - north_east);
+}
+
+/* The globe. With λ the longitude from the origin's meridian, φ the latitude and φ₀ the origin's, a unit vector is
+ *
+ *     east  cosφ·sinλ
+ *     north cosφ₀·sinφ − sinφ₀·cosφ·cosλ
+ *     up    sinφ₀·sinφ + cosφ₀·cosφ·cosλ
+ */
+
+np_globe np_globe_make(double radius_m, double latitude_rad, double longitude_rad) {
+  return (np_globe){radius_m, latitude_rad, longitude_rad, sin(latitude_rad), cos(latitude_rad)};
+}
+
+np_dvec3 np_globe_to_world(const np_globe *globe, double latitude_rad, double longitude_rad, double elevation_m) {
+  const double longitude = longitude_rad - globe->longitude_rad, radius = globe->radius_m + elevation_m;
+  const double along_axis = sin(latitude_rad), from_axis = cos(latitude_rad);
+  const double to_meridian = from_axis * cos(longitude);
+  return np_dvec3_make(radius * from_axis * sin(longitude),
+                       radius * (globe->cos_latitude * along_axis - globe->sin_latitude * to_meridian),
+                       radius * (globe->sin_latitude * along_axis + globe->cos_latitude * to_meridian) -
+                           globe->radius_m);
+}
+
+/* Where the vertical line through (x, y) meets the sphere of a radius, in samples; false when it passes by. */
+static bool project(const np_heightfield *field, const np_globe *globe, double x_m, double y_m, double radius_m,
+                    np_field_position *out) {
+  const double east = x_m / radius_m, north = y_m / radius_m, up2 = 1.0 - east * east - north * north;
+  if (!(up2 > 0.0)) return false;
+  const double up = sqrt(up2), to_meridian = globe->cos_latitude * up - globe->sin_latitude * north;
+  const double latitude = asin(np_clamp(globe->sin_latitude * up + globe->cos_latitude * north, -1.0, 1.0));
+  const double middle = field->west_rad + 0.5 * field->step_east_rad * (field->width - 1);
+  const double from_middle = remainder(atan2(east, to_meridian) + globe->longitude_rad - middle, 2.0 * NP_PI);
+  out->column = from_middle / field->step_east_rad + 0.5 * (field->width - 1);
+  out->row = (latitude - field->south_rad) / field->step_north_rad;
+  return true;
+}
+
+static bool is_inside(const np_heightfield *field, np_field_position position) {
+  return position.column >= 0 && position.column <= field->width - 1 && position.row >= 0 &&
+         position.row <= field->height - 1;
+}
+
+/* The ground at (x, y) stands a little nearer to the origin in angle than the point of the sphere below it, by
+ * elevation / radius: each round gains three digits or so. At the rim the elevation is 0 and nothing moves. */
+bool np_heightfield_locate(const np_heightfield *field, const np_globe *globe, double x_m, double y_m,
+                           np_field_position *out_position) {
+  if (!project(field, globe, x_m, y_m, globe->radius_m, out_position) || !is_inside(field, *out_position)) return false;
+  for (int round = 0; round < 3; round++) {
+    const double radius_m = globe->radius_m + np_heightfield_get_elevation(field, *out_position);
+    if (!project(field, globe, x_m, y_m, radius_m, out_position)) return false;
+  }
+  return true;
+}
+
+np_dvec3 np_heightfield_get_point(const np_heightfield *field, const np_globe *globe, unsigned column, unsigned row) {
+  return np_globe_to_world(globe, field->south_rad + row * field->step_north_rad,
+                           field->west_rad + column * field->step_east_rad,
+                           (double)field->elevation_m[(size_t)row * field->width + column]);
+}

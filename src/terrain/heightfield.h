@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A grid of elevations, and where on the planet each stands. */
+#ifndef NP_TERRAIN_HEIGHTFIELD_H
+#define NP_TERRAIN_HEIGHTFIELD_H
+
+#include <nephos/terrain.h>
+
+#include "core/math.h"
+#include "core/parallel.h"
+
+enum { NP_HEIGHTFIELD_SAMPLES_MAX = 16385 }; /* along each side */
+
+/* Samples lie at even steps of longitude and latitude: of the planet for .hgt; for pictures and procedural fields of a
+ * graticule whose equator and meridian cross in the middle of the field, so that steps are arcs of equal length. */
+typedef struct np_heightfield {
+  unsigned width, height; /* samples from west to east, from south to north; 2 to NP_HEIGHTFIELD_SAMPLES_MAX */
+  float *elevation_m;     /* above the sphere; the southern row first, each from west to east */
+  double west_rad, south_rad;
+  double step_east_rad, step_north_rad;
+  bool has_place;                         /* whether the angles are true longitudes and latitudes */
+  size_t void_count;                      /* samples the file had no value for, filled from around them */
+  float elevation_min_m, elevation_max_m; /* as in the file, before any blending */
+} np_heightfield;
+
+/* Position in a height field: samples east of the western column and north of the southern row. */
+typedef struct np_field_position {
+  double column, row;
+} np_field_position;
+
+/* Reads .hgt, .exr or .png by the name's ending. `desc` gives width and radius of pictures, and the range of PNG.
+ * On failure nothing is left in `out_field`. */
+neph_result np_heightfield_load(neph_context *context, const char *path, const neph_terrain_desc *desc,
+                                np_heightfield *out_field);
+
+/* SRTM .hgt: 1201 or 3601 squared big-endian int16, the north-western sample first, −32768 for no value. */
+neph_result np_heightfield_load_hgt(neph_context *context, const char *path, np_heightfield *out_field);
+
+/* Ridged mountains from noise, of elevations 0 to relief. The same bits for any thread count and instruction set. */
+neph_result np_heightfield_make_ridges(neph_context *context, np_monitor *monitor, const neph_ridges_desc *ridges,
+                                       const neph_terrain_desc *desc, np_heightfield *out_field);
+
+/* An empty field of a picture's shape, centred on its own graticule. */
+neph_result np_heightfield_create_flat(neph_context *context, unsigned width, unsigned height,
+                                       const neph_terrain_desc *desc, np_heightfield *out_field);
+
+/* Frees the samples. A zeroed field is allowed. */
+void np_heightfield_destroy(neph_context *context, np_heightfield *field);
+
+/* Fills samples that are NaN from those around them, counts them, and finds the range of the others. Fails when no
+ * sample has a value, or one is beyond ±100 km. */
+neph_result np_heightfield_finish(neph_context *context, const char *path, np_heightfield *field);
+
+/* Bends the outer 5 % of the field's width down (or up) to the sphere. */
+void np_heightfield_blend_to_sphere(np_heightfield *field);
+
+/* Elevation on the triangles that rays meet (each cell is split from its south-eastern to its north-western corner);
+ * positions outside are taken at the edge. */
+double np_heightfield_get_elevation(const np_heightfield *field, np_field_position position);
+
+/* The world's frame on the planet: its origin at a latitude and longitude at sea level. */
+typedef struct np_globe {
+  double radius_m;
+  double latitude_rad, longitude_rad;
+  double sin_latitude, cos_latitude;
+} np_globe;
+
+np_globe np_globe_make(double radius_m, double latitude_rad, double longitude_rad);
+
+/* World position of a point above (or below) the sphere. */
+np_dvec3 np_globe_to_world(const np_globe *globe, double latitude_rad, double longitude_rad, double elevation_m);
+
+/* Where in the field the ground at a world x, y lies, on the near half of the planet; false beyond the field. */
+bool np_heightfield_locate(const np_heightfield *field, const np_globe *globe, double x_m, double y_m,
+                           np_field_position *out_position);
+
+/* World position of a sample. */
+np_dvec3 np_heightfield_get_point(const np_heightfield *field, const np_globe *globe, unsigned column, unsigned row);
+
+#endif

@@ -1,0 +1,161 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Height fields from files: SRTM .hgt, and pictures. */
+#include <ctype.h>
+#include <math.h>
+#include <string.h>
+#include <strings.h>
+
+#include <nephos/image.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+#include "core/units.h"
+#include "terrain/heightfield.h"
+
+static const char *get_base_name(const char *path) {
+  const char *slash = strrchr(path, '/');
+  return slash ? slash + 1 : path;
+}
+
+/* Two or three digits as a number; -1 when they are not all digits. */
+static int read_digits(const char *text, int count) {
+  int value = 0;
+  for (int i = 0; i < count; i++) {
+    if (!isdigit((unsigned char)text[i])) return -1;
+    value = 10 * value + (text[i] - '0');
+  }
+  return value;
+}
+
+/* The south-western sample's place from a name such as N44W072.hgt. */
+static bool read_corner(const char *name, double *out_south_rad, double *out_west_rad) {
+  if (strlen(name) < 8 || name[7] != '.') return false;
+  const int north_south = toupper((unsigned char)name[0]), east_west = toupper((unsigned char)name[3]);
+  const int latitude = read_digits(name + 1, 2), longitude = read_digits(name + 4, 3);
+  if ((north_south != 'N' && north_south != 'S') || (east_west != 'E' && east_west != 'W')) return false;
+  if (latitude < 0 || latitude > 90 || longitude < 0 || longitude > 180) return false;
+  *out_south_rad = (north_south == 'S' ? -latitude : latitude) * NP_DEGREE;
+  *out_west_rad = (east_west == 'W' ? -longitude : longitude) * NP_DEGREE;
+  return true;
+}
+
+/* Samples along each side of a tile of this many bytes; 0 when it is no tile. */
+static unsigned get_tile_side(size_t bytes) {
+  for (unsigned side = 1201; side <= 3601; side += 2400)
+    if (bytes == (size_t)2 * side * side) return side;
+  return 0;
+}
+
+static void decode_tile(const unsigned char *bytes, np_heightfield *field) {
+  const unsigned side = field->width;
+  for (unsigned row = 0; row < side; row++) {
+    float *elevations = field->elevation_m + (size_t)(side - 1 - row) * side;
+    for (unsigned column = 0; column < side; column++, bytes += 2) {
+      const int value = (int16_t)(bytes[0] << 8 | bytes[1]);
+      elevations[column] = value == -32768 ? NAN : (float)value;
+    }
+  }
+}
+
+neph_result np_heightfield_load_hgt(neph_context *context, const char *path, np_heightfield *out_field) {
+  *out_field = (np_heightfield){.has_place = true};
+  if (!read_corner(get_base_name(path), &out_field->south_rad, &out_field->west_rad))
+    return np_fail(context, NEPH_ERROR_BAD_FILE,
+                   "%s: its name must begin with the south-western corner, as N44W072.hgt", path);
+  void *bytes = NULL;
+  size_t size = 0;
+  neph_result result = np_file_read(context, path, &bytes, &size);
+  if (result) return result;
+  const unsigned side = get_tile_side(size);
+  if (!side) {
+    result = np_fail(context, NEPH_ERROR_BAD_FILE,
+                     "%s: has %zu bytes, must have %d (1201 × 1201 samples) or %d (3601 × 3601)", path, size,
+                     2 * 1201 * 1201, 2 * 3601 * 3601);
+  } else if (!(out_field->elevation_m = np_alloc(context, (size_t)side * side, sizeof(float)))) {
+    result = NEPH_ERROR_OUT_OF_MEMORY;
+  } else {
+    out_field->width = out_field->height = side;
+    out_field->step_east_rad = out_field->step_north_rad = NP_DEGREE / (side - 1);
+    decode_tile(bytes, out_field);
+  }
+  np_alloc_free(context, bytes);
+  return result;
+}
+
+/* The channel that holds heights: Y, else Z, else the first. */
+static const float *find_heights(neph_image *image) {
+  const float *values = neph_image_get_channel(image, "Y");
+  if (!values) values = neph_image_get_channel(image, "Z");
+  return values ? values : neph_image_get_channel(image, neph_image_get_channel_name(image, 0));
+}
+
+/* Elevation = low + value·scale; pictures have their northern row on top. */
+static void copy_picture(const float *values, double low_m, double scale_m, np_heightfield *field) {
+  for (unsigned row = 0; row < field->height; row++)
+    for (unsigned column = 0; column < field->width; column++, values++) {
+      const float value = isfinite(*values) ? (float)(low_m + scale_m * (double)*values) : NAN;
+      field->elevation_m[(size_t)(field->height - 1 - row) * field->width + column] = value;
+    }
+}
+
+static neph_result check_picture_size(neph_context *context, const char *path, const neph_image *image) {
+  const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);
+  const unsigned low = width < height ? width : height, high = width < height ? height : width;
+  if (low >= 2 && high <= NP_HEIGHTFIELD_SAMPLES_MAX) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_BAD_FILE,
+                 "%s: is %u × %u, a height field must have 2 to %d samples along each side", path, width, height,
+                 NP_HEIGHTFIELD_SAMPLES_MAX);
+}
+
+/* Elevations from a loaded picture: `low_m` for value 0, `scale_m` more for value 1. */
+static neph_result read_picture(neph_context *context, const char *path, neph_image *image, double low_m,
+                                double scale_m, const neph_terrain_desc *desc, np_heightfield *out_field) {
+  neph_result result = check_picture_size(context, path, image);
+  if (!result)
+    result =
+        np_heightfield_create_flat(context, neph_image_get_width(image), neph_image_get_height(image), desc, out_field);
+  if (!result) copy_picture(find_heights(image), low_m, scale_m, out_field);
+  return result;
+}
+
+static neph_result load_png(neph_context *context, const char *path, const neph_terrain_desc *desc,
+                            np_heightfield *out_field) {
+  neph_image *image = NULL;
+  neph_result result = neph_image_load_png(context, path, &image);
+  if (!result)
+    result = read_picture(context, path, image, desc->height_min_m, desc->height_max_m - desc->height_min_m, desc,
+                          out_field);
+  neph_image_destroy(image);
+  return result;
+}
+
+static neph_result load_exr(neph_context *context, const char *path, const neph_terrain_desc *desc,
+                            np_heightfield *out_field) {
+  neph_image *image = NULL;
+  neph_result result = neph_image_load_exr(context, path, &image);
+  if (!result) result = read_picture(context, path, image, 0.0, 1.0, desc, out_field);
+  neph_image_destroy(image);
+  return result;
+}
+
+neph_result np_heightfield_load(neph_context *context, const char *path, const neph_terrain_desc *desc,
+                                np_heightfield *out_field) {
+  *out_field = (np_heightfield){0};
+  const char *name = get_base_name(path), *ending = strrchr(name, '.');
+  neph_result result;
+  if (!np_file_exists(path))
+    result = np_fail(context, NEPH_ERROR_NOT_FOUND, "%s: no such file", path);
+  else if (ending && !strcasecmp(ending, ".hgt"))
+    result = np_heightfield_load_hgt(context, path, out_field);
+  else if (ending && !strcasecmp(ending, ".png"))
+    result = load_png(context, path, desc, out_field);
+  else if (ending && !strcasecmp(ending, ".exr"))
+    result = load_exr(context, path, desc, out_field);
+  else
+    result =
+        np_fail(context, NEPH_ERROR_UNSUPPORTED, "%s: height fields are read from .hgt, .exr and .png, not from \"%s\"",
+                path, ending ? ending : name);
+  if (!result) result = np_heightfield_finish(context, path, out_field);
+  if (result) np_heightfield_destroy(context, out_field);
+  return result;
+}

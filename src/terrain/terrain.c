@@ -1,0 +1,451 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Terrain: a height field on the curved planet as one Embree grid, and the rays that meet it.
+ *
+ * Vertices are floats about the field's middle (the anchor), exact points of the sphere raised by their elevation. */
+#include "terrain/terrain_private.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include <embree3/rtcore.h>
+
+#include "core/alloc.h"
+#include "core/parallel.h"
+#include "core/units.h"
+#include "terrain/heightfield.h"
+
+/* A place farther than this from its height field is a mistake: nothing would be seen of it. */
+static const double place_distance_max_m = 1e6;
+
+struct neph_terrain {
+  neph_context *context;
+  atomic_size_t references;
+  np_heightfield field; /* blended into the sphere */
+  np_globe globe;
+  bool has_place;
+  np_dvec3 anchor;
+  float *vertices; /* x, y, z of each sample, from the anchor; Embree reads them in place */
+  np_dvec3 bounds_min, bounds_max;
+  double elevation_min_m;
+  np_spectrum albedo;
+  RTCDevice device;
+  RTCScene scene;
+};
+
+/* ---- making ---- */
+
+static neph_result check_desc(neph_context *context, const neph_terrain_desc *desc) {
+  if (!(desc->planet_radius_m >= 1e3 && desc->planet_radius_m <= 1e9))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain planet_radius_m is %g, must be in [1e3, 1e9]",
+                   desc->planet_radius_m);
+  if (!(desc->width_m > 0 && desc->width_m <= desc->planet_radius_m))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "terrain width_m is %g, must be above 0 and at most the planet's radius", desc->width_m);
+  if (!(fabs(desc->latitude_rad) <= 0.5 * NP_PI) || !isfinite(desc->longitude_rad))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "terrain place is at latitude %g, longitude %g rad, must be in [-pi/2, pi/2] and finite",
+                   desc->latitude_rad, desc->longitude_rad);
+  if (!(fabs(desc->height_min_m) <= 1e5 && fabs(desc->height_max_m) <= 1e5))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain heights are %g to %g m, must be within 100 km of 0",
+                   desc->height_min_m, desc->height_max_m);
+  for (int band = 0; band < 3; band++)
+    if (!(desc->ground_albedo[band] >= 0 && desc->ground_albedo[band] <= 1))
+      return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain ground_albedo[%d] is %g, must be in [0, 1]", band,
+                     desc->ground_albedo[band]);
+  return NEPH_OK;
+}
+
+static neph_result read_desc(neph_context *context, const neph_terrain_desc *desc, neph_terrain_desc *out) {
+  const neph_terrain_desc defaults = NEPH_TERRAIN_DESC_DEFAULT;
+  neph_result result = np_desc_read(context, "neph_terrain_desc", &defaults, sizeof defaults, desc, out);
+  return result ? result : check_desc(context, out);
+}
+
+static neph_result fail_embree(neph_context *context, enum RTCError error) {
+  if (error == RTC_ERROR_CANCELLED) return NEPH_ERROR_CANCELLED;
+  if (error == RTC_ERROR_OUT_OF_MEMORY)
+    return np_fail(context, NEPH_ERROR_OUT_OF_MEMORY, "terrain: Embree found no memory for its tree");
+  return np_fail(context, NEPH_ERROR_INTERNAL, "terrain: Embree failed with error %d", (int)error);
+}
+
+/* Height fields on their own graticule have the world's origin in its middle, wherever the scene takes place. */
+static neph_result set_place(neph_terrain *terrain, const neph_terrain_desc *desc) {
+  const np_heightfield *field = &terrain->field;
+  const double latitude = field->south_rad + 0.5 * field->step_north_rad * (field->height - 1);
+  const double longitude = field->west_rad + 0.5 * field->step_east_rad * (field->width - 1);
+  const bool is_moved = field->has_place && desc->has_place;
+  terrain->has_place = field->has_place || desc->has_place;
+  terrain->globe = np_globe_make(desc->planet_radius_m, is_moved ? desc->latitude_rad : latitude,
+                                 is_moved ? desc->longitude_rad : longitude);
+  terrain->anchor = np_globe_to_world(&terrain->globe, latitude, longitude, 0);
+  const double distance_m = np_dvec3_length(terrain->anchor);
+  if (distance_m <= place_distance_max_m) return NEPH_OK;
+  return np_fail(terrain->context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "the place (latitude %g, longitude %g deg) is %.0f km from the middle of the height field, must be "
+                 "within %.0f km",
+                 desc->latitude_rad / NP_DEGREE, desc->longitude_rad / NP_DEGREE, distance_m / NP_KILOMETRE,
+                 place_distance_max_m / NP_KILOMETRE);
+}
+
+static neph_result raise_rows(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  neph_terrain *terrain = user;
+  const np_heightfield *field = &terrain->field;
+  float *vertex = terrain->vertices + 3 * begin * field->width;
+  for (size_t row = begin; row < end; row++)
+    for (unsigned column = 0; column < field->width; column++, vertex += 3) {
+      np_dvec3 point = np_heightfield_get_point(field, &terrain->globe, column, (unsigned)row);
+      np_vec3 local = np_dvec3_to_float(np_dvec3_subtract(point, terrain->anchor));
+      vertex[0] = local.x;
+      vertex[1] = local.y;
+      vertex[2] = local.z;
+    }
+  return NEPH_OK;
+}
+
+static size_t count_samples(const np_heightfield *field) { return (size_t)field->width * field->height; }
+
+static void find_bounds(neph_terrain *terrain) {
+  float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+  float elevation_min = INFINITY;
+  for (size_t i = 0; i < count_samples(&terrain->field); i++) {
+    for (int axis = 0; axis < 3; axis++) {
+      low[axis] = fminf(low[axis], terrain->vertices[3 * i + axis]);
+      high[axis] = fmaxf(high[axis], terrain->vertices[3 * i + axis]);
+    }
+    elevation_min = fminf(elevation_min, terrain->field.elevation_m[i]);
+  }
+  terrain->bounds_min = np_dvec3_add(terrain->anchor, np_vec3_to_double(np_vec3_make(low[0], low[1], low[2])));
+  terrain->bounds_max = np_dvec3_add(terrain->anchor, np_vec3_to_double(np_vec3_make(high[0], high[1], high[2])));
+  terrain->elevation_min_m = (double)elevation_min;
+}
+
+static bool continue_build(void *user, double fraction) {
+  (void)fraction;
+  return !np_monitor_is_cancelled(user);
+}
+
+typedef struct build_job {
+  neph_terrain *terrain;
+  np_monitor *monitor;
+} build_job;
+
+static void attach_grid(const neph_terrain *terrain, RTCGeometry geometry) {
+  const np_heightfield *field = &terrain->field;
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, terrain->vertices, 0,
+                             3 * sizeof(float), count_samples(field));
+  struct RTCGrid *grid =
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(struct RTCGrid), 1);
+  if (!grid) return;
+  *grid = (struct RTCGrid){0, field->width, (unsigned short)field->width, (unsigned short)field->height};
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(terrain->scene, geometry);
+}
+
+/* Embree keeps the first error until asked, so one question at the end covers every call. */
+static neph_result build_scene(void *user) {
+  build_job *job = user;
+  neph_terrain *terrain = job->terrain;
+  char config[32];
+  snprintf(config, sizeof config, "threads=%u", terrain->context->thread_count);
+  terrain->device = rtcNewDevice(config);
+  if (!terrain->device) return fail_embree(terrain->context, rtcGetDeviceError(NULL));
+  terrain->scene = rtcNewScene(terrain->device);
+  RTCGeometry geometry = rtcNewGeometry(terrain->device, RTC_GEOMETRY_TYPE_GRID);
+  if (terrain->scene && geometry) {
+    rtcSetSceneFlags(terrain->scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneProgressMonitorFunction(terrain->scene, continue_build, job->monitor);
+    attach_grid(terrain, geometry);
+    rtcCommitScene(terrain->scene);
+    rtcSetSceneProgressMonitorFunction(terrain->scene, NULL, NULL);
+  }
+  if (geometry) rtcReleaseGeometry(geometry);
+  enum RTCError error = rtcGetDeviceError(terrain->device);
+  return error == RTC_ERROR_NONE ? NEPH_OK : fail_embree(terrain->context, error);
+}
+
+static void destroy_terrain(neph_terrain *terrain) {
+  neph_context *context = terrain->context;
+  if (terrain->scene) rtcReleaseScene(terrain->scene);
+  if (terrain->device) rtcReleaseDevice(terrain->device);
+  np_alloc_free(context, terrain->vertices);
+  np_heightfield_destroy(context, &terrain->field);
+  np_alloc_free(context, terrain);
+  np_context_release(context);
+}
+
+/* A terrain that owns the field; NULL, with the field freed, when there is no memory. */
+static neph_terrain *adopt_field(neph_context *context, np_heightfield *field) {
+  neph_terrain *terrain = np_alloc(context, 1, sizeof *terrain);
+  if (!terrain) {
+    np_heightfield_destroy(context, field);
+    return NULL;
+  }
+  np_context_retain(context);
+  terrain->context = context;
+  terrain->field = *field;
+  atomic_init(&terrain->references, 1);
+  return terrain;
+}
+
+static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc *desc, np_monitor *monitor) {
+  neph_context *context = terrain->context;
+  terrain->albedo =
+      np_spectrum_make((float)desc->ground_albedo[0], (float)desc->ground_albedo[1], (float)desc->ground_albedo[2]);
+  neph_result result = set_place(terrain, desc);
+  if (result) return result;
+  np_heightfield_blend_to_sphere(&terrain->field);
+  /* One float more, since Embree reads each vertex as four. */
+  terrain->vertices = np_alloc(context, 3 * count_samples(&terrain->field) + 1, sizeof(float));
+  if (!terrain->vertices) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_monitor_set_stage(monitor, "building terrain");
+  np_monitor_set_range(monitor, 0, 0.3);
+  result = np_parallel_for(context, monitor, terrain->field.height, 16, raise_rows, terrain);
+  if (result) return result;
+  find_bounds(terrain);
+  np_monitor_set_range(monitor, 0.3, 1);
+  build_job job = {terrain, monitor};
+  return np_parallel_run(context, monitor, build_scene, &job);
+}
+
+/* Takes the field over, whatever the outcome. */
+static neph_result create_terrain(neph_context *context, np_heightfield *field, const neph_terrain_desc *desc,
+                                  np_monitor *monitor, neph_terrain **out_terrain) {
+  neph_terrain *terrain = adopt_field(context, field);
+  if (!terrain) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = build_terrain(terrain, desc, monitor);
+  if (result)
+    destroy_terrain(terrain);
+  else
+    *out_terrain = terrain;
+  return result;
+}
+
+neph_result neph_terrain_load(neph_context *context, const char *path, const neph_terrain_desc *desc,
+                              neph_terrain **out_terrain) {
+  *out_terrain = NULL;
+  neph_terrain_desc read;
+  neph_result result = read_desc(context, desc, &read);
+  if (result) return result;
+  const unsigned float_mode = np_float_mode_enter();
+  np_monitor monitor;
+  np_monitor_start(&monitor, context, read.progress, read.progress_user);
+  np_heightfield field;
+  result = np_heightfield_load(context, path, &read, &field);
+  if (!result) result = create_terrain(context, &field, &read, &monitor, out_terrain);
+  np_float_mode_leave(float_mode);
+  return result;
+}
+
+neph_result neph_terrain_create_ridges(neph_context *context, const neph_ridges_desc *ridges,
+                                       const neph_terrain_desc *desc, neph_terrain **out_terrain) {
+  *out_terrain = NULL;
+  neph_terrain_desc read;
+  neph_result result = read_desc(context, desc, &read);
+  if (result) return result;
+  const unsigned float_mode = np_float_mode_enter();
+  np_monitor monitor;
+  np_monitor_start(&monitor, context, read.progress, read.progress_user);
+  np_heightfield field;
+  result = np_heightfield_make_ridges(context, &monitor, ridges, &read, &field);
+  if (!result) result = create_terrain(context, &field, &read, &monitor, out_terrain);
+  np_float_mode_leave(float_mode);
+  return result;
+}
+
+neph_terrain *neph_terrain_retain(neph_terrain *terrain) {
+  atomic_fetch_add_explicit(&terrain->references, 1, memory_order_relaxed);
+  return terrain;
+}
+
+void neph_terrain_release(neph_terrain *terrain) {
+  if (terrain && atomic_fetch_sub_explicit(&terrain->references, 1, memory_order_acq_rel) == 1)
+    destroy_terrain(terrain);
+}
+
+/* ---- asking ---- */
+
+void np_terrain_get_bounds(const neph_terrain *terrain, np_dvec3 *out_min, np_dvec3 *out_max) {
+  *out_min = terrain->bounds_min;
+  *out_max = terrain->bounds_max;
+}
+
+bool np_terrain_covers(const neph_terrain *terrain, double x_m, double y_m) {
+  np_field_position position;
+  return np_heightfield_locate(&terrain->field, &terrain->globe, x_m, y_m, &position);
+}
+
+bool np_terrain_get_place(const neph_terrain *terrain, double *out_latitude_rad, double *out_longitude_rad) {
+  *out_latitude_rad = terrain->globe.latitude_rad;
+  *out_longitude_rad = terrain->globe.longitude_rad;
+  return terrain->has_place;
+}
+
+double np_terrain_get_elevation_min_m(const neph_terrain *terrain) { return terrain->elevation_min_m; }
+
+double neph_terrain_get_elevation_m(const neph_terrain *terrain, double x_m, double y_m) {
+  np_field_position position;
+  if (!np_heightfield_locate(&terrain->field, &terrain->globe, x_m, y_m, &position)) return 0.0;
+  return np_heightfield_get_elevation(&terrain->field, position);
+}
+
+/* ---- rays ---- */
+
+typedef struct ray_span {
+  double begin, end;
+} ray_span;
+
+/* The part of a ray inside the ground's box, a metre wider than it. An axis along which the ray does not move only
+ * asks whether the origin lies between its planes, since 0 · ∞ would answer nothing. */
+static bool clip_to_bounds(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max,
+                           ray_span *out) {
+  const double from[3] = {origin.x, origin.y, origin.z};
+  const double along[3] = {(double)direction.x, (double)direction.y, (double)direction.z};
+  const double low[3] = {terrain->bounds_min.x - 1, terrain->bounds_min.y - 1, terrain->bounds_min.z - 1};
+  const double high[3] = {terrain->bounds_max.x + 1, terrain->bounds_max.y + 1, terrain->bounds_max.z + 1};
+  *out = (ray_span){0, distance_max};
+  for (int axis = 0; axis < 3; axis++) {
+    if (along[axis] == 0) {
+      if (!(from[axis] >= low[axis] && from[axis] <= high[axis])) return false;
+      continue;
+    }
+    const double a = (low[axis] - from[axis]) / along[axis], b = (high[axis] - from[axis]) / along[axis];
+    out->begin = fmax(out->begin, fmin(a, b));
+    out->end = fmin(out->end, fmax(a, b));
+  }
+  return out->begin <= out->end;
+}
+
+static struct RTCRay make_embree_ray(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, ray_span span) {
+  const np_dvec3 entry = np_dvec3_along(origin, direction, span.begin);
+  const np_vec3 local = np_dvec3_to_float(np_dvec3_subtract(entry, terrain->anchor));
+  return (struct RTCRay){.org_x = local.x,
+                         .org_y = local.y,
+                         .org_z = local.z,
+                         .tnear = 0,
+                         .dir_x = direction.x,
+                         .dir_y = direction.y,
+                         .dir_z = direction.z,
+                         .tfar = (float)(span.end - span.begin),
+                         .mask = 0xffffffffu};
+}
+
+static np_dvec3 get_vertex(const neph_terrain *terrain, size_t column, size_t row) {
+  const float *vertex = terrain->vertices + 3 * (row * terrain->field.width + column);
+  return np_dvec3_make((double)vertex[0], (double)vertex[1], (double)vertex[2]);
+}
+
+/* Where a ray meets the plane of one triangle: the lower one of a cell has its right angle in the south-west, the upper
+ * one in the north-east. Position east and north in the cell, [0, 1] inside. */
+typedef struct facet_meeting {
+  double distance, east, north;
+  np_dvec3 normal; /* up, not of unit length */
+} facet_meeting;
+
+static bool meet_facet(const neph_terrain *terrain, size_t column, size_t row, bool is_upper, np_dvec3 origin,
+                       np_dvec3 direction, facet_meeting *out) {
+  const np_dvec3 corner = get_vertex(terrain, column + is_upper, row + is_upper);
+  const np_dvec3 along_row = np_dvec3_subtract(get_vertex(terrain, column + !is_upper, row + is_upper), corner);
+  const np_dvec3 along_column = np_dvec3_subtract(get_vertex(terrain, column + is_upper, row + !is_upper), corner);
+  out->normal = np_dvec3_cross(along_row, along_column);
+  const double descent = np_dvec3_dot(out->normal, direction);
+  out->distance = np_dvec3_dot(out->normal, np_dvec3_subtract(corner, origin)) / descent;
+  if (!isfinite(out->distance)) return false;
+  const np_dvec3 hit = np_dvec3_add(origin, np_dvec3_scale(direction, out->distance));
+  const np_dvec3 offset = np_dvec3_subtract(hit, corner);
+  const double area2 = np_dvec3_dot(out->normal, out->normal);
+  const double a = np_dvec3_dot(np_dvec3_cross(offset, along_column), out->normal) / area2;
+  const double b = np_dvec3_dot(np_dvec3_cross(along_row, offset), out->normal) / area2;
+  out->east = is_upper ? 1.0 - a : a;
+  out->north = is_upper ? 1.0 - b : b;
+  return true;
+}
+
+static size_t clamp_cell(double cell, unsigned samples) { return (size_t)np_clamp(cell, 0, samples - 2); }
+
+/* Embree's u and v locate a hit to a few ten-thousandths of a cell, so near an edge they may name its neighbour: from
+ * there the exact ray walks to the triangle that holds its meeting with the plane, two steps at most on any but a
+ * needle's point of ground. Falls back on the last triangle tried. */
+static bool refine_hit(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, np_field_position guess,
+                       facet_meeting *out, np_field_position *out_position) {
+  const np_heightfield *field = &terrain->field;
+  const np_dvec3 local = np_dvec3_subtract(origin, terrain->anchor), along = np_vec3_to_double(direction);
+  size_t column = clamp_cell(guess.column, field->width), row = clamp_cell(guess.row, field->height);
+  bool is_upper = guess.column - (double)column + guess.row - (double)row > 1.0;
+  bool is_met = false;
+  for (int step = 0; step < 4; step++) {
+    facet_meeting meeting;
+    if (!meet_facet(terrain, column, row, is_upper, local, along, &meeting)) break;
+    is_met = true;
+    *out = meeting;
+    *out_position = (np_field_position){(double)column + meeting.east, (double)row + meeting.north};
+    const size_t next_column = clamp_cell(out_position->column, field->width);
+    const size_t next_row = clamp_cell(out_position->row, field->height);
+    const bool next_upper = out_position->column - (double)next_column + out_position->row - (double)next_row > 1.0;
+    if (next_column == column && next_row == row && next_upper == is_upper) break;
+    column = next_column;
+    row = next_row;
+    is_upper = next_upper;
+  }
+  return is_met;
+}
+
+/* Normal of one sample by central differences, one-sided at the rim. */
+static np_vec3 get_sample_normal(const neph_terrain *terrain, size_t column, size_t row) {
+  const size_t width = terrain->field.width, height = terrain->field.height;
+  const size_t west = column ? column - 1 : 0, east = column + 1 < width ? column + 1 : column;
+  const size_t south = row ? row - 1 : 0, north = row + 1 < height ? row + 1 : row;
+  const np_dvec3 eastward = np_dvec3_subtract(get_vertex(terrain, east, row), get_vertex(terrain, west, row));
+  const np_dvec3 northward = np_dvec3_subtract(get_vertex(terrain, column, north), get_vertex(terrain, column, south));
+  return np_dvec3_to_float(np_dvec3_normalize(np_dvec3_cross(eastward, northward)));
+}
+
+static np_vec3 mix_normals(np_vec3 a, np_vec3 b, float t) {
+  return np_vec3_add(np_vec3_scale(a, 1.0f - t), np_vec3_scale(b, t));
+}
+
+/* Bilinear in the normals of a cell's four samples. */
+static np_vec3 get_smooth_normal(const neph_terrain *terrain, np_field_position position) {
+  const size_t column = clamp_cell(position.column, terrain->field.width);
+  const size_t row = clamp_cell(position.row, terrain->field.height);
+  const float east = np_clampf((float)(position.column - (double)column), 0, 1);
+  const float north = np_clampf((float)(position.row - (double)row), 0, 1);
+  const np_vec3 south_side =
+      mix_normals(get_sample_normal(terrain, column, row), get_sample_normal(terrain, column + 1, row), east);
+  const np_vec3 north_side =
+      mix_normals(get_sample_normal(terrain, column, row + 1), get_sample_normal(terrain, column + 1, row + 1), east);
+  return np_vec3_normalize(mix_normals(south_side, north_side, north));
+}
+
+bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max,
+                          np_terrain_hit *out_hit) {
+  ray_span span;
+  if (!clip_to_bounds(terrain, origin, direction, distance_max, &span)) return false;
+  struct RTCRayHit ray = {.ray = make_embree_ray(terrain, origin, direction, span),
+                          .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
+  struct RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(terrain->scene, &context, &ray);
+  if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+  const np_field_position guess = {(double)ray.hit.u * (terrain->field.width - 1),
+                                   (double)ray.hit.v * (terrain->field.height - 1)};
+  facet_meeting meeting;
+  np_field_position position;
+  /* A ray within its facet's plane meets nothing in double; the next sample's ray will. */
+  if (!refine_hit(terrain, origin, direction, guess, &meeting, &position)) return false;
+  *out_hit = (np_terrain_hit){.distance = np_clamp(meeting.distance, 0, distance_max),
+                              .normal = get_smooth_normal(terrain, position),
+                              .facet = np_dvec3_to_float(np_dvec3_normalize(meeting.normal)),
+                              .albedo = terrain->albedo};
+  return true;
+}
+
+bool np_terrain_is_occluded(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max) {
+  ray_span span;
+  if (!clip_to_bounds(terrain, origin, direction, distance_max, &span)) return false;
+  struct RTCRay ray = make_embree_ray(terrain, origin, direction, span);
+  struct RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(terrain->scene, &context, &ray);
+  return ray.tfar < 0;
+}
