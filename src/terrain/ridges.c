@@ -19,11 +19,13 @@
 enum { BLOCK = 256, OCTAVES_MAX = 11 };
 
 static const float lacunarity = 1.97f;
-static const float octave_gain = 0.5f;
-static const float slope_warp = 0.13f;      /* of each octave's own cell, per unit of slope gathered */
-static const float crest_width = 0.04f;     /* of |n|: rounds crests, which would be creases */
+static const float octave_gain = 0.6f;
+static const float noise_scale = 2.0f;      /* Perlin noise rarely leaves ±0.5 */
+static const float slope_warp = 0.035f;     /* cells of the first octave, per unit of slope gathered */
+static const float crest_width = 0.05f;     /* of |n|: rounds crests, which would be creases */
 static const float difference_step = 0.02f; /* cells, for slopes */
 static const float plain_warp = 0.45f;      /* cells by which the first octave's crests wander */
+static const double fade_share = 0.25;      /* of the width: mountains sink into the plain towards the rim */
 
 /* Seeds' streams. */
 enum { STREAM_WARP = 0, STREAM_RANGE = 2, STREAM_OCTAVES = 3 };
@@ -88,7 +90,7 @@ static void begin_with_range(const ridge_maker *maker, ridge_block *block) {
   for (size_t i = 0; i < block->count; i++) {
     block->sum[i] = 0;
     block->slope_x[i] = block->slope_y[i] = 0;
-    block->amplitude[i] = 0.35f + 0.65f * np_smoothstepf(0.5f + 1.1f * range[i]);
+    block->amplitude[i] = 0.5f + 0.5f * np_smoothstepf(0.5f + 1.1f * range[i]);
   }
 }
 
@@ -99,8 +101,8 @@ static void turn(ridge_block *block) {
     const float x = block->x[i], y = block->y[i], u = block->slope_x[i], v = block->slope_y[i];
     block->x[i] = c * x - s * y;
     block->y[i] = s * x + c * y;
-    block->slope_x[i] = 0.8f * u - 0.6f * v;
-    block->slope_y[i] = 0.6f * u + 0.8f * v;
+    block->slope_x[i] = c * u - s * v;
+    block->slope_y[i] = s * u + c * v;
   }
 }
 
@@ -115,12 +117,12 @@ static void add_octave(const ridge_maker *maker, unsigned octave, ridge_block *b
   evaluate(maker, STREAM_OCTAVES + octave, &moved, difference_step, 0, east);
   evaluate(maker, STREAM_OCTAVES + octave, &moved, 0, difference_step, north);
   for (size_t i = 0; i < block->count; i++) {
-    const float distance = sqrtf(n[i] * n[i] + crest_width * crest_width), ridge = 1.0f + crest_width - distance;
-    const float fall = -block->amplitude[i] * n[i] / distance / difference_step;
-    block->sum[i] += block->amplitude[i] * ridge * ridge;
+    const float signal = noise_scale * n[i], distance = sqrtf(signal * signal + crest_width * crest_width);
+    const float fall = -block->amplitude[i] * signal * noise_scale / difference_step;
+    block->sum[i] += block->amplitude[i] * (1.0f + crest_width - distance);
     block->slope_x[i] += fall * (east[i] - n[i]);
     block->slope_y[i] += fall * (north[i] - n[i]);
-    block->amplitude[i] *= octave_gain * np_clampf(block->sum[i], 0, 1);
+    block->amplitude[i] *= octave_gain * np_clampf(0.25f + block->sum[i], 0, 1);
   }
 }
 
@@ -161,18 +163,26 @@ static unsigned count_octaves(double spacing_cells) {
   return count;
 }
 
-/* Lowest ground 0, highest the relief. */
+/* 1 in the middle, 0 at the rim. */
+static float compute_fade(unsigned index, unsigned count) {
+  const unsigned from_edge = index < count - 1 - index ? index : count - 1 - index;
+  return np_smoothstepf((float)(from_edge / (fade_share * (count - 1))));
+}
+
+/* Lowest ground 0, sinking to it towards the rim; highest the relief. */
 static void scale_to_relief(np_heightfield *field, float relief_m) {
   const size_t count = (size_t)field->width * field->height;
-  float low = INFINITY, high = -INFINITY;
+  float low = INFINITY, high = 0;
+  for (size_t i = 0; i < count; i++) low = fminf(low, field->elevation_m[i]);
   for (size_t i = 0; i < count; i++) {
-    low = fminf(low, field->elevation_m[i]);
+    const float fade = compute_fade((unsigned)(i % field->width), field->width) *
+                       compute_fade((unsigned)(i / field->width), field->height);
+    field->elevation_m[i] = fade * (field->elevation_m[i] - low);
     high = fmaxf(high, field->elevation_m[i]);
   }
-  const float scale = high > low ? relief_m / (high - low) : 0;
-  for (size_t i = 0; i < count; i++) field->elevation_m[i] = scale * (field->elevation_m[i] - low);
-  field->elevation_min_m = 0;
-  field->elevation_max_m = scale > 0 ? relief_m : 0;
+  const float scale = high > 0 ? relief_m / high : 0;
+  for (size_t i = 0; i < count; i++) field->elevation_m[i] *= scale;
+  field->elevation_max_m = high * scale;
 }
 
 static neph_result check_ridges(neph_context *context, const neph_ridges_desc *ridges, const neph_terrain_desc *desc) {

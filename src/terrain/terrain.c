@@ -429,7 +429,7 @@ bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 
   if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
   const np_field_position guess = {(double)ray.hit.u * (terrain->field.width - 1),
                                    (double)ray.hit.v * (terrain->field.height - 1)};
-  facet_meeting meeting;
+  facet_meeting meeting = {0};
   np_field_position position;
   /* A ray within its facet's plane meets nothing in double; the next sample's ray will. */
   if (!refine_hit(terrain, origin, direction, guess, &meeting, &position)) return false;
