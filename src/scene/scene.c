@@ -1,0 +1,150 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+#include "scene/scene_apply.h"
+#include "scene/scene_file.h"
+
+/* A scene that has its document, which it takes over, and nothing else. */
+static neph_result create_bare(neph_context *context, const char *file, np_node *document, neph_scene **out_scene) {
+  neph_scene *scene = document ? np_alloc(context, 1, sizeof *scene) : NULL;
+  if (!scene) {
+    np_node_destroy(context, document);
+    return NEPH_ERROR_OUT_OF_MEMORY;
+  }
+  np_context_retain(context);
+  scene->context = context;
+  scene->document = document;
+  *out_scene = scene;
+  if (!file) return NEPH_OK;
+  scene->file = np_alloc_text(context, file);
+  return scene->file ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* `is_whole`: the document is a file's, not yet to be completed. */
+static neph_result create_scene(neph_context *context, const char *file, np_node *document, bool is_whole,
+                                neph_scene **out_scene) {
+  *out_scene = NULL;
+  neph_result result = create_bare(context, file, document, out_scene);
+  if (!result) result = np_scene_apply(*out_scene);
+  if (!result && is_whole) result = np_scene_check(*out_scene);
+  if (!result) return NEPH_OK;
+  neph_scene_destroy(*out_scene);
+  *out_scene = NULL;
+  return result;
+}
+
+static neph_result load_bytes(neph_context *context, const char *text, size_t size, const char *name,
+                              neph_scene **out_scene) {
+  np_node *document;
+  neph_result result = np_scene_parse(context, text, size, name, false, &document);
+  return result ? result : create_scene(context, name, document, true, out_scene);
+}
+
+neph_result neph_scene_create(neph_context *context, neph_scene **out_scene) {
+  np_node *document = np_node_create(context, NP_NODE_MAPPING, NULL, NULL);
+  return create_scene(context, NULL, document, false, out_scene);
+}
+
+neph_result neph_scene_load(neph_context *context, const char *path, neph_scene **out_scene) {
+  bool is_standard_input = !strcmp(path, "-");
+  void *text;
+  size_t size;
+  *out_scene = NULL;
+  neph_result result = np_file_read(context, is_standard_input ? "/dev/stdin" : path, &text, &size);
+  if (result) return result;
+  result = load_bytes(context, text, size, is_standard_input ? "standard input" : path, out_scene);
+  np_alloc_free(context, text);
+  return result;
+}
+
+neph_result neph_scene_load_text(neph_context *context, const char *text, const char *name, neph_scene **out_scene) {
+  *out_scene = NULL;
+  return load_bytes(context, text, strlen(text), name ? name : "scene", out_scene);
+}
+
+void neph_scene_destroy(neph_scene *scene) {
+  if (!scene) return;
+  neph_context *context = scene->context;
+  np_scene_clear(scene);
+  np_node_destroy(context, scene->document);
+  np_alloc_free(context, scene->file);
+  np_alloc_free(context, scene);
+  np_context_release(context);
+}
+
+/* A copy of the document with one key changed; NULL on failure. */
+static neph_result edit_copy(const neph_scene *scene, const char *key, const char *value, np_node **out_document) {
+  np_node *value_node;
+  neph_result result = np_scene_parse(scene->context, value, strlen(value), key, true, &value_node);
+  if (result) return result;
+  np_node *document = np_node_copy(scene->context, scene->document);
+  if (!document) {
+    np_node_destroy(scene->context, value_node);
+    return NEPH_ERROR_OUT_OF_MEMORY;
+  }
+  result = np_scene_edit(scene->context, document, key, value_node);
+  if (result) {
+    np_node_destroy(scene->context, document);
+    document = NULL;
+  }
+  *out_document = document;
+  return result;
+}
+
+/* The scene is made anew from the changed document, so that a key set is a key read, and a failure changes nothing. */
+neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) {
+  neph_scene changed = {.context = scene->context, .file = scene->file};
+  neph_result result = edit_copy(scene, key, value, &changed.document);
+  if (result) return result;
+  result = np_scene_apply(&changed);
+  neph_scene *loser = result ? &changed : scene;
+  np_scene_clear(loser);
+  np_node_destroy(scene->context, loser->document);
+  if (!result) *scene = changed;
+  return result;
+}
+
+neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_output) {
+  const np_scene_output *output = &scene->output;
+  const neph_preview_desc preview = NEPH_PREVIEW_DESC_DEFAULT;
+  *out_output = (neph_output){
+      .struct_size = sizeof *out_output,
+      .image = output->image,
+      .preview = output->preview,
+      .pixel_type = output->pixel_type,
+      .preview_desc = preview,
+  };
+  out_output->preview_desc.exposure_ev = output->exposure_ev;
+  out_output->preview_desc.is_exposure_auto = output->is_exposure_auto;
+  return NEPH_OK;
+}
+
+neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc *out_desc) {
+  const unsigned *resolution = scene->camera.resolution;
+  *out_desc = (neph_render_desc){
+      .struct_size = sizeof *out_desc,
+      .integrator = scene->render.integrator,
+      .width = resolution[0],
+      .height = resolution[1],
+      .crop_max = {resolution[0], resolution[1]},
+      .sample_count = scene->render.sample_count,
+      .seed = scene->render.seed,
+      .frame = 1,
+      .multiple_scattering = scene->render.multiple_scattering,
+      .scattering_max = scene->render.scattering_max,
+  };
+  return NEPH_OK;
+}
+
+unsigned neph_scene_get_cloud_count(const neph_scene *scene) { return scene->cloud_count; }
+
+const char *neph_scene_get_cloud_name(const neph_scene *scene, unsigned index) {
+  return index < scene->cloud_count ? scene->clouds[index].name : NULL;
+}
+
+bool neph_scene_is_cloud_baked(const neph_scene *scene, unsigned index) {
+  return index < scene->cloud_count && scene->clouds[index].is_baked;
+}

@@ -1,0 +1,393 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "scene/scene_apply.h"
+
+#include <ctype.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+
+enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, NAMES_SIZE = 512, CLOUD_MAX = 4096 };
+
+typedef struct applier {
+  neph_context *context;
+  neph_scene *scene;
+  char path[PATH_SIZE]; /* of the key at hand, as --set takes it */
+} applier;
+
+static neph_result apply_section(applier *applier, const np_key *section, void *base, const np_node *node);
+
+/* ---- Messages ---- */
+
+static neph_result fail_text(const neph_scene *scene, unsigned line, unsigned column, const char *text) {
+  if (!line) return np_fail(scene->context, NEPH_ERROR_BAD_SCENE, "%s", text);
+  return np_fail(scene->context, NEPH_ERROR_BAD_SCENE, "%s:%u:%u: %s", scene->file ? scene->file : "scene", line, column,
+                 text);
+}
+
+neph_result np_scene_fail_at(const neph_scene *scene, const np_node *node, const char *format, ...) {
+  char text[1024];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  return fail_text(scene, node ? node->line : 0, node ? node->column : 0, text);
+}
+
+static neph_result fail_key(const applier *applier, const np_node *node, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+static neph_result fail_key(const applier *applier, const np_node *node, const char *format, ...) {
+  char text[1024];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  return fail_text(applier->scene, node->key_line, node->key_column, text);
+}
+
+/* A short copy without line breaks, whatever the file holds. */
+static void copy_printable(const char *text, char *out, size_t size) {
+  size_t length = strlen(text);
+  snprintf(out, size, "%s", text);
+  for (char *c = out; *c; c++)
+    if (iscntrl((unsigned char)*c)) *c = '?';
+  if (length >= size) memcpy(out + size - 4, "...", 4);
+}
+
+static bool is_empty(const np_node *node) {
+  const char *text = node->text;
+  return node->kind == NP_NODE_SCALAR && !node->is_quoted && (!*text || !strcmp(text, "~") || !strcmp(text, "null"));
+}
+
+static void show_value(const np_node *node, char *out, size_t size) {
+  if (is_empty(node) || (node->kind == NP_NODE_SCALAR && !*node->text))
+    snprintf(out, size, "empty");
+  else if (node->kind == NP_NODE_SCALAR)
+    copy_printable(node->text, out, size);
+  else
+    snprintf(out, size, "%s", node->kind == NP_NODE_MAPPING ? "a mapping" : "a list");
+}
+
+/* `part` is what is wrong: the value, or one item of its list. */
+static neph_result fail_value(const applier *applier, const np_key *key, const np_node *part) {
+  char shown[SHOWN_SIZE], values[VALUES_SIZE];
+  show_value(part, shown, sizeof shown);
+  np_key_describe_values(key, values, sizeof values);
+  return np_scene_fail_at(applier->scene, part, "%s is %s, must be %s", applier->path, shown, values);
+}
+
+static neph_result fail_unknown(const applier *applier, const np_key *section, const np_node *node) {
+  char name[SHOWN_SIZE], names[NAMES_SIZE];
+  copy_printable(node->key, name, sizeof name);
+  np_key_list_names(section, 0, names, sizeof names);
+  const np_key *guess = np_key_guess(section, node->key);
+  return fail_key(applier, node, "%s%s%s is not a key%s%s%s; %s has %s", applier->path, *applier->path ? "." : "", name,
+                  guess ? ", did you mean " : "", guess ? guess->path : "", guess ? "?" : "",
+                  section ? section->path : "a scene", names);
+}
+
+/* ---- Numbers and words ---- */
+
+static void store_unsigned(void *base, np_field field, unsigned value) {
+  if (!field.size) return;
+  char *target = (char *)base + field.offset;
+  bool flag = value;
+  if (field.size == sizeof flag)
+    memcpy(target, &flag, sizeof flag);
+  else
+    memcpy(target, &value, sizeof value);
+}
+
+static bool read_real(const np_key *key, const np_node *node, double *out_value) {
+  return node->kind == NP_NODE_SCALAR && np_value_parse_real(node->text, key->unit, out_value) &&
+         *out_value >= np_unit_to_si(key->unit, key->range.min) && *out_value <= np_unit_to_si(key->unit, key->range.max);
+}
+
+static bool read_integer(const np_key *key, const np_node *node, unsigned *out_value) {
+  uint64_t value;
+  if (node->kind != NP_NODE_SCALAR || !np_value_parse_integer(node->text, &value)) return false;
+  if ((double)value < key->range.min || (double)value > key->range.max) return false;
+  *out_value = (unsigned)value;
+  return true;
+}
+
+static bool read_number(const np_key *key, const np_node *node, void *target, unsigned index) {
+  if (key->type == NP_KEY_REAL) return read_real(key, node, (double *)target + index);
+  return read_integer(key, node, (unsigned *)target + index);
+}
+
+static neph_result apply_numbers(applier *applier, const np_key *key, void *base, const np_node *node) {
+  void *target = (char *)base + key->field.offset;
+  unsigned count = np_key_count_values(key);
+  bool is_one = count == 1 || (key->is_grey_allowed && node->kind == NP_NODE_SCALAR);
+  if (!is_one && (node->kind != NP_NODE_SEQUENCE || np_node_count(node) != count))
+    return fail_value(applier, key, node);
+  const np_node *item = is_one ? node : node->first;
+  for (unsigned i = 0; i < count; i++) {
+    if (!read_number(key, item, target, i)) return fail_value(applier, key, item);
+    if (!is_one) item = item->next;
+  }
+  return NEPH_OK;
+}
+
+/* The word that may stand in a number's place. */
+static void apply_word(const np_key *key, void *base) {
+  void *target = (char *)base + key->field.offset;
+  if (key->type == NP_KEY_REAL)
+    *(double *)target = key->word_value;
+  else
+    *(unsigned *)target = (unsigned)key->word_value;
+  store_unsigned(base, key->tag, key->word_tag_value);
+}
+
+static bool is_word(const np_key *key, const np_node *node) {
+  return key->word && node->kind == NP_NODE_SCALAR && !strcmp(node->text, key->word);
+}
+
+static const np_choice *find_choice(const np_key *key, const np_node *node) {
+  if (node->kind != NP_NODE_SCALAR) return NULL;
+  const np_choice *choice = key->choices;
+  while (choice->name && strcmp(choice->name, node->text)) choice++;
+  return choice->name ? choice : NULL;
+}
+
+static neph_result apply_choice(applier *applier, const np_key *key, void *base, const np_node *node) {
+  const np_choice *choice = find_choice(key, node);
+  if (!choice) return fail_value(applier, key, node);
+  store_unsigned(base, key->field, choice->value);
+  return NEPH_OK;
+}
+
+static neph_result apply_flags(applier *applier, const np_key *key, void *base, const np_node *node) {
+  if (node->kind != NP_NODE_SEQUENCE) return fail_value(applier, key, node);
+  unsigned flags = 0;
+  for (const np_node *item = node->first; item; item = item->next) {
+    const np_choice *choice = find_choice(key, item);
+    if (!choice) return fail_value(applier, key, item);
+    flags |= choice->value;
+  }
+  store_unsigned(base, key->field, flags);
+  return NEPH_OK;
+}
+
+static neph_result apply_seed(applier *applier, const np_key *key, void *base, const np_node *node) {
+  uint64_t *target = (uint64_t *)(void *)((char *)base + key->field.offset);
+  bool is_seed = node->kind == NP_NODE_SCALAR && np_value_parse_integer(node->text, target);
+  return is_seed ? NEPH_OK : fail_value(applier, key, node);
+}
+
+/* ---- Texts ---- */
+
+static char **get_text_field(const np_key *key, void *base) {
+  return (char **)(void *)((char *)base + key->field.offset);
+}
+
+static neph_result apply_text(applier *applier, const np_key *key, void *base, const np_node *node) {
+  if (node->kind != NP_NODE_SCALAR || is_empty(node) || !*node->text) return fail_value(applier, key, node);
+  if (key->type == NP_KEY_TIME && !np_value_is_time(node->text)) return fail_value(applier, key, node);
+  char **target = get_text_field(key, base);
+  *target = key->type == NP_KEY_FILE ? np_file_resolve(applier->context, applier->scene->file, node->text)
+                                     : np_alloc_text(applier->context, node->text);
+  return *target ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result apply_preset(applier *applier, const np_key *key, np_scene_cloud *cloud, const np_node *node) {
+  neph_result result = apply_text(applier, key, cloud, node);
+  return result ? result : neph_cloud_get_preset(applier->context, cloud->preset, &cloud->bake);
+}
+
+/* ---- Defaults ---- */
+
+static neph_result apply_value(applier *applier, const np_key *key, void *base, const np_node *node) {
+  if (is_word(key, node)) return apply_word(key, base), NEPH_OK;
+  switch (key->type) {
+    case NP_KEY_REAL:
+    case NP_KEY_INTEGER: return apply_numbers(applier, key, base, node);
+    case NP_KEY_SEED: return apply_seed(applier, key, base, node);
+    case NP_KEY_CHOICE: return apply_choice(applier, key, base, node);
+    case NP_KEY_FLAGS: return apply_flags(applier, key, base, node);
+    case NP_KEY_TEXT:
+    case NP_KEY_FILE:
+    case NP_KEY_TIME: return apply_text(applier, key, base, node);
+    case NP_KEY_PRESET: return apply_preset(applier, key, base, node);
+    case NP_KEY_SECTION:
+    case NP_KEY_LIST: break;
+  }
+  return fail_value(applier, key, node);
+}
+
+/* The default goes the way of any value, as a scalar or a list of them. */
+static neph_result apply_fallback(applier *applier, const np_key *key, void *base) {
+  char text[VALUES_SIZE], *rest = text;
+  np_node items[4] = {{.kind = NP_NODE_SCALAR}}, list = {.kind = NP_NODE_SEQUENCE, .first = items};
+  snprintf(text, sizeof text, "%s", key->fallback);
+  snprintf(applier->path, sizeof applier->path, "%s", key->path);
+  unsigned count = np_key_count_values(key);
+  for (unsigned i = 0; i < count; i++) {
+    items[i].kind = NP_NODE_SCALAR;
+    items[i].text = strsep(&rest, ",");
+    if (i) items[i].text++; /* the space behind the comma */
+    items[i].next = i + 1 < count ? &items[i + 1] : NULL;
+  }
+  return apply_value(applier, key, base, count > 1 ? &list : items);
+}
+
+static neph_result apply_fallbacks(applier *applier, bool in_cloud, void *base) {
+  neph_result result = NEPH_OK;
+  for (size_t i = 0; !result && i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i);
+    if (key->fallback && np_key_is_in_cloud(key) == in_cloud) result = apply_fallback(applier, key, base);
+  }
+  applier->path[0] = '\0';
+  return result;
+}
+
+/* ---- Clouds ---- */
+
+static np_phase make_phase(const np_scene_phase *source) {
+  switch (source->kind) {
+    case NP_PHASE_HENYEY_GREENSTEIN: return np_phase_henyey_greenstein((float)source->asymmetry);
+    case NP_PHASE_TWO_LOBE:
+      return np_phase_two_lobe((float)source->forward, (float)source->backward, (float)source->backward_weight);
+    case NP_PHASE_RAYLEIGH: return np_phase_rayleigh();
+    case NP_PHASE_ISOTROPIC: return np_phase_isotropic();
+    case NP_PHASE_DROPLETS: break;
+  }
+  return np_phase_droplets(source->diameter_m);
+}
+
+static neph_result apply_cloud(applier *applier, const np_key *list, unsigned index, const np_node *node) {
+  np_scene_cloud *cloud = &applier->scene->clouds[index];
+  cloud->bake = (neph_cloud_desc)NEPH_CLOUD_DESC_DEFAULT;
+  neph_result result = apply_fallbacks(applier, true, cloud);
+  if (result) return result;
+  snprintf(applier->path, sizeof applier->path, "clouds[%u]", index);
+  if (node->kind != NP_NODE_MAPPING) {
+    char shown[SHOWN_SIZE];
+    show_value(node, shown, sizeof shown);
+    return np_scene_fail_at(applier->scene, node, "%s is %s, must be a mapping", applier->path, shown);
+  }
+  result = apply_section(applier, list, cloud, node);
+  if (result) return result;
+  if (!cloud->name) cloud->name = np_alloc_printf(applier->context, "cloud%u", index);
+  cloud->phase = make_phase(&cloud->phase_source);
+  return cloud->name ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result apply_clouds(applier *applier, const np_key *list, const np_node *node) {
+  neph_scene *scene = applier->scene;
+  if (node->kind != NP_NODE_SEQUENCE) return fail_value(applier, list, node);
+  size_t count = np_node_count(node);
+  if (count > CLOUD_MAX)
+    return np_scene_fail_at(scene, node, "clouds has %zu elements, must be at most %d", count, (int)CLOUD_MAX);
+  scene->clouds = np_alloc(applier->context, count, sizeof *scene->clouds);
+  if (!scene->clouds) return NEPH_ERROR_OUT_OF_MEMORY;
+  scene->cloud_count = (unsigned)count;
+  neph_result result = NEPH_OK;
+  const np_node *item = node->first;
+  for (unsigned i = 0; !result && i < scene->cloud_count; i++, item = item->next)
+    result = apply_cloud(applier, list, i, item);
+  return result;
+}
+
+/* ---- Sections ---- */
+
+static neph_result apply_key(applier *applier, const np_key *key, void *base, const np_node *node) {
+  bool is_mapping = node->kind == NP_NODE_MAPPING;
+  neph_result result;
+  if (key->type == NP_KEY_LIST)
+    result = apply_clouds(applier, key, node);
+  else if (key->type != NP_KEY_SECTION)
+    result = apply_value(applier, key, base, node);
+  else if (is_mapping)
+    result = apply_section(applier, key, base, node);
+  else
+    result = key->choices ? apply_choice(applier, key, base, node) : fail_value(applier, key, node);
+  if (!result && !is_word(key, node)) store_unsigned(base, key->tag, key->tag_value);
+  return result;
+}
+
+/* Refuses a key beside one of the same name before it, or beside one that it excludes. */
+static neph_result check_siblings(const applier *applier, const np_key *section, const np_node *parent,
+                                  const np_key *key, const np_node *node) {
+  const char *path = applier->path, *dot = *path ? "." : "";
+  for (const np_node *other = parent->first; other != node; other = other->next) {
+    const np_key *other_key = np_key_find(section, other->key);
+    if (other_key == key)
+      return fail_key(applier, node, "%s%s%s is given twice, first on line %u", path, dot, node->key, other->key_line);
+    if (other_key && np_key_excludes(key, other_key))
+      return fail_key(applier, node, "%s%s%s and %s%s%s exclude each other", path, dot, node->key, path, dot, other->key);
+  }
+  return NEPH_OK;
+}
+
+static neph_result apply_entry(applier *applier, const np_key *section, void *base, const np_node *parent,
+                               const np_node *node, bool is_preset_turn) {
+  const np_key *key = np_key_find(section, node->key);
+  if (!key) return fail_unknown(applier, section, node);
+  if ((key->type == NP_KEY_PRESET) != is_preset_turn) return NEPH_OK;
+  neph_result result = check_siblings(applier, section, parent, key, node);
+  if (result) return result;
+  size_t length = strlen(applier->path);
+  snprintf(applier->path + length, sizeof applier->path - length, "%s%s", length ? "." : "", node->key);
+  result = apply_key(applier, key, base, node);
+  if (!result) applier->path[length] = '\0';
+  return result;
+}
+
+/* Presets first: other keys go over them wherever they stand. */
+static neph_result apply_section(applier *applier, const np_key *section, void *base, const np_node *node) {
+  neph_result result = NEPH_OK;
+  for (int turn = 0; turn < 2; turn++)
+    for (const np_node *child = node->first; !result && child; child = child->next)
+      result = apply_entry(applier, section, base, node, child, turn == 0);
+  return result;
+}
+
+/* ---- Scenes ---- */
+
+static void derive_terrain(neph_scene *scene) {
+  scene->terrain.desc.planet_radius_m = scene->atmosphere.planet_radius_m;
+  scene->terrain.desc.has_place = scene->has_place;
+  scene->terrain.desc.latitude_rad = scene->latitude_rad;
+  scene->terrain.desc.longitude_rad = scene->longitude_rad;
+}
+
+static neph_result apply_document(neph_scene *scene) {
+  applier applier = {.context = scene->context, .scene = scene};
+  const np_node *document = scene->document;
+  if (document->kind != NP_NODE_MAPPING) return np_scene_fail_at(scene, document, "a scene must be a mapping of keys");
+  neph_result result = apply_fallbacks(&applier, false, scene);
+  if (!result) result = apply_section(&applier, NULL, scene, document);
+  if (!result) derive_terrain(scene);
+  return result;
+}
+
+neph_result np_scene_apply(neph_scene *scene) {
+  scene->atmosphere = (neph_atmosphere_desc)NEPH_ATMOSPHERE_DESC_DEFAULT;
+  scene->terrain.desc = (neph_terrain_desc)NEPH_TERRAIN_DESC_DEFAULT;
+  scene->terrain.ridges = (neph_ridges_desc)NEPH_RIDGES_DESC_DEFAULT;
+  locale_t saved = np_values_enter();
+  neph_result result = apply_document(scene);
+  np_values_leave(saved);
+  return result;
+}
+
+static void clear_texts(neph_context *context, bool in_cloud, void *base) {
+  for (size_t i = 0; i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i);
+    if (!np_key_is_text(key) || np_key_is_in_cloud(key) != in_cloud) continue;
+    np_alloc_free(context, *get_text_field(key, base));
+    *get_text_field(key, base) = NULL;
+  }
+}
+
+void np_scene_clear(neph_scene *scene) {
+  for (unsigned i = 0; i < scene->cloud_count; i++) clear_texts(scene->context, true, &scene->clouds[i]);
+  np_alloc_free(scene->context, scene->clouds);
+  scene->clouds = NULL;
+  scene->cloud_count = 0;
+  clear_texts(scene->context, false, scene);
+}

@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What no single key can tell. */
+#include <math.h>
+#include <string.h>
+
+#include "scene/scene_apply.h"
+
+/* The node of a key in a section of the document, the section's when the key was not given, or the document. */
+static const np_node *locate(const neph_scene *scene, const char *section, const char *key) {
+  const np_node *parent = np_node_find(scene->document, section);
+  const np_node *node = parent ? np_node_find(parent, key) : NULL;
+  return node ? node : parent;
+}
+
+static neph_result check_place(const neph_scene *scene) {
+  const np_node *place = np_node_find(scene->document, "place");
+  if (!scene->has_place || !place) return NEPH_OK;
+  bool has_both = np_node_find(place, "latitude") && np_node_find(place, "longitude");
+  return has_both ? NEPH_OK : np_scene_fail_at(scene, place, "place needs both latitude and longitude");
+}
+
+static neph_result check_camera(const neph_scene *scene) {
+  const np_scene_camera *camera = &scene->camera;
+  double distance = 0;
+  for (int i = 0; i < 3; i++) distance = fmax(distance, fabs(camera->look_at_m[i] - camera->position_m[i]));
+  if (distance >= 1e-3) return NEPH_OK;
+  return np_scene_fail_at(scene, locate(scene, "camera", "look_at"),
+                          "camera.look_at is camera.position, must be at least 1 mm away");
+}
+
+static neph_result check_atmosphere(const neph_scene *scene) {
+  const neph_atmosphere_desc *atmosphere = &scene->atmosphere;
+  for (int i = 0; i < 3; i++)
+    if (atmosphere->mie_extinction_per_m[i] < atmosphere->mie_scattering_per_m[i])
+      return np_scene_fail_at(scene, locate(scene, "atmosphere", "mie_extinction"),
+                              "atmosphere.mie_extinction is %g 1/m, must not be below mie_scattering, %g 1/m",
+                              atmosphere->mie_extinction_per_m[i], atmosphere->mie_scattering_per_m[i]);
+  return NEPH_OK;
+}
+
+static bool has_density(const np_node *cloud) {
+  static const char *const names[] = {"extinction", "mean_free_path", "optical_depth", "liquid_water"};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+    if (np_node_find(cloud, names[i])) return true;
+  return false;
+}
+
+static neph_result check_source(const neph_scene *scene, unsigned index, const np_node *node) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  if (!cloud->vdb && !cloud->is_baked)
+    return np_scene_fail_at(scene, node, "clouds[%u] has no source, must have vdb, a file, or bake, parameters", index);
+  if (!cloud->is_baked && !has_density(node))
+    return np_scene_fail_at(scene, node,
+                            "clouds[%u] does not say what the values of its file are, must have one of extinction, "
+                            "mean_free_path, optical_depth, liquid_water",
+                            index);
+  const np_node *water = np_node_find(node, "liquid_water");
+  if (water && !np_node_find(water, "r_eff"))
+    return np_scene_fail_at(scene, water, "clouds[%u].liquid_water has no r_eff, the effective radius of the droplets",
+                            index);
+  return NEPH_OK;
+}
+
+static neph_result check_name(const neph_scene *scene, unsigned index, const np_node *node) {
+  const char *name = scene->clouds[index].name;
+  const np_node *name_node = np_node_find(node, "name");
+  if (strchr(name, '/'))
+    return np_scene_fail_at(scene, name_node, "clouds[%u].name is %.64s, must not hold a slash: files are named by it",
+                            index, name);
+  for (unsigned i = 0; i < index; i++)
+    if (!strcmp(scene->clouds[i].name, name))
+      return np_scene_fail_at(scene, name_node ? name_node : node, "clouds[%u].name is %.64s, the name of clouds[%u] too",
+                              index, name, i);
+  return NEPH_OK;
+}
+
+static neph_result check_clouds(const neph_scene *scene) {
+  const np_node *list = np_node_find(scene->document, "clouds");
+  const np_node *node = list ? list->first : NULL;
+  neph_result result = NEPH_OK;
+  for (unsigned i = 0; !result && node && i < scene->cloud_count; i++, node = node->next) {
+    result = check_source(scene, i, node);
+    if (!result) result = check_name(scene, i, node);
+  }
+  return result;
+}
+
+static neph_result check_terrain(const neph_scene *scene) {
+  const np_scene_terrain *terrain = &scene->terrain;
+  const np_node *node = np_node_find(scene->document, "terrain");
+  if (node && node->kind == NP_NODE_MAPPING && terrain->kind == NP_TERRAIN_NONE)
+    return np_scene_fail_at(scene, node, "terrain has no source, must have heightfield, a file, or ridges, parameters");
+  if (terrain->desc.height_max_m > terrain->desc.height_min_m) return NEPH_OK;
+  return np_scene_fail_at(scene, locate(scene, "terrain", "height_max"),
+                          "terrain.height_max is %g m, must be above height_min, %g m", terrain->desc.height_max_m,
+                          terrain->desc.height_min_m);
+}
+
+static neph_result check_output(const neph_scene *scene) {
+  int exponent;
+  double mantissa = frexp(scene->output.scale, &exponent);
+  if (mantissa <= 0.5) return NEPH_OK; /* frexp gives [0.5, 1) */
+  return np_scene_fail_at(scene, locate(scene, "output", "scale"),
+                          "output.scale is %.9g, must be a power of two; the nearest below is %g", scene->output.scale,
+                          ldexp(0.5, exponent));
+}
+
+neph_result np_scene_check(const neph_scene *scene) {
+  static neph_result (*const checks[])(const neph_scene *) = {check_place,  check_camera,  check_atmosphere,
+                                                              check_clouds, check_terrain, check_output};
+  neph_result result = NEPH_OK;
+  for (size_t i = 0; !result && i < sizeof checks / sizeof *checks; i++) result = checks[i](scene);
+  return result;
+}

@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A scene's values, each as its key would be written: what --set takes. */
+#include <stdio.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/json.h"
+#include "scene/scene_apply.h"
+#include "scene/text_builder.h"
+
+/* ---- Which keys are in force ---- */
+
+static unsigned load_unsigned(const void *base, np_field field) {
+  const char *source = (const char *)base + field.offset;
+  bool flag;
+  unsigned value;
+  if (field.size == sizeof flag) return memcpy(&flag, source, sizeof flag), flag;
+  return memcpy(&value, source, sizeof value), value;
+}
+
+static const char *load_text(const np_key *key, const void *base) {
+  const char *text;
+  memcpy(&text, (const char *)base + key->field.offset, sizeof text);
+  return text;
+}
+
+static bool is_tag_set(const np_key *key, const void *base) {
+  return !key->tag.size || load_unsigned(base, key->tag) == key->tag_value;
+}
+
+static bool is_excluded_by_text(const np_key *key, const void *base) {
+  for (size_t i = 0; i < np_key_count(); i++) {
+    const np_key *other = np_key_get(i);
+    if (np_key_excludes(key, other) && other->type == NP_KEY_TIME && load_text(other, base)) return true;
+  }
+  return false;
+}
+
+static bool is_zero(const np_key *key, const void *base) {
+  double value = 0;
+  if (key->type == NP_KEY_REAL) memcpy(&value, (const char *)base + key->field.offset, sizeof value);
+  return !(value > 0 || value < 0);
+}
+
+static const char *find_choice_name(const np_key *key, unsigned value) {
+  for (const np_choice *choice = key->choices; choice && choice->name; choice++)
+    if (choice->value == value) return choice->name;
+  return NULL;
+}
+
+/* Whether one word says all about a section: "terrain: none". Not where a key in it tells the same. */
+static bool is_word_for_section(const np_key *section, const void *base) {
+  if (!section->choices || np_key_find(section, "preset")) return false;
+  return find_choice_name(section, load_unsigned(base, section->field));
+}
+
+static bool is_section_in_force(const np_key *section, const void *base) {
+  for (; section && section->type == NP_KEY_SECTION; section = np_key_get_parent(section))
+    if (!is_tag_set(section, base) || is_word_for_section(section, base)) return false;
+  return true;
+}
+
+static bool is_in_force(const np_key *key, const void *base) {
+  if (!is_section_in_force(np_key_get_parent(key), base)) return false;
+  if (np_key_is_text(key)) return load_text(key, base);
+  if (key->type == NP_KEY_SECTION) return is_word_for_section(key, base);
+  if (key->type == NP_KEY_LIST) return false;
+  if (key->type == NP_KEY_FLAGS) return load_unsigned(base, key->field);
+  if (key->group && key->tag.size) return is_tag_set(key, base);
+  if (key->group && is_excluded_by_text(key, base)) return false;
+  if (key->fallback) return true;
+  return key->tag.size ? is_tag_set(key, base) : !is_zero(key, base);
+}
+
+/* ---- Values as text ---- */
+
+static void add_quoted(np_text *out, const char *text) {
+  np_text_add(out, "\"");
+  for (; *text; text++) np_text_add(out, *text == '"' || *text == '\\' ? "\\%c" : "%c", *text);
+  np_text_add(out, "\"");
+}
+
+static void add_flags(np_text *out, const np_key *key, unsigned flags) {
+  const char *join = "[";
+  for (const np_choice *choice = key->choices; choice->name; choice++) {
+    if (!(flags & choice->value)) continue;
+    np_text_add(out, "%s%s", join, choice->name);
+    join = ", ";
+  }
+  np_text_add(out, "]");
+}
+
+static void add_number(np_text *out, const np_key *key, const void *base, unsigned index) {
+  const char *source = (const char *)base + key->field.offset;
+  char text[64];
+  if (key->type == NP_KEY_REAL) {
+    double value;
+    memcpy(&value, source + index * sizeof value, sizeof value);
+    np_value_format_real(value, key->unit, text, sizeof text);
+    np_text_add(out, "%s", text);
+  } else {
+    unsigned value;
+    memcpy(&value, source + index * sizeof value, sizeof value);
+    np_text_add(out, "%u", value);
+  }
+}
+
+static bool is_word_set(const np_key *key, const void *base) {
+  if (!key->word) return false;
+  if (key->tag.size) return load_unsigned(base, key->tag) == key->word_tag_value;
+  return load_unsigned(base, key->field) == (unsigned)key->word_value;
+}
+
+static void add_numbers(np_text *out, const np_key *key, const void *base) {
+  unsigned count = np_key_count_values(key);
+  if (is_word_set(key, base)) {
+    np_text_add(out, "%s", key->word);
+    return;
+  }
+  if (count > 1) np_text_add(out, "[");
+  for (unsigned i = 0; i < count; i++) {
+    if (i) np_text_add(out, ", ");
+    add_number(out, key, base, i);
+  }
+  if (count > 1) np_text_add(out, "]");
+}
+
+static void add_seed(np_text *out, const np_key *key, const void *base) {
+  uint64_t value;
+  memcpy(&value, (const char *)base + key->field.offset, sizeof value);
+  np_text_add(out, "%llu", (unsigned long long)value);
+}
+
+static void add_value(np_text *out, const np_key *key, const void *base) {
+  switch (key->type) {
+    case NP_KEY_REAL:
+    case NP_KEY_INTEGER: add_numbers(out, key, base); return;
+    case NP_KEY_SEED: add_seed(out, key, base); return;
+    case NP_KEY_SECTION:
+    case NP_KEY_CHOICE: np_text_add(out, "%s", find_choice_name(key, load_unsigned(base, key->field))); return;
+    case NP_KEY_FLAGS: add_flags(out, key, load_unsigned(base, key->field)); return;
+    case NP_KEY_TIME: np_text_add(out, "%s", load_text(key, base)); return;
+    case NP_KEY_TEXT:
+    case NP_KEY_FILE:
+    case NP_KEY_PRESET: add_quoted(out, load_text(key, base)); return;
+    case NP_KEY_LIST: return;
+  }
+}
+
+/* ---- Scenes ---- */
+
+typedef void (*visit_fn)(void *user, const char *path, const np_key *key, const void *base);
+
+static void visit_clouds(const neph_scene *scene, visit_fn visit, void *user) {
+  for (unsigned c = 0; c < scene->cloud_count; c++)
+    for (size_t i = 0; i < np_key_count(); i++) {
+      const np_key *key = np_key_get(i);
+      if (!np_key_is_in_cloud(key) || !is_in_force(key, &scene->clouds[c])) continue;
+      char path[128];
+      snprintf(path, sizeof path, "clouds[%u].%s", c, key->path + strlen("clouds[]."));
+      visit(user, path, key, &scene->clouds[c]);
+    }
+}
+
+static void visit_values(const neph_scene *scene, visit_fn visit, void *user) {
+  for (size_t i = 0; i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i);
+    if (key->type == NP_KEY_LIST) visit_clouds(scene, visit, user);
+    if (!np_key_is_in_cloud(key) && is_in_force(key, scene)) visit(user, key->path, key, scene);
+  }
+}
+
+static void print_value(void *user, const char *path, const np_key *key, const void *base) {
+  np_text *text = user;
+  np_text_add(text, "%s: ", path);
+  add_value(text, key, base);
+  np_text_add(text, "\n");
+}
+
+static neph_result describe_plain(const neph_scene *scene, char **out_text) {
+  np_text text = {.context = scene->context};
+  visit_values(scene, print_value, &text);
+  return np_text_finish(&text, out_text);
+}
+
+typedef struct json_writer {
+  neph_context *context;
+  np_json *json;
+  neph_result result;
+} json_writer;
+
+static void put_value(void *user, const char *path, const np_key *key, const void *base) {
+  json_writer *writer = user;
+  np_text text = {.context = writer->context};
+  char *value;
+  add_value(&text, key, base);
+  neph_result result = np_text_finish(&text, &value);
+  if (!result) np_json_put_text(writer->json, path, value);
+  np_alloc_free(writer->context, value);
+  if (result) writer->result = result;
+}
+
+static neph_result describe_json(const neph_scene *scene, char **out_text) {
+  json_writer writer = {.context = scene->context, .json = np_json_create(scene->context)};
+  if (!writer.json) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_json_put_text(writer.json, "kind", "scene");
+  np_json_put_text(writer.json, "file", scene->file);
+  np_json_begin_object(writer.json, "values");
+  visit_values(scene, put_value, &writer);
+  np_json_end(writer.json);
+  if (!writer.result) return np_json_finish(writer.json, out_text);
+  np_json_destroy(writer.json);
+  return writer.result;
+}
+
+neph_result neph_scene_describe(const neph_scene *scene, neph_text_format format, char **out_text) {
+  *out_text = NULL;
+  locale_t saved = np_values_enter();
+  neph_result result = format == NEPH_TEXT_JSON ? describe_json(scene, out_text) : describe_plain(scene, out_text);
+  np_values_leave(saved);
+  return result;
+}

@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "scene/scene_apply.h"
+
+enum { STEP_MAX = 8, NAME_SIZE = 64 };
+
+/* One part of a path: a name, or a name and the index of an element. */
+typedef struct path_step {
+  char name[NAME_SIZE];
+  bool has_index;
+  size_t index;
+} path_step;
+
+typedef struct editor {
+  neph_context *context;
+  const char *key;
+} editor;
+
+static neph_result fail_path(const editor *editor) {
+  return np_fail(editor->context, NEPH_ERROR_BAD_SCENE,
+                 "%.80s is not a key, must be names parted by dots, such as camera.fov or clouds[0].voxel", editor->key);
+}
+
+/* Takes "name" or "name[3]", and the dot behind it, off the front of `*path`. */
+static bool take_step(const char **path, path_step *step) {
+  size_t length = strcspn(*path, ".[");
+  if (!length || length >= NAME_SIZE) return false;
+  snprintf(step->name, sizeof step->name, "%.*s", (int)length, *path);
+  *path += length;
+  step->has_index = **path == '[';
+  if (step->has_index) {
+    char *end;
+    step->index = strtoul(*path + 1, &end, 10);
+    if ((*path)[1] < '0' || (*path)[1] > '9' || *end != ']') return false;
+    *path = end + 1;
+  }
+  if (**path == '.') return *++*path != '\0';
+  return **path == '\0';
+}
+
+static bool split_path(const char *path, path_step steps[STEP_MAX], unsigned *out_count) {
+  unsigned count = 0;
+  do {
+    if (count == STEP_MAX || !take_step(&path, &steps[count++])) return false;
+  } while (*path);
+  *out_count = count;
+  return true;
+}
+
+static void remove_excluded(neph_context *context, np_node *mapping, const np_key *section, const np_key *key) {
+  np_node *next;
+  for (np_node *child = mapping->first; child; child = next) {
+    next = child->next;
+    const np_key *other = np_key_find(section, child->key);
+    if (!other || !np_key_excludes(key, other)) continue;
+    np_node_remove(mapping, child);
+    np_node_destroy(context, child);
+  }
+}
+
+/* The child of that name and kind, made where it is missing or of another kind. NULL: no memory. */
+static np_node *open_child(neph_context *context, np_node *mapping, const char *name, np_node_kind kind) {
+  np_node *child = np_node_find(mapping, name);
+  if (child && child->kind == kind) return child;
+  np_node *made = np_node_create(context, kind, NULL, name);
+  if (!made) return NULL;
+  if (child)
+    np_node_replace(context, mapping, child, made);
+  else
+    np_node_append(mapping, made);
+  return made;
+}
+
+static neph_result put_value(neph_context *context, np_node *mapping, const char *name, np_node *value) {
+  np_node *place = open_child(context, mapping, name, value->kind);
+  if (!place) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_node_replace(context, mapping, place, value);
+  return NEPH_OK;
+}
+
+static neph_result fail_index(const editor *editor, const path_step *step, size_t count) {
+  return np_fail(editor->context, NEPH_ERROR_BAD_SCENE, "%.80s: %s has %zu element%s, the next is %s[%zu]", editor->key,
+                 step->name, count, count == 1 ? "" : "s", step->name, count);
+}
+
+/* Finds or appends an element of a sequence; where it ends the path, it is `*value`, which is then taken. */
+static neph_result open_element(const editor *editor, np_node *sequence, const path_step *step, np_node **value,
+                                np_node **out_element) {
+  size_t count = np_node_count(sequence);
+  if (step->index > count) return fail_index(editor, step, count);
+  np_node *element = np_node_get(sequence, step->index);
+  if (!*value && element && element->kind == NP_NODE_MAPPING) return *out_element = element, NEPH_OK;
+  np_node *made = *value ? *value : np_node_create(editor->context, NP_NODE_MAPPING, NULL, NULL);
+  if (!made) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (element)
+    np_node_replace(editor->context, sequence, element, made);
+  else
+    np_node_append(sequence, made);
+  *value = NULL;
+  *out_element = made;
+  return NEPH_OK;
+}
+
+/* Goes one step down from `*mapping`. At the last one `*value` is put there, and NULL afterwards. */
+static neph_result take_down(const editor *editor, const path_step *step, np_node **mapping, np_node **value) {
+  if (!step->has_index && *value) {
+    neph_result result = put_value(editor->context, *mapping, step->name, *value);
+    if (!result) *value = NULL;
+    return result;
+  }
+  np_node_kind kind = step->has_index ? NP_NODE_SEQUENCE : NP_NODE_MAPPING;
+  np_node *child = open_child(editor->context, *mapping, step->name, kind);
+  if (!child) return NEPH_ERROR_OUT_OF_MEMORY;
+  *mapping = child;
+  return step->has_index ? open_element(editor, child, step, value, mapping) : NEPH_OK;
+}
+
+neph_result np_scene_edit(neph_context *context, np_node *document, const char *key, np_node *value) {
+  editor editor = {context, key};
+  path_step steps[STEP_MAX];
+  unsigned count = 0;
+  neph_result result = split_path(key, steps, &count) ? NEPH_OK : fail_path(&editor);
+  np_node *mapping = document;
+  const np_key *section = NULL;
+  for (unsigned i = 0; !result && i < count; i++) {
+    const np_key *step_key = np_key_find(section, steps[i].name);
+    if (step_key) remove_excluded(context, mapping, section, step_key);
+    np_node *none = NULL;
+    result = take_down(&editor, &steps[i], &mapping, i + 1 == count ? &value : &none);
+    section = step_key;
+  }
+  np_node_destroy(context, value);
+  return result;
+}

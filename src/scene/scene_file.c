@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "scene/scene_file.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <yaml.h>
+
+#include "core/alloc.h"
+
+enum { DEPTH_MAX = 16 };
+
+typedef struct reader {
+  neph_context *context;
+  yaml_parser_t parser;
+  const char *name;
+  bool is_value;
+  int depth;
+} reader;
+
+static neph_result read_node(reader *reader, const yaml_event_t *event, np_node **out_node);
+
+/* ---- Messages ---- */
+
+static neph_result fail_at(reader *reader, yaml_mark_t mark, const char *what) {
+  if (reader->is_value) return np_fail(reader->context, NEPH_ERROR_BAD_SCENE, "%s: %s", reader->name, what);
+  return np_fail(reader->context, NEPH_ERROR_BAD_SCENE, "%s:%zu:%zu: %s", reader->name, mark.line + 1, mark.column + 1,
+                 what);
+}
+
+static neph_result fail_syntax(reader *reader) {
+  const yaml_parser_t *parser = &reader->parser;
+  if (parser->error == YAML_MEMORY_ERROR)
+    return np_fail(reader->context, NEPH_ERROR_OUT_OF_MEMORY, "%s: out of memory while parsing", reader->name);
+  char what[200];
+  snprintf(what, sizeof what, "not valid YAML: %s", parser->problem ? parser->problem : "unknown problem");
+  /* Encoding errors have no mark of their own. */
+  return fail_at(reader, parser->error == YAML_READER_ERROR ? parser->mark : parser->problem_mark, what);
+}
+
+/* ---- Events ---- */
+
+static neph_result next_event(reader *reader, yaml_event_t *event) {
+  return yaml_parser_parse(&reader->parser, event) ? NEPH_OK : fail_syntax(reader);
+}
+
+static neph_result check_decoration(reader *reader, const yaml_event_t *event, const yaml_char_t *anchor,
+                                    const yaml_char_t *tag) {
+  if (anchor) return fail_at(reader, event->start_mark, "anchors (&) are not allowed in a scene");
+  if (tag) return fail_at(reader, event->start_mark, "tags (!) are not allowed in a scene");
+  return NEPH_OK;
+}
+
+static neph_result check_event(reader *reader, const yaml_event_t *event) {
+  switch ((int)event->type) {
+    case YAML_ALIAS_EVENT: return fail_at(reader, event->start_mark, "aliases (*) are not allowed in a scene");
+    case YAML_SCALAR_EVENT: return check_decoration(reader, event, event->data.scalar.anchor, event->data.scalar.tag);
+    case YAML_SEQUENCE_START_EVENT:
+      return check_decoration(reader, event, event->data.sequence_start.anchor, event->data.sequence_start.tag);
+    case YAML_MAPPING_START_EVENT:
+      return check_decoration(reader, event, event->data.mapping_start.anchor, event->data.mapping_start.tag);
+    default: return NEPH_OK;
+  }
+}
+
+/* ---- Nodes ---- */
+
+static np_node *make_node(reader *reader, const yaml_event_t *event, np_node_kind kind, const char *text) {
+  np_node *node = np_node_create(reader->context, kind, text, NULL);
+  if (node && !reader->is_value) {
+    node->line = (unsigned)event->start_mark.line + 1;
+    node->column = (unsigned)event->start_mark.column + 1;
+  }
+  return node;
+}
+
+static neph_result read_scalar(reader *reader, const yaml_event_t *event, np_node **out_node) {
+  const char *text = (const char *)event->data.scalar.value;
+  if (strlen(text) != event->data.scalar.length) return fail_at(reader, event->start_mark, "a zero character is not allowed");
+  *out_node = make_node(reader, event, NP_NODE_SCALAR, text);
+  if (!*out_node) return NEPH_ERROR_OUT_OF_MEMORY;
+  (*out_node)->is_quoted = event->data.scalar.style != YAML_PLAIN_SCALAR_STYLE;
+  return NEPH_OK;
+}
+
+static neph_result check_key(reader *reader, const yaml_event_t *event) {
+  if (event->type == YAML_ALIAS_EVENT) return check_event(reader, event);
+  if (event->type != YAML_SCALAR_EVENT) return fail_at(reader, event->start_mark, "a key must be a word, not a list or a mapping");
+  neph_result result = check_event(reader, event);
+  if (result) return result;
+  const char *text = (const char *)event->data.scalar.value;
+  if (strlen(text) != event->data.scalar.length) return fail_at(reader, event->start_mark, "a zero character is not allowed");
+  if (!strcmp(text, "<<")) return fail_at(reader, event->start_mark, "merge keys (<<) are not allowed in a scene");
+  return NEPH_OK;
+}
+
+/* A key, which `event` holds, and the value behind it. */
+static neph_result read_entry(reader *reader, const yaml_event_t *key, np_node **out_node) {
+  neph_result result = check_key(reader, key);
+  if (result) return result;
+  yaml_event_t value;
+  result = next_event(reader, &value);
+  if (result) return result;
+  result = read_node(reader, &value, out_node);
+  yaml_event_delete(&value);
+  if (result) return result;
+  (*out_node)->key = np_alloc_text(reader->context, (const char *)key->data.scalar.value);
+  if (!(*out_node)->key) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (!reader->is_value) {
+    (*out_node)->key_line = (unsigned)key->start_mark.line + 1;
+    (*out_node)->key_column = (unsigned)key->start_mark.column + 1;
+  }
+  return NEPH_OK;
+}
+
+/* Reads the children of `parent` up to the event that ends it. What was read stays in it whatever happens. */
+static neph_result read_children(reader *reader, np_node *parent) {
+  np_node **link = &parent->first;
+  for (;;) {
+    yaml_event_t event;
+    neph_result result = next_event(reader, &event);
+    if (result) return result;
+    bool is_end = event.type == YAML_SEQUENCE_END_EVENT || event.type == YAML_MAPPING_END_EVENT;
+    if (!is_end)
+      result = parent->kind == NP_NODE_MAPPING ? read_entry(reader, &event, link) : read_node(reader, &event, link);
+    yaml_event_delete(&event);
+    if (result || is_end) return result;
+    link = &(*link)->next;
+  }
+}
+
+static neph_result read_collection(reader *reader, const yaml_event_t *event, np_node **out_node) {
+  if (reader->depth == DEPTH_MAX) return fail_at(reader, event->start_mark, "nested more than 16 levels deep");
+  bool is_mapping = event->type == YAML_MAPPING_START_EVENT;
+  *out_node = make_node(reader, event, is_mapping ? NP_NODE_MAPPING : NP_NODE_SEQUENCE, NULL);
+  if (!*out_node) return NEPH_ERROR_OUT_OF_MEMORY;
+  reader->depth++;
+  neph_result result = read_children(reader, *out_node);
+  reader->depth--;
+  return result;
+}
+
+/* On failure `*out_node` may hold a part, which belongs to the tree all the same. */
+static neph_result read_node(reader *reader, const yaml_event_t *event, np_node **out_node) {
+  neph_result result = check_event(reader, event);
+  if (result) return result;
+  return event->type == YAML_SCALAR_EVENT ? read_scalar(reader, event, out_node)
+                                          : read_collection(reader, event, out_node);
+}
+
+/* ---- Documents ---- */
+
+/* Skips what opens the stream and its first document; `*event` is then the root's, or the stream's end. */
+static neph_result find_root(reader *reader, yaml_event_t *event) {
+  for (;;) {
+    neph_result result = next_event(reader, event);
+    if (result) return result;
+    if (event->type != YAML_STREAM_START_EVENT && event->type != YAML_DOCUMENT_START_EVENT) return NEPH_OK;
+    yaml_event_delete(event);
+  }
+}
+
+static neph_result check_end(reader *reader) {
+  for (;;) {
+    yaml_event_t event;
+    neph_result result = next_event(reader, &event);
+    if (result) return result;
+    bool is_end = event.type == YAML_STREAM_END_EVENT;
+    if (event.type == YAML_DOCUMENT_START_EVENT)
+      result = fail_at(reader, event.start_mark, "a second document begins here, a scene is one");
+    yaml_event_delete(&event);
+    if (result || is_end) return result;
+  }
+}
+
+static neph_result read_document(reader *reader, np_node **out_node) {
+  yaml_event_t event;
+  neph_result result = find_root(reader, &event);
+  if (result) return result;
+  if (event.type == YAML_STREAM_END_EVENT)
+    result = fail_at(reader, event.start_mark, "nothing is here, must be a mapping of keys");
+  else
+    result = read_node(reader, &event, out_node);
+  yaml_event_delete(&event);
+  return result ? result : check_end(reader);
+}
+
+neph_result np_scene_parse(neph_context *context, const char *text, size_t size, const char *name, bool is_value,
+                           np_node **out_node) {
+  reader reader = {.context = context, .name = name, .is_value = is_value};
+  *out_node = NULL;
+  if (!yaml_parser_initialize(&reader.parser))
+    return np_fail(context, NEPH_ERROR_OUT_OF_MEMORY, "%s: out of memory while parsing", name);
+  yaml_parser_set_input_string(&reader.parser, (const unsigned char *)text, size);
+  neph_result result = read_document(&reader, out_node);
+  yaml_parser_delete(&reader.parser);
+  if (!result) return NEPH_OK;
+  np_node_destroy(context, *out_node);
+  *out_node = NULL;
+  return result;
+}

@@ -1,0 +1,359 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "scene/scene_keys.h"
+
+#include <string.h>
+
+#define SCENE(member) {offsetof(neph_scene, member), sizeof(((neph_scene *)0)->member)}
+#define CLOUD(member) {offsetof(np_scene_cloud, member), sizeof(((np_scene_cloud *)0)->member)}
+
+/* Lengths stay below a million kilometres, so that no square of one overflows a float. */
+#define WITHIN(a, b) {a, b}
+#define ANYWHERE {-1e9, 1e9}
+#define SIZE {1e-6, 1e9}
+#define ASYMMETRY {-0.999999, 0.999999}
+
+/* Groups of keys that exclude each other. */
+enum { GROUP_SUN = 1, GROUP_DENSITY, GROUP_PHASE, GROUP_TERRAIN };
+
+static const np_choice booleans[] = {{"false", 0}, {"true", 1}, {NULL, 0}};
+static const np_choice atmospheres[] = {{"earth", 1}, {"none", 0}, {NULL, 0}};
+static const np_choice hemispheres[] = {{"both", 0}, {"upper", 1}, {NULL, 0}};
+static const np_choice planets[] = {{"sphere", 1}, {"none", 0}, {NULL, 0}};
+static const np_choice axes[] = {{"z", NP_UP_Z}, {"y", NP_UP_Y}, {NULL, 0}};
+static const np_choice policies[] = {{"refuse", NEPH_IMPORT_REFUSE}, {"repair", NEPH_IMPORT_REPAIR}, {NULL, 0}};
+static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
+static const np_choice phases[] = {{"rayleigh", NP_PHASE_RAYLEIGH}, {"isotropic", NP_PHASE_ISOTROPIC}, {NULL, 0}};
+static const np_choice terrains[] = {{"none", NP_TERRAIN_NONE}, {NULL, 0}};
+static const np_choice integrators[] = {{"march", NEPH_INTEGRATOR_MARCH}, {"path", NEPH_INTEGRATOR_PATH}, {NULL, 0}};
+static const np_choice scatterings[] = {
+    {"octaves", NEPH_MULTIPLE_SCATTERING_OCTAVES}, {"none", NEPH_MULTIPLE_SCATTERING_NONE}, {NULL, 0}};
+static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
+static const np_choice aovs[] = {
+    {"background", NP_AOV_BACKGROUND}, {"terrain", NP_AOV_TERRAIN},   {"air", NP_AOV_AIR},
+    {"sun", NP_AOV_SUN},               {"sky", NP_AOV_SKY},           {"ground", NP_AOV_GROUND},
+    {"multiple", NP_AOV_MULTIPLE},     {"transmittance", NP_AOV_TRANSMITTANCE},
+    {"distance", NP_AOV_DISTANCE},     {"depth", NP_AOV_DEPTH},       {NULL, 0}};
+
+/* clang-format off */
+static const np_key keys[] = {
+    {.path = "version", .type = NP_KEY_INTEGER, .field = SCENE(version), .range = WITHIN(1, 1), .fallback = "1",
+     .meaning = "of the scene format"},
+
+    {.path = "place", .type = NP_KEY_SECTION,
+     .meaning = "where on Earth the world's origin lies; without it, at the centre of the height field"},
+    {.path = "place.latitude", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(latitude_rad),
+     .tag = SCENE(has_place), .tag_value = true, .range = WITHIN(-90, 90), .meaning = "north is positive"},
+    {.path = "place.longitude", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(longitude_rad),
+     .tag = SCENE(has_place), .tag_value = true, .range = WITHIN(-180, 180), .meaning = "east is positive"},
+
+    {.path = "camera", .type = NP_KEY_SECTION, .meaning = "a pinhole; x points east, y north, z up"},
+    {.path = "camera.position", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(camera.position_m),
+     .range = ANYWHERE, .fallback = "0 m, -6 km, 400 m", .meaning = "x, y, z of the pinhole"},
+    {.path = "camera.look_at", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(camera.look_at_m),
+     .range = ANYWHERE, .fallback = "0 m, 0 m, 1800 m", .meaning = "x, y, z of the point in the middle of the picture"},
+    {.path = "camera.fov", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(camera.fov_rad),
+     .range = WITHIN(0.01, 170), .fallback = "50 deg", .meaning = "horizontal angle of view"},
+    {.path = "camera.roll", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(camera.roll_rad),
+     .range = WITHIN(-360, 360), .fallback = "0 deg",
+     .meaning = "turns the camera clockwise about its view, and what it sees the other way"},
+    {.path = "camera.resolution", .type = NP_KEY_INTEGER, .field = SCENE(camera.resolution), .range = WITHIN(1, 65536),
+     .fallback = "960, 540", .meaning = "width and height of the picture in pixels"},
+
+    {.path = "sun", .type = NP_KEY_SECTION, .meaning = "by elevation and azimuth, or by time"},
+    {.path = "sun.elevation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(sun.elevation_rad),
+     .range = WITHIN(-90, 90), .fallback = "35 deg", .group = GROUP_SUN, .alternative = 1,
+     .meaning = "above the horizontal at the world's origin, without refraction"},
+    {.path = "sun.azimuth", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(sun.azimuth_rad),
+     .range = WITHIN(-360, 360), .fallback = "120 deg", .group = GROUP_SUN, .alternative = 1,
+     .meaning = "clockwise from north"},
+    {.path = "sun.time", .type = NP_KEY_TIME, .field = SCENE(sun.time), .group = GROUP_SUN, .alternative = 2,
+     .meaning = "puts the sun where it stands at the scene's place; UTC unless an offset is given"},
+    {.path = "sun.angular_radius", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
+     .field = SCENE(sun.angular_radius_rad), .range = WITHIN(0, 45), .fallback = "0.2678 deg",
+     .meaning = "of the disk"},
+    {.path = "sun.irradiance", .type = NP_KEY_REAL, .unit = NP_UNIT_IRRADIANCE,
+     .field = SCENE(sun.irradiance_w_m2_nm), .is_grey_allowed = true, .range = WITHIN(0, 1e9),
+     .fallback = "1.474, 1.8504, 1.91198",
+     .meaning = "above the atmosphere, on a plane facing the sun, at 680, 550 and 440 nm"},
+
+    {.path = "atmosphere", .type = NP_KEY_SECTION, .choices = atmospheres, .field = SCENE(has_atmosphere),
+     .meaning = "the air"},
+    {.path = "atmosphere.preset", .type = NP_KEY_CHOICE, .choices = atmospheres, .field = SCENE(has_atmosphere),
+     .fallback = "earth", .meaning = "the coefficients to start from; none is a world without air"},
+    {.path = "atmosphere.planet_radius", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(atmosphere.planet_radius_m), .range = WITHIN(1000, 1e9), .fallback = "6360 km",
+     .meaning = "of the sphere, on which clouds and terrain lie"},
+    {.path = "atmosphere.top_altitude", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(atmosphere.top_altitude_m), .range = WITHIN(1, 1e7), .fallback = "100 km",
+     .meaning = "where the air ends"},
+    {.path = "atmosphere.rayleigh_scattering", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
+     .field = SCENE(atmosphere.rayleigh_scattering_per_m), .is_grey_allowed = true, .range = WITHIN(0, 1),
+     .fallback = "5.802e-6 1/m, 13.558e-6 1/m, 33.1e-6 1/m", .meaning = "of air at sea level"},
+    {.path = "atmosphere.rayleigh_height", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(atmosphere.rayleigh_height_m), .range = WITHIN(1, 1e7), .fallback = "8 km",
+     .meaning = "over which air thins by a factor e"},
+    {.path = "atmosphere.mie_scattering", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
+     .field = SCENE(atmosphere.mie_scattering_per_m), .is_grey_allowed = true, .range = WITHIN(0, 1),
+     .fallback = "3.996e-6 1/m, 3.996e-6 1/m, 3.996e-6 1/m", .meaning = "of haze at sea level"},
+    {.path = "atmosphere.mie_extinction", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
+     .field = SCENE(atmosphere.mie_extinction_per_m), .is_grey_allowed = true, .range = WITHIN(0, 1),
+     .fallback = "4.44e-6 1/m, 4.44e-6 1/m, 4.44e-6 1/m",
+     .meaning = "scattering and absorption of haze at sea level; not below its scattering"},
+    {.path = "atmosphere.mie_height", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(atmosphere.mie_height_m), .range = WITHIN(1, 1e7), .fallback = "1.2 km",
+     .meaning = "over which haze thins by a factor e"},
+    {.path = "atmosphere.mie_asymmetry", .type = NP_KEY_REAL, .field = SCENE(atmosphere.mie_asymmetry),
+     .range = ASYMMETRY, .fallback = "0.8", .meaning = "g of haze, of the Cornette-Shanks phase function"},
+    {.path = "atmosphere.ozone_absorption", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
+     .field = SCENE(atmosphere.ozone_absorption_per_m), .is_grey_allowed = true, .range = WITHIN(0, 1),
+     .fallback = "0.65e-6 1/m, 1.881e-6 1/m, 0.085e-6 1/m", .meaning = "where the ozone layer is densest"},
+    {.path = "atmosphere.ozone_center", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(atmosphere.ozone_center_m), .range = WITHIN(0, 1e7), .fallback = "25 km",
+     .meaning = "altitude of the densest ozone"},
+    {.path = "atmosphere.ozone_width", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(atmosphere.ozone_width_m), .range = WITHIN(1, 1e7), .fallback = "15 km",
+     .meaning = "from there to where it ends, above and below"},
+    {.path = "atmosphere.ground_albedo", .type = NP_KEY_REAL, .field = SCENE(atmosphere.ground_albedo),
+     .tag = SCENE(has_ground_albedo), .tag_value = true, .is_grey_allowed = true, .range = WITHIN(0, 1),
+     .fallback = "0.3, 0.3, 0.3", .meaning = "of the sphere; unless it is given, a terrain's takes its place"},
+
+    {.path = "environment", .type = NP_KEY_SECTION, .meaning = "uniform light from infinitely far away, for tests and studios"},
+    {.path = "environment.radiance", .type = NP_KEY_REAL, .unit = NP_UNIT_RADIANCE,
+     .field = SCENE(environment.radiance_w_m2_sr_nm), .is_grey_allowed = true, .range = WITHIN(0, 1e9),
+     .fallback = "0, 0, 0", .meaning = "of that light"},
+    {.path = "environment.hemisphere", .type = NP_KEY_CHOICE, .choices = hemispheres,
+     .field = SCENE(environment.is_upper_only), .fallback = "both", .meaning = "where it comes from"},
+    {.path = "environment.planet", .type = NP_KEY_CHOICE, .choices = planets, .field = SCENE(environment.has_planet),
+     .fallback = "sphere", .meaning = "none leaves out the planet, and the air with it"},
+
+    {.path = "clouds", .type = NP_KEY_LIST, .field = SCENE(clouds), .meaning = "each from a file, or baked, or baked to a file"},
+    {.path = "clouds[].name", .type = NP_KEY_TEXT, .field = CLOUD(name),
+     .meaning = "in messages and in names of baked files; without it, cloud0, cloud1, …"},
+    {.path = "clouds[].vdb", .type = NP_KEY_FILE, .field = CLOUD(vdb), .meaning = "OpenVDB file, # for the frame"},
+    {.path = "clouds[].grid", .type = NP_KEY_TEXT, .field = CLOUD(grid),
+     .meaning = "name of a scalar grid in it; without it, density or the only one there is"},
+    {.path = "clouds[].import", .type = NP_KEY_CHOICE, .choices = policies, .field = CLOUD(policy), .fallback = "refuse",
+     .meaning = "what to do with values that no cloud has, such as NaN; repair takes them as 0"},
+    {.path = "clouds[].precision", .type = NP_KEY_CHOICE, .choices = precisions, .field = CLOUD(precision),
+     .fallback = "half", .meaning = "of the values in memory"},
+    {.path = "clouds[].up", .type = NP_KEY_CHOICE, .choices = axes, .field = CLOUD(up), .fallback = "z",
+     .meaning = "axis of the file that points up"},
+    {.path = "clouds[].voxel", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(voxel_m), .range = SIZE,
+     .meaning = "makes this the largest edge of a voxel; without it, as the file says"},
+    {.path = "clouds[].scale", .type = NP_KEY_REAL, .field = CLOUD(scale), .range = WITHIN(1e-6, 1e6), .fallback = "1",
+     .meaning = "enlarges the cloud after that"},
+    {.path = "clouds[].rotation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = CLOUD(rotation_rad),
+     .range = WITHIN(-360, 360), .fallback = "0 deg", .meaning = "about the vertical, counter-clockwise seen from above"},
+    {.path = "clouds[].position", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(position_m),
+     .tag = CLOUD(has_position), .tag_value = true, .range = ANYWHERE,
+     .meaning = "where the middle of the bottom of the cloud's box goes; without it, as the file says"},
+    {.path = "clouds[].extinction", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE, .field = CLOUD(density_value),
+     .tag = CLOUD(density_unit), .tag_value = NP_DENSITY_EXTINCTION, .range = WITHIN(0, 1e6), .fallback = "1 1/m",
+     .group = GROUP_DENSITY, .alternative = 1, .meaning = "of a value of 1; baked clouds hold 1/m already"},
+    {.path = "clouds[].mean_free_path", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(density_value),
+     .tag = CLOUD(density_unit), .tag_value = NP_DENSITY_MEAN_FREE_PATH, .range = WITHIN(1e-6, 1e9),
+     .group = GROUP_DENSITY, .alternative = 2, .meaning = "of light where the value is 1"},
+    {.path = "clouds[].optical_depth", .type = NP_KEY_REAL, .field = CLOUD(density_value), .tag = CLOUD(density_unit),
+     .tag_value = NP_DENSITY_OPTICAL_DEPTH, .range = WITHIN(0, 1e9), .group = GROUP_DENSITY, .alternative = 3,
+     .meaning = "of the densest vertical column"},
+    {.path = "clouds[].liquid_water", .type = NP_KEY_SECTION, .group = GROUP_DENSITY, .alternative = 4,
+     .meaning = "says that values are grams of water in a cubic metre"},
+    {.path = "clouds[].liquid_water.r_eff", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
+     .field = CLOUD(density_value), .tag = CLOUD(density_unit), .tag_value = NP_DENSITY_LIQUID_WATER,
+     .range = WITHIN(0.01, 1e4), .meaning = "effective radius of the droplets"},
+    {.path = "clouds[].albedo", .type = NP_KEY_REAL, .field = CLOUD(albedo), .is_grey_allowed = true,
+     .range = WITHIN(0, 1), .fallback = "0.999995, 0.999995, 0.999995",
+     .meaning = "share of the light that scattering leaves"},
+    {.path = "clouds[].phase", .type = NP_KEY_SECTION, .choices = phases, .field = CLOUD(phase_source.kind),
+     .meaning = "how light is scattered: one of the keys below, or rayleigh or isotropic in their place"},
+    {.path = "clouds[].phase.droplets", .type = NP_KEY_SECTION, .tag = CLOUD(phase_source.kind),
+     .tag_value = NP_PHASE_DROPLETS, .group = GROUP_PHASE, .alternative = 1, .meaning = "fit to Mie theory; the default"},
+    {.path = "clouds[].phase.droplets.diameter", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
+     .field = CLOUD(phase_source.diameter_m), .range = WITHIN(5, 50), .fallback = "20 um",
+     .meaning = "of the droplets"},
+    {.path = "clouds[].phase.hg", .type = NP_KEY_REAL, .field = CLOUD(phase_source.asymmetry),
+     .tag = CLOUD(phase_source.kind), .tag_value = NP_PHASE_HENYEY_GREENSTEIN, .range = ASYMMETRY,
+     .group = GROUP_PHASE, .alternative = 2, .meaning = "g of the Henyey-Greenstein phase function"},
+    {.path = "clouds[].phase.two_lobe", .type = NP_KEY_SECTION, .tag = CLOUD(phase_source.kind),
+     .tag_value = NP_PHASE_TWO_LOBE, .group = GROUP_PHASE, .alternative = 3, .meaning = "two of them, added"},
+    {.path = "clouds[].phase.two_lobe.forward", .type = NP_KEY_REAL, .field = CLOUD(phase_source.forward),
+     .range = ASYMMETRY, .fallback = "0.85", .meaning = "g of the first"},
+    {.path = "clouds[].phase.two_lobe.backward", .type = NP_KEY_REAL, .field = CLOUD(phase_source.backward),
+     .range = ASYMMETRY, .fallback = "-0.25", .meaning = "g of the second"},
+    {.path = "clouds[].phase.two_lobe.weight", .type = NP_KEY_REAL, .field = CLOUD(phase_source.backward_weight),
+     .range = WITHIN(0, 1), .fallback = "0.1", .meaning = "share of the second"},
+
+    {.path = "clouds[].bake", .type = NP_KEY_SECTION, .tag = CLOUD(is_baked), .tag_value = true,
+     .meaning = "a cloud from noise; its values are extinction in 1/m"},
+    {.path = "clouds[].bake.preset", .type = NP_KEY_PRESET, .field = CLOUD(preset),
+     .meaning = "named values for all keys of bake, over which the others go wherever they stand"},
+    {.path = "clouds[].bake.seed", .type = NP_KEY_SEED, .field = CLOUD(bake.seed), .fallback = "0",
+     .meaning = "of the noise: another seed, another cloud of the same kind"},
+    {.path = "clouds[].bake.extent", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.extent_m),
+     .is_grey_allowed = true, .range = SIZE, .fallback = "8 km, 8 km", .meaning = "of the field along x and y"},
+    {.path = "clouds[].bake.center", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.center_m),
+     .range = ANYWHERE, .fallback = "0 m, 0 m", .meaning = "x and y of the middle of the field"},
+    {.path = "clouds[].bake.base", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.base_altitude_m),
+     .range = WITHIN(-1e6, 1e6), .fallback = "1.2 km", .meaning = "altitude of the flat cloud base above sea level"},
+    {.path = "clouds[].bake.thickness", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.thickness_m),
+     .range = SIZE, .fallback = "1.2 km", .meaning = "from the base to the highest top"},
+    {.path = "clouds[].bake.voxel", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.voxel_m),
+     .range = SIZE, .fallback = "20 m", .meaning = "edge of a voxel"},
+    {.path = "clouds[].bake.coverage", .type = NP_KEY_REAL, .field = CLOUD(bake.coverage), .range = WITHIN(0, 1),
+     .fallback = "0.35", .meaning = "fraction of the sky that is covered"},
+    {.path = "clouds[].bake.cell", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.cell_m),
+     .range = SIZE, .fallback = "1.8 km", .meaning = "typical distance from cloud to cloud"},
+    {.path = "clouds[].bake.type", .type = NP_KEY_REAL, .field = CLOUD(bake.type), .range = WITHIN(0, 1),
+     .fallback = "0.5", .meaning = "from 0, flat humilis, to 1, tall congestus"},
+    {.path = "clouds[].bake.billow", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.billow_m),
+     .range = SIZE, .fallback = "450 m", .meaning = "size of the largest billows"},
+    {.path = "clouds[].bake.erosion", .type = NP_KEY_REAL, .field = CLOUD(bake.erosion), .range = WITHIN(0, 1),
+     .fallback = "0.4", .meaning = "how far detail eats into the shape"},
+    {.path = "clouds[].bake.wispiness", .type = NP_KEY_REAL, .field = CLOUD(bake.wispiness), .range = WITHIN(0, 1),
+     .fallback = "0.3", .meaning = "share of wispy rather than billowy detail at the base"},
+    {.path = "clouds[].bake.turbulence", .type = NP_KEY_REAL, .field = CLOUD(bake.turbulence), .range = WITHIN(0, 1),
+     .fallback = "0.3", .meaning = "how far detail is curled"},
+    {.path = "clouds[].bake.skew", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.skew_m),
+     .range = ANYWHERE, .fallback = "0 m, 0 m", .meaning = "x and y by which wind moves the top against the base"},
+    {.path = "clouds[].bake.extinction", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
+     .field = CLOUD(bake.extinction_per_m), .range = WITHIN(1e-9, 1e6), .fallback = "0.06 1/m",
+     .meaning = "in the core of the cloud"},
+
+    {.path = "terrain", .type = NP_KEY_SECTION, .choices = terrains, .field = SCENE(terrain.kind),
+     .meaning = "ground above the sphere, or none in place of the keys below"},
+    {.path = "terrain.heightfield", .type = NP_KEY_FILE, .field = SCENE(terrain.heightfield),
+     .tag = SCENE(terrain.kind), .tag_value = NP_TERRAIN_HEIGHTFIELD, .group = GROUP_TERRAIN, .alternative = 1,
+     .meaning = "SRTM .hgt named by its corner, 16-bit PNG, or EXR in metres"},
+    {.path = "terrain.ridges", .type = NP_KEY_SECTION, .tag = SCENE(terrain.kind), .tag_value = NP_TERRAIN_RIDGES,
+     .group = GROUP_TERRAIN, .alternative = 2, .meaning = "mountains from noise"},
+    {.path = "terrain.ridges.seed", .type = NP_KEY_SEED, .field = SCENE(terrain.ridges.seed), .fallback = "1",
+     .meaning = "of the noise"},
+    {.path = "terrain.ridges.samples", .type = NP_KEY_INTEGER, .field = SCENE(terrain.ridges.sample_count),
+     .range = WITHIN(2, 16385), .fallback = "1025", .meaning = "heights along each side"},
+    {.path = "terrain.ridges.relief", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(terrain.ridges.relief_m), .range = WITHIN(0, 1e5), .fallback = "1.4 km",
+     .meaning = "from valleys to summits"},
+    {.path = "terrain.ridges.ridge", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(terrain.ridges.ridge_m), .range = WITHIN(1, 1e7), .fallback = "9 km",
+     .meaning = "distance from one large ridge to the next"},
+    {.path = "terrain.albedo", .type = NP_KEY_REAL, .field = SCENE(terrain.desc.ground_albedo),
+     .is_grey_allowed = true, .range = WITHIN(0, 1), .fallback = "0.2, 0.2, 0.2",
+     .meaning = "share of the light that the ground reflects, at 680, 550 and 440 nm"},
+    {.path = "terrain.width", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(terrain.desc.width_m),
+     .range = WITHIN(1, 1e7), .fallback = "30 km", .meaning = "along x, of pictures and ridges"},
+    {.path = "terrain.height_min", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(terrain.desc.height_min_m), .range = WITHIN(-1e5, 1e5), .fallback = "0 m",
+     .meaning = "elevation of black in a PNG"},
+    {.path = "terrain.height_max", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(terrain.desc.height_max_m), .range = WITHIN(-1e5, 1e5), .fallback = "2 km",
+     .meaning = "elevation of white in a PNG"},
+
+    {.path = "render", .type = NP_KEY_SECTION, .meaning = "how the picture is computed"},
+    {.path = "render.integrator", .type = NP_KEY_CHOICE, .choices = integrators, .field = SCENE(render.integrator),
+     .fallback = "march", .meaning = "march is fast and biased, path is unbiased and noisy"},
+    {.path = "render.samples", .type = NP_KEY_INTEGER, .field = SCENE(render.sample_count), .range = WITHIN(1, 16777216),
+     .fallback = "4", .meaning = "for each pixel"},
+    {.path = "render.seed", .type = NP_KEY_SEED, .field = SCENE(render.seed), .fallback = "0",
+     .meaning = "of all random numbers"},
+    {.path = "render.multiple_scattering", .type = NP_KEY_CHOICE, .choices = scatterings,
+     .field = SCENE(render.multiple_scattering), .fallback = "octaves",
+     .meaning = "how the march answers for light scattered more than once"},
+    {.path = "render.octaves", .type = NP_KEY_SECTION, .meaning = "of multiple scattering"},
+    {.path = "render.octaves.count", .type = NP_KEY_INTEGER, .field = SCENE(render.octave_count), .range = WITHIN(1, 16),
+     .fallback = "8", .meaning = "the first is single scattering"},
+    {.path = "render.octaves.factors", .type = NP_KEY_REAL, .field = SCENE(render.octave_factors),
+     .range = WITHIN(0, 1), .fallback = "0.5, 0.5, 0.5",
+     .meaning = "from octave to octave, of light, optical depth and asymmetry"},
+    {.path = "render.max_scatterings", .type = NP_KEY_INTEGER, .field = SCENE(render.scattering_max),
+     .range = WITHIN(0, 1e9), .fallback = "all", .word = "all", .word_value = NEPH_SCATTERINGS_ALL,
+     .meaning = "in cloud along one path; a limit loses light"},
+    {.path = "render.step", .type = NP_KEY_REAL, .unit = NP_UNIT_VOXEL, .field = SCENE(render.step_voxels),
+     .range = WITHIN(0.01, 100), .fallback = "1 voxels", .meaning = "longest step of the march"},
+    {.path = "render.transmittance_end", .type = NP_KEY_REAL, .field = SCENE(render.transmittance_end),
+     .range = WITHIN(0, 0.5), .fallback = "0.001", .meaning = "the march ends a ray below it"},
+
+    {.path = "output", .type = NP_KEY_SECTION, .meaning = "what is written, and where"},
+    {.path = "output.image", .type = NP_KEY_FILE, .field = SCENE(output.image), .meaning = "OpenEXR file, # for the frame"},
+    {.path = "output.preview", .type = NP_KEY_FILE, .field = SCENE(output.preview), .meaning = "PNG file, # for the frame"},
+    {.path = "output.beauty", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(output.has_beauty),
+     .fallback = "true", .meaning = "whether the picture itself is wanted, R, G and B, besides A, Z and the AOVs"},
+    {.path = "output.aovs", .type = NP_KEY_FLAGS, .choices = aovs, .field = SCENE(output.aovs),
+     .meaning = "further channels; depth is Z, which every picture has"},
+    {.path = "output.pixel_type", .type = NP_KEY_CHOICE, .choices = pixel_types, .field = SCENE(output.pixel_type),
+     .fallback = "half", .meaning = "of colour in the OpenEXR file"},
+    {.path = "output.scale", .type = NP_KEY_REAL, .field = SCENE(output.scale), .range = WITHIN(0x1p-40, 0x1p40),
+     .fallback = "1", .meaning = "factor on every radiance, a power of two, stated in the header"},
+    {.path = "output.exposure", .type = NP_KEY_REAL, .unit = NP_UNIT_STOP, .field = SCENE(output.exposure_ev),
+     .range = WITHIN(-40, 40), .fallback = "auto", .word = "auto", .word_value = 0, .tag = SCENE(output.is_exposure_auto),
+     .tag_value = false, .word_tag_value = true, .meaning = "of the preview; auto goes by the picture"},
+    {.path = "output.film", .type = NP_KEY_SECTION, .meaning = "what the film takes in"},
+    {.path = "output.film.background", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(output.has_background),
+     .fallback = "true", .meaning = "false leaves out the sky and the sun's disk behind everything"},
+};
+/* clang-format on */
+
+static const size_t key_count = sizeof keys / sizeof *keys;
+
+size_t np_key_count(void) { return key_count; }
+
+const np_key *np_key_get(size_t index) { return &keys[index]; }
+
+/* ---- Paths ---- */
+
+const char *np_key_get_name(const np_key *key) {
+  const char *dot = strrchr(key->path, '.');
+  return dot ? dot + 1 : key->path;
+}
+
+/* The length of a path without its last part, and without the "[]" of a list's elements. */
+static size_t find_parent_length(const np_key *key) {
+  const char *dot = strrchr(key->path, '.');
+  if (!dot) return 0;
+  size_t length = (size_t)(dot - key->path);
+  return length >= 2 && !strncmp(key->path + length - 2, "[]", 2) ? length - 2 : length;
+}
+
+static bool is_child(const np_key *key, const np_key *section) {
+  size_t length = find_parent_length(key);
+  if (!section) return length == 0;
+  return strlen(section->path) == length && !strncmp(section->path, key->path, length);
+}
+
+const np_key *np_key_get_parent(const np_key *key) {
+  for (size_t i = 0; i < key_count; i++)
+    if (is_child(key, &keys[i])) return &keys[i];
+  return NULL;
+}
+
+const np_key *np_key_find(const np_key *section, const char *name) {
+  for (size_t i = 0; i < key_count; i++)
+    if (!strcmp(np_key_get_name(&keys[i]), name) && is_child(&keys[i], section)) return &keys[i];
+  return NULL;
+}
+
+bool np_key_is_in_cloud(const np_key *key) { return !strncmp(key->path, "clouds[].", strlen("clouds[].")); }
+
+bool np_key_is_text(const np_key *key) {
+  return key->type == NP_KEY_TEXT || key->type == NP_KEY_FILE || key->type == NP_KEY_TIME || key->type == NP_KEY_PRESET;
+}
+
+bool np_key_excludes(const np_key *a, const np_key *b) {
+  return a->group && a->group == b->group && a->alternative != b->alternative;
+}
+
+unsigned np_key_count_values(const np_key *key) {
+  switch (key->type) {
+    case NP_KEY_REAL: return (unsigned)(key->field.size / sizeof(double));
+    case NP_KEY_INTEGER: return (unsigned)(key->field.size / sizeof(unsigned));
+    case NP_KEY_SECTION:
+    case NP_KEY_LIST:
+    case NP_KEY_SEED:
+    case NP_KEY_CHOICE:
+    case NP_KEY_FLAGS:
+    case NP_KEY_TEXT:
+    case NP_KEY_FILE:
+    case NP_KEY_TIME:
+    case NP_KEY_PRESET: break;
+  }
+  return 1;
+}

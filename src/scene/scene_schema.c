@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the key table says to people: hints in messages, and the schema. */
+#include <stdio.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/json.h"
+#include "scene/scene_keys.h"
+#include "scene/text_builder.h"
+
+/* ---- Hints ---- */
+
+enum { NAME_MAX_LENGTH = 40 };
+
+static size_t min3(size_t a, size_t b, size_t c) {
+  size_t least = a < b ? a : b;
+  return least < c ? least : c;
+}
+
+/* Insertions, deletions, replacements and swaps of neighbours that lead from `a` to `b` (Damerau-Levenshtein, each
+ * stretch edited once); SIZE_MAX when one of them is too long to be a slip. */
+static size_t find_edit_distance(const char *a, const char *b) {
+  size_t m = strlen(a), n = strlen(b);
+  if (m > NAME_MAX_LENGTH || n > NAME_MAX_LENGTH) return SIZE_MAX;
+  size_t distance[NAME_MAX_LENGTH + 1][NAME_MAX_LENGTH + 1];
+  for (size_t i = 0; i <= m; i++) distance[i][0] = i;
+  for (size_t j = 0; j <= n; j++) distance[0][j] = j;
+  for (size_t i = 1; i <= m; i++)
+    for (size_t j = 1; j <= n; j++) {
+      distance[i][j] = min3(distance[i - 1][j] + 1, distance[i][j - 1] + 1, distance[i - 1][j - 1] + (a[i - 1] != b[j - 1]));
+      bool is_swap = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+      if (is_swap && distance[i - 2][j - 2] + 1 < distance[i][j]) distance[i][j] = distance[i - 2][j - 2] + 1;
+    }
+  return distance[m][n];
+}
+
+static const np_key *guess_in_section(const np_key *section, const char *name) {
+  const np_key *best = NULL;
+  size_t best_distance = strlen(name) / 3 + 2; /* beyond a third of its letters it is another word */
+  for (size_t i = 0; i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i);
+    if (np_key_get_parent(key) != section) continue;
+    size_t distance = find_edit_distance(name, np_key_get_name(key));
+    if (distance >= best_distance) continue;
+    best = key;
+    best_distance = distance;
+  }
+  return best;
+}
+
+const np_key *np_key_guess(const np_key *section, const char *name) {
+  const np_key *best = guess_in_section(section, name);
+  for (size_t i = 0; !best && i < np_key_count(); i++)
+    if (!strcmp(np_key_get_name(np_key_get(i)), name)) best = np_key_get(i);
+  return best;
+}
+
+/* Appends to a text of fixed size; what has no room is left out. */
+static void append(char *out, size_t size, const char *text) {
+  size_t length = strlen(out);
+  snprintf(out + length, size - length, "%s", text);
+}
+
+void np_key_list_names(const np_key *section, unsigned group, char *out, size_t size) {
+  out[0] = '\0';
+  for (size_t i = 0; i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i);
+    if (np_key_get_parent(key) != section || (group && key->group != group)) continue;
+    if (*out) append(out, size, ", ");
+    append(out, size, np_key_get_name(key));
+  }
+}
+
+static void append_choices(const np_key *key, const char *last_join, char *out, size_t size) {
+  for (const np_choice *choice = key->choices; choice->name; choice++) {
+    if (choice != key->choices) append(out, size, choice[1].name ? ", " : last_join);
+    append(out, size, choice->name);
+  }
+}
+
+static void append_range(const np_key *key, char *out, size_t size) {
+  char text[96];
+  const char *unit = np_unit_get_name(key->unit);
+  snprintf(text, sizeof text, "[%.9g, %.9g]%s%s", key->range.min, key->range.max, *unit ? " " : "", unit);
+  append(out, size, text);
+}
+
+static void describe_numbers(const np_key *key, char *out, size_t size) {
+  unsigned count = np_key_count_values(key);
+  const char *one = key->type == NP_KEY_REAL ? np_unit_get_quantity(key->unit) : "a whole number";
+  if (key->is_grey_allowed)
+    snprintf(out, size, "%s or a list of %u, in ", one, count);
+  else if (count > 1)
+    snprintf(out, size, "a list of %u, each %s in ", count, one);
+  else
+    snprintf(out, size, "%s in ", one);
+  append_range(key, out, size);
+  if (!key->word) return;
+  append(out, size, ", or ");
+  append(out, size, key->word);
+}
+
+void np_key_describe_values(const np_key *key, char *out, size_t size) {
+  switch (key->type) {
+    case NP_KEY_SECTION: snprintf(out, size, "a mapping"); break;
+    case NP_KEY_LIST: snprintf(out, size, "a list of mappings"); break;
+    case NP_KEY_REAL:
+    case NP_KEY_INTEGER: describe_numbers(key, out, size); return;
+    case NP_KEY_SEED: snprintf(out, size, "a whole number from 0 to 18446744073709551615"); return;
+    case NP_KEY_CHOICE: out[0] = '\0'; break;
+    case NP_KEY_FLAGS: snprintf(out, size, "a list of: "); break;
+    case NP_KEY_TEXT: snprintf(out, size, "a text"); return;
+    case NP_KEY_FILE: snprintf(out, size, "a file name"); return;
+    case NP_KEY_TIME: snprintf(out, size, "a time such as 2026-06-21T16:00Z"); return;
+    case NP_KEY_PRESET: snprintf(out, size, "the name of a preset"); return;
+  }
+  if (key->type == NP_KEY_SECTION && key->choices) append(out, size, ", or ");
+  if (key->choices) append_choices(key, key->type == NP_KEY_FLAGS ? ", " : " or ", out, size);
+}
+
+/* ---- Schema ---- */
+
+enum { TEXT_SIZE = 256 };
+
+static void print_default(const np_key *key, char *out, size_t size) {
+  bool is_list = np_key_count_values(key) > 1;
+  snprintf(out, size, "%s%s%s", is_list ? "[" : "", key->fallback, is_list ? "]" : "");
+}
+
+static neph_result describe_plain(neph_context *context, char **out_text) {
+  np_text text = {.context = context};
+  for (size_t i = 0; i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i);
+    char values[TEXT_SIZE], fallback[TEXT_SIZE];
+    np_key_describe_values(key, values, sizeof values);
+    if (i && !np_key_get_parent(key)) np_text_add(&text, "\n");
+    np_text_add(&text, "%s: %s", key->path, values);
+    if (key->fallback) {
+      print_default(key, fallback, sizeof fallback);
+      np_text_add(&text, "; default %s", fallback);
+    }
+    np_text_add(&text, "\n    %s\n", key->meaning);
+  }
+  return np_text_finish(&text, out_text);
+}
+
+static const char *get_type_name(np_key_type type) {
+  static const char *const names[] = {
+      [NP_KEY_SECTION] = "section", [NP_KEY_LIST] = "list", [NP_KEY_REAL] = "real", [NP_KEY_INTEGER] = "integer",
+      [NP_KEY_SEED] = "integer",    [NP_KEY_CHOICE] = "choice", [NP_KEY_FLAGS] = "flags", [NP_KEY_TEXT] = "text",
+      [NP_KEY_FILE] = "file",       [NP_KEY_TIME] = "time", [NP_KEY_PRESET] = "preset",
+  };
+  return names[type];
+}
+
+static void put_key(np_json *json, const np_key *key) {
+  char values[TEXT_SIZE], fallback[TEXT_SIZE];
+  bool is_number = key->type == NP_KEY_REAL || key->type == NP_KEY_INTEGER;
+  np_key_describe_values(key, values, sizeof values);
+  np_json_begin_object(json, NULL);
+  np_json_put_text(json, "key", key->path);
+  np_json_put_text(json, "type", get_type_name(key->type));
+  np_json_put_text(json, "values", values);
+  np_json_put_text(json, "meaning", key->meaning);
+  if (is_number) {
+    np_json_put_integer(json, "count", np_key_count_values(key));
+    np_json_put_text(json, "unit", np_unit_get_name(key->unit));
+    np_json_put_real(json, "min", key->range.min);
+    np_json_put_real(json, "max", key->range.max);
+  }
+  if (key->fallback) {
+    print_default(key, fallback, sizeof fallback);
+    np_json_put_text(json, "default", fallback);
+  }
+  if (key->choices) {
+    np_json_begin_array(json, "choices");
+    for (const np_choice *choice = key->choices; choice->name; choice++) np_json_put_text(json, NULL, choice->name);
+    np_json_end(json);
+  }
+  np_json_end(json);
+}
+
+static neph_result describe_json(neph_context *context, char **out_text) {
+  np_json *json = np_json_create(context);
+  if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_json_begin_array(json, "keys");
+  for (size_t i = 0; i < np_key_count(); i++) put_key(json, np_key_get(i));
+  np_json_end(json);
+  return np_json_finish(json, out_text);
+}
+
+neph_result neph_schema_describe(neph_context *context, neph_text_format format, char **out_text) {
+  *out_text = NULL;
+  locale_t saved = np_values_enter();
+  neph_result result = format == NEPH_TEXT_JSON ? describe_json(context, out_text) : describe_plain(context, out_text);
+  np_values_leave(saved);
+  return result;
+}

@@ -1,0 +1,166 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "scene/scene_values.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/units.h"
+
+typedef enum dimension { NUMBER, LENGTH, ANGLE, PER_LENGTH, IRRADIANCE, RADIANCE, STOPS, VOXELS } dimension;
+
+/* One SI unit is divisor/multiplier of these: two factors, so that 20 um is exactly the double 20e-6. */
+typedef struct unit_row {
+  const char *name;
+  dimension dimension;
+  double multiplier, divisor;
+} unit_row;
+
+static const unit_row units[] = {
+    [NP_UNIT_NONE] = {"", NUMBER, 1, 1},
+    [NP_UNIT_METRE] = {"m", LENGTH, 1, 1},
+    [NP_UNIT_KILOMETRE] = {"km", LENGTH, 1000, 1},
+    [NP_UNIT_MICROMETRE] = {"um", LENGTH, 1, 1e6},
+    [NP_UNIT_DEGREE] = {"deg", ANGLE, NP_PI, 180},
+    [NP_UNIT_PER_METRE] = {"1/m", PER_LENGTH, 1, 1},
+    [NP_UNIT_IRRADIANCE] = {"W/m2/nm", IRRADIANCE, 1, 1},
+    [NP_UNIT_RADIANCE] = {"W/m2/sr/nm", RADIANCE, 1, 1},
+    [NP_UNIT_STOP] = {"EV", STOPS, 1, 1},
+    [NP_UNIT_VOXEL] = {"voxels", VOXELS, 1, 1},
+    {"cm", LENGTH, 1, 100},
+    {"mm", LENGTH, 1, 1000},
+    {"nm", LENGTH, 1, 1e9},
+    {"\xc2\xb5m", LENGTH, 1, 1e6}, /* micro sign */
+    {"\xce\xbcm", LENGTH, 1, 1e6}, /* Greek mu */
+    {"rad", ANGLE, 1, 1},
+    {"\xc2\xb0", ANGLE, NP_PI, 180},
+    {"1/km", PER_LENGTH, 1, 1000},
+    {"voxel", VOXELS, 1, 1},
+};
+
+const char *np_unit_get_name(np_unit unit) { return units[unit].name; }
+
+const char *np_unit_get_quantity(np_unit unit) {
+  static const char *const names[] = {
+      [NUMBER] = "a number",        [LENGTH] = "a length",     [ANGLE] = "an angle", [PER_LENGTH] = "a number per length",
+      [IRRADIANCE] = "an irradiance", [RADIANCE] = "a radiance", [STOPS] = "a number of stops",
+      [VOXELS] = "a number of voxels",
+  };
+  return names[units[unit].dimension];
+}
+
+static double convert_to_si(const unit_row *unit, double value) { return value * unit->multiplier / unit->divisor; }
+
+double np_unit_to_si(np_unit unit, double value) { return convert_to_si(&units[unit], value); }
+
+double np_unit_from_si(np_unit unit, double value_si) { return value_si * units[unit].divisor / units[unit].multiplier; }
+
+/* ---- Reading ---- */
+
+static const char *skip_digits(const char *text) { return text + strspn(text, "0123456789"); }
+
+static const char *skip_spaces(const char *text) { return text + strspn(text, " \t"); }
+
+/* The end of a decimal number at the start of `text`, or NULL: what strtod takes beyond that (hexadecimal, "inf",
+ * "nan") a scene does not. */
+static const char *find_number_end(const char *text) {
+  const char *c = text + (*text == '+' || *text == '-');
+  const char *whole_end = skip_digits(c), *end = whole_end;
+  size_t digit_count = (size_t)(whole_end - c);
+  if (*end == '.') {
+    end = skip_digits(whole_end + 1);
+    digit_count += (size_t)(end - whole_end - 1);
+  }
+  if (!digit_count) return NULL;
+  if (*end == 'e' || *end == 'E') {
+    const char *exponent = end + 1 + (end[1] == '+' || end[1] == '-');
+    const char *exponent_end = skip_digits(exponent);
+    if (exponent_end > exponent) end = exponent_end;
+  }
+  return end;
+}
+
+static const unit_row *find_unit(const char *name, dimension wanted) {
+  for (size_t i = 0; i < sizeof units / sizeof *units; i++)
+    if (units[i].dimension == wanted && !strcmp(units[i].name, name)) return &units[i];
+  return NULL;
+}
+
+bool np_value_parse_real(const char *text, np_unit unit, double *out_value_si) {
+  const char *end = find_number_end(text);
+  if (!end) return false;
+  const char *name = skip_spaces(end);
+  const unit_row *given = *name ? find_unit(name, units[unit].dimension) : &units[unit];
+  if (!given) return false;
+  *out_value_si = convert_to_si(given, strtod(text, NULL));
+  return isfinite(*out_value_si);
+}
+
+bool np_value_parse_integer(const char *text, uint64_t *out_value) {
+  if (!*text || *skip_digits(text)) return false;
+  uint64_t value = 0;
+  for (const char *c = text; *c; c++)
+    if (__builtin_mul_overflow(value, (uint64_t)10, &value) || __builtin_add_overflow(value, (uint64_t)(*c - '0'), &value))
+      return false;
+  *out_value = value;
+  return true;
+}
+
+/* Takes exactly `count` digits off the front of `*text`, as a number within [min, max]. */
+static bool take_digits(const char **text, int count, int min, int max) {
+  int value = 0;
+  for (int i = 0; i < count; i++, (*text)++) {
+    if (**text < '0' || **text > '9') return false;
+    value = value * 10 + (**text - '0');
+  }
+  return value >= min && value <= max;
+}
+
+static bool take_mark(const char **text, char mark) { return **text == mark && (*text)++; }
+
+static bool take_seconds(const char **text) {
+  if (!take_mark(text, ':')) return true;
+  if (!take_digits(text, 2, 0, 59)) return false;
+  if (!take_mark(text, '.')) return true;
+  const char *end = skip_digits(*text);
+  bool has_digits = end > *text;
+  *text = end;
+  return has_digits;
+}
+
+static bool take_offset(const char **text) {
+  if (!**text || take_mark(text, 'Z')) return true;
+  if (!take_mark(text, '+') && !take_mark(text, '-')) return false;
+  return take_digits(text, 2, 0, 14) && take_mark(text, ':') && take_digits(text, 2, 0, 59);
+}
+
+bool np_value_is_time(const char *text) {
+  bool has_date = take_digits(&text, 4, 0, 9999) && take_mark(&text, '-') && take_digits(&text, 2, 1, 12) &&
+                  take_mark(&text, '-') && take_digits(&text, 2, 1, 31);
+  return has_date && take_mark(&text, 'T') && take_digits(&text, 2, 0, 23) && take_mark(&text, ':') &&
+         take_digits(&text, 2, 0, 59) && take_seconds(&text) && take_offset(&text) && !*text;
+}
+
+/* ---- Writing ---- */
+
+/* The fewest digits that read back as the same value. */
+static void format_shortest(double value, double value_si, const unit_row *unit, char *out, size_t size) {
+  for (int digits = 6; digits <= 17; digits++) {
+    snprintf(out, size, "%.*g", digits, value);
+    if (convert_to_si(unit, strtod(out, NULL)) == value_si) return; /* NOLINT: the same bits are meant */
+  }
+}
+
+void np_value_format_real(double value_si, np_unit unit, char *out, size_t size) {
+  bool is_long = unit == NP_UNIT_METRE && fabs(value_si) >= 1000;
+  const unit_row *row = &units[is_long ? NP_UNIT_KILOMETRE : unit];
+  char number[40];
+  format_shortest(value_si * row->divisor / row->multiplier, value_si, row, number, sizeof number);
+  snprintf(out, size, "%s%s%s", number, *row->name ? " " : "", row->name);
+}
+
+/* glibc keeps one C locale for good: making it allocates nothing and cannot fail. */
+locale_t np_values_enter(void) { return uselocale(newlocale(LC_ALL_MASK, "C", (locale_t)0)); }
+
+void np_values_leave(locale_t saved) { uselocale(saved); }

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Quantities as people write them: "20 m", "35 deg", "0.05 1/m", "10 um", and plain numbers. */
+#ifndef NP_SCENE_SCENE_VALUES_H
+#define NP_SCENE_SCENE_VALUES_H
+
+#include <locale.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef enum np_unit {
+  NP_UNIT_NONE,
+  NP_UNIT_METRE,
+  NP_UNIT_KILOMETRE,
+  NP_UNIT_MICROMETRE,
+  NP_UNIT_DEGREE,
+  NP_UNIT_PER_METRE,
+  NP_UNIT_IRRADIANCE,
+  NP_UNIT_RADIANCE,
+  NP_UNIT_STOP,
+  NP_UNIT_VOXEL
+} np_unit;
+
+/* "m"; "" for plain numbers. */
+const char *np_unit_get_name(np_unit unit);
+
+/* "a length", "an angle", "a number". */
+const char *np_unit_get_quantity(np_unit unit);
+
+/* A value in SI, and the other way round. */
+double np_unit_to_si(np_unit unit, double value);
+double np_unit_from_si(np_unit unit, double value_si);
+
+/* Reads a number with a unit of the same kind as `unit`, or without one, meant in `unit`. False: it is not one, or it is
+ * not finite. The value comes in SI. Only the C locale's decimal point is taken: see np_values_enter. */
+bool np_value_parse_real(const char *text, np_unit unit, double *out_value_si);
+
+/* Reads digits, without sign, point or exponent. */
+bool np_value_parse_integer(const char *text, uint64_t *out_value);
+
+/* Reads ISO 8601: 2026-06-21T16:00, seconds optional, then Z, an offset such as +02:00, or nothing, which is UTC. */
+bool np_value_is_time(const char *text);
+
+/* Writes the shortest number, with unit, that reads back as the same value. */
+void np_value_format_real(double value_si, np_unit unit, char *out, size_t size);
+
+/* The calling thread writes and reads numbers in the C locale until np_values_leave. */
+locale_t np_values_enter(void);
+void np_values_leave(locale_t saved);
+
+#endif
