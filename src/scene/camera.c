@@ -6,8 +6,6 @@
  */
 #include "scene/scene_private.h"
 
-#include "core/units.h"
-
 /* Unit; `look_at` differs from `position`, which np_scene_check has seen to. */
 static np_dvec3 find_back(const np_scene_camera *camera) {
   const double *p = camera->position_m, *q = camera->look_at_m;

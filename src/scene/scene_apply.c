@@ -10,13 +10,13 @@
 
 enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, NAMES_SIZE = 512, CLOUD_MAX = 4096 };
 
-typedef struct applier {
+typedef struct key_applier {
   neph_context *context;
   neph_scene *scene;
   char path[PATH_SIZE]; /* of the key at hand, as --set takes it */
-} applier;
+} key_applier;
 
-static neph_result apply_section(applier *applier, const np_key *section, void *base, const np_node *node);
+static neph_result apply_section(key_applier *applier, const np_key *section, void *base, const np_node *node);
 
 /* ---- Messages ---- */
 
@@ -35,10 +35,10 @@ neph_result np_scene_fail_at(const neph_scene *scene, const np_node *node, const
   return fail_text(scene, node ? node->line : 0, node ? node->column : 0, text);
 }
 
-static neph_result fail_key(const applier *applier, const np_node *node, const char *format, ...)
+static neph_result fail_key(const key_applier *applier, const np_node *node, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-static neph_result fail_key(const applier *applier, const np_node *node, const char *format, ...) {
+static neph_result fail_key(const key_applier *applier, const np_node *node, const char *format, ...) {
   char text[1024];
   va_list arguments;
   va_start(arguments, format);
@@ -71,14 +71,14 @@ static void show_value(const np_node *node, char *out, size_t size) {
 }
 
 /* `part` is what is wrong: the value, or one item of its list. */
-static neph_result fail_value(const applier *applier, const np_key *key, const np_node *part) {
+static neph_result fail_value(const key_applier *applier, const np_key *key, const np_node *part) {
   char shown[SHOWN_SIZE], values[VALUES_SIZE];
   show_value(part, shown, sizeof shown);
   np_key_describe_values(key, values, sizeof values);
   return np_scene_fail_at(applier->scene, part, "%s is %s, must be %s", applier->path, shown, values);
 }
 
-static neph_result fail_unknown(const applier *applier, const np_key *section, const np_node *node) {
+static neph_result fail_unknown(const key_applier *applier, const np_key *section, const np_node *node) {
   char name[SHOWN_SIZE], names[NAMES_SIZE];
   copy_printable(node->key, name, sizeof name);
   np_key_list_names(section, 0, names, sizeof names);
@@ -118,7 +118,7 @@ static bool read_number(const np_key *key, const np_node *node, void *target, un
   return read_integer(key, node, (unsigned *)target + index);
 }
 
-static neph_result apply_numbers(applier *applier, const np_key *key, void *base, const np_node *node) {
+static neph_result apply_numbers(key_applier *applier, const np_key *key, void *base, const np_node *node) {
   void *target = (char *)base + key->field.offset;
   unsigned count = np_key_count_values(key);
   bool is_one = count == 1 || (key->is_grey_allowed && node->kind == NP_NODE_SCALAR);
@@ -153,14 +153,14 @@ static const np_choice *find_choice(const np_key *key, const np_node *node) {
   return choice->name ? choice : NULL;
 }
 
-static neph_result apply_choice(applier *applier, const np_key *key, void *base, const np_node *node) {
+static neph_result apply_choice(key_applier *applier, const np_key *key, void *base, const np_node *node) {
   const np_choice *choice = find_choice(key, node);
   if (!choice) return fail_value(applier, key, node);
   store_unsigned(base, key->field, choice->value);
   return NEPH_OK;
 }
 
-static neph_result apply_flags(applier *applier, const np_key *key, void *base, const np_node *node) {
+static neph_result apply_flags(key_applier *applier, const np_key *key, void *base, const np_node *node) {
   if (node->kind != NP_NODE_SEQUENCE) return fail_value(applier, key, node);
   unsigned flags = 0;
   for (const np_node *item = node->first; item; item = item->next) {
@@ -172,7 +172,7 @@ static neph_result apply_flags(applier *applier, const np_key *key, void *base, 
   return NEPH_OK;
 }
 
-static neph_result apply_seed(applier *applier, const np_key *key, void *base, const np_node *node) {
+static neph_result apply_seed(key_applier *applier, const np_key *key, void *base, const np_node *node) {
   uint64_t *target = (uint64_t *)(void *)((char *)base + key->field.offset);
   bool is_seed = node->kind == NP_NODE_SCALAR && np_value_parse_integer(node->text, target);
   return is_seed ? NEPH_OK : fail_value(applier, key, node);
@@ -184,7 +184,7 @@ static char **get_text_field(const np_key *key, void *base) {
   return (char **)(void *)((char *)base + key->field.offset);
 }
 
-static neph_result apply_text(applier *applier, const np_key *key, void *base, const np_node *node) {
+static neph_result apply_text(key_applier *applier, const np_key *key, void *base, const np_node *node) {
   if (node->kind != NP_NODE_SCALAR || is_empty(node) || !*node->text) return fail_value(applier, key, node);
   if (key->type == NP_KEY_TIME && !np_value_is_time(node->text)) return fail_value(applier, key, node);
   char **target = get_text_field(key, base);
@@ -193,14 +193,14 @@ static neph_result apply_text(applier *applier, const np_key *key, void *base, c
   return *target ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-static neph_result apply_preset(applier *applier, const np_key *key, np_scene_cloud *cloud, const np_node *node) {
+static neph_result apply_preset(key_applier *applier, const np_key *key, np_scene_cloud *cloud, const np_node *node) {
   neph_result result = apply_text(applier, key, cloud, node);
   return result ? result : neph_cloud_get_preset(applier->context, cloud->preset, &cloud->bake);
 }
 
 /* ---- Defaults ---- */
 
-static neph_result apply_value(applier *applier, const np_key *key, void *base, const np_node *node) {
+static neph_result apply_value(key_applier *applier, const np_key *key, void *base, const np_node *node) {
   if (is_word(key, node)) return apply_word(key, base), NEPH_OK;
   switch (key->type) {
     case NP_KEY_REAL:
@@ -219,7 +219,7 @@ static neph_result apply_value(applier *applier, const np_key *key, void *base, 
 }
 
 /* The default goes the way of any value, as a scalar or a list of them. */
-static neph_result apply_fallback(applier *applier, const np_key *key, void *base) {
+static neph_result apply_fallback(key_applier *applier, const np_key *key, void *base) {
   char text[VALUES_SIZE], *rest = text;
   np_node items[4] = {{.kind = NP_NODE_SCALAR}}, list = {.kind = NP_NODE_SEQUENCE, .first = items};
   snprintf(text, sizeof text, "%s", key->fallback);
@@ -234,7 +234,7 @@ static neph_result apply_fallback(applier *applier, const np_key *key, void *bas
   return apply_value(applier, key, base, count > 1 ? &list : items);
 }
 
-static neph_result apply_fallbacks(applier *applier, bool in_cloud, void *base) {
+static neph_result apply_fallbacks(key_applier *applier, bool in_cloud, void *base) {
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
@@ -258,7 +258,7 @@ static np_phase make_phase(const np_scene_phase *source) {
   return np_phase_droplets(source->diameter_m);
 }
 
-static neph_result apply_cloud(applier *applier, const np_key *list, unsigned index, const np_node *node) {
+static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigned index, const np_node *node) {
   np_scene_cloud *cloud = &applier->scene->clouds[index];
   cloud->bake = (neph_cloud_desc)NEPH_CLOUD_DESC_DEFAULT;
   neph_result result = apply_fallbacks(applier, true, cloud);
@@ -276,7 +276,7 @@ static neph_result apply_cloud(applier *applier, const np_key *list, unsigned in
   return cloud->name ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-static neph_result apply_clouds(applier *applier, const np_key *list, const np_node *node) {
+static neph_result apply_clouds(key_applier *applier, const np_key *list, const np_node *node) {
   neph_scene *scene = applier->scene;
   if (node->kind != NP_NODE_SEQUENCE) return fail_value(applier, list, node);
   size_t count = np_node_count(node);
@@ -294,7 +294,7 @@ static neph_result apply_clouds(applier *applier, const np_key *list, const np_n
 
 /* ---- Sections ---- */
 
-static neph_result apply_key(applier *applier, const np_key *key, void *base, const np_node *node) {
+static neph_result apply_key(key_applier *applier, const np_key *key, void *base, const np_node *node) {
   bool is_mapping = node->kind == NP_NODE_MAPPING;
   neph_result result;
   if (key->type == NP_KEY_LIST)
@@ -310,7 +310,7 @@ static neph_result apply_key(applier *applier, const np_key *key, void *base, co
 }
 
 /* Refuses a key beside one of the same name before it, or beside one that it excludes. */
-static neph_result check_siblings(const applier *applier, const np_key *section, const np_node *parent,
+static neph_result check_siblings(const key_applier *applier, const np_key *section, const np_node *parent,
                                   const np_key *key, const np_node *node) {
   const char *path = applier->path, *dot = *path ? "." : "";
   for (const np_node *other = parent->first; other != node; other = other->next) {
@@ -323,7 +323,7 @@ static neph_result check_siblings(const applier *applier, const np_key *section,
   return NEPH_OK;
 }
 
-static neph_result apply_entry(applier *applier, const np_key *section, void *base, const np_node *parent,
+static neph_result apply_entry(key_applier *applier, const np_key *section, void *base, const np_node *parent,
                                const np_node *node, bool is_preset_turn) {
   const np_key *key = np_key_find(section, node->key);
   if (!key) return fail_unknown(applier, section, node);
@@ -338,7 +338,7 @@ static neph_result apply_entry(applier *applier, const np_key *section, void *ba
 }
 
 /* Presets first: other keys go over them wherever they stand. */
-static neph_result apply_section(applier *applier, const np_key *section, void *base, const np_node *node) {
+static neph_result apply_section(key_applier *applier, const np_key *section, void *base, const np_node *node) {
   neph_result result = NEPH_OK;
   for (int turn = 0; turn < 2; turn++)
     for (const np_node *child = node->first; !result && child; child = child->next)
@@ -356,7 +356,7 @@ static void derive_terrain(neph_scene *scene) {
 }
 
 static neph_result apply_document(neph_scene *scene) {
-  applier applier = {.context = scene->context, .scene = scene};
+  key_applier applier = {.context = scene->context, .scene = scene};
   const np_node *document = scene->document;
   if (document->kind != NP_NODE_MAPPING) return np_scene_fail_at(scene, document, "a scene must be a mapping of keys");
   neph_result result = apply_fallbacks(&applier, false, scene);

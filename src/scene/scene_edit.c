@@ -15,12 +15,12 @@ typedef struct path_step {
   size_t index;
 } path_step;
 
-typedef struct editor {
+typedef struct path_editor {
   neph_context *context;
   const char *key;
-} editor;
+} path_editor;
 
-static neph_result fail_path(const editor *editor) {
+static neph_result fail_path(const path_editor *editor) {
   return np_fail(editor->context, NEPH_ERROR_BAD_SCENE,
                  "%.80s is not a key, must be names parted by dots, such as camera.fov or clouds[0].voxel", editor->key);
 }
@@ -82,13 +82,13 @@ static neph_result put_value(neph_context *context, np_node *mapping, const char
   return NEPH_OK;
 }
 
-static neph_result fail_index(const editor *editor, const path_step *step, size_t count) {
+static neph_result fail_index(const path_editor *editor, const path_step *step, size_t count) {
   return np_fail(editor->context, NEPH_ERROR_BAD_SCENE, "%.80s: %s has %zu element%s, the next is %s[%zu]", editor->key,
                  step->name, count, count == 1 ? "" : "s", step->name, count);
 }
 
 /* Finds or appends an element of a sequence; where it ends the path, it is `*value`, which is then taken. */
-static neph_result open_element(const editor *editor, np_node *sequence, const path_step *step, np_node **value,
+static neph_result open_element(const path_editor *editor, np_node *sequence, const path_step *step, np_node **value,
                                 np_node **out_element) {
   size_t count = np_node_count(sequence);
   if (step->index > count) return fail_index(editor, step, count);
@@ -106,7 +106,7 @@ static neph_result open_element(const editor *editor, np_node *sequence, const p
 }
 
 /* Goes one step down from `*mapping`. At the last one `*value` is put there, and NULL afterwards. */
-static neph_result take_down(const editor *editor, const path_step *step, np_node **mapping, np_node **value) {
+static neph_result take_down(const path_editor *editor, const path_step *step, np_node **mapping, np_node **value) {
   if (!step->has_index && *value) {
     neph_result result = put_value(editor->context, *mapping, step->name, *value);
     if (!result) *value = NULL;
@@ -120,7 +120,7 @@ static neph_result take_down(const editor *editor, const path_step *step, np_nod
 }
 
 neph_result np_scene_edit(neph_context *context, np_node *document, const char *key, np_node *value) {
-  editor editor = {context, key};
+  path_editor editor = {context, key};
   path_step steps[STEP_MAX];
   unsigned count = 0;
   neph_result result = split_path(key, steps, &count) ? NEPH_OK : fail_path(&editor);

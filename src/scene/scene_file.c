@@ -9,25 +9,25 @@
 
 enum { DEPTH_MAX = 16 };
 
-typedef struct reader {
+typedef struct document_reader {
   neph_context *context;
   yaml_parser_t parser;
   const char *name;
   bool is_value;
   int depth;
-} reader;
+} document_reader;
 
-static neph_result read_node(reader *reader, const yaml_event_t *event, np_node **out_node);
+static neph_result read_node(document_reader *reader, const yaml_event_t *event, np_node **out_node);
 
 /* ---- Messages ---- */
 
-static neph_result fail_at(reader *reader, yaml_mark_t mark, const char *what) {
+static neph_result fail_at(document_reader *reader, yaml_mark_t mark, const char *what) {
   if (reader->is_value) return np_fail(reader->context, NEPH_ERROR_BAD_SCENE, "%s: %s", reader->name, what);
   return np_fail(reader->context, NEPH_ERROR_BAD_SCENE, "%s:%zu:%zu: %s", reader->name, mark.line + 1, mark.column + 1,
                  what);
 }
 
-static neph_result fail_syntax(reader *reader) {
+static neph_result fail_syntax(document_reader *reader) {
   const yaml_parser_t *parser = &reader->parser;
   if (parser->error == YAML_MEMORY_ERROR)
     return np_fail(reader->context, NEPH_ERROR_OUT_OF_MEMORY, "%s: out of memory while parsing", reader->name);
@@ -39,18 +39,18 @@ static neph_result fail_syntax(reader *reader) {
 
 /* ---- Events ---- */
 
-static neph_result next_event(reader *reader, yaml_event_t *event) {
+static neph_result next_event(document_reader *reader, yaml_event_t *event) {
   return yaml_parser_parse(&reader->parser, event) ? NEPH_OK : fail_syntax(reader);
 }
 
-static neph_result check_decoration(reader *reader, const yaml_event_t *event, const yaml_char_t *anchor,
+static neph_result check_decoration(document_reader *reader, const yaml_event_t *event, const yaml_char_t *anchor,
                                     const yaml_char_t *tag) {
   if (anchor) return fail_at(reader, event->start_mark, "anchors (&) are not allowed in a scene");
   if (tag) return fail_at(reader, event->start_mark, "tags (!) are not allowed in a scene");
   return NEPH_OK;
 }
 
-static neph_result check_event(reader *reader, const yaml_event_t *event) {
+static neph_result check_event(document_reader *reader, const yaml_event_t *event) {
   switch ((int)event->type) {
     case YAML_ALIAS_EVENT: return fail_at(reader, event->start_mark, "aliases (*) are not allowed in a scene");
     case YAML_SCALAR_EVENT: return check_decoration(reader, event, event->data.scalar.anchor, event->data.scalar.tag);
@@ -64,7 +64,7 @@ static neph_result check_event(reader *reader, const yaml_event_t *event) {
 
 /* ---- Nodes ---- */
 
-static np_node *make_node(reader *reader, const yaml_event_t *event, np_node_kind kind, const char *text) {
+static np_node *make_node(document_reader *reader, const yaml_event_t *event, np_node_kind kind, const char *text) {
   np_node *node = np_node_create(reader->context, kind, text, NULL);
   if (node && !reader->is_value) {
     node->line = (unsigned)event->start_mark.line + 1;
@@ -73,7 +73,7 @@ static np_node *make_node(reader *reader, const yaml_event_t *event, np_node_kin
   return node;
 }
 
-static neph_result read_scalar(reader *reader, const yaml_event_t *event, np_node **out_node) {
+static neph_result read_scalar(document_reader *reader, const yaml_event_t *event, np_node **out_node) {
   const char *text = (const char *)event->data.scalar.value;
   if (strlen(text) != event->data.scalar.length) return fail_at(reader, event->start_mark, "a zero character is not allowed");
   *out_node = make_node(reader, event, NP_NODE_SCALAR, text);
@@ -82,7 +82,7 @@ static neph_result read_scalar(reader *reader, const yaml_event_t *event, np_nod
   return NEPH_OK;
 }
 
-static neph_result check_key(reader *reader, const yaml_event_t *event) {
+static neph_result check_key(document_reader *reader, const yaml_event_t *event) {
   if (event->type == YAML_ALIAS_EVENT) return check_event(reader, event);
   if (event->type != YAML_SCALAR_EVENT) return fail_at(reader, event->start_mark, "a key must be a word, not a list or a mapping");
   neph_result result = check_event(reader, event);
@@ -94,7 +94,7 @@ static neph_result check_key(reader *reader, const yaml_event_t *event) {
 }
 
 /* A key, which `event` holds, and the value behind it. */
-static neph_result read_entry(reader *reader, const yaml_event_t *key, np_node **out_node) {
+static neph_result read_entry(document_reader *reader, const yaml_event_t *key, np_node **out_node) {
   neph_result result = check_key(reader, key);
   if (result) return result;
   yaml_event_t value;
@@ -113,7 +113,7 @@ static neph_result read_entry(reader *reader, const yaml_event_t *key, np_node *
 }
 
 /* Reads the children of `parent` up to the event that ends it. What was read stays in it whatever happens. */
-static neph_result read_children(reader *reader, np_node *parent) {
+static neph_result read_children(document_reader *reader, np_node *parent) {
   np_node **link = &parent->first;
   for (;;) {
     yaml_event_t event;
@@ -128,7 +128,7 @@ static neph_result read_children(reader *reader, np_node *parent) {
   }
 }
 
-static neph_result read_collection(reader *reader, const yaml_event_t *event, np_node **out_node) {
+static neph_result read_collection(document_reader *reader, const yaml_event_t *event, np_node **out_node) {
   if (reader->depth == DEPTH_MAX) return fail_at(reader, event->start_mark, "nested more than 16 levels deep");
   bool is_mapping = event->type == YAML_MAPPING_START_EVENT;
   *out_node = make_node(reader, event, is_mapping ? NP_NODE_MAPPING : NP_NODE_SEQUENCE, NULL);
@@ -140,7 +140,7 @@ static neph_result read_collection(reader *reader, const yaml_event_t *event, np
 }
 
 /* On failure `*out_node` may hold a part, which belongs to the tree all the same. */
-static neph_result read_node(reader *reader, const yaml_event_t *event, np_node **out_node) {
+static neph_result read_node(document_reader *reader, const yaml_event_t *event, np_node **out_node) {
   neph_result result = check_event(reader, event);
   if (result) return result;
   return event->type == YAML_SCALAR_EVENT ? read_scalar(reader, event, out_node)
@@ -150,7 +150,7 @@ static neph_result read_node(reader *reader, const yaml_event_t *event, np_node 
 /* ---- Documents ---- */
 
 /* Skips what opens the stream and its first document; `*event` is then the root's, or the stream's end. */
-static neph_result find_root(reader *reader, yaml_event_t *event) {
+static neph_result find_root(document_reader *reader, yaml_event_t *event) {
   for (;;) {
     neph_result result = next_event(reader, event);
     if (result) return result;
@@ -159,7 +159,7 @@ static neph_result find_root(reader *reader, yaml_event_t *event) {
   }
 }
 
-static neph_result check_end(reader *reader) {
+static neph_result check_end(document_reader *reader) {
   for (;;) {
     yaml_event_t event;
     neph_result result = next_event(reader, &event);
@@ -172,7 +172,7 @@ static neph_result check_end(reader *reader) {
   }
 }
 
-static neph_result read_document(reader *reader, np_node **out_node) {
+static neph_result read_document(document_reader *reader, np_node **out_node) {
   yaml_event_t event;
   neph_result result = find_root(reader, &event);
   if (result) return result;
@@ -186,7 +186,7 @@ static neph_result read_document(reader *reader, np_node **out_node) {
 
 neph_result np_scene_parse(neph_context *context, const char *text, size_t size, const char *name, bool is_value,
                            np_node **out_node) {
-  reader reader = {.context = context, .name = name, .is_value = is_value};
+  document_reader reader = {.context = context, .name = name, .is_value = is_value};
   *out_node = NULL;
   if (!yaml_parser_initialize(&reader.parser))
     return np_fail(context, NEPH_ERROR_OUT_OF_MEMORY, "%s: out of memory while parsing", name);
