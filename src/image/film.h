@@ -2,8 +2,12 @@
 /* The film: per pixel a sum over samples that does not depend on how the work was divided.
  *
  * Samples are summed along a fixed binary tree over the sample index: leaves are aligned blocks of 16 samples summed in
- * order, inner nodes add two children, all in double. A pixel's samples are given in ascending order to an accumulator,
- * which holds at most one pending node per level.
+ * order, inner nodes add two children, all in double. A pixel's samples are given in ascending order to an accumulator.
+ *
+ * A range of samples fills whole nodes of that tree, and at most a ragged leaf at its end; the largest of them, its
+ * maximal nodes, are all that a part of the work must keep. Given in order to another accumulator, the nodes of parts
+ * that cover [0, N) finish the tree with the same additions as one run, and so with the same bits. Parts must begin at
+ * a multiple of 16 samples; only the last may end anywhere.
  */
 #ifndef NP_IMAGE_FILM_H
 #define NP_IMAGE_FILM_H
@@ -12,21 +16,43 @@
 
 #include "core/context_private.h"
 
-enum { NP_FILM_LEAF_SAMPLES = 16, NP_FILM_CHANNELS_MAX = 64, NP_FILM_LEVELS = 28 };
+enum {
+  NP_FILM_LEAF_SAMPLES = 16,
+  NP_FILM_CHANNELS_MAX = 64,
+  NP_FILM_LEVELS = 28,                      /* a node of the last holds 2³¹ samples */
+  NP_FILM_NODES_MAX = 2 * NP_FILM_LEVELS + 1 /* a left and a right one of each level, and a ragged leaf */
+};
 
 /* The sum over one pixel's samples, in progress. Reused from pixel to pixel. */
 typedef struct np_film_accumulator {
   unsigned channel_count;
   uint32_t sample_begin, sample_next;
-  uint32_t pending; /* bit l: node of level l (16·2ˡ samples) is complete and waits for its sibling */
+  uint32_t pending; /* bit l: an even node of level l (16·2ˡ samples) is complete and waits for its sibling */
+  uint32_t edge;    /* bit l: an odd node of level l whose sibling lies before sample_begin */
   double leaf[NP_FILM_CHANNELS_MAX];
-  double node[NP_FILM_LEVELS][NP_FILM_CHANNELS_MAX];
+  double pending_node[NP_FILM_LEVELS][NP_FILM_CHANNELS_MAX];
+  double edge_node[NP_FILM_LEVELS][NP_FILM_CHANNELS_MAX];
 } np_film_accumulator;
 
+/* A complete node, or a ragged leaf. */
+typedef struct np_film_node {
+  uint32_t sample_begin; /* a multiple of sample_count; of 16 for a ragged leaf */
+  uint32_t sample_count; /* 16·2ˡ, or below 16 for a ragged leaf */
+  const double *sums;    /* channel_count of them */
+} np_film_node;
+
+/* `sample_begin` is a multiple of 16. */
 void np_film_accumulator_begin(np_film_accumulator *accumulator, unsigned channel_count, uint32_t sample_begin);
 void np_film_accumulator_add(np_film_accumulator *accumulator, const float *values);
 
-/* The sum of everything added, folded from the smallest pending node to the largest. */
+/* Continues with a node of a part. False, and nothing changed, when it does not begin where the samples so far end, or
+ * is no node of the tree. */
+bool np_film_accumulator_add_node(np_film_accumulator *accumulator, const np_film_node *node);
+
+/* The maximal nodes in ascending order, their sums inside the accumulator; the structure depends on the range alone. */
+unsigned np_film_accumulator_get_nodes(const np_film_accumulator *accumulator, np_film_node out[NP_FILM_NODES_MAX]);
+
+/* The sum of everything added, folded from the last maximal node to the first. */
 void np_film_accumulator_finish(const np_film_accumulator *accumulator, double *out_sums);
 
 #endif
