@@ -39,22 +39,28 @@ typedef enum neph_pixel_type { NEPH_PIXEL_HALF, NEPH_PIXEL_FLOAT } neph_pixel_ty
 
 /** Writes OpenEXR (ZIP level 4, scan lines), atomically.
  *
- * Depth, distance and position channels are always float. A finite value that a half cannot hold is an error that names
- * a scale.
+ * The channels Z, depth, distance, position, position.* and P.* are always float, and they alone may be infinite. As
+ * halves, a finite value above 65504 is an error that names the scale to use; so is a picture of radiances (one with
+ * the attribute "nephos:scale") of whose lit pixels more than half lie below 2⁻¹⁴. NaN is written as it is, with a
+ * warning that counts it.
  */
 NEPH_API neph_result neph_image_save_exr(const neph_image *image, const char *path,
                                          neph_pixel_type pixel_type) NEPH_NODISCARD;
 
-/** Reads a scan-line or tiled OpenEXR, first part, every channel to float; text attributes are kept. */
+/** Reads a scan-line or tiled OpenEXR, first part and full resolution, every channel to float.
+ *
+ * Text, int, float and double attributes are kept; numbers are given as text. Sub-sampled channels and deep pictures
+ * are refused, and so are files that claim more than 65536 pixels a side, 1024 channels or 16 GiB in memory.
+ */
 NEPH_API neph_result neph_image_load_exr(neph_context *context, const char *path, neph_image **out_image) NEPH_NODISCARD;
 
-/** Reads an 8- or 16-bit PNG: grey as "Y", colour as "R", "G", "B", alpha as "A"; values 0 to 1, no gamma removed. */
+/** Reads a PNG of 1 to 16 bits: grey as "Y", colour as "R", "G", "B", alpha as "A"; values 0 to 1, no gamma removed. */
 NEPH_API neph_result neph_image_load_png(neph_context *context, const char *path, neph_image **out_image) NEPH_NODISCARD;
 
 typedef struct neph_preview_desc {
   size_t struct_size;
-  double exposure_ev;      /**< stops added to the automatic or base exposure (default 0) */
-  bool is_exposure_auto;   /**< choose the base exposure from the picture's log-average (default true) */
+  double exposure_ev;      /**< stops added to the automatic or base exposure, −64 to 64 (default 0) */
+  bool is_exposure_auto;   /**< choose the base exposure from the lit part of the picture (default true); else it is 1 */
   double white[3];         /**< radiance of R, G, B that shows as neutral (default 1, 1, 1); each > 0 */
 } neph_preview_desc;
 
@@ -63,7 +69,14 @@ typedef struct neph_preview_desc {
     .struct_size = sizeof(neph_preview_desc), .exposure_ev = 0, .is_exposure_auto = true, .white = {1, 1, 1}            \
   }
 
-/** Writes an 8-bit sRGB PNG of channels R, G, B: exposure, filmic curve, dither. NULL desc for the defaults. */
+/** Writes an 8-bit sRGB PNG of channels R, G, B, or of Y alone: exposure, filmic curve, dither.
+ *
+ * The automatic exposure is the log-average of the lit pixels without the darkest tenth and the brightest hundredth, so
+ * that neither black borders nor the sun's disk turn it, lowered where bright areas would lose their drawing. Negative
+ * values show as 0, infinite ones as white, NaN as magenta.
+ *
+ * @param desc  NULL for the defaults.
+ */
 NEPH_API neph_result neph_image_save_png(const neph_image *image, const char *path,
                                          const neph_preview_desc *desc) NEPH_NODISCARD;
 
@@ -71,22 +84,34 @@ NEPH_API neph_result neph_image_save_png(const neph_image *image, const char *pa
 NEPH_API neph_result neph_image_describe_file(neph_context *context, const char *path, neph_text_format format,
                                               char **out_text) NEPH_NODISCARD;
 
-/** How far a picture lies from a reference, over the channels R, G, B (or all, where those are missing). */
+/** How far a picture lies from a reference, over the channels R, G, B (or all, where those are missing). L is the
+ * reference, d the picture minus it. Values that are not finite in the reference are left out. */
 typedef struct neph_image_difference {
-  double relative_mse;      /**< mean of d²/(L² + ε²), ε = 0.01·mean L of the reference */
+  double relative_mse;      /**< mean of d²/(L² + ε²), ε = 0.01·mean |L| */
   double rmse;              /**< root of mean d² */
   double bias;              /**< Σ picture / Σ reference − 1 */
-  double bias_interval;     /**< half width of the bias's 95 % confidence interval, from 8×8-pixel blocks */
+  double bias_interval;     /**< half width of the bias's 95 % confidence interval, from 8×8-pixel blocks taken as
+                                 independent; NaN for less than two of them */
   double block_rms;         /**< √(Σ d² / Σ L²) over 8×8-pixel means */
-  double p999_relative;     /**< 99.9th percentile of |d|/(L + ε) */
+  double p999_relative;     /**< 99.9th percentile of |d|/(|L| + ε) */
   double max_absolute;      /**< largest |d| */
   uint64_t value_count;     /**< values compared */
-  uint64_t differing_count; /**< values whose bits differ, every channel counted */
+  uint64_t differing_count; /**< values whose bits differ, every channel counted; a channel that only one of the
+                                 pictures has differs everywhere */
 } neph_image_difference;
 
 /** Compares two images of one size. NaN or infinity where the reference is finite is an error that says where. */
 NEPH_API neph_result neph_image_compare(neph_context *context, const neph_image *image, const neph_image *reference,
                                         neph_image_difference *out_difference) NEPH_NODISCARD;
+
+/** A picture of the difference, to be saved as EXR, or as PNG without automatic exposure.
+ *
+ * "R" is 1 where the picture is twice as bright as the reference, "B" where it is black and the reference is not; "G"
+ * is 0. "difference.R" and so on hold the signed relative difference d/(|L| + ε) of each compared channel; R and B show
+ * their mean. Refuses what neph_image_compare refuses.
+ */
+NEPH_API neph_result neph_image_create_difference(neph_context *context, const neph_image *image,
+                                                  const neph_image *reference, neph_image **out_image) NEPH_NODISCARD;
 
 #ifdef __cplusplus
 }

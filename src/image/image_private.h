@@ -7,13 +7,22 @@
 
 #include "core/context_private.h"
 
+/* What an image may be, made or claimed by a file. */
+enum { NP_IMAGE_SIDE_MAX = 65536, NP_IMAGE_CHANNELS_MAX = 1024, NP_IMAGE_NAME_MAX = 255 };
+#define NP_IMAGE_BYTES_MAX (UINT64_C(16) << 30) /* of all channels in memory */
+
 typedef struct np_image_channel {
   char *name;
-  float *values; /* width·height */
+  float *values;      /* width·height; NULL when only a header was read */
+  const char *stored; /* "half", "float" or "uint" in the file it came from; NULL when it came from none */
 } np_image_channel;
 
+typedef enum np_image_attribute_type { NP_IMAGE_TEXT, NP_IMAGE_INTEGER, NP_IMAGE_REAL } np_image_attribute_type;
+
 typedef struct np_image_attribute {
-  char *name, *value;
+  char *name, *value; /* numbers as text, too */
+  np_image_attribute_type type;
+  double number; /* of integers and reals */
 } np_image_attribute;
 
 /* Typed header entries of a rendered picture; written to EXR when their flag is set. */
@@ -34,5 +43,36 @@ struct neph_image {
   np_image_attribute *attributes;
   np_image_header header;
 };
+
+/* As neph_image_create; without values only a header can be kept. */
+neph_result np_image_create(neph_context *context, unsigned width, unsigned height, unsigned channel_count,
+                            const char *const *channel_names, bool has_values, neph_image **out_image);
+
+/* NULL when there is no such channel, or it has no values. */
+const float *np_image_find_channel(const neph_image *image, const char *name);
+
+const np_image_attribute *np_image_find_attribute(const neph_image *image, const char *name);
+
+/* Numbers, which OpenEXR files keep as such: `int` and `float`. */
+neph_result np_image_set_integer(neph_image *image, const char *name, int32_t value);
+neph_result np_image_set_real(neph_image *image, const char *name, double value);
+
+/* Whether half precision would not do: depth, distance and position. */
+bool np_image_is_float_channel(const char *name);
+
+/* The channels that statistics and previews look at: R, G, B where there are all three, else every one. `out_indices`
+ * has room for channel_count. */
+unsigned np_image_choose_channels(const neph_image *image, unsigned *out_indices);
+
+/* What an OpenEXR file says of itself beside what an image keeps. */
+typedef struct np_image_exr_info {
+  const char *storage, *compression;
+  int part_count;
+  unsigned tile_width, tile_height; /* 0 for scan lines */
+} np_image_exr_info;
+
+/* Reads an OpenEXR header into an image without values. */
+neph_result np_image_read_exr_header(neph_context *context, const char *path, np_image_exr_info *out_info,
+                                     neph_image **out_image);
 
 #endif

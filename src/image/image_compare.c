@@ -1,0 +1,327 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* How far a picture lies from a reference: the measures that docs/accuracy.md speaks of. Sums run in double over pixels
+ * in order, so that the figures repeat. */
+#include <math.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "image/image_private.h"
+
+enum { BLOCK_PIXELS = 8 };
+
+static const double epsilon_of_mean = 0.01;
+static const double normal_quantile_975 = 1.959963984540054; /* of a two-sided 95 % interval */
+
+/* The planes compared with each other. */
+typedef struct comparison {
+  neph_context *context;
+  unsigned width, height, channel_count;
+  const char **names;
+  const float **values, **reference;
+  double epsilon;
+} comparison;
+
+/* ---- What is compared ---- */
+
+static void free_planes(comparison *pair) {
+  np_alloc_free(pair->context, pair->names);
+  np_alloc_free(pair->context, pair->values);
+  np_alloc_free(pair->context, pair->reference);
+}
+
+static neph_result allocate_planes(comparison *pair, unsigned count) {
+  pair->names = np_alloc(pair->context, count, sizeof *pair->names);
+  pair->values = np_alloc(pair->context, count, sizeof *pair->values);
+  pair->reference = np_alloc(pair->context, count, sizeof *pair->reference);
+  return pair->names && pair->values && pair->reference ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result choose_planes(comparison *pair, const neph_image *image, const neph_image *reference) {
+  neph_result result = allocate_planes(pair, reference->channel_count);
+  unsigned *indices = result ? NULL : np_alloc(pair->context, reference->channel_count, sizeof *indices);
+  if (!indices) return NEPH_ERROR_OUT_OF_MEMORY;
+  pair->channel_count = np_image_choose_channels(reference, indices);
+  for (unsigned c = 0; !result && c < pair->channel_count; c++) {
+    const np_image_channel *channel = &reference->channels[indices[c]];
+    pair->names[c] = channel->name;
+    pair->reference[c] = channel->values;
+    pair->values[c] = np_image_find_channel(image, channel->name);
+    if (!pair->values[c])
+      result = np_fail(pair->context, NEPH_ERROR_INVALID_ARGUMENT, "the picture has no channel %s, which the reference has",
+                       channel->name);
+  }
+  np_alloc_free(pair->context, indices);
+  return result;
+}
+
+static neph_result check_finite(const comparison *pair) {
+  size_t count = (size_t)pair->width * pair->height;
+  for (unsigned c = 0; c < pair->channel_count; c++)
+    for (size_t i = 0; i < count; i++)
+      if (!isfinite(pair->values[c][i]) && isfinite(pair->reference[c][i]))
+        return np_fail(pair->context, NEPH_ERROR_INVALID_ARGUMENT,
+                       "pixel (%zu, %zu) of channel %s is %g, where the reference is %g: no measure can hold it",
+                       i % pair->width, i / pair->width, pair->names[c], (double)pair->values[c][i],
+                       (double)pair->reference[c][i]);
+  return NEPH_OK;
+}
+
+/* ε, so that black pixels weigh no more than dim ones. */
+static double find_epsilon(const comparison *pair) {
+  size_t count = (size_t)pair->width * pair->height, finite_count = 0;
+  double sum = 0;
+  for (unsigned c = 0; c < pair->channel_count; c++)
+    for (size_t i = 0; i < count; i++)
+      if (isfinite(pair->reference[c][i])) {
+        sum += fabs((double)pair->reference[c][i]);
+        finite_count++;
+      }
+  return finite_count ? epsilon_of_mean * sum / (double)finite_count : 0;
+}
+
+static neph_result begin_comparison(neph_context *context, const neph_image *image, const neph_image *reference,
+                                    comparison *out) {
+  *out = (comparison){.context = context, .width = reference->width, .height = reference->height};
+  if (image->width != reference->width || image->height != reference->height)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "the picture is %u × %u pixels and the reference %u × %u, must be of one size", image->width,
+                   image->height, reference->width, reference->height);
+  neph_result result = choose_planes(out, image, reference);
+  if (!result) result = check_finite(out);
+  if (!result) out->epsilon = find_epsilon(out);
+  return result;
+}
+
+/* 0/0 is no difference. */
+static double divide(double difference, double by) { return difference == 0 ? 0 : difference / by; }
+
+/* ---- Sums over values ---- */
+
+typedef struct value_sums {
+  double squared, relative_squared, largest;
+  uint64_t count;
+} value_sums;
+
+static value_sums sum_values(const comparison *pair) {
+  value_sums sums = {0};
+  size_t count = (size_t)pair->width * pair->height;
+  double epsilon2 = pair->epsilon * pair->epsilon;
+  for (unsigned c = 0; c < pair->channel_count; c++)
+    for (size_t i = 0; i < count; i++) {
+      double truth = (double)pair->reference[c][i], difference = (double)pair->values[c][i] - truth;
+      if (!isfinite(truth)) continue;
+      double squared = difference * difference;
+      sums.squared += squared;
+      sums.relative_squared += divide(squared, truth * truth + epsilon2);
+      sums.largest = fmax(sums.largest, fabs(difference));
+      sums.count++;
+    }
+  return sums;
+}
+
+static void swap(float *a, float *b) {
+  float kept = *a;
+  *a = *b;
+  *b = kept;
+}
+
+/* Hoare's selection: the value that would stand at `rank` if the values were sorted. */
+static float select_rank(float *values, size_t count, size_t rank) {
+  size_t low = 0, high = count - 1;
+  while (low < high) {
+    float pivot = values[low + (high - low) / 2];
+    size_t i = low, j = high;
+    for (;;) {
+      while (values[i] < pivot) i++;
+      while (values[j] > pivot) j--;
+      if (i >= j) break;
+      swap(&values[i++], &values[j--]);
+    }
+    if (rank <= j) high = j;
+    else low = j + 1;
+  }
+  return values[rank];
+}
+
+static neph_result find_percentile(const comparison *pair, uint64_t value_count, double *out_percentile) {
+  *out_percentile = 0;
+  if (value_count == 0) return NEPH_OK;
+  float *relative = np_alloc(pair->context, value_count, sizeof *relative);
+  if (!relative) return NEPH_ERROR_OUT_OF_MEMORY;
+  size_t count = (size_t)pair->width * pair->height, next = 0;
+  for (unsigned c = 0; c < pair->channel_count; c++)
+    for (size_t i = 0; i < count; i++) {
+      double truth = (double)pair->reference[c][i];
+      if (!isfinite(truth)) continue;
+      relative[next++] = (float)divide(fabs((double)pair->values[c][i] - truth), fabs(truth) + pair->epsilon);
+    }
+  size_t rank = (size_t)ceil(0.999 * (double)value_count);
+  *out_percentile = (double)select_rank(relative, value_count, rank - 1);
+  np_alloc_free(pair->context, relative);
+  return NEPH_OK;
+}
+
+/* ---- Sums over blocks ---- */
+
+typedef struct block_sum {
+  double values, reference; /* over the block's pixels, all channels */
+} block_sum;
+
+typedef struct block_sums {
+  double values, reference;           /* over the picture */
+  double squared, reference_squared;  /* of block means, over blocks and channels */
+} block_sums;
+
+/* One channel of one block. */
+static block_sum sum_block(const comparison *pair, unsigned c, unsigned left, unsigned top, unsigned *out_count) {
+  block_sum sum = {0, 0};
+  *out_count = 0;
+  for (unsigned y = top; y < top + BLOCK_PIXELS && y < pair->height; y++)
+    for (unsigned x = left; x < left + BLOCK_PIXELS && x < pair->width; x++) {
+      size_t i = (size_t)y * pair->width + x;
+      if (!isfinite(pair->reference[c][i])) continue;
+      sum.values += (double)pair->values[c][i];
+      sum.reference += (double)pair->reference[c][i];
+      ++*out_count;
+    }
+  return sum;
+}
+
+static block_sum add_block(const comparison *pair, unsigned left, unsigned top, block_sums *sums) {
+  block_sum block = {0, 0};
+  for (unsigned c = 0; c < pair->channel_count; c++) {
+    unsigned count;
+    block_sum sum = sum_block(pair, c, left, top, &count);
+    if (count == 0) continue;
+    double mean = sum.reference / count, difference = (sum.values - sum.reference) / count;
+    sums->squared += difference * difference;
+    sums->reference_squared += mean * mean;
+    block.values += sum.values;
+    block.reference += sum.reference;
+  }
+  sums->values += block.values;
+  sums->reference += block.reference;
+  return block;
+}
+
+/* The bias is a ratio of sums r = ΣP/ΣR over n blocks; its variance n/(n−1)·Σ(P − rR)²/(ΣR)² (Cochran 1977, "Sampling
+ * Techniques", eq. 6.13, without the correction for a finite population). */
+static double find_bias_interval(const block_sum *blocks, size_t count, const block_sums *sums) {
+  if (count < 2) return (double)NAN;
+  double ratio = sums->values / sums->reference, residual2 = 0;
+  for (size_t i = 0; i < count; i++) {
+    double residual = blocks[i].values - ratio * blocks[i].reference;
+    residual2 += residual * residual;
+  }
+  return normal_quantile_975 * sqrt(residual2 * (double)count / (double)(count - 1)) / fabs(sums->reference);
+}
+
+static neph_result measure_blocks(const comparison *pair, neph_image_difference *out) {
+  size_t columns = (pair->width + BLOCK_PIXELS - 1) / BLOCK_PIXELS;
+  size_t rows = (pair->height + BLOCK_PIXELS - 1) / BLOCK_PIXELS;
+  block_sum *blocks = np_alloc(pair->context, columns * rows, sizeof *blocks);
+  if (!blocks) return NEPH_ERROR_OUT_OF_MEMORY;
+  block_sums sums = {0};
+  for (size_t i = 0; i < columns * rows; i++)
+    blocks[i] = add_block(pair, (unsigned)(i % columns) * BLOCK_PIXELS, (unsigned)(i / columns) * BLOCK_PIXELS, &sums);
+  out->bias = divide(sums.values - sums.reference, sums.reference);
+  out->bias_interval = sums.values == sums.reference && sums.squared == 0 ? 0 : find_bias_interval(blocks, columns * rows, &sums);
+  out->block_rms = sqrt(divide(sums.squared, sums.reference_squared));
+  np_alloc_free(pair->context, blocks);
+  return NEPH_OK;
+}
+
+/* ---- Bits ---- */
+
+static uint64_t count_differing_bits(const float *a, const float *b, size_t count) {
+  uint64_t differing = 0;
+  for (size_t i = 0; i < count; i++) differing += memcmp(&a[i], &b[i], sizeof *a) != 0;
+  return differing;
+}
+
+static uint64_t count_differing(const neph_image *image, const neph_image *reference) {
+  uint64_t count = (uint64_t)image->width * image->height, differing = 0, shared = 0;
+  for (unsigned c = 0; c < image->channel_count; c++) {
+    const float *other = np_image_find_channel(reference, image->channels[c].name);
+    if (!other) continue;
+    differing += count_differing_bits(image->channels[c].values, other, count);
+    shared++;
+  }
+  return differing + count * (image->channel_count + reference->channel_count - 2 * shared);
+}
+
+/* ---- Public ---- */
+
+neph_result neph_image_compare(neph_context *context, const neph_image *image, const neph_image *reference,
+                               neph_image_difference *out_difference) {
+  comparison pair;
+  neph_image_difference difference = {0};
+  neph_result result = begin_comparison(context, image, reference, &pair);
+  if (!result) {
+    value_sums sums = sum_values(&pair);
+    double count = sums.count ? (double)sums.count : 1;
+    difference.relative_mse = sums.relative_squared / count;
+    difference.rmse = sqrt(sums.squared / count);
+    difference.max_absolute = sums.largest;
+    difference.value_count = sums.count;
+    result = find_percentile(&pair, sums.count, &difference.p999_relative);
+  }
+  if (!result) result = measure_blocks(&pair, &difference);
+  if (!result) difference.differing_count = count_differing(image, reference);
+  free_planes(&pair);
+  if (!result) *out_difference = difference;
+  return result;
+}
+
+/* ---- The difference picture ---- */
+
+static neph_result create_difference_image(const comparison *pair, neph_image **out_image) {
+  neph_context *context = pair->context;
+  unsigned count = pair->channel_count + 3;
+  char **names = np_alloc(context, count, sizeof *names);
+  if (!names) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = NEPH_OK;
+  for (unsigned i = 0; !result && i < count; i++) {
+    names[i] = i < 3 ? np_alloc_printf(context, "%c", "RGB"[i]) : np_alloc_printf(context, "difference.%s", pair->names[i - 3]);
+    if (!names[i]) result = NEPH_ERROR_OUT_OF_MEMORY;
+  }
+  if (!result)
+    result = neph_image_create(context, pair->width, pair->height, count, (const char *const *)names, out_image);
+  for (unsigned i = 0; i < count; i++) np_alloc_free(context, names[i]);
+  np_alloc_free(context, names);
+  return result;
+}
+
+/* Not finite in the reference, or against a reference black throughout: shown as no difference, and as full. */
+static float find_relative(const comparison *pair, unsigned c, size_t i) {
+  double truth = (double)pair->reference[c][i];
+  if (!isfinite(truth)) return 0;
+  double relative = divide((double)pair->values[c][i] - truth, fabs(truth) + pair->epsilon);
+  return (float)fmax(-1e30, fmin(1e30, relative));
+}
+
+static void fill_difference(const comparison *pair, neph_image *image) {
+  size_t count = (size_t)pair->width * pair->height;
+  for (size_t i = 0; i < count; i++) {
+    double sum = 0;
+    for (unsigned c = 0; c < pair->channel_count; c++) {
+      float relative = find_relative(pair, c, i);
+      image->channels[3 + c].values[i] = relative;
+      sum += (double)relative;
+    }
+    double mean = sum / pair->channel_count;
+    image->channels[0].values[i] = (float)fmax(mean, 0);
+    image->channels[2].values[i] = (float)fmax(-mean, 0);
+  }
+}
+
+neph_result neph_image_create_difference(neph_context *context, const neph_image *image, const neph_image *reference,
+                                         neph_image **out_image) {
+  comparison pair;
+  *out_image = NULL;
+  neph_result result = begin_comparison(context, image, reference, &pair);
+  if (!result) result = create_difference_image(&pair, out_image);
+  if (!result) fill_difference(&pair, *out_image);
+  free_planes(&pair);
+  return result;
+}

@@ -1,0 +1,165 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What an OpenEXR file says of itself, as text. */
+#include <stdio.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/json.h"
+#include "image/image_private.h"
+
+/* ---- Plain ---- */
+
+/* A text that grows; a failure is remembered and reported at the end. */
+typedef struct growing_text {
+  neph_context *context;
+  char *text;
+  size_t length;
+  bool has_failed;
+} growing_text;
+
+static void append(growing_text *out, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+static void append(growing_text *out, const char *format, ...) {
+  va_list arguments, again;
+  va_start(arguments, format);
+  va_copy(again, arguments);
+  int length = vsnprintf(NULL, 0, format, arguments);
+  size_t size = out->length + (size_t)(length < 0 ? 0 : length) + 1;
+  char *longer = out->has_failed || length < 0 ? NULL : np_alloc_resize(out->context, out->text, size, 1);
+  if (longer) {
+    vsnprintf(longer + out->length, size - out->length, format, again);
+    out->text = longer;
+    out->length = size - 1;
+  } else {
+    out->has_failed = true;
+  }
+  va_end(again);
+  va_end(arguments);
+}
+
+static void append_matrix(growing_text *out, const char *name, const float m[16]) {
+  append(out, "  %-24s", name);
+  for (int i = 0; i < 16; i++) append(out, "%s%g", i == 0 ? "" : i % 4 ? " " : " / ", (double)m[i]);
+  append(out, "\n");
+}
+
+static void append_window(growing_text *out, const char *name, const int min[2], const int max[2]) {
+  append(out, "  %-24s(%d, %d) to (%d, %d)\n", name, min[0], min[1], max[0], max[1]);
+}
+
+static void append_header(growing_text *out, const np_image_header *header) {
+  append_window(out, "data window", header->data_min, header->data_max);
+  append_window(out, "display window", header->display_min, header->display_max);
+  if (header->has_camera) {
+    append_matrix(out, "worldToCamera", header->world_to_camera);
+    append_matrix(out, "worldToNDC", header->world_to_ndc);
+  }
+  if (!header->has_chromaticities) return;
+  append(out, "  %-24s", "chromaticities");
+  for (int i = 0; i < 8; i++) append(out, "%s%g", i ? " " : "", (double)header->chromaticities[i]);
+  append(out, "\n");
+}
+
+static neph_result describe_plain(const char *path, const np_image_exr_info *info, const neph_image *image,
+                                  char **out_text) {
+  growing_text out = {.context = image->context};
+  append(&out, "%s: OpenEXR, %u x %u pixels, %s, %s compression\n", path, image->width, image->height, info->storage,
+         info->compression);
+  if (info->tile_width) append(&out, "  %-24s%u x %u\n", "tile", info->tile_width, info->tile_height);
+  if (info->part_count != 1) append(&out, "  %-24s%d, the first is described\n", "parts", info->part_count);
+  append(&out, "  %-24s", "channels");
+  for (unsigned c = 0; c < image->channel_count; c++)
+    append(&out, "%s%s (%s)", c ? ", " : "", image->channels[c].name, image->channels[c].stored);
+  append(&out, "\n");
+  append_header(&out, &image->header);
+  for (unsigned a = 0; a < image->attribute_count; a++)
+    append(&out, "  %-24s%s\n", image->attributes[a].name, image->attributes[a].value);
+  if (out.has_failed) {
+    np_alloc_free(image->context, out.text);
+    return NEPH_ERROR_OUT_OF_MEMORY;
+  }
+  *out_text = out.text;
+  return NEPH_OK;
+}
+
+/* ---- JSON ---- */
+
+static void put_floats(np_json *json, const char *key, const float *values, size_t count) {
+  np_json_begin_array(json, key);
+  for (size_t i = 0; i < count; i++) np_json_put_real(json, NULL, (double)values[i]);
+  np_json_end(json);
+}
+
+static void put_window(np_json *json, const char *key, const int min[2], const int max[2]) {
+  np_json_begin_object(json, key);
+  np_json_begin_array(json, "min");
+  for (int i = 0; i < 2; i++) np_json_put_integer(json, NULL, min[i]);
+  np_json_end(json);
+  np_json_begin_array(json, "max");
+  for (int i = 0; i < 2; i++) np_json_put_integer(json, NULL, max[i]);
+  np_json_end(json);
+  np_json_end(json);
+}
+
+static void put_header(np_json *json, const np_image_header *header) {
+  put_window(json, "data_window", header->data_min, header->data_max);
+  put_window(json, "display_window", header->display_min, header->display_max);
+  if (header->has_camera) {
+    put_floats(json, "worldToCamera", header->world_to_camera, 16);
+    put_floats(json, "worldToNDC", header->world_to_ndc, 16);
+  }
+  if (header->has_chromaticities) put_floats(json, "chromaticities", header->chromaticities, 8);
+}
+
+static void put_channels(np_json *json, const neph_image *image) {
+  np_json_begin_array(json, "channels");
+  for (unsigned c = 0; c < image->channel_count; c++) {
+    np_json_begin_object(json, NULL);
+    np_json_put_text(json, "name", image->channels[c].name);
+    np_json_put_text(json, "type", image->channels[c].stored);
+    np_json_end(json);
+  }
+  np_json_end(json);
+}
+
+static void put_attributes(np_json *json, const neph_image *image) {
+  np_json_begin_object(json, "attributes");
+  for (unsigned a = 0; a < image->attribute_count; a++) {
+    const np_image_attribute *attribute = &image->attributes[a];
+    switch (attribute->type) {
+    case NP_IMAGE_INTEGER: np_json_put_integer(json, attribute->name, (int64_t)attribute->number); break;
+    case NP_IMAGE_REAL: np_json_put_real(json, attribute->name, attribute->number); break;
+    case NP_IMAGE_TEXT: np_json_put_text(json, attribute->name, attribute->value); break;
+    }
+  }
+  np_json_end(json);
+}
+
+static neph_result describe_json(const char *path, const np_image_exr_info *info, const neph_image *image,
+                                 char **out_text) {
+  np_json *json = np_json_create(image->context);
+  if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_json_put_text(json, "file", path);
+  np_json_put_text(json, "kind", "OpenEXR");
+  np_json_put_integer(json, "width", image->width);
+  np_json_put_integer(json, "height", image->height);
+  np_json_put_text(json, "storage", info->storage);
+  np_json_put_text(json, "compression", info->compression);
+  np_json_put_integer(json, "parts", info->part_count);
+  put_channels(json, image);
+  put_header(json, &image->header);
+  put_attributes(json, image);
+  return np_json_finish(json, out_text);
+}
+
+neph_result neph_image_describe_file(neph_context *context, const char *path, neph_text_format format,
+                                     char **out_text) {
+  np_image_exr_info info;
+  neph_image *image;
+  *out_text = NULL;
+  neph_result result = np_image_read_exr_header(context, path, &info, &image);
+  if (result) return result;
+  result = (format == NEPH_TEXT_JSON ? describe_json : describe_plain)(path, &info, image, out_text);
+  neph_image_destroy(image);
+  return result;
+}

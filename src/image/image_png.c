@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* PNG through libpng: previews out, maps and height fields in. */
+#include <errno.h>
+#include <png.h>
+#include <setjmp.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+#include "image/preview.h"
+
+/* ---- Writing ---- */
+
+static neph_result fail_write(neph_context *context, const char *path, const char *why) {
+  return np_fail(context, NEPH_ERROR_IO, "%s: cannot be written: %s", path, why);
+}
+
+static neph_result write_rgb(const neph_image *image, const char *path, const char *temporary, const uint8_t *rgb) {
+  png_image png = {.version = PNG_IMAGE_VERSION, .width = image->width, .height = image->height, .format = PNG_FORMAT_RGB};
+  FILE *file = fopen(temporary, "wb");
+  if (!file) return fail_write(image->context, path, strerror(errno));
+  errno = 0;
+  bool is_written = png_image_write_to_stdio(&png, file, 0, rgb, 0, NULL) && fflush(file) == 0;
+  int error = errno;
+  if (fclose(file) != 0 && is_written) {
+    is_written = false;
+    error = errno;
+  }
+  if (is_written) return NEPH_OK;
+  return fail_write(image->context, path, error ? strerror(error) : png.message);
+}
+
+static neph_result write_file(const neph_image *image, const char *path, const uint8_t *rgb) {
+  np_file_write write;
+  neph_result result = np_file_write_begin(image->context, path, &write);
+  if (result) return result;
+  result = write_rgb(image, path, write.temporary, rgb);
+  if (!result) return np_file_write_commit(&write);
+  np_file_write_abandon(&write);
+  return result;
+}
+
+neph_result neph_image_save_png(const neph_image *image, const char *path, const neph_preview_desc *desc) {
+  const neph_preview_desc defaults = NEPH_PREVIEW_DESC_DEFAULT;
+  neph_preview_desc wanted;
+  neph_result result = np_desc_read(image->context, "neph_preview_desc", &defaults, sizeof defaults, desc, &wanted);
+  if (result) return result;
+  uint8_t *rgb = np_alloc(image->context, (size_t)image->width * image->height, 3);
+  if (!rgb) return NEPH_ERROR_OUT_OF_MEMORY;
+  result = np_preview_render(image, &wanted, rgb);
+  if (!result) result = write_file(image, path, rgb);
+  np_alloc_free(image->context, rgb);
+  return result;
+}
+
+/* ---- Reading ---- */
+
+/* Everything that must outlive a jump out of libpng stands here, not in a register. */
+typedef struct png_reader {
+  neph_context *context;
+  const char *path;
+  const uint8_t *bytes;
+  size_t size, next;
+  png_structp png;
+  png_infop info;
+  neph_image *image;
+  uint8_t *pixels;
+  png_bytep *rows;
+  neph_result result; /* told already; NEPH_OK while libpng alone has something to say */
+  char message[128];
+} png_reader;
+
+static void read_bytes(png_structp png, png_bytep out, size_t size) {
+  png_reader *reader = png_get_io_ptr(png);
+  if (size > reader->size - reader->next) png_error(png, "the file is cut short");
+  memcpy(out, reader->bytes + reader->next, size);
+  reader->next += size;
+}
+
+static void jump_out(png_structp png, png_const_charp message) {
+  png_reader *reader = png_get_error_ptr(png);
+  snprintf(reader->message, sizeof reader->message, "%s", message);
+  png_longjmp(png, 1);
+}
+
+static void ignore_warning(png_structp png, png_const_charp message) { (void)png, (void)message; }
+
+static png_voidp allocate(png_structp png, png_alloc_size_t size) {
+  return np_alloc(((png_reader *)png_get_mem_ptr(png))->context, size, 1);
+}
+
+static void release(png_structp png, png_voidp block) {
+  np_alloc_free(((png_reader *)png_get_mem_ptr(png))->context, block);
+}
+
+/* Leaves libpng by its own way, so that there is one. */
+static void fail_reading(png_reader *reader, neph_result result) {
+  reader->result = result;
+  png_longjmp(reader->png, 1);
+}
+
+static void check_size(png_reader *reader, unsigned channel_count) {
+  uint64_t width = png_get_image_width(reader->png, reader->info), height = png_get_image_height(reader->png, reader->info);
+  if (width > NP_IMAGE_SIDE_MAX || height > NP_IMAGE_SIDE_MAX ||
+      width * height * channel_count * sizeof(float) > NP_IMAGE_BYTES_MAX)
+    fail_reading(reader, np_fail(reader->context, NEPH_ERROR_BAD_FILE,
+                                 "%s: claims %llu × %llu pixels of %u channels, must be at most %d each way and %d GiB in "
+                                 "memory",
+                                 reader->path, (unsigned long long)width, (unsigned long long)height, channel_count,
+                                 NP_IMAGE_SIDE_MAX, (int)(NP_IMAGE_BYTES_MAX >> 30)));
+}
+
+/* Palettes become colour, 1 to 4 bits become 8, a transparent colour becomes alpha; samples of 16 bits come in the
+ * machine's order. */
+static void set_transforms(png_structp png) {
+  const uint16_t one = 1;
+  png_set_expand(png);
+  if (*(const uint8_t *)&one == 1) png_set_swap(png);
+  png_set_interlace_handling(png);
+}
+
+static void create_image(png_reader *reader) {
+  static const char *const names[4][4] = {{"Y"}, {"Y", "A"}, {"R", "G", "B"}, {"R", "G", "B", "A"}};
+  unsigned channel_count = png_get_channels(reader->png, reader->info);
+  unsigned width = png_get_image_width(reader->png, reader->info);
+  unsigned height = png_get_image_height(reader->png, reader->info);
+  check_size(reader, channel_count);
+  neph_result result =
+      neph_image_create(reader->context, width, height, channel_count, names[channel_count - 1], &reader->image);
+  if (result) fail_reading(reader, result);
+  reader->pixels = np_alloc(reader->context, height, png_get_rowbytes(reader->png, reader->info));
+  reader->rows = np_alloc(reader->context, height, sizeof *reader->rows);
+  if (!reader->pixels || !reader->rows) fail_reading(reader, NEPH_ERROR_OUT_OF_MEMORY);
+}
+
+static float get_sample(const uint8_t *row, size_t index, unsigned bits) {
+  uint16_t sample;
+  if (bits == 8) return (float)row[index] / 255.0f;
+  memcpy(&sample, row + 2 * index, sizeof sample);
+  return (float)sample / 65535.0f;
+}
+
+static void copy_samples(png_reader *reader) {
+  neph_image *image = reader->image;
+  unsigned bits = png_get_bit_depth(reader->png, reader->info), channel_count = image->channel_count;
+  for (size_t y = 0; y < image->height; y++)
+    for (size_t x = 0; x < image->width; x++)
+      for (unsigned c = 0; c < channel_count; c++)
+        image->channels[c].values[y * image->width + x] = get_sample(reader->rows[y], x * channel_count + c, bits);
+}
+
+static void read_picture(png_reader *reader) {
+  png_structp png = reader->png;
+  png_set_read_fn(png, reader, read_bytes);
+  png_set_user_limits(png, NP_IMAGE_SIDE_MAX, NP_IMAGE_SIDE_MAX);
+  png_read_info(png, reader->info);
+  set_transforms(png);
+  png_read_update_info(png, reader->info);
+  create_image(reader);
+  size_t row_bytes = png_get_rowbytes(png, reader->info);
+  for (size_t y = 0; y < reader->image->height; y++) reader->rows[y] = reader->pixels + y * row_bytes;
+  png_read_image(png, reader->rows);
+  png_read_end(png, NULL);
+  copy_samples(reader);
+}
+
+static neph_result fail_read(png_reader *reader) {
+  if (reader->result) return reader->result;
+  return np_fail(reader->context, NEPH_ERROR_BAD_FILE, "%s: damaged, cut short or no PNG: %s", reader->path,
+                 reader->message);
+}
+
+/* The only frame that libpng jumps to; all its state is behind `reader`. */
+static neph_result run_libpng(png_reader *reader) {
+  reader->png = png_create_read_struct_2(PNG_LIBPNG_VER_STRING, reader, jump_out, ignore_warning, reader, allocate, release);
+  if (!reader->png) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (setjmp(png_jmpbuf(reader->png))) return fail_read(reader);
+  reader->info = png_create_info_struct(reader->png);
+  if (!reader->info) return NEPH_ERROR_OUT_OF_MEMORY;
+  read_picture(reader);
+  return NEPH_OK;
+}
+
+neph_result neph_image_load_png(neph_context *context, const char *path, neph_image **out_image) {
+  void *bytes;
+  png_reader reader = {.context = context, .path = path};
+  *out_image = NULL;
+  neph_result result = np_file_read(context, path, &bytes, &reader.size);
+  if (result) return result;
+  reader.bytes = bytes;
+  result = run_libpng(&reader);
+  png_destroy_read_struct(&reader.png, &reader.info, NULL);
+  np_alloc_free(context, reader.pixels);
+  np_alloc_free(context, reader.rows);
+  np_alloc_free(context, bytes);
+  if (!result) *out_image = reader.image;
+  else neph_image_destroy(reader.image);
+  return result;
+}
