@@ -120,8 +120,8 @@ const float *np_image_find_channel(const neph_image *image, const char *name) {
 static bool is_colour(const char *name) { return !strcmp(name, "R") || !strcmp(name, "G") || !strcmp(name, "B"); }
 
 unsigned np_image_choose_channels(const neph_image *image, unsigned *out_indices) {
-  bool has_colour = np_image_find_channel(image, "R") && np_image_find_channel(image, "G") &&
-                    np_image_find_channel(image, "B");
+  bool has_colour =
+      np_image_find_channel(image, "R") && np_image_find_channel(image, "G") && np_image_find_channel(image, "B");
   unsigned count = 0;
   for (unsigned i = 0; i < image->channel_count; i++)
     if (!has_colour || is_colour(image->channels[i].name)) out_indices[count++] = i;

@@ -47,8 +47,8 @@ static neph_result choose_planes(comparison *pair, const neph_image *image, cons
     pair->reference[c] = channel->values;
     pair->values[c] = np_image_find_channel(image, channel->name);
     if (!pair->values[c])
-      result = np_fail(pair->context, NEPH_ERROR_INVALID_ARGUMENT, "the picture has no channel %s, which the reference has",
-                       channel->name);
+      result = np_fail(pair->context, NEPH_ERROR_INVALID_ARGUMENT,
+                       "the picture has no channel %s, which the reference has", channel->name);
   }
   np_alloc_free(pair->context, indices);
   return result;
@@ -137,8 +137,10 @@ static float select_rank(float *values, size_t count, size_t rank) {
       if (i >= j) break;
       swap(&values[i++], &values[j--]);
     }
-    if (rank <= j) high = j;
-    else low = j + 1;
+    if (rank <= j)
+      high = j;
+    else
+      low = j + 1;
   }
   return values[rank];
 }
@@ -168,8 +170,8 @@ typedef struct block_sum {
 } block_sum;
 
 typedef struct block_sums {
-  double values, reference;           /* over the picture */
-  double squared, reference_squared;  /* of block means, over blocks and channels */
+  double values, reference;          /* over the picture */
+  double squared, reference_squared; /* of block means, over blocks and channels */
 } block_sums;
 
 /* One channel of one block. */
@@ -225,7 +227,8 @@ static neph_result measure_blocks(const comparison *pair, neph_image_difference 
   for (size_t i = 0; i < columns * rows; i++)
     blocks[i] = add_block(pair, (unsigned)(i % columns) * BLOCK_PIXELS, (unsigned)(i / columns) * BLOCK_PIXELS, &sums);
   out->bias = divide(sums.values - sums.reference, sums.reference);
-  out->bias_interval = sums.values == sums.reference && sums.squared == 0 ? 0 : find_bias_interval(blocks, columns * rows, &sums);
+  out->bias_interval =
+      sums.values == sums.reference && sums.squared == 0 ? 0 : find_bias_interval(blocks, columns * rows, &sums);
   out->block_rms = sqrt(divide(sums.squared, sums.reference_squared));
   np_alloc_free(pair->context, blocks);
   return NEPH_OK;
@@ -282,7 +285,8 @@ static neph_result create_difference_image(const comparison *pair, neph_image **
   if (!names) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = NEPH_OK;
   for (unsigned i = 0; !result && i < count; i++) {
-    names[i] = i < 3 ? np_alloc_printf(context, "%c", "RGB"[i]) : np_alloc_printf(context, "difference.%s", pair->names[i - 3]);
+    names[i] = i < 3 ? np_alloc_printf(context, "%c", "RGB"[i])
+                     : np_alloc_printf(context, "difference.%s", pair->names[i - 3]);
     if (!names[i]) result = NEPH_ERROR_OUT_OF_MEMORY;
   }
   if (!result)

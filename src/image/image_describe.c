@@ -127,9 +127,15 @@ static void put_attributes(np_json *json, const neph_image *image) {
   for (unsigned a = 0; a < image->attribute_count; a++) {
     const np_image_attribute *attribute = &image->attributes[a];
     switch (attribute->type) {
-    case NP_IMAGE_INTEGER: np_json_put_integer(json, attribute->name, (int64_t)attribute->number); break;
-    case NP_IMAGE_REAL: np_json_put_real(json, attribute->name, attribute->number); break;
-    case NP_IMAGE_TEXT: np_json_put_text(json, attribute->name, attribute->value); break;
+    case NP_IMAGE_INTEGER:
+      np_json_put_integer(json, attribute->name, (int64_t)attribute->number);
+      break;
+    case NP_IMAGE_REAL:
+      np_json_put_real(json, attribute->name, attribute->number);
+      break;
+    case NP_IMAGE_TEXT:
+      np_json_put_text(json, attribute->name, attribute->value);
+      break;
     }
   }
   np_json_end(json);

@@ -19,8 +19,8 @@
 
 enum { ZIP_LEVEL = 4, SHORT_NAME_MAX = 31 };
 
-static const float half_overflow = 65520.0f;       /* the least value that rounds to infinity */
-static const float half_normal_min = 0x1p-14f;     /* below it halves lose digits */
+static const float half_overflow = 65520.0f;   /* the least value that rounds to infinity */
+static const float half_normal_min = 0x1p-14f; /* below it halves lose digits */
 static const char scale_attribute[] = "nephos:scale";
 
 /* A file open in OpenEXRCore. */
@@ -29,8 +29,8 @@ typedef struct exr_file {
   const char *path; /* for messages */
   exr_context_t exr;
   int descriptor;
-  atomic_int stream_error;  /* errno of the last failed read or write; 0: none failed */
-  atomic_int worker_error;  /* exr_result_t of a chunk that failed on a worker thread */
+  atomic_int stream_error; /* errno of the last failed read or write; 0: none failed */
+  atomic_int worker_error; /* exr_result_t of a chunk that failed on a worker thread */
   atomic_bool has_complaint;
   char complaint[256]; /* what the library said first */
 } exr_file;
@@ -163,7 +163,8 @@ static channel_scan scan_channel(const neph_image *image, const np_image_channel
   return scan;
 }
 
-static neph_result fail_infinite(const neph_image *image, const char *path, const np_image_channel *channel, size_t at) {
+static neph_result fail_infinite(const neph_image *image, const char *path, const np_image_channel *channel,
+                                 size_t at) {
   return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT,
                  "%s: pixel (%d, %d) of channel %s is infinite, which only depth, distance and position may be", path,
                  get_data_min(image, 0) + (int)(at % image->width), get_data_min(image, 1) + (int)(at / image->width),
@@ -285,9 +286,12 @@ static exr_result_t set_camera(exr_context_t exr, const np_image_header *header)
 static exr_result_t set_attribute(exr_context_t exr, const np_image_attribute *attribute) {
   if (!strcmp(attribute->name, "software")) return EXR_ERR_SUCCESS;
   switch (attribute->type) {
-  case NP_IMAGE_INTEGER: return exr_attr_set_int(exr, 0, attribute->name, (int32_t)attribute->number);
-  case NP_IMAGE_REAL: return exr_attr_set_float(exr, 0, attribute->name, (float)attribute->number);
-  case NP_IMAGE_TEXT: break;
+  case NP_IMAGE_INTEGER:
+    return exr_attr_set_int(exr, 0, attribute->name, (int32_t)attribute->number);
+  case NP_IMAGE_REAL:
+    return exr_attr_set_float(exr, 0, attribute->name, (float)attribute->number);
+  case NP_IMAGE_TEXT:
+    break;
   }
   return exr_attr_set_string(exr, 0, attribute->name, attribute->value);
 }
@@ -322,7 +326,6 @@ static exr_result_t write_header(exr_context_t exr, const neph_image *image, nep
 
 /* A compressed chunk that waits to be written in its turn. */
 typedef struct exr_chunk {
-  neph_context *context;
   void *bytes;
   size_t size;
 } exr_chunk;
@@ -333,15 +336,6 @@ typedef struct exr_writer {
   exr_chunk *chunks;
   int chunk_count, lines_per_chunk;
 } exr_writer;
-
-static exr_result_t keep_chunk(exr_encode_pipeline_t *pipeline) {
-  exr_chunk *chunk = pipeline->encoding_user_data;
-  chunk->bytes = np_alloc(chunk->context, pipeline->compressed_bytes, 1);
-  if (!chunk->bytes) return EXR_ERR_OUT_OF_MEMORY;
-  memcpy(chunk->bytes, pipeline->compressed_buffer, pipeline->compressed_bytes);
-  chunk->size = pipeline->compressed_bytes;
-  return EXR_ERR_SUCCESS;
-}
 
 /* The file's channels are sorted by name, the image's need not be. */
 static void point_to_values(const neph_image *image, size_t first, exr_encode_pipeline_t *pipeline) {
@@ -355,34 +349,41 @@ static void point_to_values(const neph_image *image, size_t first, exr_encode_pi
   }
 }
 
-static exr_result_t compress_chunk(exr_writer *writer, int index) {
-  const neph_image *image = writer->image;
+/* Leaves the compressed bytes in the pipeline, to be ended whatever the outcome. */
+static exr_result_t run_pipeline(const exr_writer *writer, int line, exr_encode_pipeline_t *pipeline) {
   exr_context_t exr = writer->file.exr;
-  int line = index * writer->lines_per_chunk;
   exr_chunk_info_t info;
-  exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
-  exr_result_t code = exr_write_scanline_chunk_info(exr, 0, get_data_min(image, 1) + line, &info);
-  if (!code) code = exr_encoding_initialize(exr, 0, &info, &pipeline);
+  exr_result_t code = exr_write_scanline_chunk_info(exr, 0, get_data_min(writer->image, 1) + line, &info);
+  if (!code) code = exr_encoding_initialize(exr, 0, &info, pipeline);
   if (code) return code;
-  point_to_values(image, (size_t)line * image->width, &pipeline);
-  code = exr_encoding_choose_default_routines(exr, 0, &pipeline);
-  pipeline.encoding_user_data = &writer->chunks[index];
-  pipeline.yield_until_ready_fn = NULL;
-  pipeline.write_fn = keep_chunk;
-  if (!code) code = exr_encoding_run(exr, 0, &pipeline);
-  exr_encoding_destroy(exr, &pipeline);
-  return code;
+  point_to_values(writer->image, (size_t)line * writer->image->width, pipeline);
+  code = exr_encoding_choose_default_routines(exr, 0, pipeline);
+  pipeline->yield_until_ready_fn = NULL;
+  pipeline->write_fn = NULL;
+  return code ? code : exr_encoding_run(exr, 0, pipeline);
+}
+
+static neph_result compress_chunk(exr_writer *writer, int index) {
+  exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
+  exr_result_t code = run_pipeline(writer, index * writer->lines_per_chunk, &pipeline);
+  neph_result result = code ? remember_worker_error(&writer->file, code) : NEPH_OK;
+  exr_chunk *chunk = &writer->chunks[index];
+  if (!result) chunk->bytes = np_alloc(writer->file.context, pipeline.compressed_bytes, 1);
+  if (chunk->bytes) {
+    memcpy(chunk->bytes, pipeline.compressed_buffer, pipeline.compressed_bytes);
+    chunk->size = pipeline.compressed_bytes;
+  } else if (!result) {
+    result = NEPH_ERROR_OUT_OF_MEMORY;
+  }
+  exr_encoding_destroy(writer->file.exr, &pipeline);
+  return result;
 }
 
 static neph_result compress_chunks(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  exr_writer *writer = user;
-  for (size_t i = begin; i < end; i++) {
-    writer->chunks[i].context = writer->file.context;
-    exr_result_t code = compress_chunk(writer, (int)i);
-    if (code) return remember_worker_error(&writer->file, code);
-  }
-  return NEPH_OK;
+  neph_result result = NEPH_OK;
+  for (size_t i = begin; !result && i < end; i++) result = compress_chunk(user, (int)i);
+  return result;
 }
 
 static neph_result write_pixels(exr_writer *writer) {
@@ -392,9 +393,8 @@ static neph_result write_pixels(exr_writer *writer) {
   if (code) return fail_write(file, code);
   writer->chunks = np_alloc(file->context, (size_t)writer->chunk_count, sizeof *writer->chunks);
   if (!writer->chunks) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result =
-      np_parallel_for(file->context, NULL, (size_t)writer->chunk_count, 1, compress_chunks, writer);
-  if (result) return fail_write(file, atomic_load(&file->worker_error));
+  neph_result result = np_parallel_for(file->context, NULL, (size_t)writer->chunk_count, 1, compress_chunks, writer);
+  if (result) return atomic_load(&file->worker_error) ? fail_write(file, atomic_load(&file->worker_error)) : result;
   for (int i = 0; !code && i < writer->chunk_count; i++)
     code = exr_write_scanline_chunk(file->exr, 0, get_data_min(writer->image, 1) + i * writer->lines_per_chunk,
                                     writer->chunks[i].bytes, writer->chunks[i].size);
@@ -473,19 +473,24 @@ static neph_result check_claims(exr_file *file, const exr_attr_box2i_t *window, 
   bool is_allowed = width >= 1 && width <= NP_IMAGE_SIDE_MAX && height >= 1 && height <= NP_IMAGE_SIDE_MAX &&
                     channel_count >= 1 && channel_count <= NP_IMAGE_CHANNELS_MAX;
   if (is_allowed && (uint64_t)(width * height * channel_count) * sizeof(float) <= NP_IMAGE_BYTES_MAX) return NEPH_OK;
-  return np_fail(file->context, NEPH_ERROR_BAD_FILE,
-                 "%s: claims %lld × %lld pixels of %d channels, must be 1 to %d each way, 1 to %d channels, and at most "
-                 "%d GiB in memory",
-                 file->path, (long long)width, (long long)height, channel_count, NP_IMAGE_SIDE_MAX,
-                 NP_IMAGE_CHANNELS_MAX, (int)(NP_IMAGE_BYTES_MAX >> 30));
+  return np_fail(
+      file->context, NEPH_ERROR_BAD_FILE,
+      "%s: claims %lld × %lld pixels of %d channels, must be 1 to %d each way, 1 to %d channels, and at most "
+      "%d GiB in memory",
+      file->path, (long long)width, (long long)height, channel_count, NP_IMAGE_SIDE_MAX, NP_IMAGE_CHANNELS_MAX,
+      (int)(NP_IMAGE_BYTES_MAX >> 30));
 }
 
 static const char *name_pixel_type(exr_pixel_type_t type) {
   switch (type) {
-  case EXR_PIXEL_UINT: return "uint";
-  case EXR_PIXEL_HALF: return "half";
-  case EXR_PIXEL_FLOAT: return "float";
-  case EXR_PIXEL_LAST_TYPE: break;
+  case EXR_PIXEL_UINT:
+    return "uint";
+  case EXR_PIXEL_HALF:
+    return "half";
+  case EXR_PIXEL_FLOAT:
+    return "float";
+  case EXR_PIXEL_LAST_TYPE:
+    break;
   }
   return "unknown";
 }
@@ -502,7 +507,8 @@ static neph_result create_image(exr_file *file, bool has_values, neph_image **ou
   if (!names) return NEPH_ERROR_OUT_OF_MEMORY;
   for (int c = 0; c < channels->num_channels; c++) names[c] = channels->entries[c].name.str;
   unsigned width = (unsigned)(window.max.x - window.min.x + 1), height = (unsigned)(window.max.y - window.min.y + 1);
-  result = np_image_create(file->context, width, height, (unsigned)channels->num_channels, names, has_values, out_image);
+  result =
+      np_image_create(file->context, width, height, (unsigned)channels->num_channels, names, has_values, out_image);
   np_alloc_free(file->context, names);
   for (int c = 0; !result && c < channels->num_channels; c++)
     (*out_image)->channels[c].stored = name_pixel_type(channels->entries[c].pixel_type);
@@ -525,7 +531,8 @@ static neph_result read_windows(exr_file *file, np_image_header *header) {
 static void read_matrices(const exr_file *file, np_image_header *header) {
   exr_attr_m44f_t camera, ndc;
   exr_attr_chromaticities_t chromaticities;
-  if (!exr_attr_get_m44f(file->exr, 0, "worldToCamera", &camera) && !exr_attr_get_m44f(file->exr, 0, "worldToNDC", &ndc)) {
+  if (!exr_attr_get_m44f(file->exr, 0, "worldToCamera", &camera) &&
+      !exr_attr_get_m44f(file->exr, 0, "worldToNDC", &ndc)) {
     memcpy(header->world_to_camera, &camera, sizeof camera);
     memcpy(header->world_to_ndc, &ndc, sizeof ndc);
     header->has_camera = true;
@@ -538,18 +545,23 @@ static void read_matrices(const exr_file *file, np_image_header *header) {
 
 static neph_result read_attribute(neph_image *image, const exr_attribute_t *attribute) {
   switch ((int)attribute->type) {
-  case EXR_ATTR_INT: return np_image_set_integer(image, attribute->name, attribute->i);
-  case EXR_ATTR_FLOAT: return np_image_set_real(image, attribute->name, (double)attribute->f);
-  case EXR_ATTR_DOUBLE: return np_image_set_real(image, attribute->name, attribute->d);
-  case EXR_ATTR_STRING: return neph_image_set_attribute(image, attribute->name, attribute->string->str);
-  default: return NEPH_OK;
+  case EXR_ATTR_INT:
+    return np_image_set_integer(image, attribute->name, attribute->i);
+  case EXR_ATTR_FLOAT:
+    return np_image_set_real(image, attribute->name, (double)attribute->f);
+  case EXR_ATTR_DOUBLE:
+    return np_image_set_real(image, attribute->name, attribute->d);
+  case EXR_ATTR_STRING:
+    return neph_image_set_attribute(image, attribute->name, attribute->string->str);
+  default:
+    return NEPH_OK;
   }
 }
 
 /* What OpenEXR itself lives by is not ours to carry from file to file. */
 static bool is_structural(const char *name) {
-  static const char *const names[] = {"name", "type", "version", "chunkCount", "view", "pixelAspectRatio",
-                                      "screenWindowWidth"};
+  static const char *const names[] = {
+      "name", "type", "version", "chunkCount", "view", "pixelAspectRatio", "screenWindowWidth"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
     if (!strcmp(names[i], name)) return true;
   return false;
@@ -582,11 +594,16 @@ static neph_result read_header(exr_file *file, bool has_values, neph_image **out
 
 static const char *name_storage(exr_storage_t storage) {
   switch (storage) {
-  case EXR_STORAGE_SCANLINE: return "scan lines";
-  case EXR_STORAGE_TILED: return "tiles";
-  case EXR_STORAGE_DEEP_SCANLINE: return "deep scan lines";
-  case EXR_STORAGE_DEEP_TILED: return "deep tiles";
-  case EXR_STORAGE_LAST_TYPE: break;
+  case EXR_STORAGE_SCANLINE:
+    return "scan lines";
+  case EXR_STORAGE_TILED:
+    return "tiles";
+  case EXR_STORAGE_DEEP_SCANLINE:
+    return "deep scan lines";
+  case EXR_STORAGE_DEEP_TILED:
+    return "deep tiles";
+  case EXR_STORAGE_LAST_TYPE:
+    break;
   }
   return "unknown";
 }
@@ -606,8 +623,8 @@ static neph_result read_info(exr_file *file, np_image_exr_info *out_info) {
   if (!code) code = exr_get_storage(file->exr, 0, &storage);
   if (!code) code = exr_get_compression(file->exr, 0, &compression);
   if (!code && (storage == EXR_STORAGE_TILED || storage == EXR_STORAGE_DEEP_TILED))
-    code = exr_get_tile_descriptor(file->exr, 0, &out_info->tile_width, &out_info->tile_height, &level_mode,
-                                   &round_mode);
+    code =
+        exr_get_tile_descriptor(file->exr, 0, &out_info->tile_width, &out_info->tile_height, &level_mode, &round_mode);
   if (code) return fail_read(file, code);
   out_info->storage = name_storage(storage);
   out_info->compression = name_compression(compression);
@@ -728,7 +745,7 @@ static neph_result read_pixels(exr_reader *reader) {
   exr_file *file = &reader->file;
   size_t count = (size_t)reader->columns * (size_t)reader->rows;
   neph_result result = np_parallel_for(file->context, NULL, count, 1, decode_chunks, reader);
-  return result ? fail_read(file, atomic_load(&file->worker_error)) : NEPH_OK;
+  return result && atomic_load(&file->worker_error) ? fail_read(file, atomic_load(&file->worker_error)) : result;
 }
 
 static neph_result read_file(exr_reader *reader) {
@@ -749,7 +766,9 @@ neph_result neph_image_load_exr(neph_context *context, const char *path, neph_im
   exr_reader reader = {.file = {.context = context, .path = path, .descriptor = -1}};
   neph_result result = read_file(&reader);
   close_file(&reader.file);
-  if (!result) *out_image = reader.image;
-  else neph_image_destroy(reader.image);
+  if (!result)
+    *out_image = reader.image;
+  else
+    neph_image_destroy(reader.image);
   return result;
 }

@@ -17,7 +17,8 @@ static neph_result fail_write(neph_context *context, const char *path, const cha
 }
 
 static neph_result write_rgb(const neph_image *image, const char *path, const char *temporary, const uint8_t *rgb) {
-  png_image png = {.version = PNG_IMAGE_VERSION, .width = image->width, .height = image->height, .format = PNG_FORMAT_RGB};
+  png_image png = {
+      .version = PNG_IMAGE_VERSION, .width = image->width, .height = image->height, .format = PNG_FORMAT_RGB};
   FILE *file = fopen(temporary, "wb");
   if (!file) return fail_write(image->context, path, strerror(errno));
   errno = 0;
@@ -86,8 +87,12 @@ static void jump_out(png_structp png, png_const_charp message) {
 
 static void ignore_warning(png_structp png, png_const_charp message) { (void)png, (void)message; }
 
+/* libpng goes on without some of its blocks; a reading during which memory ran out fails in any case. */
 static png_voidp allocate(png_structp png, png_alloc_size_t size) {
-  return np_alloc(((png_reader *)png_get_mem_ptr(png))->context, size, 1);
+  png_reader *reader = png_get_mem_ptr(png);
+  void *block = np_alloc(reader->context, size, 1);
+  if (!block) reader->result = NEPH_ERROR_OUT_OF_MEMORY;
+  return block;
 }
 
 static void release(png_structp png, png_voidp block) {
@@ -101,14 +106,16 @@ static void fail_reading(png_reader *reader, neph_result result) {
 }
 
 static void check_size(png_reader *reader, unsigned channel_count) {
-  uint64_t width = png_get_image_width(reader->png, reader->info), height = png_get_image_height(reader->png, reader->info);
+  uint64_t width = png_get_image_width(reader->png, reader->info),
+           height = png_get_image_height(reader->png, reader->info);
   if (width > NP_IMAGE_SIDE_MAX || height > NP_IMAGE_SIDE_MAX ||
       width * height * channel_count * sizeof(float) > NP_IMAGE_BYTES_MAX)
-    fail_reading(reader, np_fail(reader->context, NEPH_ERROR_BAD_FILE,
-                                 "%s: claims %llu × %llu pixels of %u channels, must be at most %d each way and %d GiB in "
-                                 "memory",
-                                 reader->path, (unsigned long long)width, (unsigned long long)height, channel_count,
-                                 NP_IMAGE_SIDE_MAX, (int)(NP_IMAGE_BYTES_MAX >> 30)));
+    fail_reading(reader,
+                 np_fail(reader->context, NEPH_ERROR_BAD_FILE,
+                         "%s: claims %llu × %llu pixels of %u channels, must be at most %d each way and %d GiB in "
+                         "memory",
+                         reader->path, (unsigned long long)width, (unsigned long long)height, channel_count,
+                         NP_IMAGE_SIDE_MAX, (int)(NP_IMAGE_BYTES_MAX >> 30)));
 }
 
 /* Palettes become colour, 1 to 4 bits become 8, a transparent colour becomes alpha; samples of 16 bits come in the
@@ -173,13 +180,14 @@ static neph_result fail_read(png_reader *reader) {
 
 /* The only frame that libpng jumps to; all its state is behind `reader`. */
 static neph_result run_libpng(png_reader *reader) {
-  reader->png = png_create_read_struct_2(PNG_LIBPNG_VER_STRING, reader, jump_out, ignore_warning, reader, allocate, release);
+  reader->png =
+      png_create_read_struct_2(PNG_LIBPNG_VER_STRING, reader, jump_out, ignore_warning, reader, allocate, release);
   if (!reader->png) return NEPH_ERROR_OUT_OF_MEMORY;
   if (setjmp(png_jmpbuf(reader->png))) return fail_read(reader);
   reader->info = png_create_info_struct(reader->png);
   if (!reader->info) return NEPH_ERROR_OUT_OF_MEMORY;
   read_picture(reader);
-  return NEPH_OK;
+  return reader->result;
 }
 
 neph_result neph_image_load_png(neph_context *context, const char *path, neph_image **out_image) {
@@ -194,7 +202,9 @@ neph_result neph_image_load_png(neph_context *context, const char *path, neph_im
   np_alloc_free(context, reader.pixels);
   np_alloc_free(context, reader.rows);
   np_alloc_free(context, bytes);
-  if (!result) *out_image = reader.image;
-  else neph_image_destroy(reader.image);
+  if (!result)
+    *out_image = reader.image;
+  else
+    neph_image_destroy(reader.image);
   return result;
 }

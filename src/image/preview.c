@@ -2,11 +2,11 @@
 /* From radiance to a picture for the eye: exposure, a filmic curve, sRGB, dither.
  *
  * The curve is that of Lottes 2016 ("Advanced Techniques and Optimization of HDR Color Pipelines", GDC): with x the
- * exposed value, f(x) = xᵃ/(b·xᵃᵈ + c), where contrast a shapes the toe, d the shoulder, and b and c put middle grey where
- * it belongs and the brightest value at 1.
+ * exposed value, f(x) = xᵃ/(b·xᵃᵈ + c), where contrast a shapes the toe, d the shoulder, and b and c put middle grey
+ * where it belongs and the brightest value at 1.
  *
- * A curve on each channel turns a bright orange yellow and a bright blue pale; a curve on the brightest channel alone keeps
- * hue and saturation, and never lets light burn to white. Half of each keeps the sky blue; towards the top of the
+ * A curve on each channel turns a bright orange yellow and a bright blue pale; a curve on the brightest channel alone
+ * keeps hue and saturation, and never lets light burn to white. Half of each keeps the sky blue; towards the top of the
  * range the curve on each channel takes over, so that the sun is white.
  */
 #include "image/preview.h"
@@ -227,7 +227,7 @@ static neph_result check_desc(neph_context *context, const neph_preview_desc *de
   for (int c = 0; c < 3; c++)
     if (!(desc->white[c] > 0) || !isfinite(desc->white[c]))
       return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "preview white of %c is %g, must be finite and above 0",
-                     "RGB"[c], desc->white[c]);
+                     "RGB"[c], desc -> white[c]);
   return NEPH_OK;
 }
 
