@@ -23,8 +23,8 @@ static np_dvec3 find_level_right(np_dvec3 back) {
 neph_result np_camera_init(const neph_scene *scene, unsigned width, unsigned height, np_camera *out_camera) {
   const np_scene_camera *camera = &scene->camera;
   if (width < 1 || height < 1 || width > 65536 || height > 65536)
-    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "the picture is %u x %u pixels, must be 1 to 65536 each way",
-                   width, height);
+    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "the picture is %u x %u pixels, must be 1 to 65536 each way", width, height);
   np_dvec3 back = find_back(camera), level_right = find_level_right(back);
   np_dvec3 level_up = np_dvec3_cross(back, level_right);
   double c = cos(camera->roll_rad), s = sin(camera->roll_rad);

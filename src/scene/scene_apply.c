@@ -7,8 +7,9 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "light/scene_view.h"
 
-enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, NAMES_SIZE = 512, CLOUD_MAX = 4096 };
+enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, NAMES_SIZE = 512 };
 
 typedef struct key_applier {
   neph_context *context;
@@ -22,8 +23,8 @@ static neph_result apply_section(key_applier *applier, const np_key *section, vo
 
 static neph_result fail_text(const neph_scene *scene, unsigned line, unsigned column, const char *text) {
   if (!line) return np_fail(scene->context, NEPH_ERROR_BAD_SCENE, "%s", text);
-  return np_fail(scene->context, NEPH_ERROR_BAD_SCENE, "%s:%u:%u: %s", scene->file ? scene->file : "scene", line, column,
-                 text);
+  return np_fail(scene->context, NEPH_ERROR_BAD_SCENE, "%s:%u:%u: %s", scene->file ? scene->file : "scene", line,
+                 column, text);
 }
 
 neph_result np_scene_fail_at(const neph_scene *scene, const np_node *node, const char *format, ...) {
@@ -67,15 +68,21 @@ static void show_value(const np_node *node, char *out, size_t size) {
   else if (node->kind == NP_NODE_SCALAR)
     copy_printable(node->text, out, size);
   else
-    snprintf(out, size, "%s", node->kind == NP_NODE_MAPPING ? "a mapping" : "a list");
+    snprintf(out, size, "a %s of %zu", node->kind == NP_NODE_MAPPING ? "mapping" : "list", np_node_count(node));
 }
 
-/* `part` is what is wrong: the value, or one item of its list. */
-static neph_result fail_value(const key_applier *applier, const np_key *key, const np_node *part) {
+static neph_result fail_value(const key_applier *applier, const np_key *key, const np_node *node) {
   char shown[SHOWN_SIZE], values[VALUES_SIZE];
-  show_value(part, shown, sizeof shown);
+  show_value(node, shown, sizeof shown);
   np_key_describe_values(key, values, sizeof values);
-  return np_scene_fail_at(applier->scene, part, "%s is %s, must be %s", applier->path, shown, values);
+  return np_scene_fail_at(applier->scene, node, "%s is %s, must be %s", applier->path, shown, values);
+}
+
+static neph_result fail_item(const key_applier *applier, const np_key *key, const np_node *item, unsigned index) {
+  char shown[SHOWN_SIZE], values[VALUES_SIZE];
+  show_value(item, shown, sizeof shown);
+  np_key_describe_item(key, values, sizeof values);
+  return np_scene_fail_at(applier->scene, item, "%s[%u] is %s, must be %s", applier->path, index, shown, values);
 }
 
 static neph_result fail_unknown(const key_applier *applier, const np_key *section, const np_node *node) {
@@ -83,8 +90,8 @@ static neph_result fail_unknown(const key_applier *applier, const np_key *sectio
   copy_printable(node->key, name, sizeof name);
   np_key_list_names(section, 0, names, sizeof names);
   const np_key *guess = np_key_guess(section, node->key);
-  return fail_key(applier, node, "%s%s%s is not a key%s%s%s; %s has %s", applier->path, *applier->path ? "." : "", name,
-                  guess ? ", did you mean " : "", guess ? guess->path : "", guess ? "?" : "",
+  return fail_key(applier, node, "%s%s%s is not a key%s%s%s %s has %s", applier->path, *applier->path ? "." : "", name,
+                  guess ? ", did you mean " : "", guess ? guess->path : "", guess ? "?" : ";",
                   section ? section->path : "a scene", names);
 }
 
@@ -102,7 +109,8 @@ static void store_unsigned(void *base, np_field field, unsigned value) {
 
 static bool read_real(const np_key *key, const np_node *node, double *out_value) {
   return node->kind == NP_NODE_SCALAR && np_value_parse_real(node->text, key->unit, out_value) &&
-         *out_value >= np_unit_to_si(key->unit, key->range.min) && *out_value <= np_unit_to_si(key->unit, key->range.max);
+         *out_value >= np_unit_to_si(key->unit, key->range.min) &&
+         *out_value <= np_unit_to_si(key->unit, key->range.max);
 }
 
 static bool read_integer(const np_key *key, const np_node *node, unsigned *out_value) {
@@ -126,7 +134,8 @@ static neph_result apply_numbers(key_applier *applier, const np_key *key, void *
     return fail_value(applier, key, node);
   const np_node *item = is_one ? node : node->first;
   for (unsigned i = 0; i < count; i++) {
-    if (!read_number(key, item, target, i)) return fail_value(applier, key, item);
+    if (!read_number(key, item, target, i))
+      return is_one ? fail_value(applier, key, item) : fail_item(applier, key, item, i);
     if (!is_one) item = item->next;
   }
   return NEPH_OK;
@@ -162,10 +171,10 @@ static neph_result apply_choice(key_applier *applier, const np_key *key, void *b
 
 static neph_result apply_flags(key_applier *applier, const np_key *key, void *base, const np_node *node) {
   if (node->kind != NP_NODE_SEQUENCE) return fail_value(applier, key, node);
-  unsigned flags = 0;
-  for (const np_node *item = node->first; item; item = item->next) {
+  unsigned flags = 0, index = 0;
+  for (const np_node *item = node->first; item; item = item->next, index++) {
     const np_choice *choice = find_choice(key, item);
-    if (!choice) return fail_value(applier, key, item);
+    if (!choice) return fail_item(applier, key, item, index);
     flags |= choice->value;
   }
   store_unsigned(base, key->field, flags);
@@ -203,17 +212,24 @@ static neph_result apply_preset(key_applier *applier, const np_key *key, np_scen
 static neph_result apply_value(key_applier *applier, const np_key *key, void *base, const np_node *node) {
   if (is_word(key, node)) return apply_word(key, base), NEPH_OK;
   switch (key->type) {
-    case NP_KEY_REAL:
-    case NP_KEY_INTEGER: return apply_numbers(applier, key, base, node);
-    case NP_KEY_SEED: return apply_seed(applier, key, base, node);
-    case NP_KEY_CHOICE: return apply_choice(applier, key, base, node);
-    case NP_KEY_FLAGS: return apply_flags(applier, key, base, node);
-    case NP_KEY_TEXT:
-    case NP_KEY_FILE:
-    case NP_KEY_TIME: return apply_text(applier, key, base, node);
-    case NP_KEY_PRESET: return apply_preset(applier, key, base, node);
-    case NP_KEY_SECTION:
-    case NP_KEY_LIST: break;
+  case NP_KEY_REAL:
+  case NP_KEY_INTEGER:
+    return apply_numbers(applier, key, base, node);
+  case NP_KEY_SEED:
+    return apply_seed(applier, key, base, node);
+  case NP_KEY_CHOICE:
+    return apply_choice(applier, key, base, node);
+  case NP_KEY_FLAGS:
+    return apply_flags(applier, key, base, node);
+  case NP_KEY_TEXT:
+  case NP_KEY_FILE:
+  case NP_KEY_TIME:
+    return apply_text(applier, key, base, node);
+  case NP_KEY_PRESET:
+    return apply_preset(applier, key, base, node);
+  case NP_KEY_SECTION:
+  case NP_KEY_LIST:
+    break;
   }
   return fail_value(applier, key, node);
 }
@@ -248,12 +264,16 @@ static neph_result apply_fallbacks(key_applier *applier, bool in_cloud, void *ba
 
 static np_phase make_phase(const np_scene_phase *source) {
   switch (source->kind) {
-    case NP_PHASE_HENYEY_GREENSTEIN: return np_phase_henyey_greenstein((float)source->asymmetry);
-    case NP_PHASE_TWO_LOBE:
-      return np_phase_two_lobe((float)source->forward, (float)source->backward, (float)source->backward_weight);
-    case NP_PHASE_RAYLEIGH: return np_phase_rayleigh();
-    case NP_PHASE_ISOTROPIC: return np_phase_isotropic();
-    case NP_PHASE_DROPLETS: break;
+  case NP_PHASE_HENYEY_GREENSTEIN:
+    return np_phase_henyey_greenstein((float)source->asymmetry);
+  case NP_PHASE_TWO_LOBE:
+    return np_phase_two_lobe((float)source->forward, (float)source->backward, (float)source->backward_weight);
+  case NP_PHASE_RAYLEIGH:
+    return np_phase_rayleigh();
+  case NP_PHASE_ISOTROPIC:
+    return np_phase_isotropic();
+  case NP_PHASE_DROPLETS:
+    break;
   }
   return np_phase_droplets(source->diameter_m);
 }
@@ -280,8 +300,9 @@ static neph_result apply_clouds(key_applier *applier, const np_key *list, const 
   neph_scene *scene = applier->scene;
   if (node->kind != NP_NODE_SEQUENCE) return fail_value(applier, list, node);
   size_t count = np_node_count(node);
-  if (count > CLOUD_MAX)
-    return np_scene_fail_at(scene, node, "clouds has %zu elements, must be at most %d", count, (int)CLOUD_MAX);
+  if (count > NP_VIEW_VOLUMES_MAX)
+    return np_scene_fail_at(scene, node, "clouds has %zu elements, must be at most %d", count,
+                            (int)NP_VIEW_VOLUMES_MAX);
   scene->clouds = np_alloc(applier->context, count, sizeof *scene->clouds);
   if (!scene->clouds) return NEPH_ERROR_OUT_OF_MEMORY;
   scene->cloud_count = (unsigned)count;
@@ -318,7 +339,8 @@ static neph_result check_siblings(const key_applier *applier, const np_key *sect
     if (other_key == key)
       return fail_key(applier, node, "%s%s%s is given twice, first on line %u", path, dot, node->key, other->key_line);
     if (other_key && np_key_excludes(key, other_key))
-      return fail_key(applier, node, "%s%s%s and %s%s%s exclude each other", path, dot, node->key, path, dot, other->key);
+      return fail_key(applier, node, "%s%s%s and %s%s%s exclude each other", path, dot, node->key, path, dot,
+                      other->key);
   }
   return NEPH_OK;
 }

@@ -69,8 +69,8 @@ static neph_result check_name(const neph_scene *scene, unsigned index, const np_
                             index, name);
   for (unsigned i = 0; i < index; i++)
     if (!strcmp(scene->clouds[i].name, name))
-      return np_scene_fail_at(scene, name_node ? name_node : node, "clouds[%u].name is %.64s, the name of clouds[%u] too",
-                              index, name, i);
+      return np_scene_fail_at(scene, name_node ? name_node : node,
+                              "clouds[%u].name is %.64s, the name of clouds[%u] too", index, name, i);
   return NEPH_OK;
 }
 

@@ -133,17 +133,30 @@ static void add_seed(np_text *out, const np_key *key, const void *base) {
 
 static void add_value(np_text *out, const np_key *key, const void *base) {
   switch (key->type) {
-    case NP_KEY_REAL:
-    case NP_KEY_INTEGER: add_numbers(out, key, base); return;
-    case NP_KEY_SEED: add_seed(out, key, base); return;
-    case NP_KEY_SECTION:
-    case NP_KEY_CHOICE: np_text_add(out, "%s", find_choice_name(key, load_unsigned(base, key->field))); return;
-    case NP_KEY_FLAGS: add_flags(out, key, load_unsigned(base, key->field)); return;
-    case NP_KEY_TIME: np_text_add(out, "%s", load_text(key, base)); return;
-    case NP_KEY_TEXT:
-    case NP_KEY_FILE:
-    case NP_KEY_PRESET: add_quoted(out, load_text(key, base)); return;
-    case NP_KEY_LIST: return;
+  case NP_KEY_REAL:
+  case NP_KEY_INTEGER:
+    add_numbers(out, key, base);
+    return;
+  case NP_KEY_SEED:
+    add_seed(out, key, base);
+    return;
+  case NP_KEY_SECTION:
+  case NP_KEY_CHOICE:
+    np_text_add(out, "%s", find_choice_name(key, load_unsigned(base, key->field)));
+    return;
+  case NP_KEY_FLAGS:
+    add_flags(out, key, load_unsigned(base, key->field));
+    return;
+  case NP_KEY_TIME:
+    np_text_add(out, "%s", load_text(key, base));
+    return;
+  case NP_KEY_TEXT:
+  case NP_KEY_FILE:
+  case NP_KEY_PRESET:
+    add_quoted(out, load_text(key, base));
+    return;
+  case NP_KEY_LIST:
+    return;
   }
 }
 

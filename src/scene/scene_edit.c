@@ -22,7 +22,8 @@ typedef struct path_editor {
 
 static neph_result fail_path(const path_editor *editor) {
   return np_fail(editor->context, NEPH_ERROR_BAD_SCENE,
-                 "%.80s is not a key, must be names parted by dots, such as camera.fov or clouds[0].voxel", editor->key);
+                 "%.80s is not a key, must be names parted by dots, such as camera.fov or clouds[0].voxel",
+                 editor->key);
 }
 
 /* Takes "name" or "name[3]", and the dot behind it, off the front of `*path`. */

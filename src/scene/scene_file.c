@@ -52,13 +52,16 @@ static neph_result check_decoration(document_reader *reader, const yaml_event_t 
 
 static neph_result check_event(document_reader *reader, const yaml_event_t *event) {
   switch ((int)event->type) {
-    case YAML_ALIAS_EVENT: return fail_at(reader, event->start_mark, "aliases (*) are not allowed in a scene");
-    case YAML_SCALAR_EVENT: return check_decoration(reader, event, event->data.scalar.anchor, event->data.scalar.tag);
-    case YAML_SEQUENCE_START_EVENT:
-      return check_decoration(reader, event, event->data.sequence_start.anchor, event->data.sequence_start.tag);
-    case YAML_MAPPING_START_EVENT:
-      return check_decoration(reader, event, event->data.mapping_start.anchor, event->data.mapping_start.tag);
-    default: return NEPH_OK;
+  case YAML_ALIAS_EVENT:
+    return fail_at(reader, event->start_mark, "aliases (*) are not allowed in a scene");
+  case YAML_SCALAR_EVENT:
+    return check_decoration(reader, event, event->data.scalar.anchor, event->data.scalar.tag);
+  case YAML_SEQUENCE_START_EVENT:
+    return check_decoration(reader, event, event->data.sequence_start.anchor, event->data.sequence_start.tag);
+  case YAML_MAPPING_START_EVENT:
+    return check_decoration(reader, event, event->data.mapping_start.anchor, event->data.mapping_start.tag);
+  default:
+    return NEPH_OK;
   }
 }
 
@@ -75,7 +78,8 @@ static np_node *make_node(document_reader *reader, const yaml_event_t *event, np
 
 static neph_result read_scalar(document_reader *reader, const yaml_event_t *event, np_node **out_node) {
   const char *text = (const char *)event->data.scalar.value;
-  if (strlen(text) != event->data.scalar.length) return fail_at(reader, event->start_mark, "a zero character is not allowed");
+  if (strlen(text) != event->data.scalar.length)
+    return fail_at(reader, event->start_mark, "a zero character is not allowed");
   *out_node = make_node(reader, event, NP_NODE_SCALAR, text);
   if (!*out_node) return NEPH_ERROR_OUT_OF_MEMORY;
   (*out_node)->is_quoted = event->data.scalar.style != YAML_PLAIN_SCALAR_STYLE;
@@ -84,11 +88,13 @@ static neph_result read_scalar(document_reader *reader, const yaml_event_t *even
 
 static neph_result check_key(document_reader *reader, const yaml_event_t *event) {
   if (event->type == YAML_ALIAS_EVENT) return check_event(reader, event);
-  if (event->type != YAML_SCALAR_EVENT) return fail_at(reader, event->start_mark, "a key must be a word, not a list or a mapping");
+  if (event->type != YAML_SCALAR_EVENT)
+    return fail_at(reader, event->start_mark, "a key must be a word, not a list or a mapping");
   neph_result result = check_event(reader, event);
   if (result) return result;
   const char *text = (const char *)event->data.scalar.value;
-  if (strlen(text) != event->data.scalar.length) return fail_at(reader, event->start_mark, "a zero character is not allowed");
+  if (strlen(text) != event->data.scalar.length)
+    return fail_at(reader, event->start_mark, "a zero character is not allowed");
   if (!strcmp(text, "<<")) return fail_at(reader, event->start_mark, "merge keys (<<) are not allowed in a scene");
   return NEPH_OK;
 }

@@ -78,8 +78,11 @@ unsigned np_key_count_values(const np_key *key);
 /* The key that an unknown name most likely meant: among those of its section, then among all of that name. NULL: none. */
 const np_key *np_key_guess(const np_key *section, const char *name);
 
-/* What a value must be: "a length in (0, 1e9] m", "march or path". */
+/* What a value must be: "a length in [1, 1e+07] m", "march or path". */
 void np_key_describe_values(const np_key *key, char *out, size_t size);
+
+/* What one item of a list must be. */
+void np_key_describe_item(const np_key *key, char *out, size_t size);
 
 /* The names of a section's keys, parted by ", "; of one group only unless `group` is 0. */
 void np_key_list_names(const np_key *section, unsigned group, char *out, size_t size);

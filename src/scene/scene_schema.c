@@ -27,7 +27,8 @@ static size_t find_edit_distance(const char *a, const char *b) {
   for (size_t j = 0; j <= n; j++) distance[0][j] = j;
   for (size_t i = 1; i <= m; i++)
     for (size_t j = 1; j <= n; j++) {
-      distance[i][j] = min3(distance[i - 1][j] + 1, distance[i][j - 1] + 1, distance[i - 1][j - 1] + (a[i - 1] != b[j - 1]));
+      distance[i][j] =
+          min3(distance[i - 1][j] + 1, distance[i][j - 1] + 1, distance[i - 1][j - 1] + (a[i - 1] != b[j - 1]));
       bool is_swap = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
       if (is_swap && distance[i - 2][j - 2] + 1 < distance[i][j]) distance[i][j] = distance[i - 2][j - 2] + 1;
     }
@@ -78,23 +79,23 @@ static void append_choices(const np_key *key, const char *last_join, char *out, 
   }
 }
 
-static void append_range(const np_key *key, char *out, size_t size) {
-  char text[96];
+static void describe_number(const np_key *key, char *out, size_t size) {
+  const char *quantity = key->type == NP_KEY_REAL ? np_unit_get_quantity(key->unit) : "a whole number";
   const char *unit = np_unit_get_name(key->unit);
-  snprintf(text, sizeof text, "[%.9g, %.9g]%s%s", key->range.min, key->range.max, *unit ? " " : "", unit);
-  append(out, size, text);
+  snprintf(out, size, "%s in [%.9g, %.9g]%s%s", quantity, key->range.min, key->range.max, *unit ? " " : "", unit);
 }
 
 static void describe_numbers(const np_key *key, char *out, size_t size) {
   unsigned count = np_key_count_values(key);
-  const char *one = key->type == NP_KEY_REAL ? np_unit_get_quantity(key->unit) : "a whole number";
-  if (key->is_grey_allowed)
-    snprintf(out, size, "%s or a list of %u, in ", one, count);
-  else if (count > 1)
-    snprintf(out, size, "a list of %u, each %s in ", count, one);
+  char one[128], list[32];
+  describe_number(key, one, sizeof one);
+  snprintf(list, sizeof list, "a list of %u", count);
+  if (count == 1)
+    snprintf(out, size, "%s", one);
+  else if (key->is_grey_allowed)
+    snprintf(out, size, "%s, or %s such", one, list);
   else
-    snprintf(out, size, "%s in ", one);
-  append_range(key, out, size);
+    snprintf(out, size, "%s, each %s", list, one);
   if (!key->word) return;
   append(out, size, ", or ");
   append(out, size, key->word);
@@ -102,20 +103,49 @@ static void describe_numbers(const np_key *key, char *out, size_t size) {
 
 void np_key_describe_values(const np_key *key, char *out, size_t size) {
   switch (key->type) {
-    case NP_KEY_SECTION: snprintf(out, size, "a mapping"); break;
-    case NP_KEY_LIST: snprintf(out, size, "a list of mappings"); break;
-    case NP_KEY_REAL:
-    case NP_KEY_INTEGER: describe_numbers(key, out, size); return;
-    case NP_KEY_SEED: snprintf(out, size, "a whole number from 0 to 18446744073709551615"); return;
-    case NP_KEY_CHOICE: out[0] = '\0'; break;
-    case NP_KEY_FLAGS: snprintf(out, size, "a list of: "); break;
-    case NP_KEY_TEXT: snprintf(out, size, "a text"); return;
-    case NP_KEY_FILE: snprintf(out, size, "a file name"); return;
-    case NP_KEY_TIME: snprintf(out, size, "a time such as 2026-06-21T16:00Z"); return;
-    case NP_KEY_PRESET: snprintf(out, size, "the name of a preset"); return;
+  case NP_KEY_SECTION:
+    snprintf(out, size, "a mapping");
+    break;
+  case NP_KEY_LIST:
+    snprintf(out, size, "a list of mappings");
+    break;
+  case NP_KEY_REAL:
+  case NP_KEY_INTEGER:
+    describe_numbers(key, out, size);
+    return;
+  case NP_KEY_SEED:
+    snprintf(out, size, "a whole number from 0 to 18446744073709551615");
+    return;
+  case NP_KEY_CHOICE:
+    out[0] = '\0';
+    break;
+  case NP_KEY_FLAGS:
+    snprintf(out, size, "a list of: ");
+    break;
+  case NP_KEY_TEXT:
+    snprintf(out, size, "a text");
+    return;
+  case NP_KEY_FILE:
+    snprintf(out, size, "a file name");
+    return;
+  case NP_KEY_TIME:
+    snprintf(out, size, "a time such as 2026-06-21T16:00Z");
+    return;
+  case NP_KEY_PRESET:
+    snprintf(out, size, "the name of a preset");
+    return;
   }
   if (key->type == NP_KEY_SECTION && key->choices) append(out, size, ", or ");
   if (key->choices) append_choices(key, key->type == NP_KEY_FLAGS ? ", " : " or ", out, size);
+}
+
+void np_key_describe_item(const np_key *key, char *out, size_t size) {
+  if (key->type != NP_KEY_FLAGS) {
+    describe_number(key, out, size);
+    return;
+  }
+  out[0] = '\0';
+  append_choices(key, " or ", out, size);
 }
 
 /* ---- Schema ---- */
@@ -146,9 +176,10 @@ static neph_result describe_plain(neph_context *context, char **out_text) {
 
 static const char *get_type_name(np_key_type type) {
   static const char *const names[] = {
-      [NP_KEY_SECTION] = "section", [NP_KEY_LIST] = "list", [NP_KEY_REAL] = "real", [NP_KEY_INTEGER] = "integer",
-      [NP_KEY_SEED] = "integer",    [NP_KEY_CHOICE] = "choice", [NP_KEY_FLAGS] = "flags", [NP_KEY_TEXT] = "text",
-      [NP_KEY_FILE] = "file",       [NP_KEY_TIME] = "time", [NP_KEY_PRESET] = "preset",
+      [NP_KEY_SECTION] = "section", [NP_KEY_LIST] = "list",     [NP_KEY_REAL] = "real",
+      [NP_KEY_INTEGER] = "integer", [NP_KEY_SEED] = "integer",  [NP_KEY_CHOICE] = "choice",
+      [NP_KEY_FLAGS] = "flags",     [NP_KEY_TEXT] = "text",     [NP_KEY_FILE] = "file",
+      [NP_KEY_TIME] = "time",       [NP_KEY_PRESET] = "preset",
   };
   return names[type];
 }

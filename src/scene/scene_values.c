@@ -43,9 +43,10 @@ const char *np_unit_get_name(np_unit unit) { return units[unit].name; }
 
 const char *np_unit_get_quantity(np_unit unit) {
   static const char *const names[] = {
-      [NUMBER] = "a number",        [LENGTH] = "a length",     [ANGLE] = "an angle", [PER_LENGTH] = "a number per length",
-      [IRRADIANCE] = "an irradiance", [RADIANCE] = "a radiance", [STOPS] = "a number of stops",
-      [VOXELS] = "a number of voxels",
+      [NUMBER] = "a number",          [LENGTH] = "a length",
+      [ANGLE] = "an angle",           [PER_LENGTH] = "a number per length",
+      [IRRADIANCE] = "an irradiance", [RADIANCE] = "a radiance",
+      [STOPS] = "a number of stops",  [VOXELS] = "a number of voxels",
   };
   return names[units[unit].dimension];
 }
@@ -54,7 +55,9 @@ static double convert_to_si(const unit_row *unit, double value) { return value *
 
 double np_unit_to_si(np_unit unit, double value) { return convert_to_si(&units[unit], value); }
 
-double np_unit_from_si(np_unit unit, double value_si) { return value_si * units[unit].divisor / units[unit].multiplier; }
+double np_unit_from_si(np_unit unit, double value_si) {
+  return value_si * units[unit].divisor / units[unit].multiplier;
+}
 
 /* ---- Reading ---- */
 
@@ -101,7 +104,8 @@ bool np_value_parse_integer(const char *text, uint64_t *out_value) {
   if (!*text || *skip_digits(text)) return false;
   uint64_t value = 0;
   for (const char *c = text; *c; c++)
-    if (__builtin_mul_overflow(value, (uint64_t)10, &value) || __builtin_add_overflow(value, (uint64_t)(*c - '0'), &value))
+    if (__builtin_mul_overflow(value, (uint64_t)10, &value) ||
+        __builtin_add_overflow(value, (uint64_t)(*c - '0'), &value))
       return false;
   *out_value = value;
   return true;

@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "scene/plan.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+#include "core/json.h"
+#include "scene/scene_keys.h"
+#include "scene/text_builder.h"
+
+enum { SIZE_LIMIT = 65536 };
+
+static const unsigned light_aovs =
+    NP_AOV_BACKGROUND | NP_AOV_TERRAIN | NP_AOV_AIR | NP_AOV_SUN | NP_AOV_SKY | NP_AOV_GROUND | NP_AOV_MULTIPLE;
+
+/* ---- The description ---- */
+
+static neph_result check_desc(neph_context *context, const neph_render_desc *desc) {
+  const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
+  if (desc->width < 1 || desc->height < 1 || desc->width > SIZE_LIMIT || desc->height > SIZE_LIMIT)
+    return np_fail(context, bad, "the picture is %u x %u pixels, must be 1 to %d each way", desc->width, desc->height,
+                   (int)SIZE_LIMIT);
+  const unsigned *min = desc->crop_min, *max = desc->crop_max;
+  if (min[0] >= max[0] || min[1] >= max[1] || max[0] > desc->width || max[1] > desc->height)
+    return np_fail(context, bad, "the crop is %u,%u to %u,%u, must not be empty and lie within %u x %u pixels", min[0],
+                   min[1], max[0], max[1], desc->width, desc->height);
+  if (desc->sample_count < 1) return np_fail(context, bad, "samples is 0, must be at least 1");
+  if (desc->integrator != NEPH_INTEGRATOR_MARCH && desc->integrator != NEPH_INTEGRATOR_PATH)
+    return np_fail(context, bad, "integrator is %d, must be march (0) or path (1)", (int)desc->integrator);
+  return NEPH_OK;
+}
+
+static neph_result read_desc(const neph_scene *scene, const neph_render_desc *desc, neph_render_desc *out_desc) {
+  neph_render_desc own;
+  neph_result result = neph_scene_get_render_desc(scene, &own);
+  if (!result) result = np_desc_read(scene->context, "neph_render_desc", &own, sizeof own, desc, out_desc);
+  return result ? result : check_desc(scene->context, out_desc);
+}
+
+/* ---- Facts about the scene ---- */
+
+typedef struct scene_facts {
+  bool wants_light; /* the outputs hold radiance */
+  bool has_sun, has_environment, has_air, has_clouds, has_terrain, has_planet;
+  const char *dark; /* why there is no light to compute; NULL: there is */
+} scene_facts;
+
+static bool is_positive(const double spectrum[3]) { return spectrum[0] > 0 || spectrum[1] > 0 || spectrum[2] > 0; }
+
+static scene_facts find_facts(const neph_scene *scene) {
+  scene_facts facts = {
+      .wants_light = scene->output.has_beauty || (scene->output.aovs & light_aovs),
+      .has_sun = is_positive(scene->sun.irradiance_w_m2_nm),
+      .has_environment = is_positive(scene->environment.radiance_w_m2_sr_nm),
+      .has_air = scene->has_atmosphere && scene->environment.has_planet,
+      .has_clouds = scene->cloud_count > 0,
+      .has_terrain = scene->terrain.kind != NP_TERRAIN_NONE,
+      .has_planet = scene->environment.has_planet,
+  };
+  if (!facts.wants_light)
+    facts.dark = "no light is wanted: the outputs are depth, distance and transmittance";
+  else if (!facts.has_sun && !facts.has_environment)
+    facts.dark = "nothing shines: sun and environment are 0";
+  return facts;
+}
+
+/* ---- Stages ---- */
+
+static void decide(np_plan *plan, np_stage stage, bool is_needed, const char *reason) {
+  plan->stages[stage].is_needed = is_needed;
+  snprintf(plan->stages[stage].reason, sizeof plan->stages[stage].reason, "%s", reason);
+}
+
+/* Not needed because of the first of these that is not NULL, else needed. */
+static void decide_unless(np_plan *plan, np_stage stage, const char *against, const char *against_too,
+                          const char *why) {
+  const char *reason = against ? against : against_too;
+  decide(plan, stage, !reason, reason ? reason : why);
+}
+
+static double count_voxels(const neph_cloud_desc *bake) {
+  return bake->extent_m[0] * bake->extent_m[1] * bake->thickness_m / (bake->voxel_m * bake->voxel_m * bake->voxel_m);
+}
+
+/* A cloud with a file and parameters is baked to that file unless it is there. */
+static neph_result decide_cloud(np_plan *plan, const np_scene_cloud *cloud, char *out, size_t size) {
+  if (!cloud->vdb) {
+    plan->bake_voxel_count += count_voxels(&cloud->bake);
+    snprintf(out, size, "%s is baked", cloud->name);
+    return NEPH_OK;
+  }
+  char *file = np_file_frame_name(plan->context, cloud->vdb, plan->desc.frame);
+  if (!file) return NEPH_ERROR_OUT_OF_MEMORY;
+  bool is_to_bake = cloud->is_baked && !np_file_exists(file);
+  if (is_to_bake) plan->bake_voxel_count += count_voxels(&cloud->bake);
+  snprintf(out, size, "%s is %s %s", cloud->name, is_to_bake ? "baked to" : "read from", file);
+  np_alloc_free(plan->context, file);
+  return NEPH_OK;
+}
+
+static neph_result decide_volumes(np_plan *plan, const neph_scene *scene) {
+  decide(plan, NP_STAGE_VOLUMES, scene->cloud_count > 0, scene->cloud_count ? "" : "the scene has no clouds");
+  np_plan_stage *stage = &plan->stages[NP_STAGE_VOLUMES];
+  neph_result result = NEPH_OK;
+  for (unsigned i = 0; !result && i < scene->cloud_count; i++) {
+    size_t length = strlen(stage->reason);
+    char text[160] = "";
+    result = decide_cloud(plan, &scene->clouds[i], text, sizeof text);
+    snprintf(stage->reason + length, sizeof stage->reason - length, "%s%s", i ? "; " : "", text);
+  }
+  return result;
+}
+
+static void decide_terrain(np_plan *plan, const neph_scene *scene) {
+  static const char *const reasons[] = {[NP_TERRAIN_NONE] = "the scene has no terrain",
+                                        [NP_TERRAIN_HEIGHTFIELD] = "height field ",
+                                        [NP_TERRAIN_RIDGES] = "ridges from noise"};
+  const char *file = scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD ? scene->terrain.heightfield : "";
+  char reason[sizeof plan->stages->reason];
+  snprintf(reason, sizeof reason, "%s%s", reasons[scene->terrain.kind], file);
+  decide(plan, NP_STAGE_TERRAIN, scene->terrain.kind != NP_TERRAIN_NONE, reason);
+}
+
+static void decide_sky(np_plan *plan, const scene_facts *facts) {
+  const char *no_air = facts->has_air      ? NULL
+                       : facts->has_planet ? "atmosphere.preset is none"
+                                           : "environment.planet is none";
+  const char *no_sky = no_air ? no_air : facts->has_sun ? NULL : "sun.irradiance is 0";
+  const char *no_clouds = facts->has_clouds ? NULL : "the scene has no clouds";
+  decide_unless(plan, NP_STAGE_ATMOSPHERE, facts->dark, no_air, "light passes through air");
+  decide_unless(plan, NP_STAGE_CAMERA_SKY, facts->dark, no_sky, "sky behind, and air before, what the camera sees");
+  decide_unless(plan, NP_STAGE_CLOUD_SKY, facts->dark, no_sky ? no_sky : no_clouds, "the sky shines on the clouds");
+}
+
+static void decide_light(np_plan *plan, const scene_facts *facts) {
+  const bool has_target = facts->has_clouds || facts->has_terrain || facts->has_planet;
+  const char *no_target = has_target ? NULL : "there is nothing to shine on";
+  const char *no_sun = facts->has_sun ? no_target : "sun.irradiance is 0";
+  const bool has_sky = facts->has_environment || (facts->has_air && facts->has_sun);
+  const char *no_sky = has_sky ? no_target : "neither air nor environment shines";
+  const char *no_clouds = facts->has_clouds ? NULL : "the scene has no clouds";
+  const char *no_ground = facts->has_planet || facts->has_terrain ? no_clouds : "there is no ground";
+  decide_unless(plan, NP_STAGE_SUN_LIGHT, facts->dark, no_sun, "the sun shines on clouds and ground");
+  decide_unless(plan, NP_STAGE_SKY_LIGHT, facts->dark, no_sky, "the sky shines on clouds and ground");
+  decide_unless(plan, NP_STAGE_GROUND_LIGHT, facts->dark, no_ground, "the ground throws light back at the clouds");
+}
+
+static void decide_scattering(np_plan *plan, const scene_facts *facts) {
+  const neph_render_desc *desc = &plan->desc;
+  const char *against = facts->dark;
+  if (!against && !facts->has_clouds) against = "the scene has no clouds";
+  if (!against && desc->integrator == NEPH_INTEGRATOR_PATH) against = "paths scatter as often as it takes";
+  if (!against && desc->multiple_scattering == NEPH_MULTIPLE_SCATTERING_NONE)
+    against = "render.multiple_scattering is none";
+  if (!against && desc->scattering_max < 2) against = "render.max_scatterings is below 2";
+  decide_unless(plan, NP_STAGE_MULTIPLE, against, NULL, "octaves stand for light scattered more than once");
+  decide(plan, NP_STAGE_INTEGRATOR, true,
+         desc->integrator == NEPH_INTEGRATOR_PATH ? "path: unbiased in the clouds" : "march: fast and biased");
+}
+
+/* ---- Resources ---- */
+
+static unsigned count_channels(const np_plan *plan) {
+  unsigned count = 2 + (plan->has_beauty ? 3 : 0) + (plan->aovs & NP_AOV_DISTANCE ? 1 : 0);
+  for (unsigned bit = 1; bit <= NP_AOV_TRANSMITTANCE; bit <<= 1)
+    if (plan->aovs & bit) count += 3;
+  return count;
+}
+
+static void count_work(np_plan *plan) {
+  const neph_render_desc *desc = &plan->desc;
+  const uint64_t pixels = (uint64_t)(desc->crop_max[0] - desc->crop_min[0]) * (desc->crop_max[1] - desc->crop_min[1]);
+  plan->ray_count = pixels * desc->sample_count;
+  plan->film_bytes = pixels * count_channels(plan) * sizeof(float);
+}
+
+neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan) {
+  *out_plan = (np_plan){.context = scene->context, .has_beauty = scene->output.has_beauty, .aovs = scene->output.aovs};
+  neph_result result = np_scene_check(scene);
+  if (!result) result = read_desc(scene, desc, &out_plan->desc);
+  if (!result) result = decide_volumes(out_plan, scene);
+  if (result) return result;
+  const scene_facts facts = find_facts(scene);
+  decide_terrain(out_plan, scene);
+  decide_sky(out_plan, &facts);
+  decide_light(out_plan, &facts);
+  decide_scattering(out_plan, &facts);
+  count_work(out_plan);
+  return NEPH_OK;
+}
+
+/* ---- Text ---- */
+
+const char *np_stage_get_name(np_stage stage) {
+  static const char *const names[NP_STAGE_COUNT] = {
+      [NP_STAGE_VOLUMES] = "volumes",
+      [NP_STAGE_TERRAIN] = "terrain",
+      [NP_STAGE_ATMOSPHERE] = "atmosphere",
+      [NP_STAGE_CAMERA_SKY] = "camera sky",
+      [NP_STAGE_CLOUD_SKY] = "cloud sky",
+      [NP_STAGE_SUN_LIGHT] = "sun light",
+      [NP_STAGE_SKY_LIGHT] = "sky light",
+      [NP_STAGE_GROUND_LIGHT] = "ground light",
+      [NP_STAGE_MULTIPLE] = "multiple scattering",
+      [NP_STAGE_INTEGRATOR] = "integrator",
+  };
+  return names[stage];
+}
+
+static neph_result describe_plain(const np_plan *plan, char **out_text) {
+  const neph_render_desc *desc = &plan->desc;
+  np_text text = {.context = plan->context};
+  np_text_add(&text, "%-20s %u x %u pixels, %u,%u to %u,%u of them, %u samples each, frame %d\n", "picture",
+              desc->width, desc->height, desc->crop_min[0], desc->crop_min[1], desc->crop_max[0], desc->crop_max[1],
+              desc->sample_count, desc->frame);
+  np_text_add(&text, "%-20s %llu camera rays, film of %.1f MB", "work", (unsigned long long)plan->ray_count,
+              (double)plan->film_bytes * 1e-6);
+  if (plan->bake_voxel_count > 0) np_text_add(&text, ", at most %.3g voxels to bake", plan->bake_voxel_count);
+  np_text_add(&text, "\n");
+  for (int i = 0; i < NP_STAGE_COUNT; i++) {
+    const np_plan_stage *stage = &plan->stages[i];
+    np_text_add(&text, "%-20s %-3s  %s\n", np_stage_get_name((np_stage)i), stage->is_needed ? "yes" : "no",
+                stage->reason);
+  }
+  return np_text_finish(&text, out_text);
+}
+
+static void put_picture(np_json *json, const neph_render_desc *desc) {
+  np_json_begin_object(json, "picture");
+  np_json_put_integer(json, "width", desc->width);
+  np_json_put_integer(json, "height", desc->height);
+  np_json_begin_array(json, "crop");
+  for (int i = 0; i < 4; i++) np_json_put_integer(json, NULL, i < 2 ? desc->crop_min[i] : desc->crop_max[i - 2]);
+  np_json_end(json);
+  np_json_put_integer(json, "samples", desc->sample_count);
+  np_json_put_integer(json, "frame", desc->frame);
+  np_json_end(json);
+}
+
+static neph_result describe_json(const np_plan *plan, char **out_text) {
+  np_json *json = np_json_create(plan->context);
+  if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
+  put_picture(json, &plan->desc);
+  np_json_put_integer(json, "ray_count", (int64_t)plan->ray_count);
+  np_json_put_integer(json, "film_bytes", (int64_t)plan->film_bytes);
+  np_json_put_real(json, "bake_voxel_count", plan->bake_voxel_count);
+  np_json_begin_array(json, "stages");
+  for (int i = 0; i < NP_STAGE_COUNT; i++) {
+    np_json_begin_object(json, NULL);
+    np_json_put_text(json, "stage", np_stage_get_name((np_stage)i));
+    np_json_put_bool(json, "needed", plan->stages[i].is_needed);
+    np_json_put_text(json, "reason", plan->stages[i].reason);
+    np_json_end(json);
+  }
+  np_json_end(json);
+  return np_json_finish(json, out_text);
+}
+
+neph_result np_plan_describe(const np_plan *plan, neph_text_format format, char **out_text) {
+  *out_text = NULL;
+  locale_t saved = np_values_enter();
+  neph_result result = format == NEPH_TEXT_JSON ? describe_json(plan, out_text) : describe_plain(plan, out_text);
+  np_values_leave(saved);
+  return result;
+}

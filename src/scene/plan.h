@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The plan of a render: which stages the scene and the wanted outputs need, and why, decided before anything is built. */
+#ifndef NP_SCENE_PLAN_H
+#define NP_SCENE_PLAN_H
+
+#include "scene/scene_private.h"
+
+typedef enum np_stage {
+  NP_STAGE_VOLUMES,      /* files read and clouds baked, made into bricks */
+  NP_STAGE_TERRAIN,      /* height field and its ray-tracing structure */
+  NP_STAGE_ATMOSPHERE,   /* optical depths and moments of the air */
+  NP_STAGE_CAMERA_SKY,   /* the sky and the air seen from the camera */
+  NP_STAGE_CLOUD_SKY,    /* the sky seen from the clouds */
+  NP_STAGE_SUN_LIGHT,    /* on clouds and ground */
+  NP_STAGE_SKY_LIGHT,    /* on clouds and ground, the environment's included */
+  NP_STAGE_GROUND_LIGHT, /* thrown back at the clouds */
+  NP_STAGE_MULTIPLE,     /* octaves of multiple scattering */
+  NP_STAGE_INTEGRATOR,
+  NP_STAGE_COUNT
+} np_stage;
+
+typedef struct np_plan_stage {
+  bool is_needed;
+  char reason[240]; /* why, or why not */
+} np_plan_stage;
+
+typedef struct np_plan {
+  neph_context *context; /* borrowed */
+  neph_render_desc desc; /* the caller's over the scene's, checked */
+  bool has_beauty;
+  unsigned aovs; /* of np_aov */
+  np_plan_stage stages[NP_STAGE_COUNT];
+  uint64_t ray_count;      /* of the camera: pixels of the crop times samples */
+  uint64_t film_bytes;     /* of the film's channels in float */
+  double bake_voxel_count; /* in the boxes of the clouds to bake: an upper bound of what is kept */
+} np_plan;
+
+/* Checks scene and description, and decides. `desc` NULL: the scene's own. */
+neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
+
+/* The plan as text, to be freed with neph_text_destroy. */
+neph_result np_plan_describe(const np_plan *plan, neph_text_format format, char **out_text);
+
+/* "volumes", "camera sky". */
+const char *np_stage_get_name(np_stage stage);
+
+#endif
