@@ -138,8 +138,7 @@ static void kernels_scale_before_they_round(void **state) {
 static void check_bounds(float value) {
   const uint16_t below = np_half_below(value), above = np_half_above(value);
   const float low = np_half_to_float(below), high = np_half_to_float(above);
-  if (!(low <= value && value <= high)) print_error("%a is not in [%a, %a]\n", (double)value, (double)low, (double)high);
-  assert_true(low <= value && value <= high);
+  if (!(low <= value && value <= high)) fail_msg("%a is not in [%a, %a]", (double)value, (double)low, (double)high);
   /* And no wider than one step of a half. */
   const int steps = abs((below & 0x8000 ? -(below & 0x7fff) : below) - (above & 0x8000 ? -(above & 0x7fff) : above));
   assert_true(steps <= 1);

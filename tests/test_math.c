@@ -28,8 +28,8 @@ static np_affine draw_affine(np_random *random) {
   return a;
 }
 
-/* The rounding of 1e5 m of translation is 1.5e-11 m, and is magnified by the inverse's largest entry, which a determinant of at
- * least 0.1 holds below 4·2·2/0.1 = 80 (cofactors of entries up to 2): a few of those are 1e-8. */
+/* The rounding of 1e5 m of translation is 1.5e-11 m, and is magnified by the inverse's largest entry, which a
+ * determinant of at least 0.1 holds below 2·2·2/0.1 = 80 (cofactors of entries up to 2): a few of those are 1e-8. */
 static void inverse_undoes_the_map(void **state) {
   (void)state;
   np_random random = start_random();
@@ -47,7 +47,8 @@ static void inverse_undoes_the_map(void **state) {
 
 static void composition_applies_the_second_first(void **state) {
   (void)state;
-  const np_affine shift = {{{1, 0, 0, 5}, {0, 1, 0, 0}, {0, 0, 1, 0}}}, twice = {{{2, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 2, 0}}};
+  const np_affine shift = {{{1, 0, 0, 5}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+  const np_affine twice = {{{2, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 2, 0}}};
   const np_affine both = np_affine_compose(&twice, &shift);
   assert_points_near(np_affine_point(&both, np_dvec3_make(1, 1, 1)), np_dvec3_make(12, 2, 2), 0);
   assert_points_near(np_affine_vector(&both, np_dvec3_make(1, 1, 1)), np_dvec3_make(2, 2, 2), 0);
@@ -87,8 +88,8 @@ static np_dvec3 place_point(double radius, double altitude, double angle, double
   return np_dvec3_make(r * sin(angle) * cos(azimuth), r * sin(angle) * sin(azimuth), altitude - 2 * r * s * s);
 }
 
-/* A double holds a planet's radius to 1e-9 m; the terms of the numerator, up to (2R)², are rounded to 2⁻⁵³ of themselves and
- * divided by 2R: 2R·2⁻⁵² is 3e-9 m. */
+/* A double holds a planet's radius to 1e-9 m; the terms of the numerator, up to (2R)², are rounded to 2⁻⁵³ of
+ * themselves and divided by 2R: 2R·2⁻⁵² is 3e-9 m. */
 static void altitude_is_exact_to_nanometres(void **state) {
   (void)state;
   const double radius = 6360e3, altitudes[] = {1.7, 10, 400, 3000, 12e3, 100e3, 400e3};
@@ -131,7 +132,8 @@ static void frames_are_orthonormal_everywhere(void **state) {
   np_random random = start_random();
   for (int i = 0; i < 100000; i++) {
     /* A third of them close to a pole, where other constructions fail. */
-    const double z = i % 3 ? draw_between(&random, -1, 1) : (i % 2 ? 1 : -1) * (1 - pow(10, -8 * np_random_double(&random)));
+    const double pole = (i % 2 ? 1 : -1) * (1 - pow(10, -8 * np_random_double(&random)));
+    const double z = i % 3 ? draw_between(&random, -1, 1) : pole;
     const double azimuth = 2 * NP_PI * np_random_double(&random), r = sqrt((1 - z) * (1 + z));
     assert_orthonormal(np_dvec3_to_float(np_dvec3_make(r * cos(azimuth), r * sin(azimuth), z)));
   }

@@ -66,8 +66,8 @@ static void step_weight_holds(void **state) {
   assert_true(np_step_weight(INFINITY) == 0.0f);
 }
 
-/* Just above 1 the closed form takes 0.37 from 0.63 and leaves 0.26, which triples the errors of its terms: four roundings
- * of 2⁻²⁴ and two of the library, each times at most 2.4, are 12 · 2⁻²⁴. */
+/* Just above 1 the closed form takes 0.37 from 0.63 and leaves 0.26, which triples the errors of its terms: four
+ * roundings of 2⁻²⁴ and two of the library, each times at most 2.4, are 12 · 2⁻²⁴. */
 static void step_weight_linear_holds(void **state) {
   (void)state;
   sweep_in_both_modes((check){np_step_weight_linear, find_step_weight_linear, 0.0f, FLT_MAX, 12 * 0x1p-24});
@@ -87,8 +87,8 @@ static void transmittance_holds_and_is_never_subnormal(void **state) {
   assert_true(np_transmittance(NAN) == 0.0f);
 }
 
-/* Two vectors an angle apart, in a plane that is not an axis'. The float components carry 2⁻²⁴ of error each, which moves the
- * angle itself by up to 2e-7 rad: the tolerance is what that does to the versine, sin(a)·2e-7 + (2e-7)²/2. */
+/* Two vectors an angle apart, in a plane that is not an axis'. The float components carry 2⁻²⁴ of error each, which
+ * moves the angle itself by up to 2e-7 rad: the tolerance is what that does to the versine, sin(a)·2e-7 + (2e-7)²/2. */
 static void versine_holds_for_small_and_large_angles(void **state) {
   (void)state;
   for (double angle = 1e-6; angle <= 3.14159; angle *= 1.01) {

@@ -40,7 +40,7 @@ neph_context *test_context_create(unsigned thread_count, test_log *log);
 
 /* ---- Memory ---- */
 
-/* Counts live blocks, checks the sizes that it is told, and fails the `fail_at`-th allocation from 1 on; 0 fails none. */
+/* Counts live blocks, checks the sizes that it is told, and fails the `fail_at`-th allocation from 1 on; 0: none. */
 typedef struct test_allocator {
   atomic_size_t live_blocks, live_bytes, allocations, fail_at;
 } test_allocator;
@@ -48,7 +48,7 @@ typedef struct test_allocator {
 void *test_allocator_reallocate(void *allocator, void *block, size_t old_bytes, size_t new_bytes);
 
 /* Calls `attempt` with a fresh context, again and again, with its first, second, … allocation failing, until one passes
- * without failure. Each failed attempt must return NEPH_ERROR_OUT_OF_MEMORY, log that once, and leave no block behind. */
+ * without failure. Each failed attempt must return NEPH_ERROR_OUT_OF_MEMORY, log that once, and leave no block. */
 void assert_survives_failed_allocations(neph_result (*attempt)(neph_context *context, void *user), void *user);
 
 /* ---- Files ---- */

@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-/** A medium around a planet, with its optical depths and the moments of its scattered light: free of light and observer. */
+/** A medium around a planet, with its optical depths and the moments of its scattered light; no light, no observer. */
 typedef struct neph_atmosphere neph_atmosphere;
 
 /** One atmosphere under one light, seen by one observer. */
@@ -37,11 +37,11 @@ typedef struct neph_atmosphere_desc {
 
 #define NEPH_ATMOSPHERE_DESC_DEFAULT                                                                                   \
   {                                                                                                                    \
-    .struct_size = sizeof(neph_atmosphere_desc), .planet_radius_m = 6360000.0, .top_altitude_m = 100000.0,              \
-    .rayleigh_scattering_per_m = {5.802e-6, 13.558e-6, 33.1e-6}, .rayleigh_height_m = 8000.0,                           \
-    .mie_scattering_per_m = {3.996e-6, 3.996e-6, 3.996e-6}, .mie_extinction_per_m = {4.44e-6, 4.44e-6, 4.44e-6},        \
-    .mie_height_m = 1200.0, .mie_asymmetry = 0.8, .ozone_absorption_per_m = {0.650e-6, 1.881e-6, 0.085e-6},             \
-    .ozone_center_m = 25000.0, .ozone_width_m = 15000.0, .ground_albedo = {0.3, 0.3, 0.3}                               \
+    .struct_size = sizeof(neph_atmosphere_desc), .planet_radius_m = 6360000.0, .top_altitude_m = 100000.0,             \
+    .rayleigh_scattering_per_m = {5.802e-6, 13.558e-6, 33.1e-6}, .rayleigh_height_m = 8000.0,                          \
+    .mie_scattering_per_m = {3.996e-6, 3.996e-6, 3.996e-6}, .mie_extinction_per_m = {4.44e-6, 4.44e-6, 4.44e-6},       \
+    .mie_height_m = 1200.0, .mie_asymmetry = 0.8, .ozone_absorption_per_m = {0.650e-6, 1.881e-6, 0.085e-6},            \
+    .ozone_center_m = 25000.0, .ozone_width_m = 15000.0, .ground_albedo = {0.3, 0.3, 0.3}                              \
   }
 
 /** Builds optical depths and scattering moments.
@@ -68,8 +68,8 @@ typedef struct neph_sky_desc {
 
 #define NEPH_SKY_DESC_DEFAULT                                                                                          \
   {                                                                                                                    \
-    .struct_size = sizeof(neph_sky_desc), .sun_direction = {0, 0, 1},                                                   \
-    .sun_irradiance_w_m2_nm = {1.474, 1.8504, 1.91198}, .sun_angular_radius_rad = 0.00467396,                           \
+    .struct_size = sizeof(neph_sky_desc), .sun_direction = {0, 0, 1},                                                  \
+    .sun_irradiance_w_m2_nm = {1.474, 1.8504, 1.91198}, .sun_angular_radius_rad = 0.00467396,                          \
     .observer_m = {0, 0, 0}                                                                                            \
   }
 

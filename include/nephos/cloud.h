@@ -32,9 +32,9 @@ typedef struct neph_cloud_desc {
 
 #define NEPH_CLOUD_DESC_DEFAULT                                                                                        \
   {                                                                                                                    \
-    .struct_size = sizeof(neph_cloud_desc), .seed = 0, .extent_m = {8000, 8000}, .center_m = {0, 0},                    \
-    .base_altitude_m = 1200, .thickness_m = 1200, .voxel_m = 20, .coverage = 0.35, .cell_m = 1800, .type = 0.5,         \
-    .billow_m = 450, .erosion = 0.4, .wispiness = 0.3, .turbulence = 0.3, .skew_m = {0, 0}, .extinction_per_m = 0.06    \
+    .struct_size = sizeof(neph_cloud_desc), .seed = 0, .extent_m = {8000, 8000}, .center_m = {0, 0},                   \
+    .base_altitude_m = 1200, .thickness_m = 1200, .voxel_m = 20, .coverage = 0.35, .cell_m = 1800, .type = 0.5,        \
+    .billow_m = 450, .erosion = 0.4, .wispiness = 0.3, .turbulence = 0.3, .skew_m = {0, 0}, .extinction_per_m = 0.06   \
   }
 
 /** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are. */
@@ -51,7 +51,7 @@ typedef struct neph_bake_desc {
 
 #define NEPH_BAKE_DESC_DEFAULT                                                                                         \
   {                                                                                                                    \
-    .struct_size = sizeof(neph_bake_desc), .planet_radius_m = 6360000.0, .precision = NEPH_PRECISION_HALF,              \
+    .struct_size = sizeof(neph_bake_desc), .planet_radius_m = 6360000.0, .precision = NEPH_PRECISION_HALF,             \
     .progress = NULL, .progress_user = NULL                                                                            \
   }
 
@@ -61,7 +61,8 @@ NEPH_API neph_result neph_cloud_bake(neph_context *context, const neph_cloud_des
 
 /** Bakes a cloud straight to a .vdb file: a fog volume of extinction in 1/m, with its parameters, seed and hash. */
 NEPH_API neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *cloud,
-                                          const neph_bake_desc *desc, const char *name, const char *path) NEPH_NODISCARD;
+                                          const neph_bake_desc *desc, const char *name,
+                                          const char *path) NEPH_NODISCARD;
 
 #ifdef __cplusplus
 }

@@ -14,7 +14,7 @@ typedef struct neph_context neph_context;
 
 typedef enum neph_log_level { NEPH_LOG_ERROR, NEPH_LOG_WARNING, NEPH_LOG_INFO, NEPH_LOG_DEBUG } neph_log_level;
 
-/** Receives one message, without a line end, on the thread where it arose; may be called from several threads at once. */
+/** Receives one message, without a line end, on the thread where it arose; several threads may call it at once. */
 typedef void (*neph_log_fn)(void *user, neph_log_level level, const char *message);
 
 /** The memory of the library's own C code; OpenVDB and Embree keep theirs.
@@ -46,8 +46,8 @@ typedef struct neph_context_desc {
 
 #define NEPH_CONTEXT_DESC_DEFAULT                                                                                      \
   {                                                                                                                    \
-    .struct_size = sizeof(neph_context_desc), .thread_count = NEPH_THREADS_ALL, .isa_max = NEPH_ISA_X86_64_V4,          \
-    .log = NULL, .log_user = NULL, .log_level_max = NEPH_LOG_INFO, .reallocate = NULL, .reallocate_user = NULL,         \
+    .struct_size = sizeof(neph_context_desc), .thread_count = NEPH_THREADS_ALL, .isa_max = NEPH_ISA_X86_64_V4,         \
+    .log = NULL, .log_user = NULL, .log_level_max = NEPH_LOG_INFO, .reallocate = NULL, .reallocate_user = NULL,        \
     .module_dir = NULL                                                                                                 \
   }
 

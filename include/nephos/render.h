@@ -40,9 +40,9 @@ typedef struct neph_render_desc {
 
 #define NEPH_RENDER_DESC_DEFAULT                                                                                       \
   {                                                                                                                    \
-    .struct_size = sizeof(neph_render_desc), .integrator = NEPH_INTEGRATOR_MARCH, .width = 960, .height = 540,          \
-    .crop_min = {0, 0}, .crop_max = {960, 540}, .sample_count = 4, .seed = 0, .frame = 1,                               \
-    .multiple_scattering = NEPH_MULTIPLE_SCATTERING_OCTAVES, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL,  \
+    .struct_size = sizeof(neph_render_desc), .integrator = NEPH_INTEGRATOR_MARCH, .width = 960, .height = 540,         \
+    .crop_min = {0, 0}, .crop_max = {960, 540}, .sample_count = 4, .seed = 0, .frame = 1,                              \
+    .multiple_scattering = NEPH_MULTIPLE_SCATTERING_OCTAVES, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL, \
     .progress_user = NULL                                                                                              \
   }
 
@@ -70,11 +70,11 @@ typedef struct neph_sky_image_desc {
 
 #define NEPH_SKY_IMAGE_DESC_DEFAULT                                                                                    \
   {                                                                                                                    \
-    .struct_size = sizeof(neph_sky_image_desc), .width = 1024, .height = 512, .progress = NULL, .progress_user = NULL   \
+    .struct_size = sizeof(neph_sky_image_desc), .width = 1024, .height = 512, .progress = NULL, .progress_user = NULL  \
   }
 
-/** The scene's sky from its camera as a latitude-longitude picture: north at the left edge, east a quarter in, zenith at
- * the top; channels R, G, B without the sun's disk. Irradiances are in its text attributes. */
+/** The scene's sky from its camera as a latitude-longitude picture: north at the left edge, east a quarter in, zenith
+ * at the top; channels R, G, B without the sun's disk. Irradiances are in its text attributes. */
 NEPH_API neph_result neph_render_sky(neph_scene *scene, const neph_sky_image_desc *desc,
                                      neph_image **out_image) NEPH_NODISCARD;
 

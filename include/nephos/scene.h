@@ -33,10 +33,12 @@ NEPH_API void neph_scene_destroy(neph_scene *scene);
 NEPH_API neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) NEPH_NODISCARD;
 
 /** Every key with type, unit, range and default, as text to be freed with neph_text_destroy. */
-NEPH_API neph_result neph_schema_describe(neph_context *context, neph_text_format format, char **out_text) NEPH_NODISCARD;
+NEPH_API neph_result neph_schema_describe(neph_context *context, neph_text_format format,
+                                          char **out_text) NEPH_NODISCARD;
 
 /** Every key of a scene with its value, defaults and presets resolved, as text to be freed with neph_text_destroy. */
-NEPH_API neph_result neph_scene_describe(const neph_scene *scene, neph_text_format format, char **out_text) NEPH_NODISCARD;
+NEPH_API neph_result neph_scene_describe(const neph_scene *scene, neph_text_format format,
+                                         char **out_text) NEPH_NODISCARD;
 
 /** Where a scene wants its pictures, and how. Texts are valid until the scene changes. */
 typedef struct neph_output {

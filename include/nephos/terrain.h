@@ -28,9 +28,9 @@ typedef struct neph_terrain_desc {
 
 #define NEPH_TERRAIN_DESC_DEFAULT                                                                                      \
   {                                                                                                                    \
-    .struct_size = sizeof(neph_terrain_desc), .planet_radius_m = 6360000.0, .has_place = false, .latitude_rad = 0,      \
-    .longitude_rad = 0, .width_m = 30000.0, .height_min_m = 0, .height_max_m = 2000.0,                                  \
-    .ground_albedo = {0.2, 0.2, 0.2}, .progress = NULL, .progress_user = NULL                                           \
+    .struct_size = sizeof(neph_terrain_desc), .planet_radius_m = 6360000.0, .has_place = false, .latitude_rad = 0,     \
+    .longitude_rad = 0, .width_m = 30000.0, .height_min_m = 0, .height_max_m = 2000.0,                                 \
+    .ground_albedo = {0.2, 0.2, 0.2}, .progress = NULL, .progress_user = NULL                                          \
   }
 
 /** Reads SRTM .hgt (named by its corner), 16-bit PNG or EXR heights, and builds the ray-tracing structure. */
@@ -47,7 +47,7 @@ typedef struct neph_ridges_desc {
 
 #define NEPH_RIDGES_DESC_DEFAULT                                                                                       \
   {                                                                                                                    \
-    .struct_size = sizeof(neph_ridges_desc), .seed = 1, .sample_count = 1025, .relief_m = 1400.0, .ridge_m = 9000.0     \
+    .struct_size = sizeof(neph_ridges_desc), .seed = 1, .sample_count = 1025, .relief_m = 1400.0, .ridge_m = 9000.0    \
   }
 
 /** Makes ridged mountains from noise, so that a scene needs no file. */

@@ -36,8 +36,8 @@ typedef struct neph_volume_load_desc {
 
 #define NEPH_VOLUME_LOAD_DESC_DEFAULT                                                                                  \
   {                                                                                                                    \
-    .struct_size = sizeof(neph_volume_load_desc), .grid = NULL, .precision = NEPH_PRECISION_HALF,                       \
-    .policy = NEPH_IMPORT_REFUSE, .progress = NULL, .progress_user = NULL                                               \
+    .struct_size = sizeof(neph_volume_load_desc), .grid = NULL, .precision = NEPH_PRECISION_HALF,                      \
+    .policy = NEPH_IMPORT_REFUSE, .progress = NULL, .progress_user = NULL                                              \
   }
 
 /** Reads one grid of a .vdb file.
@@ -61,8 +61,8 @@ typedef struct neph_volume_dense_desc {
 
 #define NEPH_VOLUME_DENSE_DESC_DEFAULT                                                                                 \
   {                                                                                                                    \
-    .struct_size = sizeof(neph_volume_dense_desc), .name = "density", .size = {0, 0, 0}, .values = NULL,                \
-    .index_to_world = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .is_periodic_x = false, .is_periodic_y = false,       \
+    .struct_size = sizeof(neph_volume_dense_desc), .name = "density", .size = {0, 0, 0}, .values = NULL,               \
+    .index_to_world = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .is_periodic_x = false, .is_periodic_y = false,      \
     .precision = NEPH_PRECISION_HALF                                                                                   \
   }
 

@@ -9,7 +9,7 @@
  * A count of 0 gives a valid block. */
 void *np_alloc(neph_context *context, size_t count, size_t size);
 
-/* Changes the element count of a block, keeping what fits; new elements are zero. On failure NULL, and `block` stays. */
+/* Changes the element count of a block, keeping what fits; new elements are zero. On failure NULL, `block` stays. */
 void *np_alloc_resize(neph_context *context, void *block, size_t count, size_t size);
 
 /* NULL is allowed. */

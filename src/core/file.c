@@ -99,7 +99,8 @@ static char *name_temporary(neph_context *context, const char *target, unsigned 
   static const char alphabet[] = "0123456789abcdefghijklmnopqrstuv";
   struct timespec now;
   clock_gettime(CLOCK_REALTIME, &now);
-  uint64_t bits = np_random_absorb((uint64_t)getpid() << 32 | attempt, (uint64_t)now.tv_sec << 30 ^ (uint64_t)now.tv_nsec);
+  const uint64_t time = (uint64_t)now.tv_sec << 30 ^ (uint64_t)now.tv_nsec;
+  uint64_t bits = np_random_absorb((uint64_t)getpid() << 32 | attempt, time);
   char suffix[7] = "";
   for (int i = 0; i < 6; i++, bits >>= 5) suffix[i] = alphabet[bits & 31];
   const int folder_length = (int)find_folder_length(target);

@@ -57,7 +57,8 @@ static inline uint16_t np_half_from_float(float value) {
 /* The half not above, and the half not below, a finite value: for bounds. */
 static inline uint16_t np_half_below(float value) {
   uint16_t half = np_half_from_float(value);
-  if (np_half_to_float(half) > value) half = half & 0x8000u ? (uint16_t)(half + 1) : half ? (uint16_t)(half - 1) : 0x8001u;
+  if (np_half_to_float(half) > value)
+    half = half & 0x8000u ? (uint16_t)(half + 1) : half != 0 ? (uint16_t)(half - 1) : 0x8001u;
   return half;
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Instruction-set levels of the x86-64 psABI (section 3.1.1, table 3.1), asked from the processor and, as wider registers need
- * saving, from the operating system. */
+/* Instruction-set levels of the x86-64 psABI (section 3.1.1, table 3.1), asked from the processor and, as wider
+ * registers need saving, from the operating system. */
 #include "core/isa.h"
 
 #include <cpuid.h>

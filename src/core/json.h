@@ -21,7 +21,7 @@ void np_json_put_integer(np_json *json, const char *key, int64_t value);
 void np_json_put_bool(np_json *json, const char *key, bool value);
 void np_json_put_reals(np_json *json, const char *key, const double *values, size_t count);
 
-/* Ends the writer and gives its text, indented, to be freed with np_alloc_free. Destroys `json` whatever the outcome. */
+/* Ends the writer and gives its text, indented, to be freed with np_alloc_free. Destroys `json` in any case. */
 neph_result np_json_finish(np_json *json, char **out_text);
 
 #endif

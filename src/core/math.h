@@ -70,7 +70,8 @@ static inline np_affine np_affine_compose(const np_affine *a, const np_affine *b
   np_affine c;
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 4; j++)
-      c.m[i][j] = a->m[i][0] * b->m[0][j] + a->m[i][1] * b->m[1][j] + a->m[i][2] * b->m[2][j] + (j == 3 ? a->m[i][3] : 0);
+      c.m[i][j] =
+          a->m[i][0] * b->m[0][j] + a->m[i][1] * b->m[1][j] + a->m[i][2] * b->m[2][j] + (j == 3 ? a->m[i][3] : 0);
   return c;
 }
 static inline double np_affine_determinant(const np_affine *a) {

@@ -2,7 +2,8 @@
 /* Random numbers by counter: a stream is named by (seed, frame, pixel, sample), a number in it by its dimension.
  *
  * SplitMix64 (Steele, Lea and Flood 2014, "Fast Splittable Pseudorandom Number Generators") with a state and an odd
- * increment both drawn from a hash of the name, so that neighbouring names never run along shifted copies of one stream.
+ * increment both drawn from a hash of the name, so that neighbouring names never run along shifted copies of one
+ * stream.
  */
 #ifndef NP_CORE_RANDOM_H
 #define NP_CORE_RANDOM_H

@@ -9,8 +9,8 @@
 static inline float np_step_weight(float x) { return fabsf(x) < 1e-6f ? 1.0f - 0.5f * x : -expm1f(-x) / x; }
 
 /* (1 − e⁻ˣ(1 + x))/x², the weight of a source that grows linearly through the step; ½ at x = 0; for x ≥ 0.
- * Series Σ(−x)ᵏ/(k!(k+2)) up to 1, where eleven terms leave 2e-9; closed form above, which cancels little; and where e⁻ˣ
- * has died away, 1/x² without its overflow. */
+ * Series Σ(−x)ᵏ/(k!(k+2)) up to 1, where eleven terms leave 2e-9; closed form above, which cancels little; and where
+ * e⁻ˣ has died away, 1/x² without its overflow. */
 static inline float np_step_weight_linear(float x) {
   if (x > 80.0f) return 1.0f / x / x;
   if (x > 1.0f) return (-expm1f(-x) - x * expf(-x)) / (x * x);

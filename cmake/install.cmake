@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+# What `cmake --install` lays down beside the modules (src/volume) and the program (cli): libraries, headers, a CMake
+# package and nephos.pc.
+include(CMakePackageConfigHelpers)
+
+install(TARGETS nephos EXPORT nephosTargets)
+install(TARGETS nephos_static nephos_inside EXPORT nephosStaticTargets)
+install(DIRECTORY include/nephos DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.h)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/nephos)
+configure_package_config_file(cmake/nephosConfig.cmake.in ${PROJECT_BINARY_DIR}/nephosConfig.cmake
+  INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/nephosConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/nephosConfig.cmake ${PROJECT_BINARY_DIR}/nephosConfigVersion.cmake
+  DESTINATION ${package_dir})
+foreach(set nephosTargets nephosStaticTargets)
+  install(EXPORT ${set} NAMESPACE nephos:: DESTINATION ${package_dir})
+endforeach()
+
+# From the folder of nephos.pc to the prefix, so that an installed tree can be moved.
+file(RELATIVE_PATH NEPHOS_PC_PREFIX /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
+configure_file(cmake/nephos.pc.in ${PROJECT_BINARY_DIR}/nephos.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/nephos.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

@@ -1,0 +1,32 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Installs what is missing, builds, and renders every scene of this folder into samples/out. A scene NAME.yaml names
+# out/NAME.exr as its picture and, when it bakes, out/NAME.vdb as its cloud; what is newer than its scene and the program stays.
+set -eu
+cd "$(dirname "$0")/.."
+. tests/packages.sh
+install_missing_packages
+
+[ -f build/release/build.ninja ] || cmake --preset release
+cmake --build --preset release
+program=build/release/bin/nephos
+mkdir -p samples/out
+
+# is_current FILE SCENE: FILE is newer than the scene, the program and the library.
+is_current() {
+  [ -n "$(find "$1" -newer "$2" -newer "$program" -newer build/release/lib/libnephos.so 2>/dev/null)" ]
+}
+
+for scene in samples/*.yaml; do
+  base=samples/out/$(basename "$scene" .yaml)
+  if is_current "$base.exr" "$scene"; then
+    echo "$scene: up to date"
+    continue
+  fi
+  echo "$scene:"
+  if grep -q 'bake:' "$scene" && ! is_current "$base.vdb" "$scene"; then "$program" bake "$scene"; fi
+  "$program" render "$scene"
+done
+
+echo "The pictures (.exr, and a .png of each to look at) lie in $(pwd)/samples/out:"
+ls -l samples/out/*.exr samples/out/*.png

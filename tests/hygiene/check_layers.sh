@@ -1,0 +1,65 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# check_layers.sh SOURCE_DIR: who includes whom, against the table of docs/design.md; and that each foreign library has one door.
+set -eu
+cd "$1"
+fail=0
+complain() { echo "$1" >&2; fail=1; }
+
+# A module, then what it may include besides itself and core.
+layers='core:
+optics:
+noise:
+volume:
+image:
+cloud: noise volume image
+terrain: noise image
+atmosphere: optics image
+light: optics volume atmosphere terrain
+integrate: optics volume atmosphere terrain light
+scene: optics noise volume image cloud terrain atmosphere light integrate
+render: optics noise volume image cloud terrain atmosphere light integrate scene'
+
+for folder in src/*/; do
+  module=$(basename "$folder")
+  line=$(echo "$layers" | grep "^$module:") || { complain "src/$module is not in the table of modules"; continue; }
+  allowed=" $module core ${line#*:} "
+  [ "$module" = core ] && allowed=' core '
+  for include in $(grep -rhoE '^#include "[^"]+"' "$folder" | cut -d'"' -f2 | sort -u); do
+    case $include in
+    */*) ;;
+    *) complain "src/$module includes \"$include\": name the module too"; continue ;;
+    esac
+    case "$allowed" in
+    *" ${include%%/*} "*) ;;
+    *) complain "src/$module includes \"$include\", and may include only:$allowed" ;;
+    esac
+  done
+done
+
+for folder in cli samples; do
+  [ -d $folder ] || continue
+  bad=$(grep -rnE --include='*.[ch]' '^#include "[^"]*/' $folder || true)
+  [ -z "$bad" ] || complain "$folder may include nothing of src: $bad"
+done
+
+# A pattern of headers, then the only files that may name them.
+doors='openvdb/ src/volume/vdb_shim.cpp
+tbb/ src/volume/vdb_shim.cpp
+embree src/terrain/terrain.c
+openexr src/image/image_exr.c
+png\.h src/image/image_png.c
+yaml\.h src/scene/scene_file.c
+jansson\.h src/core/json.c
+xxhash\.h src/core/hash.c
+libnova/ src/atmosphere/celestial.c
+pthread\.h src/core/parallel.c
+threads\.h none'
+echo "$doors" | while read -r header door; do
+  grep -rlEi --include='*.[ch]' --include='*.cpp' "^#include <(OpenEXR/)?$header" src cli samples 2>/dev/null |
+    grep -vxE "${door}" | sed "s|\$|: includes <$header…>, whose one door is $door|"
+done >"${TMPDIR:-/tmp}/nephos-doors.$$"
+bad=$(cat "${TMPDIR:-/tmp}/nephos-doors.$$")
+rm -f "${TMPDIR:-/tmp}/nephos-doors.$$"
+[ -z "$bad" ] || complain "$bad"
+exit $fail

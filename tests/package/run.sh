@@ -1,0 +1,32 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# run.sh BUILD_DIR CMAKE COMPILER: installs into a folder of its own, moves that, then builds and runs a foreign project
+# against it, through CMake and through pkg-config.
+set -eu
+source=$(cd "$(dirname "$0")" && pwd)
+build=$1 cmake=$2 compiler=$3
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+
+"$cmake" --install "$build" --prefix "$folder/first" >"$folder/install.log" || { cat "$folder/install.log"; exit 1; }
+mv "$folder/first" "$folder/prefix" # an installed tree does not know where it was
+
+"$cmake" -S "$source" -B "$folder/cmake" -G Ninja -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_C_COMPILER="$compiler"
+"$cmake" --build "$folder/cmake"
+"$folder/cmake/from_c"
+"$folder/cmake/from_c_static"
+"$folder/cmake/from_cpp"
+
+pc=$(find "$folder/prefix" -name nephos.pc)
+PKG_CONFIG_PATH=$(dirname "$pc")
+export PKG_CONFIG_PATH
+libraries=$(pkg-config --libs nephos)
+"$compiler" -std=c11 -Wall -Wextra -Werror "$source/user.c" $(pkg-config --cflags nephos) $libraries \
+  -Wl,-rpath,"$(pkg-config --variable=libdir nephos)" -o "$folder/by_pkg_config"
+"$folder/by_pkg_config"
+"$compiler" -std=c11 "$source/user.c" $(pkg-config --cflags nephos) -L"$(pkg-config --variable=libdir nephos)" \
+  -Wl,-Bstatic -lnephos -Wl,-Bdynamic $(pkg-config --libs --static nephos | sed s/-lnephos//) -o "$folder/by_pkg_config_static"
+"$folder/by_pkg_config_static"
+
+module=$(dirname "$pc")/../nephos/nephos_vdb.so
+[ -f "$module" ] || { echo "the OpenVDB module is not installed beside the library: $module" >&2; exit 1; }

@@ -1,0 +1,15 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Installs what is missing, builds, and runs every test but those labelled "long".
+# Tests on real files look for them in $NEPHOS_TEST_DATA, else in ../shared/data, and are skipped without.
+set -eu
+cd "$(dirname "$0")/.."
+. tests/packages.sh
+install_missing_packages
+
+data=${NEPHOS_TEST_DATA:-}
+if [ -z "$data" ] && [ -d ../shared/data ]; then data=$(cd ../shared/data && pwd); fi
+
+cmake --preset release -DNEPHOS_TEST_DATA="$data"
+cmake --build --preset release
+exec ctest --preset release --label-exclude long --parallel 2
