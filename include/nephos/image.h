@@ -47,25 +47,17 @@ typedef enum neph_pixel_type { NEPH_PIXEL_HALF, NEPH_PIXEL_FLOAT } neph_pixel_ty
 NEPH_API neph_result neph_image_save_exr(const neph_image *image, const char *path,
                                          neph_pixel_type pixel_type) NEPH_NODISCARD;
 
-<<<<<<< HEAD
 /** Reads a scan-line or tiled OpenEXR, first part and full resolution, every channel to float.
  *
  * Text, int, float and double attributes are kept; numbers are given as text. Sub-sampled channels and deep pictures
  * are refused, and so are files that claim more than 65536 pixels a side, 1024 channels or 16 GiB in memory.
  */
-NEPH_API neph_result neph_image_load_exr(neph_context *context, const char *path, neph_image **out_image) NEPH_NODISCARD;
-
-/** Reads a PNG of 1 to 16 bits: grey as "Y", colour as "R", "G", "B", alpha as "A"; values 0 to 1, no gamma removed. */
-NEPH_API neph_result neph_image_load_png(neph_context *context, const char *path, neph_image **out_image) NEPH_NODISCARD;
-=======
-/** Reads a scan-line or tiled OpenEXR, first part, every channel to float; text attributes are kept. */
 NEPH_API neph_result neph_image_load_exr(neph_context *context, const char *path,
                                          neph_image **out_image) NEPH_NODISCARD;
 
-/** Reads an 8- or 16-bit PNG: grey as "Y", colour as "R", "G", "B", alpha as "A"; values 0 to 1, no gamma removed. */
+/** Reads a PNG of 1 to 16 bits: grey as "Y", colour as "R", "G", "B", alpha as "A"; values 0 to 1, no gamma removed. */
 NEPH_API neph_result neph_image_load_png(neph_context *context, const char *path,
                                          neph_image **out_image) NEPH_NODISCARD;
->>>>>>> f14517c (Keep rules by tests; install a package; two commands to test and to see)
 
 typedef struct neph_preview_desc {
   size_t struct_size;
