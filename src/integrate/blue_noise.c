@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Blue noise by void and cluster (Ulichney 1993, "The void-and-cluster method for dither array generation"), on a torus.
+/* Blue noise by void and cluster (Ulichney 1993, "The void-and-cluster method for dither array generation"), on a
+ * torus.
  *
- * Every pixel gets a rank. An initial pattern of a tenth of the pixels is evened out by moving its tightest cluster into
- * its largest void until nothing moves; ranks below it are found by taking clusters away, ranks above it by filling
- * voids. One energy field, a Gaussian of σ = 1.9 around every set pixel, tells clusters and voids apart in all phases.
+ * Every pixel gets a rank. An initial pattern of a tenth of the pixels is evened out by moving its tightest cluster
+ * into its largest void until nothing moves; ranks below it are found by taking clusters away, ranks above it by
+ * filling voids. One energy field, a Gaussian of σ = 1.9 around every set pixel, tells clusters and voids apart in all
+ * phases.
  */
 #include <math.h>
 #include <stdbool.h>

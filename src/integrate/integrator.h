@@ -23,12 +23,12 @@ typedef enum np_component {
 enum { NP_OCTAVES_MAX = 16 };
 
 typedef struct np_integrator_settings {
-  unsigned scattering_max;  /* scatterings in cloud along a path; 0xffffffff: no limit */
-  unsigned octave_count;    /* of the march, 1 to NP_OCTAVES_MAX; 1: single scattering */
+  unsigned scattering_max;                            /* scatterings in cloud along a path; 0xffffffff: no limit */
+  unsigned octave_count;                              /* of the march, 1 to NP_OCTAVES_MAX; 1: single scattering */
   float octave_light, octave_depth, octave_asymmetry; /* factors from one octave to the next */
-  float step_voxels;        /* longest step of the march */
-  float light_step_voxels;  /* longest step towards a light */
-  float transmittance_end;  /* the march ends a ray below this */
+  float step_voxels;                                  /* longest step of the march */
+  float light_step_voxels;                            /* longest step towards a light */
+  float transmittance_end;                            /* the march ends a ray below this */
 } np_integrator_settings;
 
 typedef struct np_camera_ray {
@@ -39,7 +39,7 @@ typedef struct np_camera_ray {
 
 typedef struct np_integrator_sample {
   np_spectrum component[NP_COMPONENT_COUNT]; /* W m⁻² sr⁻¹ nm⁻¹ */
-  float transmittance; /* through cloud alone, to what lies behind */
+  float transmittance;                       /* through cloud alone, to what lies behind */
   bool is_ground_behind;
 } np_integrator_sample;
 

@@ -7,9 +7,9 @@
  * ∫T dI = T(end)·I(end) + ∫I·(−dT), so that each step adds (Tₐ·S + I)·(−ΔT).
  *
  * S is sunlight through the optical depth towards the sun, and light from sky or ground along one direction per step
- * drawn from the phase function. Light scattered more than once is approximated by octaves (Wrenninge, Kulla and Lundqvist 2013, "Oz: The
- * Great and Volumetric"): further copies of the single scattering with damped light, optical depth and asymmetry.
- * Compiled once per instruction-set level.
+ * drawn from the phase function. Light scattered more than once is approximated by octaves (Wrenninge, Kulla and
+ * Lundqvist 2013, "Oz: The Great and Volumetric"): further copies of the single scattering with damped light, optical
+ * depth and asymmetry. Compiled once per instruction-set level.
  */
 #include "core/isa.h"
 #include "integrate/surroundings.h"
@@ -50,9 +50,12 @@ typedef struct march {
   const np_camera_ray *ray;
   np_random *random;
   np_vec3 to_sun;
-  /* Phase value times light factor, per cloud of the view and octave: the angle to the sun is constant along the ray. */
+  /* Phase value times light factor, per cloud of the view and octave: the angle to the sun is constant along the ray.
+   */
   float sun_weight[NP_VIEW_VOLUMES_MAX][NP_OCTAVES_MAX];
   float transmittance;
+  double air_distance; /* where `air` was last looked up */
+  np_aerial_perspective air;
   np_integrator_sample *out;
 } march;
 
@@ -109,8 +112,7 @@ static float medium_extinction(const medium *m, double t) {
 static float march_shadow(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
                           np_vec3 to_sun, np_random *random) {
   (void)random;
-  return np_transmittance(
-      np_track_depth(view, position, to_sun, INFINITY, settings->light_step_voxels, faint_depth));
+  return np_transmittance(np_track_depth(view, position, to_sun, INFINITY, settings->light_step_voxels, faint_depth));
 }
 
 /* Optical depth at which even the last octave is faint. */
@@ -167,7 +169,8 @@ static void add_sun(march *m, np_dvec3 position, const media *all, const stretch
   }
 }
 
-/* Light from sky or ground along one direction, drawn from the phase function of one cloud, itself drawn by its share. */
+/* Light from sky or ground along one direction, drawn from the phase function of one cloud, itself drawn by its share.
+ */
 static void add_surroundings(march *m, np_dvec3 position, const media *all, const stretch *s, const np_spectrum *share,
                              np_spectrum weight) {
   float total = 0.0f;
@@ -181,8 +184,8 @@ static void add_surroundings(march *m, np_dvec3 position, const media *all, cons
   const np_view_volume *volume = all->medium[s->active[chosen]].volume;
   const np_vec3 direction = np_phase_sample(&volume->phase, m->ray->direction, u, &value);
   bool is_ground;
-  np_spectrum light = np_surroundings_incoming(m->view, m->settings, position, direction, march_shadow, m->random,
-                                               &is_ground);
+  np_spectrum light =
+      np_surroundings_incoming(m->view, m->settings, position, direction, march_shadow, m->random, &is_ground);
   light = np_spectrum_multiply(light, np_spectrum_multiply(weight, share[chosen]));
   light = np_spectrum_scale(light, total / np_spectrum_max(share[chosen]));
   if (np_spectrum_is_zero(light)) return;
@@ -197,7 +200,7 @@ static void add_surroundings(march *m, np_dvec3 position, const media *all, cons
   add_scaled(m->out, NP_COMPONENT_MULTIPLE, multiple, light);
 }
 
-/* One exponential step; `air` is that between the camera and the stretch. */
+/* One exponential step; `air` is that between the camera and its middle. */
 static void step(march *m, const media *all, const stretch *s, double begin, double end,
                  const np_aerial_perspective *air) {
   const double middle = 0.5 * (begin + end);
@@ -220,18 +223,32 @@ static void step(march *m, const media *all, const stretch *s, double begin, dou
   add_surroundings(m, position, all, s, share, weight);
 }
 
+/* The air up to `distance`; where one stretch ends and the next begins it is looked up once. */
+static np_aerial_perspective look_through_air(march *m, double distance) {
+  if (distance != m->air_distance) {
+    m->air = np_light_air(m->view->camera_sky, m->ray->direction, distance);
+    m->air_distance = distance;
+  }
+  return m->air;
+}
+
+static np_aerial_perspective mix_air(const np_aerial_perspective *a, const np_aerial_perspective *b, float t) {
+  return (np_aerial_perspective){np_spectrum_mix(a->transmittance, b->transmittance, t),
+                                 np_spectrum_mix(a->inscatter, b->inscatter, t)};
+}
+
 /* Steps through a stretch: whole steps shifted by the ray's jitter, cut at both ends. */
 static void cross(march *m, const media *all, const stretch *s) {
   const double length = s->end - s->begin;
   float steps_per_m = 0.0f;
   for (unsigned i = 0; i < s->count; i++) steps_per_m = fmaxf(steps_per_m, all->medium[s->active[i]].steps_per_m);
   const int count = (int)fmin(fmax(1.0, ceil(length * (double)steps_per_m)), 4096.0);
-  const np_aerial_perspective air =
-      np_light_air(m->view->camera_sky, m->ray->direction, 0.5 * (s->begin + s->end));
-  double begin = s->begin;
+  const np_aerial_perspective near = look_through_air(m, s->begin), far = look_through_air(m, s->end);
+  float begin = 0.0f;
   for (int k = 0; k <= count && m->transmittance > m->settings->transmittance_end; k++) {
-    const double end = fmin(s->begin + length * ((double)k + (double)m->ray->jitter) / (double)count, s->end);
-    if (end > begin) step(m, all, s, begin, end, &air);
+    const float end = fminf(((float)k + m->ray->jitter) / (float)count, 1.0f);
+    const np_aerial_perspective air = mix_air(&near, &far, 0.5f * (begin + end));
+    if (end > begin) step(m, all, s, s->begin + length * (double)begin, s->begin + length * (double)end, &air);
     begin = end;
   }
 }
@@ -241,7 +258,13 @@ void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_s
   *out = (np_integrator_sample){.transmittance = 1.0f};
   np_ground_hit hit;
   out->is_ground_behind = np_ground_intersect(view, ray->origin, ray->direction, &hit);
-  march m = {.view = view, .settings = settings, .ray = ray, .random = random, .transmittance = 1.0f, .out = out};
+  march m = {.view = view,
+             .settings = settings,
+             .ray = ray,
+             .random = random,
+             .transmittance = 1.0f,
+             .air_distance = -1.0,
+             .out = out};
   media all;
   media_start(&all, view, ray, out->is_ground_behind ? hit.distance_m : HUGE_VAL, settings->step_voxels);
   if (all.count > 0) {

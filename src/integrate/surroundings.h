@@ -21,7 +21,8 @@ static inline np_spectrum np_surroundings_ground(const np_scene_view *view, cons
   if (cosine > 0.0f) {
     const np_spectrum sun = np_light_sun(view, hit->position, to_sun);
     if (!np_spectrum_is_zero(sun))
-      irradiance = np_spectrum_add_scaled(irradiance, cosine * shadow(view, settings, hit->position, to_sun, random), sun);
+      irradiance =
+          np_spectrum_add_scaled(irradiance, cosine * shadow(view, settings, hit->position, to_sun, random), sun);
   }
   return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
 }
@@ -41,8 +42,7 @@ static inline np_spectrum np_surroundings_incoming(const np_scene_view *view, co
 /* Adds what the camera sees behind the clouds, seen through `transmittance` of them. `hit` NULL: sky. */
 static inline void np_surroundings_add_behind(const np_scene_view *view, const np_integrator_settings *settings,
                                               const np_camera_ray *ray, const np_ground_hit *hit, float transmittance,
-                                              np_cloud_shadow_fn shadow, np_random *random,
-                                              np_integrator_sample *out) {
+                                              np_cloud_shadow_fn shadow, np_random *random, np_integrator_sample *out) {
   if (transmittance <= 0.0f) return;
   if (hit) {
     const np_aerial_perspective air = np_light_air(view->camera_sky, ray->direction, hit->distance_m);
@@ -57,10 +57,10 @@ static inline void np_surroundings_add_behind(const np_scene_view *view, const n
   np_spectrum sky = np_light_sky(view, view->camera_sky, ray->direction);
   np_spectrum disk = np_light_sun_disk(view, ray->direction);
   if (view->atmosphere && !np_spectrum_is_zero(disk))
-    disk = np_spectrum_multiply(disk,
-                                np_atmosphere_transmittance_to_space(view->atmosphere, ray->origin, ray->direction));
-  out->component[NP_COMPONENT_BACKGROUND] = np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND],
-                                                                   transmittance, np_spectrum_add(sky, disk));
+    disk =
+        np_spectrum_multiply(disk, np_atmosphere_transmittance_to_space(view->atmosphere, ray->origin, ray->direction));
+  out->component[NP_COMPONENT_BACKGROUND] =
+      np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], transmittance, np_spectrum_add(sky, disk));
 }
 
 #endif

@@ -2,8 +2,8 @@
 /* Free flight, transmittance and optical depth through the clouds of a scene view.
  *
  * Inline, so that each kernel file has it in its own instruction set. Clouds may overlap: optical depths add,
- * transmittances multiply, and of independent free flights the shortest counts. Each cloud is walked on its own, cell by
- * cell of its bricks, whose ranges bound the interpolant; so a collision's acceptance never exceeds one.
+ * transmittances multiply, and of independent free flights the shortest counts. Each cloud is walked on its own, cell
+ * by cell of its bricks, whose ranges bound the interpolant; so a collision's acceptance never exceeds one.
  */
 #ifndef NP_INTEGRATE_TRACKING_H
 #define NP_INTEGRATE_TRACKING_H
@@ -25,8 +25,8 @@ static inline float np_track_voxels_per_m(const np_view_volume *volume, np_vec3 
 }
 
 /* ∫ value ds over one span by the midpoint rule, value·m. */
-static inline float np_track_span_integral(const np_bricks *bricks, const np_brick_walk *walk, const np_brick_span *span,
-                                           float steps_per_m) {
+static inline float np_track_span_integral(const np_bricks *bricks, const np_brick_walk *walk,
+                                           const np_brick_span *span, float steps_per_m) {
   const float length = (float)(span->t_end - span->t_begin);
   if (span->brick == NP_BRICK_NONE) return span->range.min * length;
   const int count = (int)fmaxf(1.0f, ceilf(length * steps_per_m));

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The scene as an integrator sees it: media, and light at a point. Which cache answers is not the integrator's business.
+/* The scene as an integrator sees it: media, and light at a point. Which cache answers is not the integrator's
+ * business.
  *
  * Filled by render. What a scene has not is NULL or zero, and costs nothing.
  */

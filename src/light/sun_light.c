@@ -38,8 +38,8 @@ np_spectrum np_light_sun(const np_scene_view *view, np_dvec3 position, np_vec3 t
   np_spectrum irradiance = view->sun_irradiance;
   if (np_spectrum_is_zero(irradiance)) return irradiance;
   if (view->atmosphere) {
-    irradiance = np_spectrum_multiply(
-        irradiance, np_atmosphere_transmittance_to_sun(view->atmosphere, position, to_sun, view->sun_angular_radius_rad));
+    irradiance = np_spectrum_multiply(irradiance, np_atmosphere_transmittance_to_sun(view->atmosphere, position, to_sun,
+                                                                                     view->sun_angular_radius_rad));
     if (np_spectrum_is_zero(irradiance)) return irradiance;
   } else if (view->has_planet && is_behind_planet(view, position, to_sun)) {
     return np_spectrum_grey(0.0f);

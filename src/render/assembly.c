@@ -1,0 +1,235 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/assembly.h"
+
+#include <float.h>
+#include <glob.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+
+typedef struct build {
+  const neph_scene *scene;
+  const np_plan *plan;
+  np_monitor *monitor;
+  np_assembly *assembly;
+} build;
+
+static bool needs(const np_plan *plan, np_stage stage) { return plan->stages[stage].is_needed; }
+
+static neph_result bake(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume **out_volume) {
+  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  desc.planet_radius_m = b->scene->atmosphere.planet_radius_m;
+  desc.precision = cloud->precision;
+  desc.progress = b->plan->desc.progress;
+  desc.progress_user = b->plan->desc.progress_user;
+  neph_context *context = b->scene->context;
+  if (!path) return neph_cloud_bake(context, &cloud->bake, &desc, out_volume);
+  return neph_cloud_bake_file(context, &cloud->bake, &desc, cloud->name, path);
+}
+
+static neph_result load(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume **out_volume) {
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  desc.grid = cloud->grid;
+  desc.precision = cloud->precision;
+  desc.policy = cloud->policy;
+  desc.progress = b->plan->desc.progress;
+  desc.progress_user = b->plan->desc.progress_user;
+  return neph_volume_load(b->scene->context, path, &desc, out_volume);
+}
+
+/* A cloud of one frame: read when it is on disk, else baked, to disk where the scene names a file. */
+static neph_result obtain(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume **out_volume) {
+  if (!path) return bake(b, cloud, NULL, out_volume);
+  if (cloud->is_baked && !np_file_exists(path)) {
+    neph_result result = bake(b, cloud, path, NULL);
+    if (result) return result;
+  }
+  return load(b, cloud, path, out_volume);
+}
+
+/* The first file on disk of a numbered pattern; NULL when there is none or no memory. */
+static char *find_first_frame(neph_context *context, const char *pattern) {
+  char *wild = np_alloc_text(context, pattern), *first = NULL;
+  if (!wild) return NULL;
+  char *digits = strrchr(wild, '#');
+  for (; digits >= wild && *digits == '#'; digits--) *digits = '?';
+  glob_t found = {0};
+  if (glob(wild, 0, NULL, &found) == 0) first = np_alloc_text(context, found.gl_pathv[0]);
+  globfree(&found);
+  np_alloc_free(context, wild);
+  return first;
+}
+
+/* The volume that an optical depth refers to: the first frame on disk, whatever frame is rendered. */
+static neph_result obtain_reference(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume *volume,
+                                    neph_volume **out_reference) {
+  *out_reference = neph_volume_retain(volume);
+  if (cloud->density_unit != NP_DENSITY_OPTICAL_DEPTH || !cloud->vdb || !strchr(cloud->vdb, '#')) return NEPH_OK;
+  char *first = find_first_frame(b->scene->context, cloud->vdb);
+  neph_result result = NEPH_OK;
+  if (first && strcmp(first, path) != 0) {
+    neph_volume_release(*out_reference);
+    *out_reference = NULL;
+    result = load(b, cloud, first, out_reference);
+  }
+  np_alloc_free(b->scene->context, first);
+  return result;
+}
+
+static void include_bounds(np_assembly *a, const np_placement *placement) {
+  a->clouds_min =
+      np_dvec3_make(fmin(a->clouds_min.x, placement->bounds_min.x), fmin(a->clouds_min.y, placement->bounds_min.y),
+                    fmin(a->clouds_min.z, placement->bounds_min.z));
+  a->clouds_max =
+      np_dvec3_make(fmax(a->clouds_max.x, placement->bounds_max.x), fmax(a->clouds_max.y, placement->bounds_max.y),
+                    fmax(a->clouds_max.z, placement->bounds_max.z));
+}
+
+static neph_result build_cloud(const build *b, unsigned index) {
+  const np_scene_cloud *cloud = &b->scene->clouds[index];
+  np_assembly *a = b->assembly;
+  char *path = cloud->vdb ? np_file_frame_name(a->context, cloud->vdb, b->plan->desc.frame) : NULL;
+  if (cloud->vdb && !path) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_volume *reference = NULL;
+  np_placement placement;
+  neph_result result = obtain(b, cloud, path, &a->volumes[index]);
+  if (!result) result = obtain_reference(b, cloud, path, a->volumes[index], &reference);
+  np_monitor_set_stage(b->monitor, "placing clouds");
+  if (!result) result = np_placement_make(cloud, a->volumes[index], reference, b->monitor, &placement);
+  if (!result) {
+    a->placed[index] = placement.view;
+    include_bounds(a, &placement);
+  }
+  neph_volume_release(reference);
+  np_alloc_free(a->context, path);
+  return result;
+}
+
+static neph_result build_clouds(const build *b) {
+  np_assembly *a = b->assembly;
+  const unsigned count = b->scene->cloud_count;
+  a->clouds_min = np_dvec3_make(DBL_MAX, DBL_MAX, DBL_MAX);
+  a->clouds_max = np_dvec3_make(-DBL_MAX, -DBL_MAX, -DBL_MAX);
+  if (count > NP_VIEW_VOLUMES_MAX)
+    return np_fail(a->context, NEPH_ERROR_BAD_SCENE, "the scene has %u clouds, must be at most %d", count,
+                   NP_VIEW_VOLUMES_MAX);
+  a->volumes = np_alloc(a->context, count, sizeof *a->volumes);
+  a->placed = np_alloc(a->context, count, sizeof *a->placed);
+  if (!a->volumes || !a->placed) return NEPH_ERROR_OUT_OF_MEMORY;
+  a->volume_count = count;
+  for (unsigned i = 0; i < count; i++) {
+    neph_result result = build_cloud(b, i);
+    if (result) return result;
+  }
+  return NEPH_OK;
+}
+
+static neph_result build_terrain(const build *b) {
+  const np_scene_terrain *terrain = &b->scene->terrain;
+  neph_terrain_desc desc = terrain->desc;
+  desc.planet_radius_m = b->scene->atmosphere.planet_radius_m;
+  desc.has_place = b->scene->has_place;
+  desc.latitude_rad = b->scene->latitude_rad;
+  desc.longitude_rad = b->scene->longitude_rad;
+  desc.progress = b->plan->desc.progress;
+  desc.progress_user = b->plan->desc.progress_user;
+  neph_terrain **out = &b->assembly->terrain;
+  if (terrain->kind == NP_TERRAIN_RIDGES)
+    return neph_terrain_create_ridges(b->scene->context, &terrain->ridges, &desc, out);
+  return neph_terrain_load(b->scene->context, terrain->heightfield, &desc, out);
+}
+
+static neph_result build_atmosphere(const build *b) {
+  neph_atmosphere_desc desc = b->scene->atmosphere;
+  if (!b->scene->has_ground_albedo && b->scene->terrain.kind != NP_TERRAIN_NONE)
+    memcpy(desc.ground_albedo, b->scene->terrain.desc.ground_albedo, sizeof desc.ground_albedo);
+  np_monitor_set_stage(b->monitor, "building the atmosphere");
+  return neph_atmosphere_create(b->scene->context, &desc, &b->assembly->atmosphere);
+}
+
+static neph_result build_sky(const build *b, np_dvec3 observer, const double to_sun[3], neph_sky **out_sky) {
+  neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
+  memcpy(desc.sun_direction, to_sun, sizeof desc.sun_direction);
+  memcpy(desc.sun_irradiance_w_m2_nm, b->scene->sun.irradiance_w_m2_nm, sizeof desc.sun_irradiance_w_m2_nm);
+  desc.sun_angular_radius_rad = b->scene->sun.angular_radius_rad;
+  desc.observer_m[0] = observer.x;
+  desc.observer_m[1] = observer.y;
+  desc.observer_m[2] = observer.z;
+  return neph_sky_create(b->assembly->atmosphere, &desc, out_sky);
+}
+
+static neph_result find_sun(const build *b, double out_to_sun[3]) {
+  double latitude = b->scene->latitude_rad, longitude = b->scene->longitude_rad;
+  if (!b->scene->has_place && b->assembly->terrain)
+    (void)np_terrain_get_place(b->assembly->terrain, &latitude, &longitude);
+  return np_scene_sun_direction(b->scene, latitude, longitude, out_to_sun);
+}
+
+static neph_result build_skies(const build *b, const double to_sun[3]) {
+  np_assembly *a = b->assembly;
+  neph_result result = NEPH_OK;
+  if (needs(b->plan, NP_STAGE_CAMERA_SKY)) result = build_sky(b, a->camera.origin, to_sun, &a->camera_sky);
+  if (!result && needs(b->plan, NP_STAGE_CLOUD_SKY)) {
+    const np_dvec3 middle = np_dvec3_scale(np_dvec3_add(a->clouds_min, a->clouds_max), 0.5);
+    result = build_sky(b, middle, to_sun, &a->cloud_sky);
+  }
+  return result;
+}
+
+static np_spectrum spectrum_of(const double values[3]) {
+  return np_spectrum_make((float)values[0], (float)values[1], (float)values[2]);
+}
+
+static void fill_view(const build *b, const double to_sun[3]) {
+  np_assembly *a = b->assembly;
+  const neph_scene *scene = b->scene;
+  a->view = (np_scene_view){
+      .volume_count = a->volume_count,
+      .volumes = a->placed,
+      .to_sun = np_vec3_make((float)to_sun[0], (float)to_sun[1], (float)to_sun[2]),
+      .sun_angular_radius_rad = (float)scene->sun.angular_radius_rad,
+      .sun_irradiance = spectrum_of(scene->sun.irradiance_w_m2_nm),
+      .atmosphere = a->atmosphere,
+      .camera_sky = a->camera_sky,
+      .cloud_sky = a->cloud_sky,
+      .environment_radiance = spectrum_of(scene->environment.radiance_w_m2_sr_nm),
+      .is_environment_upper_only = scene->environment.is_upper_only,
+      .has_planet = scene->environment.has_planet,
+      .planet_radius_m = scene->atmosphere.planet_radius_m,
+      .terrain = a->terrain,
+      .ground_albedo = spectrum_of(a->terrain && !scene->has_ground_albedo ? scene->terrain.desc.ground_albedo
+                                                                           : scene->atmosphere.ground_albedo),
+  };
+  if (a->terrain) np_terrain_get_bounds(a->terrain, &a->view.terrain_min, &a->view.terrain_max);
+}
+
+neph_result np_assembly_build(const neph_scene *scene, const np_plan *plan, np_monitor *monitor,
+                              np_assembly *out_assembly) {
+  *out_assembly = (np_assembly){.context = scene->context};
+  const build b = {scene, plan, monitor, out_assembly};
+  double to_sun[3];
+  neph_result result = np_camera_init(scene, plan->desc.width, plan->desc.height, &out_assembly->camera);
+  if (!result && needs(plan, NP_STAGE_TERRAIN)) result = build_terrain(&b);
+  if (!result) result = find_sun(&b, to_sun);
+  if (!result && needs(plan, NP_STAGE_ATMOSPHERE)) result = build_atmosphere(&b);
+  if (!result && needs(plan, NP_STAGE_VOLUMES)) result = build_clouds(&b);
+  if (!result) result = build_skies(&b, to_sun);
+  if (result) {
+    np_assembly_clear(out_assembly);
+    return result;
+  }
+  fill_view(&b, to_sun);
+  return NEPH_OK;
+}
+
+void np_assembly_clear(np_assembly *assembly) {
+  for (unsigned i = 0; i < assembly->volume_count; i++) neph_volume_release(assembly->volumes[i]);
+  np_alloc_free(assembly->context, assembly->volumes);
+  np_alloc_free(assembly->context, assembly->placed);
+  neph_sky_destroy(assembly->cloud_sky);
+  neph_sky_destroy(assembly->camera_sky);
+  neph_atmosphere_release(assembly->atmosphere);
+  neph_terrain_release(assembly->terrain);
+  *assembly = (np_assembly){0};
+}

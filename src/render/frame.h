@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* One frame: camera rays through an assembled scene to the channels of an image. */
+#ifndef NP_RENDER_FRAME_H
+#define NP_RENDER_FRAME_H
+
+#include "render/assembly.h"
+
+/* Renders the crop of the plan into a new image with R, G, B, A, Z and the scene's AOVs. The same bits for any number
+ * of threads and any division into crops. */
+neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
+                            np_monitor *monitor, neph_image **out_image);
+
+#endif

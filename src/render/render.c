@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* From scene to image: plan, assemble, integrate, and say in the header what was done. */
+#include <stdio.h>
+#include <time.h>
+
+#include "core/parallel.h"
+#include "render/frame.h"
+
+static neph_result set_number(neph_image *image, const char *name, const char *format, double value) {
+  char text[64];
+  (void)snprintf(text, sizeof text, format, value);
+  return neph_image_set_attribute(image, name, text);
+}
+
+static neph_result describe_render(const neph_scene *scene, const neph_render_desc *desc, double seconds,
+                                   neph_image *image) {
+  const bool is_path = desc->integrator == NEPH_INTEGRATOR_PATH;
+  const bool is_single = !is_path && desc->multiple_scattering == NEPH_MULTIPLE_SCATTERING_NONE;
+  char seed[24];
+  (void)snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
+  neph_result result = neph_image_set_attribute(image, "nephos:colorSpace", "nephos-bands");
+  if (!result) result = neph_image_set_attribute(image, "nephos:bands", "680 nm, 550 nm, 440 nm");
+  if (!result) result = neph_image_set_attribute(image, "nephos:unit", "W m^-2 sr^-1 nm^-1");
+  if (!result) result = set_number(image, "nephos:scale", "%.17g", scene->output.scale);
+  if (!result) result = neph_image_set_attribute(image, "nephos:integrator", is_path ? "path" : "march");
+  if (!result && !is_path)
+    result = neph_image_set_attribute(image, "nephos:multipleScattering", is_single ? "none" : "octaves");
+  if (!result && desc->scattering_max != NEPH_SCATTERINGS_ALL)
+    result = set_number(image, "nephos:scatteringMax", "%.0f", desc->scattering_max);
+  if (!result) result = set_number(image, "nephos:samples", "%.0f", desc->sample_count);
+  if (!result) result = neph_image_set_attribute(image, "nephos:seed", seed);
+  if (!result) result = set_number(image, "nephos:frame", "%.0f", desc->frame);
+  const neph_isa isa = neph_context_get_isa(scene->context);
+  if (!result) result = neph_image_set_attribute(image, "nephos:isa", neph_isa_get_name(isa));
+  return result ? result : set_number(image, "renderTime", "%.3f", seconds);
+}
+
+static double seconds_since(const struct timespec *start) {
+  struct timespec now;
+  (void)clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)(now.tv_sec - start->tv_sec) + 1e-9 * (double)(now.tv_nsec - start->tv_nsec);
+}
+
+static neph_result render(const np_plan *plan, const neph_scene *scene, neph_image **out_image) {
+  np_monitor monitor;
+  np_monitor_start(&monitor, scene->context, plan->desc.progress, plan->desc.progress_user);
+  np_assembly assembly;
+  neph_result result = np_assembly_build(scene, plan, &monitor, &assembly);
+  if (result) return result;
+  result = np_frame_render(scene, plan, &assembly, &monitor, out_image);
+  np_assembly_clear(&assembly);
+  if (!result) result = describe_render(scene, &plan->desc, seconds_since(&monitor.start), *out_image);
+  return result;
+}
+
+neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc, neph_image **out_image) {
+  *out_image = NULL;
+  np_plan plan;
+  neph_result result = np_plan_make(scene, desc, &plan);
+  if (result) return result;
+  const unsigned mode = np_float_mode_enter();
+  result = render(&plan, scene, out_image);
+  np_float_mode_leave(mode);
+  if (result) {
+    neph_image_destroy(*out_image);
+    *out_image = NULL;
+  }
+  return result;
+}
+
+neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc, neph_text_format format,
+                                char **out_text) {
+  *out_text = NULL;
+  np_plan plan;
+  neph_result result = np_plan_make(scene, desc, &plan);
+  return result ? result : np_plan_describe(&plan, format, out_text);
+}
+
+neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, const char *path, neph_progress_fn progress,
+                                 void *progress_user) {
+  if (cloud_index >= scene->cloud_count || !scene->clouds[cloud_index].is_baked)
+    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "bake: cloud %u of %u is not one that is baked",
+                   cloud_index, scene->cloud_count);
+  const np_scene_cloud *cloud = &scene->clouds[cloud_index];
+  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  desc.planet_radius_m = scene->atmosphere.planet_radius_m;
+  desc.progress = progress;
+  desc.progress_user = progress_user;
+  return neph_cloud_bake_file(scene->context, &cloud->bake, &desc, cloud->name, path);
+}

@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Whole pictures: the same bits however the work is divided, components that add up, nothing left on failure. */
+#include <stdlib.h>
+#include <time.h>
+
+#include <nephos/nephos.h>
+
+#include "test_support.h"
+
+/* A small cumulus over ridges: every stage runs. */
+static const char scene_text[] =
+    "version: 1\n"
+    "camera: {position: [0 m, -3 km, 900 m], look_at: [0 m, 0 m, 1500 m], fov: 60 deg, resolution: [48, 32]}\n"
+    "sun: {elevation: 30 deg, azimuth: 110 deg}\n"
+    "clouds:\n"
+    "  - name: cumulus\n"
+    "    bake: {preset: cumulus_mediocris, seed: 4, extent: [3 km, 3 km], base: 1200 m, voxel: 60 m, coverage: 0.6}\n"
+    "terrain: {ridges: {samples: 129, relief: 700 m}, width: 20 km}\n"
+    "render: {samples: 20}\n"
+    "output: {aovs: [background, terrain, air, sun, sky, ground, multiple, transmittance, distance]}\n";
+
+static neph_scene *load(neph_context *context) {
+  neph_scene *scene = NULL;
+  assert_int_equal(neph_scene_load_text(context, scene_text, "test.yaml", &scene), NEPH_OK);
+  return scene;
+}
+
+static neph_image *render(unsigned threads, neph_integrator integrator, const unsigned crop[4]) {
+  neph_context *context = test_context_create(threads, NULL);
+  neph_scene *scene = load(context);
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  desc.integrator = integrator;
+  for (int a = 0; crop && a < 2; a++) {
+    desc.crop_min[a] = crop[a];
+    desc.crop_max[a] = crop[2 + a];
+  }
+  neph_image *image = NULL;
+  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+  neph_scene_destroy(scene);
+  neph_context_destroy(context);
+  return image;
+}
+
+/* Every pixel of `part`, which lies at (x0, y0) of `whole`, bit for bit. */
+static void assert_same_bits(neph_image *whole, neph_image *part, unsigned x0, unsigned y0) {
+  const unsigned width = neph_image_get_width(part), stride = neph_image_get_width(whole);
+  for (unsigned c = 0; c < neph_image_get_channel_count(whole); c++) {
+    const char *name = neph_image_get_channel_name(whole, c);
+    const float *a = neph_image_get_channel(whole, name), *b = neph_image_get_channel(part, name);
+    for (unsigned y = 0; y < neph_image_get_height(part); y++)
+      assert_memory_equal(a + (y0 + y) * stride + x0, b + y * width, width * sizeof *a);
+  }
+}
+
+static void threads_change_no_bit(void **state) {
+  (void)state;
+  for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
+    neph_image *one = render(1, i, NULL), *two = render(2, i, NULL), *five = render(5, i, NULL);
+    assert_same_bits(one, two, 0, 0);
+    assert_same_bits(one, five, 0, 0);
+    neph_image_destroy(one);
+    neph_image_destroy(two);
+    neph_image_destroy(five);
+  }
+}
+
+static void tiles_make_up_the_whole(void **state) {
+  (void)state;
+  static const unsigned crops[4][4] = {{0, 0, 21, 13}, {21, 0, 48, 13}, {0, 13, 21, 32}, {21, 13, 48, 32}};
+  for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
+    neph_image *whole = render(2, i, NULL);
+    for (int t = 0; t < 4; t++) {
+      neph_image *tile = render(1, i, crops[t]);
+      assert_same_bits(whole, tile, crops[t][0], crops[t][1]);
+      neph_image_destroy(tile);
+    }
+    neph_image_destroy(whole);
+  }
+}
+
+/* Each component went through its own film; sums of 7 floats agree with the beauty's to float rounding. */
+static void components_add_up_to_the_beauty(void **state) {
+  (void)state;
+  static const char *const layers[] = {"background", "terrain", "air", "sun", "sky", "ground", "multiple"};
+  static const char *const bands[] = {"R", "G", "B"};
+  for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
+    neph_image *image = render(2, i, NULL);
+    const size_t count = (size_t)neph_image_get_width(image) * neph_image_get_height(image);
+    double lit[7] = {0};
+    for (int b = 0; b < 3; b++)
+      for (size_t p = 0; p < count; p++) {
+        double sum = 0;
+        for (int l = 0; l < 7; l++) {
+          char name[32];
+          (void)snprintf(name, sizeof name, "%s.%s", layers[l], bands[b]);
+          const double value = (double)neph_image_get_channel(image, name)[p];
+          assert_true(value >= 0.0);
+          lit[l] += value;
+          sum += value;
+        }
+        assert_near_relative((double)neph_image_get_channel(image, bands[b])[p], sum, 1e-5);
+      }
+    for (int l = 0; l < 7; l++) assert_true(lit[l] > 0.0);
+    neph_image_destroy(image);
+  }
+}
+
+static void depth_is_finite_on_ground_and_infinite_in_the_sky(void **state) {
+  (void)state;
+  neph_image *image = render(2, NEPH_INTEGRATOR_MARCH, NULL);
+  const float *depth = neph_image_get_channel(image, "Z"), *distance = neph_image_get_channel(image, "distance");
+  const float *alpha = neph_image_get_channel(image, "A");
+  const size_t count = (size_t)neph_image_get_width(image) * neph_image_get_height(image);
+  int near = 0, far = 0;
+  for (size_t p = 0; p < count; p++) {
+    if (isinf(depth[p])) {
+      far++;
+    } else {
+      assert_true(depth[p] > 0.0f && depth[p] <= distance[p] * 1.00001f);
+      near++;
+    }
+    assert_true(alpha[p] >= 0.0f && alpha[p] <= 1.0f);
+  }
+  assert_true(near > 50 && far > 50);
+  neph_image_destroy(image);
+}
+
+static bool stop_when_rendering(void *user, const neph_progress *progress) {
+  struct timespec *asked = user;
+  if (strcmp(progress->stage, "rendering") != 0) return true;
+  if (asked->tv_sec == 0) (void)clock_gettime(CLOCK_MONOTONIC, asked);
+  return false;
+}
+
+static void cancelling_takes_less_than_half_a_second(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_scene *scene = load(context);
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  struct timespec asked = {0}, end;
+  desc.integrator = NEPH_INTEGRATOR_PATH;
+  desc.sample_count = 100000;
+  desc.progress = stop_when_rendering;
+  desc.progress_user = &asked;
+  neph_image *image = NULL;
+  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_ERROR_CANCELLED);
+  (void)clock_gettime(CLOCK_MONOTONIC, &end);
+  assert_null(image);
+  assert_true(asked.tv_sec != 0);
+  assert_true((double)(end.tv_sec - asked.tv_sec) + 1e-9 * (double)(end.tv_nsec - asked.tv_nsec) < 0.5);
+  neph_scene_destroy(scene);
+  neph_context_destroy(context);
+}
+
+static void bad_descriptions_are_refused(void **state) {
+  (void)state;
+  static test_log log;
+  test_log_start(&log);
+  neph_context *context = test_context_create(1, &log);
+  neph_scene *scene = load(context);
+  neph_image *image = NULL;
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  desc.width = 0;
+  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&log, "0 x 540");
+  desc = (neph_render_desc)NEPH_RENDER_DESC_DEFAULT;
+  desc.crop_max[0] = 961;
+  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&log, "961", "960 x 540");
+  desc = (neph_render_desc)NEPH_RENDER_DESC_DEFAULT;
+  desc.sample_count = 0;
+  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&log, "sample_count is 0");
+  assert_null(image);
+  neph_scene_destroy(scene);
+  neph_context_destroy(context);
+}
+
+/* A scene small enough to fail each of its allocations in turn. */
+static neph_result attempt(neph_context *context, void *user) {
+  (void)user;
+  static const char text[] = "version: 1\n"
+                             "camera: {position: [0 m, -200 m, 5 m], look_at: [0 m, 0 m, 60 m], resolution: [2, 2]}\n"
+                             "atmosphere: {preset: none}\n"
+                             "clouds: [{name: puff, bake: {extent: [100 m, 100 m], base: 20 m, thickness: 100 m, "
+                             "voxel: 20 m, coverage: 1}}]\n"
+                             "render: {samples: 1}\n";
+  neph_scene *scene = NULL;
+  neph_image *image = NULL;
+  neph_result result = neph_scene_load_text(context, text, "test.yaml", &scene);
+  if (!result) result = neph_render_image(scene, NULL, &image);
+  neph_image_destroy(image);
+  neph_scene_destroy(scene);
+  return result;
+}
+
+static void failed_allocations_leave_nothing(void **state) {
+  (void)state;
+  assert_survives_failed_allocations(attempt, NULL);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(threads_change_no_bit),
+      cmocka_unit_test(tiles_make_up_the_whole),
+      cmocka_unit_test(components_add_up_to_the_beauty),
+      cmocka_unit_test(depth_is_finite_on_ground_and_infinite_in_the_sky),
+      cmocka_unit_test(cancelling_takes_less_than_half_a_second),
+      cmocka_unit_test(bad_descriptions_are_refused),
+      cmocka_unit_test(failed_allocations_leave_nothing),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
