@@ -191,6 +191,20 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   return NEPH_OK;
 }
 
+neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan) {
+  *out_plan = (np_plan){.context = scene->context, .has_beauty = true};
+  neph_result result = np_scene_check(scene);
+  if (!result) result = read_desc(scene, NULL, &out_plan->desc);
+  if (result) return result;
+  scene_facts facts = find_facts(scene);
+  facts.dark = facts.has_sun || facts.has_environment ? NULL : "nothing shines: sun and environment are 0";
+  facts.has_clouds = facts.has_terrain = false;
+  decide_sky(out_plan, &facts);
+  for (int i = 0; i < NP_STAGE_COUNT; i++)
+    if (!out_plan->stages[i].reason[0]) decide(out_plan, (np_stage)i, false, "only the sky is wanted");
+  return NEPH_OK;
+}
+
 /* ---- Text ---- */
 
 const char *np_stage_get_name(np_stage stage) {

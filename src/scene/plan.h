@@ -38,6 +38,9 @@ typedef struct np_plan {
 /* Checks scene and description, and decides. `desc` NULL: the scene's own. */
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
 
+/* The same for a picture of the sky alone: no clouds, no terrain. */
+neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan);
+
 /* The plan as text, to be freed with neph_text_destroy. */
 neph_result np_plan_describe(const np_plan *plan, neph_text_format format, char **out_text);
 

@@ -148,3 +148,12 @@ const char *neph_scene_get_cloud_name(const neph_scene *scene, unsigned index) {
 bool neph_scene_is_cloud_baked(const neph_scene *scene, unsigned index) {
   return index < scene->cloud_count && scene->clouds[index].is_baked;
 }
+
+const char *neph_scene_get_cloud_file(const neph_scene *scene, unsigned index) {
+  return index < scene->cloud_count ? scene->clouds[index].vdb : NULL;
+}
+
+neph_result neph_frame_get_path(neph_context *context, const char *pattern, int frame, char **out_path) {
+  *out_path = np_file_frame_name(context, pattern, frame);
+  return *out_path ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
