@@ -166,6 +166,20 @@ char *test_data_path(const char *relative) {
   return NULL;
 }
 
+char *test_hgt_write(const char *folder, const char *name, unsigned side, int (*elevation)(unsigned column, unsigned row)) {
+  char *path = test_path(folder, name);
+  FILE *file = fopen(path, "wb");
+  assert_non_null(file);
+  for (unsigned row = 0; row < side; row++)
+    for (unsigned column = 0; column < side; column++) {
+      const int value = elevation(column, row);
+      fputc(value >> 8 & 0xff, file);
+      fputc(value & 0xff, file);
+    }
+  assert_int_equal(fclose(file), 0);
+  return path;
+}
+
 /* ---- Numbers ---- */
 
 void test_check_near(double actual, double expected, double tolerance, const char *what, const char *file, int line) {

@@ -15,9 +15,14 @@ static const float elevation_limit_m = 1e5f;
 neph_result np_heightfield_create_flat(neph_context *context, unsigned width, unsigned height,
                                        const neph_terrain_desc *desc, np_heightfield *out_field) {
   *out_field = (np_heightfield){.width = width, .height = height};
+  const double step_m = desc->width_m / (width - 1), extent_m = step_m * (height - 1);
+  if (extent_m > desc->planet_radius_m)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "height field of %u × %u samples is %g km from south to north, must be at most the planet's radius",
+                   width, height, extent_m / NP_KILOMETRE);
   out_field->elevation_m = np_alloc(context, (size_t)width * height, sizeof(float));
   if (!out_field->elevation_m) return NEPH_ERROR_OUT_OF_MEMORY;
-  double step_rad = desc->width_m / desc->planet_radius_m / (width - 1);
+  const double step_rad = step_m / desc->planet_radius_m;
   out_field->step_east_rad = out_field->step_north_rad = step_rad;
   out_field->west_rad = -0.5 * step_rad * (width - 1);
   out_field->south_rad = -0.5 * step_rad * (height - 1);
