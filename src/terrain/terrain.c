@@ -305,6 +305,7 @@ static bool clip_to_bounds(const neph_terrain *terrain, np_dvec3 origin, np_vec3
   const double high[3] = {terrain->bounds_max.x + 1, terrain->bounds_max.y + 1, terrain->bounds_max.z + 1};
   *out = (ray_span){0, distance_max};
   for (int axis = 0; axis < 3; axis++) {
+    if (!isfinite(from[axis] + along[axis])) return false; /* Embree takes such a ray for a fault of ours */
     if (along[axis] == 0) {
       if (!(from[axis] >= low[axis] && from[axis] <= high[axis])) return false;
       continue;
@@ -313,7 +314,7 @@ static bool clip_to_bounds(const neph_terrain *terrain, np_dvec3 origin, np_vec3
     out->begin = fmax(out->begin, fmin(a, b));
     out->end = fmin(out->end, fmax(a, b));
   }
-  return out->begin <= out->end;
+  return out->begin <= out->end && isfinite(out->end);
 }
 
 static struct RTCRay make_embree_ray(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, ray_span span) {
