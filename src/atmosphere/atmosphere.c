@@ -1,0 +1,223 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* An atmosphere: its description checked, its tables built, and what others ask of it. */
+#include "atmosphere/atmosphere_tables.h"
+
+#include "core/alloc.h"
+#include "core/parallel.h"
+
+/* One number of a description and the interval it must lie in. */
+typedef struct bounded {
+  const char *name;
+  double value, low, high;
+  bool is_open; /* `low` itself is not allowed */
+} bounded;
+
+static neph_result check_bounded(neph_context *context, const bounded *b) {
+  if (isfinite(b->value) && (b->is_open ? b->value > b->low : b->value >= b->low) && b->value <= b->high) return NEPH_OK;
+  if (isfinite(b->high))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "atmosphere: %s is %g, must be %s %g and at most %g", b->name,
+                   b->value, b->is_open ? "above" : "at least", b->low, b->high);
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "atmosphere: %s is %g, must be finite and %s %g", b->name, b->value,
+                 b->is_open ? "above" : "at least", b->low);
+}
+
+static neph_result check_scalars(neph_context *context, const neph_atmosphere_desc *d) {
+  const bounded all[] = {
+      {"planet_radius_m", d->planet_radius_m, 0.0, INFINITY, true},
+      {"top_altitude_m", d->top_altitude_m, 0.0, INFINITY, true},
+      {"rayleigh_height_m", d->rayleigh_height_m, 0.0, INFINITY, true},
+      {"mie_height_m", d->mie_height_m, 0.0, INFINITY, true},
+      {"ozone_center_m", d->ozone_center_m, -INFINITY, INFINITY, false},
+      {"ozone_width_m", d->ozone_width_m, 0.0, INFINITY, true},
+      {"the size of mie_asymmetry", fabs(d->mie_asymmetry), 0.0, 0.9999, false},
+  };
+  for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+    neph_result result = check_bounded(context, &all[i]);
+    if (result) return result;
+  }
+  return NEPH_OK;
+}
+
+static neph_result check_bands(neph_context *context, const neph_atmosphere_desc *d) {
+  for (int i = 0; i < 3; i++) {
+    const bounded all[] = {
+        {"rayleigh_scattering_per_m", d->rayleigh_scattering_per_m[i], 0.0, INFINITY, false},
+        {"mie_scattering_per_m", d->mie_scattering_per_m[i], 0.0, INFINITY, false},
+        {"mie_extinction_per_m", d->mie_extinction_per_m[i], 0.0, INFINITY, false},
+        {"ozone_absorption_per_m", d->ozone_absorption_per_m[i], 0.0, INFINITY, false},
+        {"ground_albedo", d->ground_albedo[i], 0.0, 1.0, false},
+    };
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
+      neph_result result = check_bounded(context, &all[k]);
+      if (result) return result;
+    }
+    if (d->mie_extinction_per_m[i] < d->mie_scattering_per_m[i])
+      return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                     "atmosphere: mie_extinction_per_m[%d] is %g, must be at least mie_scattering_per_m[%d], %g", i,
+                     d->mie_extinction_per_m[i], i, d->mie_scattering_per_m[i]);
+  }
+  return NEPH_OK;
+}
+
+static np_medium make_medium(const neph_atmosphere_desc *d) {
+  np_medium m = {
+      .planet_radius_m = d->planet_radius_m,
+      .top_m = d->top_altitude_m,
+      .rayleigh_height_m = (float)d->rayleigh_height_m,
+      .mie_height_m = (float)d->mie_height_m,
+      .ozone_center_m = (float)d->ozone_center_m,
+      .ozone_width_m = (float)d->ozone_width_m,
+      .rayleigh_scattering = np_bands_from_doubles(d->rayleigh_scattering_per_m),
+      .mie_scattering = np_bands_from_doubles(d->mie_scattering_per_m),
+      .mie_extinction = np_bands_from_doubles(d->mie_extinction_per_m),
+      .ozone_absorption = np_bands_from_doubles(d->ozone_absorption_per_m),
+      .ground_albedo = np_bands_from_doubles(d->ground_albedo),
+      .mie_phase = np_phase_cornette_shanks((float)d->mie_asymmetry),
+  };
+  double moment[3];
+  np_phase_get_moments(&m.mie_phase, 3, moment);
+  for (int i = 0; i < 3; i++) m.mie_moment[i] = (float)moment[i];
+  return m;
+}
+
+static neph_result build_tables(neph_atmosphere *a) {
+  neph_result result = np_depth_table_build(a->context, &a->medium, &a->depths);
+  if (!result) result = np_moment_table_build(a->context, &a->depths, &a->moments);
+  if (!result) np_gather_kernel_build(&a->medium, &a->kernel);
+  return result;
+}
+
+neph_result neph_atmosphere_create(neph_context *context, const neph_atmosphere_desc *desc,
+                                   neph_atmosphere **out_atmosphere) {
+  *out_atmosphere = NULL;
+  const neph_atmosphere_desc defaults = NEPH_ATMOSPHERE_DESC_DEFAULT;
+  neph_atmosphere_desc read;
+  neph_result result = np_desc_read(context, "neph_atmosphere_desc", &defaults, sizeof read, desc, &read);
+  if (!result) result = check_scalars(context, &read);
+  if (!result) result = check_bands(context, &read);
+  if (result) return result;
+  neph_atmosphere *a = np_alloc(context, 1, sizeof *a);
+  if (!a) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_context_retain(context);
+  a->context = context;
+  atomic_init(&a->references, 1);
+  a->medium = make_medium(&read);
+  const unsigned mode = np_float_mode_enter();
+  result = build_tables(a);
+  np_float_mode_leave(mode);
+  if (result) {
+    neph_atmosphere_release(a);
+    return result;
+  }
+  *out_atmosphere = a;
+  return NEPH_OK;
+}
+
+neph_atmosphere *neph_atmosphere_retain(neph_atmosphere *atmosphere) {
+  if (atmosphere) atomic_fetch_add(&atmosphere->references, 1);
+  return atmosphere;
+}
+
+void neph_atmosphere_release(neph_atmosphere *atmosphere) {
+  if (!atmosphere || atomic_fetch_sub(&atmosphere->references, 1) != 1) return;
+  neph_context *context = atmosphere->context;
+  np_moment_table_free(context, &atmosphere->moments);
+  np_depth_table_free(context, &atmosphere->depths);
+  np_alloc_free(context, atmosphere);
+  np_context_release(context);
+}
+
+double np_atmosphere_get_planet_radius(const neph_atmosphere *atmosphere) { return atmosphere->medium.planet_radius_m; }
+
+double np_atmosphere_get_top_altitude(const neph_atmosphere *atmosphere) { return atmosphere->medium.top_m; }
+
+/* Altitude of a world point, and the cosine of a direction's angle with its zenith. */
+static double find_altitude(const np_medium *medium, np_dvec3 position) {
+  return np_altitude(position, medium->planet_radius_m);
+}
+static double find_cosine(const np_medium *medium, np_dvec3 position, np_vec3 direction) {
+  return np_clamp((double)np_vec3_dot(np_zenith(position, medium->planet_radius_m), direction), -1.0, 1.0);
+}
+
+/* Transmittance to space along a ray that does not meet the ground, from the table. */
+static np_bands transmit_to_space(const neph_atmosphere *a, double altitude_m, double cosine) {
+  const np_ray ray = np_ray_on_side(&a->medium, altitude_m, cosine, false);
+  if (!(ray.length_m > 0.0)) return np_bands_grey(1.0f);
+  const np_depth_row row = np_depth_table_row(&a->depths, ray.altitude_m);
+  return np_bands_exp(-np_depth_row_lookup(&row, (float)ray.cosine));
+}
+
+np_spectrum np_atmosphere_transmittance_to_space(const neph_atmosphere *atmosphere, np_dvec3 position,
+                                                 np_vec3 direction) {
+  const double h = fmax(find_altitude(&atmosphere->medium, position), 0.0);
+  const double cosine = find_cosine(&atmosphere->medium, position, direction);
+  if (cosine < np_horizon_cosine(&atmosphere->medium, h)) return np_spectrum_grey(0.0f);
+  return np_bands_to_spectrum(transmit_to_space(atmosphere, h, cosine));
+}
+
+np_spectrum np_atmosphere_transmittance_to_sun(const neph_atmosphere *atmosphere, np_dvec3 position, np_vec3 to_sun,
+                                               float angular_radius) {
+  const np_medium *medium = &atmosphere->medium;
+  const double h = fmax(find_altitude(medium, position), 0.0), horizon = np_horizon_cosine(medium, h);
+  const double cosine = find_cosine(medium, position, to_sun);
+  const double span = (medium->planet_radius_m + h) / medium->planet_radius_m; /* radians per cosine at the horizon */
+  const float disk =
+      np_smoothstepf((float)((cosine - horizon) * span) * np_sun_inverse_diameter((double)angular_radius) + 0.5f);
+  if (disk <= 0.0f) return np_spectrum_grey(0.0f);
+  return np_bands_to_spectrum(disk * transmit_to_space(atmosphere, h, fmax(cosine, horizon)));
+}
+
+/* A ray from anywhere, below sea level too, with its whole length in the air ahead of it. */
+static np_ray make_free_ray(const np_medium *medium, np_dvec3 position, np_vec3 direction) {
+  const double h = find_altitude(medium, position);
+  np_ray ray = {h, medium->planet_radius_m + h, find_cosine(medium, position, direction), 0.0, 0.0, false};
+  if (h > medium->top_m && !np_ray_enter(medium, &ray)) return ray;
+  ray.length_m = np_distance_to_top(medium, ray.altitude_m, ray.cosine);
+  return ray;
+}
+
+np_spectrum np_atmosphere_transmittance_between(const neph_atmosphere *atmosphere, np_dvec3 from, np_dvec3 to) {
+  const np_dvec3 step = np_dvec3_subtract(to, from);
+  const double distance = np_dvec3_length(step);
+  if (!(distance > 0.0)) return np_spectrum_grey(1.0f);
+  const np_vec3 direction = np_dvec3_to_float(np_dvec3_scale(step, 1.0 / distance));
+  const np_ray ray = make_free_ray(&atmosphere->medium, from, direction);
+  const double end = np_clamp(distance - ray.offset_m, 0.0, ray.length_m);
+  if (!(end > 0.0)) return np_spectrum_grey(1.0f);
+  return np_bands_to_spectrum(np_bands_exp(-np_ray_optical_depth(&atmosphere->medium, &ray, 0.0, end)));
+}
+
+np_spectrum np_atmosphere_ground_irradiance(const neph_atmosphere *atmosphere, float sun_cosine) {
+  return np_bands_to_spectrum(np_moment_table_irradiance(&atmosphere->moments, sun_cosine));
+}
+
+void np_atmosphere_sky_light(const neph_atmosphere *atmosphere, np_dvec3 position, np_vec3 to_sun,
+                             np_spectrum *out_upper_mean_radiance, np_spectrum *out_lower_mean_radiance) {
+  const np_medium *medium = &atmosphere->medium;
+  const np_moment_table *table = &atmosphere->moments;
+  const double h = np_clamp(find_altitude(medium, position), 0.0, medium->top_m);
+  const float sun = (float)find_cosine(medium, position, to_sun), horizon = (float)np_horizon_cosine(medium, h);
+  float upper, f;
+  const int row = np_moment_table_row(table, h, &upper);
+  const int column = np_sun_scale_split(np_sun_scale_column(&table->sun, sun), &f);
+  const np_bands *low = table->hemisphere + (size_t)(row * NP_MOMENT_COLUMNS + column) * 2;
+  const np_bands *high = low + NP_MOMENT_COLUMNS * 2;
+  const np_bands above = np_bands_mix(np_bands_mix(low[0], low[2], f), np_bands_mix(high[0], high[2], f), upper);
+  const np_bands below = np_bands_mix(np_bands_mix(low[1], low[3], f), np_bands_mix(high[1], high[3], f), upper);
+  const float solid_above = 2.0f * NP_PI_F * (1.0f - horizon), solid_below = 2.0f * NP_PI_F * (1.0f + horizon);
+  *out_upper_mean_radiance = np_bands_to_spectrum(above / solid_above);
+  *out_lower_mean_radiance = np_bands_to_spectrum(below / solid_below);
+}
+
+void neph_atmosphere_get_transmittance(const neph_atmosphere *atmosphere, const double position_m[3],
+                                       const double direction[3], double out_transmittance[3]) {
+  const np_medium *medium = &atmosphere->medium;
+  const np_dvec3 p = np_dvec3_make(position_m[0], position_m[1], position_m[2]);
+  const double h = fmax(find_altitude(medium, p), 0.0);
+  const np_dvec3 up = np_dvec3_normalize(np_dvec3_make(p.x, p.y, p.z + medium->planet_radius_m));
+  const double cosine = np_dvec3_dot(up, np_dvec3_make(direction[0], direction[1], direction[2]));
+  const np_ray ray = np_ray_make(medium, h, np_clamp(cosine, -1.0, 1.0));
+  np_bands transmittance = np_bands_grey(0.0f);
+  if (!ray.hits_ground) transmittance = np_bands_exp(-np_ray_optical_depth(medium, &ray, 0.0, ray.length_m));
+  for (int i = 0; i < 3; i++) out_transmittance[i] = (double)transmittance[i];
+}

@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The inside of an atmosphere and of a sky. */
+#ifndef NP_ATMOSPHERE_ATMOSPHERE_TABLES_H
+#define NP_ATMOSPHERE_ATMOSPHERE_TABLES_H
+
+#include <stdatomic.h>
+
+#include "atmosphere/atmosphere_private.h"
+#include "atmosphere/sky_trace.h"
+
+struct neph_atmosphere {
+  neph_context *context;
+  atomic_size_t references;
+  np_medium medium;
+  np_depth_table depths;
+  np_moment_table moments;
+  np_gather_kernel kernel;
+};
+
+enum {
+  NP_VIEW_UP = 64, /* rows above the true horizon, and below: never filtered across */
+  NP_VIEW_DOWN = 32,
+  NP_VIEW_ROWS = NP_VIEW_UP + NP_VIEW_DOWN,
+  NP_VIEW_AZIMUTHS = 65, /* on the half circle, both ends included */
+  NP_AERIAL_UP = 32,
+  NP_AERIAL_DOWN = 24,
+  NP_AERIAL_ROWS = NP_AERIAL_UP + NP_AERIAL_DOWN,
+  NP_AERIAL_AZIMUTHS = 33,
+  NP_AERIAL_SLICES = 32 /* each table has one plane more, the observer's, where all is zero */
+};
+
+/* The observer's frame: up, horizontally towards the sun, and across. */
+typedef struct np_sky_frame {
+  np_vec3 up, toward, across;
+  double altitude_m; /* 0 at the least */
+  float sun_cosine, sun_sine;
+  double horizon_angle; /* zenith angle of the true horizon */
+  double top_angle;     /* zenith angle where the air begins: 0 inside it */
+} np_sky_frame;
+
+struct neph_sky {
+  neph_atmosphere *atmosphere;
+  np_spectrum irradiance;
+  np_vec3 sun;
+  float sun_angular_radius;
+  np_dvec3 observer;
+  np_sky_frame frame;
+  np_gather_table gather;
+  np_scattered *view;   /* rows × azimuths: logarithms, per unit of sun irradiance */
+  np_bands *depth;      /* aerial rows × planes: optical depth from the observer */
+  np_scattered *aerial; /* aerial rows × azimuths × planes: in-scatter from the observer, per unit of sun irradiance */
+};
+
+/* Fills the tables of a sky whose frame and light are set. */
+neph_result np_sky_tables_build(neph_sky *sky);
+void np_sky_tables_free(neph_sky *sky);
+
+/* A direction in a table's rows and azimuths. */
+typedef struct np_sky_place {
+  int row, azimuth; /* the lower neighbours */
+  float row_upper, azimuth_upper;
+  bool is_below;  /* the horizon */
+  bool is_in_air; /* false: the ray passes the atmosphere by */
+} np_sky_place;
+
+/* Zenith angle of row `i` of a table half with `count` rows, counted away from the horizon. */
+static inline double np_sky_row_angle(const np_sky_frame *frame, bool is_below, int i, int count) {
+  const double v = (double)i / (count - 1);
+  const double end = is_below ? NP_PI : frame->top_angle;
+  return frame->horizon_angle + (end - frame->horizon_angle) * v * v;
+}
+
+/* In-scatter to the ray's end, as the view table has it, per unit of sun irradiance. */
+np_scattered np_sky_view_lookup(const neph_sky *sky, const np_sky_place *place);
+
+/* A direction split into its place in a table with `up` rows above the horizon and `down` below. */
+np_sky_place np_sky_locate(const np_sky_frame *frame, np_vec3 direction, int up, int down, int azimuths);
+
+/* Ray from the observer for aerial perspective: to the ground it goes on below sea level, where valleys may lie. */
+np_ray np_aerial_ray(const np_medium *medium, const np_sky_frame *frame, double cosine, bool is_below);
+
+/* Slices are even in the signed root of the distance from a ray's nearest point to the planet: fine where the air is. */
+typedef struct np_aerial_scale {
+  double perigee_m;
+  double first, extent; /* w runs from −first to −first + extent */
+} np_aerial_scale;
+
+static inline np_aerial_scale np_aerial_scale_make(const np_ray *ray) {
+  const double perigee = np_ray_perigee(ray), first = sqrt(perigee);
+  return (np_aerial_scale){perigee, first, first + sqrt(ray->length_m - perigee)};
+}
+static inline double np_aerial_scale_distance(const np_aerial_scale *scale, double fraction) {
+  const double w = scale->extent * fraction - scale->first;
+  return scale->perigee_m + w * fabs(w);
+}
+static inline double np_aerial_scale_fraction(const np_aerial_scale *scale, double distance_m) {
+  const double d = distance_m - scale->perigee_m;
+  return scale->extent > 0.0 ? (copysign(sqrt(fabs(d)), d) + scale->first) / scale->extent : 0.0;
+}
+
+/* Aerial perspective at one place: optical depth and in-scatter, per unit of sun irradiance. */
+typedef struct np_aerial_sample {
+  np_bands depth;
+  np_scattered inscatter;
+} np_aerial_sample;
+
+/* Up to `distance_m` from the observer along `ray`, whose direction `place` is. */
+np_aerial_sample np_sky_aerial_lookup(const neph_sky *sky, const np_sky_place *place, const np_ray *ray,
+                                      double distance_m);
+
+#endif

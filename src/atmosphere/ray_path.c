@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "atmosphere/ray_path.h"
+
+/* Below these parts of the atmosphere's height a ray to the ground, or one along the limb, needs no warp of its own. */
+static const double ground_plain_below = 0.03, limb_plain_below = 0.003;
+/* Limb rays dip at least this much. */
+static const double limb_cosine = -0.005;
+/* Stretch of the air over which two Gauss points give its depth, in heights of the atmosphere. */
+static const double depth_step = 0.2;
+
+/* Points at t = from + (to − from)·u², in ascending t whichever of the two is nearer. */
+static int place_squared(np_path *path, int at, const np_quadrature *rule, double from, double to) {
+  const double length = to - from;
+  for (int i = 0; i < rule->count; i++) {
+    const int k = length >= 0.0 ? i : rule->count - 1 - i;
+    const double u = rule->x[k];
+    path->node[at + i].t = from + length * u * u;
+    path->node[at + i].weight_m = (float)(2.0 * u * fabs(length) * rule->weight[k]);
+  }
+  return at + rule->count;
+}
+
+static int place_evenly(np_path *path, const np_quadrature *rule, double length) {
+  for (int i = 0; i < rule->count; i++) {
+    path->node[i].t = length * rule->x[i];
+    path->node[i].weight_m = (float)(length * rule->weight[i]);
+  }
+  return rule->count;
+}
+
+static int place_nodes(const np_medium *medium, const np_ray *ray, const np_path_rule *rule, np_path *path) {
+  if (!(ray->length_m > 0.0)) return 0;
+  if (ray->hits_ground) {
+    if (ray->altitude_m < ground_plain_below * medium->top_m) return place_evenly(path, &rule->whole, ray->length_m);
+    return place_squared(path, 0, &rule->whole, ray->length_m, 0.0);
+  }
+  if (ray->cosine < limb_cosine && ray->altitude_m > limb_plain_below * medium->top_m) {
+    const double perigee = np_ray_perigee(ray);
+    const int half = place_squared(path, 0, &rule->half, perigee, 0.0);
+    return place_squared(path, half, &rule->half, perigee, ray->length_m);
+  }
+  return place_squared(path, 0, &rule->whole, 0.0, ray->length_m);
+}
+
+np_bands np_ray_gap_depth(const np_medium *medium, const np_ray *ray, double begin_m, double end_m) {
+  const int steps = (int)np_clamp(ceil((end_m - begin_m) / (depth_step * medium->top_m)), 1.0, 16.0);
+  const double step = (end_m - begin_m) / steps, offset = 0.5 / sqrt(3.0);
+  np_bands depth = np_bands_grey(0.0f);
+  for (int i = 0; i < steps; i++) {
+    const double middle = begin_m + (i + 0.5) * step;
+    depth += np_air_at(medium, np_ray_altitude(ray, middle - offset * step)).extinction +
+             np_air_at(medium, np_ray_altitude(ray, middle + offset * step)).extinction;
+  }
+  return depth * (float)(0.5 * step);
+}
+
+void np_path_build(const np_medium *medium, const np_ray *ray, const np_path_rule *rule, np_path *out_path) {
+  out_path->count = place_nodes(medium, ray, rule, out_path);
+  np_bands depth = np_bands_grey(0.0f);
+  double before = 0.0;
+  for (int i = 0; i < out_path->count; i++) {
+    np_path_node *node = &out_path->node[i];
+    depth += np_ray_gap_depth(medium, ray, before, node->t);
+    before = node->t;
+    const double altitude = np_ray_altitude(ray, node->t);
+    const np_air air = np_air_at(medium, altitude);
+    node->altitude_m = (float)altitude;
+    node->r = (float)(ray->r + (altitude - ray->altitude_m));
+    node->cosine = (float)np_ray_cosine(ray, node->t);
+    node->rayleigh = air.rayleigh;
+    node->mie = air.mie;
+    node->transmittance = np_bands_exp(-depth);
+  }
+  if (out_path->count) depth += np_ray_gap_depth(medium, ray, before, ray->length_m);
+  out_path->end_transmittance = np_bands_exp(-depth);
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Where a ray is sampled: places, weights, the air there and the transmittance up to there.
+ *
+ * Gauss points in a variable that follows the air: t = L·u² for a ray to space, which starts in the densest air; half the
+ * points on each side of the perigee, squared away from it, for a ray along the limb; evenly to the ground from low down
+ * (such a ray lives in like air), t = L·(1 − u²) from high up. All of it depends on altitude and zenith angle alone,
+ * so one path serves every azimuth, every sun and every order of scattering.
+ */
+#ifndef NP_ATMOSPHERE_RAY_PATH_H
+#define NP_ATMOSPHERE_RAY_PATH_H
+
+#include "atmosphere/atmosphere_physics.h"
+#include "atmosphere/quadrature.h"
+
+enum { NP_PATH_MAX = NP_QUADRATURE_MAX };
+
+/* How many points, and the two rules they come from. */
+typedef struct np_path_rule {
+  np_quadrature whole, half;
+} np_path_rule;
+
+/* `count` is even and at most NP_PATH_MAX. */
+static inline np_path_rule np_path_rule_make(int count) {
+  return (np_path_rule){np_quadrature_gauss(count), np_quadrature_gauss(count / 2)};
+}
+
+typedef struct np_path_node {
+  np_bands transmittance; /* from the ray's start */
+  np_bands rayleigh, mie; /* scattering, 1/m */
+  double t;               /* along the ray's part in the air, m */
+  float weight_m;         /* the stretch that this point stands for */
+  float altitude_m, r, cosine;
+} np_path_node;
+
+typedef struct np_path {
+  int count; /* 0 for a ray that misses the air */
+  np_bands end_transmittance;
+  np_path_node node[NP_PATH_MAX];
+} np_path;
+
+void np_path_build(const np_medium *medium, const np_ray *ray, const np_path_rule *rule, np_path *out_path);
+
+/* Depth over the gap between two points: two-point Gauss over steps short against the air's scale. */
+np_bands np_ray_gap_depth(const np_medium *medium, const np_ray *ray, double begin_m, double end_m);
+
+#endif

@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A sky: one atmosphere, one light, one observer. */
+#include "atmosphere/atmosphere_tables.h"
+
+#include "core/alloc.h"
+#include "core/parallel.h"
+#include "core/stable.h"
+
+static bool is_finite_vector(const double v[3]) { return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]); }
+
+static neph_result check_desc(neph_context *context, const neph_sky_desc *d) {
+  const double *s = d->sun_direction, *e = d->sun_irradiance_w_m2_nm;
+  const double length = sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
+  /* A direction typed with three digits is off by 1e-3; it is brought to length one. */
+  if (!is_finite_vector(s) || fabs(length - 1.0) > 1e-2)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "sky: sun_direction (%g, %g, %g) must be a unit vector", s[0], s[1],
+                   s[2]);
+  if (!is_finite_vector(e) || e[0] < 0.0 || e[1] < 0.0 || e[2] < 0.0)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "sky: sun_irradiance_w_m2_nm (%g, %g, %g) must be finite and at least 0", e[0], e[1], e[2]);
+  if (!(d->sun_angular_radius_rad >= 0.0 && d->sun_angular_radius_rad <= 0.5))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "sky: sun_angular_radius_rad is %g, must be in [0, 0.5]",
+                   d->sun_angular_radius_rad);
+  if (!is_finite_vector(d->observer_m))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "sky: observer_m (%g, %g, %g) must be finite", d->observer_m[0],
+                   d->observer_m[1], d->observer_m[2]);
+  return NEPH_OK;
+}
+
+/* The frame's azimuth starts at the sun's; under a sun at the zenith any will do, and one that is always there is taken. */
+static np_sky_frame make_frame(const np_medium *medium, np_dvec3 observer, np_dvec3 sun) {
+  const double radius = medium->planet_radius_m, h = np_altitude(observer, radius);
+  const np_dvec3 from_center = np_dvec3_make(observer.x, observer.y, observer.z + radius);
+  const np_dvec3 up = np_dvec3_length(from_center) > 0.0 ? np_dvec3_normalize(from_center) : np_dvec3_make(0, 0, 1);
+  const double cosine = np_clamp(np_dvec3_dot(up, sun), -1.0, 1.0);
+  const np_dvec3 level = np_dvec3_subtract(sun, np_dvec3_scale(up, cosine));
+  const double sine = np_dvec3_length(level);
+  np_sky_frame frame = {.up = np_dvec3_to_float(up),
+                        .altitude_m = fmax(h, 0.0),
+                        .sun_cosine = (float)cosine,
+                        .sun_sine = (float)sine};
+  if (sine > 1e-6) {
+    frame.toward = np_dvec3_to_float(np_dvec3_scale(level, 1.0 / sine));
+    frame.across = np_vec3_cross(frame.up, frame.toward);
+  } else {
+    np_frame_around(frame.up, &frame.toward, &frame.across);
+  }
+  frame.horizon_angle = np_horizon_angle(medium, frame.altitude_m, 0.0);
+  frame.top_angle = frame.altitude_m > medium->top_m ? np_horizon_angle(medium, frame.altitude_m, medium->top_m) : 0.0;
+  return frame;
+}
+
+static void set_light(neph_sky *sky, const neph_sky_desc *d) {
+  const double *s = d->sun_direction, *e = d->sun_irradiance_w_m2_nm, *o = d->observer_m;
+  const np_dvec3 sun = np_dvec3_normalize(np_dvec3_make(s[0], s[1], s[2]));
+  sky->irradiance = np_spectrum_make((float)e[0], (float)e[1], (float)e[2]);
+  sky->sun = np_dvec3_to_float(sun);
+  sky->sun_angular_radius = (float)d->sun_angular_radius_rad;
+  sky->observer = np_dvec3_make(o[0], o[1], o[2]);
+  sky->frame = make_frame(&sky->atmosphere->medium, sky->observer, sun);
+}
+
+neph_result neph_sky_create(neph_atmosphere *atmosphere, const neph_sky_desc *desc, neph_sky **out_sky) {
+  *out_sky = NULL;
+  neph_context *context = atmosphere->context;
+  const neph_sky_desc defaults = NEPH_SKY_DESC_DEFAULT;
+  neph_sky_desc read;
+  neph_result result = np_desc_read(context, "neph_sky_desc", &defaults, sizeof read, desc, &read);
+  if (!result) result = check_desc(context, &read);
+  if (result) return result;
+  neph_sky *sky = np_alloc(context, 1, sizeof *sky);
+  if (!sky) return NEPH_ERROR_OUT_OF_MEMORY;
+  sky->atmosphere = neph_atmosphere_retain(atmosphere);
+  set_light(sky, &read);
+  const unsigned mode = np_float_mode_enter();
+  result = np_sky_tables_build(sky);
+  np_float_mode_leave(mode);
+  if (result) {
+    neph_sky_destroy(sky);
+    return result;
+  }
+  *out_sky = sky;
+  return NEPH_OK;
+}
+
+void neph_sky_destroy(neph_sky *sky) {
+  if (!sky) return;
+  neph_atmosphere *atmosphere = sky->atmosphere;
+  np_sky_tables_free(sky);
+  np_alloc_free(atmosphere->context, sky);
+  neph_atmosphere_release(atmosphere);
+}
+
+np_spectrum np_sky_get_sun_irradiance(const neph_sky *sky) { return sky->irradiance; }
+np_vec3 np_sky_get_sun_direction(const neph_sky *sky) { return sky->sun; }
+float np_sky_get_sun_angular_radius(const neph_sky *sky) { return sky->sun_angular_radius; }
+np_dvec3 np_sky_get_observer(const neph_sky *sky) { return sky->observer; }
+
+/* Puts the aerosol's phase function on the peak, and the sun's irradiance on both. */
+static np_spectrum shade(const neph_sky *sky, np_vec3 direction, np_scattered s) {
+  const float versine = np_versine(direction.x, direction.y, direction.z, sky->sun.x, sky->sun.y, sky->sun.z);
+  const float phase = np_phase_eval(&sky->atmosphere->medium.mie_phase, versine);
+  return np_spectrum_multiply(np_bands_to_spectrum(s.smooth + phase * s.peak), sky->irradiance);
+}
+
+np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction) {
+  const np_sky_place place = np_sky_locate(&sky->frame, direction, NP_VIEW_UP, NP_VIEW_DOWN, NP_VIEW_AZIMUTHS);
+  if (!place.is_in_air) return np_spectrum_grey(0.0f);
+  return shade(sky, direction, np_sky_view_lookup(sky, &place));
+}
+
+/* Zenith cosine of a direction, exact near the nadir too, where a distant observer sees the whole planet. */
+static double find_cosine(const np_sky_frame *frame, np_vec3 direction) {
+  const double x = (double)np_vec3_dot(direction, frame->toward), y = (double)np_vec3_dot(direction, frame->across);
+  const double z = (double)np_vec3_dot(direction, frame->up);
+  return fabs(z) > 0.7 ? copysign(sqrt(fmax(1.0 - x * x - y * y, 0.0)), z) : z;
+}
+
+np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 direction, double distance_m) {
+  const np_aerial_perspective clear = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
+  const np_sky_place place = np_sky_locate(&sky->frame, direction, NP_AERIAL_UP, NP_AERIAL_DOWN, NP_AERIAL_AZIMUTHS);
+  if (!place.is_in_air || !(distance_m > 0.0)) return clear;
+  const np_ray ray =
+      np_aerial_ray(&sky->atmosphere->medium, &sky->frame, find_cosine(&sky->frame, direction), place.is_below);
+  if (!(ray.length_m > 0.0)) return clear;
+  const np_aerial_sample s = np_sky_aerial_lookup(sky, &place, &ray, distance_m);
+  return (np_aerial_perspective){np_bands_to_spectrum(np_bands_exp(-s.depth)), shade(sky, direction, s.inscatter)};
+}
+
+static np_vec3 read_direction(const double direction[3]) {
+  return np_dvec3_to_float(np_dvec3_normalize(np_dvec3_make(direction[0], direction[1], direction[2])));
+}
+
+static void write_spectrum(np_spectrum s, double out[3]) {
+  for (int i = 0; i < 3; i++) out[i] = (double)s.band[i];
+}
+
+void neph_sky_get_radiance(const neph_sky *sky, const double direction[3], double out_radiance_w_m2_sr_nm[3]) {
+  write_spectrum(np_sky_radiance(sky, read_direction(direction)), out_radiance_w_m2_sr_nm);
+}
+
+void neph_sky_get_aerial_perspective(const neph_sky *sky, const double direction[3], double distance_m,
+                                     double out_transmittance[3], double out_inscatter_w_m2_sr_nm[3]) {
+  const np_aerial_perspective ap = np_sky_aerial_perspective(sky, read_direction(direction), distance_m);
+  write_spectrum(ap.transmittance, out_transmittance);
+  write_spectrum(ap.inscatter, out_inscatter_w_m2_sr_nm);
+}
+
+enum { ANGLES = 48, TURNS = 48 };
+
+/* Irradiance of the sky on a level surface, by a rule about the sun, Θ = π·u², so that the aureole is resolved. */
+static np_spectrum integrate_sky(const neph_sky *sky) {
+  const np_quadrature rule = np_quadrature_gauss(ANGLES);
+  const np_sky_frame *frame = &sky->frame;
+  np_vec3 a, b;
+  np_frame_around(sky->sun, &a, &b);
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  for (int i = 0; i < ANGLES; i++) {
+    const double angle = NP_PI * rule.x[i] * rule.x[i];
+    const double weight = 2.0 * NP_PI * rule.x[i] * rule.weight[i] * sin(angle) * 2.0 * NP_PI / TURNS;
+    for (int k = 0; k < TURNS; k++) {
+      const double turn = 2.0 * NP_PI * (k + 0.5) / TURNS, s = sin(angle);
+      const np_vec3 d = np_vec3_add(np_vec3_scale(sky->sun, (float)cos(angle)),
+                                    np_vec3_add(np_vec3_scale(a, (float)(s * cos(turn))),
+                                                np_vec3_scale(b, (float)(s * sin(turn)))));
+      const float cosine = np_vec3_dot(d, frame->up);
+      if (cosine > 0.0f) sum = np_spectrum_add_scaled(sum, (float)weight * cosine, np_sky_radiance(sky, d));
+    }
+  }
+  return sum;
+}
+
+void neph_sky_get_irradiance(const neph_sky *sky, double out_sun_w_m2_nm[3], double out_sky_w_m2_nm[3]) {
+  const np_spectrum transmittance =
+      np_atmosphere_transmittance_to_sun(sky->atmosphere, sky->observer, sky->sun, sky->sun_angular_radius);
+  const float cosine = fmaxf(sky->frame.sun_cosine, 0.0f);
+  write_spectrum(np_spectrum_scale(np_spectrum_multiply(transmittance, sky->irradiance), cosine), out_sun_w_m2_nm);
+  write_spectrum(integrate_sky(sky), out_sky_w_m2_nm);
+}

@@ -1,0 +1,238 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The sky around one observer: radiance to the end of every ray, and depth and in-scatter along it.
+ *
+ * Rows of constant zenith angle crowd about the true horizon from both sides, θ = θ_h + (θ_end − θ_h)·v², and end there: the
+ * sky's are never mixed with the ground's. Azimuth runs over the half circle from the sun, which a clear sky mirrors.
+ * The view table keeps logarithms, for a sky spans decades in a few degrees of twilight; it is split into what is smooth and
+ * the aerosol's first order without its phase function, which the reader multiplies on.
+ *
+ * Aerial perspective keeps, at slices along each ray, the optical depth (one for all azimuths) and the in-scatter. One sample
+ * in the middle of a slice stands for its source; the transmittance across it is taken in closed form.
+ */
+#include "atmosphere/atmosphere_tables.h"
+
+#include "core/alloc.h"
+#include "core/parallel.h"
+#include "core/stable.h"
+
+enum { VIEW_POINTS = 32, AERIAL_PLANES = NP_AERIAL_SLICES + 1 };
+
+/* Radiance, per unit of irradiance, that the logarithms tell from none. */
+static const float view_floor = 1e-14f;
+/* How far aerial perspective follows a ray below sea level, in heights of the atmosphere: 10 km on the Earth. */
+static const double below_sea_level = 0.1;
+
+static np_sky_light make_light(const neph_sky *sky) {
+  const neph_atmosphere *a = sky->atmosphere;
+  return (np_sky_light){&a->medium, &a->depths, &a->moments, &sky->gather,
+                        np_sun_inverse_diameter((double)sky->sun_angular_radius)};
+}
+
+/* Cosine of the angle between the sun and a direction at zenith cosine `cosine` and the i-th of `count` azimuths. */
+static float angle_of_azimuth(const np_sky_frame *frame, float cosine, int i, int count) {
+  const float sine = sqrtf(fmaxf(1.0f - cosine * cosine, 0.0f));
+  return np_clampf(cosine * frame->sun_cosine + sine * frame->sun_sine * (float)cos(NP_PI * i / (count - 1)), -1.0f, 1.0f);
+}
+
+/* Sun cosine where a ray's part in the air begins. */
+static float sun_at_entry(const neph_sky *sky, const np_ray *ray, float to_sun) {
+  const double r = sky->atmosphere->medium.planet_radius_m + sky->frame.altitude_m;
+  return (float)np_clamp((r * (double)sky->frame.sun_cosine + ray->offset_m * (double)to_sun) / ray->r, -1.0, 1.0);
+}
+
+static void build_view_row(neph_sky *sky, const np_sky_light *light, const np_path_rule *rule, int row) {
+  const bool is_below = row >= NP_VIEW_UP;
+  const double cosine = cos(is_below ? np_sky_row_angle(&sky->frame, true, row - NP_VIEW_UP, NP_VIEW_DOWN)
+                                     : np_sky_row_angle(&sky->frame, false, row, NP_VIEW_UP));
+  const np_ray ray = np_ray_on_side(light->medium, sky->frame.altitude_m, cosine, is_below);
+  np_path path;
+  np_sky_node nodes[VIEW_POINTS];
+  np_path_build(light->medium, &ray, rule, &path);
+  for (int i = 0; i < path.count; i++) np_sky_node_resolve(light, &path.node[i], &nodes[i]);
+  for (int i = 0; i < NP_VIEW_AZIMUTHS; i++) {
+    const float to_sun = angle_of_azimuth(&sky->frame, (float)cosine, i, NP_VIEW_AZIMUTHS);
+    const np_scattered s = np_sky_trace(light, &ray, &path, nodes, sun_at_entry(sky, &ray, to_sun), to_sun, false);
+    sky->view[row * NP_VIEW_AZIMUTHS + i] =
+        (np_scattered){np_bands_log(s.smooth + view_floor), np_bands_log(s.peak + view_floor)};
+  }
+}
+
+static neph_result build_view_rows(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  neph_sky *sky = user;
+  const np_sky_light light = make_light(sky);
+  const np_path_rule rule = np_path_rule_make(VIEW_POINTS);
+  for (size_t row = begin; row < end; row++) build_view_row(sky, &light, &rule, (int)row);
+  return NEPH_OK;
+}
+
+np_ray np_aerial_ray(const np_medium *medium, const np_sky_frame *frame, double cosine, bool is_below) {
+  np_ray ray = np_ray_on_side(medium, frame->altitude_m, cosine, is_below);
+  if (is_below) ray.length_m += below_sea_level * medium->top_m;
+  return ray;
+}
+
+/* One slice of aerial perspective: its middle, and what turns the source there into in-scatter seen by the observer. */
+typedef struct aerial_slice {
+  np_sky_node node;
+  np_bands weight;
+} aerial_slice;
+
+/* (1 − e⁻ᵈ)/d in every band. */
+static np_bands step_weight(np_bands depth) {
+  return (np_bands){np_step_weight(depth[0]), np_step_weight(depth[1]), np_step_weight(depth[2]), 0.0f};
+}
+
+/* Places the slices of one row and writes the depths at its planes. */
+static void build_slices(const np_sky_light *light, const np_ray *ray, np_bands *depths, aerial_slice *slices) {
+  const np_aerial_scale scale = np_aerial_scale_make(ray);
+  double near = 0.0;
+  depths[0] = np_bands_grey(0.0f);
+  for (int i = 0; i < NP_AERIAL_SLICES; i++) {
+    const double far = fmax(np_aerial_scale_distance(&scale, (i + 1.0) / NP_AERIAL_SLICES), near);
+    const double t = np_aerial_scale_distance(&scale, (i + 0.5) / NP_AERIAL_SLICES);
+    const double altitude = np_ray_altitude(ray, t);
+    const np_air air = np_air_at(light->medium, altitude);
+    const np_path_node middle = {.rayleigh = air.rayleigh, .mie = air.mie, .t = t, .altitude_m = (float)altitude,
+                                 .r = (float)(ray->r + (altitude - ray->altitude_m)),
+                                 .cosine = (float)np_ray_cosine(ray, t)};
+    np_sky_node_resolve(light, &middle, &slices[i].node);
+    const np_bands depth = np_ray_gap_depth(light->medium, ray, near, far);
+    slices[i].weight = np_bands_exp(-depths[i]) * step_weight(depth) * (float)(far - near);
+    depths[i + 1] = depths[i] + depth;
+    near = far;
+  }
+}
+
+static void build_aerial_row(neph_sky *sky, const np_sky_light *light, int row) {
+  const bool is_below = row >= NP_AERIAL_UP;
+  const double cosine = cos(is_below ? np_sky_row_angle(&sky->frame, true, row - NP_AERIAL_UP, NP_AERIAL_DOWN)
+                                     : np_sky_row_angle(&sky->frame, false, row, NP_AERIAL_UP));
+  const np_ray ray = np_aerial_ray(light->medium, &sky->frame, cosine, is_below);
+  aerial_slice slices[NP_AERIAL_SLICES];
+  build_slices(light, &ray, sky->depth + row * AERIAL_PLANES, slices);
+  for (int i = 0; i < NP_AERIAL_AZIMUTHS; i++) {
+    np_scattered *plane = sky->aerial + (row * NP_AERIAL_AZIMUTHS + i) * AERIAL_PLANES;
+    const float to_sun = angle_of_azimuth(&sky->frame, (float)cosine, i, NP_AERIAL_AZIMUTHS);
+    const float sun = sun_at_entry(sky, &ray, to_sun);
+    plane[0] = (np_scattered){np_bands_grey(0.0f), np_bands_grey(0.0f)};
+    for (int k = 0; k < NP_AERIAL_SLICES; k++) {
+      const np_scattered s = np_sky_node_source(light, &slices[k].node, (float)ray.r, sun, to_sun);
+      plane[k + 1].smooth = plane[k].smooth + np_bands_max(slices[k].weight * s.smooth, np_bands_grey(0.0f));
+      plane[k + 1].peak = plane[k].peak + slices[k].weight * s.peak;
+    }
+  }
+}
+
+static neph_result build_aerial_rows(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  neph_sky *sky = user;
+  const np_sky_light light = make_light(sky);
+  for (size_t row = begin; row < end; row++) build_aerial_row(sky, &light, (int)row);
+  return NEPH_OK;
+}
+
+/* Half the range of sun angles to gather for: two degrees of an Earth, and as far as the observer sees the aerosol. */
+static double gather_spread(const np_medium *medium, const np_sky_frame *frame) {
+  const double unit = 2.0 * NP_DEGREE * np_twilight_scale(medium) / 0.1753;
+  const double seen = frame->horizon_angle - 0.5 * NP_PI;
+  return fmax(unit, seen + 0.5 * unit);
+}
+
+neph_result np_sky_tables_build(neph_sky *sky) {
+  neph_atmosphere *a = sky->atmosphere;
+  neph_context *context = a->context;
+  sky->view = np_alloc(context, NP_VIEW_ROWS * NP_VIEW_AZIMUTHS, sizeof *sky->view);
+  if (!sky->view) return NEPH_ERROR_OUT_OF_MEMORY;
+  sky->depth = np_alloc(context, NP_AERIAL_ROWS * AERIAL_PLANES, sizeof *sky->depth);
+  if (!sky->depth) return NEPH_ERROR_OUT_OF_MEMORY;
+  sky->aerial = np_alloc(context, NP_AERIAL_ROWS * NP_AERIAL_AZIMUTHS * AERIAL_PLANES, sizeof *sky->aerial);
+  if (!sky->aerial) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result =
+      np_gather_table_build(context, &a->depths, &a->moments, &a->kernel, acos((double)sky->frame.sun_cosine),
+                            gather_spread(&a->medium, &sky->frame), (double)sky->sun_angular_radius, &sky->gather);
+  if (!result) result = np_parallel_for(context, NULL, NP_VIEW_ROWS, 4, build_view_rows, sky);
+  if (!result) result = np_parallel_for(context, NULL, NP_AERIAL_ROWS, 2, build_aerial_rows, sky);
+  return result;
+}
+
+void np_sky_tables_free(neph_sky *sky) {
+  neph_context *context = sky->atmosphere->context;
+  np_alloc_free(context, sky->view);
+  np_alloc_free(context, sky->depth);
+  np_alloc_free(context, sky->aerial);
+}
+
+np_sky_place np_sky_locate(const np_sky_frame *frame, np_vec3 direction, int up, int down, int azimuths) {
+  const float x = np_vec3_dot(direction, frame->toward), y = np_vec3_dot(direction, frame->across);
+  const double angle = (double)atan2f(sqrtf(x * x + y * y), np_vec3_dot(direction, frame->up));
+  np_sky_place place = {.is_below = angle > frame->horizon_angle};
+  place.is_in_air = angle >= frame->top_angle;
+  const double end = place.is_below ? NP_PI : frame->top_angle;
+  const int rows = place.is_below ? down : up;
+  const double v = sqrt(np_clamp((angle - frame->horizon_angle) / (end - frame->horizon_angle), 0.0, 1.0)) * (rows - 1);
+  const int i = v < rows - 2 ? (int)v : rows - 2;
+  place.row = (place.is_below ? up : 0) + i;
+  place.row_upper = (float)(v - i);
+  const float u = atan2f(fabsf(y), x) * (float)((azimuths - 1) / NP_PI);
+  place.azimuth = u < (float)(azimuths - 2) ? (int)u : azimuths - 2;
+  place.azimuth_upper = np_clampf(u - (float)place.azimuth, 0.0f, 1.0f);
+  return place;
+}
+
+static np_scattered mix_scattered(np_scattered a, np_scattered b, float t) {
+  return (np_scattered){np_bands_mix(a.smooth, b.smooth, t), np_bands_mix(a.peak, b.peak, t)};
+}
+
+/* Radiance of a logarithm read from the view table: what the floor added is taken off again. */
+static np_bands undo_log(np_bands logarithm) {
+  return np_bands_max(np_bands_exp(logarithm) - view_floor, np_bands_grey(0.0f));
+}
+
+np_scattered np_sky_view_lookup(const neph_sky *sky, const np_sky_place *place) {
+  const np_scattered *low = sky->view + place->row * NP_VIEW_AZIMUTHS + place->azimuth, *high = low + NP_VIEW_AZIMUTHS;
+  const np_scattered s = mix_scattered(mix_scattered(low[0], low[1], place->azimuth_upper),
+                                       mix_scattered(high[0], high[1], place->azimuth_upper), place->row_upper);
+  return (np_scattered){undo_log(s.smooth), undo_log(s.peak)};
+}
+
+/* In-scatter at one plane. */
+static np_scattered lookup_plane(const neph_sky *sky, const np_sky_place *place, int plane) {
+  const np_scattered *low = sky->aerial + (place->row * NP_AERIAL_AZIMUTHS + place->azimuth) * AERIAL_PLANES + plane;
+  const np_scattered *high = low + NP_AERIAL_AZIMUTHS * AERIAL_PLANES;
+  return mix_scattered(mix_scattered(low[0], low[AERIAL_PLANES], place->azimuth_upper),
+                       mix_scattered(high[0], high[AERIAL_PLANES], place->azimuth_upper), place->row_upper);
+}
+
+static np_bands lookup_depth(const neph_sky *sky, const np_sky_place *place, int plane) {
+  const np_bands *low = sky->depth + place->row * AERIAL_PLANES + plane;
+  return np_bands_mix(low[0], low[AERIAL_PLANES], place->row_upper);
+}
+
+/* y/(1 − e⁻ʸ) to 0.1 % up to y = 3. */
+static np_bands inverse_step_weight(np_bands y) { return 1.0f + y * (0.5f + y * (1.0f / 12.0f)); }
+
+/* Part of a slice's in-scatter that comes from its nearer `x`, for a constant source: (1 − e⁻ˣᵈ)/(1 − e⁻ᵈ). */
+static np_bands part_of_slice(np_bands depth, float x) {
+  const np_bands d = np_bands_min(depth, np_bands_grey(3.0f));
+  return x * inverse_step_weight(d) / inverse_step_weight(x * d);
+}
+
+np_aerial_sample np_sky_aerial_lookup(const neph_sky *sky, const np_sky_place *place, const np_ray *ray,
+                                      double distance_m) {
+  const np_aerial_scale scale = np_aerial_scale_make(ray);
+  const double t = np_clamp(distance_m - ray->offset_m, 0.0, ray->length_m);
+  const double s = np_clamp(np_aerial_scale_fraction(&scale, t), 0.0, 1.0) * NP_AERIAL_SLICES;
+  const int plane = s < NP_AERIAL_SLICES - 1 ? (int)s : NP_AERIAL_SLICES - 1;
+  const double near = np_aerial_scale_distance(&scale, (double)plane / NP_AERIAL_SLICES);
+  const double far = np_aerial_scale_distance(&scale, (plane + 1.0) / NP_AERIAL_SLICES);
+  double x = far > near ? fmax((t - near) / (far - near), 0.0) : 0.0;
+  /* Underground, past the last plane, the last slice's air goes on. */
+  if (ray->hits_ground && distance_m - ray->offset_m > ray->length_m)
+    x = (distance_m - ray->offset_m - near) / fmax(far - near, 1.0);
+  const np_bands depth_near = lookup_depth(sky, place, plane), depth_far = lookup_depth(sky, place, plane + 1);
+  const np_scattered a = lookup_plane(sky, place, plane), b = lookup_plane(sky, place, plane + 1);
+  const np_bands part = part_of_slice(depth_far - depth_near, (float)x);
+  return (np_aerial_sample){depth_near + (float)x * (depth_far - depth_near),
+                            {a.smooth + part * (b.smooth - a.smooth), a.peak + part * (b.peak - a.peak)}};
+}
