@@ -45,22 +45,13 @@ static neph_result describe_sky(const np_assembly *assembly, neph_image *image) 
   return result ? result : set_irradiance(image, "nephos:skyIrradiance", sky);
 }
 
-/* The render's plan without its clouds; terrain stays where it alone says at what place the sun is asked for. */
-static neph_result plan_sky(const neph_scene *scene, np_plan *out_plan) {
-  neph_result result = np_plan_make(scene, NULL, out_plan);
-  if (result) return result;
-  out_plan->stages[NP_STAGE_VOLUMES].is_needed = out_plan->stages[NP_STAGE_CLOUD_SKY].is_needed = false;
-  if (scene->has_place || !scene->sun.time) out_plan->stages[NP_STAGE_TERRAIN].is_needed = false;
-  return NEPH_OK;
-}
-
 static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc, neph_image **out_image) {
   static const char *const names[NP_BAND_COUNT] = {"R", "G", "B"};
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, desc->progress, desc->progress_user);
   np_plan plan;
   np_assembly assembly;
-  neph_result result = plan_sky(scene, &plan);
+  neph_result result = np_plan_make_sky(scene, &plan);
   if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
   if (result) return result;
   result = neph_image_create(scene->context, desc->width, desc->height, NP_BAND_COUNT, names, out_image);
