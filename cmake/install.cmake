@@ -19,5 +19,6 @@ endforeach()
 
 # From the folder of nephos.pc to the prefix, so that an installed tree can be moved.
 file(RELATIVE_PATH NEPHOS_PC_PREFIX /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
+string(REGEX REPLACE "/$" "" NEPHOS_PC_PREFIX ${NEPHOS_PC_PREFIX})
 configure_file(cmake/nephos.pc.in ${PROJECT_BINARY_DIR}/nephos.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/nephos.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

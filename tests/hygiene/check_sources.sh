@@ -17,7 +17,7 @@ sources=$(find $folders -type f \( -name '*.[ch]' -o -name '*.cpp' \) -not -path
 scripts=$(find $folders -type f \( -name '*.sh' -o -name '*.cmake' -o -name CMakeLists.txt -o -name '*.yaml' -o -path .ci/run \) \
   -not -path 'samples/out/*' -not -path 'tests/data/*' | sort)
 
-complain 'two files of one name' "$(find src cli -name '*.c' -o -name '*.cpp' | sed 's|.*/||; s|\.[^.]*$||' | sort | uniq -d)"
+complain 'two files of one name' "$(echo "$sources" | grep -E '^(src|cli)/.*\.(c|cpp)$' | sed 's|.*/||; s|\.[^.]*$||' | sort | uniq -d)"
 complain 'names that say nothing' "$(echo "$sources" | grep -E '/(util|utils|common|misc|helpers?)\.' || true)"
 complain 'no SPDX line first' "$(for file in $sources; do
   head -n 1 "$file" | grep -qx '/\* SPDX-License-Identifier: Apache-2.0 \*/' || echo "$file"

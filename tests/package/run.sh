@@ -13,20 +13,18 @@ mv "$folder/first" "$folder/prefix" # an installed tree does not know where it w
 
 "$cmake" -S "$source" -B "$folder/cmake" -G Ninja -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_C_COMPILER="$compiler"
 "$cmake" --build "$folder/cmake"
-"$folder/cmake/from_c"
-"$folder/cmake/from_c_static"
-"$folder/cmake/from_cpp"
-
+# The shared library finds its module beside itself; a program that has the static one is told where it is.
 pc=$(find "$folder/prefix" -name nephos.pc)
 PKG_CONFIG_PATH=$(dirname "$pc")
 export PKG_CONFIG_PATH
-libraries=$(pkg-config --libs nephos)
-"$compiler" -std=c11 -Wall -Wextra -Werror "$source/user.c" $(pkg-config --cflags nephos) $libraries \
-  -Wl,-rpath,"$(pkg-config --variable=libdir nephos)" -o "$folder/by_pkg_config"
-"$folder/by_pkg_config"
-"$compiler" -std=c11 "$source/user.c" $(pkg-config --cflags nephos) -L"$(pkg-config --variable=libdir nephos)" \
-  -Wl,-Bstatic -lnephos -Wl,-Bdynamic $(pkg-config --libs --static nephos | sed s/-lnephos//) -o "$folder/by_pkg_config_static"
-"$folder/by_pkg_config_static"
+libdir=$(pkg-config --variable=libdir nephos)
+"$folder/cmake/from_c" "$folder/cloud.vdb"
+"$folder/cmake/from_c_static" "$folder/cloud.vdb" "$libdir/nephos"
+"$folder/cmake/from_cpp"
 
-module=$(dirname "$pc")/../nephos/nephos_vdb.so
-[ -f "$module" ] || { echo "the OpenVDB module is not installed beside the library: $module" >&2; exit 1; }
+"$compiler" -std=c11 -Wall -Wextra -Werror "$source/user.c" $(pkg-config --cflags --libs nephos) \
+  -Wl,-rpath,"$libdir" -o "$folder/by_pkg_config"
+"$folder/by_pkg_config" "$folder/cloud.vdb"
+"$compiler" -std=c11 "$source/user.c" $(pkg-config --cflags nephos) -L"$libdir" \
+  -Wl,-Bstatic -lnephos -Wl,-Bdynamic $(pkg-config --libs --static nephos | sed s/-lnephos//) -o "$folder/by_pkg_config_static"
+"$folder/by_pkg_config_static" "$folder/cloud.vdb" "$libdir/nephos"
