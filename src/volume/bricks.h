@@ -57,14 +57,15 @@ typedef struct np_bricks {
   float value_max;     /* bound of the interpolant anywhere */
 } np_bricks;
 
-/* Builds bricks from a grid, in parallel. `period` NULL: not periodic; else voxels along x and y, 0 where not periodic:
- * sample i is then the grid's sample i mod period. A period that is no multiple of 8 is repeated until it is one. */
+/* Builds bricks from a grid, in parallel. `period` NULL: not periodic; else voxels along x and y, multiples of 8, or 0
+ * where not periodic: sample i is then the grid's sample i mod period, and the grid must lie in [0, period). */
 neph_result np_bricks_build(neph_context *context, const np_sparse_grid *grid, neph_precision precision,
                             const int32_t period[2], np_monitor *monitor, np_bricks *out_bricks);
 void np_bricks_clear(np_bricks *bricks);
 size_t np_bricks_get_bytes(const np_bricks *bricks);
+size_t np_bricks_count_cells(const np_bricks *bricks, int level);
 
-/* Fills the ranges of the coarser levels from those of level 0. */
+/* Fills the ranges of the coarser levels, and value_max, from those of level 0. */
 void np_bricks_build_coarse_ranges(np_bricks *bricks);
 
 /* ------------------------------------------------------------------------------------------------- one sample */

@@ -7,7 +7,8 @@
 #ifndef NP_VOLUME_SPARSE_GRID_H
 #define NP_VOLUME_SPARSE_GRID_H
 
-#include "core/context_private.h"
+#include <nephos/context.h>
+
 #include "core/math.h"
 
 enum { NP_LEAF_EDGE = 8, NP_LEAF_SIZE = 512 };
@@ -38,6 +39,9 @@ typedef struct np_sparse_grid {
 neph_result np_sparse_grid_init(neph_context *context, const char *name, np_sparse_grid *out_grid);
 void np_sparse_grid_clear(np_sparse_grid *grid); /* frees what it owns; a zeroed grid is allowed */
 
+/* Makes room for that many in all, so that the add functions below need not grow. */
+neph_result np_sparse_grid_reserve(np_sparse_grid *grid, size_t leaf_count, size_t tile_count);
+
 /* Room for one more; NULL when there is no memory. The leaf comes zeroed but for its origin. */
 np_leaf *np_sparse_grid_add_leaf(np_sparse_grid *grid, const int32_t origin[3]);
 np_tile *np_sparse_grid_add_tile(np_sparse_grid *grid, const int32_t origin[3], int32_t edge, float value,
@@ -48,7 +52,19 @@ void np_sparse_grid_sort(np_sparse_grid *grid);
 
 uint64_t np_sparse_grid_count_active(const np_sparse_grid *grid);
 
+/* What the active samples span. */
+typedef struct np_grid_extent {
+  int32_t min[3], max[3]; /* index box, both ends inside it */
+  float value_min, value_max;
+} np_grid_extent;
+
+/* False when nothing is active; `out_extent` is then zero. */
+bool np_sparse_grid_measure(const np_sparse_grid *grid, np_grid_extent *out_extent);
+
 /* 128-bit fingerprint of name, transform, background, topology and values, as 32 hex digits. */
 neph_result np_sparse_grid_hash(const np_sparse_grid *grid, char out_hex[33]);
+
+/* The same of the values rounded to half, which is what a file of halves gives back. */
+neph_result np_sparse_grid_hash_as_half(const np_sparse_grid *grid, char out_hex[33]);
 
 #endif

@@ -14,6 +14,10 @@ extern "C" {
 
 #define NP_VDB_MODULE_VERSION 1u
 
+/* Name of the module's file and of the function in it. */
+#define NP_VDB_MODULE_FILE "nephos_vdb.so"
+#define NP_VDB_MODULE_FUNCTION "nephos_vdb_module"
+
 typedef struct np_vdb_file np_vdb_file; /* an open file: its grids' headers */
 
 /* One message for the caller to report; the shim never logs by itself. */
@@ -31,8 +35,23 @@ typedef struct np_vdb_grid_info {
   int is_scalar; /* float, half or double: np_vdb_module.read takes it */
   int is_affine; /* transform is not a frustum */
   double index_to_world[3][4];
-  uint64_t active_voxel_count; /* from the header's metadata; may lie until the grid is read */
 } np_vdb_grid_info;
+
+/* What any grid tells once read, whatever its values are. */
+typedef struct np_vdb_grid_size {
+  int32_t active_min[3], active_max[3]; /* index box, both ends inside it; max below min when nothing is active */
+  uint64_t active_voxel_count;
+  uint64_t tree_bytes;
+} np_vdb_grid_size;
+
+/* Where a grid goes that is read: functions of sparse_grid.h, handed over because a loaded module cannot link to them.
+ */
+typedef struct np_vdb_sink {
+  np_sparse_grid *grid; /* initialised, empty */
+  neph_result (*reserve)(np_sparse_grid *, size_t leaf_count, size_t tile_count);
+  np_leaf *(*add_leaf)(np_sparse_grid *, const int32_t origin[3]);
+  np_tile *(*add_tile)(np_sparse_grid *, const int32_t origin[3], int32_t edge, float value, bool is_active);
+} np_vdb_sink;
 
 /* Asked during long work; non-zero stops it with NEPH_ERROR_CANCELLED. */
 typedef int (*np_vdb_cancel_fn)(void *user);
@@ -49,37 +68,44 @@ typedef struct np_vdb_write_grid {
   size_t attribute_count;
 } np_vdb_write_grid;
 
+/* Functions that can fail return a neph_result, the same as in `error`, and throw nothing. */
 typedef struct np_vdb_module {
   uint32_t version; /* NP_VDB_MODULE_VERSION, checked before anything else is used */
 
-  int (*open)(const char *path, np_vdb_file **out_file, np_vdb_error *error);
-  void (*close)(np_vdb_file *file);
+  /* Opens a file and reads the headers of its grids. `cancel` is asked until the file is closed. */
+  neph_result (*open)(const char *path, np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_file **out_file,
+                      np_vdb_error *error);
+  void (*close)(np_vdb_file *file); /* NULL is allowed */
   size_t (*count)(const np_vdb_file *file);
   void (*describe)(const np_vdb_file *file, size_t index, np_vdb_grid_info *out_info);
 
   /* Visits a grid's metadata as text. */
-  int (*visit_metadata)(const np_vdb_file *file, size_t index, void (*visit)(void *, const char *, const char *),
-                        void *user, np_vdb_error *error);
+  neph_result (*visit_metadata)(const np_vdb_file *file, size_t index,
+                                void (*visit)(void *user, const char *name, const char *text), void *user,
+                                np_vdb_error *error);
 
-  /* Reads one scalar grid into an initialised, empty np_sparse_grid (through its add functions). */
-  int (*read)(np_vdb_file *file, size_t index, np_sparse_grid *grid, uint64_t *out_tree_bytes, np_vdb_cancel_fn cancel,
-              void *cancel_user, np_vdb_error *error);
+  /* Reads one scalar grid: transform, background, leaves, and tiles that differ from an inactive background. */
+  neph_result (*read)(np_vdb_file *file, size_t index, const np_vdb_sink *sink, uint64_t *out_tree_bytes,
+                      np_vdb_error *error);
 
-  /* Writes grids to `path`, which is a temporary name: the caller renames it. */
-  int (*write)(const char *path, const np_vdb_write_grid *grids, size_t count, unsigned thread_count,
-               np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_error *error);
+  /* Reads any grid, and tells only its size. */
+  neph_result (*measure)(np_vdb_file *file, size_t index, np_vdb_grid_size *out_size, np_vdb_error *error);
 
-  /* OpenVDB's own trilinear BoxSampler at index positions, for tests. */
-  int (*sample)(const np_sparse_grid *grid, size_t count, const double *positions, float *out_values,
-                np_vdb_error *error);
+  /* Writes grids as fog volumes to `path`, which is a temporary name: the caller renames it. */
+  neph_result (*write)(const char *path, const np_vdb_write_grid *grids, size_t count, np_vdb_cancel_fn cancel,
+                       void *cancel_user, np_vdb_error *error);
 
-  /* Holds TBB to a number of threads for as long as the handle lives. */
+  /* OpenVDB's own trilinear BoxSampler at index positions, for tests and benchmarks. */
+  neph_result (*sample)(const np_sparse_grid *grid, size_t count, const double *positions, float *out_values,
+                        np_vdb_error *error);
+
+  /* Holds TBB to a number of threads for as long as the handle lives; NULL, and no limit, when there is no memory. */
   void *(*limit_threads)(unsigned thread_count);
-  void (*unlimit_threads)(void *handle);
+  void (*unlimit_threads)(void *handle); /* NULL is allowed */
 } np_vdb_module;
 
 /* The only exported symbol of nephos_vdb.so. */
-const np_vdb_module *nephos_vdb_module(void);
+NEPH_API const np_vdb_module *nephos_vdb_module(void);
 
 #ifdef __cplusplus
 }

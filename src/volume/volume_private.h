@@ -36,6 +36,10 @@ neph_result np_volume_save_grids(neph_context *context, const char *path, const 
 neph_result np_volume_get_column_max(const neph_volume *volume, const np_affine *index_to_world, np_monitor *monitor,
                                      double *out_value_m);
 
+/* Box around a box of index positions mapped to the world. */
+void np_volume_bound_box(const np_affine *affine, const int32_t low[3], const int32_t high[3], double out_min[3],
+                         double out_max[3]);
+
 /* The table of the module, loaded on first need; fails with a message that says where it was looked for. */
 neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_module);
 

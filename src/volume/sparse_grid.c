@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "volume/sparse_grid.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/half.h"
+#include "core/hash.h"
+
+neph_result np_sparse_grid_init(neph_context *context, const char *name, np_sparse_grid *out_grid) {
+  *out_grid = (np_sparse_grid){.context = context, .index_to_world = np_affine_identity()};
+  out_grid->name = np_alloc_text(context, name);
+  return out_grid->name ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+void np_sparse_grid_clear(np_sparse_grid *grid) {
+  if (!grid->context) return;
+  np_alloc_free(grid->context, grid->name);
+  np_alloc_free(grid->context, grid->leaves);
+  np_alloc_free(grid->context, grid->tiles);
+  *grid = (np_sparse_grid){0};
+}
+
+/* An array with room for `count` elements; NULL when there is no memory. */
+static void *reserve(neph_context *context, void *array, size_t *capacity, size_t count, size_t size) {
+  if (array && count <= *capacity) return array;
+  void *grown = array ? np_alloc_resize(context, array, count, size) : np_alloc(context, count, size);
+  if (grown) *capacity = count;
+  return grown;
+}
+
+neph_result np_sparse_grid_reserve(np_sparse_grid *grid, size_t leaf_count, size_t tile_count) {
+  np_leaf *leaves = reserve(grid->context, grid->leaves, &grid->leaf_capacity, leaf_count, sizeof *leaves);
+  if (!leaves) return NEPH_ERROR_OUT_OF_MEMORY;
+  grid->leaves = leaves;
+  np_tile *tiles = reserve(grid->context, grid->tiles, &grid->tile_capacity, tile_count, sizeof *tiles);
+  if (!tiles) return NEPH_ERROR_OUT_OF_MEMORY;
+  grid->tiles = tiles;
+  return NEPH_OK;
+}
+
+static size_t grow(size_t count, size_t capacity) { return count < capacity ? capacity : capacity + capacity / 2 + 8; }
+
+np_leaf *np_sparse_grid_add_leaf(np_sparse_grid *grid, const int32_t origin[3]) {
+  size_t wanted = grow(grid->leaf_count, grid->leaf_capacity);
+  np_leaf *leaves = reserve(grid->context, grid->leaves, &grid->leaf_capacity, wanted, sizeof *leaves);
+  if (!leaves) return NULL;
+  grid->leaves = leaves;
+  np_leaf *leaf = &leaves[grid->leaf_count++];
+  memset(leaf, 0, sizeof *leaf);
+  memcpy(leaf->origin, origin, sizeof leaf->origin);
+  return leaf;
+}
+
+np_tile *np_sparse_grid_add_tile(np_sparse_grid *grid, const int32_t origin[3], int32_t edge, float value,
+                                 bool is_active) {
+  size_t wanted = grow(grid->tile_count, grid->tile_capacity);
+  np_tile *tiles = reserve(grid->context, grid->tiles, &grid->tile_capacity, wanted, sizeof *tiles);
+  if (!tiles) return NULL;
+  grid->tiles = tiles;
+  np_tile *tile = &tiles[grid->tile_count++];
+  *tile = (np_tile){{origin[0], origin[1], origin[2]}, edge, value, is_active};
+  return tile;
+}
+
+static int compare_origins(const int32_t a[3], const int32_t b[3]) {
+  for (int i = 0; i < 3; i++)
+    if (a[i] != b[i]) return a[i] < b[i] ? -1 : 1;
+  return 0;
+}
+
+static int compare_leaves(const void *a, const void *b) {
+  return compare_origins(((const np_leaf *)a)->origin, ((const np_leaf *)b)->origin);
+}
+
+static int compare_tiles(const void *a, const void *b) {
+  return compare_origins(((const np_tile *)a)->origin, ((const np_tile *)b)->origin);
+}
+
+static bool is_sorted(const void *array, size_t count, size_t size, int (*compare)(const void *, const void *)) {
+  const char *element = array;
+  for (size_t i = 1; i < count; i++, element += size)
+    if (compare(element, element + size) > 0) return false;
+  return true;
+}
+
+void np_sparse_grid_sort(np_sparse_grid *grid) {
+  if (!is_sorted(grid->leaves, grid->leaf_count, sizeof *grid->leaves, compare_leaves))
+    qsort(grid->leaves, grid->leaf_count, sizeof *grid->leaves, compare_leaves);
+  if (!is_sorted(grid->tiles, grid->tile_count, sizeof *grid->tiles, compare_tiles))
+    qsort(grid->tiles, grid->tile_count, sizeof *grid->tiles, compare_tiles);
+}
+
+static uint64_t count_leaf(const np_leaf *leaf) {
+  uint64_t count = 0;
+  for (int i = 0; i < NP_LEAF_EDGE; i++) count += (uint64_t)__builtin_popcountll(leaf->active[i]);
+  return count;
+}
+
+uint64_t np_sparse_grid_count_active(const np_sparse_grid *grid) {
+  uint64_t count = 0;
+  for (size_t i = 0; i < grid->leaf_count; i++) count += count_leaf(&grid->leaves[i]);
+  for (size_t i = 0; i < grid->tile_count; i++) {
+    uint64_t edge = (uint64_t)grid->tiles[i].edge;
+    if (grid->tiles[i].is_active) count += edge * edge * edge;
+  }
+  return count;
+}
+
+static void extend(np_grid_extent *extent, const int32_t low[3], const int32_t high[3], float value) {
+  for (int a = 0; a < 3; a++) {
+    if (low[a] < extent->min[a]) extent->min[a] = low[a];
+    if (high[a] > extent->max[a]) extent->max[a] = high[a];
+  }
+  if (value < extent->value_min) extent->value_min = value;
+  if (value > extent->value_max) extent->value_max = value;
+}
+
+static void extend_by_leaf(np_grid_extent *extent, const np_leaf *leaf) {
+  for (int n = 0; n < NP_LEAF_SIZE; n++) {
+    if (!(leaf->active[n >> 6] >> (n & 63) & 1u)) continue;
+    const int32_t at[3] = {leaf->origin[0] + (n >> 6), leaf->origin[1] + (n >> 3 & 7), leaf->origin[2] + (n & 7)};
+    extend(extent, at, at, leaf->values[n]);
+  }
+}
+
+bool np_sparse_grid_measure(const np_sparse_grid *grid, np_grid_extent *out_extent) {
+  np_grid_extent extent = {{INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MIN, INT32_MIN}, INFINITY, -INFINITY};
+  for (size_t i = 0; i < grid->leaf_count; i++) extend_by_leaf(&extent, &grid->leaves[i]);
+  for (size_t i = 0; i < grid->tile_count; i++) {
+    const np_tile *tile = &grid->tiles[i];
+    int32_t last = tile->edge - 1;
+    const int32_t high[3] = {tile->origin[0] + last, tile->origin[1] + last, tile->origin[2] + last};
+    if (tile->is_active) extend(&extent, tile->origin, high, tile->value);
+  }
+  bool is_any = extent.max[0] >= extent.min[0];
+  *out_extent = is_any ? extent : (np_grid_extent){0};
+  return is_any;
+}
+
+/* Leaves and tiles are hashed field by field, so that padding does not count. */
+static void add_leaf_to_hash(np_hash *hash, const np_leaf *leaf, bool is_half) {
+  np_hash_add(hash, leaf->origin, sizeof leaf->origin);
+  np_hash_add(hash, leaf->active, sizeof leaf->active);
+  if (!is_half) {
+    np_hash_add(hash, leaf->values, sizeof leaf->values);
+    return;
+  }
+  float rounded[NP_LEAF_SIZE];
+  for (int n = 0; n < NP_LEAF_SIZE; n++) rounded[n] = np_half_to_float(np_half_from_float(leaf->values[n]));
+  np_hash_add(hash, rounded, sizeof rounded);
+}
+
+static void add_tile_to_hash(np_hash *hash, const np_tile *tile, bool is_half) {
+  float value = is_half ? np_half_to_float(np_half_from_float(tile->value)) : tile->value;
+  int32_t active = tile->is_active;
+  np_hash_add(hash, tile->origin, sizeof tile->origin);
+  np_hash_add(hash, &tile->edge, sizeof tile->edge);
+  np_hash_add(hash, &value, sizeof value);
+  np_hash_add(hash, &active, sizeof active);
+}
+
+static neph_result hash_grid(const np_sparse_grid *grid, bool is_half, char out_hex[33]) {
+  np_hash *hash = np_hash_create(grid->context);
+  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
+  const uint64_t counts[2] = {grid->leaf_count, grid->tile_count};
+  np_hash_add(hash, grid->name, strlen(grid->name) + 1);
+  np_hash_add(hash, &grid->index_to_world, sizeof grid->index_to_world);
+  np_hash_add(hash, &grid->background, sizeof grid->background);
+  np_hash_add(hash, counts, sizeof counts);
+  for (size_t i = 0; i < grid->leaf_count; i++) add_leaf_to_hash(hash, &grid->leaves[i], is_half);
+  for (size_t i = 0; i < grid->tile_count; i++) add_tile_to_hash(hash, &grid->tiles[i], is_half);
+  np_hash_finish(hash, out_hex);
+  np_hash_destroy(hash);
+  return NEPH_OK;
+}
+
+neph_result np_sparse_grid_hash(const np_sparse_grid *grid, char out_hex[33]) {
+  return hash_grid(grid, false, out_hex);
+}
+
+neph_result np_sparse_grid_hash_as_half(const np_sparse_grid *grid, char out_hex[33]) {
+  return hash_grid(grid, true, out_hex);
+}

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Finds and loads nephos_vdb.so on first need: a program linked with OpenVDB pays 22 ms and 31 MB before main.
+ *
+ * The dynamic linker keeps the module and counts its users, so that nothing is remembered here; it is never unloaded,
+ * for OpenVDB's registries and TBB's threads do not survive that.
+ */
+#include "volume/volume_private.h"
+
+#include <dlfcn.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "core/file.h"
+
+enum { TRIED_BYTES = 2048 };
+
+typedef struct search {
+  const np_vdb_module *module; /* NULL until found */
+  char tried[TRIED_BYTES];     /* what was tried and how it failed, for the message */
+} search;
+
+static void note_failure(search *s, const char *path, const char *reason) {
+  size_t used = strlen(s->tried);
+  snprintf(s->tried + used, sizeof s->tried - used, "%s%s: %s", used ? "; " : "", path, reason);
+}
+
+static void try_file(search *s, const char *path) {
+  if (s->module) return;
+  if (!np_file_exists(path)) {
+    note_failure(s, path, "not there");
+    return;
+  }
+  void *handle = dlopen(path, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+  if (!handle) {
+    note_failure(s, path, dlerror());
+    return;
+  }
+  const np_vdb_module *(*get_module)(void) = NULL;
+  void *symbol = dlsym(handle, NP_VDB_MODULE_FUNCTION);
+  memcpy(&get_module, &symbol, sizeof get_module); /* ISO C has no cast from object to function pointers */
+  const np_vdb_module *module = get_module ? get_module() : NULL;
+  if (module && module->version == NP_VDB_MODULE_VERSION)
+    s->module = module;
+  else
+    note_failure(s, path, "of another version of nephos");
+  dlclose(handle);
+}
+
+static void try_folder(search *s, const char *folder, const char *below) {
+  char path[PATH_MAX];
+  int length = snprintf(path, sizeof path, "%s%s/%s", folder, below, NP_VDB_MODULE_FILE);
+  if (length > 0 && (size_t)length < sizeof path) try_file(s, path);
+}
+
+/* The folder of the library, or program, that this function is part of. False when it cannot be told. */
+static bool find_own_folder(char out_folder[PATH_MAX]) {
+  Dl_info info;
+  static const char anchor;
+  if (!dladdr(&anchor, &info) || !info.dli_fname) return false;
+  const char *file = strchr(info.dli_fname, '/') ? info.dli_fname : "/proc/self/exe"; /* a program found by PATH */
+  if (!realpath(file, out_folder)) return false;
+  char *slash = strrchr(out_folder, '/');
+  if (slash) *slash = 0;
+  return slash != NULL;
+}
+
+neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_module) {
+  search s = {0};
+  char folder[PATH_MAX];
+  if (find_own_folder(folder)) {
+    try_folder(&s, folder, "/nephos");
+    try_folder(&s, folder, "/../lib/nephos");
+  }
+  try_folder(&s, NEPHOS_MODULE_INSTALL_DIR, "");
+  if (context->module_dir) try_folder(&s, context->module_dir, "");
+  *out_module = s.module;
+  if (s.module) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_UNSUPPORTED, "cannot load %s, which reads and writes .vdb files: %s",
+                 NP_VDB_MODULE_FILE, s.tried);
+}

@@ -1,0 +1,9 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Stands in for vdb_module.c where OpenVDB is linked into the program. */
+#include "volume/volume_private.h"
+
+neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_module) {
+  (void)context;
+  *out_module = nephos_vdb_module();
+  return NEPH_OK;
+}

@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What is in a .vdb file: each grid read, measured and written out, as lines for people or as JSON. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/json.h"
+#include "volume/volume_file.h"
+
+/* What one grid turned out to be. */
+typedef struct portrait {
+  np_vdb_grid_info info;
+  np_vdb_grid_size size;
+  bool is_active;  /* anything at all */
+  bool has_values; /* scalar: the range below is known */
+  float value_min, value_max;
+  bool has_bricks; /* finite and scalar: built, in half */
+  uint64_t brick_count, brick_bytes;
+  double bounds_min_m[3], bounds_max_m[3], voxel_m[3];
+} portrait;
+
+/* ---- Measuring ---- */
+
+static bool is_finite(const np_sparse_grid *grid) {
+  for (size_t i = 0; i < grid->leaf_count; i++)
+    for (int n = 0; n < NP_LEAF_SIZE; n++)
+      if (!isfinite(grid->leaves[i].values[n])) return false;
+  for (size_t i = 0; i < grid->tile_count; i++)
+    if (!isfinite(grid->tiles[i].value)) return false;
+  return isfinite(grid->background);
+}
+
+static neph_result measure_bricks(const np_sparse_grid *grid, np_monitor *monitor, portrait *p) {
+  np_bricks bricks;
+  if (!is_finite(grid)) return NEPH_OK;
+  neph_result result = np_bricks_build(grid->context, grid, NEPH_PRECISION_HALF, NULL, monitor, &bricks);
+  if (result) return result;
+  p->has_bricks = true;
+  p->brick_count = bricks.brick_count;
+  p->brick_bytes = np_bricks_get_bytes(&bricks);
+  np_bricks_clear(&bricks);
+  return NEPH_OK;
+}
+
+static neph_result measure_scalar(const np_volume_file *file, size_t index, np_monitor *monitor, portrait *p) {
+  np_sparse_grid grid = {0};
+  np_grid_extent extent;
+  neph_result result = np_volume_file_read(file, index, &grid, &p->size.tree_bytes);
+  if (!result) {
+    p->has_values = p->is_active = np_sparse_grid_measure(&grid, &extent);
+    memcpy(p->size.active_min, extent.min, sizeof extent.min);
+    memcpy(p->size.active_max, extent.max, sizeof extent.max);
+    p->value_min = extent.value_min;
+    p->value_max = extent.value_max;
+    p->size.active_voxel_count = np_sparse_grid_count_active(&grid);
+    result = measure_bricks(&grid, monitor, p);
+  }
+  np_sparse_grid_clear(&grid);
+  return result;
+}
+
+static neph_result measure_other(const np_volume_file *file, size_t index, portrait *p) {
+  np_vdb_error error;
+  if (file->module->measure(file->vdb, index, &p->size, &error)) return np_volume_file_fail(file, &error);
+  p->is_active = p->size.active_voxel_count > 0;
+  return NEPH_OK;
+}
+
+static neph_result take_portrait(const np_volume_file *file, size_t index, np_monitor *monitor, portrait *p) {
+  *p = (portrait){0};
+  file->module->describe(file->vdb, index, &p->info);
+  neph_result result = p->info.is_scalar ? measure_scalar(file, index, monitor, p) : measure_other(file, index, p);
+  np_affine affine;
+  memcpy(affine.m, p->info.index_to_world, sizeof affine.m);
+  np_volume_bound_box(&affine, p->size.active_min, p->size.active_max, p->bounds_min_m, p->bounds_max_m);
+  for (int a = 0; a < 3; a++)
+    p->voxel_m[a] = np_dvec3_length(np_dvec3_make(affine.m[0][a], affine.m[1][a], affine.m[2][a]));
+  return result;
+}
+
+/* ---- Lines ---- */
+
+static void print_metadata_line(void *out, const char *name, const char *text) {
+  fprintf(out, "    %-13s %s\n", name, text);
+}
+
+static void print_bytes(FILE *out, uint64_t bytes) {
+  if (bytes < 1000000)
+    fprintf(out, "%.1f kB", (double)bytes * 1e-3);
+  else
+    fprintf(out, "%.1f MB", (double)bytes * 1e-6);
+}
+
+static void print_transform(FILE *out, const portrait *p) {
+  if (!p->info.is_affine) {
+    fprintf(out, "  transform     frustum\n");
+    return;
+  }
+  fprintf(out, "  voxel         %.6g × %.6g × %.6g m\n", p->voxel_m[0], p->voxel_m[1], p->voxel_m[2]);
+  for (int row = 0; row < 3; row++) {
+    const double *m = p->info.index_to_world[row];
+    fprintf(out, "%s[%12.6g %12.6g %12.6g %12.6g ]\n", row ? "                " : "  index→world   ", m[0], m[1], m[2],
+            m[3]);
+  }
+}
+
+static void print_content(FILE *out, const portrait *p) {
+  const int32_t *low = p->size.active_min, *high = p->size.active_max;
+  if (!p->is_active) {
+    fprintf(out, "  active        nothing\n");
+    return;
+  }
+  fprintf(out, "  active        %llu voxels, index (%d, %d, %d) to (%d, %d, %d)\n",
+          (unsigned long long)p->size.active_voxel_count, low[0], low[1], low[2], high[0], high[1], high[2]);
+  if (p->info.is_affine)
+    fprintf(out, "  bounds        (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g) m\n", p->bounds_min_m[0], p->bounds_min_m[1],
+            p->bounds_min_m[2], p->bounds_max_m[0], p->bounds_max_m[1], p->bounds_max_m[2]);
+  if (p->has_values) fprintf(out, "  values        %.6g to %.6g\n", (double)p->value_min, (double)p->value_max);
+}
+
+static void print_memory(FILE *out, const portrait *p) {
+  fprintf(out, "  memory        tree ");
+  print_bytes(out, p->size.tree_bytes);
+  if (p->has_bricks) {
+    fprintf(out, ", bricks ");
+    print_bytes(out, p->brick_bytes);
+    fprintf(out, " (%llu of halves)", (unsigned long long)p->brick_count);
+  } else if (p->info.is_scalar) {
+    fprintf(out, ", no bricks: not all values are finite");
+  }
+  fprintf(out, "\n");
+}
+
+static neph_result print_grid(FILE *out, const np_volume_file *file, size_t index, const portrait *p) {
+  np_vdb_error error;
+  fprintf(out, "grid '%s'\n  class         %s\n  type          %s%s\n", p->info.name, p->info.grid_class,
+          p->info.value_type, p->info.is_half_on_disk ? ", half on disk" : "");
+  if (p->info.creator[0]) fprintf(out, "  creator       %s\n", p->info.creator);
+  print_transform(out, p);
+  print_content(out, p);
+  print_memory(out, p);
+  fprintf(out, "  metadata\n");
+  if (file->module->visit_metadata(file->vdb, index, print_metadata_line, out, &error))
+    return np_volume_file_fail(file, &error);
+  return NEPH_OK;
+}
+
+/* ---- JSON ---- */
+
+static void put_metadata(void *json, const char *name, const char *text) { np_json_put_text(json, name, text); }
+
+static void put_content(np_json *json, const portrait *p) {
+  np_json_put_integer(json, "active_voxels", (int64_t)p->size.active_voxel_count);
+  if (!p->is_active) return;
+  double low[3], high[3];
+  for (int a = 0; a < 3; a++) {
+    low[a] = p->size.active_min[a];
+    high[a] = p->size.active_max[a];
+  }
+  np_json_put_reals(json, "index_min", low, 3);
+  np_json_put_reals(json, "index_max", high, 3);
+  if (p->info.is_affine) {
+    np_json_put_reals(json, "bounds_min_m", p->bounds_min_m, 3);
+    np_json_put_reals(json, "bounds_max_m", p->bounds_max_m, 3);
+  }
+  if (!p->has_values) return;
+  np_json_put_real(json, "value_min", (double)p->value_min);
+  np_json_put_real(json, "value_max", (double)p->value_max);
+}
+
+static neph_result put_grid(np_json *json, const np_volume_file *file, size_t index, const portrait *p) {
+  np_vdb_error error;
+  np_json_begin_object(json, NULL);
+  np_json_put_text(json, "name", p->info.name);
+  np_json_put_text(json, "class", p->info.grid_class);
+  np_json_put_text(json, "type", p->info.value_type);
+  np_json_put_bool(json, "half_on_disk", p->info.is_half_on_disk);
+  np_json_put_text(json, "creator", p->info.creator);
+  np_json_put_bool(json, "affine", p->info.is_affine);
+  if (p->info.is_affine) {
+    np_json_put_reals(json, "voxel_m", p->voxel_m, 3);
+    np_json_put_reals(json, "index_to_world", &p->info.index_to_world[0][0], 12);
+  }
+  put_content(json, p);
+  np_json_put_integer(json, "tree_bytes", (int64_t)p->size.tree_bytes);
+  if (p->has_bricks) {
+    np_json_put_integer(json, "brick_count", (int64_t)p->brick_count);
+    np_json_put_integer(json, "brick_bytes", (int64_t)p->brick_bytes);
+  }
+  np_json_begin_object(json, "metadata");
+  neph_result result = file->module->visit_metadata(file->vdb, index, put_metadata, json, &error);
+  np_json_end(json);
+  np_json_end(json);
+  return result ? np_volume_file_fail(file, &error) : NEPH_OK;
+}
+
+/* ---- The file ---- */
+
+typedef struct describe_job {
+  neph_context *context;
+  const char *path;
+  np_monitor *monitor;
+  np_json *json; /* or: */
+  FILE *out;
+} describe_job;
+
+static neph_result describe_grids(const describe_job *job, const np_volume_file *file) {
+  size_t count = file->module->count(file->vdb);
+  portrait p;
+  for (size_t i = 0; i < count; i++) {
+    neph_result result = take_portrait(file, i, job->monitor, &p);
+    if (result) return result;
+    result = job->json ? put_grid(job->json, file, i, &p) : print_grid(job->out, file, i, &p);
+    if (result) return result;
+  }
+  return NEPH_OK;
+}
+
+static neph_result run_describe(void *user) {
+  const describe_job *job = user;
+  np_volume_file file;
+  neph_result result = np_volume_file_open(job->context, job->path, job->monitor, &file);
+  if (result) return result;
+  size_t count = file.module->count(file.vdb);
+  if (job->out) fprintf(job->out, "%s: %zu %s\n", job->path, count, count == 1 ? "grid" : "grids");
+  result = describe_grids(job, &file);
+  np_volume_file_close(&file);
+  return result;
+}
+
+static neph_result describe_as_json(describe_job *job, char **out_text) {
+  job->json = np_json_create(job->context);
+  if (!job->json) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_json_put_text(job->json, "file", job->path);
+  np_json_begin_array(job->json, "grids");
+  neph_result result = np_parallel_run(job->context, job->monitor, run_describe, job);
+  np_json_end(job->json);
+  if (!result) return np_json_finish(job->json, out_text);
+  np_json_destroy(job->json);
+  return result;
+}
+
+static neph_result describe_as_lines(describe_job *job, char **out_text) {
+  char *lines = NULL;
+  size_t size = 0;
+  job->out = open_memstream(&lines, &size);
+  neph_result result = job->out ? np_parallel_run(job->context, job->monitor, run_describe, job) : NEPH_OK;
+  bool is_written = job->out && !fclose(job->out);
+  if (!result && !is_written)
+    result = np_fail(job->context, NEPH_ERROR_OUT_OF_MEMORY, "out of memory: no room for text");
+  if (!result) {
+    *out_text = np_alloc_text(job->context, lines);
+    if (!*out_text) result = NEPH_ERROR_OUT_OF_MEMORY;
+  }
+  free(lines);
+  return result;
+}
+
+neph_result neph_volume_describe_file(neph_context *context, const char *path, neph_text_format format,
+                                      char **out_text) {
+  np_monitor monitor;
+  *out_text = NULL;
+  np_monitor_start(&monitor, context, NULL, NULL);
+  describe_job job = {.context = context, .path = path, .monitor = &monitor};
+  return format == NEPH_TEXT_JSON ? describe_as_json(&job, out_text) : describe_as_lines(&job, out_text);
+}

@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "volume/volume_file.h"
+
+#include <sys/stat.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+
+static int is_cancelled(void *monitor) { return np_monitor_is_cancelled(monitor); }
+
+/* ---- Reading ---- */
+
+neph_result np_volume_file_fail(const np_volume_file *file, const np_vdb_error *error) {
+  if (error->result == NEPH_ERROR_CANCELLED) return NEPH_ERROR_CANCELLED;
+  return np_fail(file->context, error->result, "%s: %s", file->path, error->message);
+}
+
+static neph_result refuse_folder(neph_context *context, const char *path) {
+  struct stat status;
+  if (stat(path, &status) || !S_ISDIR(status.st_mode)) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: is a folder, must be a .vdb file", path);
+}
+
+neph_result np_volume_file_open(neph_context *context, const char *path, np_monitor *monitor,
+                                np_volume_file *out_file) {
+  *out_file = (np_volume_file){.context = context, .path = path};
+  neph_result result = refuse_folder(context, path);
+  if (!result) result = np_vdb_module_get(context, &out_file->module);
+  if (result) return result;
+  out_file->thread_limit = out_file->module->limit_threads(context->thread_count);
+  np_vdb_error error;
+  if (!out_file->module->open(path, is_cancelled, monitor, &out_file->vdb, &error)) return NEPH_OK;
+  result = np_volume_file_fail(out_file, &error);
+  np_volume_file_close(out_file);
+  return result;
+}
+
+void np_volume_file_close(np_volume_file *file) {
+  if (!file->module) return;
+  file->module->close(file->vdb);
+  file->module->unlimit_threads(file->thread_limit);
+  *file = (np_volume_file){0};
+}
+
+neph_result np_volume_file_read(const np_volume_file *file, size_t index, np_sparse_grid *out_grid,
+                                uint64_t *out_tree_bytes) {
+  np_vdb_grid_info info;
+  np_vdb_error error;
+  const np_vdb_sink sink = {out_grid, np_sparse_grid_reserve, np_sparse_grid_add_leaf, np_sparse_grid_add_tile};
+  file->module->describe(file->vdb, index, &info);
+  neph_result result = np_sparse_grid_init(file->context, info.name, out_grid);
+  if (result) return result;
+  if (file->module->read(file->vdb, index, &sink, out_tree_bytes, &error)) return np_volume_file_fail(file, &error);
+  np_sparse_grid_sort(out_grid);
+  return NEPH_OK;
+}
+
+/* ---- Writing ---- */
+
+enum { OWN_ATTRIBUTES = 2, HASH_BYTES = 33 };
+
+typedef struct save_job {
+  neph_context *context;
+  const char *path;
+  np_monitor *monitor;
+  np_vdb_write_grid *grids; /* with attributes of their own */
+  size_t count;
+  char (*hashes)[HASH_BYTES];
+} save_job;
+
+/* A half holds at most 65504. */
+static neph_result check_half_range(const save_job *job, const np_sparse_grid *grid) {
+  np_grid_extent extent;
+  if (!np_sparse_grid_measure(grid, &extent) || (extent.value_max < 65520.0f && extent.value_min > -65520.0f))
+    return NEPH_OK;
+  return np_fail(job->context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "%s: grid '%s' has values from %g to %g, which halves cannot hold: write floats", job->path,
+                 grid->name, (double)extent.value_min, (double)extent.value_max);
+}
+
+/* Copies one grid's attributes and adds ours behind them. */
+static neph_result add_attributes(const save_job *job, const np_vdb_write_grid *from, np_vdb_write_grid *to,
+                                  char *hash) {
+  *to = *from;
+  to->attributes = NULL;
+  neph_result result = from->is_half ? check_half_range(job, from->grid) : NEPH_OK;
+  if (!result)
+    result = from->is_half ? np_sparse_grid_hash_as_half(from->grid, hash) : np_sparse_grid_hash(from->grid, hash);
+  if (result) return result;
+  np_vdb_attribute *attributes = np_alloc(job->context, from->attribute_count + OWN_ATTRIBUTES, sizeof *attributes);
+  if (!attributes) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (size_t i = 0; i < from->attribute_count; i++) attributes[i] = from->attributes[i];
+  attributes[to->attribute_count++] = (np_vdb_attribute){.name = "creator", .text = "nephos"};
+  attributes[to->attribute_count++] = (np_vdb_attribute){.name = "nephos:hash", .text = hash};
+  to->attributes = attributes;
+  return NEPH_OK;
+}
+
+static neph_result write_temporary(const save_job *job, const char *temporary) {
+  const np_vdb_module *module;
+  np_vdb_error error;
+  neph_result result = np_vdb_module_get(job->context, &module);
+  if (result) return result;
+  void *limit = module->limit_threads(job->context->thread_count);
+  result = module->write(temporary, job->grids, job->count, is_cancelled, job->monitor, &error);
+  module->unlimit_threads(limit);
+  if (result && result != NEPH_ERROR_CANCELLED)
+    return np_fail(job->context, result, "%s: %s", job->path, error.message);
+  return result;
+}
+
+static neph_result run_save(void *user) {
+  const save_job *job = user;
+  np_file_write write;
+  neph_result result = np_file_write_begin(job->context, job->path, &write);
+  if (result) return result;
+  result = write_temporary(job, write.temporary);
+  if (!result) return np_file_write_commit(&write);
+  np_file_write_abandon(&write);
+  return result;
+}
+
+neph_result np_volume_save_grids(neph_context *context, const char *path, const np_vdb_write_grid *grids, size_t count,
+                                 np_monitor *monitor) {
+  save_job job = {.context = context, .path = path, .monitor = monitor, .count = count};
+  job.grids = np_alloc(context, count, sizeof *job.grids);
+  job.hashes = job.grids ? np_alloc(context, count, sizeof *job.hashes) : NULL;
+  neph_result result = job.hashes ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  np_monitor_set_stage(monitor, "writing");
+  for (size_t i = 0; i < count && !result; i++) result = add_attributes(&job, &grids[i], &job.grids[i], job.hashes[i]);
+  if (!result) result = np_parallel_run(context, monitor, run_save, &job);
+  for (size_t i = 0; i < count && job.grids; i++) np_alloc_free(context, (void *)(uintptr_t)job.grids[i].attributes);
+  np_alloc_free(context, job.grids);
+  np_alloc_free(context, job.hashes);
+  return result;
+}

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A .vdb file open for reading, and the checks that its grids must pass. Inside the volume module only. */
+#ifndef NP_VOLUME_VOLUME_FILE_H
+#define NP_VOLUME_VOLUME_FILE_H
+
+#include "volume/volume_private.h"
+
+typedef struct np_volume_file {
+  neph_context *context;
+  const char *path; /* borrowed */
+  const np_vdb_module *module;
+  np_vdb_file *vdb;
+  void *thread_limit;
+} np_volume_file;
+
+/* Opens a file and reads what its grids are. `monitor` may be NULL; else it must live until the file is closed. */
+neph_result np_volume_file_open(neph_context *context, const char *path, np_monitor *monitor, np_volume_file *out_file);
+void np_volume_file_close(np_volume_file *file); /* a zeroed file is allowed */
+
+/* Reads a scalar grid, sorted. The caller clears the grid, whatever the outcome. */
+neph_result np_volume_file_read(const np_volume_file *file, size_t index, np_sparse_grid *out_grid,
+                                uint64_t *out_tree_bytes);
+
+/* Reports what the module said, under the file's name. */
+neph_result np_volume_file_fail(const np_volume_file *file, const np_vdb_error *error);
+
+/* Checks the values of a grid just read, and repairs what is rounding, or, where the policy says so, what is not: NaN,
+ * infinite, negative. Fails or warns with counts and the first voxel. */
+neph_result np_volume_import_values(neph_context *context, const char *path, np_sparse_grid *grid,
+                                    neph_import_policy policy, np_monitor *monitor);
+
+#endif
