@@ -8,6 +8,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#include <nephos/context.h>
+
 #if defined(__F16C__)
 #include <immintrin.h>
 #endif
@@ -68,5 +70,12 @@ static inline uint16_t np_half_above(float value) {
     half = !(half & 0x8000u) ? (uint16_t)(half + 1) : half != 0x8000u ? (uint16_t)(half - 1) : 0x0001u;
   return half;
 }
+
+/* Halves of values times a factor, by the kernel of a level. */
+void np_half_encode(neph_isa isa, const float *values, size_t count, float factor, uint16_t *out_halves);
+
+void np_half_encode_v1(const float *values, size_t count, float factor, uint16_t *out_halves);
+void np_half_encode_v3(const float *values, size_t count, float factor, uint16_t *out_halves);
+void np_half_encode_v4(const float *values, size_t count, float factor, uint16_t *out_halves);
 
 #endif
