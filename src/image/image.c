@@ -133,6 +133,10 @@ bool np_image_is_float_channel(const char *name) {
          !strncmp(name, "P.", 2) || !strncmp(name, "position.", 9);
 }
 
+int np_image_get_data_min(const neph_image *image, int axis) {
+  return image->header.has_window ? image->header.data_min[axis] : 0;
+}
+
 /* ---- Attributes ---- */
 
 const np_image_attribute *np_image_find_attribute(const neph_image *image, const char *name) {

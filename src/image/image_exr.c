@@ -3,7 +3,6 @@
  * chunks are compressed and decompressed on the context's threads, and written in order. */
 #include <errno.h>
 #include <fcntl.h>
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -18,10 +17,6 @@
 #include "image/image_private.h"
 
 enum { ZIP_LEVEL = 4, SHORT_NAME_MAX = 31 };
-
-static const float half_overflow = 65520.0f;   /* the least value that rounds to infinity */
-static const float half_normal_min = 0x1p-14f; /* below it halves lose digits */
-static const char scale_attribute[] = "nephos:scale";
 
 /* A file open in OpenEXRCore. */
 typedef struct exr_file {
@@ -127,123 +122,11 @@ static void close_file(exr_file *file) {
   file->descriptor = -1;
 }
 
-/* ---- What may be written ---- */
-
-static double get_scale(const neph_image *image) {
-  const np_image_attribute *scale = np_image_find_attribute(image, scale_attribute);
-  return scale && scale->type != NP_IMAGE_TEXT && scale->number > 0 ? scale->number : 1.0;
-}
-
-static int get_data_min(const neph_image *image, int axis) {
-  return image->header.has_window ? image->header.data_min[axis] : 0;
-}
-
-/* What a scan of one channel found. */
-typedef struct channel_scan {
-  size_t infinite_at, nan_at, largest_at; /* SIZE_MAX: none */
-  size_t nan_count;
-  float largest; /* of the finite magnitudes */
-} channel_scan;
-
-static channel_scan scan_channel(const neph_image *image, const np_image_channel *channel) {
-  channel_scan scan = {SIZE_MAX, SIZE_MAX, SIZE_MAX, 0, 0.0f};
-  size_t count = (size_t)image->width * image->height;
-  for (size_t i = 0; i < count; i++) {
-    float magnitude = fabsf(channel->values[i]);
-    if (magnitude <= scan.largest) continue;
-    if (isnan(magnitude)) {
-      if (scan.nan_count++ == 0) scan.nan_at = i;
-    } else if (isinf(magnitude)) {
-      if (scan.infinite_at == SIZE_MAX) scan.infinite_at = i;
-    } else {
-      scan.largest = magnitude;
-      scan.largest_at = i;
-    }
-  }
-  return scan;
-}
-
-static neph_result fail_infinite(const neph_image *image, const char *path, const np_image_channel *channel,
-                                 size_t at) {
-  return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT,
-                 "%s: pixel (%d, %d) of channel %s is infinite, which only depth, distance and position may be", path,
-                 get_data_min(image, 0) + (int)(at % image->width), get_data_min(image, 1) + (int)(at / image->width),
-                 channel->name);
-}
-
-static void warn_of_nan(const neph_image *image, const char *path, const np_image_channel *channel,
-                        const channel_scan *scan) {
-  np_log(image->context, NEPH_LOG_WARNING, "%s: channel %s holds %zu NaN, the first at pixel (%d, %d)", path,
-         channel->name, scan->nan_count, get_data_min(image, 0) + (int)(scan->nan_at % image->width),
-         get_data_min(image, 1) + (int)(scan->nan_at / image->width));
-}
-
-static neph_result fail_overflow(const neph_image *image, const char *path, const np_image_channel *channel,
-                                 const channel_scan *scan) {
-  double scale = get_scale(image), fitting = scale;
-  for (double value = (double)scan->largest; value >= (double)half_overflow; value *= 0.5) fitting *= 0.5;
-  return np_fail(image->context, NEPH_ERROR_LIMIT,
-                 "%s: pixel (%d, %d) of channel %s is %g, above 65504, the largest half: "
-                 "set output.scale to %g (it is %g), or output.pixel_type to float",
-                 path, get_data_min(image, 0) + (int)(scan->largest_at % image->width),
-                 get_data_min(image, 1) + (int)(scan->largest_at / image->width), channel->name,
-                 (double)channel->values[scan->largest_at], fitting, scale);
-}
-
-/* Whether more than half of the lit pixels lie below `threshold` in their brightest channel. */
-static bool is_median_below(const neph_image *image, float threshold) {
-  const float *r = np_image_find_channel(image, "R"), *g = np_image_find_channel(image, "G"),
-              *b = np_image_find_channel(image, "B");
-  size_t count = (size_t)image->width * image->height, lit = 0, below = 0;
-  for (size_t i = 0; i < count; i++) {
-    float brightest = fmaxf(r[i], fmaxf(g[i], b[i]));
-    lit += brightest > 0;
-    below += brightest > 0 && brightest < threshold;
-  }
-  return below > lit / 2;
-}
-
-/* A picture of radiances that halves would crush; others carry no scale to set. */
-static neph_result check_darkness(const neph_image *image, const char *path, float largest) {
-  if (!np_image_find_attribute(image, scale_attribute)) return NEPH_OK;
-  if (!np_image_find_channel(image, "R") || !np_image_find_channel(image, "G") || !np_image_find_channel(image, "B"))
-    return NEPH_OK;
-  if (!is_median_below(image, half_normal_min)) return NEPH_OK;
-  float factor = 1.0f;
-  while (is_median_below(image, half_normal_min / factor)) factor *= 2.0f;
-  /* A few stops of room for the darker half, if the brightest value has them. */
-  for (int stops = 0; stops < 4 && largest * factor * 2.0f < half_overflow; stops++) factor *= 2.0f;
-  if (largest * factor >= half_overflow)
-    return np_fail(image->context, NEPH_ERROR_LIMIT,
-                   "%s: more than half of the lit pixels are below 2^-14, where halves lose digits, while others are "
-                   "as bright as %g: set output.pixel_type to float",
-                   path, (double)largest);
-  return np_fail(image->context, NEPH_ERROR_LIMIT,
-                 "%s: more than half of the lit pixels are below 2^-14, where halves lose digits: "
-                 "set output.scale to %g (it is %g), or output.pixel_type to float",
-                 path, get_scale(image) * (double)factor, get_scale(image));
-}
+/* ---- Writing the header ---- */
 
 static exr_pixel_type_t choose_pixel_type(const np_image_channel *channel, neph_pixel_type wanted) {
   return wanted == NEPH_PIXEL_FLOAT || np_image_is_float_channel(channel->name) ? EXR_PIXEL_FLOAT : EXR_PIXEL_HALF;
 }
-
-static neph_result check_values(const neph_image *image, const char *path, neph_pixel_type pixel_type) {
-  float largest = 0;
-  for (unsigned c = 0; c < image->channel_count; c++) {
-    const np_image_channel *channel = &image->channels[c];
-    channel_scan scan = scan_channel(image, channel);
-    if (scan.nan_count) warn_of_nan(image, path, channel, &scan);
-    if (scan.infinite_at != SIZE_MAX && !np_image_is_float_channel(channel->name))
-      return fail_infinite(image, path, channel, scan.infinite_at);
-    if (choose_pixel_type(channel, pixel_type) == EXR_PIXEL_FLOAT) continue;
-    if (scan.largest >= half_overflow) return fail_overflow(image, path, channel, &scan);
-    largest = fmaxf(largest, scan.largest);
-  }
-  return pixel_type == NEPH_PIXEL_HALF ? check_darkness(image, path, largest) : NEPH_OK;
-}
-
-/* ---- Writing the header ---- */
 
 static exr_attr_box2i_t make_box(const int min[2], const int max[2]) {
   exr_attr_box2i_t box;
@@ -353,7 +236,7 @@ static void point_to_values(const neph_image *image, size_t first, exr_encode_pi
 static exr_result_t run_pipeline(const exr_writer *writer, int line, exr_encode_pipeline_t *pipeline) {
   exr_context_t exr = writer->file.exr;
   exr_chunk_info_t info;
-  exr_result_t code = exr_write_scanline_chunk_info(exr, 0, get_data_min(writer->image, 1) + line, &info);
+  exr_result_t code = exr_write_scanline_chunk_info(exr, 0, np_image_get_data_min(writer->image, 1) + line, &info);
   if (!code) code = exr_encoding_initialize(exr, 0, &info, pipeline);
   if (code) return code;
   point_to_values(writer->image, (size_t)line * writer->image->width, pipeline);
@@ -396,7 +279,7 @@ static neph_result write_pixels(exr_writer *writer) {
   neph_result result = np_parallel_for(file->context, NULL, (size_t)writer->chunk_count, 1, compress_chunks, writer);
   if (result) return atomic_load(&file->worker_error) ? fail_write(file, atomic_load(&file->worker_error)) : result;
   for (int i = 0; !code && i < writer->chunk_count; i++)
-    code = exr_write_scanline_chunk(file->exr, 0, get_data_min(writer->image, 1) + i * writer->lines_per_chunk,
+    code = exr_write_scanline_chunk(file->exr, 0, np_image_get_data_min(writer->image, 1) + i * writer->lines_per_chunk,
                                     writer->chunks[i].bytes, writer->chunks[i].size);
   return code ? fail_write(file, code) : NEPH_OK;
 }
@@ -440,7 +323,7 @@ static neph_result write_file(exr_writer *writer, const char *temporary, neph_pi
 
 neph_result neph_image_save_exr(const neph_image *image, const char *path, neph_pixel_type pixel_type) {
   np_file_write write;
-  neph_result result = check_values(image, path, pixel_type);
+  neph_result result = np_image_check_values(image, path, pixel_type);
   if (!result) result = np_file_write_begin(image->context, path, &write);
   if (result) return result;
   exr_writer writer = {.file = {.context = image->context, .path = path, .descriptor = -1}, .image = image};

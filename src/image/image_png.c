@@ -160,8 +160,9 @@ static void copy_samples(png_reader *reader) {
 static void read_picture(png_reader *reader) {
   png_structp png = reader->png;
   png_set_read_fn(png, reader, read_bytes);
-  png_set_user_limits(png, NP_IMAGE_SIDE_MAX, NP_IMAGE_SIDE_MAX);
+  png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX); /* ours say what is allowed */
   png_read_info(png, reader->info);
+  check_size(reader, 1);
   set_transforms(png);
   png_read_update_info(png, reader->info);
   create_image(reader);

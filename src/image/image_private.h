@@ -64,6 +64,12 @@ bool np_image_is_float_channel(const char *name);
  * has room for channel_count. */
 unsigned np_image_choose_channels(const neph_image *image, unsigned *out_indices);
 
+/* Coordinate of the first column (axis 0) or row of the data window. */
+int np_image_get_data_min(const neph_image *image, int axis);
+
+/* Whether the image can be written with pixels of a type, as neph_image_save_exr promises; tells of NaN. */
+neph_result np_image_check_values(const neph_image *image, const char *path, neph_pixel_type pixel_type);
+
 /* What an OpenEXR file says of itself beside what an image keeps. */
 typedef struct np_image_exr_info {
   const char *storage, *compression;

@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Whether the values of an image can stand in a file. What halves would lose is an error that names the scale to use.
+ */
+#include <math.h>
+#include <stdlib.h>
+
+#include "image/image_private.h"
+
+static const float half_overflow = 65520.0f;   /* the least value that rounds to infinity */
+static const float half_normal_min = 0x1p-14f; /* below it halves lose digits */
+static const char scale_attribute[] = "nephos:scale";
+
+static double get_scale(const neph_image *image) {
+  const char *scale = neph_image_get_attribute(image, scale_attribute);
+  double value = scale ? strtod(scale, NULL) : 1.0;
+  return value > 0 ? value : 1.0;
+}
+
+/* What a scan of one channel found. */
+typedef struct channel_scan {
+  size_t infinite_at, nan_at, largest_at; /* SIZE_MAX: none */
+  size_t nan_count;
+  float largest; /* of the finite magnitudes */
+} channel_scan;
+
+static channel_scan scan_channel(const neph_image *image, const np_image_channel *channel) {
+  channel_scan scan = {SIZE_MAX, SIZE_MAX, SIZE_MAX, 0, 0.0f};
+  size_t count = (size_t)image->width * image->height;
+  for (size_t i = 0; i < count; i++) {
+    float magnitude = fabsf(channel->values[i]);
+    if (magnitude <= scan.largest) continue;
+    if (isnan(magnitude)) {
+      if (scan.nan_count++ == 0) scan.nan_at = i;
+    } else if (isinf(magnitude)) {
+      if (scan.infinite_at == SIZE_MAX) scan.infinite_at = i;
+    } else {
+      scan.largest = magnitude;
+      scan.largest_at = i;
+    }
+  }
+  return scan;
+}
+
+static neph_result fail_infinite(const neph_image *image, const char *path, const np_image_channel *channel,
+                                 size_t at) {
+  return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "%s: pixel (%d, %d) of channel %s is infinite, which only depth, distance and position may be", path,
+                 np_image_get_data_min(image, 0) + (int)(at % image->width),
+                 np_image_get_data_min(image, 1) + (int)(at / image->width), channel->name);
+}
+
+static void warn_of_nan(const neph_image *image, const char *path, const np_image_channel *channel,
+                        const channel_scan *scan) {
+  np_log(image->context, NEPH_LOG_WARNING, "%s: channel %s holds %zu NaN, the first at pixel (%d, %d)", path,
+         channel->name, scan->nan_count, np_image_get_data_min(image, 0) + (int)(scan->nan_at % image->width),
+         np_image_get_data_min(image, 1) + (int)(scan->nan_at / image->width));
+}
+
+static neph_result fail_overflow(const neph_image *image, const char *path, const np_image_channel *channel,
+                                 const channel_scan *scan) {
+  double scale = get_scale(image), fitting = scale;
+  for (double value = (double)scan->largest; value >= (double)half_overflow; value *= 0.5) fitting *= 0.5;
+  return np_fail(image->context, NEPH_ERROR_LIMIT,
+                 "%s: pixel (%d, %d) of channel %s is %g, above 65504, the largest half: "
+                 "set output.scale to %g (it is %g), or output.pixel_type to float",
+                 path, np_image_get_data_min(image, 0) + (int)(scan->largest_at % image->width),
+                 np_image_get_data_min(image, 1) + (int)(scan->largest_at / image->width), channel->name,
+                 (double)channel->values[scan->largest_at], fitting, scale);
+}
+
+/* Whether more than half of the lit pixels lie below `threshold` in their brightest channel. */
+static bool is_median_below(const neph_image *image, float threshold) {
+  const float *r = np_image_find_channel(image, "R"), *g = np_image_find_channel(image, "G"),
+              *b = np_image_find_channel(image, "B");
+  size_t count = (size_t)image->width * image->height, lit = 0, below = 0;
+  for (size_t i = 0; i < count; i++) {
+    float brightest = fmaxf(r[i], fmaxf(g[i], b[i]));
+    lit += brightest > 0;
+    below += brightest > 0 && brightest < threshold;
+  }
+  return below > lit / 2;
+}
+
+/* A picture of radiances that halves would crush; others carry no scale to set. */
+static neph_result check_darkness(const neph_image *image, const char *path, float largest) {
+  if (!np_image_find_attribute(image, scale_attribute)) return NEPH_OK;
+  if (!np_image_find_channel(image, "R") || !np_image_find_channel(image, "G") || !np_image_find_channel(image, "B"))
+    return NEPH_OK;
+  if (!is_median_below(image, half_normal_min)) return NEPH_OK;
+  float factor = 1.0f;
+  while (is_median_below(image, half_normal_min / factor)) factor *= 2.0f;
+  /* A few stops of room for the darker half, if the brightest value has them. */
+  for (int stops = 0; stops < 4 && largest * factor * 2.0f < half_overflow; stops++) factor *= 2.0f;
+  if (largest * factor >= half_overflow)
+    return np_fail(image->context, NEPH_ERROR_LIMIT,
+                   "%s: more than half of the lit pixels are below 2^-14, where halves lose digits, while others are "
+                   "as bright as %g: set output.pixel_type to float",
+                   path, (double)largest);
+  return np_fail(image->context, NEPH_ERROR_LIMIT,
+                 "%s: more than half of the lit pixels are below 2^-14, where halves lose digits: "
+                 "set output.scale to %g (it is %g), or output.pixel_type to float",
+                 path, get_scale(image) * (double)factor, get_scale(image));
+}
+
+neph_result np_image_check_values(const neph_image *image, const char *path, neph_pixel_type pixel_type) {
+  const np_image_channel *brightest = NULL;
+  channel_scan brightest_scan = {.largest = 0.0f};
+  for (unsigned c = 0; c < image->channel_count; c++) {
+    const np_image_channel *channel = &image->channels[c];
+    bool is_float = np_image_is_float_channel(channel->name);
+    channel_scan scan = scan_channel(image, channel);
+    if (scan.nan_count) warn_of_nan(image, path, channel, &scan);
+    if (scan.infinite_at != SIZE_MAX && !is_float) return fail_infinite(image, path, channel, scan.infinite_at);
+    if (is_float || scan.largest <= brightest_scan.largest) continue;
+    brightest = channel;
+    brightest_scan = scan;
+  }
+  if (pixel_type == NEPH_PIXEL_FLOAT || !brightest) return NEPH_OK;
+  if (brightest_scan.largest >= half_overflow) return fail_overflow(image, path, brightest, &brightest_scan);
+  return check_darkness(image, path, brightest_scan.largest);
+}

@@ -1,0 +1,278 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "test_support.h"
+
+#include <stdlib.h>
+
+#include "core/random.h"
+#include "image/image_private.h"
+
+typedef struct fixture {
+  test_log log;
+  neph_context *context;
+} fixture;
+
+static int set_up(void **state) {
+  fixture *f = calloc(1, sizeof *f);
+  test_log_start(&f->log);
+  f->context = test_context_create(2, &f->log);
+  *state = f;
+  return 0;
+}
+
+static int tear_down(void **state) {
+  fixture *f = *state;
+  neph_context_destroy(f->context);
+  free(f);
+  return 0;
+}
+
+static const char *const rgbz[] = {"R", "G", "B", "Z"};
+
+/* R, G, B filled with one value, Z with 0. */
+static neph_image *create_flat(fixture *f, unsigned width, unsigned height, float value) {
+  neph_image *image;
+  assert_int_equal(neph_image_create(f->context, width, height, 4, rgbz, &image), NEPH_OK);
+  for (unsigned c = 0; c < 3; c++)
+    for (unsigned i = 0; i < width * height; i++) image->channels[c].values[i] = value;
+  return image;
+}
+
+static neph_image_difference compare(fixture *f, const neph_image *image, const neph_image *reference) {
+  neph_image_difference difference;
+  assert_int_equal(neph_image_compare(f->context, image, reference, &difference), NEPH_OK);
+  return difference;
+}
+
+static void a_picture_does_not_differ_from_itself(void **state) {
+  fixture *f = *state;
+  neph_image *image = create_flat(f, 20, 20, 0.7f);
+  for (int i = 0; i < 400; i++) image->channels[3].values[i] = INFINITY;
+  neph_image_difference d = compare(f, image, image);
+  assert_true(d.relative_mse == 0 && d.rmse == 0 && d.bias == 0 && d.bias_interval == 0 && d.block_rms == 0);
+  assert_true(d.p999_relative == 0 && d.max_absolute == 0);
+  assert_int_equal(d.value_count, 1200);
+  assert_int_equal(d.differing_count, 0);
+  neph_image_destroy(image);
+}
+
+/* Twice as bright: with L = 1 and ε = 0.01 every measure is known by hand. All are sums of equal terms, exact to
+ * rounding; the percentile is kept in float. */
+static void uniform_error_has_the_known_measures(void **state) {
+  fixture *f = *state;
+  neph_image *image = create_flat(f, 24, 16, 2.0f), *reference = create_flat(f, 24, 16, 1.0f);
+  neph_image_difference d = compare(f, image, reference);
+  assert_near(d.relative_mse, 1.0 / 1.0001, 1e-12);
+  assert_near(d.rmse, 1.0, 1e-12);
+  assert_near(d.bias, 1.0, 1e-12);
+  assert_near(d.bias_interval, 0.0, 1e-12); /* every block agrees */
+  assert_near(d.block_rms, 1.0, 1e-12);
+  assert_near(d.p999_relative, 1.0 / 1.01, 1e-7);
+  assert_true(d.max_absolute == 1.0);
+  assert_int_equal(d.differing_count, 24 * 16 * 3);
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+}
+
+/* Two values: reference (1, 3), picture (2, 3); mean 2, ε = 0.02. */
+static void single_error_has_the_measures_computed_by_hand(void **state) {
+  fixture *f = *state;
+  static const char *const grey[] = {"Y"};
+  neph_image *image, *reference;
+  assert_int_equal(neph_image_create(f->context, 2, 1, 1, grey, &image), NEPH_OK);
+  assert_int_equal(neph_image_create(f->context, 2, 1, 1, grey, &reference), NEPH_OK);
+  image->channels[0].values[0] = 2, image->channels[0].values[1] = 3;
+  reference->channels[0].values[0] = 1, reference->channels[0].values[1] = 3;
+  neph_image_difference d = compare(f, image, reference);
+  assert_near(d.relative_mse, 0.5 / (1.0 + 0.0004), 1e-12);
+  assert_near(d.rmse, sqrt(0.5), 1e-12);
+  assert_near(d.bias, 0.25, 1e-12);
+  assert_true(isnan(d.bias_interval)); /* one block tells nothing of its spread */
+  assert_near(d.block_rms, 0.25, 1e-12);
+  assert_near(d.p999_relative, 1.0 / 1.02, 1e-7);
+  assert_int_equal(d.value_count, 2);
+  assert_int_equal(d.differing_count, 1);
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+}
+
+/* One percent of error in each channel's own share: the brightest tenth of a percent is what p99.9 shows. */
+static void percentile_is_that_of_the_sorted_values(void **state) {
+  fixture *f = *state;
+  static const char *const grey[] = {"Y"};
+  enum { COUNT = 10000 };
+  neph_image *image, *reference;
+  assert_int_equal(neph_image_create(f->context, COUNT, 1, 1, grey, &image), NEPH_OK);
+  assert_int_equal(neph_image_create(f->context, COUNT, 1, 1, grey, &reference), NEPH_OK);
+  for (int i = 0; i < COUNT; i++) {
+    reference->channels[0].values[i] = 1.0f;
+    image->channels[0].values[i] = 1.0f + (float)((i * 7919) % COUNT) / COUNT; /* 7919 is prime: each rank once */
+  }
+  neph_image_difference d = compare(f, image, reference);
+  assert_near(d.p999_relative, 0.9989 / 1.01, 1e-6); /* rank 9990 of 10000; the picture's values are floats near 2 */
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+}
+
+static double draw_normal(np_random *random) {
+  double u = 1.0 - np_random_double(random), v = np_random_double(random);
+  return sqrt(-2.0 * log(u)) * cos(2.0 * 3.14159265358979323846 * v);
+}
+
+/* Noise of 10 % and a bias of 1 % on 400 pictures: the interval must hold the truth in 95 % of them. The count has a
+ * standard deviation of √(400·0.95·0.05) = 4.4; five of them. */
+static void confidence_interval_holds_the_bias_as_often_as_it_says(void **state) {
+  fixture *f = *state;
+  enum { PICTURES = 400, SIDE = 64 };
+  neph_image *image = create_flat(f, SIDE, SIDE, 0), *reference = create_flat(f, SIDE, SIDE, 0);
+  for (int i = 0; i < 3 * SIDE * SIDE; i++)
+    reference->channels[i % 3].values[i / 3] = 1.0f + 0.5f * sinf(0.05f * (float)(i / 3 % SIDE));
+  int held = 0;
+  for (uint32_t k = 0; k < PICTURES; k++) {
+    np_random random = np_random_start(5, k, 0, 0, 0);
+    for (int i = 0; i < 3 * SIDE * SIDE; i++) {
+      double noise = 1.01 + 0.1 * draw_normal(&random);
+      image->channels[i % 3].values[i / 3] = (float)noise * reference->channels[i % 3].values[i / 3];
+    }
+    neph_image_difference d = compare(f, image, reference);
+    held += fabs(d.bias - 0.01) <= d.bias_interval;
+  }
+  assert_near(held, 0.95 * PICTURES, 5 * 4.4);
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+}
+
+/* Noise that 8×8 means average away: block_rms is 1/8 of the pixels' 10 %, within 4 % for 192 blocks (5 σ of a variance
+ * from 192 values are 36 %, of its root 18 %). */
+static void block_rms_looks_past_the_noise_of_pixels(void **state) {
+  fixture *f = *state;
+  neph_image *image = create_flat(f, 64, 64, 0), *reference = create_flat(f, 64, 64, 1.0f);
+  np_random random = np_random_start(6, 0, 0, 0, 0);
+  for (int i = 0; i < 3 * 64 * 64; i++)
+    image->channels[i % 3].values[i / 3] = (float)(1.0 + 0.1 * draw_normal(&random));
+  assert_near_relative(compare(f, image, reference).block_rms, 0.1 / 8, 0.18);
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+}
+
+static void black_references_give_no_nan(void **state) {
+  fixture *f = *state;
+  neph_image *image = create_flat(f, 16, 16, 0), *reference = create_flat(f, 16, 16, 0);
+  neph_image_difference d = compare(f, image, reference);
+  assert_true(d.relative_mse == 0 && d.bias == 0 && d.bias_interval == 0 && d.p999_relative == 0);
+  image->channels[0].values[0] = 1;
+  d = compare(f, image, reference);
+  assert_true(isinf(d.relative_mse) && isinf(d.bias));
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+}
+
+static void values_without_a_finite_reference_are_left_out(void **state) {
+  fixture *f = *state;
+  neph_image *image = create_flat(f, 16, 16, 1.0f), *reference = create_flat(f, 16, 16, 1.0f);
+  reference->channels[0].values[3] = NAN;
+  reference->channels[1].values[4] = INFINITY;
+  image->channels[1].values[4] = INFINITY;
+  neph_image_difference d = compare(f, image, reference);
+  assert_int_equal(d.value_count, 3 * 256 - 2);
+  assert_int_equal(d.differing_count, 1);
+  assert_true(d.rmse == 0);
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+}
+
+static void unmeasurable_pictures_are_refused(void **state) {
+  fixture *f = *state;
+  neph_image_difference d;
+  neph_image *image = create_flat(f, 16, 16, 1.0f), *reference = create_flat(f, 16, 16, 1.0f), *out;
+  image->channels[1].values[16 * 2 + 5] = NAN;
+  assert_int_equal(neph_image_compare(f->context, image, reference, &d), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "pixel (5, 2)", "channel G", "nan");
+  assert_int_equal(neph_image_create_difference(f->context, image, reference, &out), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "pixel (5, 2)");
+  assert_null(out);
+  neph_image_destroy(image);
+  image = create_flat(f, 16, 15, 1.0f);
+  assert_int_equal(neph_image_compare(f->context, image, reference, &d), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "16 × 15", "16 × 16");
+  neph_image_destroy(image);
+  assert_int_equal(neph_image_create(f->context, 16, 16, 2, rgbz, &image), NEPH_OK);
+  assert_int_equal(neph_image_compare(f->context, image, reference, &d), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "no channel B");
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+}
+
+/* 0 and −0 differ, a NaN does not from its copy, and a channel that one picture lacks differs everywhere. */
+static void bits_are_compared_in_every_channel(void **state) {
+  fixture *f = *state;
+  static const char *const more[] = {"R", "G", "B", "Z", "sun.R"};
+  neph_image *reference = create_flat(f, 4, 4, 0.0f), *image;
+  assert_int_equal(neph_image_create(f->context, 4, 4, 5, more, &image), NEPH_OK);
+  image->channels[0].values[0] = -0.0f;
+  image->channels[3].values[1] = reference->channels[3].values[1] = NAN;
+  image->channels[3].values[2] = NAN;
+  assert_int_equal(compare(f, image, reference).differing_count, 1 + 1 + 16);
+  neph_image_destroy(image);
+  neph_image_destroy(reference);
+}
+
+/* ε = 0.01·mean 1 = 0.01; the pixels are brighter by half, and black. */
+static void difference_picture_is_signed_and_coloured(void **state) {
+  fixture *f = *state;
+  neph_image *image = create_flat(f, 3, 1, 1.0f), *reference = create_flat(f, 3, 1, 1.0f), *out;
+  for (int c = 0; c < 3; c++) {
+    image->channels[c].values[1] = 1.5f;
+    image->channels[c].values[2] = 0.0f;
+  }
+  assert_int_equal(neph_image_create_difference(f->context, image, reference, &out), NEPH_OK);
+  assert_int_equal(neph_image_get_channel_count(out), 6);
+  const double signed_values[3] = {0, 0.5 / 1.01, -1 / 1.01};
+  for (int i = 0; i < 3; i++) {
+    assert_near(neph_image_get_channel(out, "difference.G")[i], signed_values[i], 1e-7); /* stored in float */
+    assert_near(neph_image_get_channel(out, "R")[i], fmax(signed_values[i], 0), 1e-7);
+    assert_near(neph_image_get_channel(out, "B")[i], fmax(-signed_values[i], 0), 1e-7);
+    assert_true(neph_image_get_channel(out, "G")[i] == 0);
+  }
+  neph_image_destroy(out);
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+}
+
+static neph_result compare_two(neph_context *context, void *user) {
+  (void)user;
+  neph_image *image = NULL, *reference = NULL, *out = NULL;
+  neph_image_difference difference;
+  neph_result result = neph_image_create(context, 9, 9, 4, rgbz, &image);
+  if (!result) result = neph_image_create(context, 9, 9, 4, rgbz, &reference);
+  if (!result) result = neph_image_compare(context, image, reference, &difference);
+  if (!result) result = neph_image_create_difference(context, image, reference, &out);
+  neph_image_destroy(out);
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+  return result;
+}
+
+static void failed_allocations_are_survived(void **state) {
+  (void)state;
+  assert_survives_failed_allocations(compare_two, NULL);
+}
+
+#define COMPARE_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      COMPARE_TEST(a_picture_does_not_differ_from_itself),
+      COMPARE_TEST(uniform_error_has_the_known_measures),
+      COMPARE_TEST(single_error_has_the_measures_computed_by_hand),
+      COMPARE_TEST(percentile_is_that_of_the_sorted_values),
+      COMPARE_TEST(confidence_interval_holds_the_bias_as_often_as_it_says),
+      COMPARE_TEST(block_rms_looks_past_the_noise_of_pixels),
+      COMPARE_TEST(black_references_give_no_nan),
+      COMPARE_TEST(values_without_a_finite_reference_are_left_out),
+      COMPARE_TEST(unmeasurable_pictures_are_refused),
+      COMPARE_TEST(bits_are_compared_in_every_channel),
+      COMPARE_TEST(difference_picture_is_signed_and_coloured),
+      COMPARE_TEST(failed_allocations_are_survived),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

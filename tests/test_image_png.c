@@ -1,0 +1,529 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "test_support.h"
+
+#include <png.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include "core/random.h"
+#include "image/preview.h"
+
+typedef struct fixture {
+  test_log log;
+  neph_context *context;
+  char *folder, *path;
+} fixture;
+
+static int set_up(void **state) {
+  fixture *f = calloc(1, sizeof *f);
+  test_log_start(&f->log);
+  f->context = test_context_create(2, &f->log);
+  f->folder = test_folder_create();
+  f->path = test_path(f->folder, "picture.png");
+  *state = f;
+  return 0;
+}
+
+static int tear_down(void **state) {
+  fixture *f = *state;
+  test_folder_destroy(f->folder);
+  neph_context_destroy(f->context);
+  free(f->path);
+  free(f);
+  return 0;
+}
+
+/* ---- Files to read ---- */
+
+enum { WIDTH = 19, HEIGHT = 11, ROW_BYTES_MAX = WIDTH * 8 };
+
+typedef struct png_kind {
+  int colour_type, bits, interlace;
+} png_kind;
+
+static unsigned count_samples(int colour_type) {
+  switch (colour_type) {
+  case PNG_COLOR_TYPE_GRAY_ALPHA:
+    return 2;
+  case PNG_COLOR_TYPE_RGB:
+    return 3;
+  case PNG_COLOR_TYPE_RGB_ALPHA:
+    return 4;
+  default:
+    return 1;
+  }
+}
+
+/* Sample `index` of a row, as the file holds it. */
+static unsigned choose_sample(unsigned y, unsigned index, int bits) {
+  return (unsigned)np_random_mix((uint64_t)y << 32 | index) & ((1u << bits) - 1);
+}
+
+static void put_sample(uint8_t *row, unsigned index, int bits, unsigned sample) {
+  unsigned at = index * (unsigned)bits;
+  if (bits == 16)
+    row[at / 8] = (uint8_t)(sample >> 8), row[at / 8 + 1] = (uint8_t)sample;
+  else
+    row[at / 8] |= (uint8_t)(sample << (8 - bits - (int)(at % 8)));
+}
+
+/* Entry i of the palette. */
+static png_color choose_colour(unsigned i) {
+  return (png_color){.red = (png_byte)(7 * i), .green = (png_byte)(255 - i), .blue = (png_byte)(i * i)};
+}
+
+static void write_png(const char *path, png_kind kind) {
+  static uint8_t bytes[HEIGHT][ROW_BYTES_MAX];
+  png_bytep rows[HEIGHT];
+  png_color palette[256];
+  FILE *file = fopen(path, "wb");
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, NULL);
+  png_infop info = png_create_info_struct(png);
+  memset(bytes, 0, sizeof bytes);
+  for (unsigned y = 0; y < HEIGHT; y++) {
+    rows[y] = bytes[y];
+    for (unsigned i = 0; i < WIDTH * count_samples(kind.colour_type); i++)
+      put_sample(bytes[y], i, kind.bits, choose_sample(y, i, kind.bits));
+  }
+  for (unsigned i = 0; i < 256; i++) palette[i] = choose_colour(i);
+  png_init_io(png, file);
+  png_set_IHDR(png, info, WIDTH, HEIGHT, kind.bits, kind.colour_type, kind.interlace, PNG_COMPRESSION_TYPE_DEFAULT,
+               PNG_FILTER_TYPE_DEFAULT);
+  if (kind.colour_type == PNG_COLOR_TYPE_PALETTE) png_set_PLTE(png, info, palette, 1 << kind.bits);
+  png_set_gAMA(png, info, 0.45455); /* which must change no value */
+  png_set_rows(png, info, rows);
+  png_write_png(png, info, PNG_TRANSFORM_IDENTITY, NULL);
+  png_destroy_write_struct(&png, &info);
+  assert_int_equal(fclose(file), 0);
+}
+
+static const char *name_channel(int colour_type, unsigned c) {
+  static const char *const grey[] = {"Y", "A"}, *const colour[] = {"R", "G", "B", "A"};
+  bool is_grey = colour_type == PNG_COLOR_TYPE_GRAY || colour_type == PNG_COLOR_TYPE_GRAY_ALPHA;
+  return is_grey ? grey[c] : colour[c];
+}
+
+static float get_expected(png_kind kind, unsigned x, unsigned y, unsigned c) {
+  if (kind.colour_type != PNG_COLOR_TYPE_PALETTE) {
+    unsigned sample = choose_sample(y, x * count_samples(kind.colour_type) + c, kind.bits);
+    return (float)sample / (float)((1 << kind.bits) - 1);
+  }
+  png_color colour = choose_colour(choose_sample(y, x, kind.bits));
+  const png_byte parts[3] = {colour.red, colour.green, colour.blue};
+  return (float)parts[c] / 255.0f;
+}
+
+static void check_kind(fixture *f, png_kind kind) {
+  neph_image *image;
+  write_png(f->path, kind);
+  assert_int_equal(neph_image_load_png(f->context, f->path, &image), NEPH_OK);
+  unsigned count = kind.colour_type == PNG_COLOR_TYPE_PALETTE ? 3 : count_samples(kind.colour_type);
+  assert_int_equal(neph_image_get_channel_count(image), count);
+  assert_int_equal(neph_image_get_width(image), WIDTH);
+  assert_int_equal(neph_image_get_height(image), HEIGHT);
+  for (unsigned c = 0; c < count; c++) {
+    const float *values = neph_image_get_channel(image, name_channel(kind.colour_type, c));
+    assert_non_null(values);
+    for (unsigned i = 0; i < WIDTH * HEIGHT; i++)
+      assert_true(values[i] == get_expected(kind, i % WIDTH, i / WIDTH, c)); /* one division, correctly rounded */
+  }
+  neph_image_destroy(image);
+}
+
+static void every_kind_is_read_exactly(void **state) {
+  const png_kind kinds[] = {
+      {PNG_COLOR_TYPE_GRAY, 1, 0},        {PNG_COLOR_TYPE_GRAY, 2, 0},       {PNG_COLOR_TYPE_GRAY, 4, 0},
+      {PNG_COLOR_TYPE_GRAY, 8, 0},        {PNG_COLOR_TYPE_GRAY, 16, 0},      {PNG_COLOR_TYPE_PALETTE, 1, 0},
+      {PNG_COLOR_TYPE_PALETTE, 4, 0},     {PNG_COLOR_TYPE_PALETTE, 8, 0},    {PNG_COLOR_TYPE_GRAY_ALPHA, 8, 0},
+      {PNG_COLOR_TYPE_GRAY_ALPHA, 16, 0}, {PNG_COLOR_TYPE_RGB, 8, 0},        {PNG_COLOR_TYPE_RGB, 16, 0},
+      {PNG_COLOR_TYPE_RGB_ALPHA, 8, 0},   {PNG_COLOR_TYPE_RGB_ALPHA, 16, 0},
+  };
+  for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+    png_kind kind = kinds[i];
+    check_kind(*state, kind);
+    kind.interlace = PNG_INTERLACE_ADAM7;
+    check_kind(*state, kind);
+  }
+}
+
+/* ---- Damaged files ---- */
+
+typedef struct file_bytes {
+  uint8_t *bytes;
+  size_t size;
+} file_bytes;
+
+static file_bytes read_bytes(const char *path) {
+  struct stat status;
+  assert_int_equal(stat(path, &status), 0);
+  file_bytes file = {malloc((size_t)status.st_size), (size_t)status.st_size};
+  FILE *stream = fopen(path, "rb");
+  assert_int_equal(fread(file.bytes, 1, file.size, stream), file.size);
+  fclose(stream);
+  return file;
+}
+
+static void write_bytes(const char *path, const uint8_t *bytes, size_t size) {
+  FILE *stream = fopen(path, "wb");
+  assert_int_equal(fwrite(bytes, 1, size, stream), size);
+  assert_int_equal(fclose(stream), 0);
+}
+
+static void every_prefix_is_an_error(void **state) {
+  fixture *f = *state;
+  write_png(f->path, (png_kind){PNG_COLOR_TYPE_RGB_ALPHA, 16, PNG_INTERLACE_ADAM7});
+  file_bytes file = read_bytes(f->path);
+  for (size_t size = 0; size < file.size; size++) {
+    neph_image *image;
+    write_bytes(f->path, file.bytes, size);
+    assert_int_equal(neph_image_load_png(f->context, f->path, &image), NEPH_ERROR_BAD_FILE);
+    assert_null(image);
+    assert_one_error(&f->log, f->path, "damaged, cut short or no PNG");
+  }
+  free(file.bytes);
+}
+
+static void flipped_bytes_are_survived(void **state) {
+  fixture *f = *state;
+  write_png(f->path, (png_kind){PNG_COLOR_TYPE_PALETTE, 8, 0});
+  file_bytes file = read_bytes(f->path);
+  np_random random = np_random_start(2, 0, 0, 0, 0);
+  for (int i = 0; i < 2000; i++) {
+    neph_image *image;
+    size_t at = np_random_bits(&random) % file.size;
+    uint8_t kept = file.bytes[at];
+    file.bytes[at] = (uint8_t)np_random_bits(&random);
+    write_bytes(f->path, file.bytes, file.size);
+    neph_result result = neph_image_load_png(f->context, f->path, &image);
+    assert_int_equal(f->log.counts[NEPH_LOG_ERROR], result ? 1 : 0);
+    test_log_clear(&f->log);
+    neph_image_destroy(image);
+    file.bytes[at] = kept;
+  }
+  free(file.bytes);
+}
+
+/* Width and height stand behind the signature, the chunk's length and its name; the checksum behind its 13 bytes. */
+static void huge_claims_are_refused(void **state) {
+  fixture *f = *state;
+  neph_image *image;
+  write_png(f->path, (png_kind){PNG_COLOR_TYPE_RGB, 8, 0});
+  file_bytes file = read_bytes(f->path);
+  file.bytes[16] = 0x7f;
+  png_uint_32 sum = 0xffffffffu;
+  for (int i = 12; i < 29; i++) {
+    sum ^= file.bytes[i];
+    for (int bit = 0; bit < 8; bit++) sum = sum >> 1 ^ (sum & 1 ? 0xedb88320u : 0);
+  }
+  for (int i = 0; i < 4; i++) file.bytes[29 + i] = (uint8_t)(~sum >> (24 - 8 * i));
+  write_bytes(f->path, file.bytes, file.size);
+  assert_int_equal(neph_image_load_png(f->context, f->path, &image), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, f->path, "claims 2130706451 × 11", "at most 65536 each way");
+  free(file.bytes);
+}
+
+static void missing_file_is_not_found(void **state) {
+  fixture *f = *state;
+  neph_image *image;
+  assert_int_equal(neph_image_load_png(f->context, f->path, &image), NEPH_ERROR_NOT_FOUND);
+  assert_one_error(&f->log, f->path);
+  assert_null(image);
+}
+
+/* ---- Previews ---- */
+
+enum { SIDE = 64 };
+
+static neph_image *create_colour(neph_context *context, float r, float g, float b) {
+  static const char *const names[] = {"R", "G", "B"};
+  const float values[] = {r, g, b};
+  neph_image *image;
+  assert_int_equal(neph_image_create(context, SIDE, SIDE, 3, names, &image), NEPH_OK);
+  for (int c = 0; c < 3; c++)
+    for (int i = 0; i < SIDE * SIDE; i++) image->channels[c].values[i] = values[c];
+  return image;
+}
+
+static void set_pixel(neph_image *image, int i, float r, float g, float b) {
+  image->channels[0].values[i] = r;
+  image->channels[1].values[i] = g;
+  image->channels[2].values[i] = b;
+}
+
+static neph_preview_desc make_plain_desc(void) {
+  neph_preview_desc desc = NEPH_PREVIEW_DESC_DEFAULT;
+  desc.is_exposure_auto = false;
+  return desc;
+}
+
+static neph_image *save_and_load(fixture *f, const neph_image *image, const neph_preview_desc *desc) {
+  neph_image *loaded;
+  assert_int_equal(neph_image_save_png(image, f->path, desc), NEPH_OK);
+  assert_int_equal(neph_image_load_png(f->context, f->path, &loaded), NEPH_OK);
+  return loaded;
+}
+
+static double average(const neph_image *image, unsigned channel) {
+  double sum = 0;
+  for (unsigned i = 0; i < image->width * image->height; i++) sum += (double)image->channels[channel].values[i];
+  return sum / (image->width * image->height);
+}
+
+static double encode_srgb(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
+}
+
+/* The mean of 4096 dithered pixels: one step of 1/255 has a standard deviation of 0.5 at most, so the mean is known to
+ * 0.5/255/64 = 3e-5; five of them. */
+static const double dithered_mean_tolerance = 1.5e-4;
+
+static void middle_grey_shows_as_the_curve_says(void **state) {
+  fixture *f = *state;
+  neph_preview_desc desc = make_plain_desc();
+  neph_image *image = create_colour(f->context, 0.18f, 0.18f, 0.18f), *loaded = save_and_load(f, image, &desc);
+  for (unsigned c = 0; c < 3; c++) assert_near(average(loaded, c), encode_srgb(0.2), dithered_mean_tolerance);
+  neph_image_destroy(loaded);
+  neph_image_destroy(image);
+}
+
+/* Greys stay grey at every brightness, whatever the white is. */
+static void white_shows_as_neutral(void **state) {
+  fixture *f = *state;
+  neph_preview_desc desc = make_plain_desc();
+  const double sun[3] = {1.474, 1.8504, 1.91198};
+  memcpy(desc.white, sun, sizeof sun);
+  for (int stops = -6; stops <= 6; stops++) {
+    neph_image *image = create_colour(f->context, (float)sun[0], (float)sun[1], (float)sun[2]);
+    desc.exposure_ev = stops;
+    neph_image *loaded = save_and_load(f, image, &desc);
+    for (unsigned c = 1; c < 3; c++) assert_near(average(loaded, c), average(loaded, 0), 2 * dithered_mean_tolerance);
+    neph_image_destroy(loaded);
+    neph_image_destroy(image);
+  }
+}
+
+/* More light is never darker in any channel, and order of channels never turns over: at every stop from black to burnt,
+ * for the hues that matter. */
+static void tones_rise_and_keep_their_order(void **state) {
+  (void)state;
+  const float hues[][3] = {{1, 1, 1}, {0.17f, 0.41f, 1}, {1, 0.6f, 0.3f}, {1, 0.2f, 0.05f}, {0.9f, 0.95f, 1}};
+  for (size_t h = 0; h < sizeof hues / sizeof *hues; h++) {
+    float before[3] = {0, 0, 0};
+    for (float stops = -16; stops < 16; stops += 0.0625f) {
+      float exposed[3], display[3];
+      for (int c = 0; c < 3; c++) exposed[c] = exp2f(stops) * hues[h][c];
+      np_preview_map_tone(exposed, display);
+      for (int c = 0; c < 3; c++) {
+        assert_true(display[c] >= before[c] - 1e-6f && display[c] <= 1.0f); /* equal to rounding at the top */
+        for (int d = 0; d < 3; d++)
+          if (hues[h][c] > hues[h][d]) assert_true(display[c] >= display[d] - 1e-6f);
+        before[c] = display[c];
+      }
+    }
+  }
+}
+
+static void negative_infinite_and_nan_pixels_are_safe(void **state) {
+  fixture *f = *state;
+  neph_preview_desc desc = make_plain_desc();
+  neph_image *image = create_colour(f->context, 0.2f, 0.2f, 0.2f);
+  set_pixel(image, 0, -1, -INFINITY, -1e30f);
+  set_pixel(image, 1, INFINITY, 0.2f, 0.2f);
+  set_pixel(image, 2, 0.2f, NAN, INFINITY);
+  set_pixel(image, 3, 3e38f, 3e38f, 3e38f);
+  neph_image *loaded = save_and_load(f, image, &desc);
+  const float expected[4][3] = {{0, 0, 0}, {1, 1, 1}, {1, 0, 1}, {1, 1, 1}};
+  for (int i = 0; i < 4; i++)
+    for (int c = 0; c < 3; c++) assert_true(loaded->channels[c].values[i] == expected[i][c]);
+  assert_non_null(strstr(f->log.text, "1 pixels are NaN"));
+  neph_image_destroy(loaded);
+  neph_image_destroy(image);
+}
+
+/* A ramp over ten steps of 255 in 64 pixels: without dither it would be flat bands; with it, block means follow the
+ * ramp to the noise of 64 pixels, 0.5/8 of a step; five of them. */
+static void gradients_do_not_band(void **state) {
+  fixture *f = *state;
+  neph_preview_desc desc = make_plain_desc();
+  neph_image *image = create_colour(f->context, 0, 0, 0);
+  for (int i = 0; i < SIDE * SIDE; i++) {
+    float value = 0.18f + 0.02f * (float)(i % SIDE) / SIDE;
+    set_pixel(image, i, value, value, value);
+  }
+  neph_image *loaded = save_and_load(f, image, &desc);
+  for (int x = 0; x < SIDE; x++) {
+    const float exposed[3] = {image->channels[0].values[x], image->channels[0].values[x], image->channels[0].values[x]};
+    float display[3];
+    double mean = 0;
+    np_preview_map_tone(exposed, display);
+    for (int y = 0; y < SIDE; y++) mean += (double)loaded->channels[1].values[y * SIDE + x] / SIDE;
+    assert_near(mean, encode_srgb((double)display[1]), 5 * 0.5 / 8 / 255);
+  }
+  neph_image_destroy(loaded);
+  neph_image_destroy(image);
+}
+
+static void previews_repeat(void **state) {
+  fixture *f = *state;
+  neph_image *image = create_colour(f->context, 0.1f, 0.3f, 0.7f);
+  neph_image *first = save_and_load(f, image, NULL), *second = save_and_load(f, image, NULL);
+  for (int c = 0; c < 3; c++)
+    assert_memory_equal(first->channels[c].values, second->channels[c].values, SIDE * SIDE * sizeof(float));
+  neph_image_destroy(second);
+  neph_image_destroy(first);
+  neph_image_destroy(image);
+}
+
+/* ---- Exposure ---- */
+
+static const double plain_white[3] = {1, 1, 1};
+
+/* Histogram bins are 1/16 stop wide, so a result may lie half of one off: 2.2 %. */
+static const double bin_tolerance = 0.022;
+
+static void exposure_undoes_any_scale(void **state) {
+  fixture *f = *state;
+  neph_image *bright = create_colour(f->context, 0.1f, 0.2f, 0.4f),
+             *dim = create_colour(f->context, 1e-7f, 2e-7f, 4e-7f);
+  double of_bright = np_preview_choose_exposure(bright, plain_white),
+         of_dim = np_preview_choose_exposure(dim, plain_white);
+  assert_near_relative(of_dim / of_bright, 1e6, 2 * bin_tolerance);
+  neph_image_destroy(dim);
+  neph_image_destroy(bright);
+}
+
+/* Neither nine tenths of black, nor of almost black, nor a sun of 30 pixels in 4096, changes what a lit patch gets. */
+static void black_borders_and_the_sun_do_not_turn_the_exposure(void **state) {
+  fixture *f = *state;
+  neph_image *image = create_colour(f->context, 0.3f, 0.3f, 0.3f);
+  double expected = np_preview_choose_exposure(image, plain_white);
+  for (int i = 0; i < 30; i++) set_pixel(image, 100 + i, 3e4f, 3e4f, 3e4f);
+  assert_near_relative(np_preview_choose_exposure(image, plain_white), expected, 2 * bin_tolerance);
+  neph_image *dark = create_colour(f->context, 0, 0, 0);
+  for (int i = 0; i < SIDE * SIDE / 10; i++) set_pixel(dark, i, 0.3f, 0.3f, 0.3f);
+  assert_near_relative(np_preview_choose_exposure(dark, plain_white), expected, 2 * bin_tolerance);
+  for (int i = SIDE * SIDE / 10; i < SIDE * SIDE; i++) set_pixel(dark, i, 1e-6f, 1e-6f, NAN);
+  assert_near_relative(np_preview_choose_exposure(dark, plain_white), expected, 2 * bin_tolerance);
+  for (int i = SIDE * SIDE / 10; i < SIDE * SIDE; i++) set_pixel(dark, i, 1e-6f, 1e-6f, 1e-6f);
+  assert_near_relative(np_preview_choose_exposure(dark, plain_white), expected, 2 * bin_tolerance);
+  neph_image_destroy(dark);
+  neph_image_destroy(image);
+}
+
+/* A white cloud over a tenth of a dark picture keeps its drawing: it comes below the flat end of the curve at 16. */
+static void bright_areas_lower_the_exposure(void **state) {
+  fixture *f = *state;
+  neph_image *image = create_colour(f->context, 0.001f, 0.001f, 0.001f);
+  for (int i = 0; i < SIDE * SIDE / 10; i++) set_pixel(image, i, 1, 1, 1);
+  assert_true(np_preview_choose_exposure(image, plain_white) <= 4.0 * (1 + bin_tolerance));
+  neph_image_destroy(image);
+}
+
+static void picture_without_light_is_black(void **state) {
+  fixture *f = *state;
+  neph_image *image = create_colour(f->context, 0, 0, 0);
+  assert_true(np_preview_choose_exposure(image, plain_white) == 1.0);
+  neph_image *loaded = save_and_load(f, image, NULL);
+  for (unsigned c = 0; c < 3; c++) assert_true(average(loaded, c) == 0);
+  neph_image_destroy(loaded);
+  neph_image_destroy(image);
+}
+
+/* ---- Errors of saving ---- */
+
+static void bad_descriptions_are_refused(void **state) {
+  fixture *f = *state;
+  neph_image *image = create_colour(f->context, 1, 1, 1), *depth;
+  static const char *const names[] = {"Z"};
+  neph_preview_desc desc = NEPH_PREVIEW_DESC_DEFAULT;
+  desc.white[1] = 0;
+  assert_int_equal(neph_image_save_png(image, f->path, &desc), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "white of G is 0");
+  desc = (neph_preview_desc)NEPH_PREVIEW_DESC_DEFAULT;
+  desc.exposure_ev = (double)NAN;
+  assert_int_equal(neph_image_save_png(image, f->path, &desc), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "exposure", "[-64, 64]");
+  assert_int_equal(neph_image_create(f->context, 4, 4, 1, names, &depth), NEPH_OK);
+  assert_int_equal(neph_image_save_png(depth, f->path, NULL), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "R, G and B, or Y");
+  assert_int_equal(test_folder_count(f->folder), 0);
+  neph_image_destroy(depth);
+  neph_image_destroy(image);
+}
+
+static void missing_folder_is_an_error(void **state) {
+  fixture *f = *state;
+  neph_image *image = create_colour(f->context, 1, 1, 1);
+  char *path = test_path(f->folder, "no/picture.png");
+  assert_int_equal(neph_image_save_png(image, path, NULL), NEPH_ERROR_IO);
+  assert_one_error(&f->log, path, "No such file or directory");
+  neph_image_destroy(image);
+  free(path);
+}
+
+static void full_disk_leaves_nothing(void **state) {
+  fixture *f = *state;
+  neph_image *image = create_colour(f->context, 0.2f, 0.3f, 0.4f);
+  struct rlimit before;
+  assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+  void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
+  for (rlim_t limit = 0; limit < 3000; limit += 500) {
+    struct rlimit small = {limit, before.rlim_max};
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
+    neph_result result = neph_image_save_png(image, f->path, NULL);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    assert_int_equal(result, NEPH_ERROR_IO);
+    assert_one_error(&f->log, f->path, "File too large");
+    assert_int_equal(test_folder_count(f->folder), 0);
+  }
+  signal(SIGXFSZ, handler);
+  neph_image_destroy(image);
+}
+
+/* ---- Memory ---- */
+
+static neph_result save_and_load_grey(neph_context *context, void *user) {
+  static const char *const names[] = {"Y"};
+  neph_image *image = NULL, *loaded = NULL;
+  neph_result result = neph_image_create(context, 8, 8, 1, names, &image);
+  if (!result) result = neph_image_save_png(image, user, NULL);
+  if (!result) result = neph_image_load_png(context, user, &loaded);
+  neph_image_destroy(loaded);
+  neph_image_destroy(image);
+  return result;
+}
+
+static void failed_allocations_are_survived(void **state) {
+  fixture *f = *state;
+  assert_survives_failed_allocations(save_and_load_grey, f->path);
+  assert_int_equal(test_folder_count(f->folder), 1);
+}
+
+#define PNG_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      PNG_TEST(every_kind_is_read_exactly),
+      PNG_TEST(every_prefix_is_an_error),
+      PNG_TEST(flipped_bytes_are_survived),
+      PNG_TEST(huge_claims_are_refused),
+      PNG_TEST(missing_file_is_not_found),
+      PNG_TEST(middle_grey_shows_as_the_curve_says),
+      PNG_TEST(white_shows_as_neutral),
+      PNG_TEST(tones_rise_and_keep_their_order),
+      PNG_TEST(negative_infinite_and_nan_pixels_are_safe),
+      PNG_TEST(gradients_do_not_band),
+      PNG_TEST(previews_repeat),
+      PNG_TEST(exposure_undoes_any_scale),
+      PNG_TEST(black_borders_and_the_sun_do_not_turn_the_exposure),
+      PNG_TEST(bright_areas_lower_the_exposure),
+      PNG_TEST(picture_without_light_is_black),
+      PNG_TEST(bad_descriptions_are_refused),
+      PNG_TEST(missing_folder_is_an_error),
+      PNG_TEST(full_disk_leaves_nothing),
+      PNG_TEST(failed_allocations_are_survived),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
