@@ -36,9 +36,9 @@ typedef struct np_air {
 } np_air;
 
 static inline np_air np_air_at(const np_medium *medium, double altitude_m) {
-  const float h = fmaxf((float)altitude_m, 0.0f);
+  const float h = np_maxf((float)altitude_m, 0.0f);
   const float rayleigh = expf(-h / medium->rayleigh_height_m), mie = expf(-h / medium->mie_height_m);
-  const float ozone = fmaxf(0.0f, 1.0f - fabsf(h - medium->ozone_center_m) / medium->ozone_width_m);
+  const float ozone = np_maxf(0.0f, 1.0f - fabsf(h - medium->ozone_center_m) / medium->ozone_width_m);
   np_air air = {medium->rayleigh_scattering * rayleigh, medium->mie_scattering * mie, np_bands_grey(0.0f)};
   air.extinction = air.rayleigh + medium->mie_extinction * mie + medium->ozone_absorption * ozone;
   return air;

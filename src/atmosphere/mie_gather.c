@@ -25,7 +25,7 @@ static float output_cosine(int i) {
 }
 
 static np_vec3 direction_of(float cosine, double azimuth) {
-  const float sine = sqrtf(fmaxf(1.0f - cosine * cosine, 0.0f));
+  const float sine = sqrtf(np_maxf(1.0f - cosine * cosine, 0.0f));
   return np_vec3_make(sine * (float)cos(azimuth), sine * (float)sin(azimuth), cosine);
 }
 
@@ -132,7 +132,7 @@ static np_bands convolve(const float *weight, const np_scattered *dome, const fl
     peak += wp * dome[in].peak;
     peak_weight += wp;
   }
-  return smooth / fmaxf(smooth_weight, 1e-20f) + twice * peak / fmaxf(peak_weight, 1e-20f);
+  return smooth / np_maxf(smooth_weight, 1e-20f) + twice * peak / np_maxf(peak_weight, 1e-20f);
 }
 
 static void gather_altitude(const gather_job *job, int sun, int altitude) {

@@ -60,7 +60,7 @@ void np_gather_table_row(const np_gather_table *table, double altitude_m, float 
 
 /* acos to 7e-5 (Abramowitz and Stegun 1964, 4.4.45): an index into a table needs no better. */
 static inline float np_acos_coarse(float x) {
-  const float a = fminf(fabsf(x), 1.0f);
+  const float a = np_minf(fabsf(x), 1.0f);
   const float angle = sqrtf(1.0f - a) * (1.5707288f + a * (-0.2121144f + a * (0.0742610f - a * 0.0187293f)));
   return x < 0.0f ? NP_PI_F - angle : angle;
 }

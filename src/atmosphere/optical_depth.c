@@ -2,15 +2,15 @@
 /* Optical depth τ = ∫ σ_t dt.
  *
  * Along a ray the air varies fastest about the perigee, where the altitude grows as the square of the distance t′ from it.
- * The signed root w of t′ (t′ = w·|w|) takes that out; on either side of the perigee a composite four-point Gauss rule in
- * w integrates what is left. The kinks of the ozone tent are what limits it.
+ * The signed root w of t′ (t′ = w·|w|) takes that out. The ozone tent has three kinks; where they and the perigee cut the ray
+ * into pieces, a composite four-point Gauss rule in w integrates each.
  */
 #include "atmosphere/optical_depth.h"
 
 #include "core/alloc.h"
 #include "core/parallel.h"
 
-enum { PANELS_MAX = 12, POINTS = 4 };
+enum { PANELS_MAX = 12, POINTS = 4, CUTS_MAX = 9 };
 
 static const double gauss_x[POINTS] = {0.06943184420297371, 0.33000947820757187, 0.66999052179242813,
                                        0.93056815579702629};
@@ -22,10 +22,10 @@ static int count_panels(const np_medium *medium, double length) {
   return (int)fmin(1.0 + PANELS_MAX * sqrt(length / (2.0 * medium->top_m)), PANELS_MAX);
 }
 
-/* Depth over the stretch whose distances from the perigee are w·|w| for w in [begin, end], both of one sign. */
-static np_bands integrate_side(const np_medium *medium, const np_ray *ray, double perigee, double begin, double end) {
+/* Depth over a piece whose distances from the perigee are w·|w| for w in [begin, end], both of one sign. */
+static np_bands integrate_piece(const np_medium *medium, const np_ray *ray, double perigee, double begin, double end,
+                                int panels) {
   np_bands depth = np_bands_grey(0.0f);
-  const int panels = count_panels(medium, fabs(end * end - begin * begin));
   const double panel = (end - begin) / panels;
   for (int i = 0; i < panels; i++)
     for (int k = 0; k < POINTS; k++) {
@@ -36,12 +36,55 @@ static np_bands integrate_side(const np_medium *medium, const np_ray *ray, doubl
   return depth;
 }
 
+/* Adds a cut to a list in ascending order, if it lies within it. */
+static int add_cut(double *cuts, int count, double cut) {
+  if (!(cut > cuts[0] && cut < cuts[count - 1])) return count;
+  int i = count;
+  for (; cuts[i - 1] > cut; i--) cuts[i] = cuts[i - 1];
+  cuts[i] = cut;
+  return count + 1;
+}
+
+/* Cuts a stretch at the perigee and wherever it passes a kink of the ozone tent. */
+static int cut_stretch(const np_medium *medium, const np_ray *ray, double perigee, double begin, double end,
+                       double cuts[CUTS_MAX]) {
+  int count = 2;
+  cuts[0] = begin;
+  cuts[1] = end;
+  count = add_cut(cuts, count, perigee);
+  for (int i = -1; i <= 1; i++) {
+    const double kink = (double)medium->ozone_center_m + i * (double)medium->ozone_width_m;
+    const double b = ray->r * ray->cosine;
+    const double root = b * b - (ray->altitude_m - kink) * (2.0 * medium->planet_radius_m + ray->altitude_m + kink);
+    if (!(root > 0.0)) continue;
+    count = add_cut(cuts, count, -b - sqrt(root));
+    count = add_cut(cuts, count, -b + sqrt(root));
+  }
+  return count;
+}
+
+static double signed_root(double x) { return copysign(sqrt(fabs(x)), x); }
+
 np_bands np_ray_optical_depth(const np_medium *medium, const np_ray *ray, double begin_m, double end_m) {
   const double perigee = np_clamp(-ray->r * ray->cosine, begin_m, end_m);
+  double cuts[CUTS_MAX];
+  const int count = cut_stretch(medium, ray, perigee, begin_m, end_m, cuts);
+  const double extent = sqrt(perigee - begin_m) + sqrt(end_m - perigee);
+  const double panels_per_unit = count_panels(medium, end_m - begin_m) / extent;
   np_bands depth = np_bands_grey(0.0f);
-  if (perigee > begin_m) depth += integrate_side(medium, ray, perigee, -sqrt(perigee - begin_m), 0.0);
-  if (perigee < end_m) depth += integrate_side(medium, ray, perigee, 0.0, sqrt(end_m - perigee));
+  for (int i = 0; i + 1 < count; i++) {
+    const double begin = signed_root(cuts[i] - perigee), end = signed_root(cuts[i + 1] - perigee);
+    if (end > begin)
+      depth += integrate_piece(medium, ray, perigee, begin, end, (int)ceil((end - begin) * panels_per_unit));
+  }
   return depth;
+}
+
+/* Rows are even in the distance to the horizon, from 0 at sea level to its greatest at the top. */
+static double altitude_of_row(const np_medium *medium, int row) {
+  const double radius = medium->planet_radius_m;
+  const double rho = np_horizon_distance(medium, medium->top_m, 0.0) * row / (NP_DEPTH_HEIGHT - 1);
+  return fmin(rho * rho / (radius + sqrt(radius * radius + rho * rho)), medium->top_m);
 }
 
 /* Writes one row of the table; `user` is the table. */
@@ -51,8 +94,7 @@ static neph_result build_rows(void *user, size_t begin, size_t end, unsigned thr
   const np_medium *medium = table->medium;
   const double radius = medium->planet_radius_m, horizon_max = np_horizon_distance(medium, medium->top_m, 0.0);
   for (size_t row = begin; row < end; row++) {
-    const double rho = horizon_max * (double)row / (NP_DEPTH_HEIGHT - 1);
-    const double altitude = fmin(rho * rho / (radius + sqrt(radius * radius + rho * rho)), medium->top_m);
+    const double altitude = altitude_of_row(medium, (int)row), rho = np_horizon_distance(medium, altitude, 0.0);
     const double exit = (medium->top_m - altitude) * (2.0 * radius + medium->top_m + altitude);
     const double distance_min = medium->top_m - altitude, distance_max = rho + horizon_max;
     for (int column = 0; column < NP_DEPTH_WIDTH; column++) {

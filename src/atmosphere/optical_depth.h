@@ -12,7 +12,7 @@
 /* Depth between two distances, 0 ≤ begin ≤ end, along a ray's part in the air. To 1e-5 of itself for the Earth. */
 np_bands np_ray_optical_depth(const np_medium *medium, const np_ray *ray, double begin_m, double end_m);
 
-enum { NP_DEPTH_WIDTH = 256, NP_DEPTH_HEIGHT = 64 };
+enum { NP_DEPTH_WIDTH = 192, NP_DEPTH_HEIGHT = 128 };
 
 /* Depths to the top over (distance to the horizon, distance to the top), the mapping of Bruneton and Neyret 2008 as
  * revised in Bruneton's 2017 implementation: both distances are square roots where the depth has its own. */
@@ -55,7 +55,7 @@ static inline float np_depth_row_disk(const np_depth_row *row, float sun_cosine,
 static inline np_bands np_depth_row_sun(const np_depth_row *row, float sun_cosine, float inverse_diameter) {
   const float disk = np_depth_row_disk(row, sun_cosine, inverse_diameter);
   if (disk <= 0.0f) return np_bands_grey(0.0f);
-  return disk * np_bands_exp(-np_depth_row_lookup(row, fmaxf(sun_cosine, row->horizon_cosine)));
+  return disk * np_bands_exp(-np_depth_row_lookup(row, np_maxf(sun_cosine, row->horizon_cosine)));
 }
 
 /* A disk of no width still sets within a step of the float cosine. */

@@ -63,7 +63,7 @@ static size_t node_at(int row, int column) { return (size_t)row * COLUMNS + (siz
 static np_sun_scale make_sun_scale(const np_medium *medium) {
   /* The Earth's twilight, 0.1753, is covered by suns down to −0.4 with center −0.04 and spread 0.3. */
   const float scale = (float)(np_twilight_scale(medium) / 0.1753);
-  np_sun_scale sun = {fmaxf(-1.0f, -0.4f * scale), -0.04f * scale, 0.3f * scale, 0.0f, 0.0f};
+  np_sun_scale sun = {np_maxf(-1.0f, -0.4f * scale), -0.04f * scale, 0.3f * scale, 0.0f, 0.0f};
   const float low = sun.lowest - sun.center, high = 1.0f - sun.center;
   sun.first = low / (fabsf(low) + sun.spread);
   sun.columns_per_unit = (float)(NP_MOMENT_COLUMNS - 1) / (high / (fabsf(high) + sun.spread) - sun.first);
@@ -93,7 +93,7 @@ static void place_directions(builder *b, int row) {
 
 /* Cosine of the angle between a direction and the sun. */
 static float angle_to_sun(float wz, float sun_cosine, float cos_azimuth) {
-  return wz * sun_cosine + sqrtf(fmaxf(1.0f - wz * wz, 0.0f) * fmaxf(1.0f - sun_cosine * sun_cosine, 0.0f)) * cos_azimuth;
+  return wz * sun_cosine + sqrtf(np_maxf(1.0f - wz * wz, 0.0f) * np_maxf(1.0f - sun_cosine * sun_cosine, 0.0f)) * cos_azimuth;
 }
 
 /* Sun cosine where a ray has come to, at radius r and distance t. */
@@ -131,7 +131,7 @@ static np_bands ground_radiance(const builder *b, const direction *d, float sun_
   np_bands irradiance;
   if (b->order == 1) {
     const np_depth_row row = np_depth_table_row(b->depths, 0.0);
-    irradiance = fmaxf(s, 0.0f) * np_depth_row_sun(&row, s, np_sun_inverse_diameter(disk_angular_radius_rad));
+    irradiance = np_maxf(s, 0.0f) * np_depth_row_sun(&row, s, np_sun_inverse_diameter(disk_angular_radius_rad));
   } else {
     irradiance = np_moment_table_irradiance(b->table, s);
   }
@@ -156,7 +156,7 @@ static float sum_mie_phase(const builder *b, int row, float sun_cosine) {
       const direction *d = &b->directions[row * DIRECTIONS + k];
       sum += d->weight * np_phase_eval(&b->medium->mie_phase, 1.0f - angle_to_sun(d->wz, sun_cosine, b->cos_azimuth[p]));
     }
-  return fmaxf(sum, 1e-6f);
+  return np_maxf(sum, 1e-6f);
 }
 
 /* Order 1 of one node: sunlight scattered once, and sunlight from the ground. */
@@ -168,7 +168,7 @@ static void gather_direct(builder *b, int row, int column, const np_depth_row (*
     for (int p = 0; p < AZIMUTHS; p++) {
       const direction *d = &b->directions[row * DIRECTIONS + k];
       const float angle = angle_to_sun(d->wz, sun, b->cos_azimuth[p]);
-      const float wx = sqrtf(fmaxf(1.0f - d->wz * d->wz, 0.0f)) * b->cos_azimuth[p];
+      const float wx = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f)) * b->cos_azimuth[p];
       const first_order first = gather_first_order(depth_rows[k], d, sun, angle, inverse_diameter);
       np_bands light = first.rayleigh * np_phase_rayleigh_eval(angle);
       if (d->ray.hits_ground) light += ground_radiance(b, d, sun, angle);
@@ -246,7 +246,7 @@ static void reduce_direction(builder *b, int row, int k, np_bands (*radiance)[AZ
       np_bands light = radiance[column][p];
       if (d->ray.hits_ground) light += ground_radiance(b, d, b->sun_cosine[column], angle);
       light = d->weight * np_bands_max(light, np_bands_grey(0.0f));
-      const float wx = sqrtf(fmaxf(1.0f - d->wz * d->wz, 0.0f)) * b->cos_azimuth[p];
+      const float wx = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f)) * b->cos_azimuth[p];
       add_to_moments(b->gathered + node_at(row, column) * NP_MOMENT_COUNT, light, wx, d->wz);
       b->half[node_at(row, column) * HALVES + (k >= UP)] += light;
       if (row == 0 && k < UP) b->irradiance[column] += d->wz * light;
@@ -277,7 +277,7 @@ enum { ANGLES = 16, TURNS = 8 };
 static np_bands sum_direct_irradiance(const builder *b, float sun_cosine, const np_path_rule *rule,
                                       const np_quadrature *angles) {
   np_bands sum = np_bands_grey(0.0f);
-  const float sun_sine = sqrtf(fmaxf(1.0f - sun_cosine * sun_cosine, 0.0f));
+  const float sun_sine = sqrtf(np_maxf(1.0f - sun_cosine * sun_cosine, 0.0f));
   for (int i = 0; i < ANGLES; i++)
     for (int k = 0; k < TURNS; k++) {
       const double angle = NP_PI * angles->x[i] * angles->x[i], turn = NP_PI * (k + 0.5) / TURNS;

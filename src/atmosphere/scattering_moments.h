@@ -124,8 +124,8 @@ np_bands np_moment_table_irradiance(const np_moment_table *table, float sun_cosi
 /* The local x component ωx of a direction with zenith cosine `wz` whose angle with the sun has cosine `angle_cosine`. Under
  * a sun at the zenith x is undefined, and nothing depends on it. */
 static inline float np_direction_x(float angle_cosine, float wz, float sun_cosine) {
-  const float x = (angle_cosine - wz * sun_cosine) / sqrtf(fmaxf(1.0f - sun_cosine * sun_cosine, 1e-6f));
-  const float limit = sqrtf(fmaxf(1.0f - wz * wz, 0.0f));
+  const float x = (angle_cosine - wz * sun_cosine) / sqrtf(np_maxf(1.0f - sun_cosine * sun_cosine, 1e-6f));
+  const float limit = sqrtf(np_maxf(1.0f - wz * wz, 0.0f));
   return np_clampf(x, -limit, limit);
 }
 

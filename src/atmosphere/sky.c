@@ -173,7 +173,7 @@ static np_spectrum integrate_sky(const neph_sky *sky) {
 void neph_sky_get_irradiance(const neph_sky *sky, double out_sun_w_m2_nm[3], double out_sky_w_m2_nm[3]) {
   const np_spectrum transmittance =
       np_atmosphere_transmittance_to_sun(sky->atmosphere, sky->observer, sky->sun, sky->sun_angular_radius);
-  const float cosine = fmaxf(sky->frame.sun_cosine, 0.0f);
+  const float cosine = np_maxf(sky->frame.sun_cosine, 0.0f);
   write_spectrum(np_spectrum_scale(np_spectrum_multiply(transmittance, sky->irradiance), cosine), out_sun_w_m2_nm);
   write_spectrum(integrate_sky(sky), out_sky_w_m2_nm);
 }

@@ -30,7 +30,7 @@ static np_sky_light make_light(const neph_sky *sky) {
 
 /* Cosine of the angle between the sun and a direction at zenith cosine `cosine` and the i-th of `count` azimuths. */
 static float angle_of_azimuth(const np_sky_frame *frame, float cosine, int i, int count) {
-  const float sine = sqrtf(fmaxf(1.0f - cosine * cosine, 0.0f));
+  const float sine = sqrtf(np_maxf(1.0f - cosine * cosine, 0.0f));
   return np_clampf(cosine * frame->sun_cosine + sine * frame->sun_sine * (float)cos(NP_PI * i / (count - 1)), -1.0f, 1.0f);
 }
 

@@ -103,8 +103,14 @@ static inline void np_frame_around(np_vec3 n, np_vec3 *out_tangent, np_vec3 *out
   *out_bitangent = np_vec3_make(b, sign + n.y * n.y * a, -n.y);
 }
 
-static inline float np_clampf(float x, float low, float high) { return fminf(fmaxf(x, low), high); }
-static inline double np_clamp(double x, double low, double high) { return fmin(fmax(x, low), high); }
+/* One instruction each, where fmaxf and fminf are calls. What is not a number becomes `b`, `low`. */
+static inline float np_maxf(float a, float b) { return a > b ? a : b; }
+static inline float np_minf(float a, float b) { return a < b ? a : b; }
+static inline float np_clampf(float x, float low, float high) { return np_minf(np_maxf(x, low), high); }
+static inline double np_clamp(double x, double low, double high) {
+  x = x > low ? x : low;
+  return x < high ? x : high;
+}
 static inline float np_mixf(float a, float b, float t) { return a + t * (b - a); }
 static inline float np_smoothstepf(float t) {
   t = np_clampf(t, 0.0f, 1.0f);
