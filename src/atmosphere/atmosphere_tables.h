@@ -26,7 +26,7 @@ enum {
   NP_AERIAL_DOWN = 24,
   NP_AERIAL_ROWS = NP_AERIAL_UP + NP_AERIAL_DOWN,
   NP_AERIAL_AZIMUTHS = 33,
-  NP_AERIAL_SLICES = 32 /* each table has one plane more, the observer's, where all is zero */
+  NP_AERIAL_SLICES = 32
 };
 
 /* The observer's frame: up, horizontally towards the sun, and across. */
@@ -36,6 +36,8 @@ typedef struct np_sky_frame {
   float sun_cosine, sun_sine;
   double horizon_angle; /* zenith angle of the true horizon */
   double top_angle;     /* zenith angle where the air begins: 0 inside it */
+  float aerial_power;   /* how its rows above the horizon crowd about it: 2 from space, where only the limb is seen */
+  double inward;        /* where slices of aerial perspective are centered, by altitude: see np_aerial_scale_make */
 } np_sky_frame;
 
 struct neph_sky {
@@ -47,8 +49,8 @@ struct neph_sky {
   np_sky_frame frame;
   np_gather_table gather;
   np_scattered *view;   /* rows × azimuths: logarithms, per unit of sun irradiance */
-  np_bands *depth;      /* aerial rows × planes: optical depth from the observer */
-  np_scattered *aerial; /* aerial rows × azimuths × planes: in-scatter from the observer, per unit of sun irradiance */
+  np_bands *depth;      /* aerial rows × slices: optical depth from the observer to the far plane, over the distance */
+  np_scattered *aerial; /* aerial rows × azimuths × slices: in-scatter likewise, per unit of sun irradiance */
 };
 
 /* Fills the tables of a sky whose frame and light are set. */
@@ -63,38 +65,49 @@ typedef struct np_sky_place {
   bool is_in_air; /* false: the ray passes the atmosphere by */
 } np_sky_place;
 
-/* Zenith angle of row `i` of a table half with `count` rows, counted away from the horizon. */
-static inline double np_sky_row_angle(const np_sky_frame *frame, bool is_below, int i, int count) {
-  const double v = (double)i / (count - 1);
-  const double end = is_below ? NP_PI : frame->top_angle;
-  return frame->horizon_angle + (end - frame->horizon_angle) * v * v;
+/* Rows above the true horizon, rows below it, azimuths on the half circle (both ends included), and how rows crowd about the
+ * horizon: θ = θ_h + (θ_end − θ_h)·vᵖ, v even; p is 2, or what the frame says for aerial perspective. */
+typedef struct np_sky_layout {
+  int up, down, azimuths;
+  bool is_aerial;
+} np_sky_layout;
+
+static inline np_sky_layout np_sky_view_layout(void) {
+  return (np_sky_layout){NP_VIEW_UP, NP_VIEW_DOWN, NP_VIEW_AZIMUTHS, false};
 }
+static inline np_sky_layout np_sky_aerial_layout(void) {
+  return (np_sky_layout){NP_AERIAL_UP, NP_AERIAL_DOWN, NP_AERIAL_AZIMUTHS, true};
+}
+
+/* Cosine of the zenith angle of a row. Rows below the horizon follow those above, each half starting at the horizon. */
+double np_sky_row_cosine(const np_sky_frame *frame, const np_sky_layout *layout, int row);
 
 /* In-scatter to the ray's end, as the view table has it, per unit of sun irradiance. */
 np_scattered np_sky_view_lookup(const neph_sky *sky, const np_sky_place *place);
 
-/* A direction split into its place in a table with `up` rows above the horizon and `down` below. */
-np_sky_place np_sky_locate(const np_sky_frame *frame, np_vec3 direction, int up, int down, int azimuths);
+np_sky_place np_sky_locate(const np_sky_frame *frame, np_vec3 direction, const np_sky_layout *layout);
 
 /* Ray from the observer for aerial perspective: to the ground it goes on below sea level, where valleys may lie. */
 np_ray np_aerial_ray(const np_medium *medium, const np_sky_frame *frame, double cosine, bool is_below);
 
-/* Slices are even in the signed root of the distance from a ray's nearest point to the planet: fine where the air is. */
+/* Slices are even in the signed root w of the distance from a ray's center, t = center + w·|w|. */
 typedef struct np_aerial_scale {
-  double perigee_m;
+  double center_m;
   double first, extent; /* w runs from −first to −first + extent */
 } np_aerial_scale;
 
-static inline np_aerial_scale np_aerial_scale_make(const np_ray *ray) {
-  const double perigee = np_ray_perigee(ray), first = sqrt(perigee);
-  return (np_aerial_scale){perigee, first, first + sqrt(ray->length_m - perigee)};
+/* From low down the center is the observer, about whom things are seen; from high up it is the point nearest to the planet,
+ * where the air is. The two are blended by `inward`: 0 and 1. */
+static inline np_aerial_scale np_aerial_scale_make(const np_ray *ray, double inward) {
+  const double center = inward * np_ray_perigee(ray), first = sqrt(center);
+  return (np_aerial_scale){center, first, first + sqrt(ray->length_m - center)};
 }
 static inline double np_aerial_scale_distance(const np_aerial_scale *scale, double fraction) {
   const double w = scale->extent * fraction - scale->first;
-  return scale->perigee_m + w * fabs(w);
+  return scale->center_m + w * fabs(w);
 }
 static inline double np_aerial_scale_fraction(const np_aerial_scale *scale, double distance_m) {
-  const double d = distance_m - scale->perigee_m;
+  const double d = distance_m - scale->center_m;
   return scale->extent > 0.0 ? (copysign(sqrt(fabs(d)), d) + scale->first) / scale->extent : 0.0;
 }
 

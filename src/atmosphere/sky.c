@@ -47,6 +47,11 @@ static np_sky_frame make_frame(const np_medium *medium, np_dvec3 observer, np_dv
   }
   frame.horizon_angle = np_horizon_angle(medium, frame.altitude_m, 0.0);
   frame.top_angle = frame.altitude_m > medium->top_m ? np_horizon_angle(medium, frame.altitude_m, medium->top_m) : 0.0;
+  /* The higher, the thinner the band above the horizon that holds the air; from space the rows span that band alone. */
+  const float height = (float)(frame.altitude_m / medium->top_m);
+  frame.aerial_power = height > 1.0f ? 2.0f : 3.0f + 2.0f * height;
+  /* From 50 to 100 km on the Earth the air about the observer ceases to matter. */
+  frame.inward = (double)np_smoothstepf((height - 0.5f) / 0.5f);
   return frame;
 }
 
@@ -104,7 +109,8 @@ static np_spectrum shade(const neph_sky *sky, np_vec3 direction, np_scattered s)
 }
 
 np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction) {
-  const np_sky_place place = np_sky_locate(&sky->frame, direction, NP_VIEW_UP, NP_VIEW_DOWN, NP_VIEW_AZIMUTHS);
+  const np_sky_layout layout = np_sky_view_layout();
+  const np_sky_place place = np_sky_locate(&sky->frame, direction, &layout);
   if (!place.is_in_air) return np_spectrum_grey(0.0f);
   return shade(sky, direction, np_sky_view_lookup(sky, &place));
 }
@@ -118,7 +124,8 @@ static double find_cosine(const np_sky_frame *frame, np_vec3 direction) {
 
 np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 direction, double distance_m) {
   const np_aerial_perspective clear = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
-  const np_sky_place place = np_sky_locate(&sky->frame, direction, NP_AERIAL_UP, NP_AERIAL_DOWN, NP_AERIAL_AZIMUTHS);
+  const np_sky_layout layout = np_sky_aerial_layout();
+  const np_sky_place place = np_sky_locate(&sky->frame, direction, &layout);
   if (!place.is_in_air || !(distance_m > 0.0)) return clear;
   const np_ray ray =
       np_aerial_ray(&sky->atmosphere->medium, &sky->frame, find_cosine(&sky->frame, direction), place.is_below);

@@ -6,8 +6,9 @@
  * The view table keeps logarithms, for a sky spans decades in a few degrees of twilight; it is split into what is smooth and
  * the aerosol's first order without its phase function, which the reader multiplies on.
  *
- * Aerial perspective keeps, at slices along each ray, the optical depth (one for all azimuths) and the in-scatter. One sample
- * in the middle of a slice stands for its source; the transmittance across it is taken in closed form.
+ * Aerial perspective keeps, at slices along each ray, the optical depth (one for all azimuths) and the in-scatter, each over
+ * the distance: such means hardly change between rows, though the rays' lengths, and so the slices', do. One sample in the
+ * middle of a slice stands for its source; the transmittance across it is taken in closed form.
  */
 #include "atmosphere/atmosphere_tables.h"
 
@@ -15,7 +16,7 @@
 #include "core/parallel.h"
 #include "core/stable.h"
 
-enum { VIEW_POINTS = 32, AERIAL_PLANES = NP_AERIAL_SLICES + 1 };
+enum { VIEW_POINTS = 32 };
 
 /* Radiance, per unit of irradiance, that the logarithms tell from none. */
 static const float view_floor = 1e-14f;
@@ -42,8 +43,8 @@ static float sun_at_entry(const neph_sky *sky, const np_ray *ray, float to_sun) 
 
 static void build_view_row(neph_sky *sky, const np_sky_light *light, const np_path_rule *rule, int row) {
   const bool is_below = row >= NP_VIEW_UP;
-  const double cosine = cos(is_below ? np_sky_row_angle(&sky->frame, true, row - NP_VIEW_UP, NP_VIEW_DOWN)
-                                     : np_sky_row_angle(&sky->frame, false, row, NP_VIEW_UP));
+  const np_sky_layout layout = np_sky_view_layout();
+  const double cosine = np_sky_row_cosine(&sky->frame, &layout, row);
   const np_ray ray = np_ray_on_side(light->medium, sky->frame.altitude_m, cosine, is_below);
   np_path path;
   np_sky_node nodes[VIEW_POINTS];
@@ -76,6 +77,7 @@ np_ray np_aerial_ray(const np_medium *medium, const np_sky_frame *frame, double 
 typedef struct aerial_slice {
   np_sky_node node;
   np_bands weight;
+  float inverse_far; /* 1/m, to the far plane */
 } aerial_slice;
 
 /* (1 − e⁻ᵈ)/d in every band. */
@@ -83,11 +85,12 @@ static np_bands step_weight(np_bands depth) {
   return (np_bands){np_step_weight(depth[0]), np_step_weight(depth[1]), np_step_weight(depth[2]), 0.0f};
 }
 
-/* Places the slices of one row and writes the depths at its planes. */
-static void build_slices(const np_sky_light *light, const np_ray *ray, np_bands *depths, aerial_slice *slices) {
-  const np_aerial_scale scale = np_aerial_scale_make(ray);
+/* Places the slices of one row and writes the mean extinctions to their far planes. */
+static void build_slices(const np_sky_light *light, const np_ray *ray, double inward, np_bands *depths,
+                         aerial_slice *slices) {
+  const np_aerial_scale scale = np_aerial_scale_make(ray, inward);
+  np_bands depth = np_bands_grey(0.0f);
   double near = 0.0;
-  depths[0] = np_bands_grey(0.0f);
   for (int i = 0; i < NP_AERIAL_SLICES; i++) {
     const double far = fmax(np_aerial_scale_distance(&scale, (i + 1.0) / NP_AERIAL_SLICES), near);
     const double t = np_aerial_scale_distance(&scale, (i + 0.5) / NP_AERIAL_SLICES);
@@ -97,29 +100,32 @@ static void build_slices(const np_sky_light *light, const np_ray *ray, np_bands 
                                  .r = (float)(ray->r + (altitude - ray->altitude_m)),
                                  .cosine = (float)np_ray_cosine(ray, t)};
     np_sky_node_resolve(light, &middle, &slices[i].node);
-    const np_bands depth = np_ray_gap_depth(light->medium, ray, near, far);
-    slices[i].weight = np_bands_exp(-depths[i]) * step_weight(depth) * (float)(far - near);
-    depths[i + 1] = depths[i] + depth;
+    const np_bands gap = np_ray_gap_depth(light->medium, ray, near, far);
+    slices[i].weight = np_bands_exp(-depth) * step_weight(gap) * (float)(far - near);
+    slices[i].inverse_far = far > 0.0 ? (float)(1.0 / far) : 0.0f;
+    depth += gap;
+    depths[i] = slices[i].inverse_far * depth;
     near = far;
   }
 }
 
 static void build_aerial_row(neph_sky *sky, const np_sky_light *light, int row) {
   const bool is_below = row >= NP_AERIAL_UP;
-  const double cosine = cos(is_below ? np_sky_row_angle(&sky->frame, true, row - NP_AERIAL_UP, NP_AERIAL_DOWN)
-                                     : np_sky_row_angle(&sky->frame, false, row, NP_AERIAL_UP));
+  const np_sky_layout layout = np_sky_aerial_layout();
+  const double cosine = np_sky_row_cosine(&sky->frame, &layout, row);
   const np_ray ray = np_aerial_ray(light->medium, &sky->frame, cosine, is_below);
   aerial_slice slices[NP_AERIAL_SLICES];
-  build_slices(light, &ray, sky->depth + row * AERIAL_PLANES, slices);
+  build_slices(light, &ray, sky->frame.inward, sky->depth + row * NP_AERIAL_SLICES, slices);
   for (int i = 0; i < NP_AERIAL_AZIMUTHS; i++) {
-    np_scattered *plane = sky->aerial + (row * NP_AERIAL_AZIMUTHS + i) * AERIAL_PLANES;
+    np_scattered *plane = sky->aerial + (row * NP_AERIAL_AZIMUTHS + i) * NP_AERIAL_SLICES;
     const float to_sun = angle_of_azimuth(&sky->frame, (float)cosine, i, NP_AERIAL_AZIMUTHS);
     const float sun = sun_at_entry(sky, &ray, to_sun);
-    plane[0] = (np_scattered){np_bands_grey(0.0f), np_bands_grey(0.0f)};
+    np_scattered sum = {np_bands_grey(0.0f), np_bands_grey(0.0f)};
     for (int k = 0; k < NP_AERIAL_SLICES; k++) {
       const np_scattered s = np_sky_node_source(light, &slices[k].node, (float)ray.r, sun, to_sun);
-      plane[k + 1].smooth = plane[k].smooth + np_bands_max(slices[k].weight * s.smooth, np_bands_grey(0.0f));
-      plane[k + 1].peak = plane[k].peak + slices[k].weight * s.peak;
+      sum.smooth += np_bands_max(slices[k].weight * s.smooth, np_bands_grey(0.0f));
+      sum.peak += slices[k].weight * s.peak;
+      plane[k] = (np_scattered){slices[k].inverse_far * sum.smooth, slices[k].inverse_far * sum.peak};
     }
   }
 }
@@ -144,9 +150,9 @@ neph_result np_sky_tables_build(neph_sky *sky) {
   neph_context *context = a->context;
   sky->view = np_alloc(context, NP_VIEW_ROWS * NP_VIEW_AZIMUTHS, sizeof *sky->view);
   if (!sky->view) return NEPH_ERROR_OUT_OF_MEMORY;
-  sky->depth = np_alloc(context, NP_AERIAL_ROWS * AERIAL_PLANES, sizeof *sky->depth);
+  sky->depth = np_alloc(context, NP_AERIAL_ROWS * NP_AERIAL_SLICES, sizeof *sky->depth);
   if (!sky->depth) return NEPH_ERROR_OUT_OF_MEMORY;
-  sky->aerial = np_alloc(context, NP_AERIAL_ROWS * NP_AERIAL_AZIMUTHS * AERIAL_PLANES, sizeof *sky->aerial);
+  sky->aerial = np_alloc(context, NP_AERIAL_ROWS * NP_AERIAL_AZIMUTHS * NP_AERIAL_SLICES, sizeof *sky->aerial);
   if (!sky->aerial) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result =
       np_gather_table_build(context, &a->depths, &a->moments, &a->kernel, acos((double)sky->frame.sun_cosine),
@@ -163,19 +169,33 @@ void np_sky_tables_free(neph_sky *sky) {
   np_alloc_free(context, sky->aerial);
 }
 
-np_sky_place np_sky_locate(const np_sky_frame *frame, np_vec3 direction, int up, int down, int azimuths) {
+/* Exponent that spaces the rows of one half. */
+static float find_power(const np_sky_frame *frame, const np_sky_layout *layout, bool is_below) {
+  if (!layout->is_aerial) return 2.0f;
+  return is_below ? 3.0f : frame->aerial_power;
+}
+
+double np_sky_row_cosine(const np_sky_frame *frame, const np_sky_layout *layout, int row) {
+  const bool is_below = row >= layout->up;
+  const double v = is_below ? (row - layout->up) / (layout->down - 1.0) : row / (layout->up - 1.0);
+  const double end = is_below ? NP_PI : frame->top_angle;
+  return cos(frame->horizon_angle + (end - frame->horizon_angle) * pow(v, (double)find_power(frame, layout, is_below)));
+}
+
+np_sky_place np_sky_locate(const np_sky_frame *frame, np_vec3 direction, const np_sky_layout *layout) {
   const float x = np_vec3_dot(direction, frame->toward), y = np_vec3_dot(direction, frame->across);
   const double angle = (double)atan2f(sqrtf(x * x + y * y), np_vec3_dot(direction, frame->up));
-  np_sky_place place = {.is_below = angle > frame->horizon_angle};
-  place.is_in_air = angle >= frame->top_angle;
+  np_sky_place place = {.is_below = angle > frame->horizon_angle, .is_in_air = angle >= frame->top_angle};
   const double end = place.is_below ? NP_PI : frame->top_angle;
-  const int rows = place.is_below ? down : up;
-  const double v = sqrt(np_clamp((angle - frame->horizon_angle) / (end - frame->horizon_angle), 0.0, 1.0)) * (rows - 1);
-  const int i = v < rows - 2 ? (int)v : rows - 2;
-  place.row = (place.is_below ? up : 0) + i;
-  place.row_upper = (float)(v - i);
-  const float u = atan2f(fabsf(y), x) * (float)((azimuths - 1) / NP_PI);
-  place.azimuth = u < (float)(azimuths - 2) ? (int)u : azimuths - 2;
+  const float part = (float)np_clamp((angle - frame->horizon_angle) / (end - frame->horizon_angle), 0.0, 1.0);
+  const int rows = place.is_below ? layout->down : layout->up;
+  const float power = find_power(frame, layout, place.is_below);
+  const float v = (power == 2.0f ? sqrtf(part) : powf(part, 1.0f / power)) * (float)(rows - 1);
+  const int i = v < (float)(rows - 2) ? (int)v : rows - 2;
+  place.row = (place.is_below ? layout->up : 0) + i;
+  place.row_upper = v - (float)i;
+  const float u = atan2f(fabsf(y), x) * (float)((layout->azimuths - 1) / NP_PI);
+  place.azimuth = u < (float)(layout->azimuths - 2) ? (int)u : layout->azimuths - 2;
   place.azimuth_upper = np_clampf(u - (float)place.azimuth, 0.0f, 1.0f);
   return place;
 }
@@ -196,17 +216,18 @@ np_scattered np_sky_view_lookup(const neph_sky *sky, const np_sky_place *place) 
   return (np_scattered){undo_log(s.smooth), undo_log(s.peak)};
 }
 
-/* In-scatter at one plane. */
-static np_scattered lookup_plane(const neph_sky *sky, const np_sky_place *place, int plane) {
-  const np_scattered *low = sky->aerial + (place->row * NP_AERIAL_AZIMUTHS + place->azimuth) * AERIAL_PLANES + plane;
-  const np_scattered *high = low + NP_AERIAL_AZIMUTHS * AERIAL_PLANES;
-  return mix_scattered(mix_scattered(low[0], low[AERIAL_PLANES], place->azimuth_upper),
-                       mix_scattered(high[0], high[AERIAL_PLANES], place->azimuth_upper), place->row_upper);
-}
-
-static np_bands lookup_depth(const neph_sky *sky, const np_sky_place *place, int plane) {
-  const np_bands *low = sky->depth + place->row * AERIAL_PLANES + plane;
-  return np_bands_mix(low[0], low[AERIAL_PLANES], place->row_upper);
+/* Optical depth and in-scatter at the far plane of a slice, `distance_m` away in the air; nothing before the first. */
+static np_aerial_sample lookup_plane(const neph_sky *sky, const np_sky_place *place, int slice, double distance_m) {
+  if (slice < 0) return (np_aerial_sample){0};
+  const float t = (float)distance_m;
+  const np_bands *depth = sky->depth + place->row * NP_AERIAL_SLICES + slice;
+  const np_scattered *low = sky->aerial + (place->row * NP_AERIAL_AZIMUTHS + place->azimuth) * NP_AERIAL_SLICES + slice;
+  const np_scattered *high = low + NP_AERIAL_AZIMUTHS * NP_AERIAL_SLICES;
+  const np_scattered s = mix_scattered(mix_scattered(low[0], low[NP_AERIAL_SLICES], place->azimuth_upper),
+                                       mix_scattered(high[0], high[NP_AERIAL_SLICES], place->azimuth_upper),
+                                       place->row_upper);
+  return (np_aerial_sample){t * np_bands_mix(depth[0], depth[NP_AERIAL_SLICES], place->row_upper),
+                            {t * s.smooth, t * s.peak}};
 }
 
 /* y/(1 − e⁻ʸ) to 0.1 % up to y = 3. */
@@ -220,19 +241,18 @@ static np_bands part_of_slice(np_bands depth, float x) {
 
 np_aerial_sample np_sky_aerial_lookup(const neph_sky *sky, const np_sky_place *place, const np_ray *ray,
                                       double distance_m) {
-  const np_aerial_scale scale = np_aerial_scale_make(ray);
-  const double t = np_clamp(distance_m - ray->offset_m, 0.0, ray->length_m);
-  const double s = np_clamp(np_aerial_scale_fraction(&scale, t), 0.0, 1.0) * NP_AERIAL_SLICES;
-  const int plane = s < NP_AERIAL_SLICES - 1 ? (int)s : NP_AERIAL_SLICES - 1;
-  const double near = np_aerial_scale_distance(&scale, (double)plane / NP_AERIAL_SLICES);
-  const double far = np_aerial_scale_distance(&scale, (plane + 1.0) / NP_AERIAL_SLICES);
-  double x = far > near ? fmax((t - near) / (far - near), 0.0) : 0.0;
+  const np_aerial_scale scale = np_aerial_scale_make(ray, sky->frame.inward);
+  const double t = fmax(distance_m - ray->offset_m, 0.0), within = fmin(t, ray->length_m);
+  const double s = np_clamp(np_aerial_scale_fraction(&scale, within), 0.0, 1.0) * NP_AERIAL_SLICES;
+  const int slice = s < NP_AERIAL_SLICES - 1 ? (int)s : NP_AERIAL_SLICES - 1;
+  const double near = np_aerial_scale_distance(&scale, (double)slice / NP_AERIAL_SLICES);
+  const double far = np_aerial_scale_distance(&scale, (slice + 1.0) / NP_AERIAL_SLICES);
   /* Underground, past the last plane, the last slice's air goes on. */
-  if (ray->hits_ground && distance_m - ray->offset_m > ray->length_m)
-    x = (distance_m - ray->offset_m - near) / fmax(far - near, 1.0);
-  const np_bands depth_near = lookup_depth(sky, place, plane), depth_far = lookup_depth(sky, place, plane + 1);
-  const np_scattered a = lookup_plane(sky, place, plane), b = lookup_plane(sky, place, plane + 1);
-  const np_bands part = part_of_slice(depth_far - depth_near, (float)x);
-  return (np_aerial_sample){depth_near + (float)x * (depth_far - depth_near),
-                            {a.smooth + part * (b.smooth - a.smooth), a.peak + part * (b.peak - a.peak)}};
+  const double end = ray->hits_ground ? t : within;
+  const float x = far > near ? (float)fmax((end - near) / (far - near), 0.0) : 0.0f;
+  const np_aerial_sample a = lookup_plane(sky, place, slice - 1, near), b = lookup_plane(sky, place, slice, far);
+  const np_bands part = part_of_slice(b.depth - a.depth, x);
+  return (np_aerial_sample){a.depth + x * (b.depth - a.depth),
+                            {a.inscatter.smooth + part * (b.inscatter.smooth - a.inscatter.smooth),
+                             a.inscatter.peak + part * (b.inscatter.peak - a.inscatter.peak)}};
 }
