@@ -92,7 +92,7 @@ static double average_stops(const luminance_histogram *histogram, int first_bin,
  * tenth and brightest hundredth, comes a little above middle grey, unless that puts the brightest hundredth where the
  * curve is flat. */
 static double choose_exposure(const preview_planes *planes, size_t pixel_count) {
-  static const double average_to = 0.3, bright_to_at_most = 4.0;
+  static const double average_to = 0.33, bright_to_at_most = 4.0;
   enum { LIT_STOPS = 12 };
   luminance_histogram histogram;
   fill_histogram(planes, pixel_count, &histogram);
