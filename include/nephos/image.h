@@ -12,7 +12,10 @@ extern "C" {
 /** A picture: width × height pixels, channels in planes, row 0 at the top. */
 typedef struct neph_image neph_image;
 
-/** A zeroed image with the given channels ("R", "A", "Z", "sun.R", …), names copied. */
+/** A zeroed image with the given channels ("R", "A", "Z", "sun.R", …), names copied.
+ *
+ * 1 to 65536 pixels a side, 1 to 1024 channels with different names of 1 to 255 bytes, at most 16 GiB in all.
+ */
 NEPH_API neph_result neph_image_create(neph_context *context, unsigned width, unsigned height, unsigned channel_count,
                                        const char *const *channel_names, neph_image **out_image) NEPH_NODISCARD;
 
