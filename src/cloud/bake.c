@@ -1,0 +1,307 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Baking: the density model sampled on leaves of 8³ voxels, only where there may be cloud.
+ *
+ * First every leaf of the field's box is asked for a bound, which costs no noise; those that may hold cloud are listed
+ * in the grid's order. They are evaluated in parallel, in batches that fill one buffer, and appended in that order when
+ * they do hold some, so that the grid does not depend on how many threads worked.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <nephos/volume.h>
+
+#include "cloud/cloud_private.h"
+#include "core/alloc.h"
+#include "volume/volume_private.h"
+
+enum { BATCH_LEAVES = 2048 };
+
+#define BOX_LEAVES_MAX (UINT64_C(1) << 27)   /* of the whole field, a byte each while their bounds are found */
+#define CLOUD_LEAVES_MAX (UINT64_C(1) << 23) /* that may hold cloud: 17 GB */
+
+typedef struct leaf_origin {
+  int32_t index[3];
+} leaf_origin;
+
+typedef struct bake_job {
+  neph_context *context;
+  np_monitor *monitor;
+  const np_cloud_model *model;
+  double planet_radius_m, center_m[2];
+  int32_t voxels[2]; /* along x, y */
+  int32_t leaf_begin[3], leaf_count[3]; /* the field's box in leaves; x and y begin at 0 */
+  uint8_t *is_cloudy;    /* of each leaf of the box, z fastest: whether it may hold cloud */
+  leaf_origin *origins;  /* of the batch */
+  np_leaf *leaves;
+} bake_job;
+
+/* Altitude above the sphere, stable where it is small beside the radius: x² + y² + 2Rz + z² over |p − centre| + R. */
+static double find_altitude(double x, double y, double z, double radius) {
+  double horizontal = x * x + y * y;
+  return (horizontal + z * (z + 2.0 * radius)) / (sqrt(horizontal + (z + radius) * (z + radius)) + radius);
+}
+
+/* Index to metres from the field's centre along x, y; from the base altitude along z. Samples sit in the middle of
+ * voxels. */
+static double find_offset_m(const bake_job *job, int axis, int32_t index) {
+  double voxel_m = job->model->desc.voxel_m;
+  return axis == 2 ? ((double)index + 0.5) * voxel_m : ((double)index - 0.5 * (job->voxels[axis] - 1)) * voxel_m;
+}
+
+static double find_height_m(const bake_job *job, double x_offset_m, double y_offset_m, double z_offset_m) {
+  const double base = job->model->desc.base_altitude_m;
+  return find_altitude(job->center_m[0] + x_offset_m, job->center_m[1] + y_offset_m, base + z_offset_m,
+                       job->planet_radius_m) - base;
+}
+
+static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *leaf) {
+  float x[NP_LEAF_SIZE], y[NP_LEAF_SIZE], height[NP_LEAF_SIZE];
+  size_t n = 0;
+  for (int32_t i = 0; i < NP_LEAF_EDGE; i++)
+    for (int32_t j = 0; j < NP_LEAF_EDGE; j++)
+      for (int32_t k = 0; k < NP_LEAF_EDGE; k++, n++) {
+        double dx = find_offset_m(job, 0, origin->index[0] + i), dy = find_offset_m(job, 1, origin->index[1] + j);
+        x[n] = (float)dx;
+        y[n] = (float)dy;
+        height[n] = (float)find_height_m(job, dx, dy, find_offset_m(job, 2, origin->index[2] + k));
+      }
+  const np_cloud_points points = {NP_LEAF_SIZE, x, y, height};
+  np_cloud_model_eval(job->model, &points, leaf->values);
+  memcpy(leaf->origin, origin->index, sizeof leaf->origin);
+  memset(leaf->active, 0, sizeof leaf->active);
+  for (n = 0; n < NP_LEAF_SIZE; n++)
+    if (leaf->values[n] > 0.0f) leaf->active[n / 64] |= UINT64_C(1) << (n % 64);
+}
+
+static neph_result eval_leaves(void *user, size_t begin, size_t end, unsigned thread) {
+  bake_job *job = user;
+  (void)thread;
+  for (size_t i = begin; i < end; i++) eval_leaf(job, &job->origins[i], &job->leaves[i]);
+  return NEPH_OK;
+}
+
+/* The box of a leaf's samples in the model's coordinates: its heights lie between that of the lowest sample nearest to
+ * the axis of the planet and that of the highest sample farthest from it. */
+static np_cloud_box find_box(const bake_job *job, const leaf_origin *origin) {
+  np_cloud_box box;
+  double nearest[2], farthest[2];
+  for (int a = 0; a < 2; a++) {
+    double low = find_offset_m(job, a, origin->index[a]), high = find_offset_m(job, a, origin->index[a] + 7);
+    double world_low = job->center_m[a] + low, world_high = job->center_m[a] + high;
+    nearest[a] = world_low > 0 ? low : world_high < 0 ? high : -job->center_m[a];
+    farthest[a] = fabs(world_low) > fabs(world_high) ? low : high;
+    box.min_m[a] = (float)low;
+    box.max_m[a] = (float)high;
+  }
+  box.min_m[2] = (float)find_height_m(job, nearest[0], nearest[1], find_offset_m(job, 2, origin->index[2]));
+  box.max_m[2] = (float)find_height_m(job, farthest[0], farthest[1], find_offset_m(job, 2, origin->index[2] + 7));
+  return box;
+}
+
+static leaf_origin find_origin(const bake_job *job, size_t leaf) {
+  const size_t nz = (size_t)job->leaf_count[2], ny = (size_t)job->leaf_count[1];
+  return (leaf_origin){{(int32_t)(leaf / nz / ny) * NP_LEAF_EDGE, (int32_t)(leaf / nz % ny) * NP_LEAF_EDGE,
+                        ((int32_t)(leaf % nz) + job->leaf_begin[2]) * NP_LEAF_EDGE}};
+}
+
+static size_t count_box(const bake_job *job) {
+  return (size_t)job->leaf_count[0] * (size_t)job->leaf_count[1] * (size_t)job->leaf_count[2];
+}
+
+static neph_result mark_leaves(void *user, size_t begin, size_t end, unsigned thread) {
+  bake_job *job = user;
+  (void)thread;
+  for (size_t leaf = begin; leaf < end; leaf++) {
+    const leaf_origin origin = find_origin(job, leaf);
+    const np_cloud_box box = find_box(job, &origin);
+    job->is_cloudy[leaf] = !np_cloud_model_is_empty(job->model, &box);
+  }
+  return NEPH_OK;
+}
+
+static neph_result append_leaves(np_sparse_grid *grid, const np_leaf *leaves, size_t count) {
+  static const uint64_t none[NP_LEAF_EDGE] = {0};
+  for (size_t i = 0; i < count; i++) {
+    if (memcmp(leaves[i].active, none, sizeof none) == 0) continue;
+    np_leaf *leaf = np_sparse_grid_add_leaf(grid, leaves[i].origin);
+    if (!leaf) return NEPH_ERROR_OUT_OF_MEMORY;
+    *leaf = leaves[i];
+  }
+  return NEPH_OK;
+}
+
+/* Evaluates the marked leaves, a batch at a time. */
+static neph_result bake_leaves(bake_job *job, size_t cloudy_count, np_sparse_grid *grid) {
+  const size_t box_count = count_box(job);
+  size_t done = 0;
+  neph_result result = NEPH_OK;
+  for (size_t leaf = 0; done < cloudy_count && !result;) {
+    size_t count = 0;
+    for (; leaf < box_count && count < BATCH_LEAVES; leaf++)
+      if (job->is_cloudy[leaf]) job->origins[count++] = find_origin(job, leaf);
+    np_monitor_set_range(job->monitor, (double)done / (double)cloudy_count, (double)(done + count) / (double)cloudy_count);
+    result = np_parallel_for(job->context, job->monitor, count, 4, eval_leaves, job);
+    if (!result) result = append_leaves(grid, job->leaves, count);
+    done += count;
+  }
+  return result;
+}
+
+static neph_result find_cloudy(bake_job *job, size_t *out_count) {
+  const size_t count = count_box(job);
+  neph_result result = np_parallel_for(job->context, job->monitor, count, 1024, mark_leaves, job);
+  if (result) return result;
+  size_t cloudy = 0;
+  for (size_t i = 0; i < count; i++) cloudy += job->is_cloudy[i];
+  *out_count = cloudy;
+  if (cloudy > CLOUD_LEAVES_MAX)
+    return np_fail(job->context, NEPH_ERROR_LIMIT,
+                   "cloud: %zu leaves of 8³ voxels (%.1f GB) may hold cloud, must be at most %llu: enlarge voxel_m, which "
+                   "is %g, or lessen extent_m", cloudy, (double)cloudy * sizeof(np_leaf) * 1e-9,
+                   (unsigned long long)CLOUD_LEAVES_MAX, job->model->desc.voxel_m);
+  return NEPH_OK;
+}
+
+/* Leaves along each axis: the field's width, and from the base, lower by the curve of the planet at the far corner, to
+ * the top. */
+static neph_result find_extent(const neph_cloud_desc *cloud, bake_job *job) {
+  double leaf_m = cloud->voxel_m * NP_LEAF_EDGE, far2 = 0, product = 1;
+  for (int a = 0; a < 2; a++) {
+    double voxels = fmax(1.0, round(cloud->extent_m[a] / cloud->voxel_m)), leaves = ceil(voxels / NP_LEAF_EDGE);
+    double far = fabs(cloud->center_m[a]) + 0.5 * cloud->extent_m[a];
+    product *= leaves;
+    far2 += far * far;
+    if (product > (double)BOX_LEAVES_MAX) break;
+    job->voxels[a] = (int32_t)voxels;
+    job->leaf_count[a] = (int32_t)leaves;
+  }
+  double radius = job->planet_radius_m + cloud->base_altitude_m;
+  double drop = far2 < radius * radius ? far2 / (radius + sqrt(radius * radius - far2)) : radius;
+  double low = floor(-drop / leaf_m), high = ceil(cloud->thickness_m / leaf_m);
+  product *= high - low;
+  if (product > (double)BOX_LEAVES_MAX)
+    return np_fail(job->context, NEPH_ERROR_LIMIT,
+                   "cloud: extent_m %g × %g and thickness_m %g at voxel_m %g is a box of more than %llu leaves of 8³ "
+                   "voxels: enlarge voxel_m or lessen extent_m", cloud->extent_m[0], cloud->extent_m[1],
+                   cloud->thickness_m, cloud->voxel_m, (unsigned long long)BOX_LEAVES_MAX);
+  job->leaf_begin[2] = (int32_t)low;
+  job->leaf_count[2] = (int32_t)(high - low);
+  return NEPH_OK;
+}
+
+static np_affine find_transform(const bake_job *job) {
+  const neph_cloud_desc *cloud = &job->model->desc;
+  np_affine transform = np_affine_identity();
+  for (int a = 0; a < 3; a++) {
+    double origin_m = a == 2 ? cloud->base_altitude_m : cloud->center_m[a];
+    transform.m[a][a] = cloud->voxel_m;
+    transform.m[a][3] = origin_m + find_offset_m(job, a, 0);
+  }
+  return transform;
+}
+
+static neph_result fill_grid(bake_job *job, np_sparse_grid *grid) {
+  job->is_cloudy = np_alloc(job->context, count_box(job), sizeof *job->is_cloudy);
+  job->origins = np_alloc(job->context, BATCH_LEAVES, sizeof *job->origins);
+  job->leaves = np_alloc(job->context, BATCH_LEAVES, sizeof *job->leaves);
+  size_t cloudy_count = 0;
+  neph_result result = job->is_cloudy && job->origins && job->leaves ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result) result = find_cloudy(job, &cloudy_count);
+  if (!result) result = bake_leaves(job, cloudy_count, grid);
+  np_alloc_free(job->context, job->leaves);
+  np_alloc_free(job->context, job->origins);
+  np_alloc_free(job->context, job->is_cloudy);
+  return result;
+}
+
+neph_result np_cloud_bake_grid(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                               const char *name, np_monitor *monitor, np_sparse_grid *out_grid) {
+  np_cloud_model model;
+  np_sparse_grid grid;
+  bake_job job = {.context = context, .monitor = monitor, .model = &model, .planet_radius_m = desc->planet_radius_m,
+                  .center_m = {cloud->center_m[0], cloud->center_m[1]}};
+  neph_result result = find_extent(cloud, &job);
+  if (result) return result;
+  np_monitor_set_stage(monitor, "preparing cloud");
+  result = np_cloud_model_build(context, cloud, monitor, &model);
+  if (result) return result;
+  np_monitor_set_stage(monitor, "baking");
+  result = np_sparse_grid_init(context, name, &grid);
+  if (!result) {
+    grid.index_to_world = find_transform(&job);
+    result = fill_grid(&job, &grid);
+  }
+  np_cloud_model_clear(&model);
+  if (result) {
+    np_sparse_grid_clear(&grid);
+    return result;
+  }
+  *out_grid = grid;
+  return NEPH_OK;
+}
+
+/* Checks both descriptions and bakes: what the two public calls share. */
+static neph_result bake_checked(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                                const char *name, np_monitor *monitor, neph_cloud_desc *out_cloud,
+                                neph_bake_desc *out_desc, np_sparse_grid *out_grid) {
+  static const neph_bake_desc defaults = NEPH_BAKE_DESC_DEFAULT;
+  neph_result result = np_cloud_desc_read(context, cloud, out_cloud);
+  if (!result) result = np_desc_read(context, "neph_bake_desc", &defaults, sizeof defaults, desc, out_desc);
+  if (result) return result;
+  if (!(out_desc->planet_radius_m >= 1e3 && out_desc->planet_radius_m <= 1e9))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: planet_radius_m is %g, must be in [1e3, 1e9]",
+                   out_desc->planet_radius_m);
+  np_monitor_start(monitor, context, out_desc->progress, out_desc->progress_user);
+  return np_cloud_bake_grid(context, out_cloud, out_desc, name, monitor, out_grid);
+}
+
+neph_result neph_cloud_bake(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                            neph_volume **out_volume) {
+  neph_cloud_desc checked;
+  neph_bake_desc bake;
+  np_sparse_grid grid;
+  np_monitor monitor;
+  *out_volume = NULL;
+  const unsigned mode = np_float_mode_enter();
+  neph_result result = bake_checked(context, cloud, desc, "density", &monitor, &checked, &bake, &grid);
+  if (!result) {
+    np_monitor_set_stage(&monitor, "building bricks");
+    result = np_volume_create_from_grid(context, &grid, bake.precision, &monitor, out_volume);
+    np_sparse_grid_clear(&grid);
+  }
+  np_float_mode_leave(mode);
+  return result;
+}
+
+static neph_result save_grid(neph_context *context, const np_sparse_grid *grid, const neph_cloud_desc *cloud,
+                             np_monitor *monitor, const char *path) {
+  char *params, seed[24];
+  neph_result result = np_cloud_desc_to_json(context, cloud, &params);
+  if (result) return result;
+  snprintf(seed, sizeof seed, "%llu", (unsigned long long)cloud->seed);
+  const np_vdb_attribute attributes[] = {
+      {.name = "nephos:params", .text = params}, {.name = "nephos:seed", .text = seed}, {.name = "units", .text = "1/m"}};
+  const np_vdb_write_grid out = {
+      .grid = grid, .attributes = attributes, .attribute_count = sizeof attributes / sizeof *attributes};
+  result = np_volume_save_grids(context, path, &out, 1, monitor);
+  np_alloc_free(context, params);
+  return result;
+}
+
+neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                                 const char *name, const char *path) {
+  neph_cloud_desc checked;
+  neph_bake_desc bake;
+  np_sparse_grid grid;
+  np_monitor monitor;
+  const unsigned mode = np_float_mode_enter();
+  neph_result result = bake_checked(context, cloud, desc, name, &monitor, &checked, &bake, &grid);
+  if (!result) {
+    np_monitor_set_stage(&monitor, "writing");
+    result = save_grid(context, &grid, &checked, &monitor, path);
+    np_sparse_grid_clear(&grid);
+  }
+  np_float_mode_leave(mode);
+  return result;
+}

@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
+
+#include "cloud/cloud_private.h"
+#include "core/alloc.h"
+#include "core/json.h"
+
+typedef enum range_kind { INCLUSIVE, ABOVE_LOW } range_kind;
+
+typedef struct real_field {
+  const char *name;
+  size_t offset;
+  int count;
+  double low, high;
+  range_kind kind;
+} real_field;
+
+#define FIELD(name, count, low, high, kind) {#name, offsetof(neph_cloud_desc, name), count, low, high, kind}
+
+/* Limits are far beyond any cloud, and near enough to keep every sum of lengths exact in float to a centimetre or so. */
+static const real_field fields[] = {
+    FIELD(extent_m, 2, 0, 1e6, ABOVE_LOW),
+    FIELD(center_m, 2, -1e6, 1e6, INCLUSIVE),
+    FIELD(base_altitude_m, 1, -1000, 1e5, INCLUSIVE),
+    FIELD(thickness_m, 1, 0, 1e5, ABOVE_LOW),
+    FIELD(voxel_m, 1, 0, 1e5, ABOVE_LOW),
+    FIELD(coverage, 1, 0, 1, INCLUSIVE),
+    FIELD(cell_m, 1, 0, 1e6, ABOVE_LOW),
+    FIELD(type, 1, 0, 1, INCLUSIVE),
+    FIELD(billow_m, 1, 0, 1e5, ABOVE_LOW),
+    FIELD(erosion, 1, 0, 1, INCLUSIVE),
+    FIELD(wispiness, 1, 0, 1, INCLUSIVE),
+    FIELD(turbulence, 1, 0, 1, INCLUSIVE),
+    FIELD(skew_m, 2, -1e5, 1e5, INCLUSIVE),
+    FIELD(extinction_per_m, 1, 0, 100, ABOVE_LOW),
+};
+
+enum { FIELD_COUNT = sizeof fields / sizeof *fields };
+
+static const double *find_values(const neph_cloud_desc *desc, const real_field *field) {
+  return (const double *)(const void *)((const char *)desc + field->offset);
+}
+
+static bool is_inside(const real_field *field, double value) {
+  return (field->kind == ABOVE_LOW ? value > field->low : value >= field->low) && value <= field->high;
+}
+
+static neph_result check_field(neph_context *context, const neph_cloud_desc *desc, const real_field *field) {
+  const double *values = find_values(desc, field);
+  for (int i = 0; i < field->count; i++) {
+    if (is_inside(field, values[i])) continue;
+    char index[16] = "";
+    if (field->count > 1) snprintf(index, sizeof index, "[%d]", i);
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: %s%s is %g, must be in %c%g, %g]", field->name, index,
+                   values[i], field->kind == ABOVE_LOW ? '(' : '[', field->low, field->high);
+  }
+  return NEPH_OK;
+}
+
+neph_result np_cloud_desc_read(neph_context *context, const neph_cloud_desc *desc, neph_cloud_desc *out_desc) {
+  static const neph_cloud_desc defaults = NEPH_CLOUD_DESC_DEFAULT;
+  neph_result result = np_desc_read(context, "neph_cloud_desc", &defaults, sizeof defaults, desc, out_desc);
+  for (int i = 0; i < FIELD_COUNT && !result; i++) result = check_field(context, out_desc, &fields[i]);
+  return result;
+}
+
+neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *desc, char **out_text) {
+  np_json *json = np_json_create(context);
+  if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
+  char seed[24];
+  snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
+  np_json_put_text(json, "seed", seed); /* as text: JSON's numbers lose the last bits of 64 */
+  for (int i = 0; i < FIELD_COUNT; i++) {
+    const double *values = find_values(desc, &fields[i]);
+    if (fields[i].count == 1)
+      np_json_put_real(json, fields[i].name, *values);
+    else
+      np_json_put_reals(json, fields[i].name, values, (size_t)fields[i].count);
+  }
+  return np_json_finish(json, out_text);
+}
