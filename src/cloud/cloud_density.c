@@ -50,10 +50,12 @@ static float eval_profile(const np_cloud_model *model, float t) {
   return (low + type * (tall - low)) * (1.0f + model->base_gain_max + model->detail_gain_max);
 }
 
-/* Depth allowed by the border of the field, so that no cloud is cut by a wall. */
+/* Depth allowed by the border of the field, so that no cloud is cut by a wall; but a field covered all over ends in one.
+ */
 static float eval_border(const np_cloud_model *model, float x_m, float y_m) {
-  float dx = 0.5f * (float)model->desc.extent_m[0] - fabsf(x_m), dy = 0.5f * (float)model->desc.extent_m[1] - fabsf(y_m);
-  return (dx < dy ? dx : dy) * model->slope_per_m - model->base_gain_max;
+  const neph_cloud_desc *desc = &model->desc;
+  float dx = 0.5f * (float)desc->extent_m[0] - fabsf(x_m), dy = 0.5f * (float)desc->extent_m[1] - fabsf(y_m);
+  return (dx < dy ? dx : dy) * model->slope_per_m - model->base_gain_max * (1.0f - (float)desc->coverage);
 }
 
 /* Where in the map the cloud at a height stands: the top is displaced by the skew against the base. */

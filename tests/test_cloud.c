@@ -1,0 +1,460 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "test_support.h"
+
+#include <stdlib.h>
+#include <time.h>
+
+#include <nephos/cloud.h>
+
+#include "cloud/cloud_private.h"
+#include "core/alloc.h"
+#include "core/random.h"
+#include "volume/volume_private.h"
+
+/* A field of 6 km with 40 m voxels: a fifth of a second. */
+static neph_cloud_desc small_field(uint64_t seed) {
+  neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
+  desc.seed = seed;
+  desc.extent_m[0] = 6000;
+  desc.extent_m[1] = 5000;
+  desc.voxel_m = 40;
+  return desc;
+}
+
+static np_sparse_grid bake(neph_context *context, const neph_cloud_desc *desc) {
+  const neph_bake_desc bake_desc = NEPH_BAKE_DESC_DEFAULT;
+  np_sparse_grid grid;
+  np_monitor monitor;
+  np_monitor_start(&monitor, context, NULL, NULL);
+  assert_int_equal(np_cloud_bake_grid(context, desc, &bake_desc, "density", &monitor, &grid), NEPH_OK);
+  return grid;
+}
+
+/* ---- What is in a grid, column by column ---- */
+
+typedef struct columns {
+  int size[2];
+  int32_t *lowest; /* index of the lowest active voxel; INT32_MAX: clear */
+  double covered, optical_depth;
+} columns;
+
+static void visit_leaf(const np_leaf *leaf, double voxel_m, columns *c) {
+  for (int n = 0; n < NP_LEAF_SIZE; n++) {
+    assert_int_equal(leaf->active[n / 64] >> (n % 64) & 1, leaf->values[n] > 0);
+    if (!(leaf->values[n] > 0)) continue;
+    int i = leaf->origin[0] + n / 64, j = leaf->origin[1] + n / 8 % 8;
+    if (i >= c->size[0] || j >= c->size[1]) continue; /* the last leaf may reach beyond the field; counted as border */
+    int32_t *lowest = &c->lowest[i * c->size[1] + j], k = leaf->origin[2] + n % 8;
+    c->optical_depth += (double)leaf->values[n] * voxel_m;
+    if (k < *lowest) *lowest = k;
+  }
+}
+
+static columns gather_columns(const np_sparse_grid *grid, const neph_cloud_desc *desc) {
+  columns c = {.size = {(int)round(desc->extent_m[0] / desc->voxel_m), (int)round(desc->extent_m[1] / desc->voxel_m)}};
+  const int count = c.size[0] * c.size[1];
+  c.lowest = malloc((size_t)count * sizeof *c.lowest);
+  for (int i = 0; i < count; i++) c.lowest[i] = INT32_MAX;
+  for (size_t i = 0; i < grid->leaf_count; i++) visit_leaf(&grid->leaves[i], desc->voxel_m, &c);
+  for (int i = 0; i < count; i++) c.covered += c.lowest[i] < INT32_MAX;
+  c.covered /= count;
+  c.optical_depth /= count;
+  return c;
+}
+
+static double find_covered(neph_context *context, const neph_cloud_desc *desc) {
+  np_sparse_grid grid = bake(context, desc);
+  columns c = gather_columns(&grid, desc);
+  free(c.lowest);
+  np_sparse_grid_clear(&grid);
+  return c.covered;
+}
+
+/* 0.05 is the promise; the waterline is set by a census of 64² columns, whose own error is 0.01. */
+static void coverage_is_the_covered_fraction(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  const double wanted[] = {0.05, 0.35, 0.7, 1.0};
+  for (uint64_t seed = 0; seed < 3; seed++)
+    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
+      neph_cloud_desc desc = small_field(seed);
+      desc.coverage = wanted[i];
+      assert_near(find_covered(context, &desc), wanted[i], 0.05);
+    }
+  neph_context_destroy(context);
+}
+
+static void every_preset_covers_what_it_says(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  const char *names[] = {"cumulus_humilis", "cumulus_mediocris", "cumulus_congestus", "stratocumulus"};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+    neph_cloud_desc desc;
+    assert_int_equal(neph_cloud_get_preset(context, names[i], &desc), NEPH_OK);
+    desc.voxel_m = 40;
+    assert_near(find_covered(context, &desc), desc.coverage, 0.05);
+  }
+  neph_context_destroy(context);
+}
+
+static void no_coverage_is_no_cloud(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = small_field(1);
+  desc.coverage = 0;
+  np_sparse_grid grid = bake(context, &desc);
+  assert_int_equal(grid.leaf_count, 0);
+  np_sparse_grid_clear(&grid);
+  neph_volume *volume = NULL;
+  assert_int_equal(neph_cloud_bake(context, &desc, NULL, &volume), NEPH_OK);
+  neph_volume_release(volume);
+  neph_context_destroy(context);
+}
+
+static double world_altitude(const np_sparse_grid *grid, int i, int j, int k, double radius_m) {
+  np_dvec3 p = np_affine_point(&grid->index_to_world, np_dvec3_make(i, j, k));
+  return np_dvec3_length(np_dvec3_make(p.x, p.y, p.z + radius_m)) - radius_m;
+}
+
+/* The base follows the sphere: on a planet of 100 km the far side of this field, 33 km out, lies 5 km lower. Nothing is
+ * below the base altitude, and two columns in three begin within two voxels of it: the others are flanks that lean out.
+ */
+static void base_is_flat_and_follows_the_planet(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = small_field(5);
+  neph_bake_desc bake_desc = NEPH_BAKE_DESC_DEFAULT;
+  bake_desc.planet_radius_m = 100e3;
+  desc.center_m[0] = 30e3;
+  np_sparse_grid grid;
+  np_monitor monitor;
+  np_monitor_start(&monitor, context, NULL, NULL);
+  assert_int_equal(np_cloud_bake_grid(context, &desc, &bake_desc, "density", &monitor, &grid), NEPH_OK);
+  columns c = gather_columns(&grid, &desc);
+  assert_near(c.covered, desc.coverage, 0.05);
+  int covered = 0, low = 0;
+  for (int i = 0; i < c.size[0]; i++)
+    for (int j = 0; j < c.size[1]; j++) {
+      int32_t k = c.lowest[i * c.size[1] + j];
+      if (k == INT32_MAX) continue;
+      double height_m = world_altitude(&grid, i, j, k, bake_desc.planet_radius_m) - desc.base_altitude_m;
+      assert_true(height_m > -1e-3); /* float heights are good to a tenth of a millimetre */
+      covered++;
+      low += height_m < 2 * desc.voxel_m;
+    }
+  assert_true(3 * low > 2 * covered);
+  free(c.lowest);
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+}
+
+/* Core values as asked for, 0.8 to 1.2 of them with height, and crisp: most of the voxels are core, not edge. */
+static void extinction_is_that_of_the_core_with_a_thin_edge(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = small_field(2);
+  desc.voxel_m = 25;
+  desc.extinction_per_m = 0.1;
+  np_sparse_grid grid = bake(context, &desc);
+  size_t active = 0, dense = 0;
+  for (size_t l = 0; l < grid.leaf_count; l++)
+    for (int n = 0; n < NP_LEAF_SIZE; n++) {
+      float value = grid.leaves[l].values[n];
+      assert_true(value >= 0 && value <= 0.1f * 1.2f);
+      active += value > 0;
+      dense += value > 0.06f;
+    }
+  assert_true(active > 10000);
+  assert_true((double)dense > 0.6 * (double)active);
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+}
+
+/* Voxels sample one and the same cloud: its mean optical depth agrees to the few per cent that the octaves too fine for
+ * the coarser grid are worth. */
+static void a_cloud_does_not_depend_on_its_voxels(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = small_field(4);
+  double depth[2];
+  for (int i = 0; i < 2; i++) {
+    desc.voxel_m = i ? 25 : 50;
+    np_sparse_grid grid = bake(context, &desc);
+    columns c = gather_columns(&grid, &desc);
+    depth[i] = c.optical_depth;
+    free(c.lowest);
+    np_sparse_grid_clear(&grid);
+  }
+  assert_near_relative(depth[1], depth[0], 0.08);
+  neph_context_destroy(context);
+}
+
+/* ---- Bounds ---- */
+
+static bool has_cloud(const np_cloud_model *model, const np_cloud_box *box) {
+  float x[NP_CLOUD_BLOCK], y[NP_CLOUD_BLOCK], height[NP_CLOUD_BLOCK], extinction[NP_CLOUD_BLOCK];
+  for (int n = 0; n < NP_CLOUD_BLOCK; n++) {
+    x[n] = box->min_m[0] + (box->max_m[0] - box->min_m[0]) * (float)(n / 64) / 7;
+    y[n] = box->min_m[1] + (box->max_m[1] - box->min_m[1]) * (float)(n / 8 % 8) / 7;
+    height[n] = box->min_m[2] + (box->max_m[2] - box->min_m[2]) * (float)(n % 8) / 7;
+  }
+  const np_cloud_points points = {NP_CLOUD_BLOCK, x, y, height};
+  np_cloud_model_eval(model, &points, extinction);
+  for (int n = 0; n < NP_CLOUD_BLOCK; n++)
+    if (extinction[n] > 0) return true;
+  return false;
+}
+
+/* Ten thousand boxes, a third of them outside or across the border, with all that moves the cloud about turned up. */
+static void no_box_called_empty_holds_cloud(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = small_field(8);
+  desc.skew_m[0] = 900;
+  desc.skew_m[1] = -400;
+  desc.turbulence = 1;
+  desc.wispiness = 1;
+  desc.erosion = 1;
+  np_cloud_model model;
+  assert_int_equal(np_cloud_model_build(context, &desc, NULL, &model), NEPH_OK);
+  np_random random = np_random_start(1, 0, 0, 0, 0);
+  int called_empty = 0, clear = 0;
+  for (int run = 0; run < 10000; run++) {
+    np_cloud_box box;
+    const float span[3] = {7000, 6000, 1500}, offset[3] = {-3500, -3000, -150};
+    for (int a = 0; a < 3; a++) {
+      box.min_m[a] = offset[a] + span[a] * np_random_float(&random);
+      box.max_m[a] = box.min_m[a] + 20.0f + 300.0f * np_random_float(&random);
+    }
+    bool is_empty = np_cloud_model_is_empty(&model, &box), is_cloudy = has_cloud(&model, &box);
+    assert_false(is_empty && is_cloudy);
+    called_empty += is_empty;
+    clear += !is_cloudy;
+  }
+  assert_true(2 * called_empty > clear); /* a bound that finds less than half of the clear boxes would not be worth it */
+  np_cloud_model_clear(&model);
+  neph_context_destroy(context);
+}
+
+/* ---- The same bits ---- */
+
+static void assert_same_hash(unsigned thread_count, neph_isa isa, const neph_cloud_desc *desc, const char *expected) {
+  neph_context *context = NULL;
+  neph_context_desc context_desc = NEPH_CONTEXT_DESC_DEFAULT;
+  context_desc.thread_count = thread_count;
+  context_desc.isa_max = isa;
+  assert_int_equal(neph_context_create(&context_desc, &context), NEPH_OK);
+  np_sparse_grid grid = bake(context, desc);
+  char hash[33];
+  assert_int_equal(np_sparse_grid_hash(&grid, hash), NEPH_OK);
+  assert_string_equal(hash, expected);
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+}
+
+static void threads_and_levels_give_the_same_bits(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(1, NULL);
+  neph_cloud_desc desc = small_field(9);
+  desc.skew_m[0] = 200;
+  np_sparse_grid grid = bake(context, &desc);
+  assert_true(grid.leaf_count > 100);
+  char hash[33];
+  assert_int_equal(np_sparse_grid_hash(&grid, hash), NEPH_OK);
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+  for (neph_isa isa = NEPH_ISA_X86_64; isa <= NEPH_ISA_X86_64_V4; isa++) assert_same_hash(2, isa, &desc, hash);
+  assert_same_hash(1, NEPH_ISA_X86_64, &desc, hash);
+  assert_same_hash(5, NEPH_ISA_X86_64_V4, &desc, hash);
+}
+
+static void leaves_are_sorted_and_none_is_empty(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(3, NULL);
+  neph_cloud_desc desc = small_field(9);
+  np_sparse_grid grid = bake(context, &desc);
+  static const uint64_t none[8] = {0};
+  for (size_t i = 0; i < grid.leaf_count; i++) {
+    assert_memory_not_equal(grid.leaves[i].active, none, sizeof none);
+    if (i == 0) continue;
+    const int32_t *a = grid.leaves[i - 1].origin, *b = grid.leaves[i].origin;
+    assert_true(a[0] < b[0] || (a[0] == b[0] && (a[1] < b[1] || (a[1] == b[1] && a[2] < b[2]))));
+  }
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+}
+
+/* ---- Failures ---- */
+
+static void assert_refused(neph_context *context, test_log *log, const neph_cloud_desc *desc, const char *field,
+                           const char *value) {
+  neph_volume *volume = (neph_volume *)8; /* must be overwritten */
+  assert_int_equal(neph_cloud_bake(context, desc, NULL, &volume), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_null(volume);
+  assert_one_error(log, "cloud: ", field, value, "must be in");
+}
+
+static void bad_parameters_are_named(void **state) {
+  (void)state;
+  test_log log;
+  test_log_start(&log);
+  neph_context *context = test_context_create(1, &log);
+  const neph_cloud_desc good = small_field(0);
+  neph_cloud_desc desc = good;
+  desc.coverage = 1.4, assert_refused(context, &log, &desc, "coverage is", "1.4");
+  desc = good, desc.coverage = (double)NAN, assert_refused(context, &log, &desc, "coverage is", "nan");
+  desc = good, desc.voxel_m = 0, assert_refused(context, &log, &desc, "voxel_m is", "0");
+  desc = good, desc.extent_m[1] = -5, assert_refused(context, &log, &desc, "extent_m[1] is", "-5");
+  desc = good, desc.cell_m = (double)INFINITY, assert_refused(context, &log, &desc, "cell_m is", "inf");
+  desc = good, desc.extinction_per_m = 0, assert_refused(context, &log, &desc, "extinction_per_m is", "0");
+  desc = good, desc.wispiness = -0.1, assert_refused(context, &log, &desc, "wispiness is", "-0.1");
+  neph_bake_desc bake_desc = NEPH_BAKE_DESC_DEFAULT;
+  bake_desc.planet_radius_m = 0;
+  neph_volume *volume = NULL;
+  assert_int_equal(neph_cloud_bake(context, &good, &bake_desc, &volume), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&log, "planet_radius_m is 0");
+  neph_context_destroy(context);
+}
+
+static void a_bake_too_large_is_refused_at_once(void **state) {
+  (void)state;
+  test_log log;
+  test_log_start(&log);
+  neph_context *context = test_context_create(1, &log);
+  neph_cloud_desc desc = small_field(0);
+  neph_volume *volume = NULL;
+  desc.extent_m[0] = desc.extent_m[1] = 1e6;
+  desc.voxel_m = 1;
+  assert_int_equal(neph_cloud_bake(context, &desc, NULL, &volume), NEPH_ERROR_LIMIT);
+  assert_one_error(&log, "extent_m 1e+06", "voxel_m 1", "leaves");
+  desc.voxel_m = 1000;
+  desc.cell_m = 0.5;
+  assert_int_equal(neph_cloud_bake(context, &desc, NULL, &volume), NEPH_ERROR_LIMIT);
+  assert_one_error(&log, "extent_m[0]", "cell_m");
+  neph_context_destroy(context);
+}
+
+static void an_unknown_preset_lists_those_there_are(void **state) {
+  (void)state;
+  test_log log;
+  test_log_start(&log);
+  neph_context *context = test_context_create(1, &log);
+  neph_cloud_desc desc;
+  assert_int_equal(neph_cloud_get_preset(context, "cumulus", &desc), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&log, "\"cumulus\"", "cumulus_humilis", "cumulus_mediocris", "cumulus_congestus", "stratocumulus");
+  neph_context_destroy(context);
+}
+
+static neph_result bake_tiny(neph_context *context, void *user) {
+  (void)user;
+  neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
+  desc.extent_m[0] = desc.extent_m[1] = 1500;
+  desc.voxel_m = 100;
+  desc.coverage = 0.5;
+  neph_volume *volume = NULL;
+  neph_result result = neph_cloud_bake(context, &desc, NULL, &volume);
+  assert_int_equal(volume == NULL, result != NEPH_OK);
+  neph_volume_release(volume);
+  return result;
+}
+
+static void a_failed_allocation_leaves_nothing_behind(void **state) {
+  (void)state;
+  assert_survives_failed_allocations(bake_tiny, NULL);
+}
+
+typedef struct canceller {
+  int calls, cancel_at;
+  struct timespec cancelled;
+} canceller;
+
+static bool cancel_later(void *user, const neph_progress *progress) {
+  canceller *c = user;
+  assert_true(progress->fraction >= 0 && progress->fraction <= 1);
+  if (++c->calls < c->cancel_at) return true;
+  clock_gettime(CLOCK_MONOTONIC, &c->cancelled);
+  return false;
+}
+
+static double seconds_since(const struct timespec *then) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)(now.tv_sec - then->tv_sec) + 1e-9 * (double)(now.tv_nsec - then->tv_nsec);
+}
+
+/* Minutes of work, told to stop at its start and in its midst. */
+static void a_large_bake_can_be_cancelled(void **state) {
+  (void)state;
+  char *folder = test_folder_create(), *path = test_path(folder, "field.vdb");
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
+  desc.extent_m[0] = desc.extent_m[1] = 40e3;
+  desc.voxel_m = 10;
+  for (int cancel_at = 1; cancel_at <= 9; cancel_at += 4) {
+    canceller c = {.cancel_at = cancel_at};
+    neph_bake_desc bake_desc = NEPH_BAKE_DESC_DEFAULT;
+    bake_desc.progress = cancel_later;
+    bake_desc.progress_user = &c;
+    assert_int_equal(neph_cloud_bake_file(context, &desc, &bake_desc, "density", path), NEPH_ERROR_CANCELLED);
+    assert_true(seconds_since(&c.cancelled) < 0.5);
+    assert_int_equal(test_folder_count(folder), 0);
+  }
+  neph_context_destroy(context);
+  free(path);
+  test_folder_destroy(folder);
+}
+
+/* ---- Files ---- */
+
+static void a_baked_file_holds_the_cloud_and_how_it_was_made(void **state) {
+  (void)state;
+  char *folder = test_folder_create(), *path = test_path(folder, "field.vdb");
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = small_field(UINT64_MAX);
+  assert_int_equal(neph_cloud_bake_file(context, &desc, NULL, "density", path), NEPH_OK);
+  assert_int_equal(test_folder_count(folder), 1);
+
+  np_sparse_grid grid = bake(context, &desc);
+  char hash[33], *text = NULL;
+  assert_int_equal(np_sparse_grid_hash(&grid, hash), NEPH_OK);
+  assert_int_equal(neph_volume_describe_file(context, path, NEPH_TEXT_JSON, &text), NEPH_OK);
+  const char *words[] = {hash, "fog volume", "nephos:params", "coverage", "nephos:seed", "18446744073709551615", "1/m"};
+  for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+    if (!strstr(text, words[i])) fail_msg("no \"%s\" in %s", words[i], text);
+  neph_text_destroy(context, text);
+
+  neph_volume *volume = NULL;
+  assert_int_equal(neph_volume_load(context, path, NULL, &volume), NEPH_OK);
+  neph_volume_info info;
+  neph_volume_get_info(volume, &info);
+  assert_int_equal(info.active_voxel_count, np_sparse_grid_count_active(&grid));
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 4; j++) assert_near(info.index_to_world[i][j], grid.index_to_world.m[i][j], 0);
+  assert_near(0.5 * (info.index_to_world[0][3] * 2 + 149 * 40), 0, 1e-9); /* 150 voxels, centred */
+  neph_volume_release(volume);
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+  free(path);
+  test_folder_destroy(folder);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(coverage_is_the_covered_fraction),
+      cmocka_unit_test(every_preset_covers_what_it_says),
+      cmocka_unit_test(no_coverage_is_no_cloud),
+      cmocka_unit_test(base_is_flat_and_follows_the_planet),
+      cmocka_unit_test(extinction_is_that_of_the_core_with_a_thin_edge),
+      cmocka_unit_test(a_cloud_does_not_depend_on_its_voxels),
+      cmocka_unit_test(no_box_called_empty_holds_cloud),
+      cmocka_unit_test(threads_and_levels_give_the_same_bits),
+      cmocka_unit_test(leaves_are_sorted_and_none_is_empty),
+      cmocka_unit_test(bad_parameters_are_named),
+      cmocka_unit_test(a_bake_too_large_is_refused_at_once),
+      cmocka_unit_test(an_unknown_preset_lists_those_there_are),
+      cmocka_unit_test(a_failed_allocation_leaves_nothing_behind),
+      cmocka_unit_test(a_large_bake_can_be_cancelled),
+      cmocka_unit_test(a_baked_file_holds_the_cloud_and_how_it_was_made),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
