@@ -28,7 +28,7 @@ typedef struct np_integrator_settings {
   float octave_light, octave_depth, octave_asymmetry; /* factors from one octave to the next */
   float step_voxels;                                  /* longest step of the march */
   float light_step_voxels;                            /* longest step towards a light */
-  float transmittance_end;                            /* the march ends a ray below this */
+  float transmittance_end; /* a ray of the march below this ends, or goes on with it, by Russian roulette */
 } np_integrator_settings;
 
 typedef struct np_camera_ray {

@@ -200,6 +200,13 @@ static void add_surroundings(march *m, np_dvec3 position, const media *all, cons
   add_scaled(m->out, NP_COMPONENT_MULTIPLE, multiple, light);
 }
 
+/* A weight below `least` becomes `least` with that probability which keeps its mean, or nothing: so that a light which
+ * counts for little is seldom walked for. */
+static float settle(float weight, float least, np_random *random) {
+  if (weight >= least) return weight;
+  return np_random_float(random) * least < weight ? least : 0.0f;
+}
+
 /* One exponential step; `air` is that between the camera and its middle. */
 static void step(march *m, const media *all, const stretch *s, double begin, double end,
                  const np_aerial_perspective *air) {
@@ -212,15 +219,15 @@ static void step(march *m, const media *all, const stretch *s, double begin, dou
   if (total <= 0.0f) return;
   const float opacity = -expm1f(-total * (float)(end - begin)), loss = m->transmittance * opacity;
   add_scaled(m->out, NP_COMPONENT_AIR, loss, air->inscatter);
-  m->transmittance *= 1.0f - opacity;
+  m->transmittance = settle(m->transmittance * (1.0f - opacity), m->settings->transmittance_end, m->random);
   if (loss < 1e-6f || m->settings->scattering_max == 0) return;
   np_spectrum share[NP_VIEW_VOLUMES_MAX];
   for (unsigned i = 0; i < s->count; i++)
     share[i] = np_spectrum_scale(all->medium[s->active[i]].volume->albedo, extinction[i] / total);
   const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
-  const np_spectrum weight = np_spectrum_scale(air->transmittance, loss);
-  add_sun(m, position, all, s, share, weight);
-  add_surroundings(m, position, all, s, share, weight);
+  const float sun = settle(loss, 0.01f, m->random), sky = settle(loss, 0.1f, m->random);
+  if (sun > 0.0f) add_sun(m, position, all, s, share, np_spectrum_scale(air->transmittance, sun));
+  if (sky > 0.0f) add_surroundings(m, position, all, s, share, np_spectrum_scale(air->transmittance, sky));
 }
 
 /* The air up to `distance`; where one stretch ends and the next begins it is looked up once. */
@@ -245,7 +252,7 @@ static void cross(march *m, const media *all, const stretch *s) {
   const int count = (int)fmin(fmax(1.0, ceil(length * (double)steps_per_m)), 4096.0);
   const np_aerial_perspective near = look_through_air(m, s->begin), far = look_through_air(m, s->end);
   float begin = 0.0f;
-  for (int k = 0; k <= count && m->transmittance > m->settings->transmittance_end; k++) {
+  for (int k = 0; k <= count && m->transmittance > 0.0f; k++) {
     const float end = fminf(((float)k + m->ray->jitter) / (float)count, 1.0f);
     const np_aerial_perspective air = mix_air(&near, &far, 0.5f * (begin + end));
     if (end > begin) step(m, all, s, s->begin + length * (double)begin, s->begin + length * (double)end, &air);
@@ -271,7 +278,7 @@ void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_s
     m.to_sun = np_light_sample_sun(view, np_random_float(random), np_random_float(random));
     set_sun_weights(&m);
     stretch s;
-    while (m.transmittance > settings->transmittance_end && media_next(&all, &s)) cross(&m, &all, &s);
+    while (m.transmittance > 0.0f && media_next(&all, &s)) cross(&m, &all, &s);
   }
   out->transmittance = m.transmittance;
   np_surroundings_add_behind(view, settings, ray, out->is_ground_behind ? &hit : NULL, m.transmittance, march_shadow,

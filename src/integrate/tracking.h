@@ -39,7 +39,8 @@ static inline float np_track_span_integral(const np_bricks *bricks, const np_bri
   return sum * length / (float)count;
 }
 
-/* Optical depth along a ray; what lies beyond `depth_end` is not looked at. */
+/* Optical depth along a ray; what lies beyond `depth_end` is not looked at. Steps grow with the depth already passed,
+ * up to fourfold: an error there is damped by what lies before it. */
 static inline float np_track_depth(const np_scene_view *view, np_dvec3 origin, np_vec3 direction, double distance_end,
                                    float step_voxels, float depth_end) {
   float depth = 0.0f;
@@ -50,7 +51,8 @@ static inline float np_track_depth(const np_scene_view *view, np_dvec3 origin, n
     np_brick_span span;
     np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
     while (depth < depth_end && np_brick_walk_next(&walk, &span))
-      depth += volume->extinction_per_value * np_track_span_integral(volume->bricks, &walk, &span, steps_per_m);
+      depth += volume->extinction_per_value *
+               np_track_span_integral(volume->bricks, &walk, &span, steps_per_m / fminf(1.0f + depth, 4.0f));
   }
   return depth;
 }
