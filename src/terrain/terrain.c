@@ -198,12 +198,11 @@ static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc 
   /* One float more, since Embree reads each vertex as four. */
   terrain->vertices = np_alloc(context, 3 * count_samples(&terrain->field) + 1, sizeof(float));
   if (!terrain->vertices) return NEPH_ERROR_OUT_OF_MEMORY;
-  np_monitor_set_stage(monitor, "building terrain");
-  np_monitor_set_range(monitor, 0, 0.3);
+  np_monitor_set_stage(monitor, "placing terrain");
   result = np_parallel_for(context, monitor, terrain->field.height, 16, raise_rows, terrain);
   if (result) return result;
   find_bounds(terrain);
-  np_monitor_set_range(monitor, 0.3, 1);
+  np_monitor_set_stage(monitor, "building terrain");
   build_job job = {terrain, monitor};
   return np_parallel_run(context, monitor, build_scene, &job);
 }
