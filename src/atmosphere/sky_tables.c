@@ -204,9 +204,9 @@ static np_scattered mix_scattered(np_scattered a, np_scattered b, float t) {
   return (np_scattered){np_bands_mix(a.smooth, b.smooth, t), np_bands_mix(a.peak, b.peak, t)};
 }
 
-/* Radiance of a logarithm read from the view table: what the floor added is taken off again. */
+/* Radiance of a logarithm read from the view table: what the floor added is taken off again, and what rounding makes of it. */
 static np_bands undo_log(np_bands logarithm) {
-  return np_bands_max(np_bands_exp(logarithm) - view_floor, np_bands_grey(0.0f));
+  return np_bands_max(np_bands_exp(logarithm) - 1.00002f * view_floor, np_bands_grey(0.0f));
 }
 
 np_scattered np_sky_view_lookup(const neph_sky *sky, const np_sky_place *place) {
@@ -230,22 +230,24 @@ static np_aerial_sample lookup_plane(const neph_sky *sky, const np_sky_place *pl
                             {t * s.smooth, t * s.peak}};
 }
 
-/* y/(1 − e⁻ʸ) to 0.1 % up to y = 3. */
+/* y/(1 − e⁻ʸ), to 4 % at y = 3 and far better below. */
 static np_bands inverse_step_weight(np_bands y) { return 1.0f + y * (0.5f + y * (1.0f / 12.0f)); }
 
-/* Part of a slice's in-scatter that comes from its nearer `x`, for a constant source: (1 − e⁻ˣᵈ)/(1 − e⁻ᵈ). */
+/* Part of a slice's in-scatter that comes from its nearer `x`, for a constant source: (1 − e⁻ˣᵈ)/(1 − e⁻ᵈ), grows with x as
+ * far as x·d = 3.4 and stays there: so far into a slice what lies deeper no longer counts. */
 static np_bands part_of_slice(np_bands depth, float x) {
   const np_bands d = np_bands_min(depth, np_bands_grey(3.0f));
-  return x * inverse_step_weight(d) / inverse_step_weight(x * d);
+  const np_bands part = np_bands_min(np_bands_grey(x), 3.4f / np_bands_max(d, np_bands_grey(1e-6f)));
+  return part * inverse_step_weight(d) / inverse_step_weight(part * d);
 }
 
 np_aerial_sample np_sky_aerial_lookup(const neph_sky *sky, const np_sky_place *place, const np_ray *ray,
                                       double distance_m) {
   const np_aerial_scale scale = np_aerial_scale_make(ray, sky->frame.inward);
-  const double t = fmax(distance_m - ray->offset_m, 0.0), within = fmin(t, ray->length_m);
+  const double t = np_clamp(distance_m - ray->offset_m, 0.0, 2.0 * ray->length_m), within = fmin(t, ray->length_m);
   const double s = np_clamp(np_aerial_scale_fraction(&scale, within), 0.0, 1.0) * NP_AERIAL_SLICES;
   const int slice = s < NP_AERIAL_SLICES - 1 ? (int)s : NP_AERIAL_SLICES - 1;
-  const double near = np_aerial_scale_distance(&scale, (double)slice / NP_AERIAL_SLICES);
+  const double near = slice > 0 ? np_aerial_scale_distance(&scale, (double)slice / NP_AERIAL_SLICES) : 0.0;
   const double far = np_aerial_scale_distance(&scale, (slice + 1.0) / NP_AERIAL_SLICES);
   /* Underground, past the last plane, the last slice's air goes on. */
   const double end = ray->hits_ground ? t : within;
