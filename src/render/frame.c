@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/frame.h"
 
+#include <string.h>
+
 #include "core/alloc.h"
 #include "image/film.h"
 #include "image/image_private.h"
@@ -198,6 +200,10 @@ static void fill_header(const frame *f, neph_image *image) {
   np_image_header *header = &image->header;
   header->has_camera = true;
   np_camera_get_matrices(&f->assembly->camera, header->world_to_camera, header->world_to_ndc);
+  /* Shown as Rec. 709: the bands are no primaries, but R, G and B are what a viewer makes of them. */
+  static const float rec709[8] = {0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f};
+  header->has_chromaticities = true;
+  memcpy(header->chromaticities, rec709, sizeof rec709);
   header->has_window = true;
   for (int a = 0; a < 2; a++) {
     header->data_min[a] = (int)f->desc->crop_min[a];

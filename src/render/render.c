@@ -4,13 +4,8 @@
 #include <time.h>
 
 #include "core/parallel.h"
+#include "image/image_private.h"
 #include "render/frame.h"
-
-static neph_result set_number(neph_image *image, const char *name, double value) {
-  char text[64];
-  (void)snprintf(text, sizeof text, "%.15g", value);
-  return neph_image_set_attribute(image, name, text);
-}
 
 static neph_result describe_render(const neph_scene *scene, const neph_render_desc *desc, double seconds,
                                    neph_image *image) {
@@ -21,18 +16,18 @@ static neph_result describe_render(const neph_scene *scene, const neph_render_de
   neph_result result = neph_image_set_attribute(image, "nephos:colorSpace", "nephos-bands");
   if (!result) result = neph_image_set_attribute(image, "nephos:bands", "680 nm, 550 nm, 440 nm");
   if (!result) result = neph_image_set_attribute(image, "nephos:unit", "W m^-2 sr^-1 nm^-1");
-  if (!result) result = set_number(image, "nephos:scale", scene->output.scale);
+  if (!result) result = np_image_set_real(image, "nephos:scale", scene->output.scale);
   if (!result) result = neph_image_set_attribute(image, "nephos:integrator", is_path ? "path" : "march");
   if (!result && !is_path)
     result = neph_image_set_attribute(image, "nephos:multipleScattering", is_single ? "none" : "octaves");
   if (!result && desc->scattering_max != NEPH_SCATTERINGS_ALL)
-    result = set_number(image, "nephos:scatteringMax", desc->scattering_max);
-  if (!result) result = set_number(image, "nephos:samples", desc->sample_count);
+    result = np_image_set_integer(image, "nephos:scatteringMax", desc->scattering_max);
+  if (!result) result = np_image_set_integer(image, "nephos:samples", desc->sample_count);
   if (!result) result = neph_image_set_attribute(image, "nephos:seed", seed);
-  if (!result) result = set_number(image, "nephos:frame", desc->frame);
+  if (!result) result = np_image_set_integer(image, "nephos:frame", desc->frame);
   const neph_isa isa = neph_context_get_isa(scene->context);
   if (!result) result = neph_image_set_attribute(image, "nephos:isa", neph_isa_get_name(isa));
-  return result ? result : set_number(image, "renderTime", seconds);
+  return result ? result : np_image_set_real(image, "renderTime", seconds);
 }
 
 static double seconds_since(const struct timespec *start) {
