@@ -30,6 +30,13 @@ neph_result np_cloud_desc_read(neph_context *context, const neph_cloud_desc *des
 /* The description as JSON, to be freed with np_alloc_free. */
 neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *desc, char **out_text);
 
+/* ---- Presets: presets.c ---- */
+
+bool np_cloud_has_preset(const char *name);
+
+/* Their names, parted by ", ". */
+void np_cloud_list_presets(char *out, size_t size);
+
 /* ---- Weather map: weather_map.c ---- */
 
 /* Height of a landscape of rounded cells. A waterline through it, chosen by the coverage wanted, parts cloud from sky. */

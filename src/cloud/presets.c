@@ -21,12 +21,23 @@ static const preset presets[] = {
 
 enum { PRESET_COUNT = sizeof presets / sizeof *presets };
 
-static neph_result fail_unknown(neph_context *context, const char *name) {
-  char list[256] = "";
+void np_cloud_list_presets(char *out, size_t size) {
   size_t length = 0;
-  for (int i = 0; i < PRESET_COUNT; i++)
-    length += (size_t)snprintf(list + length, sizeof list - length, "%s%s", i ? ", " : "", presets[i].name);
+  out[0] = '\0';
+  for (int i = 0; i < PRESET_COUNT && length < size; i++)
+    length += (size_t)snprintf(out + length, size - length, "%s%s", i ? ", " : "", presets[i].name);
+}
+
+static neph_result fail_unknown(neph_context *context, const char *name) {
+  char list[256];
+  np_cloud_list_presets(list, sizeof list);
   return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: preset is \"%s\", must be one of %s", name, list);
+}
+
+bool np_cloud_has_preset(const char *name) {
+  for (int i = 0; i < PRESET_COUNT; i++)
+    if (!strcmp(presets[i].name, name)) return true;
+  return false;
 }
 
 neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_cloud_desc *out_desc) {

@@ -229,7 +229,7 @@ static neph_result describe_plain(const np_plan *plan, char **out_text) {
   np_text_add(&text, "%-20s %u x %u pixels, %u,%u to %u,%u of them, %u samples each, frame %d\n", "picture",
               desc->width, desc->height, desc->crop_min[0], desc->crop_min[1], desc->crop_max[0], desc->crop_max[1],
               desc->sample_count, desc->frame);
-  np_text_add(&text, "%-20s %llu camera rays, film of %.1f MB", "work", (unsigned long long)plan->ray_count,
+  np_text_add(&text, "%-20s %llu camera rays, film of %.3g MB", "work", (unsigned long long)plan->ray_count,
               (double)plan->film_bytes * 1e-6);
   if (plan->bake_voxel_count > 0) np_text_add(&text, ", at most %.3g voxels to bake", plan->bake_voxel_count);
   np_text_add(&text, "\n");

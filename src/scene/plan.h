@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The plan of a render: which stages the scene and the wanted outputs need, and why, decided before anything is built. */
+/* The plan of a render: which stages the scene and the wanted outputs need, and why, decided before anything is built.
+ */
 #ifndef NP_SCENE_PLAN_H
 #define NP_SCENE_PLAN_H
 

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
 #include "light/scene_view.h"
@@ -204,6 +205,7 @@ static neph_result apply_text(key_applier *applier, const np_key *key, void *bas
 
 static neph_result apply_preset(key_applier *applier, const np_key *key, np_scene_cloud *cloud, const np_node *node) {
   neph_result result = apply_text(applier, key, cloud, node);
+  if (!result && !np_cloud_has_preset(cloud->preset)) result = fail_value(applier, key, node);
   return result ? result : neph_cloud_get_preset(applier->context, cloud->preset, &cloud->bake);
 }
 
@@ -240,14 +242,15 @@ static neph_result apply_fallback(key_applier *applier, const np_key *key, void 
   np_node items[4] = {{.kind = NP_NODE_SCALAR}}, list = {.kind = NP_NODE_SEQUENCE, .first = items};
   snprintf(text, sizeof text, "%s", key->fallback);
   snprintf(applier->path, sizeof applier->path, "%s", key->path);
-  unsigned count = np_key_count_values(key);
+  bool is_list = strchr(key->fallback, ',');
+  unsigned count = is_list ? np_key_count_values(key) : 1;
   for (unsigned i = 0; i < count; i++) {
     items[i].kind = NP_NODE_SCALAR;
     items[i].text = strsep(&rest, ",");
     if (i) items[i].text++; /* the space behind the comma */
     items[i].next = i + 1 < count ? &items[i + 1] : NULL;
   }
-  return apply_value(applier, key, base, count > 1 ? &list : items);
+  return apply_value(applier, key, base, is_list ? &list : items);
 }
 
 static neph_result apply_fallbacks(key_applier *applier, bool in_cloud, void *base) {

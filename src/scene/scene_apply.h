@@ -13,8 +13,8 @@ neph_result np_scene_apply(neph_scene *scene);
 /* Frees what np_scene_apply made; file and document stay. */
 void np_scene_clear(neph_scene *scene);
 
-/* Puts a value, which it takes over, into a document as if the file had it at `key`: "clouds[0].voxel". What it excludes
- * goes. */
+/* Puts a value, which it takes over, into a document as if the file had it at `key`: "clouds[0].voxel". What it
+ * excludes goes. */
 neph_result np_scene_edit(neph_context *context, np_node *document, const char *key, np_node *value);
 
 /* Logs a bad scene: "file:line:column: what"; without a place when `node` has none or is NULL. */

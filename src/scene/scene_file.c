@@ -31,8 +31,10 @@ static neph_result fail_syntax(document_reader *reader) {
   const yaml_parser_t *parser = &reader->parser;
   if (parser->error == YAML_MEMORY_ERROR)
     return np_fail(reader->context, NEPH_ERROR_OUT_OF_MEMORY, "%s: out of memory while parsing", reader->name);
-  char what[200];
-  snprintf(what, sizeof what, "not valid YAML: %s", parser->problem ? parser->problem : "unknown problem");
+  char what[240], begun[120] = "";
+  if (parser->context)
+    snprintf(begun, sizeof begun, " %s begun on line %zu", parser->context, parser->context_mark.line + 1);
+  snprintf(what, sizeof what, "not valid YAML: %s%s", parser->problem ? parser->problem : "unknown problem", begun);
   /* Encoding errors have no mark of their own. */
   return fail_at(reader, parser->error == YAML_READER_ERROR ? parser->mark : parser->problem_mark, what);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The key table: every key of a scene once, with its place in struct neph_scene, type, unit, range, default and meaning.
- * Parsing, defaults, --set, the schema, the documentation and the hints in messages all read it. */
+/* The key table: every key of a scene once, with its place in struct neph_scene, type, unit, range, default and
+ * meaning. Parsing, defaults, --set, the schema, the documentation and the hints in messages all read it. */
 #ifndef NP_SCENE_SCENE_KEYS_H
 #define NP_SCENE_SCENE_KEYS_H
 
@@ -8,17 +8,17 @@
 #include "scene/scene_values.h"
 
 typedef enum np_key_type {
-  NP_KEY_SECTION,  /* a mapping of further keys */
-  NP_KEY_LIST,     /* a list of such mappings */
-  NP_KEY_REAL,     /* double, or an array of them */
-  NP_KEY_INTEGER,  /* unsigned, or an array of them */
-  NP_KEY_SEED,     /* uint64_t, any */
-  NP_KEY_CHOICE,   /* bool or an enumeration */
-  NP_KEY_FLAGS,    /* unsigned, a bit for each word in a list */
-  NP_KEY_TEXT,     /* char *, owned by the scene; so are the next three */
-  NP_KEY_FILE,     /* seen from the folder of the scene */
-  NP_KEY_TIME,     /* ISO 8601 */
-  NP_KEY_PRESET    /* names a description that fills its whole section before any other key does */
+  NP_KEY_SECTION, /* a mapping of further keys */
+  NP_KEY_LIST,    /* a list of such mappings */
+  NP_KEY_REAL,    /* double, or an array of them */
+  NP_KEY_INTEGER, /* unsigned, or an array of them */
+  NP_KEY_SEED,    /* uint64_t, any */
+  NP_KEY_CHOICE,  /* bool or an enumeration */
+  NP_KEY_FLAGS,   /* unsigned, a bit for each word in a list */
+  NP_KEY_TEXT,    /* char *, owned by the scene; so are the next three */
+  NP_KEY_FILE,    /* seen from the folder of the scene */
+  NP_KEY_TIME,    /* ISO 8601 */
+  NP_KEY_PRESET   /* names a description that fills its whole section before any other key does */
 } np_key_type;
 
 /* Least and greatest value, in the key's own unit. */
@@ -46,14 +46,14 @@ typedef struct np_key {
   np_unit unit;
   np_range range; /* of REAL and INTEGER */
   np_field field;
-  bool is_grey_allowed;  /* one number may stand for the whole list */
-  unsigned group;        /* keys of one section and one group, not 0, exclude each other … */
-  unsigned alternative;  /* … unless they are of the same alternative */
-  np_field tag;          /* bool or enumeration that takes `tag_value` when the key is given … */
+  bool is_grey_allowed; /* one number may stand for the whole list */
+  unsigned group;       /* keys of one section and one group, not 0, exclude each other … */
+  unsigned alternative; /* … unless they are of the same alternative */
+  np_field tag;         /* bool or enumeration that takes `tag_value` when the key is given … */
   unsigned tag_value;
-  const char *word;      /* … or `word_tag_value` when this word is given in place of a number, */
+  const char *word; /* … or `word_tag_value` when this word is given in place of a number, */
   unsigned word_tag_value;
-  double word_value;     /* which then stands for this one */
+  double word_value; /* which then stands for this one */
 } np_key;
 
 size_t np_key_count(void);
@@ -75,7 +75,8 @@ bool np_key_excludes(const np_key *a, const np_key *b);
 /* Numbers that a key takes: 1, or the length of its list. */
 unsigned np_key_count_values(const np_key *key);
 
-/* The key that an unknown name most likely meant: among those of its section, then among all of that name. NULL: none. */
+/* The key that an unknown name most likely meant: among those of its section, then among all of that name. NULL: none.
+ */
 const np_key *np_key_guess(const np_key *section, const char *name);
 
 /* What a value must be: "a length in [1, 1e+07] m", "march or path". */

@@ -11,12 +11,12 @@ typedef struct np_node np_node;
 
 struct np_node {
   np_node_kind kind;
-  bool is_quoted;                  /* a scalar in quotes or a block: never null */
-  unsigned line, column;           /* from 1; 0: not from a file */
-  char *text;                      /* of a scalar */
-  char *key;                       /* of an entry of a mapping */
+  bool is_quoted;        /* a scalar in quotes or a block: never null */
+  unsigned line, column; /* from 1; 0: not from a file */
+  char *text;            /* of a scalar */
+  char *key;             /* of an entry of a mapping */
   unsigned key_line, key_column;
-  np_node *first, *next;           /* children of a sequence or mapping, and siblings */
+  np_node *first, *next; /* children of a sequence or mapping, and siblings */
 };
 
 /* NULL: no memory. `text` and `key` may be NULL. */

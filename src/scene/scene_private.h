@@ -56,9 +56,9 @@ typedef enum np_phase_kind {
 
 typedef struct np_scene_phase {
   np_phase_kind kind;
-  double asymmetry;                              /* Henyey-Greenstein */
-  double forward, backward, backward_weight;     /* two lobes */
-  double diameter_m;                             /* droplets */
+  double asymmetry;                          /* Henyey-Greenstein */
+  double forward, backward, backward_weight; /* two lobes */
+  double diameter_m;                         /* droplets */
 } np_scene_phase;
 
 typedef struct np_scene_cloud {
@@ -114,16 +114,16 @@ typedef struct np_scene_render {
   unsigned octave_count;
   double octave_factors[3]; /* of the light, of the optical depth, of the asymmetry, per octave */
   unsigned scattering_max;
-  double step_voxels;      /* longest step of the march, in voxels */
+  double step_voxels;       /* longest step of the march, in voxels */
   double transmittance_end; /* a ray ends below this */
 } np_scene_render;
 
 typedef struct np_scene_output {
   char *image, *preview; /* patterns, resolved; NULL: none */
   neph_pixel_type pixel_type;
-  double scale; /* power of two */
-  bool has_beauty; /* R, G, B */
-  unsigned aovs; /* of np_aov */
+  double scale;        /* power of two */
+  bool has_beauty;     /* R, G, B */
+  unsigned aovs;       /* of np_aov */
   bool has_background; /* film.background: sky and disk in the picture */
   double exposure_ev;
   bool is_exposure_auto;
@@ -133,7 +133,7 @@ struct np_node;
 
 struct neph_scene {
   neph_context *context;
-  char *file; /* name for messages and relative paths; NULL: none */
+  char *file;               /* name for messages and relative paths; NULL: none */
   struct np_node *document; /* the keys that were given; everything below follows from it (scene_apply.c) */
   unsigned version;
   bool has_place;

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "core/alloc.h"
+#include "cloud/cloud_private.h"
 #include "core/json.h"
 #include "scene/scene_keys.h"
 #include "scene/text_builder.h"
@@ -132,7 +132,8 @@ void np_key_describe_values(const np_key *key, char *out, size_t size) {
     snprintf(out, size, "a time such as 2026-06-21T16:00Z");
     return;
   case NP_KEY_PRESET:
-    snprintf(out, size, "the name of a preset");
+    snprintf(out, size, "one of ");
+    np_cloud_list_presets(out + strlen(out), size - strlen(out));
     return;
   }
   if (key->type == NP_KEY_SECTION && key->choices) append(out, size, ", or ");
@@ -153,7 +154,7 @@ void np_key_describe_item(const np_key *key, char *out, size_t size) {
 enum { TEXT_SIZE = 256 };
 
 static void print_default(const np_key *key, char *out, size_t size) {
-  bool is_list = np_key_count_values(key) > 1;
+  bool is_list = strchr(key->fallback, ',');
   snprintf(out, size, "%s%s%s", is_list ? "[" : "", key->fallback, is_list ? "]" : "");
 }
 
@@ -164,12 +165,12 @@ static neph_result describe_plain(neph_context *context, char **out_text) {
     char values[TEXT_SIZE], fallback[TEXT_SIZE];
     np_key_describe_values(key, values, sizeof values);
     if (i && !np_key_get_parent(key)) np_text_add(&text, "\n");
-    np_text_add(&text, "%s: %s", key->path, values);
+    np_text_add(&text, "%s: %s\n    %s", key->path, values, key->meaning);
     if (key->fallback) {
       print_default(key, fallback, sizeof fallback);
       np_text_add(&text, "; default %s", fallback);
     }
-    np_text_add(&text, "\n    %s\n", key->meaning);
+    np_text_add(&text, "\n");
   }
   return np_text_finish(&text, out_text);
 }

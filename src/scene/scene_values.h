@@ -31,8 +31,8 @@ const char *np_unit_get_quantity(np_unit unit);
 double np_unit_to_si(np_unit unit, double value);
 double np_unit_from_si(np_unit unit, double value_si);
 
-/* Reads a number with a unit of the same kind as `unit`, or without one, meant in `unit`. False: it is not one, or it is
- * not finite. The value comes in SI. Only the C locale's decimal point is taken: see np_values_enter. */
+/* Reads a number with a unit of the same kind as `unit`, or without one, meant in `unit`. False: it is not one, or it
+ * is not finite. The value comes in SI. Only the C locale's decimal point is taken: see np_values_enter. */
 bool np_value_parse_real(const char *text, np_unit unit, double *out_value_si);
 
 /* Reads digits, without sign, point or exponent. */

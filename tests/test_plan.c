@@ -1,0 +1,184 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "test_support.h"
+
+#include "scene/plan.h"
+
+typedef struct fixture {
+  test_log log;
+  neph_context *context;
+} fixture;
+
+static int set_up(void **state) {
+  static fixture f;
+  test_log_start(&f.log);
+  f.context = test_context_create(1, &f.log);
+  *state = &f;
+  return 0;
+}
+
+static int tear_down(void **state) {
+  fixture *f = *state;
+  neph_context_destroy(f->context);
+  return 0;
+}
+
+static neph_scene *load(fixture *f, const char *text) {
+  neph_scene *scene;
+  assert_int_equal(neph_scene_load_text(f->context, text, "scene.yaml", &scene), NEPH_OK);
+  return scene;
+}
+
+/* `needed` has a letter for each stage in the order of np_stage: 'x' needed, '-' not. */
+static void assert_plan(fixture *f, const char *text, const char *needed) {
+  neph_scene *scene = load(f, text);
+  np_plan plan;
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  for (int i = 0; i < NP_STAGE_COUNT; i++) {
+    const np_plan_stage *stage = &plan.stages[i];
+    if (stage->is_needed != (needed[i] == 'x')) {
+      fail_msg("%s: %s is %sneeded: %s", text, np_stage_get_name((np_stage)i), stage->is_needed ? "" : "not ",
+               stage->reason);
+    }
+    assert_true(strlen(stage->reason) > 0);
+  }
+  neph_scene_destroy(scene);
+}
+
+#define CLOUD "clouds: [{vdb: a.vdb, optical_depth: 40}]\n"
+
+/*                                  volumes terrain atmosphere camera-sky cloud-sky sun sky ground multiple integrator
+ */
+static void test_only_what_is_needed_runs(void **state) {
+  assert_plan(*state, "version: 1", "--xx-xx--x");
+  assert_plan(*state, CLOUD, "x-xxxxxxxx");
+  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xxxxxxxxxx");
+  assert_plan(*state, "terrain: {ridges: {}}", "-xxx-xx--x");
+  assert_plan(*state, CLOUD "atmosphere: none", "x----x-xxx");
+  assert_plan(*state, CLOUD "environment: {planet: none}", "x----x--xx");
+  assert_plan(*state, CLOUD "environment: {planet: none, radiance: 1}\nsun: {irradiance: 0}", "x-----x-xx");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x-x---xxxx");
+  assert_plan(*state, CLOUD "render: {integrator: path}", "x-xxxxxx-x");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x-xxxxxx-x");
+  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x-xxxxxx-x");
+}
+
+static void test_no_light_where_none_is_wanted(void **state) {
+  assert_plan(*state, CLOUD "terrain: {ridges: {}}\noutput: {beauty: false, aovs: [depth, transmittance, distance]}",
+              "xx-------x");
+  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x-xxxxxxxx");
+}
+
+static void test_no_light_where_nothing_shines(void **state) {
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x--------x");
+}
+
+static void test_sky_alone(void **state) {
+  fixture *f = *state;
+  neph_scene *scene = load(f, CLOUD "terrain: {ridges: {}}\noutput: {beauty: false}");
+  np_plan plan;
+  assert_int_equal(np_plan_make_sky(scene, &plan), NEPH_OK);
+  for (int i = 0; i < NP_STAGE_COUNT; i++)
+    assert_int_equal(plan.stages[i].is_needed, i == NP_STAGE_ATMOSPHERE || i == NP_STAGE_CAMERA_SKY);
+  neph_scene_destroy(scene);
+}
+
+static void test_work_is_counted(void **state) {
+  fixture *f = *state;
+  neph_scene *scene = load(f, "camera: {resolution: [100, 50]}\noutput: {aovs: [sun, distance]}\n"
+                              "clouds: [{bake: {extent: 1 km, thickness: 100 m, voxel: 10 m}}]");
+  np_plan plan;
+  neph_render_desc desc;
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  desc.crop_min[0] = 90;
+  desc.sample_count = 3;
+  assert_int_equal(np_plan_make(scene, &desc, &plan), NEPH_OK);
+  assert_int_equal(plan.ray_count, 10 * 50 * 3);
+  assert_int_equal(plan.film_bytes, 10 * 50 * 4 * (5 + 3 + 1)); /* R G B A Z, sun, distance */
+  assert_near(plan.bake_voxel_count, 100 * 100 * 10, 1e-6);     /* a quotient of doubles */
+  neph_scene_destroy(scene);
+}
+
+static void assert_refused(fixture *f, const neph_scene *scene, const neph_render_desc *desc, const char *word) {
+  np_plan plan;
+  assert_int_equal(np_plan_make(scene, desc, &plan), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, word);
+}
+
+static void test_bad_descriptions_are_refused(void **state) {
+  fixture *f = *state;
+  neph_scene *scene = load(f, "version: 1");
+  neph_render_desc good, desc;
+  assert_int_equal(neph_scene_get_render_desc(scene, &good), NEPH_OK);
+  desc = good, desc.width = 0, assert_refused(f, scene, &desc, "0 x 540 pixels");
+  desc = good, desc.height = 65537, assert_refused(f, scene, &desc, "960 x 65537");
+  desc = good, desc.crop_min[0] = 960, assert_refused(f, scene, &desc, "crop is 960,0 to 960,540");
+  desc = good, desc.crop_max[1] = 541, assert_refused(f, scene, &desc, "within 960 x 540");
+  desc = good, desc.sample_count = 0, assert_refused(f, scene, &desc, "samples is 0");
+  desc = good, desc.integrator = (neph_integrator)7, assert_refused(f, scene, &desc, "integrator is 7");
+  desc = good, desc.struct_size = 4, assert_refused(f, scene, &desc, "struct_size is 4");
+  neph_scene_destroy(scene);
+}
+
+static void test_incomplete_scenes_are_refused(void **state) {
+  fixture *f = *state;
+  neph_scene *scene;
+  np_plan plan;
+  assert_int_equal(neph_scene_create(f->context, &scene), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "clouds[0].vdb", "a.vdb"), NEPH_OK);
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_ERROR_BAD_SCENE);
+  assert_one_error(&f->log, "clouds[0] does not say", "mean_free_path");
+  assert_int_equal(neph_scene_set(scene, "clouds[0].extinction", "1 1/m"), NEPH_OK);
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  neph_scene_destroy(scene);
+}
+
+static void test_plan_is_described(void **state) {
+  fixture *f = *state;
+  neph_scene *scene = load(f, "clouds: [{name: hero, vdb: \"a.####.vdb\", optical_depth: 4}, {name: low, bake: {}}]");
+  np_plan plan;
+  char *plain, *json;
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  assert_int_equal(np_plan_describe(&plan, NEPH_TEXT_PLAIN, &plain), NEPH_OK);
+  assert_int_equal(np_plan_describe(&plan, NEPH_TEXT_JSON, &json), NEPH_OK);
+  assert_non_null(strstr(plain, "hero is read from a.0001.vdb; low is baked"));
+  assert_non_null(strstr(plain, "terrain              no   the scene has no terrain"));
+  assert_non_null(strstr(json, "\"stage\": \"terrain\""));
+  neph_text_destroy(f->context, plain);
+  neph_text_destroy(f->context, json);
+  neph_scene_destroy(scene);
+}
+
+static neph_result plan_and_describe(neph_context *context, void *user) {
+  neph_scene *scene;
+  np_plan plan;
+  char *text = NULL;
+  neph_result result = neph_scene_load_text(context, CLOUD, "scene.yaml", &scene);
+  if (!result) result = np_plan_make(scene, NULL, &plan);
+  if (!result) result = np_plan_describe(&plan, *(neph_text_format *)user, &text);
+  neph_text_destroy(context, text);
+  neph_scene_destroy(scene);
+  return result;
+}
+
+static void test_failed_allocations(void **state) {
+  (void)state;
+  neph_text_format format = NEPH_TEXT_PLAIN;
+  assert_survives_failed_allocations(plan_and_describe, &format);
+  format = NEPH_TEXT_JSON;
+  assert_survives_failed_allocations(plan_and_describe, &format);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test_setup_teardown(test_only_what_is_needed_runs, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_no_light_where_none_is_wanted, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_no_light_where_nothing_shines, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_sky_alone, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_work_is_counted, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_bad_descriptions_are_refused, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_incomplete_scenes_are_refused, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_plan_is_described, set_up, tear_down),
+      cmocka_unit_test(test_failed_allocations),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,381 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "test_support.h"
+
+#include <stdlib.h>
+
+#include "core/random.h"
+#include "core/units.h"
+#include "scene/scene_private.h"
+
+static const char example[] =
+    "version: 1\n"
+    "place: {latitude: 44.27 deg, longitude: -71.3 deg}\n"
+    "camera: {position: [0 m, -6 km, 400 m], look_at: [0, 0, 1800 m], fov: 50 deg, resolution: [960, 540]}\n"
+    "sun: {elevation: 35 deg, azimuth: 120 deg}       # or time\n"
+    "atmosphere: {preset: earth}\n"
+    "environment: {radiance: 0, hemisphere: both}\n"
+    "clouds:\n"
+    "  - {name: hero, vdb: \"hero.####.vdb\", grid: density, up: y, voxel: 20 m, optical_depth: 40,\n"
+    "     position: [0, 0, 1200 m], albedo: 0.999995, phase: {droplets: {diameter: 20 um}}}\n"
+    "  - {name: layer, bake: {extent: [8 km, 8 km], voxel: 25 m, preset: cumulus_mediocris, seed: 7}}\n"
+    "terrain: {heightfield: N44W072.hgt, albedo: 0.2}\n"
+    "render: {integrator: path, samples: 16}\n"
+    "output: {image: \"out/frame.####.exr\", preview: /tmp/frame.png, aovs: [depth, transmittance, sun, sky]}\n";
+
+typedef struct fixture {
+  test_log log;
+  neph_context *context;
+} fixture;
+
+static int set_up(void **state) {
+  static fixture f;
+  test_log_start(&f.log);
+  f.context = test_context_create(1, &f.log);
+  *state = &f;
+  return 0;
+}
+
+static int tear_down(void **state) {
+  fixture *f = *state;
+  neph_context_destroy(f->context);
+  return 0;
+}
+
+/* ---- Values ---- */
+
+static void test_example_is_read(void **state) {
+  fixture *f = *state;
+  neph_scene *scene;
+  assert_int_equal(neph_scene_load_text(f->context, example, "shots/scene.yaml", &scene), NEPH_OK);
+  assert_near(scene->latitude_rad, 44.27 * NP_DEGREE, 1e-15);
+  assert_near(scene->camera.position_m[1], -6000, 0);
+  assert_near(scene->camera.fov_rad, 50 * NP_DEGREE, 1e-15);
+  assert_int_equal(scene->cloud_count, 2);
+  const np_scene_cloud *hero = &scene->clouds[0], *layer = &scene->clouds[1];
+  assert_string_equal(hero->vdb, "shots/hero.####.vdb");
+  assert_int_equal(hero->up, NP_UP_Y);
+  assert_int_equal(hero->density_unit, NP_DENSITY_OPTICAL_DEPTH);
+  assert_near(hero->density_value, 40, 0);
+  assert_true(hero->has_position);
+  assert_near(hero->albedo[2], 0.999995, 0);
+  assert_false(hero->is_baked);
+  assert_true(layer->is_baked);
+  assert_int_equal(layer->density_unit, NP_DENSITY_EXTINCTION);
+  assert_near(layer->density_value, 1, 0);
+  assert_int_equal(layer->bake.seed, 7);
+  assert_false(layer->has_position);
+  assert_int_equal(scene->terrain.kind, NP_TERRAIN_HEIGHTFIELD);
+  assert_true(scene->terrain.desc.has_place);
+  assert_int_equal(scene->render.integrator, NEPH_INTEGRATOR_PATH);
+  assert_int_equal(scene->output.aovs, NP_AOV_DEPTH | NP_AOV_TRANSMITTANCE | NP_AOV_SUN | NP_AOV_SKY);
+  assert_string_equal(scene->output.image, "shots/out/frame.####.exr");
+  assert_string_equal(scene->output.preview, "/tmp/frame.png");
+  neph_scene_destroy(scene);
+}
+
+static void test_preset_comes_first_wherever_it_stands(void **state) {
+  fixture *f = *state;
+  neph_scene *scene;
+  neph_cloud_desc preset;
+  assert_int_equal(neph_cloud_get_preset(f->context, "cumulus_mediocris", &preset), NEPH_OK);
+  assert_int_equal(neph_scene_load_text(f->context, example, "scene.yaml", &scene), NEPH_OK);
+  assert_near(scene->clouds[1].bake.voxel_m, 25, 0);
+  assert_near(scene->clouds[1].bake.coverage, preset.coverage, 0);
+  assert_near(scene->clouds[1].bake.type, preset.type, 0);
+  neph_scene_destroy(scene);
+}
+
+static void test_block_style_is_the_same(void **state) {
+  fixture *f = *state;
+  neph_scene *flow, *block;
+  char *a, *b;
+  assert_int_equal(neph_scene_load_text(f->context,
+                                        "camera: {fov: 30 deg, resolution: [10, 20]}\n"
+                                        "clouds: [{bake: {seed: 3}}]\n",
+                                        "s", &flow),
+                   NEPH_OK);
+  assert_int_equal(neph_scene_load_text(f->context,
+                                        "camera:\n  fov: '30 deg'\n  resolution:\n  - 10\n  - 20\n"
+                                        "clouds:\n- bake:\n    seed: 3\n",
+                                        "s", &block),
+                   NEPH_OK);
+  assert_int_equal(neph_scene_describe(flow, NEPH_TEXT_PLAIN, &a), NEPH_OK);
+  assert_int_equal(neph_scene_describe(block, NEPH_TEXT_PLAIN, &b), NEPH_OK);
+  assert_string_equal(a, b);
+  neph_text_destroy(f->context, a);
+  neph_text_destroy(f->context, b);
+  neph_scene_destroy(flow);
+  neph_scene_destroy(block);
+}
+
+static void test_files_are_read_from_disk(void **state) {
+  fixture *f = *state;
+  char *folder = test_folder_create(), *path = test_path(folder, "s.yaml"), *image = test_path(folder, "a.exr");
+  FILE *file = fopen(path, "w");
+  assert_non_null(file);
+  fputs("output: {image: a.exr}\n", file);
+  fclose(file);
+  neph_scene *scene;
+  assert_int_equal(neph_scene_load(f->context, path, &scene), NEPH_OK);
+  assert_string_equal(scene->output.image, image);
+  neph_scene_destroy(scene);
+  free(image);
+  free(path);
+  path = test_path(folder, "none.yaml");
+  assert_int_equal(neph_scene_load(f->context, path, &scene), NEPH_ERROR_NOT_FOUND);
+  assert_null(scene);
+  assert_one_error(&f->log, "none.yaml");
+  free(path);
+  test_folder_destroy(folder);
+}
+
+/* ---- Errors ---- */
+
+typedef struct bad_scene {
+  const char *text, *message; /* the message without "s.yaml:" */
+} bad_scene;
+
+static void assert_bad(fixture *f, const bad_scene *bad) {
+  char message[600];
+  neph_scene *scene;
+  assert_int_equal(neph_scene_load_text(f->context, bad->text, "s.yaml", &scene), NEPH_ERROR_BAD_SCENE);
+  assert_null(scene);
+  snprintf(message, sizeof message, "s.yaml:%s", bad->message);
+  if (strncmp(f->log.text, message, strlen(message)))
+    fail_msg("%s\ngave    %swanted  %s", bad->text, f->log.text, message);
+  assert_one_error(&f->log, message);
+}
+
+static void assert_all_bad(fixture *f, const bad_scene *bad, size_t count) {
+  for (size_t i = 0; i < count; i++) assert_bad(f, &bad[i]);
+}
+
+#define ASSERT_ALL_BAD(state, list) assert_all_bad(*(state), list, sizeof(list) / sizeof *(list))
+
+static void test_wrong_values(void **state) {
+  static const bad_scene bad[] = {
+      {"version: 1\nsun:\n  elevation: 95 deg\n", "3:14: sun.elevation is 95 deg, must be an angle in [-90, 90] deg\n"},
+      {"sun: {elevation: -1.6 rad}", "1:18: sun.elevation is -1.6 rad, must be an angle in [-90, 90] deg"},
+      {"camera: {fov: .nan}", "1:15: camera.fov is .nan, must be an angle"},
+      {"camera: {fov: .inf}", "1:15: camera.fov is .inf, must be an angle"},
+      {"camera: {fov: 1e999}", "1:15: camera.fov is 1e999, must be an angle"},
+      {"camera: {fov: 50 m}", "1:15: camera.fov is 50 m, must be an angle"},
+      {"camera: {fov: wide}", "1:15: camera.fov is wide, must be an angle"},
+      {"camera: {fov: }", "1:15: camera.fov is empty, must be an angle"},
+      {"camera: {fov: ~}", "1:15: camera.fov is empty, must be an angle"},
+      {"camera: {fov: [1]}", "1:15: camera.fov is a list of 1, must be an angle"},
+      {"camera: {fov: {a: 1}}", "1:15: camera.fov is a mapping of 1, must be an angle"},
+      {"render: {samples: 4.5}", "1:19: render.samples is 4.5, must be a whole number in [1, 16777216]\n"},
+      {"render: {samples: -4}", "1:19: render.samples is -4, must be a whole number"},
+      {"render: {samples: 0}", "1:19: render.samples is 0, must be a whole number"},
+      {"render: {samples: 99999999999999999999}", "1:19: render.samples is 99999999999999999999, must be"},
+      {"render: {seed: 18446744073709551616}",
+       "1:16: render.seed is 18446744073709551616, must be a whole number from 0"},
+      {"render: {integrator: marsch}", "1:22: render.integrator is marsch, must be march or path\n"},
+      {"output: {film: {background: yes}}", "1:29: output.film.background is yes, must be false or true\n"},
+      {"output: {aovs: sun}", "1:16: output.aovs is sun, must be a list of: background, terrain"},
+      {"output: {aovs: [sun, moon]}", "1:22: output.aovs[1] is moon, must be background, terrain"},
+      {"output: {exposure: bright}",
+       "1:20: output.exposure is bright, must be a number of stops in [-40, 40] EV, or auto\n"},
+      {"output: {image: ''}", "1:17: output.image is empty, must be a file name\n"},
+      {"camera: {position: [1, 2]}", "1:20: camera.position is a list of 2, must be a list of 3, each a length in"},
+      {"camera: {position: [1, 2, 3, 4]}", "1:20: camera.position is a list of 4, must be"},
+      {"camera: {position: 5}", "1:20: camera.position is 5, must be a list of 3"},
+      {"camera: {position: [1, 2, 3 furlong]}", "1:27: camera.position[2] is 3 furlong, must be a length in"},
+      {"camera: {resolution: [10, 1.5]}", "1:27: camera.resolution[1] is 1.5, must be a whole number in [1, 65536]\n"},
+      {"sun: {irradiance: [1, -1, 1]}", "1:23: sun.irradiance[1] is -1, must be an irradiance in"},
+      {"sun: {time: tomorrow}", "1:13: sun.time is tomorrow, must be a time such as"},
+      {"version: 2", "1:10: version is 2, must be a whole number in [1, 1]\n"},
+      {"camera: wide", "1:9: camera is wide, must be a mapping\n"},
+      {"terrain: maybe", "1:10: terrain is maybe, must be a mapping, or none\n"},
+      {"clouds: {}", "1:9: clouds is a mapping of 0, must be a list of mappings\n"},
+      {"clouds: [hero]", "1:10: clouds[0] is hero, must be a mapping\n"},
+      {"clouds: [{bake: {}}, {bake: {voxel: 0 m}}]", "1:37: clouds[1].bake.voxel is 0 m, must be a length in"},
+      {"- 1", "1:1: a scene must be a mapping of keys\n"},
+      {"hello", "1:1: a scene must be a mapping of keys\n"},
+  };
+  ASSERT_ALL_BAD(state, bad);
+}
+
+static void test_unknown_keys(void **state) {
+  static const bad_scene bad[] = {
+      {"sun:\n  elevatoin: 5 deg",
+       "2:3: sun.elevatoin is not a key, did you mean sun.elevation? sun has elevation, azimuth,"},
+      {"camra: {}", "1:1: camra is not a key, did you mean camera? a scene has version, place, camera,"},
+      {"fov: 3", "1:1: fov is not a key, did you mean camera.fov? a scene has"},
+      {"camera: {xyzzy: 3}", "1:10: camera.xyzzy is not a key; camera has position, look_at, fov, roll, resolution\n"},
+      {"clouds: [{bake: {covrage: 1}}]",
+       "1:18: clouds[0].bake.covrage is not a key, did you mean clouds[].bake.coverage?"},
+      {"\"a\\nb\": 3", "1:1: a?b is not a key"},
+      {"'': 3", "1:1:  is not a key"},
+  };
+  ASSERT_ALL_BAD(state, bad);
+}
+
+static void test_keys_that_do_not_go_together(void **state) {
+  static const bad_scene bad[] = {
+      {"sun:\n  azimuth: 1\n  azimuth: 2", "3:3: sun.azimuth is given twice, first on line 2\n"},
+      {"sun: {}\ncamera: {}\nsun: {}", "3:1: sun is given twice, first on line 1\n"},
+      {"sun: {time: 2026-06-21T16:00Z, elevation: 3}", "1:32: sun.elevation and sun.time exclude each other\n"},
+      {"clouds: [{vdb: x, extinction: 1, optical_depth: 3}]",
+       "1:34: clouds[0].optical_depth and clouds[0].extinction exclude each other\n"},
+      {"clouds: [{vdb: x, liquid_water: {r_eff: 10 um}, mean_free_path: 3 m}]",
+       "1:49: clouds[0].mean_free_path and clouds[0].liquid_water exclude each other\n"},
+      {"clouds: [{bake: {}, phase: {hg: 0.5, droplets: {}}}]",
+       "1:38: clouds[0].phase.droplets and clouds[0].phase.hg exclude each other\n"},
+      {"terrain: {ridges: {}, heightfield: a.hgt}",
+       "1:23: terrain.heightfield and terrain.ridges exclude each other\n"},
+  };
+  ASSERT_ALL_BAD(state, bad);
+}
+
+static void test_incomplete_scenes(void **state) {
+  static const bad_scene bad[] = {
+      {"clouds:\n  - {name: x}", "2:5: clouds[0] has no source, must have vdb, a file, or bake, parameters\n"},
+      {"clouds: [{vdb: x.vdb}]", "1:10: clouds[0] does not say what the values of its file are, must have one of "
+                                 "extinction, mean_free_path, optical_depth, liquid_water\n"},
+      {"clouds: [{vdb: x, liquid_water: {}}]", "1:33: clouds[0].liquid_water has no r_eff"},
+      {"clouds: [{bake: {}}, {bake: {}, name: cloud0}]", "1:39: clouds[1].name is cloud0, the name of clouds[0] too\n"},
+      {"clouds: [{bake: {}, name: a/b}]", "1:27: clouds[0].name is a/b, must not hold a slash"},
+      {"terrain: {albedo: 0.1}", "1:10: terrain has no source, must have heightfield, a file, or ridges, parameters\n"},
+      {"terrain: {ridges: {}, height_max: -5 m}", "1:35: terrain.height_max is -5 m, must be above height_min, 0 m\n"},
+      {"place: {latitude: 3}", "1:8: place needs both latitude and longitude\n"},
+      {"camera: {look_at: [0, -6 km, 400 m]}", "1:19: camera.look_at is camera.position, must be at least 1 mm away\n"},
+      {"atmosphere: {mie_scattering: 1}",
+       "1:13: atmosphere.mie_extinction is 4.44e-06 1/m, must not be below mie_scattering, 1 1/m\n"},
+      {"output: {scale: 3}", "1:17: output.scale is 3, must be a power of two; the nearest below is 2\n"},
+      {"clouds: [{bake: {preset: fog}}]", "1:26: clouds[0].bake.preset is fog, must be one of cumulus_humilis"},
+  };
+  ASSERT_ALL_BAD(state, bad);
+}
+
+static void test_yaml_that_a_scene_may_not_use(void **state) {
+  static const bad_scene bad[] = {
+      {"camera: &a {}", "1:9: anchors (&) are not allowed in a scene\n"},
+      {"camera: *a", "1:9: aliases (*) are not allowed in a scene\n"},
+      {"*a : 1", "1:1: aliases (*) are not allowed in a scene\n"},
+      {"camera: {<<: 1}", "1:10: merge keys (<<) are not allowed in a scene\n"},
+      {"render: !x {}", "1:9: tags (!) are not allowed in a scene\n"},
+      {"render: {samples: !!int 4}", "1:19: tags (!) are not allowed in a scene\n"},
+      {"{a: 1}: 2", "1:1: a key must be a word, not a list or a mapping\n"},
+      {"sun: {}\n---\nsun: {}", "2:1: a second document begins here, a scene is one\n"},
+      {"", "1:1: nothing is here, must be a mapping of keys\n"},
+      {"# only a comment\n", "2:1: nothing is here, must be a mapping of keys\n"},
+      {"sun: [", "2:1: not valid YAML: did not find expected node content while parsing a flow node begun on line 2\n"},
+      {"sun: {elevation: 3",
+       "2:1: not valid YAML: did not find expected ',' or '}' while parsing a flow mapping begun on line 1\n"},
+      {"sun: \"a",
+       "1:8: not valid YAML: found unexpected end of stream while scanning a quoted scalar begun on line 1\n"},
+      {"\tsun: 1",
+       "1:1: not valid YAML: found character that cannot start any token while scanning for the next token"},
+      {"sun: {elevation: \"\\0\"}", "1:18: a zero character is not allowed\n"},
+  };
+  ASSERT_ALL_BAD(state, bad);
+}
+
+static void test_deep_nesting_is_refused(void **state) {
+  enum { DEPTH = 100000 };
+  char *text = malloc(DEPTH + 1);
+  assert_non_null(text);
+  memset(text, '[', DEPTH);
+  text[DEPTH] = '\0';
+  assert_bad(*state, &(bad_scene){text, "1:17: nested more than 16 levels deep\n"});
+  free(text);
+}
+
+static void test_long_lists_are_refused_soon(void **state) {
+  enum { ITEMS = 200000 };
+  char *text = malloc(2 * ITEMS + 32), *end = text;
+  assert_non_null(text);
+  end += sprintf(end, "camera: {position: [1");
+  for (int i = 1; i < ITEMS; i++) end += sprintf(end, ",1");
+  strcpy(end, "]}");
+  assert_bad(*state, &(bad_scene){text, "1:20: camera.position is a list of 200000, must be a list of 3"});
+  free(text);
+}
+
+static void test_too_many_clouds_are_refused(void **state) {
+  char text[2000] = "clouds: [";
+  for (int i = 0; i < 65; i++) strcat(text, "{bake: {}}, ");
+  strcat(text, "]");
+  assert_bad(*state, &(bad_scene){text, "1:9: clouds has 65 elements, must be at most 64\n"});
+}
+
+/* ---- Hostility ---- */
+
+static uint64_t draw(uint64_t seed, uint64_t *counter) { return np_random_absorb(seed, ++*counter); }
+
+/* Replaces, doubles or drops a few characters; the result is as long at most as `text` has room for. */
+static size_t mutate_once(char *text, size_t length, uint64_t seed, uint64_t *counter) {
+  static const char marks[] = "{}[]:,-#&*!|>'\"%@`? \n\t~<0123456789.eE\xff\xc2";
+  size_t place = draw(seed, counter) % length;
+  char character =
+      draw(seed, counter) % 2 ? marks[draw(seed, counter) % (sizeof marks - 1)] : (char)(1 + draw(seed, counter) % 255);
+  switch (draw(seed, counter) % 3) {
+  case 0:
+    text[place] = character;
+    return length;
+  case 1:
+    memmove(text + place + 1, text + place, length - place);
+    text[place] = character;
+    return length + 1;
+  default:
+    memmove(text + place, text + place + 1, length - place - 1);
+    return length - 1;
+  }
+}
+
+static void test_random_mutations_never_crash(void **state) {
+  enum { ROUNDS = 10000, CHANGES_MAX = 8 };
+  fixture *f = *state;
+  uint64_t counter = 0;
+  unsigned loaded = 0;
+  for (uint64_t round = 0; round < ROUNDS; round++) {
+    char text[sizeof example + CHANGES_MAX];
+    size_t length = sizeof example - 1;
+    memcpy(text, example, length);
+    for (uint64_t i = draw(round, &counter) % CHANGES_MAX; i < CHANGES_MAX; i++)
+      length = mutate_once(text, length, round, &counter);
+    text[length] = '\0';
+    neph_scene *scene;
+    neph_result result = neph_scene_load_text(f->context, text, "s.yaml", &scene);
+    if (!result == !scene || f->log.counts[NEPH_LOG_ERROR] != (result ? 1u : 0u)) fail_msg("%s\n%s", text, f->log.text);
+    loaded += !result;
+    neph_scene_destroy(scene);
+    test_log_clear(&f->log);
+  }
+  assert_in_range(loaded, 1, ROUNDS - 1); /* changes hit comments and names as well as marks */
+}
+
+static neph_result load_example(neph_context *context, void *user) {
+  (void)user;
+  neph_scene *scene;
+  neph_result result = neph_scene_load_text(context, example, "scene.yaml", &scene);
+  neph_scene_destroy(scene);
+  return result;
+}
+
+static void test_failed_allocations(void **state) {
+  (void)state;
+  assert_survives_failed_allocations(load_example, NULL);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test_setup_teardown(test_example_is_read, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_preset_comes_first_wherever_it_stands, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_block_style_is_the_same, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_files_are_read_from_disk, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_wrong_values, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_unknown_keys, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_keys_that_do_not_go_together, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_incomplete_scenes, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_yaml_that_a_scene_may_not_use, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_deep_nesting_is_refused, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_long_lists_are_refused_soon, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_too_many_clouds_are_refused, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_random_mutations_never_crash, set_up, tear_down),
+      cmocka_unit_test(test_failed_allocations),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

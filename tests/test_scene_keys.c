@@ -1,0 +1,370 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "test_support.h"
+
+#include <stdlib.h>
+
+#include "scene/scene_keys.h"
+
+typedef struct fixture {
+  test_log log;
+  neph_context *context;
+} fixture;
+
+static int set_up(void **state) {
+  static fixture f;
+  test_log_start(&f.log);
+  f.context = test_context_create(1, &f.log);
+  *state = &f;
+  return 0;
+}
+
+static int tear_down(void **state) {
+  fixture *f = *state;
+  neph_context_destroy(f->context);
+  return 0;
+}
+
+/* ---- The table ---- */
+
+static void test_each_key_lies_in_a_section(void **state) {
+  (void)state;
+  for (size_t i = 0; i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i), *parent = np_key_get_parent(key);
+    assert_int_equal(!parent, !strchr(key->path, '.'));
+    if (parent) assert_true(parent->type == NP_KEY_SECTION || parent->type == NP_KEY_LIST);
+    assert_ptr_equal(np_key_find(parent, np_key_get_name(key)), key); /* once only */
+    assert_true(strlen(key->meaning) > 0);
+  }
+}
+
+static void test_numbers_have_a_range_and_room(void **state) {
+  (void)state;
+  for (size_t i = 0; i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i);
+    if (key->type != NP_KEY_REAL && key->type != NP_KEY_INTEGER) continue;
+    assert_true(key->range.min <= key->range.max);
+    assert_in_range(np_key_count_values(key), 1, 3);
+  }
+}
+
+/* ---- Defaults ---- */
+
+static void assert_same_reals(const double *a, const double *b, size_t count) {
+  for (size_t i = 0; i < count; i++) assert_near(a[i], b[i], 0);
+}
+
+static void test_defaults_are_those_of_the_public_descriptions(void **state) {
+  fixture *f = *state;
+  neph_scene *scene;
+  assert_int_equal(neph_scene_load_text(f->context, "clouds: [{bake: {}}]", "s", &scene), NEPH_OK);
+  const neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
+  const neph_atmosphere_desc atmosphere = NEPH_ATMOSPHERE_DESC_DEFAULT;
+  const neph_sky_desc sky = NEPH_SKY_DESC_DEFAULT;
+  /* Neither of the first two has a byte of padding. */
+  assert_memory_equal(&scene->clouds[0].bake, &cloud, sizeof cloud);
+  assert_memory_equal(&scene->atmosphere, &atmosphere, sizeof atmosphere);
+  assert_same_reals(scene->sun.irradiance_w_m2_nm, sky.sun_irradiance_w_m2_nm, 3);
+  /* The header gives 0.2678° with six digits. */
+  assert_near_relative(scene->sun.angular_radius_rad, sky.sun_angular_radius_rad, 1e-5);
+  neph_scene_destroy(scene);
+}
+
+static void test_defaults_of_a_terrain(void **state) {
+  fixture *f = *state;
+  neph_scene *scene;
+  assert_int_equal(neph_scene_create(f->context, &scene), NEPH_OK);
+  const neph_ridges_desc ridges = NEPH_RIDGES_DESC_DEFAULT, *own_ridges = &scene->terrain.ridges;
+  const neph_terrain_desc terrain = NEPH_TERRAIN_DESC_DEFAULT, *own = &scene->terrain.desc;
+  assert_int_equal(own_ridges->seed, ridges.seed);
+  assert_int_equal(own_ridges->sample_count, ridges.sample_count);
+  assert_near(own_ridges->relief_m, ridges.relief_m, 0);
+  assert_near(own_ridges->ridge_m, ridges.ridge_m, 0);
+  assert_near(own->planet_radius_m, terrain.planet_radius_m, 0);
+  assert_int_equal(own->has_place, terrain.has_place);
+  assert_near(own->width_m, terrain.width_m, 0);
+  assert_near(own->height_min_m, terrain.height_min_m, 0);
+  assert_near(own->height_max_m, terrain.height_max_m, 0);
+  assert_same_reals(own->ground_albedo, terrain.ground_albedo, 3);
+  neph_scene_destroy(scene);
+}
+
+static void test_defaults_of_a_render(void **state) {
+  fixture *f = *state;
+  neph_scene *scene;
+  neph_render_desc desc;
+  const neph_render_desc expected = NEPH_RENDER_DESC_DEFAULT;
+  assert_int_equal(neph_scene_create(f->context, &scene), NEPH_OK);
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  assert_int_equal(desc.integrator, expected.integrator);
+  assert_int_equal(desc.width, expected.width);
+  assert_int_equal(desc.height, expected.height);
+  assert_memory_equal(desc.crop_min, expected.crop_min, sizeof desc.crop_min);
+  assert_memory_equal(desc.crop_max, expected.crop_max, sizeof desc.crop_max);
+  assert_int_equal(desc.sample_count, expected.sample_count);
+  assert_int_equal(desc.seed, expected.seed);
+  assert_int_equal(desc.frame, expected.frame);
+  assert_int_equal(desc.multiple_scattering, expected.multiple_scattering);
+  assert_int_equal(desc.scattering_max, expected.scattering_max);
+  neph_scene_destroy(scene);
+}
+
+/* ---- Every key, through a file and through neph_scene_set ---- */
+
+enum { TEXT_SIZE = 256 };
+
+/* A value that is allowed and is not the default, as the scene would describe it. */
+static void choose_number(const np_key *key, char *out, size_t size) {
+  double value = key->range.min + 0.375 * (key->range.max - key->range.min);
+  if (!strcmp(key->path, "output.scale")) value = 4;
+  if (key->type == NP_KEY_REAL)
+    np_value_format_real(np_unit_to_si(key->unit, value), key->unit, out, size);
+  else
+    snprintf(out, size, "%.0f", value);
+}
+
+static void choose_numbers(const np_key *key, char *out, size_t size) {
+  char one[64];
+  choose_number(key, one, sizeof one);
+  switch (np_key_count_values(key)) {
+  case 1:
+    snprintf(out, size, "%s", one);
+    break;
+  case 2:
+    snprintf(out, size, "[%s, %s]", one, one);
+    break;
+  default:
+    snprintf(out, size, "[%s, %s, %s]", one, one, one);
+    break;
+  }
+}
+
+static void choose_value(const np_key *key, char *out, size_t size) {
+  switch (key->type) {
+  case NP_KEY_REAL:
+  case NP_KEY_INTEGER:
+    choose_numbers(key, out, size);
+    return;
+  case NP_KEY_SEED:
+    snprintf(out, size, "18446744073709551615");
+    return;
+  case NP_KEY_CHOICE:
+    snprintf(out, size, "%s", key->choices[!strcmp(key->choices[0].name, key->fallback)].name);
+    return;
+  case NP_KEY_FLAGS:
+    snprintf(out, size, "[%s, %s]", key->choices[0].name, key->choices[2].name);
+    return;
+  case NP_KEY_TEXT:
+    snprintf(out, size, "\"a: \\\"text\\\"\"");
+    return;
+  case NP_KEY_FILE:
+    snprintf(out, size, "\"some file.####.xyz\"");
+    return;
+  case NP_KEY_TIME:
+    snprintf(out, size, "2026-06-21T16:00:30Z");
+    return;
+  case NP_KEY_PRESET:
+    snprintf(out, size, "\"stratocumulus\"");
+    return;
+  case NP_KEY_SECTION:
+    snprintf(out, size, "%s", key->choices[0].name);
+    return;
+  case NP_KEY_LIST:
+    return;
+  }
+}
+
+/* What else a file needs so that it may hold the key. */
+static const char *find_companion(const np_key *key) {
+  static const char *const companions[][2] = {{"place.latitude", ", longitude: 1"},
+                                              {"place.longitude", ", latitude: 1"},
+                                              {"atmosphere.mie_scattering", ", mie_extinction: 1"},
+                                              {"terrain.height_max", ", ridges: {}, height_min: -1e5"},
+                                              {"terrain.heightfield", ""}};
+  for (size_t i = 0; i < sizeof companions / sizeof *companions; i++)
+    if (!strcmp(companions[i][0], key->path)) return companions[i][1];
+  if (np_key_get_parent(key) && !strcmp(np_key_get_parent(key)->path, "terrain")) return ", ridges: {}";
+  return "";
+}
+
+/* The key alone in its sections, in flow style: "{clouds: [{bake: {}, phase: {hg: 0.5}}]}". */
+static void write_document(const np_key *key, const char *value, char *out, size_t size) {
+  char inner[TEXT_SIZE * 2], outer[TEXT_SIZE * 2];
+  snprintf(inner, sizeof inner, "%s: %s%s", np_key_get_name(key), value, find_companion(key));
+  for (const np_key *section = np_key_get_parent(key); section; section = np_key_get_parent(section)) {
+    bool is_baked = strstr(inner, "bake:");
+    const char *name = np_key_get_name(section);
+    if (section->type == NP_KEY_LIST)
+      snprintf(outer, sizeof outer, "%s: [{%.300s%s}]", name, inner, is_baked ? "" : ", bake: {}");
+    else
+      snprintf(outer, sizeof outer, "%s: {%.300s}", name, inner);
+    snprintf(inner, sizeof inner, "%s", outer);
+  }
+  snprintf(out, size, "{%s}", inner);
+}
+
+/* "clouds[].name" as --set takes it. */
+static void write_set_path(const np_key *key, char *out, size_t size) {
+  if (np_key_is_in_cloud(key))
+    snprintf(out, size, "clouds[0]%s", key->path + strlen("clouds[]"));
+  else
+    snprintf(out, size, "%s", key->path);
+}
+
+static void assert_described(const neph_scene *scene, const char *path, const char *value) {
+  char *text, line[TEXT_SIZE * 2];
+  assert_int_equal(neph_scene_describe(scene, NEPH_TEXT_PLAIN, &text), NEPH_OK);
+  snprintf(line, sizeof line, "\n%s: %s\n", path, value);
+  bool is_first = !strncmp(text, line + 1, strlen(line + 1)); /* the key on the first line has none before it */
+  if (!is_first && !strstr(text, line)) fail_msg("%s is not in\n%s", line, text);
+  neph_text_destroy(scene->context, text);
+}
+
+static bool has_value(const np_key *key) {
+  if (key->type == NP_KEY_SECTION) return key->choices && !np_key_find(key, "preset");
+  return key->type != NP_KEY_LIST;
+}
+
+static void test_each_key_goes_through_a_file(void **state) {
+  fixture *f = *state;
+  for (size_t i = 0; i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i);
+    if (!has_value(key)) continue;
+    char value[TEXT_SIZE] = "", document[TEXT_SIZE * 4], path[TEXT_SIZE];
+    choose_value(key, value, sizeof value);
+    write_document(key, value, document, sizeof document);
+    write_set_path(key, path, sizeof path);
+    neph_scene *scene;
+    if (neph_scene_load_text(f->context, document, "s", &scene)) fail_msg("%s: %s", document, f->log.text);
+    assert_described(scene, path, value);
+    neph_scene_destroy(scene);
+  }
+}
+
+/* A scene in which every section is there, so that each key is in force once it is set. */
+static neph_scene *create_full_scene(fixture *f, const np_key *key) {
+  neph_scene *scene;
+  assert_int_equal(neph_scene_create(f->context, &scene), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "clouds[0].bake", "{}"), NEPH_OK);
+  if (strcmp(key->path, "terrain")) assert_int_equal(neph_scene_set(scene, "terrain.ridges", "{}"), NEPH_OK);
+  return scene;
+}
+
+static void test_each_key_is_set(void **state) {
+  fixture *f = *state;
+  for (size_t i = 0; i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i);
+    if (!has_value(key)) continue;
+    char value[TEXT_SIZE] = "", path[TEXT_SIZE];
+    choose_value(key, value, sizeof value);
+    write_set_path(key, path, sizeof path);
+    neph_scene *scene = create_full_scene(f, key);
+    if (neph_scene_set(scene, path, value)) fail_msg("%s", f->log.text);
+    assert_described(scene, path, value);
+    neph_scene_destroy(scene);
+  }
+}
+
+/* Every range ends where it says: a billionth beyond is refused. */
+static void assert_edge(fixture *f, const np_key *key, double edge, double outward) {
+  char path[TEXT_SIZE], value[TEXT_SIZE];
+  write_set_path(key, path, sizeof path);
+  neph_scene *scene = create_full_scene(f, key);
+  snprintf(value, sizeof value, "%.17g", edge);
+  if (neph_scene_set(scene, path, value)) fail_msg("%s = %s: %s", path, value, f->log.text);
+  double beyond = key->type == NP_KEY_INTEGER ? edge + outward : edge + outward * 1e-9 * fmax(fabs(edge), 1e-6);
+  snprintf(value, sizeof value, "%.17g", beyond);
+  if (neph_scene_set(scene, path, value) != NEPH_ERROR_BAD_SCENE) fail_msg("%s = %s was taken", path, value);
+  assert_one_error(&f->log, path, "must be");
+  neph_scene_destroy(scene);
+}
+
+static void test_each_range_ends_where_it_says(void **state) {
+  for (size_t i = 0; i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i);
+    bool is_number = key->type == NP_KEY_REAL || key->type == NP_KEY_INTEGER;
+    if (!is_number || np_key_count_values(key) > 1) continue;
+    if (key->type == NP_KEY_REAL || key->range.max < 1e7) assert_edge(*state, key, key->range.max, 1);
+    assert_edge(*state, key, key->range.min, -1);
+  }
+}
+
+static void test_one_number_stands_for_a_list(void **state) {
+  fixture *f = *state;
+  neph_scene *scene;
+  assert_int_equal(neph_scene_load_text(f->context, "clouds: [{bake: {extent: 3 km}, albedo: 0.5}]", "s", &scene),
+                   NEPH_OK);
+  assert_near(scene->clouds[0].bake.extent_m[1], 3000, 0);
+  assert_near(scene->clouds[0].albedo[2], 0.5, 0);
+  neph_scene_destroy(scene);
+}
+
+/* ---- Hints and schema ---- */
+
+static void assert_guess(const char *section, const char *name, const char *expected) {
+  const np_key *parent = section ? np_key_find(NULL, section) : NULL;
+  const np_key *guess = np_key_guess(parent, name);
+  assert_string_equal(guess ? guess->path : "none", expected);
+}
+
+static void test_guesses(void **state) {
+  (void)state;
+  assert_guess("sun", "elevatoin", "sun.elevation");
+  assert_guess("sun", "azimut", "sun.azimuth");
+  assert_guess("camera", "lookat", "camera.look_at");
+  assert_guess(NULL, "cloud", "clouds");
+  assert_guess("sun", "fov", "camera.fov");
+  assert_guess("sun", "qwertyuiop", "none");
+  assert_guess("sun", "a_name_so_long_that_no_finger_could_have_slipped_that_far", "none");
+  assert_guess("sun", "", "none");
+}
+
+static void test_schema_lists_every_key(void **state) {
+  fixture *f = *state;
+  char *plain, *json, line[TEXT_SIZE];
+  assert_int_equal(neph_schema_describe(f->context, NEPH_TEXT_PLAIN, &plain), NEPH_OK);
+  assert_int_equal(neph_schema_describe(f->context, NEPH_TEXT_JSON, &json), NEPH_OK);
+  for (size_t i = 0; i < np_key_count(); i++) {
+    snprintf(line, sizeof line, "%s: ", np_key_get(i)->path);
+    assert_non_null(strstr(plain, line));
+    snprintf(line, sizeof line, "\"key\": \"%s\"", np_key_get(i)->path);
+    assert_non_null(strstr(json, line));
+  }
+  neph_text_destroy(f->context, plain);
+  neph_text_destroy(f->context, json);
+}
+
+static neph_result describe(neph_context *context, void *user) {
+  char *text = NULL, *schema = NULL;
+  neph_scene *scene;
+  neph_result result = neph_scene_load_text(context, "clouds: [{bake: {}}]", "s", &scene);
+  if (!result) result = neph_scene_describe(scene, *(neph_text_format *)user, &text);
+  if (!result) result = neph_schema_describe(context, *(neph_text_format *)user, &schema);
+  neph_text_destroy(context, text);
+  neph_text_destroy(context, schema);
+  neph_scene_destroy(scene);
+  return result;
+}
+
+static void test_failed_allocations(void **state) {
+  (void)state;
+  neph_text_format format = NEPH_TEXT_PLAIN;
+  assert_survives_failed_allocations(describe, &format);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(test_each_key_lies_in_a_section),
+      cmocka_unit_test(test_numbers_have_a_range_and_room),
+      cmocka_unit_test_setup_teardown(test_defaults_are_those_of_the_public_descriptions, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_defaults_of_a_terrain, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_defaults_of_a_render, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_each_key_goes_through_a_file, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_each_key_is_set, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_each_range_ends_where_it_says, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_one_number_stands_for_a_list, set_up, tear_down),
+      cmocka_unit_test(test_guesses),
+      cmocka_unit_test_setup_teardown(test_schema_lists_every_key, set_up, tear_down),
+      cmocka_unit_test(test_failed_allocations),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

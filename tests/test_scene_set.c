@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "test_support.h"
+
+#include <stdlib.h>
+
+#include "scene/scene_private.h"
+
+typedef struct fixture {
+  test_log log;
+  neph_context *context;
+  neph_scene *scene;
+} fixture;
+
+static const char text[] = "camera: {fov: 30 deg}\n"
+                           "clouds:\n"
+                           "  - {name: hero, vdb: hero.vdb, optical_depth: 40, phase: {hg: 0.8}}\n"
+                           "  - {name: layer, bake: {preset: cumulus_humilis, voxel: 50 m}}\n"
+                           "terrain: {ridges: {}}\n";
+
+static int set_up(void **state) {
+  static fixture f;
+  test_log_start(&f.log);
+  f.context = test_context_create(1, &f.log);
+  assert_int_equal(neph_scene_load_text(f.context, text, "dir/scene.yaml", &f.scene), NEPH_OK);
+  *state = &f;
+  return 0;
+}
+
+static int tear_down(void **state) {
+  fixture *f = *state;
+  neph_scene_destroy(f->scene);
+  neph_context_destroy(f->context);
+  return 0;
+}
+
+static void set(fixture *f, const char *key, const char *value) {
+  if (neph_scene_set(f->scene, key, value)) fail_msg("%s = %s: %s", key, value, f->log.text);
+}
+
+static void test_keys_are_set(void **state) {
+  fixture *f = *state;
+  set(f, "camera.position", "[1, 2 km, 3]");
+  set(f, "clouds[0].voxel", "20 m");
+  set(f, "clouds[1].bake", "{seed: 3, coverage: 0.9}");
+  set(f, "output.image", "out/a.####.exr");
+  set(f, "output.aovs", "[sun]");
+  assert_near(f->scene->camera.position_m[1], 2000, 0);
+  assert_near(f->scene->clouds[0].voxel_m, 20, 0);
+  assert_near(f->scene->clouds[1].bake.coverage, 0.9, 0);
+  assert_null(f->scene->clouds[1].preset);
+  assert_string_equal(f->scene->output.image, "dir/out/a.####.exr");
+  assert_int_equal(f->scene->output.aovs, NP_AOV_SUN);
+}
+
+static void test_a_preset_leaves_what_was_given(void **state) {
+  fixture *f = *state;
+  neph_cloud_desc preset;
+  assert_int_equal(neph_cloud_get_preset(f->context, "stratocumulus", &preset), NEPH_OK);
+  set(f, "clouds[1].bake.preset", "stratocumulus");
+  assert_near(f->scene->clouds[1].bake.coverage, preset.coverage, 0);
+  assert_near(f->scene->clouds[1].bake.voxel_m, 50, 0);
+}
+
+static void test_what_is_excluded_goes(void **state) {
+  fixture *f = *state;
+  set(f, "clouds[0].mean_free_path", "20 m");
+  assert_int_equal(f->scene->clouds[0].density_unit, NP_DENSITY_MEAN_FREE_PATH);
+  set(f, "clouds[0].liquid_water.r_eff", "10 um");
+  assert_int_equal(f->scene->clouds[0].density_unit, NP_DENSITY_LIQUID_WATER);
+  set(f, "clouds[0].phase.droplets.diameter", "10 um");
+  assert_int_equal(f->scene->clouds[0].phase_source.kind, NP_PHASE_DROPLETS);
+  set(f, "clouds[0].phase", "isotropic");
+  assert_int_equal(f->scene->clouds[0].phase_source.kind, NP_PHASE_ISOTROPIC);
+  set(f, "clouds[0].phase.two_lobe.weight", "0.3");
+  assert_int_equal(f->scene->clouds[0].phase_source.kind, NP_PHASE_TWO_LOBE);
+  set(f, "sun.time", "2026-06-21T16:00Z");
+  assert_non_null(f->scene->sun.time);
+  set(f, "sun.elevation", "3 deg");
+  assert_null(f->scene->sun.time);
+  set(f, "terrain.heightfield", "a.hgt");
+  assert_int_equal(f->scene->terrain.kind, NP_TERRAIN_HEIGHTFIELD);
+  set(f, "terrain", "none");
+  assert_int_equal(f->scene->terrain.kind, NP_TERRAIN_NONE);
+  set(f, "atmosphere", "none");
+  assert_false(f->scene->has_atmosphere);
+}
+
+static void test_elements_are_appended(void **state) {
+  fixture *f = *state;
+  set(f, "clouds[2].vdb", "third.vdb");
+  set(f, "clouds[3]", "{name: fourth, bake: {}}");
+  assert_int_equal(f->scene->cloud_count, 4);
+  assert_string_equal(f->scene->clouds[2].vdb, "dir/third.vdb");
+  assert_string_equal(neph_scene_get_cloud_name(f->scene, 3), "fourth");
+  set(f, "clouds", "[]");
+  assert_int_equal(f->scene->cloud_count, 0);
+  assert_null(neph_scene_get_cloud_name(f->scene, 0));
+}
+
+static void test_a_list_item_is_set(void **state) {
+  fixture *f = *state;
+  set(f, "camera.position", "[1, 2, 3]");
+  set(f, "camera.position[2]", "9 km");
+  assert_near(f->scene->camera.position_m[2], 9000, 0);
+  assert_near(f->scene->camera.position_m[0], 1, 0);
+}
+
+static void assert_refused(fixture *f, const char *key, const char *value, const char *message) {
+  char *before, *after;
+  assert_int_equal(neph_scene_describe(f->scene, NEPH_TEXT_PLAIN, &before), NEPH_OK);
+  assert_int_equal(neph_scene_set(f->scene, key, value), NEPH_ERROR_BAD_SCENE);
+  if (strncmp(f->log.text, message, strlen(message)))
+    fail_msg("%s = %s gave %swanted %s", key, value, f->log.text, message);
+  assert_one_error(&f->log, message);
+  assert_int_equal(neph_scene_describe(f->scene, NEPH_TEXT_PLAIN, &after), NEPH_OK);
+  assert_string_equal(before, after);
+  neph_text_destroy(f->context, before);
+  neph_text_destroy(f->context, after);
+}
+
+static void test_what_is_wrong_changes_nothing(void **state) {
+  fixture *f = *state;
+  assert_refused(f, "camera.fov", "999 deg", "camera.fov is 999 deg, must be an angle in [0.01, 170] deg\n");
+  assert_refused(f, "camera.fow", "9 deg", "camera.fow is not a key, did you mean camera.fov? camera has");
+  assert_refused(f, "camera.fov.x", "9", "camera.fov is a mapping of 1, must be an angle");
+  assert_refused(f, "clouds[0].phase.hg", "1", "clouds[0].phase.hg is 1, must be a number in [-0.999999, 0.999999]\n");
+  assert_refused(f, "clouds[5].name", "x", "clouds[5].name: clouds has 2 elements, the next is clouds[2]\n");
+  assert_refused(f, "clouds[0].bake", "{preset: fog}", "clouds[0].bake.preset is fog, must be");
+  assert_refused(f, "camera.position[0]", "4", "camera.position is a list of 1, must be a list of 3");
+  assert_refused(f, "camera", "[", "camera: not valid YAML");
+  assert_refused(f, "camera.fov", "", "camera.fov: nothing is here");
+  assert_refused(f, "camera.fov", "*a", "camera.fov: aliases (*) are not allowed");
+}
+
+static void test_bad_paths_are_refused(void **state) {
+  static const char *const paths[] = {"",         ".",          "a..b",       ".camera",
+                                      "camera.",  "clouds[",    "clouds[]",   "clouds[x]",
+                                      "clouds[1", "clouds[-1]", "clouds[1]x", "a.b.c.d.e.f.g.h.i"};
+  for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
+    char message[120];
+    snprintf(message, sizeof message, "%s is not a key, must be names parted by dots", paths[i]);
+    assert_refused(*state, paths[i], "1", message);
+  }
+}
+
+static void test_settings_read_out(void **state) {
+  fixture *f = *state;
+  neph_render_desc desc;
+  neph_output output;
+  set(f, "camera.resolution", "[100, 50]");
+  set(f, "render", "{samples: 9, seed: 5, integrator: path, multiple_scattering: none, max_scatterings: 3}");
+  set(f, "output", "{exposure: -1.5, pixel_type: float, preview: p.png}");
+  assert_int_equal(neph_scene_get_render_desc(f->scene, &desc), NEPH_OK);
+  assert_int_equal(desc.width, 100);
+  assert_int_equal(desc.crop_max[1], 50);
+  assert_int_equal(desc.sample_count, 9);
+  assert_int_equal(desc.seed, 5);
+  assert_int_equal(desc.integrator, NEPH_INTEGRATOR_PATH);
+  assert_int_equal(desc.multiple_scattering, NEPH_MULTIPLE_SCATTERING_NONE);
+  assert_int_equal(desc.scattering_max, 3);
+  assert_int_equal(neph_scene_get_output(f->scene, &output), NEPH_OK);
+  assert_null(output.image);
+  assert_string_equal(output.preview, "dir/p.png");
+  assert_int_equal(output.pixel_type, NEPH_PIXEL_FLOAT);
+  assert_false(output.preview_desc.is_exposure_auto);
+  assert_near(output.preview_desc.exposure_ev, -1.5, 0);
+  set(f, "render.max_scatterings", "all");
+  assert_int_equal(neph_scene_get_render_desc(f->scene, &desc), NEPH_OK);
+  assert_int_equal(desc.scattering_max, NEPH_SCATTERINGS_ALL);
+}
+
+static neph_result load_and_set(neph_context *context, void *user) {
+  (void)user;
+  neph_scene *scene;
+  neph_result result = neph_scene_load_text(context, text, "dir/scene.yaml", &scene);
+  if (!result) result = neph_scene_set(scene, "clouds[0].phase", "{two_lobe: {weight: 0.1}}");
+  if (!result) result = neph_scene_set(scene, "clouds[2].vdb", "x.vdb");
+  neph_scene_destroy(scene);
+  return result;
+}
+
+static void test_failed_allocations(void **state) {
+  (void)state;
+  assert_survives_failed_allocations(load_and_set, NULL);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test_setup_teardown(test_keys_are_set, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_a_preset_leaves_what_was_given, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_what_is_excluded_goes, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_elements_are_appended, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_a_list_item_is_set, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_what_is_wrong_changes_nothing, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_bad_paths_are_refused, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_settings_read_out, set_up, tear_down),
+      cmocka_unit_test(test_failed_allocations),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
