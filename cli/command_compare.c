@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+
+#include "session.h"
+
+/* One line for each measure; the JSON names are those of neph_image_difference. */
+typedef struct measure {
+  const char *name, *label;
+  double value;
+} measure;
+
+static void print_measures(const cli_session *session, const measure *measures, size_t count,
+                           const neph_image_difference *difference) {
+  const bool is_json = session->options->is_json;
+  const unsigned long long values = difference->value_count, differing = difference->differing_count;
+  if (is_json) printf("{");
+  for (size_t i = 0; i < count; i++) {
+    const double value = measures[i].value;
+    if (is_json && isfinite(value))
+      printf("\"%s\": %.9g, ", measures[i].name, value);
+    else if (is_json)
+      printf("\"%s\": null, ", measures[i].name);
+    else
+      printf("%-22s %.6g\n", measures[i].label, value);
+  }
+  if (is_json)
+    printf("\"value_count\": %llu, \"differing_count\": %llu}\n", values, differing);
+  else
+    printf("%-22s %llu\n%-22s %llu\n", "values compared", values, "values that differ", differing);
+}
+
+static void print_difference(const cli_session *session, const neph_image_difference *difference) {
+  const measure measures[] = {
+      {"relative_mse", "relative MSE", difference->relative_mse},
+      {"rmse", "RMSE", difference->rmse},
+      {"bias", "bias", difference->bias},
+      {"bias_interval", "bias, 95 % within +-", difference->bias_interval},
+      {"block_rms", "block rms", difference->block_rms},
+      {"p999_relative", "99.9 % relative", difference->p999_relative},
+      {"max_absolute", "largest difference", difference->max_absolute},
+  };
+  print_measures(session, measures, sizeof measures / sizeof *measures, difference);
+}
+
+static cli_exit judge(const cli_options *options, const neph_image_difference *difference) {
+  if (options->is_exact && difference->differing_count) {
+    cli_complain("%s and %s differ in %llu values", options->files[0], options->files[1],
+                 (unsigned long long)difference->differing_count);
+    return CLI_DIFFERENT;
+  }
+  if (options->has_relative_mse_max && !(difference->relative_mse <= options->relative_mse_max)) {
+    cli_complain("the relative MSE is %.6g, above %.6g", difference->relative_mse, options->relative_mse_max);
+    return CLI_DIFFERENT;
+  }
+  return CLI_DONE;
+}
+
+static neph_result save_difference(cli_session *session, const neph_image *image, const neph_image *reference,
+                                   const char *path) {
+  neph_image *picture;
+  neph_result result = neph_image_create_difference(session->context, image, reference, &picture);
+  if (!result) result = neph_image_save_exr(picture, path, NEPH_PIXEL_FLOAT);
+  neph_image_destroy(picture);
+  return result;
+}
+
+static cli_exit check_output(const cli_options *options) {
+  if (!options->output_count) return CLI_DONE;
+  if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".exr"))
+    return cli_check_target(options->outputs[0]);
+  cli_complain("--output of nephos compare must be one .exr");
+  return CLI_USAGE;
+}
+
+static cli_exit compare_images(cli_session *session, const neph_image *image, const neph_image *reference) {
+  const cli_options *options = session->options;
+  neph_image_difference difference;
+  neph_result result = neph_image_compare(session->context, image, reference, &difference);
+  if (!result && options->output_count) result = save_difference(session, image, reference, options->outputs[0]);
+  if (result) return cli_exit_of(result);
+  print_difference(session, &difference);
+  return judge(options, &difference);
+}
+
+cli_exit cli_command_compare(cli_session *session) {
+  const cli_options *options = session->options;
+  neph_image *image = NULL, *reference = NULL;
+  cli_exit exit = check_output(options);
+  if (exit) return exit;
+  neph_result result = neph_image_load_exr(session->context, options->files[0], &image);
+  if (!result) result = neph_image_load_exr(session->context, options->files[1], &reference);
+  exit = result ? cli_exit_of(result) : compare_images(session, image, reference);
+  neph_image_destroy(image);
+  neph_image_destroy(reference);
+  return exit;
+}

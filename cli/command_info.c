@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "session.h"
+
+static cli_exit describe_scene(cli_session *session, const char *path, char **out_text) {
+  neph_scene *scene;
+  cli_exit exit = cli_load_scene(session, path, &scene);
+  if (exit) return exit;
+  neph_result result = neph_scene_describe(scene, cli_text_format(session), out_text);
+  neph_scene_destroy(scene);
+  return cli_exit_of(result);
+}
+
+typedef neph_result (*describe_fn)(neph_context *context, const char *path, neph_text_format format, char **out_text);
+
+/* A 16-bit PNG is a height field to nephos, the only PNG that it reads. */
+static describe_fn find_describer(const char *path) {
+  static const struct {
+    const char *extension;
+    describe_fn describe;
+  } kinds[] = {{".vdb", neph_volume_describe_file},
+               {".hgt", neph_terrain_describe_file},
+               {".png", neph_terrain_describe_file},
+               {".exr", neph_image_describe_file}};
+  for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+    if (cli_has_extension(path, kinds[i].extension)) return kinds[i].describe;
+  return NULL;
+}
+
+static cli_exit describe_file(cli_session *session, const char *path, char **out_text) {
+  describe_fn describe = find_describer(path);
+  if (describe) return cli_exit_of(describe(session->context, path, cli_text_format(session), out_text));
+  bool is_scene = cli_has_extension(path, ".yaml") || cli_has_extension(path, ".yml") || (path[0] == '-' && !path[1]);
+  if (is_scene) return describe_scene(session, path, out_text);
+  cli_complain("%s is of no kind known by its name, must end in .vdb, .hgt, .exr, .png or .yaml", path);
+  return CLI_USAGE;
+}
+
+/* Every file that can be read is described; the first failure is the exit code. */
+cli_exit cli_command_info(cli_session *session) {
+  const cli_options *options = session->options;
+  bool is_list = options->file_count > 1;
+  cli_exit exit = CLI_DONE;
+  size_t printed_count = 0;
+  if (options->is_json && is_list) printf("[\n");
+  for (size_t i = 0; i < options->file_count; i++) {
+    char *text;
+    cli_exit file_exit = describe_file(session, options->files[i], &text);
+    if (!exit) exit = file_exit;
+    if (file_exit) continue;
+    if (printed_count++ && is_list) printf(options->is_json ? ",\n" : "\n");
+    if (is_list && !options->is_json) printf("== %s ==\n", options->files[i]);
+    cli_print_text(session, text);
+  }
+  if (options->is_json && is_list) printf("]\n");
+  return exit;
+}

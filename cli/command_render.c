@@ -1,0 +1,216 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <string.h>
+#include <time.h>
+
+#include "session.h"
+
+/* Where one frame goes; NULL: not wanted. */
+typedef struct targets {
+  char *image, *preview;
+} targets;
+
+typedef struct render_job {
+  cli_session *session;
+  neph_scene *scene;
+  neph_render_desc desc;
+  neph_output output;
+} render_job;
+
+/* ---- Where to ---- */
+
+/* --output replaces what the scene says: once or twice, a picture and a preview. */
+static cli_exit choose_outputs(render_job *job) {
+  const cli_options *options = job->session->options;
+  if (options->output_count) job->output.image = job->output.preview = NULL;
+  for (size_t i = 0; i < options->output_count; i++) {
+    const char *path = options->outputs[i];
+    const bool is_preview = cli_has_extension(path, ".png");
+    const char **place = is_preview ? &job->output.preview : &job->output.image;
+    if ((!is_preview && !cli_has_extension(path, ".exr")) || *place) {
+      cli_complain("--output is %s, must be one .exr, one .png, or one of each", path);
+      return CLI_USAGE;
+    }
+    *place = path;
+  }
+  if (job->output.image || job->output.preview) return CLI_DONE;
+  cli_complain("%s names no output: give output.image in it, or --output", options->files[0]);
+  return CLI_USAGE;
+}
+
+static bool is_single_frame(const cli_options *options) {
+  const cli_frame_range *range = options->frames;
+  return !options->frame_range_count || (options->frame_range_count == 1 && range->last - range->first < range->step);
+}
+
+static cli_exit check_pattern(const cli_options *options, const char *pattern) {
+  if (!pattern || is_single_frame(options) || strchr(pattern, '#')) return CLI_DONE;
+  cli_complain("%s would be written for every frame: put # where the number goes", pattern);
+  return CLI_USAGE;
+}
+
+/* "out/frame.0001.exr", or, for a tile, "out/frame.0001.tile2of4.exr". */
+static neph_result name_target(const render_job *job, const char *pattern, char **out_path) {
+  const cli_options *options = job->session->options;
+  *out_path = NULL;
+  if (!pattern) return NEPH_OK;
+  char tiled[4096];
+  size_t stem = strlen(pattern) - strlen(".exr");
+  if (options->tile_count && !options->output_count && strlen(pattern) > strlen(".exr"))
+    snprintf(tiled, sizeof tiled, "%.*s.tile%uof%u%s", (int)stem, pattern, options->tile_index, options->tile_count,
+             pattern + stem);
+  else
+    snprintf(tiled, sizeof tiled, "%s", pattern);
+  return neph_frame_get_path(job->session->context, tiled, job->desc.frame, out_path);
+}
+
+static void free_targets(const render_job *job, targets *t) {
+  neph_text_destroy(job->session->context, t->image);
+  neph_text_destroy(job->session->context, t->preview);
+}
+
+static neph_result name_targets(const render_job *job, targets *out) {
+  *out = (targets){NULL, NULL};
+  neph_result result = name_target(job, job->output.image, &out->image);
+  if (!result) result = name_target(job, job->output.preview, &out->preview);
+  return result;
+}
+
+static cli_exit check_targets(render_job *job) {
+  targets t;
+  neph_result result = name_targets(job, &t);
+  cli_exit exit = cli_exit_of(result);
+  if (!exit && t.image) exit = cli_check_target(t.image);
+  if (!exit && t.preview) exit = cli_check_target(t.preview);
+  free_targets(job, &t);
+  return exit;
+}
+
+/* ---- Which pixels ---- */
+
+static cli_exit choose_pixels(render_job *job) {
+  const cli_options *options = job->session->options;
+  neph_render_desc *desc = &job->desc;
+  for (int i = 0; options->has_crop && i < 2; i++) {
+    desc->crop_min[i] = options->crop[i];
+    desc->crop_max[i] = options->crop[i + 2];
+  }
+  if (!options->tile_count) return CLI_DONE;
+  const unsigned top = desc->crop_min[1], bottom = desc->crop_max[1];
+  const uint64_t rows = bottom > top ? bottom - top : 0;
+  if (rows < options->tile_count) {
+    cli_complain("--tile is %u/%u, must be at most as many bands as there are rows, %u", options->tile_index,
+                 options->tile_count, (unsigned)rows);
+    return CLI_USAGE;
+  }
+  desc->crop_min[1] = top + (unsigned)(rows * (options->tile_index - 1) / options->tile_count);
+  desc->crop_max[1] = top + (unsigned)(rows * options->tile_index / options->tile_count);
+  return CLI_DONE;
+}
+
+/* ---- Frames ---- */
+
+static double get_time_s(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static void print_frame(const render_job *job, const targets *t, double seconds) {
+  if (!job->session->options->is_json) {
+    const char *join = t->image && t->preview ? ", " : "";
+    printf("frame %d: %s%s%s, %.2f s\n", job->desc.frame, t->image ? t->image : "", join, t->preview ? t->preview : "",
+           seconds);
+    return;
+  }
+  printf("{\"frame\": %d", job->desc.frame);
+  if (t->image) printf(", \"image\": "), cli_print_json_text(t->image);
+  if (t->preview) printf(", \"preview\": "), cli_print_json_text(t->preview);
+  printf(", \"seconds\": %.3f}\n", seconds);
+}
+
+static neph_result save_frame(const render_job *job, const neph_image *image, const targets *t) {
+  neph_result result = NEPH_OK;
+  if (t->image) result = neph_image_save_exr(image, t->image, job->output.pixel_type);
+  if (!result && t->preview) result = neph_image_save_png(image, t->preview, &job->output.preview_desc);
+  return result;
+}
+
+static cli_exit render_to(render_job *job, const targets *t) {
+  neph_image *image = NULL;
+  double start_s = get_time_s();
+  neph_result result = neph_render_image(job->scene, &job->desc, &image);
+  cli_progress_finish(&job->session->progress);
+  if (!result) result = save_frame(job, image, t);
+  neph_image_destroy(image);
+  if (!result) print_frame(job, t, get_time_s() - start_s);
+  fflush(stdout);
+  return cli_exit_of(result);
+}
+
+static cli_exit explain(render_job *job) {
+  char *text;
+  neph_result result = neph_render_explain(job->scene, &job->desc, cli_text_format(job->session), &text);
+  if (!result) cli_print_text(job->session, text);
+  return cli_exit_of(result);
+}
+
+/* What a dry run checks is all that a render would refuse before its first pixel. */
+static cli_exit rehearse(render_job *job, const targets *t) {
+  char *text;
+  neph_result result = neph_render_explain(job->scene, &job->desc, NEPH_TEXT_PLAIN, &text);
+  if (result) return cli_exit_of(result);
+  neph_text_destroy(job->session->context, text);
+  if (t->image) printf("%s\n", t->image);
+  if (t->preview) printf("%s\n", t->preview);
+  return CLI_DONE;
+}
+
+static cli_exit render_frame(render_job *job) {
+  const cli_options *options = job->session->options;
+  if (options->wants_plan) return explain(job);
+  targets t;
+  cli_exit exit = cli_exit_of(name_targets(job, &t));
+  if (!exit) exit = options->is_dry_run ? rehearse(job, &t) : render_to(job, &t);
+  free_targets(job, &t);
+  return exit;
+}
+
+/* Calls `step` for each frame until one fails or the process is interrupted. */
+static cli_exit for_each_frame(render_job *job, cli_exit (*step)(render_job *job)) {
+  static const cli_frame_range only_first = {1, 1, 1};
+  const cli_options *options = job->session->options;
+  const cli_frame_range *ranges = options->frame_range_count ? options->frames : &only_first;
+  const size_t count = options->frame_range_count ? options->frame_range_count : 1;
+  cli_exit exit = CLI_DONE;
+  for (size_t i = 0; i < count; i++)
+    for (int64_t frame = ranges[i].first; !exit && frame <= ranges[i].last; frame += ranges[i].step) {
+      job->desc.frame = (int)frame;
+      exit = cli_is_interrupted() ? CLI_INTERRUPTED : step(job);
+    }
+  return exit;
+}
+
+static cli_exit run(render_job *job) {
+  const cli_options *options = job->session->options;
+  cli_exit exit = choose_pixels(job);
+  if (!exit && options->wants_plan) return for_each_frame(job, render_frame);
+  if (!exit) exit = choose_outputs(job);
+  if (!exit) exit = check_pattern(options, job->output.image);
+  if (!exit) exit = check_pattern(options, job->output.preview);
+  if (!exit) exit = for_each_frame(job, check_targets);
+  return exit ? exit : for_each_frame(job, render_frame);
+}
+
+cli_exit cli_command_render(cli_session *session) {
+  render_job job = {.session = session};
+  cli_exit exit = cli_load_scene(session, session->options->files[0], &job.scene);
+  if (exit) return exit;
+  neph_result result = neph_scene_get_render_desc(job.scene, &job.desc);
+  if (!result) result = neph_scene_get_output(job.scene, &job.output);
+  job.desc.progress = cli_progress_report;
+  job.desc.progress_user = &session->progress;
+  cli_catch_interrupts();
+  exit = result ? cli_exit_of(result) : run(&job);
+  neph_scene_destroy(job.scene);
+  return exit;
+}

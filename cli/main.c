@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <errno.h>
+#include <string.h>
+
+#include "session.h"
+
+static cli_exit run_command(cli_session *session) {
+  switch (session->options->verb) {
+  case CLI_BAKE:
+    return cli_command_bake(session);
+  case CLI_RENDER:
+    return cli_command_render(session);
+  case CLI_INFO:
+    return cli_command_info(session);
+  case CLI_SKY:
+    return cli_command_sky(session);
+  case CLI_COMPARE:
+    return cli_command_compare(session);
+  case CLI_SCHEMA:
+    return cli_command_schema(session);
+  }
+  return CLI_USAGE;
+}
+
+static cli_exit run(const cli_options *options) {
+  if (options->wants_version) return printf("nephos %s\n", neph_version_get_text()), CLI_DONE;
+  if (options->wants_help) return cli_options_print_help(options->verb), CLI_DONE;
+  cli_session session;
+  cli_exit exit = cli_session_start(options, &session);
+  if (!exit) exit = run_command(&session);
+  cli_progress_finish(&session.progress);
+  cli_session_end(&session);
+  return exit;
+}
+
+/* A result that did not reach its reader is none. */
+static cli_exit close_output(cli_exit exit) {
+  bool has_failed = fflush(stdout) || ferror(stdout);
+  if (!has_failed || exit) return exit;
+  cli_complain("standard output cannot be written: %s", strerror(errno));
+  return CLI_IO;
+}
+
+int main(int argc, char **argv) {
+  cli_options options;
+  cli_exit exit = cli_options_read(argc, argv, &options);
+  if (!exit) exit = run(&options);
+  cli_options_clear(&options);
+  return close_output(exit);
+}

@@ -1,0 +1,429 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "options.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "suggest.h"
+
+typedef enum option_id {
+  OPTION_OUTPUT,
+  OPTION_SET,
+  OPTION_FRAMES,
+  OPTION_RESOLUTION,
+  OPTION_CROP,
+  OPTION_TILE,
+  OPTION_SAMPLES,
+  OPTION_SEED,
+  OPTION_INTEGRATOR,
+  OPTION_EXPLAIN,
+  OPTION_DRY_RUN,
+  OPTION_EXACT,
+  OPTION_MAX_REL_MSE,
+  OPTION_JSON,
+  OPTION_THREADS,
+  OPTION_ISA,
+  OPTION_PROGRESS,
+  OPTION_VERBOSE,
+  OPTION_QUIET,
+  OPTION_HELP,
+  OPTION_VERSION
+} option_id;
+
+enum {
+  SCENE_VERBS = CLI_BAKE | CLI_RENDER | CLI_SKY,
+  EVERY_VERB = CLI_BAKE | CLI_RENDER | CLI_INFO | CLI_SKY | CLI_COMPARE | CLI_SCHEMA
+};
+
+typedef struct option_row {
+  option_id id;
+  const char *name;
+  char letter;          /* 0: none */
+  const char *argument; /* NULL: takes none */
+  unsigned verbs;       /* of cli_verb */
+  const char *meaning;
+} option_row;
+
+static const option_row options[] = {
+    {OPTION_OUTPUT, "--output", 'o', "FILE", SCENE_VERBS | CLI_COMPARE, "write to FILE, see docs/cli.md"},
+    {OPTION_SET, "--set", 0, "KEY=VALUE", SCENE_VERBS | CLI_INFO,
+     "set a key of the scene, as `nephos schema` lists them"},
+    {OPTION_FRAMES, "--frames", 0, "LIST", CLI_RENDER, "frames such as 1-100x2,120 (default 1)"},
+    {OPTION_RESOLUTION, "--resolution", 0, "WxH", CLI_RENDER | CLI_SKY, "size of the picture in pixels"},
+    {OPTION_CROP, "--crop", 0, "X0,Y0,X1,Y1", CLI_RENDER,
+     "only these pixels, from the top left, the last two excluded"},
+    {OPTION_TILE, "--tile", 0, "I/N", CLI_RENDER, "only the I-th of N bands of rows, 1 at the top"},
+    {OPTION_SAMPLES, "--samples", 0, "N", CLI_RENDER, "samples for each pixel"},
+    {OPTION_SEED, "--seed", 0, "N", CLI_RENDER, "seed of all random numbers of the render"},
+    {OPTION_INTEGRATOR, "--integrator", 0, "NAME", CLI_RENDER, "march or path"},
+    {OPTION_EXPLAIN, "--explain", 0, NULL, CLI_RENDER, "print what would be done, and why, and stop"},
+    {OPTION_DRY_RUN, "--dry-run", 'n', NULL, SCENE_VERBS, "check everything, print what would be written, and stop"},
+    {OPTION_EXACT, "--exact", 0, NULL, CLI_COMPARE, "fail (7) when any value of any channel differs"},
+    {OPTION_MAX_REL_MSE, "--max-rel-mse", 0, "X", CLI_COMPARE, "fail (7) when the relative MSE is above X"},
+    {OPTION_JSON, "--json", 0, NULL, EVERY_VERB, "results as JSON"},
+    {OPTION_THREADS, "--threads", 't', "N", EVERY_VERB, "threads to work with (default: the CPUs there are)"},
+    {OPTION_ISA, "--isa", 0, "LEVEL", EVERY_VERB, "at most x86-64, x86-64-v3 or x86-64-v4"},
+    {OPTION_PROGRESS, "--progress", 0, "MODE", SCENE_VERBS, "auto, bar, lines, json or none, on standard error"},
+    {OPTION_VERBOSE, "--verbose", 'v', NULL, EVERY_VERB, "more messages"},
+    {OPTION_QUIET, "--quiet", 'q', NULL, EVERY_VERB, "warnings and errors only, no progress"},
+    {OPTION_HELP, "--help", 'h', NULL, EVERY_VERB, "this text"},
+    {OPTION_VERSION, "--version", 0, NULL, EVERY_VERB, "print the version"},
+};
+
+typedef struct verb_row {
+  cli_verb verb;
+  const char *name, *operands, *meaning;
+  size_t file_min, file_max;
+} verb_row;
+
+static const verb_row verbs[] = {
+    {CLI_BAKE, "bake", "SCENE", "bake the procedural clouds of a scene to .vdb", 1, 1},
+    {CLI_RENDER, "render", "SCENE", "render frames to OpenEXR and PNG", 1, 1},
+    {CLI_INFO, "info", "FILE...", "say what is in .vdb, .hgt, .exr, .png and scene files", 1, SIZE_MAX},
+    {CLI_SKY, "sky", "SCENE", "the sky alone: irradiances, and a latitude-longitude picture", 1, 1},
+    {CLI_COMPARE, "compare", "PICTURE REFERENCE", "measure how far an OpenEXR picture lies from another", 2, 2},
+    {CLI_SCHEMA, "schema", "", "list every key of a scene", 0, 0},
+};
+
+static const size_t option_count = sizeof options / sizeof *options, verb_count = sizeof verbs / sizeof *verbs;
+
+void cli_complain(const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  flockfile(stderr);
+  fputs("nephos: ", stderr);
+  vfprintf(stderr, format, arguments);
+  fputc('\n', stderr);
+  funlockfile(stderr);
+  va_end(arguments);
+}
+
+static const verb_row *get_verb(cli_verb verb) {
+  for (size_t i = 0; i < verb_count; i++)
+    if (verbs[i].verb == verb) return &verbs[i];
+  return NULL;
+}
+
+/* ---- Help ---- */
+
+static void print_option(const option_row *option) {
+  char left[48];
+  snprintf(left, sizeof left, "%s%c%s%s%s%s", option->letter ? "-" : "   ", option->letter ? option->letter : ' ',
+           option->letter ? ", " : "", option->name, option->argument ? " " : "",
+           option->argument ? option->argument : "");
+  printf("  %-26s %s\n", left, option->meaning);
+}
+
+static void print_program_help(void) {
+  printf("usage: nephos VERB [SCENE|FILE...] [options]\n\nverbs:\n");
+  for (size_t i = 0; i < verb_count; i++) printf("  %-10s %s\n", verbs[i].name, verbs[i].meaning);
+  printf("\n`nephos VERB --help` lists the options of a verb. `-` is standard input.\n");
+}
+
+void cli_options_print_help(cli_verb verb) {
+  const verb_row *row = get_verb(verb);
+  if (!row) {
+    print_program_help();
+    return;
+  }
+  printf("usage: nephos %s%s%s [options]\n%s\n\noptions:\n", row->name, *row->operands ? " " : "", row->operands,
+         row->meaning);
+  for (size_t i = 0; i < option_count; i++)
+    if (options[i].verbs & verb) print_option(&options[i]);
+}
+
+/* ---- Values ---- */
+
+/* Digits alone, at the start of `text`; `*end` is set behind them. */
+static bool read_unsigned(const char *text, const char **end, unsigned *out_value) {
+  if (*text < '0' || *text > '9') return false;
+  char *stop;
+  errno = 0;
+  unsigned long value = strtoul(text, &stop, 10);
+  *end = stop;
+  *out_value = (unsigned)value;
+  return !errno && value <= UINT_MAX;
+}
+
+static bool read_whole(const char *text, unsigned *out_value) {
+  const char *end;
+  return read_unsigned(text, &end, out_value) && !*end;
+}
+
+/* `count` numbers parted by `mark`. */
+static bool read_list(const char *text, char mark, unsigned count, unsigned *out_values) {
+  for (unsigned i = 0; i < count; i++) {
+    if (i && *text++ != mark) return false;
+    if (!read_unsigned(text, &text, &out_values[i])) return false;
+  }
+  return !*text;
+}
+
+static bool read_frame_range(const char **text, cli_frame_range *out_range) {
+  unsigned first, last, step = 1;
+  if (!read_unsigned(*text, text, &first)) return false;
+  last = first;
+  if (**text == '-' && !read_unsigned(*text + 1, text, &last)) return false;
+  if (**text == 'x' && !read_unsigned(*text + 1, text, &step)) return false;
+  *out_range = (cli_frame_range){(int)first, (int)last, (int)step};
+  return first <= last && last <= INT_MAX && step >= 1 && step <= INT_MAX;
+}
+
+static bool read_frames(const char *text, cli_options *out) {
+  size_t count = 1;
+  for (const char *c = text; *c; c++) count += *c == ',';
+  free(out->frames);
+  out->frames = calloc(count, sizeof *out->frames);
+  if (!out->frames) return false;
+  for (out->frame_range_count = 0; out->frame_range_count < count; out->frame_range_count++) {
+    if (out->frame_range_count && *text++ != ',') return false;
+    if (!read_frame_range(&text, &out->frames[out->frame_range_count])) return false;
+  }
+  return !*text;
+}
+
+static bool read_isa(const char *text, neph_isa *out_isa) {
+  for (int isa = NEPH_ISA_X86_64; isa <= NEPH_ISA_X86_64_V4; isa++)
+    if (!strcmp(text, neph_isa_get_name((neph_isa)isa))) return *out_isa = (neph_isa)isa, true;
+  return false;
+}
+
+static bool read_progress(const char *text, cli_progress_mode *out_mode) {
+  static const char *const names[] = {[CLI_PROGRESS_AUTO] = "auto",
+                                      [CLI_PROGRESS_BAR] = "bar",
+                                      [CLI_PROGRESS_LINES] = "lines",
+                                      [CLI_PROGRESS_JSON] = "json",
+                                      [CLI_PROGRESS_NONE] = "none"};
+  for (int mode = CLI_PROGRESS_AUTO; mode <= CLI_PROGRESS_NONE; mode++)
+    if (!strcmp(text, names[mode])) return *out_mode = (cli_progress_mode)mode, true;
+  return false;
+}
+
+static bool read_tile(const char *text, cli_options *out) {
+  unsigned tile[2];
+  if (!read_list(text, '/', 2, tile) || tile[0] < 1 || tile[0] > tile[1]) return false;
+  out->tile_index = tile[0];
+  out->tile_count = tile[1];
+  return true;
+}
+
+static bool read_real(const char *text, double *out_value) {
+  char *end;
+  *out_value = strtod(text, &end);
+  return end != text && !*end && *out_value >= 0;
+}
+
+static bool add_setting(cli_options *out, const char *option, const char *key, const char *value) {
+  out->settings[out->setting_count++] = (cli_setting){key, value, option};
+  return true;
+}
+
+/* Splits KEY=VALUE in place; `text` is a copy of ours. */
+static bool add_assignment(cli_options *out, char *text) {
+  char *mark = strchr(text, '=');
+  if (!mark || mark == text) return false;
+  *mark = '\0';
+  return add_setting(out, NULL, text, mark + 1);
+}
+
+/* WxH as the list that camera.resolution takes. */
+static bool add_resolution(cli_options *out, const char *option, char *text, const char *original) {
+  unsigned size[2];
+  if (!read_list(original, 'x', 2, size)) return false;
+  sprintf(text, "[%u, %u]", size[0], size[1]);
+  return add_setting(out, option, "camera.resolution", text);
+}
+
+/* ---- Options ---- */
+
+/* Storage for a changed copy of an argument, with room for what add_resolution adds. */
+static char *copy_argument(cli_options *out, const char *argument) {
+  char *copy = out->storage;
+  strcpy(copy, argument);
+  out->storage += strlen(argument) + 8;
+  return copy;
+}
+
+static bool apply_option(cli_options *out, const option_row *option, const char *argument) {
+  switch (option->id) {
+  case OPTION_OUTPUT:
+    out->outputs[out->output_count++] = argument;
+    return true;
+  case OPTION_SET:
+    return add_assignment(out, copy_argument(out, argument));
+  case OPTION_FRAMES:
+    return read_frames(argument, out);
+  case OPTION_RESOLUTION:
+    return out->has_resolution = true, add_resolution(out, option->name, copy_argument(out, argument), argument);
+  case OPTION_CROP:
+    return out->has_crop = true, read_list(argument, ',', 4, out->crop);
+  case OPTION_TILE:
+    return read_tile(argument, out);
+  case OPTION_SAMPLES:
+    return add_setting(out, option->name, "render.samples", argument);
+  case OPTION_SEED:
+    return add_setting(out, option->name, "render.seed", argument);
+  case OPTION_INTEGRATOR:
+    return add_setting(out, option->name, "render.integrator", argument);
+  case OPTION_EXPLAIN:
+    return out->wants_plan = true;
+  case OPTION_DRY_RUN:
+    return out->is_dry_run = true;
+  case OPTION_EXACT:
+    return out->is_exact = true;
+  case OPTION_MAX_REL_MSE:
+    return out->has_relative_mse_max = true, read_real(argument, &out->relative_mse_max);
+  case OPTION_JSON:
+    return out->is_json = true;
+  case OPTION_THREADS:
+    return read_whole(argument, &out->thread_count) && out->thread_count >= 1;
+  case OPTION_ISA:
+    return read_isa(argument, &out->isa);
+  case OPTION_PROGRESS:
+    return read_progress(argument, &out->progress);
+  case OPTION_VERBOSE:
+    return out->log_level = NEPH_LOG_DEBUG, true;
+  case OPTION_QUIET:
+    return out->log_level = NEPH_LOG_WARNING, out->progress = CLI_PROGRESS_NONE, true;
+  case OPTION_HELP:
+    return out->wants_help = true;
+  case OPTION_VERSION:
+    return out->wants_version = true;
+  }
+  return false;
+}
+
+static const option_row *find_long_option(const char *text, size_t length) {
+  for (size_t i = 0; i < option_count; i++)
+    if (strlen(options[i].name) == length && !strncmp(options[i].name, text, length)) return &options[i];
+  return NULL;
+}
+
+static const option_row *find_letter(char letter) {
+  for (size_t i = 0; i < option_count; i++)
+    if (letter && options[i].letter == letter) return &options[i];
+  return NULL;
+}
+
+static cli_exit fail_unknown_option(const char *text) {
+  const char *names[sizeof options / sizeof *options];
+  for (size_t i = 0; i < option_count; i++) names[i] = options[i].name;
+  const char *guess = cli_suggest(text, names, option_count);
+  cli_complain("%s is not an option%s%s%s", text, guess ? ", did you mean " : "", guess ? guess : "", guess ? "?" : "");
+  return CLI_USAGE;
+}
+
+/* Takes the option that begins argv[*index], with its argument, which may be the next. */
+static cli_exit take_option(cli_options *out, int argc, char **argv, int *index) {
+  const char *text = argv[*index], *value = NULL;
+  bool is_long = text[1] == '-';
+  size_t length = is_long ? strcspn(text, "=") : 2;
+  const option_row *option = is_long ? find_long_option(text, length) : find_letter(text[1]);
+  if (!option) return fail_unknown_option(text);
+  out->given |= 1u << option->id;
+  if (text[length]) value = text + length + (is_long ? 1 : 0);
+  if (value && !option->argument) {
+    cli_complain("%s takes no value, and is given %s", option->name, value);
+    return CLI_USAGE;
+  }
+  if (option->argument && !value) {
+    if (*index + 1 == argc) {
+      cli_complain("%s needs %s behind it", option->name, option->argument);
+      return CLI_USAGE;
+    }
+    value = argv[++*index];
+  }
+  if (apply_option(out, option, value)) return CLI_DONE;
+  cli_complain("%s is %s, must be %s: %s", option->name, value, option->argument, option->meaning);
+  return CLI_USAGE;
+}
+
+static cli_exit take_verb(cli_options *out, const char *text) {
+  const char *names[sizeof verbs / sizeof *verbs];
+  for (size_t i = 0; i < verb_count; i++) {
+    names[i] = verbs[i].name;
+    if (!strcmp(text, names[i])) return out->verb = verbs[i].verb, CLI_DONE;
+  }
+  const char *guess = cli_suggest(text, names, verb_count);
+  cli_complain("%s is not a verb%s%s%s", text, guess ? ", did you mean " : "", guess ? guess : "", guess ? "?" : "");
+  return CLI_USAGE;
+}
+
+/* Options may stand before the verb: only now is it known whether they are its own. */
+static cli_exit check_options(const cli_options *out, const verb_row *verb) {
+  for (size_t i = 0; i < option_count; i++) {
+    if (!(out->given & 1u << options[i].id) || options[i].verbs & verb->verb) continue;
+    cli_complain("%s is not an option of nephos %s", options[i].name, verb->name);
+    return CLI_USAGE;
+  }
+  return CLI_DONE;
+}
+
+static cli_exit check_command(const cli_options *out) {
+  const verb_row *verb = get_verb(out->verb);
+  if (!verb) {
+    cli_complain("no verb is given; `nephos --help` lists them");
+    return CLI_USAGE;
+  }
+  cli_exit exit = check_options(out, verb);
+  if (exit) return exit;
+  if (out->file_count >= verb->file_min && out->file_count <= verb->file_max) return CLI_DONE;
+  cli_complain("usage: nephos %s%s%s [options]", verb->name, *verb->operands ? " " : "", verb->operands);
+  return CLI_USAGE;
+}
+
+/* ---- Command line ---- */
+
+/* Lists as long as the command line: no argument adds more than one element. */
+static bool allocate_lists(cli_options *out, int argc, char **argv, char **out_storage) {
+  size_t count = (size_t)argc + 1, bytes = 1;
+  for (int i = 0; i < argc; i++) bytes += strlen(argv[i]) + 8;
+  out->files = calloc(count, sizeof *out->files);
+  out->settings = calloc(count, sizeof *out->settings);
+  out->outputs = calloc(count, sizeof *out->outputs);
+  *out_storage = out->storage = malloc(bytes);
+  return out->files && out->settings && out->outputs && out->storage;
+}
+
+/* The verb is the first argument that is no option. */
+static cli_exit read_arguments(cli_options *out, int argc, char **argv) {
+  bool has_ended = false;
+  for (int i = 1; i < argc; i++) {
+    cli_exit exit = CLI_DONE;
+    if (!has_ended && !strcmp(argv[i], "--"))
+      has_ended = true;
+    else if (!has_ended && argv[i][0] == '-' && argv[i][1])
+      exit = take_option(out, argc, argv, &i);
+    else if (!out->verb)
+      exit = take_verb(out, argv[i]);
+    else
+      out->files[out->file_count++] = argv[i];
+    if (exit) return exit;
+  }
+  return CLI_DONE;
+}
+
+cli_exit cli_options_read(int argc, char **argv, cli_options *out) {
+  *out = (cli_options){.thread_count = NEPH_THREADS_ALL, .isa = NEPH_ISA_X86_64_V4, .log_level = NEPH_LOG_INFO};
+  char *storage = NULL;
+  if (!allocate_lists(out, argc, argv, &storage)) {
+    cli_complain("out of memory");
+    return CLI_INTERNAL;
+  }
+  cli_exit exit = read_arguments(out, argc, argv);
+  out->storage = storage;
+  if (exit || out->wants_help || out->wants_version) return exit;
+  return check_command(out);
+}
+
+void cli_options_clear(cli_options *out) {
+  free(out->files);
+  free(out->settings);
+  free(out->outputs);
+  free(out->frames);
+  free(out->storage);
+}

@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The command line: verbs, options, help. */
+#ifndef NEPHOS_CLI_OPTIONS_H
+#define NEPHOS_CLI_OPTIONS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <nephos/context.h>
+
+typedef enum cli_exit {
+  CLI_DONE = 0,
+  CLI_INTERNAL = 1,
+  CLI_USAGE = 2,
+  CLI_BAD_SCENE = 3,
+  CLI_NOT_FOUND = 4,
+  CLI_IO = 5,
+  CLI_LIMIT = 6,
+  CLI_DIFFERENT = 7,
+  CLI_INTERRUPTED = 130
+} cli_exit;
+
+typedef enum cli_verb {
+  CLI_BAKE = 1 << 0,
+  CLI_RENDER = 1 << 1,
+  CLI_INFO = 1 << 2,
+  CLI_SKY = 1 << 3,
+  CLI_COMPARE = 1 << 4,
+  CLI_SCHEMA = 1 << 5
+} cli_verb;
+
+typedef enum cli_progress_mode {
+  CLI_PROGRESS_AUTO,
+  CLI_PROGRESS_BAR,
+  CLI_PROGRESS_LINES,
+  CLI_PROGRESS_JSON,
+  CLI_PROGRESS_NONE
+} cli_progress_mode;
+
+/* Frames first, first + step, … up to last. */
+typedef struct cli_frame_range {
+  int first, last, step;
+} cli_frame_range;
+
+/* One `key=value` for the scene, from --set or from an option that stands for a key. */
+typedef struct cli_setting {
+  const char *key, *value;
+  const char *option; /* the option that stands for the key; NULL: --set */
+} cli_setting;
+
+typedef struct cli_options {
+  cli_verb verb;
+  bool wants_help, wants_version;
+  const char **files;
+  size_t file_count;
+  cli_setting *settings;
+  size_t setting_count;
+  const char **outputs;
+  size_t output_count;
+  cli_frame_range *frames;
+  size_t frame_range_count;
+  unsigned thread_count;
+  neph_isa isa;
+  bool has_resolution, has_crop;
+  unsigned crop[4];                /* x0, y0, x1, y1 */
+  unsigned tile_index, tile_count; /* from 1; 0 of 0: no tile */
+  bool is_json, is_exact, wants_plan, is_dry_run;
+  bool has_relative_mse_max;
+  double relative_mse_max;
+  cli_progress_mode progress;
+  neph_log_level log_level;
+  unsigned given; /* a bit for each option that was given */
+  char *storage;  /* what settings point into */
+} cli_options;
+
+/* Reads the command line. CLI_USAGE, after a message on standard error, when it is wrong. */
+cli_exit cli_options_read(int argc, char **argv, cli_options *out_options);
+void cli_options_clear(cli_options *options);
+
+/* Help on a verb, or, for 0, on the program, on standard output. */
+void cli_options_print_help(cli_verb verb);
+
+/* "nephos: …" and a line end on standard error. */
+void cli_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+#endif

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Progress, messages and interruption, all on standard error. */
+#ifndef NEPHOS_CLI_PROGRESS_H
+#define NEPHOS_CLI_PROGRESS_H
+
+#include <stdbool.h>
+
+#include <nephos/context.h>
+
+#include "options.h"
+
+typedef struct cli_progress {
+  cli_progress_mode mode;
+  bool is_bar_drawn;      /* the last line of the terminal is the bar */
+  char stage[48];         /* shown last, */
+  double shown_fraction;  /* this far, */
+  double shown_elapsed_s; /* at this time */
+} cli_progress;
+
+/* `mode` AUTO becomes a bar on a terminal and lines elsewhere. */
+void cli_progress_start(cli_progress *progress, cli_progress_mode mode);
+
+/* A neph_progress_fn; `progress` is a cli_progress. False once the process was interrupted. */
+bool cli_progress_report(void *progress, const neph_progress *report);
+
+/* Takes the bar away. */
+void cli_progress_finish(cli_progress *progress);
+
+/* A neph_log_fn; `progress` is a cli_progress. */
+void cli_progress_log(void *progress, neph_log_level level, const char *message);
+
+/* From here on SIGINT and SIGTERM stop work at the next report; a second one ends the process at once. */
+void cli_catch_interrupts(void);
+bool cli_is_interrupted(void);
+
+#endif

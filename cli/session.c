@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "session.h"
+
+#include <errno.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+cli_exit cli_exit_of(neph_result result) {
+  switch (result) {
+  case NEPH_OK:
+    return CLI_DONE;
+  case NEPH_ERROR_INTERNAL:
+  case NEPH_ERROR_OUT_OF_MEMORY:
+    return CLI_INTERNAL;
+  case NEPH_ERROR_INVALID_ARGUMENT:
+    return CLI_USAGE;
+  case NEPH_ERROR_BAD_SCENE:
+    return CLI_BAD_SCENE;
+  case NEPH_ERROR_NOT_FOUND:
+    return CLI_NOT_FOUND;
+  case NEPH_ERROR_IO:
+  case NEPH_ERROR_BAD_FILE:
+  case NEPH_ERROR_UNSUPPORTED:
+    return CLI_IO;
+  case NEPH_ERROR_LIMIT:
+    return CLI_LIMIT;
+  case NEPH_ERROR_CANCELLED:
+    return CLI_INTERRUPTED;
+  }
+  return CLI_INTERNAL;
+}
+
+cli_exit cli_session_start(const cli_options *options, cli_session *session) {
+  *session = (cli_session){.options = options};
+  cli_progress_start(&session->progress, options->progress);
+  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+  desc.thread_count = options->thread_count;
+  desc.isa_max = options->isa;
+  desc.log = cli_progress_log;
+  desc.log_user = &session->progress;
+  desc.log_level_max = options->log_level;
+  return cli_exit_of(neph_context_create(&desc, &session->context));
+}
+
+void cli_session_end(cli_session *session) { neph_context_destroy(session->context); }
+
+static neph_result apply_settings(const cli_options *options, neph_scene *scene) {
+  neph_result result = NEPH_OK;
+  for (size_t i = 0; !result && i < options->setting_count; i++) {
+    const cli_setting *setting = &options->settings[i];
+    result = neph_scene_set(scene, setting->key, setting->value);
+    /* What an option of its own says wrongly is the command line's fault, not the scene's. */
+    if (result == NEPH_ERROR_BAD_SCENE && setting->option) result = NEPH_ERROR_INVALID_ARGUMENT;
+  }
+  return result;
+}
+
+cli_exit cli_load_scene(cli_session *session, const char *path, neph_scene **out_scene) {
+  neph_result result = neph_scene_load(session->context, path, out_scene);
+  if (result) return cli_exit_of(result);
+  result = apply_settings(session->options, *out_scene);
+  if (!result) return CLI_DONE;
+  neph_scene_destroy(*out_scene);
+  *out_scene = NULL;
+  return cli_exit_of(result);
+}
+
+cli_exit cli_check_target(const char *path) {
+  struct stat status;
+  if (!stat(path, &status) && S_ISDIR(status.st_mode)) {
+    cli_complain("%s cannot be written: it is a folder", path);
+    return CLI_IO;
+  }
+  const char *slash = strrchr(path, '/');
+  char folder[4096];
+  int length = slash ? (int)(slash - path) + 1 : 2;
+  if (length >= (int)sizeof folder) {
+    cli_complain("%s cannot be written: the name is too long", path);
+    return CLI_IO;
+  }
+  snprintf(folder, sizeof folder, "%.*s", length, slash ? path : "./");
+  if (!access(folder, W_OK | X_OK)) return CLI_DONE;
+  cli_complain("%s cannot be written: folder %s: %s", path, folder, strerror(errno));
+  return CLI_IO;
+}
+
+void cli_print_text(cli_session *session, char *text) {
+  size_t length = strlen(text);
+  fputs(text, stdout);
+  if (length && text[length - 1] != '\n') putchar('\n');
+  neph_text_destroy(session->context, text);
+}
+
+void cli_print_json_text(const char *text) {
+  putchar('"');
+  for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
+    if (*c == '"' || *c == '\\')
+      printf("\\%c", *c);
+    else if (*c < 0x20)
+      printf("\\u%04x", *c);
+    else
+      putchar(*c);
+  }
+  putchar('"');
+}
+
+neph_text_format cli_text_format(const cli_session *session) {
+  return session->options->is_json ? NEPH_TEXT_JSON : NEPH_TEXT_PLAIN;
+}
+
+bool cli_has_extension(const char *path, const char *extension) {
+  size_t length = strlen(path), tail = strlen(extension);
+  return length > tail && !strcasecmp(path + length - tail, extension);
+}

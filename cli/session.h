@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What every command shares: a context that logs to standard error, scenes with their settings, exit codes. */
+#ifndef NEPHOS_CLI_SESSION_H
+#define NEPHOS_CLI_SESSION_H
+
+#include <stdio.h>
+
+#include <nephos/nephos.h>
+
+#include "options.h"
+#include "progress.h"
+
+typedef struct cli_session {
+  const cli_options *options;
+  neph_context *context;
+  cli_progress progress;
+} cli_session;
+
+cli_exit cli_session_start(const cli_options *options, cli_session *out_session);
+void cli_session_end(cli_session *session);
+
+/* The exit code for a result. */
+cli_exit cli_exit_of(neph_result result);
+
+/* Loads a scene and sets what the command line says. */
+cli_exit cli_load_scene(cli_session *session, const char *path, neph_scene **out_scene);
+
+/* Whether a file can be made at `path`, which is not tried by making one. CLI_IO, after a message, when not. */
+cli_exit cli_check_target(const char *path);
+
+/* Prints a text of the library and frees it. */
+void cli_print_text(cli_session *session, char *text);
+
+/* A JSON string, quotes included. */
+void cli_print_json_text(const char *text);
+
+/* PLAIN, or JSON with --json. */
+neph_text_format cli_text_format(const cli_session *session);
+
+/* Whether `path` ends in `extension`, such as ".exr", in letters of either case. */
+bool cli_has_extension(const char *path, const char *extension);
+
+/* Commands, one a verb; each in command_<verb>.c. */
+cli_exit cli_command_bake(cli_session *session);
+cli_exit cli_command_render(cli_session *session);
+cli_exit cli_command_info(cli_session *session);
+cli_exit cli_command_sky(cli_session *session);
+cli_exit cli_command_compare(cli_session *session);
+cli_exit cli_command_schema(cli_session *session);
+
+#endif

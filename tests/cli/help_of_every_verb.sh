@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+for verb in bake info sky compare schema; do nephos $verb -h; done

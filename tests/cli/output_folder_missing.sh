@@ -1,0 +1,3 @@
+# SPDX-License-Identifier: Apache-2.0
+echo 'output: {image: "out/a.exr"}' >scene.yaml
+nephos render scene.yaml

@@ -1,0 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
+mkdir a.exr
+echo 'version: 1' >scene.yaml
+nephos render scene.yaml -o a.exr

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+nephos --crop 0,0,1,1 info a.vdb
