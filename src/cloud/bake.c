@@ -36,12 +36,6 @@ typedef struct bake_job {
   np_leaf *leaves;
 } bake_job;
 
-/* Altitude above the sphere, stable where it is small beside the radius: x² + y² + 2Rz + z² over |p − centre| + R. */
-static double find_altitude(double x, double y, double z, double radius) {
-  double horizontal = x * x + y * y;
-  return (horizontal + z * (z + 2.0 * radius)) / (sqrt(horizontal + (z + radius) * (z + radius)) + radius);
-}
-
 /* Index to metres from the field's centre along x, y; from the base altitude along z. Samples sit in the middle of
  * voxels. */
 static double find_offset_m(const bake_job *job, int axis, int32_t index) {
@@ -50,9 +44,9 @@ static double find_offset_m(const bake_job *job, int axis, int32_t index) {
 }
 
 static double find_height_m(const bake_job *job, double x_offset_m, double y_offset_m, double z_offset_m) {
-  const double base = job->model->desc.base_altitude_m;
-  return find_altitude(job->center_m[0] + x_offset_m, job->center_m[1] + y_offset_m, base + z_offset_m,
-                       job->planet_radius_m) - base;
+  const double base_m = job->model->desc.base_altitude_m;
+  const np_dvec3 p = {job->center_m[0] + x_offset_m, job->center_m[1] + y_offset_m, base_m + z_offset_m};
+  return np_altitude(p, job->planet_radius_m) - base_m;
 }
 
 static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *leaf) {

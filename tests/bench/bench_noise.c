@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Speed of each noise at each instruction-set level, and of a bake: `bench_noise`. Rates are by CPU time, which other
+ * programs on the machine do not lengthen much. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include <nephos/cloud.h>
+
+#include "core/random.h"
+#include "noise/noise.h"
+
+enum { COUNT = 512 }; /* a leaf of voxels */
+
+typedef struct bench_points {
+  float x[COUNT], y[COUNT], z[COUNT], out[3][COUNT];
+} bench_points;
+
+static const np_noise_lattice lattice = {.seed = 1, .period = {65536, 65536, 65536}};
+static const np_noise_octaves octaves = {.count = 4, .gain = 0.5f};
+
+typedef void (*bench_fn)(const np_noise_table *table, bench_points *p);
+
+static np_noise_points view(const bench_points *p) { return (np_noise_points){COUNT, p->x, p->y, p->z}; }
+
+static void run_value(const np_noise_table *table, bench_points *p) {
+  const np_noise_points points = view(p);
+  table->value(&lattice, &points, p->out[0]);
+}
+
+static void run_perlin(const np_noise_table *table, bench_points *p) {
+  const np_noise_points points = view(p);
+  table->perlin(&lattice, &points, p->out[0]);
+}
+
+static void run_perlin_fbm(const np_noise_table *table, bench_points *p) {
+  const np_noise_points points = view(p);
+  table->perlin_fbm(&lattice, &octaves, &points, p->out[0]);
+}
+
+static void run_worley(const np_noise_table *table, bench_points *p) {
+  const np_noise_points points = view(p);
+  table->worley(&lattice, &points, p->out[0]);
+}
+
+static void run_perlin_worley(const np_noise_table *table, bench_points *p) {
+  const np_noise_points points = view(p);
+  table->perlin_worley(&lattice, &octaves, &points, p->out[0]);
+}
+
+static void run_curl(const np_noise_table *table, bench_points *p) {
+  const np_noise_points points = view(p);
+  table->curl(&lattice, &points, p->out[0], p->out[1], p->out[2]);
+}
+
+static const struct {
+  const char *name;
+  bench_fn run;
+} noises[] = {{"value", run_value},   {"perlin", run_perlin}, {"perlin, 4 octaves", run_perlin_fbm},
+              {"worley", run_worley}, {"curl", run_curl},     {"perlin-worley, 4 octaves", run_perlin_worley}};
+
+static double read_seconds(clockid_t clock) {
+  struct timespec t;
+  clock_gettime(clock, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static double measure_rate(bench_fn run, const np_noise_table *table, bench_points *points) {
+  const double start = read_seconds(CLOCK_PROCESS_CPUTIME_ID);
+  double elapsed = 0, evaluated = 0;
+  for (; elapsed < 0.1; elapsed = read_seconds(CLOCK_PROCESS_CPUTIME_ID) - start, evaluated += COUNT * 64)
+    for (int i = 0; i < 64; i++) run(table, points);
+  return evaluated / elapsed;
+}
+
+static void bench_noises(void) {
+  static bench_points points;
+  np_random random = np_random_start(1, 0, 0, 0, 0);
+  for (int i = 0; i < COUNT; i++) {
+    points.x[i] = 100.0f * np_random_float(&random);
+    points.y[i] = 100.0f * np_random_float(&random);
+    points.z[i] = 100.0f * np_random_float(&random);
+  }
+  printf("%-26s", "million samples/s");
+  for (neph_isa isa = NEPH_ISA_X86_64; isa <= np_isa_detect(); isa++) printf("%12s", neph_isa_get_name(isa));
+  for (size_t k = 0; k < sizeof noises / sizeof *noises; k++) {
+    printf("\n%-26s", noises[k].name);
+    for (neph_isa isa = NEPH_ISA_X86_64; isa <= np_isa_detect(); isa++)
+      printf("%12.1f", 1e-6 * measure_rate(noises[k].run, np_noise_get_table(isa), &points));
+  }
+  printf("\n");
+}
+
+static neph_result bench_bake(neph_isa isa, double voxel_m) {
+  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+  neph_context *context = NULL;
+  neph_volume *volume = NULL;
+  neph_cloud_desc cloud;
+  desc.isa_max = isa;
+  neph_result result = neph_context_create(&desc, &context);
+  if (!result) result = neph_cloud_get_preset(context, "cumulus_mediocris", &cloud);
+  const double start = read_seconds(CLOCK_MONOTONIC), cpu_start = read_seconds(CLOCK_PROCESS_CPUTIME_ID);
+  if (!result) {
+    cloud.voxel_m = voxel_m;
+    result = neph_cloud_bake(context, &cloud, NULL, &volume);
+  }
+  if (!result) {
+    const double elapsed = read_seconds(CLOCK_MONOTONIC) - start, cpu = read_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_start;
+    neph_volume_info info;
+    neph_volume_get_info(volume, &info);
+    printf("bake, %s, %u threads, %g m: %.2f s, %.2f CPU s, %.1f million active voxels, %.1f million a CPU second\n",
+           neph_isa_get_name(isa), neph_context_get_thread_count(context), voxel_m, elapsed, cpu,
+           1e-6 * (double)info.active_voxel_count, 1e-6 * (double)info.active_voxel_count / cpu);
+  }
+  neph_volume_release(volume);
+  neph_context_destroy(context);
+  return result;
+}
+
+int main(void) {
+  bench_noises();
+  neph_result result = NEPH_OK;
+  for (neph_isa isa = NEPH_ISA_X86_64; isa <= np_isa_detect() && !result; isa++) result = bench_bake(isa, 20);
+  if (!result) result = bench_bake(np_isa_detect(), 10);
+  return result ? EXIT_FAILURE : EXIT_SUCCESS;
+}
