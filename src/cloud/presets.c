@@ -14,9 +14,9 @@ typedef struct preset {
 
 static const preset presets[] = {
     {"cumulus_humilis", 1100, 450, 0.22, 1200, 0.2, 260, 0.45, 0.40, 0.40, 0.05},
-    {"cumulus_mediocris", 1200, 1200, 0.35, 1800, 0.6, 450, 0.45, 0.30, 0.30, 0.06},
+    {"cumulus_mediocris", 1200, 1200, 0.35, 1800, 0.6, 430, 0.55, 0.30, 0.30, 0.06},
     {"cumulus_congestus", 1000, 3600, 0.30, 3600, 1.0, 900, 0.50, 0.25, 0.25, 0.09},
-    {"stratocumulus", 900, 420, 0.85, 1500, 0.1, 380, 0.40, 0.35, 0.35, 0.045},
+    {"stratocumulus", 900, 450, 0.88, 1300, 0.35, 380, 0.45, 0.35, 0.35, 0.045},
 };
 
 enum { PRESET_COUNT = sizeof presets / sizeof *presets };
