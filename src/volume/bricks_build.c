@@ -63,9 +63,9 @@ static void find_content(const np_sparse_grid *grid, int64_t low[3], int64_t hig
 static neph_result refuse_period(builder *b, int axis, int64_t low, int64_t high) {
   return np_fail(
       b->bricks->context, NEPH_ERROR_INVALID_ARGUMENT,
-      "grid '%s': a period of %d voxels along %c must be a multiple of 8 and hold the grid's voxels, which lie "
+      "%s%sgrid '%s': a period of %d voxels along %c must be a multiple of 8 and hold the grid's voxels, which lie "
       "in [%lld, %lld)",
-      b->grid->name, b->bricks->period[axis], "xy"[axis], (long long)low * 8, (long long)high * 8 + 8);
+      NP_SPARSE_GRID_LABEL(b->grid), b->bricks->period[axis], "xy"[axis], (long long)low * 8, (long long)high * 8 + 8);
 }
 
 static neph_result set_size(builder *b) {
@@ -87,10 +87,11 @@ static neph_result set_size(builder *b) {
   if (cell_count > cell_count_max)
     return np_fail(
         bricks->context, NEPH_ERROR_LIMIT,
-        "grid '%s': voxels from (%lld, %lld, %lld) to (%lld, %lld, %lld) need a table of more than %llu cells of "
+        "%s%sgrid '%s': voxels from (%lld, %lld, %lld) to (%lld, %lld, %lld) need a table of more than %llu cells of "
         "8³: too large, or damaged",
-        b->grid->name, (long long)low[0] * 8, (long long)low[1] * 8, (long long)low[2] * 8, (long long)high[0] * 8 + 7,
-        (long long)high[1] * 8 + 7, (long long)high[2] * 8 + 7, (unsigned long long)cell_count_max);
+        NP_SPARSE_GRID_LABEL(b->grid), (long long)low[0] * 8, (long long)low[1] * 8, (long long)low[2] * 8,
+        (long long)high[0] * 8 + 7, (long long)high[1] * 8 + 7, (long long)high[2] * 8 + 7,
+        (unsigned long long)cell_count_max);
   for (int level = 1; level < NP_BRICK_LEVELS; level++)
     for (int a = 0; a < 3; a++)
       bricks->size[level][a] = (bricks->size[level - 1][a] + (1 << NP_BRICK_LEVEL_SHIFT) - 1) >> NP_BRICK_LEVEL_SHIFT;
@@ -315,8 +316,8 @@ static float find_magnitude_max(const np_sparse_grid *grid) {
 static neph_result set_scale(builder *b) {
   float max = find_magnitude_max(b->grid);
   if (!isfinite(max))
-    return np_fail(b->bricks->context, NEPH_ERROR_INVALID_ARGUMENT, "grid '%s' holds values that are not finite",
-                   b->grid->name);
+    return np_fail(b->bricks->context, NEPH_ERROR_INVALID_ARGUMENT, "%s%sgrid '%s' holds values that are not finite",
+                   NP_SPARSE_GRID_LABEL(b->grid));
   int exponent = 1;
   if (b->is_half && max > 0.0f) (void)frexpf(max, &exponent);
   exponent = exponent > 127 ? 127 : exponent < -125 ? -125 : exponent; /* the inverse must be normal as well */

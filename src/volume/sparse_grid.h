@@ -29,12 +29,16 @@ typedef struct np_tile {
 typedef struct np_sparse_grid {
   neph_context *context; /* borrowed */
   char *name;            /* owned */
+  const char *file;      /* where it was read from, for messages; borrowed; NULL: from none */
   np_affine index_to_world;
   float background;
   size_t leaf_count, leaf_capacity, tile_count, tile_capacity;
   np_leaf *leaves;
   np_tile *tiles;
 } np_sparse_grid;
+
+/* Three arguments for "%s%sgrid '%s'", which begins the messages about a grid: "cloud.vdb: grid 'density'". */
+#define NP_SPARSE_GRID_LABEL(grid) (grid)->file ? (grid)->file : "", (grid)->file ? ": " : "", (grid)->name
 
 neph_result np_sparse_grid_init(neph_context *context, const char *name, np_sparse_grid *out_grid);
 void np_sparse_grid_clear(np_sparse_grid *grid); /* frees what it owns; a zeroed grid is allowed */

@@ -26,12 +26,13 @@ void neph_volume_release(neph_volume *volume) {
   if (volume && atomic_fetch_sub(&volume->references, 1) == 1) destroy(volume);
 }
 
-static neph_result set_transform(neph_volume *volume, const np_affine *index_to_world) {
-  volume->index_to_world = *index_to_world;
-  if (np_affine_invert(index_to_world, &volume->world_to_index)) return NEPH_OK;
-  return np_fail(volume->context, NEPH_ERROR_INVALID_ARGUMENT,
-                 "grid '%s': the transform from index to world has determinant %g: it must be finite and invertible",
-                 volume->name, np_affine_determinant(index_to_world));
+static neph_result set_transform(neph_volume *volume, const np_sparse_grid *grid) {
+  volume->index_to_world = grid->index_to_world;
+  if (np_affine_invert(&grid->index_to_world, &volume->world_to_index)) return NEPH_OK;
+  return np_fail(
+      volume->context, NEPH_ERROR_INVALID_ARGUMENT,
+      "%s%sgrid '%s': the transform from index to world has determinant %g: it must be finite and invertible",
+      NP_SPARSE_GRID_LABEL(grid), np_affine_determinant(&grid->index_to_world));
 }
 
 /* A volume of what the grid holds, but for what `measure` tells. */
@@ -44,7 +45,7 @@ static neph_result create(neph_context *context, const np_sparse_grid *grid, nep
   volume->context = context;
   atomic_init(&volume->references, 1);
   volume->name = np_alloc_text(context, grid->name);
-  neph_result result = volume->name ? set_transform(volume, &grid->index_to_world) : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = volume->name ? set_transform(volume, grid) : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) result = np_bricks_build(context, grid, precision, period, monitor, &volume->bricks);
   if (result)
     destroy(volume);

@@ -50,6 +50,7 @@ neph_result np_volume_file_read(const np_volume_file *file, size_t index, np_spa
   file->module->describe(file->vdb, index, &info);
   neph_result result = np_sparse_grid_init(file->context, info.name, out_grid);
   if (result) return result;
+  out_grid->file = file->path;
   if (file->module->read(file->vdb, index, &sink, out_tree_bytes, &error)) return np_volume_file_fail(file, &error);
   np_sparse_grid_sort(out_grid);
   return NEPH_OK;

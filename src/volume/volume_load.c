@@ -71,7 +71,7 @@ static neph_result choose_by_name(const np_volume_file *file, const char *name, 
   matches found = find_grids(file, name, strlen(name), false, 0);
   if (!found.count && split_name(name, &length, &number)) {
     found = find_grids(file, name, length, false, number);
-    if (found.index != SIZE_MAX) found.count = 1;
+    found.count = found.index != SIZE_MAX;
   }
   *out_index = found.index;
   if (found.count > 1)
