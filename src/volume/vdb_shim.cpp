@@ -143,7 +143,7 @@ struct Entry {
   std::string name, value_type, grid_class, creator;
 };
 
-} // namespace
+} /* namespace */
 
 struct np_vdb_file {
   explicit np_vdb_file(Canceller canceller_) : canceller(canceller_), buffer(canceller_), stream(&buffer) {}
@@ -445,6 +445,6 @@ const np_vdb_module module_table = {
     measure_grid,          write_grids, sample_grid, limit_threads, unlimit_threads,
 };
 
-} // namespace
+} /* namespace */
 
 const np_vdb_module *nephos_vdb_module(void) { return &module_table; }
