@@ -1,13 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_private.h"
 
+#include "atmosphere/celestial.h"
+
 neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad, double out[3]) {
-  (void)latitude_rad;
-  (void)longitude_rad;
   const np_scene_sun *sun = &scene->sun;
-  if (sun->time) return np_fail(scene->context, NEPH_ERROR_UNSUPPORTED, "sun.time is not supported yet");
-  out[0] = cos(sun->elevation_rad) * sin(sun->azimuth_rad);
-  out[1] = cos(sun->elevation_rad) * cos(sun->azimuth_rad);
-  out[2] = sin(sun->elevation_rad);
+  np_sun_angles angles = {sun->elevation_rad, sun->azimuth_rad};
+  if (sun->time) {
+    double unix_s = 0.0;
+    neph_result result = np_celestial_parse_time(scene->context, sun->time, &unix_s);
+    if (result) return result;
+    angles = np_celestial_sun(unix_s, latitude_rad, longitude_rad);
+  }
+  out[0] = cos(angles.elevation_rad) * sin(angles.azimuth_rad);
+  out[1] = cos(angles.elevation_rad) * cos(angles.azimuth_rad);
+  out[2] = sin(angles.elevation_rad);
   return NEPH_OK;
 }
