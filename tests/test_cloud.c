@@ -117,8 +117,7 @@ static double world_altitude(const np_sparse_grid *grid, int i, int j, int k, do
 }
 
 /* The base follows the sphere: on a planet of 100 km the far side of this field, 33 km out, lies 5 km lower. Nothing is
- * below the base altitude, and two columns in three begin within two voxels of it: the others are flanks that lean out.
- */
+ * below the base altitude, and two columns in three begin within two voxels of it: the others are leaning flanks. */
 static void base_is_flat_and_follows_the_planet(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
@@ -231,7 +230,8 @@ static void no_box_called_empty_holds_cloud(void **state) {
     called_empty += is_empty;
     clear += !is_cloudy;
   }
-  assert_true(2 * called_empty > clear); /* a bound that finds less than half of the clear boxes would not be worth it */
+  assert_true(2 * called_empty >
+              clear); /* a bound that finds less than half of the clear boxes would not be worth it */
   np_cloud_model_clear(&model);
   neph_context_destroy(context);
 }

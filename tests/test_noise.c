@@ -26,14 +26,29 @@ static void eval(neph_isa isa, noise_kind kind, const np_noise_lattice *lattice,
   const np_noise_points view = view_points(p);
   memset(out, 0, sizeof(float) * CHANNELS * COUNT);
   switch (kind) {
-  case VALUE: table->value(lattice, &view, out[0]); break;
-  case PERLIN: table->perlin(lattice, &view, out[0]); break;
-  case PERLIN_FBM: table->perlin_fbm(lattice, &four_octaves, &view, out[0]); break;
-  case WORLEY: table->worley(lattice, &view, out[0]); break;
-  case WORLEY_FBM: table->worley_fbm(lattice, &four_octaves, &view, out[0]); break;
-  case PERLIN_WORLEY: table->perlin_worley(lattice, &four_octaves, &view, out[0]); break;
-  case CURL: table->curl(lattice, &view, out[0], out[1], out[2]); break;
-  case KIND_COUNT: break;
+  case VALUE:
+    table->value(lattice, &view, out[0]);
+    break;
+  case PERLIN:
+    table->perlin(lattice, &view, out[0]);
+    break;
+  case PERLIN_FBM:
+    table->perlin_fbm(lattice, &four_octaves, &view, out[0]);
+    break;
+  case WORLEY:
+    table->worley(lattice, &view, out[0]);
+    break;
+  case WORLEY_FBM:
+    table->worley_fbm(lattice, &four_octaves, &view, out[0]);
+    break;
+  case PERLIN_WORLEY:
+    table->perlin_worley(lattice, &four_octaves, &view, out[0]);
+    break;
+  case CURL:
+    table->curl(lattice, &view, out[0], out[1], out[2]);
+    break;
+  case KIND_COUNT:
+    break;
   }
 }
 
@@ -223,7 +238,7 @@ static void noise_agrees_with_the_plain_way(void **state) {
   eval(np_isa_detect(), PERLIN, &tile, &p, perlin);
   for (int i = 0; i < COUNT; i++) {
     const float position[3] = {p.x[i], p.y[i], p.z[i]};
-    assert_true(worley[0][i] == reference_worley(&tile, position)); /* a nearest distance: exact in any order */
+    assert_true(worley[0][i] == reference_worley(&tile, position));     /* a nearest distance: exact in any order */
     assert_near(perlin[0][i], reference_perlin(&tile, position), 2e-6); /* sums of eight terms of up to 3 in float */
   }
 }
@@ -251,8 +266,7 @@ static void slopes_are_continuous_across_cells(void **state) {
       eval(np_isa_detect(), kind, &endless, &low, a);
       eval(np_isa_detect(), kind, &endless, &middle, b);
       eval(np_isa_detect(), kind, &endless, &high, c);
-      for (int i = 0; i < COUNT; i++)
-        assert_near((c[0][i] - b[0][i]) / h, (b[0][i] - a[0][i]) / h, 40.0 * (double)h);
+      for (int i = 0; i < COUNT; i++) assert_near((c[0][i] - b[0][i]) / h, (b[0][i] - a[0][i]) / h, 40.0 * (double)h);
     }
   }
 }
@@ -268,8 +282,7 @@ static double find_divergence(const points *p, int axis_count, double h) {
       for (int i = 0; i < COUNT; i++) coordinate[i] += (float)(side ? h : -h);
       eval(np_isa_detect(), CURL, &endless, &moved, field[side]);
     }
-    for (int i = 0; i < COUNT; i++)
-      divergence[i] += (field[1][axis][i] - field[0][axis][i]) / (float)(2 * h);
+    for (int i = 0; i < COUNT; i++) divergence[i] += (field[1][axis][i] - field[0][axis][i]) / (float)(2 * h);
   }
   double sum = 0;
   for (int i = 0; i < COUNT; i++) sum += (double)divergence[i] * (double)divergence[i];

@@ -29,10 +29,10 @@ typedef struct bake_job {
   np_monitor *monitor;
   const np_cloud_model *model;
   double planet_radius_m, center_m[2];
-  int32_t voxels[2]; /* along x, y */
+  int32_t voxels[2];                    /* along x, y */
   int32_t leaf_begin[3], leaf_count[3]; /* the field's box in leaves; x and y begin at 0 */
-  uint8_t *is_cloudy;    /* of each leaf of the box, z fastest: whether it may hold cloud */
-  leaf_origin *origins;  /* of the batch */
+  uint8_t *is_cloudy;                   /* of each leaf of the box, z fastest: whether it may hold cloud */
+  leaf_origin *origins;                 /* of the batch */
   np_leaf *leaves;
 } bake_job;
 
@@ -134,7 +134,8 @@ static neph_result bake_leaves(bake_job *job, size_t cloudy_count, np_sparse_gri
     size_t count = 0;
     for (; leaf < box_count && count < BATCH_LEAVES; leaf++)
       if (job->is_cloudy[leaf]) job->origins[count++] = find_origin(job, leaf);
-    np_monitor_set_range(job->monitor, (double)done / (double)cloudy_count, (double)(done + count) / (double)cloudy_count);
+    np_monitor_set_range(job->monitor, (double)done / (double)cloudy_count,
+                         (double)(done + count) / (double)cloudy_count);
     result = np_parallel_for(job->context, job->monitor, count, 4, eval_leaves, job);
     if (!result) result = append_leaves(grid, job->leaves, count);
     done += count;
@@ -150,10 +151,12 @@ static neph_result find_cloudy(bake_job *job, size_t *out_count) {
   for (size_t i = 0; i < count; i++) cloudy += job->is_cloudy[i];
   *out_count = cloudy;
   if (cloudy > CLOUD_LEAVES_MAX)
-    return np_fail(job->context, NEPH_ERROR_LIMIT,
-                   "cloud: %zu leaves of 8³ voxels (%.1f GB) may hold cloud, must be at most %llu: enlarge voxel_m, which "
-                   "is %g, or lessen extent_m", cloudy, (double)cloudy * sizeof(np_leaf) * 1e-9,
-                   (unsigned long long)CLOUD_LEAVES_MAX, job->model->desc.voxel_m);
+    return np_fail(
+        job->context, NEPH_ERROR_LIMIT,
+        "cloud: %zu leaves of 8³ voxels (%.1f GB) may hold cloud, must be at most %llu: enlarge voxel_m, which "
+        "is %g, or lessen extent_m",
+        cloudy, (double)cloudy * sizeof(np_leaf) * 1e-9, (unsigned long long)CLOUD_LEAVES_MAX,
+        job->model->desc.voxel_m);
   return NEPH_OK;
 }
 
@@ -177,8 +180,9 @@ static neph_result find_extent(const neph_cloud_desc *cloud, bake_job *job) {
   if (product > (double)BOX_LEAVES_MAX)
     return np_fail(job->context, NEPH_ERROR_LIMIT,
                    "cloud: extent_m %g × %g and thickness_m %g at voxel_m %g is a box of more than %llu leaves of 8³ "
-                   "voxels: enlarge voxel_m or lessen extent_m", cloud->extent_m[0], cloud->extent_m[1],
-                   cloud->thickness_m, cloud->voxel_m, (unsigned long long)BOX_LEAVES_MAX);
+                   "voxels: enlarge voxel_m or lessen extent_m",
+                   cloud->extent_m[0], cloud->extent_m[1], cloud->thickness_m, cloud->voxel_m,
+                   (unsigned long long)BOX_LEAVES_MAX);
   job->leaf_begin[2] = (int32_t)low;
   job->leaf_count[2] = (int32_t)(high - low);
   return NEPH_OK;
@@ -213,7 +217,10 @@ neph_result np_cloud_bake_grid(neph_context *context, const neph_cloud_desc *clo
                                const char *name, np_monitor *monitor, np_sparse_grid *out_grid) {
   np_cloud_model model;
   np_sparse_grid grid;
-  bake_job job = {.context = context, .monitor = monitor, .model = &model, .planet_radius_m = desc->planet_radius_m,
+  bake_job job = {.context = context,
+                  .monitor = monitor,
+                  .model = &model,
+                  .planet_radius_m = desc->planet_radius_m,
                   .center_m = {cloud->center_m[0], cloud->center_m[1]}};
   neph_result result = find_extent(cloud, &job);
   if (result) return result;
@@ -274,8 +281,9 @@ static neph_result save_grid(neph_context *context, const np_sparse_grid *grid, 
   neph_result result = np_cloud_desc_to_json(context, cloud, &params);
   if (result) return result;
   snprintf(seed, sizeof seed, "%llu", (unsigned long long)cloud->seed);
-  const np_vdb_attribute attributes[] = {
-      {.name = "nephos:params", .text = params}, {.name = "nephos:seed", .text = seed}, {.name = "units", .text = "1/m"}};
+  const np_vdb_attribute attributes[] = {{.name = "nephos:params", .text = params},
+                                         {.name = "nephos:seed", .text = seed},
+                                         {.name = "units", .text = "1/m"}};
   const np_vdb_write_grid out = {
       .grid = grid, .attributes = attributes, .attribute_count = sizeof attributes / sizeof *attributes};
   result = np_volume_save_grids(context, path, &out, 1, monitor);

@@ -8,9 +8,9 @@
  *
  * m is the weather map above its waterline, 1 in the heart of the largest cell, and v the height profile, which grows
  * from 0 at the flat base to 1 at the top T: with v = t² a cell is a dome, its top T·√m. Noise moves the surface in and
- * out: Perlin-Worley billows of the base shape, then octaves of Worley noise that carve the creases between ever smaller
- * billows, amplitude in proportion to size. Near the base the sign of the detail turns, so that what was a billow
- * becomes a hole and what was a crease a wisp. Positions of the detail are displaced by divergence-free noise.
+ * out: Perlin-Worley billows of the base shape, then octaves of Worley noise that carve the creases between ever
+ * smaller billows, amplitude in proportion to size. Near the base the sign of the detail turns, so that what was a
+ * billow becomes a hole and what was a crease a wisp. Positions of the detail are displaced by divergence-free noise.
  * Extinction rises from nothing to the core's within a thin edge of depth: a cumulus is crisp.
  *
  * Depth changes by slope_per_m over a metre across the outline, which turns lengths into depth. Only + − × ÷ and
@@ -24,16 +24,16 @@
 /* Mean and largest of the noises, from noise.h. */
 static const float base_mean = 0.85f, erosion_mean = 0.30f;
 
-static const float base_reach = 1.6f;       /* amplitude of the base billows, in their own size */
-static const float detail_reach = 1.35f;    /* of an octave of detail at erosion 1, in its own size */
-static const float detail_boost = 1.2f;     /* of an octave's amplitude over its size, from one octave to the next */
-static const float detail_size = 0.46f;     /* of the first octave of detail, in largest billows */
-static const float octave_ratio = 0.47f;    /* from one octave to the next: not ½, or lattices would line up */
-static const float edge_size = 0.03f;       /* of the crisp edge, in largest billows */
-static const float wisp_height = 0.18f;     /* of the thickness, over which wisps give way to billows */
-static const float base_ramp_size = 0.035f; /* of the thickness, over which the base thickens */
-static const float curl_size = 0.55f;       /* of the eddies, in largest billows */
-static const float curl_reach = 0.12f;      /* of the displacement at turbulence 1, in largest billows */
+static const float base_reach = 1.6f;         /* amplitude of the base billows, in their own size */
+static const float detail_reach = 1.35f;      /* of an octave of detail at erosion 1, in its own size */
+static const float detail_boost = 1.2f;       /* of an octave's amplitude over its size, from one octave to the next */
+static const float detail_size = 0.46f;       /* of the first octave of detail, in largest billows */
+static const float octave_ratio = 0.47f;      /* from one octave to the next: not ½, or lattices would line up */
+static const float edge_size = 0.03f;         /* of the crisp edge, in largest billows */
+static const float wisp_height = 0.18f;       /* of the thickness, over which wisps give way to billows */
+static const float base_ramp_size = 0.035f;   /* of the thickness, over which the base thickens */
+static const float curl_size = 0.55f;         /* of the eddies, in largest billows */
+static const float curl_reach = 0.12f;        /* of the displacement at turbulence 1, in largest billows */
 static const float extinction_floor = 0.002f; /* of the core's: less is nothing */
 
 static float clip01(float x) { return x < 0.0f ? 0.0f : x > 1.0f ? 1.0f : x; }
@@ -50,8 +50,7 @@ static float eval_profile(const np_cloud_model *model, float t) {
   return (low + type * (tall - low)) * (1.0f + model->base_gain_max + model->detail_gain_max);
 }
 
-/* Depth allowed by the border of the field, so that no cloud is cut by a wall; but a field covered all over ends in one.
- */
+/* Depth allowed by the border of the field, so that no cloud is cut by a wall; but a field covered all over has one. */
 static float eval_border(const np_cloud_model *model, float x_m, float y_m) {
   const neph_cloud_desc *desc = &model->desc;
   float dx = 0.5f * (float)desc->extent_m[0] - fabsf(x_m), dy = 0.5f * (float)desc->extent_m[1] - fabsf(y_m);
@@ -253,7 +252,8 @@ typedef struct census {
 static size_t count_covered(const np_cloud_model *model, size_t row) {
   float x[CENSUS_COLUMNS], y[CENSUS_COLUMNS], height[CENSUS_COLUMNS], extinction[CENSUS_COLUMNS];
   float deepest[CENSUS_COLUMNS] = {0};
-  const float cell[2] = {(float)model->desc.extent_m[0] / CENSUS_COLUMNS, (float)model->desc.extent_m[1] / CENSUS_COLUMNS};
+  const float cell[2] = {(float)model->desc.extent_m[0] / CENSUS_COLUMNS,
+                         (float)model->desc.extent_m[1] / CENSUS_COLUMNS};
   const np_cloud_points points = {CENSUS_COLUMNS, x, y, height};
   for (int level = 0; level < CENSUS_HEIGHTS; level++) {
     for (int i = 0; i < CENSUS_COLUMNS; i++) {

@@ -15,9 +15,10 @@ typedef struct real_field {
   range_kind kind;
 } real_field;
 
-#define FIELD(name, count, low, high, kind) {#name, offsetof(neph_cloud_desc, name), count, low, high, kind}
+#define FIELD(name, count, low, high, kind)                                                                            \
+  { #name, offsetof(neph_cloud_desc, name), count, low, high, kind }
 
-/* Limits are far beyond any cloud, and near enough to keep every sum of lengths exact in float to a centimetre or so. */
+/* Limits are far beyond any cloud, and near enough to keep lengths exact in float to a few centimetres. */
 static const real_field fields[] = {
     FIELD(extent_m, 2, 0, 1e6, ABOVE_LOW),
     FIELD(center_m, 2, -1e6, 1e6, INCLUSIVE),

@@ -39,13 +39,13 @@ void np_cloud_list_presets(char *out, size_t size);
 
 /* ---- Weather map: weather_map.c ---- */
 
-/* Height of a landscape of rounded cells. A waterline through it, chosen by the coverage wanted, parts cloud from sky. */
+/* Height of a landscape of rounded cells. A waterline through it, chosen by the coverage, parts cloud from sky. */
 typedef struct np_weather_map {
   neph_context *context; /* borrowed */
   int32_t size[2];       /* texels along x, y */
   float origin_m[2];     /* of the first texel */
   float step_m;
-  float radius_m;        /* a lone cell is a − r²/radius²: its outline at waterline t is a circle of radius·√(a − t) */
+  float radius_m; /* a lone cell is a − r²/radius²: its outline at waterline t is a circle of radius·√(a − t) */
   float lowest, highest; /* over all texels */
   float *values;         /* x fastest */
 } np_weather_map;
@@ -96,7 +96,7 @@ typedef struct np_cloud_points {
   const float *x_m, *y_m, *height_m;
 } np_cloud_points;
 
-/* Extinction in 1/m. What it gives for a position depends on nothing else: not on its neighbours, threads or kernels. */
+/* Extinction in 1/m. What it gives for a position depends on nothing else: not on neighbours, threads or kernels. */
 void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m);
 
 typedef struct np_cloud_box {

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The weather map: where cumulus cells stand, and how large each is.
  *
- * A jittered grid of paraboloids a − r²/R², of one curvature and random height a, and a finer one of small cells between
- * them; the landscape is the highest of all. Cut by a waterline t it shows rounded islands of radius R·√(a − t), as
- * varied as the heights: many small, few large. Low-frequency Perlin noise raises groups of cells and leaves clearings;
- * a domain warp makes outlines irregular.
+ * A jittered grid of paraboloids a − r²/R², of one curvature and random height a, and a finer one of small cells
+ * between them; the landscape is the highest of all. Cut by a waterline t it shows rounded islands of radius R·√(a −
+ * t), as varied as the heights: many small, few large. Low-frequency Perlin noise raises groups of cells and leaves
+ * clearings; a domain warp makes outlines irregular.
  */
 #include <math.h>
 
@@ -16,12 +16,12 @@ enum { TEXELS_PER_CELL = 48, TEXELS_MAX = 1 << 14 /* along a side */ };
 
 /* In units of the cell spacing. */
 static const float cell_radius = 0.52f, warp_size = 0.9f, warp_reach = 0.6f, group_size = 4.3f;
-static const float group_height = 0.7f;  /* times Perlin noise of standard deviation 0.19 */
+static const float group_height = 0.7f; /* times Perlin noise of standard deviation 0.19 */
 static const float small_spacing = 0.43f, small_height = 0.40f;
 static const float shore_width = 0.35f, shore_depth = 1.2f; /* where the landscape sinks towards the field's border */
 
 typedef struct cell {
-  float x, y, height;        /* centre, relative to the cell's corner */
+  float x, y, height;            /* centre, relative to the cell's corner */
   float axis_x, axis_y, stretch; /* the outline is an ellipse, longer along the axis by stretch² */
 } cell;
 
@@ -99,7 +99,8 @@ static void fill_block(const map_job *job, const map_block *block, float *out) {
   fill_noise(job, NP_CLOUD_STREAM_GROUPS, group_size, block, group);
   const uint64_t cells = np_random_absorb(job->seed, NP_CLOUD_STREAM_CELLS);
   const uint64_t small = np_random_absorb(job->seed, NP_CLOUD_STREAM_SMALL_CELLS);
-  const float curvature = 1.0f / (cell_radius * cell_radius), small_curvature = curvature * small_spacing * small_spacing;
+  const float curvature = 1.0f / (cell_radius * cell_radius),
+              small_curvature = curvature * small_spacing * small_spacing;
   for (size_t i = 0; i < block->count; i++) {
     float x = block->x[i] + warp_reach * warp_x[i], y = block->y[i] + warp_reach * warp_y[i];
     float large = find_highest(cells, x, y, 1.0f, curvature);
@@ -155,10 +156,13 @@ neph_result np_weather_map_build(neph_context *context, const neph_cloud_desc *d
   }
   map.values = np_alloc(context, (size_t)map.size[0] * (size_t)map.size[1], sizeof *map.values);
   if (!map.values) return NEPH_ERROR_OUT_OF_MEMORY;
-  map_job job = {.map = &map, .noise = np_noise_get_table(context->isa), .seed = desc->seed, .cell_m = desc->cell_m,
-                       .half_extent = {(float)(0.5 * desc->extent_m[0] / desc->cell_m),
-                                       (float)(0.5 * desc->extent_m[1] / desc->cell_m)},
-                       .shore_depth = shore_depth * (float)(1.0 - desc->coverage)};
+  map_job job = {
+      .map = &map,
+      .noise = np_noise_get_table(context->isa),
+      .seed = desc->seed,
+      .cell_m = desc->cell_m,
+      .half_extent = {(float)(0.5 * desc->extent_m[0] / desc->cell_m), (float)(0.5 * desc->extent_m[1] / desc->cell_m)},
+      .shore_depth = shore_depth * (float)(1.0 - desc->coverage)};
   neph_result result = np_parallel_for(context, monitor, (size_t)map.size[1], 4, fill_rows, &job);
   if (result) {
     np_weather_map_clear(&map);

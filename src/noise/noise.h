@@ -44,8 +44,8 @@ typedef struct np_noise_table {
   void (*perlin_fbm)(const np_noise_lattice *lattice, const np_noise_octaves *octaves, const np_noise_points *points,
                      float *out);
 
-  /* Squared distance to the nearest of one random point per cell, at most 1: [0, 1], mean 0.30, C⁰ with creases half-way
-   * between points. 1 − F1² is a heap of round billows. */
+  /* Squared distance to the nearest of one random point per cell, at most 1: [0, 1], mean 0.30, C⁰ with creases
+   * half-way between points. 1 − F1² is a heap of round billows. */
   void (*worley)(const np_noise_lattice *lattice, const np_noise_points *points, float *out);
 
   /* Sum of octaves of billows 1 − F1²: [0, 1]. */

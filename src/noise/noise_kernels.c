@@ -2,9 +2,9 @@
 /* Noise kernels; compiled once per instruction-set level, the same bits out of each.
  *
  * Perlin 2002, "Improving Noise" (quintic fade), with gradients spread evenly through a cube: their covariance is a
- * multiple of the identity, so that no direction is preferred. Worley 1996, "A Cellular Texture Basis Function" (F1 over
- * 27 cells; a nearer point outside them is farther than 1, where the distance is clipped, so nothing is ever missed).
- * Perlin-Worley: Schneider and Vos 2015, "The Real-time Volumetric Cloudscapes of Horizon: Zero Dawn". The
+ * multiple of the identity, so that no direction is preferred. Worley 1996, "A Cellular Texture Basis Function" (F1
+ * over 27 cells; a nearer point outside them is farther than 1, where the distance is clipped, so nothing is ever
+ * missed). Perlin-Worley: Schneider and Vos 2015, "The Real-time Volumetric Cloudscapes of Horizon: Zero Dawn". The
  * divergence-free field is the bitangent noise of DeWolf 2005, "Divergence-Free Noise".
  *
  * One lane is one position. The lanes' functions are inlined into `omp simd` loops; integer hashing leaves no table to
@@ -137,8 +137,8 @@ typedef struct slope {
   float x, y, z;
 } slope;
 
-LANE float blend(float n000, float n001, float n010, float n011, float n100, float n101, float n110,
-                          float n111, float u, float v, float w) {
+LANE float blend(float n000, float n001, float n010, float n011, float n100, float n101, float n110, float n111,
+                 float u, float v, float w) {
   return lerp(lerp(lerp(n000, n001, w), lerp(n010, n011, w), v), lerp(lerp(n100, n101, w), lerp(n110, n111, w), v), u);
 }
 
@@ -188,7 +188,7 @@ LANE float search_column(uint32_t hash, const int32_t z[3], float dx, float dy, 
 
 /* The nine cells of one sheet across x. */
 LANE float search_sheet(uint32_t hash, const int32_t y[3], const int32_t z[3], float dx, float dy, float dz,
-                                 float best) {
+                        float best) {
   best = search_column(hash_axis(hash, y[0]), z, dx, dy - 1024.0f, dz, best);
   best = search_column(hash_axis(hash, y[1]), z, dx, dy, dz, best);
   return search_column(hash_axis(hash, y[2]), z, dx, dy + 1024.0f, dz, best);

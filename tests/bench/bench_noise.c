@@ -105,7 +105,8 @@ static neph_result bench_bake(neph_isa isa, double voxel_m) {
     result = neph_cloud_bake(context, &cloud, NULL, &volume);
   }
   if (!result) {
-    const double elapsed = read_seconds(CLOCK_MONOTONIC) - start, cpu = read_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_start;
+    const double elapsed = read_seconds(CLOCK_MONOTONIC) - start,
+                 cpu = read_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_start;
     neph_volume_info info;
     neph_volume_get_info(volume, &info);
     printf("bake, %s, %u threads, %g m: %.2f s, %.2f CPU s, %.1f million active voxels, %.1f million a CPU second\n",
