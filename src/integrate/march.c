@@ -6,10 +6,10 @@
  * constant. Air between camera and step enters by parts: with I(t) its in-scatter and Tₐ(t) its transmittance to t,
  * ∫T dI = T(end)·I(end) + ∫I·(−dT), so that each step adds (Tₐ·S + I)·(−ΔT).
  *
- * S is sunlight through the optical depth towards the sun, and light from sky or ground along one direction per step
- * drawn from the phase function. Light scattered more than once is approximated by octaves (Wrenninge, Kulla and
- * Lundqvist 2013, "Oz: The Great and Volumetric"): further copies of the single scattering with damped light, optical
- * depth and asymmetry. Compiled once per instruction-set level.
+ * S is sunlight through the optical depth towards the sun, and light from sky or ground along one drawn direction.
+ * Light scattered more than once is approximated by octaves (Wrenninge, Kulla and Lundqvist 2013, "Oz: The Great and
+ * Volumetric"): further copies of the single scattering with damped light, optical depth and asymmetry. Compiled once
+ * per instruction-set level.
  */
 #include "core/isa.h"
 #include "integrate/surroundings.h"
@@ -50,9 +50,8 @@ typedef struct march {
   const np_camera_ray *ray;
   np_random *random;
   np_vec3 to_sun;
-  /* Phase value times light factor, per cloud of the view and octave: the angle to the sun is constant along the ray.
-   */
-  float sun_weight[NP_VIEW_VOLUMES_MAX][NP_OCTAVES_MAX];
+  /* fill_phases() of each cloud of the view: the angle to the sun is constant along the ray. */
+  float sun_phase[NP_VIEW_VOLUMES_MAX][NP_OCTAVES_MAX];
   float transmittance;
   double air_distance; /* where `air` was last looked up */
   np_aerial_perspective air;
@@ -122,18 +121,23 @@ static float depth_of_interest(const np_integrator_settings *settings) {
   return faint_depth / slowest;
 }
 
-static void set_sun_weights(march *m) {
+/* Phase value times light factor at one angle, in every octave. */
+static void fill_phases(const np_integrator_settings *settings, const np_phase *phase, float versine,
+                        float out[NP_OCTAVES_MAX]) {
+  float light = 1.0f, asymmetry = 1.0f;
+  for (unsigned n = 0; n < settings->octave_count; n++) {
+    const np_phase broad = np_phase_broaden(phase, asymmetry);
+    out[n] = light * np_phase_eval(&broad, versine);
+    light *= settings->octave_light;
+    asymmetry *= settings->octave_asymmetry;
+  }
+}
+
+static void set_sun_phases(march *m) {
   const np_vec3 d = m->ray->direction;
   const float versine = np_versine(d.x, d.y, d.z, m->to_sun.x, m->to_sun.y, m->to_sun.z);
-  for (unsigned i = 0; i < m->view->volume_count; i++) {
-    float light = 1.0f, asymmetry = 1.0f;
-    for (unsigned n = 0; n < m->settings->octave_count; n++) {
-      const np_phase phase = np_phase_broaden(&m->view->volumes[i].phase, asymmetry);
-      m->sun_weight[i][n] = light * np_phase_eval(&phase, versine);
-      light *= m->settings->octave_light;
-      asymmetry *= m->settings->octave_asymmetry;
-    }
-  }
+  for (unsigned i = 0; i < m->view->volume_count; i++)
+    fill_phases(m->settings, &m->view->volumes[i].phase, versine, m->sun_phase[i]);
 }
 
 static void add_scaled(np_integrator_sample *out, np_component component, float scale, np_spectrum radiance) {
@@ -148,6 +152,15 @@ static void fill_octaves(const np_integrator_settings *settings, float depth, fl
   }
 }
 
+/* Light scattered once, and the further octaves that stand for more. */
+static void add_octaves(march *m, np_component single, const float *phases, const float *transmittances,
+                        np_spectrum light) {
+  float multiple = 0.0f;
+  for (unsigned n = 1; n < m->settings->octave_count; n++) multiple += phases[n] * transmittances[n];
+  add_scaled(m->out, single, phases[0] * transmittances[0], light);
+  add_scaled(m->out, NP_COMPONENT_MULTIPLE, multiple, light);
+}
+
 /* Sunlight scattered towards the camera at `position`, weighted: `share[i]` is what part of the step's opacity, times
  * albedo, the i-th active cloud has. */
 static void add_sun(march *m, np_dvec3 position, const media *all, const stretch *s, const np_spectrum *share,
@@ -160,44 +173,64 @@ static void add_sun(march *m, np_dvec3 position, const media *all, const stretch
                               depth_of_interest(m->settings)),
                octave);
   for (unsigned i = 0; i < s->count; i++) {
-    const float *phase = m->sun_weight[all->medium[s->active[i]].volume - m->view->volumes];
-    const np_spectrum light = np_spectrum_multiply(sun, share[i]);
-    float multiple = 0.0f;
-    for (unsigned n = 1; n < m->settings->octave_count; n++) multiple += phase[n] * octave[n];
-    add_scaled(m->out, NP_COMPONENT_SUN, phase[0] * octave[0], light);
-    add_scaled(m->out, NP_COMPONENT_MULTIPLE, multiple, light);
+    const float *phases = m->sun_phase[all->medium[s->active[i]].volume - m->view->volumes];
+    add_octaves(m, NP_COMPONENT_SUN, phases, octave, np_spectrum_multiply(sun, share[i]));
   }
 }
 
-/* Light from sky or ground along one direction, drawn from the phase function of one cloud, itself drawn by its share.
- */
+/* One active cloud, drawn by its share; 1 over the probability of the draw goes to `out_weight`. */
+static unsigned draw_cloud(const np_spectrum *share, unsigned count, np_random *random, float *out_weight) {
+  float total = 0.0f;
+  for (unsigned i = 0; i < count; i++) total += np_spectrum_max(share[i]);
+  float rest = np_random_float(random) * total;
+  unsigned chosen = 0;
+  while (chosen + 1 < count && (rest -= np_spectrum_max(share[chosen])) >= 0.0f) chosen++;
+  *out_weight = total > 0.0f ? total / np_spectrum_max(share[chosen]) : 0.0f;
+  return chosen;
+}
+
+/* A direction from an even mixture of the phase function and the whole sphere: the first finds what shines through the
+ * cloud, the second what shines on it from the side that the cloud does not throw forward. */
+static np_vec3 draw_direction(const np_phase *phase, np_vec3 forward, np_random *random, float *out_pdf) {
+  const float choice = np_random_float(random);
+  const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
+  const float even = 1.0f / (4.0f * NP_PI_F);
+  np_vec3 direction;
+  float value;
+  if (choice < 0.5f) {
+    direction = np_phase_sample(phase, forward, u, &value);
+  } else {
+    const float z = 1.0f - 2.0f * u[0], r = sqrtf(fmaxf(0.0f, 1.0f - z * z)), azimuth = 2.0f * NP_PI_F * u[1];
+    direction = np_vec3_make(r * cosf(azimuth), r * sinf(azimuth), z);
+    value = np_phase_eval(phase, np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z));
+  }
+  *out_pdf = 0.5f * (value + even);
+  return direction;
+}
+
+/* Light from sky or ground along one direction. */
 static void add_surroundings(march *m, np_dvec3 position, const media *all, const stretch *s, const np_spectrum *share,
                              np_spectrum weight) {
-  float total = 0.0f;
-  for (unsigned i = 0; i < s->count; i++) total += np_spectrum_max(share[i]);
-  if (total <= 0.0f) return;
-  unsigned chosen = 0;
-  float rest = np_random_float(m->random) * total;
-  while (chosen + 1 < s->count && (rest -= np_spectrum_max(share[chosen])) >= 0.0f) chosen++;
-  const float u[3] = {np_random_float(m->random), np_random_float(m->random), np_random_float(m->random)};
-  float value;
-  const np_view_volume *volume = all->medium[s->active[chosen]].volume;
-  const np_vec3 direction = np_phase_sample(&volume->phase, m->ray->direction, u, &value);
+  float draw_weight, pdf;
+  const unsigned chosen = draw_cloud(share, s->count, m->random, &draw_weight);
+  if (draw_weight <= 0.0f) return;
+  const np_phase *phase = &all->medium[s->active[chosen]].volume->phase;
+  const np_vec3 forward = m->ray->direction;
+  const np_vec3 direction = draw_direction(phase, forward, m->random, &pdf);
   bool is_ground;
   np_spectrum light =
       np_surroundings_incoming(m->view, m->settings, position, direction, march_shadow, m->random, &is_ground);
   light = np_spectrum_multiply(light, np_spectrum_multiply(weight, share[chosen]));
-  light = np_spectrum_scale(light, total / np_spectrum_max(share[chosen]));
   if (np_spectrum_is_zero(light)) return;
-  float octave[NP_OCTAVES_MAX], factor = 1.0f, multiple = 0.0f;
+  float octave[NP_OCTAVES_MAX], phases[NP_OCTAVES_MAX];
   fill_octaves(m->settings,
                np_track_depth(m->view, position, direction, INFINITY, m->settings->light_step_voxels,
                               depth_of_interest(m->settings)),
                octave);
-  for (unsigned n = 1; n < m->settings->octave_count; n++)
-    multiple += (factor *= m->settings->octave_light) * octave[n];
-  add_scaled(m->out, is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY, octave[0], light);
-  add_scaled(m->out, NP_COMPONENT_MULTIPLE, multiple, light);
+  fill_phases(m->settings, phase, np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z),
+              phases);
+  light = np_spectrum_scale(light, draw_weight / pdf);
+  add_octaves(m, is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY, phases, octave, light);
 }
 
 /* A weight below `least` becomes `least` with that probability which keeps its mean, or nothing: so that a light which
@@ -276,7 +309,7 @@ void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_s
   media_start(&all, view, ray, out->is_ground_behind ? hit.distance_m : HUGE_VAL, settings->step_voxels);
   if (all.count > 0) {
     m.to_sun = np_light_sample_sun(view, np_random_float(random), np_random_float(random));
-    set_sun_weights(&m);
+    set_sun_phases(&m);
     stretch s;
     while (m.transmittance > 0.0f && media_next(&all, &s)) cross(&m, &all, &s);
   }
