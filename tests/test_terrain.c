@@ -412,10 +412,29 @@ static void the_place_is_the_middle_or_as_given(void **state) {
   assert_one_error(&f->log, "latitude -44.5", "must be within 1000 km");
   assert_null(terrain);
   free(path);
+}
 
-  neph_terrain *ridges = make_ridges(f->context, 33);
-  assert_false(np_terrain_get_place(ridges, &latitude, &longitude));
-  neph_terrain_release(ridges);
+/* Ridges stand wherever they are put, and have no place of their own. */
+static void ridges_take_the_place_given(void **state) {
+  fixture *f = *state;
+  double latitude, longitude;
+  neph_terrain *terrain = make_ridges(f->context, 33);
+  assert_false(np_terrain_get_place(terrain, &latitude, &longitude));
+  const double middle_m = neph_terrain_get_elevation_m(terrain, 0, 0);
+  neph_terrain_release(terrain);
+
+  neph_ridges_desc ridges = NEPH_RIDGES_DESC_DEFAULT;
+  ridges.sample_count = 33;
+  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  desc.has_place = true;
+  desc.latitude_rad = 1.4;
+  desc.longitude_rad = -3.0;
+  assert_int_equal(neph_terrain_create_ridges(f->context, &ridges, &desc, &terrain), NEPH_OK);
+  assert_true(np_terrain_get_place(terrain, &latitude, &longitude));
+  assert_near(latitude, 1.4, 0);
+  assert_near(longitude, -3.0, 0);
+  assert_near(neph_terrain_get_elevation_m(terrain, 0, 0), middle_m, 0);
+  neph_terrain_release(terrain);
 }
 
 /* The summit is 1916.7 m high at 44.2705 N, 71.3033 W; SRTM's samples, 90 m apart, reach 1908. */
@@ -603,6 +622,7 @@ int main(void) {
       TEST(threads_do_not_change_hits),
       TEST(the_rim_meets_the_sphere),
       TEST(the_place_is_the_middle_or_as_given),
+      TEST(ridges_take_the_place_given),
       TEST(mount_washington_is_where_it_is),
       TEST(an_island_reaches_below_the_sea),
       TEST(bad_descriptions_are_refused),

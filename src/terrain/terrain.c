@@ -23,6 +23,8 @@ struct neph_terrain {
   np_heightfield field; /* blended into the sphere */
   np_globe globe;
   bool has_place;
+  double latitude_rad,
+      longitude_rad; /* of the world's origin; those of the globe's frame where the field has a place */
   np_dvec3 anchor;
   float *vertices; /* x, y, z of each sample, from the anchor; Embree reads them in place */
   np_dvec3 bounds_min, bounds_max;
@@ -77,6 +79,8 @@ static neph_result set_place(neph_terrain *terrain, const neph_terrain_desc *des
   terrain->has_place = field->has_place || desc->has_place;
   terrain->globe = np_globe_make(desc->planet_radius_m, is_moved ? desc->latitude_rad : latitude,
                                  is_moved ? desc->longitude_rad : longitude);
+  terrain->latitude_rad = desc->has_place ? desc->latitude_rad : latitude;
+  terrain->longitude_rad = desc->has_place ? desc->longitude_rad : longitude;
   terrain->anchor = np_globe_to_world(&terrain->globe, latitude, longitude, 0);
   const double distance_m = np_dvec3_length(terrain->anchor);
   if (distance_m <= place_distance_max_m) return NEPH_OK;
@@ -275,8 +279,8 @@ bool np_terrain_covers(const neph_terrain *terrain, double x_m, double y_m) {
 }
 
 bool np_terrain_get_place(const neph_terrain *terrain, double *out_latitude_rad, double *out_longitude_rad) {
-  *out_latitude_rad = terrain->globe.latitude_rad;
-  *out_longitude_rad = terrain->globe.longitude_rad;
+  *out_latitude_rad = terrain->latitude_rad;
+  *out_longitude_rad = terrain->longitude_rad;
   return terrain->has_place;
 }
 
