@@ -7,11 +7,10 @@
  * 22, m = ½, n = 1). As a way to make mountains: Cordonnier et al. 2016, "Large Scale Terrain Generation from Tectonic
  * Uplift and Fluvial Erosion".
  *
- * Basins that a refinement leaves
- * are filled once (Barnes et al. 2014, "Priority-flood: An optimal depression-filling and watershed-labeling
- * algorithm", algorithm 3); a pit that opens later drains nowhere and rises until it spills. Hillslopes that carry no
- * river would grow steeper the finer the grid; an area added to every catchment stands for the soil that creeps down
- * them and bounds their slope.
+ * Basins that a refinement leaves are filled once (Barnes et al. 2014, "Priority-flood: An optimal depression-filling
+ * and watershed-labeling algorithm", algorithm 3); a pit that opens later drains nowhere and rises until it spills.
+ * Hillslopes that carry no river would grow steeper the finer the grid; an area added to every catchment stands for the
+ * soil that creeps down them and bounds their slope.
  */
 #include "terrain/erosion.h"
 
