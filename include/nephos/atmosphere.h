@@ -28,7 +28,7 @@ typedef struct neph_atmosphere_desc {
   double mie_scattering_per_m[3];      /**< at sea level (default 3.996e-6 each) */
   double mie_extinction_per_m[3];      /**< ≥ scattering (default 4.44e-6 each) */
   double mie_height_m;                 /**< scale height; > 0 (default 1200) */
-  double mie_asymmetry;                /**< g of the Cornette-Shanks phase function, −1 < g < 1 (default 0.8) */
+  double mie_asymmetry;                /**< g of the Cornette-Shanks phase function, −0.9999 to 0.9999 (default 0.8) */
   double ozone_absorption_per_m[3];    /**< at the peak of the tent (default 0.650e-6, 1.881e-6, 0.085e-6) */
   double ozone_center_m;               /**< altitude of the peak (default 25 km) */
   double ozone_width_m;                /**< half width of the tent; > 0 (default 15 km) */
