@@ -167,7 +167,8 @@ static void check_first_order(const reference_row *row, void *user) {
   }
 }
 
-/* The reference is good to 0.055 % for a sun above the horizon; 0.5 % is this stage's gate for the path the sky view uses. */
+/* The reference is good to 0.055 % for a sun above the horizon; 0.5 % is this stage's gate for the path the sky view
+ * uses. */
 static void first_order_agrees_with_reference(void **state) {
   const int points[] = {32, 64};
   for (int i = 0; i < 2; i++) {
@@ -179,9 +180,9 @@ static void first_order_agrees_with_reference(void **state) {
 
 /* ---- Irradiance ---- */
 
-/* The reference's sky irradiance is good to about 3 %, by its own header, and stops after four orders, which leaves out 2.7 % of
- * the blue, more under a low sun: 6 %. The sun's is good to its tables' 1e-3, where the sun is clear of the horizon, and ours to
- * 5e-3. */
+/* The reference's sky irradiance is good to about 3 %, by its own header, and stops after four orders, which leaves
+ * out 2.7 % of the blue, more under a low sun: 6 %. The sun's is good to its tables' 1e-3, where the sun is clear of
+ * the horizon, and ours to 5e-3. */
 static void check_sky_irradiance(const reference_row *row, void *user) {
   const neph_atmosphere *atmosphere = user;
   if (row->sun_deg > 80.0) return;
@@ -230,13 +231,15 @@ static void transmittances_multiply(void **state) {
 static void transmittance_knows_where_the_planet_is(void **state) {
   const neph_atmosphere *atmosphere = *state;
   const np_vec3 up = np_vec3_make(0, 0, 1), down = np_vec3_make(0, 0, -1), level = np_vec3_make(1, 0, 0);
-  const np_dvec3 ground = np_dvec3_make(0, 0, 0), space = np_dvec3_make(0, 0, 1e6), behind = np_dvec3_make(-3e7, 0, -6360e3);
+  const np_dvec3 ground = np_dvec3_make(0, 0, 0), space = np_dvec3_make(0, 0, 1e6),
+                 behind = np_dvec3_make(-3e7, 0, -6360e3);
   assert_true(np_atmosphere_transmittance_to_space(atmosphere, ground, up).band[0] > 0.9f);
   assert_near((double)np_atmosphere_transmittance_to_space(atmosphere, ground, down).band[0], 0.0, 0.0);
   assert_near((double)np_atmosphere_transmittance_to_space(atmosphere, space, level).band[0], 1.0, 0.0);
   assert_near((double)np_atmosphere_transmittance_to_space(atmosphere, space, down).band[0], 0.0, 0.0);
   assert_near((double)np_atmosphere_transmittance_to_sun(atmosphere, behind, level, 0.005f).band[0], 0.0, 0.0);
-  assert_near((double)np_atmosphere_transmittance_between(atmosphere, space, np_dvec3_make(9e6, 0, 1e6)).band[2], 1.0, 0.0);
+  assert_near((double)np_atmosphere_transmittance_between(atmosphere, space, np_dvec3_make(9e6, 0, 1e6)).band[2], 1.0,
+              0.0);
   assert_near((double)np_atmosphere_transmittance_between(atmosphere, ground, ground).band[2], 1.0, 0.0);
 }
 
@@ -252,7 +255,8 @@ static void sun_sets_over_its_width(void **state) {
 
 /* ---- Extremes ---- */
 
-/* Looks everywhere from several altitudes under several suns: all finite, nothing negative, no transmittance above 1. */
+/* Looks everywhere from several altitudes under several suns: all finite, nothing negative, no transmittance above 1.
+ */
 static void assert_sane(const neph_atmosphere_desc *desc) {
   neph_context *context = test_context_create(1, NULL);
   neph_atmosphere *atmosphere = create_atmosphere(context, desc);
@@ -336,8 +340,8 @@ static void no_air_is_no_sky(void **state) {
   neph_context_destroy(context);
 }
 
-/* A brighter ground lights the sky: never less with a greater albedo, and at 1 by no more than the series 1/(1 − s·a) with the
- * air's spherical albedo s < 0.3 in blue allows. */
+/* A brighter ground lights the sky: never less with a greater albedo, and at 1 by no more than the series 1/(1 − s·a)
+ * with the air's spherical albedo s < 0.3 in blue allows. */
 static void bright_ground_lights_the_sky(void **state) {
   (void)state;
   double light[2];
@@ -384,7 +388,8 @@ static void wrong_descriptions_are_refused(void **state) {
   assert_refused(context, &log, &desc, "ground_albedo", "1.5", "at most 1");
   desc = earth;
   desc.mie_extinction_per_m[1] = 1e-6;
-  assert_refused(context, &log, &desc, "mie_extinction_per_m[1]", "1e-06", "at least mie_scattering_per_m[1], 3.996e-06");
+  assert_refused(context, &log, &desc, "mie_extinction_per_m[1]", "1e-06",
+                 "at least mie_scattering_per_m[1], 3.996e-06");
   desc = earth;
   desc.struct_size = 3;
   neph_atmosphere *atmosphere = NULL;

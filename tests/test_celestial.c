@@ -28,15 +28,15 @@ static void agrees_with_the_solar_position_algorithm(void **state) {
   assert_near(sun.azimuth_rad / NP_DEGREE, 194.340241, tolerance_deg);
 }
 
-/* Meeus 1998, "Astronomical Algorithms", example 25.b: declination −7°47′01.74″ at 1992 October 13, 0h dynamical time, that is
- * 59 s earlier in UTC. At the pole the elevation is the declination, less a parallax of 0.0024°. */
+/* Meeus 1998, "Astronomical Algorithms", example 25.b: declination −7°47′01.74″ at 1992 October 13, 0h dynamical time,
+ * that is 59 s earlier in UTC. At the pole the elevation is the declination, less a parallax of 0.0024°. */
 static void agrees_with_meeus(void **state) {
   (void)state;
   assert_near(sun_at("1992-10-12T23:59:01Z", 90.0, 0.0).elevation_rad / NP_DEGREE, -7.783817 - 0.0024, 0.001);
 }
 
-/* Published instants (US Naval Observatory), to the minute: at an equinox the sun stands on the pole's horizon; it moves by
- * 0.0003° a minute. At the solstice it stands as high as the ecliptic leans, 23.436° in 2026. */
+/* Published instants (US Naval Observatory), to the minute: at an equinox the sun stands on the pole's horizon; it
+ * moves by 0.0003° a minute. At the solstice it stands as high as the ecliptic leans, 23.436° in 2026. */
 static void equinoxes_and_solstices_are_when_published(void **state) {
   (void)state;
   assert_near(sun_at("2024-03-20T03:06Z", 90.0, 0.0).elevation_rad / NP_DEGREE, 0.0, 0.004);
@@ -52,7 +52,8 @@ static void azimuth_runs_clockwise_from_north(void **state) {
   assert_near(sun_at("2026-03-21T12:07Z", 45.0, 0.0).azimuth_rad / NP_DEGREE, 180.0, 1.0);
   const double south = sun_at("2026-03-21T12:07Z", -45.0, 0.0).azimuth_rad / NP_DEGREE;
   assert_near(fmod(south + 180.0, 360.0), 180.0, 1.0);
-  assert_true(sun_at("2026-03-21T06:30Z", 45.0, 15.0).elevation_rad > sun_at("2026-03-21T06:30Z", 45.0, 0.0).elevation_rad);
+  assert_true(sun_at("2026-03-21T06:30Z", 45.0, 15.0).elevation_rad >
+              sun_at("2026-03-21T06:30Z", 45.0, 0.0).elevation_rad);
 }
 
 static void times_are_read(void **state) {

@@ -263,7 +263,8 @@ static void overflowing_half_names_pixel_value_and_scale(void **state) {
   image->channels[5].values[3 * WIDTH + 9] = -300000.0f;
   assert_int_equal(neph_image_save_exr(image, f->path, NEPH_PIXEL_HALF), NEPH_ERROR_LIMIT);
   /* 300000/2³ = 37500 fits, 300000/2² does not. */
-  assert_one_error(&f->log, "pixel (9, 3)", "channel sun.R", "-300000", "scale to 0.125", "it is 1", "pixel_type to float");
+  assert_one_error(&f->log, "pixel (9, 3)", "channel sun.R", "-300000", "scale to 0.125", "it is 1",
+                   "pixel_type to float");
   assert_int_equal(np_image_set_real(image, "nephos:scale", 4.0), NEPH_OK);
   assert_int_equal(neph_image_save_exr(image, f->path, NEPH_PIXEL_HALF), NEPH_ERROR_LIMIT);
   assert_one_error(&f->log, "scale to 0.5", "it is 4");

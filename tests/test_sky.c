@@ -50,8 +50,9 @@ static neph_sky *create_sky(neph_atmosphere *atmosphere, double altitude_m, doub
   return sky;
 }
 
-/* Compares the rows of one altitude and sun, which follow each other, and prints the outcome; returns how many they were.
- * Tolerances: 2 % for a sun above the horizon and 4 % below it are this stage's gates; measured 0.2 to 0.6 % and 0.9 %. */
+/* Compares the rows of one altitude and sun, which follow each other, and prints the outcome; returns how many they
+ * were. Tolerances: 2 % for a sun above the horizon and 4 % below it are this stage's gates; measured 0.2 to 0.6 % and
+ * 0.9 %. */
 static size_t compare_block(neph_atmosphere *atmosphere, const truth_row *rows, size_t count) {
   neph_sky *sky = create_sky(atmosphere, rows->altitude_km * NP_KILOMETRE, rows->sun_deg);
   double square[3] = {0}, sum[3] = {0};
@@ -100,10 +101,11 @@ static void assert_bands_near(np_spectrum actual, np_spectrum expected, double t
 
 /* ---- Continuity ---- */
 
-/* Along a meridian of each side of the horizon, 0.05° at a time: the steepest that a clear sky gets is the limb, where 0.05°
- * at the horizon's distance are 70 m of height, 1 % in Rayleigh's density and 6 % in the aerosol's; an aureole turns at most
- * 2 % in 0.05°. The worst is 11 %, the twilight arch from 12 km; a wrong side of the horizon would be more. Just below the
- * horizon a ray's length, and its light with it, falls as the inverse of the angle: a degree of that is left out. */
+/* Along a meridian of each side of the horizon, 0.05° at a time: the steepest that a clear sky gets is the limb, where
+ * 0.05° at the horizon's distance are 70 m of height, 1 % in Rayleigh's density and 6 % in the aerosol's; an aureole
+ * turns at most 2 % in 0.05°. The worst is 11 %, the twilight arch from 12 km; a wrong side of the horizon would be
+ * more. Just below the horizon a ray's length, and its light with it, falls as the inverse of the angle: a degree of
+ * that is left out. */
 static void scan_meridian(const neph_sky *sky, double altitude_m, double azimuth_deg) {
   const double horizon_deg = 90.0 + acos(6360e3 / (6360e3 + altitude_m)) / NP_DEGREE;
   np_spectrum before = np_spectrum_grey(0.0f);
@@ -128,8 +130,8 @@ static void radiance_has_no_seams_along_meridians(void **state) {
   }
 }
 
-/* Around the horizon, over the seam opposite the sun and the one at it: 0.25° at a time, no step beyond 3 %, which the aureole
- * of a low sun reaches; mirrored azimuths agree to rounding. */
+/* Around the horizon, over the seam opposite the sun and the one at it: 0.25° at a time, no step beyond 3 %, which the
+ * aureole of a low sun reaches; mirrored azimuths agree to rounding. */
 static void radiance_has_no_seams_around_the_horizon(void **state) {
   neph_sky *sky = create_sky(*state, 500.0, 87.0);
   np_spectrum before = np_sky_radiance(sky, direction_of(89.0, -0.25));
@@ -142,12 +144,13 @@ static void radiance_has_no_seams_around_the_horizon(void **state) {
   neph_sky_destroy(sky);
 }
 
-/* Where the tables change their rules with the observer's altitude, a step of 0.2 % in it must change nothing: 0.5 %, which is
- * what the quadratures on either side differ by at the most. */
+/* Where the tables change their rules with the observer's altitude, a step of 0.2 % in it must change nothing: 0.5 %,
+ * which is what the quadratures on either side differ by at the most. */
 static void radiance_is_continuous_in_altitude(void **state) {
   const double thresholds[] = {300.0, 3000.0, 10000.0, 50000.0, 100000.0};
   for (int i = 0; i < 5; i++) {
-    neph_sky *below = create_sky(*state, 0.999 * thresholds[i], 80.0), *above = create_sky(*state, 1.001 * thresholds[i], 80.0);
+    neph_sky *below = create_sky(*state, 0.999 * thresholds[i], 80.0);
+    neph_sky *above = create_sky(*state, 1.001 * thresholds[i], 80.0);
     for (int zenith = 95; zenith <= 175; zenith += 10) {
       if (zenith == 95 && thresholds[i] > 20000.0) continue; /* still above the horizon's dip: the limb itself moves */
       const np_vec3 d = direction_of(zenith, 70.0);
@@ -158,8 +161,8 @@ static void radiance_is_continuous_in_altitude(void **state) {
   }
 }
 
-/* From half a degree above to half a degree below, 0.1° at a time: light only falls, and never by more than a fifth a step (the
- * disk itself, 0.53° wide, apart). */
+/* From half a degree above to half a degree below, 0.1° at a time: light only falls, and never by more than a fifth a
+ * step (the disk itself, 0.53° wide, apart). */
 static void sunset_is_smooth(void **state) {
   np_spectrum before = np_spectrum_grey(1.0f);
   for (int i = 0; i <= 10; i++) {
@@ -191,7 +194,7 @@ static void night_is_dark(void **state) {
 
 /* ---- Observers ---- */
 
-/* Under the zenith sun there is no azimuth: what is left of it in the tables must not show. 0.1 %: the rows' own rounding. */
+/* Under the zenith sun there is no azimuth: what the tables keep of it must not show. 0.1 %: the rows' rounding. */
 static void sun_at_the_zenith_leaves_no_azimuth(void **state) {
   neph_sky *sky = create_sky(*state, 500.0, 0.0);
   for (int zenith = 5; zenith < 180; zenith += 10) {
@@ -207,7 +210,8 @@ static void sun_at_the_zenith_leaves_no_azimuth(void **state) {
 static void observers_below_the_sea_are_at_its_level(void **state) {
   neph_sky *below = create_sky(*state, -430.0, 40.0), *at = create_sky(*state, 0.0, 40.0);
   for (int zenith = 0; zenith < 90; zenith += 10)
-    assert_bands_near(np_sky_radiance(below, direction_of(zenith, 50.0)), np_sky_radiance(at, direction_of(zenith, 50.0)), 1e-5);
+    assert_bands_near(np_sky_radiance(below, direction_of(zenith, 50.0)),
+                      np_sky_radiance(at, direction_of(zenith, 50.0)), 1e-5);
   /* A hill's foot, in the valley with the observer: air between as anywhere at sea level. */
   const np_aerial_perspective ap = np_sky_aerial_perspective(below, direction_of(92.0, 50.0), 5000.0);
   assert_light(ap.inscatter);
@@ -223,7 +227,8 @@ static void rays_from_space_meet_the_air_or_miss_it(void **state) {
     const double r = 6360e3 + altitudes[i];
     const double top_deg = 180.0 - asin(6460e3 / r) / NP_DEGREE, horizon_deg = 180.0 - asin(6360e3 / r) / NP_DEGREE;
     neph_sky *sky = create_sky(*state, altitudes[i], 50.0);
-    const np_vec3 past = direction_of(top_deg - 0.01, 20.0), limb = direction_of(0.1 * top_deg + 0.9 * horizon_deg, 20.0);
+    const np_vec3 past = direction_of(top_deg - 0.01, 20.0);
+    const np_vec3 limb = direction_of(0.1 * top_deg + 0.9 * horizon_deg, 20.0);
     assert_true(np_spectrum_is_zero(np_sky_radiance(sky, past)));
     assert_true(np_spectrum_is_zero(np_sky_aerial_perspective(sky, past, 1e9).inscatter));
     assert_near((double)np_sky_aerial_perspective(sky, past, 1e9).transmittance.band[0], 1.0, 0.0);
@@ -258,7 +263,7 @@ static void farther_is_dimmer(void **state) {
   neph_sky_destroy(sky);
 }
 
-/* To the end of the air both tables hold the same light: 1 %. And never is a ray without end, or one that is no number. */
+/* To the end of the air both tables hold the same light: 1 %. Never is a ray without end, or one that is no number. */
 static void far_end_is_the_sky(void **state) {
   neph_sky *sky = create_sky(*state, 500.0, 60.0);
   for (int zenith = 0; zenith <= 90; zenith += 5)
@@ -271,8 +276,8 @@ static void far_end_is_the_sky(void **state) {
   neph_sky_destroy(sky);
 }
 
-/* What users see first is a line at the horizon on whatever stands there. Things 20 km away just above and just below it are
- * behind the same air: 1 %. */
+/* What users see first is a line at the horizon on whatever stands there. Things 20 km away just above and just below
+ * it are behind the same air: 1 %. */
 static void no_line_at_the_horizon(void **state) {
   neph_sky *sky = create_sky(*state, 500.0, 80.0);
   const double horizon = 90.0 + acos(6360.0 / 6360.5) / NP_DEGREE;
@@ -301,8 +306,9 @@ static void table_transmits_as_the_march_does(void **state) {
 
 /* ---- Energy ---- */
 
-/* Sky light on level ground, once from the sky view and once from the moments' own sum over orders: two ways to the same flux
- * that share the later orders only in part. 1.5 %, and 4 % once the ground is dark and the light comes from afar. */
+/* Sky light on level ground, once from the sky view and once from the moments' own sum over orders: two ways to the
+ * same flux that share the later orders only in part. 1.5 %, and 4 % once the ground is dark and the light comes from
+ * afar. */
 static void irradiance_is_the_integral_of_radiance(void **state) {
   const double suns[] = {0.0, 40.0, 70.0, 85.0, 90.0, 94.0};
   for (int i = 0; i < 6; i++) {
@@ -318,8 +324,8 @@ static void irradiance_is_the_integral_of_radiance(void **state) {
   }
 }
 
-/* Mean radiance above the horizon by evenly spread directions (a spherical Fibonacci lattice of 4000, good to 1 % under an
- * aureole) against the half spaces that the moments' builder kept: 3 %, for its eight-degree rule. */
+/* Mean radiance above the horizon by evenly spread directions (a spherical Fibonacci lattice of 4000, good to 1 % under
+ * an aureole) against the half spaces that the moments' builder kept: 3 %, for its eight-degree rule. */
 static void sky_light_is_the_mean_of_radiance(void **state) {
   enum { COUNT = 4000 };
   neph_sky *sky = create_sky(*state, 1000.0, 60.0);

@@ -166,7 +166,8 @@ char *test_data_path(const char *relative) {
   return NULL;
 }
 
-char *test_hgt_write(const char *folder, const char *name, unsigned side, int (*elevation)(unsigned column, unsigned row)) {
+char *test_hgt_write(const char *folder, const char *name, unsigned side,
+                     int (*elevation)(unsigned column, unsigned row)) {
   char *path = test_path(folder, name);
   FILE *file = fopen(path, "wb");
   assert_non_null(file);

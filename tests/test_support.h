@@ -66,8 +66,9 @@ char *test_path(const char *folder, const char *name);
 /* Path of a real file under the folder of test data, to be freed; skips the test, saying so, where there is none. */
 char *test_data_path(const char *relative);
 
-/* Writes an SRTM tile of side² samples to "folder/name": whole metres by column from the west and row from the north. */
-char *test_hgt_write(const char *folder, const char *name, unsigned side, int (*elevation)(unsigned column, unsigned row));
+/* Writes an SRTM tile of side² samples to "folder/name": whole metres by column from west and row from north. */
+char *test_hgt_write(const char *folder, const char *name, unsigned side,
+                     int (*elevation)(unsigned column, unsigned row));
 
 /* ---- Numbers ---- */
 

@@ -65,7 +65,7 @@ NEPH_API neph_result neph_image_load_png(neph_context *context, const char *path
 typedef struct neph_preview_desc {
   size_t struct_size;
   double exposure_ev;      /**< stops added to the automatic or base exposure, −64 to 64 (default 0) */
-  bool is_exposure_auto;   /**< choose the base exposure from the lit part of the picture (default true); else it is 1 */
+  bool is_exposure_auto;   /**< choose the base exposure from the lit part of the picture (default true); else 1 */
   double white[3];         /**< radiance of R, G, B that shows as neutral (default 1, 1, 1); each > 0 */
 } neph_preview_desc;
 

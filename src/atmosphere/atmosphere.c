@@ -13,12 +13,13 @@ typedef struct bounded {
 } bounded;
 
 static neph_result check_bounded(neph_context *context, const bounded *b) {
-  if (isfinite(b->value) && (b->is_open ? b->value > b->low : b->value >= b->low) && b->value <= b->high) return NEPH_OK;
+  if (isfinite(b->value) && (b->is_open ? b->value > b->low : b->value >= b->low) && b->value <= b->high)
+    return NEPH_OK;
   if (isfinite(b->high))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "atmosphere: %s is %g, must be %s %g and at most %g", b->name,
                    b->value, b->is_open ? "above" : "at least", b->low, b->high);
-  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "atmosphere: %s is %g, must be finite and %s %g", b->name, b->value,
-                 b->is_open ? "above" : "at least", b->low);
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "atmosphere: %s is %g, must be finite and %s %g", b->name,
+                 b->value, b->is_open ? "above" : "at least", b->low);
 }
 
 static neph_result check_scalars(neph_context *context, const neph_atmosphere_desc *d) {

@@ -5,9 +5,9 @@
  * section 2; ozone as in Hillaire 2020, "A Scalable and Production Ready Sky and Atmosphere Rendering Technique",
  * section 4): molecules exp(−h/H_R), aerosol exp(−h/H_M), ozone a tent. Below sea level the air stays as it is at it.
  *
- * A ray is given by the altitude h of its start and the cosine μ of its angle with the zenith there. Altitudes are never
- * formed as r − R. With b = r·μ the sphere of radius R + a is met at the roots of t² + 2bt + c = 0, c = (h − a)(2R + h + a);
- * the root that does not cancel is found first and the other is c over it.
+ * A ray is given by the altitude h of its start and the cosine μ of its angle with the zenith there. Altitudes are
+ * never formed as r − R. With b = r·μ the sphere of radius R + a is met at the roots of t² + 2bt + c = 0, c = (h −
+ * a)(2R + h + a); the root that does not cancel is found first and the other is c over it.
  */
 #ifndef NP_ATMOSPHERE_ATMOSPHERE_PHYSICS_H
 #define NP_ATMOSPHERE_ATMOSPHERE_PHYSICS_H
@@ -102,7 +102,8 @@ static inline double np_distance_to_ground(const np_medium *medium, double altit
 /* Distance to the top of the atmosphere from inside it. */
 static inline double np_distance_to_top(const np_medium *medium, double altitude_m, double cosine) {
   const double b = (medium->planet_radius_m + altitude_m) * cosine;
-  const double q = fmax((medium->top_m - altitude_m) * (2.0 * medium->planet_radius_m + medium->top_m + altitude_m), 0.0);
+  const double q =
+      fmax((medium->top_m - altitude_m) * (2.0 * medium->planet_radius_m + medium->top_m + altitude_m), 0.0);
   const double s = sqrt(b * b + q);
   return b > 0.0 ? q / (b + s) : s - b;
 }
@@ -110,7 +111,8 @@ static inline double np_distance_to_top(const np_medium *medium, double altitude
 /* Moves a ray that starts in space to where it enters the air. False when it passes by. */
 static inline bool np_ray_enter(const np_medium *medium, np_ray *ray) {
   const double b = ray->r * ray->cosine;
-  const double c = (ray->altitude_m - medium->top_m) * (2.0 * medium->planet_radius_m + ray->altitude_m + medium->top_m);
+  const double c =
+      (ray->altitude_m - medium->top_m) * (2.0 * medium->planet_radius_m + ray->altitude_m + medium->top_m);
   if (b >= 0.0 || b * b < c) return false;
   ray->offset_m = c / (-b + sqrt(b * b - c));
   const double r_top = medium->planet_radius_m + medium->top_m;

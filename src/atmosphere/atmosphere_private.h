@@ -28,8 +28,9 @@ np_spectrum np_atmosphere_transmittance_between(const neph_atmosphere *atmospher
 np_spectrum np_atmosphere_ground_irradiance(const neph_atmosphere *atmosphere, float sun_cosine);
 
 /* Mean radiance of the directions above and below the true horizon at a point, per unit of sun irradiance above the
- * atmosphere: sky above, air and the planet's ground below; all orders, the sun's own rays excluded. Half spaces as they are
- * gathered, not split from moments; the aureole is smeared over a few tens of degrees. Points in space see the top of the air. */
+ * atmosphere: sky above, air and the planet's ground below; all orders, the sun's own rays excluded. Half spaces as
+ * they are gathered, not split from moments; the aureole is smeared over a few tens of degrees. Points in space see the
+ * top of the air. */
 void np_atmosphere_sky_light(const neph_atmosphere *atmosphere, np_dvec3 position, np_vec3 to_sun,
                              np_spectrum *out_upper_mean_radiance, np_spectrum *out_lower_mean_radiance);
 
@@ -38,7 +39,8 @@ typedef struct np_aerial_perspective {
   np_spectrum inscatter; /* W m⁻² sr⁻¹ nm⁻¹ */
 } np_aerial_perspective;
 
-/* In-scatter along the whole ray from the observer, to space or to the sphere of the planet; disk and ground excluded. */
+/* In-scatter along the whole ray from the observer, to space or to the sphere of the planet; disk and ground excluded.
+ */
 np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction);
 
 /* Between the observer and the point at `distance_m`; beyond the last slice continued, never negative. */

@@ -65,8 +65,8 @@ typedef struct np_sky_place {
   bool is_in_air; /* false: the ray passes the atmosphere by */
 } np_sky_place;
 
-/* Rows above the true horizon, rows below it, azimuths on the half circle (both ends included), and how rows crowd about the
- * horizon: θ = θ_h + (θ_end − θ_h)·vᵖ, v even; p is 2, or what the frame says for aerial perspective. */
+/* Rows above the true horizon, rows below it, azimuths on the half circle (both ends included), and how rows crowd
+ * about the horizon: θ = θ_h + (θ_end − θ_h)·vᵖ, v even; p is 2, or what the frame says for aerial perspective. */
 typedef struct np_sky_layout {
   int up, down, azimuths;
   bool is_aerial;
@@ -96,8 +96,8 @@ typedef struct np_aerial_scale {
   double first, extent; /* w runs from −first to −first + extent */
 } np_aerial_scale;
 
-/* From low down the center is the observer, about whom things are seen; from high up it is the point nearest to the planet,
- * where the air is. The two are blended by `inward`: 0 and 1. */
+/* From low down the center is the observer, about whom things are seen; from high up it is the point nearest to the
+ * planet, where the air is. The two are blended by `inward`: 0 and 1. */
 static inline np_aerial_scale np_aerial_scale_make(const np_ray *ray, double inward) {
   const double center = inward * np_ray_perigee(ray), first = sqrt(center);
   return (np_aerial_scale){center, first, first + sqrt(ray->length_m - center)};

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The sun's place in the sky (Meeus 1998, "Astronomical Algorithms", chapters 21 to 25): libnova's VSOP87 position, aberration,
- * precession, nutation, apparent sidereal time, and the parallax, 8.8″ at most.
+/* The sun's place in the sky (Meeus 1998, "Astronomical Algorithms", chapters 21 to 25): libnova's VSOP87 position,
+ * aberration, precession, nutation, apparent sidereal time, and the parallax, 8.8″ at most.
  *
- * libnova 0.16 gives the sun for the equinox of J2000, in its function for the apparent position too, which leaves out the
- * precession since: a third of a degree by 2024. So only the ecliptic position is taken from it, and the rest is done here.
+ * libnova 0.16 gives the sun for the equinox of J2000, in its function for the apparent position too, which leaves out
+ * the precession since: a third of a degree by 2024. So only the ecliptic position is taken from it, and the rest is
+ * done here.
  */
 #include "atmosphere/celestial.h"
 
@@ -35,7 +36,8 @@ static const time_field time_fields[FIELD_COUNT] = {
     {"hour", 2, 0, 23, ':'},   {"minute", 2, 0, 59, 0},
 };
 static const time_field second_field = {"second", 2, 0, 59, 0};
-static const time_field offset_hour = {"offset's hour", 2, 0, 14, ':'}, offset_minute = {"offset's minute", 2, 0, 59, 0};
+static const time_field offset_hour = {"offset's hour", 2, 0, 14, ':'},
+                        offset_minute = {"offset's minute", 2, 0, 59, 0};
 
 /* A text being read, and what to say if it cannot be. */
 typedef struct time_reader {
@@ -75,7 +77,8 @@ static neph_result read_seconds(time_reader *r, double *out_seconds) {
   if (*r->at != '.') return NEPH_OK;
   r->at++;
   if (!is_digit(*r->at))
-    return np_fail(r->context, NEPH_ERROR_INVALID_ARGUMENT, "time \"%s\": the '.' must be followed by a digit", r->text);
+    return np_fail(r->context, NEPH_ERROR_INVALID_ARGUMENT, "time \"%s\": the '.' must be followed by a digit",
+                   r->text);
   for (double place = 0.1; is_digit(*r->at); place *= 0.1) *out_seconds += place * (*r->at++ - '0');
   return NEPH_OK;
 }
@@ -95,8 +98,8 @@ static neph_result read_offset(time_reader *r, double *out_offset_s) {
   }
   if (*r->at)
     return np_fail(r->context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "time \"%s\": \"%s\" at its end, must be Z, an offset such as +02:00, or nothing, which is UTC", r->text,
-                   r->at);
+                   "time \"%s\": \"%s\" at its end, must be Z, an offset such as +02:00, or nothing, which is UTC",
+                   r->text, r->at);
   return NEPH_OK;
 }
 

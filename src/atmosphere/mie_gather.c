@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The aerosol's source J(ω) = ∫ p(ω·ω′) L(ω′) dω′ over a dome of directions ω′ at four altitudes.
  *
- * L is split into what the aerosol scattered once, p(ω′·S)·g(ω′), and the rest, Ls. Neither the lobe p nor the product of
- * two lobes is resolved by the dome's rule; but Ls and g are smooth, and quotients of sums over the same rule are weighted
- * means of them, in which its error cancels. With (p∗p)(Θ) = Σ (2l+1)/(4π)·χ_l²·P_l(cosΘ), the lobe convolved with itself:
+ * L is split into what the aerosol scattered once, p(ω′·S)·g(ω′), and the rest, Ls. Neither the lobe p nor the product
+ * of two lobes is resolved by the dome's rule; but Ls and g are smooth, and quotients of sums over the same rule are
+ * weighted means of them, in which its error cancels. With (p∗p)(Θ) = Σ (2l+1)/(4π)·χ_l²·P_l(cosΘ), the lobe convolved
+ * with itself:
  *
  *   J(ω) = Σ w p(ω·ω′)·Ls(ω′) / Σ w p(ω·ω′)  +  (p∗p)(Θ)·Σ w p(ω·ω′) p(ω′·S)·g(ω′) / Σ w p(ω·ω′) p(ω′·S).
  */
@@ -104,7 +105,8 @@ typedef struct gather_job {
 } gather_job;
 
 /* Traces the dome at one altitude under one sun. */
-static void trace_dome(const gather_job *job, int altitude, float sun_cosine, np_scattered *out_dome, float *out_phase) {
+static void trace_dome(const gather_job *job, int altitude, float sun_cosine, np_scattered *out_dome,
+                       float *out_phase) {
   const np_gather_kernel *kernel = job->kernel;
   const np_vec3 sun = direction_of(sun_cosine, 0.0);
   for (int row = 0; row < INPUT_ROWS; row++) {
@@ -162,8 +164,8 @@ static neph_result gather_pieces(void *user, size_t begin, size_t end, unsigned 
   return NEPH_OK;
 }
 
-/* Suns no more than `step` apart, the wanted one among them where their number allows; none beyond the end of twilight, where
- * there is nothing to gather. */
+/* Suns no more than `step` apart, the wanted one among them where their number allows; none beyond the end of twilight,
+ * where there is nothing to gather. */
 static void place_suns(np_gather_table *table, double zenith, double spread, double step) {
   const double low = fmax(zenith - spread, 0.0), high = fmin(fmax(zenith + spread, low), NP_PI);
   const double wanted = 2.0 * fmax(ceil((high - low) / (2.0 * step) - 1e-6), 1.0) + 1.0;

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The aerosol's share of multiple scattering: its phase function convolved with the whole sky and ground.
  *
- * The aerosol's lobe is far narrower than the degree 2 that the moments hold; near the horizon it spans bright sky and dark
- * ground. So its source is gathered outright, for a few sun angles, at four altitudes where the aerosol is, into a small table
- * over the direction of view. What is stored is the source over M (scattering_moments.h) at the same place, which takes
- * the change of brightness along a ray out of the interpolation.
+ * The aerosol's lobe is far narrower than the degree 2 that the moments hold; near the horizon it spans bright sky and
+ * dark ground. So its source is gathered outright, for a few sun angles, at four altitudes where the aerosol is, into a
+ * small table over the direction of view. What is stored is the source over M (scattering_moments.h) at the same place,
+ * which takes the change of brightness along a ray out of the interpolation.
  */
 #ifndef NP_ATMOSPHERE_MIE_GATHER_H
 #define NP_ATMOSPHERE_MIE_GATHER_H
@@ -45,8 +45,8 @@ typedef struct np_gather_table {
   np_bands source[NP_GATHER_SUNS_MAX][NP_GATHER_ALTITUDES][NP_GATHER_COSINES][NP_GATHER_AZIMUTHS];
 } np_gather_table;
 
-/* Gathers for suns evenly spread over zenith angles `sun_zenith_rad` ± `spread_rad`: twice, so that the second pass sees the
- * aerosol's light as the first found it. `disk_angular_radius_rad` is the sun's. */
+/* Gathers for suns evenly spread over zenith angles `sun_zenith_rad` ± `spread_rad`: twice, so that the second pass
+ * sees the aerosol's light as the first found it. `disk_angular_radius_rad` is the sun's. */
 neph_result np_gather_table_build(neph_context *context, const np_depth_table *depths, const np_moment_table *moments,
                                   const np_gather_kernel *kernel, double sun_zenith_rad, double spread_rad,
                                   double disk_angular_radius_rad, np_gather_table *out_table);

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Optical depth τ = ∫ σ_t dt.
  *
- * Along a ray the air varies fastest about the perigee, where the altitude grows as the square of the distance t′ from it.
- * The signed root w of t′ (t′ = w·|w|) takes that out. The ozone tent has three kinks; where they and the perigee cut the ray
- * into pieces, a composite four-point Gauss rule in w integrates each.
+ * Along a ray the air varies fastest about the perigee, where the altitude grows as the square of the distance t′ from
+ * it. The signed root w of t′ (t′ = w·|w|) takes that out. The ozone tent has three kinks; where they and the perigee
+ * cut the ray into pieces, a composite four-point Gauss rule in w integrates each.
  */
 #include "atmosphere/optical_depth.h"
 

@@ -51,7 +51,8 @@ static inline float np_depth_row_disk(const np_depth_row *row, float sun_cosine,
   return np_smoothstepf((sun_cosine - row->horizon_cosine) * row->disk_scale * inverse_diameter + 0.5f);
 }
 
-/* Transmittance to the sun times the visible part of its disk. `inverse_diameter` is 1 over twice its angular radius. */
+/* Transmittance to the sun times the visible part of its disk. `inverse_diameter` is 1 over twice its angular radius.
+ */
 static inline np_bands np_depth_row_sun(const np_depth_row *row, float sun_cosine, float inverse_diameter) {
   const float disk = np_depth_row_disk(row, sun_cosine, inverse_diameter);
   if (disk <= 0.0f) return np_bands_grey(0.0f);

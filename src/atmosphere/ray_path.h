@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Where a ray is sampled: places, weights, the air there and the transmittance up to there.
  *
- * Gauss points in a variable that follows the air: t = L·u² for a ray to space, which starts in the densest air; half the
- * points on each side of the perigee, squared away from it, for a ray along the limb; evenly to the ground from low down
- * (such a ray lives in like air), t = L·(1 − u²) from high up. All of it depends on altitude and zenith angle alone,
- * so one path serves every azimuth, every sun and every order of scattering.
+ * Gauss points in a variable that follows the air: t = L·u² for a ray to space, which starts in the densest air; half
+ * the points on each side of the perigee, squared away from it, for a ray along the limb; evenly to the ground from low
+ * down (such a ray lives in like air), t = L·(1 − u²) from high up. All of it depends on altitude and zenith angle
+ * alone, so one path serves every azimuth, every sun and every order of scattering.
  */
 #ifndef NP_ATMOSPHERE_RAY_PATH_H
 #define NP_ATMOSPHERE_RAY_PATH_H

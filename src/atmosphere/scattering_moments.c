@@ -2,8 +2,8 @@
 /* Successive orders of scattering (Chandrasekhar 1950, "Radiative Transfer", section 2), source kept by six moments.
  *
  * At each node (altitude, sun cosine) the radiance of one order is gathered over directions and reduced to its moments;
- * these give the source of the next order everywhere. The rule over zenith angles is split at the true horizon, where the
- * radiance jumps. Orders 1 to 4 are summed one by one; later ones form a geometric series with the last ratio
+ * these give the source of the next order everywhere. The rule over zenith angles is split at the true horizon, where
+ * the radiance jumps. Orders 1 to 4 are summed one by one; later ones form a geometric series with the last ratio
  * M(4)/M(3), which by then is nearly the same everywhere.
  *
  * Order 1 enters the moments with the aerosol's phase function cut after degree 2: only moments up to 2 are wanted, and
@@ -93,7 +93,8 @@ static void place_directions(builder *b, int row) {
 
 /* Cosine of the angle between a direction and the sun. */
 static float angle_to_sun(float wz, float sun_cosine, float cos_azimuth) {
-  return wz * sun_cosine + sqrtf(np_maxf(1.0f - wz * wz, 0.0f) * np_maxf(1.0f - sun_cosine * sun_cosine, 0.0f)) * cos_azimuth;
+  return wz * sun_cosine +
+         sqrtf(np_maxf(1.0f - wz * wz, 0.0f) * np_maxf(1.0f - sun_cosine * sun_cosine, 0.0f)) * cos_azimuth;
 }
 
 /* Sun cosine where a ray has come to, at radius r and distance t. */
@@ -125,7 +126,8 @@ static float cut_mie_phase(const np_medium *medium, float c) {
          (1.0f + 3.0f * medium->mie_moment[1] * c + 2.5f * medium->mie_moment[2] * (3.0f * c * c - 1.0f));
 }
 
-/* Light that the ground at a ray's end sends back along it: from the sun in order 1, from the sky of the order before else. */
+/* Light that the ground at a ray's end sends back along it: from the sun in order 1, from the sky of the order before
+ * else. */
 static np_bands ground_radiance(const builder *b, const direction *d, float sun_cosine, float angle) {
   const float s = sun_cosine_along(&d->ray, sun_cosine, angle, d->ray.length_m, (float)b->medium->planet_radius_m);
   np_bands irradiance;
@@ -154,7 +156,8 @@ static float sum_mie_phase(const builder *b, int row, float sun_cosine) {
   for (int k = 0; k < DIRECTIONS; k++)
     for (int p = 0; p < AZIMUTHS; p++) {
       const direction *d = &b->directions[row * DIRECTIONS + k];
-      sum += d->weight * np_phase_eval(&b->medium->mie_phase, 1.0f - angle_to_sun(d->wz, sun_cosine, b->cos_azimuth[p]));
+      sum +=
+          d->weight * np_phase_eval(&b->medium->mie_phase, 1.0f - angle_to_sun(d->wz, sun_cosine, b->cos_azimuth[p]));
     }
   return np_maxf(sum, 1e-6f);
 }
@@ -194,15 +197,16 @@ static neph_result gather_direct_rows(void *user, size_t begin, size_t end, unsi
   return NEPH_OK;
 }
 
-/* The source of the order before at one point of a ray, as a quadratic in ωx for each column of the table: along a fixed
- * ray ωz, the coefficients and the altitude are the same for all suns and azimuths. */
+/* The source of the order before at one point of a ray, as a quadratic in ωx for each column of the table: along a
+ * fixed ray ωz, the coefficients and the altitude are the same for all suns and azimuths. */
 typedef struct folded_source {
   np_bands constant, linear, square;
 } folded_source;
 
 static void fold_source(const builder *b, const np_path_node *node, folded_source *out) {
   const np_medium *medium = b->medium;
-  const float chi1 = medium->mie_moment[1], chi2 = medium->mie_moment[2], z = node->cosine, quarter = (float)(0.25 / NP_PI);
+  const float chi1 = medium->mie_moment[1], chi2 = medium->mie_moment[2], z = node->cosine,
+              quarter = (float)(0.25 / NP_PI);
   const np_bands weight = node->weight_m * node->transmittance;
   const np_bands rayleigh = 0.75f * quarter * weight * node->rayleigh, mie = quarter * weight * node->mie;
   const np_bands a = rayleigh + (1.0f - 2.5f * chi2) * mie, f = 3.0f * chi1 * mie, c = rayleigh + 7.5f * chi2 * mie;
@@ -270,8 +274,9 @@ static neph_result gather_scattered_rows(void *user, size_t begin, size_t end, u
   return NEPH_OK;
 }
 
-/* Irradiance of order 1 on the ground, with the whole phase function: a rule about the sun instead of the zenith, Θ = π·u²,
- * so that the peak is resolved and the cut at the horizon costs little (the integrand vanishes there as the cosine). */
+/* Irradiance of order 1 on the ground, with the whole phase function: a rule about the sun instead of the zenith, Θ =
+ * π·u², so that the peak is resolved and the cut at the horizon costs little (the integrand vanishes there as the
+ * cosine). */
 enum { ANGLES = 16, TURNS = 8 };
 
 static np_bands sum_direct_irradiance(const builder *b, float sun_cosine, const np_path_rule *rule,

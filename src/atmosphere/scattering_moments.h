@@ -28,8 +28,8 @@ typedef enum np_moment {
 
 enum { NP_MOMENT_ROWS = 64, NP_MOMENT_COLUMNS = 160 };
 
-/* Sun cosine μ_s to column: d/(|d| + spread), d = μ_s − center, is evenly divided between `lowest` and 1, so that columns
- * crowd about the sunset. All three grow with the planet's twilight. */
+/* Sun cosine μ_s to column: d/(|d| + spread), d = μ_s − center, is evenly divided between `lowest` and 1, so that
+ * columns crowd about the sunset. All three grow with the planet's twilight. */
 typedef struct np_sun_scale {
   float lowest, center, spread;
   float first; /* the warped value of `lowest` */
@@ -102,7 +102,8 @@ static inline np_bands np_moment_table_total(const np_bands *lower_row, float up
   float f;
   const int i = np_sun_scale_split(column, &f);
   const np_bands *a = lower_row + (size_t)i * NP_MOMENT_COUNT, *b = a + NP_MOMENT_COLUMNS * NP_MOMENT_COUNT;
-  return np_bands_mix(np_bands_mix(a[0], a[NP_MOMENT_COUNT], f), np_bands_mix(b[0], b[NP_MOMENT_COUNT], f), upper_weight);
+  return np_bands_mix(np_bands_mix(a[0], a[NP_MOMENT_COUNT], f), np_bands_mix(b[0], b[NP_MOMENT_COUNT], f),
+                      upper_weight);
 }
 
 /* Source of the aerosol's scattering, per unit of its coefficient, from the moments: exact but for its parts of degree
@@ -121,8 +122,8 @@ static inline np_bands np_moment_rayleigh_source(const np_moment_sample *s) {
 /* Sky irradiance on the ground where the sun has this cosine. */
 np_bands np_moment_table_irradiance(const np_moment_table *table, float sun_cosine);
 
-/* The local x component ωx of a direction with zenith cosine `wz` whose angle with the sun has cosine `angle_cosine`. Under
- * a sun at the zenith x is undefined, and nothing depends on it. */
+/* The local x component ωx of a direction with zenith cosine `wz` whose angle with the sun has cosine `angle_cosine`.
+ * Under a sun at the zenith x is undefined, and nothing depends on it. */
 static inline float np_direction_x(float angle_cosine, float wz, float sun_cosine) {
   const float x = (angle_cosine - wz * sun_cosine) / sqrtf(np_maxf(1.0f - sun_cosine * sun_cosine, 1e-6f));
   const float limit = sqrtf(np_maxf(1.0f - wz * wz, 0.0f));

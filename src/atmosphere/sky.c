@@ -13,8 +13,8 @@ static neph_result check_desc(neph_context *context, const neph_sky_desc *d) {
   const double length = sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
   /* A direction typed with three digits is off by 1e-3; it is brought to length one. */
   if (!is_finite_vector(s) || fabs(length - 1.0) > 1e-2)
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "sky: sun_direction (%g, %g, %g) must be a unit vector", s[0], s[1],
-                   s[2]);
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "sky: sun_direction (%g, %g, %g) must be a unit vector", s[0],
+                   s[1], s[2]);
   if (!is_finite_vector(e) || e[0] < 0.0 || e[1] < 0.0 || e[2] < 0.0)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "sky: sun_irradiance_w_m2_nm (%g, %g, %g) must be finite and at least 0", e[0], e[1], e[2]);
@@ -22,12 +22,13 @@ static neph_result check_desc(neph_context *context, const neph_sky_desc *d) {
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "sky: sun_angular_radius_rad is %g, must be in [0, 0.5]",
                    d->sun_angular_radius_rad);
   if (!is_finite_vector(d->observer_m))
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "sky: observer_m (%g, %g, %g) must be finite", d->observer_m[0],
-                   d->observer_m[1], d->observer_m[2]);
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "sky: observer_m (%g, %g, %g) must be finite",
+                   d->observer_m[0], d->observer_m[1], d->observer_m[2]);
   return NEPH_OK;
 }
 
-/* The frame's azimuth starts at the sun's; under a sun at the zenith any will do, and one that is always there is taken. */
+/* The frame's azimuth starts at the sun's; under a sun at the zenith any will do, and one that is always there is
+ * taken. */
 static np_sky_frame make_frame(const np_medium *medium, np_dvec3 observer, np_dvec3 sun) {
   const double radius = medium->planet_radius_m, h = np_altitude(observer, radius);
   const np_dvec3 from_center = np_dvec3_make(observer.x, observer.y, observer.z + radius);

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The sky around one observer: radiance to the end of every ray, and depth and in-scatter along it.
  *
- * Rows of constant zenith angle crowd about the true horizon from both sides, θ = θ_h + (θ_end − θ_h)·v², and end there: the
- * sky's are never mixed with the ground's. Azimuth runs over the half circle from the sun, which a clear sky mirrors.
- * The view table keeps logarithms, for a sky spans decades in a few degrees of twilight; it is split into what is smooth and
- * the aerosol's first order without its phase function, which the reader multiplies on.
+ * Rows of constant zenith angle crowd about the true horizon from both sides, θ = θ_h + (θ_end − θ_h)·v², and end
+ * there: the sky's are never mixed with the ground's. Azimuth runs over the half circle from the sun, which a clear sky
+ * mirrors. The view table keeps logarithms, for a sky spans decades in a few degrees of twilight; it is split into what
+ * is smooth and the aerosol's first order without its phase function, which the reader multiplies on.
  *
- * Aerial perspective keeps, at slices along each ray, the optical depth (one for all azimuths) and the in-scatter, each over
- * the distance: such means hardly change between rows, though the rays' lengths, and so the slices', do. One sample in the
- * middle of a slice stands for its source; the transmittance across it is taken in closed form.
+ * Aerial perspective keeps, at slices along each ray, the optical depth (one for all azimuths) and the in-scatter, each
+ * over the distance: such means hardly change between rows, though the rays' lengths, and so the slices', do. One
+ * sample in the middle of a slice stands for its source; the transmittance across it is taken in closed form.
  */
 #include "atmosphere/atmosphere_tables.h"
 
@@ -32,7 +32,8 @@ static np_sky_light make_light(const neph_sky *sky) {
 /* Cosine of the angle between the sun and a direction at zenith cosine `cosine` and the i-th of `count` azimuths. */
 static float angle_of_azimuth(const np_sky_frame *frame, float cosine, int i, int count) {
   const float sine = sqrtf(np_maxf(1.0f - cosine * cosine, 0.0f));
-  return np_clampf(cosine * frame->sun_cosine + sine * frame->sun_sine * (float)cos(NP_PI * i / (count - 1)), -1.0f, 1.0f);
+  return np_clampf(cosine * frame->sun_cosine + sine * frame->sun_sine * (float)cos(NP_PI * i / (count - 1)), -1.0f,
+                   1.0f);
 }
 
 /* Sun cosine where a ray's part in the air begins. */
@@ -204,7 +205,8 @@ static np_scattered mix_scattered(np_scattered a, np_scattered b, float t) {
   return (np_scattered){np_bands_mix(a.smooth, b.smooth, t), np_bands_mix(a.peak, b.peak, t)};
 }
 
-/* Radiance of a logarithm read from the view table: what the floor added is taken off again, and what rounding makes of it. */
+/* Radiance of a logarithm read from the view table: what the floor added is taken off again, and what rounding makes of
+ * it. */
 static np_bands undo_log(np_bands logarithm) {
   return np_bands_max(np_bands_exp(logarithm) - 1.00002f * view_floor, np_bands_grey(0.0f));
 }
@@ -233,8 +235,8 @@ static np_aerial_sample lookup_plane(const neph_sky *sky, const np_sky_place *pl
 /* y/(1 − e⁻ʸ), to 4 % at y = 3 and far better below. */
 static np_bands inverse_step_weight(np_bands y) { return 1.0f + y * (0.5f + y * (1.0f / 12.0f)); }
 
-/* Part of a slice's in-scatter that comes from its nearer `x`, for a constant source: (1 − e⁻ˣᵈ)/(1 − e⁻ᵈ), grows with x as
- * far as x·d = 3.4 and stays there: so far into a slice what lies deeper no longer counts. */
+/* Part of a slice's in-scatter that comes from its nearer `x`, for a constant source: (1 − e⁻ˣᵈ)/(1 − e⁻ᵈ), grows with
+ * x as far as x·d = 3.4 and stays there: so far into a slice what lies deeper no longer counts. */
 static np_bands part_of_slice(np_bands depth, float x) {
   const np_bands d = np_bands_min(depth, np_bands_grey(3.0f));
   const np_bands part = np_bands_min(np_bands_grey(x), 3.4f / np_bands_max(d, np_bands_grey(1e-6f)));

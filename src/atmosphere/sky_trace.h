@@ -3,14 +3,16 @@
  *
  *   L = ∫ T·[ T_sun·(σ_R p_R + σ_M p_M) + σ_R·J_R + σ_M·J_M ] dt
  *
- * split as L = smooth + p_M(Θ)·peak, so that the aerosol's phase function, constant along a ray, stays out of every table.
+ * split as L = smooth + p_M(Θ)·peak, so that the aerosol's phase function, constant along a ray, stays out of every
+ * table.
  */
 #ifndef NP_ATMOSPHERE_SKY_TRACE_H
 #define NP_ATMOSPHERE_SKY_TRACE_H
 
 #include "atmosphere/mie_gather.h"
 
-/* What lights the air. `gather` may be NULL: the aerosol then scatters what the moments hold; so may `moments`: order 1. */
+/* What lights the air. `gather` may be NULL: the aerosol then scatters what the moments hold; so may `moments`:
+ * order 1. */
 typedef struct np_sky_light {
   const np_medium *medium;
   const np_depth_table *depths;
@@ -37,8 +39,8 @@ typedef struct np_sky_node {
 
 void np_sky_node_resolve(const np_sky_light *light, const np_path_node *at, np_sky_node *out_node);
 
-/* Light scattered per metre at one point, towards the start of a ray that makes an angle of `angle_cosine` with the sun and
- * begins, at the radius `r`, under a sun of `sun_cosine`; per unit of sun irradiance. */
+/* Light scattered per metre at one point, towards the start of a ray that makes an angle of `angle_cosine` with the sun
+ * and begins, at the radius `r`, under a sun of `sun_cosine`; per unit of sun irradiance. */
 static inline np_scattered np_sky_node_source(const np_sky_light *light, const np_sky_node *node, float r,
                                               float sun_cosine, float angle_cosine) {
   const float sun = np_clampf((r * sun_cosine + (float)node->t * angle_cosine) / node->r, -1.0f, 1.0f);
@@ -55,7 +57,8 @@ static inline np_scattered np_sky_node_source(const np_sky_light *light, const n
   return out;
 }
 
-/* Integrates along a ray. With `has_ground` the sunlight and skylight that the ground at the ray's end sends back come in too. */
+/* Integrates along a ray. With `has_ground` the sunlight and skylight that the ground at the ray's end sends back come
+ * in too. */
 np_scattered np_sky_trace(const np_sky_light *light, const np_ray *ray, const np_path *path, const np_sky_node *nodes,
                           float sun_cosine, float angle_cosine, bool has_ground);
 

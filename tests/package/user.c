@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A first program against the installed library: bakes a small cloud to the file it is told, and says what is in it. The
- * second argument, if any, is the folder of the modules. */
+/* A first program against the installed library: bakes a small cloud to the file it is told, and says what is in it.
+ * The second argument, if any, is the folder of the modules. */
 #include <stdio.h>
 
 #include <nephos/nephos.h>
