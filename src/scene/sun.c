@@ -9,7 +9,8 @@ neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad,
   if (sun->time) {
     double unix_s = 0.0;
     neph_result result = np_celestial_parse_time(scene->context, sun->time, &unix_s);
-    if (result) return result;
+    /* Its only failure: the text, and that is the scene's. */
+    if (result) return NEPH_ERROR_BAD_SCENE;
     angles = np_celestial_sun(unix_s, latitude_rad, longitude_rad);
   }
   out[0] = cos(angles.elevation_rad) * sin(angles.azimuth_rad);
