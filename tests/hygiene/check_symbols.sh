@@ -26,9 +26,10 @@ report 'declared without NEPH_API' declared marked
 report 'declared, but the library does not define it' declared exported
 report 'exported, but no header declares it' exported declared
 
-# Constant tables with addresses lie in .data.rel.ro and are fine.
+# Constant tables with addresses lie in .data.rel.ro and are fine. nova_lock guards the state that libnova has.
 state=$(objdump -t "$static" |
-  awk '/file format/ {file = $1} $3 == "O" && $4 ~ /^\.t?(data|bss)(\.[^r].*)?$/ {print file " " $NF}')
+  awk '/file format/ {file = $1} $3 == "O" && $4 ~ /^\.t?(data|bss)(\.[^r].*)?$/ {print file " " $NF}' |
+  grep -vx 'celestial.c.o: nova_lock' || true)
 if [ -n "$state" ]; then
   printf 'variables outside of any context:\n%s\n' "$state" >&2
   fail=1
