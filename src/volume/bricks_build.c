@@ -254,8 +254,7 @@ static void number_bricks(np_bricks *bricks) {
 static void store_window(const builder *b, uint32_t brick, const float window[NP_BRICK_VOLUME]) {
   size_t first = (size_t)brick * NP_BRICK_STRIDE;
   if (b->is_half)
-    for (int n = 0; n < NP_BRICK_VOLUME; n++)
-      b->bricks->halves[first + (size_t)n] = np_half_from_float(window[n] * b->inverse_scale);
+    np_half_encode(b->bricks->context->isa, window, NP_BRICK_VOLUME, b->inverse_scale, b->bricks->halves + first);
   else
     memcpy(b->bricks->floats + first, window, NP_BRICK_VOLUME * sizeof *window);
 }
