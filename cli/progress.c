@@ -39,7 +39,7 @@ static void draw_bar(cli_progress *progress, const neph_progress *report) {
   static const char full[WIDTH + 1] = "################################",
                                  empty[WIDTH + 1] = "................................";
   int done = (int)(report->fraction * WIDTH);
-  fprintf(stderr, "\r%-20.20s [%.*s%.*s] %3.0f %%  %.1f s\033[K", report->stage, done, full, WIDTH - done, empty,
+  fprintf(stderr, "\r%-24.24s [%.*s%.*s] %3.0f %%  %.1f s\033[K", report->stage, done, full, WIDTH - done, empty,
           report->fraction * 100, report->elapsed_s);
   fflush(stderr);
   progress->is_bar_drawn = true;

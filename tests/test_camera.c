@@ -148,6 +148,17 @@ static void test_sun_stands_clockwise_from_north(void **state) {
   assert_sun(f, "90 deg", "77 deg", 0, 0, 1);
 }
 
+/* At its transit on the longest day the sun is 90° − 44.27° + 23.44° high, in the south. Transit is 4 min × 71.3 after
+ * noon, and 1.9 min more by the equation of time, 16:47 UTC; a minute off moves the azimuth by 0.7°. */
+static void test_sun_stands_where_time_and_place_say(void **state) {
+  fixture *f = *state;
+  double d[3];
+  set(f, "sun.time", "2026-06-21T18:47+02:00");
+  assert_int_equal(np_scene_sun_direction(f->scene, 44.27 * NP_DEGREE, -71.3 * NP_DEGREE, d), NEPH_OK);
+  assert_near(asin(d[2]) / NP_DEGREE, 90 - 44.27 + 23.44, 0.02);
+  assert_near(atan2(d[0], -d[1]) / NP_DEGREE, 0, 0.7);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(test_rays_fill_the_angle_of_view, set_up, tear_down),
@@ -158,6 +169,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_matrices_follow_openexr, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_no_picture_is_refused, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_sun_stands_clockwise_from_north, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_sun_stands_where_time_and_place_say, set_up, tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

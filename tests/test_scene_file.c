@@ -185,6 +185,7 @@ static void test_wrong_values(void **state) {
       {"camera: {resolution: [10, 1.5]}", "1:27: camera.resolution[1] is 1.5, must be a whole number in [1, 65536]\n"},
       {"sun: {irradiance: [1, -1, 1]}", "1:23: sun.irradiance[1] is -1, must be an irradiance in"},
       {"sun: {time: tomorrow}", "1:13: sun.time is tomorrow, must be a time such as"},
+      {"sun: {time: 2026-02-30T16:00Z}", "1:13: sun.time is 2026-02-30T16:00Z, must be a time such as"},
       {"version: 2", "1:10: version is 2, must be a whole number in [1, 1]\n"},
       {"camera: wide", "1:9: camera is wide, must be a mapping\n"},
       {"terrain: maybe", "1:10: terrain is maybe, must be a mapping, or none\n"},
@@ -243,6 +244,8 @@ static void test_incomplete_scenes(void **state) {
       {"camera: {look_at: [0, -6 km, 400 m]}", "1:19: camera.look_at is camera.position, must be at least 1 mm away\n"},
       {"atmosphere: {mie_scattering: 1}",
        "1:13: atmosphere.mie_extinction is 4.44e-06 1/m, must not be below mie_scattering, 1 1/m\n"},
+      {"sun: {time: 2026-06-21T16:00Z}",
+       "1:13: sun.time says nothing without a place, must come with place or terrain"},
       {"output: {scale: 3}", "1:17: output.scale is 3, must be a power of two; the nearest below is 2\n"},
       {"clouds: [{bake: {preset: fog}}]", "1:26: clouds[0].bake.preset is fog, must be one of cumulus_humilis"},
   };

@@ -199,7 +199,7 @@ static void write_document(const np_key *key, const char *value, char *out, size
       snprintf(outer, sizeof outer, "%s: {%.300s}", name, inner);
     snprintf(inner, sizeof inner, "%s", outer);
   }
-  snprintf(out, size, "{%s}", inner);
+  snprintf(out, size, "{%s%s}", inner, key->type == NP_KEY_TIME ? ", place: {latitude: 1, longitude: 2}" : "");
 }
 
 /* "clouds[].name" as --set takes it. */

@@ -19,6 +19,12 @@ static neph_result check_place(const neph_scene *scene) {
   return has_both ? NEPH_OK : np_scene_fail_at(scene, place, "place needs both latitude and longitude");
 }
 
+static neph_result check_sun(const neph_scene *scene) {
+  if (!scene->sun.time || scene->has_place || scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD) return NEPH_OK;
+  return np_scene_fail_at(scene, locate(scene, "sun", "time"),
+                          "sun.time says nothing without a place, must come with place or terrain.heightfield");
+}
+
 static neph_result check_camera(const neph_scene *scene) {
   const np_scene_camera *camera = &scene->camera;
   double distance = 0;
@@ -106,8 +112,8 @@ static neph_result check_output(const neph_scene *scene) {
 }
 
 neph_result np_scene_check(const neph_scene *scene) {
-  static neph_result (*const checks[])(const neph_scene *) = {check_place,  check_camera,  check_atmosphere,
-                                                              check_clouds, check_terrain, check_output};
+  static neph_result (*const checks[])(const neph_scene *) = {
+      check_place, check_sun, check_camera, check_atmosphere, check_clouds, check_terrain, check_output};
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < sizeof checks / sizeof *checks; i++) result = checks[i](scene);
   return result;

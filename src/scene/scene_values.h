@@ -27,9 +27,7 @@ const char *np_unit_get_name(np_unit unit);
 /* "a length", "an angle", "a number". */
 const char *np_unit_get_quantity(np_unit unit);
 
-/* A value in SI, and the other way round. */
 double np_unit_to_si(np_unit unit, double value);
-double np_unit_from_si(np_unit unit, double value_si);
 
 /* Reads a number with a unit of the same kind as `unit`, or without one, meant in `unit`. False: it is not one, or it
  * is not finite. The value comes in SI. Only the C locale's decimal point is taken: see np_values_enter. */
