@@ -372,17 +372,18 @@ static bool cancel_later(void *user, const neph_progress *progress) {
   canceller *c = user;
   assert_true(progress->fraction >= 0 && progress->fraction <= 1);
   if (++c->calls < c->cancel_at) return true;
-  clock_gettime(CLOCK_MONOTONIC, &c->cancelled);
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &c->cancelled);
   return false;
 }
 
-static double seconds_since(const struct timespec *then) {
+static double cpu_seconds_since(const struct timespec *then) {
   struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
   return (double)(now.tv_sec - then->tv_sec) + 1e-9 * (double)(now.tv_nsec - then->tv_nsec);
 }
 
-/* Minutes of work, told to stop at its start and in its midst. */
+/* Minutes of work, told to stop at its start and in its midst. Half a second of each of two threads: CPU time, since
+ * other programs may keep the machine busy. */
 static void a_large_bake_can_be_cancelled(void **state) {
   (void)state;
   char *folder = test_folder_create(), *path = test_path(folder, "field.vdb");
@@ -396,7 +397,7 @@ static void a_large_bake_can_be_cancelled(void **state) {
     bake_desc.progress = cancel_later;
     bake_desc.progress_user = &c;
     assert_int_equal(neph_cloud_bake_file(context, &desc, &bake_desc, "density", path), NEPH_ERROR_CANCELLED);
-    assert_true(seconds_since(&c.cancelled) < 0.5);
+    assert_true(cpu_seconds_since(&c.cancelled) < 2 * 0.5);
     assert_int_equal(test_folder_count(folder), 0);
   }
   neph_context_destroy(context);
