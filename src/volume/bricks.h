@@ -12,6 +12,8 @@
 #define NP_VOLUME_BRICKS_H
 
 #include <float.h>
+#include <immintrin.h>
+#include <string.h>
 
 #include <nephos/volume.h>
 
@@ -70,60 +72,74 @@ void np_bricks_build_coarse_ranges(np_bricks *bricks);
 
 /* ------------------------------------------------------------------------------------------------- one sample */
 
-typedef float np_float4 __attribute__((vector_size(16)));
-
-/* The eight samples around a position: those at the lower x and those at the upper, each as (y0 z0, y0 z1, y1 z0, y1
- * z1). */
+/* The eight samples around a position, as four pairs along z, each in the lower two lanes. The upper lanes hold what
+ * lies next in the brick, for which its stride leaves room: loading four and ignoring two spares all shuffling. */
 typedef struct np_brick_corners {
-  np_float4 low, high;
+  __m128 pair[2][2]; /* by x and y */
 } np_brick_corners;
 
-static inline np_brick_corners np_brick_corners_of_floats(const float *sample) {
-  const float *upper = sample + NP_BRICK_STRIDE_X;
-  enum { Y = NP_BRICK_SAMPLES };
-  return (np_brick_corners){{sample[0], sample[1], sample[Y], sample[Y + 1]},
-                            {upper[0], upper[1], upper[Y], upper[Y + 1]}};
+enum { NP_BRICK_X = NP_BRICK_STRIDE_X, NP_BRICK_Y = NP_BRICK_SAMPLES };
+
+static inline np_brick_corners np_brick_load_floats(const float *sample) {
+  return (np_brick_corners){{{_mm_loadu_ps(sample), _mm_loadu_ps(sample + NP_BRICK_Y)},
+                             {_mm_loadu_ps(sample + NP_BRICK_X), _mm_loadu_ps(sample + NP_BRICK_X + NP_BRICK_Y)}}};
 }
 
-static inline np_brick_corners np_brick_corners_of_halves(const uint16_t *sample) {
-  const uint16_t *upper = sample + NP_BRICK_STRIDE_X;
-  enum { Y = NP_BRICK_SAMPLES };
+static inline __m128i np_brick_load_quad(const uint16_t *sample) {
+  return _mm_loadl_epi64((const __m128i *)(const void *)sample);
+}
+
+#if !defined(__F16C__)
+/* Four finite halves, each in the lower bits of a lane, by integer arithmetic. A subnormal half becomes the mantissa of
+ * a float of 2⁻¹⁴, which is then taken off again, so that no float is ever subnormal. */
+static inline __m128 np_brick_decode_halves(__m128i halves) {
+  __m128i magnitude = _mm_and_si128(halves, _mm_set1_epi32(0x7fff)), mantissa = _mm_slli_epi32(magnitude, 13);
+  __m128i sign = _mm_slli_epi32(_mm_xor_si128(halves, magnitude), 16);
+  __m128i is_subnormal = _mm_cmplt_epi32(magnitude, _mm_set1_epi32(0x400));
+  __m128i normal = _mm_add_epi32(mantissa, _mm_set1_epi32((127 - 15) << 23));
+  __m128 shifted = _mm_castsi128_ps(_mm_add_epi32(mantissa, _mm_set1_epi32((127 - 14) << 23)));
+  __m128i subnormal = _mm_castps_si128(_mm_sub_ps(shifted, _mm_set1_ps(0x1p-14f)));
+  __m128i chosen = _mm_or_si128(_mm_and_si128(is_subnormal, subnormal), _mm_andnot_si128(is_subnormal, normal));
+  return _mm_castsi128_ps(_mm_or_si128(chosen, sign));
+}
+#endif
+
+static inline np_brick_corners np_brick_load_halves(const uint16_t *sample) {
+  __m128i low_0 = np_brick_load_quad(sample), low_1 = np_brick_load_quad(sample + NP_BRICK_Y);
+  __m128i high_0 = np_brick_load_quad(sample + NP_BRICK_X);
+  __m128i high_1 = np_brick_load_quad(sample + NP_BRICK_X + NP_BRICK_Y);
 #if defined(__F16C__)
-  int32_t pair[4];
-  memcpy(&pair[0], sample, 4);
-  memcpy(&pair[1], sample + Y, 4);
-  memcpy(&pair[2], upper, 4);
-  memcpy(&pair[3], upper + Y, 4);
-  __m256 values = _mm256_cvtph_ps(_mm_set_epi32(pair[3], pair[2], pair[1], pair[0]));
-  return (np_brick_corners){(np_float4)_mm256_castps256_ps128(values), (np_float4)_mm256_extractf128_ps(values, 1)};
+  return (np_brick_corners){{{_mm_cvtph_ps(low_0), _mm_cvtph_ps(low_1)}, {_mm_cvtph_ps(high_0), _mm_cvtph_ps(high_1)}}};
 #else
-  return (np_brick_corners){{np_half_to_float(sample[0]), np_half_to_float(sample[1]), np_half_to_float(sample[Y]),
-                             np_half_to_float(sample[Y + 1])},
-                            {np_half_to_float(upper[0]), np_half_to_float(upper[1]), np_half_to_float(upper[Y]),
-                             np_half_to_float(upper[Y + 1])}};
+  __m128i zero = _mm_setzero_si128();
+  __m128 low = np_brick_decode_halves(_mm_unpacklo_epi16(_mm_unpacklo_epi32(low_0, low_1), zero));
+  __m128 high = np_brick_decode_halves(_mm_unpacklo_epi16(_mm_unpacklo_epi32(high_0, high_1), zero));
+  return (np_brick_corners){{{low, _mm_movehl_ps(low, low)}, {high, _mm_movehl_ps(high, high)}}};
 #endif
 }
 
-/* Splits a local coordinate into the lower sample, 0 to 7, and the fraction beyond it, 0 to 1; NaN becomes 0. */
-static inline int32_t np_brick_split(float local, float *out_fraction) {
-  local = local > 0.0f ? local : 0.0f;
-  local = local < (float)NP_BRICK_EDGE ? local : (float)NP_BRICK_EDGE;
-  int32_t lower = (int32_t)local;
-  lower = lower < NP_BRICK_EDGE - 1 ? lower : NP_BRICK_EDGE - 1;
-  *out_fraction = local - (float)lower;
-  return lower;
+static inline __m128 np_brick_mix(__m128 a, __m128 b, __m128 t) {
+  return _mm_add_ps(a, _mm_mul_ps(t, _mm_sub_ps(b, a)));
 }
 
-/* Value inside a known brick; `local` in [0, 8]³ from the brick's first sample, and clamped to it. */
+/* Value inside a known brick; `local` in [0, 8]³ from the brick's first sample, and clamped to it. NaN becomes 0. */
 static inline float np_brick_sample(const np_bricks *bricks, uint32_t brick, np_vec3 local) {
-  float x, y, z;
-  int32_t i = np_brick_split(local.x, &x), j = np_brick_split(local.y, &y), k = np_brick_split(local.z, &z);
-  size_t first = (size_t)brick * NP_BRICK_STRIDE + (size_t)(i * NP_BRICK_STRIDE_X + j * NP_BRICK_SAMPLES + k);
-  np_brick_corners corners = bricks->halves ? np_brick_corners_of_halves(bricks->halves + first)
-                                            : np_brick_corners_of_floats(bricks->floats + first);
-  np_float4 across_x = corners.low + x * (corners.high - corners.low);
-  float lower = across_x[0] + y * (across_x[2] - across_x[0]), upper = across_x[1] + y * (across_x[3] - across_x[1]);
-  return bricks->scale * (lower + z * (upper - lower));
+  __m128 place = _mm_setr_ps(local.x, local.y, local.z, 0.0f);
+  place = _mm_min_ps(_mm_max_ps(place, _mm_setzero_ps()), _mm_set1_ps((float)NP_BRICK_EDGE));
+  __m128i lower = _mm_cvttps_epi32(_mm_min_ps(place, _mm_set1_ps((float)(NP_BRICK_EDGE - 1))));
+  __m128 fraction = _mm_sub_ps(place, _mm_cvtepi32_ps(lower));
+  __m128i strided = _mm_madd_epi16(lower, _mm_setr_epi32(NP_BRICK_STRIDE_X, NP_BRICK_SAMPLES, 1, 0));
+  strided = _mm_add_epi32(strided, _mm_unpackhi_epi64(strided, strided));
+  uint32_t offset = (uint32_t)_mm_cvtsi128_si32(_mm_add_epi32(strided, _mm_shuffle_epi32(strided, 1)));
+  size_t first = (size_t)brick * NP_BRICK_STRIDE + offset;
+  np_brick_corners corners =
+      bricks->halves ? np_brick_load_halves(bricks->halves + first) : np_brick_load_floats(bricks->floats + first);
+  __m128 x = _mm_shuffle_ps(fraction, fraction, 0x00), y = _mm_shuffle_ps(fraction, fraction, 0x55);
+  __m128 z = _mm_movehl_ps(fraction, fraction);
+  __m128 y_0 = np_brick_mix(corners.pair[0][0], corners.pair[1][0], x);
+  __m128 y_1 = np_brick_mix(corners.pair[0][1], corners.pair[1][1], x);
+  __m128 z_0 = np_brick_mix(y_0, y_1, y), z_1 = _mm_shuffle_ps(z_0, z_0, 0x55);
+  return bricks->scale * _mm_cvtss_f32(np_brick_mix(z_0, z_1, z));
 }
 
 /* Floor of a number below 2⁶² in magnitude; libm's is a call below x86-64-v3. */
