@@ -41,8 +41,9 @@ struct Canceller {
   np_vdb_cancel_fn ask;
   void *user;
 
+  bool is_cancelled() const { return ask && ask(user); }
   void poll() const {
-    if (ask && ask(user)) throw Cancelled();
+    if (is_cancelled()) throw Cancelled();
   }
 };
 
@@ -93,6 +94,16 @@ class PolledFile : public std::filebuf {
 public:
   explicit PolledFile(Canceller canceller) : canceller_(canceller) {}
 
+  /* OpenVDB loses a half-built tree when its topology throws: up to this position a cancel must wait. */
+  void wait_until(std::streamoff position) { waits_until_ = position; }
+
+  std::streamoff measure() {
+    const std::streamoff here = seekoff(0, std::ios_base::cur, std::ios_base::in);
+    const std::streamoff size = seekoff(0, std::ios_base::end, std::ios_base::in);
+    seekoff(here, std::ios_base::beg, std::ios_base::in);
+    return size;
+  }
+
 protected:
   std::streamsize xsgetn(char *bytes, std::streamsize count) override {
     return transfer(
@@ -110,7 +121,7 @@ private:
   template <typename Move> std::streamsize transfer(std::streamsize count, const Move &move) {
     std::streamsize done = 0;
     while (done < count) {
-      canceller_.poll();
+      if (canceller_.is_cancelled() && get_position() >= waits_until_) throw Cancelled();
       const std::streamsize piece = std::min(count - done, piece_bytes), moved = move(done, piece);
       done += moved;
       if (moved < piece) break;
@@ -118,7 +129,10 @@ private:
     return done;
   }
 
+  std::streamoff get_position() { return seekoff(0, std::ios_base::cur); }
+
   Canceller canceller_;
+  std::streamoff waits_until_ = 0;
 };
 
 /* Opens the protected parts of OpenVDB's archive, which both its File and its Stream are made of: neither lets a caller
@@ -153,6 +167,7 @@ struct np_vdb_file {
   openvdb::io::StreamMetadata::Ptr metadata{
       new openvdb::io::StreamMetadata}; /* the stream points at this very pointer */
   std::istream stream;
+  std::streamoff size = 0;
   Archive archive;
   std::vector<Entry> entries;
 };
@@ -166,6 +181,7 @@ void open_stream(np_vdb_file &file, const char *path) {
     const neph_result result = errno == ENOENT || errno == ENOTDIR ? NEPH_ERROR_NOT_FOUND : NEPH_ERROR_IO;
     throw Failure{result, std::string("cannot open: ") + std::strerror(errno)};
   }
+  file.size = file.buffer.measure();
   file.stream.exceptions(std::ios_base::failbit | std::ios_base::badbit);
   file.archive.readHeader(file.stream);
   if (file.archive.fileVersion() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION)
@@ -180,10 +196,16 @@ void open_stream(np_vdb_file &file, const char *path) {
   openvdb::MetaMap().readMeta(file.stream);
 }
 
+std::string describe_truncation(const np_vdb_file &file, const Entry &entry) {
+  return "grid '" + entry.descriptor.gridName() + "' ends at byte " + std::to_string(entry.descriptor.getEndPos()) +
+         ", the file at " + std::to_string(file.size) + ": it is truncated or damaged";
+}
+
 Entry read_entry(np_vdb_file &file) {
   Entry entry;
   entry.header = entry.descriptor.read(file.stream);
   if (file.archive.inputHasGridOffsets()) {
+    if (entry.descriptor.getEndPos() > file.size) throw Failure{NEPH_ERROR_BAD_FILE, describe_truncation(file, entry)};
     entry.descriptor.seekToGrid(file.stream);
     Archive::readGridCompression(file.stream);
     entry.header->readMeta(file.stream);
@@ -261,6 +283,7 @@ openvdb::GridBase::Ptr read_stored(np_vdb_file &file, const Entry &entry) {
   openvdb::GridBase::Ptr grid = openvdb::GridBase::createGrid(entry.descriptor.gridType());
   grid->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
   entry.descriptor.seekToGrid(file.stream);
+  file.buffer.wait_until(entry.descriptor.getBlockPos());
   Archive::readGrid(grid, entry.descriptor, file.stream);
   return grid;
 }
