@@ -5,6 +5,7 @@
 
 #include "core/random.h"
 #include "noise/noise.h"
+#include "noise/noise_texture.h"
 
 enum { COUNT = 4096, CHANNELS = 3 };
 
@@ -12,7 +13,17 @@ static const np_noise_lattice tile = {.seed = 17, .period = {3, 5, 7}};
 static const np_noise_lattice endless = {.seed = 17, .period = {65536, 65536, 65536}};
 static const np_noise_octaves four_octaves = {.count = 4, .gain = 0.5f};
 
-typedef enum noise_kind { VALUE, PERLIN, PERLIN_FBM, WORLEY, WORLEY_FBM, PERLIN_WORLEY, CURL, KIND_COUNT } noise_kind;
+typedef enum noise_kind {
+  VALUE,
+  VALUE_FBM,
+  PERLIN,
+  PERLIN_FBM,
+  WORLEY,
+  WORLEY_FBM,
+  PERLIN_WORLEY,
+  CURL,
+  KIND_COUNT
+} noise_kind;
 
 typedef struct points {
   float x[COUNT], y[COUNT], z[COUNT];
@@ -28,6 +39,9 @@ static void eval(neph_isa isa, noise_kind kind, const np_noise_lattice *lattice,
   switch (kind) {
   case VALUE:
     table->value(lattice, &view, out[0]);
+    break;
+  case VALUE_FBM:
+    table->value_fbm(lattice, &four_octaves, &view, out[0]);
     break;
   case PERLIN:
     table->perlin(lattice, &view, out[0]);
@@ -181,30 +195,36 @@ static void tiles_meet_bit_for_bit(void **state) {
 }
 
 /* One scalar lattice written the plain way, to compare with. */
-static uint32_t hash_lattice(uint32_t seed, const int64_t cell[3], const int32_t period[3]) {
-  uint32_t h = seed;
-  for (int i = 0; i < 3; i++) {
-    int64_t wrapped = (cell[i] % period[i] + period[i]) % period[i];
-    h += (uint32_t)wrapped * 0x9e3779b1u;
-    h ^= h >> 15;
-    h *= 0x2c1b3c6du;
-  }
-  return h ^ h >> 15;
+static uint32_t scatter(uint32_t h) {
+  h = (h ^ h >> 15) * 0x2c1b3c6du;
+  return h ^ h >> 14;
 }
 
-static float reference_worley(const np_noise_lattice *lattice, const float p[3]) {
-  float best = 1.0f;
+static uint32_t hash_lattice(uint32_t seed, const int64_t cell[3], const int32_t period[3]) {
+  static const uint32_t steps[3] = {0x9e3779b1u, 0x85ebca6bu, 0xc2b2ae35u};
+  uint32_t h = scatter(seed) * 0x297a2d39u;
+  for (int i = 0; i < 3; i++) h += (uint32_t)((cell[i] % period[i] + period[i]) % period[i]) * steps[i];
+  return scatter(h);
+}
+
+/* Three numbers in [0, 1) from one hash. */
+static void split_hash(uint32_t hash, double out[3]) {
+  const uint32_t bits[3] = {hash >> 9, hash & 0x7fffffu, hash << 10 & 0x7fffffu};
+  for (int i = 0; i < 3; i++) out[i] = bits[i] * 0x1p-23;
+}
+
+static double reference_worley(const np_noise_lattice *lattice, const float p[3]) {
+  double best = 1;
   for (int k = 0; k < 27; k++) {
     int64_t cell[3];
-    float offset[3];
+    double place[3], squared = 0;
+    for (int i = 0; i < 3; i++) cell[i] = (int64_t)floorf(p[i]) + (i == 0 ? k / 9 : i == 1 ? k / 3 % 3 : k % 3) - 1;
+    split_hash(hash_lattice(lattice->seed, cell, lattice->period), place);
     for (int i = 0; i < 3; i++) {
-      cell[i] = (int64_t)floorf(p[i]) + (i == 0 ? k / 9 : i == 1 ? k / 3 % 3 : k % 3) - 1;
-      offset[i] = (float)cell[i] - p[i];
+      double d = (double)cell[i] + place[i] - (double)p[i];
+      squared += d * d;
     }
-    uint32_t h = hash_lattice(lattice->seed, cell, lattice->period);
-    float x = offset[0] + (float)(h & 1023u) / 1024.0f, y = offset[1] + (float)(h >> 10 & 1023u) / 1024.0f;
-    float z = offset[2] + (float)(h >> 22) / 1024.0f;
-    best = fminf(best, x * x + y * y + z * z);
+    best = fmin(best, squared);
   }
   return best;
 }
@@ -215,16 +235,15 @@ static double reference_perlin(const np_noise_lattice *lattice, const float p[3]
   double sum = 0;
   for (int corner = 0; corner < 8; corner++) {
     int64_t cell[3];
-    double weight = 1, offset[3];
+    double weight = 1, offset[3], gradient[3];
     for (int i = 0; i < 3; i++) {
       int side = corner >> i & 1;
       cell[i] = (int64_t)floorf(p[i]) + side;
       offset[i] = (double)p[i] - (double)cell[i];
       weight *= fade(1 - fabs(offset[i]));
     }
-    uint32_t h = hash_lattice(lattice->seed, cell, lattice->period);
-    const double gradient[3] = {h & 1023u, h >> 10 & 1023u, h >> 20 & 1023u};
-    for (int i = 0; i < 3; i++) sum += weight * (gradient[i] / 511.5 - 1) * offset[i];
+    split_hash(hash_lattice(lattice->seed, cell, lattice->period), gradient);
+    for (int i = 0; i < 3; i++) sum += weight * (2 * gradient[i] - 1) * offset[i];
   }
   return fmin(1, fmax(-1, sum));
 }
@@ -238,8 +257,9 @@ static void noise_agrees_with_the_plain_way(void **state) {
   eval(np_isa_detect(), PERLIN, &tile, &p, perlin);
   for (int i = 0; i < COUNT; i++) {
     const float position[3] = {p.x[i], p.y[i], p.z[i]};
-    assert_true(worley[0][i] == reference_worley(&tile, position));     /* a nearest distance: exact in any order */
-    assert_near(perlin[0][i], reference_perlin(&tile, position), 2e-6); /* sums of eight terms of up to 3 in float */
+    /* float: offsets of up to 2, squared; sums of eight terms of up to 6 */
+    assert_near(worley[0][i], reference_worley(&tile, position), 1e-6);
+    assert_near(perlin[0][i], reference_perlin(&tile, position), 4e-6);
   }
 }
 
@@ -355,6 +375,59 @@ static void seeds_give_independent_noise(void **state) {
   }
 }
 
+/* Both sides of every face: what a texture holds at 0 is what it holds at 1, bit for bit, and a step across a face is
+ * no larger than the largest step inside. */
+static void assert_seamless(const np_noise_texture *t) {
+  const int n = t->size;
+  const float h = 1.0f / (float)n;
+  float inside = 0, across = 0;
+  for (int i = 0; i < n; i++)
+    for (int j = 0; j < n; j++) {
+      const float a = (float)i * h, b = ((float)j + 0.25f) * h;
+      assert_true(np_noise_texture_sample(t, 0, a, b) == np_noise_texture_sample(t, 1, a, b));
+      assert_true(np_noise_texture_sample(t, a, -1, b) == np_noise_texture_sample(t, a, 2, b));
+      assert_true(np_noise_texture_sample(t, a, b, 0) == np_noise_texture_sample(t, a, b, 1));
+      for (int k = -1; k < n - 1; k++) {
+        const float c = (float)k * h;
+        float step = fabsf(np_noise_texture_sample(t, c, a, b) - np_noise_texture_sample(t, c + h, a, b));
+        step = fmaxf(step, fabsf(np_noise_texture_sample(t, a, c, b) - np_noise_texture_sample(t, a, c + h, b)));
+        step = fmaxf(step, fabsf(np_noise_texture_sample(t, a, b, c) - np_noise_texture_sample(t, a, b, c + h)));
+        float *largest = k < 0 ? &across : &inside;
+        *largest = fmaxf(*largest, step);
+      }
+    }
+  assert_true(across <= inside);
+  assert_true(inside > 0.01f);
+}
+
+static void textures_have_no_seam(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  np_noise_texture base, detail;
+  assert_int_equal(np_noise_texture_build(context, NP_NOISE_TEXTURE_BASE, 5, NULL, &base), NEPH_OK);
+  assert_int_equal(np_noise_texture_build(context, NP_NOISE_TEXTURE_DETAIL, 5, NULL, &detail), NEPH_OK);
+  assert_int_equal(base.size, 128);
+  assert_int_equal(detail.size, 32);
+  assert_seamless(&base);
+  assert_seamless(&detail);
+  np_noise_texture_clear(&detail);
+  np_noise_texture_clear(&base);
+  neph_context_destroy(context);
+}
+
+static neph_result build_detail(neph_context *context, void *user) {
+  (void)user;
+  np_noise_texture detail;
+  neph_result result = np_noise_texture_build(context, NP_NOISE_TEXTURE_DETAIL, 5, NULL, &detail);
+  np_noise_texture_clear(&detail);
+  return result;
+}
+
+static void a_texture_survives_failed_allocations(void **state) {
+  (void)state;
+  assert_survives_failed_allocations(build_detail, NULL);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(ranges_and_moments_are_as_documented_for_any_seed),
@@ -367,6 +440,8 @@ int main(void) {
       cmocka_unit_test(curl_has_no_divergence),
       cmocka_unit_test(perlin_noise_prefers_no_direction),
       cmocka_unit_test(seeds_give_independent_noise),
+      cmocka_unit_test(textures_have_no_seam),
+      cmocka_unit_test(a_texture_survives_failed_allocations),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

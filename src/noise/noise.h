@@ -37,6 +37,10 @@ typedef struct np_noise_table {
   /* Random values at lattice points, blended by a quintic: [0, 1], mean ½, C². */
   void (*value)(const np_noise_lattice *lattice, const np_noise_points *points, float *out);
 
+  /* Sum of octaves of value noise: [0, 1], mean ½. The cheapest that may pass for a cloud. */
+  void (*value_fbm)(const np_noise_lattice *lattice, const np_noise_octaves *octaves, const np_noise_points *points,
+                    float *out);
+
   /* Gradient noise: [−1, 1], mean 0, standard deviation 0.19, C² (but where 1 clips it, once in 10⁷ positions). */
   void (*perlin)(const np_noise_lattice *lattice, const np_noise_points *points, float *out);
 

@@ -17,15 +17,15 @@ extern const np_noise_table NP_KERNEL(np_noise_kernels);
 /* A loop becomes vectors only if all that it calls is inside it. */
 #define LANE static inline __attribute__((always_inline))
 
-/* Hash of a lattice point, one axis at a time so that corners share the first two steps. */
-LANE uint32_t hash_axis(uint32_t hash, int32_t index) {
-  hash += (uint32_t)index * 0x9e3779b1u;
-  hash ^= hash >> 15;
-  return hash * 0x2c1b3c6du;
-}
+/* A lattice point is a number, the sum of a seed and its indices times three odd constants, so that corners share all
+ * but an addition; distinct points within reach of each other are distinct numbers. One round of shift, multiplication
+ * and shift then scatters them. */
+static const uint32_t axis_steps[3] = {0x9e3779b1u, 0x85ebca6bu, 0xc2b2ae35u};
 
-/* The product's low bits are its weak ones: high bits are laid over them. */
-LANE uint32_t hash_finish(uint32_t hash) { return hash ^ hash >> 15; }
+LANE uint32_t scatter(uint32_t point) {
+  uint32_t hash = (point ^ point >> 15) * 0x2c1b3c6du;
+  return hash ^ hash >> 14;
+}
 
 LANE int32_t floor_to_int(float x) {
   int32_t i = (int32_t)x;
@@ -38,9 +38,6 @@ LANE int32_t wrap(int32_t i, int32_t period, float period_inverse) {
   return r - (r >= period ? period : 0);
 }
 
-LANE int32_t next(int32_t i, int32_t period) { return i + 1 == period ? 0 : i + 1; }
-LANE int32_t previous(int32_t i, int32_t period) { return i == 0 ? period - 1 : i - 1; }
-
 LANE float fade(float t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f); }
 LANE float fade_slope(float t) { return 30.0f * t * t * (t * (t - 2.0f) + 1.0f); }
 LANE float lerp(float a, float b, float t) { return a + t * (b - a); }
@@ -52,65 +49,80 @@ typedef struct grid {
   int32_t period[3];
   float period_inverse[3];
   float frequency, shift;
+  bool is_binary; /* periods are powers of two, which wrap with a mask */
 } grid;
+
+static bool is_power_of_two(int32_t n) { return (n & (n - 1)) == 0; }
 
 /* Octaves are shifted so that their lattices do not share points; in 256ths, so that tiles still meet exactly. */
 static grid make_grid(const np_noise_lattice *lattice, unsigned octave) {
-  grid g = {.seed = lattice->seed + octave * 0x85ebca6bu,
+  grid g = {.seed = scatter(lattice->seed + octave * 0x85ebca6bu) * 0x297a2d39u,
             .frequency = (float)(1u << octave),
-            .shift = (float)octave * (97.0f / 256.0f)};
+            .shift = (float)octave * (97.0f / 256.0f),
+            .is_binary = true};
   for (int i = 0; i < 3; i++) {
     g.period[i] = lattice->period[i] << octave;
     g.period_inverse[i] = 1.0f / (float)g.period[i];
+    g.is_binary = g.is_binary && is_power_of_two(g.period[i]);
   }
   return g;
 }
 
-/* A position's cell: its low and high lattice index, wrapped, and the fraction between them. */
+/* A position's cell: what the low and the high lattice index, wrapped, and the one before them add to a lattice point's
+ * number; and the fraction between low and high. */
 typedef struct cell_axis {
-  int32_t low, high;
+  uint32_t previous, low, high;
   float fraction;
 } cell_axis;
 
-LANE cell_axis find_cell(const grid *g, int axis, float x) {
+LANE cell_axis find_cell(const grid *g, int axis, float x, bool is_binary) {
+  const int32_t period = g->period[axis];
+  const uint32_t step = axis_steps[axis], last = (uint32_t)(period - 1) * step;
   float scaled = x * g->frequency + g->shift;
-  int32_t i = floor_to_int(scaled), low = wrap(i, g->period[axis], g->period_inverse[axis]);
-  return (cell_axis){low, next(low, g->period[axis]), scaled - (float)i};
+  int32_t i = floor_to_int(scaled), index = is_binary ? i & (period - 1) : wrap(i, period, g->period_inverse[axis]);
+  uint32_t low = (uint32_t)index * step;
+  return (cell_axis){low == 0 ? last : low - step, low, low == last ? 0 : low + step, scaled - (float)i};
 }
 
-/* Three fields of ten bits stay where they are in the hash; what they are worth is put into the scale of the offsets:
- * 1, 2⁻¹⁰ and 2⁻²⁰. Components are then in [0, 1023] and want their mean off. */
+/* A bit pattern with the exponent of 1 is a number in [1, 2). A hash gives three of them, each led by bits of its own;
+ * what follows those is far too small to be seen to agree. */
+LANE float make_float(uint32_t bits) {
+  union {
+    uint32_t bits;
+    float value;
+  } number = {.bits = bits | 0x3f800000u};
+  return number.value;
+}
+
+LANE float take_first(uint32_t hash) { return make_float(hash >> 9); }
+LANE float take_second(uint32_t hash) { return make_float(hash & 0x7fffffu); }
+LANE float take_third(uint32_t hash) { return make_float(hash << 10 & 0x7fffffu); }
+
 typedef struct gradient {
-  float x, y, z, dot; /* y and z times 2¹⁰ and 2²⁰; product with the offset from the corner */
+  float x, y, z, dot; /* components in [1, 2), of which the mean is still to be taken off */
 } gradient;
 
-LANE gradient find_gradient(uint32_t hash, float dx, float dy, float dz) {
-  uint32_t h = hash_finish(hash);
-  gradient g = {(float)(int32_t)(h & 0x3ffu), (float)(int32_t)(h & 0xffc00u), (float)(int32_t)(h & 0x3ff00000u), 0};
+LANE gradient find_gradient(uint32_t point, float dx, float dy, float dz) {
+  uint32_t hash = scatter(point);
+  gradient g = {take_first(hash), take_second(hash), take_third(hash), 0};
   g.dot = g.x * dx + g.y * dy + g.z * dz;
   return g;
 }
 
-/* Of components in [0, 1023]: their mean, and the factor that brings them to (−1, 1). Noise then stays within ±1.5, its
- * standard deviation over all space is 0.19, and 1, where it is clipped, is met about once in 10⁷ positions. */
-static const float gradient_mean = 511.5f, gradient_scale = 1.0f / 511.5f;
+/* The mean of the components, and the factor that brings them to (−1, 1). Noise then stays within ±1.5, its standard
+ * deviation over all space is 0.19, and 1, where it is clipped, is met about once in 10⁷ positions. */
+static const float gradient_mean = 1.5f, gradient_scale = 2.0f;
 
-LANE float eval_perlin(const grid *g, float px, float py, float pz) {
-  cell_axis x = find_cell(g, 0, px), y = find_cell(g, 1, py), z = find_cell(g, 2, pz);
+LANE float eval_perlin(const grid *g, float px, float py, float pz, bool is_binary) {
+  cell_axis x = find_cell(g, 0, px, is_binary), y = find_cell(g, 1, py, is_binary), z = find_cell(g, 2, pz, is_binary);
   float u = fade(x.fraction), v = fade(y.fraction), w = fade(z.fraction);
-  float x0 = x.fraction, y0 = y.fraction * 0x1p-10f, z0 = z.fraction * 0x1p-20f;
-  float x1 = x0 - 1.0f, y1 = y0 - 0x1p-10f, z1 = z0 - 0x1p-20f;
-  uint32_t h0 = hash_axis(g->seed, x.low), h1 = hash_axis(g->seed, x.high);
-  uint32_t h00 = hash_axis(h0, y.low), h01 = hash_axis(h0, y.high);
-  uint32_t h10 = hash_axis(h1, y.low), h11 = hash_axis(h1, y.high);
-  float n000 = find_gradient(hash_axis(h00, z.low), x0, y0, z0).dot;
-  float n001 = find_gradient(hash_axis(h00, z.high), x0, y0, z1).dot;
-  float n010 = find_gradient(hash_axis(h01, z.low), x0, y1, z0).dot;
-  float n011 = find_gradient(hash_axis(h01, z.high), x0, y1, z1).dot;
-  float n100 = find_gradient(hash_axis(h10, z.low), x1, y0, z0).dot;
-  float n101 = find_gradient(hash_axis(h10, z.high), x1, y0, z1).dot;
-  float n110 = find_gradient(hash_axis(h11, z.low), x1, y1, z0).dot;
-  float n111 = find_gradient(hash_axis(h11, z.high), x1, y1, z1).dot;
+  float x0 = x.fraction, y0 = y.fraction, z0 = z.fraction, x1 = x0 - 1.0f, y1 = y0 - 1.0f, z1 = z0 - 1.0f;
+  uint32_t p0 = g->seed + x.low, p1 = g->seed + x.high;
+  uint32_t p00 = p0 + y.low, p01 = p0 + y.high, p10 = p1 + y.low, p11 = p1 + y.high;
+  float n000 = find_gradient(p00 + z.low, x0, y0, z0).dot, n001 = find_gradient(p00 + z.high, x0, y0, z1).dot;
+  float n010 = find_gradient(p01 + z.low, x0, y1, z0).dot, n011 = find_gradient(p01 + z.high, x0, y1, z1).dot;
+  float n100 = find_gradient(p10 + z.low, x1, y0, z0).dot, n101 = find_gradient(p10 + z.high, x1, y0, z1).dot;
+  float n110 = find_gradient(p11 + z.low, x1, y1, z0).dot, n111 = find_gradient(p11 + z.high, x1, y1, z1).dot;
   float low = lerp(lerp(n000, n001, w), lerp(n010, n011, w), v);
   float high = lerp(lerp(n100, n101, w), lerp(n110, n111, w), v);
   /* A constant gradient's share, blended over the corners, is the fraction less its fade. */
@@ -118,19 +130,18 @@ LANE float eval_perlin(const grid *g, float px, float py, float pz) {
   return clip((lerp(low, high, u) - mean) * gradient_scale, -1.0f, 1.0f);
 }
 
-LANE float value_at(uint32_t hash) { return (float)(hash_finish(hash) >> 8) * 0x1p-24f; }
+LANE float value_at(uint32_t point) { return take_first(scatter(point)); }
 
-LANE float eval_value(const grid *g, float px, float py, float pz) {
-  cell_axis x = find_cell(g, 0, px), y = find_cell(g, 1, py), z = find_cell(g, 2, pz);
+LANE float eval_value(const grid *g, float px, float py, float pz, bool is_binary) {
+  cell_axis x = find_cell(g, 0, px, is_binary), y = find_cell(g, 1, py, is_binary), z = find_cell(g, 2, pz, is_binary);
   float u = fade(x.fraction), v = fade(y.fraction), w = fade(z.fraction);
-  uint32_t h0 = hash_axis(g->seed, x.low), h1 = hash_axis(g->seed, x.high);
-  uint32_t h00 = hash_axis(h0, y.low), h01 = hash_axis(h0, y.high);
-  uint32_t h10 = hash_axis(h1, y.low), h11 = hash_axis(h1, y.high);
-  float n00 = lerp(value_at(hash_axis(h00, z.low)), value_at(hash_axis(h00, z.high)), w);
-  float n01 = lerp(value_at(hash_axis(h01, z.low)), value_at(hash_axis(h01, z.high)), w);
-  float n10 = lerp(value_at(hash_axis(h10, z.low)), value_at(hash_axis(h10, z.high)), w);
-  float n11 = lerp(value_at(hash_axis(h11, z.low)), value_at(hash_axis(h11, z.high)), w);
-  return clip(lerp(lerp(n00, n01, v), lerp(n10, n11, v), u), 0.0f, 1.0f);
+  uint32_t p0 = g->seed + x.low, p1 = g->seed + x.high;
+  uint32_t p00 = p0 + y.low, p01 = p0 + y.high, p10 = p1 + y.low, p11 = p1 + y.high;
+  float n00 = lerp(value_at(p00 + z.low), value_at(p00 + z.high), w);
+  float n01 = lerp(value_at(p01 + z.low), value_at(p01 + z.high), w);
+  float n10 = lerp(value_at(p10 + z.low), value_at(p10 + z.high), w);
+  float n11 = lerp(value_at(p11 + z.low), value_at(p11 + z.high), w);
+  return clip(lerp(lerp(n00, n01, v), lerp(n10, n11, v), u) - 1.0f, 0.0f, 1.0f);
 }
 
 typedef struct slope {
@@ -143,86 +154,110 @@ LANE float blend(float n000, float n001, float n010, float n011, float n100, flo
 }
 
 /* ∇(Σ weight·dot) = Σ weight·gradient + Σ ∇weight·dot: exact, so that the cross product of two has no divergence. */
-LANE slope eval_perlin_slope(const grid *g, float px, float py, float pz) {
-  cell_axis x = find_cell(g, 0, px), y = find_cell(g, 1, py), z = find_cell(g, 2, pz);
+LANE slope eval_perlin_slope(const grid *g, float px, float py, float pz, bool is_binary) {
+  cell_axis x = find_cell(g, 0, px, is_binary), y = find_cell(g, 1, py, is_binary), z = find_cell(g, 2, pz, is_binary);
   float u = fade(x.fraction), v = fade(y.fraction), w = fade(z.fraction);
-  float x0 = x.fraction, y0 = y.fraction * 0x1p-10f, z0 = z.fraction * 0x1p-20f;
-  float x1 = x0 - 1.0f, y1 = y0 - 0x1p-10f, z1 = z0 - 0x1p-20f;
-  uint32_t h0 = hash_axis(g->seed, x.low), h1 = hash_axis(g->seed, x.high);
-  uint32_t h00 = hash_axis(h0, y.low), h01 = hash_axis(h0, y.high);
-  uint32_t h10 = hash_axis(h1, y.low), h11 = hash_axis(h1, y.high);
-  gradient a = find_gradient(hash_axis(h00, z.low), x0, y0, z0), b = find_gradient(hash_axis(h00, z.high), x0, y0, z1);
-  gradient c = find_gradient(hash_axis(h01, z.low), x0, y1, z0), d = find_gradient(hash_axis(h01, z.high), x0, y1, z1);
-  gradient e = find_gradient(hash_axis(h10, z.low), x1, y0, z0), f = find_gradient(hash_axis(h10, z.high), x1, y0, z1);
-  gradient k = find_gradient(hash_axis(h11, z.low), x1, y1, z0), l = find_gradient(hash_axis(h11, z.high), x1, y1, z1);
+  float x0 = x.fraction, y0 = y.fraction, z0 = z.fraction, x1 = x0 - 1.0f, y1 = y0 - 1.0f, z1 = z0 - 1.0f;
+  uint32_t p0 = g->seed + x.low, p1 = g->seed + x.high;
+  uint32_t p00 = p0 + y.low, p01 = p0 + y.high, p10 = p1 + y.low, p11 = p1 + y.high;
+  gradient a = find_gradient(p00 + z.low, x0, y0, z0), b = find_gradient(p00 + z.high, x0, y0, z1);
+  gradient c = find_gradient(p01 + z.low, x0, y1, z0), d = find_gradient(p01 + z.high, x0, y1, z1);
+  gradient e = find_gradient(p10 + z.low, x1, y0, z0), f = find_gradient(p10 + z.high, x1, y0, z1);
+  gradient k = find_gradient(p11 + z.low, x1, y1, z0), l = find_gradient(p11 + z.high, x1, y1, z1);
   float along_x = lerp(lerp(e.dot - a.dot, f.dot - b.dot, w), lerp(k.dot - c.dot, l.dot - d.dot, w), v);
   float along_y = lerp(lerp(c.dot - a.dot, d.dot - b.dot, w), lerp(k.dot - e.dot, l.dot - f.dot, w), u);
   float along_z = lerp(lerp(b.dot - a.dot, d.dot - c.dot, v), lerp(f.dot - e.dot, l.dot - k.dot, v), u);
   float mean_x = blend(a.x, b.x, c.x, d.x, e.x, f.x, k.x, l.x, u, v, w);
-  float mean_y = blend(a.y, b.y, c.y, d.y, e.y, f.y, k.y, l.y, u, v, w) * 0x1p-10f;
-  float mean_z = blend(a.z, b.z, c.z, d.z, e.z, f.z, k.z, l.z, u, v, w) * 0x1p-20f;
+  float mean_y = blend(a.y, b.y, c.y, d.y, e.y, f.y, k.y, l.y, u, v, w);
+  float mean_z = blend(a.z, b.z, c.z, d.z, e.z, f.z, k.z, l.z, u, v, w);
   float slope_x = fade_slope(x.fraction), slope_y = fade_slope(y.fraction), slope_z = fade_slope(z.fraction);
   return (slope){(mean_x + slope_x * along_x - gradient_mean * (1.0f - slope_x)) * gradient_scale,
                  (mean_y + slope_y * along_y - gradient_mean * (1.0f - slope_y)) * gradient_scale,
                  (mean_z + slope_z * along_z - gradient_mean * (1.0f - slope_z)) * gradient_scale};
 }
 
-/* Squared distance to the point of a cell, in 1024ths: its corner's offset is given, its place in it comes from the
- * hash. */
-LANE float distance_squared(uint32_t hash, float dx, float dy, float dz) {
-  uint32_t h = hash_finish(hash);
-  float x = dx + (float)(int32_t)(h & 1023u);
-  float y = dy + (float)(int32_t)(h >> 10 & 1023u);
-  float z = dz + (float)(int32_t)(h >> 22);
+/* Squared distance to the point of a cell, whose corner's offset, less 1, is given. */
+LANE float distance_squared(uint32_t point, float dx, float dy, float dz) {
+  uint32_t hash = scatter(point);
+  float x = dx + take_first(hash), y = dy + take_second(hash), z = dz + take_third(hash);
   return x * x + y * y + z * z;
 }
 
 LANE float nearer(float a, float b) { return a < b ? a : b; }
 
 /* The three cells along z of one column. */
-LANE float search_column(uint32_t hash, const int32_t z[3], float dx, float dy, float dz, float best) {
-  best = nearer(best, distance_squared(hash_axis(hash, z[0]), dx, dy, dz - 1024.0f));
-  best = nearer(best, distance_squared(hash_axis(hash, z[1]), dx, dy, dz));
-  return nearer(best, distance_squared(hash_axis(hash, z[2]), dx, dy, dz + 1024.0f));
+LANE float search_column(uint32_t point, cell_axis z, float dx, float dy, float dz, float best) {
+  best = nearer(best, distance_squared(point + z.previous, dx, dy, dz - 1.0f));
+  best = nearer(best, distance_squared(point + z.low, dx, dy, dz));
+  return nearer(best, distance_squared(point + z.high, dx, dy, dz + 1.0f));
 }
 
 /* The nine cells of one sheet across x. */
-LANE float search_sheet(uint32_t hash, const int32_t y[3], const int32_t z[3], float dx, float dy, float dz,
-                        float best) {
-  best = search_column(hash_axis(hash, y[0]), z, dx, dy - 1024.0f, dz, best);
-  best = search_column(hash_axis(hash, y[1]), z, dx, dy, dz, best);
-  return search_column(hash_axis(hash, y[2]), z, dx, dy + 1024.0f, dz, best);
+LANE float search_sheet(uint32_t point, cell_axis y, cell_axis z, float dx, float dy, float dz, float best) {
+  best = search_column(point + y.previous, z, dx, dy - 1.0f, dz, best);
+  best = search_column(point + y.low, z, dx, dy, dz, best);
+  return search_column(point + y.high, z, dx, dy + 1.0f, dz, best);
 }
 
-LANE float eval_worley(const grid *g, float px, float py, float pz) {
-  cell_axis x = find_cell(g, 0, px), y = find_cell(g, 1, py), z = find_cell(g, 2, pz);
-  const int32_t ys[3] = {previous(y.low, g->period[1]), y.low, y.high};
-  const int32_t zs[3] = {previous(z.low, g->period[2]), z.low, z.high};
-  float dx = -1024.0f * x.fraction, dy = -1024.0f * y.fraction, dz = -1024.0f * z.fraction, best = 0x1p20f;
-  best = search_sheet(hash_axis(g->seed, previous(x.low, g->period[0])), ys, zs, dx - 1024.0f, dy, dz, best);
-  best = search_sheet(hash_axis(g->seed, x.low), ys, zs, dx, dy, dz, best);
-  return search_sheet(hash_axis(g->seed, x.high), ys, zs, dx + 1024.0f, dy, dz, best) * 0x1p-20f;
+LANE float eval_worley(const grid *g, float px, float py, float pz, bool is_binary) {
+  cell_axis x = find_cell(g, 0, px, is_binary), y = find_cell(g, 1, py, is_binary), z = find_cell(g, 2, pz, is_binary);
+  float dx = -1.0f - x.fraction, dy = -1.0f - y.fraction, dz = -1.0f - z.fraction, best = 1.0f;
+  best = search_sheet(g->seed + x.previous, y, z, dx - 1.0f, dy, dz, best);
+  best = search_sheet(g->seed + x.low, y, z, dx, dy, dz, best);
+  return search_sheet(g->seed + x.high, y, z, dx + 1.0f, dy, dz, best);
+}
+
+typedef float (*eval_fn)(const grid *g, float px, float py, float pz, bool is_binary);
+
+/* out += amplitude · noise. Inlined with `eval` known, so that the loop becomes vectors. */
+LANE void add_lanes(const grid *g, eval_fn eval, float amplitude, const np_noise_points *points, float *out,
+                    bool is_binary) {
+  const float *x = points->x, *y = points->y, *z = points->z;
+#pragma omp simd
+  for (size_t i = 0; i < points->count; i++) out[i] += amplitude * eval(g, x[i], y[i], z[i], is_binary);
+}
+
+LANE void add_octave(const np_noise_lattice *lattice, unsigned octave, eval_fn eval, float amplitude,
+                     const np_noise_points *points, float *out) {
+  const grid g = make_grid(lattice, octave);
+  if (g.is_binary)
+    add_lanes(&g, eval, amplitude, points, out, true);
+  else
+    add_lanes(&g, eval, amplitude, points, out, false);
+}
+
+static void add_perlin(const np_noise_lattice *lattice, unsigned octave, float amplitude, const np_noise_points *points,
+                       float *out) {
+  add_octave(lattice, octave, eval_perlin, amplitude, points, out);
+}
+
+static void add_worley(const np_noise_lattice *lattice, unsigned octave, float amplitude, const np_noise_points *points,
+                       float *out) {
+  add_octave(lattice, octave, eval_worley, amplitude, points, out);
+}
+
+static void add_value(const np_noise_lattice *lattice, unsigned octave, float amplitude, const np_noise_points *points,
+                      float *out) {
+  add_octave(lattice, octave, eval_value, amplitude, points, out);
+}
+
+static void set_all(float *out, size_t count, float value) {
+  for (size_t i = 0; i < count; i++) out[i] = value;
 }
 
 static void fill_value(const np_noise_lattice *lattice, const np_noise_points *points, float *out) {
-  const grid g = make_grid(lattice, 0);
-  const float *x = points->x, *y = points->y, *z = points->z;
-#pragma omp simd
-  for (size_t i = 0; i < points->count; i++) out[i] = eval_value(&g, x[i], y[i], z[i]);
+  set_all(out, points->count, 0.0f);
+  add_value(lattice, 0, 1.0f, points, out);
 }
 
 static void fill_perlin(const np_noise_lattice *lattice, const np_noise_points *points, float *out) {
-  const grid g = make_grid(lattice, 0);
-  const float *x = points->x, *y = points->y, *z = points->z;
-#pragma omp simd
-  for (size_t i = 0; i < points->count; i++) out[i] = eval_perlin(&g, x[i], y[i], z[i]);
+  set_all(out, points->count, 0.0f);
+  add_perlin(lattice, 0, 1.0f, points, out);
 }
 
 static void fill_worley(const np_noise_lattice *lattice, const np_noise_points *points, float *out) {
-  const grid g = make_grid(lattice, 0);
-  const float *x = points->x, *y = points->y, *z = points->z;
-#pragma omp simd
-  for (size_t i = 0; i < points->count; i++) out[i] = eval_worley(&g, x[i], y[i], z[i]);
+  set_all(out, points->count, 0.0f);
+  add_worley(lattice, 0, 1.0f, points, out);
 }
 
 /* Amplitude of each octave, adding up to 1. */
@@ -233,34 +268,32 @@ static void find_amplitudes(const np_noise_octaves *octaves, float out_amplitude
   for (unsigned k = 0; k < octaves->count; k++, amplitude *= octaves->gain) out_amplitudes[k] = amplitude;
 }
 
-static void fill_perlin_fbm(const np_noise_lattice *lattice, const np_noise_octaves *octaves,
-                            const np_noise_points *points, float *out) {
+typedef void (*add_fn)(const np_noise_lattice *lattice, unsigned octave, float amplitude, const np_noise_points *points,
+                       float *out);
+
+/* start + sign · Σ amplitude · noise, held to [low, 1]. */
+static void fill_octaves(const np_noise_lattice *lattice, const np_noise_octaves *octaves, add_fn add, float start,
+                         float sign, float low, const np_noise_points *points, float *out) {
   float amplitudes[NP_NOISE_OCTAVES_MAX];
   find_amplitudes(octaves, amplitudes);
-  const float *x = points->x, *y = points->y, *z = points->z;
-  for (size_t i = 0; i < points->count; i++) out[i] = 0.0f;
-  for (unsigned k = 0; k < octaves->count; k++) {
-    const grid g = make_grid(lattice, k);
-    const float amplitude = amplitudes[k];
-#pragma omp simd
-    for (size_t i = 0; i < points->count; i++) out[i] += amplitude * eval_perlin(&g, x[i], y[i], z[i]);
-  }
-  for (size_t i = 0; i < points->count; i++) out[i] = clip(out[i], -1.0f, 1.0f);
+  set_all(out, points->count, start);
+  for (unsigned k = 0; k < octaves->count; k++) add(lattice, k, sign * amplitudes[k], points, out);
+  for (size_t i = 0; i < points->count; i++) out[i] = clip(out[i], low, 1.0f);
+}
+
+static void fill_value_fbm(const np_noise_lattice *lattice, const np_noise_octaves *octaves,
+                           const np_noise_points *points, float *out) {
+  fill_octaves(lattice, octaves, add_value, 0.0f, 1.0f, 0.0f, points, out);
+}
+
+static void fill_perlin_fbm(const np_noise_lattice *lattice, const np_noise_octaves *octaves,
+                            const np_noise_points *points, float *out) {
+  fill_octaves(lattice, octaves, add_perlin, 0.0f, 1.0f, -1.0f, points, out);
 }
 
 static void fill_worley_fbm(const np_noise_lattice *lattice, const np_noise_octaves *octaves,
                             const np_noise_points *points, float *out) {
-  float amplitudes[NP_NOISE_OCTAVES_MAX];
-  find_amplitudes(octaves, amplitudes);
-  const float *x = points->x, *y = points->y, *z = points->z;
-  for (size_t i = 0; i < points->count; i++) out[i] = 1.0f;
-  for (unsigned k = 0; k < octaves->count; k++) {
-    const grid g = make_grid(lattice, k);
-    const float amplitude = amplitudes[k];
-#pragma omp simd
-    for (size_t i = 0; i < points->count; i++) out[i] -= amplitude * eval_worley(&g, x[i], y[i], z[i]);
-  }
-  for (size_t i = 0; i < points->count; i++) out[i] = clip(out[i], 0.0f, 1.0f);
+  fill_octaves(lattice, octaves, add_worley, 1.0f, -1.0f, 0.0f, points, out);
 }
 
 /* Scratch lives on the stack in blocks. */
@@ -287,15 +320,23 @@ static void fill_perlin_worley(const np_noise_lattice *lattice, const np_noise_o
 /* Brings the cross product of two potentials' slopes to a root mean square of 1 per component. */
 static const float curl_scale = 2.87f;
 
-static void fill_slope(const grid *g, const np_noise_points *points, float *out_x, float *out_y, float *out_z) {
+LANE void fill_slope_lanes(const grid *g, const np_noise_points *points, float *out_x, float *out_y, float *out_z,
+                           bool is_binary) {
   const float *x = points->x, *y = points->y, *z = points->z;
 #pragma omp simd
   for (size_t i = 0; i < points->count; i++) {
-    slope s = eval_perlin_slope(g, x[i], y[i], z[i]);
+    slope s = eval_perlin_slope(g, x[i], y[i], z[i], is_binary);
     out_x[i] = s.x;
     out_y[i] = s.y;
     out_z[i] = s.z;
   }
+}
+
+static void fill_slope(const grid *g, const np_noise_points *points, float *out_x, float *out_y, float *out_z) {
+  if (g->is_binary)
+    fill_slope_lanes(g, points, out_x, out_y, out_z, true);
+  else
+    fill_slope_lanes(g, points, out_x, out_y, out_z, false);
 }
 
 static void fill_curl(const np_noise_lattice *lattice, const np_noise_points *points, float *out_x, float *out_y,
@@ -321,6 +362,7 @@ static void fill_curl(const np_noise_lattice *lattice, const np_noise_points *po
 
 const np_noise_table NP_KERNEL(np_noise_kernels) = {
     .value = fill_value,
+    .value_fbm = fill_value_fbm,
     .perlin = fill_perlin,
     .perlin_fbm = fill_perlin_fbm,
     .worley = fill_worley,
