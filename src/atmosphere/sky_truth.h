@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the sky's tables are measured by: a backward Monte Carlo of the spherical atmosphere, and order 1 without one.
+ * Double precision; shares with the tables the description of the air and the geometry of a ray, and asks them only
+ * where to look. */
+#ifndef NP_ATMOSPHERE_SKY_TRUTH_H
+#define NP_ATMOSPHERE_SKY_TRUTH_H
+
+#include "atmosphere/truth_path.h"
+#include "core/parallel.h"
+
+typedef enum np_truth_light {
+  NP_TRUTH_DISK,   /* a disk of even radiance */
+  NP_TRUTH_POINT,  /* a point that fades over the disk's width at the horizon, as others compute it and the tables do */
+  NP_TRUTH_FURNACE /* radiance 1 from everywhere in space; the sun is not asked for */
+} np_truth_light;
+
+typedef struct np_truth_scene {
+  const np_medium *medium;
+  np_truth_light light;
+  np_dvec3 to_sun; /* unit vector */
+  double sun_angular_radius_rad;
+  unsigned order_min, order_max; /* which are summed, from 1; a bounce on the ground is one */
+  const np_depth_table *guide;   /* where to look for sunlight; NULL: everywhere alike */
+  bool has_ground;               /* with what the ground at the end of the first ray sends back */
+} np_truth_scene;
+
+enum { NP_TRUTH_ORDERS_ALL = 100000 };
+
+typedef struct np_truth_query {
+  np_dvec3 origin, direction; /* world; for irradiance the direction is not used */
+  double distance_m;          /* the ray ends here at the latest */
+  bool is_irradiance;         /* on a level plane at `origin`, facing up */
+} np_truth_query;
+
+typedef struct np_truth_value {
+  double mean[NP_TRUTH_BANDS], error[NP_TRUTH_BANDS]; /* per unit of sun irradiance; standard error */
+} np_truth_value;
+
+/* Traces about `paths` paths (whole batches of them). The same seed gives the same bits for any number of threads. */
+neph_result np_truth_trace(neph_context *context, np_monitor *monitor, const np_truth_scene *scene,
+                           const np_truth_query *query, unsigned paths, uint64_t seed, np_truth_value *out_value);
+
+/* Order 1 of a ray's in-scatter by quadrature, panels doubled until the result moves by less than `tolerance` of it. */
+void np_truth_first_order(const np_truth_scene *scene, const np_truth_query *query, double tolerance,
+                          double out_radiance[NP_TRUTH_BANDS]);
+
+/* All the orders wanted of a ray's radiance: the first by quadrature where it is among them, the rest traced. */
+neph_result np_truth_radiance(neph_context *context, np_monitor *monitor, const np_truth_scene *scene,
+                              const np_truth_query *query, unsigned paths, uint64_t seed, np_truth_value *out_value);
+
+/* Sunlight at a point on a plane across the sun's rays, per unit of irradiance above the air. Not in a furnace. */
+void np_truth_sunlight(const np_truth_scene *scene, np_dvec3 position, double out_light[NP_TRUTH_BANDS]);
+
+#endif

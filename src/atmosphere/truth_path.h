@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A ray through the air in double precision: depth, transmittance, and a distance sampled along it.
+ *
+ * The ray is cut into panels, at the perigee, where the density profile has kinks, and evenly in the signed root w of
+ * the distance from the perigee (t = perigee + w·|w|), in which the air varies slowly. Each panel's depth is a
+ * six-point Gauss rule in w, so that transmittances are exact to 1e-8 and no random number is spent on them.
+ */
+#ifndef NP_ATMOSPHERE_TRUTH_PATH_H
+#define NP_ATMOSPHERE_TRUTH_PATH_H
+
+#include "atmosphere/optical_depth.h"
+
+enum { NP_TRUTH_BANDS = 3, NP_TRUTH_PANELS_MAX = 96, NP_TRUTH_POINTS = 6 };
+
+/* Coefficients at one altitude, 1/m. */
+typedef struct np_truth_air {
+  double rayleigh[NP_TRUTH_BANDS], mie[NP_TRUTH_BANDS]; /* scattering */
+  double extinction[NP_TRUTH_BANDS];
+} np_truth_air;
+
+np_truth_air np_truth_air_at(const np_medium *medium, double altitude_m);
+
+typedef struct np_truth_path {
+  const np_medium *medium;
+  np_ray ray;
+  double perigee_m;
+  int panel_count;
+  double edge[NP_TRUTH_PANELS_MAX + 1];                  /* in w */
+  double depth[NP_TRUTH_PANELS_MAX + 1][NP_TRUTH_BANDS]; /* from the ray's start to each edge */
+  double cumulated[NP_TRUTH_PANELS_MAX + 1];             /* probability that a distance lies before each edge */
+} np_truth_path;
+
+/* Cuts a ray's part in the air, `ray.length_m` of it, into about `panels` panels. */
+void np_truth_path_build(const np_medium *medium, const np_ray *ray, int panels, np_truth_path *out_path);
+
+static inline double np_truth_path_distance(const np_truth_path *path, double w) {
+  return np_clamp(path->perigee_m + w * fabs(w), 0.0, path->ray.length_m);
+}
+
+/* Transmittance from the ray's start to its end. */
+void np_truth_path_transmit(const np_truth_path *path, double out_transmittance[NP_TRUTH_BANDS]);
+
+/* The same to a place w in a panel. */
+void np_truth_path_transmit_to(const np_truth_path *path, int panel, double w,
+                               double out_transmittance[NP_TRUTH_BANDS]);
+
+/* Transmittance to space from an altitude along a ray that does not meet the ground. */
+void np_truth_transmit_to_space(const np_medium *medium, double altitude_m, double cosine,
+                                double out_transmittance[NP_TRUTH_BANDS]);
+
+/* What tells where along a ray sunlight is to be found. `depths` may be NULL: no telling. */
+typedef struct np_truth_guide {
+  const np_depth_table *depths;
+  double sun_cosine;   /* at the start of the ray's part in the air */
+  double angle_cosine; /* between ray and sun */
+} np_truth_guide;
+
+/* Readies a path for np_truth_path_sample. Its distances are drawn from a mixture: after the light that is scattered
+ * and seen, after what of it comes straight from the sun, and evenly along the ray, so that no part of it is ever
+ * forgotten. */
+void np_truth_path_prepare(np_truth_path *path, const np_truth_guide *guide);
+
+typedef struct np_truth_sample {
+  double t;
+  double transmittance[NP_TRUTH_BANDS];
+  double inverse_pdf_m;
+} np_truth_sample;
+
+/* A distance for one number in [0, 1), monotonic in it. */
+np_truth_sample np_truth_path_sample(const np_truth_path *path, double u);
+
+#endif

@@ -1,0 +1,184 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "test_support.h"
+#include "test_skies.h"
+
+#include <stdlib.h>
+
+#include "atmosphere/atmosphere_tables.h"
+#include "atmosphere/sky_truth.h"
+#include "core/random.h"
+
+static int create_context(void **state) {
+  *state = test_context_create(1, NULL);
+  return 0;
+}
+
+static int destroy_context(void **state) {
+  neph_context_destroy(*state);
+  return 0;
+}
+
+/* Four standard errors of 64 batches: one value in 6000 lies beyond by chance; the seeds are fixed, so none does. */
+static const double sigmas = 4.0;
+
+static void assert_within_errors(const np_truth_value *value, const double expected[3]) {
+  for (int b = 0; b < 3; b++) {
+    assert_true(value->error[b] > 0.0);
+    assert_near(value->mean[b], expected[b], sigmas * value->error[b]);
+  }
+}
+
+/* Air that absorbs nothing over a ground that absorbs nothing. */
+static neph_atmosphere *create_white(neph_context *context) {
+  neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
+  for (int b = 0; b < 3; b++) {
+    desc.mie_scattering_per_m[b] = desc.mie_extinction_per_m[b] = 20e-6 * (b + 1);
+    desc.ozone_absorption_per_m[b] = 0.0;
+    desc.ground_albedo[b] = 1.0;
+  }
+  return test_atmosphere_create(context, &desc);
+}
+
+/* Under a white sky of radiance 1 everything looks 1: what air scatters in is what it takes out. */
+static void furnace_is_white(void **state) {
+  neph_context *context = *state;
+  neph_atmosphere *white = create_white(context);
+  const np_truth_scene scene = {
+      .medium = &white->medium, .light = NP_TRUTH_FURNACE, .order_min = 1, .order_max = NP_TRUTH_ORDERS_ALL};
+  const double zeniths[] = {20.0, 88.0, 91.0, 150.0}, heights[] = {0.0, 3e3, 40e3, 1e3};
+  for (int i = 0; i < 4; i++) {
+    const np_truth_query query = test_query(heights[i], zeniths[i], 30.0);
+    const np_ray ray = np_ray_make(&white->medium, heights[i], cos(zeniths[i] * NP_DEGREE));
+    np_truth_path path;
+    np_truth_path_build(&white->medium, &ray, 20, &path);
+    double expected[3];
+    np_truth_path_transmit(&path, expected);
+    for (int b = 0; b < 3; b++) expected[b] = 1.0 - expected[b];
+    np_truth_value value;
+    assert_int_equal(np_truth_radiance(context, NULL, &scene, &query, 6000, 1, &value), NEPH_OK);
+    for (int b = 0; b < 3; b++)
+      print_message("furnace, zenith %g deg, band %d: %.5f +- %.5f, expected %.5f\n", zeniths[i], b, value.mean[b],
+                    value.error[b], expected[b]);
+    assert_within_errors(&value, expected);
+  }
+  neph_atmosphere_release(white);
+}
+
+/* All light that enters leaves: of the sun's flux through the planet's disk, π·R_top², what does not go through the
+ * limb unscattered comes out scattered. Points on the top and directions into it are drawn evenly: the mean of
+ * 4π·R_top²·π·L over them is the flux out. */
+static void energy_is_kept(void **state) {
+  neph_context *context = *state;
+  neph_atmosphere *white = create_white(context);
+  const np_medium *medium = &white->medium;
+  const double radius = medium->planet_radius_m, top = radius + medium->top_m;
+  np_truth_scene scene = {.medium = medium,
+                          .light = NP_TRUTH_DISK,
+                          .sun_angular_radius_rad = 0.00467396,
+                          .order_min = 1,
+                          .order_max = NP_TRUTH_ORDERS_ALL,
+                          .has_ground = true};
+  np_random random = np_random_start(3, 0, 0, 0, 0);
+  enum { RAYS = 2000 };
+  double sum[3] = {0}, square[3] = {0};
+  for (int i = 0; i < RAYS; i++) {
+    /* The observer stands still, the sun turns: the same by symmetry. */
+    scene.to_sun = test_direction(acos(2.0 * (i + np_random_double(&random)) / RAYS - 1.0) / NP_DEGREE, 0.0);
+    const double cosine = sqrt(np_random_double(&random));
+    const np_truth_query query =
+        test_query(medium->top_m, 180.0 - acos(cosine) / NP_DEGREE, 360.0 * np_random_double(&random));
+    np_truth_value value;
+    assert_int_equal(np_truth_trace(context, NULL, &scene, &query, 1, (uint64_t)i, &value), NEPH_OK);
+    for (int b = 0; b < 3; b++) {
+      sum[b] += value.mean[b] / RAYS;
+      square[b] += value.mean[b] * value.mean[b] / RAYS;
+    }
+  }
+  enum { LIMB = 400 };
+  for (int b = 0; b < 3; b++) {
+    double through = 0.0;
+    for (int i = 0; i < LIMB; i++) {
+      const double height = medium->top_m * (i + 0.5) / LIMB, r = radius + height;
+      double t[3];
+      np_truth_transmit_to_space(medium, height, 0.0, t);
+      through += 2.0 * r * medium->top_m / LIMB / (top * top) * t[b] * t[b];
+    }
+    const double out = 4.0 * NP_PI * sum[b], error = 4.0 * NP_PI * sqrt((square[b] - sum[b] * sum[b]) / RAYS);
+    print_message("energy, band %d: %.5f +- %.5f out, %.5f through the limb\n", b, out, error, through);
+    assert_near(out + through, 1.0, sigmas * error);
+  }
+  neph_atmosphere_release(white);
+}
+
+/* ---- Against another tracer ---- */
+
+typedef struct truth_row {
+  double altitude_km, sun_deg, zenith_deg, azimuth_deg;
+  int band;
+  double first, second, all, error;
+} truth_row;
+
+static bool read_row(FILE *file, truth_row *row) {
+  char line[256];
+  while (fgets(line, sizeof line, file))
+    if (sscanf(line, "%lf,%lf,%lf,%lf,%d,%lf,%lf,%lf,%lf", &row->altitude_km, &row->sun_deg, &row->zenith_deg,
+               &row->azimuth_deg, &row->band, &row->first, &row->second, &row->all, &row->error) == 9)
+      return true;
+  return false;
+}
+
+/* What our tracer says of a row's ray. */
+typedef struct traced {
+  double first[3];
+  np_truth_value all;
+} traced;
+
+static traced trace_row(neph_context *context, const neph_atmosphere *earth, const truth_row *row, uint64_t seed) {
+  const np_truth_scene scene = {.medium = &earth->medium,
+                                .light = NP_TRUTH_POINT,
+                                .to_sun = test_direction(row->sun_deg, 0.0),
+                                .sun_angular_radius_rad = 0.004675,
+                                .order_min = 1,
+                                .order_max = 64,
+                                .guide = &earth->depths};
+  const np_truth_query query = test_query(row->altitude_km * NP_KILOMETRE, row->zenith_deg, row->azimuth_deg);
+  traced t;
+  np_truth_first_order(&scene, &query, 1e-5, t.first);
+  assert_int_equal(np_truth_radiance(context, NULL, &scene, &query, 2000, seed, &t.all), NEPH_OK);
+  return t;
+}
+
+/* Every ninth direction of tests/data/sky_truth.csv, whose bands follow each other: order 1 to 1e-4, which is what its
+ * own quadrature is good to, all orders within four standard errors of both. */
+static void independent_tracer_agrees(void **state) {
+  neph_atmosphere *earth = test_atmosphere_create(*state, NULL);
+  FILE *file = fopen(NEPHOS_TEST_SOURCE_DIR "/data/sky_truth.csv", "r");
+  assert_non_null(file);
+  truth_row row;
+  traced ours;
+  double worst_first = 0.0, square = 0.0;
+  unsigned count = 0;
+  for (unsigned i = 0; read_row(file, &row); i++) {
+    if (i % 27 >= 3) continue;
+    if (row.band == 0) ours = trace_row(*state, earth, &row, i);
+    const double error = hypot(ours.all.error[row.band], row.error), off = ours.all.mean[row.band] - row.all;
+    worst_first = fmax(worst_first, fabs(ours.first[row.band] / row.first - 1.0));
+    square += off * off / (error * error);
+    count++;
+    assert_near_relative(ours.first[row.band], row.first, 1e-4);
+    assert_near(ours.all.mean[row.band], row.all, sigmas * error);
+  }
+  print_message("another tracer, %u rows: order 1 to %.1e, all orders %.2f standard errors rms\n", count, worst_first,
+                sqrt(square / count));
+  fclose(file);
+  neph_atmosphere_release(earth);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(furnace_is_white),
+      cmocka_unit_test(energy_is_kept),
+      cmocka_unit_test(independent_tracer_agrees),
+  };
+  return cmocka_run_group_tests(tests, create_context, destroy_context);
+}
