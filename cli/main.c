@@ -14,6 +14,8 @@ static cli_exit run_command(cli_session *session) {
     return cli_command_info(session);
   case CLI_SKY:
     return cli_command_sky(session);
+  case CLI_PROBE:
+    return cli_command_probe(session);
   case CLI_COMPARE:
     return cli_command_compare(session);
   case CLI_SCHEMA:

@@ -20,6 +20,8 @@ typedef enum option_id {
   OPTION_SAMPLES,
   OPTION_SEED,
   OPTION_INTEGRATOR,
+  OPTION_PATHS,
+  OPTION_TARGET_ERROR,
   OPTION_EXPLAIN,
   OPTION_DRY_RUN,
   OPTION_EXACT,
@@ -36,7 +38,7 @@ typedef enum option_id {
 
 enum {
   SCENE_VERBS = CLI_BAKE | CLI_RENDER | CLI_SKY,
-  EVERY_VERB = CLI_BAKE | CLI_RENDER | CLI_INFO | CLI_SKY | CLI_COMPARE | CLI_SCHEMA
+  EVERY_VERB = CLI_BAKE | CLI_RENDER | CLI_INFO | CLI_SKY | CLI_COMPARE | CLI_SCHEMA | CLI_PROBE
 };
 
 typedef struct option_row {
@@ -49,7 +51,7 @@ typedef struct option_row {
 } option_row;
 
 static const option_row options[] = {
-    {OPTION_OUTPUT, "--output", 'o', "FILE", SCENE_VERBS | CLI_COMPARE, "write to FILE, see docs/cli.md"},
+    {OPTION_OUTPUT, "--output", 'o', "FILE", SCENE_VERBS | CLI_COMPARE | CLI_PROBE, "write to FILE, see docs/cli.md"},
     {OPTION_SET, "--set", 0, "KEY=VALUE", SCENE_VERBS | CLI_INFO,
      "set a key of the scene, as `nephos schema` lists them"},
     {OPTION_FRAMES, "--frames", 0, "LIST", CLI_RENDER, "frames such as 1-100x2,120 (default 1)"},
@@ -58,8 +60,11 @@ static const option_row options[] = {
      "only these pixels, from the top left, the last two excluded"},
     {OPTION_TILE, "--tile", 0, "I/N", CLI_RENDER, "only the I-th of N bands of rows, 1 at the top"},
     {OPTION_SAMPLES, "--samples", 0, "N", CLI_RENDER, "samples for each pixel"},
-    {OPTION_SEED, "--seed", 0, "N", CLI_RENDER, "seed of all random numbers of the render"},
-    {OPTION_INTEGRATOR, "--integrator", 0, "NAME", CLI_RENDER, "march or path"},
+    {OPTION_SEED, "--seed", 0, "N", CLI_RENDER | CLI_PROBE, "seed of all random numbers"},
+    {OPTION_INTEGRATOR, "--integrator", 0, "NAME", CLI_RENDER | CLI_PROBE, "march or path"},
+    {OPTION_PATHS, "--paths", 0, "N", CLI_PROBE, "camera rays for each number asked for (default 65536)"},
+    {OPTION_TARGET_ERROR, "--target-error", 0, "X", CLI_PROBE,
+     "no more paths than give a relative standard error of X"},
     {OPTION_EXPLAIN, "--explain", 0, NULL, CLI_RENDER, "print what would be done, and why, and stop"},
     {OPTION_DRY_RUN, "--dry-run", 'n', NULL, SCENE_VERBS, "check everything, print what would be written, and stop"},
     {OPTION_EXACT, "--exact", 0, NULL, CLI_COMPARE, "fail (7) when any value of any channel differs"},
@@ -67,7 +72,8 @@ static const option_row options[] = {
     {OPTION_JSON, "--json", 0, NULL, EVERY_VERB, "results as JSON"},
     {OPTION_THREADS, "--threads", 't', "N", EVERY_VERB, "threads to work with (default: the CPUs there are)"},
     {OPTION_ISA, "--isa", 0, "LEVEL", EVERY_VERB, "at most x86-64, x86-64-v3 or x86-64-v4"},
-    {OPTION_PROGRESS, "--progress", 0, "MODE", SCENE_VERBS, "auto, bar, lines, json or none, on standard error"},
+    {OPTION_PROGRESS, "--progress", 0, "MODE", SCENE_VERBS | CLI_PROBE,
+     "auto, bar, lines, json or none, on standard error"},
     {OPTION_VERBOSE, "--verbose", 'v', NULL, EVERY_VERB, "more messages"},
     {OPTION_QUIET, "--quiet", 'q', NULL, EVERY_VERB, "warnings and errors only, no progress"},
     {OPTION_HELP, "--help", 'h', NULL, EVERY_VERB, "this text"},
@@ -85,6 +91,7 @@ static const verb_row verbs[] = {
     {CLI_RENDER, "render", "SCENE", "render frames to OpenEXR and PNG", 1, 1},
     {CLI_INFO, "info", "FILE...", "say what is in .vdb, .hgt, .exr, .png and scene files", 1, SIZE_MAX},
     {CLI_SKY, "sky", "SCENE", "the sky alone: irradiances, and a latitude-longitude picture", 1, 1},
+    {CLI_PROBE, "probe", "slab CASES", "put questions with known answers to the integrators, as CSV", 2, 2},
     {CLI_COMPARE, "compare", "PICTURE REFERENCE", "measure how far an OpenEXR picture lies from another", 2, 2},
     {CLI_SCHEMA, "schema", "", "list every key of a scene", 0, 0},
 };
@@ -269,6 +276,10 @@ static bool apply_option(cli_options *out, const option_row *option, const char 
     return add_setting(out, option->name, "render.seed", argument);
   case OPTION_INTEGRATOR:
     return add_setting(out, option->name, "render.integrator", argument);
+  case OPTION_PATHS:
+    return read_whole(argument, &out->path_count) && out->path_count >= 1;
+  case OPTION_TARGET_ERROR:
+    return read_real(argument, &out->target_error);
   case OPTION_EXPLAIN:
     return out->wants_plan = true;
   case OPTION_DRY_RUN:

@@ -27,7 +27,8 @@ typedef enum cli_verb {
   CLI_INFO = 1 << 2,
   CLI_SKY = 1 << 3,
   CLI_COMPARE = 1 << 4,
-  CLI_SCHEMA = 1 << 5
+  CLI_SCHEMA = 1 << 5,
+  CLI_PROBE = 1 << 6
 } cli_verb;
 
 typedef enum cli_progress_mode {
@@ -66,6 +67,8 @@ typedef struct cli_options {
   unsigned crop[4];                /* x0, y0, x1, y1 */
   unsigned tile_index, tile_count; /* from 1; 0 of 0: no tile */
   bool is_json, is_exact, wants_plan, is_dry_run;
+  unsigned path_count; /* of a probe; 0: not given */
+  double target_error; /* 0: none */
   bool has_relative_mse_max;
   double relative_mse_max;
   cli_progress_mode progress;

@@ -45,6 +45,7 @@ cli_exit cli_command_bake(cli_session *session);
 cli_exit cli_command_render(cli_session *session);
 cli_exit cli_command_info(cli_session *session);
 cli_exit cli_command_sky(cli_session *session);
+cli_exit cli_command_probe(cli_session *session);
 cli_exit cli_command_compare(cli_session *session);
 cli_exit cli_command_schema(cli_session *session);
 

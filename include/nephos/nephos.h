@@ -8,6 +8,7 @@
 #include <nephos/cloud.h>
 #include <nephos/context.h>
 #include <nephos/image.h>
+#include <nephos/probe.h>
 #include <nephos/render.h>
 #include <nephos/scene.h>
 #include <nephos/terrain.h>

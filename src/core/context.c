@@ -3,6 +3,7 @@
 
 #include "core/alloc.h"
 #include "core/context_private.h"
+#include "core/file.h"
 #include "core/isa.h"
 #include "core/parallel.h"
 
@@ -106,5 +107,9 @@ void neph_context_destroy(neph_context *context) {
 unsigned neph_context_get_thread_count(const neph_context *context) { return context->thread_count; }
 
 neph_isa neph_context_get_isa(const neph_context *context) { return context->isa; }
+
+neph_result neph_text_save(neph_context *context, const char *text, const char *path) {
+  return np_file_write_all(context, path, text, strlen(text));
+}
 
 void neph_text_destroy(neph_context *context, char *text) { np_alloc_free(context, text); }

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The path tracer: analog delta tracking from the camera, next-event estimation of the sun at every scattering.
+/* The path tracer: delta tracking from the camera, next-event estimation of the sun at every scattering.
  *
- * A path flies to its next collision (Woodcock, Murphy, Hemmings and Longworth 1965, against the bricks' bounds), is
- * weighted by the albedo, gathers the sun through an independent unbiased transmittance (ratio tracking with the cell's
- * minimum as control; Novák, Selle and Jarosz 2014), and scatters by the phase function, whose sampling is exact. Where
- * it leaves the clouds it sees sky or ground. So the mean over samples is the solution of the equation of transfer in
- * the clouds, under the sky and ground that the scene view describes. Compiled once per instruction-set level.
+ * A path flies to its next collision (Woodcock, Murphy, Hemmings and Longworth 1965, against the bricks' bounds; forced
+ * where the clouds are thin), is weighted by the albedo, gathers the sun through an independent unbiased transmittance
+ * (ratio tracking with the cell's minimum as control; Novák, Selle and Jarosz 2014), and scatters by the phase
+ * function, whose sampling is exact. Where it leaves the clouds it sees sky or ground. So the mean over samples is the
+ * solution of the equation of transfer in the clouds, under the sky and ground that the scene view describes. Compiled
+ * once per instruction-set level.
  */
 #include "core/isa.h"
 #include "integrate/surroundings.h"
@@ -18,6 +19,7 @@ typedef struct path_state {
   np_dvec3 position;
   np_vec3 direction; /* of flight, away from the camera */
   np_spectrum throughput;
+  float weight; /* of the throughput at the start, by which it is judged faint */
   const np_view_volume *volume;
   unsigned order; /* scatterings so far */
 } path_state;
@@ -56,7 +58,8 @@ static void gather_surroundings(const np_scene_view *view, const np_integrator_s
 
 /* Flies to the next collision; false when the path leaves the clouds or meets ground first. */
 static bool fly(const np_scene_view *view, path_state *path, np_random *random) {
-  const double distance = np_track_collision(view, path->position, path->direction, INFINITY, random, &path->volume);
+  const double distance = np_track_collision(view, path->position, path->direction, INFINITY, np_track_flight(random),
+                                             random, &path->volume);
   if (isinf(distance)) return false;
   const np_dvec3 next = np_dvec3_along(path->position, path->direction, distance);
   np_ground_hit hit;
@@ -75,7 +78,7 @@ static void scatter(path_state *path, np_random *random) {
 
 /* Russian roulette on a weakened path; false ends it. */
 static bool survive(path_state *path, np_random *random) {
-  const float weight = np_spectrum_max(path->throughput);
+  const float weight = np_spectrum_max(path->throughput) / path->weight;
   if (weight >= 0.25f) return true;
   if (np_random_float(random) >= weight) return false;
   path->throughput = np_spectrum_scale(path->throughput, 1.0f / weight);
@@ -98,24 +101,44 @@ static void follow(const np_scene_view *view, const np_integrator_settings *sett
   }
 }
 
+/* Adds light scattered in the clouds after a first collision at `distance`, and the air before it. */
+static void add_scattered(const np_scene_view *view, const np_integrator_settings *settings, const np_camera_ray *ray,
+                          double distance, path_state *path, np_random *random, np_integrator_sample *out) {
+  np_integrator_sample scattered = {.transmittance = 0.0f};
+  path->position = np_dvec3_along(ray->origin, ray->direction, distance);
+  path->direction = ray->direction;
+  path->throughput = np_spectrum_grey(path->weight);
+  follow(view, settings, path, random, &scattered);
+  const np_aerial_perspective air = np_light_air(view->camera_sky, ray->direction, distance);
+  for (int c = 0; c < NP_COMPONENT_COUNT; c++)
+    add(out, (np_component)c, np_spectrum_multiply(scattered.component[c], air.transmittance));
+  add(out, NP_COMPONENT_AIR, np_spectrum_scale(air.inscatter, path->weight));
+}
+
+/* Through clouds of less than this depth the camera's ray is made to collide. */
+static const double thin_depth = 1.0;
+
+/* A ray of little depth M, counted in the clouds' bounds, has a tentative collision with probability 1 − e^{−M}. It is
+ * given one, with that weight, and passes with the weight e^{−M}: a veil of depth 1e-8 has as little relative noise as
+ * any. */
 void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
                                const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
   *out = (np_integrator_sample){.transmittance = 1.0f};
   np_ground_hit hit;
   out->is_ground_behind = np_ground_intersect(view, ray->origin, ray->direction, &hit);
   const double distance_end = out->is_ground_behind ? hit.distance_m : HUGE_VAL;
-  path_state path = {.direction = ray->direction, .throughput = np_spectrum_grey(1.0f)};
-  const double distance = np_track_collision(view, ray->origin, ray->direction, distance_end, random, &path.volume);
-  if (isinf(distance)) {
-    np_surroundings_add_behind(view, settings, ray, out->is_ground_behind ? &hit : NULL, 1.0f, track_shadow, random,
-                               out);
-    return;
+  const double bound = np_track_bound(view, ray->origin, ray->direction, distance_end, thin_depth);
+  if (bound > 0.0) {
+    const bool is_thin = bound < thin_depth;
+    const double flight = is_thin ? np_track_forced_flight(bound, random) : np_track_flight(random);
+    path_state path = {.weight = is_thin ? (float)-expm1(-bound) : 1.0f};
+    const double distance =
+        np_track_collision(view, ray->origin, ray->direction, distance_end, flight, random, &path.volume);
+    if (!isinf(distance)) {
+      out->transmittance = is_thin ? (float)exp(-bound) : 0.0f;
+      add_scattered(view, settings, ray, distance, &path, random, out);
+    }
   }
-  out->transmittance = 0.0f;
-  path.position = np_dvec3_along(ray->origin, ray->direction, distance);
-  follow(view, settings, &path, random, out);
-  const np_aerial_perspective air = np_light_air(view->camera_sky, ray->direction, distance);
-  for (int c = 0; c < NP_COMPONENT_COUNT; c++)
-    out->component[c] = np_spectrum_multiply(out->component[c], air.transmittance);
-  add(out, NP_COMPONENT_AIR, air.inscatter);
+  np_surroundings_add_behind(view, settings, ray, out->is_ground_behind ? &hit : NULL, out->transmittance, track_shadow,
+                             random, out);
 }

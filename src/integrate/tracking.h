@@ -57,64 +57,108 @@ static inline float np_track_depth(const np_scene_view *view, np_dvec3 origin, n
   return depth;
 }
 
-/* Exponential distance of a unit-rate process, from 53 bits. */
+/* Exponential distance of a unit-rate process, from 53 bits: its tail reaches a depth of 36. */
 static inline double np_track_flight(np_random *random) { return -log1p(-np_random_double(random)); }
 
-/* Unbiased transmittance through one cell: the cell's minimum exactly, the rest by ratio tracking. */
-static inline float np_track_span_transmittance(const np_view_volume *volume, const np_brick_walk *walk,
-                                                const np_brick_span *span, np_random *random) {
-  const float length = (float)(span->t_end - span->t_begin);
-  float transmittance = np_transmittance(volume->extinction_per_value * span->range.min * length);
-  const float residual = volume->extinction_per_value * (span->range.max - span->range.min);
-  if (span->brick == NP_BRICK_NONE || residual <= 0.0f) return transmittance;
-  const float scale = volume->extinction_per_value / residual;
-  for (double t = span->t_begin; transmittance > 0.0f;) {
-    t += np_track_flight(random) / (double)residual;
-    if (t >= span->t_end) break;
-    const float value = np_brick_sample(volume->bricks, span->brick, np_brick_walk_local(walk, span, t));
-    transmittance *= fmaxf(0.0f, 1.0f - (value - span->range.min) * scale);
-  }
-  return transmittance;
+/* The same, given that it ends before `depth`: exact however small that is. */
+static inline double np_track_forced_flight(double depth, np_random *random) {
+  return fmin(-log1p(np_random_double(random) * expm1(-depth)), depth);
 }
 
-/* Unbiased transmittance along a ray; faint estimates are settled by Russian roulette. */
+/* A transmittance in the making: e^{−depth}·weight, where the cells' minima add to the depth, and ratio tracking of
+ * what lies above them multiplies the weight. `flight` is the depth left to the next tentative collision. */
+typedef struct np_track_estimate {
+  double depth, flight;
+  float weight;
+} np_track_estimate;
+
+static inline void np_track_span_transmittance(const np_view_volume *volume, const np_brick_walk *walk,
+                                               const np_brick_span *span, np_random *random, np_track_estimate *e) {
+  e->depth += (double)(volume->extinction_per_value * span->range.min) * (span->t_end - span->t_begin);
+  const float height = span->range.max - span->range.min;
+  if (span->brick == NP_BRICK_NONE || height <= 0.0f) return;
+  const double residual = (double)(volume->extinction_per_value * height);
+  double t = span->t_begin;
+  while (e->flight < residual * (span->t_end - t)) {
+    t += e->flight / residual;
+    const float value = np_brick_sample(volume->bricks, span->brick, np_brick_walk_local(walk, span, t));
+    e->weight *= fmaxf(0.0f, 1.0f - (value - span->range.min) / height);
+    e->flight = np_track_flight(random);
+    if (e->weight <= 0.0f) return;
+  }
+  e->flight -= residual * (span->t_end - t);
+}
+
+/* Russian roulette on a faint estimate; false when it is lost. */
+static inline bool np_track_settle(np_track_estimate *e, np_random *random) {
+  if (e->weight >= 0.1f && e->depth < 2.3) return true;
+  const float transmittance = e->weight * np_transmittance((float)e->depth);
+  if (transmittance >= 0.1f) return true;
+  if (np_random_float(random) >= transmittance) return false;
+  e->weight = 1.0f;
+  e->depth = 0.0;
+  return true;
+}
+
+/* Unbiased transmittance along a ray: residual ratio tracking with each cell's minimum as control. */
 static inline float np_track_transmittance(const np_scene_view *view, np_dvec3 origin, np_vec3 direction,
                                            double distance_end, np_random *random) {
-  float transmittance = 1.0f;
+  np_track_estimate e = {.flight = np_track_flight(random), .weight = 1.0f};
   for (unsigned i = 0; i < view->volume_count; i++) {
     const np_view_volume *volume = &view->volumes[i];
     np_brick_walk walk;
     np_brick_span span;
     np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
     while (np_brick_walk_next(&walk, &span)) {
-      transmittance *= np_track_span_transmittance(volume, &walk, &span, random);
-      if (transmittance >= 0.1f) continue;
-      if (np_random_float(random) >= transmittance) return 0.0f;
-      transmittance = 1.0f;
+      np_track_span_transmittance(volume, &walk, &span, random, &e);
+      if (!np_track_settle(&e, random)) return 0.0f;
     }
   }
-  return transmittance;
+  return e.weight * np_transmittance((float)e.depth);
 }
 
-/* Where a free flight collides inside one cell; beyond the cell's end when it passes. A flight against the cell's
- * maximum is accepted with certainty in the share of its minimum, which costs no look-up. */
+/* Optical depth of the cells' maxima along a ray, an upper bound; looked for as far as `depth_end`. */
+static inline double np_track_bound(const np_scene_view *view, np_dvec3 origin, np_vec3 direction, double distance_end,
+                                    double depth_end) {
+  double depth = 0.0;
+  for (unsigned i = 0; i < view->volume_count && depth < depth_end; i++) {
+    const np_view_volume *volume = &view->volumes[i];
+    np_brick_walk walk;
+    np_brick_span span;
+    np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
+    while (depth < depth_end && np_brick_walk_next(&walk, &span))
+      depth += (double)(volume->extinction_per_value * span.range.max) * (span.t_end - span.t_begin);
+  }
+  return depth;
+}
+
+/* Where a free flight collides inside one cell; infinite when it passes, `*flight` then less by the cell's bound. A
+ * flight against the cell's maximum is accepted with certainty in the share of its minimum, which costs no look-up. */
 static inline double np_track_span_collision(const np_view_volume *volume, const np_brick_walk *walk,
-                                             const np_brick_span *span, np_random *random) {
+                                             const np_brick_span *span, double *flight, np_random *random) {
   const double majorant = (double)(volume->extinction_per_value * span->range.max);
-  if (majorant <= 0.0) return INFINITY;
-  for (double t = span->t_begin;;) {
-    t += np_track_flight(random) / majorant;
-    if (t >= span->t_end) return INFINITY;
+  double t = span->t_begin;
+  while (*flight < majorant * (span->t_end - t)) {
+    t += *flight / majorant;
+    *flight = np_track_flight(random);
     const float threshold = np_random_float(random) * span->range.max;
     if (threshold < span->range.min) return t;
     if (span->brick == NP_BRICK_NONE) continue;
     if (threshold < np_brick_sample(volume->bricks, span->brick, np_brick_walk_local(walk, span, t))) return t;
   }
+  *flight -= majorant * (span->t_end - t);
+  return INFINITY;
 }
 
-/* Distance to the next collision before `distance_end`, and the cloud it happens in; infinite when there is none. */
+/* Distance to the next collision before `distance_end`, and the cloud it happens in; infinite when there is none.
+ *
+ * `flight` is the depth, counted in the cells' maxima and through one cloud after the other, of the first tentative
+ * collision: np_track_flight(), or np_track_forced_flight() of np_track_bound(). The clouds' tentative collisions are
+ * one Poisson process on their rays laid end to end, so that what is left of a flight at the end of one is good for the
+ * next. */
 static inline double np_track_collision(const np_scene_view *view, np_dvec3 origin, np_vec3 direction,
-                                        double distance_end, np_random *random, const np_view_volume **out_volume) {
+                                        double distance_end, double flight, np_random *random,
+                                        const np_view_volume **out_volume) {
   double nearest = INFINITY;
   for (unsigned i = 0; i < view->volume_count; i++) {
     const np_view_volume *volume = &view->volumes[i];
@@ -122,7 +166,7 @@ static inline double np_track_collision(const np_scene_view *view, np_dvec3 orig
     np_brick_span span;
     np_track_start(&walk, volume, origin, direction, 0.0, fmin(distance_end, nearest));
     while (np_brick_walk_next(&walk, &span)) {
-      const double t = np_track_span_collision(volume, &walk, &span, random);
+      const double t = np_track_span_collision(volume, &walk, &span, &flight, random);
       if (t >= nearest || isinf(t)) continue;
       nearest = t;
       *out_volume = volume;

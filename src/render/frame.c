@@ -180,10 +180,10 @@ static bool is_lit(const np_plan *plan) {
   return plan->stages[NP_STAGE_SUN_LIGHT].is_needed || plan->stages[NP_STAGE_SKY_LIGHT].is_needed;
 }
 
-static void choose_settings(frame *f, const np_plan *plan, const np_scene_render *render) {
-  f->settings = (np_integrator_settings){
-      .scattering_max = is_lit(plan) ? f->desc->scattering_max : 0,
-      .octave_count = plan->stages[NP_STAGE_MULTIPLE].is_needed ? render->octave_count : 1,
+void np_frame_choose_settings(const np_scene_render *render, bool has_multiple, np_integrator_settings *out_settings) {
+  *out_settings = (np_integrator_settings){
+      .scattering_max = render->scattering_max,
+      .octave_count = has_multiple ? render->octave_count : 1,
       .octave_light = (float)render->octave_factors[0],
       .octave_depth = (float)render->octave_factors[1],
       .octave_asymmetry = (float)render->octave_factors[2],
@@ -191,6 +191,11 @@ static void choose_settings(frame *f, const np_plan *plan, const np_scene_render
       .light_step_voxels = (float)render->step_voxels,
       .transmittance_end = (float)render->transmittance_end,
   };
+}
+
+static void choose_integrator(frame *f, const np_plan *plan, const np_scene_render *render) {
+  np_frame_choose_settings(render, plan->stages[NP_STAGE_MULTIPLE].is_needed, &f->settings);
+  f->settings.scattering_max = is_lit(plan) ? f->desc->scattering_max : 0;
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->assembly->context));
   f->integrate = f->desc->integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;
   f->half_distance = kernels->half_distance;
@@ -235,7 +240,7 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->width = desc->crop_max[0] - desc->crop_min[0];
   f->height = desc->crop_max[1] - desc->crop_min[1];
   choose_channels(f, plan, scene->output.has_background);
-  choose_settings(f, plan, &scene->render);
+  choose_integrator(f, plan, &scene->render);
   np_blue_noise_fill(f->blue_noise);
   neph_result result = create_image(f, out_image);
   if (!result) {

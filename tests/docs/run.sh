@@ -1,9 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # Runs the examples of documents: run.sh PROGRAM PAGE.md…
-# In a page's fenced blocks, ```yaml NAME is the file NAME, and ```console is a session: lines that begin with "$ " are
-# commands, the lines behind one are what it prints on both outputs. A line "..." stands for whatever follows; seconds
-# and times are not compared. All of a page runs in one empty folder, with `nephos` in the path.
+# In a page's fenced blocks, ```yaml NAME and ```csv NAME are the file NAME, and ```console is a session: lines that
+# begin with "$ " are commands, the lines behind one are what it prints on both outputs. A line "..." stands for whatever
+# follows; seconds and times are not compared. All of a page runs in one empty folder, with `nephos` in the path.
 set -u
 program=$(cd "$(dirname "$1")" && pwd)/$(basename "$1")
 shift
@@ -19,7 +19,7 @@ split_page() {
   awk -v steps="$2" '
     function begin() { step = sprintf("%s/%03d", steps, ++count) }
     /^```/ && inside { inside = ""; next }
-    /^```yaml [^ ]+$/ { inside = "file"; begin(); print $2 > (step ".name"); printf "" > (step ".file"); next }
+    /^```(yaml|csv) [^ ]+$/ { inside = "file"; begin(); print $2 > (step ".name"); printf "" > (step ".file"); next }
     /^```console$/ { inside = "console"; next }
     /^```/ { inside = "other"; next }
     inside == "file" { print > (step ".file") }

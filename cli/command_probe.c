@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+#include <string.h>
+
+#include "session.h"
+
+static cli_exit choose_integrator(const char *name, neph_integrator *out) {
+  static const char *const names[] = {[NEPH_INTEGRATOR_MARCH] = "march", [NEPH_INTEGRATOR_PATH] = "path"};
+  for (int i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++)
+    if (!strcmp(name, names[i])) return *out = (neph_integrator)i, CLI_DONE;
+  cli_complain("--integrator is %s, must be march or path", name);
+  return CLI_USAGE;
+}
+
+static cli_exit choose_seed(const char *text, uint64_t *out) {
+  char *end;
+  *out = strtoull(text, &end, 10);
+  if (*text >= '0' && *text <= '9' && !*end) return CLI_DONE;
+  cli_complain("--seed is %s, must be a whole number", text);
+  return CLI_USAGE;
+}
+
+/* Options that stand for a scene's keys elsewhere describe the probe here: there is no scene. */
+static cli_exit fill_desc(cli_session *session, neph_probe_desc *desc) {
+  const cli_options *options = session->options;
+  if (options->path_count) desc->path_count = options->path_count;
+  desc->target_error = options->target_error;
+  desc->progress = cli_progress_report;
+  desc->progress_user = &session->progress;
+  cli_exit exit = CLI_DONE;
+  for (size_t i = 0; !exit && i < options->setting_count; i++) {
+    const cli_setting *setting = &options->settings[i];
+    exit = strcmp(setting->option, "--integrator") ? choose_seed(setting->value, &desc->seed)
+                                                   : choose_integrator(setting->value, &desc->integrator);
+  }
+  return exit;
+}
+
+static cli_exit check_output(const cli_options *options) {
+  if (!options->output_count) return CLI_DONE;
+  if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".csv"))
+    return cli_check_target(options->outputs[0]);
+  cli_complain("--output of nephos probe must be one .csv");
+  return CLI_USAGE;
+}
+
+static cli_exit probe_slab(cli_session *session, const neph_probe_desc *desc) {
+  const cli_options *options = session->options;
+  char *text;
+  neph_result result = neph_probe_slab(session->context, options->files[1], desc, &text);
+  cli_progress_finish(&session->progress);
+  if (result) return cli_exit_of(result);
+  if (!options->output_count) return cli_print_text(session, text), CLI_DONE;
+  result = neph_text_save(session->context, text, options->outputs[0]);
+  neph_text_destroy(session->context, text);
+  return cli_exit_of(result);
+}
+
+cli_exit cli_command_probe(cli_session *session) {
+  const char *question = session->options->files[0];
+  neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
+  cli_exit exit = check_output(session->options);
+  if (!exit) exit = fill_desc(session, &desc);
+  if (exit) return exit;
+  cli_catch_interrupts();
+  if (!strcmp(question, "slab")) return probe_slab(session, &desc);
+  cli_complain("%s is not a probe, must be slab", question);
+  return CLI_USAGE;
+}

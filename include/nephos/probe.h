@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Probes: physical questions whose answers are known, put to the integrators that render pictures. */
+#ifndef NEPHOS_PROBE_H
+#define NEPHOS_PROBE_H
+
+#include <nephos/render.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct neph_probe_desc {
+  size_t struct_size;
+  neph_integrator integrator; /**< default NEPH_INTEGRATOR_PATH */
+  unsigned path_count;        /**< camera rays for each number asked for, ≥ 1, rounded up to a multiple of 64 (default
+                                   65536) */
+  double target_error;        /**< 0: all of them are traced; above: no more of them than a pilot of 4096 finds to be
+                                   enough for a standard error of this part of the scattered light (default 0) */
+  uint64_t seed;              /**< of all random numbers (default 0) */
+  neph_progress_fn progress;  /**< default NULL */
+  void *progress_user;        /**< default NULL */
+} neph_probe_desc;
+
+#define NEPH_PROBE_DESC_DEFAULT                                                                                        \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_probe_desc), .integrator = NEPH_INTEGRATOR_PATH, .path_count = 65536,                   \
+    .target_error = 0, .seed = 0, .progress = NULL, .progress_user = NULL                                              \
+  }
+
+/** Light reflected and transmitted by plane-parallel slabs of cloud, case by case.
+ *
+ * Cases are rows of comma-separated values with the columns quantity (flux, radiance_top_up, radiance_bottom_down), g,
+ * albedo, tau, mu0 (or diffuse) and, for radiance, mu_view and phi_deg: docs/cli.md says what each means. The answer
+ * repeats every column and adds R_out, T_out, R_se, T_se to fluxes and L_out, L_se to radiances, each with its standard
+ * error.
+ *
+ * @param cases_path  a file, or "-" for standard input.
+ * @param desc        NULL for the defaults.
+ * @param out_text    comma-separated values, to be freed with neph_text_destroy; NULL on failure.
+ */
+NEPH_API neph_result neph_probe_slab(neph_context *context, const char *cases_path, const neph_probe_desc *desc,
+                                     char **out_text) NEPH_NODISCARD;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,220 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Probes: cases in, answers out, as comma-separated values. */
+#include <nephos/probe.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/csv.h"
+#include "core/units.h"
+#include "render/probe_slab.h"
+
+typedef enum column {
+  COLUMN_QUANTITY,
+  COLUMN_G,
+  COLUMN_ALBEDO,
+  COLUMN_TAU,
+  COLUMN_MU0,
+  COLUMN_MU_VIEW,
+  COLUMN_PHI,
+  COLUMN_COUNT
+} column;
+
+static const char *const column_names[COLUMN_COUNT] = {"quantity", "g", "albedo", "tau", "mu0", "mu_view", "phi_deg"};
+
+/* Through deeper slabs of little absorption no path finds its way in any time worth waiting for. */
+static const double traceable_depth_max = 1e4;
+
+typedef struct slab_row {
+  np_slab_case case_;
+  bool is_flux, is_answered;
+  np_slab_question questions[2];
+  np_slab_answer answers[2]; /* R and T, or L alone */
+} slab_row;
+
+typedef struct probe {
+  neph_context *context;
+  neph_probe_desc desc;
+  np_csv csv;
+  int columns[COLUMN_COUNT];
+  slab_row *rows;
+  np_monitor monitor;
+} probe;
+
+/* ---- Cases ---- */
+
+static neph_result find_columns(probe *p) {
+  for (int c = 0; c < COLUMN_COUNT; c++) {
+    p->columns[c] = np_csv_find_column(&p->csv, column_names[c]);
+    if (p->columns[c] == NP_CSV_NO_COLUMN && c < COLUMN_MU_VIEW)
+      return np_fail(p->context, NEPH_ERROR_BAD_SCENE, "%s:%u: there is no column %s", p->csv.path, p->csv.header.line,
+                     column_names[c]);
+  }
+  return NEPH_OK;
+}
+
+static const char *get_text(const probe *p, size_t row, column c) {
+  return p->columns[c] == NP_CSV_NO_COLUMN ? "" : np_csv_get_field(&p->csv, row, p->columns[c]);
+}
+
+static neph_result get_real(const probe *p, size_t row, column c, double min, double max, double *out) {
+  if (p->columns[c] == NP_CSV_NO_COLUMN)
+    return np_fail(p->context, NEPH_ERROR_BAD_SCENE, "%s:%u: there is no column %s, which a radiance needs",
+                   p->csv.path, p->csv.header.line, column_names[c]);
+  return np_csv_get_real(&p->csv, row, p->columns[c], min, max, out);
+}
+
+static neph_result read_case(const probe *p, size_t row, np_slab_case *out) {
+  neph_result result = get_real(p, row, COLUMN_G, -0.999999, 0.999999, &out->asymmetry);
+  if (!result) result = get_real(p, row, COLUMN_ALBEDO, 0.0, 1.0, &out->albedo);
+  if (!result) result = get_real(p, row, COLUMN_TAU, 0.0, 1e7, &out->depth);
+  out->is_diffuse = strcmp(get_text(p, row, COLUMN_MU0), "diffuse") == 0;
+  return result || out->is_diffuse ? result : get_real(p, row, COLUMN_MU0, 1e-4, 1.0, &out->mu0);
+}
+
+static neph_result read_direction(const probe *p, size_t row, bool is_top, np_slab_question *out) {
+  double mu = 0.0, phi_deg = 0.0;
+  neph_result result = get_real(p, row, COLUMN_MU_VIEW, is_top ? 1e-4 : -1.0, is_top ? 1.0 : -1e-4, &mu);
+  if (!result) result = get_real(p, row, COLUMN_PHI, -360.0, 360.0, &phi_deg);
+  *out = (np_slab_question){.is_top = is_top, .mu_view = fabs(mu), .phi_rad = phi_deg * NP_DEGREE};
+  return result;
+}
+
+static neph_result read_row(const probe *p, size_t row, slab_row *out) {
+  const char *quantity = get_text(p, row, COLUMN_QUANTITY);
+  const bool is_top = strcmp(quantity, "radiance_top_up") == 0;
+  out->is_flux = strcmp(quantity, "flux") == 0;
+  if (!out->is_flux && !is_top && strcmp(quantity, "radiance_bottom_down") != 0)
+    return np_fail(p->context, NEPH_ERROR_BAD_SCENE,
+                   "%s:%u: quantity is '%s', must be flux, radiance_top_up or radiance_bottom_down", p->csv.path,
+                   p->csv.rows[row].line, quantity);
+  neph_result result = read_case(p, row, &out->case_);
+  if (result || !out->is_flux) return result ? result : read_direction(p, row, is_top, &out->questions[0]);
+  out->questions[0] = (np_slab_question){.is_flux = true, .is_top = true};
+  out->questions[1] = (np_slab_question){.is_flux = true, .is_top = false};
+  return NEPH_OK;
+}
+
+static neph_result read_rows(probe *p) {
+  neph_result result = find_columns(p);
+  for (size_t i = 0; !result && i < p->csv.row_count; i++) result = read_row(p, i, &p->rows[i]);
+  return result;
+}
+
+/* ---- Answers ---- */
+
+static neph_result ask(probe *p, size_t row, np_slab *slab, int question) {
+  slab_row *r = &p->rows[row];
+  return np_slab_ask(slab, &r->questions[question], (uint32_t)(2 * row) + (uint32_t)question, &p->monitor,
+                     &r->answers[question]);
+}
+
+static neph_result answer_row(probe *p, size_t row) {
+  slab_row *r = &p->rows[row];
+  if (p->desc.integrator == NEPH_INTEGRATOR_PATH && r->case_.depth > traceable_depth_max) {
+    np_log(p->context, NEPH_LOG_WARNING, "%s:%u: tau is %g, and path goes up to %g: left empty", p->csv.path,
+           p->csv.rows[row].line, r->case_.depth, traceable_depth_max);
+    return NEPH_OK;
+  }
+  np_slab *slab;
+  neph_result result = np_slab_create(p->context, &r->case_, &p->desc, &slab);
+  if (result) return result;
+  result = ask(p, row, slab, 0);
+  if (!result && r->is_flux) result = ask(p, row, slab, 1);
+  np_slab_destroy(slab);
+  r->is_answered = !result;
+  return result;
+}
+
+static neph_result answer_rows(probe *p) {
+  np_monitor_set_stage(&p->monitor, "probing slabs");
+  const double count = (double)p->csv.row_count;
+  neph_result result = NEPH_OK;
+  for (size_t i = 0; !result && i < p->csv.row_count; i++) {
+    np_monitor_set_range(&p->monitor, (double)i / count, (double)(i + 1) / count);
+    result = answer_row(p, i);
+  }
+  return result;
+}
+
+/* ---- Output ---- */
+
+static void print_answer(FILE *out, bool has_value, double value) {
+  if (has_value)
+    fprintf(out, ",%.12g", value);
+  else
+    fputc(',', out);
+}
+
+static void print_row(FILE *out, const np_csv_row *text, const slab_row *row, bool has_flux, bool has_radiance) {
+  const np_slab_answer *a = row->answers;
+  const bool is_flux = row->is_answered && row->is_flux, is_radiance = row->is_answered && !row->is_flux;
+  fputs(text->text, out);
+  for (int i = 0; i < 2 && has_flux; i++) print_answer(out, is_flux, a[i].value);
+  for (int i = 0; i < 2 && has_flux; i++) print_answer(out, is_flux, a[i].error);
+  if (has_radiance) print_answer(out, is_radiance, a[0].value);
+  if (has_radiance) print_answer(out, is_radiance, a[0].error);
+  fputc('\n', out);
+}
+
+static void print_rows(FILE *out, const probe *p) {
+  bool has_flux = false, has_radiance = false;
+  for (size_t i = 0; i < p->csv.row_count; i++) {
+    has_flux = has_flux || p->rows[i].is_flux;
+    has_radiance = has_radiance || !p->rows[i].is_flux;
+  }
+  fprintf(out, "%s%s%s\n", p->csv.header.text, has_flux ? ",R_out,T_out,R_se,T_se" : "",
+          has_radiance ? ",L_out,L_se" : "");
+  for (size_t i = 0; i < p->csv.row_count; i++) print_row(out, &p->csv.rows[i], &p->rows[i], has_flux, has_radiance);
+}
+
+static neph_result write_text(const probe *p, char **out_text) {
+  char *bytes = NULL;
+  size_t size;
+  FILE *out = open_memstream(&bytes, &size);
+  if (!out) return np_fail(p->context, NEPH_ERROR_OUT_OF_MEMORY, "out of memory for the answers");
+  print_rows(out, p);
+  const bool has_failed = ferror(out) != 0;
+  if (fclose(out) || has_failed) {
+    free(bytes);
+    return np_fail(p->context, NEPH_ERROR_OUT_OF_MEMORY, "out of memory for the answers");
+  }
+  *out_text = np_alloc_text(p->context, bytes);
+  free(bytes);
+  return *out_text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result run(probe *p, const char *cases_path, char **out_text) {
+  neph_result result = np_csv_load(p->context, strcmp(cases_path, "-") ? cases_path : "/dev/stdin", &p->csv);
+  if (result) return result;
+  p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
+  result = p->rows ? read_rows(p) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result) result = answer_rows(p);
+  if (!result) result = write_text(p, out_text);
+  np_alloc_free(p->context, p->rows);
+  np_csv_clear(&p->csv);
+  return result;
+}
+
+neph_result neph_probe_slab(neph_context *context, const char *cases_path, const neph_probe_desc *desc,
+                            char **out_text) {
+  *out_text = NULL;
+  const neph_probe_desc defaults = NEPH_PROBE_DESC_DEFAULT;
+  probe p = {.context = context};
+  neph_result result = np_desc_read(context, "neph_probe_desc", &defaults, sizeof defaults, desc, &p.desc);
+  if (result) return result;
+  if (p.desc.path_count < 1)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: path_count is 0, must be at least 1");
+  if (!(p.desc.target_error >= 0.0))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: target_error is %g, must be 0 or above",
+                   p.desc.target_error);
+  np_monitor_start(&p.monitor, context, p.desc.progress, p.desc.progress_user);
+  const unsigned mode = np_float_mode_enter();
+  result = run(&p, cases_path, out_text);
+  np_float_mode_leave(mode);
+  /* Here a damaged table is a bad question, not a bad file. */
+  return result == NEPH_ERROR_BAD_FILE ? NEPH_ERROR_BAD_SCENE : result;
+}

@@ -1,0 +1,244 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Slabs: a volume of 1×1×N samples, periodic in x and y, under a point sun or an even sky, with nothing around it.
+ *
+ * All samples are 1, so that the trilinear field rises from 0 at z = −1 to 1 at z = 0 and falls likewise at the top:
+ * its column is N, and the extinction depth/N gives exactly the depth asked for. That the field is not constant along z
+ * changes nothing: what leaves a plane-parallel medium depends on optical depth alone.
+ *
+ * A flux is the integral of μ·L over the hemisphere, by camera rays that look at the face with the density
+ * q(μ) = ½ + μ in μ: between even, which suits a thin slab (L ~ 1/μ), and cosine, which suits a thick one; no ray's
+ * weight exceeds 4/3 of the best there is in either. They are spread by a low-discrepancy sequence, turned at random
+ * for each of 64 batches, whose means give the standard error. Light that has not been scattered is not looked for, but
+ * added in closed form: e^{−τ/μ0}, or 2·E₃(τ) under an even sky.
+ */
+#include "render/probe_slab.h"
+
+#include "core/alloc.h"
+#include "core/units.h"
+#include "integrate/integrator.h"
+#include "render/frame.h"
+#include "volume/volume_private.h"
+
+enum { BATCH_COUNT = 64, PILOT_RAY_COUNT = 4096, SAMPLE_MIN = 64, SAMPLE_MAX = 1024 };
+
+struct np_slab {
+  neph_context *context;
+  np_slab_case case_;
+  unsigned ray_count;
+  double target_error; /* 0: none */
+  uint64_t seed;
+  unsigned sample_count; /* along z */
+  neph_volume *volume;
+  np_view_volume placed;
+  np_scene_view view;
+  np_integrator_settings settings;
+  np_integrator_fn integrate;
+};
+
+/* ---- The slab ---- */
+
+/* A sixteenth of depth 1 to a voxel, where that is affordable, for the march's steps are counted in voxels. */
+static unsigned choose_sample_count(double depth) { return (unsigned)fmin(fmax(16.0 * depth, SAMPLE_MIN), SAMPLE_MAX); }
+
+/* Voxels are 1 m high, and so wide that only the most grazing ray comes to the next. */
+static neph_result create_volume(np_slab *slab) {
+  float values[SAMPLE_MAX];
+  for (unsigned i = 0; i < slab->sample_count; i++) values[i] = 1.0f;
+  neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
+  desc.size[0] = desc.size[1] = 1;
+  desc.size[2] = slab->sample_count;
+  desc.values = values;
+  desc.index_to_world[0][0] = desc.index_to_world[1][1] = 16.0 * slab->sample_count;
+  desc.is_periodic_x = desc.is_periodic_y = true;
+  desc.precision = NEPH_PRECISION_FLOAT;
+  return neph_volume_create_dense(slab->context, &desc, &slab->volume);
+}
+
+static void fill_view(np_slab *slab) {
+  const np_slab_case *c = &slab->case_;
+  slab->placed = (np_view_volume){
+      .bricks = &slab->volume->bricks,
+      .world_to_index = slab->volume->world_to_index,
+      .extinction_per_value = (float)(c->depth / slab->sample_count),
+      .albedo = np_spectrum_grey((float)c->albedo),
+      .phase = np_phase_henyey_greenstein((float)c->asymmetry),
+  };
+  slab->view = (np_scene_view){.volume_count = 1, .volumes = &slab->placed, .to_sun = {0.0f, 0.0f, 1.0f}};
+  if (c->is_diffuse) {
+    slab->view.environment_radiance = np_spectrum_grey((float)(1.0 / NP_PI));
+    slab->view.is_environment_upper_only = true;
+  } else {
+    slab->view.to_sun = np_vec3_make(-(float)sqrt(1.0 - c->mu0 * c->mu0), 0.0f, (float)c->mu0);
+    slab->view.sun_irradiance = np_spectrum_grey((float)(1.0 / c->mu0));
+  }
+}
+
+/* Settings are those of a scene with every key at its default. */
+static neph_result choose_integrator(np_slab *slab, neph_integrator integrator) {
+  neph_scene *scene;
+  neph_result result = neph_scene_create(slab->context, &scene);
+  if (result) return result;
+  np_frame_choose_settings(&scene->render, true, &slab->settings);
+  neph_scene_destroy(scene);
+  const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(slab->context));
+  slab->integrate = integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;
+  return NEPH_OK;
+}
+
+neph_result np_slab_create(neph_context *context, const np_slab_case *case_, const neph_probe_desc *desc,
+                           np_slab **out_slab) {
+  *out_slab = NULL;
+  np_slab *slab = np_alloc(context, 1, sizeof *slab);
+  if (!slab) return NEPH_ERROR_OUT_OF_MEMORY;
+  slab->context = context;
+  slab->case_ = *case_;
+  slab->ray_count = desc->path_count;
+  slab->target_error = desc->target_error;
+  slab->seed = desc->seed;
+  slab->sample_count = choose_sample_count(case_->depth);
+  neph_result result = create_volume(slab);
+  if (!result) result = choose_integrator(slab, desc->integrator);
+  if (result) {
+    np_slab_destroy(slab);
+    return result;
+  }
+  fill_view(slab);
+  *out_slab = slab;
+  return NEPH_OK;
+}
+
+void np_slab_destroy(np_slab *slab) {
+  if (!slab) return;
+  neph_volume_release(slab->volume);
+  np_alloc_free(slab->context, slab);
+}
+
+/* ---- Questions ---- */
+
+typedef struct inquiry {
+  const np_slab *slab;
+  const np_slab_question *question;
+  uint32_t stream;
+  uint32_t run; /* 0: the pilot, 1: the one that counts */
+  unsigned rays_per_batch;
+  np_monitor *monitor;
+  double means[BATCH_COUNT];
+} inquiry;
+
+/* A ray that looks against light that leaves the face in the direction (μ, φ). */
+static np_camera_ray make_ray(const np_slab *slab, bool is_top, double mu, double phi_rad, float jitter) {
+  const double sine = sqrt(fmax(0.0, 1.0 - mu * mu)), sign = is_top ? 1.0 : -1.0;
+  return (np_camera_ray){
+      .origin = {0.0, 0.0, is_top ? slab->sample_count + 1.0 : -2.0},
+      .direction = {-(float)(sine * cos(phi_rad)), -(float)(sine * sin(phi_rad)), -(float)(sign * mu)},
+      .jitter = jitter,
+  };
+}
+
+/* The μ below which q(μ) = ½ + μ has the share u. */
+static double invert_share(double u) { return 4.0 * u / (1.0 + sqrt(1.0 + 8.0 * u)); }
+
+/* Low-discrepancy points of the plastic number, as the film has them (render/frame.c). */
+static double turn(double offset, double step, unsigned index) {
+  const double x = offset + step * index;
+  return x - floor(x);
+}
+
+/* Light scattered towards the camera; all bands are alike. */
+static double measure_radiance(const np_slab *slab, const np_camera_ray *ray, np_random *random) {
+  np_integrator_sample sample;
+  double radiance = 0.0;
+  slab->integrate(&slab->view, &slab->settings, ray, random, &sample);
+  for (int c = 0; c < NP_COMPONENT_COUNT; c++)
+    if (c != NP_COMPONENT_BACKGROUND) radiance += (double)sample.component[c].band[0];
+  return radiance;
+}
+
+static double measure_ray(const inquiry *q, unsigned index, const double offset[2], np_random *random) {
+  const np_slab_question *question = q->question;
+  double mu = question->mu_view, phi_rad = question->phi_rad, weight = 1.0;
+  if (question->is_flux) {
+    mu = invert_share(turn(offset[0], 0.7548776662466927, index));
+    phi_rad = 2.0 * NP_PI * turn(offset[1], 0.5698402909980532, index);
+    weight = 2.0 * NP_PI * mu / (0.5 + mu);
+  }
+  const np_camera_ray ray = make_ray(q->slab, question->is_top, mu, phi_rad, np_random_float(random));
+  return weight * measure_radiance(q->slab, &ray, random);
+}
+
+static neph_result measure_batches(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  inquiry *q = user;
+  const unsigned count = q->rays_per_batch;
+  for (size_t batch = begin; batch < end; batch++) {
+    np_random random = np_random_start(q->slab->seed, q->stream, (uint32_t)batch, q->run, 0);
+    const double offset[2] = {np_random_double(&random), np_random_double(&random)};
+    double sum = 0.0;
+    for (unsigned i = 0; i < count; i++) {
+      if (np_monitor_is_cancelled(q->monitor)) return NEPH_ERROR_CANCELLED;
+      sum += measure_ray(q, i, offset, &random);
+    }
+    q->means[batch] = sum / count;
+  }
+  return NEPH_OK;
+}
+
+static np_slab_answer summarize(const double means[BATCH_COUNT]) {
+  double sum = 0.0, squares = 0.0;
+  for (int i = 0; i < BATCH_COUNT; i++) sum += means[i];
+  const double mean = sum / BATCH_COUNT;
+  for (int i = 0; i < BATCH_COUNT; i++) squares += (means[i] - mean) * (means[i] - mean);
+  return (np_slab_answer){mean, sqrt(squares / BATCH_COUNT / (BATCH_COUNT - 1))};
+}
+
+static neph_result measure(inquiry *q, unsigned ray_count, np_slab_answer *out_answer) {
+  q->rays_per_batch = (ray_count - 1) / BATCH_COUNT + 1;
+  neph_result result = np_parallel_for(q->slab->context, q->monitor, BATCH_COUNT, 1, measure_batches, q);
+  if (!result) *out_answer = summarize(q->means);
+  return result;
+}
+
+/* How many rays the target takes, by a pilot whose answers are not used again, so that nothing is biased. */
+static double count_rays(const np_slab_answer *pilot, double target_error) {
+  if (!(pilot->value > 0.0)) return HUGE_VAL;
+  const double ratio = pilot->error / (pilot->value * target_error);
+  return fmax(PILOT_RAY_COUNT, PILOT_RAY_COUNT * ratio * ratio);
+}
+
+/* E₃(x) = ∫₁^∞ e^{−xt}/t³ dt: by E₁'s series below 1, where the recurrence cancels little, and above by the continued
+ * fraction e^{−x}/(x + 3 − 1·3/(x + 5 − 2·4/(x + 7 − …))) (Abramowitz and Stegun 1964, 5.1.11, 5.1.14, 5.1.22). */
+static double compute_e3(double x) {
+  if (x <= 0.0) return 0.5;
+  if (x > 1.0) {
+    double fraction = x + 203.0;
+    for (int k = 100; k > 0; k--) fraction = x + 2.0 * k + 1.0 - k * (k + 2.0) / fraction;
+    return exp(-x) / fraction;
+  }
+  double e1 = -0.57721566490153286 - log(x), term = 1.0;
+  for (int k = 1; k < 25; k++) {
+    term *= -x / k;
+    e1 -= term / k;
+  }
+  return 0.5 * (exp(-x) * (1.0 - x) + x * x * e1);
+}
+
+static double compute_unscattered(const np_slab_case *c) {
+  return c->is_diffuse ? 2.0 * compute_e3(c->depth) : exp(-c->depth / c->mu0);
+}
+
+neph_result np_slab_ask(const np_slab *slab, const np_slab_question *question, uint32_t stream, np_monitor *monitor,
+                        np_slab_answer *out_answer) {
+  inquiry q = {.slab = slab, .question = question, .stream = stream, .monitor = monitor};
+  double ray_count = slab->ray_count;
+  if (slab->target_error > 0.0 && ray_count > PILOT_RAY_COUNT) {
+    np_slab_answer pilot;
+    neph_result result = measure(&q, PILOT_RAY_COUNT, &pilot);
+    if (result) return result;
+    ray_count = fmin(ray_count, count_rays(&pilot, slab->target_error));
+  }
+  q.run = 1;
+  neph_result result = measure(&q, (unsigned)ray_count, out_answer);
+  if (result) return result;
+  if (question->is_flux && !question->is_top) out_answer->value += compute_unscattered(&slab->case_);
+  return NEPH_OK;
+}

@@ -1,0 +1,307 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The tracer against discrete ordinates (tests/data/slab_flux.csv, slab_radiance.csv), through the probe.
+ *
+ * test_probe        a selection, to a standard error of 0.5 % where seconds suffice
+ * test_probe long   every row with tau up to 1024, to 0.1 %; an hour or more
+ */
+#include "test_support.h"
+
+#include <limits.h>
+#include <stdlib.h>
+
+#include <nephos/nephos.h>
+
+#include "core/csv.h"
+#include "core/file.h"
+
+/* Rows of a table that a test asks for: all whose columns have these texts; NULL: any. */
+typedef struct pick {
+  const char *g, *albedo, *tau, *mu0, *mu_view, *phi_deg;
+} pick;
+
+typedef struct fixture {
+  test_log log;
+  neph_context *context;
+  char *folder, *cases, *answers;
+} fixture;
+
+static int set_up(void **state) {
+  fixture *f = calloc(1, sizeof *f);
+  test_log_start(&f->log);
+  f->context = test_context_create(2, &f->log);
+  f->folder = test_folder_create();
+  f->cases = test_path(f->folder, "cases.csv");
+  f->answers = test_path(f->folder, "answers.csv");
+  *state = f;
+  return 0;
+}
+
+static int tear_down(void **state) {
+  fixture *f = *state;
+  test_folder_destroy(f->folder);
+  neph_context_destroy(f->context);
+  free(f->cases);
+  free(f->answers);
+  free(f);
+  return 0;
+}
+
+/* ---- Choosing cases ---- */
+
+static bool has_text(const np_csv *csv, size_t row, const char *column, const char *text) {
+  return !text || strcmp(np_csv_get_field(csv, row, np_csv_find_column(csv, column)), text) == 0;
+}
+
+static bool is_picked(const np_csv *csv, size_t row, const pick *p) {
+  return has_text(csv, row, "g", p->g) && has_text(csv, row, "albedo", p->albedo) &&
+         has_text(csv, row, "tau", p->tau) && has_text(csv, row, "mu0", p->mu0) &&
+         has_text(csv, row, "mu_view", p->mu_view) && has_text(csv, row, "phi_deg", p->phi_deg);
+}
+
+/* Writes the rows of a reference table that any of the picks asks for. */
+static void write_cases(const fixture *f, const char *table, const pick *picks, size_t count) {
+  char *path = test_path(NEPHOS_TEST_SOURCE_DIR, table);
+  np_csv csv;
+  assert_int_equal(np_csv_load(f->context, path, &csv), NEPH_OK);
+  FILE *out = fopen(f->cases, "w");
+  assert_non_null(out);
+  fprintf(out, "%s\n", csv.header.text);
+  for (size_t row = 0; row < csv.row_count; row++) {
+    bool is_wanted = false;
+    for (size_t p = 0; p < count; p++) is_wanted = is_wanted || is_picked(&csv, row, &picks[p]);
+    if (is_wanted) fprintf(out, "%s\n", csv.rows[row].text);
+  }
+  fclose(out);
+  np_csv_clear(&csv);
+  free(path);
+}
+
+static void run_probe(const fixture *f, const neph_probe_desc *desc) {
+  char *text;
+  assert_int_equal(neph_probe_slab(f->context, f->cases, desc, &text), NEPH_OK);
+  assert_int_equal(neph_text_save(f->context, text, f->answers), NEPH_OK);
+  neph_text_destroy(f->context, text);
+}
+
+/* ---- Judging answers ---- */
+
+typedef struct verdict {
+  unsigned count;
+  double z_max, chi_square, relative_error_max;
+} verdict;
+
+static double get(const np_csv *csv, size_t row, const char *column) {
+  double value;
+  assert_int_equal(np_csv_get_real(csv, row, np_csv_find_column(csv, column), -1e9, 1e9, &value), NEPH_OK);
+  return value;
+}
+
+/* One answer against the table's value, which is that of a `part` that is scattered. */
+static void judge(verdict *v, const np_csv *csv, size_t row, const char *names[3], double part) {
+  const double expected = get(csv, row, names[0]), actual = get(csv, row, names[1]), error = get(csv, row, names[2]);
+  const double z = (actual - expected) / error;
+  if (fabs(z) > 4.0) print_message("%s\n  %s: z = %.2f\n", csv->rows[row].text, names[0], z);
+  v->count++;
+  v->z_max = fmax(v->z_max, fabs(z));
+  v->chi_square += z * z;
+  v->relative_error_max = fmax(v->relative_error_max, error / part);
+}
+
+static void judge_answers(const fixture *f, bool is_flux, verdict *v) {
+  static const char *names[3][3] = {{"R", "R_out", "R_se"}, {"T", "T_out", "T_se"}, {"L", "L_out", "L_se"}};
+  np_csv csv;
+  *v = (verdict){0};
+  assert_int_equal(np_csv_load(f->context, f->answers, &csv), NEPH_OK);
+  for (size_t row = 0; row < csv.row_count; row++) {
+    if (!is_flux) {
+      judge(v, &csv, row, names[2], get(&csv, row, "L"));
+      continue;
+    }
+    judge(v, &csv, row, names[0], get(&csv, row, "R"));
+    judge(v, &csv, row, names[1], get(&csv, row, "T") - get(&csv, row, "T_unscattered"));
+  }
+  np_csv_clear(&csv);
+  v->chi_square /= v->count;
+}
+
+/* No answer further off than four standard errors, of which one in 16,000 is by chance; and the mean of z² within four
+ * of its own standard errors of 1, which it leaves when errors are stated too small or too large. The pilot knows its
+ * own error to a tenth or, where contributions are rare, a third. */
+static void assert_right(const fixture *f, bool is_flux, unsigned count_min, double target_error) {
+  verdict v;
+  judge_answers(f, is_flux, &v);
+  print_message("%u answers: largest |z| %.2f, mean of z squared %.2f, largest relative standard error %.2g\n", v.count,
+                v.z_max, v.chi_square, v.relative_error_max);
+  assert_true(v.count >= count_min);
+  assert_true(v.z_max <= 4.0);
+  assert_near(v.chi_square, 1.0, 4.0 * sqrt(2.0 / v.count));
+  assert_true(v.relative_error_max <= 1.5 * target_error);
+}
+
+/* ---- Tests ---- */
+
+#define COUNT(array) (sizeof(array) / sizeof *(array))
+
+/* Probes the picked rows of a table, each answer to `target_error` or by `path_count` paths. */
+static void probe_picks(const fixture *f, const char *table, const pick *picks, size_t count, unsigned path_count,
+                        double target_error) {
+  neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
+  desc.path_count = path_count;
+  desc.target_error = target_error;
+  write_cases(f, table, picks, count);
+  run_probe(f, &desc);
+}
+
+static void fluxes_are_those_of_discrete_ordinates(void **state) {
+  static const pick picks[] = {
+      {"0", "1", "1e-08", NULL, NULL, NULL},     {"0", "1", "1e-06", NULL, NULL, NULL},
+      {"0", "1", "0.0001", NULL, NULL, NULL},    {"0", "1", "0.001", NULL, NULL, NULL},
+      {"0", "1", "0.01", NULL, NULL, NULL},      {"0", "0.9", "0.1", NULL, NULL, NULL},
+      {"0", "0.9", "0.5", NULL, NULL, NULL},     {"0", "0.9", "1", NULL, NULL, NULL},
+      {"0", "0.9", "2", NULL, NULL, NULL},       {"0", "0.99", "0.5", NULL, NULL, NULL},
+      {"0", "1", "1", NULL, NULL, NULL},         {"0", "1", "4", "diffuse", NULL, NULL},
+      {"0.85", "1", "1e-08", "1", NULL, NULL},   {"0.85", "1", "1e-06", "1", NULL, NULL},
+      {"0.85", "1", "1e-08", "0.5", NULL, NULL}, {"0.85", "1", "2", "diffuse", NULL, NULL},
+  };
+  probe_picks(*state, "data/slab_flux.csv", picks, COUNT(picks), 1000000, 5e-3);
+  assert_right(*state, true, 2 * 38, 5e-3);
+}
+
+/* Where few paths come through, or few turn back, 0.5 % would take minutes: fewer paths, whose error is as honest. */
+static void fluxes_of_thick_slabs_are_right(void **state) {
+  static const pick picks[] = {
+      {"0", "1", "16", "1", NULL, NULL},
+      {"0.85", "1", "64", "diffuse", NULL, NULL},
+      {"0.85", "0.99", "16", "diffuse", NULL, NULL},
+      {"0.85", "1", "8", NULL, NULL, NULL},
+  };
+  probe_picks(*state, "data/slab_flux.csv", picks, COUNT(picks), 8192, 0.0);
+  assert_right(*state, true, 2 * 6, 0.1);
+}
+
+static void radiances_of_isotropic_slabs_are_right(void **state) {
+  static const pick picks[] = {
+      {"0", NULL, NULL, NULL, "-0.9", "0"},   {"0", NULL, NULL, NULL, "-0.5", "60"},
+      {"0", NULL, NULL, NULL, "-0.1", "120"}, {"0", NULL, NULL, NULL, "-0.02", "0"},
+      {"0", NULL, NULL, NULL, "0.02", "30"},  {"0", NULL, NULL, NULL, "0.1", "90"},
+      {"0", NULL, NULL, NULL, "0.5", "180"},  {"0", NULL, NULL, NULL, "1", "0"},
+  };
+  probe_picks(*state, "data/slab_radiance.csv", picks, COUNT(picks), 1000000, 5e-3);
+  assert_right(*state, false, 8, 5e-3);
+}
+
+/* Through a forward peak the point sun is seen in rare, bright flashes: 2 % is what seconds allow. */
+static void radiances_of_peaked_slabs_are_right(void **state) {
+  static const pick picks[] = {
+      {"0.75", NULL, NULL, NULL, "-1", "0"},    {"0.75", NULL, NULL, NULL, "-0.5", "90"},
+      {"0.75", NULL, NULL, NULL, "-0.1", "90"}, {"0.75", NULL, NULL, NULL, "0.1", "90"},
+      {"0.75", NULL, NULL, NULL, "0.5", "90"},  {"0.75", NULL, NULL, NULL, "0.9", "90"},
+      {"0.85", NULL, NULL, NULL, "-0.9", "0"},  {"0.85", NULL, NULL, NULL, "-0.6", "0"},
+      {"0.85", NULL, NULL, NULL, "-0.5", "90"}, {"0.85", NULL, NULL, NULL, "-0.1", "180"},
+      {"0.85", NULL, NULL, NULL, "0.1", "0"},   {"0.85", NULL, NULL, NULL, "0.5", "0"},
+      {"0.85", NULL, NULL, NULL, "0.9", "180"},
+  };
+  probe_picks(*state, "data/slab_radiance.csv", picks, COUNT(picks), 200000, 0.02);
+  assert_right(*state, false, 20, 0.03);
+}
+
+static void answers_are_the_same_bits_for_any_threads(void **state) {
+  const fixture *f = *state;
+  static const pick picks[] = {{"0.85", "0.99", "1", "0.5", NULL, NULL}};
+  neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
+  desc.path_count = 1000;
+  write_cases(f, "data/slab_flux.csv", picks, 1);
+  neph_context *alone = test_context_create(1, NULL);
+  for (int integrator = NEPH_INTEGRATOR_MARCH; integrator <= NEPH_INTEGRATOR_PATH; integrator++) {
+    char *one, *two;
+    desc.integrator = (neph_integrator)integrator;
+    assert_int_equal(neph_probe_slab(alone, f->cases, &desc, &one), NEPH_OK);
+    assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &two), NEPH_OK);
+    assert_string_equal(one, two);
+    neph_text_destroy(alone, one);
+    neph_text_destroy(f->context, two);
+  }
+  neph_context_destroy(alone);
+}
+
+static void descriptions_are_checked(void **state) {
+  fixture *f = *state;
+  char *text = NULL;
+  neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
+  desc.path_count = 0;
+  assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_null(text);
+  assert_one_error(&f->log, "path_count is 0");
+  desc.path_count = 1;
+  desc.target_error = NAN;
+  assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "target_error is nan");
+}
+
+static bool refuse(void *user, const neph_progress *progress) {
+  (void)user;
+  (void)progress;
+  return false;
+}
+
+static void a_probe_can_be_cancelled(void **state) {
+  const fixture *f = *state;
+  static const pick picks[] = {{"0", "1", "64", "1", NULL, NULL}};
+  neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
+  desc.path_count = 100000000;
+  desc.progress = refuse;
+  char *text;
+  write_cases(f, "data/slab_flux.csv", picks, 1);
+  assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_CANCELLED);
+  assert_null(text);
+}
+
+static neph_result probe_one(neph_context *context, void *cases) {
+  neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
+  desc.path_count = 1;
+  char *text;
+  neph_result result = neph_probe_slab(context, cases, &desc, &text);
+  neph_text_destroy(context, text);
+  return result;
+}
+
+static void failed_allocations_leave_nothing(void **state) {
+  const fixture *f = *state;
+  static const pick picks[] = {{"0", "1", "1", "1", NULL, NULL}};
+  write_cases(f, "data/slab_flux.csv", picks, 1);
+  assert_survives_failed_allocations(probe_one, f->cases);
+}
+
+static void every_flux_to_a_thousandth(void **state) {
+  static const char *const depths[] = {"1e-08", "1e-06", "0.0001", "0.001", "0.01", "0.1", "0.5", "1",   "2",
+                                       "4",     "8",     "16",     "32",    "64",   "128", "256", "1024"};
+  pick picks[COUNT(depths)] = {{0}};
+  for (size_t i = 0; i < COUNT(depths); i++) picks[i].tau = depths[i];
+  probe_picks(*state, "data/slab_flux.csv", picks, COUNT(depths), UINT_MAX, 1e-3);
+  assert_right(*state, true, 2 * 200, 1e-3);
+}
+
+static void every_radiance_to_a_thousandth(void **state) {
+  static const pick all = {0};
+  probe_picks(*state, "data/slab_radiance.csv", &all, 1, UINT_MAX, 1e-3);
+  assert_right(*state, false, 840, 1e-3);
+}
+
+int main(int argc, char **argv) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test_setup_teardown(fluxes_are_those_of_discrete_ordinates, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(fluxes_of_thick_slabs_are_right, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(radiances_of_isotropic_slabs_are_right, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(radiances_of_peaked_slabs_are_right, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(answers_are_the_same_bits_for_any_threads, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(descriptions_are_checked, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(a_probe_can_be_cancelled, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(failed_allocations_leave_nothing, set_up, tear_down),
+  };
+  const struct CMUnitTest long_tests[] = {
+      cmocka_unit_test_setup_teardown(every_flux_to_a_thousandth, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(every_radiance_to_a_thousandth, set_up, tear_down),
+  };
+  const bool is_long = argc > 1 && strcmp(argv[1], "long") == 0;
+  return is_long ? cmocka_run_group_tests(long_tests, NULL, NULL) : cmocka_run_group_tests(tests, NULL, NULL);
+}
