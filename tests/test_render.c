@@ -126,6 +126,62 @@ static void depth_is_finite_on_ground_and_infinite_in_the_sky(void **state) {
   neph_image_destroy(image);
 }
 
+/* The scene by the tracer, with its standard error, under a seed. */
+static neph_image *render_with_errors(neph_context *context, uint64_t seed) {
+  neph_scene *scene = load(context);
+  neph_image *image = NULL;
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  assert_int_equal(neph_scene_set(scene, "output.aovs", "[standard_error]"), NEPH_OK);
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  desc.integrator = NEPH_INTEGRATOR_PATH;
+  desc.sample_count = 64;
+  desc.seed = seed;
+  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+  neph_scene_destroy(scene);
+  return image;
+}
+
+/* Header values of the mean of G and its standard error against the channels: six digits are printed. */
+static void assert_mean_is_stated(neph_image *image) {
+  const size_t count = (size_t)neph_image_get_width(image) * neph_image_get_height(image);
+  const float *green = neph_image_get_channel(image, "G"), *error = neph_image_get_channel(image, "standard_error.G");
+  double sum = 0, variance = 0, stated[3];
+  for (size_t p = 0; p < count; p++) {
+    sum += (double)green[p];
+    variance += (double)error[p] * (double)error[p];
+  }
+  const char *mean = neph_image_get_attribute(image, "nephos:mean");
+  assert_int_equal(sscanf(mean, "%lf %lf %lf", &stated[0], &stated[1], &stated[2]), 3);
+  assert_near_relative(stated[1], sum / (double)count, 2e-5);
+  const char *mean_error = neph_image_get_attribute(image, "nephos:meanStandardError");
+  assert_int_equal(sscanf(mean_error, "%lf %lf %lf", &stated[0], &stated[1], &stated[2]), 3);
+  assert_near_relative(stated[1], sqrt(variance) / (double)count, 2e-5);
+}
+
+/* Two pictures that differ in their seed alone differ by what they state: the mean of (a − b)²/(e² + f²) is 1, less
+ * what spreading the samples over the pixel saves, which is more where pixels have edges than where they have noise;
+ * above 1 by chance and rare bright paths, of which 64 samples do not tell all. */
+static void standard_errors_are_what_seeds_differ_by(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_image *one = render_with_errors(context, 1), *two = render_with_errors(context, 2);
+  const float *a = neph_image_get_channel(one, "G"), *e = neph_image_get_channel(one, "standard_error.G");
+  const float *b = neph_image_get_channel(two, "G"), *f = neph_image_get_channel(two, "standard_error.G");
+  const size_t count = (size_t)neph_image_get_width(one) * neph_image_get_height(one);
+  double sum = 0;
+  for (size_t p = 0; p < count; p++) {
+    const double difference = (double)a[p] - (double)b[p];
+    assert_true(e[p] >= 0.0f);
+    sum += difference * difference / fmax((double)e[p] * (double)e[p] + (double)f[p] * (double)f[p], 1e-30);
+  }
+  print_message("mean of (a - b)^2 over the variance stated: %.3f\n", sum / (double)count);
+  assert_true(sum / (double)count > 0.2 && sum / (double)count < 1.3);
+  assert_mean_is_stated(one);
+  neph_image_destroy(one);
+  neph_image_destroy(two);
+  neph_context_destroy(context);
+}
+
 static bool stop_when_rendering(void *user, const neph_progress *progress) {
   struct timespec *asked = user;
   if (strcmp(progress->stage, "rendering") != 0) return true;
@@ -173,6 +229,10 @@ static void bad_descriptions_are_refused(void **state) {
   desc.sample_count = 0;
   assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&log, "samples is 0");
+  assert_int_equal(neph_scene_set(scene, "output.aovs", "[standard_error]"), NEPH_OK);
+  desc.sample_count = 1;
+  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_ERROR_BAD_SCENE);
+  assert_one_error(&log, "samples is 1", "standard_error");
   assert_null(image);
   neph_scene_destroy(scene);
   neph_context_destroy(context);
@@ -207,6 +267,7 @@ int main(void) {
       cmocka_unit_test(tiles_make_up_the_whole),
       cmocka_unit_test(components_add_up_to_the_beauty),
       cmocka_unit_test(depth_is_finite_on_ground_and_infinite_in_the_sky),
+      cmocka_unit_test(standard_errors_are_what_seeds_differ_by),
       cmocka_unit_test(cancelling_takes_less_than_half_a_second),
       cmocka_unit_test(bad_descriptions_are_refused),
       cmocka_unit_test(failed_allocations_leave_nothing),

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/frame.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -16,7 +17,8 @@ typedef enum source {
   SOURCE_ALPHA,
   SOURCE_TRANSMITTANCE,
   SOURCE_DEPTH,
-  SOURCE_DISTANCE
+  SOURCE_DISTANCE,
+  SOURCE_STANDARD_ERROR
 } channel_source;
 
 typedef struct channel {
@@ -25,6 +27,17 @@ typedef struct channel {
   unsigned components; /* bit c: component c is part of it */
   unsigned band;
 } channel;
+
+/* The spread of a pixel's samples about their mean (Welford 1962), in R, G and B. */
+typedef struct spread {
+  unsigned count;
+  double mean[NP_BAND_COUNT], squares[NP_BAND_COUNT]; /* Σ(x − mean)² */
+} spread;
+
+/* Over a tile's pixels: the sums of their means, and of the squares of the means' standard errors. */
+typedef struct tile_total {
+  double sum[NP_BAND_COUNT], variance[NP_BAND_COUNT];
+} tile_total;
 
 typedef struct frame {
   const np_assembly *assembly;
@@ -36,6 +49,8 @@ typedef struct frame {
   unsigned channel_count;
   channel channels[CHANNELS_MAX];
   float *planes[CHANNELS_MAX];
+  unsigned beauty; /* components of the picture */
+  tile_total *totals;
   float scale;
   unsigned width, height; /* of the crop */
   float blue_noise[NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE];
@@ -51,6 +66,12 @@ static void add_spectral(frame *f, const char *const names[NP_BAND_COUNT], unsig
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
     f->channels[f->channel_count++] =
         (channel){.name = names[b], .source = SOURCE_COMPONENTS, .components = components, .band = b};
+}
+
+static void add_errors(frame *f) {
+  static const char *const names[NP_BAND_COUNT] = {"standard_error.R", "standard_error.G", "standard_error.B"};
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++)
+    f->channels[f->channel_count++] = (channel){.name = names[b], .source = SOURCE_STANDARD_ERROR, .band = b};
 }
 
 static void choose_channels(frame *f, const np_plan *plan, bool has_background) {
@@ -70,23 +91,46 @@ static void choose_channels(frame *f, const np_plan *plan, bool has_background) 
   static const char *const beauty[NP_BAND_COUNT] = {"R", "G", "B"};
   unsigned all = (1u << NP_COMPONENT_COUNT) - 1u;
   if (!has_background) all &= ~(1u << NP_COMPONENT_BACKGROUND);
+  f->beauty = all;
   if (plan->has_beauty) add_spectral(f, beauty, all);
   add_scalar(f, "A", SOURCE_ALPHA);
   add_scalar(f, "Z", SOURCE_DEPTH);
   for (size_t i = 0; i < sizeof layers / sizeof *layers; i++)
     if (plan->aovs & layers[i].aov) add_spectral(f, layers[i].names, all & 1u << layers[i].component);
   if (plan->aovs & NP_AOV_TRANSMITTANCE) add_scalar(f, "transmittance", SOURCE_TRANSMITTANCE);
+  if (plan->aovs & NP_AOV_STANDARD_ERROR) add_errors(f);
   if (plan->aovs & NP_AOV_DISTANCE) add_scalar(f, "distance", SOURCE_DISTANCE);
+}
+
+static float sum_components(const frame *f, unsigned components, unsigned band, const np_integrator_sample *sample) {
+  float sum = 0.0f;
+  for (unsigned i = 0; i < NP_COMPONENT_COUNT; i++)
+    if (components & 1u << i) sum += sample->component[i].band[band];
+  return sum * f->scale;
 }
 
 static float read_channel(const frame *f, const channel *c, const np_integrator_sample *sample) {
   if (c->source == SOURCE_ALPHA) return sample->is_ground_behind ? 1.0f : 1.0f - sample->transmittance;
   if (c->source == SOURCE_TRANSMITTANCE) return sample->transmittance;
   if (c->source != SOURCE_COMPONENTS) return 0.0f;
-  float sum = 0.0f;
-  for (unsigned i = 0; i < NP_COMPONENT_COUNT; i++)
-    if (c->components & 1u << i) sum += sample->component[i].band[c->band];
-  return sum * f->scale;
+  return sum_components(f, c->components, c->band, sample);
+}
+
+/* --- errors ------------------------------------------------------------------------------------------------------ */
+
+static void spread_add(const frame *f, const np_integrator_sample *sample, spread *s) {
+  s->count++;
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    const double x = (double)sum_components(f, f->beauty, b, sample), distance = x - s->mean[b];
+    s->mean[b] += distance / s->count;
+    s->squares[b] += distance * (x - s->mean[b]);
+  }
+}
+
+/* Squared standard error of the mean as of independent samples: the spread of their points over the pixel makes it
+ * less, never more. 0 where one sample tells nothing. */
+static double spread_variance(const spread *s, unsigned band) {
+  return s->count < 2 ? 0.0 : s->squares[band] / s->count / (s->count - 1);
 }
 
 /* --- pixels ------------------------------------------------------------------------------------------------------ */
@@ -124,7 +168,7 @@ static double find_distance(const frame *f, unsigned x, unsigned y, np_vec3 *out
   return fmin(f->half_distance(&f->assembly->view, &ray, ground), ground);
 }
 
-static void write_pixel(const frame *f, unsigned x, unsigned y, const double *sums) {
+static void write_pixel(const frame *f, unsigned x, unsigned y, const double *sums, const spread *errors) {
   np_vec3 direction;
   const double distance = find_distance(f, x, y, &direction);
   const double depth =
@@ -134,13 +178,15 @@ static void write_pixel(const frame *f, unsigned x, unsigned y, const double *su
     double value = sums[c] / (double)f->desc->sample_count;
     if (f->channels[c].source == SOURCE_DEPTH) value = depth;
     if (f->channels[c].source == SOURCE_DISTANCE) value = distance;
+    if (f->channels[c].source == SOURCE_STANDARD_ERROR) value = sqrt(spread_variance(errors, f->channels[c].band));
     f->planes[c][pixel] = (float)value;
   }
 }
 
-static neph_result render_pixel(const frame *f, unsigned x, unsigned y) {
+static neph_result render_pixel(const frame *f, unsigned x, unsigned y, tile_total *total) {
   np_film_accumulator accumulator;
   np_film_accumulator_begin(&accumulator, f->channel_count, 0);
+  spread errors = {0};
   np_random shift = np_random_start(f->desc->seed, (uint32_t)f->desc->frame, x, y, UINT32_MAX);
   const float offset[2] = {np_random_float(&shift), np_random_float(&shift)};
   for (unsigned s = 0; s < f->desc->sample_count; s++) {
@@ -152,10 +198,15 @@ static neph_result render_pixel(const frame *f, unsigned x, unsigned y) {
     float values[CHANNELS_MAX];
     for (unsigned c = 0; c < f->channel_count; c++) values[c] = read_channel(f, &f->channels[c], &sample);
     np_film_accumulator_add(&accumulator, values);
+    spread_add(f, &sample, &errors);
   }
   double sums[CHANNELS_MAX];
   np_film_accumulator_finish(&accumulator, sums);
-  write_pixel(f, x, y, sums);
+  write_pixel(f, x, y, sums, &errors);
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    total->sum[b] += errors.mean[b];
+    total->variance[b] += spread_variance(&errors, b);
+  }
   return NEPH_OK;
 }
 
@@ -167,7 +218,7 @@ static neph_result render_tiles(void *user, size_t begin, size_t end, unsigned t
     const unsigned x0 = (unsigned)(tile % tiles_across) * TILE_EDGE, y0 = (unsigned)(tile / tiles_across) * TILE_EDGE;
     for (unsigned y = y0; y < y0 + TILE_EDGE && y < f->height; y++)
       for (unsigned x = x0; x < x0 + TILE_EDGE && x < f->width; x++) {
-        neph_result result = render_pixel(f, f->desc->crop_min[0] + x, f->desc->crop_min[1] + y);
+        neph_result result = render_pixel(f, f->desc->crop_min[0] + x, f->desc->crop_min[1] + y, &f->totals[tile]);
         if (result) return result;
       }
   }
@@ -227,6 +278,41 @@ static neph_result create_image(frame *f, neph_image **out_image) {
   return NEPH_OK;
 }
 
+static size_t count_tiles(const frame *f) {
+  return (size_t)((f->width + TILE_EDGE - 1) / TILE_EDGE) * ((f->height + TILE_EDGE - 1) / TILE_EDGE);
+}
+
+static neph_result set_triple(neph_image *image, const char *name, const double values[NP_BAND_COUNT]) {
+  char text[96];
+  (void)snprintf(text, sizeof text, "%.6g %.6g %.6g", values[0], values[1], values[2]);
+  return neph_image_set_attribute(image, name, text);
+}
+
+/* The picture's mean and its standard error, into header and log. */
+static neph_result describe_mean(const frame *f, neph_image *image) {
+  const double pixels = (double)f->width * f->height;
+  double mean[NP_BAND_COUNT] = {0}, error[NP_BAND_COUNT] = {0};
+  for (size_t tile = 0; tile < count_tiles(f); tile++)
+    for (int b = 0; b < NP_BAND_COUNT; b++) {
+      mean[b] += f->totals[tile].sum[b] / pixels;
+      error[b] += f->totals[tile].variance[b];
+    }
+  for (int b = 0; b < NP_BAND_COUNT; b++) error[b] = sqrt(error[b]) / pixels;
+  neph_result result = set_triple(image, "nephos:mean", mean);
+  if (result || f->desc->sample_count < 2) return result;
+  np_log(f->assembly->context, NEPH_LOG_DEBUG, "mean of R, G, B: %.6g +- %.2g, %.6g +- %.2g, %.6g +- %.2g", mean[0],
+         error[0], mean[1], error[1], mean[2], error[2]);
+  return set_triple(image, "nephos:meanStandardError", error);
+}
+
+static neph_result integrate_frame(frame *f, neph_image *image) {
+  f->totals = np_alloc(f->assembly->context, count_tiles(f), sizeof *f->totals);
+  if (!f->totals) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_monitor_set_stage(f->monitor, "rendering");
+  neph_result result = np_parallel_for(f->assembly->context, f->monitor, count_tiles(f), 1, render_tiles, f);
+  return result ? result : describe_mean(f, image);
+}
+
 neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
                             np_monitor *monitor, neph_image **out_image) {
   const neph_render_desc *desc = &plan->desc;
@@ -243,15 +329,12 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   choose_integrator(f, plan, &scene->render);
   np_blue_noise_fill(f->blue_noise);
   neph_result result = create_image(f, out_image);
-  if (!result) {
-    const size_t tiles = (size_t)((f->width + TILE_EDGE - 1) / TILE_EDGE) * ((f->height + TILE_EDGE - 1) / TILE_EDGE);
-    np_monitor_set_stage(monitor, "rendering");
-    result = np_parallel_for(context, monitor, tiles, 1, render_tiles, f);
-  }
+  if (!result) result = integrate_frame(f, *out_image);
   if (result) {
     neph_image_destroy(*out_image);
     *out_image = NULL;
   }
+  np_alloc_free(context, f->totals);
   np_alloc_free(context, f);
   return result;
 }

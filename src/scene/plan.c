@@ -13,7 +13,8 @@
 enum { SIZE_LIMIT = 65536 };
 
 static const unsigned light_aovs =
-    NP_AOV_BACKGROUND | NP_AOV_TERRAIN | NP_AOV_AIR | NP_AOV_SUN | NP_AOV_SKY | NP_AOV_GROUND | NP_AOV_MULTIPLE;
+    NP_AOV_BACKGROUND | NP_AOV_TERRAIN | NP_AOV_AIR | NP_AOV_SUN | NP_AOV_SKY | NP_AOV_GROUND | NP_AOV_MULTIPLE |
+    NP_AOV_STANDARD_ERROR;
 
 /* ---- The description ---- */
 
@@ -164,6 +165,7 @@ static void decide_scattering(np_plan *plan, const scene_facts *facts) {
 
 static unsigned count_channels(const np_plan *plan) {
   unsigned count = 2 + (plan->has_beauty ? 3 : 0) + (plan->aovs & NP_AOV_DISTANCE ? 1 : 0);
+  if (plan->aovs & NP_AOV_STANDARD_ERROR) count += 3;
   for (unsigned bit = 1; bit <= NP_AOV_TRANSMITTANCE; bit <<= 1)
     if (plan->aovs & bit) count += 3;
   return count;
@@ -176,10 +178,18 @@ static void count_work(np_plan *plan) {
   plan->film_bytes = pixels * count_channels(plan) * sizeof(float);
 }
 
+/* One sample says nothing about its error. */
+static neph_result check_samples(const np_plan *plan) {
+  if (!(plan->aovs & NP_AOV_STANDARD_ERROR) || plan->desc.sample_count >= 2) return NEPH_OK;
+  return np_fail(plan->context, NEPH_ERROR_BAD_SCENE,
+                 "render.samples is 1, must be at least 2 for the standard_error of output.aovs");
+}
+
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan) {
   *out_plan = (np_plan){.context = scene->context, .has_beauty = scene->output.has_beauty, .aovs = scene->output.aovs};
   neph_result result = np_scene_check(scene);
   if (!result) result = read_desc(scene, desc, &out_plan->desc);
+  if (!result) result = check_samples(out_plan);
   if (!result) result = decide_volumes(out_plan, scene);
   if (result) return result;
   const scene_facts facts = find_facts(scene);

@@ -32,7 +32,8 @@ static const np_choice aovs[] = {
     {"background", NP_AOV_BACKGROUND}, {"terrain", NP_AOV_TERRAIN},   {"air", NP_AOV_AIR},
     {"sun", NP_AOV_SUN},               {"sky", NP_AOV_SKY},           {"ground", NP_AOV_GROUND},
     {"multiple", NP_AOV_MULTIPLE},     {"transmittance", NP_AOV_TRANSMITTANCE},
-    {"distance", NP_AOV_DISTANCE},     {"depth", NP_AOV_DEPTH},       {NULL, 0}};
+    {"distance", NP_AOV_DISTANCE},     {"depth", NP_AOV_DEPTH},
+    {"standard_error", NP_AOV_STANDARD_ERROR}, {NULL, 0}};
 
 /* clang-format off */
 static const np_key keys[] = {

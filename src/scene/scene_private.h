@@ -103,7 +103,8 @@ typedef enum np_aov {
   NP_AOV_MULTIPLE = 1 << 6,
   NP_AOV_TRANSMITTANCE = 1 << 7,
   NP_AOV_DISTANCE = 1 << 8,
-  NP_AOV_DEPTH = 1 << 9 /* Z: always there, may be named all the same */
+  NP_AOV_DEPTH = 1 << 9, /* Z: always there, may be named all the same */
+  NP_AOV_STANDARD_ERROR = 1 << 10
 } np_aov;
 
 typedef struct np_scene_render {
