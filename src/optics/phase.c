@@ -16,7 +16,11 @@ np_phase np_phase_two_lobe(float g_forward, float g_backward, float weight_backw
   return (np_phase){.lobe = {{g_forward, 0}, {g_backward, 0}}, .weight = weight_backward};
 }
 
-np_phase np_phase_cornette_shanks(float g) { return (np_phase){.lobe = {{g, 1}, {0, 0}}, .weight = 0}; }
+np_phase np_phase_cornette_shanks(float g) { return np_phase_draine(g, 1); }
+
+np_phase np_phase_draine(float g, float alpha) { return (np_phase){.lobe = {{g, alpha}, {0, 0}}, .weight = 0}; }
+
+np_phase np_phase_tabulated(const np_phase_table *table) { return (np_phase){.table = table, .table_weight = 1}; }
 
 np_phase np_phase_droplets(double diameter_m) {
   const double d_um = diameter_m * 1e6;
@@ -82,10 +86,19 @@ static double sample_versine(np_phase_lobe lobe, double u) {
   return fmin(2.0 * k * k * (1.0 - t) * (1.0 + g * t) / (y * y), 2.0);
 }
 
+/* A versine drawn by two numbers, about the forward axis or, for `*out_is_backward`, the backward one. */
+static double sample_mixture(const np_phase *phase, const float u[3], bool *out_is_backward) {
+  *out_is_backward = false;
+  if (phase->table && u[0] < phase->table_weight) return np_phase_table_sample(phase->table, (double)u[1]);
+  float choice = phase->table ? (u[0] - phase->table_weight) / (1.0f - phase->table_weight) : u[0];
+  np_phase_lobe lobe = phase->lobe[choice < phase->weight];
+  *out_is_backward = lobe.asymmetry < 0;
+  return sample_versine(lobe, (double)u[1]);
+}
+
 np_vec3 np_phase_sample(const np_phase *phase, np_vec3 forward, const float u[3], float *out_value) {
-  np_phase_lobe lobe = phase->lobe[u[0] < phase->weight];
-  double versine = sample_versine(lobe, u[1]);
-  bool is_backward = lobe.asymmetry < 0;
+  bool is_backward;
+  double versine = sample_mixture(phase, u, &is_backward);
   *out_value = np_phase_eval(phase, (float)(is_backward ? 2.0 - versine : versine));
 
   np_vec3 axis = is_backward ? np_vec3_scale(forward, -1.0f) : forward, tangent, bitangent;
@@ -104,6 +117,11 @@ static double compute_lobe_mean_cosine(np_phase_lobe lobe) {
 }
 
 double np_phase_mean_cosine(const np_phase *phase) {
+  if (phase->table) {
+    double moments[2];
+    np_phase_get_moments(phase, 2, moments);
+    return moments[1];
+  }
   double w = phase->weight;
   return (1.0 - w) * compute_lobe_mean_cosine(phase->lobe[0]) + w * compute_lobe_mean_cosine(phase->lobe[1]);
 }
@@ -124,10 +142,13 @@ static double compute_lobe_moment(np_phase_lobe lobe, int l) {
 }
 
 void np_phase_get_moments(const np_phase *phase, unsigned count, double *out_moments) {
-  double w = phase->weight;
-  for (unsigned l = 0; l < count; l++)
-    out_moments[l] =
+  double w = phase->weight, share = phase->table ? (double)phase->table_weight : 0.0;
+  if (phase->table) np_phase_table_get_moments(phase->table, count, out_moments);
+  for (unsigned l = 0; l < count; l++) {
+    double lobes =
         (1.0 - w) * compute_lobe_moment(phase->lobe[0], (int)l) + w * compute_lobe_moment(phase->lobe[1], (int)l);
+    out_moments[l] = phase->table ? share * out_moments[l] + (1.0 - share) * lobes : lobes;
+  }
 }
 
 np_phase np_phase_broaden(const np_phase *phase, float factor) {
@@ -136,5 +157,6 @@ np_phase np_phase_broaden(const np_phase *phase, float factor) {
     result.lobe[i].asymmetry *= factor;
     result.lobe[i].alpha *= factor;
   }
+  result.table_weight *= factor;
   return result;
 }

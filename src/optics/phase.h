@@ -7,9 +7,10 @@
 
 #include "core/math.h"
 #include "core/units.h"
+#include "optics/phase_table.h"
 
-/* Every phase function here is a mixture of two Draine lobes (Draine 2003, "Scattering by Interstellar Dust Grains",
- * eq. 4): α = 0 is Henyey-Greenstein, g = 0 and α = 1 is Rayleigh, α = 1 is Cornette-Shanks. */
+/* Every phase function here that is no table is a mixture of two Draine lobes (Draine 2003, "Scattering by Interstellar
+ * Dust Grains", eq. 4): α = 0 is Henyey-Greenstein, g = 0 and α = 1 is Rayleigh, α = 1 is Cornette-Shanks. */
 typedef struct np_phase_lobe {
   float asymmetry; /* g, −1 < g < 1 */
   float alpha;     /* ≥ 0 */
@@ -17,7 +18,9 @@ typedef struct np_phase_lobe {
 
 typedef struct np_phase {
   np_phase_lobe lobe[2];
-  float weight; /* of lobe[1], 0 to 1; 0 when there is one lobe */
+  float weight;                /* of lobe[1], 0 to 1; 0 when there is one lobe */
+  const np_phase_table *table; /* borrowed; NULL: lobes alone */
+  float table_weight;          /* 0 to 1, over the lobes */
 } np_phase;
 
 np_phase np_phase_isotropic(void);
@@ -25,6 +28,10 @@ np_phase np_phase_rayleigh(void);
 np_phase np_phase_henyey_greenstein(float g);
 np_phase np_phase_two_lobe(float g_forward, float g_backward, float weight_backward);
 np_phase np_phase_cornette_shanks(float g);
+np_phase np_phase_draine(float g, float alpha);
+
+/* A table, which must outlive the phase function. */
+np_phase np_phase_tabulated(const np_phase_table *table);
 
 /* Water droplets by diameter, 5e-6 ≤ diameter_m ≤ 50e-6: HG + Draine fit to Mie theory (Jendersie and d'Eon 2023,
  * "An Approximate Mie Scattering Function for Fog and Cloud Rendering", eqs. 4 to 7). */
@@ -44,6 +51,7 @@ static inline float np_phase_eval_lobe(np_phase_lobe lobe, float versine) {
 static inline float np_phase_eval(const np_phase *phase, float versine) {
   float value = np_phase_eval_lobe(phase->lobe[0], versine);
   if (phase->weight > 0) value += phase->weight * (np_phase_eval_lobe(phase->lobe[1], versine) - value);
+  if (phase->table) value += phase->table_weight * (np_phase_table_eval(phase->table, versine) - value);
   return value;
 }
 
@@ -55,14 +63,14 @@ static inline float np_phase_eval(const np_phase *phase, float versine) {
  */
 np_vec3 np_phase_sample(const np_phase *phase, np_vec3 forward, const float u[3], float *out_value);
 
-/* Mean cosine, exact. */
+/* Mean cosine, exact for lobes, to 1e-9 for tables. */
 double np_phase_mean_cosine(const np_phase *phase);
 
-/* Legendre moments χ_0 … χ_{count−1}, exact. */
+/* Legendre moments χ_0 … χ_{count−1}, likewise. */
 void np_phase_get_moments(const np_phase *phase, unsigned count, double *out_moments);
 
 /* The same phase function broadened: every lobe's g and α times `factor`, so that a factor of 0 is isotropic (octaves
- * of multiple scattering). */
+ * of multiple scattering). A table is mixed with isotropy instead, which scales its mean cosine as well. */
 np_phase np_phase_broaden(const np_phase *phase, float factor);
 
 #endif

@@ -86,6 +86,15 @@ static void include_bounds(np_assembly *a, const np_placement *placement) {
                     fmax(a->clouds_max.z, placement->bounds_max.z));
 }
 
+static neph_result load_phase(const build *b, unsigned index) {
+  const np_scene_phase *source = &b->scene->clouds[index].phase_source;
+  if (source->kind != NP_PHASE_TABLE) return NEPH_OK;
+  np_phase_table *table = &b->assembly->phase_tables[index];
+  neph_result result = np_phase_table_load(b->scene->context, source->table, table);
+  if (!result) b->assembly->placed[index].phase = np_phase_tabulated(table);
+  return result;
+}
+
 static neph_result build_cloud(const build *b, unsigned index) {
   const np_scene_cloud *cloud = &b->scene->clouds[index];
   np_assembly *a = b->assembly;
@@ -100,6 +109,7 @@ static neph_result build_cloud(const build *b, unsigned index) {
   if (!result) {
     a->placed[index] = placement.view;
     include_bounds(a, &placement);
+    result = load_phase(b, index);
   }
   neph_volume_release(reference);
   np_alloc_free(a->context, path);
@@ -116,7 +126,8 @@ static neph_result build_clouds(const build *b) {
                    NP_VIEW_VOLUMES_MAX);
   a->volumes = np_alloc(a->context, count, sizeof *a->volumes);
   a->placed = np_alloc(a->context, count, sizeof *a->placed);
-  if (!a->volumes || !a->placed) return NEPH_ERROR_OUT_OF_MEMORY;
+  a->phase_tables = np_alloc(a->context, count, sizeof *a->phase_tables);
+  if (!a->volumes || !a->placed || !a->phase_tables) return NEPH_ERROR_OUT_OF_MEMORY;
   a->volume_count = count;
   for (unsigned i = 0; i < count; i++) {
     neph_result result = build_cloud(b, i);
@@ -224,7 +235,11 @@ neph_result np_assembly_build(const neph_scene *scene, const np_plan *plan, np_m
 }
 
 void np_assembly_clear(np_assembly *assembly) {
-  for (unsigned i = 0; i < assembly->volume_count; i++) neph_volume_release(assembly->volumes[i]);
+  for (unsigned i = 0; i < assembly->volume_count; i++) {
+    neph_volume_release(assembly->volumes[i]);
+    np_phase_table_clear(&assembly->phase_tables[i]);
+  }
+  np_alloc_free(assembly->context, assembly->phase_tables);
   np_alloc_free(assembly->context, assembly->volumes);
   np_alloc_free(assembly->context, assembly->placed);
   neph_sky_destroy(assembly->cloud_sky);

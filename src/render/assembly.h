@@ -12,6 +12,7 @@ typedef struct np_assembly {
   unsigned volume_count;
   neph_volume **volumes;
   np_view_volume *placed;
+  np_phase_table *phase_tables;    /* one a volume, empty where its phase function is none */
   np_dvec3 clouds_min, clouds_max; /* world box of all clouds */
   neph_terrain *terrain;
   neph_atmosphere *atmosphere;

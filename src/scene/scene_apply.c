@@ -273,7 +273,10 @@ static np_phase make_phase(const np_scene_phase *source) {
     return np_phase_two_lobe((float)source->forward, (float)source->backward, (float)source->backward_weight);
   case NP_PHASE_RAYLEIGH:
     return np_phase_rayleigh();
+  case NP_PHASE_DRAINE:
+    return np_phase_draine((float)source->draine_asymmetry, (float)source->alpha);
   case NP_PHASE_ISOTROPIC:
+  case NP_PHASE_TABLE:
     return np_phase_isotropic();
   case NP_PHASE_DROPLETS:
     break;

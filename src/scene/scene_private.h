@@ -51,14 +51,18 @@ typedef enum np_phase_kind {
   NP_PHASE_HENYEY_GREENSTEIN,
   NP_PHASE_TWO_LOBE,
   NP_PHASE_RAYLEIGH,
-  NP_PHASE_ISOTROPIC
+  NP_PHASE_ISOTROPIC,
+  NP_PHASE_DRAINE,
+  NP_PHASE_TABLE
 } np_phase_kind;
 
 typedef struct np_scene_phase {
   np_phase_kind kind;
   double asymmetry;                          /* Henyey-Greenstein */
+  double draine_asymmetry, alpha;            /* Draine */
   double forward, backward, backward_weight; /* two lobes */
   double diameter_m;                         /* droplets */
+  char *table;                               /* file, resolved */
 } np_scene_phase;
 
 typedef struct np_scene_cloud {
@@ -80,7 +84,7 @@ typedef struct np_scene_cloud {
   double density_value;
   double albedo[3];
   np_scene_phase phase_source;
-  np_phase phase;
+  np_phase phase; /* isotropic for a table, until it is read */
 } np_scene_cloud;
 
 typedef enum np_terrain_kind { NP_TERRAIN_NONE, NP_TERRAIN_HEIGHTFIELD, NP_TERRAIN_RIDGES } np_terrain_kind;
