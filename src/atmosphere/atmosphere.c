@@ -83,13 +83,22 @@ static np_medium make_medium(const neph_atmosphere_desc *d) {
 
 static neph_result build_tables(neph_atmosphere *a) {
   neph_result result = np_depth_table_build(a->context, &a->medium, &a->depths);
-  if (!result) result = np_moment_table_build(a->context, &a->depths, &a->moments);
+  const bool is_limited = a->order_max != NP_ORDERS_ALL;
+  if (!result && a->order_max > 1)
+    result = np_moment_table_build(a->context, &a->depths, a->order_max - is_limited, &a->moments);
+  if (!result && is_limited && a->order_max > 2)
+    result = np_moment_table_build(a->context, &a->depths, a->order_max - 2, &a->dome_moments);
   if (!result) np_gather_kernel_build(&a->medium, &a->kernel);
   return result;
 }
 
 neph_result neph_atmosphere_create(neph_context *context, const neph_atmosphere_desc *desc,
                                    neph_atmosphere **out_atmosphere) {
+  return np_atmosphere_create_orders(context, desc, NP_ORDERS_ALL, out_atmosphere);
+}
+
+neph_result np_atmosphere_create_orders(neph_context *context, const neph_atmosphere_desc *desc, unsigned order_max,
+                                        neph_atmosphere **out_atmosphere) {
   *out_atmosphere = NULL;
   const neph_atmosphere_desc defaults = NEPH_ATMOSPHERE_DESC_DEFAULT;
   neph_atmosphere_desc read;
@@ -103,6 +112,7 @@ neph_result neph_atmosphere_create(neph_context *context, const neph_atmosphere_
   a->context = context;
   atomic_init(&a->references, 1);
   a->medium = make_medium(&read);
+  a->order_max = order_max;
   const unsigned mode = np_float_mode_enter();
   result = build_tables(a);
   np_float_mode_leave(mode);
@@ -123,6 +133,7 @@ void neph_atmosphere_release(neph_atmosphere *atmosphere) {
   if (!atmosphere || atomic_fetch_sub(&atmosphere->references, 1) != 1) return;
   neph_context *context = atmosphere->context;
   np_moment_table_free(context, &atmosphere->moments);
+  np_moment_table_free(context, &atmosphere->dome_moments);
   np_depth_table_free(context, &atmosphere->depths);
   np_alloc_free(context, atmosphere);
   np_context_release(context);

@@ -13,9 +13,15 @@ struct neph_atmosphere {
   atomic_size_t references;
   np_medium medium;
   np_depth_table depths;
-  np_moment_table moments;
+  unsigned order_max;           /* of light in its skies: NP_ORDERS_ALL but in probes */
+  np_moment_table moments;      /* of all orders, or of one less than order_max; absent when that is none */
+  np_moment_table dome_moments; /* of two less; absent when that is none, or where orders are not limited */
   np_gather_kernel kernel;
 };
+
+/* An atmosphere whose skies hold the first `order_max` orders alone, a bounce on the ground counting as one. */
+neph_result np_atmosphere_create_orders(neph_context *context, const neph_atmosphere_desc *desc, unsigned order_max,
+                                        neph_atmosphere **out_atmosphere);
 
 enum {
   NP_VIEW_UP = 64, /* rows above the true horizon, and below: never filtered across */
@@ -52,6 +58,9 @@ struct neph_sky {
   np_bands *depth;      /* aerial rows × slices: optical depth from the observer to the far plane, over the distance */
   np_scattered *aerial; /* aerial rows × azimuths × slices: in-scatter likewise, per unit of sun irradiance */
 };
+
+/* What the rays of a sky are traced with, once it has its gather. */
+np_sky_light np_sky_light_make(const neph_sky *sky);
 
 /* Fills the tables of a sky whose frame and light are set. */
 neph_result np_sky_tables_build(neph_sky *sky);

@@ -99,7 +99,8 @@ void np_gather_kernel_build(const np_medium *medium, np_gather_kernel *out_kerne
 }
 
 typedef struct gather_job {
-  np_sky_light light; /* its gather is the first pass in the second, NULL in the first */
+  np_sky_light light;             /* of the domes; its gather is the first pass in the second, NULL in the first */
+  const np_moment_table *moments; /* what the source is stored over */
   const np_gather_kernel *kernel;
   np_gather_table *table;
 } gather_job;
@@ -143,10 +144,10 @@ static void gather_altitude(const gather_job *job, int sun, int altitude) {
   const float sun_cosine = job->table->sun_cosine[sun];
   trace_dome(job, altitude, sun_cosine, dome, phase);
   float upper;
-  const int row = np_moment_table_row(job->light.moments, job->kernel->altitude_m[altitude], &upper);
+  const int row = np_moment_table_row(job->moments, job->kernel->altitude_m[altitude], &upper);
   const np_bands total =
-      np_moment_table_total(job->light.moments->moments + (size_t)row * NP_MOMENT_COLUMNS * NP_MOMENT_COUNT, upper,
-                            np_sun_scale_column(&job->light.moments->sun, sun_cosine));
+      np_moment_table_total(job->moments->moments + (size_t)row * NP_MOMENT_COLUMNS * NP_MOMENT_COUNT, upper,
+                            np_sun_scale_column(&job->moments->sun, sun_cosine));
   for (int out = 0; out < NP_GATHER_OUTPUTS; out++) {
     const int row_out = out / NP_GATHER_AZIMUTHS, turn = out % NP_GATHER_AZIMUTHS;
     const np_vec3 to = direction_of(output_cosine(row_out), NP_PI * turn / (NP_GATHER_AZIMUTHS - 1));
@@ -175,8 +176,9 @@ static void place_suns(np_gather_table *table, double zenith, double spread, dou
 }
 
 neph_result np_gather_table_build(neph_context *context, const np_depth_table *depths, const np_moment_table *moments,
-                                  const np_gather_kernel *kernel, double sun_zenith_rad, double spread_rad,
-                                  double disk_angular_radius_rad, np_gather_table *out_table) {
+                                  const np_moment_table *dome_moments, const np_gather_kernel *kernel,
+                                  double sun_zenith_rad, double spread_rad, double disk_angular_radius_rad,
+                                  np_gather_table *out_table) {
   const np_medium *medium = depths->medium;
   np_gather_table *first = np_alloc(context, 1, sizeof *first);
   if (!first) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -185,7 +187,8 @@ neph_result np_gather_table_build(neph_context *context, const np_depth_table *d
   const double step = 2.0 * NP_DEGREE * np_twilight_scale(medium) / 0.1753;
   place_suns(out_table, sun_zenith_rad, spread_rad, step);
   place_suns(first, sun_zenith_rad, spread_rad, step);
-  gather_job job = {{medium, depths, moments, NULL, np_sun_inverse_diameter(disk_angular_radius_rad)}, kernel, first};
+  gather_job job = {
+      {medium, depths, dome_moments, NULL, np_sun_inverse_diameter(disk_angular_radius_rad)}, moments, kernel, first};
   const size_t pieces = (size_t)out_table->sun_count * NP_GATHER_ALTITUDES;
   neph_result result = np_parallel_for(context, NULL, pieces, 1, gather_pieces, &job);
   if (!result) {

@@ -46,10 +46,12 @@ typedef struct np_gather_table {
 } np_gather_table;
 
 /* Gathers for suns evenly spread over zenith angles `sun_zenith_rad` ± `spread_rad`: twice, so that the second pass
- * sees the aerosol's light as the first found it. `disk_angular_radius_rad` is the sun's. */
+ * sees the aerosol's light as the first found it. `dome_moments` are those of the sky that is gathered: `moments`
+ * themselves or, where orders are limited, one order less, NULL for none. `disk_angular_radius_rad` is the sun's. */
 neph_result np_gather_table_build(neph_context *context, const np_depth_table *depths, const np_moment_table *moments,
-                                  const np_gather_kernel *kernel, double sun_zenith_rad, double spread_rad,
-                                  double disk_angular_radius_rad, np_gather_table *out_table);
+                                  const np_moment_table *dome_moments, const np_gather_kernel *kernel,
+                                  double sun_zenith_rad, double spread_rad, double disk_angular_radius_rad,
+                                  np_gather_table *out_table);
 
 /* The table at one altitude and zenith cosine of view, resolved once for many azimuths and local suns. */
 typedef struct np_gather_row {

@@ -24,9 +24,9 @@ enum {
   UP = 10,      /* directions above the horizon */
   DOWN = 5,     /* and below */
   DIRECTIONS = UP + DOWN,
-  AZIMUTHS = 4, /* on the half circle */
-  POINTS = 20,  /* along each ray */
-  ORDERS = 4,
+  AZIMUTHS = 4,     /* on the half circle */
+  POINTS = 20,      /* along each ray */
+  SERIES_ORDER = 4, /* the last that is gathered; the rest is a series */
   HALVES = 2
 };
 
@@ -48,13 +48,14 @@ typedef struct builder {
   const np_medium *medium;
   const np_depth_table *depths;
   np_moment_table *table; /* holds the order before while the next is gathered */
-  int order;
+  unsigned order, order_max;
+  bool is_series; /* the last order stands for all that follow it */
   double altitude[ROWS];
   float sun_cosine[COLUMNS], cos_azimuth[AZIMUTHS];
-  direction *directions;        /* ROWS × DIRECTIONS */
-  np_bands *gathered, *total;   /* ROWS × COLUMNS × NP_MOMENT_COUNT: this order, and the sum */
-  np_bands *last;               /* ROWS × COLUMNS: M of the order before */
-  np_bands *half, *half_total;  /* ROWS × COLUMNS × HALVES */
+  direction *directions;       /* ROWS × DIRECTIONS */
+  np_bands *gathered, *total;  /* ROWS × COLUMNS × NP_MOMENT_COUNT: this order, and the sum */
+  np_bands *last;              /* ROWS × COLUMNS: M of the order before */
+  np_bands *half, *half_total; /* ROWS × COLUMNS × HALVES */
   np_bands irradiance[COLUMNS], irradiance_total[COLUMNS], irradiance_last[COLUMNS];
 } builder;
 
@@ -218,8 +219,8 @@ static void fold_source(const builder *b, const np_path_node *node, folded_sourc
     np_bands m[NP_MOMENT_COUNT];
     for (int k = 0; k < NP_MOMENT_COUNT; k++) m[k] = np_bands_mix(low[k], high[k], upper);
     const np_bands kyy = m[NP_MOMENT_M] - m[NP_MOMENT_KXX] - m[NP_MOMENT_KZZ];
-    out[i].constant = a * m[NP_MOMENT_M] + z * (f * m[NP_MOMENT_FZ]) +
-                      c * ((1.0f - z * z) * kyy + z * z * m[NP_MOMENT_KZZ]);
+    out[i].constant =
+        a * m[NP_MOMENT_M] + z * (f * m[NP_MOMENT_FZ]) + c * ((1.0f - z * z) * kyy + z * z * m[NP_MOMENT_KZZ]);
     out[i].linear = f * m[NP_MOMENT_FX] + (2.0f * z) * (c * m[NP_MOMENT_KXZ]);
     out[i].square = c * (m[NP_MOMENT_KXX] - kyy);
   }
@@ -235,9 +236,9 @@ static void add_source(const builder *b, const direction *d, const np_path_node 
       const float wx = np_direction_x(angle, node->cosine, sun);
       float f;
       const folded_source *s = source + np_sun_scale_split(np_sun_scale_column(&b->table->sun, sun), &f);
-      radiance[column][p] += np_bands_mix(s[0].constant, s[1].constant, f) +
-                             wx * (np_bands_mix(s[0].linear, s[1].linear, f) +
-                                   wx * np_bands_mix(s[0].square, s[1].square, f));
+      radiance[column][p] +=
+          np_bands_mix(s[0].constant, s[1].constant, f) +
+          wx * (np_bands_mix(s[0].linear, s[1].linear, f) + wx * np_bands_mix(s[0].square, s[1].square, f));
     }
 }
 
@@ -296,8 +297,8 @@ static np_bands sum_direct_irradiance(const builder *b, float sun_cosine, const 
       const first_order first =
           gather_first_order(depth_rows, &d, sun_cosine, c, np_sun_inverse_diameter(disk_angular_radius_rad));
       const double weight = 2.0 * NP_PI * angles->x[i] * angles->weight[i] * sin(angle) * 2.0 * NP_PI / TURNS;
-      sum += (float)weight * wz * (first.rayleigh * np_phase_rayleigh_eval(c) +
-                                   first.mie * np_phase_eval(&b->medium->mie_phase, 1.0f - c));
+      sum += (float)weight * wz *
+             (first.rayleigh * np_phase_rayleigh_eval(c) + first.mie * np_phase_eval(&b->medium->mie_phase, 1.0f - c));
     }
   return sum;
 }
@@ -417,9 +418,10 @@ static np_bands sum_series(np_bands last, np_bands before) {
 
 /* Adds the order just gathered to the sums. */
 static void add_order(builder *b) {
+  const bool is_last = b->is_series && b->order == b->order_max;
   for (size_t i = 0; i < ROWS * COLUMNS; i++) {
     const np_bands m = b->gathered[i * NP_MOMENT_COUNT];
-    const np_bands factor = b->order == ORDERS ? sum_series(m, b->last[i]) : np_bands_grey(1.0f);
+    const np_bands factor = is_last ? sum_series(m, b->last[i]) : np_bands_grey(1.0f);
     for (size_t k = 0; k < NP_MOMENT_COUNT; k++)
       b->total[i * NP_MOMENT_COUNT + k] += factor * b->gathered[i * NP_MOMENT_COUNT + k];
     for (size_t k = 0; k < HALVES; k++) b->half_total[i * HALVES + k] += factor * b->half[i * HALVES + k];
@@ -427,7 +429,7 @@ static void add_order(builder *b) {
   }
   for (int i = 0; i < COLUMNS; i++) {
     const np_bands e = b->irradiance[i];
-    b->irradiance_total[i] += e * (b->order == ORDERS ? sum_series(e, b->irradiance_last[i]) : np_bands_grey(1.0f));
+    b->irradiance_total[i] += e * (is_last ? sum_series(e, b->irradiance_last[i]) : np_bands_grey(1.0f));
     b->irradiance_last[i] = e;
   }
 }
@@ -447,7 +449,7 @@ static neph_result gather_order(neph_context *context, builder *b) {
 }
 
 static neph_result sum_orders(neph_context *context, builder *b, np_bands *plane) {
-  for (b->order = 1; b->order <= ORDERS; b->order++) {
+  for (b->order = 1; b->order <= b->order_max; b->order++) {
     neph_result result = gather_order(context, b);
     if (result) return result;
     add_order(b);
@@ -491,7 +493,8 @@ static np_bands *allocate_work(neph_context *context, builder *b) {
   return work;
 }
 
-neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, np_moment_table *out_table) {
+neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, unsigned order_max,
+                                  np_moment_table *out_table) {
   const np_medium *medium = depths->medium;
   *out_table = (np_moment_table){.medium = medium, .sun = make_sun_scale(medium)};
   if (!allocate_table(context, out_table)) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -500,6 +503,8 @@ neph_result np_moment_table_build(neph_context *context, const np_depth_table *d
   b->medium = medium;
   b->depths = depths;
   b->table = out_table;
+  b->is_series = order_max == NP_ORDERS_ALL;
+  b->order_max = b->is_series ? SERIES_ORDER : order_max;
   neph_result result = NEPH_ERROR_OUT_OF_MEMORY;
   np_bands *work = allocate_work(context, b);
   if (work) b->directions = np_alloc(context, ROWS * DIRECTIONS, sizeof *b->directions);

@@ -26,6 +26,8 @@ typedef enum np_moment {
   NP_MOMENT_COUNT
 } np_moment;
 
+enum { NP_ORDERS_ALL = 0x7fffffff };
+
 enum { NP_MOMENT_ROWS = 64, NP_MOMENT_COLUMNS = 160 };
 
 /* Sun cosine μ_s to column: d/(|d| + spread), d = μ_s − center, is evenly divided between `lowest` and 1, so that
@@ -44,8 +46,9 @@ typedef struct np_moment_table {
   np_bands *irradiance; /* NP_MOMENT_COLUMNS: of the sky on the ground */
 } np_moment_table;
 
-/* Successive orders of scattering in `depths`' medium; see the file for the method. */
-neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, np_moment_table *out_table);
+/* Sums the first `order_max` orders of scattering in `depths`' medium; see the file for the method. */
+neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, unsigned order_max,
+                                  np_moment_table *out_table);
 void np_moment_table_free(neph_context *context, np_moment_table *table);
 
 /* Column of a sun cosine as a fractional index. */
@@ -110,8 +113,7 @@ static inline np_bands np_moment_table_total(const np_bands *lower_row, float up
  * 3 and above: ∫ p(ω·ω′)L dω′ ≈ 1/(4π)·((1 − 5χ₂/2)·M + 3χ₁·F·ω + 15χ₂/2·ω·Kω). */
 static inline np_bands np_moment_mie_source(const np_medium *medium, const np_moment_sample *s) {
   const float chi1 = medium->mie_moment[1], chi2 = medium->mie_moment[2];
-  return (float)(0.25 / NP_PI) *
-         ((1.0f - 2.5f * chi2) * s->total + 3.0f * chi1 * s->flux + 7.5f * chi2 * s->quadratic);
+  return (float)(0.25 / NP_PI) * ((1.0f - 2.5f * chi2) * s->total + 3.0f * chi1 * s->flux + 7.5f * chi2 * s->quadratic);
 }
 
 /* Source of Rayleigh's scattering, per unit of its coefficient: exact. */

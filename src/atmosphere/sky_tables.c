@@ -23,9 +23,10 @@ static const float view_floor = 1e-14f;
 /* How far aerial perspective follows a ray below sea level, in heights of the atmosphere: 10 km on the Earth. */
 static const double below_sea_level = 0.1;
 
-static np_sky_light make_light(const neph_sky *sky) {
+np_sky_light np_sky_light_make(const neph_sky *sky) {
   const neph_atmosphere *a = sky->atmosphere;
-  return (np_sky_light){&a->medium, &a->depths, &a->moments, &sky->gather,
+  const bool has_later = a->order_max > 1;
+  return (np_sky_light){&a->medium, &a->depths, has_later ? &a->moments : NULL, has_later ? &sky->gather : NULL,
                         np_sun_inverse_diameter((double)sky->sun_angular_radius)};
 }
 
@@ -62,7 +63,7 @@ static void build_view_row(neph_sky *sky, const np_sky_light *light, const np_pa
 static neph_result build_view_rows(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   neph_sky *sky = user;
-  const np_sky_light light = make_light(sky);
+  const np_sky_light light = np_sky_light_make(sky);
   const np_path_rule rule = np_path_rule_make(VIEW_POINTS);
   for (size_t row = begin; row < end; row++) build_view_row(sky, &light, &rule, (int)row);
   return NEPH_OK;
@@ -97,7 +98,10 @@ static void build_slices(const np_sky_light *light, const np_ray *ray, double in
     const double t = np_aerial_scale_distance(&scale, (i + 0.5) / NP_AERIAL_SLICES);
     const double altitude = np_ray_altitude(ray, t);
     const np_air air = np_air_at(light->medium, altitude);
-    const np_path_node middle = {.rayleigh = air.rayleigh, .mie = air.mie, .t = t, .altitude_m = (float)altitude,
+    const np_path_node middle = {.rayleigh = air.rayleigh,
+                                 .mie = air.mie,
+                                 .t = t,
+                                 .altitude_m = (float)altitude,
                                  .r = (float)(ray->r + (altitude - ray->altitude_m)),
                                  .cosine = (float)np_ray_cosine(ray, t)};
     np_sky_node_resolve(light, &middle, &slices[i].node);
@@ -134,7 +138,7 @@ static void build_aerial_row(neph_sky *sky, const np_sky_light *light, int row) 
 static neph_result build_aerial_rows(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   neph_sky *sky = user;
-  const np_sky_light light = make_light(sky);
+  const np_sky_light light = np_sky_light_make(sky);
   for (size_t row = begin; row < end; row++) build_aerial_row(sky, &light, (int)row);
   return NEPH_OK;
 }
@@ -146,6 +150,16 @@ static double gather_spread(const np_medium *medium, const np_sky_frame *frame) 
   return fmax(unit, seen + 0.5 * unit);
 }
 
+static neph_result build_gather(neph_sky *sky) {
+  const neph_atmosphere *a = sky->atmosphere;
+  const np_moment_table *dome = a->order_max == NP_ORDERS_ALL ? &a->moments
+                                : a->order_max > 2            ? &a->dome_moments
+                                                              : NULL;
+  return np_gather_table_build(a->context, &a->depths, &a->moments, dome, &a->kernel,
+                               acos((double)sky->frame.sun_cosine), gather_spread(&a->medium, &sky->frame),
+                               (double)sky->sun_angular_radius, &sky->gather);
+}
+
 neph_result np_sky_tables_build(neph_sky *sky) {
   neph_atmosphere *a = sky->atmosphere;
   neph_context *context = a->context;
@@ -155,9 +169,7 @@ neph_result np_sky_tables_build(neph_sky *sky) {
   if (!sky->depth) return NEPH_ERROR_OUT_OF_MEMORY;
   sky->aerial = np_alloc(context, NP_AERIAL_ROWS * NP_AERIAL_AZIMUTHS * NP_AERIAL_SLICES, sizeof *sky->aerial);
   if (!sky->aerial) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result =
-      np_gather_table_build(context, &a->depths, &a->moments, &a->kernel, acos((double)sky->frame.sun_cosine),
-                            gather_spread(&a->medium, &sky->frame), (double)sky->sun_angular_radius, &sky->gather);
+  neph_result result = a->order_max > 1 ? build_gather(sky) : NEPH_OK;
   if (!result) result = np_parallel_for(context, NULL, NP_VIEW_ROWS, 4, build_view_rows, sky);
   if (!result) result = np_parallel_for(context, NULL, NP_AERIAL_ROWS, 2, build_aerial_rows, sky);
   return result;
@@ -225,9 +237,9 @@ static np_aerial_sample lookup_plane(const neph_sky *sky, const np_sky_place *pl
   const np_bands *depth = sky->depth + place->row * NP_AERIAL_SLICES + slice;
   const np_scattered *low = sky->aerial + (place->row * NP_AERIAL_AZIMUTHS + place->azimuth) * NP_AERIAL_SLICES + slice;
   const np_scattered *high = low + NP_AERIAL_AZIMUTHS * NP_AERIAL_SLICES;
-  const np_scattered s = mix_scattered(mix_scattered(low[0], low[NP_AERIAL_SLICES], place->azimuth_upper),
-                                       mix_scattered(high[0], high[NP_AERIAL_SLICES], place->azimuth_upper),
-                                       place->row_upper);
+  const np_scattered s =
+      mix_scattered(mix_scattered(low[0], low[NP_AERIAL_SLICES], place->azimuth_upper),
+                    mix_scattered(high[0], high[NP_AERIAL_SLICES], place->azimuth_upper), place->row_upper);
   return (np_aerial_sample){t * np_bands_mix(depth[0], depth[NP_AERIAL_SLICES], place->row_upper),
                             {t * s.smooth, t * s.peak}};
 }

@@ -67,6 +67,16 @@ static double versine_between(np_dvec3 a, np_dvec3 b) {
   return fmin(0.5 * np_dvec3_dot(d, d), 2.0);
 }
 
+void np_truth_transmittance(const np_medium *medium, const np_truth_query *query, bool is_to_space,
+                            double out_transmittance[NP_TRUTH_BANDS]) {
+  enum { EXACT_PANELS = 32 };
+  const np_ray ray = make_ray(medium, query->origin, query->direction, query->distance_m);
+  np_truth_path path;
+  np_truth_path_build(medium, &ray, EXACT_PANELS, &path);
+  np_truth_path_transmit(&path, out_transmittance);
+  if (is_to_space && ray.hits_ground) memset(out_transmittance, 0, NP_TRUTH_BANDS * sizeof *out_transmittance);
+}
+
 /* ---- Light ---- */
 
 /* Sunlight from `offset` disk radii above the disk's centre. */

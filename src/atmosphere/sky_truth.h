@@ -48,6 +48,10 @@ void np_truth_first_order(const np_truth_scene *scene, const np_truth_query *que
 neph_result np_truth_radiance(neph_context *context, np_monitor *monitor, const np_truth_scene *scene,
                               const np_truth_query *query, unsigned paths, uint64_t seed, np_truth_value *out_value);
 
+/* Transmittance along a ray to its end; 0, where the ray is to reach space, behind the planet. */
+void np_truth_transmittance(const np_medium *medium, const np_truth_query *query, bool is_to_space,
+                            double out_transmittance[NP_TRUTH_BANDS]);
+
 /* Sunlight at a point on a plane across the sun's rays, per unit of irradiance above the air. Not in a furnace. */
 void np_truth_sunlight(const np_truth_scene *scene, np_dvec3 position, double out_light[NP_TRUTH_BANDS]);
 

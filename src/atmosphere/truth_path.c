@@ -4,10 +4,10 @@
 #include <string.h>
 
 /* Gauss-Legendre on [0, 1] with NP_TRUTH_POINTS points. */
-static const double gauss_x[NP_TRUTH_POINTS] = {0.033765242898423986, 0.16939530676686774, 0.38069040695840155,
-                                                0.61930959304159845,  0.83060469323313226, 0.96623475710157601};
-static const double gauss_weight[NP_TRUTH_POINTS] = {0.085662246189585173, 0.18038078652406930, 0.23395696728634552,
-                                                     0.23395696728634552,  0.18038078652406930, 0.085662246189585173};
+static const double gauss_x[NP_TRUTH_POINTS] = {0.04691007703066802, 0.23076534494715845, 0.5, 0.76923465505284155,
+                                                0.95308992296933198};
+static const double gauss_weight[NP_TRUTH_POINTS] = {0.11846344252809454, 0.23931433524968324, 0.28444444444444444,
+                                                     0.23931433524968324, 0.11846344252809454};
 
 /* Panels of a path made for its transmittance alone, over the whole atmosphere. */
 enum { SUN_PANELS = 6 };

@@ -3,14 +3,14 @@
  *
  * The ray is cut into panels, at the perigee, where the density profile has kinks, and evenly in the signed root w of
  * the distance from the perigee (t = perigee + w·|w|), in which the air varies slowly. Each panel's depth is a
- * six-point Gauss rule in w, so that transmittances are exact to 1e-8 and no random number is spent on them.
+ * five-point Gauss rule in w, so that transmittances are exact to 1e-8 and no random number is spent on them.
  */
 #ifndef NP_ATMOSPHERE_TRUTH_PATH_H
 #define NP_ATMOSPHERE_TRUTH_PATH_H
 
 #include "atmosphere/optical_depth.h"
 
-enum { NP_TRUTH_BANDS = 3, NP_TRUTH_PANELS_MAX = 96, NP_TRUTH_POINTS = 6 };
+enum { NP_TRUTH_BANDS = 3, NP_TRUTH_PANELS_MAX = 96, NP_TRUTH_POINTS = 5 };
 
 /* Coefficients at one altitude, 1/m. */
 typedef struct np_truth_air {
