@@ -44,10 +44,9 @@ static cli_exit check_output(const cli_options *options) {
   return CLI_USAGE;
 }
 
-static cli_exit probe_slab(cli_session *session, const neph_probe_desc *desc) {
+/* Prints what a probe found, or saves it. */
+static cli_exit deliver(cli_session *session, neph_result result, char *text) {
   const cli_options *options = session->options;
-  char *text;
-  neph_result result = neph_probe_slab(session->context, options->files[1], desc, &text);
   cli_progress_finish(&session->progress);
   if (result) return cli_exit_of(result);
   if (!options->output_count) return cli_print_text(session, text), CLI_DONE;
@@ -56,14 +55,64 @@ static cli_exit probe_slab(cli_session *session, const neph_probe_desc *desc) {
   return cli_exit_of(result);
 }
 
-cli_exit cli_command_probe(cli_session *session) {
-  const char *question = session->options->files[0];
+static cli_exit probe_slab(cli_session *session) {
+  if (session->options->method) {
+    cli_complain("--method is not an option of nephos probe slab");
+    return CLI_USAGE;
+  }
   neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
-  cli_exit exit = check_output(session->options);
-  if (!exit) exit = fill_desc(session, &desc);
+  cli_exit exit = fill_desc(session, &desc);
   if (exit) return exit;
   cli_catch_interrupts();
-  if (!strcmp(question, "slab")) return probe_slab(session, &desc);
-  cli_complain("%s is not a probe, must be slab", question);
+  char *text;
+  neph_result result = neph_probe_slab(session->context, session->options->files[1], &desc, &text);
+  return deliver(session, result, text);
+}
+
+static cli_exit choose_method(const char *name, neph_sky_method *out) {
+  static const char *const names[] = {
+      [NEPH_SKY_METHOD_LUT] = "lut", [NEPH_SKY_METHOD_MARCH] = "march", [NEPH_SKY_METHOD_TRACE] = "trace"};
+  if (!name) return CLI_DONE;
+  for (int i = NEPH_SKY_METHOD_LUT; i <= NEPH_SKY_METHOD_TRACE; i++)
+    if (!strcmp(name, names[i])) return *out = (neph_sky_method)i, CLI_DONE;
+  cli_complain("--method is %s, must be lut, march or trace", name);
+  return CLI_USAGE;
+}
+
+static cli_exit fill_sky_desc(cli_session *session, neph_probe_sky_desc *desc) {
+  const cli_options *options = session->options;
+  if (options->path_count) desc->path_count = options->path_count;
+  desc->progress = cli_progress_report;
+  desc->progress_user = &session->progress;
+  cli_exit exit = choose_method(options->method, &desc->method);
+  for (size_t i = 0; !exit && i < options->setting_count; i++) {
+    const cli_setting *setting = &options->settings[i];
+    if (!strcmp(setting->option, "--seed")) {
+      exit = choose_seed(setting->value, &desc->seed);
+    } else {
+      cli_complain("%s is not an option of nephos probe sky", setting->option);
+      exit = CLI_USAGE;
+    }
+  }
+  return exit;
+}
+
+static cli_exit probe_sky(cli_session *session) {
+  neph_probe_sky_desc desc = NEPH_PROBE_SKY_DESC_DEFAULT;
+  cli_exit exit = fill_sky_desc(session, &desc);
+  if (exit) return exit;
+  cli_catch_interrupts();
+  char *text;
+  neph_result result = neph_probe_sky(session->context, session->options->files[1], &desc, &text);
+  return deliver(session, result, text);
+}
+
+cli_exit cli_command_probe(cli_session *session) {
+  const char *question = session->options->files[0];
+  cli_exit exit = check_output(session->options);
+  if (exit) return exit;
+  if (!strcmp(question, "slab")) return probe_slab(session);
+  if (!strcmp(question, "sky")) return probe_sky(session);
+  cli_complain("%s is not a probe, must be slab or sky", question);
   return CLI_USAGE;
 }

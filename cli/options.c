@@ -20,6 +20,7 @@ typedef enum option_id {
   OPTION_SAMPLES,
   OPTION_SEED,
   OPTION_INTEGRATOR,
+  OPTION_METHOD,
   OPTION_PATHS,
   OPTION_TARGET_ERROR,
   OPTION_EXPLAIN,
@@ -62,6 +63,7 @@ static const option_row options[] = {
     {OPTION_SAMPLES, "--samples", 0, "N", CLI_RENDER, "samples for each pixel"},
     {OPTION_SEED, "--seed", 0, "N", CLI_RENDER | CLI_PROBE, "seed of all random numbers"},
     {OPTION_INTEGRATOR, "--integrator", 0, "NAME", CLI_RENDER | CLI_PROBE, "march or path"},
+    {OPTION_METHOD, "--method", 0, "NAME", CLI_PROBE, "of a sky: lut (default), march or trace"},
     {OPTION_PATHS, "--paths", 0, "N", CLI_PROBE, "camera rays for each number asked for (default 65536)"},
     {OPTION_TARGET_ERROR, "--target-error", 0, "X", CLI_PROBE,
      "no more paths than give a relative standard error of X"},
@@ -91,7 +93,7 @@ static const verb_row verbs[] = {
     {CLI_RENDER, "render", "SCENE", "render frames to OpenEXR and PNG", 1, 1},
     {CLI_INFO, "info", "FILE...", "say what is in .vdb, .hgt, .exr, .png and scene files", 1, SIZE_MAX},
     {CLI_SKY, "sky", "SCENE", "the sky alone: irradiances, and a latitude-longitude picture", 1, 1},
-    {CLI_PROBE, "probe", "slab CASES", "put questions with known answers to the integrators, as CSV", 2, 2},
+    {CLI_PROBE, "probe", "slab|sky CASES", "put questions with known answers to the integrators, as CSV", 2, 2},
     {CLI_COMPARE, "compare", "PICTURE REFERENCE", "measure how far an OpenEXR picture lies from another", 2, 2},
     {CLI_SCHEMA, "schema", "", "list every key of a scene", 0, 0},
 };
@@ -276,6 +278,8 @@ static bool apply_option(cli_options *out, const option_row *option, const char 
     return add_setting(out, option->name, "render.seed", argument);
   case OPTION_INTEGRATOR:
     return add_setting(out, option->name, "render.integrator", argument);
+  case OPTION_METHOD:
+    return out->method = argument, true;
   case OPTION_PATHS:
     return read_whole(argument, &out->path_count) && out->path_count >= 1;
   case OPTION_TARGET_ERROR:

@@ -67,6 +67,7 @@ typedef struct cli_options {
   unsigned crop[4];                /* x0, y0, x1, y1 */
   unsigned tile_index, tile_count; /* from 1; 0 of 0: no tile */
   bool is_json, is_exact, wants_plan, is_dry_run;
+  const char *method; /* of a probe; NULL: not given */
   unsigned path_count; /* of a probe; 0: not given */
   double target_error; /* 0: none */
   bool has_relative_mse_max;

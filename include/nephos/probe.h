@@ -41,6 +41,41 @@ typedef struct neph_probe_desc {
 NEPH_API neph_result neph_probe_slab(neph_context *context, const char *cases_path, const neph_probe_desc *desc,
                                      char **out_text) NEPH_NODISCARD;
 
+typedef enum neph_sky_method {
+  NEPH_SKY_METHOD_LUT,   /**< as pictures have it: every number from a table */
+  NEPH_SKY_METHOD_MARCH, /**< along the ray anew: order 1 to 1e-5; later orders from the sources that tables hold */
+  NEPH_SKY_METHOD_TRACE  /**< Monte Carlo in double precision; order 1 and transmittances by quadrature */
+} neph_sky_method;
+
+typedef struct neph_probe_sky_desc {
+  size_t struct_size;
+  neph_sky_method method;    /**< default NEPH_SKY_METHOD_LUT */
+  unsigned path_count;       /**< of the tracer, for each row, ≥ 1, rounded up to a multiple of 64 (default 65536) */
+  uint64_t seed;             /**< of all random numbers (default 0) */
+  neph_progress_fn progress; /**< default NULL */
+  void *progress_user;       /**< default NULL */
+} neph_probe_sky_desc;
+
+#define NEPH_PROBE_SKY_DESC_DEFAULT                                                                                    \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_probe_sky_desc), .method = NEPH_SKY_METHOD_LUT, .path_count = 65536, .seed = 0,         \
+    .progress = NULL, .progress_user = NULL                                                                            \
+  }
+
+/** Light of clear skies, case by case.
+ *
+ * Cases are rows of comma-separated values with the columns quantity, earth, max_order, h_km, mu, sun_zenith_deg,
+ * view_zenith_deg, rel_azimuth_deg, distance_km: docs/cli.md says what each means, and which may be left out. The answer
+ * repeats every column and adds r, g, b, at 680, 550 and 440 nm, and their standard errors r_se, g_se, b_se, which are 0
+ * where the method has none.
+ *
+ * @param cases_path  a file, or "-" for standard input.
+ * @param desc        NULL for the defaults.
+ * @param out_text    comma-separated values, to be freed with neph_text_destroy; NULL on failure.
+ */
+NEPH_API neph_result neph_probe_sky(neph_context *context, const char *cases_path, const neph_probe_sky_desc *desc,
+                                    char **out_text) NEPH_NODISCARD;
+
 #ifdef __cplusplus
 }
 #endif

@@ -3,14 +3,13 @@
 #include <nephos/probe.h>
 
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/csv.h"
 #include "core/units.h"
 #include "render/probe_slab.h"
+#include "render/probe_text.h"
 
 typedef enum column {
   COLUMN_QUANTITY,
@@ -160,7 +159,8 @@ static void print_row(FILE *out, const np_csv_row *text, const slab_row *row, bo
   fputc('\n', out);
 }
 
-static void print_rows(FILE *out, const probe *p) {
+static void print_rows(FILE *out, const void *user) {
+  const probe *p = user;
   bool has_flux = false, has_radiance = false;
   for (size_t i = 0; i < p->csv.row_count; i++) {
     has_flux = has_flux || p->rows[i].is_flux;
@@ -171,29 +171,13 @@ static void print_rows(FILE *out, const probe *p) {
   for (size_t i = 0; i < p->csv.row_count; i++) print_row(out, &p->csv.rows[i], &p->rows[i], has_flux, has_radiance);
 }
 
-static neph_result write_text(const probe *p, char **out_text) {
-  char *bytes = NULL;
-  size_t size;
-  FILE *out = open_memstream(&bytes, &size);
-  if (!out) return np_fail(p->context, NEPH_ERROR_OUT_OF_MEMORY, "out of memory for the answers");
-  print_rows(out, p);
-  const bool has_failed = ferror(out) != 0;
-  if (fclose(out) || has_failed) {
-    free(bytes);
-    return np_fail(p->context, NEPH_ERROR_OUT_OF_MEMORY, "out of memory for the answers");
-  }
-  *out_text = np_alloc_text(p->context, bytes);
-  free(bytes);
-  return *out_text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-}
-
 static neph_result run(probe *p, const char *cases_path, char **out_text) {
   neph_result result = np_csv_load(p->context, strcmp(cases_path, "-") ? cases_path : "/dev/stdin", &p->csv);
   if (result) return result;
   p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
   result = p->rows ? read_rows(p) : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) result = answer_rows(p);
-  if (!result) result = write_text(p, out_text);
+  if (!result) result = np_probe_write_text(p->context, print_rows, p, out_text);
   np_alloc_free(p->context, p->rows);
   np_csv_clear(&p->csv);
   return result;

@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Skies by three methods: cases in, answers out, as comma-separated values. */
+#include <nephos/probe.h>
+
+#include <string.h>
+
+#include "atmosphere/sky_question.h"
+#include "core/alloc.h"
+#include "core/csv.h"
+#include "render/probe_text.h"
+
+typedef enum column {
+  COLUMN_QUANTITY,
+  COLUMN_EARTH,
+  COLUMN_MAX_ORDER,
+  COLUMN_ALTITUDE,
+  COLUMN_COSINE,
+  COLUMN_SUN,
+  COLUMN_VIEW,
+  COLUMN_AZIMUTH,
+  COLUMN_DISTANCE,
+  COLUMN_COUNT
+} column;
+
+static const char *const column_names[COLUMN_COUNT] = {
+    "quantity",       "earth",           "max_order",       "h_km",       "mu",
+    "sun_zenith_deg", "view_zenith_deg", "rel_azimuth_deg", "distance_km"};
+
+static const struct {
+  const char *name;
+  unsigned columns; /* those that must hold a number, by 1 << column */
+} quantities[NP_SKY_QUANTITY_COUNT] = {
+    [NP_SKY_TRANSMITTANCE_TOP] = {"transmittance_top", 1 << COLUMN_COSINE},
+    [NP_SKY_SINGLE_SCATTER_RADIANCE] = {"single_scatter_radiance",
+                                        1 << COLUMN_SUN | 1 << COLUMN_VIEW | 1 << COLUMN_AZIMUTH},
+    [NP_SKY_RADIANCE] = {"sky_radiance", 1 << COLUMN_SUN | 1 << COLUMN_VIEW | 1 << COLUMN_AZIMUTH},
+    [NP_SKY_IRRADIANCE] = {"sky_irradiance", 1 << COLUMN_SUN},
+    [NP_SKY_DIRECT_IRRADIANCE] = {"direct_irradiance", 1 << COLUMN_SUN},
+    [NP_SKY_AP_INSCATTER] = {"ap_inscatter",
+                             1 << COLUMN_SUN | 1 << COLUMN_VIEW | 1 << COLUMN_AZIMUTH | 1 << COLUMN_DISTANCE},
+    [NP_SKY_AP_TRANSMITTANCE] = {"ap_transmittance", 1 << COLUMN_VIEW | 1 << COLUMN_DISTANCE},
+};
+
+/* ---- Earths ---- */
+
+typedef struct earth {
+  const char *name;
+  np_truth_light light;
+  double sun_angular_radius_rad, irradiance_w_m2_nm[3];
+  neph_atmosphere_desc medium;
+} earth;
+
+enum { EARTH_COUNT = 3 };
+
+/* The Earth of Bruneton's 2017 implementation (its reference/model_test.cc): 60 km of air, a darker ground. */
+static neph_atmosphere_desc describe_bruneton(void) {
+  neph_atmosphere_desc d = NEPH_ATMOSPHERE_DESC_DEFAULT;
+  const double rayleigh[3] = {5.802339382e-6, 13.55776245e-6, 33.10000598e-6};
+  const double ozone[3] = {0.6497166e-6, 1.8809e-6, 0.08501668e-6};
+  d.top_altitude_m = 60e3;
+  for (int b = 0; b < 3; b++) {
+    d.rayleigh_scattering_per_m[b] = rayleigh[b];
+    d.ozone_absorption_per_m[b] = ozone[b];
+    d.ground_albedo[b] = 0.1;
+  }
+  return d;
+}
+
+/* The suns of the first two are points that fade at the horizon, as in the tables that they come from. */
+static void describe_earths(earth out[EARTH_COUNT]) {
+  const neph_atmosphere_desc ours = NEPH_ATMOSPHERE_DESC_DEFAULT;
+  const neph_sky_desc sun = NEPH_SKY_DESC_DEFAULT;
+  const double *e = sun.sun_irradiance_w_m2_nm, radius = sun.sun_angular_radius_rad;
+  out[0] = (earth){"bruneton", NP_TRUTH_POINT, radius, {e[0], e[1], e[2]}, describe_bruneton()};
+  out[1] = (earth){"hillaire", NP_TRUTH_POINT, 0.004675, {1.0, 1.0, 1.0}, ours};
+  out[2] = (earth){"earth", NP_TRUTH_DISK, radius, {e[0], e[1], e[2]}, ours};
+}
+
+/* ---- Cases ---- */
+
+typedef struct sky_row {
+  int earth;
+  np_sky_question question;
+  np_truth_value answer;
+} sky_row;
+
+typedef struct probe {
+  neph_context *context;
+  neph_probe_sky_desc desc;
+  np_csv csv;
+  int columns[COLUMN_COUNT];
+  earth earths[EARTH_COUNT];
+  sky_row *rows;
+  np_sky_witness witness; /* of `witness_earth` and `witness_orders` */
+  int witness_earth;
+  unsigned witness_orders;
+  np_monitor monitor;
+} probe;
+
+static neph_result find_columns(probe *p) {
+  for (int c = 0; c < COLUMN_COUNT; c++) {
+    p->columns[c] = np_csv_find_column(&p->csv, column_names[c]);
+    if (p->columns[c] == NP_CSV_NO_COLUMN && (c <= COLUMN_EARTH || c == COLUMN_ALTITUDE))
+      return np_fail(p->context, NEPH_ERROR_BAD_SCENE, "%s:%u: there is no column %s", p->csv.path, p->csv.header.line,
+                     column_names[c]);
+  }
+  return NEPH_OK;
+}
+
+static const char *get_text(const probe *p, size_t row, column c) {
+  return p->columns[c] == NP_CSV_NO_COLUMN ? "" : np_csv_get_field(&p->csv, row, p->columns[c]);
+}
+
+/* A number that the quantity may do without: 0 then. */
+static neph_result get_real(const probe *p, size_t row, unsigned needed, column c, double min, double max,
+                            double *out) {
+  *out = 0.0;
+  if (!(needed & 1u << c)) return NEPH_OK;
+  if (p->columns[c] == NP_CSV_NO_COLUMN)
+    return np_fail(p->context, NEPH_ERROR_BAD_SCENE, "%s:%u: there is no column %s, which %s needs", p->csv.path,
+                   p->csv.rows[row].line, column_names[c], get_text(p, row, COLUMN_QUANTITY));
+  return np_csv_get_real(&p->csv, row, p->columns[c], min, max, out);
+}
+
+static neph_result read_quantity(const probe *p, size_t row, np_sky_quantity *out) {
+  const char *text = get_text(p, row, COLUMN_QUANTITY);
+  for (int i = 0; i < NP_SKY_QUANTITY_COUNT; i++)
+    if (strcmp(text, quantities[i].name) == 0) return *out = (np_sky_quantity)i, NEPH_OK;
+  return np_fail(p->context, NEPH_ERROR_BAD_SCENE,
+                 "%s:%u: quantity is '%s', must be transmittance_top, single_scatter_radiance, sky_radiance, "
+                 "sky_irradiance, direct_irradiance, ap_inscatter or ap_transmittance",
+                 p->csv.path, p->csv.rows[row].line, text);
+}
+
+static neph_result read_earth(const probe *p, size_t row, int *out) {
+  const char *text = get_text(p, row, COLUMN_EARTH);
+  for (int i = 0; i < EARTH_COUNT; i++)
+    if (strcmp(text, p->earths[i].name) == 0) return *out = i, NEPH_OK;
+  return np_fail(p->context, NEPH_ERROR_BAD_SCENE, "%s:%u: earth is '%s', must be bruneton, hillaire or earth",
+                 p->csv.path, p->csv.rows[row].line, text);
+}
+
+static neph_result read_order(const probe *p, size_t row, np_sky_question *q) {
+  q->order_max = q->quantity == NP_SKY_SINGLE_SCATTER_RADIANCE ? 1 : NP_ORDERS_ALL;
+  if (q->quantity == NP_SKY_SINGLE_SCATTER_RADIANCE || !*get_text(p, row, COLUMN_MAX_ORDER)) return NEPH_OK;
+  double order;
+  neph_result result = np_csv_get_real(&p->csv, row, p->columns[COLUMN_MAX_ORDER], 0.0, 1000.0, &order);
+  if (!result && order != floor(order))
+    result = np_fail(p->context, NEPH_ERROR_BAD_SCENE, "%s:%u: max_order is %g, must be a whole number or empty",
+                     p->csv.path, p->csv.rows[row].line, order);
+  q->order_max = (unsigned)order;
+  return result;
+}
+
+static neph_result read_row(const probe *p, size_t row, sky_row *out) {
+  np_sky_question *q = &out->question;
+  double altitude_km = 0.0, sun_deg = 0.0, view_deg = 0.0, azimuth_deg = 0.0, distance_km = 0.0;
+  neph_result result = read_quantity(p, row, &q->quantity);
+  if (!result) result = read_earth(p, row, &out->earth);
+  if (!result) result = read_order(p, row, q);
+  const unsigned needed = quantities[q->quantity].columns;
+  if (!result) result = get_real(p, row, 1u << COLUMN_ALTITUDE, COLUMN_ALTITUDE, 0.0, 1e6, &altitude_km);
+  if (!result) result = get_real(p, row, needed, COLUMN_COSINE, -1.0, 1.0, &q->view_cosine);
+  if (!result) result = get_real(p, row, needed, COLUMN_SUN, 0.0, 180.0, &sun_deg);
+  if (!result) result = get_real(p, row, needed, COLUMN_VIEW, 0.0, 180.0, &view_deg);
+  if (!result) result = get_real(p, row, needed, COLUMN_AZIMUTH, -360.0, 360.0, &azimuth_deg);
+  if (!result) result = get_real(p, row, needed, COLUMN_DISTANCE, 0.0, 1e7, &distance_km);
+  q->altitude_m = altitude_km * NP_KILOMETRE;
+  q->distance_m = distance_km * NP_KILOMETRE;
+  q->sun_zenith_rad = sun_deg * NP_DEGREE;
+  q->view_zenith_rad = view_deg * NP_DEGREE;
+  q->azimuth_rad = azimuth_deg * NP_DEGREE;
+  return result;
+}
+
+static neph_result read_rows(probe *p) {
+  neph_result result = find_columns(p);
+  for (size_t i = 0; !result && i < p->csv.row_count; i++) result = read_row(p, i, &p->rows[i]);
+  return result;
+}
+
+/* ---- Answers ---- */
+
+static void dismiss_witness(probe *p) {
+  np_sky_witness_clear(&p->witness);
+  neph_atmosphere_release(p->witness.atmosphere);
+  p->witness.atmosphere = NULL;
+}
+
+/* One that has the tables for the question, the last one's kept where they do. What needs no tables of scattered light
+ * is asked of those of order 1, which are soonest made. */
+static neph_result call_witness(probe *p, const sky_row *row) {
+  const bool has_tables =
+      p->desc.method != NEPH_SKY_METHOD_TRACE && np_sky_quantity_is_scattered(row->question.quantity);
+  const unsigned orders = has_tables && row->question.order_max > 1 ? row->question.order_max : 1;
+  if (p->witness.atmosphere && p->witness_earth == row->earth && p->witness_orders == orders) return NEPH_OK;
+  dismiss_witness(p);
+  const earth *e = &p->earths[row->earth];
+  p->witness = (np_sky_witness){.light = e->light,
+                                .sun_angular_radius_rad = e->sun_angular_radius_rad,
+                                .method = (np_sky_method)p->desc.method,
+                                .paths = p->desc.path_count};
+  memcpy(p->witness.irradiance_w_m2_nm, e->irradiance_w_m2_nm, sizeof p->witness.irradiance_w_m2_nm);
+  p->witness_earth = row->earth;
+  p->witness_orders = orders;
+  return np_atmosphere_create_orders(p->context, &e->medium, orders, &p->witness.atmosphere);
+}
+
+static neph_result answer_rows(probe *p) {
+  np_monitor_set_stage(&p->monitor, "probing skies");
+  const double count = (double)p->csv.row_count;
+  neph_result result = NEPH_OK;
+  for (size_t i = 0; !result && i < p->csv.row_count; i++) {
+    np_monitor_set_range(&p->monitor, (double)i / count, (double)(i + 1) / count);
+    sky_row *row = &p->rows[i];
+    result = call_witness(p, row);
+    if (!result) result = np_sky_ask(&p->witness, &row->question, p->desc.seed + i, &p->monitor, &row->answer);
+    if (!result && np_monitor_is_cancelled(&p->monitor)) result = NEPH_ERROR_CANCELLED;
+  }
+  dismiss_witness(p);
+  return result;
+}
+
+/* ---- Output ---- */
+
+static void print_rows(FILE *out, const void *user) {
+  const probe *p = user;
+  fprintf(out, "%s,r,g,b,r_se,g_se,b_se\n", p->csv.header.text);
+  for (size_t i = 0; i < p->csv.row_count; i++) {
+    const np_truth_value *a = &p->rows[i].answer;
+    fputs(p->csv.rows[i].text, out);
+    for (int b = 0; b < NP_TRUTH_BANDS; b++) fprintf(out, ",%.9g", a->mean[b]);
+    for (int b = 0; b < NP_TRUTH_BANDS; b++) fprintf(out, ",%.3g", a->error[b]);
+    fputc('\n', out);
+  }
+}
+
+static neph_result run(probe *p, const char *cases_path, char **out_text) {
+  neph_result result = np_csv_load(p->context, strcmp(cases_path, "-") ? cases_path : "/dev/stdin", &p->csv);
+  if (result) return result;
+  p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
+  result = p->rows ? read_rows(p) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result) result = answer_rows(p);
+  if (!result) result = np_probe_write_text(p->context, print_rows, p, out_text);
+  np_alloc_free(p->context, p->rows);
+  np_csv_clear(&p->csv);
+  return result;
+}
+
+neph_result neph_probe_sky(neph_context *context, const char *cases_path, const neph_probe_sky_desc *desc,
+                           char **out_text) {
+  *out_text = NULL;
+  const neph_probe_sky_desc defaults = NEPH_PROBE_SKY_DESC_DEFAULT;
+  probe p = {.context = context};
+  neph_result result = np_desc_read(context, "neph_probe_sky_desc", &defaults, sizeof defaults, desc, &p.desc);
+  if (result) return result;
+  if ((unsigned)p.desc.method > NEPH_SKY_METHOD_TRACE)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: method is %d, must be one of neph_sky_method",
+                   (int)p.desc.method);
+  if (p.desc.path_count < 1)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: path_count is 0, must be at least 1");
+  describe_earths(p.earths);
+  np_monitor_start(&p.monitor, context, p.desc.progress, p.desc.progress_user);
+  result = run(&p, cases_path, out_text);
+  /* Here a damaged table is a bad question, not a bad file. */
+  return result == NEPH_ERROR_BAD_FILE ? NEPH_ERROR_BAD_SCENE : result;
+}
