@@ -65,9 +65,9 @@ typedef struct neph_probe_sky_desc {
 /** Light of clear skies, case by case.
  *
  * Cases are rows of comma-separated values with the columns quantity, earth, max_order, h_km, mu, sun_zenith_deg,
- * view_zenith_deg, rel_azimuth_deg, distance_km: docs/cli.md says what each means, and which may be left out. The answer
- * repeats every column and adds r, g, b, at 680, 550 and 440 nm, and their standard errors r_se, g_se, b_se, which are 0
- * where the method has none.
+ * view_zenith_deg, rel_azimuth_deg, distance_km: docs/cli.md says what each means, and which may be left out. The
+ * answer repeats every column and adds r, g, b, at 680, 550 and 440 nm, and their standard errors r_se, g_se, b_se,
+ * which are 0 where the method has none.
  *
  * @param cases_path  a file, or "-" for standard input.
  * @param desc        NULL for the defaults.
