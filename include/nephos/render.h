@@ -16,8 +16,9 @@ typedef enum neph_integrator {
 
 /** How the march answers for light scattered more than once in a cloud. */
 typedef enum neph_multiple_scattering {
-  NEPH_MULTIPLE_SCATTERING_NONE,   /**< not at all: for comparisons */
-  NEPH_MULTIPLE_SCATTERING_OCTAVES /**< damped octaves of the single scattering; error in docs/accuracy.md */
+  NEPH_MULTIPLE_SCATTERING_NONE,     /**< not at all: for comparisons */
+  NEPH_MULTIPLE_SCATTERING_OCTAVES,  /**< damped octaves of the single scattering; error in docs/accuracy.md */
+  NEPH_MULTIPLE_SCATTERING_ORDINATES /**< solved for by discrete ordinates on coarse cells; the default */
 } neph_multiple_scattering;
 
 /** No limit on the number of scatterings along a path. */
@@ -42,8 +43,8 @@ typedef struct neph_render_desc {
   {                                                                                                                    \
     .struct_size = sizeof(neph_render_desc), .integrator = NEPH_INTEGRATOR_MARCH, .width = 960, .height = 540,         \
     .crop_min = {0, 0}, .crop_max = {960, 540}, .sample_count = 4, .seed = 0, .frame = 1,                              \
-    .multiple_scattering = NEPH_MULTIPLE_SCATTERING_OCTAVES, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL, \
-    .progress_user = NULL                                                                                              \
+    .multiple_scattering = NEPH_MULTIPLE_SCATTERING_ORDINATES, .scattering_max = NEPH_SCATTERINGS_ALL,                 \
+    .progress = NULL, .progress_user = NULL                                                                            \
   }
 
 /** The scene's own render settings, to start from. */

@@ -63,4 +63,22 @@ static inline void np_surroundings_add_behind(const np_scene_view *view, const n
       np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], transmittance, np_spectrum_add(sky, disk));
 }
 
+/* Adds what lies behind the clouds and reaches the camera by scattering in the forward peak alone, as if it had gone
+ * straight on: `weight` of it. The sun's disk has no part in it; its peak is in what the clouds themselves throw. */
+static inline void np_surroundings_add_peak(const np_scene_view *view, const np_integrator_settings *settings,
+                                            const np_camera_ray *ray, const np_ground_hit *hit, np_spectrum weight,
+                                            np_cloud_shadow_fn shadow, np_random *random, np_integrator_sample *out) {
+  if (np_spectrum_max(weight) < 1e-5f) return;
+  np_spectrum radiance;
+  if (hit) {
+    const np_aerial_perspective air = np_light_air(view->camera_sky, ray->direction, hit->distance_m);
+    radiance = np_spectrum_multiply(np_surroundings_ground(view, settings, hit, shadow, random), air.transmittance);
+    radiance = np_spectrum_add(radiance, air.inscatter);
+  } else {
+    radiance = np_light_sky(view, view->camera_sky, ray->direction);
+  }
+  const np_component component = hit ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
+  out->component[component] = np_spectrum_add(out->component[component], np_spectrum_multiply(weight, radiance));
+}
+
 #endif

@@ -25,6 +25,8 @@ typedef struct np_view_volume {
   np_phase phase;
 } np_view_volume;
 
+struct np_multi_scatter;
+
 typedef struct np_scene_view {
   unsigned volume_count; /* at most NP_VIEW_VOLUMES_MAX */
   const np_view_volume *volumes;
@@ -45,6 +47,8 @@ typedef struct np_scene_view {
   const neph_terrain *terrain; /* NULL: the sphere alone */
   np_dvec3 terrain_min, terrain_max;
   np_spectrum ground_albedo; /* of the sphere */
+
+  const struct np_multi_scatter *multi_scatter; /* NULL: not solved for */
 } np_scene_view;
 
 /* A direction towards the sun's disk, uniform over it; its centre when the disk is a point. */

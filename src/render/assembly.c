@@ -215,6 +215,16 @@ static void fill_view(const build *b, const double to_sun[3]) {
   if (a->terrain) np_terrain_get_bounds(a->terrain, &a->view.terrain_min, &a->view.terrain_max);
 }
 
+static neph_result build_multi_scatter(const build *b) {
+  np_assembly *a = b->assembly;
+  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
+  desc.cells.bounds_min = a->clouds_min;
+  desc.cells.bounds_max = a->clouds_max;
+  neph_result result = np_multi_scatter_build(a->context, &a->view, &desc, b->monitor, &a->multi_scatter);
+  if (!result) a->view.multi_scatter = &a->multi_scatter;
+  return result;
+}
+
 neph_result np_assembly_build(const neph_scene *scene, const np_plan *plan, np_monitor *monitor,
                               np_assembly *out_assembly) {
   *out_assembly = (np_assembly){.context = scene->context};
@@ -226,15 +236,16 @@ neph_result np_assembly_build(const neph_scene *scene, const np_plan *plan, np_m
   if (!result && needs(plan, NP_STAGE_ATMOSPHERE)) result = build_atmosphere(&b);
   if (!result && needs(plan, NP_STAGE_VOLUMES)) result = build_clouds(&b);
   if (!result) result = build_skies(&b, to_sun);
-  if (result) {
-    np_assembly_clear(out_assembly);
-    return result;
+  if (!result) {
+    fill_view(&b, to_sun);
+    if (needs(plan, NP_STAGE_ORDINATES)) result = build_multi_scatter(&b);
   }
-  fill_view(&b, to_sun);
-  return NEPH_OK;
+  if (result) np_assembly_clear(out_assembly);
+  return result;
 }
 
 void np_assembly_clear(np_assembly *assembly) {
+  np_multi_scatter_clear(&assembly->multi_scatter);
   for (unsigned i = 0; i < assembly->volume_count; i++) {
     neph_volume_release(assembly->volumes[i]);
     np_phase_table_clear(&assembly->phase_tables[i]);

@@ -3,6 +3,7 @@
 #ifndef NP_RENDER_ASSEMBLY_H
 #define NP_RENDER_ASSEMBLY_H
 
+#include "light/multi_scatter.h"
 #include "render/placement.h"
 #include "scene/plan.h"
 
@@ -17,6 +18,7 @@ typedef struct np_assembly {
   neph_terrain *terrain;
   neph_atmosphere *atmosphere;
   neph_sky *camera_sky, *cloud_sky;
+  np_multi_scatter multi_scatter; /* empty when not needed */
   np_scene_view view;
 } np_assembly;
 

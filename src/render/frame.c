@@ -245,7 +245,7 @@ void np_frame_choose_settings(const np_scene_render *render, bool has_multiple, 
 }
 
 static void choose_integrator(frame *f, const np_plan *plan, const np_scene_render *render) {
-  np_frame_choose_settings(render, plan->stages[NP_STAGE_MULTIPLE].is_needed, &f->settings);
+  np_frame_choose_settings(render, plan->stages[NP_STAGE_OCTAVES].is_needed, &f->settings);
   f->settings.scattering_max = is_lit(plan) ? f->desc->scattering_max : 0;
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->assembly->context));
   f->integrate = f->desc->integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;

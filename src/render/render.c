@@ -10,7 +10,9 @@
 static neph_result describe_render(const neph_scene *scene, const neph_render_desc *desc, double seconds,
                                    neph_image *image) {
   const bool is_path = desc->integrator == NEPH_INTEGRATOR_PATH;
-  const bool is_single = !is_path && desc->multiple_scattering == NEPH_MULTIPLE_SCATTERING_NONE;
+  static const char *const multiple[] = {[NEPH_MULTIPLE_SCATTERING_NONE] = "none",
+                                         [NEPH_MULTIPLE_SCATTERING_OCTAVES] = "octaves",
+                                         [NEPH_MULTIPLE_SCATTERING_ORDINATES] = "ordinates"};
   char seed[24];
   (void)snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
   neph_result result = neph_image_set_attribute(image, "nephos:colorSpace", "nephos-bands");
@@ -19,7 +21,7 @@ static neph_result describe_render(const neph_scene *scene, const neph_render_de
   if (!result) result = np_image_set_real(image, "nephos:scale", scene->output.scale);
   if (!result) result = neph_image_set_attribute(image, "nephos:integrator", is_path ? "path" : "march");
   if (!result && !is_path)
-    result = neph_image_set_attribute(image, "nephos:multipleScattering", is_single ? "none" : "octaves");
+    result = neph_image_set_attribute(image, "nephos:multipleScattering", multiple[desc->multiple_scattering]);
   if (!result && desc->scattering_max != NEPH_SCATTERINGS_ALL)
     result = np_image_set_integer(image, "nephos:scatteringMax", desc->scattering_max);
   if (!result) result = np_image_set_integer(image, "nephos:samples", desc->sample_count);

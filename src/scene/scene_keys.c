@@ -26,7 +26,10 @@ static const np_choice phases[] = {{"rayleigh", NP_PHASE_RAYLEIGH}, {"isotropic"
 static const np_choice terrains[] = {{"none", NP_TERRAIN_NONE}, {NULL, 0}};
 static const np_choice integrators[] = {{"march", NEPH_INTEGRATOR_MARCH}, {"path", NEPH_INTEGRATOR_PATH}, {NULL, 0}};
 static const np_choice scatterings[] = {
-    {"octaves", NEPH_MULTIPLE_SCATTERING_OCTAVES}, {"none", NEPH_MULTIPLE_SCATTERING_NONE}, {NULL, 0}};
+    {"ordinates", NEPH_MULTIPLE_SCATTERING_ORDINATES},
+    {"octaves", NEPH_MULTIPLE_SCATTERING_OCTAVES},
+    {"none", NEPH_MULTIPLE_SCATTERING_NONE},
+    {NULL, 0}};
 static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
 static const np_choice aovs[] = {
     {"background", NP_AOV_BACKGROUND}, {"terrain", NP_AOV_TERRAIN},   {"air", NP_AOV_AIR},
@@ -273,7 +276,7 @@ static const np_key keys[] = {
     {.path = "render.seed", .type = NP_KEY_SEED, .field = SCENE(render.seed), .fallback = "0",
      .meaning = "of all random numbers"},
     {.path = "render.multiple_scattering", .type = NP_KEY_CHOICE, .choices = scatterings,
-     .field = SCENE(render.multiple_scattering), .fallback = "octaves",
+     .field = SCENE(render.multiple_scattering), .fallback = "ordinates",
      .meaning = "how the march answers for light scattered more than once"},
     {.path = "render.octaves", .type = NP_KEY_SECTION, .meaning = "of multiple scattering"},
     {.path = "render.octaves.count", .type = NP_KEY_INTEGER, .field = SCENE(render.octave_count),

@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Anderson acceleration (Anderson 1965; in the form of Walker and Ni 2011, "Anderson Acceleration for Fixed-Point
+ * Iterations", algorithm AA): the next x is that combination Σ α_j·g_j, Σ α_j = 1, of the last images whose residuals
+ * f_j = g(x_j) − x_j cancel best. Where the residual grows the past is forgotten, which leaves plain iteration.
+ */
+#include "light/fixed_point.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/alloc.h"
+
+enum { DEPTH = NP_FIXED_POINT_VECTORS / 2, CHUNK = 1 << 15, BLOCK = 64 };
+
+typedef struct history {
+  unsigned count;            /* filled, the newest last */
+  float *image[DEPTH], *residual[DEPTH];
+  double gram[DEPTH][DEPTH]; /* scalar products of the residuals */
+} history;
+
+typedef struct pass {
+  const np_fixed_point *problem;
+  const history *past;
+  float *x;
+  double weight[DEPTH];
+  double (*sums)[DEPTH + 1]; /* of each chunk: products of the newest residual with all, and the image's square */
+} pass;
+
+static size_t count_chunks(const np_fixed_point *p) { return (p->count + CHUNK - 1) / CHUNK; }
+
+/* Over at most CHUNK floats; in float over short blocks, in double across them. */
+static double multiply(const float *a, const float *b, size_t count) {
+  double sum = 0.0;
+  for (size_t begin = 0; begin < count; begin += BLOCK) {
+    const size_t end = begin + BLOCK < count ? begin + BLOCK : count;
+    float part[8] = {0};
+    size_t i = begin;
+    for (; i + 8 <= end; i += 8)
+      for (size_t l = 0; l < 8; l++) part[l] += a[i + l] * b[i + l];
+    for (; i < end; i++) part[0] += a[i] * b[i];
+    for (size_t l = 0; l < 8; l++) sum += (double)part[l];
+  }
+  return sum;
+}
+
+/* The newest residual, and its products. */
+static neph_result measure_chunks(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const pass *p = user;
+  const unsigned newest = p->past->count - 1;
+  for (size_t chunk = begin; chunk < end; chunk++) {
+    const size_t first = chunk * CHUNK, rest = p->problem->count - first, count = rest < CHUNK ? rest : CHUNK;
+    const float *x = p->x + first, *image = p->past->image[newest] + first;
+    float *residual = p->past->residual[newest] + first;
+    for (size_t i = 0; i < count; i++) residual[i] = image[i] - x[i];
+    for (unsigned j = 0; j <= newest; j++)
+      p->sums[chunk][j] = multiply(residual, p->past->residual[j] + first, count);
+    p->sums[chunk][DEPTH] = multiply(image, image, count);
+  }
+  return NEPH_OK;
+}
+
+static neph_result combine_chunks(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const pass *p = user;
+  for (size_t chunk = begin; chunk < end; chunk++) {
+    const size_t first = chunk * CHUNK, rest = p->problem->count - first, count = rest < CHUNK ? rest : CHUNK;
+    float *x = p->x + first;
+    for (size_t i = 0; i < count; i++) x[i] = (float)p->weight[0] * p->past->image[0][first + i];
+    for (unsigned j = 1; j < p->past->count; j++) {
+      const float *image = p->past->image[j] + first, weight = (float)p->weight[j];
+      for (size_t i = 0; i < count; i++) x[i] += weight * image[i];
+    }
+  }
+  return NEPH_OK;
+}
+
+/* Solves the n×n system in place by elimination with pivots on the diagonal, which the small ridge keeps positive. */
+static void solve_small(unsigned n, double a[DEPTH][DEPTH], double b[DEPTH]) {
+  for (unsigned i = 0; i < n; i++)
+    for (unsigned r = i + 1; r < n; r++) {
+      const double factor = a[r][i] / a[i][i];
+      for (unsigned c = i; c < n; c++) a[r][c] -= factor * a[i][c];
+      b[r] -= factor * b[i];
+    }
+  for (unsigned i = n; i-- > 0;) {
+    for (unsigned c = i + 1; c < n; c++) b[i] -= a[i][c] * b[c];
+    b[i] /= a[i][i];
+  }
+}
+
+/* Weights that minimise ‖Σ α_j·f_j‖: α for the older ones from the normal equations of f_j − f_newest. */
+static void find_weights(const history *past, double weight[DEPTH]) {
+  const unsigned n = past->count - 1;
+  double a[DEPTH][DEPTH], b[DEPTH], trace = 0.0;
+  for (unsigned i = 0; i < n; i++) {
+    for (unsigned j = 0; j < n; j++)
+      a[i][j] = past->gram[i][j] - past->gram[i][n] - past->gram[n][j] + past->gram[n][n];
+    b[i] = past->gram[n][n] - past->gram[i][n];
+    trace += a[i][i];
+  }
+  for (unsigned i = 0; i < n; i++) a[i][i] += 1e-9 * trace + 1e-300;
+  solve_small(n, a, b);
+  weight[n] = 1.0;
+  for (unsigned i = 0; i < n; i++) {
+    weight[i] = b[i];
+    weight[n] -= b[i];
+  }
+}
+
+/* Makes the last slot of the history free. */
+static void shift(history *past) {
+  if (past->count < DEPTH) return;
+  float *image = past->image[0], *residual = past->residual[0];
+  for (unsigned j = 0; j + 1 < DEPTH; j++) {
+    past->image[j] = past->image[j + 1];
+    past->residual[j] = past->residual[j + 1];
+    for (unsigned i = 0; i + 1 < DEPTH; i++) past->gram[j][i] = past->gram[j + 1][i + 1];
+  }
+  past->image[DEPTH - 1] = image;
+  past->residual[DEPTH - 1] = residual;
+  past->count--;
+}
+
+static void forget(history *past) {
+  const unsigned newest = past->count - 1;
+  float *image = past->image[newest], *residual = past->residual[newest];
+  past->image[newest] = past->image[0];
+  past->residual[newest] = past->residual[0];
+  past->image[0] = image;
+  past->residual[0] = residual;
+  past->gram[0][0] = past->gram[newest][newest];
+  past->count = 1;
+}
+
+static neph_result measure(pass *p, history *past, double *out_residual) {
+  const np_fixed_point *problem = p->problem;
+  neph_result result =
+      np_parallel_for(problem->context, problem->monitor, count_chunks(problem), 1, measure_chunks, p);
+  if (result) return result;
+  const unsigned newest = past->count - 1;
+  double image = 0.0;
+  for (unsigned j = 0; j <= newest; j++) {
+    double sum = 0.0;
+    for (size_t c = 0; c < count_chunks(problem); c++) sum += p->sums[c][j];
+    past->gram[newest][j] = past->gram[j][newest] = sum;
+  }
+  for (size_t c = 0; c < count_chunks(problem); c++) image += p->sums[c][DEPTH];
+  *out_residual = image > 0.0 ? sqrt(past->gram[newest][newest] / image) : 0.0;
+  return NEPH_OK;
+}
+
+static neph_result iterate(np_fixed_point *problem, history *past, pass *p) {
+  double before = INFINITY;
+  for (problem->calls = 0;;) {
+    shift(past);
+    neph_result result = problem->map(problem->user, p->x, past->image[past->count++]);
+    problem->calls++;
+    if (!result) result = measure(p, past, &problem->residual);
+    if (result) return result;
+    if (problem->residual <= problem->tolerance || problem->calls >= problem->calls_max) {
+      memcpy(p->x, past->image[past->count - 1], problem->count * sizeof *p->x);
+      return NEPH_OK;
+    }
+    if (!(problem->residual < 2.0 * before)) forget(past);
+    before = problem->residual;
+    find_weights(past, p->weight);
+    result = np_parallel_for(problem->context, problem->monitor, count_chunks(problem), 1, combine_chunks, p);
+    if (result) return result;
+  }
+}
+
+neph_result np_fixed_point_solve(np_fixed_point *problem, float *x) {
+  neph_context *context = problem->context;
+  history past = {0};
+  pass p = {.problem = problem, .past = &past, .x = x};
+  float *vectors = np_alloc(context, problem->count, NP_FIXED_POINT_VECTORS * sizeof *vectors);
+  p.sums = np_alloc(context, count_chunks(problem), sizeof *p.sums);
+  neph_result result = vectors && p.sums ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned j = 0; j < DEPTH && !result; j++) {
+    past.image[j] = vectors + 2 * j * problem->count;
+    past.residual[j] = past.image[j] + problem->count;
+  }
+  if (!result) result = iterate(problem, &past, &p);
+  np_alloc_free(context, p.sums);
+  np_alloc_free(context, vectors);
+  return result;
+}

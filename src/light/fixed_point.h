@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Fixed points x = g(x) of large vectors, by Anderson acceleration. */
+#ifndef NP_LIGHT_FIXED_POINT_H
+#define NP_LIGHT_FIXED_POINT_H
+
+#include "core/parallel.h"
+
+typedef neph_result (*np_fixed_point_fn)(void *user, const float *x, float *out_image);
+
+typedef struct np_fixed_point {
+  neph_context *context;
+  np_monitor *monitor;
+  np_fixed_point_fn map;
+  void *user;
+  size_t count;      /* floats in x */
+  double tolerance;  /* of ‖g(x) − x‖ / ‖g(x)‖ */
+  unsigned calls_max;
+  double residual; /* out: reached */
+  unsigned calls;  /* out: of the map */
+} np_fixed_point;
+
+enum { NP_FIXED_POINT_VECTORS = 10 }; /* that a solution needs besides x */
+
+/* Improves `x` until the tolerance is met or the calls are used up; x is then the last image. Same bits for any number
+ * of threads. */
+neph_result np_fixed_point_solve(np_fixed_point *problem, float *x);
+
+#endif

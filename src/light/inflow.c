@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What shines on the clouds from outside, the sun apart: sky above, ground below. */
+#include "core/stable.h"
+#include "core/units.h"
+#include "light/multi_scatter.h"
+
+enum { SAMPLES = 2048 };
+
+/* Transmittance of the clouds from the ground towards the sun, by steps of a voxel through their bricks. */
+static float find_shadow(const np_scene_view *view, np_dvec3 position) {
+  float depth = 0.0f;
+  for (unsigned v = 0; v < view->volume_count && depth < 16.0f; v++) {
+    const np_view_volume *volume = &view->volumes[v];
+    const np_dvec3 along = np_affine_vector(&volume->world_to_index, np_vec3_to_double(view->to_sun));
+    np_brick_walk walk;
+    np_brick_span span;
+    np_brick_walk_start(&walk, volume->bricks, np_affine_point(&volume->world_to_index, position), along, 0.0, 1e7);
+    const double step = 1.0 / fmax(np_dvec3_length(along), 1e-30);
+    while (depth < 16.0f && np_brick_walk_next(&walk, &span)) {
+      const double length = span.t_end - span.t_begin;
+      const int count = (int)fmin(fmax(ceil(length / step), 1.0), 64.0);
+      float sum = 0.0f;
+      for (int k = 0; k < count; k++)
+        sum += span.brick == NP_BRICK_NONE
+                   ? span.range.min
+                   : np_brick_sample(volume->bricks, span.brick,
+                                     np_brick_walk_local(&walk, &span, span.t_begin + length * (k + 0.5) / count));
+      depth += volume->extinction_per_value * sum * (float)(length / count);
+    }
+  }
+  return np_transmittance(depth);
+}
+
+static np_spectrum find_ground(const np_scene_view *view, const np_ground_hit *hit) {
+  np_spectrum irradiance = np_ground_sky_irradiance(view, hit);
+  const float cosine = np_vec3_dot(hit->normal, view->to_sun);
+  if (cosine > 0.0f) {
+    const np_spectrum sun = np_light_sun(view, hit->position, view->to_sun);
+    if (!np_spectrum_is_zero(sun))
+      irradiance = np_spectrum_add_scaled(irradiance, cosine * find_shadow(view, hit->position), sun);
+  }
+  return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
+}
+
+static np_spectrum find_radiance(const np_scene_view *view, np_dvec3 position, np_vec3 towards) {
+  np_ground_hit hit;
+  if (!np_ground_intersect(view, position, towards, &hit)) return np_light_sky(view, view->cloud_sky, towards);
+  const np_aerial_perspective air = np_light_air(view->cloud_sky, towards, hit.distance_m);
+  return np_spectrum_add(np_spectrum_multiply(find_ground(view, &hit), air.transmittance), air.inscatter);
+}
+
+/* Number of the ordinate nearest to a direction of flight. */
+static unsigned find_nearest(const np_ordinates *o, np_vec3 d) {
+  const unsigned octant = (d.x < 0.0f ? 1u : 0u) | (d.y < 0.0f ? 2u : 0u) | (d.z < 0.0f ? 4u : 0u);
+  unsigned best = 0;
+  float best_cosine = -1.0f;
+  for (unsigned i = 0; i < o->count; i++) {
+    const unsigned block = i / NP_ORDINATE_LANES, lane = i % NP_ORDINATE_LANES;
+    const float cosine = fabsf(d.x) * o->cosine[0][block][lane] + fabsf(d.y) * o->cosine[1][block][lane] +
+                         fabsf(d.z) * o->cosine[2][block][lane];
+    if (cosine <= best_cosine) continue;
+    best_cosine = cosine;
+    best = i;
+  }
+  return octant * NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES + best;
+}
+
+/* Looks out along directions spread evenly over the sphere, from places spread over the clouds' middle plane. */
+void np_inflow_fill(const np_scene_view *view, const np_transport_desc *cells, const np_ordinates *ordinates,
+                    np_inflow out) {
+  enum { ALL = NP_OCTANT_COUNT * NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES };
+  unsigned counts[ALL] = {0};
+  double sums[NP_BAND_COUNT][ALL] = {{0}};
+  const np_dvec3 low = cells->bounds_min, size = np_dvec3_subtract(cells->bounds_max, low);
+  for (unsigned i = 0; i < SAMPLES; i++) {
+    const double z = 1.0 - (2.0 * i + 1.0) / SAMPLES, azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
+    const float r = (float)sqrt(1.0 - z * z);
+    const np_vec3 towards = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
+    const double u = fmod(0.7548776662466927 * i, 1.0), v = fmod(0.5698402909980532 * i, 1.0);
+    const np_dvec3 position = np_dvec3_make(low.x + u * size.x, low.y + v * size.y, low.z + 0.5 * size.z);
+    const np_spectrum radiance = find_radiance(view, position, towards);
+    const unsigned ordinate = find_nearest(ordinates, np_vec3_scale(towards, -1.0f));
+    counts[ordinate]++;
+    for (unsigned b = 0; b < NP_BAND_COUNT; b++) sums[b][ordinate] += (double)radiance.band[b];
+  }
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++)
+    for (unsigned i = 0; i < ALL; i++)
+      (&out[b][0][0][0])[i] = counts[i] ? (float)(sums[b][i] / counts[i]) : 0.0f;
+}
