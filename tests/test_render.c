@@ -101,7 +101,7 @@ static void components_add_up_to_the_beauty(void **state) {
         }
         assert_near_relative((double)neph_image_get_channel(image, bands[b])[p], sum, 1e-5);
       }
-    /* The march's light from the ground is what shines through a cloud by its forward peak: here none stands before it. */
+    /* The march's light from the ground is what shines through a cloud by its forward peak: none stands before it. */
     for (int l = 0; l < 7; l++) assert_true(lit[l] > 0.0 || (i == NEPH_INTEGRATOR_MARCH && l == 5));
     neph_image_destroy(image);
   }

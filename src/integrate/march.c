@@ -6,14 +6,14 @@
  * constant. Air between camera and step enters by parts: with I(t) its in-scatter and Tₐ(t) its transmittance to t,
  * ∫T dI = T(end)·I(end) + ∫I·(−dT), so that each step adds (Tₐ·S + I)·(−ΔT).
  *
- * Where the view has a solution of the multiple scattering (light/multi_scatter.c) the march runs in its scaled medium,
- * with σ′ = Σ k·σ for σ: S is sunlight that came as if straight, times the direct term D (light/scaled_phase.c), and the
- * solution's moments towards the camera. What lies behind is seen twice over: through the true transmittance, and, spread
- * by the forward peak too little to matter, through what the scaled one has more.
+ * Where the view has a solution of the multiple scattering (light/multi_scatter.c) the march runs in its scaled
+ * medium, with σ′ = Σ k·σ for σ. S is sunlight that came as if straight, times the direct term D
+ * (light/scaled_phase.c), and the solution's moments towards the camera. What lies behind is seen twice: through the
+ * true transmittance, and, spread by the forward peak too little to matter, through what the scaled one has more.
  *
  * Otherwise S is sunlight through the optical depth towards the sun, and light from sky or ground along one drawn
- * direction, and light scattered more than once is approximated by octaves (Wrenninge, Kulla and Lundqvist 2013, "Oz: The
- * Great and Volumetric"): further copies of the single scattering with damped light, optical depth and asymmetry.
+ * direction, and light scattered more than once is approximated by octaves (Wrenninge, Kulla and Lundqvist 2013, "Oz:
+ * The Great and Volumetric"): further copies of the single scattering with damped light, optical depth and asymmetry.
  * Compiled once per instruction-set level.
  */
 #include "core/isa.h"
@@ -283,8 +283,8 @@ static void track_scaled_depth(const march *m, np_dvec3 position, np_spectrum *o
   }
 }
 
-/* Sunlight thrown towards the camera by each active cloud; `scattering` is its ϖσ times what one unit of that counts for.
- * Scattered once it is T·p·e^{−τ}, which is part of D. */
+/* Sunlight thrown towards the camera by each active cloud; `scattering` is its ϖσ times what one unit of that counts
+ * for. Scattered once it is T·p·e^{−τ}, which is part of D. */
 static void add_scaled_sun(march *m, np_dvec3 position, const media *all, const stretch *s,
                            const np_spectrum *scattering) {
   const np_spectrum sun = np_light_sun(m->view, position, m->to_sun);

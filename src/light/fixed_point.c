@@ -13,7 +13,7 @@
 enum { DEPTH = NP_FIXED_POINT_VECTORS / 2, CHUNK = 1 << 15, BLOCK = 64 };
 
 typedef struct history {
-  unsigned count;            /* filled, the newest last */
+  unsigned count; /* filled, the newest last */
   float *image[DEPTH], *residual[DEPTH];
   double gram[DEPTH][DEPTH]; /* scalar products of the residuals */
 } history;
@@ -53,8 +53,7 @@ static neph_result measure_chunks(void *user, size_t begin, size_t end, unsigned
     const float *x = p->x + first, *image = p->past->image[newest] + first;
     float *residual = p->past->residual[newest] + first;
     for (size_t i = 0; i < count; i++) residual[i] = image[i] - x[i];
-    for (unsigned j = 0; j <= newest; j++)
-      p->sums[chunk][j] = multiply(residual, p->past->residual[j] + first, count);
+    for (unsigned j = 0; j <= newest; j++) p->sums[chunk][j] = multiply(residual, p->past->residual[j] + first, count);
     p->sums[chunk][DEPTH] = multiply(image, image, count);
   }
   return NEPH_OK;
@@ -135,8 +134,7 @@ static void forget(history *past) {
 
 static neph_result measure(pass *p, history *past, double *out_residual) {
   const np_fixed_point *problem = p->problem;
-  neph_result result =
-      np_parallel_for(problem->context, problem->monitor, count_chunks(problem), 1, measure_chunks, p);
+  neph_result result = np_parallel_for(problem->context, problem->monitor, count_chunks(problem), 1, measure_chunks, p);
   if (result) return result;
   const unsigned newest = past->count - 1;
   double image = 0.0;

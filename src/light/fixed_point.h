@@ -12,8 +12,8 @@ typedef struct np_fixed_point {
   np_monitor *monitor;
   np_fixed_point_fn map;
   void *user;
-  size_t count;      /* floats in x */
-  double tolerance;  /* of ‖g(x) − x‖ / ‖g(x)‖ */
+  size_t count;     /* floats in x */
+  double tolerance; /* of ‖g(x) − x‖ / ‖g(x)‖ */
   unsigned calls_max;
   double residual; /* out: reached */
   unsigned calls;  /* out: of the map */

@@ -84,6 +84,5 @@ void np_inflow_fill(const np_scene_view *view, const np_transport_desc *cells, c
     for (unsigned b = 0; b < NP_BAND_COUNT; b++) sums[b][ordinate] += (double)radiance.band[b];
   }
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
-    for (unsigned i = 0; i < ALL; i++)
-      (&out[b][0][0][0])[i] = counts[i] ? (float)(sums[b][i] / counts[i]) : 0.0f;
+    for (unsigned i = 0; i < ALL; i++) (&out[b][0][0][0])[i] = counts[i] ? (float)(sums[b][i] / counts[i]) : 0.0f;
 }

@@ -187,7 +187,8 @@ static void sharpen(const np_transport_grid *g, float *phi, float *scratch) {
     if (g->size[axis] == 1) continue;
     memcpy(scratch, phi, g->live_count * NP_HARMONIC_COUNT * sizeof *phi);
     for (size_t live = 0; live < g->live_count; live++) {
-      const int32_t below = find_neighbour(g, g->cell[live], axis, -1), above = find_neighbour(g, g->cell[live], axis, 1);
+      const int32_t below = find_neighbour(g, g->cell[live], axis, -1),
+                    above = find_neighbour(g, g->cell[live], axis, 1);
       if (below < 0 || above < 0) continue;
       for (size_t i = 0; i < NP_HARMONIC_COUNT; i++)
         phi[live * NP_HARMONIC_COUNT + i] -=
@@ -367,7 +368,8 @@ neph_result np_multi_scatter_build(neph_context *context, const np_scene_view *v
     out->grid = s.levels[0].grid;
     s.levels[0].grid = (np_transport_grid){0};
     np_log(context, NEPH_LOG_INFO,
-           "multiple scattering: %d x %d x %d cells of %.4g m, %zu in cloud, residual %.2g after %u sweeps", out->grid.size[0], out->grid.size[1], out->grid.size[2], out->grid.cell_m[0], out->grid.live_count,
+           "multiple scattering: %d x %d x %d cells of %.4g m, %zu in cloud, residual %.2g after %u sweeps",
+           out->grid.size[0], out->grid.size[1], out->grid.size[2], out->grid.cell_m[0], out->grid.live_count,
            out->residual, out->sweeps);
     if (out->residual > 10.0 * desc->tolerance)
       np_log(context, NEPH_LOG_WARNING, "multiple scattering has not converged: residual %.2g, wanted %.2g",

@@ -7,10 +7,10 @@
 
 enum {
   NP_OCTANT_COUNT = 8,
-  NP_HARMONIC_DEGREES = 4,      /* l = 0 … 3 */
-  NP_HARMONIC_COUNT = 16,       /* (l, m) up to l = 3 */
-  NP_ORDINATE_LANES = 8,        /* directions of one octant that are swept together */
-  NP_ORDINATE_BLOCKS_MAX = 2    /* of lanes; S8 has ten directions an octant */
+  NP_HARMONIC_DEGREES = 4,   /* l = 0 … 3 */
+  NP_HARMONIC_COUNT = 16,    /* (l, m) up to l = 3 */
+  NP_ORDINATE_LANES = 8,     /* directions of one octant that are swept together */
+  NP_ORDINATE_BLOCKS_MAX = 2 /* of lanes; S8 has ten directions an octant */
 };
 
 /* Degree l of each harmonic. */
@@ -22,9 +22,9 @@ void np_harmonics_eval(np_vec3 direction, float out[NP_HARMONIC_COUNT]);
 /* A level-symmetric set. Bit a of an octant's number is set where its directions point down axis a. Lanes beyond the
  * set's directions repeat the first with weight 0. */
 typedef struct np_ordinates {
-  unsigned count, block_count; /* of one octant */
+  unsigned count, block_count;                                             /* of one octant */
   _Alignas(32) float cosine[3][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* |Ω·a|, the same in every octant */
-  float weight[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES];    /* sr */
+  float weight[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES];                 /* sr */
   float harmonic[NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][NP_HARMONIC_COUNT][NP_ORDINATE_LANES];
   float weighted[NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES][NP_HARMONIC_COUNT]; /* weight·harmonic */
 } np_ordinates;

@@ -3,16 +3,16 @@
  *
  * With Legendre moments χ_l and f = χ₄ the phase function is p = (1−f)·p′ + f·B₁, p′ of degree three with moments
  * c_l = (χ_l−f)/(1−f), and a rest B₁ with moments π_l = 1 for l ≤ 4, χ_l/f beyond. Scattering by B₁ counts as going
- * straight on, except in light that comes from the sun without any other scattering: there the small-angle spreading is
- * carried exactly in the number of scatterings (Goudsmit and Saunderson 1940, "Multiple Scattering of Electrons", whose
- * moments after a depth t of peak scattering are e^{−t(1−π_l)}). On top of the sunlight that the scaled medium lets
- * through, a point sees per unit of scattering, with t_s, t_v the peak-scattering depths to sun and camera,
+ * straight on, except in light that comes from the sun without any other scattering: there the small-angle spreading
+ * is carried exactly in the number of scatterings (Goudsmit and Saunderson 1940, "Multiple Scattering of Electrons",
+ * whose moments after a depth t of peak scattering are e^{−t(1−π_l)}). On top of the sunlight that the scaled medium
+ * lets through, a point sees per unit of scattering, with t_s, t_v the peak-scattering depths to sun and camera,
  *
  *     D = (1−f)·p′(θ) + e^{−t_v}·Σ (2l+1)/4π · f·π_l · e^{−t_s(1−π_l)} · P_l(cosθ)
  *
- * the last scattering being a broad one with the peak's spreading on either side of it (whose moments are 1 where p′ has
- * any), or one of the peak, after which nothing else happens. The term of e^{−t_s}·f·B₁ = e^{−t_s}·(p − (1−f)p′) is
- * taken out of the sum and evaluated exactly, which leaves the smooth rest Σ (2l+1)/4π·fπ_l·(e^{−t_s(1−π_l)} − e^{−t_s}).
+ * the last scattering being a broad one with the peak's spreading on either side of it (whose moments are 1 where p′
+ * has any), or one of the peak, after which nothing else happens. The term of e^{−t_s}·f·B₁ = e^{−t_s}·(p − (1−f)p′) is
+ * taken out of the sum and evaluated exactly; left is the smooth Σ (2l+1)/4π·fπ_l·(e^{−t_s(1−π_l)} − e^{−t_s})·P_l.
  *
  * A phase function without a forward peak (χ₁ or χ₄ not positive) is left unscaled: f = 0, D = p. */
 #include "light/scaled_phase.h"
@@ -39,8 +39,7 @@ static void fill_degree(unsigned l, double moment, double forward, float out[NP_
 
 static void add_degree(np_scaled_phase *s, const float degree[NP_PEAK_DEPTHS], const double *legendre) {
   for (unsigned i = 0; i < NP_PEAK_ANGLES; i++)
-    for (unsigned k = 0; k < NP_PEAK_DEPTHS; k++)
-      s->peak[i * NP_PEAK_DEPTHS + k] += (float)legendre[i] * degree[k];
+    for (unsigned k = 0; k < NP_PEAK_DEPTHS; k++) s->peak[i * NP_PEAK_DEPTHS + k] += (float)legendre[i] * degree[k];
 }
 
 /* Sums the series, with P_l at all angles advanced together by the three-term recurrence. */

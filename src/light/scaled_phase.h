@@ -15,10 +15,10 @@ enum { NP_PEAK_ANGLES = 256, NP_PEAK_DEPTHS = 96 };
 #define NP_PEAK_DEPTH_RATE 0.1053f
 
 typedef struct np_scaled_phase {
-  neph_context *context;                   /* borrowed */
+  neph_context *context; /* borrowed */
   np_phase phase;
-  float forward;                           /* f: the share of scattering that counts as going straight on */
-  float moments[NP_HARMONIC_DEGREES];      /* χ_l − f */
+  float forward;                      /* f: the share of scattering that counts as going straight on */
+  float moments[NP_HARMONIC_DEGREES]; /* χ_l − f */
   float *peak; /* [angle][depth]: light in the peak after two scatterings and more in it, per unit of e^{−τ} */
 } np_scaled_phase;
 

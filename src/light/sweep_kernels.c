@@ -44,9 +44,7 @@ static inline bool is_any_negative(const lanes *a, const lanes *b, const lanes *
 }
 
 /* Keeps the faces whose outflow is not negative open. */
-static inline void shut(lanes *open, const lanes *outflow) {
-  *open = (lanes)((mask)*open & (*outflow >= 0.0f));
-}
+static inline void shut(lanes *open, const lanes *outflow) { *open = (lanes)((mask)*open & (*outflow >= 0.0f)); }
 
 /* Solves one cell; `faces` hold what enters and then what leaves, x, y, z. */
 static inline void solve_cell(const lanes rate[3], const lanes *source, float extinction, lanes *const faces[3],

@@ -54,8 +54,8 @@ static bool is_wrapped_along(const np_scene_view *view, int axis, double *out_pe
   return true;
 }
 
-/* One axis, with cells of `edge_voxels`: lines of cells on samples of the first cloud, one empty cell at either end, and
- * a count that two coarser grids divide. A period of up to a brick becomes one cell. */
+/* One axis, with cells of `edge_voxels`: lines of cells on samples of the first cloud, one empty cell at either end,
+ * and a count that two coarser grids divide. A period of up to a brick becomes one cell. */
 static void place_axis(const np_scene_view *view, const np_transport_desc *desc, int axis, double edge_voxels,
                        np_transport_grid *grid) {
   enum { COARSEST = 4 };
@@ -140,10 +140,9 @@ static void average_cell(const fill *f, const int32_t cell[3], material *out) {
   for (int32_t k = 0; k < f->points[2]; k++)
     for (int32_t j = 0; j < f->points[1]; j++)
       for (int32_t i = 0; i < f->points[0]; i++) {
-        const np_dvec3 position =
-            np_dvec3_make(g->origin_m[0] + (cell[0] + (i + 0.5) / f->points[0]) * g->cell_m[0],
-                          g->origin_m[1] + (cell[1] + (j + 0.5) / f->points[1]) * g->cell_m[1],
-                          g->origin_m[2] + (cell[2] + (k + 0.5) / f->points[2]) * g->cell_m[2]);
+        const np_dvec3 position = np_dvec3_make(g->origin_m[0] + (cell[0] + (i + 0.5) / f->points[0]) * g->cell_m[0],
+                                                g->origin_m[1] + (cell[1] + (j + 0.5) / f->points[1]) * g->cell_m[1],
+                                                g->origin_m[2] + (cell[2] + (k + 0.5) / f->points[2]) * g->cell_m[2]);
         add_material(f->view, f->phases, f->band, position, weight, out);
       }
 }
@@ -177,7 +176,9 @@ static bool is_live(const np_transport_grid *g, const material *materials, int32
   return false;
 }
 
-static size_t count_cells(const np_transport_grid *g) { return (size_t)g->size[0] * (size_t)g->size[1] * (size_t)g->size[2]; }
+static size_t count_cells(const np_transport_grid *g) {
+  return (size_t)g->size[0] * (size_t)g->size[1] * (size_t)g->size[2];
+}
 
 static neph_result allocate_live(np_transport_grid *g) {
   g->cell = np_alloc(g->context, g->live_count, sizeof *g->cell);

@@ -18,9 +18,9 @@ typedef struct np_transport_grid {
   int32_t *live;      /* of each cell: its number among the live ones, or NP_TRANSPORT_CELL_NONE */
   int32_t *cell;      /* of each live cell: where it is */
   size_t live_count;
-  float *extinction;                        /* scaled, 1/m, the mean of the interpolated field */
-  float (*ratio)[NP_HARMONIC_DEGREES];      /* scattering moment over extinction, both scaled */
-  float *deposit;  /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse grids */
+  float *extinction;                   /* scaled, 1/m, the mean of the interpolated field */
+  float (*ratio)[NP_HARMONIC_DEGREES]; /* scattering moment over extinction, both scaled */
+  float *deposit; /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse grids */
 } np_transport_grid;
 
 typedef struct np_transport_desc {
@@ -53,8 +53,7 @@ void np_transport_grid_clear(np_transport_grid *grid);
 static inline np_dvec3 np_transport_grid_centre(const np_transport_grid *grid, int32_t cell) {
   const int32_t i = cell % grid->size[0], j = cell / grid->size[0] % grid->size[1],
                 k = cell / grid->size[0] / grid->size[1];
-  return np_dvec3_make(grid->origin_m[0] + (i + 0.5) * grid->cell_m[0],
-                       grid->origin_m[1] + (j + 0.5) * grid->cell_m[1],
+  return np_dvec3_make(grid->origin_m[0] + (i + 0.5) * grid->cell_m[0], grid->origin_m[1] + (j + 0.5) * grid->cell_m[1],
                        grid->origin_m[2] + (k + 0.5) * grid->cell_m[2]);
 }
 

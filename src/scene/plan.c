@@ -158,9 +158,11 @@ static void decide_scattering(np_plan *plan, const scene_facts *facts) {
   if (!against && desc->integrator == NEPH_INTEGRATOR_PATH) against = "paths scatter as often as it takes";
   if (!against && desc->scattering_max < 2) against = "render.max_scatterings is below 2";
   const neph_multiple_scattering multiple = desc->multiple_scattering;
-  static const char *const chosen[] = {[NEPH_MULTIPLE_SCATTERING_NONE] = "render.multiple_scattering is none",
-                                       [NEPH_MULTIPLE_SCATTERING_OCTAVES] = "render.multiple_scattering is octaves",
-                                       [NEPH_MULTIPLE_SCATTERING_ORDINATES] = "render.multiple_scattering is ordinates"};
+  static const char *const chosen[] = {
+      [NEPH_MULTIPLE_SCATTERING_NONE] = "render.multiple_scattering is none",
+      [NEPH_MULTIPLE_SCATTERING_OCTAVES] = "render.multiple_scattering is octaves",
+      [NEPH_MULTIPLE_SCATTERING_ORDINATES] = "render.multiple_scattering is ordinates",
+  };
   decide_unless(plan, NP_STAGE_ORDINATES, against,
                 multiple == NEPH_MULTIPLE_SCATTERING_ORDINATES ? NULL : chosen[multiple],
                 "solved for on cells of 2 to 12 voxels, in at most 2 GB; expected error 2 to 4 %");
