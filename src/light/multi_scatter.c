@@ -349,8 +349,15 @@ static neph_result build_phases(const np_scene_view *view, np_multi_scatter *out
   return NEPH_OK;
 }
 
+/* Between walls that face each other for ever much light runs along them, for which S6 is too coarse. */
+static unsigned choose_order(const solver *s) {
+  np_transport_grid grid;
+  np_transport_grid_place(s->view, &s->desc->cells, &grid);
+  return grid.is_wrapped[0] || grid.is_wrapped[1] ? 8 : s->desc->order;
+}
+
 static void start_inflow(solver *s) {
-  np_ordinates_init(s->desc->order, s->ordinates);
+  np_ordinates_init(choose_order(s), s->ordinates);
   np_inflow_fill(s->view, &s->desc->cells, s->ordinates, *s->inflow);
   np_harmonics_eval(np_vec3_scale(s->view->to_sun, -1.0f), s->sun_harmonics);
 }
@@ -367,7 +374,7 @@ neph_result np_multi_scatter_build(neph_context *context, const np_scene_view *v
   if (!result) {
     out->grid = s.levels[0].grid;
     s.levels[0].grid = (np_transport_grid){0};
-    np_log(context, NEPH_LOG_INFO,
+    np_log(context, NEPH_LOG_DEBUG,
            "multiple scattering: %d x %d x %d cells of %.4g m, %zu in cloud, residual %.2g after %u sweeps",
            out->grid.size[0], out->grid.size[1], out->grid.size[2], out->grid.cell_m[0], out->grid.live_count,
            out->residual, out->sweeps);

@@ -80,14 +80,25 @@ static void place_axis(const np_scene_view *view, const np_transport_desc *desc,
   grid->size[axis] = (int32_t)fmin(ceil(cells / COARSEST) * COARSEST, 1e6);
 }
 
+/* (1−g)·σ over the longest edge of a voxel; an axis of a single cell does not count. */
+static double find_voxel_depth(const np_scene_view *view) {
+  double longest = 0.0, period;
+  for (int axis = 0; axis < 3; axis++) {
+    const double voxel = find_voxel(view, axis);
+    const bool is_single = is_wrapped_along(view, axis, &period) && period <= NP_BRICK_EDGE * 1.001 * voxel;
+    if (!is_single) longest = fmax(longest, voxel);
+  }
+  return find_transport_extinction(view) * longest;
+}
+
 void np_transport_grid_place(const np_scene_view *view, const np_transport_desc *desc, np_transport_grid *grid) {
-  const double per_voxel =
-      find_transport_extinction(view) * fmax(find_voxel(view, 0), fmax(find_voxel(view, 1), find_voxel(view, 2)));
+  const double voxel_depth = find_voxel_depth(view);
   double edge = 2.0;
-  while (edge < 8.0 && 1.5 * edge * per_voxel <= 0.5 * desc->cell_depth_max) edge *= 1.5;
-  while (edge > 0.1 && edge * per_voxel > 3.5 * desc->cell_depth_max) edge *= 0.5;
+  while (edge < 8.0 && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
+  while (edge > 0.1 && edge * voxel_depth > 3.5 * desc->cell_depth_max) edge *= 0.5;
   for (;; edge *= 1.25) {
-    for (int axis = 0; axis < 3; axis++) place_axis(view, desc, axis, ceil(4.0 * edge) * 0.25, grid);
+    const double rounded = edge > 2.0 ? ceil(4.0 * edge) * 0.25 : edge;
+    for (int axis = 0; axis < 3; axis++) place_axis(view, desc, axis, rounded, grid);
     const double cells = (double)grid->size[0] * grid->size[1] * grid->size[2];
     if (cells <= (double)desc->cell_count_max) return;
   }

@@ -16,6 +16,7 @@
 #include "core/alloc.h"
 #include "core/units.h"
 #include "integrate/integrator.h"
+#include "light/multi_scatter.h"
 #include "render/frame.h"
 #include "volume/volume_private.h"
 
@@ -31,6 +32,7 @@ struct np_slab {
   neph_volume *volume;
   np_view_volume placed;
   np_scene_view view;
+  np_multi_scatter multi_scatter; /* of the march */
   np_integrator_settings settings;
   np_integrator_fn integrate;
 };
@@ -85,6 +87,16 @@ static neph_result choose_integrator(np_slab *slab, neph_integrator integrator) 
   return NEPH_OK;
 }
 
+/* As a scene does it at its defaults. */
+static neph_result solve(np_slab *slab) {
+  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
+  desc.cells.bounds_min = np_dvec3_make(0.0, 0.0, -1.0);
+  desc.cells.bounds_max = np_dvec3_make(1.0, 1.0, slab->sample_count);
+  neph_result result = np_multi_scatter_build(slab->context, &slab->view, &desc, NULL, &slab->multi_scatter);
+  if (!result) slab->view.multi_scatter = &slab->multi_scatter;
+  return result;
+}
+
 neph_result np_slab_create(neph_context *context, const np_slab_case *case_, const neph_probe_desc *desc,
                            np_slab **out_slab) {
   *out_slab = NULL;
@@ -103,12 +115,18 @@ neph_result np_slab_create(neph_context *context, const np_slab_case *case_, con
     return result;
   }
   fill_view(slab);
+  if (desc->integrator == NEPH_INTEGRATOR_MARCH) result = solve(slab);
+  if (result) {
+    np_slab_destroy(slab);
+    return result;
+  }
   *out_slab = slab;
   return NEPH_OK;
 }
 
 void np_slab_destroy(np_slab *slab) {
   if (!slab) return;
+  np_multi_scatter_clear(&slab->multi_scatter);
   neph_volume_release(slab->volume);
   np_alloc_free(slab->context, slab);
 }
