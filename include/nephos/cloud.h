@@ -9,32 +9,54 @@
 extern "C" {
 #endif
 
-/** What grows: a weather map of cells, a height profile, Perlin-Worley billows, Worley erosion, curl distortion.
- * Altitudes are above sea level. */
+/** How a cloud is shaped. */
+typedef enum neph_cloud_model {
+  NEPH_CLOUD_MODEL_CELLS, /**< cells that tower over a flat base: Perlin-Worley billows, Worley erosion, curl */
+  NEPH_CLOUD_MODEL_SLAB   /**< a sheet with soft edges, of value noise: cheap, for decks, veils and streaks */
+} neph_cloud_model;
+
+enum { NEPH_CLOUD_PROFILE_POINTS = 5 };
+
+/** What grows: a weather map, a height profile, and noise, as the model says. Altitudes are above sea level. */
 typedef struct neph_cloud_desc {
   size_t struct_size;
-  uint64_t seed;             /**< any (default 0) */
-  double extent_m[2];        /**< size along x and y, centred on `center_m`; > 0 (default 8 km × 8 km) */
-  double center_m[2];        /**< of the field (default 0, 0) */
-  double base_altitude_m;    /**< of the flat cloud base (default 1200) */
-  double thickness_m;        /**< from base to the highest top; > 0 (default 1200) */
-  double voxel_m;            /**< edge of a voxel; > 0 (default 20) */
-  double coverage;           /**< fraction of the sky covered, 0 to 1 (default 0.35) */
-  double cell_m;             /**< typical spacing of cloud cells; > 0 (default 1800) */
-  double type;               /**< 0 humilis (flat), 1 congestus (tall): lower and raise tops (default 0.5) */
-  double billow_m;           /**< size of the largest billows; > 0 (default 450) */
-  double erosion;            /**< how far detail eats into the shape, 0 to 1 (default 0.4) */
-  double wispiness;          /**< share of wispy rather than billowy detail at the base, 0 to 1 (default 0.3) */
-  double turbulence;         /**< curl distortion of the detail, 0 to 1 (default 0.3) */
-  double skew_m[2];          /**< displacement of the top against the base by wind, x and y (default 0, 0) */
-  double extinction_per_m;   /**< in the core of the cloud; > 0 (default 0.06) */
+  uint64_t seed;           /**< any (default 0) */
+  double extent_m[2];      /**< size along x and y, centred on `center_m`; > 0 (default 8 km × 8 km) */
+  double center_m[2];      /**< of the field (default 0, 0) */
+  double base_altitude_m;  /**< of the flat cloud base (default 1200) */
+  double thickness_m;      /**< from base to the highest top; > 0 (default 1200) */
+  double voxel_m;          /**< edge of a voxel; > 0 (default 20) */
+  double coverage;         /**< fraction of the sky covered, 0 to 1 (default 0.35) */
+  double cell_m;           /**< typical spacing of cloud cells; > 0 (default 1800) */
+  double type;             /**< 0 humilis (flat), 1 congestus (tall): lower and raise tops (default 0.5) */
+  double billow_m;         /**< size of the largest billows; > 0 (default 450) */
+  double erosion;          /**< how far detail eats into the shape, 0 to 1 (default 0.4) */
+  double wispiness;        /**< share of wispy rather than billowy detail at the base, 0 to 1 (default 0.3) */
+  double turbulence;       /**< curl distortion of the detail, 0 to 1 (default 0.3) */
+  double skew_m[2];        /**< displacement of the top against the base by wind, x and y (default 0, 0) */
+  double extinction_per_m; /**< in the core of the cloud; > 0 (default 0.06) */
+  neph_cloud_model model;  /**< (default NEPH_CLOUD_MODEL_CELLS) */
+  unsigned sublayers;      /**< sheets over each other that a slab is made of, 1 to 16 (default 1) */
+  double softness;         /**< from crisp edges, 0, to ones that fade over the whole cloud, 1 (default 0) */
+  double stretch;          /**< of a slab's pattern along the wind, or x in calm, 1 to 100 (default 1) */
+  double anvil;            /**< how far the tops of the largest cells spread, 0 to 1 (default 0) */
+  double precipitation;    /**< rain below the base: 1 reaches sea level, less evaporates, 0 to 1 (default 0) */
+  bool has_profile;        /**< the profile below takes the place of what `type` says (default false) */
+  /** Of the largest cell's strength, how much is needed at 0, ¼, ½, ¾ and 1 of the thickness: from 0 to 1, never
+   * falling (default 0, 0.06, 0.25, 0.56, 1, a dome). */
+  double profile[NEPH_CLOUD_PROFILE_POINTS];
+  double wind_m_s[2]; /**< that moves the clouds through the extent, x and y; ±200 (default 0, 0) */
+  double time_s;      /**< since the seed's own moment; ±1e6 (default 0) */
+  double lifetime_s;  /**< over which a cell grows and decays, and its billows turn over; > 0 (default 2400) */
 } neph_cloud_desc;
 
 #define NEPH_CLOUD_DESC_DEFAULT                                                                                        \
   {                                                                                                                    \
     .struct_size = sizeof(neph_cloud_desc), .seed = 0, .extent_m = {8000, 8000}, .center_m = {0, 0},                   \
     .base_altitude_m = 1200, .thickness_m = 1200, .voxel_m = 20, .coverage = 0.35, .cell_m = 1800, .type = 0.5,        \
-    .billow_m = 450, .erosion = 0.4, .wispiness = 0.3, .turbulence = 0.3, .skew_m = {0, 0}, .extinction_per_m = 0.06   \
+    .billow_m = 450, .erosion = 0.4, .wispiness = 0.3, .turbulence = 0.3, .skew_m = {0, 0}, .extinction_per_m = 0.06,  \
+    .model = NEPH_CLOUD_MODEL_CELLS, .sublayers = 1, .softness = 0, .stretch = 1, .anvil = 0, .precipitation = 0,      \
+    .has_profile = false, .profile = {0, 0.06, 0.25, 0.56, 1}, .wind_m_s = {0, 0}, .time_s = 0, .lifetime_s = 2400     \
   }
 
 /** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are. */

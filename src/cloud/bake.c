@@ -175,7 +175,8 @@ static neph_result find_extent(const neph_cloud_desc *cloud, bake_job *job) {
   }
   double radius = job->planet_radius_m + cloud->base_altitude_m;
   double drop = far2 < radius * radius ? far2 / (radius + sqrt(radius * radius - far2)) : radius;
-  double low = floor(-drop / leaf_m), high = ceil(cloud->thickness_m / leaf_m);
+  double rain_m = cloud->precipitation * fmax(cloud->base_altitude_m, 0);
+  double low = floor(-(drop + rain_m) / leaf_m), high = ceil(cloud->thickness_m / leaf_m);
   product *= high - low;
   if (product > (double)BOX_LEAVES_MAX)
     return np_fail(job->context, NEPH_ERROR_LIMIT,

@@ -34,6 +34,14 @@ static const real_field fields[] = {
     FIELD(turbulence, 1, 0, 1, INCLUSIVE),
     FIELD(skew_m, 2, -1e5, 1e5, INCLUSIVE),
     FIELD(extinction_per_m, 1, 0, 100, ABOVE_LOW),
+    FIELD(softness, 1, 0, 1, INCLUSIVE),
+    FIELD(stretch, 1, 1, 100, INCLUSIVE),
+    FIELD(anvil, 1, 0, 1, INCLUSIVE),
+    FIELD(precipitation, 1, 0, 1, INCLUSIVE),
+    FIELD(profile, NEPH_CLOUD_PROFILE_POINTS, 0, 1, INCLUSIVE),
+    FIELD(wind_m_s, 2, -200, 200, INCLUSIVE),
+    FIELD(time_s, 1, -1e6, 1e6, INCLUSIVE),
+    FIELD(lifetime_s, 1, 0, 1e9, ABOVE_LOW),
 };
 
 enum { FIELD_COUNT = sizeof fields / sizeof *fields };
@@ -58,10 +66,31 @@ static neph_result check_field(neph_context *context, const neph_cloud_desc *des
   return NEPH_OK;
 }
 
+static neph_result check_profile(neph_context *context, const neph_cloud_desc *desc) {
+  const double *profile = desc->profile;
+  for (int i = 1; i < NEPH_CLOUD_PROFILE_POINTS; i++)
+    if (profile[i] < profile[i - 1])
+      return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                     "cloud: profile[%d] is %g, must not be below profile[%d], which is %g: a profile never falls", i,
+                     profile[i], i - 1, profile[i - 1]);
+  if (profile[NEPH_CLOUD_PROFILE_POINTS - 1] > 0) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: profile is 0 at the top, must be above it");
+}
+
+static neph_result check_model(neph_context *context, const neph_cloud_desc *desc) {
+  if (desc->model != NEPH_CLOUD_MODEL_CELLS && desc->model != NEPH_CLOUD_MODEL_SLAB)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: model is %d, must be cells (0) or slab (1)",
+                   (int)desc->model);
+  if (desc->sublayers >= 1 && desc->sublayers <= 16) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: sublayers is %u, must be in [1, 16]", desc->sublayers);
+}
+
 neph_result np_cloud_desc_read(neph_context *context, const neph_cloud_desc *desc, neph_cloud_desc *out_desc) {
   static const neph_cloud_desc defaults = NEPH_CLOUD_DESC_DEFAULT;
   neph_result result = np_desc_read(context, "neph_cloud_desc", &defaults, sizeof defaults, desc, out_desc);
   for (int i = 0; i < FIELD_COUNT && !result; i++) result = check_field(context, out_desc, &fields[i]);
+  if (!result) result = check_model(context, out_desc);
+  if (!result && out_desc->has_profile) result = check_profile(context, out_desc);
   return result;
 }
 
@@ -71,6 +100,9 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   char seed[24];
   snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
   np_json_put_text(json, "seed", seed); /* as text: JSON's numbers lose the last bits of 64 */
+  np_json_put_text(json, "model", desc->model == NEPH_CLOUD_MODEL_SLAB ? "slab" : "cells");
+  np_json_put_integer(json, "sublayers", desc->sublayers);
+  np_json_put_bool(json, "has_profile", desc->has_profile);
   for (int i = 0; i < FIELD_COUNT; i++) {
     const double *values = find_values(desc, &fields[i]);
     if (fields[i].count == 1)

@@ -19,7 +19,9 @@ typedef enum np_cloud_stream {
   NP_CLOUD_STREAM_GROUPS,
   NP_CLOUD_STREAM_BASE,
   NP_CLOUD_STREAM_CURL,
-  NP_CLOUD_STREAM_DETAIL /* one more for each octave */
+  NP_CLOUD_STREAM_DETAIL, /* one more for each octave */
+  NP_CLOUD_STREAM_SHEET = 32,
+  NP_CLOUD_STREAM_RAIN
 } np_cloud_stream;
 
 /* ---- Descriptions: cloud_desc.c ---- */
@@ -39,7 +41,8 @@ void np_cloud_list_presets(char *out, size_t size);
 
 /* ---- Weather map: weather_map.c ---- */
 
-/* Height of a landscape of rounded cells. A waterline through it, chosen by the coverage, parts cloud from sky. */
+/* Height of a landscape: of rounded cells, or, for a slab, of noise. A waterline through it, chosen by the coverage,
+ * parts cloud from sky. A second landscape, of the largest cells alone and wider, holds the anvils. */
 typedef struct np_weather_map {
   neph_context *context; /* borrowed */
   int32_t size[2];       /* texels along x, y */
@@ -48,17 +51,23 @@ typedef struct np_weather_map {
   float radius_m; /* a lone cell is a − r²/radius²: its outline at waterline t is a circle of radius·√(a − t) */
   float lowest, highest; /* over all texels */
   float *values;         /* x fastest */
+  float *anvils;         /* NULL: none */
 } np_weather_map;
 
+/* The map at the description's time. */
 neph_result np_weather_map_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
                                  np_weather_map *out_map);
 void np_weather_map_clear(np_weather_map *map); /* a zeroed map is allowed */
 
-/* Bilinear; the border's value beyond it. */
-float np_weather_map_sample(const np_weather_map *map, float x_m, float y_m);
+/* Of `values` or `anvils`, bilinear; the border's value beyond it. */
+float np_weather_map_sample(const np_weather_map *map, const float *values, float x_m, float y_m);
 
 /* No sample in the rectangle is larger. */
-float np_weather_map_get_max(const np_weather_map *map, const float min_m[2], const float max_m[2]);
+float np_weather_map_get_max(const np_weather_map *map, const float *values, const float min_m[2],
+                             const float max_m[2]);
+
+/* Along the wind, or along x in a calm. */
+void np_cloud_desc_find_heading(const neph_cloud_desc *desc, float out_heading[2]);
 
 /* ---- Density: cloud_density.c ---- */
 
@@ -68,6 +77,7 @@ typedef struct np_cloud_octave {
   np_noise_lattice lattice;
   float frequency_per_m;
   float amplitude; /* in units of depth, see cloud_density.c */
+  float mean;      /* of the noise */
 } np_cloud_octave;
 
 typedef struct np_cloud_model {
@@ -78,14 +88,18 @@ typedef struct np_cloud_model {
   float slope_per_m;               /* of depth, at the outline of the largest cell */
   float edge;                      /* depth over which extinction rises from nothing to the core's */
   np_cloud_octave base, detail[NP_CLOUD_OCTAVES_MAX];
-  unsigned detail_count;
+  unsigned detail_count, sheet_octave_count;
   float detail_gain_max, base_gain_max; /* largest that noise adds to depth */
-  np_noise_lattice curl;
+  np_noise_lattice curl, rain;
   float curl_frequency_per_m, curl_distance_m;
-  bool is_empty; /* coverage 0 */
+  float drift_m[2], turnover; /* of the air since time 0, and of the billows, in their own size */
+  float heading[2];
+  float rain_depth_m; /* below the base */
+  bool is_empty;      /* coverage 0 */
 } np_cloud_model;
 
-/* Builds the map, and sets its waterline so that the covered fraction of the sky is what was asked for. */
+/* Builds the map, and sets its waterline so that the covered fraction of the sky is what was asked for: cloud_model.c.
+ */
 neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
                                  np_cloud_model *out_model);
 void np_cloud_model_clear(np_cloud_model *model); /* a zeroed model is allowed */

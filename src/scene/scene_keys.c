@@ -30,6 +30,7 @@ static const np_choice scatterings[] = {
     {"octaves", NEPH_MULTIPLE_SCATTERING_OCTAVES},
     {"none", NEPH_MULTIPLE_SCATTERING_NONE},
     {NULL, 0}};
+static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS}, {"slab", NEPH_CLOUD_MODEL_SLAB}, {NULL, 0}};
 static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
 static const np_choice aovs[] = {
     {"background", NP_AOV_BACKGROUND}, {"terrain", NP_AOV_TERRAIN},   {"air", NP_AOV_AIR},
@@ -237,6 +238,30 @@ static const np_key keys[] = {
     {.path = "clouds[].bake.extinction", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
      .field = CLOUD(bake.extinction_per_m), .range = WITHIN(1e-9, 1e6), .fallback = "0.06 1/m",
      .meaning = "in the core of the cloud"},
+    {.path = "clouds[].bake.model", .type = NP_KEY_CHOICE, .choices = models, .field = CLOUD(bake.model),
+     .fallback = "cells", .meaning = "cells tower over a flat base; a slab is a sheet with soft edges, and cheap"},
+    {.path = "clouds[].bake.sublayers", .type = NP_KEY_INTEGER, .field = CLOUD(bake.sublayers),
+     .range = WITHIN(1, 16), .fallback = "1", .meaning = "sheets over each other that a slab is made of"},
+    {.path = "clouds[].bake.softness", .type = NP_KEY_REAL, .field = CLOUD(bake.softness), .range = WITHIN(0, 1),
+     .fallback = "0", .meaning = "from crisp edges, 0, to ones that fade over the whole cloud, 1"},
+    {.path = "clouds[].bake.stretch", .type = NP_KEY_REAL, .field = CLOUD(bake.stretch), .range = WITHIN(1, 100),
+     .fallback = "1", .meaning = "of a slab's pattern along the wind, or along x in calm"},
+    {.path = "clouds[].bake.anvil", .type = NP_KEY_REAL, .field = CLOUD(bake.anvil), .range = WITHIN(0, 1),
+     .fallback = "0", .meaning = "how far the tops of the largest cells spread"},
+    {.path = "clouds[].bake.precipitation", .type = NP_KEY_REAL, .field = CLOUD(bake.precipitation),
+     .range = WITHIN(0, 1), .fallback = "0", .meaning = "rain below the base: 1 reaches sea level, less evaporates"},
+    {.path = "clouds[].bake.profile", .type = NP_KEY_REAL, .field = CLOUD(bake.profile),
+     .tag = CLOUD(bake.has_profile), .tag_value = true, .range = WITHIN(0, 1),
+     .meaning = "strength that a cell must have to reach 0, 1/4, 1/2, 3/4 and 1 of the thickness, never falling; "
+                "without it, type decides"},
+    {.path = "clouds[].bake.wind", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE_PER_SECOND,
+     .field = CLOUD(bake.wind_m_s), .range = WITHIN(-200, 200), .fallback = "0 m/s, 0 m/s",
+     .meaning = "x and y of the wind that moves the clouds through the extent"},
+    {.path = "clouds[].bake.time", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = CLOUD(bake.time_s),
+     .range = WITHIN(-1e6, 1e6), .fallback = "0 s",
+     .meaning = "since the seed's own moment; clouds change steadily with it"},
+    {.path = "clouds[].bake.lifetime", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = CLOUD(bake.lifetime_s),
+     .range = WITHIN(1, 1e9), .fallback = "2400 s", .meaning = "over which a cell grows and decays"},
 
     {.path = "terrain", .type = NP_KEY_SECTION, .choices = terrains, .field = SCENE(terrain.kind),
      .meaning = "ground above the sphere, or none in place of the keys below"},

@@ -8,7 +8,18 @@
 
 #include "core/units.h"
 
-typedef enum dimension { NUMBER, LENGTH, ANGLE, PER_LENGTH, IRRADIANCE, RADIANCE, STOPS, VOXELS } dimension;
+typedef enum dimension {
+  NUMBER,
+  LENGTH,
+  ANGLE,
+  PER_LENGTH,
+  IRRADIANCE,
+  RADIANCE,
+  STOPS,
+  VOXELS,
+  TIME,
+  SPEED
+} dimension;
 
 /* One SI unit is divisor/multiplier of these: two factors, so that 20 um is exactly the double 20e-6. */
 typedef struct unit_row {
@@ -28,6 +39,8 @@ static const unit_row units[] = {
     [NP_UNIT_RADIANCE] = {"W/m2/sr/nm", RADIANCE, 1, 1},
     [NP_UNIT_STOP] = {"EV", STOPS, 1, 1},
     [NP_UNIT_VOXEL] = {"voxels", VOXELS, 1, 1},
+    [NP_UNIT_SECOND] = {"s", TIME, 1, 1},
+    [NP_UNIT_METRE_PER_SECOND] = {"m/s", SPEED, 1, 1},
     {"cm", LENGTH, 1, 100},
     {"mm", LENGTH, 1, 1000},
     {"nm", LENGTH, 1, 1e9},
@@ -37,16 +50,25 @@ static const unit_row units[] = {
     {"\xc2\xb0", ANGLE, NP_PI, 180},
     {"1/km", PER_LENGTH, 1, 1000},
     {"voxel", VOXELS, 1, 1},
+    {"min", TIME, 60, 1},
+    {"h", TIME, 3600, 1},
+    {"km/h", SPEED, 10, 36},
 };
 
 const char *np_unit_get_name(np_unit unit) { return units[unit].name; }
 
 const char *np_unit_get_quantity(np_unit unit) {
   static const char *const names[] = {
-      [NUMBER] = "a number",          [LENGTH] = "a length",
-      [ANGLE] = "an angle",           [PER_LENGTH] = "a number per length",
-      [IRRADIANCE] = "an irradiance", [RADIANCE] = "a radiance",
-      [STOPS] = "a number of stops",  [VOXELS] = "a number of voxels",
+      [NUMBER] = "a number",
+      [LENGTH] = "a length",
+      [ANGLE] = "an angle",
+      [PER_LENGTH] = "a number per length",
+      [IRRADIANCE] = "an irradiance",
+      [RADIANCE] = "a radiance",
+      [STOPS] = "a number of stops",
+      [VOXELS] = "a number of voxels",
+      [TIME] = "a time",
+      [SPEED] = "a speed",
   };
   return names[units[unit].dimension];
 }

@@ -18,7 +18,9 @@ typedef enum np_unit {
   NP_UNIT_IRRADIANCE,
   NP_UNIT_RADIANCE,
   NP_UNIT_STOP,
-  NP_UNIT_VOXEL
+  NP_UNIT_VOXEL,
+  NP_UNIT_SECOND,
+  NP_UNIT_METRE_PER_SECOND
 } np_unit;
 
 /* "m"; "" for plain numbers. */

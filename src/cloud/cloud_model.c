@@ -1,0 +1,199 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A density model made ready: amplitudes and frequencies of its noises, its state at the description's time, and the
+ * waterline that gives the coverage asked for. */
+#include <math.h>
+
+#include "cloud/cloud_private.h"
+
+/* Mean and largest of the noises, from noise.h. */
+static const float base_mean = 0.85f, erosion_mean = 0.30f, sheet_mean = 0.5f;
+
+static const float base_reach = 1.6f;    /* amplitude of the base billows, in their own size */
+static const float detail_reach = 1.35f; /* of an octave of detail at erosion 1, in its own size */
+static const float detail_boost = 1.2f;  /* of an octave's amplitude over its size, from one octave to the next */
+static const float detail_size = 0.46f;  /* of the first octave of detail, in largest billows */
+static const float octave_ratio = 0.47f; /* from one octave to the next: not ½, or lattices would line up */
+static const float edge_size = 0.03f;    /* of the crisp edge, in largest billows */
+static const float soft_edge = 0.9f;     /* of the softest, in depth */
+static const float curl_size = 0.55f;    /* of the eddies, in largest billows */
+static const float curl_reach = 0.12f;   /* of the displacement at turbulence 1, in largest billows */
+static const float sheet_curl_size = 2.2f, sheet_curl_reach = 0.9f;   /* the same of a slab */
+static const float sheet_relief_min = 0.15f, sheet_relief_max = 1.1f; /* of a slab's noise, by erosion, in depth */
+static const float turnovers = 3.0f; /* of the billows, in their own size, in the lifetime of a cell */
+
+static bool is_slab(const np_cloud_model *model) { return model->desc.model == NEPH_CLOUD_MODEL_SLAB; }
+
+static void set_sheet(np_cloud_model *model) {
+  const float erosion = (float)model->desc.erosion;
+  model->base.amplitude = sheet_relief_min + erosion * (sheet_relief_max - sheet_relief_min);
+  model->base_gain_max = model->base.amplitude;
+  model->detail_gain_max = 0.0f;
+}
+
+static void set_billows(np_cloud_model *model) {
+  const neph_cloud_desc *desc = &model->desc;
+  const float billow_m = (float)desc->billow_m;
+  model->base.amplitude = base_reach * billow_m * model->slope_per_m;
+  model->base_gain_max = model->base.amplitude * (1.0f - base_mean);
+  float sum = 0.0f, amplitude = detail_reach * (float)desc->erosion * detail_size * billow_m * model->slope_per_m;
+  for (unsigned k = 0; k < model->detail_count; k++, amplitude *= octave_ratio * detail_boost) {
+    model->detail[k].amplitude = amplitude;
+    sum += amplitude;
+  }
+  model->detail_gain_max = sum * fmaxf(erosion_mean, (2.0f * (float)desc->wispiness - 1.0f) * (1.0f - erosion_mean));
+}
+
+/* Sets the waterline and what follows from it. */
+static void set_waterline(np_cloud_model *model, float waterline) {
+  const neph_cloud_desc *desc = &model->desc;
+  const float range = model->map.highest - waterline;
+  model->depth_scale = 1.0f / range;
+  model->depth_offset = -waterline / range;
+  model->slope_per_m = 2.0f / (model->map.radius_m * sqrtf(range));
+  model->edge = model->slope_per_m * fmaxf(edge_size * (float)desc->billow_m, 0.75f * (float)desc->voxel_m) +
+                soft_edge * (float)(desc->softness * desc->softness);
+  if (is_slab(model))
+    set_sheet(model);
+  else
+    set_billows(model);
+}
+
+static np_noise_lattice make_lattice(const np_cloud_model *model, unsigned stream) {
+  return (np_noise_lattice){np_noise_derive_seed(model->desc.seed, stream),
+                            {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
+}
+
+/* Octaves of detail as long as a billow covers two voxels. */
+static void choose_detail(np_cloud_model *model, float size_m) {
+  for (unsigned k = 0; k < NP_CLOUD_OCTAVES_MAX && size_m >= 2.0f * (float)model->desc.voxel_m; k++) {
+    model->detail[k].lattice = make_lattice(model, NP_CLOUD_STREAM_DETAIL + k);
+    model->detail[k].frequency_per_m = 1.0f / size_m;
+    model->detail[k].mean = erosion_mean;
+    model->detail_count = k + 1;
+    size_m *= octave_ratio;
+  }
+}
+
+static unsigned count_sheet_octaves(const np_cloud_model *model) {
+  unsigned count = 1;
+  for (double size_m = 0.5 * model->desc.billow_m; size_m >= 2 * model->desc.voxel_m && count < NP_CLOUD_OCTAVES_MAX;
+       size_m *= 0.5)
+    count++;
+  return count;
+}
+
+static void choose_noises(np_cloud_model *model) {
+  const float billow_m = (float)model->desc.billow_m;
+  const bool slab = is_slab(model);
+  model->base.lattice = make_lattice(model, slab ? NP_CLOUD_STREAM_SHEET : NP_CLOUD_STREAM_BASE);
+  model->base.frequency_per_m = 1.0f / billow_m;
+  model->base.mean = slab ? sheet_mean : base_mean;
+  model->curl = make_lattice(model, NP_CLOUD_STREAM_CURL);
+  model->curl_frequency_per_m = 1.0f / ((slab ? sheet_curl_size : curl_size) * billow_m);
+  model->curl_distance_m = (slab ? sheet_curl_reach : curl_reach) * billow_m * (float)model->desc.turbulence;
+  model->rain = make_lattice(model, NP_CLOUD_STREAM_RAIN);
+  if (slab)
+    model->sheet_octave_count = count_sheet_octaves(model);
+  else
+    choose_detail(model, detail_size * billow_m);
+}
+
+/* Where the air has gone to since time 0. */
+static void set_time(np_cloud_model *model) {
+  const neph_cloud_desc *desc = &model->desc;
+  for (int i = 0; i < 2; i++) model->drift_m[i] = (float)(desc->wind_m_s[i] * desc->time_s);
+  model->turnover = (float)(desc->time_s / desc->lifetime_s) * turnovers;
+}
+
+enum { CENSUS_COLUMNS = 64, CENSUS_HEIGHTS = 14, CENSUS_STEPS = 14 };
+
+typedef struct census {
+  const np_cloud_model *model;
+  atomic_size_t covered;
+} census;
+
+/* Counts the columns of one row of the field in which there is any cloud. */
+static size_t count_covered(const np_cloud_model *model, size_t row) {
+  float x[CENSUS_COLUMNS], y[CENSUS_COLUMNS], height[CENSUS_COLUMNS], extinction[CENSUS_COLUMNS];
+  float deepest[CENSUS_COLUMNS] = {0};
+  const float cell[2] = {(float)model->desc.extent_m[0] / CENSUS_COLUMNS,
+                         (float)model->desc.extent_m[1] / CENSUS_COLUMNS};
+  const np_cloud_points points = {CENSUS_COLUMNS, x, y, height};
+  for (int level = 0; level < CENSUS_HEIGHTS; level++) {
+    const float highest =
+        model->map.anvils || is_slab(model) ? 1.0f : 0.7f; /* of the thickness: a dome's top covers nothing more */
+    for (int i = 0; i < CENSUS_COLUMNS; i++) {
+      x[i] = ((float)i + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[0];
+      y[i] = ((float)row + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[1];
+      height[i] = ((float)level + 0.5f) * (highest / CENSUS_HEIGHTS) * (float)model->desc.thickness_m;
+    }
+    np_cloud_model_eval(model, &points, extinction);
+    for (int i = 0; i < CENSUS_COLUMNS; i++) deepest[i] = fmaxf(deepest[i], extinction[i]);
+  }
+  size_t covered = 0;
+  for (int i = 0; i < CENSUS_COLUMNS; i++) covered += deepest[i] > 0.0f;
+  return covered;
+}
+
+static neph_result count_rows(void *user, size_t begin, size_t end, unsigned thread) {
+  census *c = user;
+  (void)thread;
+  for (size_t row = begin; row < end; row++) atomic_fetch_add(&c->covered, count_covered(c->model, row));
+  return NEPH_OK;
+}
+
+/* The covered fraction falls as the waterline rises: found by halving. What billows add at an outline and creases take
+ * from it is in the count, so that no formula for it is needed. */
+static neph_result find_waterline(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
+  const float spread = model->map.highest - model->map.lowest;
+  float low = model->map.lowest - 0.5f * spread, high = model->map.highest - 0.01f * spread;
+  for (int step = 0; step < CENSUS_STEPS; step++) {
+    census c = {.model = model};
+    atomic_init(&c.covered, 0);
+    const float middle = 0.5f * (low + high);
+    set_waterline(model, middle);
+    neph_result result = np_parallel_for(context, monitor, CENSUS_COLUMNS, 1, count_rows, &c);
+    if (result) return result;
+    double fraction = (double)atomic_load(&c.covered) / (CENSUS_COLUMNS * CENSUS_COLUMNS);
+    *(fraction > model->desc.coverage ? &low : &high) = middle;
+  }
+  set_waterline(model, 0.5f * (low + high));
+  return NEPH_OK;
+}
+
+/* The waterline is found at time 0 and kept, or clouds would breathe with the census. */
+static neph_result build_at_start(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
+  neph_cloud_desc start = model->desc;
+  start.time_s = 0;
+  neph_result result = np_weather_map_build(context, &start, monitor, &model->map);
+  if (!result) result = find_waterline(context, monitor, model);
+  return result;
+}
+
+static neph_result move_map(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
+  if (model->desc.time_s == 0) return NEPH_OK;
+  np_weather_map_clear(&model->map);
+  return np_weather_map_build(context, &model->desc, monitor, &model->map);
+}
+
+neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
+                                 np_cloud_model *out_model) {
+  np_cloud_model model = {.desc = *desc, .noise = np_noise_get_table(context->isa), .is_empty = !(desc->coverage > 0)};
+  np_cloud_desc_find_heading(desc, model.heading);
+  choose_noises(&model);
+  neph_result result = build_at_start(context, monitor, &model);
+  if (!result) result = move_map(context, monitor, &model);
+  if (result) {
+    np_cloud_model_clear(&model);
+    return result;
+  }
+  set_time(&model);
+  model.rain_depth_m = (float)(desc->precipitation * fmax(desc->base_altitude_m, 0));
+  *out_model = model;
+  return NEPH_OK;
+}
+
+void np_cloud_model_clear(np_cloud_model *model) {
+  np_weather_map_clear(&model->map);
+  *model = (np_cloud_model){0};
+}
