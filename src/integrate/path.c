@@ -2,11 +2,11 @@
 /* The path tracer: delta tracking from the camera, next-event estimation of the sun at every scattering.
  *
  * A path flies to its next collision (Woodcock, Murphy, Hemmings and Longworth 1965, against the bricks' bounds; forced
- * where the clouds are thin), is weighted by the albedo, gathers the sun through an independent unbiased transmittance
- * (ratio tracking with the cell's minimum as control; Novák, Selle and Jarosz 2014), and scatters by the phase
- * function, whose sampling is exact. Where it leaves the clouds it sees sky or ground. So the mean over samples is the
- * solution of the equation of transfer in the clouds, under the sky and ground that the scene view describes. Compiled
- * once per instruction-set level.
+ * where the clouds are thin), is weighted by the albedo, gathers the sun through an unbiased transmittance (the exact
+ * integral from voxel to voxel, which Russian roulette ends where it is faint), and scatters by the phase function,
+ * whose sampling is exact. Where it leaves the clouds it sees sky or ground. So the mean over samples is the solution
+ * of the equation of transfer in the clouds, under the sky and ground that the scene view describes. Compiled once per
+ * instruction-set level.
  */
 #include "core/isa.h"
 #include "integrate/surroundings.h"
