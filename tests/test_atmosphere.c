@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "atmosphere/atmosphere_tables.h"
+#include "atmosphere/sky_truth.h"
 
 /* ---- Reference rows ---- */
 
@@ -79,7 +80,9 @@ static neph_atmosphere *create_atmosphere(neph_context *context, const neph_atmo
 static int create_reference(void **state) {
   const neph_atmosphere_desc desc = reference_earth();
   neph_context *context = test_context_create(1, NULL);
-  *state = create_atmosphere(context, &desc);
+  neph_atmosphere *atmosphere = create_atmosphere(context, &desc);
+  atmosphere->has_point_sun = true; /* as the reference has it */
+  *state = atmosphere;
   neph_context_destroy(context);
   return 0;
 }
@@ -136,15 +139,14 @@ static void table_of_depths_agrees_with_reference(void **state) {
 
 static np_bands trace_first_order(const neph_atmosphere *a, double altitude_m, double view_cosine, double sun_cosine,
                                   double angle_cosine, int points) {
-  const np_sky_light light = {&a->medium, &a->depths, NULL, NULL, np_sun_inverse_diameter(0.2678 * NP_DEGREE)};
+  const np_sky_light light = {&a->medium, &a->depths, NULL, NULL, np_sun_disk_make(0.2678 * NP_DEGREE, true)};
   const np_path_rule rule = np_path_rule_make(points);
   const np_ray ray = np_ray_make(&a->medium, altitude_m, view_cosine);
   np_path path;
   np_sky_node nodes[NP_PATH_MAX];
   np_path_build(&a->medium, &ray, &rule, &path);
   for (int i = 0; i < path.count; i++) np_sky_node_resolve(&light, &path.node[i], &nodes[i]);
-  const np_scattered s =
-      np_sky_trace(&light, &ray, &path, nodes, (float)sun_cosine, (float)angle_cosine, false);
+  const np_scattered s = np_sky_trace(&light, &ray, &path, nodes, (float)sun_cosine, (float)angle_cosine, false);
   return s.smooth + np_phase_eval(&a->medium.mie_phase, 1.0f - (float)angle_cosine) * s.peak;
 }
 
@@ -187,8 +189,7 @@ static void check_sky_irradiance(const reference_row *row, void *user) {
   const neph_atmosphere *atmosphere = user;
   if (row->sun_deg > 80.0) return;
   const np_spectrum sky = np_atmosphere_ground_irradiance(atmosphere, (float)cos(row->sun_deg * NP_DEGREE));
-  for (int i = 0; i < 3; i++)
-    assert_near_relative((double)sky.band[i] * reference_sun[i], row->value[i], 0.06);
+  for (int i = 0; i < 3; i++) assert_near_relative((double)sky.band[i] * reference_sun[i], row->value[i], 0.06);
 }
 
 static void check_sun_irradiance(const reference_row *row, void *user) {
@@ -241,6 +242,28 @@ static void transmittance_knows_where_the_planet_is(void **state) {
   assert_near((double)np_atmosphere_transmittance_between(atmosphere, space, np_dvec3_make(9e6, 0, 1e6)).band[2], 1.0,
               0.0);
   assert_near((double)np_atmosphere_transmittance_between(atmosphere, ground, ground).band[2], 1.0, 0.0);
+}
+
+/* Two rays for the whole disk against eight for its visible part, from the disk's upper edge at the horizon to two
+ * degrees above it, low and high: 2 % where it is seen whole, of a full sun's light where it sets. */
+static void disk_shines_through_the_air(void **state) {
+  neph_atmosphere *atmosphere = *state;
+  atmosphere->has_point_sun = false;
+  const double heights[] = {0.0, 10e3, 40e3};
+  for (int i = 0; i < 3; i++)
+    for (double above = -1.0; above < 8.0; above += 0.25) {
+      const double zenith = np_horizon_angle(&atmosphere->medium, heights[i], 0.0) - above * 0.00467396;
+      const np_dvec3 sun = np_dvec3_make(sin(zenith), 0.0, cos(zenith)), position = np_dvec3_make(0, 0, heights[i]);
+      const np_truth_scene scene = {
+          .medium = &atmosphere->medium, .light = NP_TRUTH_DISK, .to_sun = sun, .sun_angular_radius_rad = 0.00467396};
+      double exact[3];
+      np_truth_sunlight(&scene, position, exact);
+      const np_spectrum light =
+          np_atmosphere_transmittance_to_sun(atmosphere, position, np_dvec3_to_float(sun), 0.00467396f);
+      for (int b = 0; b < 3; b++)
+        assert_near((double)light.band[b], exact[b], above < 1.0 ? 0.02 : 0.02 * exact[b] + 1e-4);
+    }
+  atmosphere->has_point_sun = true;
 }
 
 /* A disk on the horizon is halved, not switched: half, by symmetry of the cubic, to 2 % for the slope of the depth. */
@@ -406,6 +429,7 @@ int main(void) {
       cmocka_unit_test(transmittances_multiply),
       cmocka_unit_test(transmittance_knows_where_the_planet_is),
       cmocka_unit_test(sun_sets_over_its_width),
+      cmocka_unit_test(disk_shines_through_the_air),
       cmocka_unit_test(planets_of_all_sizes_have_a_sky),
       cmocka_unit_test(thick_and_absent_air_have_a_sky),
       cmocka_unit_test(no_air_is_no_sky),

@@ -85,20 +85,20 @@ static neph_result build_tables(neph_atmosphere *a) {
   neph_result result = np_depth_table_build(a->context, &a->medium, &a->depths);
   const bool is_limited = a->order_max != NP_ORDERS_ALL;
   if (!result && a->order_max > 1)
-    result = np_moment_table_build(a->context, &a->depths, a->order_max - is_limited, &a->moments);
+    result = np_moment_table_build(a->context, &a->depths, a->order_max - is_limited, a->has_point_sun, &a->moments);
   if (!result && is_limited && a->order_max > 2)
-    result = np_moment_table_build(a->context, &a->depths, a->order_max - 2, &a->dome_moments);
+    result = np_moment_table_build(a->context, &a->depths, a->order_max - 2, a->has_point_sun, &a->dome_moments);
   if (!result) np_gather_kernel_build(&a->medium, &a->kernel);
   return result;
 }
 
 neph_result neph_atmosphere_create(neph_context *context, const neph_atmosphere_desc *desc,
                                    neph_atmosphere **out_atmosphere) {
-  return np_atmosphere_create_orders(context, desc, NP_ORDERS_ALL, out_atmosphere);
+  return np_atmosphere_create_orders(context, desc, NP_ORDERS_ALL, false, out_atmosphere);
 }
 
 neph_result np_atmosphere_create_orders(neph_context *context, const neph_atmosphere_desc *desc, unsigned order_max,
-                                        neph_atmosphere **out_atmosphere) {
+                                        bool has_point_sun, neph_atmosphere **out_atmosphere) {
   *out_atmosphere = NULL;
   const neph_atmosphere_desc defaults = NEPH_ATMOSPHERE_DESC_DEFAULT;
   neph_atmosphere_desc read;
@@ -113,6 +113,7 @@ neph_result np_atmosphere_create_orders(neph_context *context, const neph_atmosp
   atomic_init(&a->references, 1);
   a->medium = make_medium(&read);
   a->order_max = order_max;
+  a->has_point_sun = has_point_sun;
   const unsigned mode = np_float_mode_enter();
   result = build_tables(a);
   np_float_mode_leave(mode);
@@ -173,10 +174,18 @@ np_spectrum np_atmosphere_transmittance_to_sun(const neph_atmosphere *atmosphere
   const double h = fmax(find_altitude(medium, position), 0.0), horizon = np_horizon_cosine(medium, h);
   const double cosine = find_cosine(medium, position, to_sun);
   const double span = (medium->planet_radius_m + h) / medium->planet_radius_m; /* radians per cosine at the horizon */
-  const float disk =
-      np_smoothstepf((float)((cosine - horizon) * span) * np_sun_inverse_diameter((double)angular_radius) + 0.5f);
-  if (disk <= 0.0f) return np_spectrum_grey(0.0f);
-  return np_bands_to_spectrum(disk * transmit_to_space(atmosphere, h, fmax(cosine, horizon)));
+  const double above = (cosine - horizon) * span, radius = fmax((double)angular_radius, 1e-6);
+  const float edge = (float)fmax(-above / radius, -2.0);
+  if (edge >= 1.0f) return np_spectrum_grey(0.0f);
+  if (atmosphere->has_point_sun)
+    return np_bands_to_spectrum(np_point_sun_visible(np_maxf(edge, -1.0f)) *
+                                transmit_to_space(atmosphere, h, fmax(cosine, horizon)));
+  if (above > 0.2) return np_bands_to_spectrum(transmit_to_space(atmosphere, h, cosine));
+  const np_disk_rule rule = np_disk_rule_make(edge);
+  const double low = cosine + (double)rule.low * radius / span, high = cosine + (double)rule.high * radius / span;
+  return np_bands_to_spectrum(0.5f * rule.visible *
+                              (transmit_to_space(atmosphere, h, np_clamp(low, horizon, 1.0)) +
+                               transmit_to_space(atmosphere, h, np_clamp(high, horizon, 1.0))));
 }
 
 /* A ray from anywhere, below sea level too, with its whole length in the air ahead of it. */

@@ -13,6 +13,7 @@ struct neph_atmosphere {
   atomic_size_t references;
   np_medium medium;
   np_depth_table depths;
+  bool has_point_sun;           /* in probes: of a point, as others have it, not of a disk */
   unsigned order_max;           /* of light in its skies: NP_ORDERS_ALL but in probes */
   np_moment_table moments;      /* of all orders, or of one less than order_max; absent when that is none */
   np_moment_table dome_moments; /* of two less; absent when that is none, or where orders are not limited */
@@ -21,7 +22,7 @@ struct neph_atmosphere {
 
 /* An atmosphere whose skies hold the first `order_max` orders alone, a bounce on the ground counting as one. */
 neph_result np_atmosphere_create_orders(neph_context *context, const neph_atmosphere_desc *desc, unsigned order_max,
-                                        neph_atmosphere **out_atmosphere);
+                                        bool has_point_sun, neph_atmosphere **out_atmosphere);
 
 enum {
   NP_VIEW_UP = 64, /* rows above the true horizon, and below: never filtered across */

@@ -177,7 +177,7 @@ static void place_suns(np_gather_table *table, double zenith, double spread, dou
 
 neph_result np_gather_table_build(neph_context *context, const np_depth_table *depths, const np_moment_table *moments,
                                   const np_moment_table *dome_moments, const np_gather_kernel *kernel,
-                                  double sun_zenith_rad, double spread_rad, double disk_angular_radius_rad,
+                                  double sun_zenith_rad, double spread_rad, np_sun_disk disk,
                                   np_gather_table *out_table) {
   const np_medium *medium = depths->medium;
   np_gather_table *first = np_alloc(context, 1, sizeof *first);
@@ -187,8 +187,7 @@ neph_result np_gather_table_build(neph_context *context, const np_depth_table *d
   const double step = 2.0 * NP_DEGREE * np_twilight_scale(medium) / 0.1753;
   place_suns(out_table, sun_zenith_rad, spread_rad, step);
   place_suns(first, sun_zenith_rad, spread_rad, step);
-  gather_job job = {
-      {medium, depths, dome_moments, NULL, np_sun_inverse_diameter(disk_angular_radius_rad)}, moments, kernel, first};
+  gather_job job = {{medium, depths, dome_moments, NULL, disk}, moments, kernel, first};
   const size_t pieces = (size_t)out_table->sun_count * NP_GATHER_ALTITUDES;
   neph_result result = np_parallel_for(context, NULL, pieces, 1, gather_pieces, &job);
   if (!result) {

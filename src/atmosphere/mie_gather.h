@@ -47,10 +47,10 @@ typedef struct np_gather_table {
 
 /* Gathers for suns evenly spread over zenith angles `sun_zenith_rad` ± `spread_rad`: twice, so that the second pass
  * sees the aerosol's light as the first found it. `dome_moments` are those of the sky that is gathered: `moments`
- * themselves or, where orders are limited, one order less, NULL for none. `disk_angular_radius_rad` is the sun's. */
+ * themselves or, where orders are limited, one order less, NULL for none. `disk` is the sun's. */
 neph_result np_gather_table_build(neph_context *context, const np_depth_table *depths, const np_moment_table *moments,
                                   const np_moment_table *dome_moments, const np_gather_kernel *kernel,
-                                  double sun_zenith_rad, double spread_rad, double disk_angular_radius_rad,
+                                  double sun_zenith_rad, double spread_rad, np_sun_disk disk,
                                   np_gather_table *out_table);
 
 /* The table at one altitude and zenith cosine of view, resolved once for many azimuths and local suns. */
@@ -59,13 +59,6 @@ typedef struct np_gather_row {
 } np_gather_row;
 
 void np_gather_table_row(const np_gather_table *table, double altitude_m, float view_cosine, np_gather_row *out_row);
-
-/* acos to 7e-5 (Abramowitz and Stegun 1964, 4.4.45): an index into a table needs no better. */
-static inline float np_acos_coarse(float x) {
-  const float a = np_minf(fabsf(x), 1.0f);
-  const float angle = sqrtf(1.0f - a) * (1.5707288f + a * (-0.2121144f + a * (0.0742610f - a * 0.0187293f)));
-  return x < 0.0f ? NP_PI_F - angle : angle;
-}
 
 /* Source per unit of scattering coefficient, over M. */
 static inline np_bands np_gather_row_lookup(const np_gather_table *table, const np_gather_row *row, float cos_azimuth,

@@ -46,22 +46,62 @@ static inline np_bands np_depth_row_lookup(const np_depth_row *row, float cosine
                       np_bands_mix(row->upper[i], row->upper[i + 1], f), row->upper_weight);
 }
 
-/* The part of the sun's disk above the horizon: the disk's edge smoothed into a cubic (Bruneton 2017). */
-static inline float np_depth_row_disk(const np_depth_row *row, float sun_cosine, float inverse_diameter) {
-  return np_smoothstepf((sun_cosine - row->horizon_cosine) * row->disk_scale * inverse_diameter + 0.5f);
-}
-
-/* Transmittance to the sun times the visible part of its disk. `inverse_diameter` is 1 over twice its angular radius.
- */
-static inline np_bands np_depth_row_sun(const np_depth_row *row, float sun_cosine, float inverse_diameter) {
-  const float disk = np_depth_row_disk(row, sun_cosine, inverse_diameter);
-  if (disk <= 0.0f) return np_bands_grey(0.0f);
-  return disk * np_bands_exp(-np_depth_row_lookup(row, np_maxf(sun_cosine, row->horizon_cosine)));
-}
+/* The sun at a point: how large its disk is, and whether its rays are taken to come from all of it or, as others have
+ * it, from its centre. */
+typedef struct np_sun_disk {
+  float inverse_diameter; /* 1 over twice its angular radius */
+  bool is_point;
+} np_sun_disk;
 
 /* A disk of no width still sets within a step of the float cosine. */
-static inline float np_sun_inverse_diameter(double angular_radius_rad) {
-  return (float)(0.5 / fmax(angular_radius_rad, 1e-6));
+static inline np_sun_disk np_sun_disk_make(double angular_radius_rad, bool is_point) {
+  return (np_sun_disk){(float)(0.5 / fmax(angular_radius_rad, 1e-6)), is_point};
+}
+
+/* acos to 7e-5 (Abramowitz and Stegun 1964, 4.4.45). */
+static inline float np_acos_coarse(float x) {
+  const float a = np_minf(fabsf(x), 1.0f);
+  const float angle = sqrtf(1.0f - a) * (1.5707288f + a * (-0.2121144f + a * (0.0742610f - a * 0.0187293f)));
+  return x < 0.0f ? NP_PI_F - angle : angle;
+}
+
+/* How a disk cut by the horizon shines through the air: by the part of it that is seen and by two of its heights, whose
+ * mean and spread are those of that part. Heights in disk radii above its centre. */
+typedef struct np_disk_rule {
+  float visible, low, high;
+} np_disk_rule;
+
+/* `horizon` is the horizon's height; y_c = (2/3)·(1 − y²)^1.5/(π·visible); the spread is a quarter of the part's
+ * height, right for the whole disk and 5 % short for a thin one. */
+static inline np_disk_rule np_disk_rule_make(float horizon) {
+  if (horizon <= -1.0f) return (np_disk_rule){1.0f, -0.5f, 0.5f};
+  const float half_chord = sqrtf(np_maxf(1.0f - horizon * horizon, 0.0f));
+  const float visible = (np_acos_coarse(horizon) - horizon * half_chord) * (1.0f / NP_PI_F);
+  if (!(visible > 1e-4f)) return (np_disk_rule){0.0f, 0.0f, 0.0f};
+  const float center = (2.0f / 3.0f) * half_chord * half_chord * half_chord / (NP_PI_F * visible);
+  const float spread = 0.25f * (1.0f - horizon);
+  return (np_disk_rule){visible, center - spread, center + spread};
+}
+
+/* The part of a point sun above the horizon: the disk's edge smoothed into a cubic (Bruneton 2017). */
+static inline float np_point_sun_visible(float horizon) { return np_smoothstepf(0.5f - 0.5f * horizon); }
+
+/* Transmittance to the sun times the visible part of its disk. High above the horizon the depth is as good as linear
+ * over the disk. */
+static inline np_bands np_depth_row_sun(const np_depth_row *row, float sun_cosine, np_sun_disk disk) {
+  const float above = (sun_cosine - row->horizon_cosine) * row->disk_scale;
+  if (above > 0.2f) return np_bands_exp(-np_depth_row_lookup(row, sun_cosine));
+  const float horizon = -2.0f * above * disk.inverse_diameter;
+  if (horizon >= 1.0f) return np_bands_grey(0.0f);
+  if (disk.is_point)
+    return np_point_sun_visible(np_maxf(horizon, -1.0f)) *
+           np_bands_exp(-np_depth_row_lookup(row, np_maxf(sun_cosine, row->horizon_cosine)));
+  const np_disk_rule rule = np_disk_rule_make(horizon);
+  const float radius = 0.5f / (disk.inverse_diameter * row->disk_scale);
+  const float low = np_maxf(sun_cosine + radius * rule.low, row->horizon_cosine);
+  const float high = np_maxf(sun_cosine + radius * rule.high, row->horizon_cosine);
+  return 0.5f * rule.visible *
+         (np_bands_exp(-np_depth_row_lookup(row, low)) + np_bands_exp(-np_depth_row_lookup(row, high)));
 }
 
 #endif

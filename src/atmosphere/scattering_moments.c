@@ -48,6 +48,7 @@ typedef struct builder {
   const np_medium *medium;
   const np_depth_table *depths;
   np_moment_table *table; /* holds the order before while the next is gathered */
+  np_sun_disk disk;
   unsigned order, order_max;
   bool is_series; /* the last order stands for all that follow it */
   double altitude[ROWS];
@@ -109,12 +110,12 @@ typedef struct first_order {
 } first_order;
 
 static first_order gather_first_order(const np_depth_row *depth_rows, const direction *d, float sun_cosine, float angle,
-                                      float inverse_diameter) {
+                                      np_sun_disk disk) {
   first_order sum = {np_bands_grey(0.0f), np_bands_grey(0.0f)};
   for (int i = 0; i < d->path.count; i++) {
     const np_path_node *node = &d->path.node[i];
     const float s = sun_cosine_along(&d->ray, sun_cosine, angle, node->t, node->r);
-    const np_bands light = node->weight_m * node->transmittance * np_depth_row_sun(&depth_rows[i], s, inverse_diameter);
+    const np_bands light = node->weight_m * node->transmittance * np_depth_row_sun(&depth_rows[i], s, disk);
     sum.rayleigh += light * node->rayleigh;
     sum.mie += light * node->mie;
   }
@@ -134,7 +135,7 @@ static np_bands ground_radiance(const builder *b, const direction *d, float sun_
   np_bands irradiance;
   if (b->order == 1) {
     const np_depth_row row = np_depth_table_row(b->depths, 0.0);
-    irradiance = np_maxf(s, 0.0f) * np_depth_row_sun(&row, s, np_sun_inverse_diameter(disk_angular_radius_rad));
+    irradiance = np_maxf(s, 0.0f) * np_depth_row_sun(&row, s, b->disk);
   } else {
     irradiance = np_moment_table_irradiance(b->table, s);
   }
@@ -165,7 +166,7 @@ static float sum_mie_phase(const builder *b, int row, float sun_cosine) {
 
 /* Order 1 of one node: sunlight scattered once, and sunlight from the ground. */
 static void gather_direct(builder *b, int row, int column, const np_depth_row (*depth_rows)[POINTS]) {
-  const float inverse_diameter = np_sun_inverse_diameter(disk_angular_radius_rad), sun = b->sun_cosine[column];
+  const float sun = b->sun_cosine[column];
   const float inverse_sum = 1.0f / sum_mie_phase(b, row, sun);
   np_bands *moments = b->gathered + node_at(row, column) * NP_MOMENT_COUNT;
   for (int k = 0; k < DIRECTIONS; k++)
@@ -173,7 +174,7 @@ static void gather_direct(builder *b, int row, int column, const np_depth_row (*
       const direction *d = &b->directions[row * DIRECTIONS + k];
       const float angle = angle_to_sun(d->wz, sun, b->cos_azimuth[p]);
       const float wx = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f)) * b->cos_azimuth[p];
-      const first_order first = gather_first_order(depth_rows[k], d, sun, angle, inverse_diameter);
+      const first_order first = gather_first_order(depth_rows[k], d, sun, angle, b->disk);
       np_bands light = first.rayleigh * np_phase_rayleigh_eval(angle);
       if (d->ray.hits_ground) light += ground_radiance(b, d, sun, angle);
       add_to_moments(moments, d->weight * (light + first.mie * cut_mie_phase(b->medium, angle)), wx, d->wz);
@@ -294,8 +295,7 @@ static np_bands sum_direct_irradiance(const builder *b, float sun_cosine, const 
       np_depth_row depth_rows[NP_PATH_MAX];
       for (int n = 0; n < d.path.count; n++)
         depth_rows[n] = np_depth_table_row(b->depths, (double)d.path.node[n].altitude_m);
-      const first_order first =
-          gather_first_order(depth_rows, &d, sun_cosine, c, np_sun_inverse_diameter(disk_angular_radius_rad));
+      const first_order first = gather_first_order(depth_rows, &d, sun_cosine, c, b->disk);
       const double weight = 2.0 * NP_PI * angles->x[i] * angles->weight[i] * sin(angle) * 2.0 * NP_PI / TURNS;
       sum += (float)weight * wz *
              (first.rayleigh * np_phase_rayleigh_eval(c) + first.mie * np_phase_eval(&b->medium->mie_phase, 1.0f - c));
@@ -494,7 +494,7 @@ static np_bands *allocate_work(neph_context *context, builder *b) {
 }
 
 neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, unsigned order_max,
-                                  np_moment_table *out_table) {
+                                  bool has_point_sun, np_moment_table *out_table) {
   const np_medium *medium = depths->medium;
   *out_table = (np_moment_table){.medium = medium, .sun = make_sun_scale(medium)};
   if (!allocate_table(context, out_table)) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -503,6 +503,7 @@ neph_result np_moment_table_build(neph_context *context, const np_depth_table *d
   b->medium = medium;
   b->depths = depths;
   b->table = out_table;
+  b->disk = np_sun_disk_make(disk_angular_radius_rad, has_point_sun);
   b->is_series = order_max == NP_ORDERS_ALL;
   b->order_max = b->is_series ? SERIES_ORDER : order_max;
   neph_result result = NEPH_ERROR_OUT_OF_MEMORY;

@@ -46,9 +46,10 @@ typedef struct np_moment_table {
   np_bands *irradiance; /* NP_MOMENT_COLUMNS: of the sky on the ground */
 } np_moment_table;
 
-/* Sums the first `order_max` orders of scattering in `depths`' medium; see the file for the method. */
+/* Sums the first `order_max` orders of scattering in `depths`' medium; under a disk or a point; see the file for the
+ * method. */
 neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, unsigned order_max,
-                                  np_moment_table *out_table);
+                                  bool has_point_sun, np_moment_table *out_table);
 void np_moment_table_free(neph_context *context, np_moment_table *table);
 
 /* Column of a sun cosine as a fractional index. */

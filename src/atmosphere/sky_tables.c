@@ -27,7 +27,7 @@ np_sky_light np_sky_light_make(const neph_sky *sky) {
   const neph_atmosphere *a = sky->atmosphere;
   const bool has_later = a->order_max > 1;
   return (np_sky_light){&a->medium, &a->depths, has_later ? &a->moments : NULL, has_later ? &sky->gather : NULL,
-                        np_sun_inverse_diameter((double)sky->sun_angular_radius)};
+                        np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun)};
 }
 
 /* Cosine of the angle between the sun and a direction at zenith cosine `cosine` and the i-th of `count` azimuths. */
@@ -157,7 +157,7 @@ static neph_result build_gather(neph_sky *sky) {
                                                               : NULL;
   return np_gather_table_build(a->context, &a->depths, &a->moments, dome, &a->kernel,
                                acos((double)sky->frame.sun_cosine), gather_spread(&a->medium, &sky->frame),
-                               (double)sky->sun_angular_radius, &sky->gather);
+                               np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun), &sky->gather);
 }
 
 neph_result np_sky_tables_build(neph_sky *sky) {

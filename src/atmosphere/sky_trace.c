@@ -20,7 +20,7 @@ static np_bands trace_ground(const np_sky_light *light, const np_ray *ray, float
   const float radius = (float)light->medium->planet_radius_m;
   const float sun = np_clampf(((float)ray->r * sun_cosine + (float)ray->length_m * angle_cosine) / radius, -1.0f, 1.0f);
   const np_depth_row row = np_depth_table_row(light->depths, 0.0);
-  np_bands irradiance = np_maxf(sun, 0.0f) * np_depth_row_sun(&row, sun, light->inverse_diameter);
+  np_bands irradiance = np_maxf(sun, 0.0f) * np_depth_row_sun(&row, sun, light->disk);
   if (light->moments) irradiance += np_moment_table_irradiance(light->moments, sun);
   return (float)(1.0 / NP_PI) * light->medium->ground_albedo * irradiance;
 }

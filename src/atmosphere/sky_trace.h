@@ -18,7 +18,7 @@ typedef struct np_sky_light {
   const np_depth_table *depths;
   const np_moment_table *moments;
   const np_gather_table *gather;
-  float inverse_diameter; /* of the sun's disk */
+  np_sun_disk disk;
 } np_sky_light;
 
 typedef struct np_scattered {
@@ -44,15 +44,15 @@ void np_sky_node_resolve(const np_sky_light *light, const np_path_node *at, np_s
 static inline np_scattered np_sky_node_source(const np_sky_light *light, const np_sky_node *node, float r,
                                               float sun_cosine, float angle_cosine) {
   const float sun = np_clampf((r * sun_cosine + (float)node->t * angle_cosine) / node->r, -1.0f, 1.0f);
-  const np_bands direct = np_depth_row_sun(&node->depth, sun, light->inverse_diameter);
+  const np_bands direct = np_depth_row_sun(&node->depth, sun, light->disk);
   np_scattered out = {np_phase_rayleigh_eval(angle_cosine) * direct * node->rayleigh, direct * node->mie};
   if (!light->moments) return out;
   const float wx = np_direction_x(angle_cosine, node->cosine, sun);
   const float column = np_sun_scale_column(&light->moments->sun, sun);
   const np_moment_sample m = np_moment_table_sample(node->moments, node->moments_upper, column, wx, node->cosine);
-  const np_bands mie = light->gather ? m.total * np_gather_row_lookup(light->gather, &node->gather,
-                                                                     wx * node->inverse_sine, sun)
-                                     : np_moment_mie_source(light->medium, &m);
+  const np_bands mie = light->gather
+                           ? m.total * np_gather_row_lookup(light->gather, &node->gather, wx * node->inverse_sine, sun)
+                           : np_moment_mie_source(light->medium, &m);
   out.smooth += node->rayleigh * np_moment_rayleigh_source(&m) + node->mie * mie;
   return out;
 }

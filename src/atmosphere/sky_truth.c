@@ -22,7 +22,7 @@
 #include "core/random.h"
 #include "core/stable.h"
 
-enum { BATCHES = 64, FIRST_PANELS = 32, PANELS = 10, DISK_POINTS = 8, ROULETTE_FROM = 3 };
+enum { BATCHES = 64, FIRST_PANELS = 32, PANELS = 12, DISK_POINTS = 8, ROULETTE_FROM = 4 };
 
 /* ---- Geometry ---- */
 
@@ -185,7 +185,21 @@ static void add_reflected_light(walker *w, np_dvec3 zenith) {
   for (int b = 0; b < NP_TRUTH_BANDS; b++) w->sum[b] += w->weight[b] * cosine / NP_PI * s.light[b];
 }
 
-/* Draws the next direction from either phase function, and weighs it against both. */
+/* Where from a point the sky is brightest: the sun, or, below the horizon, the arch of twilight over it. */
+static np_dvec3 find_bright(const np_truth_scene *scene, np_dvec3 position) {
+  const np_dvec3 zenith = find_zenith(scene->medium, position);
+  const double rise = fmax(0.06 - np_dvec3_dot(zenith, scene->to_sun), 0.0);
+  return np_dvec3_normalize(np_dvec3_add(scene->to_sun, np_dvec3_scale(zenith, rise)));
+}
+
+/* How often a direction is drawn about the brightest sky instead of from a phase function: the more the more it
+ * outshines the rest. */
+static double bright_share(const np_truth_scene *scene, np_dvec3 position) {
+  if (scene->light == NP_TRUTH_FURNACE) return 0.0;
+  return np_dvec3_dot(find_zenith(scene->medium, position), scene->to_sun) > 0.05 ? 0.15 : 0.5;
+}
+
+/* Draws the next direction from either phase function or about the brightest sky, and weighs it against all three. */
 static void scatter(walker *w, const np_truth_air *air) {
   const np_medium *medium = w->scene->medium;
   double share = 0.0;
@@ -193,15 +207,20 @@ static void scatter(walker *w, const np_truth_air *air) {
     const double sum = air->rayleigh[b] + air->mie[b];
     if (sum > 0.0) share += air->rayleigh[b] / sum / NP_TRUTH_BANDS;
   }
-  const np_phase molecules = np_phase_rayleigh();
+  const double bright = bright_share(w->scene, w->position);
+  const np_phase molecules = np_phase_rayleigh(), lobe = np_phase_henyey_greenstein(0.75f);
+  const np_dvec3 axis = bright > 0.0 ? find_bright(w->scene, w->position) : w->direction;
+  const bool is_bright = np_random_double(w->random) < bright;
   const np_phase *phase = np_random_double(w->random) < share ? &molecules : &medium->mie_phase;
   float u[3], value;
   for (int i = 0; i < 3; i++) u[i] = np_random_float(w->random);
+  const np_vec3 forward = np_dvec3_to_float(is_bright ? axis : w->direction);
   const np_dvec3 to =
-      np_dvec3_normalize(np_vec3_to_double(np_phase_sample(phase, np_dvec3_to_float(w->direction), u, &value)));
+      np_dvec3_normalize(np_vec3_to_double(np_phase_sample(is_bright ? &lobe : phase, forward, u, &value)));
   const double versine = versine_between(w->direction, to);
   const double rayleigh = eval_rayleigh(versine), mie = eval_mie(medium, versine);
-  const double pdf = share * rayleigh + (1.0 - share) * mie;
+  const double pdf = (1.0 - bright) * (share * rayleigh + (1.0 - share) * mie) +
+                     bright * (double)np_phase_eval(&lobe, (float)versine_between(axis, to));
   for (int b = 0; b < NP_TRUTH_BANDS; b++) w->weight[b] *= (air->rayleigh[b] * rayleigh + air->mie[b] * mie) / pdf;
   w->direction = to;
 }
@@ -253,7 +272,7 @@ static void prepare(const np_truth_scene *scene, np_dvec3 origin, np_dvec3 direc
 
 /* Ends a faint path, or makes up for those ended. */
 static bool survives(walker *w, double first) {
-  const double chance = fmin(2.0 * greatest(w->weight) / first, 1.0);
+  const double chance = fmin(5.0 * greatest(w->weight) / first, 1.0);
   if (!(np_random_double(w->random) < chance)) return false;
   for (int b = 0; b < NP_TRUTH_BANDS; b++) w->weight[b] /= chance;
   return true;

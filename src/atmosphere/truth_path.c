@@ -114,13 +114,20 @@ static double panel_length(const np_truth_path *path, int panel) {
   return np_truth_path_distance(path, path->edge[panel + 1]) - np_truth_path_distance(path, path->edge[panel]);
 }
 
-/* Transmittance from the middle of a panel to the sun, to the tables' accuracy, for a density needs no better. */
-static np_bands guide_to_sun(const np_truth_path *path, const np_truth_guide *guide, double t) {
+/* Transmittance from a place to the sun, to the tables' accuracy, for a density needs no better. */
+static np_bands transmit_to_sun(const np_truth_path *path, const np_truth_guide *guide, double t) {
   const np_ray *ray = &path->ray;
-  const np_depth_row row = np_depth_table_row(guide->depths, np_ray_altitude(ray, t));
-  const double r = ray->r + (np_ray_altitude(ray, t) - ray->altitude_m);
+  const double altitude = np_ray_altitude(ray, t), r = ray->r + (altitude - ray->altitude_m);
+  const np_depth_row row = np_depth_table_row(guide->depths, altitude);
   const double sun = (ray->r * guide->sun_cosine + t * guide->angle_cosine) / r;
-  return np_depth_row_sun(&row, (float)np_clamp(sun, -1.0, 1.0), np_sun_inverse_diameter(5e-3));
+  return np_depth_row_sun(&row, (float)np_clamp(sun, -1.0, 1.0), np_sun_disk_make(5e-3, true));
+}
+
+/* The better of two places in a panel, for the planet's shadow may end in it. */
+static np_bands guide_to_sun(const np_truth_path *path, const np_truth_guide *guide, int panel) {
+  const double near = path->edge[panel], span = path->edge[panel + 1] - near;
+  return np_bands_max(transmit_to_sun(path, guide, np_truth_path_distance(path, near + 0.2 * span)),
+                      transmit_to_sun(path, guide, np_truth_path_distance(path, near + 0.8 * span)));
 }
 
 typedef double panel_weights[NP_TRUTH_BANDS];
@@ -132,7 +139,7 @@ static void weigh_panels(const np_truth_path *path, const np_truth_guide *guide,
   for (int i = 0; i < path->panel_count; i++) {
     const double t = np_truth_path_distance(path, 0.5 * (path->edge[i] + path->edge[i + 1]));
     const np_truth_air air = np_truth_air_at(path->medium, np_ray_altitude(&path->ray, t));
-    const np_bands sun = guide->depths ? guide_to_sun(path, guide, t) : np_bands_grey(1.0f);
+    const np_bands sun = guide->depths ? guide_to_sun(path, guide, i) : np_bands_grey(1.0f);
     for (int b = 0; b < NP_TRUTH_BANDS; b++) {
       const double transmittance = exp(-0.5 * (path->depth[i][b] + path->depth[i + 1][b]));
       scattered[i][b] = (air.rayleigh[b] + air.mie[b]) * transmittance * panel_length(path, i);

@@ -203,7 +203,8 @@ static neph_result call_witness(probe *p, const sky_row *row) {
   memcpy(p->witness.irradiance_w_m2_nm, e->irradiance_w_m2_nm, sizeof p->witness.irradiance_w_m2_nm);
   p->witness_earth = row->earth;
   p->witness_orders = orders;
-  return np_atmosphere_create_orders(p->context, &e->medium, orders, &p->witness.atmosphere);
+  return np_atmosphere_create_orders(p->context, &e->medium, orders, e->light == NP_TRUTH_POINT,
+                                     &p->witness.atmosphere);
 }
 
 static neph_result answer_rows(probe *p) {
