@@ -20,7 +20,14 @@
 #include "light/fixed_point.h"
 #include "light/sweep.h"
 
-enum { LEVELS_MAX = 3, GROUPS = 4, OCTANTS_PER_GROUP = NP_OCTANT_COUNT / GROUPS, CHUNK = 4096, SWEEPS_MAX = 60 };
+enum {
+  LEVELS_MAX = 4,
+  GROUPS = 4,
+  OCTANTS_PER_GROUP = NP_OCTANT_COUNT / GROUPS,
+  CHUNK = 4096,
+  SWEEPS_MAX = 60,
+  COARSE_SWEEPS_MAX = 200
+};
 
 /* One grid's problem. */
 typedef struct level {
@@ -130,7 +137,7 @@ static neph_result solve_level(solver *s, level *l, double tolerance) {
                             .user = &it,
                             .count = floats,
                             .tolerance = tolerance,
-                            .calls_max = SWEEPS_MAX};
+                            .calls_max = l == s->levels ? SWEEPS_MAX : COARSE_SWEEPS_MAX};
   neph_result result = it.source && it.parts && it.scratch && (faces || wrap == 0) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) result = np_fixed_point_solve(&problem, l->phi);
   if (l == s->levels) {
@@ -164,8 +171,8 @@ static neph_result solve_nested(solver *s) {
   for (unsigned n = s->level_count; n-- > 0;) {
     level *l = &s->levels[n];
     if (n + 1 < s->level_count) prolong(&s->levels[n + 1], l);
-    /* A start need not be better than what it is a start for. */
-    neph_result result = solve_level(s, l, n > 0 ? 10.0 * s->desc->tolerance : s->desc->tolerance);
+    /* What crosses a thick cloud slowly, and shows late in the residual, is found on coarse cells: they are cheap. */
+    neph_result result = solve_level(s, l, n > 0 ? 0.03 * s->desc->tolerance : s->desc->tolerance);
     if (result) return result;
   }
   return NEPH_OK;
@@ -349,11 +356,11 @@ static neph_result build_phases(const np_scene_view *view, np_multi_scatter *out
   return NEPH_OK;
 }
 
-/* Between walls that face each other for ever much light runs along them, for which S6 is too coarse. */
+/* In a layer without end much light runs along it, for which level-symmetric sets are too coarse. */
 static unsigned choose_order(const solver *s) {
   np_transport_grid grid;
   np_transport_grid_place(s->view, &s->desc->cells, &grid);
-  return grid.is_wrapped[0] || grid.is_wrapped[1] ? 8 : s->desc->order;
+  return grid.is_wrapped[0] || grid.is_wrapped[1] ? NP_ORDINATES_PRODUCT : s->desc->order;
 }
 
 static void start_inflow(solver *s) {

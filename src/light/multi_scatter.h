@@ -7,7 +7,7 @@
 
 typedef struct np_multi_scatter_desc {
   np_transport_desc cells;
-  unsigned order; /* of the ordinates: 4, 6 or 8; periodic clouds take 8 */
+  unsigned order; /* of the ordinates, 4 or 6; periodic clouds take the product set */
   double tolerance;
 } np_multi_scatter_desc;
 

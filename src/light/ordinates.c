@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Level-symmetric quadratures (Lewis and Miller 1984, "Computational Methods of Neutron Transport", table 4-1): the
- * same cosines along each axis, μᵢ² = μ₁² + 2(i−1)(1−3μ₁²)/(N−2), and one weight for all permutations of a triple. */
+ * same cosines along each axis, μᵢ² = μ₁² + 2(i−1)(1−3μ₁²)/(N−2), and one weight for all permutations of a triple.
+ * And a product set: eight points of Gauss in each half of the cosine along z, eight even azimuths. */
 #include "light/ordinates.h"
 
 #include "core/units.h"
@@ -13,13 +14,12 @@ typedef struct triple {
 typedef struct level_set {
   unsigned order, triple_count;
   double first_cosine;
-  triple triples[3];
+  triple triples[2];
 } level_set;
 
 static const level_set sets[] = {
     {4, 1, 0.3500212, {{{0, 0, 1}, 0.3333333}}},
     {6, 2, 0.2666355, {{{0, 0, 2}, 0.1761263}, {{0, 1, 1}, 0.1572071}}},
-    {8, 3, 0.2182179, {{{0, 0, 3}, 0.1209877}, {{0, 1, 2}, 0.0907407}, {{1, 1, 1}, 0.0925926}}},
 };
 
 void np_harmonics_eval(np_vec3 d, float out[NP_HARMONIC_COUNT]) {
@@ -93,8 +93,36 @@ static void fill_harmonics(np_ordinates *o, unsigned octant, unsigned block) {
   }
 }
 
+static void fill_all_harmonics(np_ordinates *o) {
+  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
+    for (unsigned block = 0; block < o->block_count; block++) fill_harmonics(o, octant, block);
+}
+
+/* Gauss-Legendre points and weights on [0, 1], eight of them; the other four mirror these about 1/2. */
+static const double gauss[4][2] = {{0.0198550717512319, 0.0506142681451881},
+                                   {0.1016667612931866, 0.1111905172266872},
+                                   {0.2372337950418355, 0.1568533229389437},
+                                   {0.4082826787521751, 0.1813418916891810}};
+
+static void add_product_directions(np_ordinates *o) {
+  for (int i = 0; i < 8; i++) {
+    const double *point = gauss[i < 4 ? i : 7 - i], z = i < 4 ? point[0] : 1.0 - point[0], r = sqrt(1.0 - z * z);
+    for (int k = 0; k < 2; k++) {
+      const double azimuth = (2 * k + 1) * NP_PI / 8.0;
+      add_direction(o, (const double[3]){r * cos(azimuth), r * sin(azimuth), z}, point[1] * NP_PI / 4.0);
+    }
+  }
+}
+
 void np_ordinates_init(unsigned order, np_ordinates *out) {
-  const level_set *set = &sets[order == 4 ? 0 : order == 6 ? 1 : 2];
+  if (order == NP_ORDINATES_PRODUCT) {
+    *out = (np_ordinates){0};
+    add_product_directions(out);
+    fill_padding(out);
+    fill_all_harmonics(out);
+    return;
+  }
+  const level_set *set = &sets[order == 4 ? 0 : 1];
   *out = (np_ordinates){0};
   double cosines[4] = {0}, total = 0.0;
   const double first = set->first_cosine * set->first_cosine;
@@ -107,6 +135,5 @@ void np_ordinates_init(unsigned order, np_ordinates *out) {
   /* The printed weights have seven digits: an octant's are brought to π/2 exactly. */
   for (unsigned i = 0; i < out->count; i++)
     out->weight[i / NP_ORDINATE_LANES][i % NP_ORDINATE_LANES] *= (float)(0.5 * NP_PI / total);
-  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
-    for (unsigned block = 0; block < out->block_count; block++) fill_harmonics(out, octant, block);
+  fill_all_harmonics(out);
 }

@@ -10,7 +10,7 @@ enum {
   NP_HARMONIC_DEGREES = 4,   /* l = 0 … 3 */
   NP_HARMONIC_COUNT = 16,    /* (l, m) up to l = 3 */
   NP_ORDINATE_LANES = 8,     /* directions of one octant that are swept together */
-  NP_ORDINATE_BLOCKS_MAX = 2 /* of lanes; S8 has ten directions an octant */
+  NP_ORDINATE_BLOCKS_MAX = 2 /* of lanes; the product set has sixteen directions an octant */
 };
 
 /* Degree l of each harmonic. */
@@ -19,7 +19,7 @@ static const unsigned char np_harmonic_degree[NP_HARMONIC_COUNT] = {0, 1, 1, 1, 
 /* Real orthonormal spherical harmonics up to l = 3 at a unit direction. */
 void np_harmonics_eval(np_vec3 direction, float out[NP_HARMONIC_COUNT]);
 
-/* A level-symmetric set. Bit a of an octant's number is set where its directions point down axis a. Lanes beyond the
+/* A set of directions. Bit a of an octant's number is set where its directions point down axis a. Lanes beyond the
  * set's directions repeat the first with weight 0. */
 typedef struct np_ordinates {
   unsigned count, block_count;                                             /* of one octant */
@@ -29,7 +29,10 @@ typedef struct np_ordinates {
   float weighted[NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES][NP_HARMONIC_COUNT]; /* weight·harmonic */
 } np_ordinates;
 
-/* `order` is 4, 6 or 8: the N of S_N. */
+/* Instead of an order: a set with many nearly horizontal directions, for layers without end. */
+enum { NP_ORDINATES_PRODUCT = 0 };
+
+/* `order` is 4 or 6, the N of S_N, or NP_ORDINATES_PRODUCT. */
 void np_ordinates_init(unsigned order, np_ordinates *out);
 
 np_vec3 np_ordinates_direction(const np_ordinates *ordinates, unsigned octant, unsigned block, unsigned lane);

@@ -55,10 +55,10 @@ static bool is_wrapped_along(const np_scene_view *view, int axis, double *out_pe
 }
 
 /* One axis, with cells of `edge_voxels`: lines of cells on samples of the first cloud, one empty cell at either end,
- * and a count that two coarser grids divide. A period of up to a brick becomes one cell. */
+ * and a count that three coarser grids divide. A period of up to a brick becomes one cell. */
 static void place_axis(const np_scene_view *view, const np_transport_desc *desc, int axis, double edge_voxels,
                        np_transport_grid *grid) {
-  enum { COARSEST = 4 };
+  enum { COARSEST = 8 };
   const double low[3] = {desc->bounds_min.x, desc->bounds_min.y, desc->bounds_min.z};
   const double high[3] = {desc->bounds_max.x, desc->bounds_max.y, desc->bounds_max.z};
   const double voxel = find_voxel(view, axis), edge = edge_voxels * voxel;
