@@ -32,16 +32,25 @@ static cli_exit check_output(const cli_options *options, unsigned baked_count) {
   return CLI_USAGE;
 }
 
+typedef struct bake_job {
+  cli_session *session;
+  neph_scene *scene;
+  unsigned cloud;
+  int frame;
+} bake_job;
+
 /* To be freed: where --output says, else the cloud's own file, else NAME.vdb. NULL: no memory. */
-static char *choose_path(const cli_session *session, const neph_scene *scene, unsigned index) {
-  const cli_options *options = session->options;
-  const char *name = neph_scene_get_cloud_name(scene, index), *file = neph_scene_get_cloud_file(scene, index);
+static char *choose_pattern(const bake_job *job) {
+  const cli_options *options = job->session->options;
+  const char *name = neph_scene_get_cloud_name(job->scene, job->cloud);
+  const char *file = neph_scene_get_cloud_file(job->scene, job->cloud);
   const char *output = options->output_count ? options->outputs[0] : NULL;
   if (output && !is_folder(output)) return strdup(output);
   if (!output && file) return strdup(file);
   const char *slash = output && output[strlen(output) - 1] != '/' ? "/" : "";
+  const char *number = cli_is_single_frame(options) ? "" : ".####";
   char *path = NULL;
-  return asprintf(&path, "%s%s%s.vdb", output ? output : "", slash, name) < 0 ? NULL : path;
+  return asprintf(&path, "%s%s%s%s.vdb", output ? output : "", slash, name, number) < 0 ? NULL : path;
 }
 
 static void print_done(const cli_session *session, const char *name, const char *path, double seconds) {
@@ -62,34 +71,92 @@ static double get_time_s(void) {
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-static cli_exit bake_cloud(cli_session *session, neph_scene *scene, unsigned index, const char *path) {
+static neph_bake_desc make_desc(cli_session *session) {
+  const cli_options *options = session->options;
+  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  desc.file_precision = options->is_half ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT;
+  desc.prune_per_m = options->prune_per_m;
+  if (options->level_count) desc.level_count = options->level_count;
+  desc.has_region = options->has_region;
+  memcpy(desc.region_min_m, options->region_m, sizeof desc.region_min_m);
+  memcpy(desc.region_max_m, options->region_m + 3, sizeof desc.region_max_m);
+  if (options->has_memory_max && options->memory_max_gb < 1e9)
+    desc.memory_max_bytes = (uint64_t)(options->memory_max_gb * 1e9);
+  desc.progress = cli_progress_report;
+  desc.progress_user = &session->progress;
+  return desc;
+}
+
+static cli_exit bake_to(const bake_job *job, const char *path) {
+  cli_session *session = job->session;
   cli_exit exit = cli_check_target(path);
   if (exit) return exit;
   if (session->options->is_dry_run) return printf("%s\n", path), CLI_DONE;
-  double start_s = get_time_s();
-  neph_result result = neph_scene_bake_file(scene, index, path, cli_progress_report, &session->progress);
+  const double start_s = get_time_s();
+  const neph_bake_desc desc = make_desc(session);
+  neph_result result = neph_scene_bake_file(job->scene, job->cloud, job->frame, &desc, path);
   cli_progress_finish(&session->progress);
-  if (!result) print_done(session, neph_scene_get_cloud_name(scene, index), path, get_time_s() - start_s);
+  if (!result) print_done(session, neph_scene_get_cloud_name(job->scene, job->cloud), path, get_time_s() - start_s);
   fflush(stdout);
   return cli_exit_of(result);
 }
 
-static cli_exit bake_clouds(cli_session *session, neph_scene *scene) {
-  cli_exit exit = check_output(session->options, count_baked(scene));
-  for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(scene); i++) {
-    if (!neph_scene_is_cloud_baked(scene, i)) continue;
-    char *path = choose_path(session, scene, i);
-    exit = path ? bake_cloud(session, scene, i, path) : CLI_INTERNAL;
-    free(path);
+static cli_exit bake_frame(const bake_job *job, const char *pattern) {
+  if (!strchr(pattern, '#') && !cli_is_single_frame(job->session->options)) {
+    cli_complain("%s would be written for every frame: put # where the number goes", pattern);
+    return CLI_USAGE;
   }
+  char *path;
+  neph_result result = neph_frame_get_path(job->session->context, pattern, job->frame, &path);
+  if (result) return cli_exit_of(result);
+  cli_exit exit = bake_to(job, path);
+  neph_text_destroy(job->session->context, path);
   return exit;
+}
+
+static cli_exit bake_cloud(const bake_job *job) {
+  if (!neph_scene_is_cloud_baked(job->scene, job->cloud)) return CLI_DONE;
+  char *pattern = choose_pattern(job);
+  cli_exit exit = pattern ? bake_frame(job, pattern) : CLI_INTERNAL;
+  free(pattern);
+  return exit;
+}
+
+static cli_exit bake_clouds(cli_session *session, neph_scene *scene) {
+  static const cli_frame_range only_first = {1, 1, 1};
+  const cli_options *options = session->options;
+  const cli_frame_range *ranges = options->frame_range_count ? options->frames : &only_first;
+  const size_t range_count = options->frame_range_count ? options->frame_range_count : 1;
+  cli_exit exit = check_output(options, count_baked(scene));
+  for (size_t r = 0; !exit && r < range_count; r++)
+    for (int64_t frame = ranges[r].first; !exit && frame <= ranges[r].last; frame += ranges[r].step)
+      for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(scene); i++) {
+        const bake_job job = {session, scene, i, (int)frame};
+        exit = bake_cloud(&job);
+      }
+  return exit;
+}
+
+static cli_exit verify_file(cli_session *session) {
+  const char *path = session->options->files[0];
+  bool is_same;
+  neph_result result =
+      neph_cloud_verify_file(session->context, path, cli_progress_report, &session->progress, &is_same);
+  cli_progress_finish(&session->progress);
+  if (result) return cli_exit_of(result);
+  if (session->options->is_json)
+    printf("{\"same\": %s}\n", is_same ? "true" : "false");
+  else
+    printf("%s: %s\n", path, is_same ? "the same when baked anew" : "differs when baked anew");
+  return is_same ? CLI_DONE : CLI_DIFFERENT;
 }
 
 cli_exit cli_command_bake(cli_session *session) {
   neph_scene *scene;
+  cli_catch_interrupts();
+  if (session->options->is_verifying) return verify_file(session);
   cli_exit exit = cli_load_scene(session, session->options->files[0], &scene);
   if (exit) return exit;
-  cli_catch_interrupts();
   exit = bake_clouds(session, scene);
   neph_scene_destroy(scene);
   return exit;

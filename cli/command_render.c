@@ -37,13 +37,8 @@ static cli_exit choose_outputs(render_job *job) {
   return CLI_USAGE;
 }
 
-static bool is_single_frame(const cli_options *options) {
-  const cli_frame_range *range = options->frames;
-  return !options->frame_range_count || (options->frame_range_count == 1 && range->last - range->first < range->step);
-}
-
 static cli_exit check_pattern(const cli_options *options, const char *pattern) {
-  if (!pattern || is_single_frame(options) || strchr(pattern, '#')) return CLI_DONE;
+  if (!pattern || cli_is_single_frame(options) || strchr(pattern, '#')) return CLI_DONE;
   cli_complain("%s would be written for every frame: put # where the number goes", pattern);
   return CLI_USAGE;
 }

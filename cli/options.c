@@ -23,6 +23,12 @@ typedef enum option_id {
   OPTION_METHOD,
   OPTION_PATHS,
   OPTION_TARGET_ERROR,
+  OPTION_HALF,
+  OPTION_PRUNE,
+  OPTION_LEVELS,
+  OPTION_REGION,
+  OPTION_MAX_MEMORY,
+  OPTION_VERIFY,
   OPTION_EXPLAIN,
   OPTION_DRY_RUN,
   OPTION_EXACT,
@@ -55,7 +61,7 @@ static const option_row options[] = {
     {OPTION_OUTPUT, "--output", 'o', "FILE", SCENE_VERBS | CLI_COMPARE | CLI_PROBE, "write to FILE, see docs/cli.md"},
     {OPTION_SET, "--set", 0, "KEY=VALUE", SCENE_VERBS | CLI_INFO,
      "set a key of the scene, as `nephos schema` lists them"},
-    {OPTION_FRAMES, "--frames", 0, "LIST", CLI_RENDER, "frames such as 1-100x2,120 (default 1)"},
+    {OPTION_FRAMES, "--frames", 0, "LIST", CLI_BAKE | CLI_RENDER, "frames such as 1-100x2,120 (default 1)"},
     {OPTION_RESOLUTION, "--resolution", 0, "WxH", CLI_RENDER | CLI_SKY, "size of the picture in pixels"},
     {OPTION_CROP, "--crop", 0, "X0,Y0,X1,Y1", CLI_RENDER,
      "only these pixels, from the top left, the last two excluded"},
@@ -67,6 +73,13 @@ static const option_row options[] = {
     {OPTION_PATHS, "--paths", 0, "N", CLI_PROBE, "camera rays for each number asked for (default 65536)"},
     {OPTION_TARGET_ERROR, "--target-error", 0, "X", CLI_PROBE,
      "no more paths than give a relative standard error of X"},
+    {OPTION_HALF, "--half", 0, NULL, CLI_BAKE, "values in the file as halves, not floats"},
+    {OPTION_PRUNE, "--prune", 0, "X", CLI_BAKE, "leave out extinction of at most X 1/m"},
+    {OPTION_LEVELS, "--levels", 0, "N", CLI_BAKE, "N grids, each with voxels twice as long as the one before"},
+    {OPTION_REGION, "--region", 0, "BOX", CLI_BAKE,
+     "only what lies in X0,Y0,Z0,X1,Y1,Z1, in metres"},
+    {OPTION_MAX_MEMORY, "--max-memory", 0, "GB", CLI_BAKE, "refuse a bake that may need more"},
+    {OPTION_VERIFY, "--verify", 0, NULL, CLI_BAKE, "bake .vdb FILE anew, and fail (7) when it differs"},
     {OPTION_EXPLAIN, "--explain", 0, NULL, CLI_RENDER, "print what would be done, and why, and stop"},
     {OPTION_DRY_RUN, "--dry-run", 'n', NULL, SCENE_VERBS, "check everything, print what would be written, and stop"},
     {OPTION_EXACT, "--exact", 0, NULL, CLI_COMPARE, "fail (7) when any value of any channel differs"},
@@ -89,7 +102,7 @@ typedef struct verb_row {
 } verb_row;
 
 static const verb_row verbs[] = {
-    {CLI_BAKE, "bake", "SCENE", "bake the procedural clouds of a scene to .vdb", 1, 1},
+    {CLI_BAKE, "bake", "SCENE|FILE", "bake the procedural clouds of a scene to .vdb", 1, 1},
     {CLI_RENDER, "render", "SCENE", "render frames to OpenEXR and PNG", 1, 1},
     {CLI_INFO, "info", "FILE...", "say what is in .vdb, .hgt, .exr, .png and scene files", 1, SIZE_MAX},
     {CLI_SKY, "sky", "SCENE", "the sky alone: irradiances, and a latitude-longitude picture", 1, 1},
@@ -226,6 +239,16 @@ static bool read_real(const char *text, double *out_value) {
   return end != text && !*end && *out_value >= 0;
 }
 
+static bool read_region(const char *text, double out[6]) {
+  for (int i = 0; i < 6; i++) {
+    char *end;
+    out[i] = strtod(text, &end);
+    if (end == text || *end != (i < 5 ? ',' : '\0') || !(out[i] > -1e12 && out[i] < 1e12)) return false;
+    text = end + 1;
+  }
+  return out[0] < out[3] && out[1] < out[4] && out[2] < out[5];
+}
+
 static bool add_setting(cli_options *out, const char *option, const char *key, const char *value) {
   out->settings[out->setting_count++] = (cli_setting){key, value, option};
   return true;
@@ -284,6 +307,18 @@ static bool apply_option(cli_options *out, const option_row *option, const char 
     return read_whole(argument, &out->path_count) && out->path_count >= 1;
   case OPTION_TARGET_ERROR:
     return read_real(argument, &out->target_error);
+  case OPTION_HALF:
+    return out->is_half = true;
+  case OPTION_PRUNE:
+    return read_real(argument, &out->prune_per_m) && out->prune_per_m <= 100;
+  case OPTION_LEVELS:
+    return read_whole(argument, &out->level_count) && out->level_count >= 1 && out->level_count <= 8;
+  case OPTION_REGION:
+    return out->has_region = true, read_region(argument, out->region_m);
+  case OPTION_MAX_MEMORY:
+    return out->has_memory_max = true, read_real(argument, &out->memory_max_gb);
+  case OPTION_VERIFY:
+    return out->is_verifying = true;
   case OPTION_EXPLAIN:
     return out->wants_plan = true;
   case OPTION_DRY_RUN:

@@ -114,3 +114,8 @@ bool cli_has_extension(const char *path, const char *extension) {
   size_t length = strlen(path), tail = strlen(extension);
   return length > tail && !strcasecmp(path + length - tail, extension);
 }
+
+bool cli_is_single_frame(const cli_options *options) {
+  const cli_frame_range *range = options->frames;
+  return !options->frame_range_count || (options->frame_range_count == 1 && range->last - range->first < range->step);
+}

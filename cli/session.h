@@ -40,6 +40,9 @@ neph_text_format cli_text_format(const cli_session *session);
 /* Whether `path` ends in `extension`, such as ".exr", in letters of either case. */
 bool cli_has_extension(const char *path, const char *extension);
 
+/* Whether no more than one frame is asked for. */
+bool cli_is_single_frame(const cli_options *options);
+
 /* Commands, one a verb; each in command_<verb>.c. */
 cli_exit cli_command_bake(cli_session *session);
 cli_exit cli_command_render(cli_session *session);

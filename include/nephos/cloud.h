@@ -63,18 +63,33 @@ typedef struct neph_cloud_desc {
 NEPH_API neph_result neph_cloud_get_preset(neph_context *context, const char *name,
                                            neph_cloud_desc *out_desc) NEPH_NODISCARD;
 
+/** For neph_bake_desc.memory_max_bytes. */
+#define NEPH_MEMORY_UNLIMITED UINT64_MAX
+
+enum { NEPH_BAKE_LEVELS_MAX = 8 };
+
 typedef struct neph_bake_desc {
   size_t struct_size;
-  double planet_radius_m;    /**< altitudes follow this sphere; > 0 (default 6360 km) */
-  neph_precision precision;  /**< of the volume in memory (default NEPH_PRECISION_HALF) */
-  neph_progress_fn progress; /**< default NULL */
-  void *progress_user;       /**< default NULL */
+  double planet_radius_m;        /**< altitudes follow this sphere; > 0 (default 6360 km) */
+  neph_precision precision;      /**< of the volume in memory (default NEPH_PRECISION_HALF) */
+  neph_precision file_precision; /**< of values in a file (default NEPH_PRECISION_FLOAT) */
+  double prune_per_m;            /**< less extinction than this is left out; ≥ 0 (default 0) */
+  unsigned level_count;          /**< grids in a file, each with voxels twice as long as the one before: "density",
+                                      "density_2", "density_4", …; 1 to NEPH_BAKE_LEVELS_MAX (default 1) */
+  bool has_region;               /**< bake only what lies in the box below (default false) */
+  double region_min_m[3];        /**< of the world (default 0, 0, 0) */
+  double region_max_m[3];        /**< greater (default 0, 0, 0) */
+  uint64_t memory_max_bytes;     /**< a bake that may need more is refused (default NEPH_MEMORY_UNLIMITED) */
+  neph_progress_fn progress;     /**< default NULL */
+  void *progress_user;           /**< default NULL */
 } neph_bake_desc;
 
 #define NEPH_BAKE_DESC_DEFAULT                                                                                         \
   {                                                                                                                    \
     .struct_size = sizeof(neph_bake_desc), .planet_radius_m = 6360000.0, .precision = NEPH_PRECISION_HALF,             \
-    .progress = NULL, .progress_user = NULL                                                                            \
+    .file_precision = NEPH_PRECISION_FLOAT, .prune_per_m = 0, .level_count = 1, .has_region = false,                   \
+    .region_min_m = {0, 0, 0}, .region_max_m = {0, 0, 0}, .memory_max_bytes = NEPH_MEMORY_UNLIMITED, .progress = NULL, \
+    .progress_user = NULL                                                                                              \
   }
 
 /** Bakes a cloud to a volume whose values are extinction in 1/m. The same bits for any thread count and level. */
@@ -85,6 +100,13 @@ NEPH_API neph_result neph_cloud_bake(neph_context *context, const neph_cloud_des
 NEPH_API neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *cloud,
                                           const neph_bake_desc *desc, const char *name,
                                           const char *path) NEPH_NODISCARD;
+
+/** Bakes a file of neph_cloud_bake_file anew, from the parameters in it, and compares.
+ *
+ * @param out_is_same  whether its first grid holds the same voxels and values, bit for bit.
+ */
+NEPH_API neph_result neph_cloud_verify_file(neph_context *context, const char *path, neph_progress_fn progress,
+                                            void *progress_user, bool *out_is_same) NEPH_NODISCARD;
 
 #ifdef __cplusplus
 }

@@ -3,6 +3,7 @@
 #ifndef NEPHOS_RENDER_H
 #define NEPHOS_RENDER_H
 
+#include <nephos/cloud.h>
 #include <nephos/scene.h>
 
 #ifdef __cplusplus
@@ -79,9 +80,13 @@ typedef struct neph_sky_image_desc {
 NEPH_API neph_result neph_render_sky(neph_scene *scene, const neph_sky_image_desc *desc,
                                      neph_image **out_image) NEPH_NODISCARD;
 
-/** Bakes one procedural cloud of a scene to a .vdb file. `progress` may be NULL. */
-NEPH_API neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, const char *path,
-                                          neph_progress_fn progress, void *progress_user) NEPH_NODISCARD;
+/** Bakes one procedural cloud of a scene to a .vdb file, as it is in a frame: frame 1 is at the cloud's `time`, every
+ * further one `frame_time` later.
+ *
+ * @param desc  NULL for the defaults; the planet is the scene's in any case.
+ */
+NEPH_API neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int frame,
+                                          const neph_bake_desc *desc, const char *path) NEPH_NODISCARD;
 
 #ifdef __cplusplus
 }

@@ -6,7 +6,6 @@
  * they do hold some, so that the grid does not depend on how many threads worked.
  */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include <nephos/volume.h>
@@ -30,9 +29,12 @@ typedef struct bake_job {
   const np_cloud_model *model;
   double planet_radius_m, center_m[2];
   int32_t voxels[2];                    /* along x, y */
-  int32_t leaf_begin[3], leaf_count[3]; /* the field's box in leaves; x and y begin at 0 */
-  uint8_t *is_cloudy;                   /* of each leaf of the box, z fastest: whether it may hold cloud */
-  leaf_origin *origins;                 /* of the batch */
+  int32_t leaf_begin[3], leaf_count[3]; /* the box to bake, in leaves */
+  int32_t region_min[3], region_max[3]; /* voxels to bake, both ends inside */
+  float prune_per_m;
+  uint64_t memory_max_bytes;
+  uint8_t *is_cloudy;   /* of each leaf of the box, z fastest: whether it may hold cloud */
+  leaf_origin *origins; /* of the batch */
   np_leaf *leaves;
 } bake_job;
 
@@ -64,8 +66,17 @@ static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *l
   np_cloud_model_eval(job->model, &points, leaf->values);
   memcpy(leaf->origin, origin->index, sizeof leaf->origin);
   memset(leaf->active, 0, sizeof leaf->active);
-  for (n = 0; n < NP_LEAF_SIZE; n++)
-    if (leaf->values[n] > 0.0f) leaf->active[n / 64] |= UINT64_C(1) << (n % 64);
+  for (n = 0; n < NP_LEAF_SIZE; n++) {
+    const int32_t at[3] = {(int32_t)(n / 64), (int32_t)(n / 8 % 8), (int32_t)(n % 8)};
+    bool is_kept = leaf->values[n] > job->prune_per_m;
+    for (int a = 0; a < 3; a++)
+      is_kept =
+          is_kept && origin->index[a] + at[a] >= job->region_min[a] && origin->index[a] + at[a] <= job->region_max[a];
+    if (is_kept)
+      leaf->active[n / 64] |= UINT64_C(1) << (n % 64);
+    else
+      leaf->values[n] = 0.0f;
+  }
 }
 
 static neph_result eval_leaves(void *user, size_t begin, size_t end, unsigned thread) {
@@ -95,8 +106,10 @@ static np_cloud_box find_box(const bake_job *job, const leaf_origin *origin) {
 
 static leaf_origin find_origin(const bake_job *job, size_t leaf) {
   const size_t nz = (size_t)job->leaf_count[2], ny = (size_t)job->leaf_count[1];
-  return (leaf_origin){{(int32_t)(leaf / nz / ny) * NP_LEAF_EDGE, (int32_t)(leaf / nz % ny) * NP_LEAF_EDGE,
-                        ((int32_t)(leaf % nz) + job->leaf_begin[2]) * NP_LEAF_EDGE}};
+  const int32_t at[3] = {(int32_t)(leaf / nz / ny), (int32_t)(leaf / nz % ny), (int32_t)(leaf % nz)};
+  leaf_origin origin;
+  for (int a = 0; a < 3; a++) origin.index[a] = (at[a] + job->leaf_begin[a]) * NP_LEAF_EDGE;
+  return origin;
 }
 
 static size_t count_box(const bake_job *job) {
@@ -143,6 +156,18 @@ static neph_result bake_leaves(bake_job *job, size_t cloudy_count, np_sparse_gri
   return result;
 }
 
+/* The grid, with what its growth leaves over, and OpenVDB's or the bricks' copy of it. */
+static neph_result check_memory(const bake_job *job, size_t cloudy) {
+  const double bytes =
+      (double)cloudy * 2.2 * sizeof(np_leaf) + (double)BATCH_LEAVES * sizeof(np_leaf) + (double)count_box(job);
+  np_log(job->context, NEPH_LOG_INFO, "cloud: at most %.3g GB for %zu leaves of 8³ voxels", bytes * 1e-9, cloudy);
+  if (bytes <= (double)job->memory_max_bytes) return NEPH_OK;
+  return np_fail(job->context, NEPH_ERROR_LIMIT,
+                 "cloud: the bake may need %.3g GB, must be at most %.3g GB: enlarge voxel_m, which is %g, lessen "
+                 "extent_m, or bake a region",
+                 bytes * 1e-9, (double)job->memory_max_bytes * 1e-9, job->model->desc.voxel_m);
+}
+
 static neph_result find_cloudy(bake_job *job, size_t *out_count) {
   const size_t count = count_box(job);
   neph_result result = np_parallel_for(job->context, job->monitor, count, 1024, mark_leaves, job);
@@ -157,6 +182,29 @@ static neph_result find_cloudy(bake_job *job, size_t *out_count) {
         "is %g, or lessen extent_m",
         cloudy, (double)cloudy * sizeof(np_leaf) * 1e-9, (unsigned long long)CLOUD_LEAVES_MAX,
         job->model->desc.voxel_m);
+  return check_memory(job, cloudy);
+}
+
+/* Clips the box of leaves to those that hold voxels of the region. */
+static neph_result clip_extent(const neph_cloud_desc *cloud, const neph_bake_desc *desc, bake_job *job) {
+  for (int a = 0; a < 3; a++) {
+    job->region_min[a] = job->leaf_begin[a] * NP_LEAF_EDGE;
+    job->region_max[a] = (job->leaf_begin[a] + job->leaf_count[a]) * NP_LEAF_EDGE - 1;
+    if (!desc->has_region) continue;
+    const double first_m = a == 2 ? cloud->base_altitude_m + 0.5 * cloud->voxel_m
+                                  : cloud->center_m[a] - 0.5 * (job->voxels[a] - 1) * cloud->voxel_m;
+    const double low = ceil((desc->region_min_m[a] - first_m) / cloud->voxel_m);
+    const double high = floor((desc->region_max_m[a] - first_m) / cloud->voxel_m);
+    if (low > job->region_min[a]) job->region_min[a] = (int32_t)fmin(low, job->region_max[a] + 1);
+    if (high < job->region_max[a]) job->region_max[a] = (int32_t)fmax(high, job->region_min[a] - 1);
+    if (job->region_min[a] > job->region_max[a])
+      return np_fail(job->context, NEPH_ERROR_INVALID_ARGUMENT,
+                     "cloud: the region's axis %d runs from %g to %g m, must meet a voxel of the cloud's box", a,
+                     desc->region_min_m[a], desc->region_max_m[a]);
+    const int32_t begin = (int32_t)floor((double)job->region_min[a] / NP_LEAF_EDGE);
+    job->leaf_count[a] = (int32_t)floor((double)job->region_max[a] / NP_LEAF_EDGE) - begin + 1;
+    job->leaf_begin[a] = begin;
+  }
   return NEPH_OK;
 }
 
@@ -222,8 +270,11 @@ neph_result np_cloud_bake_grid(neph_context *context, const neph_cloud_desc *clo
                   .monitor = monitor,
                   .model = &model,
                   .planet_radius_m = desc->planet_radius_m,
+                  .prune_per_m = (float)desc->prune_per_m,
+                  .memory_max_bytes = desc->memory_max_bytes,
                   .center_m = {cloud->center_m[0], cloud->center_m[1]}};
   neph_result result = find_extent(cloud, &job);
+  if (!result) result = clip_extent(cloud, desc, &job);
   if (result) return result;
   np_monitor_set_stage(monitor, "preparing cloud");
   result = np_cloud_model_build(context, cloud, monitor, &model);
@@ -243,17 +294,31 @@ neph_result np_cloud_bake_grid(neph_context *context, const neph_cloud_desc *clo
   return NEPH_OK;
 }
 
-/* Checks both descriptions and bakes: what the two public calls share. */
-static neph_result bake_checked(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
-                                const char *name, np_monitor *monitor, neph_cloud_desc *out_cloud,
-                                neph_bake_desc *out_desc, np_sparse_grid *out_grid) {
+neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc *desc, neph_bake_desc *out_desc) {
   static const neph_bake_desc defaults = NEPH_BAKE_DESC_DEFAULT;
-  neph_result result = np_cloud_desc_read(context, cloud, out_cloud);
-  if (!result) result = np_desc_read(context, "neph_bake_desc", &defaults, sizeof defaults, desc, out_desc);
+  neph_result result = np_desc_read(context, "neph_bake_desc", &defaults, sizeof defaults, desc, out_desc);
+  const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
   if (result) return result;
   if (!(out_desc->planet_radius_m >= 1e3 && out_desc->planet_radius_m <= 1e9))
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: planet_radius_m is %g, must be in [1e3, 1e9]",
-                   out_desc->planet_radius_m);
+    return np_fail(context, bad, "cloud: planet_radius_m is %g, must be in [1e3, 1e9]", out_desc->planet_radius_m);
+  if (!(out_desc->prune_per_m >= 0 && out_desc->prune_per_m <= 100))
+    return np_fail(context, bad, "cloud: prune_per_m is %g, must be in [0, 100]", out_desc->prune_per_m);
+  if (out_desc->level_count < 1 || out_desc->level_count > NEPH_BAKE_LEVELS_MAX)
+    return np_fail(context, bad, "cloud: level_count is %u, must be in [1, %d]", out_desc->level_count,
+                   (int)NEPH_BAKE_LEVELS_MAX);
+  for (int a = 0; a < 3 && out_desc->has_region; a++)
+    if (!(out_desc->region_max_m[a] > out_desc->region_min_m[a]))
+      return np_fail(context, bad, "cloud: region_max_m[%d] is %g, must be above region_min_m[%d], which is %g", a,
+                     out_desc->region_max_m[a], a, out_desc->region_min_m[a]);
+  return NEPH_OK;
+}
+
+neph_result np_cloud_bake_checked(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                                  const char *name, np_monitor *monitor, neph_cloud_desc *out_cloud,
+                                  neph_bake_desc *out_desc, np_sparse_grid *out_grid) {
+  neph_result result = np_cloud_desc_read(context, cloud, out_cloud);
+  if (!result) result = np_cloud_bake_desc_read(context, desc, out_desc);
+  if (result) return result;
   np_monitor_start(monitor, context, out_desc->progress, out_desc->progress_user);
   return np_cloud_bake_grid(context, out_cloud, out_desc, name, monitor, out_grid);
 }
@@ -266,43 +331,10 @@ neph_result neph_cloud_bake(neph_context *context, const neph_cloud_desc *cloud,
   np_monitor monitor;
   *out_volume = NULL;
   const unsigned mode = np_float_mode_enter();
-  neph_result result = bake_checked(context, cloud, desc, "density", &monitor, &checked, &bake, &grid);
+  neph_result result = np_cloud_bake_checked(context, cloud, desc, "density", &monitor, &checked, &bake, &grid);
   if (!result) {
     np_monitor_set_stage(&monitor, "building bricks");
     result = np_volume_create_from_grid(context, &grid, bake.precision, &monitor, out_volume);
-    np_sparse_grid_clear(&grid);
-  }
-  np_float_mode_leave(mode);
-  return result;
-}
-
-static neph_result save_grid(neph_context *context, const np_sparse_grid *grid, const neph_cloud_desc *cloud,
-                             np_monitor *monitor, const char *path) {
-  char *params, seed[24];
-  neph_result result = np_cloud_desc_to_json(context, cloud, &params);
-  if (result) return result;
-  snprintf(seed, sizeof seed, "%llu", (unsigned long long)cloud->seed);
-  const np_vdb_attribute attributes[] = {{.name = "nephos:params", .text = params},
-                                         {.name = "nephos:seed", .text = seed},
-                                         {.name = "units", .text = "1/m"}};
-  const np_vdb_write_grid out = {
-      .grid = grid, .attributes = attributes, .attribute_count = sizeof attributes / sizeof *attributes};
-  result = np_volume_save_grids(context, path, &out, 1, monitor);
-  np_alloc_free(context, params);
-  return result;
-}
-
-neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
-                                 const char *name, const char *path) {
-  neph_cloud_desc checked;
-  neph_bake_desc bake;
-  np_sparse_grid grid;
-  np_monitor monitor;
-  const unsigned mode = np_float_mode_enter();
-  neph_result result = bake_checked(context, cloud, desc, name, &monitor, &checked, &bake, &grid);
-  if (!result) {
-    np_monitor_set_stage(&monitor, "writing");
-    result = save_grid(context, &grid, &checked, &monitor, path);
     np_sparse_grid_clear(&grid);
   }
   np_float_mode_leave(mode);

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
@@ -94,7 +96,8 @@ neph_result np_cloud_desc_read(neph_context *context, const neph_cloud_desc *des
   return result;
 }
 
-neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *desc, char **out_text) {
+neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *desc, const neph_bake_desc *bake,
+                                  char **out_text) {
   np_json *json = np_json_create(context);
   if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
   char seed[24];
@@ -110,5 +113,41 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
     else
       np_json_put_reals(json, fields[i].name, values, (size_t)fields[i].count);
   }
+  np_json_put_real(json, "planet_radius_m", bake->planet_radius_m);
+  np_json_put_real(json, "prune_per_m", bake->prune_per_m);
+  np_json_put_bool(json, "has_region", bake->has_region);
+  np_json_put_reals(json, "region_min_m", bake->region_min_m, 3);
+  np_json_put_reals(json, "region_max_m", bake->region_max_m, 3);
   return np_json_finish(json, out_text);
+}
+
+static bool read_values(const np_json_value *json, neph_cloud_desc *desc, neph_bake_desc *bake) {
+  double number;
+  const char *text = np_json_get_text(json, "seed");
+  if (!text || sscanf(text, "%" SCNu64, &desc->seed) != 1) return false;
+  text = np_json_get_text(json, "model");
+  if (!text) return false;
+  desc->model = strcmp(text, "slab") ? NEPH_CLOUD_MODEL_CELLS : NEPH_CLOUD_MODEL_SLAB;
+  if (!np_json_get_reals(json, "sublayers", &number, 1)) return false;
+  desc->sublayers = (unsigned)number;
+  for (int i = 0; i < FIELD_COUNT; i++) {
+    double *values = (double *)(void *)((char *)desc + fields[i].offset);
+    if (!np_json_get_reals(json, fields[i].name, values, (size_t)fields[i].count)) return false;
+  }
+  return np_json_get_bool(json, "has_profile", &desc->has_profile) &&
+         np_json_get_reals(json, "planet_radius_m", &bake->planet_radius_m, 1) &&
+         np_json_get_reals(json, "prune_per_m", &bake->prune_per_m, 1) &&
+         np_json_get_bool(json, "has_region", &bake->has_region) &&
+         np_json_get_reals(json, "region_min_m", bake->region_min_m, 3) &&
+         np_json_get_reals(json, "region_max_m", bake->region_max_m, 3);
+}
+
+neph_result np_cloud_desc_from_json(neph_context *context, const char *file, const char *text,
+                                    neph_cloud_desc *out_desc, neph_bake_desc *bake) {
+  *out_desc = (neph_cloud_desc)NEPH_CLOUD_DESC_DEFAULT;
+  np_json_value *json = np_json_read(text);
+  const bool is_whole = json && read_values(json, out_desc, bake);
+  np_json_value_destroy(json);
+  if (is_whole) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: nephos:params is not what this version of nephos writes", file);
 }

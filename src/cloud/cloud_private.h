@@ -29,8 +29,13 @@ typedef enum np_cloud_stream {
 /* Copies a caller's description (NULL: the defaults) and checks every field. */
 neph_result np_cloud_desc_read(neph_context *context, const neph_cloud_desc *desc, neph_cloud_desc *out_desc);
 
-/* The description as JSON, to be freed with np_alloc_free. */
-neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *desc, char **out_text);
+/* The description, and what of the bake decides values, as JSON, to be freed with np_alloc_free. */
+neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *desc, const neph_bake_desc *bake,
+                                  char **out_text);
+
+/* Reads such JSON; `file` is where it was found, for messages. The descriptions are still to be checked. */
+neph_result np_cloud_desc_from_json(neph_context *context, const char *file, const char *text,
+                                    neph_cloud_desc *out_desc, neph_bake_desc *bake);
 
 /* ---- Presets: presets.c ---- */
 
@@ -125,5 +130,20 @@ bool np_cloud_model_is_empty(const np_cloud_model *model, const np_cloud_box *bo
 /* Evaluates the model on a grid named `name`. On failure the grid is left cleared. */
 neph_result np_cloud_bake_grid(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                                const char *name, np_monitor *monitor, np_sparse_grid *out_grid);
+
+/* Copies a caller's description (NULL: the defaults) and checks it. */
+neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc *desc, neph_bake_desc *out_desc);
+
+/* Checks both descriptions, starts the monitor, and bakes. */
+neph_result np_cloud_bake_checked(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                                  const char *name, np_monitor *monitor, neph_cloud_desc *out_cloud,
+                                  neph_bake_desc *out_desc, np_sparse_grid *out_grid);
+
+/* ---- Levels of detail: bake_levels.c ---- */
+
+/* A grid named `name`_`factor` of half the resolution; its transform is a bake's, without shear. On failure it is to be
+ * cleared all the same. */
+neph_result np_cloud_halve_grid(neph_context *context, const np_sparse_grid *fine, const char *name, unsigned factor,
+                                np_sparse_grid *out_coarse);
 
 #endif

@@ -16,11 +16,11 @@ typedef struct preset {
 static const preset presets[] = {
     {"cumulus_humilis",
      {.extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 1100, .thickness_m = 450, .coverage = 0.22,
-      .cell_m = 1200, .type = 0.2, .billow_m = 260, .erosion = 0.45, .wispiness = 0.40, .turbulence = 0.40,
+      .cell_m = 1200, .type = 0.2, .billow_m = 240, .erosion = 0.75, .wispiness = 0.45, .turbulence = 0.40,
       .extinction_per_m = 0.08}},
     {"cumulus_mediocris",
      {.extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 1200, .thickness_m = 1200, .coverage = 0.35,
-      .cell_m = 1800, .type = 0.6, .billow_m = 430, .erosion = 0.55, .wispiness = 0.30, .turbulence = 0.30,
+      .cell_m = 1800, .type = 0.6, .billow_m = 430, .erosion = 0.7, .wispiness = 0.30, .turbulence = 0.30,
       .extinction_per_m = 0.10}},
     {"cumulus_congestus",
      {.extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 1000, .thickness_m = 3600, .coverage = 0.30,
@@ -53,7 +53,7 @@ static const preset presets[] = {
     {"cirrus",
      {.model = NEPH_CLOUD_MODEL_SLAB, .extent_m = {30e3, 30e3}, .voxel_m = 60, .base_altitude_m = 8800,
       .thickness_m = 1100, .coverage = 0.5, .cell_m = 5000, .billow_m = 420, .erosion = 0.9, .turbulence = 0.5,
-      .softness = 1, .stretch = 12, .skew_m = {4500, 1400}, .wind_m_s = {28, 9}, .extinction_per_m = 1.2e-3}},
+      .softness = 1, .stretch = 12, .skew_m = {4500, 1400}, .wind_m_s = {28, 9}, .extinction_per_m = 2.5e-3}},
 };
 /* clang-format on */
 

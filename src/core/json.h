@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* JSON out, through jansson. A writer builds one value in order and turns it into text. */
+/* JSON, through jansson. A writer builds one value in order and turns it into text; what was written is read back. */
 #ifndef NP_CORE_JSON_H
 #define NP_CORE_JSON_H
 
@@ -23,5 +23,18 @@ void np_json_put_reals(np_json *json, const char *key, const double *values, siz
 
 /* Ends the writer and gives its text, indented, to be freed with np_alloc_free. Destroys `json` in any case. */
 neph_result np_json_finish(np_json *json, char **out_text);
+
+/* An object that was read; NULL when the text is none. */
+typedef struct np_json_value np_json_value;
+
+np_json_value *np_json_read(const char *text);
+void np_json_value_destroy(np_json_value *value); /* NULL is allowed */
+
+/* NULL: there is no such text. It lives as long as the object. */
+const char *np_json_get_text(const np_json_value *value, const char *key);
+
+/* False, and `out` in an unknown state, when there is no such value of this kind and length. */
+bool np_json_get_reals(const np_json_value *value, const char *key, double *out, size_t count);
+bool np_json_get_bool(const np_json_value *value, const char *key, bool *out);
 
 #endif

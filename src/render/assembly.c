@@ -24,8 +24,9 @@ static neph_result bake(const build *b, const np_scene_cloud *cloud, const char 
   desc.progress = b->plan->desc.progress;
   desc.progress_user = b->plan->desc.progress_user;
   neph_context *context = b->scene->context;
-  if (!path) return neph_cloud_bake(context, &cloud->bake, &desc, out_volume);
-  return neph_cloud_bake_file(context, &cloud->bake, &desc, cloud->name, path);
+  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, b->plan->desc.frame);
+  if (!path) return neph_cloud_bake(context, &at_frame, &desc, out_volume);
+  return neph_cloud_bake_file(context, &at_frame, &desc, cloud->name, path);
 }
 
 static neph_result load(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume **out_volume) {

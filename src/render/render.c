@@ -73,15 +73,17 @@ neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc,
   return result ? result : np_plan_describe(&plan, format, out_text);
 }
 
-neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, const char *path, neph_progress_fn progress,
-                                 void *progress_user) {
+neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int frame, const neph_bake_desc *desc,
+                                 const char *path) {
+  static const neph_bake_desc defaults = NEPH_BAKE_DESC_DEFAULT;
+  neph_bake_desc bake;
   if (cloud_index >= scene->cloud_count || !scene->clouds[cloud_index].is_baked)
     return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "bake: cloud %u of %u is not one that is baked",
                    cloud_index, scene->cloud_count);
+  neph_result result = np_desc_read(scene->context, "neph_bake_desc", &defaults, sizeof defaults, desc, &bake);
+  if (result) return result;
   const np_scene_cloud *cloud = &scene->clouds[cloud_index];
-  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
-  desc.planet_radius_m = scene->atmosphere.planet_radius_m;
-  desc.progress = progress;
-  desc.progress_user = progress_user;
-  return neph_cloud_bake_file(scene->context, &cloud->bake, &desc, cloud->name, path);
+  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
+  bake.planet_radius_m = scene->atmosphere.planet_radius_m;
+  return neph_cloud_bake_file(scene->context, &at_frame, &bake, cloud->name, path);
 }

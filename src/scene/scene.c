@@ -153,6 +153,12 @@ const char *neph_scene_get_cloud_file(const neph_scene *scene, unsigned index) {
   return index < scene->cloud_count ? scene->clouds[index].vdb : NULL;
 }
 
+neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame) {
+  neph_cloud_desc desc = cloud->bake;
+  desc.time_s += cloud->frame_time_s * (frame - 1);
+  return desc;
+}
+
 neph_result neph_frame_get_path(neph_context *context, const char *pattern, int frame, char **out_path) {
   *out_path = np_file_frame_name(context, pattern, frame);
   return *out_path ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;

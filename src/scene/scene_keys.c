@@ -260,6 +260,9 @@ static const np_key keys[] = {
     {.path = "clouds[].bake.time", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = CLOUD(bake.time_s),
      .range = WITHIN(-1e6, 1e6), .fallback = "0 s",
      .meaning = "since the seed's own moment; clouds change steadily with it"},
+    {.path = "clouds[].bake.frame_time", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = CLOUD(frame_time_s),
+     .range = WITHIN(-1e4, 1e4), .fallback = "0 s",
+     .meaning = "from one frame to the next; frame 1 is at time"},
     {.path = "clouds[].bake.lifetime", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = CLOUD(bake.lifetime_s),
      .range = WITHIN(1, 1e9), .fallback = "2400 s", .meaning = "over which a cell grows and decays"},
 

@@ -74,6 +74,7 @@ typedef struct np_scene_cloud {
   bool is_baked;
   char *preset; /* of the bake; NULL: none */
   neph_cloud_desc bake;
+  double frame_time_s; /* of the bake, from frame to frame */
   np_axis_up up;
   double voxel_m; /* largest edge; 0: the file's transform */
   double scale;
@@ -155,6 +156,9 @@ struct neph_scene {
   np_scene_render render;
   np_scene_output output;
 };
+
+/* The bake of a cloud as it is in a frame; 1 is at the bake's own time. */
+neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame);
 
 /* What no single key can tell: whether each cloud has a source and a density unit, a terrain its kind, a camera a
  * direction. Loading ends with it; a scene put together by neph_scene_set passes it when it is planned. */
