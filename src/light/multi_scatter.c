@@ -337,6 +337,13 @@ static neph_result solve_bands(solver *s) {
 
 /* ---- All of it ---- */
 
+static bool is_same_lobe(np_phase_lobe a, np_phase_lobe b) { return a.asymmetry == b.asymmetry && a.alpha == b.alpha; }
+
+static bool is_same_phase(const np_phase *a, const np_phase *b) {
+  return is_same_lobe(a->lobe[0], b->lobe[0]) && is_same_lobe(a->lobe[1], b->lobe[1]) && a->weight == b->weight &&
+         a->table == b->table && a->table_weight == b->table_weight;
+}
+
 /* Equal phase functions share one table. */
 static neph_result build_phases(const np_scene_view *view, np_multi_scatter *out) {
   out->phases = np_alloc(out->context, view->volume_count, sizeof *out->phases);
@@ -344,7 +351,7 @@ static neph_result build_phases(const np_scene_view *view, np_multi_scatter *out
   for (unsigned v = 0; v < view->volume_count; v++) {
     const np_phase *phase = &view->volumes[v].phase;
     unsigned same = 0;
-    while (same < v && memcmp(&out->phases[same].phase, phase, sizeof *phase) != 0) same++;
+    while (same < v && !is_same_phase(&out->phases[same].phase, phase)) same++;
     if (same < v) {
       out->phases[v] = out->phases[same];
     } else {

@@ -75,8 +75,10 @@ neph_result np_scaled_phase_init(neph_context *context, const np_phase *phase, n
   out->forward = moments[1] > 0.0 ? (float)fmax(0.0, moments[NP_HARMONIC_DEGREES]) : 0.0f;
   for (unsigned l = 0; l < NP_HARMONIC_DEGREES; l++) out->moments[l] = (float)moments[l] - out->forward;
   if (out->forward > 0.0f) {
-    np_phase_get_moments(phase, MOMENTS_MAX, moments);
-    unsigned count = MOMENTS_MAX;
+    unsigned count = MOMENTS_MAX / 16;
+    np_phase_get_moments(phase, count, moments);
+    for (; count < MOMENTS_MAX && fabs(moments[count - 1]) > moment_end; np_phase_get_moments(phase, count, moments))
+      count *= 4;
     while (count > NP_HARMONIC_DEGREES + 1 && fabs(moments[count - 1]) < moment_end) count--;
     fill_peak(out, moments, count);
   }
