@@ -19,7 +19,8 @@ typedef struct path_state {
   np_dvec3 position;
   np_vec3 direction; /* of flight, away from the camera */
   np_spectrum throughput;
-  float weight; /* of the throughput at the start, by which it is judged faint */
+  float weight;   /* of the throughput at the start, by which it is judged faint */
+  float prospect; /* ≥ 1: sunlight that the next collision may bring, in isotropic scattering's */
   const np_view_volume *volume;
   unsigned order; /* scatterings so far */
 } path_state;
@@ -70,15 +71,40 @@ static bool fly(const np_scene_view *view, path_state *path, np_random *random) 
   return true;
 }
 
-static void scatter(path_state *path, np_random *random) {
-  float value;
-  const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
-  path->direction = np_phase_sample(&path->volume->phase, path->direction, u, &value);
+/* Through a forward peak, a path that happens to fly towards the sun brings rare and blinding light. So where the peak
+ * is above this, 1/sr, a share of the scatterings is drawn from the phase function about the sun instead of the path's
+ * direction. By the mixture's density (balance heuristic) a path sent there is as weak as the sunlight it will meet is
+ * strong, and roulette knows what it still may bring. A larger share costs long paths more in spread weights. */
+static const float sharp_peak = 1.0f;
+static const float sunward_share = 0.03f;
+
+static bool has_sharp_peak(const np_scene_view *view, const path_state *path) {
+  return np_phase_eval(&path->volume->phase, 0.0f) > sharp_peak && !np_spectrum_is_zero(view->sun_irradiance);
 }
 
-/* Russian roulette on a weakened path; false ends it. */
+static float eval_towards(const path_state *path, np_vec3 axis) {
+  const np_vec3 d = path->direction;
+  return np_phase_eval(&path->volume->phase, np_versine(d.x, d.y, d.z, axis.x, axis.y, axis.z));
+}
+
+static void scatter(const np_scene_view *view, path_state *path, np_random *random) {
+  const np_vec3 forward = path->direction;
+  const bool is_guided = has_sharp_peak(view, path);
+  const bool is_sunward = is_guided && np_random_float(random) < sunward_share;
+  const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
+  float value;
+  path->direction = np_phase_sample(&path->volume->phase, is_sunward ? view->to_sun : forward, u, &value);
+  path->prospect = 1.0f;
+  if (!is_guided) return;
+  const float ahead = eval_towards(path, forward), sunward = eval_towards(path, view->to_sun);
+  path->throughput =
+      np_spectrum_scale(path->throughput, ahead / ((1.0f - sunward_share) * ahead + sunward_share * sunward));
+  path->prospect = fmaxf(1.0f, sunward);
+}
+
+/* Russian roulette on a path that is weak for what light it may still meet; false ends it. */
 static bool survive(path_state *path, np_random *random) {
-  const float weight = np_spectrum_max(path->throughput) / path->weight;
+  const float weight = np_spectrum_max(path->throughput) / path->weight * path->prospect;
   if (weight >= 0.25f) return true;
   if (np_random_float(random) >= weight) return false;
   path->throughput = np_spectrum_scale(path->throughput, 1.0f / weight);
@@ -92,7 +118,7 @@ static void follow(const np_scene_view *view, const np_integrator_settings *sett
     path->order++;
     path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
     gather_sun(view, path, random, out);
-    scatter(path, random);
+    scatter(view, path, random);
     if (!survive(path, random)) return;
     if (!fly(view, path, random)) {
       gather_surroundings(view, settings, path, random, out);
