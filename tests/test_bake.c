@@ -57,6 +57,33 @@ static void a_file_is_verified_whatever_it_was_baked_with(void **state) {
   neph_context_destroy(context);
 }
 
+static bool is_current(neph_context *context, const char *path, const neph_cloud_desc *desc, double radius_m) {
+  bool is_same = false;
+  assert_int_equal(np_cloud_file_is_current(context, path, desc, radius_m, &is_same), NEPH_OK);
+  return is_same;
+}
+
+/* A pruned file is still the cloud's; another seed, time or planet is another cloud. */
+static void a_file_knows_what_it_was_baked_from(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  char *folder = test_folder_create(), *path = test_path(folder, "cloud.vdb");
+  const neph_cloud_desc good = file_field();
+  neph_cloud_desc desc = good;
+  neph_bake_desc bake_desc = NEPH_BAKE_DESC_DEFAULT;
+  bake_desc.prune_per_m = 0.01;
+  assert_int_equal(neph_cloud_bake_file(context, &desc, &bake_desc, "density", path), NEPH_OK);
+  assert_true(is_current(context, path, &desc, bake_desc.planet_radius_m));
+  assert_false(is_current(context, path, &desc, 1e6));
+  desc.seed++;
+  assert_false(is_current(context, path, &desc, bake_desc.planet_radius_m));
+  desc = good, desc.time_s = 0.1;
+  assert_false(is_current(context, path, &desc, bake_desc.planet_radius_m));
+  free(path);
+  test_folder_destroy(folder);
+  neph_context_destroy(context);
+}
+
 /* A file whose parameters are another cloud's. */
 static void a_file_of_another_cloud_is_not_verified(void **state) {
   (void)state;
@@ -181,6 +208,7 @@ static void too_little_memory_is_said_in_time(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_file_is_verified_whatever_it_was_baked_with),
+      cmocka_unit_test(a_file_knows_what_it_was_baked_from),
       cmocka_unit_test(a_file_of_another_cloud_is_not_verified),
       cmocka_unit_test(regions_add_up_to_the_whole),
       cmocka_unit_test(levels_keep_the_optical_depth),

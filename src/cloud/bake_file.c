@@ -61,6 +61,37 @@ static void take_attribute(void *user, const char *name, const char *text) {
   if (!strcmp(name, "nephos:params") && !record->params) record->params = np_alloc_text(record->context, text);
 }
 
+/* What a cloud would be recorded as, with the pruning and the region that the file has. */
+static neph_result compare_record(const bake_record *record, const char *path, const neph_cloud_desc *cloud,
+                                  double planet_radius_m, bool *out_is_same) {
+  neph_cloud_desc recorded;
+  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  char *text;
+  neph_result result = np_cloud_desc_from_json(record->context, path, record->params, &recorded, &desc);
+  desc.planet_radius_m = planet_radius_m;
+  if (!result) result = np_cloud_desc_to_json(record->context, cloud, &desc, &text);
+  if (result) return result;
+  *out_is_same = !strcmp(text, record->params);
+  np_alloc_free(record->context, text);
+  return NEPH_OK;
+}
+
+neph_result np_cloud_file_is_current(neph_context *context, const char *path, const neph_cloud_desc *cloud,
+                                     double planet_radius_m, bool *out_is_current) {
+  np_volume_file file;
+  np_vdb_error error;
+  bake_record record = {.context = context};
+  *out_is_current = true;
+  neph_result result = np_volume_file_open(context, path, NULL, &file);
+  if (result) return result;
+  if (file.module->count(file.vdb) && file.module->visit_metadata(file.vdb, 0, take_attribute, &record, &error))
+    result = np_volume_file_fail(&file, &error);
+  if (!result && record.params) result = compare_record(&record, path, cloud, planet_radius_m, out_is_current);
+  np_volume_file_close(&file);
+  np_alloc_free(context, record.params);
+  return result;
+}
+
 static neph_result read_record(const np_volume_file *file, bake_record *record) {
   np_vdb_error error;
   if (file->module->count(file->vdb) == 0)

@@ -139,6 +139,11 @@ neph_result np_cloud_bake_checked(neph_context *context, const neph_cloud_desc *
                                   const char *name, np_monitor *monitor, neph_cloud_desc *out_cloud,
                                   neph_bake_desc *out_desc, np_sparse_grid *out_grid);
 
+/* Whether a file was baked from this cloud for this planet, as its nephos:params say. Files without them, not ours, are
+ * taken to be. */
+neph_result np_cloud_file_is_current(neph_context *context, const char *path, const neph_cloud_desc *cloud,
+                                     double planet_radius_m, bool *out_is_current);
+
 /* ---- Levels of detail: bake_levels.c ---- */
 
 /* A grid named `name`_`factor` of half the resolution; its transform is a bake's, without shear. On failure it is to be
