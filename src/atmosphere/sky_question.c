@@ -68,13 +68,19 @@ void np_sky_witness_clear(np_sky_witness *witness) {
 
 /* ---- Tables ---- */
 
+/* No farther than the sphere of the planet, below which the tables go on and the tracer does not. */
+static double find_end(const np_sky_witness *w, const np_sky_question *q) {
+  const np_ray ray = np_ray_make(&w->atmosphere->medium, q->altitude_m, cos(q->view_zenith_rad));
+  return ray.hits_ground ? fmin(q->distance_m, ray.offset_m + ray.length_m) : q->distance_m;
+}
+
 static void look_up_light(const np_sky_witness *w, const np_sky_question *q, np_truth_value *out) {
   const np_vec3 direction = np_dvec3_to_float(find_direction(q));
   if (q->quantity == NP_SKY_IRRADIANCE) {
     double sun[3];
     neph_sky_get_irradiance(w->sky, sun, out->mean);
   } else if (is_aerial(q->quantity)) {
-    const np_aerial_perspective ap = np_sky_aerial_perspective(w->sky, direction, q->distance_m);
+    const np_aerial_perspective ap = np_sky_aerial_perspective(w->sky, direction, find_end(w, q));
     set_spectrum(q->quantity == NP_SKY_AP_INSCATTER ? ap.inscatter : ap.transmittance, out);
   } else {
     set_spectrum(np_sky_radiance(w->sky, direction), out);
