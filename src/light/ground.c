@@ -3,9 +3,6 @@
 #include "core/units.h"
 #include "light/scene_view.h"
 
-/* Rays leave the ground from this far above it, m: more than the float error of a hit some 100 km away. */
-static const double lift_m = 0.05;
-
 /* First meeting with the sphere from outside or on it, in the form that cancels nothing (numerics: 4.5e-7 where the
  * textbook quadratic errs by 19 % at grazing incidence). Negative when there is none. */
 static double intersect_sphere(const np_scene_view *view, np_dvec3 origin, np_vec3 direction) {
@@ -53,7 +50,7 @@ bool np_ground_intersect(const np_scene_view *view, np_dvec3 origin, np_vec3 dir
   } else {
     return false;
   }
-  out_hit->position = np_dvec3_along(out_hit->position, out_hit->normal, lift_m);
+  out_hit->position = np_dvec3_along(out_hit->position, out_hit->normal, NP_TERRAIN_LIFT_M);
   return true;
 }
 
