@@ -239,7 +239,7 @@ static void bad_descriptions_are_refused(void **state) {
   neph_context_destroy(context);
 }
 
-/* A scene small enough to fail each of its allocations in turn. */
+/* A scene small enough to fail each of its allocations in turn; those of the ordinates fail in test_multi_scatter. */
 static neph_result attempt(neph_context *context, void *user) {
   (void)user;
   static const char text[] = "version: 1\n"
@@ -247,7 +247,7 @@ static neph_result attempt(neph_context *context, void *user) {
                              "atmosphere: {preset: none}\n"
                              "clouds: [{name: puff, bake: {extent: [100 m, 100 m], base: 20 m, thickness: 100 m, "
                              "voxel: 20 m, coverage: 1}}]\n"
-                             "render: {samples: 1}\n";
+                             "render: {samples: 1, multiple_scattering: octaves}\n";
   neph_scene *scene = NULL;
   neph_image *image = NULL;
   neph_result result = neph_scene_load_text(context, text, "test.yaml", &scene);
