@@ -36,7 +36,7 @@ static const float anvil_relief = 0.28f; /* share of the noise: ice is smooth */
 static const float anvil_edge = 14.0f;   /* times the edge of the tower */
 static const float anvil_thinness = 0.8f;
 
-/* Heavy rain of 50 mm an hour, by 0.365 R^0.63 in 1/km, and the columns it falls from. */
+/* Heavy rain, of the order of 50 mm an hour, and the columns it falls from. */
 static const float rain_extinction_per_m = 4e-3f, rain_column = 0.12f, rain_column_width = 0.35f;
 static const float rain_streak_m = 260.0f, rain_streak_stretch = 14.0f;
 

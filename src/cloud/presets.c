@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Named clouds: a row each, tuned by eye against photographs; lengths from the ranges that the WMO's cloud atlas and
- * Stull 2017, "Practical Meteorology", give for each species; extinction by 1.5·LWC/r_eff of measured water contents,
- * in cirrus from lidar. */
+/* Named clouds: a row each. Extinction is of the order that 1.5·LWC/r_eff gives for the water of each kind; it, lengths
+ * and shapes were chosen by judgement, from rendered pictures. */
 #include <stdio.h>
 #include <string.h>
 
