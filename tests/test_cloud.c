@@ -81,7 +81,7 @@ static void coverage_is_the_covered_fraction(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
   const double wanted[] = {0.05, 0.35, 0.7, 1.0};
-  for (uint64_t seed = 0; seed < 2; seed++)
+  for (uint64_t seed = 0; seed < 3; seed++)
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
       neph_cloud_desc desc = small_field(seed);
       desc.coverage = wanted[i];
