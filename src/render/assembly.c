@@ -14,6 +14,7 @@ typedef struct build {
   const np_plan *plan;
   np_monitor *monitor;
   np_assembly *assembly;
+  double to_sun[3];
 } build;
 
 static bool needs(const np_plan *plan, np_stage stage) { return plan->stages[stage].is_needed; }
@@ -168,59 +169,79 @@ static neph_result build_terrain(const build *b) {
   return neph_terrain_load(b->scene->context, terrain->heightfield, &desc, out);
 }
 
-static neph_result build_atmosphere(const build *b) {
-  neph_atmosphere_desc desc = b->scene->atmosphere;
-  if (!b->scene->has_ground_albedo && b->scene->terrain.kind != NP_TERRAIN_NONE)
-    memcpy(desc.ground_albedo, b->scene->terrain.desc.ground_albedo, sizeof desc.ground_albedo);
-  np_monitor_set_stage(b->monitor, "building the atmosphere");
-  return neph_atmosphere_create(b->scene->context, &desc, &b->assembly->atmosphere);
-}
-
-static neph_result build_sky(const build *b, np_dvec3 observer, const double to_sun[3], neph_sky **out_sky) {
-  neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
-  memcpy(desc.sun_direction, to_sun, sizeof desc.sun_direction);
-  memcpy(desc.sun_irradiance_w_m2_nm, b->scene->sun.irradiance_w_m2_nm, sizeof desc.sun_irradiance_w_m2_nm);
-  desc.sun_angular_radius_rad = b->scene->sun.angular_radius_rad;
-  desc.observer_m[0] = observer.x;
-  desc.observer_m[1] = observer.y;
-  desc.observer_m[2] = observer.z;
-  return neph_sky_create(b->assembly->atmosphere, &desc, out_sky);
-}
-
-static neph_result find_sun(const build *b, double out_to_sun[3]) {
+static neph_result find_sun(build *b) {
   double latitude = b->scene->latitude_rad, longitude = b->scene->longitude_rad;
   if (!b->scene->has_place && b->assembly->terrain)
     (void)np_terrain_get_place(b->assembly->terrain, &latitude, &longitude);
-  return np_scene_sun_direction(b->scene, latitude, longitude, out_to_sun);
+  return np_scene_sun_direction(b->scene, latitude, longitude, b->to_sun);
 }
 
-static neph_result build_skies(const build *b, const double to_sun[3]) {
-  np_assembly *a = b->assembly;
+/* ---- What depends on wavelength ---- */
+
+typedef struct packet_build {
+  const build *b;
+  np_packet *packet;
+} packet_build;
+
+static neph_result build_atmosphere(const packet_build *p) {
+  const neph_scene *scene = p->b->scene;
+  neph_atmosphere_desc desc = scene->atmosphere;
+  if (!scene->has_ground_albedo && scene->terrain.kind != NP_TERRAIN_NONE)
+    memcpy(desc.ground_albedo, scene->terrain.desc.ground_albedo, sizeof desc.ground_albedo);
+  np_monitor_set_stage(p->b->monitor, "building the atmosphere");
+  return neph_atmosphere_create(scene->context, &desc, &p->packet->atmosphere);
+}
+
+static neph_result build_sky(const packet_build *p, np_dvec3 observer, neph_sky **out_sky) {
+  const np_scene_sun *sun = &p->b->scene->sun;
+  neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
+  memcpy(desc.sun_direction, p->b->to_sun, sizeof desc.sun_direction);
+  memcpy(desc.sun_irradiance_w_m2_nm, sun->irradiance_w_m2_nm, sizeof desc.sun_irradiance_w_m2_nm);
+  desc.sun_angular_radius_rad = sun->angular_radius_rad;
+  desc.observer_m[0] = observer.x;
+  desc.observer_m[1] = observer.y;
+  desc.observer_m[2] = observer.z;
+  return neph_sky_create(p->packet->atmosphere, &desc, out_sky);
+}
+
+static neph_result build_skies(const packet_build *p) {
+  const np_assembly *a = p->b->assembly;
   neph_result result = NEPH_OK;
-  if (needs(b->plan, NP_STAGE_CAMERA_SKY)) result = build_sky(b, a->camera.origin, to_sun, &a->camera_sky);
-  if (!result && needs(b->plan, NP_STAGE_CLOUD_SKY)) {
+  if (needs(p->b->plan, NP_STAGE_CAMERA_SKY)) result = build_sky(p, a->camera.origin, &p->packet->camera_sky);
+  if (!result && needs(p->b->plan, NP_STAGE_CLOUD_SKY)) {
     const np_dvec3 middle = np_dvec3_scale(np_dvec3_add(a->clouds_min, a->clouds_max), 0.5);
-    result = build_sky(b, middle, to_sun, &a->cloud_sky);
+    result = build_sky(p, middle, &p->packet->cloud_sky);
   }
   return result;
+}
+
+static neph_result place_clouds(const packet_build *p) {
+  const np_assembly *a = p->b->assembly;
+  if (!a->volume_count) return NEPH_OK;
+  p->packet->placed = np_alloc(a->context, a->volume_count, sizeof *a->placed);
+  if (!p->packet->placed) return NEPH_ERROR_OUT_OF_MEMORY;
+  memcpy(p->packet->placed, a->placed, a->volume_count * sizeof *a->placed);
+  return NEPH_OK;
 }
 
 static np_spectrum spectrum_of(const double values[3]) {
   return np_spectrum_make((float)values[0], (float)values[1], (float)values[2]);
 }
 
-static void fill_view(const build *b, const double to_sun[3]) {
-  np_assembly *a = b->assembly;
-  const neph_scene *scene = b->scene;
-  a->view = (np_scene_view){
+static void fill_view(const packet_build *p) {
+  const np_assembly *a = p->b->assembly;
+  const neph_scene *scene = p->b->scene;
+  np_packet *packet = p->packet;
+  const double *to_sun = p->b->to_sun;
+  packet->view = (np_scene_view){
       .volume_count = a->volume_count,
-      .volumes = a->placed,
+      .volumes = packet->placed,
       .to_sun = np_vec3_make((float)to_sun[0], (float)to_sun[1], (float)to_sun[2]),
       .sun_angular_radius_rad = (float)scene->sun.angular_radius_rad,
       .sun_irradiance = spectrum_of(scene->sun.irradiance_w_m2_nm),
-      .atmosphere = a->atmosphere,
-      .camera_sky = a->camera_sky,
-      .cloud_sky = a->cloud_sky,
+      .atmosphere = packet->atmosphere,
+      .camera_sky = packet->camera_sky,
+      .cloud_sky = packet->cloud_sky,
       .environment_radiance = spectrum_of(scene->environment.radiance_w_m2_sr_nm),
       .is_environment_upper_only = scene->environment.is_upper_only,
       .has_planet = scene->environment.has_planet,
@@ -229,40 +250,66 @@ static void fill_view(const build *b, const double to_sun[3]) {
       .ground_albedo = spectrum_of(a->terrain && !scene->has_ground_albedo ? scene->terrain.desc.ground_albedo
                                                                            : scene->atmosphere.ground_albedo),
   };
-  if (a->terrain) np_terrain_get_bounds(a->terrain, &a->view.terrain_min, &a->view.terrain_max);
+  if (a->terrain) np_terrain_get_bounds(a->terrain, &packet->view.terrain_min, &packet->view.terrain_max);
 }
 
-static neph_result build_multi_scatter(const build *b) {
-  np_assembly *a = b->assembly;
+static neph_result build_multi_scatter(const packet_build *p) {
+  const np_assembly *a = p->b->assembly;
+  np_packet *packet = p->packet;
   np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
   desc.cells.bounds_min = a->clouds_min;
   desc.cells.bounds_max = a->clouds_max;
-  neph_result result = np_multi_scatter_build(a->context, &a->view, &desc, b->monitor, &a->multi_scatter);
-  if (!result) a->view.multi_scatter = &a->multi_scatter;
+  neph_result result = np_multi_scatter_build(a->context, &packet->view, &desc, p->b->monitor, &packet->multi_scatter);
+  if (!result) packet->view.multi_scatter = &packet->multi_scatter;
+  return result;
+}
+
+static neph_result build_packet(const packet_build *p) {
+  const np_plan *plan = p->b->plan;
+  neph_result result = NEPH_OK;
+  if (needs(plan, NP_STAGE_ATMOSPHERE)) result = build_atmosphere(p);
+  if (!result) result = build_skies(p);
+  if (!result) result = place_clouds(p);
+  if (result) return result;
+  fill_view(p);
+  return needs(plan, NP_STAGE_ORDINATES) ? build_multi_scatter(p) : NEPH_OK;
+}
+
+static neph_result build_packets(const build *b) {
+  np_assembly *a = b->assembly;
+  const unsigned count = 1;
+  a->packets = np_alloc(a->context, count, sizeof *a->packets);
+  if (!a->packets) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = NEPH_OK;
+  for (; !result && a->packet_count < count; a->packet_count++)
+    result = build_packet(&(packet_build){b, &a->packets[a->packet_count]});
   return result;
 }
 
 neph_result np_assembly_build(const neph_scene *scene, const np_plan *plan, np_monitor *monitor,
                               np_assembly *out_assembly) {
   *out_assembly = (np_assembly){.context = scene->context};
-  const build b = {scene, plan, monitor, out_assembly};
-  double to_sun[3];
+  build b = {.scene = scene, .plan = plan, .monitor = monitor, .assembly = out_assembly};
   neph_result result = np_camera_init(scene, plan->desc.width, plan->desc.height, &out_assembly->camera);
   if (!result && needs(plan, NP_STAGE_TERRAIN)) result = build_terrain(&b);
-  if (!result) result = find_sun(&b, to_sun);
-  if (!result && needs(plan, NP_STAGE_ATMOSPHERE)) result = build_atmosphere(&b);
+  if (!result) result = find_sun(&b);
   if (!result && needs(plan, NP_STAGE_VOLUMES)) result = build_clouds(&b);
-  if (!result) result = build_skies(&b, to_sun);
-  if (!result) {
-    fill_view(&b, to_sun);
-    if (needs(plan, NP_STAGE_ORDINATES)) result = build_multi_scatter(&b);
-  }
+  if (!result) result = build_packets(&b);
   if (result) np_assembly_clear(out_assembly);
   return result;
 }
 
+static void clear_packet(neph_context *context, np_packet *packet) {
+  np_multi_scatter_clear(&packet->multi_scatter);
+  np_alloc_free(context, packet->placed);
+  neph_sky_destroy(packet->cloud_sky);
+  neph_sky_destroy(packet->camera_sky);
+  neph_atmosphere_release(packet->atmosphere);
+}
+
 void np_assembly_clear(np_assembly *assembly) {
-  np_multi_scatter_clear(&assembly->multi_scatter);
+  for (unsigned i = 0; i < assembly->packet_count; i++) clear_packet(assembly->context, &assembly->packets[i]);
+  np_alloc_free(assembly->context, assembly->packets);
   for (unsigned i = 0; i < assembly->volume_count; i++) {
     neph_volume_release(assembly->volumes[i]);
     np_phase_table_clear(&assembly->phase_tables[i]);
@@ -270,9 +317,6 @@ void np_assembly_clear(np_assembly *assembly) {
   np_alloc_free(assembly->context, assembly->phase_tables);
   np_alloc_free(assembly->context, assembly->volumes);
   np_alloc_free(assembly->context, assembly->placed);
-  neph_sky_destroy(assembly->cloud_sky);
-  neph_sky_destroy(assembly->camera_sky);
-  neph_atmosphere_release(assembly->atmosphere);
   neph_terrain_release(assembly->terrain);
   *assembly = (np_assembly){0};
 }

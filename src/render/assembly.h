@@ -7,19 +7,26 @@
 #include "render/placement.h"
 #include "scene/plan.h"
 
+/* What depends on wavelength: air, skies, light in the clouds, and the scene in three bands that is made of them. */
+typedef struct np_packet {
+  neph_atmosphere *atmosphere;
+  neph_sky *camera_sky, *cloud_sky;
+  np_view_volume *placed;
+  np_multi_scatter multi_scatter; /* empty when not needed */
+  np_scene_view view;
+} np_packet;
+
 typedef struct np_assembly {
   neph_context *context; /* borrowed from the scene */
   np_camera camera;
   unsigned volume_count;
   neph_volume **volumes;
-  np_view_volume *placed;
+  np_view_volume *placed;          /* as the scene has them; each packet has its own copy */
   np_phase_table *phase_tables;    /* one a volume, empty where its phase function is none */
   np_dvec3 clouds_min, clouds_max; /* world box of all clouds */
   neph_terrain *terrain;
-  neph_atmosphere *atmosphere;
-  neph_sky *camera_sky, *cloud_sky;
-  np_multi_scatter multi_scatter; /* empty when not needed */
-  np_scene_view view;
+  unsigned packet_count;
+  np_packet *packets;
 } np_assembly;
 
 /* Builds what `plan` needs for its frame; on failure nothing is left. */

@@ -163,9 +163,9 @@ static double find_distance(const frame *f, unsigned x, unsigned y, np_vec3 *out
   *out_direction = np_camera_direction(camera, (float)x + 0.5f, (float)y + 0.5f);
   const np_camera_ray ray = {.origin = camera->origin, .direction = *out_direction};
   np_ground_hit hit;
-  const bool is_ground = np_ground_intersect(&f->assembly->view, ray.origin, ray.direction, &hit);
+  const bool is_ground = np_ground_intersect(&f->assembly->packets[0].view, ray.origin, ray.direction, &hit);
   const double ground = is_ground ? hit.distance_m : HUGE_VAL;
-  return fmin(f->half_distance(&f->assembly->view, &ray, ground), ground);
+  return fmin(f->half_distance(&f->assembly->packets[0].view, &ray, ground), ground);
 }
 
 static void write_pixel(const frame *f, unsigned x, unsigned y, const double *sums, const spread *errors) {
@@ -194,7 +194,7 @@ static neph_result render_pixel(const frame *f, unsigned x, unsigned y, tile_tot
     np_random random = np_random_start(f->desc->seed, (uint32_t)f->desc->frame, x, y, s);
     const np_camera_ray ray = make_ray(f, x, y, s, offset);
     np_integrator_sample sample;
-    f->integrate(&f->assembly->view, &f->settings, &ray, &random, &sample);
+    f->integrate(&f->assembly->packets[0].view, &f->settings, &ray, &random, &sample);
     float values[CHANNELS_MAX];
     for (unsigned c = 0; c < f->channel_count; c++) values[c] = read_channel(f, &f->channels[c], &sample);
     np_film_accumulator_add(&accumulator, values);

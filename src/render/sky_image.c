@@ -21,9 +21,10 @@ static np_vec3 direction_of(const sky_image *s, unsigned x, size_t y) {
 static neph_result fill_rows(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const sky_image *s = user;
+  const np_packet *packet = &s->assembly->packets[0];
   for (size_t y = begin; y < end; y++)
     for (unsigned x = 0; x < s->width; x++) {
-      const np_spectrum radiance = np_light_sky(&s->assembly->view, s->assembly->camera_sky, direction_of(s, x, y));
+      const np_spectrum radiance = np_light_sky(&packet->view, packet->camera_sky, direction_of(s, x, y));
       for (int b = 0; b < NP_BAND_COUNT; b++) s->planes[b][y * s->width + x] = radiance.band[b];
     }
   return NEPH_OK;
@@ -38,9 +39,9 @@ static neph_result set_irradiance(neph_image *image, const char *name, const dou
 static neph_result describe_sky(const np_assembly *assembly, neph_image *image) {
   neph_result result = neph_image_set_attribute(image, "nephos:unit", "W m^-2 sr^-1 nm^-1");
   if (!result) result = neph_image_set_attribute(image, "nephos:colorSpace", "nephos-bands");
-  if (result || !assembly->camera_sky) return result;
+  if (result || !assembly->packets[0].camera_sky) return result;
   double sun[3], sky[3];
-  neph_sky_get_irradiance(assembly->camera_sky, sun, sky);
+  neph_sky_get_irradiance(assembly->packets[0].camera_sky, sun, sky);
   result = set_irradiance(image, "nephos:sunIrradiance", sun);
   return result ? result : set_irradiance(image, "nephos:skyIrradiance", sky);
 }
