@@ -17,7 +17,7 @@ enum { TEXELS_PER_CELL = 48, TEXELS_MAX = 1 << 14 /* along a side */ };
 
 /* In units of the cell spacing. */
 static const float cell_radius = 0.52f, warp_size = 0.9f, warp_reach = 0.6f, group_size = 4.3f;
-static const float group_height = 0.7f; /* times Perlin noise of standard deviation 0.19 */
+static const float group_height = 0.7f; /* times Perlin noise of standard deviation 0.17 */
 static const float small_spacing = 0.43f, small_height = 0.40f;
 static const float shore_width = 0.35f, shore_depth = 1.2f; /* where the landscape sinks towards the field's border */
 

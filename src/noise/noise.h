@@ -41,7 +41,7 @@ typedef struct np_noise_table {
   void (*value_fbm)(const np_noise_lattice *lattice, const np_noise_octaves *octaves, const np_noise_points *points,
                     float *out);
 
-  /* Gradient noise: [−1, 1], mean 0, standard deviation 0.19, C² (but where 1 clips it, once in 10⁷ positions). */
+  /* Gradient noise: [−1, 1], mean 0, standard deviation 0.17, C². */
   void (*perlin)(const np_noise_lattice *lattice, const np_noise_points *points, float *out);
 
   /* Sum of octaves of Perlin noise: [−1, 1], mean 0. */

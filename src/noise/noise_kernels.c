@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Noise kernels; compiled once per instruction-set level, the same bits out of each.
  *
- * Perlin 2002, "Improving Noise" (quintic fade), with gradients spread evenly through a cube: their covariance is a
- * multiple of the identity, so that no direction is preferred. Worley 1996, "A Cellular Texture Basis Function" (F1
- * over 27 cells; a nearer point outside them is farther than 1, where the distance is clipped, so nothing is ever
- * missed). Perlin-Worley: Schneider and Vos 2015, "The Real-time Volumetric Cloudscapes of Horizon: Zero Dawn". The
- * divergence-free field is the bitangent noise of DeWolf 2005, "Divergence-Free Noise".
+ * Perlin 2002, "Improving Noise" (quintic fade), with gradients uniform in a ball, so that no direction is preferred.
+ * Worley 1996, "A Cellular Texture Basis Function" (F1 over 27 cells; a nearer point outside them is farther than 1,
+ * where the distance is clipped, so nothing is ever missed). Perlin-Worley: Schneider and Vos 2015, "The Real-time
+ * Volumetric Cloudscapes of Horizon: Zero Dawn". The divergence-free field is the bitangent noise of DeWolf 2005,
+ * "Divergence-Free Noise".
  *
  * One lane is one position. The lanes' functions are inlined into `omp simd` loops; integer hashing leaves no table to
  * gather from.
  */
+#include <math.h>
+
 #include "noise/noise.h"
 
 extern const np_noise_table NP_KERNEL(np_noise_kernels);
@@ -98,20 +100,50 @@ LANE float take_first(uint32_t hash) { return make_float(hash >> 9); }
 LANE float take_second(uint32_t hash) { return make_float(hash & 0x7fffffu); }
 LANE float take_third(uint32_t hash) { return make_float(hash << 10 & 0x7fffffu); }
 
+/* Led by the bits from `first` on, counted from the highest. */
+LANE float take_from(uint32_t hash, int first) {
+  return make_float((first < 9 ? hash >> (9 - first) : hash << (first - 9)) & 0x7fffffu);
+}
+
+/* The quarter of a sine wave over u in [0, 1], to 1.2e-4: an odd polynomial that is 1 at 1. */
+LANE float quarter_sine(float u) {
+  float u2 = u * u;
+  return u * (1.5706f + u2 * (-0.6428f + u2 * 0.0722f));
+}
+
+/* `sign` is 0 or the highest bit. */
+LANE float flip(float x, uint32_t sign) {
+  union {
+    float value;
+    uint32_t bits;
+  } number = {.value = x};
+  number.bits ^= sign;
+  return number.value;
+}
+
 typedef struct gradient {
-  float x, y, z, dot; /* components in [1, 2), of which the mean is still to be taken off */
+  float x, y, z, dot;
 } gradient;
 
+LANE float larger(float a, float b) { return a > b ? a : b; }
+
+/* Uniform in the unit ball: the largest of three uniform numbers has the density 3r² of the distance from the centre,
+ * and heights on a sphere are uniform (Archimedes). Of the hash's bits six lead each of the three numbers, seven the
+ * height, five a quarter turn of azimuth, set half a step off its ends to be even; two choose the quarter. */
 LANE gradient find_gradient(uint32_t point, float dx, float dy, float dz) {
   uint32_t hash = scatter(point);
-  gradient g = {take_first(hash), take_second(hash), take_third(hash), 0};
+  float radius = larger(larger(take_from(hash, 0), take_from(hash, 6)), take_from(hash, 12)) - 1.0f;
+  float height = 2.0f * take_from(hash, 18) - 3.0f, turn = take_from(hash & ~3u, 25) - (1.0f - 0x1p-6f);
+  float across = radius * sqrtf(1.0f - height * height);
+  gradient g = {flip(across * quarter_sine(turn), hash << 31),
+                flip(across * quarter_sine(1.0f - turn), (hash & 2u) << 30), radius * height, 0};
   g.dot = g.x * dx + g.y * dy + g.z * dz;
   return g;
 }
 
-/* The mean of the components, and the factor that brings them to (−1, 1). Noise then stays within ±1.5, its standard
- * deviation over all space is 0.19, and 1, where it is clipped, is met about once in 10⁷ positions. */
-static const float gradient_mean = 1.5f, gradient_scale = 2.0f;
+/* Gradients of this length at most keep noise within ±1: the bound Σ weight·|offset| is largest in the middle of a
+ * cell, where it is √3/2. */
+static const float gradient_length = 1.15f;
 
 LANE float eval_perlin(const grid *g, float px, float py, float pz, bool is_binary) {
   cell_axis x = find_cell(g, 0, px, is_binary), y = find_cell(g, 1, py, is_binary), z = find_cell(g, 2, pz, is_binary);
@@ -125,9 +157,7 @@ LANE float eval_perlin(const grid *g, float px, float py, float pz, bool is_bina
   float n110 = find_gradient(p11 + z.low, x1, y1, z0).dot, n111 = find_gradient(p11 + z.high, x1, y1, z1).dot;
   float low = lerp(lerp(n000, n001, w), lerp(n010, n011, w), v);
   float high = lerp(lerp(n100, n101, w), lerp(n110, n111, w), v);
-  /* A constant gradient's share, blended over the corners, is the fraction less its fade. */
-  float mean = gradient_mean * ((x.fraction - u) + (y.fraction - v) + (z.fraction - w));
-  return clip((lerp(low, high, u) - mean) * gradient_scale, -1.0f, 1.0f);
+  return lerp(low, high, u) * gradient_length;
 }
 
 LANE float value_at(uint32_t point) { return take_first(scatter(point)); }
@@ -171,9 +201,8 @@ LANE slope eval_perlin_slope(const grid *g, float px, float py, float pz, bool i
   float mean_y = blend(a.y, b.y, c.y, d.y, e.y, f.y, k.y, l.y, u, v, w);
   float mean_z = blend(a.z, b.z, c.z, d.z, e.z, f.z, k.z, l.z, u, v, w);
   float slope_x = fade_slope(x.fraction), slope_y = fade_slope(y.fraction), slope_z = fade_slope(z.fraction);
-  return (slope){(mean_x + slope_x * along_x - gradient_mean * (1.0f - slope_x)) * gradient_scale,
-                 (mean_y + slope_y * along_y - gradient_mean * (1.0f - slope_y)) * gradient_scale,
-                 (mean_z + slope_z * along_z - gradient_mean * (1.0f - slope_z)) * gradient_scale};
+  return (slope){(mean_x + slope_x * along_x) * gradient_length, (mean_y + slope_y * along_y) * gradient_length,
+                 (mean_z + slope_z * along_z) * gradient_length};
 }
 
 /* Squared distance to the point of a cell, whose corner's offset, less 1, is given. */
@@ -318,7 +347,7 @@ static void fill_perlin_worley(const np_noise_lattice *lattice, const np_noise_o
 }
 
 /* Brings the cross product of two potentials' slopes to a root mean square of 1 per component. */
-static const float curl_scale = 2.87f;
+static const float curl_scale = 3.60f;
 
 LANE void fill_slope_lanes(const grid *g, const np_noise_points *points, float *out_x, float *out_y, float *out_z,
                            bool is_binary) {
