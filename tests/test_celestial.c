@@ -56,6 +56,112 @@ static void azimuth_runs_clockwise_from_north(void **state) {
               sun_at("2026-03-21T06:30Z", 45.0, 0.0).elevation_rad);
 }
 
+/* ---- The moon ---- */
+
+static np_moon_place moon_at(const char *time, double latitude_deg, double longitude_deg, bool is_geocentric) {
+  return np_celestial_moon(parse(time), latitude_deg * NP_DEGREE, longitude_deg * NP_DEGREE, is_geocentric);
+}
+
+static double separation_deg(np_dvec3 a, np_dvec3 b) {
+  return atan2(np_dvec3_length(np_dvec3_cross(a, b)), np_dvec3_dot(a, b)) / NP_DEGREE;
+}
+
+/* Direction of a point of the sphere, from degrees. */
+static np_dvec3 on_sphere(double ascension_deg, double declination_deg) {
+  const double a = ascension_deg * NP_DEGREE, d = declination_deg * NP_DEGREE;
+  return np_dvec3_make(cos(d) * cos(a), cos(d) * sin(a), sin(d));
+}
+
+/* Meeus, examples 47.a and 48.a: 1992 April 12, 0h dynamical time, that is 59 s earlier in UTC; seen from the Earth's
+ * centre. By his shorter series, good to 10″: right ascension 134.688470°, declination 13.768368°, 368,409.7 km; phase
+ * angle 69.0756°, fraction lit 0.6786. The moon goes 0.0003° in half a second. */
+static void the_moon_is_where_meeus_has_it(void **state) {
+  (void)state;
+  const char *time = "1992-04-11T23:59:01Z";
+  const np_moon_place moon = moon_at(time, 90.0, 0.0, true);
+  /* At the pole the world's axes are the equator's, turned by the sidereal time: the meridian of Greenwich is south. */
+  const np_celestial_turn turn = np_celestial_turn_by_angle(np_celestial_sidereal(parse(time)), 90.0 * NP_DEGREE);
+  const np_dvec3 expected = np_celestial_apply(&turn, on_sphere(134.688470, 13.768368));
+  assert_true(separation_deg(moon.direction, expected) < 10.0 / 3600.0);
+  assert_near(moon.distance_m, 368409.7e3, 10e3); /* his series: some km */
+  const double phase = np_celestial_phase_angle(&moon);
+  assert_near(phase / NP_DEGREE, 69.0756, 0.01);
+  assert_near(0.5 * (1.0 + cos(phase)), 0.6786, 0.0002);
+  /* 53.a: optical libration −1.206° and +4.194°; position angle of the axis 15.08°. */
+  const np_dvec3 back = np_dvec3_scale(moon.direction, -1.0);
+  const double x = np_dvec3_dot(back, moon.axes[0]), y = np_dvec3_dot(back, moon.axes[1]);
+  assert_near(atan2(y, x) / NP_DEGREE, -1.206, 0.02);
+  assert_near(asin(np_dvec3_dot(back, moon.axes[2])) / NP_DEGREE, 4.194, 0.02);
+  const np_dvec3 pole = np_dvec3_make(0, 0, 1); /* the sky's own, from here */
+  const np_dvec3 east = np_dvec3_normalize(np_dvec3_cross(pole, moon.direction));
+  const np_dvec3 north = np_dvec3_cross(moon.direction, east);
+  const double axis = atan2(np_dvec3_dot(moon.axes[2], east), np_dvec3_dot(moon.axes[2], north)) / NP_DEGREE;
+  assert_near(axis, 15.08, 0.05);
+}
+
+static double sun_to_moon_deg(const char *time, double latitude_deg, double longitude_deg) {
+  const np_sun_angles sun = sun_at(time, latitude_deg, longitude_deg);
+  const np_dvec3 to_sun = np_dvec3_make(cos(sun.elevation_rad) * sin(sun.azimuth_rad),
+                                        cos(sun.elevation_rad) * cos(sun.azimuth_rad), sin(sun.elevation_rad));
+  return separation_deg(to_sun, moon_at(time, latitude_deg, longitude_deg, false).direction);
+}
+
+/* In total eclipses the moon, a degree off by parallax, is seen before the sun. NASA's circumstances: greatest eclipse
+ * of 2017 August 21 at 18:25:32 UT, 36°58.0′ N, 87°40.3′ W, on the axis of the shadow, a second of time being 0.0001°;
+ * Dallas, 32.777° N, 96.797° W, is in totality from 18:40:43 to 18:44:33 on 2024 April 8, with radii of 0.280° and
+ * 0.266°. */
+static void the_moon_covers_the_sun_in_eclipses(void **state) {
+  (void)state;
+  assert_true(sun_to_moon_deg("2017-08-21T18:25:32Z", 36.96667, -87.67167) < 0.002);
+  assert_true(sun_to_moon_deg("2024-04-08T18:42:38Z", 32.777, -96.797) < 0.014);
+  /* Seen from the centre of the Earth the two are half a degree apart. */
+  const np_dvec3 centre = moon_at("2024-04-08T18:42:38Z", 32.777, -96.797, true).direction;
+  const np_dvec3 surface = moon_at("2024-04-08T18:42:38Z", 32.777, -96.797, false).direction;
+  assert_true(separation_deg(centre, surface) > 0.3);
+  /* And the side that it turns to us is dark. */
+  const np_moon_place moon = moon_at("2024-04-08T18:42:38Z", 32.777, -96.797, false);
+  assert_true(np_celestial_phase_angle(&moon) > 179.9 * NP_DEGREE);
+}
+
+/* ---- The sphere of the stars ---- */
+
+/* Meeus, examples 12.a and 12.b: apparent 13h10m46.1351s at 1987 April 10, 0h UT; mean 8h34m57.0896s at 19h21m UT, from
+ * which the apparent is 0.2 s. A second of time is 0.004°. */
+static void sidereal_time_is_as_published(void **state) {
+  (void)state;
+  const double second = 15.0 / 3600.0;
+  assert_near(np_celestial_sidereal(parse("1987-04-10T00:00Z")) / NP_DEGREE,
+              15.0 * (13.0 + 10.0 / 60.0) + 46.1351 * second, 0.1 * second);
+  assert_near(np_celestial_sidereal(parse("1987-04-10T19:21:00Z")) / NP_DEGREE,
+              15.0 * (8.0 + 34.0 / 60.0) + 57.0896 * second, 0.5 * second);
+}
+
+/* In 23h56m04.0905s the sphere turns once: what precession and nutation do in a day is less than an arc second. */
+static void the_sphere_turns_once_in_a_sidereal_day(void **state) {
+  (void)state;
+  const double start = parse("2026-11-21T20:00Z"), day = 86164.0905;
+  const np_dvec3 sirius = on_sphere(101.287, -16.716);
+  const np_celestial_turn then = np_celestial_turn_by_time(start, 0.8, 0.2),
+                          later = np_celestial_turn_by_time(start + day, 0.8, 0.2),
+                          half = np_celestial_turn_by_time(start + 0.5 * day, 0.8, 0.2);
+  const np_dvec3 before = np_celestial_apply(&then, sirius);
+  assert_true(separation_deg(before, np_celestial_apply(&later, sirius)) < 1.0 / 3600.0);
+  assert_true(separation_deg(before, np_celestial_apply(&half, sirius)) > 90.0);
+}
+
+/* Polaris, 0.74° from the pole of J2000 and 0.63° from that of 2026, stands as high as the place is north, and stays.
+ * Without precession it would be off by a tenth of a degree. */
+static void polaris_marks_the_pole(void **state) {
+  (void)state;
+  const np_dvec3 polaris = on_sphere(37.95456, 89.26411);
+  for (int hour = 0; hour < 24; hour += 6) {
+    const np_celestial_turn turn =
+        np_celestial_turn_by_time(parse("2026-01-01T00:00Z") + 3600.0 * hour, 50.0 * NP_DEGREE, 0.0);
+    const np_dvec3 pole = np_dvec3_make(0.0, cos(50.0 * NP_DEGREE), sin(50.0 * NP_DEGREE));
+    assert_near(separation_deg(np_celestial_apply(&turn, polaris), pole), 0.625, 0.02);
+  }
+}
+
 static void times_are_read(void **state) {
   (void)state;
   assert_near(parse("1970-01-01T00:00Z"), 0.0, 0.0);
@@ -102,6 +208,11 @@ int main(void) {
       cmocka_unit_test(agrees_with_meeus),
       cmocka_unit_test(equinoxes_and_solstices_are_when_published),
       cmocka_unit_test(azimuth_runs_clockwise_from_north),
+      cmocka_unit_test(the_moon_is_where_meeus_has_it),
+      cmocka_unit_test(the_moon_covers_the_sun_in_eclipses),
+      cmocka_unit_test(sidereal_time_is_as_published),
+      cmocka_unit_test(the_sphere_turns_once_in_a_sidereal_day),
+      cmocka_unit_test(polaris_marks_the_pole),
       cmocka_unit_test(times_are_read),
       cmocka_unit_test(wrong_times_are_refused),
   };
