@@ -4,8 +4,8 @@
  *
  * Colour: the dark moonless sky of La Palma at solar minimum has 22.0, 22.7, 21.9, 21.0 and 20.0 magnitudes a square
  * arc second in U, B, V, R and I (Benn and Ellison 1998, "Brightness of the Night Sky over La Palma", La Palma
- * Technical Note 115). Between the bands' middles the radiance goes by its logarithm; that of lines, the green one above all, is
- * spread over their band.
+ * Technical Note 115). Between the bands' middles the radiance goes by its logarithm; that of lines, the green one
+ * above all, is spread over their band.
  */
 #include "atmosphere/airglow.h"
 
