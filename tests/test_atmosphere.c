@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "test_support.h"
+#include "test_skies.h"
 
 #include <stdlib.h>
 
@@ -56,31 +56,23 @@ static void for_each_row(const char *quantity, const char *method, void (*check)
 }
 
 /* The Earth of those rows: 60 km of air, ozone and Rayleigh to the last digit given there. */
-static neph_atmosphere_desc reference_earth(void) {
-  neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
+static void describe_reference(test_air *air) {
   const double rayleigh[3] = {5.802339382e-6, 13.55776245e-6, 33.10000598e-6};
   const double ozone[3] = {0.6497166e-6, 1.8809e-6, 0.08501668e-6};
-  desc.top_altitude_m = 60000.0;
-  for (int i = 0; i < 3; i++) {
-    desc.rayleigh_scattering_per_m[i] = rayleigh[i];
-    desc.ozone_absorption_per_m[i] = ozone[i];
-    desc.ground_albedo[i] = 0.1;
-  }
-  return desc;
+  test_air_start(air);
+  test_air_set_albedo(air, 0.1);
+  air->desc.top_altitude_m = 60000.0;
+  memcpy(air->layers[TEST_MOLECULES].scattering_per_m, rayleigh, sizeof rayleigh);
+  memcpy(air->layers[TEST_OZONE].absorption_per_m, ozone, sizeof ozone);
 }
 
 static const double reference_sun[3] = {1.474, 1.8504, 1.91198};
 
-static neph_atmosphere *create_atmosphere(neph_context *context, const neph_atmosphere_desc *desc) {
-  neph_atmosphere *atmosphere = NULL;
-  assert_int_equal(neph_atmosphere_create(context, desc, &atmosphere), NEPH_OK);
-  return atmosphere;
-}
-
 static int create_reference(void **state) {
-  const neph_atmosphere_desc desc = reference_earth();
+  test_air air;
+  describe_reference(&air);
   neph_context *context = test_context_create(1, NULL);
-  neph_atmosphere *atmosphere = create_atmosphere(context, &desc);
+  neph_atmosphere *atmosphere = test_atmosphere_create(context, &air.desc);
   atmosphere->has_point_sun = true; /* as the reference has it */
   *state = atmosphere;
   neph_context_destroy(context);
@@ -147,7 +139,7 @@ static np_bands trace_first_order(const neph_atmosphere *a, double altitude_m, d
   np_path_build(&a->medium, &ray, &rule, &path);
   for (int i = 0; i < path.count; i++) np_sky_node_resolve(&light, &path.node[i], &nodes[i]);
   const np_scattered s = np_sky_trace(&light, &ray, &path, nodes, (float)sun_cosine, (float)angle_cosine, false);
-  return s.smooth + np_phase_eval(&a->medium.mie_phase, 1.0f - (float)angle_cosine) * s.peak;
+  return s.smooth + np_aerosol_phase(&a->medium, 1.0f - (float)angle_cosine) * s.peak;
 }
 
 typedef struct first_order_check {
@@ -282,7 +274,7 @@ static void sun_sets_over_its_width(void **state) {
  */
 static void assert_sane(const neph_atmosphere_desc *desc) {
   neph_context *context = test_context_create(1, NULL);
-  neph_atmosphere *atmosphere = create_atmosphere(context, desc);
+  neph_atmosphere *atmosphere = test_atmosphere_create(context, desc);
   const double suns[] = {1.0, 0.05, -0.1}, heights[] = {0.0, 0.02, 3.0};
   for (int i = 0; i < 3; i++) {
     neph_sky_desc sky_desc = NEPH_SKY_DESC_DEFAULT;
@@ -317,24 +309,22 @@ static void planets_of_all_sizes_have_a_sky(void **state) {
   }
 }
 
-static void scale_air(neph_atmosphere_desc *desc, double rayleigh, double mie, double ozone, double albedo) {
-  for (int i = 0; i < 3; i++) {
-    desc->rayleigh_scattering_per_m[i] *= rayleigh;
-    desc->mie_scattering_per_m[i] *= mie;
-    desc->mie_extinction_per_m[i] *= mie;
-    desc->ozone_absorption_per_m[i] *= ozone;
-    desc->ground_albedo[i] = albedo;
-  }
+static void scale_air(test_air *air, double rayleigh, double mie, double ozone, double albedo) {
+  test_air_start(air);
+  test_air_scale(air, TEST_MOLECULES, rayleigh);
+  test_air_scale(air, TEST_AEROSOL, mie);
+  test_air_scale(air, TEST_OZONE, ozone);
+  test_air_set_albedo(air, albedo);
 }
 
 static void thick_and_absent_air_have_a_sky(void **state) {
   (void)state;
   const double factors[][4] = {{100, 100, 100, 1.0}, {0, 1, 1, 0.0}, {1, 0, 0, 0.3}, {0, 0, 1, 1.0}, {0, 200, 0, 0.5}};
   for (size_t i = 0; i < sizeof factors / sizeof *factors; i++) {
-    neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
-    scale_air(&desc, factors[i][0], factors[i][1], factors[i][2], factors[i][3]);
-    if (i == 4) desc.mie_asymmetry = 0.99;
-    assert_sane(&desc);
+    test_air air;
+    scale_air(&air, factors[i][0], factors[i][1], factors[i][2], factors[i][3]);
+    for (int b = 0; b < 3 && i == 4; b++) air.layers[TEST_AEROSOL].asymmetry[b] = 0.99;
+    assert_sane(&air.desc);
   }
 }
 
@@ -342,9 +332,9 @@ static void thick_and_absent_air_have_a_sky(void **state) {
 static void no_air_is_no_sky(void **state) {
   (void)state;
   neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
-  scale_air(&desc, 0, 0, 0, 0.3);
+  desc.layer_count = 0;
   neph_context *context = test_context_create(1, NULL);
-  neph_atmosphere *atmosphere = create_atmosphere(context, &desc);
+  neph_atmosphere *atmosphere = test_atmosphere_create(context, &desc);
   neph_sky *sky = NULL;
   assert_int_equal(neph_sky_create(atmosphere, NULL, &sky), NEPH_OK);
   for (int zenith = 0; zenith <= 180; zenith += 5) {
@@ -369,10 +359,10 @@ static void bright_ground_lights_the_sky(void **state) {
   (void)state;
   double light[2];
   for (int i = 0; i < 2; i++) {
-    neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
-    scale_air(&desc, 1, 1, 1, i);
+    test_air air;
+    scale_air(&air, 1, 1, 1, i);
     neph_context *context = test_context_create(1, NULL);
-    neph_atmosphere *atmosphere = create_atmosphere(context, &desc);
+    neph_atmosphere *atmosphere = test_atmosphere_create(context, &air.desc);
     light[i] = (double)np_atmosphere_ground_irradiance(atmosphere, 0.7f).band[2];
     neph_atmosphere_release(atmosphere);
     neph_context_destroy(context);
@@ -401,18 +391,11 @@ static void wrong_descriptions_are_refused(void **state) {
   desc.planet_radius_m = 0.0;
   assert_refused(context, &log, &desc, "planet_radius_m", "is 0", "above 0");
   desc = earth;
-  desc.rayleigh_height_m = (double)NAN;
-  assert_refused(context, &log, &desc, "rayleigh_height_m", "nan", "finite");
-  desc = earth;
-  desc.mie_asymmetry = -1.0;
-  assert_refused(context, &log, &desc, "mie_asymmetry", "is 1", "at most 0.9999");
-  desc = earth;
   desc.ground_albedo[2] = 1.5;
   assert_refused(context, &log, &desc, "ground_albedo", "1.5", "at most 1");
   desc = earth;
-  desc.mie_extinction_per_m[1] = 1e-6;
-  assert_refused(context, &log, &desc, "mie_extinction_per_m[1]", "1e-06",
-                 "at least mie_scattering_per_m[1], 3.996e-06");
+  desc.layers = NULL;
+  assert_refused(context, &log, &desc, "layers", "NULL", "3 of them");
   desc = earth;
   desc.struct_size = 3;
   neph_atmosphere *atmosphere = NULL;

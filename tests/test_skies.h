@@ -3,6 +3,8 @@
 #ifndef NP_TEST_SKIES_H
 #define NP_TEST_SKIES_H
 
+#include <string.h>
+
 #include "test_support.h"
 
 #include "atmosphere/atmosphere_private.h"
@@ -18,6 +20,32 @@ static inline np_dvec3 test_direction(double zenith_deg, double azimuth_deg) {
 /* A ray to wherever the air ends, from an altitude over the origin. */
 static inline np_truth_query test_query(double altitude_m, double zenith_deg, double azimuth_deg) {
   return (np_truth_query){np_dvec3_make(0, 0, altitude_m), test_direction(zenith_deg, azimuth_deg), INFINITY, false};
+}
+
+/* An Earth to change, with room for layers of one's own after its molecules, aerosol and ozone. */
+enum { TEST_MOLECULES, TEST_AEROSOL, TEST_OZONE, TEST_LAYERS_MAX = 6 };
+
+typedef struct test_air {
+  neph_atmosphere_desc desc; /* of `layers` below */
+  neph_atmosphere_layer layers[TEST_LAYERS_MAX];
+} test_air;
+
+static inline void test_air_start(test_air *air) {
+  air->desc = (neph_atmosphere_desc)NEPH_ATMOSPHERE_DESC_DEFAULT;
+  memcpy(air->layers, neph_earth_layers, sizeof neph_earth_layers);
+  air->desc.layers = air->layers;
+}
+
+/* Multiplies the coefficients of one layer. */
+static inline void test_air_scale(test_air *air, int layer, double factor) {
+  for (int b = 0; b < 3; b++) {
+    air->layers[layer].scattering_per_m[b] *= factor;
+    air->layers[layer].absorption_per_m[b] *= factor;
+  }
+}
+
+static inline void test_air_set_albedo(test_air *air, double albedo) {
+  for (int b = 0; b < 3; b++) air->desc.ground_albedo[b] = albedo;
 }
 
 static inline neph_atmosphere *test_atmosphere_create(neph_context *context, const neph_atmosphere_desc *desc) {

@@ -30,13 +30,15 @@ static void assert_within_errors(const np_truth_value *value, const double expec
 
 /* Air that absorbs nothing over a ground that absorbs nothing. */
 static neph_atmosphere *create_white(neph_context *context) {
-  neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
+  test_air air;
+  test_air_start(&air);
+  test_air_scale(&air, TEST_OZONE, 0.0);
+  test_air_set_albedo(&air, 1.0);
   for (int b = 0; b < 3; b++) {
-    desc.mie_scattering_per_m[b] = desc.mie_extinction_per_m[b] = 20e-6 * (b + 1);
-    desc.ozone_absorption_per_m[b] = 0.0;
-    desc.ground_albedo[b] = 1.0;
+    air.layers[TEST_AEROSOL].scattering_per_m[b] = 20e-6 * (b + 1);
+    air.layers[TEST_AEROSOL].absorption_per_m[b] = 0.0;
   }
-  return test_atmosphere_create(context, &desc);
+  return test_atmosphere_create(context, &air.desc);
 }
 
 /* Under a white sky of radiance 1 everything looks 1: what air scatters in is what it takes out. */

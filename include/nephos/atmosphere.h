@@ -18,30 +18,63 @@ typedef struct neph_atmosphere neph_atmosphere;
 /** One atmosphere under one light, seen by one observer. */
 typedef struct neph_sky neph_sky;
 
-/** Three bands, by default 680, 550 and 440 nm. */
+/** How a layer's density goes with altitude. Density has no unit: coefficients are those where it is 1. */
+typedef enum neph_layer_profile {
+  NEPH_LAYER_EXPONENTIAL, /**< exp(−(h − bottom_m)/height_m) */
+  NEPH_LAYER_TENT,        /**< 1 − |h − center_m|/width_m, where that is positive */
+  NEPH_LAYER_TABLE        /**< linear between rows, none below the first and above the last */
+} neph_layer_profile;
+
+/** How a layer scatters. */
+typedef enum neph_layer_phase {
+  NEPH_LAYER_RAYLEIGH,
+  NEPH_LAYER_CORNETTE_SHANKS,   /**< by `asymmetry` */
+  NEPH_LAYER_HENYEY_GREENSTEIN, /**< by `asymmetry`; 0 is isotropic */
+  NEPH_LAYER_TWO_LOBE           /**< two of Henyey-Greenstein: by `asymmetry`, and the share `second_weight` of the
+                                 *   light by `second_asymmetry` */
+} neph_layer_phase;
+
+/** One constituent of the air: where it is, and what it does to light in each band. */
+typedef struct neph_atmosphere_layer {
+  neph_layer_profile profile;
+  double bottom_m, top_m;         /**< none of it outside; bottom_m < top_m, which may be infinite */
+  double height_m;                /**< scale height of an exponential; > 0 */
+  double center_m, width_m;       /**< of a tent: where it is densest, and from there to where it ends, > 0 */
+  const double *table_altitude_m; /**< of a table: ascending */
+  const double *table_density;    /**< ≥ 0 */
+  unsigned table_rows;            /**< at least 2 */
+  double scattering_per_m[3];     /**< where the density is 1; ≥ 0 */
+  double absorption_per_m[3];     /**< likewise */
+  neph_layer_phase phase;         /**< not read where nothing scatters */
+  double asymmetry[3];            /**< g in each band, −0.9999 to 0.9999 */
+  double second_asymmetry[3];     /**< likewise, of the second lobe */
+  double second_weight[3];        /**< 0 to 1 */
+} neph_atmosphere_layer;
+
+enum { NEPH_EARTH_LAYER_COUNT = 3 };
+
+/** The Earth's molecules, aerosol and ozone: the layers of NEPH_ATMOSPHERE_DESC_DEFAULT, to copy and change. */
+NEPH_API extern const neph_atmosphere_layer neph_earth_layers[NEPH_EARTH_LAYER_COUNT];
+
+/** A planet and its air, in three bands, by default 680, 550 and 440 nm. */
 typedef struct neph_atmosphere_desc {
   size_t struct_size;
   double planet_radius_m;              /**< > 0 (default 6360 km) */
-  double top_altitude_m;               /**< of the atmosphere; > 0 (default 100 km) */
-  double rayleigh_scattering_per_m[3]; /**< at sea level (default 5.802e-6, 13.558e-6, 33.1e-6) */
-  double rayleigh_height_m;            /**< scale height; > 0 (default 8000) */
-  double mie_scattering_per_m[3];      /**< at sea level (default 3.996e-6 each) */
-  double mie_extinction_per_m[3];      /**< ≥ scattering (default 4.44e-6 each) */
-  double mie_height_m;                 /**< scale height; > 0 (default 1200) */
-  double mie_asymmetry;                /**< g of the Cornette-Shanks phase function, −0.9999 to 0.9999 (default 0.8) */
-  double ozone_absorption_per_m[3];    /**< at the peak of the tent (default 0.650e-6, 1.881e-6, 0.085e-6) */
-  double ozone_center_m;               /**< altitude of the peak (default 25 km) */
-  double ozone_width_m;                /**< half width of the tent; > 0 (default 15 km) */
+  double top_altitude_m;               /**< of the atmosphere: no layer goes on above it; > 0 (default 100 km) */
+  const neph_atmosphere_layer *layers; /**< any number; read while an atmosphere is created, not after (default
+                                        *   neph_earth_layers) */
+  unsigned layer_count;                /**< 0: no air (default 3) */
   double ground_albedo[3];             /**< Lambert, 0 to 1 (default 0.3 each) */
 } neph_atmosphere_desc;
 
 #define NEPH_ATMOSPHERE_DESC_DEFAULT                                                                                   \
   {                                                                                                                    \
     .struct_size = sizeof(neph_atmosphere_desc), .planet_radius_m = 6360000.0, .top_altitude_m = 100000.0,             \
-    .rayleigh_scattering_per_m = {5.802e-6, 13.558e-6, 33.1e-6}, .rayleigh_height_m = 8000.0,                          \
-    .mie_scattering_per_m = {3.996e-6, 3.996e-6, 3.996e-6}, .mie_extinction_per_m = {4.44e-6, 4.44e-6, 4.44e-6},       \
-    .mie_height_m = 1200.0, .mie_asymmetry = 0.8, .ozone_absorption_per_m = {0.650e-6, 1.881e-6, 0.085e-6},            \
-    .ozone_center_m = 25000.0, .ozone_width_m = 15000.0, .ground_albedo = {0.3, 0.3, 0.3}                              \
+    .layers = neph_earth_layers, .layer_count = NEPH_EARTH_LAYER_COUNT, .ground_albedo = {                             \
+      0.3,                                                                                                             \
+      0.3,                                                                                                             \
+      0.3                                                                                                              \
+    }                                                                                                                  \
   }
 
 /** Builds optical depths and scattering moments.
@@ -69,8 +102,11 @@ typedef struct neph_sky_desc {
 #define NEPH_SKY_DESC_DEFAULT                                                                                          \
   {                                                                                                                    \
     .struct_size = sizeof(neph_sky_desc), .sun_direction = {0, 0, 1},                                                  \
-    .sun_irradiance_w_m2_nm = {1.474, 1.8504, 1.91198}, .sun_angular_radius_rad = 0.00467396,                          \
-    .observer_m = {0, 0, 0}                                                                                            \
+    .sun_irradiance_w_m2_nm = {1.474, 1.8504, 1.91198}, .sun_angular_radius_rad = 0.00467396, .observer_m = {          \
+      0,                                                                                                               \
+      0,                                                                                                               \
+      0                                                                                                                \
+    }                                                                                                                  \
   }
 
 /** Builds the sky-view and aerial-perspective tables of one light and one observer. */

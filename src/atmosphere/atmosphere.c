@@ -5,82 +5,6 @@
 #include "core/alloc.h"
 #include "core/parallel.h"
 
-/* One number of a description and the interval it must lie in. */
-typedef struct bounded {
-  const char *name;
-  double value, low, high;
-  bool is_open; /* `low` itself is not allowed */
-} bounded;
-
-static neph_result check_bounded(neph_context *context, const bounded *b) {
-  if (isfinite(b->value) && (b->is_open ? b->value > b->low : b->value >= b->low) && b->value <= b->high)
-    return NEPH_OK;
-  if (isfinite(b->high))
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "atmosphere: %s is %g, must be %s %g and at most %g", b->name,
-                   b->value, b->is_open ? "above" : "at least", b->low, b->high);
-  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "atmosphere: %s is %g, must be finite and %s %g", b->name,
-                 b->value, b->is_open ? "above" : "at least", b->low);
-}
-
-static neph_result check_scalars(neph_context *context, const neph_atmosphere_desc *d) {
-  const bounded all[] = {
-      {"planet_radius_m", d->planet_radius_m, 0.0, INFINITY, true},
-      {"top_altitude_m", d->top_altitude_m, 0.0, INFINITY, true},
-      {"rayleigh_height_m", d->rayleigh_height_m, 0.0, INFINITY, true},
-      {"mie_height_m", d->mie_height_m, 0.0, INFINITY, true},
-      {"ozone_center_m", d->ozone_center_m, -INFINITY, INFINITY, false},
-      {"ozone_width_m", d->ozone_width_m, 0.0, INFINITY, true},
-      {"the size of mie_asymmetry", fabs(d->mie_asymmetry), 0.0, 0.9999, false},
-  };
-  for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
-    neph_result result = check_bounded(context, &all[i]);
-    if (result) return result;
-  }
-  return NEPH_OK;
-}
-
-static neph_result check_bands(neph_context *context, const neph_atmosphere_desc *d) {
-  for (int i = 0; i < 3; i++) {
-    const bounded all[] = {
-        {"rayleigh_scattering_per_m", d->rayleigh_scattering_per_m[i], 0.0, INFINITY, false},
-        {"mie_scattering_per_m", d->mie_scattering_per_m[i], 0.0, INFINITY, false},
-        {"mie_extinction_per_m", d->mie_extinction_per_m[i], 0.0, INFINITY, false},
-        {"ozone_absorption_per_m", d->ozone_absorption_per_m[i], 0.0, INFINITY, false},
-        {"ground_albedo", d->ground_albedo[i], 0.0, 1.0, false},
-    };
-    for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
-      neph_result result = check_bounded(context, &all[k]);
-      if (result) return result;
-    }
-    if (d->mie_extinction_per_m[i] < d->mie_scattering_per_m[i])
-      return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                     "atmosphere: mie_extinction_per_m[%d] is %g, must be at least mie_scattering_per_m[%d], %g", i,
-                     d->mie_extinction_per_m[i], i, d->mie_scattering_per_m[i]);
-  }
-  return NEPH_OK;
-}
-
-static np_medium make_medium(const neph_atmosphere_desc *d) {
-  np_medium m = {
-      .planet_radius_m = d->planet_radius_m,
-      .top_m = d->top_altitude_m,
-      .rayleigh_height_m = (float)d->rayleigh_height_m,
-      .mie_height_m = (float)d->mie_height_m,
-      .ozone_center_m = (float)d->ozone_center_m,
-      .ozone_width_m = (float)d->ozone_width_m,
-      .rayleigh_scattering = np_bands_from_doubles(d->rayleigh_scattering_per_m),
-      .mie_scattering = np_bands_from_doubles(d->mie_scattering_per_m),
-      .mie_extinction = np_bands_from_doubles(d->mie_extinction_per_m),
-      .ozone_absorption = np_bands_from_doubles(d->ozone_absorption_per_m),
-      .ground_albedo = np_bands_from_doubles(d->ground_albedo),
-      .mie_phase = np_phase_cornette_shanks((float)d->mie_asymmetry),
-  };
-  double moment[3];
-  np_phase_get_moments(&m.mie_phase, 3, moment);
-  for (int i = 0; i < 3; i++) m.mie_moment[i] = (float)moment[i];
-  return m;
-}
-
 static neph_result build_tables(neph_atmosphere *a) {
   neph_result result = np_depth_table_build(a->context, &a->medium, &a->depths);
   const bool is_limited = a->order_max != NP_ORDERS_ALL;
@@ -88,7 +12,7 @@ static neph_result build_tables(neph_atmosphere *a) {
     result = np_moment_table_build(a->context, &a->depths, a->order_max - is_limited, a->has_point_sun, &a->moments);
   if (!result && is_limited && a->order_max > 2)
     result = np_moment_table_build(a->context, &a->depths, a->order_max - 2, a->has_point_sun, &a->dome_moments);
-  if (!result) np_gather_kernel_build(&a->medium, &a->kernel);
+  if (!result) result = np_gather_kernel_build(a->context, &a->medium, &a->kernel);
   return result;
 }
 
@@ -103,15 +27,18 @@ neph_result np_atmosphere_create_orders(neph_context *context, const neph_atmosp
   const neph_atmosphere_desc defaults = NEPH_ATMOSPHERE_DESC_DEFAULT;
   neph_atmosphere_desc read;
   neph_result result = np_desc_read(context, "neph_atmosphere_desc", &defaults, sizeof read, desc, &read);
-  if (!result) result = check_scalars(context, &read);
-  if (!result) result = check_bands(context, &read);
+  np_medium medium;
+  if (!result) result = np_medium_init(context, &read, &medium);
   if (result) return result;
   neph_atmosphere *a = np_alloc(context, 1, sizeof *a);
-  if (!a) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (!a) {
+    np_medium_free(context, &medium);
+    return NEPH_ERROR_OUT_OF_MEMORY;
+  }
   np_context_retain(context);
   a->context = context;
   atomic_init(&a->references, 1);
-  a->medium = make_medium(&read);
+  a->medium = medium;
   a->order_max = order_max;
   a->has_point_sun = has_point_sun;
   const unsigned mode = np_float_mode_enter();
@@ -136,6 +63,8 @@ void neph_atmosphere_release(neph_atmosphere *atmosphere) {
   np_moment_table_free(context, &atmosphere->moments);
   np_moment_table_free(context, &atmosphere->dome_moments);
   np_depth_table_free(context, &atmosphere->depths);
+  np_gather_kernel_free(context, &atmosphere->kernel);
+  np_medium_free(context, &atmosphere->medium);
   np_alloc_free(context, atmosphere);
   np_context_release(context);
 }

@@ -1,9 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The air: what it is made of at an altitude, how it scatters, and where rays enter and leave it.
- *
- * A spherical planet of radius R under three layers (Bruneton and Neyret 2008, "Precomputed Atmospheric Scattering",
- * section 2; ozone as in Hillaire 2020, "A Scalable and Production Ready Sky and Atmosphere Rendering Technique",
- * section 4): molecules exp(−h/H_R), aerosol exp(−h/H_M), ozone a tent. Below sea level the air stays as it is at it.
+/* Where rays enter and leave the air, and how high they are on their way.
  *
  * A ray is given by the altitude h of its start and the cosine μ of its angle with the zenith there. Altitudes are
  * never formed as r − R. With b = r·μ the sphere of radius R + a is met at the roots of t² + 2bt + c = 0, c = (h −
@@ -12,42 +8,7 @@
 #ifndef NP_ATMOSPHERE_ATMOSPHERE_PHYSICS_H
 #define NP_ATMOSPHERE_ATMOSPHERE_PHYSICS_H
 
-#include <math.h>
-#include <stdbool.h>
-
-#include "atmosphere/bands.h"
-#include "core/math.h"
-#include "core/units.h"
-#include "optics/phase.h"
-
-typedef struct np_medium {
-  double planet_radius_m, top_m;
-  float rayleigh_height_m, mie_height_m, ozone_center_m, ozone_width_m;
-  np_bands rayleigh_scattering, mie_scattering, mie_extinction, ozone_absorption; /* 1/m, where each is densest */
-  np_bands ground_albedo;
-  np_phase mie_phase;
-  float mie_moment[3]; /* χ_0 = 1, χ_1, χ_2 of the aerosol's phase function */
-} np_medium;
-
-/* Coefficients at one altitude, 1/m. */
-typedef struct np_air {
-  np_bands rayleigh, mie; /* scattering */
-  np_bands extinction;
-} np_air;
-
-static inline np_air np_air_at(const np_medium *medium, double altitude_m) {
-  const float h = np_maxf((float)altitude_m, 0.0f);
-  const float rayleigh = expf(-h / medium->rayleigh_height_m), mie = expf(-h / medium->mie_height_m);
-  const float ozone = np_maxf(0.0f, 1.0f - fabsf(h - medium->ozone_center_m) / medium->ozone_width_m);
-  np_air air = {medium->rayleigh_scattering * rayleigh, medium->mie_scattering * mie, np_bands_grey(0.0f)};
-  air.extinction = air.rayleigh + medium->mie_extinction * mie + medium->ozone_absorption * ozone;
-  return air;
-}
-
-/* Rayleigh's phase function, 3/(16π)·(1 + cos²θ). */
-static inline float np_phase_rayleigh_eval(float cosine) {
-  return (float)(3.0 / (16.0 * NP_PI)) * (1.0f + cosine * cosine);
-}
+#include "atmosphere/medium.h"
 
 /* Distance from an altitude to the horizon of the sphere at `base_m` below it: √(r² − (R + base)²). */
 static inline double np_horizon_distance(const np_medium *medium, double altitude_m, double base_m) {
@@ -67,9 +28,7 @@ static inline double np_horizon_angle(const np_medium *medium, double altitude_m
 
 /* Sine of the angle that the horizon of the top of the atmosphere dips, seen from there: the planet's own scale of
  * twilight, 0.175 for the Earth. Everything that is a sun angle in the tables is measured by it. */
-static inline double np_twilight_scale(const np_medium *medium) {
-  return -np_horizon_cosine(medium, medium->top_m);
-}
+static inline double np_twilight_scale(const np_medium *medium) { return -np_horizon_cosine(medium, medium->top_m); }
 
 /* The part of a ray that lies in the air. */
 typedef struct np_ray {
@@ -138,8 +97,6 @@ static inline np_ray np_ray_make(const np_medium *medium, double altitude_m, dou
 }
 
 /* Distance at which a ray is nearest to the planet, within its part in the air. */
-static inline double np_ray_perigee(const np_ray *ray) {
-  return np_clamp(-ray->r * ray->cosine, 0.0, ray->length_m);
-}
+static inline double np_ray_perigee(const np_ray *ray) { return np_clamp(-ray->r * ray->cosine, 0.0, ray->length_m); }
 
 #endif

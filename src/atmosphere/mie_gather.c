@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The aerosol's source J(ω) = ∫ p(ω·ω′) L(ω′) dω′ over a dome of directions ω′ at four altitudes.
+/* The aerosol's source J(ω) = ∫ p(ω·ω′) L(ω′) dω′ over a dome of directions ω′ at a few altitudes.
  *
- * L is split into what the aerosol scattered once, p(ω′·S)·g(ω′), and the rest, Ls. Neither the lobe p nor the product
+ * L is split into what aerosol scattered once, p̄(ω′·S)·g(ω′), and the rest, Ls. Neither the lobe p nor the product
  * of two lobes is resolved by the dome's rule; but Ls and g are smooth, and quotients of sums over the same rule are
- * weighted means of them, in which its error cancels. With (p∗p)(Θ) = Σ (2l+1)/(4π)·χ_l²·P_l(cosΘ), the lobe convolved
- * with itself:
+ * weighted means of them, in which its error cancels. With (p∗q)(Θ) = Σ (2l+1)/(4π)·χ_l(p)·χ_l(q)·P_l(cosΘ), one lobe
+ * convolved with another:
  *
- *   J(ω) = Σ w p(ω·ω′)·Ls(ω′) / Σ w p(ω·ω′)  +  (p∗p)(Θ)·Σ w p(ω·ω′) p(ω′·S)·g(ω′) / Σ w p(ω·ω′) p(ω′·S).
+ *   J(ω) = Σ w p(ω·ω′)·Ls(ω′) / Σ w p(ω·ω′)  +  (p∗p̄)(Θ)·Σ w p(ω·ω′) p̄(ω′·S)·g(ω′) / Σ w p(ω·ω′) p̄(ω′·S).
+ *
+ * Of several aerosols each is gathered by its own p, and what is kept is their mean by their parts in the scattering.
  */
 #include "atmosphere/mie_gather.h"
 
@@ -15,10 +17,11 @@
 #include "core/parallel.h"
 #include "core/stable.h"
 
-enum { INPUT_ROWS = NP_GATHER_UP + NP_GATHER_DOWN, POINTS = 12, TERMS = 512 };
+enum { INPUT_ROWS = NP_GATHER_UP + NP_GATHER_DOWN, POINTS = 12, TERMS = 512, ANGLES = 257 };
 
-/* Altitudes in scale heights of the aerosol. */
-static const double altitudes[NP_GATHER_ALTITUDES] = {0.0, 0.667, 2.083, 6.667};
+/* Altitudes by the scattering depth above them, e⁻ˣ of the whole: for one exponential these are its scale heights. */
+static const double exponential_depths[] = {0.0, 0.667, 2.083, 6.667};
+static const double other_depths[NP_GATHER_ALTITUDES_MAX] = {0.0, 0.25, 0.667, 1.3, 2.083, 3.3, 4.8, 6.667};
 
 static float output_cosine(int i) {
   const float x = 2.0f * (float)i / (NP_GATHER_COSINES - 1) - 1.0f;
@@ -34,31 +37,45 @@ static double input_azimuth(int turn) { return NP_PI * (turn + 0.5) / NP_GATHER_
 
 static float versine_between(np_vec3 a, np_vec3 b) { return np_versine(a.x, a.y, a.z, b.x, b.y, b.z); }
 
-/* The lobe convolved with itself at 257 angles; the series ends where its terms no longer count. */
-static void build_twice(const np_medium *medium, float *out_twice) {
-  double moment[TERMS];
-  np_phase_get_moments(&medium->mie_phase, TERMS, moment);
-  for (int i = 0; i <= 256; i++) {
-    const double x = i / 256.0, c = cos(NP_PI * x * x);
-    double p = 1.0, previous = 0.0, sum = 0.0;
-    for (int l = 0; l < TERMS && moment[l] * moment[l] > 1e-7; l++) {
-      sum += (2 * l + 1) * moment[l] * moment[l] * p;
-      const double next = ((2 * l + 1) * c * p - l * previous) / (l + 1);
-      previous = p;
-      p = next;
+/* Two lobes convolved, at 257 angles; the series ends where its terms no longer count. */
+static void convolve_lobes(const np_phase *p, const np_phase *q, float *out) {
+  double a[TERMS], b[TERMS];
+  np_phase_get_moments(p, TERMS, a);
+  np_phase_get_moments(q, TERMS, b);
+  for (int i = 0; i < ANGLES; i++) {
+    const double x = i / (ANGLES - 1.0), c = cos(NP_PI * x * x);
+    double p_l = 1.0, previous = 0.0, sum = 0.0;
+    for (int l = 0; l < TERMS && fmax(a[l] * a[l], b[l] * b[l]) > 1e-7; l++) {
+      sum += (2 * l + 1) * a[l] * b[l] * p_l;
+      const double next = ((2 * l + 1) * c * p_l - l * previous) / (l + 1);
+      previous = p_l;
+      p_l = next;
     }
-    out_twice[i] = (float)fmax(sum / (4.0 * NP_PI), 0.0);
+    out[i] = (float)fmax(sum / (4.0 * NP_PI), 0.0);
   }
 }
 
-static float lookup_twice(const np_gather_kernel *kernel, float versine) {
-  const double angle = acos(np_clamp(1.0 - (double)versine, -1.0, 1.0)), x = 256.0 * sqrt(angle / NP_PI);
-  const int i = (int)fmin(x, 255.0);
-  return np_mixf(kernel->twice[i], kernel->twice[i + 1], (float)(x - i));
+/* One aerosol's lobe convolved with the mean of all. */
+static np_bands lookup_twice(const np_gather_kernel *kernel, int aerosol, float versine) {
+  const double angle = acos(np_clamp(1.0 - (double)versine, -1.0, 1.0)), x = (ANGLES - 1) * sqrt(angle / NP_PI);
+  const int i = (int)fmin(x, ANGLES - 2.0), count = kernel->medium->aerosol_count;
+  np_bands sum = np_bands_grey(0.0f);
+  for (int k = 0; k < count; k++) {
+    const float *twice = kernel->twice + (aerosol * count + k) * ANGLES;
+    sum += np_mixf(twice[i], twice[i + 1], (float)(x - i)) * kernel->medium->aerosol[k].share;
+  }
+  return sum;
+}
+
+static float *find_weights(const np_gather_kernel *kernel, int altitude, int aerosol) {
+  const size_t block = (size_t)NP_GATHER_OUTPUTS * NP_GATHER_INPUTS;
+  return kernel->weight + (size_t)(altitude * kernel->medium->aerosol_count + aerosol) * block;
 }
 
 /* Weights of every input in every output; an input stands for its mirror image behind the sun's plane as well. */
-static void build_weights(np_gather_kernel *kernel, int altitude, const float *row_weight) {
+static void build_weights(np_gather_kernel *kernel, int altitude, int aerosol, const float *row_weight) {
+  const np_phase *phase = &kernel->medium->aerosol[aerosol].phase;
+  float *weights = find_weights(kernel, altitude, aerosol);
   for (int out = 0; out < NP_GATHER_OUTPUTS; out++)
     for (int in = 0; in < NP_GATHER_INPUTS; in++) {
       const int row = in / NP_GATHER_TURNS, turn = in % NP_GATHER_TURNS;
@@ -66,19 +83,72 @@ static void build_weights(np_gather_kernel *kernel, int altitude, const float *r
                                       NP_PI * (out % NP_GATHER_AZIMUTHS) / (NP_GATHER_AZIMUTHS - 1));
       const np_vec3 from = direction_of(kernel->input_cosine[altitude][row], input_azimuth(turn));
       const np_vec3 mirrored = np_vec3_make(from.x, -from.y, from.z);
-      kernel->weight[altitude][out][in] =
-          row_weight[row] * (np_phase_eval(&kernel->medium->mie_phase, versine_between(to, from)) +
-                             np_phase_eval(&kernel->medium->mie_phase, versine_between(to, mirrored)));
+      *weights++ = row_weight[row] * (np_phase_eval(phase, versine_between(to, from)) +
+                                      np_phase_eval(phase, versine_between(to, mirrored)));
     }
+}
+
+/* Scattering depth of all aerosols above an altitude, summed over the bands. */
+static double find_depth(const np_medium *medium, double altitude_m) {
+  np_bands sum = np_bands_grey(0.0f);
+  for (int i = 0; i < medium->aerosol_count; i++) sum += np_aerosol_column(medium, i, altitude_m);
+  return (double)(sum[0] + sum[1] + sum[2]);
+}
+
+static double find_lowest(const np_medium *medium) {
+  double lowest = medium->top_m;
+  for (int i = 0; i < medium->layer_count; i++)
+    if (medium->layers[i].part_count) lowest = fmin(lowest, fmax(medium->layers[i].bottom_m, 0.0));
+  return lowest;
+}
+
+static bool is_exponential(const np_medium *medium) {
+  int layers = 0, exponentials = 0;
+  for (int i = 0; i < medium->layer_count; i++) {
+    const np_layer *layer = &medium->layers[i];
+    layers += layer->part_count > 0;
+    exponentials += layer->part_count > 0 && layer->profile == NEPH_LAYER_EXPONENTIAL && !(layer->bottom_m > 0.0) &&
+                    isinf(layer->top_m);
+  }
+  return layers == 1 && exponentials == 1;
+}
+
+/* The altitude above which e⁻ˣ of the depth lies, by bisection. */
+static double find_altitude_of(const np_medium *medium, double x, double lowest) {
+  const double wanted = exp(-x) * find_depth(medium, lowest);
+  double low = lowest, high = medium->top_m;
+  for (int i = 0; i < 40; i++) {
+    const double middle = 0.5 * (low + high);
+    *(find_depth(medium, middle) > wanted ? &low : &high) = middle;
+  }
+  return x > 0.0 ? high : lowest;
+}
+
+static void place_altitudes(np_gather_kernel *kernel) {
+  const np_medium *medium = kernel->medium;
+  const bool is_plain = is_exponential(medium);
+  kernel->altitude_count =
+      is_plain ? (int)(sizeof exponential_depths / sizeof *exponential_depths) : (int)NP_GATHER_ALTITUDES_MAX;
+  const double lowest = find_lowest(medium);
+  for (int i = 0; i < kernel->altitude_count; i++)
+    kernel->altitude_m[i] = find_altitude_of(medium, is_plain ? exponential_depths[i] : other_depths[i], lowest);
+}
+
+/* What part each aerosol has in the scattering at an altitude; where there is none, in all of it. */
+static void find_parts(const np_medium *medium, double altitude_m, np_bands *out_part) {
+  np_scattering air;
+  np_scattering_at(medium, altitude_m, &air);
+  const np_bands sum = np_aerosol_sum(medium, &air, 0);
+  for (int i = 0; i < medium->aerosol_count; i++)
+    out_part[i] = np_bands_select(sum > 0.0f, air.aerosol[i] / np_bands_max(sum, np_bands_grey(1e-30f)),
+                                  medium->aerosol[i].share);
 }
 
 static void build_altitude(np_gather_kernel *kernel, int altitude, const np_path_rule *rule) {
   const np_quadrature up = np_quadrature_gauss(NP_GATHER_UP), down = np_quadrature_gauss(NP_GATHER_DOWN);
   const np_medium *medium = kernel->medium;
-  const double h = fmin(altitudes[altitude] * (double)medium->mie_height_m, medium->top_m);
-  const double horizon = np_horizon_cosine(medium, h);
+  const double h = kernel->altitude_m[altitude], horizon = np_horizon_cosine(medium, h);
   float row_weight[INPUT_ROWS];
-  kernel->altitude_m[altitude] = h;
   for (int k = 0; k < INPUT_ROWS; k++) {
     const bool is_up = k < NP_GATHER_UP;
     const np_quadrature *q = is_up ? &up : &down;
@@ -88,14 +158,31 @@ static void build_altitude(np_gather_kernel *kernel, int altitude, const np_path
     kernel->ray[altitude][k] = np_ray_on_side(medium, h, horizon + range * u * u, !is_up);
     np_path_build(medium, &kernel->ray[altitude][k], rule, &kernel->path[altitude][k]);
   }
-  build_weights(kernel, altitude, row_weight);
+  find_parts(medium, h, kernel->part[altitude]);
+  for (int i = 0; i < medium->aerosol_count; i++) build_weights(kernel, altitude, i, row_weight);
 }
 
-void np_gather_kernel_build(const np_medium *medium, np_gather_kernel *out_kernel) {
-  const np_path_rule rule = np_path_rule_make(POINTS);
+neph_result np_gather_kernel_build(neph_context *context, const np_medium *medium, np_gather_kernel *out_kernel) {
+  const size_t count = (size_t)medium->aerosol_count, outputs = (size_t)NP_GATHER_OUTPUTS * NP_GATHER_INPUTS;
   out_kernel->medium = medium;
-  build_twice(medium, out_kernel->twice);
-  for (int altitude = 0; altitude < NP_GATHER_ALTITUDES; altitude++) build_altitude(out_kernel, altitude, &rule);
+  if (!count) return NEPH_OK;
+  place_altitudes(out_kernel);
+  out_kernel->weight = np_alloc(context, (size_t)out_kernel->altitude_count * count * outputs, sizeof(float));
+  if (!out_kernel->weight) return NEPH_ERROR_OUT_OF_MEMORY;
+  out_kernel->twice = np_alloc(context, count * count * ANGLES, sizeof(float));
+  if (!out_kernel->twice) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (size_t i = 0; i < count * count; i++)
+    convolve_lobes(&medium->aerosol[i / count].phase, &medium->aerosol[i % count].phase,
+                   out_kernel->twice + i * ANGLES);
+  const np_path_rule rule = np_path_rule_make(POINTS);
+  for (int altitude = 0; altitude < out_kernel->altitude_count; altitude++) build_altitude(out_kernel, altitude, &rule);
+  return NEPH_OK;
+}
+
+void np_gather_kernel_free(neph_context *context, np_gather_kernel *kernel) {
+  np_alloc_free(context, kernel->weight);
+  np_alloc_free(context, kernel->twice);
+  kernel->weight = kernel->twice = NULL;
 }
 
 typedef struct gather_job {
@@ -107,7 +194,7 @@ typedef struct gather_job {
 
 /* Traces the dome at one altitude under one sun. */
 static void trace_dome(const gather_job *job, int altitude, float sun_cosine, np_scattered *out_dome,
-                       float *out_phase) {
+                       np_bands *out_phase) {
   const np_gather_kernel *kernel = job->kernel;
   const np_vec3 sun = direction_of(sun_cosine, 0.0);
   for (int row = 0; row < INPUT_ROWS; row++) {
@@ -119,40 +206,45 @@ static void trace_dome(const gather_job *job, int altitude, float sun_cosine, np
       const float versine = versine_between(from, sun);
       out_dome[row * NP_GATHER_TURNS + turn] =
           np_sky_trace(&job->light, &kernel->ray[altitude][row], path, nodes, sun_cosine, 1.0f - versine, true);
-      out_phase[row * NP_GATHER_TURNS + turn] = np_phase_eval(&kernel->medium->mie_phase, versine);
+      out_phase[row * NP_GATHER_TURNS + turn] = np_aerosol_phase(kernel->medium, versine);
     }
   }
 }
 
-/* The source in one direction from a traced dome. */
-static np_bands convolve(const float *weight, const np_scattered *dome, const float *phase, float twice) {
-  np_bands smooth = np_bands_grey(0.0f), peak = np_bands_grey(0.0f);
-  float smooth_weight = 0.0f, peak_weight = 0.0f;
+/* The source of one aerosol in one direction from a traced dome. */
+static np_bands convolve(const float *weight, const np_scattered *dome, const np_bands *phase, np_bands twice) {
+  np_bands smooth = np_bands_grey(0.0f), peak = np_bands_grey(0.0f), peak_weight = np_bands_grey(0.0f);
+  float smooth_weight = 0.0f;
   for (int in = 0; in < NP_GATHER_INPUTS; in++) {
-    const float w = weight[in], wp = weight[in] * phase[in];
-    smooth += w * dome[in].smooth;
-    smooth_weight += w;
+    const np_bands wp = weight[in] * phase[in];
+    smooth += weight[in] * dome[in].smooth;
+    smooth_weight += weight[in];
     peak += wp * dome[in].peak;
     peak_weight += wp;
   }
-  return smooth / np_maxf(smooth_weight, 1e-20f) + twice * peak / np_maxf(peak_weight, 1e-20f);
+  return smooth / np_maxf(smooth_weight, 1e-20f) + twice * peak / np_bands_max(peak_weight, np_bands_grey(1e-20f));
 }
 
 static void gather_altitude(const gather_job *job, int sun, int altitude) {
+  const np_gather_kernel *kernel = job->kernel;
   np_scattered dome[NP_GATHER_INPUTS];
-  float phase[NP_GATHER_INPUTS];
+  np_bands phase[NP_GATHER_INPUTS];
   const float sun_cosine = job->table->sun_cosine[sun];
   trace_dome(job, altitude, sun_cosine, dome, phase);
   float upper;
-  const int row = np_moment_table_row(job->moments, job->kernel->altitude_m[altitude], &upper);
+  const int row = np_moment_table_row(job->moments, kernel->altitude_m[altitude], &upper);
   const np_bands total =
       np_moment_table_total(job->moments->moments + (size_t)row * NP_MOMENT_COLUMNS * NP_MOMENT_COUNT, upper,
                             np_sun_scale_column(&job->moments->sun, sun_cosine));
   for (int out = 0; out < NP_GATHER_OUTPUTS; out++) {
     const int row_out = out / NP_GATHER_AZIMUTHS, turn = out % NP_GATHER_AZIMUTHS;
     const np_vec3 to = direction_of(output_cosine(row_out), NP_PI * turn / (NP_GATHER_AZIMUTHS - 1));
-    const float twice = lookup_twice(job->kernel, versine_between(to, direction_of(sun_cosine, 0.0)));
-    const np_bands source = convolve(job->kernel->weight[altitude][out], dome, phase, twice);
+    const float versine = versine_between(to, direction_of(sun_cosine, 0.0));
+    np_bands source = np_bands_grey(0.0f);
+    for (int i = 0; i < kernel->medium->aerosol_count; i++) {
+      const float *weight = find_weights(kernel, altitude, i) + (size_t)out * NP_GATHER_INPUTS;
+      source += kernel->part[altitude][i] * convolve(weight, dome, phase, lookup_twice(kernel, i, versine));
+    }
     /* Where the moments hold no light there is none to scale: a quotient bounded, not the noise of two zeros. */
     job->table->source[sun][altitude][row_out][turn] = source / np_bands_max(total, np_bands_grey(1e-12f));
   }
@@ -160,8 +252,9 @@ static void gather_altitude(const gather_job *job, int sun, int altitude) {
 
 static neph_result gather_pieces(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  for (size_t i = begin; i < end; i++)
-    gather_altitude(user, (int)(i / NP_GATHER_ALTITUDES), (int)(i % NP_GATHER_ALTITUDES));
+  const gather_job *job = user;
+  const size_t altitudes = (size_t)job->kernel->altitude_count;
+  for (size_t i = begin; i < end; i++) gather_altitude(job, (int)(i / altitudes), (int)(i % altitudes));
   return NEPH_OK;
 }
 
@@ -188,7 +281,7 @@ neph_result np_gather_table_build(neph_context *context, const np_depth_table *d
   place_suns(out_table, sun_zenith_rad, spread_rad, step);
   place_suns(first, sun_zenith_rad, spread_rad, step);
   gather_job job = {{medium, depths, dome_moments, NULL, disk}, moments, kernel, first};
-  const size_t pieces = (size_t)out_table->sun_count * NP_GATHER_ALTITUDES;
+  const size_t pieces = (size_t)out_table->sun_count * (size_t)kernel->altitude_count;
   neph_result result = np_parallel_for(context, NULL, pieces, 1, gather_pieces, &job);
   if (!result) {
     job.light.gather = first;
@@ -202,7 +295,7 @@ neph_result np_gather_table_build(neph_context *context, const np_depth_table *d
 /* Place of an altitude among the kernel's. */
 static int find_altitude(const np_gather_kernel *kernel, double altitude_m, float *out_upper) {
   int i = 0;
-  while (i + 2 < NP_GATHER_ALTITUDES && altitude_m > kernel->altitude_m[i + 1]) i++;
+  while (i + 2 < kernel->altitude_count && altitude_m > kernel->altitude_m[i + 1]) i++;
   const double low = kernel->altitude_m[i], high = kernel->altitude_m[i + 1];
   *out_upper = high > low ? (float)np_clamp((altitude_m - low) / (high - low), 0.0, 1.0) : 0.0f;
   return i;

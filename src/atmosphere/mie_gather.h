@@ -13,7 +13,7 @@
 #include "atmosphere/scattering_moments.h"
 
 enum {
-  NP_GATHER_ALTITUDES = 4,
+  NP_GATHER_ALTITUDES_MAX = 8,
   NP_GATHER_COSINES = 13,
   NP_GATHER_AZIMUTHS = 9, /* on the half circle, both ends included */
   NP_GATHER_SUNS_MAX = 17,
@@ -24,25 +24,28 @@ enum {
   NP_GATHER_INPUTS = (NP_GATHER_UP + NP_GATHER_DOWN) * NP_GATHER_TURNS
 };
 
-/* What depends on the medium alone: the directions gathered from at each altitude, their paths, and the phase function
+/* What depends on the medium alone: the directions gathered from at each altitude, their paths, and the phase functions
  * between each of them and each direction of the table. */
 typedef struct np_gather_kernel {
   const np_medium *medium;
-  double altitude_m[NP_GATHER_ALTITUDES];
-  float input_cosine[NP_GATHER_ALTITUDES][NP_GATHER_UP + NP_GATHER_DOWN];
-  np_ray ray[NP_GATHER_ALTITUDES][NP_GATHER_UP + NP_GATHER_DOWN];
-  np_path path[NP_GATHER_ALTITUDES][NP_GATHER_UP + NP_GATHER_DOWN];
-  float weight[NP_GATHER_ALTITUDES][NP_GATHER_OUTPUTS][NP_GATHER_INPUTS]; /* quadrature × phase function */
-  float twice[257]; /* the aerosol's phase function convolved with itself, over √(Θ/π) */
+  int altitude_count;
+  double altitude_m[NP_GATHER_ALTITUDES_MAX];
+  np_bands part[NP_GATHER_ALTITUDES_MAX][NP_AEROSOLS_MAX]; /* of each aerosol in the scattering there */
+  float input_cosine[NP_GATHER_ALTITUDES_MAX][NP_GATHER_UP + NP_GATHER_DOWN];
+  np_ray ray[NP_GATHER_ALTITUDES_MAX][NP_GATHER_UP + NP_GATHER_DOWN];
+  np_path path[NP_GATHER_ALTITUDES_MAX][NP_GATHER_UP + NP_GATHER_DOWN];
+  float *weight; /* of altitudes × aerosols × outputs × inputs: quadrature × phase function */
+  float *twice;  /* of pairs of aerosols: one phase function convolved with the other, over √(Θ/π) */
 } np_gather_kernel;
 
-void np_gather_kernel_build(const np_medium *medium, np_gather_kernel *out_kernel);
+neph_result np_gather_kernel_build(neph_context *context, const np_medium *medium, np_gather_kernel *out_kernel);
+void np_gather_kernel_free(neph_context *context, np_gather_kernel *kernel);
 
 typedef struct np_gather_table {
   const np_gather_kernel *kernel;
   int sun_count;
   float sun_cosine[NP_GATHER_SUNS_MAX]; /* descending */
-  np_bands source[NP_GATHER_SUNS_MAX][NP_GATHER_ALTITUDES][NP_GATHER_COSINES][NP_GATHER_AZIMUTHS];
+  np_bands source[NP_GATHER_SUNS_MAX][NP_GATHER_ALTITUDES_MAX][NP_GATHER_COSINES][NP_GATHER_AZIMUTHS];
 } np_gather_table;
 
 /* Gathers for suns evenly spread over zenith angles `sun_zenith_rad` ± `spread_rad`: twice, so that the second pass

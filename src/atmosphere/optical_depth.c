@@ -2,15 +2,16 @@
 /* Optical depth τ = ∫ σ_t dt.
  *
  * Along a ray the air varies fastest about the perigee, where the altitude grows as the square of the distance t′ from
- * it. The signed root w of t′ (t′ = w·|w|) takes that out. The ozone tent has three kinks; where they and the perigee
- * cut the ray into pieces, a composite four-point Gauss rule in w integrates each.
+ * it. The signed root w of t′ (t′ = w·|w|) takes that out. Where kinks of the profiles and the perigee cut the ray into
+ * pieces, a composite four-point Gauss rule in w integrates each.
  */
 #include "atmosphere/optical_depth.h"
 
+#include "atmosphere/ray_cuts.h"
 #include "core/alloc.h"
 #include "core/parallel.h"
 
-enum { PANELS_MAX = 12, POINTS = 4, CUTS_MAX = 9 };
+enum { PANELS_MAX = 12, POINTS = 4, CUTS_MAX = 1000 };
 
 static const double gauss_x[POINTS] = {0.06943184420297371, 0.33000947820757187, 0.66999052179242813,
                                        0.93056815579702629};
@@ -30,52 +31,26 @@ static np_bands integrate_piece(const np_medium *medium, const np_ray *ray, doub
   for (int i = 0; i < panels; i++)
     for (int k = 0; k < POINTS; k++) {
       const double w = begin + (i + gauss_x[k]) * panel;
-      const np_air air = np_air_at(medium, np_ray_altitude(ray, perigee + w * fabs(w)));
-      depth += (float)(gauss_weight[k] * panel * 2.0 * fabs(w)) * air.extinction;
+      depth += (float)(gauss_weight[k] * panel * 2.0 * fabs(w)) *
+               np_extinction_at(medium, np_ray_altitude(ray, perigee + w * fabs(w)));
     }
   return depth;
-}
-
-/* Adds a cut to a list in ascending order, if it lies within it. */
-static int add_cut(double *cuts, int count, double cut) {
-  if (!(cut > cuts[0] && cut < cuts[count - 1])) return count;
-  int i = count;
-  for (; cuts[i - 1] > cut; i--) cuts[i] = cuts[i - 1];
-  cuts[i] = cut;
-  return count + 1;
-}
-
-/* Cuts a stretch at the perigee and wherever it passes a kink of the ozone tent. */
-static int cut_stretch(const np_medium *medium, const np_ray *ray, double perigee, double begin, double end,
-                       double cuts[CUTS_MAX]) {
-  int count = 2;
-  cuts[0] = begin;
-  cuts[1] = end;
-  count = add_cut(cuts, count, perigee);
-  for (int i = -1; i <= 1; i++) {
-    const double kink = (double)medium->ozone_center_m + i * (double)medium->ozone_width_m;
-    const double b = ray->r * ray->cosine;
-    const double root = b * b - (ray->altitude_m - kink) * (2.0 * medium->planet_radius_m + ray->altitude_m + kink);
-    if (!(root > 0.0)) continue;
-    count = add_cut(cuts, count, -b - sqrt(root));
-    count = add_cut(cuts, count, -b + sqrt(root));
-  }
-  return count;
 }
 
 static double signed_root(double x) { return copysign(sqrt(fabs(x)), x); }
 
 np_bands np_ray_optical_depth(const np_medium *medium, const np_ray *ray, double begin_m, double end_m) {
   const double perigee = np_clamp(-ray->r * ray->cosine, begin_m, end_m);
-  double cuts[CUTS_MAX];
-  const int count = cut_stretch(medium, ray, perigee, begin_m, end_m, cuts);
   const double extent = sqrt(perigee - begin_m) + sqrt(end_m - perigee);
   const double panels_per_unit = count_panels(medium, end_m - begin_m) / extent;
+  np_ray_cuts cuts = np_ray_cuts_make(medium, ray, CUTS_MAX);
   np_bands depth = np_bands_grey(0.0f);
-  for (int i = 0; i + 1 < count; i++) {
-    const double begin = signed_root(cuts[i] - perigee), end = signed_root(cuts[i + 1] - perigee);
-    if (end > begin)
-      depth += integrate_piece(medium, ray, perigee, begin, end, (int)ceil((end - begin) * panels_per_unit));
+  for (double from = begin_m; from < end_m;) {
+    const double cut = np_ray_cuts_next(&cuts), to = fmin(cut, end_m);
+    if (cut <= from) continue;
+    const double begin = signed_root(from - perigee), end = signed_root(to - perigee);
+    depth += integrate_piece(medium, ray, perigee, begin, end, (int)fmax(ceil((end - begin) * panels_per_unit), 1.0));
+    from = to;
   }
   return depth;
 }

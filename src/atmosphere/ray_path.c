@@ -48,8 +48,8 @@ np_bands np_ray_gap_depth(const np_medium *medium, const np_ray *ray, double beg
   np_bands depth = np_bands_grey(0.0f);
   for (int i = 0; i < steps; i++) {
     const double middle = begin_m + (i + 0.5) * step;
-    depth += np_air_at(medium, np_ray_altitude(ray, middle - offset * step)).extinction +
-             np_air_at(medium, np_ray_altitude(ray, middle + offset * step)).extinction;
+    depth += np_extinction_at(medium, np_ray_altitude(ray, middle - offset * step)) +
+             np_extinction_at(medium, np_ray_altitude(ray, middle + offset * step));
   }
   return depth * (float)(0.5 * step);
 }
@@ -63,12 +63,10 @@ void np_path_build(const np_medium *medium, const np_ray *ray, const np_path_rul
     depth += np_ray_gap_depth(medium, ray, before, node->t);
     before = node->t;
     const double altitude = np_ray_altitude(ray, node->t);
-    const np_air air = np_air_at(medium, altitude);
     node->altitude_m = (float)altitude;
     node->r = (float)(ray->r + (altitude - ray->altitude_m));
     node->cosine = (float)np_ray_cosine(ray, node->t);
-    node->rayleigh = air.rayleigh;
-    node->mie = air.mie;
+    np_scattering_at(medium, altitude, &node->air);
     node->transmittance = np_bands_exp(-depth);
   }
   if (out_path->count) depth += np_ray_gap_depth(medium, ray, before, ray->length_m);

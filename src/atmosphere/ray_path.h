@@ -26,7 +26,7 @@ static inline np_path_rule np_path_rule_make(int count) {
 
 typedef struct np_path_node {
   np_bands transmittance; /* from the ray's start */
-  np_bands rayleigh, mie; /* scattering, 1/m */
+  np_scattering air;
   double t;               /* along the ray's part in the air, m */
   float weight_m;         /* the stretch that this point stands for */
   float altitude_m, r, cosine;

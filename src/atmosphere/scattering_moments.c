@@ -105,27 +105,26 @@ static float sun_cosine_along(const np_ray *ray, float sun_cosine, float angle_c
 }
 
 /* Sums of order 1 along a ray, without phase functions. */
-typedef struct first_order {
-  np_bands rayleigh, mie;
-} first_order;
+typedef np_scattering first_order;
 
-static first_order gather_first_order(const np_depth_row *depth_rows, const direction *d, float sun_cosine, float angle,
-                                      np_sun_disk disk) {
-  first_order sum = {np_bands_grey(0.0f), np_bands_grey(0.0f)};
+static first_order gather_first_order(const builder *b, const np_depth_row *depth_rows, const direction *d,
+                                      float sun_cosine, float angle) {
+  const int count = b->medium->aerosol_count;
+  first_order sum = {.rayleigh = np_bands_grey(0.0f)};
   for (int i = 0; i < d->path.count; i++) {
     const np_path_node *node = &d->path.node[i];
     const float s = sun_cosine_along(&d->ray, sun_cosine, angle, node->t, node->r);
-    const np_bands light = node->weight_m * node->transmittance * np_depth_row_sun(&depth_rows[i], s, disk);
-    sum.rayleigh += light * node->rayleigh;
-    sum.mie += light * node->mie;
+    const np_bands light = node->weight_m * node->transmittance * np_depth_row_sun(&depth_rows[i], s, b->disk);
+    sum.rayleigh += light * node->air.rayleigh;
+    for (int k = 0; k < count; k++) sum.aerosol[k] += light * node->air.aerosol[k];
   }
   return sum;
 }
 
-/* The aerosol's phase function cut after degree 2. */
-static float cut_mie_phase(const np_medium *medium, float c) {
-  return (float)(0.25 / NP_PI) *
-         (1.0f + 3.0f * medium->mie_moment[1] * c + 2.5f * medium->mie_moment[2] * (3.0f * c * c - 1.0f));
+/* Light of order 1 that the aerosols scatter, by their phase functions cut after degree 2. */
+static np_bands cut_aerosol_light(const np_medium *medium, const first_order *first, float c) {
+  return (float)(0.25 / NP_PI) * (np_aerosol_sum(medium, first, 0) + 3.0f * c * np_aerosol_sum(medium, first, 1) +
+                                  2.5f * (3.0f * c * c - 1.0f) * np_aerosol_sum(medium, first, 2));
 }
 
 /* Light that the ground at a ray's end sends back along it: from the sun in order 1, from the sky of the order before
@@ -151,35 +150,39 @@ static void add_to_moments(np_bands *m, np_bands light, float wx, float wz) {
   m[NP_MOMENT_KXZ] += wx * wz * light;
 }
 
-/* Integral of the aerosol's phase function by the directions' own rule, at one node: what the halves are divided by, so
- * that the forward peak, which the rule cannot resolve, brings neither more nor less light than there is. */
-static float sum_mie_phase(const builder *b, int row, float sun_cosine) {
+/* Inverse integral of an aerosol's phase function by the directions' own rule, at one node: what the halves are
+ * multiplied by, so that the forward peak, which the rule cannot resolve, brings neither more nor less light than there
+ * is. */
+static float invert_phase_sum(const builder *b, const np_phase *phase, int row, float sun_cosine) {
   float sum = 0.0f;
   for (int k = 0; k < DIRECTIONS; k++)
     for (int p = 0; p < AZIMUTHS; p++) {
       const direction *d = &b->directions[row * DIRECTIONS + k];
-      sum +=
-          d->weight * np_phase_eval(&b->medium->mie_phase, 1.0f - angle_to_sun(d->wz, sun_cosine, b->cos_azimuth[p]));
+      sum += d->weight * np_phase_eval(phase, 1.0f - angle_to_sun(d->wz, sun_cosine, b->cos_azimuth[p]));
     }
-  return np_maxf(sum, 1e-6f);
+  return 1.0f / np_maxf(sum, 1e-6f);
 }
 
 /* Order 1 of one node: sunlight scattered once, and sunlight from the ground. */
 static void gather_direct(builder *b, int row, int column, const np_depth_row (*depth_rows)[POINTS]) {
+  const np_medium *medium = b->medium;
   const float sun = b->sun_cosine[column];
-  const float inverse_sum = 1.0f / sum_mie_phase(b, row, sun);
+  float inverse_sum[NP_AEROSOLS_MAX];
+  for (int i = 0; i < medium->aerosol_count; i++)
+    inverse_sum[i] = invert_phase_sum(b, &medium->aerosol[i].phase, row, sun);
   np_bands *moments = b->gathered + node_at(row, column) * NP_MOMENT_COUNT;
   for (int k = 0; k < DIRECTIONS; k++)
     for (int p = 0; p < AZIMUTHS; p++) {
       const direction *d = &b->directions[row * DIRECTIONS + k];
       const float angle = angle_to_sun(d->wz, sun, b->cos_azimuth[p]);
       const float wx = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f)) * b->cos_azimuth[p];
-      const first_order first = gather_first_order(depth_rows[k], d, sun, angle, b->disk);
+      const first_order first = gather_first_order(b, depth_rows[k], d, sun, angle);
       np_bands light = first.rayleigh * np_phase_rayleigh_eval(angle);
       if (d->ray.hits_ground) light += ground_radiance(b, d, sun, angle);
-      add_to_moments(moments, d->weight * (light + first.mie * cut_mie_phase(b->medium, angle)), wx, d->wz);
-      const float mie = np_phase_eval(&b->medium->mie_phase, 1.0f - angle) * inverse_sum;
-      b->half[node_at(row, column) * HALVES + (k >= UP)] += d->weight * (light + mie * first.mie);
+      add_to_moments(moments, d->weight * (light + cut_aerosol_light(medium, &first, angle)), wx, d->wz);
+      for (int i = 0; i < medium->aerosol_count; i++)
+        light += inverse_sum[i] * np_phase_eval(&medium->aerosol[i].phase, 1.0f - angle) * first.aerosol[i];
+      b->half[node_at(row, column) * HALVES + (k >= UP)] += d->weight * light;
     }
 }
 
@@ -206,12 +209,11 @@ typedef struct folded_source {
 } folded_source;
 
 static void fold_source(const builder *b, const np_path_node *node, folded_source *out) {
-  const np_medium *medium = b->medium;
-  const float chi1 = medium->mie_moment[1], chi2 = medium->mie_moment[2], z = node->cosine,
-              quarter = (float)(0.25 / NP_PI);
-  const np_bands weight = node->weight_m * node->transmittance;
-  const np_bands rayleigh = 0.75f * quarter * weight * node->rayleigh, mie = quarter * weight * node->mie;
-  const np_bands a = rayleigh + (1.0f - 2.5f * chi2) * mie, f = 3.0f * chi1 * mie, c = rayleigh + 7.5f * chi2 * mie;
+  const float z = node->cosine;
+  const np_bands weight = (float)(0.25 / NP_PI) * node->weight_m * node->transmittance;
+  const np_bands rayleigh = 0.75f * node->air.rayleigh, chi2 = np_aerosol_sum(b->medium, &node->air, 2);
+  const np_bands a = weight * (rayleigh + np_aerosol_sum(b->medium, &node->air, 0) - 2.5f * chi2);
+  const np_bands f = weight * 3.0f * np_aerosol_sum(b->medium, &node->air, 1), c = weight * (rayleigh + 7.5f * chi2);
   float upper;
   const int row = np_moment_table_row(b->table, (double)node->altitude_m, &upper);
   const np_bands *low = b->table->moments + (size_t)row * NP_MOMENT_COLUMNS * NP_MOMENT_COUNT;
@@ -295,10 +297,12 @@ static np_bands sum_direct_irradiance(const builder *b, float sun_cosine, const 
       np_depth_row depth_rows[NP_PATH_MAX];
       for (int n = 0; n < d.path.count; n++)
         depth_rows[n] = np_depth_table_row(b->depths, (double)d.path.node[n].altitude_m);
-      const first_order first = gather_first_order(depth_rows, &d, sun_cosine, c, b->disk);
+      const first_order first = gather_first_order(b, depth_rows, &d, sun_cosine, c);
       const double weight = 2.0 * NP_PI * angles->x[i] * angles->weight[i] * sin(angle) * 2.0 * NP_PI / TURNS;
-      sum += (float)weight * wz *
-             (first.rayleigh * np_phase_rayleigh_eval(c) + first.mie * np_phase_eval(&b->medium->mie_phase, 1.0f - c));
+      np_bands light = first.rayleigh * np_phase_rayleigh_eval(c);
+      for (int a = 0; a < b->medium->aerosol_count; a++)
+        light += np_phase_eval(&b->medium->aerosol[a].phase, 1.0f - c) * first.aerosol[a];
+      sum += (float)weight * wz * light;
     }
   return sum;
 }

@@ -110,11 +110,11 @@ static inline np_bands np_moment_table_total(const np_bands *lower_row, float up
                       upper_weight);
 }
 
-/* Source of the aerosol's scattering, per unit of its coefficient, from the moments: exact but for its parts of degree
- * 3 and above: ∫ p(ω·ω′)L dω′ ≈ 1/(4π)·((1 − 5χ₂/2)·M + 3χ₁·F·ω + 15χ₂/2·ω·Kω). */
-static inline np_bands np_moment_mie_source(const np_medium *medium, const np_moment_sample *s) {
-  const float chi1 = medium->mie_moment[1], chi2 = medium->mie_moment[2];
-  return (float)(0.25 / NP_PI) * ((1.0f - 2.5f * chi2) * s->total + 3.0f * chi1 * s->flux + 7.5f * chi2 * s->quadratic);
+/* Source of the aerosol's scattering from the moments, exact but for its parts of degree 3 and above: ∫ p(ω·ω′)L dω′ ≈
+ * 1/(4π)·((1 − 5χ₂/2)·M + 3χ₁·F·ω + 15χ₂/2·ω·Kω). `aerosol`: coefficients times χ_0 = 1, χ_1 and χ_2. */
+static inline np_bands np_moment_aerosol_source(const np_bands aerosol[3], const np_moment_sample *s) {
+  return (float)(0.25 / NP_PI) *
+         ((aerosol[0] - 2.5f * aerosol[2]) * s->total + 3.0f * aerosol[1] * s->flux + 7.5f * aerosol[2] * s->quadratic);
 }
 
 /* Source of Rayleigh's scattering, per unit of its coefficient: exact. */

@@ -36,10 +36,8 @@ static np_sky_frame make_frame(const np_medium *medium, np_dvec3 observer, np_dv
   const double cosine = np_clamp(np_dvec3_dot(up, sun), -1.0, 1.0);
   const np_dvec3 level = np_dvec3_subtract(sun, np_dvec3_scale(up, cosine));
   const double sine = np_dvec3_length(level);
-  np_sky_frame frame = {.up = np_dvec3_to_float(up),
-                        .altitude_m = fmax(h, 0.0),
-                        .sun_cosine = (float)cosine,
-                        .sun_sine = (float)sine};
+  np_sky_frame frame = {
+      .up = np_dvec3_to_float(up), .altitude_m = fmax(h, 0.0), .sun_cosine = (float)cosine, .sun_sine = (float)sine};
   if (sine > 1e-6) {
     frame.toward = np_dvec3_to_float(np_dvec3_scale(level, 1.0 / sine));
     frame.across = np_vec3_cross(frame.up, frame.toward);
@@ -105,7 +103,7 @@ np_dvec3 np_sky_get_observer(const neph_sky *sky) { return sky->observer; }
 /* Puts the aerosol's phase function on the peak, and the sun's irradiance on both. */
 static np_spectrum shade(const neph_sky *sky, np_vec3 direction, np_scattered s) {
   const float versine = np_versine(direction.x, direction.y, direction.z, sky->sun.x, sky->sun.y, sky->sun.z);
-  const float phase = np_phase_eval(&sky->atmosphere->medium.mie_phase, versine);
+  const np_bands phase = np_aerosol_phase(&sky->atmosphere->medium, versine);
   return np_spectrum_multiply(np_bands_to_spectrum(s.smooth + phase * s.peak), sky->irradiance);
 }
 
@@ -168,9 +166,9 @@ static np_spectrum integrate_sky(const neph_sky *sky) {
     const double weight = 2.0 * NP_PI * rule.x[i] * rule.weight[i] * sin(angle) * 2.0 * NP_PI / TURNS;
     for (int k = 0; k < TURNS; k++) {
       const double turn = 2.0 * NP_PI * (k + 0.5) / TURNS, s = sin(angle);
-      const np_vec3 d = np_vec3_add(np_vec3_scale(sky->sun, (float)cos(angle)),
-                                    np_vec3_add(np_vec3_scale(a, (float)(s * cos(turn))),
-                                                np_vec3_scale(b, (float)(s * sin(turn)))));
+      const np_vec3 d =
+          np_vec3_add(np_vec3_scale(sky->sun, (float)cos(angle)),
+                      np_vec3_add(np_vec3_scale(a, (float)(s * cos(turn))), np_vec3_scale(b, (float)(s * sin(turn)))));
       const float cosine = np_vec3_dot(d, frame->up);
       if (cosine > 0.0f) sum = np_spectrum_add_scaled(sum, (float)weight * cosine, np_sky_radiance(sky, d));
     }

@@ -126,7 +126,7 @@ static np_bands march_ray(const np_sky_witness *w, const np_sky_question *q, np_
   const double angle = np_dvec3_dot(direction, to_sun);
   const double sun = ((medium->planet_radius_m + fmax(q->altitude_m, 0.0)) * to_sun.z + ray.offset_m * angle) / ray.r;
   const np_scattered s = np_sky_trace(&light, &ray, &path, nodes, (float)np_clamp(sun, -1.0, 1.0), (float)angle, false);
-  return s.smooth + np_phase_eval(&medium->mie_phase, (float)(1.0 - angle)) * s.peak;
+  return s.smooth + np_aerosol_phase(medium, (float)(1.0 - angle)) * s.peak;
 }
 
 /* Irradiance from marched rays, by the same rule about the sun as the tables' own. */

@@ -26,7 +26,8 @@ static const double below_sea_level = 0.1;
 np_sky_light np_sky_light_make(const neph_sky *sky) {
   const neph_atmosphere *a = sky->atmosphere;
   const bool has_later = a->order_max > 1;
-  return (np_sky_light){&a->medium, &a->depths, has_later ? &a->moments : NULL, has_later ? &sky->gather : NULL,
+  return (np_sky_light){&a->medium, &a->depths, has_later ? &a->moments : NULL,
+                        has_later && a->medium.aerosol_count ? &sky->gather : NULL,
                         np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun)};
 }
 
@@ -97,13 +98,11 @@ static void build_slices(const np_sky_light *light, const np_ray *ray, double in
     const double far = fmax(np_aerial_scale_distance(&scale, (i + 1.0) / NP_AERIAL_SLICES), near);
     const double t = np_aerial_scale_distance(&scale, (i + 0.5) / NP_AERIAL_SLICES);
     const double altitude = np_ray_altitude(ray, t);
-    const np_air air = np_air_at(light->medium, altitude);
-    const np_path_node middle = {.rayleigh = air.rayleigh,
-                                 .mie = air.mie,
-                                 .t = t,
-                                 .altitude_m = (float)altitude,
-                                 .r = (float)(ray->r + (altitude - ray->altitude_m)),
-                                 .cosine = (float)np_ray_cosine(ray, t)};
+    np_path_node middle = {.t = t,
+                           .altitude_m = (float)altitude,
+                           .r = (float)(ray->r + (altitude - ray->altitude_m)),
+                           .cosine = (float)np_ray_cosine(ray, t)};
+    np_scattering_at(light->medium, altitude, &middle.air);
     np_sky_node_resolve(light, &middle, &slices[i].node);
     const np_bands gap = np_ray_gap_depth(light->medium, ray, near, far);
     slices[i].weight = np_bands_exp(-depth) * step_weight(gap) * (float)(far - near);
@@ -169,7 +168,7 @@ neph_result np_sky_tables_build(neph_sky *sky) {
   if (!sky->depth) return NEPH_ERROR_OUT_OF_MEMORY;
   sky->aerial = np_alloc(context, NP_AERIAL_ROWS * NP_AERIAL_AZIMUTHS * NP_AERIAL_SLICES, sizeof *sky->aerial);
   if (!sky->aerial) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = a->order_max > 1 ? build_gather(sky) : NEPH_OK;
+  neph_result result = a->order_max > 1 && a->medium.aerosol_count ? build_gather(sky) : NEPH_OK;
   if (!result) result = np_parallel_for(context, NULL, NP_VIEW_ROWS, 4, build_view_rows, sky);
   if (!result) result = np_parallel_for(context, NULL, NP_AERIAL_ROWS, 2, build_aerial_rows, sky);
   return result;

@@ -2,8 +2,9 @@
 #include "atmosphere/sky_trace.h"
 
 void np_sky_node_resolve(const np_sky_light *light, const np_path_node *at, np_sky_node *out_node) {
-  out_node->rayleigh = at->rayleigh;
-  out_node->mie = at->mie;
+  out_node->air.rayleigh = at->air.rayleigh;
+  for (int i = 0; i < light->medium->aerosol_count; i++) out_node->air.aerosol[i] = at->air.aerosol[i];
+  for (int k = 0; k < 3; k++) out_node->aerosol[k] = np_aerosol_sum(light->medium, &at->air, k);
   out_node->t = at->t;
   out_node->r = at->r;
   out_node->cosine = at->cosine;

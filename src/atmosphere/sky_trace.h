@@ -23,12 +23,13 @@ typedef struct np_sky_light {
 
 typedef struct np_scattered {
   np_bands smooth;
-  np_bands peak; /* to be multiplied by the aerosol's phase function at the angle between ray and sun */
+  np_bands peak; /* to be multiplied by np_aerosol_phase at the angle between ray and sun */
 } np_scattered;
 
 /* One point of a path with the rows of all tables resolved. */
 typedef struct np_sky_node {
-  np_bands rayleigh, mie;
+  np_scattering air;
+  np_bands aerosol[3]; /* all of it, counted by χ_0 = 1, χ_1 and χ_2 */
   double t;
   float r, cosine, inverse_sine;
   np_depth_row depth;
@@ -45,15 +46,18 @@ static inline np_scattered np_sky_node_source(const np_sky_light *light, const n
                                               float sun_cosine, float angle_cosine) {
   const float sun = np_clampf((r * sun_cosine + (float)node->t * angle_cosine) / node->r, -1.0f, 1.0f);
   const np_bands direct = np_depth_row_sun(&node->depth, sun, light->disk);
-  np_scattered out = {np_phase_rayleigh_eval(angle_cosine) * direct * node->rayleigh, direct * node->mie};
+  np_scattered out = {np_phase_rayleigh_eval(angle_cosine) * direct * node->air.rayleigh,
+                      direct * np_aerosol_peak(light->medium, &node->air, 1.0f - angle_cosine)};
   if (!light->moments) return out;
   const float wx = np_direction_x(angle_cosine, node->cosine, sun);
   const float column = np_sun_scale_column(&light->moments->sun, sun);
   const np_moment_sample m = np_moment_table_sample(node->moments, node->moments_upper, column, wx, node->cosine);
-  const np_bands mie = light->gather
-                           ? m.total * np_gather_row_lookup(light->gather, &node->gather, wx * node->inverse_sine, sun)
-                           : np_moment_mie_source(light->medium, &m);
-  out.smooth += node->rayleigh * np_moment_rayleigh_source(&m) + node->mie * mie;
+  out.smooth += node->air.rayleigh * np_moment_rayleigh_source(&m);
+  if (light->gather)
+    out.smooth +=
+        node->aerosol[0] * m.total * np_gather_row_lookup(light->gather, &node->gather, wx * node->inverse_sine, sun);
+  else
+    out.smooth += np_moment_aerosol_source(node->aerosol, &m);
   return out;
 }
 

@@ -165,18 +165,24 @@ static light_sample sample_light(walker *w) {
   return s;
 }
 
-static double eval_mie(const np_medium *medium, double versine) {
-  return (double)np_phase_eval(&medium->mie_phase, (float)versine);
-}
-
 static double eval_rayleigh(double versine) { return 3.0 / (16.0 * NP_PI) * (1.0 + (1.0 - versine) * (1.0 - versine)); }
+
+/* What the air scatters by an angle, in each band: the sum of coefficients times phase functions. */
+static void eval_scattering(const np_medium *medium, const np_truth_air *air, double versine,
+                            double out[NP_TRUTH_BANDS]) {
+  const double rayleigh = eval_rayleigh(versine);
+  for (int b = 0; b < NP_TRUTH_BANDS; b++) out[b] = air->rayleigh[b] * rayleigh;
+  for (int i = 0; i < medium->aerosol_count; i++) {
+    const double phase = (double)np_phase_eval(&medium->aerosol[i].phase, (float)versine);
+    for (int b = 0; b < NP_TRUTH_BANDS; b++) out[b] += air->aerosol[i][b] * phase;
+  }
+}
 
 static void add_scattered_light(walker *w, const np_truth_air *air) {
   const light_sample s = sample_light(w);
-  const double versine = versine_between(w->direction, s.direction);
-  const double rayleigh = eval_rayleigh(versine), mie = eval_mie(w->scene->medium, versine);
-  for (int b = 0; b < NP_TRUTH_BANDS; b++)
-    w->sum[b] += w->weight[b] * (air->rayleigh[b] * rayleigh + air->mie[b] * mie) * s.light[b];
+  double scattering[NP_TRUTH_BANDS];
+  eval_scattering(w->scene->medium, air, versine_between(w->direction, s.direction), scattering);
+  for (int b = 0; b < NP_TRUTH_BANDS; b++) w->sum[b] += w->weight[b] * scattering[b] * s.light[b];
 }
 
 static void add_reflected_light(walker *w, np_dvec3 zenith) {
@@ -199,29 +205,56 @@ static double bright_share(const np_truth_scene *scene, np_dvec3 position) {
   return np_dvec3_dot(find_zenith(scene->medium, position), scene->to_sun) > 0.05 ? 0.15 : 0.5;
 }
 
-/* Draws the next direction from either phase function or about the brightest sky, and weighs it against all three. */
+/* What part of the scattered light each constituent has, the mean of the bands: molecules, then aerosols. The last of
+ * them has the rest. */
+static void share_scattering(const np_medium *medium, const np_truth_air *air, double out_share[NP_AEROSOLS_MAX + 1]) {
+  const int count = medium->aerosol_count;
+  memset(out_share, 0, (NP_AEROSOLS_MAX + 1) * sizeof *out_share);
+  for (int b = 0; b < NP_TRUTH_BANDS; b++) {
+    double sum = air->rayleigh[b];
+    for (int i = 0; i < count; i++) sum += air->aerosol[i][b];
+    if (!(sum > 0.0)) continue;
+    out_share[0] += air->rayleigh[b] / sum / NP_TRUTH_BANDS;
+    for (int i = 0; i < count; i++) out_share[1 + i] += air->aerosol[i][b] / sum / NP_TRUTH_BANDS;
+  }
+  out_share[count] = 1.0;
+  for (int i = 0; i < count; i++) out_share[count] -= out_share[i];
+}
+
+/* The phase function that a number in [0, 1) picks by the shares. */
+static np_phase pick_phase(const np_medium *medium, const double share[NP_AEROSOLS_MAX + 1], double u) {
+  int i = 0;
+  for (; i < medium->aerosol_count && u >= share[i]; i++) u -= share[i];
+  return i > 0 ? medium->aerosol[i - 1].phase : np_phase_rayleigh();
+}
+
+static double eval_mixture(const np_medium *medium, const double share[NP_AEROSOLS_MAX + 1], double versine) {
+  double sum = share[0] * eval_rayleigh(versine);
+  for (int i = 0; i < medium->aerosol_count; i++)
+    sum += share[1 + i] * (double)np_phase_eval(&medium->aerosol[i].phase, (float)versine);
+  return sum;
+}
+
+/* Draws the next direction from any of the phase functions or about the brightest sky, and weighs it against all. */
 static void scatter(walker *w, const np_truth_air *air) {
   const np_medium *medium = w->scene->medium;
-  double share = 0.0;
-  for (int b = 0; b < NP_TRUTH_BANDS; b++) {
-    const double sum = air->rayleigh[b] + air->mie[b];
-    if (sum > 0.0) share += air->rayleigh[b] / sum / NP_TRUTH_BANDS;
-  }
+  double share[NP_AEROSOLS_MAX + 1], scattering[NP_TRUTH_BANDS];
+  share_scattering(medium, air, share);
   const double bright = bright_share(w->scene, w->position);
-  const np_phase molecules = np_phase_rayleigh(), lobe = np_phase_henyey_greenstein(0.75f);
+  const np_phase lobe = np_phase_henyey_greenstein(0.75f);
   const np_dvec3 axis = bright > 0.0 ? find_bright(w->scene, w->position) : w->direction;
   const bool is_bright = np_random_double(w->random) < bright;
-  const np_phase *phase = np_random_double(w->random) < share ? &molecules : &medium->mie_phase;
+  const np_phase phase = pick_phase(medium, share, np_random_double(w->random));
   float u[3], value;
   for (int i = 0; i < 3; i++) u[i] = np_random_float(w->random);
   const np_vec3 forward = np_dvec3_to_float(is_bright ? axis : w->direction);
   const np_dvec3 to =
-      np_dvec3_normalize(np_vec3_to_double(np_phase_sample(is_bright ? &lobe : phase, forward, u, &value)));
+      np_dvec3_normalize(np_vec3_to_double(np_phase_sample(is_bright ? &lobe : &phase, forward, u, &value)));
   const double versine = versine_between(w->direction, to);
-  const double rayleigh = eval_rayleigh(versine), mie = eval_mie(medium, versine);
-  const double pdf = (1.0 - bright) * (share * rayleigh + (1.0 - share) * mie) +
+  eval_scattering(medium, air, versine, scattering);
+  const double pdf = (1.0 - bright) * eval_mixture(medium, share, versine) +
                      bright * (double)np_phase_eval(&lobe, (float)versine_between(axis, to));
-  for (int b = 0; b < NP_TRUTH_BANDS; b++) w->weight[b] *= (air->rayleigh[b] * rayleigh + air->mie[b] * mie) / pdf;
+  for (int b = 0; b < NP_TRUTH_BANDS; b++) w->weight[b] *= scattering[b] / pdf;
   w->direction = to;
 }
 
@@ -250,7 +283,8 @@ static void reach_ground(walker *w, const np_truth_path *path, const double tran
 
 static void reach_air(walker *w, const np_truth_path *path, double u, double probability, bool is_wanted) {
   const np_truth_sample s = np_truth_path_sample(path, u);
-  const np_truth_air air = np_truth_air_at(w->scene->medium, np_ray_altitude(&path->ray, s.t));
+  np_truth_air air;
+  np_truth_air_at(w->scene->medium, np_ray_altitude(&path->ray, s.t), &air);
   w->position = move(w->position, w->direction, path->ray.offset_m + s.t);
   for (int b = 0; b < NP_TRUTH_BANDS; b++) w->weight[b] *= s.transmittance[b] * s.inverse_pdf_m / probability;
   if (is_wanted) add_scattered_light(w, &air);
@@ -367,7 +401,7 @@ typedef struct first_order {
   const np_truth_scene *scene;
   const np_truth_query *query;
   const np_truth_path *path;
-  double rayleigh, mie;         /* phase functions */
+  double versine;               /* between ray and sun */
   double bound[NP_TRUTH_BANDS]; /* how far a piece may be off */
 } first_order;
 
@@ -378,12 +412,13 @@ static void integrate_piece(const first_order *f, int panel, double begin, doubl
   for (int i = 0; i < rule->count; i++) {
     const double w = begin + rule->x[i] * (end - begin), t = np_truth_path_distance(f->path, w);
     const double weight = rule->weight[i] * (end - begin) * 2.0 * fabs(w);
-    const np_truth_air air = np_truth_air_at(f->scene->medium, np_ray_altitude(&f->path->ray, t));
-    double light[NP_TRUTH_BANDS], transmittance[NP_TRUTH_BANDS];
+    np_truth_air air;
+    double scattering[NP_TRUTH_BANDS], light[NP_TRUTH_BANDS], transmittance[NP_TRUTH_BANDS];
+    np_truth_air_at(f->scene->medium, np_ray_altitude(&f->path->ray, t), &air);
+    eval_scattering(f->scene->medium, &air, f->versine, scattering);
     np_truth_sunlight(f->scene, move(f->query->origin, f->query->direction, f->path->ray.offset_m + t), light);
     np_truth_path_transmit_to(f->path, panel, w, transmittance);
-    for (int b = 0; b < NP_TRUTH_BANDS; b++)
-      out[b] += weight * transmittance[b] * light[b] * (air.rayleigh[b] * f->rayleigh + air.mie[b] * f->mie);
+    for (int b = 0; b < NP_TRUTH_BANDS; b++) out[b] += weight * transmittance[b] * light[b] * scattering[b];
   }
 }
 
@@ -411,10 +446,8 @@ void np_truth_first_order(const np_truth_scene *scene, const np_truth_query *que
   np_truth_path path;
   np_truth_path_build(scene->medium, &ray, FIRST, &path);
   const np_quadrature rule = np_quadrature_gauss(4);
-  const double versine = versine_between(query->direction, scene->to_sun);
   first_order f = {.scene = scene, .query = query, .path = &path};
-  f.rayleigh = eval_rayleigh(versine);
-  f.mie = eval_mie(scene->medium, versine);
+  f.versine = versine_between(query->direction, scene->to_sun);
   double whole[NP_TRUTH_PANELS_MAX][NP_TRUTH_BANDS];
   for (int i = 0; i < path.panel_count; i++) {
     integrate_piece(&f, i, path.edge[i], path.edge[i + 1], &rule, whole[i]);

@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "atmosphere/ray_cuts.h"
+
 /* Gauss-Legendre on [0, 1] with NP_TRUTH_POINTS points. */
 static const double gauss_x[NP_TRUTH_POINTS] = {0.04691007703066802, 0.23076534494715845, 0.5, 0.76923465505284155,
                                                 0.95308992296933198};
@@ -12,60 +14,57 @@ static const double gauss_weight[NP_TRUTH_POINTS] = {0.11846344252809454, 0.2393
 /* Panels of a path made for its transmittance alone, over the whole atmosphere. */
 enum { SUN_PANELS = 6 };
 
-np_truth_air np_truth_air_at(const np_medium *medium, double altitude_m) {
+void np_truth_air_at(const np_medium *medium, double altitude_m, np_truth_air *out_air) {
   const double h = fmax(altitude_m, 0.0);
-  const double rayleigh = exp(-h / (double)medium->rayleigh_height_m), mie = exp(-h / (double)medium->mie_height_m);
-  const double ozone = fmax(0.0, 1.0 - fabs(h - (double)medium->ozone_center_m) / (double)medium->ozone_width_m);
-  np_truth_air air;
-  for (int b = 0; b < NP_TRUTH_BANDS; b++) {
-    air.rayleigh[b] = (double)medium->rayleigh_scattering[b] * rayleigh;
-    air.mie[b] = (double)medium->mie_scattering[b] * mie;
-    air.extinction[b] =
-        air.rayleigh[b] + (double)medium->mie_extinction[b] * mie + (double)medium->ozone_absorption[b] * ozone;
+  memset(out_air->rayleigh, 0, sizeof out_air->rayleigh);
+  memset(out_air->aerosol, 0, (size_t)medium->aerosol_count * sizeof *out_air->aerosol);
+  for (int i = 0; i < medium->layer_count; i++) {
+    const np_layer *layer = &medium->layers[i];
+    const double density = np_layer_density_exact(layer, h);
+    for (int b = 0; b < NP_TRUTH_BANDS; b++) {
+      out_air->rayleigh[b] += density * (double)layer->rayleigh[b];
+      for (int k = 0; k < layer->part_count; k++)
+        out_air->aerosol[layer->part[k].aerosol][b] += density * (double)layer->part[k].scattering[b];
+    }
   }
-  return air;
+}
+
+void np_truth_scattering_at(const np_medium *medium, double altitude_m, double out_scattering[NP_TRUTH_BANDS]) {
+  np_truth_air air;
+  np_truth_air_at(medium, altitude_m, &air);
+  for (int b = 0; b < NP_TRUTH_BANDS; b++) {
+    out_scattering[b] = air.rayleigh[b];
+    for (int i = 0; i < medium->aerosol_count; i++) out_scattering[b] += air.aerosol[i][b];
+  }
 }
 
 static double signed_root(double x) { return copysign(sqrt(fabs(x)), x); }
 
-/* Adds a cut to a list in ascending order, if it lies within it. */
-static int add_cut(double *cuts, int count, double cut) {
-  if (!(cut > cuts[0] && cut < cuts[count - 1])) return count;
-  int i = count;
-  for (; cuts[i - 1] > cut; i--) cuts[i] = cuts[i - 1];
-  cuts[i] = cut;
-  return count + 1;
-}
-
-enum { KINKS = 3, CUTS_MAX = 2 * KINKS + 3 };
-
-static int cut_ray(const np_truth_path *path, double cuts[CUTS_MAX]) {
-  const np_medium *medium = path->medium;
-  const np_ray *ray = &path->ray;
-  const double b = ray->r * ray->cosine;
-  int count = 2;
-  cuts[0] = signed_root(-path->perigee_m);
-  cuts[1] = signed_root(ray->length_m - path->perigee_m);
-  count = add_cut(cuts, count, 0.0);
-  for (int i = -1; i <= 1; i++) {
-    const double kink = (double)medium->ozone_center_m + i * (double)medium->ozone_width_m;
-    const double root = b * b - (ray->altitude_m - kink) * (2.0 * medium->planet_radius_m + ray->altitude_m + kink);
-    if (!(root > 0.0)) continue;
-    count = add_cut(cuts, count, signed_root(-b - sqrt(root) - path->perigee_m));
-    count = add_cut(cuts, count, signed_root(-b + sqrt(root) - path->perigee_m));
-  }
-  return count;
-}
-
 /* Adds the depth between two places in w. */
 static void add_depth(const np_truth_path *path, double begin, double end, double depth[NP_TRUTH_BANDS]) {
+  const np_medium *medium = path->medium;
   for (int k = 0; k < NP_TRUTH_POINTS; k++) {
     const double w = begin + gauss_x[k] * (end - begin);
     const double weight = gauss_weight[k] * (end - begin) * 2.0 * fabs(w);
-    const np_truth_air air = np_truth_air_at(path->medium, np_ray_altitude(&path->ray, path->perigee_m + w * fabs(w)));
-    for (int b = 0; b < NP_TRUTH_BANDS; b++) depth[b] += weight * air.extinction[b];
+    const double h = fmax(np_ray_altitude(&path->ray, path->perigee_m + w * fabs(w)), 0.0);
+    for (int i = 0; i < medium->layer_count; i++) {
+      const double part = weight * np_layer_density_exact(&medium->layers[i], h);
+      for (int b = 0; b < NP_TRUTH_BANDS; b++) depth[b] += part * (double)medium->layers[i].extinction[b];
+    }
   }
 }
+
+static void add_panels(np_truth_path *path, double begin, double end, int count) {
+  for (int k = 1; k <= count; k++) {
+    const int at = ++path->panel_count;
+    path->edge[at] = k < count ? begin + (end - begin) * k / count : end;
+    memcpy(path->depth[at], path->depth[at - 1], sizeof path->depth[at]);
+    add_depth(path, path->edge[at - 1], path->edge[at], path->depth[at]);
+  }
+}
+
+/* So many panels, one for each piece at the least, and so many altitudes crossed twice leave room for all. */
+enum { PANELS_MOST = 64, CUTS_MOST = 30 };
 
 void np_truth_path_build(const np_medium *medium, const np_ray *ray, int panels, np_truth_path *out_path) {
   np_truth_path *path = out_path;
@@ -74,19 +73,15 @@ void np_truth_path_build(const np_medium *medium, const np_ray *ray, int panels,
   path->perigee_m = np_ray_perigee(ray);
   path->panel_count = 0;
   memset(path->depth[0], 0, sizeof path->depth[0]);
-  double cuts[CUTS_MAX];
-  const int count = cut_ray(path, cuts);
-  const double extent = cuts[count - 1] - cuts[0];
-  path->edge[0] = cuts[0];
-  for (int i = 0; extent > 0.0 && i + 1 < count; i++) {
-    const double span = cuts[i + 1] - cuts[i];
-    const int pieces = (int)fmax(ceil(span / extent * fmin(panels, NP_TRUTH_PANELS_MAX - CUTS_MAX)), 1.0);
-    for (int k = 1; k <= pieces; k++) {
-      const int at = ++path->panel_count;
-      path->edge[at] = k < pieces ? cuts[i] + span * k / pieces : cuts[i + 1];
-      memcpy(path->depth[at], path->depth[at - 1], sizeof path->depth[at]);
-      add_depth(path, path->edge[at - 1], path->edge[at], path->depth[at]);
-    }
+  path->edge[0] = signed_root(-path->perigee_m);
+  const double last = signed_root(ray->length_m - path->perigee_m), extent = last - path->edge[0];
+  const double panels_per_unit = fmin(panels, PANELS_MOST) / extent;
+  np_ray_cuts cuts = np_ray_cuts_make(medium, ray, CUTS_MOST);
+  for (double from = path->edge[0]; from < last;) {
+    const double cut = signed_root(np_ray_cuts_next(&cuts) - path->perigee_m), to = fmin(cut, last);
+    if (cut <= from) continue;
+    add_panels(path, from, to, (int)fmax(ceil((to - from) * panels_per_unit), 1.0));
+    from = to;
   }
 }
 
@@ -138,11 +133,12 @@ static void weigh_panels(const np_truth_path *path, const np_truth_guide *guide,
                          panel_weights *lit) {
   for (int i = 0; i < path->panel_count; i++) {
     const double t = np_truth_path_distance(path, 0.5 * (path->edge[i] + path->edge[i + 1]));
-    const np_truth_air air = np_truth_air_at(path->medium, np_ray_altitude(&path->ray, t));
+    double scattering[NP_TRUTH_BANDS];
+    np_truth_scattering_at(path->medium, np_ray_altitude(&path->ray, t), scattering);
     const np_bands sun = guide->depths ? guide_to_sun(path, guide, i) : np_bands_grey(1.0f);
     for (int b = 0; b < NP_TRUTH_BANDS; b++) {
       const double transmittance = exp(-0.5 * (path->depth[i][b] + path->depth[i + 1][b]));
-      scattered[i][b] = (air.rayleigh[b] + air.mie[b]) * transmittance * panel_length(path, i);
+      scattered[i][b] = scattering[b] * transmittance * panel_length(path, i);
       lit[i][b] = scattered[i][b] * (double)sun[b];
     }
   }

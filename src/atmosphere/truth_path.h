@@ -10,15 +10,17 @@
 
 #include "atmosphere/optical_depth.h"
 
-enum { NP_TRUTH_BANDS = 3, NP_TRUTH_PANELS_MAX = 96, NP_TRUTH_POINTS = 5 };
+enum { NP_TRUTH_BANDS = 3, NP_TRUTH_PANELS_MAX = 192, NP_TRUTH_POINTS = 5 };
 
-/* Coefficients at one altitude, 1/m. */
+/* Scattering at one altitude, 1/m; entries of `aerosol` beyond the medium's are not set. */
 typedef struct np_truth_air {
-  double rayleigh[NP_TRUTH_BANDS], mie[NP_TRUTH_BANDS]; /* scattering */
-  double extinction[NP_TRUTH_BANDS];
+  double rayleigh[NP_TRUTH_BANDS], aerosol[NP_AEROSOLS_MAX][NP_TRUTH_BANDS];
 } np_truth_air;
 
-np_truth_air np_truth_air_at(const np_medium *medium, double altitude_m);
+void np_truth_air_at(const np_medium *medium, double altitude_m, np_truth_air *out_air);
+
+/* Of all constituents together. */
+void np_truth_scattering_at(const np_medium *medium, double altitude_m, double out_scattering[NP_TRUTH_BANDS]);
 
 typedef struct np_truth_path {
   const np_medium *medium;

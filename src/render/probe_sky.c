@@ -48,22 +48,21 @@ typedef struct earth {
   np_truth_light light;
   double sun_angular_radius_rad, irradiance_w_m2_nm[3];
   neph_atmosphere_desc medium;
+  neph_atmosphere_layer layers[NEPH_EARTH_LAYER_COUNT]; /* the medium's, where they are not the Earth's own */
 } earth;
 
 enum { EARTH_COUNT = 3 };
 
 /* The Earth of Bruneton's 2017 implementation (its reference/model_test.cc): 60 km of air, a darker ground. */
-static neph_atmosphere_desc describe_bruneton(void) {
-  neph_atmosphere_desc d = NEPH_ATMOSPHERE_DESC_DEFAULT;
+static void describe_bruneton(earth *out) {
   const double rayleigh[3] = {5.802339382e-6, 13.55776245e-6, 33.10000598e-6};
   const double ozone[3] = {0.6497166e-6, 1.8809e-6, 0.08501668e-6};
-  d.top_altitude_m = 60e3;
-  for (int b = 0; b < 3; b++) {
-    d.rayleigh_scattering_per_m[b] = rayleigh[b];
-    d.ozone_absorption_per_m[b] = ozone[b];
-    d.ground_albedo[b] = 0.1;
-  }
-  return d;
+  memcpy(out->layers, neph_earth_layers, sizeof out->layers);
+  memcpy(out->layers[0].scattering_per_m, rayleigh, sizeof rayleigh);
+  memcpy(out->layers[2].absorption_per_m, ozone, sizeof ozone);
+  out->medium.layers = out->layers;
+  out->medium.top_altitude_m = 60e3;
+  for (int b = 0; b < 3; b++) out->medium.ground_albedo[b] = 0.1;
 }
 
 /* The suns of the first two are points that fade at the horizon, as in the tables that they come from. */
@@ -71,9 +70,10 @@ static void describe_earths(earth out[EARTH_COUNT]) {
   const neph_atmosphere_desc ours = NEPH_ATMOSPHERE_DESC_DEFAULT;
   const neph_sky_desc sun = NEPH_SKY_DESC_DEFAULT;
   const double *e = sun.sun_irradiance_w_m2_nm, radius = sun.sun_angular_radius_rad;
-  out[0] = (earth){"bruneton", NP_TRUTH_POINT, radius, {e[0], e[1], e[2]}, describe_bruneton()};
-  out[1] = (earth){"hillaire", NP_TRUTH_POINT, 0.004675, {1.0, 1.0, 1.0}, ours};
-  out[2] = (earth){"earth", NP_TRUTH_DISK, radius, {e[0], e[1], e[2]}, ours};
+  out[0] = (earth){.name = "bruneton", NP_TRUTH_POINT, radius, {e[0], e[1], e[2]}, ours};
+  out[1] = (earth){.name = "hillaire", NP_TRUTH_POINT, 0.004675, {1.0, 1.0, 1.0}, ours};
+  out[2] = (earth){.name = "earth", NP_TRUTH_DISK, radius, {e[0], e[1], e[2]}, ours};
+  describe_bruneton(&out[0]);
 }
 
 /* ---- Cases ---- */

@@ -2,6 +2,7 @@
 #include "scene/scene_apply.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -383,18 +384,37 @@ static void derive_terrain(neph_scene *scene) {
   scene->terrain.desc.longitude_rad = scene->longitude_rad;
 }
 
+enum { OWN_LAYERS = 3 };
+
+/* The layers of the air, in memory of their own. */
+static neph_result derive_air(neph_scene *scene) {
+  np_scene_air *air = &scene->air;
+  for (int b = 0; b < 3; b++)
+    air->aerosol.absorption_per_m[b] = fmax(air->aerosol_extinction_per_m[b] - air->aerosol.scattering_per_m[b], 0.0);
+  scene->layers = np_alloc(scene->context, OWN_LAYERS, sizeof *scene->layers);
+  if (!scene->layers) return NEPH_ERROR_OUT_OF_MEMORY;
+  scene->layers[0] = air->molecules;
+  scene->layers[1] = air->aerosol;
+  scene->layers[2] = air->ozone;
+  scene->atmosphere.layers = scene->layers;
+  scene->atmosphere.layer_count = OWN_LAYERS;
+  return NEPH_OK;
+}
+
 static neph_result apply_document(neph_scene *scene) {
   key_applier applier = {.context = scene->context, .scene = scene};
   const np_node *document = scene->document;
   if (document->kind != NP_NODE_MAPPING) return np_scene_fail_at(scene, document, "a scene must be a mapping of keys");
   neph_result result = apply_fallbacks(&applier, false, scene);
   if (!result) result = apply_section(&applier, NULL, scene, document);
+  if (!result) result = derive_air(scene);
   if (!result) derive_terrain(scene);
   return result;
 }
 
 neph_result np_scene_apply(neph_scene *scene) {
   scene->atmosphere = (neph_atmosphere_desc)NEPH_ATMOSPHERE_DESC_DEFAULT;
+  scene->air = (np_scene_air){neph_earth_layers[0], neph_earth_layers[1], neph_earth_layers[2], {0}};
   scene->terrain.desc = (neph_terrain_desc)NEPH_TERRAIN_DESC_DEFAULT;
   scene->terrain.ridges = (neph_ridges_desc)NEPH_RIDGES_DESC_DEFAULT;
   locale_t saved = np_values_enter();
@@ -415,7 +435,9 @@ static void clear_texts(neph_context *context, bool in_cloud, void *base) {
 void np_scene_clear(neph_scene *scene) {
   for (unsigned i = 0; i < scene->cloud_count; i++) clear_texts(scene->context, true, &scene->clouds[i]);
   np_alloc_free(scene->context, scene->clouds);
+  np_alloc_free(scene->context, scene->layers);
   scene->clouds = NULL;
+  scene->layers = NULL;
   scene->cloud_count = 0;
   clear_texts(scene->context, false, scene);
 }

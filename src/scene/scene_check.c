@@ -35,12 +35,12 @@ static neph_result check_camera(const neph_scene *scene) {
 }
 
 static neph_result check_atmosphere(const neph_scene *scene) {
-  const neph_atmosphere_desc *atmosphere = &scene->atmosphere;
+  const double *scattering = scene->air.aerosol.scattering_per_m, *extinction = scene->air.aerosol_extinction_per_m;
   for (int i = 0; i < 3; i++)
-    if (atmosphere->mie_extinction_per_m[i] < atmosphere->mie_scattering_per_m[i])
+    if (extinction[i] < scattering[i])
       return np_scene_fail_at(scene, locate(scene, "atmosphere", "mie_extinction"),
                               "atmosphere.mie_extinction is %g 1/m, must not be below mie_scattering, %g 1/m",
-                              atmosphere->mie_extinction_per_m[i], atmosphere->mie_scattering_per_m[i]);
+                              extinction[i], scattering[i]);
   return NEPH_OK;
 }
 

@@ -29,6 +29,12 @@ typedef struct np_scene_sun {
   double irradiance_w_m2_nm[3];
 } np_scene_sun;
 
+/* The air as its preset and the keys of its three constituents leave it. */
+typedef struct np_scene_air {
+  neph_atmosphere_layer molecules, aerosol, ozone;
+  double aerosol_extinction_per_m[3];
+} np_scene_air;
+
 /* Uniform light from infinitely far away, for tests and studios. */
 typedef struct np_scene_environment {
   double radiance_w_m2_sr_nm[3];
@@ -148,7 +154,9 @@ struct neph_scene {
   np_scene_sun sun;
   bool has_atmosphere;
   bool has_ground_albedo; /* atmosphere.ground_albedo was set: else the terrain's feeds the atmosphere */
-  neph_atmosphere_desc atmosphere;
+  np_scene_air air;
+  neph_atmosphere_layer *layers;   /* of the air, as they follow from that */
+  neph_atmosphere_desc atmosphere; /* with those layers */
   np_scene_environment environment;
   unsigned cloud_count;
   np_scene_cloud *clouds;

@@ -1,0 +1,229 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* From a description to a medium: layers, the phase functions they scatter by, and where their profiles bend. */
+#include "atmosphere/medium.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "atmosphere/medium_check.h"
+#include "core/alloc.h"
+
+/* ---- Layers ---- */
+
+static np_phase make_phase(const neph_atmosphere_layer *layer, int band) {
+  const float g = (float)layer->asymmetry[band];
+  switch (layer->phase) {
+  case NEPH_LAYER_CORNETTE_SHANKS:
+    return np_phase_cornette_shanks(g);
+  case NEPH_LAYER_HENYEY_GREENSTEIN:
+    return np_phase_henyey_greenstein(g);
+  case NEPH_LAYER_TWO_LOBE:
+    return np_phase_two_lobe(g, (float)layer->second_asymmetry[band], (float)layer->second_weight[band]);
+  case NEPH_LAYER_RAYLEIGH:
+    break;
+  }
+  return np_phase_rayleigh();
+}
+
+static bool is_same_phase(const np_phase *a, const np_phase *b) {
+  return a->weight == b->weight && a->lobe[0].asymmetry == b->lobe[0].asymmetry &&
+         a->lobe[0].alpha == b->lobe[0].alpha && a->lobe[1].asymmetry == b->lobe[1].asymmetry &&
+         a->lobe[1].alpha == b->lobe[1].alpha;
+}
+
+/* The aerosol that scatters by a phase function, made if there is none yet; −1: there is no room for another. */
+static int find_aerosol(np_medium *medium, const np_phase *phase) {
+  for (int i = 0; i < medium->aerosol_count; i++)
+    if (is_same_phase(&medium->aerosol[i].phase, phase)) return i;
+  if (medium->aerosol_count == NP_AEROSOLS_MAX) return -1;
+  np_aerosol *aerosol = &medium->aerosol[medium->aerosol_count];
+  double moment[3];
+  np_phase_get_moments(phase, 3, moment);
+  *aerosol = (np_aerosol){.phase = *phase};
+  for (int i = 0; i < 3; i++) aerosol->moment[i] = (float)moment[i];
+  return medium->aerosol_count++;
+}
+
+static np_layer_part *find_part(np_layer *layer, int aerosol) {
+  for (int i = 0; i < layer->part_count; i++)
+    if (layer->part[i].aerosol == aerosol) return &layer->part[i];
+  layer->part[layer->part_count] = (np_layer_part){aerosol, np_bands_grey(0.0f)};
+  return &layer->part[layer->part_count++];
+}
+
+/* Gives the scattering of each band to the aerosol that scatters like it. False: there are too many. */
+static bool assign_aerosols(np_medium *medium, np_layer *layer, const neph_atmosphere_layer *desc) {
+  for (int band = 0; band < NP_BAND_COUNT; band++) {
+    if (!(desc->scattering_per_m[band] > 0.0)) continue;
+    const np_phase phase = make_phase(desc, band);
+    const int aerosol = find_aerosol(medium, &phase);
+    if (aerosol < 0) return false;
+    find_part(layer, aerosol)->scattering[band] = (float)desc->scattering_per_m[band];
+  }
+  return true;
+}
+
+/* Where a layer is at all: a tent ends with its feet, a table with its rows, and all end with the air. */
+static void set_range(np_layer *layer, const neph_atmosphere_layer *desc, double top_m) {
+  double low = -INFINITY, high = INFINITY;
+  if (desc->profile == NEPH_LAYER_TENT) {
+    low = desc->center_m - desc->width_m;
+    high = desc->center_m + desc->width_m;
+  } else if (desc->profile == NEPH_LAYER_TABLE) {
+    low = desc->table_altitude_m[0];
+    high = desc->table_altitude_m[desc->table_rows - 1];
+  }
+  layer->bottom_m = fmax(desc->bottom_m, low);
+  layer->top_m = fmin(desc->top_m, high);
+  if (layer->top_m >= top_m) layer->top_m = INFINITY;
+  layer->bottom = (float)layer->bottom_m;
+  layer->top = (float)layer->top_m;
+}
+
+/* The rows of a table, copied. */
+static neph_result copy_rows(neph_context *context, np_layer *layer, const neph_atmosphere_layer *desc) {
+  const size_t count = desc->table_rows;
+  double *rows = np_alloc(context, 2 * count, sizeof *rows);
+  if (!rows) return NEPH_ERROR_OUT_OF_MEMORY;
+  memcpy(rows, desc->table_altitude_m, count * sizeof *rows);
+  memcpy(rows + count, desc->table_density, count * sizeof *rows);
+  layer->row_count = (int)count;
+  layer->altitude_m = rows;
+  layer->density = rows + count;
+  return NEPH_OK;
+}
+
+static neph_result fill_layer(neph_context *context, np_medium *medium, const neph_atmosphere_layer *desc,
+                              np_layer *out) {
+  double extinction[NP_BAND_COUNT];
+  for (int b = 0; b < NP_BAND_COUNT; b++) extinction[b] = desc->scattering_per_m[b] + desc->absorption_per_m[b];
+  *out = (np_layer){.profile = desc->profile,
+                    .height_m = desc->height_m,
+                    .center_m = desc->center_m,
+                    .width_m = desc->width_m,
+                    .inverse_height = (float)(1.0 / desc->height_m),
+                    .center = (float)desc->center_m,
+                    .inverse_width = (float)(1.0 / desc->width_m),
+                    .extinction = np_bands_from_doubles(extinction)};
+  set_range(out, desc, medium->top_m);
+  if (desc->phase == NEPH_LAYER_RAYLEIGH)
+    out->rayleigh = np_bands_from_doubles(desc->scattering_per_m);
+  else if (!assign_aerosols(medium, out, desc))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "atmosphere: the layers scatter by more than %d phase functions (each band of a layer may have its "
+                   "own), must be at most so many beside Rayleigh's",
+                   (int)NP_AEROSOLS_MAX);
+  return desc->profile == NEPH_LAYER_TABLE ? copy_rows(context, out, desc) : NEPH_OK;
+}
+
+/* ---- Kinks ---- */
+
+/* Adds an altitude where a layer may bend, if there is air on either side of it. */
+static void add_kink(np_medium *medium, const np_layer *layer, double altitude_m) {
+  if (!(altitude_m >= layer->bottom_m && altitude_m <= layer->top_m)) return;
+  if (altitude_m > 0.0 && altitude_m < medium->top_m) medium->kink_m[medium->kink_count++] = altitude_m;
+}
+
+static void add_kinks(np_medium *medium, const np_layer *layer) {
+  add_kink(medium, layer, layer->bottom_m);
+  add_kink(medium, layer, layer->top_m);
+  if (layer->profile == NEPH_LAYER_TENT) add_kink(medium, layer, layer->center_m);
+  for (int i = 0; i < layer->row_count; i++) add_kink(medium, layer, layer->altitude_m[i]);
+}
+
+static int compare_altitudes(const void *a, const void *b) {
+  const double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}
+
+static neph_result collect_kinks(neph_context *context, np_medium *medium) {
+  size_t count = 0;
+  for (int i = 0; i < medium->layer_count; i++) count += 3 + (size_t)medium->layers[i].row_count;
+  medium->kink_m = np_alloc(context, count + 1, sizeof *medium->kink_m);
+  if (!medium->kink_m) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (int i = 0; i < medium->layer_count; i++) add_kinks(medium, &medium->layers[i]);
+  if (!medium->kink_count) return NEPH_OK;
+  qsort(medium->kink_m, (size_t)medium->kink_count, sizeof *medium->kink_m, compare_altitudes);
+  int kept = 1;
+  for (int i = 1; i < medium->kink_count; i++)
+    if (medium->kink_m[i] > medium->kink_m[kept - 1]) medium->kink_m[kept++] = medium->kink_m[i];
+  medium->kink_count = kept;
+  return NEPH_OK;
+}
+
+/* ---- Columns ---- */
+
+/* Integral of an exponential's density between two altitudes at which there is some of it. */
+static double integrate_exponential(const np_layer *layer, double low, double high) {
+  const double begin = np_clamp(low, layer->bottom_m, layer->top_m),
+               end = np_clamp(high, layer->bottom_m, layer->top_m);
+  const double base = exp(-(begin - layer->bottom_m) / layer->height_m);
+  return -layer->height_m * base * expm1(-(end - begin) / layer->height_m);
+}
+
+double np_layer_column(const np_medium *medium, const np_layer *layer, double altitude_m) {
+  if (layer->profile == NEPH_LAYER_EXPONENTIAL) return integrate_exponential(layer, altitude_m, medium->top_m);
+  double column = 0.0, low = altitude_m;
+  for (int i = 0; i <= medium->kink_count; i++) {
+    const double high = i < medium->kink_count ? medium->kink_m[i] : medium->top_m;
+    if (high <= low) continue;
+    column += (high - low) * np_layer_density_exact(layer, 0.5 * (low + high));
+    low = high;
+  }
+  return column;
+}
+
+np_bands np_aerosol_column(const np_medium *medium, int aerosol, double altitude_m) {
+  np_bands column = np_bands_grey(0.0f);
+  for (int i = 0; i < medium->layer_count; i++)
+    for (int k = 0; k < medium->layers[i].part_count; k++)
+      if (medium->layers[i].part[k].aerosol == aerosol)
+        column += (float)np_layer_column(medium, &medium->layers[i], altitude_m) * medium->layers[i].part[k].scattering;
+  return column;
+}
+
+/* Each aerosol's share in the vertical depth; where no aerosol scatters in a band, they share it alike. */
+static void share_depth(np_medium *medium) {
+  np_bands total = np_bands_grey(0.0f);
+  for (int i = 0; i < medium->aerosol_count; i++) {
+    medium->aerosol[i].share = np_aerosol_column(medium, i, 0.0);
+    total += medium->aerosol[i].share;
+  }
+  for (int i = 0; i < medium->aerosol_count; i++)
+    for (int b = 0; b < NP_BAND_COUNT; b++) {
+      float *share = (float *)&medium->aerosol[i].share + b;
+      *share = total[b] > 0.0f ? *share / total[b] : 1.0f / (float)medium->aerosol_count;
+    }
+}
+
+/* ---- All ---- */
+
+static neph_result fill(neph_context *context, np_medium *medium, const neph_atmosphere_desc *desc) {
+  neph_result result = NEPH_OK;
+  for (unsigned i = 0; !result && i < desc->layer_count; i++) {
+    medium->layer_count = (int)i + 1;
+    result = fill_layer(context, medium, &desc->layers[i], &medium->layers[i]);
+  }
+  if (!result) result = collect_kinks(context, medium);
+  if (!result) share_depth(medium);
+  return result;
+}
+
+neph_result np_medium_init(neph_context *context, const neph_atmosphere_desc *desc, np_medium *out_medium) {
+  *out_medium = (np_medium){.planet_radius_m = desc->planet_radius_m,
+                            .top_m = desc->top_altitude_m,
+                            .ground_albedo = np_bands_from_doubles(desc->ground_albedo)};
+  neph_result result = np_medium_check(context, desc);
+  if (result) return result;
+  out_medium->layers = np_alloc(context, (size_t)desc->layer_count + 1, sizeof *out_medium->layers);
+  result = out_medium->layers ? fill(context, out_medium, desc) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (result) np_medium_free(context, out_medium);
+  return result;
+}
+
+void np_medium_free(neph_context *context, np_medium *medium) {
+  for (int i = 0; i < medium->layer_count; i++) np_alloc_free(context, medium->layers[i].altitude_m);
+  np_alloc_free(context, medium->layers);
+  np_alloc_free(context, medium->kink_m);
+  *medium = (np_medium){0};
+}
