@@ -17,6 +17,7 @@
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "image/color_space.h"
 
 static const float contrast = 1.3f, shoulder = 0.95f;
 static const float brightest = 16.0f, middle_in = 0.18f, middle_out = 0.2f;
@@ -26,7 +27,29 @@ static const float rec709_luminance[3] = {0.2126f, 0.7152f, 0.0722f};
 typedef struct preview_planes {
   const float *plane[3];
   float factor[3]; /* exposure over white */
+  bool has_primaries;
+  float rec709_from_rgb[3][3]; /* of primaries that are not Rec.709's */
 } preview_planes;
+
+/* Primaries without a header are Rec.709's, as OpenEXR has it; so are those of bands, which are none. */
+static void find_primaries(const neph_image *image, preview_planes *out) {
+  const float *own = image->header.chromaticities;
+  const float *rec709 = np_color_space_get_chromaticities(NP_COLOR_REC709);
+  np_color_matrix matrix;
+  out->has_primaries = image->header.has_chromaticities && memcmp(own, rec709, sizeof image->header.chromaticities) &&
+                       np_color_space_to_rec709(own, &matrix);
+  for (int r = 0; out->has_primaries && r < 3; r++)
+    for (int c = 0; c < 3; c++) out->rec709_from_rgb[r][c] = (float)matrix.at[r][c];
+}
+
+static void convert_primaries(const preview_planes *planes, float rgb[3]) {
+  if (!planes->has_primaries) return;
+  const float own[3] = {rgb[0], rgb[1], rgb[2]};
+  for (int r = 0; r < 3; r++) {
+    const float *row = planes->rec709_from_rgb[r];
+    rgb[r] = row[0] * own[0] + row[1] * own[1] + row[2] * own[2];
+  }
+}
 
 static bool find_planes(const neph_image *image, preview_planes *out) {
   static const char *const colours[3] = {"R", "G", "B"};
@@ -35,6 +58,7 @@ static bool find_planes(const neph_image *image, preview_planes *out) {
     if (!out->plane[c]) out->plane[c] = np_image_find_channel(image, "Y");
     if (!out->plane[c]) return false;
   }
+  find_primaries(image, out);
   return true;
 }
 
@@ -52,8 +76,10 @@ static double get_bin_stops(int bin) { return (bin + 0.5) / BINS_PER_STOP - STOP
 static void fill_histogram(const preview_planes *planes, size_t pixel_count, luminance_histogram *out) {
   *out = (luminance_histogram){.count = 0};
   for (size_t i = 0; i < pixel_count; i++) {
-    float luminance = 0;
-    for (int c = 0; c < 3; c++) luminance += rec709_luminance[c] * fmaxf(planes->plane[c][i] * planes->factor[c], 0.0f);
+    float rgb[3], luminance = 0;
+    for (int c = 0; c < 3; c++) rgb[c] = planes->plane[c][i] * planes->factor[c];
+    convert_primaries(planes, rgb);
+    for (int c = 0; c < 3; c++) luminance += rec709_luminance[c] * fmaxf(rgb[c], 0.0f);
     if (!(luminance > 0) || !isfinite(luminance)) continue;
     float bin = (log2f(luminance) + STOPS_EITHER_WAY) * BINS_PER_STOP;
     out->bin[(int)fminf(fmaxf(bin, 0.0f), BIN_COUNT - 1)]++;
@@ -184,7 +210,7 @@ typedef struct preview_job {
 
 static void paint(uint8_t *rgb, uint8_t r, uint8_t g, uint8_t b) { rgb[0] = r, rgb[1] = g, rgb[2] = b; }
 
-static void render_pixel(preview_job *job, const float exposed[3], const float noise[3], uint8_t *rgb) {
+static void render_pixel(preview_job *job, float exposed[3], const float noise[3], uint8_t *rgb) {
   float display[3];
   if (isnan(exposed[0]) || isnan(exposed[1]) || isnan(exposed[2])) {
     atomic_fetch_add(&job->nan_count, 1);
@@ -192,6 +218,7 @@ static void render_pixel(preview_job *job, const float exposed[3], const float n
   } else if (fmaxf(exposed[0], fmaxf(exposed[1], exposed[2])) == HUGE_VALF) {
     paint(rgb, 255, 255, 255);
   } else {
+    convert_primaries(&job->planes, exposed);
     map_tone(job->curve, exposed, display);
     for (int c = 0; c < 3; c++) rgb[c] = quantize(encode_srgb(display[c]), noise[c]);
   }

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Colour spaces of a picture: bands as they are, or linear light of three primaries whose (1, 1, 1) is D65.
+ *
+ * Luminance is in units of that of 1 W m⁻² sr⁻¹ nm⁻¹ at every wavelength, 683 lm/W · ∫y dλ = 72,983 cd/m², so that
+ * colours are about as large as the radiances they are made of.
+ */
+#ifndef NP_IMAGE_COLOR_SPACE_H
+#define NP_IMAGE_COLOR_SPACE_H
+
+#include "image/image_private.h"
+
+typedef enum np_color_space {
+  NP_COLOR_BANDS, /* R, G, B are the radiances in three bands */
+  NP_COLOR_REC709,
+  NP_COLOR_ACESCG
+} np_color_space;
+
+/* Row by row: out[r] = Σ at[r][c] · in[c]. */
+typedef struct np_color_matrix {
+  double at[3][3];
+} np_color_matrix;
+
+/* "nephos-bands", "rec709", "acescg". */
+const char *np_color_space_get_name(np_color_space space);
+
+/* Chromaticities x, y of red, green, blue and white as OpenEXR keeps them; not for bands. */
+const float *np_color_space_get_chromaticities(np_color_space space);
+
+/* XYZ, white at D65, to linear R, G, B. Where a space's own white is another (ACEScg: x 0.32168, y 0.33767), colours
+ * are adapted to it by the Bradford transform. Not for bands. */
+np_color_matrix np_color_space_from_xyz(np_color_space space);
+
+/* What a radiance of 1 W m⁻² sr⁻¹ nm⁻¹ adds to R, G and B, of a wavelength whose weights are these. */
+void np_color_space_weigh(np_color_space space, const double xyz_nm[3], double out_rgb[3]);
+
+/* From the linear R, G, B of a picture's chromaticities to Rec.709 with its white adapted to D65. False when they span
+ * no space. */
+bool np_color_space_to_rec709(const float chromaticities[8], np_color_matrix *out_rec709_from_rgb);
+
+/* Luminance of (1, 1, 1), cd/m². */
+double np_color_space_white_luminance(void);
+
+#endif
