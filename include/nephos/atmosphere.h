@@ -34,6 +34,12 @@ typedef enum neph_layer_phase {
                                  *   light by `second_asymmetry` */
 } neph_layer_phase;
 
+/** How a layer's absorption goes on between and beyond the three bands, where a picture has more wavelengths. */
+typedef enum neph_layer_absorber {
+  NEPH_LAYER_SMOOTH, /**< as a power of the wavelength; so does scattering */
+  NEPH_LAYER_OZONE   /**< as ozone's Chappuis bands do, through the values in the three */
+} neph_layer_absorber;
+
 /** One constituent of the air: where it is, and what it does to light in each band. */
 typedef struct neph_atmosphere_layer {
   neph_layer_profile profile;
@@ -49,6 +55,7 @@ typedef struct neph_atmosphere_layer {
   double asymmetry[3];            /**< g in each band, −0.9999 to 0.9999 */
   double second_asymmetry[3];     /**< likewise, of the second lobe */
   double second_weight[3];        /**< 0 to 1 */
+  neph_layer_absorber absorber;
 } neph_atmosphere_layer;
 
 enum { NEPH_EARTH_LAYER_COUNT = 3 };

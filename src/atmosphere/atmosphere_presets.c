@@ -24,5 +24,6 @@ const neph_atmosphere_layer neph_earth_layers[NEPH_EARTH_LAYER_COUNT] = {
      .top_m = (double)INFINITY,
      .center_m = 25000.0,
      .width_m = 15000.0,
-     .absorption_per_m = {0.650e-6, 1.881e-6, 0.085e-6}},
+     .absorption_per_m = {0.650e-6, 1.881e-6, 0.085e-6},
+     .absorber = NEPH_LAYER_OZONE},
 };
