@@ -11,8 +11,8 @@ static cli_exit check_output(const cli_options *options) {
   return CLI_USAGE;
 }
 
-static void print_plain(const char *label, const char *values) {
-  printf("%-15s %s W/m2/nm at 680, 550, 440 nm\n", label, values);
+static void print_plain(const char *label, const char *values, const char *bands, const char *space) {
+  printf("%-15s %s W/m2/nm %s %s\n", label, values, bands ? "at" : "in", bands ? bands : space);
 }
 
 /* Three numbers parted by spaces, as the header has them, as a JSON array. */
@@ -25,16 +25,20 @@ static void print_json(const char *name, const char *values) {
 static void print_irradiances(const cli_session *session, const neph_image *image) {
   const char *sun = neph_image_get_attribute(image, "nephos:sunIrradiance");
   const char *sky = neph_image_get_attribute(image, "nephos:skyIrradiance");
+  const char *bands = neph_image_get_attribute(image, "nephos:bands");
+  const char *space = neph_image_get_attribute(image, "nephos:colorSpace");
   const bool has_air = sun && sky;
   if (session->options->is_json) {
-    printf("{");
+    printf("{\"color_space\": ");
+    cli_print_json_text(space);
+    if (has_air) printf(", ");
     if (has_air) print_json("sun_irradiance_w_m2_nm", sun);
     if (has_air) printf(", ");
     if (has_air) print_json("sky_irradiance_w_m2_nm", sky);
     printf("}\n");
   } else if (has_air) {
-    print_plain("sun irradiance", sun);
-    print_plain("sky irradiance", sky);
+    print_plain("sun irradiance", sun, bands, space);
+    print_plain("sky irradiance", sky, bands, space);
   } else {
     printf("the scene has no air, and so no sky\n");
   }

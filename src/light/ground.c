@@ -46,7 +46,7 @@ bool np_ground_intersect(const np_scene_view *view, np_dvec3 origin, np_vec3 dir
     out_hit->distance_m = terrain.distance;
     out_hit->position = np_dvec3_along(origin, direction, terrain.distance);
     out_hit->normal = terrain.normal;
-    out_hit->albedo = terrain.albedo;
+    out_hit->albedo = view->terrain_albedo;
   } else {
     return false;
   }

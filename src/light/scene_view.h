@@ -46,6 +46,7 @@ typedef struct np_scene_view {
   double planet_radius_m;
   const neph_terrain *terrain; /* NULL: the sphere alone */
   np_dvec3 terrain_min, terrain_max;
+  np_spectrum terrain_albedo;
   np_spectrum ground_albedo; /* of the sphere */
 
   const struct np_multi_scatter *multi_scatter; /* NULL: not solved for */

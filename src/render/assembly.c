@@ -183,20 +183,32 @@ typedef struct packet_build {
   np_packet *packet;
 } packet_build;
 
+/* Of the sphere: the terrain's, unless it was given. */
+static const double *get_ground_albedo(const neph_scene *scene) {
+  const bool is_terrain = !scene->has_ground_albedo && scene->terrain.kind != NP_TERRAIN_NONE;
+  return is_terrain ? scene->terrain.desc.ground_albedo : scene->atmosphere.ground_albedo;
+}
+
 static neph_result build_atmosphere(const packet_build *p) {
   const neph_scene *scene = p->b->scene;
   neph_atmosphere_desc desc = scene->atmosphere;
-  if (!scene->has_ground_albedo && scene->terrain.kind != NP_TERRAIN_NONE)
-    memcpy(desc.ground_albedo, scene->terrain.desc.ground_albedo, sizeof desc.ground_albedo);
+  np_band_set_convert(&p->packet->bands, NP_BAND_LINEAR, get_ground_albedo(scene), desc.ground_albedo);
+  neph_atmosphere_layer *layers = np_alloc(scene->context, desc.layer_count, sizeof *layers);
+  if (!layers) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned i = 0; i < desc.layer_count; i++)
+    layers[i] = np_band_set_convert_layer(&p->packet->bands, &scene->atmosphere.layers[i]);
+  desc.layers = layers;
   np_monitor_set_stage(p->b->monitor, "building the atmosphere");
-  return neph_atmosphere_create(scene->context, &desc, &p->packet->atmosphere);
+  neph_result result = neph_atmosphere_create(scene->context, &desc, &p->packet->atmosphere);
+  np_alloc_free(scene->context, layers);
+  return result;
 }
 
 static neph_result build_sky(const packet_build *p, np_dvec3 observer, neph_sky **out_sky) {
   const np_scene_sun *sun = &p->b->scene->sun;
   neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
   memcpy(desc.sun_direction, p->b->to_sun, sizeof desc.sun_direction);
-  memcpy(desc.sun_irradiance_w_m2_nm, sun->irradiance_w_m2_nm, sizeof desc.sun_irradiance_w_m2_nm);
+  np_band_set_convert(&p->packet->bands, NP_BAND_SUN, sun->irradiance_w_m2_nm, desc.sun_irradiance_w_m2_nm);
   desc.sun_angular_radius_rad = sun->angular_radius_rad;
   desc.observer_m[0] = observer.x;
   desc.observer_m[1] = observer.y;
@@ -215,17 +227,21 @@ static neph_result build_skies(const packet_build *p) {
   return result;
 }
 
+static np_spectrum convert(const packet_build *p, np_band_rule rule, const double reference[NP_BAND_COUNT]) {
+  double values[NP_BAND_COUNT];
+  np_band_set_convert(&p->packet->bands, rule, reference, values);
+  return np_spectrum_make((float)values[0], (float)values[1], (float)values[2]);
+}
+
 static neph_result place_clouds(const packet_build *p) {
   const np_assembly *a = p->b->assembly;
   if (!a->volume_count) return NEPH_OK;
   p->packet->placed = np_alloc(a->context, a->volume_count, sizeof *a->placed);
   if (!p->packet->placed) return NEPH_ERROR_OUT_OF_MEMORY;
   memcpy(p->packet->placed, a->placed, a->volume_count * sizeof *a->placed);
+  for (unsigned i = 0; i < a->volume_count; i++)
+    p->packet->placed[i].albedo = convert(p, NP_BAND_LINEAR, p->b->scene->clouds[i].albedo);
   return NEPH_OK;
-}
-
-static np_spectrum spectrum_of(const double values[3]) {
-  return np_spectrum_make((float)values[0], (float)values[1], (float)values[2]);
 }
 
 static void fill_view(const packet_build *p) {
@@ -238,17 +254,17 @@ static void fill_view(const packet_build *p) {
       .volumes = packet->placed,
       .to_sun = np_vec3_make((float)to_sun[0], (float)to_sun[1], (float)to_sun[2]),
       .sun_angular_radius_rad = (float)scene->sun.angular_radius_rad,
-      .sun_irradiance = spectrum_of(scene->sun.irradiance_w_m2_nm),
+      .sun_irradiance = convert(p, NP_BAND_SUN, scene->sun.irradiance_w_m2_nm),
       .atmosphere = packet->atmosphere,
       .camera_sky = packet->camera_sky,
       .cloud_sky = packet->cloud_sky,
-      .environment_radiance = spectrum_of(scene->environment.radiance_w_m2_sr_nm),
+      .environment_radiance = convert(p, NP_BAND_LINEAR, scene->environment.radiance_w_m2_sr_nm),
       .is_environment_upper_only = scene->environment.is_upper_only,
       .has_planet = scene->environment.has_planet,
       .planet_radius_m = scene->atmosphere.planet_radius_m,
       .terrain = a->terrain,
-      .ground_albedo = spectrum_of(a->terrain && !scene->has_ground_albedo ? scene->terrain.desc.ground_albedo
-                                                                           : scene->atmosphere.ground_albedo),
+      .terrain_albedo = convert(p, NP_BAND_LINEAR, scene->terrain.desc.ground_albedo),
+      .ground_albedo = convert(p, NP_BAND_LINEAR, get_ground_albedo(scene)),
   };
   if (a->terrain) np_terrain_get_bounds(a->terrain, &packet->view.terrain_min, &packet->view.terrain_max);
 }
@@ -275,11 +291,31 @@ static neph_result build_packet(const packet_build *p) {
   return needs(plan, NP_STAGE_ORDINATES) ? build_multi_scatter(p) : NEPH_OK;
 }
 
+/* The bands of each packet, and their weights in the picture's colours. */
+static void choose_bands(const np_plan *plan, np_packet *packets) {
+  if (plan->packet_count == 1) {
+    packets->bands = np_band_set_reference();
+    for (int c = 0; c < 3; c++) packets->color_weight[c][c] = 1.0f;
+    return;
+  }
+  np_wavelengths wavelengths;
+  np_wavelengths_choose(plan->wavelength_count, &wavelengths);
+  for (unsigned i = 0; i < plan->packet_count; i++) {
+    packets[i].bands = np_band_set_choose(&wavelengths, i);
+    for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+      double rgb[3];
+      np_color_space_weigh(plan->color_space, wavelengths.xyz_nm[np_band_set_get_index(&wavelengths, i, b)], rgb);
+      for (int c = 0; c < 3; c++) packets[i].color_weight[c][b] = (float)rgb[c];
+    }
+  }
+}
+
 static neph_result build_packets(const build *b) {
   np_assembly *a = b->assembly;
-  const unsigned count = 1;
+  const unsigned count = b->plan->packet_count;
   a->packets = np_alloc(a->context, count, sizeof *a->packets);
   if (!a->packets) return NEPH_ERROR_OUT_OF_MEMORY;
+  choose_bands(b->plan, a->packets);
   neph_result result = NEPH_OK;
   for (; !result && a->packet_count < count; a->packet_count++)
     result = build_packet(&(packet_build){b, &a->packets[a->packet_count]});

@@ -183,6 +183,23 @@ static void write_pixel(const frame *f, unsigned x, unsigned y, const double *su
   }
 }
 
+/* One sample of the picture: every packet along the same path, its bands added up to colours before anything is
+ * squared. What does not depend on wavelength is the first packet's. */
+static void integrate(const frame *f, const np_camera_ray *ray, const np_random *random, np_integrator_sample *out) {
+  const np_assembly *a = f->assembly;
+  np_random first_random = *random;
+  f->integrate(&a->packets[0].view, &f->settings, ray, &first_random, out);
+  if (a->packet_count == 1) return;
+  np_integrator_sample sample = *out;
+  memset(out->component, 0, sizeof out->component);
+  for (unsigned p = 0; p < a->packet_count; p++) {
+    np_random same_random = *random;
+    if (p > 0) f->integrate(&a->packets[p].view, &f->settings, ray, &same_random, &sample);
+    for (int c = 0; c < NP_COMPONENT_COUNT; c++)
+      out->component[c] = np_packet_add_color(&a->packets[p], out->component[c], sample.component[c]);
+  }
+}
+
 static neph_result render_pixel(const frame *f, unsigned x, unsigned y, tile_total *total) {
   np_film_accumulator accumulator;
   np_film_accumulator_begin(&accumulator, f->channel_count, 0);
@@ -191,10 +208,10 @@ static neph_result render_pixel(const frame *f, unsigned x, unsigned y, tile_tot
   const float offset[2] = {np_random_float(&shift), np_random_float(&shift)};
   for (unsigned s = 0; s < f->desc->sample_count; s++) {
     if (np_monitor_is_cancelled(f->monitor)) return NEPH_ERROR_CANCELLED;
-    np_random random = np_random_start(f->desc->seed, (uint32_t)f->desc->frame, x, y, s);
+    const np_random random = np_random_start(f->desc->seed, (uint32_t)f->desc->frame, x, y, s);
     const np_camera_ray ray = make_ray(f, x, y, s, offset);
     np_integrator_sample sample;
-    f->integrate(&f->assembly->packets[0].view, &f->settings, &ray, &random, &sample);
+    integrate(f, &ray, &random, &sample);
     float values[CHANNELS_MAX];
     for (unsigned c = 0; c < f->channel_count; c++) values[c] = read_channel(f, &f->channels[c], &sample);
     np_film_accumulator_add(&accumulator, values);
@@ -256,10 +273,6 @@ static void fill_header(const frame *f, neph_image *image) {
   np_image_header *header = &image->header;
   header->has_camera = true;
   np_camera_get_matrices(&f->assembly->camera, header->world_to_camera, header->world_to_ndc);
-  /* Shown as Rec. 709: the bands are no primaries, but R, G and B are what a viewer makes of them. */
-  static const float rec709[8] = {0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f};
-  header->has_chromaticities = true;
-  memcpy(header->chromaticities, rec709, sizeof rec709);
   header->has_window = true;
   for (int a = 0; a < 2; a++) {
     header->data_min[a] = (int)f->desc->crop_min[a];

@@ -5,6 +5,7 @@
 
 #include "core/parallel.h"
 #include "image/image_private.h"
+#include "render/color_header.h"
 #include "render/frame.h"
 
 static neph_result describe_render(const neph_scene *scene, const neph_render_desc *desc, double seconds,
@@ -15,11 +16,7 @@ static neph_result describe_render(const neph_scene *scene, const neph_render_de
                                          [NEPH_MULTIPLE_SCATTERING_ORDINATES] = "ordinates"};
   char seed[24];
   (void)snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
-  neph_result result = neph_image_set_attribute(image, "nephos:colorSpace", "nephos-bands");
-  if (!result) result = neph_image_set_attribute(image, "nephos:bands", "680 nm, 550 nm, 440 nm");
-  if (!result) result = neph_image_set_attribute(image, "nephos:unit", "W m^-2 sr^-1 nm^-1");
-  if (!result) result = np_image_set_real(image, "nephos:scale", scene->output.scale);
-  if (!result) result = neph_image_set_attribute(image, "nephos:integrator", is_path ? "path" : "march");
+  neph_result result = neph_image_set_attribute(image, "nephos:integrator", is_path ? "path" : "march");
   if (!result && !is_path)
     result = neph_image_set_attribute(image, "nephos:multipleScattering", multiple[desc->multiple_scattering]);
   if (!result && desc->scattering_max != NEPH_SCATTERINGS_ALL)
@@ -45,6 +42,7 @@ static neph_result render(const np_plan *plan, const neph_scene *scene, neph_ima
   neph_result result = np_assembly_build(scene, plan, &monitor, &assembly);
   if (result) return result;
   result = np_frame_render(scene, plan, &assembly, &monitor, out_image);
+  if (!result) result = np_color_header_write(plan, &assembly, scene->output.scale, *out_image);
   np_assembly_clear(&assembly);
   if (!result) result = describe_render(scene, &plan->desc, seconds_since(&monitor.start), *out_image);
   return result;

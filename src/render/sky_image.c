@@ -4,7 +4,7 @@
 
 #include "core/parallel.h"
 #include "core/units.h"
-#include "render/assembly.h"
+#include "render/color_header.h"
 
 typedef struct sky_image {
   const np_assembly *assembly;
@@ -21,29 +21,49 @@ static np_vec3 direction_of(const sky_image *s, unsigned x, size_t y) {
 static neph_result fill_rows(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const sky_image *s = user;
-  const np_packet *packet = &s->assembly->packets[0];
+  const np_assembly *a = s->assembly;
   for (size_t y = begin; y < end; y++)
     for (unsigned x = 0; x < s->width; x++) {
-      const np_spectrum radiance = np_light_sky(&packet->view, packet->camera_sky, direction_of(s, x, y));
-      for (int b = 0; b < NP_BAND_COUNT; b++) s->planes[b][y * s->width + x] = radiance.band[b];
+      const np_vec3 direction = direction_of(s, x, y);
+      np_spectrum color = np_spectrum_grey(0.0f);
+      for (unsigned p = 0; p < a->packet_count; p++) {
+        const np_packet *packet = &a->packets[p];
+        color = np_packet_add_color(packet, color, np_light_sky(&packet->view, packet->camera_sky, direction));
+      }
+      for (int c = 0; c < 3; c++) s->planes[c][y * s->width + x] = color.band[c];
     }
   return NEPH_OK;
 }
 
-static neph_result set_irradiance(neph_image *image, const char *name, const double values[3]) {
+static neph_result set_irradiance(neph_image *image, const char *name, np_spectrum color) {
   char text[128];
-  (void)snprintf(text, sizeof text, "%.6g %.6g %.6g", values[0], values[1], values[2]);
+  (void)snprintf(text, sizeof text, "%.6g %.6g %.6g", (double)color.band[0], (double)color.band[1],
+                 (double)color.band[2]);
   return neph_image_set_attribute(image, name, text);
 }
 
-static neph_result describe_sky(const np_assembly *assembly, neph_image *image) {
-  neph_result result = neph_image_set_attribute(image, "nephos:unit", "W m^-2 sr^-1 nm^-1");
-  if (!result) result = neph_image_set_attribute(image, "nephos:colorSpace", "nephos-bands");
+static np_spectrum spectrum_of(const double values[3]) {
+  return np_spectrum_make((float)values[0], (float)values[1], (float)values[2]);
+}
+
+/* In the picture's colours, as its pixels are. */
+static neph_result describe_irradiances(const np_assembly *assembly, neph_image *image) {
+  np_spectrum sun_color = np_spectrum_grey(0.0f), sky_color = np_spectrum_grey(0.0f);
+  for (unsigned p = 0; p < assembly->packet_count; p++) {
+    const np_packet *packet = &assembly->packets[p];
+    double sun[3], sky[3];
+    neph_sky_get_irradiance(packet->camera_sky, sun, sky);
+    sun_color = np_packet_add_color(packet, sun_color, spectrum_of(sun));
+    sky_color = np_packet_add_color(packet, sky_color, spectrum_of(sky));
+  }
+  neph_result result = set_irradiance(image, "nephos:sunIrradiance", sun_color);
+  return result ? result : set_irradiance(image, "nephos:skyIrradiance", sky_color);
+}
+
+static neph_result describe_sky(const np_plan *plan, const np_assembly *assembly, neph_image *image) {
+  neph_result result = np_color_header_write(plan, assembly, 1.0, image);
   if (result || !assembly->packets[0].camera_sky) return result;
-  double sun[3], sky[3];
-  neph_sky_get_irradiance(assembly->packets[0].camera_sky, sun, sky);
-  result = set_irradiance(image, "nephos:sunIrradiance", sun);
-  return result ? result : set_irradiance(image, "nephos:skyIrradiance", sky);
+  return describe_irradiances(assembly, image);
 }
 
 static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc, neph_image **out_image) {
@@ -62,7 +82,7 @@ static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc
     np_monitor_set_stage(&monitor, "sky");
     result = np_parallel_for(scene->context, &monitor, desc->height, 4, fill_rows, &s);
   }
-  if (!result) result = describe_sky(&assembly, *out_image);
+  if (!result) result = describe_sky(&plan, &assembly, *out_image);
   np_assembly_clear(&assembly);
   return result;
 }

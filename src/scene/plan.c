@@ -172,6 +172,20 @@ static void decide_scattering(np_plan *plan, const scene_facts *facts) {
          desc->integrator == NEPH_INTEGRATOR_PATH ? "path: unbiased in the clouds" : "march: fast and biased");
 }
 
+/* Without light there is nothing that depends on wavelength. */
+static void decide_colors(np_plan *plan, const neph_scene *scene, const scene_facts *facts) {
+  plan->color_space = np_scene_get_color_space(scene);
+  plan->wavelength_count = facts->dark ? 3 : scene->render.wavelength_count;
+  plan->packet_count = plan->wavelength_count / 3;
+  char reason[sizeof plan->stages->reason] = "the three bands are the picture's channels";
+  if (plan->packet_count > 1)
+    snprintf(reason, sizeof reason,
+             "%u wavelengths, in %u packets of three, each with its own air and light, summed to %s",
+             plan->wavelength_count, plan->packet_count, np_color_space_get_name(plan->color_space));
+  decide_unless(plan, NP_STAGE_COLOR, facts->dark, NULL, reason);
+  plan->stages[NP_STAGE_COLOR].is_needed = plan->packet_count > 1;
+}
+
 /* ---- Resources ---- */
 
 static unsigned count_channels(const np_plan *plan) {
@@ -208,6 +222,7 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   decide_sky(out_plan, &facts);
   decide_light(out_plan, &facts);
   decide_scattering(out_plan, &facts);
+  decide_colors(out_plan, scene, &facts);
   count_work(out_plan);
   return NEPH_OK;
 }
@@ -221,6 +236,7 @@ neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan) {
   facts.dark = facts.has_sun || facts.has_environment ? NULL : "nothing shines: sun and environment are 0";
   facts.has_clouds = facts.has_terrain = false;
   decide_sky(out_plan, &facts);
+  decide_colors(out_plan, scene, &facts);
   for (int i = 0; i < NP_STAGE_COUNT; i++)
     if (!out_plan->stages[i].reason[0]) decide(out_plan, (np_stage)i, false, "only the sky is wanted");
   return NEPH_OK;
@@ -241,6 +257,7 @@ const char *np_stage_get_name(np_stage stage) {
       [NP_STAGE_ORDINATES] = "multiple scattering",
       [NP_STAGE_OCTAVES] = "octaves",
       [NP_STAGE_INTEGRATOR] = "integrator",
+      [NP_STAGE_COLOR] = "colour",
   };
   return names[stage];
 }
@@ -279,6 +296,9 @@ static neph_result describe_json(const np_plan *plan, char **out_text) {
   np_json *json = np_json_create(plan->context);
   if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
   put_picture(json, &plan->desc);
+  np_json_put_integer(json, "wavelength_count", plan->wavelength_count);
+  np_json_put_integer(json, "packet_count", plan->packet_count);
+  np_json_put_text(json, "color_space", np_color_space_get_name(plan->color_space));
   np_json_put_integer(json, "ray_count", (int64_t)plan->ray_count);
   np_json_put_integer(json, "film_bytes", (int64_t)plan->film_bytes);
   np_json_put_real(json, "bake_voxel_count", plan->bake_voxel_count);

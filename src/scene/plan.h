@@ -18,6 +18,7 @@ typedef enum np_stage {
   NP_STAGE_ORDINATES,    /* multiple scattering solved for on coarse cells */
   NP_STAGE_OCTAVES,      /* multiple scattering guessed from single scattering */
   NP_STAGE_INTEGRATOR,
+  NP_STAGE_COLOR, /* packets of three bands, added up as the eye does */
   NP_STAGE_COUNT
 } np_stage;
 
@@ -31,6 +32,8 @@ typedef struct np_plan {
   neph_render_desc desc; /* the caller's over the scene's, checked */
   bool has_beauty;
   unsigned aovs; /* of np_aov */
+  np_color_space color_space;
+  unsigned wavelength_count, packet_count; /* packets of three bands each */
   np_plan_stage stages[NP_STAGE_COUNT];
   uint64_t ray_count;      /* of the camera: pixels of the crop times samples */
   uint64_t film_bytes;     /* of the film's channels in float */

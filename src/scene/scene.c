@@ -117,6 +117,7 @@ neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_outp
       .pixel_type = output->pixel_type,
       .preview_desc = preview,
   };
+  np_scene_get_white(scene, out_output->preview_desc.white);
   out_output->preview_desc.exposure_ev = output->exposure_ev;
   out_output->preview_desc.is_exposure_auto = output->is_exposure_auto;
   return NEPH_OK;

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "image/wavelengths.h"
 #include "scene/scene_apply.h"
 
 /* The node of a key in a section of the document, the section's when the key was not given, or the document. */
@@ -102,10 +103,30 @@ static neph_result check_terrain(const neph_scene *scene) {
                           terrain->desc.height_min_m);
 }
 
+static neph_result check_colors(const neph_scene *scene) {
+  const unsigned count = scene->render.wavelength_count;
+  const np_scene_color color = scene->output.color;
+  if (count % 3 != 0)
+    return np_scene_fail_at(scene, locate(scene, "render", "wavelengths"),
+                            "render.wavelengths is %u, must be a multiple of 3: the nearest are %u and %u", count,
+                            count / 3 * 3, count / 3 * 3 + 3);
+  const bool is_summed = color == NP_SCENE_REC709 || color == NP_SCENE_ACESCG;
+  if (is_summed && count == 3)
+    return np_scene_fail_at(scene, locate(scene, "output", "color_space"),
+                            "output.color_space is %s, must be bands for the 3 render.wavelengths: the eye's colours "
+                            "take %d or more, 15 for a picture",
+                            np_color_space_get_name(np_scene_get_color_space(scene)), NP_WAVELENGTHS_MIN);
+  if (color == NP_SCENE_BANDS && count > 3)
+    return np_scene_fail_at(scene, locate(scene, "output", "color_space"),
+                            "output.color_space is bands, must be rec709 or acescg for the %u render.wavelengths",
+                            count);
+  return NEPH_OK;
+}
+
 static neph_result check_output(const neph_scene *scene) {
   int exponent;
   double mantissa = frexp(scene->output.scale, &exponent);
-  if (mantissa <= 0.5) return NEPH_OK; /* frexp gives [0.5, 1) */
+  if (mantissa <= 0.5) return check_colors(scene); /* frexp gives [0.5, 1) */
   return np_scene_fail_at(scene, locate(scene, "output", "scale"),
                           "output.scale is %.9g, must be a power of two; the nearest below is %g", scene->output.scale,
                           ldexp(0.5, exponent));

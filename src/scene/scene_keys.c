@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "image/wavelengths.h"
+
 #define SCENE(member) {offsetof(neph_scene, member), sizeof(((neph_scene *)0)->member)}
 #define CLOUD(member) {offsetof(np_scene_cloud, member), sizeof(((np_scene_cloud *)0)->member)}
 
@@ -32,6 +34,8 @@ static const np_choice scatterings[] = {
     {NULL, 0}};
 static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS}, {"slab", NEPH_CLOUD_MODEL_SLAB}, {NULL, 0}};
 static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
+static const np_choice color_spaces[] = {{"auto", NP_SCENE_COLOR_AUTO}, {"bands", NP_SCENE_BANDS},
+                                         {"rec709", NP_SCENE_REC709},   {"acescg", NP_SCENE_ACESCG}, {NULL, 0}};
 static const np_choice aovs[] = {
     {"background", NP_AOV_BACKGROUND}, {"terrain", NP_AOV_TERRAIN},   {"air", NP_AOV_AIR},
     {"sun", NP_AOV_SUN},               {"sky", NP_AOV_SKY},           {"ground", NP_AOV_GROUND},
@@ -299,6 +303,10 @@ static const np_key keys[] = {
     {.path = "render", .type = NP_KEY_SECTION, .meaning = "how the picture is computed"},
     {.path = "render.integrator", .type = NP_KEY_CHOICE, .choices = integrators, .field = SCENE(render.integrator),
      .fallback = "march", .meaning = "march is fast and biased, path is unbiased and noisy"},
+    {.path = "render.wavelengths", .type = NP_KEY_INTEGER, .field = SCENE(render.wavelength_count),
+     .range = WITHIN(3, NP_WAVELENGTHS_MAX), .fallback = "3",
+     .meaning = "a multiple of 3; three are the bands at 680, 550 and 440 nm, more are added up to colours as the eye "
+                "does"},
     {.path = "render.samples", .type = NP_KEY_INTEGER, .field = SCENE(render.sample_count),
      .range = WITHIN(1, 16777216),
      .fallback = "4", .meaning = "for each pixel"},
@@ -333,6 +341,10 @@ static const np_key keys[] = {
      .meaning = "further channels; depth is Z, which every picture has"},
     {.path = "output.pixel_type", .type = NP_KEY_CHOICE, .choices = pixel_types, .field = SCENE(output.pixel_type),
      .fallback = "half", .meaning = "of colour in the OpenEXR file"},
+    {.path = "output.color_space", .type = NP_KEY_CHOICE, .choices = color_spaces, .field = SCENE(output.color),
+     .fallback = "auto",
+     .meaning = "what R, G and B are: radiances in three bands, or linear light in which (1, 1, 1) is D65; auto is "
+                "bands for three wavelengths and rec709 for more"},
     {.path = "output.scale", .type = NP_KEY_REAL, .field = SCENE(output.scale), .range = WITHIN(0x1p-40, 0x1p40),
      .fallback = "1", .meaning = "factor on every radiance, a power of two, stated in the header"},
     {.path = "output.exposure", .type = NP_KEY_REAL, .unit = NP_UNIT_STOP, .field = SCENE(output.exposure_ev),

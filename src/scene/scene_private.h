@@ -12,6 +12,7 @@
 
 #include "core/context_private.h"
 #include "core/math.h"
+#include "image/color_space.h"
 #include "optics/phase.h"
 
 typedef struct np_scene_camera {
@@ -120,6 +121,7 @@ typedef enum np_aov {
 
 typedef struct np_scene_render {
   neph_integrator integrator;
+  unsigned wavelength_count; /* 3: the bands that the scene is given in */
   unsigned sample_count;
   uint64_t seed;
   neph_multiple_scattering multiple_scattering;
@@ -130,10 +132,13 @@ typedef struct np_scene_render {
   double transmittance_end; /* a ray ends below this */
 } np_scene_render;
 
+typedef enum np_scene_color { NP_SCENE_COLOR_AUTO, NP_SCENE_BANDS, NP_SCENE_REC709, NP_SCENE_ACESCG } np_scene_color;
+
 typedef struct np_scene_output {
   char *image, *preview; /* patterns, resolved; NULL: none */
   neph_pixel_type pixel_type;
   double scale;        /* power of two */
+  np_scene_color color;
   bool has_beauty;     /* R, G, B */
   unsigned aovs;       /* of np_aov */
   bool has_background; /* film.background: sky and disk in the picture */
@@ -171,6 +176,13 @@ neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame)
 /* What no single key can tell: whether each cloud has a source and a density unit, a terrain its kind, a camera a
  * direction. Loading ends with it; a scene put together by neph_scene_set passes it when it is planned. */
 neph_result np_scene_check(const neph_scene *scene);
+
+/* The space of a scene's pictures: unless it is said, bands for three wavelengths and Rec.709 for more. */
+np_color_space np_scene_get_color_space(const neph_scene *scene);
+
+/* Radiance of R, G, B that a preview shows as neutral: the sun's in bands, green being 1; (1, 1, 1) where nothing, or
+ * not all of it, shines, and in a space that has its own white. */
+void np_scene_get_white(const neph_scene *scene, double out_white[3]);
 
 /* Unit vector towards the sun, from angles (azimuth clockwise from north) or from time and place. */
 neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad, double out[3]);

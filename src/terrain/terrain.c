@@ -29,7 +29,6 @@ struct neph_terrain {
   float *vertices; /* x, y, z of each sample, from the anchor; Embree reads them in place */
   np_dvec3 bounds_min, bounds_max;
   double elevation_min_m;
-  np_spectrum albedo;
   RTCDevice device;
   RTCScene scene;
 };
@@ -196,8 +195,6 @@ static neph_terrain *adopt_field(neph_context *context, np_heightfield *field) {
 
 static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc *desc, np_monitor *monitor) {
   neph_context *context = terrain->context;
-  terrain->albedo =
-      np_spectrum_make((float)desc->ground_albedo[0], (float)desc->ground_albedo[1], (float)desc->ground_albedo[2]);
   neph_result result = set_place(terrain, desc);
   if (result) return result;
   np_heightfield_blend_to_sphere(&terrain->field);
@@ -441,8 +438,7 @@ bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 
   if (!refine_hit(terrain, origin, direction, guess, &meeting, &position)) return false;
   *out_hit = (np_terrain_hit){.distance = np_clamp(meeting.distance, 0, distance_max),
                               .normal = get_smooth_normal(terrain, position),
-                              .facet = np_dvec3_to_float(np_dvec3_normalize(meeting.normal)),
-                              .albedo = terrain->albedo};
+                              .facet = np_dvec3_to_float(np_dvec3_normalize(meeting.normal))};
   return true;
 }
 

@@ -22,7 +22,6 @@ typedef struct np_terrain_hit {
   double distance; /* along the ray, m */
   np_vec3 normal;  /* unit, smooth, facing up */
   np_vec3 facet;   /* unit, of the triangle, facing up */
-  np_spectrum albedo;
 } np_terrain_hit;
 
 /* Nearest ground along a ray within `distance_max`, from above or below; safe from any number of threads. */

@@ -1,0 +1,11 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the header of a picture says of its colours: the space, its primaries, and what (1, 1, 1) is. */
+#ifndef NP_RENDER_COLOR_HEADER_H
+#define NP_RENDER_COLOR_HEADER_H
+
+#include "render/assembly.h"
+
+/* scale  by which radiances were multiplied. */
+neph_result np_color_header_write(const np_plan *plan, const np_assembly *assembly, double scale, neph_image *image);
+
+#endif
