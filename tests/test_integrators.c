@@ -56,10 +56,7 @@ static void start(fixture *f, float (*field)(double, double, double), float exti
                                .phase = phase};
   f->view = (np_scene_view){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
   f->settings = (np_integrator_settings){.scattering_max = UINT32_MAX,
-                                         .octave_count = 1,
-                                         .octave_light = 0.5f,
-                                         .octave_depth = 0.5f,
-                                         .octave_asymmetry = 0.5f,
+                                         .look = {.octave_count = 1, .gain = 1.0f},
                                          .step_voxels = 1.0f,
                                          .light_step_voxels = 1.0f,
                                          .transmittance_end = 1e-4f};

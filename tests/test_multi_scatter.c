@@ -66,7 +66,7 @@ static void end(fixture *f) {
 
 static double march(const fixture *f, np_dvec3 origin, np_vec3 direction, np_random *random) {
   const np_integrator_settings settings = {.scattering_max = UINT32_MAX,
-                                           .octave_count = 1,
+                                           .look = {.octave_count = 1, .gain = 1.0f},
                                            .step_voxels = 1.0f,
                                            .light_step_voxels = 1.0f,
                                            .transmittance_end = 1e-4f};

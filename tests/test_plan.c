@@ -46,7 +46,7 @@ static void assert_plan(fixture *f, const char *text, const char *needed) {
 
 #define CLOUD "clouds: [{vdb: a.vdb, optical_depth: 40}]\n"
 
-/* volumes terrain atmosphere camera-sky cloud-sky sun sky ground multiple octaves integrator */
+/* volumes terrain atmosphere camera-sky cloud-sky sun sky ground multiple look integrator */
 static void test_only_what_is_needed_runs(void **state) {
   assert_plan(*state, "version: 1", "--xx-xx---x");
   assert_plan(*state, CLOUD, "x-xxxxxxx-x");
@@ -59,6 +59,7 @@ static void test_only_what_is_needed_runs(void **state) {
   assert_plan(*state, CLOUD "render: {integrator: path}", "x-xxxxxx--x");
   assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x-xxxxxx--x");
   assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x-xxxxxx-xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x-xxxxxx-xx");
   assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x-xxxxxx--x");
 }
 

@@ -15,11 +15,15 @@ typedef enum neph_integrator {
   NEPH_INTEGRATOR_PATH   /**< unbiased in the clouds */
 } neph_integrator;
 
-/** How the march answers for light scattered more than once in a cloud. */
+/** How the march answers for light scattered more than once in a cloud. All but the ordinates are artist's lights:
+ * looks, with errors of tens of per cent (docs/accuracy.md). */
 typedef enum neph_multiple_scattering {
-  NEPH_MULTIPLE_SCATTERING_NONE,     /**< not at all: for comparisons */
-  NEPH_MULTIPLE_SCATTERING_OCTAVES,  /**< damped octaves of the single scattering; error in docs/accuracy.md */
-  NEPH_MULTIPLE_SCATTERING_ORDINATES /**< solved for by discrete ordinates on coarse cells; the default */
+  NEPH_MULTIPLE_SCATTERING_NONE,          /**< not at all: for comparisons */
+  NEPH_MULTIPLE_SCATTERING_OCTAVES,       /**< damped octaves of the single scattering */
+  NEPH_MULTIPLE_SCATTERING_ORDINATES,     /**< solved for by discrete ordinates on coarse cells; the default */
+  NEPH_MULTIPLE_SCATTERING_SOFTENED_BEER, /**< light that fades more slowly with depth than Beer's law says */
+  NEPH_MULTIPLE_SCATTERING_POWDER,        /**< the same, dark in thin places and low ones */
+  NEPH_MULTIPLE_SCATTERING_DERIVATIVE     /**< one look-up towards the sun: a slope of density is lit like a wall */
 } neph_multiple_scattering;
 
 /** No limit on the number of scatterings along a path. */
@@ -28,12 +32,12 @@ typedef enum neph_multiple_scattering {
 typedef struct neph_render_desc {
   size_t struct_size;
   neph_integrator integrator;
-  unsigned width, height;  /**< of the whole picture, pixels, 1 to 65536 */
-  unsigned crop_min[2];    /**< first pixel to render, from the top left (default 0, 0) */
-  unsigned crop_max[2];    /**< one past the last; 0 < crop_max ≤ size */
-  unsigned sample_count;   /**< per pixel, ≥ 1 */
-  uint64_t seed;           /**< of all random numbers */
-  int frame;               /**< number that '#' in names stands for; it also seeds */
+  unsigned width, height;                       /**< of the whole picture, pixels, 1 to 65536 */
+  unsigned crop_min[2];                         /**< first pixel to render, from the top left (default 0, 0) */
+  unsigned crop_max[2];                         /**< one past the last; 0 < crop_max ≤ size */
+  unsigned sample_count;                        /**< per pixel, ≥ 1 */
+  uint64_t seed;                                /**< of all random numbers */
+  int frame;                                    /**< number that '#' in names stands for; it also seeds */
   neph_multiple_scattering multiple_scattering; /**< of the march */
   unsigned scattering_max; /**< scatterings in cloud along one path, or NEPH_SCATTERINGS_ALL; a limit loses light */
   neph_progress_fn progress;
@@ -71,9 +75,7 @@ typedef struct neph_sky_image_desc {
 } neph_sky_image_desc;
 
 #define NEPH_SKY_IMAGE_DESC_DEFAULT                                                                                    \
-  {                                                                                                                    \
-    .struct_size = sizeof(neph_sky_image_desc), .width = 1024, .height = 512, .progress = NULL, .progress_user = NULL  \
-  }
+  { .struct_size = sizeof(neph_sky_image_desc), .width = 1024, .height = 512, .progress = NULL, .progress_user = NULL }
 
 /** The scene's sky from its camera as a latitude-longitude picture: north at the left edge, east a quarter in, zenith
  * at the top; channels R, G, B without the sun's disk. Irradiances are in its text attributes. */

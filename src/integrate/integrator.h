@@ -20,14 +20,31 @@ typedef enum np_component {
   NP_COMPONENT_COUNT
 } np_component;
 
-enum { NP_OCTAVES_MAX = 16 };
+enum { NP_LOOK_TERMS_MAX = 16 };
+
+/* What stands for light scattered more than once in the march where it is not solved for (integrate/look.h). */
+typedef enum np_look_kind {
+  NP_LOOK_OCTAVES, /* one octave: nothing stands for it */
+  NP_LOOK_SOFTENED_BEER,
+  NP_LOOK_POWDER,
+  NP_LOOK_DERIVATIVE
+} np_look_kind;
+
+typedef struct np_look {
+  np_look_kind kind;
+  float gain;            /* on all its terms: a look does not know how much light there is */
+  unsigned octave_count; /* 1 to NP_LOOK_TERMS_MAX */
+  float octave_light, octave_depth, octave_asymmetry; /* factors from one octave to the next */
+  float softened_share, softened_rate;                /* a and b of max(e^{−τ}, a·e^{−bτ}); also of the powder */
+  float powder_strength;                              /* 0: softened Beer alone; 1: all of it */
+  float derivative_distance_m;                        /* to the look-up towards the sun */
+} np_look;
 
 typedef struct np_integrator_settings {
-  unsigned scattering_max;                            /* scatterings in cloud along a path; 0xffffffff: no limit */
-  unsigned octave_count;                              /* of the march, 1 to NP_OCTAVES_MAX; 1: single scattering */
-  float octave_light, octave_depth, octave_asymmetry; /* factors from one octave to the next */
-  float step_voxels;                                  /* longest step of the march */
-  float light_step_voxels;                            /* longest step towards a light */
+  unsigned scattering_max; /* scatterings in cloud along a path; 0xffffffff: no limit */
+  np_look look;            /* of the march */
+  float step_voxels;       /* longest step of the march */
+  float light_step_voxels; /* longest step towards a light */
   float transmittance_end; /* a ray of the march below this ends, or goes on with it, by Russian roulette */
 } np_integrator_settings;
 

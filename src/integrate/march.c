@@ -12,46 +12,21 @@
  * true transmittance, and, spread by the forward peak too little to matter, through what the scaled one has more.
  *
  * Otherwise S is sunlight through the optical depth towards the sun, and light from sky or ground along one drawn
- * direction, and light scattered more than once is approximated by octaves (Wrenninge, Kulla and Lundqvist 2013, "Oz:
- * The Great and Volumetric"): further copies of the single scattering with damped light, optical depth and asymmetry.
+ * direction, and a look (integrate/look.h) may stand for light scattered more than once.
  * Compiled once per instruction-set level.
  */
 #include "core/isa.h"
+#include "integrate/look.h"
+#include "integrate/stretch.h"
 #include "integrate/surroundings.h"
-#include "integrate/tracking.h"
 #include "light/multi_scatter.h"
 
 void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_settings *settings,
                                 const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
 double NP_KERNEL(np_march_half_distance)(const np_scene_view *view, const np_camera_ray *ray, double distance_max);
 
-/* Beyond this optical depth, counted in the slowest octave, no light is worth walking for. */
-static const float faint_depth = 16.0f;
-
 /* Longest step in the scaled medium, in its optical depth at the densest point of a cell. */
 static const float step_depth = 0.6f;
-
-/* One cloud along the ray: its walk, and the cell that the walk is in or comes to next. */
-typedef struct medium {
-  const np_view_volume *volume;
-  np_brick_walk walk;
-  np_brick_span span;
-  float steps_per_m;
-} medium;
-
-/* The clouds along a ray, advanced together. */
-typedef struct media {
-  unsigned count;
-  double position;
-  medium medium[NP_VIEW_VOLUMES_MAX];
-} media;
-
-/* A stretch of the ray in which every cloud stays in one cell. */
-typedef struct stretch {
-  double begin, end;
-  unsigned count;
-  unsigned active[NP_VIEW_VOLUMES_MAX]; /* indices into media.medium */
-} stretch;
 
 typedef struct march {
   const np_scene_view *view;
@@ -59,9 +34,9 @@ typedef struct march {
   const np_camera_ray *ray;
   np_random *random;
   np_vec3 to_sun;
-  /* fill_phases() of each cloud of the view: the angle to the sun is constant along the ray. */
-  float sun_phase[NP_VIEW_VOLUMES_MAX][NP_OCTAVES_MAX];
-  const np_multi_scatter *scatter; /* NULL: octaves */
+  /* np_look_fill_phases() of each cloud of the view: the angle to the sun is constant along the ray. */
+  float sun_phase[NP_VIEW_VOLUMES_MAX][NP_LOOK_TERMS_MAX];
+  const np_multi_scatter *scatter; /* NULL: a look stands for it */
   np_peak_column columns[NP_VIEW_VOLUMES_MAX];
   float harmonics[NP_HARMONIC_COUNT]; /* towards the camera */
   np_spectrum scaled;                 /* transmittance of the scaled medium; grey 1 stays where there is none */
@@ -73,86 +48,18 @@ typedef struct march {
   np_integrator_sample *out;
 } march;
 
-static void media_start(media *all, const np_scene_view *view, const np_camera_ray *ray, double distance_end,
-                        float step_voxels) {
-  all->count = 0;
-  all->position = 0.0;
-  for (unsigned i = 0; i < view->volume_count; i++) {
-    medium *m = &all->medium[all->count];
-    m->volume = &view->volumes[i];
-    m->steps_per_m = np_track_voxels_per_m(m->volume, ray->direction) / step_voxels;
-    np_track_start(&m->walk, m->volume, ray->origin, ray->direction, 0.0, distance_end);
-    if (np_brick_walk_next(&m->walk, &m->span)) all->count++;
-  }
-}
-
-/* Drops clouds that the ray has left; moves the others on to their next cell. */
-static void media_advance(media *all) {
-  for (unsigned i = 0; i < all->count;) {
-    medium *m = &all->medium[i];
-    if (m->span.t_end > all->position || np_brick_walk_next(&m->walk, &m->span)) {
-      i++;
-    } else if (i != --all->count) {
-      *m = all->medium[all->count];
-    }
-  }
-}
-
-/* The next stretch with anything in it; false at the end. */
-static bool media_next(media *all, stretch *out) {
-  media_advance(all);
-  if (all->count == 0) return false;
-  double begin = INFINITY;
-  for (unsigned i = 0; i < all->count; i++) begin = fmin(begin, fmax(all->medium[i].span.t_begin, all->position));
-  out->begin = begin;
-  out->end = INFINITY;
-  out->count = 0;
-  for (unsigned i = 0; i < all->count; i++) {
-    const np_brick_span *span = &all->medium[i].span;
-    const bool is_active = span->t_begin <= begin;
-    if (is_active) out->active[out->count++] = i;
-    out->end = fmin(out->end, is_active ? span->t_end : span->t_begin);
-  }
-  all->position = out->end;
-  return true;
-}
-
-static float medium_extinction(const medium *m, double t) {
-  if (m->span.brick == NP_BRICK_NONE) return m->span.range.min * m->volume->extinction_per_value;
-  return m->volume->extinction_per_value *
-         np_brick_sample(m->volume->bricks, m->span.brick, np_brick_walk_local(&m->walk, &m->span, t));
-}
-
 static float march_shadow(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
                           np_vec3 to_sun, np_random *random) {
   (void)random;
-  return np_transmittance(np_track_depth(view, position, to_sun, INFINITY, settings->light_step_voxels, faint_depth));
-}
-
-/* Optical depth at which even the last octave is faint. */
-static float depth_of_interest(const np_integrator_settings *settings) {
-  float slowest = 1.0f;
-  for (unsigned n = 1; n < settings->octave_count; n++) slowest *= settings->octave_depth;
-  return faint_depth / slowest;
-}
-
-/* Phase value times light factor at one angle, in every octave. */
-static void fill_phases(const np_integrator_settings *settings, const np_phase *phase, float versine,
-                        float out[NP_OCTAVES_MAX]) {
-  float light = 1.0f, asymmetry = 1.0f;
-  for (unsigned n = 0; n < settings->octave_count; n++) {
-    const np_phase broad = np_phase_broaden(phase, asymmetry);
-    out[n] = light * np_phase_eval(&broad, versine);
-    light *= settings->octave_light;
-    asymmetry *= settings->octave_asymmetry;
-  }
+  return np_transmittance(
+      np_track_depth(view, position, to_sun, INFINITY, settings->light_step_voxels, NP_FAINT_DEPTH));
 }
 
 static void set_sun_phases(march *m) {
   const np_vec3 d = m->ray->direction;
   const float versine = np_versine(d.x, d.y, d.z, m->to_sun.x, m->to_sun.y, m->to_sun.z);
   for (unsigned i = 0; i < m->view->volume_count; i++)
-    fill_phases(m->settings, &m->view->volumes[i].phase, versine, m->sun_phase[i]);
+    np_look_fill_phases(&m->settings->look, &m->view->volumes[i].phase, versine, m->sun_phase[i]);
 }
 
 /* The same for the direct term of the scaled medium. */
@@ -168,37 +75,43 @@ static void add_scaled(np_integrator_sample *out, np_component component, float 
   out->component[component] = np_spectrum_add_scaled(out->component[component], scale, radiance);
 }
 
-/* Transmittances of one depth in every octave. */
-static void fill_octaves(const np_integrator_settings *settings, float depth, float out[NP_OCTAVES_MAX]) {
-  for (unsigned n = 0; n < settings->octave_count; n++) {
-    out[n] = np_transmittance(depth);
-    depth *= settings->octave_depth;
-  }
+/* Light scattered once, and what stands for more. */
+static void add_terms(march *m, np_component single, const float *phases, const float *transmittances,
+                      np_spectrum light) {
+  const np_look *look = &m->settings->look;
+  float multiple = 0.0f;
+  for (unsigned n = 1; n < np_look_count_terms(look); n++) multiple += phases[n] * transmittances[n];
+  add_scaled(m->out, single, look->gain * phases[0] * transmittances[0], light);
+  add_scaled(m->out, NP_COMPONENT_MULTIPLE, look->gain * multiple, light);
 }
 
-/* Light scattered once, and the further octaves that stand for more. */
-static void add_octaves(march *m, np_component single, const float *phases, const float *transmittances,
-                        np_spectrum light) {
-  float multiple = 0.0f;
-  for (unsigned n = 1; n < m->settings->octave_count; n++) multiple += phases[n] * transmittances[n];
-  add_scaled(m->out, single, phases[0] * transmittances[0], light);
-  add_scaled(m->out, NP_COMPONENT_MULTIPLE, multiple, light);
+static void fill_transmittances(const march *m, np_dvec3 position, np_vec3 direction, float out[NP_LOOK_TERMS_MAX]) {
+  const np_look *look = &m->settings->look;
+  np_look_fill_transmittances(look,
+                              np_track_depth(m->view, position, direction, INFINITY, m->settings->light_step_voxels,
+                                             np_look_depth_of_interest(look)),
+                              out);
 }
 
 /* Sunlight scattered towards the camera at `position`, weighted: `share[i]` is what part of the step's opacity, times
  * albedo, the i-th active cloud has. */
-static void add_sun(march *m, np_dvec3 position, const media *all, const stretch *s, const np_spectrum *share,
+static void add_sun(march *m, np_dvec3 position, const np_media *all, const np_stretch *s, const np_spectrum *share,
                     np_spectrum weight) {
+  const np_look *look = &m->settings->look;
   const np_spectrum sun = np_spectrum_multiply(np_light_sun(m->view, position, m->to_sun), weight);
   if (np_spectrum_is_zero(sun)) return;
-  float octave[NP_OCTAVES_MAX];
-  fill_octaves(m->settings,
-               np_track_depth(m->view, position, m->to_sun, INFINITY, m->settings->light_step_voxels,
-                              depth_of_interest(m->settings)),
-               octave);
+  const bool is_slope = look->kind == NP_LOOK_DERIVATIVE;
+  float transmittances[NP_LOOK_TERMS_MAX];
+  if (is_slope) {
+    transmittances[0] = np_look_slope(look, m->view, position, m->to_sun);
+  } else {
+    fill_transmittances(m, position, m->to_sun, transmittances);
+  }
   for (unsigned i = 0; i < s->count; i++) {
-    const float *phases = m->sun_phase[all->medium[s->active[i]].volume - m->view->volumes];
-    add_octaves(m, NP_COMPONENT_SUN, phases, octave, np_spectrum_multiply(sun, share[i]));
+    const np_view_volume *volume = all->medium[s->active[i]].volume;
+    const float even = 1.0f / NP_PI_F, *phases = is_slope ? &even : m->sun_phase[volume - m->view->volumes];
+    const np_spectrum light = np_spectrum_scale(sun, np_look_weight(look, volume, position));
+    add_terms(m, NP_COMPONENT_SUN, phases, transmittances, np_spectrum_multiply(light, share[i]));
   }
 }
 
@@ -233,8 +146,8 @@ static np_vec3 draw_direction(const np_phase *phase, np_vec3 forward, np_random 
 }
 
 /* Light from sky or ground along one direction. */
-static void add_surroundings(march *m, np_dvec3 position, const media *all, const stretch *s, const np_spectrum *share,
-                             np_spectrum weight) {
+static void add_surroundings(march *m, np_dvec3 position, const np_media *all, const np_stretch *s,
+                             const np_spectrum *share, np_spectrum weight) {
   float draw_weight, pdf;
   const unsigned chosen = draw_cloud(share, s->count, m->random, &draw_weight);
   if (draw_weight <= 0.0f) return;
@@ -246,22 +159,19 @@ static void add_surroundings(march *m, np_dvec3 position, const media *all, cons
       np_surroundings_incoming(m->view, m->settings, position, direction, march_shadow, m->random, &is_ground);
   light = np_spectrum_multiply(light, np_spectrum_multiply(weight, share[chosen]));
   if (np_spectrum_is_zero(light)) return;
-  float octave[NP_OCTAVES_MAX], phases[NP_OCTAVES_MAX];
-  fill_octaves(m->settings,
-               np_track_depth(m->view, position, direction, INFINITY, m->settings->light_step_voxels,
-                              depth_of_interest(m->settings)),
-               octave);
-  fill_phases(m->settings, phase, np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z),
-              phases);
+  float transmittances[NP_LOOK_TERMS_MAX], phases[NP_LOOK_TERMS_MAX];
+  fill_transmittances(m, position, direction, transmittances);
+  np_look_fill_phases(&m->settings->look, phase,
+                      np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z), phases);
   light = np_spectrum_scale(light, draw_weight / pdf);
-  add_octaves(m, is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY, phases, octave, light);
+  add_terms(m, is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY, phases, transmittances, light);
 }
 
 /* Optical depths of the scaled medium and of its forward peak from a point to the sun. */
 static void track_scaled_depth(const march *m, np_dvec3 position, np_spectrum *out_scaled, np_spectrum *out_peak) {
   *out_scaled = *out_peak = np_spectrum_grey(0.0f);
   float depth = 0.0f;
-  for (unsigned v = 0; v < m->view->volume_count && depth < faint_depth; v++) {
+  for (unsigned v = 0; v < m->view->volume_count && depth < NP_FAINT_DEPTH; v++) {
     const np_view_volume *volume = &m->view->volumes[v];
     const float forward = m->scatter->phases[v].forward;
     const float least = 1.0f - forward * np_spectrum_max(volume->albedo);
@@ -270,10 +180,10 @@ static void track_scaled_depth(const march *m, np_dvec3 position, np_spectrum *o
     np_brick_walk walk;
     np_brick_span span;
     np_track_start(&walk, volume, position, m->to_sun, 0.0, INFINITY);
-    while (depth + least * own < faint_depth && np_brick_walk_next(&walk, &span))
-      own += volume->extinction_per_value *
-             np_track_span_integral(volume->bricks, &walk, &span,
-                                    steps_per_m / fminf(1.0f + depth + least * own, 4.0f));
+    while (depth + least * own < NP_FAINT_DEPTH && np_brick_walk_next(&walk, &span))
+      own +=
+          volume->extinction_per_value *
+          np_track_span_integral(volume->bricks, &walk, &span, steps_per_m / fminf(1.0f + depth + least * own, 4.0f));
     depth += least * own;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
       const float peak = own * forward * volume->albedo.band[b];
@@ -285,7 +195,7 @@ static void track_scaled_depth(const march *m, np_dvec3 position, np_spectrum *o
 
 /* Sunlight thrown towards the camera by each active cloud; `scattering` is its ϖσ times what one unit of that counts
  * for. Scattered once it is T·p·e^{−τ}, which is part of D. */
-static void add_scaled_sun(march *m, np_dvec3 position, const media *all, const stretch *s,
+static void add_scaled_sun(march *m, np_dvec3 position, const np_media *all, const np_stretch *s,
                            const np_spectrum *scattering) {
   const np_spectrum sun = np_light_sun(m->view, position, m->to_sun);
   if (np_spectrum_is_zero(sun)) return;
@@ -305,7 +215,7 @@ static void add_scaled_sun(march *m, np_dvec3 position, const media *all, const 
   }
 }
 
-static void add_solution(march *m, np_dvec3 position, const media *all, const stretch *s,
+static void add_solution(march *m, np_dvec3 position, const np_media *all, const np_stretch *s,
                          const np_spectrum *scattering) {
   np_light_moments moments;
   np_multi_scatter_gather(m->scatter, position, &moments);
@@ -338,7 +248,7 @@ static void pass_scaled(march *m, const np_spectrum *depth, const np_spectrum *p
 }
 
 /* One exponential step in the scaled medium. What a step sees of the peak's depth is that at its middle. */
-static void step_scaled(march *m, const media *all, const stretch *s, double begin, double end,
+static void step_scaled(march *m, const np_media *all, const np_stretch *s, double begin, double end,
                         const np_aerial_perspective *air) {
   const double middle = 0.5 * (begin + end);
   const float length = (float)(end - begin);
@@ -346,7 +256,7 @@ static void step_scaled(march *m, const media *all, const stretch *s, double beg
   float total = 0.0f;
   for (unsigned i = 0; i < s->count; i++) {
     const np_view_volume *volume = all->medium[s->active[i]].volume;
-    const float own = medium_extinction(&all->medium[s->active[i]], middle) * length;
+    const float own = np_medium_extinction(&all->medium[s->active[i]], middle) * length;
     scattering[i] = np_spectrum_scale(volume->albedo, own);
     peak = np_spectrum_add_scaled(peak, m->scatter->phases[volume - m->view->volumes].forward, scattering[i]);
     total += own;
@@ -371,12 +281,12 @@ static void step_scaled(march *m, const media *all, const stretch *s, double beg
 }
 
 /* One exponential step; `air` is that between the camera and its middle. */
-static void step(march *m, const media *all, const stretch *s, double begin, double end,
+static void step(march *m, const np_media *all, const np_stretch *s, double begin, double end,
                  const np_aerial_perspective *air) {
   const double middle = 0.5 * (begin + end);
   float extinction[NP_VIEW_VOLUMES_MAX], total = 0.0f;
   for (unsigned i = 0; i < s->count; i++) {
-    extinction[i] = medium_extinction(&all->medium[s->active[i]], middle);
+    extinction[i] = np_medium_extinction(&all->medium[s->active[i]], middle);
     total += extinction[i];
   }
   if (total <= 0.0f) return;
@@ -408,10 +318,10 @@ static np_aerial_perspective mix_air(const np_aerial_perspective *a, const np_ae
 }
 
 /* The densest that a stretch can be, scaled. */
-static float find_scaled_extinction(const march *m, const media *all, const stretch *s) {
+static float find_scaled_extinction(const march *m, const np_media *all, const np_stretch *s) {
   float sum = 0.0f;
   for (unsigned i = 0; i < s->count; i++) {
-    const medium *cloud = &all->medium[s->active[i]];
+    const np_medium *cloud = &all->medium[s->active[i]];
     const float forward = m->scatter->phases[cloud->volume - m->view->volumes].forward;
     sum += (1.0f - forward * np_spectrum_max(cloud->volume->albedo)) * cloud->volume->extinction_per_value *
            cloud->span.range.max;
@@ -420,7 +330,7 @@ static float find_scaled_extinction(const march *m, const media *all, const stre
 }
 
 /* Steps through a stretch: whole steps shifted by the ray's jitter, cut at both ends. */
-static void cross(march *m, const media *all, const stretch *s) {
+static void cross(march *m, const np_media *all, const np_stretch *s) {
   const double length = s->end - s->begin;
   float steps_per_m = 0.0f;
   for (unsigned i = 0; i < s->count; i++) steps_per_m = fmaxf(steps_per_m, all->medium[s->active[i]].steps_per_m);
@@ -452,13 +362,13 @@ void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_s
              .transmittance = 1.0f,
              .air_distance = -1.0,
              .out = out};
-  media all;
-  media_start(&all, view, ray, out->is_ground_behind ? hit.distance_m : HUGE_VAL, settings->step_voxels);
+  np_media all;
+  np_media_start(&all, view, ray, out->is_ground_behind ? hit.distance_m : HUGE_VAL, settings->step_voxels);
   if (all.count > 0) {
     m.to_sun = np_light_sample_sun(view, np_random_float(random), np_random_float(random));
     m.scatter ? set_columns(&m) : set_sun_phases(&m);
-    stretch s;
-    while (m.carry > 0.0f && media_next(&all, &s)) cross(&m, &all, &s);
+    np_stretch s;
+    while (m.carry > 0.0f && np_media_next(&all, &s)) cross(&m, &all, &s);
   }
   out->transmittance = m.transmittance;
   np_surroundings_add_behind(view, settings, ray, out->is_ground_behind ? &hit : NULL, m.transmittance, march_shadow,
@@ -470,15 +380,15 @@ void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_s
 }
 
 double NP_KERNEL(np_march_half_distance)(const np_scene_view *view, const np_camera_ray *ray, double distance_max) {
-  media all;
-  stretch s;
+  np_media all;
+  np_stretch s;
   float depth = 0.0f;
-  media_start(&all, view, ray, distance_max, 1.0f);
-  while (media_next(&all, &s)) {
+  np_media_start(&all, view, ray, distance_max, 1.0f);
+  while (np_media_next(&all, &s)) {
     for (int k = 0; k < NP_BRICK_EDGE; k++) {
       const double length = (s.end - s.begin) / NP_BRICK_EDGE, middle = s.begin + length * ((double)k + 0.5);
       float extinction = 0.0f;
-      for (unsigned i = 0; i < s.count; i++) extinction += medium_extinction(&all.medium[s.active[i]], middle);
+      for (unsigned i = 0; i < s.count; i++) extinction += np_medium_extinction(&all.medium[s.active[i]], middle);
       const float added = extinction * (float)length, missing = NP_LN2_F - depth;
       if (added >= missing) return s.begin + length * ((double)k + (double)(missing / added));
       depth += added;

@@ -23,7 +23,14 @@ typedef struct np_view_volume {
   float extinction_per_value; /* 1/m where the grid holds 1 */
   np_spectrum albedo;
   np_phase phase;
+  double bottom_m, top_m; /* of its bounds, in the world */
 } np_view_volume;
+
+/* Extinction of one cloud at a world position, 1/m. */
+static inline float np_view_extinction(const np_view_volume *volume, np_dvec3 position) {
+  return volume->extinction_per_value *
+         np_bricks_sample(volume->bricks, np_affine_point(&volume->world_to_index, position));
+}
 
 struct np_multi_scatter;
 

@@ -111,11 +111,6 @@ typedef struct material {
   float extinction, scattering[NP_HARMONIC_DEGREES];
 } material;
 
-static float sample_extinction(const np_view_volume *volume, np_dvec3 position) {
-  return volume->extinction_per_value *
-         np_bricks_sample(volume->bricks, np_affine_point(&volume->world_to_index, position));
-}
-
 static float scale_of(const np_view_volume *volume, const np_scaled_phase *phase, unsigned band) {
   return 1.0f - volume->albedo.band[band] * phase->forward;
 }
@@ -124,7 +119,7 @@ static void add_material(const np_scene_view *view, const np_scaled_phase *phase
                          float weight, material *out) {
   for (unsigned v = 0; v < view->volume_count; v++) {
     const np_view_volume *volume = &view->volumes[v];
-    const float extinction = weight * sample_extinction(volume, position);
+    const float extinction = weight * np_view_extinction(volume, position);
     if (!(extinction > 0.0f)) continue;
     out->extinction += extinction * scale_of(volume, &phases[v], band);
     for (int l = 0; l < NP_HARMONIC_DEGREES; l++)
@@ -294,7 +289,7 @@ static double find_exit(const np_transport_grid *g, const double p[3], const dou
 static float sample_scaled(const sun_rays *r, np_dvec3 position) {
   float sum = 0.0f;
   for (unsigned v = 0; v < r->view->volume_count; v++)
-    sum += scale_of(&r->view->volumes[v], &r->phases[v], r->band) * sample_extinction(&r->view->volumes[v], position);
+    sum += scale_of(&r->view->volumes[v], &r->phases[v], r->band) * np_view_extinction(&r->view->volumes[v], position);
   return sum;
 }
 

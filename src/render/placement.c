@@ -85,6 +85,8 @@ neph_result np_placement_make(const np_scene_cloud *cloud, const neph_volume *vo
   np_view_volume *view = &out_placement->view;
   view->bricks = &volume->bricks;
   view->phase = cloud->phase;
+  view->bottom_m = out_placement->bounds_min.z;
+  view->top_m = out_placement->bounds_max.z;
   for (int b = 0; b < NP_BAND_COUNT; b++) view->albedo.band[b] = (float)cloud->albedo[b];
   if (!np_affine_invert(&out_placement->index_to_world, &view->world_to_index))
     return np_fail(volume->context, NEPH_ERROR_BAD_SCENE, "cloud %s: its transform cannot be inverted", cloud->name);

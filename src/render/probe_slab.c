@@ -80,7 +80,7 @@ static neph_result choose_integrator(np_slab *slab, neph_integrator integrator) 
   neph_scene *scene;
   neph_result result = neph_scene_create(slab->context, &scene);
   if (result) return result;
-  np_frame_choose_settings(&scene->render, true, &slab->settings);
+  np_frame_choose_settings(&scene->render, scene->render.multiple_scattering, &slab->settings);
   neph_scene_destroy(scene);
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(slab->context));
   slab->integrate = integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;

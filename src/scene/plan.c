@@ -12,9 +12,8 @@
 
 enum { SIZE_LIMIT = 65536 };
 
-static const unsigned light_aovs =
-    NP_AOV_BACKGROUND | NP_AOV_TERRAIN | NP_AOV_AIR | NP_AOV_SUN | NP_AOV_SKY | NP_AOV_GROUND | NP_AOV_MULTIPLE |
-    NP_AOV_STANDARD_ERROR;
+static const unsigned light_aovs = NP_AOV_BACKGROUND | NP_AOV_TERRAIN | NP_AOV_AIR | NP_AOV_SUN | NP_AOV_SKY |
+                                   NP_AOV_GROUND | NP_AOV_MULTIPLE | NP_AOV_STANDARD_ERROR;
 
 /* ---- The description ---- */
 
@@ -28,8 +27,10 @@ static neph_result check_desc(neph_context *context, const neph_render_desc *des
     return np_fail(context, bad, "the crop is %u,%u to %u,%u, must not be empty and lie within %u x %u pixels", min[0],
                    min[1], max[0], max[1], desc->width, desc->height);
   if (desc->sample_count < 1) return np_fail(context, bad, "samples is 0, must be at least 1");
-  if ((unsigned)desc->multiple_scattering > NEPH_MULTIPLE_SCATTERING_ORDINATES)
-    return np_fail(context, bad, "multiple_scattering is %d, must be none (0), octaves (1) or ordinates (2)",
+  if ((unsigned)desc->multiple_scattering > NEPH_MULTIPLE_SCATTERING_DERIVATIVE)
+    return np_fail(context, bad,
+                   "multiple_scattering is %d, must be none (0), octaves (1), ordinates (2), softened Beer (3), "
+                   "powder (4) or derivative (5)",
                    (int)desc->multiple_scattering);
   if (desc->integrator != NEPH_INTEGRATOR_MARCH && desc->integrator != NEPH_INTEGRATOR_PATH)
     return np_fail(context, bad, "integrator is %d, must be march (0) or path (1)", (int)desc->integrator);
@@ -162,12 +163,15 @@ static void decide_scattering(np_plan *plan, const scene_facts *facts) {
       [NEPH_MULTIPLE_SCATTERING_NONE] = "render.multiple_scattering is none",
       [NEPH_MULTIPLE_SCATTERING_OCTAVES] = "render.multiple_scattering is octaves",
       [NEPH_MULTIPLE_SCATTERING_ORDINATES] = "render.multiple_scattering is ordinates",
+      [NEPH_MULTIPLE_SCATTERING_SOFTENED_BEER] = "render.multiple_scattering is softened_beer",
+      [NEPH_MULTIPLE_SCATTERING_POWDER] = "render.multiple_scattering is powder",
+      [NEPH_MULTIPLE_SCATTERING_DERIVATIVE] = "render.multiple_scattering is derivative",
   };
+  const bool is_look = multiple != NEPH_MULTIPLE_SCATTERING_ORDINATES && multiple != NEPH_MULTIPLE_SCATTERING_NONE;
   decide_unless(plan, NP_STAGE_ORDINATES, against,
                 multiple == NEPH_MULTIPLE_SCATTERING_ORDINATES ? NULL : chosen[multiple],
                 "solved for on cells of 2 to 12 voxels, in at most 2 GB; expected error 2 to 4 %");
-  decide_unless(plan, NP_STAGE_OCTAVES, against, multiple == NEPH_MULTIPLE_SCATTERING_OCTAVES ? NULL : chosen[multiple],
-                "octaves stand for light scattered more than once");
+  decide_unless(plan, NP_STAGE_LOOK, against, is_look ? NULL : chosen[multiple], chosen[multiple]);
   decide(plan, NP_STAGE_INTEGRATOR, true,
          desc->integrator == NEPH_INTEGRATOR_PATH ? "path: unbiased in the clouds" : "march: fast and biased");
 }
@@ -255,7 +259,7 @@ const char *np_stage_get_name(np_stage stage) {
       [NP_STAGE_SKY_LIGHT] = "sky light",
       [NP_STAGE_GROUND_LIGHT] = "ground light",
       [NP_STAGE_ORDINATES] = "multiple scattering",
-      [NP_STAGE_OCTAVES] = "octaves",
+      [NP_STAGE_LOOK] = "look",
       [NP_STAGE_INTEGRATOR] = "integrator",
       [NP_STAGE_COLOR] = "colour",
   };

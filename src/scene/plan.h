@@ -16,7 +16,7 @@ typedef enum np_stage {
   NP_STAGE_SKY_LIGHT,    /* on clouds and ground, the environment's included */
   NP_STAGE_GROUND_LIGHT, /* thrown back at the clouds */
   NP_STAGE_ORDINATES,    /* multiple scattering solved for on coarse cells */
-  NP_STAGE_OCTAVES,      /* multiple scattering guessed from single scattering */
+  NP_STAGE_LOOK,      /* multiple scattering guessed from single scattering */
   NP_STAGE_INTEGRATOR,
   NP_STAGE_COLOR, /* packets of three bands, added up as the eye does */
   NP_STAGE_COUNT

@@ -125,8 +125,12 @@ typedef struct np_scene_render {
   unsigned sample_count;
   uint64_t seed;
   neph_multiple_scattering multiple_scattering;
+  double look_gain;
   unsigned octave_count;
-  double octave_factors[3]; /* of the light, of the optical depth, of the asymmetry, per octave */
+  double octave_factors[3];             /* of the light, of the optical depth, of the asymmetry, per octave */
+  double softened_share, softened_rate; /* a and b of max(e^{−τ}, a·e^{−bτ}) */
+  double powder_strength;
+  double derivative_distance_m;
   unsigned scattering_max;
   double step_voxels;       /* longest step of the march, in voxels */
   double transmittance_end; /* a ray ends below this */

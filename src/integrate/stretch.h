@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The clouds along a ray, walked together: stretches of the ray in each of which every cloud stays in one cell of its
+ * bricks. */
+#ifndef NP_INTEGRATE_STRETCH_H
+#define NP_INTEGRATE_STRETCH_H
+
+#include "integrate/tracking.h"
+
+/* One cloud along the ray: its walk, and the cell that the walk is in or comes to next. */
+typedef struct np_medium {
+  const np_view_volume *volume;
+  np_brick_walk walk;
+  np_brick_span span;
+  float steps_per_m;
+} np_medium;
+
+/* The clouds along a ray, advanced together. */
+typedef struct np_media {
+  unsigned count;
+  double position;
+  np_medium medium[NP_VIEW_VOLUMES_MAX];
+} np_media;
+
+/* A stretch of the ray in which every cloud stays in one cell. */
+typedef struct np_stretch {
+  double begin, end;
+  unsigned count;
+  unsigned active[NP_VIEW_VOLUMES_MAX]; /* indices into media.np_medium */
+} np_stretch;
+
+static inline void np_media_start(np_media *all, const np_scene_view *view, const np_camera_ray *ray,
+                                  double distance_end, float step_voxels) {
+  all->count = 0;
+  all->position = 0.0;
+  for (unsigned i = 0; i < view->volume_count; i++) {
+    np_medium *m = &all->medium[all->count];
+    m->volume = &view->volumes[i];
+    m->steps_per_m = np_track_voxels_per_m(m->volume, ray->direction) / step_voxels;
+    np_track_start(&m->walk, m->volume, ray->origin, ray->direction, 0.0, distance_end);
+    if (np_brick_walk_next(&m->walk, &m->span)) all->count++;
+  }
+}
+
+/* Drops clouds that the ray has left; moves the others on to their next cell. */
+static inline void np_media_advance(np_media *all) {
+  for (unsigned i = 0; i < all->count;) {
+    np_medium *m = &all->medium[i];
+    if (m->span.t_end > all->position || np_brick_walk_next(&m->walk, &m->span)) {
+      i++;
+    } else if (i != --all->count) {
+      *m = all->medium[all->count];
+    }
+  }
+}
+
+/* The next stretch with anything in it; false at the end. */
+static inline bool np_media_next(np_media *all, np_stretch *out) {
+  np_media_advance(all);
+  if (all->count == 0) return false;
+  double begin = INFINITY;
+  for (unsigned i = 0; i < all->count; i++) begin = fmin(begin, fmax(all->medium[i].span.t_begin, all->position));
+  out->begin = begin;
+  out->end = INFINITY;
+  out->count = 0;
+  for (unsigned i = 0; i < all->count; i++) {
+    const np_brick_span *span = &all->medium[i].span;
+    const bool is_active = span->t_begin <= begin;
+    if (is_active) out->active[out->count++] = i;
+    out->end = fmin(out->end, is_active ? span->t_end : span->t_begin);
+  }
+  all->position = out->end;
+  return true;
+}
+
+static inline float np_medium_extinction(const np_medium *m, double t) {
+  if (m->span.brick == NP_BRICK_NONE) return m->span.range.min * m->volume->extinction_per_value;
+  return m->volume->extinction_per_value *
+         np_brick_sample(m->volume->bricks, m->span.brick, np_brick_walk_local(&m->walk, &m->span, t));
+}
+
+#endif
