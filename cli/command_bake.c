@@ -53,16 +53,66 @@ static char *choose_pattern(const bake_job *job) {
   return asprintf(&path, "%s%s%s%s.vdb", output ? output : "", slash, name, number) < 0 ? NULL : path;
 }
 
-static void print_done(const cli_session *session, const char *name, const char *path, double seconds) {
+/* What the file lost, by cause; `key` is of JSON. */
+typedef struct loss_row {
+  const char *key, *meaning;
+  const neph_bake_loss *loss;
+} loss_row;
+
+enum { LOSS_COUNT = 6 };
+
+static void list_losses(const neph_bake_error *error, loss_row out_rows[LOSS_COUNT]) {
+  const loss_row rows[LOSS_COUNT] = {{"voxel", "by voxel size", &error->voxel},
+                                     {"detail", "  detail left out", &error->detail},
+                                     {"sampling", "  sampling", &error->sampling},
+                                     {"half", "by half floats", &error->half},
+                                     {"pruning", "by pruning", &error->pruning},
+                                     {"total", "together", &error->total}};
+  memcpy(out_rows, rows, sizeof rows);
+}
+
+static void print_error(const neph_bake_error *error) {
+  loss_row rows[LOSS_COUNT];
+  list_losses(error, rows);
+  printf("%-20s%25s%22s\n%-20s%14s%11s%12s%10s\n", "lost", "density, 1/m", "optical depth", "", "rms", "max", "rms",
+         "max");
+  for (int i = 0; i < LOSS_COUNT; i++)
+    printf("%-20s%14.3g%11.3g%12.3g%10.3g\n", rows[i].meaning, rows[i].loss->density_rms_per_m,
+           rows[i].loss->density_max_per_m, rows[i].loss->depth_rms, rows[i].loss->depth_max);
+  printf("%-20s%14.3g%23.3g\n", "of the model's", error->density_rms_per_m, error->depth_rms);
+  printf("at %llu points in the cloud, along the %llu of %d rays that meet it\n",
+         (unsigned long long)error->point_count, (unsigned long long)error->ray_count, (int)NEPH_BAKE_ERROR_RAYS);
+}
+
+static void print_json_error(const neph_bake_error *error) {
+  loss_row rows[LOSS_COUNT];
+  list_losses(error, rows);
+  printf(", \"error\": {\"rays\": %llu, \"points\": %llu, \"density_rms_per_m\": %.6g, \"depth_rms\": %.6g",
+         (unsigned long long)error->ray_count, (unsigned long long)error->point_count, error->density_rms_per_m,
+         error->depth_rms);
+  for (int i = 0; i < LOSS_COUNT; i++)
+    printf(", \"%s\": {\"density_rms_per_m\": %.6g, \"density_max_per_m\": %.6g, \"depth_rms\": %.6g, "
+           "\"depth_max\": %.6g}",
+           rows[i].key, rows[i].loss->density_rms_per_m, rows[i].loss->density_max_per_m, rows[i].loss->depth_rms,
+           rows[i].loss->depth_max);
+  printf("}");
+}
+
+/* `error` NULL: it was not asked for. */
+static void print_done(const cli_session *session, const char *name, const char *path, double seconds,
+                       const neph_bake_error *error) {
   if (!session->options->is_json) {
     printf("%s: %s, %.2f s\n", name, path, seconds);
+    if (error) print_error(error);
     return;
   }
   printf("{\"cloud\": ");
   cli_print_json_text(name);
   printf(", \"file\": ");
   cli_print_json_text(path);
-  printf(", \"seconds\": %.3f}\n", seconds);
+  printf(", \"seconds\": %.3f", seconds);
+  if (error) print_json_error(error);
+  printf("}\n");
 }
 
 static double get_time_s(void) {
@@ -77,6 +127,7 @@ static neph_bake_desc make_desc(cli_session *session) {
   desc.file_precision = options->is_half ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT;
   desc.prune_per_m = options->prune_per_m;
   if (options->level_count) desc.level_count = options->level_count;
+  desc.has_velocity = options->wants_velocity;
   desc.has_region = options->has_region;
   memcpy(desc.region_min_m, options->region_m, sizeof desc.region_min_m);
   memcpy(desc.region_max_m, options->region_m + 3, sizeof desc.region_max_m);
@@ -93,10 +144,13 @@ static cli_exit bake_to(const bake_job *job, const char *path) {
   if (exit) return exit;
   if (session->options->is_dry_run) return printf("%s\n", path), CLI_DONE;
   const double start_s = get_time_s();
-  const neph_bake_desc desc = make_desc(session);
+  neph_bake_desc desc = make_desc(session);
+  neph_bake_error error;
+  if (session->options->wants_error) desc.error = &error;
   neph_result result = neph_scene_bake_file(job->scene, job->cloud, job->frame, &desc, path);
   cli_progress_finish(&session->progress);
-  if (!result) print_done(session, neph_scene_get_cloud_name(job->scene, job->cloud), path, get_time_s() - start_s);
+  if (!result)
+    print_done(session, neph_scene_get_cloud_name(job->scene, job->cloud), path, get_time_s() - start_s, desc.error);
   fflush(stdout);
   return cli_exit_of(result);
 }

@@ -28,6 +28,8 @@ typedef enum option_id {
   OPTION_LEVELS,
   OPTION_REGION,
   OPTION_MAX_MEMORY,
+  OPTION_VELOCITY,
+  OPTION_ERROR,
   OPTION_VERIFY,
   OPTION_EXPLAIN,
   OPTION_DRY_RUN,
@@ -79,6 +81,8 @@ static const option_row options[] = {
     {OPTION_REGION, "--region", 0, "BOX", CLI_BAKE,
      "only what lies in X0,Y0,Z0,X1,Y1,Z1, in metres"},
     {OPTION_MAX_MEMORY, "--max-memory", 0, "GB", CLI_BAKE, "refuse a bake that may need more"},
+    {OPTION_VELOCITY, "--velocity", 0, NULL, CLI_BAKE, "add a grid `vel`: how wind and growth move the cloud, in m/s"},
+    {OPTION_ERROR, "--error", 0, NULL, CLI_BAKE, "say what the file lost against the model evaluated directly"},
     {OPTION_VERIFY, "--verify", 0, NULL, CLI_BAKE, "bake .vdb FILE anew, and fail (7) when it differs"},
     {OPTION_EXPLAIN, "--explain", 0, NULL, CLI_RENDER, "print what would be done, and why, and stop"},
     {OPTION_DRY_RUN, "--dry-run", 'n', NULL, SCENE_VERBS, "check everything, print what would be written, and stop"},
@@ -317,6 +321,10 @@ static bool apply_option(cli_options *out, const option_row *option, const char 
     return out->has_region = true, read_region(argument, out->region_m);
   case OPTION_MAX_MEMORY:
     return out->has_memory_max = true, read_real(argument, &out->memory_max_gb);
+  case OPTION_VELOCITY:
+    return out->wants_velocity = true;
+  case OPTION_ERROR:
+    return out->wants_error = true;
   case OPTION_VERIFY:
     return out->is_verifying = true;
   case OPTION_EXPLAIN:
@@ -374,7 +382,7 @@ static cli_exit take_option(cli_options *out, int argc, char **argv, int *index)
   size_t length = is_long ? strcspn(text, "=") : 2;
   const option_row *option = is_long ? find_long_option(text, length) : find_letter(text[1]);
   if (!option) return fail_unknown_option(text);
-  out->given |= 1u << option->id;
+  out->given |= UINT64_C(1) << option->id;
   if (text[length]) value = text + length + (is_long ? 1 : 0);
   if (value && !option->argument) {
     cli_complain("%s takes no value, and is given %s", option->name, value);
@@ -406,7 +414,7 @@ static cli_exit take_verb(cli_options *out, const char *text) {
 /* Options may stand before the verb: only now is it known whether they are its own. */
 static cli_exit check_options(const cli_options *out, const verb_row *verb) {
   for (size_t i = 0; i < option_count; i++) {
-    if (!(out->given & 1u << options[i].id) || options[i].verbs & verb->verb) continue;
+    if (!(out->given & UINT64_C(1) << options[i].id) || options[i].verbs & verb->verb) continue;
     cli_complain("%s is not an option of nephos %s", options[i].name, verb->name);
     return CLI_USAGE;
   }

@@ -72,12 +72,12 @@ typedef struct cli_options {
   double target_error; /* 0: none */
   bool has_relative_mse_max;
   double relative_mse_max;
-  bool is_half, has_region, has_memory_max, is_verifying;
+  bool is_half, has_region, has_memory_max, wants_velocity, wants_error, is_verifying;
   double prune_per_m, region_m[6], memory_max_gb;
   unsigned level_count; /* 0: not given */
   cli_progress_mode progress;
   neph_log_level log_level;
-  unsigned given; /* a bit for each option that was given */
+  uint64_t given; /* a bit for each option that was given */
   char *storage;  /* what settings point into */
 } cli_options;
 

@@ -63,10 +63,45 @@ typedef struct neph_cloud_desc {
 NEPH_API neph_result neph_cloud_get_preset(neph_context *context, const char *name,
                                            neph_cloud_desc *out_desc) NEPH_NODISCARD;
 
+/** Extinction of a cloud's model at points of the world, without any grid: what a bake samples.
+ *
+ * @param cloud            NULL for the defaults. Octaves of detail finer than two of its voxels are left out.
+ * @param planet_radius_m  altitudes follow this sphere; 1e3 to 1e9.
+ * @param positions_m      count × 3 world coordinates.
+ * @param out_extinction_per_m  count values; the same bits for any thread count and instruction set.
+ */
+NEPH_API neph_result neph_cloud_eval(neph_context *context, const neph_cloud_desc *cloud, double planet_radius_m,
+                                     size_t count, const double *positions_m,
+                                     float *out_extinction_per_m) NEPH_NODISCARD;
+
 /** For neph_bake_desc.memory_max_bytes. */
 #define NEPH_MEMORY_UNLIMITED UINT64_MAX
 
-enum { NEPH_BAKE_LEVELS_MAX = 8 };
+enum { NEPH_BAKE_LEVELS_MAX = 8, NEPH_BAKE_ERROR_RAYS = 10000 };
+
+/** Differences from the model: of extinction at points, of optical depth along rays. */
+typedef struct neph_bake_loss {
+  double density_rms_per_m, density_max_per_m;
+  double depth_rms, depth_max;
+} neph_bake_loss;
+
+/** What a bake lost against its model evaluated directly, with all its detail.
+ *
+ * Found along NEPH_BAKE_ERROR_RAYS random lines through the cloud's box, as likely to pass through one point as another
+ * and in one direction as another, in steps of half a voxel; between voxels the grid is trilinear. Squares are summed
+ * over all points and rays, and divided by the number of those that meet the model's cloud. */
+typedef struct neph_bake_error {
+  uint64_t ray_count;       /**< that meet the model's cloud */
+  uint64_t point_count;     /**< in it */
+  double density_rms_per_m; /**< of the model's extinction, at these points */
+  double depth_rms;         /**< of the model's optical depth, along these rays */
+  neph_bake_loss voxel;     /**< by the voxels' size: the two below, together */
+  neph_bake_loss detail;    /**< octaves that the bake leaves out, and the edge that it softens, as its voxels ask */
+  neph_bake_loss sampling;  /**< what is left, on voxels with straight lines between them */
+  neph_bake_loss half;      /**< by halves in the file */
+  neph_bake_loss pruning;
+  neph_bake_loss total;     /**< by all of these */
+} neph_bake_error;
 
 typedef struct neph_bake_desc {
   size_t struct_size;
@@ -76,10 +111,14 @@ typedef struct neph_bake_desc {
   double prune_per_m;            /**< less extinction than this is left out; ≥ 0 (default 0) */
   unsigned level_count;          /**< grids in a file, each with voxels twice as long as the one before: "density",
                                       "density_2", "density_4", …; 1 to NEPH_BAKE_LEVELS_MAX (default 1) */
+  bool has_velocity;             /**< add to a file a grid "vel": velocity in m/s, by which wind and growth move the
+                                      extinction, at its active voxels; the wind elsewhere (default false) */
+  neph_bake_error *error;        /**< where neph_cloud_bake_file says what the file lost; NULL (default): unmeasured */
   bool has_region;               /**< bake only what lies in the box below (default false) */
   double region_min_m[3];        /**< of the world (default 0, 0, 0) */
   double region_max_m[3];        /**< greater (default 0, 0, 0) */
-  uint64_t memory_max_bytes;     /**< a bake that may need more is refused (default NEPH_MEMORY_UNLIMITED) */
+  uint64_t memory_max_bytes;     /**< a bake that may need more is refused, as is one that may need more than the
+                                      machine has (default NEPH_MEMORY_UNLIMITED) */
   neph_progress_fn progress;     /**< default NULL */
   void *progress_user;           /**< default NULL */
 } neph_bake_desc;
@@ -87,9 +126,9 @@ typedef struct neph_bake_desc {
 #define NEPH_BAKE_DESC_DEFAULT                                                                                         \
   {                                                                                                                    \
     .struct_size = sizeof(neph_bake_desc), .planet_radius_m = 6360000.0, .precision = NEPH_PRECISION_HALF,             \
-    .file_precision = NEPH_PRECISION_FLOAT, .prune_per_m = 0, .level_count = 1, .has_region = false,                   \
-    .region_min_m = {0, 0, 0}, .region_max_m = {0, 0, 0}, .memory_max_bytes = NEPH_MEMORY_UNLIMITED, .progress = NULL, \
-    .progress_user = NULL                                                                                              \
+    .file_precision = NEPH_PRECISION_FLOAT, .prune_per_m = 0, .level_count = 1, .has_velocity = false, .error = NULL,  \
+    .has_region = false, .region_min_m = {0, 0, 0}, .region_max_m = {0, 0, 0},                                         \
+    .memory_max_bytes = NEPH_MEMORY_UNLIMITED, .progress = NULL, .progress_user = NULL                                 \
   }
 
 /** Bakes a cloud to a volume whose values are extinction in 1/m. The same bits for any thread count and level. */
@@ -103,7 +142,7 @@ NEPH_API neph_result neph_cloud_bake_file(neph_context *context, const neph_clou
 
 /** Bakes a file of neph_cloud_bake_file anew, from the parameters in it, and compares.
  *
- * @param out_is_same  whether its first grid holds the same voxels and values, bit for bit.
+ * @param out_is_same  whether its grids hold the same voxels and values, bit for bit.
  */
 NEPH_API neph_result neph_cloud_verify_file(neph_context *context, const char *path, neph_progress_fn progress,
                                             void *progress_user, bool *out_is_same) NEPH_NODISCARD;

@@ -3,45 +3,83 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/bake_private.h"
 #include "core/alloc.h"
 #include "volume/volume_file.h"
 #include "volume/volume_private.h"
 
-enum { ATTRIBUTES = 3 };
+/* What a file is made of: levels of detail, and, behind them, the components of the velocity. */
+enum { GRIDS_MAX = NEPH_BAKE_LEVELS_MAX + 3 };
 
-static neph_result save_levels(neph_context *context, np_sparse_grid *grids, const neph_cloud_desc *cloud,
-                               const neph_bake_desc *desc, np_monitor *monitor, const char *path) {
+typedef struct bake_grids {
+  np_sparse_grid levels[NEPH_BAKE_LEVELS_MAX], velocity[3];
+} bake_grids;
+
+static void clear_grids(bake_grids *grids) {
+  for (int i = 0; i < NEPH_BAKE_LEVELS_MAX; i++) np_sparse_grid_clear(&grids->levels[i]);
+  for (int i = 0; i < 3; i++) np_sparse_grid_clear(&grids->velocity[i]);
+}
+
+static neph_result measure(const np_bake *bake, np_sparse_grid *grid) {
+  neph_result result = np_bake_measure_error(bake, grid, bake->desc.error);
+  if (!result) np_bake_prune(bake, grid);
+  return result;
+}
+
+/* To be cleared whatever the outcome. */
+static neph_result make_grids(np_bake *bake, const char *name, bake_grids *out_grids) {
+  np_sparse_grid *levels = out_grids->levels;
+  neph_result result = np_bake_make_grid(bake, name, &levels[0]);
+  if (!result && bake->desc.error) result = measure(bake, &levels[0]);
+  for (unsigned i = 1; !result && i < bake->desc.level_count; i++)
+    result = np_cloud_halve_grid(bake->context, &levels[i - 1], name, 1u << i, &levels[i]);
+  if (!result && bake->desc.has_velocity) result = np_bake_make_velocity(bake, &levels[0], out_grids->velocity);
+  return result;
+}
+
+/* ---- Writing ---- */
+
+enum { ATTRIBUTES = 4 };
+
+/* Extinction says what a value of 1 is; a velocity needs no such thing. */
+static neph_result save(const np_bake *bake, const bake_grids *grids, const char *path) {
+  const neph_bake_desc *desc = &bake->desc;
   char *params, seed[24];
-  neph_result result = np_cloud_desc_to_json(context, cloud, desc, &params);
+  neph_result result = np_cloud_desc_to_json(bake->context, &bake->model.desc, desc, &params);
   if (result) return result;
-  snprintf(seed, sizeof seed, "%llu", (unsigned long long)cloud->seed);
-  const np_vdb_attribute attributes[ATTRIBUTES] = {{.name = "nephos:params", .text = params},
+  snprintf(seed, sizeof seed, "%llu", (unsigned long long)bake->model.desc.seed);
+  const np_vdb_attribute of_density[ATTRIBUTES] = {{.name = "nephos:params", .text = params},
                                                    {.name = "nephos:seed", .text = seed},
-                                                   {.name = "units", .text = "1/m"}};
-  np_vdb_write_grid out[NEPH_BAKE_LEVELS_MAX];
+                                                   {.name = "units", .text = "1/m"},
+                                                   {.name = "nephos:extinction_per_value", .number = 1}};
+  const np_vdb_attribute of_velocity[ATTRIBUTES - 1] = {of_density[0], of_density[1], {.name = "units", .text = "m/s"}};
+  np_vdb_write_grid out[GRIDS_MAX];
+  size_t count = 0;
+  const int is_half = desc->file_precision == NEPH_PRECISION_HALF;
   for (unsigned i = 0; i < desc->level_count; i++)
-    out[i] = (np_vdb_write_grid){.grid = &grids[i],
-                                 .is_half = desc->file_precision == NEPH_PRECISION_HALF,
-                                 .attributes = attributes,
-                                 .attribute_count = ATTRIBUTES};
-  result = np_volume_save_grids(context, path, out, desc->level_count, monitor);
-  np_alloc_free(context, params);
+    out[count++] = (np_vdb_write_grid){&grids->levels[i], is_half, of_density, ATTRIBUTES, NULL, NULL};
+  const np_sparse_grid *velocity = grids->velocity;
+  if (desc->has_velocity)
+    out[count++] =
+        (np_vdb_write_grid){&velocity[0], is_half, of_velocity, ATTRIBUTES - 1, &velocity[1], &velocity[2]};
+  result = np_volume_save_grids(bake->context, path, out, count, bake->monitor);
+  np_alloc_free(bake->context, params);
   return result;
 }
 
 neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                                  const char *name, const char *path) {
-  neph_cloud_desc checked;
-  neph_bake_desc bake;
-  np_sparse_grid grids[NEPH_BAKE_LEVELS_MAX] = {0};
+  np_bake bake;
+  bake_grids grids = {0};
   np_monitor monitor;
   const unsigned mode = np_float_mode_enter();
-  neph_result result = np_cloud_bake_checked(context, cloud, desc, name, &monitor, &checked, &bake, &grids[0]);
-  for (unsigned i = 1; !result && i < bake.level_count; i++)
-    result = np_cloud_halve_grid(context, &grids[i - 1], name, 1u << i, &grids[i]);
-  if (!result) result = save_levels(context, grids, &checked, &bake, &monitor, path);
-  for (int i = 0; i < NEPH_BAKE_LEVELS_MAX; i++) np_sparse_grid_clear(&grids[i]);
+  neph_result result = np_bake_start_checked(context, cloud, desc, NP_BAKE_FOR_FILE, &monitor, &bake);
+  if (!result) {
+    result = make_grids(&bake, name, &grids);
+    if (!result) result = save(&bake, &grids, path);
+    clear_grids(&grids);
+    np_bake_end(&bake);
+  }
   np_float_mode_leave(mode);
   return result;
 }
@@ -103,41 +141,73 @@ static neph_result read_record(const np_volume_file *file, bake_record *record) 
                  file->path);
 }
 
-static neph_result hash_file(const np_volume_file *file, char name[256], bool *out_is_half, char out_hash[HASH_BYTES]) {
+/* Fingerprint of one of a file's grids as it stands there. */
+static neph_result hash_stored(const np_volume_file *file, size_t index, char out_hash[HASH_BYTES]) {
   np_vdb_grid_info info;
-  np_sparse_grid grid = {0};
+  np_sparse_grid components[3] = {0};
+  const np_sparse_grid *const all[3] = {&components[0], &components[1], &components[2]};
   uint64_t tree_bytes;
-  file->module->describe(file->vdb, 0, &info);
-  snprintf(name, 256, "%s", info.name);
-  *out_is_half = info.is_half_on_disk;
-  neph_result result = np_volume_file_read(file, 0, &grid, &tree_bytes);
-  if (!result) result = np_sparse_grid_hash(&grid, out_hash);
-  np_sparse_grid_clear(&grid);
+  neph_result result = NEPH_OK;
+  file->module->describe(file->vdb, index, &info);
+  const int count = info.is_vector ? 3 : 1;
+  for (int c = 0; c < count && !result; c++)
+    result = np_volume_file_read_component(file, index, c, &components[c], &tree_bytes);
+  if (!result) result = np_sparse_grid_hash_all(all, (size_t)count, false, out_hash);
+  for (int c = 0; c < 3; c++) np_sparse_grid_clear(&components[c]);
   return result;
 }
 
-static neph_result hash_bake(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
-                             const char *name, bool is_half, char out_hash[HASH_BYTES]) {
-  neph_cloud_desc checked;
-  neph_bake_desc bake;
-  np_sparse_grid grid;
-  np_monitor monitor;
-  neph_result result = np_cloud_bake_checked(context, cloud, desc, name, &monitor, &checked, &bake, &grid);
-  if (result) return result;
-  result = is_half ? np_sparse_grid_hash_as_half(&grid, out_hash) : np_sparse_grid_hash(&grid, out_hash);
-  np_sparse_grid_clear(&grid);
+static neph_result hash_baked(const bake_grids *grids, const neph_bake_desc *desc, size_t index,
+                              char out_hash[HASH_BYTES]) {
+  const bool is_velocity = index == desc->level_count;
+  const np_sparse_grid *all[3];
+  for (int c = 0; c < 3; c++) all[c] = is_velocity ? &grids->velocity[c] : &grids->levels[index];
+  return np_sparse_grid_hash_all(all, is_velocity ? 3 : 1, desc->file_precision == NEPH_PRECISION_HALF, out_hash);
+}
+
+/* What of a bake shows in the grids of its file: levels, and then perhaps a velocity. */
+static neph_result read_layout(const np_volume_file *file, char name[256], neph_bake_desc *desc) {
+  np_vdb_grid_info info;
+  const size_t count = file->module->count(file->vdb);
+  file->module->describe(file->vdb, count - 1, &info);
+  desc->has_velocity = info.is_vector;
+  desc->level_count = (unsigned)(count - desc->has_velocity);
+  file->module->describe(file->vdb, 0, &info);
+  desc->file_precision = info.is_half_on_disk ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT;
+  snprintf(name, 256, "%s", info.name);
+  if (desc->level_count >= 1 && desc->level_count <= NEPH_BAKE_LEVELS_MAX) return NEPH_OK;
+  return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: holds %zu grids, must be a baked cloud of at most %d",
+                 file->path, count, (int)NEPH_BAKE_LEVELS_MAX + 1);
+}
+
+static neph_result compare_grids(const np_volume_file *file, const bake_grids *grids, const neph_bake_desc *desc,
+                                 bool *out_is_same) {
+  neph_result result = NEPH_OK;
+  *out_is_same = true;
+  for (size_t i = 0; i < desc->level_count + desc->has_velocity && *out_is_same && !result; i++) {
+    char of_file[HASH_BYTES], of_bake[HASH_BYTES];
+    result = hash_stored(file, i, of_file);
+    if (!result) result = hash_baked(grids, desc, i, of_bake);
+    *out_is_same = !result && !strcmp(of_file, of_bake);
+  }
   return result;
 }
 
 static neph_result verify(const np_volume_file *file, bake_record *record, neph_bake_desc *desc, bool *out_is_same) {
-  char name[256], of_file[HASH_BYTES], of_bake[HASH_BYTES];
-  bool is_half;
+  char name[256];
   neph_cloud_desc cloud;
+  np_bake bake;
+  bake_grids grids = {0};
+  np_monitor monitor;
   neph_result result = read_record(file, record);
   if (!result) result = np_cloud_desc_from_json(file->context, file->path, record->params, &cloud, desc);
-  if (!result) result = hash_file(file, name, &is_half, of_file);
-  if (!result) result = hash_bake(file->context, &cloud, desc, name, is_half, of_bake);
-  if (!result) *out_is_same = !strcmp(of_file, of_bake);
+  if (!result) result = read_layout(file, name, desc);
+  if (!result) result = np_bake_start_checked(file->context, &cloud, desc, NP_BAKE_FOR_FILE, &monitor, &bake);
+  if (result) return result;
+  result = make_grids(&bake, name, &grids);
+  if (!result) result = compare_grids(file, &grids, &bake.desc, out_is_same);
+  clear_grids(&grids);
+  np_bake_end(&bake);
   return result;
 }
 

@@ -134,11 +134,6 @@ neph_result np_cloud_bake_grid(neph_context *context, const neph_cloud_desc *clo
 /* Copies a caller's description (NULL: the defaults) and checks it. */
 neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc *desc, neph_bake_desc *out_desc);
 
-/* Checks both descriptions, starts the monitor, and bakes. */
-neph_result np_cloud_bake_checked(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
-                                  const char *name, np_monitor *monitor, neph_cloud_desc *out_cloud,
-                                  neph_bake_desc *out_desc, np_sparse_grid *out_grid);
-
 /* Whether a file was baked from this cloud for this planet, as its nephos:params say. Files without them, not ours, are
  * taken to be. */
 neph_result np_cloud_file_is_current(neph_context *context, const char *path, const neph_cloud_desc *cloud,

@@ -47,6 +47,10 @@ neph_result np_parallel_run(neph_context *context, np_monitor *monitor, neph_res
 /* CPUs that the process may use: its affinity mask, cut to the quota of its control group. At least 1. */
 unsigned np_cpu_count(void);
 
+/* Bytes of memory that the process may use: what the machine has, cut to the quota of its control group and to its own
+ * limit on address space. */
+uint64_t np_memory_size(void);
+
 /* Pool: made and ended by the context. */
 neph_result np_pool_create(neph_context *context, unsigned thread_count, np_pool **out_pool);
 void np_pool_destroy(neph_context *context, np_pool *pool);

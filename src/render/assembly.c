@@ -28,7 +28,7 @@ static neph_result bake(const build *b, const np_scene_cloud *cloud, const char 
   neph_context *context = b->scene->context;
   const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, b->plan->desc.frame);
   if (!path) return neph_cloud_bake(context, &at_frame, &desc, out_volume);
-  return neph_cloud_bake_file(context, &at_frame, &desc, cloud->name, path);
+  return neph_cloud_bake_file(context, &at_frame, &desc, "density", path);
 }
 
 static neph_result load(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume **out_volume) {

@@ -84,5 +84,5 @@ neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int fr
   const np_scene_cloud *cloud = &scene->clouds[cloud_index];
   const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
   bake.planet_radius_m = scene->atmosphere.planet_radius_m;
-  return neph_cloud_bake_file(scene->context, &at_frame, &bake, cloud->name, path);
+  return neph_cloud_bake_file(scene->context, &at_frame, &bake, "density", path);
 }

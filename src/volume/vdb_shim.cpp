@@ -259,6 +259,7 @@ void describe_grid(const np_vdb_file *file, size_t index, np_vdb_grid_info *out_
   out_info->creator = entry.creator.c_str();
   out_info->is_half_on_disk = entry.descriptor.saveFloatAsHalf();
   out_info->is_scalar = is_grid<openvdb::FloatGrid>(*entry.header) || is_grid<openvdb::DoubleGrid>(*entry.header);
+  out_info->is_vector = is_grid<openvdb::Vec3SGrid>(*entry.header) || is_grid<openvdb::Vec3DGrid>(*entry.header);
   np_vdb_error ignored;
   out_info->is_affine = entry.header->transform().isLinear() && !guarded(&ignored, Direction::reading, [&] {
                           get_affine(*entry.header, out_info->index_to_world);
@@ -308,30 +309,37 @@ void check_result(neph_result result) {
   if (result) throw std::bad_alloc();
 }
 
-template <typename LeafType> void copy_leaf(const LeafType &leaf, const np_vdb_sink &sink) {
+template <typename Number> float get_component(const Number &value, int) { return static_cast<float>(value); }
+
+template <typename Number> float get_component(const openvdb::math::Vec3<Number> &value, int component) {
+  return static_cast<float>(value[component]);
+}
+
+template <typename LeafType> void copy_leaf(const LeafType &leaf, int component, const np_vdb_sink &sink) {
   static_assert(LeafType::SIZE == NP_LEAF_SIZE, "leaves of 8³ voxels in the same order");
   const openvdb::Coord origin = leaf.origin();
   np_leaf *out = sink.add_leaf(sink.grid, origin.data());
   check_memory(out);
   const auto *values = leaf.buffer().data();
-  for (int n = 0; n < NP_LEAF_SIZE; n++) out->values[n] = static_cast<float>(values[n]);
+  for (int n = 0; n < NP_LEAF_SIZE; n++) out->values[n] = get_component(values[n], component);
   for (openvdb::Index word = 0; word < 8; word++)
     out->active[word] = leaf.getValueMask().template getWord<openvdb::Index64>(word);
 }
 
 bool is_same(float a, float b) { return a == b || (a != a && b != b); }
 
-template <typename TreeType> void copy_tree(const TreeType &tree, const np_vdb_sink &sink, const Canceller &canceller) {
-  sink.grid->background = static_cast<float>(tree.background());
+template <typename TreeType>
+void copy_tree(const TreeType &tree, int component, const np_vdb_sink &sink, const Canceller &canceller) {
+  sink.grid->background = get_component(tree.background(), component);
   check_result(sink.reserve(sink.grid, tree.leafCount(), 0));
   for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
     canceller.poll();
-    copy_leaf(*leaf, sink);
+    copy_leaf(*leaf, component, sink);
   }
   auto value = tree.cbeginValueAll();
   value.setMaxDepth(TreeType::ValueAllCIter::LEAF_DEPTH - 1);
   for (; value; ++value) {
-    const float number = static_cast<float>(*value);
+    const float number = get_component(*value, component);
     if (!value.isValueOn() && is_same(number, sink.grid->background)) continue;
     canceller.poll();
     const openvdb::CoordBBox box = value.getBoundingBox();
@@ -339,19 +347,25 @@ template <typename TreeType> void copy_tree(const TreeType &tree, const np_vdb_s
   }
 }
 
-neph_result read_grid(np_vdb_file *file, size_t index, const np_vdb_sink *sink, uint64_t *out_tree_bytes,
+template <typename GridType>
+bool copy_if(const openvdb::GridBase::Ptr &grid, int component, const np_vdb_sink &sink, const Canceller &canceller) {
+  if (!is_grid<GridType>(*grid)) return false;
+  copy_tree(openvdb::gridPtrCast<GridType>(grid)->tree(), component, sink, canceller);
+  return true;
+}
+
+neph_result read_grid(np_vdb_file *file, size_t index, int component, const np_vdb_sink *sink, uint64_t *out_tree_bytes,
                       np_vdb_error *error) noexcept {
   return guarded(error, Direction::reading, [&] {
     const Entry &entry = file->entries[index];
     const openvdb::GridBase::Ptr grid = read_whole(*file, entry);
     if (grid->transform().isLinear()) get_affine(*grid, sink->grid->index_to_world.m);
-    if (is_grid<openvdb::FloatGrid>(*grid))
-      copy_tree(openvdb::gridPtrCast<openvdb::FloatGrid>(grid)->tree(), *sink, file->canceller);
-    else if (is_grid<openvdb::DoubleGrid>(*grid))
-      copy_tree(openvdb::gridPtrCast<openvdb::DoubleGrid>(grid)->tree(), *sink, file->canceller);
-    else
+    if (!copy_if<openvdb::FloatGrid>(grid, component, *sink, file->canceller) &&
+        !copy_if<openvdb::DoubleGrid>(grid, component, *sink, file->canceller) &&
+        !copy_if<openvdb::Vec3SGrid>(grid, component, *sink, file->canceller) &&
+        !copy_if<openvdb::Vec3DGrid>(grid, component, *sink, file->canceller))
       throw Failure{NEPH_ERROR_INVALID_ARGUMENT,
-                    "grid '" + entry.name + "' is of type " + entry.value_type + ", not a scalar"};
+                    "grid '" + entry.name + "' is of type " + entry.value_type + ", neither a scalar nor a vector"};
     *out_tree_bytes = grid->memUsage();
   });
 }
@@ -381,8 +395,17 @@ openvdb::math::Transform::Ptr make_transform(const np_affine &affine) {
 
 openvdb::Index get_tile_level(int32_t edge) { return edge == 8 ? 1u : edge == 128 ? 2u : 3u; }
 
+/* Adds a leaf of the topology of `from`, whose values `fill` sets. */
+template <typename TreeType, typename Fill> void add_leaf(TreeType &tree, const np_leaf &from, const Fill &fill) {
+  auto leaf = std::make_unique<typename TreeType::LeafNodeType>(openvdb::Coord(from.origin), tree.background(), false);
+  fill(leaf->buffer().data());
+  openvdb::util::NodeMask<3> mask;
+  for (openvdb::Index word = 0; word < 8; word++) mask.getWord<openvdb::Index64>(word) = from.active[word];
+  leaf->setValueMask(mask);
+  tree.addLeaf(leaf.release());
+}
+
 openvdb::FloatGrid::Ptr make_grid(const np_sparse_grid &source, const Canceller &canceller) {
-  using Leaf = openvdb::FloatTree::LeafNodeType;
   openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(source.background);
   grid->setTransform(make_transform(source.index_to_world));
   for (size_t i = 0; i < source.tile_count; i++) {
@@ -392,20 +415,41 @@ openvdb::FloatGrid::Ptr make_grid(const np_sparse_grid &source, const Canceller 
   for (size_t i = 0; i < source.leaf_count; i++) {
     canceller.poll();
     const np_leaf &from = source.leaves[i];
-    auto leaf = std::make_unique<Leaf>(openvdb::Coord(from.origin), source.background, false);
-    std::copy(from.values, from.values + NP_LEAF_SIZE, leaf->buffer().data());
-    openvdb::util::NodeMask<3> mask;
-    for (openvdb::Index word = 0; word < 8; word++) mask.getWord<openvdb::Index64>(word) = from.active[word];
-    leaf->setValueMask(mask);
-    grid->tree().addLeaf(leaf.release());
+    add_leaf(grid->tree(), from, [&](float *to) { std::copy(from.values, from.values + NP_LEAF_SIZE, to); });
   }
   return grid;
 }
 
-openvdb::GridBase::ConstPtr make_output(const np_vdb_write_grid &output, const Canceller &canceller) {
-  openvdb::FloatGrid::Ptr grid = make_grid(*output.grid, canceller);
-  grid->setName(output.grid->name);
+/* A velocity in world space at the voxels' centres, which turns with the grid when that is moved. */
+openvdb::Vec3SGrid::Ptr make_velocity(const np_vdb_write_grid &output, const Canceller &canceller) {
+  const np_sparse_grid &x = *output.grid, &y = *output.y, &z = *output.z;
+  auto grid = openvdb::Vec3SGrid::create(openvdb::Vec3s(x.background, y.background, z.background));
+  grid->setTransform(make_transform(x.index_to_world));
+  grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
+  grid->setIsInWorldSpace(true);
+  for (size_t i = 0; i < x.leaf_count; i++) {
+    canceller.poll();
+    add_leaf(grid->tree(), x.leaves[i], [&](openvdb::Vec3s *to) {
+      for (int n = 0; n < NP_LEAF_SIZE; n++)
+        to[n] = openvdb::Vec3s(x.leaves[i].values[n], y.leaves[i].values[n], z.leaves[i].values[n]);
+    });
+  }
+  return grid;
+}
+
+openvdb::GridBase::Ptr make_fog(const np_sparse_grid &source, const Canceller &canceller) {
+  const openvdb::FloatGrid::Ptr grid = make_grid(source, canceller);
   grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+  return grid;
+}
+
+openvdb::GridBase::ConstPtr make_output(const np_vdb_write_grid &output, const Canceller &canceller) {
+  openvdb::GridBase::Ptr grid;
+  if (output.y)
+    grid = make_velocity(output, canceller);
+  else
+    grid = make_fog(*output.grid, canceller);
+  grid->setName(output.grid->name);
   grid->setSaveFloatAsHalf(output.is_half);
   for (size_t i = 0; i < output.attribute_count; i++) {
     const np_vdb_attribute &attribute = output.attributes[i];

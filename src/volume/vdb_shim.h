@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 1u
+#define NP_VDB_MODULE_VERSION 2u
 
 /* Name of the module's file and of the function in it. */
 #define NP_VDB_MODULE_FILE "nephos_vdb.so"
@@ -33,6 +33,7 @@ typedef struct np_vdb_grid_info {
   const char *creator;
   int is_half_on_disk;
   int is_scalar; /* float, half or double: np_vdb_module.read takes it */
+  int is_vector; /* three floats, halves or doubles: so it does, component by component */
   int is_affine; /* transform is not a frustum */
   double index_to_world[3][4];
 } np_vdb_grid_info;
@@ -66,6 +67,8 @@ typedef struct np_vdb_write_grid {
   int is_half;
   const np_vdb_attribute *attributes;
   size_t attribute_count;
+  const np_sparse_grid *y, *z; /* NULL: a scalar, a fog volume; else `grid` is the x of a velocity, and these its other
+                                  components, of the same leaves, without tiles */
 } np_vdb_write_grid;
 
 /* Functions that can fail return a neph_result, the same as in `error`, and throw nothing. */
@@ -84,14 +87,15 @@ typedef struct np_vdb_module {
                                 void (*visit)(void *user, const char *name, const char *text), void *user,
                                 np_vdb_error *error);
 
-  /* Reads one scalar grid: transform, background, leaves, and tiles that differ from an inactive background. */
-  neph_result (*read)(np_vdb_file *file, size_t index, const np_vdb_sink *sink, uint64_t *out_tree_bytes,
+  /* Reads one scalar grid, or one component (0 to 2) of a vector: transform, background, leaves, and tiles that differ
+   * from an inactive background. */
+  neph_result (*read)(np_vdb_file *file, size_t index, int component, const np_vdb_sink *sink, uint64_t *out_tree_bytes,
                       np_vdb_error *error);
 
   /* Reads any grid, and tells only its size. */
   neph_result (*measure)(np_vdb_file *file, size_t index, np_vdb_grid_size *out_size, np_vdb_error *error);
 
-  /* Writes grids as fog volumes to `path`, which is a temporary name: the caller renames it. */
+  /* Writes grids to `path`, which is a temporary name: the caller renames it. */
   neph_result (*write)(const char *path, const np_vdb_write_grid *grids, size_t count, np_vdb_cancel_fn cancel,
                        void *cancel_user, np_vdb_error *error);
 

@@ -42,8 +42,8 @@ void np_volume_file_close(np_volume_file *file) {
   *file = (np_volume_file){0};
 }
 
-neph_result np_volume_file_read(const np_volume_file *file, size_t index, np_sparse_grid *out_grid,
-                                uint64_t *out_tree_bytes) {
+neph_result np_volume_file_read_component(const np_volume_file *file, size_t index, int component,
+                                          np_sparse_grid *out_grid, uint64_t *out_tree_bytes) {
   np_vdb_grid_info info;
   np_vdb_error error;
   const np_vdb_sink sink = {out_grid, np_sparse_grid_reserve, np_sparse_grid_add_leaf, np_sparse_grid_add_tile};
@@ -51,9 +51,15 @@ neph_result np_volume_file_read(const np_volume_file *file, size_t index, np_spa
   neph_result result = np_sparse_grid_init(file->context, info.name, out_grid);
   if (result) return result;
   out_grid->file = file->path;
-  if (file->module->read(file->vdb, index, &sink, out_tree_bytes, &error)) return np_volume_file_fail(file, &error);
+  if (file->module->read(file->vdb, index, component, &sink, out_tree_bytes, &error))
+    return np_volume_file_fail(file, &error);
   np_sparse_grid_sort(out_grid);
   return NEPH_OK;
+}
+
+neph_result np_volume_file_read(const np_volume_file *file, size_t index, np_sparse_grid *out_grid,
+                                uint64_t *out_tree_bytes) {
+  return np_volume_file_read_component(file, index, 0, out_grid, out_tree_bytes);
 }
 
 /* ---- Writing ---- */
@@ -79,14 +85,18 @@ static neph_result check_half_range(const save_job *job, const np_sparse_grid *g
                  grid->name, (double)extent.value_min, (double)extent.value_max);
 }
 
+static neph_result hash_output(const np_vdb_write_grid *output, char *out_hash) {
+  const np_sparse_grid *const components[] = {output->grid, output->y, output->z};
+  return np_sparse_grid_hash_all(components, output->y ? 3 : 1, output->is_half, out_hash);
+}
+
 /* Copies one grid's attributes and adds ours behind them. */
 static neph_result add_attributes(const save_job *job, const np_vdb_write_grid *from, np_vdb_write_grid *to,
                                   char *hash) {
   *to = *from;
   to->attributes = NULL;
   neph_result result = from->is_half ? check_half_range(job, from->grid) : NEPH_OK;
-  if (!result)
-    result = from->is_half ? np_sparse_grid_hash_as_half(from->grid, hash) : np_sparse_grid_hash(from->grid, hash);
+  if (!result) result = hash_output(from, hash);
   if (result) return result;
   np_vdb_attribute *attributes = np_alloc(job->context, from->attribute_count + OWN_ATTRIBUTES, sizeof *attributes);
   if (!attributes) return NEPH_ERROR_OUT_OF_MEMORY;

@@ -21,6 +21,10 @@ void np_volume_file_close(np_volume_file *file); /* a zeroed file is allowed */
 neph_result np_volume_file_read(const np_volume_file *file, size_t index, np_sparse_grid *out_grid,
                                 uint64_t *out_tree_bytes);
 
+/* The same of one component of a vector, 0 to 2, or, for 0, of a scalar. */
+neph_result np_volume_file_read_component(const np_volume_file *file, size_t index, int component,
+                                          np_sparse_grid *out_grid, uint64_t *out_tree_bytes);
+
 /* Reports what the module said, under the file's name. */
 neph_result np_volume_file_fail(const np_volume_file *file, const np_vdb_error *error);
 

@@ -7,6 +7,6 @@ END
 nephos bake scene.yaml -q --frames 1-3x2 --half --levels 2 --prune 0.001 >/dev/null
 ls
 nephos bake -q --verify low.0003.vdb
-nephos info low.0001.vdb | grep -c low_2
+nephos info low.0001.vdb | grep -c density_2
 nephos bake scene.yaml -q --frames 1,2 -o one.vdb || echo $?
 nephos bake scene.yaml -q --max-memory 0.001 || echo $?

@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Where the voxels of a bake are: samples sit in the middle of voxels, leaves of 8³ of them count from the index origin,
+ * and a region cuts voxels off. */
+#include "cloud/bake_private.h"
+
+#define BOX_LEAVES_MAX (UINT64_C(1) << 27) /* of the whole field, a byte each while their bounds are found */
+
+double np_bake_find_offset_m(const np_bake *bake, int axis, double index) {
+  const double voxel_m = bake->model.desc.voxel_m;
+  return axis == 2 ? (index + 0.5) * voxel_m : (index - 0.5 * (bake->voxels[axis] - 1)) * voxel_m;
+}
+
+double np_bake_find_height_m(const np_bake *bake, const double offset_m[3]) {
+  const neph_cloud_desc *cloud = &bake->model.desc;
+  const np_dvec3 p = {cloud->center_m[0] + offset_m[0], cloud->center_m[1] + offset_m[1],
+                      cloud->base_altitude_m + offset_m[2]};
+  return np_altitude(p, bake->desc.planet_radius_m) - cloud->base_altitude_m;
+}
+
+void np_bake_add_point(const np_bake *bake, const double offset_m[3], np_bake_points *points) {
+  const size_t n = points->count++;
+  points->x_m[n] = (float)offset_m[0];
+  points->y_m[n] = (float)offset_m[1];
+  points->height_m[n] = (float)np_bake_find_height_m(bake, offset_m);
+}
+
+void np_bake_eval(const np_cloud_model *model, const np_bake_points *points, float *out_extinction_per_m) {
+  const np_cloud_points view = {points->count, points->x_m, points->y_m, points->height_m};
+  np_cloud_model_eval(model, &view, out_extinction_per_m);
+}
+
+np_affine np_bake_find_transform(const np_bake *bake) {
+  const neph_cloud_desc *cloud = &bake->model.desc;
+  np_affine transform = np_affine_identity();
+  for (int a = 0; a < 3; a++) {
+    const double origin_m = a == 2 ? cloud->base_altitude_m : cloud->center_m[a];
+    transform.m[a][a] = cloud->voxel_m;
+    transform.m[a][3] = origin_m + np_bake_find_offset_m(bake, a, 0);
+  }
+  return transform;
+}
+
+size_t np_bake_count_box(const np_bake *bake) {
+  return (size_t)bake->leaf_count[0] * (size_t)bake->leaf_count[1] * (size_t)bake->leaf_count[2];
+}
+
+/* ---- The box ---- */
+
+static neph_result refuse_box(const np_bake *bake) {
+  const neph_cloud_desc *cloud = &bake->model.desc;
+  return np_fail(bake->context, NEPH_ERROR_LIMIT,
+                 "cloud: extent_m %g × %g and thickness_m %g at voxel_m %g is a box of more than %llu leaves of 8³ "
+                 "voxels: enlarge voxel_m or lessen extent_m",
+                 cloud->extent_m[0], cloud->extent_m[1], cloud->thickness_m, cloud->voxel_m,
+                 (unsigned long long)BOX_LEAVES_MAX);
+}
+
+/* How far the planet curves down at the far corner of the field. */
+static double find_drop_m(const np_bake *bake) {
+  const neph_cloud_desc *cloud = &bake->model.desc;
+  double far2 = 0;
+  for (int a = 0; a < 2; a++) {
+    const double far = fabs(cloud->center_m[a]) + 0.5 * cloud->extent_m[a];
+    far2 += far * far;
+  }
+  const double radius = bake->desc.planet_radius_m + cloud->base_altitude_m;
+  return far2 < radius * radius ? far2 / (radius + sqrt(radius * radius - far2)) : radius;
+}
+
+void np_bake_find_field(const np_bake *bake, double out_low_m[3], double out_high_m[3]) {
+  const neph_cloud_desc *cloud = &bake->model.desc;
+  const double rain_m = cloud->precipitation * fmax(cloud->base_altitude_m, 0);
+  for (int a = 0; a < 2; a++) {
+    out_low_m[a] = -0.5 * cloud->extent_m[a];
+    out_high_m[a] = 0.5 * cloud->extent_m[a];
+  }
+  out_low_m[2] = -(find_drop_m(bake) + rain_m);
+  out_high_m[2] = cloud->thickness_m;
+}
+
+/* Leaves along each axis, enough for the field. */
+static neph_result find_extent(np_bake *bake) {
+  const neph_cloud_desc *cloud = &bake->model.desc;
+  const double leaf_m = cloud->voxel_m * NP_LEAF_EDGE;
+  double product = 1;
+  for (int a = 0; a < 2; a++) {
+    const double voxels = fmax(1.0, round(cloud->extent_m[a] / cloud->voxel_m)), leaves = ceil(voxels / NP_LEAF_EDGE);
+    product *= leaves;
+    if (product > (double)BOX_LEAVES_MAX) return refuse_box(bake);
+    bake->voxels[a] = (int32_t)voxels;
+    bake->leaf_count[a] = (int32_t)leaves;
+    bake->leaf_begin[a] = 0;
+  }
+  double low_m[3], high_m[3];
+  np_bake_find_field(bake, low_m, high_m);
+  const double low = floor(low_m[2] / leaf_m), high = ceil(high_m[2] / leaf_m);
+  product *= high - low;
+  if (product > (double)BOX_LEAVES_MAX) return refuse_box(bake);
+  bake->leaf_begin[2] = (int32_t)low;
+  bake->leaf_count[2] = (int32_t)(high - low);
+  return NEPH_OK;
+}
+
+/* Cuts off along one axis what lies outside the region. */
+static neph_result clip_axis(np_bake *bake, int a) {
+  const neph_cloud_desc *cloud = &bake->model.desc;
+  const double region_min_m = bake->desc.region_min_m[a], region_max_m = bake->desc.region_max_m[a];
+  const double first_m =
+      (a == 2 ? cloud->base_altitude_m : cloud->center_m[a]) + np_bake_find_offset_m(bake, a, 0);
+  const double low = ceil((region_min_m - first_m) / cloud->voxel_m);
+  const double high = floor((region_max_m - first_m) / cloud->voxel_m);
+  if (low > bake->region_min[a]) bake->region_min[a] = (int32_t)fmin(low, bake->region_max[a] + 1);
+  if (high < bake->region_max[a]) bake->region_max[a] = (int32_t)fmax(high, bake->region_min[a] - 1);
+  if (bake->region_min[a] <= bake->region_max[a]) return NEPH_OK;
+  return np_fail(bake->context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "cloud: the region runs from %g to %g m along %c, must meet a voxel of the cloud's box", region_min_m,
+                 region_max_m, "xyz"[a]);
+}
+
+/* Clips the box of leaves to those that hold voxels of the region. */
+static neph_result clip_extent(np_bake *bake) {
+  for (int a = 0; a < 3; a++) {
+    bake->region_min[a] = bake->leaf_begin[a] * NP_LEAF_EDGE;
+    bake->region_max[a] = (bake->leaf_begin[a] + bake->leaf_count[a]) * NP_LEAF_EDGE - 1;
+    const neph_result result = bake->desc.has_region ? clip_axis(bake, a) : NEPH_OK;
+    if (result) return result;
+    const int32_t begin = (int32_t)floor((double)bake->region_min[a] / NP_LEAF_EDGE);
+    bake->leaf_count[a] = (int32_t)floor((double)bake->region_max[a] / NP_LEAF_EDGE) - begin + 1;
+    bake->leaf_begin[a] = begin;
+  }
+  return NEPH_OK;
+}
+
+/* ---- Start ---- */
+
+neph_result np_bake_start(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                          np_bake_use use, np_monitor *monitor, np_bake *out_bake) {
+  *out_bake = (np_bake){.context = context, .monitor = monitor, .desc = *desc, .use = use, .model = {.desc = *cloud}};
+  neph_result result = find_extent(out_bake);
+  if (!result) result = clip_extent(out_bake);
+  np_monitor_set_stage(monitor, "preparing cloud");
+  return result ? result : np_cloud_model_build(context, cloud, monitor, &out_bake->model);
+}
+
+neph_result np_bake_start_checked(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                                  np_bake_use use, np_monitor *monitor, np_bake *out_bake) {
+  neph_cloud_desc checked;
+  neph_bake_desc bake;
+  neph_result result = np_cloud_desc_read(context, cloud, &checked);
+  if (!result) result = np_cloud_bake_desc_read(context, desc, &bake);
+  if (result) return result;
+  np_monitor_start(monitor, context, bake.progress, bake.progress_user);
+  return np_bake_start(context, &checked, &bake, use, monitor, out_bake);
+}
+
+void np_bake_end(np_bake *bake) { np_cloud_model_clear(&bake->model); }

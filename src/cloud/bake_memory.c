@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The memory that a bake may need at most, known once its leaves are marked and before any of it is spent.
+ *
+ * Leaves and the nodes above them are counted as if all that may hold cloud did. What is needed at a time: the grid's
+ * leaves, and with them either the buffers of the bake, or the bricks by which the error is measured, or everything
+ * that is written, as our leaves and as OpenVDB's tree.
+ */
+#include "cloud/bake_private.h"
+#include "core/alloc.h"
+#include "volume/bricks.h"
+
+/* OpenVDB 10: a leaf's buffer, mask and origin, with what malloc adds; nodes of 16³ and of 32³ children, each a pointer
+ * or a value, with two masks of bits. The library itself, its tables and its threads' stacks. */
+enum {
+  VDB_LEAF_BYTES = 200,
+  VDB_LOWER_CHILDREN = 16 * 16 * 16,
+  VDB_UPPER_CHILDREN = 32 * 32 * 32,
+  VDB_LOWER_LEAVES = 16, /* leaves along the edge of a node */
+  VDB_UPPER_LEAVES = 512,
+  VDB_CHILD_BYTES = 8,
+  VDB_VECTOR_CHILD_BYTES = 16
+};
+static const double vdb_library_bytes = 45e6;
+
+enum { BATCH_BYTES = 2048 * (sizeof(np_leaf) + 12) }; /* of the bake's buffer of leaves and their origins */
+
+typedef struct memory_need {
+  double leaves, tree, bricks, work;
+} memory_need;
+
+/* Cells of `edge` leaves that hold a marked leaf; cells are aligned to leaf 0. Negative: there is no memory. */
+static double count_cells(const np_bake *bake, const np_bake_marks *marks, int32_t edge) {
+  if (edge == 1) return (double)marks->cloudy_count;
+  int32_t low[3], size[3];
+  for (int a = 0; a < 3; a++) {
+    low[a] = (int32_t)floor((double)bake->leaf_begin[a] / edge);
+    size[a] = (int32_t)floor((double)(bake->leaf_begin[a] + bake->leaf_count[a] - 1) / edge) - low[a] + 1;
+  }
+  const size_t cell_count = (size_t)size[0] * (size_t)size[1] * (size_t)size[2];
+  uint8_t *cells = np_alloc(bake->context, cell_count, 1);
+  if (!cells) return -1;
+  const uint8_t *mark = marks->is_cloudy;
+  size_t count = 0;
+  for (int32_t i = 0; i < bake->leaf_count[0]; i++)
+    for (int32_t j = 0; j < bake->leaf_count[1]; j++)
+      for (int32_t k = 0; k < bake->leaf_count[2]; k++) {
+        if (!*mark++) continue;
+        const int32_t at[3] = {i, j, k};
+        size_t cell = 0;
+        for (int a = 0; a < 3; a++)
+          cell = cell * (size_t)size[a] + (size_t)((bake->leaf_begin[a] - low[a] * edge + at[a]) / edge);
+        count += !cells[cell];
+        cells[cell] = 1;
+      }
+  np_alloc_free(bake->context, cells);
+  return (double)count;
+}
+
+static bool is_marked(const np_bake *bake, const np_bake_marks *marks, const int32_t at[3]) {
+  size_t leaf = 0;
+  for (int a = 0; a < 3; a++) {
+    if (at[a] < 0 || at[a] >= bake->leaf_count[a]) return false;
+    leaf = leaf * (size_t)bake->leaf_count[a] + (size_t)at[a];
+  }
+  return marks->is_cloudy[leaf];
+}
+
+/* A brick reaches one sample into the leaves beyond its own. */
+static bool has_brick(const np_bake *bake, const np_bake_marks *marks, int32_t i, int32_t j, int32_t k) {
+  for (int corner = 0; corner < 8; corner++) {
+    const int32_t at[3] = {i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2)};
+    if (is_marked(bake, marks, at)) return true;
+  }
+  return false;
+}
+
+static double find_brick_bytes(const np_bake *bake, const np_bake_marks *marks, neph_precision precision) {
+  const int32_t *count = bake->leaf_count;
+  size_t bricks = 0;
+  for (int32_t i = -1; i < count[0]; i++)
+    for (int32_t j = -1; j < count[1]; j++)
+      for (int32_t k = -1; k < count[2]; k++) bricks += has_brick(bake, marks, i, j, k);
+  const double cells = (count[0] + 1.0) * (count[1] + 1.0) * (count[2] + 1.0);
+  const double sample_bytes = precision == NEPH_PRECISION_HALF ? 2 : 4;
+  return (double)bricks * NP_BRICK_STRIDE * sample_bytes +
+         cells * (2 * sizeof(uint32_t) + 1.02 * sizeof(np_brick_range)); /* 4⁻³ + 16⁻³ for the coarser levels */
+}
+
+static double find_tree_bytes(double leaves, double lower, double upper, double value_bytes, double child_bytes) {
+  return leaves * (NP_LEAF_SIZE * value_bytes + VDB_LEAF_BYTES) +
+         lower * VDB_LOWER_CHILDREN * (child_bytes + 0.25) + upper * VDB_UPPER_CHILDREN * (child_bytes + 0.25);
+}
+
+/* Adds a level of detail, or the grid itself for 0, and, with the grid, its velocity. False: there is no memory. */
+static bool add_level(const np_bake *bake, const np_bake_marks *marks, int level, memory_need *need) {
+  const double leaves = count_cells(bake, marks, 1 << level);
+  const double lower = count_cells(bake, marks, VDB_LOWER_LEAVES << level);
+  const double upper = count_cells(bake, marks, VDB_UPPER_LEAVES << level);
+  if (leaves < 0 || lower < 0 || upper < 0) return false;
+  need->leaves += leaves * sizeof(np_leaf);
+  need->tree += find_tree_bytes(leaves, lower, upper, sizeof(float), VDB_CHILD_BYTES);
+  if (level) need->leaves += 3.0 * sizeof(int32_t) * leaves * 8; /* the origins that are sorted */
+  if (level || !bake->desc.has_velocity) return true;
+  need->leaves += 3 * leaves * sizeof(np_leaf);
+  need->tree += find_tree_bytes(leaves, lower, upper, 3 * sizeof(float), VDB_VECTOR_CHILD_BYTES);
+  return true;
+}
+
+static bool find_need(const np_bake *bake, const np_bake_marks *marks, memory_need *need) {
+  const np_weather_map *map = &bake->model.map;
+  const double map_bytes = (double)map->size[0] * map->size[1] * sizeof(float) * (map->anvils ? 2 : 1);
+  *need = (memory_need){.leaves = (double)marks->cloudy_count * sizeof(np_leaf),
+                        .work = (double)np_bake_count_box(bake) + BATCH_BYTES + map_bytes};
+  if (bake->use == NP_BAKE_FOR_BRICKS) need->bricks = find_brick_bytes(bake, marks, bake->desc.precision);
+  if (bake->use != NP_BAKE_FOR_FILE) return true;
+  need->leaves = 0;
+  need->tree = vdb_library_bytes;
+  if (bake->desc.error) need->bricks = find_brick_bytes(bake, marks, NEPH_PRECISION_FLOAT);
+  if (bake->desc.has_velocity) need->work += 2 * map_bytes;
+  for (unsigned level = 0; level < bake->desc.level_count; level++)
+    if (!add_level(bake, marks, (int)level, need)) return false;
+  return true;
+}
+
+neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks) {
+  memory_need need;
+  if (!find_need(bake, marks, &need)) return NEPH_ERROR_OUT_OF_MEMORY;
+  const double at_a_time = fmax(need.work, fmax(need.tree, need.bricks)), bytes = need.leaves + at_a_time;
+  np_log(bake->context, NEPH_LOG_INFO,
+         "cloud: needs at most %.3g GB of memory: %.3g for leaves of 8³ voxels, %.3g to %s", bytes * 1e-9,
+         need.leaves * 1e-9, at_a_time * 1e-9,
+         bake->use == NP_BAKE_FOR_FILE     ? "write them"
+         : bake->use == NP_BAKE_FOR_BRICKS ? "make bricks of them"
+                                           : "find them");
+  const double machine = (double)np_memory_size(), asked = (double)bake->desc.memory_max_bytes;
+  if (bytes <= fmin(machine, asked)) return NEPH_OK;
+  return np_fail(bake->context, NEPH_ERROR_LIMIT,
+                 "cloud: the bake may need %.3g GB, must be at most %.3g GB%s: enlarge voxel_m, which is %g, lessen "
+                 "extent_m, or bake a region",
+                 bytes * 1e-9, fmin(machine, asked) * 1e-9, machine < asked ? ", which this machine has" : "",
+                 bake->model.desc.voxel_m);
+}

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The inside of a bake: from a description and what is asked of it to grids, their memory, and what they lost. Inside
+ * the cloud module only. Offsets are metres from the field's centre along x and y, from the base altitude along z. */
+#ifndef NP_CLOUD_BAKE_PRIVATE_H
+#define NP_CLOUD_BAKE_PRIVATE_H
+
+#include "cloud/cloud_private.h"
+
+/* What comes of the grid, which decides how much memory is needed besides it. */
+typedef enum np_bake_use {
+  NP_BAKE_FOR_GRID,  /* it is looked at and thrown away */
+  NP_BAKE_FOR_BRICKS,
+  NP_BAKE_FOR_FILE
+} np_bake_use;
+
+typedef struct np_bake {
+  neph_context *context; /* borrowed, as is the monitor */
+  np_monitor *monitor;
+  neph_bake_desc desc;
+  np_bake_use use;
+  np_cloud_model model;
+  int32_t voxels[2];                    /* of the field along x, y */
+  int32_t leaf_begin[3], leaf_count[3]; /* the box to bake, in leaves */
+  int32_t region_min[3], region_max[3]; /* voxels to bake, both ends inside */
+} np_bake;
+
+/* ---- bake_field.c ---- */
+
+/* Finds the box and builds the model, from descriptions that have been checked. Nothing is to be ended on failure. */
+neph_result np_bake_start(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                          np_bake_use use, np_monitor *monitor, np_bake *out_bake);
+
+/* Checks both descriptions, starts the monitor with the callback in them, and the bake. */
+neph_result np_bake_start_checked(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                                  np_bake_use use, np_monitor *monitor, np_bake *out_bake);
+void np_bake_end(np_bake *bake);
+
+size_t np_bake_count_box(const np_bake *bake); /* leaves */
+
+/* Offsets between which the cloud lies, rain and the curve of the planet included, whatever its voxels and region. */
+void np_bake_find_field(const np_bake *bake, double out_low_m[3], double out_high_m[3]);
+double np_bake_find_offset_m(const np_bake *bake, int axis, double index);
+np_affine np_bake_find_transform(const np_bake *bake);
+
+/* Up to NP_CLOUD_BLOCK positions in the coordinates of the model. */
+typedef struct np_bake_points {
+  size_t count;
+  float x_m[NP_CLOUD_BLOCK], y_m[NP_CLOUD_BLOCK], height_m[NP_CLOUD_BLOCK];
+} np_bake_points;
+
+double np_bake_find_height_m(const np_bake *bake, const double offset_m[3]);
+void np_bake_add_point(const np_bake *bake, const double offset_m[3], np_bake_points *points);
+void np_bake_eval(const np_cloud_model *model, const np_bake_points *points, float *out_extinction_per_m);
+
+/* ---- bake.c ---- */
+
+/* The grid, pruned as asked for unless its error is wanted too. On failure the grid is left cleared. */
+neph_result np_bake_make_grid(np_bake *bake, const char *name, np_sparse_grid *out_grid);
+
+/* Takes out what is at most the bake's prune_per_m. */
+void np_bake_prune(const np_bake *bake, np_sparse_grid *grid);
+
+/* ---- bake_memory.c ---- */
+
+/* Which leaves of the bake's box may hold cloud: a byte each, z fastest. */
+typedef struct np_bake_marks {
+  uint8_t *is_cloudy;
+  size_t cloudy_count;
+} np_bake_marks;
+
+/* Says what the bake and what is done with its grid may need at most, and fails when that is not to be had. */
+neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks);
+
+/* ---- bake_error.c ---- */
+
+/* What a grid that was not pruned yet lost, and will, against the model. */
+neph_result np_bake_measure_error(const np_bake *bake, const np_sparse_grid *grid, neph_bake_error *out_error);
+
+/* ---- bake_velocity.c ---- */
+
+/* The velocity "vel" in m/s at the active voxels of a grid: x, y and z, each a grid of its leaves. On failure all three
+ * are left cleared. */
+neph_result np_bake_make_velocity(const np_bake *bake, const np_sparse_grid *density, np_sparse_grid out_velocity[3]);
+
+#endif

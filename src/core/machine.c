@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What of the machine this process may use: CPUs by its affinity mask, memory by what there is and what the shell allows,
+ * and both by the quotas of its control group, which is what a container or a batch system sets. */
+#include <limits.h>
+#include <sched.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "core/parallel.h"
+
+/* ---- Control groups ---- */
+
+/* Copies the process's own group, such as "/batch/job7", to `group`; empty when there is none. */
+static void read_group(char *group, size_t size) {
+  group[0] = '\0';
+  FILE *file = fopen("/proc/self/cgroup", "r");
+  if (!file) return;
+  char line[1024];
+  while (fgets(line, sizeof line, file)) {
+    if (strncmp(line, "0::/", 4)) continue;
+    line[strcspn(line, "\n")] = '\0';
+    snprintf(group, size, "%s", line + 3);
+  }
+  fclose(file);
+}
+
+/* The least that `read` makes of the file `name` of the group and of those that hold it. */
+static uint64_t find_quota(const char *name, uint64_t (*read)(const char *path)) {
+  char group[1024], path[1200];
+  read_group(group, sizeof group);
+  uint64_t least = UINT64_MAX;
+  for (;;) {
+    snprintf(path, sizeof path, "/sys/fs/cgroup%s/%s", group, name);
+    const uint64_t quota = read(path);
+    if (quota < least) least = quota;
+    char *slash = strrchr(group, '/');
+    if (!slash) return least;
+    *slash = '\0';
+  }
+}
+
+/* ---- CPUs ---- */
+
+static unsigned count_by_affinity(void) {
+  cpu_set_t set;
+  if (!sched_getaffinity(0, sizeof set, &set)) return (unsigned)CPU_COUNT(&set);
+  long online = sysconf(_SC_NPROCESSORS_ONLN); /* more CPUs than a cpu_set_t has bits */
+  return online > 0 ? (unsigned)online : 1;
+}
+
+/* CPUs that the cgroup-2 file `path` grants, rounded up; UINT64_MAX when it sets no quota. */
+static uint64_t read_cpus(const char *path) {
+  FILE *file = fopen(path, "r");
+  if (!file) return UINT64_MAX;
+  long long quota_us = 0, period_us = 0;
+  int fields = fscanf(file, "%lld %lld", &quota_us, &period_us); /* "max 100000" yields no field */
+  fclose(file);
+  if (fields != 2 || quota_us <= 0 || period_us <= 0) return UINT64_MAX;
+  return (uint64_t)(quota_us / period_us + (quota_us % period_us != 0));
+}
+
+unsigned np_cpu_count(void) {
+  const uint64_t affinity = count_by_affinity(), quota = find_quota("cpu.max", read_cpus);
+  return (unsigned)(quota < affinity ? quota : affinity);
+}
+
+/* ---- Memory ---- */
+
+/* Bytes that the cgroup-2 file `path` grants; UINT64_MAX when it sets no quota. */
+static uint64_t read_bytes(const char *path) {
+  FILE *file = fopen(path, "r");
+  if (!file) return UINT64_MAX;
+  unsigned long long bytes = 0;
+  int fields = fscanf(file, "%llu", &bytes); /* "max" yields no field */
+  fclose(file);
+  return fields == 1 ? bytes : UINT64_MAX;
+}
+
+uint64_t np_memory_size(void) {
+  const long pages = sysconf(_SC_PHYS_PAGES), page_bytes = sysconf(_SC_PAGESIZE);
+  uint64_t size = pages > 0 && page_bytes > 0 ? (uint64_t)pages * (uint64_t)page_bytes : UINT64_MAX;
+  const uint64_t quota = find_quota("memory.max", read_bytes);
+  struct rlimit limit;
+  if (quota < size) size = quota;
+  if (!getrlimit(RLIMIT_AS, &limit) && limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur < size) size = limit.rlim_cur;
+  return size;
+}
