@@ -62,12 +62,10 @@ typedef struct loss_row {
 enum { LOSS_COUNT = 6 };
 
 static void list_losses(const neph_bake_error *error, loss_row out_rows[LOSS_COUNT]) {
-  const loss_row rows[LOSS_COUNT] = {{"voxel", "by voxel size", &error->voxel},
-                                     {"detail", "  detail left out", &error->detail},
-                                     {"sampling", "  sampling", &error->sampling},
-                                     {"half", "by half floats", &error->half},
-                                     {"pruning", "by pruning", &error->pruning},
-                                     {"total", "together", &error->total}};
+  const loss_row rows[LOSS_COUNT] = {
+      {"voxel", "by voxel size", &error->voxel},    {"detail", "  detail left out", &error->detail},
+      {"sampling", "  sampling", &error->sampling}, {"half", "by half floats", &error->half},
+      {"pruning", "by pruning", &error->pruning},   {"total", "together", &error->total}};
   memcpy(out_rows, rows, sizeof rows);
 }
 

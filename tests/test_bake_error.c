@@ -61,7 +61,8 @@ static void a_known_part_of_the_cloud_is_known_to_be_lost(void **state) {
   neph_context_destroy(context);
 }
 
-/* A field of 0.06 1/m all through: rounding to half errs by at most 2⁻¹² of a value, and pruning everything loses all. */
+/* A field of 0.06 1/m all through: rounding to half errs by at most 2⁻¹² of a value, and pruning everything loses all.
+ */
 static void halves_and_pruning_are_told_apart(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
@@ -180,8 +181,8 @@ static void the_model_can_be_asked_without_a_grid(void **state) {
       const np_dvec3 p = np_affine_point(&grid.index_to_world, at);
       memcpy(positions_m[n], &p, sizeof p);
     }
-    assert_int_equal(
-        neph_cloud_eval(context, &cloud, desc.planet_radius_m, NP_LEAF_SIZE, *positions_m, values), NEPH_OK);
+    assert_int_equal(neph_cloud_eval(context, &cloud, desc.planet_radius_m, NP_LEAF_SIZE, *positions_m, values),
+                     NEPH_OK);
     assert_memory_equal(values, grid.leaves[l].values, sizeof values);
   }
   assert_int_equal(neph_cloud_eval(context, &cloud, 0, 1, *positions_m, values), NEPH_ERROR_INVALID_ARGUMENT);

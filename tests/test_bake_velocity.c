@@ -57,8 +57,8 @@ static np_bricks make_bricks(neph_context *context, const np_sparse_grid *grid) 
   return bricks;
 }
 
-/* Mean square of what the extinction at `later` differs from that at `now`, looked up where the velocity of `later` says
- * it came from `dt_s` ago, and where it stands. */
+/* Mean square of what the extinction at `later` differs from that at `now`, looked up where the velocity of `later`
+ * says it came from `dt_s` ago, and where it stands. */
 static void compare_moments(neph_context *context, const moment *now, const moment *later, double dt_s,
                             double *out_moved, double *out_still) {
   np_bricks bricks = make_bricks(context, &now->density);

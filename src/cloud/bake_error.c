@@ -2,13 +2,13 @@
 /* What a bake lost against the model evaluated directly, cause by cause.
  *
  * What: the rms and the largest difference of extinction at points, and of optical depth along rays. Method: isotropic
- * uniform random lines through the field's box (a direction uniform on the sphere, an offset uniform in the disc that the
- * box's bounding sphere covers, those that miss thrown away), cut into steps of half a voxel with a random start; all
- * these midpoints together are uniform in the box, so that rays and points are one set of samples. At each of them six
- * fields are known: the model with all its detail, the model as the bake samples it, and the trilinear grid as floats,
- * as halves, pruned, and as it is written. Rays are summed in order, so that the figures do not depend on threads.
- * Source: Santaló 1976, "Integral Geometry and Geometric Probability", ch. 12 (lines that are uniform meet volume
- * uniformly).
+ * uniform random lines through the field's box (a direction uniform on the sphere, an offset uniform in the disc that
+ * the box's bounding sphere covers, those that miss thrown away), cut into steps of half a voxel with a random start;
+ * all these midpoints together are uniform in the box, so that rays and points are one set of samples. At each of them
+ * six fields are known: the model with all its detail, the model as the bake samples it, and the trilinear grid as
+ * floats, as halves, pruned, and as it is written. Rays are summed in order, so that the figures do not depend on
+ * threads. Source: Santaló 1976, "Integral Geometry and Geometric Probability", ch. 12 (lines that are uniform meet
+ * volume uniformly).
  */
 #include <math.h>
 
@@ -125,8 +125,7 @@ static void find_corners(const np_bricks *bricks, np_dvec3 position, float out_c
     first = first * NP_BRICK_SAMPLES + (size_t)lower;
   }
   for (int c = 0; c < 8; c++) {
-    const size_t corner =
-        first + (size_t)(c >> 2) * NP_BRICK_X + (size_t)(c >> 1 & 1) * NP_BRICK_Y + (size_t)(c & 1);
+    const size_t corner = first + (size_t)(c >> 2) * NP_BRICK_X + (size_t)(c >> 1 & 1) * NP_BRICK_Y + (size_t)(c & 1);
     out_corners[c] = brick == NP_BRICK_NONE ? constant : bricks->floats[(size_t)brick * NP_BRICK_STRIDE + corner];
   }
 }
@@ -232,8 +231,8 @@ static void sum_rays(const ray_sums *rays, neph_bake_error *error) {
   }
 }
 
-/* From sums of squares to their roots. All differences count, but they are shared out among what meets the model's cloud:
- * else a grid would seem the better, the farther it spills beyond. */
+/* From sums of squares to their roots. All differences count, but they are shared out among what meets the model's
+ * cloud: else a grid would seem the better, the farther it spills beyond. */
 static void take_roots(neph_bake_error *error) {
   const double points = fmax((double)error->point_count, 1), rays = fmax((double)error->ray_count, 1);
   error->density_rms_per_m = sqrt(error->density_rms_per_m / points);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where the voxels of a bake are: samples sit in the middle of voxels, leaves of 8³ of them count from the index origin,
- * and a region cuts voxels off. */
+/* Where the voxels of a bake are: samples sit in the middle of voxels, leaves of 8³ of them count from the index
+ * origin, and a region cuts voxels off. */
 #include "cloud/bake_private.h"
 
 #define BOX_LEAVES_MAX (UINT64_C(1) << 27) /* of the whole field, a byte each while their bounds are found */
@@ -105,8 +105,7 @@ static neph_result find_extent(np_bake *bake) {
 static neph_result clip_axis(np_bake *bake, int a) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   const double region_min_m = bake->desc.region_min_m[a], region_max_m = bake->desc.region_max_m[a];
-  const double first_m =
-      (a == 2 ? cloud->base_altitude_m : cloud->center_m[a]) + np_bake_find_offset_m(bake, a, 0);
+  const double first_m = (a == 2 ? cloud->base_altitude_m : cloud->center_m[a]) + np_bake_find_offset_m(bake, a, 0);
   const double low = ceil((region_min_m - first_m) / cloud->voxel_m);
   const double high = floor((region_max_m - first_m) / cloud->voxel_m);
   if (low > bake->region_min[a]) bake->region_min[a] = (int32_t)fmin(low, bake->region_max[a] + 1);

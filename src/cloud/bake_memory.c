@@ -87,8 +87,8 @@ static double find_brick_bytes(const np_bake *bake, const np_bake_marks *marks, 
 }
 
 static double find_tree_bytes(double leaves, double lower, double upper, double value_bytes, double child_bytes) {
-  return leaves * (NP_LEAF_SIZE * value_bytes + VDB_LEAF_BYTES) +
-         lower * VDB_LOWER_CHILDREN * (child_bytes + 0.25) + upper * VDB_UPPER_CHILDREN * (child_bytes + 0.25);
+  return leaves * (NP_LEAF_SIZE * value_bytes + VDB_LEAF_BYTES) + lower * VDB_LOWER_CHILDREN * (child_bytes + 0.25) +
+         upper * VDB_UPPER_CHILDREN * (child_bytes + 0.25);
 }
 
 /* Adds a level of detail, or the grid itself for 0, and, with the grid, its velocity. False: there is no memory. */

@@ -8,7 +8,7 @@
 
 /* What comes of the grid, which decides how much memory is needed besides it. */
 typedef enum np_bake_use {
-  NP_BAKE_FOR_GRID,  /* it is looked at and thrown away */
+  NP_BAKE_FOR_GRID, /* it is looked at and thrown away */
   NP_BAKE_FOR_BRICKS,
   NP_BAKE_FOR_FILE
 } np_bake_use;

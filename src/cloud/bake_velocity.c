@@ -4,8 +4,8 @@
  * What: u with ∂σ/∂t + u·∇σ = 0, as nearly as one vector for each voxel can. Method: the wind W carries everything, so
  * that what is left is the change seen while moving with it, D = dσ/dt along W. The rest of u follows from D and the
  * gradient over the voxel and its 26 neighbours, by least squares: (Σ∇σ∇σᵀ + λI)·u' = −Σ D∇σ, the optical flow of Lucas
- * and Kanade 1981, "An Iterative Image Registration Technique", eq. 9, with Tikhonov's λ for where the gradient does not
- * say. Both come from central differences of the model itself, at points half a voxel and a short time away.
+ * and Kanade 1981, "An Iterative Image Registration Technique", eq. 9, with Tikhonov's λ for where the gradient does
+ * not say. Both come from central differences of the model itself, at points half a voxel and a short time away.
  */
 #include <math.h>
 #include <string.h>
@@ -39,8 +39,7 @@ static void eval_block(const velocity_job *job, const np_cloud_model *model, con
   for (int32_t n = 0; n < BLOCK_SIZE; n++) {
     const int32_t at[3] = {n / (BLOCK_EDGE * BLOCK_EDGE), n / BLOCK_EDGE % BLOCK_EDGE, n % BLOCK_EDGE};
     double offset_m[3];
-    for (int a = 0; a < 3; a++)
-      offset_m[a] = np_bake_find_offset_m(job->bake, a, origin[a] + at[a] - 1) + shift_m[a];
+    for (int a = 0; a < 3; a++) offset_m[a] = np_bake_find_offset_m(job->bake, a, origin[a] + at[a] - 1) + shift_m[a];
     np_bake_add_point(job->bake, offset_m, &points);
     if (points.count < NP_CLOUD_BLOCK && n + 1 < BLOCK_SIZE) continue;
     np_bake_eval(model, &points, out + done);
@@ -69,9 +68,7 @@ static void find_differences(const velocity_job *job, const int32_t origin[3], f
 
 /* ---- Least squares ---- */
 
-static int find_in_block(int n) {
-  return ((n / 64 + 1) * BLOCK_EDGE + n / 8 % 8 + 1) * BLOCK_EDGE + n % 8 + 1;
-}
+static int find_in_block(int n) { return ((n / 64 + 1) * BLOCK_EDGE + n / 8 % 8 + 1) * BLOCK_EDGE + n % 8 + 1; }
 
 /* Sums over a voxel of a leaf and its 26 neighbours. */
 static void sum_window(float (*differences)[BLOCK_SIZE], int n, double out[FLOW_SUMS]) {
@@ -92,9 +89,8 @@ static void solve_flow(const velocity_job *job, const double s[FLOW_SUMS], doubl
   const double xx = s[0] + job->slack, yy = s[1] + job->slack, zz = s[2] + job->slack, xy = s[3], xz = s[4], yz = s[5];
   const double cx = yy * zz - yz * yz, cy = xz * yz - xy * zz, cz = xy * yz - xz * yy;
   const double determinant = xx * cx + xy * cy + xz * cz;
-  const double inverse[3][3] = {{cx, cy, cz},
-                                {cy, xx * zz - xz * xz, xy * xz - xx * yz},
-                                {cz, xy * xz - xx * yz, xx * yy - xy * xy}};
+  const double inverse[3][3] = {
+      {cx, cy, cz}, {cy, xx * zz - xz * xz, xy * xz - xx * yz}, {cz, xy * xz - xx * yz, xx * yy - xy * xy}};
   double speed2 = 0;
   for (int a = 0; a < 3; a++) {
     out_m_s[a] = (inverse[a][0] * s[6] + inverse[a][1] * s[7] + inverse[a][2] * s[8]) / determinant;
@@ -156,8 +152,8 @@ static neph_result build_moment(const velocity_job *job, double time_s, np_cloud
 neph_result np_bake_make_velocity(const np_bake *bake, const np_sparse_grid *density, np_sparse_grid out_velocity[3]) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   velocity_job job = {.bake = bake, .density = density, .velocity = out_velocity};
-  /* What rises fastest, a billow in a third of its life, moves half a voxel and more in this time; what seems to move two
-   * voxels does not move, but comes and goes. */
+  /* What rises fastest, a billow in a third of its life, moves half a voxel and more in this time; what seems to move
+   * two voxels does not move, but comes and goes. */
   job.span_s = cloud->voxel_m * cloud->lifetime_s / (8 * cloud->billow_m);
   job.speed_max_m_s = 2 * cloud->voxel_m / job.span_s;
   const double gradient_per_m2 = 1e-2 * cloud->extinction_per_m / cloud->voxel_m;

@@ -41,29 +41,17 @@ static neph_result load(const build *b, const np_scene_cloud *cloud, const char 
   return neph_volume_load(b->scene->context, path, &desc, out_volume);
 }
 
-/* Whether a baked cloud's file must be made: there is none, or it holds another cloud. */
-static neph_result needs_bake(const build *b, const np_scene_cloud *cloud, const char *path, bool *out_needs) {
-  *out_needs = !np_file_exists(path);
-  if (*out_needs) return NEPH_OK;
-  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, b->plan->desc.frame);
-  bool is_current;
-  neph_result result =
-      np_cloud_file_is_current(b->scene->context, path, &at_frame, b->scene->atmosphere.planet_radius_m, &is_current);
-  *out_needs = !result && !is_current;
-  if (*out_needs)
-    np_log(b->scene->context, NEPH_LOG_WARNING, "%s: was baked from other parameters than the scene's, is baked anew",
-           path);
-  return result;
-}
-
 /* A cloud of one frame: read when it is on disk, else baked, to disk where the scene names a file. */
 static neph_result obtain(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume **out_volume) {
-  if (!path) return bake(b, cloud, NULL, out_volume);
-  bool is_to_bake = false;
-  neph_result result = cloud->is_baked ? needs_bake(b, cloud, path, &is_to_bake) : NEPH_OK;
-  if (!result && is_to_bake) result = bake(b, cloud, path, NULL);
+  np_cloud_source source;
+  neph_result result = np_plan_find_source(b->scene, cloud, path, b->plan->desc.frame, &source);
   if (result) return result;
-  return load(b, cloud, path, out_volume);
+  if (!path) return bake(b, cloud, NULL, out_volume);
+  if (source == NP_CLOUD_SOURCE_REBAKE)
+    np_log(b->scene->context, NEPH_LOG_WARNING, "%s: was baked from other parameters than the scene's, is baked anew",
+           path);
+  if (source != NP_CLOUD_SOURCE_FILE) result = bake(b, cloud, path, NULL);
+  return result ? result : load(b, cloud, path, out_volume);
 }
 
 /* The first file on disk of a numbered pattern; NULL when there is none or no memory. */

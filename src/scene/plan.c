@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/json.h"
@@ -89,20 +90,34 @@ static double count_voxels(const neph_cloud_desc *bake) {
   return bake->extent_m[0] * bake->extent_m[1] * bake->thickness_m / (bake->voxel_m * bake->voxel_m * bake->voxel_m);
 }
 
-/* A cloud with a file and parameters is baked to that file unless it is there. */
-static neph_result decide_cloud(np_plan *plan, const np_scene_cloud *cloud, char *out, size_t size) {
-  if (!cloud->vdb) {
-    plan->bake_voxel_count += count_voxels(&cloud->bake);
-    snprintf(out, size, "%s is baked", cloud->name);
-    return NEPH_OK;
-  }
-  char *file = np_file_frame_name(plan->context, cloud->vdb, plan->desc.frame);
-  if (!file) return NEPH_ERROR_OUT_OF_MEMORY;
-  bool is_to_bake = cloud->is_baked && !np_file_exists(file);
-  if (is_to_bake) plan->bake_voxel_count += count_voxels(&cloud->bake);
-  snprintf(out, size, "%s is %s %s", cloud->name, is_to_bake ? "baked to" : "read from", file);
+/* A cloud with a file and parameters is baked to that file unless it is there and holds this very cloud. */
+neph_result np_plan_find_source(const neph_scene *scene, const np_scene_cloud *cloud, const char *file, int frame,
+                                np_cloud_source *out_source) {
+  *out_source = file ? NP_CLOUD_SOURCE_FILE : NP_CLOUD_SOURCE_BAKE;
+  if (!file || !cloud->is_baked) return NEPH_OK;
+  if (!np_file_exists(file)) return *out_source = NP_CLOUD_SOURCE_BAKE, NEPH_OK;
+  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
+  bool is_current;
+  neph_result result =
+      np_cloud_file_is_current(scene->context, file, &at_frame, scene->atmosphere.planet_radius_m, &is_current);
+  if (!result && !is_current) *out_source = NP_CLOUD_SOURCE_REBAKE;
+  return result;
+}
+
+static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud, char *out,
+                                size_t size) {
+  static const char *const deeds[] = {[NP_CLOUD_SOURCE_FILE] = "read from",
+                                      [NP_CLOUD_SOURCE_BAKE] = "baked to",
+                                      [NP_CLOUD_SOURCE_REBAKE] = "baked anew, for its parameters have changed, to"};
+  char *file = cloud->vdb ? np_file_frame_name(plan->context, cloud->vdb, plan->desc.frame) : NULL;
+  if (cloud->vdb && !file) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_cloud_source source;
+  neph_result result = np_plan_find_source(scene, cloud, file, plan->desc.frame, &source);
+  if (!result && source != NP_CLOUD_SOURCE_FILE) plan->bake_voxel_count += count_voxels(&cloud->bake);
+  if (!result)
+    snprintf(out, size, "%s is %s%s%s", cloud->name, file ? deeds[source] : "baked", file ? " " : "", file ? file : "");
   np_alloc_free(plan->context, file);
-  return NEPH_OK;
+  return result;
 }
 
 static neph_result decide_volumes(np_plan *plan, const neph_scene *scene) {
@@ -112,7 +127,7 @@ static neph_result decide_volumes(np_plan *plan, const neph_scene *scene) {
   for (unsigned i = 0; !result && i < scene->cloud_count; i++) {
     size_t length = strlen(stage->reason);
     char text[160] = "";
-    result = decide_cloud(plan, &scene->clouds[i], text, sizeof text);
+    result = decide_cloud(plan, scene, &scene->clouds[i], text, sizeof text);
     snprintf(stage->reason + length, sizeof stage->reason - length, "%s%s", i ? "; " : "", text);
   }
   return result;

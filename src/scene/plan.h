@@ -40,6 +40,17 @@ typedef struct np_plan {
   double bake_voxel_count; /* in the boxes of the clouds to bake: an upper bound of what is kept */
 } np_plan;
 
+/* Where a cloud comes from. */
+typedef enum np_cloud_source {
+  NP_CLOUD_SOURCE_FILE,  /* read */
+  NP_CLOUD_SOURCE_BAKE,  /* baked; to its file where it has one, which is not there yet */
+  NP_CLOUD_SOURCE_REBAKE /* its file holds another cloud, and is baked anew */
+} np_cloud_source;
+
+/* Decides for a cloud of a scene; `file` is that of the frame, NULL where the cloud has none. */
+neph_result np_plan_find_source(const neph_scene *scene, const np_scene_cloud *cloud, const char *file, int frame,
+                                np_cloud_source *out_source);
+
 /* Checks scene and description, and decides. `desc` NULL: the scene's own. */
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
 

@@ -425,6 +425,7 @@ openvdb::Vec3SGrid::Ptr make_velocity(const np_vdb_write_grid &output, const Can
   const np_sparse_grid &x = *output.grid, &y = *output.y, &z = *output.z;
   auto grid = openvdb::Vec3SGrid::create(openvdb::Vec3s(x.background, y.background, z.background));
   grid->setTransform(make_transform(x.index_to_world));
+  grid->setGridClass(openvdb::GRID_UNKNOWN); /* which also says: not staggered */
   grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
   grid->setIsInWorldSpace(true);
   for (size_t i = 0; i < x.leaf_count; i++) {
