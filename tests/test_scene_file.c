@@ -152,6 +152,78 @@ static void assert_all_bad(fixture *f, const bad_scene *bad, size_t count) {
 
 #define ASSERT_ALL_BAD(state, list) assert_all_bad(*(state), list, sizeof(list) / sizeof *(list))
 
+static neph_scene *load_air(fixture *f, const char *text) {
+  neph_scene *scene = NULL;
+  if (neph_scene_load_text(f->context, text, "s", &scene)) fail_msg("%s: %s", text, f->log.text);
+  return scene;
+}
+
+static void test_wrong_airs(void **state) {
+  static const bad_scene bad[] = {
+      {"atmosphere: {preset: venus}",
+       "1:22: atmosphere.preset is venus, must be earth, earth-hazy, mars, empty or none"},
+      {"atmosphere: {mie_extinction: 1e-9}", "1:30: atmosphere.mie_extinction is 1e-09 1/m, must not be below"},
+      {"atmosphere: {mie_asymmetry: 1}", "1:29: atmosphere.mie_asymmetry is 1, must be a number in [-0.9999, 0.9999]"},
+      {"atmosphere: {layers: {}}", "1:22: atmosphere.layers is a mapping of 0, must be a list of mappings"},
+      {"atmosphere: {layers: [1]}", "1:23: atmosphere.layers[0] is 1, must be a mapping"},
+      {"atmosphere: {layers: [{scattering: -1}]}", "1:36: atmosphere.layers[0].scattering is -1, must be a number per"},
+      {"atmosphere: {layers: [{tent: {}, table: [[0, 1], [1, 1]]}]}",
+       "1:34: atmosphere.layers[0].table and atmosphere.layers[0].tent exclude each other"},
+      {"atmosphere: {layers: [{table: [[0, 1]]}]}",
+       "1:31: atmosphere.layers[0].table must be a list of at least 2 pairs of an altitude in m and a density"},
+      {"atmosphere: {layers: [{table: [[0, 1], 3]}]}", "1:40: atmosphere.layers[0].table[1] must be a pair of an"},
+      {"atmosphere: {layers: [{table: [[1 km, 1], [900 m, 1]]}]}",
+       "1:44: atmosphere.layers[0].table[1]: the altitude is 900 m, must be above the one before, 1000 m"},
+      {"atmosphere: {layers: [{table: [[0, 1], [1, -0.5]]}]}",
+       "1:44: atmosphere.layers[0].table[1]: the density is -0.5, must be in [0, 1e+09]"},
+      {"atmosphere: {layers: [{bottom: 2 km, top: 1 km}]}",
+       "1:23: atmosphere.layers[0].top is 1000 m, must be above its bottom, 2000 m"},
+      {"atmosphere: {layers: [{tent: {center: 300 km}}]}",
+       "1:23: atmosphere.layers[0] begins at 285000 m, must do so below atmosphere.top_altitude, 100000 m"},
+      {"atmosphere: {layers: [{phase: {hg: 1}}]}", "1:36: atmosphere.layers[0].phase.hg is 1, must be a number in"},
+      {"atmosphere: {layers: [{phase: {two_lobe: {weight: 1.5}}}]}",
+       "1:51: atmosphere.layers[0].phase.two_lobe.weight is 1.5, must be a number in [0, 1]"},
+      {"atmosphere: {layers: [{phase: {hg: 0.1, cornette_shanks: 0.2}}]}",
+       "1:41: atmosphere.layers[0].phase.cornette_shanks and atmosphere.layers[0].phase.hg exclude each other"},
+  };
+  ASSERT_ALL_BAD(state, bad);
+}
+
+/* A preset comes first wherever it stands, other keys go over it, and the sun is as far as the preset's planet is. */
+static void test_presets_and_layers_of_air(void **state) {
+  fixture *f = *state;
+  neph_scene *scene =
+      load_air(f, "atmosphere: {mie_height: 9 km, preset: mars, layers: [{table: [[1 km, 0], [2 km, 3]], "
+                  "scattering: 2e-6, phase: {two_lobe: {forward: [0.7, 0.8, 0.9]}}}]}");
+  const neph_atmosphere_desc *air = &scene->atmosphere;
+  assert_near(air->planet_radius_m, 3389.5e3, 0);
+  assert_int_equal(air->layer_count, 4);
+  assert_near(air->layers[1].height_m, 9e3, 0);
+  assert_int_equal(air->layers[1].phase, NEPH_LAYER_TWO_LOBE);
+  assert_near_relative(air->layers[1].absorption_per_m[2], 11.87e-6, 1e-9);
+  const neph_atmosphere_layer *own = &air->layers[3];
+  assert_int_equal(own->profile, NEPH_LAYER_TABLE);
+  assert_int_equal(own->table_rows, 2);
+  assert_near(own->table_altitude_m[1], 2e3, 0);
+  assert_near(own->table_density[1], 3, 0);
+  assert_near(own->asymmetry[2], 0.9, 0);
+  assert_near(own->scattering_per_m[0], 2e-6, 0);
+  /* 1.474 W/m²/nm at 1 au, at 1.524. */
+  assert_near_relative(scene->sun.irradiance_w_m2_nm[0], 1.474 / (1.524 * 1.524), 1e-12);
+  neph_scene_destroy(scene);
+  scene = load_air(f, "{sun: {irradiance: 2}, atmosphere: {preset: mars}}");
+  assert_near(scene->sun.irradiance_w_m2_nm[0], 2, 0);
+  neph_scene_destroy(scene);
+  scene = load_air(f, "atmosphere: {preset: empty, layers: [{exponential: {height: 5 km}}]}");
+  assert_true(scene->has_atmosphere);
+  assert_int_equal(scene->atmosphere.layer_count, 1);
+  assert_int_equal(scene->atmosphere.layers[0].phase, NEPH_LAYER_CORNETTE_SHANKS);
+  neph_scene_destroy(scene);
+  scene = load_air(f, "atmosphere: none");
+  assert_false(scene->has_atmosphere);
+  neph_scene_destroy(scene);
+}
+
 static void test_wrong_values(void **state) {
   static const bad_scene bad[] = {
       {"version: 1\nsun:\n  elevation: 95 deg\n", "3:14: sun.elevation is 95 deg, must be an angle in [-90, 90] deg\n"},
@@ -377,6 +449,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_deep_nesting_is_refused, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_long_lists_are_refused_soon, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_too_many_clouds_are_refused, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_wrong_airs, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_presets_and_layers_of_air, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_random_mutations_never_crash, set_up, tear_down),
       cmocka_unit_test(test_failed_allocations),
   };

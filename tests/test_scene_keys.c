@@ -185,6 +185,9 @@ static void choose_value(const np_key *key, char *out, size_t size) {
   case NP_KEY_PRESET:
     snprintf(out, size, "\"stratocumulus\"");
     return;
+  case NP_KEY_ROWS:
+    snprintf(out, size, "[[0 m, 0.25], [2 km, 1]]");
+    return;
   case NP_KEY_SECTION:
     snprintf(out, size, "%s", key->choices[0].name);
     return;
@@ -211,10 +214,10 @@ static void write_document(const np_key *key, const char *value, char *out, size
   char inner[TEXT_SIZE * 2], outer[TEXT_SIZE * 2];
   snprintf(inner, sizeof inner, "%s: %s%s", np_key_get_name(key), value, find_companion(key));
   for (const np_key *section = np_key_get_parent(key); section; section = np_key_get_parent(section)) {
-    bool is_baked = strstr(inner, "bake:");
     const char *name = np_key_get_name(section);
+    bool is_complete = strstr(inner, "bake:") || strcmp(name, "clouds") != 0;
     if (section->type == NP_KEY_LIST)
-      snprintf(outer, sizeof outer, "%s: [{%.300s%s}]", name, inner, is_baked ? "" : ", bake: {}");
+      snprintf(outer, sizeof outer, "%s: [{%.300s%s}]", name, inner, is_complete ? "" : ", bake: {}");
     else
       snprintf(outer, sizeof outer, "%s: {%.300s}", name, inner);
     snprintf(inner, sizeof inner, "%s", outer);
@@ -224,8 +227,9 @@ static void write_document(const np_key *key, const char *value, char *out, size
 
 /* "clouds[].name" as --set takes it. */
 static void write_set_path(const np_key *key, char *out, size_t size) {
-  if (np_key_is_in_cloud(key))
-    snprintf(out, size, "clouds[0]%s", key->path + strlen("clouds[]"));
+  const char *brackets = strstr(key->path, "[]");
+  if (brackets)
+    snprintf(out, size, "%.*s[0]%s", (int)(brackets - key->path), key->path, brackets + strlen("[]"));
   else
     snprintf(out, size, "%s", key->path);
 }

@@ -84,6 +84,17 @@ typedef struct neph_atmosphere_desc {
     }                                                                                                                  \
   }
 
+/** Describes a planet and its air by name: "earth", the default; "earth-hazy", with twenty times its aerosol; "mars",
+ * dusty.
+ *
+ * @param out_desc             its layers live as long as the library.
+ * @param out_sun_distance_au  the planet's from the sun, whose irradiance goes as its inverse square and whose angular
+ *                             radius as its inverse. NULL is allowed.
+ * @return NEPH_ERROR_INVALID_ARGUMENT for another name.
+ */
+NEPH_API neph_result neph_atmosphere_get_preset(neph_context *context, const char *name, neph_atmosphere_desc *out_desc,
+                                                double *out_sun_distance_au) NEPH_NODISCARD;
+
 /** Builds optical depths and scattering moments.
  *
  * @param desc            NULL for the defaults: the Earth.

@@ -7,7 +7,9 @@
 #include "atmosphere/sky_question.h"
 #include "core/alloc.h"
 #include "core/csv.h"
+#include "core/file.h"
 #include "render/probe_text.h"
+#include "scene/scene_private.h"
 
 typedef enum column {
   COLUMN_QUANTITY,
@@ -51,7 +53,8 @@ typedef struct earth {
   neph_atmosphere_layer layers[NEPH_EARTH_LAYER_COUNT]; /* the medium's, where they are not the Earth's own */
 } earth;
 
-enum { EARTH_COUNT = 3 };
+/* Two Earths of others, the presets, and scenes that cases name by their files. */
+enum { NAMED_COUNT = 5, EARTHS_MAX = 32 };
 
 /* The Earth of Bruneton's 2017 implementation (its reference/model_test.cc): 60 km of air, a darker ground. */
 static void describe_bruneton(earth *out) {
@@ -66,14 +69,31 @@ static void describe_bruneton(earth *out) {
 }
 
 /* The suns of the first two are points that fade at the horizon, as in the tables that they come from. */
-static void describe_earths(earth out[EARTH_COUNT]) {
-  const neph_atmosphere_desc ours = NEPH_ATMOSPHERE_DESC_DEFAULT;
+static neph_result describe_earths(neph_context *context, earth out[NAMED_COUNT]) {
+  static const char *const presets[] = {"earth", "earth", "earth", "earth-hazy", "mars"};
   const neph_sky_desc sun = NEPH_SKY_DESC_DEFAULT;
-  const double *e = sun.sun_irradiance_w_m2_nm, radius = sun.sun_angular_radius_rad;
-  out[0] = (earth){.name = "bruneton", NP_TRUTH_POINT, radius, {e[0], e[1], e[2]}, ours};
-  out[1] = (earth){.name = "hillaire", NP_TRUTH_POINT, 0.004675, {1.0, 1.0, 1.0}, ours};
-  out[2] = (earth){.name = "earth", NP_TRUTH_DISK, radius, {e[0], e[1], e[2]}, ours};
+  for (int i = 0; i < NAMED_COUNT; i++) {
+    double distance_au;
+    neph_result result = neph_atmosphere_get_preset(context, presets[i], &out[i].medium, &distance_au);
+    if (result) return result;
+    out[i].name = presets[i];
+    out[i].light = i < 2 ? NP_TRUTH_POINT : NP_TRUTH_DISK;
+    out[i].sun_angular_radius_rad = sun.sun_angular_radius_rad / distance_au;
+    for (int b = 0; b < 3; b++)
+      out[i].irradiance_w_m2_nm[b] = i == 1 ? 1.0 : sun.sun_irradiance_w_m2_nm[b] / (distance_au * distance_au);
+  }
+  out[0].name = "bruneton";
+  out[1].name = "hillaire";
+  out[1].sun_angular_radius_rad = 0.004675;
   describe_bruneton(&out[0]);
+  return NEPH_OK;
+}
+
+/* The air and the sun of a scene. */
+static void describe_scene(const neph_scene *scene, const char *name, earth *out) {
+  *out = (earth){.name = name, .light = NP_TRUTH_DISK, .medium = scene->atmosphere};
+  out->sun_angular_radius_rad = scene->sun.angular_radius_rad;
+  memcpy(out->irradiance_w_m2_nm, scene->sun.irradiance_w_m2_nm, sizeof out->irradiance_w_m2_nm);
 }
 
 /* ---- Cases ---- */
@@ -89,7 +109,9 @@ typedef struct probe {
   neph_probe_sky_desc desc;
   np_csv csv;
   int columns[COLUMN_COUNT];
-  earth earths[EARTH_COUNT];
+  int earth_count, scene_count;
+  earth earths[EARTHS_MAX];
+  neph_scene *scenes[EARTHS_MAX];
   sky_row *rows;
   np_sky_witness witness; /* of `witness_earth` and `witness_orders` */
   int witness_earth;
@@ -132,11 +154,31 @@ static neph_result read_quantity(const probe *p, size_t row, np_sky_quantity *ou
                  p->csv.path, p->csv.rows[row].line, text);
 }
 
-static neph_result read_earth(const probe *p, size_t row, int *out) {
-  const char *text = get_text(p, row, COLUMN_EARTH);
-  for (int i = 0; i < EARTH_COUNT; i++)
+/* Adds the air of a scene, named as it is seen from the folder of the cases. */
+static neph_result load_earth(probe *p, size_t row, const char *name) {
+  if (p->earth_count == EARTHS_MAX)
+    return np_fail(p->context, NEPH_ERROR_BAD_SCENE,
+                   "%s:%u: the cases name more than %d scenes, must be at most so many", p->csv.path,
+                   p->csv.rows[row].line, EARTHS_MAX - NAMED_COUNT);
+  char *path = np_file_resolve(p->context, p->csv.path, name);
+  if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_scene *scene;
+  neph_result result = neph_scene_load(p->context, path, &scene);
+  np_alloc_free(p->context, path);
+  if (result) return result;
+  p->scenes[p->scene_count++] = scene;
+  describe_scene(scene, name, &p->earths[p->earth_count++]);
+  return NEPH_OK;
+}
+
+static neph_result read_earth(probe *p, size_t row, int *out) {
+  const char *text = get_text(p, row, COLUMN_EARTH), *dot = strrchr(text, '.');
+  for (int i = 0; i < p->earth_count; i++)
     if (strcmp(text, p->earths[i].name) == 0) return *out = i, NEPH_OK;
-  return np_fail(p->context, NEPH_ERROR_BAD_SCENE, "%s:%u: earth is '%s', must be bruneton, hillaire or earth",
+  *out = p->earth_count;
+  if (dot && strcmp(dot, ".yaml") == 0) return load_earth(p, row, text);
+  return np_fail(p->context, NEPH_ERROR_BAD_SCENE,
+                 "%s:%u: earth is '%s', must be bruneton, hillaire, earth, earth-hazy, mars or a scene, NAME.yaml",
                  p->csv.path, p->csv.rows[row].line, text);
 }
 
@@ -152,7 +194,7 @@ static neph_result read_order(const probe *p, size_t row, np_sky_question *q) {
   return result;
 }
 
-static neph_result read_row(const probe *p, size_t row, sky_row *out) {
+static neph_result read_row(probe *p, size_t row, sky_row *out) {
   np_sky_question *q = &out->question;
   double altitude_km = 0.0, sun_deg = 0.0, view_deg = 0.0, azimuth_deg = 0.0, distance_km = 0.0;
   neph_result result = read_quantity(p, row, &q->quantity);
@@ -260,9 +302,12 @@ neph_result neph_probe_sky(neph_context *context, const char *cases_path, const 
                    (int)p.desc.method);
   if (p.desc.path_count < 1)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: path_count is 0, must be at least 1");
-  describe_earths(p.earths);
+  result = describe_earths(context, p.earths);
+  if (result) return result;
+  p.earth_count = NAMED_COUNT;
   np_monitor_start(&p.monitor, context, p.desc.progress, p.desc.progress_user);
   result = run(&p, cases_path, out_text);
+  for (int i = 0; i < p.scene_count; i++) neph_scene_destroy(p.scenes[i]);
   /* Here a damaged table is a bad question, not a bad file. */
   return result == NEPH_ERROR_BAD_FILE ? NEPH_ERROR_BAD_SCENE : result;
 }

@@ -2,7 +2,6 @@
 #include "scene/scene_apply.h"
 
 #include <ctype.h>
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -10,6 +9,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "light/scene_view.h"
+#include "scene/scene_air.h"
 
 enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, NAMES_SIZE = 512 };
 
@@ -168,7 +168,7 @@ static neph_result apply_choice(key_applier *applier, const np_key *key, void *b
   const np_choice *choice = find_choice(key, node);
   if (!choice) return fail_value(applier, key, node);
   store_unsigned(base, key->field, choice->value);
-  return NEPH_OK;
+  return key->is_air_preset ? np_scene_air_start(applier->scene) : NEPH_OK;
 }
 
 static neph_result apply_flags(key_applier *applier, const np_key *key, void *base, const np_node *node) {
@@ -193,6 +193,10 @@ static neph_result apply_seed(key_applier *applier, const np_key *key, void *bas
 
 static char **get_text_field(const np_key *key, void *base) {
   return (char **)(void *)((char *)base + key->field.offset);
+}
+
+static np_scene_rows *get_rows_field(const np_key *key, void *base) {
+  return (np_scene_rows *)(void *)((char *)base + key->field.offset);
 }
 
 static neph_result apply_text(key_applier *applier, const np_key *key, void *base, const np_node *node) {
@@ -230,6 +234,8 @@ static neph_result apply_value(key_applier *applier, const np_key *key, void *ba
     return apply_text(applier, key, base, node);
   case NP_KEY_PRESET:
     return apply_preset(applier, key, base, node);
+  case NP_KEY_ROWS:
+    return np_scene_air_read_rows(applier->scene, applier->path, key, node, get_rows_field(key, base));
   case NP_KEY_SECTION:
   case NP_KEY_LIST:
     break;
@@ -254,11 +260,12 @@ static neph_result apply_fallback(key_applier *applier, const np_key *key, void 
   return apply_value(applier, key, base, is_list ? &list : items);
 }
 
-static neph_result apply_fallbacks(key_applier *applier, bool in_cloud, void *base) {
+/* Of the keys of a list's elements, or, for NULL, of all others. */
+static neph_result apply_fallbacks(key_applier *applier, const np_key *list, void *base) {
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
-    if (key->fallback && np_key_is_in_cloud(key) == in_cloud) result = apply_fallback(applier, key, base);
+    if (key->fallback && np_key_get_list(key) == list) result = apply_fallback(applier, key, base);
   }
   applier->path[0] = '\0';
   return result;
@@ -285,18 +292,22 @@ static np_phase make_phase(const np_scene_phase *source) {
   return np_phase_droplets(source->diameter_m);
 }
 
+/* One element of a list, whose fields start from their defaults. */
+static neph_result apply_element(key_applier *applier, const np_key *list, unsigned index, const np_node *node,
+                                 void *element) {
+  neph_result result = apply_fallbacks(applier, list, element);
+  if (result) return result;
+  snprintf(applier->path, sizeof applier->path, "%s[%u]", list->path, index);
+  if (node->kind == NP_NODE_MAPPING) return apply_section(applier, list, element, node);
+  char shown[SHOWN_SIZE];
+  show_value(node, shown, sizeof shown);
+  return np_scene_fail_at(applier->scene, node, "%s is %s, must be a mapping", applier->path, shown);
+}
+
 static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigned index, const np_node *node) {
   np_scene_cloud *cloud = &applier->scene->clouds[index];
   cloud->bake = (neph_cloud_desc)NEPH_CLOUD_DESC_DEFAULT;
-  neph_result result = apply_fallbacks(applier, true, cloud);
-  if (result) return result;
-  snprintf(applier->path, sizeof applier->path, "clouds[%u]", index);
-  if (node->kind != NP_NODE_MAPPING) {
-    char shown[SHOWN_SIZE];
-    show_value(node, shown, sizeof shown);
-    return np_scene_fail_at(applier->scene, node, "%s is %s, must be a mapping", applier->path, shown);
-  }
-  result = apply_section(applier, list, cloud, node);
+  neph_result result = apply_element(applier, list, index, node, cloud);
   if (result) return result;
   if (!cloud->name) cloud->name = np_alloc_printf(applier->context, "cloud%u", index);
   cloud->phase = make_phase(&cloud->phase_source);
@@ -305,7 +316,6 @@ static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigne
 
 static neph_result apply_clouds(key_applier *applier, const np_key *list, const np_node *node) {
   neph_scene *scene = applier->scene;
-  if (node->kind != NP_NODE_SEQUENCE) return fail_value(applier, list, node);
   size_t count = np_node_count(node);
   if (count > NP_VIEW_VOLUMES_MAX)
     return np_scene_fail_at(scene, node, "clouds has %zu elements, must be at most %d", count,
@@ -320,13 +330,38 @@ static neph_result apply_clouds(key_applier *applier, const np_key *list, const 
   return result;
 }
 
+static neph_result apply_air_layers(key_applier *applier, const np_key *list, const np_node *node) {
+  np_scene_air *air = &applier->scene->air;
+  size_t count = np_node_count(node);
+  air->layers = np_alloc(applier->context, count, sizeof *air->layers);
+  if (!air->layers) return NEPH_ERROR_OUT_OF_MEMORY;
+  air->layer_count = (unsigned)count;
+  neph_result result = NEPH_OK;
+  const np_node *item = node->first;
+  for (unsigned i = 0; !result && i < air->layer_count; i++, item = item->next) {
+    air->layers[i].desc.phase = NEPH_LAYER_CORNETTE_SHANKS;
+    result = apply_element(applier, list, i, item, &air->layers[i]);
+  }
+  return result;
+}
+
+static neph_result apply_list(key_applier *applier, const np_key *list, const np_node *node) {
+  if (node->kind != NP_NODE_SEQUENCE) return fail_value(applier, list, node);
+  char path[PATH_SIZE];
+  memcpy(path, applier->path, sizeof path);
+  const bool is_air = list->field.offset == offsetof(neph_scene, air.layers);
+  neph_result result = is_air ? apply_air_layers(applier, list, node) : apply_clouds(applier, list, node);
+  if (!result) memcpy(applier->path, path, sizeof path);
+  return result;
+}
+
 /* ---- Sections ---- */
 
 static neph_result apply_key(key_applier *applier, const np_key *key, void *base, const np_node *node) {
   bool is_mapping = node->kind == NP_NODE_MAPPING;
   neph_result result;
   if (key->type == NP_KEY_LIST)
-    result = apply_clouds(applier, key, node);
+    result = apply_list(applier, key, node);
   else if (key->type != NP_KEY_SECTION)
     result = apply_value(applier, key, base, node);
   else if (is_mapping)
@@ -356,7 +391,8 @@ static neph_result apply_entry(key_applier *applier, const np_key *section, void
                                const np_node *node, bool is_preset_turn) {
   const np_key *key = np_key_find(section, node->key);
   if (!key) return fail_unknown(applier, section, node);
-  if ((key->type == NP_KEY_PRESET) != is_preset_turn) return NEPH_OK;
+  const bool is_preset = key->type == NP_KEY_PRESET || (key->is_air_preset && key->type == NP_KEY_CHOICE);
+  if (is_preset != is_preset_turn) return NEPH_OK;
   neph_result result = check_siblings(applier, section, parent, key, node);
   if (result) return result;
   size_t length = strlen(applier->path);
@@ -384,37 +420,18 @@ static void derive_terrain(neph_scene *scene) {
   scene->terrain.desc.longitude_rad = scene->longitude_rad;
 }
 
-enum { OWN_LAYERS = 3 };
-
-/* The layers of the air, in memory of their own. */
-static neph_result derive_air(neph_scene *scene) {
-  np_scene_air *air = &scene->air;
-  for (int b = 0; b < 3; b++)
-    air->aerosol.absorption_per_m[b] = fmax(air->aerosol_extinction_per_m[b] - air->aerosol.scattering_per_m[b], 0.0);
-  scene->layers = np_alloc(scene->context, OWN_LAYERS, sizeof *scene->layers);
-  if (!scene->layers) return NEPH_ERROR_OUT_OF_MEMORY;
-  scene->layers[0] = air->molecules;
-  scene->layers[1] = air->aerosol;
-  scene->layers[2] = air->ozone;
-  scene->atmosphere.layers = scene->layers;
-  scene->atmosphere.layer_count = OWN_LAYERS;
-  return NEPH_OK;
-}
-
 static neph_result apply_document(neph_scene *scene) {
   key_applier applier = {.context = scene->context, .scene = scene};
   const np_node *document = scene->document;
   if (document->kind != NP_NODE_MAPPING) return np_scene_fail_at(scene, document, "a scene must be a mapping of keys");
-  neph_result result = apply_fallbacks(&applier, false, scene);
+  neph_result result = apply_fallbacks(&applier, NULL, scene);
   if (!result) result = apply_section(&applier, NULL, scene, document);
-  if (!result) result = derive_air(scene);
+  if (!result) result = np_scene_air_derive(scene);
   if (!result) derive_terrain(scene);
   return result;
 }
 
 neph_result np_scene_apply(neph_scene *scene) {
-  scene->atmosphere = (neph_atmosphere_desc)NEPH_ATMOSPHERE_DESC_DEFAULT;
-  scene->air = (np_scene_air){neph_earth_layers[0], neph_earth_layers[1], neph_earth_layers[2], {0}};
   scene->terrain.desc = (neph_terrain_desc)NEPH_TERRAIN_DESC_DEFAULT;
   scene->terrain.ridges = (neph_ridges_desc)NEPH_RIDGES_DESC_DEFAULT;
   locale_t saved = np_values_enter();
@@ -426,7 +443,9 @@ neph_result np_scene_apply(neph_scene *scene) {
 static void clear_texts(neph_context *context, bool in_cloud, void *base) {
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
-    if (!np_key_is_text(key) || np_key_is_in_cloud(key) != in_cloud) continue;
+    const np_key *list = np_key_get_list(key);
+    const bool is_in_cloud = list && list->field.offset == offsetof(neph_scene, clouds);
+    if (!np_key_is_text(key) || is_in_cloud != in_cloud) continue;
     np_alloc_free(context, *get_text_field(key, base));
     *get_text_field(key, base) = NULL;
   }
@@ -435,9 +454,8 @@ static void clear_texts(neph_context *context, bool in_cloud, void *base) {
 void np_scene_clear(neph_scene *scene) {
   for (unsigned i = 0; i < scene->cloud_count; i++) clear_texts(scene->context, true, &scene->clouds[i]);
   np_alloc_free(scene->context, scene->clouds);
-  np_alloc_free(scene->context, scene->layers);
+  np_scene_air_clear(scene);
   scene->clouds = NULL;
-  scene->layers = NULL;
   scene->cloud_count = 0;
   clear_texts(scene->context, false, scene);
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "image/wavelengths.h"
+#include "scene/scene_air.h"
 #include "scene/scene_apply.h"
 
 /* The node of a key in a section of the document, the section's when the key was not given, or the document. */
@@ -33,16 +34,6 @@ static neph_result check_camera(const neph_scene *scene) {
   if (distance >= 1e-3) return NEPH_OK;
   return np_scene_fail_at(scene, locate(scene, "camera", "look_at"),
                           "camera.look_at is camera.position, must be at least 1 mm away");
-}
-
-static neph_result check_atmosphere(const neph_scene *scene) {
-  const double *scattering = scene->air.aerosol.scattering_per_m, *extinction = scene->air.aerosol_extinction_per_m;
-  for (int i = 0; i < 3; i++)
-    if (extinction[i] < scattering[i])
-      return np_scene_fail_at(scene, locate(scene, "atmosphere", "mie_extinction"),
-                              "atmosphere.mie_extinction is %g 1/m, must not be below mie_scattering, %g 1/m",
-                              extinction[i], scattering[i]);
-  return NEPH_OK;
 }
 
 static bool has_density(const np_node *cloud) {
@@ -134,7 +125,7 @@ static neph_result check_output(const neph_scene *scene) {
 
 neph_result np_scene_check(const neph_scene *scene) {
   static neph_result (*const checks[])(const neph_scene *) = {
-      check_place, check_sun, check_camera, check_atmosphere, check_clouds, check_terrain, check_output};
+      check_place, check_sun, check_camera, np_scene_air_check, check_clouds, check_terrain, check_output};
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < sizeof checks / sizeof *checks; i++) result = checks[i](scene);
   return result;

@@ -131,6 +131,18 @@ static void add_seed(np_text *out, const np_key *key, const void *base) {
   np_text_add(out, "%llu", (unsigned long long)value);
 }
 
+static void add_rows(np_text *out, const void *base, const np_key *key) {
+  np_scene_rows rows;
+  memcpy(&rows, (const char *)base + key->field.offset, sizeof rows);
+  for (unsigned i = 0; i < rows.count; i++) {
+    char altitude[64], density[64];
+    np_value_format_real(rows.values[i], key->unit, altitude, sizeof altitude);
+    np_value_format_real(rows.values[rows.count + i], NP_UNIT_NONE, density, sizeof density);
+    np_text_add(out, "%s[%s, %s]", i ? ", " : "[", altitude, density);
+  }
+  np_text_add(out, "]");
+}
+
 static void add_value(np_text *out, const np_key *key, const void *base) {
   switch (key->type) {
   case NP_KEY_REAL:
@@ -146,6 +158,9 @@ static void add_value(np_text *out, const np_key *key, const void *base) {
     return;
   case NP_KEY_FLAGS:
     add_flags(out, key, load_unsigned(base, key->field));
+    return;
+  case NP_KEY_ROWS:
+    add_rows(out, base, key);
     return;
   case NP_KEY_TIME:
     np_text_add(out, "%s", load_text(key, base));
@@ -164,22 +179,29 @@ static void add_value(np_text *out, const np_key *key, const void *base) {
 
 typedef void (*visit_fn)(void *user, const char *path, const np_key *key, const void *base);
 
-static void visit_clouds(const neph_scene *scene, visit_fn visit, void *user) {
-  for (unsigned c = 0; c < scene->cloud_count; c++)
-    for (size_t i = 0; i < np_key_count(); i++) {
-      const np_key *key = np_key_get(i);
-      if (!np_key_is_in_cloud(key) || !is_in_force(key, &scene->clouds[c])) continue;
-      char path[128];
-      snprintf(path, sizeof path, "clouds[%u].%s", c, key->path + strlen("clouds[]."));
-      visit(user, path, key, &scene->clouds[c]);
-    }
+/* The values of one element of a list. */
+static void visit_element(const np_key *list, unsigned index, const void *element, visit_fn visit, void *user) {
+  for (size_t i = 0; i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i);
+    if (np_key_get_list(key) != list || !is_in_force(key, element)) continue;
+    char path[128];
+    snprintf(path, sizeof path, "%s[%u]%s", list->path, index, key->path + strlen(list->path) + strlen("[]"));
+    visit(user, path, key, element);
+  }
+}
+
+static void visit_list(const neph_scene *scene, const np_key *list, visit_fn visit, void *user) {
+  if (list->field.offset == offsetof(neph_scene, clouds))
+    for (unsigned i = 0; i < scene->cloud_count; i++) visit_element(list, i, &scene->clouds[i], visit, user);
+  else
+    for (unsigned i = 0; i < scene->air.layer_count; i++) visit_element(list, i, &scene->air.layers[i], visit, user);
 }
 
 static void visit_values(const neph_scene *scene, visit_fn visit, void *user) {
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
-    if (key->type == NP_KEY_LIST) visit_clouds(scene, visit, user);
-    if (!np_key_is_in_cloud(key) && is_in_force(key, scene)) visit(user, key->path, key, scene);
+    if (key->type == NP_KEY_LIST) visit_list(scene, key, visit, user);
+    if (!np_key_get_list(key) && is_in_force(key, scene)) visit(user, key->path, key, scene);
   }
 }
 

@@ -6,6 +6,7 @@
 #include "image/wavelengths.h"
 
 #define SCENE(member) {offsetof(neph_scene, member), sizeof(((neph_scene *)0)->member)}
+#define LAYER(member) {offsetof(np_scene_layer, member), sizeof(((np_scene_layer *)0)->member)}
 #define CLOUD(member) {offsetof(np_scene_cloud, member), sizeof(((np_scene_cloud *)0)->member)}
 
 /* Lengths stay below a million kilometres, so that no square of one overflows a float. */
@@ -15,10 +16,14 @@
 #define ASYMMETRY {-0.999999, 0.999999}
 
 /* Groups of keys that exclude each other. */
-enum { GROUP_SUN = 1, GROUP_DENSITY, GROUP_PHASE, GROUP_TERRAIN };
+enum { GROUP_SUN = 1, GROUP_DENSITY, GROUP_PHASE, GROUP_TERRAIN, GROUP_PROFILE };
 
 static const np_choice booleans[] = {{"false", 0}, {"true", 1}, {NULL, 0}};
-static const np_choice atmospheres[] = {{"earth", 1}, {"none", 0}, {NULL, 0}};
+static const np_choice atmospheres[] = {{"earth", NP_AIR_EARTH}, {"earth-hazy", NP_AIR_EARTH_HAZY},
+                                        {"mars", NP_AIR_MARS},   {"empty", NP_AIR_EMPTY},
+                                        {"none", NP_AIR_NONE},   {NULL, 0}};
+static const np_choice absorbers[] = {{"smooth", NEPH_LAYER_SMOOTH}, {"ozone", NEPH_LAYER_OZONE}, {NULL, 0}};
+static const np_choice layer_phases[] = {{"rayleigh", NEPH_LAYER_RAYLEIGH}, {NULL, 0}};
 static const np_choice hemispheres[] = {{"both", 0}, {"upper", 1}, {NULL, 0}};
 static const np_choice planets[] = {{"sphere", 1}, {"none", 0}, {NULL, 0}};
 static const np_choice axes[] = {{"z", NP_UP_Z}, {"y", NP_UP_Y}, {NULL, 0}};
@@ -81,17 +86,19 @@ static const np_key keys[] = {
     {.path = "sun.time", .type = NP_KEY_TIME, .field = SCENE(sun.time), .group = GROUP_SUN, .alternative = 2,
      .meaning = "puts the sun where it stands at the scene's place; UTC unless an offset is given"},
     {.path = "sun.angular_radius", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
-     .field = SCENE(sun.angular_radius_rad), .range = WITHIN(0, 45), .fallback = "0.2678 deg",
-     .meaning = "of the disk"},
+     .field = SCENE(sun.angular_radius_rad), .tag = SCENE(sun.has_angular_radius), .tag_value = true,
+     .range = WITHIN(0, 45), .fallback = "0.2678 deg", .meaning = "of the disk; by default as from the planet"},
     {.path = "sun.irradiance", .type = NP_KEY_REAL, .unit = NP_UNIT_IRRADIANCE,
-     .field = SCENE(sun.irradiance_w_m2_nm), .is_grey_allowed = true, .range = WITHIN(0, 1e9),
+     .field = SCENE(sun.irradiance_w_m2_nm), .tag = SCENE(sun.has_irradiance), .tag_value = true,
+     .is_grey_allowed = true, .range = WITHIN(0, 1e9),
      .fallback = "1.474, 1.8504, 1.91198",
      .meaning = "above the atmosphere, on a plane facing the sun, at 680, 550 and 440 nm"},
 
-    {.path = "atmosphere", .type = NP_KEY_SECTION, .choices = atmospheres, .field = SCENE(has_atmosphere),
-     .meaning = "the air"},
-    {.path = "atmosphere.preset", .type = NP_KEY_CHOICE, .choices = atmospheres, .field = SCENE(has_atmosphere),
-     .fallback = "earth", .meaning = "the coefficients to start from; none is a world without air"},
+    {.path = "atmosphere", .type = NP_KEY_SECTION, .choices = atmospheres, .field = SCENE(air.preset),
+     .is_air_preset = true, .meaning = "the air"},
+    {.path = "atmosphere.preset", .type = NP_KEY_CHOICE, .choices = atmospheres, .field = SCENE(air.preset),
+     .is_air_preset = true, .fallback = "earth",
+     .meaning = "planet and air to start from; empty has no air but what layers bring, none is a world without"},
     {.path = "atmosphere.planet_radius", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
      .field = SCENE(atmosphere.planet_radius_m), .range = WITHIN(1000, 1e9), .fallback = "6360 km",
      .meaning = "of the sphere, on which clouds and terrain lie"},
@@ -129,6 +136,56 @@ static const np_key keys[] = {
     {.path = "atmosphere.ground_albedo", .type = NP_KEY_REAL, .field = SCENE(atmosphere.ground_albedo),
      .tag = SCENE(has_ground_albedo), .tag_value = true, .is_grey_allowed = true, .range = WITHIN(0, 1),
      .fallback = "0.3", .meaning = "of the sphere; unless it is given, a terrain's takes its place"},
+    {.path = "atmosphere.layers", .type = NP_KEY_LIST, .field = SCENE(air.layers),
+     .meaning = "what else is in the air"},
+    {.path = "atmosphere.layers[].exponential", .type = NP_KEY_SECTION, .tag = LAYER(desc.profile),
+     .tag_value = NEPH_LAYER_EXPONENTIAL, .group = GROUP_PROFILE, .alternative = 1,
+     .meaning = "a density that falls from 1 at the bottom; the default"},
+    {.path = "atmosphere.layers[].exponential.height", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = LAYER(desc.height_m), .range = WITHIN(1, 1e7), .fallback = "1.2 km",
+     .meaning = "over which it thins by a factor e"},
+    {.path = "atmosphere.layers[].tent", .type = NP_KEY_SECTION, .tag = LAYER(desc.profile),
+     .tag_value = NEPH_LAYER_TENT, .group = GROUP_PROFILE, .alternative = 2,
+     .meaning = "a density that is 1 in the middle and falls evenly to either side"},
+    {.path = "atmosphere.layers[].tent.center", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = LAYER(desc.center_m), .range = WITHIN(-1e7, 1e7), .fallback = "25 km", .meaning = "where it is densest"},
+    {.path = "atmosphere.layers[].tent.width", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = LAYER(desc.width_m), .range = WITHIN(1, 1e7), .fallback = "15 km",
+     .meaning = "from there to where it ends, above and below"},
+    {.path = "atmosphere.layers[].table", .type = NP_KEY_ROWS, .unit = NP_UNIT_METRE, .field = LAYER(rows),
+     .range = WITHIN(0, 1e9), .tag = LAYER(desc.profile), .tag_value = NEPH_LAYER_TABLE, .group = GROUP_PROFILE,
+     .alternative = 3, .meaning = "altitudes and densities, linear between them and none beyond"},
+    {.path = "atmosphere.layers[].bottom", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = LAYER(desc.bottom_m),
+     .range = WITHIN(-1e7, 1e7), .fallback = "0 m", .meaning = "there is none of it below"},
+    {.path = "atmosphere.layers[].top", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = LAYER(desc.top_m),
+     .range = WITHIN(-1e7, 1e9), .fallback = "1000000 km", .meaning = "there is none of it above"},
+    {.path = "atmosphere.layers[].scattering", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
+     .field = LAYER(desc.scattering_per_m), .is_grey_allowed = true, .range = WITHIN(0, 1), .fallback = "0 1/m",
+     .meaning = "where the density is 1"},
+    {.path = "atmosphere.layers[].absorption", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
+     .field = LAYER(desc.absorption_per_m), .is_grey_allowed = true, .range = WITHIN(0, 1), .fallback = "0 1/m",
+     .meaning = "likewise"},
+    {.path = "atmosphere.layers[].absorber", .type = NP_KEY_CHOICE, .choices = absorbers, .field = LAYER(desc.absorber),
+     .fallback = "smooth", .meaning = "how absorption goes on at other wavelengths: as a power of them, or as ozone's"},
+    {.path = "atmosphere.layers[].phase", .type = NP_KEY_SECTION, .choices = layer_phases, .field = LAYER(desc.phase),
+     .meaning = "how it scatters: one of the keys below, or rayleigh in their place"},
+    {.path = "atmosphere.layers[].phase.cornette_shanks", .type = NP_KEY_REAL, .field = LAYER(cornette_shanks),
+     .tag = LAYER(desc.phase), .tag_value = NEPH_LAYER_CORNETTE_SHANKS, .is_grey_allowed = true,
+     .range = WITHIN(-0.9999, 0.9999), .fallback = "0.8", .group = GROUP_PHASE, .alternative = 1,
+     .meaning = "g of the Cornette-Shanks phase function; the default"},
+    {.path = "atmosphere.layers[].phase.hg", .type = NP_KEY_REAL, .field = LAYER(henyey_greenstein),
+     .tag = LAYER(desc.phase), .tag_value = NEPH_LAYER_HENYEY_GREENSTEIN, .is_grey_allowed = true,
+     .range = WITHIN(-0.9999, 0.9999), .group = GROUP_PHASE, .alternative = 2,
+     .meaning = "g of the Henyey-Greenstein phase function"},
+    {.path = "atmosphere.layers[].phase.two_lobe", .type = NP_KEY_SECTION, .tag = LAYER(desc.phase),
+     .tag_value = NEPH_LAYER_TWO_LOBE, .group = GROUP_PHASE, .alternative = 3, .meaning = "two of them, added"},
+    {.path = "atmosphere.layers[].phase.two_lobe.forward", .type = NP_KEY_REAL, .field = LAYER(forward),
+     .is_grey_allowed = true, .range = WITHIN(-0.9999, 0.9999), .fallback = "0.85", .meaning = "g of the first"},
+    {.path = "atmosphere.layers[].phase.two_lobe.backward", .type = NP_KEY_REAL,
+     .field = LAYER(desc.second_asymmetry), .is_grey_allowed = true, .range = WITHIN(-0.9999, 0.9999),
+     .fallback = "-0.3", .meaning = "g of the second"},
+    {.path = "atmosphere.layers[].phase.two_lobe.weight", .type = NP_KEY_REAL, .field = LAYER(desc.second_weight),
+     .is_grey_allowed = true, .range = WITHIN(0, 1), .fallback = "0.1", .meaning = "of the second, between 0 and 1"},
 
     {.path = "environment", .type = NP_KEY_SECTION,
      .meaning = "uniform light from infinitely far away, for tests and studios"},
@@ -416,7 +473,14 @@ const np_key *np_key_find(const np_key *section, const char *name) {
   return NULL;
 }
 
-bool np_key_is_in_cloud(const np_key *key) { return !strncmp(key->path, "clouds[].", strlen("clouds[].")); }
+const np_key *np_key_get_list(const np_key *key) {
+  const char *brackets = strstr(key->path, "[].");
+  for (size_t i = 0; brackets && i < key_count; i++) {
+    const size_t length = strlen(keys[i].path);
+    if (key->path + length == brackets && !strncmp(keys[i].path, key->path, length)) return &keys[i];
+  }
+  return NULL;
+}
 
 bool np_key_is_text(const np_key *key) {
   return key->type == NP_KEY_TEXT || key->type == NP_KEY_FILE || key->type == NP_KEY_TIME || key->type == NP_KEY_PRESET;
@@ -438,7 +502,8 @@ unsigned np_key_count_values(const np_key *key) {
     case NP_KEY_TEXT:
     case NP_KEY_FILE:
     case NP_KEY_TIME:
-    case NP_KEY_PRESET: break;
+    case NP_KEY_PRESET:
+    case NP_KEY_ROWS: break;
   }
   return 1;
 }

@@ -18,7 +18,8 @@ typedef enum np_key_type {
   NP_KEY_TEXT,    /* char *, owned by the scene; so are the next three */
   NP_KEY_FILE,    /* seen from the folder of the scene */
   NP_KEY_TIME,    /* ISO 8601 */
-  NP_KEY_PRESET   /* names a description that fills its whole section before any other key does */
+  NP_KEY_PRESET,  /* names a description that fills its whole section before any other key does */
+  NP_KEY_ROWS     /* np_scene_rows: a list of pairs */
 } np_key_type;
 
 /* Least and greatest value, in the key's own unit. */
@@ -32,7 +33,7 @@ typedef struct np_choice {
   unsigned value;
 } np_choice;
 
-/* A member of neph_scene, or, for keys that begin with "clouds[].", of np_scene_cloud. Size 0: none. */
+/* A member of neph_scene, or, for keys of a list's elements, of an element. Size 0: none. */
 typedef struct np_field {
   size_t offset, size;
 } np_field;
@@ -46,6 +47,7 @@ typedef struct np_key {
   np_unit unit;
   np_range range; /* of REAL and INTEGER */
   np_field field;
+  bool is_air_preset;   /* of CHOICE and SECTION: an air that fills the section before any other key does */
   bool is_grey_allowed; /* one number may stand for the whole list */
   unsigned group;       /* keys of one section and one group, not 0, exclude each other … */
   unsigned alternative; /* … unless they are of the same alternative */
@@ -68,7 +70,8 @@ const np_key *np_key_get_parent(const np_key *key);
 /* The key of a name in a section (NULL: at the top), or NULL. */
 const np_key *np_key_find(const np_key *section, const char *name);
 
-bool np_key_is_in_cloud(const np_key *key);
+/* The list whose elements a key is a part of; NULL: none. */
+const np_key *np_key_get_list(const np_key *key);
 bool np_key_is_text(const np_key *key); /* TEXT, FILE, TIME or PRESET: its field owns a text */
 bool np_key_excludes(const np_key *a, const np_key *b);
 

@@ -26,14 +26,34 @@ typedef struct np_scene_camera {
 typedef struct np_scene_sun {
   double elevation_rad, azimuth_rad; /* airless; used when `time` is NULL */
   char *time;                        /* ISO 8601 */
+  bool has_angular_radius, has_irradiance; /* given: else the preset's distance from the sun tells */
   double angular_radius_rad;
   double irradiance_w_m2_nm[3];
 } np_scene_sun;
 
-/* The air as its preset and the keys of its three constituents leave it. */
+typedef enum np_air_preset { NP_AIR_NONE, NP_AIR_EARTH, NP_AIR_EARTH_HAZY, NP_AIR_MARS, NP_AIR_EMPTY } np_air_preset;
+
+/* A profile by rows: all altitudes, then as many densities. */
+typedef struct np_scene_rows {
+  double *values;
+  unsigned count;
+} np_scene_rows;
+
+/* A layer of the air beyond the preset's. `desc` is completed by the rest. */
+typedef struct np_scene_layer {
+  neph_atmosphere_layer desc;
+  np_scene_rows rows;
+  double cornette_shanks[3], henyey_greenstein[3], forward[3];
+} np_scene_layer;
+
+/* The air as its preset, the keys of its three constituents and its list of layers leave it. */
 typedef struct np_scene_air {
+  np_air_preset preset;
+  double sun_distance_au;
   neph_atmosphere_layer molecules, aerosol, ozone;
   double aerosol_extinction_per_m[3];
+  unsigned layer_count;
+  np_scene_layer *layers;
 } np_scene_air;
 
 /* Uniform light from infinitely far away, for tests and studios. */
@@ -164,7 +184,7 @@ struct neph_scene {
   bool has_atmosphere;
   bool has_ground_albedo; /* atmosphere.ground_albedo was set: else the terrain's feeds the atmosphere */
   np_scene_air air;
-  neph_atmosphere_layer *layers;   /* of the air, as they follow from that */
+  neph_atmosphere_layer *layers;   /* of all the air, as they follow from that */
   neph_atmosphere_desc atmosphere; /* with those layers */
   np_scene_environment environment;
   unsigned cloud_count;

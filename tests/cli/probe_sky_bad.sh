@@ -5,7 +5,7 @@ head='quantity,earth,max_order,h_km,mu,sun_zenith_deg,view_zenith_deg,rel_azimut
 # row FIELDS…: a table of one row
 row() { printf '%s\n' "$head" "$1" >bad.csv; try nephos probe sky bad.csv -q; }
 row 'colour,earth,,0,,0,0,0,'
-row 'sky_radiance,mars,,0,,0,0,0,'
+row 'sky_radiance,venus,,0,,0,0,0,'
 row 'sky_radiance,earth,1.5,0,,0,0,0,'
 row 'sky_radiance,earth,-1,0,,0,0,0,'
 row 'sky_radiance,earth,,-1,,0,0,0,'

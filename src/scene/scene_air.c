@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "scene/scene_air.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "scene/scene_apply.h"
+
+/* ---- Presets ---- */
+
+static const char *const preset_names[] = {[NP_AIR_NONE] = "earth",
+                                           [NP_AIR_EARTH] = "earth",
+                                           [NP_AIR_EARTH_HAZY] = "earth-hazy",
+                                           [NP_AIR_MARS] = "mars",
+                                           [NP_AIR_EMPTY] = "earth"};
+
+neph_result np_scene_air_start(neph_scene *scene) {
+  np_scene_air *air = &scene->air;
+  neph_atmosphere_desc desc;
+  neph_result result =
+      neph_atmosphere_get_preset(scene->context, preset_names[air->preset], &desc, &air->sun_distance_au);
+  if (result) return result;
+  air->molecules = desc.layers[0];
+  air->aerosol = desc.layers[1];
+  air->ozone = desc.layers[2];
+  for (int b = 0; b < 3; b++)
+    air->aerosol_extinction_per_m[b] = air->aerosol.scattering_per_m[b] + air->aerosol.absorption_per_m[b];
+  desc.layers = NULL;
+  desc.layer_count = 0;
+  scene->atmosphere = desc;
+  return NEPH_OK;
+}
+
+/* ---- Listed layers ---- */
+
+static neph_result read_row(const neph_scene *scene, const char *path, const np_key *key, const np_node *row,
+                            unsigned index, np_scene_rows *rows) {
+  double *altitude = &rows->values[index], *density = &rows->values[rows->count + index];
+  const bool is_pair = row->kind == NP_NODE_SEQUENCE && np_node_count(row) == 2 && row->first->kind == NP_NODE_SCALAR &&
+                       row->first->next->kind == NP_NODE_SCALAR;
+  if (!is_pair || !np_value_parse_real(row->first->text, key->unit, altitude) ||
+      !np_value_parse_real(row->first->next->text, NP_UNIT_NONE, density))
+    return np_scene_fail_at(scene, row, "%s[%u] must be a pair of an altitude in m and a density", path, index);
+  if (!(*density >= key->range.min && *density <= key->range.max))
+    return np_scene_fail_at(scene, row->first->next, "%s[%u]: the density is %g, must be in [%g, %g]", path, index,
+                            *density, key->range.min, key->range.max);
+  if (index && !(*altitude > altitude[-1]))
+    return np_scene_fail_at(scene, row->first, "%s[%u]: the altitude is %g m, must be above the one before, %g m", path,
+                            index, *altitude, altitude[-1]);
+  return NEPH_OK;
+}
+
+neph_result np_scene_air_read_rows(const neph_scene *scene, const char *path, const np_key *key, const np_node *node,
+                                   np_scene_rows *out_rows) {
+  const size_t count = node->kind == NP_NODE_SEQUENCE ? np_node_count(node) : 0;
+  if (count < 2)
+    return np_scene_fail_at(scene, node, "%s must be a list of at least 2 pairs of an altitude in m and a density",
+                            path);
+  out_rows->values = np_alloc(scene->context, 2 * count, sizeof *out_rows->values);
+  if (!out_rows->values) return NEPH_ERROR_OUT_OF_MEMORY;
+  out_rows->count = (unsigned)count;
+  neph_result result = NEPH_OK;
+  const np_node *row = node->first;
+  for (unsigned i = 0; !result && row; i++, row = row->next) result = read_row(scene, path, key, row, i, out_rows);
+  return result;
+}
+
+/* A listed layer as the atmosphere takes it. */
+static neph_atmosphere_layer complete_layer(const np_scene_layer *layer) {
+  neph_atmosphere_layer desc = layer->desc;
+  const double *asymmetry = desc.phase == NEPH_LAYER_CORNETTE_SHANKS ? layer->cornette_shanks
+                            : desc.phase == NEPH_LAYER_TWO_LOBE      ? layer->forward
+                                                                     : layer->henyey_greenstein;
+  memcpy(desc.asymmetry, asymmetry, sizeof desc.asymmetry);
+  desc.table_altitude_m = layer->rows.values;
+  desc.table_density = layer->rows.values ? layer->rows.values + layer->rows.count : NULL;
+  desc.table_rows = layer->rows.count;
+  return desc;
+}
+
+/* ---- All ---- */
+
+/* The sun as it is from the planet. */
+static void derive_sun(neph_scene *scene) {
+  np_scene_sun *sun = &scene->sun;
+  const double distance = scene->air.sun_distance_au;
+  if (!sun->has_angular_radius) sun->angular_radius_rad /= distance;
+  for (int b = 0; b < 3 && !sun->has_irradiance; b++) sun->irradiance_w_m2_nm[b] /= distance * distance;
+}
+
+neph_result np_scene_air_derive(neph_scene *scene) {
+  enum { OWN = 3 };
+  np_scene_air *air = &scene->air;
+  scene->has_atmosphere = air->preset != NP_AIR_NONE;
+  derive_sun(scene);
+  for (int b = 0; b < 3; b++)
+    air->aerosol.absorption_per_m[b] = fmax(air->aerosol_extinction_per_m[b] - air->aerosol.scattering_per_m[b], 0.0);
+  const unsigned own = air->preset == NP_AIR_EMPTY ? 0 : OWN;
+  scene->layers = np_alloc(scene->context, own + (size_t)air->layer_count, sizeof *scene->layers);
+  if (!scene->layers) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_atmosphere_layer preset[OWN] = {air->molecules, air->aerosol, air->ozone};
+  memcpy(scene->layers, preset, own * sizeof *preset);
+  for (unsigned i = 0; i < air->layer_count; i++) scene->layers[own + i] = complete_layer(&air->layers[i]);
+  scene->atmosphere.layers = scene->layers;
+  scene->atmosphere.layer_count = own + air->layer_count;
+  return NEPH_OK;
+}
+
+/* Lowest altitude at which there may be any of a layer. */
+static double find_begin(const np_scene_layer *layer) {
+  const neph_atmosphere_layer *desc = &layer->desc;
+  const double low = desc->profile == NEPH_LAYER_TABLE  ? layer->rows.values[0]
+                     : desc->profile == NEPH_LAYER_TENT ? desc->center_m - desc->width_m
+                                                        : desc->bottom_m;
+  return fmax(low, desc->bottom_m);
+}
+
+static neph_result check_layer(const neph_scene *scene, unsigned index, const np_node *node) {
+  const np_scene_layer *layer = &scene->air.layers[index];
+  if (!(layer->desc.top_m > layer->desc.bottom_m))
+    return np_scene_fail_at(scene, node, "atmosphere.layers[%u].top is %g m, must be above its bottom, %g m", index,
+                            layer->desc.top_m, layer->desc.bottom_m);
+  if (find_begin(layer) < scene->atmosphere.top_altitude_m) return NEPH_OK;
+  return np_scene_fail_at(scene, node,
+                          "atmosphere.layers[%u] begins at %g m, must do so below atmosphere.top_altitude, %g m", index,
+                          find_begin(layer), scene->atmosphere.top_altitude_m);
+}
+
+neph_result np_scene_air_check(const neph_scene *scene) {
+  const double *scattering = scene->air.aerosol.scattering_per_m, *extinction = scene->air.aerosol_extinction_per_m;
+  const np_node *air = np_node_find(scene->document, "atmosphere");
+  if (!air) return NEPH_OK;
+  const np_node *key = np_node_find(air, "mie_extinction");
+  for (int i = 0; i < 3; i++)
+    if (extinction[i] < scattering[i])
+      return np_scene_fail_at(scene, key ? key : air,
+                              "atmosphere.mie_extinction is %g 1/m, must not be below mie_scattering, %g 1/m",
+                              extinction[i], scattering[i]);
+  const np_node *list = np_node_find(air, "layers"), *node = list ? list->first : NULL;
+  neph_result result = NEPH_OK;
+  for (unsigned i = 0; !result && node && i < scene->air.layer_count; i++, node = node->next)
+    result = check_layer(scene, i, node);
+  return result;
+}
+
+void np_scene_air_clear(neph_scene *scene) {
+  for (unsigned i = 0; i < scene->air.layer_count; i++) np_alloc_free(scene->context, scene->air.layers[i].rows.values);
+  np_alloc_free(scene->context, scene->air.layers);
+  np_alloc_free(scene->context, scene->layers);
+  scene->air.layers = NULL;
+  scene->air.layer_count = 0;
+  scene->layers = NULL;
+}
