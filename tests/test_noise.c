@@ -23,6 +23,7 @@ typedef enum noise_kind {
   WORLEY_FBM,
   PERLIN_WORLEY,
   CURL,
+  SWIRL,
   KIND_COUNT
 } noise_kind;
 
@@ -62,6 +63,9 @@ static void eval(neph_isa isa, noise_kind kind, const np_noise_lattice *lattice,
   case CURL:
     table->curl(lattice, &view, out[0], out[1], out[2]);
     break;
+  case SWIRL:
+    table->swirl(lattice, &view, out[0], out[1]);
+    break;
   case KIND_COUNT:
     break;
   }
@@ -93,7 +97,7 @@ static statistics gather_statistics(noise_kind kind, uint32_t seed) {
   lattice.seed = seed;
   statistics s = {.min = INFINITY, .max = -INFINITY};
   double sum = 0, sum2 = 0, count = 0;
-  const int channels = kind == CURL ? 3 : 1;
+  const int channels = kind == CURL ? 3 : kind == SWIRL ? 2 : 1;
   for (unsigned run = 0; run < 256; run++) {
     draw_points(run, 4000.0f, &p);
     eval(np_isa_detect(), kind, &lattice, &p, values);
@@ -135,9 +139,11 @@ static void ranges_and_moments_are_as_documented_for_any_seed(void **state) {
 
 static void curl_has_unit_components(void **state) {
   (void)state;
-  statistics s = gather_statistics(CURL, 3);
-  assert_near(s.mean, 0, 0.005);
-  assert_near(s.deviation, 1, 0.02); /* the scale is rounded to a hundredth */
+  for (noise_kind kind = CURL; kind <= SWIRL; kind++) {
+    statistics s = gather_statistics(kind, 3);
+    assert_near(s.mean, 0, 0.005);
+    assert_near(s.deviation, 1, 0.02); /* the scale is rounded to a hundredth */
+  }
 }
 
 static void assert_same_values(noise_kind kind, float a[CHANNELS][COUNT], float b[CHANNELS][COUNT]) {
@@ -363,7 +369,7 @@ static void slopes_are_continuous_across_cells(void **state) {
   }
 }
 
-static double find_divergence(const points *p, int axis_count, double h) {
+static double find_divergence(noise_kind kind, const points *p, int axis_count, double h) {
   static points moved;
   static float field[2][CHANNELS][COUNT], divergence[COUNT];
   memset(divergence, 0, sizeof divergence);
@@ -372,7 +378,7 @@ static double find_divergence(const points *p, int axis_count, double h) {
       moved = *p;
       float *coordinate = axis == 0 ? moved.x : axis == 1 ? moved.y : moved.z;
       for (int i = 0; i < COUNT; i++) coordinate[i] += (float)(side ? h : -h);
-      eval(np_isa_detect(), CURL, &endless, &moved, field[side]);
+      eval(np_isa_detect(), kind, &endless, &moved, field[side]);
     }
     for (int i = 0; i < COUNT; i++) divergence[i] += (field[1][axis][i] - field[0][axis][i]) / (float)(2 * h);
   }
@@ -387,9 +393,12 @@ static void curl_has_no_divergence(void **state) {
   (void)state;
   static points p;
   draw_points(6, 90.0f, &p);
-  double whole = find_divergence(&p, 3, 0x1p-7), part = find_divergence(&p, 1, 0x1p-7);
-  assert_true(part > 1.0);
-  assert_true(whole < 2e-3 * part);
+  for (noise_kind kind = CURL; kind <= SWIRL; kind++) {
+    const int axis_count = kind == CURL ? 3 : 2;
+    double whole = find_divergence(kind, &p, axis_count, 0x1p-7), part = find_divergence(kind, &p, 1, 0x1p-7);
+    assert_true(part > 1.0);
+    assert_true(whole < 2e-3 * part);
+  }
 }
 
 /* Mean squared difference at a distance: the same along an axis as along the diagonals of face and body, to the 5 % by

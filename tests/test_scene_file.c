@@ -85,6 +85,26 @@ static void test_preset_comes_first_wherever_it_stands(void **state) {
   neph_scene_destroy(scene);
 }
 
+static void test_map_of_a_bake(void **state) {
+  fixture *f = *state;
+  static const char text[] = "clouds: [{bake: {map: {image: maps/sky.png, coverage: R, rain: G}, model: hero}}]";
+  static const char good[] = "clouds: [{bake: {map: {image: maps/sky.png, coverage: R, precipitation: G, size: [3 km, "
+                             "2 km], tiling: true}, preset: stratus, model: hero}}]";
+  neph_scene *scene;
+  assert_int_equal(neph_scene_load_text(f->context, good, "shots/a.yaml", &scene), NEPH_OK);
+  const neph_cloud_desc *bake = &scene->clouds[0].bake;
+  assert_string_equal(bake->map_file, "shots/maps/sky.png");
+  assert_string_equal(bake->map_channels[NEPH_CLOUD_MAP_COVERAGE], "R");
+  assert_string_equal(bake->map_channels[NEPH_CLOUD_MAP_PRECIPITATION], "G");
+  assert_null(bake->map_channels[NEPH_CLOUD_MAP_TYPE]);
+  assert_true(bake->has_map_size && bake->is_map_tiling);
+  assert_near(bake->map_size_m[1], 2000, 0);
+  assert_int_equal(bake->model, NEPH_CLOUD_MODEL_HERO);
+  neph_scene_destroy(scene);
+  assert_int_equal(neph_scene_load_text(f->context, text, "s.yaml", &scene), NEPH_ERROR_BAD_SCENE);
+  assert_one_error(&f->log, "clouds[0].bake.map.rain is not a key", "precipitation");
+}
+
 static void test_block_style_is_the_same(void **state) {
   fixture *f = *state;
   neph_scene *flow, *block;
@@ -264,6 +284,12 @@ static void test_wrong_values(void **state) {
       {"clouds: {}", "1:9: clouds is a mapping of 0, must be a list of mappings\n"},
       {"clouds: [hero]", "1:10: clouds[0] is hero, must be a mapping\n"},
       {"clouds: [{bake: {}}, {bake: {voxel: 0 m}}]", "1:37: clouds[1].bake.voxel is 0 m, must be a length in"},
+      {"clouds: [{bake: {coverage: 1.5}}]", "1:28: clouds[0].bake.coverage is 1.5, must be a number in [0, 1]\n"},
+      {"clouds: [{bake: {thickness: -1 m}}]", "1:29: clouds[0].bake.thickness is -1 m, must be a length in"},
+      {"clouds: [{bake: {profile: [0, 1]}}]", "1:27: clouds[0].bake.profile is a list of 2, must be"},
+      {"clouds: [{bake: {profile: [0, 0.1, 0.2, 0.3, 2]}}]", "1:46: clouds[0].bake.profile[4] is 2, must be"},
+      {"clouds: [{bake: {map: {image: a.png, size: 0 m}}}]", "1:44: clouds[0].bake.map.size is 0 m, must be"},
+      {"clouds: [{bake: {map: {image: a.png, tiling: 3}}}]", "1:46: clouds[0].bake.map.tiling is 3, must be"},
       {"- 1", "1:1: a scene must be a mapping of keys\n"},
       {"hello", "1:1: a scene must be a mapping of keys\n"},
   };
@@ -320,6 +346,11 @@ static void test_incomplete_scenes(void **state) {
        "1:13: sun.time says nothing without a place, must come with place or terrain"},
       {"output: {scale: 3}", "1:17: output.scale is 3, must be a power of two; the nearest below is 2\n"},
       {"clouds: [{bake: {preset: fog}}]", "1:26: clouds[0].bake.preset is fog, must be one of cumulus_humilis"},
+      {"clouds: [{bake: {map: {coverage: R}}}]", "1:23: clouds[0].bake.map has no image, must name an EXR or PNG"},
+      {"clouds: [{bake: {map: {image: a.png}}}]",
+       "1:23: clouds[0].bake.map uses no channel of its image, must have one of coverage, type, base, thickness"},
+      {"clouds: [{bake: {profile: [0, 0.5, 0.4, 0.6, 1]}}]",
+       "1:27: clouds[0].bake.profile[2] is 0.4 after 0.5, must not fall\n"},
   };
   ASSERT_ALL_BAD(state, bad);
 }
@@ -439,6 +470,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(test_example_is_read, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_preset_comes_first_wherever_it_stands, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_map_of_a_bake, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_block_style_is_the_same, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_files_are_read_from_disk, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_wrong_values, set_up, tear_down),

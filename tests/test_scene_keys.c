@@ -205,7 +205,12 @@ static const char *find_companion(const np_key *key) {
                                               {"terrain.heightfield", ""}};
   for (size_t i = 0; i < sizeof companions / sizeof *companions; i++)
     if (!strcmp(companions[i][0], key->path)) return companions[i][1];
-  if (np_key_get_parent(key) && !strcmp(np_key_get_parent(key)->path, "terrain")) return ", ridges: {}";
+  const np_key *parent = np_key_get_parent(key);
+  if (parent && !strcmp(parent->path, "terrain")) return ", ridges: {}";
+  if (parent && !strcmp(parent->path, "clouds[].bake.map"))
+    return !strcmp(np_key_get_name(key), "image")      ? ", coverage: Y"
+           : !strcmp(np_key_get_name(key), "coverage") ? ", image: a.png"
+                                                       : ", image: a.png, coverage: Y";
   return "";
 }
 

@@ -12,8 +12,19 @@ extern "C" {
 /** How a cloud is shaped. */
 typedef enum neph_cloud_model {
   NEPH_CLOUD_MODEL_CELLS, /**< cells that tower over a flat base: Perlin-Worley billows, Worley erosion, curl */
-  NEPH_CLOUD_MODEL_SLAB   /**< a sheet with soft edges, of value noise: cheap, for decks, veils and streaks */
+  NEPH_CLOUD_MODEL_SLAB,  /**< a sheet with soft edges, of value noise: cheap, for decks, veils and streaks */
+  NEPH_CLOUD_MODEL_HERO   /**< one cloud in the middle of the field, otherwise like cells: needs no weather map */
 } neph_cloud_model;
+
+/** What a picture may say of a place. Its values, from 0 to 1, are shares of what the description says. */
+typedef enum neph_cloud_map_quantity {
+  NEPH_CLOUD_MAP_COVERAGE,      /**< of the coverage: 0 is clear sky */
+  NEPH_CLOUD_MAP_TYPE,          /**< of the type */
+  NEPH_CLOUD_MAP_BASE,          /**< of the thickness, by which the base lies higher; tops keep below the field's */
+  NEPH_CLOUD_MAP_THICKNESS,     /**< of the thickness */
+  NEPH_CLOUD_MAP_PRECIPITATION, /**< of the precipitation */
+  NEPH_CLOUD_MAP_QUANTITY_COUNT
+} neph_cloud_map_quantity;
 
 enum { NEPH_CLOUD_PROFILE_POINTS = 5 };
 
@@ -48,6 +59,12 @@ typedef struct neph_cloud_desc {
   double wind_m_s[2]; /**< that moves the clouds through the extent, x and y; ±200 (default 0, 0) */
   double time_s;      /**< since the seed's own moment; ±1e6 (default 0) */
   double lifetime_s;  /**< over which a cell grows and decays, and its billows turn over; > 0 (default 2400) */
+  const char *map_file; /**< EXR or PNG to lay over the landscape, borrowed; NULL: none (default NULL) */
+  /** The picture's channel for each quantity, borrowed; NULL: not from the picture (default all NULL). */
+  const char *map_channels[NEPH_CLOUD_MAP_QUANTITY_COUNT];
+  bool has_map_size;    /**< the picture is as large as said below, not as the extent (default false) */
+  double map_size_m[2]; /**< of the picture along x and y, centred like the field; > 0 (default 8 km × 8 km) */
+  bool is_map_tiling;   /**< the picture repeats; else its border goes on beyond it (default false) */
 } neph_cloud_desc;
 
 #define NEPH_CLOUD_DESC_DEFAULT                                                                                        \
@@ -56,7 +73,9 @@ typedef struct neph_cloud_desc {
     .base_altitude_m = 1200, .thickness_m = 1200, .voxel_m = 20, .coverage = 0.35, .cell_m = 1800, .type = 0.5,        \
     .billow_m = 450, .erosion = 0.4, .wispiness = 0.3, .turbulence = 0.3, .skew_m = {0, 0}, .extinction_per_m = 0.06,  \
     .model = NEPH_CLOUD_MODEL_CELLS, .sublayers = 1, .softness = 0, .stretch = 1, .anvil = 0, .precipitation = 0,      \
-    .has_profile = false, .profile = {0, 0.06, 0.25, 0.56, 1}, .wind_m_s = {0, 0}, .time_s = 0, .lifetime_s = 2400     \
+    .has_profile = false, .profile = {0, 0.06, 0.25, 0.56, 1}, .wind_m_s = {0, 0}, .time_s = 0, .lifetime_s = 2400,    \
+    .map_file = NULL, .map_channels = {NULL}, .has_map_size = false, .map_size_m = {8000, 8000},                       \
+    .is_map_tiling = false                                                                                             \
   }
 
 /** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are. */

@@ -105,8 +105,10 @@ static neph_result compare_record(const bake_record *record, const char *path, c
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   char *text;
   neph_result result = np_cloud_desc_from_json(record->context, path, record->params, &recorded, &desc);
+  if (result) return result;
+  np_cloud_desc_clear(record->context, &recorded);
   desc.planet_radius_m = planet_radius_m;
-  if (!result) result = np_cloud_desc_to_json(record->context, cloud, &desc, &text);
+  result = np_cloud_desc_to_json(record->context, cloud, &desc, &text);
   if (result) return result;
   *out_is_same = !strcmp(text, record->params);
   np_alloc_free(record->context, text);
@@ -200,13 +202,16 @@ static neph_result verify(const np_volume_file *file, bake_record *record, neph_
   np_monitor monitor;
   neph_result result = read_record(file, record);
   if (!result) result = np_cloud_desc_from_json(file->context, file->path, record->params, &cloud, desc);
-  if (!result) result = read_layout(file, name, desc);
-  if (!result) result = np_bake_start_checked(file->context, &cloud, desc, NP_BAKE_FOR_FILE, &monitor, &bake);
   if (result) return result;
-  result = make_grids(&bake, name, &grids);
-  if (!result) result = compare_grids(file, &grids, &bake.desc, out_is_same);
-  clear_grids(&grids);
-  np_bake_end(&bake);
+  result = read_layout(file, name, desc);
+  if (!result) result = np_bake_start_checked(file->context, &cloud, desc, NP_BAKE_FOR_FILE, &monitor, &bake);
+  if (!result) {
+    result = make_grids(&bake, name, &grids);
+    if (!result) result = compare_grids(file, &grids, &bake.desc, out_is_same);
+    clear_grids(&grids);
+    np_bake_end(&bake);
+  }
+  np_cloud_desc_clear(file->context, &cloud);
   return result;
 }
 

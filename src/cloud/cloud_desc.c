@@ -44,6 +44,7 @@ static const real_field fields[] = {
     FIELD(wind_m_s, 2, -200, 200, INCLUSIVE),
     FIELD(time_s, 1, -1e6, 1e6, INCLUSIVE),
     FIELD(lifetime_s, 1, 0, 1e9, ABOVE_LOW),
+    FIELD(map_size_m, 2, 0, 1e7, ABOVE_LOW),
 };
 
 enum { FIELD_COUNT = sizeof fields / sizeof *fields };
@@ -79,12 +80,34 @@ static neph_result check_profile(neph_context *context, const neph_cloud_desc *d
   return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: profile is 0 at the top, must be above it");
 }
 
+static const char *const models[] = {
+    [NEPH_CLOUD_MODEL_CELLS] = "cells", [NEPH_CLOUD_MODEL_SLAB] = "slab", [NEPH_CLOUD_MODEL_HERO] = "hero"};
+
+enum { MODEL_COUNT = sizeof models / sizeof *models };
+
 static neph_result check_model(neph_context *context, const neph_cloud_desc *desc) {
-  if (desc->model != NEPH_CLOUD_MODEL_CELLS && desc->model != NEPH_CLOUD_MODEL_SLAB)
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: model is %d, must be cells (0) or slab (1)",
+  if ((unsigned)desc->model >= MODEL_COUNT)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: model is %d, must be cells (0), slab (1) or hero (2)",
                    (int)desc->model);
   if (desc->sublayers >= 1 && desc->sublayers <= 16) return NEPH_OK;
   return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: sublayers is %u, must be in [1, 16]", desc->sublayers);
+}
+
+/* A picture and its channels come together. */
+static neph_result check_map(neph_context *context, const neph_cloud_desc *desc) {
+  int q = 0;
+  while (q < NEPH_CLOUD_MAP_QUANTITY_COUNT && !desc->map_channels[q]) q++;
+  if (desc->map_file && q == NEPH_CLOUD_MAP_QUANTITY_COUNT)
+    return np_fail(
+        context, NEPH_ERROR_INVALID_ARGUMENT,
+        "cloud: the map %s has no channel that is used, must have one for coverage, type, base, thickness or "
+        "precipitation",
+        desc->map_file);
+  if (!desc->map_file && q < NEPH_CLOUD_MAP_QUANTITY_COUNT)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "cloud: the map's %s is channel %s of no picture, must have a map_file",
+                   np_cloud_map_quantity_get_name((neph_cloud_map_quantity)q), desc->map_channels[q]);
+  return NEPH_OK;
 }
 
 neph_result np_cloud_desc_read(neph_context *context, const neph_cloud_desc *desc, neph_cloud_desc *out_desc) {
@@ -93,7 +116,28 @@ neph_result np_cloud_desc_read(neph_context *context, const neph_cloud_desc *des
   for (int i = 0; i < FIELD_COUNT && !result; i++) result = check_field(context, out_desc, &fields[i]);
   if (!result) result = check_model(context, out_desc);
   if (!result && out_desc->has_profile) result = check_profile(context, out_desc);
+  if (!result) result = check_map(context, out_desc);
   return result;
+}
+
+static void name_channel(neph_cloud_map_quantity quantity, char *out, size_t size) {
+  snprintf(out, size, "map_channel_%s", np_cloud_map_quantity_get_name(quantity));
+}
+
+/* A picture counts by what is in it; its name is kept to find it again. */
+static neph_result put_map(neph_context *context, np_json *json, const neph_cloud_desc *desc) {
+  if (!desc->map_file) return NEPH_OK;
+  char hash[33];
+  neph_result result = np_cloud_map_hash(context, desc->map_file, hash);
+  if (result) return result;
+  np_json_put_text(json, "map_file", desc->map_file);
+  np_json_put_text(json, "map_hash", hash);
+  for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) {
+    char key[32];
+    name_channel((neph_cloud_map_quantity)q, key, sizeof key);
+    if (desc->map_channels[q]) np_json_put_text(json, key, desc->map_channels[q]);
+  }
+  return NEPH_OK;
 }
 
 neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *desc, const neph_bake_desc *bake,
@@ -103,9 +147,16 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   char seed[24];
   snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
   np_json_put_text(json, "seed", seed); /* as text: JSON's numbers lose the last bits of 64 */
-  np_json_put_text(json, "model", desc->model == NEPH_CLOUD_MODEL_SLAB ? "slab" : "cells");
+  np_json_put_text(json, "model", models[desc->model]);
   np_json_put_integer(json, "sublayers", desc->sublayers);
   np_json_put_bool(json, "has_profile", desc->has_profile);
+  np_json_put_bool(json, "has_map_size", desc->has_map_size);
+  np_json_put_bool(json, "is_map_tiling", desc->is_map_tiling);
+  neph_result result = put_map(context, json, desc);
+  if (result) {
+    np_json_destroy(json);
+    return result;
+  }
   for (int i = 0; i < FIELD_COUNT; i++) {
     const double *values = find_values(desc, &fields[i]);
     if (fields[i].count == 1)
@@ -121,13 +172,18 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   return np_json_finish(json, out_text);
 }
 
+static bool read_model(const np_json_value *json, neph_cloud_desc *desc) {
+  const char *text = np_json_get_text(json, "model");
+  int i = 0;
+  while (text && i < MODEL_COUNT && strcmp(text, models[i])) i++;
+  desc->model = (neph_cloud_model)i;
+  return text && i < MODEL_COUNT;
+}
+
 static bool read_values(const np_json_value *json, neph_cloud_desc *desc, neph_bake_desc *bake) {
   double number;
   const char *text = np_json_get_text(json, "seed");
-  if (!text || sscanf(text, "%" SCNu64, &desc->seed) != 1) return false;
-  text = np_json_get_text(json, "model");
-  if (!text) return false;
-  desc->model = strcmp(text, "slab") ? NEPH_CLOUD_MODEL_CELLS : NEPH_CLOUD_MODEL_SLAB;
+  if (!text || sscanf(text, "%" SCNu64, &desc->seed) != 1 || !read_model(json, desc)) return false;
   if (!np_json_get_reals(json, "sublayers", &number, 1)) return false;
   desc->sublayers = (unsigned)number;
   for (int i = 0; i < FIELD_COUNT; i++) {
@@ -135,6 +191,8 @@ static bool read_values(const np_json_value *json, neph_cloud_desc *desc, neph_b
     if (!np_json_get_reals(json, fields[i].name, values, (size_t)fields[i].count)) return false;
   }
   return np_json_get_bool(json, "has_profile", &desc->has_profile) &&
+         np_json_get_bool(json, "has_map_size", &desc->has_map_size) &&
+         np_json_get_bool(json, "is_map_tiling", &desc->is_map_tiling) &&
          np_json_get_reals(json, "planet_radius_m", &bake->planet_radius_m, 1) &&
          np_json_get_reals(json, "prune_per_m", &bake->prune_per_m, 1) &&
          np_json_get_bool(json, "has_region", &bake->has_region) &&
@@ -142,12 +200,39 @@ static bool read_values(const np_json_value *json, neph_cloud_desc *desc, neph_b
          np_json_get_reals(json, "region_max_m", bake->region_max_m, 3);
 }
 
+/* The texts are the description's own. */
+static neph_result read_map(neph_context *context, const np_json_value *json, neph_cloud_desc *desc) {
+  const char *text = np_json_get_text(json, "map_file");
+  if (!text) return NEPH_OK;
+  if (!(desc->map_file = np_alloc_text(context, text))) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) {
+    char key[32];
+    name_channel((neph_cloud_map_quantity)q, key, sizeof key);
+    text = np_json_get_text(json, key);
+    if (text && !(desc->map_channels[q] = np_alloc_text(context, text))) return NEPH_ERROR_OUT_OF_MEMORY;
+  }
+  return NEPH_OK;
+}
+
+static void free_text(neph_context *context, const char **text) {
+  np_alloc_free(context, (void *)(uintptr_t)*text);
+  *text = NULL;
+}
+
+void np_cloud_desc_clear(neph_context *context, neph_cloud_desc *desc) {
+  free_text(context, &desc->map_file);
+  for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) free_text(context, &desc->map_channels[q]);
+}
+
 neph_result np_cloud_desc_from_json(neph_context *context, const char *file, const char *text,
                                     neph_cloud_desc *out_desc, neph_bake_desc *bake) {
   *out_desc = (neph_cloud_desc)NEPH_CLOUD_DESC_DEFAULT;
   np_json_value *json = np_json_read(text);
-  const bool is_whole = json && read_values(json, out_desc, bake);
+  neph_result result = NEPH_OK;
+  if (!json || !read_values(json, out_desc, bake))
+    result = np_fail(context, NEPH_ERROR_BAD_FILE, "%s: nephos:params is not what this version of nephos writes", file);
+  if (!result) result = read_map(context, json, out_desc);
   np_json_value_destroy(json);
-  if (is_whole) return NEPH_OK;
-  return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: nephos:params is not what this version of nephos writes", file);
+  if (result) np_cloud_desc_clear(context, out_desc);
+  return result;
 }

@@ -8,15 +8,16 @@
 /* Mean and largest of the noises, from noise.h. */
 static const float base_mean = 0.85f, erosion_mean = 0.30f, sheet_mean = 0.5f;
 
-static const float base_reach = 1.6f;    /* amplitude of the base billows, in their own size */
-static const float detail_reach = 1.35f; /* of an octave of detail at erosion 1, in its own size */
-static const float detail_boost = 1.2f;  /* of an octave's amplitude over its size, from one octave to the next */
-static const float detail_size = 0.46f;  /* of the first octave of detail, in largest billows */
-static const float octave_ratio = 0.47f; /* from one octave to the next: not ½, or lattices would line up */
-static const float edge_size = 0.03f;    /* of the crisp edge, in largest billows */
-static const float soft_edge = 0.9f;     /* of the softest, in depth */
-static const float curl_size = 0.55f;    /* of the eddies, in largest billows */
-static const float curl_reach = 0.12f;   /* of the displacement at turbulence 1, in largest billows */
+static const float base_reach = 1.6f;     /* amplitude of the base billows, in their own size */
+static const float detail_reach = 1.35f;  /* of an octave of detail at erosion 1, in its own size */
+static const float detail_boost = 1.2f;   /* of an octave's amplitude over its size, from one octave to the next */
+static const float detail_size = 0.46f;   /* of the first octave of detail, in largest billows */
+static const float octave_ratio = 0.47f;  /* from one octave to the next: not ½, or lattices would line up */
+static const float base_ramp_size = 0.1f; /* over which the base thickens, in largest billows */
+static const float edge_size = 0.03f;     /* of the crisp edge, in largest billows */
+static const float soft_edge = 0.9f;      /* of the softest, in depth */
+static const float curl_size = 0.55f;     /* of the eddies, in largest billows */
+static const float curl_reach = 0.12f;    /* of the displacement at turbulence 1, in largest billows */
 static const float sheet_curl_size = 2.2f, sheet_curl_reach = 0.9f;   /* the same of a slab */
 static const float sheet_relief_min = 0.15f, sheet_relief_max = 1.1f; /* of a slab's noise, by erosion, in depth */
 static const float turnovers = 3.0f; /* of the billows, in their own size, in the lifetime of a cell */
@@ -27,7 +28,7 @@ static void set_sheet(np_cloud_model *model) {
   const float erosion = (float)model->desc.erosion;
   model->base.amplitude = sheet_relief_min + erosion * (sheet_relief_max - sheet_relief_min);
   model->base_gain_max = model->base.amplitude;
-  model->detail_gain_max = 0.0f;
+  model->detail_gain_max = model->detail_loss_max = 0.0f;
 }
 
 static void set_billows(np_cloud_model *model) {
@@ -35,12 +36,19 @@ static void set_billows(np_cloud_model *model) {
   const float billow_m = (float)desc->billow_m;
   model->base.amplitude = base_reach * billow_m * model->slope_per_m;
   model->base_gain_max = model->base.amplitude * (1.0f - base_mean);
-  float sum = 0.0f, amplitude = detail_reach * (float)desc->erosion * detail_size * billow_m * model->slope_per_m;
-  for (unsigned k = 0; k < model->detail_count; k++, amplitude *= octave_ratio * detail_boost) {
+  float amplitude = detail_reach * (float)desc->erosion * detail_size * billow_m * model->slope_per_m;
+  for (unsigned k = 0; k < model->detail_count; k++, amplitude *= octave_ratio * detail_boost)
     model->detail[k].amplitude = amplitude;
-    sum += amplitude;
+  const float turned = 2.0f * (float)desc->wispiness - 1.0f; /* less the sign at the base, where it is negative */
+  float sum = 0.0f;
+  for (unsigned k = model->detail_count; k-- > 0;) {
+    sum += model->detail[k].amplitude;
+    model->detail[k].gain_max = sum * fmaxf(erosion_mean, turned * (1.0f - erosion_mean));
+    model->detail[k].loss_max = sum * fmaxf(1.0f - erosion_mean, turned * erosion_mean);
   }
-  model->detail_gain_max = sum * fmaxf(erosion_mean, (2.0f * (float)desc->wispiness - 1.0f) * (1.0f - erosion_mean));
+  model->detail_gain_max = model->detail_count ? model->detail[0].gain_max : 0.0f;
+  model->detail_loss_max = model->detail_count ? model->detail[0].loss_max : 0.0f;
+  model->base_ramp_inverse = (float)desc->thickness_m / (base_ramp_size * billow_m);
 }
 
 /* Sets the waterline and what follows from it. */
@@ -105,27 +113,32 @@ static void set_time(np_cloud_model *model) {
   model->turnover = (float)(desc->time_s / desc->lifetime_s) * turnovers;
 }
 
-enum { CENSUS_COLUMNS = 64, CENSUS_HEIGHTS = 14, CENSUS_STEPS = 14 };
+enum { CENSUS_COLUMNS = 64, CENSUS_HEIGHTS_MAX = 24, CENSUS_STEPS = 14 };
 
 typedef struct census {
   const np_cloud_model *model;
   atomic_size_t covered;
 } census;
 
+/* Heights to look at: those of the voxels, if they are not too many. Above this share of it a dome covers no more. */
+static int count_heights(const neph_cloud_desc *desc) {
+  const double voxels = ceil(desc->thickness_m / desc->voxel_m);
+  return voxels < CENSUS_HEIGHTS_MAX ? (int)voxels : CENSUS_HEIGHTS_MAX;
+}
+
 /* Counts the columns of one row of the field in which there is any cloud. */
 static size_t count_covered(const np_cloud_model *model, size_t row) {
+  const neph_cloud_desc *desc = &model->desc;
   float x[CENSUS_COLUMNS], y[CENSUS_COLUMNS], height[CENSUS_COLUMNS], extinction[CENSUS_COLUMNS];
   float deepest[CENSUS_COLUMNS] = {0};
-  const float cell[2] = {(float)model->desc.extent_m[0] / CENSUS_COLUMNS,
-                         (float)model->desc.extent_m[1] / CENSUS_COLUMNS};
+  const float cell[2] = {(float)desc->extent_m[0] / CENSUS_COLUMNS, (float)desc->extent_m[1] / CENSUS_COLUMNS};
   const np_cloud_points points = {CENSUS_COLUMNS, x, y, height};
-  for (int level = 0; level < CENSUS_HEIGHTS; level++) {
-    const float highest =
-        model->map.anvils || is_slab(model) ? 1.0f : 0.7f; /* of the thickness: a dome's top covers nothing more */
+  const int levels = count_heights(desc);
+  for (int level = 0; level < levels; level++) {
     for (int i = 0; i < CENSUS_COLUMNS; i++) {
       x[i] = ((float)i + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[0];
       y[i] = ((float)row + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[1];
-      height[i] = ((float)level + 0.5f) * (highest / CENSUS_HEIGHTS) * (float)model->desc.thickness_m;
+      height[i] = ((float)level + 0.5f) * ((float)desc->thickness_m / (float)levels);
     }
     np_cloud_model_eval(model, &points, extinction);
     for (int i = 0; i < CENSUS_COLUMNS; i++) deepest[i] = fmaxf(deepest[i], extinction[i]);
@@ -155,34 +168,39 @@ static neph_result find_waterline(neph_context *context, np_monitor *monitor, np
     neph_result result = np_parallel_for(context, monitor, CENSUS_COLUMNS, 1, count_rows, &c);
     if (result) return result;
     double fraction = (double)atomic_load(&c.covered) / (CENSUS_COLUMNS * CENSUS_COLUMNS);
-    *(fraction > model->desc.coverage ? &low : &high) = middle;
+    *(fraction > model->map.coverage ? &low : &high) = middle;
   }
   set_waterline(model, 0.5f * (low + high));
   return NEPH_OK;
 }
 
-/* The waterline is found at time 0 and kept, or clouds would breathe with the census. */
-static neph_result build_at_start(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
+/* The map at the start, whose waterline is kept, or clouds would breathe with the census; then that of the time. */
+static neph_result build_maps(neph_context *context, const np_weather_picture *picture, np_monitor *monitor,
+                              np_cloud_model *model) {
   neph_cloud_desc start = model->desc;
   start.time_s = 0;
-  neph_result result = np_weather_map_build(context, &start, monitor, &model->map);
-  if (!result) result = find_waterline(context, monitor, model);
-  return result;
-}
-
-static neph_result move_map(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
-  if (model->desc.time_s == 0) return NEPH_OK;
+  neph_result result = np_weather_map_build(context, &start, picture, NULL, monitor, &model->map);
+  if (result) return result;
+  model->is_empty = !(model->map.coverage > 0);
+  result = find_waterline(context, monitor, model);
+  if (result || model->desc.time_s == 0) return result;
+  np_weather_map moved;
+  result = np_weather_map_build(context, &model->desc, picture, &model->map, monitor, &moved);
+  if (result) return result;
   np_weather_map_clear(&model->map);
-  return np_weather_map_build(context, &model->desc, monitor, &model->map);
+  model->map = moved;
+  return NEPH_OK;
 }
 
 neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
                                  np_cloud_model *out_model) {
-  np_cloud_model model = {.desc = *desc, .noise = np_noise_get_table(context->isa), .is_empty = !(desc->coverage > 0)};
+  np_cloud_model model = {.desc = *desc, .noise = np_noise_get_table(context->isa)};
+  np_weather_picture picture;
   np_cloud_desc_find_heading(desc, model.heading);
   choose_noises(&model);
-  neph_result result = build_at_start(context, monitor, &model);
-  if (!result) result = move_map(context, monitor, &model);
+  neph_result result = np_weather_picture_load(context, desc, &picture);
+  if (!result) result = build_maps(context, &picture, monitor, &model);
+  np_weather_picture_clear(&picture);
   if (result) {
     np_cloud_model_clear(&model);
     return result;

@@ -5,6 +5,7 @@
 #define NP_CLOUD_CLOUD_PRIVATE_H
 
 #include <nephos/cloud.h>
+#include <nephos/image.h>
 
 #include "core/parallel.h"
 #include "noise/noise.h"
@@ -14,8 +15,7 @@
 typedef enum np_cloud_stream {
   NP_CLOUD_STREAM_CELLS,
   NP_CLOUD_STREAM_SMALL_CELLS,
-  NP_CLOUD_STREAM_WARP_X,
-  NP_CLOUD_STREAM_WARP_Y,
+  NP_CLOUD_STREAM_SWIRL,
   NP_CLOUD_STREAM_GROUPS,
   NP_CLOUD_STREAM_BASE,
   NP_CLOUD_STREAM_CURL,
@@ -37,6 +37,9 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
 neph_result np_cloud_desc_from_json(neph_context *context, const char *file, const char *text,
                                     neph_cloud_desc *out_desc, neph_bake_desc *bake);
 
+/* Frees the texts of a description that np_cloud_desc_from_json read. */
+void np_cloud_desc_clear(neph_context *context, neph_cloud_desc *desc);
+
 /* ---- Presets: presets.c ---- */
 
 bool np_cloud_has_preset(const char *name);
@@ -44,45 +47,107 @@ bool np_cloud_has_preset(const char *name);
 /* Their names, parted by ", ". */
 void np_cloud_list_presets(char *out, size_t size);
 
-/* ---- Weather map: weather_map.c ---- */
+/* ---- A picture as weather map: weather_picture.c ---- */
 
-/* Height of a landscape: of rounded cells, or, for a slab, of noise. A waterline through it, chosen by the coverage,
- * parts cloud from sky. A second landscape, of the largest cells alone and wider, holds the anvils. */
-typedef struct np_weather_map {
-  neph_context *context; /* borrowed */
-  int32_t size[2];       /* texels along x, y */
-  float origin_m[2];     /* of the first texel */
-  float step_m;
+/* Shares in [0, 1] of what the description says of coverage, type, thickness and precipitation; and of the thickness,
+ * by which a base lies higher. */
+typedef struct np_weather_picture {
+  neph_image *image;                                  /* NULL: none */
+  const float *values[NEPH_CLOUD_MAP_QUANTITY_COUNT]; /* in the image; NULL: not from the picture */
+  double size_m[2];
+  bool is_tiling; /* else its border goes on beyond it */
+} np_weather_picture;
+
+/* Of a description without a picture, an empty one. */
+neph_result np_weather_picture_load(neph_context *context, const neph_cloud_desc *desc,
+                                    np_weather_picture *out_picture);
+void np_weather_picture_clear(np_weather_picture *picture); /* a zeroed picture is allowed */
+
+/* Bilinear; of a quantity that the picture has. The picture's middle lies at 0, 0, its first row in the north. */
+float np_weather_picture_sample(const np_weather_picture *picture, neph_cloud_map_quantity quantity, double x_m,
+                                double y_m);
+
+const char *np_cloud_map_quantity_get_name(neph_cloud_map_quantity quantity);
+
+/* Of the file's bytes. */
+neph_result np_cloud_map_hash(neph_context *context, const char *file, char out_hex[33]);
+
+/* ---- Landscape: landscape.c ---- */
+
+enum { NP_LANDSCAPE_BLOCK = 256 };
+
+typedef struct np_landscape {
+  const np_noise_table *noise;
+  neph_cloud_model model;
+  uint64_t seed;
+  double cell_m, lives;
+  double drift[2];      /* of the air, in cell spacings */
+  float half_extent[2]; /* of the field, likewise */
   float radius_m; /* a lone cell is a − r²/radius²: its outline at waterline t is a circle of radius·√(a − t) */
-  float lowest, highest; /* over all texels */
-  float *values;         /* x fastest */
-  float *anvils;         /* NULL: none */
-} np_weather_map;
+  float shore_depth, sheet_shrink, anvil, swirl;
+  float heading[2], shear[2]; /* unit vectors; `shear` is 0 without skew */
+} np_landscape;
 
-/* The map at the description's time. */
-neph_result np_weather_map_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
-                                 np_weather_map *out_map);
-void np_weather_map_clear(np_weather_map *map); /* a zeroed map is allowed */
+typedef struct np_landscape_out {
+  float *height, *anvil; /* `anvil`: NULL, or of cells only */
+  double *air_x_m, *air_y_m;
+} np_landscape_out;
 
-/* Of `values` or `anvils`, bilinear; the border's value beyond it. */
-float np_weather_map_sample(const np_weather_map *map, const float *values, float x_m, float y_m);
+/* At the description's time. */
+np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_desc *desc);
 
-/* No sample in the rectangle is larger. */
-float np_weather_map_get_max(const np_weather_map *map, const float *values, const float min_m[2],
-                             const float max_m[2]);
+/* At most NP_LANDSCAPE_BLOCK positions. */
+void np_landscape_eval(const np_landscape *land, size_t count, const float *x_m, const float *y_m,
+                       const np_landscape_out *out);
 
 /* Along the wind, or along x in a calm. */
 void np_cloud_desc_find_heading(const neph_cloud_desc *desc, float out_heading[2]);
 
-/* ---- Density: cloud_density.c ---- */
+/* ---- Weather map: weather_map.c ---- */
+
+enum { NP_WEATHER_QUANTILES = 256 };
+
+/* The landscape in texels. A waterline through it, chosen by the coverage, parts cloud from sky. A second landscape, of
+ * the largest cells alone and wider, holds the anvils. */
+typedef struct np_weather_map {
+  neph_context *context; /* borrowed */
+  int32_t size[2];       /* texels along x, y */
+  float origin_m[2];     /* of the first texel */
+  float step_m, radius_m;
+  float lowest, highest;                        /* over all texels */
+  float *values;                                /* x fastest */
+  float *anvils;                                /* NULL: none */
+  float *planes[NEPH_CLOUD_MAP_QUANTITY_COUNT]; /* from a picture; NULL: not */
+  float quantiles[NP_WEATHER_QUANTILES + 1];    /* of the landscape, when a picture says the coverage */
+  double coverage;                              /* of the whole field, wanted */
+} np_weather_map;
+
+typedef struct np_interval {
+  float low, high;
+} np_interval;
+
+/* The map at the description's time. `start` is that of time 0, whose quantiles are kept; NULL: this is it. */
+neph_result np_weather_map_build(neph_context *context, const neph_cloud_desc *desc, const np_weather_picture *picture,
+                                 const np_weather_map *start, np_monitor *monitor, np_weather_map *out_map);
+void np_weather_map_clear(np_weather_map *map); /* a zeroed map is allowed */
+
+/* Of `values`, `anvils` or a plane, bilinear; the border's value beyond it. */
+float np_weather_map_sample(const np_weather_map *map, const float *values, float x_m, float y_m);
+
+/* Every sample in the rectangle lies within, but for rounding. */
+np_interval np_weather_map_get_range(const np_weather_map *map, const float *values, const float min_m[2],
+                                     const float max_m[2]);
+
+/* ---- The model ---- */
 
 enum { NP_CLOUD_OCTAVES_MAX = 6, NP_CLOUD_BLOCK = NP_LEAF_SIZE };
 
 typedef struct np_cloud_octave {
   np_noise_lattice lattice;
   float frequency_per_m;
-  float amplitude; /* in units of depth, see cloud_density.c */
-  float mean;      /* of the noise */
+  float amplitude;          /* in units of depth, see cloud_density.c */
+  float mean;               /* of the noise */
+  float gain_max, loss_max; /* the most that this octave and all finer ones add to depth, and take from it */
 } np_cloud_octave;
 
 typedef struct np_cloud_model {
@@ -95,11 +160,13 @@ typedef struct np_cloud_model {
   np_cloud_octave base, detail[NP_CLOUD_OCTAVES_MAX];
   unsigned detail_count, sheet_octave_count;
   float detail_gain_max, base_gain_max; /* largest that noise adds to depth */
+  float detail_loss_max;                /* … and detail takes from it */
+  float base_ramp_inverse;              /* of the share of a column over which its base thickens */
   np_noise_lattice curl, rain;
   float curl_frequency_per_m, curl_distance_m;
   float drift_m[2], turnover; /* of the air since time 0, and of the billows, in their own size */
   float heading[2];
-  float rain_depth_m; /* below the base */
+  float rain_depth_m; /* below the lowest base */
   bool is_empty;      /* coverage 0 */
 } np_cloud_model;
 
@@ -109,6 +176,38 @@ neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *d
                                  np_cloud_model *out_model);
 void np_cloud_model_clear(np_cloud_model *model); /* a zeroed model is allowed */
 
+/* ---- Columns: what is known before any noise, and bounds of it: cloud_column.c ---- */
+
+typedef struct np_cloud_column {
+  float x_m, y_m;        /* where it stands at the base: freed from the skew */
+  float strength, anvil; /* of the tower and of the anvil, in depth: 1 in the heart of the largest cell */
+  float base_m, thickness_m, type, rain; /* of this column; `rain` is a share */
+} np_cloud_column;
+
+/* The column that runs through a position of the field. */
+np_cloud_column np_cloud_column_find(const np_cloud_model *model, float x_m, float y_m, float height_m);
+
+/* A column at a height, before noise. */
+typedef struct np_cloud_state {
+  float depth, share; /* `share`: of the column's own thickness, from its base */
+  float relief;       /* share of the noise's amplitude */
+  float ice;          /* share of the anvil */
+} np_cloud_state;
+
+np_cloud_state np_cloud_column_eval(const np_cloud_model *model, const np_cloud_column *column, float height_m);
+
+/* How strongly rain falls at a height below the column's base, in [0, 1]. */
+float np_cloud_column_eval_rain(const np_cloud_model *model, const np_cloud_column *column, float height_m);
+
+typedef struct np_cloud_box {
+  float min_m[3], max_m[3]; /* x, y, height */
+} np_cloud_box;
+
+/* True only if there is no cloud anywhere in the box; costs no noise. */
+bool np_cloud_model_is_empty(const np_cloud_model *model, const np_cloud_box *box);
+
+/* ---- Density: cloud_density.c ---- */
+
 /* Positions to evaluate, at most NP_CLOUD_BLOCK of them. */
 typedef struct np_cloud_points {
   size_t count;
@@ -117,13 +216,6 @@ typedef struct np_cloud_points {
 
 /* Extinction in 1/m. What it gives for a position depends on nothing else: not on neighbours, threads or kernels. */
 void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m);
-
-typedef struct np_cloud_box {
-  float min_m[3], max_m[3]; /* x, y, height */
-} np_cloud_box;
-
-/* True only if there is no cloud anywhere in the box; costs no noise. */
-bool np_cloud_model_is_empty(const np_cloud_model *model, const np_cloud_box *box);
 
 /* ---- Bake: bake.c ---- */
 

@@ -87,6 +87,7 @@ neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_
   if (desc.sublayers == 0) desc.sublayers = defaults.sublayers;
   if (desc.stretch == 0) desc.stretch = defaults.stretch;
   memcpy(desc.profile, defaults.profile, sizeof desc.profile);
+  memcpy(desc.map_size_m, defaults.map_size_m, sizeof desc.map_size_m);
   *out_desc = desc;
   return NEPH_OK;
 }

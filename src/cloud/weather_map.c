@@ -1,176 +1,52 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The weather map: where cumulus cells stand, and how large each is.
+/* The weather map: the landscape of cells in texels, with what a picture says laid over it.
  *
- * A jittered grid of paraboloids a − r²/R², of one curvature and random height a, and a finer one of small cells
- * between them; the landscape is the highest of all. Cut by a waterline t it shows rounded islands of radius R·√(a −
- * t), as varied as the heights: many small, few large. Low-frequency Perlin noise raises groups of cells and leaves
- * clearings; a domain warp makes outlines irregular. A slab's landscape is Perlin noise alone, longer along the wind.
- * Cells drift with the wind, grow and decay.
+ * A picture's coverage c is a share of the sky in the neighbourhood. So the landscape is measured from its own
+ * quantile there: what rises above the height that a share 1 − c of all texels stay below is cloud. What remains for
+ * the census is one waterline near 0. Other channels become planes of texels, whose extremes over a rectangle bound
+ * what the model makes of them.
  */
 #include <math.h>
+#include <string.h>
 
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
-#include "core/random.h"
+#include "core/math.h"
 
-enum { TEXELS_PER_CELL = 48, TEXELS_MAX = 1 << 14 /* along a side */ };
+enum { TEXELS_PER_CELL = 48, TEXELS_MAX = 1 << 14 /* along a side */, HISTOGRAM_BINS = 4096 };
 
-/* In units of the cell spacing. */
-static const float cell_radius = 0.52f, warp_size = 0.9f, warp_reach = 0.6f, group_size = 4.3f;
-static const float group_height = 0.7f; /* times Perlin noise of standard deviation 0.17 */
-static const float small_spacing = 0.43f, small_height = 0.40f;
-static const float shore_width = 0.35f, shore_depth = 1.2f; /* where the landscape sinks towards the field's border */
-
-/* Anvils: of cells at least this high, of this radius more than the cell's at anvil 1. */
-static const float anvil_from = 0.55f, anvil_spread = 2.0f;
-static const float sheet_height = 2.2f; /* of a slab's noise, to make its range about 1 */
-
-typedef struct cell {
-  float x, y, height;            /* centre, relative to the cell's corner */
-  float axis_x, axis_y, stretch; /* the outline is an ellipse, longer along the axis by stretch² */
-} cell;
-
-static float take_16_bits(uint64_t bits, int field) { return (float)(bits >> (16 * field) & 0xffffu) * 0x1p-16f; }
-
-/* A zigzag between 0 and 1, which is as evenly spread at any time as `start` is; at its own pace in each cell. */
-static float age(float start, float pace, double lives) {
-  double phase = 0.5 * (double)start + (0.35 + 0.3 * (double)pace) * lives, turn = 2.0 * (phase - floor(phase));
-  return (float)(turn > 1.0 ? 2.0 - turn : turn);
-}
-
-static cell draw_cell(uint64_t seed, int32_t i, int32_t j, double lives) {
-  uint64_t bits = np_random_absorb(seed, (uint64_t)(uint32_t)i << 32 | (uint32_t)j), more = np_random_mix(bits);
-  float u = age(take_16_bits(bits, 2), take_16_bits(more, 1), lives), turn = 2.0f * take_16_bits(bits, 3) - 1.0f,
-        norm = 1.0f / (1.0f + turn * turn);
-  return (cell){.x = take_16_bits(bits, 0),
-                .y = take_16_bits(bits, 1),
-                .height = 0.08f + 0.92f * u * u,
-                .axis_x = (1.0f - turn * turn) * norm,
-                .axis_y = 2.0f * turn * norm,
-                .stretch = 1.0f + 0.35f * take_16_bits(more, 0)};
-}
+static const float clear_sky = -8.0f; /* a height far below any waterline */
 
 typedef struct map_job {
   np_weather_map *map;
-  const np_noise_table *noise;
-  uint64_t seed;
-  double cell_m, lives;
-  double drift[2];      /* of the air, in cell spacings */
-  float half_extent[2]; /* of the field, likewise */
-  float shore_depth, heading[2], sheet_shrink, anvil;
-  bool is_slab;
+  const np_weather_picture *picture;
+  np_landscape landscape;
 } map_job;
 
-typedef struct landscape {
-  uint64_t seed;
-  float height, curvature; /* curvature is 1/R² */
-  float lowest_cell;       /* cells below it are left out */
-} landscape;
+static size_t count_texels(const np_weather_map *map) { return (size_t)map->size[0] * (size_t)map->size[1]; }
 
-/* Highest paraboloid at (x, y), in units of this grid's spacing. */
-static float find_highest(const map_job *job, const landscape *l, double x, double y) {
-  int32_t i0 = (int32_t)floor(x), j0 = (int32_t)floor(y);
-  float best = -8.0f; /* lower than anything is asked about */
-  for (int32_t j = j0 - 2; j <= j0 + 2; j++)
-    for (int32_t i = i0 - 2; i <= i0 + 2; i++) {
-      cell c = draw_cell(l->seed, i, j, job->lives);
-      if (c.height < l->lowest_cell) continue;
-      float dx = (float)(x - i) - c.x, dy = (float)(y - j) - c.y;
-      float along = (dx * c.axis_x + dy * c.axis_y) / c.stretch, across = (dy * c.axis_x - dx * c.axis_y) * c.stretch;
-      float h = l->height * c.height - l->curvature * (along * along + across * across);
-      best = h > best ? h : best;
-    }
-  return best;
-}
-
-/* Texels of one row, in units of the cell spacing. */
-enum { BLOCK = 256 };
-
-typedef struct map_block {
-  size_t count;
-  float x[BLOCK], y[BLOCK];          /* in the field */
-  double air_x[BLOCK], air_y[BLOCK]; /* in the air, which drifts */
-} map_block;
-
-static void fill_noise(const map_job *job, np_cloud_stream stream, float size, unsigned octave_count,
-                       const map_block *block, float *out) {
-  const np_noise_lattice lattice = {np_noise_derive_seed(job->seed, stream),
-                                    {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
-  const np_noise_octaves octaves = {.count = octave_count, .gain = 0.5f};
-  float x[BLOCK], y[BLOCK], z[BLOCK];
-  for (size_t i = 0; i < block->count; i++) {
-    x[i] = (float)(block->air_x[i] / (double)size);
-    y[i] = (float)(block->air_y[i] / (double)size);
-    z[i] = 0.37f + 0.15f * (float)job->lives; /* between lattice points, where gradient noise would vanish */
+static void sample_picture(const map_job *job, size_t first, size_t count, const np_landscape_out *at) {
+  for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) {
+    float *plane = job->map->planes[q];
+    for (size_t i = 0; plane && i < count; i++)
+      plane[first + i] = np_weather_picture_sample(job->picture, q, at->air_x_m[i], at->air_y_m[i]);
   }
-  const np_noise_points points = {block->count, x, y, z};
-  job->noise->perlin_fbm(&lattice, &octaves, &points, out);
-}
-
-/* The landscape sinks towards the border, so that clouds end there of themselves; less the more of it is covered, since
- * a closed deck has no choice but to end. */
-static float find_shore(const map_job *job, float x, float y) {
-  float dx = job->half_extent[0] - fabsf(x), dy = job->half_extent[1] - fabsf(y);
-  float inside = (dx < dy ? dx : dy) / shore_width, s = inside < 0.0f ? 1.0f : inside > 1.0f ? 0.0f : 1.0f - inside;
-  return job->shore_depth * s * s;
-}
-
-static void fill_cells(const map_job *job, const map_block *block, float *out, float *out_anvils) {
-  float warp_x[BLOCK], warp_y[BLOCK], group[BLOCK];
-  fill_noise(job, NP_CLOUD_STREAM_WARP_X, warp_size, 2, block, warp_x);
-  fill_noise(job, NP_CLOUD_STREAM_WARP_Y, warp_size, 2, block, warp_y);
-  fill_noise(job, NP_CLOUD_STREAM_GROUPS, group_size, 2, block, group);
-  const float curvature = 1.0f / (cell_radius * cell_radius), wide = 1.0f / (1.0f + anvil_spread * job->anvil);
-  const landscape cells = {np_random_absorb(job->seed, NP_CLOUD_STREAM_CELLS), 1.0f, curvature, 0.0f};
-  const landscape small = {np_random_absorb(job->seed, NP_CLOUD_STREAM_SMALL_CELLS), small_height,
-                           curvature * small_spacing * small_spacing, 0.0f};
-  const landscape anvils = {cells.seed, 1.0f, curvature * wide * wide, anvil_from};
-  for (size_t i = 0; i < block->count; i++) {
-    double x = block->air_x[i] + (double)(warp_reach * warp_x[i]),
-           y = block->air_y[i] + (double)(warp_reach * warp_y[i]);
-    float large = find_highest(job, &cells, x, y);
-    float between = find_highest(job, &small, x / (double)small_spacing, y / (double)small_spacing);
-    float raised = group_height * group[i] - find_shore(job, block->x[i], block->y[i]);
-    out[i] = (large > between ? large : between) + raised;
-    if (out_anvils) out_anvils[i] = find_highest(job, &anvils, x, y) + raised;
-  }
-}
-
-/* Warped by noise of a larger scale, and longer along the heading. */
-static void fill_sheet(const map_job *job, const map_block *block, float *out) {
-  float warp_x[BLOCK], warp_y[BLOCK];
-  map_block turned = *block;
-  fill_noise(job, NP_CLOUD_STREAM_WARP_X, 2.0f * warp_size, 2, block, warp_x);
-  fill_noise(job, NP_CLOUD_STREAM_WARP_Y, 2.0f * warp_size, 2, block, warp_y);
-  for (size_t i = 0; i < block->count; i++) {
-    double x = block->air_x[i] + (double)(warp_reach * warp_x[i]),
-           y = block->air_y[i] + (double)(warp_reach * warp_y[i]);
-    turned.air_x[i] = (x * (double)job->heading[0] + y * (double)job->heading[1]) * (double)job->sheet_shrink;
-    turned.air_y[i] = y * (double)job->heading[0] - x * (double)job->heading[1];
-  }
-  fill_noise(job, NP_CLOUD_STREAM_GROUPS, 1.0f, 4, &turned, out);
-  for (size_t i = 0; i < block->count; i++) out[i] = sheet_height * out[i] - find_shore(job, block->x[i], block->y[i]);
 }
 
 static void fill_row(const map_job *job, int32_t row) {
   np_weather_map *map = job->map;
-  const float per_cell = (float)(1.0 / job->cell_m);
-  const size_t first = (size_t)row * (size_t)map->size[0];
-  map_block block;
-  for (int32_t begin = 0; begin < map->size[0]; begin += BLOCK) {
-    int32_t rest = map->size[0] - begin;
-    block.count = (size_t)(rest < BLOCK ? rest : BLOCK);
-    for (size_t i = 0; i < block.count; i++) {
-      block.x[i] = (map->origin_m[0] + (float)(begin + (int32_t)i) * map->step_m) * per_cell;
-      block.y[i] = (map->origin_m[1] + (float)row * map->step_m) * per_cell;
-      block.air_x[i] = (double)block.x[i] - job->drift[0];
-      block.air_y[i] = (double)block.y[i] - job->drift[1];
+  float x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK];
+  double air_x[NP_LANDSCAPE_BLOCK], air_y[NP_LANDSCAPE_BLOCK];
+  for (int32_t begin = 0; begin < map->size[0]; begin += NP_LANDSCAPE_BLOCK) {
+    const int32_t rest = map->size[0] - begin, count = rest < NP_LANDSCAPE_BLOCK ? rest : NP_LANDSCAPE_BLOCK;
+    const size_t first = (size_t)row * (size_t)map->size[0] + (size_t)begin;
+    for (int32_t i = 0; i < count; i++) {
+      x[i] = map->origin_m[0] + (float)(begin + i) * map->step_m;
+      y[i] = map->origin_m[1] + (float)row * map->step_m;
     }
-    float *out = map->values + first + (size_t)begin;
-    if (job->is_slab)
-      fill_sheet(job, &block, out);
-    else
-      fill_cells(job, &block, out, map->anvils ? map->anvils + first + (size_t)begin : NULL);
+    const np_landscape_out out = {map->values + first, map->anvils ? map->anvils + first : NULL, air_x, air_y};
+    np_landscape_eval(&job->landscape, (size_t)count, x, y, &out);
+    sample_picture(job, first, (size_t)count, &out);
   }
 }
 
@@ -183,67 +59,110 @@ static neph_result fill_rows(void *user, size_t begin, size_t end, unsigned thre
 static void find_range(np_weather_map *map) {
   map->lowest = INFINITY;
   map->highest = -INFINITY;
-  for (size_t i = 0; i < (size_t)map->size[0] * (size_t)map->size[1]; i++) {
+  for (size_t i = 0; i < count_texels(map); i++) {
     map->lowest = fminf(map->lowest, map->values[i]);
     map->highest = fmaxf(map->highest, map->values[i]);
   }
 }
 
-void np_cloud_desc_find_heading(const neph_cloud_desc *desc, float out_heading[2]) {
-  const double x = desc->wind_m_s[0], y = desc->wind_m_s[1], speed = sqrt(x * x + y * y);
-  out_heading[0] = speed > 0 ? (float)(x / speed) : 1.0f;
-  out_heading[1] = speed > 0 ? (float)(y / speed) : 0.0f;
-}
-
-static map_job make_job(np_weather_map *map, const neph_cloud_desc *desc) {
-  map_job job = {.map = map,
-                 .noise = np_noise_get_table(map->context->isa),
-                 .seed = desc->seed,
-                 .cell_m = desc->cell_m,
-                 .lives = desc->time_s / desc->lifetime_s,
-                 .shore_depth = shore_depth * (float)(1.0 - desc->coverage),
-                 .sheet_shrink = (float)(1.0 / sqrt(desc->stretch)),
-                 .anvil = (float)desc->anvil,
-                 .is_slab = desc->model == NEPH_CLOUD_MODEL_SLAB};
-  np_cloud_desc_find_heading(desc, job.heading);
-  for (int i = 0; i < 2; i++) {
-    job.drift[i] = desc->wind_m_s[i] * desc->time_s / desc->cell_m;
-    job.half_extent[i] = (float)(0.5 * desc->extent_m[i] / desc->cell_m);
+/* Heights that the shares 0, 1/256, …, 1 of all texels stay below. */
+static neph_result find_quantiles(np_weather_map *map) {
+  const float bins_per_height = (float)HISTOGRAM_BINS / fmaxf(map->highest - map->lowest, 1e-6f);
+  const double texel_count = (double)count_texels(map);
+  size_t *histogram = np_alloc(map->context, HISTOGRAM_BINS + 1, sizeof *histogram), below = 0;
+  if (!histogram) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (size_t i = 0; i < count_texels(map); i++) histogram[(int)((map->values[i] - map->lowest) * bins_per_height)]++;
+  int bin = 0;
+  for (int k = 0; k <= NP_WEATHER_QUANTILES; k++) {
+    const double wanted = texel_count * k / NP_WEATHER_QUANTILES;
+    while (bin < HISTOGRAM_BINS && (double)(below + histogram[bin]) < wanted) below += histogram[bin++];
+    const double inside = histogram[bin] ? (wanted - (double)below) / (double)histogram[bin] : 0.0;
+    map->quantiles[k] = map->lowest + ((float)bin + (float)inside) / bins_per_height;
   }
-  return job;
+  np_alloc_free(map->context, histogram);
+  return NEPH_OK;
 }
 
-neph_result np_weather_map_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
-                                 np_weather_map *out_map) {
-  np_weather_map map = {.context = context,
-                        .step_m = (float)(desc->cell_m / TEXELS_PER_CELL),
-                        .radius_m = (float)(desc->cell_m * (double)cell_radius)};
+static float eval_quantile(const np_weather_map *map, float share) {
+  const float scaled = np_clampf(share, 0.0f, 1.0f) * (float)NP_WEATHER_QUANTILES;
+  int i = (int)scaled;
+  if (i > NP_WEATHER_QUANTILES - 1) i = NP_WEATHER_QUANTILES - 1;
+  return np_mixf(map->quantiles[i], map->quantiles[i + 1], scaled - (float)i);
+}
+
+/* Heights become heights above the picture's own waterline. */
+static void apply_coverage(np_weather_map *map, double coverage) {
+  const float *shares = map->planes[NEPH_CLOUD_MAP_COVERAGE];
+  double sum = 0;
+  for (size_t i = 0; i < count_texels(map); i++) {
+    const float share = shares[i] * (float)coverage;
+    const float level = share > 0.0f ? eval_quantile(map, 1.0f - share) : map->highest - clear_sky;
+    sum += (double)share;
+    map->values[i] -= level;
+    if (map->anvils) map->anvils[i] -= level;
+  }
+  map->coverage = sum / (double)count_texels(map);
+}
+
+static neph_result allocate(np_weather_map *map, const neph_cloud_desc *desc, const np_weather_picture *picture) {
+  const size_t texel_count = count_texels(map);
+  bool is_done = (map->values = np_alloc(map->context, texel_count, sizeof *map->values)) != NULL;
+  if (is_done && desc->anvil > 0 && desc->model == NEPH_CLOUD_MODEL_CELLS)
+    is_done = (map->anvils = np_alloc(map->context, texel_count, sizeof *map->anvils)) != NULL;
+  for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT && is_done; q++)
+    if (picture->values[q])
+      is_done = (map->planes[q] = np_alloc(map->context, texel_count, sizeof *map->planes[q])) != NULL;
+  return is_done ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result choose_texels(np_weather_map *map, const neph_cloud_desc *desc) {
   for (int i = 0; i < 2; i++) {
-    double count = ceil(desc->extent_m[i] / (double)map.step_m) + 2;
+    const double count = ceil(desc->extent_m[i] / (double)map->step_m) + 2;
     if (count > TEXELS_MAX)
-      return np_fail(context, NEPH_ERROR_LIMIT,
+      return np_fail(map->context, NEPH_ERROR_LIMIT,
                      "cloud: extent_m[%d] is %g, must be at most %g times cell_m, which is %g: enlarge cell_m", i,
                      desc->extent_m[i], (double)(TEXELS_MAX - 2) / TEXELS_PER_CELL, desc->cell_m);
-    map.size[i] = (int32_t)count;
-    map.origin_m[i] = -0.5f * (float)(map.size[i] - 1) * map.step_m;
+    map->size[i] = (int32_t)count;
+    map->origin_m[i] = -0.5f * (float)(map->size[i] - 1) * map->step_m;
   }
-  const size_t texel_count = (size_t)map.size[0] * (size_t)map.size[1];
-  const bool has_anvils = desc->anvil > 0 && desc->model == NEPH_CLOUD_MODEL_CELLS;
-  map.values = np_alloc(context, texel_count, sizeof *map.values);
-  if (has_anvils) map.anvils = np_alloc(context, texel_count, sizeof *map.anvils);
-  neph_result result = map.values && (map.anvils || !has_anvils) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  map_job job = make_job(&map, desc);
-  if (!result) result = np_parallel_for(context, monitor, (size_t)map.size[1], 4, fill_rows, &job);
+  return NEPH_OK;
+}
+
+static neph_result fill(np_weather_map *map, const neph_cloud_desc *desc, const np_weather_picture *picture,
+                        const np_weather_map *start, np_monitor *monitor) {
+  map_job job = {map, picture, np_landscape_make(np_noise_get_table(map->context->isa), desc)};
+  neph_result result = np_parallel_for(map->context, monitor, (size_t)map->size[1], 4, fill_rows, &job);
+  if (result) return result;
+  find_range(map);
+  map->radius_m = job.landscape.radius_m;
+  map->coverage = desc->coverage;
+  if (!map->planes[NEPH_CLOUD_MAP_COVERAGE]) return NEPH_OK;
+  if (start)
+    memcpy(map->quantiles, start->quantiles, sizeof map->quantiles);
+  else
+    result = find_quantiles(map);
+  if (result) return result;
+  apply_coverage(map, desc->coverage);
+  find_range(map);
+  return NEPH_OK;
+}
+
+neph_result np_weather_map_build(neph_context *context, const neph_cloud_desc *desc, const np_weather_picture *picture,
+                                 const np_weather_map *start, np_monitor *monitor, np_weather_map *out_map) {
+  np_weather_map map = {.context = context, .step_m = (float)(desc->cell_m / TEXELS_PER_CELL)};
+  neph_result result = choose_texels(&map, desc);
+  if (!result) result = allocate(&map, desc, picture);
+  if (!result) result = fill(&map, desc, picture, start, monitor);
   if (result) {
     np_weather_map_clear(&map);
     return result;
   }
-  find_range(&map);
   *out_map = map;
   return NEPH_OK;
 }
 
 void np_weather_map_clear(np_weather_map *map) {
+  for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT && map->context; q++) np_alloc_free(map->context, map->planes[q]);
   if (map->context) {
     np_alloc_free(map->context, map->anvils);
     np_alloc_free(map->context, map->values);
@@ -253,8 +172,7 @@ void np_weather_map_clear(np_weather_map *map) {
 
 /* Texel coordinate held inside the map. */
 static float find_texel(const np_weather_map *map, int axis, float position_m) {
-  float t = (position_m - map->origin_m[axis]) / map->step_m, last = (float)(map->size[axis] - 1);
-  return t < 0.0f ? 0.0f : t > last ? last : t;
+  return np_clampf((position_m - map->origin_m[axis]) / map->step_m, 0.0f, (float)(map->size[axis] - 1));
 }
 
 float np_weather_map_sample(const np_weather_map *map, const float *values, float x_m, float y_m) {
@@ -267,17 +185,20 @@ float np_weather_map_sample(const np_weather_map *map, const float *values, floa
   return low + v * (high - low);
 }
 
-float np_weather_map_get_max(const np_weather_map *map, const float *values, const float min_m[2],
-                             const float max_m[2]) {
+np_interval np_weather_map_get_range(const np_weather_map *map, const float *values, const float min_m[2],
+                                     const float max_m[2]) {
   int32_t begin[2], end[2];
   for (int a = 0; a < 2; a++) {
     begin[a] = (int32_t)find_texel(map, a, min_m[a]);
     end[a] = (int32_t)find_texel(map, a, max_m[a]) + 1;
     if (end[a] > map->size[a] - 1) end[a] = map->size[a] - 1;
   }
-  float highest = -INFINITY;
+  np_interval range = {INFINITY, -INFINITY};
   for (int32_t j = begin[1]; j <= end[1]; j++)
-    for (int32_t i = begin[0]; i <= end[0]; i++)
-      highest = fmaxf(highest, values[(size_t)j * (size_t)map->size[0] + (size_t)i]);
-  return highest;
+    for (int32_t i = begin[0]; i <= end[0]; i++) {
+      const float value = values[(size_t)j * (size_t)map->size[0] + (size_t)i];
+      range.low = fminf(range.low, value);
+      range.high = fmaxf(range.high, value);
+    }
+  return range;
 }

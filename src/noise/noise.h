@@ -63,6 +63,10 @@ typedef struct np_noise_table {
   /* A divergence-free field ∇a × ∇b = ∇ × (a∇b) of two Perlin noises: components of mean 0, root mean square 1. */
   void (*curl)(const np_noise_lattice *lattice, const np_noise_points *points, float *out_x, float *out_y,
                float *out_z);
+
+  /* A horizontal field (∂a/∂y, −∂a/∂x), the curl of a vertical potential, which is Perlin noise: no divergence in any
+   * plane of constant z; components of mean 0, root mean square 1. */
+  void (*swirl)(const np_noise_lattice *lattice, const np_noise_points *points, float *out_x, float *out_y);
 } np_noise_table;
 
 /* The functions for a level that the machine has. */

@@ -389,6 +389,22 @@ static void fill_curl(const np_noise_lattice *lattice, const np_noise_points *po
   }
 }
 
+/* Brings a slope's components to a root mean square of 1. */
+static const float swirl_scale = 2.26f;
+
+static void fill_swirl(const np_noise_lattice *lattice, const np_noise_points *points, float *out_x, float *out_y) {
+  const grid g = make_grid(lattice, 0);
+  float along_x[BLOCK], along_z[BLOCK];
+  for (size_t begin = 0; begin < points->count; begin += BLOCK) {
+    const np_noise_points block = take_block(points, begin);
+    fill_slope(&g, &block, along_x, out_x + begin, along_z);
+    for (size_t i = 0; i < block.count; i++) {
+      out_x[begin + i] *= swirl_scale;
+      out_y[begin + i] = -swirl_scale * along_x[i];
+    }
+  }
+}
+
 const np_noise_table NP_KERNEL(np_noise_kernels) = {
     .value = fill_value,
     .value_fbm = fill_value_fbm,
@@ -398,4 +414,5 @@ const np_noise_table NP_KERNEL(np_noise_kernels) = {
     .worley_fbm = fill_worley_fbm,
     .perlin_worley = fill_perlin_worley,
     .curl = fill_curl,
+    .swirl = fill_swirl,
 };

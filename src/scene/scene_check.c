@@ -72,6 +72,31 @@ static neph_result check_name(const neph_scene *scene, unsigned index, const np_
   return NEPH_OK;
 }
 
+/* A picture and its channels come together; what is in the picture is seen when it is read. */
+static neph_result check_map(const neph_scene *scene, unsigned index, const np_node *node) {
+  static const char *const quantities[] = {"coverage", "type", "base", "thickness", "precipitation"};
+  const np_node *bake = np_node_find(node, "bake"), *map = bake ? np_node_find(bake, "map") : NULL;
+  if (!map || map->kind != NP_NODE_MAPPING) return NEPH_OK;
+  if (!np_node_find(map, "image"))
+    return np_scene_fail_at(scene, map, "clouds[%u].bake.map has no image, must name an EXR or PNG picture", index);
+  for (size_t i = 0; i < sizeof quantities / sizeof *quantities; i++)
+    if (np_node_find(map, quantities[i])) return NEPH_OK;
+  return np_scene_fail_at(scene, map,
+                          "clouds[%u].bake.map uses no channel of its image, must have one of coverage, type, base, "
+                          "thickness, precipitation",
+                          index);
+}
+
+static neph_result check_profile(const neph_scene *scene, unsigned index, const np_node *node) {
+  const neph_cloud_desc *desc = &scene->clouds[index].bake;
+  const np_node *bake = np_node_find(node, "bake"), *profile = bake ? np_node_find(bake, "profile") : NULL;
+  for (int i = 1; i < NEPH_CLOUD_PROFILE_POINTS && profile; i++)
+    if (desc->profile[i] < desc->profile[i - 1])
+      return np_scene_fail_at(scene, profile, "clouds[%u].bake.profile[%d] is %g after %g, must not fall", index, i,
+                              desc->profile[i], desc->profile[i - 1]);
+  return NEPH_OK;
+}
+
 static neph_result check_clouds(const neph_scene *scene) {
   const np_node *list = np_node_find(scene->document, "clouds");
   const np_node *node = list ? list->first : NULL;
@@ -79,6 +104,8 @@ static neph_result check_clouds(const neph_scene *scene) {
   for (unsigned i = 0; !result && node && i < scene->cloud_count; i++, node = node->next) {
     result = check_source(scene, i, node);
     if (!result) result = check_name(scene, i, node);
+    if (!result) result = check_map(scene, i, node);
+    if (!result) result = check_profile(scene, i, node);
   }
   return result;
 }

@@ -8,6 +8,7 @@
 #define SCENE(member) {offsetof(neph_scene, member), sizeof(((neph_scene *)0)->member)}
 #define LAYER(member) {offsetof(np_scene_layer, member), sizeof(((np_scene_layer *)0)->member)}
 #define CLOUD(member) {offsetof(np_scene_cloud, member), sizeof(((np_scene_cloud *)0)->member)}
+#define MAP(quantity) CLOUD(bake.map_channels[NEPH_CLOUD_MAP_##quantity])
 
 /* Lengths stay below a million kilometres, so that no square of one overflows a float. */
 #define WITHIN(a, b) {a, b}
@@ -40,7 +41,7 @@ static const np_choice scatterings[] = {
     {"derivative", NEPH_MULTIPLE_SCATTERING_DERIVATIVE},
     {"none", NEPH_MULTIPLE_SCATTERING_NONE},
     {NULL, 0}};
-static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS}, {"slab", NEPH_CLOUD_MODEL_SLAB}, {NULL, 0}};
+static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS}, {"slab", NEPH_CLOUD_MODEL_SLAB}, {"hero", NEPH_CLOUD_MODEL_HERO}, {NULL, 0}};
 static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
 static const np_choice color_spaces[] = {{"auto", NP_SCENE_COLOR_AUTO}, {"bands", NP_SCENE_BANDS},
                                          {"rec709", NP_SCENE_REC709},   {"acescg", NP_SCENE_ACESCG}, {NULL, 0}};
@@ -304,7 +305,8 @@ static const np_key keys[] = {
      .field = CLOUD(bake.extinction_per_m), .range = WITHIN(1e-9, 1e6), .fallback = "0.06 1/m",
      .meaning = "in the core of the cloud"},
     {.path = "clouds[].bake.model", .type = NP_KEY_CHOICE, .choices = models, .field = CLOUD(bake.model),
-     .fallback = "cells", .meaning = "cells tower over a flat base; a slab is a sheet with soft edges, and cheap"},
+     .fallback = "cells",
+     .meaning = "cells tower over a flat base; a slab is a sheet with soft edges, and cheap; a hero is one cloud"},
     {.path = "clouds[].bake.sublayers", .type = NP_KEY_INTEGER, .field = CLOUD(bake.sublayers),
      .range = WITHIN(1, 16), .fallback = "1", .meaning = "sheets over each other that a slab is made of"},
     {.path = "clouds[].bake.softness", .type = NP_KEY_REAL, .field = CLOUD(bake.softness), .range = WITHIN(0, 1),
@@ -330,6 +332,24 @@ static const np_key keys[] = {
      .meaning = "from one frame to the next; frame 1 is at time"},
     {.path = "clouds[].bake.lifetime", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = CLOUD(bake.lifetime_s),
      .range = WITHIN(1, 1e9), .fallback = "2400 s", .meaning = "over which a cell grows and decays"},
+    {.path = "clouds[].bake.map", .type = NP_KEY_SECTION,
+     .meaning = "a picture as weather map: 0 to 1 in a channel is a share of the key of that name"},
+    {.path = "clouds[].bake.map.image", .type = NP_KEY_FILE, .field = CLOUD(bake.map_file),
+     .meaning = "EXR or PNG, north up"},
+    {.path = "clouds[].bake.map.coverage", .type = NP_KEY_TEXT, .field = MAP(COVERAGE),
+     .meaning = "channel of the picture, such as R or Y: where it is 0 the sky is clear"},
+    {.path = "clouds[].bake.map.type", .type = NP_KEY_TEXT, .field = MAP(TYPE), .meaning = "channel of the type"},
+    {.path = "clouds[].bake.map.base", .type = NP_KEY_TEXT, .field = MAP(BASE),
+     .meaning = "channel of the share of the thickness by which bases lie higher; tops stay below that of the field"},
+    {.path = "clouds[].bake.map.thickness", .type = NP_KEY_TEXT, .field = MAP(THICKNESS),
+     .meaning = "channel of the thickness"},
+    {.path = "clouds[].bake.map.precipitation", .type = NP_KEY_TEXT, .field = MAP(PRECIPITATION),
+     .meaning = "channel of the precipitation"},
+    {.path = "clouds[].bake.map.size", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.map_size_m),
+     .tag = CLOUD(bake.has_map_size), .tag_value = true, .is_grey_allowed = true, .range = WITHIN(1e-6, 1e7),
+     .meaning = "of the picture along x and y, in the middle of the field; without it, the extent"},
+    {.path = "clouds[].bake.map.tiling", .type = NP_KEY_CHOICE, .choices = booleans, .field = CLOUD(bake.is_map_tiling),
+     .fallback = "false", .meaning = "the picture repeats; else its border goes on beyond it"},
 
     {.path = "terrain", .type = NP_KEY_SECTION, .choices = terrains, .field = SCENE(terrain.kind),
      .meaning = "ground above the sphere, or none in place of the keys below"},

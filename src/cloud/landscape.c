@@ -1,0 +1,260 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The landscape under the weather map: how strongly clouds grow at a place.
+ *
+ * Cells: a jittered grid of paraboloids a − r²/R², of one curvature and random height a, and a finer one of small cells
+ * between them; the landscape is the highest of all, with turrets of the small ones on the large. Cut by a waterline t
+ * it shows rounded islands of radius R·√(a − t), as varied as the heights: many small, few large. Low-frequency Perlin
+ * noise raises groups of cells and leaves clearings; a divergence-free swirl makes outlines irregular. A slab's
+ * landscape is Perlin noise alone, longer along the wind. A hero is one large paraboloid with lesser ones around it.
+ * All of it drifts with the wind, grows and decays.
+ */
+#include <math.h>
+
+#include "cloud/cloud_private.h"
+#include "core/math.h"
+#include "core/random.h"
+
+/* In units of the cell spacing. */
+static const float cell_radius = 0.52f, swirl_size = 1.3f, swirl_reach = 0.30f, group_size = 4.3f;
+static const float group_height = 0.78f; /* times Perlin noise of standard deviation 0.17 */
+static const float small_spacing = 0.43f, small_height = 0.40f, turret_height = 0.22f;
+static const float shore_width = 0.35f, shore_depth = 1.2f; /* where the landscape sinks towards the field's border */
+static const float sheet_height = 2.45f;                    /* of a slab's noise, to make its range about 1 */
+
+/* Anvils: of cells at least this high, this much wider at anvil 1, and blown off their towers by so much of it. */
+static const float anvil_from = 0.5f, anvil_spread = 2.6f, anvil_drag = 0.4f;
+
+/* Of a hero, in half the shorter side of its field. */
+static const float hero_radius = 0.8f, hero_reach = 0.62f;
+enum { HERO_PARTS = 11 };
+
+typedef struct cell {
+  float x, y, height;            /* centre, relative to the cell's corner */
+  float axis_x, axis_y, stretch; /* the outline is an ellipse, longer along the axis by stretch² */
+} cell;
+
+static float take_16_bits(uint64_t bits, int field) { return (float)(bits >> (16 * field) & 0xffffu) * 0x1p-16f; }
+
+/* A zigzag between 0 and 1, which is as evenly spread at any time as `start` is; at its own pace in each cell. */
+static float age(float start, float pace, double lives) {
+  double phase = 0.5 * (double)start + (0.35 + 0.3 * (double)pace) * lives, turn = 2.0 * (phase - floor(phase));
+  return (float)(turn > 1.0 ? 2.0 - turn : turn);
+}
+
+/* A direction from a number in [−1, 1], as even as needed, over half a turn: an axis. */
+static void find_axis(float turn, float *out_x, float *out_y) {
+  const float norm = 1.0f / (1.0f + turn * turn);
+  *out_x = (1.0f - turn * turn) * norm;
+  *out_y = 2.0f * turn * norm;
+}
+
+static cell draw_cell(uint64_t seed, int32_t i, int32_t j, double lives) {
+  const uint64_t bits = np_random_absorb(seed, (uint64_t)(uint32_t)i << 32 | (uint32_t)j), more = np_random_mix(bits);
+  const float u = age(take_16_bits(bits, 2), take_16_bits(more, 1), lives);
+  cell c = {.x = take_16_bits(bits, 0),
+            .y = take_16_bits(bits, 1),
+            .height = 0.08f + 0.92f * u * u,
+            .stretch = 1.0f + 0.35f * take_16_bits(more, 0)};
+  find_axis(2.0f * take_16_bits(bits, 3) - 1.0f, &c.axis_x, &c.axis_y);
+  return c;
+}
+
+typedef struct relief {
+  uint64_t seed;
+  float height, curvature; /* curvature is 1/R² */
+  float lowest_cell;       /* cells below it are left out */
+} relief;
+
+static const float below_all = -8.0f; /* lower than anything is asked about */
+
+static float raise(const cell *c, float height, float curvature, float dx, float dy) {
+  float along = (dx * c->axis_x + dy * c->axis_y) / c->stretch, across = (dy * c->axis_x - dx * c->axis_y) * c->stretch;
+  return height * c->height - curvature * (along * along + across * across);
+}
+
+/* Highest paraboloid at (x, y), in units of this grid's spacing. */
+static float find_highest(const relief *r, double lives, double x, double y) {
+  const int32_t i0 = (int32_t)floor(x), j0 = (int32_t)floor(y);
+  float best = below_all;
+  for (int32_t j = j0 - 2; j <= j0 + 2; j++)
+    for (int32_t i = i0 - 2; i <= i0 + 2; i++) {
+      const cell c = draw_cell(r->seed, i, j, lives);
+      if (c.height < r->lowest_cell) continue;
+      best = np_maxf(best, raise(&c, r->height, r->curvature, (float)(x - i) - c.x, (float)(y - j) - c.y));
+    }
+  return best;
+}
+
+static cell draw_hero_part(const np_landscape *land, unsigned part) {
+  const uint64_t bits = np_random_absorb(np_random_absorb(land->seed, NP_CLOUD_STREAM_CELLS), part),
+                 more = np_random_mix(bits);
+  const float u = take_16_bits(bits, 2), grown = age(u, take_16_bits(more, 1), land->lives);
+  cell c = {.height = part ? 0.2f + 0.6f * grown : 1.0f, .stretch = 1.0f + 0.2f * take_16_bits(more, 0)};
+  const float reach = part ? hero_reach * sqrtf(0.08f + 0.92f * take_16_bits(more, 2)) : 0.0f;
+  const float side = part & 1 ? -reach : reach;
+  find_axis(2.0f * take_16_bits(bits, 3) - 1.0f, &c.axis_x, &c.axis_y);
+  c.x = side * c.axis_y;
+  c.y = side * c.axis_x;
+  return c;
+}
+
+/* Positions count from the field's centre in half its shorter side. */
+static float find_hero(const np_landscape *land, float x, float y) {
+  const float curvature = 1.0f / (hero_radius * hero_radius);
+  float best = below_all;
+  for (unsigned part = 0; part < HERO_PARTS; part++) {
+    const cell c = draw_hero_part(land, part);
+    best = np_maxf(best, raise(&c, 1.0f, part ? 3.0f * curvature : curvature, x - c.x, y - c.y));
+  }
+  return best;
+}
+
+typedef struct block {
+  size_t count;
+  const float *x, *y;                                          /* in the field, in units of the cell spacing */
+  double air_x[NP_LANDSCAPE_BLOCK], air_y[NP_LANDSCAPE_BLOCK]; /* in the air, which drifts and swirls */
+} block;
+
+/* Positions of noise of a size, in its lattice; `z` moves with time. */
+typedef struct lattice_points {
+  float x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK], z[NP_LANDSCAPE_BLOCK];
+} lattice_points;
+
+static np_noise_points scale_points(const np_landscape *land, const block *b, float size, lattice_points *out) {
+  for (size_t i = 0; i < b->count; i++) {
+    out->x[i] = (float)(b->air_x[i] / (double)size);
+    out->y[i] = (float)(b->air_y[i] / (double)size);
+    out->z[i] = 0.37f + 0.15f * (float)land->lives; /* between lattice points, where gradient noise would vanish */
+  }
+  return (np_noise_points){b->count, out->x, out->y, out->z};
+}
+
+static np_noise_lattice make_lattice(const np_landscape *land, np_cloud_stream stream) {
+  return (np_noise_lattice){np_noise_derive_seed(land->seed, stream),
+                            {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
+}
+
+static void fill_noise(const np_landscape *land, np_cloud_stream stream, float size, unsigned octave_count,
+                       const block *b, float *out) {
+  const np_noise_lattice lattice = make_lattice(land, stream);
+  const np_noise_octaves octaves = {.count = octave_count, .gain = 0.5f};
+  lattice_points at;
+  const np_noise_points points = scale_points(land, b, size, &at);
+  land->noise->perlin_fbm(&lattice, &octaves, &points, out);
+}
+
+/* Displaces the air by low-frequency curl. */
+static void swirl(const np_landscape *land, block *b) {
+  const np_noise_lattice lattice = make_lattice(land, NP_CLOUD_STREAM_SWIRL);
+  const float size = land->model == NEPH_CLOUD_MODEL_SLAB ? 2.0f * swirl_size : swirl_size;
+  float x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK];
+  lattice_points at;
+  const np_noise_points points = scale_points(land, b, size, &at);
+  land->noise->swirl(&lattice, &points, x, y);
+  for (size_t i = 0; i < b->count; i++) {
+    b->air_x[i] += (double)(land->swirl * size * x[i]);
+    b->air_y[i] += (double)(land->swirl * size * y[i]);
+  }
+}
+
+/* The landscape sinks towards the border, so that clouds end there of themselves; less the more of it is covered. */
+static float find_shore(const np_landscape *land, float x, float y) {
+  float dx = land->half_extent[0] - fabsf(x), dy = land->half_extent[1] - fabsf(y);
+  float s = 1.0f - np_clampf(np_minf(dx, dy) / shore_width, 0.0f, 1.0f);
+  return land->shore_depth * s * s;
+}
+
+static void fill_cells(const np_landscape *land, const block *b, float *out, float *out_anvils) {
+  float group[NP_LANDSCAPE_BLOCK];
+  fill_noise(land, NP_CLOUD_STREAM_GROUPS, group_size, 2, b, group);
+  const float curvature = 1.0f / (cell_radius * cell_radius), wide = 1.0f / (1.0f + anvil_spread * land->anvil);
+  const float drag = anvil_drag * land->anvil;
+  const relief cells = {np_random_absorb(land->seed, NP_CLOUD_STREAM_CELLS), 1.0f, curvature, 0.0f};
+  const relief small = {np_random_absorb(land->seed, NP_CLOUD_STREAM_SMALL_CELLS), small_height,
+                        curvature * small_spacing * small_spacing, 0.0f};
+  const relief anvils = {cells.seed, 1.0f, curvature * wide * wide, anvil_from};
+  for (size_t i = 0; i < b->count; i++) {
+    const double x = b->air_x[i], y = b->air_y[i], s = (double)small_spacing;
+    const float large = find_highest(&cells, land->lives, x, y);
+    const float between = find_highest(&small, land->lives, x / s, y / s);
+    const float raised = group_height * group[i] - find_shore(land, b->x[i], b->y[i]);
+    out[i] = np_maxf(large + turret_height * np_maxf(between, 0.0f), between) + raised;
+    if (out_anvils)
+      out_anvils[i] = raised + find_highest(&anvils, land->lives, x - (double)(drag * land->shear[0]),
+                                            y - (double)(drag * land->shear[1]));
+  }
+}
+
+/* Longer along the heading. */
+static void fill_sheet(const np_landscape *land, const block *b, float *out) {
+  block turned = {.count = b->count};
+  for (size_t i = 0; i < b->count; i++) {
+    const double x = b->air_x[i], y = b->air_y[i], hx = (double)land->heading[0], hy = (double)land->heading[1];
+    turned.air_x[i] = (x * hx + y * hy) * (double)land->sheet_shrink;
+    turned.air_y[i] = y * hx - x * hy;
+  }
+  fill_noise(land, NP_CLOUD_STREAM_GROUPS, 1.0f, 4, &turned, out);
+  for (size_t i = 0; i < b->count; i++) out[i] = sheet_height * out[i] - find_shore(land, b->x[i], b->y[i]);
+}
+
+static void fill_hero(const np_landscape *land, const block *b, float *out) {
+  const double unit = 1.0 / (double)np_minf(land->half_extent[0], land->half_extent[1]);
+  for (size_t i = 0; i < b->count; i++)
+    out[i] = find_hero(land, (float)(b->air_x[i] * unit), (float)(b->air_y[i] * unit));
+}
+
+void np_landscape_eval(const np_landscape *land, size_t count, const float *x_m, const float *y_m,
+                       const np_landscape_out *out) {
+  const float per_cell = (float)(1.0 / land->cell_m);
+  float x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK];
+  block b = {.count = count, .x = x, .y = y};
+  for (size_t i = 0; i < count; i++) {
+    x[i] = x_m[i] * per_cell;
+    y[i] = y_m[i] * per_cell;
+    b.air_x[i] = (double)x[i] - land->drift[0];
+    b.air_y[i] = (double)y[i] - land->drift[1];
+  }
+  swirl(land, &b);
+  for (size_t i = 0; i < count; i++) {
+    out->air_x_m[i] = b.air_x[i] * land->cell_m;
+    out->air_y_m[i] = b.air_y[i] * land->cell_m;
+  }
+  if (land->model == NEPH_CLOUD_MODEL_SLAB)
+    fill_sheet(land, &b, out->height);
+  else if (land->model == NEPH_CLOUD_MODEL_HERO)
+    fill_hero(land, &b, out->height);
+  else
+    fill_cells(land, &b, out->height, out->anvil);
+}
+
+static void find_direction(const double v[2], float fallback_x, float fallback_y, float out[2]) {
+  const double length = sqrt(v[0] * v[0] + v[1] * v[1]);
+  out[0] = length > 0 ? (float)(v[0] / length) : fallback_x;
+  out[1] = length > 0 ? (float)(v[1] / length) : fallback_y;
+}
+
+void np_cloud_desc_find_heading(const neph_cloud_desc *desc, float out_heading[2]) {
+  find_direction(desc->wind_m_s, 1.0f, 0.0f, out_heading);
+}
+
+np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_desc *desc) {
+  np_landscape land = {.noise = noise,
+                       .model = desc->model,
+                       .seed = desc->seed,
+                       .cell_m = desc->cell_m,
+                       .lives = desc->time_s / desc->lifetime_s,
+                       .shore_depth = shore_depth * (float)(1.0 - desc->coverage),
+                       .sheet_shrink = (float)(1.0 / sqrt(desc->stretch)),
+                       .anvil = (float)desc->anvil,
+                       .swirl = swirl_reach * (float)desc->turbulence};
+  np_cloud_desc_find_heading(desc, land.heading);
+  find_direction(desc->skew_m, 0.0f, 0.0f, land.shear);
+  for (int i = 0; i < 2; i++) {
+    land.drift[i] = desc->wind_m_s[i] * desc->time_s / desc->cell_m;
+    land.half_extent[i] = (float)(0.5 * desc->extent_m[i] / desc->cell_m);
+  }
+  const double shorter_m = fmin(desc->extent_m[0], desc->extent_m[1]);
+  land.radius_m = desc->model == NEPH_CLOUD_MODEL_HERO ? (float)(0.5 * shorter_m * (double)hero_radius)
+                                                       : (float)(desc->cell_m * (double)cell_radius);
+  return land;
+}

@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A picture as weather map: a channel for each quantity, sampled in metres. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+
+#include <nephos/image.h>
+
+#include "cloud/cloud_private.h"
+#include "core/alloc.h"
+#include "core/file.h"
+#include "core/hash.h"
+#include "core/math.h"
+
+static const char *const quantity_names[NEPH_CLOUD_MAP_QUANTITY_COUNT] = {[NEPH_CLOUD_MAP_COVERAGE] = "coverage",
+                                                                          [NEPH_CLOUD_MAP_TYPE] = "type",
+                                                                          [NEPH_CLOUD_MAP_BASE] = "base",
+                                                                          [NEPH_CLOUD_MAP_THICKNESS] = "thickness",
+                                                                          [NEPH_CLOUD_MAP_PRECIPITATION] =
+                                                                              "precipitation"};
+
+const char *np_cloud_map_quantity_get_name(neph_cloud_map_quantity quantity) { return quantity_names[quantity]; }
+
+static void list_channels(const neph_image *image, char *out, size_t size) {
+  size_t length = 0;
+  for (unsigned i = 0; i < neph_image_get_channel_count(image) && length < size; i++)
+    length +=
+        (size_t)snprintf(out + length, size - length, "%s%s", i ? ", " : "", neph_image_get_channel_name(image, i));
+}
+
+/* Values that are no share of anything are named with their place, counted from the top left. */
+static neph_result check_values(neph_context *context, const char *file, const char *channel, const float *values,
+                                const neph_image *image) {
+  const size_t width = neph_image_get_width(image), count = width * neph_image_get_height(image);
+  for (size_t i = 0; i < count; i++)
+    if (!(values[i] >= 0.0f && values[i] <= 1.0f))
+      return np_fail(context, NEPH_ERROR_BAD_FILE,
+                     "%s: channel %s is %g at column %zu, row %zu, must be in [0, 1] in a weather map", file, channel,
+                     (double)values[i], i % width, i / width);
+  return NEPH_OK;
+}
+
+static neph_result choose_channels(neph_context *context, const neph_cloud_desc *desc, np_weather_picture *picture) {
+  for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) {
+    const char *channel = desc->map_channels[q];
+    if (!channel) continue;
+    picture->values[q] = neph_image_get_channel(picture->image, channel);
+    if (!picture->values[q]) {
+      char list[512] = "";
+      list_channels(picture->image, list, sizeof list);
+      return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: has no channel %s for the weather map's %s, must be one of %s",
+                     desc->map_file, channel, quantity_names[q], list);
+    }
+    neph_result result = check_values(context, desc->map_file, channel, picture->values[q], picture->image);
+    if (result) return result;
+  }
+  return NEPH_OK;
+}
+
+static neph_result load_image(neph_context *context, const char *file, neph_image **out_image) {
+  const char *slash = strrchr(file, '/'), *name = slash ? slash + 1 : file, *ending = strrchr(name, '.');
+  if (!np_file_exists(file)) return np_fail(context, NEPH_ERROR_NOT_FOUND, "%s: no such file", file);
+  if (ending && !strcasecmp(ending, ".png")) return neph_image_load_png(context, file, out_image);
+  if (ending && !strcasecmp(ending, ".exr")) return neph_image_load_exr(context, file, out_image);
+  return np_fail(context, NEPH_ERROR_UNSUPPORTED, "%s: weather maps are read from .exr and .png, not from \"%s\"", file,
+                 ending ? ending : name);
+}
+
+neph_result np_weather_picture_load(neph_context *context, const neph_cloud_desc *desc,
+                                    np_weather_picture *out_picture) {
+  *out_picture = (np_weather_picture){.is_tiling = desc->is_map_tiling};
+  if (!desc->map_file) return NEPH_OK;
+  neph_result result = load_image(context, desc->map_file, &out_picture->image);
+  if (!result) result = choose_channels(context, desc, out_picture);
+  if (result) {
+    np_weather_picture_clear(out_picture);
+    return result;
+  }
+  for (int i = 0; i < 2; i++) out_picture->size_m[i] = desc->has_map_size ? desc->map_size_m[i] : desc->extent_m[i];
+  return NEPH_OK;
+}
+
+void np_weather_picture_clear(np_weather_picture *picture) {
+  neph_image_destroy(picture->image);
+  *picture = (np_weather_picture){0};
+}
+
+/* The two texels around a position along one axis, whose first texel's centre lies at ½, and the place between. */
+typedef struct texel_pair {
+  size_t low, high;
+  float fraction;
+} texel_pair;
+
+static texel_pair find_texels(double position, unsigned size, bool is_tiling) {
+  double scaled =
+      is_tiling ? (position - floor(position)) * size - 0.5 : np_clamp(position * size - 0.5, 0.0, (double)(size - 1));
+  const double low = floor(scaled);
+  const int64_t i = (int64_t)low, last = (int64_t)size - 1;
+  const int64_t wrapped = i < 0 ? last : i, next = wrapped < last ? wrapped + 1 : is_tiling ? 0 : last;
+  return (texel_pair){(size_t)wrapped, (size_t)next, (float)(scaled - low)};
+}
+
+float np_weather_picture_sample(const np_weather_picture *picture, neph_cloud_map_quantity quantity, double x_m,
+                                double y_m) {
+  const unsigned width = neph_image_get_width(picture->image), height = neph_image_get_height(picture->image);
+  const texel_pair u = find_texels(0.5 + x_m / picture->size_m[0], width, picture->is_tiling);
+  const texel_pair v = find_texels(0.5 - y_m / picture->size_m[1], height, picture->is_tiling);
+  const float *high = picture->values[quantity] + v.low * width, *low = picture->values[quantity] + v.high * width;
+  return np_mixf(np_mixf(high[u.low], high[u.high], u.fraction), np_mixf(low[u.low], low[u.high], u.fraction),
+                 v.fraction);
+}
+
+neph_result np_cloud_map_hash(neph_context *context, const char *file, char out_hex[33]) {
+  void *bytes = NULL;
+  size_t size = 0;
+  neph_result result = np_file_read(context, file, &bytes, &size);
+  if (result) return result;
+  np_hash *hash = np_hash_create(context);
+  if (hash) {
+    np_hash_add(hash, bytes, size);
+    np_hash_finish(hash, out_hex);
+  }
+  np_hash_destroy(hash);
+  np_alloc_free(context, bytes);
+  return hash ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
