@@ -41,7 +41,11 @@ static const np_choice scatterings[] = {
     {"derivative", NEPH_MULTIPLE_SCATTERING_DERIVATIVE},
     {"none", NEPH_MULTIPLE_SCATTERING_NONE},
     {NULL, 0}};
-static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS}, {"slab", NEPH_CLOUD_MODEL_SLAB}, {"hero", NEPH_CLOUD_MODEL_HERO}, {NULL, 0}};
+static const np_choice models[] = {
+    {"cells", NEPH_CLOUD_MODEL_CELLS},
+    {"slab", NEPH_CLOUD_MODEL_SLAB},
+    {"hero", NEPH_CLOUD_MODEL_HERO},
+    {NULL, 0}};
 static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
 static const np_choice color_spaces[] = {{"auto", NP_SCENE_COLOR_AUTO}, {"bands", NP_SCENE_BANDS},
                                          {"rec709", NP_SCENE_REC709},   {"acescg", NP_SCENE_ACESCG}, {NULL, 0}};
