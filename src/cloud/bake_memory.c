@@ -107,8 +107,7 @@ static bool add_level(const np_bake *bake, const np_bake_marks *marks, int level
 }
 
 static bool find_need(const np_bake *bake, const np_bake_marks *marks, memory_need *need) {
-  const np_weather_map *map = &bake->model.map;
-  const double map_bytes = (double)map->size[0] * map->size[1] * sizeof(float) * (map->anvils ? 2 : 1);
+  const double map_bytes = np_weather_map_count_bytes(&bake->model.map);
   *need = (memory_need){.leaves = (double)marks->cloudy_count * sizeof(np_leaf),
                         .work = (double)np_bake_count_box(bake) + BATCH_BYTES + map_bytes};
   if (bake->use == NP_BAKE_FOR_BRICKS) need->bricks = find_brick_bytes(bake, marks, bake->desc.precision);

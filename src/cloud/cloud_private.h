@@ -131,6 +131,9 @@ neph_result np_weather_map_build(neph_context *context, const neph_cloud_desc *d
                                  const np_weather_map *start, np_monitor *monitor, np_weather_map *out_map);
 void np_weather_map_clear(np_weather_map *map); /* a zeroed map is allowed */
 
+/* In memory. */
+double np_weather_map_count_bytes(const np_weather_map *map);
+
 /* Of `values`, `anvils` or a plane, bilinear; the border's value beyond it. */
 float np_weather_map_sample(const np_weather_map *map, const float *values, float x_m, float y_m);
 

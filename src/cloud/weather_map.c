@@ -170,6 +170,12 @@ void np_weather_map_clear(np_weather_map *map) {
   *map = (np_weather_map){0};
 }
 
+double np_weather_map_count_bytes(const np_weather_map *map) {
+  int count = map->anvils ? 2 : 1;
+  for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) count += map->planes[q] != NULL;
+  return (double)count_texels(map) * sizeof(float) * count;
+}
+
 /* Texel coordinate held inside the map. */
 static float find_texel(const np_weather_map *map, int axis, float position_m) {
   return np_clampf((position_m - map->origin_m[axis]) / map->step_m, 0.0f, (float)(map->size[axis] - 1));
