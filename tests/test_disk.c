@@ -6,7 +6,8 @@
 #include "core/units.h"
 
 static const double bands_nm[NP_BAND_COUNT] = {680.0, 550.0, 440.0};
-static const double sun_radius = 0.2678 * NP_DEGREE, moon_radius = 0.2590 * NP_DEGREE;
+static const double sun_radius = 0.2678 * NP_DEGREE;
+static const double moon_radius = 0.258966 * NP_DEGREE; /* asin(1737.4 km/384,400 km) */
 
 /* Irradiance of a disk on a plane facing it: midpoints in the squared sine and the angle about the centre. Limb
  * darkening falls as a root at the edge, where the rule's error goes with the power 3/2 of the rings' number. */
@@ -81,7 +82,7 @@ static void beside_the_disk_is_nothing(void **state) {
 /* A moon at the zenith whose sun stands at an angle from it, towards x. */
 static np_moon_place moon_at_elongation(double degrees) {
   const double e = degrees * NP_DEGREE;
-  return np_moon_place_between(np_dvec3_make(0, 0, 1), np_dvec3_make(sin(e), 0, cos(e)), moon_radius);
+  return np_moon_place_between(np_dvec3_make(0, 0, 1), np_dvec3_make(sin(e), 0, cos(e)));
 }
 
 /* −12.73 against −26.74 magnitudes: 1/402,000. Krisciunas and Schaefer give a full moon at the zenith 0.267 lx beneath
@@ -166,7 +167,7 @@ static void a_map_changes_the_pattern_and_not_the_flux(void **state) {
   for (int i = 0; i < 8; i++) texels[i] = np_spectrum_grey(i % 4 == 2 ? 3.0f : 1.0f); /* longitudes 0 to 90 east */
   const np_sphere_map map = {.width = 4, .height = 2, .texels = texels, .east = 1.0f};
   /* To the south, so that its north is up and its east, where its sun rises, is to the west of the sky. */
-  const np_moon_place moon = np_moon_place_between(np_dvec3_make(0, -1, 0), np_dvec3_make(0, 1, 0), moon_radius);
+  const np_moon_place moon = np_moon_place_between(np_dvec3_make(0, -1, 0), np_dvec3_make(0, 1, 0));
   const np_disk disk = np_moon_make_disk(&moon, np_spectrum_grey(1.0f), bands_nm, false, &map, &irradiance);
   (void)np_moon_make_disk(&moon, np_spectrum_grey(1.0f), bands_nm, false, NULL, &plain);
   assert_near((double)irradiance.band[1], (double)plain.band[1], 0.0);

@@ -202,15 +202,22 @@ static const char *find_companion(const np_key *key) {
                                               {"place.longitude", ", latitude: 1"},
                                               {"atmosphere.mie_scattering", ", mie_extinction: 1"},
                                               {"terrain.height_max", ", ridges: {}, height_min: -1e5"},
-                                              {"terrain.heightfield", ""}};
+                                              {"terrain.heightfield", ""},
+                                              {"moon.elevation", ", azimuth: 1"},
+                                              {"moon.azimuth", ", elevation: 1"},
+                                              {"stars.sidereal_time", ""}};
   for (size_t i = 0; i < sizeof companions / sizeof *companions; i++)
     if (!strcmp(companions[i][0], key->path)) return companions[i][1];
   const np_key *parent = np_key_get_parent(key);
-  if (parent && !strcmp(parent->path, "terrain")) return ", ridges: {}";
-  if (parent && !strcmp(parent->path, "clouds[].bake.map"))
+  if (!parent) return "";
+  if (!strcmp(parent->path, "clouds[].bake.map"))
     return !strcmp(np_key_get_name(key), "image")      ? ", coverage: Y"
            : !strcmp(np_key_get_name(key), "coverage") ? ", image: a.png"
                                                        : ", image: a.png, coverage: Y";
+  static const char *const sections[][2] = {
+      {"terrain", ", ridges: {}"}, {"moon", ", elevation: 1, azimuth: 1"}, {"stars", ", sidereal_time: 1"}};
+  for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
+    if (!strcmp(sections[i][0], parent->path)) return sections[i][1];
   return "";
 }
 
@@ -227,7 +234,8 @@ static void write_document(const np_key *key, const char *value, char *out, size
       snprintf(outer, sizeof outer, "%s: {%.300s}", name, inner);
     snprintf(inner, sizeof inner, "%s", outer);
   }
-  snprintf(out, size, "{%s%s}", inner, key->type == NP_KEY_TIME ? ", place: {latitude: 1, longitude: 2}" : "");
+  const bool needs_place = key->type == NP_KEY_TIME || !strncmp(key->path, "stars.", strlen("stars."));
+  snprintf(out, size, "{%s%s}", inner, needs_place ? ", place: {latitude: 1, longitude: 2}" : "");
 }
 
 /* "clouds[].name" as --set takes it. */

@@ -18,7 +18,8 @@
 
 #include "core/units.h"
 
-static const double mean_distance_m = 384400e3, earth_radius_m = 6371e3, astronomical_unit_m = 149597870700.0;
+static const double mean_distance_m = 384400e3, moon_radius_m = 1737.4e3, earth_radius_m = 6371e3;
+static const double astronomical_unit_m = 149597870700.0;
 static const double magnitude_sun = -26.74, magnitude_full = -12.73, earth_albedo = 0.37;
 
 /* Beyond this the phase curve is not measured; the crescent keeps its surface brightness and thins. */
@@ -111,7 +112,7 @@ np_disk np_moon_make_disk(const np_moon_place *moon, np_spectrum sun_irradiance,
   return disk;
 }
 
-np_moon_place np_moon_place_between(np_dvec3 direction, np_dvec3 to_sun, double angular_radius_rad) {
+np_moon_place np_moon_place_between(np_dvec3 direction, np_dvec3 to_sun) {
   const np_dvec3 sun = np_dvec3_scale(to_sun, astronomical_unit_m), moon = np_dvec3_scale(direction, mean_distance_m);
   const np_dvec3 toward = np_dvec3_scale(direction, -1.0);
   const np_dvec3 up = fabs(direction.z) < 0.999 ? np_dvec3_make(0, 0, 1) : np_dvec3_make(0, 1, 0);
@@ -120,5 +121,5 @@ np_moon_place np_moon_place_between(np_dvec3 direction, np_dvec3 to_sun, double 
                          .to_sun = np_dvec3_normalize(np_dvec3_subtract(sun, moon)),
                          .axes = {toward, east, np_dvec3_cross(toward, east)},
                          .distance_m = mean_distance_m,
-                         .angular_radius_rad = angular_radius_rad};
+                         .angular_radius_rad = asin(moon_radius_m / mean_distance_m)};
 }

@@ -18,6 +18,6 @@ np_disk np_moon_make_disk(const np_moon_place *moon, np_spectrum sun_irradiance,
                           np_spectrum *out_irradiance);
 
 /* A moon at mean distance that stands in a direction while the sun stands in another, its north pole upwards. */
-np_moon_place np_moon_place_between(np_dvec3 direction, np_dvec3 to_sun, double angular_radius_rad);
+np_moon_place np_moon_place_between(np_dvec3 direction, np_dvec3 to_sun);
 
 #endif

@@ -306,7 +306,7 @@ static void step(march *m, const np_media *all, const np_stretch *s, double begi
 /* The air up to `distance`; where one stretch ends and the next begins it is looked up once. */
 static np_aerial_perspective look_through_air(march *m, double distance) {
   if (distance != m->air_distance) {
-    m->air = np_light_air(m->view->camera_sky, m->ray->direction, distance);
+    m->air = np_light_air(m->view, m->view->camera_sky, m->ray->origin, m->ray->direction, distance);
     m->air_distance = distance;
   }
   return m->air;

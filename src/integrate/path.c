@@ -135,7 +135,7 @@ static void add_scattered(const np_scene_view *view, const np_integrator_setting
   path->direction = ray->direction;
   path->throughput = np_spectrum_grey(path->weight);
   follow(view, settings, path, random, &scattered);
-  const np_aerial_perspective air = np_light_air(view->camera_sky, ray->direction, distance);
+  const np_aerial_perspective air = np_light_air(view, view->camera_sky, ray->origin, ray->direction, distance);
   for (int c = 0; c < NP_COMPONENT_COUNT; c++)
     add(out, (np_component)c, np_spectrum_multiply(scattered.component[c], air.transmittance));
   add(out, NP_COMPONENT_AIR, np_spectrum_scale(air.inscatter, path->weight));

@@ -33,9 +33,9 @@ static inline np_spectrum np_surroundings_incoming(const np_scene_view *view, co
                                                    np_random *random, bool *out_is_ground) {
   np_ground_hit hit;
   *out_is_ground = np_ground_intersect(view, position, direction, &hit);
-  if (!*out_is_ground) return np_light_sky(view, view->cloud_sky, direction);
+  if (!*out_is_ground) return np_light_sky(view, view->cloud_sky, position, direction);
   const np_spectrum ground = np_surroundings_ground(view, settings, &hit, shadow, random);
-  const np_aerial_perspective air = np_light_air(view->cloud_sky, direction, hit.distance_m);
+  const np_aerial_perspective air = np_light_air(view, view->cloud_sky, position, direction, hit.distance_m);
   return np_spectrum_add(np_spectrum_multiply(ground, air.transmittance), air.inscatter);
 }
 
@@ -45,7 +45,7 @@ static inline void np_surroundings_add_behind(const np_scene_view *view, const n
                                               np_cloud_shadow_fn shadow, np_random *random, np_integrator_sample *out) {
   if (transmittance <= 0.0f) return;
   if (hit) {
-    const np_aerial_perspective air = np_light_air(view->camera_sky, ray->direction, hit->distance_m);
+    const np_aerial_perspective air = np_light_air(view, view->camera_sky, ray->origin, ray->direction, hit->distance_m);
     const np_spectrum ground =
         np_spectrum_multiply(np_surroundings_ground(view, settings, hit, shadow, random), air.transmittance);
     out->component[NP_COMPONENT_TERRAIN] =
@@ -54,13 +54,9 @@ static inline void np_surroundings_add_behind(const np_scene_view *view, const n
         np_spectrum_add_scaled(out->component[NP_COMPONENT_AIR], transmittance, air.inscatter);
     return;
   }
-  np_spectrum sky = np_light_sky(view, view->camera_sky, ray->direction);
-  np_spectrum disk = np_light_sun_disk(view, ray->direction);
-  if (view->atmosphere && !np_spectrum_is_zero(disk))
-    disk =
-        np_spectrum_multiply(disk, np_atmosphere_transmittance_to_space(view->atmosphere, ray->origin, ray->direction));
   out->component[NP_COMPONENT_BACKGROUND] =
-      np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], transmittance, np_spectrum_add(sky, disk));
+      np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], transmittance,
+                             np_light_background(view, ray->origin, ray->direction));
 }
 
 /* Adds what lies behind the clouds and reaches the camera by scattering in the forward peak alone, as if it had gone
@@ -71,11 +67,11 @@ static inline void np_surroundings_add_peak(const np_scene_view *view, const np_
   if (np_spectrum_max(weight) < 1e-5f) return;
   np_spectrum radiance;
   if (hit) {
-    const np_aerial_perspective air = np_light_air(view->camera_sky, ray->direction, hit->distance_m);
+    const np_aerial_perspective air = np_light_air(view, view->camera_sky, ray->origin, ray->direction, hit->distance_m);
     radiance = np_spectrum_multiply(np_surroundings_ground(view, settings, hit, shadow, random), air.transmittance);
     radiance = np_spectrum_add(radiance, air.inscatter);
   } else {
-    radiance = np_light_sky(view, view->camera_sky, ray->direction);
+    radiance = np_light_sky(view, view->camera_sky, ray->origin, ray->direction);
   }
   const np_component component = hit ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
   out->component[component] = np_spectrum_add(out->component[component], np_spectrum_multiply(weight, radiance));

@@ -59,6 +59,7 @@ np_spectrum np_ground_sky_irradiance(const np_scene_view *view, const np_ground_
   /* A slope sees this much of an even sky. */
   const float view_of_sky = 0.5f * (1.0f + np_vec3_dot(hit->normal, zenith));
   np_spectrum irradiance = np_spectrum_scale(view->environment_radiance, NP_PI_F);
+  if (view->night) irradiance = np_spectrum_add(irradiance, view->night->ground_irradiance);
   if (view->atmosphere) {
     const np_spectrum unit = np_atmosphere_ground_irradiance(view->atmosphere, np_vec3_dot(zenith, view->to_sun));
     irradiance = np_spectrum_add(irradiance, np_spectrum_multiply(unit, view->sun_irradiance));

@@ -10,6 +10,7 @@
 #include "atmosphere/atmosphere_private.h"
 #include "core/math.h"
 #include "core/spectrum.h"
+#include "light/night.h"
 #include "optics/phase.h"
 #include "terrain/terrain_private.h"
 #include "volume/bricks.h"
@@ -38,9 +39,12 @@ typedef struct np_scene_view {
   unsigned volume_count; /* at most NP_VIEW_VOLUMES_MAX */
   const np_view_volume *volumes;
 
+  /* The light that shines on air, clouds and ground: the sun, or, in a view of its own, the moon. */
   np_vec3 to_sun;
   float sun_angular_radius_rad;
   np_spectrum sun_irradiance; /* above the atmosphere, W m⁻² nm⁻¹ */
+  np_disk disk;               /* of the sun, as it is seen */
+  const np_night *night;      /* NULL: nothing else shines, or it is in another view */
 
   const neph_atmosphere *atmosphere; /* NULL: no air */
   const neph_sky *camera_sky;        /* seen from the camera; NULL without air */
@@ -65,14 +69,19 @@ np_vec3 np_light_sample_sun(const np_scene_view *view, float u, float v);
 /* Irradiance from the sun on a plane that faces it: through the air, past planet and terrain, clouds not counted. */
 np_spectrum np_light_sun(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun);
 
-/* Radiance of the sun's disk above the atmosphere; zero for a point sun, which no ray can meet. */
-np_spectrum np_light_sun_disk(const np_scene_view *view, np_vec3 direction);
+/* Radiance of the disks of sun and moon above the atmosphere; the moon hides what is behind it. */
+np_spectrum np_light_disks(const np_scene_view *view, np_vec3 direction);
 
-/* Radiance of sky and environment along a ray that meets no ground, seen by `sky` (camera_sky or cloud_sky). */
-np_spectrum np_light_sky(const np_scene_view *view, const neph_sky *sky, np_vec3 direction);
+/* Radiance of sky, night and environment along a ray that meets no ground, seen by `sky` (camera_sky or cloud_sky). */
+np_spectrum np_light_sky(const np_scene_view *view, const neph_sky *sky, np_dvec3 origin, np_vec3 direction);
 
-/* The air between an observer of `sky` and a point along a ray; clear when there is none. */
-np_aerial_perspective np_light_air(const neph_sky *sky, np_vec3 direction, double distance_m);
+/* All that a camera sees where nothing is before it: sky, night, environment, and the disks through the air. */
+np_spectrum np_light_background(const np_scene_view *view, np_dvec3 origin, np_vec3 direction);
+
+/* The air between an observer of `sky` and a point along a ray; dark where nothing lights it, clear where there is none.
+ */
+np_aerial_perspective np_light_air(const np_scene_view *view, const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
+                                   double distance_m);
 
 typedef struct np_ground_hit {
   double distance_m;

@@ -47,10 +47,8 @@ np_spectrum np_light_sun(const np_scene_view *view, np_dvec3 position, np_vec3 t
   return is_behind_terrain(view, position, to_sun) ? np_spectrum_grey(0.0f) : irradiance;
 }
 
-np_spectrum np_light_sun_disk(const np_scene_view *view, np_vec3 direction) {
-  const float versine = disk_versine(view);
-  const np_vec3 offset = np_vec3_subtract(direction, view->to_sun);
-  if (versine <= 0.0f || 0.5f * np_vec3_dot(offset, offset) > versine) return np_spectrum_grey(0.0f);
-  /* Irradiance over projected solid angle: π sin²a = π v(2 − v). */
-  return np_spectrum_scale(view->sun_irradiance, 1.0f / (NP_PI_F * versine * (2.0f - versine)));
+np_spectrum np_light_disks(const np_scene_view *view, np_vec3 direction) {
+  if (view->night && np_disk_covers(&view->night->moon, direction))
+    return np_disk_radiance(&view->night->moon, direction);
+  return np_disk_radiance(&view->disk, direction);
 }

@@ -8,13 +8,14 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
+#include "render/packet_lights.h"
 
 typedef struct build {
   const neph_scene *scene;
   const np_plan *plan;
   np_monitor *monitor;
   np_assembly *assembly;
-  double to_sun[3];
+  np_scene_lights lights;
 } build;
 
 static bool needs(const np_plan *plan, np_stage stage) { return plan->stages[stage].is_needed; }
@@ -157,11 +158,27 @@ static neph_result build_terrain(const build *b) {
   return neph_terrain_load(b->scene->context, terrain->heightfield, &desc, out);
 }
 
-static neph_result find_sun(build *b) {
+static neph_result find_lights(build *b) {
   double latitude = b->scene->latitude_rad, longitude = b->scene->longitude_rad;
   if (!b->scene->has_place && b->assembly->terrain)
     (void)np_terrain_get_place(b->assembly->terrain, &latitude, &longitude);
-  return np_scene_sun_direction(b->scene, latitude, longitude, b->to_sun);
+  return np_scene_lights_find(b->scene, latitude, longitude, &b->lights);
+}
+
+static neph_result load_maps(const build *b) {
+  const neph_scene *scene = b->scene;
+  np_assembly *a = b->assembly;
+  neph_result result = NEPH_OK;
+  if (needs(b->plan, NP_STAGE_STARS)) {
+    a->stars = np_star_catalogue_bright();
+    if (scene->stars.catalogue)
+      result = np_star_catalogue_load(a->context, scene->stars.catalogue, scene->stars.faintest, &a->stars);
+  }
+  if (!result && needs(b->plan, NP_STAGE_AIRGLOW) && scene->stars.is_there && scene->stars.map)
+    result = np_sphere_map_load(a->context, "stars.map", scene->stars.map, true, &a->star_map);
+  if (!result && b->plan->has_beauty && scene->moon.is_there && scene->moon.map)
+    result = np_sphere_map_load(a->context, "moon.map", scene->moon.map, false, &a->moon_map);
+  return result;
 }
 
 /* ---- What depends on wavelength ---- */
@@ -171,16 +188,10 @@ typedef struct packet_build {
   np_packet *packet;
 } packet_build;
 
-/* Of the sphere: the terrain's, unless it was given. */
-static const double *get_ground_albedo(const neph_scene *scene) {
-  const bool is_terrain = !scene->has_ground_albedo && scene->terrain.kind != NP_TERRAIN_NONE;
-  return is_terrain ? scene->terrain.desc.ground_albedo : scene->atmosphere.ground_albedo;
-}
-
 static neph_result build_atmosphere(const packet_build *p) {
   const neph_scene *scene = p->b->scene;
   neph_atmosphere_desc desc = scene->atmosphere;
-  np_band_set_convert(&p->packet->bands, NP_BAND_LINEAR, get_ground_albedo(scene), desc.ground_albedo);
+  np_band_set_convert(&p->packet->bands, NP_BAND_LINEAR, np_packet_lights_ground_albedo(scene), desc.ground_albedo);
   neph_atmosphere_layer *layers = np_alloc(scene->context, desc.layer_count, sizeof *layers);
   if (!layers) return NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned i = 0; i < desc.layer_count; i++)
@@ -192,35 +203,6 @@ static neph_result build_atmosphere(const packet_build *p) {
   return result;
 }
 
-static neph_result build_sky(const packet_build *p, np_dvec3 observer, neph_sky **out_sky) {
-  const np_scene_sun *sun = &p->b->scene->sun;
-  neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
-  memcpy(desc.sun_direction, p->b->to_sun, sizeof desc.sun_direction);
-  np_band_set_convert(&p->packet->bands, NP_BAND_SUN, sun->irradiance_w_m2_nm, desc.sun_irradiance_w_m2_nm);
-  desc.sun_angular_radius_rad = sun->angular_radius_rad;
-  desc.observer_m[0] = observer.x;
-  desc.observer_m[1] = observer.y;
-  desc.observer_m[2] = observer.z;
-  return neph_sky_create(p->packet->atmosphere, &desc, out_sky);
-}
-
-static neph_result build_skies(const packet_build *p) {
-  const np_assembly *a = p->b->assembly;
-  neph_result result = NEPH_OK;
-  if (needs(p->b->plan, NP_STAGE_CAMERA_SKY)) result = build_sky(p, a->camera.origin, &p->packet->camera_sky);
-  if (!result && needs(p->b->plan, NP_STAGE_CLOUD_SKY)) {
-    const np_dvec3 middle = np_dvec3_scale(np_dvec3_add(a->clouds_min, a->clouds_max), 0.5);
-    result = build_sky(p, middle, &p->packet->cloud_sky);
-  }
-  return result;
-}
-
-static np_spectrum convert(const packet_build *p, np_band_rule rule, const double reference[NP_BAND_COUNT]) {
-  double values[NP_BAND_COUNT];
-  np_band_set_convert(&p->packet->bands, rule, reference, values);
-  return np_spectrum_make((float)values[0], (float)values[1], (float)values[2]);
-}
-
 static neph_result place_clouds(const packet_build *p) {
   const np_assembly *a = p->b->assembly;
   if (!a->volume_count) return NEPH_OK;
@@ -228,55 +210,18 @@ static neph_result place_clouds(const packet_build *p) {
   if (!p->packet->placed) return NEPH_ERROR_OUT_OF_MEMORY;
   memcpy(p->packet->placed, a->placed, a->volume_count * sizeof *a->placed);
   for (unsigned i = 0; i < a->volume_count; i++)
-    p->packet->placed[i].albedo = convert(p, NP_BAND_LINEAR, p->b->scene->clouds[i].albedo);
+    p->packet->placed[i].albedo = np_packet_convert(p->packet, NP_BAND_LINEAR, p->b->scene->clouds[i].albedo);
   return NEPH_OK;
-}
-
-static void fill_view(const packet_build *p) {
-  const np_assembly *a = p->b->assembly;
-  const neph_scene *scene = p->b->scene;
-  np_packet *packet = p->packet;
-  const double *to_sun = p->b->to_sun;
-  packet->view = (np_scene_view){
-      .volume_count = a->volume_count,
-      .volumes = packet->placed,
-      .to_sun = np_vec3_make((float)to_sun[0], (float)to_sun[1], (float)to_sun[2]),
-      .sun_angular_radius_rad = (float)scene->sun.angular_radius_rad,
-      .sun_irradiance = convert(p, NP_BAND_SUN, scene->sun.irradiance_w_m2_nm),
-      .atmosphere = packet->atmosphere,
-      .camera_sky = packet->camera_sky,
-      .cloud_sky = packet->cloud_sky,
-      .environment_radiance = convert(p, NP_BAND_LINEAR, scene->environment.radiance_w_m2_sr_nm),
-      .is_environment_upper_only = scene->environment.is_upper_only,
-      .has_planet = scene->environment.has_planet,
-      .planet_radius_m = scene->atmosphere.planet_radius_m,
-      .terrain = a->terrain,
-      .terrain_albedo = convert(p, NP_BAND_LINEAR, scene->terrain.desc.ground_albedo),
-      .ground_albedo = convert(p, NP_BAND_LINEAR, get_ground_albedo(scene)),
-  };
-  if (a->terrain) np_terrain_get_bounds(a->terrain, &packet->view.terrain_min, &packet->view.terrain_max);
-}
-
-static neph_result build_multi_scatter(const packet_build *p) {
-  const np_assembly *a = p->b->assembly;
-  np_packet *packet = p->packet;
-  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
-  desc.cells.bounds_min = a->clouds_min;
-  desc.cells.bounds_max = a->clouds_max;
-  neph_result result = np_multi_scatter_build(a->context, &packet->view, &desc, p->b->monitor, &packet->multi_scatter);
-  if (!result) packet->view.multi_scatter = &packet->multi_scatter;
-  return result;
 }
 
 static neph_result build_packet(const packet_build *p) {
   const np_plan *plan = p->b->plan;
   neph_result result = NEPH_OK;
   if (needs(plan, NP_STAGE_ATMOSPHERE)) result = build_atmosphere(p);
-  if (!result) result = build_skies(p);
   if (!result) result = place_clouds(p);
-  if (result) return result;
-  fill_view(p);
-  return needs(plan, NP_STAGE_ORDINATES) ? build_multi_scatter(p) : NEPH_OK;
+  const build *b = p->b;
+  const np_packet_lights_desc lights = {b->scene, plan, b->assembly, &b->lights, b->monitor};
+  return result ? result : np_packet_lights_build(&lights, p->packet);
 }
 
 /* The bands of each packet, and their weights in the picture's colours. */
@@ -316,7 +261,8 @@ neph_result np_assembly_build(const neph_scene *scene, const np_plan *plan, np_m
   build b = {.scene = scene, .plan = plan, .monitor = monitor, .assembly = out_assembly};
   neph_result result = np_camera_init(scene, plan->desc.width, plan->desc.height, &out_assembly->camera);
   if (!result && needs(plan, NP_STAGE_TERRAIN)) result = build_terrain(&b);
-  if (!result) result = find_sun(&b);
+  if (!result) result = find_lights(&b);
+  if (!result) result = load_maps(&b);
   if (!result && needs(plan, NP_STAGE_VOLUMES)) result = build_clouds(&b);
   if (!result) result = build_packets(&b);
   if (result) np_assembly_clear(out_assembly);
@@ -324,10 +270,8 @@ neph_result np_assembly_build(const neph_scene *scene, const np_plan *plan, np_m
 }
 
 static void clear_packet(neph_context *context, np_packet *packet) {
-  np_multi_scatter_clear(&packet->multi_scatter);
+  np_packet_lights_clear(packet);
   np_alloc_free(context, packet->placed);
-  neph_sky_destroy(packet->cloud_sky);
-  neph_sky_destroy(packet->camera_sky);
   neph_atmosphere_release(packet->atmosphere);
 }
 
@@ -342,5 +286,8 @@ void np_assembly_clear(np_assembly *assembly) {
   np_alloc_free(assembly->context, assembly->volumes);
   np_alloc_free(assembly->context, assembly->placed);
   neph_terrain_release(assembly->terrain);
+  np_star_catalogue_clear(&assembly->stars);
+  np_sphere_map_clear(&assembly->star_map);
+  np_sphere_map_clear(&assembly->moon_map);
   *assembly = (np_assembly){0};
 }

@@ -6,17 +6,30 @@
 #include "atmosphere/band_set.h"
 #include "light/multi_scatter.h"
 #include "render/placement.h"
+#include "render/star_field.h"
 #include "scene/plan.h"
 
-/* What depends on wavelength: air, skies, light in the clouds, and the scene in three bands that is made of them. */
+/* What one light makes of a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so
+ * do the pictures of a scene under each of its lights. */
+typedef struct np_packet_light {
+  bool is_moon;
+  neph_sky *camera_sky, *cloud_sky;
+  np_multi_scatter multi_scatter; /* empty when not needed */
+  np_scene_view view;
+} np_packet_light;
+
+enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */
+
+/* What depends on wavelength: air, lights, and what else shines in the sky, in three bands. */
 typedef struct np_packet {
   np_band_set bands;
   float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
   neph_atmosphere *atmosphere;
-  neph_sky *camera_sky, *cloud_sky;
   np_view_volume *placed;
-  np_multi_scatter multi_scatter; /* empty when not needed */
-  np_scene_view view;
+  unsigned light_count;    /* the first one's view has what is not of any light: environment, disks, night */
+  np_packet_light lights[NP_LIGHTS_MAX];
+  np_night night;
+  np_star_field stars; /* of the camera's picture; empty: none */
 } np_packet;
 
 typedef struct np_assembly {
@@ -28,6 +41,8 @@ typedef struct np_assembly {
   np_phase_table *phase_tables;    /* one a volume, empty where its phase function is none */
   np_dvec3 clouds_min, clouds_max; /* world box of all clouds */
   neph_terrain *terrain;
+  np_star_catalogue stars;
+  np_sphere_map star_map, moon_map; /* empty: none */
   unsigned packet_count;
   np_packet *packets;
 } np_assembly;

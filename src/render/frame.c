@@ -163,9 +163,9 @@ static double find_distance(const frame *f, unsigned x, unsigned y, np_vec3 *out
   *out_direction = np_camera_direction(camera, (float)x + 0.5f, (float)y + 0.5f);
   const np_camera_ray ray = {.origin = camera->origin, .direction = *out_direction};
   np_ground_hit hit;
-  const bool is_ground = np_ground_intersect(&f->assembly->packets[0].view, ray.origin, ray.direction, &hit);
+  const bool is_ground = np_ground_intersect(&f->assembly->packets[0].lights[0].view, ray.origin, ray.direction, &hit);
   const double ground = is_ground ? hit.distance_m : HUGE_VAL;
-  return fmin(f->half_distance(&f->assembly->packets[0].view, &ray, ground), ground);
+  return fmin(f->half_distance(&f->assembly->packets[0].lights[0].view, &ray, ground), ground);
 }
 
 static void write_pixel(const frame *f, unsigned x, unsigned y, const double *sums, const spread *errors) {
@@ -183,18 +183,36 @@ static void write_pixel(const frame *f, unsigned x, unsigned y, const double *su
   }
 }
 
+/* Light adds up: a scene under sun and moon is the scene under the one and under the other. Stars shine through what
+ * the sample finds before them. */
+static void integrate_packet(const frame *f, const np_packet *packet, const np_camera_ray *ray, const unsigned pixel[2],
+                             np_random *random, np_integrator_sample *out) {
+  f->integrate(&packet->lights[0].view, &f->settings, ray, random, out);
+  for (unsigned l = 1; l < packet->light_count; l++) {
+    np_integrator_sample more;
+    f->integrate(&packet->lights[l].view, &f->settings, ray, random, &more);
+    for (int c = 0; c < NP_COMPONENT_COUNT; c++)
+      out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
+  }
+  if (packet->stars.count && !out->is_ground_behind)
+    out->component[NP_COMPONENT_BACKGROUND] =
+        np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], out->transmittance,
+                               np_star_field_get(&packet->stars, pixel[0], pixel[1]));
+}
+
 /* One sample of the picture: every packet along the same path, its bands added up to colours before anything is
  * squared. What does not depend on wavelength is the first packet's. */
-static void integrate(const frame *f, const np_camera_ray *ray, const np_random *random, np_integrator_sample *out) {
+static void integrate(const frame *f, const np_camera_ray *ray, const unsigned pixel[2], const np_random *random,
+                      np_integrator_sample *out) {
   const np_assembly *a = f->assembly;
   np_random first_random = *random;
-  f->integrate(&a->packets[0].view, &f->settings, ray, &first_random, out);
+  integrate_packet(f, &a->packets[0], ray, pixel, &first_random, out);
   if (a->packet_count == 1) return;
   np_integrator_sample sample = *out;
   memset(out->component, 0, sizeof out->component);
   for (unsigned p = 0; p < a->packet_count; p++) {
     np_random same_random = *random;
-    if (p > 0) f->integrate(&a->packets[p].view, &f->settings, ray, &same_random, &sample);
+    if (p > 0) integrate_packet(f, &a->packets[p], ray, pixel, &same_random, &sample);
     for (int c = 0; c < NP_COMPONENT_COUNT; c++)
       out->component[c] = np_packet_add_color(&a->packets[p], out->component[c], sample.component[c]);
   }
@@ -211,7 +229,7 @@ static neph_result render_pixel(const frame *f, unsigned x, unsigned y, tile_tot
     const np_random random = np_random_start(f->desc->seed, (uint32_t)f->desc->frame, x, y, s);
     const np_camera_ray ray = make_ray(f, x, y, s, offset);
     np_integrator_sample sample;
-    integrate(f, &ray, &random, &sample);
+    integrate(f, &ray, (unsigned[2]){x, y}, &random, &sample);
     float values[CHANNELS_MAX];
     for (unsigned c = 0; c < f->channel_count; c++) values[c] = read_channel(f, &f->channels[c], &sample);
     np_film_accumulator_add(&accumulator, values);
@@ -245,7 +263,8 @@ static neph_result render_tiles(void *user, size_t begin, size_t end, unsigned t
 /* --- a frame ----------------------------------------------------------------------------------------------------- */
 
 static bool is_lit(const np_plan *plan) {
-  return plan->stages[NP_STAGE_SUN_LIGHT].is_needed || plan->stages[NP_STAGE_SKY_LIGHT].is_needed;
+  return plan->stages[NP_STAGE_SUN_LIGHT].is_needed || plan->stages[NP_STAGE_SKY_LIGHT].is_needed ||
+         plan->stages[NP_STAGE_MOON].is_needed;
 }
 
 static np_look choose_look(const np_scene_render *render, neph_multiple_scattering multiple) {

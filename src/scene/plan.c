@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/plan.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -50,25 +51,77 @@ static neph_result read_desc(const neph_scene *scene, const neph_render_desc *de
 typedef struct scene_facts {
   bool wants_light; /* the outputs hold radiance */
   bool has_sun, has_environment, has_air, has_clouds, has_terrain, has_planet;
+  bool has_moon, has_glow, has_stars; /* of the moon, its light; its disk costs nothing */
+  char no_sun[120], no_moon[160], no_glow[120], no_stars[120]; /* why not */
   const char *dark; /* why there is no light to compute; NULL: there is */
 } scene_facts;
 
 static bool is_positive(const double spectrum[3]) { return spectrum[0] > 0 || spectrum[1] > 0 || spectrum[2] > 0; }
 
-static scene_facts find_facts(const neph_scene *scene) {
+static void find_sun_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, scene_facts *f) {
+  f->has_sun = is_positive(scene->sun.irradiance_w_m2_nm) && !(are_known && glow->is_sun_dark);
+  if (!is_positive(scene->sun.irradiance_w_m2_nm))
+    snprintf(f->no_sun, sizeof f->no_sun, "sun.irradiance is 0");
+  else
+    snprintf(f->no_sun, sizeof f->no_sun, "the sun is %.1f deg below the horizon seen, and from 19 on its sky is dark",
+             -glow->sun_height_deg);
+}
+
+static void find_moon_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, scene_facts *f) {
+  const bool shines = scene->moon.is_there && scene->moon.brightness > 0 && is_positive(scene->sun.irradiance_w_m2_nm);
+  f->has_moon = shines && !(are_known && glow->is_moon_outshone);
+  if (!scene->moon.is_there)
+    snprintf(f->no_moon, sizeof f->no_moon, "the scene has no moon");
+  else if (!shines)
+    snprintf(f->no_moon, sizeof f->no_moon, "moon.brightness or sun.irradiance is 0");
+  else if (glow->moon_lux > 1e-3 * glow->sun_lux)
+    snprintf(f->no_moon, sizeof f->no_moon, "the moon is set: %.1f deg below the horizon seen, and from 6 on it is dark",
+             -glow->moon_height_deg);
+  else
+    snprintf(f->no_moon, sizeof f->no_moon,
+             "outshone: %.2g lx against the sun's %.2g, of which it is less than a thousandth; its disk is seen",
+             glow->moon_lux, glow->sun_lux);
+}
+
+static void find_night_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, scene_facts *f) {
+  const bool has_glow = scene->airglow.is_there || (scene->stars.is_there && scene->stars.map);
+  f->has_glow = has_glow && !(are_known && glow->is_airglow_outshone);
+  f->has_stars = scene->stars.is_there && !(are_known && glow->are_stars_outshone);
+  static const char outshone[] = "outshone: less than a thousandth of the sky's light at %.1f deg of sun";
+  snprintf(f->no_glow, sizeof f->no_glow, has_glow ? outshone : "the scene has no airglow and no map of the stars",
+           glow->sun_height_deg);
+  snprintf(f->no_stars, sizeof f->no_stars, scene->stars.is_there ? outshone : "the scene has no stars",
+           glow->sun_height_deg);
+}
+
+/* Solid angle of a pixel in the middle of the picture. */
+static double find_pixel_sr(const neph_scene *scene, unsigned width) {
+  const double edge = 2.0 * tan(0.5 * scene->camera.fov_rad) / width;
+  return edge * edge;
+}
+
+static const char *find_darkness(const neph_scene *scene, const scene_facts *f) {
+  if (!f->wants_light) return "no light is wanted: the outputs are depth, distance and transmittance";
+  if (f->has_sun || f->has_environment || f->has_moon || f->has_glow || f->has_stars) return NULL;
+  return is_positive(scene->sun.irradiance_w_m2_nm) ? "nothing shines: the sun is below the horizon by more than 19 deg"
+                                                    : "nothing shines: sun and environment are 0";
+}
+
+static scene_facts find_facts(const neph_scene *scene, const np_plan *plan) {
   scene_facts facts = {
       .wants_light = scene->output.has_beauty || (scene->output.aovs & light_aovs),
-      .has_sun = is_positive(scene->sun.irradiance_w_m2_nm),
       .has_environment = is_positive(scene->environment.radiance_w_m2_sr_nm),
       .has_air = scene->has_atmosphere && scene->environment.has_planet,
       .has_clouds = scene->cloud_count > 0,
       .has_terrain = scene->terrain.kind != NP_TERRAIN_NONE,
       .has_planet = scene->environment.has_planet,
   };
-  if (!facts.wants_light)
-    facts.dark = "no light is wanted: the outputs are depth, distance and transmittance";
-  else if (!facts.has_sun && !facts.has_environment)
-    facts.dark = "nothing shines: sun and environment are 0";
+  np_scene_glow glow = {0};
+  if (plan->are_lights_known) glow = np_scene_glow_find(scene, &plan->lights, find_pixel_sr(scene, plan->desc.width));
+  find_sun_facts(scene, plan->are_lights_known, &glow, &facts);
+  find_moon_facts(scene, plan->are_lights_known, &glow, &facts);
+  find_night_facts(scene, plan->are_lights_known, &glow, &facts);
+  facts.dark = find_darkness(scene, &facts);
   return facts;
 }
 
@@ -147,7 +200,7 @@ static void decide_sky(np_plan *plan, const scene_facts *facts) {
   const char *no_air = facts->has_air      ? NULL
                        : facts->has_planet ? "atmosphere.preset is none"
                                            : "environment.planet is none";
-  const char *no_sky = no_air ? no_air : facts->has_sun ? NULL : "sun.irradiance is 0";
+  const char *no_sky = no_air ? no_air : facts->has_sun || facts->has_moon ? NULL : facts->no_sun;
   const char *no_clouds = facts->has_clouds ? NULL : "the scene has no clouds";
   decide_unless(plan, NP_STAGE_ATMOSPHERE, facts->dark, no_air, "light passes through air");
   decide_unless(plan, NP_STAGE_CAMERA_SKY, facts->dark, no_sky, "sky behind, and air before, what the camera sees");
@@ -157,14 +210,24 @@ static void decide_sky(np_plan *plan, const scene_facts *facts) {
 static void decide_light(np_plan *plan, const scene_facts *facts) {
   const bool has_target = facts->has_clouds || facts->has_terrain || facts->has_planet;
   const char *no_target = has_target ? NULL : "there is nothing to shine on";
-  const char *no_sun = facts->has_sun ? no_target : "sun.irradiance is 0";
-  const bool has_sky = facts->has_environment || (facts->has_air && facts->has_sun);
+  const char *no_sun = facts->has_sun ? no_target : facts->no_sun;
+  const bool has_sky = facts->has_environment || facts->has_glow ||
+                       (facts->has_air && (facts->has_sun || facts->has_moon));
   const char *no_sky = has_sky ? no_target : "neither air nor environment shines";
   const char *no_clouds = facts->has_clouds ? NULL : "the scene has no clouds";
   const char *no_ground = facts->has_planet || facts->has_terrain ? no_clouds : "there is no ground";
   decide_unless(plan, NP_STAGE_SUN_LIGHT, facts->dark, no_sun, "the sun shines on clouds and ground");
   decide_unless(plan, NP_STAGE_SKY_LIGHT, facts->dark, no_sky, "the sky shines on clouds and ground");
   decide_unless(plan, NP_STAGE_GROUND_LIGHT, facts->dark, no_ground, "the ground throws light back at the clouds");
+}
+
+static void decide_night(np_plan *plan, const scene_facts *facts) {
+  decide_unless(plan, NP_STAGE_MOON, facts->dark, facts->has_moon ? NULL : facts->no_moon,
+                "the moon shines on air, clouds and ground");
+  decide_unless(plan, NP_STAGE_STARS, facts->dark, facts->has_stars ? NULL : facts->no_stars,
+                "points of light, dimmed by the air");
+  decide_unless(plan, NP_STAGE_AIRGLOW, facts->dark, facts->has_glow ? NULL : facts->no_glow,
+                "the floor of the night sky");
 }
 
 static void decide_scattering(np_plan *plan, const scene_facts *facts) {
@@ -229,17 +292,27 @@ static neph_result check_samples(const np_plan *plan) {
                  "render.samples is 1, must be at least 2 for the standard_error of output.aovs");
 }
 
+/* Where sun and moon stand, unless only the height field, not read yet, knows the place. */
+static neph_result find_lights(np_plan *plan, const neph_scene *scene) {
+  plan->are_lights_known = scene->has_place || (!scene->sun.time && !scene->stars.is_there);
+  if (!plan->are_lights_known) return NEPH_OK;
+  return np_scene_lights_find(scene, scene->latitude_rad, scene->longitude_rad, &plan->lights);
+}
+
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan) {
   *out_plan = (np_plan){.context = scene->context, .has_beauty = scene->output.has_beauty, .aovs = scene->output.aovs};
   neph_result result = np_scene_check(scene);
   if (!result) result = read_desc(scene, desc, &out_plan->desc);
   if (!result) result = check_samples(out_plan);
+  if (!result) result = find_lights(out_plan, scene);
   if (!result) result = decide_volumes(out_plan, scene);
   if (result) return result;
-  const scene_facts facts = find_facts(scene);
+  const scene_facts facts = find_facts(scene, out_plan);
+  out_plan->has_sun = facts.has_sun;
   decide_terrain(out_plan, scene);
   decide_sky(out_plan, &facts);
   decide_light(out_plan, &facts);
+  decide_night(out_plan, &facts);
   decide_scattering(out_plan, &facts);
   decide_colors(out_plan, scene, &facts);
   count_work(out_plan);
@@ -250,12 +323,16 @@ neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan) {
   *out_plan = (np_plan){.context = scene->context, .has_beauty = true};
   neph_result result = np_scene_check(scene);
   if (!result) result = read_desc(scene, NULL, &out_plan->desc);
+  if (!result) result = find_lights(out_plan, scene);
   if (result) return result;
-  scene_facts facts = find_facts(scene);
-  facts.dark = facts.has_sun || facts.has_environment ? NULL : "nothing shines: sun and environment are 0";
+  scene_facts facts = find_facts(scene, out_plan);
+  facts.wants_light = true;
+  facts.dark = find_darkness(scene, &facts);
   facts.has_clouds = facts.has_terrain = false;
+  out_plan->has_sun = facts.has_sun;
   decide_sky(out_plan, &facts);
   decide_colors(out_plan, scene, &facts);
+  decide_night(out_plan, &facts);
   for (int i = 0; i < NP_STAGE_COUNT; i++)
     if (!out_plan->stages[i].reason[0]) decide(out_plan, (np_stage)i, false, "only the sky is wanted");
   return NEPH_OK;
@@ -277,6 +354,9 @@ const char *np_stage_get_name(np_stage stage) {
       [NP_STAGE_LOOK] = "look",
       [NP_STAGE_INTEGRATOR] = "integrator",
       [NP_STAGE_COLOR] = "colour",
+      [NP_STAGE_MOON] = "moon",
+      [NP_STAGE_STARS] = "stars",
+      [NP_STAGE_AIRGLOW] = "airglow",
   };
   return names[stage];
 }

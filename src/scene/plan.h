@@ -4,7 +4,7 @@
 #ifndef NP_SCENE_PLAN_H
 #define NP_SCENE_PLAN_H
 
-#include "scene/scene_private.h"
+#include "scene/scene_lights.h"
 
 typedef enum np_stage {
   NP_STAGE_VOLUMES,      /* files read and clouds baked, made into bricks */
@@ -19,6 +19,9 @@ typedef enum np_stage {
   NP_STAGE_LOOK,      /* multiple scattering guessed from single scattering */
   NP_STAGE_INTEGRATOR,
   NP_STAGE_COLOR, /* packets of three bands, added up as the eye does */
+  NP_STAGE_MOON,    /* its skies, and its light on clouds and ground */
+  NP_STAGE_STARS,   /* of the catalogue, in the picture */
+  NP_STAGE_AIRGLOW, /* and the map of the stars */
   NP_STAGE_COUNT
 } np_stage;
 
@@ -30,10 +33,14 @@ typedef struct np_plan_stage {
 typedef struct np_plan {
   neph_context *context; /* borrowed */
   neph_render_desc desc; /* the caller's over the scene's, checked */
+  unsigned sphere_size[2]; /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
   bool has_beauty;
   unsigned aovs; /* of np_aov */
   np_color_space color_space;
   unsigned wavelength_count, packet_count; /* packets of three bands each */
+  bool are_lights_known; /* not where only the height field tells the place, and with it where the sun stands */
+  np_scene_lights lights;
+  bool has_sun; /* its light matters; the moon's is a stage */
   np_plan_stage stages[NP_STAGE_COUNT];
   uint64_t ray_count;      /* of the camera: pixels of the crop times samples */
   uint64_t film_bytes;     /* of the film's channels in float */

@@ -368,7 +368,9 @@ static neph_result apply_key(key_applier *applier, const np_key *key, void *base
     result = apply_section(applier, key, base, node);
   else
     result = key->choices ? apply_choice(applier, key, base, node) : fail_value(applier, key, node);
-  if (!result && !is_word(key, node)) store_unsigned(base, key->tag, key->tag_value);
+  /* "moon: none" says that there is no moon. */
+  const bool is_choice = key->type == NP_KEY_SECTION && !is_mapping;
+  if (!result && !is_choice && !is_word(key, node)) store_unsigned(base, key->tag, key->tag_value);
   return result;
 }
 

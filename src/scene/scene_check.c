@@ -27,6 +27,28 @@ static neph_result check_sun(const neph_scene *scene) {
                           "sun.time says nothing without a place, must come with place or terrain.heightfield");
 }
 
+static neph_result check_moon(const neph_scene *scene) {
+  const np_scene_moon *moon = &scene->moon;
+  if (!moon->is_there) return NEPH_OK;
+  if (moon->has_angles != moon->has_azimuth)
+    return np_scene_fail_at(scene, np_node_find(scene->document, "moon"),
+                            "moon has one of elevation and azimuth, must have both or neither");
+  if (moon->has_angles || scene->sun.time) return NEPH_OK;
+  return np_scene_fail_at(scene, np_node_find(scene->document, "moon"),
+                          "moon has no place, must have elevation and azimuth, or a sun.time to be found by");
+}
+
+static neph_result check_stars(const neph_scene *scene) {
+  const np_scene_stars *stars = &scene->stars;
+  if (!stars->is_there) return NEPH_OK;
+  if (!stars->has_sidereal && !scene->sun.time)
+    return np_scene_fail_at(scene, np_node_find(scene->document, "stars"),
+                            "stars are not turned, must have sidereal_time, or a sun.time to be found by");
+  if (scene->has_place || scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD) return NEPH_OK;
+  return np_scene_fail_at(scene, np_node_find(scene->document, "stars"),
+                          "stars need the latitude, must come with place or terrain.heightfield");
+}
+
 static neph_result check_camera(const neph_scene *scene) {
   const np_scene_camera *camera = &scene->camera;
   double distance = 0;
@@ -152,7 +174,8 @@ static neph_result check_output(const neph_scene *scene) {
 
 neph_result np_scene_check(const neph_scene *scene) {
   static neph_result (*const checks[])(const neph_scene *) = {
-      check_place, check_sun, check_camera, np_scene_air_check, check_clouds, check_terrain, check_output};
+      check_place,        check_sun,    check_moon,    check_stars, check_camera,
+      np_scene_air_check, check_clouds, check_terrain, check_output};
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < sizeof checks / sizeof *checks; i++) result = checks[i](scene);
   return result;

@@ -25,6 +25,7 @@ static const np_choice atmospheres[] = {{"earth", NP_AIR_EARTH}, {"earth-hazy", 
                                         {"none", NP_AIR_NONE},   {NULL, 0}};
 static const np_choice absorbers[] = {{"smooth", NEPH_LAYER_SMOOTH}, {"ozone", NEPH_LAYER_OZONE}, {NULL, 0}};
 static const np_choice layer_phases[] = {{"rayleigh", NEPH_LAYER_RAYLEIGH}, {NULL, 0}};
+static const np_choice absences[] = {{"none", 0}, {NULL, 0}};
 static const np_choice hemispheres[] = {{"both", 0}, {"upper", 1}, {NULL, 0}};
 static const np_choice planets[] = {{"sphere", 1}, {"none", 0}, {NULL, 0}};
 static const np_choice axes[] = {{"z", NP_UP_Z}, {"y", NP_UP_Y}, {NULL, 0}};
@@ -98,6 +99,52 @@ static const np_key keys[] = {
      .is_grey_allowed = true, .range = WITHIN(0, 1e9),
      .fallback = "1.474, 1.8504, 1.91198",
      .meaning = "above the atmosphere, on a plane facing the sun, at 680, 550 and 440 nm"},
+
+    {.path = "sun.limb_darkening", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(sun.has_limb_darkening),
+     .fallback = "true", .meaning = "whether its disk darkens towards the edge, as the sun's does"},
+
+    {.path = "moon", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(moon.is_there),
+     .tag = SCENE(moon.is_there), .tag_value = true,
+     .meaning = "where it stands at the sun's time, or by elevation and azimuth; its phase follows from the sun's place"},
+    {.path = "moon.elevation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(moon.elevation_rad),
+     .tag = SCENE(moon.has_angles), .tag_value = true, .range = WITHIN(-90, 90),
+     .meaning = "above the horizontal at the world's origin, without refraction; goes with azimuth"},
+    {.path = "moon.azimuth", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(moon.azimuth_rad),
+     .tag = SCENE(moon.has_azimuth), .tag_value = true, .range = WITHIN(-360, 360),
+     .meaning = "clockwise from north; goes with elevation"},
+    {.path = "moon.brightness", .type = NP_KEY_REAL, .field = SCENE(moon.brightness), .range = WITHIN(0, 1e6),
+     .fallback = "1", .meaning = "factor on its light, 1 being the moon's own"},
+    {.path = "moon.earthshine", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(moon.has_earthshine),
+     .fallback = "true", .meaning = "whether the Earth lights its dark side"},
+    {.path = "moon.map", .type = NP_KEY_FILE, .field = SCENE(moon.map),
+     .meaning = "OpenEXR picture of its albedo by longitude and latitude, longitude 0 in the middle, east to the right; "
+                "changes the pattern, not the brightness"},
+
+    {.path = "stars", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(stars.is_there),
+     .tag = SCENE(stars.is_there), .tag_value = true,
+     .meaning = "turned by the sun's time and place, or by sidereal_time"},
+    {.path = "stars.catalogue", .type = NP_KEY_FILE, .field = SCENE(stars.catalogue),
+     .meaning = "CSV with columns ra_deg, dec_deg, v_mag and b_v; without it, the brightest stars"},
+    {.path = "stars.faintest", .type = NP_KEY_REAL, .field = SCENE(stars.faintest), .range = WITHIN(-2, 40),
+     .fallback = "40", .meaning = "V magnitude beyond which stars are left out"},
+    {.path = "stars.map", .type = NP_KEY_FILE, .field = SCENE(stars.map),
+     .meaning = "OpenEXR picture of the whole sky in equatorial coordinates, right ascension 0 in the middle and growing "
+                "to the left, beside the catalogue's stars"},
+    {.path = "stars.map_radiance", .type = NP_KEY_REAL, .unit = NP_UNIT_RADIANCE, .field = SCENE(stars.map_radiance),
+     .range = WITHIN(0, 1e9), .fallback = "1", .meaning = "of a value of 1 in that picture"},
+    {.path = "stars.sidereal_time", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(stars.sidereal_rad),
+     .tag = SCENE(stars.has_sidereal), .tag_value = true, .range = WITHIN(-360, 360),
+     .meaning = "the right ascension on the meridian; needs the place's latitude"},
+    {.path = "stars.twinkling", .type = NP_KEY_REAL, .field = SCENE(stars.twinkling), .range = WITHIN(0, 1),
+     .fallback = "0", .meaning = "relative spread of a star's light at the zenith from frame to frame; more below"},
+
+    {.path = "airglow", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(airglow.is_there),
+     .tag = SCENE(airglow.is_there), .tag_value = true,
+     .meaning = "the floor of the night sky: all that it holds beside single stars"},
+    {.path = "airglow.magnitude", .type = NP_KEY_REAL, .field = SCENE(airglow.magnitude), .range = WITHIN(0, 40),
+     .fallback = "22", .meaning = "in V, of a square arc second at the zenith; the colour is that of La Palma's sky"},
+    {.path = "airglow.altitude", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(airglow.altitude_m),
+     .range = WITHIN(1000, 1e7), .fallback = "90 km", .meaning = "of the layer that shines"},
 
     {.path = "atmosphere", .type = NP_KEY_SECTION, .choices = atmospheres, .field = SCENE(air.preset),
      .is_air_preset = true, .meaning = "the air"},

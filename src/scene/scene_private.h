@@ -29,6 +29,7 @@ typedef struct np_scene_sun {
   bool has_angular_radius, has_irradiance; /* given: else the preset's distance from the sun tells */
   double angular_radius_rad;
   double irradiance_w_m2_nm[3];
+  bool has_limb_darkening;
 } np_scene_sun;
 
 typedef enum np_air_preset { NP_AIR_NONE, NP_AIR_EARTH, NP_AIR_EARTH_HAZY, NP_AIR_MARS, NP_AIR_EMPTY } np_air_preset;
@@ -55,6 +56,32 @@ typedef struct np_scene_air {
   unsigned layer_count;
   np_scene_layer *layers;
 } np_scene_air;
+
+typedef struct np_scene_moon {
+  bool is_there;
+  bool has_angles, has_azimuth; /* else where it stands at the sun's time */
+  double elevation_rad, azimuth_rad;
+  double brightness;
+  bool has_earthshine;
+  char *map; /* file, resolved; NULL: plain */
+} np_scene_moon;
+
+typedef struct np_scene_stars {
+  bool is_there;
+  char *catalogue; /* file, resolved; NULL: the built-in one */
+  char *map;       /* likewise; NULL: none */
+  double map_radiance;
+  double faintest; /* magnitude */
+  bool has_sidereal;
+  double sidereal_rad; /* else by the sun's time */
+  double twinkling;
+} np_scene_stars;
+
+typedef struct np_scene_airglow {
+  bool is_there;
+  double magnitude; /* in V, of a square arc second at the zenith */
+  double altitude_m;
+} np_scene_airglow;
 
 /* Uniform light from infinitely far away, for tests and studios. */
 typedef struct np_scene_environment {
@@ -181,6 +208,9 @@ struct neph_scene {
   double latitude_rad, longitude_rad;
   np_scene_camera camera;
   np_scene_sun sun;
+  np_scene_moon moon;
+  np_scene_stars stars;
+  np_scene_airglow airglow;
   bool has_atmosphere;
   bool has_ground_albedo; /* atmosphere.ground_albedo was set: else the terrain's feeds the atmosphere */
   np_scene_air air;

@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/packet_lights.h"
+
+#include <string.h>
+
+#include "atmosphere/moon.h"
+#include "core/units.h"
+
+/* A light above the atmosphere. */
+typedef struct light {
+  np_dvec3 direction;
+  double angular_radius_rad;
+  np_spectrum irradiance;
+  bool is_moon;
+} light;
+
+static bool needs(const np_plan *plan, np_stage stage) { return plan->stages[stage].is_needed; }
+
+const double *np_packet_lights_ground_albedo(const neph_scene *scene) {
+  const bool is_terrain = !scene->has_ground_albedo && scene->terrain.kind != NP_TERRAIN_NONE;
+  return is_terrain ? scene->terrain.desc.ground_albedo : scene->atmosphere.ground_albedo;
+}
+
+np_spectrum np_packet_convert(const np_packet *packet, np_band_rule rule, const double reference[NP_BAND_COUNT]) {
+  double values[NP_BAND_COUNT];
+  np_band_set_convert(&packet->bands, rule, reference, values);
+  return np_spectrum_make((float)values[0], (float)values[1], (float)values[2]);
+}
+
+/* The sun's, above the atmosphere. */
+static np_spectrum get_sun_irradiance(const np_packet_lights_desc *d, const np_packet *packet) {
+  return np_packet_convert(packet, NP_BAND_SUN, d->scene->sun.irradiance_w_m2_nm);
+}
+
+/* ---- Night ---- */
+
+static np_disk make_sun(const np_packet_lights_desc *d, const np_packet *packet) {
+  const np_scene_sun *sun = &d->scene->sun;
+  const np_vec3 direction = np_dvec3_to_float(d->lights->to_sun);
+  const np_spectrum irradiance = get_sun_irradiance(d, packet);
+  if (!sun->has_limb_darkening) return np_disk_make(direction, sun->angular_radius_rad, irradiance);
+  return np_disk_make_sun(direction, sun->angular_radius_rad, irradiance, packet->bands.nm);
+}
+
+static np_disk make_moon(const np_packet_lights_desc *d, const np_packet *packet, np_spectrum *out_irradiance) {
+  const np_scene_moon *moon = &d->scene->moon;
+  const np_spectrum sun = np_spectrum_scale(get_sun_irradiance(d, packet), (float)moon->brightness);
+  const np_sphere_map *map = d->assembly->moon_map.texels ? &d->assembly->moon_map : NULL;
+  return np_moon_make_disk(&d->lights->moon, sun, packet->bands.nm, moon->has_earthshine, map, out_irradiance);
+}
+
+/* Its channels are radiances in a scene's bands; what they are in the packet's is linear in them. */
+static void set_map(const np_packet_lights_desc *d, const np_packet *packet, np_night *night) {
+  night->map = &d->assembly->star_map;
+  for (int c = 0; c < NP_BAND_COUNT; c++) {
+    double channel[NP_BAND_COUNT] = {0};
+    channel[c] = d->scene->stars.map_radiance;
+    const np_spectrum weight = np_packet_convert(packet, NP_BAND_LINEAR, channel);
+    for (int b = 0; b < NP_BAND_COUNT; b++) night->map_weight[b][c] = weight.band[b];
+  }
+}
+
+/* `moon` is lit or not: its light is another matter. */
+static void fill_night(const np_packet_lights_desc *d, np_disk moon, np_packet *packet) {
+  np_night *night = &packet->night;
+  *night = (np_night){.moon = moon, .turn = d->lights->turn};
+  if (!needs(d->plan, NP_STAGE_AIRGLOW)) return;
+  const np_scene_airglow *glow = &d->scene->airglow;
+  night->has_airglow = glow->is_there;
+  if (glow->is_there)
+    night->airglow = np_airglow_make(glow->magnitude, d->scene->atmosphere.planet_radius_m, glow->altitude_m,
+                                     packet->bands.nm);
+  if (d->assembly->star_map.texels) set_map(d, packet, night);
+  night->ground_irradiance = np_night_find_irradiance(night, packet->atmosphere, np_dvec3_make(0, 0, 0));
+}
+
+static neph_result build_stars(const np_packet_lights_desc *d, np_packet *packet) {
+  const np_plan *plan = d->plan;
+  if (!needs(plan, NP_STAGE_STARS)) return NEPH_OK;
+  const np_assembly *a = d->assembly;
+  const bool is_sphere = plan->sphere_size[0] > 0;
+  const np_star_field_desc desc = {.catalogue = &a->stars,
+                                   .view = &packet->lights[0].view,
+                                   .camera = is_sphere ? NULL : &a->camera,
+                                   .width = is_sphere ? plan->sphere_size[0] : a->camera.width,
+                                   .height = is_sphere ? plan->sphere_size[1] : a->camera.height,
+                                   .origin = a->camera.origin,
+                                   .wavelength_nm = packet->bands.nm,
+                                   .twinkling = d->scene->stars.twinkling,
+                                   .seed = plan->desc.seed,
+                                   .frame = plan->desc.frame};
+  return np_star_field_build(a->context, &desc, &packet->stars);
+}
+
+/* ---- Lights ---- */
+
+static neph_result build_sky(const np_packet *packet, const light *l, np_dvec3 observer, neph_sky **out_sky) {
+  neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
+  const double direction[3] = {l->direction.x, l->direction.y, l->direction.z};
+  const double place[3] = {observer.x, observer.y, observer.z};
+  memcpy(desc.sun_direction, direction, sizeof direction);
+  memcpy(desc.observer_m, place, sizeof place);
+  for (int b = 0; b < NP_BAND_COUNT; b++) desc.sun_irradiance_w_m2_nm[b] = (double)l->irradiance.band[b];
+  desc.sun_angular_radius_rad = l->angular_radius_rad;
+  return neph_sky_create(packet->atmosphere, &desc, out_sky);
+}
+
+static neph_result build_skies(const np_packet_lights_desc *d, const np_packet *packet, const light *l,
+                               np_packet_light *out) {
+  const np_assembly *a = d->assembly;
+  neph_result result = NEPH_OK;
+  if (np_spectrum_is_zero(l->irradiance)) return result;
+  if (needs(d->plan, NP_STAGE_CAMERA_SKY)) result = build_sky(packet, l, a->camera.origin, &out->camera_sky);
+  if (!result && needs(d->plan, NP_STAGE_CLOUD_SKY)) {
+    const np_dvec3 middle = np_dvec3_scale(np_dvec3_add(a->clouds_min, a->clouds_max), 0.5);
+    result = build_sky(packet, l, middle, &out->cloud_sky);
+  }
+  return result;
+}
+
+/* What is not of any light is in the view of the first: it must be added once. */
+static void fill_view(const np_packet_lights_desc *d, const np_packet *packet, const light *l, bool is_first,
+                      np_packet_light *out) {
+  const np_assembly *a = d->assembly;
+  const neph_scene *scene = d->scene;
+  out->view = (np_scene_view){
+      .volume_count = a->volume_count,
+      .volumes = packet->placed,
+      .to_sun = np_dvec3_to_float(l->direction),
+      .sun_angular_radius_rad = (float)l->angular_radius_rad,
+      .sun_irradiance = l->irradiance,
+      .atmosphere = packet->atmosphere,
+      .camera_sky = out->camera_sky,
+      .cloud_sky = out->cloud_sky,
+      .has_planet = scene->environment.has_planet,
+      .planet_radius_m = scene->atmosphere.planet_radius_m,
+      .terrain = a->terrain,
+      .terrain_albedo = np_packet_convert(packet, NP_BAND_LINEAR, scene->terrain.desc.ground_albedo),
+      .ground_albedo = np_packet_convert(packet, NP_BAND_LINEAR, np_packet_lights_ground_albedo(scene)),
+  };
+  if (a->terrain) np_terrain_get_bounds(a->terrain, &out->view.terrain_min, &out->view.terrain_max);
+  if (!is_first) return;
+  out->view.disk = make_sun(d, packet);
+  out->view.night = &packet->night;
+  out->view.environment_radiance =
+      np_packet_convert(packet, NP_BAND_LINEAR, scene->environment.radiance_w_m2_sr_nm);
+  out->view.is_environment_upper_only = scene->environment.is_upper_only;
+}
+
+static neph_result build_multi_scatter(const np_packet_lights_desc *d, np_packet_light *out) {
+  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
+  desc.cells.bounds_min = d->assembly->clouds_min;
+  desc.cells.bounds_max = d->assembly->clouds_max;
+  neph_result result =
+      np_multi_scatter_build(d->assembly->context, &out->view, &desc, d->monitor, &out->multi_scatter);
+  if (!result) out->view.multi_scatter = &out->multi_scatter;
+  return result;
+}
+
+static neph_result build_light(const np_packet_lights_desc *d, const light *l, np_packet *packet) {
+  const bool is_first = packet->light_count == 0;
+  np_packet_light *out = &packet->lights[packet->light_count++];
+  out->is_moon = l->is_moon;
+  neph_result result = build_skies(d, packet, l, out);
+  if (result) return result;
+  fill_view(d, packet, l, is_first, out);
+  return needs(d->plan, NP_STAGE_ORDINATES) ? build_multi_scatter(d, out) : NEPH_OK;
+}
+
+/* Sun first; where neither shines, a sun without light. */
+neph_result np_packet_lights_build(const np_packet_lights_desc *desc, np_packet *packet) {
+  const neph_scene *scene = desc->scene;
+  const bool has_moon = needs(desc->plan, NP_STAGE_MOON), has_sun = desc->plan->has_sun || !has_moon;
+  np_spectrum moonlight = np_spectrum_grey(0.0f);
+  np_disk disk = {0};
+  if (scene->moon.is_there) disk = make_moon(desc, packet, &moonlight);
+  fill_night(desc, disk, packet);
+  const light sun = {desc->lights->to_sun, scene->sun.angular_radius_rad,
+                     np_spectrum_scale(get_sun_irradiance(desc, packet), (float)desc->lights->sun_factor), false};
+  const light moon = {desc->lights->moon.direction, desc->lights->moon.angular_radius_rad, moonlight,
+                      true};
+  neph_result result = has_sun ? build_light(desc, &sun, packet) : NEPH_OK;
+  if (!result && has_moon) result = build_light(desc, &moon, packet);
+  return result ? result : build_stars(desc, packet);
+}
+
+void np_packet_lights_clear(np_packet *packet) {
+  for (unsigned i = 0; i < packet->light_count; i++) {
+    np_multi_scatter_clear(&packet->lights[i].multi_scatter);
+    neph_sky_destroy(packet->lights[i].cloud_sky);
+    neph_sky_destroy(packet->lights[i].camera_sky);
+  }
+  packet->light_count = 0;
+  np_star_field_clear(&packet->stars);
+}
