@@ -1,0 +1,399 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Pictures of the night: moonlight that adds up, stars that keep their light at any resolution, and nothing by day. */
+#include <stdlib.h>
+
+#include "test_support.h"
+
+#include <nephos/nephos.h>
+
+#include "atmosphere/moon.h"
+#include "core/units.h"
+#include "render/assembly.h"
+
+typedef struct fixture {
+  test_log log;
+  neph_context *context;
+  char *folder;
+} fixture;
+
+static int set_up(void **state) {
+  static fixture f;
+  test_log_start(&f.log);
+  f.context = test_context_create(2, &f.log);
+  f.folder = test_folder_create();
+  *state = &f;
+  return 0;
+}
+
+static int tear_down(void **state) {
+  fixture *f = *state;
+  test_folder_destroy(f->folder);
+  neph_context_destroy(f->context);
+  return 0;
+}
+
+static neph_scene *load(fixture *f, const char *text) {
+  neph_scene *scene;
+  if (neph_scene_load_text(f->context, text, "night.yaml", &scene)) fail_msg("%s", f->log.text);
+  return scene;
+}
+
+/* The sky of a scene by longitude and latitude. */
+static neph_image *paint_sky(fixture *f, const char *text, unsigned width) {
+  neph_scene *scene = load(f, text);
+  neph_sky_image_desc desc = NEPH_SKY_IMAGE_DESC_DEFAULT;
+  neph_image *image;
+  desc.width = width;
+  desc.height = width / 2;
+  assert_int_equal(neph_render_sky(scene, &desc, &image), NEPH_OK);
+  neph_scene_destroy(scene);
+  return image;
+}
+
+static neph_image *render(fixture *f, const char *text) {
+  neph_scene *scene = load(f, text);
+  neph_image *image;
+  assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
+  neph_scene_destroy(scene);
+  return image;
+}
+
+static size_t count_pixels(const neph_image *image) {
+  return (size_t)neph_image_get_width(image) * neph_image_get_height(image);
+}
+
+static const char *const bands[NP_BAND_COUNT] = {"R", "G", "B"};
+static const double bands_nm[NP_BAND_COUNT] = {680.0, 550.0, 440.0};
+
+/* ---- Moonlight ---- */
+
+#define CAMERA "camera: {position: [0 m, 0 m, 500 m], look_at: [0 m, 1 km, 700 m], fov: 60 deg, resolution: [24, 16]}\n"
+
+/* Transfer is linear: the sky under a moon is that under a sun of its place and size, times how much fainter it is. */
+static void the_moonlit_sky_is_the_sunlit_one_fainter(void **state) {
+  fixture *f = *state;
+  neph_image *day = paint_sky(f, CAMERA "sun: {elevation: 30 deg, azimuth: 120 deg, angular_radius: 0.258966 deg}", 32);
+  neph_image *night = paint_sky(f,
+                                CAMERA "sun: {elevation: -35 deg, azimuth: 290 deg}\n"
+                                       "moon: {elevation: 30 deg, azimuth: 120 deg, earthshine: false}",
+                                32);
+  const np_moon_place moon = np_moon_place_between(
+      np_dvec3_make(cos(NP_PI / 6) * sin(2 * NP_PI / 3), cos(NP_PI / 6) * cos(2 * NP_PI / 3), 0.5),
+      np_dvec3_make(cos(-35 * NP_DEGREE) * sin(290 * NP_DEGREE), cos(-35 * NP_DEGREE) * cos(290 * NP_DEGREE),
+                    sin(-35 * NP_DEGREE)));
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const double ratio = np_moon_irradiance_ratio(&moon, bands_nm[b]);
+    const float *sunlit = neph_image_get_channel(day, bands[b]), *moonlit = neph_image_get_channel(night, bands[b]);
+    for (size_t p = 0; p < count_pixels(day); p++)
+      assert_near_relative((double)moonlit[p], ratio * (double)sunlit[p], 1e-4); /* floats, and 5 digits of the radius */
+  }
+  neph_image_destroy(day);
+  neph_image_destroy(night);
+}
+
+/* Half an hour after sunset sun and moon both count: what a moon twice as bright adds is twice what it adds, on ground
+ * and sky alike. Differences of floats a few times larger. */
+static void sunlight_and_moonlight_add_up(void **state) {
+  fixture *f = *state;
+  neph_image *image[3];
+  for (int i = 0; i < 3; i++) {
+    char text[512];
+    snprintf(text, sizeof text,
+             CAMERA "sun: {elevation: -7 deg, azimuth: 270 deg}\nrender: {samples: 1}\n"
+                    "moon: {elevation: 20 deg, azimuth: 80 deg, brightness: %d}",
+             i);
+    image[i] = render(f, text);
+  }
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float *none = neph_image_get_channel(image[0], bands[b]), *once = neph_image_get_channel(image[1], bands[b]);
+    const float *twice = neph_image_get_channel(image[2], bands[b]);
+    for (size_t p = 0; p < count_pixels(image[0]); p++) {
+      assert_true(once[p] > none[p]);
+      assert_near((double)twice[p] - (double)once[p], (double)once[p] - (double)none[p], 1e-6 * (double)twice[p]);
+    }
+  }
+  for (int i = 0; i < 3; i++) neph_image_destroy(image[i]);
+}
+
+/* A camera on the moon: the bright limb of a waxing half moon is on the side of the sun that has set in the west, to the
+ * right of one who looks south from the northern half of the Earth. */
+static void the_quarter_moon_is_lit_from_the_sunset(void **state) {
+  fixture *f = *state;
+  neph_image *image = render(f, "camera: {position: [0 m, 0 m, 10 m], look_at: [0 m, -1 km, 588 m], fov: 0.7 deg, "
+                                "resolution: [32, 32]}\n"
+                                "sun: {elevation: -10 deg, azimuth: 270 deg}\nmoon: {elevation: 30 deg, azimuth: 180 deg}\n"
+                                "render: {samples: 1}");
+  const float *green = neph_image_get_channel(image, "G");
+  double left = 0.0, right = 0.0;
+  for (unsigned y = 12; y < 20; y++)
+    for (unsigned x = 8; x < 24; x++) *(x < 16 ? &left : &right) += (double)green[y * 32 + x];
+  assert_true(right > 20.0 * left && left > 0.0);
+  neph_image_destroy(image);
+}
+
+/* ---- Stars ---- */
+
+static char *write_star(const fixture *f, double declination_deg) {
+  char *path = test_path(f->folder, "one.csv");
+  FILE *file = fopen(path, "w");
+  assert_non_null(file);
+  assert_true(fprintf(file, "ra_deg,dec_deg,v_mag,b_v\n180,%g,1.25,0.4\n", declination_deg) > 0);
+  assert_int_equal(fclose(file), 0);
+  return path;
+}
+
+/* Radiance times solid angle over a picture of a pinhole, green. */
+static double sum_flux(neph_image *image, double fov_rad) {
+  const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);
+  const float *green = neph_image_get_channel(image, "G");
+  const double edge = 2.0 * tan(0.5 * fov_rad) / width;
+  double sum = 0.0;
+  for (unsigned y = 0; y < height; y++)
+    for (unsigned x = 0; x < width; x++) {
+      const double u = edge * (x + 0.5 - 0.5 * width), v = edge * (y + 0.5 - 0.5 * height);
+      sum += (double)green[(size_t)y * width + x] * edge * edge / pow(1.0 + u * u + v * v, 1.5);
+    }
+  return sum;
+}
+
+/* On the meridian of a place on the equator, without air; the star is off the middle. */
+static neph_image *render_star(fixture *f, const char *path, unsigned width, const char *more) {
+  char text[1024];
+  snprintf(text, sizeof text,
+           "place: {latitude: 0 deg, longitude: 0 deg}\natmosphere: none\nsun: {irradiance: 0}\n"
+           "camera: {position: [0 m, 0 m, 10 m], look_at: [0 m, 0.9 m, 11 m], fov: 40 deg, resolution: [%u, %u]}\n"
+           "stars: {catalogue: \"%s\", sidereal_time: 184 deg%s}\nrender: {samples: 1}",
+           width, width * 3 / 4, path, more);
+  return render(f, text);
+}
+
+/* The tent's weights add up to 1; floats keep 1e-5 of it. 1e-3 leaves room for nothing but those. */
+static void a_star_has_one_flux_at_every_resolution(void **state) {
+  fixture *f = *state;
+  char *path = write_star(f, 40.0);
+  const np_spectrum expected = np_star_irradiance(1.25, 0.4, bands_nm);
+  static const unsigned widths[] = {37, 160, 1000};
+  for (int i = 0; i < 3; i++) {
+    neph_image *image = render_star(f, path, widths[i], "");
+    assert_near_relative(sum_flux(image, 40.0 * NP_DEGREE), (double)expected.band[1], 2e-5);
+    neph_image_destroy(image);
+  }
+  free(path);
+}
+
+static void a_star_keeps_its_flux_in_latitude_and_longitude(void **state) {
+  fixture *f = *state;
+  for (int i = 0; i < 2; i++) {
+    char *path = write_star(f, i ? 89.9 : 40.0); /* the second in the rows about the pole, which the place puts up */
+    char text[512];
+    snprintf(text, sizeof text,
+             "place: {latitude: 89 deg, longitude: 0 deg}\natmosphere: none\nsun: {irradiance: 0}\n"
+             "stars: {catalogue: \"%s\", sidereal_time: 100 deg}",
+             path);
+    neph_image *image = paint_sky(f, text, 128);
+    const float *green = neph_image_get_channel(image, "G");
+    double sum = 0.0;
+    for (unsigned p = 0; p < 128 * 64; p++) {
+      const double top = NP_PI * (p / 128) / 64.0, bottom = NP_PI * (p / 128 + 1) / 64.0;
+      sum += (double)green[p] * (cos(top) - cos(bottom)) * 2.0 * NP_PI / 128.0;
+    }
+    assert_near_relative(sum, (double)np_star_irradiance(1.25, 0.4, bands_nm).band[1], 2e-5);
+    neph_image_destroy(image);
+    free(path);
+  }
+}
+
+static void stars_twinkle_only_when_asked(void **state) {
+  fixture *f = *state;
+  char *path = write_star(f, 40.0);
+  neph_image *steady = render_star(f, path, 64, ""), *twinkling = render_star(f, path, 64, ", twinkling: 0.5");
+  const double expected = (double)np_star_irradiance(1.25, 0.4, bands_nm).band[1];
+  assert_near_relative(sum_flux(steady, 40.0 * NP_DEGREE), expected, 2e-5);
+  assert_true(fabs(sum_flux(twinkling, 40.0 * NP_DEGREE) / expected - 1.0) > 0.01);
+  neph_image_destroy(steady);
+  neph_image_destroy(twinkling);
+  free(path);
+}
+
+/* Through the air of the zenith a third of the green light of a low star is left; below the horizon nothing. */
+static void air_dims_stars_towards_the_horizon(void **state) {
+  fixture *f = *state;
+  double flux[3];
+  static const double declinations[3] = {90.0, 2.0, -2.0};
+  for (int i = 0; i < 3; i++) {
+    char *path = write_star(f, declinations[i]), text[512];
+    snprintf(text, sizeof text,
+             "place: {latitude: 90 deg, longitude: 0 deg}\nsun: {elevation: -40 deg}\n"
+             "camera: {position: [0 m, 0 m, 0 m], look_at: [0 m, 1 m, 0 m]}\n"
+             "stars: {catalogue: \"%s\", sidereal_time: 10 deg}",
+             path);
+    neph_image *image = paint_sky(f, text, 128);
+    const float *green = neph_image_get_channel(image, "G");
+    flux[i] = 0.0;
+    for (unsigned p = 0; p < 128 * 64; p++)
+      flux[i] += (double)green[p] * sin(NP_PI * (p / 128 + 0.5) / 64.0) * (NP_PI / 64.0) * (NP_PI / 64.0);
+    neph_image_destroy(image);
+    free(path);
+  }
+  const double outside = (double)np_star_irradiance(1.25, 0.4, bands_nm).band[1];
+  assert_true(flux[0] > 0.8 * outside && flux[0] < 0.95 * outside);
+  assert_true(flux[1] > 0.03 * outside && flux[1] < 0.4 * outside);
+  assert_near(flux[2], 0.0, 0.0);
+}
+
+/* ---- Darkness ---- */
+
+/* With the sun 25° down and no moon there are no tables, and no light but airglow; without that, none at all. */
+static void a_moonless_night_is_airglow_alone(void **state) {
+  fixture *f = *state;
+  neph_image *dark = render(f, CAMERA "sun: {elevation: -25 deg}\nmoon: {elevation: -30 deg, azimuth: 0 deg}");
+  neph_image *glowing = render(f, CAMERA "sun: {elevation: -25 deg}\nairglow: {}");
+  const float *none = neph_image_get_channel(dark, "G"), *some = neph_image_get_channel(glowing, "G");
+  for (size_t p = 0; p < count_pixels(dark); p++) {
+    assert_near((double)none[p], 0.0, 0.0);
+    assert_true(some[p] > 0.0f && some[p] < 1e-7f);
+  }
+  neph_image_destroy(dark);
+  neph_image_destroy(glowing);
+}
+
+/* The sun's sky fades over the degree from 18 to 19, without a step, to nothing. */
+static void the_sky_fades_out_by_nineteen_degrees(void **state) {
+  fixture *f = *state;
+  double before = INFINITY;
+  for (int i = 0; i <= 12; i++) {
+    char text[256];
+    snprintf(text, sizeof text,
+             "camera: {position: [0 m, 0 m, 0 m], look_at: [0 m, 1 m, 0 m]}\nsun: {elevation: %.2f deg, azimuth: 0 deg}",
+             -17.8 - 0.1 * i);
+    neph_image *image = paint_sky(f, text, 8);
+    const double zenith = (double)neph_image_get_channel(image, "G")[0];
+    assert_true(zenith >= 0.0 && zenith <= before);
+    if (i == 12) assert_near(zenith, 0.0, 0.0);
+    if (i < 10) assert_true(zenith > 0.0);
+    before = zenith;
+    neph_image_destroy(image);
+  }
+}
+
+/* ---- Cost ---- */
+
+static void assert_lights(fixture *f, const char *text, unsigned lights, bool has_stars, bool has_airglow) {
+  neph_scene *scene = load(f, text);
+  np_plan plan;
+  np_assembly assembly;
+  np_monitor monitor;
+  np_monitor_start(&monitor, f->context, NULL, NULL);
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  assert_int_equal(np_assembly_build(scene, &plan, NULL, &monitor, &assembly), NEPH_OK);
+  assert_int_equal(assembly.packets[0].light_count, lights);
+  assert_int_equal(assembly.packets[0].stars.count > 0, has_stars);
+  assert_int_equal(assembly.packets[0].night.has_airglow, has_airglow);
+  np_assembly_clear(&assembly);
+  neph_scene_destroy(scene);
+}
+
+#define ALL_NIGHT                                                                                                      \
+  "place: {latitude: 45 deg, longitude: 0 deg}\nstars: {sidereal_time: 90 deg}\nairglow: {}\n"                         \
+  "camera: {look_at: [0 m, -12 km, 4 km], fov: 90 deg}\n"
+
+static void by_day_the_night_costs_nothing(void **state) {
+  fixture *f = *state;
+  assert_lights(f, ALL_NIGHT "sun: {elevation: 50 deg}\nmoon: {elevation: 40 deg, azimuth: 300 deg}", 1, false, false);
+  assert_lights(f, ALL_NIGHT "sun: {elevation: -5 deg, azimuth: 270 deg}\nmoon: {elevation: 40 deg, azimuth: 100 deg}", 2, true, false);
+  assert_lights(f, ALL_NIGHT "sun: {elevation: -30 deg}\nmoon: {elevation: 40 deg, azimuth: 100 deg}", 1, true, true);
+  /* A set moon, and a slip of one at dusk, shine on nothing. */
+  assert_lights(f, ALL_NIGHT "sun: {elevation: -30 deg}\nmoon: {elevation: -10 deg, azimuth: 100 deg}", 1, true, true);
+  assert_lights(f, ALL_NIGHT "sun: {elevation: -2 deg, azimuth: 270 deg}\nmoon: {elevation: 8 deg, azimuth: 270 deg}", 1,
+                true, false);
+}
+
+static void the_plan_says_what_outshines_the_night(void **state) {
+  fixture *f = *state;
+  neph_scene *scene =
+      load(f, ALL_NIGHT "sun: {elevation: 50 deg}\nmoon: {elevation: 40 deg, azimuth: 300 deg}");
+  char *text;
+  assert_int_equal(neph_render_explain(scene, NULL, NEPH_TEXT_PLAIN, &text), NEPH_OK);
+  assert_non_null(strstr(text, "moon                 no   outshone"));
+  assert_non_null(strstr(text, "less than a thousandth"));
+  assert_non_null(strstr(text, "stars                no   outshone"));
+  neph_text_destroy(f->context, text);
+  neph_scene_destroy(scene);
+}
+
+/* ---- Wrong scenes ---- */
+
+static void assert_refused(fixture *f, const char *text, const char *what, const char *allowed) {
+  neph_scene *scene;
+  assert_int_equal(neph_scene_load_text(f->context, text, "night.yaml", &scene), NEPH_ERROR_BAD_SCENE);
+  assert_one_error(&f->log, "night.yaml:", what, allowed);
+  assert_null(scene);
+}
+
+static void wrong_nights_are_refused(void **state) {
+  fixture *f = *state;
+  assert_refused(f, "moon: {}", "moon has no place", "sun.time");
+  assert_refused(f, "moon: {elevation: 10 deg}", "moon has one of elevation and azimuth", "both or neither");
+  assert_refused(f, "moon: {elevation: 95 deg, azimuth: 0 deg}", "moon.elevation is 95 deg", "[-90, 90]");
+  assert_refused(f, "moon: {brightness: -1}", "moon.brightness is -1", "[0,");
+  assert_refused(f, "moon: full", "moon is full", "none");
+  assert_refused(f, "stars: {}", "stars are not turned", "sidereal_time");
+  assert_refused(f, "stars: {sidereal_time: 3 deg}", "stars need the latitude", "place");
+  assert_refused(f, "stars: {twinkling: 2}", "stars.twinkling is 2", "[0, 1]");
+  assert_refused(f, "stars: {map_radiance: -2}", "stars.map_radiance is -2", "[0,");
+  assert_refused(f, "stars: {faintest: 41}", "stars.faintest is 41", "[-2, 40]");
+  assert_refused(f, "airglow: {magnitude: 41}", "airglow.magnitude is 41", "[0, 40]");
+  assert_refused(f, "airglow: {altitude: 1 m}", "airglow.altitude is 1 m", "[1000");
+  assert_refused(f, "sun: {limb_darkening: 1}", "sun.limb_darkening is 1", "true");
+}
+
+static void missing_files_are_named(void **state) {
+  fixture *f = *state;
+  neph_scene *scene = load(f, "place: {latitude: 1 deg, longitude: 1 deg}\nsun: {elevation: -30 deg}\n"
+                              "stars: {catalogue: nowhere.csv, sidereal_time: 0 deg}");
+  neph_image *image;
+  assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_ERROR_NOT_FOUND);
+  assert_one_error(&f->log, "nowhere.csv");
+  assert_null(image);
+  neph_scene_destroy(scene);
+}
+
+static neph_result render_night(neph_context *context, void *user) {
+  neph_scene *scene;
+  neph_image *image = NULL;
+  neph_result result = neph_scene_load_text(context, user, "night.yaml", &scene);
+  if (!result) result = neph_render_image(scene, NULL, &image);
+  neph_image_destroy(image);
+  neph_scene_destroy(scene);
+  return result;
+}
+
+static void failed_allocations_leave_nothing(void **state) {
+  (void)state;
+  static char text[] = "place: {latitude: 45 deg, longitude: 0 deg}\nsun: {elevation: -30 deg}\natmosphere: none\n"
+                       "moon: {elevation: 30 deg, azimuth: 20 deg}\nstars: {sidereal_time: 10 deg}\nairglow: {}\n"
+                       "camera: {resolution: [4, 4]}\nrender: {samples: 1}";
+  assert_survives_failed_allocations(render_night, text);
+}
+
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      TEST(the_moonlit_sky_is_the_sunlit_one_fainter),
+      TEST(sunlight_and_moonlight_add_up),
+      TEST(the_quarter_moon_is_lit_from_the_sunset),
+      TEST(a_star_has_one_flux_at_every_resolution),
+      TEST(a_star_keeps_its_flux_in_latitude_and_longitude),
+      TEST(stars_twinkle_only_when_asked),
+      TEST(air_dims_stars_towards_the_horizon),
+      TEST(a_moonless_night_is_airglow_alone),
+      TEST(the_sky_fades_out_by_nineteen_degrees),
+      TEST(by_day_the_night_costs_nothing),
+      TEST(the_plan_says_what_outshines_the_night),
+      TEST(wrong_nights_are_refused),
+      TEST(missing_files_are_named),
+      cmocka_unit_test(failed_allocations_leave_nothing),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
