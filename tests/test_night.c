@@ -85,7 +85,7 @@ static void the_moonlit_sky_is_the_sunlit_one_fainter(void **state) {
     const double ratio = np_moon_irradiance_ratio(&moon, bands_nm[b]);
     const float *sunlit = neph_image_get_channel(day, bands[b]), *moonlit = neph_image_get_channel(night, bands[b]);
     for (size_t p = 0; p < count_pixels(day); p++)
-      assert_near_relative((double)moonlit[p], ratio * (double)sunlit[p], 1e-4); /* floats, and 5 digits of the radius */
+      assert_near_relative((double)moonlit[p], ratio * (double)sunlit[p], 1e-4); /* floats; 6 digits of the radius */
   }
   neph_image_destroy(day);
   neph_image_destroy(night);
@@ -115,13 +115,14 @@ static void sunlight_and_moonlight_add_up(void **state) {
   for (int i = 0; i < 3; i++) neph_image_destroy(image[i]);
 }
 
-/* A camera on the moon: the bright limb of a waxing half moon is on the side of the sun that has set in the west, to the
- * right of one who looks south from the northern half of the Earth. */
+/* A camera on the moon: the bright limb of a waxing half moon is on the side of the sun that has set in the west, to
+ * the right of one who looks south from the northern half of the Earth. */
 static void the_quarter_moon_is_lit_from_the_sunset(void **state) {
   fixture *f = *state;
   neph_image *image = render(f, "camera: {position: [0 m, 0 m, 10 m], look_at: [0 m, -1 km, 588 m], fov: 0.7 deg, "
                                 "resolution: [32, 32]}\n"
-                                "sun: {elevation: -10 deg, azimuth: 270 deg}\nmoon: {elevation: 30 deg, azimuth: 180 deg}\n"
+                                "sun: {elevation: -10 deg, azimuth: 270 deg}\n"
+                                "moon: {elevation: 30 deg, azimuth: 180 deg}\n"
                                 "render: {samples: 1}");
   const float *green = neph_image_get_channel(image, "G");
   double left = 0.0, right = 0.0;
@@ -264,7 +265,8 @@ static void the_sky_fades_out_by_nineteen_degrees(void **state) {
   for (int i = 0; i <= 12; i++) {
     char text[256];
     snprintf(text, sizeof text,
-             "camera: {position: [0 m, 0 m, 0 m], look_at: [0 m, 1 m, 0 m]}\nsun: {elevation: %.2f deg, azimuth: 0 deg}",
+             "camera: {position: [0 m, 0 m, 0 m], look_at: [0 m, 1 m, 0 m]}\n"
+             "sun: {elevation: %.2f deg, azimuth: 0 deg}",
              -17.8 - 0.1 * i);
     neph_image *image = paint_sky(f, text, 8);
     const double zenith = (double)neph_image_get_channel(image, "G")[0];
@@ -285,7 +287,7 @@ static void assert_lights(fixture *f, const char *text, unsigned lights, bool ha
   np_monitor monitor;
   np_monitor_start(&monitor, f->context, NULL, NULL);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_int_equal(np_assembly_build(scene, &plan, NULL, &monitor, &assembly), NEPH_OK);
+  assert_int_equal(np_assembly_build(scene, &plan, &monitor, &assembly), NEPH_OK);
   assert_int_equal(assembly.packets[0].light_count, lights);
   assert_int_equal(assembly.packets[0].stars.count > 0, has_stars);
   assert_int_equal(assembly.packets[0].night.has_airglow, has_airglow);
@@ -300,12 +302,13 @@ static void assert_lights(fixture *f, const char *text, unsigned lights, bool ha
 static void by_day_the_night_costs_nothing(void **state) {
   fixture *f = *state;
   assert_lights(f, ALL_NIGHT "sun: {elevation: 50 deg}\nmoon: {elevation: 40 deg, azimuth: 300 deg}", 1, false, false);
-  assert_lights(f, ALL_NIGHT "sun: {elevation: -5 deg, azimuth: 270 deg}\nmoon: {elevation: 40 deg, azimuth: 100 deg}", 2, true, false);
+  assert_lights(f, ALL_NIGHT "sun: {elevation: -5 deg, azimuth: 270 deg}\nmoon: {elevation: 40 deg, azimuth: 100 deg}",
+                2, true, false);
   assert_lights(f, ALL_NIGHT "sun: {elevation: -30 deg}\nmoon: {elevation: 40 deg, azimuth: 100 deg}", 1, true, true);
   /* A set moon, and a slip of one at dusk, shine on nothing. */
   assert_lights(f, ALL_NIGHT "sun: {elevation: -30 deg}\nmoon: {elevation: -10 deg, azimuth: 100 deg}", 1, true, true);
-  assert_lights(f, ALL_NIGHT "sun: {elevation: -2 deg, azimuth: 270 deg}\nmoon: {elevation: 8 deg, azimuth: 270 deg}", 1,
-                true, false);
+  assert_lights(f, ALL_NIGHT "sun: {elevation: -2 deg, azimuth: 270 deg}\nmoon: {elevation: 8 deg, azimuth: 270 deg}",
+                1, true, false);
 }
 
 static void the_plan_says_what_outshines_the_night(void **state) {

@@ -45,7 +45,8 @@ static inline void np_surroundings_add_behind(const np_scene_view *view, const n
                                               np_cloud_shadow_fn shadow, np_random *random, np_integrator_sample *out) {
   if (transmittance <= 0.0f) return;
   if (hit) {
-    const np_aerial_perspective air = np_light_air(view, view->camera_sky, ray->origin, ray->direction, hit->distance_m);
+    const np_aerial_perspective air =
+        np_light_air(view, view->camera_sky, ray->origin, ray->direction, hit->distance_m);
     const np_spectrum ground =
         np_spectrum_multiply(np_surroundings_ground(view, settings, hit, shadow, random), air.transmittance);
     out->component[NP_COMPONENT_TERRAIN] =
@@ -67,7 +68,8 @@ static inline void np_surroundings_add_peak(const np_scene_view *view, const np_
   if (np_spectrum_max(weight) < 1e-5f) return;
   np_spectrum radiance;
   if (hit) {
-    const np_aerial_perspective air = np_light_air(view, view->camera_sky, ray->origin, ray->direction, hit->distance_m);
+    const np_aerial_perspective air =
+        np_light_air(view, view->camera_sky, ray->origin, ray->direction, hit->distance_m);
     radiance = np_spectrum_multiply(np_surroundings_ground(view, settings, hit, shadow, random), air.transmittance);
     radiance = np_spectrum_add(radiance, air.inscatter);
   } else {

@@ -44,7 +44,8 @@ static np_spectrum find_ground(const np_scene_view *view, const np_ground_hit *h
 
 static np_spectrum find_radiance(const np_scene_view *view, np_dvec3 position, np_vec3 towards) {
   np_ground_hit hit;
-  if (!np_ground_intersect(view, position, towards, &hit)) return np_light_sky(view, view->cloud_sky, position, towards);
+  if (!np_ground_intersect(view, position, towards, &hit))
+    return np_light_sky(view, view->cloud_sky, position, towards);
   const np_aerial_perspective air = np_light_air(view, view->cloud_sky, position, towards, hit.distance_m);
   return np_spectrum_add(np_spectrum_multiply(find_ground(view, &hit), air.transmittance), air.inscatter);
 }

@@ -78,8 +78,7 @@ np_spectrum np_light_sky(const np_scene_view *view, const neph_sky *sky, np_dvec
 /* All that a camera sees where nothing is before it: sky, night, environment, and the disks through the air. */
 np_spectrum np_light_background(const np_scene_view *view, np_dvec3 origin, np_vec3 direction);
 
-/* The air between an observer of `sky` and a point along a ray; dark where nothing lights it, clear where there is none.
- */
+/* The air between an observer of `sky` and a point along a ray; NULL: air that nothing lights, if there is any. */
 np_aerial_perspective np_light_air(const np_scene_view *view, const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
                                    double distance_m);
 

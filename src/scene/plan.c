@@ -75,7 +75,7 @@ static void find_moon_facts(const neph_scene *scene, bool are_known, const np_sc
   else if (!shines)
     snprintf(f->no_moon, sizeof f->no_moon, "moon.brightness or sun.irradiance is 0");
   else if (glow->moon_lux > 1e-3 * glow->sun_lux)
-    snprintf(f->no_moon, sizeof f->no_moon, "the moon is set: %.1f deg below the horizon seen, and from 6 on it is dark",
+    snprintf(f->no_moon, sizeof f->no_moon, "set: %.1f deg below the horizon seen, and from 6 on it is dark",
              -glow->moon_height_deg);
   else
     snprintf(f->no_moon, sizeof f->no_moon,

@@ -105,7 +105,7 @@ static const np_key keys[] = {
 
     {.path = "moon", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(moon.is_there),
      .tag = SCENE(moon.is_there), .tag_value = true,
-     .meaning = "where it stands at the sun's time, or by elevation and azimuth; its phase follows from the sun's place"},
+     .meaning = "at the sun's time, or by elevation and azimuth; its phase follows from where the sun is"},
     {.path = "moon.elevation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(moon.elevation_rad),
      .tag = SCENE(moon.has_angles), .tag_value = true, .range = WITHIN(-90, 90),
      .meaning = "above the horizontal at the world's origin, without refraction; goes with azimuth"},
@@ -117,8 +117,8 @@ static const np_key keys[] = {
     {.path = "moon.earthshine", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(moon.has_earthshine),
      .fallback = "true", .meaning = "whether the Earth lights its dark side"},
     {.path = "moon.map", .type = NP_KEY_FILE, .field = SCENE(moon.map),
-     .meaning = "OpenEXR picture of its albedo by longitude and latitude, longitude 0 in the middle, east to the right; "
-                "changes the pattern, not the brightness"},
+     .meaning = "OpenEXR picture of its albedo by longitude and latitude, longitude 0 in the middle, east to the "
+                "right; changes the pattern, not the brightness"},
 
     {.path = "stars", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(stars.is_there),
      .tag = SCENE(stars.is_there), .tag_value = true,
@@ -128,8 +128,8 @@ static const np_key keys[] = {
     {.path = "stars.faintest", .type = NP_KEY_REAL, .field = SCENE(stars.faintest), .range = WITHIN(-2, 40),
      .fallback = "40", .meaning = "V magnitude beyond which stars are left out"},
     {.path = "stars.map", .type = NP_KEY_FILE, .field = SCENE(stars.map),
-     .meaning = "OpenEXR picture of the whole sky in equatorial coordinates, right ascension 0 in the middle and growing "
-                "to the left, beside the catalogue's stars"},
+     .meaning = "OpenEXR picture of the whole sky in equatorial coordinates, right ascension 0 in the middle and "
+                "growing to the left, beside the catalogue's stars"},
     {.path = "stars.map_radiance", .type = NP_KEY_REAL, .unit = NP_UNIT_RADIANCE, .field = SCENE(stars.map_radiance),
      .range = WITHIN(0, 1e9), .fallback = "1", .meaning = "of a value of 1 in that picture"},
     {.path = "stars.sidereal_time", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(stars.sidereal_rad),

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which lights of the sky matter.
  *
- * Illuminance of the ground by sun and clear sky against the sun's elevation: Seidelmann 1992, "Explanatory Supplement to
- * the Astronomical Almanac", table 9.311 to 18° below the horizon. The moon's is the sun's outside the air times its
- * ratio; the airglow's that of 22 magnitudes a square arc second, 1.7e-4 cd/m², all over the sky; a star of magnitude 0
- * gives 2.54e-6 lx.
+ * Illuminance of the ground by sun and clear sky against the sun's elevation: Seidelmann 1992, "Explanatory Supplement
+ * to the Astronomical Almanac", section 9.3, to 18° below the horizon. The moon's is the sun's outside the air times
+ * its ratio; the airglow's that of 22 magnitudes a square arc second, 1.7e-4 cd/m², all over the sky; a star of
+ * magnitude 0 gives 2.54e-6 lx.
  */
 #include "scene/scene_lights.h"
 

@@ -152,9 +152,10 @@ static void look(const np_assembly *a, double (*rgb)[3]) {
     const np_vec3 d =
         np_vec3_make((float)(sin(zenith) * sin(azimuth)), (float)(sin(zenith) * cos(azimuth)), (float)cos(zenith));
     np_spectrum color = np_spectrum_grey(0.0f);
-    for (unsigned p = 0; p < a->packet_count; p++)
-      color =
-          np_packet_add_color(&a->packets[p], color, np_light_sky(&a->packets[p].view, a->packets[p].camera_sky, d));
+    for (unsigned p = 0; p < a->packet_count; p++) {
+      const np_scene_view *view = &a->packets[p].lights[0].view;
+      color = np_packet_add_color(&a->packets[p], color, np_light_sky(view, view->camera_sky, a->camera.origin, d));
+    }
     for (int c = 0; c < 3; c++) rgb[i][c] = (double)color.band[c];
   }
 }
