@@ -32,21 +32,48 @@ typedef struct bake_job {
 
 /* ---- Evaluating leaves ---- */
 
+/* The positions of a leaf's voxels; what a column has in common is found once. */
 static void list_points(const np_bake *bake, const leaf_origin *origin, np_bake_points *points) {
-  points->count = 0;
-  for (int32_t n = 0; n < NP_LEAF_SIZE; n++) {
-    const double offset_m[3] = {np_bake_find_offset_m(bake, 0, origin->index[0] + n / 64),
-                                np_bake_find_offset_m(bake, 1, origin->index[1] + n / 8 % 8),
-                                np_bake_find_offset_m(bake, 2, origin->index[2] + n % 8)};
-    np_bake_add_point(bake, offset_m, points);
+  double x_m[NP_LEAF_EDGE], y_m[NP_LEAF_EDGE], z_m[NP_LEAF_EDGE];
+  for (int32_t n = 0; n < NP_LEAF_EDGE; n++) {
+    x_m[n] = np_bake_find_offset_m(bake, 0, origin->index[0] + n);
+    y_m[n] = np_bake_find_offset_m(bake, 1, origin->index[1] + n);
+    z_m[n] = np_bake_find_offset_m(bake, 2, origin->index[2] + n);
+  }
+  points->count = NP_LEAF_SIZE;
+  for (int n = 0; n < NP_LEAF_SIZE; n += NP_LEAF_EDGE) {
+    const double x = x_m[n / 64], y = y_m[n / 8 % 8];
+    float *height_m = points->height_m + n;
+    for (int k = 0; k < NP_LEAF_EDGE; k++) {
+      const double offset_m[3] = {x, y, z_m[k]};
+      points->x_m[n + k] = (float)x;
+      points->y_m[n + k] = (float)y;
+      height_m[k] = (float)np_bake_find_height_m(bake, offset_m);
+    }
   }
 }
 
-static bool is_in_region(const np_bake *bake, const leaf_origin *origin, int n) {
-  const int32_t at[3] = {n / 64, n / 8 % 8, n % 8};
-  for (int a = 0; a < 3; a++)
-    if (origin->index[a] + at[a] < bake->region_min[a] || origin->index[a] + at[a] > bake->region_max[a]) return false;
-  return true;
+/* Which of a leaf's voxels are left when those outside the region are not. */
+static uint64_t find_row_in_region(const np_bake *bake, const leaf_origin *origin, int32_t i) {
+  uint64_t row = 0;
+  if (origin->index[0] + i < bake->region_min[0] || origin->index[0] + i > bake->region_max[0]) return 0;
+  for (int32_t n = 0; n < 64; n++) {
+    const int32_t y = origin->index[1] + n / 8, z = origin->index[2] + n % 8;
+    const bool is_inside =
+        y >= bake->region_min[1] && y <= bake->region_max[1] && z >= bake->region_min[2] && z <= bake->region_max[2];
+    row |= (uint64_t)is_inside << n;
+  }
+  return row;
+}
+
+/* One slice of a leaf: what is kept of it is active, all else 0. */
+static void finish_slice(const bake_job *job, const leaf_origin *origin, int32_t i, np_leaf *leaf) {
+  float *values = leaf->values + 64 * i;
+  uint64_t kept = 0;
+  for (int n = 0; n < 64; n++) kept |= (uint64_t)(values[n] > job->prune_per_m) << n;
+  if (job->bake->desc.has_region) kept &= find_row_in_region(job->bake, origin, i);
+  for (int n = 0; n < 64; n++) values[n] = kept >> n & 1u ? values[n] : 0.0f;
+  leaf->active[i] = kept;
 }
 
 static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *leaf) {
@@ -54,13 +81,7 @@ static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *l
   list_points(job->bake, origin, &points);
   np_bake_eval(&job->bake->model, &points, leaf->values);
   memcpy(leaf->origin, origin->index, sizeof leaf->origin);
-  memset(leaf->active, 0, sizeof leaf->active);
-  for (int n = 0; n < NP_LEAF_SIZE; n++) {
-    if (leaf->values[n] > job->prune_per_m && is_in_region(job->bake, origin, n))
-      leaf->active[n / 64] |= UINT64_C(1) << (n % 64);
-    else
-      leaf->values[n] = 0.0f;
-  }
+  for (int32_t i = 0; i < NP_LEAF_EDGE; i++) finish_slice(job, origin, i, leaf);
 }
 
 static neph_result eval_leaves(void *user, size_t begin, size_t end, unsigned thread) {

@@ -5,18 +5,6 @@
 
 #define BOX_LEAVES_MAX (UINT64_C(1) << 27) /* of the whole field, a byte each while their bounds are found */
 
-double np_bake_find_offset_m(const np_bake *bake, int axis, double index) {
-  const double voxel_m = bake->model.desc.voxel_m;
-  return axis == 2 ? (index + 0.5) * voxel_m : (index - 0.5 * (bake->voxels[axis] - 1)) * voxel_m;
-}
-
-double np_bake_find_height_m(const np_bake *bake, const double offset_m[3]) {
-  const neph_cloud_desc *cloud = &bake->model.desc;
-  const np_dvec3 p = {cloud->center_m[0] + offset_m[0], cloud->center_m[1] + offset_m[1],
-                      cloud->base_altitude_m + offset_m[2]};
-  return np_altitude(p, bake->desc.planet_radius_m) - cloud->base_altitude_m;
-}
-
 void np_bake_add_point(const np_bake *bake, const double offset_m[3], np_bake_points *points) {
   const size_t n = points->count++;
   points->x_m[n] = (float)offset_m[0];

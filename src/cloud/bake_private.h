@@ -39,7 +39,13 @@ size_t np_bake_count_box(const np_bake *bake); /* leaves */
 
 /* Offsets between which the cloud lies, rain and the curve of the planet included, whatever its voxels and region. */
 void np_bake_find_field(const np_bake *bake, double out_low_m[3], double out_high_m[3]);
-double np_bake_find_offset_m(const np_bake *bake, int axis, double index);
+
+/* Of a voxel index, or a place between two. */
+static inline double np_bake_find_offset_m(const np_bake *bake, int axis, double index) {
+  const double voxel_m = bake->model.desc.voxel_m;
+  return axis == 2 ? (index + 0.5) * voxel_m : (index - 0.5 * (bake->voxels[axis] - 1)) * voxel_m;
+}
+
 np_affine np_bake_find_transform(const np_bake *bake);
 
 /* Up to NP_CLOUD_BLOCK positions in the coordinates of the model. */
@@ -48,7 +54,14 @@ typedef struct np_bake_points {
   float x_m[NP_CLOUD_BLOCK], y_m[NP_CLOUD_BLOCK], height_m[NP_CLOUD_BLOCK];
 } np_bake_points;
 
-double np_bake_find_height_m(const np_bake *bake, const double offset_m[3]);
+/* Above the base, on the planet's sphere. */
+static inline double np_bake_find_height_m(const np_bake *bake, const double offset_m[3]) {
+  const neph_cloud_desc *cloud = &bake->model.desc;
+  const np_dvec3 p = {cloud->center_m[0] + offset_m[0], cloud->center_m[1] + offset_m[1],
+                      cloud->base_altitude_m + offset_m[2]};
+  return np_altitude(p, bake->desc.planet_radius_m) - cloud->base_altitude_m;
+}
+
 void np_bake_add_point(const np_bake *bake, const double offset_m[3], np_bake_points *points);
 void np_bake_eval(const np_cloud_model *model, const np_bake_points *points, float *out_extinction_per_m);
 
