@@ -3,6 +3,9 @@
 #include "test_support.h"
 
 #include <stdlib.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
@@ -205,8 +208,64 @@ static void too_little_memory_is_said_in_time(void **state) {
   neph_context_destroy(context);
 }
 
+/* ---- Memory ---- */
+
+typedef struct memory_figures {
+  double about_gb, at_most_gb, peak_gb;
+} memory_figures;
+
+/* Bakes a file in a process of its own, whose peak is the kernel's own figure. */
+static void bake_in_child(int out, const char *path) {
+  test_log log;
+  test_log_start(&log);
+  neph_context *context = test_context_create(2, &log);
+  neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
+  neph_bake_desc bake_desc = NEPH_BAKE_DESC_DEFAULT;
+  memory_figures figures = {0};
+  struct rusage usage;
+  desc.voxel_m = 30;
+  bake_desc.level_count = 2;
+  bake_desc.has_velocity = true;
+  const bool is_baked = !neph_cloud_bake_file(context, &desc, &bake_desc, "density", path);
+  const char *said = strstr(log.text, "needs about");
+  getrusage(RUSAGE_SELF, &usage);
+  figures.peak_gb = 1024e-9 * (double)usage.ru_maxrss;
+  const bool is_said =
+      is_baked && said &&
+      sscanf(said, "needs about %lf GB of memory, at most %lf", &figures.about_gb, &figures.at_most_gb) == 2;
+  _exit(is_said && write(out, &figures, sizeof figures) == sizeof figures ? 0 : 1);
+}
+
+/* A sanitizer's own memory is not the bake's. The program itself and its libraries take 20 MB. */
+static void memory_is_as_was_said(void **state) {
+  (void)state;
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  print_message("not measured under a sanitizer\n");
+#else
+  char *folder = test_folder_create(), *path = test_path(folder, "cloud.vdb");
+  memory_figures figures;
+  int ends[2], status;
+  assert_int_equal(pipe(ends), 0);
+  const pid_t child = fork();
+  assert_true(child >= 0);
+  if (child == 0) bake_in_child(ends[1], path);
+  assert_int_equal(waitpid(child, &status, 0), child);
+  assert_int_equal(status, 0);
+  assert_int_equal(read(ends[0], &figures, sizeof figures), sizeof figures);
+  close(ends[0]);
+  close(ends[1]);
+  print_message("%.3g GB; about %.3g, at most %.3g GB were said\n", figures.peak_gb, figures.about_gb,
+                figures.at_most_gb);
+  assert_true(figures.peak_gb <= figures.at_most_gb + 0.02);
+  assert_true(figures.peak_gb >= 0.7 * figures.about_gb);
+  free(path);
+  test_folder_destroy(folder);
+#endif
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(memory_is_as_was_said), /* first: what this process has loaded, the child would find loaded */
       cmocka_unit_test(a_file_is_verified_whatever_it_was_baked_with),
       cmocka_unit_test(a_file_knows_what_it_was_baked_from),
       cmocka_unit_test(a_file_of_another_cloud_is_not_verified),

@@ -14,7 +14,10 @@
 #include "core/alloc.h"
 #include "volume/volume_private.h"
 
-enum { BATCH_LEAVES = 2048 };
+enum {
+  BATCH_LEAVES = 2048,
+  SAMPLE_LEAVES = 512 /* evaluated beforehand, in the same buffer */
+};
 
 #define CLOUD_LEAVES_MAX (UINT64_C(1) << 23) /* that may hold cloud: 17 GB */
 
@@ -84,6 +87,11 @@ static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *l
   for (int32_t i = 0; i < NP_LEAF_EDGE; i++) finish_slice(job, origin, i, leaf);
 }
 
+static bool has_any(const np_leaf *leaf) {
+  static const uint64_t none[NP_LEAF_EDGE] = {0};
+  return memcmp(leaf->active, none, sizeof none) != 0;
+}
+
 static neph_result eval_leaves(void *user, size_t begin, size_t end, unsigned thread) {
   bake_job *job = user;
   (void)thread;
@@ -133,6 +141,21 @@ static neph_result mark_leaves(void *user, size_t begin, size_t end, unsigned th
   return NEPH_OK;
 }
 
+/* How many of the marked leaves do hold cloud, by evaluating some of them, evenly spread. */
+static neph_result sample_share(bake_job *job) {
+  const size_t box_count = np_bake_count_box(job->bake), marked = job->marks.cloudy_count;
+  const size_t wanted = marked < SAMPLE_LEAVES ? marked : SAMPLE_LEAVES;
+  size_t count = 0, seen = 0, filled = 0;
+  for (size_t leaf = 0; leaf < box_count && count < wanted; leaf++) {
+    if (!job->marks.is_cloudy[leaf]) continue;
+    if (seen++ == count * marked / wanted) job->origins[count++] = find_origin(job->bake, leaf);
+  }
+  neph_result result = np_parallel_for(job->bake->context, job->bake->monitor, count, 4, eval_leaves, job);
+  for (size_t i = 0; i < count; i++) filled += has_any(&job->leaves[i]);
+  job->marks.share = count ? (double)filled / (double)count : 0;
+  return result;
+}
+
 static neph_result find_cloudy(bake_job *job) {
   const np_bake *bake = job->bake;
   const size_t count = np_bake_count_box(bake);
@@ -145,15 +168,11 @@ static neph_result find_cloudy(bake_job *job) {
                    "which is %g, or lessen extent_m",
                    job->marks.cloudy_count, (double)job->marks.cloudy_count * sizeof(np_leaf) * 1e-9,
                    (unsigned long long)CLOUD_LEAVES_MAX, bake->model.desc.voxel_m);
-  return np_bake_check_memory(bake, &job->marks);
+  result = sample_share(job);
+  return result ? result : np_bake_check_memory(bake, &job->marks);
 }
 
 /* ---- The grid ---- */
-
-static bool has_any(const np_leaf *leaf) {
-  static const uint64_t none[NP_LEAF_EDGE] = {0};
-  return memcmp(leaf->active, none, sizeof none) != 0;
-}
 
 static neph_result append_leaves(np_sparse_grid *grid, const np_leaf *leaves, size_t count) {
   for (size_t i = 0; i < count; i++) {

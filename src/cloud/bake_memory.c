@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The memory that a bake may need at most, known once its leaves are marked and before any of it is spent.
+/* The memory that a bake may need at most, known once its leaves are marked and before any of it is spent, and about
+ * how much it will.
  *
- * Leaves and the nodes above them are counted as if all that may hold cloud did. What is needed at a time: the grid's
- * leaves, and with them either the buffers of the bake, or the bricks by which the error is measured, or everything
- * that is written, as our leaves and as OpenVDB's tree.
+ * Leaves and the nodes above them are counted as if all that may hold cloud did; how many do, a sample tells. What is
+ * needed at a time: the grid's leaves, and with them either the buffers of the bake, or the bricks by which the error
+ * is measured, or everything that is written, as our leaves and as OpenVDB's tree.
  */
 #include "cloud/bake_private.h"
 #include "core/alloc.h"
@@ -125,12 +126,10 @@ neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks
   memory_need need;
   if (!find_need(bake, marks, &need)) return NEPH_ERROR_OUT_OF_MEMORY;
   const double at_a_time = fmax(need.work, fmax(need.tree, need.bricks)), bytes = need.leaves + at_a_time;
-  np_log(bake->context, NEPH_LOG_INFO,
-         "cloud: needs at most %.3g GB of memory: %.3g for leaves of 8³ voxels, %.3g to %s", bytes * 1e-9,
-         need.leaves * 1e-9, at_a_time * 1e-9,
-         bake->use == NP_BAKE_FOR_FILE     ? "write them"
-         : bake->use == NP_BAKE_FOR_BRICKS ? "make bricks of them"
-                                           : "find them");
+  const double fixed = fmax(need.work, bake->use == NP_BAKE_FOR_FILE ? vdb_library_bytes : 0);
+  const double likely = fixed + marks->share * (need.leaves + fmax(need.tree - vdb_library_bytes, need.bricks));
+  np_log(bake->context, NEPH_LOG_INFO, "cloud: needs about %.2g GB of memory, at most %.2g GB", likely * 1e-9,
+         bytes * 1e-9);
   const double machine = (double)np_memory_size(), asked = (double)bake->desc.memory_max_bytes;
   if (bytes <= fmin(machine, asked)) return NEPH_OK;
   return np_fail(bake->context, NEPH_ERROR_LIMIT,

@@ -79,6 +79,7 @@ void np_bake_prune(const np_bake *bake, np_sparse_grid *grid);
 typedef struct np_bake_marks {
   uint8_t *is_cloudy;
   size_t cloudy_count;
+  double share; /* of the marked leaves that do hold cloud, by a sample */
 } np_bake_marks;
 
 /* Says what the bake and what is done with its grid may need at most, and fails when that is not to be had. */
