@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Speed of a bake against that of the noise in it: `bench_bake [VOXEL_M]`, on one thread, by its CPU time.
  *
- * The bake runs twice: as it is, and with a table of noises that counts samples and takes the time. What the noise alone
- * allows is the bake's voxels in the time of its noise; the bake reaches the printed part of that, and must reach half.
- * With noise built without vectors the same is done once more: that is what vectors are compared with.
+ * The bake runs twice: as it is, and with a table of noises that counts samples and takes the time. What the noise
+ * alone allows is the bake's voxels in the time of its noise; the bake reaches the printed part of that, and must reach
+ * half. With noise built without vectors the same is done once more: that is what vectors are compared with.
  */
 #include <stdio.h>
 #include <stdlib.h>
