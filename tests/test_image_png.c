@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 
 #include "core/random.h"
+#include "image/color_space.h"
 #include "image/preview.h"
 
 typedef struct fixture {
@@ -304,6 +305,28 @@ static void white_shows_as_neutral(void **state) {
   }
 }
 
+/* One colour, said in ACEScg's primaries and in Rec.709's, shows the same; half a step of 1/255 in one of the means is
+ * what the rounding of its components comes to. */
+static void primaries_of_the_header_are_honoured(void **state) {
+  fixture *f = *state;
+  const neph_preview_desc desc = make_plain_desc();
+  neph_image *plain = create_colour(f->context, 0.30f, 0.18f, 0.06f);
+  /* AP1 from Rec.709 by Bradford: 0.6131 0.3395 0.0474 / 0.0702 0.9164 0.0134 / 0.0206 0.1096 0.8698 */
+  neph_image *wide = create_colour(f->context, 0.24789f, 0.18681f, 0.07810f);
+  memcpy(wide->header.chromaticities, np_color_space_get_chromaticities(NP_COLOR_ACESCG),
+         sizeof wide->header.chromaticities);
+  neph_image *unsaid = save_and_load(f, wide, &desc);
+  wide->header.has_chromaticities = true;
+  neph_image *expected = save_and_load(f, plain, &desc), *shown = save_and_load(f, wide, &desc);
+  for (unsigned c = 0; c < 3; c++) assert_near(average(shown, c), average(expected, c), 5e-4);
+  assert_true(fabs(average(unsaid, 0) - average(expected, 0)) > 0.02);
+  neph_image_destroy(unsaid);
+  neph_image_destroy(shown);
+  neph_image_destroy(expected);
+  neph_image_destroy(wide);
+  neph_image_destroy(plain);
+}
+
 /* More light is never darker in any channel, and order of channels never turns over: at every stop from black to burnt,
  * for the hues that matter. */
 static void tones_rise_and_keep_their_order(void **state) {
@@ -512,6 +535,7 @@ int main(void) {
       PNG_TEST(missing_file_is_not_found),
       PNG_TEST(middle_grey_shows_as_the_curve_says),
       PNG_TEST(white_shows_as_neutral),
+      PNG_TEST(primaries_of_the_header_are_honoured),
       PNG_TEST(tones_rise_and_keep_their_order),
       PNG_TEST(negative_infinite_and_nan_pixels_are_safe),
       PNG_TEST(gradients_do_not_band),
