@@ -2,9 +2,9 @@
 /* How wrong colours are by the number of wavelengths: the clear sky of a scene under several suns, or its picture.
  *
  * Usage: bench_color SCENE.yaml [picture]. The reference is 60 wavelengths, in linear Rec.709. Three bands have no
- * place there, and are mapped to it in two ways: by their white alone, as previews are (then the reference is white
- * under the same sun), and by the 3 x 3 matrix that makes the least relative error over all that is compared, which is
- * the best that any fixed matrix does here.
+ * place there, and are mapped to it in three ways: by their white alone, as previews are; by the matrix that keeps the
+ * sun white and else makes the least relative error over clear skies, and over white ground under sun and sky; and by
+ * the best matrix without such a condition.
  *
  * For each colour both are scaled until the reference's luminance is 0.4. Printed: relative rms of R, G and B over the
  * reference's largest component, and the mean and the largest ΔE*ab (CIE 1976, white D65).
@@ -19,7 +19,7 @@
 #include "core/units.h"
 #include "render/assembly.h"
 
-enum { DIRECTIONS = 30, SAMPLES_MAX = 1 << 18 };
+enum { DIRECTIONS = 30, LOOKS = DIRECTIONS + 2, SAMPLES_MAX = 1 << 18 };
 
 static const double elevations_deg[] = {60, 30, 10, 5, 2, 0, -3, -6};
 enum { ELEVATIONS = sizeof elevations_deg / sizeof *elevations_deg };
@@ -103,37 +103,48 @@ static void print_error(const char *name, const error *e) {
 
 /* ---- Maps from bands ---- */
 
-/* Row `c` of the matrix that maps bands to the reference with the least relative error: three normal equations. */
-static void fit_row(const colors *bands, const colors *reference, int c, double out[3]) {
-  double a[3][4] = {{0}};
-  for (size_t i = 0; i < bands->count; i++) {
-    const double luminance = find_luminance(reference->rgb[i]);
-    if (!(luminance > 0.0)) continue;
-    const double weight = 1.0 / (luminance * luminance);
-    for (int r = 0; r < 3; r++) {
-      for (int k = 0; k < 3; k++) a[r][k] += weight * bands->rgb[i][r] * bands->rgb[i][k];
-      a[r][3] += weight * bands->rgb[i][r] * reference->rgb[i][c];
+typedef struct matrix {
+  double at[3][3];
+} matrix;
+
+/* Both divided by the colour of the sun above the air, and so by its luminance. */
+static void divide(const double rgb[3], const double sun[3], double out[3]) {
+  for (int c = 0; c < 3; c++) out[c] = rgb[c] / sun[c];
+}
+
+/* The matrix between bands and reference, both over the sun, whose rows make the least relative error: three normal
+ * equations a row; a heavy sun among the colours keeps it white. */
+static matrix fit(const colors *bands, const colors *reference, const double bands_sun[3], const double sun[3],
+                  double sun_weight) {
+  matrix out;
+  for (int c = 0; c < 3; c++) {
+    double a[3][4] = {{0}};
+    for (size_t i = 0; i <= bands->count; i++) {
+      const bool is_sun = i == bands->count;
+      double x[3], y[3];
+      divide(is_sun ? bands_sun : bands->rgb[i], bands_sun, x);
+      divide(is_sun ? sun : reference->rgb[i], sun, y);
+      const double luminance = find_luminance(y), weight = (is_sun ? sun_weight : 1.0) / (luminance * luminance);
+      for (int r = 0; luminance > 0.0 && r < 3; r++) {
+        for (int k = 0; k < 3; k++) a[r][k] += weight * x[r] * x[k];
+        a[r][3] += weight * x[r] * y[c];
+      }
     }
+    for (int p = 0; p < 3; p++)
+      for (int r = 0; r < 3; r++) {
+        const double factor = r == p ? 0.0 : a[r][p] / a[p][p];
+        for (int k = p; k < 4; k++) a[r][k] -= factor * a[p][k];
+      }
+    for (int r = 0; r < 3; r++) out.at[c][r] = a[r][3] / a[r][r];
   }
-  for (int p = 0; p < 3; p++)
-    for (int r = 0; r < 3; r++) {
-      if (r == p) continue;
-      const double factor = a[r][p] / a[p][p];
-      for (int k = p; k < 4; k++) a[r][k] -= factor * a[p][k];
-    }
-  for (int r = 0; r < 3; r++) out[r] = a[r][3] / a[r][r];
+  return out;
 }
 
-static void map(const double matrix[9], const double in[3], double out[3]) {
-  for (int r = 0; r < 3; r++) out[r] = matrix[3 * r] * in[0] + matrix[3 * r + 1] * in[1] + matrix[3 * r + 2] * in[2];
-}
-
-/* What a band of 1 must become for the sun to be white: bands are divided by it, and so is the reference. */
-static void find_whites(neph_scene *bands, const double reference_sun[3], double out[9]) {
-  double white[3];
-  memset(out, 0, 9 * sizeof *out);
-  np_scene_get_white(bands, white);
-  for (int c = 0; c < 3; c++) out[4 * c] = reference_sun[c] / (bands->sun.irradiance_w_m2_nm[1] * white[c]);
+/* From bands to the reference, through colours over the sun. */
+static void map(const matrix *m, const double bands_sun[3], const double sun[3], const double in[3], double out[3]) {
+  double x[3];
+  divide(in, bands_sun, x);
+  for (int r = 0; r < 3; r++) out[r] = sun[r] * (m->at[r][0] * x[0] + m->at[r][1] * x[1] + m->at[r][2] * x[2]);
 }
 
 /* The sun above the air, in the picture's colours. */
@@ -146,18 +157,33 @@ static void find_sun(const np_assembly *a, double out[3]) {
 
 /* ---- Skies and pictures ---- */
 
+static void keep(np_spectrum color, double out[3]) {
+  for (int c = 0; c < 3; c++) out[c] = (double)color.band[c];
+}
+
+static np_spectrum spectrum_of(const double values[3]) {
+  return np_spectrum_make((float)values[0], (float)values[1], (float)values[2]);
+}
+
+/* The sky in all directions, and white ground under the sun and under the sky. */
 static void look(const np_assembly *a, double (*rgb)[3]) {
-  for (int i = 0; i < DIRECTIONS; i++) {
-    const double zenith = (i % 6) * 17.0 * NP_DEGREE, azimuth = (i / 6) * 45.0 * NP_DEGREE;
-    const np_vec3 d =
-        np_vec3_make((float)(sin(zenith) * sin(azimuth)), (float)(sin(zenith) * cos(azimuth)), (float)cos(zenith));
-    np_spectrum color = np_spectrum_grey(0.0f);
-    for (unsigned p = 0; p < a->packet_count; p++) {
-      const np_scene_view *view = &a->packets[p].lights[0].view;
-      color = np_packet_add_color(&a->packets[p], color, np_light_sky(view, view->camera_sky, a->camera.origin, d));
+  np_spectrum color[LOOKS];
+  memset(color, 0, sizeof color);
+  for (unsigned p = 0; p < a->packet_count; p++) {
+    const np_packet *packet = &a->packets[p];
+    const np_scene_view *view = &packet->lights[0].view;
+    for (int i = 0; i < DIRECTIONS; i++) {
+      const double zenith = (i % 6) * 17.0 * NP_DEGREE, azimuth = (i / 6) * 45.0 * NP_DEGREE;
+      const np_vec3 d =
+          np_vec3_make((float)(sin(zenith) * sin(azimuth)), (float)(sin(zenith) * cos(azimuth)), (float)cos(zenith));
+      color[i] = np_packet_add_color(packet, color[i], np_light_sky(view, view->camera_sky, a->camera.origin, d));
     }
-    for (int c = 0; c < 3; c++) rgb[i][c] = (double)color.band[c];
+    double sun[3], sky[3];
+    neph_sky_get_irradiance(view->camera_sky, sun, sky);
+    color[DIRECTIONS] = np_packet_add_color(packet, color[DIRECTIONS], spectrum_of(sun));
+    color[DIRECTIONS + 1] = np_packet_add_color(packet, color[DIRECTIONS + 1], spectrum_of(sky));
   }
+  for (int i = 0; i < LOOKS; i++) keep(color[i], rgb[i]);
 }
 
 static void look_at_skies(neph_scene *scene, colors *out, double out_sun[3]) {
@@ -172,11 +198,11 @@ static void look_at_skies(neph_scene *scene, colors *out, double out_sun[3]) {
     np_monitor_start(&monitor, scene->context, NULL, NULL);
     check(np_plan_make_sky(scene, &plan));
     check(np_assembly_build(scene, &plan, &monitor, &assembly));
-    look(&assembly, out->rgb + (size_t)e * DIRECTIONS);
+    look(&assembly, out->rgb + (size_t)e * LOOKS);
     find_sun(&assembly, out_sun);
     np_assembly_clear(&assembly);
   }
-  out->count = (size_t)ELEVATIONS * DIRECTIONS;
+  out->count = (size_t)ELEVATIONS * LOOKS;
 }
 
 static void take_picture(neph_scene *scene, colors *out) {
@@ -194,62 +220,80 @@ static void take_picture(neph_scene *scene, colors *out) {
 
 /* ---- Tables ---- */
 
-static void compare_mapped(const char *name, const colors *own, const double matrix[9], const colors *reference,
-                           size_t begin, size_t end) {
+typedef struct bench {
+  colors all[COUNTS];
+  double sun[COUNTS][3]; /* above the air */
+  matrix white, neutral, best;
+} bench;
+
+static void compare_mapped(const char *name, const bench *b, int k, const matrix *m, size_t begin, size_t end) {
   error e = {.count = 0};
   for (size_t i = begin; i < end; i++) {
-    double rgb[3];
-    map(matrix, own->rgb[i], rgb);
-    add_error(&e, rgb, reference->rgb[i]);
+    const double *reference = b->all[REFERENCE].rgb[i], *own = b->all[k].rgb[i];
+    double mapped[3];
+    if (m) map(m, b->sun[k], b->sun[REFERENCE], own, mapped);
+    add_error(&e, m ? mapped : own, reference);
   }
   print_error(name, &e);
 }
 
-static void compare_all(const colors *all, const double white[9], const double best[9], size_t begin, size_t end) {
-  static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  compare_mapped("  3, by their white", &all[0], white, &all[REFERENCE], begin, end);
-  compare_mapped("  3, by the best matrix", &all[0], best, &all[REFERENCE], begin, end);
+static void compare_all(const bench *b, size_t begin, size_t end) {
+  compare_mapped("  3, as previews", b, 0, &b->white, begin, end);
+  compare_mapped("  3, matrix, white sun", b, 0, &b->neutral, begin, end);
+  compare_mapped("  3, best matrix", b, 0, &b->best, begin, end);
   for (int k = 1; k < REFERENCE; k++) {
     char name[32];
     (void)snprintf(name, sizeof name, "  %u", counts[k]);
-    compare_mapped(name, &all[k], identity, &all[REFERENCE], begin, end);
+    compare_mapped(name, b, k, NULL, begin, end);
   }
 }
 
-int main(int argc, char **argv) {
-  if (argc < 2) fail("usage: bench_color SCENE.yaml [picture]");
-  const bool is_picture = argc > 2;
-  neph_context *context = NULL;
-  check(neph_context_create(NULL, &context));
-  colors all[COUNTS];
-  double white[9], best[9], sun[3];
+static void print_matrix(const char *name, const matrix *m) {
+  printf("%s:", name);
+  for (int r = 0; r < 3; r++)
+    printf(" %8.4f %8.4f %8.4f%s", m->at[r][0], m->at[r][1], m->at[r][2], r < 2 ? " /" : "\n");
+}
+
+static void compare_skies(const bench *b) {
+  for (size_t e = 0; e < ELEVATIONS; e++) {
+    printf("clear sky, sun at %g deg\n", elevations_deg[e]);
+    compare_all(b, e * LOOKS, (e + 1) * LOOKS);
+  }
+  printf("all of them\n");
+  compare_all(b, 0, (size_t)ELEVATIONS * LOOKS);
+}
+
+static void compare_pictures(bench *b, neph_context *context, const char *path) {
   for (int k = 0; k < COUNTS; k++) {
-    all[k].rgb = malloc(SAMPLES_MAX * sizeof *all[k].rgb);
-    if (!all[k].rgb) fail("no memory");
-    neph_scene *scene = load(context, argv[1], counts[k]);
-    look_at_skies(scene, &all[k], sun);
+    neph_scene *scene = load(context, path, counts[k]);
+    take_picture(scene, &b->all[k]);
     neph_scene_destroy(scene);
   }
-  for (int c = 0; c < 3; c++) fit_row(&all[0], &all[REFERENCE], c, best + (ptrdiff_t)3 * c);
-  neph_scene *bands = load(context, argv[1], 3);
-  find_whites(bands, sun, white);
-  neph_scene_destroy(bands);
-  printf("best matrix from bands: %.4f %.4f %.4f / %.4f %.4f %.4f / %.4f %.4f %.4f\n", best[0], best[1], best[2],
-         best[3], best[4], best[5], best[6], best[7], best[8]);
-  for (size_t e = 0; !is_picture && e < ELEVATIONS; e++) {
-    printf("clear sky, sun at %g deg\n", elevations_deg[e]);
-    compare_all(all, white, best, e * DIRECTIONS, (e + 1) * DIRECTIONS);
+  printf("%s\n", path);
+  compare_all(b, 0, b->all[0].count);
+}
+
+int main(int argc, char **argv) {
+  static bench b = {.white = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}};
+  if (argc < 2) fail("usage: bench_color SCENE.yaml [picture]");
+  neph_context *context = NULL;
+  check(neph_context_create(NULL, &context));
+  for (int k = 0; k < COUNTS; k++) {
+    b.all[k].rgb = malloc(SAMPLES_MAX * sizeof *b.all[k].rgb);
+    if (!b.all[k].rgb) fail("no memory");
+    neph_scene *scene = load(context, argv[1], counts[k]);
+    look_at_skies(scene, &b.all[k], b.sun[k]);
+    neph_scene_destroy(scene);
   }
-  if (is_picture) {
-    for (int k = 0; k < COUNTS; k++) {
-      neph_scene *scene = load(context, argv[1], counts[k]);
-      take_picture(scene, &all[k]);
-      neph_scene_destroy(scene);
-    }
-    printf("%s, the matrix as for clear skies\n", argv[1]);
-    compare_all(all, white, best, 0, all[0].count);
-  }
-  for (int k = 0; k < COUNTS; k++) free(all[k].rgb);
+  b.neutral = fit(&b.all[0], &b.all[REFERENCE], b.sun[0], b.sun[REFERENCE], 1e9);
+  b.best = fit(&b.all[0], &b.all[REFERENCE], b.sun[0], b.sun[REFERENCE], 0.0);
+  print_matrix("white sun", &b.neutral);
+  print_matrix("best     ", &b.best);
+  if (argc > 2)
+    compare_pictures(&b, context, argv[1]);
+  else
+    compare_skies(&b);
+  for (int k = 0; k < COUNTS; k++) free(b.all[k].rgb);
   neph_context_destroy(context);
   return 0;
 }
