@@ -151,7 +151,7 @@ static void map(const matrix *m, const double bands_sun[3], const double sun[3],
 static void find_sun(const np_assembly *a, double out[3]) {
   np_spectrum color = np_spectrum_grey(0.0f);
   for (unsigned p = 0; p < a->packet_count; p++)
-    color = np_packet_add_color(&a->packets[p], color, a->packets[p].view.sun_irradiance);
+    color = np_packet_add_color(&a->packets[p], color, a->packets[p].lights[0].view.sun_irradiance);
   for (int c = 0; c < 3; c++) out[c] = (double)color.band[c];
 }
 
