@@ -13,7 +13,10 @@ typedef struct np_multi_scatter_desc {
 
 /* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.2 kB each in cloud while it is solved; S6. */
 #define NP_MULTI_SCATTER_DESC_DEFAULT                                                                                  \
-  { .cells = {.cell_count_max = 1500000, .cell_depth_max = 0.35}, .order = 6, .tolerance = 3e-4 }
+  {                                                                                                                    \
+    .cells = {.cell_count_max = 1500000, .cell_count_cheap = 60000, .cell_depth_max = 0.35}, .order = 6,               \
+    .tolerance = 3e-4                                                                                                  \
+  }
 
 /* Moments of the radiance at one point. */
 typedef struct np_light_moments {

@@ -2,7 +2,8 @@
 /* Cells of the multiple scattering: where they lie, what they hold.
  *
  * Their error grows with x = (1−g)·σ·edge, to some 2 % at 0.3 and 4 % at 1, so the densest cloud decides their size;
- * two voxels at least, since the field's own detail ends there, unless a single voxel is thicker than that.
+ * two voxels at least, since the field's own detail ends there, unless a single voxel is thicker than that or one
+ * voxel to a cell costs next to nothing.
  */
 #include "light/transport_grid.h"
 
@@ -91,16 +92,20 @@ static double find_voxel_depth(const np_scene_view *view) {
   return find_transport_extinction(view) * longest;
 }
 
+static double place_cells(const np_scene_view *view, const np_transport_desc *desc, double edge_voxels,
+                          np_transport_grid *grid) {
+  for (int axis = 0; axis < 3; axis++) place_axis(view, desc, axis, edge_voxels, grid);
+  return (double)grid->size[0] * grid->size[1] * grid->size[2];
+}
+
 void np_transport_grid_place(const np_scene_view *view, const np_transport_desc *desc, np_transport_grid *grid) {
   const double voxel_depth = find_voxel_depth(view);
-  double edge = 2.0;
+  double edge = place_cells(view, desc, 1.0, grid) <= (double)desc->cell_count_cheap ? 1.0 : 2.0;
   while (edge < 8.0 && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
   while (edge > 0.1 && edge * voxel_depth > 3.5 * desc->cell_depth_max) edge *= 0.5;
   for (;; edge *= 1.25) {
     const double rounded = edge > 2.0 ? ceil(4.0 * edge) * 0.25 : edge;
-    for (int axis = 0; axis < 3; axis++) place_axis(view, desc, axis, rounded, grid);
-    const double cells = (double)grid->size[0] * grid->size[1] * grid->size[2];
-    if (cells <= (double)desc->cell_count_max) return;
+    if (place_cells(view, desc, rounded, grid) <= (double)desc->cell_count_max) return;
   }
 }
 

@@ -26,7 +26,8 @@ typedef struct np_transport_grid {
 typedef struct np_transport_desc {
   np_dvec3 bounds_min, bounds_max; /* of the clouds, in the world */
   size_t cell_count_max;
-  double cell_depth_max; /* of a cell, (1−g)·σ·edge, where the memory allows */
+  size_t cell_count_cheap; /* cells of one voxel where so many are enough */
+  double cell_depth_max;   /* of a cell, (1−g)·σ·edge, where the memory allows */
 } np_transport_desc;
 
 /* Chooses cells; fills `size`, `origin_m`, `cell_m` and `is_wrapped`. */

@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Laws that hold for any cloud, whatever its shape: light may be followed either way, none is lost where nothing
+ * absorbs, and a volume cut in two is the same volume. Held by the tracer within its own standard error, and by the
+ * march with ordinates as far as it goes. */
+#include "core/stable.h"
+#include "core/units.h"
+#include "integrate/integrator.h"
+#include "light/multi_scatter.h"
+#include "test_support.h"
+#include "volume/volume_private.h"
+
+enum { EDGE = 24, CLOUDS = 2, BATCHES = 16 };
+
+/* Two lumpy balls 20 m apart, of different density and phase function. */
+typedef struct fixture {
+  neph_context *context;
+  neph_volume *volumes[CLOUDS];
+  np_view_volume placed[CLOUDS];
+  np_scene_view view;
+  np_multi_scatter scatter;
+} fixture;
+
+static const double half_m[3] = {22.5, 10.5, 10.5}; /* of a box about the origin that holds all */
+
+static float lumpy(int n) {
+  const double x = n % EDGE - 11.5, y = n / EDGE % EDGE - 11.5, z = n / EDGE / EDGE - 11.5;
+  const double edge = 100.0 - x * x - y * y - z * z;
+  return edge > 0.0 ? (float)(fmin(edge, 40.0) / 40.0 * (1.0 + 0.5 * sin(x) * cos(y + z))) : 0.0f;
+}
+
+static void create(neph_context *context, double x, const bool *is_kept, neph_volume **out_volume) {
+  static float values[EDGE * EDGE * EDGE];
+  for (int n = 0; n < EDGE * EDGE * EDGE; n++) values[n] = !is_kept || is_kept[n % EDGE] ? lumpy(n) : 0.0f;
+  neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
+  for (int a = 0; a < 3; a++) {
+    desc.size[a] = EDGE;
+    desc.index_to_world[a][3] = -11.5 + (a == 0 ? x : 0.0);
+  }
+  desc.values = values;
+  desc.precision = NEPH_PRECISION_FLOAT;
+  assert_int_equal(neph_volume_create_dense(context, &desc, out_volume), NEPH_OK);
+}
+
+static void place(fixture *f, unsigned i, float extinction_per_m, np_phase phase) {
+  f->placed[i] = (np_view_volume){.bricks = &f->volumes[i]->bricks,
+                                  .world_to_index = f->volumes[i]->world_to_index,
+                                  .extinction_per_value = extinction_per_m,
+                                  .albedo = np_spectrum_make(1.0f, 0.9f, 0.0f),
+                                  .phase = phase};
+}
+
+static void start(fixture *f) {
+  *f = (fixture){.context = test_context_create(2, NULL)};
+  create(f->context, -12.0, NULL, &f->volumes[0]);
+  create(f->context, 12.0, NULL, &f->volumes[1]);
+  place(f, 0, 0.5f, np_phase_henyey_greenstein(0.7f));
+  place(f, 1, 0.15f, np_phase_two_lobe(0.5f, -0.3f, 0.3f));
+  f->view = (np_scene_view){.volume_count = CLOUDS, .volumes = f->placed, .sun_irradiance = np_spectrum_grey(1.0f)};
+}
+
+static void end(fixture *f) {
+  np_multi_scatter_clear(&f->scatter);
+  for (int i = 0; i < CLOUDS; i++) neph_volume_release(f->volumes[i]);
+  neph_context_destroy(f->context);
+}
+
+static void light(fixture *f, np_vec3 to_sun, bool is_solved) {
+  f->view.to_sun = to_sun;
+  np_multi_scatter_clear(&f->scatter);
+  f->view.multi_scatter = NULL;
+  if (!is_solved) return;
+  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
+  desc.cells.bounds_min = np_dvec3_make(-24.0, -12.0, -12.0);
+  desc.cells.bounds_max = np_dvec3_make(24.0, 12.0, 12.0);
+  assert_int_equal(np_multi_scatter_build(f->context, &f->view, &desc, NULL, &f->scatter), NEPH_OK);
+  f->view.multi_scatter = &f->scatter;
+}
+
+typedef struct estimate {
+  double mean, error;
+} estimate;
+
+/* A sum of random numbers, of which mean and standard error are wanted. */
+typedef struct tally {
+  np_sum value, square;
+  int count;
+} tally;
+
+static void tally_add(tally *t, double x) {
+  np_sum_add(&t->value, x);
+  np_sum_add(&t->square, x * x);
+  t->count++;
+}
+
+static estimate tally_finish(const tally *t) {
+  const double mean = np_sum_total(&t->value) / t->count;
+  return (estimate){mean,
+                    sqrt(fmax(np_sum_total(&t->square) / t->count - mean * mean, 0.0) / fmax(t->count - 1.0, 1.0))};
+}
+
+/* A rectangle that faces a direction, wide enough that all clouds are seen through it. */
+typedef struct window {
+  np_vec3 from, axis[2];
+  double half_m[2], area_m2;
+} window;
+
+static window open_window(np_vec3 from) {
+  window w = {.from = from};
+  np_frame_around(from, &w.axis[0], &w.axis[1]);
+  for (int i = 0; i < 2; i++)
+    w.half_m[i] = half_m[0] * fabs((double)w.axis[i].x) + half_m[1] * fabs((double)w.axis[i].y) +
+                  half_m[2] * fabs((double)w.axis[i].z);
+  w.area_m2 = 4.0 * w.half_m[0] * w.half_m[1];
+  return w;
+}
+
+/* The n-th ray of a low-discrepancy set (Roberts 2018), `shift` along. */
+static np_camera_ray make_ray(const window *w, int n, const double shift[2], np_random *random) {
+  static const double steps[2] = {0.7548776662466927, 0.5698402909980532};
+  np_dvec3 origin = np_vec3_to_double(np_vec3_scale(w->from, 100.0f));
+  for (int i = 0; i < 2; i++) {
+    const double u = shift[i] + steps[i] * n;
+    origin = np_dvec3_along(origin, w->axis[i], w->half_m[i] * (2.0 * (u - floor(u)) - 1.0));
+  }
+  return (np_camera_ray){
+      .origin = origin, .direction = np_vec3_scale(w->from, -1.0f), .jitter = np_random_float(random)};
+}
+
+static double sample_radiance(const fixture *f, const np_camera_ray *ray, np_random *random, int band) {
+  const np_integrator_settings settings = {.scattering_max = UINT32_MAX,
+                                           .look = {.octave_count = 1, .gain = 1.0f},
+                                           .step_voxels = 1.0f,
+                                           .light_step_voxels = 1.0f,
+                                           .transmittance_end = 1e-4f};
+  const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->context));
+  np_integrator_sample sample;
+  (f->view.multi_scatter ? kernels->march : kernels->path)(&f->view, &settings, ray, random, &sample);
+  double sum = 0.0;
+  for (int c = 0; c < NP_COMPONENT_COUNT; c++) sum += (double)sample.component[c].band[band];
+  return sum;
+}
+
+/* Radiant intensity thrown towards `to`; the error is that of the means of BATCHES sets. */
+static estimate find_intensity(const fixture *f, np_vec3 to, int count, int band, uint64_t seed) {
+  np_random random = np_random_start(seed, 0, 0, 0, 0);
+  const window w = open_window(to);
+  tally batches = {0};
+  for (int batch = 0; batch < BATCHES; batch++) {
+    const double shift[2] = {np_random_double(&random), np_random_double(&random)};
+    double sum = 0.0;
+    for (int n = 0; n < count / BATCHES; n++) {
+      const np_camera_ray ray = make_ray(&w, n, shift, &random);
+      sum += sample_radiance(f, &ray, &random, band);
+    }
+    tally_add(&batches, w.area_m2 * sum / (count / BATCHES));
+  }
+  return tally_finish(&batches);
+}
+
+/* Chandrasekhar 1960, "Radiative Transfer", section 13: what goes from a to b under light from a is what goes from b to
+ * a under light from b. One shadows the other from a, both show from b. */
+static void assert_reciprocal(fixture *f, bool is_solved, int band, double tolerance) {
+  const np_vec3 a = np_vec3_make(0.96f, 0.0f, 0.28f), b = np_vec3_make(0.0f, -0.8f, 0.6f);
+  const int count = is_solved ? 4096 : 131072;
+  light(f, a, is_solved);
+  const estimate there = find_intensity(f, b, count, band, 1);
+  light(f, b, is_solved);
+  const estimate back = find_intensity(f, a, count, band, 2);
+  assert_near(there.mean, back.mean, 4.0 * hypot(there.error, back.error) + tolerance * there.mean);
+}
+
+static void light_may_be_followed_either_way(void **state) {
+  (void)state;
+  fixture f;
+  start(&f);
+  assert_reciprocal(&f, false, 0, 0.0);
+  assert_reciprocal(&f, false, 1, 0.0);
+  assert_reciprocal(&f, true, 0, 0.01);
+  assert_reciprocal(&f, true, 1, 0.01);
+  end(&f);
+}
+
+/* Power taken from the sun's light, by the optical depths alone. */
+static estimate find_intercepted(const fixture *f, int count) {
+  np_random random = np_random_start(3, 0, 0, 0, 0);
+  const window w = open_window(f->view.to_sun);
+  tally batches = {0};
+  for (int batch = 0; batch < BATCHES; batch++) {
+    const double shift[2] = {np_random_double(&random), np_random_double(&random)};
+    double sum = 0.0;
+    for (int n = 0; n < count / BATCHES; n++) {
+      const np_camera_ray ray = make_ray(&w, n, shift, &random);
+      double depth = 0.0;
+      for (int k = 0; k < 240; k++) {
+        const np_dvec3 position = np_dvec3_along(ray.origin, ray.direction, 70.0 + 0.25 * (k + 0.5));
+        for (int v = 0; v < CLOUDS; v++) depth += 0.25 * (double)np_view_extinction(&f->placed[v], position);
+      }
+      sum -= expm1(-depth);
+    }
+    tally_add(&batches, w.area_m2 * sum / (count / BATCHES));
+  }
+  return tally_finish(&batches);
+}
+
+/* What leaves in all directions, spread evenly over the sphere, is what the clouds take from the sun. */
+static void assert_conserved(fixture *f, bool is_solved, double tolerance) {
+  enum { DIRECTIONS = 256 };
+  light(f, np_vec3_make(0.6f, 0.0f, 0.8f), is_solved);
+  double thrown = 0.0, variance = 0.0;
+  for (int n = 0; n < DIRECTIONS; n++) {
+    const double z = 1.0 - (2.0 * n + 1.0) / DIRECTIONS, azimuth = n * (NP_PI * (3.0 - sqrt(5.0)));
+    const float r = (float)sqrt(1.0 - z * z);
+    const np_vec3 to = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
+    const estimate part = find_intensity(f, to, is_solved ? 1024 : 2048, 0, 100 + (uint64_t)n);
+    thrown += 4.0 * NP_PI / DIRECTIONS * part.mean;
+    variance += pow(4.0 * NP_PI / DIRECTIONS * part.error, 2.0);
+  }
+  const estimate taken = find_intercepted(f, 16384);
+  assert_near(thrown, taken.mean, 4.0 * sqrt(variance + taken.error * taken.error) + tolerance * taken.mean);
+}
+
+static void white_clouds_lose_no_light(void **state) {
+  (void)state;
+  fixture f;
+  start(&f);
+  assert_conserved(&f, false, 0.0);
+  assert_conserved(&f, true, 0.01);
+  end(&f);
+}
+
+/* The interpolant of a grid is the sum of those of its parts: a cloud in two files is the cloud in one. */
+static void a_volume_in_two_files_is_one_volume(void **state) {
+  (void)state;
+  fixture f;
+  start(&f);
+  bool is_left[EDGE], is_right[EDGE];
+  for (int i = 0; i < EDGE; i++) is_right[i] = !(is_left[i] = i < EDGE / 2 - 3);
+  f.view.volume_count = 1;
+  const np_vec3 to_sun = np_vec3_make(0.6f, 0.0f, 0.8f), to_camera = np_vec3_make(0.0f, -1.0f, 0.0f);
+  estimate whole[2], parts[2];
+  for (int m = 0; m < 2; m++) {
+    light(&f, to_sun, m == 1);
+    whole[m] = find_intensity(&f, to_camera, m ? 4096 : 131072, 0, 4);
+  }
+  for (int i = 0; i < CLOUDS; i++) neph_volume_release(f.volumes[i]);
+  create(f.context, -12.0, is_left, &f.volumes[0]);
+  create(f.context, -12.0, is_right, &f.volumes[1]);
+  for (unsigned i = 0; i < CLOUDS; i++) place(&f, i, 0.5f, np_phase_henyey_greenstein(0.7f));
+  f.view.volume_count = CLOUDS;
+  for (int m = 0; m < 2; m++) {
+    light(&f, to_sun, m == 1);
+    parts[m] = find_intensity(&f, to_camera, m ? 4096 : 131072, 0, 5);
+  }
+  assert_near(parts[0].mean, whole[0].mean, 4.0 * hypot(parts[0].error, whole[0].error));
+  assert_near(parts[1].mean, whole[1].mean, 4.0 * hypot(parts[1].error, whole[1].error) + 0.01 * whole[1].mean);
+  end(&f);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(light_may_be_followed_either_way),
+      cmocka_unit_test(white_clouds_lose_no_light),
+      cmocka_unit_test(a_volume_in_two_files_is_one_volume),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
