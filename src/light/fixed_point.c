@@ -10,9 +10,10 @@
 
 #include "core/alloc.h"
 
-enum { DEPTH = NP_FIXED_POINT_VECTORS / 2, CHUNK = 1 << 15, BLOCK = 64 };
+enum { DEPTH = NP_FIXED_POINT_DEPTH_MAX, CHUNK = 1 << 15, BLOCK = 64 };
 
 typedef struct history {
+  unsigned depth; /* slots */
   unsigned count; /* filled, the newest last */
   float *image[DEPTH], *residual[DEPTH];
   double gram[DEPTH][DEPTH]; /* scalar products of the residuals */
@@ -109,15 +110,15 @@ static void find_weights(const history *past, double weight[DEPTH]) {
 
 /* Makes the last slot of the history free. */
 static void shift(history *past) {
-  if (past->count < DEPTH) return;
+  if (past->count < past->depth) return;
   float *image = past->image[0], *residual = past->residual[0];
-  for (unsigned j = 0; j + 1 < DEPTH; j++) {
+  for (unsigned j = 0; j + 1 < past->depth; j++) {
     past->image[j] = past->image[j + 1];
     past->residual[j] = past->residual[j + 1];
-    for (unsigned i = 0; i + 1 < DEPTH; i++) past->gram[j][i] = past->gram[j + 1][i + 1];
+    for (unsigned i = 0; i + 1 < past->depth; i++) past->gram[j][i] = past->gram[j + 1][i + 1];
   }
-  past->image[DEPTH - 1] = image;
-  past->residual[DEPTH - 1] = residual;
+  past->image[past->depth - 1] = image;
+  past->residual[past->depth - 1] = residual;
   past->count--;
 }
 
@@ -170,12 +171,12 @@ static neph_result iterate(np_fixed_point *problem, history *past, pass *p) {
 
 neph_result np_fixed_point_solve(np_fixed_point *problem, float *x) {
   neph_context *context = problem->context;
-  history past = {0};
+  history past = {.depth = problem->depth};
   pass p = {.problem = problem, .past = &past, .x = x};
-  float *vectors = np_alloc(context, problem->count, NP_FIXED_POINT_VECTORS * sizeof *vectors);
+  float *vectors = np_alloc(context, problem->count, 2 * past.depth * sizeof *vectors);
   p.sums = np_alloc(context, count_chunks(problem), sizeof *p.sums);
   neph_result result = vectors && p.sums ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  for (unsigned j = 0; j < DEPTH && !result; j++) {
+  for (unsigned j = 0; j < past.depth && !result; j++) {
     past.image[j] = vectors + 2 * j * problem->count;
     past.residual[j] = past.image[j] + problem->count;
   }

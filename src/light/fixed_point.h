@@ -13,13 +13,14 @@ typedef struct np_fixed_point {
   np_fixed_point_fn map;
   void *user;
   size_t count;     /* floats in x */
+  unsigned depth;   /* images that are combined, 1 to NP_FIXED_POINT_DEPTH_MAX; each costs two vectors like x */
   double tolerance; /* of ‖g(x) − x‖ / ‖g(x)‖ */
   unsigned calls_max;
   double residual; /* out: reached */
   unsigned calls;  /* out: of the map */
 } np_fixed_point;
 
-enum { NP_FIXED_POINT_VECTORS = 10 }; /* that a solution needs besides x */
+enum { NP_FIXED_POINT_DEPTH_MAX = 20 };
 
 /* Improves `x` until the tolerance is met or the calls are used up; x is then the last image. Same bits for any number
  * of threads. */

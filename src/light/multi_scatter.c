@@ -26,7 +26,10 @@ enum {
   OCTANTS_PER_GROUP = NP_OCTANT_COUNT / GROUPS,
   CHUNK = 4096,
   SWEEPS_MAX = 60,
-  COARSE_SWEEPS_MAX = 200
+  CHEAP_SWEEPS_MAX = 200,
+  CHEAP_CELLS = 1 << 14, /* live ones, on which a solution costs so little that it is driven to the end of floats */
+  DEPTH = 5,
+  CHEAP_DEPTH = NP_FIXED_POINT_DEPTH_MAX
 };
 
 /* One grid's problem. */
@@ -131,13 +134,15 @@ static neph_result solve_level(solver *s, level *l, double tolerance) {
                         .source = it.source,
                         .inflow = (*s->inflow)[s->band],
                         .wrap = faces};
+  const bool is_cheap = l->grid.live_count <= CHEAP_CELLS;
   np_fixed_point problem = {.context = s->context,
                             .monitor = s->monitor,
                             .map = map_moments,
                             .user = &it,
                             .count = floats,
-                            .tolerance = tolerance,
-                            .calls_max = l == s->levels ? SWEEPS_MAX : COARSE_SWEEPS_MAX};
+                            .depth = is_cheap ? CHEAP_DEPTH : DEPTH,
+                            .tolerance = is_cheap ? fmin(tolerance, 2e-6) : tolerance,
+                            .calls_max = is_cheap || l != s->levels ? CHEAP_SWEEPS_MAX : SWEEPS_MAX};
   neph_result result = it.source && it.parts && it.scratch && (faces || wrap == 0) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) result = np_fixed_point_solve(&problem, l->phi);
   if (l == s->levels) {
