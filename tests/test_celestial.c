@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "test_support.h"
 
+#include <nephos/ephemeris.h>
+
 #include "atmosphere/celestial.h"
 #include "core/units.h"
 
@@ -162,6 +164,29 @@ static void polaris_marks_the_pole(void **state) {
   }
 }
 
+/* What the library's users are told is what scenes are lit by: the eclipse of 2017 again. */
+static void the_ephemeris_tells_the_same(void **state) {
+  (void)state;
+  test_log log;
+  test_log_start(&log);
+  neph_context *context = test_context_create(1, &log);
+  neph_ephemeris sky;
+  const double latitude = 36.96667 * NP_DEGREE, longitude = -87.67167 * NP_DEGREE;
+  assert_int_equal(neph_ephemeris_find(context, "2017-08-21T18:25:32Z", latitude, longitude, &sky), NEPH_OK);
+  double cosine = 0.0;
+  for (int i = 0; i < 3; i++) cosine += sky.sun_direction[i] * sky.moon_direction[i];
+  assert_true(acos(fmin(cosine, 1.0)) < 0.002 * NP_DEGREE);
+  assert_true(sky.moon_phase_angle_rad > 179.9 * NP_DEGREE && sky.moon_irradiance_ratio < 1e-11);
+  /* A total eclipse: the moon is the larger. */
+  assert_true(sky.moon_angular_radius_rad > 0.265 * NP_DEGREE && sky.moon_angular_radius_rad < 0.285 * NP_DEGREE);
+  assert_true(sky.sidereal_time_rad >= 0.0 && sky.sidereal_time_rad < 2.0 * NP_PI);
+  assert_int_equal(neph_ephemeris_find(context, "soon", 0.0, 0.0, &sky), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&log, "soon", "year");
+  assert_int_equal(neph_ephemeris_find(context, "2017-08-21T18:25Z", 2.0, 0.0, &sky), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&log, "latitude is 2");
+  neph_context_destroy(context);
+}
+
 static void times_are_read(void **state) {
   (void)state;
   assert_near(parse("1970-01-01T00:00Z"), 0.0, 0.0);
@@ -213,6 +238,7 @@ int main(void) {
       cmocka_unit_test(sidereal_time_is_as_published),
       cmocka_unit_test(the_sphere_turns_once_in_a_sidereal_day),
       cmocka_unit_test(polaris_marks_the_pole),
+      cmocka_unit_test(the_ephemeris_tells_the_same),
       cmocka_unit_test(times_are_read),
       cmocka_unit_test(wrong_times_are_refused),
   };

@@ -7,6 +7,7 @@
 #include <nephos/base.h>
 #include <nephos/cloud.h>
 #include <nephos/context.h>
+#include <nephos/ephemeris.h>
 #include <nephos/image.h>
 #include <nephos/probe.h>
 #include <nephos/render.h>

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Where sun, moon and stars stand. */
+#ifndef NEPHOS_EPHEMERIS_H
+#define NEPHOS_EPHEMERIS_H
+
+#include <nephos/context.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** The sky over a place at a time; directions are unit vectors in the world's axes: x east, y north, z up, airless. */
+typedef struct neph_ephemeris {
+  size_t struct_size;
+  double sun_direction[3];        /**< towards the centre of the sun, from sea level; within 0.001° */
+  double moon_direction[3];       /**< of the moon, likewise; within 0.005° */
+  double moon_distance_m;         /**< from the place to its centre */
+  double moon_angular_radius_rad; /**< of its disk */
+  double moon_phase_angle_rad;    /**< at the moon, between place and sun: 0 is full, π new */
+  double moon_irradiance_ratio;   /**< of its sunlit part's light to the sun's, above the air, at 550 nm */
+  double sidereal_time_rad;       /**< apparent, local: the right ascension that stands on the meridian; 0 to 2π */
+} neph_ephemeris;
+
+/** Finds sun, moon and stars.
+ *
+ * @param time           as in scenes: 2026-06-21T16:00Z, seconds optional, an offset such as +02:00 in place of Z.
+ * @param latitude_rad   −π/2 to π/2, north positive.
+ * @param longitude_rad  east positive.
+ * @return NEPH_ERROR_INVALID_ARGUMENT where the text is no time, or an angle is not finite or out of range.
+ */
+NEPH_API neph_result neph_ephemeris_find(neph_context *context, const char *time, double latitude_rad,
+                                         double longitude_rad, neph_ephemeris *out_ephemeris) NEPH_NODISCARD;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
