@@ -5,6 +5,7 @@
  * in the grid's order. They are evaluated in parallel, in batches that fill one buffer, and appended in that order when
  * they do hold some, so that the grid does not depend on how many threads worked.
  */
+#include <immintrin.h>
 #include <math.h>
 #include <string.h>
 
@@ -69,13 +70,21 @@ static uint64_t find_row_in_region(const np_bake *bake, const leaf_origin *origi
   return row;
 }
 
+/* A bit for each of 64 values above a limit. */
+static uint64_t find_above(const float *values, float limit) {
+  uint64_t above = 0;
+  for (int n = 0; n < 64; n += 4)
+    above |= (uint64_t)_mm_movemask_ps(_mm_cmpgt_ps(_mm_loadu_ps(values + n), _mm_set1_ps(limit))) << n;
+  return above;
+}
+
 /* One slice of a leaf: what is kept of it is active, all else 0. */
 static void finish_slice(const bake_job *job, const leaf_origin *origin, int32_t i, np_leaf *leaf) {
   float *values = leaf->values + 64 * i;
-  uint64_t kept = 0;
-  for (int n = 0; n < 64; n++) kept |= (uint64_t)(values[n] > job->prune_per_m) << n;
+  const uint64_t cloudy = find_above(values, 0.0f);
+  uint64_t kept = find_above(values, job->prune_per_m);
   if (job->bake->desc.has_region) kept &= find_row_in_region(job->bake, origin, i);
-  for (int n = 0; n < 64; n++) values[n] = kept >> n & 1u ? values[n] : 0.0f;
+  for (int n = 0; n < 64 && kept != cloudy; n++) values[n] = kept >> n & 1u ? values[n] : 0.0f;
   leaf->active[i] = kept;
 }
 
