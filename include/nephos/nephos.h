@@ -9,6 +9,7 @@
 #include <nephos/context.h>
 #include <nephos/ephemeris.h>
 #include <nephos/image.h>
+#include <nephos/noise_texture.h>
 #include <nephos/probe.h>
 #include <nephos/render.h>
 #include <nephos/scene.h>

@@ -16,7 +16,7 @@
 
 /* Anvils: strongest about this height; above it a wedge, below it a flare that ends here where the column is 1, all of
  * the thickness; of columns at least this strong. */
-static const float anvil_center = 0.86f, anvil_above = 0.05f, anvil_flare = 0.38f, anvil_cut = 0.62f;
+static const float anvil_center = 0.85f, anvil_above = 0.07f, anvil_flare = 0.40f, anvil_cut = 0.55f;
 static const float anvil_relief = 0.4f; /* share of the noise: ice is smooth */
 
 static const float rain_column = 0.12f, rain_column_width = 0.35f; /* the columns that heavy rain falls from */

@@ -15,14 +15,14 @@
 #include "core/random.h"
 
 /* In units of the cell spacing. */
-static const float cell_radius = 0.52f, swirl_size = 1.3f, swirl_reach = 0.30f, group_size = 4.3f;
+static const float cell_radius = 0.52f, swirl_size = 1.3f, swirl_reach = 0.14f, group_size = 4.3f;
 static const float group_height = 0.78f; /* times Perlin noise of standard deviation 0.17 */
 static const float small_spacing = 0.43f, small_height = 0.40f, turret_height = 0.22f;
 static const float shore_width = 0.35f, shore_depth = 1.2f; /* where the landscape sinks towards the field's border */
 static const float sheet_height = 2.45f;                    /* of a slab's noise, to make its range about 1 */
 
 /* Anvils: of cells at least this high, this much wider at anvil 1, and blown off their towers by so much of it. */
-static const float anvil_from = 0.5f, anvil_spread = 2.6f, anvil_drag = 0.4f;
+static const float anvil_from = 0.5f, anvil_spread = 4.0f, anvil_drag = 0.8f;
 
 /* Of a hero, in half the shorter side of its field. */
 static const float hero_radius = 0.8f, hero_reach = 0.62f;

@@ -14,8 +14,8 @@ typedef struct preset {
 /* clang-format off */
 static const preset presets[] = {
     {"cumulus_humilis",
-     {.extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 1100, .thickness_m = 450, .coverage = 0.22,
-      .cell_m = 1200, .type = 0.2, .billow_m = 240, .erosion = 0.75, .wispiness = 0.45, .turbulence = 0.40,
+     {.extent_m = {8000, 8000}, .voxel_m = 14, .base_altitude_m = 1100, .thickness_m = 380, .coverage = 0.22,
+      .cell_m = 1150, .type = 0.2, .billow_m = 190, .erosion = 0.8, .wispiness = 0.45, .turbulence = 0.40,
       .extinction_per_m = 0.08}},
     {"cumulus_mediocris",
      {.extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 1200, .thickness_m = 1200, .coverage = 0.35,
@@ -46,8 +46,8 @@ static const preset presets[] = {
       .thickness_m = 1400, .coverage = 1, .cell_m = 7000, .billow_m = 1100, .erosion = 0.35, .turbulence = 0.4,
       .softness = 0.7, .stretch = 3, .wind_m_s = {14, 6}, .extinction_per_m = 0.012}},
     {"cumulonimbus",
-     {.extent_m = {24e3, 24e3}, .voxel_m = 80, .base_altitude_m = 900, .thickness_m = 10500, .coverage = 0.45,
-      .cell_m = 8500, .type = 1.0, .billow_m = 1800, .erosion = 0.5, .wispiness = 0.20, .turbulence = 0.25,
+     {.extent_m = {30e3, 30e3}, .voxel_m = 90, .base_altitude_m = 900, .thickness_m = 10500, .coverage = 0.45,
+      .cell_m = 9500, .type = 1.0, .billow_m = 1800, .erosion = 0.5, .wispiness = 0.20, .turbulence = 0.25,
       .anvil = 0.8, .precipitation = 1, .skew_m = {2200, 500}, .extinction_per_m = 0.15}},
     {"cirrus",
      {.model = NEPH_CLOUD_MODEL_SLAB, .extent_m = {30e3, 30e3}, .voxel_m = 60, .base_altitude_m = 8800,

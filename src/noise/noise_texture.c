@@ -1,7 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "noise/noise_texture.h"
+#include <nephos/noise_texture.h>
 
 #include "core/alloc.h"
+#include "core/math.h"
+#include "core/parallel.h"
+#include "noise/noise.h"
+
+struct neph_noise_texture {
+  neph_context *context;
+  int32_t size; /* a power of two */
+  float *values;
+};
 
 enum { SIZE_MAX_TEXELS = 128 };
 
@@ -12,12 +21,12 @@ typedef struct texture_kind {
 
 /* The finest octave keeps four texels a cell or more, so that trilinear look-ups follow it. */
 static const texture_kind kinds[] = {
-    [NP_NOISE_TEXTURE_BASE] = {128, 4, {4, 0.5f}}, [NP_NOISE_TEXTURE_DETAIL] = {32, 2, {3, 0.5f}}};
+    [NEPH_NOISE_TEXTURE_BASE] = {128, 4, {4, 0.5f}}, [NEPH_NOISE_TEXTURE_DETAIL] = {32, 2, {3, 0.5f}}};
 
 typedef struct texture_job {
-  const np_noise_texture *texture;
+  const neph_noise_texture *texture;
   const np_noise_table *noise;
-  np_noise_texture_kind kind;
+  neph_noise_texture_kind kind;
   np_noise_lattice lattice;
 } texture_job;
 
@@ -32,7 +41,7 @@ static void fill_row(const texture_job *job, size_t row) {
     z[i] = (float)(row / (size_t)size) * cells_per_texel;
   }
   const np_noise_points points = {(size_t)size, x, y, z};
-  if (job->kind == NP_NOISE_TEXTURE_BASE)
+  if (job->kind == NEPH_NOISE_TEXTURE_BASE)
     job->noise->perlin_worley(&job->lattice, &kind->octaves, &points, out);
   else
     job->noise->worley_fbm(&job->lattice, &kind->octaves, &points, out);
@@ -44,23 +53,49 @@ static neph_result fill_rows(void *user, size_t begin, size_t end, unsigned thre
   return NEPH_OK;
 }
 
-neph_result np_noise_texture_build(neph_context *context, np_noise_texture_kind kind, uint32_t seed,
-                                   np_monitor *monitor, np_noise_texture *out_texture) {
-  const int32_t size = kinds[kind].size, cells = kinds[kind].cells;
-  const size_t row_count = (size_t)size * (size_t)size;
-  *out_texture = (np_noise_texture){.context = context, .size = size};
-  out_texture->values = np_alloc(context, row_count * (size_t)size, sizeof *out_texture->values);
-  if (!out_texture->values) return NEPH_ERROR_OUT_OF_MEMORY;
-  texture_job job = {out_texture, np_noise_get_table(context->isa), kind, {seed, {cells, cells, cells}}};
-  neph_result result = np_parallel_for(context, monitor, row_count, 64, fill_rows, &job);
-  if (result) np_noise_texture_clear(out_texture);
+static neph_result fill(neph_context *context, neph_noise_texture_kind kind, uint64_t seed,
+                        const neph_noise_texture *texture) {
+  const int32_t cells = kinds[kind].cells;
+  texture_job job = {
+      texture, np_noise_get_table(context->isa), kind, {np_noise_derive_seed(seed, kind), {cells, cells, cells}}};
+  np_monitor monitor;
+  np_monitor_start(&monitor, context, NULL, NULL);
+  return np_parallel_for(context, &monitor, (size_t)texture->size * (size_t)texture->size, 64, fill_rows, &job);
+}
+
+neph_result neph_noise_texture_create(neph_context *context, neph_noise_texture_kind kind, uint64_t seed,
+                                      neph_noise_texture **out_texture) {
+  *out_texture = NULL;
+  if (kind != NEPH_NOISE_TEXTURE_BASE && kind != NEPH_NOISE_TEXTURE_DETAIL)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "noise texture: kind is %d, must be base (0) or detail (1)",
+                   (int)kind);
+  neph_noise_texture *texture = np_alloc(context, 1, sizeof *texture);
+  if (!texture) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_context_retain(context);
+  *texture = (neph_noise_texture){.context = context, .size = kinds[kind].size};
+  const size_t side = (size_t)texture->size, count = side * side * side;
+  const unsigned mode = np_float_mode_enter();
+  texture->values = np_alloc(context, count, sizeof *texture->values);
+  neph_result result = texture->values ? fill(context, kind, seed, texture) : NEPH_ERROR_OUT_OF_MEMORY;
+  np_float_mode_leave(mode);
+  if (result)
+    neph_noise_texture_destroy(texture);
+  else
+    *out_texture = texture;
   return result;
 }
 
-void np_noise_texture_clear(np_noise_texture *texture) {
-  if (texture->context) np_alloc_free(texture->context, texture->values);
-  *texture = (np_noise_texture){0};
+void neph_noise_texture_destroy(neph_noise_texture *texture) {
+  if (!texture) return;
+  neph_context *context = texture->context;
+  np_alloc_free(context, texture->values);
+  np_alloc_free(context, texture);
+  np_context_release(context);
 }
+
+unsigned neph_noise_texture_get_size(const neph_noise_texture *texture) { return (unsigned)texture->size; }
+
+const float *neph_noise_texture_get_values(const neph_noise_texture *texture) { return texture->values; }
 
 /* Texels on both sides of a coordinate, and the place between them. */
 typedef struct texel_axis {
@@ -68,7 +103,7 @@ typedef struct texel_axis {
   float fraction;
 } texel_axis;
 
-static texel_axis find_texels(const np_noise_texture *texture, float x) {
+static texel_axis find_texels(const neph_noise_texture *texture, float x) {
   const float scaled = x * (float)texture->size;
   int32_t i = (int32_t)scaled;
   i -= scaled < (float)i;
@@ -76,16 +111,15 @@ static texel_axis find_texels(const np_noise_texture *texture, float x) {
   return (texel_axis){(uint32_t)i & mask, ((uint32_t)i + 1) & mask, scaled - (float)i};
 }
 
-static float lerp(float a, float b, float t) { return a + t * (b - a); }
-
-float np_noise_texture_sample(const np_noise_texture *texture, float x, float y, float z) {
+float neph_noise_texture_sample(const neph_noise_texture *texture, float x, float y, float z) {
   const texel_axis u = find_texels(texture, x), v = find_texels(texture, y), w = find_texels(texture, z);
   const size_t size = (size_t)texture->size;
   const float *low = texture->values + w.low * size * size, *high = texture->values + w.high * size * size;
   const float *ll = low + v.low * size, *lh = low + v.high * size;
   const float *hl = high + v.low * size, *hh = high + v.high * size;
   const float bottom =
-      lerp(lerp(ll[u.low], ll[u.high], u.fraction), lerp(lh[u.low], lh[u.high], u.fraction), v.fraction);
-  const float top = lerp(lerp(hl[u.low], hl[u.high], u.fraction), lerp(hh[u.low], hh[u.high], u.fraction), v.fraction);
-  return lerp(bottom, top, w.fraction);
+      np_mixf(np_mixf(ll[u.low], ll[u.high], u.fraction), np_mixf(lh[u.low], lh[u.high], u.fraction), v.fraction);
+  const float top =
+      np_mixf(np_mixf(hl[u.low], hl[u.high], u.fraction), np_mixf(hh[u.low], hh[u.high], u.fraction), v.fraction);
+  return np_mixf(bottom, top, w.fraction);
 }

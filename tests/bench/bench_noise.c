@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include <nephos/cloud.h>
+#include <nephos/noise_texture.h>
 
 #include "core/random.h"
 #include "noise/noise.h"
@@ -124,6 +125,32 @@ static void bench_noises(void) {
   printf("\n");
 }
 
+/* Look-ups in a texture; their error against the noise is the test's to hold. */
+static neph_result bench_texture(neph_noise_texture_kind kind, const char *name) {
+  neph_context *context = NULL;
+  neph_noise_texture *texture = NULL;
+  neph_result result = neph_context_create(NULL, &context);
+  if (!result) result = neph_noise_texture_create(context, kind, 1, &texture);
+  if (!result) {
+    np_random random = np_random_start(1, 0, 0, 0, 0);
+    float x[COUNT], y[COUNT], z[COUNT];
+    volatile float sum = 0;
+    for (int i = 0; i < COUNT; i++) {
+      x[i] = np_random_float(&random);
+      y[i] = np_random_float(&random);
+      z[i] = np_random_float(&random);
+    }
+    const double start = read_seconds(CLOCK_PROCESS_CPUTIME_ID);
+    double elapsed = 0, looked_up = 0;
+    for (; elapsed < 0.1; elapsed = read_seconds(CLOCK_PROCESS_CPUTIME_ID) - start, looked_up += COUNT)
+      for (int i = 0; i < COUNT; i++) sum = sum + neph_noise_texture_sample(texture, x[i], y[i], z[i]);
+    printf("%s texture, look-ups: %.1f million/s\n", name, 1e-6 * looked_up / elapsed);
+  }
+  neph_noise_texture_destroy(texture);
+  neph_context_destroy(context);
+  return result;
+}
+
 static neph_result bench_bake(neph_isa isa, double voxel_m) {
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   neph_context *context = NULL;
@@ -153,7 +180,8 @@ static neph_result bench_bake(neph_isa isa, double voxel_m) {
 
 int main(void) {
   bench_noises();
-  neph_result result = NEPH_OK;
+  neph_result result = bench_texture(NEPH_NOISE_TEXTURE_BASE, "base");
+  if (!result) result = bench_texture(NEPH_NOISE_TEXTURE_DETAIL, "detail");
   for (neph_isa isa = NEPH_ISA_X86_64; isa <= np_isa_detect() && !result; isa++) result = bench_bake(isa, 20);
   if (!result) result = bench_bake(np_isa_detect(), 10);
   return result ? EXIT_FAILURE : EXIT_SUCCESS;
