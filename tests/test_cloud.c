@@ -163,7 +163,8 @@ static void skew_moves_tops_against_bases(void **state) {
     np_sparse_grid_clear(&grid);
   }
   for (int level = 0; level < 2; level++)
-    assert_near(mean_m[1][level] - mean_m[0][level], 1000 * (level ? 14.5 : 2.5) * desc.voxel_m / desc.thickness_m, 100);
+    assert_near(mean_m[1][level] - mean_m[0][level], 1000 * (level ? 14.5 : 2.5) * desc.voxel_m / desc.thickness_m,
+                100);
   neph_context_destroy(context);
 }
 
@@ -263,7 +264,7 @@ static void assert_refused(neph_context *context, test_log *log, const neph_clou
   neph_volume *volume = (neph_volume *)8; /* must be overwritten */
   assert_int_equal(neph_cloud_bake(context, desc, NULL, &volume), NEPH_ERROR_INVALID_ARGUMENT);
   assert_null(volume);
-  assert_one_error(log, "cloud: ", field, value, "must be in");
+  assert_one_error(log, "cloud: ", field, value, "must be");
 }
 
 static void bad_parameters_are_named(void **state) {
@@ -280,6 +281,21 @@ static void bad_parameters_are_named(void **state) {
   desc = good, desc.cell_m = (double)INFINITY, assert_refused(context, &log, &desc, "cell_m is", "inf");
   desc = good, desc.extinction_per_m = 0, assert_refused(context, &log, &desc, "extinction_per_m is", "0");
   desc = good, desc.wispiness = -0.1, assert_refused(context, &log, &desc, "wispiness is", "-0.1");
+  desc = good, desc.extent_m[0] = 0, assert_refused(context, &log, &desc, "extent_m[0] is", "0");
+  desc = good, desc.center_m[1] = 1e9, assert_refused(context, &log, &desc, "center_m[1] is", "1e+09");
+  desc = good, desc.base_altitude_m = -5000, assert_refused(context, &log, &desc, "base_altitude_m is", "-5000");
+  desc = good, desc.thickness_m = 0, assert_refused(context, &log, &desc, "thickness_m is", "0");
+  desc = good, desc.type = 1.1, assert_refused(context, &log, &desc, "type is", "1.1");
+  desc = good, desc.billow_m = -3, assert_refused(context, &log, &desc, "billow_m is", "-3");
+  desc = good, desc.erosion = 2, assert_refused(context, &log, &desc, "erosion is", "2");
+  desc = good, desc.turbulence = -1, assert_refused(context, &log, &desc, "turbulence is", "-1");
+  desc = good, desc.skew_m[1] = 1e6, assert_refused(context, &log, &desc, "skew_m[1] is", "1e+06");
+  desc = good, desc.softness = 1.5, assert_refused(context, &log, &desc, "softness is", "1.5");
+  desc = good, desc.wind_m_s[0] = -300, assert_refused(context, &log, &desc, "wind_m_s[0] is", "-300");
+  desc = good, desc.time_s = 1e7, assert_refused(context, &log, &desc, "time_s is", "1e+07");
+  desc = good, desc.lifetime_s = 0, assert_refused(context, &log, &desc, "lifetime_s is", "0");
+  desc = good, desc.model = (neph_cloud_model)3, assert_refused(context, &log, &desc, "model is", "3");
+  desc = good, desc.sublayers = 17, assert_refused(context, &log, &desc, "sublayers is", "17");
   desc = good, desc.anvil = 2, assert_refused(context, &log, &desc, "anvil is", "2");
   desc = good, desc.precipitation = -1, assert_refused(context, &log, &desc, "precipitation is", "-1");
   desc = good, desc.stretch = 0.5, assert_refused(context, &log, &desc, "stretch is", "0.5");

@@ -43,7 +43,7 @@ typedef struct neph_cloud_desc {
   double billow_m;         /**< size of the largest billows; > 0 (default 450) */
   double erosion;          /**< how far detail eats into the shape, 0 to 1 (default 0.4) */
   double wispiness;        /**< share of wispy rather than billowy detail at the base, 0 to 1 (default 0.3) */
-  double turbulence;       /**< curl distortion of the detail, 0 to 1 (default 0.3) */
+  double turbulence;       /**< curl distortion of detail and weather map, 0 to 1 (default 0.3) */
   double skew_m[2];        /**< displacement of the top against the base by wind, x and y (default 0, 0) */
   double extinction_per_m; /**< in the core of the cloud; > 0 (default 0.06) */
   neph_cloud_model model;  /**< (default NEPH_CLOUD_MODEL_CELLS) */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The noise of clouds computed once into a cube that repeats without a seam: for renderers that look noise up. The bakes
- * of nephos evaluate it anew at each voxel, since a cube of four cells a side would be seen to repeat. */
+/* The noise of clouds computed once into a cube that repeats without a seam: for renderers that look noise up. The
+ * bakes of nephos evaluate it anew at each voxel, since a cube of four cells a side would be seen to repeat. */
 #ifndef NEPHOS_NOISE_TEXTURE_H
 #define NEPHOS_NOISE_TEXTURE_H
 
