@@ -198,6 +198,13 @@ static void unmeasurable_pictures_are_refused(void **state) {
   assert_int_equal(neph_image_create(f->context, 16, 16, 2, rgbz, &image), NEPH_OK);
   assert_int_equal(neph_image_compare(f->context, image, reference, &d), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "no channel B");
+  neph_image_destroy(image);
+  image = create_flat(f, 16, 16, 1.0f);
+  assert_int_equal(neph_image_set_attribute(image, "nephos:colorSpace", "rec709"), NEPH_OK);
+  (void)compare(f, image, reference); /* which does not say */
+  assert_int_equal(neph_image_set_attribute(reference, "nephos:colorSpace", "nephos-bands"), NEPH_OK);
+  assert_int_equal(neph_image_compare(f->context, image, reference, &d), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "rec709", "nephos-bands");
   neph_image_destroy(reference);
   neph_image_destroy(image);
 }

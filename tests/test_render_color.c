@@ -249,6 +249,27 @@ static void wrong_colours_are_refused(void **state) {
   assert_refused(three, 2, "output.color_space is rec709", "3 render.wavelengths");
 }
 
+/* The scene stays as it was. */
+static void assert_unset(const char *key, const char *value, const char *allowed) {
+  static test_log log;
+  test_log_start(&log);
+  neph_context *context = test_context_create(1, &log);
+  neph_scene *scene = load(context, NULL, 0);
+  assert_int_equal(neph_scene_set(scene, key, value), NEPH_ERROR_BAD_SCENE);
+  assert_one_error(&log, key, value, allowed);
+  assert_int_equal(scene->render.wavelength_count, 6);
+  neph_scene_destroy(scene);
+  neph_context_destroy(context);
+}
+
+static void values_out_of_range_are_refused(void **state) {
+  (void)state;
+  assert_unset("render.wavelengths", "0", "[3, 300]");
+  assert_unset("render.wavelengths", "303", "[3, 300]");
+  assert_unset("render.wavelengths", "4.5", "a whole number");
+  assert_unset("output.color_space", "srgb", "auto, bands, rec709 or acescg");
+}
+
 /* Without air and clouds what is left to allocate is what packets are kept in. */
 static neph_result attempt(neph_context *context, void *user) {
   (void)user;
@@ -277,6 +298,7 @@ int main(void) {
       cmocka_unit_test(headers_say_what_colours_are),
       cmocka_unit_test(previews_have_a_white),
       cmocka_unit_test(wrong_colours_are_refused),
+      cmocka_unit_test(values_out_of_range_are_refused),
       cmocka_unit_test(failed_allocations_leave_nothing),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -77,8 +77,9 @@ typedef struct neph_preview_desc {
 /** Writes an 8-bit sRGB PNG of channels R, G, B, or of Y alone: exposure, filmic curve, dither.
  *
  * The automatic exposure is the log-average of the lit pixels without the darkest tenth and the brightest hundredth, so
- * that neither black borders nor the sun's disk turn it, lowered where bright areas would lose their drawing. Negative
- * values show as 0, infinite ones as white, NaN as magenta.
+ * that neither black borders nor the sun's disk turn it, lowered where bright areas would lose their drawing. Primaries
+ * that the header names are converted to sRGB's, white to white. Negative values show as 0, infinite ones as white, NaN
+ * as magenta.
  *
  * @param desc  NULL for the defaults.
  */
@@ -105,7 +106,8 @@ typedef struct neph_image_difference {
                                  pictures has differs everywhere */
 } neph_image_difference;
 
-/** Compares two images of one size. NaN or infinity where the reference is finite is an error that says where. */
+/** Compares two images of one size. NaN or infinity where the reference is finite is an error that says where;
+ * so are headers that name different colour spaces. */
 NEPH_API neph_result neph_image_compare(neph_context *context, const neph_image *image, const neph_image *reference,
                                         neph_image_difference *out_difference) NEPH_NODISCARD;
 

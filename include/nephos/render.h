@@ -58,7 +58,8 @@ NEPH_API neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_re
 /** Renders one picture.
  *
  * @param desc       NULL: the scene's own settings.
- * @param out_image  R, G, B, A, Z and the wanted AOVs; owned by the caller; NULL on failure.
+ * @param out_image  R, G, B, A, Z and the wanted AOVs; owned by the caller; NULL on failure. Its header says
+ *                   what colours are: radiances in three bands, or linear light of a space.
  */
 NEPH_API neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc,
                                        neph_image **out_image) NEPH_NODISCARD;

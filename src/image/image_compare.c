@@ -66,6 +66,16 @@ static neph_result check_finite(const comparison *pair) {
   return NEPH_OK;
 }
 
+/* Channels of one name are not one thing in two colour spaces. */
+static neph_result check_spaces(neph_context *context, const neph_image *image, const neph_image *reference) {
+  const char *space = neph_image_get_attribute(image, "nephos:colorSpace");
+  const char *reference_space = neph_image_get_attribute(reference, "nephos:colorSpace");
+  if (!space || !reference_space || !strcmp(space, reference_space)) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "the picture's colours are %.32s and the reference's %.32s, must be of one space", space,
+                 reference_space);
+}
+
 /* ε, so that black pixels weigh no more than dim ones. */
 static double find_epsilon(const comparison *pair) {
   size_t count = (size_t)pair->width * pair->height, finite_count = 0;
@@ -86,7 +96,8 @@ static neph_result begin_comparison(neph_context *context, const neph_image *ima
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "the picture is %u × %u pixels and the reference %u × %u, must be of one size", image->width,
                    image->height, reference->width, reference->height);
-  neph_result result = choose_planes(out, image, reference);
+  neph_result result = check_spaces(context, image, reference);
+  if (!result) result = choose_planes(out, image, reference);
   if (!result) result = check_finite(out);
   if (!result) out->epsilon = find_epsilon(out);
   return result;

@@ -10,7 +10,7 @@
 #ifndef NP_IMAGE_WAVELENGTHS_H
 #define NP_IMAGE_WAVELENGTHS_H
 
-enum { NP_WAVELENGTHS_MIN = 6, NP_WAVELENGTHS_MAX = 60 };
+enum { NP_WAVELENGTHS_MIN = 6, NP_WAVELENGTHS_MAX = 300 };
 
 typedef struct np_wavelengths {
   unsigned count;
