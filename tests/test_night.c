@@ -132,6 +132,24 @@ static void the_quarter_moon_is_lit_from_the_sunset(void **state) {
   neph_image_destroy(image);
 }
 
+#define TOWARDS_SUN                                                                                                    \
+  "camera: {position: [0 m, 0 m, 10 m], look_at: [0 m, -1 km, 587 m], fov: 0.7 deg, resolution: [32, 32]}\n"          \
+  "sun: {elevation: 30 deg, azimuth: 180 deg}\nrender: {samples: 1}\n"
+
+/* A new moon before the sun hides it: what is left is the sky, and a ring of sun where the moon is the smaller. */
+static void the_moon_hides_the_sun(void **state) {
+  fixture *f = *state;
+  neph_image *open = render(f, TOWARDS_SUN);
+  neph_image *eclipsed = render(f, TOWARDS_SUN "moon: {elevation: 30 deg, azimuth: 180 deg}");
+  const float *sun = neph_image_get_channel(open, "G"), *ring = neph_image_get_channel(eclipsed, "G");
+  assert_true(ring[16 * 32 + 16] < 1e-3f * sun[16 * 32 + 16]);
+  float brightest = 0.0f;
+  for (size_t p = 0; p < count_pixels(open); p++) brightest = fmaxf(brightest, ring[p]);
+  assert_true(brightest > 0.1f * sun[16 * 32 + 16]);
+  neph_image_destroy(open);
+  neph_image_destroy(eclipsed);
+}
+
 /* ---- Stars ---- */
 
 static char *write_star(const fixture *f, double declination_deg) {
@@ -202,6 +220,46 @@ static void a_star_keeps_its_flux_in_latitude_and_longitude(void **state) {
     neph_image_destroy(image);
     free(path);
   }
+}
+
+static unsigned find_brightest(neph_image *image) {
+  const float *green = neph_image_get_channel(image, "G");
+  unsigned best = 0;
+  for (unsigned p = 0; p < count_pixels(image); p++)
+    if (green[p] > green[best]) best = p;
+  return best;
+}
+
+/* Right ascension 0 in the middle of the map, growing to the left: a texel shines where a star of its place stands. */
+static void the_map_is_turned_like_the_stars(void **state) {
+  fixture *f = *state;
+  enum { WIDTH = 64, X = 20, Y = 10 };
+  static const char *const names[] = {"Y"};
+  neph_image *map;
+  assert_int_equal(neph_image_create(f->context, WIDTH, WIDTH / 2, 1, names, &map), NEPH_OK);
+  neph_image_get_channel(map, "Y")[Y * WIDTH + X] = 1.0f;
+  char *map_path = test_path(f->folder, "map.exr"), *star_path = test_path(f->folder, "star.csv"), text[1024];
+  assert_int_equal(neph_image_save_exr(map, map_path, NEPH_PIXEL_FLOAT), NEPH_OK);
+  neph_image_destroy(map);
+  FILE *file = fopen(star_path, "w");
+  assert_non_null(file);
+  assert_true(fprintf(file, "ra_deg,dec_deg,v_mag\n%g,%g,1\n", 360.0 * (0.5 - (X + 0.5) / WIDTH),
+                      180.0 * (0.5 - (Y + 0.5) / (WIDTH / 2))) > 0);
+  assert_int_equal(fclose(file), 0);
+  unsigned at[2];
+  for (int i = 0; i < 2; i++) { /* the star alone; the map so bright that the star is nothing to it */
+    snprintf(text, sizeof text,
+             "place: {latitude: 35 deg, longitude: 0 deg}\natmosphere: none\nsun: {irradiance: 0}\n"
+             "stars: {catalogue: \"%s\", sidereal_time: 40 deg%s%s%s}",
+             star_path, i ? ", map: \"" : "", i ? map_path : "", i ? "\"" : "");
+    neph_image *image = paint_sky(f, text, 256);
+    at[i] = find_brightest(image);
+    neph_image_destroy(image);
+  }
+  /* A texel is four pixels wide. */
+  assert_true(abs((int)(at[0] % 256) - (int)(at[1] % 256)) <= 3 && abs((int)(at[0] / 256) - (int)(at[1] / 256)) <= 3);
+  free(map_path);
+  free(star_path);
 }
 
 static void stars_twinkle_only_when_asked(void **state) {
@@ -278,6 +336,50 @@ static void the_sky_fades_out_by_nineteen_degrees(void **state) {
   }
 }
 
+#define ALL_NIGHT                                                                                                      \
+  "place: {latitude: 45 deg, longitude: 0 deg}\nstars: {sidereal_time: 90 deg}\nairglow: {}\n"                         \
+  "camera: {look_at: [0 m, -12 km, 4 km], fov: 90 deg}\n"
+
+static const char whole_night[] =
+    ALL_NIGHT "sun: {elevation: -8 deg, azimuth: 270 deg}\nmoon: {elevation: 40 deg, azimuth: 100 deg}\n";
+
+/* Stars are not of a sample but of the picture; yet a part of it has the bits of the whole. */
+static void a_part_of_the_night_has_the_bits_of_the_whole(void **state) {
+  fixture *f = *state;
+  neph_scene *scene = load(f, whole_night);
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  desc.width = desc.crop_max[0] = 60;
+  desc.height = desc.crop_max[1] = 40;
+  desc.sample_count = 2;
+  neph_image *whole, *part;
+  assert_int_equal(neph_render_image(scene, &desc, &whole), NEPH_OK);
+  desc.crop_min[0] = 17;
+  desc.crop_min[1] = 5;
+  assert_int_equal(neph_render_image(scene, &desc, &part), NEPH_OK);
+  const float *all = neph_image_get_channel(whole, "G"), *some = neph_image_get_channel(part, "G");
+  for (unsigned y = 0; y < 35; y++) assert_memory_equal(all + (y + 5) * 60 + 17, some + y * 43, 43 * sizeof *all);
+  neph_image_destroy(whole);
+  neph_image_destroy(part);
+  neph_scene_destroy(scene);
+}
+
+/* Halves cannot hold a night as it is; the message says by what to multiply it, and then they do. */
+static void halves_of_a_night_name_their_scale(void **state) {
+  fixture *f = *state;
+  neph_image *image = render(f, CAMERA "sun: {elevation: -25 deg}\nairglow: {}");
+  char *path = test_path(f->folder, "night.exr"), text[512];
+  double scale = 0.0;
+  assert_int_equal(neph_image_save_exr(image, path, NEPH_PIXEL_HALF), NEPH_ERROR_LIMIT);
+  assert_non_null(strstr(f->log.text, "set output.scale to "));
+  assert_int_equal(sscanf(strstr(f->log.text, "set output.scale to "), "set output.scale to %lf", &scale), 1);
+  snprintf(text, sizeof text, CAMERA "sun: {elevation: -25 deg}\nairglow: {}\noutput: {scale: %.17g}", scale);
+  neph_image_destroy(image);
+  image = render(f, text);
+  assert_int_equal(neph_image_save_exr(image, path, NEPH_PIXEL_HALF), NEPH_OK);
+  neph_image_destroy(image);
+  free(path);
+}
+
 /* ---- Cost ---- */
 
 static void assert_lights(fixture *f, const char *text, unsigned lights, bool has_stars, bool has_airglow) {
@@ -294,10 +396,6 @@ static void assert_lights(fixture *f, const char *text, unsigned lights, bool ha
   np_assembly_clear(&assembly);
   neph_scene_destroy(scene);
 }
-
-#define ALL_NIGHT                                                                                                      \
-  "place: {latitude: 45 deg, longitude: 0 deg}\nstars: {sidereal_time: 90 deg}\nairglow: {}\n"                         \
-  "camera: {look_at: [0 m, -12 km, 4 km], fov: 90 deg}\n"
 
 static void by_day_the_night_costs_nothing(void **state) {
   fixture *f = *state;
@@ -386,12 +484,16 @@ int main(void) {
       TEST(the_moonlit_sky_is_the_sunlit_one_fainter),
       TEST(sunlight_and_moonlight_add_up),
       TEST(the_quarter_moon_is_lit_from_the_sunset),
+      TEST(the_moon_hides_the_sun),
       TEST(a_star_has_one_flux_at_every_resolution),
       TEST(a_star_keeps_its_flux_in_latitude_and_longitude),
+      TEST(the_map_is_turned_like_the_stars),
       TEST(stars_twinkle_only_when_asked),
       TEST(air_dims_stars_towards_the_horizon),
       TEST(a_moonless_night_is_airglow_alone),
       TEST(the_sky_fades_out_by_nineteen_degrees),
+      TEST(a_part_of_the_night_has_the_bits_of_the_whole),
+      TEST(halves_of_a_night_name_their_scale),
       TEST(by_day_the_night_costs_nothing),
       TEST(the_plan_says_what_outshines_the_night),
       TEST(wrong_nights_are_refused),
