@@ -1,18 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Stars, magnitudes, airglow, maps of the sphere. */
-#include <stdlib.h>
-
-#include "test_support.h"
-
-#include <nephos/image.h>
+#include "test_nights.h"
 
 #include "atmosphere/airglow.h"
 #include "atmosphere/magnitudes.h"
 #include "atmosphere/sphere_map.h"
 #include "atmosphere/stars.h"
-#include "core/units.h"
-
-static const double bands_nm[NP_BAND_COUNT] = {680.0, 550.0, 440.0};
 
 /* ---- Light ---- */
 
@@ -93,28 +86,6 @@ static void sirius_leads_the_bright_stars(void **state) {
     assert_true(star->v_magnitude >= -1.46f && star->v_magnitude < 3.5f && fabsf(star->b_minus_v - 0.8f) < 1.2f);
     assert_near(np_dvec3_length(np_star_direction(star)), 1.0, 1e-9);
   }
-}
-
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-  char *folder;
-} fixture;
-
-static int set_up(void **state) {
-  static fixture f;
-  test_log_start(&f.log);
-  f.context = test_context_create(1, &f.log);
-  f.folder = test_folder_create();
-  *state = &f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  test_folder_destroy(f->folder);
-  neph_context_destroy(f->context);
-  return 0;
 }
 
 static char *write_text(const fixture *f, const char *text) {
@@ -216,10 +187,10 @@ int main(void) {
       cmocka_unit_test(airglow_has_its_brightness_and_brightens_to_the_horizon),
       cmocka_unit_test(twinkling_keeps_the_mean),
       cmocka_unit_test(sirius_leads_the_bright_stars),
-      cmocka_unit_test_setup_teardown(catalogues_are_read_by_column, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(wrong_catalogues_are_refused, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(maps_are_looked_up_by_direction, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(wrong_maps_are_refused, set_up, tear_down),
+      TEST(catalogues_are_read_by_column),
+      TEST(wrong_catalogues_are_refused),
+      TEST(maps_are_looked_up_by_direction),
+      TEST(wrong_maps_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
