@@ -1,102 +1,241 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "options.h"
 
-#include <errno.h>
-#include <limits.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "option_values.h"
 #include "suggest.h"
-
-typedef enum option_id {
-  OPTION_OUTPUT,
-  OPTION_SET,
-  OPTION_FRAMES,
-  OPTION_RESOLUTION,
-  OPTION_CROP,
-  OPTION_TILE,
-  OPTION_SAMPLES,
-  OPTION_SEED,
-  OPTION_INTEGRATOR,
-  OPTION_METHOD,
-  OPTION_PATHS,
-  OPTION_TARGET_ERROR,
-  OPTION_HALF,
-  OPTION_PRUNE,
-  OPTION_LEVELS,
-  OPTION_REGION,
-  OPTION_MAX_MEMORY,
-  OPTION_VELOCITY,
-  OPTION_ERROR,
-  OPTION_VERIFY,
-  OPTION_EXPLAIN,
-  OPTION_DRY_RUN,
-  OPTION_EXACT,
-  OPTION_MAX_REL_MSE,
-  OPTION_JSON,
-  OPTION_THREADS,
-  OPTION_ISA,
-  OPTION_PROGRESS,
-  OPTION_VERBOSE,
-  OPTION_QUIET,
-  OPTION_HELP,
-  OPTION_VERSION
-} option_id;
 
 enum {
   SCENE_VERBS = CLI_BAKE | CLI_RENDER | CLI_SKY,
   EVERY_VERB = CLI_BAKE | CLI_RENDER | CLI_INFO | CLI_SKY | CLI_COMPARE | CLI_SCHEMA | CLI_PROBE
 };
 
+/* ---- What options do ---- */
+
+struct option_row;
+
+/* Takes an option, with its argument where it has one; false when the argument is not what the option takes. */
+typedef bool (*take_fn)(cli_options *out, const struct option_row *option, const char *argument);
+
 typedef struct option_row {
-  option_id id;
   const char *name;
   char letter;          /* 0: none */
   const char *argument; /* NULL: takes none */
   unsigned verbs;       /* of cli_verb */
   const char *meaning;
+  take_fn take;
+  size_t field;    /* of cli_options, for those that only fill one */
+  const char *key; /* of the scene, for those that stand for one */
 } option_row;
 
+/* Storage for a changed copy of an argument, with room for what add_resolution adds. */
+static char *copy_argument(cli_options *out, const char *argument) {
+  char *copy = out->storage;
+  strcpy(copy, argument);
+  out->storage += strlen(argument) + 8;
+  return copy;
+}
+
+static bool take_frames(cli_options *out, const option_row *option, const char *text) {
+  (void)option;
+  size_t count = 1;
+  for (const char *c = text; *c; c++) count += *c == ',';
+  free(out->frames);
+  out->frames = calloc(count, sizeof *out->frames);
+  if (!out->frames) return false;
+  for (out->frame_range_count = 0; out->frame_range_count < count; out->frame_range_count++) {
+    if (out->frame_range_count && *text++ != ',') return false;
+    if (!cli_read_frame_range(&text, &out->frames[out->frame_range_count])) return false;
+  }
+  return !*text;
+}
+
+static bool take_tile(cli_options *out, const option_row *option, const char *text) {
+  (void)option;
+  unsigned tile[2];
+  if (!cli_read_list(text, '/', 2, tile) || tile[0] < 1 || tile[0] > tile[1]) return false;
+  out->tile_index = tile[0];
+  out->tile_count = tile[1];
+  return true;
+}
+
+static bool add_setting(cli_options *out, const char *option, const char *key, const char *value) {
+  out->settings[out->setting_count++] = (cli_setting){key, value, option};
+  return true;
+}
+
+/* Splits KEY=VALUE in place; `text` is a copy of ours. */
+static bool add_assignment(cli_options *out, char *text) {
+  char *mark = strchr(text, '=');
+  if (!mark || mark == text) return false;
+  *mark = '\0';
+  return add_setting(out, NULL, text, mark + 1);
+}
+
+/* WxH as the list that camera.resolution takes. */
+static bool add_resolution(cli_options *out, const char *option, char *text, const char *original) {
+  unsigned size[2];
+  if (!cli_read_list(original, 'x', 2, size)) return false;
+  sprintf(text, "[%u, %u]", size[0], size[1]);
+  return add_setting(out, option, "camera.resolution", text);
+}
+
+static void *find_field(cli_options *out, const option_row *option) { return (char *)out + option->field; }
+
+static bool take_flag(cli_options *out, const option_row *option, const char *argument) {
+  (void)argument;
+  return *(bool *)find_field(out, option) = true;
+}
+
+static bool take_text(cli_options *out, const option_row *option, const char *argument) {
+  *(const char **)find_field(out, option) = argument;
+  return true;
+}
+
+static bool take_count(cli_options *out, const option_row *option, const char *argument) {
+  unsigned *count = find_field(out, option);
+  return cli_read_whole(argument, count) && *count >= 1;
+}
+
+static bool take_real(cli_options *out, const option_row *option, const char *argument) {
+  return cli_read_real(argument, find_field(out, option));
+}
+
+static bool take_setting(cli_options *out, const option_row *option, const char *argument) {
+  return add_setting(out, option->name, option->key, argument);
+}
+
+static bool take_output(cli_options *out, const option_row *option, const char *argument) {
+  (void)option;
+  out->outputs[out->output_count++] = argument;
+  return true;
+}
+
+static bool take_assignment(cli_options *out, const option_row *option, const char *argument) {
+  (void)option;
+  return add_assignment(out, copy_argument(out, argument));
+}
+
+static bool take_resolution(cli_options *out, const option_row *option, const char *argument) {
+  out->has_resolution = true;
+  return add_resolution(out, option->name, copy_argument(out, argument), argument);
+}
+
+static bool take_crop(cli_options *out, const option_row *option, const char *argument) {
+  (void)option;
+  out->has_crop = true;
+  return cli_read_list(argument, ',', 4, out->crop);
+}
+
+static bool take_prune(cli_options *out, const option_row *option, const char *argument) {
+  (void)option;
+  return cli_read_real(argument, &out->prune_per_m) && out->prune_per_m <= 100;
+}
+
+static bool take_levels(cli_options *out, const option_row *option, const char *argument) {
+  (void)option;
+  return cli_read_whole(argument, &out->level_count) && out->level_count >= 1 && out->level_count <= 8;
+}
+
+static bool take_region(cli_options *out, const option_row *option, const char *argument) {
+  (void)option;
+  out->has_region = true;
+  return cli_read_region(argument, out->region_m);
+}
+
+static bool take_max_memory(cli_options *out, const option_row *option, const char *argument) {
+  (void)option;
+  out->has_memory_max = true;
+  return cli_read_real(argument, &out->memory_max_gb);
+}
+
+static bool take_relative_mse(cli_options *out, const option_row *option, const char *argument) {
+  (void)option;
+  out->has_relative_mse_max = true;
+  return cli_read_real(argument, &out->relative_mse_max);
+}
+
+static bool take_isa(cli_options *out, const option_row *option, const char *argument) {
+  (void)option;
+  return cli_read_isa(argument, &out->isa);
+}
+
+static bool take_progress(cli_options *out, const option_row *option, const char *argument) {
+  (void)option;
+  return cli_read_progress(argument, &out->progress);
+}
+
+static bool take_verbose(cli_options *out, const option_row *option, const char *argument) {
+  (void)option, (void)argument;
+  out->log_level = NEPH_LOG_DEBUG;
+  return true;
+}
+
+static bool take_quiet(cli_options *out, const option_row *option, const char *argument) {
+  (void)option, (void)argument;
+  out->log_level = NEPH_LOG_WARNING;
+  out->progress = CLI_PROGRESS_NONE;
+  return true;
+}
+
+/* ---- The table ---- */
+
+#define INTO(member) offsetof(cli_options, member)
+
 static const option_row options[] = {
-    {OPTION_OUTPUT, "--output", 'o', "FILE", SCENE_VERBS | CLI_COMPARE | CLI_PROBE, "write to FILE, see docs/cli.md"},
-    {OPTION_SET, "--set", 0, "KEY=VALUE", SCENE_VERBS | CLI_INFO,
-     "set a key of the scene, as `nephos schema` lists them"},
-    {OPTION_FRAMES, "--frames", 0, "LIST", CLI_BAKE | CLI_RENDER, "frames such as 1-100x2,120 (default 1)"},
-    {OPTION_RESOLUTION, "--resolution", 0, "WxH", CLI_RENDER | CLI_SKY, "size of the picture in pixels"},
-    {OPTION_CROP, "--crop", 0, "X0,Y0,X1,Y1", CLI_RENDER,
-     "only these pixels, from the top left, the last two excluded"},
-    {OPTION_TILE, "--tile", 0, "I/N", CLI_RENDER, "only the I-th of N bands of rows, 1 at the top"},
-    {OPTION_SAMPLES, "--samples", 0, "N", CLI_RENDER, "samples for each pixel"},
-    {OPTION_SEED, "--seed", 0, "N", CLI_RENDER | CLI_PROBE, "seed of all random numbers"},
-    {OPTION_INTEGRATOR, "--integrator", 0, "NAME", CLI_RENDER | CLI_PROBE, "march or path"},
-    {OPTION_METHOD, "--method", 0, "NAME", CLI_PROBE, "of a sky: lut (default), march or trace"},
-    {OPTION_PATHS, "--paths", 0, "N", CLI_PROBE, "camera rays for each number asked for (default 65536)"},
-    {OPTION_TARGET_ERROR, "--target-error", 0, "X", CLI_PROBE,
-     "no more paths than give a relative standard error of X"},
-    {OPTION_HALF, "--half", 0, NULL, CLI_BAKE, "values in the file as halves, not floats"},
-    {OPTION_PRUNE, "--prune", 0, "X", CLI_BAKE, "leave out extinction of at most X 1/m"},
-    {OPTION_LEVELS, "--levels", 0, "N", CLI_BAKE, "N grids, each with voxels twice as long as the one before"},
-    {OPTION_REGION, "--region", 0, "BOX", CLI_BAKE,
-     "only what lies in X0,Y0,Z0,X1,Y1,Z1, in metres"},
-    {OPTION_MAX_MEMORY, "--max-memory", 0, "GB", CLI_BAKE, "refuse a bake that may need more"},
-    {OPTION_VELOCITY, "--velocity", 0, NULL, CLI_BAKE, "add a grid `vel`: how wind and growth move the cloud, in m/s"},
-    {OPTION_ERROR, "--error", 0, NULL, CLI_BAKE, "say what the file lost against the model evaluated directly"},
-    {OPTION_VERIFY, "--verify", 0, NULL, CLI_BAKE, "bake .vdb FILE anew, and fail (7) when it differs"},
-    {OPTION_EXPLAIN, "--explain", 0, NULL, CLI_RENDER, "print what would be done, and why, and stop"},
-    {OPTION_DRY_RUN, "--dry-run", 'n', NULL, SCENE_VERBS, "check everything, print what would be written, and stop"},
-    {OPTION_EXACT, "--exact", 0, NULL, CLI_COMPARE, "fail (7) when any value of any channel differs"},
-    {OPTION_MAX_REL_MSE, "--max-rel-mse", 0, "X", CLI_COMPARE, "fail (7) when the relative MSE is above X"},
-    {OPTION_JSON, "--json", 0, NULL, EVERY_VERB, "results as JSON"},
-    {OPTION_THREADS, "--threads", 't', "N", EVERY_VERB, "threads to work with (default: the CPUs there are)"},
-    {OPTION_ISA, "--isa", 0, "LEVEL", EVERY_VERB, "at most x86-64, x86-64-v3 or x86-64-v4"},
-    {OPTION_PROGRESS, "--progress", 0, "MODE", SCENE_VERBS | CLI_PROBE,
-     "auto, bar, lines, json or none, on standard error"},
-    {OPTION_VERBOSE, "--verbose", 'v', NULL, EVERY_VERB, "more messages"},
-    {OPTION_QUIET, "--quiet", 'q', NULL, EVERY_VERB, "warnings and errors only, no progress"},
-    {OPTION_HELP, "--help", 'h', NULL, EVERY_VERB, "this text"},
-    {OPTION_VERSION, "--version", 0, NULL, EVERY_VERB, "print the version"},
+    {"--output", 'o', "FILE", SCENE_VERBS | CLI_COMPARE | CLI_PROBE, "write to FILE, see docs/cli.md",
+     .take = take_output},
+    {"--set", 0, "KEY=VALUE", SCENE_VERBS | CLI_INFO, "set a key of the scene, as `nephos schema` lists them",
+     .take = take_assignment},
+    {"--frames", 0, "LIST", CLI_BAKE | CLI_RENDER, "frames such as 1-100x2,120 (default 1)", .take = take_frames},
+    {"--resolution", 0, "WxH", CLI_RENDER | CLI_SKY, "size of the picture in pixels", .take = take_resolution},
+    {"--crop", 0, "X0,Y0,X1,Y1", CLI_RENDER, "only these pixels, from the top left, the last two excluded",
+     .take = take_crop},
+    {"--tile", 0, "I/N", CLI_RENDER, "only the I-th of N bands of rows, 1 at the top", .take = take_tile},
+    {"--samples", 0, "N", CLI_RENDER, "samples for each pixel", .take = take_setting, .key = "render.samples"},
+    {"--seed", 0, "N", CLI_RENDER | CLI_PROBE, "seed of all random numbers", .take = take_setting,
+     .key = "render.seed"},
+    {"--integrator", 0, "NAME", CLI_RENDER | CLI_PROBE, "march or path", .take = take_setting,
+     .key = "render.integrator"},
+    {"--method", 0, "NAME", CLI_PROBE, "of a sky: lut (default), march or trace", .take = take_text,
+     .field = INTO(method)},
+    {"--paths", 0, "N", CLI_PROBE, "camera rays for each number asked for (default 65536)", .take = take_count,
+     .field = INTO(path_count)},
+    {"--target-error", 0, "X", CLI_PROBE, "no more paths than give a relative standard error of X", .take = take_real,
+     .field = INTO(target_error)},
+    {"--half", 0, NULL, CLI_BAKE, "values in the file as halves, not floats", .take = take_flag,
+     .field = INTO(is_half)},
+    {"--prune", 0, "X", CLI_BAKE, "leave out extinction of at most X 1/m", .take = take_prune},
+    {"--levels", 0, "N", CLI_BAKE, "N grids, each with voxels twice as long as the one before", .take = take_levels},
+    {"--region", 0, "BOX", CLI_BAKE, "only what lies in X0,Y0,Z0,X1,Y1,Z1, in metres", .take = take_region},
+    {"--max-memory", 0, "GB", CLI_BAKE, "refuse a bake that may need more", .take = take_max_memory},
+    {"--velocity", 0, NULL, CLI_BAKE, "add a grid `vel`: how wind and growth move the cloud, in m/s", .take = take_flag,
+     .field = INTO(wants_velocity)},
+    {"--error", 0, NULL, CLI_BAKE, "say what the file lost against the model evaluated directly", .take = take_flag,
+     .field = INTO(wants_error)},
+    {"--verify", 0, NULL, CLI_BAKE, "bake .vdb FILE anew, and fail (7) when it differs", .take = take_flag,
+     .field = INTO(is_verifying)},
+    {"--explain", 0, NULL, CLI_RENDER, "print what would be done, and why, and stop", .take = take_flag,
+     .field = INTO(wants_plan)},
+    {"--dry-run", 'n', NULL, SCENE_VERBS, "check everything, print what would be written, and stop", .take = take_flag,
+     .field = INTO(is_dry_run)},
+    {"--exact", 0, NULL, CLI_COMPARE, "fail (7) when any value of any channel differs", .take = take_flag,
+     .field = INTO(is_exact)},
+    {"--max-rel-mse", 0, "X", CLI_COMPARE, "fail (7) when the relative MSE is above X", .take = take_relative_mse},
+    {"--json", 0, NULL, EVERY_VERB, "results as JSON", .take = take_flag, .field = INTO(is_json)},
+    {"--threads", 't', "N", EVERY_VERB, "threads to work with (default: the CPUs there are)", .take = take_count,
+     .field = INTO(thread_count)},
+    {"--isa", 0, "LEVEL", EVERY_VERB, "at most x86-64, x86-64-v3 or x86-64-v4", .take = take_isa},
+    {"--progress", 0, "MODE", SCENE_VERBS | CLI_PROBE, "auto, bar, lines, json or none, on standard error",
+     .take = take_progress},
+    {"--verbose", 'v', NULL, EVERY_VERB, "more messages", .take = take_verbose},
+    {"--quiet", 'q', NULL, EVERY_VERB, "warnings and errors only, no progress", .take = take_quiet},
+    {"--help", 'h', NULL, EVERY_VERB, "this text", .take = take_flag, .field = INTO(wants_help)},
+    {"--version", 0, NULL, EVERY_VERB, "print the version", .take = take_flag, .field = INTO(wants_version)},
 };
 
 typedef struct verb_row {
@@ -162,199 +301,6 @@ void cli_options_print_help(cli_verb verb) {
     if (options[i].verbs & verb) print_option(&options[i]);
 }
 
-/* ---- Values ---- */
-
-/* Digits alone, at the start of `text`; `*end` is set behind them. */
-static bool read_unsigned(const char *text, const char **end, unsigned *out_value) {
-  if (*text < '0' || *text > '9') return false;
-  char *stop;
-  errno = 0;
-  unsigned long value = strtoul(text, &stop, 10);
-  *end = stop;
-  *out_value = (unsigned)value;
-  return !errno && value <= UINT_MAX;
-}
-
-static bool read_whole(const char *text, unsigned *out_value) {
-  const char *end;
-  return read_unsigned(text, &end, out_value) && !*end;
-}
-
-/* `count` numbers parted by `mark`. */
-static bool read_list(const char *text, char mark, unsigned count, unsigned *out_values) {
-  for (unsigned i = 0; i < count; i++) {
-    if (i && *text++ != mark) return false;
-    if (!read_unsigned(text, &text, &out_values[i])) return false;
-  }
-  return !*text;
-}
-
-static bool read_frame_range(const char **text, cli_frame_range *out_range) {
-  unsigned first, last, step = 1;
-  if (!read_unsigned(*text, text, &first)) return false;
-  last = first;
-  if (**text == '-' && !read_unsigned(*text + 1, text, &last)) return false;
-  if (**text == 'x' && !read_unsigned(*text + 1, text, &step)) return false;
-  *out_range = (cli_frame_range){(int)first, (int)last, (int)step};
-  return first <= last && last <= INT_MAX && step >= 1 && step <= INT_MAX;
-}
-
-static bool read_frames(const char *text, cli_options *out) {
-  size_t count = 1;
-  for (const char *c = text; *c; c++) count += *c == ',';
-  free(out->frames);
-  out->frames = calloc(count, sizeof *out->frames);
-  if (!out->frames) return false;
-  for (out->frame_range_count = 0; out->frame_range_count < count; out->frame_range_count++) {
-    if (out->frame_range_count && *text++ != ',') return false;
-    if (!read_frame_range(&text, &out->frames[out->frame_range_count])) return false;
-  }
-  return !*text;
-}
-
-static bool read_isa(const char *text, neph_isa *out_isa) {
-  for (int isa = NEPH_ISA_X86_64; isa <= NEPH_ISA_X86_64_V4; isa++)
-    if (!strcmp(text, neph_isa_get_name((neph_isa)isa))) return *out_isa = (neph_isa)isa, true;
-  return false;
-}
-
-static bool read_progress(const char *text, cli_progress_mode *out_mode) {
-  static const char *const names[] = {[CLI_PROGRESS_AUTO] = "auto",
-                                      [CLI_PROGRESS_BAR] = "bar",
-                                      [CLI_PROGRESS_LINES] = "lines",
-                                      [CLI_PROGRESS_JSON] = "json",
-                                      [CLI_PROGRESS_NONE] = "none"};
-  for (int mode = CLI_PROGRESS_AUTO; mode <= CLI_PROGRESS_NONE; mode++)
-    if (!strcmp(text, names[mode])) return *out_mode = (cli_progress_mode)mode, true;
-  return false;
-}
-
-static bool read_tile(const char *text, cli_options *out) {
-  unsigned tile[2];
-  if (!read_list(text, '/', 2, tile) || tile[0] < 1 || tile[0] > tile[1]) return false;
-  out->tile_index = tile[0];
-  out->tile_count = tile[1];
-  return true;
-}
-
-static bool read_real(const char *text, double *out_value) {
-  char *end;
-  *out_value = strtod(text, &end);
-  return end != text && !*end && *out_value >= 0;
-}
-
-static bool read_region(const char *text, double out[6]) {
-  for (int i = 0; i < 6; i++) {
-    char *end;
-    out[i] = strtod(text, &end);
-    if (end == text || *end != (i < 5 ? ',' : '\0') || !(out[i] > -1e12 && out[i] < 1e12)) return false;
-    text = end + 1;
-  }
-  return out[0] < out[3] && out[1] < out[4] && out[2] < out[5];
-}
-
-static bool add_setting(cli_options *out, const char *option, const char *key, const char *value) {
-  out->settings[out->setting_count++] = (cli_setting){key, value, option};
-  return true;
-}
-
-/* Splits KEY=VALUE in place; `text` is a copy of ours. */
-static bool add_assignment(cli_options *out, char *text) {
-  char *mark = strchr(text, '=');
-  if (!mark || mark == text) return false;
-  *mark = '\0';
-  return add_setting(out, NULL, text, mark + 1);
-}
-
-/* WxH as the list that camera.resolution takes. */
-static bool add_resolution(cli_options *out, const char *option, char *text, const char *original) {
-  unsigned size[2];
-  if (!read_list(original, 'x', 2, size)) return false;
-  sprintf(text, "[%u, %u]", size[0], size[1]);
-  return add_setting(out, option, "camera.resolution", text);
-}
-
-/* ---- Options ---- */
-
-/* Storage for a changed copy of an argument, with room for what add_resolution adds. */
-static char *copy_argument(cli_options *out, const char *argument) {
-  char *copy = out->storage;
-  strcpy(copy, argument);
-  out->storage += strlen(argument) + 8;
-  return copy;
-}
-
-static bool apply_option(cli_options *out, const option_row *option, const char *argument) {
-  switch (option->id) {
-  case OPTION_OUTPUT:
-    out->outputs[out->output_count++] = argument;
-    return true;
-  case OPTION_SET:
-    return add_assignment(out, copy_argument(out, argument));
-  case OPTION_FRAMES:
-    return read_frames(argument, out);
-  case OPTION_RESOLUTION:
-    return out->has_resolution = true, add_resolution(out, option->name, copy_argument(out, argument), argument);
-  case OPTION_CROP:
-    return out->has_crop = true, read_list(argument, ',', 4, out->crop);
-  case OPTION_TILE:
-    return read_tile(argument, out);
-  case OPTION_SAMPLES:
-    return add_setting(out, option->name, "render.samples", argument);
-  case OPTION_SEED:
-    return add_setting(out, option->name, "render.seed", argument);
-  case OPTION_INTEGRATOR:
-    return add_setting(out, option->name, "render.integrator", argument);
-  case OPTION_METHOD:
-    return out->method = argument, true;
-  case OPTION_PATHS:
-    return read_whole(argument, &out->path_count) && out->path_count >= 1;
-  case OPTION_TARGET_ERROR:
-    return read_real(argument, &out->target_error);
-  case OPTION_HALF:
-    return out->is_half = true;
-  case OPTION_PRUNE:
-    return read_real(argument, &out->prune_per_m) && out->prune_per_m <= 100;
-  case OPTION_LEVELS:
-    return read_whole(argument, &out->level_count) && out->level_count >= 1 && out->level_count <= 8;
-  case OPTION_REGION:
-    return out->has_region = true, read_region(argument, out->region_m);
-  case OPTION_MAX_MEMORY:
-    return out->has_memory_max = true, read_real(argument, &out->memory_max_gb);
-  case OPTION_VELOCITY:
-    return out->wants_velocity = true;
-  case OPTION_ERROR:
-    return out->wants_error = true;
-  case OPTION_VERIFY:
-    return out->is_verifying = true;
-  case OPTION_EXPLAIN:
-    return out->wants_plan = true;
-  case OPTION_DRY_RUN:
-    return out->is_dry_run = true;
-  case OPTION_EXACT:
-    return out->is_exact = true;
-  case OPTION_MAX_REL_MSE:
-    return out->has_relative_mse_max = true, read_real(argument, &out->relative_mse_max);
-  case OPTION_JSON:
-    return out->is_json = true;
-  case OPTION_THREADS:
-    return read_whole(argument, &out->thread_count) && out->thread_count >= 1;
-  case OPTION_ISA:
-    return read_isa(argument, &out->isa);
-  case OPTION_PROGRESS:
-    return read_progress(argument, &out->progress);
-  case OPTION_VERBOSE:
-    return out->log_level = NEPH_LOG_DEBUG, true;
-  case OPTION_QUIET:
-    return out->log_level = NEPH_LOG_WARNING, out->progress = CLI_PROGRESS_NONE, true;
-  case OPTION_HELP:
-    return out->wants_help = true;
-  case OPTION_VERSION:
-    return out->wants_version = true;
-  }
-  return false;
-}
-
 static const option_row *find_long_option(const char *text, size_t length) {
   for (size_t i = 0; i < option_count; i++)
     if (strlen(options[i].name) == length && !strncmp(options[i].name, text, length)) return &options[i];
@@ -382,7 +328,7 @@ static cli_exit take_option(cli_options *out, int argc, char **argv, int *index)
   size_t length = is_long ? strcspn(text, "=") : 2;
   const option_row *option = is_long ? find_long_option(text, length) : find_letter(text[1]);
   if (!option) return fail_unknown_option(text);
-  out->given |= UINT64_C(1) << option->id;
+  out->given |= UINT64_C(1) << (option - options);
   if (text[length]) value = text + length + (is_long ? 1 : 0);
   if (value && !option->argument) {
     cli_complain("%s takes no value, and is given %s", option->name, value);
@@ -395,7 +341,7 @@ static cli_exit take_option(cli_options *out, int argc, char **argv, int *index)
     }
     value = argv[++*index];
   }
-  if (apply_option(out, option, value)) return CLI_DONE;
+  if (option->take(out, option, value)) return CLI_DONE;
   cli_complain("%s is %s, must be %s: %s", option->name, value, option->argument, option->meaning);
   return CLI_USAGE;
 }
@@ -414,7 +360,7 @@ static cli_exit take_verb(cli_options *out, const char *text) {
 /* Options may stand before the verb: only now is it known whether they are its own. */
 static cli_exit check_options(const cli_options *out, const verb_row *verb) {
   for (size_t i = 0; i < option_count; i++) {
-    if (!(out->given & UINT64_C(1) << options[i].id) || options[i].verbs & verb->verb) continue;
+    if (!(out->given & UINT64_C(1) << i) || options[i].verbs & verb->verb) continue;
     cli_complain("%s is not an option of nephos %s", options[i].name, verb->name);
     return CLI_USAGE;
   }

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "option_values.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Digits alone, at the start of `text`; `*end` is set behind them. */
+static bool read_unsigned(const char *text, const char **end, unsigned *out_value) {
+  if (*text < '0' || *text > '9') return false;
+  char *stop;
+  errno = 0;
+  unsigned long value = strtoul(text, &stop, 10);
+  *end = stop;
+  *out_value = (unsigned)value;
+  return !errno && value <= UINT_MAX;
+}
+
+bool cli_read_whole(const char *text, unsigned *out_value) {
+  const char *end;
+  return read_unsigned(text, &end, out_value) && !*end;
+}
+
+/* `count` numbers parted by `mark`. */
+bool cli_read_list(const char *text, char mark, unsigned count, unsigned *out_values) {
+  for (unsigned i = 0; i < count; i++) {
+    if (i && *text++ != mark) return false;
+    if (!read_unsigned(text, &text, &out_values[i])) return false;
+  }
+  return !*text;
+}
+
+bool cli_read_frame_range(const char **text, cli_frame_range *out_range) {
+  unsigned first, last, step = 1;
+  if (!read_unsigned(*text, text, &first)) return false;
+  last = first;
+  if (**text == '-' && !read_unsigned(*text + 1, text, &last)) return false;
+  if (**text == 'x' && !read_unsigned(*text + 1, text, &step)) return false;
+  *out_range = (cli_frame_range){(int)first, (int)last, (int)step};
+  return first <= last && last <= INT_MAX && step >= 1 && step <= INT_MAX;
+}
+
+bool cli_read_isa(const char *text, neph_isa *out_isa) {
+  for (int isa = NEPH_ISA_X86_64; isa <= NEPH_ISA_X86_64_V4; isa++)
+    if (!strcmp(text, neph_isa_get_name((neph_isa)isa))) return *out_isa = (neph_isa)isa, true;
+  return false;
+}
+
+bool cli_read_progress(const char *text, cli_progress_mode *out_mode) {
+  static const char *const names[] = {[CLI_PROGRESS_AUTO] = "auto",
+                                      [CLI_PROGRESS_BAR] = "bar",
+                                      [CLI_PROGRESS_LINES] = "lines",
+                                      [CLI_PROGRESS_JSON] = "json",
+                                      [CLI_PROGRESS_NONE] = "none"};
+  for (int mode = CLI_PROGRESS_AUTO; mode <= CLI_PROGRESS_NONE; mode++)
+    if (!strcmp(text, names[mode])) return *out_mode = (cli_progress_mode)mode, true;
+  return false;
+}
+
+bool cli_read_real(const char *text, double *out_value) {
+  char *end;
+  *out_value = strtod(text, &end);
+  return end != text && !*end && *out_value >= 0;
+}
+
+bool cli_read_region(const char *text, double out[6]) {
+  for (int i = 0; i < 6; i++) {
+    char *end;
+    out[i] = strtod(text, &end);
+    if (end == text || *end != (i < 5 ? ',' : '\0') || !(out[i] > -1e12 && out[i] < 1e12)) return false;
+    text = end + 1;
+  }
+  return out[0] < out[3] && out[1] < out[4] && out[2] < out[5];
+}

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What options take: texts read as numbers, lists, names. Each is false when the text is not one. */
+#ifndef NEPHOS_CLI_OPTION_VALUES_H
+#define NEPHOS_CLI_OPTION_VALUES_H
+
+#include "options.h"
+
+/* Digits and nothing else. */
+bool cli_read_whole(const char *text, unsigned *out_value);
+
+/* `count` whole numbers parted by `mark`. */
+bool cli_read_list(const char *text, char mark, unsigned count, unsigned *out_values);
+
+/* A number of at least 0. */
+bool cli_read_real(const char *text, double *out_value);
+
+/* N, N-N or N-NxN at the start of `*text`, which moves behind it. */
+bool cli_read_frame_range(const char **text, cli_frame_range *out_range);
+
+/* X0,Y0,Z0,X1,Y1,Z1, the first three below the last. */
+bool cli_read_region(const char *text, double out[6]);
+
+bool cli_read_isa(const char *text, neph_isa *out_isa);
+bool cli_read_progress(const char *text, cli_progress_mode *out_mode);
+
+#endif
