@@ -25,7 +25,7 @@ static void spectra_agree_with_the_default_scene(void **state) {
     assert_near(np_spectra_sun(reference_nm[b]), sun_w_m2_nm[b], 0.0);
     assert_near_relative(np_spectra_ozone(reference_nm[b]) * ozone_molecules_per_m3, ozone_per_m[b], 1e-3);
   }
-  assert_near_relative(np_spectra_molecules(550.0), 4.510e-31, 1e-3); /* Bodhaine et al., table 2 */
+  assert_near_relative(np_spectra_molecules(550.0), 4.510e-31, 1e-3); /* Bucholtz 1995, table 2 */
   assert_near_relative(np_spectra_molecules(400.0) / np_spectra_molecules(700.0), pow(700.0 / 400.0, 4.084), 1e-2);
 }
 
