@@ -10,36 +10,13 @@
 #include "core/alloc.h"
 #include "core/file.h"
 
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-  char *folder, *path; /* `path` lies in `folder`, and is not there at first */
-} fixture;
+static int set_up(void **state) { return test_set_up(state, 1, "file.bin"); }
 
-static int set_up(void **state) {
-  fixture *f = calloc(1, sizeof *f);
-  test_log_start(&f->log);
-  f->context = test_context_create(1, &f->log);
-  f->folder = test_folder_create();
-  f->path = test_path(f->folder, "file.bin");
-  *state = f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  test_folder_destroy(f->folder);
-  neph_context_destroy(f->context);
-  free(f->path);
-  free(f);
-  return 0;
-}
-
-static void write_text(fixture *f, const char *text) {
+static void write_text(test_fixture *f, const char *text) {
   assert_int_equal(np_file_write_all(f->context, f->path, text, strlen(text)), NEPH_OK);
 }
 
-static void assert_holds(fixture *f, const char *path, const char *expected) {
+static void assert_holds(test_fixture *f, const char *path, const char *expected) {
   void *bytes = NULL;
   size_t size = 0;
   assert_int_equal(np_file_read(f->context, path, &bytes, &size), NEPH_OK);
@@ -51,7 +28,7 @@ static void assert_holds(fixture *f, const char *path, const char *expected) {
 /* ---- Reading ---- */
 
 static void what_was_written_is_read(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   write_text(f, "cloud");
   assert_holds(f, f->path, "cloud");
   write_text(f, "");
@@ -60,7 +37,7 @@ static void what_was_written_is_read(void **state) {
 }
 
 static void file_without_a_size_is_read_to_its_end(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   void *bytes = NULL;
   size_t size = 0;
   assert_int_equal(np_file_read(f->context, "/proc/self/maps", &bytes, &size), NEPH_OK);
@@ -69,7 +46,7 @@ static void file_without_a_size_is_read_to_its_end(void **state) {
 }
 
 static void missing_file_is_not_found(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   void *bytes = f;
   size_t size = 1;
   assert_int_equal(np_file_read(f->context, f->path, &bytes, &size), NEPH_ERROR_NOT_FOUND);
@@ -79,7 +56,7 @@ static void missing_file_is_not_found(void **state) {
 }
 
 static void folder_is_no_file(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   void *bytes = NULL;
   size_t size = 0;
   assert_int_equal(np_file_read(f->context, f->folder, &bytes, &size), NEPH_ERROR_IO);
@@ -91,7 +68,7 @@ static void folder_is_no_file(void **state) {
 /* ---- Writing ---- */
 
 static void target_is_untouched_until_the_end(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   write_text(f, "old");
   np_file_write write;
   assert_int_equal(np_file_write_begin(f->context, f->path, &write), NEPH_OK);
@@ -106,7 +83,7 @@ static void target_is_untouched_until_the_end(void **state) {
 }
 
 static void abandoned_write_leaves_nothing(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   np_file_write write;
   assert_int_equal(np_file_write_begin(f->context, f->path, &write), NEPH_OK);
   assert_int_equal(test_folder_count(f->folder), 1);
@@ -116,7 +93,7 @@ static void abandoned_write_leaves_nothing(void **state) {
 }
 
 static void lost_temporary_file_is_an_error(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   np_file_write write;
   assert_int_equal(np_file_write_begin(f->context, f->path, &write), NEPH_OK);
   unlink(write.temporary);
@@ -126,7 +103,7 @@ static void lost_temporary_file_is_an_error(void **state) {
 }
 
 static void missing_folder_is_named(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_path(f->folder, "nowhere/file.bin");
   assert_int_equal(np_file_write_all(f->context, path, "x", 1), NEPH_ERROR_IO);
   assert_one_error(&f->log, path, "cannot be written", "No such file");
@@ -134,7 +111,7 @@ static void missing_folder_is_named(void **state) {
 }
 
 static void unwritable_folder_is_named(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   const uid_t user = geteuid(), nobody = 65534;
   assert_int_equal(chmod(f->folder, 0555), 0);
   if (user == 0) assert_int_equal(seteuid(nobody), 0); /* root may write everywhere */
@@ -148,7 +125,7 @@ static void unwritable_folder_is_named(void **state) {
 
 /* A limit on file size stands in for a full disk: both fail in the middle of a write. */
 static void write_that_does_not_fit_leaves_nothing(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   write_text(f, "old");
   static const char large[100000];
   struct rlimit saved, small;
@@ -167,13 +144,13 @@ static void write_that_does_not_fit_leaves_nothing(void **state) {
 }
 
 static void devices_are_not_replaced(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   assert_int_equal(np_file_write_all(f->context, "/dev/null", "x", 1), NEPH_ERROR_IO);
   assert_one_error(&f->log, "/dev/null", "device");
 }
 
 static void link_stays_a_link(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   write_text(f, "old");
   char *link = test_path(f->folder, "link");
   assert_int_equal(symlink("file.bin", link), 0);
@@ -186,7 +163,7 @@ static void link_stays_a_link(void **state) {
 }
 
 static void permissions_follow_the_umask(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   const mode_t saved = umask(027);
   write_text(f, "x");
   umask(saved);
@@ -205,20 +182,20 @@ static neph_result write_and_read(neph_context *context, void *path) {
 }
 
 static void failed_allocations_leave_nothing(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   assert_survives_failed_allocations(write_and_read, f->path);
   assert_int_equal(test_folder_count(f->folder), 1);
 }
 
 /* ---- Names ---- */
 
-static void assert_text(fixture *f, char *text, const char *expected) {
+static void assert_text(test_fixture *f, char *text, const char *expected) {
   assert_string_equal(text, expected);
   np_alloc_free(f->context, text);
 }
 
 static void paths_are_seen_from_the_base_file(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   assert_text(f, np_file_resolve(f->context, "scenes/a.yaml", "data/b.vdb"), "scenes/data/b.vdb");
   assert_text(f, np_file_resolve(f->context, "/a.yaml", "b.vdb"), "/b.vdb");
   assert_text(f, np_file_resolve(f->context, "a.yaml", "b.vdb"), "b.vdb");
@@ -227,7 +204,7 @@ static void paths_are_seen_from_the_base_file(void **state) {
 }
 
 static void frame_number_replaces_the_last_hashes(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   assert_text(f, np_file_frame_name(f->context, "a.####.exr", 7), "a.0007.exr");
   assert_text(f, np_file_frame_name(f->context, "a.####.exr", 123456), "a.123456.exr");
   assert_text(f, np_file_frame_name(f->context, "a.#.exr", 12), "a.12.exr");
@@ -238,13 +215,13 @@ static void frame_number_replaces_the_last_hashes(void **state) {
 }
 
 static void existence_is_told(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   assert_false(np_file_exists(f->path));
   write_text(f, "x");
   assert_true(np_file_exists(f->path));
 }
 
-#define FILE_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define FILE_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
 int main(void) {
   const struct CMUnitTest tests[] = {

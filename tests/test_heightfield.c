@@ -14,30 +14,9 @@
 #include "core/units.h"
 #include "terrain/heightfield.h"
 
-typedef struct fixture {
-  neph_context *context;
-  test_log log;
-  char *folder;
-} fixture;
+static int set_up(void **state) { return test_set_up(state, 2, NULL); }
 
-static int set_up(void **state) {
-  fixture *f = calloc(1, sizeof *f);
-  test_log_start(&f->log);
-  f->context = test_context_create(2, &f->log);
-  f->folder = test_folder_create();
-  *state = f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  test_folder_destroy(f->folder);
-  neph_context_destroy(f->context);
-  free(f);
-  return 0;
-}
-
-static neph_result load(fixture *f, const char *path, np_heightfield *out) {
+static neph_result load(test_fixture *f, const char *path, np_heightfield *out) {
   const neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
   return np_heightfield_load(f->context, path, &desc, out);
 }
@@ -49,7 +28,7 @@ static float get_sample(const np_heightfield *field, unsigned column, unsigned r
 /* ---- Real tiles: figures of shared data's own description ---- */
 
 static void mount_washington_is_read(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_data_path("dem/N44W072.hgt");
   np_heightfield field;
   assert_int_equal(load(f, path, &field), NEPH_OK);
@@ -66,7 +45,7 @@ static void mount_washington_is_read(void **state) {
 }
 
 static void voids_of_an_island_are_filled_and_counted(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_data_path("dem/N22W160.hgt");
   np_heightfield field;
   assert_int_equal(load(f, path, &field), NEPH_OK);
@@ -90,7 +69,7 @@ static int slope_with_hole(unsigned column, unsigned row) {
 
 /* The file's first row is the field's last; names are read in either case and on either side of the equator. */
 static void samples_and_corner_are_where_they_belong(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_hgt_write(f->folder, "s07e106.HGT", 1201, encode_place);
   np_heightfield field;
   assert_int_equal(load(f, path, &field), NEPH_OK);
@@ -104,7 +83,7 @@ static void samples_and_corner_are_where_they_belong(void **state) {
 }
 
 static void one_arc_second_tiles_are_read(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_hgt_write(f->folder, "N00E000.SRTMGL1.hgt", 3601, encode_place);
   np_heightfield field;
   assert_int_equal(load(f, path, &field), NEPH_OK);
@@ -117,7 +96,7 @@ static void one_arc_second_tiles_are_read(void **state) {
 /* A hole of 60 columns in a slope of 1 m per column. Push-pull flattens within a hole: by at most half of its width
  * would be a constant fill; a fifth of it shows that the slope goes on across. */
 static void a_hole_takes_the_heights_around_it(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_hgt_write(f->folder, "N10E010.hgt", 1201, slope_with_hole);
   np_heightfield field;
   assert_int_equal(load(f, path, &field), NEPH_OK);
@@ -131,7 +110,7 @@ static void a_hole_takes_the_heights_around_it(void **state) {
 }
 
 static void a_tile_of_voids_is_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_hgt_write(f->folder, "N10E010.hgt", 1201, be_void);
   np_heightfield field;
   assert_int_equal(load(f, path, &field), NEPH_ERROR_BAD_FILE);
@@ -141,7 +120,7 @@ static void a_tile_of_voids_is_refused(void **state) {
 }
 
 static void a_truncated_tile_is_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_hgt_write(f->folder, "N10E010.hgt", 1201, encode_place);
   assert_int_equal(truncate(path, 1000001), 0);
   np_heightfield field;
@@ -151,7 +130,7 @@ static void a_truncated_tile_is_refused(void **state) {
 }
 
 static void tiles_without_a_corner_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   const char *names[] = {"mountain.hgt", "X44W072.hgt", "N44W07.hgt", "N4xW072.hgt",
                          "N91E000.hgt",  "N44W181.hgt", ".hgt"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
@@ -164,7 +143,7 @@ static void tiles_without_a_corner_are_refused(void **state) {
 }
 
 static void other_files_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   np_heightfield field;
   char *missing = test_path(f->folder, "N01E001.hgt");
   assert_int_equal(load(f, missing, &field), NEPH_ERROR_NOT_FOUND);
@@ -178,7 +157,7 @@ static void other_files_are_refused(void **state) {
 
 /* ---- Pictures ---- */
 
-static char *write_exr(fixture *f, const char *name, unsigned width, unsigned height, const char *channel,
+static char *write_exr(test_fixture *f, const char *name, unsigned width, unsigned height, const char *channel,
                        float (*value)(unsigned x, unsigned y)) {
   neph_image *image = NULL;
   char *path = test_path(f->folder, name);
@@ -198,7 +177,7 @@ static float picture_with_gaps(unsigned x, unsigned y) {
 static float absurd_value(unsigned x, unsigned y) { return x == 3 && y == 1 ? 2e5f : 0; }
 
 static void exr_is_in_metres(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   const char *channels[] = {"Y", "Z", "height"};
   for (int i = 0; i < 3; i++) {
     char *path = write_exr(f, "heights.exr", 9, 5, channels[i], picture_value);
@@ -220,7 +199,7 @@ static void exr_is_in_metres(void **state) {
 
 /* In Z, where a picture may hold infinities. */
 static void values_that_are_no_numbers_are_voids(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = write_exr(f, "gaps.exr", 8, 8, "Z", picture_with_gaps);
   np_heightfield field;
   assert_int_equal(load(f, path, &field), NEPH_OK);
@@ -231,7 +210,7 @@ static void values_that_are_no_numbers_are_voids(void **state) {
 }
 
 static void absurd_elevations_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = write_exr(f, "absurd.exr", 8, 8, "Y", absurd_value);
   np_heightfield field;
   assert_int_equal(load(f, path, &field), NEPH_ERROR_BAD_FILE);
@@ -240,7 +219,7 @@ static void absurd_elevations_are_refused(void **state) {
 }
 
 static void a_picture_of_one_row_is_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = write_exr(f, "row.exr", 8, 1, "Y", picture_value);
   np_heightfield field;
   assert_int_equal(load(f, path, &field), NEPH_ERROR_BAD_FILE);
@@ -250,7 +229,7 @@ static void a_picture_of_one_row_is_refused(void **state) {
 
 /* A width that fits the planet but a height that goes round it. */
 static void a_picture_larger_than_the_planet_is_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = write_exr(f, "tall.exr", 2, 300, "Y", picture_value);
   np_heightfield field;
   assert_int_equal(load(f, path, &field), NEPH_ERROR_INVALID_ARGUMENT);
@@ -260,7 +239,7 @@ static void a_picture_larger_than_the_planet_is_refused(void **state) {
 
 /* Value 0 stands for height_min, 65535 for height_max; the northern row is on top. */
 static void png_is_scaled_to_its_range(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_path(f->folder, "heights.png");
   const png_uint_16 values[2 * 3] = {0, 65535, 13107, 52428, 1, 65534};
   png_image picture = {.version = PNG_IMAGE_VERSION, .width = 3, .height = 2, .format = PNG_FORMAT_LINEAR_Y};
@@ -279,7 +258,7 @@ static void png_is_scaled_to_its_range(void **state) {
 /* ---- Descriptions ---- */
 
 static void a_tile_describes_itself(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_hgt_write(f->folder, "N10E010.hgt", 1201, slope_with_hole), *text = NULL;
   assert_int_equal(neph_terrain_describe_file(f->context, path, NEPH_TEXT_PLAIN, &text), NEPH_OK);
   assert_string_equal(text, "samples     1201 x 1201\n"
@@ -299,7 +278,7 @@ static void a_tile_describes_itself(void **state) {
 }
 
 static void a_broken_file_has_no_description(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_hgt_write(f->folder, "N10E010.hgt", 3, encode_place), *text = f->folder;
   assert_int_equal(neph_terrain_describe_file(f->context, path, NEPH_TEXT_PLAIN, &text), NEPH_ERROR_BAD_FILE);
   assert_null(text);
@@ -324,7 +303,7 @@ static void the_world_curves_away(void **state) {
 
 /* From a world point back to the sample it came from: 1e-6 of a sample is 0.1 mm. Across the date line too. */
 static void locating_undoes_raising(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
   np_heightfield field;
   assert_int_equal(np_heightfield_create_flat(f->context, 301, 201, &desc, &field), NEPH_OK);
@@ -356,7 +335,7 @@ static void make_ridges(neph_context *context, const neph_ridges_desc *ridges, n
 }
 
 static void ridges_span_their_relief(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_ridges_desc ridges = NEPH_RIDGES_DESC_DEFAULT;
   ridges.sample_count = 129;
   np_heightfield field;
@@ -373,7 +352,7 @@ static void ridges_span_their_relief(void **state) {
 
 /* The same bits for one thread and two, and at every instruction-set level; other seeds give other mountains. */
 static void ridges_depend_on_their_seed_alone(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_ridges_desc ridges = NEPH_RIDGES_DESC_DEFAULT;
   ridges.sample_count = 300;
   const size_t bytes = 300 * 300 * sizeof(float);
@@ -398,7 +377,7 @@ static void ridges_depend_on_their_seed_alone(void **state) {
 }
 
 int main(void) {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
   const struct CMUnitTest tests[] = {
       TEST(mount_washington_is_read),
       TEST(voids_of_an_island_are_filled_and_counted),

@@ -6,30 +6,12 @@
 #include "core/random.h"
 #include "image/image_private.h"
 
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-} fixture;
-
-static int set_up(void **state) {
-  fixture *f = calloc(1, sizeof *f);
-  test_log_start(&f->log);
-  f->context = test_context_create(2, &f->log);
-  *state = f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  neph_context_destroy(f->context);
-  free(f);
-  return 0;
-}
+static int set_up(void **state) { return test_set_up(state, 2, NULL); }
 
 static const char *const rgbz[] = {"R", "G", "B", "Z"};
 
 /* R, G, B filled with one value, Z with 0. */
-static neph_image *create_flat(fixture *f, unsigned width, unsigned height, float value) {
+static neph_image *create_flat(test_fixture *f, unsigned width, unsigned height, float value) {
   neph_image *image;
   assert_int_equal(neph_image_create(f->context, width, height, 4, rgbz, &image), NEPH_OK);
   for (unsigned c = 0; c < 3; c++)
@@ -37,14 +19,14 @@ static neph_image *create_flat(fixture *f, unsigned width, unsigned height, floa
   return image;
 }
 
-static neph_image_difference compare(fixture *f, const neph_image *image, const neph_image *reference) {
+static neph_image_difference compare(test_fixture *f, const neph_image *image, const neph_image *reference) {
   neph_image_difference difference;
   assert_int_equal(neph_image_compare(f->context, image, reference, &difference), NEPH_OK);
   return difference;
 }
 
 static void a_picture_does_not_differ_from_itself(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_flat(f, 20, 20, 0.7f);
   for (int i = 0; i < 400; i++) image->channels[3].values[i] = INFINITY;
   neph_image_difference d = compare(f, image, image);
@@ -58,7 +40,7 @@ static void a_picture_does_not_differ_from_itself(void **state) {
 /* Twice as bright: with L = 1 and ε = 0.01 every measure is known by hand. All are sums of equal terms, exact to
  * rounding; the percentile is kept in float. */
 static void uniform_error_has_the_known_measures(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_flat(f, 24, 16, 2.0f), *reference = create_flat(f, 24, 16, 1.0f);
   neph_image_difference d = compare(f, image, reference);
   assert_near(d.relative_mse, 1.0 / 1.0001, 1e-12);
@@ -75,7 +57,7 @@ static void uniform_error_has_the_known_measures(void **state) {
 
 /* Two values: reference (1, 3), picture (2, 3); mean 2, ε = 0.02. */
 static void single_error_has_the_measures_computed_by_hand(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   static const char *const grey[] = {"Y"};
   neph_image *image, *reference;
   assert_int_equal(neph_image_create(f->context, 2, 1, 1, grey, &image), NEPH_OK);
@@ -97,7 +79,7 @@ static void single_error_has_the_measures_computed_by_hand(void **state) {
 
 /* One percent of error in each channel's own share: the brightest tenth of a percent is what p99.9 shows. */
 static void percentile_is_that_of_the_sorted_values(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   static const char *const grey[] = {"Y"};
   enum { COUNT = 10000 };
   neph_image *image, *reference;
@@ -121,7 +103,7 @@ static double draw_normal(np_random *random) {
 /* Noise of 10 % and a bias of 1 % on 400 pictures: the interval must hold the truth in 95 % of them. The count has a
  * standard deviation of √(400·0.95·0.05) = 4.4; five of them. */
 static void confidence_interval_holds_the_bias_as_often_as_it_says(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   enum { PICTURES = 400, SIDE = 64 };
   neph_image *image = create_flat(f, SIDE, SIDE, 0), *reference = create_flat(f, SIDE, SIDE, 0);
   for (int i = 0; i < 3 * SIDE * SIDE; i++)
@@ -144,7 +126,7 @@ static void confidence_interval_holds_the_bias_as_often_as_it_says(void **state)
 /* Noise that 8×8 means average away: block_rms is 1/8 of the pixels' 10 %, within 4 % for 192 blocks (5 σ of a variance
  * from 192 values are 36 %, of its root 18 %). */
 static void block_rms_looks_past_the_noise_of_pixels(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_flat(f, 64, 64, 0), *reference = create_flat(f, 64, 64, 1.0f);
   np_random random = np_random_start(6, 0, 0, 0, 0);
   for (int i = 0; i < 3 * 64 * 64; i++)
@@ -155,7 +137,7 @@ static void block_rms_looks_past_the_noise_of_pixels(void **state) {
 }
 
 static void black_references_give_no_nan(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_flat(f, 16, 16, 0), *reference = create_flat(f, 16, 16, 0);
   neph_image_difference d = compare(f, image, reference);
   assert_true(d.relative_mse == 0 && d.bias == 0 && d.bias_interval == 0 && d.p999_relative == 0);
@@ -167,7 +149,7 @@ static void black_references_give_no_nan(void **state) {
 }
 
 static void values_without_a_finite_reference_are_left_out(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_flat(f, 16, 16, 1.0f), *reference = create_flat(f, 16, 16, 1.0f);
   reference->channels[0].values[3] = NAN;
   reference->channels[1].values[4] = INFINITY;
@@ -181,7 +163,7 @@ static void values_without_a_finite_reference_are_left_out(void **state) {
 }
 
 static void unmeasurable_pictures_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image_difference d;
   neph_image *image = create_flat(f, 16, 16, 1.0f), *reference = create_flat(f, 16, 16, 1.0f), *out;
   image->channels[1].values[16 * 2 + 5] = NAN;
@@ -211,7 +193,7 @@ static void unmeasurable_pictures_are_refused(void **state) {
 
 /* 0 and −0 differ, a NaN does not from its copy, and a channel that one picture lacks differs everywhere. */
 static void bits_are_compared_in_every_channel(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   static const char *const more[] = {"R", "G", "B", "Z", "sun.R"};
   neph_image *reference = create_flat(f, 4, 4, 0.0f), *image;
   assert_int_equal(neph_image_create(f->context, 4, 4, 5, more, &image), NEPH_OK);
@@ -225,7 +207,7 @@ static void bits_are_compared_in_every_channel(void **state) {
 
 /* ε = 0.01·mean 1 = 0.01; the pixels are brighter by half, and black. */
 static void difference_picture_is_signed_and_coloured(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_flat(f, 3, 1, 1.0f), *reference = create_flat(f, 3, 1, 1.0f), *out;
   for (int c = 0; c < 3; c++) {
     image->channels[c].values[1] = 1.5f;
@@ -264,7 +246,7 @@ static void failed_allocations_are_survived(void **state) {
   assert_survives_failed_allocations(compare_two, NULL);
 }
 
-#define COMPARE_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define COMPARE_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
 int main(void) {
   const struct CMUnitTest tests[] = {

@@ -17,30 +17,7 @@ enum { WIDTH = 45, HEIGHT = 37 }; /* two chunks of 16 lines and a ragged one */
 static const char *const rgbaz[] = {"R", "G", "B", "A", "Z", "sun.R"};
 enum { RGBAZ_COUNT = sizeof rgbaz / sizeof *rgbaz };
 
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-  char *folder, *path;
-} fixture;
-
-static int set_up(void **state) {
-  fixture *f = calloc(1, sizeof *f);
-  test_log_start(&f->log);
-  f->context = test_context_create(2, &f->log);
-  f->folder = test_folder_create();
-  f->path = test_path(f->folder, "picture.exr");
-  *state = f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  test_folder_destroy(f->folder);
-  neph_context_destroy(f->context);
-  free(f->path);
-  free(f);
-  return 0;
-}
+static int set_up(void **state) { return test_set_up(state, 2, "picture.exr"); }
 
 /* A picture of plausible radiances: positive, over several decades. */
 static neph_image *create_picture(neph_context *context) {
@@ -53,13 +30,13 @@ static neph_image *create_picture(neph_context *context) {
   return image;
 }
 
-static neph_image *load(fixture *f) {
+static neph_image *load(test_fixture *f) {
   neph_image *image;
   assert_int_equal(neph_image_load_exr(f->context, f->path, &image), NEPH_OK);
   return image;
 }
 
-static void save(fixture *f, const neph_image *image, neph_pixel_type type) {
+static void save(test_fixture *f, const neph_image *image, neph_pixel_type type) {
   assert_int_equal(neph_image_save_exr(image, f->path, type), NEPH_OK);
 }
 
@@ -72,7 +49,7 @@ static uint32_t get_bits(float value) {
 /* ---- Images ---- */
 
 static void images_begin_black_and_know_their_channels(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image;
   assert_int_equal(neph_image_create(f->context, 3, 2, RGBAZ_COUNT, rgbaz, &image), NEPH_OK);
   assert_int_equal(neph_image_get_width(image), 3);
@@ -87,7 +64,7 @@ static void images_begin_black_and_know_their_channels(void **state) {
 }
 
 static void impossible_images_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image;
   const char *const twice[] = {"R", "G", "R"}, *const nameless[] = {""};
   assert_int_equal(neph_image_create(f->context, 0, 1, 1, rgbaz, &image), NEPH_ERROR_INVALID_ARGUMENT);
@@ -108,7 +85,7 @@ static void impossible_images_are_refused(void **state) {
 }
 
 static void attributes_are_set_and_replaced(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image;
   assert_int_equal(neph_image_create(f->context, 1, 1, 1, rgbaz, &image), NEPH_OK);
   assert_null(neph_image_get_attribute(image, "nephos:isa"));
@@ -127,7 +104,7 @@ static void attributes_are_set_and_replaced(void **state) {
 /* ---- Round trips ---- */
 
 static void floats_return_with_their_bits(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_picture(f->context);
   image->channels[0].values[5] = NAN;
   image->channels[1].values[6] = -0.0f;
@@ -147,7 +124,7 @@ static void floats_return_with_their_bits(void **state) {
 }
 
 static void halves_are_rounded_to_nearest_and_depth_stays_float(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_picture(f->context);
   const float corners[] = {65504.0f, 65519.0f, -65504.0f, 0x1p-24f,      0x1.8p-25f,
                            0x1p-25f, 1e-30f,   -0.0f,     1.00048828125f};
@@ -193,7 +170,7 @@ static neph_image *create_picture_with_header(neph_context *context) {
 }
 
 static void headers_return(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_picture_with_header(f->context);
   save(f, image, NEPH_PIXEL_HALF);
   neph_image *loaded = load(f);
@@ -215,7 +192,7 @@ static void headers_return(void **state) {
 }
 
 static void pixels_do_not_depend_on_the_number_of_threads(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   void *bytes[2];
   size_t sizes[2];
   for (unsigned threads = 1; threads <= 2; threads++) {
@@ -236,7 +213,7 @@ static void pixels_do_not_depend_on_the_number_of_threads(void **state) {
 }
 
 static void descriptions_hold_what_the_file_holds(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *text;
   neph_image *image = create_picture_with_header(f->context);
   save(f, image, NEPH_PIXEL_HALF);
@@ -257,7 +234,7 @@ static void descriptions_hold_what_the_file_holds(void **state) {
 /* ---- Values that may not be written ---- */
 
 static void overflowing_half_names_pixel_value_and_scale(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_picture(f->context);
   image->channels[1].values[2 * WIDTH + 7] = 70000.0f;
   image->channels[5].values[3 * WIDTH + 9] = -300000.0f;
@@ -274,7 +251,7 @@ static void overflowing_half_names_pixel_value_and_scale(void **state) {
 }
 
 static void infinity_belongs_to_depth_alone(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_picture(f->context);
   image->channels[2].values[WIDTH] = INFINITY;
   for (int type = NEPH_PIXEL_HALF; type <= NEPH_PIXEL_FLOAT; type++) {
@@ -292,7 +269,7 @@ static void scale_picture(neph_image *image, float factor) {
 
 /* The picture's values lie in [1e-3, 10], their brightest channel's median near 1. */
 static void crushing_half_names_a_scale_that_works(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_picture(f->context);
   scale_picture(image, 1e-7f);
   save(f, image, NEPH_PIXEL_HALF); /* not said to be radiances */
@@ -311,7 +288,7 @@ static void crushing_half_names_a_scale_that_works(void **state) {
 }
 
 static void picture_too_deep_for_any_half_is_told_to_be_float(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_picture(f->context);
   scale_picture(image, 1e-7f);
   image->channels[0].values[0] = 60000.0f;
@@ -328,7 +305,7 @@ static void picture_too_deep_for_any_half_is_told_to_be_float(void **state) {
 /* ---- Places that cannot be written ---- */
 
 static void missing_folder_is_an_error(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_picture(f->context);
   char *path = test_path(f->folder, "no/such/picture.exr");
   assert_int_equal(neph_image_save_exr(image, path, NEPH_PIXEL_HALF), NEPH_ERROR_IO);
@@ -340,7 +317,7 @@ static void missing_folder_is_an_error(void **state) {
 
 /* Writes are cut at a number of bytes, as on a full disk; a header alone is about 700. */
 static void full_disk_leaves_nothing(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_picture(f->context);
   struct rlimit before;
   assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -359,7 +336,7 @@ static void full_disk_leaves_nothing(void **state) {
 }
 
 static void failed_write_leaves_the_old_picture(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_picture(f->context);
   save(f, image, NEPH_PIXEL_HALF);
   image->channels[0].values[0] = 1e6f;
@@ -373,7 +350,7 @@ static void failed_write_leaves_the_old_picture(void **state) {
 /* ---- Files that cannot be read ---- */
 
 static void missing_file_is_not_found(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image;
   char *text;
   assert_int_equal(neph_image_load_exr(f->context, f->path, &image), NEPH_ERROR_NOT_FOUND);
@@ -405,7 +382,7 @@ static void write_bytes(const char *path, const uint8_t *bytes, size_t size) {
   assert_int_equal(fclose(stream), 0);
 }
 
-static file_bytes make_valid_file(fixture *f) {
+static file_bytes make_valid_file(test_fixture *f) {
   neph_image *image = create_picture_with_header(f->context);
   save(f, image, NEPH_PIXEL_HALF);
   neph_image_destroy(image);
@@ -414,7 +391,7 @@ static file_bytes make_valid_file(fixture *f) {
 
 /* Every prefix of the header, and a step of 61 bytes through the pixels. */
 static void every_prefix_of_a_file_is_an_error(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   file_bytes file = make_valid_file(f);
   for (size_t size = 0; size < file.size; size += size < 1500 ? 1 : 61) {
     neph_image *image;
@@ -428,7 +405,7 @@ static void every_prefix_of_a_file_is_an_error(void **state) {
 
 /* A flipped byte may pass unseen where it is a value; it must never crash, nor fail without one message. */
 static void flipped_bytes_are_survived(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   file_bytes file = make_valid_file(f);
   np_random random = np_random_start(9, 0, 0, 0, 0);
   for (int i = 0; i < 2000; i++) {
@@ -456,7 +433,7 @@ static void put_int(uint8_t *at, int32_t value) { memcpy(at, &value, sizeof valu
 
 /* Behind the attribute's name, its type and its size stand xMin, yMin, xMax, yMax. */
 static void huge_claims_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image;
   const int32_t claims[][4] = {
       {0, 0, 1 << 20, 1 << 20}, {INT32_MIN, INT32_MIN, INT32_MAX, INT32_MAX}, {0, 0, 65535, 65535}, {5, 5, 4, 4}};
@@ -474,7 +451,7 @@ static void huge_claims_are_refused(void **state) {
 
 /* The first channel's samplings are the last two numbers of its entry: name, type, linear, three reserved. */
 static void sub_sampled_channels_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image;
   assert_int_equal(neph_image_create(f->context, 4, 4, RGBAZ_COUNT, rgbaz, &image), NEPH_OK);
   save(f, image, NEPH_PIXEL_HALF);
@@ -507,12 +484,12 @@ static neph_result save_and_load(neph_context *context, void *user) {
 }
 
 static void failed_allocations_are_survived(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   assert_survives_failed_allocations(save_and_load, f->path);
   assert_int_equal(test_folder_count(f->folder), 1);
 }
 
-#define EXR_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define EXR_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
 int main(void) {
   const struct CMUnitTest tests[] = {

@@ -11,30 +11,7 @@
 
 enum { WIDTH = 83, HEIGHT = 71, TILE_WIDTH = 32, TILE_HEIGHT = 24, CHANNELS = 3 };
 
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-  char *folder, *path;
-} fixture;
-
-static int set_up(void **state) {
-  fixture *f = calloc(1, sizeof *f);
-  test_log_start(&f->log);
-  f->context = test_context_create(2, &f->log);
-  f->folder = test_folder_create();
-  f->path = test_path(f->folder, "foreign.exr");
-  *state = f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  test_folder_destroy(f->folder);
-  neph_context_destroy(f->context);
-  free(f->path);
-  free(f);
-  return 0;
-}
+static int set_up(void **state) { return test_set_up(state, 2, "foreign.exr"); }
 
 typedef struct foreign_kind {
   exr_compression_t compression;
@@ -117,7 +94,7 @@ static void write_foreign(const char *path, foreign_kind kind) {
   assert_int_equal(exr_finish(&exr), 0);
 }
 
-static void check_kind(fixture *f, foreign_kind kind) {
+static void check_kind(test_fixture *f, foreign_kind kind) {
   neph_image *image;
   write_foreign(f->path, kind);
   assert_int_equal(neph_image_load_exr(f->context, f->path, &image), NEPH_OK);
@@ -148,7 +125,7 @@ static void scan_lines_and_tiles_of_every_codec_are_read(void **state) {
 }
 
 static void descriptions_name_tiles_and_codec(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *text;
   write_foreign(f->path, (foreign_kind){EXR_COMPRESSION_PIZ, true, 0});
   assert_int_equal(neph_image_describe_file(f->context, f->path, NEPH_TEXT_PLAIN, &text), NEPH_OK);
@@ -160,7 +137,7 @@ static void descriptions_name_tiles_and_codec(void **state) {
 
 /* The codecs' own decoders on damaged chunks: an error or a picture, never a crash. */
 static void flipped_bytes_are_survived(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   static uint8_t bytes[1 << 17];
   for (int compression = EXR_COMPRESSION_NONE; compression <= EXR_COMPRESSION_B44A; compression++) {
     write_foreign(f->path, (foreign_kind){(exr_compression_t)compression, compression % 2, 0});
@@ -186,7 +163,7 @@ static void flipped_bytes_are_survived(void **state) {
   }
 }
 
-#define FOREIGN_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define FOREIGN_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
 int main(void) {
   const struct CMUnitTest tests[] = {

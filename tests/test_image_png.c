@@ -11,30 +11,7 @@
 #include "image/color_space.h"
 #include "image/preview.h"
 
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-  char *folder, *path;
-} fixture;
-
-static int set_up(void **state) {
-  fixture *f = calloc(1, sizeof *f);
-  test_log_start(&f->log);
-  f->context = test_context_create(2, &f->log);
-  f->folder = test_folder_create();
-  f->path = test_path(f->folder, "picture.png");
-  *state = f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  test_folder_destroy(f->folder);
-  neph_context_destroy(f->context);
-  free(f->path);
-  free(f);
-  return 0;
-}
+static int set_up(void **state) { return test_set_up(state, 2, "picture.png"); }
 
 /* ---- Files to read ---- */
 
@@ -116,7 +93,7 @@ static float get_expected(png_kind kind, unsigned x, unsigned y, unsigned c) {
   return (float)parts[c] / 255.0f;
 }
 
-static void check_kind(fixture *f, png_kind kind) {
+static void check_kind(test_fixture *f, png_kind kind) {
   neph_image *image;
   write_png(f->path, kind);
   assert_int_equal(neph_image_load_png(f->context, f->path, &image), NEPH_OK);
@@ -173,7 +150,7 @@ static void write_bytes(const char *path, const uint8_t *bytes, size_t size) {
 }
 
 static void every_prefix_is_an_error(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   write_png(f->path, (png_kind){PNG_COLOR_TYPE_RGB_ALPHA, 16, PNG_INTERLACE_ADAM7});
   file_bytes file = read_bytes(f->path);
   for (size_t size = 0; size < file.size; size++) {
@@ -187,7 +164,7 @@ static void every_prefix_is_an_error(void **state) {
 }
 
 static void flipped_bytes_are_survived(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   write_png(f->path, (png_kind){PNG_COLOR_TYPE_PALETTE, 8, 0});
   file_bytes file = read_bytes(f->path);
   np_random random = np_random_start(2, 0, 0, 0, 0);
@@ -208,7 +185,7 @@ static void flipped_bytes_are_survived(void **state) {
 
 /* Width and height stand behind the signature, the chunk's length and its name; the checksum behind its 13 bytes. */
 static void huge_claims_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image;
   write_png(f->path, (png_kind){PNG_COLOR_TYPE_RGB, 8, 0});
   file_bytes file = read_bytes(f->path);
@@ -226,7 +203,7 @@ static void huge_claims_are_refused(void **state) {
 }
 
 static void missing_file_is_not_found(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image;
   assert_int_equal(neph_image_load_png(f->context, f->path, &image), NEPH_ERROR_NOT_FOUND);
   assert_one_error(&f->log, f->path);
@@ -259,7 +236,7 @@ static neph_preview_desc make_plain_desc(void) {
   return desc;
 }
 
-static neph_image *save_and_load(fixture *f, const neph_image *image, const neph_preview_desc *desc) {
+static neph_image *save_and_load(test_fixture *f, const neph_image *image, const neph_preview_desc *desc) {
   neph_image *loaded;
   assert_int_equal(neph_image_save_png(image, f->path, desc), NEPH_OK);
   assert_int_equal(neph_image_load_png(f->context, f->path, &loaded), NEPH_OK);
@@ -281,7 +258,7 @@ static double encode_srgb(double linear) {
 static const double dithered_mean_tolerance = 1.5e-4;
 
 static void middle_grey_shows_as_the_curve_says(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_preview_desc desc = make_plain_desc();
   neph_image *image = create_colour(f->context, 0.18f, 0.18f, 0.18f), *loaded = save_and_load(f, image, &desc);
   for (unsigned c = 0; c < 3; c++) assert_near(average(loaded, c), encode_srgb(0.2), dithered_mean_tolerance);
@@ -291,7 +268,7 @@ static void middle_grey_shows_as_the_curve_says(void **state) {
 
 /* Greys stay grey at every brightness, whatever the white is. */
 static void white_shows_as_neutral(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_preview_desc desc = make_plain_desc();
   const double sun[3] = {1.474, 1.8504, 1.91198};
   memcpy(desc.white, sun, sizeof sun);
@@ -308,7 +285,7 @@ static void white_shows_as_neutral(void **state) {
 /* One colour, said in ACEScg's primaries and in Rec.709's, shows the same; half a step of 1/255 in one of the means is
  * what the rounding of its components comes to. */
 static void primaries_of_the_header_are_honoured(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   const neph_preview_desc desc = make_plain_desc();
   neph_image *plain = create_colour(f->context, 0.30f, 0.18f, 0.06f);
   /* AP1 from Rec.709 by Bradford: 0.6131 0.3395 0.0474 / 0.0702 0.9164 0.0134 / 0.0206 0.1096 0.8698 */
@@ -349,7 +326,7 @@ static void tones_rise_and_keep_their_order(void **state) {
 }
 
 static void negative_infinite_and_nan_pixels_are_safe(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_preview_desc desc = make_plain_desc();
   neph_image *image = create_colour(f->context, 0.2f, 0.2f, 0.2f);
   set_pixel(image, 0, -1, -INFINITY, -1e30f);
@@ -368,7 +345,7 @@ static void negative_infinite_and_nan_pixels_are_safe(void **state) {
 /* A ramp over ten steps of 255 in 64 pixels: without dither it would be flat bands; with it, block means follow the
  * ramp to the noise of 64 pixels, 0.5/8 of a step; five of them. */
 static void gradients_do_not_band(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_preview_desc desc = make_plain_desc();
   neph_image *image = create_colour(f->context, 0, 0, 0);
   for (int i = 0; i < SIDE * SIDE; i++) {
@@ -389,7 +366,7 @@ static void gradients_do_not_band(void **state) {
 }
 
 static void previews_repeat(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 0.1f, 0.3f, 0.7f);
   neph_image *first = save_and_load(f, image, NULL), *second = save_and_load(f, image, NULL);
   for (int c = 0; c < 3; c++)
@@ -407,7 +384,7 @@ static const double plain_white[3] = {1, 1, 1};
 static const double bin_tolerance = 0.022;
 
 static void exposure_undoes_any_scale(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *bright = create_colour(f->context, 0.1f, 0.2f, 0.4f),
              *dim = create_colour(f->context, 1e-7f, 2e-7f, 4e-7f);
   double of_bright = np_preview_choose_exposure(bright, plain_white),
@@ -419,7 +396,7 @@ static void exposure_undoes_any_scale(void **state) {
 
 /* Neither nine tenths of black, nor of almost black, nor a sun of 30 pixels in 4096, changes what a lit patch gets. */
 static void black_borders_and_the_sun_do_not_turn_the_exposure(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 0.3f, 0.3f, 0.3f);
   double expected = np_preview_choose_exposure(image, plain_white);
   for (int i = 0; i < 30; i++) set_pixel(image, 100 + i, 3e4f, 3e4f, 3e4f);
@@ -437,7 +414,7 @@ static void black_borders_and_the_sun_do_not_turn_the_exposure(void **state) {
 
 /* A white cloud over a tenth of a dark picture keeps its drawing: it comes below the flat end of the curve at 16. */
 static void bright_areas_lower_the_exposure(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 0.001f, 0.001f, 0.001f);
   for (int i = 0; i < SIDE * SIDE / 10; i++) set_pixel(image, i, 1, 1, 1);
   assert_true(np_preview_choose_exposure(image, plain_white) <= 4.0 * (1 + bin_tolerance));
@@ -445,7 +422,7 @@ static void bright_areas_lower_the_exposure(void **state) {
 }
 
 static void picture_without_light_is_black(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 0, 0, 0);
   assert_true(np_preview_choose_exposure(image, plain_white) == 1.0);
   neph_image *loaded = save_and_load(f, image, NULL);
@@ -457,7 +434,7 @@ static void picture_without_light_is_black(void **state) {
 /* ---- Errors of saving ---- */
 
 static void bad_descriptions_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 1, 1, 1), *depth;
   static const char *const names[] = {"Z"};
   neph_preview_desc desc = NEPH_PREVIEW_DESC_DEFAULT;
@@ -477,7 +454,7 @@ static void bad_descriptions_are_refused(void **state) {
 }
 
 static void missing_folder_is_an_error(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 1, 1, 1);
   char *path = test_path(f->folder, "no/picture.png");
   assert_int_equal(neph_image_save_png(image, path, NULL), NEPH_ERROR_IO);
@@ -487,7 +464,7 @@ static void missing_folder_is_an_error(void **state) {
 }
 
 static void full_disk_leaves_nothing(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 0.2f, 0.3f, 0.4f);
   struct rlimit before;
   assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -519,12 +496,12 @@ static neph_result save_and_load_grey(neph_context *context, void *user) {
 }
 
 static void failed_allocations_are_survived(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   assert_survives_failed_allocations(save_and_load_grey, f->path);
   assert_int_equal(test_folder_count(f->folder), 1);
 }
 
-#define PNG_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define PNG_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
 int main(void) {
   const struct CMUnitTest tests[] = {

@@ -3,33 +3,16 @@
 
 #include "scene/plan.h"
 
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-} fixture;
+static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 
-static int set_up(void **state) {
-  static fixture f;
-  test_log_start(&f.log);
-  f.context = test_context_create(1, &f.log);
-  *state = &f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  neph_context_destroy(f->context);
-  return 0;
-}
-
-static neph_scene *load(fixture *f, const char *text) {
+static neph_scene *load(test_fixture *f, const char *text) {
   neph_scene *scene;
   assert_int_equal(neph_scene_load_text(f->context, text, "scene.yaml", &scene), NEPH_OK);
   return scene;
 }
 
 /* `needed` has a letter for each stage in the order of np_stage: 'x' needed, '-' not, nor those it does not reach. */
-static void assert_plan(fixture *f, const char *text, const char *needed) {
+static void assert_plan(test_fixture *f, const char *text, const char *needed) {
   neph_scene *scene = load(f, text);
   np_plan plan;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
@@ -74,7 +57,7 @@ static void test_no_light_where_nothing_shines(void **state) {
 }
 
 static void test_sky_alone(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene = load(f, CLOUD "terrain: {ridges: {}}\noutput: {beauty: false}");
   np_plan plan;
   assert_int_equal(np_plan_make_sky(scene, &plan), NEPH_OK);
@@ -84,7 +67,7 @@ static void test_sky_alone(void **state) {
 }
 
 static void test_work_is_counted(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene = load(f, "camera: {resolution: [100, 50]}\noutput: {aovs: [sun, distance]}\n"
                               "clouds: [{bake: {extent: 1 km, thickness: 100 m, voxel: 10 m}}]");
   np_plan plan;
@@ -99,14 +82,14 @@ static void test_work_is_counted(void **state) {
   neph_scene_destroy(scene);
 }
 
-static void assert_refused(fixture *f, const neph_scene *scene, const neph_render_desc *desc, const char *word) {
+static void assert_refused(test_fixture *f, const neph_scene *scene, const neph_render_desc *desc, const char *word) {
   np_plan plan;
   assert_int_equal(np_plan_make(scene, desc, &plan), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, word);
 }
 
 static void test_bad_descriptions_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene = load(f, "version: 1");
   neph_render_desc good, desc;
   assert_int_equal(neph_scene_get_render_desc(scene, &good), NEPH_OK);
@@ -121,7 +104,7 @@ static void test_bad_descriptions_are_refused(void **state) {
 }
 
 static void test_incomplete_scenes_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene;
   np_plan plan;
   assert_int_equal(neph_scene_create(f->context, &scene), NEPH_OK);
@@ -134,7 +117,7 @@ static void test_incomplete_scenes_are_refused(void **state) {
 }
 
 static void test_plan_is_described(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene = load(f, "clouds: [{name: hero, vdb: \"a.####.vdb\", optical_depth: 4}, {name: low, bake: {}}]");
   np_plan plan;
   char *plain, *json;
@@ -171,14 +154,14 @@ static void test_failed_allocations(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test_setup_teardown(test_only_what_is_needed_runs, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_no_light_where_none_is_wanted, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_no_light_where_nothing_shines, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_sky_alone, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_work_is_counted, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_bad_descriptions_are_refused, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_incomplete_scenes_are_refused, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_plan_is_described, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_only_what_is_needed_runs, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_no_light_where_none_is_wanted, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_no_light_where_nothing_shines, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_sky_alone, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_work_is_counted, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_bad_descriptions_are_refused, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_incomplete_scenes_are_refused, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_plan_is_described, set_up, test_tear_down),
       cmocka_unit_test(test_failed_allocations),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -22,29 +22,12 @@ static const char example[] =
     "render: {integrator: path, samples: 16}\n"
     "output: {image: \"out/frame.####.exr\", preview: /tmp/frame.png, aovs: [depth, transmittance, sun, sky]}\n";
 
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-} fixture;
-
-static int set_up(void **state) {
-  static fixture f;
-  test_log_start(&f.log);
-  f.context = test_context_create(1, &f.log);
-  *state = &f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  neph_context_destroy(f->context);
-  return 0;
-}
+static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 
 /* ---- Values ---- */
 
 static void test_example_is_read(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene;
   assert_int_equal(neph_scene_load_text(f->context, example, "shots/scene.yaml", &scene), NEPH_OK);
   assert_near(scene->latitude_rad, 44.27 * NP_DEGREE, 1e-15);
@@ -74,7 +57,7 @@ static void test_example_is_read(void **state) {
 }
 
 static void test_preset_comes_first_wherever_it_stands(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene;
   neph_cloud_desc preset;
   assert_int_equal(neph_cloud_get_preset(f->context, "cumulus_mediocris", &preset), NEPH_OK);
@@ -86,7 +69,7 @@ static void test_preset_comes_first_wherever_it_stands(void **state) {
 }
 
 static void test_map_of_a_bake(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   static const char text[] = "clouds: [{bake: {map: {image: maps/sky.png, coverage: R, rain: G}, model: hero}}]";
   static const char good[] = "clouds: [{bake: {map: {image: maps/sky.png, coverage: R, precipitation: G, size: [3 km, "
                              "2 km], tiling: true}, preset: stratus, model: hero}}]";
@@ -106,7 +89,7 @@ static void test_map_of_a_bake(void **state) {
 }
 
 static void test_block_style_is_the_same(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *flow, *block;
   char *a, *b;
   assert_int_equal(neph_scene_load_text(f->context,
@@ -129,7 +112,7 @@ static void test_block_style_is_the_same(void **state) {
 }
 
 static void test_files_are_read_from_disk(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *folder = test_folder_create(), *path = test_path(folder, "s.yaml"), *image = test_path(folder, "a.exr");
   FILE *file = fopen(path, "w");
   assert_non_null(file);
@@ -155,7 +138,7 @@ typedef struct bad_scene {
   const char *text, *message; /* the message without "s.yaml:" */
 } bad_scene;
 
-static void assert_bad(fixture *f, const bad_scene *bad) {
+static void assert_bad(test_fixture *f, const bad_scene *bad) {
   char message[600];
   neph_scene *scene;
   assert_int_equal(neph_scene_load_text(f->context, bad->text, "s.yaml", &scene), NEPH_ERROR_BAD_SCENE);
@@ -166,13 +149,13 @@ static void assert_bad(fixture *f, const bad_scene *bad) {
   assert_one_error(&f->log, message);
 }
 
-static void assert_all_bad(fixture *f, const bad_scene *bad, size_t count) {
+static void assert_all_bad(test_fixture *f, const bad_scene *bad, size_t count) {
   for (size_t i = 0; i < count; i++) assert_bad(f, &bad[i]);
 }
 
 #define ASSERT_ALL_BAD(state, list) assert_all_bad(*(state), list, sizeof(list) / sizeof *(list))
 
-static neph_scene *load_air(fixture *f, const char *text) {
+static neph_scene *load_air(test_fixture *f, const char *text) {
   neph_scene *scene = NULL;
   if (neph_scene_load_text(f->context, text, "s", &scene)) fail_msg("%s: %s", text, f->log.text);
   return scene;
@@ -211,7 +194,7 @@ static void test_wrong_airs(void **state) {
 
 /* A preset comes first wherever it stands, other keys go over it, and the sun is as far as the preset's planet is. */
 static void test_presets_and_layers_of_air(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene =
       load_air(f, "atmosphere: {mie_height: 9 km, preset: mars, layers: [{table: [[1 km, 0], [2 km, 3]], "
                   "scattering: 2e-6, phase: {two_lobe: {forward: [0.7, 0.8, 0.9]}}}]}");
@@ -433,7 +416,7 @@ static size_t mutate_once(char *text, size_t length, uint64_t seed, uint64_t *co
 
 static void test_random_mutations_never_crash(void **state) {
   enum { ROUNDS = 10000, CHANGES_MAX = 8 };
-  fixture *f = *state;
+  test_fixture *f = *state;
   uint64_t counter = 0;
   unsigned loaded = 0;
   for (uint64_t round = 0; round < ROUNDS; round++) {
@@ -468,22 +451,22 @@ static void test_failed_allocations(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test_setup_teardown(test_example_is_read, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_preset_comes_first_wherever_it_stands, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_map_of_a_bake, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_block_style_is_the_same, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_files_are_read_from_disk, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_wrong_values, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_unknown_keys, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_keys_that_do_not_go_together, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_incomplete_scenes, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_yaml_that_a_scene_may_not_use, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_deep_nesting_is_refused, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_long_lists_are_refused_soon, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_too_many_clouds_are_refused, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_wrong_airs, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_presets_and_layers_of_air, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_random_mutations_never_crash, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_example_is_read, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_preset_comes_first_wherever_it_stands, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_map_of_a_bake, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_block_style_is_the_same, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_files_are_read_from_disk, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_wrong_values, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_unknown_keys, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_keys_that_do_not_go_together, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_incomplete_scenes, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_yaml_that_a_scene_may_not_use, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_deep_nesting_is_refused, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_long_lists_are_refused_soon, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_too_many_clouds_are_refused, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_wrong_airs, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_presets_and_layers_of_air, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_random_mutations_never_crash, set_up, test_tear_down),
       cmocka_unit_test(test_failed_allocations),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -5,24 +5,7 @@
 
 #include "scene/scene_keys.h"
 
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-} fixture;
-
-static int set_up(void **state) {
-  static fixture f;
-  test_log_start(&f.log);
-  f.context = test_context_create(1, &f.log);
-  *state = &f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  neph_context_destroy(f->context);
-  return 0;
-}
+static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 
 /* ---- The table ---- */
 
@@ -71,7 +54,7 @@ static void assert_same_air(const neph_atmosphere_desc *a, const neph_atmosphere
 }
 
 static void test_defaults_are_those_of_the_public_descriptions(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene;
   assert_int_equal(neph_scene_load_text(f->context, "clouds: [{bake: {}}]", "s", &scene), NEPH_OK);
   const neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
@@ -87,7 +70,7 @@ static void test_defaults_are_those_of_the_public_descriptions(void **state) {
 }
 
 static void test_defaults_of_a_terrain(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene;
   assert_int_equal(neph_scene_create(f->context, &scene), NEPH_OK);
   const neph_ridges_desc ridges = NEPH_RIDGES_DESC_DEFAULT, *own_ridges = &scene->terrain.ridges;
@@ -106,7 +89,7 @@ static void test_defaults_of_a_terrain(void **state) {
 }
 
 static void test_defaults_of_a_render(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene;
   neph_render_desc desc;
   const neph_render_desc expected = NEPH_RENDER_DESC_DEFAULT;
@@ -262,7 +245,7 @@ static bool has_value(const np_key *key) {
 }
 
 static void test_each_key_goes_through_a_file(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
     if (!has_value(key)) continue;
@@ -278,7 +261,7 @@ static void test_each_key_goes_through_a_file(void **state) {
 }
 
 /* A scene in which every section is there, so that each key is in force once it is set. */
-static neph_scene *create_full_scene(fixture *f, const np_key *key) {
+static neph_scene *create_full_scene(test_fixture *f, const np_key *key) {
   neph_scene *scene;
   assert_int_equal(neph_scene_create(f->context, &scene), NEPH_OK);
   assert_int_equal(neph_scene_set(scene, "clouds[0].bake", "{}"), NEPH_OK);
@@ -287,7 +270,7 @@ static neph_scene *create_full_scene(fixture *f, const np_key *key) {
 }
 
 static void test_each_key_is_set(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
     if (!has_value(key)) continue;
@@ -302,7 +285,7 @@ static void test_each_key_is_set(void **state) {
 }
 
 /* Every range ends where it says: a billionth beyond is refused. */
-static void assert_edge(fixture *f, const np_key *key, double edge, double outward) {
+static void assert_edge(test_fixture *f, const np_key *key, double edge, double outward) {
   char path[TEXT_SIZE], value[TEXT_SIZE];
   write_set_path(key, path, sizeof path);
   neph_scene *scene = create_full_scene(f, key);
@@ -326,7 +309,7 @@ static void test_each_range_ends_where_it_says(void **state) {
 }
 
 static void test_one_number_stands_for_a_list(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene;
   assert_int_equal(neph_scene_load_text(f->context, "clouds: [{bake: {extent: 3 km}, albedo: 0.5}]", "s", &scene),
                    NEPH_OK);
@@ -356,7 +339,7 @@ static void test_guesses(void **state) {
 }
 
 static void test_schema_lists_every_key(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *plain, *json, line[TEXT_SIZE];
   assert_int_equal(neph_schema_describe(f->context, NEPH_TEXT_PLAIN, &plain), NEPH_OK);
   assert_int_equal(neph_schema_describe(f->context, NEPH_TEXT_JSON, &json), NEPH_OK);
@@ -392,15 +375,15 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(test_each_key_lies_in_a_section),
       cmocka_unit_test(test_numbers_have_a_range_and_room),
-      cmocka_unit_test_setup_teardown(test_defaults_are_those_of_the_public_descriptions, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_defaults_of_a_terrain, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_defaults_of_a_render, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_each_key_goes_through_a_file, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_each_key_is_set, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_each_range_ends_where_it_says, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_one_number_stands_for_a_list, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_defaults_are_those_of_the_public_descriptions, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_defaults_of_a_terrain, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_defaults_of_a_render, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_each_key_goes_through_a_file, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_each_key_is_set, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_each_range_ends_where_it_says, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_one_number_stands_for_a_list, set_up, test_tear_down),
       cmocka_unit_test(test_guesses),
-      cmocka_unit_test_setup_teardown(test_schema_lists_every_key, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_schema_lists_every_key, set_up, test_tear_down),
       cmocka_unit_test(test_failed_allocations),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

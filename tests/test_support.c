@@ -181,6 +181,28 @@ char *test_hgt_write(const char *folder, const char *name, unsigned side,
   return path;
 }
 
+/* ---- Fixture ---- */
+
+int test_set_up(void **state, unsigned thread_count, const char *file) {
+  test_fixture *f = calloc(1, sizeof *f);
+  assert_non_null(f);
+  test_log_start(&f->log);
+  f->context = test_context_create(thread_count, &f->log);
+  f->folder = test_folder_create();
+  f->path = file ? test_path(f->folder, file) : NULL;
+  *state = f;
+  return 0;
+}
+
+int test_tear_down(void **state) {
+  test_fixture *f = *state;
+  test_folder_destroy(f->folder);
+  neph_context_destroy(f->context);
+  free(f->path);
+  free(f);
+  return 0;
+}
+
 /* ---- Numbers ---- */
 
 void test_check_near(double actual, double expected, double tolerance, const char *what, const char *file, int line) {

@@ -70,6 +70,19 @@ char *test_data_path(const char *relative);
 char *test_hgt_write(const char *folder, const char *name, unsigned side,
                      int (*elevation)(unsigned column, unsigned row));
 
+/* ---- Fixture ---- */
+
+/* What most tests share: a log, a context that logs to it, a folder, empty at first, and a path in it. */
+typedef struct test_fixture {
+  test_log log;
+  neph_context *context;
+  char *folder, *path; /* `path` is of no file yet, or NULL */
+} test_fixture;
+
+/* Called by a test's set-up; `file` names the path, NULL: none. */
+int test_set_up(void **state, unsigned thread_count, const char *file);
+int test_tear_down(void **state);
+
 /* ---- Numbers ---- */
 
 /* |actual − expected| ≤ tolerance; a NaN is never near. */

@@ -18,31 +18,10 @@ static const double radius_m = 6360e3;
  * that dips diagonal²/8R below the sphere, 0.3 mm at 131 m. */
 static const double surface_tolerance_m = 0.006;
 
-typedef struct fixture {
-  neph_context *context;
-  test_log log;
-  char *folder;
-} fixture;
-
-static int set_up(void **state) {
-  fixture *f = calloc(1, sizeof *f);
-  test_log_start(&f->log);
-  f->context = test_context_create(2, &f->log);
-  f->folder = test_folder_create();
-  *state = f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  test_folder_destroy(f->folder);
-  neph_context_destroy(f->context);
-  free(f);
-  return 0;
-}
+static int set_up(void **state) { return test_set_up(state, 2, NULL); }
 
 /* A tile of one degree whose south-western corner is N44 W072, of made elevations. */
-static neph_terrain *make_tile(fixture *f, int (*elevation)(unsigned column, unsigned row)) {
+static neph_terrain *make_tile(test_fixture *f, int (*elevation)(unsigned column, unsigned row)) {
   char *path = test_hgt_write(f->folder, "N44W072.hgt", 1201, elevation);
   neph_terrain *terrain = NULL;
   assert_int_equal(neph_terrain_load(f->context, path, NULL, &terrain), NEPH_OK);
@@ -83,7 +62,7 @@ static int raise_hill(unsigned column, unsigned row) {
 
 /* Ground at sea level, wherever a ray comes from: straight down from orbit, slanting, from 100 km beside the field. */
 static void flat_ground_is_the_sphere(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_terrain *terrain = make_tile(f, be_flat);
   const np_dvec3 eyes[] = {{0, 0, 100}, {0, 0, 400e3}, {-300e3, 200e3, 400e3}, {100e3, -20e3, 3000}};
   for (int eye = 0; eye < 4; eye++)
@@ -105,7 +84,7 @@ static void flat_ground_is_the_sphere(void **state) {
 }
 
 static void far_ground_lies_below_the_tangent_plane(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_terrain *terrain = make_tile(f, be_flat);
   np_terrain_hit hit;
   assert_true(np_terrain_intersect(terrain, (np_dvec3){0, 30e3, 1000}, np_vec3_make(0, 0, -1), INFINITY, &hit));
@@ -115,7 +94,7 @@ static void far_ground_lies_below_the_tangent_plane(void **state) {
 
 /* 2 m per column of 3 arc seconds: the slope follows from the parallel's length at each hit. */
 static void a_slope_has_its_normal(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_terrain *terrain = make_tile(f, slope_east);
   for (double y = -40e3; y <= 40e3; y += 8e3) {
     const np_dvec3 eye = {137.0, y, 20e3};
@@ -136,7 +115,7 @@ static void a_slope_has_its_normal(void **state) {
 
 /* Whole metres round the hill's heights by half a metre, and its slope by a hundredth. */
 static void a_hill_stands_where_it_should(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_terrain *terrain = make_tile(f, raise_hill);
   assert_near(neph_terrain_get_elevation_m(terrain, 0, 0), 1000, 1e-3);
   const double reach_north = 400 * NP_DEGREE / 1200 * radius_m;
@@ -154,7 +133,7 @@ static void a_hill_stands_where_it_should(void **state) {
 
 /* Rays down from everywhere find what the elevation says. */
 static void rays_and_elevations_agree(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_terrain *terrain = make_ridges(f->context, 257);
   np_random random = np_random_start(1, 0, 0, 0, 0);
   for (int i = 0; i < 10000; i++) {
@@ -228,7 +207,7 @@ static double meet_soup(const triangle_soup *soup, np_dvec3 origin, np_vec3 dire
  * other side by that millimetre, or by the 1e-7 of its way that Embree's floats lose: ridges of 1 km make that one ray
  * in 10⁵ or so; 10 in 10⁴ would be a fault. */
 static void rays_agree_with_every_triangle(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   enum { SAMPLES = 33, RAYS = 10000 };
   neph_terrain *terrain = make_ridges(f->context, SAMPLES);
   triangle_soup soup = make_soup(f->context, SAMPLES);
@@ -261,7 +240,7 @@ static void rays_agree_with_every_triangle(void **state) {
 /* ---- Rays' ends ---- */
 
 static void distances_are_respected(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_terrain *terrain = make_tile(f, be_flat);
   const np_dvec3 eye = {10, 20, 100};
   const np_vec3 down = {0, 0, -1}, up = {0, 0, 1};
@@ -279,7 +258,7 @@ static void distances_are_respected(void **state) {
 
 /* Lifted off the ground as the header says, a ray to the zenith is free, from wherever the ground was seen. */
 static void lifted_rays_leave_the_ground(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_terrain *terrain = make_ridges(f->context, 257);
   np_random random = np_random_start(3, 0, 0, 0, 0);
   for (int i = 0; i < 20000; i++) {
@@ -298,7 +277,7 @@ static void lifted_rays_leave_the_ground(void **state) {
 /* What A cannot see of B, B cannot see of A. Floats may differ on a ray that touches a ridge within millimetres: 5 of
  * 5000 is a share that a fault would exceed. */
 static void occlusion_is_mutual(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_terrain *terrain = make_ridges(f->context, 257);
   np_random random = np_random_start(4, 0, 0, 0, 0);
   int different = 0, occluded = 0;
@@ -321,7 +300,7 @@ static void occlusion_is_mutual(void **state) {
 
 /* Directions with zeros, infinities and NaN: no crash, and no hit where there is none. */
 static void odd_rays_do_no_harm(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_terrain *terrain = make_ridges(f->context, 33);
   np_dvec3 low, high;
   np_terrain_get_bounds(terrain, &low, &high);
@@ -337,7 +316,7 @@ static void odd_rays_do_no_harm(void **state) {
 
 /* The same hits, bit for bit, whatever the number of threads that built the tree. */
 static void threads_do_not_change_hits(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_context *single = test_context_create(1, NULL);
   neph_terrain *terrains[2] = {make_ridges(f->context, 257), make_ridges(single, 257)};
   np_random random = np_random_start(5, 0, 0, 0, 0);
@@ -361,7 +340,7 @@ static void threads_do_not_change_hits(void **state) {
 static int stand_high(unsigned column, unsigned row) { return (void)column, (void)row, 800; }
 
 static void the_rim_meets_the_sphere(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_terrain *terrain = make_tile(f, stand_high);
   const double half_height = 0.5 * NP_DEGREE * radius_m; /* of arc */
   const double rim_y = radius_m * sin(0.5 * NP_DEGREE);
@@ -385,7 +364,7 @@ static void the_rim_meets_the_sphere(void **state) {
 }
 
 static void the_place_is_the_middle_or_as_given(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_hgt_write(f->folder, "N44W072.hgt", 1201, stand_high);
   neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
   neph_terrain *terrain = NULL;
@@ -416,7 +395,7 @@ static void the_place_is_the_middle_or_as_given(void **state) {
 
 /* Ridges stand wherever they are put, and have no place of their own. */
 static void ridges_take_the_place_given(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   double latitude, longitude;
   neph_terrain *terrain = make_ridges(f->context, 33);
   assert_false(np_terrain_get_place(terrain, &latitude, &longitude));
@@ -439,7 +418,7 @@ static void ridges_take_the_place_given(void **state) {
 
 /* The summit is 1916.7 m high at 44.2705 N, 71.3033 W; SRTM's samples, 90 m apart, reach 1908. */
 static void mount_washington_is_where_it_is(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_data_path("dem/N44W072.hgt");
   neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
   desc.has_place = true;
@@ -453,7 +432,7 @@ static void mount_washington_is_where_it_is(void **state) {
 }
 
 static void an_island_reaches_below_the_sea(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_data_path("dem/N22W160.hgt");
   neph_terrain *terrain = NULL;
   assert_int_equal(neph_terrain_load(f->context, path, NULL, &terrain), NEPH_OK);
@@ -465,7 +444,7 @@ static void an_island_reaches_below_the_sea(void **state) {
 /* ---- Failures ---- */
 
 static void bad_descriptions_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   const neph_terrain_desc good = NEPH_TERRAIN_DESC_DEFAULT;
   neph_terrain_desc bad[6] = {good, good, good, good, good, good};
   const char *words[6] = {"planet_radius_m is nan",  "width_m is 0",   "latitude 2", "longitude inf",
@@ -485,7 +464,7 @@ static void bad_descriptions_are_refused(void **state) {
 }
 
 static void bad_ridges_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   const neph_ridges_desc good = NEPH_RIDGES_DESC_DEFAULT;
   neph_ridges_desc bad[4] = {good, good, good, good};
   const char *words[4] = {"sample_count is 1", "sample_count is 20000", "relief_m is -1", "at least two samples (58.5"};
@@ -515,8 +494,8 @@ static bool cancel_in_stage(void *user, const neph_progress *progress) {
 }
 
 /* The promise of half a second, in processor time of both our threads: other programs do not stretch that. */
-static void assert_cancelled(fixture *f, const char *stage,
-                             neph_result (*make)(fixture *f, const neph_terrain_desc *desc)) {
+static void assert_cancelled(test_fixture *f, const char *stage,
+                             neph_result (*make)(test_fixture *f, const neph_terrain_desc *desc)) {
   canceller cancel = {.stage = stage};
   neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
   desc.progress = cancel_in_stage;
@@ -531,7 +510,7 @@ static void assert_cancelled(fixture *f, const char *stage,
 }
 
 /* Some seconds of erosion. */
-static neph_result make_large_ridges(fixture *f, const neph_terrain_desc *desc) {
+static neph_result make_large_ridges(test_fixture *f, const neph_terrain_desc *desc) {
   neph_ridges_desc ridges = NEPH_RIDGES_DESC_DEFAULT;
   ridges.sample_count = 2049;
   neph_terrain *terrain = (neph_terrain *)f;
@@ -541,7 +520,7 @@ static neph_result make_large_ridges(fixture *f, const neph_terrain_desc *desc) 
 }
 
 /* A second or so of vertices, and of Embree's tree. */
-static neph_result load_large_tile(fixture *f, const neph_terrain_desc *desc) {
+static neph_result load_large_tile(test_fixture *f, const neph_terrain_desc *desc) {
   char *path = test_path(f->folder, "N44W072.hgt");
   if (access(path, R_OK)) free(test_hgt_write(f->folder, "N44W072.hgt", 3601, slope_east));
   neph_terrain *terrain = (neph_terrain *)f;
@@ -586,7 +565,7 @@ static neph_result describe_and_free(neph_context *context, void *path) {
 static int slope_with_hole(unsigned column, unsigned row) { return column - 600 < 3 && row == 7 ? -32768 : 5; }
 
 static void failed_allocations_leave_nothing_behind(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_hgt_write(f->folder, "N44W072.hgt", 1201, slope_with_hole);
   assert_survives_failed_allocations(make_and_release, NULL);
   assert_survives_failed_allocations(load_and_release, path);
@@ -608,7 +587,7 @@ static void references_keep_a_terrain(void **state) {
 }
 
 int main(void) {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
   const struct CMUnitTest tests[] = {
       TEST(flat_ground_is_the_sphere),
       TEST(far_ground_lies_below_the_tangent_plane),
