@@ -100,7 +100,7 @@ static double find_gain(neph_context *context, neph_cloud_desc desc, double dt_s
   return still / moved;
 }
 
-/* All that remains is what trilinear look-ups smear and what comes and goes without moving: a factor of 1.7 and 2.2
+/* All that remains is what trilinear look-ups smear and what comes and goes without moving: a factor of 1.65 and 2.25
  * when this was written. */
 static void growth_is_carried(void **state) {
   (void)state;

@@ -126,8 +126,9 @@ neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks
   memory_need need;
   if (!find_need(bake, marks, &need)) return NEPH_ERROR_OUT_OF_MEMORY;
   const double at_a_time = fmax(need.work, fmax(need.tree, need.bricks)), bytes = need.leaves + at_a_time;
-  const double fixed = fmax(need.work, bake->use == NP_BAKE_FOR_FILE ? vdb_library_bytes : 0);
-  const double likely = fixed + marks->share * (need.leaves + fmax(need.tree - vdb_library_bytes, need.bricks));
+  const double library = fmin(need.tree, vdb_library_bytes), share = marks->share;
+  const double likely =
+      share * need.leaves + fmax(need.work, fmax(library + share * (need.tree - library), share * need.bricks));
   np_log(bake->context, NEPH_LOG_INFO, "cloud: needs about %.2g GB of memory, at most %.2g GB", likely * 1e-9,
          bytes * 1e-9);
   const double machine = (double)np_memory_size(), asked = (double)bake->desc.memory_max_bytes;
