@@ -13,7 +13,7 @@ static const char *const bands[NP_BAND_COUNT] = {"R", "G", "B"};
 
 /* Transfer is linear: the sky under a moon is that under a sun of its place and size, times how much fainter it is. */
 static void the_moonlit_sky_is_the_sunlit_one_fainter(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *day = paint_sky(f, CAMERA "sun: {elevation: 30 deg, azimuth: 120 deg, angular_radius: 0.258966 deg}", 32);
   neph_image *night = paint_sky(f,
                                 CAMERA "sun: {elevation: -35 deg, azimuth: 290 deg}\n"
@@ -36,7 +36,7 @@ static void the_moonlit_sky_is_the_sunlit_one_fainter(void **state) {
 /* Half an hour after sunset sun and moon both count: what a moon twice as bright adds is twice what it adds, on ground
  * and sky alike. Differences of floats a few times larger. */
 static void sunlight_and_moonlight_add_up(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image[3];
   for (int i = 0; i < 3; i++) {
     char text[512];
@@ -60,7 +60,7 @@ static void sunlight_and_moonlight_add_up(void **state) {
 /* A camera on the moon: the bright limb of a waxing half moon is on the side of the sun that has set in the west, to
  * the right of one who looks south from the northern half of the Earth. */
 static void the_quarter_moon_is_lit_from_the_sunset(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = render(f, "camera: {position: [0 m, 0 m, 10 m], look_at: [0 m, -1 km, 588 m], fov: 0.7 deg, "
                                 "resolution: [32, 32]}\n"
                                 "sun: {elevation: -10 deg, azimuth: 270 deg}\n"
@@ -80,7 +80,7 @@ static void the_quarter_moon_is_lit_from_the_sunset(void **state) {
 
 /* A new moon before the sun hides it: what is left is the sky, and a ring of sun where the moon is the smaller. */
 static void the_moon_hides_the_sun(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *open = render(f, TOWARDS_SUN);
   neph_image *eclipsed = render(f, TOWARDS_SUN "moon: {elevation: 30 deg, azimuth: 180 deg}");
   const float *sun = neph_image_get_channel(open, "G"), *ring = neph_image_get_channel(eclipsed, "G");
@@ -96,7 +96,7 @@ static void the_moon_hides_the_sun(void **state) {
 
 /* With the sun 25° down and no moon there are no tables, and no light but airglow; without that, none at all. */
 static void a_moonless_night_is_airglow_alone(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *dark = render(f, CAMERA "sun: {elevation: -25 deg}\nmoon: {elevation: -30 deg, azimuth: 0 deg}");
   neph_image *glowing = render(f, CAMERA "sun: {elevation: -25 deg}\nairglow: {}");
   const float *none = neph_image_get_channel(dark, "G"), *some = neph_image_get_channel(glowing, "G");
@@ -111,7 +111,7 @@ static void a_moonless_night_is_airglow_alone(void **state) {
 /* A glow all over the sky is scattered out of a ray and into it: 80° from the zenith it is brighter than there, in blue
  * too, of which the air takes all but a fifth from a star. */
 static void airglow_brightens_towards_the_horizon(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = paint_sky(f, "camera: {position: [0 m, 0 m, 0 m], look_at: [0 m, 1 m, 0 m]}\n"
                                    "sun: {elevation: -30 deg}\nairglow: {}",
                                 36);
@@ -125,7 +125,7 @@ static void airglow_brightens_towards_the_horizon(void **state) {
 
 /* To 18° there is a sky; by 19° it has faded to nothing, and never brightens on the way. */
 static void the_sky_fades_out_by_nineteen_degrees(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   double before = INFINITY;
   for (int i = 0; i <= 12; i++) {
     char text[256];
@@ -152,7 +152,7 @@ static const char whole_night[] =
 
 /* Stars are not of a sample but of the picture; yet a part of it has the bits of the whole. */
 static void a_part_of_the_night_has_the_bits_of_the_whole(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene = load(f, whole_night);
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   desc.width = desc.crop_max[0] = 60;
@@ -172,24 +172,23 @@ static void a_part_of_the_night_has_the_bits_of_the_whole(void **state) {
 
 /* Halves cannot hold a night as it is; the message says by what to multiply it, and then they do. */
 static void halves_of_a_night_name_their_scale(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_image *image = render(f, CAMERA "sun: {elevation: -25 deg}\nairglow: {}");
-  char *path = test_path(f->folder, "night.exr"), text[512];
+  char text[512];
   double scale = 0.0;
-  assert_int_equal(neph_image_save_exr(image, path, NEPH_PIXEL_HALF), NEPH_ERROR_LIMIT);
+  assert_int_equal(neph_image_save_exr(image, f->path, NEPH_PIXEL_HALF), NEPH_ERROR_LIMIT);
   assert_non_null(strstr(f->log.text, "set output.scale to "));
   assert_int_equal(sscanf(strstr(f->log.text, "set output.scale to "), "set output.scale to %lf", &scale), 1);
   snprintf(text, sizeof text, CAMERA "sun: {elevation: -25 deg}\nairglow: {}\noutput: {scale: %.17g}", scale);
   neph_image_destroy(image);
   image = render(f, text);
-  assert_int_equal(neph_image_save_exr(image, path, NEPH_PIXEL_HALF), NEPH_OK);
+  assert_int_equal(neph_image_save_exr(image, f->path, NEPH_PIXEL_HALF), NEPH_OK);
   neph_image_destroy(image);
-  free(path);
 }
 
 /* ---- Cost ---- */
 
-static void assert_lights(fixture *f, const char *text, unsigned lights, bool has_stars, bool has_airglow) {
+static void assert_lights(test_fixture *f, const char *text, unsigned lights, bool has_stars, bool has_airglow) {
   neph_scene *scene = load(f, text);
   np_plan plan;
   np_assembly assembly;
@@ -205,7 +204,7 @@ static void assert_lights(fixture *f, const char *text, unsigned lights, bool ha
 }
 
 static void by_day_the_night_costs_nothing(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   assert_lights(f, ALL_NIGHT "sun: {elevation: 50 deg}\nmoon: {elevation: 40 deg, azimuth: 300 deg}", 1, false, false);
   assert_lights(f, ALL_NIGHT "sun: {elevation: -5 deg, azimuth: 270 deg}\nmoon: {elevation: 40 deg, azimuth: 100 deg}",
                 2, true, false);
@@ -217,7 +216,7 @@ static void by_day_the_night_costs_nothing(void **state) {
 }
 
 static void the_plan_says_what_outshines_the_night(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene =
       load(f, ALL_NIGHT "sun: {elevation: 50 deg}\nmoon: {elevation: 40 deg, azimuth: 300 deg}");
   char *text;
@@ -231,7 +230,7 @@ static void the_plan_says_what_outshines_the_night(void **state) {
 
 /* ---- Wrong scenes ---- */
 
-static void assert_refused(fixture *f, const char *text, const char *what, const char *allowed) {
+static void assert_refused(test_fixture *f, const char *text, const char *what, const char *allowed) {
   neph_scene *scene;
   assert_int_equal(neph_scene_load_text(f->context, text, "night.yaml", &scene), NEPH_ERROR_BAD_SCENE);
   assert_one_error(&f->log, "night.yaml:", what, allowed);
@@ -239,7 +238,7 @@ static void assert_refused(fixture *f, const char *text, const char *what, const
 }
 
 static void wrong_nights_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   assert_refused(f, "moon: {}", "moon has no place", "sun.time");
   assert_refused(f, "moon: {elevation: 10 deg}", "moon has one of elevation and azimuth", "both or neither");
   assert_refused(f, "moon: {elevation: 95 deg, azimuth: 0 deg}", "moon.elevation is 95 deg", "[-90, 90]");
@@ -256,7 +255,7 @@ static void wrong_nights_are_refused(void **state) {
 }
 
 static void missing_files_are_named(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_scene *scene = load(f, "place: {latitude: 1 deg, longitude: 1 deg}\nsun: {elevation: -30 deg}\n"
                               "stars: {catalogue: nowhere.csv, sidereal_time: 0 deg}");
   neph_image *image;

@@ -12,36 +12,16 @@
 #include "core/spectrum.h"
 #include "core/units.h"
 
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-  char *folder;
-} fixture;
+static inline int set_up(void **state) { return test_set_up(state, 2, "night.exr"); }
 
-static inline int set_up(void **state) {
-  static fixture f;
-  test_log_start(&f.log);
-  f.context = test_context_create(2, &f.log);
-  f.folder = test_folder_create();
-  *state = &f;
-  return 0;
-}
-
-static inline int tear_down(void **state) {
-  fixture *f = *state;
-  test_folder_destroy(f->folder);
-  neph_context_destroy(f->context);
-  return 0;
-}
-
-static inline neph_scene *load(fixture *f, const char *text) {
+static inline neph_scene *load(test_fixture *f, const char *text) {
   neph_scene *scene;
   if (neph_scene_load_text(f->context, text, "night.yaml", &scene)) fail_msg("%s", f->log.text);
   return scene;
 }
 
 /* The sky of a scene by longitude and latitude. */
-static inline neph_image *paint_sky(fixture *f, const char *text, unsigned width) {
+static inline neph_image *paint_sky(test_fixture *f, const char *text, unsigned width) {
   neph_scene *scene = load(f, text);
   neph_sky_image_desc desc = NEPH_SKY_IMAGE_DESC_DEFAULT;
   neph_image *image;
@@ -52,7 +32,7 @@ static inline neph_image *paint_sky(fixture *f, const char *text, unsigned width
   return image;
 }
 
-static inline neph_image *render(fixture *f, const char *text) {
+static inline neph_image *render(test_fixture *f, const char *text) {
   neph_scene *scene = load(f, text);
   neph_image *image;
   assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
@@ -66,6 +46,6 @@ static inline size_t count_pixels(const neph_image *image) {
 
 static const double bands_nm[NP_BAND_COUNT] = {680.0, 550.0, 440.0};
 
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
 #endif

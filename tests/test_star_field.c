@@ -4,7 +4,7 @@
 
 #include "atmosphere/magnitudes.h"
 
-static char *write_star(const fixture *f, double declination_deg) {
+static char *write_star(const test_fixture *f, double declination_deg) {
   char *path = test_path(f->folder, "one.csv");
   FILE *file = fopen(path, "w");
   assert_non_null(file);
@@ -28,7 +28,7 @@ static double sum_flux(neph_image *image, double fov_rad) {
 }
 
 /* On the meridian of a place on the equator, without air; the star is off the middle. */
-static neph_image *render_star(fixture *f, const char *path, unsigned width, const char *more) {
+static neph_image *render_star(test_fixture *f, const char *path, unsigned width, const char *more) {
   char text[1024];
   snprintf(text, sizeof text,
            "place: {latitude: 0 deg, longitude: 0 deg}\natmosphere: none\nsun: {irradiance: 0}\n"
@@ -40,7 +40,7 @@ static neph_image *render_star(fixture *f, const char *path, unsigned width, con
 
 /* The tent's weights add up to 1; floats keep 1e-5 of it. 1e-3 leaves room for nothing but those. */
 static void a_star_has_one_flux_at_every_resolution(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = write_star(f, 40.0);
   const np_spectrum expected = np_star_irradiance(1.25, 0.4, bands_nm);
   static const unsigned widths[] = {37, 160, 1000};
@@ -53,7 +53,7 @@ static void a_star_has_one_flux_at_every_resolution(void **state) {
 }
 
 static void a_star_keeps_its_flux_in_latitude_and_longitude(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   for (int i = 0; i < 2; i++) {
     char *path = write_star(f, i ? 89.9 : 40.0); /* the second in the rows about the pole, which the place puts up */
     char text[512];
@@ -84,7 +84,7 @@ static unsigned find_brightest(neph_image *image) {
 
 /* Right ascension 0 in the middle of the map, growing to the left: a texel shines where a star of its place stands. */
 static void the_map_is_turned_like_the_stars(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   enum { WIDTH = 64, X = 20, Y = 10 };
   static const char *const names[] = {"Y"};
   neph_image *map;
@@ -115,7 +115,7 @@ static void the_map_is_turned_like_the_stars(void **state) {
 }
 
 static void stars_twinkle_only_when_asked(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = write_star(f, 40.0);
   neph_image *steady = render_star(f, path, 64, ""), *twinkling = render_star(f, path, 64, ", twinkling: 0.5");
   const double expected = (double)np_star_irradiance(1.25, 0.4, bands_nm).band[1];
@@ -128,7 +128,7 @@ static void stars_twinkle_only_when_asked(void **state) {
 
 /* Through the air of the zenith a third of the green light of a low star is left; below the horizon nothing. */
 static void air_dims_stars_towards_the_horizon(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   double flux[3];
   static const double declinations[3] = {90.0, 2.0, -2.0};
   for (int i = 0; i < 3; i++) {

@@ -88,7 +88,7 @@ static void sirius_leads_the_bright_stars(void **state) {
   }
 }
 
-static char *write_text(const fixture *f, const char *text) {
+static char *write_text(const test_fixture *f, const char *text) {
   char *path = test_path(f->folder, "stars.csv");
   FILE *file = fopen(path, "w");
   assert_non_null(file);
@@ -98,7 +98,7 @@ static char *write_text(const fixture *f, const char *text) {
 }
 
 static void catalogues_are_read_by_column(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = write_text(f, "# from VizieR\nHIP,Vmag,RAICRS,DEICRS,B-V\n32349,-1.44,101.28854,-16.71314,0.009\n"
                              "55203,,169.5,31.5,\n99,7.5,10,20,\n");
   np_star_catalogue all, few;
@@ -113,7 +113,7 @@ static void catalogues_are_read_by_column(void **state) {
   free(path);
 }
 
-static void assert_refused(fixture *f, const char *text, const char *what, const char *allowed) {
+static void assert_refused(test_fixture *f, const char *text, const char *what, const char *allowed) {
   char *path = write_text(f, text);
   np_star_catalogue catalogue;
   assert_int_equal(np_star_catalogue_load(f->context, path, 40.0, &catalogue), NEPH_ERROR_BAD_FILE);
@@ -123,7 +123,7 @@ static void assert_refused(fixture *f, const char *text, const char *what, const
 }
 
 static void wrong_catalogues_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   assert_refused(f, "ra,dec_deg,v_mag\n1,2,3\n", "no column for the right ascension", "ra_deg");
   assert_refused(f, "ra_deg,dec,v_mag\n1,2,3\n", "no column for the declination", "dec_deg");
   assert_refused(f, "ra_deg,dec_deg,mag\n1,2,3\n", "no column for the V magnitude", "v_mag");
@@ -133,7 +133,7 @@ static void wrong_catalogues_are_refused(void **state) {
 
 /* ---- Maps ---- */
 
-static char *write_map(const fixture *f, unsigned width, unsigned height, float value) {
+static char *write_map(const test_fixture *f, unsigned width, unsigned height, float value) {
   static const char *const names[] = {"Y"};
   neph_image *image;
   assert_int_equal(neph_image_create(f->context, width, height, 1, names, &image), NEPH_OK);
@@ -148,7 +148,7 @@ static char *write_map(const fixture *f, unsigned width, unsigned height, float 
 
 /* Longitude 0 in the middle; right of it on a globe is left of it in the sky. */
 static void maps_are_looked_up_by_direction(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = write_map(f, 8, 4, 0.0f);
   np_sphere_map globe, sky;
   assert_int_equal(np_sphere_map_load(f->context, "moon.map", path, false, &globe), NEPH_OK);
@@ -168,7 +168,7 @@ static void maps_are_looked_up_by_direction(void **state) {
 }
 
 static void wrong_maps_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   np_sphere_map map;
   char *path = write_map(f, 4, 4, 0.0f);
   assert_int_equal(np_sphere_map_load(f->context, "moon.map", path, false, &map), NEPH_ERROR_BAD_FILE);
