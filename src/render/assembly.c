@@ -159,6 +159,8 @@ static neph_result build_terrain(const build *b) {
 }
 
 static neph_result find_lights(build *b) {
+  b->lights = b->plan->lights;
+  if (b->plan->are_lights_known) return NEPH_OK;
   double latitude = b->scene->latitude_rad, longitude = b->scene->longitude_rad;
   if (!b->scene->has_place && b->assembly->terrain)
     (void)np_terrain_get_place(b->assembly->terrain, &latitude, &longitude);
