@@ -168,6 +168,34 @@ static void skew_moves_tops_against_bases(void **state) {
   neph_context_destroy(context);
 }
 
+/* Change from voxel to voxel along x, over the sum of all: how rugged a cloud is. */
+static double find_ruggedness(neph_context *context, const neph_cloud_desc *desc) {
+  np_sparse_grid grid = test_bake(context, desc);
+  double change = 0, sum = 0;
+  for (size_t l = 0; l < grid.leaf_count; l++)
+    for (int n = 64; n < NP_LEAF_SIZE; n++) {
+      change += fabs((double)grid.leaves[l].values[n] - (double)grid.leaves[l].values[n - 64]);
+      sum += (double)grid.leaves[l].values[n];
+    }
+  np_sparse_grid_clear(&grid);
+  return change / sum;
+}
+
+static void billowiness_and_erosion_make_a_cloud_rugged(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = test_small_field(4);
+  double ruggedness[3];
+  desc.billowiness = desc.erosion = 0;
+  ruggedness[0] = find_ruggedness(context, &desc);
+  desc.billowiness = 1;
+  ruggedness[1] = find_ruggedness(context, &desc);
+  desc.erosion = 1;
+  ruggedness[2] = find_ruggedness(context, &desc);
+  assert_true(ruggedness[1] > 1.2 * ruggedness[0] && ruggedness[2] > 1.2 * ruggedness[1]);
+  neph_context_destroy(context);
+}
+
 /* Rain fills the air below the base down to the share of it that is asked for, and nothing lies deeper. */
 static void precipitation_falls_below_the_base(void **state) {
   (void)state;
@@ -287,6 +315,7 @@ static void bad_parameters_are_named(void **state) {
   desc = good, desc.thickness_m = 0, assert_refused(context, &log, &desc, "thickness_m is", "0");
   desc = good, desc.type = 1.1, assert_refused(context, &log, &desc, "type is", "1.1");
   desc = good, desc.billow_m = -3, assert_refused(context, &log, &desc, "billow_m is", "-3");
+  desc = good, desc.billowiness = 1.2, assert_refused(context, &log, &desc, "billowiness is", "1.2");
   desc = good, desc.erosion = 2, assert_refused(context, &log, &desc, "erosion is", "2");
   desc = good, desc.turbulence = -1, assert_refused(context, &log, &desc, "turbulence is", "-1");
   desc = good, desc.skew_m[1] = 1e6, assert_refused(context, &log, &desc, "skew_m[1] is", "1e+06");
@@ -434,6 +463,7 @@ int main(void) {
       cmocka_unit_test(a_cloud_does_not_depend_on_its_voxels),
       cmocka_unit_test(an_anvil_spreads_at_the_top_alone),
       cmocka_unit_test(skew_moves_tops_against_bases),
+      cmocka_unit_test(billowiness_and_erosion_make_a_cloud_rugged),
       cmocka_unit_test(precipitation_falls_below_the_base),
       cmocka_unit_test(a_profile_takes_the_place_of_the_type),
       cmocka_unit_test(sublayers_are_sheets_with_gaps),

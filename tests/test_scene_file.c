@@ -72,7 +72,7 @@ static void test_map_of_a_bake(void **state) {
   test_fixture *f = *state;
   static const char text[] = "clouds: [{bake: {map: {image: maps/sky.png, coverage: R, rain: G}, model: hero}}]";
   static const char good[] = "clouds: [{bake: {map: {image: maps/sky.png, coverage: R, precipitation: G, size: [3 km, "
-                             "2 km], tiling: true}, preset: stratus, model: hero}}]";
+                             "2 km], tiling: true}, top: 900 m, preset: stratus, model: hero}}]";
   neph_scene *scene;
   assert_int_equal(neph_scene_load_text(f->context, good, "shots/a.yaml", &scene), NEPH_OK);
   const neph_cloud_desc *bake = &scene->clouds[0].bake;
@@ -83,6 +83,7 @@ static void test_map_of_a_bake(void **state) {
   assert_true(bake->has_map_size && bake->is_map_tiling);
   assert_near(bake->map_size_m[1], 2000, 0);
   assert_int_equal(bake->model, NEPH_CLOUD_MODEL_HERO);
+  assert_near(bake->thickness_m, 600, 1e-9); /* top less base of the preset, 300 m */
   neph_scene_destroy(scene);
   assert_int_equal(neph_scene_load_text(f->context, text, "s.yaml", &scene), NEPH_ERROR_BAD_SCENE);
   assert_one_error(&f->log, "clouds[0].bake.map.rain is not a key", "precipitation");
@@ -305,6 +306,8 @@ static void test_keys_that_do_not_go_together(void **state) {
        "1:49: clouds[0].mean_free_path and clouds[0].liquid_water exclude each other\n"},
       {"clouds: [{bake: {}, phase: {hg: 0.5, droplets: {}}}]",
        "1:38: clouds[0].phase.droplets and clouds[0].phase.hg exclude each other\n"},
+      {"clouds: [{bake: {top: 3 km, thickness: 1 km}}]",
+       "1:29: clouds[0].bake.thickness and clouds[0].bake.top exclude each other\n"},
       {"terrain: {ridges: {}, heightfield: a.hgt}",
        "1:23: terrain.heightfield and terrain.ridges exclude each other\n"},
   };
@@ -332,6 +335,8 @@ static void test_incomplete_scenes(void **state) {
       {"clouds: [{bake: {map: {coverage: R}}}]", "1:23: clouds[0].bake.map has no image, must name an EXR or PNG"},
       {"clouds: [{bake: {map: {image: a.png}}}]",
        "1:23: clouds[0].bake.map uses no channel of its image, must have one of coverage, type, base, thickness"},
+      {"clouds: [{bake: {base: 2 km, top: 1.5 km}}]",
+       "1:35: clouds[0].bake.top is 1500 m, must be above base, 2000 m\n"},
       {"clouds: [{bake: {profile: [0, 0.5, 0.4, 0.6, 1]}}]",
        "1:27: clouds[0].bake.profile[2] is 0.4 after 0.5, must not fall\n"},
   };

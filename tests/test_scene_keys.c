@@ -186,6 +186,7 @@ static const char *find_companion(const np_key *key) {
                                               {"atmosphere.mie_scattering", ", mie_extinction: 1"},
                                               {"terrain.height_max", ", ridges: {}, height_min: -1e5"},
                                               {"terrain.heightfield", ""},
+                                              {"clouds[].bake.top", ", base: -1e6"},
                                               {"moon.elevation", ", azimuth: 1"},
                                               {"moon.azimuth", ", elevation: 1"},
                                               {"stars.sidereal_time", ""}};

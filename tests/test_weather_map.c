@@ -8,35 +8,12 @@
 
 #include "core/alloc.h"
 
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-  char *folder, *path; /* of an EXR, to be written by the test */
-} fixture;
+static int set_up(void **state) { return test_set_up(state, 2, "map.exr"); }
 
-static int set_up(void **state) {
-  fixture *f = calloc(1, sizeof *f);
-  test_log_start(&f->log);
-  f->context = test_context_create(2, &f->log);
-  f->folder = test_folder_create();
-  f->path = test_path(f->folder, "map.exr");
-  *state = f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  neph_context_destroy(f->context);
-  free(f->path);
-  test_folder_destroy(f->folder);
-  free(f);
-  return 0;
-}
-
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
 /* Writes a picture of one channel, Y, row by row from the north. */
-static void write_map(const fixture *f, unsigned width, unsigned height, const float *values) {
+static void write_map(const test_fixture *f, unsigned width, unsigned height, const float *values) {
   neph_image *image = NULL;
   assert_int_equal(neph_image_create(f->context, width, height, 1, (const char *const[]){"Y"}, &image), NEPH_OK);
   memcpy(neph_image_get_channel(image, "Y"), values, (size_t)width * height * sizeof *values);
@@ -44,7 +21,7 @@ static void write_map(const fixture *f, unsigned width, unsigned height, const f
   neph_image_destroy(image);
 }
 
-static neph_cloud_desc mapped_field(const fixture *f, neph_cloud_map_quantity quantity) {
+static neph_cloud_desc mapped_field(const test_fixture *f, neph_cloud_map_quantity quantity) {
   neph_cloud_desc desc = test_small_field(3);
   desc.map_file = f->path;
   desc.map_channels[quantity] = "Y";
@@ -54,7 +31,7 @@ static neph_cloud_desc mapped_field(const fixture *f, neph_cloud_map_quantity qu
 /* ---- Pictures ---- */
 
 static void a_picture_lies_north_up_over_its_size(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   const float values[4] = {0.1f, 0.2f, 0.3f, 0.4f};
   write_map(f, 2, 2, values);
   neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_TYPE);
@@ -89,7 +66,7 @@ static double find_covered_between(const test_columns *c, double from, double to
 /* Black, grey and white thirds: clear, half covered, closed; 0.05 for the whole is the promise, and a third of a field
  * of three cells strays by a few times as much. Swirl and billows carry cloud over the borders: a margin stays out. */
 static void cloud_grows_where_the_picture_says(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   write_map(f, 6, 1, (const float[]){0, 0, 0.5f, 0.5f, 1, 1});
   for (neph_cloud_model model = NEPH_CLOUD_MODEL_CELLS; model <= NEPH_CLOUD_MODEL_SLAB; model++) {
     neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_COVERAGE);
@@ -110,7 +87,7 @@ static void cloud_grows_where_the_picture_says(void **state) {
 }
 
 static void a_black_picture_is_a_clear_sky(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   write_map(f, 1, 1, (const float[]){0});
   neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_COVERAGE);
   np_sparse_grid grid = test_bake(f->context, &desc);
@@ -128,7 +105,7 @@ static np_grid_extent measure(neph_context *context, const neph_cloud_desc *desc
 
 /* Half of 1200 m is 15 voxels of 40 m. */
 static void a_picture_raises_bases_and_lowers_tops(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   write_map(f, 1, 1, (const float[]){0.5f});
   neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_BASE);
   np_grid_extent extent = measure(f->context, &desc);
@@ -140,7 +117,7 @@ static void a_picture_raises_bases_and_lowers_tops(void **state) {
 
 /* White in the west, where alone it rains. */
 static void it_rains_where_the_picture_says(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   write_map(f, 2, 1, (const float[]){1, 0});
   neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_PRECIPITATION);
   desc.coverage = 0.7;
@@ -160,7 +137,7 @@ static void it_rains_where_the_picture_says(void **state) {
 
 /* More type is taller towers and lower clouds between them: the tops spread. */
 static void a_picture_chooses_the_type(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   double volume[2];
   for (int i = 0; i < 2; i++) {
     write_map(f, 1, 1, (const float[]){(float)i});
@@ -180,7 +157,7 @@ static void a_picture_chooses_the_type(void **state) {
 }
 
 static void a_png_is_read_too(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *path = test_path(f->folder, "map.png");
   png_image picture = {.version = PNG_IMAGE_VERSION, .width = 2, .height = 1, .format = PNG_FORMAT_LINEAR_Y};
   assert_true(png_image_write_to_file(&picture, path, 0, (const png_uint_16[]){0, 65535}, 0, NULL));
@@ -198,7 +175,7 @@ static void a_png_is_read_too(void **state) {
 
 /* ---- In files ---- */
 
-static char *describe(const fixture *f, const neph_cloud_desc *desc) {
+static char *describe(const test_fixture *f, const neph_cloud_desc *desc) {
   const neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
   char *text = NULL;
   assert_int_equal(np_cloud_desc_to_json(f->context, desc, &bake, &text), NEPH_OK);
@@ -206,7 +183,7 @@ static char *describe(const fixture *f, const neph_cloud_desc *desc) {
 }
 
 static void parameters_hold_what_is_in_the_picture(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   const neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_COVERAGE);
   write_map(f, 1, 1, (const float[]){0.5f});
   char *first = describe(f, &desc), *again = describe(f, &desc);
@@ -227,7 +204,7 @@ static void parameters_hold_what_is_in_the_picture(void **state) {
 }
 
 static void a_file_is_current_while_its_picture_is(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   char *vdb = test_path(f->folder, "field.vdb");
   neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_COVERAGE);
   desc.voxel_m = 100;
@@ -245,14 +222,14 @@ static void a_file_is_current_while_its_picture_is(void **state) {
 
 /* ---- Failures ---- */
 
-static void assert_refused(fixture *f, const neph_cloud_desc *desc, neph_result expected) {
+static void assert_refused(test_fixture *f, const neph_cloud_desc *desc, neph_result expected) {
   neph_volume *volume = (neph_volume *)8; /* must be overwritten */
   assert_int_equal(neph_cloud_bake(f->context, desc, NULL, &volume), expected);
   assert_null(volume);
 }
 
 static void pictures_that_say_nothing_are_refused(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_COVERAGE);
   assert_refused(f, &desc, NEPH_ERROR_NOT_FOUND);
   assert_one_error(&f->log, f->path, "no such file");
@@ -274,7 +251,7 @@ static void pictures_that_say_nothing_are_refused(void **state) {
 }
 
 static void values_that_are_no_share_are_named_with_their_place(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   const neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_COVERAGE);
   const float bad[] = {1.5f, -0.25f, NAN};
   const char *const words[] = {"1.5", "-0.25", "nan"};
@@ -287,7 +264,7 @@ static void values_that_are_no_share_are_named_with_their_place(void **state) {
 }
 
 static void a_map_needs_a_picture_and_a_channel(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   neph_cloud_desc desc = test_small_field(0);
   desc.map_file = f->path;
   assert_refused(f, &desc, NEPH_ERROR_INVALID_ARGUMENT);
@@ -320,7 +297,7 @@ static neph_result bake_mapped(neph_context *context, void *user) {
 }
 
 static void a_failed_allocation_leaves_nothing_behind(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   attempt a = {f->path};
   write_map(f, 1, 1, (const float[]){0.7f});
   assert_survives_failed_allocations(bake_mapped, &a);
@@ -330,7 +307,7 @@ static void a_failed_allocation_leaves_nothing_behind(void **state) {
 
 /* One cloud: it covers what it says, has nothing near the border, and its middle is where its field's is. */
 static void a_hero_stands_alone_in_the_middle(void **state) {
-  fixture *f = *state;
+  test_fixture *f = *state;
   for (uint64_t seed = 0; seed < 3; seed++) {
     neph_cloud_desc desc = test_small_field(seed);
     desc.model = NEPH_CLOUD_MODEL_HERO;

@@ -41,6 +41,7 @@ typedef struct neph_cloud_desc {
   double cell_m;           /**< typical spacing of cloud cells; > 0 (default 1800) */
   double type;             /**< 0 humilis (flat), 1 congestus (tall): lower and raise tops (default 0.5) */
   double billow_m;         /**< size of the largest billows; > 0 (default 450) */
+  double billowiness;      /**< how far they stand out of the shape, 0 to 1; not of a slab (default 0.5) */
   double erosion;          /**< how far detail eats into the shape, 0 to 1 (default 0.4) */
   double wispiness;        /**< share of wispy rather than billowy detail at the base, 0 to 1 (default 0.3) */
   double turbulence;       /**< curl distortion of detail and weather map, 0 to 1 (default 0.3) */
@@ -71,11 +72,11 @@ typedef struct neph_cloud_desc {
   {                                                                                                                    \
     .struct_size = sizeof(neph_cloud_desc), .seed = 0, .extent_m = {8000, 8000}, .center_m = {0, 0},                   \
     .base_altitude_m = 1200, .thickness_m = 1200, .voxel_m = 20, .coverage = 0.35, .cell_m = 1800, .type = 0.5,        \
-    .billow_m = 450, .erosion = 0.4, .wispiness = 0.3, .turbulence = 0.3, .skew_m = {0, 0}, .extinction_per_m = 0.06,  \
-    .model = NEPH_CLOUD_MODEL_CELLS, .sublayers = 1, .softness = 0, .stretch = 1, .anvil = 0, .precipitation = 0,      \
-    .has_profile = false, .profile = {0, 0.06, 0.25, 0.56, 1}, .wind_m_s = {0, 0}, .time_s = 0, .lifetime_s = 2400,    \
-    .map_file = NULL, .map_channels = {NULL}, .has_map_size = false, .map_size_m = {8000, 8000},                       \
-    .is_map_tiling = false                                                                                             \
+    .billow_m = 450, .billowiness = 0.5, .erosion = 0.4, .wispiness = 0.3, .turbulence = 0.3, .skew_m = {0, 0},        \
+    .extinction_per_m = 0.06, .model = NEPH_CLOUD_MODEL_CELLS, .sublayers = 1, .softness = 0, .stretch = 1,            \
+    .anvil = 0, .precipitation = 0, .has_profile = false, .profile = {0, 0.06, 0.25, 0.56, 1}, .wind_m_s = {0, 0},     \
+    .time_s = 0, .lifetime_s = 2400, .map_file = NULL, .map_channels = {NULL}, .has_map_size = false,                  \
+    .map_size_m = {8000, 8000}, .is_map_tiling = false                                                                 \
   }
 
 /** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are. */

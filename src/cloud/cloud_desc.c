@@ -31,6 +31,7 @@ static const real_field fields[] = {
     FIELD(cell_m, 1, 0, 1e6, ABOVE_LOW),
     FIELD(type, 1, 0, 1, INCLUSIVE),
     FIELD(billow_m, 1, 0, 1e5, ABOVE_LOW),
+    FIELD(billowiness, 1, 0, 1, INCLUSIVE),
     FIELD(erosion, 1, 0, 1, INCLUSIVE),
     FIELD(wispiness, 1, 0, 1, INCLUSIVE),
     FIELD(turbulence, 1, 0, 1, INCLUSIVE),

@@ -8,7 +8,7 @@
 /* Mean and largest of the noises, from noise.h. */
 static const float base_mean = 0.85f, erosion_mean = 0.30f, sheet_mean = 0.5f;
 
-static const float base_reach = 1.6f;     /* amplitude of the base billows, in their own size */
+static const float base_reach = 3.2f;     /* of the base billows at billowiness 1, in their own size */
 static const float detail_reach = 1.35f;  /* of an octave of detail at erosion 1, in its own size */
 static const float detail_boost = 1.2f;   /* of an octave's amplitude over its size, from one octave to the next */
 static const float detail_size = 0.46f;   /* of the first octave of detail, in largest billows */
@@ -34,7 +34,7 @@ static void set_sheet(np_cloud_model *model) {
 static void set_billows(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
   const float billow_m = (float)desc->billow_m;
-  model->base.amplitude = base_reach * billow_m * model->slope_per_m;
+  model->base.amplitude = base_reach * (float)desc->billowiness * billow_m * model->slope_per_m;
   model->base_gain_max = model->base.amplitude * (1.0f - base_mean);
   float amplitude = detail_reach * (float)desc->erosion * detail_size * billow_m * model->slope_per_m;
   for (unsigned k = 0; k < model->detail_count; k++, amplitude *= octave_ratio * detail_boost)

@@ -109,6 +109,14 @@ static neph_result check_map(const neph_scene *scene, unsigned index, const np_n
                           index);
 }
 
+static neph_result check_top(const neph_scene *scene, unsigned index, const np_node *node) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  const np_node *bake = np_node_find(node, "bake"), *top = bake ? np_node_find(bake, "top") : NULL;
+  if (!top || cloud->top_m > cloud->bake.base_altitude_m) return NEPH_OK;
+  return np_scene_fail_at(scene, top, "clouds[%u].bake.top is %g m, must be above base, %g m", index, cloud->top_m,
+                          cloud->bake.base_altitude_m);
+}
+
 static neph_result check_profile(const neph_scene *scene, unsigned index, const np_node *node) {
   const neph_cloud_desc *desc = &scene->clouds[index].bake;
   const np_node *bake = np_node_find(node, "bake"), *profile = bake ? np_node_find(bake, "profile") : NULL;
@@ -127,6 +135,7 @@ static neph_result check_clouds(const neph_scene *scene) {
     result = check_source(scene, i, node);
     if (!result) result = check_name(scene, i, node);
     if (!result) result = check_map(scene, i, node);
+    if (!result) result = check_top(scene, i, node);
     if (!result) result = check_profile(scene, i, node);
   }
   return result;

@@ -17,7 +17,7 @@
 #define ASYMMETRY {-0.999999, 0.999999}
 
 /* Groups of keys that exclude each other. */
-enum { GROUP_SUN = 1, GROUP_DENSITY, GROUP_PHASE, GROUP_TERRAIN, GROUP_PROFILE };
+enum { GROUP_SUN = 1, GROUP_DENSITY, GROUP_PHASE, GROUP_TERRAIN, GROUP_PROFILE, GROUP_TOP };
 
 static const np_choice booleans[] = {{"false", 0}, {"true", 1}, {NULL, 0}};
 static const np_choice atmospheres[] = {{"earth", NP_AIR_EARTH}, {"earth-hazy", NP_AIR_EARTH_HAZY},
@@ -333,7 +333,11 @@ static const np_key keys[] = {
     {.path = "clouds[].bake.base", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.base_altitude_m),
      .range = WITHIN(-1e6, 1e6), .fallback = "1.2 km", .meaning = "altitude of the flat cloud base above sea level"},
     {.path = "clouds[].bake.thickness", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.thickness_m),
-     .range = SIZE, .fallback = "1.2 km", .meaning = "from the base to the highest top"},
+     .range = SIZE, .fallback = "1.2 km", .group = GROUP_TOP, .alternative = 1,
+     .meaning = "from the base to the highest top"},
+    {.path = "clouds[].bake.top", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(top_m),
+     .tag = CLOUD(has_top), .tag_value = true, .range = WITHIN(-1e6, 1e6), .group = GROUP_TOP, .alternative = 2,
+     .meaning = "altitude of the highest top, in place of the thickness"},
     {.path = "clouds[].bake.voxel", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.voxel_m),
      .range = SIZE, .fallback = "20 m", .meaning = "edge of a voxel"},
     {.path = "clouds[].bake.coverage", .type = NP_KEY_REAL, .field = CLOUD(bake.coverage), .range = WITHIN(0, 1),
@@ -344,6 +348,8 @@ static const np_key keys[] = {
      .fallback = "0.5", .meaning = "from 0, flat humilis, to 1, tall congestus"},
     {.path = "clouds[].bake.billow", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.billow_m),
      .range = SIZE, .fallback = "450 m", .meaning = "size of the largest billows"},
+    {.path = "clouds[].bake.billowiness", .type = NP_KEY_REAL, .field = CLOUD(bake.billowiness),
+     .range = WITHIN(0, 1), .fallback = "0.5", .meaning = "how far the largest billows stand out; not of a slab"},
     {.path = "clouds[].bake.erosion", .type = NP_KEY_REAL, .field = CLOUD(bake.erosion), .range = WITHIN(0, 1),
      .fallback = "0.4", .meaning = "how far detail eats into the shape"},
     {.path = "clouds[].bake.wispiness", .type = NP_KEY_REAL, .field = CLOUD(bake.wispiness), .range = WITHIN(0, 1),

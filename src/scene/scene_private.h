@@ -128,6 +128,8 @@ typedef struct np_scene_cloud {
   bool is_baked;
   char *preset; /* of the bake; NULL: none */
   neph_cloud_desc bake;
+  bool has_top; /* then the thickness of the bake follows from it */
+  double top_m;
   double frame_time_s; /* of the bake, from frame to frame */
   np_axis_up up;
   double voxel_m; /* largest edge; 0: the file's transform */
