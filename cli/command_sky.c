@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "session.h"
 
@@ -11,15 +13,48 @@ static cli_exit check_output(const cli_options *options) {
   return CLI_USAGE;
 }
 
+/* Folder, name and ending as one path, to be freed; NULL without memory. */
+static char *join_path(const char *folder, const char *name, const char *ending) {
+  const size_t size = strlen(folder) + strlen(name) + strlen(ending) + 2;
+  char *path = malloc(size);
+  if (path) (void)snprintf(path, size, "%s/%s%s", folder, name, ending);
+  return path;
+}
+
 static void print_plain(const char *label, const char *values, const char *bands, const char *space) {
   printf("%-15s %s W/m2/nm %s %s\n", label, values, bands ? "at" : "in", bands ? bands : space);
 }
 
-/* Three numbers parted by spaces, as the header has them, as a JSON array. */
-static void print_json(const char *name, const char *values) {
+/* The next three of numbers parted by spaces, as the header has them, as a JSON array. */
+static const char *print_triple(const char *values) {
   char *rest;
   double first = strtod(values, &rest), second = strtod(rest, &rest), third = strtod(rest, &rest);
-  printf("\"%s\": [%.9g, %.9g, %.9g]", name, first, second, third);
+  printf("[%.9g, %.9g, %.9g]", first, second, third);
+  return rest;
+}
+
+static void print_json(const char *name, const char *values) {
+  printf("\"%s\": ", name);
+  print_triple(values);
+}
+
+enum { HARMONICS = 9 };
+
+static void print_harmonics(const cli_session *session, const char *values) {
+  static const char *const names[HARMONICS] = {"1", "y", "z", "x", "xy", "yz", "3z2-1", "xz", "x2-y2"};
+  if (session->options->is_json) printf(", \"sky_harmonics\": [");
+  for (int i = 0; i < HARMONICS; i++) {
+    if (session->options->is_json) {
+      if (i) printf(", ");
+      values = print_triple(values);
+      continue;
+    }
+    char *rest;
+    double first = strtod(values, &rest), second = strtod(rest, &rest), third = strtod(rest, &rest);
+    printf("harmonic %-6s %.6g %.6g %.6g\n", names[i], first, second, third);
+    values = rest;
+  }
+  if (session->options->is_json) printf("]");
 }
 
 static void print_irradiances(const cli_session *session, const neph_image *image) {
@@ -27,6 +62,7 @@ static void print_irradiances(const cli_session *session, const neph_image *imag
   const char *sky = neph_image_get_attribute(image, "nephos:skyIrradiance");
   const char *bands = neph_image_get_attribute(image, "nephos:bands");
   const char *space = neph_image_get_attribute(image, "nephos:colorSpace");
+  const char *harmonics = neph_image_get_attribute(image, "nephos:skyHarmonics");
   const bool has_air = sun && sky;
   if (session->options->is_json) {
     printf("{\"color_space\": ");
@@ -35,10 +71,12 @@ static void print_irradiances(const cli_session *session, const neph_image *imag
     if (has_air) print_json("sun_irradiance_w_m2_nm", sun);
     if (has_air) printf(", ");
     if (has_air) print_json("sky_irradiance_w_m2_nm", sky);
+    print_harmonics(session, harmonics);
     printf("}\n");
   } else if (has_air) {
     print_plain("sun irradiance", sun, bands, space);
     print_plain("sky irradiance", sky, bands, space);
+    print_harmonics(session, harmonics);
   } else {
     printf("the scene has no air, and so no sky\n");
   }
@@ -60,16 +98,59 @@ static neph_result render_sky(cli_session *session, neph_scene *scene, neph_imag
   return result;
 }
 
+static neph_result save_table(const cli_session *session, neph_scene *scene, neph_sky_table table) {
+  static const char *const endings[] = {".exr", ".png"};
+  neph_preview_desc preview = NEPH_PREVIEW_DESC_DEFAULT;
+  preview.is_exposure_auto = table >= NEPH_SKY_TABLE_AEROSOL;
+  neph_image *image;
+  neph_result result = neph_render_sky_table(scene, table, &image);
+  for (int i = 0; !result && i < 2; i++) {
+    char *path = join_path(session->options->table_folder, neph_sky_table_get_name(table), endings[i]);
+    if (!path) result = NEPH_ERROR_OUT_OF_MEMORY;
+    if (!result)
+      result = i ? neph_image_save_png(image, path, &preview) : neph_image_save_exr(image, path, NEPH_PIXEL_HALF);
+    if (!result && !session->options->is_json) printf("%s\n", path);
+    free(path);
+  }
+  neph_image_destroy(image);
+  return result;
+}
+
+static neph_result save_tables(const cli_session *session, neph_scene *scene) {
+  neph_result result = NEPH_OK;
+  for (int i = 0; !result && i < NEPH_SKY_TABLE_COUNT; i++) result = save_table(session, scene, (neph_sky_table)i);
+  return result;
+}
+
+static neph_result verify(cli_session *session, neph_scene *scene) {
+  neph_sky_verify_desc desc = NEPH_SKY_VERIFY_DESC_DEFAULT;
+  if (session->options->path_count) desc.path_count = session->options->path_count;
+  desc.progress = cli_progress_report;
+  desc.progress_user = &session->progress;
+  char *text;
+  neph_result result = neph_render_sky_verify(scene, &desc, cli_text_format(session), &text);
+  cli_progress_finish(&session->progress);
+  if (!result) cli_print_text(session, text);
+  return result;
+}
+
+/* Names what would be written. */
+static void rehearse(const cli_options *options) {
+  if (options->output_count) printf("%s\n", options->outputs[0]);
+  for (int i = 0; options->table_folder && i < NEPH_SKY_TABLE_COUNT; i++)
+    printf("%s/%s.exr\n%s/%s.png\n", options->table_folder, neph_sky_table_get_name((neph_sky_table)i),
+           options->table_folder, neph_sky_table_get_name((neph_sky_table)i));
+}
+
 static cli_exit run(cli_session *session, neph_scene *scene) {
   const cli_options *options = session->options;
-  if (options->is_dry_run) {
-    if (options->output_count) printf("%s\n", options->outputs[0]);
-    return CLI_DONE;
-  }
+  if (options->is_dry_run) return rehearse(options), CLI_DONE;
   neph_image *image = NULL;
   neph_result result = render_sky(session, scene, &image);
   if (!result && options->output_count) result = neph_image_save_exr(image, options->outputs[0], NEPH_PIXEL_FLOAT);
-  if (!result) print_irradiances(session, image);
+  if (!result && options->table_folder) result = save_tables(session, scene);
+  if (!result && options->is_verifying) result = verify(session, scene);
+  if (!result && !options->is_verifying) print_irradiances(session, image);
   neph_image_destroy(image);
   return cli_exit_of(result);
 }

@@ -68,7 +68,8 @@ typedef struct cli_options {
   unsigned tile_index, tile_count; /* from 1; 0 of 0: no tile */
   bool is_json, is_exact, wants_plan, is_dry_run;
   const char *method; /* of a probe; NULL: not given */
-  unsigned path_count; /* of a probe; 0: not given */
+  const char *table_folder; /* of a sky; NULL: not given */
+  unsigned path_count; /* of a probe or a sky; 0: not given */
   double target_error; /* 0: none */
   bool has_relative_mse_max;
   double relative_mse_max;

@@ -49,6 +49,7 @@ static void assert_same_layer(const neph_atmosphere_layer *a, const neph_atmosph
 static void assert_same_air(const neph_atmosphere_desc *a, const neph_atmosphere_desc *b) {
   assert_same_reals(&a->planet_radius_m, &b->planet_radius_m, 2);
   assert_same_reals(a->ground_albedo, b->ground_albedo, 3);
+  assert_near(a->tolerance, b->tolerance, 0);
   assert_int_equal(a->layer_count, b->layer_count);
   for (unsigned i = 0; i < a->layer_count; i++) assert_same_layer(&a->layers[i], &b->layers[i]);
 }

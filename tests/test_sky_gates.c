@@ -93,8 +93,8 @@ static double measure(const np_csv *csv, const gate *g, int band, double *out_do
 }
 
 /* The issue's gates: 0.7 % by day at 0, 0.5, 2 and 10 km, 2 % just after sunset, 10 % in deep twilight; aerial
- * perspective 1.2 % and 2.5 %; 2 % from 400 km. Twice the doubt that the truth's noise leaves comes on top: where it is
- * more than the gate the gate is open, and the print says so. */
+ * perspective 1.2 % and 2.5 %; 2 % from 400 km. Twice the doubt that the truth's noise leaves comes on top; it must be
+ * less than the gate, or the gate would be open. */
 static void tables_agree_with_the_tracer(void **state) {
   fixture *f = *state;
   static const gate gates[] = {
@@ -118,6 +118,7 @@ static void tables_agree_with_the_tracer(void **state) {
       double doubt;
       unsigned count;
       const double square = measure(&csv, g, b, &doubt, &count);
+      assert_true(2.0 * doubt < g->rms_max * g->rms_max);
       const bool passes = square <= g->rms_max * g->rms_max + 2.0 * doubt;
       print_message("%s, sun %g to %g deg, %g km, band %d, %u rows: %.2f %% (known to %.2f %%, gate %.1f %%)%s\n",
                     g->quantity, g->sun_min, g->sun_max, g->altitude_km, b, count, 100.0 * sqrt(fmax(square, 0.0)),

@@ -72,6 +72,8 @@ typedef struct neph_atmosphere_desc {
                                         *   neph_earth_layers) */
   unsigned layer_count;                /**< 0: no air (default 3) */
   double ground_albedo[3];             /**< Lambert, 0 to 1 (default 0.3 each) */
+  double tolerance;                    /**< relative rms error that tables may make, by which they are sized; 0.003
+                                        *   to 0.1 (default 0.007) */
 } neph_atmosphere_desc;
 
 #define NEPH_ATMOSPHERE_DESC_DEFAULT                                                                                   \
@@ -81,7 +83,8 @@ typedef struct neph_atmosphere_desc {
       0.3,                                                                                                             \
       0.3,                                                                                                             \
       0.3                                                                                                              \
-    }                                                                                                                  \
+    },                                                                                                                 \
+    .tolerance = 0.007                                                                                                 \
   }
 
 /** Describes a planet and its air by name: "earth", the default; "earth-hazy", with twenty times its aerosol; "mars",

@@ -79,9 +79,59 @@ typedef struct neph_sky_image_desc {
   { .struct_size = sizeof(neph_sky_image_desc), .width = 1024, .height = 512, .progress = NULL, .progress_user = NULL }
 
 /** The scene's sky from its camera as a latitude-longitude picture: north at the left edge, east a quarter in, zenith
- * at the top; channels R, G, B without the sun's disk. Irradiances are in its text attributes. */
+ * at the top; channels R, G, B without the disks of sun and moon, which are in disk.R, disk.G, disk.B, averaged over
+ * each pixel.
+ *
+ * Text attributes hold irradiances on a level surface at the camera (nephos:sunIrradiance, nephos:skyIrradiance: three
+ * numbers, where there is air) and spherical harmonics of order 2 of the sky without the disks (nephos:skyHarmonics:
+ * nine coefficients of R, G, B each, real and orthonormal without the Condon-Shortley phase, in the order 1, y, z, x,
+ * xy, yz, 3z²−1, xz, x²−y²; x east, y north, z up).
+ */
 NEPH_API neph_result neph_render_sky(neph_scene *scene, const neph_sky_image_desc *desc,
                                      neph_image **out_image) NEPH_NODISCARD;
+
+/** What skies are looked up in. */
+typedef enum neph_sky_table {
+  NEPH_SKY_TABLE_TRANSMITTANCE, /**< to the top of the air */
+  NEPH_SKY_TABLE_SCATTERING,    /**< light from all directions, at every altitude under every sun */
+  NEPH_SKY_TABLE_AEROSOL,       /**< what of it aerosols scatter, over it */
+  NEPH_SKY_TABLE_VIEW,          /**< the sky in all directions */
+  NEPH_SKY_TABLE_AERIAL,        /**< light scattered before every distance */
+  NEPH_SKY_TABLE_COUNT
+} neph_sky_table;
+
+/** "transmittance", "multiple_scattering", "aerosol_source", "sky_view", "aerial_perspective". */
+NEPH_API const char *neph_sky_table_get_name(neph_sky_table table);
+
+/** One table of the scene's air or of its camera's sky as a picture to look at, per unit of the sun's irradiance;
+ * NEPH_SKY_TABLE_SCATTERING by its logarithm, 0 to 1 over four decades. docs/atmosphere.md has the axes.
+ *
+ * @param out_image  R, G, B; owned by the caller; NULL on failure, which it is when the scene has no air.
+ */
+NEPH_API neph_result neph_render_sky_table(neph_scene *scene, neph_sky_table table,
+                                           neph_image **out_image) NEPH_NODISCARD;
+
+typedef struct neph_sky_verify_desc {
+  size_t struct_size;
+  unsigned path_count;       /**< traced for each of 24 directions; ≥ 1 (default 4096) */
+  uint64_t seed;             /**< of the tracer (default 0) */
+  neph_progress_fn progress; /**< default NULL */
+  void *progress_user;       /**< default NULL */
+} neph_sky_verify_desc;
+
+#define NEPH_SKY_VERIFY_DESC_DEFAULT                                                                                   \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_sky_verify_desc), .path_count = 4096, .seed = 0, .progress = NULL,                      \
+    .progress_user = NULL                                                                                              \
+  }
+
+/** Measures the tables of the scene's sky against integrals and the tracer, and writes down their errors.
+ *
+ * @param desc      NULL for the defaults.
+ * @param out_text  to be freed with neph_text_destroy; NULL on failure, which it is when the scene has no air.
+ */
+NEPH_API neph_result neph_render_sky_verify(neph_scene *scene, const neph_sky_verify_desc *desc,
+                                            neph_text_format format, char **out_text) NEPH_NODISCARD;
 
 /** Bakes one procedural cloud of a scene to a .vdb file, as it is in a frame: frame 1 is at the cloud's `time`, every
  * further one `frame_time` later.

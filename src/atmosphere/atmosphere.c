@@ -6,12 +6,14 @@
 #include "core/parallel.h"
 
 static neph_result build_tables(neph_atmosphere *a) {
-  neph_result result = np_depth_table_build(a->context, &a->medium, &a->depths);
+  neph_result result = np_depth_table_build(a->context, &a->medium, &a->sizes.depth, &a->depths);
   const bool is_limited = a->order_max != NP_ORDERS_ALL;
   if (!result && a->order_max > 1)
-    result = np_moment_table_build(a->context, &a->depths, a->order_max - is_limited, a->has_point_sun, &a->moments);
+    result = np_moment_table_build(a->context, &a->depths, &a->sizes.moments, a->order_max - is_limited,
+                                   a->has_point_sun, &a->moments);
   if (!result && is_limited && a->order_max > 2)
-    result = np_moment_table_build(a->context, &a->depths, a->order_max - 2, a->has_point_sun, &a->dome_moments);
+    result = np_moment_table_build(a->context, &a->depths, &a->sizes.moments, a->order_max - 2, a->has_point_sun,
+                                   &a->dome_moments);
   if (!result) result = np_gather_kernel_build(a->context, &a->medium, &a->kernel);
   return result;
 }
@@ -23,6 +25,12 @@ neph_result neph_atmosphere_create(neph_context *context, const neph_atmosphere_
 
 neph_result np_atmosphere_create_orders(neph_context *context, const neph_atmosphere_desc *desc, unsigned order_max,
                                         bool has_point_sun, neph_atmosphere **out_atmosphere) {
+  return np_atmosphere_create_sized(context, desc, order_max, has_point_sun, NULL, out_atmosphere);
+}
+
+neph_result np_atmosphere_create_sized(neph_context *context, const neph_atmosphere_desc *desc, unsigned order_max,
+                                       bool has_point_sun, const np_table_sizes *sizes,
+                                       neph_atmosphere **out_atmosphere) {
   *out_atmosphere = NULL;
   const neph_atmosphere_desc defaults = NEPH_ATMOSPHERE_DESC_DEFAULT;
   neph_atmosphere_desc read;
@@ -39,6 +47,8 @@ neph_result np_atmosphere_create_orders(neph_context *context, const neph_atmosp
   a->context = context;
   atomic_init(&a->references, 1);
   a->medium = medium;
+  a->tolerance = read.tolerance;
+  a->sizes = sizes ? *sizes : np_table_sizes_make(read.tolerance);
   a->order_max = order_max;
   a->has_point_sun = has_point_sun;
   const unsigned mode = np_float_mode_enter();
@@ -149,9 +159,9 @@ void np_atmosphere_sky_light(const neph_atmosphere *atmosphere, np_dvec3 positio
   const float sun = (float)find_cosine(medium, position, to_sun), horizon = (float)np_horizon_cosine(medium, h);
   float upper, f;
   const int row = np_moment_table_row(table, h, &upper);
-  const int column = np_sun_scale_split(np_sun_scale_column(&table->sun, sun), &f);
-  const np_bands *low = table->hemisphere + (size_t)(row * NP_MOMENT_COLUMNS + column) * 2;
-  const np_bands *high = low + NP_MOMENT_COLUMNS * 2;
+  const int column = np_sun_scale_split(&table->sun, np_sun_scale_column(&table->sun, sun), &f);
+  const np_bands *low = table->hemisphere + (size_t)(row * table->sun.columns + column) * 2;
+  const np_bands *high = low + (size_t)table->sun.columns * 2;
   const np_bands above = np_bands_mix(np_bands_mix(low[0], low[2], f), np_bands_mix(high[0], high[2], f), upper);
   const np_bands below = np_bands_mix(np_bands_mix(low[1], low[3], f), np_bands_mix(high[1], high[3], f), upper);
   const float solid_above = 2.0f * NP_PI_F * (1.0f - horizon), solid_below = 2.0f * NP_PI_F * (1.0f + horizon);

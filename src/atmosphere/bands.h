@@ -3,6 +3,7 @@
 #ifndef NP_ATMOSPHERE_BANDS_H
 #define NP_ATMOSPHERE_BANDS_H
 
+#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -29,6 +30,10 @@ static inline np_bands np_bands_max(np_bands a, np_bands b) { return np_bands_se
 static inline np_bands np_bands_min(np_bands a, np_bands b) { return np_bands_select(a < b, a, b); }
 
 static inline np_bands np_bands_mix(np_bands a, np_bands b, float t) { return a + t * (b - a); }
+
+static inline np_bands np_bands_sqrt(np_bands a) {
+  return (np_bands){sqrtf(a[0]), sqrtf(a[1]), sqrtf(a[2]), sqrtf(a[3])};
+}
 
 /* eˣ to 2e-7, 0 below −87: x = k·ln 2 + r, |r| ≤ ½ ln 2, and the series of eʳ to r⁷. */
 static inline np_bands np_bands_exp(np_bands x) {

@@ -221,6 +221,58 @@ neph_result np_medium_init(neph_context *context, const neph_atmosphere_desc *de
   return result;
 }
 
+/* ---- Comparison ---- */
+
+typedef struct comparison {
+  double worst;
+  const char *what;
+} comparison;
+
+static void compare_number(comparison *c, const char *what, double a, double b) {
+  if (a == b) return;
+  const double size = fmax(fabs(a), fabs(b)), difference = isfinite(size) ? fabs(a - b) / size : (double)INFINITY;
+  if (!(difference <= c->worst)) *c = (comparison){difference, what};
+}
+
+static void compare_bands(comparison *c, const char *what, np_bands a, np_bands b) {
+  for (int i = 0; i < NP_BAND_COUNT; i++) compare_number(c, what, (double)a[i], (double)b[i]);
+}
+
+static void compare_layers(comparison *c, const np_layer *a, const np_layer *b) {
+  if (a->profile != b->profile || a->row_count != b->row_count || a->part_count != b->part_count) {
+    *c = (comparison){INFINITY, "the kind of a layer"};
+    return;
+  }
+  const double heights[][2] = {{a->bottom_m, b->bottom_m}, {a->top_m, b->top_m}, {a->height_m, b->height_m},
+                               {a->center_m, b->center_m}, {a->width_m, b->width_m}};
+  for (size_t i = 0; i < sizeof heights / sizeof *heights; i++)
+    compare_number(c, "the height of a layer", heights[i][0], heights[i][1]);
+  for (int i = 0; i < a->row_count; i++) {
+    compare_number(c, "the table of a layer", a->altitude_m[i], b->altitude_m[i]);
+    compare_number(c, "the table of a layer", a->density[i], b->density[i]);
+  }
+  compare_bands(c, "the extinction of a layer", a->extinction, b->extinction);
+  compare_bands(c, "the scattering of a layer", a->rayleigh, b->rayleigh);
+  for (int i = 0; i < a->part_count; i++)
+    compare_bands(c, "the scattering of a layer", a->part[i].scattering, b->part[i].scattering);
+}
+
+double np_medium_compare(const np_medium *a, const np_medium *b, const char **out_what) {
+  comparison c = {0.0, "nothing"};
+  compare_number(&c, "the planet's radius", a->planet_radius_m, b->planet_radius_m);
+  compare_number(&c, "the top of the air", a->top_m, b->top_m);
+  compare_bands(&c, "the ground's albedo", a->ground_albedo, b->ground_albedo);
+  if (a->layer_count != b->layer_count || a->aerosol_count != b->aerosol_count)
+    c = (comparison){INFINITY, "the number of layers"};
+  else
+    for (int i = 0; i < a->layer_count; i++) compare_layers(&c, &a->layers[i], &b->layers[i]);
+  for (int i = 0; isfinite(c.worst) && i < a->aerosol_count; i++)
+    if (memcmp(&a->aerosol[i].phase, &b->aerosol[i].phase, sizeof a->aerosol[i].phase) != 0)
+      c = (comparison){INFINITY, "an aerosol's phase function"};
+  *out_what = c.what;
+  return c.worst;
+}
+
 void np_medium_free(neph_context *context, np_medium *medium) {
   for (int i = 0; i < medium->layer_count; i++) np_alloc_free(context, medium->layers[i].altitude_m);
   np_alloc_free(context, medium->layers);

@@ -69,6 +69,9 @@ typedef struct np_medium {
 neph_result np_medium_init(neph_context *context, const neph_atmosphere_desc *desc, np_medium *out_medium);
 void np_medium_free(neph_context *context, np_medium *medium);
 
+/* Largest relative difference of a number of two media, and whose it is; infinite where they differ in kind. */
+double np_medium_compare(const np_medium *a, const np_medium *b, const char **out_what);
+
 /* Integral of a layer's density from an altitude to the top, m. */
 double np_layer_column(const np_medium *medium, const np_layer *layer, double altitude_m);
 

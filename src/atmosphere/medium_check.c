@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "atmosphere/table_sizes.h"
 #include "core/context_private.h"
 
 /* One number of a description and the interval it must lie in. */
@@ -123,6 +124,7 @@ static neph_result check_layer(neph_context *context, const neph_atmosphere_desc
 neph_result np_medium_check(neph_context *context, const neph_atmosphere_desc *d) {
   const bounded all[] = {{"planet_radius_m", d->planet_radius_m, 0.0, INFINITY, true},
                          {"top_altitude_m", d->top_altitude_m, 0.0, INFINITY, true},
+                         {"tolerance", d->tolerance, NP_SKY_TOLERANCE_MIN, NP_SKY_TOLERANCE_MAX, false},
                          {"ground_albedo", d->ground_albedo[0], 0.0, 1.0, false},
                          {"ground_albedo", d->ground_albedo[1], 0.0, 1.0, false},
                          {"ground_albedo", d->ground_albedo[2], 0.0, 1.0, false}};

@@ -233,9 +233,8 @@ static void gather_altitude(const gather_job *job, int sun, int altitude) {
   trace_dome(job, altitude, sun_cosine, dome, phase);
   float upper;
   const int row = np_moment_table_row(job->moments, kernel->altitude_m[altitude], &upper);
-  const np_bands total =
-      np_moment_table_total(job->moments->moments + (size_t)row * NP_MOMENT_COLUMNS * NP_MOMENT_COUNT, upper,
-                            np_sun_scale_column(&job->moments->sun, sun_cosine));
+  const np_bands total = np_moment_table_total(&job->moments->sun, np_moment_table_at_row(job->moments, row), upper,
+                                               np_sun_scale_column(&job->moments->sun, sun_cosine));
   for (int out = 0; out < NP_GATHER_OUTPUTS; out++) {
     const int row_out = out / NP_GATHER_AZIMUTHS, turn = out % NP_GATHER_AZIMUTHS;
     const np_vec3 to = direction_of(output_cosine(row_out), NP_PI * turn / (NP_GATHER_AZIMUTHS - 1));

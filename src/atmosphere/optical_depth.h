@@ -12,38 +12,66 @@
 /* Depth between two distances, 0 ≤ begin ≤ end, along a ray's part in the air. To 1e-5 of itself for the Earth. */
 np_bands np_ray_optical_depth(const np_medium *medium, const np_ray *ray, double begin_m, double end_m);
 
-enum { NP_DEPTH_WIDTH = 192, NP_DEPTH_HEIGHT = 128 };
-
-/* Depths to the top over (distance to the horizon, distance to the top), the mapping of Bruneton and Neyret 2008 as
- * revised in Bruneton's 2017 implementation: both distances are square roots where the depth has its own. */
+/* Depths to the top of the atmosphere, upward and level, over (distance to the horizon, distance to the top): the
+ * mapping of Bruneton and Neyret 2008 as revised in Bruneton's 2017 implementation, in which both are square roots
+ * where the depth has its own. A ray that falls passes its lowest point, where it is level: its depth is twice the one
+ * from there less the one of the ray that rises from its start at the same angle. So the steep part, in which the
+ * lowest point sinks through scale heights of air, is a function of one altitude alone. */
 typedef struct np_depth_table {
   const np_medium *medium;
-  np_bands *texels; /* NP_DEPTH_HEIGHT rows of NP_DEPTH_WIDTH */
+  int rows, columns, levels;
+  np_bands *texels; /* `rows` rows of `columns` */
+  np_bands *level;  /* depths of level rays, even in √altitude */
 } np_depth_table;
 
-neph_result np_depth_table_build(neph_context *context, const np_medium *medium, np_depth_table *out_table);
+/* How fine a table is, and at how many places it is integrated: the rest is splines. */
+typedef struct np_depth_sizes {
+  int rows, columns, levels;
+  int node_rows, node_columns, node_levels;
+} np_depth_sizes;
+
+neph_result np_depth_table_build(neph_context *context, const np_medium *medium, const np_depth_sizes *sizes,
+                                 np_depth_table *out_table);
 void np_depth_table_free(neph_context *context, np_depth_table *table);
 
 /* The table at one altitude, resolved once for many directions. */
 typedef struct np_depth_row {
-  const np_bands *lower, *upper;
+  np_bands level_offset; /* brings level rays of either table to the same depth */
+  const np_bands *lower, *upper, *level;
   float upper_weight;
-  float r, exit; /* exit = (r_top − r)(r_top + r) */
+  float altitude_m, r, exit; /* exit = (r_top − r)(r_top + r) */
   float distance_min, texels_per_m;
+  float levels_per_root_m;
+  int columns, levels;
   float horizon_cosine;
   float disk_scale; /* 1/(cosine that one radian at the horizon spans) */
 } np_depth_row;
 
 np_depth_row np_depth_table_row(const np_depth_table *table, double altitude_m);
 
-static inline np_bands np_depth_row_lookup(const np_depth_row *row, float cosine) {
-  const float b = row->r * cosine, s = sqrtf(b * b + row->exit);
-  const float distance = b > 0.0f ? row->exit / (b + s) : s - b;
-  const float x = np_clampf((distance - row->distance_min) * row->texels_per_m, 0.0f, (float)(NP_DEPTH_WIDTH - 1));
-  const int i = x < (float)(NP_DEPTH_WIDTH - 2) ? (int)x : NP_DEPTH_WIDTH - 2;
+/* Depth of a level ray. */
+static inline np_bands np_depth_row_level(const np_depth_row *row, float altitude_m) {
+  const float x = sqrtf(np_maxf(altitude_m, 0.0f)) * row->levels_per_root_m;
+  const int i = x < (float)(row->levels - 2) ? (int)x : row->levels - 2;
+  return np_bands_mix(row->level[i], row->level[i + 1], x - (float)i);
+}
+
+/* Depth of a ray that rises, or is level. */
+static inline np_bands np_depth_row_rising(const np_depth_row *row, float cosine) {
+  const float b = row->r * cosine, distance = row->exit / (b + sqrtf(b * b + row->exit));
+  const float x = np_clampf((distance - row->distance_min) * row->texels_per_m, 0.0f, (float)(row->columns - 1));
+  const int i = x < (float)(row->columns - 2) ? (int)x : row->columns - 2;
   const float f = x - (float)i;
   return np_bands_mix(np_bands_mix(row->lower[i], row->lower[i + 1], f),
                       np_bands_mix(row->upper[i], row->upper[i + 1], f), row->upper_weight);
+}
+
+/* Depth to the top of the atmosphere; of rays that meet the ground, as if they grazed it. */
+static inline np_bands np_depth_row_lookup(const np_depth_row *row, float cosine) {
+  const np_bands rising = np_depth_row_rising(row, fabsf(cosine));
+  if (cosine >= 0.0f) return rising;
+  const float lowest = row->altitude_m - row->r * cosine * cosine / (1.0f + sqrtf(1.0f - cosine * cosine));
+  return 2.0f * (np_depth_row_level(row, lowest) + row->level_offset) - rising;
 }
 
 /* The sun at a point: how large its disk is, and whether its rays are taken to come from all of it or, as others have

@@ -14,7 +14,7 @@
 #ifndef NP_ATMOSPHERE_SCATTERING_MOMENTS_H
 #define NP_ATMOSPHERE_SCATTERING_MOMENTS_H
 
-#include "atmosphere/optical_depth.h"
+#include "atmosphere/table_sizes.h"
 
 typedef enum np_moment {
   NP_MOMENT_M,
@@ -28,48 +28,48 @@ typedef enum np_moment {
 
 enum { NP_ORDERS_ALL = 0x7fffffff };
 
-enum { NP_MOMENT_ROWS = 64, NP_MOMENT_COLUMNS = 160 };
-
 /* Sun cosine μ_s to column: d/(|d| + spread), d = μ_s − center, is evenly divided between `lowest` and 1, so that
  * columns crowd about the sunset. All three grow with the planet's twilight. */
 typedef struct np_sun_scale {
   float lowest, center, spread;
   float first; /* the warped value of `lowest` */
+  int columns;
   float columns_per_unit;
 } np_sun_scale;
 
 typedef struct np_moment_table {
   const np_medium *medium;
   np_sun_scale sun;
-  np_bands *moments;    /* NP_MOMENT_ROWS rows, even in √altitude, of NP_MOMENT_COLUMNS sets of NP_MOMENT_COUNT */
+  int rows; /* even in √altitude, of `sun.columns` sets of NP_MOMENT_COUNT */
+  np_bands *moments;
   np_bands *hemisphere; /* as many pairs: ∫L over the directions above the true horizon, and over those below */
-  np_bands *irradiance; /* NP_MOMENT_COLUMNS: of the sky on the ground */
+  np_bands *irradiance; /* a column each: of the sky on the ground */
 } np_moment_table;
 
 /* Sums the first `order_max` orders of scattering in `depths`' medium; under a disk or a point; see the file for the
  * method. */
-neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, unsigned order_max,
-                                  bool has_point_sun, np_moment_table *out_table);
+neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, const np_moment_sizes *sizes,
+                                  unsigned order_max, bool has_point_sun, np_moment_table *out_table);
 void np_moment_table_free(neph_context *context, np_moment_table *table);
 
 /* Column of a sun cosine as a fractional index. */
 static inline float np_sun_scale_column(const np_sun_scale *sun, float sun_cosine) {
   const float d = sun_cosine - sun->center;
   const float column = (d / (fabsf(d) + sun->spread) - sun->first) * sun->columns_per_unit;
-  return np_clampf(column, 0.0f, (float)(NP_MOMENT_COLUMNS - 1));
+  return np_clampf(column, 0.0f, (float)(sun->columns - 1));
 }
 
 /* Splits a fractional column into a lower neighbour and the weight of the upper one. */
-static inline int np_sun_scale_split(float column, float *out_weight) {
-  const int i = column < (float)(NP_MOMENT_COLUMNS - 2) ? (int)column : NP_MOMENT_COLUMNS - 2;
+static inline int np_sun_scale_split(const np_sun_scale *sun, float column, float *out_weight) {
+  const int i = column < (float)(sun->columns - 2) ? (int)column : sun->columns - 2;
   *out_weight = column - (float)i;
   return i;
 }
 
 /* Lower one of the two rows about an altitude, and the weight of the upper. */
 static inline int np_moment_table_row(const np_moment_table *table, double altitude_m, float *out_weight) {
-  const double y = sqrt(np_clamp(altitude_m / table->medium->top_m, 0.0, 1.0)) * (NP_MOMENT_ROWS - 1);
-  const int i = y < NP_MOMENT_ROWS - 2 ? (int)y : NP_MOMENT_ROWS - 2;
+  const double y = sqrt(np_clamp(altitude_m / table->medium->top_m, 0.0, 1.0)) * (table->rows - 1);
+  const int i = y < table->rows - 2 ? (int)y : table->rows - 2;
   *out_weight = (float)(y - i);
   return i;
 }
@@ -81,12 +81,17 @@ typedef struct np_moment_sample {
   np_bands quadratic; /* ω·Kω */
 } np_moment_sample;
 
+/* A row of the table; its upper neighbour follows it. */
+static inline const np_bands *np_moment_table_at_row(const np_moment_table *table, int row) {
+  return table->moments + (size_t)row * (size_t)table->sun.columns * NP_MOMENT_COUNT;
+}
+
 /* The moments at two rows' blend (`lower_row` and its upper neighbour) seen in the direction (ωx, ·, ωz). */
-static inline np_moment_sample np_moment_table_sample(const np_bands *lower_row, float upper_weight, float column,
-                                                      float wx, float wz) {
+static inline np_moment_sample np_moment_table_sample(const np_sun_scale *sun, const np_bands *lower_row,
+                                                      float upper_weight, float column, float wx, float wz) {
   float f;
-  const int i = np_sun_scale_split(column, &f);
-  const np_bands *a = lower_row + (size_t)i * NP_MOMENT_COUNT, *b = a + NP_MOMENT_COLUMNS * NP_MOMENT_COUNT;
+  const int i = np_sun_scale_split(sun, column, &f);
+  const np_bands *a = lower_row + (size_t)i * NP_MOMENT_COUNT, *b = a + (size_t)sun->columns * NP_MOMENT_COUNT;
   const float wa = (1.0f - upper_weight) * (1.0f - f), wa1 = (1.0f - upper_weight) * f;
   const float wb = upper_weight * (1.0f - f), wb1 = upper_weight * f;
   np_bands m[NP_MOMENT_COUNT];
@@ -102,10 +107,11 @@ static inline np_moment_sample np_moment_table_sample(const np_bands *lower_row,
 }
 
 /* M alone. */
-static inline np_bands np_moment_table_total(const np_bands *lower_row, float upper_weight, float column) {
+static inline np_bands np_moment_table_total(const np_sun_scale *sun, const np_bands *lower_row, float upper_weight,
+                                             float column) {
   float f;
-  const int i = np_sun_scale_split(column, &f);
-  const np_bands *a = lower_row + (size_t)i * NP_MOMENT_COUNT, *b = a + NP_MOMENT_COLUMNS * NP_MOMENT_COUNT;
+  const int i = np_sun_scale_split(sun, column, &f);
+  const np_bands *a = lower_row + (size_t)i * NP_MOMENT_COUNT, *b = a + (size_t)sun->columns * NP_MOMENT_COUNT;
   return np_bands_mix(np_bands_mix(a[0], a[NP_MOMENT_COUNT], f), np_bands_mix(b[0], b[NP_MOMENT_COUNT], f),
                       upper_weight);
 }

@@ -2,6 +2,8 @@
 /* A sky: one atmosphere, one light, one observer. */
 #include "atmosphere/atmosphere_tables.h"
 
+#include <stdio.h>
+
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "core/stable.h"
@@ -25,6 +27,13 @@ static neph_result check_desc(neph_context *context, const neph_sky_desc *d) {
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "sky: observer_m (%g, %g, %g) must be finite",
                    d->observer_m[0], d->observer_m[1], d->observer_m[2]);
   return NEPH_OK;
+}
+
+/* The sun's sky fades out from 18 to 19 degrees, on the Earth, below the true horizon. */
+static float find_twilight(const np_medium *medium, const np_sky_frame *frame) {
+  const double degree = NP_DEGREE * np_twilight_scale(medium) / 0.1753;
+  const double below = acos((double)frame->sun_cosine) - frame->horizon_angle;
+  return np_smoothstepf((float)(19.0 - below / degree));
 }
 
 /* The frame's azimuth starts at the sun's; under a sun at the zenith any will do, and one that is always there is
@@ -51,6 +60,9 @@ static np_sky_frame make_frame(const np_medium *medium, np_dvec3 observer, np_dv
   frame.aerial_power = height > 1.0f ? 2.0f : 3.0f + 2.0f * height;
   /* From 50 to 100 km on the Earth the air about the observer ceases to matter. */
   frame.inward = (double)np_smoothstepf((height - 0.5f) / 0.5f);
+  frame.twilight = find_twilight(medium, &frame);
+  /* Half way at 20 km on the Earth. */
+  frame.downward = frame.altitude_m / (frame.altitude_m + 0.2 * medium->top_m);
   return frame;
 }
 
@@ -76,6 +88,8 @@ neph_result neph_sky_create(neph_atmosphere *atmosphere, const neph_sky_desc *de
   if (!sky) return NEPH_ERROR_OUT_OF_MEMORY;
   sky->atmosphere = neph_atmosphere_retain(atmosphere);
   set_light(sky, &read);
+  sky->built = sky->frame;
+  sky->built_angular_radius = sky->sun_angular_radius;
   const unsigned mode = np_float_mode_enter();
   result = np_sky_tables_build(sky);
   np_float_mode_leave(mode);
@@ -85,6 +99,32 @@ neph_result neph_sky_create(neph_atmosphere *atmosphere, const neph_sky_desc *de
   }
   *out_sky = sky;
   return NEPH_OK;
+}
+
+/* By the tolerance: twilight fades by e in a degree, of which half counts; haze thins by e in 1.2 km on the Earth, or
+ * in as much of the height over the air as there are parts of it. */
+bool np_sky_move(neph_sky *sky, const neph_sky_desc *desc, char *out_reason, size_t reason_size) {
+  const neph_atmosphere *a = sky->atmosphere;
+  const np_medium *medium = &a->medium;
+  const np_dvec3 to_sun = np_dvec3_make(desc->sun_direction[0], desc->sun_direction[1], desc->sun_direction[2]);
+  const np_dvec3 observer = np_dvec3_make(desc->observer_m[0], desc->observer_m[1], desc->observer_m[2]);
+  if (check_desc(a->context, desc)) return false;
+  const np_sky_frame frame = make_frame(medium, observer, np_dvec3_normalize(to_sun));
+  const double turn = fabs(acos((double)frame.sun_cosine) - acos((double)sky->built.sun_cosine));
+  const double above = fmax(sky->built.altitude_m - medium->top_m, 0.0);
+  const double climb = fabs(frame.altitude_m - sky->built.altitude_m);
+  const double radius = (double)sky->built_angular_radius;
+  if (turn > 0.5 * NP_DEGREE * a->tolerance * np_twilight_scale(medium) / 0.1753)
+    (void)snprintf(out_reason, reason_size, "the sun stands %.3g degrees higher or lower", turn / NP_DEGREE);
+  else if (climb > a->tolerance * fmax(0.012 * medium->top_m, 0.1 * above))
+    (void)snprintf(out_reason, reason_size, "the observer stands %.3g m higher or lower", climb);
+  else if (fabs(desc->sun_angular_radius_rad - radius) > a->tolerance * radius)
+    (void)snprintf(out_reason, reason_size, "the sun's size changed");
+  else if (!sky->view && frame.twilight > 0.0f)
+    (void)snprintf(out_reason, reason_size, "night ends");
+  else
+    return set_light(sky, desc), true;
+  return false;
 }
 
 void neph_sky_destroy(neph_sky *sky) {
@@ -104,14 +144,7 @@ np_dvec3 np_sky_get_observer(const neph_sky *sky) { return sky->observer; }
 static np_spectrum shade(const neph_sky *sky, np_vec3 direction, np_scattered s) {
   const float versine = np_versine(direction.x, direction.y, direction.z, sky->sun.x, sky->sun.y, sky->sun.z);
   const np_bands phase = np_aerosol_phase(&sky->atmosphere->medium, versine);
-  return np_spectrum_multiply(np_bands_to_spectrum(s.smooth + phase * s.peak), sky->irradiance);
-}
-
-np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction) {
-  const np_sky_layout layout = np_sky_view_layout();
-  const np_sky_place place = np_sky_locate(&sky->frame, direction, &layout);
-  if (!place.is_in_air) return np_spectrum_grey(0.0f);
-  return shade(sky, direction, np_sky_view_lookup(sky, &place));
+  return np_spectrum_multiply(np_bands_to_spectrum(sky->frame.twilight * (s.smooth + phase * s.peak)), sky->irradiance);
 }
 
 /* Zenith cosine of a direction, exact near the nadir too, where a distant observer sees the whole planet. */
@@ -121,9 +154,17 @@ static double find_cosine(const np_sky_frame *frame, np_vec3 direction) {
   return fabs(z) > 0.7 ? copysign(sqrt(fmax(1.0 - x * x - y * y, 0.0)), z) : z;
 }
 
+np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction) {
+  const np_sky_layout layout = np_sky_view_layout(sky);
+  const np_sky_place place = np_sky_locate(&sky->frame, direction, &layout);
+  if (!place.is_in_air || !sky->view) return np_spectrum_grey(0.0f);
+  const double cosine = find_cosine(&sky->frame, direction);
+  return shade(sky, direction, np_sky_view_lookup(sky, &place, np_sky_view_length(sky, cosine, place.is_below)));
+}
+
 np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 direction, double distance_m) {
   const np_aerial_perspective clear = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
-  const np_sky_layout layout = np_sky_aerial_layout();
+  const np_sky_layout layout = np_sky_aerial_layout(sky);
   const np_sky_place place = np_sky_locate(&sky->frame, direction, &layout);
   if (!place.is_in_air || !(distance_m > 0.0)) return clear;
   const np_ray ray =

@@ -12,14 +12,16 @@
  */
 #include "atmosphere/atmosphere_tables.h"
 
+#include "atmosphere/spline.h"
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "core/stable.h"
 
-enum { VIEW_POINTS = 32 };
-
-/* Radiance, per unit of irradiance, that the logarithms tell from none. */
-static const float view_floor = 1e-14f;
+/* Radiance, per unit of irradiance, or per metre of a ray, that the logarithms tell from none. */
+static const float light_floor = 1e-20f;
+/* A step of aerial perspective spans no more of altitude than this part of where it is, or of the atmosphere's height:
+ * 2.4 km on the Earth. So many at the most to a slice. */
+static const double step_altitudes = 0.5, step_heights = 0.024, steps_max = 8.0;
 /* How far aerial perspective follows a ray below sea level, in heights of the atmosphere: 10 km on the Earth. */
 static const double below_sea_level = 0.1;
 
@@ -27,7 +29,7 @@ np_sky_light np_sky_light_make(const neph_sky *sky) {
   const neph_atmosphere *a = sky->atmosphere;
   const bool has_later = a->order_max > 1;
   return (np_sky_light){&a->medium, &a->depths, has_later ? &a->moments : NULL,
-                        has_later && a->medium.aerosol_count ? &sky->gather : NULL,
+                        has_later && a->medium.aerosol_count && sky->view ? &sky->gather : NULL,
                         np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun)};
 }
 
@@ -44,28 +46,52 @@ static float sun_at_entry(const neph_sky *sky, const np_ray *ray, float to_sun) 
   return (float)np_clamp((r * (double)sky->frame.sun_cosine + ray->offset_m * (double)to_sun) / ray->r, -1.0, 1.0);
 }
 
+/* Fills the azimuths of a row, `stride` apart, from the first `count` of them, which are those of the nodes. */
+static void refine_azimuths(np_bands *first, size_t stride, int azimuths, int count) {
+  np_bands node[NP_VIEW_AZIMUTHS_MAX];
+  for (int i = 0; i < count; i++) node[i] = first[(size_t)i * stride];
+  for (int i = 0; i < azimuths; i++) {
+    const np_spline s = np_spline_make(i, azimuths, count);
+    first[(size_t)i * stride] = np_spline_eval(&s, node, 1);
+  }
+}
+
+static void refine_scattered(np_scattered *first, size_t stride, const np_view_sizes *n) {
+  const size_t step = stride * sizeof *first / sizeof(np_bands);
+  refine_azimuths(&first->smooth, step, n->azimuths, n->node_azimuths);
+  refine_azimuths(&first->peak, step, n->azimuths, n->node_azimuths);
+}
+
+float np_sky_view_length(const neph_sky *sky, double cosine, bool is_below) {
+  if (!is_below) return 1.0f;
+  const np_ray ray = np_ray_on_side(&sky->atmosphere->medium, sky->frame.altitude_m, cosine, true);
+  return np_maxf((float)ray.length_m, 1e-3f);
+}
+
 static void build_view_row(neph_sky *sky, const np_sky_light *light, const np_path_rule *rule, int row) {
-  const bool is_below = row >= NP_VIEW_UP;
-  const np_sky_layout layout = np_sky_view_layout();
+  const np_view_sizes *n = &sky->atmosphere->sizes.view;
+  const np_sky_layout layout = np_sky_view_layout(sky);
   const double cosine = np_sky_row_cosine(&sky->frame, &layout, row);
-  const np_ray ray = np_ray_on_side(light->medium, sky->frame.altitude_m, cosine, is_below);
+  const np_ray ray = np_ray_on_side(light->medium, sky->frame.altitude_m, cosine, row >= n->up);
   np_path path;
-  np_sky_node nodes[VIEW_POINTS];
+  np_sky_node nodes[NP_VIEW_POINTS_MAX];
   np_path_build(light->medium, &ray, rule, &path);
   for (int i = 0; i < path.count; i++) np_sky_node_resolve(light, &path.node[i], &nodes[i]);
-  for (int i = 0; i < NP_VIEW_AZIMUTHS; i++) {
-    const float to_sun = angle_of_azimuth(&sky->frame, (float)cosine, i, NP_VIEW_AZIMUTHS);
+  const float scale = 1.0f / np_sky_view_length(sky, cosine, row >= n->up);
+  np_scattered *out = sky->view + row * n->azimuths;
+  for (int i = 0; i < n->node_azimuths; i++) {
+    const float to_sun = angle_of_azimuth(&sky->frame, (float)cosine, i, n->node_azimuths);
     const np_scattered s = np_sky_trace(light, &ray, &path, nodes, sun_at_entry(sky, &ray, to_sun), to_sun, false);
-    sky->view[row * NP_VIEW_AZIMUTHS + i] =
-        (np_scattered){np_bands_log(s.smooth + view_floor), np_bands_log(s.peak + view_floor)};
+    out[i] = (np_scattered){np_bands_log(s.smooth * scale + light_floor), np_bands_log(s.peak * scale + light_floor)};
   }
+  refine_scattered(out, 1, n);
 }
 
 static neph_result build_view_rows(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   neph_sky *sky = user;
   const np_sky_light light = np_sky_light_make(sky);
-  const np_path_rule rule = np_path_rule_make(VIEW_POINTS);
+  const np_path_rule rule = np_path_rule_make(sky->atmosphere->sizes.view.points);
   for (size_t row = begin; row < end; row++) build_view_row(sky, &light, &rule, (int)row);
   return NEPH_OK;
 }
@@ -76,62 +102,93 @@ np_ray np_aerial_ray(const np_medium *medium, const np_sky_frame *frame, double 
   return ray;
 }
 
-/* One slice of aerial perspective: its middle, and what turns the source there into in-scatter seen by the observer. */
-typedef struct aerial_slice {
-  np_sky_node node;
-  np_bands weight;
-  float inverse_far; /* 1/m, to the far plane */
-} aerial_slice;
-
 /* (1 − e⁻ᵈ)/d in every band. */
 static np_bands step_weight(np_bands depth) {
   return (np_bands){np_step_weight(depth[0]), np_step_weight(depth[1]), np_step_weight(depth[2]), 0.0f};
 }
 
-/* Places the slices of one row and writes the mean extinctions to their far planes. */
-static void build_slices(const np_sky_light *light, const np_ray *ray, double inward, np_bands *depths,
-                         aerial_slice *slices) {
-  const np_aerial_scale scale = np_aerial_scale_make(ray, inward);
-  np_bands depth = np_bands_grey(0.0f);
-  double near = 0.0;
-  for (int i = 0; i < NP_AERIAL_SLICES; i++) {
-    const double far = fmax(np_aerial_scale_distance(&scale, (i + 1.0) / NP_AERIAL_SLICES), near);
-    const double t = np_aerial_scale_distance(&scale, (i + 0.5) / NP_AERIAL_SLICES);
-    const double altitude = np_ray_altitude(ray, t);
-    np_path_node middle = {.t = t,
-                           .altitude_m = (float)altitude,
-                           .r = (float)(ray->r + (altitude - ray->altitude_m)),
-                           .cosine = (float)np_ray_cosine(ray, t)};
-    np_scattering_at(light->medium, altitude, &middle.air);
-    np_sky_node_resolve(light, &middle, &slices[i].node);
-    const np_bands gap = np_ray_gap_depth(light->medium, ray, near, far);
-    slices[i].weight = np_bands_exp(-depth) * step_weight(gap) * (float)(far - near);
-    slices[i].inverse_far = far > 0.0 ? (float)(1.0 / far) : 0.0f;
-    depth += gap;
-    depths[i] = slices[i].inverse_far * depth;
-    near = far;
+/* Steps for a slice: one where the air hardly changes along it, more from high up, where it spans scale heights. */
+static int count_steps(const np_sky_light *light, const np_ray *ray, double near, double far) {
+  const double low = fmax(np_ray_altitude(ray, near), 0.0), high = fmax(np_ray_altitude(ray, far), 0.0);
+  const double unit = fmax(step_altitudes * fmin(low, high), step_heights * light->medium->top_m);
+  return (int)np_clamp(ceil(fabs(high - low) / unit), 1.0, steps_max);
+}
+
+static void resolve_step(const np_sky_light *light, const np_ray *ray, double t, np_sky_node *out_node) {
+  const double altitude = np_ray_altitude(ray, t);
+  np_path_node middle = {.t = t,
+                         .altitude_m = (float)altitude,
+                         .r = (float)(ray->r + (altitude - ray->altitude_m)),
+                         .cosine = (float)np_ray_cosine(ray, t)};
+  np_scattering_at(light->medium, altitude, &middle.air);
+  np_sky_node_resolve(light, &middle, out_node);
+}
+
+/* One row under construction: its ray, the depth so far, and for every node's azimuth the sun and the in-scatter. */
+typedef struct aerial_row {
+  const np_sky_light *light;
+  np_ray ray;
+  np_aerial_scale scale;
+  np_bands depth;
+  int azimuths;
+  float to_sun[NP_VIEW_AZIMUTHS_MAX], sun[NP_VIEW_AZIMUTHS_MAX];
+  np_scattered sum[NP_VIEW_AZIMUTHS_MAX];
+} aerial_row;
+
+/* Adds what is scattered between two places on the scale, the source taken in their middle. On a ray of no length, at
+ * the edge of the air, the length is taken as one, so that the mean is the source. */
+static void add_step(aerial_row *row, double begin, double end) {
+  const double near = np_aerial_scale_distance(&row->scale, begin);
+  const double far = fmax(np_aerial_scale_distance(&row->scale, end), near);
+  const np_bands gap = np_ray_gap_depth(row->light->medium, &row->ray, near, far);
+  const float length = row->ray.length_m > 0.0 ? (float)(far - near) : 1.0f;
+  const np_bands weight = np_bands_exp(-row->depth) * step_weight(gap) * length;
+  row->depth += gap;
+  if (!row->azimuths) return;
+  np_sky_node node;
+  resolve_step(row->light, &row->ray, np_aerial_scale_distance(&row->scale, 0.5 * (begin + end)), &node);
+  for (int i = 0; i < row->azimuths; i++) {
+    const np_scattered s = np_sky_node_source(row->light, &node, (float)row->ray.r, row->sun[i], row->to_sun[i]);
+    row->sum[i].smooth += np_bands_max(weight * s.smooth, np_bands_grey(0.0f));
+    row->sum[i].peak += weight * s.peak;
   }
 }
 
-static void build_aerial_row(neph_sky *sky, const np_sky_light *light, int row) {
-  const bool is_below = row >= NP_AERIAL_UP;
-  const np_sky_layout layout = np_sky_aerial_layout();
-  const double cosine = np_sky_row_cosine(&sky->frame, &layout, row);
-  const np_ray ray = np_aerial_ray(light->medium, &sky->frame, cosine, is_below);
-  aerial_slice slices[NP_AERIAL_SLICES];
-  build_slices(light, &ray, sky->frame.inward, sky->depth + row * NP_AERIAL_SLICES, slices);
-  for (int i = 0; i < NP_AERIAL_AZIMUTHS; i++) {
-    np_scattered *plane = sky->aerial + (row * NP_AERIAL_AZIMUTHS + i) * NP_AERIAL_SLICES;
-    const float to_sun = angle_of_azimuth(&sky->frame, (float)cosine, i, NP_AERIAL_AZIMUTHS);
-    const float sun = sun_at_entry(sky, &ray, to_sun);
-    np_scattered sum = {np_bands_grey(0.0f), np_bands_grey(0.0f)};
-    for (int k = 0; k < NP_AERIAL_SLICES; k++) {
-      const np_scattered s = np_sky_node_source(light, &slices[k].node, (float)ray.r, sun, to_sun);
-      sum.smooth += np_bands_max(slices[k].weight * s.smooth, np_bands_grey(0.0f));
-      sum.peak += slices[k].weight * s.peak;
-      plane[k] = (np_scattered){slices[k].inverse_far * sum.smooth, slices[k].inverse_far * sum.peak};
-    }
+static np_bands log_mean(np_bands sum, float inverse_length) {
+  return np_bands_log(inverse_length * sum + light_floor);
+}
+
+/* Slice by slice: the mean extinction to its far plane, and the logarithms of the mean in-scatter at every azimuth. */
+static void build_slices(aerial_row *row, const np_view_sizes *n, np_bands *depths, np_scattered *planes) {
+  const double count = n->points;
+  for (int k = 0; k < n->points; k++) {
+    const double near = np_aerial_scale_distance(&row->scale, k / count);
+    const double far = fmax(np_aerial_scale_distance(&row->scale, (k + 1.0) / count), near);
+    const int steps = count_steps(row->light, &row->ray, near, far);
+    for (int i = 0; i < steps; i++) add_step(row, (k + (double)i / steps) / count, (k + (i + 1.0) / steps) / count);
+    const float inverse_far = (float)(far > 0.0 ? 1.0 / far : 1.0 / (k + 1.0));
+    depths[k] = inverse_far * row->depth;
+    for (int i = 0; i < row->azimuths; i++)
+      planes[i * n->points + k] =
+          (np_scattered){log_mean(row->sum[i].smooth, inverse_far), log_mean(row->sum[i].peak, inverse_far)};
+    if (planes) refine_scattered(planes + k, (size_t)n->points, n);
   }
+}
+
+static void build_aerial_row(neph_sky *sky, const np_sky_light *light, int at) {
+  const np_view_sizes *n = &sky->atmosphere->sizes.aerial;
+  const np_sky_layout layout = np_sky_aerial_layout(sky);
+  const double cosine = np_sky_row_cosine(&sky->frame, &layout, at);
+  aerial_row row = {.light = light,
+                    .ray = np_aerial_ray(light->medium, &sky->frame, cosine, at >= n->up),
+                    .azimuths = sky->aerial ? n->node_azimuths : 0};
+  row.scale = np_aerial_scale_make(&row.ray, &sky->frame);
+  for (int i = 0; i < row.azimuths; i++) {
+    row.to_sun[i] = angle_of_azimuth(&sky->frame, (float)cosine, i, row.azimuths);
+    row.sun[i] = sun_at_entry(sky, &row.ray, row.to_sun[i]);
+  }
+  np_scattered *planes = sky->aerial ? sky->aerial + (size_t)(at * n->azimuths) * (size_t)n->points : NULL;
+  build_slices(&row, n, sky->depth + at * n->points, planes);
 }
 
 static neph_result build_aerial_rows(void *user, size_t begin, size_t end, unsigned thread) {
@@ -149,8 +206,9 @@ static double gather_spread(const np_medium *medium, const np_sky_frame *frame) 
   return fmax(unit, seen + 0.5 * unit);
 }
 
-static neph_result build_gather(neph_sky *sky) {
+neph_result np_sky_gather_build(neph_sky *sky) {
   const neph_atmosphere *a = sky->atmosphere;
+  if (a->order_max <= 1 || !a->medium.aerosol_count) return NEPH_OK;
   const np_moment_table *dome = a->order_max == NP_ORDERS_ALL ? &a->moments
                                 : a->order_max > 2            ? &a->dome_moments
                                                               : NULL;
@@ -159,19 +217,34 @@ static neph_result build_gather(neph_sky *sky) {
                                np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun), &sky->gather);
 }
 
+neph_result np_sky_view_build(neph_sky *sky) {
+  const np_view_sizes *n = &sky->atmosphere->sizes.view;
+  return np_parallel_for(sky->atmosphere->context, NULL, (size_t)(n->up + n->down), 4, build_view_rows, sky);
+}
+
+neph_result np_sky_aerial_build(neph_sky *sky) {
+  const np_view_sizes *n = &sky->atmosphere->sizes.aerial;
+  return np_parallel_for(sky->atmosphere->context, NULL, (size_t)(n->up + n->down), 2, build_aerial_rows, sky);
+}
+
+/* In the dark, depths alone are wanted. */
 neph_result np_sky_tables_build(neph_sky *sky) {
   neph_atmosphere *a = sky->atmosphere;
   neph_context *context = a->context;
-  sky->view = np_alloc(context, NP_VIEW_ROWS * NP_VIEW_AZIMUTHS, sizeof *sky->view);
-  if (!sky->view) return NEPH_ERROR_OUT_OF_MEMORY;
-  sky->depth = np_alloc(context, NP_AERIAL_ROWS * NP_AERIAL_SLICES, sizeof *sky->depth);
+  const np_view_sizes *view = &a->sizes.view, *aerial = &a->sizes.aerial;
+  const size_t view_rows = (size_t)(view->up + view->down), aerial_rows = (size_t)(aerial->up + aerial->down);
+  const size_t slices = (size_t)aerial->points;
+  const bool is_dark = !(sky->frame.twilight > 0.0f);
+  sky->depth = np_alloc(context, aerial_rows * slices, sizeof *sky->depth);
   if (!sky->depth) return NEPH_ERROR_OUT_OF_MEMORY;
-  sky->aerial = np_alloc(context, NP_AERIAL_ROWS * NP_AERIAL_AZIMUTHS * NP_AERIAL_SLICES, sizeof *sky->aerial);
+  if (is_dark) return np_sky_aerial_build(sky);
+  sky->view = np_alloc(context, view_rows * (size_t)view->azimuths, sizeof *sky->view);
+  if (!sky->view) return NEPH_ERROR_OUT_OF_MEMORY;
+  sky->aerial = np_alloc(context, aerial_rows * (size_t)aerial->azimuths * slices, sizeof *sky->aerial);
   if (!sky->aerial) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = a->order_max > 1 && a->medium.aerosol_count ? build_gather(sky) : NEPH_OK;
-  if (!result) result = np_parallel_for(context, NULL, NP_VIEW_ROWS, 4, build_view_rows, sky);
-  if (!result) result = np_parallel_for(context, NULL, NP_AERIAL_ROWS, 2, build_aerial_rows, sky);
-  return result;
+  neph_result result = np_sky_gather_build(sky);
+  if (!result) result = np_sky_view_build(sky);
+  return result ? result : np_sky_aerial_build(sky);
 }
 
 void np_sky_tables_free(neph_sky *sky) {
@@ -183,8 +256,8 @@ void np_sky_tables_free(neph_sky *sky) {
 
 /* Exponent that spaces the rows of one half. */
 static float find_power(const np_sky_frame *frame, const np_sky_layout *layout, bool is_below) {
-  if (!layout->is_aerial) return 2.0f;
-  return is_below ? 3.0f : frame->aerial_power;
+  if (is_below) return 3.0f;
+  return layout->is_aerial ? frame->aerial_power : 2.0f;
 }
 
 double np_sky_row_cosine(const np_sky_frame *frame, const np_sky_layout *layout, int row) {
@@ -216,31 +289,33 @@ static np_scattered mix_scattered(np_scattered a, np_scattered b, float t) {
   return (np_scattered){np_bands_mix(a.smooth, b.smooth, t), np_bands_mix(a.peak, b.peak, t)};
 }
 
-/* Radiance of a logarithm read from the view table: what the floor added is taken off again, and what rounding makes of
+/* Radiance of a logarithm read from a table: what the floor added is taken off again, and what rounding makes of
  * it. */
 static np_bands undo_log(np_bands logarithm) {
-  return np_bands_max(np_bands_exp(logarithm) - 1.00002f * view_floor, np_bands_grey(0.0f));
+  return np_bands_max(np_bands_exp(logarithm) - 1.00002f * light_floor, np_bands_grey(0.0f));
 }
 
-np_scattered np_sky_view_lookup(const neph_sky *sky, const np_sky_place *place) {
-  const np_scattered *low = sky->view + place->row * NP_VIEW_AZIMUTHS + place->azimuth, *high = low + NP_VIEW_AZIMUTHS;
+np_scattered np_sky_view_lookup(const neph_sky *sky, const np_sky_place *place, float length_m) {
+  const int azimuths = sky->atmosphere->sizes.view.azimuths;
+  const np_scattered *low = sky->view + place->row * azimuths + place->azimuth, *high = low + azimuths;
   const np_scattered s = mix_scattered(mix_scattered(low[0], low[1], place->azimuth_upper),
                                        mix_scattered(high[0], high[1], place->azimuth_upper), place->row_upper);
-  return (np_scattered){undo_log(s.smooth), undo_log(s.peak)};
+  return (np_scattered){length_m * undo_log(s.smooth), length_m * undo_log(s.peak)};
 }
 
 /* Optical depth and in-scatter at the far plane of a slice, `distance_m` away in the air; nothing before the first. */
 static np_aerial_sample lookup_plane(const neph_sky *sky, const np_sky_place *place, int slice, double distance_m) {
   if (slice < 0) return (np_aerial_sample){0};
   const float t = (float)distance_m;
-  const np_bands *depth = sky->depth + place->row * NP_AERIAL_SLICES + slice;
-  const np_scattered *low = sky->aerial + (place->row * NP_AERIAL_AZIMUTHS + place->azimuth) * NP_AERIAL_SLICES + slice;
-  const np_scattered *high = low + NP_AERIAL_AZIMUTHS * NP_AERIAL_SLICES;
-  const np_scattered s =
-      mix_scattered(mix_scattered(low[0], low[NP_AERIAL_SLICES], place->azimuth_upper),
-                    mix_scattered(high[0], high[NP_AERIAL_SLICES], place->azimuth_upper), place->row_upper);
-  return (np_aerial_sample){t * np_bands_mix(depth[0], depth[NP_AERIAL_SLICES], place->row_upper),
-                            {t * s.smooth, t * s.peak}};
+  const np_view_sizes *n = &sky->atmosphere->sizes.aerial;
+  const np_bands *rows = sky->depth + place->row * n->points + slice;
+  const np_bands depth = t * np_bands_mix(rows[0], rows[n->points], place->row_upper);
+  if (!sky->aerial) return (np_aerial_sample){.depth = depth};
+  const np_scattered *low = sky->aerial + (place->row * n->azimuths + place->azimuth) * n->points + slice;
+  const np_scattered *high = low + n->azimuths * n->points;
+  const np_scattered s = mix_scattered(mix_scattered(low[0], low[n->points], place->azimuth_upper),
+                                       mix_scattered(high[0], high[n->points], place->azimuth_upper), place->row_upper);
+  return (np_aerial_sample){depth, {t * undo_log(s.smooth), t * undo_log(s.peak)}};
 }
 
 /* y/(1 − e⁻ʸ), to 4 % at y = 3 and far better below. */
@@ -256,12 +331,13 @@ static np_bands part_of_slice(np_bands depth, float x) {
 
 np_aerial_sample np_sky_aerial_lookup(const neph_sky *sky, const np_sky_place *place, const np_ray *ray,
                                       double distance_m) {
-  const np_aerial_scale scale = np_aerial_scale_make(ray, sky->frame.inward);
+  const np_aerial_scale scale = np_aerial_scale_make(ray, &sky->frame);
+  const int count = sky->atmosphere->sizes.aerial.points;
   const double t = np_clamp(distance_m - ray->offset_m, 0.0, 2.0 * ray->length_m), within = fmin(t, ray->length_m);
-  const double s = np_clamp(np_aerial_scale_fraction(&scale, within), 0.0, 1.0) * NP_AERIAL_SLICES;
-  const int slice = s < NP_AERIAL_SLICES - 1 ? (int)s : NP_AERIAL_SLICES - 1;
-  const double near = slice > 0 ? np_aerial_scale_distance(&scale, (double)slice / NP_AERIAL_SLICES) : 0.0;
-  const double far = np_aerial_scale_distance(&scale, (slice + 1.0) / NP_AERIAL_SLICES);
+  const double s = np_clamp(np_aerial_scale_fraction(&scale, within), 0.0, 1.0) * count;
+  const int slice = s < count - 1 ? (int)s : count - 1;
+  const double near = slice > 0 ? np_aerial_scale_distance(&scale, (double)slice / count) : 0.0;
+  const double far = np_aerial_scale_distance(&scale, (slice + 1.0) / count);
   /* Underground, past the last plane, the last slice's air goes on. */
   const double end = ray->hits_ground ? t : within;
   const float x = far > near ? (float)fmax((end - near) / (far - near), 0.0) : 0.0f;

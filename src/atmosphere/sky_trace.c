@@ -12,7 +12,7 @@ void np_sky_node_resolve(const np_sky_light *light, const np_path_node *at, np_s
   out_node->depth = np_depth_table_row(light->depths, (double)at->altitude_m);
   if (!light->moments) return;
   const int row = np_moment_table_row(light->moments, (double)at->altitude_m, &out_node->moments_upper);
-  out_node->moments = light->moments->moments + (size_t)row * NP_MOMENT_COLUMNS * NP_MOMENT_COUNT;
+  out_node->moments = np_moment_table_at_row(light->moments, row);
   if (light->gather) np_gather_table_row(light->gather, (double)at->altitude_m, at->cosine, &out_node->gather);
 }
 

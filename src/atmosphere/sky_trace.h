@@ -51,7 +51,8 @@ static inline np_scattered np_sky_node_source(const np_sky_light *light, const n
   if (!light->moments) return out;
   const float wx = np_direction_x(angle_cosine, node->cosine, sun);
   const float column = np_sun_scale_column(&light->moments->sun, sun);
-  const np_moment_sample m = np_moment_table_sample(node->moments, node->moments_upper, column, wx, node->cosine);
+  const np_moment_sample m =
+      np_moment_table_sample(&light->moments->sun, node->moments, node->moments_upper, column, wx, node->cosine);
   out.smooth += node->air.rayleigh * np_moment_rayleigh_source(&m);
   if (light->gather)
     out.smooth +=

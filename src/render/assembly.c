@@ -187,6 +187,7 @@ static neph_result load_maps(const build *b) {
 
 typedef struct packet_build {
   const build *b;
+  unsigned index;
   np_packet *packet;
 } packet_build;
 
@@ -200,7 +201,8 @@ static neph_result build_atmosphere(const packet_build *p) {
     layers[i] = np_band_set_convert_layer(&p->packet->bands, &scene->atmosphere.layers[i]);
   desc.layers = layers;
   np_monitor_set_stage(p->b->monitor, "building the atmosphere");
-  neph_result result = neph_atmosphere_create(scene->context, &desc, &p->packet->atmosphere);
+  neph_result result =
+      np_sky_store_take_atmosphere(scene->context, scene->skies, p->index, &desc, &p->packet->atmosphere);
   np_alloc_free(scene->context, layers);
   return result;
 }
@@ -253,13 +255,13 @@ static neph_result build_packets(const build *b) {
   choose_bands(b->plan, a->packets);
   neph_result result = NEPH_OK;
   for (; !result && a->packet_count < count; a->packet_count++)
-    result = build_packet(&(packet_build){b, &a->packets[a->packet_count]});
+    result = build_packet(&(packet_build){b, a->packet_count, &a->packets[a->packet_count]});
   return result;
 }
 
 neph_result np_assembly_build(const neph_scene *scene, const np_plan *plan, np_monitor *monitor,
                               np_assembly *out_assembly) {
-  *out_assembly = (np_assembly){.context = scene->context};
+  *out_assembly = (np_assembly){.context = scene->context, .skies = scene->skies};
   build b = {.scene = scene, .plan = plan, .monitor = monitor, .assembly = out_assembly};
   neph_result result = np_camera_init(scene, plan->desc.width, plan->desc.height, &out_assembly->camera);
   if (!result && needs(plan, NP_STAGE_TERRAIN)) result = build_terrain(&b);
@@ -271,14 +273,16 @@ neph_result np_assembly_build(const neph_scene *scene, const np_plan *plan, np_m
   return result;
 }
 
-static void clear_packet(neph_context *context, np_packet *packet) {
-  np_packet_lights_clear(packet);
-  np_alloc_free(context, packet->placed);
-  neph_atmosphere_release(packet->atmosphere);
+static void clear_packet(np_assembly *assembly, unsigned index) {
+  np_packet *packet = &assembly->packets[index];
+  neph_sky *skies[NP_SKY_ROLES];
+  np_packet_lights_clear(packet, skies);
+  np_alloc_free(assembly->context, packet->placed);
+  np_sky_store_give(assembly->context, assembly->skies, index, packet->atmosphere, skies);
 }
 
 void np_assembly_clear(np_assembly *assembly) {
-  for (unsigned i = 0; i < assembly->packet_count; i++) clear_packet(assembly->context, &assembly->packets[i]);
+  for (unsigned i = 0; i < assembly->packet_count; i++) clear_packet(assembly, i);
   np_alloc_free(assembly->context, assembly->packets);
   for (unsigned i = 0; i < assembly->volume_count; i++) {
     neph_volume_release(assembly->volumes[i]);

@@ -4,6 +4,7 @@
 #define NP_RENDER_ASSEMBLY_H
 
 #include "atmosphere/band_set.h"
+#include "atmosphere/sky_store.h"
 #include "light/multi_scatter.h"
 #include "render/placement.h"
 #include "render/star_field.h"
@@ -45,6 +46,7 @@ typedef struct np_assembly {
   np_sphere_map star_map, moon_map; /* empty: none */
   unsigned packet_count;
   np_packet *packets;
+  np_sky_store *skies; /* the scene's: what packets have of skies was taken from it and goes back */
 } np_assembly;
 
 /* Adds what a packet's three bands are to a colour of the picture. */

@@ -94,7 +94,13 @@ static neph_result build_stars(const np_packet_lights_desc *d, np_packet *packet
 
 /* ---- Lights ---- */
 
-static neph_result build_sky(const np_packet *packet, const light *l, np_dvec3 observer, neph_sky **out_sky) {
+static np_sky_role get_role(bool is_moon, bool is_cloud) {
+  if (is_moon) return is_cloud ? NP_SKY_OF_CLOUDS_BY_MOON : NP_SKY_OF_CAMERA_BY_MOON;
+  return is_cloud ? NP_SKY_OF_CLOUDS : NP_SKY_OF_CAMERA;
+}
+
+static neph_result build_sky(const np_packet_lights_desc *d, const np_packet *packet, const light *l, np_dvec3 observer,
+                             np_sky_role role, neph_sky **out_sky) {
   neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
   const double direction[3] = {l->direction.x, l->direction.y, l->direction.z};
   const double place[3] = {observer.x, observer.y, observer.z};
@@ -102,7 +108,8 @@ static neph_result build_sky(const np_packet *packet, const light *l, np_dvec3 o
   memcpy(desc.observer_m, place, sizeof place);
   for (int b = 0; b < NP_BAND_COUNT; b++) desc.sun_irradiance_w_m2_nm[b] = (double)l->irradiance.band[b];
   desc.sun_angular_radius_rad = l->angular_radius_rad;
-  return neph_sky_create(packet->atmosphere, &desc, out_sky);
+  const unsigned index = (unsigned)(packet - d->assembly->packets);
+  return np_sky_store_take_sky(d->scene->skies, index, role, packet->atmosphere, &desc, out_sky);
 }
 
 static neph_result build_skies(const np_packet_lights_desc *d, const np_packet *packet, const light *l,
@@ -110,10 +117,11 @@ static neph_result build_skies(const np_packet_lights_desc *d, const np_packet *
   const np_assembly *a = d->assembly;
   neph_result result = NEPH_OK;
   if (np_spectrum_is_zero(l->irradiance)) return result;
-  if (needs(d->plan, NP_STAGE_CAMERA_SKY)) result = build_sky(packet, l, a->camera.origin, &out->camera_sky);
+  if (needs(d->plan, NP_STAGE_CAMERA_SKY))
+    result = build_sky(d, packet, l, a->camera.origin, get_role(l->is_moon, false), &out->camera_sky);
   if (!result && needs(d->plan, NP_STAGE_CLOUD_SKY)) {
     const np_dvec3 middle = np_dvec3_scale(np_dvec3_add(a->clouds_min, a->clouds_max), 0.5);
-    result = build_sky(packet, l, middle, &out->cloud_sky);
+    result = build_sky(d, packet, l, middle, get_role(l->is_moon, true), &out->cloud_sky);
   }
   return result;
 }
@@ -184,11 +192,13 @@ neph_result np_packet_lights_build(const np_packet_lights_desc *desc, np_packet 
   return result ? result : build_stars(desc, packet);
 }
 
-void np_packet_lights_clear(np_packet *packet) {
+void np_packet_lights_clear(np_packet *packet, neph_sky *out_skies[NP_SKY_ROLES]) {
+  memset(out_skies, 0, NP_SKY_ROLES * sizeof(neph_sky *));
   for (unsigned i = 0; i < packet->light_count; i++) {
-    np_multi_scatter_clear(&packet->lights[i].multi_scatter);
-    neph_sky_destroy(packet->lights[i].cloud_sky);
-    neph_sky_destroy(packet->lights[i].camera_sky);
+    np_packet_light *own = &packet->lights[i];
+    np_multi_scatter_clear(&own->multi_scatter);
+    out_skies[get_role(own->is_moon, false)] = own->camera_sky;
+    out_skies[get_role(own->is_moon, true)] = own->cloud_sky;
   }
   packet->light_count = 0;
   np_star_field_clear(&packet->stars);

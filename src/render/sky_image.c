@@ -5,41 +5,98 @@
 #include "core/parallel.h"
 #include "core/units.h"
 #include "render/color_header.h"
+#include "render/sky_harmonics.h"
+
+/* R, G, B of the sky, and of the disks of sun and moon in a layer of their own. */
+enum { CHANNELS = 2 * NP_BAND_COUNT };
+static const char *const channel_names[CHANNELS] = {"R", "G", "B", "disk.R", "disk.G", "disk.B"};
 
 typedef struct sky_image {
   const np_assembly *assembly;
   unsigned width, height;
-  float *planes[NP_BAND_COUNT];
+  float *planes[CHANNELS];
 } sky_image;
 
-/* North at the left edge, east a quarter in, zenith at the top. */
-static np_vec3 direction_of(const sky_image *s, unsigned x, size_t y) {
-  const double azimuth = 2.0 * NP_PI * (x + 0.5) / s->width, zenith = NP_PI * ((double)y + 0.5) / s->height;
+/* North at the left edge, east a quarter in, zenith at the top; x and y from the top left, in pixels. */
+static np_vec3 direction_of(const sky_image *s, double x, double y) {
+  const double azimuth = 2.0 * NP_PI * x / s->width, zenith = NP_PI * y / s->height;
   return np_vec3_make((float)(sin(zenith) * sin(azimuth)), (float)(sin(zenith) * cos(azimuth)), (float)cos(zenith));
 }
 
-/* Sky of every light, night and stars; the disks are not in the picture. */
-static np_spectrum find_radiance(const sky_image *s, const np_packet *packet, unsigned x, size_t y) {
-  const np_vec3 direction = direction_of(s, x, y);
-  np_spectrum radiance = np_star_field_get(&packet->stars, x, (unsigned)y);
+/* Skies of all lights and the night, without the disks and what is a point. */
+static np_spectrum find_sky(const np_assembly *a, const np_packet *packet, np_vec3 direction) {
+  np_spectrum radiance = np_spectrum_grey(0.0f);
   for (unsigned l = 0; l < packet->light_count; l++) {
     const np_scene_view *view = &packet->lights[l].view;
-    radiance =
-        np_spectrum_add(radiance, np_light_sky(view, view->camera_sky, s->assembly->camera.origin, direction));
+    radiance = np_spectrum_add(radiance, np_light_sky(view, view->camera_sky, a->camera.origin, direction));
   }
   return radiance;
+}
+
+/* The same in the picture's colours. */
+static np_spectrum find_color(const void *user, np_vec3 direction) {
+  const np_assembly *a = user;
+  np_spectrum color = np_spectrum_grey(0.0f);
+  for (unsigned p = 0; p < a->packet_count; p++)
+    color = np_packet_add_color(&a->packets[p], color, find_sky(a, &a->packets[p], direction));
+  return color;
+}
+
+/* What the air lets through of the disks. */
+static np_spectrum find_disks(const np_assembly *a, np_vec3 direction) {
+  np_spectrum color = np_spectrum_grey(0.0f);
+  for (unsigned p = 0; p < a->packet_count; p++) {
+    const np_packet *packet = &a->packets[p];
+    np_spectrum disk = np_light_disks(&packet->lights[0].view, direction);
+    if (np_spectrum_is_zero(disk)) continue;
+    if (packet->atmosphere)
+      disk = np_spectrum_multiply(
+          disk, np_atmosphere_transmittance_to_space(packet->atmosphere, a->camera.origin, direction));
+    color = np_packet_add_color(packet, color, disk);
+  }
+  return color;
+}
+
+/* How finely a disk that may reach into a pixel is looked for: by an eighth of its radius. */
+static int count_probes(const sky_image *s, const np_disk *disk, np_vec3 middle) {
+  const double radius = acos(1.0 - (double)disk->versine), pixel = NP_PI / fmin(s->height, 0.5 * s->width);
+  const double reach = fmin(radius + pixel, NP_PI);
+  if (!(radius > 0.0) || (double)np_vec3_dot(middle, disk->direction) < cos(reach)) return 0;
+  return (int)np_clamp(ceil(8.0 * pixel / radius), 4.0, 64.0);
+}
+
+static np_spectrum average_disks(const sky_image *s, unsigned x, size_t y) {
+  const np_scene_view *view = &s->assembly->packets[0].lights[0].view;
+  const np_vec3 middle = direction_of(s, x + 0.5, (double)y + 0.5);
+  int n = count_probes(s, &view->disk, middle);
+  if (view->night) n = (int)fmax(n, count_probes(s, &view->night->moon, middle));
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  for (int i = 0; i < n * n; i++) {
+    const double column = x + (i % n + 0.5) / n, row = (double)y + (i / n + 0.5) / n;
+    sum = np_spectrum_add(sum, find_disks(s->assembly, direction_of(s, column, row)));
+  }
+  return n ? np_spectrum_scale(sum, 1.0f / (float)(n * n)) : sum;
+}
+
+/* The sky and its stars at one pixel. */
+static np_spectrum find_pixel(const sky_image *s, unsigned x, size_t y) {
+  const np_assembly *a = s->assembly;
+  np_spectrum color = find_color(a, direction_of(s, x + 0.5, (double)y + 0.5));
+  for (unsigned p = 0; p < a->packet_count; p++)
+    color = np_packet_add_color(&a->packets[p], color, np_star_field_get(&a->packets[p].stars, x, (unsigned)y));
+  return color;
 }
 
 static neph_result fill_rows(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const sky_image *s = user;
-  const np_assembly *a = s->assembly;
   for (size_t y = begin; y < end; y++)
     for (unsigned x = 0; x < s->width; x++) {
-      np_spectrum color = np_spectrum_grey(0.0f);
-      for (unsigned p = 0; p < a->packet_count; p++)
-        color = np_packet_add_color(&a->packets[p], color, find_radiance(s, &a->packets[p], x, y));
-      for (int c = 0; c < 3; c++) s->planes[c][y * s->width + x] = color.band[c];
+      const np_spectrum sky = find_pixel(s, x, y), disks = average_disks(s, x, y);
+      for (int c = 0; c < NP_BAND_COUNT; c++) {
+        s->planes[c][y * s->width + x] = sky.band[c];
+        s->planes[NP_BAND_COUNT + c][y * s->width + x] = disks.band[c];
+      }
     }
   return NEPH_OK;
 }
@@ -88,14 +145,26 @@ static neph_result describe_irradiances(const np_assembly *assembly, neph_image 
   return result ? result : set_irradiance(image, "nephos:skyIrradiance", color.sky);
 }
 
+/* Nine triples: every coefficient's R, G, B. */
+static neph_result describe_harmonics(const np_assembly *assembly, neph_image *image) {
+  double harmonics[NP_SKY_HARMONICS][NP_BAND_COUNT];
+  np_sky_harmonics_project(find_color, assembly, harmonics);
+  char text[1024];
+  size_t length = 0;
+  for (int i = 0; i < NP_SKY_HARMONICS * NP_BAND_COUNT; i++)
+    length += (size_t)snprintf(text + length, sizeof text - length, i ? " %.6g" : "%.6g",
+                               harmonics[i / NP_BAND_COUNT][i % NP_BAND_COUNT]);
+  return neph_image_set_attribute(image, "nephos:skyHarmonics", text);
+}
+
 static neph_result describe_sky(const np_plan *plan, const np_assembly *assembly, neph_image *image) {
   neph_result result = np_color_header_write(plan, assembly, 1.0, image);
+  if (!result) result = describe_harmonics(assembly, image);
   const bool has_sky = assembly->packets[0].atmosphere && plan->stages[NP_STAGE_ATMOSPHERE].is_needed;
   return result || !has_sky ? result : describe_irradiances(assembly, image);
 }
 
 static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc, neph_image **out_image) {
-  static const char *const names[NP_BAND_COUNT] = {"R", "G", "B"};
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, desc->progress, desc->progress_user);
   np_plan plan;
@@ -105,10 +174,10 @@ static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc
   plan.sphere_size[1] = desc->height;
   if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
   if (result) return result;
-  result = neph_image_create(scene->context, desc->width, desc->height, NP_BAND_COUNT, names, out_image);
+  result = neph_image_create(scene->context, desc->width, desc->height, CHANNELS, channel_names, out_image);
   if (!result) {
     sky_image s = {.assembly = &assembly, .width = desc->width, .height = desc->height};
-    for (int b = 0; b < NP_BAND_COUNT; b++) s.planes[b] = neph_image_get_channel(*out_image, names[b]);
+    for (int c = 0; c < CHANNELS; c++) s.planes[c] = neph_image_get_channel(*out_image, channel_names[c]);
     np_monitor_set_stage(&monitor, "sky");
     result = np_parallel_for(scene->context, &monitor, desc->height, 4, fill_rows, &s);
   }

@@ -224,6 +224,7 @@ struct neph_scene {
   np_scene_terrain terrain;
   np_scene_render render;
   np_scene_output output;
+  struct np_sky_store *skies; /* kept from picture to picture: one scene renders one picture at a time */
 };
 
 /* The bake of a cloud as it is in a frame; 1 is at the bake's own time. */

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "atmosphere/sky_store.h"
+
+#include <string.h>
+
+#include "atmosphere/atmosphere_tables.h"
+#include "core/alloc.h"
+
+static const char *const role_names[NP_SKY_ROLES] = {[NP_SKY_OF_CAMERA] = "camera sky",
+                                                     [NP_SKY_OF_CLOUDS] = "cloud sky",
+                                                     [NP_SKY_OF_CAMERA_BY_MOON] = "camera sky by moonlight",
+                                                     [NP_SKY_OF_CLOUDS_BY_MOON] = "cloud sky by moonlight"};
+
+/* Of the tolerance: through the long paths of the horizon a coefficient counts ten times. */
+static const double medium_share = 0.1;
+
+static np_sky_store_entry *find_entry(const np_sky_store *store, unsigned index) {
+  return index < store->count ? &store->entries[index] : NULL;
+}
+
+neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *store, unsigned index,
+                                         const neph_atmosphere_desc *desc, neph_atmosphere **out_atmosphere) {
+  *out_atmosphere = NULL;
+  np_sky_store_entry *entry = find_entry(store, index);
+  if (!entry || !entry->atmosphere) {
+    np_log(context, NEPH_LOG_DEBUG, "atmosphere: built");
+    return neph_atmosphere_create(context, desc, out_atmosphere);
+  }
+  np_medium wanted;
+  neph_result result = np_medium_init(context, desc, &wanted);
+  if (result) return result;
+  const neph_atmosphere *kept = entry->atmosphere;
+  const char *what = "its tolerance";
+  const double change =
+      kept->tolerance == desc->tolerance ? np_medium_compare(&wanted, &kept->medium, &what) : (double)INFINITY;
+  np_medium_free(context, &wanted);
+  if (change <= medium_share * desc->tolerance) {
+    np_log(context, NEPH_LOG_DEBUG, "atmosphere: kept");
+    *out_atmosphere = entry->atmosphere;
+    entry->atmosphere = NULL;
+    return NEPH_OK;
+  }
+  if (isfinite(change))
+    np_log(context, NEPH_LOG_INFO, "atmosphere: built anew, since %s changed by %.3g %%", what, 100.0 * change);
+  else
+    np_log(context, NEPH_LOG_INFO, "atmosphere: built anew, since %s changed", what);
+  neph_atmosphere_release(entry->atmosphere);
+  entry->atmosphere = NULL;
+  return neph_atmosphere_create(context, desc, out_atmosphere);
+}
+
+neph_result np_sky_store_take_sky(np_sky_store *store, unsigned index, np_sky_role role, neph_atmosphere *atmosphere,
+                                  const neph_sky_desc *desc, neph_sky **out_sky) {
+  neph_context *context = atmosphere->context;
+  np_sky_store_entry *entry = find_entry(store, index);
+  neph_sky *kept = entry ? entry->skies[role] : NULL;
+  *out_sky = NULL;
+  if (!kept) {
+    np_log(context, NEPH_LOG_DEBUG, "%s: built", role_names[role]);
+    return neph_sky_create(atmosphere, desc, out_sky);
+  }
+  char reason[128] = "the atmosphere was";
+  entry->skies[role] = NULL;
+  if (kept->atmosphere == atmosphere && np_sky_move(kept, desc, reason, sizeof reason)) {
+    np_log(context, NEPH_LOG_DEBUG, "%s: kept", role_names[role]);
+    *out_sky = kept;
+    return NEPH_OK;
+  }
+  np_log(context, NEPH_LOG_INFO, "%s: built anew, since %s", role_names[role], reason);
+  neph_sky_destroy(kept);
+  return neph_sky_create(atmosphere, desc, out_sky);
+}
+
+static bool grow(neph_context *context, np_sky_store *store, unsigned count) {
+  if (count <= store->count) return true;
+  np_sky_store_entry *entries = np_alloc(context, count, sizeof *entries);
+  if (!entries) return false;
+  if (store->count) memcpy(entries, store->entries, store->count * sizeof *entries);
+  np_alloc_free(context, store->entries);
+  store->entries = entries;
+  store->count = count;
+  return true;
+}
+
+static void clear_entry(np_sky_store_entry *entry) {
+  for (int i = 0; i < NP_SKY_ROLES; i++) neph_sky_destroy(entry->skies[i]);
+  neph_atmosphere_release(entry->atmosphere);
+  *entry = (np_sky_store_entry){0};
+}
+
+void np_sky_store_give(neph_context *context, np_sky_store *store, unsigned index, neph_atmosphere *atmosphere,
+                       neph_sky *const skies[NP_SKY_ROLES]) {
+  np_sky_store_entry given = {.atmosphere = atmosphere};
+  memcpy(given.skies, skies, sizeof given.skies);
+  if (!atmosphere || !grow(context, store, index + 1)) {
+    clear_entry(&given);
+    return;
+  }
+  /* What was not asked for this time may be the next. */
+  for (int i = 0; i < NP_SKY_ROLES; i++)
+    if (!given.skies[i]) {
+      given.skies[i] = store->entries[index].skies[i];
+      store->entries[index].skies[i] = NULL;
+    }
+  clear_entry(&store->entries[index]);
+  store->entries[index] = given;
+}
+
+void np_sky_store_clear(neph_context *context, np_sky_store *store) {
+  for (unsigned i = 0; i < store->count; i++) clear_entry(&store->entries[i]);
+  np_alloc_free(context, store->entries);
+  *store = (np_sky_store){0};
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Tables kept from one picture of a sequence to the next, and used again while what they depend on stays within the
+ * tolerance that they were sized for. What was built anew, and why, is logged.
+ *
+ * An entry is lent: who takes its atmosphere and skies owns them, and gives them back for the next picture. Changes are
+ * counted from when a table was built, so that small steps do not add up unseen.
+ */
+#ifndef NP_ATMOSPHERE_SKY_STORE_H
+#define NP_ATMOSPHERE_SKY_STORE_H
+
+#include "atmosphere/atmosphere_private.h"
+
+typedef enum np_sky_role {
+  NP_SKY_OF_CAMERA,
+  NP_SKY_OF_CLOUDS,
+  NP_SKY_OF_CAMERA_BY_MOON,
+  NP_SKY_OF_CLOUDS_BY_MOON,
+  NP_SKY_ROLES
+} np_sky_role;
+
+/* What belongs to one packet of bands. */
+typedef struct np_sky_store_entry {
+  neph_atmosphere *atmosphere;
+  neph_sky *skies[NP_SKY_ROLES];
+} np_sky_store_entry;
+
+typedef struct np_sky_store {
+  unsigned count;
+  np_sky_store_entry *entries;
+} np_sky_store;
+
+/* One that fits `desc`: the `index`-th entry's, or a new one, for which the entry's skies no longer stand. */
+neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *store, unsigned index,
+                                         const neph_atmosphere_desc *desc, neph_atmosphere **out_atmosphere);
+
+/* A sky of `atmosphere`, which was taken before, likewise. A kept one is moved to the light and the observer wanted. */
+neph_result np_sky_store_take_sky(np_sky_store *store, unsigned index, np_sky_role role, neph_atmosphere *atmosphere,
+                                  const neph_sky_desc *desc, neph_sky **out_sky);
+
+/* Takes back what was lent, or new; NULL among them is allowed. What there is no room for is released. */
+void np_sky_store_give(neph_context *context, np_sky_store *store, unsigned index, neph_atmosphere *atmosphere,
+                       neph_sky *const skies[NP_SKY_ROLES]);
+
+void np_sky_store_clear(neph_context *context, np_sky_store *store);
+
+#endif

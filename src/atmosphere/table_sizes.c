@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Sizes for a tolerance.
+ *
+ * Bilinear tables err by the square of their spacing, so that rows and columns grow as the root of what is asked for;
+ * splines and Gauss rules err by its fourth power and faster: their nodes grow as the fourth root. The sizes at the
+ * default tolerance are those at which no table by itself errs by more than half of it.
+ */
+#include "atmosphere/table_sizes.h"
+
+/* A number of things at the default tolerance, times `scale`, between bounds. */
+static int scaled(int count, double scale, int min, int max) { return (int)np_clamp(round(count * scale), min, max); }
+
+static int scaled_even(int count, double scale, int min, int max) {
+  return 2 * scaled(count / 2, scale, min / 2, max / 2);
+}
+
+/* Nodes of a spline fall on places of the table that it fills, ends included: every second one. */
+static int every_second(int count) { return (count - 1) / 2 + 1; }
+
+np_table_sizes np_table_sizes_make(double tolerance) {
+  const double t = np_clamp(tolerance, NP_SKY_TOLERANCE_MIN, NP_SKY_TOLERANCE_MAX) / NP_SKY_TOLERANCE_DEFAULT;
+  const double fine = 1.0 / sqrt(t), slow = sqrt(fine);
+  np_table_sizes n = {
+      .depth = {.rows = scaled(192, fine, 48, 512),
+                .columns = scaled(72, fine, 24, 256),
+                .levels = scaled(1024, fine, 256, 4096)},
+      .moments = {.rows = scaled(48, fine, 24, 256), .columns = scaled(120, fine, 64, NP_MOMENT_COLUMNS_MAX)},
+      .view = {.up = scaled(64, fine, 24, 256), .down = scaled(32, fine, 16, 128)},
+      .aerial = {.up = scaled(32, fine, 12, 128), .down = scaled(24, fine, 12, 96)},
+  };
+  n.depth.node_rows = 3 * n.depth.rows / 8;
+  n.depth.node_columns = n.depth.columns / 3;
+  n.depth.node_levels = n.depth.levels / 4;
+  n.moments.node_rows = scaled(14, slow, 8, 48);
+  n.moments.node_columns = scaled(28, slow, 16, 96);
+  n.moments.up = scaled(10, slow, 5, 32);
+  n.moments.down = scaled(5, slow, 3, 16);
+  n.moments.points = scaled_even(18, slow, 12, NP_VIEW_POINTS_MAX);
+  n.view.azimuths = 1 + scaled_even(56, fine, 24, NP_VIEW_AZIMUTHS_MAX - 1);
+  n.view.node_azimuths = every_second(n.view.azimuths);
+  n.view.points = scaled_even(32, slow, 16, NP_VIEW_POINTS_MAX);
+  n.aerial.azimuths = 1 + scaled_even(32, fine, 16, NP_VIEW_AZIMUTHS_MAX - 1);
+  n.aerial.node_azimuths = every_second(n.aerial.azimuths);
+  n.aerial.points = scaled(32, fine, 12, NP_AERIAL_SLICES_MAX);
+  return n;
+}
