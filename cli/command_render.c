@@ -80,6 +80,14 @@ static cli_exit check_targets(render_job *job) {
   return exit;
 }
 
+/* ---- How long ---- */
+
+static void choose_effort(render_job *job) {
+  const cli_options *options = job->session->options;
+  if (options->target_error > 0.0) job->desc.target_error = options->target_error;
+  if (options->has_time_limit) job->desc.time_limit_s = options->time_limit_s;
+}
+
 /* ---- Which pixels ---- */
 
 static cli_exit choose_pixels(render_job *job) {
@@ -187,6 +195,7 @@ static cli_exit for_each_frame(render_job *job, cli_exit (*step)(render_job *job
 
 static cli_exit run(render_job *job) {
   const cli_options *options = job->session->options;
+  choose_effort(job);
   cli_exit exit = choose_pixels(job);
   if (!exit && options->wants_plan) return for_each_frame(job, render_frame);
   if (!exit) exit = choose_outputs(job);

@@ -153,6 +153,12 @@ static bool take_max_memory(cli_options *out, const option_row *option, const ch
   return cli_read_real(argument, &out->memory_max_gb);
 }
 
+static bool take_time_limit(cli_options *out, const option_row *option, const char *argument) {
+  (void)option;
+  out->has_time_limit = true;
+  return cli_read_real(argument, &out->time_limit_s);
+}
+
 static bool take_relative_mse(cli_options *out, const option_row *option, const char *argument) {
   (void)option;
   out->has_relative_mse_max = true;
@@ -205,8 +211,10 @@ static const option_row options[] = {
      .field = INTO(method)},
     {"--paths", 0, "N", CLI_PROBE | CLI_SKY, "camera rays for each number asked for (default 65536)",
      .take = take_count, .field = INTO(path_count)},
-    {"--target-error", 0, "X", CLI_PROBE, "no more paths than give a relative standard error of X", .take = take_real,
+    {"--target-error", 0, "X", CLI_RENDER | CLI_PROBE,
+     "as many samples or paths as give a relative standard error of X", .take = take_real,
      .field = INTO(target_error)},
+    {"--time-limit", 0, "SECONDS", CLI_RENDER, "end each frame then, with the samples it has", .take = take_time_limit},
     {"--half", 0, NULL, CLI_BAKE, "values in the file as halves, not floats", .take = take_flag,
      .field = INTO(is_half)},
     {"--prune", 0, "X", CLI_BAKE, "leave out extinction of at most X 1/m", .take = take_prune},

@@ -71,6 +71,8 @@ typedef struct cli_options {
   const char *table_folder; /* of a sky; NULL: not given */
   unsigned path_count; /* of a probe or a sky; 0: not given */
   double target_error; /* 0: none */
+  bool has_time_limit;
+  double time_limit_s;
   bool has_relative_mse_max;
   double relative_mse_max;
   bool is_half, has_region, has_memory_max, wants_velocity, wants_error, is_verifying;

@@ -3,6 +3,8 @@
 #ifndef NEPHOS_RENDER_H
 #define NEPHOS_RENDER_H
 
+#include <math.h>
+
 #include <nephos/cloud.h>
 #include <nephos/scene.h>
 
@@ -26,6 +28,9 @@ typedef enum neph_multiple_scattering {
   NEPH_MULTIPLE_SCATTERING_DERIVATIVE     /**< one look-up towards the sun: a slope of density is lit like a wall */
 } neph_multiple_scattering;
 
+/** No target error, no time limit. */
+#define NEPH_UNLIMITED HUGE_VAL
+
 /** No limit on the number of scatterings along a path. */
 #define NEPH_SCATTERINGS_ALL 0xffffffffu
 
@@ -35,7 +40,13 @@ typedef struct neph_render_desc {
   unsigned width, height;                       /**< of the whole picture, pixels, 1 to 65536 */
   unsigned crop_min[2];                         /**< first pixel to render, from the top left (default 0, 0) */
   unsigned crop_max[2];                         /**< one past the last; 0 < crop_max ≤ size */
-  unsigned sample_count;                        /**< per pixel, ≥ 1 */
+  unsigned sample_count;                        /**< per pixel, ≥ 1; with a target error: at least */
+  unsigned sample_count_max;                    /**< with a target error: at most; ≥ 16 (default 65536) */
+  double target_error;                          /**< of each pixel, its standard error over its radiance or, where
+                                                     that is more, a hundredth of a lit white wall's; > 0 (default
+                                                     NEPH_UNLIMITED) */
+  double time_limit_s;                          /**< for all of it, ≥ 0; each pixel gets 16 samples whatever it
+                                                     takes (default NEPH_UNLIMITED) */
   uint64_t seed;                                /**< of all random numbers */
   int frame;                                    /**< number that '#' in names stands for; it also seeds */
   neph_multiple_scattering multiple_scattering; /**< of the march */
@@ -47,7 +58,8 @@ typedef struct neph_render_desc {
 #define NEPH_RENDER_DESC_DEFAULT                                                                                       \
   {                                                                                                                    \
     .struct_size = sizeof(neph_render_desc), .integrator = NEPH_INTEGRATOR_MARCH, .width = 960, .height = 540,         \
-    .crop_min = {0, 0}, .crop_max = {960, 540}, .sample_count = 4, .seed = 0, .frame = 1,                              \
+    .crop_min = {0, 0}, .crop_max = {960, 540}, .sample_count = 4, .sample_count_max = 65536,                          \
+    .target_error = NEPH_UNLIMITED, .time_limit_s = NEPH_UNLIMITED, .seed = 0, .frame = 1,                             \
     .multiple_scattering = NEPH_MULTIPLE_SCATTERING_ORDINATES, .scattering_max = NEPH_SCATTERINGS_ALL,                 \
     .progress = NULL, .progress_user = NULL                                                                            \
   }

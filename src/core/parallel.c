@@ -65,6 +65,8 @@ static double find_seconds_since(const struct timespec *then) {
   return (double)(now.tv_sec - then->tv_sec) + 1e-9 * (double)(now.tv_nsec - then->tv_nsec);
 }
 
+double np_monitor_get_seconds(const np_monitor *monitor) { return find_seconds_since(&monitor->start); }
+
 static struct timespec find_next_report_time(void) {
   struct timespec time = read_clock();
   time.tv_nsec += REPORT_INTERVAL_NS;

@@ -27,6 +27,9 @@ void np_monitor_set_stage(np_monitor *monitor, const char *stage);
 /* Lets the next loop cover only a part of the stage. Does nothing on a worker, or to NULL. */
 void np_monitor_set_range(np_monitor *monitor, double fraction_begin, double fraction_end);
 
+/* Since the monitor was started. */
+double np_monitor_get_seconds(const np_monitor *monitor);
+
 /* Cheap; to be asked at least every 0.1 s of work, from any thread. NULL is never cancelled. */
 bool np_monitor_is_cancelled(const np_monitor *monitor);
 

@@ -129,8 +129,13 @@ unsigned np_image_choose_channels(const neph_image *image, unsigned *out_indices
 }
 
 bool np_image_is_float_channel(const char *name) {
-  return !strcmp(name, "Z") || !strcmp(name, "depth") || !strcmp(name, "distance") || !strcmp(name, "position") ||
-         !strncmp(name, "P.", 2) || !strncmp(name, "position.", 9);
+  static const char *const names[] = {"Z", "depth", "distance", "mean_distance", "position", "sample_count"};
+  static const char *const layers[] = {"P.", "position.", "variance."};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+    if (!strcmp(name, names[i])) return true;
+  for (size_t i = 0; i < sizeof layers / sizeof *layers; i++)
+    if (!strncmp(name, layers[i], strlen(layers[i]))) return true;
+  return false;
 }
 
 int np_image_get_data_min(const neph_image *image, int axis) {

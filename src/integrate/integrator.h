@@ -58,7 +58,18 @@ typedef struct np_integrator_sample {
   np_spectrum component[NP_COMPONENT_COUNT]; /* W m⁻² sr⁻¹ nm⁻¹ */
   float transmittance;                       /* through cloud alone, to what lies behind */
   bool is_ground_behind;
+  /* Sums over what hides what lies behind it, cloud and ground, each weighted by how much it hides: 1 − transmittance
+   * in all, 1 with ground. */
+  float opaque_distance; /* m */
+  np_spectrum opaque_albedo;
 } np_integrator_sample;
+
+/* Counts `weight` of opacity at a distance. */
+static inline void np_integrator_add_opaque(np_integrator_sample *sample, float weight, double distance_m,
+                                            np_spectrum albedo) {
+  sample->opaque_distance += weight * (float)distance_m;
+  sample->opaque_albedo = np_spectrum_add_scaled(sample->opaque_albedo, weight, albedo);
+}
 
 typedef void (*np_integrator_fn)(const np_scene_view *view, const np_integrator_settings *settings,
                                  const np_camera_ray *ray, np_random *random, np_integrator_sample *out);

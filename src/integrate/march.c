@@ -252,13 +252,14 @@ static void step_scaled(march *m, const np_media *all, const np_stretch *s, doub
                         const np_aerial_perspective *air) {
   const double middle = 0.5 * (begin + end);
   const float length = (float)(end - begin);
-  np_spectrum scattering[NP_VIEW_VOLUMES_MAX], depth = np_spectrum_grey(0.0f), peak = depth, weight;
+  np_spectrum scattering[NP_VIEW_VOLUMES_MAX], depth = np_spectrum_grey(0.0f), peak = depth, whole = depth, weight;
   float total = 0.0f;
   for (unsigned i = 0; i < s->count; i++) {
     const np_view_volume *volume = all->medium[s->active[i]].volume;
     const float own = np_medium_extinction(&all->medium[s->active[i]], middle) * length;
     scattering[i] = np_spectrum_scale(volume->albedo, own);
     peak = np_spectrum_add_scaled(peak, m->scatter->phases[volume - m->view->volumes].forward, scattering[i]);
+    whole = np_spectrum_add(whole, scattering[i]);
     total += own;
   }
   if (total <= 0.0f) return;
@@ -268,6 +269,7 @@ static void step_scaled(march *m, const np_media *all, const np_stretch *s, doub
     depth.band[b] = total - peak.band[b];
     weight.band[b] = m->scaled.band[b] * np_step_weight(depth.band[b]) * air->transmittance.band[b];
   }
+  np_integrator_add_opaque(m->out, m->transmittance * opacity, middle, np_spectrum_scale(whole, 1.0f / total));
   const float loss = m->carry * fminf(np_spectrum_max(depth), 1.0f);
   const np_spectrum half_peak = np_spectrum_scale(peak, 0.5f);
   m->peak_depth = np_spectrum_add(m->peak_depth, half_peak);
@@ -293,10 +295,12 @@ static void step(march *m, const np_media *all, const np_stretch *s, double begi
   const float opacity = -expm1f(-total * (float)(end - begin)), loss = m->transmittance * opacity;
   add_scaled(m->out, NP_COMPONENT_AIR, loss, air->inscatter);
   m->carry = m->transmittance = settle(m->transmittance * (1.0f - opacity), m->settings->transmittance_end, m->random);
-  if (loss < 1e-6f || m->settings->scattering_max == 0) return;
   np_spectrum share[NP_VIEW_VOLUMES_MAX];
-  for (unsigned i = 0; i < s->count; i++)
+  for (unsigned i = 0; i < s->count; i++) {
     share[i] = np_spectrum_scale(all->medium[s->active[i]].volume->albedo, extinction[i] / total);
+    np_integrator_add_opaque(m->out, loss * extinction[i] / total, middle, all->medium[s->active[i]].volume->albedo);
+  }
+  if (loss < 1e-6f || m->settings->scattering_max == 0) return;
   const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
   const float sun = settle(loss, 0.01f, m->random), sky = settle(loss, 0.1f, m->random);
   if (sun > 0.0f) add_sun(m, position, all, s, share, np_spectrum_scale(air->transmittance, sun));

@@ -131,6 +131,7 @@ static void follow(const np_scene_view *view, const np_integrator_settings *sett
 static void add_scattered(const np_scene_view *view, const np_integrator_settings *settings, const np_camera_ray *ray,
                           double distance, path_state *path, np_random *random, np_integrator_sample *out) {
   np_integrator_sample scattered = {.transmittance = 0.0f};
+  np_integrator_add_opaque(out, path->weight, distance, path->volume->albedo);
   path->position = np_dvec3_along(ray->origin, ray->direction, distance);
   path->direction = ray->direction;
   path->throughput = np_spectrum_grey(path->weight);

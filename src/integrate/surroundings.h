@@ -45,6 +45,7 @@ static inline void np_surroundings_add_behind(const np_scene_view *view, const n
                                               np_cloud_shadow_fn shadow, np_random *random, np_integrator_sample *out) {
   if (transmittance <= 0.0f) return;
   if (hit) {
+    np_integrator_add_opaque(out, transmittance, hit->distance_m, hit->albedo);
     const np_aerial_perspective air =
         np_light_air(view, view->camera_sky, ray->origin, ray->direction, hit->distance_m);
     const np_spectrum ground =
@@ -55,9 +56,8 @@ static inline void np_surroundings_add_behind(const np_scene_view *view, const n
         np_spectrum_add_scaled(out->component[NP_COMPONENT_AIR], transmittance, air.inscatter);
     return;
   }
-  out->component[NP_COMPONENT_BACKGROUND] =
-      np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], transmittance,
-                             np_light_background(view, ray->origin, ray->direction));
+  out->component[NP_COMPONENT_BACKGROUND] = np_spectrum_add_scaled(
+      out->component[NP_COMPONENT_BACKGROUND], transmittance, np_light_background(view, ray->origin, ray->direction));
 }
 
 /* Adds what lies behind the clouds and reaches the camera by scattering in the forward peak alone, as if it had gone

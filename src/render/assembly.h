@@ -27,7 +27,7 @@ typedef struct np_packet {
   float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
   neph_atmosphere *atmosphere;
   np_view_volume *placed;
-  unsigned light_count;    /* the first one's view has what is not of any light: environment, disks, night */
+  unsigned light_count; /* the first one's view has what is not of any light: environment, disks, night */
   np_packet_light lights[NP_LIGHTS_MAX];
   np_night night;
   np_star_field stars; /* of the camera's picture; empty: none */

@@ -68,8 +68,8 @@ static void fill_night(const np_packet_lights_desc *d, np_disk moon, np_packet *
   const np_scene_airglow *glow = &d->scene->airglow;
   night->has_airglow = glow->is_there;
   if (glow->is_there)
-    night->airglow = np_airglow_make(glow->magnitude, d->scene->atmosphere.planet_radius_m, glow->altitude_m,
-                                     packet->bands.nm);
+    night->airglow =
+        np_airglow_make(glow->magnitude, d->scene->atmosphere.planet_radius_m, glow->altitude_m, packet->bands.nm);
   if (d->assembly->star_map.texels) set_map(d, packet, night);
   night->ground_irradiance = np_night_find_irradiance(night, packet->atmosphere, np_dvec3_make(0, 0, 0));
 }
@@ -150,8 +150,7 @@ static void fill_view(const np_packet_lights_desc *d, const np_packet *packet, c
   if (!is_first) return;
   out->view.disk = make_sun(d, packet);
   out->view.night = &packet->night;
-  out->view.environment_radiance =
-      np_packet_convert(packet, NP_BAND_LINEAR, scene->environment.radiance_w_m2_sr_nm);
+  out->view.environment_radiance = np_packet_convert(packet, NP_BAND_LINEAR, scene->environment.radiance_w_m2_sr_nm);
   out->view.is_environment_upper_only = scene->environment.is_upper_only;
 }
 
@@ -159,8 +158,7 @@ static neph_result build_multi_scatter(const np_packet_lights_desc *d, np_packet
   np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
   desc.cells.bounds_min = d->assembly->clouds_min;
   desc.cells.bounds_max = d->assembly->clouds_max;
-  neph_result result =
-      np_multi_scatter_build(d->assembly->context, &out->view, &desc, d->monitor, &out->multi_scatter);
+  neph_result result = np_multi_scatter_build(d->assembly->context, &out->view, &desc, d->monitor, &out->multi_scatter);
   if (!result) out->view.multi_scatter = &out->multi_scatter;
   return result;
 }
@@ -185,8 +183,7 @@ neph_result np_packet_lights_build(const np_packet_lights_desc *desc, np_packet 
   fill_night(desc, disk, packet);
   const light sun = {desc->lights->to_sun, scene->sun.angular_radius_rad,
                      np_spectrum_scale(get_sun_irradiance(desc, packet), (float)desc->lights->sun_factor), false};
-  const light moon = {desc->lights->moon.direction, desc->lights->moon.angular_radius_rad, moonlight,
-                      true};
+  const light moon = {desc->lights->moon.direction, desc->lights->moon.angular_radius_rad, moonlight, true};
   neph_result result = has_sun ? build_light(desc, &sun, packet) : NEPH_OK;
   if (!result && has_moon) result = build_light(desc, &moon, packet);
   return result ? result : build_stars(desc, packet);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From scene to image: plan, assemble, integrate, and say in the header what was done. */
 #include <stdio.h>
-#include <time.h>
 
 #include "core/parallel.h"
 #include "image/image_private.h"
@@ -22,18 +21,11 @@ static neph_result describe_render(const neph_scene *scene, const neph_render_de
     result = neph_image_set_attribute(image, "nephos:multipleScattering", multiple[desc->multiple_scattering]);
   if (!result && desc->scattering_max != NEPH_SCATTERINGS_ALL)
     result = np_image_set_integer(image, "nephos:scatteringMax", desc->scattering_max);
-  if (!result) result = np_image_set_integer(image, "nephos:samples", desc->sample_count);
   if (!result) result = neph_image_set_attribute(image, "nephos:seed", seed);
   if (!result) result = np_image_set_integer(image, "nephos:frame", desc->frame);
   const neph_isa isa = neph_context_get_isa(scene->context);
   if (!result) result = neph_image_set_attribute(image, "nephos:isa", neph_isa_get_name(isa));
   return result ? result : np_image_set_real(image, "renderTime", seconds);
-}
-
-static double seconds_since(const struct timespec *start) {
-  struct timespec now;
-  (void)clock_gettime(CLOCK_MONOTONIC, &now);
-  return (double)(now.tv_sec - start->tv_sec) + 1e-9 * (double)(now.tv_nsec - start->tv_nsec);
 }
 
 static neph_result render(const np_plan *plan, const neph_scene *scene, neph_image **out_image) {
@@ -45,7 +37,7 @@ static neph_result render(const np_plan *plan, const neph_scene *scene, neph_ima
   result = np_frame_render(scene, plan, &assembly, &monitor, out_image);
   if (!result) result = np_color_header_write(plan, &assembly, scene->output.scale, *out_image);
   np_assembly_clear(&assembly);
-  if (!result) result = describe_render(scene, &plan->desc, seconds_since(&monitor.start), *out_image);
+  if (!result) result = describe_render(scene, &plan->desc, np_monitor_get_seconds(&monitor), *out_image);
   return result;
 }
 

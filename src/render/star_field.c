@@ -39,8 +39,7 @@ static bool project(const np_star_field_desc *d, np_dvec3 direction, film_point 
 /* A pinhole's pixels lie on a plane: their solid angle goes with the cosine's cube. */
 static double find_solid_angle(const np_star_field_desc *d, unsigned x, unsigned y) {
   const np_camera *camera = d->camera;
-  if (!camera)
-    return 2.0 * NP_PI / d->width * (cos(NP_PI * y / d->height) - cos(NP_PI * (y + 1.0) / d->height));
+  if (!camera) return 2.0 * NP_PI / d->width * (cos(NP_PI * y / d->height) - cos(NP_PI * (y + 1.0) / d->height));
   const np_vec3 direction = np_camera_direction(camera, (float)x + 0.5f, (float)y + 0.5f);
   const double cosine = -(double)np_vec3_dot(direction, camera->back);
   return 4.0 * (double)camera->tan_half_width * (double)camera->tan_half_height * cosine * cosine * cosine /
@@ -64,11 +63,10 @@ static np_spectrum find_irradiance(const np_star_field_desc *d, size_t index, np
   if (np_disk_covers(&view->night->moon, direction)) return np_spectrum_grey(0.0f);
   if (!d->camera && np_ground_intersect(view, d->origin, direction, &ground)) return np_spectrum_grey(0.0f);
   const np_star *star = &d->catalogue->stars[index];
-  np_spectrum irradiance =
-      np_star_irradiance((double)star->v_magnitude, (double)star->b_minus_v, d->wavelength_nm);
+  np_spectrum irradiance = np_star_irradiance((double)star->v_magnitude, (double)star->b_minus_v, d->wavelength_nm);
   if (view->atmosphere)
-    irradiance = np_spectrum_multiply(irradiance,
-                                      np_atmosphere_transmittance_to_space(view->atmosphere, d->origin, direction));
+    irradiance =
+        np_spectrum_multiply(irradiance, np_atmosphere_transmittance_to_space(view->atmosphere, d->origin, direction));
   return np_spectrum_scale(irradiance, find_twinkle(d, index, direction));
 }
 

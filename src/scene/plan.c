@@ -15,7 +15,7 @@
 enum { SIZE_LIMIT = 65536 };
 
 static const unsigned light_aovs = NP_AOV_BACKGROUND | NP_AOV_TERRAIN | NP_AOV_AIR | NP_AOV_SUN | NP_AOV_SKY |
-                                   NP_AOV_GROUND | NP_AOV_MULTIPLE | NP_AOV_STANDARD_ERROR;
+                                   NP_AOV_GROUND | NP_AOV_MULTIPLE | NP_AOV_STANDARD_ERROR | NP_AOV_VARIANCE;
 
 /* ---- The description ---- */
 
@@ -29,6 +29,12 @@ static neph_result check_desc(neph_context *context, const neph_render_desc *des
     return np_fail(context, bad, "the crop is %u,%u to %u,%u, must not be empty and lie within %u x %u pixels", min[0],
                    min[1], max[0], max[1], desc->width, desc->height);
   if (desc->sample_count < 1) return np_fail(context, bad, "samples is 0, must be at least 1");
+  if (!(desc->target_error > 0.0))
+    return np_fail(context, bad, "target_error is %g, must be above 0", desc->target_error);
+  if (!(desc->time_limit_s >= 0.0))
+    return np_fail(context, bad, "time_limit_s is %g, must be at least 0", desc->time_limit_s);
+  if (desc->sample_count_max < 16)
+    return np_fail(context, bad, "sample_count_max is %u, must be at least 16", desc->sample_count_max);
   if ((unsigned)desc->multiple_scattering > NEPH_MULTIPLE_SCATTERING_DERIVATIVE)
     return np_fail(context, bad,
                    "multiple_scattering is %d, must be none (0), octaves (1), ordinates (2), softened Beer (3), "
@@ -51,9 +57,9 @@ static neph_result read_desc(const neph_scene *scene, const neph_render_desc *de
 typedef struct scene_facts {
   bool wants_light; /* the outputs hold radiance */
   bool has_sun, has_environment, has_air, has_clouds, has_terrain, has_planet;
-  bool has_moon, has_glow, has_stars; /* of the moon, its light; its disk costs nothing */
+  bool has_moon, has_glow, has_stars;                          /* of the moon, its light; its disk costs nothing */
   char no_sun[120], no_moon[160], no_glow[120], no_stars[120]; /* why not */
-  const char *dark; /* why there is no light to compute; NULL: there is */
+  const char *dark;                                            /* why there is no light to compute; NULL: there is */
 } scene_facts;
 
 static bool is_positive(const double spectrum[3]) { return spectrum[0] > 0 || spectrum[1] > 0 || spectrum[2] > 0; }
@@ -101,7 +107,7 @@ static double find_pixel_sr(const neph_scene *scene, unsigned width) {
 }
 
 static const char *find_darkness(const neph_scene *scene, const scene_facts *f) {
-  if (!f->wants_light) return "no light is wanted: the outputs are depth, distance and transmittance";
+  if (!f->wants_light) return "no light is wanted: no output shows any";
   if (f->has_sun || f->has_environment || f->has_moon || f->has_glow || f->has_stars) return NULL;
   return is_positive(scene->sun.irradiance_w_m2_nm) ? "nothing shines: the sun is below the horizon by more than 19 deg"
                                                     : "nothing shines: sun and environment are 0";
@@ -211,8 +217,8 @@ static void decide_light(np_plan *plan, const scene_facts *facts) {
   const bool has_target = facts->has_clouds || facts->has_terrain || facts->has_planet;
   const char *no_target = has_target ? NULL : "there is nothing to shine on";
   const char *no_sun = facts->has_sun ? no_target : facts->no_sun;
-  const bool has_sky = facts->has_environment || facts->has_glow ||
-                       (facts->has_air && (facts->has_sun || facts->has_moon));
+  const bool has_sky =
+      facts->has_environment || facts->has_glow || (facts->has_air && (facts->has_sun || facts->has_moon));
   const char *no_sky = has_sky ? no_target : "neither air nor environment shines";
   const char *no_clouds = facts->has_clouds ? NULL : "the scene has no clouds";
   const char *no_ground = facts->has_planet || facts->has_terrain ? no_clouds : "there is no ground";
@@ -271,10 +277,10 @@ static void decide_colors(np_plan *plan, const neph_scene *scene, const scene_fa
 /* ---- Resources ---- */
 
 static unsigned count_channels(const np_plan *plan) {
-  unsigned count = 2 + (plan->has_beauty ? 3 : 0) + (plan->aovs & NP_AOV_DISTANCE ? 1 : 0);
-  if (plan->aovs & NP_AOV_STANDARD_ERROR) count += 3;
-  for (unsigned bit = 1; bit <= NP_AOV_TRANSMITTANCE; bit <<= 1)
-    if (plan->aovs & bit) count += 3;
+  const unsigned single = NP_AOV_TRANSMITTANCE | NP_AOV_DISTANCE | NP_AOV_SAMPLE_COUNT | NP_AOV_MEAN_DISTANCE;
+  unsigned count = 2 + (plan->has_beauty ? 3 : 0);
+  for (unsigned bit = 1; bit <= NP_AOV_POSITION; bit <<= 1)
+    if (bit != NP_AOV_DEPTH && plan->aovs & bit) count += single & bit ? 1 : 3;
   return count;
 }
 
@@ -287,9 +293,13 @@ static void count_work(np_plan *plan) {
 
 /* One sample says nothing about its error. */
 static neph_result check_samples(const np_plan *plan) {
-  if (!(plan->aovs & NP_AOV_STANDARD_ERROR) || plan->desc.sample_count >= 2) return NEPH_OK;
-  return np_fail(plan->context, NEPH_ERROR_BAD_SCENE,
-                 "render.samples is 1, must be at least 2 for the standard_error of output.aovs");
+  if (plan->desc.sample_count >= 2) return NEPH_OK;
+  const char *reader = plan->aovs & NP_AOV_STANDARD_ERROR  ? "the standard_error of output.aovs"
+                       : plan->aovs & NP_AOV_VARIANCE      ? "the variance of output.aovs"
+                       : isfinite(plan->desc.target_error) ? "render.target_error"
+                                                           : NULL;
+  if (!reader) return NEPH_OK;
+  return np_fail(plan->context, NEPH_ERROR_BAD_SCENE, "render.samples is 1, must be at least 2 for %s", reader);
 }
 
 /* Where sun and moon stand, unless only the height field, not read yet, knows the place. */

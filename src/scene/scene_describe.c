@@ -108,7 +108,10 @@ static void add_number(np_text *out, const np_key *key, const void *base, unsign
 static bool is_word_set(const np_key *key, const void *base) {
   if (!key->word) return false;
   if (key->tag.size) return load_unsigned(base, key->tag) == key->word_tag_value;
-  return load_unsigned(base, key->field) == (unsigned)key->word_value;
+  if (key->type != NP_KEY_REAL) return load_unsigned(base, key->field) == (unsigned)key->word_value;
+  double value;
+  memcpy(&value, (const char *)base + key->field.offset, sizeof value);
+  return value == key->word_value;
 }
 
 static void add_numbers(np_text *out, const np_key *key, const void *base) {

@@ -55,7 +55,10 @@ static const np_choice aovs[] = {
     {"sun", NP_AOV_SUN},               {"sky", NP_AOV_SKY},           {"ground", NP_AOV_GROUND},
     {"multiple", NP_AOV_MULTIPLE},     {"transmittance", NP_AOV_TRANSMITTANCE},
     {"distance", NP_AOV_DISTANCE},     {"depth", NP_AOV_DEPTH},
-    {"standard_error", NP_AOV_STANDARD_ERROR}, {NULL, 0}};
+    {"standard_error", NP_AOV_STANDARD_ERROR},
+    {"variance", NP_AOV_VARIANCE},     {"sample_count", NP_AOV_SAMPLE_COUNT},
+    {"albedo", NP_AOV_ALBEDO},         {"mean_distance", NP_AOV_MEAN_DISTANCE},
+    {"position", NP_AOV_POSITION},     {NULL, 0}};
 
 /* clang-format off */
 static const np_key keys[] = {
@@ -450,6 +453,14 @@ static const np_key keys[] = {
     {.path = "render.samples", .type = NP_KEY_INTEGER, .field = SCENE(render.sample_count),
      .range = WITHIN(1, 16777216),
      .fallback = "4", .meaning = "for each pixel"},
+    {.path = "render.target_error", .type = NP_KEY_REAL, .field = SCENE(render.target_error),
+     .range = WITHIN(1e-6, 10), .fallback = "none", .word = "none", .word_value = INFINITY,
+     .meaning = "standard error that each pixel's samples, render.samples or more, are to reach, over its radiance"},
+    {.path = "render.max_samples", .type = NP_KEY_INTEGER, .field = SCENE(render.sample_count_max),
+     .range = WITHIN(16, 16777216), .fallback = "65536", .meaning = "for each pixel, whatever the target error"},
+    {.path = "render.time_limit", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = SCENE(render.time_limit_s),
+     .range = WITHIN(0, 1e9), .fallback = "none", .word = "none", .word_value = INFINITY,
+     .meaning = "for a frame; it ends with the samples it has, 16 of each pixel at least"},
     {.path = "render.seed", .type = NP_KEY_SEED, .field = SCENE(render.seed), .fallback = "0",
      .meaning = "of all random numbers"},
     {.path = "render.multiple_scattering", .type = NP_KEY_CHOICE, .choices = scatterings,

@@ -165,13 +165,19 @@ typedef enum np_aov {
   NP_AOV_TRANSMITTANCE = 1 << 7,
   NP_AOV_DISTANCE = 1 << 8,
   NP_AOV_DEPTH = 1 << 9, /* Z: always there, may be named all the same */
-  NP_AOV_STANDARD_ERROR = 1 << 10
+  NP_AOV_STANDARD_ERROR = 1 << 10,
+  NP_AOV_VARIANCE = 1 << 11,
+  NP_AOV_SAMPLE_COUNT = 1 << 12,
+  NP_AOV_ALBEDO = 1 << 13,
+  NP_AOV_MEAN_DISTANCE = 1 << 14,
+  NP_AOV_POSITION = 1 << 15
 } np_aov;
 
 typedef struct np_scene_render {
   neph_integrator integrator;
   unsigned wavelength_count; /* 3: the bands that the scene is given in */
-  unsigned sample_count;
+  unsigned sample_count, sample_count_max;
+  double target_error, time_limit_s; /* infinite: none */
   uint64_t seed;
   neph_multiple_scattering multiple_scattering;
   double look_gain;

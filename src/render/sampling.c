@@ -1,0 +1,317 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The samples of a frame's pixels: which rays, how many, in what order. */
+#include <string.h>
+
+#include "core/alloc.h"
+#include "image/film.h"
+#include "render/frame_private.h"
+
+enum { TILE_EDGE = 8 };
+
+/* ---- One sample ---- */
+
+/* Offset from a pixel's centre, distributed as a tent one pixel to each side: the reconstruction filter, by sampling.
+ */
+static float tent(float u) { return u < 0.5f ? sqrtf(2.0f * u) - 1.0f : 1.0f - sqrtf(2.0f - 2.0f * u); }
+
+/* Low-discrepancy points of the plastic number (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom
+ * Sequences"), turned by a random offset per pixel; the golden ratio turns the blue noise from sample to sample. */
+static float turn(float offset, double step, unsigned index) {
+  const double x = (double)offset + step * (double)index;
+  return (float)(x - floor(x));
+}
+
+static np_camera_ray make_ray(const np_frame *f, unsigned x, unsigned y, unsigned sample, const float offset[2]) {
+  const float u = turn(offset[0], 0.7548776662466927, sample), v = turn(offset[1], 0.5698402909980532, sample);
+  const float noise = f->blue_noise[y % NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE + x % NP_BLUE_NOISE_EDGE];
+  const np_camera *camera = &f->assembly->camera;
+  return (np_camera_ray){
+      .origin = camera->origin,
+      .direction = np_camera_direction(camera, (float)x + 0.5f + tent(u), (float)y + 0.5f + tent(v)),
+      .jitter = turn(noise, 0.6180339887498949, sample),
+  };
+}
+
+/* Distance along the ray of the pixel's centre to where cloud hides half, or to ground; infinite past both. */
+static double find_distance(const np_frame *f, unsigned x, unsigned y, np_vec3 *out_direction) {
+  const np_camera *camera = &f->assembly->camera;
+  *out_direction = np_camera_direction(camera, (float)x + 0.5f, (float)y + 0.5f);
+  const np_camera_ray ray = {.origin = camera->origin, .direction = *out_direction};
+  np_ground_hit hit;
+  const bool is_ground = np_ground_intersect(&f->assembly->packets[0].lights[0].view, ray.origin, ray.direction, &hit);
+  const double ground = is_ground ? hit.distance_m : HUGE_VAL;
+  return fmin(f->half_distance(&f->assembly->packets[0].lights[0].view, &ray, ground), ground);
+}
+
+/* Light adds up: a scene under sun and moon is the scene under the one and under the other. Stars shine through what
+ * the sample finds before them. */
+static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray,
+                             const unsigned pixel[2], np_random *random, np_integrator_sample *out) {
+  f->integrate(&packet->lights[0].view, &f->settings, ray, random, out);
+  for (unsigned l = 1; l < packet->light_count; l++) {
+    np_integrator_sample more;
+    f->integrate(&packet->lights[l].view, &f->settings, ray, random, &more);
+    for (int c = 0; c < NP_COMPONENT_COUNT; c++)
+      out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
+  }
+  if (packet->stars.count && !out->is_ground_behind)
+    out->component[NP_COMPONENT_BACKGROUND] =
+        np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], out->transmittance,
+                               np_star_field_get(&packet->stars, pixel[0], pixel[1]));
+}
+
+/* One sample of the picture: every packet along the same path, its bands added up to colours before anything is
+ * squared. What does not depend on wavelength is the first packet's. */
+static void integrate(const np_frame *f, const np_camera_ray *ray, const unsigned pixel[2], const np_random *random,
+                      np_integrator_sample *out) {
+  const np_assembly *a = f->assembly;
+  np_random first_random = *random;
+  integrate_packet(f, &a->packets[0], ray, pixel, &first_random, out);
+  if (a->packet_count == 1) return;
+  np_integrator_sample sample = *out;
+  memset(out->component, 0, sizeof out->component);
+  for (unsigned p = 0; p < a->packet_count; p++) {
+    np_random same_random = *random;
+    if (p > 0) integrate_packet(f, &a->packets[p], ray, pixel, &same_random, &sample);
+    for (int c = 0; c < NP_COMPONENT_COUNT; c++)
+      out->component[c] = np_packet_add_color(&a->packets[p], out->component[c], sample.component[c]);
+  }
+}
+
+static np_random start_random(const np_frame *f, const unsigned at[2], uint32_t sample) {
+  return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, at[0], at[1], sample);
+}
+
+/* The pixel's samples up to `end`, added to `sums` and to its spread. */
+static neph_result sample_pixel(const np_frame *f, const unsigned at[2], uint32_t end, np_pixel_state *p,
+                                double *sums) {
+  np_film_accumulator accumulator;
+  np_film_accumulator_begin(&accumulator, f->channels.count, p->next);
+  np_random shift = start_random(f, at, UINT32_MAX);
+  const float offset[2] = {np_random_float(&shift), np_random_float(&shift)};
+  for (; p->next < end; p->next++) {
+    if (np_monitor_is_cancelled(f->monitor)) return NEPH_ERROR_CANCELLED;
+    const np_random random = start_random(f, at, p->next);
+    const np_camera_ray ray = make_ray(f, at[0], at[1], p->next, offset);
+    np_integrator_sample sample;
+    integrate(f, &ray, at, &random, &sample);
+    float values[NP_CHANNELS_MAX];
+    np_channels_read(&f->channels, &ray, &sample, values);
+    np_film_accumulator_add(&accumulator, values);
+    np_spread_add(&f->channels, &sample, &p->spread);
+  }
+  double added[NP_CHANNELS_MAX];
+  np_film_accumulator_finish(&accumulator, added);
+  for (unsigned c = 0; c < f->channels.count; c++) sums[c] += added[c];
+  return NEPH_OK;
+}
+
+/* ---- How many samples ---- */
+
+static bool has_limit(const np_frame *f) { return isfinite(f->desc->time_limit_s); }
+
+/* The largest of the bands' standard errors for one sample, over the pixel's radiance or the dim one. */
+static double find_relative_spread(const np_frame *f, const np_spread *spread) {
+  double worst = 0.0;
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    const double level = fmax(fabs(spread->mean[b]), f->dim[b]);
+    const double deviation = sqrt(np_spread_variance(spread, b) * spread->count);
+    if (deviation > 0.0) worst = fmax(worst, deviation / level);
+  }
+  return worst;
+}
+
+static uint32_t round_up_to_leaf(double count) {
+  return (uint32_t)(ceil(count / NP_FILM_LEAF_SAMPLES) * NP_FILM_LEAF_SAMPLES);
+}
+
+/* Two stages (Stein 1945, "A Two-Sample Test for a Linear Hypothesis Whose Power is Independent of the Variance"): the
+ * spread of a first set of samples, the pilot, says how many the second needs, and only the second is kept. A pixel
+ * that stopped when its own samples happened to agree would be too dark where bright ones are rare; this one knows
+ * nothing of them. A pilot speaks for the pixels around it too, since a cloud's edge may hide from sixteen samples. */
+static neph_result fly_pilots(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const np_frame *f = user;
+  const neph_render_desc *d = f->desc;
+  for (size_t row = begin; row < end; row++)
+    for (unsigned column = 0; column < f->width + 2; column++) {
+      /* One less than the crop's first pixel wraps around to a number beyond any picture. */
+      const unsigned at[2] = {d->crop_min[0] + column - 1u, d->crop_min[1] + (unsigned)row - 1u};
+      if (at[0] >= d->width || at[1] >= d->height) continue;
+      np_pixel_state p = {.next = 0};
+      double unused[NP_CHANNELS_MAX] = {0};
+      neph_result result = sample_pixel(f, at, d->sample_count, &p, unused);
+      if (result) return result;
+      f->pilots[row * (f->width + 2) + column] = p.spread;
+    }
+  return NEPH_OK;
+}
+
+/* Samples that a pixel needs by the pilots of itself and its neighbours. */
+static double count_needed(const np_frame *f, const unsigned at[2]) {
+  double mean[NP_BAND_COUNT] = {0}, variance[NP_BAND_COUNT] = {0}, worst = 0.0;
+  const size_t x = at[0] - f->desc->crop_min[0], y = at[1] - f->desc->crop_min[1];
+  unsigned count = 0;
+  for (size_t n = 0; n < 9; n++) {
+    const np_spread *pilot = &f->pilots[(y + n / 3) * (f->width + 2) + x + n % 3];
+    count += pilot->count > 0;
+    for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+      mean[b] += pilot->mean[b];
+      variance[b] += np_spread_variance(pilot, b) * pilot->count;
+    }
+  }
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++)
+    if (variance[b] > 0.0) worst = fmax(worst, variance[b] / count / pow(fmax(fabs(mean[b]) / count, f->dim[b]), 2.0));
+  return worst / (f->desc->target_error * f->desc->target_error);
+}
+
+static np_pixel_state start_pixel(const np_frame *f, const unsigned at[2]) {
+  const neph_render_desc *d = f->desc;
+  if (!np_frame_has_target(f)) return (np_pixel_state){.end = d->sample_count};
+  const uint32_t begin = round_up_to_leaf(d->sample_count);
+  const double count = fmin(fmax(count_needed(f, at), d->sample_count), d->sample_count_max);
+  return (np_pixel_state){.next = begin, .end = begin + round_up_to_leaf(count)};
+}
+
+static void finish_pixel(const np_frame *f, const unsigned at[2], const np_pixel_state *p, const double *sums,
+                         np_tile_total *total) {
+  np_pixel_facts facts = {.spread = p->spread};
+  np_vec3 direction;
+  facts.distance = find_distance(f, at[0], at[1], &direction);
+  facts.depth = isinf(facts.distance) ? facts.distance
+                                      : -facts.distance * (double)np_vec3_dot(direction, f->assembly->camera.back);
+  float values[NP_CHANNELS_MAX];
+  np_channels_finish(&f->channels, sums, &facts, values);
+  const size_t index = (size_t)(at[1] - f->desc->crop_min[1]) * f->width + (at[0] - f->desc->crop_min[0]);
+  for (unsigned c = 0; c < f->channels.count; c++) f->planes[c][index] = values[c];
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    total->sum[b] += p->spread.mean[b];
+    total->variance[b] += np_spread_variance(&p->spread, b);
+  }
+  total->samples += p->spread.count;
+  total->squares += pow(find_relative_spread(f, &p->spread), 2.0) / p->spread.count;
+}
+
+/* Without a time limit: all of a pixel at once. */
+static neph_result render_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
+  (void)index;
+  np_pixel_state p = start_pixel(f, at);
+  double sums[NP_CHANNELS_MAX] = {0};
+  neph_result result = sample_pixel(f, at, p.end, &p, sums);
+  if (!result) finish_pixel(f, at, &p, sums, total);
+  return result;
+}
+
+/* With one: some samples of every pixel, then some more. */
+static neph_result extend_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
+  (void)total;
+  np_pixel_state *p = &f->pixels[index];
+  if (f->is_first_pass) *p = start_pixel(f, at);
+  if (p->next >= p->end) return NEPH_OK;
+  const uint32_t end = p->end - p->next < NP_FILM_LEAF_SAMPLES ? p->end : p->next + NP_FILM_LEAF_SAMPLES;
+  return sample_pixel(f, at, end, p, f->sums + index * f->channels.count);
+}
+
+static neph_result close_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
+  finish_pixel(f, at, &f->pixels[index], f->sums + index * f->channels.count, total);
+  return NEPH_OK;
+}
+
+/* ---- Tiles ---- */
+
+typedef struct tile_job {
+  const np_frame *f;
+  neph_result (*step)(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total);
+  double end_s; /* seconds after the start at which no further tile is begun */
+} tile_job;
+
+static neph_result render_tiles(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const tile_job *job = user;
+  const np_frame *f = job->f;
+  const size_t tiles_across = (f->width + TILE_EDGE - 1) / TILE_EDGE;
+  for (size_t tile = begin; tile < end && np_monitor_get_seconds(f->monitor) < job->end_s; tile++) {
+    const unsigned x0 = (unsigned)(tile % tiles_across) * TILE_EDGE, y0 = (unsigned)(tile / tiles_across) * TILE_EDGE;
+    for (unsigned y = y0; y < y0 + TILE_EDGE && y < f->height; y++)
+      for (unsigned x = x0; x < x0 + TILE_EDGE && x < f->width; x++) {
+        const unsigned at[2] = {f->desc->crop_min[0] + x, f->desc->crop_min[1] + y};
+        neph_result result = job->step(f, at, (size_t)y * f->width + x, &f->totals[tile]);
+        if (result) return result;
+      }
+  }
+  return NEPH_OK;
+}
+
+size_t np_frame_count_tiles(const np_frame *f) {
+  return (size_t)((f->width + TILE_EDGE - 1) / TILE_EDGE) * ((f->height + TILE_EDGE - 1) / TILE_EDGE);
+}
+
+static neph_result
+run_tiles(np_frame *f, neph_result (*step)(const np_frame *, const unsigned *, size_t, np_tile_total *), double end_s) {
+  tile_job job = {f, step, end_s};
+  return np_parallel_for(f->assembly->context, f->monitor, np_frame_count_tiles(f), 1, render_tiles, &job);
+}
+
+/* Passes that the pixel needs after the first one, and that one; or `passes` where those are more. */
+static uint32_t max_passes(const np_pixel_state *p, uint32_t passes) {
+  const uint32_t needed = 1 + (p->end - p->next + NP_FILM_LEAF_SAMPLES - 1) / NP_FILM_LEAF_SAMPLES;
+  return needed > passes ? needed : passes;
+}
+
+/* Whole passes of a leaf of samples each, so that every pixel has its share when time is up; the first is finished
+ * whatever it takes. */
+static neph_result render_passes(np_frame *f) {
+  neph_context *context = f->assembly->context;
+  const size_t count = (size_t)f->width * f->height;
+  f->pixels = np_alloc(context, count, sizeof *f->pixels);
+  f->sums = np_alloc(context, count, f->channels.count * sizeof *f->sums);
+  neph_result result = f->pixels && f->sums ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  f->is_first_pass = true;
+  uint32_t passes = 1;
+  for (uint32_t pass = 0; pass < passes && !result; pass++) {
+    result = run_tiles(f, extend_pixel, pass == 0 ? HUGE_VAL : f->desc->time_limit_s);
+    f->is_first_pass = false;
+    if (np_monitor_get_seconds(f->monitor) >= f->desc->time_limit_s) break;
+    for (size_t i = 0; i < count && pass == 0; i++) passes = max_passes(&f->pixels[i], passes);
+  }
+  if (!result) result = run_tiles(f, close_pixel, HUGE_VAL);
+  np_alloc_free(context, f->pixels);
+  np_alloc_free(context, f->sums);
+  return result;
+}
+
+static neph_result find_pilots(np_frame *f) {
+  neph_context *context = f->assembly->context;
+  f->pilots = np_alloc(context, (size_t)(f->width + 2) * (f->height + 2), sizeof *f->pilots);
+  if (!f->pilots) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_monitor_set_stage(f->monitor, "sampling the picture's noise");
+  return np_parallel_for(context, f->monitor, f->height + 2, 1, fly_pilots, f);
+}
+
+/* A hundredth of a white wall in full light: in darker places an error relative to them would cost much and show
+ * little. */
+static void find_dim(np_frame *f) {
+  const np_assembly *a = f->assembly;
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  for (unsigned p = 0; p < a->packet_count; p++) {
+    np_spectrum light = np_spectrum_grey(0.0f);
+    for (unsigned l = 0; l < a->packets[p].light_count; l++) {
+      const np_scene_view *view = &a->packets[p].lights[l].view;
+      light = np_spectrum_add(light,
+                              np_spectrum_add_scaled(view->environment_radiance, 1.0f / NP_PI_F, view->sun_irradiance));
+    }
+    sum = a->packet_count == 1 ? light : np_packet_add_color(&a->packets[p], sum, light);
+  }
+  for (int b = 0; b < NP_BAND_COUNT; b++) f->dim[b] = 0.01 * (double)(sum.band[b] * f->channels.scale);
+}
+
+neph_result np_frame_sample(np_frame *f) {
+  find_dim(f);
+  np_blue_noise_fill(f->blue_noise);
+  neph_result result = np_frame_has_target(f) ? find_pilots(f) : NEPH_OK;
+  np_monitor_set_stage(f->monitor, "rendering");
+  if (!result) result = has_limit(f) ? render_passes(f) : run_tiles(f, render_pixel, HUGE_VAL);
+  np_alloc_free(f->assembly->context, f->pilots);
+  f->pilots = NULL;
+  return result;
+}
