@@ -2,13 +2,16 @@
 /* An atmosphere: its description checked, its tables built, and what others ask of it. */
 #include "atmosphere/atmosphere_tables.h"
 
+#include "atmosphere/delta_scaling.h"
 #include "core/alloc.h"
 #include "core/parallel.h"
 
 static neph_result build_tables(neph_atmosphere *a) {
   neph_result result = np_depth_table_build(a->context, &a->medium, &a->sizes.depth, &a->depths);
   const bool is_limited = a->order_max != NP_ORDERS_ALL;
-  if (!result && a->order_max > 1)
+  if (!result && !is_limited && a->medium.is_thick)
+    result = np_delta_moments_build(a->context, &a->depths, &a->sizes, a->has_point_sun, &a->moments);
+  else if (!result && a->order_max > 1)
     result = np_moment_table_build(a->context, &a->depths, &a->sizes.moments, a->order_max - is_limited,
                                    a->has_point_sun, &a->moments);
   if (!result && is_limited && a->order_max > 2)
@@ -49,6 +52,7 @@ neph_result np_atmosphere_create_sized(neph_context *context, const neph_atmosph
   a->medium = medium;
   a->tolerance = read.tolerance;
   a->sizes = sizes ? *sizes : np_table_sizes_make(read.tolerance);
+  if (!sizes) np_table_sizes_adapt(&a->sizes, &a->medium);
   a->order_max = order_max;
   a->has_point_sun = has_point_sun;
   const unsigned mode = np_float_mode_enter();

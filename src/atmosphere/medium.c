@@ -37,10 +37,10 @@ static int find_aerosol(np_medium *medium, const np_phase *phase) {
     if (is_same_phase(&medium->aerosol[i].phase, phase)) return i;
   if (medium->aerosol_count == NP_AEROSOLS_MAX) return -1;
   np_aerosol *aerosol = &medium->aerosol[medium->aerosol_count];
-  double moment[3];
-  np_phase_get_moments(phase, 3, moment);
+  double moment[4];
+  np_phase_get_moments(phase, 4, moment);
   *aerosol = (np_aerosol){.phase = *phase};
-  for (int i = 0; i < 3; i++) aerosol->moment[i] = (float)moment[i];
+  for (int i = 0; i < 4; i++) aerosol->moment[i] = (float)moment[i];
   return medium->aerosol_count++;
 }
 
@@ -196,6 +196,34 @@ static void share_depth(np_medium *medium) {
     }
 }
 
+/* ---- What asks for more care ---- */
+
+/* What goes nearly straight on counts from this vertical depth, or this part of all that is scattered. */
+static const float thick_depth = 0.02f, thick_part = 0.25f;
+
+static float find_greatest(np_bands value) { return np_maxf(value[0], np_maxf(value[1], value[2])); }
+
+bool np_layer_is_bent(const np_layer *layer) {
+  return find_greatest(np_layer_scattering(layer)) > 0.0f &&
+         (layer->profile != NEPH_LAYER_EXPONENTIAL || layer->bottom_m > 0.0 || isfinite(layer->top_m));
+}
+
+static void classify(np_medium *medium) {
+  np_bands forward = np_bands_grey(0.0f), scattering = forward, depth = forward;
+  for (int i = 0; i < medium->aerosol_count; i++)
+    forward += np_maxf(medium->aerosol[i].moment[3], 0.0f) * np_aerosol_column(medium, i, 0.0);
+  for (int i = 0; i < medium->layer_count; i++) {
+    const np_layer *layer = &medium->layers[i];
+    const float column = (float)np_layer_column(medium, layer, 0.0);
+    depth += column * layer->extinction;
+    scattering += column * np_layer_scattering(layer);
+    medium->is_bent |= np_layer_is_bent(layer);
+  }
+  medium->is_thick =
+      find_greatest(forward) > thick_depth || find_greatest(forward - thick_part * scattering) > 0.0f;
+  medium->is_opaque = find_greatest(depth) > 1.0f;
+}
+
 /* ---- All ---- */
 
 static neph_result fill(neph_context *context, np_medium *medium, const neph_atmosphere_desc *desc) {
@@ -205,8 +233,10 @@ static neph_result fill(neph_context *context, np_medium *medium, const neph_atm
     result = fill_layer(context, medium, &desc->layers[i], &medium->layers[i]);
   }
   if (!result) result = collect_kinks(context, medium);
-  if (!result) share_depth(medium);
-  return result;
+  if (result) return result;
+  share_depth(medium);
+  classify(medium);
+  return NEPH_OK;
 }
 
 neph_result np_medium_init(neph_context *context, const neph_atmosphere_desc *desc, np_medium *out_medium) {
@@ -243,8 +273,11 @@ static void compare_layers(comparison *c, const np_layer *a, const np_layer *b) 
     *c = (comparison){INFINITY, "the kind of a layer"};
     return;
   }
-  const double heights[][2] = {{a->bottom_m, b->bottom_m}, {a->top_m, b->top_m}, {a->height_m, b->height_m},
-                               {a->center_m, b->center_m}, {a->width_m, b->width_m}};
+  const double heights[][2] = {{a->bottom_m, b->bottom_m},
+                               {a->top_m, b->top_m},
+                               {a->height_m, b->height_m},
+                               {a->center_m, b->center_m},
+                               {a->width_m, b->width_m}};
   for (size_t i = 0; i < sizeof heights / sizeof *heights; i++)
     compare_number(c, "the height of a layer", heights[i][0], heights[i][1]);
   for (int i = 0; i < a->row_count; i++) {

@@ -35,7 +35,7 @@ static inline float np_phase_rayleigh_eval(float cosine) {
 /* What scatters by one phase function, Rayleigh's apart. */
 typedef struct np_aerosol {
   np_phase phase;
-  float moment[3]; /* χ_0 = 1, χ_1, χ_2 */
+  float moment[4]; /* χ_0 = 1, χ_1, χ_2, χ_3 */
   np_bands share;  /* of the vertical scattering depth of all aerosols; sums to 1 over them in every band */
 } np_aerosol;
 
@@ -63,6 +63,9 @@ typedef struct np_medium {
   np_layer *layers; /* owned, with all they point to */
   double *kink_m;   /* ascending: altitudes where a profile bends or breaks, sea level and the top left out */
   np_aerosol aerosol[NP_AEROSOLS_MAX];
+  bool is_bent;   /* scatters in layers with kinks, which a rule without knowledge of them may miss */
+  bool is_thick;  /* so much is scattered nearly straight on that degree 2 does not hold it */
+  bool is_opaque; /* vertical depth above 1 in some band */
 } np_medium;
 
 /* Checks a description and makes a medium of it. On failure there is nothing to free. */
@@ -74,6 +77,9 @@ double np_medium_compare(const np_medium *a, const np_medium *b, const char **ou
 
 /* Integral of a layer's density from an altitude to the top, m. */
 double np_layer_column(const np_medium *medium, const np_layer *layer, double altitude_m);
+
+/* Whether a layer scatters, and by a profile that is no plain exponential. */
+bool np_layer_is_bent(const np_layer *layer);
 
 /* Scattering depth of one aerosol above an altitude. */
 np_bands np_aerosol_column(const np_medium *medium, int aerosol, double altitude_m);
@@ -125,6 +131,13 @@ static inline np_bands np_extinction_at(const np_medium *medium, double altitude
   for (int i = 0; i < medium->layer_count; i++)
     extinction += np_layer_density(&medium->layers[i], h) * medium->layers[i].extinction;
   return extinction;
+}
+
+/* What a layer scatters where its density is 1. */
+static inline np_bands np_layer_scattering(const np_layer *layer) {
+  np_bands scattering = layer->rayleigh;
+  for (int k = 0; k < layer->part_count; k++) scattering += layer->part[k].scattering;
+  return scattering;
 }
 
 /* Scattering at one altitude, 1/m; entries of `aerosol` beyond the medium's are not set. */

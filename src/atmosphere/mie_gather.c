@@ -12,28 +12,45 @@
  */
 #include "atmosphere/mie_gather.h"
 
+#include "atmosphere/ray_warp.h"
 #include "atmosphere/sky_trace.h"
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "core/stable.h"
 
-enum { INPUT_ROWS = NP_GATHER_UP + NP_GATHER_DOWN, POINTS = 12, TERMS = 512, ANGLES = 257 };
+enum {
+  POINTS = 12,
+  POINTS_MAX = 24,
+  TERMS = 512,
+  ANGLES = 257,
+  PASSES = 2,
+  PASSES_THICK = 4,
+  COSINES = 13,
+  AZIMUTHS = 9
+};
+enum { UP = 8, DOWN = 4, TURNS = 8 }; /* twice as many of each where a lobe is sharp */
 
 /* Altitudes by the scattering depth above them, e⁻ˣ of the whole: for one exponential these are its scale heights. */
 static const double exponential_depths[] = {0.0, 0.667, 2.083, 6.667};
 static const double other_depths[NP_GATHER_ALTITUDES_MAX] = {0.0, 0.25, 0.667, 1.3, 2.083, 3.3, 4.8, 6.667};
 
-static float output_cosine(int i) {
-  const float x = 2.0f * (float)i / (NP_GATHER_COSINES - 1) - 1.0f;
-  return x * fabsf(x);
+/* Lobes are widened to this in weights: the rule's directions lie some fifteen degrees apart, or eight. */
+static const float asymmetry_max = 0.85f, sharp_asymmetry_max = 0.93f;
+
+/* Elevations e = π/2·x·|x|, x even: they crowd about the horizontal. */
+static float output_cosine(const np_gather_kernel *kernel, int i) {
+  const double x = 2.0 * i / (kernel->cosines - 1.0) - 1.0;
+  return (float)sin(0.5 * NP_PI * x * fabs(x));
 }
+
+static double output_azimuth(const np_gather_kernel *kernel, int i) { return NP_PI * i / (kernel->azimuths - 1.0); }
 
 static np_vec3 direction_of(float cosine, double azimuth) {
   const float sine = sqrtf(np_maxf(1.0f - cosine * cosine, 0.0f));
   return np_vec3_make(sine * (float)cos(azimuth), sine * (float)sin(azimuth), cosine);
 }
 
-static double input_azimuth(int turn) { return NP_PI * (turn + 0.5) / NP_GATHER_TURNS; }
+static double input_azimuth(const np_gather_kernel *kernel, int turn) { return NP_PI * (turn + 0.5) / kernel->turns; }
 
 static float versine_between(np_vec3 a, np_vec3 b) { return np_versine(a.x, a.y, a.z, b.x, b.y, b.z); }
 
@@ -55,37 +72,73 @@ static void convolve_lobes(const np_phase *p, const np_phase *q, float *out) {
   }
 }
 
+/* Place of an angle in those tables. */
+static float find_angle(float versine) {
+  return (float)(ANGLES - 1) * sqrtf(np_acos_coarse(1.0f - versine) * (1.0f / NP_PI_F));
+}
+
 /* One aerosol's lobe convolved with the mean of all. */
 static np_bands lookup_twice(const np_gather_kernel *kernel, int aerosol, float versine) {
-  const double angle = acos(np_clamp(1.0 - (double)versine, -1.0, 1.0)), x = (ANGLES - 1) * sqrt(angle / NP_PI);
-  const int i = (int)fmin(x, ANGLES - 2.0), count = kernel->medium->aerosol_count;
+  const float x = find_angle(versine);
+  const int i = x < (float)(ANGLES - 2) ? (int)x : ANGLES - 2, count = kernel->medium->aerosol_count;
   np_bands sum = np_bands_grey(0.0f);
   for (int k = 0; k < count; k++) {
     const float *twice = kernel->twice + (aerosol * count + k) * ANGLES;
-    sum += np_mixf(twice[i], twice[i + 1], (float)(x - i)) * kernel->medium->aerosol[k].share;
+    sum += np_mixf(twice[i], twice[i + 1], x - (float)i) * kernel->medium->aerosol[k].share;
   }
   return sum;
 }
 
+np_bands np_gather_kernel_twice(const np_gather_kernel *kernel, float versine) {
+  np_bands sum = np_bands_grey(0.0f);
+  for (int i = 0; i < kernel->medium->aerosol_count; i++)
+    sum += lookup_twice(kernel, i, versine) * kernel->medium->aerosol[i].share;
+  return sum;
+}
+
+static int count_inputs(const np_gather_kernel *kernel) { return (kernel->up + kernel->down) * kernel->turns; }
+
+static size_t count_outputs(const np_gather_kernel *kernel) { return (size_t)(kernel->cosines * kernel->azimuths); }
+
 static float *find_weights(const np_gather_kernel *kernel, int altitude, int aerosol) {
-  const size_t block = (size_t)NP_GATHER_OUTPUTS * NP_GATHER_INPUTS;
+  const size_t block = count_outputs(kernel) * (size_t)count_inputs(kernel);
   return kernel->weight + (size_t)(altitude * kernel->medium->aerosol_count + aerosol) * block;
 }
 
-/* Weights of every input in every output; an input stands for its mirror image behind the sun's plane as well. */
-static void build_weights(np_gather_kernel *kernel, int altitude, int aerosol, const float *row_weight) {
-  const np_phase *phase = &kernel->medium->aerosol[aerosol].phase;
-  float *weights = find_weights(kernel, altitude, aerosol);
-  for (int out = 0; out < NP_GATHER_OUTPUTS; out++)
-    for (int in = 0; in < NP_GATHER_INPUTS; in++) {
-      const int row = in / NP_GATHER_TURNS, turn = in % NP_GATHER_TURNS;
-      const np_vec3 to = direction_of(output_cosine(out / NP_GATHER_AZIMUTHS),
-                                      NP_PI * (out % NP_GATHER_AZIMUTHS) / (NP_GATHER_AZIMUTHS - 1));
-      const np_vec3 from = direction_of(kernel->input_cosine[altitude][row], input_azimuth(turn));
-      const np_vec3 mirrored = np_vec3_make(from.x, -from.y, from.z);
-      *weights++ = row_weight[row] * (np_phase_eval(phase, versine_between(to, from)) +
-                                      np_phase_eval(phase, versine_between(to, mirrored)));
+/* One lobe at an input and its mirror image behind the sun's plane, for which the input stands as well. */
+static float eval_twins(np_phase_lobe lobe, np_vec3 to, np_vec3 from) {
+  return np_phase_eval_lobe(lobe, versine_between(to, from)) +
+         np_phase_eval_lobe(lobe, versine_between(to, np_vec3_make(from.x, -from.y, from.z)));
+}
+
+/* Weights of every input in one output. Each lobe is scaled to a sum of 1 by itself, so that a narrow one keeps its
+ * share of a mixture wherever the rule's directions lie, and is widened to what the rule tells apart. */
+static void build_output(const np_gather_kernel *kernel, int altitude, const np_phase *phase, np_vec3 to,
+                         const float *row_weight, float *out_weights) {
+  const float greatest = kernel->turns > TURNS ? sharp_asymmetry_max : asymmetry_max;
+  float lobe[2][NP_GATHER_INPUTS_MAX], sum[2] = {0.0f, 0.0f};
+  for (int in = 0; in < count_inputs(kernel); in++) {
+    const int row = in / kernel->turns, turn = in % kernel->turns;
+    const np_vec3 from = direction_of(kernel->input_cosine[altitude][row], input_azimuth(kernel, turn));
+    for (int i = 0; i < 2; i++) {
+      const float g = np_clampf(phase->lobe[i].asymmetry, -greatest, greatest);
+      lobe[i][in] = row_weight[row] * eval_twins((np_phase_lobe){g, phase->lobe[i].alpha}, to, from);
+      sum[i] += lobe[i][in];
     }
+  }
+  const float first = (1.0f - phase->weight) / np_maxf(sum[0], 1e-20f),
+              second = phase->weight / np_maxf(sum[1], 1e-20f);
+  for (int in = 0; in < count_inputs(kernel); in++) out_weights[in] = first * lobe[0][in] + second * lobe[1][in];
+}
+
+static void build_weights(np_gather_kernel *kernel, int altitude, int aerosol, const float *row_weight) {
+  float *weights = find_weights(kernel, altitude, aerosol);
+  for (size_t out = 0; out < count_outputs(kernel); out++) {
+    const np_vec3 to = direction_of(output_cosine(kernel, (int)out / kernel->azimuths),
+                                    output_azimuth(kernel, (int)out % kernel->azimuths));
+    build_output(kernel, altitude, &kernel->medium->aerosol[aerosol].phase, to, row_weight,
+                 weights + out * (size_t)count_inputs(kernel));
+  }
 }
 
 /* Scattering depth of all aerosols above an altitude, summed over the bands. */
@@ -126,7 +179,7 @@ static double find_altitude_of(const np_medium *medium, double x, double lowest)
 
 static void place_altitudes(np_gather_kernel *kernel) {
   const np_medium *medium = kernel->medium;
-  const bool is_plain = is_exponential(medium);
+  const bool is_plain = !kernel->is_thick && is_exponential(medium);
   kernel->altitude_count =
       is_plain ? (int)(sizeof exponential_depths / sizeof *exponential_depths) : (int)NP_GATHER_ALTITUDES_MAX;
   const double lowest = find_lowest(medium);
@@ -145,16 +198,16 @@ static void find_parts(const np_medium *medium, double altitude_m, np_bands *out
 }
 
 static void build_altitude(np_gather_kernel *kernel, int altitude, const np_path_rule *rule) {
-  const np_quadrature up = np_quadrature_gauss(NP_GATHER_UP), down = np_quadrature_gauss(NP_GATHER_DOWN);
+  const np_quadrature up = np_quadrature_gauss(kernel->up), down = np_quadrature_gauss(kernel->down);
   const np_medium *medium = kernel->medium;
   const double h = kernel->altitude_m[altitude], horizon = np_horizon_cosine(medium, h);
-  float row_weight[INPUT_ROWS];
-  for (int k = 0; k < INPUT_ROWS; k++) {
-    const bool is_up = k < NP_GATHER_UP;
+  float row_weight[NP_GATHER_ROWS_MAX];
+  for (int k = 0; k < kernel->up + kernel->down; k++) {
+    const bool is_up = k < kernel->up;
     const np_quadrature *q = is_up ? &up : &down;
-    const double u = q->x[is_up ? k : k - NP_GATHER_UP], range = is_up ? 1.0 - horizon : -(1.0 + horizon);
+    const double u = q->x[is_up ? k : k - kernel->up], range = is_up ? 1.0 - horizon : -(1.0 + horizon);
     kernel->input_cosine[altitude][k] = (float)(horizon + range * u * u);
-    row_weight[k] = (float)(fabs(range) * 2.0 * u * q->weight[is_up ? k : k - NP_GATHER_UP]);
+    row_weight[k] = (float)(fabs(range) * 2.0 * u * q->weight[is_up ? k : k - kernel->up]);
     kernel->ray[altitude][k] = np_ray_on_side(medium, h, horizon + range * u * u, !is_up);
     np_path_build(medium, &kernel->ray[altitude][k], rule, &kernel->path[altitude][k]);
   }
@@ -162,11 +215,34 @@ static void build_altitude(np_gather_kernel *kernel, int altitude, const np_path
   for (int i = 0; i < medium->aerosol_count; i++) build_weights(kernel, altitude, i, row_weight);
 }
 
+static bool has_sharp_lobe(const np_medium *medium) {
+  bool is_sharp = false;
+  for (int i = 0; i < medium->aerosol_count; i++) {
+    const np_phase *phase = &medium->aerosol[i].phase;
+    is_sharp |= fabsf(phase->lobe[0].asymmetry) > asymmetry_max ||
+                (phase->weight > 0.0f && fabsf(phase->lobe[1].asymmetry) > asymmetry_max);
+  }
+  return is_sharp;
+}
+
+static void set_sizes(np_gather_kernel *kernel) {
+  kernel->is_thick = kernel->medium->is_thick;
+  kernel->passes = kernel->is_thick ? PASSES_THICK : PASSES;
+  kernel->cosines = kernel->is_thick ? NP_GATHER_COSINES_MAX : COSINES;
+  kernel->azimuths = kernel->is_thick ? NP_GATHER_AZIMUTHS_MAX : AZIMUTHS;
+  const int finer = kernel->is_thick && has_sharp_lobe(kernel->medium) ? 2 : 1;
+  kernel->up = UP * finer;
+  kernel->down = DOWN * finer;
+  kernel->turns = TURNS * finer;
+}
+
 neph_result np_gather_kernel_build(neph_context *context, const np_medium *medium, np_gather_kernel *out_kernel) {
-  const size_t count = (size_t)medium->aerosol_count, outputs = (size_t)NP_GATHER_OUTPUTS * NP_GATHER_INPUTS;
+  const size_t count = (size_t)medium->aerosol_count;
   out_kernel->medium = medium;
   if (!count) return NEPH_OK;
+  set_sizes(out_kernel);
   place_altitudes(out_kernel);
+  const size_t outputs = count_outputs(out_kernel) * (size_t)count_inputs(out_kernel);
   out_kernel->weight = np_alloc(context, (size_t)out_kernel->altitude_count * count * outputs, sizeof(float));
   if (!out_kernel->weight) return NEPH_ERROR_OUT_OF_MEMORY;
   out_kernel->twice = np_alloc(context, count * count * ANGLES, sizeof(float));
@@ -174,7 +250,7 @@ neph_result np_gather_kernel_build(neph_context *context, const np_medium *mediu
   for (size_t i = 0; i < count * count; i++)
     convolve_lobes(&medium->aerosol[i / count].phase, &medium->aerosol[i % count].phase,
                    out_kernel->twice + i * ANGLES);
-  const np_path_rule rule = np_path_rule_make(POINTS);
+  const np_path_rule rule = np_path_rule_make(np_warp_is_due(medium) ? POINTS_MAX : POINTS);
   for (int altitude = 0; altitude < out_kernel->altitude_count; altitude++) build_altitude(out_kernel, altitude, &rule);
   return NEPH_OK;
 }
@@ -197,55 +273,72 @@ static void trace_dome(const gather_job *job, int altitude, float sun_cosine, np
                        np_bands *out_phase) {
   const np_gather_kernel *kernel = job->kernel;
   const np_vec3 sun = direction_of(sun_cosine, 0.0);
-  for (int row = 0; row < INPUT_ROWS; row++) {
+  for (int row = 0; row < kernel->up + kernel->down; row++) {
     const np_path *path = &kernel->path[altitude][row];
-    np_sky_node nodes[POINTS];
+    np_sky_node nodes[POINTS_MAX];
     for (int i = 0; i < path->count; i++) np_sky_node_resolve(&job->light, &path->node[i], &nodes[i]);
-    for (int turn = 0; turn < NP_GATHER_TURNS; turn++) {
-      const np_vec3 from = direction_of(kernel->input_cosine[altitude][row], input_azimuth(turn));
+    for (int turn = 0; turn < kernel->turns; turn++) {
+      const np_vec3 from = direction_of(kernel->input_cosine[altitude][row], input_azimuth(kernel, turn));
       const float versine = versine_between(from, sun);
-      out_dome[row * NP_GATHER_TURNS + turn] =
+      out_dome[row * kernel->turns + turn] =
           np_sky_trace(&job->light, &kernel->ray[altitude][row], path, nodes, sun_cosine, 1.0f - versine, true);
-      out_phase[row * NP_GATHER_TURNS + turn] = np_aerosol_phase(kernel->medium, versine);
+      out_phase[row * kernel->turns + turn] = np_aerosol_phase(kernel->medium, versine);
     }
   }
 }
 
-/* The source of one aerosol in one direction from a traced dome. */
-static np_bands convolve(const float *weight, const np_scattered *dome, const np_bands *phase, np_bands twice) {
+/* The source of one aerosol in one direction from a traced dome: its peak without (p∗p̄)(Θ). */
+static np_gather_source convolve(const float *weight, int count, const np_scattered *dome, const np_bands *phase) {
   np_bands smooth = np_bands_grey(0.0f), peak = np_bands_grey(0.0f), peak_weight = np_bands_grey(0.0f);
   float smooth_weight = 0.0f;
-  for (int in = 0; in < NP_GATHER_INPUTS; in++) {
+  for (int in = 0; in < count; in++) {
     const np_bands wp = weight[in] * phase[in];
     smooth += weight[in] * dome[in].smooth;
     smooth_weight += weight[in];
     peak += wp * dome[in].peak;
     peak_weight += wp;
   }
-  return smooth / np_maxf(smooth_weight, 1e-20f) + twice * peak / np_bands_max(peak_weight, np_bands_grey(1e-20f));
+  return (np_gather_source){smooth / np_maxf(smooth_weight, 1e-20f),
+                            peak / np_bands_max(peak_weight, np_bands_grey(1e-20f))};
+}
+
+/* The mean of all aerosols by their parts; the peak over the mean lobe of all, where readers multiply that on. */
+static np_gather_source gather_direction(const np_gather_kernel *kernel, int altitude, size_t out, float versine,
+                                         const np_scattered *dome, const np_bands *phase) {
+  np_gather_source sum = {np_bands_grey(0.0f), np_bands_grey(0.0f)};
+  for (int i = 0; i < kernel->medium->aerosol_count; i++) {
+    const int inputs = count_inputs(kernel);
+    const float *weight = find_weights(kernel, altitude, i) + out * (size_t)inputs;
+    const np_gather_source own = convolve(weight, inputs, dome, phase);
+    sum.smooth += kernel->part[altitude][i] * own.smooth;
+    sum.peak += kernel->part[altitude][i] * lookup_twice(kernel, i, versine) * own.peak;
+  }
+  if (kernel->is_thick)
+    sum.peak /= np_bands_max(np_gather_kernel_twice(kernel, versine), np_bands_grey(1e-20f));
+  else
+    sum = (np_gather_source){sum.smooth + sum.peak, np_bands_grey(0.0f)};
+  return sum;
 }
 
 static void gather_altitude(const gather_job *job, int sun, int altitude) {
   const np_gather_kernel *kernel = job->kernel;
-  np_scattered dome[NP_GATHER_INPUTS];
-  np_bands phase[NP_GATHER_INPUTS];
+  np_scattered dome[NP_GATHER_INPUTS_MAX];
+  np_bands phase[NP_GATHER_INPUTS_MAX];
   const float sun_cosine = job->table->sun_cosine[sun];
   trace_dome(job, altitude, sun_cosine, dome, phase);
   float upper;
   const int row = np_moment_table_row(job->moments, kernel->altitude_m[altitude], &upper);
-  const np_bands total = np_moment_table_total(&job->moments->sun, np_moment_table_at_row(job->moments, row), upper,
-                                               np_sun_scale_column(&job->moments->sun, sun_cosine));
-  for (int out = 0; out < NP_GATHER_OUTPUTS; out++) {
-    const int row_out = out / NP_GATHER_AZIMUTHS, turn = out % NP_GATHER_AZIMUTHS;
-    const np_vec3 to = direction_of(output_cosine(row_out), NP_PI * turn / (NP_GATHER_AZIMUTHS - 1));
+  /* Where the moments hold no light there is none to scale: a quotient bounded, not the noise of two zeros. */
+  const np_bands total =
+      np_bands_max(np_moment_table_total(&job->moments->sun, np_moment_table_at_row(job->moments, row), upper,
+                                         np_sun_scale_column(&job->moments->sun, sun_cosine)),
+                   np_bands_grey(1e-12f));
+  for (int out = 0; out < (int)count_outputs(kernel); out++) {
+    const int row_out = out / kernel->azimuths, turn = out % kernel->azimuths;
+    const np_vec3 to = direction_of(output_cosine(kernel, row_out), output_azimuth(kernel, turn));
     const float versine = versine_between(to, direction_of(sun_cosine, 0.0));
-    np_bands source = np_bands_grey(0.0f);
-    for (int i = 0; i < kernel->medium->aerosol_count; i++) {
-      const float *weight = find_weights(kernel, altitude, i) + (size_t)out * NP_GATHER_INPUTS;
-      source += kernel->part[altitude][i] * convolve(weight, dome, phase, lookup_twice(kernel, i, versine));
-    }
-    /* Where the moments hold no light there is none to scale: a quotient bounded, not the noise of two zeros. */
-    job->table->source[sun][altitude][row_out][turn] = source / np_bands_max(total, np_bands_grey(1e-12f));
+    const np_gather_source s = gather_direction(kernel, altitude, (size_t)out, versine, dome, phase);
+    job->table->source[sun][altitude][row_out][turn] = (np_gather_source){s.smooth / total, s.peak / total};
   }
 }
 
@@ -281,11 +374,11 @@ neph_result np_gather_table_build(neph_context *context, const np_depth_table *d
   place_suns(first, sun_zenith_rad, spread_rad, step);
   gather_job job = {{medium, depths, dome_moments, NULL, disk}, moments, kernel, first};
   const size_t pieces = (size_t)out_table->sun_count * (size_t)kernel->altitude_count;
-  neph_result result = np_parallel_for(context, NULL, pieces, 1, gather_pieces, &job);
-  if (!result) {
-    job.light.gather = first;
-    job.table = out_table;
+  neph_result result = NEPH_OK;
+  for (int pass = 1; !result && pass <= kernel->passes; pass++) {
+    job.table = (kernel->passes - pass) % 2 ? first : out_table;
     result = np_parallel_for(context, NULL, pieces, 1, gather_pieces, &job);
+    job.light.gather = job.table;
   }
   np_alloc_free(context, first);
   return result;
@@ -300,16 +393,22 @@ static int find_altitude(const np_gather_kernel *kernel, double altitude_m, floa
   return i;
 }
 
+static np_gather_source mix_sources(const np_gather_source *a, const np_gather_source *b, float t) {
+  return (np_gather_source){np_bands_mix(a->smooth, b->smooth, t), np_bands_mix(a->peak, b->peak, t)};
+}
+
 void np_gather_table_row(const np_gather_table *table, double altitude_m, float view_cosine, np_gather_row *out_row) {
+  const np_gather_kernel *kernel = table->kernel;
   float upper;
-  const int i = find_altitude(table->kernel, altitude_m, &upper);
-  const float x = 0.5f * (copysignf(sqrtf(fabsf(view_cosine)), view_cosine) + 1.0f) * (NP_GATHER_COSINES - 1);
-  const int j = x < (float)(NP_GATHER_COSINES - 2) ? (int)x : NP_GATHER_COSINES - 2;
+  const int i = find_altitude(kernel, altitude_m, &upper);
+  const float elevation = 1.0f - np_acos_coarse(view_cosine) * (2.0f / NP_PI_F);
+  const float x = 0.5f * (copysignf(sqrtf(fabsf(elevation)), elevation) + 1.0f) * (float)(kernel->cosines - 1);
+  const int j = x < (float)(kernel->cosines - 2) ? (int)np_maxf(x, 0.0f) : kernel->cosines - 2;
   const float f = x - (float)j;
   for (int s = 0; s < table->sun_count; s++)
-    for (int k = 0; k < NP_GATHER_AZIMUTHS; k++) {
-      const np_bands low = np_bands_mix(table->source[s][i][j][k], table->source[s][i][j + 1][k], f);
-      const np_bands high = np_bands_mix(table->source[s][i + 1][j][k], table->source[s][i + 1][j + 1][k], f);
-      out_row->source[s][k] = np_bands_mix(low, high, upper);
+    for (int k = 0; k < kernel->azimuths; k++) {
+      const np_gather_source low = mix_sources(&table->source[s][i][j][k], &table->source[s][i][j + 1][k], f);
+      const np_gather_source high = mix_sources(&table->source[s][i + 1][j][k], &table->source[s][i + 1][j + 1][k], f);
+      out_row->source[s][k] = mix_sources(&low, &high, upper);
     }
 }

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "atmosphere/ray_path.h"
 
+#include "atmosphere/optical_depth.h"
+#include "atmosphere/ray_warp.h"
+
 /* Below these parts of the atmosphere's height a ray to the ground, or one along the limb, needs no warp of its own. */
 static const double ground_plain_below = 0.03, limb_plain_below = 0.003;
 /* Limb rays dip at least this much. */
@@ -9,8 +12,12 @@ static const double limb_cosine = -0.005;
 static const double depth_step = 0.2;
 
 /* Points at t = from + (to − from)·u², in ascending t whichever of the two is nearer. */
-static int place_squared(np_path *path, int at, const np_quadrature *rule, double from, double to) {
+static int place_squared(const np_medium *medium, const np_ray *ray, np_path *path, int at, const np_quadrature *plain,
+                         double from, double to) {
   const double length = to - from;
+  np_quadrature warped;
+  if (path->is_warped) warped = np_warp_rule(medium, ray, from, to, 2, plain);
+  const np_quadrature *rule = path->is_warped ? &warped : plain;
   for (int i = 0; i < rule->count; i++) {
     const int k = length >= 0.0 ? i : rule->count - 1 - i;
     const double u = rule->x[k];
@@ -20,7 +27,11 @@ static int place_squared(np_path *path, int at, const np_quadrature *rule, doubl
   return at + rule->count;
 }
 
-static int place_evenly(np_path *path, const np_quadrature *rule, double length) {
+static int place_evenly(const np_medium *medium, const np_ray *ray, np_path *path, const np_quadrature *plain) {
+  const double length = ray->length_m;
+  np_quadrature warped;
+  if (path->is_warped) warped = np_warp_rule(medium, ray, 0.0, length, 1, plain);
+  const np_quadrature *rule = path->is_warped ? &warped : plain;
   for (int i = 0; i < rule->count; i++) {
     path->node[i].t = length * rule->x[i];
     path->node[i].weight_m = (float)(length * rule->weight[i]);
@@ -30,16 +41,17 @@ static int place_evenly(np_path *path, const np_quadrature *rule, double length)
 
 static int place_nodes(const np_medium *medium, const np_ray *ray, const np_path_rule *rule, np_path *path) {
   if (!(ray->length_m > 0.0)) return 0;
+  path->is_warped = np_warp_is_due(medium);
   if (ray->hits_ground) {
-    if (ray->altitude_m < ground_plain_below * medium->top_m) return place_evenly(path, &rule->whole, ray->length_m);
-    return place_squared(path, 0, &rule->whole, ray->length_m, 0.0);
+    if (ray->altitude_m < ground_plain_below * medium->top_m) return place_evenly(medium, ray, path, &rule->whole);
+    return place_squared(medium, ray, path, 0, &rule->whole, ray->length_m, 0.0);
   }
   if (ray->cosine < limb_cosine && ray->altitude_m > limb_plain_below * medium->top_m) {
     const double perigee = np_ray_perigee(ray);
-    const int half = place_squared(path, 0, &rule->half, perigee, 0.0);
-    return place_squared(path, half, &rule->half, perigee, ray->length_m);
+    const int half = place_squared(medium, ray, path, 0, &rule->half, perigee, 0.0);
+    return place_squared(medium, ray, path, half, &rule->half, perigee, ray->length_m);
   }
-  return place_squared(path, 0, &rule->whole, 0.0, ray->length_m);
+  return place_squared(medium, ray, path, 0, &rule->whole, 0.0, ray->length_m);
 }
 
 np_bands np_ray_gap_depth(const np_medium *medium, const np_ray *ray, double begin_m, double end_m) {
@@ -54,13 +66,20 @@ np_bands np_ray_gap_depth(const np_medium *medium, const np_ray *ray, double beg
   return depth * (float)(0.5 * step);
 }
 
+/* Depth over the gap between two points; where the air is bent, cut at its kinks. */
+static np_bands find_gap(const np_medium *medium, const np_ray *ray, const np_path *path, double begin_m,
+                         double end_m) {
+  return path->is_warped ? np_ray_optical_depth(medium, ray, begin_m, end_m)
+                         : np_ray_gap_depth(medium, ray, begin_m, end_m);
+}
+
 void np_path_build(const np_medium *medium, const np_ray *ray, const np_path_rule *rule, np_path *out_path) {
   out_path->count = place_nodes(medium, ray, rule, out_path);
   np_bands depth = np_bands_grey(0.0f);
   double before = 0.0;
   for (int i = 0; i < out_path->count; i++) {
     np_path_node *node = &out_path->node[i];
-    depth += np_ray_gap_depth(medium, ray, before, node->t);
+    depth += find_gap(medium, ray, out_path, before, node->t);
     before = node->t;
     const double altitude = np_ray_altitude(ray, node->t);
     node->altitude_m = (float)altitude;
@@ -69,6 +88,6 @@ void np_path_build(const np_medium *medium, const np_ray *ray, const np_path_rul
     np_scattering_at(medium, altitude, &node->air);
     node->transmittance = np_bands_exp(-depth);
   }
-  if (out_path->count) depth += np_ray_gap_depth(medium, ray, before, ray->length_m);
+  if (out_path->count) depth += find_gap(medium, ray, out_path, before, ray->length_m);
   out_path->end_transmittance = np_bands_exp(-depth);
 }

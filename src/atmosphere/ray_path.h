@@ -27,13 +27,14 @@ static inline np_path_rule np_path_rule_make(int count) {
 typedef struct np_path_node {
   np_bands transmittance; /* from the ray's start */
   np_scattering air;
-  double t;               /* along the ray's part in the air, m */
-  float weight_m;         /* the stretch that this point stands for */
+  double t;       /* along the ray's part in the air, m */
+  float weight_m; /* the stretch that this point stands for */
   float altitude_m, r, cosine;
 } np_path_node;
 
 typedef struct np_path {
-  int count; /* 0 for a ray that misses the air */
+  int count;      /* 0 for a ray that misses the air */
+  bool is_warped; /* its points are drawn to bent layers */
   np_bands end_transmittance;
   np_path_node node[NP_PATH_MAX];
 } np_path;

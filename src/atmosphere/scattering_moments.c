@@ -603,6 +603,30 @@ neph_result np_moment_table_build(neph_context *context, const np_depth_table *d
   return result;
 }
 
+/* One place of a table under a sun of cosine `wz`. */
+static void add_beam(np_moment_table *table, size_t at, np_bands light, float wz) {
+  const float wx = sqrtf(np_maxf(1.0f - wz * wz, 0.0f));
+  add_to_moments(table->moments + at * NP_MOMENT_COUNT, light, wx, wz);
+  table->hemisphere[at * HALVES] += light;
+}
+
+void np_moment_table_add_beam(np_moment_table *table, const np_depth_table *brighter, const np_depth_table *darker,
+                              bool has_point_sun) {
+  const np_sun_disk disk = np_sun_disk_make(disk_angular_radius_rad, has_point_sun);
+  const int columns = table->sun.columns;
+  for (int row = 0; row < table->rows; row++) {
+    const double y = (double)row / (table->rows - 1), altitude = table->medium->top_m * y * y;
+    const np_depth_row bright = np_depth_table_row(brighter, altitude), dark = np_depth_table_row(darker, altitude);
+    for (int i = 0; i < columns; i++) {
+      const float sun = sun_cosine_of_column(&table->sun, (double)i / (columns - 1));
+      const np_bands light = np_bands_max(np_depth_row_sun(&bright, sun, disk) - np_depth_row_sun(&dark, sun, disk),
+                                          np_bands_grey(0.0f));
+      add_beam(table, (size_t)(row * columns + i), light, sun);
+      if (row == 0) table->irradiance[i] += np_maxf(sun, 0.0f) * light;
+    }
+  }
+}
+
 void np_moment_table_free(neph_context *context, np_moment_table *table) {
   np_alloc_free(context, table->moments);
   np_alloc_free(context, table->hemisphere);

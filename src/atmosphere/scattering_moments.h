@@ -50,6 +50,10 @@ typedef struct np_moment_table {
  * method. */
 neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, const np_moment_sizes *sizes,
                                   unsigned order_max, bool has_point_sun, np_moment_table *out_table);
+
+/* Adds, as scattered light from the sun's direction, what sunlight `brighter` air lets through beyond `darker`. */
+void np_moment_table_add_beam(np_moment_table *table, const np_depth_table *brighter, const np_depth_table *darker,
+                              bool has_point_sun);
 void np_moment_table_free(neph_context *context, np_moment_table *table);
 
 /* Column of a sun cosine as a fractional index. */

@@ -55,8 +55,8 @@ static inline np_scattered np_sky_node_source(const np_sky_light *light, const n
       np_moment_table_sample(&light->moments->sun, node->moments, node->moments_upper, column, wx, node->cosine);
   out.smooth += node->air.rayleigh * np_moment_rayleigh_source(&m);
   if (light->gather)
-    out.smooth +=
-        node->aerosol[0] * m.total * np_gather_row_lookup(light->gather, &node->gather, wx * node->inverse_sine, sun);
+    out.smooth += node->aerosol[0] * m.total *
+                  np_gather_row_lookup(light->gather, &node->gather, wx * node->inverse_sine, sun, angle_cosine);
   else
     out.smooth += np_moment_aerosol_source(node->aerosol, &m);
   return out;

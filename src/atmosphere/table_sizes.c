@@ -7,6 +7,8 @@
  */
 #include "atmosphere/table_sizes.h"
 
+#include "atmosphere/ray_warp.h"
+
 /* A number of things at the default tolerance, times `scale`, between bounds. */
 static int scaled(int count, double scale, int min, int max) { return (int)np_clamp(round(count * scale), min, max); }
 
@@ -43,4 +45,15 @@ np_table_sizes np_table_sizes_make(double tolerance) {
   n.aerial.node_azimuths = every_second(n.aerial.azimuths);
   n.aerial.points = scaled(32, fine, 12, NP_AERIAL_SLICES_MAX);
   return n;
+}
+
+void np_table_sizes_adapt(np_table_sizes *sizes, const np_medium *medium) {
+  if (!np_warp_is_due(medium)) return;
+  const int moments = 2 * sizes->moments.points, view = 2 * sizes->view.points;
+  sizes->moments.points = moments < NP_VIEW_POINTS_MAX ? moments : NP_VIEW_POINTS_MAX;
+  sizes->view.points = view < NP_VIEW_POINTS_MAX ? view : NP_VIEW_POINTS_MAX;
+  if (!medium->is_bent) return;
+  sizes->depth.node_rows = sizes->depth.rows;
+  sizes->depth.node_columns = sizes->depth.columns;
+  sizes->depth.node_levels = sizes->depth.levels;
 }

@@ -45,4 +45,8 @@ enum {
 /* Sizes for a tolerance; measured by bench_sky, docs/accuracy.md. */
 np_table_sizes np_table_sizes_make(double tolerance);
 
+/* For air of which half the points are drawn to a part (ray_warp.h): so many that both halves are as good; and where
+ * profiles have kinks, depths without splines over them. */
+void np_table_sizes_adapt(np_table_sizes *sizes, const np_medium *medium);
+
 #endif

@@ -38,9 +38,12 @@ static np_bands find_scattering(const np_packet *packet, unsigned x, unsigned y)
 /* The aerosol's source over M: a tile for each altitude (upwards) and sun (to the right) of directions seen: up is up,
  * azimuth from the sun's to the right. */
 static np_bands find_gather(const np_packet *packet, unsigned x, unsigned y) {
-  const unsigned altitude = (unsigned)packet->atmosphere->kernel.altitude_count - 1 - y / NP_GATHER_COSINES;
-  return packet->lights[0].camera_sky->gather
-      .source[x / NP_GATHER_AZIMUTHS][altitude][NP_GATHER_COSINES - 1 - y % NP_GATHER_COSINES][x % NP_GATHER_AZIMUTHS];
+  const np_gather_kernel *kernel = &packet->atmosphere->kernel;
+  const unsigned cosines = (unsigned)kernel->cosines, azimuths = (unsigned)kernel->azimuths;
+  const unsigned altitude = (unsigned)kernel->altitude_count - 1 - y / cosines;
+  return packet->lights[0]
+      .camera_sky->gather.source[x / azimuths][altitude][cosines - 1 - y % cosines][x % azimuths]
+      .smooth;
 }
 
 /* Row of a table over directions from the zenith down: its rows above the horizon run up from there. */
@@ -96,8 +99,9 @@ static drawing plan_drawing(const np_packet *packet, neph_sky_table table) {
   case NEPH_SKY_TABLE_SCATTERING:
     return (drawing){(unsigned)n->moments.columns, (unsigned)n->moments.rows, 4, true, find_scattering};
   case NEPH_SKY_TABLE_AEROSOL:
-    return (drawing){(unsigned)packet->lights[0].camera_sky->gather.sun_count * NP_GATHER_AZIMUTHS,
-                     (unsigned)packet->atmosphere->kernel.altitude_count * NP_GATHER_COSINES, 8, false, find_gather};
+    return (drawing){(unsigned)(packet->lights[0].camera_sky->gather.sun_count * packet->atmosphere->kernel.azimuths),
+                     (unsigned)(packet->atmosphere->kernel.altitude_count * packet->atmosphere->kernel.cosines), 8,
+                     false, find_gather};
   case NEPH_SKY_TABLE_VIEW:
     return (drawing){(unsigned)n->view.azimuths, (unsigned)(n->view.up + n->view.down), 6, false, find_view};
   case NEPH_SKY_TABLE_AERIAL:
