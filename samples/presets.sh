@@ -47,5 +47,5 @@ for preset in $(echo "$cameras" | awk '{print $1}'); do
     set -- "$@" -label "$label, $view" "$out/$preset.$view.png"
   done
 done
-montage -pointsize 12 "$@" -tile 6x -geometry 272x153+2+2 -colors 255 "PNG8:$out/presets.png"
+montage -pointsize 11 "$@" -tile 6x -geometry 256x144+2+2 -strip -depth 8 "$out/presets.png"
 ls -l "$out/presets.png"
