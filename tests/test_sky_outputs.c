@@ -7,6 +7,7 @@
 #include <nephos/nephos.h>
 
 #include "core/units.h"
+#include "image/preview.h"
 #include "render/sky_harmonics.h"
 
 static neph_scene *load(neph_context *context, const char *text) {
@@ -148,6 +149,76 @@ static void the_disk_is_a_layer_of_its_own(void **state) {
   neph_scene_destroy(scene);
 }
 
+/* ---- Preview ---- */
+
+static double encode(double linear) {
+  return 255.0 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1.0 / 2.4) - 0.055);
+}
+
+/* Rms difference of means over blocks of 8 × 8 pixels, in steps of 8 bits, of what the picture is to show and of the
+ * file; within a step of black and white, where dither fades out, nothing is counted. */
+static double measure_banding(neph_context *context, neph_image *image, const char *path, double exposure_ev) {
+  static const char *const names[] = {"R", "G", "B"};
+  neph_preview_desc desc = NEPH_PREVIEW_DESC_DEFAULT;
+  desc.exposure_ev = exposure_ev;
+  neph_image *loaded;
+  assert_int_equal(neph_image_save_png(image, path, &desc), NEPH_OK);
+  assert_int_equal(neph_image_load_png(context, path, &loaded), NEPH_OK);
+  const double exposure = np_preview_choose_exposure(image, desc.white) * exp2(exposure_ev);
+  const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);
+  const float *planes[3], *shown[3];
+  for (int b = 0; b < 3; b++) {
+    planes[b] = neph_image_get_channel(image, names[b]);
+    shown[b] = neph_image_get_channel(loaded, names[b]);
+  }
+  double square = 0.0;
+  unsigned count = 0;
+  for (unsigned block = 0; block < width / 8 * (height / 8); block++) {
+    double off[3] = {0}, least[3] = {255, 255, 255}, greatest[3] = {0};
+    for (unsigned i = 0; i < 64; i++) {
+      const size_t at = (size_t)(block / (width / 8) * 8 + i / 8) * width + block % (width / 8) * 8 + i % 8;
+      float exposed[3], display[3];
+      for (int b = 0; b < 3; b++) exposed[b] = (float)(exposure * (double)planes[b][at]);
+      np_preview_map_tone(exposed, display);
+      for (int b = 0; b < 3; b++) {
+        const double wanted = encode((double)display[b]);
+        off[b] += (255.0 * (double)shown[b][at] - wanted) / 64.0;
+        least[b] = fmin(least[b], wanted);
+        greatest[b] = fmax(greatest[b], wanted);
+      }
+    }
+    for (int b = 0; b < 3; b++) {
+      if (least[b] < 1.0 || greatest[b] > 254.0) continue;
+      square += off[b] * off[b];
+      count++;
+    }
+  }
+  neph_image_destroy(loaded);
+  assert_true(count > 100);
+  return sqrt(square / count);
+}
+
+/* A smooth sky rounded to 8 bits stands in bands, whose blocks are 0.29 steps off on average (1/√12). With one step of
+ * dither, a block's mean is off by 0.5/8 at the most. */
+static void a_smooth_sky_shows_no_bands(void **state) {
+  neph_scene *scene = load(*state, day);
+  neph_image *image;
+  neph_sky_image_desc desc = NEPH_SKY_IMAGE_DESC_DEFAULT;
+  desc.width = 512;
+  desc.height = 256;
+  assert_int_equal(neph_render_sky(scene, &desc, &image), NEPH_OK);
+  char *folder = test_folder_create(), *path = test_path(folder, "sky.png");
+  for (int ev = -8; ev <= 8; ev += 4) {
+    const double off = measure_banding(*state, image, path, ev);
+    print_message("at %+d stops blocks are %.3f steps off\n", ev, off);
+    assert_true(off <= 0.0625);
+  }
+  free(path);
+  test_folder_destroy(folder);
+  neph_image_destroy(image);
+  neph_scene_destroy(scene);
+}
+
 /* ---- Tables ---- */
 
 static void every_table_is_a_picture(void **state) {
@@ -233,6 +304,7 @@ int main(void) {
       cmocka_unit_test(harmonics_of_a_sky_brighter_above),
       cmocka_unit_test(harmonics_give_a_clear_skys_irradiance),
       cmocka_unit_test(the_disk_is_a_layer_of_its_own),
+      cmocka_unit_test(a_smooth_sky_shows_no_bands),
       cmocka_unit_test(every_table_is_a_picture),
       cmocka_unit_test(tables_that_are_not_are_refused),
       cmocka_unit_test(measured_errors_are_within_the_tolerance),
