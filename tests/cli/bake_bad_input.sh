@@ -14,7 +14,6 @@ try --set 'clouds[0].bake.coverage=-0.1'
 try --set 'clouds[0].bake.coverage=nan'
 try --set 'clouds[0].bake.profile=[0, 0.5, 0.4, 0.8, 1]'
 try --set 'clouds[0].bake.voxel=1 mm'
-(ulimit -v 500000 && try -t 1 --set 'clouds[0].bake={preset: stratus, extent: 6 km, voxel: 5 m}' 2>&1 | sed 's/need [0-9.]* GB/need N GB/')
 try --prune -1
 try --levels 9
 try --region 0,0,0,1,1
