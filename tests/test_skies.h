@@ -54,4 +54,30 @@ static inline neph_atmosphere *test_atmosphere_create(neph_context *context, con
   return atmosphere;
 }
 
+/* A sky under a sun whose azimuth is along x, seen from above the origin. */
+static inline neph_sky *test_sky_create(neph_atmosphere *earth, double altitude_m, double sun_deg) {
+  neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
+  const np_dvec3 sun = test_direction(sun_deg, 0.0);
+  desc.sun_direction[0] = sun.x;
+  desc.sun_direction[1] = sun.y;
+  desc.sun_direction[2] = sun.z;
+  desc.observer_m[2] = altitude_m;
+  neph_sky *sky = NULL;
+  assert_int_equal(neph_sky_create(earth, &desc, &sky), NEPH_OK);
+  return sky;
+}
+
+/* A group of tests whose state is the Earth's air. */
+static inline int test_earth_start(void **state) {
+  neph_context *context = test_context_create(2, NULL);
+  *state = test_atmosphere_create(context, NULL);
+  neph_context_destroy(context);
+  return 0;
+}
+
+static inline int test_earth_end(void **state) {
+  neph_atmosphere_release(*state);
+  return 0;
+}
+
 #endif

@@ -4,18 +4,11 @@
  * test_sky_gates        every row from the tables; a dozen traced anew; the tracer against published numbers
  * test_sky_gates long   every row traced anew, with another seed: minutes
  */
-#include "test_support.h"
-
-#include <stdlib.h>
-
-#include <nephos/nephos.h>
-
-#include "core/csv.h"
-#include "core/file.h"
+#include "test_truth_rows.h"
 
 typedef struct fixture {
   neph_context *context;
-  char *folder, *answers;
+  char *folder;
   np_csv truth;
 } fixture;
 
@@ -25,7 +18,6 @@ static int set_up(void **state) {
   fixture *f = calloc(1, sizeof *f);
   f->context = test_context_create(2, NULL);
   f->folder = test_folder_create();
-  f->answers = test_path(f->folder, "answers.csv");
   *state = f;
   return np_csv_load(f->context, truth_path, &f->truth);
 }
@@ -35,27 +27,8 @@ static int tear_down(void **state) {
   np_csv_clear(&f->truth);
   test_folder_destroy(f->folder);
   neph_context_destroy(f->context);
-  free(f->answers);
   free(f);
   return 0;
-}
-
-/* A number of a row; the answer's columns come after the truth's of the same name, so the place is counted. */
-static double get(const np_csv *csv, size_t row, int column) {
-  double value;
-  assert_int_equal(np_csv_get_real(csv, row, column, -1e9, 1e9, &value), NEPH_OK);
-  return value;
-}
-
-enum { FIRST_VALUE = 9, VALUES = 6 }; /* r, g, b and their standard errors, after the columns of the question */
-
-/* Answers the questions in `cases` and reads them with the answers, which stand behind the truth. */
-static void ask(fixture *f, const char *cases, const neph_probe_sky_desc *desc, np_csv *out_csv) {
-  char *text;
-  assert_int_equal(neph_probe_sky(f->context, cases, desc, &text), NEPH_OK);
-  assert_int_equal(neph_text_save(f->context, text, f->answers), NEPH_OK);
-  neph_text_destroy(f->context, text);
-  assert_int_equal(np_csv_load(f->context, f->answers, out_csv), NEPH_OK);
 }
 
 /* ---- Tables ---- */
@@ -68,7 +41,7 @@ typedef struct gate {
 } gate;
 
 static bool is_in_gate(const np_csv *csv, size_t row, const gate *g) {
-  const double h = get(csv, row, 3), sun = get(csv, row, 5);
+  const double h = test_row_get(csv, row, 3), sun = test_row_get(csv, row, 5);
   const bool is_high = g->altitude_km < 0.0 ? h <= 100.0 : h == g->altitude_km;
   return strcmp(np_csv_get_field(csv, row, 0), g->quantity) == 0 && is_high && sun >= g->sun_min && sun <= g->sun_max;
 }
@@ -80,8 +53,9 @@ static double measure(const np_csv *csv, const gate *g, int band, double *out_do
   unsigned count = 0;
   for (size_t i = 0; i < csv->row_count; i++) {
     if (!is_in_gate(csv, i, g)) continue;
-    const double truth = get(csv, i, FIRST_VALUE + band), error = get(csv, i, FIRST_VALUE + 3 + band) / truth;
-    const double off = get(csv, i, FIRST_VALUE + VALUES + band) / truth - 1.0;
+    const double truth = test_row_get(csv, i, TEST_TRUTH + band),
+                 error = test_row_get(csv, i, TEST_TRUTH + 3 + band) / truth;
+    const double off = test_row_get(csv, i, TEST_ANSWER + band) / truth - 1.0;
     square += off * off;
     noise += error * error;
     count++;
@@ -110,7 +84,7 @@ static void tables_agree_with_the_tracer(void **state) {
       {"sky_radiance", 400, 0, 90, 0.02},
   };
   np_csv csv;
-  ask(f, truth_path, NULL, &csv);
+  test_rows_ask(f->context, truth_path, NULL, &csv);
   bool is_good = true;
   for (size_t i = 0; i < sizeof gates / sizeof *gates; i++)
     for (int b = 0; b < 3; b++) {
@@ -132,7 +106,7 @@ static void tables_agree_with_the_tracer(void **state) {
 /* ---- Published numbers ---- */
 
 /* Rows of tests/data/atmosphere.csv: the values, a column of text, the answers. */
-enum { PUBLISHED_ANSWER = FIRST_VALUE + 4 };
+enum { PUBLISHED_ANSWER = TEST_TRUTH + 4 };
 
 static bool has_quantity(const np_csv *csv, size_t row, const char *quantity) {
   return strcmp(np_csv_get_field(csv, row, 0), quantity) == 0;
@@ -142,7 +116,7 @@ static bool has_quantity(const np_csv *csv, size_t row, const char *quantity) {
  * 0.2 % under a sun that is up, 5 % at 93 degrees, for the rows are good to 0.055 and 1.9 %. */
 static double find_tolerance(const np_csv *csv, size_t row) {
   if (has_quantity(csv, row, "transmittance_top")) return 1e-4;
-  return get(csv, row, 5) <= 90.0 ? 0.002 : 0.05;
+  return test_row_get(csv, row, 5) <= 90.0 ? 0.002 : 0.05;
 }
 
 /* All orders, to 3 % rms and 6 % in blue: the rows are no better, which their header says. Not under a sun at 93
@@ -151,10 +125,10 @@ static void check_published_radiance(const np_csv *csv) {
   double square[3] = {0};
   unsigned count = 0;
   for (size_t i = 0; i < csv->row_count; i++) {
-    if (!has_quantity(csv, i, "sky_radiance") || get(csv, i, 5) > 90.0) continue;
+    if (!has_quantity(csv, i, "sky_radiance") || test_row_get(csv, i, 5) > 90.0) continue;
     count++;
     for (int b = 0; b < 3; b++) {
-      const double off = get(csv, i, PUBLISHED_ANSWER + b) / get(csv, i, FIRST_VALUE + b) - 1.0;
+      const double off = test_row_get(csv, i, PUBLISHED_ANSWER + b) / test_row_get(csv, i, TEST_TRUTH + b) - 1.0;
       square[b] += off * off;
     }
   }
@@ -170,15 +144,16 @@ static void tracer_agrees_with_published_numbers(void **state) {
   desc.method = NEPH_SKY_METHOD_TRACE;
   desc.path_count = 512;
   np_csv csv;
-  ask(f, NEPHOS_TEST_SOURCE_DIR "/data/atmosphere.csv", &desc, &csv);
+  test_rows_ask(f->context, NEPHOS_TEST_SOURCE_DIR "/data/atmosphere.csv", &desc, &csv);
   double worst[2] = {0};
   for (size_t i = 0; i < csv.row_count; i++) {
     const bool is_transmittance = has_quantity(&csv, i, "transmittance_top");
     if (!is_transmittance && !has_quantity(&csv, i, "single_scatter_radiance")) continue;
     for (int b = 0; b < 3; b++) {
-      const double published = get(&csv, i, FIRST_VALUE + b), ours = get(&csv, i, PUBLISHED_ANSWER + b);
+      const double published = test_row_get(&csv, i, TEST_TRUTH + b),
+                   ours = test_row_get(&csv, i, PUBLISHED_ANSWER + b);
       assert_near_relative(ours, published, find_tolerance(&csv, i));
-      if (is_transmittance || get(&csv, i, 5) <= 90.0)
+      if (is_transmittance || test_row_get(&csv, i, 5) <= 90.0)
         worst[is_transmittance] = fmax(worst[is_transmittance], fabs(ours / published - 1.0));
     }
   }
@@ -189,31 +164,14 @@ static void tracer_agrees_with_published_numbers(void **state) {
 
 /* ---- Tracer ---- */
 
-/* Traces every `step`-th row anew: within five combined standard errors of what is stored, one band in two million by
- * chance, and a few more for the tails of twilight's estimates. */
+/* Traces every `step`-th row anew. */
 static void retrace(fixture *f, size_t step, unsigned paths) {
   char *cases = test_path(f->folder, "cases.csv");
   FILE *file = fopen(cases, "w");
   fprintf(file, "%s\n", f->truth.header.text);
   for (size_t i = 0; i < f->truth.row_count; i += step) fprintf(file, "%s\n", f->truth.rows[i].text);
   fclose(file);
-  neph_probe_sky_desc desc = NEPH_PROBE_SKY_DESC_DEFAULT;
-  desc.method = NEPH_SKY_METHOD_TRACE;
-  desc.path_count = paths;
-  desc.seed = 99;
-  np_csv csv;
-  ask(f, cases, &desc, &csv);
-  double square = 0.0;
-  for (size_t i = 0; i < csv.row_count; i++)
-    for (int b = 0; b < 3; b++) {
-      const double stored = get(&csv, i, FIRST_VALUE + b), again = get(&csv, i, FIRST_VALUE + VALUES + b);
-      const double error = hypot(get(&csv, i, FIRST_VALUE + 3 + b), get(&csv, i, FIRST_VALUE + VALUES + 3 + b));
-      square += (again - stored) * (again - stored) / (error * error);
-      assert_near(again, stored, 5.0 * error);
-    }
-  print_message("%zu rows traced anew: %.2f standard errors rms\n", csv.row_count,
-                sqrt(square / (3.0 * (double)csv.row_count)));
-  np_csv_clear(&csv);
+  test_rows_trace_anew(f->context, cases, paths);
   free(cases);
 }
 

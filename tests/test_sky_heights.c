@@ -121,18 +121,6 @@ static void aerial_perspective_holds_from_any_height(void **state) {
 
 /* ---- Into the night ---- */
 
-static neph_sky *create_sky(neph_atmosphere *earth, double altitude_m, double sun_deg) {
-  neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
-  const np_dvec3 sun = test_direction(sun_deg, 0.0);
-  desc.sun_direction[0] = sun.x;
-  desc.sun_direction[1] = sun.y;
-  desc.sun_direction[2] = sun.z;
-  desc.observer_m[2] = altitude_m;
-  neph_sky *sky = NULL;
-  assert_int_equal(neph_sky_create(earth, &desc, &sky), NEPH_OK);
-  return sky;
-}
-
 static double look_west(const neph_sky *sky, double zenith_deg) {
   const np_spectrum light = np_sky_radiance(sky, np_dvec3_to_float(test_direction(zenith_deg, 0.0)));
   for (int b = 0; b < 3; b++) assert_true(isfinite(light.band[b]) && light.band[b] >= 0.0f);
@@ -145,13 +133,12 @@ static void the_suns_sky_ends_at_nineteen_degrees(void **state) {
   double before = INFINITY;
   for (int i = 0; i <= 90; i++) {
     const double sun = 90.0 + i;
-    neph_sky *sky = create_sky(*state, 0.0, sun);
+    neph_sky *sky = test_sky_create(*state, 0.0, sun);
     const double light = look_west(sky, 80.0);
     assert_true(light <= before);
     assert_int_equal(light > 0.0, sun < 109.0);
     assert_int_equal(sky->view != NULL && sky->aerial != NULL, sun < 109.0);
-    const np_aerial_perspective air =
-        np_sky_aerial_perspective(sky, np_dvec3_to_float(test_direction(80.0, 0.0)), 1e6);
+    const np_aerial_perspective air = np_sky_aerial_perspective(sky, np_dvec3_to_float(test_direction(80.0, 0.0)), 1e6);
     assert_true(air.transmittance.band[1] > 0.3f && air.transmittance.band[1] < 0.8f);
     assert_true(air.inscatter.band[1] >= 0.0f && (sun < 109.0 || air.inscatter.band[1] == 0.0f));
     before = light;
@@ -160,23 +147,11 @@ static void the_suns_sky_ends_at_nineteen_degrees(void **state) {
 }
 
 static void night_is_where_the_planet_hides_the_sun(void **state) {
-  neph_sky *below = create_sky(*state, 400e3, 120.0), *far = create_sky(*state, 400e3, 140.0);
+  neph_sky *below = test_sky_create(*state, 400e3, 120.0), *far = test_sky_create(*state, 400e3, 140.0);
   assert_non_null(below->view); /* 30 degrees under the level, 10 under the horizon from there */
   assert_null(far->view);
   neph_sky_destroy(below);
   neph_sky_destroy(far);
-}
-
-static int create_earth(void **state) {
-  neph_context *context = test_context_create(2, NULL);
-  *state = test_atmosphere_create(context, NULL);
-  neph_context_destroy(context);
-  return 0;
-}
-
-static int release_earth(void **state) {
-  neph_atmosphere_release(*state);
-  return 0;
 }
 
 int main(void) {
@@ -186,5 +161,5 @@ int main(void) {
       cmocka_unit_test(the_suns_sky_ends_at_nineteen_degrees),
       cmocka_unit_test(night_is_where_the_planet_hides_the_sun),
   };
-  return cmocka_run_group_tests(tests, create_earth, release_earth);
+  return cmocka_run_group_tests(tests, test_earth_start, test_earth_end);
 }

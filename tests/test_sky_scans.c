@@ -17,18 +17,6 @@
 
 enum { VIEWS = 4 };
 
-static neph_sky *create_sky(neph_atmosphere *earth, double altitude_m, double sun_deg) {
-  neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
-  const np_dvec3 sun = test_direction(sun_deg, 0.0);
-  desc.sun_direction[0] = sun.x;
-  desc.sun_direction[1] = sun.y;
-  desc.sun_direction[2] = sun.z;
-  desc.observer_m[2] = altitude_m;
-  neph_sky *sky = NULL;
-  assert_int_equal(neph_sky_create(earth, &desc, &sky), NEPH_OK);
-  return sky;
-}
-
 /* Logarithms of the radiance of one sky in a few directions: up, aside, and down. */
 static void look(const neph_sky *sky, bool is_up, double out[VIEWS][3]) {
   static const double up[VIEWS][2] = {{10, 90}, {60, 20}, {80, 100}, {85, 170}};
@@ -56,7 +44,7 @@ static void run_scan(neph_atmosphere *earth, stop (*at)(double), int count, doub
   for (int i = 0; i < count; i++) {
     const double part = from + (to - from) * i / (count - 1);
     const stop s = at(part);
-    neph_sky *sky = create_sky(earth, s.altitude_m, s.sun_deg);
+    neph_sky *sky = test_sky_create(earth, s.altitude_m, s.sun_deg);
     look(sky, is_up, last[i % 3]);
     neph_sky_destroy(sky);
     for (int v = 0; v < VIEWS && i >= 2; v++)
@@ -94,21 +82,10 @@ static void a_few_altitudes(void **state) {
 
 static void a_few_suns(void **state) { run_scan(*state, set_sun, 20, 0.09, 0.11, true, "sunset"); }
 
-static int create_earth(void **state) {
-  neph_context *context = test_context_create(2, NULL);
-  *state = test_atmosphere_create(context, NULL);
-  neph_context_destroy(context);
-  return 0;
-}
-
-static int release_earth(void **state) {
-  neph_atmosphere_release(*state);
-  return 0;
-}
-
 int main(int argc, char **argv) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(a_few_altitudes), cmocka_unit_test(a_few_suns)};
   const struct CMUnitTest long_tests[] = {cmocka_unit_test(thousand_altitudes), cmocka_unit_test(thousand_suns)};
-  if (argc > 1 && strcmp(argv[1], "long") == 0) return cmocka_run_group_tests(long_tests, create_earth, release_earth);
-  return cmocka_run_group_tests(tests, create_earth, release_earth);
+  if (argc > 1 && strcmp(argv[1], "long") == 0)
+    return cmocka_run_group_tests(long_tests, test_earth_start, test_earth_end);
+  return cmocka_run_group_tests(tests, test_earth_start, test_earth_end);
 }
