@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Pictures of the night: moonlight that adds up, darkness, and nothing by day. */
 #include "test_nights.h"
+#include "test_render_once.h"
 
 #include "atmosphere/moon.h"
 #include "render/assembly.h"
@@ -108,7 +109,7 @@ static void the_quarter_moon_is_lit_from_the_sunset(void **state) {
 }
 
 #define TOWARDS_SUN                                                                                                    \
-  "camera: {position: [0 m, 0 m, 10 m], look_at: [0 m, -1 km, 587 m], fov: 0.7 deg, resolution: [32, 32]}\n"          \
+  "camera: {position: [0 m, 0 m, 10 m], look_at: [0 m, -1 km, 587 m], fov: 0.7 deg, resolution: [32, 32]}\n"           \
   "sun: {elevation: 30 deg, azimuth: 180 deg}\nrender: {samples: 1}\n"
 
 /* A new moon before the sun hides it: what is left is the sky, and a ring of sun where the moon is the smaller. */
@@ -145,8 +146,9 @@ static void a_moonless_night_is_airglow_alone(void **state) {
  * too, of which the air takes all but a fifth from a star. */
 static void airglow_brightens_towards_the_horizon(void **state) {
   test_fixture *f = *state;
-  neph_image *image = paint_sky(f, "camera: {position: [0 m, 0 m, 0 m], look_at: [0 m, 1 m, 0 m]}\n"
-                                   "sun: {elevation: -30 deg}\nairglow: {}",
+  neph_image *image = paint_sky(f,
+                                "camera: {position: [0 m, 0 m, 0 m], look_at: [0 m, 1 m, 0 m]}\n"
+                                "sun: {elevation: -30 deg}\nairglow: {}",
                                 36);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float *plane = neph_image_get_channel(image, bands[b]); /* rows of 10 degrees */
@@ -250,8 +252,7 @@ static void by_day_the_night_costs_nothing(void **state) {
 
 static void the_plan_says_what_outshines_the_night(void **state) {
   test_fixture *f = *state;
-  neph_scene *scene =
-      load(f, ALL_NIGHT "sun: {elevation: 50 deg}\nmoon: {elevation: 40 deg, azimuth: 300 deg}");
+  neph_scene *scene = load(f, ALL_NIGHT "sun: {elevation: 50 deg}\nmoon: {elevation: 40 deg, azimuth: 300 deg}");
   char *text;
   assert_int_equal(neph_render_explain(scene, NULL, NEPH_TEXT_PLAIN, &text), NEPH_OK);
   assert_non_null(strstr(text, "moon                 no   outshone"));
@@ -298,22 +299,12 @@ static void missing_files_are_named(void **state) {
   neph_scene_destroy(scene);
 }
 
-static neph_result render_night(neph_context *context, void *user) {
-  neph_scene *scene;
-  neph_image *image = NULL;
-  neph_result result = neph_scene_load_text(context, user, "night.yaml", &scene);
-  if (!result) result = neph_render_image(scene, NULL, &image);
-  neph_image_destroy(image);
-  neph_scene_destroy(scene);
-  return result;
-}
-
 static void failed_allocations_leave_nothing(void **state) {
   (void)state;
   static char text[] = "place: {latitude: 45 deg, longitude: 0 deg}\nsun: {elevation: -30 deg}\natmosphere: none\n"
                        "moon: {elevation: 30 deg, azimuth: 20 deg}\nstars: {sidereal_time: 10 deg}\nairglow: {}\n"
                        "camera: {resolution: [4, 4]}\nrender: {samples: 1}";
-  assert_survives_failed_allocations(render_night, text);
+  assert_survives_failed_allocations(test_render_once, text);
 }
 
 int main(void) {

@@ -5,6 +5,7 @@
 
 #include <nephos/nephos.h>
 
+#include "test_render_once.h"
 #include "test_support.h"
 
 /* A small cumulus over ridges: every stage runs. */
@@ -240,26 +241,15 @@ static void bad_descriptions_are_refused(void **state) {
 }
 
 /* A scene small enough to fail each of its allocations in turn; those of the ordinates fail in test_multi_scatter. */
-static neph_result attempt(neph_context *context, void *user) {
-  (void)user;
-  static const char text[] = "version: 1\n"
-                             "camera: {position: [0 m, -200 m, 5 m], look_at: [0 m, 0 m, 60 m], resolution: [2, 2]}\n"
-                             "atmosphere: {preset: none}\n"
-                             "clouds: [{name: puff, bake: {extent: [100 m, 100 m], base: 20 m, thickness: 100 m, "
-                             "voxel: 20 m, coverage: 1}}]\n"
-                             "render: {samples: 1, multiple_scattering: octaves}\n";
-  neph_scene *scene = NULL;
-  neph_image *image = NULL;
-  neph_result result = neph_scene_load_text(context, text, "test.yaml", &scene);
-  if (!result) result = neph_render_image(scene, NULL, &image);
-  neph_image_destroy(image);
-  neph_scene_destroy(scene);
-  return result;
-}
-
 static void failed_allocations_leave_nothing(void **state) {
   (void)state;
-  assert_survives_failed_allocations(attempt, NULL);
+  static char text[] = "version: 1\n"
+                       "camera: {position: [0 m, -200 m, 5 m], look_at: [0 m, 0 m, 60 m], resolution: [2, 2]}\n"
+                       "atmosphere: {preset: none}\n"
+                       "clouds: [{name: puff, bake: {extent: [100 m, 100 m], base: 20 m, thickness: 100 m, "
+                       "voxel: 20 m, coverage: 1}}]\n"
+                       "render: {samples: 1, multiple_scattering: octaves}\n";
+  assert_survives_failed_allocations(test_render_once, text);
 }
 
 int main(void) {

@@ -7,6 +7,7 @@
 #include <nephos/nephos.h>
 
 #include "render/assembly.h"
+#include "test_render_once.h"
 #include "test_support.h"
 
 /* A puff of a baked cloud that fills the view, in the air or without it. */
@@ -316,21 +317,10 @@ static void values_out_of_range_are_refused(void **state) {
 }
 
 /* Without air and clouds what is left to allocate is what packets are kept in. */
-static neph_result attempt(neph_context *context, void *user) {
-  (void)user;
-  static const char text[] = "atmosphere: none\ncamera: {resolution: [2, 2]}\nrender: {samples: 1, wavelengths: 9}\n";
-  neph_scene *scene = NULL;
-  neph_image *image = NULL;
-  neph_result result = neph_scene_load_text(context, text, "test.yaml", &scene);
-  if (!result) result = neph_render_image(scene, NULL, &image);
-  neph_image_destroy(image);
-  neph_scene_destroy(scene);
-  return result;
-}
-
 static void failed_allocations_leave_nothing(void **state) {
   (void)state;
-  assert_survives_failed_allocations(attempt, NULL);
+  static char text[] = "atmosphere: none\ncamera: {resolution: [2, 2]}\nrender: {samples: 1, wavelengths: 9}\n";
+  assert_survives_failed_allocations(test_render_once, text);
 }
 
 int main(void) {
