@@ -361,41 +361,20 @@ static void missing_file_is_not_found(void **state) {
   assert_one_error(&f->log, "Is a directory");
 }
 
-typedef struct file_bytes {
-  uint8_t *bytes;
-  size_t size;
-} file_bytes;
-
-static file_bytes read_bytes(const char *path) {
-  struct stat status;
-  assert_int_equal(stat(path, &status), 0);
-  file_bytes file = {malloc((size_t)status.st_size), (size_t)status.st_size};
-  FILE *stream = fopen(path, "rb");
-  assert_int_equal(fread(file.bytes, 1, file.size, stream), file.size);
-  fclose(stream);
-  return file;
-}
-
-static void write_bytes(const char *path, const uint8_t *bytes, size_t size) {
-  FILE *stream = fopen(path, "wb");
-  assert_int_equal(fwrite(bytes, 1, size, stream), size);
-  assert_int_equal(fclose(stream), 0);
-}
-
-static file_bytes make_valid_file(test_fixture *f) {
+static test_file make_valid_file(test_fixture *f) {
   neph_image *image = create_picture_with_header(f->context);
   save(f, image, NEPH_PIXEL_HALF);
   neph_image_destroy(image);
-  return read_bytes(f->path);
+  return test_file_read(f->path);
 }
 
 /* Every prefix of the header, and a step of 61 bytes through the pixels. */
 static void every_prefix_of_a_file_is_an_error(void **state) {
   test_fixture *f = *state;
-  file_bytes file = make_valid_file(f);
+  test_file file = make_valid_file(f);
   for (size_t size = 0; size < file.size; size += size < 1500 ? 1 : 61) {
     neph_image *image;
-    write_bytes(f->path, file.bytes, size);
+    test_file_write(f->path, file.bytes, size);
     assert_int_equal(neph_image_load_exr(f->context, f->path, &image), NEPH_ERROR_BAD_FILE);
     assert_null(image);
     assert_one_error(&f->log, f->path, "damaged, cut short");
@@ -406,14 +385,14 @@ static void every_prefix_of_a_file_is_an_error(void **state) {
 /* A flipped byte may pass unseen where it is a value; it must never crash, nor fail without one message. */
 static void flipped_bytes_are_survived(void **state) {
   test_fixture *f = *state;
-  file_bytes file = make_valid_file(f);
+  test_file file = make_valid_file(f);
   np_random random = np_random_start(9, 0, 0, 0, 0);
   for (int i = 0; i < 2000; i++) {
     neph_image *image;
     size_t range = i % 2 ? 1500 : file.size, at = np_random_bits(&random) % range;
     uint8_t kept = file.bytes[at];
     file.bytes[at] = (uint8_t)np_random_bits(&random);
-    write_bytes(f->path, file.bytes, file.size);
+    test_file_write(f->path, file.bytes, file.size);
     neph_result result = neph_image_load_exr(f->context, f->path, &image);
     assert_int_equal(f->log.counts[NEPH_LOG_ERROR], result ? 1 : 0);
     test_log_clear(&f->log);
@@ -423,7 +402,7 @@ static void flipped_bytes_are_survived(void **state) {
   free(file.bytes);
 }
 
-static uint8_t *find_bytes(file_bytes file, const char *text) {
+static uint8_t *find_bytes(test_file file, const char *text) {
   uint8_t *found = memmem(file.bytes, file.size, text, strlen(text));
   assert_non_null(found);
   return found;
@@ -437,11 +416,11 @@ static void huge_claims_are_refused(void **state) {
   neph_image *image;
   const int32_t claims[][4] = {
       {0, 0, 1 << 20, 1 << 20}, {INT32_MIN, INT32_MIN, INT32_MAX, INT32_MAX}, {0, 0, 65535, 65535}, {5, 5, 4, 4}};
-  file_bytes file = make_valid_file(f);
+  test_file file = make_valid_file(f);
   uint8_t *window = find_bytes(file, "dataWindow") + sizeof "dataWindow" + sizeof "box2i" + 4;
   for (size_t i = 0; i < sizeof claims / sizeof *claims; i++) {
     for (int k = 0; k < 4; k++) put_int(window + 4 * k, claims[i][k]);
-    write_bytes(f->path, file.bytes, file.size);
+    test_file_write(f->path, file.bytes, file.size);
     assert_int_equal(neph_image_load_exr(f->context, f->path, &image), NEPH_ERROR_BAD_FILE);
     if (i == 0) assert_non_null(strstr(f->log.text, "1 to 65536 each way"));
     assert_one_error(&f->log, f->path);
@@ -456,10 +435,10 @@ static void sub_sampled_channels_are_refused(void **state) {
   assert_int_equal(neph_image_create(f->context, 4, 4, RGBAZ_COUNT, rgbaz, &image), NEPH_OK);
   save(f, image, NEPH_PIXEL_HALF);
   neph_image_destroy(image);
-  file_bytes file = read_bytes(f->path);
+  test_file file = test_file_read(f->path);
   uint8_t *channel = find_bytes(file, "chlist") + sizeof "chlist" + 4;
   put_int(channel + sizeof "A" + 8, 2);
-  write_bytes(f->path, file.bytes, file.size);
+  test_file_write(f->path, file.bytes, file.size);
   assert_int_equal(neph_image_load_exr(f->context, f->path, &image), NEPH_ERROR_UNSUPPORTED);
   assert_one_error(&f->log, "channel A", "sub-sampled 2 × 1");
   free(file.bytes);

@@ -138,28 +138,23 @@ static void descriptions_name_tiles_and_codec(void **state) {
 /* The codecs' own decoders on damaged chunks: an error or a picture, never a crash. */
 static void flipped_bytes_are_survived(void **state) {
   test_fixture *f = *state;
-  static uint8_t bytes[1 << 17];
   for (int compression = EXR_COMPRESSION_NONE; compression <= EXR_COMPRESSION_B44A; compression++) {
     write_foreign(f->path, (foreign_kind){(exr_compression_t)compression, compression % 2, 0});
-    FILE *stream = fopen(f->path, "rb");
-    size_t size = fread(bytes, 1, sizeof bytes, stream);
-    fclose(stream);
-    assert_in_range(size, 1, sizeof bytes - 1);
+    const test_file whole = test_file_read(f->path);
     np_random random = np_random_start(4, (uint32_t)compression, 0, 0, 0);
     for (int i = 0; i < 300; i++) {
       neph_image *image;
-      size_t at = np_random_bits(&random) % size;
-      uint8_t kept = bytes[at];
-      bytes[at] = (uint8_t)np_random_bits(&random);
-      stream = fopen(f->path, "wb");
-      assert_int_equal(fwrite(bytes, 1, size, stream), size);
-      fclose(stream);
+      size_t at = np_random_bits(&random) % whole.size;
+      uint8_t kept = whole.bytes[at];
+      whole.bytes[at] = (uint8_t)np_random_bits(&random);
+      test_file_write(f->path, whole.bytes, whole.size);
       neph_result result = neph_image_load_exr(f->context, f->path, &image);
       assert_int_equal(f->log.counts[NEPH_LOG_ERROR], result ? 1 : 0);
       test_log_clear(&f->log);
       neph_image_destroy(image);
-      bytes[at] = kept;
+      whole.bytes[at] = kept;
     }
+    free(whole.bytes);
   }
 }
 

@@ -128,34 +128,13 @@ static void every_kind_is_read_exactly(void **state) {
 
 /* ---- Damaged files ---- */
 
-typedef struct file_bytes {
-  uint8_t *bytes;
-  size_t size;
-} file_bytes;
-
-static file_bytes read_bytes(const char *path) {
-  struct stat status;
-  assert_int_equal(stat(path, &status), 0);
-  file_bytes file = {malloc((size_t)status.st_size), (size_t)status.st_size};
-  FILE *stream = fopen(path, "rb");
-  assert_int_equal(fread(file.bytes, 1, file.size, stream), file.size);
-  fclose(stream);
-  return file;
-}
-
-static void write_bytes(const char *path, const uint8_t *bytes, size_t size) {
-  FILE *stream = fopen(path, "wb");
-  assert_int_equal(fwrite(bytes, 1, size, stream), size);
-  assert_int_equal(fclose(stream), 0);
-}
-
 static void every_prefix_is_an_error(void **state) {
   test_fixture *f = *state;
   write_png(f->path, (png_kind){PNG_COLOR_TYPE_RGB_ALPHA, 16, PNG_INTERLACE_ADAM7});
-  file_bytes file = read_bytes(f->path);
+  test_file file = test_file_read(f->path);
   for (size_t size = 0; size < file.size; size++) {
     neph_image *image;
-    write_bytes(f->path, file.bytes, size);
+    test_file_write(f->path, file.bytes, size);
     assert_int_equal(neph_image_load_png(f->context, f->path, &image), NEPH_ERROR_BAD_FILE);
     assert_null(image);
     assert_one_error(&f->log, f->path, "damaged, cut short or no PNG");
@@ -166,14 +145,14 @@ static void every_prefix_is_an_error(void **state) {
 static void flipped_bytes_are_survived(void **state) {
   test_fixture *f = *state;
   write_png(f->path, (png_kind){PNG_COLOR_TYPE_PALETTE, 8, 0});
-  file_bytes file = read_bytes(f->path);
+  test_file file = test_file_read(f->path);
   np_random random = np_random_start(2, 0, 0, 0, 0);
   for (int i = 0; i < 2000; i++) {
     neph_image *image;
     size_t at = np_random_bits(&random) % file.size;
     uint8_t kept = file.bytes[at];
     file.bytes[at] = (uint8_t)np_random_bits(&random);
-    write_bytes(f->path, file.bytes, file.size);
+    test_file_write(f->path, file.bytes, file.size);
     neph_result result = neph_image_load_png(f->context, f->path, &image);
     assert_int_equal(f->log.counts[NEPH_LOG_ERROR], result ? 1 : 0);
     test_log_clear(&f->log);
@@ -188,7 +167,7 @@ static void huge_claims_are_refused(void **state) {
   test_fixture *f = *state;
   neph_image *image;
   write_png(f->path, (png_kind){PNG_COLOR_TYPE_RGB, 8, 0});
-  file_bytes file = read_bytes(f->path);
+  test_file file = test_file_read(f->path);
   file.bytes[16] = 0x7f;
   png_uint_32 sum = 0xffffffffu;
   for (int i = 12; i < 29; i++) {
@@ -196,7 +175,7 @@ static void huge_claims_are_refused(void **state) {
     for (int bit = 0; bit < 8; bit++) sum = sum >> 1 ^ (sum & 1 ? 0xedb88320u : 0);
   }
   for (int i = 0; i < 4; i++) file.bytes[29 + i] = (uint8_t)(~sum >> (24 - 8 * i));
-  write_bytes(f->path, file.bytes, file.size);
+  test_file_write(f->path, file.bytes, file.size);
   assert_int_equal(neph_image_load_png(f->context, f->path, &image), NEPH_ERROR_BAD_FILE);
   assert_one_error(&f->log, f->path, "claims 2130706451 × 11", "at most 65536 each way");
   free(file.bytes);

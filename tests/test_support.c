@@ -4,6 +4,7 @@
 #include <dirent.h>
 #include <ftw.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 /* ---- Log ---- */
@@ -155,6 +156,25 @@ char *test_path(const char *folder, const char *name) {
   char *path = NULL;
   assert_true(asprintf(&path, "%s/%s", folder, name) > 0);
   return path;
+}
+
+test_file test_file_read(const char *path) {
+  struct stat status;
+  assert_int_equal(stat(path, &status), 0);
+  test_file file = {malloc((size_t)status.st_size), (size_t)status.st_size};
+  assert_non_null(file.bytes);
+  FILE *stream = fopen(path, "rb");
+  assert_non_null(stream);
+  assert_int_equal(fread(file.bytes, 1, file.size, stream), file.size);
+  fclose(stream);
+  return file;
+}
+
+void test_file_write(const char *path, const void *bytes, size_t size) {
+  FILE *stream = fopen(path, "wb");
+  assert_non_null(stream);
+  assert_int_equal(fwrite(bytes, 1, size, stream), size);
+  assert_int_equal(fclose(stream), 0);
 }
 
 char *test_data_path(const char *relative) {

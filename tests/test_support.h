@@ -63,6 +63,15 @@ unsigned test_folder_count(const char *folder);
 /* "folder/name", to be freed with free(). */
 char *test_path(const char *folder, const char *name);
 
+/* The whole of a file; `bytes` to be freed. */
+typedef struct test_file {
+  uint8_t *bytes;
+  size_t size;
+} test_file;
+
+test_file test_file_read(const char *path);
+void test_file_write(const char *path, const void *bytes, size_t size);
+
 /* Path of a real file under the folder of test data, to be freed; skips the test, saying so, where there is none. */
 char *test_data_path(const char *relative);
 

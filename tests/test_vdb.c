@@ -381,25 +381,6 @@ static void damaged_files_are_refused(void **state) {
   neph_context_destroy(context);
 }
 
-static void write_bytes(const char *path, const void *bytes, size_t size) {
-  FILE *file = fopen(path, "wb");
-  assert_non_null(file);
-  assert_int_equal(fwrite(bytes, 1, size, file), size);
-  assert_int_equal(fclose(file), 0);
-}
-
-static void *read_bytes(const char *path, size_t *out_size) {
-  FILE *file = fopen(path, "rb");
-  assert_non_null(file);
-  assert_int_equal(fseek(file, 0, SEEK_END), 0);
-  *out_size = (size_t)ftell(file);
-  rewind(file);
-  void *bytes = malloc(*out_size);
-  assert_int_equal(fread(bytes, 1, *out_size, file), *out_size);
-  fclose(file);
-  return bytes;
-}
-
 /* A file cut anywhere is refused with one message that names it; nothing crashes. */
 static void a_file_cut_anywhere_is_refused(void **state) {
   (void)state;
@@ -407,18 +388,17 @@ static void a_file_cut_anywhere_is_refused(void **state) {
   disk d;
   start_disk(&d);
   write_disk(&d);
-  size_t size;
-  void *bytes = read_bytes(d.path, &size);
+  const test_file whole = test_file_read(d.path);
   char *cut = test_path(d.folder, "cut.vdb");
   for (size_t i = 0; i < CUTS; i++) {
-    write_bytes(cut, bytes, i < 50 ? i : size * i / CUTS);
+    test_file_write(cut, whole.bytes, i < 50 ? i : whole.size * i / CUTS);
     neph_volume *volume;
     assert_int_equal(load(d.context, cut, NULL, &volume), NEPH_ERROR_BAD_FILE);
     assert_null(volume);
     assert_one_error(&d.log, cut);
   }
   free(cut);
-  free(bytes);
+  free(whole.bytes);
   end_disk(&d);
 }
 
@@ -426,7 +406,7 @@ static void what_is_no_vdb_is_refused(void **state) {
   (void)state;
   disk d;
   start_disk(&d);
-  write_bytes(d.path, "P6 64 64 255 this is a picture, and not a small one at that", 60);
+  test_file_write(d.path, "P6 64 64 255 this is a picture, and not a small one at that", 60);
   assert_load_fails(d.context, &d.log, d.path, NULL, NEPH_ERROR_BAD_FILE, "not a VDB file", d.path);
   end_disk(&d);
 }

@@ -22,12 +22,20 @@
 
 #include "core/context_private.h"
 
+/* What all of the Earth's airs share. */
+#define EARTH_MOLECULES                                                                                                \
+  {                                                                                                                    \
+    .profile = NEPH_LAYER_EXPONENTIAL, .top_m = (double)INFINITY, .height_m = 8000.0,                                  \
+    .scattering_per_m = {5.802e-6, 13.558e-6, 33.1e-6}, .phase = NEPH_LAYER_RAYLEIGH                                   \
+  }
+#define EARTH_OZONE                                                                                                    \
+  {                                                                                                                    \
+    .profile = NEPH_LAYER_TENT, .top_m = (double)INFINITY, .center_m = 25000.0, .width_m = 15000.0,                    \
+    .absorption_per_m = {0.650e-6, 1.881e-6, 0.085e-6}, .absorber = NEPH_LAYER_OZONE                                   \
+  }
+
 const neph_atmosphere_layer neph_earth_layers[NEPH_EARTH_LAYER_COUNT] = {
-    {.profile = NEPH_LAYER_EXPONENTIAL,
-     .top_m = (double)INFINITY,
-     .height_m = 8000.0,
-     .scattering_per_m = {5.802e-6, 13.558e-6, 33.1e-6},
-     .phase = NEPH_LAYER_RAYLEIGH},
+    EARTH_MOLECULES,
     {.profile = NEPH_LAYER_EXPONENTIAL,
      .top_m = (double)INFINITY,
      .height_m = 1200.0,
@@ -35,20 +43,11 @@ const neph_atmosphere_layer neph_earth_layers[NEPH_EARTH_LAYER_COUNT] = {
      .absorption_per_m = {0.444e-6, 0.444e-6, 0.444e-6},
      .phase = NEPH_LAYER_CORNETTE_SHANKS,
      .asymmetry = {0.8, 0.8, 0.8}},
-    {.profile = NEPH_LAYER_TENT,
-     .top_m = (double)INFINITY,
-     .center_m = 25000.0,
-     .width_m = 15000.0,
-     .absorption_per_m = {0.650e-6, 1.881e-6, 0.085e-6},
-     .absorber = NEPH_LAYER_OZONE},
+    EARTH_OZONE,
 };
 
 static const neph_atmosphere_layer hazy_layers[NEPH_EARTH_LAYER_COUNT] = {
-    {.profile = NEPH_LAYER_EXPONENTIAL,
-     .top_m = (double)INFINITY,
-     .height_m = 8000.0,
-     .scattering_per_m = {5.802e-6, 13.558e-6, 33.1e-6},
-     .phase = NEPH_LAYER_RAYLEIGH},
+    EARTH_MOLECULES,
     {.profile = NEPH_LAYER_EXPONENTIAL,
      .top_m = (double)INFINITY,
      .height_m = 1200.0,
@@ -56,12 +55,7 @@ static const neph_atmosphere_layer hazy_layers[NEPH_EARTH_LAYER_COUNT] = {
      .absorption_per_m = {5.05e-6, 6.66e-6, 8.90e-6},
      .phase = NEPH_LAYER_HENYEY_GREENSTEIN,
      .asymmetry = {0.7, 0.7, 0.7}},
-    {.profile = NEPH_LAYER_TENT,
-     .top_m = (double)INFINITY,
-     .center_m = 25000.0,
-     .width_m = 15000.0,
-     .absorption_per_m = {0.650e-6, 1.881e-6, 0.085e-6},
-     .absorber = NEPH_LAYER_OZONE},
+    EARTH_OZONE,
 };
 
 static const neph_atmosphere_layer mars_layers[NEPH_EARTH_LAYER_COUNT] = {
