@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Known answers for the artist's lights: each term alone, and what the march makes of them. */
 #include "integrate/look.h"
+#include "integrate/tracking.h"
 
 #include "core/units.h"
 #include "test_support.h"
@@ -47,7 +48,7 @@ static void walks_end_where_every_term_is_faint(void **state) {
   const np_look *looks[] = {&octaves, &softened, &powder};
   for (unsigned i = 0; i < 3; i++) {
     float terms[NP_LOOK_TERMS_MAX];
-    np_look_fill_transmittances(looks[i], np_look_depth_of_interest(looks[i]), terms);
+    np_look_fill_transmittances(looks[i], NP_FAINT_DEPTH / np_look_fade(looks[i]), terms);
     for (unsigned n = 0; n < np_look_count_terms(looks[i]); n++) assert_true((double)terms[n] <= 1.01 * exp(-16.0));
   }
 }
@@ -120,7 +121,7 @@ static void the_derivative_is_the_fall_of_density_towards_the_sun(void **state) 
 
 static double march(const fixture *f, const np_look *look) {
   const np_integrator_settings settings = {
-      .scattering_max = UINT32_MAX, .look = *look, .step_voxels = 0.05f, .light_step_voxels = 0.25f};
+      .scattering_max = UINT32_MAX, .look = *look, .tolerance = 1e-5f, .step_voxels = 0.1f};
   const np_camera_ray ray = {.origin = {7.5, 7.5, 100.0}, .direction = {0, 0, -1}, .jitter = 0.5f};
   np_random random = np_random_start(1, 0, 0, 0, 0);
   np_integrator_sample sample;

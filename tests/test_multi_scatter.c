@@ -67,8 +67,8 @@ static void end(fixture *f) {
 static double march(const fixture *f, np_dvec3 origin, np_vec3 direction, np_random *random) {
   const np_integrator_settings settings = {.scattering_max = UINT32_MAX,
                                            .look = {.octave_count = 1, .gain = 1.0f},
-                                           .step_voxels = 1.0f,
-                                           .light_step_voxels = 1.0f,
+                                           .tolerance = 0.01f,
+                                           .step_voxels = 4.0f,
                                            .transmittance_end = 1e-4f};
   const np_camera_ray ray = {.origin = origin, .direction = direction, .jitter = np_random_float(random)};
   np_integrator_sample sample;

@@ -129,8 +129,8 @@ static np_camera_ray make_ray(const window *w, int n, const double shift[2], np_
 static double sample_radiance(const fixture *f, const np_camera_ray *ray, np_random *random, int band) {
   const np_integrator_settings settings = {.scattering_max = UINT32_MAX,
                                            .look = {.octave_count = 1, .gain = 1.0f},
-                                           .step_voxels = 1.0f,
-                                           .light_step_voxels = 1.0f,
+                                           .tolerance = 0.01f,
+                                           .step_voxels = 4.0f,
                                            .transmittance_end = 1e-4f};
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->context));
   np_integrator_sample sample;

@@ -43,8 +43,8 @@ typedef struct np_look {
 typedef struct np_integrator_settings {
   unsigned scattering_max; /* scatterings in cloud along a path; 0xffffffff: no limit */
   np_look look;            /* of the march */
-  float step_voxels;       /* longest step of the march */
-  float light_step_voxels; /* longest step towards a light */
+  float tolerance;         /* of the march: what its steps may err by, as a share of a ray's light */
+  float step_voxels;       /* its longest step */
   float transmittance_end; /* a ray of the march below this ends, or goes on with it, by Russian roulette */
 } np_integrator_settings;
 

@@ -20,21 +20,19 @@
 #include "integrate/integrator.h"
 #include "core/stable.h"
 
-/* Beyond this optical depth, counted in the slowest term, no light is worth walking for. */
-#define NP_FAINT_DEPTH 16.0f
-
 static inline unsigned np_look_count_terms(const np_look *look) {
   if (look->kind == NP_LOOK_OCTAVES) return look->octave_count;
   return look->kind == NP_LOOK_DERIVATIVE ? 1 : 2;
 }
 
-/* Optical depth at which even the slowest term is faint. */
-static inline float np_look_depth_of_interest(const np_look *look) {
-  if (look->kind == NP_LOOK_DERIVATIVE) return NP_FAINT_DEPTH;
-  if (look->kind != NP_LOOK_OCTAVES) return NP_FAINT_DEPTH / look->softened_rate;
+/* Share of the optical depth by which the slowest term fades that does fade in any cloud there is. */
+static inline float np_look_fade(const np_look *look) {
+  if (look->kind == NP_LOOK_DERIVATIVE) return 1.0f;
+  if (look->kind != NP_LOOK_OCTAVES) return look->softened_rate;
   float slowest = 1.0f;
-  for (unsigned n = 1; n < look->octave_count; n++) slowest *= look->octave_depth;
-  return NP_FAINT_DEPTH / slowest;
+  for (unsigned n = 1; n < look->octave_count && slowest * look->octave_depth > 0.001f; n++)
+    slowest *= look->octave_depth;
+  return slowest;
 }
 
 /* Phase values at one angle, times what light each term has. */

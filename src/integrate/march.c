@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The march: exponential midpoint steps through the clouds, cut at the cells of every cloud's bricks.
+/* The march: exponential steps through the clouds, equal in opacity (integrate/step.h).
  *
- * Over a step of length h with extinction σ (at its midpoint) and source S per unit of extinction, the equation of
- * transfer gives L += T·S·(1 − e^{−σh}), T the transmittance to the step; second order, and exact where σ and S are
- * constant. Air between camera and step enters by parts: with I(t) its in-scatter and Tₐ(t) its transmittance to t,
- * ∫T dI = T(end)·I(end) + ∫I·(−dT), so that each step adds (Tₐ·S + I)·(−ΔT).
+ * Over a step of optical depth h with source S per unit of extinction, the equation of transfer gives
+ * L += T·S·(1 − e^{−h}), T the transmittance to the step: exact where S is constant, whatever the extinction does, and
+ * where it is linear too, with S from the mean place of what the step hides. Air between camera and step enters by
+ * parts: with I(t) its in-scatter and Tₐ(t) its transmittance to t, ∫T dI = T(end)·I(end) + ∫I·(−dT), so that each step
+ * adds (Tₐ·S + I)·(−ΔT).
  *
  * Where the view has a solution of the multiple scattering (light/multi_scatter.c) the march runs in its scaled
  * medium, with σ′ = Σ k·σ for σ. S is sunlight that came as if straight, times the direct term D
@@ -17,7 +18,7 @@
  */
 #include "core/isa.h"
 #include "integrate/look.h"
-#include "integrate/stretch.h"
+#include "integrate/step.h"
 #include "integrate/surroundings.h"
 #include "light/multi_scatter.h"
 
@@ -25,8 +26,10 @@ void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_s
                                 const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
 double NP_KERNEL(np_march_half_distance)(const np_scene_view *view, const np_camera_ray *ray, double distance_max);
 
-/* Longest step in the scaled medium, in its optical depth at the densest point of a cell. */
-static const float step_depth = 0.6f;
+enum { PIECES = 16 }; /* of a stretch, looked up together */
+
+/* Opacity of a ray below which its error need not shrink with it. */
+static const float opacity_least = 1e-4f;
 
 typedef struct march {
   const np_scene_view *view;
@@ -43,16 +46,17 @@ typedef struct march {
   np_spectrum peak_depth;             /* optical depth that the scaled medium has less */
   float carry;                        /* what later steps can still contribute; 0 ends the ray */
   float transmittance;
-  double air_distance; /* where `air` was last looked up */
-  np_aerial_perspective air;
+  np_step step;         /* being gathered */
+  np_step_knot knot;    /* where it ends */
+  double step_length_m; /* of the longest */
   np_integrator_sample *out;
 } march;
 
 static float march_shadow(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
                           np_vec3 to_sun, np_random *random) {
   (void)random;
-  return np_transmittance(
-      np_track_depth(view, position, to_sun, INFINITY, settings->light_step_voxels, NP_FAINT_DEPTH));
+  const np_depth_question question = {.fade = 1.0f, .error = settings->tolerance};
+  return np_transmittance(np_track_depth(view, position, to_sun, &question));
 }
 
 static void set_sun_phases(march *m) {
@@ -85,17 +89,16 @@ static void add_terms(march *m, np_component single, const float *phases, const 
   add_scaled(m->out, NP_COMPONENT_MULTIPLE, look->gain * multiple, light);
 }
 
-static void fill_transmittances(const march *m, np_dvec3 position, np_vec3 direction, float out[NP_LOOK_TERMS_MAX]) {
-  const np_look *look = &m->settings->look;
-  np_look_fill_transmittances(look,
-                              np_track_depth(m->view, position, direction, INFINITY, m->settings->light_step_voxels,
-                                             np_look_depth_of_interest(look)),
-                              out);
+/* What of the light from `direction` the clouds let through. */
+static void fill_transmittances(const march *m, np_dvec3 position, np_vec3 direction, float error,
+                                float out[NP_LOOK_TERMS_MAX]) {
+  const np_depth_question question = {np_look_fade(&m->settings->look), error};
+  np_look_fill_transmittances(&m->settings->look, np_track_depth(m->view, position, direction, &question), out);
 }
 
 /* Sunlight scattered towards the camera at `position`, weighted: `share[i]` is what part of the step's opacity, times
- * albedo, the i-th active cloud has. */
-static void add_sun(march *m, np_dvec3 position, const np_media *all, const np_stretch *s, const np_spectrum *share,
+ * albedo, its i-th cloud has. */
+static void add_sun(march *m, np_dvec3 position, const np_step *s, const np_spectrum *share, float error,
                     np_spectrum weight) {
   const np_look *look = &m->settings->look;
   const np_spectrum sun = np_spectrum_multiply(np_light_sun(m->view, position, m->to_sun), weight);
@@ -105,10 +108,10 @@ static void add_sun(march *m, np_dvec3 position, const np_media *all, const np_s
   if (is_slope) {
     transmittances[0] = np_look_slope(look, m->view, position, m->to_sun);
   } else {
-    fill_transmittances(m, position, m->to_sun, transmittances);
+    fill_transmittances(m, position, m->to_sun, error, transmittances);
   }
   for (unsigned i = 0; i < s->count; i++) {
-    const np_view_volume *volume = all->medium[s->active[i]].volume;
+    const np_view_volume *volume = s->volume[i];
     const float even = 1.0f / NP_PI_F, *phases = is_slope ? &even : m->sun_phase[volume - m->view->volumes];
     const np_spectrum light = np_spectrum_scale(sun, np_look_weight(look, volume, position));
     add_terms(m, NP_COMPONENT_SUN, phases, transmittances, np_spectrum_multiply(light, share[i]));
@@ -146,12 +149,12 @@ static np_vec3 draw_direction(const np_phase *phase, np_vec3 forward, np_random 
 }
 
 /* Light from sky or ground along one direction. */
-static void add_surroundings(march *m, np_dvec3 position, const np_media *all, const np_stretch *s,
-                             const np_spectrum *share, np_spectrum weight) {
+static void add_surroundings(march *m, np_dvec3 position, const np_step *s, const np_spectrum *share, float error,
+                             np_spectrum weight) {
   float draw_weight, pdf;
   const unsigned chosen = draw_cloud(share, s->count, m->random, &draw_weight);
   if (draw_weight <= 0.0f) return;
-  const np_phase *phase = &all->medium[s->active[chosen]].volume->phase;
+  const np_phase *phase = &s->volume[chosen]->phase;
   const np_vec3 forward = m->ray->direction;
   const np_vec3 direction = draw_direction(phase, forward, m->random, &pdf);
   bool is_ground;
@@ -160,7 +163,7 @@ static void add_surroundings(march *m, np_dvec3 position, const np_media *all, c
   light = np_spectrum_multiply(light, np_spectrum_multiply(weight, share[chosen]));
   if (np_spectrum_is_zero(light)) return;
   float transmittances[NP_LOOK_TERMS_MAX], phases[NP_LOOK_TERMS_MAX];
-  fill_transmittances(m, position, direction, transmittances);
+  fill_transmittances(m, position, direction, error, transmittances);
   np_look_fill_phases(&m->settings->look, phase,
                       np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z), phases);
   light = np_spectrum_scale(light, draw_weight / pdf);
@@ -168,23 +171,16 @@ static void add_surroundings(march *m, np_dvec3 position, const np_media *all, c
 }
 
 /* Optical depths of the scaled medium and of its forward peak from a point to the sun. */
-static void track_scaled_depth(const march *m, np_dvec3 position, np_spectrum *out_scaled, np_spectrum *out_peak) {
+static void track_scaled_depth(const march *m, np_dvec3 position, float error, np_spectrum *out_scaled,
+                               np_spectrum *out_peak) {
   *out_scaled = *out_peak = np_spectrum_grey(0.0f);
-  float depth = 0.0f;
-  for (unsigned v = 0; v < m->view->volume_count && depth < NP_FAINT_DEPTH; v++) {
+  float faded = 0.0f;
+  for (unsigned v = 0; v < m->view->volume_count && faded < NP_FAINT_DEPTH; v++) {
     const np_view_volume *volume = &m->view->volumes[v];
     const float forward = m->scatter->phases[v].forward;
-    const float least = 1.0f - forward * np_spectrum_max(volume->albedo);
-    const float steps_per_m = np_track_voxels_per_m(volume, m->to_sun) / m->settings->light_step_voxels;
-    float own = 0.0f;
-    np_brick_walk walk;
-    np_brick_span span;
-    np_track_start(&walk, volume, position, m->to_sun, 0.0, INFINITY);
-    while (depth + least * own < NP_FAINT_DEPTH && np_brick_walk_next(&walk, &span))
-      own +=
-          volume->extinction_per_value *
-          np_track_span_integral(volume->bricks, &walk, &span, steps_per_m / fminf(1.0f + depth + least * own, 4.0f));
-    depth += least * own;
+    const np_depth_question question = {1.0f - forward * np_spectrum_max(volume->albedo), error};
+    const float own = np_track_volume_depth(volume, position, m->to_sun, INFINITY, &question, faded);
+    faded += question.fade * own;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
       const float peak = own * forward * volume->albedo.band[b];
       out_peak->band[b] += peak;
@@ -193,16 +189,15 @@ static void track_scaled_depth(const march *m, np_dvec3 position, np_spectrum *o
   }
 }
 
-/* Sunlight thrown towards the camera by each active cloud; `scattering` is its ϖσ times what one unit of that counts
+/* Sunlight thrown towards the camera by each cloud of a step; `scattering` is its ϖτ times what one unit of that counts
  * for. Scattered once it is T·p·e^{−τ}, which is part of D. */
-static void add_scaled_sun(march *m, np_dvec3 position, const np_media *all, const np_stretch *s,
-                           const np_spectrum *scattering) {
+static void add_scaled_sun(march *m, np_dvec3 position, const np_step *s, float error, const np_spectrum *scattering) {
   const np_spectrum sun = np_light_sun(m->view, position, m->to_sun);
   if (np_spectrum_is_zero(sun)) return;
   np_spectrum depth, peak;
-  track_scaled_depth(m, position, &depth, &peak);
+  track_scaled_depth(m, position, error, &depth, &peak);
   for (unsigned i = 0; i < s->count; i++) {
-    const np_peak_column *column = &m->columns[all->medium[s->active[i]].volume - m->view->volumes];
+    const np_peak_column *column = &m->columns[s->volume[i] - m->view->volumes];
     np_spectrum single, multiple;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
       const float light = sun.band[b] * np_transmittance(depth.band[b]) * scattering[i].band[b];
@@ -215,13 +210,12 @@ static void add_scaled_sun(march *m, np_dvec3 position, const np_media *all, con
   }
 }
 
-static void add_solution(march *m, np_dvec3 position, const np_media *all, const np_stretch *s,
-                         const np_spectrum *scattering) {
+static void add_solution(march *m, np_dvec3 position, const np_step *s, const np_spectrum *scattering) {
   np_light_moments moments;
   np_multi_scatter_gather(m->scatter, position, &moments);
   for (unsigned i = 0; i < s->count; i++) {
-    const ptrdiff_t volume = all->medium[s->active[i]].volume - m->view->volumes;
-    const np_spectrum light = np_multi_scatter_towards(&moments, &m->scatter->phases[volume], m->harmonics);
+    const np_scaled_phase *phase = &m->scatter->phases[s->volume[i] - m->view->volumes];
+    const np_spectrum light = np_multi_scatter_towards(&moments, phase, m->harmonics);
     add_scaled(m->out, NP_COMPONENT_MULTIPLE, 1.0f, np_spectrum_multiply(light, scattering[i]));
   }
 }
@@ -247,108 +241,153 @@ static void pass_scaled(march *m, const np_spectrum *depth, const np_spectrum *p
   m->carry = settled;
 }
 
+/* What the light of a step that hides `opacity` may be wrong by: all the less the more of its ray's it is. */
+static float find_light_error(const march *m, float opacity) {
+  const float all = fmaxf(1.0f - m->carry + opacity, opacity_least);
+  return m->settings->tolerance * all / fmaxf(opacity, 1e-6f);
+}
+
 /* One exponential step in the scaled medium. What a step sees of the peak's depth is that at its middle. */
-static void step_scaled(march *m, const np_media *all, const np_stretch *s, double begin, double end,
-                        const np_aerial_perspective *air) {
-  const double middle = 0.5 * (begin + end);
-  const float length = (float)(end - begin);
+static void light_scaled(march *m, const np_step *s) {
+  const double middle = np_step_middle(s);
   np_spectrum scattering[NP_VIEW_VOLUMES_MAX], depth = np_spectrum_grey(0.0f), peak = depth, whole = depth, weight;
   float total = 0.0f;
   for (unsigned i = 0; i < s->count; i++) {
-    const np_view_volume *volume = all->medium[s->active[i]].volume;
-    const float own = np_medium_extinction(&all->medium[s->active[i]], middle) * length;
-    scattering[i] = np_spectrum_scale(volume->albedo, own);
-    peak = np_spectrum_add_scaled(peak, m->scatter->phases[volume - m->view->volumes].forward, scattering[i]);
+    scattering[i] = np_spectrum_scale(s->volume[i]->albedo, s->depth[i]);
+    peak = np_spectrum_add_scaled(peak, m->scatter->phases[s->volume[i] - m->view->volumes].forward, scattering[i]);
     whole = np_spectrum_add(whole, scattering[i]);
-    total += own;
+    total += s->depth[i];
   }
-  if (total <= 0.0f) return;
+  const np_aerial_perspective air =
+      np_light_air(m->view, m->view->camera_sky, m->ray->origin, m->ray->direction, middle);
   const float opacity = -expm1f(-total);
-  add_scaled(m->out, NP_COMPONENT_AIR, m->transmittance * opacity, air->inscatter);
+  add_scaled(m->out, NP_COMPONENT_AIR, m->transmittance * opacity, air.inscatter);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     depth.band[b] = total - peak.band[b];
-    weight.band[b] = m->scaled.band[b] * np_step_weight(depth.band[b]) * air->transmittance.band[b];
+    weight.band[b] = m->scaled.band[b] * np_step_weight(depth.band[b]) * air.transmittance.band[b];
   }
   np_integrator_add_opaque(m->out, m->transmittance * opacity, middle, np_spectrum_scale(whole, 1.0f / total));
-  const float loss = m->carry * fminf(np_spectrum_max(depth), 1.0f);
+  const float loss = m->carry * -expm1f(-np_spectrum_max(depth));
   const np_spectrum half_peak = np_spectrum_scale(peak, 0.5f);
   m->peak_depth = np_spectrum_add(m->peak_depth, half_peak);
   for (unsigned i = 0; i < s->count; i++) scattering[i] = np_spectrum_multiply(scattering[i], weight);
   const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
-  if (loss >= 1e-6f) {
-    add_solution(m, position, all, s, scattering);
-    add_scaled_sun(m, position, all, s, scattering);
-  }
+  add_solution(m, position, s, scattering);
+  add_scaled_sun(m, position, s, find_light_error(m, loss), scattering);
   pass_scaled(m, &depth, &half_peak, opacity);
 }
 
-/* One exponential step; `air` is that between the camera and its middle. */
-static void step(march *m, const np_media *all, const np_stretch *s, double begin, double end,
-                 const np_aerial_perspective *air) {
-  const double middle = 0.5 * (begin + end);
-  float extinction[NP_VIEW_VOLUMES_MAX], total = 0.0f;
-  for (unsigned i = 0; i < s->count; i++) {
-    extinction[i] = np_medium_extinction(&all->medium[s->active[i]], middle);
-    total += extinction[i];
-  }
-  if (total <= 0.0f) return;
-  const float opacity = -expm1f(-total * (float)(end - begin)), loss = m->transmittance * opacity;
-  add_scaled(m->out, NP_COMPONENT_AIR, loss, air->inscatter);
+/* One exponential step. */
+static void light_single(march *m, const np_step *s) {
+  const double middle = np_step_middle(s);
+  float total = 0.0f;
+  for (unsigned i = 0; i < s->count; i++) total += s->depth[i];
+  const np_aerial_perspective air =
+      np_light_air(m->view, m->view->camera_sky, m->ray->origin, m->ray->direction, middle);
+  const float opacity = -expm1f(-total), loss = m->transmittance * opacity, error = find_light_error(m, loss);
+  add_scaled(m->out, NP_COMPONENT_AIR, loss, air.inscatter);
   m->carry = m->transmittance = settle(m->transmittance * (1.0f - opacity), m->settings->transmittance_end, m->random);
   np_spectrum share[NP_VIEW_VOLUMES_MAX];
   for (unsigned i = 0; i < s->count; i++) {
-    share[i] = np_spectrum_scale(all->medium[s->active[i]].volume->albedo, extinction[i] / total);
-    np_integrator_add_opaque(m->out, loss * extinction[i] / total, middle, all->medium[s->active[i]].volume->albedo);
+    share[i] = np_spectrum_scale(s->volume[i]->albedo, s->depth[i] / total);
+    np_integrator_add_opaque(m->out, loss * s->depth[i] / total, middle, s->volume[i]->albedo);
   }
-  if (loss < 1e-6f || m->settings->scattering_max == 0) return;
+  if (m->settings->scattering_max == 0) return;
   const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
-  const float sun = settle(loss, 0.01f, m->random), sky = settle(loss, 0.1f, m->random);
-  if (sun > 0.0f) add_sun(m, position, all, s, share, np_spectrum_scale(air->transmittance, sun));
-  if (sky > 0.0f) add_surroundings(m, position, all, s, share, np_spectrum_scale(air->transmittance, sky));
+  const float sun = settle(loss, 0.1f * m->settings->tolerance, m->random), sky = settle(loss, 0.1f, m->random);
+  if (sun > 0.0f) add_sun(m, position, s, share, error, np_spectrum_scale(air.transmittance, sun));
+  if (sky > 0.0f) add_surroundings(m, position, s, share, error, np_spectrum_scale(air.transmittance, sky));
 }
 
-/* The air up to `distance`; where one stretch ends and the next begins it is looked up once. */
-static np_aerial_perspective look_through_air(march *m, double distance) {
-  if (distance != m->air_distance) {
-    m->air = np_light_air(m->view, m->view->camera_sky, m->ray->origin, m->ray->direction, distance);
-    m->air_distance = distance;
+/* ---- From cells to steps ---- */
+
+static void set_knot(march *m, float share) {
+  m->knot = (np_step_knot){.hiding = share * np_step_depth(m->settings->tolerance, m->carry),
+                           .distance = (double)share * m->step_length_m};
+}
+
+/* Lights what has been gathered. */
+static void close_step(march *m) {
+  if (m->step.hiding > 0.0f) (m->scatter ? light_scaled : light_single)(m, &m->step);
+  m->step.count = 0;
+}
+
+/* Gathers a piece of constant extinction, of which steps count `hiding` a metre; lights the steps that end in it. */
+static void pass_piece(march *m, const np_media *all, const np_stretch *s, const float *extinction, double begin,
+                       double length, float hiding) {
+  if (!(hiding > 0.0f)) {
+    close_step(m);
+    return;
   }
-  return m->air;
+  while (length > 0.0 && m->carry > 0.0f) {
+    if (m->step.count == 0) np_step_open(&m->step, all, s, begin);
+    const double room = fmax(fmin((double)(m->knot.hiding / hiding), m->knot.distance), 0.0);
+    const double part = fmin(length, room);
+    np_step_add(&m->step, extinction, part, hiding * (float)part);
+    m->knot.hiding -= hiding * (float)part;
+    m->knot.distance -= part;
+    begin += part;
+    length -= part;
+    if (part < room) continue;
+    close_step(m);
+    set_knot(m, 1.0f);
+  }
 }
 
-static np_aerial_perspective mix_air(const np_aerial_perspective *a, const np_aerial_perspective *b, float t) {
-  return (np_aerial_perspective){np_spectrum_mix(a->transmittance, b->transmittance, t),
-                                 np_spectrum_mix(a->inscatter, b->inscatter, t)};
+/* What one metre of a cloud of the view counts for in a step's hiding, over its extinction. */
+static float find_hiding(const march *m, const np_view_volume *volume) {
+  if (!m->scatter) return 1.0f;
+  return 1.0f - m->scatter->phases[volume - m->view->volumes].forward * np_spectrum_max(volume->albedo);
 }
 
-/* The densest that a stretch can be, scaled. */
-static float find_scaled_extinction(const march *m, const np_media *all, const np_stretch *s) {
-  float sum = 0.0f;
+/* How a stretch is cut. */
+typedef struct partition {
+  int count;
+  bool is_mean; /* pieces know their means, not what is in their middles */
+} partition;
+
+/* Pieces whose error is small against what the ray has hidden with them. Where so many are wanted that each voxel is
+ * looked at more often than its exact mean takes, a quarter of them with their means do. */
+static partition choose_partition(const march *m, const np_media *all, const np_stretch *s, const float *hiding) {
+  const float length = (float)(s->end - s->begin);
+  float variation = 0.0f, bound = 0.0f, voxels = 0.0f;
   for (unsigned i = 0; i < s->count; i++) {
     const np_medium *cloud = &all->medium[s->active[i]];
-    const float forward = m->scatter->phases[cloud->volume - m->view->volumes].forward;
-    sum += (1.0f - forward * np_spectrum_max(cloud->volume->albedo)) * cloud->volume->extinction_per_value *
-           cloud->span.range.max;
+    variation += hiding[i] * np_medium_variation(cloud) * length;
+    bound += hiding[i] * np_medium_bound(cloud) * length;
+    voxels = fmaxf(voxels, cloud->voxels_per_m * length);
   }
-  return sum;
+  const float hidden = fminf(fmaxf(1.0f - m->carry + m->carry * bound, opacity_least), 1.0f);
+  const int count = np_track_count_samples(variation * m->carry / (m->settings->tolerance * hidden));
+  if ((float)count > 6.0f * voxels + 4.0f) return (partition){count / 4, true};
+  return (partition){count > 1 ? count : 1, false};
 }
 
-/* Steps through a stretch: whole steps shifted by the ray's jitter, cut at both ends. */
+/* Cuts a stretch into pieces and those into steps. */
 static void cross(march *m, const np_media *all, const np_stretch *s) {
-  const double length = s->end - s->begin;
-  float steps_per_m = 0.0f;
-  for (unsigned i = 0; i < s->count; i++) steps_per_m = fmaxf(steps_per_m, all->medium[s->active[i]].steps_per_m);
-  if (m->scatter) steps_per_m = fmaxf(steps_per_m, find_scaled_extinction(m, all, s) / step_depth);
-  const int count = (int)fmin(fmax(1.0, ceil(length * (double)steps_per_m)), 4096.0);
-  const np_aerial_perspective near = look_through_air(m, s->begin), far = look_through_air(m, s->end);
-  float begin = 0.0f;
-  for (int k = 0; k <= count && m->carry > 0.0f; k++) {
-    const float end = fminf(((float)k + m->ray->jitter) / (float)count, 1.0f);
-    const np_aerial_perspective air = mix_air(&near, &far, 0.5f * (begin + end));
-    const double from = s->begin + length * (double)begin, to = s->begin + length * (double)end;
-    if (end > begin) (m->scatter ? step_scaled : step)(m, all, s, from, to, &air);
-    begin = end;
+  float hiding[NP_VIEW_VOLUMES_MAX], found[NP_VIEW_VOLUMES_MAX][PIECES];
+  for (unsigned i = 0; i < s->count; i++) hiding[i] = find_hiding(m, all->medium[s->active[i]].volume);
+  if (!np_step_goes_on(&m->step, all, s)) close_step(m);
+  const partition cut = choose_partition(m, all, s, hiding);
+  const double length = (s->end - s->begin) / cut.count;
+  for (int first = 0; first < cut.count && m->carry > 0.0f; first += PIECES) {
+    const int some = cut.count - first < PIECES ? cut.count - first : PIECES;
+    const double begin = s->begin + length * first;
+    for (unsigned i = 0; i < s->count; i++)
+      np_medium_fill_extinction(&all->medium[s->active[i]], begin, length, some, cut.is_mean, found[i]);
+    for (int k = 0; k < some && m->carry > 0.0f; k++) {
+      float extinction[NP_VIEW_VOLUMES_MAX], sum = 0.0f;
+      for (unsigned i = 0; i < s->count; i++) sum += hiding[i] * (extinction[i] = found[i][k]);
+      pass_piece(m, all, s, extinction, begin + length * k, length, sum);
+    }
   }
+}
+
+/* The longest step, m: of that cloud whose voxels are smallest. */
+static double find_step_length(const march *m, const np_media *all) {
+  float voxels_per_m = 0.0f;
+  for (unsigned i = 0; i < all->count; i++) voxels_per_m = fmaxf(voxels_per_m, all->medium[i].voxels_per_m);
+  return (double)(m->settings->step_voxels / voxels_per_m);
 }
 
 void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_settings *settings,
@@ -364,15 +403,17 @@ void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_s
              .scaled = np_spectrum_grey(1.0f),
              .carry = 1.0f,
              .transmittance = 1.0f,
-             .air_distance = -1.0,
              .out = out};
   np_media all;
-  np_media_start(&all, view, ray, out->is_ground_behind ? hit.distance_m : HUGE_VAL, settings->step_voxels);
+  np_media_start(&all, view, ray, out->is_ground_behind ? hit.distance_m : HUGE_VAL);
   if (all.count > 0) {
     m.to_sun = np_light_sample_sun(view, np_random_float(random), np_random_float(random));
     m.scatter ? set_columns(&m) : set_sun_phases(&m);
+    m.step_length_m = find_step_length(&m, &all);
+    set_knot(&m, ray->jitter);
     np_stretch s;
     while (m.carry > 0.0f && np_media_next(&all, &s)) cross(&m, &all, &s);
+    close_step(&m);
   }
   out->transmittance = m.transmittance;
   np_surroundings_add_behind(view, settings, ray, out->is_ground_behind ? &hit : NULL, m.transmittance, march_shadow,
@@ -387,13 +428,16 @@ double NP_KERNEL(np_march_half_distance)(const np_scene_view *view, const np_cam
   np_media all;
   np_stretch s;
   float depth = 0.0f;
-  np_media_start(&all, view, ray, distance_max, 1.0f);
+  np_media_start(&all, view, ray, distance_max);
   while (np_media_next(&all, &s)) {
+    const double length = (s.end - s.begin) / NP_BRICK_EDGE;
+    float extinction[NP_BRICK_EDGE] = {0.0f}, own[NP_BRICK_EDGE];
+    for (unsigned i = 0; i < s.count; i++) {
+      np_medium_fill_extinction(&all.medium[s.active[i]], s.begin, length, NP_BRICK_EDGE, false, own);
+      for (int k = 0; k < NP_BRICK_EDGE; k++) extinction[k] += own[k];
+    }
     for (int k = 0; k < NP_BRICK_EDGE; k++) {
-      const double length = (s.end - s.begin) / NP_BRICK_EDGE, middle = s.begin + length * ((double)k + 0.5);
-      float extinction = 0.0f;
-      for (unsigned i = 0; i < s.count; i++) extinction += np_medium_extinction(&all.medium[s.active[i]], middle);
-      const float added = extinction * (float)length, missing = NP_LN2_F - depth;
+      const float added = extinction[k] * (float)length, missing = NP_LN2_F - depth;
       if (added >= missing) return s.begin + length * ((double)k + (double)(missing / added));
       depth += added;
     }

@@ -11,7 +11,7 @@ typedef struct np_medium {
   const np_view_volume *volume;
   np_brick_walk walk;
   np_brick_span span;
-  float steps_per_m;
+  float voxels_per_m; /* along the ray */
 } np_medium;
 
 /* The clouds along a ray, advanced together. */
@@ -29,13 +29,13 @@ typedef struct np_stretch {
 } np_stretch;
 
 static inline void np_media_start(np_media *all, const np_scene_view *view, const np_camera_ray *ray,
-                                  double distance_end, float step_voxels) {
+                                  double distance_end) {
   all->count = 0;
   all->position = 0.0;
   for (unsigned i = 0; i < view->volume_count; i++) {
     np_medium *m = &all->medium[all->count];
     m->volume = &view->volumes[i];
-    m->steps_per_m = np_track_voxels_per_m(m->volume, ray->direction) / step_voxels;
+    m->voxels_per_m = np_track_voxels_per_m(m->volume, ray->direction);
     np_track_start(&m->walk, m->volume, ray->origin, ray->direction, 0.0, distance_end);
     if (np_brick_walk_next(&m->walk, &m->span)) all->count++;
   }
@@ -72,10 +72,29 @@ static inline bool np_media_next(np_media *all, np_stretch *out) {
   return true;
 }
 
-static inline float np_medium_extinction(const np_medium *m, double t) {
-  if (m->span.brick == NP_BRICK_NONE) return m->span.range.min * m->volume->extinction_per_value;
-  return m->volume->extinction_per_value *
-         np_brick_sample(m->volume->bricks, m->span.brick, np_brick_walk_local(&m->walk, &m->span, t));
+/* Extinction of `count` equal pieces, `length` m each, from `t` on: in their middles, or their means. */
+static inline void np_medium_fill_extinction(const np_medium *m, double t, double length, int count, bool is_mean,
+                                             float *out) {
+  const float per_value = m->volume->extinction_per_value;
+  if (m->span.brick == NP_BRICK_NONE) {
+    for (int k = 0; k < count; k++) out[k] = per_value * m->span.range.min;
+    return;
+  }
+  const np_bricks *bricks = m->volume->bricks;
+  const np_vec3 begin = np_brick_walk_local(&m->walk, &m->span, t);
+  const np_vec3 end = np_brick_walk_local(&m->walk, &m->span, t + length * count);
+  const np_vec3 step = np_vec3_scale(np_vec3_subtract(end, begin), 1.0f / (float)count);
+  for (int k = 0; k < count; k++) {
+    const np_vec3 from = np_vec3_add(begin, np_vec3_scale(step, is_mean ? (float)k : (float)k + 0.5f));
+    out[k] = per_value * (is_mean ? np_track_mean(bricks, m->span.brick, from, step)
+                                  : np_brick_sample(bricks, m->span.brick, from));
+  }
 }
+
+/* Bound of the extinction in the medium's cell less its least, and that bound itself, 1/m. */
+static inline float np_medium_variation(const np_medium *m) {
+  return m->volume->extinction_per_value * (m->span.range.max - m->span.range.min);
+}
+static inline float np_medium_bound(const np_medium *m) { return m->volume->extinction_per_value * m->span.range.max; }
 
 #endif

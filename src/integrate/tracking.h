@@ -24,48 +24,7 @@ static inline float np_track_voxels_per_m(const np_view_volume *volume, np_vec3 
   return (float)np_dvec3_length(np_affine_vector(&volume->world_to_index, np_vec3_to_double(direction)));
 }
 
-/* ∫ value ds over one span by the midpoint rule, value·m. */
-static inline float np_track_span_integral(const np_bricks *bricks, const np_brick_walk *walk,
-                                           const np_brick_span *span, float steps_per_m) {
-  const float length = (float)(span->t_end - span->t_begin);
-  if (span->brick == NP_BRICK_NONE) return span->range.min * length;
-  const int count = (int)fmaxf(1.0f, ceilf(length * steps_per_m));
-  const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
-  const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
-  const np_vec3 step = np_vec3_scale(np_vec3_subtract(end, begin), 1.0f / (float)count);
-  float sum = 0.0f;
-  for (int k = 0; k < count; k++)
-    sum += np_brick_sample(bricks, span->brick, np_vec3_add(begin, np_vec3_scale(step, (float)k + 0.5f)));
-  return sum * length / (float)count;
-}
-
-/* Optical depth along a ray; what lies beyond `depth_end` is not looked at. Steps grow with the depth already passed,
- * up to fourfold: an error there is damped by what lies before it. */
-static inline float np_track_depth(const np_scene_view *view, np_dvec3 origin, np_vec3 direction, double distance_end,
-                                   float step_voxels, float depth_end) {
-  float depth = 0.0f;
-  for (unsigned i = 0; i < view->volume_count && depth < depth_end; i++) {
-    const np_view_volume *volume = &view->volumes[i];
-    const float steps_per_m = np_track_voxels_per_m(volume, direction) / step_voxels;
-    np_brick_walk walk;
-    np_brick_span span;
-    np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
-    while (depth < depth_end && np_brick_walk_next(&walk, &span))
-      depth += volume->extinction_per_value *
-               np_track_span_integral(volume->bricks, &walk, &span, steps_per_m / fminf(1.0f + depth, 4.0f));
-  }
-  return depth;
-}
-
-/* Exponential distance of a unit-rate process, from 53 bits: its tail reaches a depth of 36. */
-static inline double np_track_flight(np_random *random) { return -log1p(-np_random_double(random)); }
-
-/* The same, given that it ends before `depth`: exact however small that is. */
-static inline double np_track_forced_flight(double depth, np_random *random) {
-  return fmin(-log1p(np_random_double(random) * expm1(-depth)), depth);
-}
-
-/* ∫ value ds over the part of a span from the local position `begin` on to begin + along, as a mean: exactly. Between
+/* Mean of the value over the part of a span from the local position `begin` on to begin + along: exactly. Between
  * two faces of the lattice of samples the trilinear field is a cubic along the ray, which two Gauss points integrate.
  */
 static inline float np_track_mean(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along) {
@@ -88,6 +47,78 @@ static inline float np_track_mean(const np_bricks *bricks, uint32_t brick, np_ve
     t = end;
   }
   return sum;
+}
+
+/* Look-ups that np_track_mean() takes, or some more. */
+static inline float np_track_mean_cost(np_vec3 along) {
+  return 2.0f * (fabsf(along.x) + fabsf(along.y) + fabsf(along.z) + 1.0f);
+}
+
+/* Midpoint samples of a cell that leave an error of the order of the tolerance. `variation` is what the depth of the
+ * cell varies by, bound less least times length, over what it may be wrong by. The rule's error falls with the square
+ * of their number; where it is far below the tolerance no look-up is worth its while, and 0 is returned. */
+static inline int np_track_count_samples(float variation) {
+  if (variation < 0.25f) return 0;
+  return (int)fminf(ceilf(0.6f * sqrtf(variation)), 4096.0f);
+}
+
+/* ∫ value ds over one span, value·m, by the midpoint rule, or exactly where that takes fewer look-ups; without samples,
+ * from the cell's range alone. */
+static inline float np_track_span_integral(const np_bricks *bricks, const np_brick_walk *walk,
+                                           const np_brick_span *span, int count) {
+  const float length = (float)(span->t_end - span->t_begin);
+  if (count == 0 || span->brick == NP_BRICK_NONE) return 0.5f * (span->range.min + span->range.max) * length;
+  const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
+  const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
+  const np_vec3 along = np_vec3_subtract(end, begin), step = np_vec3_scale(along, 1.0f / (float)count);
+  if ((float)count > np_track_mean_cost(along)) return length * np_track_mean(bricks, span->brick, begin, along);
+  float sum = 0.0f;
+  for (int k = 0; k < count; k++)
+    sum += np_brick_sample(bricks, span->brick, np_vec3_add(begin, np_vec3_scale(step, (float)k + 0.5f)));
+  return sum * length / (float)count;
+}
+
+/* Beyond this optical depth, as light fades by it, nothing is worth walking for. */
+#define NP_FAINT_DEPTH 16.0f
+
+/* What a depth towards a light is asked for. */
+typedef struct np_depth_question {
+  float fade;  /* the light fades with e^{−fade·τ} */
+  float error; /* of that light which would do, over that of no depth at all */
+} np_depth_question;
+
+/* Optical depth of one cloud along a ray on which light has faded by the depth `faded` already. Cells are looked at the
+ * more finely the less it has: an error there is damped by all that lies before it. */
+static inline float np_track_volume_depth(const np_view_volume *volume, np_dvec3 origin, np_vec3 direction,
+                                          double distance_end, const np_depth_question *question, float faded) {
+  const float begin = faded;
+  np_brick_walk walk;
+  np_brick_span span;
+  np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
+  while (faded < NP_FAINT_DEPTH && np_brick_walk_next(&walk, &span)) {
+    const float length = (float)(span.t_end - span.t_begin), fading = question->fade * volume->extinction_per_value;
+    const float variation = volume->extinction_per_value * (span.range.max - span.range.min) * length;
+    const int count = np_track_count_samples(variation * np_transmittance(faded) / question->error);
+    faded += fading * np_track_span_integral(volume->bricks, &walk, &span, count);
+  }
+  return (faded - begin) / question->fade;
+}
+
+/* The same of all clouds. */
+static inline float np_track_depth(const np_scene_view *view, np_dvec3 origin, np_vec3 direction,
+                                   const np_depth_question *question) {
+  float depth = 0.0f;
+  for (unsigned i = 0; i < view->volume_count && question->fade * depth < NP_FAINT_DEPTH; i++)
+    depth += np_track_volume_depth(&view->volumes[i], origin, direction, INFINITY, question, question->fade * depth);
+  return depth;
+}
+
+/* Exponential distance of a unit-rate process, from 53 bits: its tail reaches a depth of 36. */
+static inline double np_track_flight(np_random *random) { return -log1p(-np_random_double(random)); }
+
+/* The same, given that it ends before `depth`: exact however small that is. */
+static inline double np_track_forced_flight(double depth, np_random *random) {
+  return fmin(-log1p(np_random_double(random) * expm1(-depth)), depth);
 }
 
 /* Optical depth of one cell beyond that of its minimum. */

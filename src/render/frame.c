@@ -39,8 +39,8 @@ void np_frame_choose_settings(const np_scene_render *render, neph_multiple_scatt
   *out_settings = (np_integrator_settings){
       .scattering_max = render->scattering_max,
       .look = choose_look(render, multiple),
+      .tolerance = (float)render->tolerance,
       .step_voxels = (float)render->step_voxels,
-      .light_step_voxels = (float)render->step_voxels,
       .transmittance_end = (float)render->transmittance_end,
   };
 }

@@ -187,6 +187,7 @@ typedef struct np_scene_render {
   double powder_strength;
   double derivative_distance_m;
   unsigned scattering_max;
+  double tolerance;         /* of the march's steps, as a share of a ray's light */
   double step_voxels;       /* longest step of the march, in voxels */
   double transmittance_end; /* a ray ends below this */
 } np_scene_render;
