@@ -17,6 +17,7 @@
  * Compiled once per instruction-set level.
  */
 #include "core/isa.h"
+#include "integrate/emission.h"
 #include "integrate/look.h"
 #include "integrate/step.h"
 #include "integrate/surroundings.h"
@@ -299,6 +300,18 @@ static void light_single(march *m, const np_step *s) {
   if (sky > 0.0f) add_surroundings(m, position, s, share, error, np_spectrum_scale(air.transmittance, sky));
 }
 
+/* What glows, seen through the clouds; what the forward peak of their scattering brings beyond that, as if it had come
+ * straight, counts as scattered. */
+static void add_emission(march *m, double distance_end) {
+  np_spectrum factors[NP_VIEW_VOLUMES_MAX], straight, scaled;
+  for (unsigned v = 0; v < m->view->volume_count && m->scatter; v++)
+    factors[v] = np_spectrum_subtract(
+        np_spectrum_grey(1.0f), np_spectrum_scale(m->view->volumes[v].albedo, m->scatter->phases[v].forward));
+  np_emission_march(m->view, m->ray, distance_end, m->scatter ? factors : NULL, &straight, &scaled);
+  add_scaled(m->out, NP_COMPONENT_EMISSION, 1.0f, straight);
+  add_scaled(m->out, NP_COMPONENT_MULTIPLE, 1.0f, np_spectrum_subtract(scaled, straight));
+}
+
 /* ---- From cells to steps ---- */
 
 static void set_knot(march *m, float share) {
@@ -415,6 +428,7 @@ void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_s
     while (m.carry > 0.0f && np_media_next(&all, &s)) cross(&m, &all, &s);
     close_step(&m);
   }
+  if (view->emission) add_emission(&m, out->is_ground_behind ? hit.distance_m : HUGE_VAL);
   out->transmittance = m.transmittance;
   np_surroundings_add_behind(view, settings, ray, out->is_ground_behind ? &hit : NULL, m.transmittance, march_shadow,
                              random, out);

@@ -9,8 +9,8 @@
  * instruction-set level.
  */
 #include "core/isa.h"
+#include "integrate/emission.h"
 #include "integrate/surroundings.h"
-#include "integrate/tracking.h"
 
 void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
                                const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
@@ -21,6 +21,7 @@ typedef struct path_state {
   np_spectrum throughput;
   float weight;   /* of the throughput at the start, by which it is judged faint */
   float prospect; /* ≥ 1: sunlight that the next collision may bring, in isotropic scattering's */
+  float density;  /* with which the direction was drawn, 1/sr */
   const np_view_volume *volume;
   unsigned order; /* scatterings so far */
 } path_state;
@@ -57,18 +58,17 @@ static void gather_surroundings(const np_scene_view *view, const np_integrator_s
   add(out, path->order == 1 ? single : NP_COMPONENT_MULTIPLE, np_spectrum_multiply(path->throughput, incoming));
 }
 
-/* Flies to the next collision; false when the path leaves the clouds or meets ground first. */
-static bool fly(const np_scene_view *view, path_state *path, np_random *random) {
+/* Distance to the next collision; infinite when the path leaves the clouds or meets ground first. */
+static double fly(const np_scene_view *view, path_state *path, np_random *random) {
   const double distance = np_track_collision(view, path->position, path->direction, INFINITY, np_track_flight(random),
                                              random, &path->volume);
-  if (isinf(distance)) return false;
+  if (isinf(distance)) return distance;
   const np_dvec3 next = np_dvec3_along(path->position, path->direction, distance);
   np_ground_hit hit;
   if (np_track_may_meet_ground(view, path->position, next) &&
       np_ground_intersect(view, path->position, path->direction, &hit) && hit.distance_m < distance)
-    return false;
-  path->position = next;
-  return true;
+    return INFINITY;
+  return distance;
 }
 
 /* Through a forward peak, a path that happens to fly towards the sun brings rare and blinding light. So where the peak
@@ -95,11 +95,48 @@ static void scatter(const np_scene_view *view, path_state *path, np_random *rand
   float value;
   path->direction = np_phase_sample(&path->volume->phase, is_sunward ? view->to_sun : forward, u, &value);
   path->prospect = 1.0f;
+  path->density = value;
   if (!is_guided) return;
   const float ahead = eval_towards(path, forward), sunward = eval_towards(path, view->to_sun);
-  path->throughput =
-      np_spectrum_scale(path->throughput, ahead / ((1.0f - sunward_share) * ahead + sunward_share * sunward));
+  path->density = (1.0f - sunward_share) * ahead + sunward_share * sunward;
+  path->throughput = np_spectrum_scale(path->throughput, ahead / path->density);
   path->prospect = fmaxf(1.0f, sunward);
+}
+
+/* Density with which scatter() draws a direction. */
+static float find_density(const np_scene_view *view, const path_state *path, np_vec3 direction, float phase) {
+  if (!has_sharp_peak(view, path)) return phase;
+  const np_vec3 s = view->to_sun;
+  const float sunward =
+      np_phase_eval(&path->volume->phase, np_versine(s.x, s.y, s.z, direction.x, direction.y, direction.z));
+  return (1.0f - sunward_share) * phase + sunward_share * sunward;
+}
+
+/* What glows, scattered at the present collision: along a direction drawn for its light, weighted by the density of
+ * both ways to draw it (balance heuristic); the other way's part is collected in flight. */
+static void gather_emission(const np_scene_view *view, const path_state *path, np_random *random,
+                            np_integrator_sample *out) {
+  np_vec3 direction;
+  float density;
+  if (!np_emission_draw_direction(view, path->position, random, &direction, &density)) return;
+  const float phase = eval_towards(path, direction), scattered = find_density(view, path, direction, phase);
+  const double end = np_emission_find_end(view, path->position, direction);
+  const np_spectrum light =
+      np_emission_along(view, path->position, direction, end, np_emission_far_step_voxels, false, random);
+  add(out, NP_COMPONENT_MULTIPLE,
+      np_spectrum_scale(np_spectrum_multiply(path->throughput, light), phase / (density + scattered)));
+}
+
+/* Collects what glows along a flight that ends at `distance`. */
+static void collect_emission(const np_scene_view *view, const path_state *path, double distance, np_random *random,
+                             np_integrator_sample *out) {
+  const double end = isinf(distance) ? np_emission_find_end(view, path->position, path->direction) : distance;
+  const np_spectrum light =
+      np_emission_collect(view->emission, path->position, path->direction, end, np_emission_far_step_voxels, random);
+  if (np_spectrum_is_zero(light)) return;
+  const float drawn = np_emission_direction_density(view->emission, path->position, path->direction);
+  add(out, NP_COMPONENT_MULTIPLE,
+      np_spectrum_scale(np_spectrum_multiply(path->throughput, light), path->density / (path->density + drawn)));
 }
 
 /* Russian roulette on a path that is weak for what light it may still meet; false ends it. */
@@ -118,12 +155,16 @@ static void follow(const np_scene_view *view, const np_integrator_settings *sett
     path->order++;
     path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
     gather_sun(view, path, random, out);
+    if (view->emission) gather_emission(view, path, random, out);
     scatter(view, path, random);
     if (!survive(path, random)) return;
-    if (!fly(view, path, random)) {
+    const double distance = fly(view, path, random);
+    if (view->emission) collect_emission(view, path, distance, random, out);
+    if (isinf(distance)) {
       gather_surroundings(view, settings, path, random, out);
       return;
     }
+    path->position = np_dvec3_along(path->position, path->direction, distance);
   }
 }
 
@@ -154,6 +195,9 @@ void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_se
   np_ground_hit hit;
   out->is_ground_behind = np_ground_intersect(view, ray->origin, ray->direction, &hit);
   const double distance_end = out->is_ground_behind ? hit.distance_m : HUGE_VAL;
+  if (view->emission)
+    add(out, NP_COMPONENT_EMISSION,
+        np_emission_along(view, ray->origin, ray->direction, distance_end, 1.0f, true, random));
   const double bound = np_track_bound(view, ray->origin, ray->direction, distance_end, thin_depth);
   if (bound > 0.0) {
     const bool is_thin = bound < thin_depth;

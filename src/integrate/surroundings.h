@@ -5,13 +5,13 @@
 #define NP_INTEGRATE_SURROUNDINGS_H
 
 #include "core/units.h"
-#include "integrate/integrator.h"
+#include "integrate/emission.h"
 
 /* Transmittance of the clouds from a point towards the sun. */
 typedef float (*np_cloud_shadow_fn)(const np_scene_view *view, const np_integrator_settings *settings,
                                     np_dvec3 position, np_vec3 to_sun, np_random *random);
 
-/* Radiance of Lambert ground under sun, clouds' shadow and sky. */
+/* Radiance of Lambert ground under sun, clouds' shadow, sky and what glows. */
 static inline np_spectrum np_surroundings_ground(const np_scene_view *view, const np_integrator_settings *settings,
                                                  const np_ground_hit *hit, np_cloud_shadow_fn shadow,
                                                  np_random *random) {
@@ -24,6 +24,8 @@ static inline np_spectrum np_surroundings_ground(const np_scene_view *view, cons
       irradiance =
           np_spectrum_add_scaled(irradiance, cosine * shadow(view, settings, hit->position, to_sun, random), sun);
   }
+  if (view->emission)
+    irradiance = np_spectrum_add(irradiance, np_emission_irradiance(view, hit->position, hit->normal, random));
   return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
 }
 

@@ -35,8 +35,9 @@ enum {
 /* One grid's problem. */
 typedef struct level {
   np_transport_grid grid;
-  float *sun; /* of each live cell: first collisions times irradiance, W m⁻³ nm⁻¹, in the present band */
-  float *phi; /* the solution: [live][harmonic] */
+  float *sun;  /* of each live cell: first collisions times irradiance, W m⁻³ nm⁻¹, in the present band */
+  float *glow; /* of each live cell: the moment l = 0 of what it emits; NULL: nothing glows */
+  float *phi;  /* the solution: [live][harmonic] */
 } level;
 
 typedef struct solver {
@@ -77,6 +78,7 @@ static neph_result fill_source(void *user, size_t begin, size_t end, unsigned th
     for (int i = 0; i < NP_HARMONIC_COUNT; i++)
       source[i] = g->ratio[live][np_harmonic_degree[i]] *
                   (g->extinction[live] * x[i] + it->level->sun[live] * it->solver->sun_harmonics[i]);
+    if (it->level->glow) source[0] += it->level->glow[live];
   }
   return NEPH_OK;
 }
@@ -216,6 +218,7 @@ static void clear_levels(solver *s, unsigned first) {
   for (unsigned n = first; n < s->level_count; n++) {
     level *l = &s->levels[n];
     np_alloc_free(s->context, l->sun);
+    np_alloc_free(s->context, l->glow);
     np_alloc_free(s->context, l->phi);
     np_transport_grid_clear(&l->grid);
     *l = (level){0};
@@ -226,7 +229,9 @@ static void clear_levels(solver *s, unsigned first) {
 static neph_result allocate_level(solver *s, level *l) {
   l->sun = np_alloc(s->context, l->grid.live_count, sizeof *l->sun);
   l->phi = np_alloc(s->context, l->grid.live_count, NP_HARMONIC_COUNT * sizeof *l->phi);
-  return l->sun && l->phi ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!l->sun || !l->phi) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (s->view->emission) l->glow = np_alloc(s->context, l->grid.live_count, sizeof *l->glow);
+  return l->glow || !s->view->emission ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 /* The grids for the present band's albedo. */
@@ -261,13 +266,36 @@ static neph_result find_sun(void *user, size_t begin, size_t end, unsigned threa
   return NEPH_OK;
 }
 
+/* What glows in a cell is even, and has the moment j·∫Y₀₀ dΩ = j·√(4π). */
+static neph_result average_glow(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const solver *s = user;
+  const level *finest = &s->levels[0];
+  const int32_t *size = finest->grid.size;
+  if (np_monitor_is_cancelled(s->monitor)) return NEPH_ERROR_CANCELLED;
+  for (size_t live = begin; live < end; live++) {
+    const int32_t c = finest->grid.cell[live], cell[3] = {c % size[0], c / size[0] % size[1], c / size[0] / size[1]};
+    finest->glow[live] =
+        sqrtf(4.0f * NP_PI_F) * np_transport_grid_average_emission(&finest->grid, s->view->emission, cell, s->band);
+  }
+  return NEPH_OK;
+}
+
+static neph_result fill_glow(solver *s) {
+  if (!s->view->emission) return NEPH_OK;
+  neph_result result = np_parallel_for(s->context, s->monitor, s->levels[0].grid.live_count, 256, average_glow, s);
+  for (unsigned n = 1; n < s->level_count && !result; n++)
+    np_transport_grid_restrict(&s->levels[n - 1].grid, s->levels[n - 1].glow, 1, &s->levels[n].grid, s->levels[n].glow);
+  return result;
+}
+
 /* Fills the levels' sources for the present band; returns their sum, with what flows in. */
 static double light_levels(solver *s) {
   level *finest = &s->levels[0];
   double sum = 0.0;
   for (size_t live = 0; live < finest->grid.live_count; live++) {
     finest->sun[live] = finest->grid.deposit ? finest->grid.deposit[live] * s->sun[live].band[s->band] : 0.0f;
-    sum += (double)finest->sun[live];
+    sum += (double)finest->sun[live] + (finest->glow ? (double)finest->glow[live] : 0.0);
   }
   for (unsigned n = 1; n < s->level_count; n++)
     np_transport_grid_restrict(&s->levels[n - 1].grid, s->levels[n - 1].sun, 1, &s->levels[n].grid, s->levels[n].sun);
@@ -302,21 +330,22 @@ static neph_result keep_band(solver *s, float *scratch) {
 
 static neph_result solve_band(solver *s, bool is_first, double *sum) {
   const double before = *sum;
+  neph_result result = fill_glow(s);
+  if (result) return result;
   *sum = light_levels(s);
   if (*sum <= 0.0) return NEPH_OK;
   np_monitor_set_stage(s->monitor, "solving multiple scattering");
   if (is_first || !(before > 0.0)) {
-    neph_result result = solve_nested(s);
-    if (result) return result;
+    result = solve_nested(s);
   } else {
     scale_solution(s, *sum / before);
-    neph_result result = solve_level(s, &s->levels[0], s->desc->tolerance);
-    if (result) return result;
+    result = solve_level(s, &s->levels[0], s->desc->tolerance);
   }
+  if (result) return result;
   const size_t floats = s->levels[0].grid.live_count * NP_HARMONIC_COUNT;
   float *scratch = np_alloc(s->context, floats, 2 * sizeof *scratch);
   if (!scratch) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = keep_band(s, scratch);
+  result = keep_band(s, scratch);
   np_alloc_free(s->context, scratch);
   return result;
 }

@@ -34,6 +34,7 @@ static inline float np_view_extinction(const np_view_volume *volume, np_dvec3 po
 }
 
 struct np_multi_scatter;
+struct np_emission;
 
 typedef struct np_scene_view {
   unsigned volume_count; /* at most NP_VIEW_VOLUMES_MAX */
@@ -60,6 +61,7 @@ typedef struct np_scene_view {
   np_spectrum terrain_albedo;
   np_spectrum ground_albedo; /* of the sphere */
 
+  const struct np_emission *emission;           /* NULL: nothing glows, or it does in another view */
   const struct np_multi_scatter *multi_scatter; /* NULL: not solved for */
 } np_scene_view;
 

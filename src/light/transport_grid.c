@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "light/emission.h"
 
 /* ---- Where ---- */
 
@@ -114,6 +115,7 @@ void np_transport_grid_place(const np_scene_view *view, const np_transport_desc 
 /* Scaled extinction, and the scaled scattering moments, at a point. */
 typedef struct material {
   float extinction, scattering[NP_HARMONIC_DEGREES];
+  bool glows;
 } material;
 
 static float scale_of(const np_view_volume *volume, const np_scaled_phase *phase, unsigned band) {
@@ -142,6 +144,13 @@ typedef struct fill {
   material *materials;
 } fill;
 
+float np_transport_grid_average_emission(const np_transport_grid *grid, const struct np_emission *emission,
+                                         const int32_t cell[3], unsigned band) {
+  const double *o = grid->origin_m, *size = grid->cell_m;
+  const np_dvec3 low = np_dvec3_make(o[0] + cell[0] * size[0], o[1] + cell[1] * size[1], o[2] + cell[2] * size[2]);
+  return np_emission_average(emission, low, np_dvec3_make(size[0], size[1], size[2])).band[band];
+}
+
 /* Mean over a cell by the midpoint rule on the pieces between samples, where the interpolant is trilinear and the rule
  * exact; over large cells on a coarser lattice. */
 static void average_cell(const fill *f, const int32_t cell[3], material *out) {
@@ -156,6 +165,7 @@ static void average_cell(const fill *f, const int32_t cell[3], material *out) {
                                                 g->origin_m[2] + (cell[2] + (k + 0.5) / f->points[2]) * g->cell_m[2]);
         add_material(f->view, f->phases, f->band, position, weight, out);
       }
+  if (f->view->emission) out->glows = np_transport_grid_average_emission(g, f->view->emission, cell, f->band) > 0.0f;
 }
 
 static neph_result average_rows(void *user, size_t begin, size_t end, unsigned thread) {
@@ -172,7 +182,7 @@ static neph_result average_rows(void *user, size_t begin, size_t end, unsigned t
   return NEPH_OK;
 }
 
-/* Whether a cell or one that touches it holds cloud. */
+/* Whether a cell or one that touches it holds cloud, or something that glows. */
 static bool is_live(const np_transport_grid *g, const material *materials, int32_t cell) {
   const int32_t at[3] = {cell % g->size[0], cell / g->size[0] % g->size[1], cell / g->size[0] / g->size[1]};
   for (int32_t n = 0; n < 27; n++) {
@@ -182,7 +192,9 @@ static bool is_live(const np_transport_grid *g, const material *materials, int32
       if (g->is_wrapped[a]) near[a] = (near[a] + g->size[a]) % g->size[a];
       is_inside = is_inside && near[a] >= 0 && near[a] < g->size[a];
     }
-    if (is_inside && materials[(near[2] * g->size[1] + near[1]) * g->size[0] + near[0]].extinction > 0.0f) return true;
+    if (!is_inside) continue;
+    const material *m = &materials[(near[2] * g->size[1] + near[1]) * g->size[0] + near[0]];
+    if (m->extinction > 0.0f || m->glows) return true;
   }
   return false;
 }

@@ -33,9 +33,14 @@ typedef struct np_transport_desc {
 /* Chooses cells; fills `size`, `origin_m`, `cell_m` and `is_wrapped`. */
 void np_transport_grid_place(const np_scene_view *view, const np_transport_desc *desc, np_transport_grid *grid);
 
-/* Averages the clouds' extinction and scattering over the cells, for the albedo of one band. */
+/* Averages the clouds' extinction and scattering over the cells, for the albedo of one band. Cells that glow are live
+ * too. */
 neph_result np_transport_grid_fill(const np_scene_view *view, const np_scaled_phase *phases, unsigned band,
                                    np_monitor *monitor, np_transport_grid *grid);
+
+/* The mean j of what glows in a cell. */
+float np_transport_grid_average_emission(const np_transport_grid *grid, const struct np_emission *emission,
+                                         const int32_t cell[3], unsigned band);
 
 /* Follows the sun's rays and puts where they first collide into `deposit`. */
 neph_result np_transport_grid_light(const np_scene_view *view, const np_scaled_phase *phases, unsigned band,
