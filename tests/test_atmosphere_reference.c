@@ -132,14 +132,17 @@ static void table_of_depths_agrees_with_reference(void **state) {
 
 static np_bands trace_first_order(const neph_atmosphere *a, double altitude_m, double view_cosine, double sun_cosine,
                                   double angle_cosine, int points) {
-  const np_sky_light light = {&a->medium, &a->depths, NULL, NULL, np_sun_disk_make(0.2678 * NP_DEGREE, true)};
+  const np_sky_light light = {.kernels = np_fan_get_kernels(a->context->isa),
+                              .medium = &a->medium,
+                              .depths = &a->depths,
+                              .disk = np_sun_disk_make(0.2678 * NP_DEGREE, true)};
   const np_path_rule rule = np_path_rule_make(points);
   const np_ray ray = np_ray_make(&a->medium, altitude_m, view_cosine);
   np_path path;
-  np_sky_node nodes[NP_PATH_MAX];
   np_path_build(&a->medium, &ray, &rule, &path);
-  for (int i = 0; i < path.count; i++) np_sky_node_resolve(&light, &path.node[i], &nodes[i]);
-  const np_scattered s = np_sky_trace(&light, &ray, &path, nodes, (float)sun_cosine, (float)angle_cosine, false);
+  const np_fan fan = np_fan_make_single(&ray, (float)sun_cosine, (float)angle_cosine);
+  np_scattered s;
+  np_sky_trace(&light, &fan, &ray, &path, false, &s);
   return s.smooth + np_aerosol_phase(&a->medium, 1.0f - (float)angle_cosine) * s.peak;
 }
 

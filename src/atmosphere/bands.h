@@ -3,10 +3,12 @@
 #ifndef NP_ATMOSPHERE_BANDS_H
 #define NP_ATMOSPHERE_BANDS_H
 
+#include <immintrin.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
+#include "core/math.h"
 #include "core/spectrum.h"
 
 typedef float np_bands __attribute__((vector_size(16)));
@@ -26,33 +28,58 @@ static inline np_bands np_bands_select(np_bands_bits mask, np_bands if_set, np_b
   return (np_bands)((mask & (np_bands_bits)if_set) | (~mask & (np_bands_bits)if_clear));
 }
 /* Lanes of `a` that are not a number become `b`. */
-static inline np_bands np_bands_max(np_bands a, np_bands b) { return np_bands_select(a > b, a, b); }
-static inline np_bands np_bands_min(np_bands a, np_bands b) { return np_bands_select(a < b, a, b); }
+static inline np_bands np_bands_max(np_bands a, np_bands b) { return _mm_max_ps(a, b); }
+static inline np_bands np_bands_min(np_bands a, np_bands b) { return _mm_min_ps(a, b); }
 
 static inline np_bands np_bands_mix(np_bands a, np_bands b, float t) { return a + t * (b - a); }
 
-static inline np_bands np_bands_sqrt(np_bands a) {
-  return (np_bands){sqrtf(a[0]), sqrtf(a[1]), sqrtf(a[2]), sqrtf(a[3])};
-}
+static inline np_bands np_bands_sqrt(np_bands a) { return _mm_sqrt_ps(a); }
 
-/* eˣ to 2e-7, 0 below −87: x = k·ln 2 + r, |r| ≤ ½ ln 2, and the series of eʳ to r⁷. */
+/* eˣ to 2e-7, 0 below −87: x = k·ln 2 + r, |r| ≤ ½ ln 2, and the polynomial of degree 6 that is nearest to eʳ. Added
+ * to 1.5·2²³ + 127, k rounds itself, and leaves its biased exponent in the low bits. */
 static inline np_bands np_bands_exp(np_bands x) {
   const np_bands_bits is_zero = x < -87.0f;
   x = np_bands_min(np_bands_max(x, np_bands_grey(-87.0f)), np_bands_grey(88.0f));
-  const np_bands_bits k = __builtin_convertvector(x * 1.44269504f + 128.5f, np_bands_bits) - 128;
-  const np_bands kf = __builtin_convertvector(k, np_bands);
-  const np_bands r = (x - kf * 0.693359375f) + kf * 2.12194440e-4f;
-  np_bands sum = r * (1.0f / 5040.0f) + 1.0f / 720.0f;
-  sum = sum * r + 1.0f / 120.0f;
-  sum = sum * r + 1.0f / 24.0f;
-  sum = sum * r + 1.0f / 6.0f;
-  sum = sum * r + 0.5f;
+  const np_bands rounded = x * 1.44269504f + 12583039.0f, k = rounded - 12583039.0f;
+  const np_bands r = (x - k * 0.693359375f) + k * 2.12194440e-4f;
+  np_bands sum = r * 0.00138368460f + 0.00837481580f;
+  sum = sum * r + 0.0416682256f;
+  sum = sum * r + 0.166664202f;
+  sum = sum * r + 0.499999921f;
   sum = sum * r + 1.0f;
   sum = sum * r + 1.0f;
-  const np_bands power = (np_bands)((k + 127) << 23);
-  return np_bands_select(is_zero, np_bands_grey(0.0f), sum * power);
+  return np_bands_select(is_zero, np_bands_grey(0.0f), sum * (np_bands)((np_bands_bits)rounded << 23));
 }
 
-static inline np_bands np_bands_log(np_bands x) { return (np_bands){logf(x[0]), logf(x[1]), logf(x[2]), 0.0f}; }
+/* The same of one number, for loops that compilers make vectors of. */
+static inline float np_exp_lane(float x) {
+  const float limited = np_clampf(x, -87.0f, 88.0f);
+  const float rounded = limited * 1.44269504f + 12583039.0f, k = rounded - 12583039.0f;
+  const float r = (limited - k * 0.693359375f) + k * 2.12194440e-4f;
+  float sum = r * 0.00138368460f + 0.00837481580f;
+  sum = sum * r + 0.0416682256f;
+  sum = sum * r + 0.166664202f;
+  sum = sum * r + 0.499999921f;
+  sum = sum * r + 1.0f;
+  sum = sum * r + 1.0f;
+  union {
+    float number;
+    int32_t bits;
+  } power = {.number = rounded};
+  power.bits = (int32_t)((uint32_t)power.bits << 23);
+  return x < -87.0f ? 0.0f : sum * power.number;
+}
+
+/* ln x of a normal x > 0 to 2e-7: x = 2ᵏ·m, ½√2 ≤ m < √2, and ln m = 2·artanh s, s = (m − 1)/(m + 1). */
+static inline np_bands np_bands_log(np_bands x) {
+  const np_bands_bits k = ((np_bands_bits)x - 0x3f3504f3) >> 23; /* 0x3f3504f3 is ½√2 */
+  const np_bands m = (np_bands)((np_bands_bits)x - (k << 23));
+  const np_bands s = (m - 1.0f) / (m + 1.0f), square = s * s;
+  np_bands sum = square * (2.0f / 9.0f) + 2.0f / 7.0f;
+  sum = sum * square + 2.0f / 5.0f;
+  sum = sum * square + 2.0f / 3.0f;
+  sum = sum * square + 2.0f;
+  return sum * s + __builtin_convertvector(k, np_bands) * 0.693147181f;
+}
 
 #endif

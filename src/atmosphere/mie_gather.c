@@ -274,16 +274,17 @@ static void trace_dome(const gather_job *job, int altitude, float sun_cosine, np
   const np_gather_kernel *kernel = job->kernel;
   const np_vec3 sun = direction_of(sun_cosine, 0.0);
   for (int row = 0; row < kernel->up + kernel->down; row++) {
-    const np_path *path = &kernel->path[altitude][row];
-    np_sky_node nodes[POINTS_MAX];
-    for (int i = 0; i < path->count; i++) np_sky_node_resolve(&job->light, &path->node[i], &nodes[i]);
+    const np_ray *ray = &kernel->ray[altitude][row];
+    np_fan fan = {.count = kernel->turns, .r = (float)ray->r};
     for (int turn = 0; turn < kernel->turns; turn++) {
       const np_vec3 from = direction_of(kernel->input_cosine[altitude][row], input_azimuth(kernel, turn));
       const float versine = versine_between(from, sun);
-      out_dome[row * kernel->turns + turn] =
-          np_sky_trace(&job->light, &kernel->ray[altitude][row], path, nodes, sun_cosine, 1.0f - versine, true);
+      fan.sun_cosine[turn] = sun_cosine;
+      fan.angle_cosine[turn] = 1.0f - versine;
       out_phase[row * kernel->turns + turn] = np_aerosol_phase(kernel->medium, versine);
     }
+    np_fan_pad(&fan);
+    np_sky_trace(&job->light, &fan, ray, &kernel->path[altitude][row], true, out_dome + row * kernel->turns);
   }
 }
 
@@ -326,13 +327,9 @@ static void gather_altitude(const gather_job *job, int sun, int altitude) {
   np_bands phase[NP_GATHER_INPUTS_MAX];
   const float sun_cosine = job->table->sun_cosine[sun];
   trace_dome(job, altitude, sun_cosine, dome, phase);
-  float upper;
-  const int row = np_moment_table_row(job->moments, kernel->altitude_m[altitude], &upper);
   /* Where the moments hold no light there is none to scale: a quotient bounded, not the noise of two zeros. */
-  const np_bands total =
-      np_bands_max(np_moment_table_total(&job->moments->sun, np_moment_table_at_row(job->moments, row), upper,
-                                         np_sun_scale_column(&job->moments->sun, sun_cosine)),
-                   np_bands_grey(1e-12f));
+  const np_bands total = np_bands_max(np_moment_table_total(job->moments, kernel->altitude_m[altitude], sun_cosine),
+                                      np_bands_grey(1e-12f));
   for (int out = 0; out < (int)count_outputs(kernel); out++) {
     const int row_out = out / kernel->azimuths, turn = out % kernel->azimuths;
     const np_vec3 to = direction_of(output_cosine(kernel, row_out), output_azimuth(kernel, turn));
@@ -372,7 +369,8 @@ neph_result np_gather_table_build(neph_context *context, const np_depth_table *d
   const double step = 2.0 * NP_DEGREE * np_twilight_scale(medium) / 0.1753;
   place_suns(out_table, sun_zenith_rad, spread_rad, step);
   place_suns(first, sun_zenith_rad, spread_rad, step);
-  gather_job job = {{medium, depths, dome_moments, NULL, disk}, moments, kernel, first};
+  gather_job job = {
+      {np_fan_get_kernels(context->isa), medium, depths, dome_moments, NULL, disk}, moments, kernel, first};
   const size_t pieces = (size_t)out_table->sun_count * (size_t)kernel->altitude_count;
   neph_result result = NEPH_OK;
   for (int pass = 1; !result && pass <= kernel->passes; pass++) {

@@ -40,8 +40,8 @@ typedef struct np_sun_scale {
 typedef struct np_moment_table {
   const np_medium *medium;
   np_sun_scale sun;
-  int rows; /* even in √altitude, of `sun.columns` sets of NP_MOMENT_COUNT */
-  np_bands *moments;
+  int rows;             /* even in √altitude */
+  np_bands *moments;    /* rows × NP_MOMENT_COUNT × columns */
   np_bands *hemisphere; /* as many pairs: ∫L over the directions above the true horizon, and over those below */
   np_bands *irradiance; /* a column each: of the sky on the ground */
 } np_moment_table;
@@ -78,58 +78,18 @@ static inline int np_moment_table_row(const np_moment_table *table, double altit
   return i;
 }
 
-/* What the phase functions ask of the moments in one direction. */
-typedef struct np_moment_sample {
-  np_bands total;     /* M */
-  np_bands flux;      /* F·ω */
-  np_bands quadratic; /* ω·Kω */
-} np_moment_sample;
-
-/* A row of the table; its upper neighbour follows it. */
+/* A row of the table: NP_MOMENT_COUNT runs of `sun.columns`. Its upper neighbour follows it. */
 static inline const np_bands *np_moment_table_at_row(const np_moment_table *table, int row) {
   return table->moments + (size_t)row * (size_t)table->sun.columns * NP_MOMENT_COUNT;
 }
 
-/* The moments at two rows' blend (`lower_row` and its upper neighbour) seen in the direction (ωx, ·, ωz). */
-static inline np_moment_sample np_moment_table_sample(const np_sun_scale *sun, const np_bands *lower_row,
-                                                      float upper_weight, float column, float wx, float wz) {
-  float f;
-  const int i = np_sun_scale_split(sun, column, &f);
-  const np_bands *a = lower_row + (size_t)i * NP_MOMENT_COUNT, *b = a + (size_t)sun->columns * NP_MOMENT_COUNT;
-  const float wa = (1.0f - upper_weight) * (1.0f - f), wa1 = (1.0f - upper_weight) * f;
-  const float wb = upper_weight * (1.0f - f), wb1 = upper_weight * f;
-  np_bands m[NP_MOMENT_COUNT];
-  for (int k = 0; k < NP_MOMENT_COUNT; k++)
-    m[k] = wa * a[k] + wa1 * a[k + NP_MOMENT_COUNT] + wb * b[k] + wb1 * b[k + NP_MOMENT_COUNT];
-  const np_bands kyy = m[NP_MOMENT_M] - m[NP_MOMENT_KXX] - m[NP_MOMENT_KZZ];
-  return (np_moment_sample){
-      .total = m[NP_MOMENT_M],
-      .flux = wx * m[NP_MOMENT_FX] + wz * m[NP_MOMENT_FZ],
-      .quadratic = wx * wx * m[NP_MOMENT_KXX] + (1.0f - wx * wx - wz * wz) * kyy + wz * wz * m[NP_MOMENT_KZZ] +
-                   2.0f * wx * wz * m[NP_MOMENT_KXZ],
-  };
-}
-
-/* M alone. */
-static inline np_bands np_moment_table_total(const np_sun_scale *sun, const np_bands *lower_row, float upper_weight,
-                                             float column) {
-  float f;
-  const int i = np_sun_scale_split(sun, column, &f);
-  const np_bands *a = lower_row + (size_t)i * NP_MOMENT_COUNT, *b = a + (size_t)sun->columns * NP_MOMENT_COUNT;
-  return np_bands_mix(np_bands_mix(a[0], a[NP_MOMENT_COUNT], f), np_bands_mix(b[0], b[NP_MOMENT_COUNT], f),
-                      upper_weight);
-}
-
-/* Source of the aerosol's scattering from the moments, exact but for its parts of degree 3 and above: ∫ p(ω·ω′)L dω′ ≈
- * 1/(4π)·((1 − 5χ₂/2)·M + 3χ₁·F·ω + 15χ₂/2·ω·Kω). `aerosol`: coefficients times χ_0 = 1, χ_1 and χ_2. */
-static inline np_bands np_moment_aerosol_source(const np_bands aerosol[3], const np_moment_sample *s) {
-  return (float)(0.25 / NP_PI) *
-         ((aerosol[0] - 2.5f * aerosol[2]) * s->total + 3.0f * aerosol[1] * s->flux + 7.5f * aerosol[2] * s->quadratic);
-}
-
-/* Source of Rayleigh's scattering, per unit of its coefficient: exact. */
-static inline np_bands np_moment_rayleigh_source(const np_moment_sample *s) {
-  return (float)(3.0 / (16.0 * NP_PI)) * (s->total + s->quadratic);
+/* M at an altitude where the sun has a cosine. */
+static inline np_bands np_moment_table_total(const np_moment_table *table, double altitude_m, float sun_cosine) {
+  float upper, f;
+  const np_bands *low = np_moment_table_at_row(table, np_moment_table_row(table, altitude_m, &upper));
+  low += np_sun_scale_split(&table->sun, np_sun_scale_column(&table->sun, sun_cosine), &f);
+  const np_bands *high = low + table->sun.columns * NP_MOMENT_COUNT;
+  return np_bands_mix(np_bands_mix(low[0], low[1], f), np_bands_mix(high[0], high[1], f), upper);
 }
 
 /* Sky irradiance on the ground where the sun has this cosine. */

@@ -120,12 +120,12 @@ static np_bands march_ray(const np_sky_witness *w, const np_sky_question *q, np_
   }
   const np_path_rule rule = np_path_rule_make(MARCH_POINTS);
   np_path path;
-  np_sky_node nodes[MARCH_POINTS];
   np_path_build(medium, &ray, &rule, &path);
-  for (int i = 0; i < path.count; i++) np_sky_node_resolve(&light, &path.node[i], &nodes[i]);
   const double angle = np_dvec3_dot(direction, to_sun);
   const double sun = ((medium->planet_radius_m + fmax(q->altitude_m, 0.0)) * to_sun.z + ray.offset_m * angle) / ray.r;
-  const np_scattered s = np_sky_trace(&light, &ray, &path, nodes, (float)np_clamp(sun, -1.0, 1.0), (float)angle, false);
+  const np_fan fan = np_fan_make_single(&ray, (float)np_clamp(sun, -1.0, 1.0), (float)angle);
+  np_scattered s;
+  np_sky_trace(&light, &fan, &ray, &path, false, &s);
   return s.smooth + np_aerosol_phase(medium, (float)(1.0 - angle)) * s.peak;
 }
 

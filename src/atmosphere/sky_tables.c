@@ -28,38 +28,48 @@ static const double below_sea_level = 0.1;
 np_sky_light np_sky_light_make(const neph_sky *sky) {
   const neph_atmosphere *a = sky->atmosphere;
   const bool has_later = a->order_max > 1;
-  return (np_sky_light){&a->medium, &a->depths, has_later ? &a->moments : NULL,
+  return (np_sky_light){np_fan_get_kernels(a->context->isa),
+                        &a->medium,
+                        &a->depths,
+                        has_later ? &a->moments : NULL,
                         has_later && a->medium.aerosol_count && sky->view ? &sky->gather : NULL,
                         np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun)};
 }
 
-/* Cosine of the angle between the sun and a direction at zenith cosine `cosine` and the i-th of `count` azimuths. */
-static float angle_of_azimuth(const np_sky_frame *frame, float cosine, int i, int count) {
+/* The rays of a row: `count` azimuths from the sun's to the opposite one. */
+static void make_fan(const neph_sky *sky, const np_ray *ray, float cosine, int count, np_fan *out_fan) {
+  const np_sky_frame *frame = &sky->frame;
   const float sine = sqrtf(np_maxf(1.0f - cosine * cosine, 0.0f));
-  return np_clampf(cosine * frame->sun_cosine + sine * frame->sun_sine * (float)cos(NP_PI * i / (count - 1)), -1.0f,
-                   1.0f);
-}
-
-/* Sun cosine where a ray's part in the air begins. */
-static float sun_at_entry(const neph_sky *sky, const np_ray *ray, float to_sun) {
-  const double r = sky->atmosphere->medium.planet_radius_m + sky->frame.altitude_m;
-  return (float)np_clamp((r * (double)sky->frame.sun_cosine + ray->offset_m * (double)to_sun) / ray->r, -1.0, 1.0);
-}
-
-/* Fills the azimuths of a row, `stride` apart, from the first `count` of them, which are those of the nodes. */
-static void refine_azimuths(np_bands *first, size_t stride, int azimuths, int count) {
-  np_bands node[NP_VIEW_AZIMUTHS_MAX];
-  for (int i = 0; i < count; i++) node[i] = first[(size_t)i * stride];
-  for (int i = 0; i < azimuths; i++) {
-    const np_spline s = np_spline_make(i, azimuths, count);
-    first[(size_t)i * stride] = np_spline_eval(&s, node, 1);
+  const double r = sky->atmosphere->medium.planet_radius_m + frame->altitude_m;
+  out_fan->count = count;
+  out_fan->r = (float)ray->r;
+  for (int i = 0; i < count; i++) {
+    const float turn = (float)cos(NP_PI * i / (count - 1));
+    const float angle = np_clampf(cosine * frame->sun_cosine + sine * frame->sun_sine * turn, -1.0f, 1.0f);
+    const double at_entry = (r * (double)frame->sun_cosine + ray->offset_m * (double)angle) / ray->r;
+    out_fan->angle_cosine[i] = angle;
+    out_fan->sun_cosine[i] = (float)np_clamp(at_entry, -1.0, 1.0);
   }
+  np_fan_pad(out_fan);
 }
 
-static void refine_scattered(np_scattered *first, size_t stride, const np_view_sizes *n) {
-  const size_t step = stride * sizeof *first / sizeof(np_bands);
-  refine_azimuths(&first->smooth, step, n->azimuths, n->node_azimuths);
-  refine_azimuths(&first->peak, step, n->azimuths, n->node_azimuths);
+/* The azimuths of a table's rows from those of its nodes. */
+typedef struct azimuth_splines {
+  int count, node_count;
+  np_spline at[NP_VIEW_AZIMUTHS_MAX];
+} azimuth_splines;
+
+static azimuth_splines make_splines(const np_view_sizes *n) {
+  azimuth_splines s = {.count = n->azimuths, .node_count = n->node_azimuths};
+  for (int i = 0; i < s.count; i++) s.at[i] = np_spline_make(i, s.count, s.node_count);
+  return s;
+}
+
+/* Fills a row's azimuths, `stride` apart. */
+static void refine_azimuths(const azimuth_splines *s, const np_scattered *nodes, np_scattered *out, size_t stride) {
+  for (int i = 0; i < s->count; i++)
+    out[(size_t)i * stride] =
+        (np_scattered){np_spline_eval(&s->at[i], &nodes->smooth, 2), np_spline_eval(&s->at[i], &nodes->peak, 2)};
 }
 
 float np_sky_view_length(const neph_sky *sky, double cosine, bool is_below) {
@@ -68,31 +78,40 @@ float np_sky_view_length(const neph_sky *sky, double cosine, bool is_below) {
   return np_maxf((float)ray.length_m, 1e-3f);
 }
 
-static void build_view_row(neph_sky *sky, const np_sky_light *light, const np_path_rule *rule, int row) {
+/* Logarithms of light times a scale, as tables keep them. */
+static np_scattered log_scattered(np_scattered s, float scale) {
+  return (np_scattered){np_bands_log(s.smooth * scale + light_floor), np_bands_log(s.peak * scale + light_floor)};
+}
+
+/* A table under construction: what all of its rows need. */
+typedef struct table_job {
+  neph_sky *sky;
+  np_sky_light light;
+  np_path_rule rule; /* along the view table's rays */
+  azimuth_splines splines;
+} table_job;
+
+static void build_view_row(const table_job *job, int row) {
+  const neph_sky *sky = job->sky;
+  const np_medium *medium = job->light.medium;
   const np_view_sizes *n = &sky->atmosphere->sizes.view;
   const np_sky_layout layout = np_sky_view_layout(sky);
   const double cosine = np_sky_row_cosine(&sky->frame, &layout, row);
-  const np_ray ray = np_ray_on_side(light->medium, sky->frame.altitude_m, cosine, row >= n->up);
+  const np_ray ray = np_ray_on_side(medium, sky->frame.altitude_m, cosine, row >= n->up);
   np_path path;
-  np_sky_node nodes[NP_VIEW_POINTS_MAX];
-  np_path_build(light->medium, &ray, rule, &path);
-  for (int i = 0; i < path.count; i++) np_sky_node_resolve(light, &path.node[i], &nodes[i]);
+  np_fan fan;
+  np_scattered light[NP_FAN_MAX];
+  np_path_build(medium, &ray, &job->rule, &path);
+  make_fan(sky, &ray, (float)cosine, n->node_azimuths, &fan);
+  np_sky_trace(&job->light, &fan, &ray, &path, false, light);
   const float scale = 1.0f / np_sky_view_length(sky, cosine, row >= n->up);
-  np_scattered *out = sky->view + row * n->azimuths;
-  for (int i = 0; i < n->node_azimuths; i++) {
-    const float to_sun = angle_of_azimuth(&sky->frame, (float)cosine, i, n->node_azimuths);
-    const np_scattered s = np_sky_trace(light, &ray, &path, nodes, sun_at_entry(sky, &ray, to_sun), to_sun, false);
-    out[i] = (np_scattered){np_bands_log(s.smooth * scale + light_floor), np_bands_log(s.peak * scale + light_floor)};
-  }
-  refine_scattered(out, 1, n);
+  for (int i = 0; i < fan.count; i++) light[i] = log_scattered(light[i], scale);
+  refine_azimuths(&job->splines, light, sky->view + row * n->azimuths, 1);
 }
 
 static neph_result build_view_rows(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  neph_sky *sky = user;
-  const np_sky_light light = np_sky_light_make(sky);
-  const np_path_rule rule = np_path_rule_make(sky->atmosphere->sizes.view.points);
-  for (size_t row = begin; row < end; row++) build_view_row(sky, &light, &rule, (int)row);
+  for (size_t row = begin; row < end; row++) build_view_row(user, (int)row);
   return NEPH_OK;
 }
 
@@ -114,24 +133,24 @@ static int count_steps(const np_sky_light *light, const np_ray *ray, double near
   return (int)np_clamp(ceil(fabs(high - low) / unit), 1.0, steps_max);
 }
 
-static void resolve_step(const np_sky_light *light, const np_ray *ray, double t, np_sky_node *out_node) {
+static np_path_node resolve_step(const np_sky_light *light, const np_ray *ray, double t) {
   const double altitude = np_ray_altitude(ray, t);
   np_path_node middle = {.t = t,
                          .altitude_m = (float)altitude,
                          .r = (float)(ray->r + (altitude - ray->altitude_m)),
                          .cosine = (float)np_ray_cosine(ray, t)};
   np_scattering_at(light->medium, altitude, &middle.air);
-  np_sky_node_resolve(light, &middle, out_node);
+  return middle;
 }
 
-/* One row under construction: its ray, the depth so far, and for every node's azimuth the sun and the in-scatter. */
+/* One row under construction: its rays at the nodes' azimuths, none where depths alone are wanted; the depth and the
+ * in-scatter so far. */
 typedef struct aerial_row {
   const np_sky_light *light;
   np_ray ray;
   np_aerial_scale scale;
+  np_fan fan;
   np_bands depth;
-  int azimuths;
-  float to_sun[NP_VIEW_AZIMUTHS_MAX], sun[NP_VIEW_AZIMUTHS_MAX];
   np_scattered sum[NP_VIEW_AZIMUTHS_MAX];
 } aerial_row;
 
@@ -144,23 +163,23 @@ static void add_step(aerial_row *row, double begin, double end) {
   const float length = row->ray.length_m > 0.0 ? (float)(far - near) : 1.0f;
   const np_bands weight = np_bands_exp(-row->depth) * step_weight(gap) * length;
   row->depth += gap;
-  if (!row->azimuths) return;
-  np_sky_node node;
-  resolve_step(row->light, &row->ray, np_aerial_scale_distance(&row->scale, 0.5 * (begin + end)), &node);
-  for (int i = 0; i < row->azimuths; i++) {
-    const np_scattered s = np_sky_node_source(row->light, &node, (float)row->ray.r, row->sun[i], row->to_sun[i]);
-    row->sum[i].smooth += np_bands_max(weight * s.smooth, np_bands_grey(0.0f));
-    row->sum[i].peak += weight * s.peak;
+  if (!row->fan.count) return;
+  const np_path_node node =
+      resolve_step(row->light, &row->ray, np_aerial_scale_distance(&row->scale, 0.5 * (begin + end)));
+  np_scattered scattered[NP_VIEW_AZIMUTHS_MAX];
+  memset(scattered, 0, (size_t)row->fan.count * sizeof *scattered);
+  np_sky_add_scattered(row->light, &row->fan, &node, weight, scattered);
+  for (int i = 0; i < row->fan.count; i++) {
+    row->sum[i].smooth += np_bands_max(scattered[i].smooth, np_bands_grey(0.0f));
+    row->sum[i].peak += scattered[i].peak;
   }
 }
 
-static np_bands log_mean(np_bands sum, float inverse_length) {
-  return np_bands_log(inverse_length * sum + light_floor);
-}
-
 /* Slice by slice: the mean extinction to its far plane, and the logarithms of the mean in-scatter at every azimuth. */
-static void build_slices(aerial_row *row, const np_view_sizes *n, np_bands *depths, np_scattered *planes) {
+static void build_slices(aerial_row *row, const np_view_sizes *n, const azimuth_splines *splines, np_bands *depths,
+                         np_scattered *planes) {
   const double count = n->points;
+  np_scattered plane[NP_VIEW_AZIMUTHS_MAX];
   for (int k = 0; k < n->points; k++) {
     const double near = np_aerial_scale_distance(&row->scale, k / count);
     const double far = fmax(np_aerial_scale_distance(&row->scale, (k + 1.0) / count), near);
@@ -168,34 +187,27 @@ static void build_slices(aerial_row *row, const np_view_sizes *n, np_bands *dept
     for (int i = 0; i < steps; i++) add_step(row, (k + (double)i / steps) / count, (k + (i + 1.0) / steps) / count);
     const float inverse_far = (float)(far > 0.0 ? 1.0 / far : 1.0 / (k + 1.0));
     depths[k] = inverse_far * row->depth;
-    for (int i = 0; i < row->azimuths; i++)
-      planes[i * n->points + k] =
-          (np_scattered){log_mean(row->sum[i].smooth, inverse_far), log_mean(row->sum[i].peak, inverse_far)};
-    if (planes) refine_scattered(planes + k, (size_t)n->points, n);
+    for (int i = 0; i < row->fan.count; i++) plane[i] = log_scattered(row->sum[i], inverse_far);
+    if (planes) refine_azimuths(splines, plane, planes + k, (size_t)n->points);
   }
 }
 
-static void build_aerial_row(neph_sky *sky, const np_sky_light *light, int at) {
+static void build_aerial_row(const table_job *job, int at) {
+  const neph_sky *sky = job->sky;
+  const np_sky_light *light = &job->light;
   const np_view_sizes *n = &sky->atmosphere->sizes.aerial;
   const np_sky_layout layout = np_sky_aerial_layout(sky);
   const double cosine = np_sky_row_cosine(&sky->frame, &layout, at);
-  aerial_row row = {.light = light,
-                    .ray = np_aerial_ray(light->medium, &sky->frame, cosine, at >= n->up),
-                    .azimuths = sky->aerial ? n->node_azimuths : 0};
+  aerial_row row = {.light = light, .ray = np_aerial_ray(light->medium, &sky->frame, cosine, at >= n->up)};
   row.scale = np_aerial_scale_make(&row.ray, &sky->frame);
-  for (int i = 0; i < row.azimuths; i++) {
-    row.to_sun[i] = angle_of_azimuth(&sky->frame, (float)cosine, i, row.azimuths);
-    row.sun[i] = sun_at_entry(sky, &row.ray, row.to_sun[i]);
-  }
+  if (sky->aerial) make_fan(sky, &row.ray, (float)cosine, n->node_azimuths, &row.fan);
   np_scattered *planes = sky->aerial ? sky->aerial + (size_t)(at * n->azimuths) * (size_t)n->points : NULL;
-  build_slices(&row, n, sky->depth + at * n->points, planes);
+  build_slices(&row, n, &job->splines, sky->depth + at * n->points, planes);
 }
 
 static neph_result build_aerial_rows(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  neph_sky *sky = user;
-  const np_sky_light light = np_sky_light_make(sky);
-  for (size_t row = begin; row < end; row++) build_aerial_row(sky, &light, (int)row);
+  for (size_t row = begin; row < end; row++) build_aerial_row(user, (int)row);
   return NEPH_OK;
 }
 
@@ -219,12 +231,14 @@ neph_result np_sky_gather_build(neph_sky *sky) {
 
 neph_result np_sky_view_build(neph_sky *sky) {
   const np_view_sizes *n = &sky->atmosphere->sizes.view;
-  return np_parallel_for(sky->atmosphere->context, NULL, (size_t)(n->up + n->down), 4, build_view_rows, sky);
+  table_job job = {sky, np_sky_light_make(sky), np_path_rule_make(n->points), make_splines(n)};
+  return np_parallel_for(sky->atmosphere->context, NULL, (size_t)(n->up + n->down), 4, build_view_rows, &job);
 }
 
 neph_result np_sky_aerial_build(neph_sky *sky) {
   const np_view_sizes *n = &sky->atmosphere->sizes.aerial;
-  return np_parallel_for(sky->atmosphere->context, NULL, (size_t)(n->up + n->down), 2, build_aerial_rows, sky);
+  table_job job = {.sky = sky, .light = np_sky_light_make(sky), .splines = make_splines(n)};
+  return np_parallel_for(sky->atmosphere->context, NULL, (size_t)(n->up + n->down), 2, build_aerial_rows, &job);
 }
 
 /* In the dark, depths alone are wanted. */

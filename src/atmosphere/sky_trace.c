@@ -1,43 +1,74 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "atmosphere/sky_trace.h"
 
-void np_sky_node_resolve(const np_sky_light *light, const np_path_node *at, np_sky_node *out_node) {
-  out_node->air.rayleigh = at->air.rayleigh;
-  for (int i = 0; i < light->medium->aerosol_count; i++) out_node->air.aerosol[i] = at->air.aerosol[i];
-  for (int k = 0; k < 3; k++) out_node->aerosol[k] = np_aerosol_sum(light->medium, &at->air, k);
-  out_node->t = at->t;
-  out_node->r = at->r;
-  out_node->cosine = at->cosine;
-  out_node->inverse_sine = 1.0f / sqrtf(np_maxf(1.0f - at->cosine * at->cosine, 1e-6f));
-  out_node->depth = np_depth_table_row(light->depths, (double)at->altitude_m);
-  if (!light->moments) return;
-  const int row = np_moment_table_row(light->moments, (double)at->altitude_m, &out_node->moments_upper);
-  out_node->moments = np_moment_table_at_row(light->moments, row);
-  if (light->gather) np_gather_table_row(light->gather, (double)at->altitude_m, at->cosine, &out_node->gather);
-}
-
 /* Radiance that the ground at the end of a ray sends back along it. */
-static np_bands trace_ground(const np_sky_light *light, const np_ray *ray, float sun_cosine, float angle_cosine) {
-  const float radius = (float)light->medium->planet_radius_m;
-  const float sun = np_clampf(((float)ray->r * sun_cosine + (float)ray->length_m * angle_cosine) / radius, -1.0f, 1.0f);
-  const np_depth_row row = np_depth_table_row(light->depths, 0.0);
-  np_bands irradiance = np_maxf(sun, 0.0f) * np_depth_row_sun(&row, sun, light->disk);
-  if (light->moments) irradiance += np_moment_table_irradiance(light->moments, sun);
+static np_bands find_ground_light(const np_sky_light *light, const np_depth_row *ground, float sun_cosine) {
+  np_bands irradiance = np_maxf(sun_cosine, 0.0f) * np_depth_row_sun(ground, sun_cosine, light->disk);
+  if (light->moments) irradiance += np_moment_table_irradiance(light->moments, sun_cosine);
   return (float)(1.0 / NP_PI) * light->medium->ground_albedo * irradiance;
 }
 
-np_scattered np_sky_trace(const np_sky_light *light, const np_ray *ray, const np_path *path, const np_sky_node *nodes,
-                          float sun_cosine, float angle_cosine, bool has_ground) {
-  np_scattered sum = {np_bands_grey(0.0f), np_bands_grey(0.0f)};
-  for (int i = 0; i < path->count; i++) {
-    const np_scattered source = np_sky_node_source(light, &nodes[i], (float)ray->r, sun_cosine, angle_cosine);
-    const np_bands weight = path->node[i].weight_m * path->node[i].transmittance;
-    sum.smooth += weight * source.smooth;
-    sum.peak += weight * source.peak;
+static void add_ground(const np_sky_light *light, const np_fan *fan, const np_ray *ray, np_bands transmittance,
+                       np_scattered *sums) {
+  const np_depth_row ground = np_depth_table_row(light->depths, 0.0);
+  np_fan_point point;
+  light->kernels->find_suns(fan, (float)ray->length_m, (float)light->medium->planet_radius_m, &point);
+  for (int i = 0; i < fan->count; i++)
+    sums[i].smooth += transmittance * find_ground_light(light, &ground, point.sun_cosine[i]);
+}
+
+static void add_first_order(const np_sky_light *light, const np_fan *fan, const np_path_node *at, np_bands weight,
+                            const np_fan_point *point, np_scattered *sums) {
+  const np_depth_row row = np_depth_table_row(light->depths, (double)at->altitude_m);
+  const np_bands rayleigh = weight * at->air.rayleigh;
+  np_bands sunlight[NP_FAN_MAX];
+  light->kernels->find_sunlight(&row, light->disk, point, sunlight);
+  for (int i = 0; i < fan->count; i++) {
+    const float c = fan->angle_cosine[i];
+    sums[i].smooth += np_phase_rayleigh_eval(c) * sunlight[i] * rayleigh;
+    sums[i].peak += weight * sunlight[i] * np_aerosol_peak(light->medium, &at->air, 1.0f - c);
   }
-  if (has_ground && ray->hits_ground)
-    sum.smooth += path->end_transmittance * trace_ground(light, ray, sun_cosine, angle_cosine);
+}
+
+static void add_gathered(const np_sky_light *light, const np_fan *fan, const np_path_node *at, np_bands weight,
+                         const np_fan_point *point, const np_bands *totals, np_scattered *sums) {
+  const np_bands aerosol = weight * np_aerosol_sum(light->medium, &at->air, 0);
+  const float inverse_sine = 1.0f / sqrtf(np_maxf(1.0f - at->cosine * at->cosine, 1e-6f));
+  np_gather_row row;
+  np_gather_table_row(light->gather, (double)at->altitude_m, at->cosine, &row);
+  for (int i = 0; i < fan->count; i++)
+    sums[i].smooth += aerosol * totals[i] *
+                      np_gather_row_lookup(light->gather, &row, point->x[i] * inverse_sine, point->sun_cosine[i],
+                                           fan->angle_cosine[i]);
+}
+
+static void add_later_orders(const np_sky_light *light, const np_fan *fan, const np_path_node *at, np_bands weight,
+                             np_fan_point *point, np_scattered *sums) {
+  const np_fan_source source = np_fan_source_make(light->moments, at, weight, !light->gather);
+  np_bands later[NP_FAN_MAX], totals[NP_FAN_MAX];
+  light->kernels->find_columns(&light->moments->sun, fan, at->cosine, point);
+  memset(later, 0, (size_t)point->count * sizeof *later);
+  light->kernels->add_source(&source, point, later, light->gather ? totals : NULL);
+  for (int i = 0; i < fan->count; i++) sums[i].smooth += later[i];
+  if (light->gather) add_gathered(light, fan, at, weight, point, totals, sums);
+}
+
+void np_sky_add_scattered(const np_sky_light *light, const np_fan *fan, const np_path_node *at, np_bands weight,
+                          np_scattered *sums) {
+  np_fan_point point;
+  light->kernels->find_suns(fan, (float)at->t, at->r, &point);
+  add_first_order(light, fan, at, weight, &point, sums);
+  if (light->moments) add_later_orders(light, fan, at, weight, &point, sums);
+}
+
+void np_sky_trace(const np_sky_light *light, const np_fan *fan, const np_ray *ray, const np_path *path, bool has_ground,
+                  np_scattered *out) {
+  memset(out, 0, (size_t)fan->count * sizeof *out);
+  for (int i = 0; i < path->count; i++) {
+    const np_path_node *node = &path->node[i];
+    np_sky_add_scattered(light, fan, node, node->weight_m * node->transmittance, out);
+  }
+  if (has_ground && ray->hits_ground) add_ground(light, fan, ray, path->end_transmittance, out);
   /* The degree-2 cut of the aerosol's source may dip below nothing where the sky is darkest. */
-  sum.smooth = np_bands_max(sum.smooth, np_bands_grey(0.0f));
-  return sum;
+  for (int i = 0; i < fan->count; i++) out[i].smooth = np_bands_max(out[i].smooth, np_bands_grey(0.0f));
 }

@@ -32,7 +32,7 @@ static np_bands find_transmittance(const np_packet *packet, unsigned x, unsigned
 /* M: altitude grows upwards, the sun's cosine to the right. */
 static np_bands find_scattering(const np_packet *packet, unsigned x, unsigned y) {
   const np_moment_table *t = &packet->atmosphere->moments;
-  return np_moment_table_at_row(t, t->rows - 1 - (int)y)[x * NP_MOMENT_COUNT];
+  return np_moment_table_at_row(t, t->rows - 1 - (int)y)[x];
 }
 
 /* The aerosol's source over M: a tile for each altitude (upwards) and sun (to the right) of directions seen: up is up,

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A fan: rays of one zenith angle under many suns or azimuths.
+ *
+ * The path along them is one, and so are the rows of all tables at its points; a ray is but its sun and its angle with
+ * it. What is asked of the tables at a point is asked for the whole fan, by kernels for each instruction set.
+ */
+#ifndef NP_ATMOSPHERE_FAN_H
+#define NP_ATMOSPHERE_FAN_H
+
+#include "atmosphere/optical_depth.h"
+#include "atmosphere/ray_path.h"
+#include "atmosphere/scattering_moments.h"
+
+/* Kernels take this many rays at once. */
+enum { NP_FAN_STEP = 8, NP_FAN_MAX = 4 * NP_MOMENT_NODE_COLUMNS_MAX };
+
+/* The rays of which there are; arrays are laid out for whole steps. */
+static inline int np_fan_count_steps(int count) { return (count + NP_FAN_STEP - 1) / NP_FAN_STEP; }
+
+typedef struct np_fan {
+  int count;
+  float r;                        /* where the rays begin */
+  float sun_cosine[NP_FAN_MAX];   /* there */
+  float angle_cosine[NP_FAN_MAX]; /* between ray and sun */
+} np_fan;
+
+/* Makes of the rays after the last, up to a whole step, others like it. */
+static inline void np_fan_pad(np_fan *fan) {
+  for (int i = fan->count; i < np_fan_count_steps(fan->count) * NP_FAN_STEP; i++) {
+    fan->sun_cosine[i] = fan->sun_cosine[fan->count - 1];
+    fan->angle_cosine[i] = fan->angle_cosine[fan->count - 1];
+  }
+}
+
+/* A fan of one ray. */
+static inline np_fan np_fan_make_single(const np_ray *ray, float sun_cosine, float angle_cosine) {
+  np_fan fan = {.count = 1, .r = (float)ray->r, .sun_cosine = {sun_cosine}, .angle_cosine = {angle_cosine}};
+  np_fan_pad(&fan);
+  return fan;
+}
+
+/* The rays of a fan at one point: what each asks of the moments there. */
+typedef struct np_fan_point {
+  int count;
+  float sun_cosine[NP_FAN_MAX];
+  float x[NP_FAN_MAX]; /* ωx of the ray, towards the sun's azimuth: np_direction_x */
+  int32_t column[NP_FAN_MAX];
+  float upper[NP_FAN_MAX]; /* np_sun_scale_split */
+} np_fan_point;
+
+/* Light of later orders that the air at a point scatters into the rays of a fan, from the moments there: a·M + b·F·ω +
+ * c·ω·Kω. */
+typedef struct np_fan_source {
+  const np_moment_table *table;
+  float altitude_m, cosine;
+  np_bands isotropic, linear, quadratic; /* a, b, c */
+} np_fan_source;
+
+/* Times a weight. Rayleigh's scattering is exact, ∫ p_R(ω·ω′) L dω′ = 3/(16π)·(M + ω·Kω); the aerosol's but for its
+ * parts of degree 3 and above, ∫ p(ω·ω′) L dω′ ≈ 1/(4π)·((1 − 5χ₂/2)·M + 3χ₁·F·ω + 15χ₂/2·ω·Kω). */
+static inline np_fan_source np_fan_source_make(const np_moment_table *table, const np_path_node *node, np_bands weight,
+                                               bool has_aerosol) {
+  const np_medium *medium = table->medium;
+  np_bands aerosol[3] = {np_bands_grey(0.0f), np_bands_grey(0.0f), np_bands_grey(0.0f)};
+  for (int k = 0; has_aerosol && k < 3; k++) aerosol[k] = np_aerosol_sum(medium, &node->air, k);
+  const np_bands scale = (float)(0.25 / NP_PI) * weight, rayleigh = 0.75f * node->air.rayleigh;
+  return (np_fan_source){.table = table,
+                         .altitude_m = node->altitude_m,
+                         .cosine = node->cosine,
+                         .isotropic = scale * (rayleigh + aerosol[0] - 2.5f * aerosol[2]),
+                         .linear = scale * 3.0f * aerosol[1],
+                         .quadratic = scale * (rayleigh + 7.5f * aerosol[2])};
+}
+
+typedef struct np_fan_kernels {
+  /* Suns of all rays at a distance `t`, where the radius is `r`. */
+  void (*find_suns)(const np_fan *fan, float t, float r, np_fan_point *out_point);
+  /* Sunlight for each of them, from the row's depths: np_depth_row_sun. */
+  void (*find_sunlight)(const np_depth_row *row, np_sun_disk disk, const np_fan_point *point, np_bands *out_sunlight);
+  /* Resolves the rest of a point whose suns are there. */
+  void (*find_columns)(const np_sun_scale *scale, const np_fan *fan, float cosine, np_fan_point *point);
+  /* Adds the source to `sums`; and gives M, where `out_totals` is not NULL. */
+  void (*add_source)(const np_fan_source *source, const np_fan_point *point, np_bands *sums, np_bands *out_totals);
+} np_fan_kernels;
+
+const np_fan_kernels *np_fan_get_kernels(neph_isa isa);
+
+#endif

@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a fan's rays ask of the tables at one point: sunlight, and the light that the air there scatters on.
+ *
+ * Along a fan the ray's zenith cosine ωz, the altitude and all coefficients are the same. So the source of later orders
+ *
+ *   J(ω) = a·M + b·F·ω + c·ω·Kω
+ *
+ * is folded, once for the fan, into a quadratic in ωx for each column of sun cosines; a ray then evaluates those of the
+ * two columns about its sun, and mixes them. Vectors hold two columns, or two neighbours, of three bands each.
+ *
+ * Every lane is computed by the same operations at any width, so that all instruction sets give the same bits.
+ */
+#include "atmosphere/fan.h"
+#include "core/isa.h"
+
+typedef float pair __attribute__((vector_size(32), aligned(16), may_alias));
+
+enum { BANDS = sizeof(np_bands) / sizeof(float) };
+
+/* ---- Sunlight ---- */
+
+/* np_depth_row_sun: suns of which all are high; those, or some, of which the disk may be cut; those that have set. */
+typedef enum daylight { IS_NIGHT, IS_CUT, IS_HIGH } daylight;
+
+static daylight classify(const np_depth_row *row, np_sun_disk disk, const float *sun) {
+  float low = sun[0], high = sun[0];
+  for (int i = 1; i < NP_FAN_STEP; i++) {
+    low = np_minf(low, sun[i]);
+    high = np_maxf(high, sun[i]);
+  }
+  if (-2.0f * (high - row->horizon_cosine) * row->disk_scale * disk.inverse_diameter >= 1.0f) return IS_NIGHT;
+  return low >= 0.0f && (low - row->horizon_cosine) * row->disk_scale > 0.2f ? IS_HIGH : IS_CUT;
+}
+
+/* np_disk_rule_make: the parts of disks that are seen, and two cosines to look at in place of each. */
+static void split_disks(const np_depth_row *row, np_sun_disk disk, const float *sun, float *out_visible, float *out_low,
+                        float *out_high) {
+  const float radius = 0.5f / (disk.inverse_diameter * row->disk_scale);
+#pragma omp simd
+  for (int i = 0; i < NP_FAN_STEP; i++) {
+    const float above = (sun[i] - row->horizon_cosine) * row->disk_scale;
+    const float horizon = np_clampf(-2.0f * above * disk.inverse_diameter, -1.0f, 1.0f);
+    const float half_chord = sqrtf(np_maxf(1.0f - horizon * horizon, 0.0f));
+    const float visible = (np_acos_coarse(horizon) - horizon * half_chord) * (1.0f / NP_PI_F);
+    const float center = (2.0f / 3.0f) * half_chord * half_chord * half_chord / (NP_PI_F * np_maxf(visible, 1e-4f));
+    const float spread = 0.25f * (1.0f - horizon);
+    out_visible[i] = disk.is_point ? np_point_sun_visible(horizon) : visible > 1e-4f ? visible : 0.0f;
+    out_low[i] = np_maxf(disk.is_point ? sun[i] : sun[i] + radius * (center - spread), row->horizon_cosine);
+    out_high[i] = np_maxf(disk.is_point ? sun[i] : sun[i] + radius * (center + spread), row->horizon_cosine);
+  }
+}
+
+/* np_depth_row_level for rays that fall, their lowest points being level. */
+static void add_level_depths(const np_depth_row *row, const float *cosine, np_bands *depth) {
+  for (int i = 0; i < NP_FAN_STEP; i++) {
+    if (cosine[i] >= 0.0f) continue;
+    const float c = cosine[i], lowest = row->altitude_m - row->r * c * c / (1.0f + sqrtf(1.0f - c * c));
+    depth[i] = 2.0f * (np_depth_row_level(row, lowest) + row->level_offset) - depth[i];
+  }
+}
+
+/* Transmittance to the top along rays of given cosines: np_depth_row_lookup, in a row whose neighbours are `mixed`. */
+static void find_transmittance(const np_depth_row *row, const np_bands *mixed, const float *cosine, bool may_fall,
+                               np_bands *out) {
+  int32_t column[NP_FAN_STEP];
+  float upper[NP_FAN_STEP];
+#pragma omp simd
+  for (int i = 0; i < NP_FAN_STEP; i++) {
+    const float b = row->r * fabsf(cosine[i]), distance = row->exit / (b + sqrtf(b * b + row->exit));
+    const float x = np_clampf((distance - row->distance_min) * row->texels_per_m, 0.0f, (float)(row->columns - 1));
+    column[i] = (int32_t)np_minf(x, (float)(row->columns - 2));
+    upper[i] = x - (float)column[i];
+  }
+  for (int i = 0; i < NP_FAN_STEP; i++) {
+    const np_bands *d = mixed + column[i];
+    out[i] = np_bands_mix(d[0], d[1], upper[i]);
+  }
+  if (may_fall) add_level_depths(row, cosine, out);
+  float *lane = (float *)out;
+#pragma omp simd
+  for (int i = 0; i < NP_FAN_STEP * BANDS; i++) lane[i] = np_exp_lane(-lane[i]);
+}
+
+static void find_sunlight_step(const np_depth_row *row, const np_bands *mixed, np_sun_disk disk, const float *sun,
+                               np_bands *out) {
+  const daylight kind = classify(row, disk, sun);
+  if (kind == IS_NIGHT) memset(out, 0, NP_FAN_STEP * sizeof *out);
+  if (kind == IS_HIGH) find_transmittance(row, mixed, sun, false, out);
+  if (kind != IS_CUT) return;
+  float visible[NP_FAN_STEP], low[NP_FAN_STEP], high[NP_FAN_STEP];
+  np_bands upper[NP_FAN_STEP];
+  split_disks(row, disk, sun, visible, low, high);
+  find_transmittance(row, mixed, low, true, out);
+  find_transmittance(row, mixed, high, true, upper);
+  for (int i = 0; i < NP_FAN_STEP; i++) out[i] = 0.5f * visible[i] * (out[i] + upper[i]);
+}
+
+static void find_sunlight(const np_depth_row *row, np_sun_disk disk, const np_fan_point *point,
+                          np_bands *out_sunlight) {
+  np_bands mixed[NP_DEPTH_COLUMNS_MAX];
+  for (int i = 0; i < row->columns; i++) mixed[i] = np_bands_mix(row->lower[i], row->upper[i], row->upper_weight);
+  for (int i = 0; i < point->count; i += NP_FAN_STEP)
+    find_sunlight_step(row, mixed, disk, point->sun_cosine + i, out_sunlight + i);
+}
+
+/* ---- Where the rays are ---- */
+
+static void find_suns(const np_fan *fan, float t, float r, np_fan_point *out_point) {
+  const float inverse_r = 1.0f / r;
+  out_point->count = np_fan_count_steps(fan->count) * NP_FAN_STEP;
+#pragma omp simd
+  for (int i = 0; i < out_point->count; i++)
+    out_point->sun_cosine[i] =
+        np_clampf((fan->r * fan->sun_cosine[i] + t * fan->angle_cosine[i]) * inverse_r, -1.0f, 1.0f);
+}
+
+static void find_columns(const np_sun_scale *scale, const np_fan *fan, float cosine, np_fan_point *point) {
+  const float last = (float)(scale->columns - 2);
+#pragma omp simd
+  for (int i = 0; i < point->count; i++) {
+    const float column = np_sun_scale_column(scale, point->sun_cosine[i]);
+    point->column[i] = (int32_t)np_minf(column, last);
+    point->upper[i] = column - (float)point->column[i];
+    point->x[i] = np_direction_x(fan->angle_cosine[i], cosine, point->sun_cosine[i]);
+  }
+}
+
+/* ---- Later orders ---- */
+
+/* Quadratics in ωx, column by column; and M. */
+typedef struct folded_source {
+  np_bands constant[NP_MOMENT_COLUMNS_MAX + 2], linear[NP_MOMENT_COLUMNS_MAX + 2], square[NP_MOMENT_COLUMNS_MAX + 2];
+  np_bands total[NP_MOMENT_COLUMNS_MAX + 2];
+} folded_source;
+
+/* Two columns of one moment, between two rows. */
+static inline void mix_rows(const np_bands *low, const np_bands *high, float upper, pair *out) {
+  const pair below = *(const pair *)low;
+  *out = below + upper * (*(const pair *)high - below);
+}
+
+static inline void double_bands(np_bands value, pair *out) {
+  *out = __builtin_shufflevector(value, value, 0, 1, 2, 3, 0, 1, 2, 3);
+}
+
+/* The columns that a point's rays look at. */
+static void find_range(const np_fan_point *point, int *out_first, int *out_last) {
+  int first = point->column[0], last = first;
+  for (int i = 1; i < point->count; i++) {
+    first = point->column[i] < first ? point->column[i] : first;
+    last = point->column[i] > last ? point->column[i] : last;
+  }
+  *out_first = first;
+  *out_last = last + 1;
+}
+
+static void fold_source(const np_fan_source *source, int first, int last, folded_source *out) {
+  const np_moment_table *table = source->table;
+  const int columns = table->sun.columns;
+  float upper;
+  const np_bands *low = np_moment_table_at_row(table, np_moment_table_row(table, (double)source->altitude_m, &upper));
+  const np_bands *high = low + columns * NP_MOMENT_COUNT;
+  const float z = source->cosine;
+  pair a, b, c;
+  double_bands(source->isotropic, &a);
+  double_bands(source->linear, &b);
+  double_bands(source->quadratic, &c);
+  const pair bz = z * b, cyy = (1.0f - z * z) * c, czz = (z * z) * c, cxz = (2.0f * z) * c;
+  for (int i = first; i <= last; i += 2) {
+    pair m[NP_MOMENT_COUNT];
+    for (int k = 0; k < NP_MOMENT_COUNT; k++) mix_rows(low + k * columns + i, high + k * columns + i, upper, &m[k]);
+    const pair kyy = m[NP_MOMENT_M] - m[NP_MOMENT_KXX] - m[NP_MOMENT_KZZ];
+    *(pair *)(out->constant + i) = (a * m[NP_MOMENT_M] + bz * m[NP_MOMENT_FZ]) + (cyy * kyy + czz * m[NP_MOMENT_KZZ]);
+    *(pair *)(out->linear + i) = b * m[NP_MOMENT_FX] + cxz * m[NP_MOMENT_KXZ];
+    *(pair *)(out->square + i) = c * (m[NP_MOMENT_KXX] - kyy);
+    *(pair *)(out->total + i) = m[NP_MOMENT_M];
+  }
+}
+
+static void add_source(const np_fan_source *source, const np_fan_point *point, np_bands *sums, np_bands *out_totals) {
+  folded_source folded;
+  int first, last;
+  find_range(point, &first, &last);
+  fold_source(source, first, last, &folded);
+  for (int i = 0; i < point->count; i++) {
+    const int k = point->column[i];
+    const float x = point->x[i];
+    const pair *constant = (const pair *)(folded.constant + k), *linear = (const pair *)(folded.linear + k);
+    const pair *square = (const pair *)(folded.square + k);
+    const pair both = *constant + x * (*linear + x * *square);
+    sums[i] += np_bands_mix(__builtin_shufflevector(both, both, 0, 1, 2, 3),
+                            __builtin_shufflevector(both, both, 4, 5, 6, 7), point->upper[i]);
+  }
+  for (int i = 0; out_totals && i < point->count; i++) {
+    const np_bands *total = folded.total + point->column[i];
+    out_totals[i] = np_bands_mix(total[0], total[1], point->upper[i]);
+  }
+}
+
+const np_fan_kernels NP_KERNEL(np_fan_kernels) = {
+    .find_suns = find_suns,
+    .find_sunlight = find_sunlight,
+    .find_columns = find_columns,
+    .add_source = add_source,
+};

@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The moments under construction: nodes, the directions gathered from at each of them, and what has been gathered.
+ *
+ * Rays of one altitude and zenith cosine are a fan (fan.h): for each column of suns, AZIMUTHS of them.
+ */
+#ifndef NP_ATMOSPHERE_MOMENT_BUILDER_H
+#define NP_ATMOSPHERE_MOMENT_BUILDER_H
+
+#include "atmosphere/fan.h"
+#include "atmosphere/ray_path.h"
+
+enum {
+  NP_MOMENT_AZIMUTHS = 4, /* on the half circle */
+  NP_MOMENT_HALVES = 2    /* above the true horizon and below it */
+};
+
+/* Least radiance moment told from nothing, per unit irradiance. */
+static const float np_moment_least = 1e-13f;
+
+typedef struct np_moment_direction {
+  float wz;
+  float weight; /* of the zenith angle, for each of the azimuths */
+  np_ray ray;
+  np_path path;
+} np_moment_direction;
+
+typedef struct np_moment_builder {
+  neph_context *context;
+  const np_fan_kernels *kernels;
+  const np_medium *medium;
+  const np_depth_table *depths;
+  const np_moment_sizes *n;
+  np_moment_table *table; /* holds the order before while the next is gathered */
+  np_sun_disk disk;
+  unsigned order, order_max;
+  bool is_series; /* the last order stands for all that follow it */
+  size_t node_count;
+  float sun_cosine[NP_MOMENT_NODE_COLUMNS_MAX], sun_sine[NP_MOMENT_NODE_COLUMNS_MAX];
+  float cos_azimuth[NP_MOMENT_AZIMUTHS];
+  np_moment_direction *directions;                           /* node rows × directions */
+  np_bands *gathered, *total;                                /* nodes × NP_MOMENT_COUNT: this order, and the sum */
+  np_bands *last;                                            /* nodes: M of the order before */
+  np_bands *half, *half_total;                               /* nodes × NP_MOMENT_HALVES */
+  np_bands *irradiance, *irradiance_total, *irradiance_last; /* node columns */
+  np_bands *quantity, *refined_rows,
+      *refined; /* where refinement works: of nodes, of table rows of node rows, of texels */
+} np_moment_builder;
+
+static inline size_t np_moment_node_at(const np_moment_builder *b, size_t row, int column) {
+  return row * (size_t)b->n->node_columns + (size_t)column;
+}
+
+static inline int np_moment_count_directions(const np_moment_builder *b) { return b->n->up + b->n->down; }
+
+static inline const np_moment_direction *np_moment_direction_at(const np_moment_builder *b, size_t row, int k) {
+  return &b->directions[row * (size_t)np_moment_count_directions(b) + (size_t)k];
+}
+
+/* Column by column of suns, azimuth by azimuth, the rays along a direction. */
+void np_moment_fan_make(const np_moment_builder *b, const np_moment_direction *d, np_fan *out_fan);
+
+/* Adds what comes along a ray to a node's moments. */
+static inline void np_moment_add(np_bands *moments, np_bands light, float wx, float wz) {
+  moments[NP_MOMENT_M] += light;
+  moments[NP_MOMENT_FX] += wx * light;
+  moments[NP_MOMENT_FZ] += wz * light;
+  moments[NP_MOMENT_KXX] += wx * wx * light;
+  moments[NP_MOMENT_KZZ] += wz * wz * light;
+  moments[NP_MOMENT_KXZ] += wx * wz * light;
+}
+
+/* Gathers order 1, sunlight scattered once or sent back by the ground; and a later order from the one before, which the
+ * table holds. */
+neph_result np_moment_gather_first(np_moment_builder *b);
+neph_result np_moment_gather_later(np_moment_builder *b);
+
+/* Fills the table from what is known at the nodes: with the order just gathered, or, its dark end faded, with all. */
+void np_moment_refine_order(np_moment_builder *b);
+void np_moment_refine_total(np_moment_builder *b);
+
+/* Cosine of the sun at a place, 0 to 1, of the columns. */
+float np_sun_scale_cosine(const np_sun_scale *sun, double fraction);
+
+#endif
