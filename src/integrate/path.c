@@ -10,6 +10,7 @@
  */
 #include "core/isa.h"
 #include "integrate/emission.h"
+#include "integrate/sunward.h"
 #include "integrate/surroundings.h"
 
 void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
@@ -24,6 +25,7 @@ typedef struct path_state {
   float density;  /* with which the direction was drawn, 1/sr */
   const np_view_volume *volume;
   unsigned order; /* scatterings so far */
+  unsigned depth; /* of branches */
 } path_state;
 
 static float track_shadow(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
@@ -71,15 +73,12 @@ static double fly(const np_scene_view *view, path_state *path, np_random *random
   return distance;
 }
 
-/* Through a forward peak, a path that happens to fly towards the sun brings rare and blinding light. So where the peak
- * is above this, 1/sr, a share of the scatterings is drawn from the phase function about the sun instead of the path's
- * direction. By the mixture's density (balance heuristic) a path sent there is as weak as the sunlight it will meet is
- * strong, and roulette knows what it still may bring. A larger share costs long paths more in spread weights. */
-static const float sharp_peak = 1.0f;
-static const float sunward_share = 0.03f;
+/* Of the stack; a path that waits for as many others is followed without branches. */
+enum { BRANCH_DEPTH_MAX = 64 };
 
-static bool has_sharp_peak(const np_scene_view *view, const path_state *path) {
-  return np_phase_eval(&path->volume->phase, 0.0f) > sharp_peak && !np_spectrum_is_zero(view->sun_irradiance);
+static np_sunward choose_branches(const np_scene_view *view, const path_state *path) {
+  if (path->depth < BRANCH_DEPTH_MAX) return np_sunward_make(view, &path->volume->phase);
+  return (np_sunward){.phase = &path->volume->phase};
 }
 
 static float eval_towards(const path_state *path, np_vec3 axis) {
@@ -87,29 +86,42 @@ static float eval_towards(const path_state *path, np_vec3 axis) {
   return np_phase_eval(&path->volume->phase, np_versine(d.x, d.y, d.z, axis.x, axis.y, axis.z));
 }
 
-static void scatter(const np_scene_view *view, path_state *path, np_random *random) {
-  const np_vec3 forward = path->direction;
-  const bool is_guided = has_sharp_peak(view, path);
-  const bool is_sunward = is_guided && np_random_float(random) < sunward_share;
-  const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
-  float value;
-  path->direction = np_phase_sample(&path->volume->phase, is_sunward ? view->to_sun : forward, u, &value);
-  path->prospect = 1.0f;
-  path->density = value;
-  if (!is_guided) return;
-  const float ahead = eval_towards(path, forward), sunward = eval_towards(path, view->to_sun);
-  path->density = (1.0f - sunward_share) * ahead + sunward_share * sunward;
-  path->throughput = np_spectrum_scale(path->throughput, ahead / path->density);
-  path->prospect = fmaxf(1.0f, sunward);
+/* Turns a path into a direction that its phase function or a branch was drawn for. */
+static void turn(path_state *path, const np_sunward *sunward, np_vec3 direction) {
+  float prospect;
+  const float branches = np_sunward_eval(sunward, direction, &prospect), ahead = eval_towards(path, direction);
+  path->direction = direction;
+  path->density = ahead + branches;
+  path->prospect = fmaxf(1.0f, prospect);
+  if (branches > 0.0f) path->throughput = np_spectrum_scale(path->throughput, ahead / path->density);
 }
 
-/* Density with which scatter() draws a direction. */
-static float find_density(const np_scene_view *view, const path_state *path, np_vec3 direction, float phase) {
-  if (!has_sharp_peak(view, path)) return phase;
-  const np_vec3 s = view->to_sun;
-  const float sunward =
-      np_phase_eval(&path->volume->phase, np_versine(s.x, s.y, s.z, direction.x, direction.y, direction.z));
-  return (1.0f - sunward_share) * phase + sunward_share * sunward;
+static void fly_on(const np_scene_view *view, const np_integrator_settings *settings, path_state *path,
+                   np_random *random, np_integrator_sample *out);
+
+/* Follows the weaker of two paths to its end, and keeps the stronger: so few ever wait for others. */
+static void follow_weaker(const np_scene_view *view, const np_integrator_settings *settings, path_state *path,
+                          path_state *branch, np_random *random, np_integrator_sample *out) {
+  if (np_spectrum_max(branch->throughput) > np_spectrum_max(path->throughput)) {
+    const path_state kept = *branch;
+    *branch = *path;
+    *path = kept;
+  }
+  branch->depth++;
+  fly_on(view, settings, branch, random, out);
+}
+
+static void scatter(const np_scene_view *view, const np_integrator_settings *settings, path_state *path,
+                    np_random *random, np_integrator_sample *out) {
+  const np_sunward sunward = choose_branches(view, path);
+  path_state branch = *path;
+  np_vec3 direction;
+  const bool has_branch = np_sunward_sample(&sunward, random, &direction);
+  if (has_branch) turn(&branch, &sunward, direction);
+  const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
+  float value;
+  turn(path, &sunward, np_phase_sample(&path->volume->phase, path->direction, u, &value));
+  if (has_branch) follow_weaker(view, settings, path, &branch, random, out);
 }
 
 /* What glows, scattered at the present collision: along a direction drawn for its light, weighted by the density of
@@ -119,7 +131,10 @@ static void gather_emission(const np_scene_view *view, const path_state *path, n
   np_vec3 direction;
   float density;
   if (!np_emission_draw_direction(view, path->position, random, &direction, &density)) return;
-  const float phase = eval_towards(path, direction), scattered = find_density(view, path, direction, phase);
+  const np_sunward sunward = choose_branches(view, path);
+  float prospect;
+  const float phase = eval_towards(path, direction);
+  const float scattered = phase + np_sunward_eval(&sunward, direction, &prospect);
   const double end = np_emission_find_end(view, path->position, direction);
   const np_spectrum light =
       np_emission_along(view, path->position, direction, end, np_emission_far_step_voxels, false, random);
@@ -148,24 +163,36 @@ static bool survive(path_state *path, np_random *random) {
   return true;
 }
 
-/* Everything that reaches the camera along a path whose first collision has been found. */
+/* After a scattering: false when the path ends, by roulette or outside the clouds. */
+static bool reach_collision(const np_scene_view *view, const np_integrator_settings *settings, path_state *path,
+                            np_random *random, np_integrator_sample *out) {
+  if (!survive(path, random)) return false;
+  const double distance = fly(view, path, random);
+  if (view->emission) collect_emission(view, path, distance, random, out);
+  if (isinf(distance)) {
+    gather_surroundings(view, settings, path, random, out);
+    return false;
+  }
+  path->position = np_dvec3_along(path->position, path->direction, distance);
+  return true;
+}
+
+/* Everything that reaches the camera along a path whose next collision has been found. */
 static void follow(const np_scene_view *view, const np_integrator_settings *settings, path_state *path,
                    np_random *random, np_integrator_sample *out) {
-  while (path->order < settings->scattering_max) {
+  if (path->order >= settings->scattering_max) return;
+  do {
     path->order++;
     path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
     gather_sun(view, path, random, out);
     if (view->emission) gather_emission(view, path, random, out);
-    scatter(view, path, random);
-    if (!survive(path, random)) return;
-    const double distance = fly(view, path, random);
-    if (view->emission) collect_emission(view, path, distance, random, out);
-    if (isinf(distance)) {
-      gather_surroundings(view, settings, path, random, out);
-      return;
-    }
-    path->position = np_dvec3_along(path->position, path->direction, distance);
-  }
+    scatter(view, settings, path, random, out);
+  } while (reach_collision(view, settings, path, random, out) && path->order < settings->scattering_max);
+}
+
+static void fly_on(const np_scene_view *view, const np_integrator_settings *settings, path_state *path,
+                   np_random *random, np_integrator_sample *out) {
+  if (reach_collision(view, settings, path, random, out)) follow(view, settings, path, random, out);
 }
 
 /* Adds light scattered in the clouds after a first collision at `distance`, and the air before it. */
