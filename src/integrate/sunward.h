@@ -2,13 +2,13 @@
 /* Branches towards the sun: what tames the light that a forward peak brings.
  *
  * Through a forward peak, a path that happens to fly towards the sun brings rare and blinding light: for droplets of
- * 20 µm, up to 2700 times what it brings elsewhere. So a scattering throws, now and then, a second path, whose direction
- * is drawn about the sun: from the phase function, for the scattering that follows, and where that is very sharp also
- * from a broader lobe, for the one after it. Of directions ω a scattering then draws a(ω) + b(ω) per steradian, a from
- * the phase function about the path's own direction and b by branches; each path is weighted by a/(a + b) (balance
- * heuristic of several samples; Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo
- * Rendering"), so that it is as weak as the sunlight it will meet is strong. No weight grows by it: to draw from a
- * mixture of both instead would add to all others' weight at every scattering, and spoil paths of hundreds. */
+ * 20 µm, thousands of times what it brings elsewhere. So a scattering throws, now and then, a second path, whose
+ * direction is drawn about the sun: from the phase function, for the scattering that follows, and where that is very
+ * sharp also from a broader lobe, for the one after it. Of directions ω a scattering then draws a(ω) + b(ω) per
+ * steradian, a from the phase function about the path's own direction and b by branches. Each path is weighted by
+ * a/(a + b) (balance heuristic of several samples; Veach and Guibas 1995, "Optimally Combining Sampling Techniques for
+ * Monte Carlo Rendering"), so that it is as weak as the sunlight it will meet is strong. No weight grows by it: to draw
+ * from a mixture of both instead would add to all others' weight at every scattering, and spoil paths of hundreds. */
 #ifndef NP_INTEGRATE_SUNWARD_H
 #define NP_INTEGRATE_SUNWARD_H
 
