@@ -42,7 +42,7 @@ typedef struct march {
   float sun_phase[NP_VIEW_VOLUMES_MAX][NP_LOOK_TERMS_MAX];
   const np_multi_scatter *scatter; /* NULL: a look stands for it */
   np_peak_column columns[NP_VIEW_VOLUMES_MAX];
-  float harmonics[NP_HARMONIC_COUNT]; /* towards the camera */
+  float harmonics[NP_HARMONIC_COUNT_MAX]; /* towards the camera */
   np_spectrum scaled;                 /* transmittance of the scaled medium; grey 1 stays where there is none */
   np_spectrum peak_depth;             /* optical depth that the scaled medium has less */
   float carry;                        /* what later steps can still contribute; 0 ends the ray */
@@ -73,7 +73,7 @@ static void set_columns(march *m) {
   const float versine = np_versine(d.x, d.y, d.z, m->to_sun.x, m->to_sun.y, m->to_sun.z);
   for (unsigned i = 0; i < m->view->volume_count; i++)
     np_scaled_phase_fill_column(&m->scatter->phases[i], versine, &m->columns[i]);
-  np_harmonics_eval(np_vec3_scale(d, -1.0f), m->harmonics);
+  np_harmonics_eval(m->scatter->grid.degree, np_vec3_scale(d, -1.0f), m->harmonics);
 }
 
 static void add_scaled(np_integrator_sample *out, np_component component, float scale, np_spectrum radiance) {

@@ -4,7 +4,7 @@
 #include "core/units.h"
 #include "light/multi_scatter.h"
 
-enum { SAMPLES = 2048 };
+enum { SAMPLES_PER_ORDINATE = 48 };
 
 /* Transmittance of the clouds from the ground towards the sun, by steps of a voxel through their bricks. */
 static float find_shadow(const np_scene_view *view, np_dvec3 position) {
@@ -66,24 +66,52 @@ static unsigned find_nearest(const np_ordinates *o, np_vec3 d) {
   return octant * NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES + best;
 }
 
-/* Looks out along directions spread evenly over the sphere, from places spread over the clouds' middle plane. */
-void np_inflow_fill(const np_scene_view *view, const np_transport_desc *cells, const np_ordinates *ordinates,
-                    np_inflow out) {
-  enum { ALL = NP_OCTANT_COUNT * NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES };
-  unsigned counts[ALL] = {0};
-  double sums[NP_BAND_COUNT][ALL] = {{0}};
-  const np_dvec3 low = cells->bounds_min, size = np_dvec3_subtract(cells->bounds_max, low);
-  for (unsigned i = 0; i < SAMPLES; i++) {
-    const double z = 1.0 - (2.0 * i + 1.0) / SAMPLES, azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
+enum { ALL = NP_OCTANT_COUNT * NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES };
+
+/* Sums by ordinate. */
+typedef struct outlook {
+  const np_scene_view *view;
+  np_dvec3 low, size; /* of the clouds' box */
+  unsigned taken, counts[ALL];
+  double sums[NP_BAND_COUNT][ALL];
+} outlook;
+
+/* Looks out once more, from places spread over the clouds' middle plane. */
+static void look(outlook *o, np_vec3 towards, unsigned ordinate) {
+  const double u = fmod(0.7548776662466927 * o->taken, 1.0), v = fmod(0.5698402909980532 * o->taken, 1.0);
+  const np_dvec3 position =
+      np_dvec3_make(o->low.x + u * o->size.x, o->low.y + v * o->size.y, o->low.z + 0.5 * o->size.z);
+  const np_spectrum radiance = find_radiance(o->view, position, towards);
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) o->sums[b][ordinate] += (double)radiance.band[b];
+  o->counts[ordinate]++;
+  o->taken++;
+}
+
+/* Along directions spread evenly over the sphere, each counted for the nearest ordinate. */
+static void look_everywhere(outlook *o, const np_ordinates *ordinates) {
+  const unsigned count = SAMPLES_PER_ORDINATE * NP_OCTANT_COUNT * ordinates->count;
+  for (unsigned i = 0; i < count; i++) {
+    const double z = 1.0 - (2.0 * i + 1.0) / count, azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
     const float r = (float)sqrt(1.0 - z * z);
     const np_vec3 towards = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
-    const double u = fmod(0.7548776662466927 * i, 1.0), v = fmod(0.5698402909980532 * i, 1.0);
-    const np_dvec3 position = np_dvec3_make(low.x + u * size.x, low.y + v * size.y, low.z + 0.5 * size.z);
-    const np_spectrum radiance = find_radiance(view, position, towards);
-    const unsigned ordinate = find_nearest(ordinates, np_vec3_scale(towards, -1.0f));
-    counts[ordinate]++;
-    for (unsigned b = 0; b < NP_BAND_COUNT; b++) sums[b][ordinate] += (double)radiance.band[b];
+    look(o, towards, find_nearest(ordinates, np_vec3_scale(towards, -1.0f)));
   }
+}
+
+/* And along each ordinate itself, so that none is without. */
+static void look_along_ordinates(outlook *o, const np_ordinates *ordinates) {
+  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
+    for (unsigned n = 0; n < ordinates->count; n++) {
+      const np_vec3 d = np_ordinates_direction(ordinates, octant, n / NP_ORDINATE_LANES, n % NP_ORDINATE_LANES);
+      look(o, np_vec3_scale(d, -1.0f), octant * NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES + n);
+    }
+}
+
+void np_inflow_fill(const np_scene_view *view, const np_transport_desc *cells, const np_ordinates *ordinates,
+                    np_inflow out) {
+  outlook o = {.view = view, .low = cells->bounds_min, .size = np_dvec3_subtract(cells->bounds_max, cells->bounds_min)};
+  look_everywhere(&o, ordinates);
+  look_along_ordinates(&o, ordinates);
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
-    for (unsigned i = 0; i < ALL; i++) (&out[b][0][0][0])[i] = counts[i] ? (float)(sums[b][i] / counts[i]) : 0.0f;
+    for (unsigned i = 0; i < ALL; i++) (&out[b][0][0][0])[i] = o.counts[i] ? (float)(o.sums[b][i] / o.counts[i]) : 0.0f;
 }

@@ -7,30 +7,25 @@
 
 typedef struct np_multi_scatter_desc {
   np_transport_desc cells;
-  unsigned order; /* of the ordinates, 4 or 6; periodic clouds take the product set */
+  double work_max; /* cells × directions × harmonics of a sweep, up to which angles are resolved beyond the least */
   double tolerance;
 } np_multi_scatter_desc;
 
-/* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.2 kB each in cloud while it is solved; S6. */
+/* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.2 kB each in cloud while it is solved. */
 #define NP_MULTI_SCATTER_DESC_DEFAULT                                                                                  \
   {                                                                                                                    \
-    .cells = {.cell_count_max = 1500000, .cell_count_cheap = 60000, .cell_depth_max = 0.35}, .order = 6,               \
+    .cells = {.cell_count_max = 1500000, .cell_count_cheap = 60000, .cell_depth_max = 0.35}, .work_max = 3e7,          \
     .tolerance = 3e-4                                                                                                  \
   }
-
-/* Moments of the radiance at one point. */
-typedef struct np_light_moments {
-  float band[NP_BAND_COUNT][NP_HARMONIC_COUNT];
-} np_light_moments;
 
 typedef struct np_multi_scatter {
   neph_context *context; /* borrowed */
   unsigned volume_count;
   np_scaled_phase *phases; /* of each cloud; equal ones share their table */
   np_transport_grid grid;
-  np_light_moments *moments; /* of each live cell: radiance that is not sunlight which went straight on */
-  double residual;           /* relative, the worst band's */
-  unsigned sweeps;           /* of the finest grid, all bands together */
+  float *moments;  /* [live][band][harmonic]: radiance that is not sunlight which went straight on */
+  double residual; /* relative, the worst band's */
+  unsigned sweeps; /* of the finest grid, all bands together */
 } np_multi_scatter;
 
 /* Solves for the view's sun, sky and ground. On failure nothing is left. */
@@ -43,27 +38,46 @@ typedef float np_inflow[NP_BAND_COUNT][NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][
 void np_inflow_fill(const np_scene_view *view, const np_transport_desc *cells, const np_ordinates *ordinates,
                     np_inflow out);
 
-static inline void np_multi_scatter_gather(const np_multi_scatter *scatter, np_dvec3 position, np_light_moments *out) {
+/* Moments of the radiance at one point, [band][harmonic]. */
+typedef struct np_light_moments {
+  float value[NP_BAND_COUNT * NP_HARMONIC_COUNT_MAX];
+} np_light_moments;
+
+static inline void np_multi_scatter_add_cells(const np_multi_scatter *scatter, np_dvec3 position, unsigned width,
+                                              float *sum) {
   int32_t live[8];
   float weight[8];
   const unsigned count = np_transport_grid_find(&scatter->grid, position, live, weight);
-  float *sum = &out->band[0][0];
-  for (int i = 0; i < NP_BAND_COUNT * NP_HARMONIC_COUNT; i++) sum[i] = 0.0f;
+  for (unsigned i = 0; i < width; i++) sum[i] = 0.0f;
   for (unsigned c = 0; c < count; c++) {
-    const float *moments = &scatter->moments[live[c]].band[0][0], w = weight[c];
-    for (int i = 0; i < NP_BAND_COUNT * NP_HARMONIC_COUNT; i++) sum[i] += w * moments[i];
+    const float *moments = scatter->moments + (size_t)live[c] * width, w = weight[c];
+    for (unsigned i = 0; i < width; i++) sum[i] += w * moments[i];
+  }
+}
+
+/* The least number of harmonics, which large clouds have, is known to the compiler. */
+static inline void np_multi_scatter_gather(const np_multi_scatter *scatter, np_dvec3 position, np_light_moments *out) {
+  if (scatter->grid.degree == NP_DEGREE_MIN) {
+    np_multi_scatter_add_cells(scatter, position, NP_BAND_COUNT * NP_HARMONIC_COUNT_MIN, out->value);
+  } else {
+    np_multi_scatter_add_cells(scatter, position, NP_BAND_COUNT * np_harmonics_count(scatter->grid.degree), out->value);
   }
 }
 
 /* Radiance times phase function, over all directions, that a cloud of this phase function throws to `harmonics`; what
  * counts as going straight on is left out. */
 static inline np_spectrum np_multi_scatter_towards(const np_light_moments *moments, const np_scaled_phase *phase,
-                                                   const float harmonics[NP_HARMONIC_COUNT]) {
+                                                   const float harmonics[NP_HARMONIC_COUNT_MAX]) {
+  const unsigned count = np_harmonics_count(phase->degree);
   np_spectrum out;
-  for (int b = 0; b < NP_BAND_COUNT; b++) {
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    const float *band = moments->value + b * count;
     float sum = 0.0f;
-    for (int i = 0; i < NP_HARMONIC_COUNT; i++)
-      sum += phase->moments[np_harmonic_degree[i]] * harmonics[i] * moments->band[b][i];
+    for (unsigned l = 0, i = 0; l <= phase->degree; l++) {
+      float degree = 0.0f;
+      for (; i < (l + 1) * (l + 1); i++) degree += harmonics[i] * band[i];
+      sum += phase->moments[l] * degree;
+    }
     out.band[b] = fmaxf(0.0f, sum);
   }
   return out;

@@ -1,28 +1,30 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Level-symmetric quadratures (Lewis and Miller 1984, "Computational Methods of Neutron Transport", table 4-1): the
- * same cosines along each axis, μᵢ² = μ₁² + 2(i−1)(1−3μ₁²)/(N−2), and one weight for all permutations of a triple.
- * And a product set: eight points of Gauss in each half of the cosine along z, eight even azimuths. */
+/* Two kinds of quadratures. S6, level-symmetric (Lewis and Miller 1984, "Computational Methods of Neutron Transport",
+ * table 4-1): the same cosines along each axis, μᵢ² = μ₁² + 2(i−1)(1−3μ₁²)/(N−2), and one weight for all permutations
+ * of a triple. And product sets: Gauss points in each half of the cosine along z, and even azimuths; with N + 1 points
+ * a half and 2N + 2 azimuths they are exact for every product of two harmonics of degree N. */
 #include "light/ordinates.h"
 
 #include "core/units.h"
 
-typedef struct triple {
-  unsigned char level[3]; /* ascending */
-  double weight;          /* an octant's add up to 1 over all permutations */
-} triple;
+/* Gauss points in a half of the vertical, and azimuths in a quarter turn. */
+typedef struct product_set {
+  unsigned points, azimuths;
+} product_set;
 
-typedef struct level_set {
-  unsigned order, triple_count;
-  double first_cosine;
-  triple triples[2];
-} level_set;
+static product_set choose_product(unsigned degree) {
+  return degree <= NP_DEGREE_MIN ? (product_set){8, 2} : (product_set){degree + 1, (degree + 2) / 2};
+}
 
-static const level_set sets[] = {
-    {4, 1, 0.3500212, {{{0, 0, 1}, 0.3333333}}},
-    {6, 2, 0.2666355, {{{0, 0, 2}, 0.1761263}, {{0, 1, 1}, 0.1572071}}},
-};
+static bool is_level_symmetric(unsigned degree, bool is_layered) { return degree <= NP_DEGREE_MIN && !is_layered; }
 
-void np_harmonics_eval(np_vec3 d, float out[NP_HARMONIC_COUNT]) {
+unsigned np_ordinates_count(unsigned degree, bool is_layered) {
+  const product_set set = choose_product(degree);
+  return NP_OCTANT_COUNT * (is_level_symmetric(degree, is_layered) ? 6 : set.points * set.azimuths);
+}
+
+/* Those up to l = 3, written out. */
+static void evaluate_low(np_vec3 d, float out[NP_HARMONIC_COUNT_MIN]) {
   const float x = d.x, y = d.y, z = d.z, xx = x * x, yy = y * y, zz = z * z;
   out[0] = 0.28209479f;
   out[1] = 0.48860251f * y;
@@ -42,6 +44,40 @@ void np_harmonics_eval(np_vec3 d, float out[NP_HARMONIC_COUNT]) {
   out[15] = 0.59004359f * x * (xx - 3.0f * yy);
 }
 
+/* All of one m > 0 and of −m, or of m = 0. `cosine` and `sine` are sinᵐθ·cos mφ and sinᵐθ·sin mφ, `top` is the factor
+ * of Y_mm before them; from there upwards in l (fully normalised associated Legendre functions, Holmes and Featherstone
+ * 2002, eq. 11). */
+static void evaluate_order(unsigned degree, unsigned m, double top, double z, double cosine, double sine, float *out) {
+  double now = top, before = 0.0;
+  for (unsigned l = m; l <= degree; l++) {
+    const unsigned centre = l * (l + 1);
+    out[centre + m] = (float)(now * cosine);
+    if (m > 0) out[centre - m] = (float)(now * sine);
+    const double n = l + 1.0, mm = (double)m * m, scale = sqrt((4.0 * n * n - 1.0) / (n * n - mm));
+    const double low = l > m ? sqrt(((n - 1.0) * (n - 1.0) - mm) / (4.0 * (n - 1.0) * (n - 1.0) - 1.0)) : 0.0;
+    const double next = scale * (z * now - low * before);
+    before = now;
+    now = next;
+  }
+}
+
+void np_harmonics_eval(unsigned degree, np_vec3 d, float out[NP_HARMONIC_COUNT_MAX]) {
+  if (degree <= NP_DEGREE_MIN) {
+    evaluate_low(d, out);
+    return;
+  }
+  const double x = d.x, y = d.y;
+  double cosine = 1.0, sine = 0.0, top = sqrt(0.25 / NP_PI);
+  for (unsigned m = 0; m <= degree; m++) {
+    evaluate_order(degree, m, top, d.z, cosine, sine, out);
+    const double turned = x * cosine - y * sine;
+    sine = x * sine + y * cosine;
+    cosine = turned;
+    /* The √2 of real harmonics enters at m = 1. */
+    top *= sqrt((2.0 * m + 3.0) / (2.0 * m + 2.0) * (m == 0 ? 2.0 : 1.0));
+  }
+}
+
 np_vec3 np_ordinates_direction(const np_ordinates *ordinates, unsigned octant, unsigned block, unsigned lane) {
   float d[3];
   for (unsigned a = 0; a < 3; a++)
@@ -49,30 +85,52 @@ np_vec3 np_ordinates_direction(const np_ordinates *ordinates, unsigned octant, u
   return np_vec3_make(d[0], d[1], d[2]);
 }
 
-static void add_direction(np_ordinates *o, const double cosine[3], double weight) {
+static void add_direction(np_ordinates *o, double x, double y, double z, double weight) {
   const unsigned block = o->count / NP_ORDINATE_LANES, lane = o->count % NP_ORDINATE_LANES;
-  for (int a = 0; a < 3; a++) o->cosine[a][block][lane] = (float)cosine[a];
+  o->cosine[0][block][lane] = (float)x;
+  o->cosine[1][block][lane] = (float)y;
+  o->cosine[2][block][lane] = (float)z;
   o->weight[block][lane] = (float)weight;
   o->count++;
 }
 
-/* Every arrangement of a triple's levels on the three axes, once. */
-static void add_permutations(np_ordinates *o, const triple *t, const double cosines[4], double weight) {
-  static const unsigned char orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
-  unsigned seen[6], seen_count = 0;
-  for (int p = 0; p < 6; p++) {
-    unsigned code = 0;
-    double cosine[3];
-    for (int a = 0; a < 3; a++) {
-      const unsigned level = t->level[orders[p][a]];
-      code = 4 * code + level;
-      cosine[a] = cosines[level];
+/* The weights are printed to seven digits: an octant's are brought to π/2 exactly. */
+static void add_level_symmetric(np_ordinates *o) {
+  static const double first = 0.2666355, weights[2] = {0.1761263, 0.1572071};
+  double cosine[3];
+  for (int i = 0; i < 3; i++) cosine[i] = sqrt(first * first + 0.5 * i * (1.0 - 3.0 * first * first));
+  const double scale = 0.5 * NP_PI / (3.0 * (weights[0] + weights[1]));
+  static const unsigned char levels[6][3] = {{0, 0, 2}, {0, 2, 0}, {2, 0, 0}, {0, 1, 1}, {1, 0, 1}, {1, 1, 0}};
+  for (int i = 0; i < 6; i++)
+    add_direction(o, cosine[levels[i][0]], cosine[levels[i][1]], cosine[levels[i][2]], scale * weights[i / 3]);
+}
+
+/* The i-th of n points of Gauss on [0, 1], by Newton's method on P_n. */
+static void find_gauss(unsigned n, unsigned i, double *out_point, double *out_weight) {
+  double x = cos(NP_PI * (i + 0.75) / (n + 0.5)), slope = 1.0;
+  for (int step = 0; step < 20; step++) {
+    double now = 1.0, before = 0.0;
+    for (unsigned l = 0; l < n; l++) {
+      const double next = ((2.0 * l + 1.0) * x * now - l * before) / (l + 1.0);
+      before = now;
+      now = next;
     }
-    bool is_new = true;
-    for (unsigned i = 0; i < seen_count; i++) is_new = is_new && seen[i] != code;
-    if (!is_new) continue;
-    seen[seen_count++] = code;
-    add_direction(o, cosine, weight);
+    slope = n * (before - x * now) / ((1.0 - x) * (1.0 + x));
+    x -= now / slope;
+  }
+  *out_point = 0.5 * (1.0 - x);
+  *out_weight = 1.0 / ((1.0 - x) * (1.0 + x) * slope * slope);
+}
+
+static void add_product(np_ordinates *o, product_set set) {
+  for (unsigned i = 0; i < set.points; i++) {
+    double z, weight;
+    find_gauss(set.points, i, &z, &weight);
+    const double r = sqrt((1.0 - z) * (1.0 + z)), quarter = 0.5 * NP_PI;
+    for (unsigned k = 0; k < set.azimuths; k++) {
+      const double azimuth = quarter * (k + 0.5) / set.azimuths;
+      add_direction(o, r * cos(azimuth), r * sin(azimuth), z, weight * quarter / set.azimuths);
+    }
   }
 }
 
@@ -83,57 +141,25 @@ static void fill_padding(np_ordinates *o) {
 }
 
 static void fill_harmonics(np_ordinates *o, unsigned octant, unsigned block) {
+  const unsigned count = np_harmonics_count(o->degree);
   for (unsigned lane = 0; lane < NP_ORDINATE_LANES; lane++) {
-    float values[NP_HARMONIC_COUNT];
-    np_harmonics_eval(np_ordinates_direction(o, octant, block, lane), values);
-    for (unsigned i = 0; i < NP_HARMONIC_COUNT; i++) {
+    float values[NP_HARMONIC_COUNT_MAX];
+    np_harmonics_eval(o->degree, np_ordinates_direction(o, octant, block, lane), values);
+    for (unsigned i = 0; i < count; i++) {
       o->harmonic[octant][block][i][lane] = values[i];
       o->weighted[octant][block][lane][i] = values[i] * o->weight[block][lane];
     }
   }
 }
 
-static void fill_all_harmonics(np_ordinates *o) {
-  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
-    for (unsigned block = 0; block < o->block_count; block++) fill_harmonics(o, octant, block);
-}
-
-/* Gauss-Legendre points and weights on [0, 1], eight of them; the other four mirror these about 1/2. */
-static const double gauss[4][2] = {{0.0198550717512319, 0.0506142681451881},
-                                   {0.1016667612931866, 0.1111905172266872},
-                                   {0.2372337950418355, 0.1568533229389437},
-                                   {0.4082826787521751, 0.1813418916891810}};
-
-static void add_product_directions(np_ordinates *o) {
-  for (int i = 0; i < 8; i++) {
-    const double *point = gauss[i < 4 ? i : 7 - i], z = i < 4 ? point[0] : 1.0 - point[0], r = sqrt(1.0 - z * z);
-    for (int k = 0; k < 2; k++) {
-      const double azimuth = (2 * k + 1) * NP_PI / 8.0;
-      add_direction(o, (const double[3]){r * cos(azimuth), r * sin(azimuth), z}, point[1] * NP_PI / 4.0);
-    }
+void np_ordinates_init(unsigned degree, bool is_layered, np_ordinates *out) {
+  *out = (np_ordinates){.degree = degree};
+  if (is_level_symmetric(degree, is_layered)) {
+    add_level_symmetric(out);
+  } else {
+    add_product(out, choose_product(degree));
   }
-}
-
-void np_ordinates_init(unsigned order, np_ordinates *out) {
-  if (order == NP_ORDINATES_PRODUCT) {
-    *out = (np_ordinates){0};
-    add_product_directions(out);
-    fill_padding(out);
-    fill_all_harmonics(out);
-    return;
-  }
-  const level_set *set = &sets[order == 4 ? 0 : 1];
-  *out = (np_ordinates){0};
-  double cosines[4] = {0}, total = 0.0;
-  const double first = set->first_cosine * set->first_cosine;
-  for (unsigned i = 0; i < set->order / 2; i++)
-    cosines[i] = sqrt(first + 2.0 * i * (1.0 - 3.0 * first) / (set->order - 2.0));
-  for (unsigned i = 0; i < set->triple_count; i++)
-    add_permutations(out, &set->triples[i], cosines, set->triples[i].weight);
   fill_padding(out);
-  for (unsigned i = 0; i < out->count; i++) total += (double)out->weight[i / NP_ORDINATE_LANES][i % NP_ORDINATE_LANES];
-  /* The printed weights have seven digits: an octant's are brought to π/2 exactly. */
-  for (unsigned i = 0; i < out->count; i++)
-    out->weight[i / NP_ORDINATE_LANES][i % NP_ORDINATE_LANES] *= (float)(0.5 * NP_PI / total);
-  fill_all_harmonics(out);
+  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
+    for (unsigned block = 0; block < out->block_count; block++) fill_harmonics(out, octant, block);
 }

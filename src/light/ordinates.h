@@ -7,33 +7,37 @@
 
 enum {
   NP_OCTANT_COUNT = 8,
-  NP_HARMONIC_DEGREES = 4,   /* l = 0 … 3 */
-  NP_HARMONIC_COUNT = 16,    /* (l, m) up to l = 3 */
+  NP_DEGREE_MIN = 3,          /* of the harmonics that angles are resolved into: what large clouds get */
+  NP_DEGREE_MAX = 11,         /* what small ones can afford */
+  NP_HARMONIC_COUNT_MIN = 16, /* (l, m) up to l = 3 */
+  NP_HARMONIC_COUNT_MAX = 144,
   NP_ORDINATE_LANES = 8,     /* directions of one octant that are swept together */
-  NP_ORDINATE_BLOCKS_MAX = 2 /* of lanes; the product set has sixteen directions an octant */
+  NP_ORDINATE_BLOCKS_MAX = 9 /* of lanes: 72 directions an octant */
 };
 
-/* Degree l of each harmonic. */
-static const unsigned char np_harmonic_degree[NP_HARMONIC_COUNT] = {0, 1, 1, 1, 2, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3};
+/* Of (l, m) up to a degree. Harmonic (l, m) is number l·(l + 1) + m. */
+static inline unsigned np_harmonics_count(unsigned degree) { return (degree + 1) * (degree + 1); }
 
-/* Real orthonormal spherical harmonics up to l = 3 at a unit direction. */
-void np_harmonics_eval(np_vec3 direction, float out[NP_HARMONIC_COUNT]);
+/* Real orthonormal spherical harmonics up to a degree at a unit direction. */
+void np_harmonics_eval(unsigned degree, np_vec3 direction, float out[NP_HARMONIC_COUNT_MAX]);
 
 /* A set of directions. Bit a of an octant's number is set where its directions point down axis a. Lanes beyond the
  * set's directions repeat the first with weight 0. */
 typedef struct np_ordinates {
-  unsigned count, block_count;                                             /* of one octant */
+  unsigned degree;                                                         /* of the harmonics */
+  unsigned count, block_count;                                             /* of directions in one octant */
   _Alignas(32) float cosine[3][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* |Ω·a|, the same in every octant */
   float weight[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES];                 /* sr */
-  float harmonic[NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][NP_HARMONIC_COUNT][NP_ORDINATE_LANES];
-  float weighted[NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES][NP_HARMONIC_COUNT]; /* weight·harmonic */
+  float harmonic[NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][NP_HARMONIC_COUNT_MAX][NP_ORDINATE_LANES];
+  float weighted[NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES][NP_HARMONIC_COUNT_MAX]; /* weight·Y */
 } np_ordinates;
 
-/* Instead of an order: a set with many nearly horizontal directions, for layers without end. */
-enum { NP_ORDINATES_PRODUCT = 0 };
+/* The directions that resolve harmonics of a degree. `is_layered` asks for many nearly horizontal ones, as layers
+ * without end need; degrees above the least have them in any case. */
+void np_ordinates_init(unsigned degree, bool is_layered, np_ordinates *out);
 
-/* `order` is 4 or 6, the N of S_N, or NP_ORDINATES_PRODUCT. */
-void np_ordinates_init(unsigned order, np_ordinates *out);
+/* How many np_ordinates_init() would take, in all octants. */
+unsigned np_ordinates_count(unsigned degree, bool is_layered);
 
 np_vec3 np_ordinates_direction(const np_ordinates *ordinates, unsigned octant, unsigned block, unsigned lane);
 

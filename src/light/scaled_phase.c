@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Delta-M scaling (Wiscombe 1977, "The Delta-M Method", eqs. 7 to 13) and the forward peak beyond it.
  *
- * With Legendre moments χ_l and f = χ₄ the phase function is p = (1−f)·p′ + f·B₁, p′ of degree three with moments
- * c_l = (χ_l−f)/(1−f), and a rest B₁ with moments π_l = 1 for l ≤ 4, χ_l/f beyond. Scattering by B₁ counts as going
+ * With Legendre moments χ_l and f = χ_{N+1} the phase function is p = (1−f)·p′ + f·B₁, p′ of degree N with moments
+ * c_l = (χ_l−f)/(1−f), and a rest B₁ with moments π_l = 1 for l ≤ N + 1, χ_l/f beyond. Scattering by B₁ counts as going
  * straight on, except in light that comes from the sun without any other scattering: there the small-angle spreading
  * is carried exactly in the number of scatterings (Goudsmit and Saunderson 1940, "Multiple Scattering of Electrons",
  * whose moments after a depth t of peak scattering are e^{−t(1−π_l)}). On top of the sunlight that the scaled medium
@@ -14,7 +14,7 @@
  * has any), or one of the peak, after which nothing else happens. The term of e^{−t_s}·f·B₁ = e^{−t_s}·(p − (1−f)p′) is
  * taken out of the sum and evaluated exactly; left is the smooth Σ (2l+1)/4π·fπ_l·(e^{−t_s(1−π_l)} − e^{−t_s})·P_l.
  *
- * A phase function without a forward peak (χ₁ or χ₄ not positive) is left unscaled: f = 0, D = p. */
+ * A phase function without a forward peak (χ₁ or χ_{N+1} not positive) is left unscaled: f = 0, D = p. */
 #include "light/scaled_phase.h"
 
 #include "core/alloc.h"
@@ -29,8 +29,8 @@ static float node_angle(unsigned i) {
 }
 
 /* (2l+1)/4π·fπ_l·(e^{−t(1−π_l)} − e^{−t}) for one l at every depth of the table. */
-static void fill_degree(unsigned l, double moment, double forward, float out[NP_PEAK_DEPTHS]) {
-  const double pi = l <= NP_HARMONIC_DEGREES ? 1.0 : moment / forward;
+static void fill_degree(const np_scaled_phase *s, unsigned l, double moment, float out[NP_PEAK_DEPTHS]) {
+  const double forward = (double)s->forward, pi = l <= s->degree + 1 ? 1.0 : moment / forward;
   for (unsigned k = 0; k < NP_PEAK_DEPTHS; k++) {
     const double t = (double)NP_PEAK_DEPTH_SCALE * expm1((double)NP_PEAK_DEPTH_RATE * k);
     out[k] = (float)((2 * l + 1) / (4.0 * NP_PI) * forward * pi * (exp(-t * (1.0 - pi)) - exp(-t)));
@@ -52,7 +52,7 @@ static void fill_peak(np_scaled_phase *s, const double *moments, unsigned count)
   }
   for (unsigned l = 0; l < count; l++) {
     float degree[NP_PEAK_DEPTHS];
-    fill_degree(l, moments[l], (double)s->forward, degree);
+    fill_degree(s, l, moments[l], degree);
     add_degree(s, degree, now);
     for (unsigned i = 0; i < NP_PEAK_ANGLES; i++) {
       const double next = ((2 * l + 1) * cosine[i] * now[i] - l * before[i]) / (l + 1);
@@ -62,8 +62,8 @@ static void fill_peak(np_scaled_phase *s, const double *moments, unsigned count)
   }
 }
 
-neph_result np_scaled_phase_init(neph_context *context, const np_phase *phase, np_scaled_phase *out) {
-  *out = (np_scaled_phase){.context = context, .phase = *phase};
+neph_result np_scaled_phase_init(neph_context *context, const np_phase *phase, unsigned degree, np_scaled_phase *out) {
+  *out = (np_scaled_phase){.context = context, .phase = *phase, .degree = degree};
   double *moments = np_alloc(context, MOMENTS_MAX, sizeof *moments);
   out->peak = np_alloc(context, (size_t)NP_PEAK_ANGLES * NP_PEAK_DEPTHS, sizeof *out->peak);
   if (!moments || !out->peak) {
@@ -71,15 +71,15 @@ neph_result np_scaled_phase_init(neph_context *context, const np_phase *phase, n
     np_scaled_phase_clear(out);
     return NEPH_ERROR_OUT_OF_MEMORY;
   }
-  np_phase_get_moments(phase, NP_HARMONIC_DEGREES + 1, moments);
-  out->forward = moments[1] > 0.0 ? (float)fmax(0.0, moments[NP_HARMONIC_DEGREES]) : 0.0f;
-  for (unsigned l = 0; l < NP_HARMONIC_DEGREES; l++) out->moments[l] = (float)moments[l] - out->forward;
+  np_phase_get_moments(phase, degree + 2, moments);
+  out->forward = moments[1] > 0.0 ? (float)fmax(0.0, moments[degree + 1]) : 0.0f;
+  for (unsigned l = 0; l <= degree; l++) out->moments[l] = (float)moments[l] - out->forward;
   if (out->forward > 0.0f) {
     unsigned count = MOMENTS_MAX / 16;
     np_phase_get_moments(phase, count, moments);
     for (; count < MOMENTS_MAX && fabs(moments[count - 1]) > moment_end; np_phase_get_moments(phase, count, moments))
       count *= 4;
-    while (count > NP_HARMONIC_DEGREES + 1 && fabs(moments[count - 1]) < moment_end) count--;
+    while (count > degree + 2 && fabs(moments[count - 1]) < moment_end) count--;
     fill_peak(out, moments, count);
   }
   np_alloc_free(context, moments);
@@ -92,11 +92,15 @@ void np_scaled_phase_clear(np_scaled_phase *scaled) {
 }
 
 void np_scaled_phase_fill_column(const np_scaled_phase *s, float versine, np_peak_column *out) {
-  const float mu = 1.0f - versine, mu2 = mu * mu;
-  const float legendre[NP_HARMONIC_DEGREES] = {1.0f, mu, 1.5f * mu2 - 0.5f, mu * (2.5f * mu2 - 1.5f)};
+  const float mu = 1.0f - versine;
+  float now = 1.0f, before = 0.0f;
   out->broad = 0.0f;
-  for (int l = 0; l < NP_HARMONIC_DEGREES; l++)
-    out->broad += (float)(2 * l + 1) / (4.0f * NP_PI_F) * s->moments[l] * legendre[l];
+  for (unsigned l = 0; l <= s->degree; l++) {
+    const float n = (float)l, next = ((2.0f * n + 1.0f) * mu * now - n * before) / (n + 1.0f);
+    out->broad += (2.0f * n + 1.0f) / (4.0f * NP_PI_F) * s->moments[l] * now;
+    before = now;
+    now = next;
+  }
   out->sharp = np_phase_eval(&s->phase, versine) - out->broad;
   const float angle = 2.0f * asinf(sqrtf(fminf(0.5f * versine, 1.0f)));
   const float x = sqrtf(angle / NP_PI_F) * (float)(NP_PEAK_ANGLES - 1);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A phase function split in two: a forward peak, and a broad rest of degree three. */
+/* A phase function split in two: a forward peak, and a broad rest of a low degree. */
 #ifndef NP_LIGHT_SCALED_PHASE_H
 #define NP_LIGHT_SCALED_PHASE_H
 
@@ -17,12 +17,13 @@ enum { NP_PEAK_ANGLES = 256, NP_PEAK_DEPTHS = 96 };
 typedef struct np_scaled_phase {
   neph_context *context; /* borrowed */
   np_phase phase;
-  float forward;                      /* f: the share of scattering that counts as going straight on */
-  float moments[NP_HARMONIC_DEGREES]; /* χ_l − f */
+  unsigned degree;                  /* N, of the broad rest */
+  float forward;                    /* f: the share of scattering that counts as going straight on */
+  float moments[NP_DEGREE_MAX + 1]; /* χ_l − f, l ≤ N */
   float *peak; /* [angle][depth]: light in the peak after two scatterings and more in it, per unit of e^{−τ} */
 } np_scaled_phase;
 
-neph_result np_scaled_phase_init(neph_context *context, const np_phase *phase, np_scaled_phase *out);
+neph_result np_scaled_phase_init(neph_context *context, const np_phase *phase, unsigned degree, np_scaled_phase *out);
 void np_scaled_phase_clear(np_scaled_phase *scaled);
 
 /* The direct term at one angle, for any depths. */

@@ -1,24 +1,93 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+/* The order in which tiles of rows are swept. Light of a group of octants moves from one corner of the plane of rows to
+ * the opposite: tiles on a diagonal of it wait for those on the diagonal before, not for each other (the wavefront of
+ * Koch, Baker and Alcouffe 1992), so that there is work for many threads, and every face has one writer. */
 #include "light/sweep.h"
 
+#include <string.h>
+
+#include "core/alloc.h"
 #include "core/isa.h"
 
-void np_sweep_octant_v1(const np_sweep *, unsigned, float *, float *);
-void np_sweep_octant_v3(const np_sweep *, unsigned, float *, float *);
-void np_sweep_octant_v4(const np_sweep *, unsigned, float *, float *);
+/* Sweeps one tile of a group of octants; tiles are numbered in the order in which light passes them. */
+typedef void (*tile_fn)(const np_sweep *sweep, unsigned group, int32_t tile_y, int32_t tile_z);
 
-np_sweep_fn np_sweep_get_kernel(neph_isa isa) {
-  static const np_sweep_fn kernels[NP_ISA_COUNT] = {np_sweep_octant_v1, np_sweep_octant_v3, np_sweep_octant_v4};
-  return kernels[isa];
+void np_sweep_tile_v1(const np_sweep *, unsigned, int32_t, int32_t);
+void np_sweep_tile_v3(const np_sweep *, unsigned, int32_t, int32_t);
+void np_sweep_tile_v4(const np_sweep *, unsigned, int32_t, int32_t);
+
+static neph_result allocate_faces(np_sweep *s, unsigned group) {
+  const size_t lanes = (size_t)NP_SWEEP_OCTANTS * s->ordinates->block_count * NP_ORDINATE_LANES;
+  const size_t x = (size_t)s->grid->size[0], y = (size_t)s->grid->size[1], z = (size_t)s->grid->size[2];
+  np_sweep_faces *f = &s->faces[group];
+  f->x = np_alloc(s->context, y * z, lanes * sizeof *f->x);
+  f->y = np_alloc(s->context, x * z, lanes * sizeof *f->y);
+  f->z = np_alloc(s->context, x * y, lanes * sizeof *f->z);
+  s->out[group] = np_alloc(s->context, s->grid->live_count, np_harmonics_count(s->grid->degree) * sizeof(float));
+  return f->x && f->y && f->z && s->out[group] ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-size_t np_sweep_count_scratch(const np_transport_grid *grid) {
-  return (size_t)grid->size[0] * ((size_t)grid->size[1] + 1) * NP_ORDINATE_LANES;
+/* A period of a single cell has no width: what leaves it enters it. */
+static neph_result fill_widths(np_sweep *s, int axis) {
+  const np_transport_grid *g = s->grid;
+  const bool is_endless = g->is_wrapped[axis] && g->size[axis] == 1;
+  s->inverse_m[axis] = np_alloc(s->context, (size_t)g->size[axis], sizeof *s->inverse_m[axis]);
+  if (!s->inverse_m[axis]) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (int32_t i = 0; i < g->size[axis]; i++)
+    s->inverse_m[axis][i] = is_endless ? 0.0f : (float)(1.0 / np_transport_grid_width(g, axis, i));
+  return NEPH_OK;
 }
 
-/* One face of each axis, for every octant and block. */
-size_t np_sweep_count_wrap(const np_transport_grid *grid) {
-  const bool is_wide = (grid->is_wrapped[0] && grid->size[0] > 1) || (grid->is_wrapped[1] && grid->size[1] > 1);
-  const size_t rows = (size_t)grid->size[2] * ((size_t)grid->size[0] + (size_t)grid->size[1]);
-  return is_wide ? rows * NP_OCTANT_COUNT * NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES : 0;
+neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_transport_grid *grid,
+                          const np_ordinates *ordinates, np_sweep *out) {
+  *out = (np_sweep){.context = context, .monitor = monitor, .grid = grid, .ordinates = ordinates};
+  neph_result result = NEPH_OK;
+  for (int axis = 0; axis < 3 && !result; axis++) result = fill_widths(out, axis);
+  for (unsigned group = 0; group < NP_SWEEP_GROUPS && !result; group++) result = allocate_faces(out, group);
+  if (result) np_sweep_clear(out);
+  return result;
+}
+
+void np_sweep_clear(np_sweep *s) {
+  for (unsigned group = 0; group < NP_SWEEP_GROUPS; group++) {
+    np_alloc_free(s->context, s->faces[group].x);
+    np_alloc_free(s->context, s->faces[group].y);
+    np_alloc_free(s->context, s->faces[group].z);
+    np_alloc_free(s->context, s->out[group]);
+  }
+  for (int axis = 0; axis < 3; axis++) np_alloc_free(s->context, s->inverse_m[axis]);
+  *s = (np_sweep){0};
+}
+
+/* The tiles of one diagonal, of all groups. */
+typedef struct front {
+  const np_sweep *sweep;
+  tile_fn sweep_tile;
+  int32_t diagonal, first_y, count; /* tile_y + tile_z; the first tile_y there is; tiles */
+} front;
+
+static neph_result sweep_tiles(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const front *f = user;
+  for (size_t i = begin; i < end; i++) {
+    const int32_t tile_y = f->first_y + (int32_t)(i / NP_SWEEP_GROUPS);
+    f->sweep_tile(f->sweep, (unsigned)(i % NP_SWEEP_GROUPS), tile_y, f->diagonal - tile_y);
+  }
+  return np_monitor_is_cancelled(f->sweep->monitor) ? NEPH_ERROR_CANCELLED : NEPH_OK;
+}
+
+neph_result np_sweep_run(np_sweep *s) {
+  static const tile_fn kernels[NP_ISA_COUNT] = {np_sweep_tile_v1, np_sweep_tile_v3, np_sweep_tile_v4};
+  const np_transport_grid *g = s->grid;
+  const int32_t tiles_y = (g->size[1] - 1) / NP_SWEEP_TILE + 1, tiles_z = (g->size[2] - 1) / NP_SWEEP_TILE + 1;
+  const size_t floats = g->live_count * np_harmonics_count(g->degree);
+  for (unsigned group = 0; group < NP_SWEEP_GROUPS; group++) memset(s->out[group], 0, floats * sizeof(float));
+  front f = {.sweep = s, .sweep_tile = kernels[neph_context_get_isa(s->context)]};
+  for (f.diagonal = 0; f.diagonal < tiles_y + tiles_z - 1; f.diagonal++) {
+    f.first_y = f.diagonal < tiles_z ? 0 : f.diagonal - tiles_z + 1;
+    f.count = (f.diagonal < tiles_y ? f.diagonal : tiles_y - 1) - f.first_y + 1;
+    neph_result result = np_parallel_for(s->context, s->monitor, (size_t)f.count * NP_SWEEP_GROUPS, 1, sweep_tiles, &f);
+    if (result) return result;
+  }
+  return NEPH_OK;
 }

@@ -5,24 +5,36 @@
 
 #include "light/transport_grid.h"
 
+enum {
+  NP_SWEEP_GROUPS = 4, /* of octants: those that share their direction along y and z */
+  NP_SWEEP_OCTANTS = NP_OCTANT_COUNT / NP_SWEEP_GROUPS,
+  NP_SWEEP_TILE = 16 /* rows along y, and along z, that are swept in one go */
+};
+
+/* Faces between rows, across y [k][i]; across z [j][i]; and, of wrapped axes, across x [k][j]: eight lanes each. */
+typedef struct np_sweep_faces {
+  float *x, *y, *z; /* each begins with [octant of the group][block] */
+} np_sweep_faces;
+
 typedef struct np_sweep {
+  neph_context *context;
+  np_monitor *monitor;
   const np_transport_grid *grid;
   const np_ordinates *ordinates;
-  np_monitor *monitor;
-  const float *source; /* [live][harmonic]: moments of what is emitted and scattered, per metre */
-  /* Radiance that enters from outside, [octant][block][lane]. */
-  float (*inflow)[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES];
-  float *wrap; /* what entered through wrapped faces the last time; NULL when no axis with several cells is wrapped */
+  float *inverse_m[3]; /* 1/width of the cells along each axis; 0 where light cannot tell how wide a cell is */
+  np_sweep_faces faces[NP_SWEEP_GROUPS];
+  float *out[NP_SWEEP_GROUPS]; /* [live][harmonic] */
+  const float *source;         /* [live][harmonic]: moments of what is emitted and scattered, per metre */
+  float (*inflow)[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* radiance from outside, [octant][block][lane] */
 } np_sweep;
 
-/* Floats that a sweep of one octant needs as scratch, and those of `wrap` for all octants. */
-size_t np_sweep_count_scratch(const np_transport_grid *grid);
-size_t np_sweep_count_wrap(const np_transport_grid *grid);
+/* On failure nothing is left. `source` and `inflow` are the caller's to set. */
+neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_transport_grid *grid,
+                          const np_ordinates *ordinates, np_sweep *out);
+void np_sweep_clear(np_sweep *sweep);
 
-/* Sweeps all directions of one octant and adds their part of the moments to `out`, [live][harmonic]. Stops early, the
- * result useless, when cancelled. `scratch` is aligned to 32 bytes. */
-typedef void (*np_sweep_fn)(const np_sweep *sweep, unsigned octant, float *scratch, float *out);
-
-np_sweep_fn np_sweep_get_kernel(neph_isa isa);
+/* Sweeps all directions; the sum of `out` over the groups, in their order, are the moments. What leaves through a
+ * wrapped side comes in through the other in the next sweep. */
+neph_result np_sweep_run(np_sweep *sweep);
 
 #endif

@@ -17,18 +17,18 @@
 typedef float lanes __attribute__((vector_size(32), may_alias));
 typedef int32_t mask __attribute__((vector_size(32)));
 
-void NP_KERNEL(np_sweep_octant)(const np_sweep *sweep, unsigned octant, float *scratch, float *out);
+void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned group, int32_t tile_y, int32_t tile_z);
 
 /* One block of directions on its way through the cells. */
 typedef struct flow {
   const np_sweep *sweep;
+  unsigned harmonics;
   const float (*harmonic)[NP_ORDINATE_LANES];
-  const float (*weighted)[NP_HARMONIC_COUNT];
-  lanes rate[3]; /* μ over edge */
+  const float (*weighted)[NP_HARMONIC_COUNT_MAX];
+  lanes cosine[3];
   lanes inflow;
   bool is_backward[3];
-  lanes *row_faces, *plane_faces; /* between rows of a plane, [i]; between planes, [j][i] */
-  lanes *wrap_x, *wrap_y;         /* NULL: not wrapped over several cells */
+  lanes *x, *y, *z; /* faces, as in np_sweep_faces */
   float *out;
 } flow;
 
@@ -40,6 +40,18 @@ static inline bool is_any_negative(const lanes *a, const lanes *b, const lanes *
   int32_t any = 0;
   for (int i = 0; i < NP_ORDINATE_LANES; i++) any |= negative[i];
   return any != 0;
+#endif
+}
+
+/* Whether nothing enters; what has no cloud in it lets nothing out then. */
+static inline bool is_dark(lanes *const faces[3]) {
+  const mask any = (mask)*faces[0] | (mask)*faces[1] | (mask)*faces[2];
+#if defined(__AVX__)
+  return _mm256_testz_si256((__m256i)any, (__m256i)any) != 0;
+#else
+  int32_t bits = 0;
+  for (int i = 0; i < NP_ORDINATE_LANES; i++) bits |= any[i];
+  return bits == 0;
 #endif
 }
 
@@ -66,9 +78,9 @@ static inline void solve_cell(const lanes rate[3], const lanes *source, float ex
 }
 
 /* The source towards each direction, from its moments; the truncated series may dip below 0, which no source does. */
-static inline void evaluate_source(const flow *f, const float *moments, lanes *out) {
+static inline void evaluate_source(const flow *f, const float *moments, unsigned count, lanes *out) {
   lanes even = {0}, odd = {0};
-  for (int i = 0; i < NP_HARMONIC_COUNT; i += 2) {
+  for (unsigned i = 0; i < count; i += 2) {
     even += moments[i] * *(const lanes *)f->harmonic[i];
     odd += moments[i + 1] * *(const lanes *)f->harmonic[i + 1];
   }
@@ -77,87 +89,97 @@ static inline void evaluate_source(const flow *f, const float *moments, lanes *o
 }
 
 /* Adds Σ weight·Y·ψ to a cell's moments. */
-static inline void add_moments(const flow *f, const lanes *mean, float *moments) {
-  lanes low = *(lanes *)moments, high = *(lanes *)(moments + NP_ORDINATE_LANES);
-  for (int d = 0; d < NP_ORDINATE_LANES; d++) {
-    low += (*mean)[d] * *(const lanes *)f->weighted[d];
-    high += (*mean)[d] * *(const lanes *)(f->weighted[d] + NP_ORDINATE_LANES);
+static inline void add_moments(const flow *f, const lanes *mean, float *moments, unsigned count) {
+  for (unsigned i = 0; i < count; i += NP_ORDINATE_LANES) {
+    lanes sum = *(lanes *)(moments + i);
+    for (int d = 0; d < NP_ORDINATE_LANES; d++) sum += (*mean)[d] * *(const lanes *)(f->weighted[d] + i);
+    *(lanes *)(moments + i) = sum;
   }
-  *(lanes *)moments = low;
-  *(lanes *)(moments + NP_ORDINATE_LANES) = high;
 }
 
-static inline void cross_cell(const flow *f, int32_t live, lanes *x, lanes *y, lanes *z) {
-  lanes *const faces[3] = {x, y, z};
+static inline void cross_cell(const flow *f, const lanes rate[3], int32_t live, lanes *const faces[3], unsigned count) {
   lanes source = {0}, mean;
   if (live < 0) {
-    solve_cell(f->rate, &source, 0.0f, faces, &mean);
+    if (is_dark(faces)) return;
+    solve_cell(rate, &source, 0.0f, faces, &mean);
     return;
   }
-  evaluate_source(f, f->sweep->source + (size_t)live * NP_HARMONIC_COUNT, &source);
-  solve_cell(f->rate, &source, f->sweep->grid->extinction[live], faces, &mean);
-  add_moments(f, &mean, f->out + (size_t)live * NP_HARMONIC_COUNT);
+  evaluate_source(f, f->sweep->source + (size_t)live * count, count, &source);
+  solve_cell(rate, &source, f->sweep->grid->extinction[live], faces, &mean);
+  add_moments(f, &mean, f->out + (size_t)live * count, count);
 }
 
-static void cross_row(const flow *f, int32_t j, int32_t k) {
+static inline void cross_cells(const flow *f, int32_t j, int32_t k, lanes *x, unsigned count) {
   const np_transport_grid *grid = f->sweep->grid;
-  const int32_t width = grid->size[0], row = (k * grid->size[1] + j) * width;
-  lanes *wrap = f->wrap_x ? &f->wrap_x[k * grid->size[1] + j] : NULL;
-  lanes x = wrap ? *wrap : f->inflow;
+  const int32_t width = grid->size[0], *live = grid->live + (size_t)(k * grid->size[1] + j) * (size_t)width;
+  const float *inverse = f->sweep->inverse_m[0];
+  lanes rate[3] = {{0}, f->cosine[1] * f->sweep->inverse_m[1][j], f->cosine[2] * f->sweep->inverse_m[2][k]};
+  lanes *y = f->y + (size_t)k * (size_t)width, *z = f->z + (size_t)j * (size_t)width;
   for (int32_t n = 0; n < width; n++) {
     const int32_t i = f->is_backward[0] ? width - 1 - n : n;
-    cross_cell(f, grid->live[row + i], &x, &f->row_faces[i], &f->plane_faces[j * width + i]);
+    rate[0] = f->cosine[0] * inverse[i];
+    cross_cell(f, rate, live[i], (lanes *const[3]){x, &y[i], &z[i]}, count);
   }
-  if (wrap) *wrap = x;
 }
 
-static void cross_plane(const flow *f, int32_t k) {
-  const np_transport_grid *grid = f->sweep->grid;
-  const int32_t width = grid->size[0], height = grid->size[1];
-  lanes *wrap = f->wrap_y ? &f->wrap_y[k * width] : NULL;
-  for (int32_t i = 0; i < width; i++) f->row_faces[i] = wrap ? wrap[i] : f->inflow;
-  for (int32_t n = 0; n < height; n++) cross_row(f, f->is_backward[1] ? height - 1 - n : n, k);
-  for (int32_t i = 0; wrap && i < width; i++) wrap[i] = f->row_faces[i];
+/* The least number of harmonics, which large clouds have, is known to the compiler. */
+static void cross_row(const flow *f, int32_t j, int32_t k) {
+  lanes *x = &f->x[k * f->sweep->grid->size[1] + j];
+  if (!f->sweep->grid->is_wrapped[0]) *x = f->inflow;
+  if (f->harmonics == NP_HARMONIC_COUNT_MIN) {
+    cross_cells(f, j, k, x, NP_HARMONIC_COUNT_MIN);
+  } else {
+    cross_cells(f, j, k, x, f->harmonics);
+  }
 }
 
-static void cross_all(const flow *f) {
-  const np_transport_grid *grid = f->sweep->grid;
-  const int32_t depth = grid->size[2];
-  for (int32_t c = 0; c < grid->size[0] * grid->size[1]; c++) f->plane_faces[c] = f->inflow;
-  for (int32_t n = 0; n < depth; n++) {
+static void enter(const flow *f, lanes *faces, int axis) {
+  if (f->sweep->grid->is_wrapped[axis]) return;
+  for (int32_t i = 0; i < f->sweep->grid->size[0]; i++) faces[i] = f->inflow;
+}
+
+static void cross_tile(const flow *f, int32_t tile_y, int32_t tile_z) {
+  const int32_t *size = f->sweep->grid->size;
+  const int32_t first_y = tile_y * NP_SWEEP_TILE, first_z = tile_z * NP_SWEEP_TILE;
+  for (int32_t m = first_z; m < first_z + NP_SWEEP_TILE && m < size[2]; m++) {
+    const int32_t k = f->is_backward[2] ? size[2] - 1 - m : m;
     if (np_monitor_is_cancelled(f->sweep->monitor)) return;
-    cross_plane(f, f->is_backward[2] ? depth - 1 - n : n);
-  }
-}
-
-/* Points a flow at its part of the wrapped faces: those across x, then those across y, for each octant and block. */
-static void find_wrap(flow *f, unsigned octant, unsigned block) {
-  const np_transport_grid *grid = f->sweep->grid;
-  if (!f->sweep->wrap) return;
-  const size_t across_x = (size_t)grid->size[1] * (size_t)grid->size[2],
-               across_y = (size_t)grid->size[0] * (size_t)grid->size[2];
-  lanes *faces = (lanes *)f->sweep->wrap + (octant * NP_ORDINATE_BLOCKS_MAX + block) * (across_x + across_y);
-  if (grid->is_wrapped[0] && grid->size[0] > 1) f->wrap_x = faces;
-  if (grid->is_wrapped[1] && grid->size[1] > 1) f->wrap_y = faces + across_x;
-}
-
-void NP_KERNEL(np_sweep_octant)(const np_sweep *sweep, unsigned octant, float *scratch, float *out) {
-  const np_ordinates *o = sweep->ordinates;
-  const np_transport_grid *grid = sweep->grid;
-  for (unsigned block = 0; block < o->block_count; block++) {
-    flow f = {.sweep = sweep,
-              .harmonic = o->harmonic[octant][block],
-              .weighted = o->weighted[octant][block],
-              .inflow = *(const lanes *)sweep->inflow[octant][block],
-              .row_faces = (lanes *)scratch,
-              .plane_faces = (lanes *)scratch + grid->size[0],
-              .out = out};
-    for (int a = 0; a < 3; a++) {
-      const bool is_still = grid->is_wrapped[a] && grid->size[a] == 1;
-      f.rate[a] = *(const lanes *)o->cosine[a][block] * (is_still ? 0.0f : (float)(1.0 / grid->cell_m[a]));
-      f.is_backward[a] = octant >> a & 1u;
+    for (int32_t n = first_y; n < first_y + NP_SWEEP_TILE && n < size[1]; n++) {
+      const int32_t j = f->is_backward[1] ? size[1] - 1 - n : n;
+      if (n == 0) enter(f, &f->y[k * size[0]], 1);
+      if (m == 0) enter(f, &f->z[j * size[0]], 2);
+      cross_row(f, j, k);
     }
-    find_wrap(&f, octant, block);
-    cross_all(&f);
   }
+}
+
+/* One octant of a group. */
+static void start_flow(const np_sweep *sweep, unsigned group, unsigned turn, unsigned block, flow *out) {
+  const np_ordinates *o = sweep->ordinates;
+  const int32_t *size = sweep->grid->size;
+  const unsigned octant = group * NP_SWEEP_OCTANTS + turn;
+  const size_t part = turn * o->block_count + block;
+  const np_sweep_faces *faces = &sweep->faces[group];
+  *out = (flow){.sweep = sweep,
+                .harmonics = np_harmonics_count(o->degree),
+                .harmonic = o->harmonic[octant][block],
+                .weighted = o->weighted[octant][block],
+                .inflow = *(const lanes *)sweep->inflow[octant][block],
+                .x = (lanes *)faces->x + part * (size_t)size[1] * (size_t)size[2],
+                .y = (lanes *)faces->y + part * (size_t)size[0] * (size_t)size[2],
+                .z = (lanes *)faces->z + part * (size_t)size[0] * (size_t)size[1],
+                .out = sweep->out[group]};
+  for (int a = 0; a < 3; a++) {
+    out->cosine[a] = *(const lanes *)o->cosine[a][block];
+    out->is_backward[a] = octant >> a & 1u;
+  }
+}
+
+void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned group, int32_t tile_y, int32_t tile_z) {
+  for (unsigned turn = 0; turn < NP_SWEEP_OCTANTS; turn++)
+    for (unsigned block = 0; block < sweep->ordinates->block_count; block++) {
+      flow f;
+      start_flow(sweep, group, turn, block, &f);
+      cross_tile(&f, tile_y, tile_z);
+    }
 }

@@ -9,18 +9,21 @@
 
 enum { NP_TRANSPORT_CELL_NONE = -1 };
 
-/* World-aligned cells, x fastest. Only live ones, which hold cloud or touch a cell that does, keep anything. */
+/* World-aligned cells between planes, x fastest. Only live ones, which hold cloud or touch a cell that does, keep
+ * anything. */
 typedef struct np_transport_grid {
   neph_context *context; /* borrowed */
   int32_t size[3];
-  double origin_m[3], cell_m[3];
+  double *edge_m[3];  /* of each axis: size + 1 ascending planes */
+  double even_m[3];   /* distance of the planes; 0 where they are not even */
   bool is_wrapped[3]; /* periodic along this axis */
+  unsigned degree;    /* N: of the harmonics that light is resolved into */
   int32_t *live;      /* of each cell: its number among the live ones, or NP_TRANSPORT_CELL_NONE */
   int32_t *cell;      /* of each live cell: where it is */
   size_t live_count;
-  float *extinction;                   /* scaled, 1/m, the mean of the interpolated field */
-  float (*ratio)[NP_HARMONIC_DEGREES]; /* scattering moment over extinction, both scaled */
-  float *deposit; /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse grids */
+  float *extinction; /* scaled, 1/m, the mean of the interpolated field */
+  float *ratio;      /* [live][l], l ≤ N: scattering moment over extinction, both scaled */
+  float *deposit;    /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse grids */
 } np_transport_grid;
 
 typedef struct np_transport_desc {
@@ -30,37 +33,118 @@ typedef struct np_transport_desc {
   double cell_depth_max;   /* of a cell, (1−g)·σ·edge, where the memory allows */
 } np_transport_desc;
 
-/* Chooses cells; fills `size`, `origin_m`, `cell_m` and `is_wrapped`. */
-void np_transport_grid_place(const np_scene_view *view, const np_transport_desc *desc, np_transport_grid *grid);
+/* Chooses cells: fills `size`, the planes and `is_wrapped`. */
+neph_result np_transport_grid_place(neph_context *context, const np_scene_view *view, const np_transport_desc *desc,
+                                    np_transport_grid *out);
 
-/* Averages the clouds' extinction and scattering over the cells, for the albedo of one band. Cells that glow are live
- * too. */
+/* Averages the clouds' extinction and scattering over the cells, for the albedo of one band. `phases` have the degree
+ * of the grid. Cells that glow are live too. */
 neph_result np_transport_grid_fill(const np_scene_view *view, const np_scaled_phase *phases, unsigned band,
                                    np_monitor *monitor, np_transport_grid *grid);
 
 /* The mean j of what glows in a cell. */
 float np_transport_grid_average_emission(const np_transport_grid *grid, const struct np_emission *emission,
-                                         const int32_t cell[3], unsigned band);
+                                         const int32_t at[3], unsigned band);
 
 /* Follows the sun's rays and puts where they first collide into `deposit`. */
 neph_result np_transport_grid_light(const np_scene_view *view, const np_scaled_phase *phases, unsigned band,
                                     np_monitor *monitor, np_transport_grid *grid);
 
-/* Cells of twice the edge. False where a side is odd: then there is none, and `out` is untouched. */
+/* Cells of two of the old along each axis. False where a side is odd: then there is none, and `out` is untouched. */
 neph_result np_transport_grid_coarsen(const np_transport_grid *fine, np_transport_grid *out);
 bool np_transport_grid_can_coarsen(const np_transport_grid *grid);
 
-/* Means over the eight finer cells of what is kept by live cell, `width` floats each. */
-void np_transport_grid_restrict(const np_transport_grid *fine, const float *values, unsigned width,
-                                const np_transport_grid *coarse, float *out);
+/* Means over the finer cells of what is kept by live cell. */
+void np_transport_grid_restrict(const np_transport_grid *fine, const float *values, const np_transport_grid *coarse,
+                                float *out);
 
 void np_transport_grid_clear(np_transport_grid *grid);
 
+/* Finest spacing of samples along a world axis. */
+double np_transport_find_voxel(const np_scene_view *view, int axis);
+
+/* Scaled extinction over extinction, in one cloud. */
+static inline float np_transport_scale(const np_view_volume *volume, const np_scaled_phase *phase, unsigned band) {
+  return 1.0f - volume->albedo.band[band] * phase->forward;
+}
+
+static inline size_t np_transport_grid_count(const np_transport_grid *grid) {
+  return (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2];
+}
+
+static inline double np_transport_grid_width(const np_transport_grid *grid, int axis, int32_t index) {
+  return grid->edge_m[axis][index + 1] - grid->edge_m[axis][index];
+}
+
+static inline double np_transport_grid_middle(const np_transport_grid *grid, int axis, int32_t index) {
+  return 0.5 * (grid->edge_m[axis][index] + grid->edge_m[axis][index + 1]);
+}
+
+static inline void np_transport_grid_split(const np_transport_grid *grid, int32_t cell, int32_t out_at[3]) {
+  out_at[0] = cell % grid->size[0];
+  out_at[1] = cell / grid->size[0] % grid->size[1];
+  out_at[2] = cell / grid->size[0] / grid->size[1];
+}
+
+static inline size_t np_transport_grid_join(const np_transport_grid *grid, const int32_t at[3]) {
+  return ((size_t)at[2] * (size_t)grid->size[1] + (size_t)at[1]) * (size_t)grid->size[0] + (size_t)at[0];
+}
+
 static inline np_dvec3 np_transport_grid_centre(const np_transport_grid *grid, int32_t cell) {
-  const int32_t i = cell % grid->size[0], j = cell / grid->size[0] % grid->size[1],
-                k = cell / grid->size[0] / grid->size[1];
-  return np_dvec3_make(grid->origin_m[0] + (i + 0.5) * grid->cell_m[0], grid->origin_m[1] + (j + 0.5) * grid->cell_m[1],
-                       grid->origin_m[2] + (k + 0.5) * grid->cell_m[2]);
+  int32_t at[3];
+  np_transport_grid_split(grid, cell, at);
+  return np_dvec3_make(np_transport_grid_middle(grid, 0, at[0]), np_transport_grid_middle(grid, 1, at[1]),
+                       np_transport_grid_middle(grid, 2, at[2]));
+}
+
+/* Brings a coordinate into the period of a wrapped axis. */
+static inline double np_transport_grid_wrap(const np_transport_grid *grid, int axis, double x) {
+  if (!grid->is_wrapped[axis]) return x;
+  const double low = grid->edge_m[axis][0], period = grid->edge_m[axis][grid->size[axis]] - low;
+  return x - floor((x - low) / period) * period;
+}
+
+/* The cell of a coordinate along an axis: −1 or `size` outside. */
+static inline int32_t np_transport_grid_locate(const np_transport_grid *grid, int axis, double x) {
+  const double *edge = grid->edge_m[axis];
+  const int32_t size = grid->size[axis];
+  x = np_transport_grid_wrap(grid, axis, x);
+  if (grid->even_m[axis] > 0.0) return (int32_t)np_clamp(floor((x - edge[0]) / grid->even_m[axis]), -1.0, (double)size);
+  if (!(x >= edge[0])) return -1;
+  if (x >= edge[size]) return size;
+  int32_t low = 0, high = size;
+  while (high - low > 1) {
+    const int32_t middle = (low + high) / 2;
+    x < edge[middle] ? (high = middle) : (low = middle);
+  }
+  return low;
+}
+
+/* The two cells whose middles a coordinate lies between, and the second one's share. */
+static inline float np_transport_grid_bracket(const np_transport_grid *grid, int axis, double x, int32_t out[2]) {
+  const int32_t size = grid->size[axis];
+  double share;
+  if (grid->even_m[axis] > 0.0) {
+    const double u = np_clamp((x - grid->edge_m[axis][0]) / grid->even_m[axis] - 0.5, -1e9, 1e9), lower = floor(u);
+    out[0] = (int32_t)lower;
+    share = u - lower;
+  } else {
+    const int32_t cell = np_transport_grid_locate(grid, axis, x), inside = cell < 0 ? 0 : cell < size ? cell : size - 1;
+    const double middle = np_transport_grid_middle(grid, axis, inside);
+    out[0] = x < middle ? inside - 1 : inside;
+    const int32_t low = out[0] < 0 ? 0 : out[0], high = out[0] + 1 < size ? out[0] + 1 : size - 1;
+    const double begin = np_transport_grid_middle(grid, axis, low), end = np_transport_grid_middle(grid, axis, high);
+    share = end > begin ? np_clamp((x - begin) / (end - begin), 0.0, 1.0) : 0.0;
+  }
+  out[1] = out[0] + 1;
+  for (int e = 0; e < 2; e++) {
+    if (grid->is_wrapped[axis]) {
+      out[e] %= size;
+      out[e] += out[e] < 0 ? size : 0;
+    }
+    out[e] = out[e] < 0 ? 0 : out[e] < size ? out[e] : size - 1;
+  }
+  return (float)share;
 }
 
 /* The live cells around a position and their trilinear weights, which add up to 1; returns how many, 0 to 8. */
@@ -70,18 +154,8 @@ static inline unsigned np_transport_grid_find(const np_transport_grid *grid, np_
   int32_t index[3][2];
   float weight[3][2], total = 0.0f;
   for (int a = 0; a < 3; a++) {
-    const double u = (p[a] - grid->origin_m[a]) / grid->cell_m[a] - 0.5;
-    const double lower = floor(np_clamp(u, -1e9, 1e9));
-    weight[a][1] = (float)(u - lower);
+    weight[a][1] = np_transport_grid_bracket(grid, a, p[a], index[a]);
     weight[a][0] = 1.0f - weight[a][1];
-    for (int e = 0; e < 2; e++) {
-      int32_t i = (int32_t)lower + e;
-      if (grid->is_wrapped[a]) {
-        i %= grid->size[a];
-        i += i < 0 ? grid->size[a] : 0;
-      }
-      index[a][e] = i < 0 ? 0 : i < grid->size[a] ? i : grid->size[a] - 1;
-    }
   }
   unsigned count = 0;
   for (unsigned corner = 0; corner < 8; corner++) {

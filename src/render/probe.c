@@ -40,6 +40,7 @@ typedef struct probe {
   np_csv csv;
   int columns[COLUMN_COUNT];
   slab_row *rows;
+  np_slab *slab; /* of the last row that was answered; NULL: none */
   np_monitor monitor;
 } probe;
 
@@ -111,6 +112,18 @@ static neph_result ask(probe *p, size_t row, np_slab *slab, int question) {
                      &r->answers[question]);
 }
 
+static bool is_same_case(const np_slab_case *a, const np_slab_case *b) {
+  return a->asymmetry == b->asymmetry && a->albedo == b->albedo && a->depth == b->depth &&
+         a->is_diffuse == b->is_diffuse && a->mu0 == b->mu0;
+}
+
+/* The slab of the row before, if that is of the same case. */
+static neph_result prepare_slab(probe *p, size_t row) {
+  if (p->slab && is_same_case(&p->rows[row].case_, &p->rows[row - 1].case_)) return NEPH_OK;
+  np_slab_destroy(p->slab);
+  return np_slab_create(p->context, &p->rows[row].case_, &p->desc, &p->slab);
+}
+
 static neph_result answer_row(probe *p, size_t row) {
   slab_row *r = &p->rows[row];
   if (p->desc.integrator == NEPH_INTEGRATOR_PATH && r->case_.depth > traceable_depth_max) {
@@ -118,12 +131,9 @@ static neph_result answer_row(probe *p, size_t row) {
            p->csv.rows[row].line, r->case_.depth, traceable_depth_max);
     return NEPH_OK;
   }
-  np_slab *slab;
-  neph_result result = np_slab_create(p->context, &r->case_, &p->desc, &slab);
-  if (result) return result;
-  result = ask(p, row, slab, 0);
-  if (!result && r->is_flux) result = ask(p, row, slab, 1);
-  np_slab_destroy(slab);
+  neph_result result = prepare_slab(p, row);
+  if (!result) result = ask(p, row, p->slab, 0);
+  if (!result && r->is_flux) result = ask(p, row, p->slab, 1);
   r->is_answered = !result;
   return result;
 }
@@ -136,6 +146,8 @@ static neph_result answer_rows(probe *p) {
     np_monitor_set_range(&p->monitor, (double)i / count, (double)(i + 1) / count);
     result = answer_row(p, i);
   }
+  np_slab_destroy(p->slab);
+  p->slab = NULL;
   return result;
 }
 

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Slabs: a volume of 1×1×N samples, periodic in x and y, under a point sun or an even sky, with nothing around it.
  *
- * All samples are 1, so that the trilinear field rises from 0 at z = −1 to 1 at z = 0 and falls likewise at the top:
- * its column is N, and the extinction depth/N gives exactly the depth asked for. That the field is not constant along z
- * changes nothing: what leaves a plane-parallel medium depends on optical depth alone.
+ * The trilinear field rises from 0 at z = −1 and falls to 0 at z = N, and its column is the sum of the samples: so the
+ * extinction depth/sum gives exactly the depth asked for. That the field is not constant along z changes nothing: what
+ * leaves a plane-parallel medium depends on optical depth alone. So samples are all 1 up to a depth of 64, a sixteenth
+ * of depth 1 each, and in thicker slabs, which would take too many of those, they grow from both faces inwards.
  *
  * A flux is the integral of μ·L over the hemisphere, by camera rays that look at the face with the density
  * q(μ) = ½ + μ in μ: between even, which suits a thin slab (L ~ 1/μ), and cosine, which suits a thick one; no ray's
@@ -29,6 +30,7 @@ struct np_slab {
   double target_error; /* 0: none */
   uint64_t seed;
   unsigned sample_count; /* along z */
+  float extinction_per_value;
   neph_volume *volume;
   np_view_volume placed;
   np_scene_view view;
@@ -39,13 +41,30 @@ struct np_slab {
 
 /* ---- The slab ---- */
 
-/* A sixteenth of depth 1 to a voxel, where that is affordable, for the march's steps are counted in voxels. */
-static unsigned choose_sample_count(double depth) { return (unsigned)fmin(fmax(16.0 * depth, SAMPLE_MIN), SAMPLE_MAX); }
+static const double sample_depth = 1.0 / 16.0, sample_growth = 1.03;
+
+/* Fills in the samples and sets their number; returns their sum. */
+static double fill_samples(np_slab *slab, float values[SAMPLE_MAX]) {
+  const double depth = slab->case_.depth;
+  const bool is_even = depth <= SAMPLE_MAX * sample_depth;
+  /* Half a slab of a growing series: d·(qⁿ − 1)/(q − 1). */
+  const double series = 1.0 + 0.5 * depth * (sample_growth - 1.0) / sample_depth;
+  const double half = is_even ? fmax(0.5 * depth / sample_depth, 0.5 * SAMPLE_MIN) : log(series) / log(sample_growth);
+  slab->sample_count = 2 * (unsigned)fmin(ceil(half), SAMPLE_MAX / 2);
+  double sum = 0.0;
+  for (unsigned i = 0; i < slab->sample_count; i++) {
+    const unsigned from_top = slab->sample_count - 1 - i;
+    values[i] = is_even ? 1.0f : (float)pow(sample_growth, i < from_top ? i : from_top);
+    sum += (double)values[i];
+  }
+  return sum;
+}
 
 /* Voxels are 1 m high, and so wide that only the most grazing ray comes to the next. */
 static neph_result create_volume(np_slab *slab) {
   float values[SAMPLE_MAX];
-  for (unsigned i = 0; i < slab->sample_count; i++) values[i] = 1.0f;
+  const double sum = fill_samples(slab, values);
+  slab->extinction_per_value = (float)(slab->case_.depth / sum);
   neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
   desc.size[0] = desc.size[1] = 1;
   desc.size[2] = slab->sample_count;
@@ -61,7 +80,7 @@ static void fill_view(np_slab *slab) {
   slab->placed = (np_view_volume){
       .bricks = &slab->volume->bricks,
       .world_to_index = slab->volume->world_to_index,
-      .extinction_per_value = (float)(c->depth / slab->sample_count),
+      .extinction_per_value = slab->extinction_per_value,
       .albedo = np_spectrum_grey((float)c->albedo),
       .phase = np_phase_henyey_greenstein((float)c->asymmetry),
   };
@@ -107,7 +126,6 @@ neph_result np_slab_create(neph_context *context, const np_slab_case *case_, con
   slab->ray_count = desc->path_count;
   slab->target_error = desc->target_error;
   slab->seed = desc->seed;
-  slab->sample_count = choose_sample_count(case_->depth);
   neph_result result = create_volume(slab);
   if (!result) result = choose_integrator(slab, desc->integrator);
   if (result) {

@@ -1,0 +1,265 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Where the cells of the multiple scattering lie.
+ *
+ * Their error grows with x = (1−g)·σ·edge, to some 2 % at 0.3 and 4 % at 1, so the densest cloud decides their size;
+ * two voxels at least, since the field's own detail ends there, unless a single voxel is thicker than that or one
+ * voxel to a cell costs next to nothing.
+ *
+ * A layer without end that is the same everywhere is a single column of cells. Light that comes in through its faces
+ * is spent in a depth of about one, however thick the layer: cells are thin at the faces and grow with the depth from
+ * them, so that a layer of depth 10⁶ takes some 300.
+ */
+#include <string.h>
+
+#include "core/alloc.h"
+#include "light/transport_grid.h"
+
+/* Counts are multiples of it, so that there are three coarser grids. */
+enum { COARSEST = 8 };
+
+/* ---- What the clouds are like ---- */
+
+/* The index axis that a world axis runs along alone; −1 when the volume is turned. */
+static int find_index_axis(const np_view_volume *volume, int world_axis) {
+  int found = -1;
+  for (int a = 0; a < 3; a++) {
+    double others = 0.0;
+    for (int j = 0; j < 3; j++)
+      if (j != world_axis) others += fabs(volume->world_to_index.m[a][j]);
+    if (fabs(volume->world_to_index.m[a][world_axis]) > 1e6 * others) found = a;
+  }
+  return found;
+}
+
+double np_transport_find_voxel(const np_scene_view *view, int axis) {
+  double finest = INFINITY;
+  for (unsigned v = 0; v < view->volume_count; v++) {
+    const double(*m)[4] = view->volumes[v].world_to_index.m;
+    finest = fmin(finest, 1.0 / sqrt(m[0][axis] * m[0][axis] + m[1][axis] * m[1][axis] + m[2][axis] * m[2][axis]));
+  }
+  return finest;
+}
+
+/* (1−g)·σ at the densest point. */
+static double find_transport_extinction(const np_scene_view *view) {
+  double densest = 0.0;
+  for (unsigned v = 0; v < view->volume_count; v++) {
+    const np_view_volume *volume = &view->volumes[v];
+    const double extinction = (double)(volume->bricks->value_max * volume->extinction_per_value);
+    densest = fmax(densest, (1.0 - fmax(0.0, np_phase_mean_cosine(&volume->phase))) * extinction);
+  }
+  return densest;
+}
+
+static bool is_wrapped_along(const np_scene_view *view, int axis, double *out_period_m) {
+  if (view->volume_count != 1) return false;
+  const np_view_volume *volume = &view->volumes[0];
+  const int a = find_index_axis(volume, axis);
+  if (a < 0 || a > 1 || !volume->bricks->is_periodic[a]) return false;
+  *out_period_m = volume->bricks->period[a] / fabs(volume->world_to_index.m[a][axis]);
+  return true;
+}
+
+/* ---- Even cells ---- */
+
+typedef struct even_axis {
+  int32_t size;
+  double origin_m, edge_m;
+  bool is_wrapped;
+} even_axis;
+
+/* One axis, with cells of `edge_voxels`: lines of cells on samples of the first cloud, one empty cell at either end,
+ * and a count that three coarser grids divide. A period of up to a brick becomes one cell. */
+static even_axis find_even_axis(const np_scene_view *view, const np_transport_desc *desc, int axis,
+                                double edge_voxels) {
+  const double low[3] = {desc->bounds_min.x, desc->bounds_min.y, desc->bounds_min.z};
+  const double high[3] = {desc->bounds_max.x, desc->bounds_max.y, desc->bounds_max.z};
+  const double voxel = np_transport_find_voxel(view, axis), edge = edge_voxels * voxel;
+  const np_view_volume *first = &view->volumes[0];
+  const int a = find_index_axis(first, axis);
+  const double base = a < 0 ? low[axis] : -first->world_to_index.m[a][3] / first->world_to_index.m[a][axis];
+  double period;
+  if (is_wrapped_along(view, axis, &period)) {
+    const int32_t cells = (int32_t)(period / edge);
+    const bool is_single = period <= NP_BRICK_EDGE * 1.001 * voxel || cells < COARSEST;
+    const int32_t size = is_single ? 1 : cells / COARSEST * COARSEST;
+    return (even_axis){size, base, period / size, true};
+  }
+  const double origin = base + floor((low[axis] - base) / voxel - 1.0) * voxel - edge;
+  const double cells = ceil((high[axis] + voxel - origin) / edge) + 1.0;
+  return (even_axis){(int32_t)fmin(ceil(cells / COARSEST) * COARSEST, 1e6), origin, edge, false};
+}
+
+static double find_even_axes(const np_scene_view *view, const np_transport_desc *desc, double edge_voxels,
+                             even_axis out[3]) {
+  double cells = 1.0;
+  for (int axis = 0; axis < 3; axis++) {
+    out[axis] = find_even_axis(view, desc, axis, edge_voxels);
+    cells *= out[axis].size;
+  }
+  return cells;
+}
+
+/* (1−g)·σ over the longest edge of a voxel; an axis of a single cell does not count. */
+static double find_voxel_depth(const np_scene_view *view) {
+  double longest = 0.0, period;
+  for (int axis = 0; axis < 3; axis++) {
+    const double voxel = np_transport_find_voxel(view, axis);
+    const bool is_single = is_wrapped_along(view, axis, &period) && period <= NP_BRICK_EDGE * 1.001 * voxel;
+    if (!is_single) longest = fmax(longest, voxel);
+  }
+  return find_transport_extinction(view) * longest;
+}
+
+static void choose_even_axes(const np_scene_view *view, const np_transport_desc *desc, even_axis out[3]) {
+  const double voxel_depth = find_voxel_depth(view);
+  double edge = find_even_axes(view, desc, 1.0, out) <= (double)desc->cell_count_cheap ? 1.0 : 2.0;
+  while (edge < 8.0 && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
+  while (edge > 0.1 && edge * voxel_depth > 3.5 * desc->cell_depth_max) edge *= 0.5;
+  for (;; edge *= 1.25) {
+    const double rounded = edge > 2.0 ? ceil(4.0 * edge) * 0.25 : edge;
+    if (find_even_axes(view, desc, rounded, out) <= (double)desc->cell_count_max) return;
+  }
+}
+
+static neph_result keep_even_axis(const even_axis *even, int axis, np_transport_grid *out) {
+  double *edge = np_alloc(out->context, (size_t)even->size + 1, sizeof *edge);
+  if (!edge) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (int32_t i = 0; i <= even->size; i++) edge[i] = even->origin_m + i * even->edge_m;
+  out->size[axis] = even->size;
+  out->edge_m[axis] = edge;
+  out->even_m[axis] = even->edge_m;
+  out->is_wrapped[axis] = even->is_wrapped;
+  return NEPH_OK;
+}
+
+/* ---- A column ---- */
+
+/* Thickness of the outermost cells in optical depth, at most; that of the others over their depth from a face; and the
+ * most over the depth in which light falls to 1/e in the cloud's inside. */
+static const double face_depth = 0.05, growth = 0.1, fall_share = 0.25;
+
+/* Thickness in optical depth of a column's cells: `first` at the faces, growing inwards, `most` at most. */
+typedef struct thickness {
+  double first, most;
+} thickness;
+
+/* The axis along which a grid is a column, or −1. */
+static int find_column_axis(const even_axis axes[3]) {
+  for (int axis = 0; axis < 3; axis++) {
+    const even_axis *b = &axes[(axis + 1) % 3], *c = &axes[(axis + 2) % 3];
+    if (b->is_wrapped && c->is_wrapped && b->size == 1 && c->size == 1 && !axes[axis].is_wrapped) return axis;
+  }
+  return -1;
+}
+
+/* Optical depth along a column through the middles of its cells, at the samples of its one cloud: between them the
+ * extinction is linear. */
+typedef struct profile {
+  int32_t count; /* of samples */
+  double origin_m, step_m;
+  double *extinction, *depth;
+} profile;
+
+static neph_result measure_profile(neph_context *context, const np_scene_view *view, const even_axis axes[3], int axis,
+                                   profile *out) {
+  const double voxel = np_transport_find_voxel(view, axis);
+  double at[3];
+  for (int a = 0; a < 3; a++) at[a] = axes[a].origin_m + 0.5 * axes[a].edge_m;
+  out->step_m = voxel;
+  out->origin_m = axes[axis].origin_m + axes[axis].edge_m - voxel;
+  out->count = (int32_t)ceil(axes[axis].size * axes[axis].edge_m / voxel) + 1;
+  out->extinction = np_alloc(context, (size_t)out->count, 2 * sizeof *out->extinction);
+  if (!out->extinction) return NEPH_ERROR_OUT_OF_MEMORY;
+  out->depth = out->extinction + out->count;
+  for (int32_t k = 0; k < out->count; k++) {
+    at[axis] = out->origin_m + k * voxel;
+    out->extinction[k] = (double)np_view_extinction(&view->volumes[0], np_dvec3_make(at[0], at[1], at[2]));
+    if (k > 0) out->depth[k] = out->depth[k - 1] + 0.5 * voxel * (out->extinction[k - 1] + out->extinction[k]);
+  }
+  return NEPH_OK;
+}
+
+/* Where an optical depth is reached; extinction that rises by b along a step from a gives a·s + b·s²/2. */
+static double find_depth(const profile *p, double depth) {
+  int32_t k = 0;
+  while (k + 2 < p->count && p->depth[k + 1] <= depth) k++;
+  const double a = p->extinction[k], slope = (p->extinction[k + 1] - a) / p->step_m;
+  const double rest = fmin(fmax(0.0, depth - p->depth[k]), p->depth[k + 1] - p->depth[k]);
+  const double root = sqrt(fmax(0.0, a * a + 2.0 * slope * rest));
+  return p->origin_m + k * p->step_m + (rest > 0.0 ? fmin(2.0 * rest / (a + root), p->step_m) : 0.0);
+}
+
+/* Light falls as e^{−κτ} deep inside, κ² = 3·(1 − ϖ)(1 − ϖg); no more cells than `COLUMN_MAX` are spent on following
+ * what by then is next to nothing. */
+static thickness choose_thickness(const np_view_volume *volume, double depth) {
+  enum { COLUMN_MAX = 512 };
+  const double albedo = (double)np_spectrum_max(volume->albedo), g = np_phase_mean_cosine(&volume->phase);
+  const double fall = sqrt(3.0 * (1.0 - albedo) * (1.0 - albedo * g));
+  const double most = fmax(fall > 0.0 ? fall_share / fall : HUGE_VAL, depth / COLUMN_MAX);
+  return (thickness){fmin(face_depth, depth / 64.0), most};
+}
+
+/* Cells between a face and a depth, and the other way: even, then growing, then even again. */
+static double count_to_depth(double depth, thickness t) {
+  const double even = t.first / growth, end = fmax(even, t.most / growth);
+  if (depth <= even) return depth / t.first;
+  const double count = (1.0 + log(fmin(depth, end) / even)) / growth;
+  return depth <= end ? count : count + (depth - end) / (growth * end);
+}
+
+static double find_depth_of_count(double count, thickness t) {
+  const double even = t.first / growth, end = fmax(even, t.most / growth), end_count = count_to_depth(end, t);
+  if (count <= 1.0 / growth) return count * t.first;
+  if (count <= end_count) return even * exp(count * growth - 1.0);
+  return end + (count - end_count) * growth * end;
+}
+
+static void place_column_planes(const profile *p, thickness t, np_transport_grid *out, int axis) {
+  const double depth = p->depth[p->count - 1], half = count_to_depth(0.5 * depth, t);
+  const int32_t inner = out->size[axis] - 2;
+  double *edge = out->edge_m[axis];
+  for (int32_t i = 0; i <= inner; i++) {
+    const double cells = 2.0 * half * i / inner;
+    const double below =
+        cells <= half ? find_depth_of_count(cells, t) : depth - find_depth_of_count(2.0 * half - cells, t);
+    edge[i + 1] = find_depth(p, below);
+  }
+  edge[0] = 2.0 * edge[1] - edge[2];
+  edge[inner + 2] = 2.0 * edge[inner + 1] - edge[inner];
+}
+
+static neph_result keep_column_axis(const profile *p, thickness t, int axis, np_transport_grid *out) {
+  const double depth = p->depth[p->count - 1], cells = 2.0 * count_to_depth(0.5 * depth, t) + 2.0;
+  out->size[axis] = (int32_t)ceil(cells / COARSEST) * COARSEST;
+  out->edge_m[axis] = np_alloc(out->context, (size_t)out->size[axis] + 1, sizeof *out->edge_m[axis]);
+  if (!out->edge_m[axis]) return NEPH_ERROR_OUT_OF_MEMORY;
+  place_column_planes(p, t, out, axis);
+  return NEPH_OK;
+}
+
+static neph_result place_column(const np_scene_view *view, const even_axis axes[3], int axis, np_transport_grid *out) {
+  profile p = {0};
+  neph_result result = measure_profile(out->context, view, axes, axis, &p);
+  const double depth = result ? 0.0 : p.depth[p.count - 1];
+  if (!result && depth > 0.0) {
+    result = keep_column_axis(&p, choose_thickness(&view->volumes[0], depth), axis, out);
+  } else if (!result) {
+    result = keep_even_axis(&axes[axis], axis, out);
+  }
+  np_alloc_free(out->context, p.extinction);
+  return result;
+}
+
+neph_result np_transport_grid_place(neph_context *context, const np_scene_view *view, const np_transport_desc *desc,
+                                    np_transport_grid *out) {
+  *out = (np_transport_grid){.context = context};
+  even_axis axes[3];
+  choose_even_axes(view, desc, axes);
+  const int column = find_column_axis(axes);
+  neph_result result = NEPH_OK;
+  for (int axis = 0; axis < 3 && !result; axis++)
+    result = axis == column ? place_column(view, axes, axis, out) : keep_even_axis(&axes[axis], axis, out);
+  if (result) np_transport_grid_clear(out);
+  return result;
+}
