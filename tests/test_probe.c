@@ -71,29 +71,31 @@ static void probe_picks(const fixture *f, const char *table, const pick *picks, 
 
 static void fluxes_are_those_of_discrete_ordinates(void **state) {
   static const pick picks[] = {
-      {"0", "1", "1e-08", NULL, NULL, NULL},     {"0", "1", "1e-06", NULL, NULL, NULL},
-      {"0", "1", "0.0001", NULL, NULL, NULL},    {"0", "1", "0.001", NULL, NULL, NULL},
-      {"0", "1", "0.01", NULL, NULL, NULL},      {"0", "0.9", "0.1", NULL, NULL, NULL},
-      {"0", "0.9", "0.5", NULL, NULL, NULL},     {"0", "0.9", "1", NULL, NULL, NULL},
-      {"0", "0.9", "2", NULL, NULL, NULL},       {"0", "0.99", "0.5", NULL, NULL, NULL},
-      {"0", "1", "1", NULL, NULL, NULL},         {"0", "1", "4", "diffuse", NULL, NULL},
-      {"0.85", "1", "1e-08", "1", NULL, NULL},   {"0.85", "1", "1e-06", "1", NULL, NULL},
-      {"0.85", "1", "1e-08", "0.5", NULL, NULL}, {"0.85", "1", "2", "diffuse", NULL, NULL},
+      {"0", "1", "1e-08", NULL, NULL, NULL},      {"0", "1", "1e-06", NULL, NULL, NULL},
+      {"0", "1", "0.0001", NULL, NULL, NULL},     {"0", "1", "0.001", NULL, NULL, NULL},
+      {"0", "1", "0.01", NULL, NULL, NULL},       {"0", "0.9", "0.1", NULL, NULL, NULL},
+      {"0", "0.9", "0.5", NULL, NULL, NULL},      {"0", "0.9", "1", NULL, NULL, NULL},
+      {"0", "0.9", "2", NULL, NULL, NULL},        {"0", "0.99", "0.5", NULL, NULL, NULL},
+      {"0", "1", "1", NULL, NULL, NULL},          {"0", "1", "4", "diffuse", NULL, NULL},
+      {"0.85", "1", "1e-08", "1", NULL, NULL},    {"0.85", "1", "1e-06", "1", NULL, NULL},
+      {"0.85", "1", "1e-08", "0.5", NULL, NULL},  {"0.85", "1", "2", "diffuse", NULL, NULL},
+      {"0.85", "1", "8", "diffuse", NULL, NULL},  {"0.85", "1", "16", "diffuse", NULL, NULL},
+      {"0.85", "1", "64", "diffuse", NULL, NULL},
   };
   probe_picks(*state, "data/slab_flux.csv", picks, COUNT(picks), 1000000, 5e-3);
-  assert_right(*state, true, 2 * 38, 5e-3);
+  assert_right(*state, true, 2 * 41, 5e-3);
 }
 
 /* Where few paths come through, or few turn back, 0.5 % would take minutes: fewer paths, whose error is as honest. */
 static void fluxes_of_thick_slabs_are_right(void **state) {
   static const pick picks[] = {
       {"0", "1", "16", "1", NULL, NULL},
-      {"0.85", "1", "64", "diffuse", NULL, NULL},
       {"0.85", "0.99", "16", "diffuse", NULL, NULL},
-      {"0.85", "1", "8", NULL, NULL, NULL},
+      {"0.85", "1", "8", "1", NULL, NULL},
+      {"0.85", "1", "8", "0.5", NULL, NULL},
   };
   probe_picks(*state, "data/slab_flux.csv", picks, COUNT(picks), 8192, 0.0);
-  assert_right(*state, true, 2 * 6, 0.1);
+  assert_right(*state, true, 2 * 4, 0.1);
 }
 
 static void radiances_of_isotropic_slabs_are_right(void **state) {
@@ -107,19 +109,22 @@ static void radiances_of_isotropic_slabs_are_right(void **state) {
   assert_right(*state, false, 8, 5e-3);
 }
 
-/* Through a forward peak the point sun is seen in rare, bright flashes: 2 % is what seconds allow. */
+/* Of depth 10, directions that a million paths settle to 0.5 %; the others are of the long runs. */
 static void radiances_of_peaked_slabs_are_right(void **state) {
   static const pick picks[] = {
       {"0.75", NULL, NULL, NULL, "-1", "0"},    {"0.75", NULL, NULL, NULL, "-0.5", "90"},
       {"0.75", NULL, NULL, NULL, "-0.1", "90"}, {"0.75", NULL, NULL, NULL, "0.1", "90"},
       {"0.75", NULL, NULL, NULL, "0.5", "90"},  {"0.75", NULL, NULL, NULL, "0.9", "90"},
-      {"0.85", NULL, NULL, NULL, "-0.9", "0"},  {"0.85", NULL, NULL, NULL, "-0.6", "0"},
-      {"0.85", NULL, NULL, NULL, "-0.5", "90"}, {"0.85", NULL, NULL, NULL, "-0.1", "180"},
-      {"0.85", NULL, NULL, NULL, "0.1", "0"},   {"0.85", NULL, NULL, NULL, "0.5", "0"},
-      {"0.85", NULL, NULL, NULL, "0.9", "180"},
+      {"0.85", NULL, "1", NULL, "-0.9", "0"},   {"0.85", NULL, "1", NULL, "-0.6", "0"},
+      {"0.85", NULL, "1", NULL, "-0.6", "60"},  {"0.85", NULL, "1", NULL, "-0.5", "90"},
+      {"0.85", NULL, "1", NULL, "-0.3", "30"},  {"0.85", NULL, "1", NULL, "-0.1", "120"},
+      {"0.85", NULL, "1", NULL, "0.1", "0"},    {"0.85", NULL, "1", NULL, "0.5", "0"},
+      {"0.85", NULL, "1", NULL, "0.3", "90"},   {"0.85", NULL, "1", NULL, "-0.98", "180"},
+      {"0.85", NULL, "10", NULL, "0.1", "0"},   {"0.85", NULL, "10", NULL, "0.1", "30"},
+      {"0.85", NULL, "10", NULL, "0.3", "0"},   {"0.85", NULL, "10", NULL, "0.5", "30"},
   };
-  probe_picks(*state, "data/slab_radiance.csv", picks, COUNT(picks), 200000, 0.02);
-  assert_right(*state, false, 20, 0.03);
+  probe_picks(*state, "data/slab_radiance.csv", picks, COUNT(picks), 1000000, 5e-3);
+  assert_right(*state, false, 20, 5e-3);
 }
 
 static void answers_are_the_same_bits_for_any_threads(void **state) {
