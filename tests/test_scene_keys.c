@@ -105,6 +105,7 @@ static void test_defaults_of_a_render(void **state) {
   assert_int_equal(desc.seed, expected.seed);
   assert_int_equal(desc.frame, expected.frame);
   assert_int_equal(desc.multiple_scattering, expected.multiple_scattering);
+  assert_int_equal(desc.atmosphere, expected.atmosphere);
   assert_int_equal(desc.scattering_max, expected.scattering_max);
   neph_scene_destroy(scene);
 }

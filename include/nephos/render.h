@@ -14,8 +14,15 @@ extern "C" {
 
 typedef enum neph_integrator {
   NEPH_INTEGRATOR_MARCH, /**< fast; biased, its bias in docs/accuracy.md */
-  NEPH_INTEGRATOR_PATH   /**< unbiased in the clouds */
+  NEPH_INTEGRATOR_PATH   /**< unbiased */
 } neph_integrator;
+
+/** How paths see air and ground. The march always takes tables. */
+typedef enum neph_render_atmosphere {
+  NEPH_RENDER_ATMOSPHERE_TRACED, /**< they fly through the air, and from the ground, as through clouds; the default */
+  NEPH_RENDER_ATMOSPHERE_TABLES  /**< they end where they leave the clouds, in tables: faster, without clouds' shadows
+                                      in the air and their light on the ground (docs/transport.md) */
+} neph_render_atmosphere;
 
 /** How the march answers for light scattered more than once in a cloud. All but the ordinates are artist's lights:
  * looks, with errors of tens of per cent (docs/accuracy.md). */
@@ -50,7 +57,9 @@ typedef struct neph_render_desc {
   uint64_t seed;                                /**< of all random numbers */
   int frame;                                    /**< number that '#' in names stands for; it also seeds */
   neph_multiple_scattering multiple_scattering; /**< of the march */
-  unsigned scattering_max; /**< scatterings in cloud along one path, or NEPH_SCATTERINGS_ALL; a limit loses light */
+  neph_render_atmosphere atmosphere;            /**< of the integrator path */
+  unsigned scattering_max; /**< scatterings in cloud along one path, or NEPH_SCATTERINGS_ALL; a limit loses light, which
+                                the integrator path tells of */
   neph_progress_fn progress;
   void *progress_user;
 } neph_render_desc;
@@ -60,8 +69,8 @@ typedef struct neph_render_desc {
     .struct_size = sizeof(neph_render_desc), .integrator = NEPH_INTEGRATOR_MARCH, .width = 960, .height = 540,         \
     .crop_min = {0, 0}, .crop_max = {960, 540}, .sample_count = 4, .sample_count_max = 65536,                          \
     .target_error = NEPH_UNLIMITED, .time_limit_s = NEPH_UNLIMITED, .seed = 0, .frame = 1,                             \
-    .multiple_scattering = NEPH_MULTIPLE_SCATTERING_ORDINATES, .scattering_max = NEPH_SCATTERINGS_ALL,                 \
-    .progress = NULL, .progress_user = NULL                                                                            \
+    .multiple_scattering = NEPH_MULTIPLE_SCATTERING_ORDINATES, .atmosphere = NEPH_RENDER_ATMOSPHERE_TRACED,            \
+    .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL, .progress_user = NULL                                    \
   }
 
 /** The scene's own render settings, to start from. */

@@ -2,6 +2,7 @@
 /* An atmosphere: its description checked, its tables built, and what others ask of it. */
 #include "atmosphere/atmosphere_tables.h"
 
+#include "atmosphere/air_flight.h"
 #include "atmosphere/delta_scaling.h"
 #include "core/alloc.h"
 #include "core/parallel.h"
@@ -17,6 +18,7 @@ static neph_result build_tables(neph_atmosphere *a) {
   if (!result && is_limited && a->order_max > 2)
     result = np_moment_table_build(a->context, &a->depths, &a->sizes.moments, a->order_max - 2, a->has_point_sun,
                                    &a->dome_moments);
+  np_air_shells_build(&a->medium, &a->air_shells);
   if (!result) result = np_gather_kernel_build(a->context, &a->medium, &a->kernel);
   return result;
 }
@@ -111,6 +113,15 @@ np_spectrum np_atmosphere_transmittance_to_space(const neph_atmosphere *atmosphe
   return np_bands_to_spectrum(transmit_to_space(atmosphere, h, cosine));
 }
 
+np_spectrum np_atmosphere_integrate_to_space(const neph_atmosphere *atmosphere, np_dvec3 position, np_vec3 direction) {
+  const np_medium *medium = &atmosphere->medium;
+  const double h = fmax(find_altitude(medium, position), 0.0), cosine = find_cosine(medium, position, direction);
+  const np_ray ray = np_ray_make(medium, h, cosine);
+  if (ray.hits_ground) return np_spectrum_grey(0.0f);
+  if (!(ray.length_m > 0.0)) return np_spectrum_grey(1.0f);
+  return np_bands_to_spectrum(np_bands_exp(-np_ray_optical_depth(medium, &ray, 0.0, ray.length_m)));
+}
+
 np_spectrum np_atmosphere_transmittance_to_sun(const neph_atmosphere *atmosphere, np_dvec3 position, np_vec3 to_sun,
                                                float angular_radius) {
   const np_medium *medium = &atmosphere->medium;
@@ -131,21 +142,12 @@ np_spectrum np_atmosphere_transmittance_to_sun(const neph_atmosphere *atmosphere
                                transmit_to_space(atmosphere, h, np_clamp(high, horizon, 1.0))));
 }
 
-/* A ray from anywhere, below sea level too, with its whole length in the air ahead of it. */
-static np_ray make_free_ray(const np_medium *medium, np_dvec3 position, np_vec3 direction) {
-  const double h = find_altitude(medium, position);
-  np_ray ray = {h, medium->planet_radius_m + h, find_cosine(medium, position, direction), 0.0, 0.0, false};
-  if (h > medium->top_m && !np_ray_enter(medium, &ray)) return ray;
-  ray.length_m = np_distance_to_top(medium, ray.altitude_m, ray.cosine);
-  return ray;
-}
-
 np_spectrum np_atmosphere_transmittance_between(const neph_atmosphere *atmosphere, np_dvec3 from, np_dvec3 to) {
   const np_dvec3 step = np_dvec3_subtract(to, from);
   const double distance = np_dvec3_length(step);
   if (!(distance > 0.0)) return np_spectrum_grey(1.0f);
   const np_vec3 direction = np_dvec3_to_float(np_dvec3_scale(step, 1.0 / distance));
-  const np_ray ray = make_free_ray(&atmosphere->medium, from, direction);
+  const np_ray ray = np_ray_make_free(&atmosphere->medium, from, direction);
   const double end = np_clamp(distance - ray.offset_m, 0.0, ray.length_m);
   if (!(end > 0.0)) return np_spectrum_grey(1.0f);
   return np_bands_to_spectrum(np_bands_exp(-np_ray_optical_depth(&atmosphere->medium, &ray, 0.0, end)));

@@ -96,6 +96,16 @@ static inline np_ray np_ray_make(const np_medium *medium, double altitude_m, dou
   return np_ray_on_side(medium, h, cosine, cosine < np_horizon_cosine(medium, h));
 }
 
+/* A ray from anywhere, below sea level too, with its whole length in the air ahead of it, ground or not. */
+static inline np_ray np_ray_make_free(const np_medium *medium, np_dvec3 position, np_vec3 direction) {
+  const double radius = medium->planet_radius_m, h = np_altitude(position, radius);
+  const double cosine = np_clamp((double)np_vec3_dot(np_zenith(position, radius), direction), -1.0, 1.0);
+  np_ray ray = {h, radius + h, cosine, 0.0, 0.0, false};
+  if (h > medium->top_m && !np_ray_enter(medium, &ray)) return ray;
+  ray.length_m = np_distance_to_top(medium, ray.altitude_m, ray.cosine);
+  return ray;
+}
+
 /* Distance at which a ray is nearest to the planet, within its part in the air. */
 static inline double np_ray_perigee(const np_ray *ray) { return np_clamp(-ray->r * ray->cosine, 0.0, ray->length_m); }
 

@@ -16,7 +16,10 @@ double np_atmosphere_get_top_altitude(const neph_atmosphere *atmosphere);
 np_spectrum np_atmosphere_transmittance_to_space(const neph_atmosphere *atmosphere, np_dvec3 position,
                                                  np_vec3 direction);
 
-/* The same towards the sun's disk, fading over the disk's width at the horizon instead of stepping. */
+/* The same by quadrature instead of the table, to 1e-5 of the depth. */
+np_spectrum np_atmosphere_integrate_to_space(const neph_atmosphere *atmosphere, np_dvec3 position, np_vec3 direction);
+
+/* From the table, towards the sun's disk, fading over the disk's width at the horizon instead of stepping. */
 np_spectrum np_atmosphere_transmittance_to_sun(const neph_atmosphere *atmosphere, np_dvec3 position, np_vec3 to_sun,
                                                float angular_radius);
 

@@ -5,6 +5,7 @@
 
 #include <stdatomic.h>
 
+#include "atmosphere/air_flight.h"
 #include "atmosphere/atmosphere_private.h"
 #include "atmosphere/sky_trace.h"
 
@@ -20,6 +21,7 @@ struct neph_atmosphere {
   np_moment_table moments;      /* of all orders, or of one less than order_max; absent when that is none */
   np_moment_table dome_moments; /* of two less; absent when that is none, or where orders are not limited */
   np_gather_kernel kernel;
+  np_air_shells air_shells;
 };
 
 /* One whose tables have any size. */

@@ -165,23 +165,10 @@ static light_sample sample_light(walker *w) {
   return s;
 }
 
-static double eval_rayleigh(double versine) { return 3.0 / (16.0 * NP_PI) * (1.0 + (1.0 - versine) * (1.0 - versine)); }
-
-/* What the air scatters by an angle, in each band: the sum of coefficients times phase functions. */
-static void eval_scattering(const np_medium *medium, const np_truth_air *air, double versine,
-                            double out[NP_TRUTH_BANDS]) {
-  const double rayleigh = eval_rayleigh(versine);
-  for (int b = 0; b < NP_TRUTH_BANDS; b++) out[b] = air->rayleigh[b] * rayleigh;
-  for (int i = 0; i < medium->aerosol_count; i++) {
-    const double phase = (double)np_phase_eval(&medium->aerosol[i].phase, (float)versine);
-    for (int b = 0; b < NP_TRUTH_BANDS; b++) out[b] += air->aerosol[i][b] * phase;
-  }
-}
-
 static void add_scattered_light(walker *w, const np_truth_air *air) {
   const light_sample s = sample_light(w);
   double scattering[NP_TRUTH_BANDS];
-  eval_scattering(w->scene->medium, air, versine_between(w->direction, s.direction), scattering);
+  np_truth_air_eval(w->scene->medium, air, versine_between(w->direction, s.direction), scattering);
   for (int b = 0; b < NP_TRUTH_BANDS; b++) w->sum[b] += w->weight[b] * scattering[b] * s.light[b];
 }
 
@@ -189,20 +176,6 @@ static void add_reflected_light(walker *w, np_dvec3 zenith) {
   const light_sample s = sample_light(w);
   const double cosine = fmax(np_dvec3_dot(zenith, s.direction), 0.0);
   for (int b = 0; b < NP_TRUTH_BANDS; b++) w->sum[b] += w->weight[b] * cosine / NP_PI * s.light[b];
-}
-
-/* Where from a point the sky is brightest: the sun, or, below the horizon, the arch of twilight over it. */
-static np_dvec3 find_bright(const np_truth_scene *scene, np_dvec3 position) {
-  const np_dvec3 zenith = find_zenith(scene->medium, position);
-  const double rise = fmax(0.06 - np_dvec3_dot(zenith, scene->to_sun), 0.0);
-  return np_dvec3_normalize(np_dvec3_add(scene->to_sun, np_dvec3_scale(zenith, rise)));
-}
-
-/* How often a direction is drawn about the brightest sky instead of from a phase function: the more the more it
- * outshines the rest. */
-static double bright_share(const np_truth_scene *scene, np_dvec3 position) {
-  if (scene->light == NP_TRUTH_FURNACE) return 0.0;
-  return np_dvec3_dot(find_zenith(scene->medium, position), scene->to_sun) > 0.05 ? 0.15 : 0.5;
 }
 
 /* What part of the scattered light each constituent has, the mean of the bands: molecules, then aerosols. The last of
@@ -229,7 +202,7 @@ static np_phase pick_phase(const np_medium *medium, const double share[NP_AEROSO
 }
 
 static double eval_mixture(const np_medium *medium, const double share[NP_AEROSOLS_MAX + 1], double versine) {
-  double sum = share[0] * eval_rayleigh(versine);
+  double sum = share[0] * np_truth_rayleigh(versine);
   for (int i = 0; i < medium->aerosol_count; i++)
     sum += share[1 + i] * (double)np_phase_eval(&medium->aerosol[i].phase, (float)versine);
   return sum;
@@ -240,9 +213,11 @@ static void scatter(walker *w, const np_truth_air *air) {
   const np_medium *medium = w->scene->medium;
   double share[NP_AEROSOLS_MAX + 1], scattering[NP_TRUTH_BANDS];
   share_scattering(medium, air, share);
-  const double bright = bright_share(w->scene, w->position);
-  const np_phase lobe = np_phase_henyey_greenstein(0.75f);
-  const np_dvec3 axis = bright > 0.0 ? find_bright(w->scene, w->position) : w->direction;
+  const bool has_sun = w->scene->light != NP_TRUTH_FURNACE;
+  const np_dvec3 zenith = find_zenith(medium, w->position);
+  const double bright = has_sun ? np_truth_bright_share(zenith, w->scene->to_sun) : 0.0;
+  const np_phase lobe = np_phase_henyey_greenstein(NP_TRUTH_BRIGHT_ASYMMETRY);
+  const np_dvec3 axis = has_sun ? np_truth_find_bright(zenith, w->scene->to_sun) : w->direction;
   const bool is_bright = np_random_double(w->random) < bright;
   const np_phase phase = pick_phase(medium, share, np_random_double(w->random));
   float u[3], value;
@@ -251,7 +226,7 @@ static void scatter(walker *w, const np_truth_air *air) {
   const np_dvec3 to =
       np_dvec3_normalize(np_vec3_to_double(np_phase_sample(is_bright ? &lobe : &phase, forward, u, &value)));
   const double versine = versine_between(w->direction, to);
-  eval_scattering(medium, air, versine, scattering);
+  np_truth_air_eval(medium, air, versine, scattering);
   const double pdf = (1.0 - bright) * eval_mixture(medium, share, versine) +
                      bright * (double)np_phase_eval(&lobe, (float)versine_between(axis, to));
   for (int b = 0; b < NP_TRUTH_BANDS; b++) w->weight[b] *= scattering[b] / pdf;
@@ -415,7 +390,7 @@ static void integrate_piece(const first_order *f, int panel, double begin, doubl
     np_truth_air air;
     double scattering[NP_TRUTH_BANDS], light[NP_TRUTH_BANDS], transmittance[NP_TRUTH_BANDS];
     np_truth_air_at(f->scene->medium, np_ray_altitude(&f->path->ray, t), &air);
-    eval_scattering(f->scene->medium, &air, f->versine, scattering);
+    np_truth_air_eval(f->scene->medium, &air, f->versine, scattering);
     np_truth_sunlight(f->scene, move(f->query->origin, f->query->direction, f->path->ray.offset_m + t), light);
     np_truth_path_transmit_to(f->path, panel, w, transmittance);
     for (int b = 0; b < NP_TRUTH_BANDS; b++) out[b] += weight * transmittance[b] * light[b] * scattering[b];

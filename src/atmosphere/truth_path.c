@@ -29,13 +29,36 @@ void np_truth_air_at(const np_medium *medium, double altitude_m, np_truth_air *o
   }
 }
 
+void np_truth_air_sum(const np_medium *medium, const np_truth_air *air, double out_scattering[NP_TRUTH_BANDS]) {
+  for (int b = 0; b < NP_TRUTH_BANDS; b++) {
+    out_scattering[b] = air->rayleigh[b];
+    for (int i = 0; i < medium->aerosol_count; i++) out_scattering[b] += air->aerosol[i][b];
+  }
+}
+
 void np_truth_scattering_at(const np_medium *medium, double altitude_m, double out_scattering[NP_TRUTH_BANDS]) {
   np_truth_air air;
   np_truth_air_at(medium, altitude_m, &air);
-  for (int b = 0; b < NP_TRUTH_BANDS; b++) {
-    out_scattering[b] = air.rayleigh[b];
-    for (int i = 0; i < medium->aerosol_count; i++) out_scattering[b] += air.aerosol[i][b];
+  np_truth_air_sum(medium, &air, out_scattering);
+}
+
+void np_truth_air_eval(const np_medium *medium, const np_truth_air *air, double versine,
+                       double out_scattering[NP_TRUTH_BANDS]) {
+  const double rayleigh = np_truth_rayleigh(versine);
+  for (int b = 0; b < NP_TRUTH_BANDS; b++) out_scattering[b] = air->rayleigh[b] * rayleigh;
+  for (int i = 0; i < medium->aerosol_count; i++) {
+    const double phase = (double)np_phase_eval(&medium->aerosol[i].phase, (float)versine);
+    for (int b = 0; b < NP_TRUTH_BANDS; b++) out_scattering[b] += air->aerosol[i][b] * phase;
   }
+}
+
+np_dvec3 np_truth_find_bright(np_dvec3 zenith, np_dvec3 to_sun) {
+  const double rise = fmax(0.06 - np_dvec3_dot(zenith, to_sun), 0.0);
+  return np_dvec3_normalize(np_dvec3_add(to_sun, np_dvec3_scale(zenith, rise)));
+}
+
+double np_truth_bright_share(np_dvec3 zenith, np_dvec3 to_sun) {
+  return np_dvec3_dot(zenith, to_sun) > 0.05 ? 0.15 : 0.5;
 }
 
 static double signed_root(double x) { return copysign(sqrt(fabs(x)), x); }
@@ -105,10 +128,6 @@ void np_truth_transmit_to_space(const np_medium *medium, double altitude_m, doub
   np_truth_path_transmit(&path, out_transmittance);
 }
 
-static double panel_length(const np_truth_path *path, int panel) {
-  return np_truth_path_distance(path, path->edge[panel + 1]) - np_truth_path_distance(path, path->edge[panel]);
-}
-
 /* Transmittance from a place to the sun, to the tables' accuracy, for a density needs no better. */
 static np_bands transmit_to_sun(const np_truth_path *path, const np_truth_guide *guide, double t) {
   const np_ray *ray = &path->ray;
@@ -125,12 +144,8 @@ static np_bands guide_to_sun(const np_truth_path *path, const np_truth_guide *gu
                       transmit_to_sun(path, guide, np_truth_path_distance(path, near + 0.8 * span)));
 }
 
-typedef double panel_weights[NP_TRUTH_BANDS];
-
-/* Light that each panel scatters and lets through, and of that what comes straight from the sun: air and transmittance
- * taken in its middle. */
-static void weigh_panels(const np_truth_path *path, const np_truth_guide *guide, panel_weights *scattered,
-                         panel_weights *lit) {
+void np_truth_path_weigh(const np_truth_path *path, const np_truth_guide *guide, np_truth_weights *out_scattered,
+                         np_truth_weights *out_lit) {
   for (int i = 0; i < path->panel_count; i++) {
     const double t = np_truth_path_distance(path, 0.5 * (path->edge[i] + path->edge[i + 1]));
     double scattering[NP_TRUTH_BANDS];
@@ -138,14 +153,14 @@ static void weigh_panels(const np_truth_path *path, const np_truth_guide *guide,
     const np_bands sun = guide->depths ? guide_to_sun(path, guide, i) : np_bands_grey(1.0f);
     for (int b = 0; b < NP_TRUTH_BANDS; b++) {
       const double transmittance = exp(-0.5 * (path->depth[i][b] + path->depth[i + 1][b]));
-      scattered[i][b] = scattering[b] * transmittance * panel_length(path, i);
-      lit[i][b] = scattered[i][b] * (double)sun[b];
+      out_scattered[i][b] = scattering[b] * transmittance * np_truth_panel_length(path, i);
+      out_lit[i][b] = out_scattered[i][b] * (double)sun[b];
     }
   }
 }
 
 /* Adds `share` of a density to the panels' probabilities, every band counting alike. False when there is none. */
-static bool add_density(int count, panel_weights *weight, double share, double *probability) {
+static bool add_density(int count, np_truth_weights *weight, double share, double *probability) {
   double sum[NP_TRUTH_BANDS] = {0};
   int bands = 0;
   for (int b = 0; b < NP_TRUTH_BANDS; b++) {
@@ -158,15 +173,16 @@ static bool add_density(int count, panel_weights *weight, double share, double *
 }
 
 void np_truth_path_prepare(np_truth_path *path, const np_truth_guide *guide) {
-  panel_weights scattered[NP_TRUTH_PANELS_MAX], lit[NP_TRUTH_PANELS_MAX];
+  np_truth_weights scattered[NP_TRUTH_PANELS_MAX], lit[NP_TRUTH_PANELS_MAX];
   double probability[NP_TRUTH_PANELS_MAX] = {0};
-  weigh_panels(path, guide, scattered, lit);
+  np_truth_path_weigh(path, guide, scattered, lit);
   double rest = 1.0;
   if (add_density(path->panel_count, scattered, 0.35, probability)) rest -= 0.35;
   if (guide->depths && add_density(path->panel_count, lit, 0.35, probability)) rest -= 0.35;
   path->cumulated[0] = 0.0;
   for (int i = 0; i < path->panel_count; i++)
-    path->cumulated[i + 1] = path->cumulated[i] + probability[i] + rest * panel_length(path, i) / path->ray.length_m;
+    path->cumulated[i + 1] =
+        path->cumulated[i] + probability[i] + rest * np_truth_panel_length(path, i) / path->ray.length_m;
 }
 
 np_truth_sample np_truth_path_sample(const np_truth_path *path, double u) {

@@ -19,8 +19,28 @@ typedef struct np_truth_air {
 
 void np_truth_air_at(const np_medium *medium, double altitude_m, np_truth_air *out_air);
 
-/* Of all constituents together. */
+/* Of all constituents together: of the air at a place, and at an altitude. */
+void np_truth_air_sum(const np_medium *medium, const np_truth_air *air, double out_scattering[NP_TRUTH_BANDS]);
 void np_truth_scattering_at(const np_medium *medium, double altitude_m, double out_scattering[NP_TRUTH_BANDS]);
+
+/* What the air scatters by an angle, 1/(m·sr): the sum of coefficients times phase functions. */
+void np_truth_air_eval(const np_medium *medium, const np_truth_air *air, double versine,
+                       double out_scattering[NP_TRUTH_BANDS]);
+
+/* Rayleigh's phase function. */
+static inline double np_truth_rayleigh(double versine) {
+  return 3.0 / (16.0 * NP_PI) * (1.0 + (1.0 - versine) * (1.0 - versine));
+}
+
+/* Where from a point the sky is brightest: the sun, or, below the horizon, the arch of twilight over it. */
+np_dvec3 np_truth_find_bright(np_dvec3 zenith, np_dvec3 to_sun);
+
+/* How often a direction is best drawn about there instead of from a phase function: the more the more it outshines the
+ * rest. */
+double np_truth_bright_share(np_dvec3 zenith, np_dvec3 to_sun);
+
+/* Asymmetry of the lobe about there. */
+#define NP_TRUTH_BRIGHT_ASYMMETRY 0.75f
 
 typedef struct np_truth_path {
   const np_medium *medium;
@@ -56,6 +76,18 @@ typedef struct np_truth_guide {
   double sun_cosine;   /* at the start of the ray's part in the air */
   double angle_cosine; /* between ray and sun */
 } np_truth_guide;
+
+/* A number for each panel and band. */
+typedef double np_truth_weights[NP_TRUTH_BANDS];
+
+/* Light that each panel scatters and lets through, and of that what comes straight from the sun: air and transmittance
+ * taken in its middle. Without a guide's depths the two are the same. */
+void np_truth_path_weigh(const np_truth_path *path, const np_truth_guide *guide, np_truth_weights *out_scattered,
+                         np_truth_weights *out_lit);
+
+static inline double np_truth_panel_length(const np_truth_path *path, int panel) {
+  return np_truth_path_distance(path, path->edge[panel + 1]) - np_truth_path_distance(path, path->edge[panel]);
+}
 
 /* Readies a path for np_truth_path_sample. Its distances are drawn from a mixture: after the light that is scattered
  * and seen, after what of it comes straight from the sun, and evenly along the ray, so that no part of it is ever

@@ -112,9 +112,18 @@ static inline np_spectrum np_glow_walk_eval(const np_glow_walk *w, const np_emis
 
 /* ---- Without bias ---- */
 
-/* ∫ j ds up to a free flight's end, which makes ∫ j·T ds in the mean: one place, drawn evenly, in each step. */
-static inline np_spectrum np_emission_collect(const np_emission *emission, np_dvec3 origin, np_vec3 direction,
-                                              double distance_end, float step_voxels, np_random *random) {
+/* Light from a place on a ray, behind the air before it where there is any. */
+static inline np_spectrum np_emission_dim(const np_scene_view *view, np_dvec3 origin, np_vec3 direction,
+                                          double distance, np_spectrum light) {
+  return np_spectrum_multiply(light, np_light_air(view, view->camera_sky, origin, direction, distance).transmittance);
+}
+
+/* ∫ j ds up to a free flight's end among clouds, which makes ∫ j·T ds in the mean: one place, drawn evenly, in each
+ * step. Through air where `has_air`. */
+static inline np_spectrum np_emission_collect(const np_scene_view *view, np_dvec3 origin, np_vec3 direction,
+                                              double distance_end, float step_voxels, bool has_air,
+                                              np_random *random) {
+  const np_emission *emission = view->emission;
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (unsigned g = 0; g < emission->glow_count; g++) {
     np_glow_walk w;
@@ -122,7 +131,9 @@ static inline np_spectrum np_emission_collect(const np_emission *emission, np_dv
     np_glow_walk_start(&w, &emission->glows[g], origin, direction, distance_end, step_voxels);
     while (np_glow_walk_next(&w, &begin, &end)) {
       const double t = begin + (end - begin) * np_random_double(random);
-      sum = np_spectrum_add_scaled(sum, (float)(end - begin), np_glow_walk_eval(&w, emission, t));
+      np_spectrum light = np_glow_walk_eval(&w, emission, t);
+      if (has_air && !np_spectrum_is_zero(light)) light = np_emission_dim(view, origin, direction, t, light);
+      sum = np_spectrum_add_scaled(sum, (float)(end - begin), light);
     }
   }
   return sum;
@@ -149,7 +160,7 @@ static inline double np_emission_draw_place(double begin, double end, double ext
   return begin + *out_depth / extinction;
 }
 
-/* ∫ j·T ds along a ray, T through clouds, and through the camera's air where `has_air`. In each step one place; what is
+/* ∫ j·T ds along a ray, T through clouds, and, where `has_air`, through air: the camera's, or what is traced. In each step one place; what is
  * faint is ended by Russian roulette. */
 static inline np_spectrum np_emission_along(const np_scene_view *view, np_dvec3 origin, np_vec3 direction,
                                             double distance_end, float step_voxels, bool has_air, np_random *random) {
@@ -171,8 +182,7 @@ static inline np_spectrum np_emission_along(const np_scene_view *view, np_dvec3 
       forgiven += before - depth;
       np_spectrum light = np_glow_walk_eval(&w, view->emission, t);
       if (np_spectrum_is_zero(light)) continue;
-      if (has_air)
-        light = np_spectrum_multiply(light, np_light_air(view, view->camera_sky, origin, direction, t).transmittance);
+      if (has_air) light = np_emission_dim(view, origin, direction, t, light);
       sum = np_spectrum_add_scaled(sum, (float)(weight * exp(drawn_depth - depth)), light);
     }
   }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Integrators: one camera ray to radiance. `march` is fast and biased, `path` is unbiased in the clouds. */
+/* Integrators: one camera ray to radiance. `march` is fast and biased, `path` is unbiased. */
 #ifndef NP_INTEGRATE_INTEGRATOR_H
 #define NP_INTEGRATE_INTEGRATOR_H
 
@@ -43,6 +43,8 @@ typedef struct np_look {
 
 typedef struct np_integrator_settings {
   unsigned scattering_max; /* scatterings in cloud along a path; 0xffffffff: no limit */
+  float lost_share;        /* of the paths that this limit cuts, those followed to learn what is lost; 0: none */
+  bool is_air_traced;      /* paths go on through air and from ground; else tables answer for both */
   np_look look;            /* of the march */
   float tolerance;         /* of the march: what its steps may err by, as a share of a ray's light */
   float step_voxels;       /* its longest step */
@@ -57,6 +59,7 @@ typedef struct np_camera_ray {
 
 typedef struct np_integrator_sample {
   np_spectrum component[NP_COMPONENT_COUNT]; /* W m⁻² sr⁻¹ nm⁻¹ */
+  np_spectrum lost;                          /* estimate of what the limit on scatterings took from them */
   float transmittance;                       /* through cloud alone, to what lies behind */
   bool is_ground_behind;
   /* Sums over what hides what lies behind it, cloud and ground, each weighted by how much it hides: 1 − transmittance

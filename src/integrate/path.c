@@ -1,31 +1,63 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The path tracer: delta tracking from the camera, next-event estimation of the sun at every scattering.
+/* The path tracer: free flights through clouds, air and to the ground, with next-event estimation of the sun.
  *
- * A path flies to its next collision (Woodcock, Murphy, Hemmings and Longworth 1965, against the bricks' bounds; forced
- * where the clouds are thin), is weighted by the albedo, gathers the sun through an unbiased transmittance (the exact
- * integral from voxel to voxel, which Russian roulette ends where it is faint), and scatters by the phase function,
- * whose sampling is exact. Where it leaves the clouds it sees sky or ground. So the mean over samples is the solution
- * of the equation of transfer in the clouds, under the sky and ground that the scene view describes. Compiled once per
- * instruction-set level.
+ * Clouds and air are independent media in one place, so that of their free flights the nearer counts. Clouds are
+ * tracked against their bricks' bounds (Woodcock, Murphy, Hemmings and Longworth 1965; tracking.h), air as
+ * atmosphere/air_flight.h says. Clouds are grey; where bands part, in the air, one of them leads and all are weighed
+ * (hero.h). At every vertex a path is weighted by the albedo, gathers the sun through an unbiased transmittance, and
+ * goes on in a direction drawn from the phase function, or from Lambert's cosine. Those that leave the planet see what
+ * shines beyond the air. The sun's disk is met both ways, by aiming at it and by chance, each weighed by the other
+ * (balance heuristic, Veach and Guibas 1995). So the mean over samples is the solution of the equation of transfer.
+ *
+ * With the air from tables, paths live in the clouds alone; where one leaves them it sees the sky or ground that the
+ * scene view describes, and ends. Compiled once per instruction-set level.
  */
+#include "atmosphere/air_flight.h"
 #include "core/isa.h"
 #include "integrate/emission.h"
+#include "integrate/hero.h"
 #include "integrate/sunward.h"
 #include "integrate/surroundings.h"
 
 void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
                                const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
 
+/* What all paths of a sample share. */
+typedef struct tracer {
+  const np_scene_view *view;
+  const np_integrator_settings *settings;
+  np_random *random;
+  np_integrator_sample *out;
+  np_air_light air_light;
+  float sun_sr; /* solid angle of the sun's disk */
+} tracer;
+
+/* What a flight ends with. */
+typedef enum path_event {
+  PATH_CLOUD,
+  PATH_AIR,
+  PATH_GROUND,
+  PATH_SPACE,
+  PATH_SURROUNDINGS /* sky or ground, from tables */
+} path_event;
+
 typedef struct path_state {
   np_dvec3 position;
   np_vec3 direction; /* of flight, away from the camera */
+  float density;     /* with which the direction was drawn, 1/sr */
   np_spectrum throughput;
+  np_hero hero;
   float weight;   /* of the throughput at the start, by which it is judged faint */
   float prospect; /* ≥ 1: sunlight that the next collision may bring, in isotropic scattering's */
-  float density;  /* with which the direction was drawn, 1/sr */
-  const np_view_volume *volume;
-  unsigned order; /* scatterings so far */
+  unsigned order; /* scatterings in cloud so far */
   unsigned depth; /* of branches */
+  np_component component;
+  bool has_component; /* it is given by what the camera sees, not by what the clouds do */
+  bool is_cut;        /* beyond the limit on scatterings: its light is lost */
+  bool is_ground_ahead;
+  const np_view_volume *volume; /* the cloud of the present collision */
+  np_truth_air air;             /* the air, likewise */
+  np_ground_hit ground;         /* the ground, likewise */
 } path_state;
 
 static float track_shadow(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
@@ -38,52 +70,121 @@ static void add(np_integrator_sample *out, np_component component, np_spectrum r
   out->component[component] = np_spectrum_add(out->component[component], radiance);
 }
 
-/* Sunlight scattered towards the camera at the present collision. */
-static void gather_sun(const np_scene_view *view, const path_state *path, np_random *random,
-                       np_integrator_sample *out) {
-  const np_vec3 to_sun = np_light_sample_sun(view, np_random_float(random), np_random_float(random));
-  const np_spectrum sun = np_light_sun(view, path->position, to_sun);
-  if (np_spectrum_is_zero(sun)) return;
-  const np_vec3 d = path->direction;
-  const float phase = np_phase_eval(&path->volume->phase, np_versine(d.x, d.y, d.z, to_sun.x, to_sun.y, to_sun.z));
-  const float transmittance = np_track_transmittance(view, path->position, to_sun, INFINITY, random);
-  add(out, path->order == 1 ? NP_COMPONENT_SUN : NP_COMPONENT_MULTIPLE,
-      np_spectrum_scale(np_spectrum_multiply(path->throughput, sun), phase * transmittance));
+static void add_light(const tracer *t, const path_state *path, np_component component, np_spectrum light) {
+  const np_spectrum radiance = np_spectrum_multiply(path->throughput, light);
+  if (path->is_cut)
+    t->out->lost = np_spectrum_add(t->out->lost, radiance);
+  else
+    add(t->out, component, radiance);
 }
 
-static void gather_surroundings(const np_scene_view *view, const np_integrator_settings *settings,
-                                const path_state *path, np_random *random, np_integrator_sample *out) {
-  bool is_ground;
-  const np_spectrum incoming =
-      np_surroundings_incoming(view, settings, path->position, path->direction, track_shadow, random, &is_ground);
-  const np_component single = is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
-  add(out, path->order == 1 ? single : NP_COMPONENT_MULTIPLE, np_spectrum_multiply(path->throughput, incoming));
+/* ---- Sun ---- */
+
+/* A ray towards the sun, and its irradiance; clouds not counted. */
+typedef struct sun_ray {
+  np_vec3 direction;
+  np_spectrum irradiance;
+} sun_ray;
+
+static sun_ray aim_at_sun(const tracer *t, np_dvec3 position) {
+  const np_vec3 direction = np_light_sample_sun(t->view, np_random_float(t->random), np_random_float(t->random));
+  return (sun_ray){direction, t->settings->is_air_traced ? np_light_sun_ray(t->view, position, direction)
+                                                         : np_light_sun(t->view, position, direction)};
 }
 
-/* Distance to the next collision; infinite when the path leaves the clouds or meets ground first. */
-static double fly(const np_scene_view *view, path_state *path, np_random *random) {
-  const double distance = np_track_collision(view, path->position, path->direction, INFINITY, np_track_flight(random),
-                                             random, &path->volume);
-  if (isinf(distance)) return distance;
-  const np_dvec3 next = np_dvec3_along(path->position, path->direction, distance);
-  np_ground_hit hit;
-  if (np_track_may_meet_ground(view, path->position, next) &&
-      np_ground_intersect(view, path->position, path->direction, &hit) && hit.distance_m < distance)
-    return INFINITY;
-  return distance;
+/* Sunlight thrown on by the present vertex, `share` of it per steradian, which would have met the disk by chance with
+ * this density. */
+static void gather_sun(const tracer *t, const path_state *path, const sun_ray *sun, np_spectrum share, float density) {
+  const float transmittance = np_track_transmittance(t->view, path->position, sun->direction, INFINITY, t->random);
+  const float weight = transmittance / (1.0f + density * t->sun_sr);
+  add_light(t, path, path->component, np_spectrum_scale(np_spectrum_multiply(sun->irradiance, share), weight));
 }
+
+/* Sunlight met by chance, on a way to space. */
+static void meet_sun(const tracer *t, const path_state *path) {
+  if (!np_light_sun_covers(t->view, path->direction)) return;
+  const np_spectrum irradiance = t->settings->is_air_traced
+                                     ? t->view->sun_irradiance /* the flight has met what is in the way */
+                                     : np_light_sun(t->view, path->position, path->direction);
+  add_light(t, path, path->component,
+            np_spectrum_scale(irradiance, path->density / (1.0f + path->density * t->sun_sr)));
+}
+
+/* ---- What glows ---- */
+
+static np_component name_glow(const path_state *path) {
+  return path->has_component ? path->component : NP_COMPONENT_MULTIPLE;
+}
+
+/* A ray towards something that glows, and the density of drawing it. */
+typedef struct glow_ray {
+  np_vec3 direction;
+  float density;
+} glow_ray;
+
+static bool aim_at_glow(const tracer *t, np_dvec3 position, glow_ray *out) {
+  return t->view->emission && np_emission_draw_direction(t->view, position, t->random, &out->direction, &out->density);
+}
+
+/* Light of what glows thrown on by the present vertex, `share` of it per steradian; `density` is that with which the
+ * path may take the same direction, on whose flight it collects the other way's part (balance heuristic). */
+static void gather_glow(const tracer *t, const path_state *path, const glow_ray *glow, np_spectrum share,
+                        float density) {
+  const double end = np_emission_find_end(t->view, path->position, glow->direction);
+  const np_spectrum light =
+      np_emission_along(t->view, path->position, glow->direction, end, np_emission_far_step_voxels,
+                        t->settings->is_air_traced, t->random);
+  add_light(t, path, name_glow(path),
+            np_spectrum_scale(np_spectrum_multiply(light, share), 1.0f / (glow->density + density)));
+}
+
+/* Collects what glows along a flight among clouds. */
+static void collect_glow(const tracer *t, const path_state *path, double distance) {
+  const bool is_traced = t->settings->is_air_traced;
+  const double end = isinf(distance) && !is_traced ? np_emission_find_end(t->view, path->position, path->direction)
+                                                   : distance;
+  const np_spectrum light = np_emission_collect(t->view, path->position, path->direction, end,
+                                                np_emission_far_step_voxels, is_traced, t->random);
+  if (np_spectrum_is_zero(light)) return;
+  const float drawn = np_emission_direction_density(t->view->emission, path->position, path->direction);
+  add_light(t, path, name_glow(path), np_spectrum_scale(light, path->density / (path->density + drawn)));
+}
+
+/* ---- Clouds ---- */
 
 /* Of the stack; a path that waits for as many others is followed without branches. */
 enum { BRANCH_DEPTH_MAX = 64 };
 
-static np_sunward choose_branches(const np_scene_view *view, const path_state *path) {
-  if (path->depth < BRANCH_DEPTH_MAX) return np_sunward_make(view, &path->volume->phase);
+static np_sunward choose_branches(const tracer *t, const path_state *path) {
+  if (path->depth < BRANCH_DEPTH_MAX) return np_sunward_make(t->view, &path->volume->phase);
   return (np_sunward){.phase = &path->volume->phase};
 }
 
 static float eval_towards(const path_state *path, np_vec3 axis) {
   const np_vec3 d = path->direction;
   return np_phase_eval(&path->volume->phase, np_versine(d.x, d.y, d.z, axis.x, axis.y, axis.z));
+}
+
+/* The phase function towards a direction, and the density with which paths and branches take it. */
+static float eval_cloud(const path_state *path, const np_sunward *sunward, np_vec3 direction, float *out_density) {
+  float prospect;
+  const float ahead = eval_towards(path, direction);
+  *out_density = ahead + np_sunward_eval(sunward, direction, &prospect);
+  return ahead;
+}
+
+static void gather_in_cloud(const tracer *t, const path_state *path, const np_sunward *sunward) {
+  float density;
+  const sun_ray sun = aim_at_sun(t, path->position);
+  if (!np_spectrum_is_zero(sun.irradiance)) {
+    const float phase = eval_cloud(path, sunward, sun.direction, &density);
+    gather_sun(t, path, &sun, np_spectrum_grey(phase), density);
+  }
+  glow_ray glow;
+  if (aim_at_glow(t, path->position, &glow)) {
+    const float phase = eval_cloud(path, sunward, glow.direction, &density);
+    gather_glow(t, path, &glow, np_spectrum_grey(phase), density);
+  }
 }
 
 /* Turns a path into a direction that its phase function or a branch was drawn for. */
@@ -96,119 +197,275 @@ static void turn(path_state *path, const np_sunward *sunward, np_vec3 direction)
   if (branches > 0.0f) path->throughput = np_spectrum_scale(path->throughput, ahead / path->density);
 }
 
-static void fly_on(const np_scene_view *view, const np_integrator_settings *settings, path_state *path,
-                   np_random *random, np_integrator_sample *out);
+static void fly_on(const tracer *t, path_state *path);
 
 /* Follows the weaker of two paths to its end, and keeps the stronger: so few ever wait for others. */
-static void follow_weaker(const np_scene_view *view, const np_integrator_settings *settings, path_state *path,
-                          path_state *branch, np_random *random, np_integrator_sample *out) {
+static void follow_weaker(const tracer *t, path_state *path, path_state *branch) {
   if (np_spectrum_max(branch->throughput) > np_spectrum_max(path->throughput)) {
     const path_state kept = *branch;
     *branch = *path;
     *path = kept;
   }
   branch->depth++;
-  fly_on(view, settings, branch, random, out);
+  fly_on(t, branch);
 }
 
-static void scatter(const np_scene_view *view, const np_integrator_settings *settings, path_state *path,
-                    np_random *random, np_integrator_sample *out) {
-  const np_sunward sunward = choose_branches(view, path);
+static void scatter_in_cloud(const tracer *t, path_state *path, const np_sunward *sunward) {
   path_state branch = *path;
   np_vec3 direction;
-  const bool has_branch = np_sunward_sample(&sunward, random, &direction);
-  if (has_branch) turn(&branch, &sunward, direction);
+  const bool has_branch = np_sunward_sample(sunward, t->random, &direction);
+  if (has_branch) turn(&branch, sunward, direction);
+  np_random *random = t->random;
   const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
   float value;
-  turn(path, &sunward, np_phase_sample(&path->volume->phase, path->direction, u, &value));
-  if (has_branch) follow_weaker(view, settings, path, &branch, random, out);
+  turn(path, sunward, np_phase_sample(&path->volume->phase, path->direction, u, &value));
+  if (has_branch) follow_weaker(t, path, &branch);
 }
 
-/* What glows, scattered at the present collision: along a direction drawn for its light, weighted by the density of
- * both ways to draw it (balance heuristic); the other way's part is collected in flight. */
-static void gather_emission(const np_scene_view *view, const path_state *path, np_random *random,
-                            np_integrator_sample *out) {
-  np_vec3 direction;
-  float density;
-  if (!np_emission_draw_direction(view, path->position, random, &direction, &density)) return;
-  const np_sunward sunward = choose_branches(view, path);
-  float prospect;
-  const float phase = eval_towards(path, direction);
-  const float scattered = phase + np_sunward_eval(&sunward, direction, &prospect);
-  const double end = np_emission_find_end(view, path->position, direction);
-  const np_spectrum light =
-      np_emission_along(view, path->position, direction, end, np_emission_far_step_voxels, false, random);
-  add(out, NP_COMPONENT_MULTIPLE,
-      np_spectrum_scale(np_spectrum_multiply(path->throughput, light), phase / (density + scattered)));
+static void meet_cloud(const tracer *t, path_state *path) {
+  path->order++;
+  path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
+  if (!path->has_component) path->component = path->order == 1 ? NP_COMPONENT_SUN : NP_COMPONENT_MULTIPLE;
+  const np_sunward sunward = choose_branches(t, path);
+  gather_in_cloud(t, path, &sunward);
+  scatter_in_cloud(t, path, &sunward);
 }
 
-/* Collects what glows along a flight that ends at `distance`. */
-static void collect_emission(const np_scene_view *view, const path_state *path, double distance, np_random *random,
-                             np_integrator_sample *out) {
-  const double end = isinf(distance) ? np_emission_find_end(view, path->position, path->direction) : distance;
-  const np_spectrum light =
-      np_emission_collect(view->emission, path->position, path->direction, end, np_emission_far_step_voxels, random);
-  if (np_spectrum_is_zero(light)) return;
-  const float drawn = np_emission_direction_density(view->emission, path->position, path->direction);
-  add(out, NP_COMPONENT_MULTIPLE,
-      np_spectrum_scale(np_spectrum_multiply(path->throughput, light), path->density / (path->density + drawn)));
+/* ---- Air, ground and space ---- */
+
+/* Light that clouds scatter once and that does not come straight from the sun is the sky's or the ground's. */
+static void name_source(path_state *path, bool is_ground) {
+  if (path->component == NP_COMPONENT_SUN) path->component = is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
 }
+
+static void meet_air(const tracer *t, path_state *path) {
+  name_source(path, path->is_ground_ahead);
+  const np_air_scatterer scatterer =
+      np_air_scatterer_make(t->view->atmosphere, &t->air_light, &path->air, path->position, path->direction);
+  const sun_ray sun = aim_at_sun(t, path->position);
+  if (!np_spectrum_is_zero(sun.irradiance)) {
+    const np_air_choice towards = np_air_scatterer_eval(&scatterer, sun.direction);
+    gather_sun(t, path, &sun, towards.value, np_hero_mean(&path->hero, towards.density));
+  }
+  glow_ray glow;
+  if (aim_at_glow(t, path->position, &glow)) {
+    const np_air_choice towards = np_air_scatterer_eval(&scatterer, glow.direction);
+    gather_glow(t, path, &glow, towards.value, np_hero_mean(&path->hero, towards.density));
+  }
+  np_air_choice choice;
+  path->direction = np_air_scatterer_sample(&scatterer, path->hero.band, t->random, &choice);
+  path->density = np_hero_mean(&path->hero, choice.density);
+  path->prospect = 1.0f;
+  np_hero_choose(&path->hero, &path->throughput, choice.value, choice.density);
+}
+
+/* A direction about a normal, distributed as its cosine. */
+static np_vec3 sample_cosine(np_vec3 normal, np_random *random, float *out_cosine) {
+  const float u = np_random_float(random), azimuth = 2.0f * NP_PI_F * np_random_float(random), sine = sqrtf(u);
+  np_vec3 tangent, bitangent;
+  np_frame_around(normal, &tangent, &bitangent);
+  *out_cosine = sqrtf(1.0f - u);
+  np_vec3 direction = np_vec3_scale(normal, *out_cosine);
+  direction = np_vec3_add(direction, np_vec3_scale(tangent, sine * cosf(azimuth)));
+  direction = np_vec3_add(direction, np_vec3_scale(bitangent, sine * sinf(azimuth)));
+  return np_vec3_normalize(direction);
+}
+
+/* What Lambert's ground throws towards a direction, and the density with which a path takes it. */
+static float eval_ground(const path_state *path, np_vec3 direction) {
+  return fmaxf(np_vec3_dot(path->ground.normal, direction), 0.0f) * (1.0f / NP_PI_F);
+}
+
+static void meet_ground(const tracer *t, path_state *path) {
+  name_source(path, true);
+  path->position = path->ground.position;
+  path->throughput = np_spectrum_multiply(path->throughput, path->ground.albedo);
+  const sun_ray sun = aim_at_sun(t, path->position);
+  const float to_sun = eval_ground(path, sun.direction);
+  if (to_sun > 0.0f && !np_spectrum_is_zero(sun.irradiance))
+    gather_sun(t, path, &sun, np_spectrum_grey(to_sun), to_sun);
+  glow_ray glow;
+  const bool is_glowing = aim_at_glow(t, path->position, &glow);
+  const float to_glow = is_glowing ? eval_ground(path, glow.direction) : 0.0f;
+  if (to_glow > 0.0f) gather_glow(t, path, &glow, np_spectrum_grey(to_glow), to_glow);
+  float cosine;
+  path->direction = sample_cosine(path->ground.normal, t->random, &cosine);
+  path->density = cosine * (1.0f / NP_PI_F);
+  path->prospect = 1.0f;
+}
+
+static void meet_space(const tracer *t, path_state *path) {
+  meet_sun(t, path);
+  name_source(path, false);
+  add_light(t, path, path->component, np_light_space(t->view, path->position, path->direction));
+}
+
+static void meet_surroundings(const tracer *t, path_state *path) {
+  bool is_ground;
+  const np_spectrum incoming = np_surroundings_incoming(t->view, t->settings, path->position, path->direction,
+                                                        track_shadow, t->random, &is_ground);
+  if (!is_ground) meet_sun(t, path);
+  name_source(path, is_ground);
+  add_light(t, path, path->component, incoming);
+}
+
+/* ---- Flights ---- */
+
+/* Under a low sun, flights longer than this are leaps: see atmosphere/air_flight.h. */
+static const double leap_m = 2e3;
+
+/* Into how many panels a ray through all of the air is cut: the camera's, of which there is one a sample, and others.
+ */
+enum { CAMERA_PANELS = 20, PANELS = 12 };
+
+/* How likely each band passes the air to what is behind: in proportion to what may come from there and, taken as
+ * white, from the air. */
+static np_spectrum choose_end(const tracer *t, const path_state *path, path_event end, np_spectrum transmittance) {
+  np_spectrum albedo = np_spectrum_grey(1.0f);
+  if (end == PATH_GROUND) albedo = path->ground.albedo;
+  if (end == PATH_SPACE && !np_light_sun_covers(t->view, path->direction) &&
+      np_spectrum_is_zero(np_light_space(t->view, path->position, path->direction)))
+    albedo = np_spectrum_grey(0.0f);
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float behind = albedo.band[b] * transmittance.band[b];
+    transmittance.band[b] = behind > 0.0f ? behind / (behind + 1.0f - transmittance.band[b]) : 0.0f;
+  }
+  return transmittance;
+}
+
+/* Either a collision with the air, or none, on a flight whose transmittance is known. */
+static bool leap(const tracer *t, path_state *path, path_event end, double length_m, np_air_collision *collision) {
+  np_air_flight flight;
+  np_air_flight_build(t->view->atmosphere, &t->air_light, path->position, path->direction, length_m, PANELS, &flight);
+  if (!flight.path.panel_count) return false;
+  const np_spectrum passing = choose_end(t, path, end, flight.transmittance);
+  if (np_random_double(t->random) < (double)passing.band[path->hero.band]) {
+    np_hero_choose(&path->hero, &path->throughput, flight.transmittance, passing);
+    return false;
+  }
+  np_air_flight_collide(&flight, path->hero.band, np_random_double(t->random), collision);
+  const np_spectrum density =
+      np_spectrum_multiply(collision->choice.density, np_spectrum_subtract(np_spectrum_grey(1.0f), passing));
+  np_hero_choose(&path->hero, &path->throughput, collision->choice.value, density);
+  return true;
+}
+
+/* Whether the air ends a flight before its length does; where it does is in `collision`. */
+static bool collide_with_air(const tracer *t, path_state *path, path_event end, double length_m,
+                             np_air_collision *collision) {
+  const neph_atmosphere *atmosphere = t->view->atmosphere;
+  if (length_m > leap_m && np_air_light_is_low(atmosphere, &t->air_light, path->position))
+    return leap(t, path, end, length_m, collision);
+  const bool collides = np_air_track(atmosphere, path->position, path->direction, length_m, path->hero.band,
+                                     t->random, collision);
+  np_hero_choose(&path->hero, &path->throughput, collision->choice.value, collision->choice.density);
+  return collides;
+}
+
+/* Finds the ground before a distance, if it is there. */
+static bool find_ground(const tracer *t, path_state *path, double distance) {
+  const np_dvec3 next = np_dvec3_along(path->position, path->direction, distance);
+  return np_track_may_meet_ground(t->view, path->position, next) &&
+         np_ground_intersect(t->view, path->position, path->direction, &path->ground) &&
+         path->ground.distance_m < distance;
+}
+
+/* Flies to the next vertex. */
+static path_event fly(const tracer *t, path_state *path) {
+  double distance = np_track_collision(t->view, path->position, path->direction, INFINITY, np_track_flight(t->random),
+                                       t->random, &path->volume);
+  path_event event = isinf(distance) ? PATH_SPACE : PATH_CLOUD;
+  path->is_ground_ahead = (event == PATH_CLOUD || t->settings->is_air_traced) && find_ground(t, path, distance);
+  if (path->is_ground_ahead) {
+    event = PATH_GROUND;
+    distance = path->ground.distance_m;
+  }
+  if (t->view->emission) collect_glow(t, path, distance);
+  if (!t->settings->is_air_traced && event != PATH_CLOUD) return PATH_SURROUNDINGS;
+  np_air_collision collision;
+  if (t->settings->is_air_traced && t->view->atmosphere && collide_with_air(t, path, event, distance, &collision)) {
+    event = PATH_AIR;
+    distance = collision.distance_m;
+    path->air = collision.air;
+  }
+  if (event != PATH_SPACE) path->position = np_dvec3_along(path->position, path->direction, distance);
+  return event;
+}
+
+/* ---- Paths ---- */
 
 /* Russian roulette on a path that is weak for what light it may still meet; false ends it. */
 static bool survive(path_state *path, np_random *random) {
   const float weight = np_spectrum_max(path->throughput) / path->weight * path->prospect;
   if (weight >= 0.25f) return true;
-  if (np_random_float(random) >= weight) return false;
+  if (!(np_random_float(random) < weight)) return false;
   path->throughput = np_spectrum_scale(path->throughput, 1.0f / weight);
   return true;
 }
 
-/* After a scattering: false when the path ends, by roulette or outside the clouds. */
-static bool reach_collision(const np_scene_view *view, const np_integrator_settings *settings, path_state *path,
-                            np_random *random, np_integrator_sample *out) {
-  if (!survive(path, random)) return false;
-  const double distance = fly(view, path, random);
-  if (view->emission) collect_emission(view, path, distance, random, out);
-  if (isinf(distance)) {
-    gather_surroundings(view, settings, path, random, out);
-    return false;
+/* The limit on scatterings ends a path; some are followed all the same, for what would have come of them. */
+static bool is_ended(const tracer *t, path_state *path) {
+  if (path->is_cut || path->order < t->settings->scattering_max) return false;
+  const float share = t->settings->lost_share;
+  if (!(np_random_float(t->random) < share)) return true;
+  path->is_cut = true;
+  path->throughput = np_spectrum_scale(path->throughput, 1.0f / share);
+  path->weight /= share;
+  return false;
+}
+
+/* Everything that reaches the camera along a path, from its first vertex on. */
+static void follow(const tracer *t, path_state *path, path_event event) {
+  for (;;) {
+    switch (event) {
+    case PATH_CLOUD:
+      if (is_ended(t, path)) return;
+      meet_cloud(t, path);
+      break;
+    case PATH_AIR:
+      meet_air(t, path);
+      break;
+    case PATH_GROUND:
+      meet_ground(t, path);
+      break;
+    case PATH_SPACE:
+      meet_space(t, path);
+      return;
+    case PATH_SURROUNDINGS:
+      meet_surroundings(t, path);
+      return;
+    }
+    if (!survive(path, t->random)) return;
+    event = fly(t, path);
   }
-  path->position = np_dvec3_along(path->position, path->direction, distance);
-  return true;
 }
 
-/* Everything that reaches the camera along a path whose next collision has been found. */
-static void follow(const np_scene_view *view, const np_integrator_settings *settings, path_state *path,
-                   np_random *random, np_integrator_sample *out) {
-  if (path->order >= settings->scattering_max) return;
-  do {
-    path->order++;
-    path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
-    gather_sun(view, path, random, out);
-    if (view->emission) gather_emission(view, path, random, out);
-    scatter(view, settings, path, random, out);
-  } while (reach_collision(view, settings, path, random, out) && path->order < settings->scattering_max);
+static void fly_on(const tracer *t, path_state *path) {
+  if (survive(path, t->random)) follow(t, path, fly(t, path));
 }
 
-static void fly_on(const np_scene_view *view, const np_integrator_settings *settings, path_state *path,
-                   np_random *random, np_integrator_sample *out) {
-  if (reach_collision(view, settings, path, random, out)) follow(view, settings, path, random, out);
+/* Only air tells bands apart. */
+static np_hero draw_hero(const tracer *t) {
+  return t->view->atmosphere ? np_hero_draw(t->random) : (np_hero){0, np_spectrum_grey(1.0f)};
 }
 
-/* Adds light scattered in the clouds after a first collision at `distance`, and the air before it. */
-static void add_scattered(const np_scene_view *view, const np_integrator_settings *settings, const np_camera_ray *ray,
-                          double distance, path_state *path, np_random *random, np_integrator_sample *out) {
-  np_integrator_sample scattered = {.transmittance = 0.0f};
-  np_integrator_add_opaque(out, path->weight, distance, path->volume->albedo);
-  path->position = np_dvec3_along(ray->origin, ray->direction, distance);
-  path->direction = ray->direction;
-  path->throughput = np_spectrum_grey(path->weight);
-  follow(view, settings, path, random, &scattered);
-  const np_aerial_perspective air = np_light_air(view, view->camera_sky, ray->origin, ray->direction, distance);
-  for (int c = 0; c < NP_COMPONENT_COUNT; c++)
-    add(out, (np_component)c, np_spectrum_multiply(scattered.component[c], air.transmittance));
-  add(out, NP_COMPONENT_AIR, np_spectrum_scale(air.inscatter, path->weight));
+static path_state start_path(const np_camera_ray *ray, double distance, np_spectrum throughput) {
+  return (path_state){.position = np_dvec3_along(ray->origin, ray->direction, distance),
+                      .direction = ray->direction,
+                      .throughput = throughput,
+                      .hero = {0, np_spectrum_grey(1.0f)},
+                      .weight = np_spectrum_max(throughput),
+                      .prospect = 1.0f};
 }
+
+/* ---- The camera's ray ---- */
+
+/* Where a ray first collides with a cloud, if it does. `weight`: of the sample that does. */
+typedef struct cloud_hit {
+  double distance; /* infinite: nowhere */
+  const np_view_volume *volume;
+  float weight;
+} cloud_hit;
 
 /* Through clouds of less than this depth the camera's ray is made to collide. */
 static const double thin_depth = 1.0;
@@ -216,27 +473,114 @@ static const double thin_depth = 1.0;
 /* A ray of little depth M, counted in the clouds' bounds, has a tentative collision with probability 1 − e^{−M}. It is
  * given one, with that weight, and passes with the weight e^{−M}: a veil of depth 1e-8 has as little relative noise as
  * any. */
+static cloud_hit find_cloud(const tracer *t, const np_camera_ray *ray, double distance_end) {
+  cloud_hit hit = {.distance = HUGE_VAL, .weight = 1.0f};
+  const double bound = np_track_bound(t->view, ray->origin, ray->direction, distance_end, thin_depth);
+  if (!(bound > 0.0)) return hit;
+  const bool is_thin = bound < thin_depth;
+  const double flight = is_thin ? np_track_forced_flight(bound, t->random) : np_track_flight(t->random);
+  if (is_thin) hit.weight = (float)-expm1(-bound);
+  hit.distance =
+      np_track_collision(t->view, ray->origin, ray->direction, distance_end, flight, t->random, &hit.volume);
+  if (!isinf(hit.distance)) t->out->transmittance = is_thin ? (float)exp(-bound) : 0.0f;
+  return hit;
+}
+
+/* Light scattered in the clouds after a first collision, and the air before it, from the camera's table. */
+static void add_cloud_by_tables(const tracer *t, const np_camera_ray *ray, const cloud_hit *hit) {
+  np_integrator_sample scattered = {.transmittance = 0.0f};
+  tracer inner = *t;
+  inner.out = &scattered;
+  path_state path = start_path(ray, hit->distance, np_spectrum_grey(hit->weight));
+  path.volume = hit->volume;
+  follow(&inner, &path, PATH_CLOUD);
+  const np_aerial_perspective air =
+      np_light_air(t->view, t->view->camera_sky, ray->origin, ray->direction, hit->distance);
+  for (int c = 0; c < NP_COMPONENT_COUNT; c++)
+    add(t->out, (np_component)c, np_spectrum_multiply(scattered.component[c], air.transmittance));
+  t->out->lost = np_spectrum_multiply(scattered.lost, air.transmittance);
+  add(t->out, NP_COMPONENT_AIR, np_spectrum_scale(air.inscatter, hit->weight));
+}
+
+static void look_by_tables(const tracer *t, const np_camera_ray *ray, const cloud_hit *cloud,
+                           const np_ground_hit *ground) {
+  if (!isinf(cloud->distance)) add_cloud_by_tables(t, ray, cloud);
+  np_surroundings_add_behind(t->view, t->settings, ray, ground, t->out->transmittance, track_shadow, t->random,
+                             t->out);
+}
+
+/* The air from the camera to a distance: what it lets through, and, added to a component, what it throws back. */
+static np_spectrum look_through_air(const tracer *t, const np_camera_ray *ray, double distance,
+                                    np_component component, bool is_seen) {
+  if (!t->view->atmosphere) return np_spectrum_grey(1.0f);
+  np_air_flight flight;
+  np_air_flight_build(t->view->atmosphere, &t->air_light, ray->origin, ray->direction, distance, CAMERA_PANELS,
+                      &flight);
+  if (!is_seen || !flight.path.panel_count) return flight.transmittance;
+  const np_hero hero = np_hero_draw(t->random);
+  np_air_collision collision;
+  np_air_flight_collide(&flight, hero.band, np_random_double(t->random), &collision);
+  path_state path = start_path(ray, collision.distance_m, np_spectrum_grey(1.0f));
+  path.component = component;
+  path.has_component = true;
+  path.air = collision.air;
+  path.hero = hero;
+  np_hero_choose(&path.hero, &path.throughput, collision.choice.value, collision.choice.density);
+  path.weight = np_spectrum_max(path.throughput);
+  if (path.weight > 0.0f) follow(t, &path, PATH_AIR);
+  return flight.transmittance;
+}
+
+static void add_cloud(const tracer *t, const np_camera_ray *ray, const cloud_hit *hit, bool is_air_seen) {
+  const np_spectrum air = look_through_air(t, ray, hit->distance, NP_COMPONENT_AIR, is_air_seen);
+  path_state path = start_path(ray, hit->distance, np_spectrum_scale(air, hit->weight));
+  if (!(path.weight > 0.0f)) return;
+  path.volume = hit->volume;
+  path.hero = draw_hero(t);
+  follow(t, &path, PATH_CLOUD);
+}
+
+static void add_behind(const tracer *t, const np_camera_ray *ray, const np_ground_hit *ground, bool is_air_seen) {
+  const np_component component = ground ? NP_COMPONENT_AIR : NP_COMPONENT_BACKGROUND;
+  const np_spectrum air = look_through_air(t, ray, ground ? ground->distance_m : HUGE_VAL, component, is_air_seen);
+  const np_spectrum transmittance = np_spectrum_scale(air, t->out->transmittance);
+  if (!ground) {
+    const np_spectrum light = np_spectrum_add(np_light_space(t->view, ray->origin, ray->direction),
+                                              np_light_disks(t->view, ray->direction));
+    add(t->out, component, np_spectrum_multiply(transmittance, light));
+    return;
+  }
+  np_integrator_add_opaque(t->out, t->out->transmittance, ground->distance_m, ground->albedo);
+  path_state path = start_path(ray, ground->distance_m, transmittance);
+  if (!(path.weight > 0.0f)) return;
+  path.component = NP_COMPONENT_TERRAIN;
+  path.has_component = true;
+  path.ground = *ground;
+  path.hero = draw_hero(t);
+  follow(t, &path, PATH_GROUND);
+}
+
+/* Where clouds are thin, one ray sees two ends, the cloud and what is behind it; the air before either counts as often
+ * as the ray would have ended there. */
+static void look(const tracer *t, const np_camera_ray *ray, const cloud_hit *cloud, const np_ground_hit *ground) {
+  const bool is_cloud = !isinf(cloud->distance), is_behind = t->out->transmittance > 0.0f;
+  const bool is_cloud_end = is_cloud && (!is_behind || np_random_float(t->random) < cloud->weight);
+  if (is_cloud) add_cloud(t, ray, cloud, is_cloud_end);
+  if (is_behind) add_behind(t, ray, ground, !is_cloud_end);
+}
+
 void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
                                const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
   *out = (np_integrator_sample){.transmittance = 1.0f};
-  np_ground_hit hit;
-  out->is_ground_behind = np_ground_intersect(view, ray->origin, ray->direction, &hit);
-  const double distance_end = out->is_ground_behind ? hit.distance_m : HUGE_VAL;
+  const bool has_sun = !np_spectrum_is_zero(view->sun_irradiance);
+  const tracer t = {view, settings, random, out, {view->to_sun, has_sun}, np_light_sun_solid_angle(view)};
+  np_ground_hit ground;
+  out->is_ground_behind = np_ground_intersect(view, ray->origin, ray->direction, &ground);
+  const double distance_end = out->is_ground_behind ? ground.distance_m : HUGE_VAL;
   if (view->emission)
     add(out, NP_COMPONENT_EMISSION,
         np_emission_along(view, ray->origin, ray->direction, distance_end, 1.0f, true, random));
-  const double bound = np_track_bound(view, ray->origin, ray->direction, distance_end, thin_depth);
-  if (bound > 0.0) {
-    const bool is_thin = bound < thin_depth;
-    const double flight = is_thin ? np_track_forced_flight(bound, random) : np_track_flight(random);
-    path_state path = {.weight = is_thin ? (float)-expm1(-bound) : 1.0f};
-    const double distance =
-        np_track_collision(view, ray->origin, ray->direction, distance_end, flight, random, &path.volume);
-    if (!isinf(distance)) {
-      out->transmittance = is_thin ? (float)exp(-bound) : 0.0f;
-      add_scattered(view, settings, ray, distance, &path, random, out);
-    }
-  }
-  np_surroundings_add_behind(view, settings, ray, out->is_ground_behind ? &hit : NULL, out->transmittance, track_shadow,
-                             random, out);
+  const cloud_hit cloud = find_cloud(&t, ray, distance_end);
+  if (!isinf(cloud.distance)) np_integrator_add_opaque(out, cloud.weight, cloud.distance, cloud.volume->albedo);
+  (settings->is_air_traced ? look : look_by_tables)(&t, ray, &cloud, out->is_ground_behind ? &ground : NULL);
 }

@@ -71,11 +71,22 @@ np_vec3 np_light_sample_sun(const np_scene_view *view, float u, float v);
 /* Irradiance from the sun on a plane that faces it: through the air, past planet and terrain, clouds not counted. */
 np_spectrum np_light_sun(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun);
 
+/* The same along one ray: transmittance integrated, and nothing from below the horizon, where np_light_sun fades. */
+np_spectrum np_light_sun_ray(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun);
+
+/* Solid angle of the light's disk; 0 when it is a point. */
+float np_light_sun_solid_angle(const np_scene_view *view);
+
+bool np_light_sun_covers(const np_scene_view *view, np_vec3 direction);
+
 /* Radiance of the disks of sun and moon above the atmosphere; the moon hides what is behind it. */
 np_spectrum np_light_disks(const np_scene_view *view, np_vec3 direction);
 
 /* Radiance of sky, night and environment along a ray that meets no ground, seen by `sky` (camera_sky or cloud_sky). */
 np_spectrum np_light_sky(const np_scene_view *view, const neph_sky *sky, np_dvec3 origin, np_vec3 direction);
+
+/* The same from beyond the air, of whose light and shade it knows nothing: night and environment. */
+np_spectrum np_light_space(const np_scene_view *view, np_dvec3 origin, np_vec3 direction);
 
 /* All that a camera sees where nothing is before it: sky, night, environment, and the disks through the air. */
 np_spectrum np_light_background(const np_scene_view *view, np_dvec3 origin, np_vec3 direction);

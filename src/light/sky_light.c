@@ -2,9 +2,19 @@
 /* Light from the sky, and the air between two points. */
 #include "light/scene_view.h"
 
+static np_spectrum see_environment(const np_scene_view *view, np_vec3 direction) {
+  const bool is_hidden = view->is_environment_upper_only && direction.z < 0.0f;
+  return is_hidden ? np_spectrum_grey(0.0f) : view->environment_radiance;
+}
+
+np_spectrum np_light_space(const np_scene_view *view, np_dvec3 origin, np_vec3 direction) {
+  const np_spectrum radiance = see_environment(view, direction);
+  if (!view->night) return radiance;
+  return np_spectrum_add(radiance, np_night_radiance(view->night, NULL, origin, direction));
+}
+
 np_spectrum np_light_sky(const np_scene_view *view, const neph_sky *sky, np_dvec3 origin, np_vec3 direction) {
-  np_spectrum radiance = view->environment_radiance;
-  if (view->is_environment_upper_only && direction.z < 0.0f) radiance = np_spectrum_grey(0.0f);
+  np_spectrum radiance = see_environment(view, direction);
   if (sky) radiance = np_spectrum_add(radiance, np_sky_radiance(sky, direction));
   if (!view->night) return radiance;
   return np_spectrum_add(radiance, np_night_radiance(view->night, view->atmosphere, origin, direction));

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The sun at a point, clouds not counted: its disk, the air's transmittance, the shadow of planet and terrain. */
+#include "core/stable.h"
 #include "core/units.h"
 #include "light/scene_view.h"
 
@@ -7,6 +8,13 @@
 static float disk_versine(const np_scene_view *view) {
   const float s = sinf(0.5f * view->sun_angular_radius_rad);
   return 2.0f * s * s;
+}
+
+float np_light_sun_solid_angle(const np_scene_view *view) { return 2.0f * NP_PI_F * disk_versine(view); }
+
+bool np_light_sun_covers(const np_scene_view *view, np_vec3 direction) {
+  const np_vec3 s = view->to_sun;
+  return np_versine(s.x, s.y, s.z, direction.x, direction.y, direction.z) < disk_versine(view);
 }
 
 np_vec3 np_light_sample_sun(const np_scene_view *view, float u, float v) {
@@ -34,17 +42,29 @@ static bool is_behind_planet(const np_scene_view *view, np_dvec3 position, np_ve
   return cosine < -sqrt(altitude * (2.0 * radius + altitude)) / (radius + altitude);
 }
 
+/* What is left of sunlight that `transmittance` of it comes through the air, where there is any. */
+static np_spectrum pass_ground(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun,
+                               np_spectrum transmittance) {
+  const np_spectrum irradiance = np_spectrum_multiply(view->sun_irradiance, transmittance), none = {{0}};
+  if (np_spectrum_is_zero(irradiance)) return none;
+  if (!view->atmosphere && view->has_planet && is_behind_planet(view, position, to_sun)) return none;
+  return is_behind_terrain(view, position, to_sun) ? none : irradiance;
+}
+
 np_spectrum np_light_sun(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun) {
-  np_spectrum irradiance = view->sun_irradiance;
-  if (np_spectrum_is_zero(irradiance)) return irradiance;
-  if (view->atmosphere) {
-    irradiance = np_spectrum_multiply(irradiance, np_atmosphere_transmittance_to_sun(view->atmosphere, position, to_sun,
-                                                                                     view->sun_angular_radius_rad));
-    if (np_spectrum_is_zero(irradiance)) return irradiance;
-  } else if (view->has_planet && is_behind_planet(view, position, to_sun)) {
-    return np_spectrum_grey(0.0f);
-  }
-  return is_behind_terrain(view, position, to_sun) ? np_spectrum_grey(0.0f) : irradiance;
+  if (np_spectrum_is_zero(view->sun_irradiance)) return view->sun_irradiance;
+  np_spectrum transmittance = np_spectrum_grey(1.0f);
+  if (view->atmosphere)
+    transmittance =
+        np_atmosphere_transmittance_to_sun(view->atmosphere, position, to_sun, view->sun_angular_radius_rad);
+  return pass_ground(view, position, to_sun, transmittance);
+}
+
+np_spectrum np_light_sun_ray(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun) {
+  if (np_spectrum_is_zero(view->sun_irradiance)) return view->sun_irradiance;
+  np_spectrum transmittance = np_spectrum_grey(1.0f);
+  if (view->atmosphere) transmittance = np_atmosphere_integrate_to_space(view->atmosphere, position, to_sun);
+  return pass_ground(view, position, to_sun, transmittance);
 }
 
 np_spectrum np_light_disks(const np_scene_view *view, np_vec3 direction) {

@@ -9,6 +9,7 @@
 /* Over a tile's pixels: the sums of their means, and of the squares of the means' standard errors. */
 typedef struct np_tile_total {
   double sum[NP_BAND_COUNT], variance[NP_BAND_COUNT];
+  double lost[NP_BAND_COUNT]; /* the sum of the means that a limit on scatterings took from them */
   uint64_t samples;
   double squares; /* of the pixels' relative errors */
 } np_tile_total;
@@ -17,6 +18,7 @@ typedef struct np_tile_total {
 typedef struct np_pixel_state {
   uint32_t next, end;
   np_spread spread;
+  double lost[NP_BAND_COUNT]; /* Σ over the samples */
 } np_pixel_state;
 
 typedef struct np_frame {

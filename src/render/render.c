@@ -17,6 +17,9 @@ static neph_result describe_render(const neph_scene *scene, const neph_render_de
   char seed[24];
   (void)snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
   neph_result result = neph_image_set_attribute(image, "nephos:integrator", is_path ? "path" : "march");
+  const bool is_traced = desc->atmosphere == NEPH_RENDER_ATMOSPHERE_TRACED;
+  if (!result && is_path)
+    result = neph_image_set_attribute(image, "nephos:atmosphere", is_traced ? "traced" : "tables");
   if (!result && !is_path)
     result = neph_image_set_attribute(image, "nephos:multipleScattering", multiple[desc->multiple_scattering]);
   if (!result && desc->scattering_max != NEPH_SCATTERINGS_ALL)

@@ -53,6 +53,7 @@ static void integrate_packet(const np_frame *f, const np_packet *packet, const n
     f->integrate(&packet->lights[l].view, &f->settings, ray, random, &more);
     for (int c = 0; c < NP_COMPONENT_COUNT; c++)
       out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
+    out->lost = np_spectrum_add(out->lost, more.lost);
   }
   if (packet->stars.count && !out->is_ground_behind)
     out->component[NP_COMPONENT_BACKGROUND] =
@@ -70,11 +71,13 @@ static void integrate(const np_frame *f, const np_camera_ray *ray, const unsigne
   if (a->packet_count == 1) return;
   np_integrator_sample sample = *out;
   memset(out->component, 0, sizeof out->component);
+  out->lost = np_spectrum_grey(0.0f);
   for (unsigned p = 0; p < a->packet_count; p++) {
     np_random same_random = *random;
     if (p > 0) integrate_packet(f, &a->packets[p], ray, pixel, &same_random, &sample);
     for (int c = 0; c < NP_COMPONENT_COUNT; c++)
       out->component[c] = np_packet_add_color(&a->packets[p], out->component[c], sample.component[c]);
+    out->lost = np_packet_add_color(&a->packets[p], out->lost, sample.lost);
   }
 }
 
@@ -99,6 +102,7 @@ static neph_result sample_pixel(const np_frame *f, const unsigned at[2], uint32_
     np_channels_read(&f->channels, &ray, &sample, values);
     np_film_accumulator_add(&accumulator, values);
     np_spread_add(&f->channels, &sample, &p->spread);
+    for (unsigned b = 0; b < NP_BAND_COUNT; b++) p->lost[b] += (double)(sample.lost.band[b] * f->channels.scale);
   }
   double added[NP_CHANNELS_MAX];
   np_film_accumulator_finish(&accumulator, added);
@@ -187,6 +191,7 @@ static void finish_pixel(const np_frame *f, const unsigned at[2], const np_pixel
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
     total->sum[b] += p->spread.mean[b];
     total->variance[b] += np_spread_variance(&p->spread, b);
+    total->lost[b] += p->lost[b] / p->spread.count;
   }
   total->samples += p->spread.count;
   total->squares += pow(find_relative_spread(f, &p->spread), 2.0) / p->spread.count;

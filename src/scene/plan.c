@@ -40,6 +40,8 @@ static neph_result check_desc(neph_context *context, const neph_render_desc *des
                    "multiple_scattering is %d, must be none (0), octaves (1), ordinates (2), softened Beer (3), "
                    "powder (4) or derivative (5)",
                    (int)desc->multiple_scattering);
+  if ((unsigned)desc->atmosphere > NEPH_RENDER_ATMOSPHERE_TABLES)
+    return np_fail(context, bad, "atmosphere is %d, must be traced (0) or tables (1)", (int)desc->atmosphere);
   if (desc->integrator != NEPH_INTEGRATOR_MARCH && desc->integrator != NEPH_INTEGRATOR_PATH)
     return np_fail(context, bad, "integrator is %d, must be march (0) or path (1)", (int)desc->integrator);
   return NEPH_OK;
@@ -202,11 +204,16 @@ static void decide_terrain(np_plan *plan, const neph_scene *scene) {
   decide(plan, NP_STAGE_TERRAIN, scene->terrain.kind != NP_TERRAIN_NONE, reason);
 }
 
+bool np_plan_traces_air(const np_plan *plan) {
+  return plan->desc.integrator == NEPH_INTEGRATOR_PATH && plan->desc.atmosphere == NEPH_RENDER_ATMOSPHERE_TRACED;
+}
+
 static void decide_sky(np_plan *plan, const scene_facts *facts) {
   const char *no_air = facts->has_air      ? NULL
                        : facts->has_planet ? "atmosphere.preset is none"
                                            : "environment.planet is none";
   const char *no_sky = no_air ? no_air : facts->has_sun || facts->has_moon ? NULL : facts->no_sun;
+  if (!no_sky && np_plan_traces_air(plan)) no_sky = "render.atmosphere is traced: paths go through the air";
   const char *no_clouds = facts->has_clouds ? NULL : "the scene has no clouds";
   decide_unless(plan, NP_STAGE_ATMOSPHERE, facts->dark, no_air, "light passes through air");
   decide_unless(plan, NP_STAGE_CAMERA_SKY, facts->dark, no_sky, "sky behind, and air before, what the camera sees");
@@ -256,8 +263,10 @@ static void decide_scattering(np_plan *plan, const scene_facts *facts) {
                 multiple == NEPH_MULTIPLE_SCATTERING_ORDINATES ? NULL : chosen[multiple],
                 "solved for on cells of 2 to 12 voxels, in at most 2 GB; expected error 2 to 4 %");
   decide_unless(plan, NP_STAGE_LOOK, against, is_look ? NULL : chosen[multiple], chosen[multiple]);
+  const char *path = np_plan_traces_air(plan) ? "path: unbiased in clouds and air and to the ground"
+                                              : "path: unbiased in the clouds, air and ground from tables";
   decide(plan, NP_STAGE_INTEGRATOR, true,
-         desc->integrator == NEPH_INTEGRATOR_PATH ? "path: unbiased in the clouds" : "march: fast and biased");
+         desc->integrator == NEPH_INTEGRATOR_PATH ? path : "march: fast and biased");
 }
 
 /* Without light there is nothing that depends on wavelength. */

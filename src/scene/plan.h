@@ -64,6 +64,9 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
 /* The same for a picture of the sky alone: no clouds, no terrain. */
 neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan);
 
+/* Whether paths go on through the air and from the ground. */
+bool np_plan_traces_air(const np_plan *plan);
+
 /* The plan as text, to be freed with neph_text_destroy. */
 neph_result np_plan_describe(const np_plan *plan, neph_text_format format, char **out_text);
 

@@ -34,6 +34,8 @@ static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", 
 static const np_choice phases[] = {{"rayleigh", NP_PHASE_RAYLEIGH}, {"isotropic", NP_PHASE_ISOTROPIC}, {NULL, 0}};
 static const np_choice terrains[] = {{"none", NP_TERRAIN_NONE}, {NULL, 0}};
 static const np_choice integrators[] = {{"march", NEPH_INTEGRATOR_MARCH}, {"path", NEPH_INTEGRATOR_PATH}, {NULL, 0}};
+static const np_choice airs_of_paths[] = {
+    {"traced", NEPH_RENDER_ATMOSPHERE_TRACED}, {"tables", NEPH_RENDER_ATMOSPHERE_TABLES}, {NULL, 0}};
 static const np_choice scatterings[] = {
     {"ordinates", NEPH_MULTIPLE_SCATTERING_ORDINATES},
     {"octaves", NEPH_MULTIPLE_SCATTERING_OCTAVES},
@@ -466,6 +468,10 @@ static const np_key keys[] = {
     {.path = "render.multiple_scattering", .type = NP_KEY_CHOICE, .choices = scatterings,
      .field = SCENE(render.multiple_scattering), .fallback = "ordinates",
      .meaning = "how the march answers for light scattered more than once"},
+    {.path = "render.atmosphere", .type = NP_KEY_CHOICE, .choices = airs_of_paths, .field = SCENE(render.atmosphere),
+     .fallback = "traced",
+     .meaning = "of the integrator path: air and ground traced with the clouds, or, faster, from tables as in the "
+                "march"},
     {.path = "render.look_gain", .type = NP_KEY_REAL, .field = SCENE(render.look_gain), .range = WITHIN(0, 1e6),
      .fallback = "1", .meaning = "on the light of octaves, softened_beer, powder and derivative"},
     {.path = "render.octaves", .type = NP_KEY_SECTION, .meaning = "of multiple scattering"},

@@ -180,6 +180,7 @@ typedef struct np_scene_render {
   double target_error, time_limit_s; /* infinite: none */
   uint64_t seed;
   neph_multiple_scattering multiple_scattering;
+  neph_render_atmosphere atmosphere;
   double look_gain;
   unsigned octave_count;
   double octave_factors[3];             /* of the light, of the optical depth, of the asymmetry, per octave */

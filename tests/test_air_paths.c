@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Known answers for paths through clouds, air and to the ground. */
+#include <stdlib.h>
+
+#include "atmosphere/atmosphere_tables.h"
+#include "core/csv.h"
+#include "core/stable.h"
+#include "integrate/integrator.h"
+#include "test_skies.h"
+#include "test_truth_rows.h"
+#include "volume/volume_private.h"
+
+/* Four standard errors: one value in 16,000 lies beyond by chance; the seeds are fixed, so none does. */
+static const double sigmas = 4.0;
+
+typedef struct scene {
+  neph_context *context;
+  neph_atmosphere *atmosphere;
+  neph_volume *volume;
+  np_view_volume placed;
+  np_scene_view view;
+  np_integrator_settings settings;
+} scene;
+
+/* The sun alone over ground, in air or, with NULL, in none. */
+static void start(scene *s, const neph_atmosphere_desc *air, double planet_radius_m, np_dvec3 to_sun) {
+  *s = (scene){.context = test_context_create(1, NULL)};
+  if (air) s->atmosphere = test_atmosphere_create(s->context, air);
+  s->view = (np_scene_view){.to_sun = np_dvec3_to_float(to_sun),
+                            .sun_angular_radius_rad = 0.00467396f,
+                            .sun_irradiance = {{1.474f, 1.8504f, 1.91198f}},
+                            .atmosphere = s->atmosphere,
+                            .has_planet = true,
+                            .planet_radius_m = planet_radius_m,
+                            .ground_albedo = np_spectrum_grey(0.3f)};
+  s->settings = (np_integrator_settings){.scattering_max = UINT32_MAX, .is_air_traced = true};
+}
+
+enum { EDGE = 9 };
+
+/* A box of even extinction, its middle `altitude_m` over the origin; the field falls to 0 over one sample more. */
+static void add_box(scene *s, double width_m, double height_m, double altitude_m, float depth, np_phase phase) {
+  static float values[EDGE * EDGE * EDGE];
+  for (int i = 0; i < EDGE * EDGE * EDGE; i++) values[i] = 1.0f;
+  const double step[3] = {width_m / EDGE, width_m / EDGE, height_m / EDGE}, half = 0.5 * (EDGE - 1);
+  neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
+  for (int a = 0; a < 3; a++) {
+    desc.size[a] = EDGE;
+    desc.index_to_world[a][a] = step[a];
+    desc.index_to_world[a][3] = -half * step[a] + (a == 2 ? altitude_m : 0.0);
+  }
+  desc.values = values;
+  desc.precision = NEPH_PRECISION_FLOAT;
+  assert_int_equal(neph_volume_create_dense(s->context, &desc, &s->volume), NEPH_OK);
+  s->placed = (np_view_volume){.bricks = &s->volume->bricks,
+                               .world_to_index = s->volume->world_to_index,
+                               .extinction_per_value = depth / (float)height_m,
+                               .albedo = np_spectrum_grey(1.0f),
+                               .phase = phase};
+  s->view.volumes = &s->placed;
+  s->view.volume_count = 1;
+}
+
+static void end(scene *s) {
+  neph_volume_release(s->volume);
+  neph_atmosphere_release(s->atmosphere);
+  neph_context_destroy(s->context);
+}
+
+/* Means over samples, of each band, and their standard errors. */
+typedef struct estimate {
+  np_sum sum[3], square[3];
+  int count;
+  double mean[3], error[3];
+} estimate;
+
+static void estimate_add(estimate *e, const double value[3]) {
+  for (int b = 0; b < 3; b++) {
+    np_sum_add(&e->sum[b], value[b]);
+    np_sum_add(&e->square[b], value[b] * value[b]);
+  }
+  e->count++;
+}
+
+static void estimate_finish(estimate *e) {
+  for (int b = 0; b < 3; b++) {
+    e->mean[b] = np_sum_total(&e->sum[b]) / e->count;
+    const double variance = np_sum_total(&e->square[b]) / e->count - e->mean[b] * e->mean[b];
+    e->error[b] = sqrt(fmax(variance, 0.0) / (e->count - 1));
+  }
+}
+
+static void sample(const scene *s, const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
+  np_integrator_get_kernels(neph_context_get_isa(s->context))->path(&s->view, &s->settings, ray, random, out);
+}
+
+static void sum_components(const np_integrator_sample *sample, double out[3]) {
+  for (int b = 0; b < 3; b++) {
+    out[b] = 0.0;
+    for (int c = 0; c < NP_COMPONENT_COUNT; c++) out[b] += (double)sample->component[c].band[b];
+  }
+}
+
+static estimate trace(const scene *s, np_dvec3 origin, np_dvec3 direction, int count, uint64_t seed) {
+  const np_camera_ray ray = {.origin = origin, .direction = np_dvec3_to_float(direction)};
+  np_random random = np_random_start(seed, 0, 0, 0, 0);
+  estimate e = {.count = 0};
+  for (int i = 0; i < count; i++) {
+    np_integrator_sample out;
+    double radiance[3];
+    sample(s, &ray, &random, &out);
+    sum_components(&out, radiance);
+    estimate_add(&e, radiance);
+  }
+  estimate_finish(&e);
+  return e;
+}
+
+static void assert_estimate(const char *what, const estimate *e, const double expected[3], const double error[3]) {
+  print_message("%s: %.6g %.6g %.6g +- %.2g %.2g %.2g, expected %.6g %.6g %.6g\n", what, e->mean[0], e->mean[1],
+                e->mean[2], e->error[0], e->error[1], e->error[2], expected[0], expected[1], expected[2]);
+  for (int b = 0; b < 3; b++) {
+    assert_true(isfinite(e->error[b]));
+    assert_near(e->mean[b], expected[b], sigmas * hypot(e->error[b], error ? error[b] : 0.0) + 1e-6 * expected[b]);
+  }
+}
+
+/* ---- Air ---- */
+
+/* Every so many rows of tests/data/sky_traced.csv that look up from the ground: the sky's own truth, which shares the
+ * description of the air with the tracer, and neither its flights nor its weights. */
+static void compare_sky(double sun_deg, unsigned every, int count) {
+  np_csv csv;
+  scene s;
+  start(&s, &(neph_atmosphere_desc)NEPH_ATMOSPHERE_DESC_DEFAULT, 6360e3, test_direction(sun_deg, 0.0));
+  assert_int_equal(np_csv_load(s.context, NEPHOS_TEST_SOURCE_DIR "/data/sky_traced.csv", &csv), NEPH_OK);
+  unsigned number = 0;
+  for (size_t i = 0; i < csv.row_count; i++) {
+    if (strcmp(np_csv_get_field(&csv, i, 0), "sky_radiance") != 0 || test_row_get(&csv, i, 3) != 0.0 ||
+        test_row_get(&csv, i, 5) != sun_deg || number++ % every)
+      continue;
+    double truth[3], error[3];
+    for (int b = 0; b < 3; b++) {
+      truth[b] = test_row_get(&csv, i, TEST_TRUTH + b);
+      error[b] = test_row_get(&csv, i, TEST_TRUTH + 3 + b);
+    }
+    const double zenith = test_row_get(&csv, i, 6), azimuth = test_row_get(&csv, i, 7);
+    const estimate e = trace(&s, np_dvec3_make(0, 0, 0), test_direction(zenith, azimuth), count, i);
+    char what[64];
+    (void)snprintf(what, sizeof what, "sun %g, view %g, %g", sun_deg, zenith, azimuth);
+    assert_estimate(what, &e, truth, error);
+  }
+  np_csv_clear(&csv);
+  end(&s);
+}
+
+static void skies_are_the_truths(void **state) {
+  (void)state;
+  compare_sky(45.0, 8, 20000);
+  compare_sky(85.0, 8, 20000);
+  compare_sky(90.0, 8, 20000);
+  compare_sky(96.0, 8, 20000);
+}
+
+/* Air that absorbs nothing, `density` times the Earth's, over white ground under a white sky: whatever is in it cannot
+ * be seen. */
+static void look_into_furnace(double density, bool has_cloud, int count) {
+  test_air air;
+  test_air_start(&air);
+  test_air_scale(&air, TEST_OZONE, 0.0);
+  test_air_scale(&air, TEST_MOLECULES, density);
+  test_air_scale(&air, TEST_AEROSOL, density);
+  for (int b = 0; b < 3; b++) air.layers[TEST_AEROSOL].absorption_per_m[b] = 0.0;
+  scene s;
+  start(&s, &air.desc, 6360e3, test_direction(30.0, 0.0));
+  s.view.sun_irradiance = np_spectrum_grey(0.0f);
+  s.view.environment_radiance = np_spectrum_grey(1.0f);
+  s.view.ground_albedo = np_spectrum_grey(1.0f);
+  if (has_cloud) add_box(&s, 3e3, 2e3, 2e3, 6.0f, np_phase_henyey_greenstein(0.85f));
+  static const double elevations[] = {8.0, 30.0, -5.0, -40.0};
+  static const double white[3] = {1.0, 1.0, 1.0};
+  for (int i = 0; i < 4; i++) {
+    const double height = i == 3 ? 9e3 : 1e3;
+    const estimate e = trace(&s, np_dvec3_make(-9e3, 0, height), test_direction(90.0 - elevations[i], 0.0), count, i);
+    assert_estimate("furnace", &e, white, NULL);
+  }
+  end(&s);
+}
+
+static void white_furnace_is_invisible(void **state) {
+  (void)state;
+  look_into_furnace(1.0, true, 20000);
+  look_into_furnace(20.0, false, 10000); /* blue is 4 deep where red is 0.8: bands far apart, and many scatterings */
+}
+
+/* ---- Ground ---- */
+
+/* A plane, near enough: ground under a layer that absorbs. */
+static void absorbing_layer_dims_the_ground(void **state) {
+  (void)state;
+  const double mu0 = 0.8, mu = 0.6, depth = 0.7;
+  scene s;
+  start(&s, NULL, 1e12, test_direction(acos(mu0) / NP_DEGREE, 0.0));
+  s.view.sun_irradiance = np_spectrum_grey(1.0f);
+  s.view.sun_angular_radius_rad = 0.0f;
+  add_box(&s, 2e7, 2e3, 5e3, (float)depth, np_phase_isotropic());
+  s.placed.albedo = np_spectrum_grey(0.0f);
+  const np_dvec3 down = test_direction(180.0 - acos(mu) / NP_DEGREE, 70.0);
+  const estimate e = trace(&s, np_dvec3_make(0, 0, 10e3), down, 20000, 1);
+  const double expected = mu0 * 0.3 / NP_PI * exp(-depth / mu0 - depth / mu);
+  assert_estimate("ground under a layer", &e, (const double[3]){expected, expected, expected}, NULL);
+  end(&s);
+}
+
+/* White ground under a layer that absorbs nothing sends all light back: the mean over directions, by their cosine, of
+ * the radiance above is E·μ0/π. Light goes up and down between them some ten times. */
+static void light_between_cloud_and_white_ground_is_kept(void **state) {
+  (void)state;
+  const double mu0 = 0.7;
+  scene s;
+  start(&s, NULL, 1e12, test_direction(acos(mu0) / NP_DEGREE, 0.0));
+  s.view.sun_irradiance = np_spectrum_grey(1.0f);
+  add_box(&s, 2e7, 2e3, 5e3, 8.0f, np_phase_henyey_greenstein(0.7f));
+  s.view.ground_albedo = np_spectrum_grey(1.0f);
+  np_random random = np_random_start(2, 0, 0, 0, 0);
+  estimate e = {.count = 0};
+  for (int i = 0; i < 20000; i++) {
+    const double zenith = acos(sqrt(1.0 - np_random_double(&random))) / NP_DEGREE;
+    const np_dvec3 down = test_direction(180.0 - zenith, 360.0 * np_random_double(&random));
+    const np_camera_ray ray = {.origin = {0, 0, 10e3}, .direction = np_dvec3_to_float(down)};
+    np_integrator_sample out;
+    double radiance[3];
+    sample(&s, &ray, &random, &out);
+    sum_components(&out, radiance);
+    estimate_add(&e, radiance);
+  }
+  estimate_finish(&e);
+  const double expected = mu0 / NP_PI;
+  assert_estimate("energy", &e, (const double[3]){expected, expected, expected}, NULL);
+  end(&s);
+}
+
+/* ---- The limit ---- */
+
+/* What a limit keeps and what it says that it lost are all there was. */
+static void what_a_limit_takes_is_told(void **state) {
+  (void)state;
+  scene s;
+  start(&s, NULL, 1e12, test_direction(40.0, 0.0));
+  add_box(&s, 4e3, 2e3, 3e3, 12.0f, np_phase_henyey_greenstein(0.85f));
+  const np_dvec3 origin = {-8e3, 0, 3e3}, direction = {1, 0, 0};
+  const estimate whole = trace(&s, origin, direction, 40000, 1);
+  s.settings.scattering_max = 6;
+  s.settings.lost_share = 1.0f / 8.0f;
+  np_random random = np_random_start(2, 0, 0, 0, 0);
+  const np_camera_ray ray = {.origin = origin, .direction = np_dvec3_to_float(direction)};
+  estimate both = {.count = 0};
+  double lost = 0.0;
+  for (int i = 0; i < 40000; i++) {
+    np_integrator_sample out;
+    double radiance[3];
+    sample(&s, &ray, &random, &out);
+    sum_components(&out, radiance);
+    for (int b = 0; b < 3; b++) radiance[b] += (double)out.lost.band[b];
+    lost += (double)out.lost.band[0] / 40000.0;
+    estimate_add(&both, radiance);
+  }
+  estimate_finish(&both);
+  print_message("six scatterings lose %.1f %%\n", 100.0 * lost / whole.mean[0]);
+  assert_true(lost > 0.3 * whole.mean[0] && lost < whole.mean[0]);
+  assert_estimate("kept and lost", &both, whole.mean, whole.error);
+  end(&s);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(skies_are_the_truths),
+      cmocka_unit_test(white_furnace_is_invisible),
+      cmocka_unit_test(absorbing_layer_dims_the_ground),
+      cmocka_unit_test(light_between_cloud_and_white_ground_is_kept),
+      cmocka_unit_test(what_a_limit_takes_is_told),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
