@@ -160,8 +160,8 @@ static inline double np_emission_draw_place(double begin, double end, double ext
   return begin + *out_depth / extinction;
 }
 
-/* ∫ j·T ds along a ray, T through clouds, and, where `has_air`, through air: the camera's, or what is traced. In each step one place; what is
- * faint is ended by Russian roulette. */
+/* ∫ j·T ds along a ray, T through clouds, and, where `has_air`, through air: the camera's, or what is traced. In each
+ * step one place; what is faint is ended by Russian roulette. */
 static inline np_spectrum np_emission_along(const np_scene_view *view, np_dvec3 origin, np_vec3 direction,
                                             double distance_end, float step_voxels, bool has_air, np_random *random) {
   np_spectrum sum = np_spectrum_grey(0.0f);
