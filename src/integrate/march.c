@@ -27,8 +27,6 @@ void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_s
                                 const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
 double NP_KERNEL(np_march_half_distance)(const np_scene_view *view, const np_camera_ray *ray, double distance_max);
 
-enum { PIECES = 16 }; /* of a stretch, looked up together */
-
 /* Opacity of a ray below which its error need not shrink with it. */
 static const float opacity_least = 1e-4f;
 
@@ -141,7 +139,7 @@ static np_vec3 draw_direction(const np_phase *phase, np_vec3 forward, np_random 
   if (choice < 0.5f) {
     direction = np_phase_sample(phase, forward, u, &value);
   } else {
-    const float z = 1.0f - 2.0f * u[0], r = sqrtf(fmaxf(0.0f, 1.0f - z * z)), azimuth = 2.0f * NP_PI_F * u[1];
+    const float z = 1.0f - 2.0f * u[0], r = sqrtf(np_maxf(0.0f, 1.0f - z * z)), azimuth = 2.0f * NP_PI_F * u[1];
     direction = np_vec3_make(r * cosf(azimuth), r * sinf(azimuth), z);
     value = np_phase_eval(phase, np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z));
   }
@@ -242,10 +240,13 @@ static void pass_scaled(march *m, const np_spectrum *depth, const np_spectrum *p
   m->carry = settled;
 }
 
-/* What the light of a step that hides `opacity` may be wrong by: all the less the more of its ray's it is. */
+/* What the light of a step that hides `opacity` may be wrong by, so that the ray's is right to the tolerance: with
+ * look-ups that go as error^{−½}, the fewest are needed where it is as opacity^{−⅔}. A step hides a quarter of its ray
+ * or so. */
 static float find_light_error(const march *m, float opacity) {
-  const float all = fmaxf(1.0f - m->carry + opacity, opacity_least);
-  return m->settings->tolerance * all / fmaxf(opacity, 1e-6f);
+  const float all = np_maxf(1.0f - m->carry + opacity, opacity_least);
+  const float ratio = 0.25f * all / np_maxf(opacity, 1e-6f);
+  return m->settings->tolerance * cbrtf(ratio * ratio);
 }
 
 /* One exponential step in the scaled medium. What a step sees of the peak's depth is that at its middle. */
@@ -314,8 +315,9 @@ static void add_emission(march *m, double distance_end) {
 
 /* ---- From cells to steps ---- */
 
+/* Sets out for the next knot, `share` of a step away. */
 static void set_knot(march *m, float share) {
-  m->knot = (np_step_knot){.hiding = share * np_step_depth(m->settings->tolerance, m->carry),
+  m->knot = (np_step_knot){.budget = share * share * share * np_step_budget(m->settings->tolerance, m->carry),
                            .distance = (double)share * m->step_length_m};
 }
 
@@ -325,23 +327,35 @@ static void close_step(march *m) {
   m->step.count = 0;
 }
 
-/* Gathers a piece of constant extinction, of which steps count `hiding` a metre; lights the steps that end in it. */
+/* Ends a step where its clouds do. What comes next goes on towards the same knot. */
+static void break_step(march *m) {
+  if (m->step.count == 0) return;
+  const float gone = cbrtf(m->knot.hiding * m->knot.bound * m->knot.bound / m->knot.budget);
+  close_step(m);
+  set_knot(m, np_clampf(1.0f - gone, 0.1f, 1.0f));
+}
+
+/* Gathers a piece of constant extinction, of which steps count `hiding` a metre, and `bound` at the cell's densest
+ * point; lights the steps that end in it. */
 static void pass_piece(march *m, const np_media *all, const np_stretch *s, const float *extinction, double begin,
-                       double length, float hiding) {
+                       double length, float hiding, float bound) {
   if (!(hiding > 0.0f)) {
-    close_step(m);
+    break_step(m);
     return;
   }
   while (length > 0.0 && m->carry > 0.0f) {
     if (m->step.count == 0) np_step_open(&m->step, all, s, begin);
-    const double room = fmax(fmin((double)(m->knot.hiding / hiding), m->knot.distance), 0.0);
-    const double part = fmin(length, room);
+    const float u = m->knot.hiding + hiding * (float)length, v = m->knot.bound + bound * (float)length;
+    double part = fmin(length, fmax(m->knot.distance, 0.0));
+    if (u * v * v > m->knot.budget) part = fmin(part, (double)np_step_room(&m->knot, hiding, bound));
     np_step_add(&m->step, extinction, part, hiding * (float)part);
-    m->knot.hiding -= hiding * (float)part;
+    m->knot.hiding += hiding * (float)part;
+    m->knot.bound += bound * (float)part;
     m->knot.distance -= part;
+    const bool is_knot = part < length;
     begin += part;
     length -= part;
-    if (part < room) continue;
+    if (!is_knot) continue;
     close_step(m);
     set_knot(m, 1.0f);
   }
@@ -353,54 +367,90 @@ static float find_hiding(const march *m, const np_view_volume *volume) {
   return 1.0f - m->scatter->phases[volume - m->view->volumes].forward * np_spectrum_max(volume->albedo);
 }
 
-/* How a stretch is cut. */
-typedef struct partition {
-  int count;
-  bool is_mean; /* pieces know their means, not what is in their middles */
-} partition;
-
-/* Pieces whose error is small against what the ray has hidden with them. Where so many are wanted that each voxel is
- * looked at more often than its exact mean takes, a quarter of them with their means do. */
-static partition choose_partition(const march *m, const np_media *all, const np_stretch *s, const float *hiding) {
-  const float length = (float)(s->end - s->begin);
-  float variation = 0.0f, bound = 0.0f, voxels = 0.0f;
-  for (unsigned i = 0; i < s->count; i++) {
-    const np_medium *cloud = &all->medium[s->active[i]];
-    variation += hiding[i] * np_medium_variation(cloud) * length;
-    bound += hiding[i] * np_medium_bound(cloud) * length;
-    voxels = fmaxf(voxels, cloud->voxels_per_m * length);
-  }
-  const float hidden = fminf(fmaxf(1.0f - m->carry + m->carry * bound, opacity_least), 1.0f);
-  const int count = np_track_count_samples(variation * m->carry / (m->settings->tolerance * hidden));
-  if ((float)count > 6.0f * voxels + 4.0f) return (partition){count / 4, true};
-  return (partition){count > 1 ? count : 1, false};
+/* The same of all that is active in a stretch, at the densest points of its cells. */
+static float find_bound(const np_media *all, const np_stretch *s, const float *hiding) {
+  float sum = 0.0f;
+  for (unsigned i = 0; i < s->count; i++) sum += hiding[i] * np_medium_bound(&all->medium[s->active[i]]);
+  return sum;
 }
 
-/* Cuts a stretch into pieces and those into steps. */
-static void cross(march *m, const np_media *all, const np_stretch *s) {
-  float hiding[NP_VIEW_VOLUMES_MAX], found[NP_VIEW_VOLUMES_MAX][PIECES];
-  for (unsigned i = 0; i < s->count; i++) hiding[i] = find_hiding(m, all->medium[s->active[i]].volume);
-  if (!np_step_goes_on(&m->step, all, s)) close_step(m);
-  const partition cut = choose_partition(m, all, s, hiding);
-  const double length = (s->end - s->begin) / cut.count;
-  for (int first = 0; first < cut.count && m->carry > 0.0f; first += PIECES) {
-    const int some = cut.count - first < PIECES ? cut.count - first : PIECES;
-    const double begin = s->begin + length * first;
+/* Pieces of a stretch whose error is small against what the ray has hidden with them. The depth counts for more than
+ * one towards a light, as all that lies behind is seen through it. */
+static int count_pieces(const march *m, const np_media *all, const np_stretch *s, const float *hiding, float bound) {
+  const float length = (float)(s->end - s->begin);
+  float variation = 0.0f;
+  for (unsigned i = 0; i < s->count; i++)
+    variation += hiding[i] * np_medium_variation(&all->medium[s->active[i]]) * length;
+  const float hidden = np_minf(np_maxf(1.0f - m->carry + m->carry * bound * length, opacity_least), 1.0f);
+  const int count = np_track_count_samples(2.0f * variation * m->carry / (m->settings->tolerance * hidden));
+  return count > 1 ? count : 1;
+}
+
+/* Cuts a part of a stretch into equal pieces, and those into steps. */
+static void cross_part(march *m, const np_media *all, const np_stretch *s, double from, double to, int count,
+                       const float *hiding, float bound) {
+  float found[NP_VIEW_VOLUMES_MAX][NP_BRICK_LINE];
+  const double length = (to - from) / count;
+  for (int first = 0; first < count && m->carry > 0.0f; first += NP_BRICK_LINE) {
+    const int some = count - first < NP_BRICK_LINE ? count - first : NP_BRICK_LINE;
+    const double begin = from + length * first;
     for (unsigned i = 0; i < s->count; i++)
-      np_medium_fill_extinction(&all->medium[s->active[i]], begin, length, some, cut.is_mean, found[i]);
+      np_medium_fill_extinction(&all->medium[s->active[i]], begin, length, some, found[i]);
     for (int k = 0; k < some && m->carry > 0.0f; k++) {
       float extinction[NP_VIEW_VOLUMES_MAX], sum = 0.0f;
       for (unsigned i = 0; i < s->count; i++) sum += hiding[i] * (extinction[i] = found[i][k]);
-      pass_piece(m, all, s, extinction, begin + length * k, length, sum);
+      pass_piece(m, all, s, extinction, begin + length * k, length, sum, bound);
     }
+  }
+}
+
+/* The cloud of a stretch whose voxels are smallest. */
+static const np_medium *find_finest(const np_media *all, const np_stretch *s) {
+  const np_medium *finest = &all->medium[s->active[0]];
+  for (unsigned i = 1; i < s->count; i++)
+    if (all->medium[s->active[i]].voxels_per_m > finest->voxels_per_m) finest = &all->medium[s->active[i]];
+  return finest;
+}
+
+/* Cuts a stretch into pieces, which end at voxels' faces where there are as many of them: between faces the field is
+ * smooth. */
+static void cross(march *m, const np_media *all, const np_stretch *s) {
+  float hiding[NP_VIEW_VOLUMES_MAX];
+  for (unsigned i = 0; i < s->count; i++) hiding[i] = find_hiding(m, all->medium[s->active[i]].volume);
+  if (!np_step_goes_on(&m->step, all, s)) break_step(m);
+  const float bound = find_bound(all, s, hiding);
+  const int count = count_pieces(m, all, s, hiding, bound);
+  const np_medium *finest = find_finest(all, s);
+  const double pieces_per_m = count / (s->end - s->begin);
+  if (pieces_per_m < (double)finest->voxels_per_m) {
+    cross_part(m, all, s, s->begin, s->end, count, hiding, bound);
+    return;
+  }
+  for (double t = s->begin, face; t < s->end && m->carry > 0.0f; t = face) {
+    face = np_medium_find_face(finest, t, s->end);
+    cross_part(m, all, s, t, face, (int)ceil((face - t) * pieces_per_m), hiding, bound);
   }
 }
 
 /* The longest step, m: of that cloud whose voxels are smallest. */
 static double find_step_length(const march *m, const np_media *all) {
   float voxels_per_m = 0.0f;
-  for (unsigned i = 0; i < all->count; i++) voxels_per_m = fmaxf(voxels_per_m, all->medium[i].voxels_per_m);
+  for (unsigned i = 0; i < all->count; i++) voxels_per_m = np_maxf(voxels_per_m, all->medium[i].voxels_per_m);
   return (double)(m->settings->step_voxels / voxels_per_m);
+}
+
+static void start(march *m, const np_scene_view *view, const np_integrator_settings *settings, const np_camera_ray *ray,
+                  np_random *random, np_integrator_sample *out) {
+  m->view = view;
+  m->settings = settings;
+  m->ray = ray;
+  m->random = random;
+  m->scatter = settings->scattering_max > 1 ? view->multi_scatter : NULL;
+  m->scaled = np_spectrum_grey(1.0f);
+  m->peak_depth = np_spectrum_grey(0.0f);
+  m->carry = m->transmittance = 1.0f;
+  m->step.count = 0;
+  m->out = out;
 }
 
 void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_settings *settings,
@@ -408,15 +458,8 @@ void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_s
   *out = (np_integrator_sample){.transmittance = 1.0f};
   np_ground_hit hit;
   out->is_ground_behind = np_ground_intersect(view, ray->origin, ray->direction, &hit);
-  march m = {.view = view,
-             .settings = settings,
-             .ray = ray,
-             .random = random,
-             .scatter = settings->scattering_max > 1 ? view->multi_scatter : NULL,
-             .scaled = np_spectrum_grey(1.0f),
-             .carry = 1.0f,
-             .transmittance = 1.0f,
-             .out = out};
+  march m; /* member by member: its tables are large, and filled for the clouds there are */
+  start(&m, view, settings, ray, random, out);
   np_media all;
   np_media_start(&all, view, ray, out->is_ground_behind ? hit.distance_m : HUGE_VAL);
   if (all.count > 0) {
@@ -445,9 +488,9 @@ double NP_KERNEL(np_march_half_distance)(const np_scene_view *view, const np_cam
   np_media_start(&all, view, ray, distance_max);
   while (np_media_next(&all, &s)) {
     const double length = (s.end - s.begin) / NP_BRICK_EDGE;
-    float extinction[NP_BRICK_EDGE] = {0.0f}, own[NP_BRICK_EDGE];
+    float extinction[NP_BRICK_EDGE] = {0.0f}, own[NP_BRICK_LINE];
     for (unsigned i = 0; i < s.count; i++) {
-      np_medium_fill_extinction(&all.medium[s.active[i]], s.begin, length, NP_BRICK_EDGE, false, own);
+      np_medium_fill_extinction(&all.medium[s.active[i]], s.begin, length, NP_BRICK_EDGE, own);
       for (int k = 0; k < NP_BRICK_EDGE; k++) extinction[k] += own[k];
     }
     for (int k = 0; k < NP_BRICK_EDGE; k++) {

@@ -3,11 +3,13 @@
  *
  * Extinction is cheap to look at and light is dear. So cells are sampled as finely as their ranges say the depth is
  * worth, and the samples are gathered into steps, each lit once, at the place where what it hides lies in the mean:
- * right where the light changes linearly. A step ends where it has its share of opacity, where it is as long as a step
- * may be, and where there is nothing.
+ * right where the light changes linearly.
  *
- * The error of a step of depth h behind a transmittance T is of the order T·h³ (the light's second derivative over the
- * step, times the step): steps equal in it are h = c·(ε/T)^⅓, which grow as the ray fades.
+ * What then is left is of the order T·u·v², T the transmittance to the step, u its depth, and v what the light changes
+ * by along it, for which stands the depth that the step would have at the densest points of its cells: thin stretches
+ * next to dense ones are lit unevenly. A step ends where this has used up a budget in proportion to the tolerance. In
+ * an even cloud steps are of equal depth, but grow as T^{−⅓} while the ray fades. A step also ends where it is as long
+ * as a step may be, and where there is nothing.
  */
 #ifndef NP_INTEGRATE_STEP_H
 #define NP_INTEGRATE_STEP_H
@@ -24,10 +26,11 @@ typedef struct np_step {
   float weight, moment;             /* sums of what is hidden, and of that times the distance from `begin` */
 } np_step;
 
-/* Where the next step ends. */
+/* Where a step ends: what it may still gather. */
 typedef struct np_step_knot {
-  float hiding;    /* depth still to gather */
-  double distance; /* m still to go */
+  double distance;     /* m */
+  float budget;        /* of hiding times bound squared */
+  float hiding, bound; /* gathered so far: depth, and what it would be at the densest point of each cell */
 } np_step_knot;
 
 static inline void np_step_open(np_step *step, const np_media *all, const np_stretch *s, double begin) {
@@ -55,7 +58,8 @@ static inline void np_step_add(np_step *step, const float *extinction, double le
    * own.
    */
   const float weight = hiding / (1.0f + before + 0.5f * before * before);
-  const float place = (float)(step->end - step->begin) + (float)length * (0.5f - fminf(hiding, 2.0f) * (1.0f / 12.0f));
+  const float place =
+      (float)(step->end - step->begin) + (float)length * (0.5f - np_minf(hiding, 2.0f) * (1.0f / 12.0f));
   step->weight += weight;
   step->moment += weight * place;
   step->hiding += hiding;
@@ -66,9 +70,21 @@ static inline double np_step_middle(const np_step *step) {
   return step->weight > 0.0f ? step->begin + (double)(step->moment / step->weight) : 0.5 * (step->begin + step->end);
 }
 
-/* Depth of a step behind a transmittance. */
-static inline float np_step_depth(float tolerance, float transmittance) {
-  return fminf(2.0f * cbrtf(tolerance / fmaxf(transmittance, 1e-6f)), 2.0f);
+/* How far, at rates of both a metre, until hiding times bound squared has used up a knot's budget; Newton's method from
+ * above, where it cannot miss. */
+static inline float np_step_room(const np_step_knot *knot, float hiding, float bound) {
+  float x = cbrtf(knot->budget / (hiding * bound * bound));
+  if (!(x < 1e30f)) return 1e30f;
+  for (int k = 0; k < 4; k++) {
+    const float u = knot->hiding + hiding * x, v = knot->bound + bound * x;
+    x -= (u * v * v - knot->budget) / (v * (hiding * v + 2.0f * bound * u));
+  }
+  return np_maxf(x, 0.0f);
+}
+
+/* The budget of a step behind a transmittance. */
+static inline float np_step_budget(float tolerance, float transmittance) {
+  return 8.0f * np_minf(tolerance / np_maxf(transmittance, 1e-6f), 1.0f);
 }
 
 #endif

@@ -72,23 +72,32 @@ static inline bool np_media_next(np_media *all, np_stretch *out) {
   return true;
 }
 
-/* Extinction of `count` equal pieces, `length` m each, from `t` on: in their middles, or their means. */
-static inline void np_medium_fill_extinction(const np_medium *m, double t, double length, int count, bool is_mean,
-                                             float *out) {
+/* Extinction in the middles of `count` equal pieces, `length` m each, from `t` on; at most NP_BRICK_LINE. */
+static inline void np_medium_fill_extinction(const np_medium *m, double t, double length, int count,
+                                             float out[NP_BRICK_LINE]) {
   const float per_value = m->volume->extinction_per_value;
   if (m->span.brick == NP_BRICK_NONE) {
     for (int k = 0; k < count; k++) out[k] = per_value * m->span.range.min;
     return;
   }
-  const np_bricks *bricks = m->volume->bricks;
-  const np_vec3 begin = np_brick_walk_local(&m->walk, &m->span, t);
-  const np_vec3 end = np_brick_walk_local(&m->walk, &m->span, t + length * count);
-  const np_vec3 step = np_vec3_scale(np_vec3_subtract(end, begin), 1.0f / (float)count);
-  for (int k = 0; k < count; k++) {
-    const np_vec3 from = np_vec3_add(begin, np_vec3_scale(step, is_mean ? (float)k : (float)k + 0.5f));
-    out[k] = per_value * (is_mean ? np_track_mean(bricks, m->span.brick, from, step)
-                                  : np_brick_sample(bricks, m->span.brick, from));
+  const np_vec3 begin = np_brick_walk_local(&m->walk, &m->span, t + 0.5 * length);
+  const np_vec3 end = np_brick_walk_local(&m->walk, &m->span, t + length * (count - 0.5));
+  const np_vec3 step = np_vec3_scale(np_vec3_subtract(end, begin), count > 1 ? 1.0f / (float)(count - 1) : 0.0f);
+  np_brick_sample_line(m->volume->bricks, m->span.brick, begin, step, count, out);
+  for (int k = 0; k < count; k++) out[k] *= per_value;
+}
+
+/* Where the ray next comes to a face between samples, after t and not after t_end. */
+static inline double np_medium_find_face(const np_medium *m, double t, double t_end) {
+  const double least = 1e-6 / (double)m->voxels_per_m;
+  double nearest = t_end;
+  for (int a = 0; a < 3; a++) {
+    if (m->walk.inverse[a] == 0.0) continue;
+    const double position = m->walk.origin[a] + (t + least) * m->walk.direction[a];
+    const double below = np_brick_floor(position), face = m->walk.inverse[a] > 0.0 ? below + 1.0 : below;
+    nearest = fmin(nearest, fmax((face - m->walk.origin[a]) * m->walk.inverse[a], t + least));
   }
+  return nearest;
 }
 
 /* Bound of the extinction in the medium's cell less its least, and that bound itself, 1/m. */

@@ -38,7 +38,7 @@ static inline float np_track_mean(const np_bricks *bricks, uint32_t brick, np_ve
   }
   for (float t = 0.0f; t < 1.0f;) {
     const int axis = next[0] <= next[1] ? (next[0] <= next[2] ? 0 : 2) : (next[1] <= next[2] ? 1 : 2);
-    const float end = fminf(next[axis], 1.0f), middle = 0.5f * (t + end), offset = 0.28867513f * (end - t);
+    const float end = np_minf(next[axis], 1.0f), middle = 0.5f * (t + end), offset = 0.28867513f * (end - t);
     next[axis] += stride[axis];
     if (end <= t) continue;
     const float low = np_brick_sample(bricks, brick, np_vec3_add(begin, np_vec3_scale(along, middle - offset)));
@@ -58,8 +58,8 @@ static inline float np_track_mean_cost(np_vec3 along) {
  * cell varies by, bound less least times length, over what it may be wrong by. The rule's error falls with the square
  * of their number; where it is far below the tolerance no look-up is worth its while, and 0 is returned. */
 static inline int np_track_count_samples(float variation) {
-  if (variation < 0.25f) return 0;
-  return (int)fminf(ceilf(0.6f * sqrtf(variation)), 4096.0f);
+  if (variation < 0.5f) return 0;
+  return (int)np_minf(ceilf(0.6f * sqrtf(variation)), 4096.0f);
 }
 
 /* ∫ value ds over one span, value·m, by the midpoint rule, or exactly where that takes fewer look-ups; without samples,
@@ -72,9 +72,13 @@ static inline float np_track_span_integral(const np_bricks *bricks, const np_bri
   const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
   const np_vec3 along = np_vec3_subtract(end, begin), step = np_vec3_scale(along, 1.0f / (float)count);
   if ((float)count > np_track_mean_cost(along)) return length * np_track_mean(bricks, span->brick, begin, along);
-  float sum = 0.0f;
-  for (int k = 0; k < count; k++)
-    sum += np_brick_sample(bricks, span->brick, np_vec3_add(begin, np_vec3_scale(step, (float)k + 0.5f)));
+  float sum = 0.0f, value[NP_BRICK_LINE];
+  for (int first = 0; first < count; first += NP_BRICK_LINE) {
+    const int some = count - first < NP_BRICK_LINE ? count - first : NP_BRICK_LINE;
+    const np_vec3 from = np_vec3_add(begin, np_vec3_scale(step, (float)first + 0.5f));
+    np_brick_sample_line(bricks, span->brick, from, step, some, value);
+    for (int k = 0; k < some; k++) sum += value[k];
+  }
   return sum * length / (float)count;
 }
 

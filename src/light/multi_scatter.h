@@ -51,7 +51,10 @@ static inline void np_multi_scatter_add_cells(const np_multi_scatter *scatter, n
   for (unsigned i = 0; i < width; i++) sum[i] = 0.0f;
   for (unsigned c = 0; c < count; c++) {
     const float *moments = scatter->moments + (size_t)live[c] * width, w = weight[c];
-    for (unsigned i = 0; i < width; i++) sum[i] += w * moments[i];
+    unsigned i = 0;
+    for (; i + 4 <= width; i += 4)
+      _mm_storeu_ps(sum + i, _mm_add_ps(_mm_loadu_ps(sum + i), _mm_mul_ps(_mm_set1_ps(w), _mm_loadu_ps(moments + i))));
+    for (; i < width; i++) sum[i] += w * moments[i];
   }
 }
 

@@ -499,7 +499,7 @@ static const np_key keys[] = {
      .range = WITHIN(0, 1e9), .fallback = "all", .word = "all", .word_value = NEPH_SCATTERINGS_ALL,
      .meaning = "in cloud along one path; a limit loses light"},
     {.path = "render.tolerance", .type = NP_KEY_REAL, .field = SCENE(render.tolerance), .range = WITHIN(1e-5, 1),
-     .fallback = "0.01",
+     .fallback = "0.02",
      .meaning = "of the march: what its steps may err by, as a share of a ray's light; their number follows"},
     {.path = "render.step", .type = NP_KEY_REAL, .unit = NP_UNIT_VOXEL, .field = SCENE(render.step_voxels),
      .range = WITHIN(0.01, 100), .fallback = "4 voxels",

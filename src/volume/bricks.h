@@ -142,6 +142,76 @@ static inline float np_brick_sample(const np_bricks *bricks, uint32_t brick, np_
   return bricks->scale * _mm_cvtss_f32(np_brick_mix(z_0, z_1, z));
 }
 
+#if defined(__AVX2__)
+/* Pairs along z of four places, offsets from the brick's first sample. */
+static inline __m256 np_brick_load_pairs(const np_bricks *bricks, size_t first, const uint32_t offset[4]) {
+  if (bricks->halves) {
+    const uint16_t *halves = bricks->halves + first;
+    int32_t pair[4];
+    for (int k = 0; k < 4; k++) memcpy(&pair[k], halves + offset[k], sizeof pair[k]);
+    return _mm256_cvtph_ps(_mm_setr_epi32(pair[0], pair[1], pair[2], pair[3]));
+  }
+  const float *floats = bricks->floats + first;
+  double pair[4];
+  for (int k = 0; k < 4; k++) memcpy(&pair[k], floats + offset[k], sizeof pair[k]);
+  return _mm256_castpd_ps(_mm256_setr_pd(pair[0], pair[1], pair[2], pair[3]));
+}
+
+static inline __m256 np_brick_mix_pairs(__m256 a, __m256 b, __m256 t) {
+  return _mm256_add_ps(a, _mm256_mul_ps(t, _mm256_sub_ps(b, a)));
+}
+
+/* Clamps four coordinates to the brick and splits them. */
+static inline __m128i np_brick_split(__m128 place, __m128 *out_fraction) {
+  place = _mm_min_ps(_mm_max_ps(place, _mm_setzero_ps()), _mm_set1_ps((float)NP_BRICK_EDGE));
+  __m128i lower = _mm_cvttps_epi32(_mm_min_ps(place, _mm_set1_ps((float)(NP_BRICK_EDGE - 1))));
+  *out_fraction = _mm_sub_ps(place, _mm_cvtepi32_ps(lower));
+  return lower;
+}
+
+/* np_brick_sample() of four places, to the bit, in about the time of two. */
+static inline __m128 np_brick_sample_four(const np_bricks *bricks, uint32_t brick, __m128 x, __m128 y, __m128 z) {
+  __m128i lower_x = np_brick_split(x, &x), lower_y = np_brick_split(y, &y), lower_z = np_brick_split(z, &z);
+  __m128i strided = _mm_madd_epi16(_mm_or_si128(lower_x, _mm_slli_epi32(lower_y, 16)),
+                                   _mm_set1_epi32(NP_BRICK_STRIDE_X | NP_BRICK_SAMPLES << 16));
+  uint32_t offset[4];
+  _mm_storeu_si128((__m128i *)(void *)offset, _mm_add_epi32(strided, lower_z));
+  const size_t first = (size_t)brick * NP_BRICK_STRIDE;
+  const __m256i twice = _mm256_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3);
+  const __m256 x_twice = _mm256_permutevar8x32_ps(_mm256_castps128_ps256(x), twice);
+  const __m256 y_twice = _mm256_permutevar8x32_ps(_mm256_castps128_ps256(y), twice);
+  const __m256 y_0 = np_brick_mix_pairs(np_brick_load_pairs(bricks, first, offset),
+                                        np_brick_load_pairs(bricks, first + NP_BRICK_X, offset), x_twice);
+  const __m256 y_1 = np_brick_mix_pairs(np_brick_load_pairs(bricks, first + NP_BRICK_Y, offset),
+                                        np_brick_load_pairs(bricks, first + NP_BRICK_X + NP_BRICK_Y, offset), x_twice);
+  const __m256 pairs = np_brick_mix_pairs(y_0, y_1, y_twice);
+  const __m128 low = _mm256_castps256_ps128(pairs), high = _mm256_extractf128_ps(pairs, 1);
+  const __m128 z_0 = _mm_shuffle_ps(low, high, 0x88), z_1 = _mm_shuffle_ps(low, high, 0xdd);
+  return _mm_mul_ps(_mm_set1_ps(bricks->scale), np_brick_mix(z_0, z_1, z));
+}
+#endif
+
+enum { NP_BRICK_LINE = 16 }; /* places that are looked up together */
+
+/* Values at begin, begin + step, and so on inside a known brick: `count` of them, at most NP_BRICK_LINE. Up to three
+ * more places of `out` are written to: it has NP_BRICK_LINE. */
+static inline void np_brick_sample_line(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 step, int count,
+                                        float out[NP_BRICK_LINE]) {
+#if defined(__AVX2__)
+  __m128 k = _mm_setr_ps(0.0f, 1.0f, 2.0f, 3.0f);
+  for (int first = 0; first < count; first += 4) {
+    const __m128 x = _mm_add_ps(_mm_set1_ps(begin.x), _mm_mul_ps(k, _mm_set1_ps(step.x)));
+    const __m128 y = _mm_add_ps(_mm_set1_ps(begin.y), _mm_mul_ps(k, _mm_set1_ps(step.y)));
+    const __m128 z = _mm_add_ps(_mm_set1_ps(begin.z), _mm_mul_ps(k, _mm_set1_ps(step.z)));
+    _mm_storeu_ps(out + first, np_brick_sample_four(bricks, brick, x, y, z));
+    k = _mm_add_ps(k, _mm_set1_ps(4.0f));
+  }
+#else
+  for (int k = 0; k < count; k++)
+    out[k] = np_brick_sample(bricks, brick, np_vec3_add(begin, np_vec3_scale(step, (float)k)));
+#endif
+}
+
 /* Floor of a number below 2⁶² in magnitude; libm's is a call below x86-64-v3. */
 static inline double np_brick_floor(double x) {
   double whole = (double)(int64_t)x;
@@ -279,8 +349,12 @@ static inline void np_brick_walk_find_block(const np_brick_walk *walk, np_brick_
   out_block->range = bricks->ranges[0][offset];
   out_block->brick = bricks->table[offset];
   out_block->is_empty = np_brick_range_is_zero(out_block->range);
+  if (!out_block->is_empty) {
+    for (int a = 0; a < 3; a++) out_block->high[a] = (out_block->low[a] = walk->cell[a]) + 1;
+    return;
+  }
   int level = 0;
-  while (out_block->is_empty && level + 1 < NP_BRICK_LEVELS) {
+  while (level + 1 < NP_BRICK_LEVELS) {
     int shift = (level + 1) * NP_BRICK_LEVEL_SHIFT;
     for (int a = 0; a < 3; a++) cell[a] = inside[a] >> shift;
     if (!np_brick_range_is_zero(bricks->ranges[level + 1][np_bricks_get_offset(bricks, level + 1, cell)])) break;

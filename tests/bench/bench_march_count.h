@@ -12,6 +12,13 @@ static inline float bench_count_sample(const np_bricks *bricks, uint32_t brick, 
   return np_brick_sample(bricks, brick, local);
 }
 
+static inline void bench_count_line(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 step, int count,
+                                    float out[NP_BRICK_LINE]) {
+  bench_march_lookups += (unsigned long)count;
+  np_brick_sample_line(bricks, brick, begin, step, count, out);
+}
+
 #define np_brick_sample bench_count_sample
+#define np_brick_sample_line bench_count_line
 
 #endif
