@@ -261,7 +261,7 @@ static neph_result build_packets(const build *b) {
 
 neph_result np_assembly_build(const neph_scene *scene, const np_plan *plan, np_monitor *monitor,
                               np_assembly *out_assembly) {
-  *out_assembly = (np_assembly){.context = scene->context, .skies = scene->skies};
+  *out_assembly = (np_assembly){.context = scene->context, .skies = scene->skies, .lights = scene->lights};
   build b = {.scene = scene, .plan = plan, .monitor = monitor, .assembly = out_assembly};
   neph_result result = np_camera_init(scene, plan->desc.width, plan->desc.height, &out_assembly->camera);
   if (!result && needs(plan, NP_STAGE_TERRAIN)) result = build_terrain(&b);
@@ -276,7 +276,7 @@ neph_result np_assembly_build(const neph_scene *scene, const np_plan *plan, np_m
 static void clear_packet(np_assembly *assembly, unsigned index) {
   np_packet *packet = &assembly->packets[index];
   neph_sky *skies[NP_SKY_ROLES];
-  np_packet_lights_clear(packet, skies);
+  np_packet_lights_clear(assembly, packet, skies);
   np_alloc_free(assembly->context, packet->placed);
   np_sky_store_give(assembly->context, assembly->skies, index, packet->atmosphere, skies);
 }

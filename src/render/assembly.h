@@ -5,7 +5,7 @@
 
 #include "atmosphere/band_set.h"
 #include "atmosphere/sky_store.h"
-#include "light/multi_scatter.h"
+#include "light/light_store.h"
 #include "render/placement.h"
 #include "render/star_field.h"
 #include "scene/plan.h"
@@ -46,7 +46,8 @@ typedef struct np_assembly {
   np_sphere_map star_map, moon_map; /* empty: none */
   unsigned packet_count;
   np_packet *packets;
-  np_sky_store *skies; /* the scene's: what packets have of skies was taken from it and goes back */
+  np_sky_store *skies;    /* the scene's: what packets have of skies was taken from it and goes back */
+  np_light_store *lights; /* likewise, of light in clouds */
 } np_assembly;
 
 /* Adds what a packet's three bands are to a colour of the picture. */

@@ -154,11 +154,16 @@ static void fill_view(const np_packet_lights_desc *d, const np_packet *packet, c
   out->view.is_environment_upper_only = scene->environment.is_upper_only;
 }
 
-static neph_result build_multi_scatter(const np_packet_lights_desc *d, np_packet_light *out) {
+static np_light_role get_light_role(bool is_moon) { return is_moon ? NP_LIGHT_OF_MOON : NP_LIGHT_OF_SUN; }
+
+static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_packet *packet, np_packet_light *out) {
+  const np_assembly *a = d->assembly;
   np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
-  desc.cells.bounds_min = d->assembly->clouds_min;
-  desc.cells.bounds_max = d->assembly->clouds_max;
-  neph_result result = np_multi_scatter_build(d->assembly->context, &out->view, &desc, d->monitor, &out->multi_scatter);
+  desc.cells.bounds_min = a->clouds_min;
+  desc.cells.bounds_max = a->clouds_max;
+  neph_result result =
+      np_light_store_take(a->context, a->lights, (unsigned)(packet - a->packets), get_light_role(out->is_moon),
+                          &out->view, &desc, d->monitor, &out->multi_scatter);
   if (!result) out->view.multi_scatter = &out->multi_scatter;
   return result;
 }
@@ -170,7 +175,7 @@ static neph_result build_light(const np_packet_lights_desc *d, const light *l, n
   neph_result result = build_skies(d, packet, l, out);
   if (result) return result;
   fill_view(d, packet, l, is_first, out);
-  return needs(d->plan, NP_STAGE_ORDINATES) ? build_multi_scatter(d, out) : NEPH_OK;
+  return needs(d->plan, NP_STAGE_ORDINATES) ? build_multi_scatter(d, packet, out) : NEPH_OK;
 }
 
 /* Sun first; where neither shines, a sun without light. */
@@ -189,11 +194,12 @@ neph_result np_packet_lights_build(const np_packet_lights_desc *desc, np_packet 
   return result ? result : build_stars(desc, packet);
 }
 
-void np_packet_lights_clear(np_packet *packet, neph_sky *out_skies[NP_SKY_ROLES]) {
+void np_packet_lights_clear(const np_assembly *assembly, np_packet *packet, neph_sky *out_skies[NP_SKY_ROLES]) {
+  const unsigned index = (unsigned)(packet - assembly->packets);
   memset(out_skies, 0, NP_SKY_ROLES * sizeof(neph_sky *));
   for (unsigned i = 0; i < packet->light_count; i++) {
     np_packet_light *own = &packet->lights[i];
-    np_multi_scatter_clear(&own->multi_scatter);
+    np_light_store_give(assembly->lights, index, get_light_role(own->is_moon), &own->multi_scatter);
     out_skies[get_role(own->is_moon, false)] = own->camera_sky;
     out_skies[get_role(own->is_moon, true)] = own->cloud_sky;
   }

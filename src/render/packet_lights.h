@@ -23,7 +23,7 @@ np_spectrum np_packet_convert(const np_packet *packet, np_band_rule rule, const 
  * before a failure stays in the packet. */
 neph_result np_packet_lights_build(const np_packet_lights_desc *desc, np_packet *packet);
 
-/* Hands out the skies, for the next picture; NULL where there is none. */
-void np_packet_lights_clear(np_packet *packet, neph_sky *out_skies[NP_SKY_ROLES]);
+/* Gives back the light in clouds, and hands out the skies, for the next picture; NULL where there is none. */
+void np_packet_lights_clear(const np_assembly *assembly, np_packet *packet, neph_sky *out_skies[NP_SKY_ROLES]);
 
 #endif

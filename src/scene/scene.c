@@ -5,6 +5,7 @@
 #include "atmosphere/sky_store.h"
 #include "core/alloc.h"
 #include "core/file.h"
+#include "light/light_store.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_file.h"
 
@@ -20,7 +21,8 @@ static neph_result create_bare(neph_context *context, const char *file, np_node 
   scene->document = document;
   *out_scene = scene;
   scene->skies = np_alloc(context, 1, sizeof *scene->skies);
-  if (!scene->skies) return NEPH_ERROR_OUT_OF_MEMORY;
+  scene->lights = np_alloc(context, 1, sizeof *scene->lights);
+  if (!scene->skies || !scene->lights) return NEPH_ERROR_OUT_OF_MEMORY;
   if (!file) return NEPH_OK;
   scene->file = np_alloc_text(context, file);
   return scene->file ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
@@ -74,6 +76,8 @@ void neph_scene_destroy(neph_scene *scene) {
   np_scene_clear(scene);
   if (scene->skies) np_sky_store_clear(context, scene->skies);
   np_alloc_free(context, scene->skies);
+  if (scene->lights) np_light_store_clear(context, scene->lights);
+  np_alloc_free(context, scene->lights);
   np_node_destroy(context, scene->document);
   np_alloc_free(context, scene->file);
   np_alloc_free(context, scene);
@@ -101,7 +105,7 @@ static neph_result edit_copy(const neph_scene *scene, const char *key, const cha
 
 /* The scene is made anew from the changed document, so that a key set is a key read, and a failure changes nothing. */
 neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) {
-  neph_scene changed = {.context = scene->context, .file = scene->file, .skies = scene->skies};
+  neph_scene changed = {.context = scene->context, .file = scene->file, .skies = scene->skies, .lights = scene->lights};
   neph_result result = edit_copy(scene, key, value, &changed.document);
   if (result) return result;
   result = np_scene_apply(&changed);

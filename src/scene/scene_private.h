@@ -24,8 +24,8 @@ typedef struct np_scene_camera {
 } np_scene_camera;
 
 typedef struct np_scene_sun {
-  double elevation_rad, azimuth_rad; /* airless; used when `time` is NULL */
-  char *time;                        /* ISO 8601 */
+  double elevation_rad, azimuth_rad;       /* airless; used when `time` is NULL */
+  char *time;                              /* ISO 8601 */
   bool has_angular_radius, has_irradiance; /* given: else the preset's distance from the sun tells */
   double angular_radius_rad;
   double irradiance_w_m2_nm[3];
@@ -198,7 +198,7 @@ typedef enum np_scene_color { NP_SCENE_COLOR_AUTO, NP_SCENE_BANDS, NP_SCENE_REC7
 typedef struct np_scene_output {
   char *image, *preview; /* patterns, resolved; NULL: none */
   neph_pixel_type pixel_type;
-  double scale;        /* power of two */
+  double scale; /* power of two */
   np_scene_color color;
   bool has_beauty;     /* R, G, B */
   unsigned aovs;       /* of np_aov */
@@ -232,7 +232,8 @@ struct neph_scene {
   np_scene_terrain terrain;
   np_scene_render render;
   np_scene_output output;
-  struct np_sky_store *skies; /* kept from picture to picture: one scene renders one picture at a time */
+  struct np_sky_store *skies;    /* kept from picture to picture: one scene renders one picture at a time */
+  struct np_light_store *lights; /* likewise */
 };
 
 /* The bake of a cloud as it is in a frame; 1 is at the bake's own time. */

@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "light/light_store.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/hash.h"
+#include "core/units.h"
+#include "light/emission.h"
+
+/* As a share of all that shines on the clouds, and in radians for the sun: its disk is five times as wide. */
+static const double tolerance = 1e-3;
+
+static const char *const role_names[NP_LIGHT_ROLES] = {"light in clouds", "moonlight in clouds"};
+
+/* ---- Keys ---- */
+
+static void add_bricks(np_hash *hash, const np_bricks *b) {
+  const size_t cells = np_bricks_count_cells(b, 0), samples = b->brick_count * NP_BRICK_STRIDE;
+  np_hash_add(hash, b->origin, sizeof b->origin);
+  np_hash_add(hash, b->size[0], sizeof b->size[0]);
+  np_hash_add(hash, b->table, cells * sizeof *b->table);
+  np_hash_add(hash, b->ranges[0], cells * sizeof *b->ranges[0]);
+  if (b->halves) np_hash_add(hash, b->halves, samples * sizeof *b->halves);
+  if (b->floats) np_hash_add(hash, b->floats, samples * sizeof *b->floats);
+  np_hash_add(hash, &b->scale, sizeof b->scale);
+  np_hash_add(hash, b->is_periodic, sizeof b->is_periodic);
+  np_hash_add(hash, b->period, sizeof b->period);
+  np_hash_add(hash, &b->background, sizeof b->background);
+}
+
+/* A phase function is told by its moments: tables are loaded anew for every picture. */
+static void add_cloud(np_hash *hash, const np_view_volume *v) {
+  double moments[64];
+  np_phase_get_moments(&v->phase, sizeof moments / sizeof *moments, moments);
+  add_bricks(hash, v->bricks);
+  np_hash_add(hash, &v->world_to_index, sizeof v->world_to_index);
+  np_hash_add(hash, &v->extinction_per_value, sizeof v->extinction_per_value);
+  np_hash_add(hash, &v->albedo, sizeof v->albedo);
+  np_hash_add(hash, moments, sizeof moments);
+}
+
+static void add_glow(np_hash *hash, const np_glow *g) {
+  add_bricks(hash, g->bricks);
+  np_hash_add(hash, &g->world_to_index, sizeof g->world_to_index);
+  np_hash_add(hash, &g->absorption_per_value, sizeof g->absorption_per_value);
+  np_hash_add(hash, &g->kelvin_per_value, sizeof g->kelvin_per_value);
+  np_hash_add(hash, &g->offset_k, sizeof g->offset_k);
+  if (!g->temperature) return;
+  add_bricks(hash, g->temperature);
+  np_hash_add(hash, &g->world_to_temperature, sizeof g->world_to_temperature);
+}
+
+static void add_cells(np_hash *hash, const np_multi_scatter_desc *d) {
+  const double values[] = {d->cells.bounds_min.x,
+                           d->cells.bounds_min.y,
+                           d->cells.bounds_min.z,
+                           d->cells.bounds_max.x,
+                           d->cells.bounds_max.y,
+                           d->cells.bounds_max.z,
+                           (double)d->cells.cell_count_max,
+                           (double)d->cells.cell_count_cheap,
+                           d->cells.cell_depth_max,
+                           d->work_max,
+                           d->tolerance};
+  np_hash_add(hash, values, sizeof values);
+}
+
+static neph_result find_fingerprint(neph_context *context, const np_scene_view *view, const np_multi_scatter_desc *desc,
+                                    char out[33]) {
+  np_hash *hash = np_hash_create(context);
+  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
+  add_cells(hash, desc);
+  for (unsigned v = 0; v < view->volume_count; v++) add_cloud(hash, &view->volumes[v]);
+  if (view->emission) {
+    np_hash_add(hash, &view->emission->black_body, sizeof view->emission->black_body);
+    for (unsigned i = 0; i < view->emission->glow_count; i++) add_glow(hash, &view->emission->glows[i]);
+  }
+  np_hash_finish(hash, out);
+  np_hash_destroy(hash);
+  return NEPH_OK;
+}
+
+/* The least ordinates are enough to tell one sky from another. */
+static neph_result find_surroundings(neph_context *context, const np_scene_view *view, const np_transport_desc *cells,
+                                     np_inflow out) {
+  np_ordinates *ordinates = np_alloc(context, 1, sizeof *ordinates);
+  if (!ordinates) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_ordinates_init(NP_DEGREE_MIN, false, ordinates);
+  np_inflow_fill(view, cells, ordinates, out);
+  np_alloc_free(context, ordinates);
+  return NEPH_OK;
+}
+
+static void find_sunlight(const np_scene_view *view, const np_transport_desc *cells, np_light_key *key) {
+  const np_dvec3 low = cells->bounds_min, size = np_dvec3_subtract(cells->bounds_max, low);
+  for (unsigned i = 0; i < NP_LIGHT_KEY_PLACES; i++) {
+    /* Steps of the three-dimensional low-discrepancy sequence of the root of x⁴ = x + 1. */
+    const double u = fmod(0.8191725133961645 * i, 1.0), v = fmod(0.6710436067037893 * i, 1.0),
+                 w = fmod(0.5497004779019703 * i, 1.0);
+    const np_dvec3 place = np_dvec3_make(low.x + u * size.x, low.y + v * size.y, low.z + w * size.z);
+    key->sun[i] = np_light_sun(view, place, view->to_sun);
+  }
+}
+
+static neph_result make_key(neph_context *context, const np_scene_view *view, const np_multi_scatter_desc *desc,
+                            np_light_key **out_key) {
+  np_light_key *key = np_alloc(context, 1, sizeof *key);
+  if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
+  key->to_sun = view->to_sun;
+  find_sunlight(view, &desc->cells, key);
+  neph_result result = find_surroundings(context, view, &desc->cells, key->surroundings);
+  if (!result) result = find_fingerprint(context, view, desc, key->clouds);
+  if (result) np_alloc_free(context, key);
+  *out_key = result ? NULL : key;
+  return result;
+}
+
+/* Sums of what is different and of what there is. */
+static void compare(const float *a, const float *b, size_t count, double *difference, double *sum) {
+  *difference = *sum = 0.0;
+  for (size_t i = 0; i < count; i++) {
+    *difference += fabs((double)a[i] - (double)b[i]);
+    *sum += fabs((double)a[i]);
+  }
+}
+
+/* Sun and surroundings are each compared with all the light there is, the sun counting as the sky of its irradiance. */
+static bool is_same_light(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
+  double sun, sun_sum, around, around_sum;
+  compare(kept->sun[0].band, wanted->sun[0].band, (size_t)NP_LIGHT_KEY_PLACES * NP_BAND_COUNT, &sun, &sun_sum);
+  compare(&kept->surroundings[0][0][0][0], &wanted->surroundings[0][0][0][0], sizeof(np_inflow) / sizeof(float),
+          &around, &around_sum);
+  sun /= NP_LIGHT_KEY_PLACES, sun_sum /= NP_LIGHT_KEY_PLACES;
+  const double solid_angle = 4.0 * NP_PI / 48.0, all = sun_sum + solid_angle * around_sum;
+  if (sun > tolerance * all)
+    (void)snprintf(reason, size, "sunlight on the clouds changed by %.3g %%", 100.0 * sun / all);
+  else if (solid_angle * around > tolerance * all)
+    (void)snprintf(reason, size, "sky and ground around the clouds changed by %.3g %%",
+                   100.0 * solid_angle * around / all);
+  else
+    return true;
+  return false;
+}
+
+static bool is_same(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
+  if (strcmp(kept->clouds, wanted->clouds) != 0) {
+    (void)snprintf(reason, size, "the clouds changed");
+    return false;
+  }
+  const double turned = (double)np_vec3_length(np_vec3_subtract(kept->to_sun, wanted->to_sun));
+  if (turned > tolerance) {
+    (void)snprintf(reason, size, "the light turned by %.3g degrees", turned / NP_DEGREE);
+    return false;
+  }
+  return is_same_light(kept, wanted, reason, size);
+}
+
+/* ---- Entries ---- */
+
+static void clear_entry(neph_context *context, np_light_store_entry *entry) {
+  if (entry->solution.context) np_multi_scatter_clear(&entry->solution);
+  np_alloc_free(context, entry->key);
+  *entry = (np_light_store_entry){0};
+}
+
+static bool grow(neph_context *context, np_light_store *store, unsigned count) {
+  if (count <= store->count) return true;
+  np_light_store_entry(*entries)[NP_LIGHT_ROLES] = np_alloc(context, count, sizeof *entries);
+  if (!entries) return false;
+  if (store->count) memcpy(entries, store->entries, store->count * sizeof *entries);
+  np_alloc_free(context, store->entries);
+  store->entries = entries;
+  store->count = count;
+  return true;
+}
+
+/* A kept solution borrows the phase tables of a picture that is gone; those of this one are the same. */
+static void lend(np_light_store_entry *entry, const np_scene_view *view, np_multi_scatter *out) {
+  *out = entry->solution;
+  entry->solution = (np_multi_scatter){0};
+  for (unsigned v = 0; v < out->volume_count; v++) out->phases[v].phase = view->volumes[v].phase;
+}
+
+neph_result np_light_store_take(neph_context *context, np_light_store *store, unsigned index, np_light_role role,
+                                const np_scene_view *view, const np_multi_scatter_desc *desc, np_monitor *monitor,
+                                np_multi_scatter *out) {
+  *out = (np_multi_scatter){0};
+  np_light_key *wanted;
+  neph_result result =
+      grow(context, store, index + 1) ? make_key(context, view, desc, &wanted) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (result) return result;
+  np_light_store_entry *entry = &store->entries[index][role];
+  char reason[128];
+  if (entry->solution.context && is_same(entry->key, wanted, reason, sizeof reason)) {
+    np_log(context, NEPH_LOG_DEBUG, "%s: kept", role_names[role]);
+    np_alloc_free(context, wanted);
+    lend(entry, view, out);
+    return NEPH_OK;
+  }
+  if (entry->solution.context)
+    np_log(context, NEPH_LOG_INFO, "%s: solved anew, since %s", role_names[role], reason);
+  else
+    np_log(context, NEPH_LOG_DEBUG, "%s: solved", role_names[role]);
+  clear_entry(context, entry);
+  entry->key = wanted;
+  return np_multi_scatter_build(context, view, desc, monitor, out);
+}
+
+void np_light_store_give(np_light_store *store, unsigned index, np_light_role role, np_multi_scatter *solution) {
+  if (!solution->context) return;
+  store->entries[index][role].solution = *solution;
+  *solution = (np_multi_scatter){0};
+}
+
+void np_light_store_clear(neph_context *context, np_light_store *store) {
+  for (unsigned i = 0; i < store->count; i++)
+    for (int role = 0; role < NP_LIGHT_ROLES; role++) clear_entry(context, &store->entries[i][role]);
+  np_alloc_free(context, store->entries);
+  *store = (np_light_store){0};
+}

@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light in clouds over a sequence: solved once, the same bits as without, and anew when what it depends on changes. */
+#include <stdlib.h>
+
+#include <nephos/nephos.h>
+
+#include "test_support.h"
+
+typedef struct fixture {
+  test_log log;
+  neph_context *context;
+  neph_scene *scene;
+} fixture;
+
+/* Half a second of baking and solving. */
+static const char cumulus[] =
+    "{camera: {position: [0, -3 km, 400 m], look_at: [0, 0, 800 m], fov: 40 deg, resolution: [24, 16]},"
+    " sun: {elevation: 30 deg, azimuth: 140 deg}, atmosphere: {preset: none}, environment: {radiance: 0.02},"
+    " clouds: [{name: a, extinction: 0.05 1/m, bake: {preset: cumulus_mediocris, model: hero, seed: 3,"
+    " extent: [800 m, 800 m], voxel: 50 m}}], render: {samples: 1}, output: {pixel_type: float}}";
+
+static int set_up(void **state) {
+  fixture *f = calloc(1, sizeof *f);
+  test_log_start(&f->log);
+  f->context = test_context_create(2, &f->log);
+  assert_int_equal(neph_scene_load_text(f->context, cumulus, "cumulus", &f->scene), NEPH_OK);
+  *state = f;
+  return 0;
+}
+
+static int tear_down(void **state) {
+  fixture *f = *state;
+  neph_scene_destroy(f->scene);
+  neph_context_destroy(f->context);
+  free(f);
+  return 0;
+}
+
+static neph_image *render(fixture *f, neph_scene *scene) {
+  neph_image *image;
+  test_log_clear(&f->log);
+  assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
+  return image;
+}
+
+/* Renders the next frame of the sequence, one key changed. */
+static void render_changed(fixture *f, const char *key, const char *value) {
+  assert_int_equal(neph_scene_set(f->scene, key, value), NEPH_OK);
+  neph_image_destroy(render(f, f->scene));
+}
+
+static void assert_same_bits(neph_image *a, neph_image *b) {
+  static const char *const names[] = {"R", "G", "B", "A"};
+  double lit = 0.0;
+  for (int c = 0; c < 4; c++)
+    for (int i = 0; i < 24 * 16; i++) {
+      const float x = neph_image_get_channel(a, names[c])[i], y = neph_image_get_channel(b, names[c])[i];
+      assert_memory_equal(&x, &y, sizeof x);
+      lit += (double)x;
+    }
+  assert_true(lit > 0.0);
+}
+
+static void a_camera_that_moves_keeps_the_light(void **state) {
+  static const char *const places[] = {"[0, -3 km, 400 m]", "[200 m, -2.8 km, 450 m]", "[400 m, -2.6 km, 500 m]"};
+  static const char *const said[] = {"light in clouds: solved", "light in clouds: kept", "light in clouds: kept"};
+  fixture *f = *state;
+  for (int i = 0; i < 3; i++) {
+    neph_scene *alone;
+    assert_int_equal(neph_scene_load_text(f->context, cumulus, "cumulus", &alone), NEPH_OK);
+    assert_int_equal(neph_scene_set(alone, "camera.position", places[i]), NEPH_OK);
+    assert_int_equal(neph_scene_set(f->scene, "camera.position", places[i]), NEPH_OK);
+    neph_image *one = render(f, alone), *two = render(f, f->scene);
+    assert_non_null(strstr(f->log.text, said[i]));
+    assert_null(strstr(f->log.text, "solved anew"));
+    assert_same_bits(one, two);
+    neph_image_destroy(one);
+    neph_image_destroy(two);
+    neph_scene_destroy(alone);
+  }
+}
+
+static void what_it_depends_on_is_solved_anew(void **state) {
+  fixture *f = *state;
+  neph_image_destroy(render(f, f->scene));
+  render_changed(f, "sun.elevation", "30.01 deg");
+  assert_non_null(strstr(f->log.text, "light in clouds: kept"));
+  render_changed(f, "sun.elevation", "31 deg");
+  assert_non_null(strstr(f->log.text, "solved anew, since the light turned by 1 degrees"));
+  render_changed(f, "environment.radiance", "0.03");
+  assert_non_null(strstr(f->log.text, "solved anew, since sky and ground around the clouds changed"));
+  render_changed(f, "sun.irradiance", "[1.4, 1.9, 1.9]");
+  assert_non_null(strstr(f->log.text, "solved anew, since sunlight on the clouds changed"));
+  render_changed(f, "clouds[0].albedo", "0.99");
+  assert_non_null(strstr(f->log.text, "solved anew, since the clouds changed"));
+  render_changed(f, "clouds[0].bake.seed", "4");
+  assert_non_null(strstr(f->log.text, "solved anew, since the clouds changed"));
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test_setup_teardown(a_camera_that_moves_keeps_the_light, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(what_it_depends_on_is_solved_anew, set_up, tear_down),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
