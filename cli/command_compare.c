@@ -7,6 +7,7 @@
 typedef struct measure {
   const char *name, *label;
   double value;
+  bool is_optional; /* no line for NaN */
 } measure;
 
 static void print_measures(const cli_session *session, const measure *measures, size_t count,
@@ -16,6 +17,7 @@ static void print_measures(const cli_session *session, const measure *measures, 
   if (is_json) printf("{");
   for (size_t i = 0; i < count; i++) {
     const double value = measures[i].value;
+    if (!is_json && measures[i].is_optional && isnan(value)) continue;
     if (is_json && isfinite(value))
       printf("\"%s\": %.9g, ", measures[i].name, value);
     else if (is_json)
@@ -31,13 +33,16 @@ static void print_measures(const cli_session *session, const measure *measures, 
 
 static void print_difference(const cli_session *session, const neph_image_difference *difference) {
   const measure measures[] = {
-      {"relative_mse", "relative MSE", difference->relative_mse},
-      {"rmse", "RMSE", difference->rmse},
-      {"bias", "bias", difference->bias},
-      {"bias_interval", "bias, 95 % within +-", difference->bias_interval},
-      {"block_rms", "block rms", difference->block_rms},
-      {"p999_relative", "99.9 % relative", difference->p999_relative},
-      {"max_absolute", "largest difference", difference->max_absolute},
+      {"relative_mse", "relative MSE", difference->relative_mse, false},
+      {"rmse", "RMSE", difference->rmse, false},
+      {"bias", "bias", difference->bias, false},
+      {"bias_interval", "bias, 95 % within +-", difference->bias_interval, false},
+      {"block_rms", "block rms", difference->block_rms, false},
+      {"noise_rmse", "noise: RMSE", difference->noise_rmse, true},
+      {"noise_bias", "noise: bias", difference->noise_bias, true},
+      {"noise_block_rms", "noise: block rms", difference->noise_block_rms, true},
+      {"p999_relative", "99.9 % relative", difference->p999_relative, false},
+      {"max_absolute", "largest difference", difference->max_absolute, false},
   };
   print_measures(session, measures, sizeof measures / sizeof *measures, difference);
 }

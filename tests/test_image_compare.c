@@ -136,6 +136,29 @@ static void block_rms_looks_past_the_noise_of_pixels(void **state) {
   neph_image_destroy(image);
 }
 
+/* A standard error of ½ in every pixel, R, G and B of the same samples: an eighth of it in means of 64 pixels, and in
+ * the mean of all 256 a sixteenth. One channel without it, and nothing is known. */
+static void noise_of_the_reference_is_stated(void **state) {
+  test_fixture *f = *state;
+  static const char *const names[] = {"R", "G", "B", "standard_error.R", "standard_error.G", "standard_error.B"};
+  neph_image *image = create_flat(f, 16, 16, 2.0f), *reference = create_flat(f, 16, 16, 2.0f);
+  neph_image_difference d = compare(f, image, reference);
+  assert_true(isnan(d.noise_rmse) && isnan(d.noise_block_rms) && isnan(d.noise_bias));
+  neph_image_destroy(reference);
+  for (unsigned count = 5; count <= 6; count++) {
+    assert_int_equal(neph_image_create(f->context, 16, 16, count, names, &reference), NEPH_OK);
+    for (unsigned c = 0; c < count; c++)
+      for (int i = 0; i < 256; i++) reference->channels[c].values[i] = c < 3 ? 2.0f : 0.5f;
+    d = compare(f, image, reference);
+    if (count == 5) assert_true(isnan(d.noise_rmse) && isnan(d.noise_block_rms) && isnan(d.noise_bias));
+    neph_image_destroy(reference);
+  }
+  assert_near(d.noise_rmse, 0.5, 1e-12);
+  assert_near(d.noise_block_rms, 0.5 / 8 / 2, 1e-12);
+  assert_near(d.noise_bias, 0.5 / 16 / 2, 1e-12);
+  neph_image_destroy(image);
+}
+
 static void black_references_give_no_nan(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_flat(f, 16, 16, 0), *reference = create_flat(f, 16, 16, 0);
@@ -256,6 +279,7 @@ int main(void) {
       COMPARE_TEST(percentile_is_that_of_the_sorted_values),
       COMPARE_TEST(confidence_interval_holds_the_bias_as_often_as_it_says),
       COMPARE_TEST(block_rms_looks_past_the_noise_of_pixels),
+      COMPARE_TEST(noise_of_the_reference_is_stated),
       COMPARE_TEST(black_references_give_no_nan),
       COMPARE_TEST(values_without_a_finite_reference_are_left_out),
       COMPARE_TEST(unmeasurable_pictures_are_refused),

@@ -101,6 +101,11 @@ typedef struct neph_image_difference {
   double block_rms;         /**< √(Σ d² / Σ L²) over 8×8-pixel means */
   double p999_relative;     /**< 99.9th percentile of |d|/(|L| + ε) */
   double max_absolute;      /**< largest |d| */
+  double noise_rmse;        /**< the reference's own part in rmse, root of mean σ², from its channels standard_error.*;
+                                 NaN, as all three are, where it lacks one */
+  double noise_block_rms;   /**< likewise its part in block_rms: the picture's is √(block_rms² − noise_block_rms²) */
+  double noise_bias;        /**< standard error of bias that the reference brings, its channels taken as of the same
+                                 samples */
   uint64_t value_count;     /**< values compared */
   uint64_t differing_count; /**< values whose bits differ, every channel counted; a channel that only one of the
                                  pictures has differs everywhere */

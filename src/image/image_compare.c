@@ -2,6 +2,7 @@
 /* How far a picture lies from a reference: the measures that docs/accuracy.md speaks of. Sums run in double over pixels
  * in order, so that the figures repeat. */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -18,6 +19,7 @@ typedef struct comparison {
   unsigned width, height, channel_count;
   const char **names;
   const float **values, **reference;
+  const float **noise; /* standard errors of the reference; NULL where it states none */
   double epsilon;
 } comparison;
 
@@ -27,13 +29,21 @@ static void free_planes(comparison *pair) {
   np_alloc_free(pair->context, pair->names);
   np_alloc_free(pair->context, pair->values);
   np_alloc_free(pair->context, pair->reference);
+  np_alloc_free(pair->context, pair->noise);
 }
 
 static neph_result allocate_planes(comparison *pair, unsigned count) {
   pair->names = np_alloc(pair->context, count, sizeof *pair->names);
   pair->values = np_alloc(pair->context, count, sizeof *pair->values);
   pair->reference = np_alloc(pair->context, count, sizeof *pair->reference);
-  return pair->names && pair->values && pair->reference ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  pair->noise = np_alloc(pair->context, count, sizeof *pair->noise);
+  return pair->names && pair->values && pair->reference && pair->noise ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static const float *find_noise(const neph_image *reference, const char *name) {
+  char channel[NP_IMAGE_NAME_MAX + 1];
+  const int length = snprintf(channel, sizeof channel, "standard_error.%s", name);
+  return length < (int)sizeof channel ? np_image_find_channel(reference, channel) : NULL;
 }
 
 static neph_result choose_planes(comparison *pair, const neph_image *image, const neph_image *reference) {
@@ -45,6 +55,7 @@ static neph_result choose_planes(comparison *pair, const neph_image *image, cons
     const np_image_channel *channel = &reference->channels[indices[c]];
     pair->names[c] = channel->name;
     pair->reference[c] = channel->values;
+    pair->noise[c] = find_noise(reference, channel->name);
     pair->values[c] = np_image_find_channel(image, channel->name);
     if (!pair->values[c])
       result = np_fail(pair->context, NEPH_ERROR_INVALID_ARGUMENT,
@@ -229,6 +240,53 @@ static double find_bias_interval(const block_sum *blocks, size_t count, const bl
   return normal_quantile_975 * sqrt(residual2 * (double)count / (double)(count - 1)) / fabs(sums->reference);
 }
 
+/* ---- The reference's own noise ---- */
+
+typedef struct noise_sums {
+  double squared, block_squared, bias_squared; /* over values, block means, and pixels' sums over channels */
+} noise_sums;
+
+static bool has_noise(const comparison *pair) {
+  for (unsigned c = 0; c < pair->channel_count; c++)
+    if (!pair->noise[c]) return false;
+  return true;
+}
+
+/* Pixels are independent of each other, a pixel's channels not: they are summed up first. */
+static void add_block_noise(const comparison *pair, unsigned left, unsigned top, noise_sums *sums) {
+  double bias_squared[BLOCK_PIXELS * BLOCK_PIXELS] = {0};
+  for (unsigned c = 0; c < pair->channel_count; c++) {
+    double squared = 0;
+    unsigned count = 0;
+    for (unsigned y = top; y < top + BLOCK_PIXELS && y < pair->height; y++)
+      for (unsigned x = left; x < left + BLOCK_PIXELS && x < pair->width; x++) {
+        const size_t i = (size_t)y * pair->width + x;
+        const double noise = (double)pair->noise[c][i];
+        if (!isfinite(pair->reference[c][i]) || !isfinite(noise)) continue;
+        squared += noise * noise;
+        bias_squared[(y - top) * BLOCK_PIXELS + (x - left)] += noise;
+        count++;
+      }
+    sums->squared += squared;
+    if (count) sums->block_squared += squared / ((double)count * count);
+  }
+  for (int i = 0; i < BLOCK_PIXELS * BLOCK_PIXELS; i++) sums->bias_squared += bias_squared[i] * bias_squared[i];
+}
+
+static void measure_noise(const comparison *pair, const block_sums *blocks, uint64_t value_count,
+                          neph_image_difference *out) {
+  out->noise_rmse = out->noise_block_rms = out->noise_bias = (double)NAN;
+  if (!has_noise(pair)) return;
+  noise_sums sums = {0, 0, 0};
+  for (unsigned top = 0; top < pair->height; top += BLOCK_PIXELS)
+    for (unsigned left = 0; left < pair->width; left += BLOCK_PIXELS) add_block_noise(pair, left, top, &sums);
+  out->noise_rmse = sqrt(divide(sums.squared, (double)value_count));
+  out->noise_block_rms = sqrt(divide(sums.block_squared, blocks->reference_squared));
+  out->noise_bias = divide(sqrt(sums.bias_squared), fabs(blocks->reference));
+}
+
+/* ---- Measures of blocks ---- */
+
 static neph_result measure_blocks(const comparison *pair, neph_image_difference *out) {
   size_t columns = (pair->width + BLOCK_PIXELS - 1) / BLOCK_PIXELS;
   size_t rows = (pair->height + BLOCK_PIXELS - 1) / BLOCK_PIXELS;
@@ -241,6 +299,7 @@ static neph_result measure_blocks(const comparison *pair, neph_image_difference 
   out->bias_interval =
       sums.values == sums.reference && sums.squared == 0 ? 0 : find_bias_interval(blocks, columns * rows, &sums);
   out->block_rms = sqrt(divide(sums.squared, sums.reference_squared));
+  measure_noise(pair, &sums, out->value_count, out);
   np_alloc_free(pair->context, blocks);
   return NEPH_OK;
 }
