@@ -66,7 +66,14 @@ static neph_result build_moments(void *user) {
   return np_moment_table_build(a->context, &a->depths, &a->sizes.moments, NP_ORDERS_ALL, false, &a->moments);
 }
 
-static neph_result build_gather(void *user) { return np_sky_gather_build(user); }
+/* With its kernel, which is the atmosphere's. */
+static neph_result build_gather(void *user) {
+  neph_sky *sky = user;
+  neph_atmosphere *a = sky->atmosphere;
+  np_gather_kernel_free(a->context, &a->kernel);
+  neph_result result = np_gather_kernel_build(a->context, &a->medium, &a->kernel);
+  return result ? result : np_sky_gather_build(sky);
+}
 static neph_result build_view(void *user) { return np_sky_view_build(user); }
 static neph_result build_aerial(void *user) { return np_sky_aerial_build(user); }
 
