@@ -48,9 +48,9 @@ typedef struct np_sun_cache_desc {
   size_t bytes_max; /* more, and the lattices are coarsened */
 } np_sun_cache_desc;
 
-/* A hundredth of the light in full sun; half a gigabyte. */
+/* Some hundredth of the light in full sun; half a gigabyte. */
 #define NP_SUN_CACHE_DESC_DEFAULT                                                                                      \
-  { .rate = 1.0f, .tolerance = 0.02f, .bytes_max = (size_t)1 << 29 }
+  { .rate = 1.0f, .tolerance = 0.015f, .bytes_max = (size_t)1 << 29 }
 
 typedef struct np_sun_cache {
   neph_context *context; /* borrowed */
