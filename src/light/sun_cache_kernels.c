@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* One column of the sun optical-depth volume: its rays followed, and what each cell must keep of them. Compiled once per
- * instruction-set level. */
+/* One column of the sun optical-depth volume: its rays followed, and what each cell must keep of them. Compiled once
+ * per instruction-set level. */
 #include <string.h>
 
 #include "core/isa.h"
