@@ -150,8 +150,8 @@ static void test_sun_depth_is_one_of_three(void **state) {
   assert_int_equal(f->scene->render.sun_depth, NP_SUN_DEPTH_MARCH);
   set(f, "render.sun_depth", "volume");
   assert_int_equal(f->scene->render.sun_depth, NP_SUN_DEPTH_VOLUME);
-  assert_refused(f, "render.sun_depth", "cache", "cache");
-  assert_refused(f, "render.sun_depth", "1", "1");
+  assert_refused(f, "render.sun_depth", "cache", "render.sun_depth is cache, must be auto, volume or march");
+  assert_refused(f, "render.sun_depth", "1", "render.sun_depth is 1, must be auto, volume or march");
 }
 
 static void test_settings_read_out(void **state) {
