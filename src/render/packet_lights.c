@@ -176,8 +176,8 @@ static neph_result build_sun_cache(const np_packet_lights_desc *d, np_packet_lig
   if (!cache->lattices) {
     np_sun_cache_desc desc = NP_SUN_CACHE_DESC_DEFAULT;
     desc.rate = find_sun_rate(d, &out->view);
-    /* Errors of neighbouring rays and steps average out in part. */
-    desc.tolerance = (float)(1.5 * d->scene->render.tolerance);
+    /* The rest of the tolerance is the steps. */
+    desc.tolerance = (float)(0.75 * d->scene->render.tolerance);
     neph_result result = np_sun_cache_build(d->assembly->context, &out->view, &desc, d->monitor, cache);
     if (result) return result;
   }
