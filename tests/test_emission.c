@@ -274,10 +274,10 @@ static void march_matches_path(void **state) {
 }
 
 /* Nothing is drawn any more: what glows is met by chance. */
-static void forget_cells(fixture *f) {
-  const np_glow *glow = &f->emission.glows[0];
-  f->emission.cell_count = 0;
-  memset(glow->cell_density, 0, np_bricks_count_cells(glow->bricks, 0) * sizeof *glow->cell_density);
+static void forget_lamps(fixture *f) {
+  const np_lamps *lamps = &f->emission.lamps[0];
+  f->emission.lamp_count = 0;
+  memset(lamps->density, 0, (size_t)(lamps->size[0] * lamps->size[1] * lamps->size[2]) * sizeof *lamps->density);
 }
 
 /* With next-event estimation and without the mean is the same; what it is worth is printed. */
@@ -287,8 +287,8 @@ static void drawing_towards_what_glows_changes_no_mean(void **state) {
   start(&f, lumpy, 0.2f, 0.9f, 0.6f);
   glow_as_flame(&f, ball, 0.3f, ball);
   const statistics drawn = measure(&f, true, 20000, 1, false, 10);
-  assert_true(f.emission.cell_count > 0);
-  forget_cells(&f);
+  assert_true(f.emission.lamp_count > 0);
+  forget_lamps(&f);
   const statistics met = measure(&f, true, 40000, 1, false, 11);
   print_message("mean %.5g +- %.2g drawn, %.5g +- %.2g met by chance in twice as many paths\n", statistics_mean(&drawn),
                 statistics_error(&drawn), statistics_mean(&met), statistics_error(&met));

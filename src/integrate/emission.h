@@ -261,11 +261,11 @@ static inline double np_emission_find_end(const np_scene_view *view, np_dvec3 or
   return np_ground_intersect(view, origin, direction, &hit) ? hit.distance_m : HUGE_VAL;
 }
 
-/* A direction towards something that glows, and its density; false where there is none. */
-static inline bool np_emission_draw_direction(const np_scene_view *view, np_dvec3 origin, np_random *random,
+/* A direction towards something that glows, `u` choosing what, and its density; false where there is none. */
+static inline bool np_emission_draw_direction(const np_scene_view *view, np_dvec3 origin, double u, np_random *random,
                                               np_vec3 *out_direction, float *out_density) {
   np_dvec3 place;
-  if (!np_emission_draw(view->emission, random, &place)) return false;
+  if (!np_emission_draw(view->emission, u, random, &place)) return false;
   const np_dvec3 away = np_dvec3_subtract(place, origin);
   const double distance = np_dvec3_length(away);
   if (!(distance > 0.0)) return false;
@@ -274,19 +274,31 @@ static inline bool np_emission_draw_direction(const np_scene_view *view, np_dvec
   return *out_density > 0.0f;
 }
 
-/* Irradiance of what glows on a plane, through cloud and past ground. */
-static inline np_spectrum np_emission_irradiance(const np_scene_view *view, np_dvec3 position, np_vec3 normal,
-                                                 np_random *random) {
+/* Irradiance of what glows on a plane, through cloud and past ground: one direction, `u` choosing the lamp. */
+static inline np_spectrum np_emission_irradiance_along(const np_scene_view *view, np_dvec3 position, np_vec3 normal,
+                                                       double u, np_random *random) {
   np_vec3 direction;
   float density;
   const np_spectrum dark = np_spectrum_grey(0.0f);
-  if (!np_emission_draw_direction(view, position, random, &direction, &density)) return dark;
+  if (!np_emission_draw_direction(view, position, u, random, &direction, &density)) return dark;
   const float cosine = np_vec3_dot(normal, direction);
   if (cosine <= 0.0f) return dark;
   const double end = np_emission_find_end(view, position, direction);
   const np_spectrum light =
       np_emission_along(view, position, direction, end, np_emission_far_step_voxels, false, random);
   return np_spectrum_scale(light, cosine / density);
+}
+
+/* The mean of several directions, to lamps of equal shares of the power. */
+static inline np_spectrum np_emission_irradiance(const np_scene_view *view, np_dvec3 position, np_vec3 normal,
+                                                 np_random *random) {
+  enum { DIRECTIONS = 4 };
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  for (int i = 0; i < DIRECTIONS; i++) {
+    const double u = (i + np_random_double(random)) / DIRECTIONS;
+    sum = np_spectrum_add(sum, np_emission_irradiance_along(view, position, normal, u, random));
+  }
+  return np_spectrum_scale(sum, 1.0f / DIRECTIONS);
 }
 
 #endif

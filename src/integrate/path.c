@@ -123,7 +123,8 @@ typedef struct glow_ray {
 } glow_ray;
 
 static bool aim_at_glow(const tracer *t, np_dvec3 position, glow_ray *out) {
-  return t->view->emission && np_emission_draw_direction(t->view, position, t->random, &out->direction, &out->density);
+  return t->view->emission && np_emission_draw_direction(t->view, position, np_random_double(t->random), t->random,
+                                                         &out->direction, &out->density);
 }
 
 /* Light of what glows thrown on by the present vertex, `share` of it per steradian; `density` is that with which the

@@ -5,11 +5,11 @@
  * by Kirchhoff's law what the glowing matter absorbs. Either that is the cloud itself, κ = (1−ϖ)·σ; or it is a flame
  * with a grid of its own, whose κ counts for emission alone, so that there is light where there is no cloud.
  *
- * For next-event estimation the cells of the glows' bricks are a list of lights: one is drawn by its power, a point in
- * it evenly, and what counts is the direction to that point; all that glows along it is then added up (Simon, Hanika,
- * Zirr and Dachsbacher 2017, "Line Integration for Rendering Heterogeneous Emissive Volumes"). The density of such a
- * direction is what the cells along it make together: Σ p·(s₁³ − s₀³)/3, with p the density of a point in a cell and s
- * the distances at which the ray enters and leaves it.
+ * For next-event estimation each glow is a grid of even lamps: one is drawn by its power, a point in it evenly, and
+ * what counts is the direction to that point; all that glows along it is then added up (Simon, Hanika, Zirr and
+ * Dachsbacher 2017, "Line Integration for Rendering Heterogeneous Emissive Volumes"). The density of such a direction
+ * is what the lamps along it make together: Σ p·(s₁³ − s₀³)/3, with p the density of a point in a lamp and s the
+ * distances at which the ray enters and leaves it.
  */
 #ifndef NP_LIGHT_EMISSION_H
 #define NP_LIGHT_EMISSION_H
@@ -25,27 +25,35 @@ typedef struct np_glow {
   const np_bricks *temperature;     /* NULL: `offset_k` everywhere */
   np_affine world_to_temperature;
   float kelvin_per_value, offset_k;
-  float *cell_density; /* of each cell of the bricks' table: of a point drawn in it, 1/m³; NULL: none is drawn */
 } np_glow;
 
-/* A cell that may be drawn. */
-typedef struct np_glow_cell {
+/* The lamps of a glow: cells of a lattice in its index space. */
+typedef struct np_lamps {
+  double low[3]; /* index position of the first cell's corner */
+  double edge;   /* of a cell, in voxels */
+  int32_t size[3];
+  float *density; /* of each cell, z fastest: of a point drawn in it, 1/m³; NULL: no lamps */
+} np_lamps;
+
+/* A lamp that may be drawn. */
+typedef struct np_lamp {
   unsigned glow;
-  int32_t cell[3];   /* in brick coordinates */
-  double cumulative; /* share of the power in this cell and those before it */
-} np_glow_cell;
+  uint32_t cell;
+  double cumulative; /* share of the power in this lamp and those before it */
+} np_lamp;
 
 typedef struct np_emission {
   neph_context *context; /* borrowed */
   np_black_body black_body;
   unsigned glow_count;
   np_glow *glows;
-  size_t cell_count;
-  np_glow_cell *cells;
+  np_lamps *lamps; /* of each glow */
+  size_t lamp_count;
+  np_lamp *list;
   np_spectrum power_w_sr_nm; /* ∫ j dV */
 } np_emission;
 
-/* Takes a copy of the glows, whose grids must outlive it, and lists their cells by power. On failure nothing is left.
+/* Takes a copy of the glows, whose grids must outlive it, and lists their lamps by power. On failure nothing is left.
  */
 neph_result np_emission_build(neph_context *context, const np_glow *glows, unsigned count,
                               const double wavelength_nm[NP_BAND_COUNT], np_monitor *monitor, np_emission *out);
@@ -71,8 +79,8 @@ np_spectrum np_emission_eval(const np_emission *emission, np_dvec3 position);
 /* Mean j over a box of the world, by the midpoint rule, two points to a voxel and six at most along each axis. */
 np_spectrum np_emission_average(const np_emission *emission, np_dvec3 low, np_dvec3 size);
 
-/* A point drawn for its light; false where nothing is to be drawn. */
-bool np_emission_draw(const np_emission *emission, np_random *random, np_dvec3 *out_position);
+/* A point drawn for its light, `u` in [0, 1) choosing the lamp; false where there is none. */
+bool np_emission_draw(const np_emission *emission, double u, np_random *random, np_dvec3 *out_position);
 
 /* Density per solid angle of the direction from `origin` to a drawn point. */
 float np_emission_direction_density(const np_emission *emission, np_dvec3 origin, np_vec3 direction);

@@ -32,13 +32,18 @@ static neph_result bake(const build *b, const np_scene_cloud *cloud, const char 
   return neph_cloud_bake_file(context, &at_frame, &desc, "density", path);
 }
 
-static neph_result load(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume **out_volume) {
+static neph_volume_load_desc describe_load(const build *b, const np_scene_cloud *cloud) {
   neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   desc.grid = cloud->grid;
   desc.precision = cloud->precision;
   desc.policy = cloud->policy;
   desc.progress = b->plan->desc.progress;
   desc.progress_user = b->plan->desc.progress_user;
+  return desc;
+}
+
+static neph_result load(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume **out_volume) {
+  const neph_volume_load_desc desc = describe_load(b, cloud);
   return neph_volume_load(b->scene->context, path, &desc, out_volume);
 }
 
@@ -84,13 +89,25 @@ static neph_result obtain_reference(const build *b, const np_scene_cloud *cloud,
   return result;
 }
 
-static void include_bounds(np_assembly *a, const np_placement *placement) {
+static void include_bounds(np_assembly *a, np_dvec3 low, np_dvec3 high) {
   a->clouds_min =
-      np_dvec3_make(fmin(a->clouds_min.x, placement->bounds_min.x), fmin(a->clouds_min.y, placement->bounds_min.y),
-                    fmin(a->clouds_min.z, placement->bounds_min.z));
+      np_dvec3_make(fmin(a->clouds_min.x, low.x), fmin(a->clouds_min.y, low.y), fmin(a->clouds_min.z, low.z));
   a->clouds_max =
-      np_dvec3_make(fmax(a->clouds_max.x, placement->bounds_max.x), fmax(a->clouds_max.y, placement->bounds_max.y),
-                    fmax(a->clouds_max.z, placement->bounds_max.z));
+      np_dvec3_make(fmax(a->clouds_max.x, high.x), fmax(a->clouds_max.y, high.y), fmax(a->clouds_max.z, high.z));
+}
+
+/* What glows in a cloud just placed. */
+static neph_result build_glow(const build *b, unsigned index, const char *path, const np_placement *placement) {
+  const np_scene_cloud *cloud = &b->scene->clouds[index];
+  np_cloud_glow *glow = &b->assembly->glows[index];
+  if (!cloud->emission.is_there || !needs(b->plan, NP_STAGE_EMISSION)) return NEPH_OK;
+  const neph_volume_load_desc desc = describe_load(b, cloud);
+  neph_result result = np_cloud_glow_load(cloud, path, b->assembly->volumes[index], placement, &desc, glow);
+  if (result || !glow->flame) return result;
+  np_dvec3 low, high;
+  np_placement_find_bounds(&glow->glow.index_to_world, glow->flame, &low, &high);
+  include_bounds(b->assembly, low, high);
+  return NEPH_OK;
 }
 
 static neph_result load_phase(const build *b, unsigned index) {
@@ -115,8 +132,9 @@ static neph_result build_cloud(const build *b, unsigned index) {
   if (!result) result = np_placement_make(cloud, a->volumes[index], reference, b->monitor, &placement);
   if (!result) {
     a->placed[index] = placement.view;
-    include_bounds(a, &placement);
+    include_bounds(a, placement.bounds_min, placement.bounds_max);
     result = load_phase(b, index);
+    if (!result) result = build_glow(b, index, path, &placement);
   }
   neph_volume_release(reference);
   np_alloc_free(a->context, path);
@@ -134,7 +152,8 @@ static neph_result build_clouds(const build *b) {
   a->volumes = np_alloc(a->context, count, sizeof *a->volumes);
   a->placed = np_alloc(a->context, count, sizeof *a->placed);
   a->phase_tables = np_alloc(a->context, count, sizeof *a->phase_tables);
-  if (!a->volumes || !a->placed || !a->phase_tables) return NEPH_ERROR_OUT_OF_MEMORY;
+  a->glows = np_alloc(a->context, count, sizeof *a->glows);
+  if (!a->volumes || !a->placed || !a->phase_tables || !a->glows) return NEPH_ERROR_OUT_OF_MEMORY;
   a->volume_count = count;
   for (unsigned i = 0; i < count; i++) {
     neph_result result = build_cloud(b, i);
@@ -218,11 +237,24 @@ static neph_result place_clouds(const packet_build *p) {
   return NEPH_OK;
 }
 
+/* All that glows in the clouds, for the packet's wavelengths. */
+static neph_result build_emission(const packet_build *p) {
+  const np_assembly *a = p->b->assembly;
+  np_glow glows[NP_VIEW_VOLUMES_MAX];
+  unsigned count = 0;
+  for (unsigned i = 0; i < a->volume_count; i++)
+    if (a->glows[i].is_there) glows[count++] = np_cloud_glow_get(&a->glows[i], &p->packet->placed[i]);
+  if (count == 0) return NEPH_OK;
+  np_monitor_set_stage(p->b->monitor, "finding what glows");
+  return np_emission_build(a->context, glows, count, p->packet->bands.nm, p->b->monitor, &p->packet->emission);
+}
+
 static neph_result build_packet(const packet_build *p) {
   const np_plan *plan = p->b->plan;
   neph_result result = NEPH_OK;
   if (needs(plan, NP_STAGE_ATMOSPHERE)) result = build_atmosphere(p);
   if (!result) result = place_clouds(p);
+  if (!result) result = build_emission(p);
   const build *b = p->b;
   const np_packet_lights_desc lights = {b->scene, plan, b->assembly, &b->lights, b->monitor};
   return result ? result : np_packet_lights_build(&lights, p->packet);
@@ -277,6 +309,7 @@ static void clear_packet(np_assembly *assembly, unsigned index) {
   np_packet *packet = &assembly->packets[index];
   neph_sky *skies[NP_SKY_ROLES];
   np_packet_lights_clear(assembly, packet, skies);
+  np_emission_clear(&packet->emission);
   np_alloc_free(assembly->context, packet->placed);
   np_sky_store_give(assembly->context, assembly->skies, index, packet->atmosphere, skies);
 }
@@ -284,11 +317,12 @@ static void clear_packet(np_assembly *assembly, unsigned index) {
 void np_assembly_clear(np_assembly *assembly) {
   for (unsigned i = 0; i < assembly->packet_count; i++) clear_packet(assembly, i);
   np_alloc_free(assembly->context, assembly->packets);
-  for (unsigned i = 0; i < NP_LIGHTS_MAX; i++) np_sun_cache_clear(&assembly->sun_caches[i]);
   for (unsigned i = 0; i < assembly->volume_count; i++) {
     neph_volume_release(assembly->volumes[i]);
     np_phase_table_clear(&assembly->phase_tables[i]);
+    np_cloud_glow_clear(&assembly->glows[i]);
   }
+  np_alloc_free(assembly->context, assembly->glows);
   np_alloc_free(assembly->context, assembly->phase_tables);
   np_alloc_free(assembly->context, assembly->volumes);
   np_alloc_free(assembly->context, assembly->placed);

@@ -6,8 +6,7 @@
 #include "atmosphere/band_set.h"
 #include "atmosphere/sky_store.h"
 #include "light/light_store.h"
-#include "light/sun_cache.h"
-#include "render/placement.h"
+#include "render/cloud_glow.h"
 #include "render/star_field.h"
 #include "scene/plan.h"
 
@@ -28,6 +27,7 @@ typedef struct np_packet {
   float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
   neph_atmosphere *atmosphere;
   np_view_volume *placed;
+  np_emission emission; /* of all clouds; without glows where there is none */
   unsigned light_count; /* the first one's view has what is not of any light: environment, disks, night */
   np_packet_light lights[NP_LIGHTS_MAX];
   np_night night;
@@ -40,12 +40,12 @@ typedef struct np_assembly {
   unsigned volume_count;
   neph_volume **volumes;
   np_view_volume *placed;          /* as the scene has them; each packet has its own copy */
+  np_cloud_glow *glows;            /* one a volume, most often nothing */
   np_phase_table *phase_tables;    /* one a volume, empty where its phase function is none */
   np_dvec3 clouds_min, clouds_max; /* world box of all clouds */
   neph_terrain *terrain;
   np_star_catalogue stars;
   np_sphere_map star_map, moon_map; /* empty: none */
-  np_sun_cache sun_caches[NP_LIGHTS_MAX]; /* of sun and moon, for all packets; empty when not needed */
   unsigned packet_count;
   np_packet *packets;
   np_sky_store *skies;    /* the scene's: what packets have of skies was taken from it and goes back */

@@ -27,6 +27,7 @@ static void add_light(np_channels *c, unsigned aovs) {
       {NP_AOV_SKY, NP_COMPONENT_SKY, {"sky.R", "sky.G", "sky.B"}},
       {NP_AOV_GROUND, NP_COMPONENT_GROUND, {"ground.R", "ground.G", "ground.B"}},
       {NP_AOV_MULTIPLE, NP_COMPONENT_MULTIPLE, {"multiple.R", "multiple.G", "multiple.B"}},
+      {NP_AOV_EMISSION, NP_COMPONENT_EMISSION, {"emission.R", "emission.G", "emission.B"}},
   };
   for (size_t i = 0; i < sizeof layers / sizeof *layers; i++)
     if (aovs & layers[i].aov) add_components(c, layers[i].names, c->beauty & 1u << layers[i].component);

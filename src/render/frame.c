@@ -7,7 +7,7 @@
 
 static bool is_lit(const np_plan *plan) {
   return plan->stages[NP_STAGE_SUN_LIGHT].is_needed || plan->stages[NP_STAGE_SKY_LIGHT].is_needed ||
-         plan->stages[NP_STAGE_MOON].is_needed;
+         plan->stages[NP_STAGE_MOON].is_needed || plan->stages[NP_STAGE_EMISSION].is_needed;
 }
 
 static np_look choose_look(const np_scene_render *render, neph_multiple_scattering multiple) {

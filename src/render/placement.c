@@ -22,19 +22,22 @@ static np_affine make_turn(np_axis_up up, double rotation_rad, double scale) {
   return up == NP_UP_Y ? np_affine_compose(&turn, &y_to_z) : turn;
 }
 
-static void bound_active(np_placement *placement, const neph_volume *volume) {
-  placement->bounds_min = np_dvec3_make(DBL_MAX, DBL_MAX, DBL_MAX);
-  placement->bounds_max = np_dvec3_make(-DBL_MAX, -DBL_MAX, -DBL_MAX);
+void np_placement_find_bounds(const np_affine *index_to_world, const neph_volume *volume, np_dvec3 *out_min,
+                              np_dvec3 *out_max) {
+  *out_min = np_dvec3_make(DBL_MAX, DBL_MAX, DBL_MAX);
+  *out_max = np_dvec3_make(-DBL_MAX, -DBL_MAX, -DBL_MAX);
   for (int corner = 0; corner < 8; corner++) {
     const np_dvec3 index = np_dvec3_make(corner & 1 ? volume->active_max[0] : volume->active_min[0],
                                          corner & 2 ? volume->active_max[1] : volume->active_min[1],
                                          corner & 4 ? volume->active_max[2] : volume->active_min[2]);
-    const np_dvec3 p = np_affine_point(&placement->index_to_world, index);
-    placement->bounds_min = np_dvec3_make(fmin(placement->bounds_min.x, p.x), fmin(placement->bounds_min.y, p.y),
-                                          fmin(placement->bounds_min.z, p.z));
-    placement->bounds_max = np_dvec3_make(fmax(placement->bounds_max.x, p.x), fmax(placement->bounds_max.y, p.y),
-                                          fmax(placement->bounds_max.z, p.z));
+    const np_dvec3 p = np_affine_point(index_to_world, index);
+    *out_min = np_dvec3_make(fmin(out_min->x, p.x), fmin(out_min->y, p.y), fmin(out_min->z, p.z));
+    *out_max = np_dvec3_make(fmax(out_max->x, p.x), fmax(out_max->y, p.y), fmax(out_max->z, p.z));
   }
+}
+
+static void bound_active(np_placement *placement, const neph_volume *volume) {
+  np_placement_find_bounds(&placement->index_to_world, volume, &placement->bounds_min, &placement->bounds_max);
 }
 
 /* Puts the centre of the bottom face of the bounds at `position_m`. */

@@ -13,6 +13,10 @@ typedef struct np_placement {
   np_dvec3 bounds_min, bounds_max; /* world box of the active samples */
 } np_placement;
 
+/* World box of a volume's active samples. */
+void np_placement_find_bounds(const np_affine *index_to_world, const neph_volume *volume, np_dvec3 *out_min,
+                              np_dvec3 *out_max);
+
 /* Places a volume as its cloud asks: up axis, voxel edge, scale, rotation, position; extinction from its unit.
  * `reference` is the volume whose densest column an optical depth refers to. */
 neph_result np_placement_make(const np_scene_cloud *cloud, const neph_volume *volume, const neph_volume *reference,

@@ -293,13 +293,23 @@ static neph_result find_pilots(np_frame *f) {
   return np_parallel_for(context, f->monitor, f->height + 2, 1, fly_pilots, f);
 }
 
-/* A hundredth of a white wall in full light: in darker places an error relative to them would cost much and show
- * little. */
+/* Mean radiance of what glows, over the box of the clouds: seen from all sides its area is a quarter of its surface. */
+static np_spectrum find_mean_emission(const np_assembly *a, const np_packet *packet) {
+  const np_dvec3 size = np_dvec3_subtract(a->clouds_max, a->clouds_min);
+  const double area = 0.5 * (size.x * size.y + size.y * size.z + size.z * size.x);
+  const np_spectrum dark = np_spectrum_grey(0.0f);
+  return packet->emission.glow_count > 0 && area > 0.0
+             ? np_spectrum_scale(packet->emission.power_w_sr_nm, (float)(1.0 / area))
+             : dark;
+}
+
+/* A hundredth of a white wall in full light, and of what glows: in darker places an error relative to them would cost
+ * much and show little. */
 static void find_dim(np_frame *f) {
   const np_assembly *a = f->assembly;
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (unsigned p = 0; p < a->packet_count; p++) {
-    np_spectrum light = np_spectrum_grey(0.0f);
+    np_spectrum light = find_mean_emission(a, &a->packets[p]);
     for (unsigned l = 0; l < a->packets[p].light_count; l++) {
       const np_scene_view *view = &a->packets[p].lights[l].view;
       light = np_spectrum_add(light,

@@ -15,7 +15,8 @@
 enum { SIZE_LIMIT = 65536 };
 
 static const unsigned light_aovs = NP_AOV_BACKGROUND | NP_AOV_TERRAIN | NP_AOV_AIR | NP_AOV_SUN | NP_AOV_SKY |
-                                   NP_AOV_GROUND | NP_AOV_MULTIPLE | NP_AOV_STANDARD_ERROR | NP_AOV_VARIANCE;
+                                   NP_AOV_GROUND | NP_AOV_MULTIPLE | NP_AOV_EMISSION | NP_AOV_STANDARD_ERROR |
+                                   NP_AOV_VARIANCE;
 
 /* ---- The description ---- */
 
@@ -59,6 +60,7 @@ static neph_result read_desc(const neph_scene *scene, const neph_render_desc *de
 typedef struct scene_facts {
   bool wants_light; /* the outputs hold radiance */
   bool has_sun, has_environment, has_air, has_clouds, has_terrain, has_planet;
+  bool has_emission;
   bool has_moon, has_glow, has_stars;                          /* of the moon, its light; its disk costs nothing */
   char no_sun[120], no_moon[160], no_glow[120], no_stars[120]; /* why not */
   const char *dark;                                            /* why there is no light to compute; NULL: there is */
@@ -110,9 +112,15 @@ static double find_pixel_sr(const neph_scene *scene, unsigned width) {
 
 static const char *find_darkness(const neph_scene *scene, const scene_facts *f) {
   if (!f->wants_light) return "no light is wanted: no output shows any";
-  if (f->has_sun || f->has_environment || f->has_moon || f->has_glow || f->has_stars) return NULL;
+  if (f->has_sun || f->has_environment || f->has_moon || f->has_glow || f->has_stars || f->has_emission) return NULL;
   return is_positive(scene->sun.irradiance_w_m2_nm) ? "nothing shines: the sun is below the horizon by more than 19 deg"
                                                     : "nothing shines: sun and environment are 0";
+}
+
+static bool has_emission(const neph_scene *scene) {
+  bool is_there = false;
+  for (unsigned i = 0; i < scene->cloud_count; i++) is_there = is_there || scene->clouds[i].emission.is_there;
+  return is_there;
 }
 
 static scene_facts find_facts(const neph_scene *scene, const np_plan *plan) {
@@ -121,6 +129,7 @@ static scene_facts find_facts(const neph_scene *scene, const np_plan *plan) {
       .has_environment = is_positive(scene->environment.radiance_w_m2_sr_nm),
       .has_air = scene->has_atmosphere && scene->environment.has_planet,
       .has_clouds = scene->cloud_count > 0,
+      .has_emission = has_emission(scene),
       .has_terrain = scene->terrain.kind != NP_TERRAIN_NONE,
       .has_planet = scene->environment.has_planet,
   };
@@ -165,16 +174,6 @@ neph_result np_plan_find_source(const neph_scene *scene, const np_scene_cloud *c
   return result;
 }
 
-/* Of the box of a bake some fifth is cloud; on disk a voxel takes about a byte. */
-static void count_cloud(np_plan *plan, const np_scene_cloud *cloud, np_cloud_source source, const char *file) {
-  if (source == NP_CLOUD_SOURCE_FILE) {
-    plan->cloud_voxel_count += (double)np_file_get_size(file);
-  } else {
-    plan->bake_voxel_count += count_voxels(&cloud->bake);
-    plan->cloud_voxel_count += 0.2 * count_voxels(&cloud->bake);
-  }
-}
-
 static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud, char *out,
                                 size_t size) {
   static const char *const deeds[] = {[NP_CLOUD_SOURCE_FILE] = "read from",
@@ -184,7 +183,7 @@ static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np
   if (cloud->vdb && !file) return NEPH_ERROR_OUT_OF_MEMORY;
   np_cloud_source source;
   neph_result result = np_plan_find_source(scene, cloud, file, plan->desc.frame, &source);
-  if (!result) count_cloud(plan, cloud, source, file);
+  if (!result && source != NP_CLOUD_SOURCE_FILE) plan->bake_voxel_count += count_voxels(&cloud->bake);
   if (!result)
     snprintf(out, size, "%s is %s%s%s", cloud->name, file ? deeds[source] : "baked", file ? " " : "", file ? file : "");
   np_alloc_free(plan->context, file);
@@ -244,16 +243,6 @@ static void decide_light(np_plan *plan, const scene_facts *facts) {
   decide_unless(plan, NP_STAGE_GROUND_LIGHT, facts->dark, no_ground, "the ground throws light back at the clouds");
 }
 
-static void decide_sun_depth(np_plan *plan, const neph_scene *scene, const scene_facts *facts) {
-  const char *against = facts->dark;
-  if (!against && !facts->has_clouds) against = "the scene has no clouds";
-  if (!against && plan->desc.integrator == NEPH_INTEGRATOR_PATH) against = "the tracer asks the clouds themselves";
-  if (!against && !facts->has_sun && !facts->has_moon) against = facts->no_sun;
-  char reason[sizeof plan->stages->reason] = "";
-  const bool is_cheaper = !against && np_plan_choose_sun_volume(plan, scene, reason, sizeof reason);
-  decide(plan, NP_STAGE_SUN_DEPTH, is_cheaper, against ? against : reason);
-}
-
 static void decide_night(np_plan *plan, const scene_facts *facts) {
   decide_unless(plan, NP_STAGE_MOON, facts->dark, facts->has_moon ? NULL : facts->no_moon,
                 "the moon shines on air, clouds and ground");
@@ -261,6 +250,8 @@ static void decide_night(np_plan *plan, const scene_facts *facts) {
                 "points of light, dimmed by the air");
   decide_unless(plan, NP_STAGE_AIRGLOW, facts->dark, facts->has_glow ? NULL : facts->no_glow,
                 "the floor of the night sky");
+  decide_unless(plan, NP_STAGE_EMISSION, facts->dark, facts->has_emission ? NULL : "no cloud has emission",
+                "black bodies in the clouds, of their grids' temperatures");
 }
 
 static void decide_scattering(np_plan *plan, const scene_facts *facts) {
@@ -308,7 +299,7 @@ static void decide_colors(np_plan *plan, const neph_scene *scene, const scene_fa
 static unsigned count_channels(const np_plan *plan) {
   const unsigned single = NP_AOV_TRANSMITTANCE | NP_AOV_DISTANCE | NP_AOV_SAMPLE_COUNT | NP_AOV_MEAN_DISTANCE;
   unsigned count = 2 + (plan->has_beauty ? 3 : 0);
-  for (unsigned bit = 1; bit <= NP_AOV_POSITION; bit <<= 1)
+  for (unsigned bit = 1; bit <= NP_AOV_LAST; bit <<= 1)
     if (bit != NP_AOV_DEPTH && plan->aovs & bit) count += single & bit ? 1 : 3;
   return count;
 }
@@ -355,7 +346,6 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   decide_scattering(out_plan, &facts);
   decide_colors(out_plan, scene, &facts);
   count_work(out_plan);
-  decide_sun_depth(out_plan, scene, &facts);
   return NEPH_OK;
 }
 
@@ -390,7 +380,6 @@ const char *np_stage_get_name(np_stage stage) {
       [NP_STAGE_SUN_LIGHT] = "sun light",
       [NP_STAGE_SKY_LIGHT] = "sky light",
       [NP_STAGE_GROUND_LIGHT] = "ground light",
-      [NP_STAGE_SUN_DEPTH] = "sun depth volume",
       [NP_STAGE_ORDINATES] = "multiple scattering",
       [NP_STAGE_LOOK] = "look",
       [NP_STAGE_INTEGRATOR] = "integrator",
@@ -398,6 +387,7 @@ const char *np_stage_get_name(np_stage stage) {
       [NP_STAGE_MOON] = "moon",
       [NP_STAGE_STARS] = "stars",
       [NP_STAGE_AIRGLOW] = "airglow",
+      [NP_STAGE_EMISSION] = "emission",
   };
   return names[stage];
 }

@@ -127,6 +127,21 @@ static neph_result check_profile(const neph_scene *scene, unsigned index, const 
   return NEPH_OK;
 }
 
+/* What is in the grids is seen when they are read. */
+static neph_result check_emission(const neph_scene *scene, unsigned index, const np_node *node) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  const np_node *emission = np_node_find(node, "emission");
+  if (!cloud->emission.is_there || !emission) return NEPH_OK;
+  if (cloud->is_baked)
+    return np_scene_fail_at(scene, emission, "clouds[%u].emission goes with vdb alone: what is baked has no fire",
+                            index);
+  const char *temperature = cloud->emission.temperature;
+  if (!temperature || strcmp(temperature, "none") != 0 || cloud->emission.offset_k > 0.0) return NEPH_OK;
+  return np_scene_fail_at(scene, emission,
+                          "clouds[%u].emission.offset is %g K, must be above 0 where emission.temperature is none",
+                          index, cloud->emission.offset_k);
+}
+
 static neph_result check_clouds(const neph_scene *scene) {
   const np_node *list = np_node_find(scene->document, "clouds");
   const np_node *node = list ? list->first : NULL;
@@ -137,6 +152,7 @@ static neph_result check_clouds(const neph_scene *scene) {
     if (!result) result = check_map(scene, i, node);
     if (!result) result = check_top(scene, i, node);
     if (!result) result = check_profile(scene, i, node);
+    if (!result) result = check_emission(scene, i, node);
   }
   return result;
 }
@@ -182,9 +198,9 @@ static neph_result check_output(const neph_scene *scene) {
 }
 
 neph_result np_scene_check(const neph_scene *scene) {
-  static neph_result (*const checks[])(const neph_scene *) = {
-      check_place,        check_sun,    check_moon,    check_stars, check_camera,
-      np_scene_air_check, check_clouds, check_terrain, check_output};
+  static neph_result (*const checks[])(const neph_scene *) = {check_place,  check_sun,     check_moon,
+                                                              check_stars,  check_camera,  np_scene_air_check,
+                                                              check_clouds, check_terrain, check_output};
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < sizeof checks / sizeof *checks; i++) result = checks[i](scene);
   return result;

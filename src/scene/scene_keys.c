@@ -44,8 +44,6 @@ static const np_choice scatterings[] = {
     {"derivative", NEPH_MULTIPLE_SCATTERING_DERIVATIVE},
     {"none", NEPH_MULTIPLE_SCATTERING_NONE},
     {NULL, 0}};
-static const np_choice sun_depths[] = {
-    {"auto", NP_SUN_DEPTH_AUTO}, {"volume", NP_SUN_DEPTH_VOLUME}, {"march", NP_SUN_DEPTH_MARCH}, {NULL, 0}};
 static const np_choice models[] = {
     {"cells", NEPH_CLOUD_MODEL_CELLS},
     {"slab", NEPH_CLOUD_MODEL_SLAB},
@@ -62,7 +60,8 @@ static const np_choice aovs[] = {
     {"standard_error", NP_AOV_STANDARD_ERROR},
     {"variance", NP_AOV_VARIANCE},     {"sample_count", NP_AOV_SAMPLE_COUNT},
     {"albedo", NP_AOV_ALBEDO},         {"mean_distance", NP_AOV_MEAN_DISTANCE},
-    {"position", NP_AOV_POSITION},     {NULL, 0}};
+    {"position", NP_AOV_POSITION},     {"emission", NP_AOV_EMISSION},
+    {NULL, 0}};
 
 /* clang-format off */
 static const np_key keys[] = {
@@ -329,6 +328,23 @@ static const np_key keys[] = {
     {.path = "clouds[].phase.table", .type = NP_KEY_FILE, .field = CLOUD(phase_source.table),
      .tag = CLOUD(phase_source.kind), .tag_value = NP_PHASE_TABLE, .group = GROUP_PHASE, .alternative = 5,
      .meaning = "CSV of angle_deg or cosine, and value in 1/sr"},
+    {.path = "clouds[].emission", .type = NP_KEY_SECTION, .tag = CLOUD(emission.is_there), .tag_value = true,
+     .meaning = "what glows in the file, as a black body"},
+    {.path = "clouds[].emission.temperature", .type = NP_KEY_TEXT, .field = CLOUD(emission.temperature),
+     .meaning = "name of the grid of temperatures; without it, temperature; none: it is offset everywhere"},
+    {.path = "clouds[].emission.kelvin", .type = NP_KEY_REAL, .unit = NP_UNIT_KELVIN,
+     .field = CLOUD(emission.kelvin_per_value), .range = WITHIN(0, 1e6), .fallback = "1 K",
+     .meaning = "what a value of 1 in that grid adds to offset"},
+    {.path = "clouds[].emission.offset", .type = NP_KEY_REAL, .unit = NP_UNIT_KELVIN, .field = CLOUD(emission.offset_k),
+     .range = WITHIN(-1e5, 1e5), .fallback = "0 K", .meaning = "temperature where that grid holds 0"},
+    {.path = "clouds[].emission.flame", .type = NP_KEY_TEXT, .field = CLOUD(emission.flame),
+     .meaning = "name of the grid of flames; without it, flame if the file has one; none: the cloud glows by what it "
+                "absorbs"},
+    {.path = "clouds[].emission.absorption", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
+     .field = CLOUD(emission.absorption_per_m), .range = WITHIN(0, 1e6), .fallback = "1 1/m",
+     .meaning = "of a flame of 1, by which it glows; it hides nothing"},
+    {.path = "clouds[].emission.strength", .type = NP_KEY_REAL, .field = CLOUD(emission.strength),
+     .range = WITHIN(0, 1e12), .fallback = "1", .meaning = "factor on what glows"},
 
     {.path = "clouds[].bake", .type = NP_KEY_SECTION, .tag = CLOUD(is_baked), .tag_value = true,
      .meaning = "a cloud from noise; its values are extinction in 1/m"},
@@ -508,10 +524,6 @@ static const np_key keys[] = {
      .meaning = "longest step of the march, however little there is to see"},
     {.path = "render.transmittance_end", .type = NP_KEY_REAL, .field = SCENE(render.transmittance_end),
      .range = WITHIN(0, 0.5), .fallback = "0.001", .meaning = "the march ends a ray below it"},
-    {.path = "render.sun_depth", .type = NP_KEY_CHOICE, .choices = sun_depths, .field = SCENE(render.sun_depth),
-     .fallback = "auto",
-     .meaning = "how the march finds how much cloud lies before the sun: looked up in a volume filled once, or marched "
-                "for at every step; auto takes what is cheaper"},
 
     {.path = "output", .type = NP_KEY_SECTION, .meaning = "what is written, and where"},
     {.path = "output.image", .type = NP_KEY_FILE, .field = SCENE(output.image),

@@ -119,6 +119,15 @@ typedef struct np_scene_phase {
   char *table;                               /* file, resolved */
 } np_scene_phase;
 
+/* What glows in a cloud's file. */
+typedef struct np_scene_emission {
+  bool is_there;
+  char *temperature, *flame; /* names of grids; "none"; NULL: the usual name, a flame only where there is one */
+  double kelvin_per_value, offset_k;
+  double absorption_per_m; /* where the flame's grid holds 1 */
+  double strength;
+} np_scene_emission;
+
 typedef struct np_scene_cloud {
   char *name;
   char *vdb;  /* file pattern, resolved; NULL when only baked */
@@ -142,6 +151,7 @@ typedef struct np_scene_cloud {
   double albedo[3];
   np_scene_phase phase_source;
   np_phase phase; /* isotropic for a table, until it is read */
+  np_scene_emission emission;
 } np_scene_cloud;
 
 typedef enum np_terrain_kind { NP_TERRAIN_NONE, NP_TERRAIN_HEIGHTFIELD, NP_TERRAIN_RIDGES } np_terrain_kind;
@@ -170,11 +180,10 @@ typedef enum np_aov {
   NP_AOV_SAMPLE_COUNT = 1 << 12,
   NP_AOV_ALBEDO = 1 << 13,
   NP_AOV_MEAN_DISTANCE = 1 << 14,
-  NP_AOV_POSITION = 1 << 15
+  NP_AOV_POSITION = 1 << 15,
+  NP_AOV_EMISSION = 1 << 16,
+  NP_AOV_LAST = NP_AOV_EMISSION
 } np_aov;
-
-/* How the march finds optical depths towards the sun. */
-typedef enum np_sun_depth { NP_SUN_DEPTH_AUTO, NP_SUN_DEPTH_VOLUME, NP_SUN_DEPTH_MARCH } np_sun_depth;
 
 typedef struct np_scene_render {
   neph_integrator integrator;
@@ -194,7 +203,6 @@ typedef struct np_scene_render {
   double tolerance;         /* of the march's steps, as a share of a ray's light */
   double step_voxels;       /* longest step of the march, in voxels */
   double transmittance_end; /* a ray ends below this */
-  np_sun_depth sun_depth;
 } np_scene_render;
 
 typedef enum np_scene_color { NP_SCENE_COLOR_AUTO, NP_SCENE_BANDS, NP_SCENE_REC709, NP_SCENE_ACESCG } np_scene_color;

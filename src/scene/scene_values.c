@@ -18,7 +18,8 @@ typedef enum dimension {
   STOPS,
   VOXELS,
   TIME,
-  SPEED
+  SPEED,
+  TEMPERATURE
 } dimension;
 
 /* One SI unit is divisor/multiplier of these: two factors, so that 20 um is exactly the double 20e-6. */
@@ -41,6 +42,7 @@ static const unit_row units[] = {
     [NP_UNIT_VOXEL] = {"voxels", VOXELS, 1, 1},
     [NP_UNIT_SECOND] = {"s", TIME, 1, 1},
     [NP_UNIT_METRE_PER_SECOND] = {"m/s", SPEED, 1, 1},
+    [NP_UNIT_KELVIN] = {"K", TEMPERATURE, 1, 1},
     {"cm", LENGTH, 1, 100},
     {"mm", LENGTH, 1, 1000},
     {"nm", LENGTH, 1, 1e9},
@@ -69,6 +71,7 @@ const char *np_unit_get_quantity(np_unit unit) {
       [VOXELS] = "a number of voxels",
       [TIME] = "a time",
       [SPEED] = "a speed",
+      [TEMPERATURE] = "a temperature",
   };
   return names[units[unit].dimension];
 }

@@ -20,7 +20,8 @@ typedef enum np_unit {
   NP_UNIT_STOP,
   NP_UNIT_VOXEL,
   NP_UNIT_SECOND,
-  NP_UNIT_METRE_PER_SECOND
+  NP_UNIT_METRE_PER_SECOND,
+  NP_UNIT_KELVIN
 } np_unit;
 
 /* "m"; "" for plain numbers. */

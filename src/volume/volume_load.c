@@ -118,24 +118,38 @@ static neph_result check_content(const np_volume_file *file, const np_sparse_gri
   return NEPH_OK;
 }
 
+/* Where a field ends it may be anything that is a number. */
+static neph_result check_field(const np_volume_file *file, const np_sparse_grid *grid) {
+  if (isfinite(grid->background)) return NEPH_OK;
+  return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' has background %g, must be finite", file->path,
+                 grid->name, (double)grid->background);
+}
+
 /* ---- Load ---- */
 
 typedef struct load_job {
   neph_context *context;
   const char *path, *grid_name;
   np_monitor *monitor;
+  bool is_field, is_required;   /* a density always is */
+  bool is_in_file, has_content; /* found */
   np_sparse_grid grid;
   uint64_t tree_bytes;
 } load_job;
 
 static neph_result read_chosen(load_job *job, const np_volume_file *file) {
   size_t index;
+  const char *name = job->grid_name;
+  job->is_in_file = job->is_required || find_grids(file, name, strlen(name), false, 0).count > 0;
+  if (!job->is_in_file) return NEPH_OK;
   neph_result result = choose(file, job->grid_name, &index);
   if (result) return result;
   np_vdb_grid_info info = describe(file, index);
   result = check_kind(file, &info);
   if (!result) result = np_volume_file_read(file, index, &job->grid, &job->tree_bytes);
-  return result ? result : check_content(file, &job->grid);
+  if (result) return result;
+  job->has_content = np_sparse_grid_count_active(&job->grid) > 0;
+  return job->is_field ? check_field(file, &job->grid) : check_content(file, &job->grid);
 }
 
 static neph_result run_load(void *user) {
@@ -148,17 +162,21 @@ static neph_result run_load(void *user) {
   return result;
 }
 
-static neph_result load(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                        neph_volume **out_volume) {
+/* What `job` asks for; nothing where that holds nothing. */
+static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_volume **out_volume) {
+  neph_context *context = job->context;
   np_monitor monitor;
   np_monitor_start(&monitor, context, desc->progress, desc->progress_user);
   np_monitor_set_stage(&monitor, "loading");
-  load_job job = {.context = context, .path = path, .grid_name = desc->grid, .monitor = &monitor};
-  neph_result result = np_parallel_run(context, &monitor, run_load, &job);
-  if (!result) result = np_volume_import_values(context, path, &job.grid, desc->policy, &monitor);
-  if (!result) result = np_volume_create_from_grid(context, &job.grid, desc->precision, &monitor, out_volume);
-  if (!result) (*out_volume)->grid_bytes = job.tree_bytes;
-  np_sparse_grid_clear(&job.grid);
+  job->grid_name = desc->grid;
+  job->monitor = &monitor;
+  neph_result result = np_parallel_run(context, &monitor, run_load, job);
+  const bool is_there = !result && job->has_content;
+  if (is_there) result = np_volume_import_values(context, job->path, &job->grid, desc->policy, &monitor);
+  if (is_there && !result)
+    result = np_volume_create_from_grid(context, &job->grid, desc->precision, &monitor, out_volume);
+  if (is_there && !result) (*out_volume)->grid_bytes = job->tree_bytes;
+  np_sparse_grid_clear(&job->grid);
   return result;
 }
 
@@ -181,7 +199,17 @@ neph_result neph_volume_load(neph_context *context, const char *path, const neph
   if (!result) result = check_desc(context, &d);
   if (result) return result;
   unsigned float_mode = np_float_mode_enter();
-  result = load(context, path, &d, out_volume);
+  load_job job = {.context = context, .path = path, .is_required = true};
+  result = load(&job, &d, out_volume);
   np_float_mode_leave(float_mode);
+  return result;
+}
+
+neph_result np_volume_load_field(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                 bool is_required, bool *out_is_in_file, neph_volume **out_volume) {
+  *out_volume = NULL;
+  load_job job = {.context = context, .path = path, .is_field = true, .is_required = is_required};
+  neph_result result = load(&job, desc, out_volume);
+  if (out_is_in_file) *out_is_in_file = job.is_in_file;
   return result;
 }

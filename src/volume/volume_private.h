@@ -20,6 +20,12 @@ struct neph_volume {
   uint64_t active_voxel_count, grid_bytes;
 };
 
+/* Reads a grid, named by `desc`, that is no density: where it ends it may have any value, and one that holds nothing,
+ * or that is not required and not in the file, makes `*out_volume` NULL. `out_is_in_file` tells which, and may be NULL
+ * where the grid is required. All else as neph_volume_load. */
+neph_result np_volume_load_field(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                 bool is_required, bool *out_is_in_file, neph_volume **out_volume);
+
 /* Builds a volume from a grid whose values are a cloud's: finite, not negative, background 0. The grid stays the
  * caller's. `monitor` may be NULL. */
 neph_result np_volume_create_from_grid(neph_context *context, const np_sparse_grid *grid, neph_precision precision,

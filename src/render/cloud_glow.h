@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What glows in one cloud of a scene: its grids, placed with the cloud, and what one value of them means. */
+#ifndef NP_RENDER_CLOUD_GLOW_H
+#define NP_RENDER_CLOUD_GLOW_H
+
+#include "light/emission.h"
+#include "render/placement.h"
+
+typedef struct np_cloud_glow {
+  bool is_there;
+  neph_volume *temperature, *flame; /* NULL: none */
+  np_glow glow;                     /* but for what it absorbs, which depends on the band */
+  float flame_absorption_per_m;     /* of a value of 1; 0: the cloud itself glows */
+  float strength;
+} np_cloud_glow;
+
+/* Reads the grids beside a cloud's density from the same file. A cloud whose grids of the frame hold nothing does not
+ * glow. On failure nothing is left. */
+neph_result np_cloud_glow_load(const np_scene_cloud *cloud, const char *path, const neph_volume *density,
+                               const np_placement *placement, const neph_volume_load_desc *desc,
+                               np_cloud_glow *out_glow);
+void np_cloud_glow_clear(np_cloud_glow *glow);
+
+/* The glow for one packet's albedo of the cloud. */
+np_glow np_cloud_glow_get(const np_cloud_glow *glow, const np_view_volume *cloud);
+
+#endif

@@ -1,0 +1,343 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Scenes with fire, from files: the grids are found, placed and meant as the scene says; what no fire can be is refused
+ * or repaired, and never in the picture. */
+#include <nephos/nephos.h>
+
+#include "core/units.h"
+#include "optics/black_body.h"
+#include "test_support.h"
+#include "volume/volume_private.h"
+
+enum { EDGE = 24 };
+
+/* ---- Files ---- */
+
+/* What a grid holds; nothing where its radius is 0. */
+typedef struct recipe {
+  const char *name;
+  float inside;             /* in the middle, falling to 0 at `radius` */
+  double middle[3], radius; /* voxels */
+  float poison;             /* in one voxel of the middle, where it is not 0 */
+  float background;
+} recipe;
+
+static void fill(const recipe *r, np_sparse_grid *grid) {
+  int32_t o[3];
+  for (o[0] = 0; o[0] < EDGE; o[0] += NP_LEAF_EDGE)
+    for (o[1] = 0; o[1] < EDGE; o[1] += NP_LEAF_EDGE)
+      for (o[2] = 0; o[2] < EDGE; o[2] += NP_LEAF_EDGE) {
+        np_leaf *leaf = np_sparse_grid_add_leaf(grid, o);
+        assert_non_null(leaf);
+        for (int n = 0; n < NP_LEAF_SIZE; n++) {
+          const double x = o[0] + (n >> 6) - r->middle[0], y = o[1] + (n >> 3 & 7) - r->middle[1],
+                       z = o[2] + (n & 7) - r->middle[2], r2 = (x * x + y * y + z * z) / (r->radius * r->radius);
+          leaf->values[n] = r2 < 1.0 ? r->inside * (float)(1.0 - r2) : r->background;
+          if (r->poison != 0.0f && x * x + y * y + z * z < 1.0) leaf->values[n] = r->poison;
+          if (r2 < 1.0) leaf->active[n >> 6] |= UINT64_C(1) << (n & 63);
+        }
+      }
+}
+
+static void write_grids(neph_context *context, const char *path, const recipe *recipes, size_t count) {
+  np_sparse_grid grids[3] = {{0}};
+  np_vdb_write_grid outputs[3] = {{0}};
+  for (size_t i = 0; i < count; i++) {
+    assert_int_equal(np_sparse_grid_init(context, recipes[i].name, &grids[i]), NEPH_OK);
+    grids[i].index_to_world = np_affine_identity();
+    grids[i].background = recipes[i].background;
+    if (recipes[i].radius > 0.0) fill(&recipes[i], &grids[i]);
+    outputs[i].grid = &grids[i];
+  }
+  assert_int_equal(np_volume_save_grids(context, path, outputs, count, NULL), NEPH_OK);
+  for (size_t i = 0; i < count; i++) np_sparse_grid_clear(&grids[i]);
+}
+
+/* Smoke above a flame that reaches out of it, hot around the flame. */
+static const recipe smoke = {.name = "density", .inside = 1.0f, .middle = {11.5, 11.5, 14.0}, .radius = 9.0};
+static const recipe flame = {.name = "flame", .inside = 1.0f, .middle = {11.5, 11.5, 5.0}, .radius = 5.0};
+static const recipe heat = {.name = "temperature", .inside = 1900.0f, .middle = {11.5, 11.5, 5.0}, .radius = 20.0};
+
+typedef test_fixture fixture;
+
+static int set_up(void **state) {
+  const int failed = test_set_up(state, 2, "fire.vdb");
+  const fixture *f = *state;
+  const recipe all[] = {smoke, flame, heat};
+  if (!failed) write_grids(f->context, f->path, all, 3);
+  return failed;
+}
+
+/* ---- Pictures ---- */
+
+static const char format[] =
+    "version: 1\n"
+    "camera: {position: [0 m, -60 m, 14 m], look_at: [0 m, 0 m, 12 m], fov: 32 deg, resolution: [20, 20]}\n"
+    "sun: {elevation: 20 deg, azimuth: 240 deg}\n"
+    "clouds:\n"
+    "  - {name: fire, vdb: \"%s\", extinction: 0.3 1/m, albedo: [0.9, 0.85, 0.8], phase: {hg: 0.5},\n"
+    "     position: [0, 0, 5 m], emission: {%s}, import: %s}\n"
+    "render: {samples: 16}\n"
+    "output: {aovs: [background, terrain, air, sun, sky, ground, multiple, emission]}\n";
+
+static neph_scene *load(const fixture *f, const char *emission, const char *import) {
+  char text[2048];
+  (void)snprintf(text, sizeof text, format, f->path, emission, import);
+  neph_scene *scene = NULL;
+  assert_int_equal(neph_scene_load_text(f->context, text, "fire.yaml", &scene), NEPH_OK);
+  return scene;
+}
+
+static neph_image *render(neph_scene *scene, neph_integrator integrator) {
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  neph_image *image = NULL;
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  desc.integrator = integrator;
+  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+  return image;
+}
+
+static double find_mean(neph_image *image, const char *channel) {
+  const float *values = neph_image_get_channel(image, channel);
+  const size_t count = (size_t)neph_image_get_width(image) * neph_image_get_height(image);
+  double sum = 0.0;
+  for (size_t p = 0; p < count; p++) sum += (double)values[p];
+  return sum / (double)count;
+}
+
+/* The mean of a channel of a scene's picture. */
+static double measure(const fixture *f, const char *emission, neph_integrator integrator, const char *channel) {
+  neph_scene *scene = load(f, emission, "refuse");
+  neph_image *image = render(scene, integrator);
+  const double mean = find_mean(image, channel);
+  neph_image_destroy(image);
+  neph_scene_destroy(scene);
+  return mean;
+}
+
+/* Each component went through its own film; sums of 8 floats agree with the beauty's to float rounding. */
+static void components_add_up_to_the_beauty(void **state) {
+  static const char *const layers[] = {"background", "terrain", "air", "sun", "sky", "ground", "multiple", "emission"};
+  static const char *const bands[] = {"R", "G", "B"};
+  const fixture *f = *state;
+  for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
+    neph_scene *scene = load(f, "", "refuse");
+    neph_image *image = render(scene, i);
+    const size_t count = (size_t)neph_image_get_width(image) * neph_image_get_height(image);
+    for (int b = 0; b < 3; b++)
+      for (size_t p = 0; p < count; p++) {
+        double sum = 0.0;
+        for (size_t l = 0; l < sizeof layers / sizeof *layers; l++) {
+          char name[32];
+          (void)snprintf(name, sizeof name, "%s.%s", layers[l], bands[b]);
+          const double value = (double)neph_image_get_channel(image, name)[p];
+          assert_true(value >= 0.0);
+          sum += value;
+        }
+        assert_near_relative((double)neph_image_get_channel(image, bands[b])[p], sum, 1e-5);
+      }
+    assert_true(find_mean(image, "emission.R") > 0.0);
+    neph_image_destroy(image);
+    neph_scene_destroy(scene);
+  }
+}
+
+/* Both see one fire: 16 samples a pixel of the tracer leave 2 % in the emission's mean, drawn pixel points most of it.
+ */
+static void integrators_agree_on_what_glows(void **state) {
+  const fixture *f = *state;
+  const double march = measure(f, "", NEPH_INTEGRATOR_MARCH, "emission.R"),
+               path = measure(f, "", NEPH_INTEGRATOR_PATH, "emission.R");
+  print_message("emission.R: march %.5g, path %.5g\n", march, path);
+  assert_near_relative(march, path, 0.02);
+}
+
+/* What the keys say is what shines: twice the absorption or the strength is twice the light; 273.15 K of offset with
+ * that much less in the grid is the same light; a constant temperature is the black body's ratio of colours. */
+static void keys_mean_what_they_say(void **state) {
+  const fixture *f = *state;
+  const neph_integrator march = NEPH_INTEGRATOR_MARCH;
+  const double once = measure(f, "flame: flame, temperature: temperature", march, "emission.G");
+  assert_near_relative(measure(f, "", march, "emission.G"), once, 1e-6); /* the defaults */
+  assert_near_relative(measure(f, "absorption: 2 1/m", march, "emission.G"), 2.0 * once, 1e-5);
+  assert_near_relative(measure(f, "strength: 2", march, "emission.G"), 2.0 * once, 1e-5);
+  assert_near_relative(measure(f, "absorption: 2 1/km, strength: 500", march, "emission.G"), once, 1e-5);
+  const double red = measure(f, "temperature: none, offset: 1500 K", march, "emission.R"),
+               green = measure(f, "temperature: none, offset: 1500 K", march, "emission.G");
+  /* The air before the camera, 60 m of it, takes 1e-3 of either. */
+  assert_near_relative(red / green, np_black_body_radiance(680.0, 1500.0) / np_black_body_radiance(550.0, 1500.0),
+                       3e-3);
+  assert_true(measure(f, "kelvin: 0.5 K", march, "emission.R") < 1e-3 * once);
+}
+
+/* The cloud's own absorption: (1−ϖ)·σ, most in blue, where it is darkest, and none where nothing is absorbed. */
+static void without_a_flame_the_cloud_glows_by_what_it_absorbs(void **state) {
+  const fixture *f = *state;
+  const char *const keys = "flame: none, temperature: none, offset: 1500 K";
+  neph_scene *scene = load(f, keys, "refuse");
+  neph_image *image = render(scene, NEPH_INTEGRATOR_MARCH);
+  const double red = find_mean(image, "emission.R"), green = find_mean(image, "emission.G");
+  /* The same smoke hides both, and both glow in proportion to what they absorb, 0.10 and 0.15. */
+  assert_near_relative(green / red, 1.5 * np_black_body_radiance(550.0, 1500.0) / np_black_body_radiance(680.0, 1500.0),
+                       3e-3);
+  neph_image_destroy(image);
+  assert_int_equal(neph_scene_set(scene, "clouds[0].albedo", "1"), NEPH_OK);
+  image = render(scene, NEPH_INTEGRATOR_MARCH);
+  assert_true(find_mean(image, "emission.R") == 0.0);
+  neph_image_destroy(image);
+  neph_scene_destroy(scene);
+}
+
+/* Sun and moon are two views of one scene; a fire is in one of them. */
+static void a_second_light_does_not_light_the_fire_twice(void **state) {
+  const fixture *f = *state;
+  for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
+    neph_scene *scene = load(f, "", "refuse");
+    assert_int_equal(neph_scene_set(scene, "sun.elevation", "-12 deg"), NEPH_OK);
+    neph_image *one = render(scene, i);
+    assert_int_equal(neph_scene_set(scene, "moon", "{elevation: 40 deg, azimuth: 60 deg}"), NEPH_OK);
+    neph_image *two = render(scene, i);
+    assert_near_relative(find_mean(two, "emission.G"), find_mean(one, "emission.G"), 0.02);
+    neph_image_destroy(one);
+    neph_image_destroy(two);
+    neph_scene_destroy(scene);
+  }
+}
+
+/* Fire alone in the dark is seen, lights ground and smoke, and is the same light in packets: by 6 wavelengths to 15 %,
+ * which is what six samples of so steep a spectrum leave. */
+static void fire_alone_lights_a_scene(void **state) {
+  const fixture *f = *state;
+  for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
+    neph_scene *scene = load(f, "", "refuse");
+    assert_int_equal(neph_scene_set(scene, "sun.irradiance", "0"), NEPH_OK);
+    neph_image *image = render(scene, i);
+    static const char *const lit[] = {"terrain.R", "multiple.R", "emission.R"};
+    static const char *const dark[] = {"sun.R", "background.R", "sky.R", "air.R"};
+    const size_t dark_count =
+        i == NEPH_INTEGRATOR_MARCH ? 4 : 1; /* paths follow the fire's light through the air too */
+    for (size_t c = 0; c < 3; c++) assert_true(find_mean(image, lit[c]) > 0.0);
+    for (size_t c = 0; c < dark_count; c++) assert_true(find_mean(image, dark[c]) == 0.0);
+    neph_image_destroy(image);
+    double means[2];
+    for (int n = 0; n < 2; n++) {
+      assert_int_equal(neph_scene_set(scene, "render.wavelengths", n ? "30" : "6"), NEPH_OK);
+      image = render(scene, NEPH_INTEGRATOR_MARCH);
+      means[n] = find_mean(image, "emission.G");
+      neph_image_destroy(image);
+    }
+    assert_near_relative(means[0], means[1], 0.15);
+    neph_scene_destroy(scene);
+  }
+}
+
+/* ---- What no fire can be ---- */
+
+static void assert_refused(fixture *f, const char *emission, const char *message) {
+  neph_scene *scene = load(f, emission, "refuse");
+  neph_image *image = NULL;
+  test_log_clear(&f->log);
+  assert_int_not_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
+  assert_one_error(&f->log, message);
+  assert_null(image);
+  neph_scene_destroy(scene);
+}
+
+/* Said, and all finite, none negative. */
+static void assert_repaired(fixture *f, const char *grid) {
+  neph_scene *scene = load(f, "", "repair");
+  assert_int_equal(neph_scene_set(scene, "atmosphere", "none"), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "render.samples", "4"), NEPH_OK);
+  for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
+    test_log_clear(&f->log);
+    neph_image *image = render(scene, i);
+    assert_non_null(strstr(f->log.text, grid));
+    assert_non_null(strstr(f->log.text, "taken as 0"));
+    for (unsigned c = 0; c < neph_image_get_channel_count(image); c++) {
+      const char *name = neph_image_get_channel_name(image, c);
+      const float *values = neph_image_get_channel(image, name);
+      for (size_t p = 0; p < 400; p++) assert_true(values[p] >= 0.0f && (isfinite(values[p]) || *name == 'Z'));
+    }
+    neph_image_destroy(image);
+  }
+  neph_scene_destroy(scene);
+}
+
+static void bad_values_are_refused_or_repaired(void **state) {
+  fixture *f = *state;
+  static const struct {
+    float value;
+    const char *name;
+  } poisons[] = {{NAN, "NaN"}, {INFINITY, "infinite"}, {-INFINITY, "infinite"}, {-300.0f, "negative"}};
+  for (int g = 0; g < 3; g++)
+    for (size_t i = 0; i < sizeof poisons / sizeof *poisons; i++) {
+      recipe all[] = {smoke, flame, heat};
+      all[g].poison = poisons[i].value;
+      write_grids(f->context, f->path, all, 3);
+      assert_refused(f, "", poisons[i].name);
+      assert_repaired(f, all[g].name);
+    }
+}
+
+static void missing_grids_are_named(void **state) {
+  fixture *f = *state;
+  assert_refused(f, "temperature: heat", "no grid 'heat': found 'density' (float), 'flame' (float), 'temperature'");
+  assert_refused(f, "flame: fire", "no grid 'fire'");
+  const recipe alone[] = {smoke};
+  write_grids(f->context, f->path, alone, 1);
+  assert_refused(f, "", "no grid 'temperature'");
+}
+
+/* 3e7 K of a file in thousandths of a kelvin, or a scale given twice. */
+static void enormous_temperatures_are_refused(void **state) {
+  fixture *f = *state;
+  assert_refused(f, "kelvin: 1000 K", "must be at most 100000 K");
+  recipe all[] = {smoke, flame, heat};
+  all[2].poison = 3e38f;
+  write_grids(f->context, f->path, all, 3);
+  assert_refused(f, "", "must be at most 100000 K");
+}
+
+/* A file whose temperatures go from 0 to 1, taken for kelvin: dark, and said to be. */
+static void cold_fire_is_warned_of(void **state) {
+  fixture *f = *state;
+  test_log_clear(&f->log);
+  assert_true(measure(f, "kelvin: 0.001 K", NEPH_INTEGRATOR_MARCH, "emission.R") == 0.0);
+  assert_non_null(strstr(f->log.text, "too cold to be seen to glow: emission.kelvin says what a value of 1 is"));
+}
+
+/* The first frame of a simulation has no fire yet, and the air's temperature where its grid ends. */
+static void a_fire_that_has_not_begun_is_dark(void **state) {
+  fixture *f = *state;
+  const recipe nothing = {.name = "flame"}, air = {.name = "temperature", .background = 293.0f};
+  const recipe all[] = {smoke, nothing, air};
+  write_grids(f->context, f->path, all, 3);
+  assert_true(measure(f, "", NEPH_INTEGRATOR_MARCH, "emission.R") == 0.0);
+  assert_true(measure(f, "", NEPH_INTEGRATOR_PATH, "emission.R") == 0.0);
+}
+
+static void fire_in_a_bake_is_refused(void **state) {
+  fixture *f = *state;
+  neph_scene *scene = NULL;
+  test_log_clear(&f->log);
+  assert_int_equal(neph_scene_load_text(f->context, "clouds: [{bake: {}, emission: {}}]", "bake.yaml", &scene),
+                   NEPH_ERROR_BAD_SCENE);
+  assert_one_error(&f->log, "clouds[0].emission goes with vdb alone");
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test_setup_teardown(components_add_up_to_the_beauty, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(integrators_agree_on_what_glows, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(keys_mean_what_they_say, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(without_a_flame_the_cloud_glows_by_what_it_absorbs, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_second_light_does_not_light_the_fire_twice, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(fire_alone_lights_a_scene, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(bad_values_are_refused_or_repaired, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(missing_grids_are_named, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(enormous_temperatures_are_refused, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(cold_fire_is_warned_of, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_fire_that_has_not_begun_is_dark, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(fire_in_a_bake_is_refused, set_up, test_tear_down),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
