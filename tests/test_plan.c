@@ -29,32 +29,32 @@ static void assert_plan(test_fixture *f, const char *text, const char *needed) {
 
 #define CLOUD "clouds: [{vdb: a.vdb, optical_depth: 40}]\n"
 
-/* volumes terrain atmosphere camera-sky cloud-sky sun sky ground multiple look integrator */
+/* volumes terrain atmosphere camera-sky cloud-sky sun sky ground sun-depth multiple look integrator */
 static void test_only_what_is_needed_runs(void **state) {
-  assert_plan(*state, "version: 1", "--xx-xx---x");
-  assert_plan(*state, CLOUD, "x-xxxxxxx-x");
-  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xxxxxxxxx-x");
-  assert_plan(*state, "terrain: {ridges: {}}", "-xxx-xx---x");
-  assert_plan(*state, CLOUD "atmosphere: none", "x----x-xx-x");
-  assert_plan(*state, CLOUD "environment: {planet: none}", "x----x--x-x");
-  assert_plan(*state, CLOUD "environment: {planet: none, radiance: 1}\nsun: {irradiance: 0}", "x-----x-x-x");
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x-x---xxx-x");
-  assert_plan(*state, CLOUD "render: {integrator: path}", "x-x--xxx--x");
-  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x-xxxxxx--x");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x-xxxxxx--x");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x-xxxxxx-xx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x-xxxxxx-xx");
-  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x-xxxxxx--x");
+  assert_plan(*state, "version: 1", "--xx-xx----x");
+  assert_plan(*state, CLOUD, "x-xxxxxx-x-x");
+  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xxxxxxxx-x-x");
+  assert_plan(*state, "terrain: {ridges: {}}", "-xxx-xx----x");
+  assert_plan(*state, CLOUD "atmosphere: none", "x----x-x-x-x");
+  assert_plan(*state, CLOUD "environment: {planet: none}", "x----x---x-x");
+  assert_plan(*state, CLOUD "environment: {planet: none, radiance: 1}\nsun: {irradiance: 0}", "x-----x--x-x");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x-x---xx-x-x");
+  assert_plan(*state, CLOUD "render: {integrator: path}", "x-x--xxx---x");
+  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x-xxxxxx---x");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x-xxxxxx---x");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x-xxxxxx--xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x-xxxxxx--xx");
+  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x-xxxxxx---x");
 }
 
 static void test_no_light_where_none_is_wanted(void **state) {
   assert_plan(*state, CLOUD "terrain: {ridges: {}}\noutput: {beauty: false, aovs: [depth, transmittance, distance]}",
-              "xx--------x");
-  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x-xxxxxxx-x");
+              "xx---------x");
+  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x-xxxxxx-x-x");
 }
 
 static void test_no_light_where_nothing_shines(void **state) {
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x---------x");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x----------x");
 }
 
 static void test_sky_alone(void **state) {
@@ -65,6 +65,29 @@ static void test_sky_alone(void **state) {
   for (int i = 0; i < NP_STAGE_COUNT; i++)
     assert_int_equal(plan.stages[i].is_needed, i == NP_STAGE_ATMOSPHERE || i == NP_STAGE_CAMERA_SKY);
   neph_scene_destroy(scene);
+}
+
+#define BAKE "clouds: [{bake: {extent: 4 km, thickness: 1 km, voxel: 20 m}}]\n"
+
+static void assert_sun_volume(test_fixture *f, const char *text, bool is_needed, const char *reason) {
+  neph_scene *scene = load(f, text);
+  np_plan plan;
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  assert_int_equal(plan.stages[NP_STAGE_SUN_DEPTH].is_needed, is_needed);
+  assert_non_null(strstr(plan.stages[NP_STAGE_SUN_DEPTH].reason, reason));
+  neph_scene_destroy(scene);
+}
+
+/* Two million voxels in the box: too many for a thumbnail, few for a picture. */
+static void test_sun_volume_is_filled_where_it_pays(void **state) {
+  assert_sun_volume(*state, BAKE "camera: {resolution: [960, 540]}", true, "look-ups to fill it against");
+  assert_sun_volume(*state, BAKE "camera: {resolution: [20, 10]}\nrender: {samples: 1}", false, "look-ups to fill it");
+  assert_sun_volume(*state, BAKE "render: {sun_depth: march}", false, "render.sun_depth is march");
+  assert_sun_volume(*state, BAKE "camera: {resolution: [20, 10]}\nrender: {samples: 1, sun_depth: volume}", true,
+                    "render.sun_depth is volume");
+  assert_sun_volume(*state, BAKE "sun: {angular_radius: 2 deg}", false, "its disk is marched for");
+  assert_sun_volume(*state, BAKE "render: {integrator: path}", false, "the tracer");
+  assert_sun_volume(*state, "version: 1", false, "no clouds");
 }
 
 static void test_work_is_counted(void **state) {
@@ -159,6 +182,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_no_light_where_none_is_wanted, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_no_light_where_nothing_shines, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_sky_alone, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_sun_volume_is_filled_where_it_pays, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_work_is_counted, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_bad_descriptions_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_incomplete_scenes_are_refused, set_up, test_tear_down),

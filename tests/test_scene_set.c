@@ -143,6 +143,17 @@ static void test_bad_paths_are_refused(void **state) {
   }
 }
 
+static void test_sun_depth_is_one_of_three(void **state) {
+  fixture *f = *state;
+  assert_int_equal(f->scene->render.sun_depth, NP_SUN_DEPTH_AUTO);
+  set(f, "render.sun_depth", "march");
+  assert_int_equal(f->scene->render.sun_depth, NP_SUN_DEPTH_MARCH);
+  set(f, "render.sun_depth", "volume");
+  assert_int_equal(f->scene->render.sun_depth, NP_SUN_DEPTH_VOLUME);
+  assert_refused(f, "render.sun_depth", "cache", "render.sun_depth is cache, must be auto, volume or march");
+  assert_refused(f, "render.sun_depth", "1", "render.sun_depth is 1, must be auto, volume or march");
+}
+
 static void test_settings_read_out(void **state) {
   fixture *f = *state;
   neph_render_desc desc;
@@ -195,6 +206,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_a_list_item_is_set, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_what_is_wrong_changes_nothing, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_bad_paths_are_refused, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_sun_depth_is_one_of_three, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_settings_read_out, set_up, tear_down),
       cmocka_unit_test(test_failed_allocations),
   };

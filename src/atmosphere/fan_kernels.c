@@ -6,16 +6,21 @@
  *   J(ω) = a·M + b·F·ω + c·ω·Kω
  *
  * is folded, once for the fan, into a quadratic in ωx for each column of sun cosines; a ray then evaluates those of the
- * two columns about its sun, and mixes them. Vectors hold two columns, or two neighbours, of three bands each.
+ * two columns about its sun, and mixes them. Vectors hold two columns of three bands each.
  *
  * Every lane is computed by the same operations at any width, so that all instruction sets give the same bits.
  */
 #include "atmosphere/fan.h"
 #include "core/isa.h"
 
-typedef float pair __attribute__((vector_size(32), aligned(16), may_alias));
+/* A column or two, as the registers have it: nothing is gained by halves of vectors. */
+#if defined(__AVX__)
+typedef float block __attribute__((vector_size(32), aligned(16), may_alias));
+#else
+typedef float block __attribute__((vector_size(16), aligned(16), may_alias));
+#endif
 
-enum { BANDS = sizeof(np_bands) / sizeof(float) };
+enum { BANDS = sizeof(np_bands) / sizeof(float), BLOCK = sizeof(block) / sizeof(np_bands) };
 
 /* ---- Sunlight ---- */
 
@@ -133,14 +138,15 @@ typedef struct folded_source {
   np_bands total[NP_MOMENT_COLUMNS_MAX + 2];
 } folded_source;
 
-/* Two columns of one moment, between two rows. */
-static inline void mix_rows(const np_bands *low, const np_bands *high, float upper, pair *out) {
-  const pair below = *(const pair *)low;
-  *out = below + upper * (*(const pair *)high - below);
+static inline void set_block(np_bands value, block *out) {
+  const np_bands both[2] = {value, value};
+  *out = *(const block *)both;
 }
 
-static inline void double_bands(np_bands value, pair *out) {
-  *out = __builtin_shufflevector(value, value, 0, 1, 2, 3, 0, 1, 2, 3);
+/* One moment in a block of columns, between two rows. */
+static inline void mix_rows(const np_bands *low, const np_bands *high, float upper, block *out) {
+  const block below = *(const block *)low;
+  *out = below + upper * (*(const block *)high - below);
 }
 
 /* The columns that a point's rays look at. */
@@ -161,20 +167,32 @@ static void fold_source(const np_fan_source *source, int first, int last, folded
   const np_bands *low = np_moment_table_at_row(table, np_moment_table_row(table, (double)source->altitude_m, &upper));
   const np_bands *high = low + columns * NP_MOMENT_COUNT;
   const float z = source->cosine;
-  pair a, b, c;
-  double_bands(source->isotropic, &a);
-  double_bands(source->linear, &b);
-  double_bands(source->quadratic, &c);
-  const pair bz = z * b, cyy = (1.0f - z * z) * c, czz = (z * z) * c, cxz = (2.0f * z) * c;
-  for (int i = first; i <= last; i += 2) {
-    pair m[NP_MOMENT_COUNT];
+  block a, b, c;
+  set_block(source->isotropic, &a);
+  set_block(source->linear, &b);
+  set_block(source->quadratic, &c);
+  const block bz = z * b, cyy = (1.0f - z * z) * c, czz = (z * z) * c, cxz = (2.0f * z) * c;
+  for (int i = first; i <= last; i += BLOCK) {
+    block m[NP_MOMENT_COUNT];
     for (int k = 0; k < NP_MOMENT_COUNT; k++) mix_rows(low + k * columns + i, high + k * columns + i, upper, &m[k]);
-    const pair kyy = m[NP_MOMENT_M] - m[NP_MOMENT_KXX] - m[NP_MOMENT_KZZ];
-    *(pair *)(out->constant + i) = (a * m[NP_MOMENT_M] + bz * m[NP_MOMENT_FZ]) + (cyy * kyy + czz * m[NP_MOMENT_KZZ]);
-    *(pair *)(out->linear + i) = b * m[NP_MOMENT_FX] + cxz * m[NP_MOMENT_KXZ];
-    *(pair *)(out->square + i) = c * (m[NP_MOMENT_KXX] - kyy);
-    *(pair *)(out->total + i) = m[NP_MOMENT_M];
+    const block kyy = m[NP_MOMENT_M] - m[NP_MOMENT_KXX] - m[NP_MOMENT_KZZ];
+    *(block *)(out->constant + i) = (a * m[NP_MOMENT_M] + bz * m[NP_MOMENT_FZ]) + (cyy * kyy + czz * m[NP_MOMENT_KZZ]);
+    *(block *)(out->linear + i) = b * m[NP_MOMENT_FX] + cxz * m[NP_MOMENT_KXZ];
+    *(block *)(out->square + i) = c * (m[NP_MOMENT_KXX] - kyy);
+    *(block *)(out->total + i) = m[NP_MOMENT_M];
   }
+}
+
+/* The quadratics of a column and of the next at one ωx, mixed. */
+static inline np_bands evaluate(const folded_source *folded, int column, float x, float upper) {
+  np_bands both[2];
+  for (int i = 0; i < 2; i += BLOCK) {
+    const block *constant = (const block *)(folded->constant + column + i);
+    const block *linear = (const block *)(folded->linear + column + i);
+    const block *square = (const block *)(folded->square + column + i);
+    *(block *)(both + i) = *constant + x * (*linear + x * *square);
+  }
+  return np_bands_mix(both[0], both[1], upper);
 }
 
 static void add_source(const np_fan_source *source, const np_fan_point *point, np_bands *sums, np_bands *out_totals) {
@@ -182,15 +200,7 @@ static void add_source(const np_fan_source *source, const np_fan_point *point, n
   int first, last;
   find_range(point, &first, &last);
   fold_source(source, first, last, &folded);
-  for (int i = 0; i < point->count; i++) {
-    const int k = point->column[i];
-    const float x = point->x[i];
-    const pair *constant = (const pair *)(folded.constant + k), *linear = (const pair *)(folded.linear + k);
-    const pair *square = (const pair *)(folded.square + k);
-    const pair both = *constant + x * (*linear + x * *square);
-    sums[i] += np_bands_mix(__builtin_shufflevector(both, both, 0, 1, 2, 3),
-                            __builtin_shufflevector(both, both, 4, 5, 6, 7), point->upper[i]);
-  }
+  for (int i = 0; i < point->count; i++) sums[i] += evaluate(&folded, point->column[i], point->x[i], point->upper[i]);
   for (int i = 0; out_totals && i < point->count; i++) {
     const np_bands *total = folded.total + point->column[i];
     out_totals[i] = np_bands_mix(total[0], total[1], point->upper[i]);

@@ -133,6 +133,34 @@ static inline np_bands np_extinction_at(const np_medium *medium, double altitude
   return extinction;
 }
 
+/* np_layer_density at four altitudes, a lane each. */
+static inline np_bands np_layer_densities(const np_layer *layer, np_bands h) {
+  np_bands density = np_bands_grey(0.0f);
+  switch (layer->profile) {
+  case NEPH_LAYER_EXPONENTIAL:
+    density = np_bands_exp((layer->bottom - h) * layer->inverse_height);
+    break;
+  case NEPH_LAYER_TENT:
+    density = 1.0f - np_bands_max(h - layer->center, layer->center - h) * layer->inverse_width;
+    density = np_bands_max(density, np_bands_grey(0.0f));
+    break;
+  case NEPH_LAYER_TABLE:
+    for (int i = 0; i < 4; i++) density[i] = np_layer_density(layer, h[i]);
+    break;
+  }
+  return np_bands_select((h >= layer->bottom) & (h <= layer->top), density, np_bands_grey(0.0f));
+}
+
+/* Extinction at four altitudes, 1/m. */
+static inline void np_extinction_at_four(const np_medium *medium, np_bands altitude_m, np_bands out[4]) {
+  const np_bands h = np_bands_max(altitude_m, np_bands_grey(0.0f));
+  for (int k = 0; k < 4; k++) out[k] = np_bands_grey(0.0f);
+  for (int i = 0; i < medium->layer_count; i++) {
+    const np_bands density = np_layer_densities(&medium->layers[i], h);
+    for (int k = 0; k < 4; k++) out[k] += density[k] * medium->layers[i].extinction;
+  }
+}
+
 /* What a layer scatters where its density is 1. */
 static inline np_bands np_layer_scattering(const np_layer *layer) {
   np_bands scattering = layer->rayleigh;

@@ -111,33 +111,46 @@ static float eval_twins(np_phase_lobe lobe, np_vec3 to, np_vec3 from) {
          np_phase_eval_lobe(lobe, versine_between(to, np_vec3_make(from.x, -from.y, from.z)));
 }
 
-/* Weights of every input in one output. Each lobe is scaled to a sum of 1 by itself, so that a narrow one keeps its
- * share of a mixture wherever the rule's directions lie, and is widened to what the rule tells apart. */
-static void build_output(const np_gather_kernel *kernel, int altitude, const np_phase *phase, np_vec3 to,
-                         const float *row_weight, float *out_weights) {
-  const float greatest = kernel->turns > TURNS ? sharp_asymmetry_max : asymmetry_max;
-  float lobe[2][NP_GATHER_INPUTS_MAX], sum[2] = {0.0f, 0.0f};
-  for (int in = 0; in < count_inputs(kernel); in++) {
+/* The directions that are gathered from at one altitude, and the rule's weights of their rows. */
+typedef struct dome_inputs {
+  int count;
+  np_vec3 from[NP_GATHER_INPUTS_MAX];
+  float weight[NP_GATHER_INPUTS_MAX];
+} dome_inputs;
+
+static void place_inputs(const np_gather_kernel *kernel, int altitude, const float *row_weight, dome_inputs *out) {
+  out->count = count_inputs(kernel);
+  for (int in = 0; in < out->count; in++) {
     const int row = in / kernel->turns, turn = in % kernel->turns;
-    const np_vec3 from = direction_of(kernel->input_cosine[altitude][row], input_azimuth(kernel, turn));
-    for (int i = 0; i < 2; i++) {
-      const float g = np_clampf(phase->lobe[i].asymmetry, -greatest, greatest);
-      lobe[i][in] = row_weight[row] * eval_twins((np_phase_lobe){g, phase->lobe[i].alpha}, to, from);
-      sum[i] += lobe[i][in];
-    }
+    out->from[in] = direction_of(kernel->input_cosine[altitude][row], input_azimuth(kernel, turn));
+    out->weight[in] = row_weight[row];
   }
-  const float first = (1.0f - phase->weight) / np_maxf(sum[0], 1e-20f),
-              second = phase->weight / np_maxf(sum[1], 1e-20f);
-  for (int in = 0; in < count_inputs(kernel); in++) out_weights[in] = first * lobe[0][in] + second * lobe[1][in];
 }
 
-static void build_weights(np_gather_kernel *kernel, int altitude, int aerosol, const float *row_weight) {
-  float *weights = find_weights(kernel, altitude, aerosol);
+/* Adds the weights of every input in one output for one lobe, scaled to a sum of `share`. */
+static void add_lobe(const dome_inputs *inputs, np_phase_lobe lobe, np_vec3 to, float share, float *weights) {
+  float value[NP_GATHER_INPUTS_MAX], sum = 0.0f;
+  for (int in = 0; in < inputs->count; in++) {
+    value[in] = inputs->weight[in] * eval_twins(lobe, to, inputs->from[in]);
+    sum += value[in];
+  }
+  for (int in = 0; in < inputs->count; in++) weights[in] += share / np_maxf(sum, 1e-20f) * value[in];
+}
+
+/* Each lobe of a mixture is scaled by itself, so that a narrow one keeps its share wherever the rule's directions lie,
+ * and is widened to what the rule tells apart. */
+static void build_weights(np_gather_kernel *kernel, int altitude, int aerosol, const dome_inputs *inputs) {
+  const np_phase *phase = &kernel->medium->aerosol[aerosol].phase;
+  const float greatest = kernel->turns > TURNS ? sharp_asymmetry_max : asymmetry_max;
+  const float share[2] = {1.0f - phase->weight, phase->weight};
   for (size_t out = 0; out < count_outputs(kernel); out++) {
     const np_vec3 to = direction_of(output_cosine(kernel, (int)out / kernel->azimuths),
                                     output_azimuth(kernel, (int)out % kernel->azimuths));
-    build_output(kernel, altitude, &kernel->medium->aerosol[aerosol].phase, to, row_weight,
-                 weights + out * (size_t)count_inputs(kernel));
+    float *weights = find_weights(kernel, altitude, aerosol) + out * (size_t)inputs->count;
+    for (int i = 0; i < 2; i++) {
+      const float g = np_clampf(phase->lobe[i].asymmetry, -greatest, greatest);
+      if (share[i] > 0.0f) add_lobe(inputs, (np_phase_lobe){g, phase->lobe[i].alpha}, to, share[i], weights);
+    }
   }
 }
 
@@ -212,7 +225,9 @@ static void build_altitude(np_gather_kernel *kernel, int altitude, const np_path
     np_path_build(medium, &kernel->ray[altitude][k], rule, &kernel->path[altitude][k]);
   }
   find_parts(medium, h, kernel->part[altitude]);
-  for (int i = 0; i < medium->aerosol_count; i++) build_weights(kernel, altitude, i, row_weight);
+  dome_inputs inputs;
+  place_inputs(kernel, altitude, row_weight, &inputs);
+  for (int i = 0; i < medium->aerosol_count; i++) build_weights(kernel, altitude, i, &inputs);
 }
 
 static bool has_sharp_lobe(const np_medium *medium) {

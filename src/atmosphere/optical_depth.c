@@ -33,12 +33,17 @@ static np_bands integrate_piece(const np_medium *medium, const np_ray *ray, doub
                                 int panels) {
   np_bands depth = np_bands_grey(0.0f);
   const double panel = (end - begin) / panels;
-  for (int i = 0; i < panels; i++)
+  for (int i = 0; i < panels; i++) {
+    float weight[POINTS];
+    np_bands altitude, extinction[POINTS];
     for (int k = 0; k < POINTS; k++) {
       const double w = begin + (i + gauss_x[k]) * panel;
-      depth += (float)(gauss_weight[k] * panel * 2.0 * fabs(w)) *
-               np_extinction_at(medium, np_ray_altitude(ray, perigee + w * fabs(w)));
+      weight[k] = (float)(gauss_weight[k] * panel * 2.0 * fabs(w));
+      altitude[k] = (float)np_ray_altitude(ray, perigee + w * fabs(w));
     }
+    np_extinction_at_four(medium, altitude, extinction);
+    for (int k = 0; k < POINTS; k++) depth += weight[k] * extinction[k];
+  }
   return depth;
 }
 

@@ -218,6 +218,11 @@ bool np_file_exists(const char *path) {
   return !stat(path, &status);
 }
 
+uint64_t np_file_get_size(const char *path) {
+  struct stat status;
+  return stat(path, &status) ? 0 : (uint64_t)status.st_size;
+}
+
 char *np_file_frame_name(neph_context *context, const char *pattern, int frame) {
   const char *last = strrchr(pattern, '#');
   if (!last) return np_alloc_text(context, pattern);

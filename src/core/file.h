@@ -32,6 +32,9 @@ char *np_file_resolve(neph_context *context, const char *base_file, const char *
 
 bool np_file_exists(const char *path);
 
+/* Bytes of a file; 0 when there is none. */
+uint64_t np_file_get_size(const char *path);
+
 /* Replaces the last run of '#' in `pattern` by the frame number, padded to its length; copies a pattern without one. */
 char *np_file_frame_name(neph_context *context, const char *pattern, int frame);
 

@@ -22,6 +22,7 @@
 #include "integrate/step.h"
 #include "integrate/surroundings.h"
 #include "light/multi_scatter.h"
+#include "light/sun_cache.h"
 
 void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_settings *settings,
                                 const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
@@ -51,11 +52,29 @@ typedef struct march {
   np_integrator_sample *out;
 } march;
 
+/* Optical depth of one cloud towards the sun: looked up where a cache knows it, else walked for. */
+static float find_cloud_depth(const np_scene_view *view, unsigned cloud, np_dvec3 position, np_vec3 to_sun,
+                              const np_depth_question *question, float faded) {
+  const np_sun_cache *cache = view->sun_cache;
+  const float known = cache ? np_sun_lattice_find(&cache->lattices[cloud], cache->depth_end, position, to_sun)
+                            : NP_SUN_DEPTH_UNKNOWN;
+  if (known != NP_SUN_DEPTH_UNKNOWN) return known;
+  return np_track_volume_depth(&view->volumes[cloud], position, to_sun, INFINITY, question, faded);
+}
+
+static float find_sun_depth(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun,
+                            const np_depth_question *question) {
+  float depth = 0.0f;
+  for (unsigned v = 0; v < view->volume_count && question->fade * depth < NP_FAINT_DEPTH; v++)
+    depth += find_cloud_depth(view, v, position, to_sun, question, question->fade * depth);
+  return depth;
+}
+
 static float march_shadow(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
                           np_vec3 to_sun, np_random *random) {
   (void)random;
   const np_depth_question question = {.fade = 1.0f, .error = settings->tolerance};
-  return np_transmittance(np_track_depth(view, position, to_sun, &question));
+  return np_transmittance(find_sun_depth(view, position, to_sun, &question));
 }
 
 static void set_sun_phases(march *m) {
@@ -107,7 +126,8 @@ static void add_sun(march *m, np_dvec3 position, const np_step *s, const np_spec
   if (is_slope) {
     transmittances[0] = np_look_slope(look, m->view, position, m->to_sun);
   } else {
-    fill_transmittances(m, position, m->to_sun, error, transmittances);
+    const np_depth_question question = {np_look_fade(look), error};
+    np_look_fill_transmittances(look, find_sun_depth(m->view, position, m->to_sun, &question), transmittances);
   }
   for (unsigned i = 0; i < s->count; i++) {
     const np_view_volume *volume = s->volume[i];
@@ -178,7 +198,7 @@ static void track_scaled_depth(const march *m, np_dvec3 position, float error, n
     const np_view_volume *volume = &m->view->volumes[v];
     const float forward = m->scatter->phases[v].forward;
     const np_depth_question question = {1.0f - forward * np_spectrum_max(volume->albedo), error};
-    const float own = np_track_volume_depth(volume, position, m->to_sun, INFINITY, &question, faded);
+    const float own = find_cloud_depth(m->view, v, position, m->to_sun, &question, faded);
     faded += question.fade * own;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
       const float peak = own * forward * volume->albedo.band[b];

@@ -3,33 +3,9 @@
 #include "core/stable.h"
 #include "core/units.h"
 #include "light/multi_scatter.h"
+#include "light/sun_cache.h"
 
 enum { SAMPLES_PER_ORDINATE = 48 };
-
-/* Transmittance of the clouds from the ground towards the sun, by steps of a voxel through their bricks. */
-static float find_shadow(const np_scene_view *view, np_dvec3 position) {
-  float depth = 0.0f;
-  for (unsigned v = 0; v < view->volume_count && depth < 16.0f; v++) {
-    const np_view_volume *volume = &view->volumes[v];
-    const np_dvec3 along = np_affine_vector(&volume->world_to_index, np_vec3_to_double(view->to_sun));
-    np_brick_walk walk;
-    np_brick_span span;
-    np_brick_walk_start(&walk, volume->bricks, np_affine_point(&volume->world_to_index, position), along, 0.0, 1e7);
-    const double step = 1.0 / fmax(np_dvec3_length(along), 1e-30);
-    while (depth < 16.0f && np_brick_walk_next(&walk, &span)) {
-      const double length = span.t_end - span.t_begin;
-      const int count = (int)fmin(fmax(ceil(length / step), 1.0), 64.0);
-      float sum = 0.0f;
-      for (int k = 0; k < count; k++)
-        sum += span.brick == NP_BRICK_NONE
-                   ? span.range.min
-                   : np_brick_sample(volume->bricks, span.brick,
-                                     np_brick_walk_local(&walk, &span, span.t_begin + length * (k + 0.5) / count));
-      depth += volume->extinction_per_value * sum * (float)(length / count);
-    }
-  }
-  return np_transmittance(depth);
-}
 
 static np_spectrum find_ground(const np_scene_view *view, const np_ground_hit *hit) {
   np_spectrum irradiance = np_ground_sky_irradiance(view, hit);
@@ -37,7 +13,9 @@ static np_spectrum find_ground(const np_scene_view *view, const np_ground_hit *h
   if (cosine > 0.0f) {
     const np_spectrum sun = np_light_sun(view, hit->position, view->to_sun);
     if (!np_spectrum_is_zero(sun))
-      irradiance = np_spectrum_add_scaled(irradiance, cosine * find_shadow(view, hit->position), sun);
+      irradiance = np_spectrum_add_scaled(
+          irradiance, cosine * np_transmittance(np_sun_cache_find_depth(view, hit->position, view->to_sun, 16.0f)),
+          sun);
   }
   return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
 }

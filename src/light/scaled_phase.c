@@ -62,6 +62,12 @@ static void fill_peak(np_scaled_phase *s, const double *moments, unsigned count)
   }
 }
 
+float np_scaled_phase_find_forward(const np_phase *phase, unsigned degree) {
+  double moments[NP_DEGREE_MAX + 2];
+  np_phase_get_moments(phase, degree + 2, moments);
+  return moments[1] > 0.0 ? (float)fmax(0.0, moments[degree + 1]) : 0.0f;
+}
+
 neph_result np_scaled_phase_init(neph_context *context, const np_phase *phase, unsigned degree, np_scaled_phase *out) {
   *out = (np_scaled_phase){.context = context, .phase = *phase, .degree = degree};
   double *moments = np_alloc(context, MOMENTS_MAX, sizeof *moments);
@@ -72,7 +78,7 @@ neph_result np_scaled_phase_init(neph_context *context, const np_phase *phase, u
     return NEPH_ERROR_OUT_OF_MEMORY;
   }
   np_phase_get_moments(phase, degree + 2, moments);
-  out->forward = moments[1] > 0.0 ? (float)fmax(0.0, moments[degree + 1]) : 0.0f;
+  out->forward = np_scaled_phase_find_forward(phase, degree);
   for (unsigned l = 0; l <= degree; l++) out->moments[l] = (float)moments[l] - out->forward;
   if (out->forward > 0.0f) {
     unsigned count = MOMENTS_MAX / 16;

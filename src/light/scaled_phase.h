@@ -23,6 +23,9 @@ typedef struct np_scaled_phase {
   float *peak; /* [angle][depth]: light in the peak after two scatterings and more in it, per unit of e^{−τ} */
 } np_scaled_phase;
 
+/* The share f when the rest is of this degree. */
+float np_scaled_phase_find_forward(const np_phase *phase, unsigned degree);
+
 neph_result np_scaled_phase_init(neph_context *context, const np_phase *phase, unsigned degree, np_scaled_phase *out);
 void np_scaled_phase_clear(np_scaled_phase *scaled);
 

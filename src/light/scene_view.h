@@ -35,6 +35,7 @@ static inline float np_view_extinction(const np_view_volume *volume, np_dvec3 po
 
 struct np_multi_scatter;
 struct np_emission;
+struct np_sun_cache;
 
 typedef struct np_scene_view {
   unsigned volume_count; /* at most NP_VIEW_VOLUMES_MAX */
@@ -63,6 +64,7 @@ typedef struct np_scene_view {
 
   const struct np_emission *emission;           /* NULL: nothing glows, or it does in another view */
   const struct np_multi_scatter *multi_scatter; /* NULL: not solved for */
+  const struct np_sun_cache *sun_cache;         /* NULL: depths towards the sun are walked for */
 } np_scene_view;
 
 /* A direction towards the sun's disk, uniform over it; its centre when the disk is a point. */

@@ -6,6 +6,7 @@
 #include "atmosphere/band_set.h"
 #include "atmosphere/sky_store.h"
 #include "light/light_store.h"
+#include "light/sun_cache.h"
 #include "render/cloud_glow.h"
 #include "render/star_field.h"
 #include "scene/plan.h"
@@ -46,6 +47,7 @@ typedef struct np_assembly {
   neph_terrain *terrain;
   np_star_catalogue stars;
   np_sphere_map star_map, moon_map; /* empty: none */
+  np_sun_cache sun_caches[NP_LIGHTS_MAX]; /* of sun and moon, for all packets; empty when not needed */
   unsigned packet_count;
   np_packet *packets;
   np_sky_store *skies;    /* the scene's: what packets have of skies was taken from it and goes back */

@@ -5,6 +5,8 @@
 
 #include "atmosphere/moon.h"
 #include "core/units.h"
+#include "integrate/look.h"
+#include "render/frame.h"
 
 /* A light above the atmosphere. */
 typedef struct light {
@@ -155,6 +157,35 @@ static void fill_view(const np_packet_lights_desc *d, const np_packet *packet, c
   out->view.is_environment_upper_only = scene->environment.is_upper_only;
 }
 
+/* The least rate at which depths count: in the scaled medium, or in the slowest octave. */
+static float find_sun_rate(const np_packet_lights_desc *d, const np_scene_view *view) {
+  float rate = 1.0f;
+  if (needs(d->plan, NP_STAGE_LOOK)) {
+    np_integrator_settings settings;
+    np_frame_choose_settings(&d->scene->render, d->plan->desc.multiple_scattering, &settings);
+    return np_look_fade(&settings.look);
+  }
+  if (!needs(d->plan, NP_STAGE_ORDINATES)) return rate;
+  for (unsigned v = 0; v < view->volume_count; v++)
+    rate = fminf(rate, 1.0f - np_scaled_phase_find_forward(&view->volumes[v].phase, NP_DEGREE_MIN));
+  return fmaxf(rate, 0.05f);
+}
+
+/* The same depths serve every packet. */
+static neph_result build_sun_cache(const np_packet_lights_desc *d, np_packet_light *out) {
+  np_sun_cache *cache = &d->assembly->sun_caches[out->is_moon];
+  if (!cache->lattices) {
+    np_sun_cache_desc desc = NP_SUN_CACHE_DESC_DEFAULT;
+    desc.rate = find_sun_rate(d, &out->view);
+    /* The rest of the tolerance is the steps. */
+    desc.tolerance = (float)(0.75 * d->scene->render.tolerance);
+    neph_result result = np_sun_cache_build(d->assembly->context, &out->view, &desc, d->monitor, cache);
+    if (result) return result;
+  }
+  out->view.sun_cache = cache;
+  return NEPH_OK;
+}
+
 static np_light_role get_light_role(bool is_moon) { return is_moon ? NP_LIGHT_OF_MOON : NP_LIGHT_OF_SUN; }
 
 static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_packet *packet, np_packet_light *out) {
@@ -176,7 +207,8 @@ static neph_result build_light(const np_packet_lights_desc *d, const light *l, n
   neph_result result = build_skies(d, packet, l, out);
   if (result) return result;
   fill_view(d, packet, l, is_first, out);
-  return needs(d->plan, NP_STAGE_ORDINATES) ? build_multi_scatter(d, packet, out) : NEPH_OK;
+  if (needs(d->plan, NP_STAGE_SUN_DEPTH)) result = build_sun_cache(d, out);
+  return !result && needs(d->plan, NP_STAGE_ORDINATES) ? build_multi_scatter(d, packet, out) : result;
 }
 
 /* Sun first; where neither shines, a sun without light. */

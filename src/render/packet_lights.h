@@ -8,7 +8,7 @@
 typedef struct np_packet_lights_desc {
   const neph_scene *scene;
   const np_plan *plan;
-  const np_assembly *assembly;
+  np_assembly *assembly;
   const np_scene_lights *lights;
   np_monitor *monitor;
 } np_packet_lights_desc;

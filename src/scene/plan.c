@@ -174,6 +174,16 @@ neph_result np_plan_find_source(const neph_scene *scene, const np_scene_cloud *c
   return result;
 }
 
+/* Of the box of a bake some fifth is cloud; on disk a voxel takes about a byte. */
+static void count_cloud(np_plan *plan, const np_scene_cloud *cloud, np_cloud_source source, const char *file) {
+  if (source == NP_CLOUD_SOURCE_FILE) {
+    plan->cloud_voxel_count += (double)np_file_get_size(file);
+  } else {
+    plan->bake_voxel_count += count_voxels(&cloud->bake);
+    plan->cloud_voxel_count += 0.2 * count_voxels(&cloud->bake);
+  }
+}
+
 static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud, char *out,
                                 size_t size) {
   static const char *const deeds[] = {[NP_CLOUD_SOURCE_FILE] = "read from",
@@ -183,7 +193,7 @@ static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np
   if (cloud->vdb && !file) return NEPH_ERROR_OUT_OF_MEMORY;
   np_cloud_source source;
   neph_result result = np_plan_find_source(scene, cloud, file, plan->desc.frame, &source);
-  if (!result && source != NP_CLOUD_SOURCE_FILE) plan->bake_voxel_count += count_voxels(&cloud->bake);
+  if (!result) count_cloud(plan, cloud, source, file);
   if (!result)
     snprintf(out, size, "%s is %s%s%s", cloud->name, file ? deeds[source] : "baked", file ? " " : "", file ? file : "");
   np_alloc_free(plan->context, file);
@@ -241,6 +251,16 @@ static void decide_light(np_plan *plan, const scene_facts *facts) {
   decide_unless(plan, NP_STAGE_SUN_LIGHT, facts->dark, no_sun, "the sun shines on clouds and ground");
   decide_unless(plan, NP_STAGE_SKY_LIGHT, facts->dark, no_sky, "the sky shines on clouds and ground");
   decide_unless(plan, NP_STAGE_GROUND_LIGHT, facts->dark, no_ground, "the ground throws light back at the clouds");
+}
+
+static void decide_sun_depth(np_plan *plan, const neph_scene *scene, const scene_facts *facts) {
+  const char *against = facts->dark;
+  if (!against && !facts->has_clouds) against = "the scene has no clouds";
+  if (!against && plan->desc.integrator == NEPH_INTEGRATOR_PATH) against = "the tracer asks the clouds themselves";
+  if (!against && !facts->has_sun && !facts->has_moon) against = facts->no_sun;
+  char reason[sizeof plan->stages->reason] = "";
+  const bool is_cheaper = !against && np_plan_choose_sun_volume(plan, scene, reason, sizeof reason);
+  decide(plan, NP_STAGE_SUN_DEPTH, is_cheaper, against ? against : reason);
 }
 
 static void decide_night(np_plan *plan, const scene_facts *facts) {
@@ -346,6 +366,7 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   decide_scattering(out_plan, &facts);
   decide_colors(out_plan, scene, &facts);
   count_work(out_plan);
+  decide_sun_depth(out_plan, scene, &facts);
   return NEPH_OK;
 }
 
@@ -380,6 +401,7 @@ const char *np_stage_get_name(np_stage stage) {
       [NP_STAGE_SUN_LIGHT] = "sun light",
       [NP_STAGE_SKY_LIGHT] = "sky light",
       [NP_STAGE_GROUND_LIGHT] = "ground light",
+      [NP_STAGE_SUN_DEPTH] = "sun depth volume",
       [NP_STAGE_ORDINATES] = "multiple scattering",
       [NP_STAGE_LOOK] = "look",
       [NP_STAGE_INTEGRATOR] = "integrator",

@@ -15,6 +15,7 @@ typedef enum np_stage {
   NP_STAGE_SUN_LIGHT,    /* on clouds and ground */
   NP_STAGE_SKY_LIGHT,    /* on clouds and ground, the environment's included */
   NP_STAGE_GROUND_LIGHT, /* thrown back at the clouds */
+  NP_STAGE_SUN_DEPTH,    /* of the clouds, filled in once, for march and shadows */
   NP_STAGE_ORDINATES,    /* multiple scattering solved for on coarse cells */
   NP_STAGE_LOOK,      /* multiple scattering guessed from single scattering */
   NP_STAGE_INTEGRATOR,
@@ -46,6 +47,7 @@ typedef struct np_plan {
   uint64_t ray_count;      /* of the camera: pixels of the crop times samples */
   uint64_t film_bytes;     /* of the film's channels in float */
   double bake_voxel_count; /* in the boxes of the clouds to bake: an upper bound of what is kept */
+  double cloud_voxel_count; /* that hold cloud: a guess, by which work is judged */
 } np_plan;
 
 /* Where a cloud comes from. */
@@ -61,6 +63,10 @@ neph_result np_plan_find_source(const neph_scene *scene, const np_scene_cloud *c
 
 /* Checks scene and description, and decides. `desc` NULL: the scene's own. */
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
+
+/* Decides between filling a volume of depths towards the sun and marching for each, for a plan whose rays and voxels
+ * are counted; says why. */
+bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size);
 
 /* The same for a picture of the sky alone: no clouds, no terrain. */
 neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan);

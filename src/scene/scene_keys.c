@@ -44,6 +44,8 @@ static const np_choice scatterings[] = {
     {"derivative", NEPH_MULTIPLE_SCATTERING_DERIVATIVE},
     {"none", NEPH_MULTIPLE_SCATTERING_NONE},
     {NULL, 0}};
+static const np_choice sun_depths[] = {
+    {"auto", NP_SUN_DEPTH_AUTO}, {"volume", NP_SUN_DEPTH_VOLUME}, {"march", NP_SUN_DEPTH_MARCH}, {NULL, 0}};
 static const np_choice models[] = {
     {"cells", NEPH_CLOUD_MODEL_CELLS},
     {"slab", NEPH_CLOUD_MODEL_SLAB},
@@ -524,6 +526,10 @@ static const np_key keys[] = {
      .meaning = "longest step of the march, however little there is to see"},
     {.path = "render.transmittance_end", .type = NP_KEY_REAL, .field = SCENE(render.transmittance_end),
      .range = WITHIN(0, 0.5), .fallback = "0.001", .meaning = "the march ends a ray below it"},
+    {.path = "render.sun_depth", .type = NP_KEY_CHOICE, .choices = sun_depths, .field = SCENE(render.sun_depth),
+     .fallback = "auto",
+     .meaning = "how the march finds how much cloud lies before the sun: looked up in a volume filled once, or marched "
+                "for at every step; auto takes what is cheaper"},
 
     {.path = "output", .type = NP_KEY_SECTION, .meaning = "what is written, and where"},
     {.path = "output.image", .type = NP_KEY_FILE, .field = SCENE(output.image),

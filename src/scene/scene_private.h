@@ -185,6 +185,9 @@ typedef enum np_aov {
   NP_AOV_LAST = NP_AOV_EMISSION
 } np_aov;
 
+/* How the march finds optical depths towards the sun. */
+typedef enum np_sun_depth { NP_SUN_DEPTH_AUTO, NP_SUN_DEPTH_VOLUME, NP_SUN_DEPTH_MARCH } np_sun_depth;
+
 typedef struct np_scene_render {
   neph_integrator integrator;
   unsigned wavelength_count; /* 3: the bands that the scene is given in */
@@ -203,6 +206,7 @@ typedef struct np_scene_render {
   double tolerance;         /* of the march's steps, as a share of a ray's light */
   double step_voxels;       /* longest step of the march, in voxels */
   double transmittance_end; /* a ray ends below this */
+  np_sun_depth sun_depth;
 } np_scene_render;
 
 typedef enum np_scene_color { NP_SCENE_COLOR_AUTO, NP_SCENE_BANDS, NP_SCENE_REC709, NP_SCENE_ACESCG } np_scene_color;

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The sky's tables for a sweep of tolerances: evaluations of the medium, time on one core, and error of each.
  *
- * Usage: bench_sky TRACED.csv (tests/data/sky_traced.csv). The error of the depths is against quadrature; of moments
- * and gather, of radiances marched over them against those over tables five times as fine; of sky view and aerial
- * perspective, of what is read from them against a march over the same sources; of all of it, against the tracer's
- * rows, the truth's own noise taken off. Relative rms in percent, the worst band. Time is CPU time of one thread, the
- * best of several. Not a test: it prints, and the reader judges.
+ * Usage: bench_sky TRACED.csv [ISA]: tests/data/sky_traced.csv; x86-64, x86-64-v3 or x86-64-v4 at the most. The error
+ * of the depths is against quadrature; of moments and gather, of radiances marched over them against those over tables
+ * five times as fine; of sky view and aerial perspective, of what is read from them against a march over the same
+ * sources; of all of it, against the tracer's rows, the truth's own noise taken off. Relative rms in percent, the worst
+ * band. Time is CPU time of one thread, the best of several. Not a test: it prints, and the reader judges.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -66,7 +66,14 @@ static neph_result build_moments(void *user) {
   return np_moment_table_build(a->context, &a->depths, &a->sizes.moments, NP_ORDERS_ALL, false, &a->moments);
 }
 
-static neph_result build_gather(void *user) { return np_sky_gather_build(user); }
+/* With its kernel, which is the atmosphere's. */
+static neph_result build_gather(void *user) {
+  neph_sky *sky = user;
+  neph_atmosphere *a = sky->atmosphere;
+  np_gather_kernel_free(a->context, &a->kernel);
+  neph_result result = np_gather_kernel_build(a->context, &a->medium, &a->kernel);
+  return result ? result : np_sky_gather_build(sky);
+}
 static neph_result build_view(void *user) { return np_sky_view_build(user); }
 static neph_result build_aerial(void *user) { return np_sky_aerial_build(user); }
 
@@ -222,11 +229,14 @@ static void run_tolerance(neph_context *context, double tolerance, neph_atmosphe
 }
 
 int main(int argc, char **argv) {
-  if (argc != 2) return fprintf(stderr, "usage: bench_sky TRACED.csv\n"), 2;
+  if (argc != 2 && argc != 3) return fprintf(stderr, "usage: bench_sky TRACED.csv [ISA]\n"), 2;
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   desc.thread_count = 1;
+  while (argc == 3 && desc.isa_max > NEPH_ISA_X86_64 && strcmp(argv[2], neph_isa_get_name(desc.isa_max)) != 0)
+    desc.isa_max--;
   neph_context *context;
   require(neph_context_create(&desc, &context));
+  printf("%s\n", neph_isa_get_name(neph_context_get_isa(context)));
   np_csv traced;
   require(np_csv_load(context, argv[1], &traced));
   np_table_sizes n = np_table_sizes_make(NP_SKY_TOLERANCE_MIN);

@@ -17,7 +17,13 @@ static inline void bench_count_scattering(const np_medium *medium, double altitu
   np_scattering_at(medium, altitude_m, out);
 }
 
+static inline void bench_count_extinction_at_four(const np_medium *medium, np_bands altitude_m, np_bands out[4]) {
+  bench_sky_evaluations += 4;
+  np_extinction_at_four(medium, altitude_m, out);
+}
+
 #define np_extinction_at bench_count_extinction
+#define np_extinction_at_four bench_count_extinction_at_four
 #define np_scattering_at bench_count_scattering
 
 #endif

@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The sun optical-depth volume: lattices placed, filled column by column, and asked. */
+#include "light/sun_cache.h"
+
+#include "core/alloc.h"
+#include "core/isa.h"
+#include "core/stable.h"
+#include "core/units.h"
+
+/* ---- Kernels ---- */
+
+void np_sun_column_fill_v1(np_sun_column *);
+void np_sun_column_fill_v3(np_sun_column *);
+void np_sun_column_fill_v4(np_sun_column *);
+
+np_sun_column_fn np_sun_column_get_kernel(neph_isa isa) {
+  static const np_sun_column_fn kernels[NP_ISA_COUNT] = {np_sun_column_fill_v1, np_sun_column_fill_v3,
+                                                         np_sun_column_fill_v4};
+  return kernels[isa];
+}
+
+/* ---- Places ---- */
+
+/* Finest spacing of a cloud's samples. */
+static double find_voxel(const np_view_volume *volume) {
+  double finest = INFINITY;
+  for (int a = 0; a < 3; a++) {
+    const double *row = volume->world_to_index.m[a];
+    finest = fmin(finest, 1.0 / np_dvec3_length(np_dvec3_make(row[0], row[1], row[2])));
+  }
+  return finest;
+}
+
+/* Unit axes of the lattice: the third away from the sun, the first level, so that under a low sun a flat field of
+ * clouds fills its box. */
+static np_affine make_axes(np_vec3 to_sun) {
+  const np_dvec3 away = np_dvec3_scale(np_dvec3_normalize(np_vec3_to_double(to_sun)), -1.0);
+  const np_dvec3 level = np_dvec3_make(-away.y, away.x, 0.0);
+  const np_dvec3 u = np_dvec3_length(level) > 1e-6 ? np_dvec3_normalize(level) : np_dvec3_make(1.0, 0.0, 0.0);
+  const np_dvec3 v = np_dvec3_cross(away, u);
+  return (np_affine){{{u.x, u.y, u.z, 0}, {v.x, v.y, v.z, 0}, {away.x, away.y, away.z, 0}}};
+}
+
+/* The box of a cloud's bricks along the axes. */
+static void bound(const np_view_volume *volume, const np_affine *axes, double low[3], double high[3]) {
+  np_affine index_to_world;
+  if (!np_affine_invert(&volume->world_to_index, &index_to_world)) index_to_world = np_affine_identity();
+  const np_bricks *bricks = volume->bricks;
+  for (int a = 0; a < 3; a++) {
+    low[a] = INFINITY;
+    high[a] = -INFINITY;
+  }
+  for (int corner = 0; corner < 8; corner++) {
+    double index[3];
+    for (int a = 0; a < 3; a++)
+      index[a] = (double)NP_BRICK_EDGE * (bricks->origin[a] + (corner >> a & 1 ? bricks->size[0][a] : 0));
+    const np_dvec3 p = np_affine_point(axes, np_affine_point(&index_to_world, np_dvec3_make(index[0], index[1],
+                                                                                            index[2])));
+    const double along[3] = {p.x, p.y, p.z};
+    for (int a = 0; a < 3; a++) {
+      low[a] = fmin(low[a], along[a]);
+      high[a] = fmax(high[a], along[a]);
+    }
+  }
+}
+
+static bool has_lattice(const np_view_volume *volume) {
+  return volume->bricks->value_max > 0.0f && !volume->bricks->is_periodic[0] && !volume->bricks->is_periodic[1];
+}
+
+/* Cells of a cloud with voxels `coarsening` times as coarse as its own. */
+static void place(const np_view_volume *volume, np_vec3 to_sun, double coarsening, np_sun_lattice *out) {
+  *out = (np_sun_lattice){.spacing_m = coarsening * find_voxel(volume)};
+  if (!has_lattice(volume)) return;
+  np_affine map = make_axes(to_sun);
+  double low[3], high[3];
+  bound(volume, &map, low, high);
+  for (int a = 0; a < 3; a++) {
+    const double edge = NP_SUN_CELL_EDGE * out->spacing_m;
+    out->size[a] = (int32_t)np_clamp(ceil((high[a] - low[a]) / edge), 1.0, 1e5);
+    for (int j = 0; j < 3; j++) map.m[a][j] /= out->spacing_m;
+    map.m[a][3] = -low[a] / out->spacing_m;
+  }
+  out->world_to_lattice = map;
+  if (!np_affine_invert(&map, &out->lattice_to_world)) out->size[0] = 0;
+}
+
+static size_t count_cells(const np_sun_lattice *l) {
+  return (size_t)l->size[0] * (size_t)l->size[1] * (size_t)l->size[2];
+}
+
+/* At most: of the table, and of all nodes where the cloud has bricks, turned ones touching half as many again. */
+static double bound_bytes(const np_scene_view *view, double coarsening) {
+  double bytes = 0.0;
+  for (unsigned v = 0; v < view->volume_count; v++) {
+    const np_view_volume *volume = &view->volumes[v];
+    np_sun_lattice lattice;
+    place(volume, view->to_sun, coarsening, &lattice);
+    const double cells = 1.5 * (double)volume->bricks->brick_count / (coarsening * coarsening * coarsening);
+    if (lattice.size[0] == 0) continue;
+    bytes += (double)count_cells(&lattice) * sizeof(uint32_t) +
+             cells * (NP_SUN_CELL_NODES * NP_SUN_CELL_NODES * NP_SUN_CELL_NODES * sizeof(float));
+  }
+  return bytes;
+}
+
+/* ---- Filling ---- */
+
+typedef struct fill {
+  const np_view_volume *volume;
+  const np_sun_cache_desc *desc;
+  np_sun_cache *cache;
+  np_sun_lattice *lattice;
+  np_vec3 from_sun;
+  np_sun_column_fn kernel;
+  float *rays; /* of each thread */
+  size_t rays_stride;
+} fill;
+
+static neph_result fill_columns(void *user, size_t begin, size_t end, unsigned thread) {
+  const fill *f = user;
+  np_sun_lattice *l = f->lattice;
+  for (size_t n = begin; n < end; n++) {
+    np_sun_column column = {.volume = f->volume,
+                            .lattice = l,
+                            .desc = f->desc,
+                            .depth_end = f->cache->depth_end,
+                            .from_sun = f->from_sun,
+                            .at = {(int32_t)(n / (size_t)l->size[1]), (int32_t)(n % (size_t)l->size[1])},
+                            .rays = f->rays + thread * f->rays_stride,
+                            .cells = l->cells + n * (size_t)l->size[2]};
+    f->kernel(&column);
+    if (column.node_count == 0) continue;
+    l->nodes[n] = np_alloc(f->cache->context, column.node_count, sizeof **l->nodes);
+    if (!l->nodes[n]) return NEPH_ERROR_OUT_OF_MEMORY;
+    np_sun_column_keep(&column, l->nodes[n]);
+  }
+  return NEPH_OK;
+}
+
+void np_sun_column_keep(const np_sun_column *column, float *nodes) {
+  const size_t count = (size_t)column->lattice->size[2] * NP_SUN_CELL_EDGE + 1;
+  for (int32_t k = 0; k < column->lattice->size[2]; k++) {
+    if (column->cells[k] >= NP_SUN_CELL_STEEP) continue;
+    const unsigned stride = 1u << (column->cells[k] & ((1u << NP_SUN_CELL_LEVEL_BITS) - 1));
+    const float *first = column->rays + (size_t)k * NP_SUN_CELL_EDGE;
+    for (unsigned i = 0; i < NP_SUN_CELL_NODES; i += stride)
+      for (unsigned j = 0; j < NP_SUN_CELL_NODES; j += stride)
+        for (unsigned n = 0; n < NP_SUN_CELL_NODES; n += stride)
+          *nodes++ = first[(size_t)(i * NP_SUN_CELL_NODES + j) * count + n];
+  }
+}
+
+static neph_result fill_lattice(np_sun_cache *cache, const np_scene_view *view, unsigned v,
+                                const np_sun_cache_desc *desc, np_monitor *monitor) {
+  np_sun_lattice *l = &cache->lattices[v];
+  const size_t columns = (size_t)l->size[0] * (size_t)l->size[1];
+  if (columns == 0) return NEPH_OK;
+  fill f = {.volume = &view->volumes[v],
+            .desc = desc,
+            .cache = cache,
+            .lattice = l,
+            .from_sun = np_vec3_scale(view->to_sun, -1.0f),
+            .kernel = np_sun_column_get_kernel(neph_context_get_isa(cache->context)),
+            .rays_stride = NP_SUN_CELL_NODES * NP_SUN_CELL_NODES * ((size_t)l->size[2] * NP_SUN_CELL_EDGE + 1)};
+  l->cells = np_alloc(cache->context, count_cells(l), sizeof *l->cells);
+  l->nodes = np_alloc(cache->context, columns, sizeof *l->nodes);
+  f.rays = np_alloc(cache->context, f.rays_stride * neph_context_get_thread_count(cache->context), sizeof *f.rays);
+  neph_result result = l->cells && l->nodes && f.rays ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result) result = np_parallel_for(cache->context, monitor, columns, 1, fill_columns, &f);
+  np_alloc_free(cache->context, f.rays);
+  return result;
+}
+
+/* What the cells keep, for the log and whoever judges them. */
+static void count_kept(np_sun_cache *cache) {
+  for (unsigned v = 0; v < cache->volume_count; v++) {
+    const np_sun_lattice *l = &cache->lattices[v];
+    const size_t count = count_cells(l);
+    cache->bytes += count * sizeof *l->cells;
+    for (size_t n = 0; n < count; n++) {
+      const uint32_t cell = l->cells[n], level = cell & ((1u << NP_SUN_CELL_LEVEL_BITS) - 1);
+      const size_t edge = (size_t)(NP_SUN_CELL_EDGE >> level) + 1;
+      cache->steep_cells += cell == NP_SUN_CELL_STEEP;
+      cache->dark_cells += cell == NP_SUN_CELL_DARK;
+      if (cell >= NP_SUN_CELL_STEEP) continue;
+      cache->level_cells[level]++;
+      cache->bytes += edge * edge * edge * sizeof **l->nodes;
+    }
+  }
+}
+
+neph_result np_sun_cache_build(neph_context *context, const np_scene_view *view, const np_sun_cache_desc *desc,
+                               np_monitor *monitor, np_sun_cache *out) {
+  *out = (np_sun_cache){.context = context, .depth_end = 16.0f / desc->rate};
+  double coarsening = 1.0;
+  while (bound_bytes(view, coarsening) > (double)desc->bytes_max && coarsening < 1e3) coarsening *= 1.25;
+  out->lattices = np_alloc(context, view->volume_count, sizeof *out->lattices);
+  neph_result result = out->lattices ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  np_monitor_set_stage(monitor, "finding depths towards the sun");
+  for (unsigned v = 0; !result && v < view->volume_count; v++) {
+    np_monitor_set_range(monitor, (double)v / view->volume_count, (v + 1.0) / view->volume_count);
+    place(&view->volumes[v], view->to_sun, coarsening, &out->lattices[v]);
+    out->volume_count = v + 1;
+    result = fill_lattice(out, view, v, desc, monitor);
+  }
+  if (result) {
+    np_sun_cache_clear(out);
+    return result;
+  }
+  count_kept(out);
+  np_log(context, NEPH_LOG_DEBUG,
+         "depths towards the sun: %.3g MB; cells of 9, 5, 3 and 2 nodes an edge: %llu, %llu, %llu, %llu; steep %llu, "
+         "dark %llu",
+         (double)out->bytes * 1e-6, (unsigned long long)out->level_cells[0], (unsigned long long)out->level_cells[1],
+         (unsigned long long)out->level_cells[2], (unsigned long long)out->level_cells[3],
+         (unsigned long long)out->steep_cells, (unsigned long long)out->dark_cells);
+  return NEPH_OK;
+}
+
+void np_sun_cache_clear(np_sun_cache *cache) {
+  for (unsigned v = 0; v < cache->volume_count; v++) {
+    np_sun_lattice *l = &cache->lattices[v];
+    const size_t columns = l->nodes ? (size_t)l->size[0] * (size_t)l->size[1] : 0;
+    for (size_t n = 0; n < columns; n++) np_alloc_free(cache->context, l->nodes[n]);
+    np_alloc_free(cache->context, l->nodes);
+    np_alloc_free(cache->context, l->cells);
+  }
+  np_alloc_free(cache->context, cache->lattices);
+  *cache = (np_sun_cache){0};
+}
+
+/* ---- Asking ---- */
+
+/* One cloud, by steps of a voxel through its bricks. */
+static float walk(const np_view_volume *volume, np_dvec3 position, np_vec3 to_sun, float depth_end) {
+  const np_dvec3 along = np_affine_vector(&volume->world_to_index, np_vec3_to_double(to_sun));
+  const double step = 1.0 / fmax(np_dvec3_length(along), 1e-30);
+  float depth = 0.0f;
+  np_brick_walk walk;
+  np_brick_span span;
+  np_brick_walk_start(&walk, volume->bricks, np_affine_point(&volume->world_to_index, position), along, 0.0, 1e7);
+  while (depth < depth_end && np_brick_walk_next(&walk, &span)) {
+    const double length = span.t_end - span.t_begin;
+    const int count = (int)fmin(fmax(ceil(length / step), 1.0), 64.0);
+    float sum = 0.0f;
+    for (int k = 0; k < count; k++)
+      sum += span.brick == NP_BRICK_NONE
+                 ? span.range.min
+                 : np_brick_sample(volume->bricks, span.brick,
+                                   np_brick_walk_local(&walk, &span, span.t_begin + length * (k + 0.5) / count));
+    depth += volume->extinction_per_value * sum * (float)(length / count);
+  }
+  return depth;
+}
+
+float np_sun_cache_find_depth(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun, float depth_end) {
+  const np_sun_cache *cache = view->sun_cache;
+  float depth = 0.0f;
+  for (unsigned v = 0; v < view->volume_count && depth < depth_end; v++) {
+    const float known = cache ? np_sun_lattice_find(&cache->lattices[v], cache->depth_end, position, to_sun)
+                              : NP_SUN_DEPTH_UNKNOWN;
+    depth += known == NP_SUN_DEPTH_UNKNOWN ? walk(&view->volumes[v], position, to_sun, depth_end - depth) : known;
+  }
+  return depth;
+}

@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The sun optical-depth volume: how much cloud lies between a point and the sun, filled in once and looked up.
+ *
+ * Each cloud has a lattice of nodes whose third axis t runs away from the sun, so that a line of nodes is one ray and
+ * is filled by following it once. A cell has 8³ intervals of the lattice, and keeps as many nodes as its tolerance
+ * asks for: 9³, 5³, 3³ or 2³, of which the depth is interpolated. Three kinds keep none:
+ *
+ *   empty   the depth does not change along t: it is that at the entry to the next cell towards the sun
+ *   dark    no light worth counting comes here
+ *   steep   the depth bends too much from node to node, as at a dense edge that faces the sun: to be walked for
+ *
+ * A ray that starts outside the cells runs to the first that is not empty, in its own direction; from there on the
+ * middle of the sun's disk stands for it. Periodic clouds have no lattice and are walked for.
+ *
+ * Depends on the clouds, their places and the sun's direction; not on wavelength, nor on the camera.
+ */
+#ifndef NP_LIGHT_SUN_CACHE_H
+#define NP_LIGHT_SUN_CACHE_H
+
+#include "light/scene_view.h"
+
+enum {
+  NP_SUN_CELL_EDGE = 8,
+  NP_SUN_CELL_NODES = 9,     /* along an edge */
+  NP_SUN_CELL_LEVELS = 4,    /* every node, every second, fourth, eighth */
+  NP_SUN_CELL_LEVEL_BITS = 2 /* low bits of a cell that keeps nodes: its level; above them, its first node */
+};
+
+/* Cells that keep no nodes; all others are below these. */
+#define NP_SUN_CELL_EMPTY 0xffffffffu
+#define NP_SUN_CELL_DARK 0xfffffffeu
+#define NP_SUN_CELL_STEEP 0xfffffffdu
+
+/* What is not known and must be walked for. */
+#define NP_SUN_DEPTH_UNKNOWN (-1.0f)
+
+typedef struct np_sun_lattice {
+  np_affine world_to_lattice, lattice_to_world; /* from and to steps of the lattice */
+  int32_t size[3];                              /* cells; 0: no lattice */
+  double spacing_m;
+  uint32_t *cells; /* t fastest, then v */
+  float **nodes;   /* of each column of cells along t: its cells' nodes, each t fastest, then v */
+} np_sun_lattice;
+
+typedef struct np_sun_cache_desc {
+  float rate;       /* depth counts at least this much: what is lit is at most e^{−rate·depth} */
+  float tolerance;  /* of e^{−x·depth}, for every x from `rate` to 1 */
+  size_t bytes_max; /* more, and the lattices are coarsened */
+} np_sun_cache_desc;
+
+/* Some hundredth of the light in full sun; half a gigabyte. */
+#define NP_SUN_CACHE_DESC_DEFAULT                                                                                      \
+  { .rate = 1.0f, .tolerance = 0.015f, .bytes_max = (size_t)1 << 29 }
+
+typedef struct np_sun_cache {
+  neph_context *context; /* borrowed */
+  unsigned volume_count;
+  np_sun_lattice *lattices; /* of each cloud */
+  float depth_end;          /* where it is dark: 16/rate */
+  size_t bytes;
+  uint64_t level_cells[NP_SUN_CELL_LEVELS], steep_cells, dark_cells;
+} np_sun_cache;
+
+/* Same bits for any number of threads. On failure nothing is left. */
+neph_result np_sun_cache_build(neph_context *context, const np_scene_view *view, const np_sun_cache_desc *desc,
+                               np_monitor *monitor, np_sun_cache *out);
+void np_sun_cache_clear(np_sun_cache *cache);
+
+/* Optical depth of all clouds from a point towards the sun, by the view's cache where it has one and knows, else by
+ * steps of a voxel; what lies beyond `depth_end` is not looked at. */
+float np_sun_cache_find_depth(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun, float depth_end);
+
+/* ---- Inside: one column of cells ---- */
+
+typedef struct np_sun_column {
+  const np_view_volume *volume;
+  const np_sun_lattice *lattice;
+  const np_sun_cache_desc *desc;
+  float depth_end;
+  np_vec3 from_sun; /* along t */
+  int32_t at[2];
+  float *rays;     /* scratch: the 9 × 9 rays of the column, each with every node along t */
+  uint32_t *cells; /* out: of the column */
+  size_t node_count; /* out: floats that the cells keep */
+} np_sun_column;
+
+/* Follows the rays and decides for each cell what it keeps; np_sun_column_keep then copies that to `nodes`. */
+typedef void (*np_sun_column_fn)(np_sun_column *column);
+np_sun_column_fn np_sun_column_get_kernel(neph_isa isa);
+void np_sun_column_keep(const np_sun_column *column, float *nodes);
+
+/* ---- Look-up ---- */
+
+static inline float np_sun_nodes_mix(const float *nodes, unsigned level, float u, float v, float t) {
+  const int32_t last = NP_SUN_CELL_EDGE >> level, count = last + 1;
+  const float scale = 1.0f / (float)(1u << level);
+  const float place[3] = {u * scale, v * scale, t * scale};
+  int32_t lower[3];
+  float w[3];
+  for (int a = 0; a < 3; a++) {
+    const int32_t i = (int32_t)np_clampf(place[a], 0.0f, (float)last);
+    lower[a] = i < last ? i : last - 1;
+    w[a] = np_clampf(place[a] - (float)lower[a], 0.0f, 1.0f);
+  }
+  const float *n = nodes + (lower[0] * count + lower[1]) * count + lower[2];
+  const float *m = n + count * count;
+  const float a = np_mixf(np_mixf(n[0], n[1], w[2]), np_mixf(n[count], n[count + 1], w[2]), w[1]);
+  const float b = np_mixf(np_mixf(m[0], m[1], w[2]), np_mixf(m[count], m[count + 1], w[2]), w[1]);
+  return np_mixf(a, b, w[0]);
+}
+
+/* Depth of one cloud, or NP_SUN_DEPTH_UNKNOWN. `to_sun` points to anywhere on the sun's disk. */
+static inline float np_sun_lattice_find(const np_sun_lattice *l, float depth_end, np_dvec3 position, np_vec3 to_sun) {
+  if (l->size[0] == 0) return NP_SUN_DEPTH_UNKNOWN;
+  const np_dvec3 p = np_affine_point(&l->world_to_lattice, position);
+  const np_dvec3 d = np_affine_vector(&l->world_to_lattice, np_vec3_to_double(to_sun));
+  if (!(p.z > 0.0) || !(d.z < 0.0)) return 0.0f;
+  const double drift_u = d.x / d.z, drift_v = d.y / d.z, far = (double)l->size[2] * NP_SUN_CELL_EDGE;
+  double t = p.z < far ? p.z : far;
+  for (int32_t k = (int32_t)(t * (1.0 / NP_SUN_CELL_EDGE)); k >= 0; k--, t = (double)(k + 1) * NP_SUN_CELL_EDGE) {
+    const double u = p.x + (t - p.z) * drift_u, v = p.y + (t - p.z) * drift_v;
+    if (!(u >= 0.0 && v >= 0.0 && k < l->size[2])) continue;
+    if (!(u < (double)l->size[0] * NP_SUN_CELL_EDGE && v < (double)l->size[1] * NP_SUN_CELL_EDGE)) continue;
+    const int32_t i = (int32_t)(u * (1.0 / NP_SUN_CELL_EDGE)), j = (int32_t)(v * (1.0 / NP_SUN_CELL_EDGE));
+    const size_t column = (size_t)i * (size_t)l->size[1] + (size_t)j;
+    const uint32_t cell = l->cells[column * (size_t)l->size[2] + (size_t)k];
+    if (cell == NP_SUN_CELL_EMPTY) continue;
+    if (cell == NP_SUN_CELL_DARK) return depth_end;
+    if (cell == NP_SUN_CELL_STEEP) return NP_SUN_DEPTH_UNKNOWN;
+    const float *nodes = l->nodes[column] + (cell >> NP_SUN_CELL_LEVEL_BITS);
+    const unsigned level = cell & ((1u << NP_SUN_CELL_LEVEL_BITS) - 1);
+    return np_sun_nodes_mix(nodes, level, (float)(u - (double)i * NP_SUN_CELL_EDGE),
+                            (float)(v - (double)j * NP_SUN_CELL_EDGE), (float)(t - (double)k * NP_SUN_CELL_EDGE));
+  }
+  return 0.0f;
+}
+
+#endif

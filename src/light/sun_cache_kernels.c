@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* One column of the sun optical-depth volume: its rays followed, and what each cell must keep of them. Compiled once
+ * per instruction-set level. */
+#include <string.h>
+
+#include "core/isa.h"
+#include "core/stable.h"
+#include "light/sun_cache.h"
+
+void NP_KERNEL(np_sun_column_fill)(np_sun_column *column);
+
+enum { EDGE = NP_SUN_CELL_EDGE, NODES = NP_SUN_CELL_NODES, CELL = NODES * NODES * NODES };
+
+static float sample_span(const np_bricks *bricks, const np_brick_walk *walk, const np_brick_span *span, double t) {
+  if (span->brick == NP_BRICK_NONE) return span->range.min;
+  return np_brick_sample(bricks, span->brick, np_brick_walk_local(walk, span, t));
+}
+
+/* Depth from the sun to every node of one ray, by the midpoint rule from node to node. */
+static void follow_ray(const np_sun_column *c, np_dvec3 origin, float *out) {
+  const np_view_volume *volume = c->volume;
+  const size_t count = (size_t)c->lattice->size[2] * EDGE + 1;
+  const double spacing = c->lattice->spacing_m;
+  np_brick_walk walk;
+  np_brick_span span;
+  np_brick_walk_start(&walk, volume->bricks, np_affine_point(&volume->world_to_index, origin),
+                      np_affine_vector(&volume->world_to_index, np_vec3_to_double(c->from_sun)), 0.0,
+                      (double)(count - 1) * spacing);
+  float depth = 0.0f;
+  size_t n = 0;
+  while (depth < c->depth_end && np_brick_walk_next(&walk, &span)) {
+    while (n < count && (double)n * spacing <= span.t_begin) out[n++] = depth;
+    for (double t = span.t_begin; t < span.t_end;) {
+      const double node = (double)n * spacing, end = n < count && node < span.t_end ? node : span.t_end;
+      depth += volume->extinction_per_value * sample_span(volume->bricks, &walk, &span, 0.5 * (t + end)) *
+               (float)(end - t);
+      t = end;
+      if (n < count && end >= node) out[n++] = depth;
+    }
+  }
+  while (n < count) out[n++] = depth;
+}
+
+static void follow_rays(const np_sun_column *c) {
+  const size_t count = (size_t)c->lattice->size[2] * EDGE + 1;
+  for (int i = 0; i < NODES; i++)
+    for (int j = 0; j < NODES; j++) {
+      const np_dvec3 node = np_dvec3_make(c->at[0] * EDGE + i, c->at[1] * EDGE + j, 0.0);
+      follow_ray(c, np_affine_point(&c->lattice->lattice_to_world, node), c->rays + (size_t)(i * NODES + j) * count);
+    }
+}
+
+/* The largest |e^{−x·a} − e^{−x·b}| for x from `rate` to 1: it has one maximum, at x = ln(b/a)/(b − a). */
+static float find_light_error(float a, float b, float rate) {
+  const float low = fminf(a, b), gap = fabsf(a - b);
+  const float x = np_clampf(log1pf(gap / fmaxf(low, 1e-20f)) / gap, rate, 1.0f);
+  return np_transmittance(x * low) * -expm1f(-x * gap);
+}
+
+/* Sum of the squared errors in light, at nodes halfway between two others `stride` apart from each, of their mean. */
+static float sum_bends(const float cell[CELL], int stride, int axis, float rate, int *count) {
+  static const int steps[3] = {NODES * NODES, NODES, 1};
+  const int other[2] = {steps[(axis + 1) % 3], steps[(axis + 2) % 3]}, step = stride * steps[axis];
+  float sum = 0.0f;
+  for (int i = 0; i < NODES; i += stride)
+    for (int j = 0; j < NODES; j += stride)
+      for (int k = stride; k < NODES; k += 2 * stride, ++*count) {
+        const float *node = cell + i * other[0] + j * other[1] + k * steps[axis];
+        const float guess = 0.5f * (node[-step] + node[step]), gap = fabsf(guess - *node);
+        const float error = gap > 1e-3f ? find_light_error(guess, *node, rate) : gap;
+        sum += error * error;
+      }
+  return sum;
+}
+
+/* Root of their mean, of every second node along one axis or another. */
+static float find_bend(const float cell[CELL], int stride, float rate) {
+  int count = 0;
+  float sum = 0.0f;
+  for (int axis = 0; axis < 3; axis++) sum += sum_bends(cell, stride, axis, rate, &count);
+  return sqrtf(sum / (float)count);
+}
+
+/* Between nodes one step apart the mean misses a third of what it misses between nodes two steps apart: a quarter where
+ * the depth is smooth, half at an edge. */
+static uint32_t choose_level(const float cell[CELL], const np_sun_cache_desc *desc) {
+  float bend = find_bend(cell, 1, desc->rate);
+  if (bend > 3.0f * desc->tolerance) return NP_SUN_CELL_STEEP;
+  uint32_t level = 0;
+  while (bend <= desc->tolerance && ++level + 1 < NP_SUN_CELL_LEVELS) bend = find_bend(cell, 1 << level, desc->rate);
+  return level;
+}
+
+static void gather_cell(const np_sun_column *c, int32_t k, float cell[CELL]) {
+  const size_t count = (size_t)c->lattice->size[2] * EDGE + 1;
+  for (size_t ray = 0; ray < NODES * NODES; ray++)
+    memcpy(cell + ray * NODES, c->rays + ray * count + (size_t)k * EDGE, NODES * sizeof *cell);
+}
+
+static uint32_t choose(const np_sun_column *c, const float cell[CELL]) {
+  bool is_empty = true, is_dark = true;
+  for (size_t ray = 0; ray < NODES * NODES; ray++) {
+    is_empty = is_empty && cell[ray * NODES] == cell[ray * NODES + EDGE];
+    is_dark = is_dark && cell[ray * NODES] >= c->depth_end;
+  }
+  return is_dark ? NP_SUN_CELL_DARK : is_empty ? NP_SUN_CELL_EMPTY : choose_level(cell, c->desc);
+}
+
+void NP_KERNEL(np_sun_column_fill)(np_sun_column *c) {
+  follow_rays(c);
+  c->node_count = 0;
+  for (int32_t k = 0; k < c->lattice->size[2]; k++) {
+    float cell[CELL];
+    gather_cell(c, k, cell);
+    const uint32_t kept = choose(c, cell);
+    c->cells[k] = kept;
+    if (kept >= NP_SUN_CELL_STEEP) continue;
+    const size_t edge = (size_t)(EDGE >> kept) + 1;
+    c->cells[k] = (uint32_t)c->node_count << NP_SUN_CELL_LEVEL_BITS | kept;
+    c->node_count += edge * edge * edge;
+  }
+}
