@@ -35,39 +35,34 @@ static inline np_bands np_bands_mix(np_bands a, np_bands b, float t) { return a 
 
 static inline np_bands np_bands_sqrt(np_bands a) { return _mm_sqrt_ps(a); }
 
-/* eˣ to 2e-7, 0 below −87: x = k·ln 2 + r, |r| ≤ ½ ln 2, and the polynomial of degree 6 that is nearest to eʳ. Added
- * to 1.5·2²³ + 127, k rounds itself, and leaves its biased exponent in the low bits. */
+/* The polynomial of degree 6 that is nearest to eʳ for |r| ≤ ½ ln 2, from its highest power down. */
+static const float np_exp_coefficients[] = {0.00138368460f, 0.00837481580f, 0.0416682256f, 0.166664202f,
+                                            0.499999921f,   1.0f,           1.0f};
+enum { NP_EXP_TERMS = sizeof np_exp_coefficients / sizeof *np_exp_coefficients };
+
+/* eˣ to 2e-7, 0 below −87: x = k·ln 2 + r. Added to 1.5·2²³ + 127, k rounds itself, and leaves its biased exponent in
+ * the low bits. */
 static inline np_bands np_bands_exp(np_bands x) {
-  const np_bands_bits is_zero = x < -87.0f;
-  x = np_bands_min(np_bands_max(x, np_bands_grey(-87.0f)), np_bands_grey(88.0f));
-  const np_bands rounded = x * 1.44269504f + 12583039.0f, k = rounded - 12583039.0f;
-  const np_bands r = (x - k * 0.693359375f) + k * 2.12194440e-4f;
-  np_bands sum = r * 0.00138368460f + 0.00837481580f;
-  sum = sum * r + 0.0416682256f;
-  sum = sum * r + 0.166664202f;
-  sum = sum * r + 0.499999921f;
-  sum = sum * r + 1.0f;
-  sum = sum * r + 1.0f;
-  return np_bands_select(is_zero, np_bands_grey(0.0f), sum * (np_bands)((np_bands_bits)rounded << 23));
+  const np_bands limited = np_bands_min(np_bands_max(x, np_bands_grey(-87.0f)), np_bands_grey(88.0f));
+  const np_bands rounded = limited * 1.44269504f + 12583039.0f, k = rounded - 12583039.0f;
+  const np_bands r = (limited - k * 0.693359375f) + k * 2.12194440e-4f;
+  np_bands sum = np_bands_grey(np_exp_coefficients[0]);
+  for (int i = 1; i < NP_EXP_TERMS; i++) sum = sum * r + np_exp_coefficients[i];
+  return np_bands_select(x < -87.0f, np_bands_grey(0.0f), sum * (np_bands)((np_bands_bits)rounded << 23));
 }
 
 /* The same of one number, for loops that compilers make vectors of. */
 static inline float np_exp_lane(float x) {
   const float limited = np_clampf(x, -87.0f, 88.0f);
-  const float rounded = limited * 1.44269504f + 12583039.0f, k = rounded - 12583039.0f;
-  const float r = (limited - k * 0.693359375f) + k * 2.12194440e-4f;
-  float sum = r * 0.00138368460f + 0.00837481580f;
-  sum = sum * r + 0.0416682256f;
-  sum = sum * r + 0.166664202f;
-  sum = sum * r + 0.499999921f;
-  sum = sum * r + 1.0f;
-  sum = sum * r + 1.0f;
   union {
     float number;
-    int32_t bits;
-  } power = {.number = rounded};
-  power.bits = (int32_t)((uint32_t)power.bits << 23);
-  return x < -87.0f ? 0.0f : sum * power.number;
+    uint32_t bits;
+  } rounded = {limited * 1.44269504f + 12583039.0f};
+  const float k = rounded.number - 12583039.0f, r = (limited - k * 0.693359375f) + k * 2.12194440e-4f;
+  float sum = np_exp_coefficients[0];
+  for (int i = 1; i < NP_EXP_TERMS; i++) sum = sum * r + np_exp_coefficients[i];
+  rounded.bits <<= 23;
+  return x < -87.0f ? 0.0f : sum * rounded.number;
 }
 
 /* ln x of a normal x > 0 to 2e-7: x = 2ᵏ·m, ½√2 ≤ m < √2, and ln m = 2·artanh s, s = (m − 1)/(m + 1). */

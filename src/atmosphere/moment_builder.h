@@ -42,8 +42,7 @@ typedef struct np_moment_builder {
   np_bands *last;                                            /* nodes: M of the order before */
   np_bands *half, *half_total;                               /* nodes × NP_MOMENT_HALVES */
   np_bands *irradiance, *irradiance_total, *irradiance_last; /* node columns */
-  np_bands *quantity, *refined_rows,
-      *refined; /* where refinement works: of nodes, of table rows of node rows, of texels */
+  np_bands *quantity, *refined_rows, *refined;               /* one of them at the nodes, along node rows, everywhere */
 } np_moment_builder;
 
 static inline size_t np_moment_node_at(const np_moment_builder *b, size_t row, int column) {
