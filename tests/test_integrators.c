@@ -141,6 +141,25 @@ static void homogeneous_box_follows_beer_and_lambert(void **state) {
   end(&f);
 }
 
+/* What hides the disk is known without noise down to a depth of 3, beyond which rays are thinned out. */
+static void sun_is_seen_through_clouds_as_dim_as_they_make_it(void **state) {
+  (void)state;
+  fixture f;
+  start(&f, constant, 0.1f, np_phase_isotropic());
+  f.view.to_sun = (np_vec3){0, 1, 0};
+  f.view.disk = np_disk_make(f.view.to_sun, 0.01, np_spectrum_grey(1.0f));
+  np_random random = np_random_start(3, 0, 0, 0, 0);
+  for (int i = 0; i < 100; i++) {
+    const np_camera_ray ray = random_ray(&random);
+    np_integrator_sample sample;
+    kernels_of(&f)->path(&f.view, &f.settings, &ray, &random, &sample);
+    const double radiance = (double)np_light_disks(&f.view, ray.direction).band[0];
+    assert_near_relative((double)sample.transmittance, exp(-0.1 * EDGE), 1e-5); /* sums in float */
+    assert_near_relative((double)sample.component[NP_COMPONENT_BACKGROUND].band[0], exp(-0.1 * EDGE) * radiance, 1e-5);
+  }
+  end(&f);
+}
+
 /* The depth channel: half is hidden where the optical depth is ln 2. */
 static void half_distance_is_where_half_is_hidden(void **state) {
   (void)state;
@@ -272,6 +291,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(white_furnace_is_invisible),
       cmocka_unit_test(homogeneous_box_follows_beer_and_lambert),
+      cmocka_unit_test(sun_is_seen_through_clouds_as_dim_as_they_make_it),
       cmocka_unit_test(half_distance_is_where_half_is_hidden),
       cmocka_unit_test(march_matches_path_in_single_scattering),
       cmocka_unit_test(overlapping_volumes_add),

@@ -570,6 +570,12 @@ static void look(const tracer *t, const np_camera_ray *ray, const cloud_hit *clo
   if (is_behind) add_behind(t, ray, ground, !is_cloud_end);
 }
 
+/* The sun's disk outshines what hides it: whether a ray's flight happens to pass the clouds is no measure of it. */
+static void look_for_disks(const tracer *t, const np_camera_ray *ray) {
+  if (np_spectrum_is_zero(np_light_disks(t->view, ray->direction))) return;
+  t->out->transmittance = np_track_transmittance(t->view, ray->origin, ray->direction, INFINITY, t->random);
+}
+
 void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
                                const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
   *out = (np_integrator_sample){.transmittance = 1.0f};
@@ -583,5 +589,6 @@ void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_se
         np_emission_along(view, ray->origin, ray->direction, distance_end, 1.0f, true, random));
   const cloud_hit cloud = find_cloud(&t, ray, distance_end);
   if (!isinf(cloud.distance)) np_integrator_add_opaque(out, cloud.weight, cloud.distance, cloud.volume->albedo);
+  if (!out->is_ground_behind) look_for_disks(&t, ray);
   (settings->is_air_traced ? look : look_by_tables)(&t, ray, &cloud, out->is_ground_behind ? &ground : NULL);
 }

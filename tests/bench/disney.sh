@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+# The march against the tracer on a cloud that is lit from all sides: prints the table of docs/accuracy.md.
+#
+#   sh disney.sh NEPHOS CLOUD.vdb FOLDER [PATTERN [SAMPLES]]
+#
+# NEPHOS   the program
+# CLOUD    its densest column is given an optical depth of 40 and of 150
+# FOLDER   for scenes, pictures and truths; a truth that is there is not rendered again
+# PATTERN  of the scenes wanted, SKY-PHASE-DEPTH-SUN, such as 'black-hg-*b'; default all 48
+# SAMPLES  of each truth; default 256
+#
+# Columns: Σ march / Σ truth − 1 with the truth's standard error; √(Σ d² / Σ L²) over means of 8×8 pixels, the truth's own
+# variance taken out; that variance's root; CPU seconds of one thread for everything, loading and tables included. The
+# sun's disk and the sky behind are left out of both pictures.
+set -eu
+export LC_ALL=C
+nephos=$1 cloud=$2 folder=$3 pattern=${4:-*} samples=${5:-256}
+mkdir -p "$folder"
+
+write_scene() { # SKY PHASE DEPTH ELEVATION AZIMUTH
+  height=0
+  phase='{hg: 0.85}'
+  [ "$1" = black ] || height=1500
+  [ "$2" = hg ] || phase='{droplets: {diameter: 20 um}}'
+  cat <<END
+version: 1
+camera:
+  position: [0, -700 m, $((height + 100)) m]
+  look_at: [0, 0, $((height + 140)) m]
+  fov: 40 deg
+  resolution: [120, 68]
+sun: {elevation: $4 deg, azimuth: $5 deg}
+clouds: [{vdb: $cloud, up: y, optical_depth: $3, position: [0, 0, $height m], phase: $phase}]
+render: {atmosphere: tables}
+output: {pixel_type: float, film: {background: false}}
+END
+  [ "$1" != black ] || printf 'atmosphere: none\nenvironment: {planet: none}\n'
+}
+
+# CPU seconds of the children so far; `times` must not run in a subshell.
+read_clock() {
+  times >"$folder/times"
+  awk 'END {for (i = 1; i <= 2; i++) {split($i, t, "[ms]"); sum += 60 * t[1] + t[2]}; printf "%.2f", sum}' "$folder/times"
+}
+
+render() { # CPU SCENE OUTPUT [OPTIONS]
+  cpu=$1 scene=$2 output=$3
+  shift 3
+  read_clock >"$folder/before"
+  "$nephos" render "$scene" --threads 1 -q "$@" -o "$folder/part.exr" >"$folder/said"
+  read_clock >"$folder/after"
+  paste "$folder/before" "$folder/after" | awk '{printf "%.2f\n", $2 - $1}' >"$cpu"
+  mv "$folder/part.exr" "$output"
+}
+
+measure() { # NAME
+  scene=$folder/$1.yaml truth=$folder/T_$1.exr march=$folder/M_$1.exr
+  [ -f "$truth" ] || render "$truth.cpu" "$scene" "$truth" --integrator path --samples "$samples" \
+    --set 'output.aovs=[standard_error]'
+  render "$march.cpu" "$scene" "$march" --integrator march
+  "$nephos" compare "$march" "$truth" --json | tr -d '{}",' | tr ' ' '\n' >"$folder/compared"
+  awk -v name="$1" -v march="$(cat "$march.cpu")" -v truth="$(cat "$truth.cpu")" '
+    sub(":$", "") {key = $0; next}
+    {value[key] = $0}
+    END {
+      rest = value["block_rms"] ^ 2 - value["noise_block_rms"] ^ 2
+      printf "| %s | %+.1f ± %.1f %% | %.1f %% | %.1f %% | %.1f | %.0f |\n", name, 100 * value["bias"],
+             100 * value["noise_bias"], 100 * sqrt(rest > 0 ? rest : 0), 100 * value["noise_block_rms"], march, truth
+    }' "$folder/compared"
+}
+
+echo '| scene | bias | block rms | truth'"'"'s noise in it | march, CPU s | truth, CPU s |'
+echo '| --- | --- | --- | --- | --- | --- |'
+for sky in black sky; do for phase in hg dr; do for depth in 40 150; do for elevation in 60 25 4; do for side in f b; do
+  name=$sky-$phase-$depth-$elevation$side
+  azimuth=190
+  [ $side = f ] || azimuth=10
+  case $name in
+  $pattern)
+    write_scene $sky $phase $depth $elevation $azimuth >"$folder/$name.yaml"
+    measure "$name"
+    ;;
+  esac
+done; done; done; done; done
