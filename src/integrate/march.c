@@ -42,9 +42,9 @@ typedef struct march {
   const np_multi_scatter *scatter; /* NULL: a look stands for it */
   np_peak_column columns[NP_VIEW_VOLUMES_MAX];
   float harmonics[NP_HARMONIC_COUNT_MAX]; /* towards the camera */
-  np_spectrum scaled;                 /* transmittance of the scaled medium; grey 1 stays where there is none */
-  np_spectrum peak_depth;             /* optical depth that the scaled medium has less */
-  float carry;                        /* what later steps can still contribute; 0 ends the ray */
+  np_spectrum scaled;                     /* transmittance of the scaled medium; grey 1 stays where there is none */
+  np_spectrum peak_depth;                 /* optical depth that the scaled medium has less */
+  float carry;                            /* what later steps can still contribute; 0 ends the ray */
   float transmittance;
   np_step step;         /* being gathered */
   np_step_knot knot;    /* where it ends */
@@ -326,8 +326,8 @@ static void light_single(march *m, const np_step *s) {
 static void add_emission(march *m, double distance_end) {
   np_spectrum factors[NP_VIEW_VOLUMES_MAX], straight, scaled;
   for (unsigned v = 0; v < m->view->volume_count && m->scatter; v++)
-    factors[v] = np_spectrum_subtract(
-        np_spectrum_grey(1.0f), np_spectrum_scale(m->view->volumes[v].albedo, m->scatter->phases[v].forward));
+    factors[v] = np_spectrum_subtract(np_spectrum_grey(1.0f),
+                                      np_spectrum_scale(m->view->volumes[v].albedo, m->scatter->phases[v].forward));
   np_emission_march(m->view, m->ray, distance_end, m->scatter ? factors : NULL, &straight, &scaled);
   add_scaled(m->out, NP_COMPONENT_EMISSION, 1.0f, straight);
   add_scaled(m->out, NP_COMPONENT_MULTIPLE, 1.0f, np_spectrum_subtract(scaled, straight));
@@ -394,6 +394,14 @@ static float find_bound(const np_media *all, const np_stretch *s, const float *h
   return sum;
 }
 
+/* The cloud of a stretch whose voxels are smallest. */
+static const np_medium *find_finest(const np_media *all, const np_stretch *s) {
+  const np_medium *finest = &all->medium[s->active[0]];
+  for (unsigned i = 1; i < s->count; i++)
+    if (all->medium[s->active[i]].voxels_per_m > finest->voxels_per_m) finest = &all->medium[s->active[i]];
+  return finest;
+}
+
 /* Pieces of a stretch whose error is small against what the ray has hidden with them. The depth counts for more than
  * one towards a light, as all that lies behind is seen through it. */
 static int count_pieces(const march *m, const np_media *all, const np_stretch *s, const float *hiding, float bound) {
@@ -401,7 +409,8 @@ static int count_pieces(const march *m, const np_media *all, const np_stretch *s
   float variation = 0.0f;
   for (unsigned i = 0; i < s->count; i++)
     variation += hiding[i] * np_medium_variation(&all->medium[s->active[i]]) * length;
-  const float hidden = np_minf(np_maxf(1.0f - m->carry + m->carry * bound * length, opacity_least), 1.0f);
+  const float sheet = bound / find_finest(all, s)->voxels_per_m;
+  const float hidden = np_minf(np_maxf(1.0f - m->carry + m->carry * sheet, opacity_least), 1.0f);
   const int count = np_track_count_samples(2.0f * variation * m->carry / (m->settings->tolerance * hidden));
   return count > 1 ? count : 1;
 }
@@ -422,14 +431,6 @@ static void cross_part(march *m, const np_media *all, const np_stretch *s, doubl
       pass_piece(m, all, s, extinction, begin + length * k, length, sum, bound);
     }
   }
-}
-
-/* The cloud of a stretch whose voxels are smallest. */
-static const np_medium *find_finest(const np_media *all, const np_stretch *s) {
-  const np_medium *finest = &all->medium[s->active[0]];
-  for (unsigned i = 1; i < s->count; i++)
-    if (all->medium[s->active[i]].voxels_per_m > finest->voxels_per_m) finest = &all->medium[s->active[i]];
-  return finest;
 }
 
 /* Cuts a stretch into pieces, which end at voxels' faces where there are as many of them: between faces the field is

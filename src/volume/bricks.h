@@ -369,7 +369,7 @@ static inline void np_brick_walk_find_block(const np_brick_walk *walk, np_brick_
   }
 }
 
-/* Moves the walk to where it leaves a block. */
+/* Moves the walk to where it leaves an empty block. */
 static inline void np_brick_walk_leave(np_brick_walk *walk, const np_brick_block *block) {
   double t_exit = walk->t_end;
   int axis = -1;
@@ -392,11 +392,31 @@ static inline void np_brick_walk_leave(np_brick_walk *walk, const np_brick_block
     if (a == axis) {
       walk->cell[a] = is_forward ? block->high[a] : block->low[a] - 1;
       if (walk->cell[a] < walk->low[a] || walk->cell[a] >= walk->high[a]) walk->t = walk->t_end;
-    } else if (block->is_empty && walk->inverse[a] != 0.0) {
+    } else if (walk->inverse[a] != 0.0) {
       int32_t low = is_forward ? walk->cell[a] : block->low[a], high = is_forward ? block->high[a] - 1 : walk->cell[a];
       walk->cell[a] = np_brick_walk_cell(walk->origin[a] + walk->t * walk->direction[a], low, high);
     }
   }
+}
+
+/* Where the ray meets a plane of the cells across an axis; never, where it does not move along that. */
+static inline double np_brick_walk_meet(const np_brick_walk *walk, int axis, int32_t plane) {
+  double t = ((double)plane * NP_BRICK_EDGE - walk->origin[axis]) * walk->inverse[axis];
+  return walk->inverse[axis] != 0.0 ? t : HUGE_VAL;
+}
+
+/* The same as np_brick_walk_leave() for a block of one cell, without branches that cannot be foreseen. */
+static inline void np_brick_walk_leave_cell(np_brick_walk *walk) {
+  double t[3];
+  for (int a = 0; a < 3; a++) t[a] = np_brick_walk_meet(walk, a, walk->cell[a] + (walk->inverse[a] > 0.0));
+  int axis = t[1] < t[0];
+  axis = t[2] < t[axis] ? 2 : axis;
+  double t_exit = t[axis];
+  bool is_end = !(t_exit < walk->t_end);
+  t_exit = is_end ? walk->t_end : t_exit;
+  walk->t = t_exit > walk->t ? t_exit : walk->t;
+  walk->cell[axis] += walk->inverse[axis] > 0.0 ? 1 : -1;
+  if (is_end || walk->cell[axis] < walk->low[axis] || walk->cell[axis] >= walk->high[axis]) walk->t = walk->t_end;
 }
 
 /* The next span that is not empty; false at the end. */
@@ -406,8 +426,12 @@ static inline bool np_brick_walk_next(np_brick_walk *walk, np_brick_span *out_sp
     np_brick_walk_find_block(walk, &block);
     double t_begin = walk->t;
     for (int a = 0; a < 3; a++) out_span->cell[a] = walk->cell[a];
-    np_brick_walk_leave(walk, &block);
-    if (block.is_empty || !(t_begin < walk->t)) continue;
+    if (block.is_empty) {
+      np_brick_walk_leave(walk, &block);
+      continue;
+    }
+    np_brick_walk_leave_cell(walk);
+    if (!(t_begin < walk->t)) continue;
     out_span->t_begin = t_begin;
     out_span->t_end = walk->t;
     out_span->brick = block.brick;

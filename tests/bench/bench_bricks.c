@@ -47,15 +47,16 @@ static void print_bricks(const char *what, const np_bricks *bricks, const bench_
   static const struct {
     const char *name;
     bench_kernels kernels;
-  } levels[] = {{"x86-64", {bench_sample_v1, bench_walk_v1}},
-                {"x86-64-v3", {bench_sample_v3, bench_walk_v3}},
-                {"x86-64-v4", {bench_sample_v4, bench_walk_v4}}};
+  } levels[] = {{"x86-64", {bench_sample_v1, bench_walk_v1, bench_lines_v1}},
+                {"x86-64-v3", {bench_sample_v3, bench_walk_v3, bench_lines_v3}},
+                {"x86-64-v4", {bench_sample_v4, bench_walk_v4, bench_lines_v4}}};
   neph_isa best = np_isa_detect();
   for (int level = 0; level <= (int)best; level++) {
     double sum, walk_sum, sample_ns = time_kernel(levels[level].kernels.sample, bricks, rays, &sum);
     double walk_ns = time_kernel(levels[level].kernels.walk, bricks, rays, &walk_sum);
-    printf("%-7s %-10s look-up anywhere %6.2f ns   inside walked bricks %6.2f ns   (mean %.6f)\n", what,
-           levels[level].name, sample_ns, walk_ns, sum / ((double)RAYS * STEPS));
+    double lines_ns = time_kernel(levels[level].kernels.lines, bricks, rays, &walk_sum);
+    printf("%-7s %-10s look-up anywhere %6.2f ns   inside walked bricks %6.2f ns   in lines %6.2f ns   (mean %.6f)\n",
+           what, levels[level].name, sample_ns, walk_ns, lines_ns, sum / ((double)RAYS * STEPS));
   }
 }
 

@@ -10,12 +10,13 @@ typedef struct bench_ray {
 } bench_ray;
 
 /* Sum of the values of `step_count` look-ups along each ray: by np_bricks_sample, and by a walk that looks up only
- * where there is a brick. The number of look-ups that were made goes to `out_lookups`. */
+ * where there is a brick, one place after the other or in lines. The number of look-ups that were made goes to
+ * `out_lookups`. */
 typedef double (*bench_kernel)(const np_bricks *bricks, const bench_ray *rays, int ray_count, int step_count,
                                double *out_lookups);
 
 typedef struct bench_kernels {
-  bench_kernel sample, walk;
+  bench_kernel sample, walk, lines;
 } bench_kernels;
 
 double bench_sample_v1(const np_bricks *, const bench_ray *, int, int, double *);
@@ -24,5 +25,8 @@ double bench_sample_v4(const np_bricks *, const bench_ray *, int, int, double *)
 double bench_walk_v1(const np_bricks *, const bench_ray *, int, int, double *);
 double bench_walk_v3(const np_bricks *, const bench_ray *, int, int, double *);
 double bench_walk_v4(const np_bricks *, const bench_ray *, int, int, double *);
+double bench_lines_v1(const np_bricks *, const bench_ray *, int, int, double *);
+double bench_lines_v3(const np_bricks *, const bench_ray *, int, int, double *);
+double bench_lines_v4(const np_bricks *, const bench_ray *, int, int, double *);
 
 #endif

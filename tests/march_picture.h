@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Pictures of one cloud in light scattered once, by which the march's error is measured against its look-ups of
+ * density.
+ *
+ * One ray a pixel through its middle, so that nothing but steps makes an error, which is the rms over all pixels,
+ * relative to the rms of the picture. The truth is a march of eight midpoint steps a voxel, each lit through the exact
+ * integral of the trilinear field.
+ *
+ * The baseline, jittered exponential Euler, goes through the cloud's box in steps of one length, shifted by one random
+ * number a ray, takes the density at one point of each, and marches towards the sun likewise from wherever it is not
+ * zero. Both of its marches end where less than 0.1 % is left. It knows nothing of what is empty; what it would need if
+ * it skipped empty bricks for nothing is counted beside.
+ */
+#ifndef NP_MARCH_PICTURE_H
+#define NP_MARCH_PICTURE_H
+
+#include "integrate/integrator.h"
+
+enum { MARCH_PIXELS_MAX = 96 * 64 };
+
+void np_march_sample_counted(const np_scene_view *view, const np_integrator_settings *settings,
+                             const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
+
+/* A cloud in voxels of 1 m, index space being the world, seen along x from outside its box. */
+typedef struct march_picture {
+  np_view_volume cloud;
+  np_scene_view view;     /* to be given `volumes` and `volume_count`; its sun has an irradiance of 1 */
+  double low[3], high[3]; /* of the box */
+  int up;                 /* axis: 1 or 2 */
+  unsigned width, height; /* at most MARCH_PIXELS_MAX */
+  np_camera_ray rays[MARCH_PIXELS_MAX];
+  double phase[MARCH_PIXELS_MAX], truth[MARCH_PIXELS_MAX]; /* of the sun's light; radiance */
+  double rms;
+} march_picture;
+
+/* Places camera and sun, its azimuth counted from the line of sight, and finds the truth. */
+void march_picture_light(march_picture *picture, double elevation_rad, double azimuth_rad);
+
+/* What one picture took for a pixel, and how wrong it is. */
+typedef struct march_point {
+  double lookups, useful, error; /* all look-ups; those in bricks that are not empty */
+} march_point;
+
+march_point march_picture_measure(const march_picture *picture, float tolerance);
+march_point march_picture_measure_euler(const march_picture *picture, double step, double light_step);
+
+/* Fewest look-ups of some points that have an error, between two of them by a power law; NAN where none gets there. */
+double march_points_find(const march_point *points, int count, double error, bool is_useful);
+
+/* Optical depth of a cloud along a ray, the trilinear field integrated exactly. */
+double march_find_depth(const np_view_volume *cloud, np_dvec3 origin, np_vec3 direction);
+
+#endif
