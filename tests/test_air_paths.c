@@ -102,12 +102,13 @@ static void sum_components(const np_integrator_sample *sample, double out[3]) {
 }
 
 static estimate trace(const scene *s, np_dvec3 origin, np_dvec3 direction, int count, uint64_t seed) {
-  const np_camera_ray ray = {.origin = origin, .direction = np_dvec3_to_float(direction)};
+  np_camera_ray ray = {.origin = origin, .direction = np_dvec3_to_float(direction)};
   np_random random = np_random_start(seed, 0, 0, 0, 0);
   estimate e = {.count = 0};
   for (int i = 0; i < count; i++) {
     np_integrator_sample out;
     double radiance[3];
+    ray.choice = np_random_float(&random);
     sample(s, &ray, &random, &out);
     sum_components(&out, radiance);
     estimate_add(&e, radiance);

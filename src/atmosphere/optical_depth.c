@@ -50,9 +50,13 @@ static np_bands integrate_piece(const np_medium *medium, const np_ray *ray, doub
 static double signed_root(double x) { return copysign(sqrt(fabs(x)), x); }
 
 np_bands np_ray_optical_depth(const np_medium *medium, const np_ray *ray, double begin_m, double end_m) {
+  return np_ray_optical_depth_in(medium, ray, begin_m, end_m, count_panels(medium, end_m - begin_m));
+}
+
+np_bands np_ray_optical_depth_in(const np_medium *medium, const np_ray *ray, double begin_m, double end_m, int panels) {
   const double perigee = np_clamp(-ray->r * ray->cosine, begin_m, end_m);
   const double extent = sqrt(perigee - begin_m) + sqrt(end_m - perigee);
-  const double panels_per_unit = count_panels(medium, end_m - begin_m) / extent;
+  const double panels_per_unit = panels / extent;
   np_ray_cuts cuts = np_ray_cuts_make(medium, ray, CUTS_MAX);
   np_bands depth = np_bands_grey(0.0f);
   for (double from = begin_m; from < end_m;) {

@@ -12,6 +12,9 @@
 /* Depth between two distances, 0 ≤ begin ≤ end, along a ray's part in the air. To 1e-5 of itself for the Earth. */
 np_bands np_ray_optical_depth(const np_medium *medium, const np_ray *ray, double begin_m, double end_m);
 
+/* The same with so many panels of four points each. */
+np_bands np_ray_optical_depth_in(const np_medium *medium, const np_ray *ray, double begin_m, double end_m, int panels);
+
 /* Depths to the top of the atmosphere, upward and level, over (distance to the horizon, distance to the top): the
  * mapping of Bruneton and Neyret 2008 as revised in Bruneton's 2017 implementation, in which both are square roots
  * where the depth has its own. A ray that falls passes its lowest point, where it is level: its depth is twice the one

@@ -18,9 +18,16 @@ typedef struct np_hero {
   np_spectrum density; /* p_h/p̄ */
 } np_hero;
 
+/* The hero that a number in [0, 1) stands for, and a number in [0, 1] for its first choice. */
+static inline np_hero np_hero_choose_first(double number, double *out_choice) {
+  const int band = (int)(number * NP_BAND_COUNT);
+  *out_choice = number * NP_BAND_COUNT - band;
+  return (np_hero){band < NP_BAND_COUNT ? band : NP_BAND_COUNT - 1, np_spectrum_grey(1.0f)};
+}
+
 static inline np_hero np_hero_draw(np_random *random) {
-  const int band = (int)(np_random_float(random) * NP_BAND_COUNT);
-  return (np_hero){band, np_spectrum_grey(1.0f)};
+  double unused;
+  return np_hero_choose_first((double)np_random_float(random), &unused);
 }
 
 /* Density of a choice, over that of the path before it: the mean over all heroes. */

@@ -80,24 +80,28 @@ static void add_light(const tracer *t, const path_state *path, np_component comp
 
 /* ---- Sun ---- */
 
-/* A ray towards the sun, and its irradiance; clouds not counted. */
+/* A ray towards the sun, and what of its light clouds let through. */
 typedef struct sun_ray {
   np_vec3 direction;
-  np_spectrum irradiance;
+  float transmittance;
 } sun_ray;
 
-static sun_ray aim_at_sun(const tracer *t, np_dvec3 position) {
-  const np_vec3 direction = np_light_sample_sun(t->view, np_random_float(t->random), np_random_float(t->random));
-  return (sun_ray){direction, t->settings->is_air_traced ? np_light_sun_ray(t->view, position, direction)
-                                                         : np_light_sun(t->view, position, direction)};
+/* False where no light comes: clouds are asked first, for in a thick one most rays end. */
+static bool aim_at_sun(const tracer *t, np_dvec3 position, sun_ray *out) {
+  if (!t->air_light.has_sun) return false;
+  out->direction = np_light_sample_sun(t->view, np_random_float(t->random), np_random_float(t->random));
+  out->transmittance = np_track_transmittance(t->view, position, out->direction, INFINITY, t->random);
+  return out->transmittance > 0.0f;
 }
 
 /* Sunlight thrown on by the present vertex, `share` of it per steradian, which would have met the disk by chance with
  * this density. */
 static void gather_sun(const tracer *t, const path_state *path, const sun_ray *sun, np_spectrum share, float density) {
-  const float transmittance = np_track_transmittance(t->view, path->position, sun->direction, INFINITY, t->random);
-  const float weight = transmittance / (1.0f + density * t->sun_sr);
-  add_light(t, path, path->component, np_spectrum_scale(np_spectrum_multiply(sun->irradiance, share), weight));
+  const np_spectrum irradiance = t->settings->is_air_traced
+                                     ? np_light_sun_ray(t->view, path->position, sun->direction)
+                                     : np_light_sun(t->view, path->position, sun->direction);
+  const float weight = sun->transmittance / (1.0f + density * t->sun_sr);
+  add_light(t, path, path->component, np_spectrum_scale(np_spectrum_multiply(irradiance, share), weight));
 }
 
 /* Sunlight met by chance, on a way to space. */
@@ -176,8 +180,8 @@ static float eval_cloud(const path_state *path, const np_sunward *sunward, np_ve
 
 static void gather_in_cloud(const tracer *t, const path_state *path, const np_sunward *sunward) {
   float density;
-  const sun_ray sun = aim_at_sun(t, path->position);
-  if (!np_spectrum_is_zero(sun.irradiance)) {
+  sun_ray sun;
+  if (aim_at_sun(t, path->position, &sun)) {
     const float phase = eval_cloud(path, sunward, sun.direction, &density);
     gather_sun(t, path, &sun, np_spectrum_grey(phase), density);
   }
@@ -243,8 +247,8 @@ static void meet_air(const tracer *t, path_state *path) {
   name_source(path, path->is_ground_ahead);
   const np_air_scatterer scatterer =
       np_air_scatterer_make(t->view->atmosphere, &t->air_light, &path->air, path->position, path->direction);
-  const sun_ray sun = aim_at_sun(t, path->position);
-  if (!np_spectrum_is_zero(sun.irradiance)) {
+  sun_ray sun;
+  if (aim_at_sun(t, path->position, &sun)) {
     const np_air_choice towards = np_air_scatterer_eval(&scatterer, sun.direction);
     gather_sun(t, path, &sun, towards.value, np_hero_mean(&path->hero, towards.density));
   }
@@ -281,13 +285,11 @@ static void meet_ground(const tracer *t, path_state *path) {
   name_source(path, true);
   path->position = path->ground.position;
   path->throughput = np_spectrum_multiply(path->throughput, path->ground.albedo);
-  const sun_ray sun = aim_at_sun(t, path->position);
-  const float to_sun = eval_ground(path, sun.direction);
-  if (to_sun > 0.0f && !np_spectrum_is_zero(sun.irradiance))
-    gather_sun(t, path, &sun, np_spectrum_grey(to_sun), to_sun);
+  sun_ray sun;
+  const float to_sun = aim_at_sun(t, path->position, &sun) ? eval_ground(path, sun.direction) : 0.0f;
+  if (to_sun > 0.0f) gather_sun(t, path, &sun, np_spectrum_grey(to_sun), to_sun);
   glow_ray glow;
-  const bool is_glowing = aim_at_glow(t, path->position, &glow);
-  const float to_glow = is_glowing ? eval_ground(path, glow.direction) : 0.0f;
+  const float to_glow = aim_at_glow(t, path->position, &glow) ? eval_ground(path, glow.direction) : 0.0f;
   if (to_glow > 0.0f) gather_glow(t, path, &glow, np_spectrum_grey(to_glow), to_glow);
   float cosine;
   path->direction = sample_cosine(path->ground.normal, t->random, &cosine);
@@ -518,9 +520,10 @@ static np_spectrum look_through_air(const tracer *t, const np_camera_ray *ray, d
   np_air_flight_build(t->view->atmosphere, &t->air_light, ray->origin, ray->direction, distance, CAMERA_PANELS,
                       &flight);
   if (!is_seen || !flight.path.panel_count) return flight.transmittance;
-  const np_hero hero = np_hero_draw(t->random);
+  double place;
+  const np_hero hero = np_hero_choose_first((double)ray->choice, &place);
   np_air_collision collision;
-  np_air_flight_collide(&flight, hero.band, np_random_double(t->random), &collision);
+  np_air_flight_collide(&flight, hero.band, place, &collision);
   path_state path = start_path(ray, collision.distance_m, np_spectrum_grey(1.0f));
   path.component = component;
   path.has_component = true;

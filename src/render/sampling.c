@@ -21,7 +21,7 @@ static float turn(float offset, double step, unsigned index) {
   return (float)(x - floor(x));
 }
 
-static np_camera_ray make_ray(const np_frame *f, unsigned x, unsigned y, unsigned sample, const float offset[2]) {
+static np_camera_ray make_ray(const np_frame *f, unsigned x, unsigned y, unsigned sample, const float offset[3]) {
   const float u = turn(offset[0], 0.7548776662466927, sample), v = turn(offset[1], 0.5698402909980532, sample);
   const float noise = f->blue_noise[y % NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE + x % NP_BLUE_NOISE_EDGE];
   const np_camera *camera = &f->assembly->camera;
@@ -29,6 +29,7 @@ static np_camera_ray make_ray(const np_frame *f, unsigned x, unsigned y, unsigne
       .origin = camera->origin,
       .direction = np_camera_direction(camera, (float)x + 0.5f + tent(u), (float)y + 0.5f + tent(v)),
       .jitter = turn(noise, 0.6180339887498949, sample),
+      .choice = turn(offset[2], 0.6180339887498949, sample),
   };
 }
 
@@ -91,7 +92,7 @@ static neph_result sample_pixel(const np_frame *f, const unsigned at[2], uint32_
   np_film_accumulator accumulator;
   np_film_accumulator_begin(&accumulator, f->channels.count, p->next);
   np_random shift = start_random(f, at, UINT32_MAX);
-  const float offset[2] = {np_random_float(&shift), np_random_float(&shift)};
+  const float offset[3] = {np_random_float(&shift), np_random_float(&shift), np_random_float(&shift)};
   for (; p->next < end; p->next++) {
     if (np_monitor_is_cancelled(f->monitor)) return NEPH_ERROR_CANCELLED;
     const np_random random = start_random(f, at, p->next);
