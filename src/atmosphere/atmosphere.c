@@ -113,7 +113,7 @@ np_spectrum np_atmosphere_transmittance_to_space(const neph_atmosphere *atmosphe
   return np_bands_to_spectrum(transmit_to_space(atmosphere, h, cosine));
 }
 
-/* Rays steeper than this cosine take five panels for 3e-5 in twenty times the Earth's aerosol, and less for the Earth. */
+/* Rays steeper than this cosine take five panels for 3e-5, in depth, of twenty times the Earth's aerosol. */
 static const double steep = 0.1;
 enum { STEEP_PANELS = 5 };
 
