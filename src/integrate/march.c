@@ -21,7 +21,7 @@
 #include "integrate/look.h"
 #include "integrate/step.h"
 #include "integrate/surroundings.h"
-#include "light/multi_scatter.h"
+#include "light/ground_cache.h"
 #include "light/sun_cache.h"
 
 void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_settings *settings,
@@ -70,11 +70,20 @@ static float find_sun_depth(const np_scene_view *view, np_dvec3 position, np_vec
   return depth;
 }
 
+/* Sunlight through the clouds on the ground. Where the clouds' own light on it is known, what the forward peak lets down
+ * belongs to the beam. */
 static float march_shadow(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
                           np_vec3 to_sun, np_random *random) {
   (void)random;
   const np_depth_question question = {.fade = 1.0f, .error = settings->tolerance};
-  return np_transmittance(find_sun_depth(view, position, to_sun, &question));
+  if (!view->ground_cache) return np_transmittance(find_sun_depth(view, position, to_sun, &question));
+  float faded = 0.0f;
+  for (unsigned v = 0; v < view->volume_count && faded < NP_FAINT_DEPTH; v++) {
+    const float fade = view->ground_cache->fade[v];
+    const np_depth_question own = {fade, question.error};
+    faded += fade * find_cloud_depth(view, v, position, to_sun, &own, faded);
+  }
+  return np_transmittance(faded);
 }
 
 static void set_sun_phases(march *m) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The ground: the terrain where there is one, the planet's sphere elsewhere. */
 #include "core/units.h"
-#include "light/scene_view.h"
+#include "light/ground_cache.h"
 
 /* First meeting with the sphere from outside or on it, in the form that cancels nothing (numerics: 4.5e-7 where the
  * textbook quadratic errs by 19 % at grazing incidence). Negative when there is none. */
@@ -63,6 +63,10 @@ np_spectrum np_ground_sky_irradiance(const np_scene_view *view, const np_ground_
   if (view->atmosphere) {
     const np_spectrum unit = np_atmosphere_ground_irradiance(view->atmosphere, np_vec3_dot(zenith, view->to_sun));
     irradiance = np_spectrum_add(irradiance, np_spectrum_multiply(unit, view->sun_irradiance));
+  }
+  if (view->ground_cache) {
+    const np_ground_light light = np_ground_cache_find(view->ground_cache, hit->position);
+    irradiance = np_spectrum_add(np_spectrum_multiply(irradiance, light.open), light.added);
   }
   return np_spectrum_scale(irradiance, view_of_sky);
 }

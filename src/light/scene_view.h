@@ -36,6 +36,7 @@ static inline float np_view_extinction(const np_view_volume *volume, np_dvec3 po
 struct np_multi_scatter;
 struct np_emission;
 struct np_sun_cache;
+struct np_ground_cache;
 
 typedef struct np_scene_view {
   unsigned volume_count; /* at most NP_VIEW_VOLUMES_MAX */
@@ -65,6 +66,7 @@ typedef struct np_scene_view {
   const struct np_emission *emission;           /* NULL: nothing glows, or it does in another view */
   const struct np_multi_scatter *multi_scatter; /* NULL: not solved for */
   const struct np_sun_cache *sun_cache;         /* NULL: depths towards the sun are walked for */
+  const struct np_ground_cache *ground_cache;   /* NULL: the sky over the ground is taken as clear */
 } np_scene_view;
 
 /* A direction towards the sun's disk, uniform over it; its centre when the disk is a point. */
@@ -107,7 +109,7 @@ typedef struct np_ground_hit {
 /* Nearest terrain or sphere along a ray. */
 bool np_ground_intersect(const np_scene_view *view, np_dvec3 origin, np_vec3 direction, np_ground_hit *out_hit);
 
-/* Irradiance of the sky on the ground, free of clouds and hills. */
+/* Irradiance of sky and clouds on the ground, free of hills; without a ground cache, of a sky free of clouds. */
 np_spectrum np_ground_sky_irradiance(const np_scene_view *view, const np_ground_hit *hit);
 
 #endif

@@ -254,13 +254,26 @@ static float walk(const np_view_volume *volume, np_dvec3 position, np_vec3 to_su
   return depth;
 }
 
-float np_sun_cache_find_depth(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun, float depth_end) {
+static float find_depth(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun, const float *fade,
+                        float depth_end) {
   const np_sun_cache *cache = view->sun_cache;
   float depth = 0.0f;
   for (unsigned v = 0; v < view->volume_count && depth < depth_end; v++) {
+    const float rate = fade ? fade[v] : 1.0f;
     const float known = cache ? np_sun_lattice_find(&cache->lattices[v], cache->depth_end, position, to_sun)
                               : NP_SUN_DEPTH_UNKNOWN;
-    depth += known == NP_SUN_DEPTH_UNKNOWN ? walk(&view->volumes[v], position, to_sun, depth_end - depth) : known;
+    depth += rate * (known == NP_SUN_DEPTH_UNKNOWN
+                         ? walk(&view->volumes[v], position, to_sun, (depth_end - depth) / rate)
+                         : known);
   }
   return depth;
+}
+
+float np_sun_cache_find_depth(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun, float depth_end) {
+  return find_depth(view, position, to_sun, NULL, depth_end);
+}
+
+float np_sun_cache_find_faded_depth(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun,
+                                    const float fade[NP_VIEW_VOLUMES_MAX], float depth_end) {
+  return find_depth(view, position, to_sun, fade, depth_end);
 }

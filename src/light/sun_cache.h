@@ -70,6 +70,10 @@ void np_sun_cache_clear(np_sun_cache *cache);
  * steps of a voxel; what lies beyond `depth_end` is not looked at. */
 float np_sun_cache_find_depth(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun, float depth_end);
 
+/* The same with each cloud's depth counted `fade` times. */
+float np_sun_cache_find_faded_depth(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun,
+                                    const float fade[NP_VIEW_VOLUMES_MAX], float depth_end);
+
 /* ---- Inside: one column of cells ---- */
 
 typedef struct np_sun_column {

@@ -5,6 +5,7 @@
 
 #include "atmosphere/band_set.h"
 #include "atmosphere/sky_store.h"
+#include "light/ground_cache.h"
 #include "light/light_store.h"
 #include "light/sun_cache.h"
 #include "render/cloud_glow.h"
@@ -17,6 +18,7 @@ typedef struct np_packet_light {
   bool is_moon;
   neph_sky *camera_sky, *cloud_sky;
   np_multi_scatter multi_scatter; /* empty when not needed */
+  np_ground_cache ground_cache;   /* likewise */
   np_scene_view view;
 } np_packet_light;
 

@@ -200,6 +200,14 @@ static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_
   return result;
 }
 
+static neph_result build_ground_cache(const np_packet_lights_desc *d, np_packet_light *out) {
+  const np_assembly *a = d->assembly;
+  neph_result result =
+      np_ground_cache_build(a->context, &out->view, a->clouds_min, a->clouds_max, d->monitor, &out->ground_cache);
+  if (!result) out->view.ground_cache = &out->ground_cache;
+  return result;
+}
+
 static neph_result build_light(const np_packet_lights_desc *d, const light *l, np_packet *packet) {
   const bool is_first = packet->light_count == 0;
   np_packet_light *out = &packet->lights[packet->light_count++];
@@ -208,7 +216,8 @@ static neph_result build_light(const np_packet_lights_desc *d, const light *l, n
   if (result) return result;
   fill_view(d, packet, l, is_first, out);
   if (needs(d->plan, NP_STAGE_SUN_DEPTH)) result = build_sun_cache(d, out);
-  return !result && needs(d->plan, NP_STAGE_ORDINATES) ? build_multi_scatter(d, packet, out) : result;
+  if (!result && needs(d->plan, NP_STAGE_ORDINATES)) result = build_multi_scatter(d, packet, out);
+  return !result && needs(d->plan, NP_STAGE_GROUND_CLOUDS) ? build_ground_cache(d, out) : result;
 }
 
 /* Sun first; where neither shines, a sun without light. */
@@ -232,6 +241,7 @@ void np_packet_lights_clear(const np_assembly *assembly, np_packet *packet, neph
   memset(out_skies, 0, NP_SKY_ROLES * sizeof(neph_sky *));
   for (unsigned i = 0; i < packet->light_count; i++) {
     np_packet_light *own = &packet->lights[i];
+    np_ground_cache_clear(&own->ground_cache);
     np_light_store_give(assembly->lights, index, get_light_role(own->is_moon), &own->multi_scatter);
     out_skies[get_role(own->is_moon, false)] = own->camera_sky;
     out_skies[get_role(own->is_moon, true)] = own->cloud_sky;

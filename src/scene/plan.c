@@ -293,6 +293,10 @@ static void decide_scattering(np_plan *plan, const scene_facts *facts) {
   decide_unless(plan, NP_STAGE_ORDINATES, against,
                 multiple == NEPH_MULTIPLE_SCATTERING_ORDINATES ? NULL : chosen[multiple],
                 "solved for on cells of 2 to 12 voxels, in at most 2 GB; expected error 2 to 4 %");
+  const np_plan_stage *solved = &plan->stages[NP_STAGE_ORDINATES];
+  decide_unless(plan, NP_STAGE_GROUND_CLOUDS, solved->is_needed ? NULL : "multiple scattering is not solved for",
+                facts->has_planet || facts->has_terrain ? NULL : "there is no ground",
+                "the clouds hide sky from the ground, and shine on it");
   decide_unless(plan, NP_STAGE_LOOK, against, is_look ? NULL : chosen[multiple], chosen[multiple]);
   const char *path = np_plan_traces_air(plan) ? "path: unbiased in clouds and air and to the ground"
                                               : "path: unbiased in the clouds, air and ground from tables";
@@ -403,6 +407,7 @@ const char *np_stage_get_name(np_stage stage) {
       [NP_STAGE_GROUND_LIGHT] = "ground light",
       [NP_STAGE_SUN_DEPTH] = "sun depth volume",
       [NP_STAGE_ORDINATES] = "multiple scattering",
+      [NP_STAGE_GROUND_CLOUDS] = "clouds on ground",
       [NP_STAGE_LOOK] = "look",
       [NP_STAGE_INTEGRATOR] = "integrator",
       [NP_STAGE_COLOR] = "colour",

@@ -17,6 +17,7 @@ typedef enum np_stage {
   NP_STAGE_GROUND_LIGHT, /* thrown back at the clouds */
   NP_STAGE_SUN_DEPTH,    /* of the clouds, filled in once, for march and shadows */
   NP_STAGE_ORDINATES,    /* multiple scattering solved for on coarse cells */
+  NP_STAGE_GROUND_CLOUDS, /* light from the clouds on the ground */
   NP_STAGE_LOOK,      /* multiple scattering guessed from single scattering */
   NP_STAGE_INTEGRATOR,
   NP_STAGE_COLOR, /* packets of three bands, added up as the eye does */

@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light on the ground under a cloud: nothing changes in a furnace, light goes up with the sun, and it fails cleanly. */
+#include "test_support.h"
+
+#include "light/ground_cache.h"
+#include "volume/volume_private.h"
+
+enum { EDGE = 24 };
+
+typedef struct fixture {
+  neph_context *context;
+  neph_volume *volume;
+  np_view_volume placed;
+  np_scene_view view;
+  np_multi_scatter_desc desc;
+  np_multi_scatter scatter;
+  np_ground_cache cache;
+} fixture;
+
+/* A soft ball of EDGE³ samples 1 m apart, its optical depth some 10 through the middle. */
+static neph_result create_volume(neph_context *context, neph_volume **out_volume) {
+  static float values[EDGE * EDGE * EDGE];
+  for (int n = 0; n < EDGE * EDGE * EDGE; n++) {
+    const double x = n % EDGE - 11.5, y = n / EDGE % EDGE - 11.5, z = n / EDGE / EDGE - 11.5;
+    values[n] = (float)(fmax(0.0, fmin(100.0 - x * x - y * y - z * z, 40.0)) / 40.0);
+  }
+  neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
+  for (int a = 0; a < 3; a++) desc.size[a] = EDGE;
+  desc.values = values;
+  desc.precision = NEPH_PRECISION_FLOAT;
+  return neph_volume_create_dense(context, &desc, out_volume);
+}
+
+static void fill_view(fixture *f) {
+  f->placed = (np_view_volume){.bricks = &f->volume->bricks,
+                               .world_to_index = f->volume->world_to_index,
+                               .extinction_per_value = 0.5f,
+                               .albedo = np_spectrum_grey(1.0f),
+                               .phase = np_phase_henyey_greenstein(0.85f)};
+  f->placed.world_to_index.m[2][3] -= 10.0;
+  f->view = (np_scene_view){.volume_count = 1, .volumes = &f->placed, .planet_radius_m = 6.36e6, .to_sun = {0, 0, 1}};
+  f->desc = (np_multi_scatter_desc)NP_MULTI_SCATTER_DESC_DEFAULT;
+  f->desc.cells.bounds_min = np_dvec3_make(0, 0, 10);
+  f->desc.cells.bounds_max = np_dvec3_make(EDGE - 1, EDGE - 1, 10 + EDGE - 1);
+}
+
+static neph_result build_cache(fixture *f) {
+  return np_ground_cache_build(f->context, &f->view, f->desc.cells.bounds_min, f->desc.cells.bounds_max, NULL,
+                               &f->cache);
+}
+
+static void start(fixture *f, unsigned threads) {
+  f->context = test_context_create(threads, NULL);
+  assert_int_equal(create_volume(f->context, &f->volume), NEPH_OK);
+  fill_view(f);
+}
+
+static void build(fixture *f) {
+  assert_int_equal(np_multi_scatter_build(f->context, &f->view, &f->desc, NULL, &f->scatter), NEPH_OK);
+  f->view.multi_scatter = &f->scatter;
+  assert_int_equal(build_cache(f), NEPH_OK);
+  f->view.ground_cache = &f->cache;
+}
+
+static void end(fixture *f) {
+  np_ground_cache_clear(&f->cache);
+  np_multi_scatter_clear(&f->scatter);
+  neph_volume_release(f->volume);
+  neph_context_destroy(f->context);
+}
+
+static np_spectrum find_irradiance(const fixture *f, double x, double y) {
+  const np_ground_hit hit = {.position = {x, y, 0.0}, .normal = {0, 0, 1}};
+  return np_ground_sky_irradiance(&f->view, &hit);
+}
+
+/* Amid even light a white cloud cannot be seen, nor can its shade: what it hides of the sky it throws down itself. 2 %
+ * for its steps of two voxels, and the tolerance of the solution. */
+static void a_white_cloud_casts_no_shade_in_a_furnace(void **state) {
+  (void)state;
+  fixture f = {0};
+  start(&f, 2);
+  f.view.environment_radiance = np_spectrum_make(0.5f, 2.0f, 3.0f);
+  build(&f);
+  /* It covers the sky to 26 degrees from the zenith, which is a fifth of the light. */
+  const np_ground_light below = np_ground_cache_find(&f.cache, np_dvec3_make(11.5, 11.5, 0.0));
+  assert_in_range((int)(100.0f * below.open.band[1]), 75, 90);
+  for (double x = -20.0; x < 40.0; x += 2.9) {
+    const np_spectrum irradiance = find_irradiance(&f, x, 0.5 * x);
+    assert_near_relative((double)irradiance.band[0], 0.5 * NP_PI, 0.02);
+    assert_near_relative((double)irradiance.band[2], 3.0 * NP_PI, 0.02);
+  }
+  end(&f);
+}
+
+/* Under a sky that is black but for the sun the cloud alone lights the ground, below it most; far away nothing does. */
+static void the_cloud_shines_on_what_is_below_it(void **state) {
+  (void)state;
+  fixture f = {0};
+  start(&f, 2);
+  f.view.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
+  build(&f);
+  const np_spectrum below = find_irradiance(&f, 11.5, 11.5), beside = find_irradiance(&f, 40.0, 11.5);
+  /* It takes 314 W from the sun and throws half of it down, at twice the mean of the half space: 0.1 W/m² from 21 m. */
+  assert_in_range((int)(1000.0f * below.band[0]), 30, 150);
+  assert_near_relative((double)below.band[2], 3.0 * (double)below.band[0], 0.01);
+  assert_true(beside.band[0] > 0.0f && beside.band[0] < 0.3f * below.band[0]);
+  assert_near((double)find_irradiance(&f, 1e4, 11.5).band[0], 0.0, 0.0);
+  end(&f);
+}
+
+static void threads_change_no_bit(void **state) {
+  (void)state;
+  fixture one = {0}, two = {0};
+  start(&one, 1);
+  start(&two, 3);
+  one.view.sun_irradiance = two.view.sun_irradiance = np_spectrum_grey(1.0f);
+  build(&one);
+  build(&two);
+  const size_t count = (size_t)one.cache.size[0] * (size_t)one.cache.size[1];
+  assert_memory_equal(one.cache.points, two.cache.points, count * sizeof *one.cache.points);
+  end(&one);
+  end(&two);
+}
+
+static neph_result attempt(neph_context *context, void *user) {
+  fixture *f = user;
+  *f = (fixture){.context = context};
+  neph_result result = create_volume(context, &f->volume);
+  if (result) return result;
+  fill_view(f);
+  f->desc.tolerance = 0.3;
+  f->view.sun_irradiance = np_spectrum_grey(1.0f);
+  result = np_multi_scatter_build(context, &f->view, &f->desc, NULL, &f->scatter);
+  f->view.multi_scatter = &f->scatter;
+  if (!result) result = build_cache(f);
+  np_ground_cache_clear(&f->cache);
+  np_multi_scatter_clear(&f->scatter);
+  neph_volume_release(f->volume);
+  return result;
+}
+
+static void a_failed_allocation_leaves_nothing_behind(void **state) {
+  (void)state;
+  fixture f;
+  assert_survives_failed_allocations(attempt, &f);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_white_cloud_casts_no_shade_in_a_furnace),
+      cmocka_unit_test(the_cloud_shines_on_what_is_below_it),
+      cmocka_unit_test(threads_change_no_bit),
+      cmocka_unit_test(a_failed_allocation_leaves_nothing_behind),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
