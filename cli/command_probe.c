@@ -24,7 +24,7 @@ static cli_exit choose_seed(const char *text, uint64_t *out) {
 static cli_exit fill_desc(cli_session *session, neph_probe_desc *desc) {
   const cli_options *options = session->options;
   if (options->path_count) desc->path_count = options->path_count;
-  desc->target_error = options->target_error;
+  if (options->target_error > 0.0) desc->target_error = options->target_error;
   desc->progress = cli_progress_report;
   desc->progress_user = &session->progress;
   cli_exit exit = CLI_DONE;

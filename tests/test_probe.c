@@ -94,7 +94,7 @@ static void fluxes_of_thick_slabs_are_right(void **state) {
       {"0.85", "1", "8", "1", NULL, NULL},
       {"0.85", "1", "8", "0.5", NULL, NULL},
   };
-  probe_picks(*state, "data/slab_flux.csv", picks, COUNT(picks), 8192, 0.0);
+  probe_picks(*state, "data/slab_flux.csv", picks, COUNT(picks), 8192, NEPH_UNLIMITED);
   assert_right(*state, true, 2 * 4, 0.1);
 }
 
@@ -158,6 +158,9 @@ static void descriptions_are_checked(void **state) {
   desc.target_error = NAN;
   assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "target_error is nan");
+  desc.target_error = 0.0;
+  assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "target_error is 0, must be above 0");
 }
 
 static bool refuse(void *user, const neph_progress *progress) {

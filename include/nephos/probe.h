@@ -14,8 +14,8 @@ typedef struct neph_probe_desc {
   neph_integrator integrator; /**< default NEPH_INTEGRATOR_PATH */
   unsigned path_count;        /**< camera rays for each number asked for, ≥ 1, rounded up to a multiple of 64 (default
                                    65536) */
-  double target_error;        /**< 0: all of them are traced; above: no more of them than a pilot of 4096 finds to be
-                                   enough for a standard error of this part of the scattered light (default 0) */
+  double target_error;        /**< above 0: no more of them than a pilot of 4096 finds to be enough for a standard error
+                                   of this part of the scattered light; NEPH_UNLIMITED (default): all of them */
   uint64_t seed;              /**< of all random numbers (default 0) */
   neph_progress_fn progress;  /**< default NULL */
   void *progress_user;        /**< default NULL */
@@ -24,7 +24,7 @@ typedef struct neph_probe_desc {
 #define NEPH_PROBE_DESC_DEFAULT                                                                                        \
   {                                                                                                                    \
     .struct_size = sizeof(neph_probe_desc), .integrator = NEPH_INTEGRATOR_PATH, .path_count = 65536,                   \
-    .target_error = 0, .seed = 0, .progress = NULL, .progress_user = NULL                                              \
+    .target_error = NEPH_UNLIMITED, .seed = 0, .progress = NULL, .progress_user = NULL                                 \
   }
 
 /** Light reflected and transmitted by plane-parallel slabs of cloud, case by case.

@@ -204,8 +204,8 @@ neph_result neph_probe_slab(neph_context *context, const char *cases_path, const
   if (result) return result;
   if (p.desc.path_count < 1)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: path_count is 0, must be at least 1");
-  if (!(p.desc.target_error >= 0.0))
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: target_error is %g, must be 0 or above",
+  if (!(p.desc.target_error > 0.0))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: target_error is %g, must be above 0",
                    p.desc.target_error);
   np_monitor_start(&p.monitor, context, p.desc.progress, p.desc.progress_user);
   const unsigned mode = np_float_mode_enter();

@@ -27,7 +27,7 @@ struct np_slab {
   neph_context *context;
   np_slab_case case_;
   unsigned ray_count;
-  double target_error; /* 0: none */
+  double target_error; /* infinite: none */
   uint64_t seed;
   unsigned sample_count; /* along z */
   float extinction_per_value;
@@ -266,7 +266,7 @@ neph_result np_slab_ask(const np_slab *slab, const np_slab_question *question, u
                         np_slab_answer *out_answer) {
   inquiry q = {.slab = slab, .question = question, .stream = stream, .monitor = monitor};
   double ray_count = slab->ray_count;
-  if (slab->target_error > 0.0 && ray_count > PILOT_RAY_COUNT) {
+  if (isfinite(slab->target_error) && ray_count > PILOT_RAY_COUNT) {
     np_slab_answer pilot;
     neph_result result = measure(&q, PILOT_RAY_COUNT, &pilot);
     if (result) return result;
