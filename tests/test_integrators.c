@@ -241,6 +241,39 @@ static void overlapping_volumes_add(void **state) {
   end(&f);
 }
 
+/* A peak narrower than the sun's disk, seen towards its middle: of what is scattered once, τ·e^{−τ}
+ * times the phase function's mean over the disk. By aiming at the disk alone, one sample in some thousand would see any
+ * of it; met by chance as well, it is as quiet as any. */
+static void disk_is_met_through_a_narrow_peak(void **state) {
+  (void)state;
+  enum { RINGS = 20000 };
+  const double depth = 0.02, radius = 0.0046;
+  fixture f;
+  start(&f, constant, (float)(depth / EDGE), np_phase_henyey_greenstein(0.9999f));
+  f.settings.scattering_max = 1;
+  f.view.sun_irradiance = np_spectrum_grey(1.0f);
+  f.view.to_sun = np_vec3_make(0, 1, 0);
+  f.view.sun_angular_radius_rad = (float)radius;
+  double mean = 0.0;
+  for (int i = 0; i < RINGS; i++) {
+    const double s = sin(0.5 * radius);
+    mean += (double)np_phase_eval(&f.placed.phase, (float)(2.0 * s * s * (i + 0.5) / RINGS)) / RINGS;
+  }
+  statistics path = {0};
+  np_random random = np_random_start(6, 0, 0, 0, 0);
+  for (int i = 0; i < 20000; i++) {
+    const np_camera_ray ray = random_ray(&random);
+    np_integrator_sample sample;
+    kernels_of(&f)->path(&f.view, &f.settings, &ray, &random, &sample);
+    statistics_add(&path, (double)sample.component[NP_COMPONENT_SUN].band[0]);
+  }
+  const double expected = depth * exp(-depth) * mean;
+  print_message("narrow peak: %.5g +- %.2g, expected %.5g\n", statistics_mean(&path), statistics_error(&path), expected);
+  assert_near(statistics_mean(&path), expected, 4.0 * statistics_error(&path));
+  assert_true(statistics_error(&path) < 0.02 * expected);
+  end(&f);
+}
+
 /* Every instruction-set level computes the same physics: its mean is the others', within float rounding of one ray. */
 static void levels_agree(void **state) {
   (void)state;
@@ -295,6 +328,7 @@ int main(void) {
       cmocka_unit_test(half_distance_is_where_half_is_hidden),
       cmocka_unit_test(march_matches_path_in_single_scattering),
       cmocka_unit_test(overlapping_volumes_add),
+      cmocka_unit_test(disk_is_met_through_a_narrow_peak),
       cmocka_unit_test(levels_agree),
       cmocka_unit_test(blue_noise_is_blue),
   };
