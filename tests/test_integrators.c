@@ -268,7 +268,8 @@ static void disk_is_met_through_a_narrow_peak(void **state) {
     statistics_add(&path, (double)sample.component[NP_COMPONENT_SUN].band[0]);
   }
   const double expected = depth * exp(-depth) * mean;
-  print_message("narrow peak: %.5g +- %.2g, expected %.5g\n", statistics_mean(&path), statistics_error(&path), expected);
+  print_message("narrow peak: %.5g +- %.2g, expected %.5g\n", statistics_mean(&path), statistics_error(&path),
+                expected);
   assert_near(statistics_mean(&path), expected, 4.0 * statistics_error(&path));
   assert_true(statistics_error(&path) < 0.02 * expected);
   end(&f);
