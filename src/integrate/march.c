@@ -70,8 +70,8 @@ static float find_sun_depth(const np_scene_view *view, np_dvec3 position, np_vec
   return depth;
 }
 
-/* Sunlight through the clouds on the ground. Where the clouds' own light on it is known, what the forward peak lets down
- * belongs to the beam. */
+/* Sunlight through the clouds on the ground. Where the clouds' own light on it is known, what the forward peak lets
+ * down belongs to the beam. */
 static float march_shadow(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
                           np_vec3 to_sun, np_random *random) {
   (void)random;

@@ -92,7 +92,8 @@ static float find_source(const gather *g, const gather_direction *d, np_dvec3 po
 
 /* Follows one direction upwards: what of the sky comes through, and the clouds' own light. `offset` shifts the steps.
  */
-static float follow(const gather *g, const gather_direction *d, np_dvec3 origin, double offset, np_spectrum *out_light) {
+static float follow(const gather *g, const gather_direction *d, np_dvec3 origin, double offset,
+                    np_spectrum *out_light) {
   *out_light = np_spectrum_grey(0.0f);
   double begin, end;
   if (!clip(g, origin, d->towards, &begin, &end)) return 1.0f;
