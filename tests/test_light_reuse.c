@@ -16,7 +16,7 @@ typedef struct fixture {
 static const char cumulus[] =
     "{camera: {position: [0, -3 km, 400 m], look_at: [0, 0, 800 m], fov: 40 deg, resolution: [24, 16]},"
     " sun: {elevation: 30 deg, azimuth: 140 deg}, atmosphere: {preset: none}, environment: {radiance: 0.02},"
-    " clouds: [{name: a, extinction: 0.05 1/m, bake: {preset: cumulus_mediocris, model: hero, seed: 3,"
+    " clouds: [{name: a, extinction: 1 1/m, bake: {preset: cumulus_mediocris, model: hero, seed: 3,"
     " extent: [800 m, 800 m], voxel: 50 m}}], render: {samples: 1}, output: {pixel_type: float}}";
 
 static int set_up(void **state) {
@@ -97,9 +97,28 @@ static void what_it_depends_on_is_solved_anew(void **state) {
   assert_non_null(strstr(f->log.text, "solved anew, since the clouds changed"));
 }
 
+/* The grid depends on the memory, and the memory must be one. */
+static void memory_is_checked_and_counts(void **state) {
+  fixture *f = *state;
+  neph_image_destroy(render(f, f->scene));
+  render_changed(f, "render.light_memory", "1 MB");
+  assert_non_null(strstr(f->log.text, "solved anew, since the clouds changed"));
+  neph_image *image = render(f, f->scene);
+  assert_non_null(neph_image_get_attribute(image, "nephos:lightResidual"));
+  assert_true(atof(neph_image_get_attribute(image, "nephos:lightError")) > 0.02);
+  neph_image_destroy(image);
+  static const char *const wrong[] = {"10 m", "0.5 MB", "much"};
+  for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+    test_log_clear(&f->log);
+    assert_int_equal(neph_scene_set(f->scene, "render.light_memory", wrong[i]), NEPH_ERROR_BAD_SCENE);
+    assert_one_error(&f->log, "render.light_memory", wrong[i]);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(a_camera_that_moves_keeps_the_light, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(memory_is_checked_and_counts, set_up, tear_down),
       cmocka_unit_test_setup_teardown(what_it_depends_on_is_solved_anew, set_up, tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -34,6 +34,9 @@ static void test_units_are_converted(void **state) {
   assert_real("50 1/km", NP_UNIT_PER_METRE, 0.05);
   assert_real("1.474 W/m2/nm", NP_UNIT_IRRADIANCE, 1.474);
   assert_real("-2 EV", NP_UNIT_STOP, -2);
+  assert_real("1.5 GB", NP_UNIT_GIGABYTE, 1.5e9);
+  assert_real("500 MB", NP_UNIT_GIGABYTE, 500e6);
+  assert_no_real("500 m", NP_UNIT_GIGABYTE);
 }
 
 static void test_plain_numbers_are_in_the_own_unit(void **state) {

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Anderson acceleration (Anderson 1965; in the form of Walker and Ni 2011, "Anderson Acceleration for Fixed-Point
  * Iterations", algorithm AA): the next x is that combination Σ α_j·g_j, Σ α_j = 1, of the last images whose residuals
- * f_j = g(x_j) − x_j cancel best. Where the residual grows the past is forgotten, which leaves plain iteration.
+ * f_j = g(x_j) − x_j cancel best. Where the residual grows the past is forgotten, and where it stalls for good, plain
+ * iteration goes on from there.
  */
 #include "light/fixed_point.h"
 
@@ -10,7 +11,7 @@
 
 #include "core/alloc.h"
 
-enum { DEPTH = NP_FIXED_POINT_DEPTH_MAX, CHUNK = 1 << 15, BLOCK = 64 };
+enum { DEPTH = NP_FIXED_POINT_DEPTH_MAX, CHUNK = 1 << 15, BLOCK = 64, STALL = 12 };
 
 typedef struct history {
   unsigned depth; /* slots */
@@ -149,8 +150,18 @@ static neph_result measure(pass *p, history *past, double *out_residual) {
   return NEPH_OK;
 }
 
+/* Counts the calls that have not brought the residual down, and after too many keeps but the newest image. */
+static void watch_for_stall(history *past, double residual, double *best, unsigned *idle) {
+  *idle = residual < 0.9 * *best ? 0 : *idle + 1;
+  *best = fmin(*best, residual);
+  if (*idle < STALL || past->depth == 1) return;
+  forget(past);
+  past->depth = 1;
+}
+
 static neph_result iterate(np_fixed_point *problem, history *past, pass *p) {
-  double before = INFINITY;
+  double before = INFINITY, best = INFINITY;
+  unsigned idle = 0;
   for (problem->calls = 0;;) {
     shift(past);
     neph_result result = problem->map(problem->user, p->x, past->image[past->count++]);
@@ -163,6 +174,7 @@ static neph_result iterate(np_fixed_point *problem, history *past, pass *p) {
     }
     if (!(problem->residual < 2.0 * before)) forget(past);
     before = problem->residual;
+    watch_for_stall(past, problem->residual, &best, &idle);
     find_weights(past, p->weight);
     result = np_parallel_for(problem->context, problem->monitor, count_chunks(problem), 1, combine_chunks, p);
     if (result) return result;

@@ -52,26 +52,23 @@ static void add_glow(np_hash *hash, const np_glow *g) {
   np_hash_add(hash, &g->world_to_temperature, sizeof g->world_to_temperature);
 }
 
-static void add_cells(np_hash *hash, const np_multi_scatter_desc *d) {
-  const double values[] = {d->cells.bounds_min.x,
-                           d->cells.bounds_min.y,
-                           d->cells.bounds_min.z,
-                           d->cells.bounds_max.x,
-                           d->cells.bounds_max.y,
-                           d->cells.bounds_max.z,
-                           (double)d->cells.cell_count_max,
-                           (double)d->cells.cell_count_cheap,
-                           d->cells.cell_depth_max,
-                           d->work_max,
-                           d->tolerance};
-  np_hash_add(hash, values, sizeof values);
+static neph_result add_cells(neph_context *context, np_hash *hash, const np_scene_view *view,
+                             const np_multi_scatter_desc *d) {
+  np_transport_grid grid;
+  neph_result result = np_transport_grid_place(context, view, &d->cells, &grid);
+  if (result) return result;
+  for (int a = 0; a < 3; a++) np_hash_add(hash, grid.edge_m[a], ((size_t)grid.size[a] + 1) * sizeof *grid.edge_m[a]);
+  np_hash_add(hash, &d->work_max, sizeof d->work_max);
+  np_hash_add(hash, &d->tolerance, sizeof d->tolerance);
+  np_transport_grid_clear(&grid);
+  return NEPH_OK;
 }
 
 static neph_result find_fingerprint(neph_context *context, const np_scene_view *view, const np_multi_scatter_desc *desc,
                                     char out[33]) {
   np_hash *hash = np_hash_create(context);
   if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
-  add_cells(hash, desc);
+  neph_result result = add_cells(context, hash, view, desc);
   for (unsigned v = 0; v < view->volume_count; v++) add_cloud(hash, &view->volumes[v]);
   if (view->emission) {
     np_hash_add(hash, &view->emission->black_body, sizeof view->emission->black_body);
@@ -79,7 +76,7 @@ static neph_result find_fingerprint(neph_context *context, const np_scene_view *
   }
   np_hash_finish(hash, out);
   np_hash_destroy(hash);
-  return NEPH_OK;
+  return result;
 }
 
 /* The least ordinates are enough to tell one sky from another. */

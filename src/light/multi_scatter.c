@@ -260,11 +260,18 @@ static neph_result start(solver *s) {
   return NEPH_OK;
 }
 
-static void report(const np_multi_scatter *out, double tolerance) {
+static void report(const np_scene_view *view, double tolerance, np_multi_scatter *out) {
   const np_transport_grid *g = &out->grid;
+  double least, most;
+  np_transport_grid_find_depths(view, g, &least, &most);
+  /* A column's cells are large only where light no longer changes over them. */
+  out->error = np_transport_expect_error(np_transport_grid_is_column(g) ? least : most);
   np_log(out->context, NEPH_LOG_DEBUG,
          "multiple scattering: %d x %d x %d cells, %zu in cloud, degree %u, residual %.2g after %u sweeps", g->size[0],
          g->size[1], g->size[2], g->live_count, g->degree, out->residual, out->sweeps);
+  np_log(out->context, NEPH_LOG_DEBUG,
+         "multiple scattering: the densest cells have a scaled depth of %.2g to %.2g, for an expected error of %.2g %%",
+         least, most, 100.0 * out->error);
   if (out->residual > 10.0 * tolerance)
     np_log(out->context, NEPH_LOG_WARNING, "multiple scattering has not converged: residual %.2g, wanted %.2g",
            out->residual, tolerance);
@@ -279,7 +286,7 @@ neph_result np_multi_scatter_build(neph_context *context, const np_scene_view *v
   if (!result) {
     out->grid = s.levels[0].grid;
     s.levels[0].grid = (np_transport_grid){.context = context};
-    report(out, desc->tolerance);
+    report(view, desc->tolerance, out);
   }
   clear_levels(&s);
   np_alloc_free(context, s.sun);

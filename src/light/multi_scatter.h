@@ -11,7 +11,7 @@ typedef struct np_multi_scatter_desc {
   double tolerance;
 } np_multi_scatter_desc;
 
-/* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.2 kB each in cloud while it is solved. */
+/* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.6 kB each in cloud while it is solved. */
 #define NP_MULTI_SCATTER_DESC_DEFAULT                                                                                  \
   {                                                                                                                    \
     .cells = {.cell_count_max = 1500000, .cell_count_cheap = 60000, .cell_depth_max = 0.35}, .work_max = 3e7,          \
@@ -26,6 +26,7 @@ typedef struct np_multi_scatter {
   float *moments;  /* [live][band][harmonic]: radiance that is not sunlight which went straight on */
   double residual; /* relative, the worst band's */
   unsigned sweeps; /* of the finest grid, all bands together */
+  double error;    /* expected from the size of the largest cells, as a share of the light */
 } np_multi_scatter;
 
 /* Solves for the view's sun, sky and ground. On failure nothing is left. */

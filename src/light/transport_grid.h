@@ -28,14 +28,27 @@ typedef struct np_transport_grid {
 
 typedef struct np_transport_desc {
   np_dvec3 bounds_min, bounds_max; /* of the clouds, in the world */
-  size_t cell_count_max;
-  size_t cell_count_cheap; /* cells of one voxel where so many are enough */
-  double cell_depth_max;   /* of a cell, (1−g)·σ·edge, where the memory allows */
+  size_t cell_count_max;           /* where it is too few, those far from the viewer are larger */
+  size_t cell_count_cheap;         /* cells of one voxel where so many are enough */
+  double cell_depth_max;           /* of a cell, (1−g)·σ·edge, where the memory allows */
+  bool has_viewer;
+  np_dvec3 viewer;
 } np_transport_desc;
 
 /* Chooses cells: fills `size`, the planes and `is_wrapped`. */
 neph_result np_transport_grid_place(neph_context *context, const np_scene_view *view, const np_transport_desc *desc,
                                     np_transport_grid *out);
+
+/* (1−g)·σ·edge of the smallest and of the largest cells, at the densest point. */
+void np_transport_grid_find_depths(const np_scene_view *view, const np_transport_grid *grid, double *out_least,
+                                   double *out_most);
+
+/* The error of a picture that cells of such a depth make, as a share of its light: measured on clouds whose grid was
+ * coarsened (docs/transport.md). */
+double np_transport_expect_error(double cell_depth);
+
+/* Bytes that a cell with cloud takes at most while light of a degree is solved for. */
+double np_transport_count_cell_bytes(unsigned degree);
 
 /* Averages the clouds' extinction and scattering over the cells, for the albedo of one band. `phases` have the degree
  * of the grid. Cells that glow are live too. */

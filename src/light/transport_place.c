@@ -5,6 +5,9 @@
  * two voxels at least, since the field's own detail ends there, unless a single voxel is thicker than that or one
  * voxel to a cell costs next to nothing.
  *
+ * Where the memory does not allow as many, cells grow with their distance from the viewer, by planes along each axis:
+ * what is far is seen small. No more than eightfold; what is still too many makes all larger.
+ *
  * A layer without end that is the same everywhere is a single column of cells. Light that comes in through its faces
  * is spent in a depth of about one, however thick the layer: cells are thin at the faces and grow with the depth from
  * them, so that a layer of depth 10⁶ takes some 300.
@@ -111,16 +114,102 @@ static double find_voxel_depth(const np_scene_view *view) {
   return find_transport_extinction(view) * longest;
 }
 
-static void choose_even_axes(const np_scene_view *view, const np_transport_desc *desc, even_axis out[3]) {
+static double round_edge(double edge) { return edge > 2.0 ? ceil(4.0 * edge) * 0.25 : edge; }
+
+/* Edge in voxels that the clouds want; within `cell_count_max` where there is nobody to be near to. */
+static double choose_edge(const np_scene_view *view, const np_transport_desc *desc) {
+  even_axis axes[3];
   const double voxel_depth = find_voxel_depth(view);
-  double edge = find_even_axes(view, desc, 1.0, out) <= (double)desc->cell_count_cheap ? 1.0 : 2.0;
+  double edge = find_even_axes(view, desc, 1.0, axes) <= (double)desc->cell_count_cheap ? 1.0 : 2.0;
   while (edge < 8.0 && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
   while (edge > 0.1 && edge * voxel_depth > 3.5 * desc->cell_depth_max) edge *= 0.5;
-  for (;; edge *= 1.25) {
-    const double rounded = edge > 2.0 ? ceil(4.0 * edge) * 0.25 : edge;
-    if (find_even_axes(view, desc, rounded, out) <= (double)desc->cell_count_max) return;
+  return edge;
+}
+
+/* ---- Graded cells ---- */
+
+/* Cells grow with the distance from the viewer, in proportion beyond `near_m`: cells alike on the screen. */
+typedef struct grading {
+  const np_transport_desc *desc;
+  double near_m; /* infinite: none grow */
+} grading;
+
+enum { GRADING_STEPS = 512, GRADING_MOST = 8 };
+
+/* From the viewer to that part of the clouds' box which has a coordinate along an axis. */
+static double find_distance(const np_transport_desc *desc, int axis, double coordinate) {
+  const double low[3] = {desc->bounds_min.x, desc->bounds_min.y, desc->bounds_min.z};
+  const double high[3] = {desc->bounds_max.x, desc->bounds_max.y, desc->bounds_max.z};
+  const double at[3] = {desc->viewer.x, desc->viewer.y, desc->viewer.z};
+  double square = 0.0;
+  for (int a = 0; a < 3; a++) {
+    const double nearest = a == axis ? coordinate : np_clamp(at[a], low[a], high[a]);
+    square += (at[a] - nearest) * (at[a] - nearest);
+  }
+  return sqrt(square);
+}
+
+/* Number of cells up to each of GRADING_STEPS even steps along an axis; `out[GRADING_STEPS]` is all of them. */
+static void count_graded(const grading *g, int axis, const even_axis *even, double out[GRADING_STEPS + 1]) {
+  const double step = even->size * even->edge_m / GRADING_STEPS;
+  out[0] = 0.0;
+  for (int i = 0; i < GRADING_STEPS; i++) {
+    const double distance = find_distance(g->desc, axis, even->origin_m + (i + 0.5) * step);
+    out[i + 1] = out[i] + step / even->edge_m / fmax(1.0, distance / g->near_m);
   }
 }
+
+static int32_t round_count(double cells) { return (int32_t)fmin(ceil(cells / COARSEST - 1e-6) * COARSEST, 1e6); }
+
+static double count_all_graded(const grading *g, const even_axis axes[3]) {
+  double cells = 1.0, counts[GRADING_STEPS + 1];
+  for (int axis = 0; axis < 3; axis++) {
+    count_graded(g, axis, &axes[axis], counts);
+    cells *= axes[axis].is_wrapped ? axes[axis].size : round_count(counts[GRADING_STEPS]);
+  }
+  return cells;
+}
+
+/* The largest `near_m` with which the cells are few enough; 0 where that would take cells that grow too much. */
+static double find_near(const np_transport_desc *desc, const even_axis axes[3]) {
+  double farthest = 0.0;
+  for (int axis = 0; axis < 3; axis++)
+    for (int end = 0; end < 2; end++)
+      farthest =
+          fmax(farthest, find_distance(desc, axis, axes[axis].origin_m + end * axes[axis].size * axes[axis].edge_m));
+  for (double near = 0.95 * farthest; near > farthest / GRADING_MOST; near *= 0.95)
+    if (count_all_graded(&(grading){desc, near}, axes) <= (double)desc->cell_count_max) return near;
+  return 0.0;
+}
+
+/* Cells as the clouds want them; where that is too many, graded ones; where these would be too many, larger ones. */
+static grading choose_axes(const np_scene_view *view, const np_transport_desc *desc, even_axis out[3]) {
+  for (double edge = choose_edge(view, desc);; edge *= 1.25) {
+    if (find_even_axes(view, desc, round_edge(edge), out) <= (double)desc->cell_count_max)
+      return (grading){desc, HUGE_VAL};
+    const double near = desc->has_viewer ? find_near(desc, out) : 0.0;
+    if (near > 0.0) return (grading){desc, near};
+  }
+}
+
+static neph_result keep_graded_axis(const grading *g, const even_axis *even, int axis, np_transport_grid *out) {
+  double counts[GRADING_STEPS + 1];
+  count_graded(g, axis, even, counts);
+  const int32_t size = round_count(counts[GRADING_STEPS]);
+  double *edge = np_alloc(out->context, (size_t)size + 1, sizeof *edge);
+  if (!edge) return NEPH_ERROR_OUT_OF_MEMORY;
+  const double step = even->size * even->edge_m / GRADING_STEPS;
+  for (int32_t i = 0, k = 0; i <= size; i++) {
+    const double wanted = counts[GRADING_STEPS] * i / size;
+    while (k + 1 < GRADING_STEPS && counts[k + 1] < wanted) k++;
+    edge[i] = even->origin_m + step * (k + (wanted - counts[k]) / (counts[k + 1] - counts[k]));
+  }
+  out->size[axis] = size;
+  out->edge_m[axis] = edge;
+  return NEPH_OK;
+}
+
+/* ---- Keeping them ---- */
 
 static neph_result keep_even_axis(const even_axis *even, int axis, np_transport_grid *out) {
   double *edge = np_alloc(out->context, (size_t)even->size + 1, sizeof *edge);
@@ -255,11 +344,55 @@ neph_result np_transport_grid_place(neph_context *context, const np_scene_view *
                                     np_transport_grid *out) {
   *out = (np_transport_grid){.context = context};
   even_axis axes[3];
-  choose_even_axes(view, desc, axes);
+  const grading g = choose_axes(view, desc, axes);
   const int column = find_column_axis(axes);
   neph_result result = NEPH_OK;
-  for (int axis = 0; axis < 3 && !result; axis++)
-    result = axis == column ? place_column(view, axes, axis, out) : keep_even_axis(&axes[axis], axis, out);
+  for (int axis = 0; axis < 3 && !result; axis++) {
+    if (axis == column) {
+      result = place_column(view, axes, axis, out);
+    } else if (isfinite(g.near_m) && !axes[axis].is_wrapped) {
+      result = keep_graded_axis(&g, &axes[axis], axis, out);
+    } else {
+      result = keep_even_axis(&axes[axis], axis, out);
+    }
+  }
   if (result) np_transport_grid_clear(out);
   return result;
+}
+
+/* ---- What is to be expected ---- */
+
+void np_transport_grid_find_depths(const np_scene_view *view, const np_transport_grid *grid, double *out_least,
+                                   double *out_most) {
+  double least = 0.0, most = 0.0;
+  for (int axis = 0; axis < 3; axis++) {
+    if (grid->size[axis] == 1) continue;
+    double narrow = HUGE_VAL, wide = 0.0;
+    for (int32_t i = 0; i < grid->size[axis]; i++) {
+      narrow = fmin(narrow, np_transport_grid_width(grid, axis, i));
+      wide = fmax(wide, np_transport_grid_width(grid, axis, i));
+    }
+    least = fmax(least, narrow);
+    most = fmax(most, wide);
+  }
+  *out_least = least * find_transport_extinction(view);
+  *out_most = most * find_transport_extinction(view);
+}
+
+double np_transport_expect_error(double cell_depth) {
+  static const double nodes[][2] = {{0.35, 0.02}, {1.0, 0.04}, {2.0, 0.07}, {4.0, 0.14}};
+  enum { COUNT = sizeof nodes / sizeof *nodes };
+  if (cell_depth <= nodes[0][0]) return nodes[0][1];
+  for (int i = 1; i < COUNT; i++)
+    if (cell_depth <= nodes[i][0] || i + 1 == COUNT) {
+      const double t = (cell_depth - nodes[i - 1][0]) / (nodes[i][0] - nodes[i - 1][0]);
+      return fmin(1.0, nodes[i - 1][1] + t * (nodes[i][1] - nodes[i - 1][1]));
+    }
+  return 1.0;
+}
+
+/* Vectors of moments: sources, solution, four parts, ten of Anderson's, three bands kept and two in the making; coarser
+ * grids have a seventh of it; and some 100 bytes that are not moments. */
+double np_transport_count_cell_bytes(unsigned degree) {
+  return 8.0 / 7.0 * 21.0 * sizeof(float) * np_harmonics_count(degree) + 100.0;
 }

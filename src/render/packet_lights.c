@@ -188,11 +188,29 @@ static neph_result build_sun_cache(const np_packet_lights_desc *d, np_packet_lig
 
 static np_light_role get_light_role(bool is_moon) { return is_moon ? NP_LIGHT_OF_MOON : NP_LIGHT_OF_SUN; }
 
+/* What the memory allows, were there cloud in all of them. */
+static size_t count_cells_max(const neph_scene *scene) {
+  const double asked = scene->render.light_memory_bytes;
+  const double bytes = isfinite(asked) ? asked : 0.25 * (double)np_memory_size();
+  return (size_t)fmin(bytes / np_transport_count_cell_bytes(NP_DEGREE_MIN), 1e9);
+}
+
+/* The camera, on a lattice of an eighth of the clouds' box, so that a solution outlives some steps of it. */
+static np_dvec3 find_viewer(const np_assembly *a) {
+  const double step = 0.125 * np_dvec3_length(np_dvec3_subtract(a->clouds_max, a->clouds_min));
+  const np_dvec3 at = a->camera.origin;
+  return step > 0.0 ? np_dvec3_scale(np_dvec3_make(round(at.x / step), round(at.y / step), round(at.z / step)), step)
+                    : at;
+}
+
 static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_packet *packet, np_packet_light *out) {
   const np_assembly *a = d->assembly;
   np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
   desc.cells.bounds_min = a->clouds_min;
   desc.cells.bounds_max = a->clouds_max;
+  desc.cells.cell_count_max = count_cells_max(d->scene);
+  desc.cells.has_viewer = true;
+  desc.cells.viewer = find_viewer(a);
   neph_result result =
       np_light_store_take(a->context, a->lights, (unsigned)(packet - a->packets), get_light_role(out->is_moon),
                           &out->view, &desc, d->monitor, &out->multi_scatter);

@@ -31,6 +31,23 @@ static neph_result describe_render(const neph_scene *scene, const neph_render_de
   return result ? result : np_image_set_real(image, "renderTime", seconds);
 }
 
+/* How well the light in clouds is solved for: the worst of all lights and packets. */
+static neph_result describe_light(const np_assembly *assembly, neph_image *image) {
+  double residual = 0.0, error = 0.0;
+  bool is_solved = false;
+  for (unsigned p = 0; p < assembly->packet_count; p++)
+    for (unsigned i = 0; i < assembly->packets[p].light_count; i++) {
+      const np_multi_scatter *scatter = assembly->packets[p].lights[i].view.multi_scatter;
+      if (!scatter) continue;
+      is_solved = true;
+      residual = fmax(residual, scatter->residual);
+      error = fmax(error, scatter->error);
+    }
+  if (!is_solved) return NEPH_OK;
+  neph_result result = np_image_set_real(image, "nephos:lightResidual", residual);
+  return result ? result : np_image_set_real(image, "nephos:lightError", error);
+}
+
 static neph_result render(const np_plan *plan, const neph_scene *scene, neph_image **out_image) {
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, plan->desc.progress, plan->desc.progress_user);
@@ -39,6 +56,7 @@ static neph_result render(const np_plan *plan, const neph_scene *scene, neph_ima
   if (result) return result;
   result = np_frame_render(scene, plan, &assembly, &monitor, out_image);
   if (!result) result = np_color_header_write(plan, &assembly, scene->output.scale, *out_image);
+  if (!result) result = describe_light(&assembly, *out_image);
   np_assembly_clear(&assembly);
   if (!result) result = describe_render(scene, &plan->desc, np_monitor_get_seconds(&monitor), *out_image);
   return result;

@@ -292,7 +292,8 @@ static void decide_scattering(np_plan *plan, const scene_facts *facts) {
   const bool is_look = multiple != NEPH_MULTIPLE_SCATTERING_ORDINATES && multiple != NEPH_MULTIPLE_SCATTERING_NONE;
   decide_unless(plan, NP_STAGE_ORDINATES, against,
                 multiple == NEPH_MULTIPLE_SCATTERING_ORDINATES ? NULL : chosen[multiple],
-                "solved for on cells of 2 to 12 voxels, in at most 2 GB; expected error 2 to 4 %");
+                "solved for once while clouds and lights stay, within render.light_memory; expected error 2 to 4 %, "
+                "more where that is little");
   const np_plan_stage *solved = &plan->stages[NP_STAGE_ORDINATES];
   decide_unless(plan, NP_STAGE_GROUND_CLOUDS, solved->is_needed ? NULL : "multiple scattering is not solved for",
                 facts->has_planet || facts->has_terrain ? NULL : "there is no ground",
@@ -300,8 +301,7 @@ static void decide_scattering(np_plan *plan, const scene_facts *facts) {
   decide_unless(plan, NP_STAGE_LOOK, against, is_look ? NULL : chosen[multiple], chosen[multiple]);
   const char *path = np_plan_traces_air(plan) ? "path: unbiased in clouds and air and to the ground"
                                               : "path: unbiased in the clouds, air and ground from tables";
-  decide(plan, NP_STAGE_INTEGRATOR, true,
-         desc->integrator == NEPH_INTEGRATOR_PATH ? path : "march: fast and biased");
+  decide(plan, NP_STAGE_INTEGRATOR, true, desc->integrator == NEPH_INTEGRATOR_PATH ? path : "march: fast and biased");
 }
 
 /* Without light there is nothing that depends on wavelength. */

@@ -492,6 +492,11 @@ static const np_key keys[] = {
      .fallback = "traced",
      .meaning = "of the integrator path: air and ground traced with the clouds, or, faster, from tables as in the "
                 "march"},
+    {.path = "render.light_memory", .type = NP_KEY_REAL, .unit = NP_UNIT_GIGABYTE,
+     .field = SCENE(render.light_memory_bytes), .range = WITHIN(0.001, 1e6), .fallback = "auto", .word = "auto",
+     .word_value = INFINITY,
+     .meaning = "for ordinates while they are solved for; auto is a quarter of the machine's. Where it is too little, "
+                "cells far from the camera are made larger first"},
     {.path = "render.look_gain", .type = NP_KEY_REAL, .field = SCENE(render.look_gain), .range = WITHIN(0, 1e6),
      .fallback = "1", .meaning = "on the light of octaves, softened_beer, powder and derivative"},
     {.path = "render.octaves", .type = NP_KEY_SECTION, .meaning = "of multiple scattering"},

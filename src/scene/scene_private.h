@@ -203,6 +203,7 @@ typedef struct np_scene_render {
   double powder_strength;
   double derivative_distance_m;
   unsigned scattering_max;
+  double light_memory_bytes; /* while the multiple scattering is solved for; infinite: a quarter of the machine's */
   double tolerance;         /* of the march's steps, as a share of a ray's light */
   double step_voxels;       /* longest step of the march, in voxels */
   double transmittance_end; /* a ray ends below this */

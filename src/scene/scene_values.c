@@ -19,7 +19,8 @@ typedef enum dimension {
   VOXELS,
   TIME,
   SPEED,
-  TEMPERATURE
+  TEMPERATURE,
+  MEMORY
 } dimension;
 
 /* One SI unit is divisor/multiplier of these: two factors, so that 20 um is exactly the double 20e-6. */
@@ -43,6 +44,7 @@ static const unit_row units[] = {
     [NP_UNIT_SECOND] = {"s", TIME, 1, 1},
     [NP_UNIT_METRE_PER_SECOND] = {"m/s", SPEED, 1, 1},
     [NP_UNIT_KELVIN] = {"K", TEMPERATURE, 1, 1},
+    [NP_UNIT_GIGABYTE] = {"GB", MEMORY, 1e9, 1},
     {"cm", LENGTH, 1, 100},
     {"mm", LENGTH, 1, 1000},
     {"nm", LENGTH, 1, 1e9},
@@ -55,6 +57,7 @@ static const unit_row units[] = {
     {"min", TIME, 60, 1},
     {"h", TIME, 3600, 1},
     {"km/h", SPEED, 10, 36},
+    {"MB", MEMORY, 1e6, 1},
 };
 
 const char *np_unit_get_name(np_unit unit) { return units[unit].name; }
@@ -72,6 +75,7 @@ const char *np_unit_get_quantity(np_unit unit) {
       [TIME] = "a time",
       [SPEED] = "a speed",
       [TEMPERATURE] = "a temperature",
+      [MEMORY] = "an amount of memory",
   };
   return names[units[unit].dimension];
 }

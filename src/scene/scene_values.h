@@ -21,7 +21,8 @@ typedef enum np_unit {
   NP_UNIT_VOXEL,
   NP_UNIT_SECOND,
   NP_UNIT_METRE_PER_SECOND,
-  NP_UNIT_KELVIN
+  NP_UNIT_KELVIN,
+  NP_UNIT_GIGABYTE
 } np_unit;
 
 /* "m"; "" for plain numbers. */
