@@ -42,8 +42,8 @@ typedef struct np_aerial_perspective {
   np_spectrum inscatter; /* W m⁻² sr⁻¹ nm⁻¹ */
 } np_aerial_perspective;
 
-/* What part of the sun's disk clouds and hills leave to be seen from a point, in [0, 1]; air and the planet's sphere are
- * not counted. Asked from many threads at once. */
+/* What part of the sun's disk clouds and hills leave to be seen from a point, in [0, 1]; air and the planet's sphere
+ * are not counted. Asked from many threads at once. */
 typedef struct np_sun_visibility {
   float (*find)(const void *user, np_dvec3 position);
   const void *user;
