@@ -61,15 +61,17 @@ static double find_error(const np_csv *csv, size_t row, const char *expected, co
 static void assert_albedos(const fixture *f, unsigned count_min) {
   np_csv csv;
   double worst = 0.0;
+  unsigned missed = 0;
   assert_int_equal(np_csv_load(f->context, f->answers, &csv), NEPH_OK);
   for (size_t row = 0; row < csv.row_count; row++) {
     const bool is_grazing = get(&csv, row, "mu0") <= 0.2 && get(&csv, row, "tau") <= 0.5;
     const double error = find_error(&csv, row, "R", "R_out", "R_se", get(&csv, row, "R"));
     if (error > 0.05) print_message("%s: %.2g\n", csv.rows[row].text, error);
-    assert_true(error <= (is_grazing ? 0.1 : 0.06));
+    missed += error > (is_grazing ? 0.1 : 0.06);
     worst = fmax(worst, error);
   }
   print_message("%zu slabs, the worst albedo %.2f %% off\n", csv.row_count, 100.0 * worst);
+  assert_int_equal(missed, 0);
   assert_true(csv.row_count >= count_min);
   np_csv_clear(&csv);
 }

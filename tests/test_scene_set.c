@@ -143,6 +143,14 @@ static void test_bad_paths_are_refused(void **state) {
   }
 }
 
+static void test_air_shadows_are_there_or_not(void **state) {
+  fixture *f = *state;
+  assert_false(f->scene->render.has_air_shadows);
+  set(f, "render.air_shadows", "true");
+  assert_true(f->scene->render.has_air_shadows);
+  assert_refused(f, "render.air_shadows", "soft", "render.air_shadows is soft, must be false or true");
+}
+
 static void test_sun_depth_is_one_of_three(void **state) {
   fixture *f = *state;
   assert_int_equal(f->scene->render.sun_depth, NP_SUN_DEPTH_AUTO);
@@ -207,6 +215,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_what_is_wrong_changes_nothing, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_bad_paths_are_refused, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_sun_depth_is_one_of_three, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_air_shadows_are_there_or_not, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_settings_read_out, set_up, tear_down),
       cmocka_unit_test(test_failed_allocations),
   };

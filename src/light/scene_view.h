@@ -83,6 +83,9 @@ float np_light_sun_solid_angle(const np_scene_view *view);
 
 bool np_light_sun_covers(const np_scene_view *view, np_vec3 direction);
 
+/* Whether terrain hides the sun at a point. */
+bool np_light_is_behind_terrain(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun);
+
 /* Radiance of the disks of sun and moon above the atmosphere; the moon hides what is behind it. */
 np_spectrum np_light_disks(const np_scene_view *view, np_vec3 direction);
 

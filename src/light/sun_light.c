@@ -29,7 +29,7 @@ np_vec3 np_light_sample_sun(const np_scene_view *view, float u, float v) {
 }
 
 /* Terrain can only stand in the way of what is below its summits or looks down. */
-static bool is_behind_terrain(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun) {
+bool np_light_is_behind_terrain(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun) {
   if (!view->terrain) return false;
   if (position.z > view->terrain_max.z && to_sun.z >= 0.0f) return false;
   return np_terrain_is_occluded(view->terrain, position, to_sun, INFINITY);
@@ -48,7 +48,7 @@ static np_spectrum pass_ground(const np_scene_view *view, np_dvec3 position, np_
   const np_spectrum irradiance = np_spectrum_multiply(view->sun_irradiance, transmittance), none = {{0}};
   if (np_spectrum_is_zero(irradiance)) return none;
   if (!view->atmosphere && view->has_planet && is_behind_planet(view, position, to_sun)) return none;
-  return is_behind_terrain(view, position, to_sun) ? none : irradiance;
+  return np_light_is_behind_terrain(view, position, to_sun) ? none : irradiance;
 }
 
 np_spectrum np_light_sun(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun) {

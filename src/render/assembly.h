@@ -17,6 +17,7 @@
 typedef struct np_packet_light {
   bool is_moon;
   neph_sky *camera_sky, *cloud_sky;
+  neph_sky *shadowed_sky; /* the camera's, with the air in the shadow of clouds and hills; NULL: clear */
   np_multi_scatter multi_scatter; /* empty when not needed */
   np_ground_cache ground_cache;   /* likewise */
   np_scene_view view;

@@ -101,15 +101,20 @@ static np_sky_role get_role(bool is_moon, bool is_cloud) {
   return is_cloud ? NP_SKY_OF_CLOUDS : NP_SKY_OF_CAMERA;
 }
 
-static neph_result build_sky(const np_packet_lights_desc *d, const np_packet *packet, const light *l, np_dvec3 observer,
-                             np_sky_role role, neph_sky **out_sky) {
-  neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
+static void describe_sky(const light *l, np_dvec3 observer, neph_sky_desc *out_desc) {
+  *out_desc = (neph_sky_desc)NEPH_SKY_DESC_DEFAULT;
   const double direction[3] = {l->direction.x, l->direction.y, l->direction.z};
   const double place[3] = {observer.x, observer.y, observer.z};
-  memcpy(desc.sun_direction, direction, sizeof direction);
-  memcpy(desc.observer_m, place, sizeof place);
-  for (int b = 0; b < NP_BAND_COUNT; b++) desc.sun_irradiance_w_m2_nm[b] = (double)l->irradiance.band[b];
-  desc.sun_angular_radius_rad = l->angular_radius_rad;
+  memcpy(out_desc->sun_direction, direction, sizeof direction);
+  memcpy(out_desc->observer_m, place, sizeof place);
+  for (int b = 0; b < NP_BAND_COUNT; b++) out_desc->sun_irradiance_w_m2_nm[b] = (double)l->irradiance.band[b];
+  out_desc->sun_angular_radius_rad = l->angular_radius_rad;
+}
+
+static neph_result build_sky(const np_packet_lights_desc *d, const np_packet *packet, const light *l, np_dvec3 observer,
+                             np_sky_role role, neph_sky **out_sky) {
+  neph_sky_desc desc;
+  describe_sky(l, observer, &desc);
   const unsigned index = (unsigned)(packet - d->assembly->packets);
   return np_sky_store_take_sky(d->scene->skies, index, role, packet->atmosphere, &desc, out_sky);
 }
@@ -226,6 +231,29 @@ static neph_result build_ground_cache(const np_packet_lights_desc *d, np_packet_
   return result;
 }
 
+/* Clouds and hills between a point of the air and the sun. */
+static float find_sun_visibility(const void *user, np_dvec3 position) {
+  const np_scene_view *view = user;
+  if (np_light_is_behind_terrain(view, position, view->to_sun)) return 0.0f;
+  return np_transmittance(np_sun_cache_find_depth(view, position, view->to_sun, 16.0f));
+}
+
+static bool has_air_shadows(const np_packet_lights_desc *d, const np_packet_light *own) {
+  const bool is_anything_there = own->view.volume_count > 0 || own->view.terrain;
+  return d->scene->render.has_air_shadows && own->camera_sky && is_anything_there;
+}
+
+/* The camera's sky anew, with the air in the shadow of clouds and hills. */
+static neph_result shadow_sky(const np_packet_lights_desc *d, const np_packet *packet, const light *l,
+                              np_packet_light *out) {
+  const np_sun_visibility visibility = {find_sun_visibility, &out->view};
+  neph_sky_desc desc;
+  describe_sky(l, d->assembly->camera.origin, &desc);
+  neph_result result = np_sky_create_shadowed(packet->atmosphere, &desc, &visibility, &out->shadowed_sky);
+  if (!result) out->view.camera_sky = out->shadowed_sky;
+  return result;
+}
+
 static neph_result build_light(const np_packet_lights_desc *d, const light *l, np_packet *packet) {
   const bool is_first = packet->light_count == 0;
   np_packet_light *out = &packet->lights[packet->light_count++];
@@ -235,7 +263,8 @@ static neph_result build_light(const np_packet_lights_desc *d, const light *l, n
   fill_view(d, packet, l, is_first, out);
   if (needs(d->plan, NP_STAGE_SUN_DEPTH)) result = build_sun_cache(d, out);
   if (!result && needs(d->plan, NP_STAGE_ORDINATES)) result = build_multi_scatter(d, packet, out);
-  return !result && needs(d->plan, NP_STAGE_GROUND_CLOUDS) ? build_ground_cache(d, out) : result;
+  if (!result && needs(d->plan, NP_STAGE_GROUND_CLOUDS)) result = build_ground_cache(d, out);
+  return !result && has_air_shadows(d, out) ? shadow_sky(d, packet, l, out) : result;
 }
 
 /* Sun first; where neither shines, a sun without light. */
@@ -260,6 +289,7 @@ void np_packet_lights_clear(const np_assembly *assembly, np_packet *packet, neph
   for (unsigned i = 0; i < packet->light_count; i++) {
     np_packet_light *own = &packet->lights[i];
     np_ground_cache_clear(&own->ground_cache);
+    neph_sky_destroy(own->shadowed_sky);
     np_light_store_give(assembly->lights, index, get_light_role(own->is_moon), &own->multi_scatter);
     out_skies[get_role(own->is_moon, false)] = own->camera_sky;
     out_skies[get_role(own->is_moon, true)] = own->cloud_sky;

@@ -535,6 +535,9 @@ static const np_key keys[] = {
      .fallback = "auto",
      .meaning = "how the march finds how much cloud lies before the sun: looked up in a volume filled once, or marched "
                 "for at every step; auto takes what is cheaper"},
+    {.path = "render.air_shadows", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(render.has_air_shadows),
+     .fallback = "false",
+     .meaning = "whether clouds and hills cast shadows into the air before the camera; traced air always has them"},
 
     {.path = "output", .type = NP_KEY_SECTION, .meaning = "what is written, and where"},
     {.path = "output.image", .type = NP_KEY_FILE, .field = SCENE(output.image),

@@ -208,6 +208,7 @@ typedef struct np_scene_render {
   double step_voxels;       /* longest step of the march, in voxels */
   double transmittance_end; /* a ray ends below this */
   np_sun_depth sun_depth;
+  bool has_air_shadows;
 } np_scene_render;
 
 typedef enum np_scene_color { NP_SCENE_COLOR_AUTO, NP_SCENE_BANDS, NP_SCENE_REC709, NP_SCENE_ACESCG } np_scene_color;
