@@ -266,6 +266,8 @@ static neph_result measure_profile(neph_context *context, const np_scene_view *v
     out->extinction[k] = (double)np_view_extinction(&view->volumes[0], np_dvec3_make(at[0], at[1], at[2]));
     if (k > 0) out->depth[k] = out->depth[k - 1] + 0.5 * voxel * (out->extinction[k - 1] + out->extinction[k]);
   }
+  /* What is empty above would be as good an end as that of the cloud. */
+  while (out->count > 2 && out->depth[out->count - 2] == out->depth[out->count - 1]) out->count--;
   return NEPH_OK;
 }
 
