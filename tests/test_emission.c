@@ -1,19 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What glows in clouds, by both integrators, against closed forms and against each other: no planet, no air. */
-#include "core/stable.h"
-#include "core/units.h"
-#include "integrate/integrator.h"
 #include "light/emission.h"
 #include "light/multi_scatter.h"
-#include "test_support.h"
-#include "volume/volume_private.h"
-
-enum { EDGE = 24 };
+#include "test_rays.h"
+#include "test_volumes.h"
 
 static const double bands_nm[NP_BAND_COUNT] = {680.0, 550.0, 440.0};
 static const float kelvin = 1900.0f;
-
-typedef float (*field)(double x, double y, double z); /* of places in [0, 1]³ */
 
 typedef struct fixture {
   neph_context *context;
@@ -25,62 +18,21 @@ typedef struct fixture {
   np_integrator_settings settings;
 } fixture;
 
-static float full(double x, double y, double z) {
-  (void)x;
-  (void)y;
-  (void)z;
-  return 1.0f;
-}
-
-/* Lumps that are 0 on the faces of the box. */
-static float lumpy(double x, double y, double z) {
-  const double window = sin(NP_PI * x) * sin(NP_PI * y) * sin(NP_PI * z);
-  const double lumps = 0.5 + 0.5 * sin(17.0 * x + 3.0 * y) * sin(11.0 * y - 5.0 * z) * cos(13.0 * z + 2.0 * x);
-  return (float)(window * lumps);
-}
-
 /* A ball in the lower half. */
 static float ball(double x, double y, double z) {
-  const double r2 = pow(x - 0.5, 2.0) + pow(y - 0.45, 2.0) + pow(z - 0.3, 2.0);
-  return (float)fmax(0.0, 1.0 - r2 / 0.03);
+  return (float)fmax(0.0, 1.0 - (x * x + pow(y + 1.0, 2.0) + pow(z + 4.5, 2.0)) / 16.0);
 }
 
 /* From a quarter of the temperature less outside that ball to all of it in its middle. */
 static float warm(double x, double y, double z) { return 0.75f + 0.25f * ball(x, y, z); }
 
-/* EDGE³ samples 1 m apart, centred on the origin. */
-static neph_volume *create(neph_context *context, field f) {
-  static float values[EDGE * EDGE * EDGE];
-  for (int k = 0; k < EDGE; k++)
-    for (int j = 0; j < EDGE; j++)
-      for (int i = 0; i < EDGE; i++)
-        values[(k * EDGE + j) * EDGE + i] = f(i / (EDGE - 1.0), j / (EDGE - 1.0), k / (EDGE - 1.0));
-  neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
-  for (int a = 0; a < 3; a++) {
-    desc.size[a] = EDGE;
-    desc.index_to_world[a][3] = -0.5 * (EDGE - 1);
-  }
-  desc.values = values;
-  desc.precision = NEPH_PRECISION_FLOAT;
-  neph_volume *volume = NULL;
-  assert_int_equal(neph_volume_create_dense(context, &desc, &volume), NEPH_OK);
-  return volume;
-}
-
-static void start(fixture *f, field smoke, float extinction_per_m, float albedo, float asymmetry) {
+static void start(fixture *f, test_field smoke, float extinction_per_m, float albedo, float asymmetry) {
   *f = (fixture){.context = test_context_create(2, NULL)};
-  f->smoke = create(f->context, smoke);
-  f->placed = (np_view_volume){.bricks = &f->smoke->bricks,
-                               .world_to_index = f->smoke->world_to_index,
-                               .extinction_per_value = extinction_per_m,
-                               .albedo = np_spectrum_grey(albedo),
-                               .phase = np_phase_henyey_greenstein(asymmetry)};
+  f->smoke = test_volume_create_centred(f->context, TEST_EDGE, smoke);
+  f->placed = test_volume_place(f->smoke, extinction_per_m, np_phase_henyey_greenstein(asymmetry));
+  f->placed.albedo = np_spectrum_grey(albedo);
   f->view = (np_scene_view){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
-  f->settings = (np_integrator_settings){.scattering_max = UINT32_MAX,
-                                         .look = {.octave_count = 1, .gain = 1.0f},
-                                         .tolerance = 0.01f,
-                                         .step_voxels = 4.0f,
-                                         .transmittance_end = 1e-4f};
+  f->settings = test_integrator_settings();
 }
 
 static void glow(fixture *f, const neph_volume *volume, float absorption_per_m, const neph_volume *heat) {
@@ -101,9 +53,9 @@ static void glow_by_absorption(fixture *f) {
   glow(f, f->smoke, (1.0f - f->placed.albedo.band[0]) * f->placed.extinction_per_value, NULL);
 }
 
-static void glow_as_flame(fixture *f, field flame, float absorption_per_m, field heat) {
-  f->flame = create(f->context, flame);
-  if (heat) f->heat = create(f->context, heat);
+static void glow_as_flame(fixture *f, test_field flame, float absorption_per_m, test_field heat) {
+  f->flame = test_volume_create_centred(f->context, TEST_EDGE, flame);
+  if (heat) f->heat = test_volume_create_centred(f->context, TEST_EDGE, heat);
   glow(f, f->flame, absorption_per_m, f->heat);
 }
 
@@ -126,49 +78,21 @@ static void end(fixture *f) {
 
 static double black_body(int band) { return np_black_body_radiance(bands_nm[band], (double)kelvin); }
 
-typedef struct statistics {
-  np_sum value, square;
-  int count;
-} statistics;
-
-static void statistics_add(statistics *s, double x) {
-  np_sum_add(&s->value, x);
-  np_sum_add(&s->square, x * x);
-  s->count++;
-}
-static double statistics_mean(const statistics *s) { return np_sum_total(&s->value) / s->count; }
-static double statistics_error(const statistics *s) {
-  const double mean = statistics_mean(s);
-  return sqrt(fmax(np_sum_total(&s->square) / s->count - mean * mean, 0.0) / (s->count - 1));
-}
-
-/* A ray towards +y through a random point of the middle plane. */
-static np_camera_ray random_ray(np_random *random) {
-  const double x = 20.0 * (np_random_double(random) - 0.5), z = 20.0 * (np_random_double(random) - 0.5);
-  return (np_camera_ray){.origin = {x, -100.0, z}, .direction = {0, 1, 0}, .jitter = np_random_float(random)};
-}
-
 static np_integrator_fn get_integrator(const fixture *f, bool is_path) {
-  const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->context));
+  const np_integrator_kernels *kernels = test_integrators(f->context);
   return is_path ? kernels->path : kernels->march;
 }
 
-static double sum_components(const np_integrator_sample *sample, int band) {
-  double sum = 0.0;
-  for (int c = 0; c < NP_COMPONENT_COUNT; c++) sum += (double)sample->component[c].band[band];
-  return sum;
-}
-
 /* Mean radiance of random rays: all of it, or what was not scattered. */
-static statistics measure(const fixture *f, bool is_path, int count, int band, bool is_emission_only, uint64_t seed) {
-  statistics s = {0};
+static test_tally measure(const fixture *f, bool is_path, int count, int band, bool is_emission_only, uint64_t seed) {
+  test_tally s = {0};
   np_random random = np_random_start(seed, 0, 0, 0, 0);
   for (int i = 0; i < count; i++) {
-    const np_camera_ray ray = random_ray(&random);
+    const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
     get_integrator(f, is_path)(&f->view, &f->settings, &ray, &random, &sample);
-    statistics_add(&s, is_emission_only ? (double)sample.component[NP_COMPONENT_EMISSION].band[band]
-                                        : sum_components(&sample, band));
+    test_tally_add(&s, is_emission_only ? (double)sample.component[NP_COMPONENT_EMISSION].band[band]
+                                        : test_sum_components(&sample, band));
   }
   return s;
 }
@@ -178,15 +102,15 @@ static statistics measure(const fixture *f, bool is_path, int count, int band, b
 static void a_flame_without_smoke_is_j_times_its_depth(void **state) {
   (void)state;
   fixture f;
-  start(&f, full, 0.0f, 0.0f, 0.0f);
-  glow_as_flame(&f, full, 0.01f, NULL);
+  start(&f, test_full, 0.0f, 0.0f, 0.0f);
+  glow_as_flame(&f, test_full, 0.01f, NULL);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const double expected = 0.01 * EDGE * black_body(b);
+    const double expected = 0.01 * TEST_EDGE * black_body(b);
     for (int is_path = 0; is_path < 2; is_path++) {
-      const statistics s = measure(&f, is_path, 4000, b, true, 1);
-      assert_near(statistics_mean(&s), expected, 4.0 * statistics_error(&s) + 1e-4 * expected);
-      const statistics all = measure(&f, is_path, 1000, b, false, 2);
-      assert_near(statistics_mean(&all), expected, 4.0 * statistics_error(&all) + 1e-4 * expected);
+      const test_tally s = measure(&f, is_path, 4000, b, true, 1);
+      assert_near(test_tally_mean(&s), expected, 4.0 * test_tally_error(&s) + 1e-4 * expected);
+      const test_tally all = measure(&f, is_path, 1000, b, false, 2);
+      assert_near(test_tally_mean(&all), expected, 4.0 * test_tally_error(&all) + 1e-4 * expected);
     }
   }
   end(&f);
@@ -198,13 +122,13 @@ static void black_smoke_glows_as_far_as_it_hides(void **state) {
   const float extinctions[] = {1e-7f, 1e-3f, 0.05f, 0.5f, 20.0f};
   for (size_t i = 0; i < sizeof extinctions / sizeof *extinctions; i++) {
     fixture f;
-    start(&f, full, extinctions[i], 0.0f, 0.0f);
+    start(&f, test_full, extinctions[i], 0.0f, 0.0f);
     glow_by_absorption(&f);
-    const double expected = -expm1(-(double)extinctions[i] * EDGE) * black_body(1);
+    const double expected = -expm1(-(double)extinctions[i] * TEST_EDGE) * black_body(1);
     for (int is_path = 0; is_path < 2; is_path++) {
-      const statistics s = measure(&f, is_path, 4000, 1, false, 3);
+      const test_tally s = measure(&f, is_path, 4000, 1, false, 3);
       /* At an extinction of 20 the first voxel, in which it rises, is a step: 1 % of j's change over it is missed. */
-      assert_near(statistics_mean(&s), expected, 4.0 * statistics_error(&s) + (is_path ? 1e-5 : 0.012) * expected);
+      assert_near(test_tally_mean(&s), expected, 4.0 * test_tally_error(&s) + (is_path ? 1e-5 : 0.012) * expected);
     }
     end(&f);
   }
@@ -217,39 +141,39 @@ static void an_isothermal_enclosure_is_invisible(void **state) {
   const float albedos[] = {0.0f, 0.5f, 0.95f};
   for (size_t i = 0; i < sizeof albedos / sizeof *albedos; i++) {
     fixture f;
-    start(&f, lumpy, 1.0f, albedos[i], 0.6f);
+    start(&f, test_lumpy_box, 1.0f, albedos[i], 0.6f);
     glow_by_absorption(&f);
     for (int b = 0; b < NP_BAND_COUNT; b++) f.view.environment_radiance.band[b] = (float)black_body(b);
-    const statistics path = measure(&f, true, 20000, 0, false, 40);
-    assert_near(statistics_mean(&path), black_body(0), 4.0 * statistics_error(&path));
+    const test_tally path = measure(&f, true, 20000, 0, false, 40);
+    assert_near(test_tally_mean(&path), black_body(0), 4.0 * test_tally_error(&path));
     solve(&f);
-    const statistics march = measure(&f, false, 2000, 0, false, 5);
+    const test_tally march = measure(&f, false, 2000, 0, false, 5);
     print_message("albedo %g: path %.5f +- %.5f, march %.5f\n", (double)albedos[i],
-                  statistics_mean(&path) / black_body(0), statistics_error(&path) / black_body(0),
-                  statistics_mean(&march) / black_body(0));
-    assert_near_relative(statistics_mean(&march), black_body(0), 0.01);
+                  test_tally_mean(&path) / black_body(0), test_tally_error(&path) / black_body(0),
+                  test_tally_mean(&march) / black_body(0));
+    assert_near_relative(test_tally_mean(&march), black_body(0), 0.01);
     end(&f);
   }
 }
 
 typedef struct comparison {
-  statistics path, excess; /* the march's over the path's, ray by ray */
+  test_tally path, excess; /* the march's over the path's, ray by ray */
 } comparison;
 
 static void compare(const fixture *f, int count, int band, bool is_direct, comparison *c) {
   memset(c, 0, sizeof *c);
   np_random random = np_random_start(6, 0, 0, 0, 0);
   for (int i = 0; i < count; i++) {
-    const np_camera_ray ray = random_ray(&random);
+    const np_camera_ray ray = test_random_ray(&random);
     double radiance[2];
     for (int is_path = 0; is_path < 2; is_path++) {
       np_integrator_sample sample;
       get_integrator(f, is_path)(&f->view, &f->settings, &ray, &random, &sample);
       radiance[is_path] =
-          is_direct ? (double)sample.component[NP_COMPONENT_EMISSION].band[band] : sum_components(&sample, band);
+          is_direct ? (double)sample.component[NP_COMPONENT_EMISSION].band[band] : test_sum_components(&sample, band);
     }
-    statistics_add(&c->path, radiance[1]);
-    statistics_add(&c->excess, radiance[0] - radiance[1]);
+    test_tally_add(&c->path, radiance[1]);
+    test_tally_add(&c->excess, radiance[0] - radiance[1]);
   }
 }
 
@@ -258,17 +182,17 @@ static void compare(const fixture *f, int count, int band, bool is_direct, compa
 static void march_matches_path(void **state) {
   (void)state;
   fixture f;
-  start(&f, lumpy, 1.0f, 0.9f, 0.6f);
+  start(&f, test_lumpy_box, 1.0f, 0.9f, 0.6f);
   glow_as_flame(&f, ball, 0.3f, warm);
   solve(&f);
   for (int b = 0; b < NP_BAND_COUNT; b += 2)
     for (int is_direct = 0; is_direct < 2; is_direct++) {
       comparison c;
       compare(&f, is_direct ? 10000 : 40000, b, is_direct, &c);
-      const double truth = statistics_mean(&c.path), error = statistics_error(&c.excess);
+      const double truth = test_tally_mean(&c.path), error = test_tally_error(&c.excess);
       print_message("band %d, %s: march over path %.4f +- %.4f\n", b, is_direct ? "direct" : "all",
-                    1.0 + statistics_mean(&c.excess) / truth, error / truth);
-      assert_near(statistics_mean(&c.excess), 0.0, 4.0 * error + (is_direct ? 0.01 : 0.03) * truth);
+                    1.0 + test_tally_mean(&c.excess) / truth, error / truth);
+      assert_near(test_tally_mean(&c.excess), 0.0, 4.0 * error + (is_direct ? 0.01 : 0.03) * truth);
     }
   end(&f);
 }
@@ -284,16 +208,16 @@ static void forget_lamps(fixture *f) {
 static void drawing_towards_what_glows_changes_no_mean(void **state) {
   (void)state;
   fixture f;
-  start(&f, lumpy, 0.2f, 0.9f, 0.6f);
+  start(&f, test_lumpy_box, 0.2f, 0.9f, 0.6f);
   glow_as_flame(&f, ball, 0.3f, ball);
-  const statistics drawn = measure(&f, true, 20000, 1, false, 10);
+  const test_tally drawn = measure(&f, true, 20000, 1, false, 10);
   assert_true(f.emission.lamp_count > 0);
   forget_lamps(&f);
-  const statistics met = measure(&f, true, 40000, 1, false, 11);
-  print_message("mean %.5g +- %.2g drawn, %.5g +- %.2g met by chance in twice as many paths\n", statistics_mean(&drawn),
-                statistics_error(&drawn), statistics_mean(&met), statistics_error(&met));
-  assert_near(statistics_mean(&drawn), statistics_mean(&met),
-              4.0 * hypot(statistics_error(&drawn), statistics_error(&met)));
+  const test_tally met = measure(&f, true, 40000, 1, false, 11);
+  print_message("mean %.5g +- %.2g drawn, %.5g +- %.2g met by chance in twice as many paths\n", test_tally_mean(&drawn),
+                test_tally_error(&drawn), test_tally_mean(&met), test_tally_error(&met));
+  assert_near(test_tally_mean(&drawn), test_tally_mean(&met),
+              4.0 * hypot(test_tally_error(&drawn), test_tally_error(&met)));
   end(&f);
 }
 
@@ -303,7 +227,7 @@ static void densities_of_directions_integrate_to_one(void **state) {
   (void)state;
   enum { DIRECTIONS = 200000 };
   fixture f;
-  start(&f, lumpy, 1.0f, 0.9f, 0.0f);
+  start(&f, test_lumpy_box, 1.0f, 0.9f, 0.0f);
   glow_as_flame(&f, ball, 0.3f, warm);
   const np_dvec3 observers[] = {{0.1, 0.2, -4.5}, {6.0, -3.0, 2.0}, {40.0, 25.0, -30.0}};
   for (int o = 0; o < 3; o++) {

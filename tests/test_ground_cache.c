@@ -1,77 +1,52 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light on the ground under a cloud: nothing changes in a furnace, light goes up with the sun, and it fails cleanly. */
-#include "test_support.h"
-
 #include "light/ground_cache.h"
-#include "volume/volume_private.h"
-
-enum { EDGE = 24 };
+#include "test_lit_cloud.h"
 
 typedef struct fixture {
   neph_context *context;
-  neph_volume *volume;
-  np_view_volume placed;
-  np_scene_view view;
-  np_multi_scatter_desc desc;
-  np_multi_scatter scatter;
+  test_lit_cloud cloud;
   np_ground_cache cache;
 } fixture;
 
-/* A soft ball of EDGE³ samples 1 m apart, its optical depth some 10 through the middle. */
-static neph_result create_volume(neph_context *context, neph_volume **out_volume) {
-  static float values[EDGE * EDGE * EDGE];
-  for (int n = 0; n < EDGE * EDGE * EDGE; n++) {
-    const double x = n % EDGE - 11.5, y = n / EDGE % EDGE - 11.5, z = n / EDGE / EDGE - 11.5;
-    values[n] = (float)(fmax(0.0, fmin(100.0 - x * x - y * y - z * z, 40.0)) / 40.0);
-  }
-  neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
-  for (int a = 0; a < 3; a++) desc.size[a] = EDGE;
-  desc.values = values;
-  desc.precision = NEPH_PRECISION_FLOAT;
-  return neph_volume_create_dense(context, &desc, out_volume);
+/* A ball from 10 m above the ground on, under a sun in the zenith. */
+static neph_result create_cloud(neph_context *context, test_lit_cloud *cloud) {
+  const neph_result result = test_lit_cloud_create(context, test_soft_ball, 10.0, cloud);
+  cloud->view.planet_radius_m = 6.36e6;
+  cloud->view.to_sun = np_vec3_make(0, 0, 1);
+  return result;
 }
 
-static void fill_view(fixture *f) {
-  f->placed = (np_view_volume){.bricks = &f->volume->bricks,
-                               .world_to_index = f->volume->world_to_index,
-                               .extinction_per_value = 0.5f,
-                               .albedo = np_spectrum_grey(1.0f),
-                               .phase = np_phase_henyey_greenstein(0.85f)};
-  f->placed.world_to_index.m[2][3] -= 10.0;
-  f->view = (np_scene_view){.volume_count = 1, .volumes = &f->placed, .planet_radius_m = 6.36e6, .to_sun = {0, 0, 1}};
-  f->desc = (np_multi_scatter_desc)NP_MULTI_SCATTER_DESC_DEFAULT;
-  f->desc.cells.bounds_min = np_dvec3_make(0, 0, 10);
-  f->desc.cells.bounds_max = np_dvec3_make(EDGE - 1, EDGE - 1, 10 + EDGE - 1);
+static neph_result build_caches(fixture *f) {
+  test_lit_cloud *c = &f->cloud;
+  neph_result result = test_lit_cloud_solve(c);
+  if (!result)
+    result = np_ground_cache_build(f->context, &c->view, c->desc.cells.bounds_min, c->desc.cells.bounds_max, NULL,
+                                   &f->cache);
+  if (!result) c->view.ground_cache = &f->cache;
+  return result;
 }
 
-static neph_result build_cache(fixture *f) {
-  return np_ground_cache_build(f->context, &f->view, f->desc.cells.bounds_min, f->desc.cells.bounds_max, NULL,
-                               &f->cache);
+static void clear_caches(fixture *f) {
+  np_ground_cache_clear(&f->cache);
+  test_lit_cloud_clear(&f->cloud);
 }
 
 static void start(fixture *f, unsigned threads) {
   f->context = test_context_create(threads, NULL);
-  assert_int_equal(create_volume(f->context, &f->volume), NEPH_OK);
-  fill_view(f);
+  assert_int_equal(create_cloud(f->context, &f->cloud), NEPH_OK);
 }
 
-static void build(fixture *f) {
-  assert_int_equal(np_multi_scatter_build(f->context, &f->view, &f->desc, NULL, &f->scatter), NEPH_OK);
-  f->view.multi_scatter = &f->scatter;
-  assert_int_equal(build_cache(f), NEPH_OK);
-  f->view.ground_cache = &f->cache;
-}
+static void build(fixture *f) { assert_int_equal(build_caches(f), NEPH_OK); }
 
 static void end(fixture *f) {
-  np_ground_cache_clear(&f->cache);
-  np_multi_scatter_clear(&f->scatter);
-  neph_volume_release(f->volume);
+  clear_caches(f);
   neph_context_destroy(f->context);
 }
 
 static np_spectrum find_irradiance(const fixture *f, double x, double y) {
   const np_ground_hit hit = {.position = {x, y, 0.0}, .normal = {0, 0, 1}};
-  return np_ground_sky_irradiance(&f->view, &hit);
+  return np_ground_sky_irradiance(&f->cloud.view, &hit);
 }
 
 /* Amid even light a white cloud cannot be seen, nor can its shade: what it hides of the sky it throws down itself. 2 %
@@ -80,7 +55,7 @@ static void a_white_cloud_casts_no_shade_in_a_furnace(void **state) {
   (void)state;
   fixture f = {0};
   start(&f, 2);
-  f.view.environment_radiance = np_spectrum_make(0.5f, 2.0f, 3.0f);
+  f.cloud.view.environment_radiance = np_spectrum_make(0.5f, 2.0f, 3.0f);
   build(&f);
   /* It covers the sky to 26 degrees from the zenith, which is a fifth of the light. */
   const np_ground_light below = np_ground_cache_find(&f.cache, np_dvec3_make(11.5, 11.5, 0.0));
@@ -98,7 +73,7 @@ static void the_cloud_shines_on_what_is_below_it(void **state) {
   (void)state;
   fixture f = {0};
   start(&f, 2);
-  f.view.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
+  f.cloud.view.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
   build(&f);
   const np_spectrum below = find_irradiance(&f, 11.5, 11.5), beside = find_irradiance(&f, 40.0, 11.5);
   /* It takes 314 W from the sun and throws half of it down, at twice the mean of the half space: 0.1 W/m² from 21 m. */
@@ -114,7 +89,7 @@ static void threads_change_no_bit(void **state) {
   fixture one = {0}, two = {0};
   start(&one, 1);
   start(&two, 3);
-  one.view.sun_irradiance = two.view.sun_irradiance = np_spectrum_grey(1.0f);
+  one.cloud.view.sun_irradiance = two.cloud.view.sun_irradiance = np_spectrum_grey(1.0f);
   build(&one);
   build(&two);
   const size_t count = (size_t)one.cache.size[0] * (size_t)one.cache.size[1];
@@ -126,17 +101,11 @@ static void threads_change_no_bit(void **state) {
 static neph_result attempt(neph_context *context, void *user) {
   fixture *f = user;
   *f = (fixture){.context = context};
-  neph_result result = create_volume(context, &f->volume);
-  if (result) return result;
-  fill_view(f);
-  f->desc.tolerance = 0.3;
-  f->view.sun_irradiance = np_spectrum_grey(1.0f);
-  result = np_multi_scatter_build(context, &f->view, &f->desc, NULL, &f->scatter);
-  f->view.multi_scatter = &f->scatter;
-  if (!result) result = build_cache(f);
-  np_ground_cache_clear(&f->cache);
-  np_multi_scatter_clear(&f->scatter);
-  neph_volume_release(f->volume);
+  neph_result result = create_cloud(context, &f->cloud);
+  f->cloud.view.sun_irradiance = np_spectrum_grey(1.0f);
+  f->cloud.desc.tolerance = 0.3;
+  if (!result) result = build_caches(f);
+  clear_caches(f);
   return result;
 }
 

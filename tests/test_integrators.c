@@ -2,13 +2,8 @@
 /* Known answers for both integrators, in a vacuum: no planet, no air, one cloud. */
 #include <stdlib.h>
 
-#include "core/stable.h"
-#include "core/units.h"
-#include "integrate/integrator.h"
-#include "test_support.h"
-#include "volume/volume_private.h"
-
-enum { EDGE = 24 };
+#include "test_rays.h"
+#include "test_volumes.h"
 
 typedef struct fixture {
   neph_context *context;
@@ -18,48 +13,13 @@ typedef struct fixture {
   np_integrator_settings settings;
 } fixture;
 
-/* Value of a lumpy, smooth field in [0, 1] that is 0 on the faces of the box. */
-static float lumpy(double x, double y, double z) {
-  const double window = sin(NP_PI * x) * sin(NP_PI * y) * sin(NP_PI * z);
-  const double lumps = 0.5 + 0.5 * sin(17.0 * x + 3.0 * y) * sin(11.0 * y - 5.0 * z) * cos(13.0 * z + 2.0 * x);
-  return (float)(window * lumps);
-}
-
-static float constant(double x, double y, double z) {
-  (void)x;
-  (void)y;
-  (void)z;
-  return 1.0f;
-}
-
-/* A box of EDGE³ samples 1 m apart, centred on the origin. */
-static void start(fixture *f, float (*field)(double, double, double), float extinction_per_m, np_phase phase) {
-  static float values[EDGE * EDGE * EDGE];
-  for (int k = 0; k < EDGE; k++)
-    for (int j = 0; j < EDGE; j++)
-      for (int i = 0; i < EDGE; i++)
-        values[(k * EDGE + j) * EDGE + i] = field(i / (EDGE - 1.0), j / (EDGE - 1.0), k / (EDGE - 1.0));
-  const double half = 0.5 * (EDGE - 1);
-  neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
-  for (int a = 0; a < 3; a++) {
-    desc.size[a] = EDGE;
-    desc.index_to_world[a][3] = -half;
-  }
-  desc.values = values;
-  desc.precision = NEPH_PRECISION_FLOAT;
+/* A box of TEST_EDGE³ samples 1 m apart, centred on the origin. */
+static void start(fixture *f, test_field field, float extinction_per_m, np_phase phase) {
   f->context = test_context_create(1, NULL);
-  assert_int_equal(neph_volume_create_dense(f->context, &desc, &f->volume), NEPH_OK);
-  f->placed = (np_view_volume){.bricks = &f->volume->bricks,
-                               .world_to_index = f->volume->world_to_index,
-                               .extinction_per_value = extinction_per_m,
-                               .albedo = np_spectrum_grey(1.0f),
-                               .phase = phase};
+  f->volume = test_volume_create_centred(f->context, TEST_EDGE, field);
+  f->placed = test_volume_place(f->volume, extinction_per_m, phase);
   f->view = (np_scene_view){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
-  f->settings = (np_integrator_settings){.scattering_max = UINT32_MAX,
-                                         .look = {.octave_count = 1, .gain = 1.0f},
-                                         .tolerance = 0.01f,
-                                         .step_voxels = 4.0f,
-                                         .transmittance_end = 1e-4f};
+  f->settings = test_integrator_settings();
 }
 
 static void end(fixture *f) {
@@ -67,51 +27,19 @@ static void end(fixture *f) {
   neph_context_destroy(f->context);
 }
 
-/* A ray towards +y through a random point of the middle plane. */
-static np_camera_ray random_ray(np_random *random) {
-  const double x = 20.0 * (np_random_double(random) - 0.5), z = 20.0 * (np_random_double(random) - 0.5);
-  return (np_camera_ray){.origin = {x, -100.0, z}, .direction = {0, 1, 0}, .jitter = np_random_float(random)};
-}
-
-typedef struct statistics {
-  np_sum value, square;
-  int count;
-} statistics;
-
-static void statistics_add(statistics *s, double x) {
-  np_sum_add(&s->value, x);
-  np_sum_add(&s->square, x * x);
-  s->count++;
-}
-static double statistics_mean(const statistics *s) { return np_sum_total(&s->value) / s->count; }
-static double statistics_error(const statistics *s) {
-  const double mean = statistics_mean(s);
-  return sqrt(fmax(np_sum_total(&s->square) / s->count - mean * mean, 0.0) / (s->count - 1));
-}
-
-static double sum_components(const np_integrator_sample *sample, int band) {
-  double sum = 0;
-  for (int c = 0; c < NP_COMPONENT_COUNT; c++) sum += (double)sample->component[c].band[band];
-  return sum;
-}
-
-static const np_integrator_kernels *kernels_of(const fixture *f) {
-  return np_integrator_get_kernels(neph_context_get_isa(f->context));
-}
-
 /* A cloud of albedo 1 in a uniform sky cannot be seen: every single path returns the sky's radiance, exactly. */
 static void white_furnace_is_invisible(void **state) {
   (void)state;
   fixture f;
-  start(&f, lumpy, 2.0f, np_phase_droplets(20e-6));
+  start(&f, test_lumpy_box, 2.0f, np_phase_droplets(20e-6));
   f.view.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
   np_random random = np_random_start(1, 0, 0, 0, 0);
   int scattered = 0;
   for (int i = 0; i < 2000; i++) {
-    const np_camera_ray ray = random_ray(&random);
+    const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    kernels_of(&f)->path(&f.view, &f.settings, &ray, &random, &sample);
-    for (int b = 0; b < NP_BAND_COUNT; b++) assert_near(sum_components(&sample, b), b + 1.0, 1e-6 * (b + 1));
+    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    for (int b = 0; b < NP_BAND_COUNT; b++) assert_near(test_sum_components(&sample, b), b + 1.0, 1e-6 * (b + 1));
     scattered += sample.transmittance == 0.0f;
   }
   assert_true(scattered > 1000);
@@ -123,21 +51,21 @@ static void white_furnace_is_invisible(void **state) {
 static void homogeneous_box_follows_beer_and_lambert(void **state) {
   (void)state;
   fixture f;
-  start(&f, constant, 0.05f, np_phase_isotropic());
+  start(&f, test_full, 0.05f, np_phase_isotropic());
   f.settings.tolerance = 1e-5f;
-  const double expected = exp(-0.05 * EDGE);
+  const double expected = exp(-0.05 * TEST_EDGE);
   np_random random = np_random_start(2, 0, 0, 0, 0);
-  statistics path = {0};
+  test_tally path = {0};
   for (int i = 0; i < 20000; i++) {
-    const np_camera_ray ray = random_ray(&random);
+    const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    kernels_of(&f)->march(&f.view, &f.settings, &ray, &random, &sample);
+    test_integrators(f.context)->march(&f.view, &f.settings, &ray, &random, &sample);
     assert_near_relative((double)sample.transmittance, expected, 2e-5); /* float sums over some 30 steps */
-    kernels_of(&f)->path(&f.view, &f.settings, &ray, &random, &sample);
-    statistics_add(&path, (double)sample.transmittance);
+    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_tally_add(&path, (double)sample.transmittance);
   }
   /* Four standard errors: one failure in 16,000 seeds. */
-  assert_near(statistics_mean(&path), expected, 4.0 * statistics_error(&path));
+  assert_near(test_tally_mean(&path), expected, 4.0 * test_tally_error(&path));
   end(&f);
 }
 
@@ -145,17 +73,18 @@ static void homogeneous_box_follows_beer_and_lambert(void **state) {
 static void sun_is_seen_through_clouds_as_dim_as_they_make_it(void **state) {
   (void)state;
   fixture f;
-  start(&f, constant, 0.1f, np_phase_isotropic());
+  start(&f, test_full, 0.1f, np_phase_isotropic());
   f.view.to_sun = (np_vec3){0, 1, 0};
   f.view.disk = np_disk_make(f.view.to_sun, 0.01, np_spectrum_grey(1.0f));
   np_random random = np_random_start(3, 0, 0, 0, 0);
   for (int i = 0; i < 100; i++) {
-    const np_camera_ray ray = random_ray(&random);
+    const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    kernels_of(&f)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
     const double radiance = (double)np_light_disks(&f.view, ray.direction).band[0];
-    assert_near_relative((double)sample.transmittance, exp(-0.1 * EDGE), 1e-5); /* sums in float */
-    assert_near_relative((double)sample.component[NP_COMPONENT_BACKGROUND].band[0], exp(-0.1 * EDGE) * radiance, 1e-5);
+    assert_near_relative((double)sample.transmittance, exp(-0.1 * TEST_EDGE), 1e-5); /* sums in float */
+    assert_near_relative((double)sample.component[NP_COMPONENT_BACKGROUND].band[0], exp(-0.1 * TEST_EDGE) * radiance,
+                         1e-5);
   }
   end(&f);
 }
@@ -164,41 +93,41 @@ static void sun_is_seen_through_clouds_as_dim_as_they_make_it(void **state) {
 static void half_distance_is_where_half_is_hidden(void **state) {
   (void)state;
   fixture f;
-  start(&f, constant, 0.2f, np_phase_isotropic());
+  start(&f, test_full, 0.2f, np_phase_isotropic());
   const np_camera_ray ray = {.origin = {0.3, -100.0, 0.7}, .direction = {0, 1, 0}};
   /* The field rises over the voxel before the first sample at y = −11.5: half a voxel's worth. */
   const double expected = 100.0 - 11.5 - 0.5 + log(2.0) / 0.2;
-  assert_near(kernels_of(&f)->half_distance(&f.view, &ray, INFINITY), expected, 0.01);
-  assert_true(isinf(kernels_of(&f)->half_distance(&f.view, &ray, 90.0)));
+  assert_near(test_integrators(f.context)->half_distance(&f.view, &ray, INFINITY), expected, 0.01);
+  assert_true(isinf(test_integrators(f.context)->half_distance(&f.view, &ray, 90.0)));
   end(&f);
 }
 
 static void compare_single_scattering(np_phase phase, double tolerance) {
   fixture f;
-  start(&f, lumpy, 1.0f, phase);
+  start(&f, test_lumpy_box, 1.0f, phase);
   f.settings.scattering_max = 1;
   f.view.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 0.5f);
   f.view.to_sun = np_vec3_normalize(np_vec3_make(0.6f, -0.5f, 0.7f));
   f.view.sun_angular_radius_rad = 0.005f;
   f.view.environment_radiance = np_spectrum_grey(0.1f);
   f.view.is_environment_upper_only = true;
-  statistics march[2] = {0}, path[2] = {0};
+  test_tally march[2] = {0}, path[2] = {0};
   np_random random = np_random_start(3, 0, 0, 0, 0);
   for (int i = 0; i < 60000; i++) {
-    const np_camera_ray ray = random_ray(&random);
+    const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    kernels_of(&f)->path(&f.view, &f.settings, &ray, &random, &sample);
-    statistics_add(&path[0], (double)sample.component[NP_COMPONENT_SUN].band[1]);
-    statistics_add(&path[1], (double)sample.component[NP_COMPONENT_SKY].band[1]);
+    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_tally_add(&path[0], (double)sample.component[NP_COMPONENT_SUN].band[1]);
+    test_tally_add(&path[1], (double)sample.component[NP_COMPONENT_SKY].band[1]);
     if (i % 4) continue;
-    kernels_of(&f)->march(&f.view, &f.settings, &ray, &random, &sample);
-    statistics_add(&march[0], (double)sample.component[NP_COMPONENT_SUN].band[1]);
-    statistics_add(&march[1], (double)sample.component[NP_COMPONENT_SKY].band[1]);
+    test_integrators(f.context)->march(&f.view, &f.settings, &ray, &random, &sample);
+    test_tally_add(&march[0], (double)sample.component[NP_COMPONENT_SUN].band[1]);
+    test_tally_add(&march[1], (double)sample.component[NP_COMPONENT_SKY].band[1]);
   }
   for (int c = 0; c < 2; c++) {
-    const double truth = statistics_mean(&path[c]);
-    const double noise = hypot(statistics_error(&path[c]), statistics_error(&march[c]));
-    assert_near(statistics_mean(&march[c]), truth, tolerance * truth + 4.0 * noise);
+    const double truth = test_tally_mean(&path[c]);
+    const double noise = hypot(test_tally_error(&path[c]), test_tally_error(&march[c]));
+    assert_near(test_tally_mean(&march[c]), truth, tolerance * truth + 4.0 * noise);
   }
   end(&f);
 }
@@ -214,29 +143,29 @@ static void march_matches_path_in_single_scattering(void **state) {
 static void overlapping_volumes_add(void **state) {
   (void)state;
   fixture f;
-  start(&f, lumpy, 1.0f, np_phase_henyey_greenstein(0.6f));
+  start(&f, test_lumpy_box, 1.0f, np_phase_henyey_greenstein(0.6f));
   np_view_volume halves[2] = {f.placed, f.placed};
   halves[0].extinction_per_value = halves[1].extinction_per_value = 0.5f;
   np_scene_view split = f.view;
   split.volume_count = 2;
   split.volumes = halves;
   f.view.sun_irradiance = split.sun_irradiance = np_spectrum_grey(1.0f);
-  statistics whole = {0}, parts = {0};
+  test_tally whole = {0}, parts = {0};
   np_random random = np_random_start(4, 0, 0, 0, 0);
   for (int i = 0; i < 20000; i++) {
-    const np_camera_ray ray = random_ray(&random);
+    const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    kernels_of(&f)->path(&f.view, &f.settings, &ray, &random, &sample);
-    statistics_add(&whole, sum_components(&sample, 0));
-    kernels_of(&f)->path(&split, &f.settings, &ray, &random, &sample);
-    statistics_add(&parts, sum_components(&sample, 0));
+    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_tally_add(&whole, test_sum_components(&sample, 0));
+    test_integrators(f.context)->path(&split, &f.settings, &ray, &random, &sample);
+    test_tally_add(&parts, test_sum_components(&sample, 0));
   }
-  assert_near(statistics_mean(&parts), statistics_mean(&whole),
-              4.0 * hypot(statistics_error(&parts), statistics_error(&whole)));
+  assert_near(test_tally_mean(&parts), test_tally_mean(&whole),
+              4.0 * hypot(test_tally_error(&parts), test_tally_error(&whole)));
   const np_camera_ray ray = {.origin = {1.0, -100.0, 2.0}, .direction = {0, 1, 0}};
   np_integrator_sample one, two;
-  kernels_of(&f)->march(&f.view, &f.settings, &ray, &random, &one);
-  kernels_of(&f)->march(&split, &f.settings, &ray, &random, &two);
+  test_integrators(f.context)->march(&f.view, &f.settings, &ray, &random, &one);
+  test_integrators(f.context)->march(&split, &f.settings, &ray, &random, &two);
   assert_near_relative((double)two.transmittance, (double)one.transmittance, 1e-5); /* float rounding of the sum */
   end(&f);
 }
@@ -249,7 +178,7 @@ static void disk_is_met_through_a_narrow_peak(void **state) {
   enum { RINGS = 20000 };
   const double depth = 0.02, radius = 0.0046;
   fixture f;
-  start(&f, constant, (float)(depth / EDGE), np_phase_henyey_greenstein(0.9999f));
+  start(&f, test_full, (float)(depth / TEST_EDGE), np_phase_henyey_greenstein(0.9999f));
   f.settings.scattering_max = 1;
   f.view.sun_irradiance = np_spectrum_grey(1.0f);
   f.view.to_sun = np_vec3_make(0, 1, 0);
@@ -259,19 +188,19 @@ static void disk_is_met_through_a_narrow_peak(void **state) {
     const double s = sin(0.5 * radius);
     mean += (double)np_phase_eval(&f.placed.phase, (float)(2.0 * s * s * (i + 0.5) / RINGS)) / RINGS;
   }
-  statistics path = {0};
+  test_tally path = {0};
   np_random random = np_random_start(6, 0, 0, 0, 0);
   for (int i = 0; i < 20000; i++) {
-    const np_camera_ray ray = random_ray(&random);
+    const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    kernels_of(&f)->path(&f.view, &f.settings, &ray, &random, &sample);
-    statistics_add(&path, (double)sample.component[NP_COMPONENT_SUN].band[0]);
+    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_tally_add(&path, (double)sample.component[NP_COMPONENT_SUN].band[0]);
   }
   const double expected = depth * exp(-depth) * mean;
-  print_message("narrow peak: %.5g +- %.2g, expected %.5g\n", statistics_mean(&path), statistics_error(&path),
+  print_message("narrow peak: %.5g +- %.2g, expected %.5g\n", test_tally_mean(&path), test_tally_error(&path),
                 expected);
-  assert_near(statistics_mean(&path), expected, 4.0 * statistics_error(&path));
-  assert_true(statistics_error(&path) < 0.02 * expected);
+  assert_near(test_tally_mean(&path), expected, 4.0 * test_tally_error(&path));
+  assert_true(test_tally_error(&path) < 0.02 * expected);
   end(&f);
 }
 
@@ -279,7 +208,7 @@ static void disk_is_met_through_a_narrow_peak(void **state) {
 static void levels_agree(void **state) {
   (void)state;
   fixture f;
-  start(&f, lumpy, 1.0f, np_phase_henyey_greenstein(0.6f));
+  start(&f, test_lumpy_box, 1.0f, np_phase_henyey_greenstein(0.6f));
   f.view.sun_irradiance = np_spectrum_grey(1.0f);
   const np_camera_ray ray = {.origin = {1.0, -100.0, 2.0}, .direction = {0, 1, 0}, .jitter = 0.3f};
   double reference = 0;

@@ -1,84 +1,35 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Known answers for the solved multiple scattering: furnace, conservation; and that it fails cleanly. */
-#include "core/units.h"
-#include "integrate/integrator.h"
-#include "light/multi_scatter.h"
-#include "test_support.h"
-#include "volume/volume_private.h"
+#include "test_lit_cloud.h"
+#include "test_rays.h"
 
-enum { EDGE = 24 };
-
-typedef struct fixture {
-  neph_context *context;
-  neph_volume *volume;
-  np_view_volume placed;
-  np_scene_view view;
-  np_multi_scatter_desc desc;
-  np_multi_scatter scatter;
-} fixture;
-
-/* A lumpy ball of EDGE³ samples 1 m apart, its optical depth some 10 through the middle. */
-static neph_result create_volume(neph_context *context, neph_volume **out_volume) {
-  static float values[EDGE * EDGE * EDGE];
-  for (int n = 0; n < EDGE * EDGE * EDGE; n++) {
-    const double x = n % EDGE - 11.5, y = n / EDGE % EDGE - 11.5, z = n / EDGE / EDGE - 11.5;
-    const double edge = 100.0 - x * x - y * y - z * z;
-    values[n] = edge > 0.0 ? (float)(fmin(edge, 40.0) / 40.0 * (1.0 + 0.5 * sin(x) * cos(y + z))) : 0.0f;
-  }
-  neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
-  for (int a = 0; a < 3; a++) desc.size[a] = EDGE;
-  desc.values = values;
-  desc.precision = NEPH_PRECISION_FLOAT;
-  return neph_volume_create_dense(context, &desc, out_volume);
+static void start(test_lit_cloud *cloud, unsigned threads) {
+  neph_context *context = test_context_create(threads, NULL);
+  assert_int_equal(test_lit_cloud_create(context, test_lumpy_ball, 0.0, cloud), NEPH_OK);
+  cloud->view.to_sun = np_vec3_make(0.6f, 0.0f, 0.8f);
 }
 
-static void fill_view(fixture *f) {
-  f->placed = (np_view_volume){.bricks = &f->volume->bricks,
-                               .world_to_index = f->volume->world_to_index,
-                               .extinction_per_value = 0.5f,
-                               .albedo = np_spectrum_grey(1.0f),
-                               .phase = np_phase_henyey_greenstein(0.85f)};
-  f->view = (np_scene_view){.volume_count = 1, .volumes = &f->placed, .to_sun = {0.6f, 0.0f, 0.8f}};
-  f->desc = (np_multi_scatter_desc)NP_MULTI_SCATTER_DESC_DEFAULT;
-  f->desc.cells.bounds_max = np_dvec3_make(EDGE - 1, EDGE - 1, EDGE - 1);
+static void build(test_lit_cloud *cloud) { assert_int_equal(test_lit_cloud_solve(cloud), NEPH_OK); }
+
+static void end(test_lit_cloud *cloud) {
+  neph_context *context = cloud->context;
+  test_lit_cloud_clear(cloud);
+  neph_context_destroy(context);
 }
 
-static void start(fixture *f, unsigned threads) {
-  f->context = test_context_create(threads, NULL);
-  assert_int_equal(create_volume(f->context, &f->volume), NEPH_OK);
-  fill_view(f);
-}
-
-static void build(fixture *f) {
-  assert_int_equal(np_multi_scatter_build(f->context, &f->view, &f->desc, NULL, &f->scatter), NEPH_OK);
-  f->view.multi_scatter = &f->scatter;
-}
-
-static void end(fixture *f) {
-  np_multi_scatter_clear(&f->scatter);
-  neph_volume_release(f->volume);
-  neph_context_destroy(f->context);
-}
-
-static double march(const fixture *f, np_dvec3 origin, np_vec3 direction, np_random *random) {
-  const np_integrator_settings settings = {.scattering_max = UINT32_MAX,
-                                           .look = {.octave_count = 1, .gain = 1.0f},
-                                           .tolerance = 0.01f,
-                                           .step_voxels = 4.0f,
-                                           .transmittance_end = 1e-4f};
+static double march(const test_lit_cloud *f, np_dvec3 origin, np_vec3 direction, np_random *random) {
+  const np_integrator_settings settings = test_integrator_settings();
   const np_camera_ray ray = {.origin = origin, .direction = direction, .jitter = np_random_float(random)};
   np_integrator_sample sample;
-  np_integrator_get_kernels(neph_context_get_isa(f->context))->march(&f->view, &settings, &ray, random, &sample);
-  double radiance = 0.0;
-  for (int c = 0; c < NP_COMPONENT_COUNT; c++) radiance += (double)sample.component[c].band[1];
-  return radiance;
+  test_integrators(f->context)->march(&f->view, &settings, &ray, random, &sample);
+  return test_sum_components(&sample, 1);
 }
 
 /* Amid even light a cloud that absorbs nothing cannot be seen. The solution is exact for it; 1 % is left for the
  * march's steps and the tolerance of the iteration. */
 static void a_white_cloud_vanishes_in_a_furnace(void **state) {
   (void)state;
-  fixture f = {0};
+  test_lit_cloud f = {0};
   start(&f, 2);
   f.view.environment_radiance = np_spectrum_make(0.5f, 2.0f, 3.0f);
   build(&f);
@@ -90,9 +41,10 @@ static void a_white_cloud_vanishes_in_a_furnace(void **state) {
   end(&f);
 }
 
-static double find_transmittance(const fixture *f, double x, double y, double factor) {
+static double find_transmittance(const test_lit_cloud *f, double x, double y, double factor) {
   double depth = 0.0;
-  for (int k = 0; k < 2 * EDGE; k++) depth += (double)np_bricks_sample(f->placed.bricks, np_dvec3_make(x, y, k / 2.0));
+  for (int k = 0; k < 2 * TEST_EDGE; k++)
+    depth += (double)np_bricks_sample(f->placed.bricks, np_dvec3_make(x, y, k / 2.0));
   return exp(-0.5 * factor * depth * (double)f->placed.extinction_per_value);
 }
 
@@ -100,7 +52,7 @@ static double find_transmittance(const fixture *f, double x, double y, double fa
  * projection finds missing. 1 %: the projection's own lattice of half a metre, and nine rays to a cell's face. */
 static void first_collisions_add_up_to_the_light_that_is_lost(void **state) {
   (void)state;
-  fixture f = {0};
+  test_lit_cloud f = {0};
   start(&f, 2);
   f.view.to_sun = np_vec3_make(0, 0, 1);
   f.view.sun_irradiance = np_spectrum_grey(1.0f);
@@ -110,8 +62,8 @@ static void first_collisions_add_up_to_the_light_that_is_lost(void **state) {
   for (size_t i = 0; i < grid->live_count; i++)
     found += (double)grid->deposit[i] * grid->even_m[0] * grid->even_m[1] * grid->even_m[2];
   const double factor = 1.0 - (double)f.scatter.phases[0].forward;
-  for (int j = 0; j < 2 * EDGE; j++)
-    for (int i = 0; i < 2 * EDGE; i++) expected += 0.25 * (1.0 - find_transmittance(&f, i / 2.0, j / 2.0, factor));
+  for (int j = 0; j < 2 * TEST_EDGE; j++)
+    for (int i = 0; i < 2 * TEST_EDGE; i++) expected += 0.25 * (1.0 - find_transmittance(&f, i / 2.0, j / 2.0, factor));
   assert_near_relative(found, expected, 0.01);
   end(&f);
 }
@@ -144,7 +96,7 @@ static void the_direct_term_is_the_phase_function_and_conserves(void **state) {
 
 static void threads_change_no_bit(void **state) {
   (void)state;
-  fixture one = {0}, two = {0};
+  test_lit_cloud one = {0}, two = {0};
   start(&one, 1);
   start(&two, 2);
   one.view.sun_irradiance = two.view.sun_irradiance = np_spectrum_make(1.0f, 0.9f, 0.8f);
@@ -160,7 +112,7 @@ static void threads_change_no_bit(void **state) {
 /* Lights of one colour: the second and third band are the first one, scaled, and cost a sweep each. */
 static void grey_bands_cost_a_sweep_each(void **state) {
   (void)state;
-  fixture one = {0}, three = {0};
+  test_lit_cloud one = {0}, three = {0};
   start(&one, 1);
   start(&three, 1);
   one.view.sun_irradiance = np_spectrum_make(1.0f, 0.0f, 0.0f);
@@ -175,7 +127,7 @@ static void grey_bands_cost_a_sweep_each(void **state) {
 /* Where volumes overlap, extinctions and scattering moments add up, each cloud's scaled by its own peak. */
 static void phase_functions_mix_by_extinction(void **state) {
   (void)state;
-  fixture f = {0};
+  test_lit_cloud f = {0};
   start(&f, 1);
   np_view_volume placed[2] = {f.placed, f.placed};
   placed[0].albedo = np_spectrum_grey(0.9f);
@@ -208,7 +160,7 @@ static void phase_functions_mix_by_extinction(void **state) {
  * any cells, so that what light crosses from small ones to large is neither lost nor made. */
 static void cells_far_from_the_viewer_are_coarsened_first(void **state) {
   (void)state;
-  fixture even = {0}, f = {0};
+  test_lit_cloud even = {0}, f = {0};
   start(&even, 1);
   start(&f, 1);
   even.view.environment_radiance = f.view.environment_radiance = np_spectrum_grey(2.0f);
@@ -237,7 +189,7 @@ static void cells_far_from_the_viewer_are_coarsened_first(void **state) {
 /* Without a viewer all cells are larger, and alike. */
 static void few_cells_are_large_ones(void **state) {
   (void)state;
-  fixture f = {0};
+  test_lit_cloud f = {0};
   start(&f, 1);
   f.desc.cells.cell_count_max = 1000;
   f.view.sun_irradiance = np_spectrum_grey(1.0f);
@@ -249,7 +201,7 @@ static void few_cells_are_large_ones(void **state) {
 
 static void cancelling_leaves_nothing(void **state) {
   (void)state;
-  fixture f = {0};
+  test_lit_cloud f = {0};
   start(&f, 2);
   np_monitor monitor;
   np_monitor_start(&monitor, f.context, NULL, NULL);
@@ -261,23 +213,20 @@ static void cancelling_leaves_nothing(void **state) {
 }
 
 static neph_result attempt(neph_context *context, void *user) {
-  fixture *f = user;
-  *f = (fixture){.context = context};
-  neph_result result = create_volume(context, &f->volume);
-  if (result) return result;
-  fill_view(f);
-  f->view.sun_irradiance = np_spectrum_grey(1.0f);
-  f->desc.tolerance = 0.3;
-  result = np_multi_scatter_build(context, &f->view, &f->desc, NULL, &f->scatter);
-  np_multi_scatter_clear(&f->scatter);
-  neph_volume_release(f->volume);
+  test_lit_cloud *cloud = user;
+  neph_result result = test_lit_cloud_create(context, test_lumpy_ball, 0.0, cloud);
+  cloud->view.sun_irradiance = np_spectrum_grey(1.0f);
+  cloud->view.to_sun = np_vec3_make(0.6f, 0.0f, 0.8f);
+  cloud->desc.tolerance = 0.3;
+  if (!result) result = test_lit_cloud_solve(cloud);
+  test_lit_cloud_clear(cloud);
   return result;
 }
 
 static void a_failed_allocation_leaves_nothing_behind(void **state) {
   (void)state;
-  fixture f;
-  assert_survives_failed_allocations(attempt, &f);
+  test_lit_cloud cloud;
+  assert_survives_failed_allocations(attempt, &cloud);
 }
 
 int main(void) {

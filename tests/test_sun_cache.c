@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The sun optical-depth volume: exact where depth is linear, within its tolerance elsewhere, the same as walking from
  * outside; what it costs; that it fails cleanly; and what pictures of a dense cloud are wrong by with it. */
-#include "test_support.h"
-
-#include <stdlib.h>
+#include "test_volumes.h"
 
 #include <nephos/image.h>
 #include <nephos/render.h>
@@ -12,7 +10,6 @@
 #include "core/random.h"
 #include "core/stable.h"
 #include "light/sun_cache.h"
-#include "volume/volume_private.h"
 
 enum { EDGE = 40 };
 
@@ -34,33 +31,20 @@ static float find_block(double x, double y, double z) {
   return fmax(fabs(x), fmax(fabs(y), fabs(z))) < 12.0 ? 1.0f : 0.0f;
 }
 
-/* EDGE³ samples 1 m apart. */
-static neph_result create_volume(neph_context *context, float (*find)(double, double, double),
-                                 neph_volume **out_volume) {
-  static float values[EDGE * EDGE * EDGE];
-  for (int n = 0; n < EDGE * EDGE * EDGE; n++)
-    values[n] = find(n % EDGE - 19.5, n / EDGE % EDGE - 19.5, n / EDGE / EDGE - 19.5);
-  neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
-  for (int a = 0; a < 3; a++) desc.size[a] = EDGE;
-  desc.values = values;
-  desc.precision = NEPH_PRECISION_FLOAT;
-  return neph_volume_create_dense(context, &desc, out_volume);
+static neph_result create_volume(neph_context *context, test_field find, neph_volume **out_volume) {
+  return test_volume_create(context, EDGE, np_dvec3_make(0, 0, 0), find, out_volume);
 }
 
 static void fill_view(fixture *f) {
   for (int v = 0; v < 2; v++) {
-    f->placed[v] = (np_view_volume){.bricks = &f->volume->bricks,
-                                    .world_to_index = f->volume->world_to_index,
-                                    .extinction_per_value = 0.2f,
-                                    .albedo = np_spectrum_grey(1.0f),
-                                    .phase = np_phase_isotropic()};
+    f->placed[v] = test_volume_place(f->volume, 0.2f, np_phase_isotropic());
     f->placed[v].world_to_index.m[0][3] -= 25.0 * v;
   }
   f->view = (np_scene_view){.volume_count = 1, .volumes = f->placed, .to_sun = {0.6f, 0.0f, 0.8f}};
   f->desc = (np_sun_cache_desc)NP_SUN_CACHE_DESC_DEFAULT;
 }
 
-static void start(fixture *f, unsigned threads, float (*find)(double, double, double)) {
+static void start(fixture *f, unsigned threads, test_field find) {
   f->context = test_context_create(threads, NULL);
   assert_int_equal(create_volume(f->context, find, &f->volume), NEPH_OK);
   fill_view(f);
@@ -120,8 +104,8 @@ static void depth_of_a_block_is_its_length(void **state) {
   build(&f);
   np_random random = np_random_start(1, 2, 3, 4, 5);
   for (int n = 0; n < 1000; n++) {
-    const np_dvec3 place = np_dvec3_make(10.0 + 19.0 * np_random_double(&random), 19.5,
-                                         10.0 + 19.0 * np_random_double(&random));
+    const np_dvec3 place =
+        np_dvec3_make(10.0 + 19.0 * np_random_double(&random), 19.5, 10.0 + 19.0 * np_random_double(&random));
     assert_near((double)np_transmittance(look_up(&f, place, f.view.to_sun)), exp(-0.2 * (31.5 - place.z)),
                 3.0 * (double)f.desc.tolerance);
   }

@@ -2,14 +2,11 @@
 /* Laws that hold for any cloud, whatever its shape: light may be followed either way, none is lost where nothing
  * absorbs, and a volume cut in two is the same volume. Held by the tracer within its own standard error, and by the
  * march with ordinates as far as it goes. */
-#include "core/stable.h"
-#include "core/units.h"
-#include "integrate/integrator.h"
 #include "light/multi_scatter.h"
-#include "test_support.h"
-#include "volume/volume_private.h"
+#include "test_rays.h"
+#include "test_volumes.h"
 
-enum { EDGE = 24, CLOUDS = 2, BATCHES = 16 };
+enum { CLOUDS = 2, BATCHES = 16 };
 
 /* Two lumpy balls 20 m apart, of different density and phase function. */
 typedef struct fixture {
@@ -22,37 +19,27 @@ typedef struct fixture {
 
 static const double half_m[3] = {22.5, 10.5, 10.5}; /* of a box about the origin that holds all */
 
-static float lumpy(int n) {
-  const double x = n % EDGE - 11.5, y = n / EDGE % EDGE - 11.5, z = n / EDGE / EDGE - 11.5;
-  const double edge = 100.0 - x * x - y * y - z * z;
-  return edge > 0.0 ? (float)(fmin(edge, 40.0) / 40.0 * (1.0 + 0.5 * sin(x) * cos(y + z))) : 0.0f;
-}
+/* The ball in two parts. */
+static const double cut_m = -3.0;
+static float left_of_cut(double x, double y, double z) { return x < cut_m ? test_lumpy_ball(x, y, z) : 0.0f; }
+static float right_of_cut(double x, double y, double z) { return x < cut_m ? 0.0f : test_lumpy_ball(x, y, z); }
 
-static void create(neph_context *context, double x, const bool *is_kept, neph_volume **out_volume) {
-  static float values[EDGE * EDGE * EDGE];
-  for (int n = 0; n < EDGE * EDGE * EDGE; n++) values[n] = !is_kept || is_kept[n % EDGE] ? lumpy(n) : 0.0f;
-  neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
-  for (int a = 0; a < 3; a++) {
-    desc.size[a] = EDGE;
-    desc.index_to_world[a][3] = -11.5 + (a == 0 ? x : 0.0);
-  }
-  desc.values = values;
-  desc.precision = NEPH_PRECISION_FLOAT;
-  assert_int_equal(neph_volume_create_dense(context, &desc, out_volume), NEPH_OK);
+static neph_volume *create(neph_context *context, double x, test_field field) {
+  neph_volume *volume = NULL;
+  assert_int_equal(test_volume_create(context, TEST_EDGE, np_dvec3_make(x - 11.5, -11.5, -11.5), field, &volume),
+                   NEPH_OK);
+  return volume;
 }
 
 static void place(fixture *f, unsigned i, float extinction_per_m, np_phase phase) {
-  f->placed[i] = (np_view_volume){.bricks = &f->volumes[i]->bricks,
-                                  .world_to_index = f->volumes[i]->world_to_index,
-                                  .extinction_per_value = extinction_per_m,
-                                  .albedo = np_spectrum_make(1.0f, 0.9f, 0.0f),
-                                  .phase = phase};
+  f->placed[i] = test_volume_place(f->volumes[i], extinction_per_m, phase);
+  f->placed[i].albedo = np_spectrum_make(1.0f, 0.9f, 0.0f);
 }
 
 static void start(fixture *f) {
   *f = (fixture){.context = test_context_create(2, NULL)};
-  create(f->context, -12.0, NULL, &f->volumes[0]);
-  create(f->context, 12.0, NULL, &f->volumes[1]);
+  f->volumes[0] = create(f->context, -12.0, test_lumpy_ball);
+  f->volumes[1] = create(f->context, 12.0, test_lumpy_ball);
   place(f, 0, 0.5f, np_phase_henyey_greenstein(0.7f));
   place(f, 1, 0.15f, np_phase_two_lobe(0.5f, -0.3f, 0.3f));
   f->view = (np_scene_view){.volume_count = CLOUDS, .volumes = f->placed, .sun_irradiance = np_spectrum_grey(1.0f)};
@@ -79,24 +66,6 @@ static void light(fixture *f, np_vec3 to_sun, bool is_solved) {
 typedef struct estimate {
   double mean, error;
 } estimate;
-
-/* A sum of random numbers, of which mean and standard error are wanted. */
-typedef struct tally {
-  np_sum value, square;
-  int count;
-} tally;
-
-static void tally_add(tally *t, double x) {
-  np_sum_add(&t->value, x);
-  np_sum_add(&t->square, x * x);
-  t->count++;
-}
-
-static estimate tally_finish(const tally *t) {
-  const double mean = np_sum_total(&t->value) / t->count;
-  return (estimate){mean,
-                    sqrt(fmax(np_sum_total(&t->square) / t->count - mean * mean, 0.0) / fmax(t->count - 1.0, 1.0))};
-}
 
 /* A rectangle that faces a direction, wide enough that all clouds are seen through it. */
 typedef struct window {
@@ -127,24 +96,18 @@ static np_camera_ray make_ray(const window *w, int n, const double shift[2], np_
 }
 
 static double sample_radiance(const fixture *f, const np_camera_ray *ray, np_random *random, int band) {
-  const np_integrator_settings settings = {.scattering_max = UINT32_MAX,
-                                           .look = {.octave_count = 1, .gain = 1.0f},
-                                           .tolerance = 0.01f,
-                                           .step_voxels = 4.0f,
-                                           .transmittance_end = 1e-4f};
-  const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->context));
+  const np_integrator_settings settings = test_integrator_settings();
+  const np_integrator_kernels *kernels = test_integrators(f->context);
   np_integrator_sample sample;
   (f->view.multi_scatter ? kernels->march : kernels->path)(&f->view, &settings, ray, random, &sample);
-  double sum = 0.0;
-  for (int c = 0; c < NP_COMPONENT_COUNT; c++) sum += (double)sample.component[c].band[band];
-  return sum;
+  return test_sum_components(&sample, band);
 }
 
 /* Radiant intensity thrown towards `to`; the error is that of the means of BATCHES sets. */
 static estimate find_intensity(const fixture *f, np_vec3 to, int count, int band, uint64_t seed) {
   np_random random = np_random_start(seed, 0, 0, 0, 0);
   const window w = open_window(to);
-  tally batches = {0};
+  test_tally batches = {0};
   for (int batch = 0; batch < BATCHES; batch++) {
     const double shift[2] = {np_random_double(&random), np_random_double(&random)};
     double sum = 0.0;
@@ -152,9 +115,9 @@ static estimate find_intensity(const fixture *f, np_vec3 to, int count, int band
       const np_camera_ray ray = make_ray(&w, n, shift, &random);
       sum += sample_radiance(f, &ray, &random, band);
     }
-    tally_add(&batches, w.area_m2 * sum / (count / BATCHES));
+    test_tally_add(&batches, w.area_m2 * sum / (count / BATCHES));
   }
-  return tally_finish(&batches);
+  return (estimate){test_tally_mean(&batches), test_tally_error(&batches)};
 }
 
 /* Chandrasekhar 1960, "Radiative Transfer", section 13: what goes from a to b under light from a is what goes from b to
@@ -184,7 +147,7 @@ static void light_may_be_followed_either_way(void **state) {
 static estimate find_intercepted(const fixture *f, int count) {
   np_random random = np_random_start(3, 0, 0, 0, 0);
   const window w = open_window(f->view.to_sun);
-  tally batches = {0};
+  test_tally batches = {0};
   for (int batch = 0; batch < BATCHES; batch++) {
     const double shift[2] = {np_random_double(&random), np_random_double(&random)};
     double sum = 0.0;
@@ -197,9 +160,9 @@ static estimate find_intercepted(const fixture *f, int count) {
       }
       sum -= expm1(-depth);
     }
-    tally_add(&batches, w.area_m2 * sum / (count / BATCHES));
+    test_tally_add(&batches, w.area_m2 * sum / (count / BATCHES));
   }
-  return tally_finish(&batches);
+  return (estimate){test_tally_mean(&batches), test_tally_error(&batches)};
 }
 
 /* What leaves in all directions, spread evenly over the sphere, is what the clouds take from the sun. */
@@ -233,8 +196,6 @@ static void a_volume_in_two_files_is_one_volume(void **state) {
   (void)state;
   fixture f;
   start(&f);
-  bool is_left[EDGE], is_right[EDGE];
-  for (int i = 0; i < EDGE; i++) is_right[i] = !(is_left[i] = i < EDGE / 2 - 3);
   f.view.volume_count = 1;
   const np_vec3 to_sun = np_vec3_make(0.6f, 0.0f, 0.8f), to_camera = np_vec3_make(0.0f, -1.0f, 0.0f);
   estimate whole[2], parts[2];
@@ -243,8 +204,8 @@ static void a_volume_in_two_files_is_one_volume(void **state) {
     whole[m] = find_intensity(&f, to_camera, m ? 4096 : 131072, 0, 4);
   }
   for (int i = 0; i < CLOUDS; i++) neph_volume_release(f.volumes[i]);
-  create(f.context, -12.0, is_left, &f.volumes[0]);
-  create(f.context, -12.0, is_right, &f.volumes[1]);
+  f.volumes[0] = create(f.context, -12.0, left_of_cut);
+  f.volumes[1] = create(f.context, -12.0, right_of_cut);
   for (unsigned i = 0; i < CLOUDS; i++) place(&f, i, 0.5f, np_phase_henyey_greenstein(0.7f));
   f.view.volume_count = CLOUDS;
   for (int m = 0; m < 2; m++) {
