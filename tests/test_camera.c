@@ -1,34 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "test_support.h"
+#include "test_scenes.h"
 
 #include "core/units.h"
 #include "scene/scene_private.h"
 
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-  neph_scene *scene;
-} fixture;
-
-static int set_up(void **state) {
-  static fixture f;
-  test_log_start(&f.log);
-  f.context = test_context_create(1, &f.log);
-  assert_int_equal(neph_scene_create(f.context, &f.scene), NEPH_OK);
-  *state = &f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  neph_scene_destroy(f->scene);
-  neph_context_destroy(f->context);
-  return 0;
-}
-
-static void set(fixture *f, const char *key, const char *value) {
-  assert_int_equal(neph_scene_set(f->scene, key, value), NEPH_OK);
-}
+static int set_up(void **state) { return set_up_scene(state, 1, "{}"); }
 
 static np_camera make_camera(fixture *f, const char *position, const char *look_at, const char *roll) {
   np_camera camera;

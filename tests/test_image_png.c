@@ -2,9 +2,7 @@
 #include "test_support.h"
 
 #include <png.h>
-#include <signal.h>
 #include <stdlib.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include "core/random.h"
@@ -442,22 +440,12 @@ static void missing_folder_is_an_error(void **state) {
   free(path);
 }
 
+static neph_result save_preview(const char *path, const void *image) { return neph_image_save_png(image, path, NULL); }
+
 static void full_disk_leaves_nothing(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 0.2f, 0.3f, 0.4f);
-  struct rlimit before;
-  assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
-  void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
-  for (rlim_t limit = 0; limit < 3000; limit += 500) {
-    struct rlimit small = {limit, before.rlim_max};
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
-    neph_result result = neph_image_save_png(image, f->path, NULL);
-    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
-    assert_int_equal(result, NEPH_ERROR_IO);
-    assert_one_error(&f->log, f->path, "File too large");
-    assert_int_equal(test_folder_count(f->folder), 0);
-  }
-  signal(SIGXFSZ, handler);
+  assert_survives_full_disk(f, 3000, 500, save_preview, image);
   neph_image_destroy(image);
 }
 

@@ -1,16 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light in clouds over a sequence: solved once, the same bits as without, and anew when what it depends on changes. */
-#include <stdlib.h>
-
 #include <nephos/nephos.h>
 
-#include "test_support.h"
-
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-  neph_scene *scene;
-} fixture;
+#include "test_scenes.h"
 
 /* Half a second of baking and solving. */
 static const char cumulus[] =
@@ -19,34 +11,13 @@ static const char cumulus[] =
     " clouds: [{name: a, extinction: 1 1/m, bake: {preset: cumulus_mediocris, model: hero, seed: 3,"
     " extent: [800 m, 800 m], voxel: 50 m}}], render: {samples: 1}, output: {pixel_type: float}}";
 
-static int set_up(void **state) {
-  fixture *f = calloc(1, sizeof *f);
-  test_log_start(&f->log);
-  f->context = test_context_create(2, &f->log);
-  assert_int_equal(neph_scene_load_text(f->context, cumulus, "cumulus", &f->scene), NEPH_OK);
-  *state = f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  neph_scene_destroy(f->scene);
-  neph_context_destroy(f->context);
-  free(f);
-  return 0;
-}
+static int set_up(void **state) { return set_up_scene(state, 2, cumulus); }
 
 static neph_image *render(fixture *f, neph_scene *scene) {
   neph_image *image;
   test_log_clear(&f->log);
   assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
   return image;
-}
-
-/* Renders the next frame of the sequence, one key changed. */
-static void render_changed(fixture *f, const char *key, const char *value) {
-  assert_int_equal(neph_scene_set(f->scene, key, value), NEPH_OK);
-  neph_image_destroy(render(f, f->scene));
 }
 
 static void assert_same_bits(neph_image *a, neph_image *b) {
@@ -69,7 +40,7 @@ static void a_camera_that_moves_keeps_the_light(void **state) {
     neph_scene *alone;
     assert_int_equal(neph_scene_load_text(f->context, cumulus, "cumulus", &alone), NEPH_OK);
     assert_int_equal(neph_scene_set(alone, "camera.position", places[i]), NEPH_OK);
-    assert_int_equal(neph_scene_set(f->scene, "camera.position", places[i]), NEPH_OK);
+    set(f, "camera.position", places[i]);
     neph_image *one = render(f, alone), *two = render(f, f->scene);
     assert_non_null(strstr(f->log.text, said[i]));
     assert_null(strstr(f->log.text, "solved anew"));

@@ -1,15 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "test_support.h"
-
-#include <stdlib.h>
+#include "test_scenes.h"
 
 #include "scene/scene_private.h"
-
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-  neph_scene *scene;
-} fixture;
 
 static const char text[] = "camera: {fov: 30 deg}\n"
                            "clouds:\n"
@@ -17,25 +9,7 @@ static const char text[] = "camera: {fov: 30 deg}\n"
                            "  - {name: layer, bake: {preset: cumulus_humilis, voxel: 50 m}}\n"
                            "terrain: {ridges: {}}\n";
 
-static int set_up(void **state) {
-  static fixture f;
-  test_log_start(&f.log);
-  f.context = test_context_create(1, &f.log);
-  assert_int_equal(neph_scene_load_text(f.context, text, "dir/scene.yaml", &f.scene), NEPH_OK);
-  *state = &f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  neph_scene_destroy(f->scene);
-  neph_context_destroy(f->context);
-  return 0;
-}
-
-static void set(fixture *f, const char *key, const char *value) {
-  if (neph_scene_set(f->scene, key, value)) fail_msg("%s = %s: %s", key, value, f->log.text);
-}
+static int set_up(void **state) { return set_up_scene(state, 1, text); }
 
 static void test_keys_are_set(void **state) {
   fixture *f = *state;

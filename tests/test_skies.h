@@ -55,13 +55,18 @@ static inline neph_atmosphere *test_atmosphere_create(neph_context *context, con
 }
 
 /* A sky under a sun whose azimuth is along x, seen from above the origin. */
-static inline neph_sky *test_sky_create(neph_atmosphere *earth, double altitude_m, double sun_deg) {
+static inline neph_sky_desc test_sky_desc(double altitude_m, double sun_deg) {
   neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
   const np_dvec3 sun = test_direction(sun_deg, 0.0);
   desc.sun_direction[0] = sun.x;
   desc.sun_direction[1] = sun.y;
   desc.sun_direction[2] = sun.z;
   desc.observer_m[2] = altitude_m;
+  return desc;
+}
+
+static inline neph_sky *test_sky_create(neph_atmosphere *earth, double altitude_m, double sun_deg) {
+  const neph_sky_desc desc = test_sky_desc(altitude_m, sun_deg);
   neph_sky *sky = NULL;
   assert_int_equal(neph_sky_create(earth, &desc, &sky), NEPH_OK);
   return sky;

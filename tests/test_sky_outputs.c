@@ -16,6 +16,16 @@ static neph_scene *load(neph_context *context, const char *text) {
   return scene;
 }
 
+/* The sky by longitude and latitude. */
+static neph_image *paint(neph_scene *scene, unsigned width) {
+  neph_image *image;
+  neph_sky_image_desc desc = NEPH_SKY_IMAGE_DESC_DEFAULT;
+  desc.width = width;
+  desc.height = width / 2;
+  assert_int_equal(neph_render_sky(scene, &desc, &image), NEPH_OK);
+  return image;
+}
+
 static const char day[] =
     "{camera: {position: [0, 0, 5 m], look_at: [0, 100 m, 5 m]}, sun: {elevation: 35 deg, azimuth: 60 deg}}";
 
@@ -88,11 +98,7 @@ static double integrate(neph_image *image, np_vec3 normal, const char *name) {
  * ones a clear sky's bright horizon makes more of it. */
 static void harmonics_give_a_clear_skys_irradiance(void **state) {
   neph_scene *scene = load(*state, day);
-  neph_image *image;
-  neph_sky_image_desc desc = NEPH_SKY_IMAGE_DESC_DEFAULT;
-  desc.width = 256;
-  desc.height = 128;
-  assert_int_equal(neph_render_sky(scene, &desc, &image), NEPH_OK);
+  neph_image *image = paint(scene, 256);
   double h[NP_SKY_HARMONICS][NP_BAND_COUNT], e[NP_BAND_COUNT];
   read_numbers(image, "nephos:skyHarmonics", h[0], NP_SKY_HARMONICS * NP_BAND_COUNT);
   static const char *const names[] = {"R", "G", "B"};
@@ -135,11 +141,7 @@ static double sum_plane(neph_image *image, const char *name) {
 static void the_disk_is_a_layer_of_its_own(void **state) {
   static const char *const names[] = {"disk.R", "disk.G", "disk.B"};
   neph_scene *scene = load(*state, day);
-  neph_image *image;
-  neph_sky_image_desc desc = NEPH_SKY_IMAGE_DESC_DEFAULT;
-  desc.width = 512;
-  desc.height = 256;
-  assert_int_equal(neph_render_sky(scene, &desc, &image), NEPH_OK);
+  neph_image *image = paint(scene, 512);
   double sun[3];
   read_numbers(image, "nephos:sunIrradiance", sun, 3);
   for (int b = 0; b < 3; b++) assert_near_relative(sum_plane(image, names[b]), sun[b], 0.01);
@@ -202,11 +204,7 @@ static double measure_banding(neph_context *context, neph_image *image, const ch
  * dither, a block's mean is off by 0.5/8 at the most. */
 static void a_smooth_sky_shows_no_bands(void **state) {
   neph_scene *scene = load(*state, day);
-  neph_image *image;
-  neph_sky_image_desc desc = NEPH_SKY_IMAGE_DESC_DEFAULT;
-  desc.width = 512;
-  desc.height = 256;
-  assert_int_equal(neph_render_sky(scene, &desc, &image), NEPH_OK);
+  neph_image *image = paint(scene, 512);
   char *folder = test_folder_create(), *path = test_path(folder, "sky.png");
   for (int ev = -8; ev <= 8; ev += 4) {
     const double off = measure_banding(*state, image, path, ev);

@@ -1,16 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tables over a sequence: what is kept, what is built anew and what the log says of it, and the error of keeping. */
-#include "test_support.h"
-
-#include <stdlib.h>
-
 #include <nephos/nephos.h>
 
-typedef struct fixture {
-  test_log log;
-  neph_context *context;
-  neph_scene *scene;
-} fixture;
+#include "test_scenes.h"
 
 static const char sea[] =
     "{camera: {position: [0, 0, 300 m], look_at: [0, 1 km, 400 m], fov: 90 deg, resolution: [32, 18]},"
@@ -22,13 +14,6 @@ static neph_image *render(neph_scene *scene) {
   return image;
 }
 
-/* Renders the next frame of the sequence, one key changed. */
-static void render_changed(fixture *f, const char *key, const char *value) {
-  test_log_clear(&f->log);
-  assert_int_equal(neph_scene_set(f->scene, key, value), NEPH_OK);
-  neph_image_destroy(render(f->scene));
-}
-
 static void assert_built(const fixture *f, bool atmosphere, bool sky, const char *reason) {
   assert_int_equal(strstr(f->log.text, "atmosphere: built anew") != NULL, atmosphere);
   assert_int_equal(strstr(f->log.text, "camera sky: built anew") != NULL, sky);
@@ -36,20 +21,8 @@ static void assert_built(const fixture *f, bool atmosphere, bool sky, const char
 }
 
 static int set_up(void **state) {
-  fixture *f = calloc(1, sizeof *f);
-  test_log_start(&f->log);
-  f->context = test_context_create(2, &f->log);
-  assert_int_equal(neph_scene_load_text(f->context, sea, "sea", &f->scene), NEPH_OK);
-  neph_image_destroy(render(f->scene));
-  *state = f;
-  return 0;
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  neph_scene_destroy(f->scene);
-  neph_context_destroy(f->context);
-  free(f);
+  (void)set_up_scene(state, 2, sea);
+  neph_image_destroy(render(((fixture *)*state)->scene));
   return 0;
 }
 
@@ -97,7 +70,7 @@ static void haze_that_changes_gets_all_anew(void **state) {
 static void a_change_of_the_suns_strength_keeps_all_and_counts(void **state) {
   fixture *f = *state;
   neph_image *bright = render(f->scene);
-  assert_int_equal(neph_scene_set(f->scene, "sun.irradiance", "[0.737, 0.9252, 0.95599]"), NEPH_OK);
+  set(f, "sun.irradiance", "[0.737, 0.9252, 0.95599]");
   neph_image *half = render(f->scene);
   assert_built(f, false, false, NULL);
   /* Half the light, to the rounding of halves in floats. */
@@ -126,8 +99,8 @@ static void keeping_errs_less_than_the_tolerance(void **state) {
     (void)snprintf(after, sizeof after, "%.4f deg", elevations[i] + 0.0034);
     render_changed(f, "camera.position", "[0, 0, 300 m]");
     render_changed(f, "sun.elevation", before);
-    assert_int_equal(neph_scene_set(f->scene, "camera.position", "[0, 0, 308 m]"), NEPH_OK);
-    assert_int_equal(neph_scene_set(f->scene, "sun.elevation", after), NEPH_OK);
+    set(f, "camera.position", "[0, 0, 308 m]");
+    set(f, "sun.elevation", after);
     test_log_clear(&f->log);
     neph_image *kept = render(f->scene);
     assert_built(f, false, false, NULL);

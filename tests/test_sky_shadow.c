@@ -18,12 +18,7 @@ static int start(void **state) {
 }
 
 static neph_sky *create_shadowed(neph_atmosphere *atmosphere, const np_sun_visibility *visibility) {
-  neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
-  const np_dvec3 sun = test_direction(sun_deg, 0.0);
-  desc.sun_direction[0] = sun.x;
-  desc.sun_direction[1] = sun.y;
-  desc.sun_direction[2] = sun.z;
-  desc.observer_m[2] = altitude_m;
+  const neph_sky_desc desc = test_sky_desc(altitude_m, sun_deg);
   neph_sky *sky = NULL;
   assert_int_equal(np_sky_create_shadowed(atmosphere, &desc, visibility, &sky), NEPH_OK);
   return sky;

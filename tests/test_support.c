@@ -3,7 +3,9 @@
 
 #include <dirent.h>
 #include <ftw.h>
+#include <signal.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -221,6 +223,22 @@ int test_tear_down(void **state) {
   free(f->path);
   free(f);
   return 0;
+}
+
+void assert_survives_full_disk(test_fixture *f, size_t bytes_needed, size_t step,
+                               neph_result (*save)(const char *path, const void *user), const void *user) {
+  struct rlimit before;
+  assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+  void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
+  for (size_t bytes = 0; bytes < bytes_needed; bytes += step) {
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &(struct rlimit){bytes, before.rlim_max}), 0);
+    const neph_result result = save(f->path, user);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+    assert_int_equal(result, NEPH_ERROR_IO);
+    assert_one_error(&f->log, f->path, "File too large");
+    assert_int_equal(test_folder_count(f->folder), 0);
+  }
+  signal(SIGXFSZ, handler);
 }
 
 /* ---- Numbers ---- */
