@@ -21,7 +21,10 @@
 #include "render/frame.h"
 #include "volume/volume_private.h"
 
-enum { BATCH_COUNT = 64, PILOT_RAY_COUNT = 4096, SAMPLE_MIN = 64, SAMPLE_MAX = 1024 };
+enum { BATCH_COUNT = 64, SAMPLE_MIN = 64, SAMPLE_MAX = 1024 };
+
+/* Rays of the first pilot, and how many times its own rays a pilot may ask for and be trusted. */
+enum { PILOT_RAY_COUNT = 4096, PILOT_TRUST = 32 };
 
 struct np_slab {
   neph_context *context;
@@ -155,7 +158,7 @@ typedef struct inquiry {
   const np_slab *slab;
   const np_slab_question *question;
   uint32_t stream;
-  uint32_t run; /* 0: the pilot, 1: the one that counts */
+  uint32_t run; /* the last counts, those before are pilots */
   unsigned rays_per_batch;
   np_monitor *monitor;
   double means[BATCH_COUNT];
@@ -234,11 +237,32 @@ static neph_result measure(inquiry *q, unsigned ray_count, np_slab_answer *out_a
   return result;
 }
 
-/* How many rays the target takes, by a pilot whose answers are not used again, so that nothing is biased. */
-static double count_rays(const np_slab_answer *pilot, double target_error) {
+/* How many rays the target takes, by a pilot of fewer. */
+static double count_rays(const np_slab_answer *pilot, double pilot_count, double target_error) {
   if (!(pilot->value > 0.0)) return HUGE_VAL;
   const double ratio = pilot->error / (pilot->value * target_error);
-  return fmax(PILOT_RAY_COUNT, PILOT_RAY_COUNT * ratio * ratio);
+  return fmax(PILOT_RAY_COUNT, pilot_count * ratio * ratio);
+}
+
+/* Sends pilots to find how many rays are enough. Where rare rays bring much, few rays know their own error badly: so
+ * one that asks for far more than itself is followed by a larger one. Their answers are not used again: nothing is
+ * biased.
+ */
+static neph_result send_pilots(inquiry *q, double *ray_count) {
+  double pilot_count = PILOT_RAY_COUNT;
+  while (*ray_count > pilot_count) {
+    np_slab_answer pilot;
+    neph_result result = measure(q, (unsigned)pilot_count, &pilot);
+    if (result) return result;
+    q->run++;
+    const double enough = fmin(*ray_count, count_rays(&pilot, pilot_count, q->slab->target_error));
+    if (enough <= PILOT_TRUST * pilot_count) {
+      *ray_count = enough;
+      return NEPH_OK;
+    }
+    pilot_count = 2.0 * enough / PILOT_TRUST;
+  }
+  return NEPH_OK;
 }
 
 /* E₃(x) = ∫₁^∞ e^{−xt}/t³ dt: by E₁'s series below 1, where the recurrence cancels little, and above by the continued
@@ -266,14 +290,8 @@ neph_result np_slab_ask(const np_slab *slab, const np_slab_question *question, u
                         np_slab_answer *out_answer) {
   inquiry q = {.slab = slab, .question = question, .stream = stream, .monitor = monitor};
   double ray_count = slab->ray_count;
-  if (isfinite(slab->target_error) && ray_count > PILOT_RAY_COUNT) {
-    np_slab_answer pilot;
-    neph_result result = measure(&q, PILOT_RAY_COUNT, &pilot);
-    if (result) return result;
-    ray_count = fmin(ray_count, count_rays(&pilot, slab->target_error));
-  }
-  q.run = 1;
-  neph_result result = measure(&q, (unsigned)ray_count, out_answer);
+  neph_result result = isfinite(slab->target_error) ? send_pilots(&q, &ray_count) : NEPH_OK;
+  if (!result) result = measure(&q, (unsigned)ray_count, out_answer);
   if (result) return result;
   if (question->is_flux && !question->is_top) out_answer->value += compute_unscattered(&slab->case_);
   return NEPH_OK;
