@@ -61,6 +61,7 @@ cli_exit cli_load_scene(cli_session *session, const char *path, neph_scene **out
   neph_result result = neph_scene_load(session->context, path, out_scene);
   if (result) return cli_exit_of(result);
   result = apply_settings(session->options, *out_scene);
+  if (!result) result = neph_scene_check(*out_scene);
   if (!result) return CLI_DONE;
   neph_scene_destroy(*out_scene);
   *out_scene = NULL;

@@ -292,7 +292,7 @@ static void assert_refused(neph_context *context, test_log *log, const neph_clou
   neph_volume *volume = (neph_volume *)8; /* must be overwritten */
   assert_int_equal(neph_cloud_bake(context, desc, NULL, &volume), NEPH_ERROR_INVALID_ARGUMENT);
   assert_null(volume);
-  assert_one_error(log, "cloud: ", field, value, "must be");
+  assert_one_error(log, "cloud.", field, value, "must be");
 }
 
 static void bad_parameters_are_named(void **state) {
@@ -304,25 +304,25 @@ static void bad_parameters_are_named(void **state) {
   neph_cloud_desc desc = good;
   desc.coverage = 1.4, assert_refused(context, &log, &desc, "coverage is", "1.4");
   desc = good, desc.coverage = (double)NAN, assert_refused(context, &log, &desc, "coverage is", "nan");
-  desc = good, desc.voxel_m = 0, assert_refused(context, &log, &desc, "voxel_m is", "0");
-  desc = good, desc.extent_m[1] = -5, assert_refused(context, &log, &desc, "extent_m[1] is", "-5");
-  desc = good, desc.cell_m = (double)INFINITY, assert_refused(context, &log, &desc, "cell_m is", "inf");
-  desc = good, desc.extinction_per_m = 0, assert_refused(context, &log, &desc, "extinction_per_m is", "0");
+  desc = good, desc.voxel_m = 0, assert_refused(context, &log, &desc, "voxel is", "0");
+  desc = good, desc.extent_m[1] = -5, assert_refused(context, &log, &desc, "extent[1] is", "-5");
+  desc = good, desc.cell_m = (double)INFINITY, assert_refused(context, &log, &desc, "cell is", "inf");
+  desc = good, desc.extinction_per_m = 0, assert_refused(context, &log, &desc, "extinction is", "0");
   desc = good, desc.wispiness = -0.1, assert_refused(context, &log, &desc, "wispiness is", "-0.1");
-  desc = good, desc.extent_m[0] = 0, assert_refused(context, &log, &desc, "extent_m[0] is", "0");
-  desc = good, desc.center_m[1] = 1e9, assert_refused(context, &log, &desc, "center_m[1] is", "1e+09");
-  desc = good, desc.base_altitude_m = -5000, assert_refused(context, &log, &desc, "base_altitude_m is", "-5000");
-  desc = good, desc.thickness_m = 0, assert_refused(context, &log, &desc, "thickness_m is", "0");
+  desc = good, desc.extent_m[0] = 0, assert_refused(context, &log, &desc, "extent[0] is", "0");
+  desc = good, desc.center_m[1] = 1e9, assert_refused(context, &log, &desc, "center[1] is", "1e+09");
+  desc = good, desc.base_altitude_m = -5000, assert_refused(context, &log, &desc, "base is", "-5000");
+  desc = good, desc.thickness_m = 0, assert_refused(context, &log, &desc, "thickness is", "0");
   desc = good, desc.type = 1.1, assert_refused(context, &log, &desc, "type is", "1.1");
-  desc = good, desc.billow_m = -3, assert_refused(context, &log, &desc, "billow_m is", "-3");
+  desc = good, desc.billow_m = -3, assert_refused(context, &log, &desc, "billow is", "-3");
   desc = good, desc.billowiness = 1.2, assert_refused(context, &log, &desc, "billowiness is", "1.2");
   desc = good, desc.erosion = 2, assert_refused(context, &log, &desc, "erosion is", "2");
   desc = good, desc.turbulence = -1, assert_refused(context, &log, &desc, "turbulence is", "-1");
-  desc = good, desc.skew_m[1] = 1e6, assert_refused(context, &log, &desc, "skew_m[1] is", "1e+06");
+  desc = good, desc.skew_m[1] = 1e6, assert_refused(context, &log, &desc, "skew[1] is", "1e+06");
   desc = good, desc.softness = 1.5, assert_refused(context, &log, &desc, "softness is", "1.5");
-  desc = good, desc.wind_m_s[0] = -300, assert_refused(context, &log, &desc, "wind_m_s[0] is", "-300");
-  desc = good, desc.time_s = 1e7, assert_refused(context, &log, &desc, "time_s is", "1e+07");
-  desc = good, desc.lifetime_s = 0, assert_refused(context, &log, &desc, "lifetime_s is", "0");
+  desc = good, desc.wind_m_s[0] = -300, assert_refused(context, &log, &desc, "wind[0] is", "-300");
+  desc = good, desc.time_s = 1e7, assert_refused(context, &log, &desc, "time is", "1e+07");
+  desc = good, desc.lifetime_s = 0, assert_refused(context, &log, &desc, "lifetime is", "0");
   desc = good, desc.model = (neph_cloud_model)3, assert_refused(context, &log, &desc, "model is", "3");
   desc = good, desc.sublayers = 17, assert_refused(context, &log, &desc, "sublayers is", "17");
   desc = good, desc.anvil = 2, assert_refused(context, &log, &desc, "anvil is", "2");
@@ -352,11 +352,11 @@ static void a_bake_too_large_is_refused_at_once(void **state) {
   desc.extent_m[0] = desc.extent_m[1] = 1e6;
   desc.voxel_m = 1;
   assert_int_equal(neph_cloud_bake(context, &desc, NULL, &volume), NEPH_ERROR_LIMIT);
-  assert_one_error(&log, "extent_m 1e+06", "voxel_m 1", "leaves");
+  assert_one_error(&log, "extent of 1e+06", "voxel of 1 m", "leaves");
   desc.voxel_m = 1000;
   desc.cell_m = 0.5;
   assert_int_equal(neph_cloud_bake(context, &desc, NULL, &volume), NEPH_ERROR_LIMIT);
-  assert_one_error(&log, "extent_m[0]", "cell_m");
+  assert_one_error(&log, "cloud.extent[0]", "times cell");
   neph_context_destroy(context);
 }
 

@@ -58,7 +58,9 @@ static void test_defaults_are_those_of_the_public_descriptions(void **state) {
   test_fixture *f = *state;
   neph_scene *scene;
   assert_int_equal(neph_scene_load_text(f->context, "clouds: [{bake: {}}]", "s", &scene), NEPH_OK);
-  const neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
+  neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
+  cloud.name = scene->clouds[0].bake_name;
+  assert_string_equal(cloud.name, "clouds[0].bake");
   const neph_atmosphere_desc atmosphere = NEPH_ATMOSPHERE_DESC_DEFAULT;
   const neph_sky_desc sky = NEPH_SKY_DESC_DEFAULT;
   /* It has no byte of padding. */

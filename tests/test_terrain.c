@@ -447,7 +447,7 @@ static void bad_descriptions_are_refused(void **state) {
   test_fixture *f = *state;
   const neph_terrain_desc good = NEPH_TERRAIN_DESC_DEFAULT;
   neph_terrain_desc bad[6] = {good, good, good, good, good, good};
-  const char *words[6] = {"planet_radius_m is nan",  "width_m is 0",   "latitude 2", "longitude inf",
+  const char *words[6] = {"planet_radius_m is nan",  "width is 0",   "latitude 2", "longitude inf",
                           "ground_albedo[1] is 1.5", "terrain heights"};
   bad[0].planet_radius_m = NAN;
   bad[1].width_m = 0;
@@ -467,7 +467,7 @@ static void bad_ridges_are_refused(void **state) {
   test_fixture *f = *state;
   const neph_ridges_desc good = NEPH_RIDGES_DESC_DEFAULT;
   neph_ridges_desc bad[4] = {good, good, good, good};
-  const char *words[4] = {"sample_count is 1", "sample_count is 20000", "relief_m is -1", "at least two samples (58.5"};
+  const char *words[4] = {"sample_count is 1", "sample_count is 20000", "relief is -1", "at least two samples (58.5"};
   bad[0].sample_count = 1;
   bad[1].sample_count = 20000;
   bad[2].relief_m = -1;

@@ -466,6 +466,25 @@ static void a_load_can_be_cancelled_in_every_stage(void **state) {
   end_disk(&d);
 }
 
+/* ---- Memory ---- */
+
+static neph_result load_and_release(neph_context *context, void *path) {
+  neph_volume *volume;
+  neph_result result = load(context, path, "density", &volume);
+  neph_volume_release(volume);
+  return result;
+}
+
+/* Of what nephos allocates, within OpenVDB's reading too. */
+static void failed_allocations_are_survived(void **state) {
+  (void)state;
+  disk d;
+  start_disk(&d);
+  write_disk(&d);
+  assert_survives_failed_allocations(load_and_release, d.path);
+  end_disk(&d);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_grid_survives_the_way_through_a_file),
@@ -486,6 +505,7 @@ int main(void) {
       cmocka_unit_test(a_file_cut_anywhere_is_refused),
       cmocka_unit_test(what_is_no_vdb_is_refused),
       cmocka_unit_test(a_load_can_be_cancelled_in_every_stage),
+      cmocka_unit_test(failed_allocations_are_survived),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -268,15 +268,15 @@ static void a_map_needs_a_picture_and_a_channel(void **state) {
   neph_cloud_desc desc = test_small_field(0);
   desc.map_file = f->path;
   assert_refused(f, &desc, NEPH_ERROR_INVALID_ARGUMENT);
-  assert_one_error(&f->log, f->path, "no channel that is used", "coverage");
+  assert_one_error(&f->log, "cloud.map uses no channel of", f->path, "coverage");
   desc.map_file = NULL;
   desc.map_channels[NEPH_CLOUD_MAP_TYPE] = "R";
   assert_refused(f, &desc, NEPH_ERROR_INVALID_ARGUMENT);
-  assert_one_error(&f->log, "the map's type is channel R of no picture");
+  assert_one_error(&f->log, "cloud.map.type is channel R of no picture");
   desc = mapped_field(f, NEPH_CLOUD_MAP_TYPE);
   desc.map_size_m[1] = 0;
   assert_refused(f, &desc, NEPH_ERROR_INVALID_ARGUMENT);
-  assert_one_error(&f->log, "map_size_m[1] is 0", "must be in (0");
+  assert_one_error(&f->log, "cloud.map.size[1] is 0 m", "must be in (0");
 }
 
 typedef struct attempt {

@@ -66,6 +66,7 @@ typedef struct neph_cloud_desc {
   bool has_map_size;    /**< the picture is as large as said below, not as the extent (default false) */
   double map_size_m[2]; /**< of the picture along x and y, centred like the field; > 0 (default 8 km × 8 km) */
   bool is_map_tiling;   /**< the picture repeats; else its border goes on beyond it (default false) */
+  const char *name;     /**< of this description in messages, borrowed; NULL: cloud (default NULL) */
 } neph_cloud_desc;
 
 #define NEPH_CLOUD_DESC_DEFAULT                                                                                        \
@@ -76,7 +77,7 @@ typedef struct neph_cloud_desc {
     .extinction_per_m = 0.06, .model = NEPH_CLOUD_MODEL_CELLS, .sublayers = 1, .softness = 0, .stretch = 1,            \
     .anvil = 0, .precipitation = 0, .has_profile = false, .profile = {0, 0.06, 0.25, 0.56, 1}, .wind_m_s = {0, 0},     \
     .time_s = 0, .lifetime_s = 2400, .map_file = NULL, .map_channels = {NULL}, .has_map_size = false,                  \
-    .map_size_m = {8000, 8000}, .is_map_tiling = false                                                                 \
+    .map_size_m = {8000, 8000}, .is_map_tiling = false, .name = NULL                                                   \
   }
 
 /** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are. */

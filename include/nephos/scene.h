@@ -32,6 +32,11 @@ NEPH_API void neph_scene_destroy(neph_scene *scene);
  */
 NEPH_API neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) NEPH_NODISCARD;
 
+/** What no single key can tell: whether each cloud has a source and a density unit, a terrain its kind, a camera a
+ * direction, stars a time and a place. Loading ends with it, and what is planned, rendered or baked passes it first;
+ * a scene that neph_scene_set is still putting together may fail it, with one message. */
+NEPH_API neph_result neph_scene_check(const neph_scene *scene) NEPH_NODISCARD;
+
 /** Every key with type, unit, range and default, as text to be freed with neph_text_destroy. */
 NEPH_API neph_result neph_schema_describe(neph_context *context, neph_text_format format,
                                           char **out_text) NEPH_NODISCARD;

@@ -172,11 +172,13 @@ static neph_result find_cloudy(bake_job *job) {
   if (result) return result;
   for (size_t i = 0; i < count; i++) job->marks.cloudy_count += job->marks.is_cloudy[i];
   if (job->marks.cloudy_count > CLOUD_LEAVES_MAX)
-    return np_fail(bake->context, NEPH_ERROR_LIMIT,
-                   "cloud: %zu leaves of 8³ voxels (%.1f GB) may hold cloud, must be at most %llu: enlarge voxel_m, "
-                   "which is %g, or lessen extent_m",
-                   job->marks.cloudy_count, (double)job->marks.cloudy_count * sizeof(np_leaf) * 1e-9,
-                   (unsigned long long)CLOUD_LEAVES_MAX, bake->model.desc.voxel_m);
+    return np_fail(
+        bake->context, NEPH_ERROR_LIMIT,
+        "%s: %zu leaves of 8³ voxels (%.1f GB) may hold cloud, must be at most %llu: enlarge voxel, which is "
+        "%g m, or lessen extent",
+        np_cloud_desc_name(&bake->model.desc), job->marks.cloudy_count,
+        (double)job->marks.cloudy_count * sizeof(np_leaf) * 1e-9, (unsigned long long)CLOUD_LEAVES_MAX,
+        bake->model.desc.voxel_m);
   result = sample_share(job);
   return result ? result : np_bake_check_memory(bake, &job->marks);
 }

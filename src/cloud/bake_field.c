@@ -37,9 +37,9 @@ size_t np_bake_count_box(const np_bake *bake) {
 static neph_result refuse_box(const np_bake *bake) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   return np_fail(bake->context, NEPH_ERROR_LIMIT,
-                 "cloud: extent_m %g × %g and thickness_m %g at voxel_m %g is a box of more than %llu leaves of 8³ "
-                 "voxels: enlarge voxel_m or lessen extent_m",
-                 cloud->extent_m[0], cloud->extent_m[1], cloud->thickness_m, cloud->voxel_m,
+                 "%s: an extent of %g × %g m and a thickness of %g m with a voxel of %g m are a box of more than %llu "
+                 "leaves of 8³ voxels: enlarge voxel or lessen extent",
+                 np_cloud_desc_name(cloud), cloud->extent_m[0], cloud->extent_m[1], cloud->thickness_m, cloud->voxel_m,
                  (unsigned long long)BOX_LEAVES_MAX);
 }
 
@@ -100,8 +100,8 @@ static neph_result clip_axis(np_bake *bake, int a) {
   if (high < bake->region_max[a]) bake->region_max[a] = (int32_t)fmax(high, bake->region_min[a] - 1);
   if (bake->region_min[a] <= bake->region_max[a]) return NEPH_OK;
   return np_fail(bake->context, NEPH_ERROR_INVALID_ARGUMENT,
-                 "cloud: the region runs from %g to %g m along %c, must meet a voxel of the cloud's box", region_min_m,
-                 region_max_m, "xyz"[a]);
+                 "%s: the region runs from %g to %g m along %c, must meet a voxel of the cloud's box",
+                 np_cloud_desc_name(cloud), region_min_m, region_max_m, "xyz"[a]);
 }
 
 /* Clips the box of leaves to those that hold voxels of the region. */

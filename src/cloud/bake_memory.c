@@ -129,13 +129,14 @@ neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks
   const double library = fmin(need.tree, vdb_library_bytes), share = marks->share;
   const double likely =
       share * need.leaves + fmax(need.work, fmax(library + share * (need.tree - library), share * need.bricks));
-  np_log(bake->context, NEPH_LOG_INFO, "cloud: needs about %.2g GB of memory, at most %.2g GB", likely * 1e-9,
-         bytes * 1e-9);
+  const neph_cloud_desc *cloud = &bake->model.desc;
+  np_log(bake->context, NEPH_LOG_INFO, "%s: needs about %.2g GB of memory, at most %.2g GB", np_cloud_desc_name(cloud),
+         likely * 1e-9, bytes * 1e-9);
   const double machine = (double)np_memory_size(), asked = (double)bake->desc.memory_max_bytes;
   if (bytes <= fmin(machine, asked)) return NEPH_OK;
   return np_fail(bake->context, NEPH_ERROR_LIMIT,
-                 "cloud: the bake may need %.3g GB, must be at most %.3g GB%s: enlarge voxel_m, which is %g, lessen "
-                 "extent_m, or bake a region",
-                 bytes * 1e-9, fmin(machine, asked) * 1e-9, machine < asked ? ", which this machine has" : "",
-                 bake->model.desc.voxel_m);
+                 "%s: the bake may need %.3g GB, must be at most %.3g GB%s: enlarge voxel, which is %g m, lessen "
+                 "extent, or bake a region",
+                 np_cloud_desc_name(cloud), bytes * 1e-9, fmin(machine, asked) * 1e-9,
+                 machine < asked ? ", which this machine has" : "", cloud->voxel_m);
 }

@@ -11,41 +11,42 @@ typedef enum range_kind { INCLUSIVE, ABOVE_LOW } range_kind;
 
 typedef struct real_field {
   const char *name;
+  const char *key, *unit; /* of messages: as a scene says it */
   size_t offset;
   int count;
   double low, high;
   range_kind kind;
 } real_field;
 
-#define FIELD(name, count, low, high, kind)                                                                            \
-  { #name, offsetof(neph_cloud_desc, name), count, low, high, kind }
+#define FIELD(name, key, unit, count, low, high, kind)                                                                 \
+  { #name, key, unit, offsetof(neph_cloud_desc, name), count, low, high, kind }
 
 /* Limits are far beyond any cloud, and near enough to keep lengths exact in float to a few centimetres. */
 static const real_field fields[] = {
-    FIELD(extent_m, 2, 0, 1e6, ABOVE_LOW),
-    FIELD(center_m, 2, -1e6, 1e6, INCLUSIVE),
-    FIELD(base_altitude_m, 1, -1000, 1e5, INCLUSIVE),
-    FIELD(thickness_m, 1, 0, 1e5, ABOVE_LOW),
-    FIELD(voxel_m, 1, 0, 1e5, ABOVE_LOW),
-    FIELD(coverage, 1, 0, 1, INCLUSIVE),
-    FIELD(cell_m, 1, 0, 1e6, ABOVE_LOW),
-    FIELD(type, 1, 0, 1, INCLUSIVE),
-    FIELD(billow_m, 1, 0, 1e5, ABOVE_LOW),
-    FIELD(billowiness, 1, 0, 1, INCLUSIVE),
-    FIELD(erosion, 1, 0, 1, INCLUSIVE),
-    FIELD(wispiness, 1, 0, 1, INCLUSIVE),
-    FIELD(turbulence, 1, 0, 1, INCLUSIVE),
-    FIELD(skew_m, 2, -1e5, 1e5, INCLUSIVE),
-    FIELD(extinction_per_m, 1, 0, 100, ABOVE_LOW),
-    FIELD(softness, 1, 0, 1, INCLUSIVE),
-    FIELD(stretch, 1, 1, 100, INCLUSIVE),
-    FIELD(anvil, 1, 0, 1, INCLUSIVE),
-    FIELD(precipitation, 1, 0, 1, INCLUSIVE),
-    FIELD(profile, NEPH_CLOUD_PROFILE_POINTS, 0, 1, INCLUSIVE),
-    FIELD(wind_m_s, 2, -200, 200, INCLUSIVE),
-    FIELD(time_s, 1, -1e6, 1e6, INCLUSIVE),
-    FIELD(lifetime_s, 1, 0, 1e9, ABOVE_LOW),
-    FIELD(map_size_m, 2, 0, 1e7, ABOVE_LOW),
+    FIELD(extent_m, "extent", " m", 2, 0, 1e6, ABOVE_LOW),
+    FIELD(center_m, "center", " m", 2, -1e6, 1e6, INCLUSIVE),
+    FIELD(base_altitude_m, "base", " m", 1, -1000, 1e5, INCLUSIVE),
+    FIELD(thickness_m, "thickness", " m", 1, 0, 1e5, ABOVE_LOW),
+    FIELD(voxel_m, "voxel", " m", 1, 0, 1e5, ABOVE_LOW),
+    FIELD(coverage, "coverage", "", 1, 0, 1, INCLUSIVE),
+    FIELD(cell_m, "cell", " m", 1, 0, 1e6, ABOVE_LOW),
+    FIELD(type, "type", "", 1, 0, 1, INCLUSIVE),
+    FIELD(billow_m, "billow", " m", 1, 0, 1e5, ABOVE_LOW),
+    FIELD(billowiness, "billowiness", "", 1, 0, 1, INCLUSIVE),
+    FIELD(erosion, "erosion", "", 1, 0, 1, INCLUSIVE),
+    FIELD(wispiness, "wispiness", "", 1, 0, 1, INCLUSIVE),
+    FIELD(turbulence, "turbulence", "", 1, 0, 1, INCLUSIVE),
+    FIELD(skew_m, "skew", " m", 2, -1e5, 1e5, INCLUSIVE),
+    FIELD(extinction_per_m, "extinction", " 1/m", 1, 0, 100, ABOVE_LOW),
+    FIELD(softness, "softness", "", 1, 0, 1, INCLUSIVE),
+    FIELD(stretch, "stretch", "", 1, 1, 100, INCLUSIVE),
+    FIELD(anvil, "anvil", "", 1, 0, 1, INCLUSIVE),
+    FIELD(precipitation, "precipitation", "", 1, 0, 1, INCLUSIVE),
+    FIELD(profile, "profile", "", NEPH_CLOUD_PROFILE_POINTS, 0, 1, INCLUSIVE),
+    FIELD(wind_m_s, "wind", " m/s", 2, -200, 200, INCLUSIVE),
+    FIELD(time_s, "time", " s", 1, -1e6, 1e6, INCLUSIVE),
+    FIELD(lifetime_s, "lifetime", " s", 1, 0, 1e9, ABOVE_LOW),
+    FIELD(map_size_m, "map.size", " m", 2, 0, 1e7, ABOVE_LOW),
 };
 
 enum { FIELD_COUNT = sizeof fields / sizeof *fields };
@@ -64,8 +65,9 @@ static neph_result check_field(neph_context *context, const neph_cloud_desc *des
     if (is_inside(field, values[i])) continue;
     char index[16] = "";
     if (field->count > 1) snprintf(index, sizeof index, "[%d]", i);
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: %s%s is %g, must be in %c%g, %g]", field->name, index,
-                   values[i], field->kind == ABOVE_LOW ? '(' : '[', field->low, field->high);
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s.%s%s is %g%s, must be in %c%g, %g]%s",
+                   np_cloud_desc_name(desc), field->key, index, values[i], field->unit,
+                   field->kind == ABOVE_LOW ? '(' : '[', field->low, field->high, field->unit);
   }
   return NEPH_OK;
 }
@@ -75,10 +77,11 @@ static neph_result check_profile(neph_context *context, const neph_cloud_desc *d
   for (int i = 1; i < NEPH_CLOUD_PROFILE_POINTS; i++)
     if (profile[i] < profile[i - 1])
       return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                     "cloud: profile[%d] is %g, must not be below profile[%d], which is %g: a profile never falls", i,
-                     profile[i], i - 1, profile[i - 1]);
+                     "%s.profile[%d] is %g, must not be below profile[%d], which is %g: a profile never falls",
+                     np_cloud_desc_name(desc), i, profile[i], i - 1, profile[i - 1]);
   if (profile[NEPH_CLOUD_PROFILE_POINTS - 1] > 0) return NEPH_OK;
-  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: profile is 0 at the top, must be above it");
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s.profile is 0 at the top, must be above it",
+                 np_cloud_desc_name(desc));
 }
 
 static const char *const models[] = {
@@ -88,10 +91,11 @@ enum { MODEL_COUNT = sizeof models / sizeof *models };
 
 static neph_result check_model(neph_context *context, const neph_cloud_desc *desc) {
   if ((unsigned)desc->model >= MODEL_COUNT)
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: model is %d, must be cells (0), slab (1) or hero (2)",
-                   (int)desc->model);
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s.model is %d, must be cells (0), slab (1) or hero (2)",
+                   np_cloud_desc_name(desc), (int)desc->model);
   if (desc->sublayers >= 1 && desc->sublayers <= 16) return NEPH_OK;
-  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: sublayers is %u, must be in [1, 16]", desc->sublayers);
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s.sublayers is %u, must be in [1, 16]",
+                 np_cloud_desc_name(desc), desc->sublayers);
 }
 
 /* A picture and its channels come together. */
@@ -99,14 +103,12 @@ static neph_result check_map(neph_context *context, const neph_cloud_desc *desc)
   int q = 0;
   while (q < NEPH_CLOUD_MAP_QUANTITY_COUNT && !desc->map_channels[q]) q++;
   if (desc->map_file && q == NEPH_CLOUD_MAP_QUANTITY_COUNT)
-    return np_fail(
-        context, NEPH_ERROR_INVALID_ARGUMENT,
-        "cloud: the map %s has no channel that is used, must have one for coverage, type, base, thickness or "
-        "precipitation",
-        desc->map_file);
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "%s.map uses no channel of %s, must have one for coverage, type, base, thickness or precipitation",
+                   np_cloud_desc_name(desc), desc->map_file);
   if (!desc->map_file && q < NEPH_CLOUD_MAP_QUANTITY_COUNT)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "cloud: the map's %s is channel %s of no picture, must have a map_file",
+                   "%s.map.%s is channel %s of no picture, must come with an EXR or PNG", np_cloud_desc_name(desc),
                    np_cloud_map_quantity_get_name((neph_cloud_map_quantity)q), desc->map_channels[q]);
   return NEPH_OK;
 }

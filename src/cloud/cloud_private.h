@@ -26,6 +26,9 @@ typedef enum np_cloud_stream {
 
 /* ---- Descriptions: cloud_desc.c ---- */
 
+/* What messages begin with: "clouds[0].bake". */
+static inline const char *np_cloud_desc_name(const neph_cloud_desc *desc) { return desc->name ? desc->name : "cloud"; }
+
 /* Copies a caller's description (NULL: the defaults) and checks every field. */
 neph_result np_cloud_desc_read(neph_context *context, const neph_cloud_desc *desc, neph_cloud_desc *out_desc);
 

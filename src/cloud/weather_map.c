@@ -120,8 +120,9 @@ static neph_result choose_texels(np_weather_map *map, const neph_cloud_desc *des
     const double count = ceil(desc->extent_m[i] / (double)map->step_m) + 2;
     if (count > TEXELS_MAX)
       return np_fail(map->context, NEPH_ERROR_LIMIT,
-                     "cloud: extent_m[%d] is %g, must be at most %g times cell_m, which is %g: enlarge cell_m", i,
-                     desc->extent_m[i], (double)(TEXELS_MAX - 2) / TEXELS_PER_CELL, desc->cell_m);
+                     "%s.extent[%d] is %g m, must be at most %g times cell, which is %g m: enlarge cell",
+                     np_cloud_desc_name(desc), i, desc->extent_m[i], (double)(TEXELS_MAX - 2) / TEXELS_PER_CELL,
+                     desc->cell_m);
     map->size[i] = (int32_t)count;
     map->origin_m[i] = -0.5f * (float)(map->size[i] - 1) * map->step_m;
   }

@@ -310,6 +310,8 @@ static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigne
   neph_result result = apply_element(applier, list, index, node, cloud);
   if (result) return result;
   if (!cloud->name) cloud->name = np_alloc_printf(applier->context, "cloud%u", index);
+  snprintf(cloud->bake_name, sizeof cloud->bake_name, "%s[%u].bake", list->path, index);
+  cloud->bake.name = cloud->bake_name;
   if (cloud->has_top) cloud->bake.thickness_m = cloud->top_m - cloud->bake.base_altitude_m;
   cloud->phase = make_phase(&cloud->phase_source);
   return cloud->name ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;

@@ -197,7 +197,7 @@ static neph_result check_output(const neph_scene *scene) {
                           ldexp(0.5, exponent));
 }
 
-neph_result np_scene_check(const neph_scene *scene) {
+neph_result neph_scene_check(const neph_scene *scene) {
   static neph_result (*const checks[])(const neph_scene *) = {check_place,  check_sun,     check_moon,
                                                               check_stars,  check_camera,  np_scene_air_check,
                                                               check_clouds, check_terrain, check_output};

@@ -137,6 +137,7 @@ typedef struct np_scene_cloud {
   bool is_baked;
   char *preset; /* of the bake; NULL: none */
   neph_cloud_desc bake;
+  char bake_name[24]; /* its key, for messages: "clouds[0].bake" */
   bool has_top; /* then the thickness of the bake follows from it */
   double top_m;
   double frame_time_s; /* of the bake, from frame to frame */
@@ -256,10 +257,6 @@ struct neph_scene {
 
 /* The bake of a cloud as it is in a frame; 1 is at the bake's own time. */
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame);
-
-/* What no single key can tell: whether each cloud has a source and a density unit, a terrain its kind, a camera a
- * direction. Loading ends with it; a scene put together by neph_scene_set passes it when it is planned. */
-neph_result np_scene_check(const neph_scene *scene);
 
 /* The space of a scene's pictures: unless it is said, bands for three wavelengths and Rec.709 for more. */
 np_color_space np_scene_get_color_space(const neph_scene *scene);

@@ -168,11 +168,11 @@ static neph_result check_ridges(neph_context *context, const neph_ridges_desc *r
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "ridges sample_count is %u, must be in [2, %d]",
                    ridges->sample_count, NP_HEIGHTFIELD_SAMPLES_MAX);
   if (!(ridges->relief_m >= 0 && ridges->relief_m <= 1e5))
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "ridges relief_m is %g, must be in [0, 1e5]",
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "ridges: relief is %g m, must be in [0, 1e5] m",
                    ridges->relief_m);
   const double finest_m = 2.0 * desc->width_m / (ridges->sample_count - 1);
   if (!(ridges->ridge_m >= finest_m) || isinf(ridges->ridge_m))
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "ridges ridge_m is %g, must be at least two samples (%g m)",
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "ridges: ridge is %g m, must be at least two samples (%g m)",
                    ridges->ridge_m, finest_m);
   return NEPH_OK;
 }

@@ -41,7 +41,7 @@ static neph_result check_desc(neph_context *context, const neph_terrain_desc *de
                    desc->planet_radius_m);
   if (!(desc->width_m > 0 && desc->width_m <= desc->planet_radius_m))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "terrain width_m is %g, must be above 0 and at most the planet's radius", desc->width_m);
+                   "terrain.width is %g m, must be above 0 and at most the planet's radius", desc->width_m);
   if (!(fabs(desc->latitude_rad) <= 0.5 * NP_PI) || !isfinite(desc->longitude_rad))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "terrain place is at latitude %g, longitude %g rad, must be in [-pi/2, pi/2] and finite",

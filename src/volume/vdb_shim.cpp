@@ -32,6 +32,11 @@ namespace {
 
 struct Cancelled {};
 
+/* A callback has failed, and has said why. */
+struct AlreadyTold {
+  neph_result result;
+};
+
 struct Failure {
   neph_result result;
   std::string message;
@@ -70,6 +75,8 @@ template <typename Work> neph_result guarded(np_vdb_error *error, Direction dire
     return NEPH_OK;
   } catch (const Cancelled &) {
     return report(error, NEPH_ERROR_CANCELLED, "%s", "cancelled");
+  } catch (const AlreadyTold &told) {
+    return report(error, told.result, "%s", "");
   } catch (const Failure &failure) {
     return report(error, failure.result, "%s", failure.message.c_str());
   } catch (const std::bad_alloc &) {
@@ -301,12 +308,12 @@ openvdb::GridBase::Ptr read_whole(np_vdb_file &file, const Entry &entry) {
   throw Failure{NEPH_ERROR_BAD_FILE, "grid '" + entry.name + "' shares the voxels of a grid that is not in the file"};
 }
 
-void check_memory(const void *block) {
-  if (!block) throw std::bad_alloc();
+void check_room(const void *block) {
+  if (!block) throw AlreadyTold{NEPH_ERROR_OUT_OF_MEMORY};
 }
 
 void check_result(neph_result result) {
-  if (result) throw std::bad_alloc();
+  if (result) throw AlreadyTold{result};
 }
 
 template <typename Number> float get_component(const Number &value, int) { return static_cast<float>(value); }
@@ -319,7 +326,7 @@ template <typename LeafType> void copy_leaf(const LeafType &leaf, int component,
   static_assert(LeafType::SIZE == NP_LEAF_SIZE, "leaves of 8³ voxels in the same order");
   const openvdb::Coord origin = leaf.origin();
   np_leaf *out = sink.add_leaf(sink.grid, origin.data());
-  check_memory(out);
+  check_room(out);
   const auto *values = leaf.buffer().data();
   for (int n = 0; n < NP_LEAF_SIZE; n++) out->values[n] = get_component(values[n], component);
   for (openvdb::Index word = 0; word < 8; word++)
@@ -343,7 +350,7 @@ void copy_tree(const TreeType &tree, int component, const np_vdb_sink &sink, con
     if (!value.isValueOn() && is_same(number, sink.grid->background)) continue;
     canceller.poll();
     const openvdb::CoordBBox box = value.getBoundingBox();
-    check_memory(sink.add_tile(sink.grid, box.min().data(), box.dim().x(), number, value.isValueOn()));
+    check_room(sink.add_tile(sink.grid, box.min().data(), box.dim().x(), number, value.isValueOn()));
   }
 }
 

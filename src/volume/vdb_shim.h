@@ -20,7 +20,7 @@ extern "C" {
 
 typedef struct np_vdb_file np_vdb_file; /* an open file: its grids' headers */
 
-/* One message for the caller to report; the shim never logs by itself. */
+/* One message for the caller to report; the shim never logs by itself. Empty: a callback failed, and has said why. */
 typedef struct np_vdb_error {
   neph_result result;
   char message[480];

@@ -11,7 +11,7 @@ static int is_cancelled(void *monitor) { return np_monitor_is_cancelled(monitor)
 /* ---- Reading ---- */
 
 neph_result np_volume_file_fail(const np_volume_file *file, const np_vdb_error *error) {
-  if (error->result == NEPH_ERROR_CANCELLED) return NEPH_ERROR_CANCELLED;
+  if (error->result == NEPH_ERROR_CANCELLED || !error->message[0]) return error->result;
   return np_fail(file->context, error->result, "%s: %s", file->path, error->message);
 }
 
