@@ -15,7 +15,7 @@ static const char scene_text[] =
     "sun: {elevation: 30 deg, azimuth: 110 deg}\n"
     "clouds:\n"
     "  - name: cumulus\n"
-    "    bake: {preset: cumulus_mediocris, seed: 4, extent: [3 km, 3 km], base: 1200 m, voxel: 90 m, coverage: 0.6}\n"
+    "    bake: {preset: cumulus_mediocris, seed: 4, extent: [2 km, 2 km], base: 1200 m, voxel: 100 m, coverage: 0.6}\n"
     "terrain: {ridges: {samples: 129, relief: 700 m}, width: 20 km}\n"
     "render: {samples: 17}\n"
     "output: {aovs: [background, terrain, air, sun, sky, ground, multiple, transmittance, distance]}\n";

@@ -94,8 +94,10 @@ static double measure_error(const fixture *f) {
   return sqrt(squares / count);
 }
 
-/* Inside a homogeneous block, two metres off its faces, the depth is its extinction times the way out: light within
- * thrice the tolerance, which is of a cell's mean; from outside, where nothing is interpolated along the ray, 1e-3. */
+/* Inside a homogeneous block, two metres off its faces, the depth is its extinction times the way out, to sums of
+ * floats. Cells at the lit face, from 24 to 32 m, keep the straight line through their ends. A cell's bend is the mean
+ * over three axes, and one alone bends here: √3 times the tolerance in the middle; at 29 m the line is 5/4 as far off,
+ * and the light e^0.2 as bright: 2.65 times. From outside, where nothing is interpolated along the ray, 1e-3. */
 static void depth_of_a_block_is_its_length(void **state) {
   (void)state;
   fixture f = {0};
@@ -107,7 +109,7 @@ static void depth_of_a_block_is_its_length(void **state) {
     const np_dvec3 place =
         np_dvec3_make(10.0 + 19.0 * np_random_double(&random), 19.5, 10.0 + 19.0 * np_random_double(&random));
     assert_near((double)np_transmittance(look_up(&f, place, f.view.to_sun)), exp(-0.2 * (31.5 - place.z)),
-                3.0 * (double)f.desc.tolerance);
+                place.z < 24.0 ? 1e-6 : 2.65 * (double)f.desc.tolerance);
   }
   assert_near((double)look_up(&f, np_dvec3_make(19.5, 19.5, -1e5), f.view.to_sun), 0.2 * 24.0, 1e-3);
   assert_near((double)look_up(&f, np_dvec3_make(19.5, 19.5, 50.0), f.view.to_sun), 0.0, 0.0);
