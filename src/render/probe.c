@@ -6,10 +6,9 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "core/csv.h"
 #include "core/units.h"
+#include "render/probe_run.h"
 #include "render/probe_slab.h"
-#include "render/probe_text.h"
 
 typedef enum column {
   COLUMN_QUANTITY,
@@ -98,8 +97,10 @@ static neph_result read_row(const probe *p, size_t row, slab_row *out) {
   return NEPH_OK;
 }
 
-static neph_result read_rows(probe *p) {
-  neph_result result = find_columns(p);
+static neph_result read_rows(void *slabs) {
+  probe *p = slabs;
+  p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
+  neph_result result = p->rows ? find_columns(p) : NEPH_ERROR_OUT_OF_MEMORY;
   for (size_t i = 0; !result && i < p->csv.row_count; i++) result = read_row(p, i, &p->rows[i]);
   return result;
 }
@@ -138,7 +139,8 @@ static neph_result answer_row(probe *p, size_t row) {
   return result;
 }
 
-static neph_result answer_rows(probe *p) {
+static neph_result answer_rows(void *slabs) {
+  probe *p = slabs;
   np_monitor_set_stage(&p->monitor, "probing slabs");
   const double count = (double)p->csv.row_count;
   neph_result result = NEPH_OK;
@@ -183,17 +185,7 @@ static void print_rows(FILE *out, const void *user) {
   for (size_t i = 0; i < p->csv.row_count; i++) print_row(out, &p->csv.rows[i], &p->rows[i], has_flux, has_radiance);
 }
 
-static neph_result run(probe *p, const char *cases_path, char **out_text) {
-  neph_result result = np_csv_load(p->context, strcmp(cases_path, "-") ? cases_path : "/dev/stdin", &p->csv);
-  if (result) return result;
-  p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
-  result = p->rows ? read_rows(p) : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) result = answer_rows(p);
-  if (!result) result = np_probe_write_text(p->context, print_rows, p, out_text);
-  np_alloc_free(p->context, p->rows);
-  np_csv_clear(&p->csv);
-  return result;
-}
+static const np_probe_kind slab_probe = {read_rows, answer_rows, print_rows};
 
 neph_result neph_probe_slab(neph_context *context, const char *cases_path, const neph_probe_desc *desc,
                             char **out_text) {
@@ -208,9 +200,7 @@ neph_result neph_probe_slab(neph_context *context, const char *cases_path, const
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: target_error is %g, must be above 0",
                    p.desc.target_error);
   np_monitor_start(&p.monitor, context, p.desc.progress, p.desc.progress_user);
-  const unsigned mode = np_float_mode_enter();
-  result = run(&p, cases_path, out_text);
-  np_float_mode_leave(mode);
-  /* Here a damaged table is a bad question, not a bad file. */
-  return result == NEPH_ERROR_BAD_FILE ? NEPH_ERROR_BAD_SCENE : result;
+  result = np_probe_run(context, cases_path, &slab_probe, &p, &p.csv, out_text);
+  np_alloc_free(context, p.rows);
+  return result;
 }

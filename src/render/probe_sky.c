@@ -6,9 +6,8 @@
 
 #include "atmosphere/sky_question.h"
 #include "core/alloc.h"
-#include "core/csv.h"
 #include "core/file.h"
-#include "render/probe_text.h"
+#include "render/probe_run.h"
 #include "scene/scene_private.h"
 
 typedef enum column {
@@ -215,8 +214,10 @@ static neph_result read_row(probe *p, size_t row, sky_row *out) {
   return result;
 }
 
-static neph_result read_rows(probe *p) {
-  neph_result result = find_columns(p);
+static neph_result read_rows(void *skies) {
+  probe *p = skies;
+  p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
+  neph_result result = p->rows ? find_columns(p) : NEPH_ERROR_OUT_OF_MEMORY;
   for (size_t i = 0; !result && i < p->csv.row_count; i++) result = read_row(p, i, &p->rows[i]);
   return result;
 }
@@ -249,7 +250,8 @@ static neph_result call_witness(probe *p, const sky_row *row) {
                                      &p->witness.atmosphere);
 }
 
-static neph_result answer_rows(probe *p) {
+static neph_result answer_rows(void *skies) {
+  probe *p = skies;
   np_monitor_set_stage(&p->monitor, "probing skies");
   const double count = (double)p->csv.row_count;
   neph_result result = NEPH_OK;
@@ -278,17 +280,7 @@ static void print_rows(FILE *out, const void *user) {
   }
 }
 
-static neph_result run(probe *p, const char *cases_path, char **out_text) {
-  neph_result result = np_csv_load(p->context, strcmp(cases_path, "-") ? cases_path : "/dev/stdin", &p->csv);
-  if (result) return result;
-  p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
-  result = p->rows ? read_rows(p) : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) result = answer_rows(p);
-  if (!result) result = np_probe_write_text(p->context, print_rows, p, out_text);
-  np_alloc_free(p->context, p->rows);
-  np_csv_clear(&p->csv);
-  return result;
-}
+static const np_probe_kind sky_probe = {read_rows, answer_rows, print_rows};
 
 neph_result neph_probe_sky(neph_context *context, const char *cases_path, const neph_probe_sky_desc *desc,
                            char **out_text) {
@@ -306,8 +298,8 @@ neph_result neph_probe_sky(neph_context *context, const char *cases_path, const 
   if (result) return result;
   p.earth_count = NAMED_COUNT;
   np_monitor_start(&p.monitor, context, p.desc.progress, p.desc.progress_user);
-  result = run(&p, cases_path, out_text);
+  result = np_probe_run(context, cases_path, &sky_probe, &p, &p.csv, out_text);
   for (int i = 0; i < p.scene_count; i++) neph_scene_destroy(p.scenes[i]);
-  /* Here a damaged table is a bad question, not a bad file. */
-  return result == NEPH_ERROR_BAD_FILE ? NEPH_ERROR_BAD_SCENE : result;
+  np_alloc_free(context, p.rows);
+  return result;
 }

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The frame of a probe: a table of cases is read, answered, and written with its answers as one text. */
+#ifndef NP_RENDER_PROBE_RUN_H
+#define NP_RENDER_PROBE_RUN_H
+
+#include <stdio.h>
+
+#include "core/csv.h"
+
+/* What a kind of probe does, `probe` being its own. */
+typedef struct np_probe_kind {
+  neph_result (*read)(void *probe); /* all cases of the table */
+  neph_result (*answer)(void *probe);
+  void (*print)(FILE *out, const void *probe);
+} np_probe_kind;
+
+/* Loads the table at `path`, "-" being standard input, and does all three; the text is to be freed with
+ * neph_text_destroy. The table is cleared at the end. */
+neph_result np_probe_run(neph_context *context, const char *path, const np_probe_kind *kind, void *probe, np_csv *csv,
+                         char **out_text);
+
+#endif
