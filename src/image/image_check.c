@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Whether the values of an image can stand in a file. What halves would lose is an error that names the scale to use.
- */
+/* Whether the values of an image can stand in a file, and a file be believed. What halves would lose is an error that
+ * names the scale to use. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -118,4 +118,17 @@ neph_result np_image_check_values(const neph_image *image, const char *path, nep
   if (pixel_type == NEPH_PIXEL_FLOAT || !brightest) return NEPH_OK;
   if (brightest_scan.largest >= half_overflow) return fail_overflow(image, path, brightest, &brightest_scan);
   return check_darkness(image, path, brightest_scan.largest);
+}
+
+neph_result np_image_check_claims(neph_context *context, const char *path, int64_t width, int64_t height,
+                                  int channel_count) {
+  const bool is_allowed = width >= 1 && width <= NP_IMAGE_SIDE_MAX && height >= 1 && height <= NP_IMAGE_SIDE_MAX &&
+                          channel_count >= 1 && channel_count <= NP_IMAGE_CHANNELS_MAX;
+  if (is_allowed && (uint64_t)(width * height * channel_count) * sizeof(float) <= NP_IMAGE_BYTES_MAX) return NEPH_OK;
+  return np_fail(
+      context, NEPH_ERROR_BAD_FILE,
+      "%s: claims %lld × %lld pixels of %d channels, must be 1 to %d each way, 1 to %d channels, and at most "
+      "%d GiB in memory",
+      path, (long long)width, (long long)height, channel_count, NP_IMAGE_SIDE_MAX, NP_IMAGE_CHANNELS_MAX,
+      (int)(NP_IMAGE_BYTES_MAX >> 30));
 }

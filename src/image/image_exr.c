@@ -350,18 +350,9 @@ static neph_result open_file(exr_file *file) {
   return code ? fail_read(file, code) : NEPH_OK;
 }
 
-/* Before anything is allocated for what a header claims. */
-static neph_result check_claims(exr_file *file, const exr_attr_box2i_t *window, int channel_count) {
-  int64_t width = (int64_t)window->max.x - window->min.x + 1, height = (int64_t)window->max.y - window->min.y + 1;
-  bool is_allowed = width >= 1 && width <= NP_IMAGE_SIDE_MAX && height >= 1 && height <= NP_IMAGE_SIDE_MAX &&
-                    channel_count >= 1 && channel_count <= NP_IMAGE_CHANNELS_MAX;
-  if (is_allowed && (uint64_t)(width * height * channel_count) * sizeof(float) <= NP_IMAGE_BYTES_MAX) return NEPH_OK;
-  return np_fail(
-      file->context, NEPH_ERROR_BAD_FILE,
-      "%s: claims %lld × %lld pixels of %d channels, must be 1 to %d each way, 1 to %d channels, and at most "
-      "%d GiB in memory",
-      file->path, (long long)width, (long long)height, channel_count, NP_IMAGE_SIDE_MAX, NP_IMAGE_CHANNELS_MAX,
-      (int)(NP_IMAGE_BYTES_MAX >> 30));
+static neph_result check_claims(const exr_file *file, const exr_attr_box2i_t *window, int channel_count) {
+  return np_image_check_claims(file->context, file->path, (int64_t)window->max.x - window->min.x + 1,
+                               (int64_t)window->max.y - window->min.y + 1, channel_count);
 }
 
 static const char *name_pixel_type(exr_pixel_type_t type) {

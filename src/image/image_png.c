@@ -106,16 +106,10 @@ static void fail_reading(png_reader *reader, neph_result result) {
 }
 
 static void check_size(png_reader *reader, unsigned channel_count) {
-  uint64_t width = png_get_image_width(reader->png, reader->info),
-           height = png_get_image_height(reader->png, reader->info);
-  if (width > NP_IMAGE_SIDE_MAX || height > NP_IMAGE_SIDE_MAX ||
-      width * height * channel_count * sizeof(float) > NP_IMAGE_BYTES_MAX)
-    fail_reading(reader,
-                 np_fail(reader->context, NEPH_ERROR_BAD_FILE,
-                         "%s: claims %llu × %llu pixels of %u channels, must be at most %d each way and %d GiB in "
-                         "memory",
-                         reader->path, (unsigned long long)width, (unsigned long long)height, channel_count,
-                         NP_IMAGE_SIDE_MAX, (int)(NP_IMAGE_BYTES_MAX >> 30)));
+  const neph_result result =
+      np_image_check_claims(reader->context, reader->path, png_get_image_width(reader->png, reader->info),
+                            png_get_image_height(reader->png, reader->info), (int)channel_count);
+  if (result) fail_reading(reader, result);
 }
 
 /* Palettes become colour, 1 to 4 bits become 8, a transparent colour becomes alpha; samples of 16 bits come in the

@@ -70,6 +70,10 @@ int np_image_get_data_min(const neph_image *image, int axis);
 /* Whether the image can be written with pixels of a type, as neph_image_save_exr promises; tells of NaN. */
 neph_result np_image_check_values(const neph_image *image, const char *path, neph_pixel_type pixel_type);
 
+/* Whether a file may be believed that claims so large a picture, before anything is allocated for it. */
+neph_result np_image_check_claims(neph_context *context, const char *path, int64_t width, int64_t height,
+                                  int channel_count);
+
 /* What an OpenEXR file says of itself beside what an image keeps. */
 typedef struct np_image_exr_info {
   const char *storage, *compression;

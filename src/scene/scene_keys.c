@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_keys.h"
 
-#include <string.h>
-
 #include "image/wavelengths.h"
 
 #define SCENE(member) {offsetof(neph_scene, member), sizeof(((neph_scene *)0)->member)}
@@ -572,71 +570,3 @@ static const size_t key_count = sizeof keys / sizeof *keys;
 size_t np_key_count(void) { return key_count; }
 
 const np_key *np_key_get(size_t index) { return &keys[index]; }
-
-/* ---- Paths ---- */
-
-const char *np_key_get_name(const np_key *key) {
-  const char *dot = strrchr(key->path, '.');
-  return dot ? dot + 1 : key->path;
-}
-
-/* The length of a path without its last part, and without the "[]" of a list's elements. */
-static size_t find_parent_length(const np_key *key) {
-  const char *dot = strrchr(key->path, '.');
-  if (!dot) return 0;
-  size_t length = (size_t)(dot - key->path);
-  return length >= 2 && !strncmp(key->path + length - 2, "[]", 2) ? length - 2 : length;
-}
-
-static bool is_child(const np_key *key, const np_key *section) {
-  size_t length = find_parent_length(key);
-  if (!section) return length == 0;
-  return strlen(section->path) == length && !strncmp(section->path, key->path, length);
-}
-
-const np_key *np_key_get_parent(const np_key *key) {
-  for (size_t i = 0; i < key_count; i++)
-    if (is_child(key, &keys[i])) return &keys[i];
-  return NULL;
-}
-
-const np_key *np_key_find(const np_key *section, const char *name) {
-  for (size_t i = 0; i < key_count; i++)
-    if (!strcmp(np_key_get_name(&keys[i]), name) && is_child(&keys[i], section)) return &keys[i];
-  return NULL;
-}
-
-const np_key *np_key_get_list(const np_key *key) {
-  const char *brackets = strstr(key->path, "[].");
-  for (size_t i = 0; brackets && i < key_count; i++) {
-    const size_t length = strlen(keys[i].path);
-    if (key->path + length == brackets && !strncmp(keys[i].path, key->path, length)) return &keys[i];
-  }
-  return NULL;
-}
-
-bool np_key_is_text(const np_key *key) {
-  return key->type == NP_KEY_TEXT || key->type == NP_KEY_FILE || key->type == NP_KEY_TIME || key->type == NP_KEY_PRESET;
-}
-
-bool np_key_excludes(const np_key *a, const np_key *b) {
-  return a->group && a->group == b->group && a->alternative != b->alternative;
-}
-
-unsigned np_key_count_values(const np_key *key) {
-  switch (key->type) {
-    case NP_KEY_REAL: return (unsigned)(key->field.size / sizeof(double));
-    case NP_KEY_INTEGER: return (unsigned)(key->field.size / sizeof(unsigned));
-    case NP_KEY_SECTION:
-    case NP_KEY_LIST:
-    case NP_KEY_SEED:
-    case NP_KEY_CHOICE:
-    case NP_KEY_FLAGS:
-    case NP_KEY_TEXT:
-    case NP_KEY_FILE:
-    case NP_KEY_TIME:
-    case NP_KEY_PRESET:
-    case NP_KEY_ROWS: break;
-  }
-  return 1;
-}
