@@ -209,7 +209,7 @@ static const option_row options[] = {
      .key = "render.integrator"},
     {"--method", 0, "NAME", CLI_PROBE, "of a sky: lut (default), march or trace", .take = take_text,
      .field = INTO(method)},
-    {"--paths", 0, "N", CLI_PROBE | CLI_SKY, "camera rays for each number asked for (default 65536)",
+    {"--paths", 0, "N", CLI_PROBE | CLI_SKY, "camera rays for each number asked for (default 65536, of a sky 4096)",
      .take = take_count, .field = INTO(path_count)},
     {"--target-error", 0, "X", CLI_RENDER | CLI_PROBE,
      "as many samples or paths as give a relative standard error of X", .take = take_real,
