@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "session.h"
 
@@ -70,12 +71,24 @@ static neph_result name_targets(const render_job *job, targets *out) {
   return result;
 }
 
+/* A cloud that is not on disk is baked to its file before the first pixel. */
+static cli_exit check_cloud(const render_job *job, unsigned index) {
+  const char *pattern = neph_scene_get_cloud_file(job->scene, index);
+  if (!pattern || !neph_scene_is_cloud_baked(job->scene, index)) return CLI_DONE;
+  char *path;
+  cli_exit exit = cli_exit_of(neph_frame_get_path(job->session->context, pattern, job->desc.frame, &path));
+  if (!exit && access(path, F_OK)) exit = cli_check_target(path);
+  neph_text_destroy(job->session->context, path);
+  return exit;
+}
+
 static cli_exit check_targets(render_job *job) {
   targets t;
   neph_result result = name_targets(job, &t);
   cli_exit exit = cli_exit_of(result);
   if (!exit && t.image) exit = cli_check_target(t.image);
   if (!exit && t.preview) exit = cli_check_target(t.preview);
+  for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(job->scene); i++) exit = check_cloud(job, i);
   free_targets(job, &t);
   return exit;
 }
