@@ -18,7 +18,8 @@
 
 /* What has been gathered for one lighting. */
 typedef struct np_step {
-  double begin, end;
+  double begin;
+  float length;
   unsigned count;
   const np_view_volume *volume[NP_VIEW_VOLUMES_MAX];
   float depth[NP_VIEW_VOLUMES_MAX]; /* optical depth of each in the step */
@@ -28,13 +29,14 @@ typedef struct np_step {
 
 /* Where a step ends: what it may still gather. */
 typedef struct np_step_knot {
-  double distance;     /* m */
+  float distance;      /* m */
   float budget;        /* of hiding times bound squared */
   float hiding, bound; /* gathered so far: depth, and what it would be at the densest point of each cell */
 } np_step_knot;
 
 static inline void np_step_open(np_step *step, const np_media *all, const np_stretch *s, double begin) {
-  step->begin = step->end = begin;
+  step->begin = begin;
+  step->length = 0.0f;
   step->count = s->count;
   for (unsigned i = 0; i < s->count; i++) {
     step->volume[i] = all->medium[s->active[i]].volume;
@@ -45,41 +47,42 @@ static inline void np_step_open(np_step *step, const np_media *all, const np_str
 
 /* Whether a stretch goes on where the step ends, but for rounding, with the same clouds. */
 static inline bool np_step_goes_on(const np_step *step, const np_media *all, const np_stretch *s) {
-  bool is_same = step->count == s->count && s->begin - step->end < 1e-6 * (s->end - s->begin);
+  const double gap = s->begin - (step->begin + (double)step->length);
+  bool is_same = step->count == s->count && gap < 1e-6 * ((double)step->length + (s->end - s->begin));
   for (unsigned i = 0; i < s->count && is_same; i++) is_same = step->volume[i] == all->medium[s->active[i]].volume;
   return is_same;
 }
 
 /* Adds a piece of constant extinction; `hiding` is its depth as steps count it. */
-static inline void np_step_add(np_step *step, const float *extinction, double length, float hiding) {
-  for (unsigned i = 0; i < step->count; i++) step->depth[i] += extinction[i] * (float)length;
+static inline void np_step_add(np_step *step, const float *extinction, float length, float hiding) {
+  for (unsigned i = 0; i < step->count; i++) step->depth[i] += extinction[i] * length;
   const float before = step->hiding + 0.5f * hiding;
   /* h·e^{−before}, and the mean place of what a piece hides, both to second order: pieces are thin, or steps of their
    * own.
    */
   const float weight = hiding / (1.0f + before + 0.5f * before * before);
-  const float place =
-      (float)(step->end - step->begin) + (float)length * (0.5f - np_minf(hiding, 2.0f) * (1.0f / 12.0f));
+  const float place = step->length + length * (0.5f - np_minf(hiding, 2.0f) * (1.0f / 12.0f));
   step->weight += weight;
   step->moment += weight * place;
   step->hiding += hiding;
-  step->end += length;
+  step->length += length;
 }
 
 static inline double np_step_middle(const np_step *step) {
-  return step->weight > 0.0f ? step->begin + (double)(step->moment / step->weight) : 0.5 * (step->begin + step->end);
+  return step->begin + (double)(step->weight > 0.0f ? step->moment / step->weight : 0.5f * step->length);
 }
 
-/* How far, at rates of both a metre, until hiding times bound squared has used up a knot's budget; Newton's method from
- * above, where it cannot miss. */
-static inline float np_step_room(const np_step_knot *knot, float hiding, float bound) {
-  float x = cbrtf(knot->budget / (hiding * bound * bound));
-  if (!(x < 1e30f)) return 1e30f;
-  for (int k = 0; k < 4; k++) {
+/* How far into a piece, at rates of both a metre, until hiding times bound squared has used up a knot's budget, which
+ * the whole piece would: Newton's method from above, where it cannot miss, from the piece's end or what a new step
+ * would take. */
+static inline float np_step_room(const np_step_knot *knot, float hiding, float bound, float length) {
+  const float whole = hiding * bound * bound * length * length * length;
+  float x = whole > 4.0f * knot->budget ? length * cbrtf(knot->budget / whole) : length;
+  for (int k = 0; k < 3; k++) {
     const float u = knot->hiding + hiding * x, v = knot->bound + bound * x;
     x -= (u * v * v - knot->budget) / (v * (hiding * v + 2.0f * bound * u));
   }
-  return np_maxf(x, 0.0f);
+  return np_clampf(x, 1e-7f * length, length); /* never nothing, whatever overflows */
 }
 
 /* The budget of a step behind a transmittance. */

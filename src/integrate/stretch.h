@@ -4,6 +4,7 @@
 #ifndef NP_INTEGRATE_STRETCH_H
 #define NP_INTEGRATE_STRETCH_H
 
+#include "integrate/integrator.h"
 #include "integrate/tracking.h"
 
 /* One cloud along the ray: its walk, and the cell that the walk is in or comes to next. */
@@ -72,32 +73,22 @@ static inline bool np_media_next(np_media *all, np_stretch *out) {
   return true;
 }
 
-/* Extinction in the middles of `count` equal pieces, `length` m each, from `t` on; at most NP_BRICK_LINE. */
-static inline void np_medium_fill_extinction(const np_medium *m, double t, double length, int count,
+/* Voxels a metre along each axis. */
+static inline np_vec3 np_medium_direction(const np_medium *m) {
+  return np_dvec3_to_float(np_dvec3_make(m->walk.direction[0], m->walk.direction[1], m->walk.direction[2]));
+}
+
+/* Extinction at `at[k]` metres behind t, as np_brick_sample_along(). */
+static inline void np_medium_fill_extinction(const np_medium *m, double t, const float at[NP_BRICK_LINE], int count,
                                              float out[NP_BRICK_LINE]) {
   const float per_value = m->volume->extinction_per_value;
   if (m->span.brick == NP_BRICK_NONE) {
     for (int k = 0; k < count; k++) out[k] = per_value * m->span.range.min;
     return;
   }
-  const np_vec3 begin = np_brick_walk_local(&m->walk, &m->span, t + 0.5 * length);
-  const np_vec3 end = np_brick_walk_local(&m->walk, &m->span, t + length * (count - 0.5));
-  const np_vec3 step = np_vec3_scale(np_vec3_subtract(end, begin), count > 1 ? 1.0f / (float)(count - 1) : 0.0f);
-  np_brick_sample_line(m->volume->bricks, m->span.brick, begin, step, count, out);
+  const np_vec3 begin = np_brick_walk_local(&m->walk, &m->span, t), along = np_medium_direction(m);
+  np_brick_sample_along(m->volume->bricks, m->span.brick, begin, along, at, count, out);
   for (int k = 0; k < count; k++) out[k] *= per_value;
-}
-
-/* Where the ray next comes to a face between samples, after t and not after t_end. */
-static inline double np_medium_find_face(const np_medium *m, double t, double t_end) {
-  const double least = 1e-6 / (double)m->voxels_per_m;
-  double nearest = t_end;
-  for (int a = 0; a < 3; a++) {
-    if (m->walk.inverse[a] == 0.0) continue;
-    const double position = m->walk.origin[a] + (t + least) * m->walk.direction[a];
-    const double below = np_brick_floor(position), face = m->walk.inverse[a] > 0.0 ? below + 1.0 : below;
-    nearest = fmin(nearest, fmax((face - m->walk.origin[a]) * m->walk.inverse[a], t + least));
-  }
-  return nearest;
 }
 
 /* Bound of the extinction in the medium's cell less its least, and that bound itself, 1/m. */

@@ -3,6 +3,8 @@
 #ifndef NP_LIGHT_MULTI_SCATTER_H
 #define NP_LIGHT_MULTI_SCATTER_H
 
+#include <string.h>
+
 #include "light/transport_grid.h"
 
 typedef struct np_multi_scatter_desc {
@@ -44,18 +46,20 @@ typedef struct np_light_moments {
   float value[NP_BAND_COUNT * NP_HARMONIC_COUNT_MAX];
 } np_light_moments;
 
+enum { NP_MOMENT_LANES = 16 }; /* numbers of harmonics are multiples of it */
+
 static inline void np_multi_scatter_add_cells(const np_multi_scatter *scatter, np_dvec3 position, unsigned width,
                                               float *sum) {
   int32_t live[8];
   float weight[8];
   const unsigned count = np_transport_grid_find(&scatter->grid, position, live, weight);
-  for (unsigned i = 0; i < width; i++) sum[i] = 0.0f;
-  for (unsigned c = 0; c < count; c++) {
-    const float *moments = scatter->moments + (size_t)live[c] * width, w = weight[c];
-    unsigned i = 0;
-    for (; i + 4 <= width; i += 4)
-      _mm_storeu_ps(sum + i, _mm_add_ps(_mm_loadu_ps(sum + i), _mm_mul_ps(_mm_set1_ps(w), _mm_loadu_ps(moments + i))));
-    for (; i < width; i++) sum[i] += w * moments[i];
+  for (unsigned first = 0; first < width; first += NP_MOMENT_LANES) {
+    float lanes[NP_MOMENT_LANES] = {0.0f};
+    for (unsigned c = 0; c < count; c++) {
+      const float *moments = scatter->moments + (size_t)live[c] * width + first;
+      for (unsigned k = 0; k < NP_MOMENT_LANES; k++) lanes[k] += weight[c] * moments[k];
+    }
+    memcpy(sum + first, lanes, sizeof lanes);
   }
 }
 
@@ -68,23 +72,39 @@ static inline void np_multi_scatter_gather(const np_multi_scatter *scatter, np_d
   }
 }
 
-/* Radiance times phase function, over all directions, that a cloud of this phase function throws to `harmonics`; what
- * counts as going straight on is left out. */
+/* What a cloud of a phase function throws of each moment to where `harmonics` are those of; what counts as going
+ * straight on is left out. */
+static inline void np_multi_scatter_fill_thrown(const np_scaled_phase *phase,
+                                                const float harmonics[NP_HARMONIC_COUNT_MAX],
+                                                float out[NP_HARMONIC_COUNT_MAX]) {
+  for (unsigned l = 0, i = 0; l <= phase->degree; l++)
+    for (; i < (l + 1) * (l + 1); i++) out[i] = phase->moments[l] * harmonics[i];
+}
+
+static inline float np_multi_scatter_sum(const float *moments, const float *thrown, unsigned count) {
+  float lanes[NP_MOMENT_LANES] = {0.0f};
+  for (unsigned first = 0; first < count; first += NP_MOMENT_LANES)
+    for (unsigned k = 0; k < NP_MOMENT_LANES; k++) lanes[k] += thrown[first + k] * moments[first + k];
+  for (unsigned k = 0; k < 8; k++) lanes[k] += lanes[k + 8];
+  for (unsigned k = 0; k < 4; k++) lanes[k] += lanes[k + 4];
+  return lanes[0] + lanes[2] + (lanes[1] + lanes[3]);
+}
+
+/* Radiance times phase function, over all directions, that a cloud throws. */
+static inline np_spectrum np_multi_scatter_throw(const np_light_moments *moments, unsigned degree,
+                                                 const float thrown[NP_HARMONIC_COUNT_MAX]) {
+  const unsigned count = np_harmonics_count(degree);
+  np_spectrum out;
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++)
+    out.band[b] = np_maxf(np_multi_scatter_sum(moments->value + b * count, thrown, count), 0.0f);
+  return out;
+}
+
 static inline np_spectrum np_multi_scatter_towards(const np_light_moments *moments, const np_scaled_phase *phase,
                                                    const float harmonics[NP_HARMONIC_COUNT_MAX]) {
-  const unsigned count = np_harmonics_count(phase->degree);
-  np_spectrum out;
-  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
-    const float *band = moments->value + b * count;
-    float sum = 0.0f;
-    for (unsigned l = 0, i = 0; l <= phase->degree; l++) {
-      float degree = 0.0f;
-      for (; i < (l + 1) * (l + 1); i++) degree += harmonics[i] * band[i];
-      sum += phase->moments[l] * degree;
-    }
-    out.band[b] = fmaxf(0.0f, sum);
-  }
-  return out;
+  float thrown[NP_HARMONIC_COUNT_MAX];
+  np_multi_scatter_fill_thrown(phase, harmonics, thrown);
+  return np_multi_scatter_throw(moments, phase->degree, thrown);
 }
 
 #endif

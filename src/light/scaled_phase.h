@@ -37,15 +37,31 @@ typedef struct np_peak_column {
 
 void np_scaled_phase_fill_column(const np_scaled_phase *scaled, float versine, np_peak_column *out);
 
-/* Phase value for sunlight that came through a depth of peak scattering `sun_depth` = w·f·τ and leaves through
- * `view_depth`; to be multiplied by what the scaled medium lets through on both legs. */
+/* Where between the nodes of its peak a column is asked for. */
+typedef struct np_peak_place {
+  unsigned lower;
+  float share; /* of the next node */
+} np_peak_place;
+
+static inline np_peak_place np_peak_place_find(float sun_depth) {
+  const float end = (float)(NP_PEAK_DEPTHS - 1);
+  const float x = np_minf(logf(1.0f + sun_depth * (1.0f / NP_PEAK_DEPTH_SCALE)) * (1.0f / NP_PEAK_DEPTH_RATE), end);
+  const unsigned lower = x < end - 1.0f ? (unsigned)x : NP_PEAK_DEPTHS - 2;
+  return (np_peak_place){lower, x - (float)lower};
+}
+
+/* Phase value for sunlight of which a depth of peak scattering w·f·τ, that of the place, lets `arriving` through, and
+ * that through which it leaves, `leaving`; to be multiplied by what the scaled medium lets through on both legs. */
+static inline float np_peak_column_mix(const np_peak_column *column, np_peak_place place, float arriving,
+                                       float leaving) {
+  const float *node = column->peak + place.lower;
+  const float peak = node[0] + place.share * (node[1] - node[0]);
+  return np_maxf(column->broad + leaving * (arriving * column->sharp + peak), 0.0f);
+}
+
 static inline float np_peak_column_eval(const np_peak_column *column, float sun_depth, float view_depth) {
-  const float x = fminf(logf(1.0f + sun_depth * (1.0f / NP_PEAK_DEPTH_SCALE)) * (1.0f / NP_PEAK_DEPTH_RATE),
-                        (float)(NP_PEAK_DEPTHS - 1));
-  const int lower = x < (float)(NP_PEAK_DEPTHS - 2) ? (int)x : NP_PEAK_DEPTHS - 2;
-  const float peak = column->peak[lower] + (x - (float)lower) * (column->peak[lower + 1] - column->peak[lower]);
-  const float leave = np_transmittance(view_depth);
-  return fmaxf(0.0f, column->broad + leave * (np_transmittance(sun_depth) * column->sharp + peak));
+  return np_peak_column_mix(column, np_peak_place_find(sun_depth), np_transmittance(sun_depth),
+                            np_transmittance(view_depth));
 }
 
 #endif

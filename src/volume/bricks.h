@@ -191,25 +191,80 @@ static inline __m128 np_brick_sample_four(const np_bricks *bricks, uint32_t bric
 }
 #endif
 
+#if defined(__AVX512F__) && defined(__AVX512VL__)
+/* The same of eight places. */
+static inline __m512 np_brick_gather_pairs(const np_bricks *bricks, size_t first, __m256i offset) {
+  if (bricks->halves) return _mm512_cvtph_ps(_mm256_i32gather_epi32((const void *)(bricks->halves + first), offset, 2));
+  return _mm512_castpd_ps(_mm512_i32gather_pd(offset, bricks->floats + first, 4));
+}
+
+static inline __m512 np_brick_mix_many_pairs(__m512 a, __m512 b, __m512 t) {
+  return _mm512_add_ps(a, _mm512_mul_ps(t, _mm512_sub_ps(b, a)));
+}
+
+static inline __m256i np_brick_split_eight(__m256 place, __m256 *out_fraction) {
+  place = _mm256_min_ps(_mm256_max_ps(place, _mm256_setzero_ps()), _mm256_set1_ps((float)NP_BRICK_EDGE));
+  __m256i lower = _mm256_cvttps_epi32(_mm256_min_ps(place, _mm256_set1_ps((float)(NP_BRICK_EDGE - 1))));
+  *out_fraction = _mm256_sub_ps(place, _mm256_cvtepi32_ps(lower));
+  return lower;
+}
+
+static inline __m256 np_brick_sample_eight(const np_bricks *bricks, uint32_t brick, __m256 x, __m256 y, __m256 z) {
+  __m256i lower_x = np_brick_split_eight(x, &x), lower_y = np_brick_split_eight(y, &y);
+  __m256i lower_z = np_brick_split_eight(z, &z);
+  __m256i strided = _mm256_madd_epi16(_mm256_or_si256(lower_x, _mm256_slli_epi32(lower_y, 16)),
+                                      _mm256_set1_epi32(NP_BRICK_STRIDE_X | NP_BRICK_SAMPLES << 16));
+  const __m256i offset = _mm256_add_epi32(strided, lower_z);
+  const size_t first = (size_t)brick * NP_BRICK_STRIDE;
+  const __m512i twice = _mm512_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7);
+  const __m512i even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 1, 3, 5, 7, 9, 11, 13, 15);
+  const __m512 x_twice = _mm512_permutexvar_ps(twice, _mm512_castps256_ps512(x));
+  const __m512 y_twice = _mm512_permutexvar_ps(twice, _mm512_castps256_ps512(y));
+  const __m512 y_0 = np_brick_mix_many_pairs(np_brick_gather_pairs(bricks, first, offset),
+                                             np_brick_gather_pairs(bricks, first + NP_BRICK_X, offset), x_twice);
+  const __m512 y_1 =
+      np_brick_mix_many_pairs(np_brick_gather_pairs(bricks, first + NP_BRICK_Y, offset),
+                              np_brick_gather_pairs(bricks, first + NP_BRICK_X + NP_BRICK_Y, offset), x_twice);
+  const __m512 parted = _mm512_permutexvar_ps(even, np_brick_mix_many_pairs(y_0, y_1, y_twice));
+  const __m256 z_0 = _mm512_castps512_ps256(parted);
+  const __m256 z_1 = _mm256_castpd_ps(_mm512_extractf64x4_pd(_mm512_castps_pd(parted), 1));
+  return _mm256_mul_ps(_mm256_set1_ps(bricks->scale), np_brick_mix_pairs(z_0, z_1, z));
+}
+#endif
+
 enum { NP_BRICK_LINE = 16 }; /* places that are looked up together */
 
-/* Values at begin, begin + step, and so on inside a known brick: `count` of them, at most NP_BRICK_LINE. Up to three
- * more places of `out` are written to: it has NP_BRICK_LINE. */
-static inline void np_brick_sample_line(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 step, int count,
-                                        float out[NP_BRICK_LINE]) {
-#if defined(__AVX2__)
-  __m128 k = _mm_setr_ps(0.0f, 1.0f, 2.0f, 3.0f);
+/* Values at begin + at[k]·along inside a known brick: `count` of them, at most NP_BRICK_LINE. Up to seven more places
+ * are looked at and written to: both arrays have NP_BRICK_LINE. */
+static inline void np_brick_sample_along(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along,
+                                         const float at[NP_BRICK_LINE], int count, float out[NP_BRICK_LINE]) {
+#if defined(__AVX512F__) && defined(__AVX512VL__)
+  for (int first = 0; first < count; first += 8) {
+    const __m256 k = _mm256_loadu_ps(at + first);
+    const __m256 x = _mm256_add_ps(_mm256_set1_ps(begin.x), _mm256_mul_ps(k, _mm256_set1_ps(along.x)));
+    const __m256 y = _mm256_add_ps(_mm256_set1_ps(begin.y), _mm256_mul_ps(k, _mm256_set1_ps(along.y)));
+    const __m256 z = _mm256_add_ps(_mm256_set1_ps(begin.z), _mm256_mul_ps(k, _mm256_set1_ps(along.z)));
+    _mm256_storeu_ps(out + first, np_brick_sample_eight(bricks, brick, x, y, z));
+  }
+#elif defined(__AVX2__)
   for (int first = 0; first < count; first += 4) {
-    const __m128 x = _mm_add_ps(_mm_set1_ps(begin.x), _mm_mul_ps(k, _mm_set1_ps(step.x)));
-    const __m128 y = _mm_add_ps(_mm_set1_ps(begin.y), _mm_mul_ps(k, _mm_set1_ps(step.y)));
-    const __m128 z = _mm_add_ps(_mm_set1_ps(begin.z), _mm_mul_ps(k, _mm_set1_ps(step.z)));
+    const __m128 k = _mm_loadu_ps(at + first);
+    const __m128 x = _mm_add_ps(_mm_set1_ps(begin.x), _mm_mul_ps(k, _mm_set1_ps(along.x)));
+    const __m128 y = _mm_add_ps(_mm_set1_ps(begin.y), _mm_mul_ps(k, _mm_set1_ps(along.y)));
+    const __m128 z = _mm_add_ps(_mm_set1_ps(begin.z), _mm_mul_ps(k, _mm_set1_ps(along.z)));
     _mm_storeu_ps(out + first, np_brick_sample_four(bricks, brick, x, y, z));
-    k = _mm_add_ps(k, _mm_set1_ps(4.0f));
   }
 #else
   for (int k = 0; k < count; k++)
-    out[k] = np_brick_sample(bricks, brick, np_vec3_add(begin, np_vec3_scale(step, (float)k)));
+    out[k] = np_brick_sample(bricks, brick, np_vec3_add(begin, np_vec3_scale(along, at[k])));
 #endif
+}
+
+/* Values at begin, begin + step, and so on. */
+static inline void np_brick_sample_line(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 step, int count,
+                                        float out[NP_BRICK_LINE]) {
+  static const float steps[NP_BRICK_LINE] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  np_brick_sample_along(bricks, brick, begin, step, steps, count, out);
 }
 
 /* Floor of a number below 2⁶² in magnitude; libm's is a call below x86-64-v3. */

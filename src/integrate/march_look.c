@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The lighting of a step where no solution of the multiple scattering is there: sunlight through the optical depth
+ * towards the sun, light from sky or ground along one drawn direction, and a look (integrate/look.h) that may stand for
+ * light scattered more than once. Compiled once per instruction-set level. */
+#include "integrate/march.h"
+#include "integrate/surroundings.h"
+#include "light/ground_cache.h"
+
+static float find_sun_depth(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun,
+                            const np_depth_question *question) {
+  float depth = 0.0f;
+  for (unsigned v = 0; v < view->volume_count && question->fade * depth < NP_FAINT_DEPTH; v++)
+    depth += np_march_find_cloud_depth(view, v, position, to_sun, question, question->fade * depth);
+  return depth;
+}
+
+/* Sunlight through the clouds on the ground. Where the clouds' own light on it is known, what the forward peak lets
+ * down belongs to the beam. */
+float NP_KERNEL(np_march_shadow)(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
+                                 np_vec3 to_sun, np_random *random) {
+  (void)random;
+  const np_depth_question question = {.fade = 1.0f, .error = settings->tolerance};
+  if (!view->ground_cache) return np_transmittance(find_sun_depth(view, position, to_sun, &question));
+  float faded = 0.0f;
+  for (unsigned v = 0; v < view->volume_count && faded < NP_FAINT_DEPTH; v++) {
+    const float fade = view->ground_cache->fade[v];
+    const np_depth_question own = {fade, question.error};
+    faded += fade * np_march_find_cloud_depth(view, v, position, to_sun, &own, faded);
+  }
+  return np_transmittance(faded);
+}
+
+void NP_KERNEL(np_march_start_look)(np_march *m) {
+  const float versine = np_march_find_sun_versine(m);
+  for (unsigned i = 0; i < m->view->volume_count; i++)
+    np_look_fill_phases(&m->settings->look, &m->view->volumes[i].phase, versine, m->sun.phase[i]);
+}
+
+/* Light scattered once, and what stands for more. */
+static void add_terms(np_march *m, np_component single, const float *phases, const float *transmittances,
+                      np_spectrum light) {
+  const np_look *look = &m->settings->look;
+  float multiple = 0.0f;
+  for (unsigned n = 1; n < np_look_count_terms(look); n++) multiple += phases[n] * transmittances[n];
+  np_march_add(m, single, look->gain * phases[0] * transmittances[0], light);
+  np_march_add(m, NP_COMPONENT_MULTIPLE, look->gain * multiple, light);
+}
+
+/* What of the light from `direction` the clouds let through. */
+static void fill_transmittances(const np_march *m, np_dvec3 position, np_vec3 direction, float error,
+                                float out[NP_LOOK_TERMS_MAX]) {
+  const np_depth_question question = {np_look_fade(&m->settings->look), error};
+  np_look_fill_transmittances(&m->settings->look, np_track_depth(m->view, position, direction, &question), out);
+}
+
+/* Sunlight scattered towards the camera at `position`, weighted: `share[i]` is what part of the step's opacity, times
+ * albedo, its i-th cloud has. */
+static void add_sun(np_march *m, np_dvec3 position, const np_step *s, const np_spectrum *share, float error,
+                    np_spectrum weight) {
+  const np_look *look = &m->settings->look;
+  const np_spectrum sun = np_spectrum_multiply(np_light_sun(m->view, position, m->to_sun), weight);
+  if (np_spectrum_is_zero(sun)) return;
+  const bool is_slope = look->kind == NP_LOOK_DERIVATIVE;
+  float transmittances[NP_LOOK_TERMS_MAX];
+  if (is_slope) {
+    transmittances[0] = np_look_slope(look, m->view, position, m->to_sun);
+  } else {
+    const np_depth_question question = {np_look_fade(look), error};
+    np_look_fill_transmittances(look, find_sun_depth(m->view, position, m->to_sun, &question), transmittances);
+  }
+  for (unsigned i = 0; i < s->count; i++) {
+    const np_view_volume *volume = s->volume[i];
+    const float even = 1.0f / NP_PI_F, *phases = is_slope ? &even : m->sun.phase[volume - m->view->volumes];
+    const np_spectrum light = np_spectrum_scale(sun, np_look_weight(look, volume, position));
+    add_terms(m, NP_COMPONENT_SUN, phases, transmittances, np_spectrum_multiply(light, share[i]));
+  }
+}
+
+/* One active cloud, drawn by its share; 1 over the probability of the draw goes to `out_weight`. */
+static unsigned draw_cloud(const np_spectrum *share, unsigned count, np_random *random, float *out_weight) {
+  float total = 0.0f;
+  for (unsigned i = 0; i < count; i++) total += np_spectrum_max(share[i]);
+  float rest = np_random_float(random) * total;
+  unsigned chosen = 0;
+  while (chosen + 1 < count && (rest -= np_spectrum_max(share[chosen])) >= 0.0f) chosen++;
+  *out_weight = total > 0.0f ? total / np_spectrum_max(share[chosen]) : 0.0f;
+  return chosen;
+}
+
+/* A direction from an even mixture of the phase function and the whole sphere: the first finds what shines through the
+ * cloud, the second what shines on it from the side that the cloud does not throw forward. */
+static np_vec3 draw_direction(const np_phase *phase, np_vec3 forward, np_random *random, float *out_pdf) {
+  const float choice = np_random_float(random);
+  const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
+  const float even = 1.0f / (4.0f * NP_PI_F);
+  np_vec3 direction;
+  float value;
+  if (choice < 0.5f) {
+    direction = np_phase_sample(phase, forward, u, &value);
+  } else {
+    const float z = 1.0f - 2.0f * u[0], r = sqrtf(np_maxf(0.0f, 1.0f - z * z)), azimuth = 2.0f * NP_PI_F * u[1];
+    direction = np_vec3_make(r * cosf(azimuth), r * sinf(azimuth), z);
+    value = np_phase_eval(phase, np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z));
+  }
+  *out_pdf = 0.5f * (value + even);
+  return direction;
+}
+
+/* Light from sky or ground along one direction. */
+static void add_surroundings(np_march *m, np_dvec3 position, const np_step *s, const np_spectrum *share, float error,
+                             np_spectrum weight) {
+  float draw_weight, pdf;
+  const unsigned chosen = draw_cloud(share, s->count, m->random, &draw_weight);
+  if (draw_weight <= 0.0f) return;
+  const np_phase *phase = &s->volume[chosen]->phase;
+  const np_vec3 forward = m->ray->direction;
+  const np_vec3 direction = draw_direction(phase, forward, m->random, &pdf);
+  bool is_ground;
+  np_spectrum light = np_surroundings_incoming(m->view, m->settings, position, direction, NP_KERNEL(np_march_shadow),
+                                               m->random, &is_ground);
+  light = np_spectrum_multiply(light, np_spectrum_multiply(weight, share[chosen]));
+  if (np_spectrum_is_zero(light)) return;
+  float transmittances[NP_LOOK_TERMS_MAX], phases[NP_LOOK_TERMS_MAX];
+  fill_transmittances(m, position, direction, error, transmittances);
+  np_look_fill_phases(&m->settings->look, phase,
+                      np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z), phases);
+  light = np_spectrum_scale(light, draw_weight / pdf);
+  add_terms(m, is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY, phases, transmittances, light);
+}
+
+/* One exponential step. */
+void NP_KERNEL(np_march_light_look)(np_march *m, const np_step *s) {
+  const double middle = np_step_middle(s);
+  float total = 0.0f;
+  for (unsigned i = 0; i < s->count; i++) total += s->depth[i];
+  const np_aerial_perspective air =
+      np_light_air(m->view, m->view->camera_sky, m->ray->origin, m->ray->direction, middle);
+  const float opacity = -expm1f(-total), loss = m->transmittance * opacity, error = np_march_find_light_error(m, loss);
+  np_march_add(m, NP_COMPONENT_AIR, loss, air.inscatter);
+  m->carry = m->transmittance =
+      np_march_settle(m->transmittance * (1.0f - opacity), m->settings->transmittance_end, m->random);
+  np_spectrum share[NP_VIEW_VOLUMES_MAX];
+  for (unsigned i = 0; i < s->count; i++) {
+    share[i] = np_spectrum_scale(s->volume[i]->albedo, s->depth[i] / total);
+    np_integrator_add_opaque(m->out, loss * s->depth[i] / total, middle, s->volume[i]->albedo);
+  }
+  if (m->settings->scattering_max == 0) return;
+  const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
+  const float sun = np_march_settle(loss, 0.1f * m->settings->tolerance, m->random),
+              sky = np_march_settle(loss, 0.1f, m->random);
+  if (sun > 0.0f) add_sun(m, position, s, share, error, np_spectrum_scale(air.transmittance, sun));
+  if (sky > 0.0f) add_surroundings(m, position, s, share, error, np_spectrum_scale(air.transmittance, sky));
+}
