@@ -12,70 +12,16 @@
  * With the air from tables, paths live in the clouds alone; where one leaves them it sees the sky or ground that the
  * scene view describes, and ends. Compiled once per instruction-set level.
  */
-#include "atmosphere/air_flight.h"
-#include "core/isa.h"
 #include "integrate/emission.h"
-#include "integrate/hero.h"
+#include "integrate/path.h"
 #include "integrate/sunward.h"
-#include "integrate/surroundings.h"
 
-void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
-                               const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
-
-/* What all paths of a sample share. */
-typedef struct tracer {
-  const np_scene_view *view;
-  const np_integrator_settings *settings;
-  np_random *random;
-  np_integrator_sample *out;
-  np_air_light air_light;
-  float sun_sr; /* solid angle of the sun's disk */
-} tracer;
-
-/* What a flight ends with. */
-typedef enum path_event {
-  PATH_CLOUD,
-  PATH_AIR,
-  PATH_GROUND,
-  PATH_SPACE,
-  PATH_SURROUNDINGS /* sky or ground, from tables */
-} path_event;
-
-typedef struct path_state {
-  np_dvec3 position;
-  np_vec3 direction; /* of flight, away from the camera */
-  float density;     /* with which the direction was drawn, 1/sr */
-  np_spectrum throughput;
-  np_hero hero;
-  float weight;   /* of the throughput at the start, by which it is judged faint */
-  float prospect; /* ≥ 1: sunlight that the next collision may bring, in isotropic scattering's */
-  unsigned order; /* scatterings in cloud so far */
-  unsigned depth; /* of branches */
-  np_component component;
-  bool has_component; /* it is given by what the camera sees, not by what the clouds do */
-  bool is_cut;        /* beyond the limit on scatterings: its light is lost */
-  bool is_ground_ahead;
-  const np_view_volume *volume; /* the cloud of the present collision */
-  np_truth_air air;             /* the air, likewise */
-  np_ground_hit ground;         /* the ground, likewise */
-} path_state;
-
-static float track_shadow(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
-                          np_vec3 to_sun, np_random *random) {
-  (void)settings;
-  return np_track_transmittance(view, position, to_sun, INFINITY, random);
-}
-
-static void add(np_integrator_sample *out, np_component component, np_spectrum radiance) {
-  out->component[component] = np_spectrum_add(out->component[component], radiance);
-}
-
-static void add_light(const tracer *t, const path_state *path, np_component component, np_spectrum light) {
+static void add_light(const np_tracer *t, const np_path_state *path, np_component component, np_spectrum light) {
   const np_spectrum radiance = np_spectrum_multiply(path->throughput, light);
   if (path->is_cut)
     t->out->lost = np_spectrum_add(t->out->lost, radiance);
   else
-    add(t->out, component, radiance);
+    np_path_add(t->out, component, radiance);
 }
 
 /* ---- Sun ---- */
@@ -87,7 +33,7 @@ typedef struct sun_ray {
 } sun_ray;
 
 /* False where no light comes: clouds are asked first, for in a thick one most rays end. */
-static bool aim_at_sun(const tracer *t, np_dvec3 position, sun_ray *out) {
+static bool aim_at_sun(const np_tracer *t, np_dvec3 position, sun_ray *out) {
   if (!t->air_light.has_sun) return false;
   out->direction = np_light_sample_sun(t->view, np_random_float(t->random), np_random_float(t->random));
   out->transmittance = np_track_transmittance(t->view, position, out->direction, INFINITY, t->random);
@@ -96,16 +42,16 @@ static bool aim_at_sun(const tracer *t, np_dvec3 position, sun_ray *out) {
 
 /* Sunlight thrown on by the present vertex, `share` of it per steradian, which would have met the disk by chance with
  * this density. */
-static void gather_sun(const tracer *t, const path_state *path, const sun_ray *sun, np_spectrum share, float density) {
-  const np_spectrum irradiance = t->settings->is_air_traced
-                                     ? np_light_sun_ray(t->view, path->position, sun->direction)
-                                     : np_light_sun(t->view, path->position, sun->direction);
+static void gather_sun(const np_tracer *t, const np_path_state *path, const sun_ray *sun, np_spectrum share,
+                       float density) {
+  const np_spectrum irradiance = t->settings->is_air_traced ? np_light_sun_ray(t->view, path->position, sun->direction)
+                                                            : np_light_sun(t->view, path->position, sun->direction);
   const float weight = sun->transmittance / (1.0f + density * t->sun_sr);
   add_light(t, path, path->component, np_spectrum_scale(np_spectrum_multiply(irradiance, share), weight));
 }
 
 /* Sunlight met by chance, on a way to space. */
-static void meet_sun(const tracer *t, const path_state *path) {
+static void meet_sun(const np_tracer *t, const np_path_state *path) {
   if (!np_light_sun_covers(t->view, path->direction)) return;
   const np_spectrum irradiance = t->settings->is_air_traced
                                      ? t->view->sun_irradiance /* the flight has met what is in the way */
@@ -116,7 +62,7 @@ static void meet_sun(const tracer *t, const path_state *path) {
 
 /* ---- What glows ---- */
 
-static np_component name_glow(const path_state *path) {
+static np_component name_glow(const np_path_state *path) {
   return path->has_component ? path->component : NP_COMPONENT_MULTIPLE;
 }
 
@@ -126,28 +72,27 @@ typedef struct glow_ray {
   float density;
 } glow_ray;
 
-static bool aim_at_glow(const tracer *t, np_dvec3 position, glow_ray *out) {
+static bool aim_at_glow(const np_tracer *t, np_dvec3 position, glow_ray *out) {
   return t->view->emission && np_emission_draw_direction(t->view, position, np_random_double(t->random), t->random,
                                                          &out->direction, &out->density);
 }
 
 /* Light of what glows thrown on by the present vertex, `share` of it per steradian; `density` is that with which the
  * path may take the same direction, on whose flight it collects the other way's part (balance heuristic). */
-static void gather_glow(const tracer *t, const path_state *path, const glow_ray *glow, np_spectrum share,
+static void gather_glow(const np_tracer *t, const np_path_state *path, const glow_ray *glow, np_spectrum share,
                         float density) {
   const double end = np_emission_find_end(t->view, path->position, glow->direction);
-  const np_spectrum light =
-      np_emission_along(t->view, path->position, glow->direction, end, np_emission_far_step_voxels,
-                        t->settings->is_air_traced, t->random);
+  const np_spectrum light = np_emission_along(t->view, path->position, glow->direction, end,
+                                              np_emission_far_step_voxels, t->settings->is_air_traced, t->random);
   add_light(t, path, name_glow(path),
             np_spectrum_scale(np_spectrum_multiply(light, share), 1.0f / (glow->density + density)));
 }
 
 /* Collects what glows along a flight among clouds. */
-static void collect_glow(const tracer *t, const path_state *path, double distance) {
+static void collect_glow(const np_tracer *t, const np_path_state *path, double distance) {
   const bool is_traced = t->settings->is_air_traced;
-  const double end = isinf(distance) && !is_traced ? np_emission_find_end(t->view, path->position, path->direction)
-                                                   : distance;
+  const double end =
+      isinf(distance) && !is_traced ? np_emission_find_end(t->view, path->position, path->direction) : distance;
   const np_spectrum light = np_emission_collect(t->view, path->position, path->direction, end,
                                                 np_emission_far_step_voxels, is_traced, t->random);
   if (np_spectrum_is_zero(light)) return;
@@ -160,25 +105,25 @@ static void collect_glow(const tracer *t, const path_state *path, double distanc
 /* Of the stack; a path that waits for as many others is followed without branches. */
 enum { BRANCH_DEPTH_MAX = 64 };
 
-static np_sunward choose_branches(const tracer *t, const path_state *path) {
+static np_sunward choose_branches(const np_tracer *t, const np_path_state *path) {
   if (path->depth < BRANCH_DEPTH_MAX) return np_sunward_make(t->view, &path->volume->phase);
   return (np_sunward){.phase = &path->volume->phase};
 }
 
-static float eval_towards(const path_state *path, np_vec3 axis) {
+static float eval_towards(const np_path_state *path, np_vec3 axis) {
   const np_vec3 d = path->direction;
   return np_phase_eval(&path->volume->phase, np_versine(d.x, d.y, d.z, axis.x, axis.y, axis.z));
 }
 
 /* The phase function towards a direction, and the density with which paths and branches take it. */
-static float eval_cloud(const path_state *path, const np_sunward *sunward, np_vec3 direction, float *out_density) {
+static float eval_cloud(const np_path_state *path, const np_sunward *sunward, np_vec3 direction, float *out_density) {
   float prospect;
   const float ahead = eval_towards(path, direction);
   *out_density = ahead + np_sunward_eval(sunward, direction, &prospect);
   return ahead;
 }
 
-static void gather_in_cloud(const tracer *t, const path_state *path, const np_sunward *sunward) {
+static void gather_in_cloud(const np_tracer *t, const np_path_state *path, const np_sunward *sunward) {
   float density;
   sun_ray sun;
   if (aim_at_sun(t, path->position, &sun)) {
@@ -193,7 +138,7 @@ static void gather_in_cloud(const tracer *t, const path_state *path, const np_su
 }
 
 /* Turns a path into a direction that its phase function or a branch was drawn for. */
-static void turn(path_state *path, const np_sunward *sunward, np_vec3 direction) {
+static void turn(np_path_state *path, const np_sunward *sunward, np_vec3 direction) {
   float prospect;
   const float branches = np_sunward_eval(sunward, direction, &prospect), ahead = eval_towards(path, direction);
   path->direction = direction;
@@ -202,12 +147,12 @@ static void turn(path_state *path, const np_sunward *sunward, np_vec3 direction)
   if (branches > 0.0f) path->throughput = np_spectrum_scale(path->throughput, ahead / path->density);
 }
 
-static void fly_on(const tracer *t, path_state *path);
+static void fly_on(const np_tracer *t, np_path_state *path);
 
 /* Follows the weaker of two paths to its end, and keeps the stronger: so few ever wait for others. */
-static void follow_weaker(const tracer *t, path_state *path, path_state *branch) {
+static void follow_weaker(const np_tracer *t, np_path_state *path, np_path_state *branch) {
   if (np_spectrum_max(branch->throughput) > np_spectrum_max(path->throughput)) {
-    const path_state kept = *branch;
+    const np_path_state kept = *branch;
     *branch = *path;
     *path = kept;
   }
@@ -215,8 +160,8 @@ static void follow_weaker(const tracer *t, path_state *path, path_state *branch)
   fly_on(t, branch);
 }
 
-static void scatter_in_cloud(const tracer *t, path_state *path, const np_sunward *sunward) {
-  path_state branch = *path;
+static void scatter_in_cloud(const np_tracer *t, np_path_state *path, const np_sunward *sunward) {
+  np_path_state branch = *path;
   np_vec3 direction;
   const bool has_branch = np_sunward_sample(sunward, t->random, &direction);
   if (has_branch) turn(&branch, sunward, direction);
@@ -227,7 +172,7 @@ static void scatter_in_cloud(const tracer *t, path_state *path, const np_sunward
   if (has_branch) follow_weaker(t, path, &branch);
 }
 
-static void meet_cloud(const tracer *t, path_state *path) {
+static void meet_cloud(const np_tracer *t, np_path_state *path) {
   path->order++;
   path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
   if (!path->has_component) path->component = path->order == 1 ? NP_COMPONENT_SUN : NP_COMPONENT_MULTIPLE;
@@ -239,11 +184,11 @@ static void meet_cloud(const tracer *t, path_state *path) {
 /* ---- Air, ground and space ---- */
 
 /* Light that clouds scatter once and that does not come straight from the sun is the sky's or the ground's. */
-static void name_source(path_state *path, bool is_ground) {
+static void name_source(np_path_state *path, bool is_ground) {
   if (path->component == NP_COMPONENT_SUN) path->component = is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
 }
 
-static void meet_air(const tracer *t, path_state *path) {
+static void meet_air(const np_tracer *t, np_path_state *path) {
   name_source(path, path->is_ground_ahead);
   const np_air_scatterer scatterer =
       np_air_scatterer_make(t->view->atmosphere, &t->air_light, &path->air, path->position, path->direction);
@@ -277,11 +222,11 @@ static np_vec3 sample_cosine(np_vec3 normal, np_random *random, float *out_cosin
 }
 
 /* What Lambert's ground throws towards a direction, and the density with which a path takes it. */
-static float eval_ground(const path_state *path, np_vec3 direction) {
+static float eval_ground(const np_path_state *path, np_vec3 direction) {
   return fmaxf(np_vec3_dot(path->ground.normal, direction), 0.0f) * (1.0f / NP_PI_F);
 }
 
-static void meet_ground(const tracer *t, path_state *path) {
+static void meet_ground(const np_tracer *t, np_path_state *path) {
   name_source(path, true);
   path->position = path->ground.position;
   path->throughput = np_spectrum_multiply(path->throughput, path->ground.albedo);
@@ -297,16 +242,16 @@ static void meet_ground(const tracer *t, path_state *path) {
   path->prospect = 1.0f;
 }
 
-static void meet_space(const tracer *t, path_state *path) {
+static void meet_space(const np_tracer *t, np_path_state *path) {
   meet_sun(t, path);
   name_source(path, false);
   add_light(t, path, path->component, np_light_space(t->view, path->position, path->direction));
 }
 
-static void meet_surroundings(const tracer *t, path_state *path) {
+static void meet_surroundings(const np_tracer *t, np_path_state *path) {
   bool is_ground;
   const np_spectrum incoming = np_surroundings_incoming(t->view, t->settings, path->position, path->direction,
-                                                        track_shadow, t->random, &is_ground);
+                                                        np_path_shadow, t->random, &is_ground);
   if (!is_ground) meet_sun(t, path);
   name_source(path, is_ground);
   add_light(t, path, path->component, incoming);
@@ -317,16 +262,16 @@ static void meet_surroundings(const tracer *t, path_state *path) {
 /* Under a low sun, flights longer than this are leaps: see atmosphere/air_flight.h. */
 static const double leap_m = 2e3;
 
-/* Into how many panels a ray through all of the air is cut: the camera's, of which there is one a sample, and others.
- */
-enum { CAMERA_PANELS = 20, PANELS = 12 };
+/* Into how many panels a ray through all of the air is cut. */
+enum { PANELS = 12 };
 
 /* How likely each band passes the air to what is behind: in proportion to what may come from there and, taken as
  * white, from the air. */
-static np_spectrum choose_end(const tracer *t, const path_state *path, path_event end, np_spectrum transmittance) {
+static np_spectrum choose_end(const np_tracer *t, const np_path_state *path, np_path_event end,
+                              np_spectrum transmittance) {
   np_spectrum albedo = np_spectrum_grey(1.0f);
-  if (end == PATH_GROUND) albedo = path->ground.albedo;
-  if (end == PATH_SPACE && !np_light_sun_covers(t->view, path->direction) &&
+  if (end == NP_PATH_GROUND) albedo = path->ground.albedo;
+  if (end == NP_PATH_SPACE && !np_light_sun_covers(t->view, path->direction) &&
       np_spectrum_is_zero(np_light_space(t->view, path->position, path->direction)))
     albedo = np_spectrum_grey(0.0f);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
@@ -337,7 +282,8 @@ static np_spectrum choose_end(const tracer *t, const path_state *path, path_even
 }
 
 /* Either a collision with the air, or none, on a flight whose transmittance is known. */
-static bool leap(const tracer *t, path_state *path, path_event end, double length_m, np_air_collision *collision) {
+static bool leap(const np_tracer *t, np_path_state *path, np_path_event end, double length_m,
+                 np_air_collision *collision) {
   np_air_flight flight;
   np_air_flight_build(t->view->atmosphere, &t->air_light, path->position, path->direction, length_m, PANELS, &flight);
   if (!flight.path.panel_count) return false;
@@ -354,19 +300,19 @@ static bool leap(const tracer *t, path_state *path, path_event end, double lengt
 }
 
 /* Whether the air ends a flight before its length does; where it does is in `collision`. */
-static bool collide_with_air(const tracer *t, path_state *path, path_event end, double length_m,
+static bool collide_with_air(const np_tracer *t, np_path_state *path, np_path_event end, double length_m,
                              np_air_collision *collision) {
   const neph_atmosphere *atmosphere = t->view->atmosphere;
   if (length_m > leap_m && np_air_light_is_low(atmosphere, &t->air_light, path->position))
     return leap(t, path, end, length_m, collision);
-  const bool collides = np_air_track(atmosphere, path->position, path->direction, length_m, path->hero.band,
-                                     t->random, collision);
+  const bool collides =
+      np_air_track(atmosphere, path->position, path->direction, length_m, path->hero.band, t->random, collision);
   np_hero_choose(&path->hero, &path->throughput, collision->choice.value, collision->choice.density);
   return collides;
 }
 
 /* Finds the ground before a distance, if it is there. */
-static bool find_ground(const tracer *t, path_state *path, double distance) {
+static bool find_ground(const np_tracer *t, np_path_state *path, double distance) {
   const np_dvec3 next = np_dvec3_along(path->position, path->direction, distance);
   return np_track_may_meet_ground(t->view, path->position, next) &&
          np_ground_intersect(t->view, path->position, path->direction, &path->ground) &&
@@ -374,31 +320,31 @@ static bool find_ground(const tracer *t, path_state *path, double distance) {
 }
 
 /* Flies to the next vertex. */
-static path_event fly(const tracer *t, path_state *path) {
+static np_path_event fly(const np_tracer *t, np_path_state *path) {
   double distance = np_track_collision(t->view, path->position, path->direction, INFINITY, np_track_flight(t->random),
                                        t->random, &path->volume);
-  path_event event = isinf(distance) ? PATH_SPACE : PATH_CLOUD;
-  path->is_ground_ahead = (event == PATH_CLOUD || t->settings->is_air_traced) && find_ground(t, path, distance);
+  np_path_event event = isinf(distance) ? NP_PATH_SPACE : NP_PATH_CLOUD;
+  path->is_ground_ahead = (event == NP_PATH_CLOUD || t->settings->is_air_traced) && find_ground(t, path, distance);
   if (path->is_ground_ahead) {
-    event = PATH_GROUND;
+    event = NP_PATH_GROUND;
     distance = path->ground.distance_m;
   }
   if (t->view->emission) collect_glow(t, path, distance);
-  if (!t->settings->is_air_traced && event != PATH_CLOUD) return PATH_SURROUNDINGS;
+  if (!t->settings->is_air_traced && event != NP_PATH_CLOUD) return NP_PATH_SURROUNDINGS;
   np_air_collision collision;
   if (t->settings->is_air_traced && t->view->atmosphere && collide_with_air(t, path, event, distance, &collision)) {
-    event = PATH_AIR;
+    event = NP_PATH_AIR;
     distance = collision.distance_m;
     path->air = collision.air;
   }
-  if (event != PATH_SPACE) path->position = np_dvec3_along(path->position, path->direction, distance);
+  if (event != NP_PATH_SPACE) path->position = np_dvec3_along(path->position, path->direction, distance);
   return event;
 }
 
 /* ---- Paths ---- */
 
 /* Russian roulette on a path that is weak for what light it may still meet; false ends it. */
-static bool survive(path_state *path, np_random *random) {
+static bool survive(np_path_state *path, np_random *random) {
   const float weight = np_spectrum_max(path->throughput) / path->weight * path->prospect;
   if (weight >= 0.25f) return true;
   if (!(np_random_float(random) < weight)) return false;
@@ -407,7 +353,7 @@ static bool survive(path_state *path, np_random *random) {
 }
 
 /* The limit on scatterings ends a path; some are followed all the same, for what would have come of them. */
-static bool is_ended(const tracer *t, path_state *path) {
+static bool is_ended(const np_tracer *t, np_path_state *path) {
   if (path->is_cut || path->order < t->settings->scattering_max) return false;
   const float share = t->settings->lost_share;
   if (!(np_random_float(t->random) < share)) return true;
@@ -417,24 +363,23 @@ static bool is_ended(const tracer *t, path_state *path) {
   return false;
 }
 
-/* Everything that reaches the camera along a path, from its first vertex on. */
-static void follow(const tracer *t, path_state *path, path_event event) {
+void NP_KERNEL(np_path_follow)(const np_tracer *t, np_path_state *path, np_path_event event) {
   for (;;) {
     switch (event) {
-    case PATH_CLOUD:
+    case NP_PATH_CLOUD:
       if (is_ended(t, path)) return;
       meet_cloud(t, path);
       break;
-    case PATH_AIR:
+    case NP_PATH_AIR:
       meet_air(t, path);
       break;
-    case PATH_GROUND:
+    case NP_PATH_GROUND:
       meet_ground(t, path);
       break;
-    case PATH_SPACE:
+    case NP_PATH_SPACE:
       meet_space(t, path);
       return;
-    case PATH_SURROUNDINGS:
+    case NP_PATH_SURROUNDINGS:
       meet_surroundings(t, path);
       return;
     }
@@ -443,155 +388,6 @@ static void follow(const tracer *t, path_state *path, path_event event) {
   }
 }
 
-static void fly_on(const tracer *t, path_state *path) {
-  if (survive(path, t->random)) follow(t, path, fly(t, path));
-}
-
-/* Only air tells bands apart. */
-static np_hero draw_hero(const tracer *t) {
-  return t->view->atmosphere ? np_hero_draw(t->random) : (np_hero){0, np_spectrum_grey(1.0f)};
-}
-
-static path_state start_path(const np_camera_ray *ray, double distance, np_spectrum throughput) {
-  return (path_state){.position = np_dvec3_along(ray->origin, ray->direction, distance),
-                      .direction = ray->direction,
-                      .throughput = throughput,
-                      .hero = {0, np_spectrum_grey(1.0f)},
-                      .weight = np_spectrum_max(throughput),
-                      .prospect = 1.0f};
-}
-
-/* ---- The camera's ray ---- */
-
-/* Where a ray first collides with a cloud, if it does. `weight`: of the sample that does. */
-typedef struct cloud_hit {
-  double distance; /* infinite: nowhere */
-  const np_view_volume *volume;
-  float weight;
-} cloud_hit;
-
-/* Through clouds of less than this depth the camera's ray is made to collide. */
-static const double thin_depth = 1.0;
-
-/* A ray of little depth M, counted in the clouds' bounds, has a tentative collision with probability 1 − e^{−M}. It is
- * given one, with that weight, and passes with the weight e^{−M}: a veil of depth 1e-8 has as little relative noise as
- * any. */
-static cloud_hit find_cloud(const tracer *t, const np_camera_ray *ray, double distance_end) {
-  cloud_hit hit = {.distance = HUGE_VAL, .weight = 1.0f};
-  const double bound = np_track_bound(t->view, ray->origin, ray->direction, distance_end, thin_depth);
-  if (!(bound > 0.0)) return hit;
-  const bool is_thin = bound < thin_depth;
-  const double flight = is_thin ? np_track_forced_flight(bound, t->random) : np_track_flight(t->random);
-  if (is_thin) hit.weight = (float)-expm1(-bound);
-  hit.distance =
-      np_track_collision(t->view, ray->origin, ray->direction, distance_end, flight, t->random, &hit.volume);
-  if (!isinf(hit.distance)) t->out->transmittance = is_thin ? (float)exp(-bound) : 0.0f;
-  return hit;
-}
-
-/* Light scattered in the clouds after a first collision, and the air before it, from the camera's table. */
-static void add_cloud_by_tables(const tracer *t, const np_camera_ray *ray, const cloud_hit *hit) {
-  np_integrator_sample scattered = {.transmittance = 0.0f};
-  tracer inner = *t;
-  inner.out = &scattered;
-  path_state path = start_path(ray, hit->distance, np_spectrum_grey(hit->weight));
-  path.volume = hit->volume;
-  follow(&inner, &path, PATH_CLOUD);
-  const np_aerial_perspective air =
-      np_light_air(t->view, t->view->camera_sky, ray->origin, ray->direction, hit->distance);
-  for (int c = 0; c < NP_COMPONENT_COUNT; c++)
-    add(t->out, (np_component)c, np_spectrum_multiply(scattered.component[c], air.transmittance));
-  t->out->lost = np_spectrum_multiply(scattered.lost, air.transmittance);
-  add(t->out, NP_COMPONENT_AIR, np_spectrum_scale(air.inscatter, hit->weight));
-}
-
-static void look_by_tables(const tracer *t, const np_camera_ray *ray, const cloud_hit *cloud,
-                           const np_ground_hit *ground) {
-  if (!isinf(cloud->distance)) add_cloud_by_tables(t, ray, cloud);
-  np_surroundings_add_behind(t->view, t->settings, ray, ground, t->out->transmittance, track_shadow, t->random,
-                             t->out);
-}
-
-/* The air from the camera to a distance: what it lets through, and, added to a component, what it throws back. */
-static np_spectrum look_through_air(const tracer *t, const np_camera_ray *ray, double distance,
-                                    np_component component, bool is_seen) {
-  if (!t->view->atmosphere) return np_spectrum_grey(1.0f);
-  np_air_flight flight;
-  np_air_flight_build(t->view->atmosphere, &t->air_light, ray->origin, ray->direction, distance, CAMERA_PANELS,
-                      &flight);
-  if (!is_seen || !flight.path.panel_count) return flight.transmittance;
-  double place;
-  const np_hero hero = np_hero_choose_first((double)ray->choice, &place);
-  np_air_collision collision;
-  np_air_flight_collide(&flight, hero.band, place, &collision);
-  path_state path = start_path(ray, collision.distance_m, np_spectrum_grey(1.0f));
-  path.component = component;
-  path.has_component = true;
-  path.air = collision.air;
-  path.hero = hero;
-  np_hero_choose(&path.hero, &path.throughput, collision.choice.value, collision.choice.density);
-  path.weight = np_spectrum_max(path.throughput);
-  if (path.weight > 0.0f) follow(t, &path, PATH_AIR);
-  return flight.transmittance;
-}
-
-static void add_cloud(const tracer *t, const np_camera_ray *ray, const cloud_hit *hit, bool is_air_seen) {
-  const np_spectrum air = look_through_air(t, ray, hit->distance, NP_COMPONENT_AIR, is_air_seen);
-  path_state path = start_path(ray, hit->distance, np_spectrum_scale(air, hit->weight));
-  if (!(path.weight > 0.0f)) return;
-  path.volume = hit->volume;
-  path.hero = draw_hero(t);
-  follow(t, &path, PATH_CLOUD);
-}
-
-static void add_behind(const tracer *t, const np_camera_ray *ray, const np_ground_hit *ground, bool is_air_seen) {
-  const np_component component = ground ? NP_COMPONENT_AIR : NP_COMPONENT_BACKGROUND;
-  const np_spectrum air = look_through_air(t, ray, ground ? ground->distance_m : HUGE_VAL, component, is_air_seen);
-  const np_spectrum transmittance = np_spectrum_scale(air, t->out->transmittance);
-  if (!ground) {
-    const np_spectrum light = np_spectrum_add(np_light_space(t->view, ray->origin, ray->direction),
-                                              np_light_disks(t->view, ray->direction));
-    add(t->out, component, np_spectrum_multiply(transmittance, light));
-    return;
-  }
-  np_integrator_add_opaque(t->out, t->out->transmittance, ground->distance_m, ground->albedo);
-  path_state path = start_path(ray, ground->distance_m, transmittance);
-  if (!(path.weight > 0.0f)) return;
-  path.component = NP_COMPONENT_TERRAIN;
-  path.has_component = true;
-  path.ground = *ground;
-  path.hero = draw_hero(t);
-  follow(t, &path, PATH_GROUND);
-}
-
-/* Where clouds are thin, one ray sees two ends, the cloud and what is behind it; the air before either counts as often
- * as the ray would have ended there. */
-static void look(const tracer *t, const np_camera_ray *ray, const cloud_hit *cloud, const np_ground_hit *ground) {
-  const bool is_cloud = !isinf(cloud->distance), is_behind = t->out->transmittance > 0.0f;
-  const bool is_cloud_end = is_cloud && (!is_behind || np_random_float(t->random) < cloud->weight);
-  if (is_cloud) add_cloud(t, ray, cloud, is_cloud_end);
-  if (is_behind) add_behind(t, ray, ground, !is_cloud_end);
-}
-
-/* The sun's disk outshines what hides it: whether a ray's flight happens to pass the clouds is no measure of it. */
-static void look_for_disks(const tracer *t, const np_camera_ray *ray) {
-  if (np_spectrum_is_zero(np_light_disks(t->view, ray->direction))) return;
-  t->out->transmittance = np_track_transmittance(t->view, ray->origin, ray->direction, INFINITY, t->random);
-}
-
-void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
-                               const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
-  *out = (np_integrator_sample){.transmittance = 1.0f};
-  const bool has_sun = !np_spectrum_is_zero(view->sun_irradiance);
-  const tracer t = {view, settings, random, out, {view->to_sun, has_sun}, np_light_sun_solid_angle(view)};
-  np_ground_hit ground;
-  out->is_ground_behind = np_ground_intersect(view, ray->origin, ray->direction, &ground);
-  const double distance_end = out->is_ground_behind ? ground.distance_m : HUGE_VAL;
-  if (view->emission)
-    add(out, NP_COMPONENT_EMISSION,
-        np_emission_along(view, ray->origin, ray->direction, distance_end, 1.0f, true, random));
-  const cloud_hit cloud = find_cloud(&t, ray, distance_end);
-  if (!isinf(cloud.distance)) np_integrator_add_opaque(out, cloud.weight, cloud.distance, cloud.volume->albedo);
-  if (!out->is_ground_behind) look_for_disks(&t, ray);
-  (settings->is_air_traced ? look : look_by_tables)(&t, ray, &cloud, out->is_ground_behind ? &ground : NULL);
+static void fly_on(const np_tracer *t, np_path_state *path) {
+  if (survive(path, t->random)) NP_KERNEL(np_path_follow)(t, path, fly(t, path));
 }

@@ -29,19 +29,20 @@ static inline np_phase np_sunward_lobe(float peak) {
   return np_phase_henyey_greenstein(1.0f - 4.0f / (1.0f + sqrtf(1.0f + 32.0f * NP_PI_F * peak)));
 }
 
-/* Shares were chosen by variance times time on the Disney cloud, at optical depths of 40 and 150. */
+/* Shares were chosen by variance times time in slabs and on the Disney cloud, at optical depths of 40 and 150. */
 static inline np_sunward np_sunward_make(const np_scene_view *view, const np_phase *phase) {
   np_sunward sunward = {.phase = phase, .to_sun = view->to_sun};
   const float peak = np_spectrum_is_zero(view->sun_irradiance) ? 0.0f : np_phase_eval(phase, 0.0f);
-  if (peak > 1.0f) sunward.share = 0.03f;
+  if (peak > 1.0f) sunward.share = 0.1f;
   if (peak > 100.0f) {
+    sunward.share = 0.03f;
     sunward.broad_share = 0.2f;
     sunward.broad = np_sunward_lobe(peak / 7.0f);
   }
   return sunward;
 }
 
-/* Branches per steradian. `out_prospect`: sunlight that scatterings to come may bring, per steradian. */
+/* Branches per steradian. `out_prospect`: sunlight that scatterings to come may bring, in isotropic scattering's. */
 static inline float np_sunward_eval(const np_sunward *sunward, np_vec3 direction, float *out_prospect) {
   *out_prospect = 0.0f;
   if (sunward->share <= 0.0f) return 0.0f;
@@ -49,7 +50,7 @@ static inline float np_sunward_eval(const np_sunward *sunward, np_vec3 direction
   const float versine = np_versine(d.x, d.y, d.z, s.x, s.y, s.z);
   const float narrow = np_phase_eval(sunward->phase, versine);
   const float broad = sunward->broad_share > 0.0f ? np_phase_eval(&sunward->broad, versine) : 0.0f;
-  *out_prospect = fmaxf(narrow, broad);
+  *out_prospect = 4.0f * NP_PI_F * fmaxf(narrow, broad);
   return sunward->share * narrow + sunward->broad_share * broad;
 }
 

@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The path tracer's first step: what a camera's ray meets, clouds, air and what is behind them.
+ *
+ * A ray through thin clouds is made to collide with them, one through air always collides with it, and both go on to
+ * what is behind: however little there is in the way, it is seen without noise of its own. From each first vertex a
+ * path is followed (path.c). Compiled once per instruction-set level.
+ */
+#include "integrate/emission.h"
+#include "integrate/path.h"
+
+void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
+                               const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
+
+static np_path_state start_path(const np_camera_ray *ray, double distance, np_spectrum throughput) {
+  return (np_path_state){.position = np_dvec3_along(ray->origin, ray->direction, distance),
+                         .direction = ray->direction,
+                         .throughput = throughput,
+                         .hero = {0, np_spectrum_grey(1.0f)},
+                         .weight = np_spectrum_max(throughput),
+                         .prospect = 1.0f};
+}
+
+/* Where a ray first collides with a cloud, if it does. `weight`: of the sample that does. */
+typedef struct cloud_hit {
+  double distance; /* infinite: nowhere */
+  const np_view_volume *volume;
+  float weight;
+} cloud_hit;
+
+/* Through clouds of less than this depth the camera's ray is made to collide. */
+static const double thin_depth = 1.0;
+
+/* A ray of little depth M, counted in the clouds' bounds, has a tentative collision with probability 1 − e^{−M}. It is
+ * given one, with that weight, and passes with the weight e^{−M}: a veil of depth 1e-8 has as little relative noise as
+ * any. */
+static cloud_hit find_cloud(const np_tracer *t, const np_camera_ray *ray, double distance_end) {
+  cloud_hit hit = {.distance = HUGE_VAL, .weight = 1.0f};
+  const double bound = np_track_bound(t->view, ray->origin, ray->direction, distance_end, thin_depth);
+  if (!(bound > 0.0)) return hit;
+  const bool is_thin = bound < thin_depth;
+  const double flight = is_thin ? np_track_forced_flight(bound, t->random) : np_track_flight(t->random);
+  if (is_thin) hit.weight = (float)-expm1(-bound);
+  hit.distance = np_track_collision(t->view, ray->origin, ray->direction, distance_end, flight, t->random, &hit.volume);
+  if (!isinf(hit.distance)) t->out->transmittance = is_thin ? (float)exp(-bound) : 0.0f;
+  return hit;
+}
+
+/* Light scattered in the clouds after a first collision, and the air before it, from the camera's table. */
+static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit) {
+  np_integrator_sample scattered = {.transmittance = 0.0f};
+  np_tracer inner = *t;
+  inner.out = &scattered;
+  np_path_state path = start_path(ray, hit->distance, np_spectrum_grey(hit->weight));
+  path.volume = hit->volume;
+  NP_KERNEL(np_path_follow)(&inner, &path, NP_PATH_CLOUD);
+  const np_aerial_perspective air =
+      np_light_air(t->view, t->view->camera_sky, ray->origin, ray->direction, hit->distance);
+  for (int c = 0; c < NP_COMPONENT_COUNT; c++)
+    np_path_add(t->out, (np_component)c, np_spectrum_multiply(scattered.component[c], air.transmittance));
+  t->out->lost = np_spectrum_multiply(scattered.lost, air.transmittance);
+  np_path_add(t->out, NP_COMPONENT_AIR, np_spectrum_scale(air.inscatter, hit->weight));
+}
+
+static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud,
+                           const np_ground_hit *ground) {
+  if (!isinf(cloud->distance)) add_cloud_by_tables(t, ray, cloud);
+  np_surroundings_add_behind(t->view, t->settings, ray, ground, t->out->transmittance, np_path_shadow, t->random,
+                             t->out);
+}
+
+/* Into how many panels a ray through all of the air is cut: more than elsewhere, for there is one such ray a sample. */
+enum { CAMERA_PANELS = 20 };
+
+/* The air from the camera to a distance: what it lets through, and, added to a component, what it throws back. */
+static np_spectrum look_through_air(const np_tracer *t, const np_camera_ray *ray, double distance,
+                                    np_component component, bool is_seen) {
+  if (!t->view->atmosphere) return np_spectrum_grey(1.0f);
+  np_air_flight flight;
+  np_air_flight_build(t->view->atmosphere, &t->air_light, ray->origin, ray->direction, distance, CAMERA_PANELS,
+                      &flight);
+  if (!is_seen || !flight.path.panel_count) return flight.transmittance;
+  double place;
+  const np_hero hero = np_hero_choose_first((double)ray->choice, &place);
+  np_air_collision collision;
+  np_air_flight_collide(&flight, hero.band, place, &collision);
+  np_path_state path = start_path(ray, collision.distance_m, np_spectrum_grey(1.0f));
+  path.component = component;
+  path.has_component = true;
+  path.air = collision.air;
+  path.hero = hero;
+  np_hero_choose(&path.hero, &path.throughput, collision.choice.value, collision.choice.density);
+  path.weight = np_spectrum_max(path.throughput);
+  if (path.weight > 0.0f) NP_KERNEL(np_path_follow)(t, &path, NP_PATH_AIR);
+  return flight.transmittance;
+}
+
+static void add_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit, bool is_air_seen) {
+  const np_spectrum air = look_through_air(t, ray, hit->distance, NP_COMPONENT_AIR, is_air_seen);
+  np_path_state path = start_path(ray, hit->distance, np_spectrum_scale(air, hit->weight));
+  if (!(path.weight > 0.0f)) return;
+  path.volume = hit->volume;
+  path.hero = np_path_draw_hero(t);
+  NP_KERNEL(np_path_follow)(t, &path, NP_PATH_CLOUD);
+}
+
+static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_ground_hit *ground, bool is_air_seen) {
+  const np_component component = ground ? NP_COMPONENT_AIR : NP_COMPONENT_BACKGROUND;
+  const np_spectrum air = look_through_air(t, ray, ground ? ground->distance_m : HUGE_VAL, component, is_air_seen);
+  const np_spectrum transmittance = np_spectrum_scale(air, t->out->transmittance);
+  if (!ground) {
+    const np_spectrum light =
+        np_spectrum_add(np_light_space(t->view, ray->origin, ray->direction), np_light_disks(t->view, ray->direction));
+    np_path_add(t->out, component, np_spectrum_multiply(transmittance, light));
+    return;
+  }
+  np_integrator_add_opaque(t->out, t->out->transmittance, ground->distance_m, ground->albedo);
+  np_path_state path = start_path(ray, ground->distance_m, transmittance);
+  if (!(path.weight > 0.0f)) return;
+  path.component = NP_COMPONENT_TERRAIN;
+  path.has_component = true;
+  path.ground = *ground;
+  path.hero = np_path_draw_hero(t);
+  NP_KERNEL(np_path_follow)(t, &path, NP_PATH_GROUND);
+}
+
+/* Where clouds are thin, one ray sees two ends, the cloud and what is behind it; the air before either counts as often
+ * as the ray would have ended there. */
+static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud, const np_ground_hit *ground) {
+  const bool is_cloud = !isinf(cloud->distance), is_behind = t->out->transmittance > 0.0f;
+  const bool is_cloud_end = is_cloud && (!is_behind || np_random_float(t->random) < cloud->weight);
+  if (is_cloud) add_cloud(t, ray, cloud, is_cloud_end);
+  if (is_behind) add_behind(t, ray, ground, !is_cloud_end);
+}
+
+/* The sun's disk outshines what hides it: whether a ray's flight happens to pass the clouds is no measure of it. */
+static void look_for_disks(const np_tracer *t, const np_camera_ray *ray) {
+  if (np_spectrum_is_zero(np_light_disks(t->view, ray->direction))) return;
+  t->out->transmittance = np_track_transmittance(t->view, ray->origin, ray->direction, INFINITY, t->random);
+}
+
+void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
+                               const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
+  *out = (np_integrator_sample){.transmittance = 1.0f};
+  const bool has_sun = !np_spectrum_is_zero(view->sun_irradiance);
+  const np_tracer t = {view, settings, random, out, {view->to_sun, has_sun}, np_light_sun_solid_angle(view)};
+  np_ground_hit ground;
+  out->is_ground_behind = np_ground_intersect(view, ray->origin, ray->direction, &ground);
+  const double distance_end = out->is_ground_behind ? ground.distance_m : HUGE_VAL;
+  if (view->emission)
+    np_path_add(out, NP_COMPONENT_EMISSION,
+                np_emission_along(view, ray->origin, ray->direction, distance_end, 1.0f, true, random));
+  const cloud_hit cloud = find_cloud(&t, ray, distance_end);
+  if (!isinf(cloud.distance)) np_integrator_add_opaque(out, cloud.weight, cloud.distance, cloud.volume->albedo);
+  if (!out->is_ground_behind) look_for_disks(&t, ray);
+  (settings->is_air_traced ? look : look_by_tables)(&t, ray, &cloud, out->is_ground_behind ? &ground : NULL);
+}
