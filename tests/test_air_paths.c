@@ -163,6 +163,73 @@ static void skies_are_the_truths(void **state) {
   compare_sky(96.0, 8, 20000);
 }
 
+/* One direction of a planet of this radius against the sky's own truth, ground included. */
+static void compare_planet(double radius_m, double sun_deg, np_dvec3 origin, np_dvec3 direction, int count) {
+  neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
+  desc.planet_radius_m = radius_m;
+  scene s;
+  start(&s, &desc, radius_m, test_direction(sun_deg, 0.0));
+  const np_truth_scene truth = {.medium = &s.atmosphere->medium,
+                                .light = NP_TRUTH_DISK,
+                                .to_sun = test_direction(sun_deg, 0.0),
+                                .sun_angular_radius_rad = 0.00467396,
+                                .order_min = 1,
+                                .order_max = NP_TRUTH_ORDERS_ALL,
+                                .guide = &s.atmosphere->depths,
+                                .has_ground = true};
+  const np_truth_query query = {origin, direction, INFINITY, false};
+  np_truth_value value;
+  assert_int_equal(np_truth_radiance(s.context, NULL, &truth, &query, (unsigned)count, 7, &value), NEPH_OK);
+  for (int b = 0; b < 3; b++) {
+    value.mean[b] *= (double)s.view.sun_irradiance.band[b];
+    value.error[b] *= (double)s.view.sun_irradiance.band[b];
+  }
+  const estimate e = trace(&s, origin, direction, count, 5);
+  char what[96];
+  (void)snprintf(what, sizeof what, "radius %g, sun %g, height %.0f", radius_m, sun_deg, origin.z);
+  assert_estimate(what, &e, value.mean, value.error);
+  end(&s);
+}
+
+/* Air is as high as a small planet is wide, and flat over a large one; seen from the ground and from space, downwards
+ * and past the limb. */
+static void planets_of_all_sizes_are_the_truths(void **state) {
+  (void)state;
+  static const double radii[] = {100e3, 100000e3};
+  for (int i = 0; i < 2; i++) {
+    const double radius = radii[i], space = 400e3;
+    const double limb_deg = 180.0 - asin((radius + 20e3) / (radius + space)) / NP_DEGREE;
+    for (int low = 0; low < 2; low++) {
+      const double sun_deg = low ? 88.0 : 50.0;
+      compare_planet(radius, sun_deg, np_dvec3_make(0, 0, 0), test_direction(75.0, 40.0), 4000);
+      compare_planet(radius, sun_deg, np_dvec3_make(0, 0, space), test_direction(175.0, 20.0), 4000);
+      compare_planet(radius, sun_deg, np_dvec3_make(0, 0, space), test_direction(limb_deg, 30.0), 4000);
+    }
+  }
+}
+
+/* Under the surface there is the ground at once: its light is that of the surface above, times its albedo, and no path
+ * climbs for ever, white as the ground may be. */
+static void underground_there_is_ground(void **state) {
+  (void)state;
+  static const double depths_m[] = {1.0, 400.0, 100e3};
+  scene s;
+  start(&s, NULL, 6360e3, test_direction(40.0, 0.0));
+  s.view.sun_irradiance = np_spectrum_grey(1.0f);
+  s.view.ground_albedo = np_spectrum_grey(1.0f);
+  const double expected = cos(40.0 * NP_DEGREE) / NP_PI;
+  for (int i = 0; i < 3; i++)
+    for (int up = 0; up < 2; up++) {
+      const np_dvec3 origin = {0, 0, -depths_m[i]}, direction = test_direction(up ? 20.0 : 130.0, 70.0);
+      const estimate e = trace(&s, origin, direction, 1000, 3);
+      /* Float normals and the disk's width: a convex planet does not light itself, so there is no noise but the disk's.
+       */
+      assert_estimate("underground", &e, (const double[3]){expected, expected, expected},
+                      (const double[3]){1e-5, 1e-5, 1e-5});
+    }
+  end(&s);
+}
+
 /* Air that absorbs nothing, `density` times the Earth's, over white ground under a white sky: whatever is in it cannot
  * be seen. */
 static void look_into_furnace(double density, bool has_cloud, int count) {
@@ -276,6 +343,8 @@ static void what_a_limit_takes_is_told(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(skies_are_the_truths),
+      cmocka_unit_test(planets_of_all_sizes_are_the_truths),
+      cmocka_unit_test(underground_there_is_ground),
       cmocka_unit_test(white_furnace_is_invisible),
       cmocka_unit_test(absorbing_layer_dims_the_ground),
       cmocka_unit_test(light_between_cloud_and_white_ground_is_kept),

@@ -123,6 +123,7 @@ static void test_bad_descriptions_are_refused(void **state) {
   desc = good, desc.crop_max[1] = 541, assert_refused(f, scene, &desc, "within 960 x 540");
   desc = good, desc.sample_count = 0, assert_refused(f, scene, &desc, "samples is 0");
   desc = good, desc.integrator = (neph_integrator)7, assert_refused(f, scene, &desc, "integrator is 7");
+  desc = good, desc.atmosphere = (neph_render_atmosphere)2, assert_refused(f, scene, &desc, "atmosphere is 2, must be");
   desc = good, desc.struct_size = 4, assert_refused(f, scene, &desc, "struct_size is 4");
   neph_scene_destroy(scene);
 }

@@ -17,12 +17,21 @@ static double intersect_sphere(const np_scene_view *view, np_dvec3 origin, np_ve
   return fmax(c, 0.0) / (-b + sqrt(discriminant));
 }
 
+/* Who is under the ground sees it at once, in the light of the surface above: no path has to climb out. */
 static void set_sphere_hit(const np_scene_view *view, np_dvec3 origin, np_vec3 direction, double distance_m,
                            np_ground_hit *out) {
   out->distance_m = distance_m;
   out->position = np_dvec3_along(origin, direction, distance_m);
   out->normal = np_zenith(out->position, view->planet_radius_m);
   out->albedo = view->ground_albedo;
+  const double altitude = distance_m > 0.0 ? 0.0 : np_altitude(origin, view->planet_radius_m);
+  if (altitude < 0.0) out->position = np_dvec3_along(out->position, out->normal, -altitude);
+}
+
+/* Whether a place lies lower than the sea on land that the height field has. */
+static bool is_in_hollow(const np_scene_view *view, np_dvec3 place) {
+  return view->terrain && np_altitude(place, view->planet_radius_m) < 0.0 &&
+         np_terrain_covers(view->terrain, place.x, place.y);
 }
 
 static bool may_meet_terrain(const np_scene_view *view, np_dvec3 origin, np_vec3 direction) {
@@ -35,8 +44,9 @@ bool np_ground_intersect(const np_scene_view *view, np_dvec3 origin, np_vec3 dir
                            np_terrain_intersect(view->terrain, origin, direction, INFINITY, &terrain);
   const double sphere = view->has_planet ? intersect_sphere(view, origin, direction) : -1.0;
   bool is_sphere = sphere >= 0.0;
+  /* Land below sea level lies under the sphere: where the height field reaches, it alone is the ground. */
+  if (is_sphere && is_in_hollow(view, origin)) is_sphere = false;
   if (has_terrain && is_sphere) {
-    /* Land below sea level lies under the sphere: where the height field reaches, it alone is the ground. */
     const np_dvec3 p = np_dvec3_along(origin, direction, sphere);
     is_sphere = sphere < terrain.distance && !np_terrain_covers(view->terrain, p.x, p.y);
   }
