@@ -117,12 +117,14 @@ static void test_bad_paths_are_refused(void **state) {
   }
 }
 
-static void test_air_shadows_are_there_or_not(void **state) {
-  fixture *f = *state;
-  assert_false(f->scene->render.has_air_shadows);
+static void test_air_shadows_are_there_or_not_or_chosen(void **state) {
+  test_fixture *f = *state;
+  assert_int_equal(f->scene->render.air_shadows, NP_AIR_SHADOWS_AUTO);
   set(f, "render.air_shadows", "true");
-  assert_true(f->scene->render.has_air_shadows);
-  assert_refused(f, "render.air_shadows", "soft", "render.air_shadows is soft, must be false or true");
+  assert_int_equal(f->scene->render.air_shadows, NP_AIR_SHADOWS_TRUE);
+  set(f, "render.air_shadows", "false");
+  assert_int_equal(f->scene->render.air_shadows, NP_AIR_SHADOWS_FALSE);
+  assert_refused(f, "render.air_shadows", "soft", "render.air_shadows is soft, must be auto, false or true");
 }
 
 static void test_sun_depth_is_one_of_three(void **state) {
@@ -189,7 +191,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_what_is_wrong_changes_nothing, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_bad_paths_are_refused, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_sun_depth_is_one_of_three, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_air_shadows_are_there_or_not, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_air_shadows_are_there_or_not_or_chosen, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_settings_read_out, set_up, tear_down),
       cmocka_unit_test(test_failed_allocations),
   };

@@ -49,8 +49,9 @@ typedef struct np_sun_visibility {
   const void *user;
 } np_sun_visibility;
 
-/* A sky whose air lies in a shadow: sunlight that is scattered once counts by the visibility of the sun where it is
- * scattered; light that is scattered more often is that of a clear sky. Nothing mirrors a shadow, so that the tables go
+/* A sky whose air lies in a shadow that is known before the tables are: sunlight that is scattered once counts by the
+ * visibility of the sun where it is scattered, one look-up a slice and azimuth (pictures have it finer:
+ * light/air_shadow.h); light that is scattered more often is that of a clear sky. Nothing mirrors a shadow, so that the tables go
  * round the whole circle of azimuths. NULL: neph_sky_create. */
 neph_result np_sky_create_shadowed(neph_atmosphere *atmosphere, const neph_sky_desc *desc,
                                    const np_sun_visibility *visibility, neph_sky **out_sky);
@@ -61,6 +62,10 @@ np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction);
 
 /* Between the observer and the point at `distance_m`; beyond the last slice continued, never negative. */
 np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 direction, double distance_m);
+
+/* The same, and of the in-scatter what was sunlight before the air scattered it: light of the first order. */
+np_aerial_perspective np_sky_aerial_orders(const neph_sky *sky, np_vec3 direction, double distance_m,
+                                           np_spectrum *out_first);
 
 /* Sun irradiance above the atmosphere, direction and angular radius, as built. */
 np_spectrum np_sky_get_sun_irradiance(const neph_sky *sky);

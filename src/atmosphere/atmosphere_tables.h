@@ -62,6 +62,7 @@ struct neph_sky {
   np_scattered *view;   /* NULL in the dark: rows × azimuths: logarithms, per unit of sun irradiance */
   np_bands *depth;      /* aerial rows × slices: optical depth from the observer to the far plane, over the distance */
   np_scattered *aerial; /* likewise: aerial rows × azimuths × slices: in-scatter likewise, per unit of sun irradiance */
+  np_bands *molecules;  /* of that, what molecules scattered once; the aerosol's is its peak */
 };
 
 /* Moves a sky to another light and observer if its tables stand for them within their tolerance; else false, and why,
@@ -158,8 +159,9 @@ typedef struct np_aerial_sample {
   np_scattered inscatter;
 } np_aerial_sample;
 
-/* Up to `distance_m` from the observer along `ray`, whose direction `place` is. */
+/* Up to `distance_m` from the observer along `ray`, whose direction `place` is. What molecules scattered once goes to
+ * `out_molecules`, where that is not NULL. */
 np_aerial_sample np_sky_aerial_lookup(const neph_sky *sky, const np_sky_place *place, const np_ray *ray,
-                                      double distance_m);
+                                      double distance_m, np_bands *out_molecules);
 
 #endif

@@ -184,7 +184,9 @@ np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction) {
   return shade(sky, direction, np_sky_view_lookup(sky, &place, np_sky_view_length(sky, cosine, place.is_below)));
 }
 
-np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 direction, double distance_m) {
+/* `out_first` NULL: not wanted. */
+static np_aerial_perspective find_aerial(const neph_sky *sky, np_vec3 direction, double distance_m,
+                                         np_spectrum *out_first) {
   const np_aerial_perspective clear = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
   const np_sky_layout layout = np_sky_aerial_layout(sky);
   const np_sky_place place = np_sky_locate(&sky->frame, direction, &layout);
@@ -192,8 +194,20 @@ np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 dir
   const np_ray ray =
       np_aerial_ray(&sky->atmosphere->medium, &sky->frame, find_cosine(&sky->frame, direction), place.is_below);
   if (!(ray.length_m > 0.0)) return clear;
-  const np_aerial_sample s = np_sky_aerial_lookup(sky, &place, &ray, distance_m);
+  np_bands molecules;
+  const np_aerial_sample s = np_sky_aerial_lookup(sky, &place, &ray, distance_m, out_first ? &molecules : NULL);
+  if (out_first) *out_first = shade(sky, direction, (np_scattered){molecules, s.inscatter.peak});
   return (np_aerial_perspective){np_bands_to_spectrum(np_bands_exp(-s.depth)), shade(sky, direction, s.inscatter)};
+}
+
+np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 direction, double distance_m) {
+  return find_aerial(sky, direction, distance_m, NULL);
+}
+
+np_aerial_perspective np_sky_aerial_orders(const neph_sky *sky, np_vec3 direction, double distance_m,
+                                           np_spectrum *out_first) {
+  *out_first = np_spectrum_grey(0.0f);
+  return find_aerial(sky, direction, distance_m, out_first);
 }
 
 static np_vec3 read_direction(const double direction[3]) {

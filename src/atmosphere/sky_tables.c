@@ -90,6 +90,10 @@ static void refine_azimuths(const azimuth_splines *s, const np_scattered *nodes,
         (np_scattered){np_spline_eval(&s->at[i], &nodes->smooth, 2), np_spline_eval(&s->at[i], &nodes->peak, 2)};
 }
 
+static void refine_bands(const azimuth_splines *s, const np_bands *nodes, np_bands *out, size_t stride) {
+  for (int i = 0; i < s->count; i++) out[(size_t)i * stride] = np_spline_eval(&s->at[i], nodes, 1);
+}
+
 float np_sky_view_length(const neph_sky *sky, double cosine, bool is_below) {
   if (!is_below) return 1.0f;
   const np_ray ray = np_ray_on_side(&sky->atmosphere->medium, sky->frame.altitude_m, cosine, true);
@@ -97,8 +101,10 @@ float np_sky_view_length(const neph_sky *sky, double cosine, bool is_below) {
 }
 
 /* Logarithms of light times a scale, as tables keep them. */
+static np_bands log_light(np_bands light, float scale) { return np_bands_log(light * scale + light_floor); }
+
 static np_scattered log_scattered(np_scattered s, float scale) {
-  return (np_scattered){np_bands_log(s.smooth * scale + light_floor), np_bands_log(s.peak * scale + light_floor)};
+  return (np_scattered){log_light(s.smooth, scale), log_light(s.peak, scale)};
 }
 
 /* A table under construction: what all of its rows need. */
@@ -172,6 +178,7 @@ typedef struct aerial_row {
   np_fan_shadow shadow;
   np_bands depth;
   np_scattered sum[NP_VIEW_AZIMUTHS_MAX];
+  np_bands molecules[NP_VIEW_AZIMUTHS_MAX]; /* of it, what they scattered once */
 } aerial_row;
 
 /* Adds what is scattered between two places on the scale, the source taken in their middle. On a ray of no length, at
@@ -188,7 +195,7 @@ static void add_step(aerial_row *row, double begin, double end) {
       resolve_step(row->light, &row->ray, np_aerial_scale_distance(&row->scale, 0.5 * (begin + end)));
   np_scattered scattered[NP_VIEW_AZIMUTHS_MAX];
   memset(scattered, 0, (size_t)row->fan.count * sizeof *scattered);
-  np_sky_add_scattered(row->light, &row->fan, &node, weight, scattered);
+  np_sky_add_scattered(row->light, &row->fan, &node, weight, scattered, row->molecules);
   for (int i = 0; i < row->fan.count; i++) {
     row->sum[i].smooth += np_bands_max(scattered[i].smooth, np_bands_grey(0.0f));
     row->sum[i].peak += scattered[i].peak;
@@ -197,9 +204,10 @@ static void add_step(aerial_row *row, double begin, double end) {
 
 /* Slice by slice: the mean extinction to its far plane, and the logarithms of the mean in-scatter at every azimuth. */
 static void build_slices(aerial_row *row, const np_view_sizes *n, const azimuth_splines *splines, np_bands *depths,
-                         np_scattered *planes) {
+                         np_scattered *planes, np_bands *molecules) {
   const double count = n->points;
   np_scattered plane[NP_VIEW_AZIMUTHS_MAX];
+  np_bands first[NP_VIEW_AZIMUTHS_MAX];
   for (int k = 0; k < n->points; k++) {
     const double near = np_aerial_scale_distance(&row->scale, k / count);
     const double far = fmax(np_aerial_scale_distance(&row->scale, (k + 1.0) / count), near);
@@ -207,8 +215,13 @@ static void build_slices(aerial_row *row, const np_view_sizes *n, const azimuth_
     for (int i = 0; i < steps; i++) add_step(row, (k + (double)i / steps) / count, (k + (i + 1.0) / steps) / count);
     const float inverse_far = (float)(far > 0.0 ? 1.0 / far : 1.0 / (k + 1.0));
     depths[k] = inverse_far * row->depth;
-    for (int i = 0; i < row->fan.count; i++) plane[i] = log_scattered(row->sum[i], inverse_far);
-    if (planes) refine_azimuths(splines, plane, planes + k, (size_t)n->points);
+    for (int i = 0; i < row->fan.count; i++) {
+      plane[i] = log_scattered(row->sum[i], inverse_far);
+      first[i] = log_light(row->molecules[i], inverse_far);
+    }
+    if (!planes) continue;
+    refine_azimuths(splines, plane, planes + k, (size_t)n->points);
+    refine_bands(splines, first, molecules + k, (size_t)n->points);
   }
 }
 
@@ -221,8 +234,9 @@ static void build_aerial_row(const table_job *job, int at) {
   aerial_row row = {.light = light, .ray = np_aerial_ray(light->medium, &sky->frame, cosine, at >= n->up)};
   row.scale = np_aerial_scale_make(&row.ray, &sky->frame);
   if (sky->aerial) make_fan(sky, &row.ray, (float)cosine, n->node_azimuths, &row.shadow, &row.fan);
-  np_scattered *planes = sky->aerial ? sky->aerial + (size_t)(at * n->azimuths) * (size_t)n->points : NULL;
-  build_slices(&row, n, &job->splines, sky->depth + at * n->points, planes);
+  const size_t first = (size_t)(at * n->azimuths) * (size_t)n->points;
+  np_scattered *planes = sky->aerial ? sky->aerial + first : NULL;
+  build_slices(&row, n, &job->splines, sky->depth + at * n->points, planes, sky->aerial ? sky->molecules + first : NULL);
 }
 
 static neph_result build_aerial_rows(void *user, size_t begin, size_t end, unsigned thread) {
@@ -275,7 +289,8 @@ neph_result np_sky_tables_build(neph_sky *sky) {
   sky->view = np_alloc(context, view_rows * (size_t)view->azimuths, sizeof *sky->view);
   if (!sky->view) return NEPH_ERROR_OUT_OF_MEMORY;
   sky->aerial = np_alloc(context, aerial_rows * (size_t)aerial->azimuths * slices, sizeof *sky->aerial);
-  if (!sky->aerial) return NEPH_ERROR_OUT_OF_MEMORY;
+  sky->molecules = np_alloc(context, aerial_rows * (size_t)aerial->azimuths * slices, sizeof *sky->molecules);
+  if (!sky->aerial || !sky->molecules) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = np_sky_gather_build(sky);
   if (!result) result = np_sky_view_build(sky);
   return result ? result : np_sky_aerial_build(sky);
@@ -286,6 +301,7 @@ void np_sky_tables_free(neph_sky *sky) {
   np_alloc_free(context, sky->view);
   np_alloc_free(context, sky->depth);
   np_alloc_free(context, sky->aerial);
+  np_alloc_free(context, sky->molecules);
 }
 
 /* Exponent that spaces the rows of one half. */
@@ -354,6 +370,18 @@ static np_aerial_sample lookup_plane(const neph_sky *sky, const np_sky_place *pl
   return (np_aerial_sample){depth, {t * undo_log(s.smooth), t * undo_log(s.peak)}};
 }
 
+/* What molecules scattered once, likewise. */
+static np_bands lookup_molecules(const neph_sky *sky, const np_sky_place *place, int slice, double distance_m) {
+  if (slice < 0 || !sky->molecules) return np_bands_grey(0.0f);
+  const np_view_sizes *n = &sky->aerial_sizes;
+  const np_bands *low = sky->molecules + (place->row * n->azimuths + place->azimuth) * n->points + slice;
+  const np_bands *high = low + n->azimuths * n->points;
+  const np_bands logarithm = np_bands_mix(np_bands_mix(low[0], low[n->points], place->azimuth_upper),
+                                          np_bands_mix(high[0], high[n->points], place->azimuth_upper),
+                                          place->row_upper);
+  return (float)distance_m * undo_log(logarithm);
+}
+
 /* y/(1 − e⁻ʸ), to 4 % at y = 3 and far better below. */
 static np_bands inverse_step_weight(np_bands y) { return 1.0f + y * (0.5f + y * (1.0f / 12.0f)); }
 
@@ -366,7 +394,7 @@ static np_bands part_of_slice(np_bands depth, float x) {
 }
 
 np_aerial_sample np_sky_aerial_lookup(const neph_sky *sky, const np_sky_place *place, const np_ray *ray,
-                                      double distance_m) {
+                                      double distance_m, np_bands *out_molecules) {
   const np_aerial_scale scale = np_aerial_scale_make(ray, &sky->frame);
   const int count = sky->aerial_sizes.points;
   const double t = np_clamp(distance_m - ray->offset_m, 0.0, 2.0 * ray->length_m), within = fmin(t, ray->length_m);
@@ -379,6 +407,10 @@ np_aerial_sample np_sky_aerial_lookup(const neph_sky *sky, const np_sky_place *p
   const float x = far > near ? (float)fmax((end - near) / (far - near), 0.0) : 0.0f;
   const np_aerial_sample a = lookup_plane(sky, place, slice - 1, near), b = lookup_plane(sky, place, slice, far);
   const np_bands part = part_of_slice(b.depth - a.depth, x);
+  if (out_molecules) {
+    const np_bands before = lookup_molecules(sky, place, slice - 1, near);
+    *out_molecules = before + part * (lookup_molecules(sky, place, slice, far) - before);
+  }
   return (np_aerial_sample){a.depth + x * (b.depth - a.depth),
                             {a.inscatter.smooth + part * (b.inscatter.smooth - a.inscatter.smooth),
                              a.inscatter.peak + part * (b.inscatter.peak - a.inscatter.peak)}};

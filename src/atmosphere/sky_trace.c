@@ -26,7 +26,7 @@ static void shade_sunlight(const np_fan *fan, double t, np_bands *sunlight) {
 }
 
 static void add_first_order(const np_sky_light *light, const np_fan *fan, const np_path_node *at, np_bands weight,
-                            const np_fan_point *point, np_scattered *sums) {
+                            const np_fan_point *point, np_scattered *sums, np_bands *molecules) {
   const np_depth_row row = np_depth_table_row(light->depths, (double)at->altitude_m);
   const np_bands rayleigh = weight * at->air.rayleigh;
   np_bands sunlight[NP_FAN_MAX];
@@ -34,7 +34,9 @@ static void add_first_order(const np_sky_light *light, const np_fan *fan, const 
   if (fan->shadow) shade_sunlight(fan, at->t, sunlight);
   for (int i = 0; i < fan->count; i++) {
     const float c = fan->angle_cosine[i];
-    sums[i].smooth += np_phase_rayleigh_eval(c) * sunlight[i] * rayleigh;
+    const np_bands scattered = np_phase_rayleigh_eval(c) * sunlight[i] * rayleigh;
+    sums[i].smooth += scattered;
+    if (molecules) molecules[i] += scattered;
     sums[i].peak += weight * sunlight[i] * np_aerosol_peak(light->medium, &at->air, 1.0f - c);
   }
 }
@@ -63,10 +65,10 @@ static void add_later_orders(const np_sky_light *light, const np_fan *fan, const
 }
 
 void np_sky_add_scattered(const np_sky_light *light, const np_fan *fan, const np_path_node *at, np_bands weight,
-                          np_scattered *sums) {
+                          np_scattered *sums, np_bands *molecules) {
   np_fan_point point;
   light->kernels->find_suns(fan, (float)at->t, at->r, &point);
-  add_first_order(light, fan, at, weight, &point, sums);
+  add_first_order(light, fan, at, weight, &point, sums, molecules);
   if (light->moments) add_later_orders(light, fan, at, weight, &point, sums);
 }
 
@@ -75,7 +77,7 @@ void np_sky_trace(const np_sky_light *light, const np_fan *fan, const np_ray *ra
   memset(out, 0, (size_t)fan->count * sizeof *out);
   for (int i = 0; i < path->count; i++) {
     const np_path_node *node = &path->node[i];
-    np_sky_add_scattered(light, fan, node, node->weight_m * node->transmittance, out);
+    np_sky_add_scattered(light, fan, node, node->weight_m * node->transmittance, out, NULL);
   }
   if (has_ground && ray->hits_ground) add_ground(light, fan, ray, path->end_transmittance, out);
   /* The degree-2 cut of the aerosol's source may dip below nothing where the sky is darkest. */

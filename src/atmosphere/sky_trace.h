@@ -29,9 +29,9 @@ typedef struct np_scattered {
 } np_scattered;
 
 /* Adds to each ray of a fan what the air at one of its points scatters into it, per metre and unit of sun irradiance,
- * times a weight. */
+ * times a weight; and to `molecules`, where that is not NULL, what of it molecules scattered once. */
 void np_sky_add_scattered(const np_sky_light *light, const np_fan *fan, const np_path_node *at, np_bands weight,
-                          np_scattered *sums);
+                          np_scattered *sums, np_bands *molecules);
 
 /* Integrates along the rays of a fan, whose path is that of `ray`. With `has_ground` the sunlight and skylight that the
  * ground at the end sends back come in too. */

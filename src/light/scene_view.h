@@ -37,6 +37,7 @@ struct np_multi_scatter;
 struct np_emission;
 struct np_sun_cache;
 struct np_ground_cache;
+struct np_air_shadow;
 
 typedef struct np_scene_view {
   unsigned volume_count; /* at most NP_VIEW_VOLUMES_MAX */
@@ -67,6 +68,7 @@ typedef struct np_scene_view {
   const struct np_multi_scatter *multi_scatter; /* NULL: not solved for */
   const struct np_sun_cache *sun_cache;         /* NULL: depths towards the sun are walked for */
   const struct np_ground_cache *ground_cache;   /* NULL: the sky over the ground is taken as clear */
+  const struct np_air_shadow *air_shadow;       /* of the camera's sky; NULL: clear */
 } np_scene_view;
 
 /* A direction towards the sun's disk, uniform over it; its centre when the disk is a point. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light from the sky, and the air between two points. */
-#include "light/scene_view.h"
+#include "light/air_shadow.h"
 
 static np_spectrum see_environment(const np_scene_view *view, np_vec3 direction) {
   const bool is_hidden = view->is_environment_upper_only && direction.z < 0.0f;
@@ -13,9 +13,40 @@ np_spectrum np_light_space(const np_scene_view *view, np_dvec3 origin, np_vec3 d
   return np_spectrum_add(radiance, np_night_radiance(view->night, NULL, origin, direction));
 }
 
+static bool has_shadow(const np_scene_view *view, const neph_sky *sky) {
+  return view->air_shadow && sky == view->camera_sky;
+}
+
+/* Takes from light that air scattered up to a distance what clouds and hills keep from it; `first` of it is of the
+ * first order. Never negative: tables of the whole and of the first order are interpolated apart. */
+static np_spectrum shade(const np_scene_view *view, np_vec3 direction, double distance_m, np_spectrum light,
+                         np_spectrum first) {
+  const np_spectrum lost = np_air_shadow_find(view->air_shadow, direction, distance_m);
+  for (int b = 0; b < NP_BAND_COUNT; b++)
+    light.band[b] = fmaxf(light.band[b] - lost.band[b] * first.band[b], 0.0f);
+  return light;
+}
+
+static np_spectrum see_sky(const np_scene_view *view, const neph_sky *sky, np_vec3 direction) {
+  const np_spectrum clear = np_sky_radiance(sky, direction);
+  if (!has_shadow(view, sky)) return clear;
+  np_spectrum first;
+  (void)np_sky_aerial_orders(sky, direction, INFINITY, &first);
+  return shade(view, direction, INFINITY, clear, first);
+}
+
+static np_aerial_perspective see_air(const np_scene_view *view, const neph_sky *sky, np_vec3 direction,
+                                     double distance_m) {
+  if (!has_shadow(view, sky)) return np_sky_aerial_perspective(sky, direction, distance_m);
+  np_spectrum first;
+  np_aerial_perspective air = np_sky_aerial_orders(sky, direction, distance_m, &first);
+  air.inscatter = shade(view, direction, distance_m, air.inscatter, first);
+  return air;
+}
+
 np_spectrum np_light_sky(const np_scene_view *view, const neph_sky *sky, np_dvec3 origin, np_vec3 direction) {
   np_spectrum radiance = see_environment(view, direction);
-  if (sky) radiance = np_spectrum_add(radiance, np_sky_radiance(sky, direction));
+  if (sky) radiance = np_spectrum_add(radiance, see_sky(view, sky, direction));
   if (!view->night) return radiance;
   return np_spectrum_add(radiance, np_night_radiance(view->night, view->atmosphere, origin, direction));
 }
@@ -31,7 +62,7 @@ np_spectrum np_light_background(const np_scene_view *view, np_dvec3 origin, np_v
 
 np_aerial_perspective np_light_air(const np_scene_view *view, const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
                                    double distance_m) {
-  if (sky) return np_sky_aerial_perspective(sky, direction, distance_m);
+  if (sky) return see_air(view, sky, direction, distance_m);
   np_aerial_perspective air = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
   if (view->atmosphere)
     air.transmittance = np_atmosphere_transmittance_between(view->atmosphere, origin,

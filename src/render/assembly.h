@@ -5,6 +5,7 @@
 
 #include "atmosphere/band_set.h"
 #include "atmosphere/sky_store.h"
+#include "light/air_shadow.h"
 #include "light/ground_cache.h"
 #include "light/light_store.h"
 #include "light/sun_cache.h"
@@ -17,9 +18,9 @@
 typedef struct np_packet_light {
   bool is_moon;
   neph_sky *camera_sky, *cloud_sky;
-  neph_sky *shadowed_sky; /* the camera's, with the air in the shadow of clouds and hills; NULL: clear */
   np_multi_scatter multi_scatter; /* empty when not needed */
   np_ground_cache ground_cache;   /* likewise */
+  np_air_shadow air_shadow;       /* likewise */
   np_scene_view view;
 } np_packet_light;
 
@@ -51,6 +52,7 @@ typedef struct np_assembly {
   np_star_catalogue stars;
   np_sphere_map star_map, moon_map; /* empty: none */
   np_sun_cache sun_caches[NP_LIGHTS_MAX]; /* of sun and moon, for all packets; empty when not needed */
+  np_air_visibility air_visibilities[NP_LIGHTS_MAX]; /* likewise */
   unsigned packet_count;
   np_packet *packets;
   np_sky_store *skies;    /* the scene's: what packets have of skies was taken from it and goes back */

@@ -231,26 +231,54 @@ static neph_result build_ground_cache(const np_packet_lights_desc *d, np_packet_
   return result;
 }
 
-/* Clouds and hills between a point of the air and the sun. */
-static float find_sun_visibility(const void *user, np_dvec3 position) {
-  const np_scene_view *view = user;
-  if (np_light_is_behind_terrain(view, position, view->to_sun)) return 0.0f;
-  return np_transmittance(np_sun_cache_find_depth(view, position, view->to_sun, 16.0f));
+/* Rays through every so many pixels of the picture; those about the crop, and two more, of which neighbours and
+ * pixels' filters take part. */
+static np_air_rays make_air_rays(const np_assembly *a, const np_plan *plan) {
+  const np_camera *c = &a->camera;
+  const neph_render_desc *desc = &plan->desc;
+  const unsigned spacing = plan->air_ray_spacing;
+  const float step = 2.0f * c->tan_half_width * (float)spacing / (float)c->width;
+  np_air_rays rays = {.origin = c->origin,
+                      .forward = np_vec3_scale(c->back, -1.0f),
+                      .right = np_vec3_scale(c->right, step),
+                      .down = np_vec3_scale(c->up, -step)};
+  const unsigned whole[2] = {c->width, c->height};
+  for (int k = 0; k < 2; k++) {
+    rays.middle[k] = 0.5f * (float)whole[k] / (float)spacing;
+    rays.begin[k] = (int32_t)(desc->crop_min[k] / spacing) - 2;
+    rays.end[k] = (int32_t)(desc->crop_max[k] / spacing) + 4;
+    rays.whole_end[k] = (int32_t)(whole[k] / spacing) + 1;
+  }
+  return rays;
 }
 
-static bool has_air_shadows(const np_packet_lights_desc *d, const np_packet_light *own) {
-  const bool is_anything_there = own->view.volume_count > 0 || own->view.terrain;
-  return d->scene->render.has_air_shadows && own->camera_sky && is_anything_there;
+static np_air_casters find_casters(const np_assembly *a) {
+  np_air_casters casters = {.count = 0};
+  if (a->volume_count > 0) {
+    casters.low[casters.count] = a->clouds_min;
+    casters.high[casters.count++] = a->clouds_max;
+  }
+  if (a->terrain) {
+    np_terrain_get_bounds(a->terrain, &casters.low[casters.count], &casters.high[casters.count]);
+    casters.count++;
+  }
+  return casters;
 }
 
-/* The camera's sky anew, with the air in the shadow of clouds and hills. */
-static neph_result shadow_sky(const np_packet_lights_desc *d, const np_packet *packet, const light *l,
-                              np_packet_light *out) {
-  const np_sun_visibility visibility = {find_sun_visibility, &out->view};
-  neph_sky_desc desc;
-  describe_sky(l, d->assembly->camera.origin, &desc);
-  neph_result result = np_sky_create_shadowed(packet->atmosphere, &desc, &visibility, &out->shadowed_sky);
-  if (!result) out->view.camera_sky = out->shadowed_sky;
+/* The visibility serves every packet. */
+static neph_result build_air_shadow(const np_packet_lights_desc *d, np_packet_light *out) {
+  np_assembly *a = d->assembly;
+  np_air_visibility *visibility = &a->air_visibilities[out->is_moon];
+  neph_result result = NEPH_OK;
+  if (!out->camera_sky) return result;
+  if (!visibility->context) {
+    const np_air_rays rays = make_air_rays(a, d->plan);
+    const np_air_casters casters = find_casters(a);
+    result = np_air_visibility_build(a->context, &out->view, &rays, &casters, d->monitor, visibility);
+  }
+  if (result || !visibility->seen) return result;
+  result = np_air_shadow_build(visibility, out->camera_sky, d->monitor, &out->air_shadow);
+  if (!result) out->view.air_shadow = &out->air_shadow;
   return result;
 }
 
@@ -264,7 +292,8 @@ static neph_result build_light(const np_packet_lights_desc *d, const light *l, n
   if (needs(d->plan, NP_STAGE_SUN_DEPTH)) result = build_sun_cache(d, out);
   if (!result && needs(d->plan, NP_STAGE_ORDINATES)) result = build_multi_scatter(d, packet, out);
   if (!result && needs(d->plan, NP_STAGE_GROUND_CLOUDS)) result = build_ground_cache(d, out);
-  return !result && has_air_shadows(d, out) ? shadow_sky(d, packet, l, out) : result;
+  if (!result && needs(d->plan, NP_STAGE_AIR_SHADOWS)) result = build_air_shadow(d, out);
+  return result;
 }
 
 /* Sun first; where neither shines, a sun without light. */
@@ -289,7 +318,7 @@ void np_packet_lights_clear(const np_assembly *assembly, np_packet *packet, neph
   for (unsigned i = 0; i < packet->light_count; i++) {
     np_packet_light *own = &packet->lights[i];
     np_ground_cache_clear(&own->ground_cache);
-    neph_sky_destroy(own->shadowed_sky);
+    np_air_shadow_clear(&own->air_shadow);
     np_light_store_give(assembly->lights, index, get_light_role(own->is_moon), &own->multi_scatter);
     out_skies[get_role(own->is_moon, false)] = own->camera_sky;
     out_skies[get_role(own->is_moon, true)] = own->cloud_sky;

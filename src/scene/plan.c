@@ -256,11 +256,23 @@ static void decide_light(np_plan *plan, const scene_facts *facts) {
 static void decide_sun_depth(np_plan *plan, const neph_scene *scene, const scene_facts *facts) {
   const char *against = facts->dark;
   if (!against && !facts->has_clouds) against = "the scene has no clouds";
-  if (!against && plan->desc.integrator == NEPH_INTEGRATOR_PATH) against = "the tracer asks the clouds themselves";
+  if (!against && plan->desc.integrator == NEPH_INTEGRATOR_PATH && plan->air_ray_spacing == 0)
+    against = "the tracer asks the clouds themselves";
   if (!against && !facts->has_sun && !facts->has_moon) against = facts->no_sun;
   char reason[sizeof plan->stages->reason] = "";
   const bool is_cheaper = !against && np_plan_choose_sun_volume(plan, scene, reason, sizeof reason);
   decide(plan, NP_STAGE_SUN_DEPTH, is_cheaper, against ? against : reason);
+}
+
+/* Before the volume of depths towards the sun, which they ask. */
+static void decide_air_shadows(np_plan *plan, const neph_scene *scene, const scene_facts *facts) {
+  const np_plan_stage *sky = &plan->stages[NP_STAGE_CAMERA_SKY];
+  const char *against = sky->is_needed ? NULL : sky->reason;
+  if (!against && !facts->has_clouds && !facts->has_terrain) against = "there are neither clouds nor hills";
+  char reason[sizeof plan->stages->reason] = "";
+  const bool is_wanted = !against && np_plan_choose_air_shadows(plan, scene, reason, sizeof reason);
+  decide(plan, NP_STAGE_AIR_SHADOWS, is_wanted, against ? against : reason);
+  plan->air_ray_spacing = is_wanted ? np_plan_choose_air_spacing(plan, scene) : 0;
 }
 
 static void decide_night(np_plan *plan, const scene_facts *facts) {
@@ -370,6 +382,7 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   decide_scattering(out_plan, &facts);
   decide_colors(out_plan, scene, &facts);
   count_work(out_plan);
+  decide_air_shadows(out_plan, scene, &facts);
   decide_sun_depth(out_plan, scene, &facts);
   return NEPH_OK;
 }
@@ -408,6 +421,7 @@ const char *np_stage_get_name(np_stage stage) {
       [NP_STAGE_SUN_DEPTH] = "sun depth volume",
       [NP_STAGE_ORDINATES] = "multiple scattering",
       [NP_STAGE_GROUND_CLOUDS] = "clouds on ground",
+      [NP_STAGE_AIR_SHADOWS] = "air shadows",
       [NP_STAGE_LOOK] = "look",
       [NP_STAGE_INTEGRATOR] = "integrator",
       [NP_STAGE_COLOR] = "colour",

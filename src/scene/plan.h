@@ -18,6 +18,7 @@ typedef enum np_stage {
   NP_STAGE_SUN_DEPTH,    /* of the clouds, filled in once, for march and shadows */
   NP_STAGE_ORDINATES,    /* multiple scattering solved for on coarse cells */
   NP_STAGE_GROUND_CLOUDS, /* light from the clouds on the ground */
+  NP_STAGE_AIR_SHADOWS,   /* of clouds and hills, in the air before the camera */
   NP_STAGE_LOOK,      /* multiple scattering guessed from single scattering */
   NP_STAGE_INTEGRATOR,
   NP_STAGE_COLOR, /* packets of three bands, added up as the eye does */
@@ -47,6 +48,7 @@ typedef struct np_plan {
   np_plan_stage stages[NP_STAGE_COUNT];
   uint64_t ray_count;      /* of the camera: pixels of the crop times samples */
   uint64_t film_bytes;     /* of the film's channels in float */
+  unsigned air_ray_spacing; /* pixels between rays along which shadows in the air are looked for; 0: none */
   double bake_voxel_count; /* in the boxes of the clouds to bake: an upper bound of what is kept */
   double cloud_voxel_count; /* that hold cloud: a guess, by which work is judged */
 } np_plan;
@@ -68,6 +70,13 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
 /* Decides between filling a volume of depths towards the sun and marching for each, for a plan whose rays and voxels
  * are counted; says why. */
 bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size);
+
+/* Decides whether clouds and hills cast shadows into the air, for a plan that has a sky for the camera; says why. */
+bool np_plan_choose_air_shadows(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size);
+
+/* Pixels between the rays along which they are looked for: a quarter of a degree, half the sun's disk, or two where that
+ * is less. */
+unsigned np_plan_choose_air_spacing(const np_plan *plan, const neph_scene *scene);
 
 /* The same for a picture of the sky alone: no clouds, no terrain. */
 neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan);

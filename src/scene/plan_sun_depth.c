@@ -12,9 +12,14 @@ static const double disk_radius_max_rad = NP_PI / 180.0;
 /* Every node is filled from one look-up; nodes on the faces of cells count twice, and some are around the cloud. */
 static double count_filling(double voxels) { return 2.0 * voxels; }
 
-/* A ray in three meets cloud, takes some 16 steps before it is dark there, and from each some quarter of the cloud's
- * breadth lies before the sun. */
-static double count_marching(double voxels, double rays) { return rays / 3.0 * 16.0 * 0.25 * cbrt(voxels); }
+/* A ray of the march in three meets cloud and takes some 16 steps before it is dark there; one for shadows in the air
+ * asks at some 48 places. From each some quarter of the cloud's breadth lies before the sun. */
+static double count_marching(const np_plan *plan) {
+  const double spacing = plan->air_ray_spacing, pixels = (double)plan->ray_count / plan->desc.sample_count;
+  const double air_rays = spacing > 0.0 ? pixels / (spacing * spacing) : 0.0;
+  const double rays = plan->desc.integrator == NEPH_INTEGRATOR_MARCH ? (double)plan->ray_count : 0.0;
+  return (rays / 3.0 * 16.0 + air_rays * 48.0) * 0.25 * cbrt(plan->cloud_voxel_count);
+}
 
 bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size) {
   const np_sun_depth wanted = scene->render.sun_depth;
@@ -26,8 +31,7 @@ bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, cha
     snprintf(out_reason, reason_size, "sun.angular_radius is above 1 deg: its disk is marched for");
     return false;
   }
-  const double filling = count_filling(plan->cloud_voxel_count),
-               marching = count_marching(plan->cloud_voxel_count, (double)plan->ray_count);
+  const double filling = count_filling(plan->cloud_voxel_count), marching = count_marching(plan);
   snprintf(out_reason, reason_size, "some %.1g look-ups to fill it against %.1g to march for every step", filling,
            marching);
   return filling < marching;

@@ -44,6 +44,8 @@ static const np_choice scatterings[] = {
     {NULL, 0}};
 static const np_choice sun_depths[] = {
     {"auto", NP_SUN_DEPTH_AUTO}, {"volume", NP_SUN_DEPTH_VOLUME}, {"march", NP_SUN_DEPTH_MARCH}, {NULL, 0}};
+static const np_choice air_shadows[] = {
+    {"auto", NP_AIR_SHADOWS_AUTO}, {"false", NP_AIR_SHADOWS_FALSE}, {"true", NP_AIR_SHADOWS_TRUE}, {NULL, 0}};
 static const np_choice models[] = {
     {"cells", NEPH_CLOUD_MODEL_CELLS},
     {"slab", NEPH_CLOUD_MODEL_SLAB},
@@ -533,9 +535,10 @@ static const np_key keys[] = {
      .fallback = "auto",
      .meaning = "how the march finds how much cloud lies before the sun: looked up in a volume filled once, or marched "
                 "for at every step; auto takes what is cheaper"},
-    {.path = "render.air_shadows", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(render.has_air_shadows),
-     .fallback = "false",
-     .meaning = "whether clouds and hills cast shadows into the air before the camera; traced air always has them"},
+    {.path = "render.air_shadows", .type = NP_KEY_CHOICE, .choices = air_shadows, .field = SCENE(render.air_shadows),
+     .fallback = "auto",
+     .meaning = "whether clouds and hills cast shadows into the air before the camera; auto: where they might be seen; "
+                "traced air always has them"},
 
     {.path = "output", .type = NP_KEY_SECTION, .meaning = "what is written, and where"},
     {.path = "output.image", .type = NP_KEY_FILE, .field = SCENE(output.image),

@@ -189,6 +189,9 @@ typedef enum np_aov {
 /* How the march finds optical depths towards the sun. */
 typedef enum np_sun_depth { NP_SUN_DEPTH_AUTO, NP_SUN_DEPTH_VOLUME, NP_SUN_DEPTH_MARCH } np_sun_depth;
 
+/* Whether clouds and hills cast shadows into the air before the camera. */
+typedef enum np_air_shadows { NP_AIR_SHADOWS_AUTO, NP_AIR_SHADOWS_FALSE, NP_AIR_SHADOWS_TRUE } np_air_shadows;
+
 typedef struct np_scene_render {
   neph_integrator integrator;
   unsigned wavelength_count; /* 3: the bands that the scene is given in */
@@ -209,7 +212,7 @@ typedef struct np_scene_render {
   double step_voxels;       /* longest step of the march, in voxels */
   double transmittance_end; /* a ray ends below this */
   np_sun_depth sun_depth;
-  bool has_air_shadows;
+  np_air_shadows air_shadows;
 } np_scene_render;
 
 typedef enum np_scene_color { NP_SCENE_COLOR_AUTO, NP_SCENE_BANDS, NP_SCENE_REC709, NP_SCENE_ACESCG } np_scene_color;
