@@ -91,6 +91,47 @@ static void test_sun_volume_is_filled_where_it_pays(void **state) {
   assert_sun_volume(*state, "version: 1", false, "no clouds");
 }
 
+static void assert_air_shadows(test_fixture *f, const char *text, bool are_needed, const char *reason) {
+  neph_scene *scene = load(f, text);
+  np_plan plan;
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  const np_plan_stage *stage = &plan.stages[NP_STAGE_AIR_SHADOWS];
+  if (stage->is_needed != are_needed || !strstr(stage->reason, reason))
+    fail_msg("%s: %s: %s", text, stage->is_needed ? "yes" : "no", stage->reason);
+  assert_int_equal(plan.air_ray_spacing > 0, are_needed);
+  neph_scene_destroy(scene);
+}
+
+/* A field of kilometres yes, a puff of 80 m no; hills while the sun throws their shadows far enough. */
+static void test_shadows_in_the_air_are_cast_where_they_may_be_seen(void **state) {
+  static const char puff[] = "clouds: [{bake: {extent: 80 m, thickness: 40 m, voxel: 5 m}}]";
+  assert_air_shadows(*state, BAKE, true, "clouds may shade air that scatters up to");
+  assert_air_shadows(*state, puff, false, "clouds may shade air that scatters up to");
+  assert_air_shadows(*state, CLOUD, true, "clouds may shade air");
+  assert_air_shadows(*state, "terrain: {ridges: {relief: 800 m}}\nsun: {elevation: 5 deg}", true,
+                     "hills may shade air");
+  assert_air_shadows(*state, "terrain: {ridges: {relief: 200 m}}\nsun: {elevation: 60 deg}", false, "hills may shade");
+  assert_air_shadows(*state, BAKE "sun: {elevation: -5 deg}", false, "5.0 deg below the horizon the sun shines over");
+  assert_air_shadows(*state, "version: 1", false, "there are neither clouds nor hills");
+  assert_air_shadows(*state, BAKE "atmosphere: none", false, "atmosphere.preset is none");
+  assert_air_shadows(*state, BAKE "render: {integrator: path}", false, "render.atmosphere is traced");
+  assert_air_shadows(*state, BAKE "render: {air_shadows: false}", false, "render.air_shadows is false");
+  assert_air_shadows(*state, BAKE "sun: {elevation: -5 deg}\nrender: {air_shadows: true}", true,
+                     "render.air_shadows is true");
+}
+
+/* A quarter of a degree of the default 50 deg in 960 pixels; two pixels of a small picture. */
+static void test_rays_for_shadows_are_a_quarter_of_a_degree_apart(void **state) {
+  neph_scene *scene = load(*state, BAKE);
+  np_plan plan;
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  assert_int_equal(plan.air_ray_spacing, 4);
+  assert_int_equal(neph_scene_set(scene, "camera.resolution", "[96, 54]"), NEPH_OK);
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  assert_int_equal(plan.air_ray_spacing, 2);
+  neph_scene_destroy(scene);
+}
+
 static void test_work_is_counted(void **state) {
   test_fixture *f = *state;
   neph_scene *scene = load(f, "camera: {resolution: [100, 50]}\noutput: {aovs: [sun, distance]}\n"
@@ -185,6 +226,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_no_light_where_nothing_shines, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_sky_alone, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_sun_volume_is_filled_where_it_pays, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_shadows_in_the_air_are_cast_where_they_may_be_seen, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_rays_for_shadows_are_a_quarter_of_a_degree_apart, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_work_is_counted, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_bad_descriptions_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_incomplete_scenes_are_refused, set_up, test_tear_down),

@@ -118,7 +118,7 @@ static void test_bad_paths_are_refused(void **state) {
 }
 
 static void test_air_shadows_are_there_or_not_or_chosen(void **state) {
-  test_fixture *f = *state;
+  fixture *f = *state;
   assert_int_equal(f->scene->render.air_shadows, NP_AIR_SHADOWS_AUTO);
   set(f, "render.air_shadows", "true");
   assert_int_equal(f->scene->render.air_shadows, NP_AIR_SHADOWS_TRUE);

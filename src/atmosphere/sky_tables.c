@@ -236,7 +236,8 @@ static void build_aerial_row(const table_job *job, int at) {
   if (sky->aerial) make_fan(sky, &row.ray, (float)cosine, n->node_azimuths, &row.shadow, &row.fan);
   const size_t first = (size_t)(at * n->azimuths) * (size_t)n->points;
   np_scattered *planes = sky->aerial ? sky->aerial + first : NULL;
-  build_slices(&row, n, &job->splines, sky->depth + at * n->points, planes, sky->aerial ? sky->molecules + first : NULL);
+  build_slices(&row, n, &job->splines, sky->depth + at * n->points, planes,
+               sky->aerial ? sky->molecules + first : NULL);
 }
 
 static neph_result build_aerial_rows(void *user, size_t begin, size_t end, unsigned thread) {
@@ -376,9 +377,9 @@ static np_bands lookup_molecules(const neph_sky *sky, const np_sky_place *place,
   const np_view_sizes *n = &sky->aerial_sizes;
   const np_bands *low = sky->molecules + (place->row * n->azimuths + place->azimuth) * n->points + slice;
   const np_bands *high = low + n->azimuths * n->points;
-  const np_bands logarithm = np_bands_mix(np_bands_mix(low[0], low[n->points], place->azimuth_upper),
-                                          np_bands_mix(high[0], high[n->points], place->azimuth_upper),
-                                          place->row_upper);
+  const np_bands logarithm =
+      np_bands_mix(np_bands_mix(low[0], low[n->points], place->azimuth_upper),
+                   np_bands_mix(high[0], high[n->points], place->azimuth_upper), place->row_upper);
   return (float)distance_m * undo_log(logarithm);
 }
 

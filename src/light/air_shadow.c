@@ -24,10 +24,26 @@ static np_vec3 find_direction(const np_air_rays *rays, float i, float j) {
   return np_vec3_normalize(np_vec3_add(level, np_vec3_scale(rays->down, j - rays->middle[1])));
 }
 
-/* Where the cells of a ray end: plane 0 ends the first. */
-static double find_plane(double reach_m, double plane) {
+/* Planes from the end of the first cell on. */
+static double find_plane(double reach_m, int plane) {
+  if (plane >= CELLS) return plane < PLANES - 1 ? ldexp(reach_m, plane + 1 - CELLS) : HUGE_VAL;
   const double s = (plane + 1.0) / CELLS;
   return reach_m * s * s;
+}
+
+/* The plane before a distance, or the first, and how far it is from there to the next. */
+static int find_plane_before(double reach_m, double distance_m, float *out_part) {
+  int plane = 0;
+  if (distance_m < reach_m) {
+    const double x = sqrt(distance_m / reach_m) * CELLS - 1.0;
+    plane = x > 0.0 ? (int)x : 0;
+    *out_part = (float)fmax(x - plane, 0.0);
+    return plane;
+  }
+  for (plane = CELLS - 1; plane + 2 < PLANES && find_plane(reach_m, plane + 1) <= distance_m; plane++) continue;
+  const double near = find_plane(reach_m, plane), far = find_plane(reach_m, plane + 1);
+  *out_part = isfinite(far) ? (float)((distance_m - near) / (far - near)) : (float)(1.0 - near / distance_m);
+  return plane;
 }
 
 /* ---- Where there may be shadow ---- */
@@ -51,8 +67,8 @@ typedef struct probe {
 static shaft make_shaft(const probe *p, np_dvec3 low, np_dvec3 high) {
   shaft s = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, INFINITY}};
   for (int corner = 0; corner < 8; corner++) {
-    const np_dvec3 at = np_dvec3_make(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y,
-                                      corner & 4 ? high.z : low.z);
+    const np_dvec3 at =
+        np_dvec3_make(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z);
     for (int a = 0; a < 3; a++) {
       const double x = np_dvec3_dot(p->axis[a], at);
       s.low[a] = fmin(s.low[a], x);
@@ -199,8 +215,8 @@ static void smooth_node(const smoothing *s, size_t node) {
       const size_t near = (size_t)y * (size_t)width + (size_t)x;
       const float weight = (x == i ? 2.0f : 1.0f) * (y == j ? 2.0f : 1.0f);
       for (int c = 0; c < CELLS; c++) {
-        const bool is_there = c == 0 || near == node ||
-                              find_plane(s->from->reach_m, c - 1) < (double)s->from->ground_m[near];
+        const bool is_there =
+            c == 0 || near == node || find_plane(s->from->reach_m, c - 1) < (double)s->from->ground_m[near];
         sum[c] += is_there ? weight * s->from->seen[near * CELLS + (size_t)c] : 0.0f;
         weights[c] += is_there ? weight : 0.0f;
       }
@@ -286,14 +302,13 @@ static void lose_node(const loss_job *job, size_t node) {
   const double ground = (double)v->ground_m[node];
   uint16_t(*out)[NP_BAND_COUNT] = &job->out->lost[node * PLANES];
   np_spectrum lost = np_spectrum_grey(0.0f), all = lost;
-  for (int c = 0; c < CELLS; c++) {
+  for (int c = 0; c < PLANES; c++) {
     const np_spectrum up_to = find_first(job->sky, direction, fmin(find_plane(v->reach_m, c), ground));
-    const np_spectrum gain = np_spectrum_subtract(up_to, all);
-    lost = np_spectrum_add_scaled(lost, 1.0f - v->seen[node * CELLS + (size_t)c], gain);
+    const float hidden = c < CELLS ? 1.0f - v->seen[node * CELLS + (size_t)c] : 0.0f;
+    lost = np_spectrum_add_scaled(lost, hidden, np_spectrum_subtract(up_to, all));
     all = up_to;
     keep(lost, all, out[c]);
   }
-  keep(lost, isfinite(ground) ? all : find_first(job->sky, direction, INFINITY), out[CELLS]);
 }
 
 static neph_result lose_nodes(void *user, size_t begin, size_t end, unsigned thread) {
@@ -321,18 +336,6 @@ void np_air_shadow_clear(np_air_shadow *shadow) {
 
 /* ---- Asking ---- */
 
-/* The plane before a distance, and how far it is from there to the next. */
-static int find_plane_before(double reach_m, double distance_m, float *out_part) {
-  if (distance_m >= reach_m) {
-    *out_part = (float)(1.0 - reach_m / distance_m);
-    return CELLS - 1;
-  }
-  const double x = sqrt(distance_m / reach_m) * CELLS - 1.0;
-  const int plane = x > 0.0 ? (int)x : 0;
-  *out_part = (float)fmax(x - plane, 0.0);
-  return plane < CELLS - 1 ? plane : CELLS - 2;
-}
-
 /* What a ray that ends at `ground_m` has to say of what lies beyond. */
 static float find_weight(float ground_m, double distance_m) {
   if ((double)ground_m >= distance_m) return 1.0f;
@@ -340,33 +343,44 @@ static float find_weight(float ground_m, double distance_m) {
   return np_maxf(square * square, 1e-6f);
 }
 
+/* Between two planes: in the shade shares change evenly, and past it, where no more is lost, light does, to which they
+ * are inverse. */
+static float mix_shares(uint16_t near, uint16_t far, float part, bool is_past) {
+  if (!is_past || far == 0) return np_mixf((float)near, (float)far, part);
+  return (float)near * (float)far / np_mixf((float)far, (float)near, part);
+}
+
+/* Where a direction meets the grid: lower neighbours among the nodes that are there, and parts. */
+static void locate(const np_air_rays *r, np_vec3 direction, int32_t out_lower[2], float out_part[2]) {
+  const float depth = np_maxf(np_vec3_dot(direction, r->forward), 1e-6f);
+  const np_vec3 step[2] = {r->right, r->down};
+  for (int a = 0; a < 2; a++) {
+    const float x = r->middle[a] + np_vec3_dot(direction, step[a]) / (depth * np_vec3_dot(step[a], step[a]));
+    const float inside = np_clampf(x, (float)r->begin[a], (float)(r->end[a] - 1)), below = floorf(inside);
+    const int32_t lower = (int32_t)below < r->end[a] - 2 ? (int32_t)below : r->end[a] - 2;
+    out_lower[a] = lower - r->begin[a];
+    out_part[a] = inside - (float)lower;
+  }
+}
+
 np_spectrum np_air_shadow_find(const np_air_shadow *shadow, np_vec3 direction, double distance_m) {
   const np_air_visibility *v = shadow->visibility;
   const np_air_rays *r = &v->rays;
-  const float depth = np_maxf(np_vec3_dot(direction, r->forward), 1e-6f);
-  const np_vec3 step[2] = {r->right, r->down};
   int32_t lower[2];
-  float part[2], along;
-  for (int a = 0; a < 2; a++) {
-    const float scale = 1.0f / np_vec3_dot(step[a], step[a]);
-    const float x = r->middle[a] + scale * np_vec3_dot(direction, step[a]) / depth - (float)r->begin[a];
-    const int32_t last = r->end[a] - r->begin[a] - 1;
-    const float inside = np_clampf(x, 0.0f, (float)last);
-    lower[a] = (int32_t)inside < last - 1 ? (int32_t)inside : last - 1;
-    part[a] = inside - (float)lower[a];
-  }
-  const double within = fmin(distance_m, 2.0 * v->reach_m);
+  float part[2], along, weights = 0.0f;
+  locate(r, direction, lower, part);
   const int plane = find_plane_before(v->reach_m, distance_m, &along);
+  const double within = fmin(distance_m, 1e9);
   const size_t width = (size_t)(r->end[0] - r->begin[0]);
-  float weights = 0.0f;
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (int corner = 0; corner < 4; corner++) {
     const int i = corner & 1, j = corner >> 1;
     const size_t node = (size_t)(lower[1] + j) * width + (size_t)(lower[0] + i);
-    const float weight = (i ? part[0] : 1.0f - part[0]) * (j ? part[1] : 1.0f - part[1]) *
-                         find_weight(v->ground_m[node], within);
+    const float weight =
+        (i ? part[0] : 1.0f - part[0]) * (j ? part[1] : 1.0f - part[1]) * find_weight(v->ground_m[node], within);
     const uint16_t *near = shadow->lost[node * PLANES + (size_t)plane], *far = near + NP_BAND_COUNT;
-    for (int b = 0; b < NP_BAND_COUNT; b++) sum.band[b] += weight * np_mixf((float)near[b], (float)far[b], along);
+    for (int b = 0; b < NP_BAND_COUNT; b++)
+      sum.band[b] += weight * mix_shares(near[b], far[b], along, plane >= CELLS - 1);
     weights += weight;
   }
   return np_spectrum_scale(sum, 1.0f / (65535.0f * weights));

@@ -23,8 +23,9 @@
 
 #include "light/scene_view.h"
 
-/* Cells along a ray, and distances at which shares are kept: at their ends, and at infinity. */
-enum { NP_AIR_SHADOW_CELLS = 48, NP_AIR_SHADOW_PLANES = NP_AIR_SHADOW_CELLS + 1 };
+/* Cells along a ray, and distances at which shares are kept: at their ends, at twice, four and eight times the last of
+ * these, and at infinity. */
+enum { NP_AIR_SHADOW_CELLS = 48, NP_AIR_SHADOW_PLANES = NP_AIR_SHADOW_CELLS + 4 };
 
 /* Rays through the nodes of a grid: direction(i, j) goes along forward + (i − middle[0])·right + (j − middle[1])·down,
  * which are square to each other. Nodes are counted as in the whole picture, whatever part of it is there. */
@@ -32,7 +33,7 @@ typedef struct np_air_rays {
   np_dvec3 origin;
   np_vec3 forward, right, down;
   float middle[2];
-  int32_t begin[2], end[2];           /* nodes that are there */
+  int32_t begin[2], end[2];             /* nodes that are there */
   int32_t whole_begin[2], whole_end[2]; /* and those of the whole picture */
 } np_air_rays;
 
@@ -60,9 +61,9 @@ void np_air_visibility_clear(np_air_visibility *visibility);
 
 /* What is lost, as the camera sees it in three bands: shares of the light of the first order. */
 typedef struct np_air_shadow {
-  neph_context *context;                 /* borrowed */
-  const np_air_visibility *visibility;   /* borrowed */
-  uint16_t (*lost)[NP_BAND_COUNT];       /* nodes × NP_AIR_SHADOW_PLANES, of 65535 */
+  neph_context *context;               /* borrowed */
+  const np_air_visibility *visibility; /* borrowed */
+  uint16_t (*lost)[NP_BAND_COUNT];     /* nodes × NP_AIR_SHADOW_PLANES, of 65535 */
 } np_air_shadow;
 
 neph_result np_air_shadow_build(const np_air_visibility *visibility, const neph_sky *camera_sky, np_monitor *monitor,

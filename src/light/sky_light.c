@@ -22,8 +22,7 @@ static bool has_shadow(const np_scene_view *view, const neph_sky *sky) {
 static np_spectrum shade(const np_scene_view *view, np_vec3 direction, double distance_m, np_spectrum light,
                          np_spectrum first) {
   const np_spectrum lost = np_air_shadow_find(view->air_shadow, direction, distance_m);
-  for (int b = 0; b < NP_BAND_COUNT; b++)
-    light.band[b] = fmaxf(light.band[b] - lost.band[b] * first.band[b], 0.0f);
+  for (int b = 0; b < NP_BAND_COUNT; b++) light.band[b] = fmaxf(light.band[b] - lost.band[b] * first.band[b], 0.0f);
   return light;
 }
 
@@ -56,8 +55,8 @@ np_spectrum np_light_background(const np_scene_view *view, np_dvec3 origin, np_v
   const np_spectrum disk = np_light_disks(view, direction);
   if (np_spectrum_is_zero(disk)) return sky;
   if (!view->atmosphere) return np_spectrum_add(sky, disk);
-  return np_spectrum_add(sky, np_spectrum_multiply(disk, np_atmosphere_transmittance_to_space(view->atmosphere, origin,
-                                                                                              direction)));
+  return np_spectrum_add(
+      sky, np_spectrum_multiply(disk, np_atmosphere_transmittance_to_space(view->atmosphere, origin, direction)));
 }
 
 np_aerial_perspective np_light_air(const np_scene_view *view, const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
@@ -65,7 +64,7 @@ np_aerial_perspective np_light_air(const np_scene_view *view, const neph_sky *sk
   if (sky) return see_air(view, sky, direction, distance_m);
   np_aerial_perspective air = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
   if (view->atmosphere)
-    air.transmittance = np_atmosphere_transmittance_between(view->atmosphere, origin,
-                                                            np_dvec3_along(origin, direction, distance_m));
+    air.transmittance =
+        np_atmosphere_transmittance_between(view->atmosphere, origin, np_dvec3_along(origin, direction, distance_m));
   return air;
 }

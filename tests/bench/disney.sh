@@ -31,7 +31,7 @@ camera:
   resolution: [120, 68]
 sun: {elevation: $4 deg, azimuth: $5 deg}
 clouds: [{vdb: $cloud, up: y, optical_depth: $3, position: [0, 0, $height m], phase: $phase}]
-render: {atmosphere: tables}
+render: {atmosphere: tables, air_shadows: false}
 output: {pixel_type: float, film: {background: false}}
 END
   [ "$1" != black ] || printf 'atmosphere: none\nenvironment: {planet: none}\n'
