@@ -74,8 +74,8 @@ bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, cha
 /* Decides whether clouds and hills cast shadows into the air, for a plan that has a sky for the camera; says why. */
 bool np_plan_choose_air_shadows(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size);
 
-/* Pixels between the rays along which they are looked for: a quarter of a degree, half the sun's disk, or two where that
- * is less. */
+/* Pixels between the rays along which they are looked for: a quarter of a degree, half the sun's disk, or two where
+ * that is less. */
 unsigned np_plan_choose_air_spacing(const np_plan *plan, const neph_scene *scene);
 
 /* The same for a picture of the sky alone: no clouds, no terrain. */
