@@ -67,6 +67,17 @@ static void haze_that_changes_gets_all_anew(void **state) {
   assert_built(*state, true, true, "since its tolerance changed");
 }
 
+/* Who traces the air keeps what there is, and builds no more than it needs: the march then wants the rest. */
+static void traced_air_has_no_tables_of_light(void **state) {
+  fixture *f = *state;
+  render_changed(f, "render.integrator", "path");
+  assert_built(f, false, false, NULL);
+  set(f, "atmosphere.mie_height", "1.5 km");
+  neph_image_destroy(render(f->scene));
+  render_changed(f, "render.integrator", "march");
+  assert_built(f, true, true, "since what is asked of it changed");
+}
+
 static void a_change_of_the_suns_strength_keeps_all_and_counts(void **state) {
   fixture *f = *state;
   neph_image *bright = render(f->scene);
@@ -128,6 +139,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(a_sun_that_moves_a_degree_gets_another_sky, set_up, tear_down),
       cmocka_unit_test_setup_teardown(small_steps_do_not_add_up_unseen, set_up, tear_down),
       cmocka_unit_test_setup_teardown(haze_that_changes_gets_all_anew, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(traced_air_has_no_tables_of_light, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_change_of_the_suns_strength_keeps_all_and_counts, set_up, tear_down),
       cmocka_unit_test_setup_teardown(keeping_errs_less_than_the_tolerance, set_up, tear_down),
   };

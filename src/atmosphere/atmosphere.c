@@ -19,7 +19,7 @@ static neph_result build_tables(neph_atmosphere *a) {
     result = np_moment_table_build(a->context, &a->depths, &a->sizes.moments, a->order_max - 2, a->has_point_sun,
                                    &a->dome_moments);
   np_air_shells_build(&a->medium, &a->air_shells);
-  if (!result) result = np_gather_kernel_build(a->context, &a->medium, &a->kernel);
+  if (!result && a->order_max > 1) result = np_gather_kernel_build(a->context, &a->medium, &a->kernel);
   return result;
 }
 

@@ -18,22 +18,43 @@ static np_sky_store_entry *find_entry(const np_sky_store *store, unsigned index)
   return index < store->count ? &store->entries[index] : NULL;
 }
 
+/* Of light in the air, the first order alone needs no table. */
+static neph_result create_atmosphere(neph_context *context, const neph_atmosphere_desc *desc, bool has_light,
+                                     neph_atmosphere **out_atmosphere) {
+  return np_atmosphere_create_orders(context, desc, has_light ? NP_ORDERS_ALL : 1, false, out_atmosphere);
+}
+
+/* How far a kept atmosphere is from the one wanted; infinite where it will not do. `out_what` says why. */
+static neph_result compare_kept(neph_context *context, const neph_atmosphere *kept, const neph_atmosphere_desc *desc,
+                                bool has_light, double *out_change, const char **out_what) {
+  np_medium wanted;
+  neph_result result = np_medium_init(context, desc, &wanted);
+  if (result) return result;
+  *out_change = np_medium_compare(&wanted, &kept->medium, out_what);
+  np_medium_free(context, &wanted);
+  if (kept->tolerance != desc->tolerance) {
+    *out_what = "its tolerance";
+    *out_change = (double)INFINITY;
+  } else if (has_light && kept->order_max != NP_ORDERS_ALL) {
+    *out_what = "what is asked of it";
+    *out_change = (double)INFINITY;
+  }
+  return NEPH_OK;
+}
+
 neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *store, unsigned index,
-                                         const neph_atmosphere_desc *desc, neph_atmosphere **out_atmosphere) {
+                                         const neph_atmosphere_desc *desc, bool has_light,
+                                         neph_atmosphere **out_atmosphere) {
   *out_atmosphere = NULL;
   np_sky_store_entry *entry = find_entry(store, index);
   if (!entry || !entry->atmosphere) {
     np_log(context, NEPH_LOG_DEBUG, "atmosphere: built");
-    return neph_atmosphere_create(context, desc, out_atmosphere);
+    return create_atmosphere(context, desc, has_light, out_atmosphere);
   }
-  np_medium wanted;
-  neph_result result = np_medium_init(context, desc, &wanted);
+  double change;
+  const char *what;
+  neph_result result = compare_kept(context, entry->atmosphere, desc, has_light, &change, &what);
   if (result) return result;
-  const neph_atmosphere *kept = entry->atmosphere;
-  const char *what = "its tolerance";
-  const double change =
-      kept->tolerance == desc->tolerance ? np_medium_compare(&wanted, &kept->medium, &what) : (double)INFINITY;
-  np_medium_free(context, &wanted);
   if (change <= medium_share * desc->tolerance) {
     np_log(context, NEPH_LOG_DEBUG, "atmosphere: kept");
     *out_atmosphere = entry->atmosphere;
@@ -46,7 +67,7 @@ neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *st
     np_log(context, NEPH_LOG_INFO, "atmosphere: built anew, since %s changed", what);
   neph_atmosphere_release(entry->atmosphere);
   entry->atmosphere = NULL;
-  return neph_atmosphere_create(context, desc, out_atmosphere);
+  return create_atmosphere(context, desc, has_light, out_atmosphere);
 }
 
 neph_result np_sky_store_take_sky(np_sky_store *store, unsigned index, np_sky_role role, neph_atmosphere *atmosphere,

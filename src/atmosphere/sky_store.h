@@ -29,9 +29,12 @@ typedef struct np_sky_store {
   np_sky_store_entry *entries;
 } np_sky_store;
 
-/* One that fits `desc`: the `index`-th entry's, or a new one, for which the entry's skies no longer stand. */
+/* One that fits `desc`: the `index`-th entry's, or a new one, for which the entry's skies no longer stand. Without
+ * `has_light` it knows what the air is and lets through, not what light is scattered in it: that is for who traces it.
+ */
 neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *store, unsigned index,
-                                         const neph_atmosphere_desc *desc, neph_atmosphere **out_atmosphere);
+                                         const neph_atmosphere_desc *desc, bool has_light,
+                                         neph_atmosphere **out_atmosphere);
 
 /* A sky of `atmosphere`, which was taken before, likewise. A kept one is moved to the light and the observer wanted. */
 neph_result np_sky_store_take_sky(np_sky_store *store, unsigned index, np_sky_role role, neph_atmosphere *atmosphere,

@@ -234,7 +234,9 @@ static void decide_sky(np_plan *plan, const scene_facts *facts) {
   const char *no_sky = no_air ? no_air : facts->has_sun || facts->has_moon ? NULL : facts->no_sun;
   if (!no_sky && np_plan_traces_air(plan)) no_sky = "render.atmosphere is traced: paths go through the air";
   const char *no_clouds = facts->has_clouds ? NULL : "the scene has no clouds";
-  decide_unless(plan, NP_STAGE_ATMOSPHERE, facts->dark, no_air, "light passes through air");
+  decide_unless(plan, NP_STAGE_ATMOSPHERE, facts->dark, no_air,
+                np_plan_traces_air(plan) ? "paths fly through air; what light is in it is traced, and left out here"
+                                         : "light passes through air");
   decide_unless(plan, NP_STAGE_CAMERA_SKY, facts->dark, no_sky, "sky behind, and air before, what the camera sees");
   decide_unless(plan, NP_STAGE_CLOUD_SKY, facts->dark, no_sky ? no_sky : no_clouds, "the sky shines on the clouds");
 }
