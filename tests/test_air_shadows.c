@@ -6,7 +6,9 @@
 #include <nephos/nephos.h>
 
 #include "atmosphere/atmosphere_tables.h"
+#include "atmosphere/sky_orders.h"
 #include "light/air_shadow.h"
+#include "light/ground_cache.h"
 
 #define CAMERA "version: 1\ncamera: {position: [0, -8 km, 900 m], look_at: [0, 0, 900 m], resolution: [24, 14]}\n"
 #define LOW_SUN "sun: {elevation: 4 deg, azimuth: 60 deg}\n"
@@ -125,7 +127,7 @@ static void cast(block *b, neph_context *context, int32_t half_width) {
                                   .low = {{block_m - half_width_m, -half_width_m, 3000.0 - half_width_m}},
                                   .high = {{block_m + half_width_m, half_width_m, 3000.0 + half_width_m}}};
   assert_int_equal(np_air_visibility_build(context, &b->view, &rays, &casters, NULL, &b->visibility), NEPH_OK);
-  assert_int_equal(np_air_shadow_build(&b->visibility, b->sky, NULL, &b->shadow), NEPH_OK);
+  assert_int_equal(np_air_shadow_build(&b->visibility, &b->view, NULL, &b->shadow), NEPH_OK);
 }
 
 static void clear_block(block *b) {
@@ -178,6 +180,58 @@ static void beside_the_shadow_nothing_is_lost(void **state) {
   clear_block(&b);
 }
 
+/* Clouds that hide no sky and throw an irradiance of a tenth of the sun's down everywhere: beside the block the air
+ * below it has the sun's light of the first order, and an even light of A(1 + ρ)/2π from all around besides. 1 %: the
+ * sun's share that comes through is taken in the middle of each cell. */
+static void clouds_light_the_air_below_them(void **state) {
+  neph_atmosphere *air = *state;
+  block b = {0};
+  place_block(&b, air);
+  const np_spectrum sun = np_sky_get_sun_irradiance(b.sky);
+  np_ground_light light = {np_spectrum_grey(1.0f), np_spectrum_scale(sun, 0.1f)},
+                  points[4] = {light, light, light, light};
+  const np_ground_cache cache = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
+  b.placed.bottom_m = 3000.0 - half_width_m;
+  b.placed.top_m = 3000.0 + half_width_m;
+  b.view.atmosphere = air;
+  b.view.ground_cache = &cache;
+  b.view.sun_irradiance = sun;
+  b.view.ground_albedo = np_spectrum_grey(0.3f);
+  cast(&b, air->context, 120);
+  const np_vec3 d = np_vec3_normalize(np_vec3_make(1.0f, 0.35f, 0.01f));
+  const np_dvec3 middle = np_dvec3_make(3000.0, 1000.0, camera_m);
+  const np_spectrum through = np_atmosphere_transmittance_to_sun(air, middle, b.view.to_sun, 0.0f);
+  np_spectrum first;
+  const np_spectrum even = np_sky_even_inscatter(b.sky, d, 6e3, &first);
+  for (int band = 0; band < 3; band++) {
+    const double gain = 0.1 * 1.3 / (2.0 * NP_PI) / (double)through.band[band];
+    const double found = -(double)np_air_shadow_find(&b.shadow, d, 6e3).band[band] * (double)first.band[band];
+    assert_near_relative(found, gain * (double)even.band[band], 0.01);
+  }
+  clear_block(&b);
+}
+
+/* Molecules alone: what they would scatter of even light is what they do scatter once, over 4π times their phase
+ * function. */
+static void even_light_is_scattered_without_a_phase_function(void **state) {
+  neph_atmosphere *earth = *state;
+  test_air clean;
+  test_air_start(&clean);
+  test_air_scale(&clean, TEST_AEROSOL, 0.0);
+  neph_atmosphere *air = test_atmosphere_create(earth->context, &clean.desc);
+  neph_sky *sky = test_sky_create(air, camera_m, 40.0);
+  for (int i = 0; i < 12; i++) {
+    const np_vec3 d = np_dvec3_to_float(test_direction(15.0 * i, 25.0 * i));
+    const double cosine = (double)np_vec3_dot(d, np_sky_get_sun_direction(sky));
+    np_spectrum first;
+    const np_spectrum even = np_sky_even_inscatter(sky, d, 400.0, &first);
+    for (int band = 0; band < 3; band++)
+      assert_near_relative((double)even.band[band] * 0.75 * (1.0 + cosine * cosine), (double)first.band[band], 1e-5);
+  }
+  neph_sky_destroy(sky);
+  neph_atmosphere_release(air);
+}
+
 static void without_casters_nothing_is_kept(void **state) {
   neph_atmosphere *air = *state;
   block b = {0};
@@ -203,6 +257,8 @@ int main(void) {
   const struct CMUnitTest blocks[] = {
       cmocka_unit_test(what_is_lost_lies_in_the_shadow),
       cmocka_unit_test(beside_the_shadow_nothing_is_lost),
+      cmocka_unit_test(clouds_light_the_air_below_them),
+      cmocka_unit_test(even_light_is_scattered_without_a_phase_function),
       cmocka_unit_test(without_casters_nothing_is_kept),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down) +

@@ -132,6 +132,24 @@ static void test_rays_for_shadows_are_a_quarter_of_a_degree_apart(void **state) 
   neph_scene_destroy(scene);
 }
 
+static void assert_light_errors(test_fixture *f, const char *text, const char *reason) {
+  neph_scene *scene = load(f, text);
+  np_plan plan;
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  const char *found = plan.stages[NP_STAGE_ORDINATES].reason;
+  if (!strstr(found, reason)) fail_msg("%s: %s", text, found);
+  neph_scene_destroy(scene);
+}
+
+/* Where the memory is enough all cells are alike; of 2 GB most go to what is near, and the far ones grow. */
+static void test_errors_of_light_are_foretold_near_and_far(void **state) {
+#define FIELD "clouds: [{bake: {extent: 16 km, thickness: 2 km, voxel: 15 m}}]\n"
+  assert_light_errors(*state, FIELD "render: {light_memory: 100 GB}",
+                      "expected error 2 % near the camera, 2 % in the largest cells");
+  assert_light_errors(*state, FIELD "render: {light_memory: 2 GB}", "expected error 2.5 % near the camera, 9.8 % in");
+  assert_light_errors(*state, CLOUD, "expected error 2 to 4 %, more where that is little");
+}
+
 static void test_work_is_counted(void **state) {
   test_fixture *f = *state;
   neph_scene *scene = load(f, "camera: {resolution: [100, 50]}\noutput: {aovs: [sun, distance]}\n"
@@ -228,6 +246,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_sun_volume_is_filled_where_it_pays, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_shadows_in_the_air_are_cast_where_they_may_be_seen, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_rays_for_shadows_are_a_quarter_of_a_degree_apart, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_errors_of_light_are_foretold_near_and_far, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_work_is_counted, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_bad_descriptions_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_incomplete_scenes_are_refused, set_up, test_tear_down),

@@ -4,6 +4,7 @@
 
 #include <stdio.h>
 
+#include "atmosphere/sky_orders.h"
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "core/stable.h"
@@ -184,9 +185,9 @@ np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction) {
   return shade(sky, direction, np_sky_view_lookup(sky, &place, np_sky_view_length(sky, cosine, place.is_below)));
 }
 
-/* `out_first` NULL: not wanted. */
+/* `out_first`, of the first order, NULL: not wanted. */
 static np_aerial_perspective find_aerial(const neph_sky *sky, np_vec3 direction, double distance_m,
-                                         np_spectrum *out_first) {
+                                         np_scattered *out_first) {
   const np_aerial_perspective clear = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
   const np_sky_layout layout = np_sky_aerial_layout(sky);
   const np_sky_place place = np_sky_locate(&sky->frame, direction, &layout);
@@ -196,7 +197,7 @@ static np_aerial_perspective find_aerial(const neph_sky *sky, np_vec3 direction,
   if (!(ray.length_m > 0.0)) return clear;
   np_bands molecules;
   const np_aerial_sample s = np_sky_aerial_lookup(sky, &place, &ray, distance_m, out_first ? &molecules : NULL);
-  if (out_first) *out_first = shade(sky, direction, (np_scattered){molecules, s.inscatter.peak});
+  if (out_first) *out_first = (np_scattered){molecules, s.inscatter.peak};
   return (np_aerial_perspective){np_bands_to_spectrum(np_bands_exp(-s.depth)), shade(sky, direction, s.inscatter)};
 }
 
@@ -206,8 +207,19 @@ np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 dir
 
 np_aerial_perspective np_sky_aerial_orders(const neph_sky *sky, np_vec3 direction, double distance_m,
                                            np_spectrum *out_first) {
-  *out_first = np_spectrum_grey(0.0f);
-  return find_aerial(sky, direction, distance_m, out_first);
+  np_scattered first = {0};
+  const np_aerial_perspective air = find_aerial(sky, direction, distance_m, &first);
+  *out_first = shade(sky, direction, first);
+  return air;
+}
+
+np_spectrum np_sky_even_inscatter(const neph_sky *sky, np_vec3 direction, double distance_m, np_spectrum *out_first) {
+  np_scattered first = {0};
+  (void)find_aerial(sky, direction, distance_m, &first);
+  *out_first = shade(sky, direction, first);
+  const float rayleigh = np_phase_rayleigh_eval(np_vec3_dot(direction, sky->sun));
+  const np_bands even = sky->frame.twilight / (4.0f * NP_PI_F) * (first.smooth / rayleigh + first.peak);
+  return np_spectrum_multiply(np_bands_to_spectrum(even), sky->irradiance);
 }
 
 static np_vec3 read_direction(const double direction[3]) {

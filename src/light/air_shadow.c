@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "light/air_shadow.h"
 
+#include "atmosphere/sky_orders.h"
 #include "core/alloc.h"
 #include "core/units.h"
-#include "light/multi_scatter.h"
+#include "light/ground_cache.h"
 #include "light/sun_cache.h"
 
 enum { CELLS = NP_AIR_SHADOW_CELLS, PLANES = NP_AIR_SHADOW_PLANES };
@@ -281,16 +282,45 @@ void np_air_visibility_clear(np_air_visibility *visibility) {
 
 typedef struct loss_job {
   const np_air_visibility *visibility;
-  const neph_sky *sky;
+  const np_scene_view *view;
+  double bottom_m, top_m; /* of the clouds */
   np_air_shadow *out;
 } loss_job;
 
+/* The change that clouds make in the mean radiance around a point, over the sun's irradiance there: what they hide of
+ * the sky and throw down themselves, what the ground sends back of that, and what it sends back less of the sun. */
+static np_spectrum find_diffuse(const loss_job *job, np_dvec3 position, float seen) {
+  const np_scene_view *view = job->view;
+  np_spectrum out = np_spectrum_grey(0.0f);
+  const float below = np_smoothstepf((float)((job->top_m - position.z) / fmax(job->top_m - job->bottom_m, 1.0)));
+  if (!view->ground_cache || !view->atmosphere || !(below > 0.0f)) return out;
+  const float cosine = np_maxf(np_vec3_dot(np_zenith(position, view->planet_radius_m), view->to_sun), 0.0f);
+  const np_spectrum through =
+      np_atmosphere_transmittance_to_sun(view->atmosphere, position, view->to_sun, view->sun_angular_radius_rad);
+  const np_spectrum clear = np_atmosphere_ground_irradiance(view->atmosphere, cosine);
+  const np_spectrum albedo = view->terrain ? view->terrain_albedo : view->ground_albedo;
+  const np_ground_light light = np_ground_cache_find(view->ground_cache, position);
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float sun = through.band[b] * view->sun_irradiance.band[b];
+    if (!(sun > 1e-3f * view->sun_irradiance.band[b])) continue;
+    const float sky = light.added.band[b] - (1.0f - light.open.band[b]) * clear.band[b] * view->sun_irradiance.band[b];
+    const float ground = albedo.band[b] * (sky - (1.0f - seen) * cosine * sun);
+    out.band[b] = below * (sky + ground) / (2.0f * NP_PI_F * sun);
+  }
+  return out;
+}
+
 static void keep(np_spectrum lost, np_spectrum all, uint16_t out[NP_BAND_COUNT]) {
   for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const float share = all.band[b] > 0.0f ? np_clampf(lost.band[b] / all.band[b], 0.0f, 1.0f) : 0.0f;
-    out[b] = (uint16_t)(65535.0f * share + 0.5f);
+    const float kept = all.band[b] > 0.0f ? 1.0f - lost.band[b] / all.band[b] : 1.0f;
+    out[b] = (uint16_t)(NP_AIR_SHADOW_UNIT * np_clampf(kept, 0.0f, 5.0f) + 0.5f);
   }
 }
+
+/* A ray's light up to a plane: of the first order, and what sunlight as strong from everywhere would make. */
+typedef struct reach_light {
+  np_spectrum first, even;
+} reach_light;
 
 /* From plane to plane; past the ray's end all stays as it is there. */
 static void lose_node(const loss_job *job, size_t node) {
@@ -300,14 +330,25 @@ static void lose_node(const loss_job *job, size_t node) {
   const np_vec3 direction =
       find_direction(r, (float)(r->begin[0] + (int)(node % width)), (float)(r->begin[1] + (int)(node / width)));
   const double ground = (double)v->ground_m[node];
-  uint16_t(*out)[NP_BAND_COUNT] = &job->out->lost[node * PLANES];
-  np_spectrum lost = np_spectrum_grey(0.0f), all = lost;
+  uint16_t(*out)[NP_BAND_COUNT] = &job->out->kept[node * PLANES];
+  np_spectrum lost = np_spectrum_grey(0.0f);
+  reach_light before = {lost, lost};
+  double begin = 0.0;
   for (int c = 0; c < PLANES; c++) {
-    const np_spectrum up_to = find_first(job->sky, direction, fmin(find_plane(v->reach_m, c), ground));
-    const float hidden = c < CELLS ? 1.0f - v->seen[node * CELLS + (size_t)c] : 0.0f;
-    lost = np_spectrum_add_scaled(lost, hidden, np_spectrum_subtract(up_to, all));
-    all = up_to;
-    keep(lost, all, out[c]);
+    const double end = fmin(find_plane(v->reach_m, c), ground);
+    reach_light up_to;
+    up_to.even = np_sky_even_inscatter(job->view->camera_sky, direction, end, &up_to.first);
+    if (c < CELLS && end > begin) {
+      const float seen = v->seen[node * CELLS + (size_t)c];
+      const np_dvec3 middle = np_dvec3_along(r->origin, direction, 0.5 * (begin + end));
+      const np_spectrum diffuse = find_diffuse(job, middle, seen);
+      const np_spectrum even = np_spectrum_subtract(up_to.even, before.even);
+      lost = np_spectrum_add_scaled(lost, 1.0f - seen, np_spectrum_subtract(up_to.first, before.first));
+      lost = np_spectrum_subtract(lost, np_spectrum_multiply(diffuse, even));
+    }
+    before = up_to;
+    begin = end;
+    keep(lost, up_to.first, out[c]);
   }
 }
 
@@ -317,20 +358,24 @@ static neph_result lose_nodes(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-neph_result np_air_shadow_build(const np_air_visibility *visibility, const neph_sky *camera_sky, np_monitor *monitor,
+neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_scene_view *view, np_monitor *monitor,
                                 np_air_shadow *out) {
   *out = (np_air_shadow){.context = visibility->context, .visibility = visibility};
   const size_t count = count_nodes(&visibility->rays);
-  out->lost = np_alloc(out->context, count * PLANES, sizeof *out->lost);
-  if (!out->lost) return NEPH_ERROR_OUT_OF_MEMORY;
-  loss_job job = {visibility, camera_sky, out};
+  out->kept = np_alloc(out->context, count * PLANES, sizeof *out->kept);
+  if (!out->kept) return NEPH_ERROR_OUT_OF_MEMORY;
+  loss_job job = {visibility, view, HUGE_VAL, -HUGE_VAL, out};
+  for (unsigned i = 0; i < view->volume_count; i++) {
+    job.bottom_m = fmin(job.bottom_m, view->volumes[i].bottom_m);
+    job.top_m = fmax(job.top_m, view->volumes[i].top_m);
+  }
   neph_result result = np_parallel_for(out->context, monitor, count, 64, lose_nodes, &job);
   if (result) np_air_shadow_clear(out);
   return result;
 }
 
 void np_air_shadow_clear(np_air_shadow *shadow) {
-  np_alloc_free(shadow->context, shadow->lost);
+  np_alloc_free(shadow->context, shadow->kept);
   *shadow = (np_air_shadow){0};
 }
 
@@ -343,11 +388,12 @@ static float find_weight(float ground_m, double distance_m) {
   return np_maxf(square * square, 1e-6f);
 }
 
-/* Between two planes: in the shade shares change evenly, and past it, where no more is lost, light does, to which they
- * are inverse. */
-static float mix_shares(uint16_t near, uint16_t far, float part, bool is_past) {
-  if (!is_past || far == 0) return np_mixf((float)near, (float)far, part);
-  return (float)near * (float)far / np_mixf((float)far, (float)near, part);
+/* Share that is lost between two planes: in the shade shares change evenly, and past it, where no more is lost, light
+ * does, to which they are inverse. */
+static float mix_losses(uint16_t near, uint16_t far, float part, bool is_past) {
+  const float a = 1.0f - (float)near / NP_AIR_SHADOW_UNIT, b = 1.0f - (float)far / NP_AIR_SHADOW_UNIT;
+  if (!is_past || !(a * b > 0.0f)) return np_mixf(a, b, part);
+  return a * b / np_mixf(b, a, part);
 }
 
 /* Where a direction meets the grid: lower neighbours among the nodes that are there, and parts. */
@@ -378,10 +424,10 @@ np_spectrum np_air_shadow_find(const np_air_shadow *shadow, np_vec3 direction, d
     const size_t node = (size_t)(lower[1] + j) * width + (size_t)(lower[0] + i);
     const float weight =
         (i ? part[0] : 1.0f - part[0]) * (j ? part[1] : 1.0f - part[1]) * find_weight(v->ground_m[node], within);
-    const uint16_t *near = shadow->lost[node * PLANES + (size_t)plane], *far = near + NP_BAND_COUNT;
+    const uint16_t *near = shadow->kept[node * PLANES + (size_t)plane], *far = near + NP_BAND_COUNT;
     for (int b = 0; b < NP_BAND_COUNT; b++)
-      sum.band[b] += weight * mix_shares(near[b], far[b], along, plane >= CELLS - 1);
+      sum.band[b] += weight * mix_losses(near[b], far[b], along, plane >= CELLS - 1);
     weights += weight;
   }
-  return np_spectrum_scale(sum, 1.0f / (65535.0f * weights));
+  return np_spectrum_scale(sum, 1.0f / weights);
 }

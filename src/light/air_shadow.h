@@ -14,7 +14,11 @@
  * counts little for what lies behind that hill.
  *
  * The disk is half a degree wide, so that edges of shadows which are seen along their sides are as wide: rays a quarter
- * of a degree apart show them all. Light that the air scatters more often is left as it is without clouds.
+ * of a degree apart show them all.
+ *
+ * Light that the air scatters more often is left as it is without clouds, but below clouds whose light on the ground is
+ * known (light/ground_cache.h): there air is lit by what they hide of the sky, throw down and keep from the ground too,
+ * as if it came evenly from all around. That can be more than they take.
  *
  * Visibility depends on clouds, terrain, sun and camera; what is lost on the camera's sky too.
  */
@@ -59,18 +63,23 @@ neph_result np_air_visibility_build(neph_context *context, const np_scene_view *
                                     const np_air_casters *casters, np_monitor *monitor, np_air_visibility *out);
 void np_air_visibility_clear(np_air_visibility *visibility);
 
-/* What is lost, as the camera sees it in three bands: shares of the light of the first order. */
+/* What is left, as the camera sees it in three bands, over the light of the first order: so many stand for all of it,
+ * and five times as much is the most that is kept. */
+#define NP_AIR_SHADOW_UNIT 13107.0f
+
 typedef struct np_air_shadow {
   neph_context *context;               /* borrowed */
   const np_air_visibility *visibility; /* borrowed */
-  uint16_t (*lost)[NP_BAND_COUNT];     /* nodes × NP_AIR_SHADOW_PLANES, of 65535 */
+  uint16_t (*kept)[NP_BAND_COUNT];     /* nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
 } np_air_shadow;
 
-neph_result np_air_shadow_build(const np_air_visibility *visibility, const neph_sky *camera_sky, np_monitor *monitor,
+/* Of the view's camera sky; with the view's ground cache, where it has one, the clouds' light on the air below. */
+neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_scene_view *view, np_monitor *monitor,
                                 np_air_shadow *out);
 void np_air_shadow_clear(np_air_shadow *shadow);
 
-/* Share of the first order's in-scatter up to a distance, infinity allowed, that is lost. */
+/* Share of the first order's in-scatter up to a distance, infinity allowed, that is lost; below 0 where clouds give the
+ * air more than they take. */
 np_spectrum np_air_shadow_find(const np_air_shadow *shadow, np_vec3 direction, double distance_m);
 
 #endif

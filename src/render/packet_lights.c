@@ -7,6 +7,7 @@
 #include "core/units.h"
 #include "integrate/look.h"
 #include "render/frame.h"
+#include "scene/plan_cells.h"
 
 /* A light above the atmosphere. */
 typedef struct light {
@@ -193,13 +194,6 @@ static neph_result build_sun_cache(const np_packet_lights_desc *d, np_packet_lig
 
 static np_light_role get_light_role(bool is_moon) { return is_moon ? NP_LIGHT_OF_MOON : NP_LIGHT_OF_SUN; }
 
-/* What the memory allows, were there cloud in all of them. */
-static size_t count_cells_max(const neph_scene *scene) {
-  const double asked = scene->render.light_memory_bytes;
-  const double bytes = isfinite(asked) ? asked : 0.25 * (double)np_memory_size();
-  return (size_t)fmin(bytes / np_transport_count_cell_bytes(NP_DEGREE_MIN), 1e9);
-}
-
 /* The camera, on a lattice of an eighth of the clouds' box, so that a solution outlives some steps of it. */
 static np_dvec3 find_viewer(const np_assembly *a) {
   const double step = 0.125 * np_dvec3_length(np_dvec3_subtract(a->clouds_max, a->clouds_min));
@@ -213,7 +207,7 @@ static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_
   np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
   desc.cells.bounds_min = a->clouds_min;
   desc.cells.bounds_max = a->clouds_max;
-  desc.cells.cell_count_max = count_cells_max(d->scene);
+  desc.cells.cell_count_max = np_plan_count_cells_max(d->scene);
   desc.cells.has_viewer = true;
   desc.cells.viewer = find_viewer(a);
   neph_result result =
@@ -277,7 +271,7 @@ static neph_result build_air_shadow(const np_packet_lights_desc *d, np_packet_li
     result = np_air_visibility_build(a->context, &out->view, &rays, &casters, d->monitor, visibility);
   }
   if (result || !visibility->seen) return result;
-  result = np_air_shadow_build(visibility, out->camera_sky, d->monitor, &out->air_shadow);
+  result = np_air_shadow_build(visibility, &out->view, d->monitor, &out->air_shadow);
   if (!result) out->view.air_shadow = &out->air_shadow;
   return result;
 }

@@ -9,6 +9,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/json.h"
+#include "scene/plan_cells.h"
 #include "scene/scene_keys.h"
 #include "scene/text_builder.h"
 
@@ -288,7 +289,21 @@ static void decide_night(np_plan *plan, const scene_facts *facts) {
                 "black bodies in the clouds, of their grids' temperatures");
 }
 
-static void decide_scattering(np_plan *plan, const scene_facts *facts) {
+/* Of cells and memory, as far as they can be told before a file is read. */
+static neph_result describe_ordinates(const neph_scene *scene, char *out, size_t size) {
+  bool are_known;
+  double errors[2];
+  neph_result result = np_plan_expect_light_errors(scene, &are_known, errors);
+  const char *what = "solved for once while clouds and lights stay, within render.light_memory";
+  if (!result && are_known)
+    snprintf(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells", what,
+             100.0 * errors[0], 100.0 * errors[1]);
+  else
+    snprintf(out, size, "%s; expected error 2 to 4 %%, more where that is little", what);
+  return result;
+}
+
+static neph_result decide_scattering(np_plan *plan, const neph_scene *scene, const scene_facts *facts) {
   const neph_render_desc *desc = &plan->desc;
   const char *against = facts->dark;
   if (!against && !facts->has_clouds) against = "the scene has no clouds";
@@ -304,10 +319,10 @@ static void decide_scattering(np_plan *plan, const scene_facts *facts) {
       [NEPH_MULTIPLE_SCATTERING_DERIVATIVE] = "render.multiple_scattering is derivative",
   };
   const bool is_look = multiple != NEPH_MULTIPLE_SCATTERING_ORDINATES && multiple != NEPH_MULTIPLE_SCATTERING_NONE;
+  char solving[sizeof plan->stages->reason] = "";
+  neph_result result = against ? NEPH_OK : describe_ordinates(scene, solving, sizeof solving);
   decide_unless(plan, NP_STAGE_ORDINATES, against,
-                multiple == NEPH_MULTIPLE_SCATTERING_ORDINATES ? NULL : chosen[multiple],
-                "solved for once while clouds and lights stay, within render.light_memory; expected error 2 to 4 %, "
-                "more where that is little");
+                multiple == NEPH_MULTIPLE_SCATTERING_ORDINATES ? NULL : chosen[multiple], solving);
   const np_plan_stage *solved = &plan->stages[NP_STAGE_ORDINATES];
   decide_unless(plan, NP_STAGE_GROUND_CLOUDS, solved->is_needed ? NULL : "multiple scattering is not solved for",
                 facts->has_planet || facts->has_terrain ? NULL : "there is no ground",
@@ -316,6 +331,7 @@ static void decide_scattering(np_plan *plan, const scene_facts *facts) {
   const char *path = np_plan_traces_air(plan) ? "path: unbiased in clouds and air and to the ground"
                                               : "path: unbiased in the clouds, air and ground from tables";
   decide(plan, NP_STAGE_INTEGRATOR, true, desc->integrator == NEPH_INTEGRATOR_PATH ? path : "march: fast and biased");
+  return result;
 }
 
 /* Without light there is nothing that depends on wavelength. */
@@ -381,12 +397,12 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   decide_sky(out_plan, &facts);
   decide_light(out_plan, &facts);
   decide_night(out_plan, &facts);
-  decide_scattering(out_plan, &facts);
+  result = decide_scattering(out_plan, scene, &facts);
   decide_colors(out_plan, scene, &facts);
   count_work(out_plan);
   decide_air_shadows(out_plan, scene, &facts);
   decide_sun_depth(out_plan, scene, &facts);
-  return NEPH_OK;
+  return result;
 }
 
 neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan) {

@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "scene/plan_cells.h"
+
+#include <math.h>
+
+#include "core/alloc.h"
+#include "core/parallel.h"
+#include "light/multi_scatter.h"
+
+/* The core's extinction grows with height, by this much at the most. */
+static const double core_gain_max = 1.2;
+
+size_t np_plan_count_cells_max(const neph_scene *scene) {
+  const double asked = scene->render.light_memory_bytes;
+  const double bytes = isfinite(asked) ? asked : 0.25 * (double)np_memory_size();
+  return (size_t)fmin(bytes / np_transport_count_cell_bytes(NP_DEGREE_MIN), 1e9);
+}
+
+/* Clouds as the choice of cells sees them: where they are, how fine, and how dense at the most. */
+typedef struct outline {
+  np_bricks bricks[NP_VIEW_VOLUMES_MAX];
+  np_view_volume volumes[NP_VIEW_VOLUMES_MAX];
+} outline;
+
+static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, np_transport_desc *cells) {
+  const neph_cloud_desc *bake = &cloud->bake;
+  const double low[3] = {bake->center_m[0] - 0.5 * bake->extent_m[0], bake->center_m[1] - 0.5 * bake->extent_m[1],
+                         bake->base_altitude_m};
+  const double size[3] = {bake->extent_m[0], bake->extent_m[1], bake->thickness_m};
+  np_view_volume *volume = &o->volumes[i];
+  o->bricks[i].value_max = 1.0f;
+  *volume = (np_view_volume){.bricks = &o->bricks[i],
+                             .extinction_per_value = (float)(core_gain_max * bake->extinction_per_m),
+                             .phase = cloud->phase};
+  for (int a = 0; a < 3; a++) {
+    volume->world_to_index.m[a][a] = 1.0 / bake->voxel_m;
+    volume->world_to_index.m[a][3] = -low[a] / bake->voxel_m;
+  }
+  cells->bounds_min = np_dvec3_make(fmin(cells->bounds_min.x, low[0]), fmin(cells->bounds_min.y, low[1]),
+                                    fmin(cells->bounds_min.z, low[2]));
+  cells->bounds_max =
+      np_dvec3_make(fmax(cells->bounds_max.x, low[0] + size[0]), fmax(cells->bounds_max.y, low[1] + size[1]),
+                    fmax(cells->bounds_max.z, low[2] + size[2]));
+}
+
+static neph_result place(const neph_scene *scene, outline *o, bool *out_are_known, double out_errors[2]) {
+  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
+  const double *camera = scene->camera.position_m;
+  desc.cells.bounds_min = np_dvec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
+  desc.cells.bounds_max = np_dvec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
+  desc.cells.cell_count_max = np_plan_count_cells_max(scene);
+  desc.cells.has_viewer = true;
+  desc.cells.viewer = np_dvec3_make(camera[0], camera[1], camera[2]);
+  for (unsigned i = 0; i < scene->cloud_count; i++) add_cloud(o, i, &scene->clouds[i], &desc.cells);
+  const np_scene_view view = {.volume_count = scene->cloud_count, .volumes = o->volumes};
+  np_transport_grid grid;
+  neph_result result = np_transport_grid_place(scene->context, &view, &desc.cells, &grid);
+  if (result) return result;
+  double least, most;
+  np_transport_grid_find_depths(&view, &grid, &least, &most);
+  out_errors[0] = np_transport_expect_error(least);
+  out_errors[1] = np_transport_expect_error(most);
+  *out_are_known = true;
+  np_transport_grid_clear(&grid);
+  return NEPH_OK;
+}
+
+neph_result np_plan_expect_light_errors(const neph_scene *scene, bool *out_are_known, double out_errors[2]) {
+  *out_are_known = false;
+  if (scene->cloud_count == 0 || scene->cloud_count > NP_VIEW_VOLUMES_MAX) return NEPH_OK;
+  for (unsigned i = 0; i < scene->cloud_count; i++)
+    if (!scene->clouds[i].is_baked || scene->clouds[i].phase_source.kind == NP_PHASE_TABLE) return NEPH_OK;
+  outline *o = np_alloc(scene->context, 1, sizeof *o);
+  if (!o) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = place(scene, o, out_are_known, out_errors);
+  np_alloc_free(scene->context, o);
+  return result;
+}

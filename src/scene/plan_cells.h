@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The cells that light in clouds will be solved on, before there are clouds. */
+#ifndef NP_SCENE_PLAN_CELLS_H
+#define NP_SCENE_PLAN_CELLS_H
+
+#include "scene/plan.h"
+
+/* Cells that render.light_memory allows, were there cloud in all of them. */
+size_t np_plan_count_cells_max(const neph_scene *scene);
+
+/* Errors to be expected of light, as shares, at the densest point: in the smallest cells, which are near the camera,
+ * and in the largest. Not known where clouds or their phase functions are files that have not been read. */
+neph_result np_plan_expect_light_errors(const neph_scene *scene, bool *out_are_known, double out_errors[2]);
+
+#endif
