@@ -52,6 +52,7 @@ static void break_step(np_march *m) {
   if (m->step.count == 0) return;
   const float gone = cbrtf(m->knot.hiding * m->knot.bound * m->knot.bound / m->knot.budget);
   close_step(m);
+  np_march_forget_sun(m);
   set_knot(m, np_clampf(1.0f - gone, 0.1f, 1.0f));
 }
 
@@ -65,12 +66,13 @@ static void pass_piece(np_march *m, const np_media *all, const np_stretch *s, co
   }
   while (length > 0.0f && m->carry > 0.0f) {
     if (m->step.count == 0) np_step_open(&m->step, all, s, begin);
-    const float u = m->knot.hiding + hiding * length, v = m->knot.bound + bound * length;
+    const float change = m->sun_rate * bound;
+    const float u = m->knot.hiding + hiding * length, v = m->knot.bound + change * length;
     float part = np_minf(length, np_maxf(m->knot.distance, 0.0f));
-    if (u * v * v > m->knot.budget) part = np_minf(part, np_step_room(&m->knot, hiding, bound, length));
+    if (u * v * v > m->knot.budget) part = np_minf(part, np_step_room(&m->knot, hiding, change, length));
     np_step_add(&m->step, extinction, part, hiding * part);
     m->knot.hiding += hiding * part;
-    m->knot.bound += bound * part;
+    m->knot.bound += change * part;
     m->knot.distance -= part;
     const bool is_knot = part < length;
     begin += (double)part;
@@ -153,6 +155,8 @@ static void start(np_march *m, const np_scene_view *view, const np_integrator_se
   m->peak_depth = np_spectrum_grey(0.0f);
   m->carry = m->transmittance = 1.0f;
   m->step.count = 0;
+  m->passed = 0.0f;
+  np_march_forget_sun(m);
   m->out = out;
 }
 

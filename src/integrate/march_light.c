@@ -37,9 +37,10 @@ void NP_KERNEL(np_march_start_scaled)(np_march *m) {
   m->is_grey = is_grey(m->view);
 }
 
-/* Optical depths of the scaled medium and of its forward peak from a point to the sun. */
-static void track_scaled_depth(const np_march *m, np_dvec3 position, float error, np_spectrum *out_scaled,
-                               np_spectrum *out_peak) {
+/* Optical depths of the scaled medium and of its forward peak from a point to the sun. Returns the scaled one of the
+ * band that is let through best. */
+static float track_scaled_depth(const np_march *m, np_dvec3 position, float error, np_spectrum *out_scaled,
+                                np_spectrum *out_peak) {
   *out_scaled = *out_peak = np_spectrum_grey(0.0f);
   float faded = 0.0f;
   for (unsigned v = 0; v < m->view->volume_count && faded < NP_FAINT_DEPTH; v++) {
@@ -54,19 +55,22 @@ static void track_scaled_depth(const np_march *m, np_dvec3 position, float error
       out_scaled->band[b] += own - peak;
     }
   }
+  return faded;
 }
 
 /* Sunlight at a place as the scaled medium lets it through, and what its peak has become on the way. */
 typedef struct sunlight {
+  float depth;
   np_spectrum irradiance, arriving;
   np_peak_place place[NP_BAND_COUNT];
 } sunlight;
 
 static void find_sunlight(const np_march *m, np_dvec3 position, float error, sunlight *out) {
   np_spectrum depth, peak;
+  out->depth = NP_SUN_DEPTH_UNKNOWN;
   out->irradiance = np_light_sun(m->view, position, m->to_sun);
   if (np_spectrum_is_zero(out->irradiance)) return;
-  track_scaled_depth(m, position, error, &depth, &peak);
+  out->depth = track_scaled_depth(m, position, error, &depth, &peak);
   out->irradiance = np_spectrum_multiply(out->irradiance, find_transmittance(m, depth));
   out->arriving = find_transmittance(m, peak);
   for (int b = 0; b < NP_BAND_COUNT; b++)
@@ -76,19 +80,17 @@ static void find_sunlight(const np_march *m, np_dvec3 position, float error, sun
 /* Sunlight thrown towards the camera by each cloud of a step; `scattering` is its ϖτ times what one unit of that counts
  * for. Scattered once it is T·p·e^{−τ}, which is part of D. `leaving` is what the peak's depth lets through from here
  * to the camera. */
-static void add_sun(np_march *m, np_dvec3 position, const np_step *s, float error, const np_spectrum *scattering,
+static void add_sun(np_march *m, const np_step *s, const sunlight *sun, const np_spectrum *scattering,
                     np_spectrum leaving) {
-  sunlight sun;
-  find_sunlight(m, position, error, &sun);
-  if (np_spectrum_is_zero(sun.irradiance)) return;
+  if (np_spectrum_is_zero(sun->irradiance)) return;
   for (unsigned i = 0; i < s->count; i++) {
     const np_peak_column *column = &m->sun.peak[s->volume[i] - m->view->volumes].column;
     np_spectrum once, all;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
-      once.band[b] = sun.arriving.band[b] * leaving.band[b] * (column->broad + column->sharp);
-      all.band[b] = np_peak_column_mix(column, sun.place[b], sun.arriving.band[b], leaving.band[b]);
+      once.band[b] = sun->arriving.band[b] * leaving.band[b] * (column->broad + column->sharp);
+      all.band[b] = np_peak_column_mix(column, sun->place[b], sun->arriving.band[b], leaving.band[b]);
     }
-    const np_spectrum light = np_spectrum_multiply(sun.irradiance, scattering[i]);
+    const np_spectrum light = np_spectrum_multiply(sun->irradiance, scattering[i]);
     np_march_add(m, NP_COMPONENT_SUN, 1.0f, np_spectrum_multiply(light, once));
     np_march_add(m, NP_COMPONENT_MULTIPLE, 1.0f, np_spectrum_multiply(light, np_spectrum_subtract(all, once)));
   }
@@ -99,7 +101,7 @@ static void add_solution(np_march *m, np_dvec3 position, const np_step *s, const
   np_multi_scatter_gather(m->scatter, position, &moments);
   for (unsigned i = 0; i < s->count; i++) {
     const float *thrown = m->sun.peak[s->volume[i] - m->view->volumes].thrown;
-    const np_spectrum light = np_multi_scatter_throw(&moments, m->scatter->grid.degree, thrown);
+    const np_spectrum light = np_multi_scatter_throw(m->scatter, &moments, thrown);
     np_march_add(m, NP_COMPONENT_MULTIPLE, 1.0f, np_spectrum_multiply(light, scattering[i]));
   }
 }
@@ -115,10 +117,10 @@ static void settle(np_march *m) {
   m->carry = settled;
 }
 
-/* Optical depth of a step, and what of it is scattering, in all and in the peak. */
+/* Optical depth of a step, what of it is scattering, in all and in the peak, and what it hides. */
 typedef struct step_optics {
-  float depth;
-  np_spectrum scattering[NP_VIEW_VOLUMES_MAX], all_scattering, peak;
+  float depth, opacity;
+  np_spectrum scattering[NP_VIEW_VOLUMES_MAX], all_scattering, peak, scaled_opacity;
 } step_optics;
 
 static void find_optics(const np_march *m, const np_step *s, step_optics *out) {
@@ -131,35 +133,94 @@ static void find_optics(const np_march *m, const np_step *s, step_optics *out) {
     out->all_scattering = np_spectrum_add(out->all_scattering, out->scattering[i]);
     out->depth += s->depth[i];
   }
+  out->opacity = -expm1f(-out->depth);
+  out->scaled_opacity = find_opacity(m, np_spectrum_subtract(np_spectrum_grey(out->depth), out->peak));
+}
+
+/* What is let through of sunlight that is worth finer steps; rates at which steps are right already, and which they do
+ * not follow any further. */
+static const float sunlight_least = 0.02f, sun_rate_least = 2.0f, sun_rate_max = 12.0f;
+
+/* In a level layer the depth towards the sun changes no faster than the sun is low: under a high one there is nothing
+ * to learn. */
+static bool is_sun_low(const np_march *m) { return fabsf(m->to_sun.z) * sun_rate_least < 1.0f; }
+
+/* Sets how fast sunlight changes along the ray from the depths towards the sun at two places on it, `apart` of its own
+ * depth. */
+static void set_sun_rate(np_march *m, float before, float after, float apart) {
+  const bool is_lit = np_transmittance(np_minf(before, after)) > sunlight_least;
+  const float rate = is_lit ? fabsf(after - before) / np_maxf(apart, 1e-6f) : 1.0f;
+  m->sun_rate = np_clampf(rate, sun_rate_least, sun_rate_max) * (1.0f / sun_rate_least);
+}
+
+/* Parts that the first step in a cloud, made in ignorance, must be lit in: by the law of its budget. Where it would
+ * be lit well enough even if its begin were in full sun, that need not be looked at. */
+static unsigned count_parts(np_march *m, const np_step *s, float depth, float error) {
+  const float half = 0.5f * s->hiding;
+  if (!is_sun_low(m) || depth < 2.0f * sun_rate_least * half) return 1;
+  np_spectrum scaled, peak;
+  const np_dvec3 begin = np_dvec3_along(m->ray->origin, m->ray->direction, s->begin);
+  set_sun_rate(m, track_scaled_depth(m, begin, error, &scaled, &peak), depth, half);
+  return (unsigned)ceilf(cbrtf(m->sun_rate * m->sun_rate));
+}
+
+/* Learns from a step that is lit. */
+static void learn_sun_rate(np_march *m, const np_step *s, float depth) {
+  const float place = m->passed + 0.5f * s->hiding;
+  if (is_sun_low(m) && depth >= 0.0f && m->sun_depth >= 0.0f)
+    set_sun_rate(m, m->sun_depth, depth, place - m->sun_place);
+  m->sun_depth = depth;
+  m->sun_place = place;
+  m->passed += s->hiding;
+}
+
+static np_dvec3 find_middle(const np_march *m, const np_step *s) {
+  return np_dvec3_along(m->ray->origin, m->ray->direction, np_step_middle(s));
 }
 
 /* What a step sees of the peak's depth is that at its middle. */
-void NP_KERNEL(np_march_light_scaled)(np_march *m, const np_step *s) {
+static void light(np_march *m, const np_step *s, step_optics *optics, const sunlight *sun) {
   const double middle = np_step_middle(s);
-  step_optics optics;
-  find_optics(m, s, &optics);
   const np_aerial_perspective air =
       np_light_air(m->view, m->view->camera_sky, m->ray->origin, m->ray->direction, middle);
-  const float opacity = -expm1f(-optics.depth), hidden = m->transmittance * opacity;
+  const float hidden = m->transmittance * optics->opacity;
   np_march_add(m, NP_COMPONENT_AIR, hidden, air.inscatter);
-  np_integrator_add_opaque(m->out, hidden, middle, np_spectrum_scale(optics.all_scattering, 1.0f / optics.depth));
+  np_integrator_add_opaque(m->out, hidden, middle, np_spectrum_scale(optics->all_scattering, 1.0f / optics->depth));
 
-  const np_spectrum half_peak = np_spectrum_scale(optics.peak, 0.5f);
-  const np_spectrum depth = np_spectrum_subtract(np_spectrum_grey(optics.depth), optics.peak);
-  const np_spectrum scaled_opacity = find_opacity(m, depth);
+  const np_spectrum half_peak = np_spectrum_scale(optics->peak, 0.5f);
   m->peak_depth = np_spectrum_add(m->peak_depth, half_peak);
   np_spectrum weight = np_spectrum_multiply(m->scaled, air.transmittance);
-  for (int b = 0; b < NP_BAND_COUNT; b++)
-    weight.band[b] *= depth.band[b] > 1e-6f ? scaled_opacity.band[b] / depth.band[b] : 1.0f;
-  for (unsigned i = 0; i < s->count; i++) optics.scattering[i] = np_spectrum_multiply(optics.scattering[i], weight);
-
-  const float error = np_march_find_light_error(m, m->carry * np_spectrum_max(scaled_opacity));
-  const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
-  add_solution(m, position, s, optics.scattering);
-  add_sun(m, position, s, error, optics.scattering, find_transmittance(m, m->peak_depth));
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float depth = optics->depth - optics->peak.band[b];
+    weight.band[b] *= depth > 1e-6f ? optics->scaled_opacity.band[b] / depth : 1.0f;
+  }
+  for (unsigned i = 0; i < s->count; i++) optics->scattering[i] = np_spectrum_multiply(optics->scattering[i], weight);
+  add_solution(m, find_middle(m, s), s, optics->scattering);
+  add_sun(m, s, sun, optics->scattering, find_transmittance(m, m->peak_depth));
 
   m->peak_depth = np_spectrum_add(m->peak_depth, half_peak);
-  m->scaled = np_spectrum_multiply(m->scaled, np_spectrum_subtract(np_spectrum_grey(1.0f), scaled_opacity));
-  m->transmittance *= 1.0f - opacity;
+  m->scaled = np_spectrum_multiply(m->scaled, np_spectrum_subtract(np_spectrum_grey(1.0f), optics->scaled_opacity));
+  m->transmittance *= 1.0f - optics->opacity;
+  learn_sun_rate(m, s, sun->depth);
   settle(m);
+}
+
+static float find_error(const np_march *m, const step_optics *optics) {
+  return np_march_find_light_error(m, m->carry * np_spectrum_max(optics->scaled_opacity));
+}
+
+void NP_KERNEL(np_march_light_scaled)(np_march *m, const np_step *s) {
+  step_optics optics;
+  sunlight sun;
+  find_optics(m, s, &optics);
+  const float error = find_error(m, &optics);
+  find_sunlight(m, find_middle(m, s), error, &sun);
+  const unsigned count = m->sun_depth < 0.0f ? count_parts(m, s, sun.depth, error) : 1;
+  if (count == 1) light(m, s, &optics, &sun);
+  for (unsigned n = 0; n < count && count > 1 && m->carry > 0.0f; n++) {
+    const np_step part = np_step_split(s, n, count);
+    find_optics(m, &part, &optics);
+    find_sunlight(m, find_middle(m, &part), find_error(m, &optics), &sun);
+    light(m, &part, &optics, &sun);
+  }
 }

@@ -7,7 +7,8 @@
  *
  * What then is left is of the order T·u·v², T the transmittance to the step, u its depth, and v what the light changes
  * by along it, for which stands the depth that the step would have at the densest points of its cells: thin stretches
- * next to dense ones are lit unevenly. A step ends where this has used up a budget in proportion to the tolerance. In
+ * next to dense ones are lit unevenly; it counts for more where the depth towards the sun changes faster than that, as
+ * under a grazing sun. A step ends where this has used up a budget in proportion to the tolerance. In
  * an even cloud steps are of equal depth, but grow as T^{−⅓} while the ray fades. A step also ends where it is as long
  * as a step may be, and where there is nothing.
  */
@@ -70,6 +71,19 @@ static inline void np_step_add(np_step *step, const float *extinction, float len
 
 static inline double np_step_middle(const np_step *step) {
   return step->begin + (double)(step->weight > 0.0f ? step->moment / step->weight : 0.5f * step->length);
+}
+
+/* The `number`-th of `count` equal parts of a step that is taken to be even. */
+static inline np_step np_step_split(const np_step *step, unsigned number, unsigned count) {
+  const float share = 1.0f / (float)count;
+  np_step part = *step;
+  part.begin += (double)(step->length * share * (float)number);
+  part.length *= share;
+  part.hiding *= share;
+  part.weight = part.hiding;
+  part.moment = part.hiding * part.length * (0.5f - np_minf(part.hiding, 2.0f) * (1.0f / 12.0f));
+  for (unsigned i = 0; i < part.count; i++) part.depth[i] *= share;
+  return part;
 }
 
 /* How far into a piece, at rates of both a metre, until hiding times bound squared has used up a knot's budget, which

@@ -83,7 +83,9 @@ static float find_source(const gather *g, const gather_direction *d, np_dvec3 po
   const np_spectrum sun = np_spectrum_scale(np_light_sun(view, position, view->to_sun), np_transmittance(depth));
   *out_source = np_spectrum_grey(0.0f);
   for (unsigned v = 0; v < view->volume_count; v++) {
-    np_spectrum light = np_multi_scatter_towards(&moments, &view->multi_scatter->phases[v], d->harmonics);
+    float thrown[NP_HARMONIC_COUNT_MAX];
+    np_multi_scatter_fill_thrown(&view->multi_scatter->phases[v], d->harmonics, thrown);
+    np_spectrum light = np_multi_scatter_throw(view->multi_scatter, &moments, thrown);
     light = np_spectrum_multiply(np_spectrum_add_scaled(light, d->broad[v], sun), view->volumes[v].albedo);
     *out_source = np_spectrum_add_scaled(*out_source, extinction[v], light);
   }

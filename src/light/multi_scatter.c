@@ -9,8 +9,8 @@
  *
  * where d·E is what sunlight of direction s loses by first collisions, and sky and ground enter at the sides. A sweep
  * maps φ to the φ of its solution; Anderson acceleration finds the fixed point, on the coarsest grid first, then from
- * there on finer ones. A band starts from the one before it, in proportion to their sources: where the clouds are grey
- * and the lights of one colour, that is the solution, and costs one sweep.
+ * there on finer ones. A band starts from the one before it, in proportion to their sources. Where the clouds are grey
+ * and the lights of one colour, that is the solution: one band is solved for, and kept.
  */
 #include "light/multi_scatter.h"
 
@@ -31,6 +31,7 @@ typedef struct solver {
   np_inflow *inflow;
   np_transport_lights lights;
   np_spectrum *sun; /* irradiance at each live cell of the finest grid */
+  float *moments;   /* as they are kept, but for their scale */
   unsigned level_count, band;
   np_transport_level levels[LEVELS_MAX];
 } solver;
@@ -156,7 +157,7 @@ static neph_result keep_band(solver *s) {
   memcpy(sharp, finest->phi, floats * sizeof *sharp);
   np_transport_grid_sharpen(&finest->grid, sharp, sharp + floats);
   for (size_t live = 0; live < finest->grid.live_count; live++)
-    memcpy(s->out->moments + (live * NP_BAND_COUNT + s->band) * count, sharp + live * count, count * sizeof *sharp);
+    memcpy(s->moments + (live * s->out->band_count + s->band) * count, sharp + live * count, count * sizeof *sharp);
   np_alloc_free(s->context, sharp);
   return NEPH_OK;
 }
@@ -177,26 +178,88 @@ static neph_result solve_band(solver *s, bool is_first, double *sum) {
   return result ? result : keep_band(s);
 }
 
+/* Sums over what shines on the clouds, and whether all of it is the first band's times `colour`. */
+typedef struct light_colour {
+  double sum[NP_BAND_COUNT];
+  np_spectrum colour;
+  bool is_one;
+} light_colour;
+
+static void add_light(light_colour *c, const float *first, size_t stride) {
+  for (int b = 0; b < NP_BAND_COUNT; b++) c->sum[b] += (double)first[(size_t)b * stride];
+}
+
+static void check_light(light_colour *c, const float *first, size_t stride) {
+  for (int b = 1; b < NP_BAND_COUNT; b++) {
+    const float value = first[(size_t)b * stride], expected = c->colour.band[b] * first[0];
+    c->is_one = c->is_one && fabsf(value - expected) <= 1e-5f * expected;
+  }
+}
+
+/* Calls `visit` for the sun at each live cell and for what flows in along each ordinate. */
+static void visit_lights(const solver *s, void (*visit)(light_colour *, const float *, size_t), light_colour *colour) {
+  const size_t stride = sizeof **s->inflow / sizeof(float);
+  for (size_t live = 0; live < s->levels[0].grid.live_count; live++) visit(colour, s->sun[live].band, 1);
+  for (size_t i = 0; i < stride; i++) visit(colour, &(*s->inflow)[0][0][0][0] + i, stride);
+}
+
+/* Where clouds are grey and their lights are of one colour, the first band's solution is all bands'. */
+static void choose_bands(solver *s) {
+  light_colour c = {.is_one = is_grey(s->view) && !s->view->emission, .colour = np_spectrum_grey(1.0f)};
+  if (c.is_one) visit_lights(s, add_light, &c);
+  c.is_one = c.is_one && c.sum[0] > 0.0;
+  for (int b = 0; b < NP_BAND_COUNT && c.is_one; b++) c.colour.band[b] = (float)(c.sum[b] / c.sum[0]);
+  if (c.is_one) visit_lights(s, check_light, &c);
+  s->out->band_count = c.is_one ? 1 : NP_BAND_COUNT;
+  s->out->colour = c.is_one ? c.colour : np_spectrum_grey(1.0f);
+}
+
 /* Where the first band's grid, on which the others' results must lie too, has cloud. */
 static neph_result start_bands(solver *s) {
   const np_transport_grid *g = &s->levels[0].grid;
   s->sun = np_alloc(s->context, g->live_count, sizeof *s->sun);
-  s->out->moments = np_alloc(s->context, count_moments(g), NP_BAND_COUNT * sizeof *s->out->moments);
-  if (!s->sun || !s->out->moments) return NEPH_ERROR_OUT_OF_MEMORY;
-  return np_parallel_for(s->context, s->monitor, g->live_count, CHUNK, find_sun, s);
+  if (!s->sun) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = np_parallel_for(s->context, s->monitor, g->live_count, CHUNK, find_sun, s);
+  if (result) return result;
+  choose_bands(s);
+  s->moments = np_alloc(s->context, count_moments(g), s->out->band_count * sizeof *s->moments);
+  return s->moments ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result pack(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const solver *s = user;
+  const float inverse = 1.0f / s->out->scale;
+  for (size_t i = begin; i < end; i++) s->out->moments[i] = np_half_from_float(inverse * s->moments[i]);
+  return NEPH_OK;
+}
+
+/* Keeps the moments as halves, the largest of which is between 2¹⁴ and 2¹⁵: what loses bits is four billionths of it
+ * and less. */
+static neph_result pack_moments(solver *s) {
+  const size_t count = count_moments(&s->levels[0].grid) * s->out->band_count;
+  float largest = 0.0f;
+  for (size_t i = 0; i < count; i++) largest = fmaxf(largest, fabsf(s->moments[i]));
+  int exponent = 0;
+  if (largest > 0.0f && isfinite(largest)) (void)frexpf(largest, &exponent);
+  s->out->scale = ldexpf(1.0f, exponent > -110 ? exponent - 15 : -125);
+  s->out->moments = np_alloc(s->context, count, sizeof *s->out->moments);
+  if (!s->out->moments) return NEPH_ERROR_OUT_OF_MEMORY;
+  return np_parallel_for(s->context, s->monitor, count, 65536, pack, s);
 }
 
 static neph_result solve_bands(solver *s) {
   const bool has_one_grid = is_grey(s->view);
   double sum = 0.0;
-  for (s->band = 0; s->band < NP_BAND_COUNT; s->band++) {
+  s->out->band_count = NP_BAND_COUNT;
+  for (s->band = 0; s->band < s->out->band_count; s->band++) {
     const bool is_first = s->band == 0 || !has_one_grid;
     neph_result result = is_first ? build_levels(s) : NEPH_OK;
     if (!result && s->band == 0) result = start_bands(s);
     if (!result) result = solve_band(s, is_first, &sum);
     if (result) return result;
   }
-  return NEPH_OK;
+  return pack_moments(s);
 }
 
 /* ---- All of it ---- */
@@ -290,6 +353,7 @@ neph_result np_multi_scatter_build(neph_context *context, const np_scene_view *v
   }
   clear_levels(&s);
   np_alloc_free(context, s.sun);
+  np_alloc_free(context, s.moments);
   np_alloc_free(context, s.inflow);
   np_alloc_free(context, s.ordinates);
   if (result) np_multi_scatter_clear(out);

@@ -3,9 +3,8 @@
 #ifndef NP_LIGHT_MULTI_SCATTER_H
 #define NP_LIGHT_MULTI_SCATTER_H
 
-#include <string.h>
-
 #include "light/transport_grid.h"
+#include "volume/bricks.h"
 
 typedef struct np_multi_scatter_desc {
   np_transport_desc cells;
@@ -25,7 +24,11 @@ typedef struct np_multi_scatter {
   unsigned volume_count;
   np_scaled_phase *phases; /* of each cloud; equal ones share their table */
   np_transport_grid grid;
-  float *moments;  /* [live][band][harmonic]: radiance that is not sunlight which went straight on */
+  unsigned band_count; /* that are kept: 1 where they differ by a factor, `colour`, which else is 1 */
+  np_spectrum colour;
+  uint16_t
+      *moments;    /* [live][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on */
+  float scale;     /* a power of two */
   double residual; /* relative, the worst band's */
   unsigned sweeps; /* of the finest grid, all bands together */
   double error;    /* expected from the size of the largest cells, as a share of the light */
@@ -41,12 +44,29 @@ typedef float np_inflow[NP_BAND_COUNT][NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][
 void np_inflow_fill(const np_scene_view *view, const np_transport_desc *cells, const np_ordinates *ordinates,
                     np_inflow out);
 
-/* Moments of the radiance at one point, [band][harmonic]. */
+/* Moments of the radiance at one point, [band][harmonic], of the bands that are kept. */
 typedef struct np_light_moments {
   float value[NP_BAND_COUNT * NP_HARMONIC_COUNT_MAX];
 } np_light_moments;
 
 enum { NP_MOMENT_LANES = 16 }; /* numbers of harmonics are multiples of it */
+
+/* sum += weight·moments */
+static inline void np_moments_add(const uint16_t moments[NP_MOMENT_LANES], float weight, float sum[NP_MOMENT_LANES]) {
+#if defined(__F16C__)
+  for (int k = 0; k < NP_MOMENT_LANES; k += 8) {
+    const __m256 values = _mm256_cvtph_ps(_mm_loadu_si128((const void *)(moments + k)));
+    const __m256 added = _mm256_mul_ps(_mm256_set1_ps(weight), values);
+    _mm256_storeu_ps(sum + k, _mm256_add_ps(_mm256_loadu_ps(sum + k), added));
+  }
+#else
+  for (int k = 0; k < NP_MOMENT_LANES; k += 4) {
+    const __m128i halves = _mm_loadl_epi64((const void *)(moments + k));
+    const __m128 values = np_brick_decode_halves(_mm_unpacklo_epi16(halves, _mm_setzero_si128()));
+    _mm_storeu_ps(sum + k, _mm_add_ps(_mm_loadu_ps(sum + k), _mm_mul_ps(_mm_set1_ps(weight), values)));
+  }
+#endif
+}
 
 static inline void np_multi_scatter_add_cells(const np_multi_scatter *scatter, np_dvec3 position, unsigned width,
                                               float *sum) {
@@ -55,20 +75,19 @@ static inline void np_multi_scatter_add_cells(const np_multi_scatter *scatter, n
   const unsigned count = np_transport_grid_find(&scatter->grid, position, live, weight);
   for (unsigned first = 0; first < width; first += NP_MOMENT_LANES) {
     float lanes[NP_MOMENT_LANES] = {0.0f};
-    for (unsigned c = 0; c < count; c++) {
-      const float *moments = scatter->moments + (size_t)live[c] * width + first;
-      for (unsigned k = 0; k < NP_MOMENT_LANES; k++) lanes[k] += weight[c] * moments[k];
-    }
-    memcpy(sum + first, lanes, sizeof lanes);
+    for (unsigned c = 0; c < count; c++)
+      np_moments_add(scatter->moments + (size_t)live[c] * width + first, weight[c], lanes);
+    for (unsigned k = 0; k < NP_MOMENT_LANES; k++) sum[first + k] = scatter->scale * lanes[k];
   }
 }
 
-/* The least number of harmonics, which large clouds have, is known to the compiler. */
+/* The least number of harmonics, which the largest clouds have, is known to the compiler. */
 static inline void np_multi_scatter_gather(const np_multi_scatter *scatter, np_dvec3 position, np_light_moments *out) {
-  if (scatter->grid.degree == NP_DEGREE_MIN) {
-    np_multi_scatter_add_cells(scatter, position, NP_BAND_COUNT * NP_HARMONIC_COUNT_MIN, out->value);
+  const unsigned width = scatter->band_count * np_harmonics_count(scatter->grid.degree);
+  if (width == NP_HARMONIC_COUNT_MIN) {
+    np_multi_scatter_add_cells(scatter, position, NP_HARMONIC_COUNT_MIN, out->value);
   } else {
-    np_multi_scatter_add_cells(scatter, position, NP_BAND_COUNT * np_harmonics_count(scatter->grid.degree), out->value);
+    np_multi_scatter_add_cells(scatter, position, width, out->value);
   }
 }
 
@@ -91,20 +110,14 @@ static inline float np_multi_scatter_sum(const float *moments, const float *thro
 }
 
 /* Radiance times phase function, over all directions, that a cloud throws. */
-static inline np_spectrum np_multi_scatter_throw(const np_light_moments *moments, unsigned degree,
+static inline np_spectrum np_multi_scatter_throw(const np_multi_scatter *scatter, const np_light_moments *moments,
                                                  const float thrown[NP_HARMONIC_COUNT_MAX]) {
-  const unsigned count = np_harmonics_count(degree);
-  np_spectrum out;
-  for (unsigned b = 0; b < NP_BAND_COUNT; b++)
-    out.band[b] = np_maxf(np_multi_scatter_sum(moments->value + b * count, thrown, count), 0.0f);
-  return out;
-}
-
-static inline np_spectrum np_multi_scatter_towards(const np_light_moments *moments, const np_scaled_phase *phase,
-                                                   const float harmonics[NP_HARMONIC_COUNT_MAX]) {
-  float thrown[NP_HARMONIC_COUNT_MAX];
-  np_multi_scatter_fill_thrown(phase, harmonics, thrown);
-  return np_multi_scatter_throw(moments, phase->degree, thrown);
+  const unsigned count = np_harmonics_count(scatter->grid.degree);
+  const float first = np_multi_scatter_sum(moments->value, thrown, count);
+  if (scatter->band_count == 1) return np_spectrum_scale(scatter->colour, np_maxf(first, 0.0f));
+  const float second = np_multi_scatter_sum(moments->value + count, thrown, count);
+  const float third = np_multi_scatter_sum(moments->value + 2 * count, thrown, count);
+  return np_spectrum_make(np_maxf(first, 0.0f), np_maxf(second, 0.0f), np_maxf(third, 0.0f));
 }
 
 #endif

@@ -11,34 +11,69 @@ void NP_KERNEL(np_sun_column_fill)(np_sun_column *column);
 
 enum { EDGE = NP_SUN_CELL_EDGE, NODES = NP_SUN_CELL_NODES, CELL = NODES * NODES * NODES };
 
-static float sample_span(const np_bricks *bricks, const np_brick_walk *walk, const np_brick_span *span, double t) {
-  if (span->brick == NP_BRICK_NONE) return span->range.min;
-  return np_brick_sample(bricks, span->brick, np_brick_walk_local(walk, span, t));
+/* One ray, for the depth from the sun to each of its nodes, by the midpoint rule from node to node. */
+typedef struct sun_ray {
+  const np_view_volume *volume;
+  double spacing;
+  size_t count, next; /* nodes, and the first that is not yet reached */
+  float depth, *out;
+} sun_ray;
+
+static void keep_until(sun_ray *r, double t) {
+  while (r->next < r->count && (double)r->next * r->spacing <= t) r->out[r->next++] = r->depth;
 }
 
-/* Depth from the sun to every node of one ray, by the midpoint rule from node to node. */
+/* Pieces of a span, ended by nodes and by its own end: their middles and lengths from t on, measured from the span's
+ * begin, and the ends. Returns how many. */
+static int cut_span(const sun_ray *r, const np_brick_span *span, double t, float middle[NP_BRICK_LINE],
+                    float length[NP_BRICK_LINE], double end[NP_BRICK_LINE]) {
+  int count = 0;
+  for (; count < NP_BRICK_LINE && t < span->t_end; t = end[count++]) {
+    const size_t n = r->next + (size_t)count;
+    const double node = (double)n * r->spacing;
+    end[count] = n < r->count && node < span->t_end ? node : span->t_end;
+    middle[count] = (float)(0.5 * (t + end[count]) - span->t_begin);
+    length[count] = (float)(end[count] - t);
+  }
+  return count;
+}
+
+static void follow_span(sun_ray *r, const np_brick_walk *walk, const np_brick_span *span) {
+  const np_bricks *bricks = r->volume->bricks;
+  const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
+  const np_vec3 along = np_dvec3_to_float(np_dvec3_make(walk->direction[0], walk->direction[1], walk->direction[2]));
+  float middle[NP_BRICK_LINE] = {0.0f}, length[NP_BRICK_LINE], value[NP_BRICK_LINE];
+  double end[NP_BRICK_LINE];
+  for (double t = span->t_begin; t < span->t_end;) {
+    const int count = cut_span(r, span, t, middle, length, end);
+    if (span->brick == NP_BRICK_NONE) {
+      for (int k = 0; k < count; k++) value[k] = span->range.min;
+    } else {
+      np_brick_sample_along(bricks, span->brick, begin, along, middle, count, value);
+    }
+    for (int k = 0; k < count; k++) {
+      r->depth += r->volume->extinction_per_value * value[k] * length[k];
+      keep_until(r, end[k]);
+    }
+    t = end[count - 1];
+  }
+}
+
 static void follow_ray(const np_sun_column *c, np_dvec3 origin, float *out) {
-  const np_view_volume *volume = c->volume;
-  const size_t count = (size_t)c->lattice->size[2] * EDGE + 1;
-  const double spacing = c->lattice->spacing_m;
+  sun_ray r = {.volume = c->volume,
+               .spacing = c->lattice->spacing_m,
+               .count = (size_t)c->lattice->size[2] * EDGE + 1,
+               .out = out};
   np_brick_walk walk;
   np_brick_span span;
-  np_brick_walk_start(&walk, volume->bricks, np_affine_point(&volume->world_to_index, origin),
-                      np_affine_vector(&volume->world_to_index, np_vec3_to_double(c->from_sun)), 0.0,
-                      (double)(count - 1) * spacing);
-  float depth = 0.0f;
-  size_t n = 0;
-  while (depth < c->depth_end && np_brick_walk_next(&walk, &span)) {
-    while (n < count && (double)n * spacing <= span.t_begin) out[n++] = depth;
-    for (double t = span.t_begin; t < span.t_end;) {
-      const double node = (double)n * spacing, end = n < count && node < span.t_end ? node : span.t_end;
-      depth += volume->extinction_per_value * sample_span(volume->bricks, &walk, &span, 0.5 * (t + end)) *
-               (float)(end - t);
-      t = end;
-      if (n < count && end >= node) out[n++] = depth;
-    }
+  np_brick_walk_start(&walk, c->volume->bricks, np_affine_point(&c->volume->world_to_index, origin),
+                      np_affine_vector(&c->volume->world_to_index, np_vec3_to_double(c->from_sun)), 0.0,
+                      (double)(r.count - 1) * r.spacing);
+  while (r.depth < c->depth_end && np_brick_walk_next(&walk, &span)) {
+    keep_until(&r, span.t_begin);
+    follow_span(&r, &walk, &span);
   }
-  while (n < count) out[n++] = depth;
+  while (r.next < r.count) out[r.next++] = r.depth;
 }
 
 static void follow_rays(const np_sun_column *c) {
