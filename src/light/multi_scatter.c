@@ -9,7 +9,13 @@
  *
  * where d·E is what sunlight of direction s loses by first collisions, and sky and ground enter at the sides. A sweep
  * maps φ to the φ of its solution; Anderson acceleration finds the fixed point, on the coarsest grid first, then from
- * there on finer ones. A band starts from the one before it, in proportion to their sources. Where the clouds are grey
+ * there on finer ones.
+ *
+ * Small clouds are solved to a high degree from the start. Larger ones get the least degree, and where the memory
+ * allows it that solution is then resolved into more: a high degree counts less of the sun's light as having gone
+ * straight on, the rest is in φ, and from there on sweeps do but what is local, which they do well.
+ *
+ * A band starts from the one before it, in proportion to their sources. Where the clouds are grey
  * and the lights of one colour, that is the solution: one band is solved for, and kept.
  */
 #include "light/multi_scatter.h"
@@ -19,7 +25,19 @@
 #include "core/alloc.h"
 #include "light/transport_level.h"
 
-enum { LEVELS_MAX = 4, CHUNK = 4096 };
+enum {
+  LEVELS_MAX = 5,
+  CHUNK = 4096,
+  RESOLVED_DEGREE = 7,
+  RESOLVING_SWEEPS = 2 /* a third changes a picture by a tenth of a per cent */
+};
+
+/* Directions, and what comes along them from outside. */
+typedef struct angles {
+  np_ordinates ordinates;
+  np_inflow inflow;
+  np_transport_lights lights;
+} angles;
 
 typedef struct solver {
   neph_context *context;
@@ -27,32 +45,45 @@ typedef struct solver {
   const np_multi_scatter_desc *desc;
   np_monitor *monitor;
   np_multi_scatter *out;
-  np_ordinates *ordinates;
-  np_inflow *inflow;
-  np_transport_lights lights;
-  np_spectrum *sun; /* irradiance at each live cell of the finest grid */
-  float *moments;   /* as they are kept, but for their scale */
+  angles *fine, *broad; /* of the result, and of what is iterated; the same where nothing is to be resolved further */
+  np_spectrum *sun;     /* irradiance at each live cell of the finest grid */
+  float *moments;       /* as they are kept, but for their scale */
   unsigned level_count, band;
+  /* The result's; then, if it is another, that which is iterated; then coarser ones. */
   np_transport_level levels[LEVELS_MAX];
 } solver;
 
+static bool is_resolved(const solver *s) { return s->fine != s->broad; }
+
+/* The finest level that is iterated. */
+static np_transport_level *get_broad(solver *s) { return &s->levels[is_resolved(s) ? 1 : 0]; }
+
 static neph_result solve_level(solver *s, unsigned number, double tolerance) {
-  np_transport_effort effort = {.tolerance = tolerance, .is_finest = number == 0};
-  neph_result result = np_transport_level_solve(&s->lights, &s->levels[number], &effort);
-  if (number > 0) return result;
+  np_transport_level *level = &s->levels[number];
+  np_transport_effort effort = {.tolerance = tolerance, .is_finest = level == get_broad(s)};
+  neph_result result = np_transport_level_solve(&s->broad->lights, level, &effort);
+  if (!effort.is_finest) return result;
   s->out->residual = fmax(s->out->residual, effort.residual);
   s->out->sweeps += effort.sweeps;
   return result;
 }
 
 static neph_result solve_nested(solver *s) {
-  for (unsigned n = s->level_count; n-- > 0;) {
+  const unsigned finest = (unsigned)(get_broad(s) - s->levels);
+  for (unsigned n = s->level_count; n-- > finest;) {
     if (n + 1 < s->level_count) np_transport_level_prolong(&s->levels[n + 1], &s->levels[n]);
     /* What crosses a thick cloud slowly, and shows late in the residual, is found on coarse cells: they are cheap. */
-    neph_result result = solve_level(s, n, n > 0 ? 0.03 * s->desc->tolerance : s->desc->tolerance);
+    neph_result result = solve_level(s, n, n > finest ? 0.03 * s->desc->tolerance : s->desc->tolerance);
     if (result) return result;
   }
   return NEPH_OK;
+}
+
+static neph_result resolve(solver *s) {
+  if (!is_resolved(s)) return NEPH_OK;
+  np_transport_effort effort = {.is_finest = true, .sweeps_plain = RESOLVING_SWEEPS};
+  np_transport_level_resolve(&s->fine->lights, get_broad(s), &s->levels[0]);
+  return np_transport_level_solve(&s->fine->lights, &s->levels[0], &effort);
 }
 
 /* ---- Bands ---- */
@@ -62,6 +93,11 @@ static void clear_levels(solver *s) {
   s->level_count = 0;
 }
 
+static neph_result build_broad(solver *s, const np_transport_level *finest) {
+  np_transport_level *broad = &s->levels[s->level_count++];
+  return np_transport_grid_broaden(s->view, s->band, s->broad->ordinates.degree, &finest->grid, &broad->grid);
+}
+
 /* The grids for the present band's albedo, on the cells that were placed. */
 static neph_result build_levels(solver *s) {
   clear_levels(s);
@@ -69,12 +105,15 @@ static neph_result build_levels(solver *s) {
   neph_result result = np_transport_grid_place(s->context, s->view, &s->desc->cells, &finest->grid);
   if (result) return result;
   const np_scaled_phase *phases = s->out->phases;
-  finest->grid.degree = s->ordinates->degree;
+  finest->grid.degree = s->fine->ordinates.degree;
   np_monitor_set_stage(s->monitor, "averaging clouds");
   result = np_transport_grid_fill(s->view, phases, s->band, s->monitor, &finest->grid);
+  if (!result && is_resolved(s)) result = build_broad(s, finest);
   np_monitor_set_stage(s->monitor, "lighting clouds");
-  if (!result) result = np_transport_grid_light(s->view, phases, s->band, s->monitor, &finest->grid);
-  if (!result) result = np_transport_level_allocate(finest, s->view->emission);
+  np_transport_grid *broad = is_resolved(s) ? &get_broad(s)->grid : NULL;
+  if (!result) result = np_transport_grid_light(s->view, s->monitor, &finest->grid, broad);
+  for (unsigned n = 0; n < s->level_count && !result; n++)
+    result = np_transport_level_allocate(&s->levels[n], s->view->emission);
   while (!result && s->level_count < LEVELS_MAX) {
     const np_transport_grid *fine = &s->levels[s->level_count - 1].grid;
     if (!np_transport_grid_can_coarsen(fine)) break;
@@ -112,25 +151,34 @@ static neph_result average_glow(void *user, size_t begin, size_t end, unsigned t
 
 static neph_result fill_glow(solver *s) {
   if (!s->view->emission) return NEPH_OK;
-  neph_result result = np_parallel_for(s->context, s->monitor, s->levels[0].grid.live_count, 256, average_glow, s);
-  for (unsigned n = 1; n < s->level_count && !result; n++)
+  const size_t count = s->levels[0].grid.live_count;
+  neph_result result = np_parallel_for(s->context, s->monitor, count, 256, average_glow, s);
+  const unsigned finest = (unsigned)(get_broad(s) - s->levels);
+  if (!result && finest > 0) memcpy(s->levels[finest].glow, s->levels[0].glow, count * sizeof(float));
+  for (unsigned n = finest + 1; n < s->level_count && !result; n++)
     np_transport_grid_restrict(&s->levels[n - 1].grid, s->levels[n - 1].glow, &s->levels[n].grid, s->levels[n].glow);
   return result;
 }
 
+static void light_level(const solver *s, np_transport_level *level) {
+  for (size_t live = 0; live < level->grid.live_count; live++)
+    level->sun[live] = level->grid.deposit ? level->grid.deposit[live] * s->sun[live].band[s->band] : 0.0f;
+}
+
 /* Fills the levels' sources for the present band; returns their sum, with what flows in. */
 static double light_levels(solver *s) {
-  np_transport_level *finest = &s->levels[0];
+  np_transport_level *broad = get_broad(s);
   double sum = 0.0;
-  for (size_t live = 0; live < finest->grid.live_count; live++) {
-    finest->sun[live] = finest->grid.deposit ? finest->grid.deposit[live] * s->sun[live].band[s->band] : 0.0f;
-    sum += (double)finest->sun[live] + (finest->glow ? (double)finest->glow[live] : 0.0);
-  }
-  for (unsigned n = 1; n < s->level_count; n++)
-    np_transport_grid_restrict(&s->levels[n - 1].grid, s->levels[n - 1].sun, &s->levels[n].grid, s->levels[n].sun);
-  s->lights.inflow = (*s->inflow)[s->band];
-  const float *inflow = &(*s->inflow)[s->band][0][0][0];
-  for (size_t i = 0; i < sizeof **s->inflow / sizeof(float); i++) sum += (double)inflow[i];
+  light_level(s, &s->levels[0]);
+  if (is_resolved(s)) light_level(s, broad);
+  for (size_t live = 0; live < broad->grid.live_count; live++)
+    sum += (double)broad->sun[live] + (broad->glow ? (double)broad->glow[live] : 0.0);
+  for (np_transport_level *l = broad + 1; l < s->levels + s->level_count; l++)
+    np_transport_grid_restrict(&l[-1].grid, l[-1].sun, &l->grid, l->sun);
+  s->fine->lights.inflow = s->fine->inflow[s->band];
+  s->broad->lights.inflow = s->broad->inflow[s->band];
+  const float *inflow = &s->broad->inflow[s->band][0][0][0];
+  for (size_t i = 0; i < sizeof s->broad->inflow[0] / sizeof(float); i++) sum += (double)inflow[i];
   return sum;
 }
 
@@ -145,8 +193,8 @@ static size_t count_moments(const np_transport_grid *g) { return g->live_count *
 
 /* The start of a further band of grey clouds. */
 static void scale_solution(solver *s, double factor) {
-  np_transport_level *finest = &s->levels[0];
-  for (size_t i = 0; i < count_moments(&finest->grid); i++) finest->phi[i] *= (float)factor;
+  np_transport_level *broad = get_broad(s);
+  for (size_t i = 0; i < count_moments(&broad->grid); i++) broad->phi[i] *= (float)factor;
 }
 
 static neph_result keep_band(solver *s) {
@@ -173,8 +221,9 @@ static neph_result solve_band(solver *s, bool is_first, double *sum) {
     result = solve_nested(s);
   } else {
     scale_solution(s, *sum / before);
-    result = solve_level(s, 0, s->desc->tolerance);
+    result = solve_level(s, (unsigned)(get_broad(s) - s->levels), s->desc->tolerance);
   }
+  if (!result) result = resolve(s);
   return result ? result : keep_band(s);
 }
 
@@ -198,9 +247,9 @@ static void check_light(light_colour *c, const float *first, size_t stride) {
 
 /* Calls `visit` for the sun at each live cell and for what flows in along each ordinate. */
 static void visit_lights(const solver *s, void (*visit)(light_colour *, const float *, size_t), light_colour *colour) {
-  const size_t stride = sizeof **s->inflow / sizeof(float);
+  const size_t stride = sizeof s->fine->inflow[0] / sizeof(float);
   for (size_t live = 0; live < s->levels[0].grid.live_count; live++) visit(colour, s->sun[live].band, 1);
-  for (size_t i = 0; i < stride; i++) visit(colour, &(*s->inflow)[0][0][0][0] + i, stride);
+  for (size_t i = 0; i < stride; i++) visit(colour, &s->fine->inflow[0][0][0][0] + i, stride);
 }
 
 /* Where clouds are grey and their lights are of one colour, the first band's solution is all bands'. */
@@ -300,27 +349,38 @@ static unsigned choose_degree(double cells, bool is_layered, double work_max) {
   return NP_DEGREE_MIN;
 }
 
-static neph_result choose_angles(solver *s) {
+/* The degree that a solution of the least degree is resolved into, where the memory that so many cells of the least
+ * degree could take is enough. */
+static unsigned choose_resolved(double cells, unsigned degree, const np_transport_desc *desc) {
+  const double bytes = (double)desc->cell_count_max * np_transport_count_cell_bytes(NP_DEGREE_MIN);
+  const bool is_affordable = cells * np_transport_count_cell_bytes(RESOLVED_DEGREE) <= bytes;
+  return degree == NP_DEGREE_MIN && is_affordable ? RESOLVED_DEGREE : degree;
+}
+
+static neph_result start_angles(solver *s, unsigned degree, bool is_layered, angles **out) {
+  *out = np_alloc(s->context, 1, sizeof **out);
+  if (!*out) return NEPH_ERROR_OUT_OF_MEMORY;
+  angles *a = *out;
+  np_ordinates_init(degree, is_layered, &a->ordinates);
+  np_inflow_fill(s->view, &s->desc->cells, &a->ordinates, a->inflow);
+  a->lights = (np_transport_lights){.context = s->context, .monitor = s->monitor, .ordinates = &a->ordinates};
+  np_harmonics_eval(degree, np_vec3_scale(s->view->to_sun, -1.0f), a->lights.sun_harmonics);
+  return NEPH_OK;
+}
+
+static neph_result start(solver *s) {
   np_transport_grid grid;
   neph_result result = np_transport_grid_place(s->context, s->view, &s->desc->cells, &grid);
   if (result) return result;
   const bool is_layered = grid.is_wrapped[0] || grid.is_wrapped[1];
   const double cells = (double)np_transport_grid_count(&grid);
   np_transport_grid_clear(&grid);
-  np_ordinates_init(choose_degree(cells, is_layered, s->desc->work_max), is_layered, s->ordinates);
-  return NEPH_OK;
-}
-
-static neph_result start(solver *s) {
-  s->ordinates = np_alloc(s->context, 1, sizeof *s->ordinates);
-  s->inflow = np_alloc(s->context, 1, sizeof *s->inflow);
-  neph_result result = s->ordinates && s->inflow ? choose_angles(s) : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) result = build_phases(s->view, s->ordinates->degree, s->out);
-  if (result) return result;
-  s->lights = (np_transport_lights){.context = s->context, .monitor = s->monitor, .ordinates = s->ordinates};
-  np_inflow_fill(s->view, &s->desc->cells, s->ordinates, *s->inflow);
-  np_harmonics_eval(s->ordinates->degree, np_vec3_scale(s->view->to_sun, -1.0f), s->lights.sun_harmonics);
-  return NEPH_OK;
+  const unsigned degree = choose_degree(cells, is_layered, s->desc->work_max);
+  const unsigned resolved = choose_resolved(cells, degree, &s->desc->cells);
+  result = start_angles(s, degree, is_layered, &s->broad);
+  if (!result && resolved != degree) result = start_angles(s, resolved, is_layered, &s->fine);
+  if (!s->fine) s->fine = s->broad;
+  return result ? result : build_phases(s->view, resolved, s->out);
 }
 
 static void report(const np_scene_view *view, double tolerance, np_multi_scatter *out) {
@@ -354,8 +414,8 @@ neph_result np_multi_scatter_build(neph_context *context, const np_scene_view *v
   clear_levels(&s);
   np_alloc_free(context, s.sun);
   np_alloc_free(context, s.moments);
-  np_alloc_free(context, s.inflow);
-  np_alloc_free(context, s.ordinates);
+  if (s.fine != s.broad) np_alloc_free(context, s.fine);
+  np_alloc_free(context, s.broad);
   if (result) np_multi_scatter_clear(out);
   return result;
 }

@@ -1,25 +1,28 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Two kinds of quadratures. S6, level-symmetric (Lewis and Miller 1984, "Computational Methods of Neutron Transport",
  * table 4-1): the same cosines along each axis, μᵢ² = μ₁² + 2(i−1)(1−3μ₁²)/(N−2), and one weight for all permutations
- * of a triple. And product sets: Gauss points in each half of the cosine along z, and even azimuths; with N + 1 points
- * a half and 2N + 2 azimuths they are exact for every product of two harmonics of degree N. */
+ * of a triple. And product sets: Gauss points along z and even azimuths; with N + 1 points and 2N + 2 azimuths they are
+ * exact for every product of two harmonics of degree N. Layers have as many points in each half of the vertical, for
+ * their light is another above the horizon and below. */
 #include "light/ordinates.h"
 
 #include "core/units.h"
 
-/* Gauss points in a half of the vertical, and azimuths in a quarter turn. */
+/* Gauss points in the upper half of the vertical, and azimuths in a quarter turn. */
 typedef struct product_set {
   unsigned points, azimuths;
+  bool is_halved; /* each half has Gauss points of its own */
 } product_set;
 
-static product_set choose_product(unsigned degree) {
-  return degree <= NP_DEGREE_MIN ? (product_set){8, 2} : (product_set){degree + 1, (degree + 2) / 2};
+static product_set choose_product(unsigned degree, bool is_layered) {
+  if (degree <= NP_DEGREE_MIN) return (product_set){8, 2, true};
+  return (product_set){is_layered ? degree + 1 : (degree + 2) / 2, (degree + 2) / 2, is_layered};
 }
 
 static bool is_level_symmetric(unsigned degree, bool is_layered) { return degree <= NP_DEGREE_MIN && !is_layered; }
 
 unsigned np_ordinates_count(unsigned degree, bool is_layered) {
-  const product_set set = choose_product(degree);
+  const product_set set = choose_product(degree, is_layered);
   return NP_OCTANT_COUNT * (is_level_symmetric(degree, is_layered) ? 6 : set.points * set.azimuths);
 }
 
@@ -125,7 +128,13 @@ static void find_gauss(unsigned n, unsigned i, double *out_point, double *out_we
 static void add_product(np_ordinates *o, product_set set) {
   for (unsigned i = 0; i < set.points; i++) {
     double z, weight;
-    find_gauss(set.points, i, &z, &weight);
+    if (set.is_halved) {
+      find_gauss(set.points, i, &z, &weight);
+    } else {
+      find_gauss(2 * set.points, i, &z, &weight);
+      z = fabs(2.0 * z - 1.0);
+      weight *= 2.0;
+    }
     const double r = sqrt((1.0 - z) * (1.0 + z)), quarter = 0.5 * NP_PI;
     for (unsigned k = 0; k < set.azimuths; k++) {
       const double azimuth = quarter * (k + 0.5) / set.azimuths;
@@ -157,7 +166,7 @@ void np_ordinates_init(unsigned degree, bool is_layered, np_ordinates *out) {
   if (is_level_symmetric(degree, is_layered)) {
     add_level_symmetric(out);
   } else {
-    add_product(out, choose_product(degree));
+    add_product(out, choose_product(degree, is_layered));
   }
   fill_padding(out);
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)

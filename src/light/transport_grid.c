@@ -38,7 +38,7 @@ static void add_material(const fill *f, np_dvec3 position, float weight, float *
     const np_view_volume *volume = &f->view->volumes[v];
     const float own = weight * np_view_extinction(volume, position);
     if (!(own > 0.0f)) continue;
-    *extinction += own * np_transport_scale(volume, &f->phases[v], f->band);
+    *extinction += own * f->grid->scale[v];
     for (unsigned l = 0; l <= f->grid->degree; l++)
       scattering[l] += own * volume->albedo.band[f->band] * f->phases[v].moments[l];
   }
@@ -113,11 +113,10 @@ static void keep_material(const fill *f, size_t live, size_t cell) {
   const unsigned count = g->degree + 1;
   const float extinction = f->extinction[cell], *scattering = &f->scattering[cell * count];
   const float albedo = f->view->volumes[0].albedo.band[f->band];
-  const float scale = np_transport_scale(&f->view->volumes[0], &f->phases[0], f->band);
   g->extinction[live] = extinction;
   for (unsigned l = 0; l < count; l++)
     g->ratio[live * count + l] =
-        extinction > 0.0f ? scattering[l] / extinction : albedo * f->phases[0].moments[l] / scale;
+        extinction > 0.0f ? scattering[l] / extinction : albedo * f->phases[0].moments[l] / g->scale[0];
 }
 
 static neph_result keep_live(const fill *f) {
@@ -139,6 +138,8 @@ neph_result np_transport_grid_fill(const np_scene_view *view, const np_scaled_ph
   fill f = {.view = view, .phases = phases, .band = band, .monitor = monitor, .grid = grid};
   const size_t cells = np_transport_grid_count(grid);
   for (int a = 0; a < 3; a++) f.voxel_m[a] = np_transport_find_voxel(view, a);
+  for (unsigned v = 0; v < view->volume_count; v++)
+    grid->scale[v] = np_transport_scale(&view->volumes[v], phases[v].forward, band);
   f.extinction = np_alloc(grid->context, cells, sizeof *f.extinction);
   f.scattering = np_alloc(grid->context, cells, (grid->degree + 1) * sizeof *f.scattering);
   grid->live = np_alloc(grid->context, cells, sizeof *grid->live);
@@ -212,9 +213,8 @@ static void average_children(const np_transport_grid *fine, np_transport_grid *o
   }
 }
 
-/* Every second plane; a single cell stays. */
-static neph_result thin_planes(const np_transport_grid *fine, int axis, np_transport_grid *out) {
-  const int32_t stride = fine->size[axis] == 1 ? 1 : 2;
+/* One plane of each `stride`. */
+static neph_result thin_planes(const np_transport_grid *fine, int axis, int32_t stride, np_transport_grid *out) {
   out->size[axis] = fine->size[axis] / stride;
   out->even_m[axis] = stride * fine->even_m[axis];
   out->is_wrapped[axis] = fine->is_wrapped[axis];
@@ -227,13 +227,41 @@ static neph_result thin_planes(const np_transport_grid *fine, int axis, np_trans
 neph_result np_transport_grid_coarsen(const np_transport_grid *fine, np_transport_grid *out) {
   *out = (np_transport_grid){.context = fine->context, .degree = fine->degree};
   neph_result result = NEPH_OK;
-  for (int a = 0; a < 3 && !result; a++) result = thin_planes(fine, a, out);
+  for (int a = 0; a < 3 && !result; a++) result = thin_planes(fine, a, fine->size[a] == 1 ? 1 : 2, out);
   if (result) return result;
   out->live = np_alloc(out->context, np_transport_grid_count(out), sizeof *out->live);
   if (!out->live) return NEPH_ERROR_OUT_OF_MEMORY;
   number_parents(fine, out);
   result = allocate_live(out);
   if (!result) average_children(fine, out);
+  return result;
+}
+
+/* Scaling what is scaled: of the ratios of degree N the one of degree n + 1 is the share of a peak that goes straight
+ * on where only n degrees are resolved. */
+static void broaden_cell(const np_transport_grid *fine, size_t live, np_transport_grid *out) {
+  const float *ratio = fine->ratio + live * (fine->degree + 1);
+  const float peak = ratio[1] > 0.0f ? np_clampf(ratio[out->degree + 1], 0.0f, 0.999f) : 0.0f;
+  out->cell[live] = fine->cell[live];
+  out->extinction[live] = fine->extinction[live] * (1.0f - peak);
+  for (unsigned l = 0; l <= out->degree; l++)
+    out->ratio[live * (out->degree + 1) + l] = (ratio[l] - peak) / (1.0f - peak);
+}
+
+neph_result np_transport_grid_broaden(const np_scene_view *view, unsigned band, unsigned degree,
+                                      const np_transport_grid *fine, np_transport_grid *out) {
+  *out = (np_transport_grid){.context = fine->context, .degree = degree, .live_count = fine->live_count};
+  neph_result result = NEPH_OK;
+  for (int a = 0; a < 3 && !result; a++) result = thin_planes(fine, a, 1, out);
+  if (result) return result;
+  for (unsigned v = 0; v < view->volume_count; v++)
+    out->scale[v] =
+        np_transport_scale(&view->volumes[v], np_scaled_phase_find_forward(&view->volumes[v].phase, degree), band);
+  out->live = np_alloc(out->context, np_transport_grid_count(out), sizeof *out->live);
+  if (!out->live) return NEPH_ERROR_OUT_OF_MEMORY;
+  memcpy(out->live, fine->live, np_transport_grid_count(out) * sizeof *out->live);
+  result = allocate_live(out);
+  for (size_t live = 0; live < fine->live_count && !result; live++) broaden_cell(fine, live, out);
   return result;
 }
 

@@ -21,9 +21,10 @@ typedef struct np_transport_grid {
   int32_t *live;      /* of each cell: its number among the live ones, or NP_TRANSPORT_CELL_NONE */
   int32_t *cell;      /* of each live cell: where it is */
   size_t live_count;
-  float *extinction; /* scaled, 1/m, the mean of the interpolated field */
-  float *ratio;      /* [live][l], l ≤ N: scattering moment over extinction, both scaled */
-  float *deposit;    /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse grids */
+  float *extinction;                /* scaled, 1/m, the mean of the interpolated field */
+  float *ratio;                     /* [live][l], l ≤ N: scattering moment over extinction, both scaled */
+  float scale[NP_VIEW_VOLUMES_MAX]; /* of each cloud: scaled extinction over extinction */
+  float *deposit; /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse grids */
 } np_transport_grid;
 
 typedef struct np_transport_desc {
@@ -59,9 +60,15 @@ neph_result np_transport_grid_fill(const np_scene_view *view, const np_scaled_ph
 float np_transport_grid_average_emission(const np_transport_grid *grid, const struct np_emission *emission,
                                          const int32_t at[3], unsigned band);
 
-/* Follows the sun's rays and puts where they first collide into `deposit`. */
-neph_result np_transport_grid_light(const np_scene_view *view, const np_scaled_phase *phases, unsigned band,
-                                    np_monitor *monitor, np_transport_grid *grid);
+/* The same cells with light resolved into fewer degrees: more of the scattering counts as going straight on. What is
+ * known of them by live cell is what np_transport_grid_fill() would find with the phase functions of that degree. */
+neph_result np_transport_grid_broaden(const np_scene_view *view, unsigned band, unsigned degree,
+                                      const np_transport_grid *fine, np_transport_grid *out);
+
+/* Follows the sun's rays and puts where they first collide into `deposit`, also of the same cells `broad`; NULL: there
+ * are none. */
+neph_result np_transport_grid_light(const np_scene_view *view, np_monitor *monitor, np_transport_grid *grid,
+                                    np_transport_grid *broad);
 
 /* Cells of two of the old along each axis. False where a side is odd: then there is none, and `out` is untouched. */
 neph_result np_transport_grid_coarsen(const np_transport_grid *fine, np_transport_grid *out);
@@ -76,9 +83,9 @@ void np_transport_grid_clear(np_transport_grid *grid);
 /* Finest spacing of samples along a world axis. */
 double np_transport_find_voxel(const np_scene_view *view, int axis);
 
-/* Scaled extinction over extinction, in one cloud. */
-static inline float np_transport_scale(const np_view_volume *volume, const np_scaled_phase *phase, unsigned band) {
-  return 1.0f - volume->albedo.band[band] * phase->forward;
+/* Scaled extinction over extinction, in one cloud, where a share `forward` of scattering goes straight on. */
+static inline float np_transport_scale(const np_view_volume *volume, float forward, unsigned band) {
+  return 1.0f - volume->albedo.band[band] * forward;
 }
 
 static inline size_t np_transport_grid_count(const np_transport_grid *grid) {
@@ -101,6 +108,16 @@ static inline void np_transport_grid_split(const np_transport_grid *grid, int32_
 
 static inline size_t np_transport_grid_join(const np_transport_grid *grid, const int32_t at[3]) {
   return ((size_t)at[2] * (size_t)grid->size[1] + (size_t)at[1]) * (size_t)grid->size[0] + (size_t)at[0];
+}
+
+/* Live neighbour along an axis, or NP_TRANSPORT_CELL_NONE. */
+static inline int32_t np_transport_grid_neighbour(const np_transport_grid *grid, const int32_t at[3], int axis,
+                                                  int step) {
+  int32_t next[3] = {at[0], at[1], at[2]};
+  next[axis] += step;
+  if (grid->is_wrapped[axis]) next[axis] = (next[axis] + grid->size[axis]) % grid->size[axis];
+  const bool is_inside = next[axis] >= 0 && next[axis] < grid->size[axis];
+  return is_inside ? grid->live[np_transport_grid_join(grid, next)] : NP_TRANSPORT_CELL_NONE;
 }
 
 static inline np_dvec3 np_transport_grid_centre(const np_transport_grid *grid, int32_t cell) {

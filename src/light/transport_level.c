@@ -112,7 +112,12 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
                             .tolerance = is_cheap ? fmin(effort->tolerance, 2e-6) : effort->tolerance,
                             .calls_max = is_cheap || !effort->is_finest ? CHEAP_SWEEPS_MAX : SWEEPS_MAX};
   if (!it.source || (is_column && !it.column)) result = NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) result = np_fixed_point_solve(&problem, level->phi);
+  if (effort->sweeps_plain > 0) {
+    for (problem.calls = 0; problem.calls < effort->sweeps_plain && !result; problem.calls++)
+      result = map_moments(&it, level->phi, level->phi);
+  } else if (!result) {
+    result = np_fixed_point_solve(&problem, level->phi);
+  }
   effort->residual = problem.residual;
   effort->sweeps = problem.calls;
   np_alloc_free(context, it.column);
@@ -136,13 +141,28 @@ void np_transport_level_prolong(const np_transport_level *coarse, np_transport_l
   }
 }
 
-/* Live neighbour along an axis, or NP_TRANSPORT_CELL_NONE. */
-static int32_t find_neighbour(const np_transport_grid *g, const int32_t at[3], int axis, int step) {
-  int32_t next[3] = {at[0], at[1], at[2]};
-  next[axis] += step;
-  if (g->is_wrapped[axis]) next[axis] = (next[axis] + g->size[axis]) % g->size[axis];
-  const bool is_inside = next[axis] >= 0 && next[axis] < g->size[axis];
-  return is_inside ? g->live[np_transport_grid_join(g, next)] : NP_TRANSPORT_CELL_NONE;
+/* Sunlight in a cell that has gone straight on, weighted by extinction: first collisions over it. */
+static float find_straight(const np_transport_level *level, size_t live) {
+  const float extinction = level->grid.extinction[live];
+  return extinction > 0.0f ? level->sun[live] / extinction : 0.0f;
+}
+
+/* The peak that only `broad` counts as straight has, in units of its share of all scattering, the moments 1 up to the
+ * degree n + 1 and r_l/r_{n+1} above: nearly all of that light has been scattered by it once. */
+void np_transport_level_resolve(const np_transport_lights *lights, const np_transport_level *broad,
+                                np_transport_level *fine) {
+  const unsigned count = np_harmonics_count(fine->grid.degree), known = np_harmonics_count(broad->grid.degree);
+  const unsigned peak = broad->grid.degree + 1;
+  for (size_t live = 0; live < fine->grid.live_count; live++) {
+    const float *ratio = fine->grid.ratio + live * (fine->grid.degree + 1);
+    const float more = fmaxf(0.0f, find_straight(broad, live) - find_straight(fine, live));
+    float *phi = fine->phi + live * count;
+    for (unsigned l = 0, i = 0; l <= fine->grid.degree; l++) {
+      const float share = l <= peak ? 1.0f : ratio[peak] > 0.0f ? np_clampf(ratio[l] / ratio[peak], 0.0f, 1.0f) : 0.0f;
+      for (; i < (l + 1) * (l + 1); i++)
+        phi[i] = (i < known ? broad->phi[live * known + i] : 0.0f) + share * more * lights->sun_harmonics[i];
+    }
+  }
 }
 
 /* Second differences over an eighth, for even cells; elsewhere φ″ by the parabola through three middles. */
@@ -150,7 +170,8 @@ static void sharpen_cell(const np_transport_grid *g, int axis, size_t live, cons
   const unsigned count = np_harmonics_count(g->degree);
   int32_t at[3];
   np_transport_grid_split(g, g->cell[live], at);
-  const int32_t below = find_neighbour(g, at, axis, -1), above = find_neighbour(g, at, axis, 1);
+  const int32_t below = np_transport_grid_neighbour(g, at, axis, -1),
+                above = np_transport_grid_neighbour(g, at, axis, 1);
   if (below < 0 || above < 0) return;
   float down = 0.125f, up = 0.125f;
   if (g->even_m[axis] <= 0.0) {

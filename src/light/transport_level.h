@@ -28,8 +28,9 @@ void np_transport_level_clear(np_transport_level *level);
 typedef struct np_transport_effort {
   double tolerance;
   bool is_finest;
-  double residual; /* out: relative */
-  unsigned sweeps; /* out */
+  unsigned sweeps_plain; /* so many without acceleration, and without a residual; 0: as many as the tolerance takes */
+  double residual;       /* out: relative */
+  unsigned sweeps;       /* out */
 } np_transport_effort;
 
 /* Improves `phi`. */
@@ -38,6 +39,11 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
 
 /* What a finer grid starts from: the coarser solution between the middles of its cells. */
 void np_transport_level_prolong(const np_transport_level *coarse, np_transport_level *fine);
+
+/* What the same cells start from whose light is resolved into more degrees: `broad` with that light of the sun added
+ * which only there counts as having gone straight on. */
+void np_transport_level_resolve(const np_transport_lights *lights, const np_transport_level *broad,
+                                np_transport_level *fine);
 
 /* Makes means over cells, in `phi`, values that interpolate to the right curve. `scratch` takes a copy. */
 void np_transport_grid_sharpen(const np_transport_grid *grid, float *phi, float *scratch);
