@@ -18,7 +18,14 @@ static inline void march_count_line(const np_bricks *bricks, uint32_t brick, np_
   np_brick_sample_line(bricks, brick, begin, step, count, out);
 }
 
+static inline void march_count_along(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along,
+                                     const float at[NP_BRICK_LINE], int count, float out[NP_BRICK_LINE]) {
+  march_lookups += (unsigned long)count;
+  np_brick_sample_along(bricks, brick, begin, along, at, count, out);
+}
+
 #define np_brick_sample march_count_sample
+#define np_brick_sample_along march_count_along
 #define np_brick_sample_line march_count_line
 
 #endif
