@@ -5,18 +5,12 @@
 
 #include <nephos/nephos.h>
 
+#include "test_cumulus_scene.h"
 #include "test_render_once.h"
 #include "test_support.h"
 
-/* A small cumulus over ridges: every stage runs. */
 static const char scene_text[] =
-    "version: 1\n"
-    "camera: {position: [0 m, -3 km, 900 m], look_at: [0 m, 0 m, 1500 m], fov: 60 deg, resolution: [24, 16]}\n"
-    "sun: {elevation: 30 deg, azimuth: 110 deg}\n"
-    "clouds:\n"
-    "  - name: cumulus\n"
-    "    bake: {preset: cumulus_mediocris, seed: 4, extent: [2 km, 2 km], base: 1200 m, voxel: 100 m, coverage: 0.6}\n"
-    "terrain: {ridges: {samples: 129, relief: 700 m}, width: 20 km}\n"
+    TEST_CUMULUS_SCENE
     "render: {samples: 17}\n"
     "output: {aovs: [background, terrain, air, sun, sky, ground, multiple, transmittance, distance]}\n";
 

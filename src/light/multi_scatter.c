@@ -15,8 +15,8 @@
  * allows it that solution is then resolved into more: a high degree counts less of the sun's light as having gone
  * straight on, the rest is in φ, and from there on sweeps do but what is local, which they do well.
  *
- * A band starts from the one before it, in proportion to their sources. Where the clouds are grey
- * and the lights of one colour, that is the solution: one band is solved for, and kept.
+ * A band starts from the one before it, in proportion to their sources. Where the clouds are grey and the lights of one
+ * colour, that is the solution: one band is solved for, and kept.
  */
 #include "light/multi_scatter.h"
 
