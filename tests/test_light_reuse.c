@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light in clouds over a sequence: solved once, the same bits as without, and anew when what it depends on changes. */
+/* Light in clouds and depths towards the sun over a sequence: built once, the same bits as without, and anew when what
+ * they depend on changes. */
 #include <nephos/nephos.h>
 
+#include "light/light_store.h"
 #include "test_scenes.h"
+#include "test_volumes.h"
 
 /* Half a second of baking and solving. */
 static const char cumulus[] =
@@ -12,6 +15,14 @@ static const char cumulus[] =
     " extent: [800 m, 800 m], voxel: 50 m}}], render: {samples: 1}, output: {pixel_type: float}}";
 
 static int set_up(void **state) { return set_up_scene(state, 2, cumulus); }
+
+/* The same cloud lit straight through a volume of depths. */
+static int set_up_depths(void **state) {
+  const int result = set_up_scene(state, 2, cumulus);
+  set(*state, "render.multiple_scattering", "none");
+  set(*state, "render.sun_depth", "volume");
+  return result;
+}
 
 static neph_image *render(fixture *f, neph_scene *scene) {
   neph_image *image;
@@ -51,6 +62,86 @@ static void a_camera_that_moves_keeps_the_light(void **state) {
   }
 }
 
+/* What a first frame does to the second, which has all but its camera in common, is nothing that is seen. */
+static void two_frames_under_one_sun_share_their_depths(void **state) {
+  fixture *f = *state, alone;
+  void *other = NULL;
+  set_up_depths(&other);
+  alone = *(fixture *)other;
+  neph_image_destroy(render(f, f->scene));
+  assert_non_null(strstr(f->log.text, "depths towards the sun: built"));
+  set(f, "camera.position", "[200 m, -2.8 km, 450 m]");
+  set(&alone, "camera.position", "[200 m, -2.8 km, 450 m]");
+  neph_image *one = render(&alone, alone.scene), *two = render(f, f->scene);
+  assert_non_null(strstr(f->log.text, "depths towards the sun: kept"));
+  assert_same_bits(one, two);
+  neph_image_destroy(one);
+  neph_image_destroy(two);
+  tear_down(&other);
+}
+
+static void depths_are_found_anew_for_another_sun_or_cloud(void **state) {
+  static const struct {
+    const char *key, *value, *said;
+  } changes[] = {
+      {"clouds[0].albedo", "0.99", "kept"},
+      {"sun.angular_radius", "0.4 deg", "kept"},
+      {"sun.irradiance", "[1.4, 1.9, 1.9]", "kept"},
+      {"sun.elevation", "30.01 deg", "built anew, since the light turned by 0.01 degrees"},
+      {"render.tolerance", "0.03", "built anew, since what they may err by changed"},
+      {"clouds[0].extinction", "0.9 1/m", "built anew, since the clouds changed"},
+      {"clouds[0].bake.seed", "4", "built anew, since the clouds changed"},
+      {"render.sun_depth", "march", NULL},
+      {"render.sun_depth", "volume", "kept"},
+  };
+  fixture *f = *state;
+  neph_image_destroy(render(f, f->scene));
+  for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {
+    render_changed(f, changes[i].key, changes[i].value);
+    const char *found = strstr(f->log.text, "depths towards the sun: ");
+    if (!changes[i].said) {
+      assert_null(found);
+      continue;
+    }
+    assert_non_null(found);
+    assert_memory_equal(found + strlen("depths towards the sun: "), changes[i].said, strlen(changes[i].said));
+  }
+}
+
+/* Builds, gives back, takes what is kept, and builds for another sun. */
+static neph_result take_twice(neph_context *context, np_light_store *store, np_scene_view *view) {
+  const np_sun_cache_desc desc = NP_SUN_CACHE_DESC_DEFAULT;
+  neph_result result = NEPH_OK;
+  for (int i = 0; !result && i < 3; i++) {
+    np_sun_cache cache;
+    if (i == 2) view->to_sun = np_vec3_make(0.0f, 0.6f, 0.8f);
+    result = np_light_store_take_depths(context, store, NP_LIGHT_OF_SUN, view, &desc, NULL, &cache);
+    np_light_store_give_depths(store, NP_LIGHT_OF_SUN, &cache);
+  }
+  return result;
+}
+
+static float find_ball(double x, double y, double z) { return x * x + y * y + z * z < 30.0 ? 1.0f : 0.0f; }
+
+static neph_result attempt(neph_context *context, void *user) {
+  (void)user;
+  neph_volume *volume;
+  neph_result result = test_volume_create(context, 16, np_dvec3_make(0, 0, 0), find_ball, &volume);
+  if (result) return result;
+  np_view_volume placed = test_volume_place(volume, 0.2f, np_phase_isotropic());
+  np_scene_view view = {.volume_count = 1, .volumes = &placed, .to_sun = {0.6f, 0.0f, 0.8f}};
+  np_light_store store = {0};
+  result = take_twice(context, &store, &view);
+  np_light_store_clear(context, &store);
+  neph_volume_release(volume);
+  return result;
+}
+
+static void a_failed_allocation_leaves_nothing_behind(void **state) {
+  (void)state;
+  assert_survives_failed_allocations(attempt, NULL);
+}
+
 static void what_it_depends_on_is_solved_anew(void **state) {
   fixture *f = *state;
   neph_image_destroy(render(f, f->scene));
@@ -88,6 +179,9 @@ static void memory_is_checked_and_counts(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_failed_allocation_leaves_nothing_behind),
+      cmocka_unit_test_setup_teardown(two_frames_under_one_sun_share_their_depths, set_up_depths, tear_down),
+      cmocka_unit_test_setup_teardown(depths_are_found_anew_for_another_sun_or_cloud, set_up_depths, tear_down),
       cmocka_unit_test_setup_teardown(a_camera_that_moves_keeps_the_light, set_up, tear_down),
       cmocka_unit_test_setup_teardown(memory_is_checked_and_counts, set_up, tear_down),
       cmocka_unit_test_setup_teardown(what_it_depends_on_is_solved_anew, set_up, tear_down),

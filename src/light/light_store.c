@@ -12,7 +12,24 @@
 /* As a share of all that shines on the clouds, and in radians for the sun: its disk is five times as wide. */
 static const double tolerance = 1e-3;
 
-static const char *const role_names[NP_LIGHT_ROLES] = {"light in clouds", "moonlight in clouds"};
+/* ---- Log ---- */
+
+/* `reason` is why what was kept no longer serves; NULL: nothing was. */
+static void tell_built(neph_context *context, const char *what, const char *deed, const char *reason) {
+  if (reason)
+    np_log(context, NEPH_LOG_INFO, "%s: %s anew, since %s", what, deed, reason);
+  else
+    np_log(context, NEPH_LOG_DEBUG, "%s: %s", what, deed);
+}
+
+static void tell_kept(neph_context *context, const char *what) { np_log(context, NEPH_LOG_DEBUG, "%s: kept", what); }
+
+static const char clouds_changed[] = "the clouds changed";
+
+static void describe_turn(np_vec3 kept, np_vec3 wanted, char *out, size_t size) {
+  const double turned = (double)np_vec3_length(np_vec3_subtract(kept, wanted));
+  (void)snprintf(out, size, "the light turned by %.3g degrees", turned / NP_DEGREE);
+}
 
 /* ---- Keys ---- */
 
@@ -30,13 +47,18 @@ static void add_bricks(np_hash *hash, const np_bricks *b) {
   np_hash_add(hash, &b->background, sizeof b->background);
 }
 
+/* What there is of extinction, and where. */
+static void add_extinction(np_hash *hash, const np_view_volume *v) {
+  add_bricks(hash, v->bricks);
+  np_hash_add(hash, &v->world_to_index, sizeof v->world_to_index);
+  np_hash_add(hash, &v->extinction_per_value, sizeof v->extinction_per_value);
+}
+
 /* A phase function is told by its moments: tables are loaded anew for every picture. */
 static void add_cloud(np_hash *hash, const np_view_volume *v) {
   double moments[64];
   np_phase_get_moments(&v->phase, sizeof moments / sizeof *moments, moments);
-  add_bricks(hash, v->bricks);
-  np_hash_add(hash, &v->world_to_index, sizeof v->world_to_index);
-  np_hash_add(hash, &v->extinction_per_value, sizeof v->extinction_per_value);
+  add_extinction(hash, v);
   np_hash_add(hash, &v->albedo, sizeof v->albedo);
   np_hash_add(hash, moments, sizeof moments);
 }
@@ -143,18 +165,44 @@ static bool is_same_light(const np_light_key *kept, const np_light_key *wanted, 
 
 static bool is_same(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
   if (strcmp(kept->clouds, wanted->clouds) != 0) {
-    (void)snprintf(reason, size, "the clouds changed");
+    (void)snprintf(reason, size, "%s", clouds_changed);
     return false;
   }
-  const double turned = (double)np_vec3_length(np_vec3_subtract(kept->to_sun, wanted->to_sun));
-  if (turned > tolerance) {
-    (void)snprintf(reason, size, "the light turned by %.3g degrees", turned / NP_DEGREE);
+  if ((double)np_vec3_length(np_vec3_subtract(kept->to_sun, wanted->to_sun)) > tolerance) {
+    describe_turn(kept->to_sun, wanted->to_sun, reason, size);
     return false;
   }
   return is_same_light(kept, wanted, reason, size);
 }
 
-/* ---- Entries ---- */
+static neph_result make_depth_key(neph_context *context, const np_scene_view *view, const np_sun_cache_desc *desc,
+                                  np_depth_key *out) {
+  *out = (np_depth_key){.to_sun = view->to_sun, .desc = *desc};
+  np_hash *hash = np_hash_create(context);
+  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned v = 0; v < view->volume_count; v++) add_extinction(hash, &view->volumes[v]);
+  np_hash_finish(hash, out->clouds);
+  np_hash_destroy(hash);
+  return NEPH_OK;
+}
+
+static bool is_same_vec3(np_vec3 a, np_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+
+/* To the bit, so that a picture is that of the scene alone. */
+static bool are_same_depths(const np_depth_key *kept, const np_depth_key *wanted, char *reason, size_t size) {
+  const np_sun_cache_desc *a = &kept->desc, *b = &wanted->desc;
+  if (strcmp(kept->clouds, wanted->clouds) != 0)
+    (void)snprintf(reason, size, "%s", clouds_changed);
+  else if (!is_same_vec3(kept->to_sun, wanted->to_sun))
+    describe_turn(kept->to_sun, wanted->to_sun, reason, size);
+  else if (a->tolerance != b->tolerance || a->rate != b->rate || a->bytes_max != b->bytes_max)
+    (void)snprintf(reason, size, "what they may err by changed");
+  else
+    return true;
+  return false;
+}
+
+/* ---- Solutions ---- */
 
 static void clear_entry(neph_context *context, np_light_store_entry *entry) {
   if (entry->solution.context) np_multi_scatter_clear(&entry->solution);
@@ -188,18 +236,17 @@ neph_result np_light_store_take(neph_context *context, np_light_store *store, un
   neph_result result =
       grow(context, store, index + 1) ? make_key(context, view, desc, &wanted) : NEPH_ERROR_OUT_OF_MEMORY;
   if (result) return result;
+  static const char *const names[NP_LIGHT_ROLES] = {"light in clouds", "moonlight in clouds"};
   np_light_store_entry *entry = &store->entries[index][role];
+  const bool was_kept = entry->solution.context;
   char reason[128];
-  if (entry->solution.context && is_same(entry->key, wanted, reason, sizeof reason)) {
-    np_log(context, NEPH_LOG_DEBUG, "%s: kept", role_names[role]);
+  if (was_kept && is_same(entry->key, wanted, reason, sizeof reason)) {
+    tell_kept(context, names[role]);
     np_alloc_free(context, wanted);
     lend(entry, view, out);
     return NEPH_OK;
   }
-  if (entry->solution.context)
-    np_log(context, NEPH_LOG_INFO, "%s: solved anew, since %s", role_names[role], reason);
-  else
-    np_log(context, NEPH_LOG_DEBUG, "%s: solved", role_names[role]);
+  tell_built(context, names[role], "solved", was_kept ? reason : NULL);
   clear_entry(context, entry);
   entry->key = wanted;
   return np_multi_scatter_build(context, view, desc, monitor, out);
@@ -211,9 +258,41 @@ void np_light_store_give(np_light_store *store, unsigned index, np_light_role ro
   *solution = (np_multi_scatter){0};
 }
 
+/* ---- Depths ---- */
+
+neph_result np_light_store_take_depths(neph_context *context, np_light_store *store, np_light_role role,
+                                       const np_scene_view *view, const np_sun_cache_desc *desc, np_monitor *monitor,
+                                       np_sun_cache *out) {
+  static const char *const names[NP_LIGHT_ROLES] = {"depths towards the sun", "depths towards the moon"};
+  *out = (np_sun_cache){0};
+  np_depth_key wanted;
+  neph_result result = make_depth_key(context, view, desc, &wanted);
+  if (result) return result;
+  np_light_store_depths *entry = &store->depths[role];
+  const bool was_kept = entry->cache.context;
+  char reason[128];
+  if (was_kept && are_same_depths(&entry->key, &wanted, reason, sizeof reason)) {
+    tell_kept(context, names[role]);
+    *out = entry->cache;
+    entry->cache = (np_sun_cache){0};
+    return NEPH_OK;
+  }
+  tell_built(context, names[role], "built", was_kept ? reason : NULL);
+  np_sun_cache_clear(&entry->cache);
+  entry->key = wanted;
+  return np_sun_cache_build(context, view, desc, monitor, out);
+}
+
+void np_light_store_give_depths(np_light_store *store, np_light_role role, np_sun_cache *cache) {
+  if (!cache->context) return;
+  store->depths[role].cache = *cache;
+  *cache = (np_sun_cache){0};
+}
+
 void np_light_store_clear(neph_context *context, np_light_store *store) {
   for (unsigned i = 0; i < store->count; i++)
     for (int role = 0; role < NP_LIGHT_ROLES; role++) clear_entry(context, &store->entries[i][role]);
   np_alloc_free(context, store->entries);
+  for (int role = 0; role < NP_LIGHT_ROLES; role++) np_sun_cache_clear(&store->depths[role].cache);
   *store = (np_light_store){0};
 }

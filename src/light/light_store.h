@@ -1,14 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light in clouds, kept from one picture of a sequence to the next and used again while what it depends on is the same:
- * the clouds to the bit, what shines on them within a thousandth. What was solved anew, and why, is logged.
+/* Light in clouds and depths towards lights, kept from one picture of a sequence to the next and used again while what
+ * they depend on is the same: the clouds to the bit, what shines on them within a thousandth; for depths where it
+ * stands, to the bit. The camera does not matter to them. What was built anew, and why, is logged.
  *
- * A solution is lent: who takes it owns it, and gives it back for the next picture. Changes are counted from when it
- * was solved, so that small steps do not add up unseen.
+ * What is kept is lent: who takes it owns it, and gives it back for the next picture. Changes are counted from when it
+ * was built, so that small steps do not add up unseen.
  */
 #ifndef NP_LIGHT_LIGHT_STORE_H
 #define NP_LIGHT_LIGHT_STORE_H
 
 #include "light/multi_scatter.h"
+#include "light/sun_cache.h"
 
 enum { NP_LIGHT_KEY_PLACES = 64 };
 
@@ -27,10 +29,22 @@ typedef struct np_light_store_entry {
   np_light_key *key;
 } np_light_store_entry;
 
-/* What belongs to one packet of bands, by role. */
+/* What depths depend on: not on what else the clouds do to light, nor on the size of what shines. */
+typedef struct np_depth_key {
+  char clouds[33]; /* fingerprint of grids, places and extinction */
+  np_vec3 to_sun;
+  np_sun_cache_desc desc;
+} np_depth_key;
+
+typedef struct np_light_store_depths {
+  np_sun_cache cache; /* empty: none */
+  np_depth_key key;
+} np_light_store_depths;
+
 typedef struct np_light_store {
-  unsigned count;
+  unsigned count; /* of packets of bands, each with its entries by role */
   np_light_store_entry (*entries)[NP_LIGHT_ROLES];
+  np_light_store_depths depths[NP_LIGHT_ROLES]; /* for all packets */
 } np_light_store;
 
 /* The solution of the `index`-th packet for the view's light: kept, or solved. */
@@ -40,6 +54,14 @@ neph_result np_light_store_take(neph_context *context, np_light_store *store, un
 
 /* Takes back what was lent; an empty one changes nothing. */
 void np_light_store_give(np_light_store *store, unsigned index, np_light_role role, np_multi_scatter *solution);
+
+/* Depths towards the view's light: kept, or found. */
+neph_result np_light_store_take_depths(neph_context *context, np_light_store *store, np_light_role role,
+                                       const np_scene_view *view, const np_sun_cache_desc *desc, np_monitor *monitor,
+                                       np_sun_cache *out);
+
+/* Takes back what was lent; an empty one changes nothing. */
+void np_light_store_give_depths(np_light_store *store, np_light_role role, np_sun_cache *cache);
 
 void np_light_store_clear(neph_context *context, np_light_store *store);
 

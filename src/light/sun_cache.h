@@ -12,7 +12,8 @@
  * A ray that starts outside the cells runs to the first that is not empty, in its own direction; from there on the
  * middle of the sun's disk stands for it. Periodic clouds have no lattice and are walked for.
  *
- * Depends on the clouds, their places and the sun's direction; not on wavelength, nor on the camera.
+ * Depends on the clouds, their places and the sun's direction; not on wavelength, nor on the camera: a sequence keeps
+ * it (light_store.h).
  */
 #ifndef NP_LIGHT_SUN_CACHE_H
 #define NP_LIGHT_SUN_CACHE_H
@@ -83,8 +84,8 @@ typedef struct np_sun_column {
   float depth_end;
   np_vec3 from_sun; /* along t */
   int32_t at[2];
-  float *rays;     /* scratch: the 9 × 9 rays of the column, each with every node along t */
-  uint32_t *cells; /* out: of the column */
+  float *rays;       /* scratch: the 9 × 9 rays of the column, each with every node along t */
+  uint32_t *cells;   /* out: of the column */
   size_t node_count; /* out: floats that the cells keep */
 } np_sun_column;
 

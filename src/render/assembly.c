@@ -317,10 +317,9 @@ static void clear_packet(np_assembly *assembly, unsigned index) {
 void np_assembly_clear(np_assembly *assembly) {
   for (unsigned i = 0; i < assembly->packet_count; i++) clear_packet(assembly, i);
   np_alloc_free(assembly->context, assembly->packets);
-  for (unsigned i = 0; i < NP_LIGHTS_MAX; i++) {
-    np_sun_cache_clear(&assembly->sun_caches[i]);
-    np_air_visibility_clear(&assembly->air_visibilities[i]);
-  }
+  for (int role = 0; role < NP_LIGHT_ROLES; role++)
+    np_light_store_give_depths(assembly->lights, (np_light_role)role, &assembly->sun_caches[role]);
+  for (unsigned i = 0; i < NP_LIGHTS_MAX; i++) np_air_visibility_clear(&assembly->air_visibilities[i]);
   for (unsigned i = 0; i < assembly->volume_count; i++) {
     neph_volume_release(assembly->volumes[i]);
     np_phase_table_clear(&assembly->phase_tables[i]);

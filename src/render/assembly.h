@@ -50,13 +50,13 @@ typedef struct np_assembly {
   np_dvec3 clouds_min, clouds_max; /* world box of all clouds */
   neph_terrain *terrain;
   np_star_catalogue stars;
-  np_sphere_map star_map, moon_map; /* empty: none */
-  np_sun_cache sun_caches[NP_LIGHTS_MAX]; /* of sun and moon, for all packets; empty when not needed */
-  np_air_visibility air_visibilities[NP_LIGHTS_MAX]; /* likewise */
+  np_sphere_map star_map, moon_map;                  /* empty: none */
+  np_sun_cache sun_caches[NP_LIGHT_ROLES];           /* for all packets; empty when not needed */
+  np_air_visibility air_visibilities[NP_LIGHTS_MAX]; /* of sun and moon, likewise */
   unsigned packet_count;
   np_packet *packets;
   np_sky_store *skies;    /* the scene's: what packets have of skies was taken from it and goes back */
-  np_light_store *lights; /* likewise, of light in clouds */
+  np_light_store *lights; /* likewise, of light in clouds and depths towards lights */
 } np_assembly;
 
 /* Adds what a packet's three bands are to a colour of the picture. */

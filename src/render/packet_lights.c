@@ -177,22 +177,24 @@ static float find_sun_rate(const np_packet_lights_desc *d, const np_scene_view *
   return fmaxf(rate, 0.05f);
 }
 
+static np_light_role get_light_role(bool is_moon) { return is_moon ? NP_LIGHT_OF_MOON : NP_LIGHT_OF_SUN; }
+
 /* The same depths serve every packet. */
 static neph_result build_sun_cache(const np_packet_lights_desc *d, np_packet_light *out) {
-  np_sun_cache *cache = &d->assembly->sun_caches[out->is_moon];
+  np_assembly *a = d->assembly;
+  const np_light_role role = get_light_role(out->is_moon);
+  np_sun_cache *cache = &a->sun_caches[role];
   if (!cache->lattices) {
     np_sun_cache_desc desc = NP_SUN_CACHE_DESC_DEFAULT;
     desc.rate = find_sun_rate(d, &out->view);
     /* The rest of the tolerance is the steps. */
     desc.tolerance = (float)(0.75 * d->scene->render.tolerance);
-    neph_result result = np_sun_cache_build(d->assembly->context, &out->view, &desc, d->monitor, cache);
+    neph_result result = np_light_store_take_depths(a->context, a->lights, role, &out->view, &desc, d->monitor, cache);
     if (result) return result;
   }
   out->view.sun_cache = cache;
   return NEPH_OK;
 }
-
-static np_light_role get_light_role(bool is_moon) { return is_moon ? NP_LIGHT_OF_MOON : NP_LIGHT_OF_SUN; }
 
 /* The camera, on a lattice of an eighth of the clouds' box, so that a solution outlives some steps of it. */
 static np_dvec3 find_viewer(const np_assembly *a) {
