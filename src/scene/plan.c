@@ -8,10 +8,7 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
-#include "core/json.h"
 #include "scene/plan_cells.h"
-#include "scene/scene_keys.h"
-#include "scene/text_builder.h"
 
 enum { SIZE_LIMIT = 65536 };
 
@@ -422,91 +419,4 @@ neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan) {
   for (int i = 0; i < NP_STAGE_COUNT; i++)
     if (!out_plan->stages[i].reason[0]) decide(out_plan, (np_stage)i, false, "only the sky is wanted");
   return NEPH_OK;
-}
-
-/* ---- Text ---- */
-
-const char *np_stage_get_name(np_stage stage) {
-  static const char *const names[NP_STAGE_COUNT] = {
-      [NP_STAGE_VOLUMES] = "volumes",
-      [NP_STAGE_TERRAIN] = "terrain",
-      [NP_STAGE_ATMOSPHERE] = "atmosphere",
-      [NP_STAGE_CAMERA_SKY] = "camera sky",
-      [NP_STAGE_CLOUD_SKY] = "cloud sky",
-      [NP_STAGE_SUN_LIGHT] = "sun light",
-      [NP_STAGE_SKY_LIGHT] = "sky light",
-      [NP_STAGE_GROUND_LIGHT] = "ground light",
-      [NP_STAGE_SUN_DEPTH] = "sun depth volume",
-      [NP_STAGE_ORDINATES] = "multiple scattering",
-      [NP_STAGE_GROUND_CLOUDS] = "clouds on ground",
-      [NP_STAGE_AIR_SHADOWS] = "air shadows",
-      [NP_STAGE_LOOK] = "look",
-      [NP_STAGE_INTEGRATOR] = "integrator",
-      [NP_STAGE_COLOR] = "colour",
-      [NP_STAGE_MOON] = "moon",
-      [NP_STAGE_STARS] = "stars",
-      [NP_STAGE_AIRGLOW] = "airglow",
-      [NP_STAGE_EMISSION] = "emission",
-  };
-  return names[stage];
-}
-
-static neph_result describe_plain(const np_plan *plan, char **out_text) {
-  const neph_render_desc *desc = &plan->desc;
-  np_text text = {.context = plan->context};
-  np_text_add(&text, "%-20s %u x %u pixels, %u,%u to %u,%u of them, %u samples each, frame %d\n", "picture",
-              desc->width, desc->height, desc->crop_min[0], desc->crop_min[1], desc->crop_max[0], desc->crop_max[1],
-              desc->sample_count, desc->frame);
-  np_text_add(&text, "%-20s %llu camera rays, film of %.3g MB", "work", (unsigned long long)plan->ray_count,
-              (double)plan->film_bytes * 1e-6);
-  if (plan->bake_voxel_count > 0) np_text_add(&text, ", at most %.3g voxels to bake", plan->bake_voxel_count);
-  np_text_add(&text, "\n");
-  for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    const np_plan_stage *stage = &plan->stages[i];
-    np_text_add(&text, "%-20s %-3s  %s\n", np_stage_get_name((np_stage)i), stage->is_needed ? "yes" : "no",
-                stage->reason);
-  }
-  return np_text_finish(&text, out_text);
-}
-
-static void put_picture(np_json *json, const neph_render_desc *desc) {
-  np_json_begin_object(json, "picture");
-  np_json_put_integer(json, "width", desc->width);
-  np_json_put_integer(json, "height", desc->height);
-  np_json_begin_array(json, "crop");
-  for (int i = 0; i < 4; i++) np_json_put_integer(json, NULL, i < 2 ? desc->crop_min[i] : desc->crop_max[i - 2]);
-  np_json_end(json);
-  np_json_put_integer(json, "samples", desc->sample_count);
-  np_json_put_integer(json, "frame", desc->frame);
-  np_json_end(json);
-}
-
-static neph_result describe_json(const np_plan *plan, char **out_text) {
-  np_json *json = np_json_create(plan->context);
-  if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
-  put_picture(json, &plan->desc);
-  np_json_put_integer(json, "wavelength_count", plan->wavelength_count);
-  np_json_put_integer(json, "packet_count", plan->packet_count);
-  np_json_put_text(json, "color_space", np_color_space_get_name(plan->color_space));
-  np_json_put_integer(json, "ray_count", (int64_t)plan->ray_count);
-  np_json_put_integer(json, "film_bytes", (int64_t)plan->film_bytes);
-  np_json_put_real(json, "bake_voxel_count", plan->bake_voxel_count);
-  np_json_begin_array(json, "stages");
-  for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    np_json_begin_object(json, NULL);
-    np_json_put_text(json, "stage", np_stage_get_name((np_stage)i));
-    np_json_put_bool(json, "needed", plan->stages[i].is_needed);
-    np_json_put_text(json, "reason", plan->stages[i].reason);
-    np_json_end(json);
-  }
-  np_json_end(json);
-  return np_json_finish(json, out_text);
-}
-
-neph_result np_plan_describe(const np_plan *plan, neph_text_format format, char **out_text) {
-  *out_text = NULL;
-  locale_t saved = np_values_enter();
-  neph_result result = format == NEPH_TEXT_JSON ? describe_json(plan, out_text) : describe_plain(plan, out_text);
-  np_values_leave(saved);
-  return result;
 }
