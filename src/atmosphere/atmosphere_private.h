@@ -42,6 +42,20 @@ typedef struct np_aerial_perspective {
   np_spectrum inscatter; /* W m⁻² sr⁻¹ nm⁻¹ */
 } np_aerial_perspective;
 
+/* What part of the sun's disk clouds and hills leave to be seen from a point, in [0, 1]; air and the planet's sphere
+ * are not counted. Asked from many threads at once. */
+typedef struct np_sun_visibility {
+  float (*find)(const void *user, np_dvec3 position);
+  const void *user;
+} np_sun_visibility;
+
+/* A sky whose air lies in a shadow that is known before the tables are: sunlight that is scattered once counts by the
+ * visibility of the sun where it is scattered, one look-up a slice and azimuth (pictures have it finer:
+ * light/air_shadow.h); light that is scattered more often is that of a clear sky. Nothing mirrors a shadow, so that the
+ * tables go round the whole circle of azimuths. NULL: neph_sky_create. */
+neph_result np_sky_create_shadowed(neph_atmosphere *atmosphere, const neph_sky_desc *desc,
+                                   const np_sun_visibility *visibility, neph_sky **out_sky);
+
 /* In-scatter along the whole ray from the observer, to space or to the sphere of the planet; disk and ground excluded.
  */
 np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction);

@@ -48,7 +48,9 @@ typedef struct np_sky_frame {
 
 struct neph_sky {
   neph_atmosphere *atmosphere;
+  const np_sun_visibility *visibility; /* while the tables are built; NULL: clear */
   np_view_sizes view_sizes, aerial_sizes;
+  double azimuth_end; /* of the tables: π, which a clear sky mirrors, or 2π */
   np_spectrum irradiance;
   np_vec3 sun;
   float sun_angular_radius;
@@ -60,7 +62,7 @@ struct neph_sky {
   np_scattered *view;   /* NULL in the dark: rows × azimuths: logarithms, per unit of sun irradiance */
   np_bands *depth;      /* aerial rows × slices: optical depth from the observer to the far plane, over the distance */
   np_scattered *aerial; /* likewise: aerial rows × azimuths × slices: in-scatter likewise, per unit of sun irradiance */
-  np_bands *molecules; /* of that, what molecules scattered once; the aerosol's is its peak */
+  np_bands *molecules;  /* of that, what molecules scattered once; the aerosol's is its peak */
 };
 
 /* Moves a sky to another light and observer if its tables stand for them within their tolerance; else false, and why,
@@ -87,21 +89,22 @@ typedef struct np_sky_place {
   bool is_in_air; /* false: the ray passes the atmosphere by */
 } np_sky_place;
 
-/* Rows above the true horizon, rows below it, azimuths from the sun's to the opposite one (both ends included), and how
- * rows crowd about the horizon: θ = θ_h + (θ_end − θ_h)·vᵖ, v even; p is 3 below it, above it 2, or what the frame says
- * for aerial perspective. */
+/* Rows above the true horizon, rows below it, azimuths to `azimuth_end` (both ends included), and how rows crowd about
+ * the horizon: θ = θ_h + (θ_end − θ_h)·vᵖ, v even; p is 3 below it, above it 2, or what the frame says for aerial
+ * perspective. */
 typedef struct np_sky_layout {
   int up, down, azimuths;
+  double azimuth_end;
   bool is_aerial;
 } np_sky_layout;
 
 static inline np_sky_layout np_sky_view_layout(const neph_sky *sky) {
   const np_view_sizes *n = &sky->view_sizes;
-  return (np_sky_layout){n->up, n->down, n->azimuths, false};
+  return (np_sky_layout){n->up, n->down, n->azimuths, sky->azimuth_end, false};
 }
 static inline np_sky_layout np_sky_aerial_layout(const neph_sky *sky) {
   const np_view_sizes *n = &sky->aerial_sizes;
-  return (np_sky_layout){n->up, n->down, n->azimuths, true};
+  return (np_sky_layout){n->up, n->down, n->azimuths, sky->azimuth_end, true};
 }
 
 /* Cosine of the zenith angle of a row. Rows below the horizon follow those above, each half starting at the horizon. */

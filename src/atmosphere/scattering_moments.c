@@ -73,6 +73,7 @@ void np_moment_fan_make(const np_moment_builder *b, const np_moment_direction *d
   const float sine = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f));
   out_fan->count = b->n->node_columns * NP_MOMENT_AZIMUTHS;
   out_fan->r = (float)d->ray.r;
+  out_fan->shadow = NULL;
   for (int i = 0; i < out_fan->count; i++) {
     const int column = i / NP_MOMENT_AZIMUTHS;
     out_fan->sun_cosine[i] = b->sun_cosine[column];

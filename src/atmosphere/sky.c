@@ -77,7 +77,26 @@ static void set_light(neph_sky *sky, const neph_sky_desc *d) {
   sky->frame = make_frame(&sky->atmosphere->medium, sky->observer, sun);
 }
 
+/* Shadows are sharper than the sky: azimuths twice as dense, and each of them traced. */
+static np_view_sizes go_round(np_view_sizes half) {
+  const int whole = 4 * half.azimuths - 3;
+  half.azimuths = half.node_azimuths = whole < NP_VIEW_AZIMUTHS_MAX ? whole : NP_VIEW_AZIMUTHS_MAX;
+  return half;
+}
+
+static void set_sizes(neph_sky *sky) {
+  const np_table_sizes *n = &sky->atmosphere->sizes;
+  sky->view_sizes = sky->visibility ? go_round(n->view) : n->view;
+  sky->aerial_sizes = sky->visibility ? go_round(n->aerial) : n->aerial;
+  sky->azimuth_end = sky->visibility ? 2.0 * NP_PI : NP_PI;
+}
+
 neph_result neph_sky_create(neph_atmosphere *atmosphere, const neph_sky_desc *desc, neph_sky **out_sky) {
+  return np_sky_create_shadowed(atmosphere, desc, NULL, out_sky);
+}
+
+neph_result np_sky_create_shadowed(neph_atmosphere *atmosphere, const neph_sky_desc *desc,
+                                   const np_sun_visibility *visibility, neph_sky **out_sky) {
   *out_sky = NULL;
   neph_context *context = atmosphere->context;
   const neph_sky_desc defaults = NEPH_SKY_DESC_DEFAULT;
@@ -88,14 +107,15 @@ neph_result neph_sky_create(neph_atmosphere *atmosphere, const neph_sky_desc *de
   neph_sky *sky = np_alloc(context, 1, sizeof *sky);
   if (!sky) return NEPH_ERROR_OUT_OF_MEMORY;
   sky->atmosphere = neph_atmosphere_retain(atmosphere);
-  sky->view_sizes = atmosphere->sizes.view;
-  sky->aerial_sizes = atmosphere->sizes.aerial;
+  sky->visibility = visibility;
+  set_sizes(sky);
   set_light(sky, &read);
   sky->built = sky->frame;
   sky->built_angular_radius = sky->sun_angular_radius;
   const unsigned mode = np_float_mode_enter();
   result = np_sky_tables_build(sky);
   np_float_mode_leave(mode);
+  sky->visibility = NULL;
   if (result) {
     neph_sky_destroy(sky);
     return result;

@@ -3,8 +3,9 @@
  *
  * Rows of constant zenith angle crowd about the true horizon from both sides, θ = θ_h + (θ_end − θ_h)·v², and end
  * there: the sky's are never mixed with the ground's. Azimuth runs over the half circle from the sun, which a clear sky
- * mirrors. The view table keeps logarithms, for a sky spans decades in a few degrees of twilight; it is split into what
- * is smooth and the aerosol's first order without its phase function, which the reader multiplies on.
+ * mirrors, or over the whole one where clouds and hills cast shadows into the air. The view table keeps logarithms, for
+ * a sky spans decades in a few degrees of twilight; it is split into what is smooth and the aerosol's first order
+ * without its phase function, which the reader multiplies on.
  *
  * Aerial perspective keeps, at slices along each ray, the optical depth (one for all azimuths) and the in-scatter, each
  * over the distance: such means hardly change between rows, though the rays' lengths, and so the slices', do. One
@@ -36,15 +37,32 @@ np_sky_light np_sky_light_make(const neph_sky *sky) {
                         np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun)};
 }
 
+static void cast_shadow(const neph_sky *sky, const np_ray *ray, float cosine, int count, np_fan_shadow *out_shadow) {
+  const np_sky_frame *frame = &sky->frame;
+  const float sine = sqrtf(np_maxf(1.0f - cosine * cosine, 0.0f));
+  out_shadow->visibility = sky->visibility;
+  out_shadow->observer = sky->observer;
+  out_shadow->offset_m = ray->offset_m;
+  for (int i = 0; i < count; i++) {
+    const double azimuth = sky->azimuth_end * i / (count - 1);
+    const np_vec3 level = np_vec3_add(np_vec3_scale(frame->toward, (float)cos(azimuth)),
+                                      np_vec3_scale(frame->across, (float)sin(azimuth)));
+    out_shadow->direction[i] = np_vec3_add(np_vec3_scale(frame->up, cosine), np_vec3_scale(level, sine));
+  }
+}
+
 /* The rays of a row: `count` azimuths from the sun's on. */
-static void make_fan(const neph_sky *sky, const np_ray *ray, float cosine, int count, np_fan *out_fan) {
+static void make_fan(const neph_sky *sky, const np_ray *ray, float cosine, int count, np_fan_shadow *shadow,
+                     np_fan *out_fan) {
   const np_sky_frame *frame = &sky->frame;
   const float sine = sqrtf(np_maxf(1.0f - cosine * cosine, 0.0f));
   const double r = sky->atmosphere->medium.planet_radius_m + frame->altitude_m;
   out_fan->count = count;
   out_fan->r = (float)ray->r;
+  out_fan->shadow = sky->visibility ? shadow : NULL;
+  if (out_fan->shadow) cast_shadow(sky, ray, cosine, count, shadow);
   for (int i = 0; i < count; i++) {
-    const float turn = (float)cos(NP_PI * i / (count - 1));
+    const float turn = (float)cos(sky->azimuth_end * i / (count - 1));
     const float angle = np_clampf(cosine * frame->sun_cosine + sine * frame->sun_sine * turn, -1.0f, 1.0f);
     const double at_entry = (r * (double)frame->sun_cosine + ray->offset_m * (double)angle) / ray->r;
     out_fan->angle_cosine[i] = angle;
@@ -106,9 +124,10 @@ static void build_view_row(const table_job *job, int row) {
   const np_ray ray = np_ray_on_side(medium, sky->frame.altitude_m, cosine, row >= n->up);
   np_path path;
   np_fan fan;
+  np_fan_shadow shadow;
   np_scattered light[NP_FAN_MAX];
   np_path_build(medium, &ray, &job->rule, &path);
-  make_fan(sky, &ray, (float)cosine, n->node_azimuths, &fan);
+  make_fan(sky, &ray, (float)cosine, n->node_azimuths, &shadow, &fan);
   np_sky_trace(&job->light, &fan, &ray, &path, false, light);
   const float scale = 1.0f / np_sky_view_length(sky, cosine, row >= n->up);
   for (int i = 0; i < fan.count; i++) light[i] = log_scattered(light[i], scale);
@@ -156,6 +175,7 @@ typedef struct aerial_row {
   np_ray ray;
   np_aerial_scale scale;
   np_fan fan;
+  np_fan_shadow shadow;
   np_bands depth;
   np_scattered sum[NP_VIEW_AZIMUTHS_MAX];
   np_bands molecules[NP_VIEW_AZIMUTHS_MAX]; /* of it, what they scattered once */
@@ -213,7 +233,7 @@ static void build_aerial_row(const table_job *job, int at) {
   const double cosine = np_sky_row_cosine(&sky->frame, &layout, at);
   aerial_row row = {.light = light, .ray = np_aerial_ray(light->medium, &sky->frame, cosine, at >= n->up)};
   row.scale = np_aerial_scale_make(&row.ray, &sky->frame);
-  if (sky->aerial) make_fan(sky, &row.ray, (float)cosine, n->node_azimuths, &row.fan);
+  if (sky->aerial) make_fan(sky, &row.ray, (float)cosine, n->node_azimuths, &row.shadow, &row.fan);
   const size_t first = (size_t)(at * n->azimuths) * (size_t)n->points;
   np_scattered *planes = sky->aerial ? sky->aerial + first : NULL;
   build_slices(&row, n, &job->splines, sky->depth + at * n->points, planes,
@@ -310,7 +330,9 @@ np_sky_place np_sky_locate(const np_sky_frame *frame, np_vec3 direction, const n
   const int i = v < (float)(rows - 2) ? (int)v : rows - 2;
   place.row = (place.is_below ? layout->up : 0) + i;
   place.row_upper = v - (float)i;
-  const float u = atan2f(fabsf(y), x) * (float)((layout->azimuths - 1) / NP_PI);
+  const bool is_half = layout->azimuth_end < 2.0 * NP_PI;
+  const float azimuth = atan2f(is_half ? fabsf(y) : y, x), turn = azimuth < 0.0f ? azimuth + 2.0f * NP_PI_F : azimuth;
+  const float u = turn * (float)((layout->azimuths - 1) / layout->azimuth_end);
   place.azimuth = u < (float)(layout->azimuths - 2) ? (int)u : layout->azimuths - 2;
   place.azimuth_upper = np_clampf(u - (float)place.azimuth, 0.0f, 1.0f);
   return place;
