@@ -2,6 +2,8 @@
 /* The sun optical-depth volume: lattices placed, filled column by column, and asked. */
 #include "light/sun_cache.h"
 
+#include <string.h>
+
 #include "core/alloc.h"
 #include "core/isa.h"
 #include "core/stable.h"
@@ -16,6 +18,16 @@ void np_sun_column_fill_v4(np_sun_column *);
 np_sun_column_fn np_sun_column_get_kernel(neph_isa isa) {
   static const np_sun_column_fn kernels[NP_ISA_COUNT] = {np_sun_column_fill_v1, np_sun_column_fill_v3,
                                                          np_sun_column_fill_v4};
+  return kernels[isa];
+}
+
+void np_sun_column_refine_v1(np_sun_column *);
+void np_sun_column_refine_v3(np_sun_column *);
+void np_sun_column_refine_v4(np_sun_column *);
+
+np_sun_column_fn np_sun_column_get_fine_kernel(neph_isa isa) {
+  static const np_sun_column_fn kernels[NP_ISA_COUNT] = {np_sun_column_refine_v1, np_sun_column_refine_v3,
+                                                         np_sun_column_refine_v4};
   return kernels[isa];
 }
 
@@ -117,18 +129,31 @@ typedef struct fill {
   size_t rays_stride;
 } fill;
 
+static fill start_fill(np_sun_cache *cache, const np_scene_view *view, unsigned v, const np_sun_cache_desc *desc) {
+  return (fill){.volume = &view->volumes[v],
+                .desc = desc,
+                .cache = cache,
+                .lattice = &cache->lattices[v],
+                .from_sun = np_vec3_scale(view->to_sun, -1.0f)};
+}
+
+static np_sun_column start_column(const fill *f, size_t n, unsigned thread) {
+  const np_sun_lattice *l = f->lattice;
+  return (np_sun_column){.volume = f->volume,
+                         .lattice = l,
+                         .desc = f->desc,
+                         .depth_end = f->cache->depth_end,
+                         .from_sun = f->from_sun,
+                         .at = {(int32_t)(n / (size_t)l->size[1]), (int32_t)(n % (size_t)l->size[1])},
+                         .rays = f->rays + thread * f->rays_stride,
+                         .cells = l->cells + n * (size_t)l->size[2]};
+}
+
 static neph_result fill_columns(void *user, size_t begin, size_t end, unsigned thread) {
   const fill *f = user;
   np_sun_lattice *l = f->lattice;
   for (size_t n = begin; n < end; n++) {
-    np_sun_column column = {.volume = f->volume,
-                            .lattice = l,
-                            .desc = f->desc,
-                            .depth_end = f->cache->depth_end,
-                            .from_sun = f->from_sun,
-                            .at = {(int32_t)(n / (size_t)l->size[1]), (int32_t)(n % (size_t)l->size[1])},
-                            .rays = f->rays + thread * f->rays_stride,
-                            .cells = l->cells + n * (size_t)l->size[2]};
+    np_sun_column column = start_column(f, n, thread);
     f->kernel(&column);
     if (column.node_count == 0) continue;
     l->nodes[n] = np_alloc(f->cache->context, column.node_count, sizeof **l->nodes);
@@ -141,8 +166,8 @@ static neph_result fill_columns(void *user, size_t begin, size_t end, unsigned t
 void np_sun_column_keep(const np_sun_column *column, float *nodes) {
   const size_t count = (size_t)column->lattice->size[2] * NP_SUN_CELL_EDGE + 1;
   for (int32_t k = 0; k < column->lattice->size[2]; k++) {
-    if (column->cells[k] >= NP_SUN_CELL_STEEP) continue;
-    const unsigned stride = 1u << (column->cells[k] & ((1u << NP_SUN_CELL_LEVEL_BITS) - 1));
+    if (!np_sun_cell_keeps(column->cells[k])) continue;
+    const unsigned stride = 1u << (np_sun_cell_get_level(column->cells[k]) - 1);
     const float *first = column->rays + (size_t)k * NP_SUN_CELL_EDGE;
     for (unsigned i = 0; i < NP_SUN_CELL_NODES; i += stride)
       for (unsigned j = 0; j < NP_SUN_CELL_NODES; j += stride)
@@ -151,43 +176,131 @@ void np_sun_column_keep(const np_sun_column *column, float *nodes) {
   }
 }
 
+/* A node less a twelfth of its second differences; on the face where light leaves, which is asked for from all places
+ * behind it, only of those along the face. */
+static float sharpen(const float *node, size_t stride, size_t n) {
+  const size_t across = NP_SUN_FINE_RAYS * stride;
+  float bend = *(node - across) + node[across] + *(node - stride) + node[stride] - 4.0f * *node;
+  if (n > 0 && n < NP_SUN_FINE_EDGE) bend += *(node - 1) + node[1] - 2.0f * *node;
+  return *node - bend * (1.0f / 12.0f);
+}
+
+void np_sun_column_keep_fine(const np_sun_column *column, float *nodes) {
+  const size_t stride = np_sun_column_count_fine(column);
+  for (int32_t k = 0; k < column->lattice->size[2]; k++) {
+    if (!np_sun_cell_keeps(column->cells[k]) || np_sun_cell_get_level(column->cells[k]) > 0) continue;
+    const float *first = np_sun_column_find_fine(column, k);
+    float *out = nodes + (column->cells[k] >> NP_SUN_CELL_LEVEL_BITS);
+    for (size_t i = 0; i <= NP_SUN_FINE_EDGE; i++)
+      for (size_t j = 0; j <= NP_SUN_FINE_EDGE; j++)
+        for (size_t n = 0; n <= NP_SUN_FINE_EDGE; n++)
+          *out++ = sharpen(first + (i * NP_SUN_FINE_RAYS + j) * stride + n, stride, n);
+  }
+}
+
+static size_t count_nodes(const np_sun_column *column) {
+  size_t count = 0;
+  for (int32_t k = 0; k < column->lattice->size[2]; k++)
+    if (np_sun_cell_keeps(column->cells[k])) count += np_sun_level_count_nodes(np_sun_cell_get_level(column->cells[k]));
+  return count;
+}
+
+static neph_result refine_columns(void *user, size_t begin, size_t end, unsigned thread) {
+  const fill *f = user;
+  np_sun_lattice *l = f->lattice;
+  for (size_t n = begin; n < end; n++) {
+    np_sun_column column = start_column(f, n, thread);
+    const size_t before = column.node_count = count_nodes(&column);
+    f->kernel(&column);
+    if (column.node_count == before) continue;
+    float *nodes = np_alloc(f->cache->context, column.node_count, sizeof *nodes);
+    if (!nodes) return NEPH_ERROR_OUT_OF_MEMORY;
+    if (before > 0) memcpy(nodes, l->nodes[n], before * sizeof *nodes);
+    np_alloc_free(f->cache->context, l->nodes[n]);
+    l->nodes[n] = nodes;
+    np_sun_column_keep_fine(&column, nodes);
+  }
+  return NEPH_OK;
+}
+
+static neph_result run_kernel(fill *f, np_sun_column_fn kernel, size_t rays_stride, np_parallel_fn columns,
+                              np_monitor *monitor) {
+  neph_context *context = f->cache->context;
+  f->kernel = kernel;
+  f->rays_stride = rays_stride;
+  f->rays = np_alloc(context, rays_stride * neph_context_get_thread_count(context), sizeof *f->rays);
+  if (!f->rays) return NEPH_ERROR_OUT_OF_MEMORY;
+  const size_t count = (size_t)f->lattice->size[0] * (size_t)f->lattice->size[1];
+  neph_result result = np_parallel_for(context, monitor, count, 1, columns, f);
+  np_alloc_free(context, f->rays);
+  return result;
+}
+
 static neph_result fill_lattice(np_sun_cache *cache, const np_scene_view *view, unsigned v,
                                 const np_sun_cache_desc *desc, np_monitor *monitor) {
   np_sun_lattice *l = &cache->lattices[v];
   const size_t columns = (size_t)l->size[0] * (size_t)l->size[1];
   if (columns == 0) return NEPH_OK;
-  fill f = {.volume = &view->volumes[v],
-            .desc = desc,
-            .cache = cache,
-            .lattice = l,
-            .from_sun = np_vec3_scale(view->to_sun, -1.0f),
-            .kernel = np_sun_column_get_kernel(neph_context_get_isa(cache->context)),
-            .rays_stride = NP_SUN_CELL_NODES * NP_SUN_CELL_NODES * ((size_t)l->size[2] * NP_SUN_CELL_EDGE + 1)};
+  fill f = start_fill(cache, view, v, desc);
   l->cells = np_alloc(cache->context, count_cells(l), sizeof *l->cells);
   l->nodes = np_alloc(cache->context, columns, sizeof *l->nodes);
-  f.rays = np_alloc(cache->context, f.rays_stride * neph_context_get_thread_count(cache->context), sizeof *f.rays);
-  neph_result result = l->cells && l->nodes && f.rays ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) result = np_parallel_for(cache->context, monitor, columns, 1, fill_columns, &f);
-  np_alloc_free(cache->context, f.rays);
-  return result;
+  if (!l->cells || !l->nodes) return NEPH_ERROR_OUT_OF_MEMORY;
+  const size_t stride = NP_SUN_CELL_NODES * NP_SUN_CELL_NODES * ((size_t)l->size[2] * NP_SUN_CELL_EDGE + 1);
+  return run_kernel(&f, np_sun_column_get_kernel(neph_context_get_isa(cache->context)), stride, fill_columns, monitor);
+}
+
+static neph_result refine_lattice(np_sun_cache *cache, const np_scene_view *view, unsigned v,
+                                  const np_sun_cache_desc *desc, np_monitor *monitor) {
+  const np_sun_lattice *l = &cache->lattices[v];
+  if (l->size[0] == 0) return NEPH_OK;
+  fill f = start_fill(cache, view, v, desc);
+  const size_t stride = NP_SUN_FINE_RAYS * NP_SUN_FINE_RAYS * ((size_t)l->size[2] * NP_SUN_FINE_EDGE + 2);
+  return run_kernel(&f, np_sun_column_get_fine_kernel(neph_context_get_isa(cache->context)), stride, refine_columns,
+                    monitor);
 }
 
 /* What the cells keep, for the log and whoever judges them. */
 static void count_kept(np_sun_cache *cache) {
+  cache->bytes = 0;
+  cache->steep_cells = cache->dark_cells = 0;
+  for (unsigned level = 0; level < NP_SUN_CELL_LEVELS; level++) cache->level_cells[level] = 0;
   for (unsigned v = 0; v < cache->volume_count; v++) {
     const np_sun_lattice *l = &cache->lattices[v];
     const size_t count = count_cells(l);
     cache->bytes += count * sizeof *l->cells;
     for (size_t n = 0; n < count; n++) {
-      const uint32_t cell = l->cells[n], level = cell & ((1u << NP_SUN_CELL_LEVEL_BITS) - 1);
-      const size_t edge = (size_t)(NP_SUN_CELL_EDGE >> level) + 1;
-      cache->steep_cells += cell == NP_SUN_CELL_STEEP;
-      cache->dark_cells += cell == NP_SUN_CELL_DARK;
-      if (cell >= NP_SUN_CELL_STEEP) continue;
+      cache->steep_cells += l->cells[n] == NP_SUN_CELL_STEEP;
+      cache->dark_cells += l->cells[n] == NP_SUN_CELL_DARK;
+      if (!np_sun_cell_keeps(l->cells[n])) continue;
+      const uint32_t level = np_sun_cell_get_level(l->cells[n]);
       cache->level_cells[level]++;
-      cache->bytes += edge * edge * edge * sizeof **l->nodes;
+      cache->bytes += np_sun_level_count_nodes(level) * sizeof **l->nodes;
     }
   }
+}
+
+static void report(const np_sun_cache *c) {
+  const uint64_t *cells = c->level_cells;
+  np_log(c->context, NEPH_LOG_DEBUG,
+         "depths towards the sun: %.3g MB; cells of 17, 9, 5, 3 and 2 nodes an edge: %llu, %llu, %llu, %llu, %llu; "
+         "steep %llu, dark %llu",
+         (double)c->bytes * 1e-6, (unsigned long long)cells[0], (unsigned long long)cells[1],
+         (unsigned long long)cells[2], (unsigned long long)cells[3], (unsigned long long)cells[4],
+         (unsigned long long)c->steep_cells, (unsigned long long)c->dark_cells);
+}
+
+/* Of all clouds, or of the steep cells of them. */
+static neph_result fill_lattices(np_sun_cache *cache, const np_scene_view *view, const np_sun_cache_desc *desc,
+                                 bool is_fine, np_monitor *monitor) {
+  neph_result result = NEPH_OK;
+  const double share = 0.5 / view->volume_count;
+  for (unsigned v = 0; !result && v < view->volume_count; v++) {
+    const double begin = is_fine ? 0.5 + share * v : share * v;
+    np_monitor_set_range(monitor, begin, begin + share);
+    result = (is_fine ? refine_lattice : fill_lattice)(cache, view, v, desc, monitor);
+  }
+  if (!result) count_kept(cache);
+  return result;
 }
 
 neph_result np_sun_cache_build(neph_context *context, const np_scene_view *view, const np_sun_cache_desc *desc,
@@ -196,26 +309,20 @@ neph_result np_sun_cache_build(neph_context *context, const np_scene_view *view,
   double coarsening = 1.0;
   while (bound_bytes(view, coarsening) > (double)desc->bytes_max && coarsening < 1e3) coarsening *= 1.25;
   out->lattices = np_alloc(context, view->volume_count, sizeof *out->lattices);
-  neph_result result = out->lattices ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  np_monitor_set_stage(monitor, "finding depths towards the sun");
-  for (unsigned v = 0; !result && v < view->volume_count; v++) {
-    np_monitor_set_range(monitor, (double)v / view->volume_count, (v + 1.0) / view->volume_count);
+  if (!out->lattices) return NEPH_ERROR_OUT_OF_MEMORY;
+  out->volume_count = view->volume_count;
+  for (unsigned v = 0; v < view->volume_count; v++)
     place(&view->volumes[v], view->to_sun, coarsening, &out->lattices[v]);
-    out->volume_count = v + 1;
-    result = fill_lattice(out, view, v, desc, monitor);
-  }
-  if (result) {
+  np_monitor_set_stage(monitor, "finding depths towards the sun");
+  neph_result result = fill_lattices(out, view, desc, false, monitor);
+  const size_t fine_bytes = np_sun_level_count_nodes(0) * sizeof(float);
+  if (!result && out->steep_cells > 0 && out->bytes + out->steep_cells * fine_bytes <= desc->bytes_max)
+    result = fill_lattices(out, view, desc, true, monitor);
+  if (result)
     np_sun_cache_clear(out);
-    return result;
-  }
-  count_kept(out);
-  np_log(context, NEPH_LOG_DEBUG,
-         "depths towards the sun: %.3g MB; cells of 9, 5, 3 and 2 nodes an edge: %llu, %llu, %llu, %llu; steep %llu, "
-         "dark %llu",
-         (double)out->bytes * 1e-6, (unsigned long long)out->level_cells[0], (unsigned long long)out->level_cells[1],
-         (unsigned long long)out->level_cells[2], (unsigned long long)out->level_cells[3],
-         (unsigned long long)out->steep_cells, (unsigned long long)out->dark_cells);
-  return NEPH_OK;
+  else
+    report(out);
+  return result;
 }
 
 void np_sun_cache_clear(np_sun_cache *cache) {

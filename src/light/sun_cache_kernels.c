@@ -8,6 +8,7 @@
 #include "light/sun_cache.h"
 
 void NP_KERNEL(np_sun_column_fill)(np_sun_column *column);
+void NP_KERNEL(np_sun_column_refine)(np_sun_column *column);
 
 enum { EDGE = NP_SUN_CELL_EDGE, NODES = NP_SUN_CELL_NODES, CELL = NODES * NODES * NODES };
 
@@ -59,11 +60,10 @@ static void follow_span(sun_ray *r, const np_brick_walk *walk, const np_brick_sp
   }
 }
 
-static void follow_ray(const np_sun_column *c, np_dvec3 origin, float *out) {
-  sun_ray r = {.volume = c->volume,
-               .spacing = c->lattice->spacing_m,
-               .count = (size_t)c->lattice->size[2] * EDGE + 1,
-               .out = out};
+/* From a place on the plane where the rays begin, in steps of the lattice. */
+static void follow_ray(const np_sun_column *c, double u, double v, double spacing, size_t count, float *out) {
+  sun_ray r = {.volume = c->volume, .spacing = spacing, .count = count, .out = out};
+  const np_dvec3 origin = np_affine_point(&c->lattice->lattice_to_world, np_dvec3_make(u, v, 0.0));
   np_brick_walk walk;
   np_brick_span span;
   np_brick_walk_start(&walk, c->volume->bricks, np_affine_point(&c->volume->world_to_index, origin),
@@ -79,10 +79,9 @@ static void follow_ray(const np_sun_column *c, np_dvec3 origin, float *out) {
 static void follow_rays(const np_sun_column *c) {
   const size_t count = (size_t)c->lattice->size[2] * EDGE + 1;
   for (int i = 0; i < NODES; i++)
-    for (int j = 0; j < NODES; j++) {
-      const np_dvec3 node = np_dvec3_make(c->at[0] * EDGE + i, c->at[1] * EDGE + j, 0.0);
-      follow_ray(c, np_affine_point(&c->lattice->lattice_to_world, node), c->rays + (size_t)(i * NODES + j) * count);
-    }
+    for (int j = 0; j < NODES; j++)
+      follow_ray(c, c->at[0] * EDGE + i, c->at[1] * EDGE + j, c->lattice->spacing_m, count,
+                 c->rays + (size_t)(i * NODES + j) * count);
 }
 
 /* The largest |e^{−x·a} − e^{−x·b}| for x from `rate` to 1: it has one maximum, at x = ln(b/a)/(b − a). */
@@ -92,16 +91,21 @@ static float find_light_error(float a, float b, float rate) {
   return np_transmittance(x * low) * -expm1f(-x * gap);
 }
 
+/* The nodes of a cell: `edge` intervals along each axis. */
+typedef struct block {
+  const float *first;
+  size_t step[3], edge;
+} block;
+
 /* Sum of the squared errors in light, at nodes halfway between two others `stride` apart from each, of their mean. */
-static float sum_bends(const float cell[CELL], int stride, int axis, float rate, int *count) {
-  static const int steps[3] = {NODES * NODES, NODES, 1};
-  const int other[2] = {steps[(axis + 1) % 3], steps[(axis + 2) % 3]}, step = stride * steps[axis];
+static float sum_bends(const block *b, size_t stride, int axis, float rate, int *count) {
+  const size_t other[2] = {b->step[(axis + 1) % 3], b->step[(axis + 2) % 3]}, step = stride * b->step[axis];
   float sum = 0.0f;
-  for (int i = 0; i < NODES; i += stride)
-    for (int j = 0; j < NODES; j += stride)
-      for (int k = stride; k < NODES; k += 2 * stride, ++*count) {
-        const float *node = cell + i * other[0] + j * other[1] + k * steps[axis];
-        const float guess = 0.5f * (node[-step] + node[step]), gap = fabsf(guess - *node);
+  for (size_t i = 0; i <= b->edge; i += stride)
+    for (size_t j = 0; j <= b->edge; j += stride)
+      for (size_t k = stride; k < b->edge; k += 2 * stride, ++*count) {
+        const float *node = b->first + i * other[0] + j * other[1] + k * b->step[axis];
+        const float guess = 0.5f * (*(node - step) + node[step]), gap = fabsf(guess - *node);
         const float error = gap > 1e-3f ? find_light_error(guess, *node, rate) : gap;
         sum += error * error;
       }
@@ -109,20 +113,22 @@ static float sum_bends(const float cell[CELL], int stride, int axis, float rate,
 }
 
 /* Root of their mean, of every second node along one axis or another. */
-static float find_bend(const float cell[CELL], int stride, float rate) {
+static float find_bend(const block *b, size_t stride, float rate) {
   int count = 0;
   float sum = 0.0f;
-  for (int axis = 0; axis < 3; axis++) sum += sum_bends(cell, stride, axis, rate, &count);
+  for (int axis = 0; axis < 3; axis++) sum += sum_bends(b, stride, axis, rate, &count);
   return sqrtf(sum / (float)count);
 }
 
 /* Between nodes one step apart the mean misses a third of what it misses between nodes two steps apart: a quarter where
  * the depth is smooth, half at an edge. */
 static uint32_t choose_level(const float cell[CELL], const np_sun_cache_desc *desc) {
-  float bend = find_bend(cell, 1, desc->rate);
+  const block b = {cell, {NODES * NODES, NODES, 1}, EDGE};
+  float bend = find_bend(&b, 1, desc->rate);
   if (bend > 3.0f * desc->tolerance) return NP_SUN_CELL_STEEP;
-  uint32_t level = 0;
-  while (bend <= desc->tolerance && ++level + 1 < NP_SUN_CELL_LEVELS) bend = find_bend(cell, 1 << level, desc->rate);
+  uint32_t level = 1;
+  while (bend <= desc->tolerance && ++level + 1 < NP_SUN_CELL_LEVELS)
+    bend = find_bend(&b, (size_t)1 << (level - 1), desc->rate);
   return level;
 }
 
@@ -150,8 +156,32 @@ void NP_KERNEL(np_sun_column_fill)(np_sun_column *c) {
     const uint32_t kept = choose(c, cell);
     c->cells[k] = kept;
     if (kept >= NP_SUN_CELL_STEEP) continue;
-    const size_t edge = (size_t)(EDGE >> kept) + 1;
     c->cells[k] = (uint32_t)c->node_count << NP_SUN_CELL_LEVEL_BITS | kept;
-    c->node_count += edge * edge * edge;
+    c->node_count += np_sun_level_count_nodes(kept);
+  }
+}
+
+/* ---- Steep cells ---- */
+
+static void follow_fine_rays(const np_sun_column *c, size_t count) {
+  const double half = 0.5 * c->lattice->spacing_m;
+  for (int i = 0; i < NP_SUN_FINE_RAYS; i++)
+    for (int j = 0; j < NP_SUN_FINE_RAYS; j++)
+      follow_ray(c, c->at[0] * EDGE + 0.5 * (i - 1), c->at[1] * EDGE + 0.5 * (j - 1), half, count,
+                 c->rays + (size_t)(i * NP_SUN_FINE_RAYS + j) * np_sun_column_count_fine(c));
+}
+
+void NP_KERNEL(np_sun_column_refine)(np_sun_column *c) {
+  int32_t end = c->lattice->size[2];
+  while (end > 0 && c->cells[end - 1] != NP_SUN_CELL_STEEP) end--;
+  if (end == 0) return;
+  follow_fine_rays(c, (size_t)end * NP_SUN_FINE_EDGE + 2);
+  for (int32_t k = 0; k < end; k++) {
+    if (c->cells[k] != NP_SUN_CELL_STEEP) continue;
+    const size_t stride = np_sun_column_count_fine(c);
+    const block b = {np_sun_column_find_fine(c, k), {NP_SUN_FINE_RAYS * stride, stride, 1}, NP_SUN_FINE_EDGE};
+    if (find_bend(&b, 1, c->desc->rate) > 3.0f * c->desc->tolerance) continue;
+    c->cells[k] = (uint32_t)c->node_count << NP_SUN_CELL_LEVEL_BITS;
+    c->node_count += np_sun_level_count_nodes(0);
   }
 }
