@@ -7,13 +7,14 @@
  * (hero.h). At every vertex a path is weighted by the albedo, gathers the sun through an unbiased transmittance, and
  * goes on in a direction drawn from the phase function, or from Lambert's cosine. Those that leave the planet see what
  * shines beyond the air. The sun's disk is met both ways, by aiming at it and by chance, each weighed by the other
- * (balance heuristic, Veach and Guibas 1995). So the mean over samples is the solution of the equation of transfer.
+ * (balance heuristic, Veach and Guibas 1995); so is what glows, and, where it pays, the sky (skyward.h). So the mean
+ * over samples is the solution of the equation of transfer.
  *
  * With the air from tables, paths live in the clouds alone; where one leaves them it sees the sky or ground that the
  * scene view describes, and ends. Compiled once per instruction-set level.
  */
 #include "integrate/emission.h"
-#include "integrate/path.h"
+#include "integrate/skyward.h"
 #include "integrate/sunward.h"
 
 static void add_light(const np_tracer *t, const np_path_state *path, np_component component, np_spectrum light) {
@@ -100,13 +101,31 @@ static void collect_glow(const np_tracer *t, const np_path_state *path, double d
   add_light(t, path, name_glow(path), np_spectrum_scale(light, path->density / (path->density + drawn)));
 }
 
-/* ---- Clouds ---- */
+/* ---- Sky and ground ---- */
 
 /* Of the stack; a path that waits for as many others is followed without branches. */
 enum { BRANCH_DEPTH_MAX = 64 };
 
+static bool may_branch(const np_path_state *path) { return path->depth < BRANCH_DEPTH_MAX; }
+
+static void leave(const np_tracer *t, np_path_state *path);
+
+static void gather_sky(const np_tracer *t, const np_path_state *path, const np_skyward *sky, float share,
+                       float density) {
+  np_path_state ray;
+  if (np_skyward_start(path, sky, share, density, t->random, &ray)) leave(t, &ray);
+}
+
+/* Light that clouds scatter once and that does not come straight from the sun is the sky's or the ground's. */
+static void meet_outside(const np_tracer *t, np_path_state *path, bool is_ground) {
+  if (path->component == NP_COMPONENT_SUN) path->component = is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
+  np_skyward_meet(t, path);
+}
+
+/* ---- Clouds ---- */
+
 static np_sunward choose_branches(const np_tracer *t, const np_path_state *path) {
-  if (path->depth < BRANCH_DEPTH_MAX) return np_sunward_make(t->view, &path->volume->phase);
+  if (may_branch(path)) return np_sunward_make(t->view, &path->volume->phase);
   return (np_sunward){.phase = &path->volume->phase};
 }
 
@@ -134,6 +153,11 @@ static void gather_in_cloud(const np_tracer *t, const np_path_state *path, const
   if (aim_at_glow(t, path->position, &glow)) {
     const float phase = eval_cloud(path, sunward, glow.direction, &density);
     gather_glow(t, path, &glow, np_spectrum_grey(phase), density);
+  }
+  np_skyward sky;
+  if (np_skyward_sample(t, path, &sky)) {
+    const float phase = eval_cloud(path, sunward, sky.direction, &density);
+    gather_sky(t, path, &sky, phase, density);
   }
 }
 
@@ -176,6 +200,7 @@ static void meet_cloud(const np_tracer *t, np_path_state *path) {
   path->order++;
   path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
   if (!path->has_component) path->component = path->order == 1 ? NP_COMPONENT_SUN : NP_COMPONENT_MULTIPLE;
+  path->aims_at_sky = t->view->sky_guide && may_branch(path);
   const np_sunward sunward = choose_branches(t, path);
   gather_in_cloud(t, path, &sunward);
   scatter_in_cloud(t, path, &sunward);
@@ -183,13 +208,8 @@ static void meet_cloud(const np_tracer *t, np_path_state *path) {
 
 /* ---- Air, ground and space ---- */
 
-/* Light that clouds scatter once and that does not come straight from the sun is the sky's or the ground's. */
-static void name_source(np_path_state *path, bool is_ground) {
-  if (path->component == NP_COMPONENT_SUN) path->component = is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
-}
-
 static void meet_air(const np_tracer *t, np_path_state *path) {
-  name_source(path, path->is_ground_ahead);
+  meet_outside(t, path, path->is_ground_ahead);
   const np_air_scatterer scatterer =
       np_air_scatterer_make(t->view->atmosphere, &t->air_light, &path->air, path->position, path->direction);
   sun_ray sun;
@@ -227,15 +247,19 @@ static float eval_ground(const np_path_state *path, np_vec3 direction) {
 }
 
 static void meet_ground(const np_tracer *t, np_path_state *path) {
-  name_source(path, true);
+  meet_outside(t, path, true);
   path->position = path->ground.position;
   path->throughput = np_spectrum_multiply(path->throughput, path->ground.albedo);
+  path->aims_at_sky = t->view->sky_guide && may_branch(path);
   sun_ray sun;
   const float to_sun = aim_at_sun(t, path->position, &sun) ? eval_ground(path, sun.direction) : 0.0f;
   if (to_sun > 0.0f) gather_sun(t, path, &sun, np_spectrum_grey(to_sun), to_sun);
   glow_ray glow;
   const float to_glow = aim_at_glow(t, path->position, &glow) ? eval_ground(path, glow.direction) : 0.0f;
   if (to_glow > 0.0f) gather_glow(t, path, &glow, np_spectrum_grey(to_glow), to_glow);
+  np_skyward sky;
+  const float to_sky = np_skyward_sample(t, path, &sky) ? eval_ground(path, sky.direction) : 0.0f;
+  if (to_sky > 0.0f) gather_sky(t, path, &sky, to_sky, to_sky);
   float cosine;
   path->direction = sample_cosine(path->ground.normal, t->random, &cosine);
   path->density = cosine * (1.0f / NP_PI_F);
@@ -244,7 +268,7 @@ static void meet_ground(const np_tracer *t, np_path_state *path) {
 
 static void meet_space(const np_tracer *t, np_path_state *path) {
   meet_sun(t, path);
-  name_source(path, false);
+  meet_outside(t, path, false);
   add_light(t, path, path->component, np_light_space(t->view, path->position, path->direction));
 }
 
@@ -253,7 +277,7 @@ static void meet_surroundings(const np_tracer *t, np_path_state *path) {
   const np_spectrum incoming = np_surroundings_incoming(t->view, t->settings, path->position, path->direction,
                                                         np_path_shadow, t->random, &is_ground);
   if (!is_ground) meet_sun(t, path);
-  name_source(path, is_ground);
+  meet_outside(t, path, is_ground);
   add_light(t, path, path->component, incoming);
 }
 
@@ -339,6 +363,29 @@ static np_path_event fly(const np_tracer *t, np_path_state *path) {
   }
   if (event != NP_PATH_SPACE) path->position = np_dvec3_along(path->position, path->direction, distance);
   return event;
+}
+
+/* Goes straight on to what is past the clouds, as dim as they make it. */
+static np_path_event fly_past_clouds(const np_tracer *t, np_path_state *path) {
+  path->is_ground_ahead = find_ground(t, path, INFINITY);
+  double distance = path->is_ground_ahead ? path->ground.distance_m : HUGE_VAL;
+  np_path_event event = path->is_ground_ahead ? NP_PATH_GROUND : NP_PATH_SPACE;
+  np_air_collision collision;
+  if (t->settings->is_air_traced && t->view->atmosphere && collide_with_air(t, path, event, distance, &collision)) {
+    event = NP_PATH_AIR;
+    distance = collision.distance_m;
+    path->air = collision.air;
+  }
+  const float transmittance = np_track_transmittance(t->view, path->position, path->direction, distance, t->random);
+  path->throughput = np_spectrum_scale(path->throughput, transmittance);
+  if (!t->settings->is_air_traced) return NP_PATH_SURROUNDINGS;
+  if (event == NP_PATH_AIR) path->position = np_dvec3_along(path->position, path->direction, distance);
+  return event;
+}
+
+static void leave(const np_tracer *t, np_path_state *path) {
+  const np_path_event event = fly_past_clouds(t, path);
+  if (np_spectrum_max(path->throughput) > 0.0f) NP_KERNEL(np_path_follow)(t, path, event);
 }
 
 /* ---- Paths ---- */

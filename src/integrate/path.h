@@ -39,6 +39,7 @@ typedef struct np_path_state {
   unsigned depth; /* of branches */
   np_component component;
   bool has_component; /* it is given by what the camera sees, not by what the clouds do */
+  bool aims_at_sky;   /* its last vertex did: what it meets outside the clouds has a share of the weight */
   bool is_cut;        /* beyond the limit on scatterings: its light is lost */
   bool is_ground_ahead;
   const np_view_volume *volume; /* the cloud of the present collision */

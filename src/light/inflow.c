@@ -20,7 +20,7 @@ static np_spectrum find_ground(const np_scene_view *view, const np_ground_hit *h
   return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
 }
 
-static np_spectrum find_radiance(const np_scene_view *view, np_dvec3 position, np_vec3 towards) {
+np_spectrum np_inflow_find_radiance(const np_scene_view *view, np_dvec3 position, np_vec3 towards) {
   np_ground_hit hit;
   if (!np_ground_intersect(view, position, towards, &hit))
     return np_light_sky(view, view->cloud_sky, position, towards);
@@ -59,7 +59,7 @@ static void look(outlook *o, np_vec3 towards, unsigned ordinate) {
   const double u = fmod(0.7548776662466927 * o->taken, 1.0), v = fmod(0.5698402909980532 * o->taken, 1.0);
   const np_dvec3 position =
       np_dvec3_make(o->low.x + u * o->size.x, o->low.y + v * o->size.y, o->low.z + 0.5 * o->size.z);
-  const np_spectrum radiance = find_radiance(o->view, position, towards);
+  const np_spectrum radiance = np_inflow_find_radiance(o->view, position, towards);
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) o->sums[b][ordinate] += (double)radiance.band[b];
   o->counts[ordinate]++;
   o->taken++;

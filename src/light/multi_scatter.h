@@ -39,7 +39,10 @@ neph_result np_multi_scatter_build(neph_context *context, const np_scene_view *v
                                    np_monitor *monitor, np_multi_scatter *out);
 void np_multi_scatter_clear(np_multi_scatter *scatter);
 
-/* Radiance that comes from outside to the clouds along the ordinates, averaged over the solid angle around each. */
+/* Radiance that comes from outside, the sun's disk excluded, to a place among the clouds; `towards` looks out. */
+np_spectrum np_inflow_find_radiance(const np_scene_view *view, np_dvec3 position, np_vec3 towards);
+
+/* The same along the ordinates, averaged over the solid angle around each. */
 typedef float np_inflow[NP_BAND_COUNT][NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES];
 void np_inflow_fill(const np_scene_view *view, const np_transport_desc *cells, const np_ordinates *ordinates,
                     np_inflow out);

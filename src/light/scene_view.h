@@ -33,6 +33,7 @@ static inline float np_view_extinction(const np_view_volume *volume, np_dvec3 po
          np_bricks_sample(volume->bricks, np_affine_point(&volume->world_to_index, position));
 }
 
+struct np_sky_guide;
 struct np_multi_scatter;
 struct np_emission;
 struct np_sun_cache;
@@ -65,6 +66,7 @@ typedef struct np_scene_view {
   np_spectrum ground_albedo; /* of the sphere */
 
   const struct np_emission *emission;           /* NULL: nothing glows, or it does in another view */
+  const struct np_sky_guide *sky_guide;         /* NULL: sky and ground are met by chance alone */
   const struct np_multi_scatter *multi_scatter; /* NULL: not solved for */
   const struct np_sun_cache *sun_cache;         /* NULL: depths towards the sun are walked for */
   const struct np_ground_cache *ground_cache;   /* NULL: the sky over the ground is taken as clear */

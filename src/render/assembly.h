@@ -8,6 +8,7 @@
 #include "light/air_shadow.h"
 #include "light/ground_cache.h"
 #include "light/light_store.h"
+#include "light/sky_guide.h"
 #include "light/sun_cache.h"
 #include "render/cloud_glow.h"
 #include "render/star_field.h"
@@ -21,6 +22,7 @@ typedef struct np_packet_light {
   np_multi_scatter multi_scatter; /* empty when not needed */
   np_ground_cache ground_cache;   /* likewise */
   np_air_shadow air_shadow;       /* likewise */
+  np_sky_guide sky_guide;         /* likewise */
   np_scene_view view;
 } np_packet_light;
 

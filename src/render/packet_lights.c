@@ -120,6 +120,10 @@ static neph_result build_sky(const np_packet_lights_desc *d, const np_packet *pa
   return np_sky_store_take_sky(d->scene->skies, index, role, packet->atmosphere, &desc, out_sky);
 }
 
+static np_dvec3 find_clouds_middle(const np_assembly *a) {
+  return np_dvec3_scale(np_dvec3_add(a->clouds_min, a->clouds_max), 0.5);
+}
+
 static neph_result build_skies(const np_packet_lights_desc *d, const np_packet *packet, const light *l,
                                np_packet_light *out) {
   const np_assembly *a = d->assembly;
@@ -128,8 +132,7 @@ static neph_result build_skies(const np_packet_lights_desc *d, const np_packet *
   if (needs(d->plan, NP_STAGE_CAMERA_SKY))
     result = build_sky(d, packet, l, a->camera.origin, get_role(l->is_moon, false), &out->camera_sky);
   if (!result && needs(d->plan, NP_STAGE_CLOUD_SKY)) {
-    const np_dvec3 middle = np_dvec3_scale(np_dvec3_add(a->clouds_min, a->clouds_max), 0.5);
-    result = build_sky(d, packet, l, middle, get_role(l->is_moon, true), &out->cloud_sky);
+    result = build_sky(d, packet, l, find_clouds_middle(a), get_role(l->is_moon, true), &out->cloud_sky);
   }
   return result;
 }
@@ -278,6 +281,14 @@ static neph_result build_air_shadow(const np_packet_lights_desc *d, np_packet_li
   return result;
 }
 
+/* For the tracer, where the light around the clouds is known: that of air which is traced is not, but at dusk. */
+static void build_sky_guide(const np_packet_lights_desc *d, np_packet_light *out) {
+  const np_assembly *a = d->assembly;
+  if (d->plan->desc.integrator != NEPH_INTEGRATOR_PATH || !out->cloud_sky) return;
+  np_sky_guide_build(&out->view, find_clouds_middle(a), &out->sky_guide);
+  if (out->sky_guide.rate > 0.0f) out->view.sky_guide = &out->sky_guide;
+}
+
 static neph_result build_light(const np_packet_lights_desc *d, const light *l, np_packet *packet) {
   const bool is_first = packet->light_count == 0;
   np_packet_light *out = &packet->lights[packet->light_count++];
@@ -285,6 +296,7 @@ static neph_result build_light(const np_packet_lights_desc *d, const light *l, n
   neph_result result = build_skies(d, packet, l, out);
   if (result) return result;
   fill_view(d, packet, l, is_first, out);
+  build_sky_guide(d, out);
   if (needs(d->plan, NP_STAGE_SUN_DEPTH)) result = build_sun_cache(d, out);
   if (!result && needs(d->plan, NP_STAGE_ORDINATES)) result = build_multi_scatter(d, packet, out);
   if (!result && needs(d->plan, NP_STAGE_GROUND_CLOUDS)) result = build_ground_cache(d, out);

@@ -59,6 +59,7 @@ typedef struct scene_facts {
   bool wants_light; /* the outputs hold radiance */
   bool has_sun, has_environment, has_air, has_clouds, has_terrain, has_planet;
   bool has_emission;
+  bool is_dusk;                                                /* the sun is down, and its light is the sky's */
   bool has_moon, has_glow, has_stars;                          /* of the moon, its light; its disk costs nothing */
   char no_sun[120], no_moon[160], no_glow[120], no_stars[120]; /* why not */
   const char *dark;                                            /* why there is no light to compute; NULL: there is */
@@ -133,6 +134,7 @@ static scene_facts find_facts(const neph_scene *scene, const np_plan *plan) {
   };
   np_scene_glow glow = {0};
   if (plan->are_lights_known) glow = np_scene_glow_find(scene, &plan->lights, find_pixel_sr(scene, plan->desc.width));
+  facts.is_dusk = facts.has_air && plan->are_lights_known && glow.sun_height_deg < 0.0;
   find_sun_facts(scene, plan->are_lights_known, &glow, &facts);
   find_moon_facts(scene, plan->are_lights_known, &glow, &facts);
   find_night_facts(scene, plan->are_lights_known, &glow, &facts);
@@ -230,13 +232,19 @@ static void decide_sky(np_plan *plan, const scene_facts *facts) {
                        : facts->has_planet ? "atmosphere.preset is none"
                                            : "environment.planet is none";
   const char *no_sky = no_air ? no_air : facts->has_sun || facts->has_moon ? NULL : facts->no_sun;
-  if (!no_sky && np_plan_traces_air(plan)) no_sky = "render.atmosphere is traced: paths go through the air";
+  const char *seen = "the sky shines on the clouds";
+  const char *no_cloud_sky = no_sky;
+  if (!no_sky && np_plan_traces_air(plan)) {
+    no_sky = "render.atmosphere is traced: paths go through the air";
+    no_cloud_sky = facts->is_dusk ? NULL : no_sky;
+    seen = "the sun is down: paths aim at where the sky is bright";
+  }
   const char *no_clouds = facts->has_clouds ? NULL : "the scene has no clouds";
   decide_unless(plan, NP_STAGE_ATMOSPHERE, facts->dark, no_air,
                 np_plan_traces_air(plan) ? "paths fly through air; what light is in it is traced, and left out here"
                                          : "light passes through air");
   decide_unless(plan, NP_STAGE_CAMERA_SKY, facts->dark, no_sky, "sky behind, and air before, what the camera sees");
-  decide_unless(plan, NP_STAGE_CLOUD_SKY, facts->dark, no_sky ? no_sky : no_clouds, "the sky shines on the clouds");
+  decide_unless(plan, NP_STAGE_CLOUD_SKY, facts->dark, no_cloud_sky ? no_cloud_sky : no_clouds, seen);
 }
 
 static void decide_light(np_plan *plan, const scene_facts *facts) {

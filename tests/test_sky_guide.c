@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Aiming at the sky: where it is bright, and that it changes no mean, only the noise. */
+#include "light/sky_guide.h"
+#include "test_rays.h"
+#include "test_skies.h"
+#include "test_volumes.h"
+
+typedef struct fixture {
+  neph_context *context;
+  neph_atmosphere *atmosphere; /* NULL: none */
+  neph_sky *sky;
+  neph_volume *volume;
+  double height_m; /* of the cloud's middle */
+  np_view_volume placed;
+  np_scene_view view;
+  np_integrator_settings settings;
+  np_sky_guide guide;
+} fixture;
+
+static void start(fixture *f, float extinction_per_m, np_phase phase) {
+  *f = (fixture){.context = test_context_create(1, NULL), .settings = test_integrator_settings()};
+  f->volume = test_volume_create_centred(f->context, TEST_EDGE, test_lumpy_box);
+  f->placed = test_volume_place(f->volume, extinction_per_m, phase);
+  f->view = (np_scene_view){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
+}
+
+/* Ground so far under the cloud. */
+static void add_ground(fixture *f, double height_m, float albedo) {
+  f->volume->index_to_world.m[2][3] += height_m;
+  assert_true(np_affine_invert(&f->volume->index_to_world, &f->volume->world_to_index));
+  f->placed.world_to_index = f->volume->world_to_index;
+  f->height_m = height_m;
+  f->view.has_planet = true;
+  f->view.planet_radius_m = 6360e3;
+  f->view.ground_albedo = np_spectrum_grey(albedo);
+}
+
+/* The Earth's air about the cloud, under a sun of this zenith angle. */
+static void add_earth(fixture *f, double sun_deg) {
+  add_ground(f, 1000.0, 0.3f);
+  f->atmosphere = test_atmosphere_create(f->context, NULL);
+  f->sky = test_sky_create(f->atmosphere, f->height_m, sun_deg);
+  f->view.to_sun = np_dvec3_to_float(test_direction(sun_deg, 0.0));
+  f->view.sun_angular_radius_rad = 0.00467396f;
+  f->view.sun_irradiance = np_spectrum_make(1.474f, 1.8504f, 1.91198f);
+  f->view.atmosphere = f->atmosphere;
+  f->view.camera_sky = f->view.cloud_sky = f->sky;
+  np_sky_guide_build(&f->view, np_dvec3_make(0, 0, f->height_m), &f->guide);
+}
+
+static void end(fixture *f) {
+  neph_sky_destroy(f->sky);
+  neph_volume_release(f->volume);
+  neph_atmosphere_release(f->atmosphere);
+  neph_context_destroy(f->context);
+}
+
+/* ---- The guide ---- */
+
+/* One half of the sphere, brightest towards x: what no sky is, but light may come from anywhere. */
+static void make_crooked_guide(np_sky_guide *guide) {
+  float sum = 0.0f;
+  *guide = (np_sky_guide){.rate = 0.7f, .excess_sr = 3.0f};
+  for (int i = 0; i < NP_SKY_GUIDE_CELLS; i++) {
+    const float edges[2] = {2.0f * (float)(i / NP_SKY_GUIDE_COLUMNS) / NP_SKY_GUIDE_ROWS - 1.0f,
+                            2.0f * (float)(i / NP_SKY_GUIDE_COLUMNS + 1) / NP_SKY_GUIDE_ROWS - 1.0f};
+    const float sr = (edges[1] * fabsf(edges[1]) - edges[0] * fabsf(edges[0])) * 2.0f * NP_PI_F / NP_SKY_GUIDE_COLUMNS;
+    const float azimuth = 2.0f * NP_PI_F * ((float)(i % NP_SKY_GUIDE_COLUMNS) + 0.5f) / NP_SKY_GUIDE_COLUMNS;
+    guide->density[i] = fmaxf(cosf(azimuth), 0.0f) * (edges[1] > 0.0f ? 3.0f : 1.0f);
+    guide->cumulative[i] = sum += guide->density[i] * sr;
+  }
+  for (int i = 0; i < NP_SKY_GUIDE_CELLS; i++) {
+    guide->density[i] /= sum;
+    guide->cumulative[i] /= sum;
+  }
+}
+
+/* A drawn direction has the density that chance reckons with, and the mean of 1 over it is the solid angle of all that
+ * may be drawn; that of an even function over it is that function's integral. */
+static void directions_are_drawn_as_they_are_weighed(void **state) {
+  (void)state;
+  np_sky_guide guide;
+  make_crooked_guide(&guide);
+  np_random random = np_random_start(1, 0, 0, 0, 0);
+  test_tally solid_angle = {0}, height = {0};
+  int differing = 0;
+  for (int i = 0; i < 100000; i++) {
+    float density;
+    const np_vec3 d = np_sky_guide_draw(&guide, &random, &density);
+    assert_true(density > 0.0f);
+    assert_near(np_vec3_length(d), 1.0, 1e-6);
+    differing += fabsf(np_sky_guide_eval(&guide, d) / density - 1.0f) > 1e-4f;
+    test_tally_add(&solid_angle, 1.0 / (double)density);
+    test_tally_add(&height, (double)(d.z * d.z) / (double)density);
+  }
+  assert_true(differing < 20); /* on edges of cells, by the rounding of an angle */
+  assert_near(test_tally_mean(&solid_angle), 2.0 * NP_PI, 4.0 * test_tally_error(&solid_angle));
+  assert_near(test_tally_mean(&height), 2.0 * NP_PI / 3.0, 4.0 * test_tally_error(&height));
+}
+
+static void an_even_sky_is_not_aimed_at(void **state) {
+  (void)state;
+  fixture f;
+  start(&f, 0.1f, np_phase_isotropic());
+  f.view.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
+  np_sky_guide_build(&f.view, np_dvec3_make(0, 0, 0), &f.guide);
+  assert_true(f.guide.rate == 0.0f && f.guide.excess_sr == 0.0f);
+  f.view.environment_radiance = np_spectrum_grey(0.0f);
+  np_sky_guide_build(&f.view, np_dvec3_make(0, 0, 0), &f.guide);
+  assert_true(f.guide.rate == 0.0f && f.guide.excess_sr == 0.0f);
+  end(&f);
+}
+
+/* By day the sun makes the noise. At dusk a fifth to two fifths of the light comes from the glow over where it set. */
+static void dusk_is_aimed_at_and_day_is_not(void **state) {
+  (void)state;
+  for (int i = 0; i < 2; i++) {
+    fixture f;
+    start(&f, 0.1f, np_phase_isotropic());
+    add_earth(&f, i == 0 ? 94.0 : 60.0);
+    print_message("sun %g deg high: aimed at %.3f times\n", i == 0 ? -4.0 : 30.0, (double)f.guide.rate);
+    if (i == 1) assert_true(f.guide.rate == 0.0f);
+    if (i == 0) {
+      const np_vec3 glow = np_dvec3_to_float(test_direction(86.0, 0.0)), away = {-glow.x, glow.y, glow.z};
+      assert_true(f.guide.rate > 0.2f && f.guide.rate < 0.4f);
+      assert_true(np_sky_guide_eval(&f.guide, glow) > 1.0f / (4.0f * NP_PI_F));
+      assert_true(np_sky_guide_eval(&f.guide, away) == 0.0f);
+    }
+    end(&f);
+  }
+}
+
+/* ---- Paths ---- */
+
+typedef struct estimate {
+  test_tally all, sky; /* of one band; `sky`: scattered once in the cloud */
+} estimate;
+
+static estimate trace(const fixture *f, int count, int band, uint64_t seed) {
+  np_random random = np_random_start(seed, 0, 0, 0, 0);
+  estimate e = {0};
+  for (int i = 0; i < count; i++) {
+    np_camera_ray ray = test_random_ray(&random);
+    ray.origin.z += f->height_m;
+    ray.choice = np_random_float(&random);
+    np_integrator_sample sample;
+    test_integrators(f->context)->path(&f->view, &f->settings, &ray, &random, &sample);
+    test_tally_add(&e.all, test_sum_components(&sample, band));
+    test_tally_add(&e.sky, (double)sample.component[NP_COMPONENT_SKY].band[band]);
+  }
+  return e;
+}
+
+static void assert_same(const char *what, const test_tally *a, const test_tally *b) {
+  print_message("%s: %.6g +- %.2g, %.6g +- %.2g\n", what, test_tally_mean(a), test_tally_error(a), test_tally_mean(b),
+                test_tally_error(b));
+  assert_near(test_tally_mean(a), test_tally_mean(b), 4.0 * hypot(test_tally_error(a), test_tally_error(b)));
+}
+
+/* However crooked what is aimed at: a white cloud under an even sky stays invisible, from either way with the air, and
+ * over white ground. */
+static void furnace_stays_white(void **state) {
+  (void)state;
+  for (int traced = 0; traced < 2; traced++)
+    for (int ground = 0; ground < 2; ground++) {
+      fixture f;
+      start(&f, 1.0f, np_phase_henyey_greenstein(0.6f));
+      make_crooked_guide(&f.guide);
+      f.view.sky_guide = &f.guide;
+      f.view.environment_radiance = np_spectrum_grey(1.0f);
+      f.settings.is_air_traced = traced;
+      if (ground) add_ground(&f, 30.0, 1.0f);
+      const estimate e = trace(&f, 40000, 0, 3);
+      print_message("%s%s: %.6g +- %.2g\n", traced ? "traced" : "tables", ground ? ", ground" : "",
+                    test_tally_mean(&e.all), test_tally_error(&e.all));
+      assert_near(test_tally_mean(&e.all), 1.0, 4.0 * test_tally_error(&e.all));
+      assert_true(test_tally_error(&e.all) > 0.0); /* or nothing was aimed at */
+      end(&f);
+    }
+}
+
+/* A thin isotropic cloud that half the sphere shines on throws on half of what it takes from a ray of light: with what
+ * it hides left out, its radiance is half its opacity. Of what it is thick by, 1e-3, as much is scattered twice. */
+static void thin_cloud_throws_what_it_gets(void **state) {
+  (void)state;
+  fixture f;
+  start(&f, 1e-4f, np_phase_isotropic());
+  make_crooked_guide(&f.guide);
+  f.view.environment_radiance = np_spectrum_grey(1.0f);
+  f.view.is_environment_upper_only = true;
+  for (int aims = 0; aims < 2; aims++) {
+    f.view.sky_guide = aims ? &f.guide : NULL;
+    np_random random = np_random_start(4, 0, 0, 0, 0);
+    test_tally share = {0};
+    for (int i = 0; i < 40000; i++) {
+      const np_camera_ray ray = test_random_ray(&random);
+      np_integrator_sample sample;
+      test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+      if (sample.transmittance == 1.0f || sample.component[NP_COMPONENT_MULTIPLE].band[0] > 0.0f) continue;
+      const double bound = 1.0 - (double)sample.transmittance;
+      test_tally_add(&share, (double)sample.component[NP_COMPONENT_SKY].band[0] / bound);
+    }
+    print_message("share of the sky: %.6g +- %.2g\n", test_tally_mean(&share), test_tally_error(&share));
+    assert_near(test_tally_mean(&share), 0.5, 4.0 * test_tally_error(&share) + 2e-3);
+  }
+  end(&f);
+}
+
+/* The same light with less noise, a thin cloud's and a thick one's, at dusk; and all of each component. */
+static void compare_dusk(float extinction_per_m, float asymmetry, bool is_traced, double gain) {
+  fixture f;
+  start(&f, extinction_per_m, np_phase_henyey_greenstein(asymmetry));
+  add_earth(&f, 94.0);
+  f.settings.is_air_traced = is_traced;
+  const int count = is_traced ? 10000 : 40000;
+  const estimate chance = trace(&f, count, 0, 5);
+  f.view.sky_guide = &f.guide;
+  const estimate aimed = trace(&f, count, 0, 6);
+  assert_same("all", &aimed.all, &chance.all);
+  assert_same("sky", &aimed.sky, &chance.sky);
+  const double ratio = test_tally_error(&chance.sky) / test_tally_error(&aimed.sky);
+  print_message("variance of the sky's light: %.2f times less\n", ratio * ratio);
+  if (gain > 0.0) assert_true(ratio * ratio > gain);
+  end(&f);
+}
+
+static void dusk_has_the_same_light_and_less_noise(void **state) {
+  (void)state;
+  compare_dusk(0.02f, 0.0f, false, 1.1);
+  compare_dusk(1.0f, 0.85f, false, 1.05);
+  compare_dusk(0.02f, 0.0f, true, 0.0);
+  compare_dusk(1.0f, 0.85f, true, 0.0);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(directions_are_drawn_as_they_are_weighed),
+      cmocka_unit_test(an_even_sky_is_not_aimed_at),
+      cmocka_unit_test(dusk_is_aimed_at_and_day_is_not),
+      cmocka_unit_test(furnace_stays_white),
+      cmocka_unit_test(thin_cloud_throws_what_it_gets),
+      cmocka_unit_test(dusk_has_the_same_light_and_less_noise),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
