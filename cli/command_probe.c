@@ -12,12 +12,26 @@ static cli_exit choose_integrator(const char *name, neph_integrator *out) {
   return CLI_USAGE;
 }
 
+static cli_exit choose_splitting(const char *name, neph_splitting *out) {
+  static const char *const names[] = {[NEPH_SPLITTING_NONE] = "none", [NEPH_SPLITTING_ADJOINT] = "adjoint"};
+  for (int i = NEPH_SPLITTING_NONE; i <= NEPH_SPLITTING_ADJOINT; i++)
+    if (!strcmp(name, names[i])) return *out = (neph_splitting)i, CLI_DONE;
+  cli_complain("--splitting is %s, must be none or adjoint", name);
+  return CLI_USAGE;
+}
+
 static cli_exit choose_seed(const char *text, uint64_t *out) {
   char *end;
   *out = strtoull(text, &end, 10);
   if (*text >= '0' && *text <= '9' && !*end) return CLI_DONE;
   cli_complain("--seed is %s, must be a whole number", text);
   return CLI_USAGE;
+}
+
+static cli_exit take_setting(const cli_setting *setting, neph_probe_desc *desc) {
+  if (!strcmp(setting->option, "--integrator")) return choose_integrator(setting->value, &desc->integrator);
+  if (!strcmp(setting->option, "--splitting")) return choose_splitting(setting->value, &desc->splitting);
+  return choose_seed(setting->value, &desc->seed);
 }
 
 /* Options that stand for a scene's keys elsewhere describe the probe here: there is no scene. */
@@ -28,11 +42,7 @@ static cli_exit fill_desc(cli_session *session, neph_probe_desc *desc) {
   desc->progress = cli_progress_report;
   desc->progress_user = &session->progress;
   cli_exit exit = CLI_DONE;
-  for (size_t i = 0; !exit && i < options->setting_count; i++) {
-    const cli_setting *setting = &options->settings[i];
-    exit = strcmp(setting->option, "--integrator") ? choose_seed(setting->value, &desc->seed)
-                                                   : choose_integrator(setting->value, &desc->integrator);
-  }
+  for (size_t i = 0; !exit && i < options->setting_count; i++) exit = take_setting(&options->settings[i], desc);
   return exit;
 }
 

@@ -207,6 +207,8 @@ static const option_row options[] = {
      .key = "render.seed"},
     {"--integrator", 0, "NAME", CLI_RENDER | CLI_PROBE, "march or path", .take = take_setting,
      .key = "render.integrator"},
+    {"--splitting", 0, "NAME", CLI_RENDER | CLI_PROBE, "of paths in clouds: none or adjoint", .take = take_setting,
+     .key = "render.splitting"},
     {"--method", 0, "NAME", CLI_PROBE, "of a sky: lut (default), march or trace", .take = take_text,
      .field = INTO(method)},
     {"--paths", 0, "N", CLI_PROBE | CLI_SKY, "camera rays for each number asked for (default 65536, of a sky 4096)",

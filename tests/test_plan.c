@@ -150,6 +150,21 @@ static void test_errors_of_light_are_foretold_near_and_far(void **state) {
   assert_light_errors(*state, CLOUD, "expected error 2 to 4 %, more where that is little");
 }
 
+/* Light scattered more than once is solved for, but only to split paths: the ground takes no light from it. */
+static void test_paths_are_split_by_the_solution(void **state) {
+  neph_scene *scene = load(*state, BAKE "render: {integrator: path, splitting: adjoint}");
+  np_plan plan;
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  assert_true(plan.stages[NP_STAGE_ORDINATES].is_needed);
+  assert_non_null(strstr(plan.stages[NP_STAGE_ORDINATES].reason, "paths are split by it; solved for once"));
+  assert_false(plan.stages[NP_STAGE_GROUND_CLOUDS].is_needed);
+  assert_int_equal(neph_scene_set(scene, "render.splitting", "none"), NEPH_OK);
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  assert_false(plan.stages[NP_STAGE_ORDINATES].is_needed);
+  assert_string_equal(plan.stages[NP_STAGE_ORDINATES].reason, "paths scatter as often as it takes");
+  neph_scene_destroy(scene);
+}
+
 static void test_work_is_counted(void **state) {
   test_fixture *f = *state;
   neph_scene *scene = load(f, "camera: {resolution: [100, 50]}\noutput: {aovs: [sun, distance]}\n"
@@ -184,6 +199,7 @@ static void test_bad_descriptions_are_refused(void **state) {
   desc = good, desc.sample_count = 0, assert_refused(f, scene, &desc, "samples is 0");
   desc = good, desc.integrator = (neph_integrator)7, assert_refused(f, scene, &desc, "integrator is 7");
   desc = good, desc.atmosphere = (neph_render_atmosphere)2, assert_refused(f, scene, &desc, "atmosphere is 2, must be");
+  desc = good, desc.splitting = (neph_splitting)2, assert_refused(f, scene, &desc, "splitting is 2, must be none");
   desc = good, desc.struct_size = 4, assert_refused(f, scene, &desc, "struct_size is 4");
   neph_scene_destroy(scene);
 }
@@ -247,6 +263,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_shadows_in_the_air_are_cast_where_they_may_be_seen, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_rays_for_shadows_are_a_quarter_of_a_degree_apart, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_errors_of_light_are_foretold_near_and_far, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_paths_are_split_by_the_solution, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_work_is_counted, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_bad_descriptions_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_incomplete_scenes_are_refused, set_up, test_tear_down),

@@ -87,13 +87,28 @@ static void assert_right(const fixture *f, bool is_flux, unsigned count_min, dou
 /* ---- Tests ---- */
 
 /* Probes the picked rows of a table, each answer to `target_error` or by `path_count` paths. */
+static void probe_rows(const fixture *f, const char *table, const pick *picks, size_t count,
+                       const neph_probe_desc *desc) {
+  write_cases(f, table, picks, count);
+  run_probe(f, desc);
+}
+
 static void probe_picks(const fixture *f, const char *table, const pick *picks, size_t count, unsigned path_count,
                         double target_error) {
   neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
   desc.path_count = path_count;
   desc.target_error = target_error;
-  write_cases(f, table, picks, count);
-  run_probe(f, &desc);
+  probe_rows(f, table, picks, count, &desc);
+}
+
+/* The same with paths that are split by the march's solution. */
+static void probe_split_picks(const fixture *f, const char *table, const pick *picks, size_t count, unsigned path_count,
+                              double target_error) {
+  neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
+  desc.splitting = NEPH_SPLITTING_ADJOINT;
+  desc.path_count = path_count;
+  desc.target_error = target_error;
+  probe_rows(f, table, picks, count, &desc);
 }
 
 static void fluxes_are_those_of_discrete_ordinates(void **state) {
@@ -154,6 +169,18 @@ static void radiances_of_peaked_slabs_are_right(void **state) {
   assert_right(*state, false, 20, 5e-3);
 }
 
+/* What comes through slabs that absorb, down to 10⁻¹⁵ of what falls in: without a solution to split paths by, none of
+ * them finds it. */
+static void split_paths_find_what_comes_through(void **state) {
+  static const pick picks[] = {
+      {"0", "0.9", "16", "0.5", NULL, NULL},     {"0", "0.9", "16", "diffuse", NULL, NULL},
+      {"0", "0.99", "64", "1", NULL, NULL},      {"0.85", "0.9", "32", "1", NULL, NULL},
+      {"0.85", "0.99", "64", "0.5", NULL, NULL},
+  };
+  probe_split_picks(*state, "data/slab_flux.csv", picks, COUNT(picks), 16384, NEPH_UNLIMITED);
+  assert_right(*state, true, 2 * COUNT(picks), 5e-2);
+}
+
 static void answers_are_the_same_bits_for_any_threads(void **state) {
   const fixture *f = *state;
   static const pick picks[] = {{"0.85", "0.99", "1", "0.5", NULL, NULL}};
@@ -161,9 +188,10 @@ static void answers_are_the_same_bits_for_any_threads(void **state) {
   desc.path_count = 1000;
   write_cases(f, "data/slab_flux.csv", picks, 1);
   neph_context *alone = test_context_create(1, NULL);
-  for (int integrator = NEPH_INTEGRATOR_MARCH; integrator <= NEPH_INTEGRATOR_PATH; integrator++) {
+  for (int i = 0; i < 3; i++) {
     char *one, *two;
-    desc.integrator = (neph_integrator)integrator;
+    desc.integrator = i == 0 ? NEPH_INTEGRATOR_MARCH : NEPH_INTEGRATOR_PATH;
+    desc.splitting = i == 2 ? NEPH_SPLITTING_ADJOINT : NEPH_SPLITTING_NONE;
     assert_int_equal(neph_probe_slab(alone, f->cases, &desc, &one), NEPH_OK);
     assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &two), NEPH_OK);
     assert_string_equal(one, two);
@@ -185,6 +213,11 @@ static void descriptions_are_checked(void **state) {
   desc.target_error = NAN;
   assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "target_error is nan");
+  desc.target_error = NEPH_UNLIMITED;
+  desc.splitting = (neph_splitting)2;
+  assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "splitting is 2, must be none (0) or adjoint (1)");
+  desc.splitting = NEPH_SPLITTING_NONE;
   desc.target_error = 0.0;
   assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "target_error is 0, must be above 0");
@@ -317,6 +350,7 @@ int main(int argc, char **argv) {
       cmocka_unit_test_setup_teardown(fluxes_of_thick_slabs_are_right, set_up, tear_down),
       cmocka_unit_test_setup_teardown(radiances_of_isotropic_slabs_are_right, set_up, tear_down),
       cmocka_unit_test_setup_teardown(radiances_of_peaked_slabs_are_right, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(split_paths_find_what_comes_through, set_up, tear_down),
       cmocka_unit_test_setup_teardown(answers_are_the_same_bits_for_any_threads, set_up, tear_down),
       cmocka_unit_test_setup_teardown(descriptions_are_checked, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_probe_can_be_cancelled, set_up, tear_down),

@@ -145,6 +145,8 @@ static void test_settings_read_out(void **state) {
   set(f, "camera.resolution", "[100, 50]");
   set(f, "render", "{samples: 9, seed: 5, integrator: path, multiple_scattering: none, max_scatterings: 3}");
   set(f, "render.atmosphere", "tables");
+  set(f, "render.splitting", "adjoint");
+  assert_refused(f, "render.splitting", "roulette", "render.splitting is roulette, must be none or adjoint");
   set(f, "output", "{exposure: -1.5, pixel_type: float, preview: p.png}");
   assert_int_equal(neph_scene_get_render_desc(f->scene, &desc), NEPH_OK);
   assert_int_equal(desc.width, 100);
@@ -155,6 +157,7 @@ static void test_settings_read_out(void **state) {
   assert_int_equal(desc.multiple_scattering, NEPH_MULTIPLE_SCATTERING_NONE);
   assert_int_equal(desc.scattering_max, 3);
   assert_int_equal(desc.atmosphere, NEPH_RENDER_ATMOSPHERE_TABLES);
+  assert_int_equal(desc.splitting, NEPH_SPLITTING_ADJOINT);
   assert_int_equal(neph_scene_get_output(f->scene, &output), NEPH_OK);
   assert_null(output.image);
   assert_string_equal(output.preview, "dir/p.png");

@@ -24,6 +24,13 @@ typedef enum neph_render_atmosphere {
                                       in the air and their light on the ground (docs/transport.md) */
 } neph_render_atmosphere;
 
+/** Where paths in clouds are ended by Russian roulette, and split. */
+typedef enum neph_splitting {
+  NEPH_SPLITTING_NONE,   /**< ended where they carry little; the default */
+  NEPH_SPLITTING_ADJOINT /**< ended and split by what they are expected to bring, which the march's solution of the
+                              multiple scattering tells: for deep clouds, and for those that absorb */
+} neph_splitting;
+
 /** How the march answers for light scattered more than once in a cloud. All but the ordinates are artist's lights:
  * looks, with errors of tens of per cent (docs/accuracy.md). */
 typedef enum neph_multiple_scattering {
@@ -58,6 +65,7 @@ typedef struct neph_render_desc {
   int frame;                                    /**< number that '#' in names stands for; it also seeds */
   neph_multiple_scattering multiple_scattering; /**< of the march */
   neph_render_atmosphere atmosphere;            /**< of the integrator path */
+  neph_splitting splitting;                     /**< of the integrator path */
   unsigned scattering_max; /**< scatterings in cloud along one path, or NEPH_SCATTERINGS_ALL; a limit loses light, which
                                 the integrator path tells of */
   neph_progress_fn progress;
@@ -70,7 +78,7 @@ typedef struct neph_render_desc {
     .crop_min = {0, 0}, .crop_max = {960, 540}, .sample_count = 4, .sample_count_max = 65536,                          \
     .target_error = NEPH_UNLIMITED, .time_limit_s = NEPH_UNLIMITED, .seed = 0, .frame = 1,                             \
     .multiple_scattering = NEPH_MULTIPLE_SCATTERING_ORDINATES, .atmosphere = NEPH_RENDER_ATMOSPHERE_TRACED,            \
-    .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL, .progress_user = NULL                                    \
+    .splitting = NEPH_SPLITTING_NONE, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL, .progress_user = NULL  \
   }
 
 /** The scene's own render settings, to start from. */

@@ -103,8 +103,8 @@ static void collect_glow(const np_tracer *t, const np_path_state *path, double d
 
 /* ---- Sky and ground ---- */
 
-/* Of the stack; a path that waits for as many others is followed without branches. */
-enum { BRANCH_DEPTH_MAX = 64 };
+/* Of the stack; a path that waits for as many others is followed without branches, and not split. */
+enum { BRANCH_DEPTH_MAX = 64, SPLIT_DEPTH_MAX = 256 };
 
 static bool may_branch(const np_path_state *path) { return path->depth < BRANCH_DEPTH_MAX; }
 
@@ -196,14 +196,89 @@ static void scatter_in_cloud(const np_tracer *t, np_path_state *path, const np_s
   if (has_branch) follow_weaker(t, path, &branch);
 }
 
-static void meet_cloud(const np_tracer *t, np_path_state *path) {
+static bool has_window(const np_tracer *t) { return t->settings->is_split && t->view->multi_scatter; }
+
+static np_window scale_window(np_window window, float factor) {
+  return (np_window){window.worth * factor, window.stake * factor};
+}
+
+/* As how many copies a path goes on where `window` is what a collision brings; 0: it is ended. What it was worth before
+ * the first of which that is known is what all others are held against. */
+static unsigned count_copies(const np_tracer *t, np_path_state *path, np_window window) {
+  const float throughput = np_spectrum_max(path->throughput);
+  if (!(path->first.worth > 0.0f)) {
+    path->first = window;
+    np_window_find_entry(t->view, path->position, path->direction, &path->first);
+    path->first = scale_window(path->first, throughput);
+  }
+  window = scale_window(window, throughput);
+  const float survival = np_window_survival(&window, &path->first);
+  if (survival < 1.0f) {
+    if (!(np_random_float(t->random) < survival)) return 0;
+    path->throughput = np_spectrum_scale(path->throughput, 1.0f / survival);
+    return 1;
+  }
+  return path->depth < SPLIT_DEPTH_MAX ? np_window_copies(&window, &path->first) : 1;
+}
+
+/* Gives each of the copies its share; from here on they are faint only by what they lose until they are next looked
+ * at. */
+static void share(np_path_state *path, unsigned count) {
+  if (count > 1) path->throughput = np_spectrum_scale(path->throughput, 1.0f / (float)count);
+  if (path->first.worth > 0.0f) path->weight = np_spectrum_max(path->throughput);
+}
+
+static void scatter_copies(const np_tracer *t, np_path_state *path, const np_sunward *sunward, unsigned count) {
+  share(path, count);
+  for (; count > 1; count--) {
+    np_path_state copy = *path;
+    copy.depth++;
+    scatter_in_cloud(t, &copy, sunward);
+    fly_on(t, &copy);
+  }
+  scatter_in_cloud(t, path, sunward);
+}
+
+/* False where the path is ended. */
+static bool meet_cloud(const np_tracer *t, np_path_state *path) {
   path->order++;
   path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
   if (!path->has_component) path->component = path->order == 1 ? NP_COMPONENT_SUN : NP_COMPONENT_MULTIPLE;
+  np_window window;
+  const bool is_known =
+      has_window(t) && np_window_find(t->view, path->volume, path->position, path->direction, &window);
+  const unsigned copies = is_known ? count_copies(t, path, window) : 1;
+  if (copies == 0) return false;
   path->aims_at_sky = t->view->sky_guide && may_branch(path);
   const np_sunward sunward = choose_branches(t, path);
   gather_in_cloud(t, path, &sunward);
-  scatter_in_cloud(t, path, &sunward);
+  scatter_copies(t, path, &sunward, copies);
+  return true;
+}
+
+/* How far a path may fly until it is looked at. What glows is gathered along flights from where they began. */
+static double find_reach(const np_tracer *t, const np_path_state *path) {
+  np_window window;
+  double reach_m = HUGE_VAL;
+  if (has_window(t) && path->first.worth > 0.0f && !t->view->emission)
+    (void)np_window_find_in_flight(t->view, path->position, path->direction, &window, &reach_m);
+  return reach_m;
+}
+
+/* False where the path is ended. */
+static bool pass_on(const np_tracer *t, np_path_state *path) {
+  np_window window;
+  double reach_m;
+  if (!np_window_find_in_flight(t->view, path->position, path->direction, &window, &reach_m)) return true;
+  unsigned copies = count_copies(t, path, window);
+  if (copies == 0) return false;
+  share(path, copies);
+  for (; copies > 1; copies--) {
+    np_path_state copy = *path;
+    copy.depth++;
+    fly_on(t, &copy);
+  }
+  return true;
 }
 
 /* ---- Air, ground and space ---- */
@@ -345,16 +420,18 @@ static bool find_ground(const np_tracer *t, np_path_state *path, double distance
 
 /* Flies to the next vertex. */
 static np_path_event fly(const np_tracer *t, np_path_state *path) {
-  double distance = np_track_collision(t->view, path->position, path->direction, INFINITY, np_track_flight(t->random),
+  const double reach = find_reach(t, path);
+  double distance = np_track_collision(t->view, path->position, path->direction, reach, np_track_flight(t->random),
                                        t->random, &path->volume);
-  np_path_event event = isinf(distance) ? NP_PATH_SPACE : NP_PATH_CLOUD;
-  path->is_ground_ahead = (event == NP_PATH_CLOUD || t->settings->is_air_traced) && find_ground(t, path, distance);
+  np_path_event event = isinf(distance) ? (isinf(reach) ? NP_PATH_SPACE : NP_PATH_PASSING) : NP_PATH_CLOUD;
+  if (event == NP_PATH_PASSING) distance = reach;
+  path->is_ground_ahead = (event != NP_PATH_SPACE || t->settings->is_air_traced) && find_ground(t, path, distance);
   if (path->is_ground_ahead) {
     event = NP_PATH_GROUND;
     distance = path->ground.distance_m;
   }
   if (t->view->emission) collect_glow(t, path, distance);
-  if (!t->settings->is_air_traced && event != NP_PATH_CLOUD) return NP_PATH_SURROUNDINGS;
+  if (!t->settings->is_air_traced && (event == NP_PATH_SPACE || event == NP_PATH_GROUND)) return NP_PATH_SURROUNDINGS;
   np_air_collision collision;
   if (t->settings->is_air_traced && t->view->atmosphere && collide_with_air(t, path, event, distance, &collision)) {
     event = NP_PATH_AIR;
@@ -407,6 +484,8 @@ static bool is_ended(const np_tracer *t, np_path_state *path) {
   path->is_cut = true;
   path->throughput = np_spectrum_scale(path->throughput, 1.0f / share);
   path->weight /= share;
+  path->first.worth /= share;
+  path->first.stake /= share;
   return false;
 }
 
@@ -414,14 +493,16 @@ void NP_KERNEL(np_path_follow)(const np_tracer *t, np_path_state *path, np_path_
   for (;;) {
     switch (event) {
     case NP_PATH_CLOUD:
-      if (is_ended(t, path)) return;
-      meet_cloud(t, path);
+      if (is_ended(t, path) || !meet_cloud(t, path)) return;
       break;
     case NP_PATH_AIR:
       meet_air(t, path);
       break;
     case NP_PATH_GROUND:
       meet_ground(t, path);
+      break;
+    case NP_PATH_PASSING:
+      if (!pass_on(t, path)) return;
       break;
     case NP_PATH_SPACE:
       meet_space(t, path);

@@ -7,6 +7,7 @@
 #include "core/isa.h"
 #include "integrate/hero.h"
 #include "integrate/surroundings.h"
+#include "integrate/window.h"
 
 /* What all paths of a sample share. */
 typedef struct np_tracer {
@@ -24,6 +25,7 @@ typedef enum np_path_event {
   NP_PATH_AIR,
   NP_PATH_GROUND,
   NP_PATH_SPACE,
+  NP_PATH_PASSING,     /* nothing: it is to be looked at on its way (window.h) */
   NP_PATH_SURROUNDINGS /* sky or ground, from tables */
 } np_path_event;
 
@@ -33,10 +35,11 @@ typedef struct np_path_state {
   float density;     /* with which the direction was drawn, 1/sr */
   np_spectrum throughput;
   np_hero hero;
-  float weight;   /* of the throughput at the start, by which it is judged faint */
-  float prospect; /* ≥ 1: sunlight that the next collision may bring, in isotropic scattering's */
-  unsigned order; /* scatterings in cloud so far */
-  unsigned depth; /* of branches */
+  float weight;    /* of the throughput at the start, by which it is judged faint */
+  np_window first; /* what the path's first collision in cloud was expected to bring; 0: not known */
+  float prospect;  /* ≥ 1: sunlight that the next collision may bring, in isotropic scattering's */
+  unsigned order;  /* scatterings in cloud so far */
+  unsigned depth;  /* of branches */
   np_component component;
   bool has_component; /* it is given by what the camera sees, not by what the clouds do */
   bool aims_at_sky;   /* its last vertex did: what it meets outside the clouds has a share of the weight */

@@ -197,6 +197,35 @@ static void scale_solution(solver *s, double factor) {
   for (size_t i = 0; i < count_moments(&broad->grid); i++) broad->phi[i] *= (float)factor;
 }
 
+static float find_length(const float v[3]) {
+  const double x = (double)v[0], y = (double)v[1], z = (double)v[2];
+  return (float)sqrt(x * x + y * y + z * z);
+}
+
+/* Of diffuse light the gradient of the mean is the transport extinction times the linear part (Fick's law). */
+static void find_reach(const np_transport_grid *g, size_t live, np_importance *out) {
+  const float extinction = g->extinction[live] * (1.0f - g->ratio[live * (g->degree + 1) + 1]);
+  const float gradient = extinction * out->slope;
+  out->reach_m = gradient > 0.0f ? 0.5f * out->mean / gradient : INFINITY;
+}
+
+/* Where sunlight that went straight on first collides, per extinction, is what there is of it. */
+static void add_importance(const solver *s, const float *moments) {
+  const np_transport_level *finest = &s->levels[0];
+  const size_t count = np_harmonics_count(finest->grid.degree);
+  const float even = sqrtf(0.25f / NP_PI_F), linear = sqrtf(0.75f / NP_PI_F);
+  static const unsigned harmonic_of_axis[3] = {3, 1, 2};
+  for (size_t live = 0; live < finest->grid.live_count; live++) {
+    np_importance *out = &s->out->importance[live];
+    const float *phi = moments + live * count, extinction = finest->grid.extinction[live];
+    out->mean += even * phi[0];
+    for (int a = 0; a < 3; a++) out->lean[a] += linear * phi[harmonic_of_axis[a]];
+    out->slope = find_length(out->lean);
+    find_reach(&finest->grid, live, out);
+    if (extinction > 0.0f) out->sun += finest->sun[live] / extinction;
+  }
+}
+
 static neph_result keep_band(solver *s) {
   const np_transport_level *finest = &s->levels[0];
   const size_t floats = count_moments(&finest->grid), count = np_harmonics_count(finest->grid.degree);
@@ -206,6 +235,7 @@ static neph_result keep_band(solver *s) {
   np_transport_grid_sharpen(&finest->grid, sharp, sharp + floats);
   for (size_t live = 0; live < finest->grid.live_count; live++)
     memcpy(s->moments + (live * s->out->band_count + s->band) * count, sharp + live * count, count * sizeof *sharp);
+  add_importance(s, sharp);
   np_alloc_free(s->context, sharp);
   return NEPH_OK;
 }
@@ -272,7 +302,8 @@ static neph_result start_bands(solver *s) {
   if (result) return result;
   choose_bands(s);
   s->moments = np_alloc(s->context, count_moments(g), s->out->band_count * sizeof *s->moments);
-  return s->moments ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  s->out->importance = np_alloc(s->context, g->live_count, sizeof *s->out->importance);
+  return s->moments && s->out->importance ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 static neph_result pack(void *user, size_t begin, size_t end, unsigned thread) {
@@ -429,5 +460,6 @@ void np_multi_scatter_clear(np_multi_scatter *scatter) {
   np_alloc_free(scatter->context, scatter->phases);
   np_transport_grid_clear(&scatter->grid);
   np_alloc_free(scatter->context, scatter->moments);
+  np_alloc_free(scatter->context, scatter->importance);
   *scatter = (np_multi_scatter){0};
 }

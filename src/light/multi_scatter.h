@@ -19,6 +19,15 @@ typedef struct np_multi_scatter_desc {
     .tolerance = 3e-4                                                                                                  \
   }
 
+/* About what comes to a cell, all bands together: what paths are weighed by (integrate/window.h). */
+typedef struct np_importance {
+  float mean;    /* radiance, averaged over directions */
+  float lean[3]; /* its part that is linear in the direction of flight Ω is lean·Ω */
+  float slope;   /* |lean|, whose square may be too small for a float */
+  float reach_m; /* a way along which it changes by some half, where light is diffuse */
+  float sun;     /* irradiance of sunlight that went straight on */
+} np_importance;
+
 typedef struct np_multi_scatter {
   neph_context *context; /* borrowed */
   unsigned volume_count;
@@ -27,11 +36,12 @@ typedef struct np_multi_scatter {
   unsigned band_count; /* that are kept: 1 where they differ by a factor, `colour`, which else is 1 */
   np_spectrum colour;
   uint16_t
-      *moments;    /* [live][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on */
-  float scale;     /* a power of two */
-  double residual; /* relative, the worst band's */
-  unsigned sweeps; /* of the finest grid, all bands together */
-  double error;    /* expected from the size of the largest cells, as a share of the light */
+      *moments; /* [live][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on */
+  float scale;  /* a power of two */
+  np_importance *importance; /* [live], in floats: it may fall by thirty decades */
+  double residual;           /* relative, the worst band's */
+  unsigned sweeps;           /* of the finest grid, all bands together */
+  double error;              /* expected from the size of the largest cells, as a share of the light */
 } np_multi_scatter;
 
 /* Solves for the view's sun, sky and ground. On failure nothing is left. */

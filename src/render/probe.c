@@ -199,6 +199,9 @@ neph_result neph_probe_slab(neph_context *context, const char *cases_path, const
   if (!(p.desc.target_error > 0.0))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: target_error is %g, must be above 0",
                    p.desc.target_error);
+  if ((unsigned)p.desc.splitting > NEPH_SPLITTING_ADJOINT)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: splitting is %d, must be none (0) or adjoint (1)",
+                   (int)p.desc.splitting);
   np_monitor_start(&p.monitor, context, p.desc.progress, p.desc.progress_user);
   result = np_probe_run(context, cases_path, &slab_probe, &p, &p.csv, out_text);
   np_alloc_free(context, p.rows);

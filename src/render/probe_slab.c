@@ -37,7 +37,7 @@ struct np_slab {
   neph_volume *volume;
   np_view_volume placed;
   np_scene_view view;
-  np_multi_scatter multi_scatter; /* of the march */
+  np_multi_scatter multi_scatter; /* of the march, and of paths that are split by it */
   np_integrator_settings settings;
   np_integrator_fn integrate;
 };
@@ -98,13 +98,14 @@ static void fill_view(np_slab *slab) {
 }
 
 /* Settings are those of a scene with every key at its default. */
-static neph_result choose_integrator(np_slab *slab, neph_integrator integrator) {
+static neph_result choose_integrator(np_slab *slab, neph_integrator integrator, neph_splitting splitting) {
   neph_scene *scene;
   neph_result result = neph_scene_create(slab->context, &scene);
   if (result) return result;
   np_frame_choose_settings(&scene->render, scene->render.multiple_scattering, &slab->settings);
   neph_scene_destroy(scene);
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(slab->context));
+  slab->settings.is_split = splitting == NEPH_SPLITTING_ADJOINT;
   slab->integrate = integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;
   return NEPH_OK;
 }
@@ -130,13 +131,13 @@ neph_result np_slab_create(neph_context *context, const np_slab_case *case_, con
   slab->target_error = desc->target_error;
   slab->seed = desc->seed;
   neph_result result = create_volume(slab);
-  if (!result) result = choose_integrator(slab, desc->integrator);
+  if (!result) result = choose_integrator(slab, desc->integrator, desc->splitting);
   if (result) {
     np_slab_destroy(slab);
     return result;
   }
   fill_view(slab);
-  if (desc->integrator == NEPH_INTEGRATOR_MARCH) result = solve(slab);
+  if (desc->integrator == NEPH_INTEGRATOR_MARCH || slab->settings.is_split) result = solve(slab);
   if (result) {
     np_slab_destroy(slab);
     return result;

@@ -41,6 +41,8 @@ static neph_result check_desc(neph_context *context, const neph_render_desc *des
                    (int)desc->multiple_scattering);
   if ((unsigned)desc->atmosphere > NEPH_RENDER_ATMOSPHERE_TABLES)
     return np_fail(context, bad, "atmosphere is %d, must be traced (0) or tables (1)", (int)desc->atmosphere);
+  if ((unsigned)desc->splitting > NEPH_SPLITTING_ADJOINT)
+    return np_fail(context, bad, "splitting is %d, must be none (0) or adjoint (1)", (int)desc->splitting);
   if (desc->integrator != NEPH_INTEGRATOR_MARCH && desc->integrator != NEPH_INTEGRATOR_PATH)
     return np_fail(context, bad, "integrator is %d, must be march (0) or path (1)", (int)desc->integrator);
   return NEPH_OK;
@@ -308,11 +310,23 @@ static neph_result describe_ordinates(const neph_scene *scene, char *out, size_t
   return result;
 }
 
+/* Whether light scattered more than once is solved for, for the march or to split paths by. */
+static neph_result decide_ordinates(np_plan *plan, const neph_scene *scene, const char *against, const char *chosen) {
+  char solving[sizeof plan->stages->reason] = "", reason[sizeof plan->stages->reason];
+  neph_result result = against || chosen ? NEPH_OK : describe_ordinates(scene, solving, sizeof solving);
+  const bool is_split = plan->desc.integrator == NEPH_INTEGRATOR_PATH;
+  snprintf(reason, sizeof reason, "%s%s", is_split ? "paths are split by it; " : "", solving);
+  decide_unless(plan, NP_STAGE_ORDINATES, against, chosen, reason);
+  return result;
+}
+
 static neph_result decide_scattering(np_plan *plan, const neph_scene *scene, const scene_facts *facts) {
   const neph_render_desc *desc = &plan->desc;
   const char *against = facts->dark;
   if (!against && !facts->has_clouds) against = "the scene has no clouds";
-  if (!against && desc->integrator == NEPH_INTEGRATOR_PATH) against = "paths scatter as often as it takes";
+  const bool is_path = desc->integrator == NEPH_INTEGRATOR_PATH;
+  const char *not_looked = is_path ? "paths scatter as often as it takes" : NULL;
+  const char *not_solved = desc->splitting == NEPH_SPLITTING_ADJOINT ? NULL : not_looked;
   if (!against && desc->scattering_max < 2) against = "render.max_scatterings is below 2";
   const neph_multiple_scattering multiple = desc->multiple_scattering;
   static const char *const chosen[] = {
@@ -324,15 +338,14 @@ static neph_result decide_scattering(np_plan *plan, const neph_scene *scene, con
       [NEPH_MULTIPLE_SCATTERING_DERIVATIVE] = "render.multiple_scattering is derivative",
   };
   const bool is_look = multiple != NEPH_MULTIPLE_SCATTERING_ORDINATES && multiple != NEPH_MULTIPLE_SCATTERING_NONE;
-  char solving[sizeof plan->stages->reason] = "";
-  neph_result result = against ? NEPH_OK : describe_ordinates(scene, solving, sizeof solving);
-  decide_unless(plan, NP_STAGE_ORDINATES, against,
-                multiple == NEPH_MULTIPLE_SCATTERING_ORDINATES ? NULL : chosen[multiple], solving);
-  const np_plan_stage *solved = &plan->stages[NP_STAGE_ORDINATES];
-  decide_unless(plan, NP_STAGE_GROUND_CLOUDS, solved->is_needed ? NULL : "multiple scattering is not solved for",
+  const char *not_asked = is_path || multiple == NEPH_MULTIPLE_SCATTERING_ORDINATES ? NULL : chosen[multiple];
+  neph_result result = decide_ordinates(plan, scene, against ? against : not_solved, not_asked);
+  const bool is_solved = !is_path && plan->stages[NP_STAGE_ORDINATES].is_needed;
+  decide_unless(plan, NP_STAGE_GROUND_CLOUDS, is_solved ? NULL : "multiple scattering is not solved for",
                 facts->has_planet || facts->has_terrain ? NULL : "there is no ground",
                 "the clouds hide sky from the ground, and shine on it");
-  decide_unless(plan, NP_STAGE_LOOK, against, is_look ? NULL : chosen[multiple], chosen[multiple]);
+  decide_unless(plan, NP_STAGE_LOOK, against ? against : not_looked, is_look ? NULL : chosen[multiple],
+                chosen[multiple]);
   const char *path = np_plan_traces_air(plan) ? "path: unbiased in clouds and air and to the ground"
                                               : "path: unbiased in the clouds, air and ground from tables";
   decide(plan, NP_STAGE_INTEGRATOR, true, desc->integrator == NEPH_INTEGRATOR_PATH ? path : "march: fast and biased");

@@ -148,6 +148,7 @@ neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc
       .frame = 1,
       .multiple_scattering = scene->render.multiple_scattering,
       .atmosphere = scene->render.atmosphere,
+      .splitting = scene->render.splitting,
       .scattering_max = scene->render.scattering_max,
   };
   return NEPH_OK;

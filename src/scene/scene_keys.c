@@ -34,6 +34,7 @@ static const np_choice terrains[] = {{"none", NP_TERRAIN_NONE}, {NULL, 0}};
 static const np_choice integrators[] = {{"march", NEPH_INTEGRATOR_MARCH}, {"path", NEPH_INTEGRATOR_PATH}, {NULL, 0}};
 static const np_choice airs_of_paths[] = {
     {"traced", NEPH_RENDER_ATMOSPHERE_TRACED}, {"tables", NEPH_RENDER_ATMOSPHERE_TABLES}, {NULL, 0}};
+static const np_choice splittings[] = {{"none", NEPH_SPLITTING_NONE}, {"adjoint", NEPH_SPLITTING_ADJOINT}, {NULL, 0}};
 static const np_choice scatterings[] = {
     {"ordinates", NEPH_MULTIPLE_SCATTERING_ORDINATES},
     {"octaves", NEPH_MULTIPLE_SCATTERING_OCTAVES},
@@ -492,6 +493,10 @@ static const np_key keys[] = {
      .fallback = "traced",
      .meaning = "of the integrator path: air and ground traced with the clouds, or, faster, from tables as in the "
                 "march"},
+    {.path = "render.splitting", .type = NP_KEY_CHOICE, .choices = splittings, .field = SCENE(render.splitting),
+     .fallback = "none",
+     .meaning = "of the integrator path: adjoint ends and splits paths in clouds by the light that the march's "
+                "solution of the multiple scattering expects of them; it pays in clouds that absorb"},
     {.path = "render.light_memory", .type = NP_KEY_REAL, .unit = NP_UNIT_GIGABYTE,
      .field = SCENE(render.light_memory_bytes), .range = WITHIN(0.001, 1e6), .fallback = "auto", .word = "auto",
      .word_value = INFINITY,

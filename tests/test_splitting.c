@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Paths that are split and ended by the march's solution: their mean is that of paths which are not, whatever the
+ * cloud, the light and the solution. What it gains in slabs is tested by test_probe. */
+#include "test_lit_cloud.h"
+#include "test_rays.h"
+
+static void start(test_lit_cloud *cloud) {
+  neph_context *context = test_context_create(2, NULL);
+  assert_int_equal(test_lit_cloud_create(context, test_lumpy_ball, 0.0, cloud), NEPH_OK);
+}
+
+static void end(test_lit_cloud *cloud) {
+  neph_context *context = cloud->context;
+  test_lit_cloud_clear(cloud);
+  neph_context_destroy(context);
+}
+
+/* Light of all orders, and, apart, of those beyond the first, along rays through the cloud. */
+static void trace(const test_lit_cloud *cloud, bool is_split, test_tally out[2]) {
+  np_integrator_settings settings = test_integrator_settings();
+  settings.is_split = is_split;
+  np_random random = np_random_start(7, is_split, 0, 0, 0);
+  for (int i = 0; i < 20000; i++) {
+    const np_camera_ray ray = {.origin = {24.0 * np_random_double(&random), -20.0, 24.0 * np_random_double(&random)},
+                               .direction = {0, 1, 0}};
+    np_integrator_sample sample;
+    test_integrators(cloud->context)->path(&cloud->view, &settings, &ray, &random, &sample);
+    test_tally_add(&out[0], test_sum_components(&sample, 1));
+    test_tally_add(&out[1], (double)sample.component[NP_COMPONENT_MULTIPLE].band[1]);
+  }
+}
+
+/* Four standard errors of the difference, of which one in 16,000 is by chance. */
+static void assert_no_bias(const test_lit_cloud *cloud) {
+  test_tally plain[2] = {0}, split[2] = {0};
+  trace(cloud, false, plain);
+  trace(cloud, true, split);
+  for (int i = 0; i < 2; i++) {
+    const double error = hypot(test_tally_error(&plain[i]), test_tally_error(&split[i]));
+    print_message("%.5g and %.5g +- %.2g\n", test_tally_mean(&plain[i]), test_tally_mean(&split[i]), error);
+    assert_true(test_tally_mean(&plain[i]) > 20.0 * error);
+    assert_near(test_tally_mean(&split[i]), test_tally_mean(&plain[i]), 4.0 * error);
+  }
+}
+
+static void light_like_day(test_lit_cloud *cloud) {
+  cloud->view.to_sun = np_vec3_make(0.0f, 0.6f, 0.8f);
+  cloud->view.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 0.5f);
+  cloud->view.sun_angular_radius_rad = 0.005f;
+  cloud->view.environment_radiance = np_spectrum_grey(0.1f);
+  cloud->view.is_environment_upper_only = true;
+}
+
+static void a_lumpy_cloud_stays_as_bright(void **state) {
+  (void)state;
+  test_lit_cloud cloud;
+  start(&cloud);
+  light_like_day(&cloud);
+  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
+  assert_no_bias(&cloud);
+  end(&cloud);
+}
+
+/* Bands part, and so do the paths' weights. */
+static void a_cloud_that_absorbs_stays_as_bright(void **state) {
+  (void)state;
+  test_lit_cloud cloud;
+  start(&cloud);
+  light_like_day(&cloud);
+  cloud.placed.albedo = np_spectrum_make(0.99f, 0.9f, 0.7f);
+  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
+  assert_no_bias(&cloud);
+  end(&cloud);
+}
+
+/* Solved for a sun on the other side, and so wrong by what decades there are in the cloud: it costs time alone. */
+static void a_wrong_solution_changes_no_mean(void **state) {
+  (void)state;
+  test_lit_cloud cloud;
+  start(&cloud);
+  light_like_day(&cloud);
+  cloud.view.to_sun = np_vec3_make(0.0f, -0.6f, -0.8f);
+  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
+  light_like_day(&cloud);
+  assert_no_bias(&cloud);
+  end(&cloud);
+}
+
+/* A white cloud amid even light cannot be seen. All that the solution knows there is the same everywhere, but for what
+ * its iteration left over: most paths are never split, and those that are lose what the sums of floats round off. */
+static void a_white_furnace_stays_invisible(void **state) {
+  (void)state;
+  test_lit_cloud cloud;
+  start(&cloud);
+  cloud.view.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
+  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
+  test_tally tally[2] = {0};
+  trace(&cloud, true, tally);
+  assert_near(test_tally_mean(&tally[0]), 2.0, fmax(4.0 * test_tally_error(&tally[0]), 1e-5));
+  assert_true(test_tally_error(&tally[0]) < 1e-3);
+  end(&cloud);
+}
+
+/* What a limit takes is estimated from a few paths, which are followed beyond it as the others would be. */
+static void what_a_limit_takes_is_told(void **state) {
+  (void)state;
+  test_lit_cloud cloud;
+  start(&cloud);
+  light_like_day(&cloud);
+  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
+  np_integrator_settings settings = test_integrator_settings();
+  settings.is_split = true;
+  test_tally all = {0}, kept_and_lost = {0};
+  np_random random = np_random_start(8, 0, 0, 0, 0);
+  for (int i = 0; i < 30000; i++) {
+    const np_camera_ray ray = {.origin = {24.0 * np_random_double(&random), -20.0, 24.0 * np_random_double(&random)},
+                               .direction = {0, 1, 0}};
+    np_integrator_sample sample;
+    settings.scattering_max = UINT32_MAX;
+    settings.lost_share = 0.0f;
+    test_integrators(cloud.context)->path(&cloud.view, &settings, &ray, &random, &sample);
+    test_tally_add(&all, test_sum_components(&sample, 1));
+    settings.scattering_max = 4;
+    settings.lost_share = 0.25f;
+    test_integrators(cloud.context)->path(&cloud.view, &settings, &ray, &random, &sample);
+    test_tally_add(&kept_and_lost, test_sum_components(&sample, 1) + (double)sample.lost.band[1]);
+  }
+  const double error = hypot(test_tally_error(&all), test_tally_error(&kept_and_lost));
+  assert_near(test_tally_mean(&kept_and_lost), test_tally_mean(&all), 4.0 * error);
+  end(&cloud);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_lumpy_cloud_stays_as_bright),    cmocka_unit_test(a_cloud_that_absorbs_stays_as_bright),
+      cmocka_unit_test(a_wrong_solution_changes_no_mean), cmocka_unit_test(a_white_furnace_stays_invisible),
+      cmocka_unit_test(what_a_limit_takes_is_told),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
