@@ -81,8 +81,8 @@ static void assert_sun_volume(test_fixture *f, const char *text, bool is_needed,
 
 /* Two million voxels in the box: too many for a thumbnail, few for a picture. */
 static void test_sun_volume_is_filled_where_it_pays(void **state) {
-  assert_sun_volume(*state, BAKE "camera: {resolution: [960, 540]}", true, "look-ups to fill it against");
-  assert_sun_volume(*state, BAKE "camera: {resolution: [20, 10]}\nrender: {samples: 1}", false, "look-ups to fill it");
+  assert_sun_volume(*state, BAKE "camera: {resolution: [960, 540]}", true, "filling it takes");
+  assert_sun_volume(*state, BAKE "camera: {resolution: [20, 10]}\nrender: {samples: 1}", false, "filling it takes");
   assert_sun_volume(*state, BAKE "render: {sun_depth: march}", false, "render.sun_depth is march");
   assert_sun_volume(*state, BAKE "camera: {resolution: [20, 10]}\nrender: {samples: 1, sun_depth: volume}", true,
                     "render.sun_depth is volume");
