@@ -69,6 +69,8 @@ static void test_sky_alone(void **state) {
 }
 
 #define BAKE "clouds: [{bake: {extent: 4 km, thickness: 1 km, voxel: 20 m}}]\n"
+#define MOVING "clouds: [{bake: {frame_time: 1 s, extent: 4 km, thickness: 1 km, voxel: 20 m}}]\n"
+#define SMALL "camera: {resolution: [120, 68]}\n"
 
 static void assert_sun_volume(test_fixture *f, const char *text, bool is_needed, const char *reason) {
   neph_scene *scene = load(f, text);
@@ -79,10 +81,13 @@ static void assert_sun_volume(test_fixture *f, const char *text, bool is_needed,
   neph_scene_destroy(scene);
 }
 
-/* Two million voxels in the box: too many for a thumbnail, few for a picture. */
+/* Two million voxels in the box: too many for a thumbnail, few for a picture, or for a sequence of small ones. */
 static void test_sun_volume_is_filled_where_it_pays(void **state) {
   assert_sun_volume(*state, BAKE "camera: {resolution: [960, 540]}", true, "filling it takes");
   assert_sun_volume(*state, BAKE "camera: {resolution: [20, 10]}\nrender: {samples: 1}", false, "filling it takes");
+  assert_sun_volume(*state, BAKE SMALL, false, "filling it takes");
+  assert_sun_volume(*state, BAKE SMALL "output: {image: a.##.exr}", true, "once for a sequence of frames");
+  assert_sun_volume(*state, MOVING SMALL "output: {image: a.##.exr}", false, "s of one core and spares");
   assert_sun_volume(*state, BAKE "render: {sun_depth: march}", false, "render.sun_depth is march");
   assert_sun_volume(*state, BAKE "camera: {resolution: [20, 10]}\nrender: {samples: 1, sun_depth: volume}", true,
                     "render.sun_depth is volume");
