@@ -94,10 +94,8 @@ neph_result np_sky_store_take_sky(np_sky_store *store, unsigned index, np_sky_ro
 
 static bool grow(neph_context *context, np_sky_store *store, unsigned count) {
   if (count <= store->count) return true;
-  np_sky_store_entry *entries = np_alloc(context, count, sizeof *entries);
+  np_sky_store_entry *entries = np_alloc_resize(context, store->entries, count, sizeof *entries);
   if (!entries) return false;
-  if (store->count) memcpy(entries, store->entries, store->count * sizeof *entries);
-  np_alloc_free(context, store->entries);
   store->entries = entries;
   store->count = count;
   return true;

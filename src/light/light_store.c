@@ -212,10 +212,8 @@ static void clear_entry(neph_context *context, np_light_store_entry *entry) {
 
 static bool grow(neph_context *context, np_light_store *store, unsigned count) {
   if (count <= store->count) return true;
-  np_light_store_entry(*entries)[NP_LIGHT_ROLES] = np_alloc(context, count, sizeof *entries);
+  np_light_store_entry(*entries)[NP_LIGHT_ROLES] = np_alloc_resize(context, store->entries, count, sizeof *entries);
   if (!entries) return false;
-  if (store->count) memcpy(entries, store->entries, store->count * sizeof *entries);
-  np_alloc_free(context, store->entries);
   store->entries = entries;
   store->count = count;
   return true;
