@@ -37,44 +37,53 @@ void NP_KERNEL(np_march_start_scaled)(np_march *m) {
   m->is_grey = is_grey(m->view);
 }
 
-/* Optical depths of the scaled medium and of its forward peak from a point to the sun. Returns the scaled one of the
- * band that is let through best. */
-static float track_scaled_depth(const np_march *m, np_dvec3 position, float error, np_spectrum *out_scaled,
-                                np_spectrum *out_peak) {
-  *out_scaled = *out_peak = np_spectrum_grey(0.0f);
+/* Optical depths from a point to the sun: of the scaled medium, of its forward peak, and of the medium whose peak is
+ * that of the least degree. */
+typedef struct sun_depths {
+  np_spectrum scaled, peak, least;
+} sun_depths;
+
+/* Returns the scaled depth of the band that is let through best. */
+static float track_depths(const np_march *m, np_dvec3 position, float error, sun_depths *out) {
+  *out = (sun_depths){0};
   float faded = 0.0f;
   for (unsigned v = 0; v < m->view->volume_count && faded < NP_FAINT_DEPTH; v++) {
     const np_view_volume *volume = &m->view->volumes[v];
-    const float forward = m->scatter->phases[v].forward;
+    const float forward = m->scatter->phases[v].forward, least_forward = m->scatter->phases[v].least_forward;
     const np_depth_question question = {1.0f - forward * np_spectrum_max(volume->albedo), error};
     const float own = np_march_find_cloud_depth(m->view, v, position, m->to_sun, &question, faded);
     faded += question.fade * own;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
-      const float peak = own * forward * volume->albedo.band[b];
-      out_peak->band[b] += peak;
-      out_scaled->band[b] += own - peak;
+      const float scattering = own * volume->albedo.band[b];
+      out->peak.band[b] += forward * scattering;
+      out->scaled.band[b] += own - forward * scattering;
+      out->least.band[b] += own - least_forward * scattering;
     }
   }
   return faded;
 }
 
-/* Sunlight at a place as the scaled medium lets it through, and what its peak has become on the way. */
+/* Sunlight at a place: before the clouds, as the scaled medium lets it through, and what its peak has become on the
+ * way; and, over the first, what was scattered narrowly: into the peak of the least degree, but not into that of the
+ * solution. */
 typedef struct sunlight {
   float depth;
-  np_spectrum irradiance, arriving;
+  np_spectrum outside, irradiance, arriving, narrow;
   np_peak_place place[NP_BAND_COUNT];
 } sunlight;
 
 static void find_sunlight(const np_march *m, np_dvec3 position, float error, sunlight *out) {
-  np_spectrum depth, peak;
   out->depth = NP_SUN_DEPTH_UNKNOWN;
-  out->irradiance = np_light_sun(m->view, position, m->to_sun);
-  if (np_spectrum_is_zero(out->irradiance)) return;
-  out->depth = track_scaled_depth(m, position, error, &depth, &peak);
-  out->irradiance = np_spectrum_multiply(out->irradiance, find_transmittance(m, depth));
-  out->arriving = find_transmittance(m, peak);
+  out->outside = out->irradiance = np_light_sun(m->view, position, m->to_sun);
+  if (np_spectrum_is_zero(out->outside)) return;
+  sun_depths depths;
+  out->depth = track_depths(m, position, error, &depths);
+  const np_spectrum passed = find_transmittance(m, depths.scaled);
+  out->irradiance = np_spectrum_multiply(out->outside, passed);
+  out->arriving = find_transmittance(m, depths.peak);
+  if (m->scatter->narrow) out->narrow = np_spectrum_subtract(find_transmittance(m, depths.least), passed);
   for (int b = 0; b < NP_BAND_COUNT; b++)
-    out->place[b] = b > 0 && m->is_grey ? out->place[0] : np_peak_place_find(peak.band[b]);
+    out->place[b] = b > 0 && m->is_grey ? out->place[0] : np_peak_place_find(depths.peak.band[b]);
 }
 
 /* Sunlight thrown towards the camera by each cloud of a step; `scattering` is its ϖτ times what one unit of that counts
@@ -96,12 +105,30 @@ static void add_sun(np_march *m, const np_step *s, const sunlight *sun, const np
   }
 }
 
-static void add_solution(np_march *m, np_dvec3 position, const np_step *s, const np_spectrum *scattering) {
+/* How much of the light that was scattered narrowly follows the depth of the straight way to the sun within a cell:
+ * measured where clouds are lit from behind (docs/accuracy.md). */
+static const float straightness = 0.75f;
+
+/* Sunlight scattered narrowly is what differs most from place to place within a cell: what the step has of it, less
+ * what the solution has. */
+static np_spectrum find_detail(const np_march *m, const np_light_moments *moments, const sunlight *sun) {
+  np_spectrum detail = np_spectrum_grey(0.0f);
+  if (!m->scatter->narrow || np_spectrum_is_zero(sun->outside)) return detail;
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++)
+    detail.band[b] = sun->outside.band[b] * (sun->narrow.band[b] - moments->narrow[b % m->scatter->band_count]);
+  return np_spectrum_scale(detail, straightness);
+}
+
+static void add_solution(np_march *m, np_dvec3 position, const np_step *s, const sunlight *sun,
+                         const np_spectrum *scattering) {
   np_light_moments moments;
   np_multi_scatter_gather(m->scatter, position, &moments);
+  const np_spectrum detail = find_detail(m, &moments, sun);
   for (unsigned i = 0; i < s->count; i++) {
-    const float *thrown = m->sun.peak[s->volume[i] - m->view->volumes].thrown;
-    const np_spectrum light = np_multi_scatter_throw(m->scatter, &moments, thrown);
+    const unsigned cloud = (unsigned)(s->volume[i] - m->view->volumes);
+    np_spectrum light = np_multi_scatter_throw(m->scatter, &moments, m->sun.peak[cloud].thrown);
+    light = np_spectrum_add_scaled(light, m->sun.peak[cloud].column.broad, detail);
+    for (int b = 0; b < NP_BAND_COUNT; b++) light.band[b] = np_maxf(light.band[b], 0.0f);
     np_march_add(m, NP_COMPONENT_MULTIPLE, 1.0f, np_spectrum_multiply(light, scattering[i]));
   }
 }
@@ -158,9 +185,9 @@ static void set_sun_rate(np_march *m, float before, float after, float apart) {
 static unsigned count_parts(np_march *m, const np_step *s, float depth, float error) {
   const float half = 0.5f * s->hiding;
   if (!is_sun_low(m) || depth < 2.0f * sun_rate_least * half) return 1;
-  np_spectrum scaled, peak;
+  sun_depths depths;
   const np_dvec3 begin = np_dvec3_along(m->ray->origin, m->ray->direction, s->begin);
-  set_sun_rate(m, track_scaled_depth(m, begin, error, &scaled, &peak), depth, half);
+  set_sun_rate(m, track_depths(m, begin, error, &depths), depth, half);
   return (unsigned)ceilf(cbrtf(m->sun_rate * m->sun_rate));
 }
 
@@ -195,7 +222,7 @@ static void light(np_march *m, const np_step *s, step_optics *optics, const sunl
     weight.band[b] *= depth > 1e-6f ? optics->scaled_opacity.band[b] / depth : 1.0f;
   }
   for (unsigned i = 0; i < s->count; i++) optics->scattering[i] = np_spectrum_multiply(optics->scattering[i], weight);
-  add_solution(m, find_middle(m, s), s, optics->scattering);
+  add_solution(m, find_middle(m, s), s, sun, optics->scattering);
   add_sun(m, s, sun, optics->scattering, find_transmittance(m, m->peak_depth));
 
   m->peak_depth = np_spectrum_add(m->peak_depth, half_peak);

@@ -24,6 +24,13 @@ typedef struct medium {
 
 enum { MEDIA = 2 };
 
+/* What the second medium lets through beyond the first in a live cell, times the length of ray that is lit by it, and
+ * that length, in units of a loss times the longest step; the same of all faces' rays in m³. */
+typedef struct surplus {
+  int64_t sum, length;
+  double volume, of_volume;
+} surplus;
+
 /* Parallel rays start on every face that the sun shines on, at low-discrepancy points, each for an equal area. */
 typedef struct sun_rays {
   const np_scene_view *view;
@@ -31,6 +38,7 @@ typedef struct sun_rays {
   np_transport_grid *grid;
   medium media[MEDIA];
   unsigned media_count;
+  surplus *surpluses;  /* of each live cell; NULL: there is one medium */
   double direction[3]; /* of flight */
   double step_m;       /* the longest */
   int face_axis;
@@ -90,17 +98,29 @@ static void count_loss(const medium *m, const np_transport_grid *g, int32_t live
     if (g->size[a] > 1) (void)__atomic_fetch_add(&l->moment[a], (int64_t)(offset[a] * lost), __ATOMIC_RELAXED);
 }
 
+/* In the middle of a step of `h`. */
+static void count_surplus(const sun_rays *r, int32_t live, double h, const double power[MEDIA],
+                          const double depth[MEDIA], double weight) {
+  surplus *s = &r->surpluses[live];
+  const double beyond = power[1] * exp(-0.5 * depth[1]) - power[0] * exp(-0.5 * depth[0]);
+  if (beyond > 0.0) (void)__atomic_fetch_add(&s->sum, (int64_t)(beyond * h / r->step_m), __ATOMIC_RELAXED);
+  (void)__atomic_fetch_add(&s->length, (int64_t)(weight * 0x1p32 * h / r->step_m), __ATOMIC_RELAXED);
+}
+
 /* What the media take from a step around `p`; `power` is what is left of the ray in each. */
-static void cross_step(const sun_rays *r, const double p[3], double h, double power[MEDIA]) {
+static void cross_step(const sun_rays *r, const double p[3], double h, double weight, double power[MEDIA]) {
   double depth[MEDIA] = {0.0}, offset[3];
   const np_dvec3 position = np_dvec3_make(p[0], p[1], p[2]);
   for (unsigned v = 0; v < r->view->volume_count; v++) {
     const double own = h * (double)np_view_extinction(&r->view->volumes[v], position);
     for (unsigned m = 0; m < r->media_count; m++) depth[m] += own * (double)r->media[m].scale[v];
   }
-  if (!(depth[0] > 0.0)) return;
+  const bool is_lost = depth[0] > 0.0;
+  if (!is_lost && !r->surpluses) return;
   const int32_t live = locate(r->grid, p, offset);
   if (live < 0) return;
+  if (r->surpluses) count_surplus(r, live, h, power, depth, weight);
+  if (!is_lost) return;
   for (unsigned m = 0; m < r->media_count; m++) {
     const double lost = -expm1(-depth[m]) * power[m];
     count_loss(&r->media[m], r->grid, live, offset, lost);
@@ -119,7 +139,7 @@ static void follow_ray(const sun_rays *r, const double start[3], double weight) 
     cross_step(r,
                (const double[3]){start[0] + middle * r->direction[0], start[1] + middle * r->direction[1],
                                  start[2] + middle * r->direction[2]},
-               h, power);
+               h, weight, power);
   }
 }
 
@@ -176,6 +196,12 @@ static neph_result light_face(sun_rays *r, int axis) {
   if (result) return result;
   double unit = 0x1p-32;
   for (int a = 0; a < 3; a++) unit *= a == axis ? 1.0 : find_length(g, a) / g->size[a];
+  for (size_t live = 0; live < g->live_count && r->surpluses; live++) {
+    surplus *s = &r->surpluses[live];
+    s->volume += unit * r->step_m * (double)s->sum;
+    s->of_volume += unit * r->step_m * (double)s->length;
+    s->sum = s->length = 0;
+  }
   for (unsigned m = 0; m < r->media_count; m++)
     for (size_t live = 0; live < g->live_count; live++) {
       loss *l = &r->media[m].losses[live];
@@ -227,6 +253,19 @@ static neph_result start_medium(sun_rays *r, np_transport_grid *grid) {
   return m->losses && m->power && m->moment && grid->deposit ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
+static neph_result start_surpluses(sun_rays *r, np_transport_grid *grid) {
+  r->surpluses = np_alloc(grid->context, grid->live_count, sizeof *r->surpluses);
+  grid->narrow = np_alloc(grid->context, grid->live_count, sizeof *grid->narrow);
+  return r->surpluses && grid->narrow ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static void keep_surpluses(const sun_rays *r, np_transport_grid *grid) {
+  for (size_t live = 0; live < grid->live_count && r->surpluses; live++) {
+    const surplus *s = &r->surpluses[live];
+    grid->narrow[live] = s->of_volume > 0.0 ? (float)(s->volume / s->of_volume) : 0.0f;
+  }
+}
+
 static void clear_medium(const np_transport_grid *g, medium *m) {
   np_alloc_free(g->context, m->losses);
   np_alloc_free(g->context, m->power);
@@ -252,9 +291,12 @@ neph_result np_transport_grid_light(const np_scene_view *view, np_monitor *monit
   find_direction(&r, view->to_sun, length);
   neph_result result = start_medium(&r, grid);
   if (!result && broad) result = start_medium(&r, broad);
+  if (!result && broad) result = start_surpluses(&r, grid);
   for (int axis = 0; axis < 3 && !result; axis++) result = light_face(&r, axis);
   if (!result) spread(grid, &r.media[0], grid->deposit);
   if (!result && broad) spread(grid, &r.media[1], broad->deposit);
+  if (!result) keep_surpluses(&r, grid);
   for (unsigned m = 0; m < r.media_count; m++) clear_medium(grid, &r.media[m]);
+  np_alloc_free(grid->context, r.surpluses);
   return result;
 }

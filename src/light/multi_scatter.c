@@ -226,16 +226,27 @@ static void add_importance(const solver *s, const float *moments) {
   }
 }
 
+/* What is taken out where the march puts in what is exact: in means over cells, as the moments have it. */
+static void keep_narrow(const solver *s, float *scratch) {
+  const np_transport_grid *g = &s->levels[0].grid;
+  const size_t count = g->live_count, bands = s->out->band_count;
+  memcpy(scratch, g->narrow, count * sizeof *scratch);
+  np_transport_grid_sharpen(g, 1, scratch, scratch + count);
+  for (size_t live = 0; live < count; live++) s->out->narrow[live * bands + s->band] = scratch[live];
+}
+
 static neph_result keep_band(solver *s) {
   const np_transport_level *finest = &s->levels[0];
-  const size_t floats = count_moments(&finest->grid), count = np_harmonics_count(finest->grid.degree);
+  const size_t floats = count_moments(&finest->grid);
+  const unsigned count = np_harmonics_count(finest->grid.degree);
   float *sharp = np_alloc(s->context, floats, 2 * sizeof *sharp);
   if (!sharp) return NEPH_ERROR_OUT_OF_MEMORY;
   memcpy(sharp, finest->phi, floats * sizeof *sharp);
-  np_transport_grid_sharpen(&finest->grid, sharp, sharp + floats);
+  np_transport_grid_sharpen(&finest->grid, count, sharp, sharp + floats);
   for (size_t live = 0; live < finest->grid.live_count; live++)
     memcpy(s->moments + (live * s->out->band_count + s->band) * count, sharp + live * count, count * sizeof *sharp);
   add_importance(s, sharp);
+  if (finest->grid.narrow) keep_narrow(s, sharp);
   np_alloc_free(s->context, sharp);
   return NEPH_OK;
 }
@@ -303,7 +314,9 @@ static neph_result start_bands(solver *s) {
   choose_bands(s);
   s->moments = np_alloc(s->context, count_moments(g), s->out->band_count * sizeof *s->moments);
   s->out->importance = np_alloc(s->context, g->live_count, sizeof *s->out->importance);
-  return s->moments && s->out->importance ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  if (g->narrow) s->out->narrow = np_alloc(s->context, g->live_count, s->out->band_count * sizeof *s->out->narrow);
+  const bool has_all = s->moments && s->out->importance && (s->out->narrow || !g->narrow);
+  return has_all ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 static neph_result pack(void *user, size_t begin, size_t end, unsigned thread) {
@@ -461,5 +474,6 @@ void np_multi_scatter_clear(np_multi_scatter *scatter) {
   np_transport_grid_clear(&scatter->grid);
   np_alloc_free(scatter->context, scatter->moments);
   np_alloc_free(scatter->context, scatter->importance);
+  np_alloc_free(scatter->context, scatter->narrow);
   *scatter = (np_multi_scatter){0};
 }

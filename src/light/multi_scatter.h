@@ -36,8 +36,10 @@ typedef struct np_multi_scatter {
   unsigned band_count; /* that are kept: 1 where they differ by a factor, `colour`, which else is 1 */
   np_spectrum colour;
   uint16_t
-      *moments; /* [live][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on */
-  float scale;  /* a power of two */
+      *moments;  /* [live][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on */
+  float scale;   /* a power of two */
+  float *narrow; /* [live][band]: of the moments, those of sunlight that was scattered narrowly, over its irradiance and
+                    harmonics (transport_grid.h); NULL: there is none */
   np_importance *importance; /* [live], in floats: it may fall by thirty decades */
   double residual;           /* relative, the worst band's */
   unsigned sweeps;           /* of the finest grid, all bands together */
@@ -60,6 +62,7 @@ void np_inflow_fill(const np_scene_view *view, const np_transport_desc *cells, c
 /* Moments of the radiance at one point, [band][harmonic], of the bands that are kept. */
 typedef struct np_light_moments {
   float value[NP_BAND_COUNT * NP_HARMONIC_COUNT_MAX];
+  float narrow[NP_BAND_COUNT];
 } np_light_moments;
 
 enum { NP_MOMENT_LANES = 16 }; /* numbers of harmonics are multiples of it */
@@ -82,7 +85,7 @@ static inline void np_moments_add(const uint16_t moments[NP_MOMENT_LANES], float
 }
 
 static inline void np_multi_scatter_add_cells(const np_multi_scatter *scatter, np_dvec3 position, unsigned width,
-                                              float *sum) {
+                                              np_light_moments *out) {
   int32_t live[8];
   float weight[8];
   const unsigned count = np_transport_grid_find(&scatter->grid, position, live, weight);
@@ -90,7 +93,12 @@ static inline void np_multi_scatter_add_cells(const np_multi_scatter *scatter, n
     float lanes[NP_MOMENT_LANES] = {0.0f};
     for (unsigned c = 0; c < count; c++)
       np_moments_add(scatter->moments + (size_t)live[c] * width + first, weight[c], lanes);
-    for (unsigned k = 0; k < NP_MOMENT_LANES; k++) sum[first + k] = scatter->scale * lanes[k];
+    for (unsigned k = 0; k < NP_MOMENT_LANES; k++) out->value[first + k] = scatter->scale * lanes[k];
+  }
+  for (unsigned b = 0; b < scatter->band_count && scatter->narrow; b++) {
+    out->narrow[b] = 0.0f;
+    for (unsigned c = 0; c < count; c++)
+      out->narrow[b] += weight[c] * scatter->narrow[(size_t)live[c] * scatter->band_count + b];
   }
 }
 
@@ -98,9 +106,9 @@ static inline void np_multi_scatter_add_cells(const np_multi_scatter *scatter, n
 static inline void np_multi_scatter_gather(const np_multi_scatter *scatter, np_dvec3 position, np_light_moments *out) {
   const unsigned width = scatter->band_count * np_harmonics_count(scatter->grid.degree);
   if (width == NP_HARMONIC_COUNT_MIN) {
-    np_multi_scatter_add_cells(scatter, position, NP_HARMONIC_COUNT_MIN, out->value);
+    np_multi_scatter_add_cells(scatter, position, NP_HARMONIC_COUNT_MIN, out);
   } else {
-    np_multi_scatter_add_cells(scatter, position, width, out->value);
+    np_multi_scatter_add_cells(scatter, position, width, out);
   }
 }
 

@@ -79,6 +79,7 @@ neph_result np_scaled_phase_init(neph_context *context, const np_phase *phase, u
   }
   np_phase_get_moments(phase, degree + 2, moments);
   out->forward = np_scaled_phase_find_forward(phase, degree);
+  out->least_forward = np_scaled_phase_find_forward(phase, NP_DEGREE_MIN);
   for (unsigned l = 0; l <= degree; l++) out->moments[l] = (float)moments[l] - out->forward;
   if (out->forward > 0.0f) {
     unsigned count = MOMENTS_MAX / 16;

@@ -272,5 +272,6 @@ void np_transport_grid_clear(np_transport_grid *grid) {
   np_alloc_free(grid->context, grid->extinction);
   np_alloc_free(grid->context, grid->ratio);
   np_alloc_free(grid->context, grid->deposit);
+  np_alloc_free(grid->context, grid->narrow);
   *grid = (np_transport_grid){0};
 }

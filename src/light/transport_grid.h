@@ -25,6 +25,8 @@ typedef struct np_transport_grid {
   float *ratio;                     /* [live][l], l ≤ N: scattering moment over extinction, both scaled */
   float scale[NP_VIEW_VOLUMES_MAX]; /* of each cloud: scaled extinction over extinction */
   float *deposit; /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse grids */
+  float *narrow;  /* sunlight scattered narrowly, its mean over the cell for a unit irradiance: what a medium of a lower
+                     degree lets through beyond this one; NULL: there is none */
 } np_transport_grid;
 
 typedef struct np_transport_desc {
@@ -65,8 +67,8 @@ float np_transport_grid_average_emission(const np_transport_grid *grid, const st
 neph_result np_transport_grid_broaden(const np_scene_view *view, unsigned band, unsigned degree,
                                       const np_transport_grid *fine, np_transport_grid *out);
 
-/* Follows the sun's rays and puts where they first collide into `deposit`, also of the same cells `broad`; NULL: there
- * are none. */
+/* Follows the sun's rays and puts where they first collide into `deposit`, also of the same cells `broad`, and what
+ * that lets through beyond `grid` into its `narrow`; NULL: there are none. */
 neph_result np_transport_grid_light(const np_scene_view *view, np_monitor *monitor, np_transport_grid *grid,
                                     np_transport_grid *broad);
 

@@ -166,8 +166,8 @@ void np_transport_level_resolve(const np_transport_lights *lights, const np_tran
 }
 
 /* Second differences over an eighth, for even cells; elsewhere φ″ by the parabola through three middles. */
-static void sharpen_cell(const np_transport_grid *g, int axis, size_t live, const float *from, float *phi) {
-  const unsigned count = np_harmonics_count(g->degree);
+static void sharpen_cell(const np_transport_grid *g, int axis, size_t live, unsigned count, const float *from,
+                         float *values) {
   int32_t at[3];
   np_transport_grid_split(g, g->cell[live], at);
   const int32_t below = np_transport_grid_neighbour(g, at, axis, -1),
@@ -183,14 +183,14 @@ static void sharpen_cell(const np_transport_grid *g, int axis, size_t live, cons
   }
   const float *middle = from + live * count;
   for (unsigned i = 0; i < count; i++)
-    phi[live * count + i] -=
+    values[live * count + i] -=
         down * (from[(size_t)below * count + i] - middle[i]) + up * (from[(size_t)above * count + i] - middle[i]);
 }
 
-void np_transport_grid_sharpen(const np_transport_grid *grid, float *phi, float *scratch) {
+void np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, float *values, float *scratch) {
   for (int axis = 0; axis < 3; axis++) {
     if (grid->size[axis] == 1) continue;
-    memcpy(scratch, phi, count_moments(grid) * sizeof *phi);
-    for (size_t live = 0; live < grid->live_count; live++) sharpen_cell(grid, axis, live, scratch, phi);
+    memcpy(scratch, values, grid->live_count * count * sizeof *values);
+    for (size_t live = 0; live < grid->live_count; live++) sharpen_cell(grid, axis, live, count, scratch, values);
   }
 }

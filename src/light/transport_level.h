@@ -45,8 +45,8 @@ void np_transport_level_prolong(const np_transport_level *coarse, np_transport_l
 void np_transport_level_resolve(const np_transport_lights *lights, const np_transport_level *broad,
                                 np_transport_level *fine);
 
-/* Makes means over cells, in `phi`, values that interpolate to the right curve. `scratch` takes a copy. */
-void np_transport_grid_sharpen(const np_transport_grid *grid, float *phi, float *scratch);
+/* Makes means over cells, `count` numbers each, values that interpolate to the right curve. `scratch` takes a copy. */
+void np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, float *values, float *scratch);
 
 /* Columns alone, whose axis is z: replaces the mean radiance and the flux in `phi`, the moments of a sweep, by those
  * that balance (column_balance.c). `scratch` takes NP_COLUMN_SCRATCH doubles a cell. */
