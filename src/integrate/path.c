@@ -418,6 +418,16 @@ static bool find_ground(const np_tracer *t, np_path_state *path, double distance
          path->ground.distance_m < distance;
 }
 
+/* What a flight ends with: this, or the air before it. */
+static np_path_event fly_through_air(const np_tracer *t, np_path_state *path, np_path_event end, double *distance) {
+  np_air_collision collision;
+  if (!t->settings->is_air_traced || !t->view->atmosphere || !collide_with_air(t, path, end, *distance, &collision))
+    return end;
+  *distance = collision.distance_m;
+  path->air = collision.air;
+  return NP_PATH_AIR;
+}
+
 /* Flies to the next vertex. */
 static np_path_event fly(const np_tracer *t, np_path_state *path) {
   const double reach = find_reach(t, path);
@@ -432,12 +442,7 @@ static np_path_event fly(const np_tracer *t, np_path_state *path) {
   }
   if (t->view->emission) collect_glow(t, path, distance);
   if (!t->settings->is_air_traced && (event == NP_PATH_SPACE || event == NP_PATH_GROUND)) return NP_PATH_SURROUNDINGS;
-  np_air_collision collision;
-  if (t->settings->is_air_traced && t->view->atmosphere && collide_with_air(t, path, event, distance, &collision)) {
-    event = NP_PATH_AIR;
-    distance = collision.distance_m;
-    path->air = collision.air;
-  }
+  event = fly_through_air(t, path, event, &distance);
   if (event != NP_PATH_SPACE) path->position = np_dvec3_along(path->position, path->direction, distance);
   return event;
 }
@@ -446,13 +451,8 @@ static np_path_event fly(const np_tracer *t, np_path_state *path) {
 static np_path_event fly_past_clouds(const np_tracer *t, np_path_state *path) {
   path->is_ground_ahead = find_ground(t, path, INFINITY);
   double distance = path->is_ground_ahead ? path->ground.distance_m : HUGE_VAL;
-  np_path_event event = path->is_ground_ahead ? NP_PATH_GROUND : NP_PATH_SPACE;
-  np_air_collision collision;
-  if (t->settings->is_air_traced && t->view->atmosphere && collide_with_air(t, path, event, distance, &collision)) {
-    event = NP_PATH_AIR;
-    distance = collision.distance_m;
-    path->air = collision.air;
-  }
+  const np_path_event end = path->is_ground_ahead ? NP_PATH_GROUND : NP_PATH_SPACE;
+  const np_path_event event = fly_through_air(t, path, end, &distance);
   const float transmittance = np_track_transmittance(t->view, path->position, path->direction, distance, t->random);
   path->throughput = np_spectrum_scale(path->throughput, transmittance);
   if (!t->settings->is_air_traced) return NP_PATH_SURROUNDINGS;

@@ -43,7 +43,7 @@ static void set_densities(const np_spectrum radiance[NP_SKY_GUIDE_CELLS], np_spe
   }
 }
 
-void np_sky_guide_build(const np_scene_view *view, np_dvec3 position, np_sky_guide *out) {
+void np_sky_guide_build(const np_scene_view *view, np_dvec3 position, float ray_cost, np_sky_guide *out) {
   np_spectrum radiance[NP_SKY_GUIDE_CELLS], mean = np_spectrum_grey(0.0f);
   for (int i = 0; i < NP_SKY_GUIDE_CELLS; i++) {
     radiance[i] = np_inflow_find_radiance(view, position, find_direction(i, 0.5f, 0.5f));
@@ -51,7 +51,7 @@ void np_sky_guide_build(const np_scene_view *view, np_dvec3 position, np_sky_gui
   }
   set_densities(radiance, mean, out);
   const float sun = find_value(np_light_sun(view, position, view->to_sun), mean);
-  out->rate = out->excess_sr / (4.0f * NP_PI_F + sun);
+  out->rate = out->excess_sr / ((4.0f * NP_PI_F + sun) * ray_cost);
   if (!(out->rate >= np_sky_guide_least_rate)) out->rate = 0.0f;
 }
 

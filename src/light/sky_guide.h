@@ -6,7 +6,8 @@
  * what is more than `np_sky_guide_bright` times as bright as the mean of the sphere is aimed at, by how much it is so.
  * That excess, as a share of all light, the sun's with it, is how much of a picture's noise can be its own, and it is
  * the rate at which it is aimed at too: a quarter at dusk, next to nothing where the sun shines on the clouds, and none
- * under a uniform sky. A rate below a twentieth would cost more than it brings, and nothing is aimed at.
+ * under a uniform sky. The dearer a ray, the fewer: through air that is traced one costs several times what it does to
+ * the tables. A rate below a twentieth brings less than it costs, and nothing is aimed at.
  */
 #ifndef NP_LIGHT_SKY_GUIDE_H
 #define NP_LIGHT_SKY_GUIDE_H
@@ -23,6 +24,9 @@ enum {
 
 static const float np_sky_guide_bright = 2.0f, np_sky_guide_least_rate = 0.05f;
 
+/* What a ray through air that is traced costs, in rays to the tables. */
+static const float np_sky_guide_traced_cost = 2.5f;
+
 typedef struct np_sky_guide {
   float rate;                           /* directions drawn at a vertex, below 1; 0: none */
   float excess_sr;                      /* ∫ of what is aimed at, in units of the mean radiance */
@@ -30,8 +34,8 @@ typedef struct np_sky_guide {
   float cumulative[NP_SKY_GUIDE_CELLS]; /* share of this cell and those before it */
 } np_sky_guide;
 
-/* Surveys sky and ground from a place among the clouds. Bands count by their own means. */
-void np_sky_guide_build(const np_scene_view *view, np_dvec3 position, np_sky_guide *out);
+/* Surveys sky and ground from a place among the clouds, for rays of this cost. Bands count by their own means. */
+void np_sky_guide_build(const np_scene_view *view, np_dvec3 position, float ray_cost, np_sky_guide *out);
 
 /* A direction, drawn with this density, 1/sr. */
 np_vec3 np_sky_guide_draw(const np_sky_guide *guide, np_random *random, float *out_density);

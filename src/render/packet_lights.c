@@ -285,7 +285,8 @@ static neph_result build_air_shadow(const np_packet_lights_desc *d, np_packet_li
 static void build_sky_guide(const np_packet_lights_desc *d, np_packet_light *out) {
   const np_assembly *a = d->assembly;
   if (d->plan->desc.integrator != NEPH_INTEGRATOR_PATH || !out->cloud_sky) return;
-  np_sky_guide_build(&out->view, find_clouds_middle(a), &out->sky_guide);
+  const float cost = np_plan_traces_air(d->plan) ? np_sky_guide_traced_cost : 1.0f;
+  np_sky_guide_build(&out->view, find_clouds_middle(a), cost, &out->sky_guide);
   if (out->sky_guide.rate > 0.0f) out->view.sky_guide = &out->sky_guide;
 }
 
