@@ -121,8 +121,7 @@ static inline np_spectrum np_emission_dim(const np_scene_view *view, np_dvec3 or
 /* ∫ j ds up to a free flight's end among clouds, which makes ∫ j·T ds in the mean: one place, drawn evenly, in each
  * step. Through air where `has_air`. */
 static inline np_spectrum np_emission_collect(const np_scene_view *view, np_dvec3 origin, np_vec3 direction,
-                                              double distance_end, float step_voxels, bool has_air,
-                                              np_random *random) {
+                                              double distance_end, float step_voxels, bool has_air, np_random *random) {
   const np_emission *emission = view->emission;
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (unsigned g = 0; g < emission->glow_count; g++) {
@@ -192,9 +191,9 @@ static inline np_spectrum np_emission_along(const np_scene_view *view, np_dvec3 
 /* ---- By steps ---- */
 
 /* j goes by a high power of the temperature, the twentieth in a dark flame, and is sharper than the grids it is made
- * of.
+ * of: steps of half a voxel lose 0.6 % of it, these 0.2 %.
  */
-static const float np_emission_march_step_voxels = 0.5f;
+static const float np_emission_march_step_voxels = 0.25f;
 
 /* A flame may be a thousand times brighter than the smoke before it is in the sun. */
 static const float np_emission_faint_transmittance = 1e-6f;
