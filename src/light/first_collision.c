@@ -98,18 +98,16 @@ static void count_loss(const medium *m, const np_transport_grid *g, int32_t live
     if (g->size[a] > 1) (void)__atomic_fetch_add(&l->moment[a], (int64_t)(offset[a] * lost), __ATOMIC_RELAXED);
 }
 
-/* In the middle of a step of `h`. */
-static void count_surplus(const sun_rays *r, int32_t live, double h, const double power[MEDIA],
-                          const double depth[MEDIA], double weight) {
+/* Of a step that is a share of the longest: what the second medium has left beyond the first in its middle. */
+static void count_surplus(const sun_rays *r, int32_t live, double share, double beyond, double weight) {
   surplus *s = &r->surpluses[live];
-  const double beyond = power[1] * exp(-0.5 * depth[1]) - power[0] * exp(-0.5 * depth[0]);
-  if (beyond > 0.0) (void)__atomic_fetch_add(&s->sum, (int64_t)(beyond * h / r->step_m), __ATOMIC_RELAXED);
-  (void)__atomic_fetch_add(&s->length, (int64_t)(weight * 0x1p32 * h / r->step_m), __ATOMIC_RELAXED);
+  if (beyond > 0.0) (void)__atomic_fetch_add(&s->sum, (int64_t)(beyond * share), __ATOMIC_RELAXED);
+  (void)__atomic_fetch_add(&s->length, (int64_t)(weight * 0x1p32 * share), __ATOMIC_RELAXED);
 }
 
 /* What the media take from a step around `p`; `power` is what is left of the ray in each. */
 static void cross_step(const sun_rays *r, const double p[3], double h, double weight, double power[MEDIA]) {
-  double depth[MEDIA] = {0.0}, offset[3];
+  double depth[MEDIA] = {0.0}, middle[MEDIA] = {power[0], power[1]}, offset[3];
   const np_dvec3 position = np_dvec3_make(p[0], p[1], p[2]);
   for (unsigned v = 0; v < r->view->volume_count; v++) {
     const double own = h * (double)np_view_extinction(&r->view->volumes[v], position);
@@ -119,13 +117,13 @@ static void cross_step(const sun_rays *r, const double p[3], double h, double we
   if (!is_lost && !r->surpluses) return;
   const int32_t live = locate(r->grid, p, offset);
   if (live < 0) return;
-  if (r->surpluses) count_surplus(r, live, h, power, depth, weight);
-  if (!is_lost) return;
-  for (unsigned m = 0; m < r->media_count; m++) {
+  for (unsigned m = 0; m < r->media_count && is_lost; m++) {
     const double lost = -expm1(-depth[m]) * power[m];
     count_loss(&r->media[m], r->grid, live, offset, lost);
+    middle[m] -= 0.5 * lost;
     power[m] -= lost;
   }
+  if (r->surpluses) count_surplus(r, live, h / r->step_m, middle[1] - middle[0], weight);
 }
 
 /* `weight` is the ray's area over that of a cell's share in the units. */
