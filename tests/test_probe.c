@@ -169,8 +169,8 @@ static void radiances_of_peaked_slabs_are_right(void **state) {
   assert_right(*state, false, 20, 5e-3);
 }
 
-/* What comes through slabs that absorb, down to 10⁻¹⁵ of what falls in: without a solution to split paths by, none of
- * them finds it. */
+/* What comes through slabs that absorb, down to 7·10⁻⁶ of what falls in: without a solution to split paths by, few or
+ * none find it. */
 static void split_paths_find_what_comes_through(void **state) {
   static const pick picks[] = {
       {"0", "0.9", "16", "0.5", NULL, NULL},     {"0", "0.9", "16", "diffuse", NULL, NULL},
