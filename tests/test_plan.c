@@ -41,6 +41,7 @@ static void test_only_what_is_needed_runs(void **state) {
   assert_plan(*state, CLOUD "environment: {planet: none, radiance: 1}\nsun: {irradiance: 0}", "x-----x--x---x");
   assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x-x---xx-xx--x");
   assert_plan(*state, CLOUD "render: {integrator: path}", "x-x--xxx-----x");
+  assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x-x-xxxx-----x");
   assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x-xxxxxx---x-x");
   assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x-xxxxxx---x-x");
   assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x-xxxxxx---xxx");
