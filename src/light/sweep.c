@@ -38,11 +38,40 @@ static neph_result fill_widths(np_sweep *s, int axis) {
   return NEPH_OK;
 }
 
+/* Cells of a row up to its last with cloud, in the order in which light passes them. */
+static int32_t find_last_live(const np_transport_grid *g, unsigned octant, int32_t row) {
+  const int32_t width = g->size[0], *live = g->live + (size_t)row * (size_t)width;
+  int32_t n = width;
+  while (n > 0 && live[octant & 1u ? width - n : n - 1] < 0) n--;
+  return n;
+}
+
+/* Light goes on in all three axes: what lies in a row and behind all cloud in the rows that follow is lost to it. What
+ * leaves through a wrapped side comes back, and all counts. */
+static neph_result fill_reach(np_sweep *s, unsigned octant) {
+  const np_transport_grid *g = s->grid;
+  const int32_t rows = g->size[1], layers = g->size[2];
+  const bool is_wrapped = g->is_wrapped[0] || g->is_wrapped[1] || g->is_wrapped[2];
+  int32_t *reach = s->reach[octant] = np_alloc(s->context, (size_t)rows * (size_t)layers, sizeof *reach);
+  if (!reach) return NEPH_ERROR_OUT_OF_MEMORY;
+  const int32_t next_row = octant & 2u ? -1 : 1, next_layer = octant & 4u ? -rows : rows;
+  for (int32_t m = layers; m-- > 0;)
+    for (int32_t n = rows; n-- > 0;) {
+      const int32_t row = (octant & 4u ? layers - 1 - m : m) * rows + (octant & 2u ? rows - 1 - n : n);
+      int32_t most = is_wrapped ? g->size[0] : find_last_live(g, octant, row);
+      if (n + 1 < rows && reach[row + next_row] > most) most = reach[row + next_row];
+      if (m + 1 < layers && reach[row + next_layer] > most) most = reach[row + next_layer];
+      reach[row] = most;
+    }
+  return NEPH_OK;
+}
+
 neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_transport_grid *grid,
                           const np_ordinates *ordinates, np_sweep *out) {
   *out = (np_sweep){.context = context, .monitor = monitor, .grid = grid, .ordinates = ordinates};
   neph_result result = NEPH_OK;
   for (int axis = 0; axis < 3 && !result; axis++) result = fill_widths(out, axis);
+  for (unsigned octant = 0; octant < NP_OCTANT_COUNT && !result; octant++) result = fill_reach(out, octant);
   for (unsigned group = 0; group < NP_SWEEP_GROUPS && !result; group++) result = allocate_faces(out, group);
   if (result) np_sweep_clear(out);
   return result;
@@ -55,6 +84,7 @@ void np_sweep_clear(np_sweep *s) {
     np_alloc_free(s->context, s->faces[group].z);
     np_alloc_free(s->context, s->out[group]);
   }
+  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++) np_alloc_free(s->context, s->reach[octant]);
   for (int axis = 0; axis < 3; axis++) np_alloc_free(s->context, s->inverse_m[axis]);
   *s = (np_sweep){0};
 }

@@ -21,6 +21,8 @@ typedef struct np_sweep {
   np_monitor *monitor;
   const np_transport_grid *grid;
   const np_ordinates *ordinates;
+  int32_t *reach[NP_OCTANT_COUNT]; /* of each row [k][j]: cells from where light enters it to the last from which it can
+                                      come to cloud */
   float *inverse_m[3]; /* 1/width of the cells along each axis; 0 where light cannot tell how wide a cell is */
   np_sweep_faces faces[NP_SWEEP_GROUPS];
   float *out[NP_SWEEP_GROUPS]; /* [live][harmonic] */

@@ -28,6 +28,7 @@ typedef struct flow {
   lanes cosine[3];
   lanes inflow;
   bool is_backward[3];
+  const int32_t *reach; /* as in np_sweep */
   lanes *x, *y, *z; /* faces, as in np_sweep_faces */
   float *out;
 } flow;
@@ -115,7 +116,8 @@ static inline void cross_cells(const flow *f, int32_t j, int32_t k, lanes *x, un
   const float *inverse = f->sweep->inverse_m[0];
   lanes rate[3] = {{0}, f->cosine[1] * f->sweep->inverse_m[1][j], f->cosine[2] * f->sweep->inverse_m[2][k]};
   lanes *y = f->y + (size_t)k * (size_t)width, *z = f->z + (size_t)j * (size_t)width;
-  for (int32_t n = 0; n < width; n++) {
+  const int32_t reach = f->reach[k * grid->size[1] + j];
+  for (int32_t n = 0; n < reach; n++) {
     const int32_t i = f->is_backward[0] ? width - 1 - n : n;
     rate[0] = f->cosine[0] * inverse[i];
     cross_cell(f, rate, live[i], (lanes *const[3]){x, &y[i], &z[i]}, count);
@@ -138,21 +140,6 @@ static void enter(const flow *f, lanes *faces, int axis) {
   for (int32_t i = 0; i < f->sweep->grid->size[0]; i++) faces[i] = f->inflow;
 }
 
-static void cross_tile(const flow *f, int32_t tile_y, int32_t tile_z) {
-  const int32_t *size = f->sweep->grid->size;
-  const int32_t first_y = tile_y * NP_SWEEP_TILE, first_z = tile_z * NP_SWEEP_TILE;
-  for (int32_t m = first_z; m < first_z + NP_SWEEP_TILE && m < size[2]; m++) {
-    const int32_t k = f->is_backward[2] ? size[2] - 1 - m : m;
-    if (np_monitor_is_cancelled(f->sweep->monitor)) return;
-    for (int32_t n = first_y; n < first_y + NP_SWEEP_TILE && n < size[1]; n++) {
-      const int32_t j = f->is_backward[1] ? size[1] - 1 - n : n;
-      if (n == 0) enter(f, &f->y[k * size[0]], 1);
-      if (m == 0) enter(f, &f->z[j * size[0]], 2);
-      cross_row(f, j, k);
-    }
-  }
-}
-
 /* One octant of a group. */
 static void start_flow(const np_sweep *sweep, unsigned group, unsigned turn, unsigned block, flow *out) {
   const np_ordinates *o = sweep->ordinates;
@@ -165,6 +152,7 @@ static void start_flow(const np_sweep *sweep, unsigned group, unsigned turn, uns
                 .harmonic = o->harmonic[octant][block],
                 .weighted = o->weighted[octant][block],
                 .inflow = *(const lanes *)sweep->inflow[octant][block],
+                .reach = sweep->reach[octant],
                 .x = (lanes *)faces->x + part * (size_t)size[1] * (size_t)size[2],
                 .y = (lanes *)faces->y + part * (size_t)size[0] * (size_t)size[2],
                 .z = (lanes *)faces->z + part * (size_t)size[0] * (size_t)size[1],
@@ -175,11 +163,24 @@ static void start_flow(const np_sweep *sweep, unsigned group, unsigned turn, uns
   }
 }
 
+/* Row by row, each in all directions while what it keeps is at hand. */
 void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned group, int32_t tile_y, int32_t tile_z) {
+  const int32_t *size = sweep->grid->size, first_y = tile_y * NP_SWEEP_TILE, first_z = tile_z * NP_SWEEP_TILE;
+  flow flows[NP_SWEEP_OCTANTS * NP_ORDINATE_BLOCKS_MAX];
+  unsigned count = 0;
   for (unsigned turn = 0; turn < NP_SWEEP_OCTANTS; turn++)
-    for (unsigned block = 0; block < sweep->ordinates->block_count; block++) {
-      flow f;
-      start_flow(sweep, group, turn, block, &f);
-      cross_tile(&f, tile_y, tile_z);
+    for (unsigned block = 0; block < sweep->ordinates->block_count; block++)
+      start_flow(sweep, group, turn, block, &flows[count++]);
+  for (int32_t m = first_z; m < first_z + NP_SWEEP_TILE && m < size[2]; m++) {
+    const int32_t k = flows->is_backward[2] ? size[2] - 1 - m : m;
+    if (np_monitor_is_cancelled(sweep->monitor)) return;
+    for (int32_t n = first_y; n < first_y + NP_SWEEP_TILE && n < size[1]; n++) {
+      const int32_t j = flows->is_backward[1] ? size[1] - 1 - n : n;
+      for (const flow *f = flows; f < flows + count; f++) {
+        if (n == 0) enter(f, &f->y[k * size[0]], 1);
+        if (m == 0) enter(f, &f->z[j * size[0]], 2);
+        cross_row(f, j, k);
+      }
     }
+  }
 }
