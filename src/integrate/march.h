@@ -9,6 +9,7 @@
 #include "integrate/step.h"
 #include "light/multi_scatter.h"
 #include "light/sun_cache.h"
+#include "light/viewer_light.h"
 
 typedef struct np_march {
   const np_scene_view *view;
@@ -23,7 +24,9 @@ typedef struct np_march {
   float step_length_m; /* of the longest */
   np_integrator_sample *out;
 
-  const np_multi_scatter *scatter; /* NULL: a look stands for it */
+  const np_multi_scatter *scatter;     /* NULL: a look stands for it */
+  const np_viewer_light *viewer_light; /* of it, for this ray; NULL: none */
+  bool has_thrown;
   bool is_grey;                    /* all clouds are of one albedo in all bands */
   np_spectrum scaled;              /* transmittance of the scaled medium; grey 1 stays where there is none */
   np_spectrum peak_depth;          /* optical depth that the scaled medium has less */
@@ -36,7 +39,7 @@ typedef struct np_march {
     float phase[NP_VIEW_VOLUMES_MAX][NP_LOOK_TERMS_MAX]; /* np_look_fill_phases() */
     struct {
       np_peak_column column;
-      float thrown[NP_HARMONIC_COUNT_MAX]; /* to the camera, of the solution's moments */
+      float thrown[NP_HARMONIC_COUNT_MAX]; /* to the camera, of the solution's moments, where `has_thrown` */
     } peak[NP_VIEW_VOLUMES_MAX];
   } sun;
 } np_march;

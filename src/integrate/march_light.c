@@ -25,15 +25,15 @@ static np_spectrum find_opacity(const np_march *m, np_spectrum depth) {
   return np_spectrum_make(first, -expm1f(-depth.band[1]), -expm1f(-depth.band[2]));
 }
 
+static bool is_same_place(np_dvec3 a, np_dvec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+
 void NP_KERNEL(np_march_start_scaled)(np_march *m) {
   const float versine = np_march_find_sun_versine(m);
-  float harmonics[NP_HARMONIC_COUNT_MAX]; /* towards the camera */
-  np_harmonics_eval(m->scatter->grid.degree, np_vec3_scale(m->ray->direction, -1.0f), harmonics);
-  for (unsigned i = 0; i < m->view->volume_count; i++) {
-    const np_scaled_phase *phase = &m->scatter->phases[i];
-    np_scaled_phase_fill_column(phase, versine, &m->sun.peak[i].column);
-    np_multi_scatter_fill_thrown(phase, harmonics, m->sun.peak[i].thrown);
-  }
+  for (unsigned i = 0; i < m->view->volume_count; i++)
+    np_scaled_phase_fill_column(&m->scatter->phases[i], versine, &m->sun.peak[i].column);
+  const np_viewer_light *prepared = m->view->viewer_light;
+  m->viewer_light = prepared && is_same_place(prepared->viewer, m->ray->origin) ? prepared : NULL;
+  m->has_thrown = false;
   m->is_grey = is_grey(m->view);
 }
 
@@ -105,28 +105,59 @@ static void add_sun(np_march *m, const np_step *s, const sunlight *sun, const np
   }
 }
 
+static void fill_thrown(np_march *m) {
+  float harmonics[NP_HARMONIC_COUNT_MAX]; /* towards the camera */
+  np_harmonics_eval(m->scatter->grid.degree, np_vec3_scale(m->ray->direction, -1.0f), harmonics);
+  for (unsigned i = 0; i < m->view->volume_count; i++)
+    np_multi_scatter_fill_thrown(&m->scatter->phases[i], harmonics, m->sun.peak[i].thrown);
+  m->has_thrown = true;
+}
+
+/* The solution at a place: the cells around it, for which light towards the camera is prepared, or its moments. */
+typedef struct solution {
+  bool is_prepared;
+  np_viewer_place cells;
+  np_light_moments moments;
+} solution;
+
+static void find_solution(np_march *m, const np_step *s, np_dvec3 position, solution *out) {
+  out->is_prepared = m->viewer_light && np_step_middle(s) >= m->viewer_light->distance_min;
+  if (out->is_prepared) {
+    np_viewer_place_find(m->scatter, position, &out->cells);
+    return;
+  }
+  if (!m->has_thrown) fill_thrown(m);
+  np_multi_scatter_gather(m->scatter, position, &out->moments);
+}
+
+static np_spectrum throw_solution(const np_march *m, const solution *solution, unsigned cloud) {
+  if (solution->is_prepared) return np_viewer_light_throw(m->viewer_light, m->scatter, &solution->cells, cloud);
+  return np_multi_scatter_throw(m->scatter, &solution->moments, m->sun.peak[cloud].thrown);
+}
+
 /* How much of the light that was scattered narrowly follows the depth of the straight way to the sun within a cell:
  * measured where clouds are lit from behind (docs/accuracy.md). */
 static const float straightness = 0.75f;
 
 /* Sunlight scattered narrowly is what differs most from place to place within a cell: what the step has of it, less
  * what the solution has. */
-static np_spectrum find_detail(const np_march *m, const np_light_moments *moments, const sunlight *sun) {
+static np_spectrum find_detail(const np_march *m, const solution *solution, const sunlight *sun) {
   np_spectrum detail = np_spectrum_grey(0.0f);
   if (!m->scatter->narrow || np_spectrum_is_zero(sun->outside)) return detail;
+  const float *mean = solution->is_prepared ? solution->cells.narrow : solution->moments.narrow;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
-    detail.band[b] = sun->outside.band[b] * (sun->narrow.band[b] - moments->narrow[b % m->scatter->band_count]);
+    detail.band[b] = sun->outside.band[b] * (sun->narrow.band[b] - mean[b % m->scatter->band_count]);
   return np_spectrum_scale(detail, straightness);
 }
 
 static void add_solution(np_march *m, np_dvec3 position, const np_step *s, const sunlight *sun,
                          const np_spectrum *scattering) {
-  np_light_moments moments;
-  np_multi_scatter_gather(m->scatter, position, &moments);
-  const np_spectrum detail = find_detail(m, &moments, sun);
+  solution solution;
+  find_solution(m, s, position, &solution);
+  const np_spectrum detail = find_detail(m, &solution, sun);
   for (unsigned i = 0; i < s->count; i++) {
     const unsigned cloud = (unsigned)(s->volume[i] - m->view->volumes);
-    np_spectrum light = np_multi_scatter_throw(m->scatter, &moments, m->sun.peak[cloud].thrown);
+    np_spectrum light = throw_solution(m, &solution, cloud);
     light = np_spectrum_add_scaled(light, m->sun.peak[cloud].column.broad, detail);
     for (int b = 0; b < NP_BAND_COUNT; b++) light.band[b] = np_maxf(light.band[b], 0.0f);
     np_march_add(m, NP_COMPONENT_MULTIPLE, 1.0f, np_spectrum_multiply(light, scattering[i]));

@@ -84,6 +84,14 @@ static inline void np_moments_add(const uint16_t moments[NP_MOMENT_LANES], float
 #endif
 }
 
+static inline void np_multi_scatter_average_narrow(const np_multi_scatter *scatter, const int32_t live[8],
+                                                   const float weight[8], unsigned count, float out[NP_BAND_COUNT]) {
+  for (unsigned b = 0; b < scatter->band_count && scatter->narrow; b++) {
+    out[b] = 0.0f;
+    for (unsigned c = 0; c < count; c++) out[b] += weight[c] * scatter->narrow[(size_t)live[c] * scatter->band_count + b];
+  }
+}
+
 static inline void np_multi_scatter_add_cells(const np_multi_scatter *scatter, np_dvec3 position, unsigned width,
                                               np_light_moments *out) {
   int32_t live[8];
@@ -95,11 +103,7 @@ static inline void np_multi_scatter_add_cells(const np_multi_scatter *scatter, n
       np_moments_add(scatter->moments + (size_t)live[c] * width + first, weight[c], lanes);
     for (unsigned k = 0; k < NP_MOMENT_LANES; k++) out->value[first + k] = scatter->scale * lanes[k];
   }
-  for (unsigned b = 0; b < scatter->band_count && scatter->narrow; b++) {
-    out->narrow[b] = 0.0f;
-    for (unsigned c = 0; c < count; c++)
-      out->narrow[b] += weight[c] * scatter->narrow[(size_t)live[c] * scatter->band_count + b];
-  }
+  np_multi_scatter_average_narrow(scatter, live, weight, count, out->narrow);
 }
 
 /* The least number of harmonics, which the largest clouds have, is known to the compiler. */

@@ -39,6 +39,7 @@ struct np_emission;
 struct np_sun_cache;
 struct np_ground_cache;
 struct np_air_shadow;
+struct np_viewer_light;
 
 typedef struct np_scene_view {
   unsigned volume_count; /* at most NP_VIEW_VOLUMES_MAX */
@@ -68,6 +69,7 @@ typedef struct np_scene_view {
   const struct np_emission *emission;           /* NULL: nothing glows, or it does in another view */
   const struct np_sky_guide *sky_guide;         /* NULL: sky and ground are met by chance alone */
   const struct np_multi_scatter *multi_scatter; /* NULL: not solved for */
+  const struct np_viewer_light *viewer_light;   /* of that solution, for rays from its viewer; NULL: not prepared */
   const struct np_sun_cache *sun_cache;         /* NULL: depths towards the sun are walked for */
   const struct np_ground_cache *ground_cache;   /* NULL: the sky over the ground is taken as clear */
   const struct np_air_shadow *air_shadow;       /* of the camera's sky; NULL: clear */

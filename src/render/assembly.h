@@ -10,6 +10,7 @@
 #include "light/light_store.h"
 #include "light/sky_guide.h"
 #include "light/sun_cache.h"
+#include "light/viewer_light.h"
 #include "render/cloud_glow.h"
 #include "render/star_field.h"
 #include "scene/plan.h"
@@ -20,6 +21,7 @@ typedef struct np_packet_light {
   bool is_moon;
   neph_sky *camera_sky, *cloud_sky;
   np_multi_scatter multi_scatter; /* empty when not needed */
+  np_viewer_light viewer_light;   /* likewise */
   np_ground_cache ground_cache;   /* likewise */
   np_air_shadow air_shadow;       /* likewise */
   np_sky_guide sky_guide;         /* likewise */

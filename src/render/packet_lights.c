@@ -222,6 +222,16 @@ static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_
   return result;
 }
 
+/* The tracer asks for light in all directions; so it has none prepared for the camera's. */
+static neph_result build_viewer_light(const np_packet_lights_desc *d, np_packet_light *out) {
+  if (d->plan->desc.integrator != NEPH_INTEGRATOR_MARCH) return NEPH_OK;
+  const np_assembly *a = d->assembly;
+  neph_result result =
+      np_viewer_light_build(a->context, &out->multi_scatter, a->camera.origin, d->monitor, &out->viewer_light);
+  if (!result) out->view.viewer_light = &out->viewer_light;
+  return result;
+}
+
 static neph_result build_ground_cache(const np_packet_lights_desc *d, np_packet_light *out) {
   const np_assembly *a = d->assembly;
   neph_result result =
@@ -299,7 +309,10 @@ static neph_result build_light(const np_packet_lights_desc *d, const light *l, n
   fill_view(d, packet, l, is_first, out);
   build_sky_guide(d, out);
   if (needs(d->plan, NP_STAGE_SUN_DEPTH)) result = build_sun_cache(d, out);
-  if (!result && needs(d->plan, NP_STAGE_ORDINATES)) result = build_multi_scatter(d, packet, out);
+  if (!result && needs(d->plan, NP_STAGE_ORDINATES)) {
+    result = build_multi_scatter(d, packet, out);
+    if (!result) result = build_viewer_light(d, out);
+  }
   if (!result && needs(d->plan, NP_STAGE_GROUND_CLOUDS)) result = build_ground_cache(d, out);
   if (!result && needs(d->plan, NP_STAGE_AIR_SHADOWS)) result = build_air_shadow(d, out);
   return result;
@@ -326,6 +339,7 @@ void np_packet_lights_clear(const np_assembly *assembly, np_packet *packet, neph
   memset(out_skies, 0, NP_SKY_ROLES * sizeof(neph_sky *));
   for (unsigned i = 0; i < packet->light_count; i++) {
     np_packet_light *own = &packet->lights[i];
+    np_viewer_light_clear(&own->viewer_light);
     np_ground_cache_clear(&own->ground_cache);
     np_air_shadow_clear(&own->air_shadow);
     np_light_store_give(assembly->lights, index, get_light_role(own->is_moon), &own->multi_scatter);

@@ -1,0 +1,172 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light prepared for a viewer is that of the moments, as far as cells are seen from one direction; the march along a
+ * ray from there sees the same cloud; threads change no bit; failures leave nothing. */
+#include "light/viewer_light.h"
+
+#include "core/random.h"
+#include "test_rays.h"
+#include "test_volumes.h"
+
+enum { CLOUDS = 3 };
+
+/* Three lumpy balls 20 m apart, the last of them like the first. */
+typedef struct fixture {
+  neph_context *context;
+  neph_volume *volume;
+  np_view_volume placed[CLOUDS];
+  np_scene_view view;
+  np_multi_scatter scatter;
+} fixture;
+
+static void start(fixture *f, unsigned threads) {
+  *f = (fixture){.context = test_context_create(threads, NULL)};
+  f->volume = test_volume_create_centred(f->context, TEST_EDGE, test_lumpy_ball);
+  for (int v = 0; v < CLOUDS; v++) {
+    const np_phase phase = v == 1 ? np_phase_two_lobe(0.5f, -0.3f, 0.3f) : np_phase_henyey_greenstein(0.7f);
+    f->placed[v] = test_volume_place(f->volume, 0.5f, phase);
+    f->placed[v].world_to_index.m[0][3] -= 20.0 * (v - 1);
+    f->placed[v].albedo = np_spectrum_make(1.0f, 0.9f, 0.5f);
+  }
+  f->view = (np_scene_view){.volume_count = CLOUDS,
+                            .volumes = f->placed,
+                            .sun_irradiance = np_spectrum_grey(1.0f),
+                            .to_sun = {0.6f, 0.0f, 0.8f}};
+  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
+  desc.cells.bounds_min = np_dvec3_make(-32.0, -12.0, -12.0);
+  desc.cells.bounds_max = np_dvec3_make(32.0, 12.0, 12.0);
+  assert_int_equal(np_multi_scatter_build(f->context, &f->view, &desc, NULL, &f->scatter), NEPH_OK);
+  f->view.multi_scatter = &f->scatter;
+}
+
+static void end(fixture *f) {
+  np_multi_scatter_clear(&f->scatter);
+  neph_volume_release(f->volume);
+  neph_context_destroy(f->context);
+}
+
+static np_viewer_light build(const fixture *f, np_dvec3 viewer) {
+  np_viewer_light light;
+  assert_int_equal(np_viewer_light_build(f->context, &f->scatter, viewer, NULL, &light), NEPH_OK);
+  return light;
+}
+
+/* A place in a cloud, and what that throws to a viewer of all moments. */
+static np_dvec3 draw_place(np_random *random, unsigned cloud) {
+  const double x = np_random_double(random), y = np_random_double(random), z = np_random_double(random);
+  return np_dvec3_make(20.0 * (cloud - 1.0) + 12.0 * x - 6.0, 12.0 * y - 6.0, 12.0 * z - 6.0);
+}
+
+static np_spectrum throw_moments(const fixture *f, np_dvec3 place, np_dvec3 viewer, unsigned cloud) {
+  float harmonics[NP_HARMONIC_COUNT_MAX], thrown[NP_HARMONIC_COUNT_MAX];
+  np_light_moments moments;
+  const np_dvec3 way = np_dvec3_normalize(np_dvec3_subtract(viewer, place));
+  np_harmonics_eval(f->scatter.grid.degree, np_dvec3_to_float(way), harmonics);
+  np_multi_scatter_fill_thrown(&f->scatter.phases[cloud], harmonics, thrown);
+  np_multi_scatter_gather(&f->scatter, place, &moments);
+  return np_multi_scatter_throw(&f->scatter, &moments, thrown);
+}
+
+/* Root mean square over places and bands of the difference, over the mean. */
+static double measure_difference(const fixture *f, np_dvec3 viewer) {
+  np_viewer_light light = build(f, viewer);
+  np_random random = np_random_start(1, 2, 3, 4, 5);
+  double squares = 0.0, sum = 0.0;
+  int count = 0;
+  for (unsigned n = 0; n < 6000; n++) {
+    const np_dvec3 at = draw_place(&random, n % CLOUDS);
+    if (np_dvec3_length(np_dvec3_subtract(at, viewer)) < light.distance_min) continue;
+    const np_spectrum truth = throw_moments(f, at, viewer, n % CLOUDS);
+    np_viewer_place place;
+    np_viewer_place_find(&f->scatter, at, &place);
+    const np_spectrum found = np_viewer_light_throw(&light, &f->scatter, &place, n % CLOUDS);
+    for (int b = 0; b < NP_BAND_COUNT; b++, count++) {
+      squares += pow((double)(found.band[b] - truth.band[b]), 2.0);
+      sum += (double)truth.band[b];
+    }
+  }
+  np_viewer_light_clear(&light);
+  return count > 0 ? sqrt(squares / count) / (sum / count) : -1.0;
+}
+
+/* Cells are of 2 m, and from one to the next light changes by a third or so. A third of ¼·Δφ·ΔY, for its root mean
+ * square over a cell, with ΔY = 2 m·l/distance of degrees 1 to 3: 1e-4 from 1 km, 1e-3 from 100 m. Of a ball 65 m away
+ * the nearest cells, nearer than 32 of their widths, are left out; the others are as far as 110 m. */
+static void prepared_light_is_that_of_the_moments(void **state) {
+  (void)state;
+  fixture f;
+  start(&f, 2);
+  const double far = measure_difference(&f, np_dvec3_make(100.0, -1000.0, 50.0));
+  const double near = measure_difference(&f, np_dvec3_make(0.0, -100.0, 0.0));
+  const double beside = measure_difference(&f, np_dvec3_make(85.0, 0.0, 0.0));
+  if (!(far >= 0.0 && far < 1e-4)) fail_msg("from afar %g", far);
+  if (!(near >= 0.0 && near < 1e-3)) fail_msg("from near %g", near);
+  if (!(beside >= 0.0 && beside < 2e-3)) fail_msg("from the side %g", beside);
+  end(&f);
+}
+
+/* Clouds of one phase function share what they throw. */
+static void equal_clouds_share_a_table(void **state) {
+  (void)state;
+  fixture f;
+  start(&f, 1);
+  np_viewer_light light = build(&f, np_dvec3_make(0.0, -100.0, 0.0));
+  assert_int_equal(light.kind_count, 2);
+  assert_int_equal(light.kind[2], light.kind[0]);
+  assert_int_not_equal(light.kind[1], light.kind[0]);
+  np_viewer_light_clear(&light);
+  end(&f);
+}
+
+static double march(const fixture *f, np_dvec3 origin, np_vec3 direction) {
+  const np_integrator_settings settings = test_integrator_settings();
+  np_random random = np_random_start(9, 0, 0, 0, 0);
+  const np_camera_ray ray = {.origin = origin, .direction = direction, .jitter = 0.5f};
+  np_integrator_sample sample;
+  test_integrators(f->context)->march(&f->view, &settings, &ray, &random, &sample);
+  return test_sum_components(&sample, 1);
+}
+
+/* From the viewer, 50 cells away, within half a per cent of what all moments make; from elsewhere to the bit. */
+static void rays_from_the_viewer_ask_it_and_no_others(void **state) {
+  (void)state;
+  fixture f;
+  start(&f, 2);
+  const np_dvec3 viewer = np_dvec3_make(0.0, -100.0, 0.0), other = np_dvec3_make(0.0, -99.0, 0.0);
+  np_viewer_light light = build(&f, viewer);
+  for (int n = 0; n < 20; n++) {
+    const np_vec3 direction = np_vec3_normalize(np_vec3_make(0.02f * (float)(n - 10), 1.0f, 0.01f));
+    f.view.viewer_light = NULL;
+    const double gathered[2] = {march(&f, viewer, direction), march(&f, other, direction)};
+    f.view.viewer_light = &light;
+    assert_near(march(&f, viewer, direction), gathered[0], 5e-3 * gathered[0]);
+    assert_near(march(&f, other, direction), gathered[1], 0.0);
+  }
+  np_viewer_light_clear(&light);
+  end(&f);
+}
+
+static void threads_change_no_bit(void **state) {
+  (void)state;
+  fixture f[2];
+  np_viewer_light light[2];
+  for (unsigned i = 0; i < 2; i++) {
+    start(&f[i], 1 + 2 * i);
+    light[i] = build(&f[i], np_dvec3_make(0.0, -100.0, 0.0));
+  }
+  const size_t count = f[0].scatter.grid.live_count * light[0].kind_count * f[0].scatter.band_count;
+  assert_memory_equal(light[0].thrown, light[1].thrown, count * sizeof(float));
+  for (unsigned i = 0; i < 2; i++) {
+    np_viewer_light_clear(&light[i]);
+    end(&f[i]);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(prepared_light_is_that_of_the_moments),
+      cmocka_unit_test(equal_clouds_share_a_table),
+      cmocka_unit_test(rays_from_the_viewer_ask_it_and_no_others),
+      cmocka_unit_test(threads_change_no_bit),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
