@@ -130,9 +130,9 @@ static void find_solution(np_march *m, const np_step *s, np_dvec3 position, solu
   np_multi_scatter_gather(m->scatter, position, &out->moments);
 }
 
-static np_spectrum throw_solution(const np_march *m, const solution *solution, unsigned cloud) {
-  if (solution->is_prepared) return np_viewer_light_throw(m->viewer_light, m->scatter, &solution->cells, cloud);
-  return np_multi_scatter_throw(m->scatter, &solution->moments, m->sun.peak[cloud].thrown);
+static np_spectrum throw_solution(const np_march *m, const solution *at, unsigned cloud) {
+  if (at->is_prepared) return np_viewer_light_throw(m->viewer_light, m->scatter, &at->cells, cloud);
+  return np_multi_scatter_throw(m->scatter, &at->moments, m->sun.peak[cloud].thrown);
 }
 
 /* How much of the light that was scattered narrowly follows the depth of the straight way to the sun within a cell:
@@ -141,10 +141,10 @@ static const float straightness = 0.75f;
 
 /* Sunlight scattered narrowly is what differs most from place to place within a cell: what the step has of it, less
  * what the solution has. */
-static np_spectrum find_detail(const np_march *m, const solution *solution, const sunlight *sun) {
+static np_spectrum find_detail(const np_march *m, const solution *at, const sunlight *sun) {
   np_spectrum detail = np_spectrum_grey(0.0f);
   if (!m->scatter->narrow || np_spectrum_is_zero(sun->outside)) return detail;
-  const float *mean = solution->is_prepared ? solution->cells.narrow : solution->moments.narrow;
+  const float *mean = at->is_prepared ? at->cells.narrow : at->moments.narrow;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
     detail.band[b] = sun->outside.band[b] * (sun->narrow.band[b] - mean[b % m->scatter->band_count]);
   return np_spectrum_scale(detail, straightness);
@@ -152,12 +152,12 @@ static np_spectrum find_detail(const np_march *m, const solution *solution, cons
 
 static void add_solution(np_march *m, np_dvec3 position, const np_step *s, const sunlight *sun,
                          const np_spectrum *scattering) {
-  solution solution;
-  find_solution(m, s, position, &solution);
-  const np_spectrum detail = find_detail(m, &solution, sun);
+  solution at;
+  find_solution(m, s, position, &at);
+  const np_spectrum detail = find_detail(m, &at, sun);
   for (unsigned i = 0; i < s->count; i++) {
     const unsigned cloud = (unsigned)(s->volume[i] - m->view->volumes);
-    np_spectrum light = throw_solution(m, &solution, cloud);
+    np_spectrum light = throw_solution(m, &at, cloud);
     light = np_spectrum_add_scaled(light, m->sun.peak[cloud].column.broad, detail);
     for (int b = 0; b < NP_BAND_COUNT; b++) light.band[b] = np_maxf(light.band[b], 0.0f);
     np_march_add(m, NP_COMPONENT_MULTIPLE, 1.0f, np_spectrum_multiply(light, scattering[i]));

@@ -88,7 +88,8 @@ static inline void np_multi_scatter_average_narrow(const np_multi_scatter *scatt
                                                    const float weight[8], unsigned count, float out[NP_BAND_COUNT]) {
   for (unsigned b = 0; b < scatter->band_count && scatter->narrow; b++) {
     out[b] = 0.0f;
-    for (unsigned c = 0; c < count; c++) out[b] += weight[c] * scatter->narrow[(size_t)live[c] * scatter->band_count + b];
+    for (unsigned c = 0; c < count; c++)
+      out[b] += weight[c] * scatter->narrow[(size_t)live[c] * scatter->band_count + b];
   }
 }
 
