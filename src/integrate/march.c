@@ -42,7 +42,7 @@ static void set_knot(np_march *m, float share) {
 
 /* Lights what has been gathered. */
 static void close_step(np_march *m) {
-  if (m->step.hiding > 0.0f)
+  if (m->step.count > 0 && m->step.hiding > 0.0f)
     (m->scatter ? NP_KERNEL(np_march_light_scaled) : NP_KERNEL(np_march_light_look))(m, &m->step);
   m->step.count = 0;
 }
