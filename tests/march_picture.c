@@ -107,8 +107,8 @@ march_point march_picture_measure_euler(const march_picture *p, double step, dou
   return (march_point){(double)e.lookups / pixels, (double)e.useful / pixels, sqrt(sum / pixels) / p->rms};
 }
 
-/* Of so few pixels a few that roulette spared make a tenth of the error: they are rendered often enough that it does not
- * depend on the numbers drawn. */
+/* A few pixels that roulette spared make a tenth of the error of so few: they are rendered often enough that it does
+ * not depend on the numbers drawn. */
 enum { PASSES = 16 };
 
 march_point march_picture_measure(const march_picture *p, float tolerance) {
