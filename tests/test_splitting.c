@@ -7,6 +7,7 @@
 static void start(test_lit_cloud *cloud) {
   neph_context *context = test_context_create(2, NULL);
   assert_int_equal(test_lit_cloud_create(context, test_lumpy_ball, 0.0, cloud), NEPH_OK);
+  cloud->desc.has_importance = true;
 }
 
 static void end(test_lit_cloud *cloud) {

@@ -82,6 +82,7 @@ static neph_result add_cells(neph_context *context, np_hash *hash, const np_scen
   for (int a = 0; a < 3; a++) np_hash_add(hash, grid.edge_m[a], ((size_t)grid.size[a] + 1) * sizeof *grid.edge_m[a]);
   np_hash_add(hash, &d->work_max, sizeof d->work_max);
   np_hash_add(hash, &d->tolerance, sizeof d->tolerance);
+  np_hash_add(hash, &d->has_importance, sizeof d->has_importance);
   np_transport_grid_clear(&grid);
   return NEPH_OK;
 }

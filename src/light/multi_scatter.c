@@ -245,7 +245,7 @@ static neph_result keep_band(solver *s) {
   np_transport_grid_sharpen(&finest->grid, count, sharp, sharp + floats);
   for (size_t live = 0; live < finest->grid.live_count; live++)
     memcpy(s->moments + (live * s->out->band_count + s->band) * count, sharp + live * count, count * sizeof *sharp);
-  add_importance(s, sharp);
+  if (s->out->importance) add_importance(s, sharp);
   if (finest->grid.narrow) keep_narrow(s, sharp);
   np_alloc_free(s->context, sharp);
   return NEPH_OK;
@@ -313,9 +313,9 @@ static neph_result start_bands(solver *s) {
   if (result) return result;
   choose_bands(s);
   s->moments = np_alloc(s->context, count_moments(g), s->out->band_count * sizeof *s->moments);
-  s->out->importance = np_alloc(s->context, g->live_count, sizeof *s->out->importance);
+  if (s->desc->has_importance) s->out->importance = np_alloc(s->context, g->live_count, sizeof *s->out->importance);
   if (g->narrow) s->out->narrow = np_alloc(s->context, g->live_count, s->out->band_count * sizeof *s->out->narrow);
-  const bool has_all = s->moments && s->out->importance && (s->out->narrow || !g->narrow);
+  const bool has_all = s->moments && (s->out->importance || !s->desc->has_importance) && (s->out->narrow || !g->narrow);
   return has_all ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 

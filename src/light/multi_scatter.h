@@ -10,6 +10,7 @@ typedef struct np_multi_scatter_desc {
   np_transport_desc cells;
   double work_max; /* cells × directions × harmonics of a sweep, up to which angles are resolved beyond the least */
   double tolerance;
+  bool has_importance; /* what paths are weighed by is kept beside the moments */
 } np_multi_scatter_desc;
 
 /* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.6 kB each in cloud while it is solved. */
@@ -40,7 +41,7 @@ typedef struct np_multi_scatter {
   float scale;   /* a power of two */
   float *narrow; /* [live][band]: of the moments, those of sunlight that was scattered narrowly, over its irradiance and
                     harmonics (transport_grid.h); NULL: there is none */
-  np_importance *importance; /* [live], in floats: it may fall by thirty decades */
+  np_importance *importance; /* [live], in floats, since it may fall by thirty decades; NULL where it was not asked for */
   double residual;           /* relative, the worst band's */
   unsigned sweeps;           /* of the finest grid, all bands together */
   double error;              /* expected from the size of the largest cells, as a share of the light */

@@ -215,6 +215,7 @@ static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_
   desc.cells.cell_count_max = np_plan_count_cells_max(d->scene);
   desc.cells.has_viewer = true;
   desc.cells.viewer = find_viewer(a);
+  desc.has_importance = d->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
   neph_result result =
       np_light_store_take(a->context, a->lights, (unsigned)(packet - a->packets), get_light_role(out->is_moon),
                           &out->view, &desc, d->monitor, &out->multi_scatter);

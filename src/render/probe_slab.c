@@ -115,6 +115,7 @@ static neph_result solve(np_slab *slab) {
   np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
   desc.cells.bounds_min = np_dvec3_make(0.0, 0.0, -1.0);
   desc.cells.bounds_max = np_dvec3_make(1.0, 1.0, slab->sample_count);
+  desc.has_importance = slab->settings.is_split;
   neph_result result = np_multi_scatter_build(slab->context, &slab->view, &desc, NULL, &slab->multi_scatter);
   if (!result) slab->view.multi_scatter = &slab->multi_scatter;
   return result;
