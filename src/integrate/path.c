@@ -13,93 +13,9 @@
  * With the air from tables, paths live in the clouds alone; where one leaves them it sees the sky or ground that the
  * scene view describes, and ends. Compiled once per instruction-set level.
  */
-#include "integrate/emission.h"
+#include "integrate/path_light.h"
 #include "integrate/skyward.h"
 #include "integrate/sunward.h"
-
-static void add_light(const np_tracer *t, const np_path_state *path, np_component component, np_spectrum light) {
-  const np_spectrum radiance = np_spectrum_multiply(path->throughput, light);
-  if (path->is_cut)
-    t->out->lost = np_spectrum_add(t->out->lost, radiance);
-  else
-    np_path_add(t->out, component, radiance);
-}
-
-/* ---- Sun ---- */
-
-/* A ray towards the sun, and what of its light clouds let through. */
-typedef struct sun_ray {
-  np_vec3 direction;
-  float transmittance;
-} sun_ray;
-
-/* False where no light comes: clouds are asked first, for in a thick one most rays end. */
-static bool aim_at_sun(const np_tracer *t, np_dvec3 position, sun_ray *out) {
-  if (!t->air_light.has_sun) return false;
-  out->direction = np_light_sample_sun(t->view, np_random_float(t->random), np_random_float(t->random));
-  out->transmittance = np_track_transmittance(t->view, position, out->direction, INFINITY, t->random);
-  return out->transmittance > 0.0f;
-}
-
-/* Sunlight thrown on by the present vertex, `share` of it per steradian, which would have met the disk by chance with
- * this density. */
-static void gather_sun(const np_tracer *t, const np_path_state *path, const sun_ray *sun, np_spectrum share,
-                       float density) {
-  const np_spectrum irradiance = t->settings->is_air_traced ? np_light_sun_ray(t->view, path->position, sun->direction)
-                                                            : np_light_sun(t->view, path->position, sun->direction);
-  const float weight = sun->transmittance / (1.0f + density * t->sun_sr);
-  add_light(t, path, path->component, np_spectrum_scale(np_spectrum_multiply(irradiance, share), weight));
-}
-
-/* Sunlight met by chance, on a way to space. */
-static void meet_sun(const np_tracer *t, const np_path_state *path) {
-  if (!np_light_sun_covers(t->view, path->direction)) return;
-  const np_spectrum irradiance = t->settings->is_air_traced
-                                     ? t->view->sun_irradiance /* the flight has met what is in the way */
-                                     : np_light_sun(t->view, path->position, path->direction);
-  add_light(t, path, path->component,
-            np_spectrum_scale(irradiance, path->density / (1.0f + path->density * t->sun_sr)));
-}
-
-/* ---- What glows ---- */
-
-static np_component name_glow(const np_path_state *path) {
-  return path->has_component ? path->component : NP_COMPONENT_MULTIPLE;
-}
-
-/* A ray towards something that glows, and the density of drawing it. */
-typedef struct glow_ray {
-  np_vec3 direction;
-  float density;
-} glow_ray;
-
-static bool aim_at_glow(const np_tracer *t, np_dvec3 position, glow_ray *out) {
-  return t->view->emission && np_emission_draw_direction(t->view, position, np_random_double(t->random), t->random,
-                                                         &out->direction, &out->density);
-}
-
-/* Light of what glows thrown on by the present vertex, `share` of it per steradian; `density` is that with which the
- * path may take the same direction, on whose flight it collects the other way's part (balance heuristic). */
-static void gather_glow(const np_tracer *t, const np_path_state *path, const glow_ray *glow, np_spectrum share,
-                        float density) {
-  const double end = np_emission_find_end(t->view, path->position, glow->direction);
-  const np_spectrum light = np_emission_along(t->view, path->position, glow->direction, end,
-                                              np_emission_far_step_voxels, t->settings->is_air_traced, t->random);
-  add_light(t, path, name_glow(path),
-            np_spectrum_scale(np_spectrum_multiply(light, share), 1.0f / (glow->density + density)));
-}
-
-/* Collects what glows along a flight among clouds. */
-static void collect_glow(const np_tracer *t, const np_path_state *path, double distance) {
-  const bool is_traced = t->settings->is_air_traced;
-  const double end =
-      isinf(distance) && !is_traced ? np_emission_find_end(t->view, path->position, path->direction) : distance;
-  const np_spectrum light = np_emission_collect(t->view, path->position, path->direction, end,
-                                                np_emission_far_step_voxels, is_traced, t->random);
-  if (np_spectrum_is_zero(light)) return;
-  const float drawn = np_emission_direction_density(t->view->emission, path->position, path->direction);
-  add_light(t, path, name_glow(path), np_spectrum_scale(light, path->density / (path->density + drawn)));
-}
 
 /* ---- Sky and ground ---- */
 
@@ -144,15 +60,15 @@ static float eval_cloud(const np_path_state *path, const np_sunward *sunward, np
 
 static void gather_in_cloud(const np_tracer *t, const np_path_state *path, const np_sunward *sunward) {
   float density;
-  sun_ray sun;
-  if (aim_at_sun(t, path->position, &sun)) {
+  np_sun_ray sun;
+  if (np_path_aim_at_sun(t, path->position, &sun)) {
     const float phase = eval_cloud(path, sunward, sun.direction, &density);
-    gather_sun(t, path, &sun, np_spectrum_grey(phase), density);
+    np_path_gather_sun(t, path, &sun, np_spectrum_grey(phase), density);
   }
-  glow_ray glow;
-  if (aim_at_glow(t, path->position, &glow)) {
+  np_glow_ray glow;
+  if (np_path_aim_at_glow(t, path->position, &glow)) {
     const float phase = eval_cloud(path, sunward, glow.direction, &density);
-    gather_glow(t, path, &glow, np_spectrum_grey(phase), density);
+    np_path_gather_glow(t, path, &glow, np_spectrum_grey(phase), density);
   }
   np_skyward sky;
   if (np_skyward_sample(t, path, &sky)) {
@@ -287,15 +203,15 @@ static void meet_air(const np_tracer *t, np_path_state *path) {
   meet_outside(t, path, path->is_ground_ahead);
   const np_air_scatterer scatterer =
       np_air_scatterer_make(t->view->atmosphere, &t->air_light, &path->air, path->position, path->direction);
-  sun_ray sun;
-  if (aim_at_sun(t, path->position, &sun)) {
+  np_sun_ray sun;
+  if (np_path_aim_at_sun(t, path->position, &sun)) {
     const np_air_choice towards = np_air_scatterer_eval(&scatterer, sun.direction);
-    gather_sun(t, path, &sun, towards.value, np_hero_mean(&path->hero, towards.density));
+    np_path_gather_sun(t, path, &sun, towards.value, np_hero_mean(&path->hero, towards.density));
   }
-  glow_ray glow;
-  if (aim_at_glow(t, path->position, &glow)) {
+  np_glow_ray glow;
+  if (np_path_aim_at_glow(t, path->position, &glow)) {
     const np_air_choice towards = np_air_scatterer_eval(&scatterer, glow.direction);
-    gather_glow(t, path, &glow, towards.value, np_hero_mean(&path->hero, towards.density));
+    np_path_gather_glow(t, path, &glow, towards.value, np_hero_mean(&path->hero, towards.density));
   }
   np_air_choice choice;
   path->direction = np_air_scatterer_sample(&scatterer, path->hero.band, t->random, &choice);
@@ -326,12 +242,12 @@ static void meet_ground(const np_tracer *t, np_path_state *path) {
   path->position = path->ground.position;
   path->throughput = np_spectrum_multiply(path->throughput, path->ground.albedo);
   path->aims_at_sky = t->view->sky_guide && may_branch(path);
-  sun_ray sun;
-  const float to_sun = aim_at_sun(t, path->position, &sun) ? eval_ground(path, sun.direction) : 0.0f;
-  if (to_sun > 0.0f) gather_sun(t, path, &sun, np_spectrum_grey(to_sun), to_sun);
-  glow_ray glow;
-  const float to_glow = aim_at_glow(t, path->position, &glow) ? eval_ground(path, glow.direction) : 0.0f;
-  if (to_glow > 0.0f) gather_glow(t, path, &glow, np_spectrum_grey(to_glow), to_glow);
+  np_sun_ray sun;
+  const float to_sun = np_path_aim_at_sun(t, path->position, &sun) ? eval_ground(path, sun.direction) : 0.0f;
+  if (to_sun > 0.0f) np_path_gather_sun(t, path, &sun, np_spectrum_grey(to_sun), to_sun);
+  np_glow_ray glow;
+  const float to_glow = np_path_aim_at_glow(t, path->position, &glow) ? eval_ground(path, glow.direction) : 0.0f;
+  if (to_glow > 0.0f) np_path_gather_glow(t, path, &glow, np_spectrum_grey(to_glow), to_glow);
   np_skyward sky;
   const float to_sky = np_skyward_sample(t, path, &sky) ? eval_ground(path, sky.direction) : 0.0f;
   if (to_sky > 0.0f) gather_sky(t, path, &sky, to_sky, to_sky);
@@ -342,18 +258,18 @@ static void meet_ground(const np_tracer *t, np_path_state *path) {
 }
 
 static void meet_space(const np_tracer *t, np_path_state *path) {
-  meet_sun(t, path);
+  np_path_meet_sun(t, path);
   meet_outside(t, path, false);
-  add_light(t, path, path->component, np_light_space(t->view, path->position, path->direction));
+  np_path_add_light(t, path, path->component, np_light_space(t->view, path->position, path->direction));
 }
 
 static void meet_surroundings(const np_tracer *t, np_path_state *path) {
   bool is_ground;
   const np_spectrum incoming = np_surroundings_incoming(t->view, t->settings, path->position, path->direction,
                                                         np_path_shadow, t->random, &is_ground);
-  if (!is_ground) meet_sun(t, path);
+  if (!is_ground) np_path_meet_sun(t, path);
   meet_outside(t, path, is_ground);
-  add_light(t, path, path->component, incoming);
+  np_path_add_light(t, path, path->component, incoming);
 }
 
 /* ---- Flights ---- */
@@ -440,7 +356,7 @@ static np_path_event fly(const np_tracer *t, np_path_state *path) {
     event = NP_PATH_GROUND;
     distance = path->ground.distance_m;
   }
-  if (t->view->emission) collect_glow(t, path, distance);
+  if (t->view->emission) np_path_collect_glow(t, path, distance);
   if (!t->settings->is_air_traced && (event == NP_PATH_SPACE || event == NP_PATH_GROUND)) return NP_PATH_SURROUNDINGS;
   event = fly_through_air(t, path, event, &distance);
   if (event != NP_PATH_SPACE) path->position = np_dvec3_along(path->position, path->direction, distance);

@@ -41,10 +41,11 @@ typedef struct np_multi_scatter {
   float scale;   /* a power of two */
   float *narrow; /* [live][band]: of the moments, those of sunlight that was scattered narrowly, over its irradiance and
                     harmonics (transport_grid.h); NULL: there is none */
-  np_importance *importance; /* [live], in floats, since it may fall by thirty decades; NULL where it was not asked for */
-  double residual;           /* relative, the worst band's */
-  unsigned sweeps;           /* of the finest grid, all bands together */
-  double error;              /* expected from the size of the largest cells, as a share of the light */
+  np_importance
+      *importance; /* [live], in floats, since it may fall by thirty decades; NULL where it was not asked for */
+  double residual; /* relative, the worst band's */
+  unsigned sweeps; /* of the finest grid, all bands together */
+  double error;    /* expected from the size of the largest cells, as a share of the light */
 } np_multi_scatter;
 
 /* Solves for the view's sun, sky and ground. On failure nothing is left. */

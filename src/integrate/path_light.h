@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light that is aimed at from a path's vertices, and that its flights meet by chance: the sun's disk and what glows.
+ * Both ways are weighed by their densities (balance heuristic). */
+#ifndef NP_INTEGRATE_PATH_LIGHT_H
+#define NP_INTEGRATE_PATH_LIGHT_H
+
+#include "integrate/emission.h"
+#include "integrate/path.h"
+
+static inline void np_path_add_light(const np_tracer *t, const np_path_state *path, np_component component,
+                                     np_spectrum light) {
+  const np_spectrum radiance = np_spectrum_multiply(path->throughput, light);
+  if (path->is_cut)
+    t->out->lost = np_spectrum_add(t->out->lost, radiance);
+  else
+    np_path_add(t->out, component, radiance);
+}
+
+/* ---- Sun ---- */
+
+/* A ray towards the sun, and what of its light clouds let through. */
+typedef struct np_sun_ray {
+  np_vec3 direction;
+  float transmittance;
+} np_sun_ray;
+
+/* False where no light comes: clouds are asked first, for in a thick one most rays end. */
+static inline bool np_path_aim_at_sun(const np_tracer *t, np_dvec3 position, np_sun_ray *out) {
+  if (!t->air_light.has_sun) return false;
+  out->direction = np_light_sample_sun(t->view, np_random_float(t->random), np_random_float(t->random));
+  out->transmittance = np_track_transmittance(t->view, position, out->direction, INFINITY, t->random);
+  return out->transmittance > 0.0f;
+}
+
+/* Sunlight thrown on by the present vertex, `share` of it per steradian, which would have met the disk by chance with
+ * this density. */
+static inline void np_path_gather_sun(const np_tracer *t, const np_path_state *path, const np_sun_ray *sun,
+                                      np_spectrum share, float density) {
+  const np_spectrum irradiance = t->settings->is_air_traced ? np_light_sun_ray(t->view, path->position, sun->direction)
+                                                            : np_light_sun(t->view, path->position, sun->direction);
+  const float weight = sun->transmittance / (1.0f + density * t->sun_sr);
+  np_path_add_light(t, path, path->component, np_spectrum_scale(np_spectrum_multiply(irradiance, share), weight));
+}
+
+/* Sunlight met by chance, on a way to space. */
+static inline void np_path_meet_sun(const np_tracer *t, const np_path_state *path) {
+  if (!np_light_sun_covers(t->view, path->direction)) return;
+  const np_spectrum irradiance = t->settings->is_air_traced
+                                     ? t->view->sun_irradiance /* the flight has met what is in the way */
+                                     : np_light_sun(t->view, path->position, path->direction);
+  np_path_add_light(t, path, path->component,
+                    np_spectrum_scale(irradiance, path->density / (1.0f + path->density * t->sun_sr)));
+}
+
+/* ---- What glows ---- */
+
+static inline np_component np_path_name_glow(const np_path_state *path) {
+  return path->has_component ? path->component : NP_COMPONENT_MULTIPLE;
+}
+
+/* A ray towards something that glows, and the density of drawing it. */
+typedef struct np_glow_ray {
+  np_vec3 direction;
+  float density;
+} np_glow_ray;
+
+static inline bool np_path_aim_at_glow(const np_tracer *t, np_dvec3 position, np_glow_ray *out) {
+  return t->view->emission && np_emission_draw_direction(t->view, position, np_random_double(t->random), t->random,
+                                                         &out->direction, &out->density);
+}
+
+/* Light of what glows thrown on by the present vertex, `share` of it per steradian; `density` is that with which the
+ * path may take the same direction, on whose flight it collects the other way's part (balance heuristic). */
+static inline void np_path_gather_glow(const np_tracer *t, const np_path_state *path, const np_glow_ray *glow,
+                                       np_spectrum share, float density) {
+  const double end = np_emission_find_end(t->view, path->position, glow->direction);
+  const np_spectrum light = np_emission_along(t->view, path->position, glow->direction, end,
+                                              np_emission_far_step_voxels, t->settings->is_air_traced, t->random);
+  np_path_add_light(t, path, np_path_name_glow(path),
+                    np_spectrum_scale(np_spectrum_multiply(light, share), 1.0f / (glow->density + density)));
+}
+
+/* Collects what glows along a flight among clouds. */
+static inline void np_path_collect_glow(const np_tracer *t, const np_path_state *path, double distance) {
+  const bool is_traced = t->settings->is_air_traced;
+  const double end =
+      isinf(distance) && !is_traced ? np_emission_find_end(t->view, path->position, path->direction) : distance;
+  const np_spectrum light = np_emission_collect(t->view, path->position, path->direction, end,
+                                                np_emission_far_step_voxels, is_traced, t->random);
+  if (np_spectrum_is_zero(light)) return;
+  const float drawn = np_emission_direction_density(t->view->emission, path->position, path->direction);
+  np_path_add_light(t, path, np_path_name_glow(path),
+                    np_spectrum_scale(light, path->density / (path->density + drawn)));
+}
+
+#endif
