@@ -20,9 +20,9 @@ mkdir -p "$folder"
 
 write_scene() { # SKY PHASE DEPTH ELEVATION AZIMUTH
   height=0
-  phase='{hg: 0.85}'
+  lobe='{hg: 0.85}'
   [ "$1" = black ] || height=1500
-  [ "$2" = hg ] || phase='{droplets: {diameter: 20 um}}'
+  [ "$2" = hg ] || lobe='{droplets: {diameter: 20 um}}'
   cat <<END
 version: 1
 camera:
@@ -31,7 +31,7 @@ camera:
   fov: 40 deg
   resolution: [120, 68]
 sun: {elevation: $4 deg, azimuth: $5 deg}
-clouds: [{vdb: $cloud, up: y, optical_depth: $3, position: [0, 0, $height m], phase: $phase}]
+clouds: [{vdb: $cloud, up: y, optical_depth: $3, position: [0, 0, $height m], phase: $lobe}]
 render: {atmosphere: tables, air_shadows: false}
 output: {pixel_type: float, film: {background: false}}
 END
