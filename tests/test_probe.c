@@ -91,28 +91,25 @@ static void assert_right(const fixture *f, bool is_flux, unsigned count_min, dou
 /* ---- Tests ---- */
 
 /* Probes the picked rows of a table, each answer to `target_error` or by `path_count` paths. */
-static void probe_rows(const fixture *f, const char *table, const pick *picks, size_t count,
-                       const neph_probe_desc *desc) {
+static void probe_rows(const fixture *f, const char *table, const pick *picks, size_t count, unsigned path_count,
+                       double target_error, neph_splitting splitting) {
+  neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
+  desc.splitting = splitting;
+  desc.path_count = path_count;
+  desc.target_error = error_factor * target_error;
   write_cases(f, table, picks, count);
-  run_probe(f, desc);
+  run_probe(f, &desc);
 }
 
 static void probe_picks(const fixture *f, const char *table, const pick *picks, size_t count, unsigned path_count,
                         double target_error) {
-  neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
-  desc.path_count = path_count;
-  desc.target_error = error_factor * target_error;
-  probe_rows(f, table, picks, count, &desc);
+  probe_rows(f, table, picks, count, path_count, target_error, NEPH_SPLITTING_NONE);
 }
 
 /* The same with paths that are split by the march's solution. */
 static void probe_split_picks(const fixture *f, const char *table, const pick *picks, size_t count, unsigned path_count,
                               double target_error) {
-  neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
-  desc.splitting = NEPH_SPLITTING_ADJOINT;
-  desc.path_count = path_count;
-  desc.target_error = error_factor * target_error;
-  probe_rows(f, table, picks, count, &desc);
+  probe_rows(f, table, picks, count, path_count, target_error, NEPH_SPLITTING_ADJOINT);
 }
 
 static void fluxes_are_those_of_discrete_ordinates(void **state) {

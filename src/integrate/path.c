@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The path tracer: free flights through clouds, air and to the ground, with next-event estimation of the sun.
+/* The path tracer: free flights through clouds, air and to the ground, with next-event estimation.
  *
  * Clouds and air are independent media in one place, so that of their free flights the nearer counts. Clouds are
  * tracked against their bricks' bounds (Woodcock, Murphy, Hemmings and Longworth 1965; tracking.h), air as
