@@ -2,8 +2,6 @@
 /* The sun optical-depth volume: lattices placed, filled column by column, and asked. */
 #include "light/sun_cache.h"
 
-#include <string.h>
-
 #include "core/alloc.h"
 #include "core/isa.h"
 #include "core/stable.h"
@@ -11,25 +9,20 @@
 
 /* ---- Kernels ---- */
 
+typedef void (*column_fn)(np_sun_column *column);
+
 void np_sun_column_fill_v1(np_sun_column *);
 void np_sun_column_fill_v3(np_sun_column *);
 void np_sun_column_fill_v4(np_sun_column *);
-
-np_sun_column_fn np_sun_column_get_kernel(neph_isa isa) {
-  static const np_sun_column_fn kernels[NP_ISA_COUNT] = {np_sun_column_fill_v1, np_sun_column_fill_v3,
-                                                         np_sun_column_fill_v4};
-  return kernels[isa];
-}
-
 void np_sun_column_refine_v1(np_sun_column *);
 void np_sun_column_refine_v3(np_sun_column *);
 void np_sun_column_refine_v4(np_sun_column *);
 
-np_sun_column_fn np_sun_column_get_fine_kernel(neph_isa isa) {
-  static const np_sun_column_fn kernels[NP_ISA_COUNT] = {np_sun_column_refine_v1, np_sun_column_refine_v3,
-                                                         np_sun_column_refine_v4};
-  return kernels[isa];
-}
+static const struct {
+  column_fn fill, refine;
+} kernels[NP_ISA_COUNT] = {{np_sun_column_fill_v1, np_sun_column_refine_v1},
+                           {np_sun_column_fill_v3, np_sun_column_refine_v3},
+                           {np_sun_column_fill_v4, np_sun_column_refine_v4}};
 
 /* ---- Places ---- */
 
@@ -66,8 +59,8 @@ static void bound(const np_view_volume *volume, const np_affine *axes, double lo
     double index[3];
     for (int a = 0; a < 3; a++)
       index[a] = (double)NP_BRICK_EDGE * (bricks->origin[a] + (corner >> a & 1 ? bricks->size[0][a] : 0));
-    const np_dvec3 p = np_affine_point(axes, np_affine_point(&index_to_world, np_dvec3_make(index[0], index[1],
-                                                                                            index[2])));
+    const np_dvec3 p =
+        np_affine_point(axes, np_affine_point(&index_to_world, np_dvec3_make(index[0], index[1], index[2])));
     const double along[3] = {p.x, p.y, p.z};
     for (int a = 0; a < 3; a++) {
       low[a] = fmin(low[a], along[a]);
@@ -124,7 +117,7 @@ typedef struct fill {
   np_sun_cache *cache;
   np_sun_lattice *lattice;
   np_vec3 from_sun;
-  np_sun_column_fn kernel;
+  column_fn kernel;
   float *rays; /* of each thread */
   size_t rays_stride;
 } fill;
@@ -149,21 +142,8 @@ static np_sun_column start_column(const fill *f, size_t n, unsigned thread) {
                          .cells = l->cells + n * (size_t)l->size[2]};
 }
 
-static neph_result fill_columns(void *user, size_t begin, size_t end, unsigned thread) {
-  const fill *f = user;
-  np_sun_lattice *l = f->lattice;
-  for (size_t n = begin; n < end; n++) {
-    np_sun_column column = start_column(f, n, thread);
-    f->kernel(&column);
-    if (column.node_count == 0) continue;
-    l->nodes[n] = np_alloc(f->cache->context, column.node_count, sizeof **l->nodes);
-    if (!l->nodes[n]) return NEPH_ERROR_OUT_OF_MEMORY;
-    np_sun_column_keep(&column, l->nodes[n]);
-  }
-  return NEPH_OK;
-}
-
-void np_sun_column_keep(const np_sun_column *column, float *nodes) {
+/* What was decided for each cell, copied from the rays to `nodes`. */
+static void keep_nodes(const np_sun_column *column, float *nodes) {
   const size_t count = (size_t)column->lattice->size[2] * NP_SUN_CELL_EDGE + 1;
   for (int32_t k = 0; k < column->lattice->size[2]; k++) {
     if (!np_sun_cell_keeps(column->cells[k])) continue;
@@ -176,6 +156,20 @@ void np_sun_column_keep(const np_sun_column *column, float *nodes) {
   }
 }
 
+static neph_result fill_columns(void *user, size_t begin, size_t end, unsigned thread) {
+  const fill *f = user;
+  np_sun_lattice *l = f->lattice;
+  for (size_t n = begin; n < end; n++) {
+    np_sun_column column = start_column(f, n, thread);
+    f->kernel(&column);
+    if (column.node_count == 0) continue;
+    l->nodes[n] = np_alloc(f->cache->context, column.node_count, sizeof **l->nodes);
+    if (!l->nodes[n]) return NEPH_ERROR_OUT_OF_MEMORY;
+    keep_nodes(&column, l->nodes[n]);
+  }
+  return NEPH_OK;
+}
+
 /* A node less a twelfth of its second differences; on the face where light leaves, which is asked for from all places
  * behind it, only of those along the face. */
 static float sharpen(const float *node, size_t stride, size_t n) {
@@ -185,7 +179,8 @@ static float sharpen(const float *node, size_t stride, size_t n) {
   return *node - bend * (1.0f / 12.0f);
 }
 
-void np_sun_column_keep_fine(const np_sun_column *column, float *nodes) {
+/* The same of the cells that were refined. */
+static void keep_fine_nodes(const np_sun_column *column, float *nodes) {
   const size_t stride = np_sun_column_count_fine(column);
   for (int32_t k = 0; k < column->lattice->size[2]; k++) {
     if (!np_sun_cell_keeps(column->cells[k]) || np_sun_cell_get_level(column->cells[k]) > 0) continue;
@@ -213,17 +208,15 @@ static neph_result refine_columns(void *user, size_t begin, size_t end, unsigned
     const size_t before = column.node_count = count_nodes(&column);
     f->kernel(&column);
     if (column.node_count == before) continue;
-    float *nodes = np_alloc(f->cache->context, column.node_count, sizeof *nodes);
+    float *nodes = np_alloc_resize(f->cache->context, l->nodes[n], column.node_count, sizeof *nodes);
     if (!nodes) return NEPH_ERROR_OUT_OF_MEMORY;
-    if (before > 0) memcpy(nodes, l->nodes[n], before * sizeof *nodes);
-    np_alloc_free(f->cache->context, l->nodes[n]);
     l->nodes[n] = nodes;
-    np_sun_column_keep_fine(&column, nodes);
+    keep_fine_nodes(&column, nodes);
   }
   return NEPH_OK;
 }
 
-static neph_result run_kernel(fill *f, np_sun_column_fn kernel, size_t rays_stride, np_parallel_fn columns,
+static neph_result run_kernel(fill *f, column_fn kernel, size_t rays_stride, np_parallel_fn columns,
                               np_monitor *monitor) {
   neph_context *context = f->cache->context;
   f->kernel = kernel;
@@ -246,7 +239,7 @@ static neph_result fill_lattice(np_sun_cache *cache, const np_scene_view *view, 
   l->nodes = np_alloc(cache->context, columns, sizeof *l->nodes);
   if (!l->cells || !l->nodes) return NEPH_ERROR_OUT_OF_MEMORY;
   const size_t stride = NP_SUN_CELL_NODES * NP_SUN_CELL_NODES * ((size_t)l->size[2] * NP_SUN_CELL_EDGE + 1);
-  return run_kernel(&f, np_sun_column_get_kernel(neph_context_get_isa(cache->context)), stride, fill_columns, monitor);
+  return run_kernel(&f, kernels[neph_context_get_isa(cache->context)].fill, stride, fill_columns, monitor);
 }
 
 static neph_result refine_lattice(np_sun_cache *cache, const np_scene_view *view, unsigned v,
@@ -255,8 +248,7 @@ static neph_result refine_lattice(np_sun_cache *cache, const np_scene_view *view
   if (l->size[0] == 0) return NEPH_OK;
   fill f = start_fill(cache, view, v, desc);
   const size_t stride = NP_SUN_FINE_RAYS * NP_SUN_FINE_RAYS * ((size_t)l->size[2] * NP_SUN_FINE_EDGE + 2);
-  return run_kernel(&f, np_sun_column_get_fine_kernel(neph_context_get_isa(cache->context)), stride, refine_columns,
-                    monitor);
+  return run_kernel(&f, kernels[neph_context_get_isa(cache->context)].refine, stride, refine_columns, monitor);
 }
 
 /* What the cells keep, for the log and whoever judges them. */
@@ -367,11 +359,11 @@ static float find_depth(const np_scene_view *view, np_dvec3 position, np_vec3 to
   float depth = 0.0f;
   for (unsigned v = 0; v < view->volume_count && depth < depth_end; v++) {
     const float rate = fade ? fade[v] : 1.0f;
-    const float known = cache ? np_sun_lattice_find(&cache->lattices[v], cache->depth_end, position, to_sun)
-                              : NP_SUN_DEPTH_UNKNOWN;
-    depth += rate * (known == NP_SUN_DEPTH_UNKNOWN
-                         ? walk(&view->volumes[v], position, to_sun, (depth_end - depth) / rate)
-                         : known);
+    const float known =
+        cache ? np_sun_lattice_find(&cache->lattices[v], cache->depth_end, position, to_sun) : NP_SUN_DEPTH_UNKNOWN;
+    depth +=
+        rate *
+        (known == NP_SUN_DEPTH_UNKNOWN ? walk(&view->volumes[v], position, to_sun, (depth_end - depth) / rate) : known);
   }
   return depth;
 }

@@ -97,15 +97,6 @@ typedef struct np_sun_column {
   size_t node_count; /* out: floats that the cells keep; of a fine one added to what is there */
 } np_sun_column;
 
-/* Follows the rays and decides for each cell what it keeps; np_sun_column_keep then copies that to `nodes`. */
-typedef void (*np_sun_column_fn)(np_sun_column *column);
-np_sun_column_fn np_sun_column_get_kernel(neph_isa isa);
-void np_sun_column_keep(const np_sun_column *column, float *nodes);
-
-/* The same of steep cells with rays half a step apart, 19 × 19 of them, one beyond the column on each side. */
-np_sun_column_fn np_sun_column_get_fine_kernel(neph_isa isa);
-void np_sun_column_keep_fine(const np_sun_column *column, float *nodes);
-
 /* Nodes that a cell of a level keeps. */
 static inline size_t np_sun_level_count_nodes(uint32_t level) {
   const size_t edge = (size_t)(NP_SUN_FINE_EDGE >> level) + 1;

@@ -7,7 +7,10 @@
 #include "core/stable.h"
 #include "light/sun_cache.h"
 
+/* Follows the rays and decides for each cell what it keeps. */
 void NP_KERNEL(np_sun_column_fill)(np_sun_column *column);
+
+/* The same of steep cells with rays half a step apart, 19 × 19 of them, one beyond the column on each side. */
 void NP_KERNEL(np_sun_column_refine)(np_sun_column *column);
 
 enum { EDGE = NP_SUN_CELL_EDGE, NODES = NP_SUN_CELL_NODES, CELL = NODES * NODES * NODES };
