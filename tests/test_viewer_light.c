@@ -161,12 +161,46 @@ static void threads_change_no_bit(void **state) {
   }
 }
 
+static void cancelling_leaves_nothing(void **state) {
+  (void)state;
+  fixture f;
+  start(&f, 2);
+  np_monitor monitor;
+  np_monitor_start(&monitor, f.context, NULL, NULL);
+  atomic_store(&monitor.is_cancelled, true);
+  np_viewer_light light;
+  assert_int_equal(np_viewer_light_build(f.context, &f.scatter, np_dvec3_make(0.0, -100.0, 0.0), &monitor, &light),
+                   NEPH_ERROR_CANCELLED);
+  assert_null(light.thrown);
+  end(&f);
+}
+
+/* Of a solution that stands: what it was built with may fail elsewhere (test_multi_scatter.c). */
+static neph_result attempt(neph_context *context, void *solved) {
+  const fixture *f = solved;
+  np_viewer_light light;
+  const neph_result result = np_viewer_light_build(context, &f->scatter, np_dvec3_make(0.0, -100.0, 0.0), NULL, &light);
+  assert_int_equal(light.thrown == NULL, result != NEPH_OK);
+  np_viewer_light_clear(&light);
+  return result;
+}
+
+static void a_failed_allocation_leaves_nothing_behind(void **state) {
+  (void)state;
+  fixture f;
+  start(&f, 1);
+  assert_survives_failed_allocations(attempt, &f);
+  end(&f);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(prepared_light_is_that_of_the_moments),
       cmocka_unit_test(equal_clouds_share_a_table),
       cmocka_unit_test(rays_from_the_viewer_ask_it_and_no_others),
       cmocka_unit_test(threads_change_no_bit),
+      cmocka_unit_test(cancelling_leaves_nothing),
+      cmocka_unit_test(a_failed_allocation_leaves_nothing_behind),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
