@@ -17,6 +17,23 @@ static void assert_points_near(np_dvec3 actual, np_dvec3 expected, double tolera
   assert_near(actual.z, expected.z, tolerance);
 }
 
+/* ---- Vectors ---- */
+
+/* By value: zeros of either sign are one, and what is not a number equals nothing. */
+static void vectors_are_equal_in_all_components(void **state) {
+  (void)state;
+  assert_true(np_vec3_is_equal(np_vec3_make(1, 0, -3), np_vec3_make(1, -0.0f, -3)));
+  assert_true(np_dvec3_is_equal(np_dvec3_make(1, 0, -3), np_dvec3_make(1, -0.0, -3)));
+  for (int a = 0; a < 3; a++)
+    for (int is_nan = 0; is_nan < 2; is_nan++) {
+      double p[3] = {1, 2, 3};
+      p[a] = is_nan ? (double)NAN : nextafter(p[a], 0);
+      const np_dvec3 other = np_dvec3_make(p[0], p[1], p[2]);
+      assert_false(np_dvec3_is_equal(np_dvec3_make(1, 2, 3), other));
+      assert_int_equal(np_vec3_is_equal(np_vec3_make(1, 2, 3), np_dvec3_to_float(other)), !is_nan);
+    }
+}
+
 /* ---- Affine maps ---- */
 
 static np_affine draw_affine(np_random *random) {
@@ -153,6 +170,7 @@ static void steps_and_mixes_meet_their_ends(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(vectors_are_equal_in_all_components),
       cmocka_unit_test(inverse_undoes_the_map),
       cmocka_unit_test(composition_applies_the_second_first),
       cmocka_unit_test(tiny_and_huge_scales_are_inverted),

@@ -25,6 +25,7 @@ static inline np_vec3 np_vec3_cross(np_vec3 a, np_vec3 b) {
 }
 static inline float np_vec3_length(np_vec3 a) { return sqrtf(np_vec3_dot(a, a)); }
 static inline np_vec3 np_vec3_normalize(np_vec3 a) { return np_vec3_scale(a, 1.0f / np_vec3_length(a)); }
+static inline bool np_vec3_is_equal(np_vec3 a, np_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 static inline np_dvec3 np_dvec3_make(double x, double y, double z) { return (np_dvec3){x, y, z}; }
 static inline np_dvec3 np_dvec3_add(np_dvec3 a, np_dvec3 b) { return np_dvec3_make(a.x + b.x, a.y + b.y, a.z + b.z); }
@@ -38,6 +39,7 @@ static inline np_dvec3 np_dvec3_cross(np_dvec3 a, np_dvec3 b) {
 }
 static inline double np_dvec3_length(np_dvec3 a) { return sqrt(np_dvec3_dot(a, a)); }
 static inline np_dvec3 np_dvec3_normalize(np_dvec3 a) { return np_dvec3_scale(a, 1.0 / np_dvec3_length(a)); }
+static inline bool np_dvec3_is_equal(np_dvec3 a, np_dvec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 static inline np_vec3 np_dvec3_to_float(np_dvec3 a) { return np_vec3_make((float)a.x, (float)a.y, (float)a.z); }
 static inline np_dvec3 np_vec3_to_double(np_vec3 a) { return np_dvec3_make(a.x, a.y, a.z); }
 

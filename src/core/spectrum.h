@@ -41,5 +41,6 @@ static inline np_spectrum np_spectrum_exp_negative(np_spectrum depth) {
 static inline float np_spectrum_max(np_spectrum a) { return fmaxf(a.band[0], fmaxf(a.band[1], a.band[2])); }
 static inline float np_spectrum_mean(np_spectrum a) { return (a.band[0] + a.band[1] + a.band[2]) * (1.0f / 3.0f); }
 static inline bool np_spectrum_is_zero(np_spectrum a) { return a.band[0] == 0 && a.band[1] == 0 && a.band[2] == 0; }
+static inline bool np_spectrum_is_grey(np_spectrum a) { return a.band[1] == a.band[0] && a.band[2] == a.band[0]; }
 
 #endif

@@ -4,13 +4,6 @@
  * solution's moments towards the camera. Compiled once per instruction-set level. */
 #include "integrate/march.h"
 
-static bool is_grey(const np_scene_view *view) {
-  for (unsigned v = 0; v < view->volume_count; v++)
-    for (int b = 1; b < NP_BAND_COUNT; b++)
-      if (view->volumes[v].albedo.band[b] != view->volumes[v].albedo.band[0]) return false;
-  return true;
-}
-
 /* What depths let through, found once where they are the same in all bands. */
 static np_spectrum find_transmittance(const np_march *m, np_spectrum depth) {
   const float first = np_transmittance(depth.band[0]);
@@ -25,16 +18,14 @@ static np_spectrum find_opacity(const np_march *m, np_spectrum depth) {
   return np_spectrum_make(first, -expm1f(-depth.band[1]), -expm1f(-depth.band[2]));
 }
 
-static bool is_same_place(np_dvec3 a, np_dvec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
-
 void NP_KERNEL(np_march_start_scaled)(np_march *m) {
   const float versine = np_march_find_sun_versine(m);
   for (unsigned i = 0; i < m->view->volume_count; i++)
     np_scaled_phase_fill_column(&m->scatter->phases[i], versine, &m->sun.peak[i].column);
   const np_viewer_light *prepared = m->view->viewer_light;
-  m->viewer_light = prepared && is_same_place(prepared->viewer, m->ray->origin) ? prepared : NULL;
+  m->viewer_light = prepared && np_dvec3_is_equal(prepared->viewer, m->ray->origin) ? prepared : NULL;
   m->has_thrown = false;
-  m->is_grey = is_grey(m->view);
+  m->is_grey = np_view_is_grey(m->view);
 }
 
 /* Optical depths from a point to the sun: of the scaled medium, of its forward peak, and of the medium whose peak is

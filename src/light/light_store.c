@@ -187,14 +187,12 @@ static neph_result make_depth_key(neph_context *context, const np_scene_view *vi
   return NEPH_OK;
 }
 
-static bool is_same_vec3(np_vec3 a, np_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
-
 /* To the bit, so that a picture is that of the scene alone. */
 static bool are_same_depths(const np_depth_key *kept, const np_depth_key *wanted, char *reason, size_t size) {
   const np_sun_cache_desc *a = &kept->desc, *b = &wanted->desc;
   if (strcmp(kept->clouds, wanted->clouds) != 0)
     (void)snprintf(reason, size, "%s", clouds_changed);
-  else if (!is_same_vec3(kept->to_sun, wanted->to_sun))
+  else if (!np_vec3_is_equal(kept->to_sun, wanted->to_sun))
     describe_turn(kept->to_sun, wanted->to_sun, reason, size);
   else if (a->tolerance != b->tolerance || a->rate != b->rate || a->bytes_max != b->bytes_max)
     (void)snprintf(reason, size, "what they may err by changed");

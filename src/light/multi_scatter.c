@@ -182,13 +182,6 @@ static double light_levels(solver *s) {
   return sum;
 }
 
-static bool is_grey(const np_scene_view *view) {
-  for (unsigned v = 0; v < view->volume_count; v++)
-    for (int b = 1; b < NP_BAND_COUNT; b++)
-      if (view->volumes[v].albedo.band[b] != view->volumes[v].albedo.band[0]) return false;
-  return true;
-}
-
 static size_t count_moments(const np_transport_grid *g) { return g->live_count * np_harmonics_count(g->degree); }
 
 /* The start of a further band of grey clouds. */
@@ -295,7 +288,7 @@ static void visit_lights(const solver *s, void (*visit)(light_colour *, const fl
 
 /* Where clouds are grey and their lights are of one colour, the first band's solution is all bands'. */
 static void choose_bands(solver *s) {
-  light_colour c = {.is_one = is_grey(s->view) && !s->view->emission, .colour = np_spectrum_grey(1.0f)};
+  light_colour c = {.is_one = np_view_is_grey(s->view) && !s->view->emission, .colour = np_spectrum_grey(1.0f)};
   if (c.is_one) visit_lights(s, add_light, &c);
   c.is_one = c.is_one && c.sum[0] > 0.0;
   for (int b = 0; b < NP_BAND_COUNT && c.is_one; b++) c.colour.band[b] = (float)(c.sum[b] / c.sum[0]);
@@ -342,7 +335,7 @@ static neph_result pack_moments(solver *s) {
 }
 
 static neph_result solve_bands(solver *s) {
-  const bool has_one_grid = is_grey(s->view);
+  const bool has_one_grid = np_view_is_grey(s->view);
   double sum = 0.0;
   s->out->band_count = NP_BAND_COUNT;
   for (s->band = 0; s->band < s->out->band_count; s->band++) {

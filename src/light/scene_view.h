@@ -75,6 +75,13 @@ typedef struct np_scene_view {
   const struct np_air_shadow *air_shadow;       /* of the camera's sky; NULL: clear */
 } np_scene_view;
 
+/* Whether each cloud's albedo is the same in all bands. */
+static inline bool np_view_is_grey(const np_scene_view *view) {
+  for (unsigned v = 0; v < view->volume_count; v++)
+    if (!np_spectrum_is_grey(view->volumes[v].albedo)) return false;
+  return true;
+}
+
 /* A direction towards the sun's disk, uniform over it; its centre when the disk is a point. */
 np_vec3 np_light_sample_sun(const np_scene_view *view, float u, float v);
 
