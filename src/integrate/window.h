@@ -35,12 +35,6 @@ typedef struct np_window {
   float stake; /* ΔI */
 } np_window;
 
-/* Henyey and Greenstein's, of sunlight after a scattering more. */
-static inline float np_window_lobe(float asymmetry, float versine) {
-  const float square = (1.0f - asymmetry) * (1.0f - asymmetry) + 2.0f * asymmetry * versine;
-  return 0.25f / NP_PI_F * (1.0f - asymmetry * asymmetry) / (square * sqrtf(square));
-}
-
 /* The cell that a position is in; NULL where there is none. */
 static inline const np_importance *np_window_find_cell(const np_multi_scatter *scatter, np_dvec3 position) {
   const np_transport_grid *g = &scatter->grid;
@@ -63,8 +57,9 @@ static inline bool np_window_find(const np_scene_view *view, const np_view_volum
   const float asymmetry = phase->moments[1] + phase->forward;
   const np_vec3 d = direction, s = view->to_sun, lean = np_vec3_make(cell->lean[0], cell->lean[1], cell->lean[2]);
   const float versine = np_versine(d.x, d.y, d.z, s.x, s.y, s.z);
+  const np_phase_lobe again = {.asymmetry = asymmetry * asymmetry}; /* of sunlight after a scattering more */
   const float once = cell->sun * np_phase_eval(&volume->phase, versine);
-  const float twice = cell->sun * np_window_lobe(asymmetry * asymmetry, versine);
+  const float twice = cell->sun * np_phase_eval_lobe(again, versine);
   const float around = np_maxf(cell->mean - asymmetry * np_vec3_dot(lean, d), 0.25f * cell->mean);
   out->worth = around + np_maxf(once, twice);
   out->stake = cell->slope + twice + 0.003f * around;
