@@ -95,6 +95,26 @@ static np_camera_ray make_ray(const window *w, int n, const double shift[2], np_
       .origin = origin, .direction = np_vec3_scale(w->from, -1.0f), .jitter = np_random_float(random)};
 }
 
+/* What is found along one ray. */
+typedef double (*sample_fn)(const fixture *f, const np_camera_ray *ray, np_random *random, int band);
+
+/* Integrated over the window that faces `from`; the error is that of the means of BATCHES sets. */
+static estimate integrate(const fixture *f, np_vec3 from, sample_fn sample, int count, int band, uint64_t seed) {
+  np_random random = np_random_start(seed, 0, 0, 0, 0);
+  const window w = open_window(from);
+  test_tally batches = {0};
+  for (int batch = 0; batch < BATCHES; batch++) {
+    const double shift[2] = {np_random_double(&random), np_random_double(&random)};
+    double sum = 0.0;
+    for (int n = 0; n < count / BATCHES; n++) {
+      const np_camera_ray ray = make_ray(&w, n, shift, &random);
+      sum += sample(f, &ray, &random, band);
+    }
+    test_tally_add(&batches, w.area_m2 * sum / (count / BATCHES));
+  }
+  return (estimate){test_tally_mean(&batches), test_tally_error(&batches)};
+}
+
 static double sample_radiance(const fixture *f, const np_camera_ray *ray, np_random *random, int band) {
   const np_integrator_settings settings = test_integrator_settings();
   const np_integrator_kernels *kernels = test_integrators(f->context);
@@ -103,21 +123,9 @@ static double sample_radiance(const fixture *f, const np_camera_ray *ray, np_ran
   return test_sum_components(&sample, band);
 }
 
-/* Radiant intensity thrown towards `to`; the error is that of the means of BATCHES sets. */
+/* Radiant intensity thrown towards `to`. */
 static estimate find_intensity(const fixture *f, np_vec3 to, int count, int band, uint64_t seed) {
-  np_random random = np_random_start(seed, 0, 0, 0, 0);
-  const window w = open_window(to);
-  test_tally batches = {0};
-  for (int batch = 0; batch < BATCHES; batch++) {
-    const double shift[2] = {np_random_double(&random), np_random_double(&random)};
-    double sum = 0.0;
-    for (int n = 0; n < count / BATCHES; n++) {
-      const np_camera_ray ray = make_ray(&w, n, shift, &random);
-      sum += sample_radiance(f, &ray, &random, band);
-    }
-    test_tally_add(&batches, w.area_m2 * sum / (count / BATCHES));
-  }
-  return (estimate){test_tally_mean(&batches), test_tally_error(&batches)};
+  return integrate(f, to, sample_radiance, count, band, seed);
 }
 
 /* Chandrasekhar 1960, "Radiative Transfer", section 13: what goes from a to b under light from a is what goes from b to
@@ -143,26 +151,14 @@ static void light_may_be_followed_either_way(void **state) {
   end(&f);
 }
 
-/* Power taken from the sun's light, by the optical depths alone. */
-static estimate find_intercepted(const fixture *f, int count) {
-  np_random random = np_random_start(3, 0, 0, 0, 0);
-  const window w = open_window(f->view.to_sun);
-  test_tally batches = {0};
-  for (int batch = 0; batch < BATCHES; batch++) {
-    const double shift[2] = {np_random_double(&random), np_random_double(&random)};
-    double sum = 0.0;
-    for (int n = 0; n < count / BATCHES; n++) {
-      const np_camera_ray ray = make_ray(&w, n, shift, &random);
-      double depth = 0.0;
-      for (int k = 0; k < 240; k++) {
-        const np_dvec3 position = np_dvec3_along(ray.origin, ray.direction, 70.0 + 0.25 * (k + 0.5));
-        for (int v = 0; v < CLOUDS; v++) depth += 0.25 * (double)np_view_extinction(&f->placed[v], position);
-      }
-      sum -= expm1(-depth);
-    }
-    test_tally_add(&batches, w.area_m2 * sum / (count / BATCHES));
+static double sample_opacity(const fixture *f, const np_camera_ray *ray, np_random *random, int band) {
+  (void)random, (void)band;
+  double depth = 0.0;
+  for (int k = 0; k < 240; k++) {
+    const np_dvec3 position = np_dvec3_along(ray->origin, ray->direction, 70.0 + 0.25 * (k + 0.5));
+    for (int v = 0; v < CLOUDS; v++) depth += 0.25 * (double)np_view_extinction(&f->placed[v], position);
   }
-  return (estimate){test_tally_mean(&batches), test_tally_error(&batches)};
+  return -expm1(-depth);
 }
 
 /* What leaves in all directions, spread evenly over the sphere, is what the clouds take from the sun. */
@@ -178,7 +174,8 @@ static void assert_conserved(fixture *f, bool is_solved, double tolerance) {
     thrown += 4.0 * NP_PI / DIRECTIONS * part.mean;
     variance += pow(4.0 * NP_PI / DIRECTIONS * part.error, 2.0);
   }
-  const estimate taken = find_intercepted(f, 16384);
+  /* From the sun's light, by the optical depths alone. */
+  const estimate taken = integrate(f, f->view.to_sun, sample_opacity, 16384, 0, 3);
   assert_near(thrown, taken.mean, 4.0 * sqrt(variance + taken.error * taken.error) + tolerance * taken.mean);
 }
 
