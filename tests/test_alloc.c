@@ -9,20 +9,6 @@ static bool is_zero(const unsigned char *bytes, size_t count) {
   return true;
 }
 
-/* A context that counts what it allocates; its own blocks included. */
-static neph_context *create_counted_context(test_allocator *allocator, test_log *log) {
-  test_log_start(log);
-  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
-  desc.thread_count = 1;
-  desc.log = test_log_receive;
-  desc.log_user = log;
-  desc.reallocate = test_allocator_reallocate;
-  desc.reallocate_user = allocator;
-  neph_context *context = NULL;
-  assert_int_equal(neph_context_create(&desc, &context), NEPH_OK);
-  return context;
-}
-
 static void check_blocks(neph_context *context) {
   const size_t sizes[] = {0, 1, 15, 16, 63, 64, 65, 4096, 1 << 20};
   for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
@@ -38,8 +24,7 @@ static void check_blocks(neph_context *context) {
 static void blocks_are_aligned_and_zero(void **state) {
   (void)state;
   test_allocator allocator = {0};
-  test_log log;
-  neph_context *context = create_counted_context(&allocator, &log);
+  neph_context *context = test_context_create_counted(1, NULL, &allocator);
   check_blocks(context);
   neph_context_destroy(context);
   context = test_context_create(1, NULL); /* the C library's allocator */
@@ -67,8 +52,7 @@ static void resizing_keeps_the_old_and_zeroes_the_new(neph_context *context) {
 static void blocks_grow_and_shrink(void **state) {
   (void)state;
   test_allocator allocator = {0};
-  test_log log;
-  neph_context *context = create_counted_context(&allocator, &log);
+  neph_context *context = test_context_create_counted(1, NULL, &allocator);
   resizing_keeps_the_old_and_zeroes_the_new(context);
   neph_context_destroy(context);
   context = test_context_create(1, NULL);
@@ -98,7 +82,8 @@ static void failed_growth_leaves_the_block(void **state) {
   (void)state;
   test_allocator allocator = {0};
   test_log log;
-  neph_context *context = create_counted_context(&allocator, &log);
+  test_log_start(&log);
+  neph_context *context = test_context_create_counted(1, &log, &allocator);
   char *block = np_alloc_text(context, "kept");
   atomic_store(&allocator.fail_at, atomic_load(&allocator.allocations) + 1);
   assert_null(np_alloc_resize(context, block, 1000, 1));
@@ -112,8 +97,7 @@ static void failed_growth_leaves_the_block(void **state) {
 static void bytes_and_peak_are_counted(void **state) {
   (void)state;
   test_allocator allocator = {0};
-  test_log log;
-  neph_context *context = create_counted_context(&allocator, &log);
+  neph_context *context = test_context_create_counted(1, NULL, &allocator);
   assert_int_equal(context->allocated_bytes, allocator.live_bytes);
   const size_t before = context->allocated_bytes;
   void *block = np_alloc(context, 1000, 100);

@@ -53,11 +53,17 @@ void test_check_one_error(test_log *log, const char *file, int line, ...) {
 }
 
 neph_context *test_context_create(unsigned thread_count, test_log *log) {
+  return test_context_create_counted(thread_count, log, NULL);
+}
+
+neph_context *test_context_create_counted(unsigned thread_count, test_log *log, test_allocator *allocator) {
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   desc.thread_count = thread_count;
   desc.log = log ? test_log_receive : NULL;
   desc.log_user = log;
   desc.log_level_max = NEPH_LOG_DEBUG;
+  desc.reallocate = allocator ? test_allocator_reallocate : NULL;
+  desc.reallocate_user = allocator;
   desc.module_dir = NEPHOS_TEST_MODULE_DIR;
   neph_context *context = NULL;
   assert_int_equal(neph_context_create(&desc, &context), NEPH_OK);
@@ -97,15 +103,7 @@ static bool attempt_with_failure(size_t fail_at, neph_result (*attempt)(neph_con
   test_allocator allocator = {0};
   test_log log;
   test_log_start(&log);
-  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
-  desc.thread_count = 2;
-  desc.log = test_log_receive;
-  desc.log_user = &log;
-  desc.reallocate = test_allocator_reallocate;
-  desc.reallocate_user = &allocator;
-  desc.module_dir = NEPHOS_TEST_MODULE_DIR;
-  neph_context *context = NULL;
-  assert_int_equal(neph_context_create(&desc, &context), NEPH_OK);
+  neph_context *context = test_context_create_counted(2, &log, &allocator);
   const size_t blocks_before = atomic_load(&allocator.live_blocks);
   const size_t allocations_before = atomic_load(&allocator.allocations);
   atomic_store(&allocator.fail_at, allocations_before + fail_at);

@@ -47,6 +47,9 @@ typedef struct test_allocator {
 
 void *test_allocator_reallocate(void *allocator, void *block, size_t old_bytes, size_t new_bytes);
 
+/* A context like that of test_context_create, its own blocks counted too. */
+neph_context *test_context_create_counted(unsigned thread_count, test_log *log, test_allocator *allocator);
+
 /* Calls `attempt` with a fresh context, again and again, with its first, second, … allocation failing, until one passes
  * without failure. Each failed attempt must return NEPH_ERROR_OUT_OF_MEMORY, log that once, and leave no block. */
 void assert_survives_failed_allocations(neph_result (*attempt)(neph_context *context, void *user), void *user);
