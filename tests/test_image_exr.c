@@ -372,24 +372,19 @@ static void every_prefix_of_a_file_is_an_error(void **state) {
   free(file.bytes);
 }
 
-/* A flipped byte may pass unseen where it is a value; it must never crash, nor fail without one message. */
+static neph_result load_and_destroy(neph_context *context, const char *path) {
+  neph_image *image;
+  const neph_result result = neph_image_load_exr(context, path, &image);
+  neph_image_destroy(image);
+  return result;
+}
+
+/* Half of them in the header and the first chunk. */
 static void flipped_bytes_are_survived(void **state) {
   test_fixture *f = *state;
-  test_file file = make_valid_file(f);
-  np_random random = np_random_start(9, 0, 0, 0, 0);
-  for (int i = 0; i < 2000; i++) {
-    neph_image *image;
-    size_t range = i % 2 ? 1500 : file.size, at = np_random_bits(&random) % range;
-    uint8_t kept = file.bytes[at];
-    file.bytes[at] = (uint8_t)np_random_bits(&random);
-    test_file_write(f->path, file.bytes, file.size);
-    neph_result result = neph_image_load_exr(f->context, f->path, &image);
-    assert_int_equal(f->log.counts[NEPH_LOG_ERROR], result ? 1 : 0);
-    test_log_clear(&f->log);
-    neph_image_destroy(image);
-    file.bytes[at] = kept;
-  }
-  free(file.bytes);
+  free(make_valid_file(f).bytes);
+  assert_survives_changed_bytes(f, SIZE_MAX, 1000, load_and_destroy);
+  assert_survives_changed_bytes(f, 1500, 1000, load_and_destroy);
 }
 
 static uint8_t *find_bytes(test_file file, const char *text) {

@@ -245,42 +245,10 @@ static void broadening_ends_isotropic(void **state) {
 
 /* ---- Tables ---- */
 
-typedef struct table_fixture {
-  test_log log;
-  neph_context *context;
-  char *folder, *path;
-  np_phase_table table;
-} table_fixture;
-
-static int set_up_table(void **state) {
-  table_fixture *f = calloc(1, sizeof *f);
-  test_log_start(&f->log);
-  f->context = test_context_create(1, &f->log);
-  f->folder = test_folder_create();
-  f->path = test_path(f->folder, "phase.csv");
-  *state = f;
-  return 0;
-}
-
-static int tear_down_table(void **state) {
-  table_fixture *f = *state;
-  np_phase_table_clear(&f->table);
-  test_folder_destroy(f->folder);
-  neph_context_destroy(f->context);
-  free(f->path);
-  free(f);
-  return 0;
-}
-
-static void write_text(const table_fixture *f, const char *text) {
-  FILE *file = fopen(f->path, "w");
-  assert_non_null(file);
-  fputs(text, file);
-  fclose(file);
-}
+static int set_up(void **state) { return test_set_up(state, 1, "phase.csv"); }
 
 /* Values of a phase function times a factor, at angles that crowd towards 0 as its peak does. */
-static void write_table(const table_fixture *f, const np_phase *phase, int count, double factor, bool is_reversed) {
+static void write_table(const test_fixture *f, const np_phase *phase, int count, double factor, bool is_reversed) {
   FILE *file = fopen(f->path, "w");
   assert_non_null(file);
   fprintf(file, "# made up\nvalue,angle_deg\n");
@@ -294,12 +262,13 @@ static void write_table(const table_fixture *f, const np_phase *phase, int count
 
 /* A fine table of the droplets' function is that function: 1000 rows leave 2e-4 of its value between them. */
 static void a_fine_table_is_its_function(void **state) {
-  table_fixture *f = *state;
+  test_fixture *f = *state;
+  np_phase_table table;
   const np_phase droplets = np_phase_droplets(20e-6);
   for (int is_reversed = 0; is_reversed < 2; is_reversed++) {
     write_table(f, &droplets, 1000, 1.005, is_reversed);
-    assert_int_equal(np_phase_table_load(f->context, f->path, &f->table), NEPH_OK);
-    const np_phase phase = np_phase_tabulated(&f->table);
+    assert_int_equal(np_phase_table_load(f->context, f->path, &table), NEPH_OK);
+    const np_phase phase = np_phase_tabulated(&table);
     double moments[24], expected[24];
     np_phase_get_moments(&phase, 24, moments);
     np_phase_get_moments(&droplets, 24, expected);
@@ -307,17 +276,18 @@ static void a_fine_table_is_its_function(void **state) {
     for (int l = 1; l < 24; l++) assert_near(moments[l], expected[l], 5e-4);
     for (double v = 1e-6; v < 2.0; v *= 1.7) assert_near_relative(eval(&phase, v), eval(&droplets, v), 2e-3);
     assert_samples_follow(&phase, 77 + (uint64_t)is_reversed);
-    np_phase_table_clear(&f->table);
+    np_phase_table_clear(&table);
   }
 }
 
 /* Linear from (1 − ½)/4π behind to (1 + ½)/4π ahead: mean cosine ½/3, all higher moments 0, a half of it its mixture
  * with isotropy. By cosines, whose order is that of the file. */
 static void a_coarse_table_is_linear_in_the_cosine(void **state) {
-  table_fixture *f = *state;
-  write_text(f, "cosine,value\n-1,0.0397887\n0.5,0.0994718\n1,0.1193662\n");
-  assert_int_equal(np_phase_table_load(f->context, f->path, &f->table), NEPH_OK);
-  const np_phase phase = np_phase_tabulated(&f->table), half = np_phase_broaden(&phase, 0.5f);
+  test_fixture *f = *state;
+  np_phase_table table;
+  test_file_write_text(f->path, "cosine,value\n-1,0.0397887\n0.5,0.0994718\n1,0.1193662\n");
+  assert_int_equal(np_phase_table_load(f->context, f->path, &table), NEPH_OK);
+  const np_phase phase = np_phase_tabulated(&table), half = np_phase_broaden(&phase, 0.5f);
   double moments[4];
   np_phase_get_moments(&phase, 4, moments);
   assert_near(moments[1], 0.5 / 3.0, 1e-6); /* seven digits are written */
@@ -328,10 +298,12 @@ static void a_coarse_table_is_linear_in_the_cosine(void **state) {
     assert_near_relative(eval(&phase, v), (1.0 + 0.5 * (1.0 - v)) / (4.0 * NP_PI), 1e-6);
   assert_samples_follow(&phase, 80);
   assert_samples_follow(&half, 81);
+  np_phase_table_clear(&table);
 }
 
 static void wrong_tables_are_refused(void **state) {
-  table_fixture *f = *state;
+  test_fixture *f = *state;
+  np_phase_table table;
   static const struct {
     const char *text, *message;
   } cases[] = {
@@ -347,8 +319,8 @@ static void wrong_tables_are_refused(void **state) {
       {"angle_deg,value\n0,1\n", "has 1 rows"},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-    write_text(f, cases[i].text);
-    assert_int_equal(np_phase_table_load(f->context, f->path, &f->table), NEPH_ERROR_BAD_FILE);
+    test_file_write_text(f->path, cases[i].text);
+    assert_int_equal(np_phase_table_load(f->context, f->path, &table), NEPH_ERROR_BAD_FILE);
     assert_one_error(&f->log, cases[i].message);
   }
 }
@@ -361,8 +333,8 @@ static neph_result load_table(neph_context *context, void *path) {
 }
 
 static void failed_allocations_leave_nothing(void **state) {
-  table_fixture *f = *state;
-  write_text(f, "cosine,value\n-1,0.0795775\n1,0.0795775\n");
+  test_fixture *f = *state;
+  test_file_write_text(f->path, "cosine,value\n-1,0.0795775\n1,0.0795775\n");
   assert_survives_failed_allocations(load_table, f->path);
 }
 
@@ -378,10 +350,10 @@ int main(void) {
       cmocka_unit_test(sample_value_is_eval),
       cmocka_unit_test(extremes_give_finite_unit_directions),
       cmocka_unit_test(broadening_ends_isotropic),
-      cmocka_unit_test_setup_teardown(a_fine_table_is_its_function, set_up_table, tear_down_table),
-      cmocka_unit_test_setup_teardown(a_coarse_table_is_linear_in_the_cosine, set_up_table, tear_down_table),
-      cmocka_unit_test_setup_teardown(wrong_tables_are_refused, set_up_table, tear_down_table),
-      cmocka_unit_test_setup_teardown(failed_allocations_leave_nothing, set_up_table, tear_down_table),
+      cmocka_unit_test_setup_teardown(a_fine_table_is_its_function, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_coarse_table_is_linear_in_the_cosine, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(wrong_tables_are_refused, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(failed_allocations_leave_nothing, set_up, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

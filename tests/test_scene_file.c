@@ -115,10 +115,7 @@ static void test_block_style_is_the_same(void **state) {
 static void test_files_are_read_from_disk(void **state) {
   test_fixture *f = *state;
   char *folder = test_folder_create(), *path = test_path(folder, "s.yaml"), *image = test_path(folder, "a.exr");
-  FILE *file = fopen(path, "w");
-  assert_non_null(file);
-  fputs("output: {image: a.exr}\n", file);
-  fclose(file);
+  test_file_write_text(path, "output: {image: a.exr}\n");
   neph_scene *scene;
   assert_int_equal(neph_scene_load(f->context, path, &scene), NEPH_OK);
   assert_string_equal(scene->output.image, image);

@@ -90,10 +90,7 @@ static void sirius_leads_the_bright_stars(void **state) {
 
 static char *write_text(const test_fixture *f, const char *text) {
   char *path = test_path(f->folder, "stars.csv");
-  FILE *file = fopen(path, "w");
-  assert_non_null(file);
-  assert_true(fputs(text, file) >= 0);
-  assert_int_equal(fclose(file), 0);
+  test_file_write_text(path, text);
   return path;
 }
 

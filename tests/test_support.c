@@ -9,6 +9,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/random.h"
+
 /* ---- Log ---- */
 
 void test_log_start(test_log *log) {
@@ -177,6 +179,8 @@ void test_file_write(const char *path, const void *bytes, size_t size) {
   assert_int_equal(fclose(stream), 0);
 }
 
+void test_file_write_text(const char *path, const char *text) { test_file_write(path, text, strlen(text)); }
+
 char *test_data_path(const char *relative) {
   char *path = *NEPHOS_TEST_DATA ? test_path(NEPHOS_TEST_DATA, relative) : NULL;
   if (path && !access(path, R_OK)) return path;
@@ -237,6 +241,24 @@ void assert_survives_full_disk(test_fixture *f, size_t bytes_needed, size_t step
     assert_int_equal(test_folder_count(f->folder), 0);
   }
   signal(SIGXFSZ, handler);
+}
+
+void assert_survives_changed_bytes(test_fixture *f, size_t range, unsigned count,
+                                   neph_result (*read)(neph_context *context, const char *path)) {
+  const test_file file = test_file_read(f->path);
+  for (unsigned i = 0; i < count; i++) {
+    np_random random = np_random_start(2, i, 0, 0, 0);
+    const size_t at = np_random_bits(&random) % (range < file.size ? range : file.size);
+    const uint8_t kept = file.bytes[at];
+    file.bytes[at] = (uint8_t)np_random_bits(&random);
+    test_file_write(f->path, file.bytes, file.size);
+    const neph_result result = read(f->context, f->path);
+    assert_int_equal(f->log.counts[NEPH_LOG_ERROR], result ? 1 : 0);
+    test_log_clear(&f->log);
+    file.bytes[at] = kept;
+  }
+  test_file_write(f->path, file.bytes, file.size);
+  free(file.bytes);
 }
 
 /* ---- Numbers ---- */

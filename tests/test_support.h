@@ -74,6 +74,7 @@ typedef struct test_file {
 
 test_file test_file_read(const char *path);
 void test_file_write(const char *path, const void *bytes, size_t size);
+void test_file_write_text(const char *path, const char *text);
 
 /* Path of a real file under the folder of test data, to be freed; skips the test, saying so, where there is none. */
 char *test_data_path(const char *relative);
@@ -99,6 +100,11 @@ int test_tear_down(void **state);
  * to what it needs. Each must return NEPH_ERROR_IO, say once that the file is too large, and leave nothing. */
 void assert_survives_full_disk(test_fixture *f, size_t bytes_needed, size_t step,
                                neph_result (*save)(const char *path, const void *user), const void *user);
+
+/* Calls `read` with the file at the fixture's path changed in one of its first `range` bytes, `count` times. A change
+ * may pass unseen; it must never crash, nor fail without one message. The file is left as it was. */
+void assert_survives_changed_bytes(test_fixture *f, size_t range, unsigned count,
+                                   neph_result (*read)(neph_context *context, const char *path));
 
 /* ---- Numbers ---- */
 

@@ -233,9 +233,7 @@ static void pictures_that_say_nothing_are_refused(void **state) {
   neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_COVERAGE);
   assert_refused(f, &desc, NEPH_ERROR_NOT_FOUND);
   assert_one_error(&f->log, f->path, "no such file");
-  FILE *file = fopen(f->path, "w");
-  fputs("a text", file);
-  fclose(file);
+  test_file_write_text(f->path, "a text");
   assert_refused(f, &desc, NEPH_ERROR_BAD_FILE);
   assert_one_error(&f->log, f->path);
   write_map(f, 2, 1, (const float[]){0, 1});
