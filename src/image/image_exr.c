@@ -122,6 +122,14 @@ static void close_file(exr_file *file) {
   file->descriptor = -1;
 }
 
+/* An image's channel in memory: floats, line after line. */
+static void lay_out_values(const neph_image *image, exr_coding_channel_info_t *channel) {
+  channel->user_bytes_per_element = sizeof(float);
+  channel->user_data_type = EXR_PIXEL_FLOAT;
+  channel->user_pixel_stride = sizeof(float);
+  channel->user_line_stride = (int32_t)(image->width * sizeof(float));
+}
+
 /* ---- Writing the header ---- */
 
 static exr_pixel_type_t choose_pixel_type(const np_image_channel *channel, neph_pixel_type wanted) {
@@ -224,10 +232,7 @@ typedef struct exr_writer {
 static void point_to_values(const neph_image *image, size_t first, exr_encode_pipeline_t *pipeline) {
   for (int c = 0; c < pipeline->channel_count; c++) {
     exr_coding_channel_info_t *channel = &pipeline->channels[c];
-    channel->user_bytes_per_element = sizeof(float);
-    channel->user_data_type = EXR_PIXEL_FLOAT;
-    channel->user_pixel_stride = sizeof(float);
-    channel->user_line_stride = (int32_t)(image->width * sizeof(float));
+    lay_out_values(image, channel);
     channel->encode_from_ptr = (const uint8_t *)(np_image_find_channel(image, channel->channel_name) + first);
   }
 }
@@ -582,10 +587,7 @@ static exr_result_t point_into_image(const exr_reader *reader, int column, int r
   for (int c = 0; c < pipeline->channel_count; c++) {
     exr_coding_channel_info_t *channel = &pipeline->channels[c];
     if (x + channel->width > image->width || y + channel->height > image->height) return EXR_ERR_CORRUPT_CHUNK;
-    channel->user_bytes_per_element = sizeof(float);
-    channel->user_data_type = EXR_PIXEL_FLOAT;
-    channel->user_pixel_stride = sizeof(float);
-    channel->user_line_stride = (int32_t)(image->width * sizeof(float));
+    lay_out_values(image, channel);
     channel->decode_to_ptr = (uint8_t *)(image->channels[c].values + y * image->width + x);
   }
   return EXR_ERR_SUCCESS;
