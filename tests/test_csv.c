@@ -36,6 +36,23 @@ static void fields_lines_and_comments(void **state) {
   np_csv_clear(&csv);
 }
 
+static void columns_are_found_and_needed(void **state) {
+  test_fixture *f = *state;
+  static const char *const names[] = {"x", "missing", "y"};
+  np_csv csv;
+  int columns[3];
+  assert_int_equal(load(f, "# first\ny,x\n1,2\n", &csv), NEPH_OK);
+  assert_int_equal(np_csv_find_columns(&csv, names, 3, 1u << 0 | 1u << 2, columns), NEPH_OK);
+  assert_int_equal(columns[0], 1);
+  assert_int_equal(columns[1], NP_CSV_NO_COLUMN);
+  assert_int_equal(columns[2], 0);
+  assert_string_equal(np_csv_get_field(&csv, 0, columns[0]), "2");
+  assert_string_equal(np_csv_get_field(&csv, 0, columns[1]), "");
+  assert_int_equal(np_csv_find_columns(&csv, names, 3, 1u << 1, columns), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "table.csv:2: there is no column missing");
+  np_csv_clear(&csv);
+}
+
 static void numbers_are_checked(void **state) {
   test_fixture *f = *state;
   np_csv csv;
@@ -85,6 +102,7 @@ static void failed_allocations_leave_nothing(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(fields_lines_and_comments, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(columns_are_found_and_needed, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(numbers_are_checked, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(damaged_files_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(failed_allocations_leave_nothing, set_up, test_tear_down),

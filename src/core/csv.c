@@ -137,7 +137,19 @@ int np_csv_find_column(const np_csv *csv, const char *name) {
   return NP_CSV_NO_COLUMN;
 }
 
+neph_result np_csv_find_columns(const np_csv *csv, const char *const *names, int count, unsigned needed,
+                                int *out_columns) {
+  for (int c = 0; c < count; c++) {
+    out_columns[c] = np_csv_find_column(csv, names[c]);
+    if (out_columns[c] == NP_CSV_NO_COLUMN && needed & 1u << c)
+      return np_fail(csv->context, NEPH_ERROR_BAD_FILE, "%s:%u: there is no column %s", csv->path, csv->header.line,
+                     names[c]);
+  }
+  return NEPH_OK;
+}
+
 const char *np_csv_get_field(const np_csv *csv, size_t row, int column) {
+  if (column == NP_CSV_NO_COLUMN) return "";
   return csv->field_list[csv->rows[row].first_field + (size_t)column];
 }
 

@@ -33,6 +33,12 @@ void np_csv_clear(np_csv *csv);
 /* Number of a column, or NP_CSV_NO_COLUMN. */
 int np_csv_find_column(const np_csv *csv, const char *name);
 
+/* The same of `count` columns. NEPH_ERROR_BAD_FILE when there is none of those that are needed, by 1 << their place in
+ * `names`. */
+neph_result np_csv_find_columns(const np_csv *csv, const char *const *names, int count, unsigned needed,
+                                int *out_columns);
+
+/* Nothing, "", for NP_CSV_NO_COLUMN. */
 const char *np_csv_get_field(const np_csv *csv, size_t row, int column);
 
 /* A field as a number in [min, max]; NEPH_ERROR_BAD_FILE, with line and column, when it is none. */

@@ -22,6 +22,7 @@ typedef enum column {
 } column;
 
 static const char *const column_names[COLUMN_COUNT] = {"quantity", "g", "albedo", "tau", "mu0", "mu_view", "phi_deg"};
+static const unsigned columns_needed = (1u << COLUMN_MU_VIEW) - 1; /* the others by radiances alone */
 
 /* Through deeper slabs of little absorption no path finds its way in any time worth waiting for. */
 static const double traceable_depth_max = 1e4;
@@ -45,18 +46,8 @@ typedef struct probe {
 
 /* ---- Cases ---- */
 
-static neph_result find_columns(probe *p) {
-  for (int c = 0; c < COLUMN_COUNT; c++) {
-    p->columns[c] = np_csv_find_column(&p->csv, column_names[c]);
-    if (p->columns[c] == NP_CSV_NO_COLUMN && c < COLUMN_MU_VIEW)
-      return np_fail(p->context, NEPH_ERROR_BAD_SCENE, "%s:%u: there is no column %s", p->csv.path, p->csv.header.line,
-                     column_names[c]);
-  }
-  return NEPH_OK;
-}
-
 static const char *get_text(const probe *p, size_t row, column c) {
-  return p->columns[c] == NP_CSV_NO_COLUMN ? "" : np_csv_get_field(&p->csv, row, p->columns[c]);
+  return np_csv_get_field(&p->csv, row, p->columns[c]);
 }
 
 static neph_result get_real(const probe *p, size_t row, column c, double min, double max, double *out) {
@@ -100,7 +91,8 @@ static neph_result read_row(const probe *p, size_t row, slab_row *out) {
 static neph_result read_rows(void *slabs) {
   probe *p = slabs;
   p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
-  neph_result result = p->rows ? find_columns(p) : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = p->rows ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result) result = np_csv_find_columns(&p->csv, column_names, COLUMN_COUNT, columns_needed, p->columns);
   for (size_t i = 0; !result && i < p->csv.row_count; i++) result = read_row(p, i, &p->rows[i]);
   return result;
 }

@@ -26,6 +26,7 @@ typedef enum column {
 static const char *const column_names[COLUMN_COUNT] = {
     "quantity",       "earth",           "max_order",       "h_km",       "mu",
     "sun_zenith_deg", "view_zenith_deg", "rel_azimuth_deg", "distance_km"};
+static const unsigned columns_needed = 1u << COLUMN_QUANTITY | 1u << COLUMN_EARTH | 1u << COLUMN_ALTITUDE;
 
 static const struct {
   const char *name;
@@ -118,18 +119,8 @@ typedef struct probe {
   np_monitor monitor;
 } probe;
 
-static neph_result find_columns(probe *p) {
-  for (int c = 0; c < COLUMN_COUNT; c++) {
-    p->columns[c] = np_csv_find_column(&p->csv, column_names[c]);
-    if (p->columns[c] == NP_CSV_NO_COLUMN && (c <= COLUMN_EARTH || c == COLUMN_ALTITUDE))
-      return np_fail(p->context, NEPH_ERROR_BAD_SCENE, "%s:%u: there is no column %s", p->csv.path, p->csv.header.line,
-                     column_names[c]);
-  }
-  return NEPH_OK;
-}
-
 static const char *get_text(const probe *p, size_t row, column c) {
-  return p->columns[c] == NP_CSV_NO_COLUMN ? "" : np_csv_get_field(&p->csv, row, p->columns[c]);
+  return np_csv_get_field(&p->csv, row, p->columns[c]);
 }
 
 /* A number that the quantity may do without: 0 then. */
@@ -217,7 +208,8 @@ static neph_result read_row(probe *p, size_t row, sky_row *out) {
 static neph_result read_rows(void *skies) {
   probe *p = skies;
   p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
-  neph_result result = p->rows ? find_columns(p) : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = p->rows ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result) result = np_csv_find_columns(&p->csv, column_names, COLUMN_COUNT, columns_needed, p->columns);
   for (size_t i = 0; !result && i < p->csv.row_count; i++) result = read_row(p, i, &p->rows[i]);
   return result;
 }
