@@ -161,6 +161,17 @@ static void frames_are_orthonormal_everywhere(void **state) {
 
 /* ---- Scalars ---- */
 
+/* The worst of all exponents, and of a mantissa's range in steps of a ten-thousandth. */
+static void rough_cube_roots_are_within_their_error(void **state) {
+  (void)state;
+  for (int exponent = -125; exponent < 127; exponent++)
+    for (int i = 0; i < 10000; i++) {
+      const float x = ldexpf(0.5f + 0.5e-4f * (float)i, exponent);
+      assert_near_relative((double)np_cbrtf_rough(x), cbrt((double)x), 1.5e-3);
+    }
+  assert_true(np_cbrtf_rough(0.0f) < 1e-12f);
+}
+
 static void steps_and_mixes_meet_their_ends(void **state) {
   (void)state;
   assert_true(np_smoothstepf(-1) == 0 && np_smoothstepf(0.5f) == 0.5f && np_smoothstepf(2) == 1);
@@ -178,6 +189,7 @@ int main(void) {
       cmocka_unit_test(altitude_is_exact_to_nanometres),
       cmocka_unit_test(zenith_points_away_from_the_centre),
       cmocka_unit_test(frames_are_orthonormal_everywhere),
+      cmocka_unit_test(rough_cube_roots_are_within_their_error),
       cmocka_unit_test(steps_and_mixes_meet_their_ends),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

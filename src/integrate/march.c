@@ -50,7 +50,7 @@ static void close_step(np_march *m) {
 /* Ends a step where its clouds do. What comes next goes on towards the same knot. */
 static void break_step(np_march *m) {
   if (m->step.count == 0) return;
-  const float gone = cbrtf(m->knot.hiding * m->knot.bound * m->knot.bound / m->knot.budget);
+  const float gone = np_cbrtf_rough(m->knot.hiding * m->knot.bound * m->knot.bound / m->knot.budget);
   close_step(m);
   np_march_forget_sun(m);
   set_knot(m, np_clampf(1.0f - gone, 0.1f, 1.0f));

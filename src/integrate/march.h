@@ -97,7 +97,7 @@ static const float np_march_opacity_least = 1e-4f;
 static inline float np_march_find_light_error(const np_march *m, float opacity) {
   const float all = np_maxf(1.0f - m->carry + opacity, np_march_opacity_least);
   const float ratio = 0.25f * all / np_maxf(opacity, 1e-6f);
-  return m->settings->tolerance * cbrtf(ratio * ratio);
+  return m->settings->tolerance * np_cbrtf_rough(ratio * ratio);
 }
 
 #endif

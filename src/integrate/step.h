@@ -91,7 +91,7 @@ static inline np_step np_step_split(const np_step *step, unsigned number, unsign
  * would take. */
 static inline float np_step_room(const np_step_knot *knot, float hiding, float bound, float length) {
   const float whole = hiding * bound * bound * length * length * length;
-  float x = whole > 4.0f * knot->budget ? length * cbrtf(knot->budget / whole) : length;
+  float x = whole > 4.0f * knot->budget ? length * np_cbrtf_rough(knot->budget / whole) : length;
   for (int k = 0; k < 3; k++) {
     const float u = knot->hiding + hiding * x, v = knot->bound + bound * x;
     x -= (u * v * v - knot->budget) / (v * (hiding * v + 2.0f * bound * u));
