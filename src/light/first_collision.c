@@ -9,7 +9,7 @@
 #include "core/isa.h"
 #include "light/first_collision.h"
 
-enum { RAYS_PER_CELL_EDGE = 2 };
+enum { RAYS_PER_CELL_EDGE = 3 };
 
 neph_result np_first_rays_follow_v1(void *, size_t, size_t, unsigned);
 neph_result np_first_rays_follow_v3(void *, size_t, size_t, unsigned);
@@ -21,9 +21,16 @@ static np_parallel_fn get_kernel(const neph_context *context) {
   return kernels[neph_context_get_isa(context)];
 }
 
-/* As many rays along each side of a face as its cells want, and some where it has but one. */
-static size_t count_along(const np_first_rays *r, int axis, double density) {
+static double find_sine(const np_first_rays *r, int axis) {
+  return sqrt(fmax(0.0, 1.0 - r->direction[axis] * r->direction[axis]));
+}
+
+/* Rays along a side of the face, by its cells, and some where it has but one: as far apart as along the other side as
+ * the sun sees them. */
+static size_t count_along(const np_first_rays *r, int axis, int other) {
   const int32_t size = r->grid->size[axis];
+  const double stretch = find_sine(r, axis) / fmax(find_sine(r, other), 1e-6);
+  const double density = RAYS_PER_CELL_EDGE * sqrt(fabs(r->direction[r->face_axis]) * stretch);
   return (size_t)fmax(ceil((double)size * density), size == 1 ? 8.0 : 1.0);
 }
 
@@ -46,11 +53,11 @@ static double find_distance(const np_transport_grid *g, int axis, size_t a, int3
 /* Adds what one face's rays leave behind. */
 static neph_result light_face(np_first_rays *r, int axis) {
   const np_transport_grid *g = r->grid;
-  const double cosine = fabs(r->direction[axis]), density = RAYS_PER_CELL_EDGE * sqrt(cosine);
-  if (g->is_wrapped[axis] || cosine < 1e-6) return NEPH_OK;
+  const int across = (axis + 1) % 3, along = (axis + 2) % 3;
+  if (g->is_wrapped[axis] || fabs(r->direction[axis]) < 1e-6) return NEPH_OK;
   r->face_axis = axis;
-  r->columns = count_along(r, (axis + 1) % 3, density);
-  r->rows = count_along(r, (axis + 2) % 3, density);
+  r->columns = count_along(r, across, along);
+  r->rows = count_along(r, along, across);
   neph_result result = np_parallel_for(g->context, r->monitor, r->rows * r->columns, 256, get_kernel(g->context), r);
   if (result) return result;
   double unit = 0x1p-32;
