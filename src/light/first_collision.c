@@ -61,7 +61,7 @@ static neph_result light_face(np_first_rays *r, int axis) {
   neph_result result = np_parallel_for(g->context, r->monitor, r->rows * r->columns, 256, get_kernel(g->context), r);
   if (result) return result;
   double unit = 0x1p-32;
-  for (int a = 0; a < 3; a++) unit *= a == axis ? 1.0 : np_first_rays_find_length(g, a) / g->size[a];
+  for (int a = 0; a < 3; a++) unit *= a == axis ? 1.0 : np_transport_grid_length(g, a) / g->size[a];
   for (size_t live = 0; live < g->live_count && r->surpluses; live++) {
     np_first_surplus *s = &r->surpluses[live];
     s->volume += unit * r->step_m * (double)s->sum;

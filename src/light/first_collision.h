@@ -42,8 +42,4 @@ typedef struct np_first_rays {
   size_t rows, columns; /* of the rays that start on the face */
 } np_first_rays;
 
-static inline double np_first_rays_find_length(const np_transport_grid *g, int axis) {
-  return g->edge_m[axis][g->size[axis]] - g->edge_m[axis][0];
-}
-
 #endif

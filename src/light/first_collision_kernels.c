@@ -103,8 +103,8 @@ static void start_ray(const np_first_rays *r, int axis, size_t number) {
   const double across = ((double)column + fraction(0.5 + 0.6180339887498949 * (double)row)) / (double)r->columns;
   double start[3];
   start[axis] = g->edge_m[axis][r->direction[axis] < 0.0 ? g->size[axis] : 0];
-  start[b] = g->edge_m[b][0] + across * np_first_rays_find_length(g, b);
-  start[c] = g->edge_m[c][0] + ((double)row + 0.5) / (double)r->rows * np_first_rays_find_length(g, c);
+  start[b] = g->edge_m[b][0] + across * np_transport_grid_length(g, b);
+  start[c] = g->edge_m[c][0] + ((double)row + 0.5) / (double)r->rows * np_transport_grid_length(g, c);
   const double face_cells = (double)g->size[b] * (double)g->size[c];
   /* Irradiance on the face times area, over the mean area of a cell's face. */
   follow_ray(r, start, fabs(r->direction[axis]) * face_cells / ((double)r->rows * (double)r->columns));

@@ -98,6 +98,11 @@ static inline double np_transport_grid_width(const np_transport_grid *grid, int 
   return grid->edge_m[axis][index + 1] - grid->edge_m[axis][index];
 }
 
+/* Of all cells along an axis. */
+static inline double np_transport_grid_length(const np_transport_grid *grid, int axis) {
+  return grid->edge_m[axis][grid->size[axis]] - grid->edge_m[axis][0];
+}
+
 static inline double np_transport_grid_middle(const np_transport_grid *grid, int axis, int32_t index) {
   return 0.5 * (grid->edge_m[axis][index] + grid->edge_m[axis][index + 1]);
 }
@@ -132,7 +137,7 @@ static inline np_dvec3 np_transport_grid_centre(const np_transport_grid *grid, i
 /* Brings a coordinate into the period of a wrapped axis. */
 static inline double np_transport_grid_wrap(const np_transport_grid *grid, int axis, double x) {
   if (!grid->is_wrapped[axis]) return x;
-  const double low = grid->edge_m[axis][0], period = grid->edge_m[axis][grid->size[axis]] - low;
+  const double low = grid->edge_m[axis][0], period = np_transport_grid_length(grid, axis);
   return x - floor((x - low) / period) * period;
 }
 
