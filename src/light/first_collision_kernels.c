@@ -5,15 +5,27 @@
 
 neph_result NP_KERNEL(np_first_rays_follow)(void *user, size_t begin, size_t end, unsigned thread);
 
-/* Live cell of a position, and where in it that is, from its middle over its widths. */
+/* Cell of a coordinate along an axis, and where in it that is, from its middle over its width; −1 or the size outside. */
+static int32_t locate_along(const np_transport_grid *g, int axis, double x, double *out_offset) {
+  x = np_transport_grid_wrap(g, axis, x);
+  if (g->even_m[axis] > 0.0) {
+    const double cells = (x - g->edge_m[axis][0]) / g->even_m[axis], at = floor(cells);
+    *out_offset = cells - at - 0.5;
+    return (int32_t)np_clamp(at, -1.0, (double)g->size[axis]);
+  }
+  const int32_t at = np_transport_grid_locate(g, axis, x), inside = at < 0 ? 0 : at < g->size[axis] ? at : 0;
+  *out_offset = (x - np_transport_grid_middle(g, axis, inside)) / np_transport_grid_width(g, axis, inside);
+  return at;
+}
+
+/* Live cell of a position, and where in it that is. */
 static int32_t locate(const np_transport_grid *g, const double p[3], double out_offset[3]) {
   int32_t at[3];
   for (int a = 0; a < 3; a++) {
-    at[a] = np_transport_grid_locate(g, a, p[a]);
+    at[a] = locate_along(g, a, p[a], &out_offset[a]);
     if (at[a] == g->size[a] && g->is_wrapped[a]) at[a] = 0;
     if (at[a] < 0 || at[a] >= g->size[a]) return NP_TRANSPORT_CELL_NONE;
-    const double from_middle = np_transport_grid_wrap(g, a, p[a]) - np_transport_grid_middle(g, a, at[a]);
-    out_offset[a] = np_clamp(from_middle / np_transport_grid_width(g, a, at[a]), -0.5, 0.5);
+    out_offset[a] = np_clamp(out_offset[a], -0.5, 0.5);
   }
   return g->live[np_transport_grid_join(g, at)];
 }
