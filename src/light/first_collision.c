@@ -143,7 +143,9 @@ static void find_direction(np_first_rays *r, np_vec3 to_sun, double length) {
   r->direction[1] = -(double)to_sun.y / length;
   r->direction[2] = -(double)to_sun.z / length;
   r->step_m = INFINITY;
+  r->has_even_steps = true;
   for (int a = 0; a < 3; a++) {
+    r->has_even_steps = r->has_even_steps && r->grid->even_m[a] > 0.0;
     r->step_m = fmin(r->step_m, 0.75 * np_transport_find_voxel(r->view, a));
     if (!r->grid->is_wrapped[a] && r->grid->even_m[a] > 0.0) r->step_m = fmin(r->step_m, 0.5 * r->grid->even_m[a]);
   }

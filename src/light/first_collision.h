@@ -38,6 +38,7 @@ typedef struct np_first_rays {
   np_first_surplus *surpluses; /* of each live cell; NULL: there is one medium */
   double direction[3];         /* of flight */
   double step_m;               /* the longest */
+  bool has_even_steps;         /* none is shorter but a ray's last */
   int face_axis;
   size_t rows, columns; /* of the rays that start on the face */
 } np_first_rays;
