@@ -12,7 +12,6 @@
  * through what the scaled one has more. Otherwise light is scattered once, and a look may stand for more
  * (march_look.c). Compiled once per instruction-set level.
  */
-#include "integrate/cuts.h"
 #include "integrate/march.h"
 #include "integrate/surroundings.h"
 
@@ -36,8 +35,8 @@ static void add_emission(np_march *m, double distance_end) {
 
 /* Sets out for the next knot, `share` of a step away. */
 static void set_knot(np_march *m, float share) {
-  m->knot = (np_step_knot){.budget = share * share * share * np_step_budget(m->settings->tolerance, m->carry),
-                           .distance = share * m->step_length_m};
+  const float budget = np_step_budget(m->settings->tolerance, m->carry, m->scatter != NULL);
+  m->knot = (np_step_knot){.budget = share * share * share * budget, .distance = share * m->step_length_m};
 }
 
 /* Lights what has been gathered. */
@@ -117,22 +116,29 @@ static int count_pieces(const np_march *m, const np_media *all, const np_stretch
   return count > 1 ? count : 1;
 }
 
-/* Cuts a stretch into pieces, and those into steps. */
+/* Middles of the pieces from `first` on, as far as they are looked up together, in metres of `length` each; returns how
+ * many. */
+static int fill_middles(int first, int count, float length, float middle[NP_BRICK_LINE]) {
+  for (int k = 0; k < NP_BRICK_LINE; k++) middle[k] = ((float)(first + k) + 0.5f) * length;
+  return count - first < NP_BRICK_LINE ? count - first : NP_BRICK_LINE;
+}
+
+/* Cuts a stretch into equal pieces, and those into steps. */
 static void cross(np_march *m, const np_media *all, const np_stretch *s) {
-  float hiding[NP_VIEW_VOLUMES_MAX], found[NP_VIEW_VOLUMES_MAX][NP_BRICK_LINE], middle[NP_BRICK_LINE],
-      length[NP_BRICK_LINE];
+  float hiding[NP_VIEW_VOLUMES_MAX], found[NP_VIEW_VOLUMES_MAX][NP_BRICK_LINE], middle[NP_BRICK_LINE];
   for (unsigned i = 0; i < s->count; i++) hiding[i] = find_hiding(m, all->medium[s->active[i]].volume);
   if (!np_step_goes_on(&m->step, all, s)) break_step(m);
   const float bound = find_bound(all, s, hiding);
-  np_cuts cuts;
-  np_cuts_start(&cuts, s, find_finest(all, s), count_pieces(m, all, s, hiding, bound));
-  for (int count; m->carry > 0.0f && (count = np_cuts_take(&cuts, middle, length)) > 0;) {
+  const int count = count_pieces(m, all, s, hiding, bound);
+  const float length = (float)(s->end - s->begin) / (float)count;
+  for (int first = 0; first < count && m->carry > 0.0f; first += NP_BRICK_LINE) {
+    const int some = fill_middles(first, count, length, middle);
     for (unsigned i = 0; i < s->count; i++)
-      np_medium_fill_extinction(&all->medium[s->active[i]], s->begin, middle, count, found[i]);
-    for (int k = 0; k < count && m->carry > 0.0f; k++) {
+      np_medium_fill_extinction(&all->medium[s->active[i]], s->begin, middle, some, found[i]);
+    for (int k = 0; k < some && m->carry > 0.0f; k++) {
       float extinction[NP_VIEW_VOLUMES_MAX], sum = 0.0f;
       for (unsigned i = 0; i < s->count; i++) sum += hiding[i] * (extinction[i] = found[i][k]);
-      pass_piece(m, all, s, extinction, s->begin + (double)(middle[k] - 0.5f * length[k]), length[k], sum, bound);
+      pass_piece(m, all, s, extinction, s->begin + (double)((float)(first + k) * length), length, sum, bound);
     }
   }
 }

@@ -13,9 +13,9 @@ static np_spectrum find_transmittance(const np_march *m, np_spectrum depth) {
 
 /* What they hide. */
 static np_spectrum find_opacity(const np_march *m, np_spectrum depth) {
-  const float first = -expm1f(-depth.band[0]);
+  const float first = np_opacity(depth.band[0]);
   if (m->is_grey) return np_spectrum_grey(first);
-  return np_spectrum_make(first, -expm1f(-depth.band[1]), -expm1f(-depth.band[2]));
+  return np_spectrum_make(first, np_opacity(depth.band[1]), np_opacity(depth.band[2]));
 }
 
 void NP_KERNEL(np_march_start_scaled)(np_march *m) {
@@ -182,7 +182,7 @@ static void find_optics(const np_march *m, const np_step *s, step_optics *out) {
     out->all_scattering = np_spectrum_add(out->all_scattering, out->scattering[i]);
     out->depth += s->depth[i];
   }
-  out->opacity = -expm1f(-out->depth);
+  out->opacity = np_opacity(out->depth);
   out->scaled_opacity = find_opacity(m, np_spectrum_subtract(np_spectrum_grey(out->depth), out->peak));
 }
 

@@ -99,9 +99,10 @@ static inline float np_step_room(const np_step_knot *knot, float hiding, float b
   return np_clampf(x, 1e-7f * length, length); /* never nothing, whatever overflows */
 }
 
-/* The budget of a step behind a transmittance. */
-static inline float np_step_budget(float tolerance, float transmittance) {
-  return 8.0f * np_minf(tolerance / np_maxf(transmittance, 1e-6f), 1.0f);
+/* The budget of a step behind a transmittance. Where the light is that of all orders of scattering, a third of it or
+ * less changes along a step as sunlight does. */
+static inline float np_step_budget(float tolerance, float transmittance, bool has_all_orders) {
+  return (has_all_orders ? 24.0f : 8.0f) * np_minf(tolerance / np_maxf(transmittance, 1e-6f), 1.0f);
 }
 
 #endif
