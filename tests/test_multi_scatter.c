@@ -436,8 +436,35 @@ static void a_failed_allocation_leaves_nothing_behind(void **state) {
   assert_survives_failed_allocations(attempt, &cloud);
 }
 
+/* What a sweep takes from one octant of a pair it gives to the other with the sign of the odd harmonics turned. */
+static void check_pair(const np_ordinates *o, unsigned pair, unsigned block, unsigned lane) {
+  float up[NP_HARMONIC_COUNT_MAX], down[NP_HARMONIC_COUNT_MAX];
+  np_harmonics_eval(o->degree, np_ordinates_direction(o, 2 * pair, block, lane), up);
+  np_harmonics_eval(o->degree, np_ordinates_direction(o, 2 * pair + 1, block, lane), down);
+  for (unsigned i = 0; i < np_harmonics_count(o->degree); i++) {
+    const unsigned place = o->place[i];
+    assert_true(o->harmonic[pair][block][place][lane] == up[i]);
+    assert_float_equal(down[i], place < o->even_count ? up[i] : -up[i], 1e-5f); /* of values up to 4, by recurrence */
+  }
+}
+
+static void octants_of_a_pair_share_their_harmonics(void **state) {
+  (void)state;
+  static const unsigned degrees[] = {NP_DEGREE_MIN, 7, NP_DEGREE_MAX};
+  static np_ordinates o;
+  for (size_t n = 0; n < sizeof degrees / sizeof *degrees; n++) {
+    np_ordinates_init(degrees[n], false, &o);
+    const unsigned count = np_harmonics_count(degrees[n]);
+    assert_int_equal(o.even_count % 2, 0);
+    assert_int_equal((count - o.even_count) % 2, 0);
+    for (unsigned pair = 0; pair < NP_OCTANT_PAIRS; pair++)
+      for (unsigned i = 0; i < o.count; i++) check_pair(&o, pair, i / NP_ORDINATE_LANES, i % NP_ORDINATE_LANES);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(octants_of_a_pair_share_their_harmonics),
       cmocka_unit_test(a_white_cloud_vanishes_in_a_furnace),
       cmocka_unit_test(first_collisions_add_up_to_the_light_that_is_lost),
       cmocka_unit_test(the_direct_term_is_the_phase_function_and_conserves),

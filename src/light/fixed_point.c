@@ -11,7 +11,7 @@
 
 #include "core/alloc.h"
 
-enum { DEPTH = NP_FIXED_POINT_DEPTH_MAX, CHUNK = 1 << 15, BLOCK = 64, STALL = 12 };
+enum { DEPTH = NP_FIXED_POINT_DEPTH_MAX, CHUNK = 1 << 15, BLOCK = 512, LANES = 32, STALL = 12 };
 
 typedef struct history {
   unsigned depth; /* slots */
@@ -35,12 +35,12 @@ static double multiply(const float *a, const float *b, size_t count) {
   double sum = 0.0;
   for (size_t begin = 0; begin < count; begin += BLOCK) {
     const size_t end = begin + BLOCK < count ? begin + BLOCK : count;
-    float part[8] = {0};
+    float part[LANES] = {0};
     size_t i = begin;
-    for (; i + 8 <= end; i += 8)
-      for (size_t l = 0; l < 8; l++) part[l] += a[i + l] * b[i + l];
+    for (; i + LANES <= end; i += LANES)
+      for (size_t l = 0; l < LANES; l++) part[l] += a[i + l] * b[i + l];
     for (; i < end; i++) part[0] += a[i] * b[i];
-    for (size_t l = 0; l < 8; l++) sum += (double)part[l];
+    for (size_t l = 0; l < LANES; l++) sum += (double)part[l];
   }
   return sum;
 }

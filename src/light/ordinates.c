@@ -149,14 +149,28 @@ static void fill_padding(np_ordinates *o) {
     for (int a = 0; a < 3; a++) o->cosine[a][i / NP_ORDINATE_LANES][i % NP_ORDINATE_LANES] = o->cosine[a][0][0];
 }
 
-static void fill_harmonics(np_ordinates *o, unsigned octant, unsigned block) {
+/* Against x, cos mφ has the parity of m and sin mφ the other. */
+static bool is_even_in_x(int m) { return (m < 0) == (m % 2 != 0); }
+
+static void fill_places(np_ordinates *o) {
+  const int degree = (int)o->degree;
+  unsigned next = 0;
+  for (int pass = 0; pass < 2; pass++) {
+    for (int l = 0; l <= degree; l++)
+      for (int m = -l; m <= l; m++)
+        if (is_even_in_x(m) == (pass == 0)) o->place[l * (l + 1) + m] = (unsigned char)next++;
+    if (pass == 0) o->even_count = next;
+  }
+}
+
+static void fill_harmonics(np_ordinates *o, unsigned pair, unsigned block) {
   const unsigned count = np_harmonics_count(o->degree);
   for (unsigned lane = 0; lane < NP_ORDINATE_LANES; lane++) {
     float values[NP_HARMONIC_COUNT_MAX];
-    np_harmonics_eval(o->degree, np_ordinates_direction(o, octant, block, lane), values);
+    np_harmonics_eval(o->degree, np_ordinates_direction(o, 2 * pair, block, lane), values);
     for (unsigned i = 0; i < count; i++) {
-      o->harmonic[octant][block][i][lane] = values[i];
-      o->weighted[octant][block][lane][i] = values[i] * o->weight[block][lane];
+      o->harmonic[pair][block][o->place[i]][lane] = values[i];
+      o->weighted[pair][block][lane][o->place[i]] = values[i] * o->weight[block][lane];
     }
   }
 }
@@ -169,6 +183,7 @@ void np_ordinates_init(unsigned degree, bool is_layered, np_ordinates *out) {
     add_product(out, choose_product(degree, is_layered));
   }
   fill_padding(out);
-  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
-    for (unsigned block = 0; block < out->block_count; block++) fill_harmonics(out, octant, block);
+  fill_places(out);
+  for (unsigned pair = 0; pair < NP_OCTANT_PAIRS; pair++)
+    for (unsigned block = 0; block < out->block_count; block++) fill_harmonics(out, pair, block);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The order in which tiles of rows are swept. Light of a group of octants moves from one corner of the plane of rows to
+/* The order in which tiles of rows are swept. Light of a pair of octants moves from one corner of the plane of rows to
  * the opposite: tiles on a diagonal of it wait for those on the diagonal before, not for each other (the wavefront of
  * Koch, Baker and Alcouffe 1992), so that there is work for many threads, and every face has one writer. */
 #include "light/sweep.h"
@@ -9,22 +9,22 @@
 #include "core/alloc.h"
 #include "core/isa.h"
 
-/* Sweeps one tile of a group of octants; tiles are numbered in the order in which light passes them. */
-typedef void (*tile_fn)(const np_sweep *sweep, unsigned group, int32_t tile_y, int32_t tile_z);
+/* Sweeps one tile of a pair of octants; tiles are numbered in the order in which light passes them. */
+typedef void (*tile_fn)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread);
 
-void np_sweep_tile_v1(const np_sweep *, unsigned, int32_t, int32_t);
-void np_sweep_tile_v3(const np_sweep *, unsigned, int32_t, int32_t);
-void np_sweep_tile_v4(const np_sweep *, unsigned, int32_t, int32_t);
+void np_sweep_tile_v1(const np_sweep *, unsigned, int32_t, int32_t, unsigned);
+void np_sweep_tile_v3(const np_sweep *, unsigned, int32_t, int32_t, unsigned);
+void np_sweep_tile_v4(const np_sweep *, unsigned, int32_t, int32_t, unsigned);
 
-static neph_result allocate_faces(np_sweep *s, unsigned group) {
-  const size_t lanes = (size_t)NP_SWEEP_OCTANTS * s->ordinates->block_count * NP_ORDINATE_LANES;
+static neph_result allocate_faces(np_sweep *s, unsigned pair) {
+  const size_t lanes = 2 * (size_t)s->ordinates->block_count * NP_ORDINATE_LANES;
   const size_t x = (size_t)s->grid->size[0], y = (size_t)s->grid->size[1], z = (size_t)s->grid->size[2];
-  np_sweep_faces *f = &s->faces[group];
+  np_sweep_faces *f = &s->faces[pair];
   f->x = np_alloc(s->context, y * z, lanes * sizeof *f->x);
   f->y = np_alloc(s->context, x * z, lanes * sizeof *f->y);
   f->z = np_alloc(s->context, x * y, lanes * sizeof *f->z);
-  s->out[group] = np_alloc(s->context, s->grid->live_count, np_harmonics_count(s->grid->degree) * sizeof(float));
-  return f->x && f->y && f->z && s->out[group] ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  s->out[pair] = np_alloc(s->context, s->grid->live_count, np_harmonics_count(s->grid->degree) * sizeof(float));
+  return f->x && f->y && f->z && s->out[pair] ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 /* A period of a single cell has no width: what leaves it enters it. */
@@ -72,24 +72,28 @@ neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_t
   neph_result result = NEPH_OK;
   for (int axis = 0; axis < 3 && !result; axis++) result = fill_widths(out, axis);
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT && !result; octant++) result = fill_reach(out, octant);
-  for (unsigned group = 0; group < NP_SWEEP_GROUPS && !result; group++) result = allocate_faces(out, group);
+  for (unsigned pair = 0; pair < NP_OCTANT_PAIRS && !result; pair++) result = allocate_faces(out, pair);
+  const size_t lanes = 2 * (size_t)grid->size[0] * neph_context_get_thread_count(context);
+  out->rows = result ? NULL : np_alloc(context, lanes, NP_ORDINATE_LANES * sizeof *out->rows);
+  if (!result && !out->rows) result = NEPH_ERROR_OUT_OF_MEMORY;
   if (result) np_sweep_clear(out);
   return result;
 }
 
 void np_sweep_clear(np_sweep *s) {
-  for (unsigned group = 0; group < NP_SWEEP_GROUPS; group++) {
-    np_alloc_free(s->context, s->faces[group].x);
-    np_alloc_free(s->context, s->faces[group].y);
-    np_alloc_free(s->context, s->faces[group].z);
-    np_alloc_free(s->context, s->out[group]);
+  for (unsigned pair = 0; pair < NP_OCTANT_PAIRS; pair++) {
+    np_alloc_free(s->context, s->faces[pair].x);
+    np_alloc_free(s->context, s->faces[pair].y);
+    np_alloc_free(s->context, s->faces[pair].z);
+    np_alloc_free(s->context, s->out[pair]);
   }
+  np_alloc_free(s->context, s->rows);
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++) np_alloc_free(s->context, s->reach[octant]);
   for (int axis = 0; axis < 3; axis++) np_alloc_free(s->context, s->inverse_m[axis]);
   *s = (np_sweep){0};
 }
 
-/* The tiles of one diagonal, of all groups. */
+/* The tiles of one diagonal, of all pairs. */
 typedef struct front {
   const np_sweep *sweep;
   tile_fn sweep_tile;
@@ -97,11 +101,10 @@ typedef struct front {
 } front;
 
 static neph_result sweep_tiles(void *user, size_t begin, size_t end, unsigned thread) {
-  (void)thread;
   const front *f = user;
   for (size_t i = begin; i < end; i++) {
-    const int32_t tile_y = f->first_y + (int32_t)(i / NP_SWEEP_GROUPS);
-    f->sweep_tile(f->sweep, (unsigned)(i % NP_SWEEP_GROUPS), tile_y, f->diagonal - tile_y);
+    const int32_t tile_y = f->first_y + (int32_t)(i / NP_OCTANT_PAIRS);
+    f->sweep_tile(f->sweep, (unsigned)(i % NP_OCTANT_PAIRS), tile_y, f->diagonal - tile_y, thread);
   }
   return np_monitor_is_cancelled(f->sweep->monitor) ? NEPH_ERROR_CANCELLED : NEPH_OK;
 }
@@ -111,12 +114,12 @@ neph_result np_sweep_run(np_sweep *s) {
   const np_transport_grid *g = s->grid;
   const int32_t tiles_y = (g->size[1] - 1) / NP_SWEEP_TILE + 1, tiles_z = (g->size[2] - 1) / NP_SWEEP_TILE + 1;
   const size_t floats = g->live_count * np_harmonics_count(g->degree);
-  for (unsigned group = 0; group < NP_SWEEP_GROUPS; group++) memset(s->out[group], 0, floats * sizeof(float));
+  for (unsigned pair = 0; pair < NP_OCTANT_PAIRS; pair++) memset(s->out[pair], 0, floats * sizeof(float));
   front f = {.sweep = s, .sweep_tile = kernels[neph_context_get_isa(s->context)]};
   for (f.diagonal = 0; f.diagonal < tiles_y + tiles_z - 1; f.diagonal++) {
     f.first_y = f.diagonal < tiles_z ? 0 : f.diagonal - tiles_z + 1;
     f.count = (f.diagonal < tiles_y ? f.diagonal : tiles_y - 1) - f.first_y + 1;
-    neph_result result = np_parallel_for(s->context, s->monitor, (size_t)f.count * NP_SWEEP_GROUPS, 1, sweep_tiles, &f);
+    neph_result result = np_parallel_for(s->context, s->monitor, (size_t)f.count * NP_OCTANT_PAIRS, 1, sweep_tiles, &f);
     if (result) return result;
   }
   return NEPH_OK;

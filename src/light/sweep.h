@@ -5,15 +5,11 @@
 
 #include "light/transport_grid.h"
 
-enum {
-  NP_SWEEP_GROUPS = 4, /* of octants: those that share their direction along y and z */
-  NP_SWEEP_OCTANTS = NP_OCTANT_COUNT / NP_SWEEP_GROUPS,
-  NP_SWEEP_TILE = 16 /* rows along y, and along z, that are swept in one go */
-};
+enum { NP_SWEEP_TILE = 16 /* rows along y, and along z, that are swept in one go */ };
 
 /* Faces between rows, across y [k][i]; across z [j][i]; and, of wrapped axes, across x [k][j]: eight lanes each. */
 typedef struct np_sweep_faces {
-  float *x, *y, *z; /* each begins with [octant of the group][block] */
+  float *x, *y, *z; /* each begins with [octant of the pair][block] */
 } np_sweep_faces;
 
 typedef struct np_sweep {
@@ -24,9 +20,10 @@ typedef struct np_sweep {
   int32_t *reach[NP_OCTANT_COUNT]; /* of each row [k][j]: cells from where light enters it to the last from which it can
                                       come to cloud */
   float *inverse_m[3]; /* 1/width of the cells along each axis; 0 where light cannot tell how wide a cell is */
-  np_sweep_faces faces[NP_SWEEP_GROUPS];
-  float *out[NP_SWEEP_GROUPS]; /* [live][harmonic] */
-  const float *source;         /* [live][harmonic]: moments of what is emitted and scattered, per metre */
+  np_sweep_faces faces[NP_OCTANT_PAIRS];
+  float *rows;                 /* scratch of each thread: of the cells along x, two octants' lanes */
+  float *out[NP_OCTANT_PAIRS]; /* [live][harmonic], in the ordinates' order */
+  const float *source;         /* likewise: moments of what is emitted and scattered, per metre */
   float (*inflow)[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* radiance from outside, [octant][block][lane] */
 } np_sweep;
 
@@ -35,7 +32,7 @@ neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_t
                           const np_ordinates *ordinates, np_sweep *out);
 void np_sweep_clear(np_sweep *sweep);
 
-/* Sweeps all directions; the sum of `out` over the groups, in their order, are the moments. What leaves through a
+/* Sweeps all directions; the sum of `out` over the pairs, in their order, are the moments. What leaves through a
  * wrapped side comes in through the other in the next sweep. */
 neph_result np_sweep_run(np_sweep *sweep);
 

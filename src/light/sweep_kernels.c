@@ -17,21 +17,31 @@
 typedef float lanes __attribute__((vector_size(32), may_alias));
 typedef int32_t mask __attribute__((vector_size(32)));
 
-void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned group, int32_t tile_y, int32_t tile_z);
+void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread);
 
-/* One block of directions on its way through the cells. */
+/* A block of directions of one octant on its way through the cells. */
 typedef struct flow {
+  lanes inflow;
+  const int32_t *reach; /* as in np_sweep */
+  lanes *x, *y, *z;     /* faces, as in np_sweep_faces */
+} flow;
+
+/* What cells of a row throw into the two octants of a pair; then what shines through them. */
+typedef struct twin {
+  lanes up, down;
+} twin;
+
+/* The same block of both octants of a pair: up x, and down. */
+typedef struct block {
   const np_sweep *sweep;
-  unsigned harmonics;
+  unsigned harmonics, even; /* how many, and those of them that are even in x */
   const float (*harmonic)[NP_ORDINATE_LANES];
   const float (*weighted)[NP_HARMONIC_COUNT_MAX];
   lanes cosine[3];
-  lanes inflow;
-  bool is_backward[3];
-  const int32_t *reach; /* as in np_sweep */
-  lanes *x, *y, *z; /* faces, as in np_sweep_faces */
+  flow flow[2];
+  twin *row;
   float *out;
-} flow;
+} block;
 
 static inline bool is_any_negative(const lanes *a, const lanes *b, const lanes *c) {
   const mask negative = (*a < 0.0f) | (*b < 0.0f) | (*c < 0.0f);
@@ -59,127 +69,204 @@ static inline bool is_dark(lanes *const faces[3]) {
 /* Keeps the faces whose outflow is not negative open. */
 static inline void shut(lanes *open, const lanes *outflow) { *open = (lanes)((mask)*open & (*outflow >= 0.0f)); }
 
-/* Solves one cell; `faces` hold what enters and then what leaves, x, y, z. */
-static inline void solve_cell(const lanes rate[3], const lanes *source, float extinction, lanes *const faces[3],
-                              lanes *out_mean) {
-  lanes out[3], open[3];
+/* Solves a cell in which the mean `*mean` lets some face shine less than nothing. */
+static inline void solve_shut(const lanes rate[3], const lanes *source, float extinction, const lanes in[3],
+                              lanes out[3], lanes *mean) {
+  lanes open[3];
   for (int a = 0; a < 3; a++) open[a] = (lanes){1, 1, 1, 1, 1, 1, 1, 1};
-  for (int attempt = 0; attempt < 4; attempt++) {
+  for (int attempt = 0; attempt < 3; attempt++) {
+    for (int a = 0; a < 3; a++) shut(&open[a], &out[a]);
     lanes gain = *source, loss = extinction + (lanes){0};
     for (int a = 0; a < 3; a++) {
-      gain += rate[a] * (1.0f + open[a]) * *faces[a];
+      gain += rate[a] * (1.0f + open[a]) * in[a];
       loss += 2.0f * rate[a] * open[a];
     }
-    *out_mean = gain / (loss + 1e-30f);
-    for (int a = 0; a < 3; a++) out[a] = open[a] * (2.0f * *out_mean - *faces[a]);
+    *mean = gain / (loss + 1e-30f);
+    for (int a = 0; a < 3; a++) out[a] = open[a] * (2.0f * *mean - in[a]);
     if (!is_any_negative(&out[0], &out[1], &out[2])) break;
-    for (int a = 0; a < 3; a++) shut(&open[a], &out[a]);
   }
+}
+
+/* Solves one cell; `faces` hold what enters and then what leaves, x, y, z. What light has to wait for in the cell
+ * before is kept short. */
+static inline void solve_cell(const lanes rate[3], const lanes *source, float extinction, lanes *const faces[3],
+                              lanes *out_mean) {
+  const lanes in[3] = {*faces[0], *faces[1], *faces[2]};
+  const lanes inverse = 1.0f / (extinction + 2.0f * (rate[0] + rate[1] + rate[2]) + 1e-30f);
+  const lanes gain = (*source + 2.0f * rate[1] * in[1] + 2.0f * rate[2] * in[2]) * inverse;
+  lanes out[3], mean = gain + 2.0f * rate[0] * inverse * in[0];
+  for (int a = 0; a < 3; a++) out[a] = 2.0f * mean - in[a];
+  if (is_any_negative(&out[0], &out[1], &out[2])) solve_shut(rate, source, extinction, in, out, &mean);
   for (int a = 0; a < 3; a++) *faces[a] = out[a];
+  *out_mean = mean;
 }
 
-/* The source towards each direction, from its moments; the truncated series may dip below 0, which no source does. */
-static inline void evaluate_source(const flow *f, const float *moments, unsigned count, lanes *out) {
-  lanes even = {0}, odd = {0};
-  for (unsigned i = 0; i < count; i += 2) {
-    even += moments[i] * *(const lanes *)f->harmonic[i];
-    odd += moments[i + 1] * *(const lanes *)f->harmonic[i + 1];
+/* Σ m·Y over some harmonics, towards each direction. */
+static inline void sum_harmonics(const block *b, const float *moments, unsigned begin, unsigned end, lanes *out) {
+  lanes first = {0}, second = {0};
+  for (unsigned i = begin; i < end; i += 2) {
+    first += moments[i] * *(const lanes *)b->harmonic[i];
+    second += moments[i + 1] * *(const lanes *)b->harmonic[i + 1];
   }
-  const lanes sum = even + odd;
-  *out = (lanes)((mask)sum & (sum > 0.0f));
+  *out = first + second;
 }
 
-/* Adds Σ weight·Y·ψ to a cell's moments. */
-static inline void add_moments(const flow *f, const lanes *mean, float *moments, unsigned count) {
-  for (unsigned i = 0; i < count; i += NP_ORDINATE_LANES) {
-    lanes sum = *(lanes *)(moments + i);
-    for (int d = 0; d < NP_ORDINATE_LANES; d++) sum += (*mean)[d] * *(const lanes *)(f->weighted[d] + i);
-    *(lanes *)(moments + i) = sum;
+/* A truncated series may dip below 0, which no source does. */
+static inline void keep_positive(lanes *sum) { *sum = (lanes)((mask)*sum & (*sum > 0.0f)); }
+
+static inline void fill_sources(const block *b, const int32_t *live, unsigned count, unsigned even) {
+  for (int32_t i = 0; i < b->sweep->grid->size[0]; i++) {
+    if (live[i] < 0) continue;
+    const float *moments = b->sweep->source + (size_t)live[i] * count;
+    lanes same, opposite;
+    sum_harmonics(b, moments, 0, even, &same);
+    sum_harmonics(b, moments, even, count, &opposite);
+    b->row[i] = (twin){same + opposite, same - opposite};
+    keep_positive(&b->row[i].up);
+    keep_positive(&b->row[i].down);
   }
 }
 
-static inline void cross_cell(const flow *f, const lanes rate[3], int32_t live, lanes *const faces[3], unsigned count) {
+/* Adds Σ weight·Y·ψ to cells' moments: of the sum over the pair where harmonics are even, else of the difference. */
+static inline void add_moments(const block *b, const twin *mean, float *moments, unsigned count, unsigned even) {
+  const lanes sum = mean->up + mean->down, difference = mean->up - mean->down;
+  for (unsigned first = 0; first < count; first += NP_ORDINATE_LANES) {
+    const mask number = (mask){0, 1, 2, 3, 4, 5, 6, 7} + (int32_t)first, is_even = number < (int32_t)even;
+    lanes total = *(lanes *)(moments + first);
+    for (int d = 0; d < NP_ORDINATE_LANES; d++) {
+      lanes shining = (lanes){0} + difference[d];
+      if (first + NP_ORDINATE_LANES <= even)
+        shining = (lanes){0} + sum[d];
+      else if (first < even)
+        shining = (lanes)(((mask)shining & ~is_even) | ((mask)((lanes){0} + sum[d]) & is_even));
+      total += shining * *(const lanes *)(b->weighted[d] + first);
+    }
+    *(lanes *)(moments + first) = total;
+  }
+}
+
+static inline void keep_moments(const block *b, const int32_t *live, unsigned count, unsigned even) {
+  for (int32_t i = 0; i < b->sweep->grid->size[0]; i++)
+    if (live[i] >= 0) add_moments(b, &b->row[i], b->out + (size_t)live[i] * count, count, even);
+}
+
+static inline void cross_cell(const np_transport_grid *grid, const lanes rate[3], int32_t live, lanes *const faces[3],
+                              lanes *light) {
   lanes source = {0}, mean;
   if (live < 0) {
-    if (is_dark(faces)) return;
-    solve_cell(rate, &source, 0.0f, faces, &mean);
+    if (!is_dark(faces)) solve_cell(rate, &source, 0.0f, faces, &mean);
     return;
   }
-  evaluate_source(f, f->sweep->source + (size_t)live * count, count, &source);
-  solve_cell(rate, &source, f->sweep->grid->extinction[live], faces, &mean);
-  add_moments(f, &mean, f->out + (size_t)live * count, count);
+  source = *light;
+  solve_cell(rate, &source, grid->extinction[live], faces, light);
 }
 
-static inline void cross_cells(const flow *f, int32_t j, int32_t k, lanes *x, unsigned count) {
-  const np_transport_grid *grid = f->sweep->grid;
-  const int32_t width = grid->size[0], *live = grid->live + (size_t)(k * grid->size[1] + j) * (size_t)width;
-  const float *inverse = f->sweep->inverse_m[0];
-  lanes rate[3] = {{0}, f->cosine[1] * f->sweep->inverse_m[1][j], f->cosine[2] * f->sweep->inverse_m[2][k]};
-  lanes *y = f->y + (size_t)k * (size_t)width, *z = f->z + (size_t)j * (size_t)width;
-  const int32_t reach = f->reach[k * grid->size[1] + j];
-  for (int32_t n = 0; n < reach; n++) {
-    const int32_t i = f->is_backward[0] ? width - 1 - n : n;
-    rate[0] = f->cosine[0] * inverse[i];
-    cross_cell(f, rate, live[i], (lanes *const[3]){x, &y[i], &z[i]}, count);
+/* Light of one octant on its way along a row. */
+typedef struct course {
+  lanes *x, *y, *z;
+  int32_t reach, first, step; /* of cells */
+} course;
+
+static inline course start_course(const block *b, int32_t j, int32_t k, int is_down) {
+  const np_transport_grid *grid = b->sweep->grid;
+  const flow *f = &b->flow[is_down];
+  const int32_t width = grid->size[0], row = k * grid->size[1] + j;
+  const course c = {.x = &f->x[row],
+                    .y = f->y + (size_t)k * (size_t)width,
+                    .z = f->z + (size_t)j * (size_t)width,
+                    .reach = f->reach[row],
+                    .first = is_down ? width - 1 : 0,
+                    .step = is_down ? -1 : 1};
+  if (!grid->is_wrapped[0]) *c.x = f->inflow;
+  return c;
+}
+
+/* Both octants in turn, cell by cell: neither waits for the other, as each does for its own last cell. */
+static inline void cross_cells(const block *b, int32_t j, int32_t k, const int32_t *live) {
+  const np_transport_grid *grid = b->sweep->grid;
+  const float *inverse = b->sweep->inverse_m[0];
+  const course up = start_course(b, j, k, 0), down = start_course(b, j, k, 1);
+  lanes rate[3] = {{0}, b->cosine[1] * b->sweep->inverse_m[1][j], b->cosine[2] * b->sweep->inverse_m[2][k]};
+  for (int32_t n = 0; n < up.reach || n < down.reach; n++) {
+    if (n < up.reach) {
+      rate[0] = b->cosine[0] * inverse[n];
+      cross_cell(grid, rate, live[n], (lanes *const[3]){up.x, &up.y[n], &up.z[n]}, &b->row[n].up);
+    }
+    const int32_t i = down.first - n;
+    if (n < down.reach) {
+      rate[0] = b->cosine[0] * inverse[i];
+      cross_cell(grid, rate, live[i], (lanes *const[3]){down.x, &down.y[i], &down.z[i]}, &b->row[i].down);
+    }
   }
 }
 
-/* The least number of harmonics, which large clouds have, is known to the compiler. */
-static void cross_row(const flow *f, int32_t j, int32_t k) {
-  lanes *x = &f->x[k * f->sweep->grid->size[1] + j];
-  if (!f->sweep->grid->is_wrapped[0]) *x = f->inflow;
-  if (f->harmonics == NP_HARMONIC_COUNT_MIN) {
-    cross_cells(f, j, k, x, NP_HARMONIC_COUNT_MIN);
-  } else {
-    cross_cells(f, j, k, x, f->harmonics);
-  }
+__attribute__((always_inline)) static inline void cross_row_of(const block *b, int32_t j, int32_t k, unsigned count,
+                                                               unsigned even) {
+  const np_transport_grid *grid = b->sweep->grid;
+  const int32_t *live = grid->live + (size_t)(k * grid->size[1] + j) * (size_t)grid->size[0];
+  fill_sources(b, live, count, even);
+  cross_cells(b, j, k, live);
+  keep_moments(b, live, count, even);
 }
 
-static void enter(const flow *f, lanes *faces, int axis) {
-  if (f->sweep->grid->is_wrapped[axis]) return;
-  for (int32_t i = 0; i < f->sweep->grid->size[0]; i++) faces[i] = f->inflow;
+/* The numbers of harmonics that most clouds have are known to the compiler. */
+static void cross_row(const block *b, int32_t j, int32_t k) {
+  if (b->harmonics == 16 && b->even == 10)
+    cross_row_of(b, j, k, 16, 10);
+  else if (b->harmonics == 64 && b->even == 36)
+    cross_row_of(b, j, k, 64, 36);
+  else
+    cross_row_of(b, j, k, b->harmonics, b->even);
 }
 
-/* One octant of a group. */
-static void start_flow(const np_sweep *sweep, unsigned group, unsigned turn, unsigned block, flow *out) {
-  const np_ordinates *o = sweep->ordinates;
+static void enter(const np_transport_grid *grid, const flow *f, lanes *faces, int axis) {
+  if (grid->is_wrapped[axis]) return;
+  for (int32_t i = 0; i < grid->size[0]; i++) faces[i] = f->inflow;
+}
+
+static flow start_flow(const np_sweep *sweep, unsigned pair, unsigned turn, unsigned number) {
   const int32_t *size = sweep->grid->size;
-  const unsigned octant = group * NP_SWEEP_OCTANTS + turn;
-  const size_t part = turn * o->block_count + block;
-  const np_sweep_faces *faces = &sweep->faces[group];
-  *out = (flow){.sweep = sweep,
-                .harmonics = np_harmonics_count(o->degree),
-                .harmonic = o->harmonic[octant][block],
-                .weighted = o->weighted[octant][block],
-                .inflow = *(const lanes *)sweep->inflow[octant][block],
+  const unsigned octant = 2 * pair + turn;
+  const size_t part = turn * sweep->ordinates->block_count + number;
+  const np_sweep_faces *faces = &sweep->faces[pair];
+  return (flow){.inflow = *(const lanes *)sweep->inflow[octant][number],
                 .reach = sweep->reach[octant],
                 .x = (lanes *)faces->x + part * (size_t)size[1] * (size_t)size[2],
                 .y = (lanes *)faces->y + part * (size_t)size[0] * (size_t)size[2],
-                .z = (lanes *)faces->z + part * (size_t)size[0] * (size_t)size[1],
-                .out = sweep->out[group]};
-  for (int a = 0; a < 3; a++) {
-    out->cosine[a] = *(const lanes *)o->cosine[a][block];
-    out->is_backward[a] = octant >> a & 1u;
-  }
+                .z = (lanes *)faces->z + part * (size_t)size[0] * (size_t)size[1]};
+}
+
+static void start_block(const np_sweep *sweep, unsigned pair, unsigned number, unsigned thread, block *out) {
+  const np_ordinates *o = sweep->ordinates;
+  *out = (block){.sweep = sweep,
+                 .harmonics = np_harmonics_count(o->degree),
+                 .even = o->even_count,
+                 .harmonic = o->harmonic[pair][number],
+                 .weighted = o->weighted[pair][number],
+                 .row = (twin *)sweep->rows + (size_t)thread * (size_t)sweep->grid->size[0],
+                 .out = sweep->out[pair]};
+  for (int a = 0; a < 3; a++) out->cosine[a] = *(const lanes *)o->cosine[a][number];
+  for (unsigned turn = 0; turn < 2; turn++) out->flow[turn] = start_flow(sweep, pair, turn, number);
 }
 
 /* Row by row, each in all directions while what it keeps is at hand. */
-void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned group, int32_t tile_y, int32_t tile_z) {
-  const int32_t *size = sweep->grid->size, first_y = tile_y * NP_SWEEP_TILE, first_z = tile_z * NP_SWEEP_TILE;
-  flow flows[NP_SWEEP_OCTANTS * NP_ORDINATE_BLOCKS_MAX];
-  unsigned count = 0;
-  for (unsigned turn = 0; turn < NP_SWEEP_OCTANTS; turn++)
-    for (unsigned block = 0; block < sweep->ordinates->block_count; block++)
-      start_flow(sweep, group, turn, block, &flows[count++]);
+void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread) {
+  const np_transport_grid *grid = sweep->grid;
+  const int32_t *size = grid->size, first_y = tile_y * NP_SWEEP_TILE, first_z = tile_z * NP_SWEEP_TILE;
+  block blocks[NP_ORDINATE_BLOCKS_MAX];
+  const unsigned count = sweep->ordinates->block_count;
+  for (unsigned number = 0; number < count; number++) start_block(sweep, pair, number, thread, &blocks[number]);
   for (int32_t m = first_z; m < first_z + NP_SWEEP_TILE && m < size[2]; m++) {
-    const int32_t k = flows->is_backward[2] ? size[2] - 1 - m : m;
+    const int32_t k = pair & 2u ? size[2] - 1 - m : m;
     if (np_monitor_is_cancelled(sweep->monitor)) return;
     for (int32_t n = first_y; n < first_y + NP_SWEEP_TILE && n < size[1]; n++) {
-      const int32_t j = flows->is_backward[1] ? size[1] - 1 - n : n;
-      for (const flow *f = flows; f < flows + count; f++) {
-        if (n == 0) enter(f, &f->y[k * size[0]], 1);
-        if (m == 0) enter(f, &f->z[j * size[0]], 2);
-        cross_row(f, j, k);
+      const int32_t j = pair & 1u ? size[1] - 1 - n : n;
+      for (const block *b = blocks; b < blocks + count; b++) {
+        for (const flow *f = b->flow; f < b->flow + 2; f++) {
+          if (n == 0) enter(grid, f, &f->y[k * size[0]], 1);
+          if (m == 0) enter(grid, f, &f->z[j * size[0]], 2);
+        }
+        cross_row(b, j, k);
       }
     }
   }

@@ -41,7 +41,7 @@ typedef struct iteration {
   const np_transport_level *level;
   const float *x;
   float *image;
-  float *source; /* [live][harmonic] */
+  float *source; /* [live][harmonic], in the order of the ordinates */
   np_sweep sweep;
   double *column; /* scratch; NULL: no column */
 } iteration;
@@ -50,28 +50,34 @@ static neph_result fill_source(void *user, size_t begin, size_t end, unsigned th
   (void)thread;
   const iteration *it = user;
   const np_transport_grid *g = &it->level->grid;
+  const np_transport_lights *lights = it->lights;
   const unsigned count = np_harmonics_count(g->degree);
+  const unsigned char *place = lights->ordinates->place;
   for (size_t live = begin; live < end; live++) {
     const float *x = it->x + live * count, *ratio = g->ratio + live * (g->degree + 1);
     const float extinction = g->extinction[live], sun = it->level->sun[live];
     float *source = it->source + live * count;
     for (unsigned l = 0, i = 0; l <= g->degree; l++)
       for (; i < (l + 1) * (l + 1); i++)
-        source[i] = ratio[l] * (extinction * x[i] + sun * it->lights->sun_harmonics[i]);
-    if (it->level->glow) source[0] += it->level->glow[live];
+        source[place[i]] = ratio[l] * (extinction * x[i] + sun * lights->sun_harmonics[i]);
+    if (it->level->glow) source[place[0]] += it->level->glow[live];
   }
   return NEPH_OK;
 }
 
-/* Adds the groups in their order, whoever swept them. */
-static neph_result add_groups(void *user, size_t begin, size_t end, unsigned thread) {
+/* Adds the pairs of octants in their order, whoever swept them. */
+static neph_result add_pairs(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const iteration *it = user;
-  for (size_t i = begin; i < end; i++) {
-    float sum = it->sweep.out[0][i];
-    for (size_t group = 1; group < NP_SWEEP_GROUPS; group++) sum += it->sweep.out[group][i];
-    it->image[i] = sum;
-  }
+  const unsigned count = np_harmonics_count(it->level->grid.degree);
+  const unsigned char *place = it->lights->ordinates->place;
+  for (size_t live = begin; live < end; live++)
+    for (unsigned i = 0; i < count; i++) {
+      const size_t at = live * count + place[i];
+      float sum = it->sweep.out[0][at];
+      for (size_t pair = 1; pair < NP_OCTANT_PAIRS; pair++) sum += it->sweep.out[pair][at];
+      it->image[live * count + i] = sum;
+    }
   return NEPH_OK;
 }
 
@@ -83,8 +89,7 @@ static neph_result map_moments(void *user, const float *x, float *out_image) {
   it->image = out_image;
   neph_result result = np_parallel_for(lights->context, lights->monitor, g->live_count, CHUNK, fill_source, it);
   if (!result) result = np_sweep_run(&it->sweep);
-  const size_t moments = count_moments(g), chunk = (size_t)CHUNK * NP_HARMONIC_COUNT_MIN;
-  if (!result) result = np_parallel_for(lights->context, lights->monitor, moments, chunk, add_groups, it);
+  if (!result) result = np_parallel_for(lights->context, lights->monitor, g->live_count, CHUNK, add_pairs, it);
   if (!result && it->column) np_column_balance(lights, it->level, it->column, out_image);
   return result;
 }
