@@ -87,14 +87,14 @@ static inline void solve_shut(const lanes rate[3], const lanes *source, float ex
   }
 }
 
-/* Solves one cell; `faces` hold what enters and then what leaves, x, y, z. What light has to wait for in the cell
- * before is kept short. */
+/* Solves one cell; `faces` hold what enters and then what leaves, x, y, z. What has to wait for the cell before, along
+ * x, is kept short. */
 static inline void solve_cell(const lanes rate[3], const lanes *source, float extinction, lanes *const faces[3],
                               lanes *out_mean) {
   const lanes in[3] = {*faces[0], *faces[1], *faces[2]};
   const lanes inverse = 1.0f / (extinction + 2.0f * (rate[0] + rate[1] + rate[2]) + 1e-30f);
-  const lanes gain = (*source + 2.0f * rate[1] * in[1] + 2.0f * rate[2] * in[2]) * inverse;
-  lanes out[3], mean = gain + 2.0f * rate[0] * inverse * in[0];
+  const lanes aside = (*source + 2.0f * rate[1] * in[1] + 2.0f * rate[2] * in[2]) * inverse;
+  lanes out[3], mean = aside + 2.0f * rate[0] * inverse * in[0];
   for (int a = 0; a < 3; a++) out[a] = 2.0f * mean - in[a];
   if (is_any_negative(&out[0], &out[1], &out[2])) solve_shut(rate, source, extinction, in, out, &mean);
   for (int a = 0; a < 3; a++) *faces[a] = out[a];
@@ -161,39 +161,34 @@ static inline void cross_cell(const np_transport_grid *grid, const lanes rate[3]
   solve_cell(rate, &source, grid->extinction[live], faces, light);
 }
 
-/* Light of one octant on its way along a row. */
+/* Where the light of one octant is on its way along a row, and how many cells it crosses. */
 typedef struct course {
   lanes *x, *y, *z;
-  int32_t reach, first, step; /* of cells */
+  int32_t reach;
 } course;
 
-static inline course start_course(const block *b, int32_t j, int32_t k, int is_down) {
-  const np_transport_grid *grid = b->sweep->grid;
-  const flow *f = &b->flow[is_down];
+static inline course start_course(const np_transport_grid *grid, const flow *f, int32_t j, int32_t k) {
   const int32_t width = grid->size[0], row = k * grid->size[1] + j;
-  const course c = {.x = &f->x[row],
-                    .y = f->y + (size_t)k * (size_t)width,
-                    .z = f->z + (size_t)j * (size_t)width,
-                    .reach = f->reach[row],
-                    .first = is_down ? width - 1 : 0,
-                    .step = is_down ? -1 : 1};
-  if (!grid->is_wrapped[0]) *c.x = f->inflow;
-  return c;
+  if (!grid->is_wrapped[0]) f->x[row] = f->inflow;
+  return (course){.x = &f->x[row],
+                  .y = f->y + (size_t)k * (size_t)width,
+                  .z = f->z + (size_t)j * (size_t)width,
+                  .reach = f->reach[row]};
 }
 
 /* Both octants in turn, cell by cell: neither waits for the other, as each does for its own last cell. */
 static inline void cross_cells(const block *b, int32_t j, int32_t k, const int32_t *live) {
   const np_transport_grid *grid = b->sweep->grid;
   const float *inverse = b->sweep->inverse_m[0];
-  const course up = start_course(b, j, k, 0), down = start_course(b, j, k, 1);
+  const course up = start_course(grid, &b->flow[0], j, k), down = start_course(grid, &b->flow[1], j, k);
   lanes rate[3] = {{0}, b->cosine[1] * b->sweep->inverse_m[1][j], b->cosine[2] * b->sweep->inverse_m[2][k]};
   for (int32_t n = 0; n < up.reach || n < down.reach; n++) {
     if (n < up.reach) {
       rate[0] = b->cosine[0] * inverse[n];
       cross_cell(grid, rate, live[n], (lanes *const[3]){up.x, &up.y[n], &up.z[n]}, &b->row[n].up);
     }
-    const int32_t i = down.first - n;
     if (n < down.reach) {
+      const int32_t i = grid->size[0] - 1 - n;
       rate[0] = b->cosine[0] * inverse[i];
       cross_cell(grid, rate, live[i], (lanes *const[3]){down.x, &down.y[i], &down.z[i]}, &b->row[i].down);
     }
@@ -249,7 +244,8 @@ static void start_block(const np_sweep *sweep, unsigned pair, unsigned number, u
   for (unsigned turn = 0; turn < 2; turn++) out->flow[turn] = start_flow(sweep, pair, turn, number);
 }
 
-/* Row by row, each in all directions while what it keeps is at hand. */
+/* Row by row, each in all directions while what it keeps is at hand. Bits of the pair tell whether light goes down y,
+ * and down z. */
 void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread) {
   const np_transport_grid *grid = sweep->grid;
   const int32_t *size = grid->size, first_y = tile_y * NP_SWEEP_TILE, first_z = tile_z * NP_SWEEP_TILE;
