@@ -1,11 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What shines on the clouds from outside, the sun apart: sky above, ground below. */
+#include <string.h>
+
 #include "core/stable.h"
 #include "core/units.h"
 #include "light/multi_scatter.h"
 #include "light/sun_cache.h"
 
-enum { SAMPLES_PER_ORDINATE = 48 };
+enum {
+  SAMPLES_PER_ORDINATE = 48,
+  OCTANT = NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES, /* numbers of ordinates for each octant */
+  ALL = NP_OCTANT_COUNT * OCTANT
+};
 
 static np_spectrum find_ground(const np_scene_view *view, const np_ground_hit *hit) {
   np_spectrum irradiance = np_ground_sky_irradiance(view, hit);
@@ -41,10 +47,8 @@ static unsigned find_nearest(const np_ordinates *o, np_vec3 d) {
     best_cosine = cosine;
     best = i;
   }
-  return octant * NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES + best;
+  return octant * OCTANT + best;
 }
-
-enum { ALL = NP_OCTANT_COUNT * NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES };
 
 /* Sums by ordinate. */
 typedef struct outlook {
@@ -81,15 +85,33 @@ static void look_along_ordinates(outlook *o, const np_ordinates *ordinates) {
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
     for (unsigned n = 0; n < ordinates->count; n++) {
       const np_vec3 d = np_ordinates_direction(ordinates, octant, n / NP_ORDINATE_LANES, n % NP_ORDINATE_LANES);
-      look(o, np_vec3_scale(d, -1.0f), octant * NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES + n);
+      look(o, np_vec3_scale(d, -1.0f), octant * OCTANT + n);
     }
+}
+
+/* The parts of the sphere that are nearest to the ordinates are not quite their weights: means are brought to what
+ * really comes from the octant. */
+static void fill_octant(const outlook *o, const np_ordinates *ordinates, unsigned octant, unsigned band, float *out) {
+  double sum = 0.0, found = 0.0, weight = 0.0;
+  unsigned count = 0;
+  for (unsigned n = 0; n < ordinates->count; n++) {
+    const unsigned i = octant * OCTANT + n;
+    const double own = (double)ordinates->weight[n / NP_ORDINATE_LANES][n % NP_ORDINATE_LANES];
+    out[n] = (float)(o->sums[band][i] / o->counts[i]);
+    sum += o->sums[band][i];
+    count += o->counts[i];
+    found += own * (double)out[n];
+    weight += own;
+  }
+  for (unsigned n = 0; n < ordinates->count && found > 0.0; n++) out[n] *= (float)(sum / count * weight / found);
 }
 
 void np_inflow_fill(const np_scene_view *view, const np_transport_desc *cells, const np_ordinates *ordinates,
                     np_inflow out) {
   outlook o = {.view = view, .low = cells->bounds_min, .size = np_dvec3_subtract(cells->bounds_max, cells->bounds_min)};
+  memset(out, 0, sizeof(np_inflow));
   look_everywhere(&o, ordinates);
   look_along_ordinates(&o, ordinates);
-  for (unsigned b = 0; b < NP_BAND_COUNT; b++)
-    for (unsigned i = 0; i < ALL; i++) (&out[b][0][0][0])[i] = o.counts[i] ? (float)(o.sums[b][i] / o.counts[i]) : 0.0f;
+  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
+    for (unsigned b = 0; b < NP_BAND_COUNT; b++) fill_octant(&o, ordinates, octant, b, &out[b][octant][0][0]);
 }
