@@ -153,7 +153,8 @@ static bool is_same_light(const np_light_key *kept, const np_light_key *wanted, 
   compare(&kept->surroundings[0][0][0][0], &wanted->surroundings[0][0][0][0], sizeof(np_inflow) / sizeof(float),
           &around, &around_sum);
   sun /= NP_LIGHT_KEY_PLACES, sun_sum /= NP_LIGHT_KEY_PLACES;
-  const double solid_angle = 4.0 * NP_PI / 48.0, all = sun_sum + solid_angle * around_sum;
+  const double solid_angle = 4.0 * NP_PI / np_ordinates_count(NP_DEGREE_MIN, false),
+               all = sun_sum + solid_angle * around_sum;
   if (sun > tolerance * all)
     (void)snprintf(reason, size, "sunlight on the clouds changed by %.3g %%", 100.0 * sun / all);
   else if (solid_angle * around > tolerance * all)

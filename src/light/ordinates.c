@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Two kinds of quadratures. S6, level-symmetric (Lewis and Miller 1984, "Computational Methods of Neutron Transport",
- * table 4-1): the same cosines along each axis, μᵢ² = μ₁² + 2(i−1)(1−3μ₁²)/(N−2), and one weight for all permutations
- * of a triple. And product sets: Gauss points along z and even azimuths; with N + 1 points and 2N + 2 azimuths they are
- * exact for every product of two harmonics of degree N. Layers have as many points in each half of the vertical, for
- * their light is another above the horizon and below. */
+/* Gauss points along z and even azimuths: with N + 1 points and 2N + 2 azimuths they are exact for every product of two
+ * harmonics of degree N. Layers have as many points in each half of the vertical, for their light is another above the
+ * horizon and below; so has the least degree, whose lowest directions then stand 4° above the horizon: a twilight comes
+ * from there (S6, level-symmetric, has them at 15°). */
 #include "light/ordinates.h"
 
 #include "core/units.h"
@@ -15,15 +14,13 @@ typedef struct product_set {
 } product_set;
 
 static product_set choose_product(unsigned degree, bool is_layered) {
-  if (degree <= NP_DEGREE_MIN) return (product_set){8, 2, true};
+  if (degree <= NP_DEGREE_MIN) return (product_set){is_layered ? 8 : 4, 2, true};
   return (product_set){is_layered ? degree + 1 : (degree + 2) / 2, (degree + 2) / 2, is_layered};
 }
 
-static bool is_level_symmetric(unsigned degree, bool is_layered) { return degree <= NP_DEGREE_MIN && !is_layered; }
-
 unsigned np_ordinates_count(unsigned degree, bool is_layered) {
   const product_set set = choose_product(degree, is_layered);
-  return NP_OCTANT_COUNT * (is_level_symmetric(degree, is_layered) ? 6 : set.points * set.azimuths);
+  return NP_OCTANT_COUNT * set.points * set.azimuths;
 }
 
 /* Those up to l = 3, written out. */
@@ -97,17 +94,6 @@ static void add_direction(np_ordinates *o, double x, double y, double z, double 
   o->count++;
 }
 
-/* The weights are printed to seven digits: an octant's are brought to π/2 exactly. */
-static void add_level_symmetric(np_ordinates *o) {
-  static const double first = 0.2666355, weights[2] = {0.1761263, 0.1572071};
-  double cosine[3];
-  for (int i = 0; i < 3; i++) cosine[i] = sqrt(first * first + 0.5 * i * (1.0 - 3.0 * first * first));
-  const double scale = 0.5 * NP_PI / (3.0 * (weights[0] + weights[1]));
-  static const unsigned char levels[6][3] = {{0, 0, 2}, {0, 2, 0}, {2, 0, 0}, {0, 1, 1}, {1, 0, 1}, {1, 1, 0}};
-  for (int i = 0; i < 6; i++)
-    add_direction(o, cosine[levels[i][0]], cosine[levels[i][1]], cosine[levels[i][2]], scale * weights[i / 3]);
-}
-
 /* The i-th of n points of Gauss on [0, 1], by Newton's method on P_n. */
 static void find_gauss(unsigned n, unsigned i, double *out_point, double *out_weight) {
   double x = cos(NP_PI * (i + 0.75) / (n + 0.5)), slope = 1.0;
@@ -177,11 +163,7 @@ static void fill_harmonics(np_ordinates *o, unsigned pair, unsigned block) {
 
 void np_ordinates_init(unsigned degree, bool is_layered, np_ordinates *out) {
   *out = (np_ordinates){.degree = degree};
-  if (is_level_symmetric(degree, is_layered)) {
-    add_level_symmetric(out);
-  } else {
-    add_product(out, choose_product(degree, is_layered));
-  }
+  add_product(out, choose_product(degree, is_layered));
   fill_padding(out);
   fill_places(out);
   for (unsigned pair = 0; pair < NP_OCTANT_PAIRS; pair++)
