@@ -135,7 +135,8 @@ void NP_KERNEL(np_march_light_look)(np_march *m, const np_step *s) {
   for (unsigned i = 0; i < s->count; i++) total += s->depth[i];
   const np_aerial_perspective air =
       np_light_air(m->view, m->view->camera_sky, m->ray->origin, m->ray->direction, middle);
-  const float opacity = np_opacity(total), loss = m->transmittance * opacity, error = np_march_find_light_error(m, loss);
+  const float opacity = np_opacity(total), loss = m->transmittance * opacity,
+              error = np_march_find_light_error(m, loss);
   np_march_add(m, NP_COMPONENT_AIR, loss, air.inscatter);
   m->carry = m->transmittance =
       np_march_settle(m->transmittance * (1.0f - opacity), m->settings->transmittance_end, m->random);
