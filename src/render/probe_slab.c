@@ -239,8 +239,8 @@ static neph_result measure(inquiry *q, unsigned ray_count, np_slab_answer *out_a
   return result;
 }
 
-/* How many rays the target takes, by a pilot of fewer: a fifth more than it finds, for it knows its own error to a tenth
- * at best. */
+/* How many rays the target takes, by a pilot of fewer: a fifth more than it finds, for it knows its own error to a
+ * tenth at best. */
 static double count_rays(const np_slab_answer *pilot, double pilot_count, double target_error) {
   if (!(pilot->value > 0.0)) return HUGE_VAL;
   const double ratio = pilot->error / (pilot->value * target_error);
