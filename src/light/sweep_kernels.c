@@ -69,7 +69,7 @@ static inline bool is_dark(lanes *const faces[3]) {
 /* Keeps the faces whose outflow is not negative open. */
 static inline void shut(lanes *open, const lanes *outflow) { *open = (lanes)((mask)*open & (*outflow >= 0.0f)); }
 
-/* Solves a cell in which the mean `*mean` lets some face shine less than nothing. */
+/* Solves a cell anew, of which some face would let out less than nothing: `out`, as found with all of them open. */
 static inline void solve_shut(const lanes rate[3], const lanes *source, float extinction, const lanes in[3],
                               lanes out[3], lanes *mean) {
   lanes open[3];
