@@ -177,7 +177,7 @@ static inline np_spectrum np_emission_along(const np_scene_view *view, np_dvec3 
       np_depth_cursors_advance(&clouds, t);
       double depth = np_depth_cursors_sum(&clouds) - forgiven;
       const double before = depth;
-      if (!np_track_settle(&depth, random)) break;
+      if (!np_track_settle(&depth, np_track_faint_depth, random)) break;
       forgiven += before - depth;
       np_spectrum light = np_glow_walk_eval(&w, view->emission, t);
       if (np_spectrum_is_zero(light)) continue;

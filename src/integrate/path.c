@@ -40,9 +40,9 @@ static void meet_outside(const np_tracer *t, np_path_state *path, bool is_ground
 
 /* ---- Clouds ---- */
 
-static np_sunward choose_branches(const np_tracer *t, const np_path_state *path) {
-  if (may_branch(path)) return np_sunward_make(t->view, &path->volume->phase);
-  return (np_sunward){.phase = &path->volume->phase};
+/* The share of the sun's light that a ray brings. */
+static float find_sunlight(const np_tracer *t, const np_sun_ray *sun) {
+  return sun->transmittance * np_spectrum_max(sun->irradiance) / np_spectrum_max(t->view->sun_irradiance);
 }
 
 static float eval_towards(const np_path_state *path, np_vec3 axis) {
@@ -58,10 +58,12 @@ static float eval_cloud(const np_path_state *path, const np_sunward *sunward, np
   return ahead;
 }
 
-static void gather_in_cloud(const np_tracer *t, const np_path_state *path, const np_sunward *sunward) {
+/* Gathers the light that is aimed at, and chooses branches by how much of it is the sun's. */
+static void gather_in_cloud(const np_tracer *t, const np_path_state *path, np_sunward *sunward) {
   float density;
   np_sun_ray sun;
-  if (np_path_aim_at_sun(t, path->position, &sun)) {
+  if (np_path_aim_at_sun(t, path->position, np_sunward_faint_depth(sunward), &sun)) {
+    if (may_branch(path)) np_sunward_choose(sunward, find_sunlight(t, &sun));
     const float phase = eval_cloud(path, sunward, sun.direction, &density);
     np_path_gather_sun(t, path, &sun, np_spectrum_grey(phase), density);
   }
@@ -166,7 +168,7 @@ static bool meet_cloud(const np_tracer *t, np_path_state *path) {
   const unsigned copies = is_known ? count_copies(t, path, window) : 1;
   if (copies == 0) return false;
   path->aims_at_sky = t->view->sky_guide && may_branch(path);
-  const np_sunward sunward = choose_branches(t, path);
+  np_sunward sunward = np_sunward_make(t->view, &path->volume->phase);
   gather_in_cloud(t, path, &sunward);
   scatter_copies(t, path, &sunward, copies);
   return true;
@@ -204,7 +206,7 @@ static void meet_air(const np_tracer *t, np_path_state *path) {
   const np_air_scatterer scatterer =
       np_air_scatterer_make(t->view->atmosphere, &t->air_light, &path->air, path->position, path->direction);
   np_sun_ray sun;
-  if (np_path_aim_at_sun(t, path->position, &sun)) {
+  if (np_path_aim_at_sun(t, path->position, np_track_faint_depth, &sun)) {
     const np_air_choice towards = np_air_scatterer_eval(&scatterer, sun.direction);
     np_path_gather_sun(t, path, &sun, towards.value, np_hero_mean(&path->hero, towards.density));
   }
@@ -243,7 +245,8 @@ static void meet_ground(const np_tracer *t, np_path_state *path) {
   path->throughput = np_spectrum_multiply(path->throughput, path->ground.albedo);
   path->aims_at_sky = t->view->sky_guide && may_branch(path);
   np_sun_ray sun;
-  const float to_sun = np_path_aim_at_sun(t, path->position, &sun) ? eval_ground(path, sun.direction) : 0.0f;
+  const bool is_lit = np_path_aim_at_sun(t, path->position, np_track_faint_depth, &sun);
+  const float to_sun = is_lit ? eval_ground(path, sun.direction) : 0.0f;
   if (to_sun > 0.0f) np_path_gather_sun(t, path, &sun, np_spectrum_grey(to_sun), to_sun);
   np_glow_ray glow;
   const float to_glow = np_path_aim_at_glow(t, path->position, &glow) ? eval_ground(path, glow.direction) : 0.0f;
@@ -369,7 +372,8 @@ static np_path_event fly_past_clouds(const np_tracer *t, np_path_state *path) {
   double distance = path->is_ground_ahead ? path->ground.distance_m : HUGE_VAL;
   const np_path_event end = path->is_ground_ahead ? NP_PATH_GROUND : NP_PATH_SPACE;
   const np_path_event event = fly_through_air(t, path, end, &distance);
-  const float transmittance = np_track_transmittance(t->view, path->position, path->direction, distance, t->random);
+  const float transmittance =
+      np_track_transmittance(t->view, path->position, path->direction, distance, np_track_faint_depth, t->random);
   path->throughput = np_spectrum_scale(path->throughput, transmittance);
   if (!t->settings->is_air_traced) return NP_PATH_SURROUNDINGS;
   if (event == NP_PATH_AIR) path->position = np_dvec3_along(path->position, path->direction, distance);

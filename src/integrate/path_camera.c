@@ -135,7 +135,8 @@ static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *
 /* The sun's disk outshines what hides it: whether a ray's flight happens to pass the clouds is no measure of it. */
 static void look_for_disks(const np_tracer *t, const np_camera_ray *ray) {
   if (np_spectrum_is_zero(np_light_disks(t->view, ray->direction))) return;
-  t->out->transmittance = np_track_transmittance(t->view, ray->origin, ray->direction, INFINITY, t->random);
+  t->out->transmittance =
+      np_track_transmittance(t->view, ray->origin, ray->direction, INFINITY, np_track_faint_depth, t->random);
 }
 
 void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,

@@ -18,28 +18,31 @@ static inline void np_path_add_light(const np_tracer *t, const np_path_state *pa
 
 /* ---- Sun ---- */
 
-/* A ray towards the sun, and what of its light clouds let through. */
+/* A ray towards the sun: what comes along it where no clouds are, and what of that they let through. */
 typedef struct np_sun_ray {
   np_vec3 direction;
-  float transmittance;
+  np_spectrum irradiance;
+  float transmittance; /* 0: no light comes, and the irradiance is not known */
 } np_sun_ray;
 
 /* False where no light comes: clouds are asked first, for in a thick one most rays end. */
-static inline bool np_path_aim_at_sun(const np_tracer *t, np_dvec3 position, np_sun_ray *out) {
+static inline bool np_path_aim_at_sun(const np_tracer *t, np_dvec3 position, double faint_depth, np_sun_ray *out) {
+  out->transmittance = 0.0f;
   if (!t->air_light.has_sun) return false;
   out->direction = np_light_sample_sun(t->view, np_random_float(t->random), np_random_float(t->random));
-  out->transmittance = np_track_transmittance(t->view, position, out->direction, INFINITY, t->random);
-  return out->transmittance > 0.0f;
+  out->transmittance = np_track_transmittance(t->view, position, out->direction, INFINITY, faint_depth, t->random);
+  if (!(out->transmittance > 0.0f)) return false;
+  out->irradiance = t->settings->is_air_traced ? np_light_sun_ray(t->view, position, out->direction)
+                                               : np_light_sun(t->view, position, out->direction);
+  return true;
 }
 
 /* Sunlight thrown on by the present vertex, `share` of it per steradian, which would have met the disk by chance with
  * this density. */
 static inline void np_path_gather_sun(const np_tracer *t, const np_path_state *path, const np_sun_ray *sun,
                                       np_spectrum share, float density) {
-  const np_spectrum irradiance = t->settings->is_air_traced ? np_light_sun_ray(t->view, path->position, sun->direction)
-                                                            : np_light_sun(t->view, path->position, sun->direction);
   const float weight = sun->transmittance / (1.0f + density * t->sun_sr);
-  np_path_add_light(t, path, path->component, np_spectrum_scale(np_spectrum_multiply(irradiance, share), weight));
+  np_path_add_light(t, path, path->component, np_spectrum_scale(np_spectrum_multiply(sun->irradiance, share), weight));
 }
 
 /* Sunlight met by chance, on a way to space. */

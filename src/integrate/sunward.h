@@ -2,23 +2,27 @@
 /* Branches towards the sun: what tames the light that a forward peak brings.
  *
  * Through a forward peak, a path that happens to fly towards the sun brings rare and blinding light: for droplets of
- * 20 µm, thousands of times what it brings elsewhere. So a scattering throws, now and then, a second path, whose
+ * 20 µm, thousands of times what it brings elsewhere. So a scattering that the sun reaches throws a second path, whose
  * direction is drawn about the sun: from the phase function, for the scattering that follows, and where that is very
  * sharp also from a broader lobe, for the one after it. Of directions ω a scattering then draws a(ω) + b(ω) per
  * steradian, a from the phase function about the path's own direction and b by branches. Each path is weighted by
  * a/(a + b) (balance heuristic of several samples; Veach and Guibas 1995, "Optimally Combining Sampling Techniques for
  * Monte Carlo Rendering"), so that it is as weak as the sunlight it will meet is strong. No weight grows by it: to draw
- * from a mixture of both instead would add to all others' weight at every scattering, and spoil paths of hundreds. */
+ * from a mixture of both instead would add to all others' weight at every scattering, and spoil paths of hundreds.
+ *
+ * So would branches in the dark: each hands on weight from one path to another, and of hundreds of scatterings that
+ * each do so the paths come out with weights that have nothing to do with what they meet. Blinding light comes from as
+ * deep as the sun's, thrown on by the peak, outshines all else: there are as many branches as what comes through times
+ * the peak, at most one, and rays towards the sun are thinned out only beyond that depth. */
 #ifndef NP_INTEGRATE_SUNWARD_H
 #define NP_INTEGRATE_SUNWARD_H
 
-#include "core/random.h"
-#include "core/stable.h"
-#include "light/scene_view.h"
+#include "integrate/tracking.h"
 
 typedef struct np_sunward {
   const np_phase *phase;
   np_vec3 to_sun;
+  float peak;        /* of the phase function, 1/sr; 0 without a sun */
   float share;       /* branches a scattering throws that are drawn from the phase function; 0: none */
   float broad_share; /* those of the broader lobe */
   np_phase broad;
@@ -29,17 +33,28 @@ static inline np_phase np_sunward_lobe(float peak) {
   return np_phase_henyey_greenstein(1.0f - 4.0f / (1.0f + sqrtf(1.0f + 32.0f * NP_PI_F * peak)));
 }
 
-/* Shares were chosen by variance times time in slabs and on the Disney cloud, at optical depths of 40 and 150. */
+/* As it is where the sun does not come to. */
 static inline np_sunward np_sunward_make(const np_scene_view *view, const np_phase *phase) {
-  np_sunward sunward = {.phase = phase, .to_sun = view->to_sun};
-  const float peak = np_spectrum_is_zero(view->sun_irradiance) ? 0.0f : np_phase_eval(phase, 0.0f);
-  if (peak > 1.0f) sunward.share = 0.1f;
-  if (peak > 100.0f) {
-    sunward.share = 0.03f;
-    sunward.broad_share = 0.2f;
-    sunward.broad = np_sunward_lobe(peak / 7.0f);
+  const bool has_sun = !np_spectrum_is_zero(view->sun_irradiance);
+  return (np_sunward){.phase = phase, .to_sun = view->to_sun, .peak = has_sun ? np_phase_eval(phase, 0.0f) : 0.0f};
+}
+
+/* The depth towards the sun beyond which even the peak throws on little: rays that go on may be thinned out. */
+static inline double np_sunward_faint_depth(const np_sunward *sunward) {
+  return np_track_faint_depth + (double)logf(np_maxf(sunward->peak, 1.0f));
+}
+
+/* Chooses the branches of a scattering that this share of the sun's light comes to. Their numbers were chosen by
+ * variance times time in slabs and on the Disney cloud, at optical depths of 3 to 150. */
+static inline void np_sunward_choose(np_sunward *sunward, float sunlight) {
+  const float lit = np_minf(sunlight * sunward->peak, 1.0f);
+  if (sunward->peak > 100.0f) {
+    sunward->share = 0.1f * lit;
+    sunward->broad_share = 0.6f * lit;
+    sunward->broad = np_sunward_lobe(sunward->peak / 7.0f);
+  } else if (sunward->peak > 1.0f) {
+    sunward->share = lit;
   }
-  return sunward;
 }
 
 /* Branches per steradian. `out_prospect`: sunlight that scatterings to come may bring, in isotropic scattering's. */

@@ -135,14 +135,15 @@ static inline double np_track_span_excess(const np_view_volume *volume, const np
   return (double)(volume->extinction_per_value * (mean - span->range.min)) * (span->t_end - span->t_begin);
 }
 
-/* Beyond this depth rays towards a light are thinned out, each that goes on standing for those that do not. */
+/* Beyond this depth rays towards a light of which no direction is worth more than another are thinned out, each that
+ * goes on standing for those that do not. */
 static const double np_track_faint_depth = 3.0;
 
 /* Russian roulette on a ray at a depth; false when it ends, else it goes on from the faint depth. */
-static inline bool np_track_settle(double *depth, np_random *random) {
-  const double beyond = *depth - np_track_faint_depth;
+static inline bool np_track_settle(double *depth, double faint_depth, np_random *random) {
+  const double beyond = *depth - faint_depth;
   if (beyond < 0.0) return true;
-  *depth = np_track_faint_depth;
+  *depth = faint_depth;
   return np_random_float(random) < np_transmittance((float)beyond);
 }
 
@@ -150,7 +151,7 @@ static inline bool np_track_settle(double *depth, np_random *random) {
  * faint before anything is looked up there. Tracking takes about as long, for a hundred times the squared error and
  * more (tests/bench/bench_transmittance.c). */
 static inline float np_track_transmittance(const np_scene_view *view, np_dvec3 origin, np_vec3 direction,
-                                           double distance_end, np_random *random) {
+                                           double distance_end, double faint_depth, np_random *random) {
   double depth = 0.0;
   for (unsigned i = 0; i < view->volume_count; i++) {
     const np_view_volume *volume = &view->volumes[i];
@@ -159,7 +160,7 @@ static inline float np_track_transmittance(const np_scene_view *view, np_dvec3 o
     np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
     while (np_brick_walk_next(&walk, &span)) {
       depth += (double)(volume->extinction_per_value * span.range.min) * (span.t_end - span.t_begin);
-      if (!np_track_settle(&depth, random)) return 0.0f;
+      if (!np_track_settle(&depth, faint_depth, random)) return 0.0f;
       depth += np_track_span_excess(volume, &walk, &span);
     }
   }

@@ -45,7 +45,7 @@ static double estimate_delta(const bench *b, np_dvec3 origin, np_random *random)
 }
 
 static double estimate_tracer(const bench *b, np_dvec3 origin, np_random *random) {
-  return (double)np_track_transmittance(&b->view, origin, b->to_sun, INFINITY, random);
+  return (double)np_track_transmittance(&b->view, origin, b->to_sun, INFINITY, np_track_faint_depth, random);
 }
 
 /* Residual ratio tracking with a control that a callback chooses for each cell. */
