@@ -22,12 +22,11 @@ static inline void np_path_add_light(const np_tracer *t, const np_path_state *pa
 typedef struct np_sun_ray {
   np_vec3 direction;
   np_spectrum irradiance;
-  float transmittance; /* 0: no light comes, and the irradiance is not known */
+  float transmittance;
 } np_sun_ray;
 
 /* False where no light comes: clouds are asked first, for in a thick one most rays end. */
 static inline bool np_path_aim_at_sun(const np_tracer *t, np_dvec3 position, double faint_depth, np_sun_ray *out) {
-  out->transmittance = 0.0f;
   if (!t->air_light.has_sun) return false;
   out->direction = np_light_sample_sun(t->view, np_random_float(t->random), np_random_float(t->random));
   out->transmittance = np_track_transmittance(t->view, position, out->direction, INFINITY, faint_depth, t->random);

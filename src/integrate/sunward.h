@@ -11,9 +11,9 @@
  * from a mixture of both instead would add to all others' weight at every scattering, and spoil paths of hundreds.
  *
  * So would branches in the dark: each hands on weight from one path to another, and of hundreds of scatterings that
- * each do so the paths come out with weights that have nothing to do with what they meet. Blinding light comes from as
- * deep as the sun's, thrown on by the peak, outshines all else: there are as many branches as what comes through times
- * the peak, at most one, and rays towards the sun are thinned out only beyond that depth. */
+ * each do so the paths come out with weights that have nothing to do with what they meet. What blinds is sunlight times
+ * the peak, and ends at the depth where that is no longer bright: there are as many branches as this product, at most
+ * one, and rays towards the sun are thinned out only beyond that depth. */
 #ifndef NP_INTEGRATE_SUNWARD_H
 #define NP_INTEGRATE_SUNWARD_H
 
