@@ -311,9 +311,9 @@ static void white_fluxes_of_depth_128_to_a_hundredth(void **state) {
   probe_split_fluxes(state, picks, COUNT(picks), 6, 1e-2);
 }
 
-static void white_fluxes_of_depth_256_to_two_hundredths(void **state) {
+static void white_fluxes_of_depth_256_to_fifteen_thousandths(void **state) {
   static const pick picks[] = {{.albedo = "1", .tau = "256"}};
-  probe_split_fluxes(state, picks, COUNT(picks), 6, 2e-2);
+  probe_split_fluxes(state, picks, COUNT(picks), 6, 1.5e-2);
 }
 
 static void white_fluxes_of_depth_1024_to_five_hundredths(void **state) {
@@ -409,7 +409,7 @@ int main(int argc, char **argv) {
       cmocka_unit_test_setup_teardown(white_fluxes_of_depth_32_to_two_thousandths, set_up, tear_down),
       cmocka_unit_test_setup_teardown(white_fluxes_of_depth_64_to_five_thousandths, set_up, tear_down),
       cmocka_unit_test_setup_teardown(white_fluxes_of_depth_128_to_a_hundredth, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(white_fluxes_of_depth_256_to_two_hundredths, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(white_fluxes_of_depth_256_to_fifteen_thousandths, set_up, tear_down),
       cmocka_unit_test_setup_teardown(white_fluxes_of_depth_1024_to_five_hundredths, set_up, tear_down),
       cmocka_unit_test_setup_teardown(isotropic_absorbing_fluxes_of_depth_16_to_a_thousandth, set_up, tear_down),
       cmocka_unit_test_setup_teardown(peaked_absorbing_fluxes_of_depth_16_to_a_thousandth, set_up, tear_down),
