@@ -4,8 +4,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
-enum { ALIGNMENT = 64 };
+enum { ALIGNMENT = 64, HUGE_BYTES_MIN = 8 << 20 };
 
 /* Stands in the 64 bytes before each block. */
 typedef struct block_header {
@@ -37,9 +38,24 @@ static size_t find_raw_bytes(size_t count, size_t size, size_t *out_block_bytes)
   return raw_bytes <= PTRDIFF_MAX ? raw_bytes : 0;
 }
 
+/* Asks for huge pages where a block fills many: its first touch then costs a fault for 2 MiB instead of 4 KiB. */
+static void advise_huge(void *raw, size_t bytes) {
+#if defined(MADV_HUGEPAGE)
+  const uintptr_t page = (uintptr_t)2 << 20, first = ((uintptr_t)raw + page - 1) & ~(page - 1);
+  const uintptr_t end = ((uintptr_t)raw + bytes) & ~(page - 1);
+  if (raw && bytes >= HUGE_BYTES_MIN) (void)madvise((char *)raw + (first - (uintptr_t)raw), end - first, MADV_HUGEPAGE);
+#else
+  (void)raw, (void)bytes;
+#endif
+}
+
 /* calloc leaves large blocks to the kernel, which hands out zeroed pages only when they are touched. */
 static void *allocate_raw(neph_context *context, size_t bytes) {
-  if (!context->reallocate) return calloc(1, bytes);
+  if (!context->reallocate) {
+    void *raw = calloc(1, bytes);
+    advise_huge(raw, bytes);
+    return raw;
+  }
   void *raw = context->reallocate(context->reallocate_user, NULL, 0, bytes);
   if (raw) memset(raw, 0, bytes);
   return raw;

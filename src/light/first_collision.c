@@ -9,7 +9,8 @@
 #include "core/isa.h"
 #include "light/first_collision.h"
 
-enum { RAYS_PER_CELL_EDGE = 3 };
+/* Along an edge of a cell; fewer tell where cells are no larger than voxels. */
+enum { RAYS_PER_EDGE = 3, RAYS_PER_FINE_EDGE = 2 };
 
 neph_result np_first_rays_follow_v1(void *, size_t, size_t, unsigned);
 neph_result np_first_rays_follow_v3(void *, size_t, size_t, unsigned);
@@ -30,7 +31,8 @@ static double find_sine(const np_first_rays *r, int axis) {
 static size_t count_along(const np_first_rays *r, int axis, int other) {
   const int32_t size = r->grid->size[axis];
   const double stretch = find_sine(r, axis) / fmax(find_sine(r, other), 1e-6);
-  const double density = RAYS_PER_CELL_EDGE * sqrt(fabs(r->direction[r->face_axis]) * stretch);
+  const int per_edge = r->grid->is_fine ? RAYS_PER_FINE_EDGE : RAYS_PER_EDGE;
+  const double density = per_edge * sqrt(fabs(r->direction[r->face_axis]) * stretch);
   return (size_t)fmax(ceil((double)size * density), size == 1 ? 8.0 : 1.0);
 }
 
@@ -107,16 +109,24 @@ static void spread(const np_transport_grid *g, const np_first_medium *m, float *
     deposit[live] = fmaxf(0.0f, deposit[live]) / (float)find_volume(g, g->cell[live]);
 }
 
-static neph_result start_medium(np_first_rays *r, np_transport_grid *grid) {
+static neph_result start_medium(np_first_rays *r, float **out_deposit) {
   np_first_medium *m = &r->media[r->media_count++];
   neph_context *context = r->grid->context;
   const size_t count = r->grid->live_count;
-  for (unsigned v = 0; v < r->view->volume_count; v++) m->scale[v] = grid->scale[v];
   m->losses = np_alloc(context, count, sizeof *m->losses);
   m->power = np_alloc(context, count, sizeof *m->power);
   m->moment = np_alloc(context, count, 3 * sizeof *m->moment);
-  grid->deposit = np_alloc(context, count, sizeof *grid->deposit);
-  return m->losses && m->power && m->moment && grid->deposit ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  *out_deposit = np_alloc(context, count, sizeof **out_deposit);
+  return m->losses && m->power && m->moment && *out_deposit ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* The grid's own, and that of the lower degree. */
+static void find_scales(np_first_rays *r, unsigned band, unsigned broad_degree) {
+  for (unsigned v = 0; v < r->view->volume_count; v++) {
+    const np_view_volume *volume = &r->view->volumes[v];
+    r->media[0].scale[v] = r->grid->scale[v];
+    r->media[1].scale[v] = np_transport_scale(volume, np_scaled_phase_find_forward(&volume->phase, broad_degree), band);
+  }
 }
 
 static neph_result start_surpluses(np_first_rays *r, np_transport_grid *grid) {
@@ -151,18 +161,20 @@ static void find_direction(np_first_rays *r, np_vec3 to_sun, double length) {
   }
 }
 
-neph_result np_transport_grid_light(const np_scene_view *view, np_monitor *monitor, np_transport_grid *grid,
-                                    np_transport_grid *broad) {
+neph_result np_transport_grid_light(const np_scene_view *view, np_monitor *monitor, unsigned band,
+                                    unsigned broad_degree, np_transport_grid *grid) {
   np_first_rays r = {.view = view, .monitor = monitor, .grid = grid};
   const double length = (double)np_vec3_length(view->to_sun);
+  const bool has_broad = broad_degree < grid->degree;
   if (!(length > 0.0)) return NEPH_OK;
   find_direction(&r, view->to_sun, length);
-  neph_result result = start_medium(&r, grid);
-  if (!result && broad) result = start_medium(&r, broad);
-  if (!result && broad) result = start_surpluses(&r, grid);
+  find_scales(&r, band, broad_degree);
+  neph_result result = start_medium(&r, &grid->deposit);
+  if (!result && has_broad) result = start_medium(&r, &grid->broad_deposit);
+  if (!result && has_broad) result = start_surpluses(&r, grid);
   for (int axis = 0; axis < 3 && !result; axis++) result = light_face(&r, axis);
   if (!result) spread(grid, &r.media[0], grid->deposit);
-  if (!result && broad) spread(grid, &r.media[1], broad->deposit);
+  if (!result && has_broad) spread(grid, &r.media[1], grid->broad_deposit);
   if (!result) keep_surpluses(&r, grid);
   for (unsigned m = 0; m < r.media_count; m++) clear_medium(grid, &r.media[m]);
   np_alloc_free(grid->context, r.surpluses);

@@ -26,11 +26,16 @@
 #include "light/transport_level.h"
 
 enum {
-  LEVELS_MAX = 5,
+  LEVELS_MAX = 6,
   CHUNK = 4096,
   RESOLVED_DEGREE = 7,
-  RESOLVING_SWEEPS = 2 /* a third changes a picture by a tenth of a per cent */
+  RESOLVING_SWEEPS = 2, /* a third changes a picture by a tenth of a per cent */
+  REFINING_SWEEPS = 2
 };
+
+/* A fine cell takes half as long as a ray of the march, with or without cloud in both: where these many are no more, of
+ * a picture's time less than half goes into cells. */
+static const double cells_per_ray = 1.5;
 
 /* Directions, and what comes along them from outside. */
 typedef struct angles {
@@ -47,20 +52,21 @@ typedef struct solver {
   np_multi_scatter *out;
   angles *fine, *broad; /* of the result, and of what is iterated; the same where nothing is to be resolved further */
   np_spectrum *sun;     /* irradiance at each live cell of the finest grid */
-  float *moments;       /* as they are kept, but for their scale */
   unsigned level_count, band;
-  /* The result's; then, if it is another, that which is iterated; then coarser ones. */
+  /* The result's; where its cells are fine, those twice as wide; then the same in the degree that is iterated, if that
+   * is another; then coarser ones. */
   np_transport_level levels[LEVELS_MAX];
 } solver;
 
+static bool is_fine(const solver *s) { return s->levels[0].grid.is_fine; }
 static bool is_resolved(const solver *s) { return s->fine != s->broad; }
 
-/* The finest level that is iterated. */
-static np_transport_level *get_broad(solver *s) { return &s->levels[is_resolved(s) ? 1 : 0]; }
+/* The finest that is iterated. */
+static unsigned get_iterated(const solver *s) { return (is_fine(s) ? 1u : 0u) + (is_resolved(s) ? 1u : 0u); }
 
 static neph_result solve_level(solver *s, unsigned number, double tolerance) {
   np_transport_level *level = &s->levels[number];
-  np_transport_effort effort = {.tolerance = tolerance, .is_finest = level == get_broad(s)};
+  np_transport_effort effort = {.tolerance = tolerance, .is_finest = number == get_iterated(s)};
   neph_result result = np_transport_level_solve(&s->broad->lights, level, &effort);
   if (!effort.is_finest) return result;
   s->out->residual = fmax(s->out->residual, effort.residual);
@@ -69,7 +75,7 @@ static neph_result solve_level(solver *s, unsigned number, double tolerance) {
 }
 
 static neph_result solve_nested(solver *s) {
-  const unsigned finest = (unsigned)(get_broad(s) - s->levels);
+  const unsigned finest = get_iterated(s);
   for (unsigned n = s->level_count; n-- > finest;) {
     if (n + 1 < s->level_count) np_transport_level_prolong(&s->levels[n + 1], &s->levels[n]);
     /* What crosses a thick cloud slowly, and shows late in the residual, is found on coarse cells: they are cheap. */
@@ -79,11 +85,17 @@ static neph_result solve_nested(solver *s) {
   return NEPH_OK;
 }
 
+/* From what is iterated to the result. */
 static neph_result resolve(solver *s) {
-  if (!is_resolved(s)) return NEPH_OK;
-  np_transport_effort effort = {.is_finest = true, .sweeps_plain = RESOLVING_SWEEPS};
-  np_transport_level_resolve(&s->fine->lights, get_broad(s), &s->levels[0]);
-  return np_transport_level_solve(&s->fine->lights, &s->levels[0], &effort);
+  const unsigned iterated = get_iterated(s);
+  neph_result result = NEPH_OK;
+  if (is_resolved(s)) {
+    np_transport_level_resolve(&s->fine->lights, &s->levels[iterated], &s->levels[iterated - 1]);
+    result = np_transport_level_sweep(&s->fine->lights, &s->levels[iterated - 1], RESOLVING_SWEEPS);
+  }
+  if (!is_fine(s) || result) return result;
+  np_transport_level_prolong(&s->levels[1], &s->levels[0]);
+  return np_transport_level_sweep(&s->fine->lights, &s->levels[0], REFINING_SWEEPS);
 }
 
 /* ---- Bands ---- */
@@ -93,34 +105,34 @@ static void clear_levels(solver *s) {
   s->level_count = 0;
 }
 
-static neph_result build_broad(solver *s, const np_transport_level *finest) {
-  np_transport_level *broad = &s->levels[s->level_count++];
-  return np_transport_grid_broaden(s->view, s->band, s->broad->ordinates.degree, &finest->grid, &broad->grid);
+static neph_result add_coarser(solver *s) {
+  const np_transport_grid *fine = &s->levels[s->level_count - 1].grid;
+  return np_transport_grid_coarsen(fine, &s->levels[s->level_count++].grid);
+}
+
+static neph_result add_broad(solver *s) {
+  const np_transport_grid *fine = &s->levels[s->level_count - 1].grid;
+  np_transport_grid *broad = &s->levels[s->level_count++].grid;
+  return np_transport_grid_broaden(s->view, s->band, s->broad->ordinates.degree, fine, broad);
 }
 
 /* The grids for the present band's albedo, on the cells that were placed. */
 static neph_result build_levels(solver *s) {
   clear_levels(s);
-  np_transport_level *finest = &s->levels[s->level_count++];
-  neph_result result = np_transport_grid_place(s->context, s->view, &s->desc->cells, &finest->grid);
+  np_transport_grid *finest = &s->levels[s->level_count++].grid;
+  neph_result result = np_transport_grid_place(s->context, s->view, &s->desc->cells, finest);
   if (result) return result;
-  const np_scaled_phase *phases = s->out->phases;
-  finest->grid.degree = s->fine->ordinates.degree;
+  finest->degree = s->fine->ordinates.degree;
   np_monitor_set_stage(s->monitor, "averaging clouds");
-  result = np_transport_grid_fill(s->view, phases, s->band, s->monitor, &finest->grid);
-  if (!result && is_resolved(s)) result = build_broad(s, finest);
+  result = np_transport_grid_fill(s->view, s->out->phases, s->band, s->monitor, finest);
   np_monitor_set_stage(s->monitor, "lighting clouds");
-  np_transport_grid *broad = is_resolved(s) ? &get_broad(s)->grid : NULL;
-  if (!result) result = np_transport_grid_light(s->view, s->monitor, &finest->grid, broad);
+  if (!result) result = np_transport_grid_light(s->view, s->monitor, s->band, s->broad->ordinates.degree, finest);
+  if (!result && is_fine(s)) result = add_coarser(s);
+  if (!result && is_resolved(s)) result = add_broad(s);
+  while (!result && s->level_count < LEVELS_MAX && np_transport_grid_can_coarsen(&s->levels[s->level_count - 1].grid))
+    result = add_coarser(s);
   for (unsigned n = 0; n < s->level_count && !result; n++)
     result = np_transport_level_allocate(&s->levels[n], s->view->emission);
-  while (!result && s->level_count < LEVELS_MAX) {
-    const np_transport_grid *fine = &s->levels[s->level_count - 1].grid;
-    if (!np_transport_grid_can_coarsen(fine)) break;
-    np_transport_level *l = &s->levels[s->level_count++];
-    result = np_transport_grid_coarsen(fine, &l->grid);
-    if (!result) result = np_transport_level_allocate(l, s->view->emission);
-  }
   return result;
 }
 
@@ -149,45 +161,71 @@ static neph_result average_glow(void *user, size_t begin, size_t end, unsigned t
   return NEPH_OK;
 }
 
+/* Means over the cells of a level of what is known by those of the one before. */
+static void hand_down(const solver *s, unsigned to, const float *from, float *out) {
+  const np_transport_grid *fine = &s->levels[to - 1].grid, *coarse = &s->levels[to].grid;
+  if (is_resolved(s) && to == get_iterated(s)) {
+    memcpy(out, from, fine->live_count * sizeof *out);
+  } else {
+    np_transport_grid_restrict(fine, from, coarse, out);
+  }
+}
+
 static neph_result fill_glow(solver *s) {
   if (!s->view->emission) return NEPH_OK;
-  const size_t count = s->levels[0].grid.live_count;
-  neph_result result = np_parallel_for(s->context, s->monitor, count, 256, average_glow, s);
-  const unsigned finest = (unsigned)(get_broad(s) - s->levels);
-  if (!result && finest > 0) memcpy(s->levels[finest].glow, s->levels[0].glow, count * sizeof(float));
-  for (unsigned n = finest + 1; n < s->level_count && !result; n++)
-    np_transport_grid_restrict(&s->levels[n - 1].grid, s->levels[n - 1].glow, &s->levels[n].grid, s->levels[n].glow);
+  neph_result result = np_parallel_for(s->context, s->monitor, s->levels[0].grid.live_count, 256, average_glow, s);
+  for (unsigned n = 1; n < s->level_count && !result; n++) hand_down(s, n, s->levels[n - 1].glow, s->levels[n].glow);
   return result;
 }
 
-static void light_level(const solver *s, np_transport_level *level) {
-  for (size_t live = 0; live < level->grid.live_count; live++)
-    level->sun[live] = level->grid.deposit ? level->grid.deposit[live] * s->sun[live].band[s->band] : 0.0f;
+/* First collisions times irradiance, of the finest cells. */
+static void light_cells(const solver *s, const float *deposit, float *out) {
+  for (size_t live = 0; live < s->levels[0].grid.live_count; live++)
+    out[live] = deposit ? deposit[live] * s->sun[live].band[s->band] : 0.0f;
 }
 
-/* Fills the levels' sources for the present band; returns their sum, with what flows in. */
-static double light_levels(solver *s) {
-  np_transport_level *broad = get_broad(s);
-  double sum = 0.0;
-  light_level(s, &s->levels[0]);
-  if (is_resolved(s)) light_level(s, broad);
-  for (size_t live = 0; live < broad->grid.live_count; live++)
-    sum += (double)broad->sun[live] + (broad->glow ? (double)broad->glow[live] : 0.0);
-  for (np_transport_level *l = broad + 1; l < s->levels + s->level_count; l++)
-    np_transport_grid_restrict(&l[-1].grid, l[-1].sun, &l->grid, l->sun);
+/* Those in the medium that is iterated, where it is another than the result's. */
+static neph_result light_broad(const solver *s) {
+  const np_transport_grid *g = &s->levels[0].grid;
+  float *broad = s->levels[get_iterated(s)].sun;
+  if (!is_fine(s)) {
+    light_cells(s, g->broad_deposit, broad);
+    return NEPH_OK;
+  }
+  float *own = np_alloc(s->context, g->live_count, sizeof *own);
+  if (!own) return NEPH_ERROR_OUT_OF_MEMORY;
+  light_cells(s, g->broad_deposit, own);
+  np_transport_grid_restrict(g, own, &s->levels[1].grid, broad);
+  np_alloc_free(s->context, own);
+  return NEPH_OK;
+}
+
+/* Fills the levels' sources for the present band, and finds their sum, with what flows in. */
+static neph_result light_levels(solver *s, double *out_sum) {
+  const unsigned iterated = get_iterated(s);
+  light_cells(s, s->levels[0].grid.deposit, s->levels[0].sun);
+  if (is_fine(s)) hand_down(s, 1, s->levels[0].sun, s->levels[1].sun);
+  neph_result result = is_resolved(s) ? light_broad(s) : NEPH_OK;
+  if (result) return result;
+  for (unsigned n = iterated + 1; n < s->level_count; n++) hand_down(s, n, s->levels[n - 1].sun, s->levels[n].sun);
   s->fine->lights.inflow = s->fine->inflow[s->band];
   s->broad->lights.inflow = s->broad->inflow[s->band];
+
+  const np_transport_level *level = &s->levels[iterated];
+  *out_sum = 0.0;
+  for (size_t live = 0; live < level->grid.live_count; live++)
+    *out_sum += (double)level->sun[live] + (level->glow ? (double)level->glow[live] : 0.0);
   const float *inflow = &s->broad->inflow[s->band][0][0][0];
-  for (size_t i = 0; i < sizeof s->broad->inflow[0] / sizeof(float); i++) sum += (double)inflow[i];
-  return sum;
+  for (size_t i = 0; i < sizeof s->broad->inflow[0] / sizeof(float); i++) *out_sum += (double)inflow[i];
+  return NEPH_OK;
 }
 
 static size_t count_moments(const np_transport_grid *g) { return g->live_count * np_harmonics_count(g->degree); }
 
 /* The start of a further band of grey clouds. */
 static void scale_solution(solver *s, double factor) {
-  np_transport_level *broad = get_broad(s);
-  for (size_t i = 0; i < count_moments(&broad->grid); i++) broad->phi[i] *= (float)factor;
+  np_transport_level *iterated = &s->levels[get_iterated(s)];
+  for (size_t i = 0; i < count_moments(&iterated->grid); i++) iterated->phi[i] *= (float)factor;
 }
 
 static float find_length(const float v[3]) {
@@ -219,43 +257,77 @@ static void add_importance(const solver *s, const float *moments) {
   }
 }
 
-/* What is taken out where the march puts in what is exact: in means over cells, as the moments have it. */
-static void keep_narrow(const solver *s, float *scratch) {
-  const np_transport_grid *g = &s->levels[0].grid;
-  const size_t count = g->live_count, bands = s->out->band_count;
-  memcpy(scratch, g->narrow, count * sizeof *scratch);
-  np_transport_grid_sharpen(g, 1, scratch, scratch + count);
-  for (size_t live = 0; live < count; live++) s->out->narrow[live * bands + s->band] = scratch[live];
+/* Of values of which the largest are to be between 2¹⁴ and 2¹⁵: what loses bits then is four billionths of them. */
+static float choose_scale(const float *values, size_t count) {
+  float largest = 0.0f;
+  for (size_t i = 0; i < count; i++) largest = fmaxf(largest, fabsf(values[i]));
+  int exponent = 0;
+  if (largest > 0.0f && isfinite(largest)) (void)frexpf(largest, &exponent);
+  return ldexpf(1.0f, exponent > -110 ? exponent - 15 : -125);
 }
 
-static neph_result keep_band(solver *s) {
-  const np_transport_level *finest = &s->levels[0];
-  const size_t floats = count_moments(&finest->grid);
-  const unsigned count = np_harmonics_count(finest->grid.degree);
-  float *sharp = np_alloc(s->context, floats, 2 * sizeof *sharp);
+/* Halves of a band's moments. */
+typedef struct packing {
+  const float *from;
+  float inverse_scale;
+  size_t count, stride; /* of a cell's moments, and from one cell to the next */
+  uint16_t *to;
+} packing;
+
+static neph_result pack(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const packing *p = user;
+  for (size_t live = begin; live < end; live++)
+    for (size_t i = 0; i < p->count; i++)
+      p->to[live * p->stride + i] = np_half_from_float(p->inverse_scale * p->from[live * p->count + i]);
+  return NEPH_OK;
+}
+
+/* What is taken out where the march puts in what is exact: in means over cells, as the moments have it. */
+static neph_result keep_narrow(const solver *s) {
+  const np_transport_grid *g = &s->levels[0].grid;
+  const size_t bands = s->out->band_count;
+  float *sharp = np_alloc(s->context, g->live_count, sizeof *sharp);
   if (!sharp) return NEPH_ERROR_OUT_OF_MEMORY;
-  memcpy(sharp, finest->phi, floats * sizeof *sharp);
-  np_transport_grid_sharpen(&finest->grid, count, sharp, sharp + floats);
-  for (size_t live = 0; live < finest->grid.live_count; live++)
-    memcpy(s->moments + (live * s->out->band_count + s->band) * count, sharp + live * count, count * sizeof *sharp);
-  if (s->out->importance) add_importance(s, sharp);
-  if (finest->grid.narrow) keep_narrow(s, sharp);
+  memcpy(sharp, g->narrow, g->live_count * sizeof *sharp);
+  np_transport_grid_sharpen(g, 1, sharp);
+  for (size_t live = 0; live < g->live_count; live++) s->out->narrow[live * bands + s->band] = sharp[live];
   np_alloc_free(s->context, sharp);
   return NEPH_OK;
+}
+
+/* The next band starts from what was iterated, which is sharpened in a copy. */
+static neph_result keep_band(solver *s) {
+  np_transport_level *finest = &s->levels[0];
+  const size_t floats = count_moments(&finest->grid);
+  const unsigned count = np_harmonics_count(finest->grid.degree);
+  float *copy = NULL, *sharp = finest->phi;
+  if (get_iterated(s) == 0) {
+    sharp = copy = np_alloc(s->context, floats, sizeof *copy);
+    if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
+    memcpy(copy, finest->phi, floats * sizeof *copy);
+  }
+  np_transport_grid_sharpen(&finest->grid, count, sharp);
+  if (s->out->importance) add_importance(s, sharp);
+  const float scale = s->out->scale[s->band] = choose_scale(sharp, floats);
+  packing p = {sharp, 1.0f / scale, count, (size_t)s->out->band_count * count,
+               s->out->moments + (size_t)s->band * count};
+  neph_result result = np_parallel_for(s->context, s->monitor, finest->grid.live_count, CHUNK, pack, &p);
+  np_alloc_free(s->context, copy);
+  return result || !finest->grid.narrow ? result : keep_narrow(s);
 }
 
 static neph_result solve_band(solver *s, bool is_first, double *sum) {
   const double before = *sum;
   neph_result result = fill_glow(s);
-  if (result) return result;
-  *sum = light_levels(s);
-  if (*sum <= 0.0) return NEPH_OK;
+  if (!result) result = light_levels(s, sum);
+  if (result || *sum <= 0.0) return result;
   np_monitor_set_stage(s->monitor, "solving multiple scattering");
   if (is_first || !(before > 0.0)) {
     result = solve_nested(s);
   } else {
     scale_solution(s, *sum / before);
-    result = solve_level(s, (unsigned)(get_broad(s) - s->levels), s->desc->tolerance);
+    result = solve_level(s, get_iterated(s), s->desc->tolerance);
   }
   if (!result) result = resolve(s);
   return result ? result : keep_band(s);
@@ -305,33 +377,12 @@ static neph_result start_bands(solver *s) {
   neph_result result = np_parallel_for(s->context, s->monitor, g->live_count, CHUNK, find_sun, s);
   if (result) return result;
   choose_bands(s);
-  s->moments = np_alloc(s->context, count_moments(g), s->out->band_count * sizeof *s->moments);
+  s->out->moments = np_alloc(s->context, count_moments(g), s->out->band_count * sizeof *s->out->moments);
   if (s->desc->has_importance) s->out->importance = np_alloc(s->context, g->live_count, sizeof *s->out->importance);
   if (g->narrow) s->out->narrow = np_alloc(s->context, g->live_count, s->out->band_count * sizeof *s->out->narrow);
-  const bool has_all = s->moments && (s->out->importance || !s->desc->has_importance) && (s->out->narrow || !g->narrow);
+  const bool has_all =
+      s->out->moments && (s->out->importance || !s->desc->has_importance) && (s->out->narrow || !g->narrow);
   return has_all ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-}
-
-static neph_result pack(void *user, size_t begin, size_t end, unsigned thread) {
-  (void)thread;
-  const solver *s = user;
-  const float inverse = 1.0f / s->out->scale;
-  for (size_t i = begin; i < end; i++) s->out->moments[i] = np_half_from_float(inverse * s->moments[i]);
-  return NEPH_OK;
-}
-
-/* Keeps the moments as halves, the largest of which is between 2¹⁴ and 2¹⁵: what loses bits is four billionths of it
- * and less. */
-static neph_result pack_moments(solver *s) {
-  const size_t count = count_moments(&s->levels[0].grid) * s->out->band_count;
-  float largest = 0.0f;
-  for (size_t i = 0; i < count; i++) largest = fmaxf(largest, fabsf(s->moments[i]));
-  int exponent = 0;
-  if (largest > 0.0f && isfinite(largest)) (void)frexpf(largest, &exponent);
-  s->out->scale = ldexpf(1.0f, exponent > -110 ? exponent - 15 : -125);
-  s->out->moments = np_alloc(s->context, count, sizeof *s->out->moments);
-  if (!s->out->moments) return NEPH_ERROR_OUT_OF_MEMORY;
-  return np_parallel_for(s->context, s->monitor, count, 65536, pack, s);
 }
 
 static neph_result solve_bands(solver *s) {
@@ -345,7 +396,7 @@ static neph_result solve_bands(solver *s) {
     if (!result) result = solve_band(s, is_first, &sum);
     if (result) return result;
   }
-  return pack_moments(s);
+  return NEPH_OK;
 }
 
 /* ---- All of it ---- */
@@ -386,12 +437,29 @@ static unsigned choose_degree(double cells, bool is_layered, double work_max) {
   return NP_DEGREE_MIN;
 }
 
+/* Bytes that a cell takes whose light is iterated in the least degree, and resolved into more. */
+static double count_resolved_bytes(void) {
+  return np_transport_count_iterated_bytes(NP_DEGREE_MIN) + np_transport_count_swept_bytes(RESOLVED_DEGREE);
+}
+
+/* The same of a fine one; those twice as wide are an eighth as many, and at the clouds' rim more. */
+static double count_fine_bytes(void) {
+  return np_transport_count_swept_bytes(RESOLVED_DEGREE) + 1.0 / 6.0 * count_resolved_bytes();
+}
+
+static double count_bytes_max(const np_transport_desc *cells) {
+  return (double)cells->cell_count_max * np_transport_count_iterated_bytes(NP_DEGREE_MIN);
+}
+
 /* The degree that a solution of the least degree is resolved into, where the memory that so many cells of the least
  * degree could take is enough. */
-static unsigned choose_resolved(double cells, unsigned degree, const np_transport_desc *desc) {
-  const double bytes = (double)desc->cell_count_max * np_transport_count_cell_bytes(NP_DEGREE_MIN);
-  const bool is_affordable = cells * np_transport_count_cell_bytes(RESOLVED_DEGREE) <= bytes;
-  return degree == NP_DEGREE_MIN && is_affordable ? RESOLVED_DEGREE : degree;
+static unsigned choose_resolved(double cells, bool is_fine_wanted, unsigned degree, const np_transport_desc *desc) {
+  const double bytes = cells * (is_fine_wanted ? count_fine_bytes() : count_resolved_bytes());
+  return degree == NP_DEGREE_MIN && bytes <= count_bytes_max(desc) ? RESOLVED_DEGREE : degree;
+}
+
+void np_multi_scatter_desc_set_rays(np_multi_scatter_desc *desc, double rays) {
+  desc->cells.cell_count_fine = (size_t)fmin(cells_per_ray * rays, count_bytes_max(&desc->cells) / count_fine_bytes());
 }
 
 static neph_result start_angles(solver *s, unsigned degree, bool is_layered, angles **out) {
@@ -409,11 +477,11 @@ static neph_result start(solver *s) {
   np_transport_grid grid;
   neph_result result = np_transport_grid_place(s->context, s->view, &s->desc->cells, &grid);
   if (result) return result;
-  const bool is_layered = grid.is_wrapped[0] || grid.is_wrapped[1];
+  const bool is_layered = grid.is_wrapped[0] || grid.is_wrapped[1], is_fine_wanted = grid.is_fine;
   const double cells = (double)np_transport_grid_count(&grid);
   np_transport_grid_clear(&grid);
   const unsigned degree = choose_degree(cells, is_layered, s->desc->work_max);
-  const unsigned resolved = choose_resolved(cells, degree, &s->desc->cells);
+  const unsigned resolved = choose_resolved(cells, is_fine_wanted, degree, &s->desc->cells);
   result = start_angles(s, degree, is_layered, &s->broad);
   if (!result && resolved != degree) result = start_angles(s, resolved, is_layered, &s->fine);
   if (!s->fine) s->fine = s->broad;
@@ -450,7 +518,6 @@ neph_result np_multi_scatter_build(neph_context *context, const np_scene_view *v
   }
   clear_levels(&s);
   np_alloc_free(context, s.sun);
-  np_alloc_free(context, s.moments);
   if (s.fine != s.broad) np_alloc_free(context, s.fine);
   np_alloc_free(context, s.broad);
   if (result) np_multi_scatter_clear(out);

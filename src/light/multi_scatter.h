@@ -13,7 +13,7 @@ typedef struct np_multi_scatter_desc {
   bool has_importance; /* what paths are weighed by is kept beside the moments */
 } np_multi_scatter_desc;
 
-/* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.6 kB each in cloud while it is solved. */
+/* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.5 kB each in cloud while it is solved. */
 #define NP_MULTI_SCATTER_DESC_DEFAULT                                                                                  \
   {                                                                                                                    \
     .cells = {.cell_count_max = 1500000, .cell_count_cheap = 60000, .cell_depth_max = 0.35}, .work_max = 3e7,          \
@@ -37,8 +37,8 @@ typedef struct np_multi_scatter {
   unsigned band_count; /* that are kept: 1 where they differ by a factor, `colour`, which else is 1 */
   np_spectrum colour;
   uint16_t
-      *moments;  /* [live][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on */
-  float scale;   /* a power of two */
+      *moments; /* [live][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on */
+  float scale[NP_BAND_COUNT]; /* powers of two */
   float *narrow; /* [live][band]: of the moments, those of sunlight that was scattered narrowly, over its irradiance and
                     harmonics (transport_grid.h); NULL: there is none */
   np_importance
@@ -47,6 +47,9 @@ typedef struct np_multi_scatter {
   unsigned sweeps; /* of the finest grid, all bands together */
   double error;    /* expected from the size of the largest cells, as a share of the light */
 } np_multi_scatter;
+
+/* Allows as many fine cells as a picture of so many rays is worth, within the memory of `cells.cell_count_max`. */
+void np_multi_scatter_desc_set_rays(np_multi_scatter_desc *desc, double rays);
 
 /* Solves for the view's sun, sky and ground. On failure nothing is left. */
 neph_result np_multi_scatter_build(neph_context *context, const np_scene_view *view, const np_multi_scatter_desc *desc,
@@ -100,11 +103,12 @@ static inline void np_multi_scatter_add_cells(const np_multi_scatter *scatter, n
   int32_t live[8];
   float weight[8];
   const unsigned count = np_transport_grid_find(&scatter->grid, position, live, weight);
+  const unsigned harmonics = width / scatter->band_count;
   for (unsigned first = 0; first < width; first += NP_MOMENT_LANES) {
     float lanes[NP_MOMENT_LANES] = {0.0f};
     for (unsigned c = 0; c < count; c++)
       np_moments_add(scatter->moments + (size_t)live[c] * width + first, weight[c], lanes);
-    for (unsigned k = 0; k < NP_MOMENT_LANES; k++) out->value[first + k] = scatter->scale * lanes[k];
+    for (unsigned k = 0; k < NP_MOMENT_LANES; k++) out->value[first + k] = scatter->scale[first / harmonics] * lanes[k];
   }
   np_multi_scatter_average_narrow(scatter, live, weight, count, out->narrow);
 }

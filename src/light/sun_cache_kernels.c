@@ -183,7 +183,7 @@ void NP_KERNEL(np_sun_column_refine)(np_sun_column *c) {
     if (c->cells[k] != NP_SUN_CELL_STEEP) continue;
     const size_t stride = np_sun_column_count_fine(c);
     const block b = {np_sun_column_find_fine(c, k), {NP_SUN_FINE_RAYS * stride, stride, 1}, NP_SUN_FINE_EDGE};
-    if (find_bend(&b, 1, c->desc->rate) > 3.0f * c->desc->tolerance) continue;
+    if (find_bend(&b, 1, c->desc->rate) > 16.0f * c->desc->tolerance) continue;
     c->cells[k] = (uint32_t)c->node_count << NP_SUN_CELL_LEVEL_BITS;
     c->node_count += np_sun_level_count_nodes(0);
   }

@@ -23,8 +23,12 @@ static neph_result allocate_faces(np_sweep *s, unsigned pair) {
   f->x = np_alloc(s->context, y * z, lanes * sizeof *f->x);
   f->y = np_alloc(s->context, x * z, lanes * sizeof *f->y);
   f->z = np_alloc(s->context, x * y, lanes * sizeof *f->z);
-  s->out[pair] = np_alloc(s->context, s->grid->live_count, np_harmonics_count(s->grid->degree) * sizeof(float));
-  return f->x && f->y && f->z && s->out[pair] ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  return f->x && f->y && f->z ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result allocate_part(np_sweep *s, unsigned part) {
+  s->out[part] = np_alloc(s->context, s->grid->live_count, np_harmonics_count(s->grid->degree) * sizeof(float));
+  return s->out[part] ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 /* A period of a single cell has no width: what leaves it enters it. */
@@ -73,6 +77,7 @@ neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_t
   for (int axis = 0; axis < 3 && !result; axis++) result = fill_widths(out, axis);
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT && !result; octant++) result = fill_reach(out, octant);
   for (unsigned pair = 0; pair < NP_OCTANT_PAIRS && !result; pair++) result = allocate_faces(out, pair);
+  for (unsigned part = 0; part < NP_SWEEP_PARTS && !result; part++) result = allocate_part(out, part);
   const size_t lanes = 2 * (size_t)grid->size[0] * neph_context_get_thread_count(context);
   out->rows = result ? NULL : np_alloc(context, lanes, NP_ORDINATE_LANES * sizeof *out->rows);
   if (!result && !out->rows) result = NEPH_ERROR_OUT_OF_MEMORY;
@@ -85,42 +90,56 @@ void np_sweep_clear(np_sweep *s) {
     np_alloc_free(s->context, s->faces[pair].x);
     np_alloc_free(s->context, s->faces[pair].y);
     np_alloc_free(s->context, s->faces[pair].z);
-    np_alloc_free(s->context, s->out[pair]);
   }
+  for (unsigned part = 0; part < NP_SWEEP_PARTS; part++) np_alloc_free(s->context, s->out[part]);
   np_alloc_free(s->context, s->rows);
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++) np_alloc_free(s->context, s->reach[octant]);
   for (int axis = 0; axis < 3; axis++) np_alloc_free(s->context, s->inverse_m[axis]);
   *s = (np_sweep){0};
 }
 
-/* The tiles of one diagonal, of all pairs. */
+/* The tiles of one diagonal, of some pairs. */
 typedef struct front {
   const np_sweep *sweep;
   tile_fn sweep_tile;
   int32_t diagonal, first_y, count; /* tile_y + tile_z; the first tile_y there is; tiles */
+  unsigned first_pair, pair_count;
 } front;
 
 static neph_result sweep_tiles(void *user, size_t begin, size_t end, unsigned thread) {
   const front *f = user;
   for (size_t i = begin; i < end; i++) {
-    const int32_t tile_y = f->first_y + (int32_t)(i / NP_OCTANT_PAIRS);
-    f->sweep_tile(f->sweep, (unsigned)(i % NP_OCTANT_PAIRS), tile_y, f->diagonal - tile_y, thread);
+    const int32_t tile_y = f->first_y + (int32_t)(i / f->pair_count);
+    const unsigned pair = f->first_pair + (unsigned)(i % f->pair_count);
+    f->sweep_tile(f->sweep, pair, tile_y, f->diagonal - tile_y, thread);
   }
   return np_monitor_is_cancelled(f->sweep->monitor) ? NEPH_ERROR_CANCELLED : NEPH_OK;
 }
 
+static neph_result sweep_front(front *f, unsigned first_pair, unsigned pair_count) {
+  f->first_pair = first_pair;
+  f->pair_count = pair_count;
+  const np_sweep *s = f->sweep;
+  return np_parallel_for(s->context, s->monitor, (size_t)f->count * pair_count, 1, sweep_tiles, f);
+}
+
+/* Opposite pairs come from opposite ends and share a sum: where they would meet in the same tiles, one goes first. */
 neph_result np_sweep_run(np_sweep *s) {
   static const tile_fn kernels[NP_ISA_COUNT] = {np_sweep_tile_v1, np_sweep_tile_v3, np_sweep_tile_v4};
   const np_transport_grid *g = s->grid;
   const int32_t tiles_y = (g->size[1] - 1) / NP_SWEEP_TILE + 1, tiles_z = (g->size[2] - 1) / NP_SWEEP_TILE + 1;
   const size_t floats = g->live_count * np_harmonics_count(g->degree);
-  for (unsigned pair = 0; pair < NP_OCTANT_PAIRS; pair++) memset(s->out[pair], 0, floats * sizeof(float));
+  for (unsigned part = 0; part < NP_SWEEP_PARTS; part++) memset(s->out[part], 0, floats * sizeof(float));
   front f = {.sweep = s, .sweep_tile = kernels[neph_context_get_isa(s->context)]};
   for (f.diagonal = 0; f.diagonal < tiles_y + tiles_z - 1; f.diagonal++) {
     f.first_y = f.diagonal < tiles_z ? 0 : f.diagonal - tiles_z + 1;
     f.count = (f.diagonal < tiles_y ? f.diagonal : tiles_y - 1) - f.first_y + 1;
-    neph_result result = np_parallel_for(s->context, s->monitor, (size_t)f.count * NP_OCTANT_PAIRS, 1, sweep_tiles, &f);
-    if (result) return result;
+    const bool is_middle = 2 * f.diagonal == tiles_y + tiles_z - 2;
+    const unsigned some = is_middle ? NP_OCTANT_PAIRS / 2 : NP_OCTANT_PAIRS;
+    for (unsigned pair = 0; pair < NP_OCTANT_PAIRS; pair += some) {
+      neph_result result = sweep_front(&f, pair, some);
+      if (result) return result;
+    }
   }
   return NEPH_OK;
 }

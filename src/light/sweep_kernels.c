@@ -239,13 +239,12 @@ static void start_block(const np_sweep *sweep, unsigned pair, unsigned number, u
                  .harmonic = o->harmonic[pair][number],
                  .weighted = o->weighted[pair][number],
                  .row = (twin *)sweep->rows + (size_t)thread * (size_t)sweep->grid->size[0],
-                 .out = sweep->out[pair]};
+                 .out = sweep->out[np_sweep_get_part(pair)]};
   for (int a = 0; a < 3; a++) out->cosine[a] = *(const lanes *)o->cosine[a][number];
   for (unsigned turn = 0; turn < 2; turn++) out->flow[turn] = start_flow(sweep, pair, turn, number);
 }
 
-/* Row by row, each in all directions while what it keeps is at hand. Bits of the pair tell whether light goes down y,
- * and down z. */
+/* Row by row, each in all directions while what it keeps is at hand. */
 void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread) {
   const np_transport_grid *grid = sweep->grid;
   const int32_t *size = grid->size, first_y = tile_y * NP_SWEEP_TILE, first_z = tile_z * NP_SWEEP_TILE;

@@ -16,9 +16,8 @@ typedef struct fill {
   np_monitor *monitor;
   np_transport_grid *grid;
   double voxel_m[3];
-  float *extinction; /* of each cell, live or not */
-  float *scattering; /* [cell][l]: moments */
-  bool *glows;       /* of each cell */
+  float *extinction; /* [cell][cloud], live or not, of no scaled medium */
+  bool *holds;       /* of each cell: cloud, or something that glows; then, or touches one that does */
 } fill;
 
 float np_transport_grid_average_emission(const np_transport_grid *grid, const struct np_emission *emission,
@@ -33,22 +32,13 @@ float np_transport_grid_average_emission(const np_transport_grid *grid, const st
       .band[band];
 }
 
-static void add_material(const fill *f, np_dvec3 position, float weight, float *extinction, float *scattering) {
-  for (unsigned v = 0; v < f->view->volume_count; v++) {
-    const np_view_volume *volume = &f->view->volumes[v];
-    const float own = weight * np_view_extinction(volume, position);
-    if (!(own > 0.0f)) continue;
-    *extinction += own * f->grid->scale[v];
-    for (unsigned l = 0; l <= f->grid->degree; l++)
-      scattering[l] += own * volume->albedo.band[f->band] * f->phases[v].moments[l];
-  }
-}
-
 /* Mean over a cell by the midpoint rule on the pieces between samples, where the interpolant is trilinear and the rule
  * exact; over large cells on a coarser lattice. */
 static void average_cell(const fill *f, const int32_t at[3]) {
   const np_transport_grid *g = f->grid;
+  const unsigned clouds = f->view->volume_count;
   const size_t cell = np_transport_grid_join(g, at);
+  float *extinction = f->extinction + cell * clouds;
   double width[3];
   int32_t points[3];
   for (int a = 0; a < 3; a++) {
@@ -62,9 +52,12 @@ static void average_cell(const fill *f, const int32_t at[3]) {
         const np_dvec3 position = np_dvec3_make(g->edge_m[0][at[0]] + (i + 0.5) / points[0] * width[0],
                                                 g->edge_m[1][at[1]] + (j + 0.5) / points[1] * width[1],
                                                 g->edge_m[2][at[2]] + (k + 0.5) / points[2] * width[2]);
-        add_material(f, position, weight, &f->extinction[cell], &f->scattering[cell * (g->degree + 1)]);
+        for (unsigned v = 0; v < clouds; v++)
+          extinction[v] += weight * fmaxf(0.0f, np_view_extinction(&f->view->volumes[v], position));
       }
-  if (f->view->emission) f->glows[cell] = np_transport_grid_average_emission(g, f->view->emission, at, f->band) > 0.0f;
+  for (unsigned v = 0; v < clouds; v++) f->holds[cell] = f->holds[cell] || extinction[v] > 0.0f;
+  if (f->view->emission)
+    f->holds[cell] = f->holds[cell] || np_transport_grid_average_emission(g, f->view->emission, at, f->band) > 0.0f;
 }
 
 static neph_result average_rows(void *user, size_t begin, size_t end, unsigned thread) {
@@ -81,23 +74,28 @@ static neph_result average_rows(void *user, size_t begin, size_t end, unsigned t
 
 /* ---- Live cells ---- */
 
-/* Whether a cell or one that touches it holds cloud, or something that glows. */
-static bool is_live(const fill *f, int32_t cell) {
-  const np_transport_grid *g = f->grid;
-  int32_t at[3];
-  np_transport_grid_split(g, cell, at);
-  for (int32_t n = 0; n < 27; n++) {
-    int32_t near[3] = {at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1};
-    bool is_inside = true;
-    for (int a = 0; a < 3; a++) {
-      if (g->is_wrapped[a]) near[a] = (near[a] + g->size[a]) % g->size[a];
-      is_inside = is_inside && near[a] >= 0 && near[a] < g->size[a];
-    }
-    if (!is_inside) continue;
-    const size_t c = np_transport_grid_join(g, near);
-    if (f->extinction[c] > 0.0f || f->glows[c]) return true;
+/* Each cell of a line along an axis takes what its neighbours hold. */
+static void spread_line(const np_transport_grid *g, int axis, const int32_t first[3], bool *holds) {
+  const int32_t size = g->size[axis];
+  const size_t stride = axis == 0 ? 1 : axis == 1 ? (size_t)g->size[0] : (size_t)g->size[0] * (size_t)g->size[1];
+  bool *line = holds + np_transport_grid_join(g, first), begin = line[0];
+  bool before = g->is_wrapped[axis] && line[(size_t)(size - 1) * stride];
+  for (int32_t i = 0; i < size; i++) {
+    const bool own = line[(size_t)i * stride];
+    const bool next = i + 1 < size ? line[(size_t)(i + 1) * stride] : g->is_wrapped[axis] && begin;
+    line[(size_t)i * stride] = before || own || next;
+    before = own;
   }
-  return false;
+}
+
+/* From cells that hold something to those that touch one, by an edge or a corner too. */
+static void spread_held(const np_transport_grid *g, bool *holds) {
+  for (int axis = 0; axis < 3; axis++) {
+    const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+    int32_t first[3] = {0};
+    for (first[v] = 0; first[v] < g->size[v]; first[v]++)
+      for (first[u] = 0; first[u] < g->size[u]; first[u]++) spread_line(g, axis, first, holds);
+  }
 }
 
 static neph_result allocate_live(np_transport_grid *g) {
@@ -110,8 +108,14 @@ static neph_result allocate_live(np_transport_grid *g) {
 /* Cells without cloud get the ratios of the first cloud: what is multiplied by them is 0. */
 static void keep_material(const fill *f, size_t live, size_t cell) {
   np_transport_grid *g = f->grid;
-  const unsigned count = g->degree + 1;
-  const float extinction = f->extinction[cell], *scattering = &f->scattering[cell * count];
+  const unsigned count = g->degree + 1, clouds = f->view->volume_count;
+  const float *own = &f->extinction[cell * clouds];
+  float extinction = 0.0f, scattering[NP_DEGREE_MAX + 1] = {0.0f};
+  for (unsigned v = 0; v < clouds; v++) {
+    extinction += own[v] * g->scale[v];
+    for (unsigned l = 0; l < count; l++)
+      scattering[l] += own[v] * f->view->volumes[v].albedo.band[f->band] * f->phases[v].moments[l];
+  }
   const float albedo = f->view->volumes[0].albedo.band[f->band];
   g->extinction[live] = extinction;
   for (unsigned l = 0; l < count; l++)
@@ -122,7 +126,8 @@ static void keep_material(const fill *f, size_t live, size_t cell) {
 static neph_result keep_live(const fill *f) {
   np_transport_grid *g = f->grid;
   const int32_t cells = (int32_t)np_transport_grid_count(g);
-  for (int32_t c = 0; c < cells; c++) g->live[c] = is_live(f, c) ? (int32_t)g->live_count++ : NP_TRANSPORT_CELL_NONE;
+  spread_held(g, f->holds);
+  for (int32_t c = 0; c < cells; c++) g->live[c] = f->holds[c] ? (int32_t)g->live_count++ : NP_TRANSPORT_CELL_NONE;
   neph_result result = allocate_live(g);
   if (result) return result;
   for (int32_t c = 0; c < cells; c++) {
@@ -140,16 +145,14 @@ neph_result np_transport_grid_fill(const np_scene_view *view, const np_scaled_ph
   for (int a = 0; a < 3; a++) f.voxel_m[a] = np_transport_find_voxel(view, a);
   for (unsigned v = 0; v < view->volume_count; v++)
     grid->scale[v] = np_transport_scale(&view->volumes[v], phases[v].forward, band);
-  f.extinction = np_alloc(grid->context, cells, sizeof *f.extinction);
-  f.scattering = np_alloc(grid->context, cells, (grid->degree + 1) * sizeof *f.scattering);
+  f.extinction = np_alloc(grid->context, cells, view->volume_count * sizeof *f.extinction);
   grid->live = np_alloc(grid->context, cells, sizeof *grid->live);
-  f.glows = np_alloc(grid->context, cells, sizeof *f.glows);
-  neph_result result = f.extinction && f.scattering && f.glows && grid->live ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  f.holds = np_alloc(grid->context, cells, sizeof *f.holds);
+  neph_result result = f.extinction && f.holds && grid->live ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   const size_t rows = (size_t)grid->size[1] * (size_t)grid->size[2];
   if (!result) result = np_parallel_for(grid->context, monitor, rows, 4, average_rows, &f);
   if (!result) result = keep_live(&f);
-  np_alloc_free(grid->context, f.glows);
-  np_alloc_free(grid->context, f.scattering);
+  np_alloc_free(grid->context, f.holds);
   np_alloc_free(grid->context, f.extinction);
   return result;
 }
@@ -272,6 +275,7 @@ void np_transport_grid_clear(np_transport_grid *grid) {
   np_alloc_free(grid->context, grid->extinction);
   np_alloc_free(grid->context, grid->ratio);
   np_alloc_free(grid->context, grid->deposit);
+  np_alloc_free(grid->context, grid->broad_deposit);
   np_alloc_free(grid->context, grid->narrow);
   *grid = (np_transport_grid){0};
 }

@@ -17,6 +17,7 @@ typedef struct np_transport_grid {
   double *edge_m[3];  /* of each axis: size + 1 ascending planes */
   double even_m[3];   /* distance of the planes; 0 where they are not even */
   bool is_wrapped[3]; /* periodic along this axis */
+  bool is_fine;       /* light is iterated on cells twice as wide (cell_count_fine) */
   unsigned degree;    /* N: of the harmonics that light is resolved into */
   int32_t *live;      /* of each cell: its number among the live ones, or NP_TRANSPORT_CELL_NONE */
   int32_t *cell;      /* of each live cell: where it is */
@@ -24,15 +25,17 @@ typedef struct np_transport_grid {
   float *extinction;                /* scaled, 1/m, the mean of the interpolated field */
   float *ratio;                     /* [live][l], l ≤ N: scattering moment over extinction, both scaled */
   float scale[NP_VIEW_VOLUMES_MAX]; /* of each cloud: scaled extinction over extinction */
-  float *deposit; /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse grids */
-  float *narrow;  /* sunlight scattered narrowly, its mean over the cell for a unit irradiance: what a medium of a lower
-                     degree lets through beyond this one; NULL: there is none */
+  float *deposit;       /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse grids */
+  float *broad_deposit; /* those in a medium of a lower degree; NULL: there is none */
+  float *narrow; /* sunlight scattered narrowly, its mean over the cell for a unit irradiance: what a medium of a lower
+                    degree lets through beyond this one; NULL: there is none */
 } np_transport_grid;
 
 typedef struct np_transport_desc {
   np_dvec3 bounds_min, bounds_max; /* of the clouds, in the world */
   size_t cell_count_max;           /* where it is too few, those far from the viewer are larger */
   size_t cell_count_cheap;         /* cells of one voxel where so many are enough */
+  size_t cell_count_fine;          /* the same, of which light is but resolved, and iterated on those twice as wide */
   double cell_depth_max;           /* of a cell, (1−g)·σ·edge, where the memory allows */
   bool has_viewer;
   np_dvec3 viewer;
@@ -50,8 +53,10 @@ void np_transport_grid_find_depths(const np_scene_view *view, const np_transport
  * coarsened (docs/transport.md). */
 double np_transport_expect_error(double cell_depth);
 
-/* Bytes that a cell with cloud takes at most while light of a degree is solved for. */
-double np_transport_count_cell_bytes(unsigned degree);
+/* Bytes that a cell with cloud takes at most where light of a degree is iterated, coarser cells included, and where it
+ * is but swept. */
+double np_transport_count_iterated_bytes(unsigned degree);
+double np_transport_count_swept_bytes(unsigned degree);
 
 /* Averages the clouds' extinction and scattering over the cells, for the albedo of one band. `phases` have the degree
  * of the grid. Cells that glow are live too. */
@@ -67,10 +72,10 @@ float np_transport_grid_average_emission(const np_transport_grid *grid, const st
 neph_result np_transport_grid_broaden(const np_scene_view *view, unsigned band, unsigned degree,
                                       const np_transport_grid *fine, np_transport_grid *out);
 
-/* Follows the sun's rays and puts where they first collide into `deposit`, also of the same cells `broad`, and what
- * that lets through beyond `grid` into its `narrow`; NULL: there are none. */
-neph_result np_transport_grid_light(const np_scene_view *view, np_monitor *monitor, np_transport_grid *grid,
-                                    np_transport_grid *broad);
+/* Follows the sun's rays and puts where they first collide into `deposit`; where `broad_degree` is lower than the
+ * grid's, also that of such a medium, and `narrow`. */
+neph_result np_transport_grid_light(const np_scene_view *view, np_monitor *monitor, unsigned band,
+                                    unsigned broad_degree, np_transport_grid *grid);
 
 /* Cells of two of the old along each axis. False where a side is odd: then there is none, and `out` is untouched. */
 neph_result np_transport_grid_coarsen(const np_transport_grid *fine, np_transport_grid *out);

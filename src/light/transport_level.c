@@ -41,7 +41,8 @@ typedef struct iteration {
   const np_transport_level *level;
   const float *x;
   float *image;
-  float *source; /* [live][harmonic], in the order of the ordinates */
+  float *source; /* [live][harmonic], in the order of the ordinates: `own_source`, or where x is */
+  float *own_source;
   np_sweep sweep;
   double *column; /* scratch; NULL: no column */
 } iteration;
@@ -56,17 +57,17 @@ static neph_result fill_source(void *user, size_t begin, size_t end, unsigned th
   for (size_t live = begin; live < end; live++) {
     const float *x = it->x + live * count, *ratio = g->ratio + live * (g->degree + 1);
     const float extinction = g->extinction[live], sun = it->level->sun[live];
-    float *source = it->source + live * count;
+    float source[NP_HARMONIC_COUNT_MAX];
     for (unsigned l = 0, i = 0; l <= g->degree; l++)
       for (; i < (l + 1) * (l + 1); i++)
         source[place[i]] = ratio[l] * (extinction * x[i] + sun * lights->sun_harmonics[i]);
     if (it->level->glow) source[place[0]] += it->level->glow[live];
+    memcpy(it->source + live * count, source, count * sizeof *source);
   }
   return NEPH_OK;
 }
 
-/* Adds the pairs of octants in their order, whoever swept them. */
-static neph_result add_pairs(void *user, size_t begin, size_t end, unsigned thread) {
+static neph_result add_parts(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const iteration *it = user;
   const unsigned count = np_harmonics_count(it->level->grid.degree);
@@ -74,9 +75,7 @@ static neph_result add_pairs(void *user, size_t begin, size_t end, unsigned thre
   for (size_t live = begin; live < end; live++)
     for (unsigned i = 0; i < count; i++) {
       const size_t at = live * count + place[i];
-      float sum = it->sweep.out[0][at];
-      for (size_t pair = 1; pair < NP_OCTANT_PAIRS; pair++) sum += it->sweep.out[pair][at];
-      it->image[live * count + i] = sum;
+      it->image[live * count + i] = it->sweep.out[0][at] + it->sweep.out[1][at];
     }
   return NEPH_OK;
 }
@@ -89,45 +88,66 @@ static neph_result map_moments(void *user, const float *x, float *out_image) {
   it->image = out_image;
   neph_result result = np_parallel_for(lights->context, lights->monitor, g->live_count, CHUNK, fill_source, it);
   if (!result) result = np_sweep_run(&it->sweep);
-  if (!result) result = np_parallel_for(lights->context, lights->monitor, g->live_count, CHUNK, add_pairs, it);
+  if (!result) result = np_parallel_for(lights->context, lights->monitor, g->live_count, CHUNK, add_parts, it);
   if (!result && it->column) np_column_balance(lights, it->level, it->column, out_image);
   return result;
 }
 
+static void clear_iteration(iteration *it) {
+  np_alloc_free(it->lights->context, it->column);
+  np_alloc_free(it->lights->context, it->own_source);
+  np_sweep_clear(&it->sweep);
+}
+
+/* Sweeps get a source of their own, or one in the place of `phi`. On failure nothing is left. */
+static neph_result start_iteration(const np_transport_lights *lights, np_transport_level *level, bool has_own_source,
+                                   iteration *out) {
+  neph_context *context = lights->context;
+  const np_transport_grid *g = &level->grid;
+  const bool is_column = np_transport_grid_is_column(g);
+  *out = (iteration){.lights = lights, .level = level};
+  neph_result result = np_sweep_init(context, lights->monitor, g, lights->ordinates, &out->sweep);
+  if (result) return result;
+  if (has_own_source) out->own_source = np_alloc(context, count_moments(g), sizeof *out->own_source);
+  if (is_column) out->column = np_alloc(context, g->live_count, NP_COLUMN_SCRATCH * sizeof *out->column);
+  out->source = has_own_source ? out->own_source : level->phi;
+  out->sweep.source = out->source;
+  out->sweep.inflow = lights->inflow;
+  if (out->source && (out->column || !is_column)) return NEPH_OK;
+  clear_iteration(out);
+  return NEPH_ERROR_OUT_OF_MEMORY;
+}
+
 neph_result np_transport_level_solve(const np_transport_lights *lights, np_transport_level *level,
                                      np_transport_effort *effort) {
-  neph_context *context = lights->context;
   const size_t moments = count_moments(&level->grid);
-  const bool is_column = np_transport_grid_is_column(&level->grid), is_cheap = moments <= CHEAP_MOMENTS;
-  iteration it = {.lights = lights, .level = level};
-  neph_result result = np_sweep_init(context, lights->monitor, &level->grid, lights->ordinates, &it.sweep);
+  const bool is_cheap = moments <= CHEAP_MOMENTS;
+  iteration it;
+  neph_result result = start_iteration(lights, level, true, &it);
   if (result) return result;
-  it.source = np_alloc(context, moments, sizeof *it.source);
-  if (is_column) it.column = np_alloc(context, level->grid.live_count, NP_COLUMN_SCRATCH * sizeof *it.column);
-  it.sweep.source = it.source;
-  it.sweep.inflow = lights->inflow;
-  np_fixed_point problem = {.context = context,
+  np_fixed_point problem = {.context = lights->context,
                             .monitor = lights->monitor,
                             .map = map_moments,
                             .user = &it,
                             .count = moments,
-                            .depth = is_column  ? 1
+                            .depth = it.column  ? 1
                                      : is_cheap ? CHEAP_DEPTH
                                                 : DEPTH,
                             .tolerance = is_cheap ? fmin(effort->tolerance, 2e-6) : effort->tolerance,
                             .calls_max = is_cheap || !effort->is_finest ? CHEAP_SWEEPS_MAX : SWEEPS_MAX};
-  if (!it.source || (is_column && !it.column)) result = NEPH_ERROR_OUT_OF_MEMORY;
-  if (effort->sweeps_plain > 0) {
-    for (problem.calls = 0; problem.calls < effort->sweeps_plain && !result; problem.calls++)
-      result = map_moments(&it, level->phi, level->phi);
-  } else if (!result) {
-    result = np_fixed_point_solve(&problem, level->phi);
-  }
+  result = np_fixed_point_solve(&problem, level->phi);
   effort->residual = problem.residual;
   effort->sweeps = problem.calls;
-  np_alloc_free(context, it.column);
-  np_alloc_free(context, it.source);
-  np_sweep_clear(&it.sweep);
+  clear_iteration(&it);
+  return result;
+}
+
+neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps) {
+  iteration it;
+  neph_result result = start_iteration(lights, level, false, &it);
+  if (result) return result;
+  for (unsigned n = 0; n < sweeps && !result; n++) result = map_moments(&it, level->phi, level->phi);
+  clear_iteration(&it);
   return result;
 }
 
@@ -170,32 +190,50 @@ void np_transport_level_resolve(const np_transport_lights *lights, const np_tran
   }
 }
 
-/* Second differences over an eighth, for even cells; elsewhere φ″ by the parabola through three middles. */
-static void sharpen_cell(const np_transport_grid *g, int axis, size_t live, unsigned count, const float *from,
-                         float *values) {
-  int32_t at[3];
-  np_transport_grid_split(g, g->cell[live], at);
-  const int32_t below = np_transport_grid_neighbour(g, at, axis, -1),
-                above = np_transport_grid_neighbour(g, at, axis, 1);
-  if (below < 0 || above < 0) return;
-  float down = 0.125f, up = 0.125f;
-  if (g->even_m[axis] <= 0.0) {
-    const double width = np_transport_grid_width(g, axis, at[axis]);
-    const double low = 0.5 * (width + np_transport_grid_width(g, axis, at[axis] - 1));
-    const double high = 0.5 * (width + np_transport_grid_width(g, axis, at[axis] + 1));
-    down = (float)(0.25 * width * width / (low * (low + high)));
-    up = (float)(0.25 * width * width / (high * (low + high)));
-  }
-  const float *middle = from + live * count;
-  for (unsigned i = 0; i < count; i++)
-    values[live * count + i] -=
-        down * (from[(size_t)below * count + i] - middle[i]) + up * (from[(size_t)above * count + i] - middle[i]);
+/* Shares of the second differences: an eighth for even cells; elsewhere φ″ by the parabola through three middles. */
+static void find_shares(const np_transport_grid *g, int axis, int32_t at, float *out_down, float *out_up) {
+  *out_down = *out_up = 0.125f;
+  if (g->even_m[axis] > 0.0) return;
+  const double width = np_transport_grid_width(g, axis, at);
+  const double low = 0.5 * (width + np_transport_grid_width(g, axis, at - 1));
+  const double high = 0.5 * (width + np_transport_grid_width(g, axis, at + 1));
+  *out_down = (float)(0.25 * width * width / (low * (low + high)));
+  *out_up = (float)(0.25 * width * width / (high * (low + high)));
 }
 
-void np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, float *values, float *scratch) {
+/* A line of cells along an axis, from its first cell on, in place: what its cells were is kept for the next. */
+static void sharpen_line(const np_transport_grid *g, int axis, const int32_t first[3], unsigned count, float *values) {
+  const size_t bytes = count * sizeof *values;
+  const int32_t size = g->size[axis];
+  int32_t at[3] = {first[0], first[1], first[2]};
+  float begin[NP_HARMONIC_COUNT_MAX], before[NP_HARMONIC_COUNT_MAX], own[NP_HARMONIC_COUNT_MAX];
+  at[axis] = g->is_wrapped[axis] ? size - 1 : 0;
+  const int32_t last = g->live[np_transport_grid_join(g, at)], head = g->live[np_transport_grid_join(g, first)];
+  if (last >= 0) memcpy(before, values + (size_t)last * count, bytes);
+  if (head >= 0) memcpy(begin, values + (size_t)head * count, bytes);
+  for (at[axis] = 0; at[axis] < size; at[axis]++) {
+    const int32_t live = g->live[np_transport_grid_join(g, at)];
+    if (live < 0) continue;
+    const int32_t below = np_transport_grid_neighbour(g, at, axis, -1);
+    const int32_t above = np_transport_grid_neighbour(g, at, axis, 1);
+    float *middle = values + (size_t)live * count;
+    memcpy(own, middle, bytes);
+    if (below >= 0 && above >= 0) {
+      const float *next = at[axis] + 1 < size ? values + (size_t)above * count : begin;
+      float down, up;
+      find_shares(g, axis, at[axis], &down, &up);
+      for (unsigned i = 0; i < count; i++) middle[i] -= down * (before[i] - own[i]) + up * (next[i] - own[i]);
+    }
+    memcpy(before, own, bytes);
+  }
+}
+
+void np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, float *values) {
   for (int axis = 0; axis < 3; axis++) {
+    const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
     if (grid->size[axis] == 1) continue;
-    memcpy(scratch, values, grid->live_count * count * sizeof *values);
-    for (size_t live = 0; live < grid->live_count; live++) sharpen_cell(grid, axis, live, count, scratch, values);
+    int32_t first[3] = {0};
+    for (first[v] = 0; first[v] < grid->size[v]; first[v]++)
+      for (first[u] = 0; first[u] < grid->size[u]; first[u]++) sharpen_line(grid, axis, first, count, values);
   }
 }

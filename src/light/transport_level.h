@@ -28,14 +28,16 @@ void np_transport_level_clear(np_transport_level *level);
 typedef struct np_transport_effort {
   double tolerance;
   bool is_finest;
-  unsigned sweeps_plain; /* so many without acceleration, and without a residual; 0: as many as the tolerance takes */
-  double residual;       /* out: relative */
-  unsigned sweeps;       /* out */
+  double residual; /* out: relative */
+  unsigned sweeps; /* out */
 } np_transport_effort;
 
-/* Improves `phi`. */
+/* Improves `phi` until the tolerance is met. */
 neph_result np_transport_level_solve(const np_transport_lights *lights, np_transport_level *level,
                                      np_transport_effort *effort);
+
+/* The same by so many sweeps, without acceleration. */
+neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps);
 
 /* What a finer grid starts from: the coarser solution between the middles of its cells. */
 void np_transport_level_prolong(const np_transport_level *coarse, np_transport_level *fine);
@@ -45,8 +47,8 @@ void np_transport_level_prolong(const np_transport_level *coarse, np_transport_l
 void np_transport_level_resolve(const np_transport_lights *lights, const np_transport_level *broad,
                                 np_transport_level *fine);
 
-/* Makes means over cells, `count` numbers each, values that interpolate to the right curve. `scratch` takes a copy. */
-void np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, float *values, float *scratch);
+/* Makes means over cells, up to NP_HARMONIC_COUNT_MAX numbers each, values that interpolate to the right curve. */
+void np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, float *values);
 
 /* Columns alone, whose axis is z: replaces the mean radiance and the flux in `phi`, the moments of a sweep, by those
  * that balance (column_balance.c). `scratch` takes NP_COLUMN_SCRATCH doubles a cell. */

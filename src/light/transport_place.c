@@ -117,10 +117,11 @@ static double find_voxel_depth(const np_scene_view *view) {
 static double round_edge(double edge) { return edge > 2.0 ? ceil(4.0 * edge) * 0.25 : edge; }
 
 /* Edge in voxels that the clouds want; within `cell_count_max` where there is nobody to be near to. */
-static double choose_edge(const np_scene_view *view, const np_transport_desc *desc) {
+static double choose_edge(const np_scene_view *view, const np_transport_desc *desc, bool *out_is_fine) {
   even_axis axes[3];
-  const double voxel_depth = find_voxel_depth(view);
-  double edge = find_even_axes(view, desc, 1.0, axes) <= (double)desc->cell_count_cheap ? 1.0 : 2.0;
+  const double voxel_depth = find_voxel_depth(view), cells = find_even_axes(view, desc, 1.0, axes);
+  *out_is_fine = cells > (double)desc->cell_count_cheap && cells <= (double)desc->cell_count_fine;
+  double edge = cells <= (double)desc->cell_count_cheap || *out_is_fine ? 1.0 : 2.0;
   while (edge < 8.0 && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
   while (edge > 0.1 && edge * voxel_depth > 3.5 * desc->cell_depth_max) edge *= 0.5;
   return edge;
@@ -183,8 +184,9 @@ static double find_near(const np_transport_desc *desc, const even_axis axes[3]) 
 }
 
 /* Cells as the clouds want them; where that is too many, graded ones; where these would be too many, larger ones. */
-static grading choose_axes(const np_scene_view *view, const np_transport_desc *desc, even_axis out[3]) {
-  for (double edge = choose_edge(view, desc);; edge *= 1.25) {
+static grading choose_axes(const np_scene_view *view, const np_transport_desc *desc, even_axis out[3],
+                           bool *out_is_fine) {
+  for (double edge = choose_edge(view, desc, out_is_fine);; edge *= 1.25) {
     if (find_even_axes(view, desc, round_edge(edge), out) <= (double)desc->cell_count_max)
       return (grading){desc, HUGE_VAL};
     const double near = desc->has_viewer ? find_near(desc, out) : 0.0;
@@ -346,7 +348,7 @@ neph_result np_transport_grid_place(neph_context *context, const np_scene_view *
                                     np_transport_grid *out) {
   *out = (np_transport_grid){.context = context};
   even_axis axes[3];
-  const grading g = choose_axes(view, desc, axes);
+  const grading g = choose_axes(view, desc, axes, &out->is_fine);
   const int column = find_column_axis(axes);
   neph_result result = NEPH_OK;
   for (int axis = 0; axis < 3 && !result; axis++) {
@@ -393,8 +395,15 @@ double np_transport_expect_error(double cell_depth) {
   return 1.0;
 }
 
-/* Vectors of moments: sources, solution, four parts, ten of Anderson's, three bands kept and two in the making; coarser
- * grids have a seventh of it; and some 100 bytes that are not moments. */
-double np_transport_count_cell_bytes(unsigned degree) {
-  return 8.0 / 7.0 * 21.0 * sizeof(float) * np_harmonics_count(degree) + 100.0;
+/* Where sunlight is followed to (first_collision.h), cells with and without cloud, and what is no moment. */
+static const double other_bytes = 300.0;
+
+/* Vectors of moments: the solution, two parts of a sweep, and three bands kept as halves. */
+double np_transport_count_swept_bytes(unsigned degree) {
+  return 4.5 * sizeof(float) * np_harmonics_count(degree) + other_bytes;
+}
+
+/* Besides: the source, ten vectors of Anderson's and a copy that is sharpened. Coarser grids have a seventh of it. */
+double np_transport_count_iterated_bytes(unsigned degree) {
+  return 8.0 / 7.0 * (12.0 * sizeof(float) * np_harmonics_count(degree) + np_transport_count_swept_bytes(degree));
 }

@@ -38,10 +38,10 @@ typedef struct build {
 } build;
 
 static void unpack(const np_multi_scatter *scatter, size_t live, np_light_moments *out) {
-  const unsigned width = scatter->band_count * np_harmonics_count(scatter->grid.degree);
+  const unsigned count = np_harmonics_count(scatter->grid.degree), width = scatter->band_count * count;
   for (unsigned i = 0; i < width; i++) out->value[i] = 0.0f;
   for (unsigned i = 0; i < width; i += NP_MOMENT_LANES)
-    np_moments_add(scatter->moments + live * width + i, scatter->scale, out->value + i);
+    np_moments_add(scatter->moments + live * width + i, scatter->scale[i / count], out->value + i);
 }
 
 /* What clouds of one phase function throw; before it is known to be positive, as interpolants are. */

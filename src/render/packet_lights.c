@@ -191,7 +191,7 @@ static neph_result build_sun_cache(const np_packet_lights_desc *d, np_packet_lig
     np_sun_cache_desc desc = NP_SUN_CACHE_DESC_DEFAULT;
     desc.rate = find_sun_rate(d, &out->view);
     /* The rest of the tolerance is the steps. */
-    desc.tolerance = (float)(0.75 * d->scene->render.tolerance);
+    desc.tolerance = (float)(0.3 * d->scene->render.tolerance);
     neph_result result = np_light_store_take_depths(a->context, a->lights, role, &out->view, &desc, d->monitor, cache);
     if (result) return result;
   }
@@ -209,10 +209,10 @@ static np_dvec3 find_viewer(const np_assembly *a) {
 
 static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_packet *packet, np_packet_light *out) {
   const np_assembly *a = d->assembly;
-  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
+  np_multi_scatter_desc desc;
+  np_plan_choose_cells(d->plan, d->scene, &desc);
   desc.cells.bounds_min = a->clouds_min;
   desc.cells.bounds_max = a->clouds_max;
-  desc.cells.cell_count_max = np_plan_count_cells_max(d->scene);
   desc.cells.has_viewer = true;
   desc.cells.viewer = find_viewer(a);
   desc.has_importance = d->plan->desc.integrator == NEPH_INTEGRATOR_PATH;

@@ -298,10 +298,10 @@ static void decide_night(np_plan *plan, const scene_facts *facts) {
 }
 
 /* Of cells and memory, as far as they can be told before a file is read. */
-static neph_result describe_ordinates(const neph_scene *scene, char *out, size_t size) {
+static neph_result describe_ordinates(const np_plan *plan, const neph_scene *scene, char *out, size_t size) {
   bool are_known;
   double errors[2];
-  neph_result result = np_plan_expect_light_errors(scene, &are_known, errors);
+  neph_result result = np_plan_expect_light_errors(plan, scene, &are_known, errors);
   const char *what = "solved for once while clouds and lights stay, within render.light_memory";
   if (!result && are_known)
     snprintf(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells", what,
@@ -314,7 +314,7 @@ static neph_result describe_ordinates(const neph_scene *scene, char *out, size_t
 /* Whether light scattered more than once is solved for, for the march or to split paths by. */
 static neph_result decide_ordinates(np_plan *plan, const neph_scene *scene, const char *against, const char *chosen) {
   char solving[sizeof plan->stages->reason] = "", reason[sizeof plan->stages->reason];
-  neph_result result = against || chosen ? NEPH_OK : describe_ordinates(scene, solving, sizeof solving);
+  neph_result result = against || chosen ? NEPH_OK : describe_ordinates(plan, scene, solving, sizeof solving);
   const bool is_split = plan->desc.integrator == NEPH_INTEGRATOR_PATH;
   snprintf(reason, sizeof reason, "%s%s", is_split ? "paths are split by it; " : "", solving);
   decide_unless(plan, NP_STAGE_ORDINATES, against, chosen, reason);

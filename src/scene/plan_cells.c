@@ -10,10 +10,14 @@
 /* The core's extinction grows with height, by this much at the most. */
 static const double core_gain_max = 1.2;
 
-size_t np_plan_count_cells_max(const neph_scene *scene) {
+void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_multi_scatter_desc *out) {
   const double asked = scene->render.light_memory_bytes;
   const double bytes = isfinite(asked) ? asked : 0.25 * (double)np_memory_size();
-  return (size_t)fmin(bytes / np_transport_count_cell_bytes(NP_DEGREE_MIN), 1e9);
+  const neph_render_desc *desc = &plan->desc;
+  *out = (np_multi_scatter_desc)NP_MULTI_SCATTER_DESC_DEFAULT;
+  out->cells.cell_count_max = (size_t)fmin(bytes / np_transport_count_iterated_bytes(NP_DEGREE_MIN), 1e9);
+  if (desc->integrator == NEPH_INTEGRATOR_MARCH)
+    np_multi_scatter_desc_set_rays(out, (double)desc->width * desc->height * desc->sample_count);
 }
 
 /* Clouds as the choice of cells sees them: where they are, how fine, and how dense at the most. */
@@ -43,12 +47,13 @@ static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, np_tr
                     fmax(cells->bounds_max.z, low[2] + size[2]));
 }
 
-static neph_result place(const neph_scene *scene, outline *o, bool *out_are_known, double out_errors[2]) {
-  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
+static neph_result place(const np_plan *plan, const neph_scene *scene, outline *o, bool *out_are_known,
+                         double out_errors[2]) {
+  np_multi_scatter_desc desc;
+  np_plan_choose_cells(plan, scene, &desc);
   const double *camera = scene->camera.position_m;
   desc.cells.bounds_min = np_dvec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
   desc.cells.bounds_max = np_dvec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
-  desc.cells.cell_count_max = np_plan_count_cells_max(scene);
   desc.cells.has_viewer = true;
   desc.cells.viewer = np_dvec3_make(camera[0], camera[1], camera[2]);
   for (unsigned i = 0; i < scene->cloud_count; i++) add_cloud(o, i, &scene->clouds[i], &desc.cells);
@@ -65,14 +70,15 @@ static neph_result place(const neph_scene *scene, outline *o, bool *out_are_know
   return NEPH_OK;
 }
 
-neph_result np_plan_expect_light_errors(const neph_scene *scene, bool *out_are_known, double out_errors[2]) {
+neph_result np_plan_expect_light_errors(const np_plan *plan, const neph_scene *scene, bool *out_are_known,
+                                        double out_errors[2]) {
   *out_are_known = false;
   if (scene->cloud_count == 0 || scene->cloud_count > NP_VIEW_VOLUMES_MAX) return NEPH_OK;
   for (unsigned i = 0; i < scene->cloud_count; i++)
     if (!scene->clouds[i].is_baked || scene->clouds[i].phase_source.kind == NP_PHASE_TABLE) return NEPH_OK;
   outline *o = np_alloc(scene->context, 1, sizeof *o);
   if (!o) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = place(scene, o, out_are_known, out_errors);
+  neph_result result = place(plan, scene, o, out_are_known, out_errors);
   np_alloc_free(scene->context, o);
   return result;
 }

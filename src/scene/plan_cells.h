@@ -5,11 +5,15 @@
 
 #include "scene/plan.h"
 
-/* Cells that render.light_memory allows, were there cloud in all of them. */
-size_t np_plan_count_cells_max(const neph_scene *scene);
+struct np_multi_scatter_desc;
+
+/* As many cells as render.light_memory allows, were there cloud in all of them, and fine ones for the whole picture,
+ * whatever of it is rendered. */
+void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, struct np_multi_scatter_desc *out);
 
 /* Errors to be expected of light, as shares, at the densest point: in the smallest cells, which are near the camera,
  * and in the largest. Not known where clouds or their phase functions are files that have not been read. */
-neph_result np_plan_expect_light_errors(const neph_scene *scene, bool *out_are_known, double out_errors[2]);
+neph_result np_plan_expect_light_errors(const np_plan *plan, const neph_scene *scene, bool *out_are_known,
+                                        double out_errors[2]);
 
 #endif
