@@ -94,20 +94,37 @@ static void the_direct_term_is_the_phase_function_and_conserves(void **state) {
   neph_context_destroy(context);
 }
 
+static void assert_same_for_threads(test_lit_cloud *one, test_lit_cloud *two) {
+  one->view.sun_irradiance = two->view.sun_irradiance = np_spectrum_make(1.0f, 0.9f, 0.8f);
+  build(one);
+  build(two);
+  assert_int_equal(one->scatter.grid.live_count, two->scatter.grid.live_count);
+  assert_memory_equal(one->scatter.moments, two->scatter.moments,
+                      one->scatter.grid.live_count * one->scatter.band_count *
+                          np_harmonics_count(one->scatter.grid.degree) * sizeof *one->scatter.moments);
+  end(one);
+  end(two);
+}
+
+/* Cells of one voxel, of which light is resolved into seven degrees, and iterated on those twice as wide. */
+static void start_fine(test_lit_cloud *f, unsigned threads) {
+  start(f, threads);
+  f->desc.cells.cell_count_cheap = 0;
+  f->desc.cells.cell_count_fine = 1000000;
+  f->desc.work_max = 0.0;
+}
+
+/* Also where lines of cells are no whole number of tiles, which then are cut differently from either end. */
 static void threads_change_no_bit(void **state) {
   (void)state;
   test_lit_cloud one = {0}, two = {0};
   start(&one, 1);
   start(&two, 2);
-  one.view.sun_irradiance = two.view.sun_irradiance = np_spectrum_make(1.0f, 0.9f, 0.8f);
-  build(&one);
-  build(&two);
-  assert_int_equal(one.scatter.grid.live_count, two.scatter.grid.live_count);
-  assert_memory_equal(one.scatter.moments, two.scatter.moments,
-                      one.scatter.grid.live_count * one.scatter.band_count *
-                          np_harmonics_count(one.scatter.grid.degree) * sizeof *one.scatter.moments);
-  end(&one);
-  end(&two);
+  assert_same_for_threads(&one, &two);
+  start_fine(&one, 1);
+  start_fine(&two, 2);
+  one.desc.cells.bounds_max = two.desc.cells.bounds_max = np_dvec3_make(TEST_EDGE, TEST_EDGE + 10, TEST_EDGE + 10);
+  assert_same_for_threads(&one, &two);
 }
 
 static np_spectrum find_light(const test_lit_cloud *f, np_dvec3 position) {
@@ -285,6 +302,46 @@ static void detail_within_cells_is_put_back(void **state) {
   assert_true(better < 0.8 * worse);
   end(&f);
   end(&whole);
+}
+
+/* Fine cells find what cells of one voxel do that are iterated themselves, within less than half of what cells of two
+ * miss, though those have their detail put back: 1.6 and 4.0 % here. */
+static void fine_cells_are_as_good_as_iterated_ones(void **state) {
+  (void)state;
+  double expected[400], found[400], coarse_found[400];
+  test_lit_cloud whole = {0}, fine = {0}, coarse = {0};
+  start(&whole, 2);
+  start_fine(&fine, 2);
+  start_resolved(&coarse);
+  whole.desc.work_max = 0.0;
+  test_lit_cloud *all[] = {&whole, &fine, &coarse};
+  double *views[] = {expected, found, coarse_found};
+  for (int n = 0; n < 3; n++) {
+    all[n]->view.sun_irradiance = np_spectrum_grey(1.0f);
+    all[n]->placed.extinction_per_value = 0.8f;
+    build(all[n]);
+    assert_int_equal(all[n]->scatter.grid.degree, 7);
+    look_at_the_sun(all[n], views[n]);
+  }
+  assert_true(fine.scatter.grid.is_fine && !whole.scatter.grid.is_fine);
+  assert_int_equal(fine.scatter.grid.live_count, whole.scatter.grid.live_count);
+  const double off = find_difference(found, expected), coarse_off = find_difference(coarse_found, expected);
+  print_message("against iterated cells: %.2f %% rms; cells twice as wide %.2f %%\n", 100.0 * off, 100.0 * coarse_off);
+  assert_true(off < 0.5 * coarse_off);
+  for (int n = 0; n < 3; n++) end(all[n]);
+}
+
+/* No more than the picture's rays are worth, nor than the memory holds besides all else. */
+static void fine_cells_are_for_large_pictures(void **state) {
+  (void)state;
+  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
+  assert_int_equal(desc.cells.cell_count_fine, 0);
+  np_multi_scatter_desc_set_rays(&desc, 100000.0);
+  assert_int_equal(desc.cells.cell_count_fine, 150000);
+  np_multi_scatter_desc_set_rays(&desc, 1e9);
+  const double bytes = (double)desc.cells.cell_count_max * np_transport_count_iterated_bytes(NP_DEGREE_MIN);
+  assert_true((double)desc.cells.cell_count_fine * np_transport_count_swept_bytes(7) < bytes);
+  assert_true((double)desc.cells.cell_count_fine * 2.0 * np_transport_count_swept_bytes(7) > bytes);
 }
 
 /* What is solved to the least degree and then resolved into seven is what is solved to degree seven from the start: in
@@ -474,6 +531,8 @@ int main(void) {
       cmocka_unit_test(narrow_light_is_its_mean_over_each_cell),
       cmocka_unit_test(detail_within_cells_is_put_back),
       cmocka_unit_test(resolving_a_solution_finds_that_of_the_higher_degree),
+      cmocka_unit_test(fine_cells_are_as_good_as_iterated_ones),
+      cmocka_unit_test(fine_cells_are_for_large_pictures),
       cmocka_unit_test(phase_functions_mix_by_extinction),
       cmocka_unit_test(cells_far_from_the_viewer_are_coarsened_first),
       cmocka_unit_test(few_cells_are_large_ones),

@@ -178,7 +178,7 @@ static void split_paths_find_what_comes_through(void **state) {
       {"0", "0.99", "64", "1", NULL, NULL},      {"0.85", "0.9", "32", "1", NULL, NULL},
       {"0.85", "0.99", "64", "0.5", NULL, NULL},
   };
-  probe_split_picks(*state, "data/slab_flux.csv", picks, COUNT(picks), 16384, NEPH_UNLIMITED);
+  probe_split_picks(*state, "data/slab_flux.csv", picks, COUNT(picks), 32768, NEPH_UNLIMITED);
   assert_right(*state, true, 2 * COUNT(picks), 5e-2);
 }
 

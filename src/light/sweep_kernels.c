@@ -244,18 +244,32 @@ static void start_block(const np_sweep *sweep, unsigned pair, unsigned number, u
   for (unsigned turn = 0; turn < 2; turn++) out->flow[turn] = start_flow(sweep, pair, turn, number);
 }
 
+/* Rows of a tile along y or z, numbered in the order in which light passes them. Tiles are cut from the low end, from
+ * wherever light comes: opposite pairs have the same. */
+typedef struct tile_rows {
+  int32_t begin, end;
+} tile_rows;
+
+static tile_rows find_rows(int32_t size, int32_t tile, bool is_down) {
+  const int32_t low = NP_SWEEP_TILE * (is_down ? (size - 1) / NP_SWEEP_TILE - tile : tile);
+  const int32_t high = low + NP_SWEEP_TILE < size ? low + NP_SWEEP_TILE : size;
+  return is_down ? (tile_rows){size - high, size - low} : (tile_rows){low, high};
+}
+
 /* Row by row, each in all directions while what it keeps is at hand. */
 void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread) {
   const np_transport_grid *grid = sweep->grid;
-  const int32_t *size = grid->size, first_y = tile_y * NP_SWEEP_TILE, first_z = tile_z * NP_SWEEP_TILE;
+  const int32_t *size = grid->size;
+  const bool is_down_y = pair & 1u, is_down_z = pair & 2u;
+  const tile_rows y = find_rows(size[1], tile_y, is_down_y), z = find_rows(size[2], tile_z, is_down_z);
   block blocks[NP_ORDINATE_BLOCKS_MAX];
   const unsigned count = sweep->ordinates->block_count;
   for (unsigned number = 0; number < count; number++) start_block(sweep, pair, number, thread, &blocks[number]);
-  for (int32_t m = first_z; m < first_z + NP_SWEEP_TILE && m < size[2]; m++) {
-    const int32_t k = pair & 2u ? size[2] - 1 - m : m;
+  for (int32_t m = z.begin; m < z.end; m++) {
+    const int32_t k = is_down_z ? size[2] - 1 - m : m;
     if (np_monitor_is_cancelled(sweep->monitor)) return;
-    for (int32_t n = first_y; n < first_y + NP_SWEEP_TILE && n < size[1]; n++) {
-      const int32_t j = pair & 1u ? size[1] - 1 - n : n;
+    for (int32_t n = y.begin; n < y.end; n++) {
+      const int32_t j = is_down_y ? size[1] - 1 - n : n;
       for (const block *b = blocks; b < blocks + count; b++) {
         for (const flow *f = b->flow; f < b->flow + 2; f++) {
           if (n == 0) enter(grid, f, &f->y[k * size[0]], 1);

@@ -190,8 +190,8 @@ static neph_result build_sun_cache(const np_packet_lights_desc *d, np_packet_lig
   if (!cache->lattices) {
     np_sun_cache_desc desc = NP_SUN_CACHE_DESC_DEFAULT;
     desc.rate = find_sun_rate(d, &out->view);
-    /* The rest of the tolerance is the steps. */
-    desc.tolerance = (float)(0.3 * d->scene->render.tolerance);
+    /* Nodes are cheap, and a depth that is wrong is so for all rays of a neighbourhood, as steps are not. */
+    desc.tolerance = (float)(0.2 * d->scene->render.tolerance);
     neph_result result = np_light_store_take_depths(a->context, a->lights, role, &out->view, &desc, d->monitor, cache);
     if (result) return result;
   }
