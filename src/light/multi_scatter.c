@@ -13,7 +13,8 @@
  *
  * Small clouds are solved to a high degree from the start. Larger ones get the least degree, and where the memory
  * allows it that solution is then resolved into more: a high degree counts less of the sun's light as having gone
- * straight on, the rest is in φ, and from there on sweeps do but what is local, which they do well.
+ * straight on, the rest is in φ, and from there on sweeps do but what is local, which they do well. So is what large
+ * pictures show within cells: fine ones, half as wide, start from there and are swept likewise.
  *
  * A band starts from the one before it, in proportion to their sources. Where the clouds are grey and the lights of one
  * colour, that is the solution: one band is solved for, and kept.
@@ -29,8 +30,9 @@ enum {
   LEVELS_MAX = 6,
   CHUNK = 4096,
   RESOLVED_DEGREE = 7,
-  RESOLVING_SWEEPS = 2, /* a third changes a picture by a tenth of a per cent */
-  REFINING_SWEEPS = 2
+  /* A third of either changes a picture by a tenth of a per cent. */
+  RESOLVING_SWEEPS = 2,
+  REFINING_SWEEPS = 2 /* of fine cells */
 };
 
 /* A fine cell takes half as long as a ray of the march, with or without cloud in both: where these many are no more, of

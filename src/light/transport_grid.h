@@ -17,7 +17,7 @@ typedef struct np_transport_grid {
   double *edge_m[3];  /* of each axis: size + 1 ascending planes */
   double even_m[3];   /* distance of the planes; 0 where they are not even */
   bool is_wrapped[3]; /* periodic along this axis */
-  bool is_fine;       /* light is iterated on cells twice as wide (cell_count_fine) */
+  bool is_fine;       /* light is iterated on cells twice as wide */
   unsigned degree;    /* N: of the harmonics that light is resolved into */
   int32_t *live;      /* of each cell: its number among the live ones, or NP_TRANSPORT_CELL_NONE */
   int32_t *cell;      /* of each live cell: where it is */
@@ -35,7 +35,7 @@ typedef struct np_transport_desc {
   np_dvec3 bounds_min, bounds_max; /* of the clouds, in the world */
   size_t cell_count_max;           /* where it is too few, those far from the viewer are larger */
   size_t cell_count_cheap;         /* cells of one voxel where so many are enough */
-  size_t cell_count_fine;          /* the same, of which light is but resolved, and iterated on those twice as wide */
+  size_t cell_count_fine;          /* else where so many will do if light is iterated on cells twice as wide */
   double cell_depth_max;           /* of a cell, (1−g)·σ·edge, where the memory allows */
   bool has_viewer;
   np_dvec3 viewer;
