@@ -298,7 +298,7 @@ static neph_result keep_narrow(const solver *s) {
   return NEPH_OK;
 }
 
-/* The next band starts from what was iterated, which is sharpened in a copy. */
+/* Sharpened in place, or in a copy where the next band starts from the solution. */
 static neph_result keep_band(solver *s) {
   np_transport_level *finest = &s->levels[0];
   const size_t floats = count_moments(&finest->grid);

@@ -2,8 +2,8 @@
 /* Where the cells of the multiple scattering lie.
  *
  * Their error grows with x = (1−g)·σ·edge, to some 2 % at 0.3 and 4 % at 1, so the densest cloud decides their size;
- * two voxels at least, since the field's own detail ends there, unless a single voxel is thicker than that or one
- * voxel to a cell costs next to nothing.
+ * two voxels at least, since the field's own detail ends there, unless a single voxel is thicker than that, one voxel
+ * to a cell costs next to nothing, or the picture is so large that it shows what two lack.
  *
  * Where the memory does not allow as many, cells grow with their distance from the viewer, by planes along each axis:
  * what is far is seen small. No more than eightfold; what is still too many makes all larger.
