@@ -51,42 +51,51 @@ static float eval_towards(const np_path_state *path, np_vec3 axis) {
 }
 
 /* The phase function towards a direction, and the density with which paths and branches take it. */
-static float eval_cloud(const np_path_state *path, const np_sunward *sunward, np_vec3 direction, float *out_density) {
-  float prospect;
+static float eval_cloud(const np_path_state *path, const np_sunward *sunward, np_vec3 direction, float *out_density,
+                        float *out_prospect) {
   const float ahead = eval_towards(path, direction);
-  *out_density = ahead + np_sunward_eval(sunward, direction, &prospect);
+  const float steer = path->is_guided ? np_guide_steer(&path->guide, path->direction, direction) : 1.0f;
+  *out_density = ahead * steer + np_sunward_eval(sunward, direction, out_prospect);
   return ahead;
 }
 
 /* Gathers the light that is aimed at, and chooses branches by how much of it is the sun's. */
 static void gather_in_cloud(const np_tracer *t, const np_path_state *path, np_sunward *sunward) {
-  float density;
+  float density, prospect;
   np_sun_ray sun;
   if (np_path_aim_at_sun(t, path->position, np_sunward_faint_depth(sunward), &sun)) {
     if (may_branch(path)) np_sunward_choose(sunward, find_sunlight(t, &sun));
-    const float phase = eval_cloud(path, sunward, sun.direction, &density);
+    const float phase = eval_cloud(path, sunward, sun.direction, &density, &prospect);
     np_path_gather_sun(t, path, &sun, np_spectrum_grey(phase), density);
   }
   np_glow_ray glow;
   if (np_path_aim_at_glow(t, path->position, &glow)) {
-    const float phase = eval_cloud(path, sunward, glow.direction, &density);
+    const float phase = eval_cloud(path, sunward, glow.direction, &density, &prospect);
     np_path_gather_glow(t, path, &glow, np_spectrum_grey(phase), density);
   }
   np_skyward sky;
   if (np_skyward_sample(t, path, &sky)) {
-    const float phase = eval_cloud(path, sunward, sky.direction, &density);
+    const float phase = eval_cloud(path, sunward, sky.direction, &density, &prospect);
     gather_sky(t, path, &sky, phase, density);
   }
 }
 
-/* Turns a path into a direction that its phase function or a branch was drawn for. */
+/* Turns a path into a direction that was drawn for it or for a branch. */
 static void turn(np_path_state *path, const np_sunward *sunward, np_vec3 direction) {
   float prospect;
-  const float branches = np_sunward_eval(sunward, direction, &prospect), ahead = eval_towards(path, direction);
+  const float ahead = eval_cloud(path, sunward, direction, &path->density, &prospect);
   path->direction = direction;
-  path->density = ahead + branches;
   path->prospect = fmaxf(1.0f, prospect);
-  if (branches > 0.0f) path->throughput = np_spectrum_scale(path->throughput, ahead / path->density);
+  if (path->density != ahead) path->throughput = np_spectrum_scale(path->throughput, ahead / path->density);
+}
+
+static np_vec3 draw_direction(const np_tracer *t, const np_path_state *path) {
+  np_random *random = t->random;
+  const np_phase *phase = &path->volume->phase;
+  if (path->is_guided) return np_guide_sample(&path->guide, phase, path->direction, random);
+  const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
+  float value;
+  return np_phase_sample(phase, path->direction, u, &value);
 }
 
 static void fly_on(const np_tracer *t, np_path_state *path);
@@ -107,47 +116,34 @@ static void scatter_in_cloud(const np_tracer *t, np_path_state *path, const np_s
   np_vec3 direction;
   const bool has_branch = np_sunward_sample(sunward, t->random, &direction);
   if (has_branch) turn(&branch, sunward, direction);
-  np_random *random = t->random;
-  const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
-  float value;
-  turn(path, sunward, np_phase_sample(&path->volume->phase, path->direction, u, &value));
+  turn(path, sunward, draw_direction(t, path));
   if (has_branch) follow_weaker(t, path, &branch);
 }
 
-static bool has_window(const np_tracer *t) { return t->settings->is_split && t->view->multi_scatter; }
-
-static np_window scale_window(np_window window, float factor) {
-  return (np_window){window.worth * factor, window.stake * factor};
-}
-
-/* As how many copies a path goes on where `window` is what a collision brings; 0: it is ended. What it was worth before
- * the first of which that is known is what all others are held against. */
-static unsigned count_copies(const np_tracer *t, np_path_state *path, np_window window) {
+/* Whether paths are guided from here on. */
+static bool find_guide(const np_tracer *t, np_path_state *path) {
   const float throughput = np_spectrum_max(path->throughput);
-  if (!(path->first.worth > 0.0f)) {
-    path->first = window;
-    np_window_find_entry(t->view, path->position, path->direction, &path->first);
-    path->first = scale_window(path->first, throughput);
-  }
-  window = scale_window(window, throughput);
-  const float survival = np_window_survival(&window, &path->first);
-  if (survival < 1.0f) {
-    if (!(np_random_float(t->random) < survival)) return 0;
-    path->throughput = np_spectrum_scale(path->throughput, 1.0f / survival);
-    return 1;
-  }
-  return path->depth < SPLIT_DEPTH_MAX ? np_window_copies(&window, &path->first) : 1;
+  if (!np_path_may_be_guided(t) || !(throughput > 0.0f)) return false;
+  if (!np_guide_find(t->view, path->volume, path->position, path->direction, &path->guide)) return false;
+  path->weight = throughput;
+  if (!(path->reference > 0.0f)) path->reference = path->weight * path->guide.light;
+  return true;
 }
 
-/* Gives each of the copies its share; from here on they are faint only by what they lose until they are next looked
- * at. */
-static void share(np_path_state *path, unsigned count) {
-  if (count > 1) path->throughput = np_spectrum_scale(path->throughput, 1.0f / (float)count);
-  if (path->first.worth > 0.0f) path->weight = np_spectrum_max(path->throughput);
+/* As how many copies a guided path goes on; 0: it is ended. The solution stands for those that are. */
+static unsigned count_copies(const np_tracer *t, np_path_state *path) {
+  const float count = np_guide_count(&path->guide, path->weight, path->reference);
+  if (count >= 1.0f) return path->depth < SPLIT_DEPTH_MAX ? (unsigned)count : 1;
+  const bool goes_on = np_random_float(t->random) < count;
+  const float expected = path->guide.light * (goes_on ? 1.0f - 1.0f / count : 1.0f);
+  np_path_add_light(t, path, np_path_name_multiple(path), np_spectrum_scale(t->view->multi_scatter->colour, expected));
+  if (goes_on) path->throughput = np_spectrum_scale(path->throughput, 1.0f / count);
+  return goes_on;
 }
 
 static void scatter_copies(const np_tracer *t, np_path_state *path, const np_sunward *sunward, unsigned count) {
-  share(path, count);
+  if (count > 1) path->throughput = np_spectrum_scale(path->throughput, 1.0f / (float)count);
+  if (path->is_guided) path->weight = np_spectrum_max(path->throughput);
   for (; count > 1; count--) {
     np_path_state copy = *path;
     copy.depth++;
@@ -162,41 +158,13 @@ static bool meet_cloud(const np_tracer *t, np_path_state *path) {
   path->order++;
   path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
   if (!path->has_component) path->component = path->order == 1 ? NP_COMPONENT_SUN : NP_COMPONENT_MULTIPLE;
-  np_window window;
-  const bool is_known =
-      has_window(t) && np_window_find(t->view, path->volume, path->position, path->direction, &window);
-  const unsigned copies = is_known ? count_copies(t, path, window) : 1;
-  if (copies == 0) return false;
+  path->is_guided = find_guide(t, path);
   path->aims_at_sky = t->view->sky_guide && may_branch(path);
   np_sunward sunward = np_sunward_make(t->view, &path->volume->phase);
   gather_in_cloud(t, path, &sunward);
-  scatter_copies(t, path, &sunward, copies);
-  return true;
-}
-
-/* How far a path may fly until it is looked at. What glows is gathered along flights from where they began. */
-static double find_reach(const np_tracer *t, const np_path_state *path) {
-  np_window window;
-  double reach_m = HUGE_VAL;
-  if (has_window(t) && path->first.worth > 0.0f && !t->view->emission)
-    (void)np_window_find_in_flight(t->view, path->position, path->direction, &window, &reach_m);
-  return reach_m;
-}
-
-/* False where the path is ended. */
-static bool pass_on(const np_tracer *t, np_path_state *path) {
-  np_window window;
-  double reach_m;
-  if (!np_window_find_in_flight(t->view, path->position, path->direction, &window, &reach_m)) return true;
-  unsigned copies = count_copies(t, path, window);
-  if (copies == 0) return false;
-  share(path, copies);
-  for (; copies > 1; copies--) {
-    np_path_state copy = *path;
-    copy.depth++;
-    fly_on(t, &copy);
-  }
-  return true;
+  const unsigned copies = path->is_guided ? count_copies(t, path) : 1;
+  if (copies > 0) scatter_copies(t, path, &sunward, copies);
+  return copies > 0;
 }
 
 /* ---- Air, ground and space ---- */
@@ -347,13 +315,20 @@ static np_path_event fly_through_air(const np_tracer *t, np_path_state *path, np
   return NP_PATH_AIR;
 }
 
+/* The next collision with a cloud. */
+static double fly_through_clouds(const np_tracer *t, np_path_state *path) {
+  const double spared = path->is_guided ? np_guide_find_spared(&path->guide, path->direction) : 0.0;
+  np_flight flight = np_flight_start(np_track_flight(t->random), spared);
+  const double distance =
+      np_track_collision(t->view, path->position, path->direction, INFINITY, &flight, t->random, &path->volume);
+  if (path->is_guided) path->throughput = np_spectrum_scale(path->throughput, np_flight_weight(&flight));
+  return distance;
+}
+
 /* Flies to the next vertex. */
 static np_path_event fly(const np_tracer *t, np_path_state *path) {
-  const double reach = find_reach(t, path);
-  double distance = np_track_collision(t->view, path->position, path->direction, reach, np_track_flight(t->random),
-                                       t->random, &path->volume);
-  np_path_event event = isinf(distance) ? (isinf(reach) ? NP_PATH_SPACE : NP_PATH_PASSING) : NP_PATH_CLOUD;
-  if (event == NP_PATH_PASSING) distance = reach;
+  double distance = fly_through_clouds(t, path);
+  np_path_event event = isinf(distance) ? NP_PATH_SPACE : NP_PATH_CLOUD;
   path->is_ground_ahead = (event != NP_PATH_SPACE || t->settings->is_air_traced) && find_ground(t, path, distance);
   if (path->is_ground_ahead) {
     event = NP_PATH_GROUND;
@@ -387,8 +362,9 @@ static void leave(const np_tracer *t, np_path_state *path) {
 
 /* ---- Paths ---- */
 
-/* Russian roulette on a path that is weak for what light it may still meet; false ends it. */
+/* Russian roulette on a path that is weak for what light it may still meet; false ends it. Guided ones are counted. */
 static bool survive(np_path_state *path, np_random *random) {
+  if (path->is_guided) return true;
   const float weight = np_spectrum_max(path->throughput) / path->weight * path->prospect;
   if (weight >= 0.25f) return true;
   if (!(np_random_float(random) < weight)) return false;
@@ -404,13 +380,13 @@ static bool is_ended(const np_tracer *t, np_path_state *path) {
   path->is_cut = true;
   path->throughput = np_spectrum_scale(path->throughput, 1.0f / share);
   path->weight /= share;
-  path->first.worth /= share;
-  path->first.stake /= share;
+  path->reference /= share;
   return false;
 }
 
 void NP_KERNEL(np_path_follow)(const np_tracer *t, np_path_state *path, np_path_event event) {
   for (;;) {
+    path->is_guided = false;
     switch (event) {
     case NP_PATH_CLOUD:
       if (is_ended(t, path) || !meet_cloud(t, path)) return;
@@ -420,9 +396,6 @@ void NP_KERNEL(np_path_follow)(const np_tracer *t, np_path_state *path, np_path_
       break;
     case NP_PATH_GROUND:
       meet_ground(t, path);
-      break;
-    case NP_PATH_PASSING:
-      if (!pass_on(t, path)) return;
       break;
     case NP_PATH_SPACE:
       meet_space(t, path);

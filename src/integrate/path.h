@@ -5,9 +5,9 @@
 
 #include "atmosphere/air_flight.h"
 #include "core/isa.h"
+#include "integrate/guide.h"
 #include "integrate/hero.h"
 #include "integrate/surroundings.h"
-#include "integrate/window.h"
 
 /* What all paths of a sample share. */
 typedef struct np_tracer {
@@ -25,7 +25,6 @@ typedef enum np_path_event {
   NP_PATH_AIR,
   NP_PATH_GROUND,
   NP_PATH_SPACE,
-  NP_PATH_PASSING,     /* nothing: it is to be looked at on its way (window.h) */
   NP_PATH_SURROUNDINGS /* sky or ground, from tables */
 } np_path_event;
 
@@ -35,8 +34,8 @@ typedef struct np_path_state {
   float density;     /* with which the direction was drawn, 1/sr */
   np_spectrum throughput;
   np_hero hero;
-  float weight;    /* of the throughput at the start, by which it is judged faint */
-  np_window first; /* what the path's first collision in cloud was expected to bring; 0: not known */
+  float weight;    /* of the throughput at the start or the last guided collision, by which it is judged faint */
+  float reference; /* light of the camera's ray, by which paths are counted; 0: not known */
   float prospect;  /* ≥ 1: sunlight that the next collision may bring, in isotropic scattering's */
   unsigned order;  /* scatterings in cloud so far */
   unsigned depth;  /* of branches */
@@ -44,14 +43,18 @@ typedef struct np_path_state {
   bool has_component; /* it is given by what the camera sees, not by what the clouds do */
   bool aims_at_sky;   /* its last vertex did: what it meets outside the clouds has a share of the weight */
   bool is_cut;        /* beyond the limit on scatterings: its light is lost */
+  bool is_guided;     /* from its last vertex on, by `guide` */
   bool is_ground_ahead;
   const np_view_volume *volume; /* the cloud of the present collision */
   np_truth_air air;             /* the air, likewise */
   np_ground_hit ground;         /* the ground, likewise */
+  np_guide guide;
 } np_path_state;
 
 /* Everything that reaches the camera along a path, from its first vertex on. */
 void NP_KERNEL(np_path_follow)(const np_tracer *t, np_path_state *path, np_path_event event);
+
+static inline bool np_path_may_be_guided(const np_tracer *t) { return t->settings->is_split && t->view->multi_scatter; }
 
 static inline void np_path_add(np_integrator_sample *out, np_component component, np_spectrum radiance) {
   out->component[component] = np_spectrum_add(out->component[component], radiance);

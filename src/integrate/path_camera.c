@@ -25,10 +25,23 @@ typedef struct cloud_hit {
   double distance; /* infinite: nowhere */
   const np_view_volume *volume;
   float weight;
+  float expected; /* light of the ray, as the view's solution has it; 0: not known */
 } cloud_hit;
 
 /* Through clouds of less than this depth the camera's ray is made to collide. */
 static const double thin_depth = 1.0;
+
+/* A flight that is guided into the light where the ray meets the first cloud. Into the dark it is not shortened: what
+ * is behind would be seen with large weights. */
+static np_flight guide_flight(const np_tracer *t, const np_camera_ray *ray, float *out_expected) {
+  np_guide guide;
+  double spared = 0.0;
+  if (np_path_may_be_guided(t) && np_guide_find_entry(t->view, ray->origin, ray->direction, &guide)) {
+    spared = fmax(np_guide_find_spared(&guide, ray->direction), 0.0);
+    *out_expected = guide.light;
+  }
+  return np_flight_start(np_track_flight(t->random), spared);
+}
 
 /* A ray of little depth M, counted in the clouds' bounds, has a tentative collision with probability 1 − e^{−M}. It is
  * given one, with that weight, and passes with the weight e^{−M}: a veil of depth 1e-8 has as little relative noise as
@@ -38,10 +51,15 @@ static cloud_hit find_cloud(const np_tracer *t, const np_camera_ray *ray, double
   const double bound = np_track_bound(t->view, ray->origin, ray->direction, distance_end, thin_depth);
   if (!(bound > 0.0)) return hit;
   const bool is_thin = bound < thin_depth;
-  const double flight = is_thin ? np_track_forced_flight(bound, t->random) : np_track_flight(t->random);
-  if (is_thin) hit.weight = (float)-expm1(-bound);
-  hit.distance = np_track_collision(t->view, ray->origin, ray->direction, distance_end, flight, t->random, &hit.volume);
-  if (!isinf(hit.distance)) t->out->transmittance = is_thin ? (float)exp(-bound) : 0.0f;
+  np_flight flight =
+      is_thin ? np_flight_start(np_track_forced_flight(bound, t->random), 0.0) : guide_flight(t, ray, &hit.expected);
+  hit.distance =
+      np_track_collision(t->view, ray->origin, ray->direction, distance_end, &flight, t->random, &hit.volume);
+  hit.weight = is_thin ? (float)-expm1(-bound) : np_flight_weight(&flight);
+  if (!isinf(hit.distance))
+    t->out->transmittance = is_thin ? (float)exp(-bound) : 0.0f;
+  else if (!is_thin)
+    t->out->transmittance = hit.weight;
   return hit;
 }
 
@@ -52,6 +70,7 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
   inner.out = &scattered;
   np_path_state path = start_path(ray, hit->distance, np_spectrum_grey(hit->weight));
   path.volume = hit->volume;
+  path.reference = hit->expected;
   NP_KERNEL(np_path_follow)(&inner, &path, NP_PATH_CLOUD);
   const np_aerial_perspective air =
       np_light_air(t->view, t->view->camera_sky, ray->origin, ray->direction, hit->distance);
@@ -99,6 +118,7 @@ static void add_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_
   np_path_state path = start_path(ray, hit->distance, np_spectrum_scale(air, hit->weight));
   if (!(path.weight > 0.0f)) return;
   path.volume = hit->volume;
+  path.reference = hit->expected * np_spectrum_max(air);
   path.hero = np_path_draw_hero(t);
   NP_KERNEL(np_path_follow)(t, &path, NP_PATH_CLOUD);
 }

@@ -16,6 +16,11 @@ static inline void np_path_add_light(const np_tracer *t, const np_path_state *pa
     np_path_add(t->out, component, radiance);
 }
 
+/* What light counts as that clouds scatter again and again, or that glows. */
+static inline np_component np_path_name_multiple(const np_path_state *path) {
+  return path->has_component ? path->component : NP_COMPONENT_MULTIPLE;
+}
+
 /* ---- Sun ---- */
 
 /* A ray towards the sun: what comes along it where no clouds are, and what of that they let through. */
@@ -56,10 +61,6 @@ static inline void np_path_meet_sun(const np_tracer *t, const np_path_state *pat
 
 /* ---- What glows ---- */
 
-static inline np_component np_path_name_glow(const np_path_state *path) {
-  return path->has_component ? path->component : NP_COMPONENT_MULTIPLE;
-}
-
 /* A ray towards something that glows, and the density of drawing it. */
 typedef struct np_glow_ray {
   np_vec3 direction;
@@ -78,7 +79,7 @@ static inline void np_path_gather_glow(const np_tracer *t, const np_path_state *
   const double end = np_emission_find_end(t->view, path->position, glow->direction);
   const np_spectrum light = np_emission_along(t->view, path->position, glow->direction, end,
                                               np_emission_far_step_voxels, t->settings->is_air_traced, t->random);
-  np_path_add_light(t, path, np_path_name_glow(path),
+  np_path_add_light(t, path, np_path_name_multiple(path),
                     np_spectrum_scale(np_spectrum_multiply(light, share), 1.0f / (glow->density + density)));
 }
 
@@ -91,7 +92,7 @@ static inline void np_path_collect_glow(const np_tracer *t, const np_path_state 
                                                 np_emission_far_step_voxels, is_traced, t->random);
   if (np_spectrum_is_zero(light)) return;
   const float drawn = np_emission_direction_density(t->view->emission, path->position, path->direction);
-  np_path_add_light(t, path, np_path_name_glow(path),
+  np_path_add_light(t, path, np_path_name_multiple(path),
                     np_spectrum_scale(light, path->density / (path->density + drawn)));
 }
 

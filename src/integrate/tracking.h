@@ -125,6 +125,23 @@ static inline double np_track_forced_flight(double depth, np_random *random) {
   return fmin(-log1p(np_random_double(random) * expm1(-depth)), depth);
 }
 
+/* A free flight on its way through clouds. It may leave out a share of their extinction, so as to reach farther: its
+ * weight makes good for that. */
+typedef struct np_flight {
+  double left;   /* depth to the next tentative collision */
+  double spared; /* share of the extinction that is left out, below 1; negative: so much is added */
+  double depth;  /* left out so far */
+  double weight; /* of the collision: the extinction there over what of it was not left out */
+} np_flight;
+
+/* `depth` of the first tentative collision: np_track_flight(), or np_track_forced_flight() of np_track_bound(). */
+static inline np_flight np_flight_start(double depth, double spared) {
+  return (np_flight){.left = depth, .spared = spared, .weight = 1.0};
+}
+
+/* Probability density of what has happened over that with which it was drawn. */
+static inline float np_flight_weight(const np_flight *flight) { return (float)(flight->weight * exp(-flight->depth)); }
+
 /* Optical depth of one cell beyond that of its minimum. */
 static inline double np_track_span_excess(const np_view_volume *volume, const np_brick_walk *walk,
                                           const np_brick_span *span) {
@@ -182,32 +199,48 @@ static inline double np_track_bound(const np_scene_view *view, np_dvec3 origin, 
   return depth;
 }
 
-/* Where a free flight collides inside one cell; infinite when it passes, `*flight` then less by the cell's bound. A
- * flight against the cell's maximum is accepted with certainty in the share of its minimum, which costs no look-up. */
+/* What a flight leaves out of a cell's values: its share of the middle of their range, within what all of them have. */
+static inline float np_flight_spare(const np_flight *flight, const np_brick_span *span) {
+  const float least = span->range.min, middle = 0.5f * (least + span->range.max);
+  return np_clampf((float)flight->spared * middle, -2.0f * least, 0.9f * least);
+}
+
+/* Where a free flight collides inside one cell; infinite when it passes, `flight->left` then less by the cell's bound.
+ * A flight against the cell's maximum is accepted with certainty in the share of its minimum, which costs no look-up
+ * unless something is left out. Tentative collisions that are none weigh nothing, however loose the bound. */
 static inline double np_track_span_collision(const np_view_volume *volume, const np_brick_walk *walk,
-                                             const np_brick_span *span, double *flight, np_random *random) {
-  const double majorant = (double)(volume->extinction_per_value * span->range.max);
+                                             const np_brick_span *span, np_flight *flight, np_random *random) {
+  const float spare = np_flight_spare(flight, span), bound = span->range.max - spare;
+  const double majorant = (double)(volume->extinction_per_value * bound);
+  const double spared = (double)(volume->extinction_per_value * spare);
   double t = span->t_begin;
-  while (*flight < majorant * (span->t_end - t)) {
-    t += *flight / majorant;
-    *flight = np_track_flight(random);
-    const float threshold = np_random_float(random) * span->range.max;
-    if (threshold < span->range.min) return t;
-    if (span->brick == NP_BRICK_NONE) continue;
-    if (threshold < np_brick_sample(volume->bricks, span->brick, np_brick_walk_local(walk, span, t))) return t;
+  while (flight->left < majorant * (span->t_end - t)) {
+    const double step = flight->left / majorant;
+    t += step;
+    flight->depth += spared * step;
+    flight->left = np_track_flight(random);
+    const float threshold = np_random_float(random) * bound + spare;
+    const bool is_sure = threshold < span->range.min;
+    if (is_sure && spare == 0.0f) return t;
+    float value = span->range.min;
+    if (span->brick != NP_BRICK_NONE)
+      value = np_brick_sample(volume->bricks, span->brick, np_brick_walk_local(walk, span, t));
+    if (!is_sure && !(threshold < value)) continue;
+    if (spare != 0.0f) flight->weight = (double)(value / (value - spare));
+    return t;
   }
-  *flight -= majorant * (span->t_end - t);
+  flight->left -= majorant * (span->t_end - t);
+  flight->depth += spared * (span->t_end - t);
   return INFINITY;
 }
 
 /* Distance to the next collision before `distance_end`, and the cloud it happens in; infinite when there is none.
  *
- * `flight` is the depth, counted in the cells' maxima and through one cloud after the other, of the first tentative
- * collision: np_track_flight(), or np_track_forced_flight() of np_track_bound(). The clouds' tentative collisions are
+ * `flight` is counted in the cells' maxima and through one cloud after the other: the clouds' tentative collisions are
  * one Poisson process on their rays laid end to end, so that what is left of a flight at the end of one is good for the
  * next. */
 static inline double np_track_collision(const np_scene_view *view, np_dvec3 origin, np_vec3 direction,
-                                        double distance_end, double flight, np_random *random,
+                                        double distance_end, np_flight *flight, np_random *random,
                                         const np_view_volume **out_volume) {
   double nearest = INFINITY;
   for (unsigned i = 0; i < view->volume_count; i++) {
@@ -216,7 +249,7 @@ static inline double np_track_collision(const np_scene_view *view, np_dvec3 orig
     np_brick_span span;
     np_track_start(&walk, volume, origin, direction, 0.0, fmin(distance_end, nearest));
     while (np_brick_walk_next(&walk, &span)) {
-      const double t = np_track_span_collision(volume, &walk, &span, &flight, random);
+      const double t = np_track_span_collision(volume, &walk, &span, flight, random);
       if (t >= nearest || isinf(t)) continue;
       nearest = t;
       *out_volume = volume;

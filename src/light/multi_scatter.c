@@ -230,32 +230,19 @@ static void scale_solution(solver *s, double factor) {
   for (size_t i = 0; i < count_moments(&iterated->grid); i++) iterated->phi[i] *= (float)factor;
 }
 
-static float find_length(const float v[3]) {
-  const double x = (double)v[0], y = (double)v[1], z = (double)v[2];
-  return (float)sqrt(x * x + y * y + z * z);
-}
-
-/* Of diffuse light the gradient of the mean is the transport extinction times the linear part (Fick's law). */
-static void find_reach(const np_transport_grid *g, size_t live, np_importance *out) {
-  const float extinction = g->extinction[live] * (1.0f - g->ratio[live * (g->degree + 1) + 1]);
-  const float gradient = extinction * out->slope;
-  out->reach_m = gradient > 0.0f ? 0.5f * out->mean / gradient : INFINITY;
-}
-
 /* Where sunlight that went straight on first collides, per extinction, is what there is of it. */
 static void add_importance(const solver *s, const float *moments) {
   const np_transport_level *finest = &s->levels[0];
   const size_t count = np_harmonics_count(finest->grid.degree);
-  const float even = sqrtf(0.25f / NP_PI_F), linear = sqrtf(0.75f / NP_PI_F);
+  const float share = 1.0f / (float)s->out->band_count;
+  const float even = share * sqrtf(0.25f / NP_PI_F), linear = share * sqrtf(0.75f / NP_PI_F);
   static const unsigned harmonic_of_axis[3] = {3, 1, 2};
   for (size_t live = 0; live < finest->grid.live_count; live++) {
     np_importance *out = &s->out->importance[live];
     const float *phi = moments + live * count, extinction = finest->grid.extinction[live];
     out->mean += even * phi[0];
     for (int a = 0; a < 3; a++) out->lean[a] += linear * phi[harmonic_of_axis[a]];
-    out->slope = find_length(out->lean);
-    find_reach(&finest->grid, live, out);
-    if (extinction > 0.0f) out->sun += finest->sun[live] / extinction;
+    if (extinction > 0.0f) out->sun += share * finest->sun[live] / extinction;
   }
 }
 

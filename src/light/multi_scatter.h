@@ -10,7 +10,7 @@ typedef struct np_multi_scatter_desc {
   np_transport_desc cells;
   double work_max; /* cells × directions × harmonics of a sweep, up to which angles are resolved beyond the least */
   double tolerance;
-  bool has_importance; /* what paths are weighed by is kept beside the moments */
+  bool has_importance; /* what paths are guided by is kept beside the moments */
 } np_multi_scatter_desc;
 
 /* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.5 kB each in cloud while it is solved. */
@@ -20,12 +20,10 @@ typedef struct np_multi_scatter_desc {
     .tolerance = 3e-4                                                                                                  \
   }
 
-/* About what comes to a cell, all bands together: what paths are weighed by (integrate/window.h). */
+/* About what comes to a cell, in the mean of the bands that are kept: what paths are guided by (integrate/guide.h). */
 typedef struct np_importance {
-  float mean;    /* radiance, averaged over directions */
+  float mean;    /* radiance, averaged over directions, but for sunlight that went straight on */
   float lean[3]; /* its part that is linear in the direction of flight Ω is lean·Ω */
-  float slope;   /* |lean|, whose square may be too small for a float */
-  float reach_m; /* a way along which it changes by some half, where light is diffuse */
   float sun;     /* irradiance of sunlight that went straight on */
 } np_importance;
 

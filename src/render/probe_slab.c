@@ -21,7 +21,7 @@
 #include "render/frame.h"
 #include "volume/volume_private.h"
 
-enum { BATCH_COUNT = 64, SAMPLE_MIN = 64, SAMPLE_MAX = 1024 };
+enum { BATCH_COUNT = 64, SAMPLE_MIN = 64, SAMPLE_MAX = 16384 };
 
 /* Rays of the first pilot, and how many times its own rays a pilot may ask for and be trusted. */
 enum { PILOT_RAY_COUNT = 4096, PILOT_TRUST = 32 };

@@ -41,7 +41,8 @@ static double look_up(const bench *b, const np_brick_walk *walk, const np_brick_
 
 static double estimate_delta(const bench *b, np_dvec3 origin, np_random *random) {
   const np_view_volume *volume;
-  return isinf(np_track_collision(&b->view, origin, b->to_sun, INFINITY, np_track_flight(random), random, &volume));
+  np_flight flight = np_flight_start(np_track_flight(random), 0.0);
+  return isinf(np_track_collision(&b->view, origin, b->to_sun, INFINITY, &flight, random, &volume));
 }
 
 static double estimate_tracer(const bench *b, np_dvec3 origin, np_random *random) {
