@@ -52,25 +52,20 @@ static inline bool np_importance_find(const np_multi_scatter *scatter, np_dvec3 
     const np_importance *cell = &scatter->importance[live[c]];
     out->mean += weight[c] * cell->mean;
     for (int a = 0; a < 3; a++) out->lean[a] += weight[c] * cell->lean[a];
-    out->sun += weight[c] * cell->sun;
+    out->lit += weight[c] * cell->lit;
   }
   return out->mean >= FLT_MIN;
 }
 
-/* Sunlight makes noise as deep as the flights reach that come out of the dark into it, where only its fifth root tells
- * of it; it is as noisy again from where a forward peak throws it. Light that leans by a changes by a² more than guided
- * paths reckon with, and a ten thousandth of it is what the solution errs by in white slabs. These numbers were chosen
- * by variance times time in slabs of depth 16 to 1024. */
-static inline float np_guide_find_noise(const np_scene_view *view, const np_importance *here, const np_guide *guide,
-                                        float tilt, np_vec3 direction) {
-  const float whole = np_spectrum_max(view->sun_irradiance);
-  const float diffuse = guide->light * (2.0f * tilt * tilt + 1e-4f);
-  if (!(whole > 0.0f)) return diffuse;
-  const np_vec3 d = direction, s = view->to_sun;
+/* Light that leans by a changes by a² more than guided paths reckon with, at each of the collisions that it takes to
+ * turn it; and a ten thousandth of it is what the solution errs by in white slabs. Sunlight makes noise where it is, or
+ * may be come to; the more the sharper the peak that throws it. The numbers were chosen by variance times time in slabs
+ * of depth 16 to 1024. */
+static inline float np_guide_find_noise(const np_importance *here, const np_guide *guide, float tilt, float versine) {
   const np_phase_lobe again = {.asymmetry = guide->asymmetry * guide->asymmetry}; /* of a scattering more */
-  const float ahead = np_phase_eval_lobe(again, np_versine(d.x, d.y, d.z, s.x, s.y, s.z));
-  const float lit = powf(np_minf(here->sun / whole, 1.0f), 0.2f);
-  return diffuse + 2.0f * whole * lit * np_maxf(ahead, 0.25f / NP_PI_F);
+  const float around = 0.25f / NP_PI_F / sqrtf(1.0f - guide->asymmetry), square = tilt * tilt;
+  const float diffuse = sqrtf(guide->fade) * square * (2.0f + 4.0f * square) + 1e-4f;
+  return guide->light * diffuse + 2.0f * here->lit * np_maxf(np_phase_eval_lobe(again, versine), around);
 }
 
 /* For a path that flies along `direction`, against the light. False where nothing is known. */
@@ -80,6 +75,7 @@ static inline bool np_guide_find(const np_scene_view *view, const np_view_volume
   if (!np_importance_find(view->multi_scatter, position, &here)) return false;
   const np_scaled_phase *phase = &view->multi_scatter->phases[volume - view->volumes];
   const float longest = 0.9f, albedo = np_spectrum_max(volume->albedo);
+  const np_vec3 d = direction, s = view->to_sun;
   const np_vec3 lean = np_vec3_scale(np_vec3_make(here.lean[0], here.lean[1], here.lean[2]), -1.0f / here.mean);
   const float tilt = sqrtf(np_vec3_dot(lean, lean));
   out->lean = tilt > longest ? np_vec3_scale(lean, longest / tilt) : lean;
@@ -87,7 +83,7 @@ static inline bool np_guide_find(const np_scene_view *view, const np_view_volume
   out->fade = 1.0f - albedo * out->asymmetry;
   out->diffusion = sqrtf(3.0f * (1.0f - albedo) * out->fade);
   out->light = here.mean * (1.0f + out->asymmetry * np_vec3_dot(out->lean, direction));
-  out->noise = np_guide_find_noise(view, &here, out, np_minf(tilt, 1.0f), direction);
+  out->noise = np_guide_find_noise(&here, out, np_minf(tilt, 1.0f), np_versine(d.x, d.y, d.z, s.x, s.y, s.z));
   return true;
 }
 

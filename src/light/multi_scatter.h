@@ -24,7 +24,7 @@ typedef struct np_multi_scatter_desc {
 typedef struct np_importance {
   float mean;    /* radiance, averaged over directions, but for sunlight that went straight on */
   float lean[3]; /* its part that is linear in the direction of flight Ω is lean·Ω */
-  float sun;     /* irradiance of sunlight that went straight on */
+  float lit;     /* irradiance of sunlight that went straight on, here or, the less the farther off, nearby */
 } np_importance;
 
 typedef struct np_multi_scatter {
