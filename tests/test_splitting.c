@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Paths that are split and ended by the march's solution: their mean is that of paths which are not, whatever the
- * cloud, the light and the solution. What it gains in slabs is tested by test_probe. */
+/* Paths that are guided, split and ended by the march's solution: their mean is that of paths which are not, whatever
+ * the cloud, the light and the solution. What it gains in slabs is tested by test_probe. */
+#include "integrate/tracking.h"
 #include "test_lit_cloud.h"
 #include "test_rays.h"
 
@@ -74,6 +75,58 @@ static void a_cloud_that_absorbs_stays_as_bright(void **state) {
   end(&cloud);
 }
 
+/* The cloud given twice, each time with a share of its extinction. */
+static void give_twice(test_lit_cloud *cloud, float share, np_view_volume twice[2]) {
+  twice[0] = twice[1] = cloud->placed;
+  twice[0].extinction_per_value *= share;
+  twice[1].extinction_per_value *= share;
+  cloud->view.volumes = twice;
+  cloud->view.volume_count = 2;
+}
+
+static void clouds_that_overlap_stay_as_bright(void **state) {
+  (void)state;
+  test_lit_cloud cloud;
+  start(&cloud);
+  light_like_day(&cloud);
+  np_view_volume twice[2];
+  give_twice(&cloud, 0.5f, twice);
+  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
+  assert_no_bias(&cloud);
+  end(&cloud);
+}
+
+/* What passes half of two clouds of depth 2.5, and all of them, by flights that leave out a share of the extinction
+ * or add to it. */
+static void stretched_flights_weigh_what_they_ought(void **state) {
+  (void)state;
+  test_lit_cloud cloud;
+  start(&cloud);
+  np_view_volume twice[2];
+  give_twice(&cloud, 0.15f, twice);
+  const np_dvec3 origin = {12.0, -20.0, 9.0};
+  const np_vec3 direction = {0.0f, 1.0f, 0.0f};
+  np_random random = np_random_start(9, 0, 0, 0, 0);
+  static const double spared[] = {0.0, 0.6, -1.5}, end_m[] = {28.0, INFINITY};
+  for (int e = 0; e < 2; e++) {
+    const double passing = (double)np_track_transmittance(&cloud.view, origin, direction, end_m[e], 1e9, &random);
+    for (int k = 0; k < 3; k++) {
+      test_tally passed = {0}, collided = {0};
+      for (int i = 0; i < 100000; i++) {
+        np_flight flight = np_flight_start(np_track_flight(&random), spared[k]);
+        const np_view_volume *volume;
+        const double t = np_track_collision(&cloud.view, origin, direction, end_m[e], &flight, &random, &volume);
+        const double weight = (double)np_flight_weight(&flight);
+        test_tally_add(&passed, isinf(t) ? weight : 0.0);
+        test_tally_add(&collided, isinf(t) ? 0.0 : weight);
+      }
+      assert_near(test_tally_mean(&passed), passing, 4.0 * test_tally_error(&passed));
+      assert_near(test_tally_mean(&collided), 1.0 - passing, 4.0 * test_tally_error(&collided));
+    }
+  }
+  end(&cloud);
+}
+
 /* Solved for a sun on the other side, and so wrong by what decades there are in the cloud: it costs time alone. */
 static void a_wrong_solution_changes_no_mean(void **state) {
   (void)state;
@@ -133,9 +186,13 @@ static void what_a_limit_takes_is_told(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(a_lumpy_cloud_stays_as_bright),    cmocka_unit_test(a_cloud_that_absorbs_stays_as_bright),
-      cmocka_unit_test(a_wrong_solution_changes_no_mean), cmocka_unit_test(a_white_furnace_stays_invisible),
+      cmocka_unit_test(a_lumpy_cloud_stays_as_bright),
+      cmocka_unit_test(a_cloud_that_absorbs_stays_as_bright),
+      cmocka_unit_test(a_wrong_solution_changes_no_mean),
+      cmocka_unit_test(a_white_furnace_stays_invisible),
       cmocka_unit_test(what_a_limit_takes_is_told),
+      cmocka_unit_test(clouds_that_overlap_stay_as_bright),
+      cmocka_unit_test(stretched_flights_weigh_what_they_ought),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,9 +3,9 @@
  *
  * The solution (light/multi_scatter.h) tells about what light there is where a path collides: φ + J·Ω of it flies along
  * Ω, so that φ·(1 + a·ω) comes against a path of direction ω, a = −J/φ. Were that exact, paths could be drawn so that
- * each of them brings the same (zero-variance random walks: Hoogenboom 2008; Herholz, Zhao, Elek, Nowrouzezahrai,
- * Lensch and Křivánek 2019, "Volume Path Guiding Based on Zero-Variance Random Walk Theory"). Its mean over cells and
- * its linear part are enough for depths of thousands: far from faces that is all there is.
+ * each of them brings the same (Herholz, Zhao, Elek, Nowrouzezahrai, Lensch and Křivánek 2019, "Volume Path Guiding
+ * Based on Zero-Variance Random Walk Theory"). Its mean over cells and its linear part are enough for depths of
+ * thousands: far from faces that is all there is.
  *
  * Where to: directions are drawn from p(ω·ω′)·(1 + a·ω′)/(1 + g·a·ω), whose integral is one for any a.
  *
@@ -37,9 +37,8 @@ typedef struct np_guide {
   float asymmetry; /* g */
   float fade;      /* 1 − ϖg */
   float diffusion; /* k, per depth */
-  float
-      light; /* K, of a throughput of 1: what a collision throws on of light that does not come straight from the sun */
-  float noise; /* likewise: the standard deviation of what the next step brings, about */
+  float light;     /* K: what a collision throws on at a throughput of 1, but for what comes straight from the sun */
+  float noise;     /* likewise, about the standard deviation of what the next step brings */
 } np_guide;
 
 /* Means between the cells around a position; false where nothing is known, or all is dark. */

@@ -131,7 +131,7 @@ typedef struct np_flight {
   double left;   /* depth to the next tentative collision */
   double spared; /* share of the extinction that is left out, below 1; negative: so much is added */
   double depth;  /* left out so far */
-  double weight; /* of the collision: the extinction there over what of it was not left out */
+  double weight; /* of collisions: the extinction there over what of it was not left out */
 } np_flight;
 
 /* `depth` of the first tentative collision: np_track_flight(), or np_track_forced_flight() of np_track_bound(). */
@@ -226,7 +226,7 @@ static inline double np_track_span_collision(const np_view_volume *volume, const
     if (span->brick != NP_BRICK_NONE)
       value = np_brick_sample(volume->bricks, span->brick, np_brick_walk_local(walk, span, t));
     if (!is_sure && !(threshold < value)) continue;
-    if (spare != 0.0f) flight->weight = (double)(value / (value - spare));
+    if (spare != 0.0f) flight->weight *= (double)(value / (value - spare));
     return t;
   }
   flight->left -= majorant * (span->t_end - t);
