@@ -58,13 +58,15 @@ static inline bool np_importance_find(const np_multi_scatter *scatter, np_dvec3 
 
 /* Light that leans by a changes by a² more than guided paths reckon with, at each of the collisions that it takes to
  * turn it; and a ten thousandth of it is what the solution errs by in white slabs. Sunlight makes noise where it is, or
- * may be come to; the more the sharper the peak that throws it. The numbers were chosen by variance times time in slabs
- * of depth 16 to 1024. */
+ * may be come to, the more the sharper the peak that throws it; but where light is dim against it, as at the rim of a
+ * cloud before the sun, to split for all of it costs more than it brings. The numbers were chosen by variance times
+ * time in slabs of depth 16 to 1024, the last by that of pictures. */
 static inline float np_guide_find_noise(const np_importance *here, const np_guide *guide, float tilt, float versine) {
   const np_phase_lobe again = {.asymmetry = guide->asymmetry * guide->asymmetry}; /* of a scattering more */
   const float around = 0.25f / NP_PI_F / sqrtf(1.0f - guide->asymmetry), square = tilt * tilt;
   const float diffuse = sqrtf(guide->fade) * square * (2.0f + 4.0f * square) + 1e-4f;
-  return guide->light * diffuse + 2.0f * here->lit * np_maxf(np_phase_eval_lobe(again, versine), around);
+  const float sunlight = 2.0f * here->lit * np_maxf(np_phase_eval_lobe(again, versine), around);
+  return guide->light * diffuse + np_minf(sunlight, 3.0f * guide->light);
 }
 
 /* For a path that flies along `direction`, against the light. False where nothing is known. */
