@@ -183,7 +183,7 @@ static void test_paths_are_split_by_the_solution(void **state) {
   np_plan plan;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
   assert_true(plan.stages[NP_STAGE_ORDINATES].is_needed);
-  assert_non_null(strstr(plan.stages[NP_STAGE_ORDINATES].reason, "paths are split by it; solved for once"));
+  assert_non_null(strstr(plan.stages[NP_STAGE_ORDINATES].reason, "paths are guided by it; solved for once"));
   assert_false(plan.stages[NP_STAGE_GROUND_CLOUDS].is_needed);
   assert_int_equal(neph_scene_set(scene, "render.splitting", "none"), NEPH_OK);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);

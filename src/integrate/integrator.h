@@ -44,7 +44,7 @@ typedef struct np_look {
 typedef struct np_integrator_settings {
   unsigned scattering_max; /* scatterings in cloud along a path; 0xffffffff: no limit */
   float lost_share;        /* of the paths that this limit cuts, those followed to learn what is lost; 0: none */
-  bool is_split;           /* paths are split and ended by the view's solution of the multiple scattering */
+  bool is_split;           /* paths are guided and split by the view's solution of the multiple scattering */
   bool is_air_traced;      /* paths go on through air and from ground; else tables answer for both */
   np_look look;            /* of the march */
   float tolerance;         /* of the march: what its steps may err by, as a share of a ray's light */

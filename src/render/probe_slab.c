@@ -3,7 +3,7 @@
  *
  * The trilinear field rises from 0 at z = −1 and falls to 0 at z = N, and its column is the sum of the samples: so the
  * extinction depth/sum gives exactly the depth asked for. That the field is not constant along z changes nothing: what
- * leaves a plane-parallel medium depends on optical depth alone. So samples are all 1 up to a depth of 64, a sixteenth
+ * leaves a plane-parallel medium depends on optical depth alone. So samples are all 1 up to a depth of 1024, a sixteenth
  * of depth 1 each, and in thicker slabs, which would take too many of those, they grow from both faces inwards.
  *
  * A flux is the integral of μ·L over the hemisphere, by camera rays that look at the face with the density
@@ -24,7 +24,7 @@
 enum { BATCH_COUNT = 64, SAMPLE_MIN = 64, SAMPLE_MAX = 16384 };
 
 /* Rays of the first pilot, and how many times its own rays a pilot may ask for and be trusted. */
-enum { PILOT_RAY_COUNT = 4096, PILOT_TRUST = 32 };
+enum { PILOT_RAY_COUNT = 4096, PILOT_TRUST = 8 };
 
 struct np_slab {
   neph_context *context;
@@ -37,7 +37,7 @@ struct np_slab {
   neph_volume *volume;
   np_view_volume placed;
   np_scene_view view;
-  np_multi_scatter multi_scatter; /* of the march, and of paths that are split by it */
+  np_multi_scatter multi_scatter; /* of the march, and of paths that are guided by it */
   np_integrator_settings settings;
   np_integrator_fn integrate;
 };

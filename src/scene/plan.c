@@ -316,7 +316,7 @@ static neph_result decide_ordinates(np_plan *plan, const neph_scene *scene, cons
   char solving[sizeof plan->stages->reason] = "", reason[sizeof plan->stages->reason];
   neph_result result = against || chosen ? NEPH_OK : describe_ordinates(plan, scene, solving, sizeof solving);
   const bool is_split = plan->desc.integrator == NEPH_INTEGRATOR_PATH;
-  snprintf(reason, sizeof reason, "%s%s", is_split ? "paths are split by it; " : "", solving);
+  snprintf(reason, sizeof reason, "%s%s", is_split ? "paths are guided by it; " : "", solving);
   decide_unless(plan, NP_STAGE_ORDINATES, against, chosen, reason);
   return result;
 }

@@ -495,8 +495,8 @@ static const np_key keys[] = {
                 "march"},
     {.path = "render.splitting", .type = NP_KEY_CHOICE, .choices = splittings, .field = SCENE(render.splitting),
      .fallback = "none",
-     .meaning = "of the integrator path: adjoint ends and splits paths in clouds by the light that the march's "
-                "solution of the multiple scattering expects of them; it pays in clouds that absorb"},
+     .meaning = "of the integrator path: adjoint guides, splits and ends paths in clouds by the march's solution of "
+                "the multiple scattering; it pays at depths of tens and more, and in what absorbs"},
     {.path = "render.light_memory", .type = NP_KEY_REAL, .unit = NP_UNIT_GIGABYTE,
      .field = SCENE(render.light_memory_bytes), .range = WITHIN(0.001, 1e6), .fallback = "auto", .word = "auto",
      .word_value = INFINITY,
