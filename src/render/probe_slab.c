@@ -3,8 +3,9 @@
  *
  * The trilinear field rises from 0 at z = −1 and falls to 0 at z = N, and its column is the sum of the samples: so the
  * extinction depth/sum gives exactly the depth asked for. That the field is not constant along z changes nothing: what
- * leaves a plane-parallel medium depends on optical depth alone. So samples are all 1 up to a depth of 1024, a sixteenth
- * of depth 1 each, and in thicker slabs, which would take too many of those, they grow from both faces inwards.
+ * leaves a plane-parallel medium depends on optical depth alone. So samples are all 1 up to a depth of 1024, a
+ * sixteenth of depth 1 each, and in thicker slabs, which would take too many of those, they grow from both faces
+ * inwards.
  *
  * A flux is the integral of μ·L over the hemisphere, by camera rays that look at the face with the density
  * q(μ) = ½ + μ in μ: between even, which suits a thin slab (L ~ 1/μ), and cosine, which suits a thick one; no ray's
