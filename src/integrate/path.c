@@ -120,7 +120,7 @@ static void scatter_in_cloud(const np_tracer *t, np_path_state *path, const np_s
   if (has_branch) follow_weaker(t, path, &branch);
 }
 
-/* Whether paths are guided from here on. */
+/* Has a path be guided from here on; false where nothing is known. */
 static bool find_guide(const np_tracer *t, np_path_state *path) {
   const float throughput = np_spectrum_max(path->throughput);
   if (!np_path_may_be_guided(t) || !(throughput > 0.0f)) return false;
