@@ -1,18 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Paths guided by the march's solution of the multiple scattering: where to, how far, and how many go on.
  *
- * The solution (light/multi_scatter.h) tells about what light there is where a path collides: φ + J·Ω of it flies along
- * Ω, so that φ·(1 + a·ω) comes against a path of direction ω, a = −J/φ. Were that exact, paths could be drawn so that
- * each of them brings the same (Herholz, Zhao, Elek, Nowrouzezahrai, Lensch and Křivánek 2019, "Volume Path Guiding
- * Based on Zero-Variance Random Walk Theory"). Its mean over cells and its linear part are enough for depths of
- * thousands: far from faces that is all there is.
+ * The solution (light/multi_scatter.h) tells about what light there is where a path collides: over its mean,
+ * ℓ(ω) = 1 + a·c + b·P₂(c) of it comes against a path of direction ω, c = â·ω, from its parts of degree 1 and 2 about
+ * the direction â that most comes from. Were that exact, paths could be drawn so that each of them brings the same
+ * (Herholz, Zhao, Elek, Nowrouzezahrai, Lensch and Křivánek 2019, "Volume Path Guiding Based on Zero-Variance Random
+ * Walk Theory"). It is enough for depths of thousands: far from faces there is little more.
  *
- * Where to: directions are drawn from p(ω·ω′)·(1 + a·ω′)/(1 + g·a·ω), whose integral is one for any a.
+ * Where to: directions are drawn from p(ω·ω′)·ℓ(ω′)/ℓ′(ω). The integral of p·ℓ has the moments of ℓ times those of p:
+ * ℓ′(ω) = 1 + χ₁·a·c + χ₂·b·P₂(c).
  *
  * How far: flights collide at the rate κ, per depth, instead of 1 (Dwivedi 1982, "A new importance biasing scheme for
- * deep-penetration Monte Carlo"). By Fick's law light grows by β = (1 − ϖg)·a·ω/(1 + g·a·ω) a depth; as e^{βs} where
- * the cloud absorbs, to which κ = 1 − β belongs, and as 1 + βs where it does not: then flights have the mean 1/κ for
- * κ = 1 − β/(1 + 2β). What is between goes by k/β, k = √(3(1 − ϖ)(1 − ϖg)) the rate of diffuse light.
+ * deep-penetration Monte Carlo"). By the equation's first moment the mean grows along â by γ = (1 − ϖg)·a/(1 + 2b/5) a
+ * depth. Where the cloud absorbs, what it throws grows as e^{βs}, β = γ·c, to which κ = 1 − β belongs; where it does
+ * not absorb, as 1 + βs, β = γ·c/ℓ′: then flights have the mean 1/κ for κ = 1 − β/(1 + 2β). What is between goes by
+ * k/γ, k = √(3(1 − ϖ)(1 − ϖg)) the rate of diffuse light.
  *
  * How many: a path that is ended leaves what the solution expects of it, K, and one that goes on for others as well has
  * that much taken off: with the probability q of going on, K·(1 − 1/q), whose mean with K for those that end is zero
@@ -33,12 +35,13 @@
 
 /* About the light where a path collides. */
 typedef struct np_guide {
-  np_vec3 lean;    /* a, not longer than 0.9 */
-  float asymmetry; /* g */
-  float fade;      /* 1 − ϖg */
-  float diffusion; /* k, per depth */
-  float light;     /* K: what a collision throws on at a throughput of 1, but for what comes straight from the sun */
-  float noise;     /* likewise, about the standard deviation of what the next step brings */
+  np_vec3 axis;            /* where most of it comes from: unit */
+  float lean, bend;        /* against a path at the cosine c to it comes 1 + lean·c + bend·P₂(c) of its mean */
+  float asymmetry, second; /* χ₁ = g and χ₂ of the phase function */
+  float growth;            /* of the light along the axis, per depth */
+  float steady;            /* how much of that is exponential: 0 to 1 */
+  float light; /* K: what a collision throws on at a throughput of 1, but for what comes straight from the sun */
+  float noise; /* likewise, about the standard deviation of what the next step brings */
 } np_guide;
 
 /* Means between the cells around a position; false where nothing is known, or all is dark. */
@@ -51,22 +54,48 @@ static inline bool np_importance_find(const np_multi_scatter *scatter, np_dvec3 
     const np_importance *cell = &scatter->importance[live[c]];
     out->mean += weight[c] * cell->mean;
     for (int a = 0; a < 3; a++) out->lean[a] += weight[c] * cell->lean[a];
+    for (int i = 0; i < 5; i++) out->bend[i] += weight[c] * cell->bend[i];
     out->lit += weight[c] * cell->lit;
   }
   return out->mean >= FLT_MIN;
 }
 
-/* Light that leans by a changes by a² more than guided paths reckon with, at each of the collisions that it takes to
- * turn it; and a ten thousandth of it is what the solution errs by in white slabs. Sunlight makes noise where it is, or
- * may be come to, the more the sharper the peak that throws it; but where light is dim against it, as at the rim of a
- * cloud before the sun, to split for all of it costs more than it brings. The numbers were chosen by variance times
- * time in slabs of depth 16 to 1024, the last by that of pictures. */
-static inline float np_guide_find_noise(const np_importance *here, const np_guide *guide, float tilt, float versine) {
+static inline float np_importance_find_bend(const np_importance *here, np_vec3 d) {
+  const float *b = here->bend;
+  return d.x * d.y * b[0] + d.y * d.z * b[1] + (3.0f * d.z * d.z - 1.0f) * b[2] + d.x * d.z * b[3] +
+         (d.x * d.x - d.y * d.y) * b[4];
+}
+
+/* Light against a path at this cosine to the axis, over its mean; or what a collision throws of it, with the moments of
+ * the phase function. */
+static inline float np_guide_shape(const np_guide *guide, float cosine, float first, float second) {
+  return 1.0f + first * guide->lean * cosine + second * guide->bend * (1.5f * cosine * cosine - 0.5f);
+}
+
+static inline float np_guide_throw(const np_guide *guide, np_vec3 direction) {
+  return np_guide_shape(guide, np_vec3_dot(guide->axis, direction), guide->asymmetry, guide->second);
+}
+
+/* Keeps the shape above a tenth of the mean. */
+static inline void np_guide_limit(np_guide *guide) {
+  const float room = 0.9f, longest = 1.3f;
+  guide->lean = np_minf(guide->lean, longest);
+  const float most = room + sqrtf(room * room - guide->lean * guide->lean * (1.0f / 3.0f));
+  guide->bend = np_clampf(guide->bend, guide->lean - room, most);
+}
+
+/* Light that leans by a changes by a² more than guided flights reckon with, where it does not grow exponentially, and
+ * by a³ more than guided directions do, at each of the collisions that it takes to turn it. Where it is bent and does
+ * not grow, it ends nearby. A ten thousandth of it is what the solution errs by in white slabs. Sunlight makes noise
+ * where it is, or may be come to, the more the sharper the peak that throws it; but where light is dim against it, as
+ * at the rim of a cloud before the sun, to split for all of it costs more than it brings. The numbers were chosen by
+ * variance times time in slabs of depth 16 to 1024, the last by that of pictures. */
+static inline float np_guide_find_noise(const np_importance *here, const np_guide *guide, float fade, float versine) {
   const np_phase_lobe again = {.asymmetry = guide->asymmetry * guide->asymmetry}; /* of a scattering more */
-  const float around = 0.25f / NP_PI_F / sqrtf(1.0f - guide->asymmetry), square = tilt * tilt;
-  const float diffuse = sqrtf(guide->fade) * square * (2.0f + 4.0f * square) + 1e-4f;
+  const float around = 0.25f / NP_PI_F / sqrtf(1.0f - guide->asymmetry), rise = 1.0f - guide->steady;
+  const float tilt = np_minf(guide->lean, 1.0f), changed = tilt * tilt * (tilt + rise) + rise * fabsf(guide->bend);
   const float sunlight = 2.0f * here->lit * np_maxf(np_phase_eval_lobe(again, versine), around);
-  return guide->light * diffuse + np_minf(sunlight, 3.0f * guide->light);
+  return guide->light * (2.0f * sqrtf(fade) * changed + 1e-4f) + np_minf(sunlight, 3.0f * guide->light);
 }
 
 /* For a path that flies along `direction`, against the light. False where nothing is known. */
@@ -75,16 +104,21 @@ static inline bool np_guide_find(const np_scene_view *view, const np_view_volume
   np_importance here;
   if (!np_importance_find(view->multi_scatter, position, &here)) return false;
   const np_scaled_phase *phase = &view->multi_scatter->phases[volume - view->volumes];
-  const float longest = 0.9f, albedo = np_spectrum_max(volume->albedo);
+  const float albedo = np_spectrum_max(volume->albedo), inverse = 1.0f / here.mean;
   const np_vec3 d = direction, s = view->to_sun;
-  const np_vec3 lean = np_vec3_scale(np_vec3_make(here.lean[0], here.lean[1], here.lean[2]), -1.0f / here.mean);
+  const np_vec3 lean = np_vec3_scale(np_vec3_make(here.lean[0], here.lean[1], here.lean[2]), -inverse);
   const float tilt = sqrtf(np_vec3_dot(lean, lean));
-  out->lean = tilt > longest ? np_vec3_scale(lean, longest / tilt) : lean;
+  out->axis = tilt > 1e-6f ? np_vec3_scale(lean, 1.0f / tilt) : np_vec3_make(0.0f, 0.0f, 1.0f);
+  out->lean = tilt;
+  out->bend = np_importance_find_bend(&here, out->axis) * inverse;
+  np_guide_limit(out);
   out->asymmetry = phase->moments[1] + phase->forward;
-  out->fade = 1.0f - albedo * out->asymmetry;
-  out->diffusion = sqrtf(3.0f * (1.0f - albedo) * out->fade);
-  out->light = here.mean * (1.0f + out->asymmetry * np_vec3_dot(out->lean, direction));
-  out->noise = np_guide_find_noise(&here, out, np_minf(tilt, 1.0f), np_versine(d.x, d.y, d.z, s.x, s.y, s.z));
+  out->second = phase->moments[2] + phase->forward;
+  const float fade = 1.0f - albedo * out->asymmetry, diffusion = sqrtf(3.0f * (1.0f - albedo) * fade);
+  out->growth = fade * out->lean / (1.0f + 0.4f * out->bend);
+  out->steady = np_minf(diffusion / np_maxf(out->growth, 1e-6f), 1.0f);
+  out->light = here.mean * np_guide_throw(out, d);
+  out->noise = np_guide_find_noise(&here, out, fade, np_versine(d.x, d.y, d.z, s.x, s.y, s.z));
   return true;
 }
 
@@ -106,26 +140,27 @@ static inline bool np_guide_find_entry(const np_scene_view *view, np_dvec3 origi
 
 /* Density with which a direction is drawn over the phase function there. */
 static inline float np_guide_steer(const np_guide *guide, np_vec3 before, np_vec3 after) {
-  return (1.0f + np_vec3_dot(guide->lean, after)) / (1.0f + guide->asymmetry * np_vec3_dot(guide->lean, before));
+  return np_guide_shape(guide, np_vec3_dot(guide->axis, after), 1.0f, 1.0f) / np_guide_throw(guide, before);
 }
 
 static inline np_vec3 np_guide_sample(const np_guide *guide, const np_phase *phase, np_vec3 before, np_random *random) {
-  const float most = 1.0f + sqrtf(np_vec3_dot(guide->lean, guide->lean));
+  const float ends = 1.0f + guide->lean + guide->bend;
+  const float most = guide->bend < 0.0f ? 1.0f + guide->lean - 0.5f * guide->bend : ends;
   for (;;) {
     const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
     float value;
     const np_vec3 direction = np_phase_sample(phase, before, u, &value);
-    if (np_random_float(random) * most < 1.0f + np_vec3_dot(guide->lean, direction)) return direction;
+    const float shape = np_guide_shape(guide, np_vec3_dot(guide->axis, direction), 1.0f, 1.0f);
+    if (np_random_float(random) * most < shape) return direction;
   }
 }
 
 /* 1 − κ of a flight: the share of the extinction that it leaves out, −2 to 0.9; below 0 it is shortened. */
 static inline double np_guide_find_spared(const np_guide *guide, np_vec3 direction) {
-  const float cosine = np_vec3_dot(guide->lean, direction);
-  const float growth = guide->fade * cosine / (1.0f + guide->asymmetry * cosine);
+  const float rise = 1.0f - guide->steady, thrown = np_maxf(np_guide_throw(guide, direction), 0.1f);
+  const float growth = guide->growth * np_vec3_dot(guide->axis, direction) / (1.0f + rise * (thrown - 1.0f));
   if (growth <= 0.0f) return (double)np_maxf(growth, -2.0f);
-  const float steady = np_minf(guide->diffusion / growth, 1.0f);
-  return (double)np_minf(growth / (1.0f + 2.0f * growth * (1.0f - steady)), 0.9f);
+  return (double)np_minf(growth / (1.0f + 2.0f * growth * rise), 0.9f);
 }
 
 /* How many paths are to go on for each: a whole number to split it into, or less than one, the probability of going on.

@@ -236,12 +236,15 @@ static void add_importance(const solver *s, const float *moments) {
   const size_t count = np_harmonics_count(finest->grid.degree);
   const float share = 1.0f / (float)s->out->band_count, whole = np_spectrum_max(s->view->sun_irradiance);
   const float even = share * sqrtf(0.25f / NP_PI_F), linear = share * sqrtf(0.75f / NP_PI_F);
+  const float quadratic = share * sqrtf(15.0f / 16.0f / NP_PI_F);
   static const unsigned harmonic_of_axis[3] = {3, 1, 2};
+  static const float bend_scale[5] = {2.0f, 2.0f, 0.57735027f, 2.0f, 1.0f}; /* √(1/3) */
   for (size_t live = 0; live < finest->grid.live_count; live++) {
     np_importance *out = &s->out->importance[live];
     const float *phi = moments + live * count, extinction = finest->grid.extinction[live];
     out->mean += even * phi[0];
     for (int a = 0; a < 3; a++) out->lean[a] += linear * phi[harmonic_of_axis[a]];
+    for (int i = 0; i < 5; i++) out->bend[i] += quadratic * bend_scale[i] * phi[4 + i];
     if (extinction > 0.0f) out->lit = fmaxf(out->lit, fminf(finest->sun[live] / extinction, whole));
   }
 }

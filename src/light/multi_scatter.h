@@ -24,6 +24,7 @@ typedef struct np_multi_scatter_desc {
 typedef struct np_importance {
   float mean;    /* radiance, averaged over directions, but for sunlight that went straight on */
   float lean[3]; /* its part that is linear in the direction of flight Ω is lean·Ω */
+  float bend[5]; /* the part of degree 2 is Σ bend[i]·h_i(Ω), h_i = xy, yz, 3z² − 1, xz, x² − y² */
   float lit;     /* irradiance of sunlight that went straight on, here or, the less the farther off, nearby */
 } np_importance;
 
