@@ -343,11 +343,26 @@ static void every_radiance_of_a_sharp_peak_to_a_thousandth(void **state) {
   assert_right(*state, false, 210, 1e-3);
 }
 
-static void every_radiance_of_a_sharp_peak_to_five_thousandths(void **state) {
-  static const pick picks[] = {{.g = "0.85"}};
-  probe_picks(*state, "data/slab_radiance.csv", picks, COUNT(picks), UINT_MAX, 5e-3);
-  assert_right(*state, false, 420, 5e-3);
+/* Those of depth 10, by azimuth: a quarter of an hour each. */
+static void probe_deep_radiances(void **state, const char *phi_deg) {
+  const pick picks[] = {{.g = "0.85", .tau = "10", .phi_deg = phi_deg}};
+  probe_guided_picks(*state, "data/slab_radiance.csv", picks, COUNT(picks), UINT_MAX, 1e-3);
+  assert_right(*state, false, 30, 1e-3);
 }
+
+static void deep_radiances_at_azimuth_0_to_a_thousandth(void **state) { probe_deep_radiances(state, "0"); }
+
+static void deep_radiances_at_azimuth_30_to_a_thousandth(void **state) { probe_deep_radiances(state, "30"); }
+
+static void deep_radiances_at_azimuth_60_to_a_thousandth(void **state) { probe_deep_radiances(state, "60"); }
+
+static void deep_radiances_at_azimuth_90_to_a_thousandth(void **state) { probe_deep_radiances(state, "90"); }
+
+static void deep_radiances_at_azimuth_120_to_a_thousandth(void **state) { probe_deep_radiances(state, "120"); }
+
+static void deep_radiances_at_azimuth_150_to_a_thousandth(void **state) { probe_deep_radiances(state, "150"); }
+
+static void deep_radiances_at_azimuth_180_to_a_thousandth(void **state) { probe_deep_radiances(state, "180"); }
 
 int main(int argc, char **argv) {
   const struct CMUnitTest tests[] = {
@@ -381,7 +396,13 @@ int main(int argc, char **argv) {
       cmocka_unit_test_setup_teardown(every_isotropic_radiance_to_a_thousandth, set_up, tear_down),
       cmocka_unit_test_setup_teardown(every_radiance_of_a_broad_peak_to_a_thousandth, set_up, tear_down),
       cmocka_unit_test_setup_teardown(every_radiance_of_a_sharp_peak_to_a_thousandth, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(every_radiance_of_a_sharp_peak_to_five_thousandths, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(deep_radiances_at_azimuth_0_to_a_thousandth, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(deep_radiances_at_azimuth_30_to_a_thousandth, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(deep_radiances_at_azimuth_60_to_a_thousandth, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(deep_radiances_at_azimuth_90_to_a_thousandth, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(deep_radiances_at_azimuth_120_to_a_thousandth, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(deep_radiances_at_azimuth_150_to_a_thousandth, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(deep_radiances_at_azimuth_180_to_a_thousandth, set_up, tear_down),
   };
   const bool is_long = argc > 1 && strcmp(argv[1], "long") == 0;
   if (is_long && argc > 2) cmocka_set_test_filter(argv[2]);

@@ -35,13 +35,13 @@
 
 /* About the light where a path collides. */
 typedef struct np_guide {
-  np_vec3 axis;            /* where most of it comes from: unit */
-  float lean, bend;        /* against a path at the cosine c to it comes 1 + lean·c + bend·P₂(c) of its mean */
-  float asymmetry, second; /* χ₁ = g and χ₂ of the phase function */
-  float growth;            /* of the light along the axis, per depth */
-  float steady;            /* how much of that is exponential: 0 to 1 */
-  float light; /* K: what a collision throws on at a throughput of 1, but for what comes straight from the sun */
-  float noise; /* likewise, about the standard deviation of what the next step brings */
+  np_vec3 axis;            /* â */
+  float lean, bend;        /* a, b */
+  float asymmetry, second; /* χ₁ = g, χ₂ */
+  float growth;            /* γ, per depth */
+  float steady;            /* how much of it is exponential: 0 to 1 */
+  float light;             /* K: what a collision throws on at a throughput of 1, but for the sun's own */
+  float noise;             /* likewise: twice about the standard deviation of what the next step brings */
 } np_guide;
 
 /* Means between the cells around a position; false where nothing is known, or all is dark. */
@@ -66,36 +66,53 @@ static inline float np_importance_find_bend(const np_importance *here, np_vec3 d
          (d.x * d.x - d.y * d.y) * b[4];
 }
 
-/* Light against a path at this cosine to the axis, over its mean; or what a collision throws of it, with the moments of
- * the phase function. */
+/* ℓ at a cosine to the axis, its degrees times two moments. */
 static inline float np_guide_shape(const np_guide *guide, float cosine, float first, float second) {
   return 1.0f + first * guide->lean * cosine + second * guide->bend * (1.5f * cosine * cosine - 0.5f);
 }
 
+/* ℓ′ */
 static inline float np_guide_throw(const np_guide *guide, np_vec3 direction) {
   return np_guide_shape(guide, np_vec3_dot(guide->axis, direction), guide->asymmetry, guide->second);
 }
 
-/* Keeps the shape above a tenth of the mean. */
-static inline void np_guide_limit(np_guide *guide) {
-  const float room = 0.9f, longest = 1.3f;
-  guide->lean = np_minf(guide->lean, longest);
+/* Within what keeps ℓ above a tenth. */
+static inline void np_guide_set_shape(np_guide *guide, const np_importance *here) {
+  const float room = 0.9f, longest = 1.3f, inverse = 1.0f / here->mean;
+  const np_vec3 lean = np_vec3_scale(np_vec3_make(here->lean[0], here->lean[1], here->lean[2]), -inverse);
+  const float length = sqrtf(np_vec3_dot(lean, lean));
+  guide->axis = length > 1e-6f ? np_vec3_scale(lean, 1.0f / length) : np_vec3_make(0.0f, 0.0f, 1.0f);
+  guide->lean = np_minf(length, longest);
   const float most = room + sqrtf(room * room - guide->lean * guide->lean * (1.0f / 3.0f));
-  guide->bend = np_clampf(guide->bend, guide->lean - room, most);
+  guide->bend = np_clampf(np_importance_find_bend(here, guide->axis) * inverse, guide->lean - room, most);
 }
 
-/* Light that leans by a changes by a² more than guided flights reckon with, where it does not grow exponentially, and
- * by a³ more than guided directions do, at each of the collisions that it takes to turn it. Where it is bent and does
- * not grow, it ends nearby. A ten thousandth of it is what the solution errs by in white slabs. Sunlight makes noise
- * where it is, or may be come to, the more the sharper the peak that throws it; but where light is dim against it, as
- * at the rim of a cloud before the sun, to split for all of it costs more than it brings. The numbers were chosen by
- * variance times time in slabs of depth 16 to 1024, the last by that of pictures. */
-static inline float np_guide_find_noise(const np_importance *here, const np_guide *guide, float fade, float versine) {
-  const np_phase_lobe again = {.asymmetry = guide->asymmetry * guide->asymmetry}; /* of a scattering more */
-  const float around = 0.25f / NP_PI_F / sqrtf(1.0f - guide->asymmetry), rise = 1.0f - guide->steady;
-  const float tilt = np_minf(guide->lean, 1.0f), changed = tilt * tilt * (tilt + rise) + rise * fabsf(guide->bend);
-  const float sunlight = 2.0f * here->lit * np_maxf(np_phase_eval_lobe(again, versine), around);
-  return guide->light * (2.0f * sqrtf(fade) * changed + 1e-4f) + np_minf(sunlight, 3.0f * guide->light);
+static inline void np_guide_set_medium(np_guide *guide, const np_scaled_phase *phase, float albedo) {
+  guide->asymmetry = phase->moments[1] + phase->forward;
+  guide->second = phase->moments[2] + phase->forward;
+  const float fade = 1.0f - albedo * guide->asymmetry;
+  guide->growth = fade * guide->lean / (1.0f + 0.4f * guide->bend);
+  guide->steady = np_minf(sqrtf(3.0f * (1.0f - albedo) * fade) / np_maxf(guide->growth, 1e-6f), 1.0f);
+}
+
+/* Of twice the standard deviation, over the light, the share by which directions and flights are not what they should
+ * be: where the light ends nearby its bend is not that of steady growth, by the equation's second moment. Fitted to
+ * what single steps bring in slabs of depth 64 to 1024, mostly within a factor of two; the last term, which bounds how
+ * many one path may come to stand for, is of what variance times time is least for. */
+static inline float np_guide_find_unevenness(const np_guide *guide, float albedo) {
+  const float fade = 1.0f - albedo * guide->asymmetry, rise = 1.0f - guide->steady;
+  const float square = guide->lean * guide->lean, turn = fade * fade * square / (1.0f + square);
+  const float even = guide->steady * (2.0f / 3.0f) * guide->growth * guide->lean / (1.0f - albedo * guide->second);
+  return turn * (0.5f + rise) + 0.09f * rise * square * square + fabsf(guide->bend - even) + 6e-5f;
+}
+
+/* Sunlight that is here, or may be come to, makes the more noise the sharper the peak that throws it, here after a
+ * scattering more; but where light is dim against it, as at the rim of a cloud before the sun, to split for all of it
+ * costs more than it brings. */
+static inline float np_guide_find_glare(const np_guide *guide, float lit, float versine) {
+  const np_phase_lobe again = {.asymmetry = guide->asymmetry * guide->asymmetry};
+  const float around = 0.25f / NP_PI_F / sqrtf(1.0f - guide->asymmetry);
+  return np_minf(lit * np_maxf(np_phase_eval_lobe(again, versine), around), 2.0f * guide->light);
 }
 
 /* For a path that flies along `direction`, against the light. False where nothing is known. */
@@ -103,22 +120,13 @@ static inline bool np_guide_find(const np_scene_view *view, const np_view_volume
                                  np_vec3 direction, np_guide *out) {
   np_importance here;
   if (!np_importance_find(view->multi_scatter, position, &here)) return false;
-  const np_scaled_phase *phase = &view->multi_scatter->phases[volume - view->volumes];
-  const float albedo = np_spectrum_max(volume->albedo), inverse = 1.0f / here.mean;
+  const float albedo = np_spectrum_max(volume->albedo);
   const np_vec3 d = direction, s = view->to_sun;
-  const np_vec3 lean = np_vec3_scale(np_vec3_make(here.lean[0], here.lean[1], here.lean[2]), -inverse);
-  const float tilt = sqrtf(np_vec3_dot(lean, lean));
-  out->axis = tilt > 1e-6f ? np_vec3_scale(lean, 1.0f / tilt) : np_vec3_make(0.0f, 0.0f, 1.0f);
-  out->lean = tilt;
-  out->bend = np_importance_find_bend(&here, out->axis) * inverse;
-  np_guide_limit(out);
-  out->asymmetry = phase->moments[1] + phase->forward;
-  out->second = phase->moments[2] + phase->forward;
-  const float fade = 1.0f - albedo * out->asymmetry, diffusion = sqrtf(3.0f * (1.0f - albedo) * fade);
-  out->growth = fade * out->lean / (1.0f + 0.4f * out->bend);
-  out->steady = np_minf(diffusion / np_maxf(out->growth, 1e-6f), 1.0f);
-  out->light = here.mean * np_guide_throw(out, d);
-  out->noise = np_guide_find_noise(&here, out, fade, np_versine(d.x, d.y, d.z, s.x, s.y, s.z));
+  np_guide_set_shape(out, &here);
+  np_guide_set_medium(out, &view->multi_scatter->phases[volume - view->volumes], albedo);
+  out->light = here.mean * np_guide_throw(out, direction);
+  out->noise = out->light * np_guide_find_unevenness(out, albedo) +
+               np_guide_find_glare(out, here.lit, np_versine(d.x, d.y, d.z, s.x, s.y, s.z));
   return true;
 }
 

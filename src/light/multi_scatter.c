@@ -250,11 +250,11 @@ static void add_importance(const solver *s, const float *moments) {
 }
 
 /* What a path makes of what it may come to from a cell along an axis: less than there by the rate of diffuse light, and
- * by the chance to come so far. */
+ * by the chance to come so far without having been split on the way. */
 static float find_fall(const np_transport_grid *g, const int32_t at[3], int axis, size_t live) {
   const float *ratio = g->ratio + live * (g->degree + 1), width = (float)np_transport_grid_width(g, axis, at[axis]);
   const float transport = sqrtf(fmaxf(1.0f - ratio[1], 0.0f)), loss = sqrtf(3.0f * fmaxf(1.0f - ratio[0], 0.0f));
-  return expf(-(0.6f + loss) * transport * g->extinction[live] * width);
+  return expf(-(0.35f + loss * transport) * g->extinction[live] * width);
 }
 
 /* A cell's own light, or more where a neighbour along an axis has much. */
