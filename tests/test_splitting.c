@@ -63,6 +63,19 @@ static void a_lumpy_cloud_stays_as_bright(void **state) {
   end(&cloud);
 }
 
+/* Nothing but the sun shines from outside: guided paths stay within, but for its disk. */
+static void a_cloud_in_space_stays_as_bright(void **state) {
+  (void)state;
+  test_lit_cloud cloud;
+  start(&cloud);
+  light_like_day(&cloud);
+  cloud.view.environment_radiance = np_spectrum_grey(0.0f);
+  cloud.view.sun_angular_radius_rad = 0.3f;
+  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
+  assert_no_bias(&cloud);
+  end(&cloud);
+}
+
 /* Bands part, and so do the paths' weights. */
 static void a_cloud_that_absorbs_stays_as_bright(void **state) {
   (void)state;
@@ -187,6 +200,7 @@ static void what_a_limit_takes_is_told(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_lumpy_cloud_stays_as_bright),
+      cmocka_unit_test(a_cloud_in_space_stays_as_bright),
       cmocka_unit_test(a_cloud_that_absorbs_stays_as_bright),
       cmocka_unit_test(a_wrong_solution_changes_no_mean),
       cmocka_unit_test(a_white_furnace_stays_invisible),

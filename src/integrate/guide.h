@@ -95,24 +95,25 @@ static inline void np_guide_set_medium(np_guide *guide, const np_scaled_phase *p
   guide->steady = np_minf(sqrtf(3.0f * (1.0f - albedo) * fade) / np_maxf(guide->growth, 1e-6f), 1.0f);
 }
 
-/* Of twice the standard deviation, over the light, the share by which directions and flights are not what they should
- * be: where the light ends nearby its bend is not that of steady growth, by the equation's second moment. Fitted to
- * what single steps bring in slabs of depth 64 to 1024, mostly within a factor of two; the last term, which bounds how
- * many one path may come to stand for, is of what variance times time is least for. */
+/* About twice the standard deviation of what the next step brings, over the light, that directions and flights make
+ * which are not quite what they should be; where the light ends nearby, its bend is not that of steady growth (by the
+ * equation's second moment). Fitted to single steps in slabs of depth 64 to 1024, mostly within a factor of two; but
+ * for the last two terms, which bound how many paths one may come to stand for. */
 static inline float np_guide_find_unevenness(const np_guide *guide, float albedo) {
   const float fade = 1.0f - albedo * guide->asymmetry, rise = 1.0f - guide->steady;
   const float square = guide->lean * guide->lean, turn = fade * fade * square / (1.0f + square);
   const float even = guide->steady * (2.0f / 3.0f) * guide->growth * guide->lean / (1.0f - albedo * guide->second);
-  return turn * (0.5f + rise) + 0.09f * rise * square * square + fabsf(guide->bend - even) + 6e-5f;
+  return turn * (0.5f + rise) + 0.09f * rise * square * square + fabsf(guide->bend - even) + 0.03f * guide->lean +
+         2e-5f;
 }
 
-/* Sunlight that is here, or may be come to, makes the more noise the sharper the peak that throws it, here after a
+/* The same of sunlight that is here, or may be come to: the more the sharper the peak that throws it, here after a
  * scattering more; but where light is dim against it, as at the rim of a cloud before the sun, to split for all of it
  * costs more than it brings. */
 static inline float np_guide_find_glare(const np_guide *guide, float lit, float versine) {
   const np_phase_lobe again = {.asymmetry = guide->asymmetry * guide->asymmetry};
   const float around = 0.25f / NP_PI_F / sqrtf(1.0f - guide->asymmetry);
-  return np_minf(lit * np_maxf(np_phase_eval_lobe(again, versine), around), 2.0f * guide->light);
+  return np_minf(0.5f * lit * np_maxf(np_phase_eval_lobe(again, versine), around), 2.0f * guide->light);
 }
 
 /* For a path that flies along `direction`, against the light. False where nothing is known. */

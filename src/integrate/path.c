@@ -315,10 +315,32 @@ static np_path_event fly_through_air(const np_tracer *t, np_path_state *path, np
   return NP_PATH_AIR;
 }
 
-/* The next collision with a cloud. */
-static double fly_through_clouds(const np_tracer *t, np_path_state *path) {
+/* Whether all that a path may meet outside the clouds is the sun's disk. */
+static bool is_dark_outside(const np_scene_view *view) {
+  return !view->atmosphere && !view->has_planet && !view->terrain && !view->night && !view->emission &&
+         np_spectrum_is_zero(view->environment_radiance);
+}
+
+/* Bounds of clouds are looked for as far as this: beyond, one flight in four hundred leaves. */
+static const double rim_depth = 6.0;
+
+/* Of guided paths whose flight would see but darkness outside, none leaves by a rim nearby: each collides before, and
+ * weighs as much as that was likely. A path that leaves is a path lost, and what noise guided paths had left in slabs
+ * was mostly that. */
+static np_flight start_flight(const np_tracer *t, const np_path_state *path) {
   const double spared = path->is_guided ? np_guide_find_spared(&path->guide, path->direction) : 0.0;
   np_flight flight = np_flight_start(np_track_flight(t->random), spared);
+  if (!path->is_guided || !is_dark_outside(t->view) || np_light_sun_covers(t->view, path->direction)) return flight;
+  const double bound = np_flight_bound(t->view, path->position, path->direction, INFINITY, &flight, rim_depth);
+  if (bound >= rim_depth) return flight;
+  flight.left = np_track_forced_flight(bound, t->random);
+  flight.weight = -expm1(-bound);
+  return flight;
+}
+
+/* The next collision with a cloud. */
+static double fly_through_clouds(const np_tracer *t, np_path_state *path) {
+  np_flight flight = start_flight(t, path);
   const double distance =
       np_track_collision(t->view, path->position, path->direction, INFINITY, &flight, t->random, &path->volume);
   if (path->is_guided) path->throughput = np_spectrum_scale(path->throughput, np_flight_weight(&flight));

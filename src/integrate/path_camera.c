@@ -48,7 +48,8 @@ static np_flight guide_flight(const np_tracer *t, const np_camera_ray *ray, floa
  * any. */
 static cloud_hit find_cloud(const np_tracer *t, const np_camera_ray *ray, double distance_end) {
   cloud_hit hit = {.distance = HUGE_VAL, .weight = 1.0f};
-  const double bound = np_track_bound(t->view, ray->origin, ray->direction, distance_end, thin_depth);
+  const np_flight whole = np_flight_start(0.0, 0.0);
+  const double bound = np_flight_bound(t->view, ray->origin, ray->direction, distance_end, &whole, thin_depth);
   if (!(bound > 0.0)) return hit;
   const bool is_thin = bound < thin_depth;
   np_flight flight =

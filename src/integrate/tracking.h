@@ -134,7 +134,7 @@ typedef struct np_flight {
   double weight; /* of collisions: the extinction there over what of it was not left out */
 } np_flight;
 
-/* `depth` of the first tentative collision: np_track_flight(), or np_track_forced_flight() of np_track_bound(). */
+/* `depth` of the first tentative collision: np_track_flight(), or np_track_forced_flight() of np_flight_bound(). */
 static inline np_flight np_flight_start(double depth, double spared) {
   return (np_flight){.left = depth, .spared = spared, .weight = 1.0};
 }
@@ -184,25 +184,28 @@ static inline float np_track_transmittance(const np_scene_view *view, np_dvec3 o
   return np_transmittance((float)depth);
 }
 
-/* Optical depth of the cells' maxima along a ray, an upper bound; looked for as far as `depth_end`. */
-static inline double np_track_bound(const np_scene_view *view, np_dvec3 origin, np_vec3 direction, double distance_end,
-                                    double depth_end) {
+/* What a flight leaves out of a cell's values: its share of the middle of their range, within what all of them have. */
+static inline float np_flight_spare(const np_flight *flight, const np_brick_span *span) {
+  const float least = span->range.min, middle = 0.5f * (least + span->range.max);
+  return np_clampf((float)flight->spared * middle, -2.0f * least, 0.9f * least);
+}
+
+/* Optical depth along a ray of what a flight goes by, the cells' maxima less what it leaves out; looked for as far as
+ * `depth_end`. */
+static inline double np_flight_bound(const np_scene_view *view, np_dvec3 origin, np_vec3 direction, double distance_end,
+                                     const np_flight *flight, double depth_end) {
   double depth = 0.0;
   for (unsigned i = 0; i < view->volume_count && depth < depth_end; i++) {
     const np_view_volume *volume = &view->volumes[i];
     np_brick_walk walk;
     np_brick_span span;
     np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
-    while (depth < depth_end && np_brick_walk_next(&walk, &span))
-      depth += (double)(volume->extinction_per_value * span.range.max) * (span.t_end - span.t_begin);
+    while (depth < depth_end && np_brick_walk_next(&walk, &span)) {
+      const float bound = span.range.max - np_flight_spare(flight, &span);
+      depth += (double)(volume->extinction_per_value * bound) * (span.t_end - span.t_begin);
+    }
   }
   return depth;
-}
-
-/* What a flight leaves out of a cell's values: its share of the middle of their range, within what all of them have. */
-static inline float np_flight_spare(const np_flight *flight, const np_brick_span *span) {
-  const float least = span->range.min, middle = 0.5f * (least + span->range.max);
-  return np_clampf((float)flight->spared * middle, -2.0f * least, 0.9f * least);
 }
 
 /* Where a free flight collides inside one cell; infinite when it passes, `flight->left` then less by the cell's bound.
