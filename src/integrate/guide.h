@@ -60,6 +60,7 @@ static inline bool np_importance_find(const np_multi_scatter *scatter, np_dvec3 
   return out->mean >= FLT_MIN;
 }
 
+/* Its part of degree 2 at a direction. */
 static inline float np_importance_find_bend(const np_importance *here, np_vec3 d) {
   const float *b = here->bend;
   return d.x * d.y * b[0] + d.y * d.z * b[1] + (3.0f * d.z * d.z - 1.0f) * b[2] + d.x * d.z * b[3] +
@@ -166,7 +167,7 @@ static inline np_vec3 np_guide_sample(const np_guide *guide, const np_phase *pha
 
 /* 1 − κ of a flight: the share of the extinction that it leaves out, −2 to 0.9; below 0 it is shortened. */
 static inline double np_guide_find_spared(const np_guide *guide, np_vec3 direction) {
-  const float rise = 1.0f - guide->steady, thrown = np_maxf(np_guide_throw(guide, direction), 0.1f);
+  const float rise = 1.0f - guide->steady, thrown = np_guide_throw(guide, direction);
   const float growth = guide->growth * np_vec3_dot(guide->axis, direction) / (1.0f + rise * (thrown - 1.0f));
   if (growth <= 0.0f) return (double)np_maxf(growth, -2.0f);
   return (double)np_minf(growth / (1.0f + 2.0f * growth * rise), 0.9f);
