@@ -27,6 +27,9 @@ enum { BATCH_COUNT = 64, SAMPLE_MIN = 64, SAMPLE_MAX = 16384 };
 /* Rays of the first pilot, and how many times its own rays a pilot may ask for and be trusted. */
 enum { PILOT_RAY_COUNT = 4096, PILOT_TRUST = 8 };
 
+/* Times the error that is asked for. */
+static const double noise_allowed = 1.25;
+
 struct np_slab {
   neph_context *context;
   np_slab_case case_;
@@ -248,25 +251,24 @@ static double count_rays(const np_slab_answer *pilot, double pilot_count, double
   return fmax(PILOT_RAY_COUNT, 1.2 * pilot_count * ratio * ratio);
 }
 
-/* Sends pilots to find how many rays are enough. Where rare rays bring much, few rays know their own error badly: so
- * one that asks for far more than itself is followed by a larger one. Their answers are not used again: nothing is
- * biased.
+static bool is_noisy(const np_slab_answer *answer, double target_error) {
+  return answer->error > noise_allowed * target_error * answer->value;
+}
+
+/* Sends pilots to find how many rays are enough, and then as many. Where rare rays bring much, few rays know their own
+ * error badly: so one that asks for far more than itself is followed by a larger one, and an answer that is noisier
+ * than was asked for is but a pilot. Answers of pilots are not used: nothing is biased.
  */
-static neph_result send_pilots(inquiry *q, double *ray_count) {
-  double pilot_count = PILOT_RAY_COUNT;
-  while (*ray_count > pilot_count) {
-    np_slab_answer pilot;
-    neph_result result = measure(q, (unsigned)pilot_count, &pilot);
-    if (result) return result;
-    q->run++;
-    const double enough = fmin(*ray_count, count_rays(&pilot, pilot_count, q->slab->target_error));
-    if (enough <= PILOT_TRUST * pilot_count) {
-      *ray_count = enough;
-      return NEPH_OK;
-    }
-    pilot_count = 2.0 * enough / PILOT_TRUST;
+static neph_result measure_to_target(inquiry *q, double ray_count_max, np_slab_answer *out_answer) {
+  const double target_error = q->slab->target_error;
+  double count = fmin(PILOT_RAY_COUNT, ray_count_max);
+  for (bool is_enough = count == ray_count_max;; q->run++) {
+    neph_result result = measure(q, (unsigned)count, out_answer);
+    if (result || (is_enough && (count == ray_count_max || !is_noisy(out_answer, target_error)))) return result;
+    const double enough = fmin(ray_count_max, count_rays(out_answer, count, target_error));
+    is_enough = enough <= PILOT_TRUST * count;
+    count = is_enough ? enough : 2.0 * enough / PILOT_TRUST;
   }
-  return NEPH_OK;
 }
 
 /* E₃(x) = ∫₁^∞ e^{−xt}/t³ dt: by E₁'s series below 1, where the recurrence cancels little, and above by the continued
@@ -293,9 +295,8 @@ static double compute_unscattered(const np_slab_case *c) {
 neph_result np_slab_ask(const np_slab *slab, const np_slab_question *question, uint32_t stream, np_monitor *monitor,
                         np_slab_answer *out_answer) {
   inquiry q = {.slab = slab, .question = question, .stream = stream, .monitor = monitor};
-  double ray_count = slab->ray_count;
-  neph_result result = isfinite(slab->target_error) ? send_pilots(&q, &ray_count) : NEPH_OK;
-  if (!result) result = measure(&q, (unsigned)ray_count, out_answer);
+  neph_result result = isfinite(slab->target_error) ? measure_to_target(&q, slab->ray_count, out_answer)
+                                                    : measure(&q, (unsigned)slab->ray_count, out_answer);
   if (result) return result;
   if (question->is_flux && !question->is_top) out_answer->value += compute_unscattered(&slab->case_);
   return NEPH_OK;
