@@ -17,7 +17,8 @@ typedef struct neph_probe_desc {
                                    65536) */
   double target_error;        /**< above 0: a fifth more of them than pilots, of 4096 rays and more, find to be enough
                                    for a standard error of this part of the scattered light, anew where it comes
-                                   out a quarter larger, but no more than path_count; NEPH_UNLIMITED (default): all of them */
+                                   out a quarter larger, but no more than path_count; NEPH_UNLIMITED (default): all
+                                   of them */
   uint64_t seed;              /**< of all random numbers (default 0) */
   neph_progress_fn progress;  /**< default NULL */
   void *progress_user;        /**< default NULL */
