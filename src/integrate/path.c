@@ -329,13 +329,10 @@ static const double rim_depth = 6.0;
  * was mostly that. */
 static np_flight start_flight(const np_tracer *t, const np_path_state *path) {
   const double spared = path->is_guided ? np_guide_find_spared(&path->guide, path->direction) : 0.0;
-  np_flight flight = np_flight_start(np_track_flight(t->random), spared);
+  const np_flight flight = np_flight_start(np_track_flight(t->random), spared);
   if (!path->is_guided || !is_dark_outside(t->view) || np_light_sun_covers(t->view, path->direction)) return flight;
   const double bound = np_flight_bound(t->view, path->position, path->direction, INFINITY, &flight, rim_depth);
-  if (bound >= rim_depth) return flight;
-  flight.left = np_track_forced_flight(bound, t->random);
-  flight.weight = -expm1(-bound);
-  return flight;
+  return bound < rim_depth ? np_flight_force(bound, spared, t->random) : flight;
 }
 
 /* The next collision with a cloud. */

@@ -52,11 +52,10 @@ static cloud_hit find_cloud(const np_tracer *t, const np_camera_ray *ray, double
   const double bound = np_flight_bound(t->view, ray->origin, ray->direction, distance_end, &whole, thin_depth);
   if (!(bound > 0.0)) return hit;
   const bool is_thin = bound < thin_depth;
-  np_flight flight =
-      is_thin ? np_flight_start(np_track_forced_flight(bound, t->random), 0.0) : guide_flight(t, ray, &hit.expected);
+  np_flight flight = is_thin ? np_flight_force(bound, 0.0, t->random) : guide_flight(t, ray, &hit.expected);
   hit.distance =
       np_track_collision(t->view, ray->origin, ray->direction, distance_end, &flight, t->random, &hit.volume);
-  hit.weight = is_thin ? (float)-expm1(-bound) : np_flight_weight(&flight);
+  hit.weight = np_flight_weight(&flight);
   if (!isinf(hit.distance))
     t->out->transmittance = is_thin ? (float)exp(-bound) : 0.0f;
   else if (!is_thin)

@@ -131,12 +131,17 @@ typedef struct np_flight {
   double left;   /* depth to the next tentative collision */
   double spared; /* share of the extinction that is left out, below 1; negative: so much is added */
   double depth;  /* left out so far */
-  double weight; /* of collisions: the extinction there over what of it was not left out */
+  double weight; /* of collisions: the extinction there over what of it was not left out, and what one was worth */
 } np_flight;
 
-/* `depth` of the first tentative collision: np_track_flight(), or np_track_forced_flight() of np_flight_bound(). */
+/* `depth` of the first tentative collision. */
 static inline np_flight np_flight_start(double depth, double spared) {
   return (np_flight){.left = depth, .spared = spared, .weight = 1.0};
+}
+
+/* The same, given a tentative collision before the bound (np_flight_bound), and weighted by how likely one was. */
+static inline np_flight np_flight_force(double bound, double spared, np_random *random) {
+  return (np_flight){.left = np_track_forced_flight(bound, random), .spared = spared, .weight = -expm1(-bound)};
 }
 
 /* Probability density of what has happened over that with which it was drawn. */

@@ -27,7 +27,7 @@ enum { BATCH_COUNT = 64, SAMPLE_MIN = 64, SAMPLE_MAX = 16384 };
 /* Rays of the first pilot, and how many times its own rays a pilot may ask for and be trusted. */
 enum { PILOT_RAY_COUNT = 4096, PILOT_TRUST = 8 };
 
-/* Times the error that is asked for. */
+/* Times the error that is asked for; with more an answer is but a pilot. */
 static const double noise_allowed = 1.25;
 
 struct np_slab {
@@ -257,8 +257,9 @@ static bool is_noisy(const np_slab_answer *answer, double target_error) {
 
 /* Sends pilots to find how many rays are enough, and then as many. Where rare rays bring much, few rays know their own
  * error badly: so one that asks for far more than itself is followed by a larger one, and an answer that is noisier
- * than was asked for is but a pilot. Answers of pilots are not used: nothing is biased.
- */
+ * than was asked for is but a pilot. Answers of pilots are not used, which keeps the number of rays from having to do
+ * with the answer; that one is kept for being quiet may lean it, where light and noise go together, by a part of its
+ * error. */
 static neph_result measure_to_target(inquiry *q, double ray_count_max, np_slab_answer *out_answer) {
   const double target_error = q->slab->target_error;
   double count = fmin(PILOT_RAY_COUNT, ray_count_max);
