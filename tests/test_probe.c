@@ -343,7 +343,7 @@ static void every_radiance_of_a_sharp_peak_to_a_thousandth(void **state) {
   assert_right(*state, false, 210, 1e-3);
 }
 
-/* Those of depth 10, by azimuth: half an hour each. */
+/* Those of depth 10, by azimuth: some forty minutes each. */
 static void probe_deep_radiances(void **state, const char *phi_deg) {
   const pick picks[] = {{.g = "0.85", .tau = "10", .phi_deg = phi_deg}};
   probe_guided_picks(*state, "data/slab_radiance.csv", picks, COUNT(picks), UINT_MAX, 1e-3);
