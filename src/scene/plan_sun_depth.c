@@ -25,8 +25,8 @@ static const double look_up_s = 45e-9;
 static const double ray_questions = 2.4;
 /* Bricks that they need not walk through, as parts of the way through a thin cloud. */
 static const double ray_ways = 1.9;
-/* A thicker cloud is dark after a part of it. */
-static const double dark_depth = 65.0;
+/* A thicker cloud is dark after a part of it, though it has more steps, where sunlight falls off. */
+static const double thick_depth = 300.0;
 /* A ray for shadows in the air asks some 80 times, mostly from outside: 4 to 30 times a ray of the march. */
 static const double air_ray_factor = 10.0;
 
@@ -64,7 +64,7 @@ static void find_costs(const np_plan *plan, const neph_scene *scene, double *out
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const passage p = find_passage(plan, &scene->clouds[i]);
     fill += (fill_s + (fill_steep_s - fill_s) * fmin(p.depth / fmax(p.bricks, 1.0), 1.0)) / scene->cloud_count;
-    bricks += ray_ways * p.bricks / (1.0 + p.depth / dark_depth) / scene->cloud_count;
+    bricks += ray_ways * p.bricks / (1.0 + p.depth / thick_depth) / scene->cloud_count;
   }
   *out_fill_s = fill;
   *out_saving_s = fmax(bricks * brick_s - ray_questions * look_up_s, 0.0);
