@@ -115,7 +115,7 @@ static exr_result_t write_header(exr_context_t exr, const neph_image *image, nep
 
 /* ---- Writing the pixels ---- */
 
-/* A compressed chunk that waits to be written in its turn. */
+/* A chunk as the file has it, waiting to be written in its turn. */
 typedef struct exr_chunk {
   void *bytes;
   size_t size;
@@ -151,18 +151,23 @@ static exr_result_t run_pipeline(const exr_writer *writer, int line, exr_encode_
   return code ? code : exr_encoding_run(exr, 0, pipeline);
 }
 
+/* Readers take a chunk that is as long as its pixels for raw: compression that saves no byte is none. The library keeps
+ * that rule only where it lengthens. */
+static neph_result keep_chunk(neph_context *context, const exr_encode_pipeline_t *pipeline, exr_chunk *out_chunk) {
+  const bool is_raw = pipeline->compressed_bytes >= pipeline->packed_bytes;
+  const size_t size = is_raw ? pipeline->packed_bytes : pipeline->compressed_bytes;
+  out_chunk->bytes = np_alloc(context, size, 1);
+  if (!out_chunk->bytes) return NEPH_ERROR_OUT_OF_MEMORY;
+  memcpy(out_chunk->bytes, is_raw ? pipeline->packed_buffer : pipeline->compressed_buffer, size);
+  out_chunk->size = size;
+  return NEPH_OK;
+}
+
 static neph_result compress_chunk(exr_writer *writer, int index) {
   exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
   exr_result_t code = run_pipeline(writer, index * writer->lines_per_chunk, &pipeline);
-  neph_result result = code ? np_exr_remember_failure(&writer->file, code) : NEPH_OK;
-  exr_chunk *chunk = &writer->chunks[index];
-  if (!result) chunk->bytes = np_alloc(writer->file.context, pipeline.compressed_bytes, 1);
-  if (chunk->bytes) {
-    memcpy(chunk->bytes, pipeline.compressed_buffer, pipeline.compressed_bytes);
-    chunk->size = pipeline.compressed_bytes;
-  } else if (!result) {
-    result = NEPH_ERROR_OUT_OF_MEMORY;
-  }
+  neph_result result = code ? np_exr_remember_failure(&writer->file, code)
+                            : keep_chunk(writer->file.context, &pipeline, &writer->chunks[index]);
   exr_encoding_destroy(writer->file.exr, &pipeline);
   return result;
 }
