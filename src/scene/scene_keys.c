@@ -555,7 +555,9 @@ static const np_key keys[] = {
     {.path = "output.aovs", .type = NP_KEY_FLAGS, .choices = aovs, .field = SCENE(output.aovs),
      .meaning = "further channels; depth is Z, which every picture has"},
     {.path = "output.pixel_type", .type = NP_KEY_CHOICE, .choices = pixel_types, .field = SCENE(output.pixel_type),
-     .fallback = "half", .meaning = "of colour in the OpenEXR file"},
+     .fallback = "half",
+     .meaning = "of colour in the OpenEXR file; float, with a warning, where a value overflows halves or the median "
+                "lit pixel is below 2^-14"},
     {.path = "output.color_space", .type = NP_KEY_CHOICE, .choices = color_spaces, .field = SCENE(output.color),
      .fallback = "auto",
      .meaning = "what R, G and B are: radiances in three bands, or linear light in which (1, 1, 1) is D65; auto is "
