@@ -298,6 +298,14 @@ static exr_result_t point_into_image(const exr_reader *reader, int column, int r
   return EXR_ERR_SUCCESS;
 }
 
+/* The decoders of PIZ, PXR24 and B44 say "no memory" of a chunk, too, whose bytes end too soon or too late. Memory was
+ * there if no buffer is missing that the library makes for a chunk: PIZ has a second one to work in. */
+static exr_result_t judge_failure(exr_result_t code, const exr_decode_pipeline_t *pipeline) {
+  const bool has_buffers = pipeline->packed_buffer && pipeline->unpacked_buffer && pipeline->scratch_buffer_1 &&
+                           (pipeline->chunk.compression != EXR_COMPRESSION_PIZ || pipeline->scratch_buffer_2);
+  return code == EXR_ERR_OUT_OF_MEMORY && has_buffers ? EXR_ERR_CORRUPT_CHUNK : code;
+}
+
 static exr_result_t decode_chunk(const exr_reader *reader, int column, int row) {
   exr_const_context_t exr = reader->file.exr;
   exr_chunk_info_t info;
@@ -307,7 +315,7 @@ static exr_result_t decode_chunk(const exr_reader *reader, int column, int row) 
   if (code) return code;
   code = point_into_image(reader, column, row, &pipeline);
   if (!code) code = exr_decoding_choose_default_routines(exr, 0, &pipeline);
-  if (!code) code = exr_decoding_run(exr, 0, &pipeline);
+  if (!code) code = judge_failure(exr_decoding_run(exr, 0, &pipeline), &pipeline);
   exr_decoding_destroy(exr, &pipeline);
   return code;
 }
