@@ -14,7 +14,7 @@ enum { NP_IMAGE_SIDE_MAX = 65536, NP_IMAGE_CHANNELS_MAX = 1024, NP_IMAGE_NAME_MA
 typedef struct np_image_channel {
   char *name;
   float *values;      /* width·height; NULL when only a header was read */
-  const char *stored; /* "half", "float" or "uint" in the file it came from; NULL when it came from none */
+  const char *stored; /* "half", "float", "uint" of OpenEXR; "1-bit" to "16-bit", "palette" of PNG; NULL: of no file */
 } np_image_channel;
 
 typedef enum np_image_attribute_type { NP_IMAGE_TEXT, NP_IMAGE_INTEGER, NP_IMAGE_REAL } np_image_attribute_type;

@@ -441,7 +441,7 @@ static const np_key keys[] = {
      .meaning = "ground above the sphere, or none in place of the keys below"},
     {.path = "terrain.heightfield", .type = NP_KEY_FILE, .field = SCENE(terrain.heightfield),
      .tag = SCENE(terrain.kind), .tag_value = NP_TERRAIN_HEIGHTFIELD, .group = GROUP_TERRAIN, .alternative = 1,
-     .meaning = "SRTM .hgt named by its corner, 16-bit PNG, or EXR in metres"},
+     .meaning = "SRTM .hgt named by its corner, 16-bit grey PNG, or EXR of one channel in metres"},
     {.path = "terrain.ridges", .type = NP_KEY_SECTION, .tag = SCENE(terrain.kind), .tag_value = NP_TERRAIN_RIDGES,
      .group = GROUP_TERRAIN, .alternative = 2, .meaning = "mountains from noise"},
     {.path = "terrain.ridges.seed", .type = NP_KEY_SEED, .field = SCENE(terrain.ridges.seed), .fallback = "1",
