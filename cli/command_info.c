@@ -12,7 +12,7 @@ static cli_exit describe_scene(cli_session *session, const char *path, char **ou
 
 typedef neph_result (*describe_fn)(neph_context *context, const char *path, neph_text_format format, char **out_text);
 
-/* A 16-bit PNG is a height field to nephos, the only PNG that it reads. */
+/* A PNG is described as the height field that it may be. */
 static describe_fn find_describer(const char *path) {
   static const struct {
     const char *extension;

@@ -129,10 +129,25 @@ static void a_truncated_tile_is_refused(void **state) {
   free(path);
 }
 
+/* A version, a product, a note: whatever a distributor puts there. */
+static void names_go_on_after_the_corner(void **state) {
+  test_fixture *f = *state;
+  const char *names[] = {"S16E166v2.3a.hgt", "s16e166_void-filled.hgt", "S16E166-1.hgt", "S16E166.SRTMGL3.hgt"};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+    char *path = test_hgt_write(f->folder, names[i], 1201, encode_place);
+    np_heightfield field;
+    assert_int_equal(load(f, path, &field), NEPH_OK);
+    assert_near(field.south_rad, -16 * NP_DEGREE, 1e-15);
+    assert_near(field.west_rad, 166 * NP_DEGREE, 1e-15);
+    np_heightfield_destroy(f->context, &field);
+    free(path);
+  }
+}
+
 static void tiles_without_a_corner_are_refused(void **state) {
   test_fixture *f = *state;
-  const char *names[] = {"mountain.hgt", "X44W072.hgt", "N44W07.hgt", "N4xW072.hgt",
-                         "N91E000.hgt",  "N44W181.hgt", ".hgt"};
+  const char *names[] = {"mountain.hgt", "X44W072.hgt", "N44W07.hgt",   "N4xW072.hgt",
+                         "N91E000.hgt",  "N44W181.hgt", "N44W0721.hgt", ".hgt"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
     char *path = test_hgt_write(f->folder, names[i], 2, encode_place);
     np_heightfield field;
@@ -252,6 +267,61 @@ static void png_is_scaled_to_its_range(void **state) {
   for (unsigned i = 0; i < 6; i++) /* float of 24 bits at 900 m */
     assert_near((double)get_sample(&field, i % 3, 1 - i / 3), -100 + 1000 * values[i] / 65535.0, 1e-4);
   np_heightfield_destroy(f->context, &field);
+  free(path);
+}
+
+static void write_png(const char *path, unsigned format, const void *values, const void *colors) {
+  png_image picture = {
+      .version = PNG_IMAGE_VERSION, .width = 2, .height = 2, .format = format, .colormap_entries = colors ? 2 : 0};
+  assert_true(png_image_write_to_file(&picture, path, 0, values, 0, colors));
+}
+
+static void png_of_anything_but_16_bit_grey_is_refused(void **state) {
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "picture.png");
+  np_heightfield field;
+  const uint8_t bytes[12] = {0, 1, 1, 0}, colors[6] = {0, 0, 0, 255, 128, 0};
+  const png_uint_16 words[12] = {0, 65535};
+  write_png(path, PNG_FORMAT_GRAY, bytes, NULL);
+  assert_int_equal(load(f, path, &field), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "picture.png", "8-bit samples", "16-bit grey");
+  write_png(path, PNG_FORMAT_RGB, bytes, NULL);
+  assert_int_equal(load(f, path, &field), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "picture.png", "8-bit samples", "16-bit grey");
+  write_png(path, PNG_FORMAT_RGB_COLORMAP, bytes, colors);
+  assert_int_equal(load(f, path, &field), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "picture.png", "palette samples", "16-bit grey");
+  write_png(path, PNG_FORMAT_LINEAR_RGB, words, NULL);
+  assert_int_equal(load(f, path, &field), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "picture.png", "3 channels (R, G, B)", "must hold one");
+  assert_null(field.elevation_m);
+  free(path);
+}
+
+/* Alpha beside grey, and depth beside alpha, leave no doubt which channel is of heights. */
+static void exr_of_several_channels_is_refused(void **state) {
+  test_fixture *f = *state;
+  static const struct {
+    const char *channels[5];
+    const char *complaint; /* NULL: it is read */
+  } cases[] = {{{"Y", "A"}, NULL},
+               {{"A", "Z"}, NULL},
+               {{"A", "height"}, "2 channels (A, height)"},
+               {{"R", "G", "B"}, "3 channels (B, G, R)"},
+               {{"R", "G", "B", "A", "Z"}, "5 channels (A, B, G, …)"}};
+  char *path = test_path(f->folder, "picture.exr");
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    unsigned count = 0;
+    neph_image *image = NULL;
+    np_heightfield field;
+    while (count < 5 && cases[i].channels[count]) count++;
+    assert_int_equal(neph_image_create(f->context, 3, 2, count, cases[i].channels, &image), NEPH_OK);
+    assert_int_equal(neph_image_save_exr(image, path, NEPH_PIXEL_FLOAT), NEPH_OK);
+    neph_image_destroy(image);
+    assert_int_equal(load(f, path, &field), cases[i].complaint ? NEPH_ERROR_BAD_FILE : NEPH_OK);
+    if (cases[i].complaint) assert_one_error(&f->log, "picture.exr", cases[i].complaint, "must hold one");
+    np_heightfield_destroy(f->context, &field);
+  }
   free(path);
 }
 
@@ -386,6 +456,7 @@ int main(void) {
       TEST(a_hole_takes_the_heights_around_it),
       TEST(a_tile_of_voids_is_refused),
       TEST(a_truncated_tile_is_refused),
+      TEST(names_go_on_after_the_corner),
       TEST(tiles_without_a_corner_are_refused),
       TEST(other_files_are_refused),
       TEST(exr_is_in_metres),
@@ -394,6 +465,8 @@ int main(void) {
       TEST(a_picture_of_one_row_is_refused),
       TEST(a_picture_larger_than_the_planet_is_refused),
       TEST(png_is_scaled_to_its_range),
+      TEST(png_of_anything_but_16_bit_grey_is_refused),
+      TEST(exr_of_several_channels_is_refused),
       TEST(a_tile_describes_itself),
       TEST(a_broken_file_has_no_description),
       TEST(the_world_curves_away),

@@ -231,20 +231,32 @@ static void descriptions_hold_what_the_file_holds(void **state) {
 
 /* ---- Values that may not be written ---- */
 
-static void overflowing_half_names_pixel_value_and_scale(void **state) {
+/* What was asked for as halves is in the file as floats, bit by bit. */
+static void assert_saved_as_float(test_fixture *f, const neph_image *image) {
+  save(f, image, NEPH_PIXEL_HALF);
+  neph_image *loaded = load(f);
+  for (unsigned c = 0; c < RGBAZ_COUNT; c++) {
+    assert_string_equal(loaded->channels[c].stored, "float");
+    assert_memory_equal(neph_image_get_channel(loaded, rgbaz[c]), image->channels[c].values,
+                        WIDTH * HEIGHT * sizeof(float));
+  }
+  neph_image_destroy(loaded);
+}
+
+static void overflowing_half_is_float_and_names_pixel_value_and_scale(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_picture(f->context);
   image->channels[1].values[2 * WIDTH + 7] = 70000.0f;
   image->channels[5].values[3 * WIDTH + 9] = -300000.0f;
-  assert_int_equal(neph_image_save_exr(image, f->path, NEPH_PIXEL_HALF), NEPH_ERROR_LIMIT);
+  assert_saved_as_float(f, image);
   /* 300000/2³ = 37500 fits, 300000/2² does not. */
-  assert_one_error(&f->log, "pixel (9, 3)", "channel sun.R", "-300000", "scale to 0.125", "it is 1",
-                   "pixel_type to float");
+  assert_one_warning(&f->log, f->path, "written as float", "pixel (9, 3)", "channel sun.R", "-300000",
+                     "output.scale to 0.125", "it is 1");
   assert_int_equal(np_image_set_real(image, "nephos:scale", 4.0), NEPH_OK);
-  assert_int_equal(neph_image_save_exr(image, f->path, NEPH_PIXEL_HALF), NEPH_ERROR_LIMIT);
-  assert_one_error(&f->log, "scale to 0.5", "it is 4");
-  assert_int_equal(test_folder_count(f->folder), 0);
+  assert_saved_as_float(f, image);
+  assert_one_warning(&f->log, "output.scale to 0.5", "it is 4");
   save(f, image, NEPH_PIXEL_FLOAT);
+  assert_int_equal(f->log.counts[NEPH_LOG_WARNING], 0);
   neph_image_destroy(image);
 }
 
@@ -266,22 +278,42 @@ static void scale_picture(neph_image *image, float factor) {
 }
 
 /* The picture's values lie in [1e-3, 10], their brightest channel's median near 1. */
-static void crushing_half_names_a_scale_that_works(void **state) {
+static void crushing_half_is_float_and_names_a_scale_that_works(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_picture(f->context);
   scale_picture(image, 1e-7f);
   save(f, image, NEPH_PIXEL_HALF); /* not said to be radiances */
   assert_int_equal(np_image_set_real(image, "nephos:scale", 2.0), NEPH_OK);
-  assert_int_equal(neph_image_save_exr(image, f->path, NEPH_PIXEL_HALF), NEPH_ERROR_LIMIT);
+  assert_saved_as_float(f, image);
   const char *said = strstr(f->log.text, "output.scale to ");
   assert_non_null(said);
   double scale = strtod(said + strlen("output.scale to "), NULL);
   int exponent;
   assert_true(frexp(scale, &exponent) == 0.5);
-  assert_one_error(&f->log, "2^-14", "it is 2");
+  assert_one_warning(&f->log, f->path, "written as float", "2^-14", "it is 2");
   scale_picture(image, (float)(scale / 2.0));
   assert_int_equal(np_image_set_real(image, "nephos:scale", scale), NEPH_OK);
   save(f, image, NEPH_PIXEL_HALF);
+  assert_int_equal(f->log.counts[NEPH_LOG_WARNING], 0);
+  neph_image *loaded = load(f);
+  assert_string_equal(loaded->channels[0].stored, "half");
+  neph_image_destroy(loaded);
+  neph_image_destroy(image);
+}
+
+/* The brighter half may be as bright as it likes: one pixel more below 2⁻¹⁴ than not, and the picture is float. */
+static void half_the_lit_pixels_may_be_dark(void **state) {
+  test_fixture *f = *state;
+  neph_image *image = create_picture(f->context);
+  enum { LIT = 600 };
+  assert_int_equal(np_image_set_real(image, "nephos:scale", 1.0), NEPH_OK);
+  for (int i = 0; i < WIDTH * HEIGHT; i++)
+    for (unsigned c = 0; c < 3; c++) image->channels[c].values[i] = i < LIT / 2 ? 0x1p-15f : i < LIT ? 1.0f : 0.0f;
+  save(f, image, NEPH_PIXEL_HALF);
+  assert_int_equal(f->log.counts[NEPH_LOG_WARNING], 0);
+  for (unsigned c = 0; c < 3; c++) image->channels[c].values[LIT / 2] = 0x1p-15f;
+  assert_saved_as_float(f, image);
+  assert_one_warning(&f->log, "more than half of the lit pixels");
   neph_image_destroy(image);
 }
 
@@ -291,12 +323,13 @@ static void picture_too_deep_for_any_half_is_told_to_be_float(void **state) {
   scale_picture(image, 1e-7f);
   image->channels[0].values[0] = 60000.0f;
   assert_int_equal(np_image_set_real(image, "nephos:scale", 1.0), NEPH_OK);
-  assert_int_equal(neph_image_save_exr(image, f->path, NEPH_PIXEL_HALF), NEPH_ERROR_LIMIT);
-  assert_one_error(&f->log, "pixel_type to float", "60000");
+  assert_saved_as_float(f, image);
+  assert_one_warning(&f->log, "no scale fits", "pixel_type to float", "60000");
   memset(image->channels[0].values, 0, WIDTH * HEIGHT * sizeof(float));
   memset(image->channels[1].values, 0, WIDTH * HEIGHT * sizeof(float));
   memset(image->channels[2].values, 0, WIDTH * HEIGHT * sizeof(float));
   save(f, image, NEPH_PIXEL_HALF); /* black has no lit pixel to lose */
+  assert_int_equal(f->log.counts[NEPH_LOG_WARNING], 0);
   neph_image_destroy(image);
 }
 
@@ -329,8 +362,8 @@ static void failed_write_leaves_the_old_picture(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_picture(f->context);
   save(f, image, NEPH_PIXEL_HALF);
-  image->channels[0].values[0] = 1e6f;
-  assert_int_equal(neph_image_save_exr(image, f->path, NEPH_PIXEL_HALF), NEPH_ERROR_LIMIT);
+  image->channels[0].values[0] = INFINITY;
+  assert_int_equal(neph_image_save_exr(image, f->path, NEPH_PIXEL_HALF), NEPH_ERROR_INVALID_ARGUMENT);
   neph_image *loaded = load(f);
   assert_int_equal(test_folder_count(f->folder), 1);
   neph_image_destroy(loaded);
@@ -465,9 +498,10 @@ int main(void) {
       EXR_TEST(headers_return),
       EXR_TEST(pixels_do_not_depend_on_the_number_of_threads),
       EXR_TEST(descriptions_hold_what_the_file_holds),
-      EXR_TEST(overflowing_half_names_pixel_value_and_scale),
+      EXR_TEST(overflowing_half_is_float_and_names_pixel_value_and_scale),
       EXR_TEST(infinity_belongs_to_depth_alone),
-      EXR_TEST(crushing_half_names_a_scale_that_works),
+      EXR_TEST(crushing_half_is_float_and_names_a_scale_that_works),
+      EXR_TEST(half_the_lit_pixels_may_be_dark),
       EXR_TEST(picture_too_deep_for_any_half_is_told_to_be_float),
       EXR_TEST(missing_folder_is_an_error),
       EXR_TEST(full_disk_leaves_nothing),

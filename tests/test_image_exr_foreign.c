@@ -141,12 +141,20 @@ static neph_result load_and_destroy(neph_context *context, const char *path) {
   return result;
 }
 
-/* The codecs' own decoders on damaged chunks: an error or a picture, never a crash. */
+/* What a damaged file may end in, as there is memory enough. */
+static neph_result load_damaged(neph_context *context, const char *path) {
+  const neph_result result = load_and_destroy(context, path);
+  if (result && result != NEPH_ERROR_BAD_FILE && result != NEPH_ERROR_UNSUPPORTED)
+    fail_msg("a damaged file is %s", neph_result_get_name(result));
+  return result;
+}
+
+/* The codecs' own decoders on damaged chunks: an error or a picture, never a crash, and never "no memory". */
 static void flipped_bytes_are_survived(void **state) {
   test_fixture *f = *state;
   for (int compression = EXR_COMPRESSION_NONE; compression <= EXR_COMPRESSION_B44A; compression++) {
     write_foreign(f->path, (foreign_kind){(exr_compression_t)compression, compression % 2, 0});
-    assert_survives_changed_bytes(f, SIZE_MAX, 300, load_and_destroy);
+    assert_survives_changed_bytes(f, SIZE_MAX, 300, load_damaged);
   }
 }
 

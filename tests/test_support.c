@@ -42,9 +42,10 @@ static void check_words(const char *text, const char *file, int line, va_list wo
   }
 }
 
-void test_check_one_error(test_log *log, const char *file, int line, ...) {
-  if (log->counts[NEPH_LOG_ERROR] != 1) {
-    print_error("%u errors were logged, not one:\n%s", log->counts[NEPH_LOG_ERROR], log->text);
+void test_check_one_message(test_log *log, neph_log_level level, const char *file, int line, ...) {
+  if (log->counts[level] != 1) {
+    print_error("%u %s were logged, not one:\n%s", log->counts[level], level == NEPH_LOG_ERROR ? "errors" : "warnings",
+                log->text);
     _fail(file, line);
   }
   va_list words;

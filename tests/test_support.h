@@ -31,9 +31,13 @@ void test_log_start(test_log *log);
 void test_log_clear(test_log *log);
 void test_log_receive(void *log, neph_log_level level, const char *message); /* a neph_log_fn */
 
-/* Exactly one error was logged since the last clear, and it holds each of the words; then clears. The last is NULL. */
-#define assert_one_error(log, ...) test_check_one_error(log, __FILE__, __LINE__, __VA_ARGS__, (const char *)NULL)
-void test_check_one_error(test_log *log, const char *file, int line, ...);
+/* Exactly one error, or warning, was logged since the last clear, and the log holds each of the words; then clears. The
+ * last is NULL. */
+#define assert_one_error(log, ...)                                                                                     \
+  test_check_one_message(log, NEPH_LOG_ERROR, __FILE__, __LINE__, __VA_ARGS__, (const char *)NULL)
+#define assert_one_warning(log, ...)                                                                                   \
+  test_check_one_message(log, NEPH_LOG_WARNING, __FILE__, __LINE__, __VA_ARGS__, (const char *)NULL)
+void test_check_one_message(test_log *log, neph_log_level level, const char *file, int line, ...);
 
 /* A context of `thread_count` threads that logs to `log`, or, where that is NULL, nowhere. */
 neph_context *test_context_create(unsigned thread_count, test_log *log);

@@ -34,7 +34,8 @@ NEPH_API neph_result neph_scene_set(neph_scene *scene, const char *key, const ch
 
 /** What no single key can tell: whether each cloud has a source and a density unit, a terrain its kind, a camera a
  * direction, stars a time and a place. Loading ends with it, and what is planned, rendered or baked passes it first;
- * a scene that neph_scene_set is still putting together may fail it, with one message. */
+ * a scene that neph_scene_set is still putting together may fail it, with one message. Called itself, once a scene is
+ * complete, it also warns of each key that is given and that another rules out, as terrain.width beside an .hgt. */
 NEPH_API neph_result neph_scene_check(const neph_scene *scene) NEPH_NODISCARD;
 
 /** Every key with type, unit, range and default, as text to be freed with neph_text_destroy. */

@@ -33,7 +33,8 @@ typedef struct neph_terrain_desc {
     .ground_albedo = {0.2, 0.2, 0.2}, .progress = NULL, .progress_user = NULL                                          \
   }
 
-/** Reads SRTM .hgt (named by its corner), 16-bit PNG or EXR heights, and builds the ray-tracing structure. */
+/** Reads SRTM .hgt (a name that starts with the corner), 16-bit grey PNG, or EXR of one channel (or Y or Z beside one
+ * other), and builds the ray-tracing structure. */
 NEPH_API neph_result neph_terrain_load(neph_context *context, const char *path, const neph_terrain_desc *desc,
                                        neph_terrain **out_terrain) NEPH_NODISCARD;
 

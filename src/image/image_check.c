@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Whether the values of an image can stand in a file, and a file be believed. What halves would lose is an error that
- * names the scale to use. */
+/* Whether the values of an image can stand in a file and by which pixel type, and whether a file may be believed. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -56,16 +55,16 @@ static void warn_of_nan(const neph_image *image, const char *path, const np_imag
          np_image_get_data_min(image, 1) + (int)(scan->nan_at / image->width));
 }
 
-static neph_result fail_overflow(const neph_image *image, const char *path, const np_image_channel *channel,
-                                 const channel_scan *scan) {
+static void warn_of_overflow(const neph_image *image, const char *path, const np_image_channel *channel,
+                             const channel_scan *scan) {
   double scale = get_scale(image), fitting = scale;
   for (double value = (double)scan->largest; value >= (double)half_overflow; value *= 0.5) fitting *= 0.5;
-  return np_fail(image->context, NEPH_ERROR_LIMIT,
-                 "%s: pixel (%d, %d) of channel %s is %g, above 65504, the largest half: "
-                 "set output.scale to %g (it is %g), or output.pixel_type to float",
-                 path, np_image_get_data_min(image, 0) + (int)(scan->largest_at % image->width),
-                 np_image_get_data_min(image, 1) + (int)(scan->largest_at / image->width), channel->name,
-                 (double)channel->values[scan->largest_at], fitting, scale);
+  np_log(image->context, NEPH_LOG_WARNING,
+         "%s: is written as float: pixel (%d, %d) of channel %s is %g, above 65504, the largest half; for halves set "
+         "output.scale to %g (it is %g)",
+         path, np_image_get_data_min(image, 0) + (int)(scan->largest_at % image->width),
+         np_image_get_data_min(image, 1) + (int)(scan->largest_at / image->width), channel->name,
+         (double)channel->values[scan->largest_at], fitting, scale);
 }
 
 /* Whether more than half of the lit pixels lie below `threshold` in their brightest channel. */
@@ -81,28 +80,31 @@ static bool is_median_below(const neph_image *image, float threshold) {
   return below > lit / 2;
 }
 
-/* A picture of radiances that halves would crush; others carry no scale to set. */
-static neph_result check_darkness(const neph_image *image, const char *path, float largest) {
-  if (!np_image_find_attribute(image, scale_attribute)) return NEPH_OK;
-  if (!np_image_find_channel(image, "R") || !np_image_find_channel(image, "G") || !np_image_find_channel(image, "B"))
-    return NEPH_OK;
-  if (!is_median_below(image, half_normal_min)) return NEPH_OK;
+/* Whether halves would crush a picture of radiances; others carry no scale to set. */
+static bool is_too_dark(const neph_image *image) {
+  return np_image_find_attribute(image, scale_attribute) && np_image_find_channel(image, "R") &&
+         np_image_find_channel(image, "G") && np_image_find_channel(image, "B") &&
+         is_median_below(image, half_normal_min);
+}
+
+static void warn_of_darkness(const neph_image *image, const char *path, float largest) {
   float factor = 1.0f;
   while (is_median_below(image, half_normal_min / factor)) factor *= 2.0f;
   /* A few stops of room for the darker half, if the brightest value has them. */
   for (int stops = 0; stops < 4 && largest * factor * 2.0f < half_overflow; stops++) factor *= 2.0f;
   if (largest * factor >= half_overflow)
-    return np_fail(image->context, NEPH_ERROR_LIMIT,
-                   "%s: more than half of the lit pixels are below 2^-14, where halves lose digits, while others are "
-                   "as bright as %g: set output.pixel_type to float",
-                   path, (double)largest);
-  return np_fail(image->context, NEPH_ERROR_LIMIT,
-                 "%s: more than half of the lit pixels are below 2^-14, where halves lose digits: "
-                 "set output.scale to %g (it is %g), or output.pixel_type to float",
-                 path, get_scale(image) * (double)factor, get_scale(image));
+    np_log(image->context, NEPH_LOG_WARNING,
+           "%s: is written as float: more than half of the lit pixels are below 2^-14, where halves lose digits, while "
+           "others are as bright as %g, so that no scale fits both; set output.pixel_type to float",
+           path, (double)largest);
+  else
+    np_log(image->context, NEPH_LOG_WARNING,
+           "%s: is written as float: more than half of the lit pixels are below 2^-14, where halves lose digits; for "
+           "halves set output.scale to %g (it is %g)",
+           path, get_scale(image) * (double)factor, get_scale(image));
 }
 
-neph_result np_image_check_values(const neph_image *image, const char *path, neph_pixel_type pixel_type) {
+neph_result np_image_choose_pixel_type(const neph_image *image, const char *path, neph_pixel_type *type) {
   const np_image_channel *brightest = NULL;
   channel_scan brightest_scan = {.largest = 0.0f};
   for (unsigned c = 0; c < image->channel_count; c++) {
@@ -115,9 +117,15 @@ neph_result np_image_check_values(const neph_image *image, const char *path, nep
     brightest = channel;
     brightest_scan = scan;
   }
-  if (pixel_type == NEPH_PIXEL_FLOAT || !brightest) return NEPH_OK;
-  if (brightest_scan.largest >= half_overflow) return fail_overflow(image, path, brightest, &brightest_scan);
-  return check_darkness(image, path, brightest_scan.largest);
+  if (*type == NEPH_PIXEL_FLOAT || !brightest) return NEPH_OK;
+  const bool overflows = brightest_scan.largest >= half_overflow;
+  if (!overflows && !is_too_dark(image)) return NEPH_OK;
+  *type = NEPH_PIXEL_FLOAT;
+  if (overflows)
+    warn_of_overflow(image, path, brightest, &brightest_scan);
+  else
+    warn_of_darkness(image, path, brightest_scan.largest);
+  return NEPH_OK;
 }
 
 neph_result np_image_check_claims(neph_context *context, const char *path, int64_t width, int64_t height,

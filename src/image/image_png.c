@@ -65,6 +65,7 @@ typedef struct png_reader {
   size_t size, next;
   png_structp png;
   png_infop info;
+  const char *stored; /* as np_image_channel has it */
   neph_image *image;
   uint8_t *pixels;
   png_bytep *rows;
@@ -112,6 +113,13 @@ static void check_size(png_reader *reader, unsigned channel_count) {
   if (result) fail_reading(reader, result);
 }
 
+/* Before the transforms. */
+static const char *name_samples(const png_reader *reader) {
+  static const char *const names[] = {[1] = "1-bit", [2] = "2-bit", [4] = "4-bit", [8] = "8-bit", [16] = "16-bit"};
+  if (png_get_color_type(reader->png, reader->info) == PNG_COLOR_TYPE_PALETTE) return "palette";
+  return names[png_get_bit_depth(reader->png, reader->info)];
+}
+
 /* Palettes become colour, 1 to 4 bits become 8, a transparent colour becomes alpha; samples of 16 bits come in the
  * machine's order. */
 static void set_transforms(png_structp png) {
@@ -130,6 +138,7 @@ static void create_image(png_reader *reader) {
   neph_result result =
       neph_image_create(reader->context, width, height, channel_count, names[channel_count - 1], &reader->image);
   if (result) fail_reading(reader, result);
+  for (unsigned c = 0; c < channel_count; c++) reader->image->channels[c].stored = reader->stored;
   reader->pixels = np_alloc(reader->context, height, png_get_rowbytes(reader->png, reader->info));
   reader->rows = np_alloc(reader->context, height, sizeof *reader->rows);
   if (!reader->pixels || !reader->rows) fail_reading(reader, NEPH_ERROR_OUT_OF_MEMORY);
@@ -157,6 +166,7 @@ static void read_picture(png_reader *reader) {
   png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX); /* ours say what is allowed */
   png_read_info(png, reader->info);
   check_size(reader, 1);
+  reader->stored = name_samples(reader);
   set_transforms(png);
   png_read_update_info(png, reader->info);
   create_image(reader);

@@ -14,7 +14,7 @@ enum { NP_IMAGE_SIDE_MAX = 65536, NP_IMAGE_CHANNELS_MAX = 1024, NP_IMAGE_NAME_MA
 typedef struct np_image_channel {
   char *name;
   float *values;      /* width·height; NULL when only a header was read */
-  const char *stored; /* "half", "float" or "uint" in the file it came from; NULL when it came from none */
+  const char *stored; /* "half", "float", "uint" of OpenEXR; "1-bit" to "16-bit", "palette" of PNG; NULL: of no file */
 } np_image_channel;
 
 typedef enum np_image_attribute_type { NP_IMAGE_TEXT, NP_IMAGE_INTEGER, NP_IMAGE_REAL } np_image_attribute_type;
@@ -67,8 +67,9 @@ unsigned np_image_choose_channels(const neph_image *image, unsigned *out_indices
 /* Coordinate of the first column (axis 0) or row of the data window. */
 int np_image_get_data_min(const neph_image *image, int axis);
 
-/* Whether the image can be written with pixels of a type, as neph_image_save_exr promises; tells of NaN. */
-neph_result np_image_check_values(const neph_image *image, const char *path, neph_pixel_type pixel_type);
+/* Whether the image can be written, as neph_image_save_exr promises. Turns `*type` into float where halves would not
+ * do, with a warning; warns of NaN. */
+neph_result np_image_choose_pixel_type(const neph_image *image, const char *path, neph_pixel_type *type);
 
 /* Whether a file may be believed that claims so large a picture, before anything is allocated for it. */
 neph_result np_image_check_claims(neph_context *context, const char *path, int64_t width, int64_t height,

@@ -92,7 +92,7 @@ neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int fr
   if (cloud_index >= scene->cloud_count || !scene->clouds[cloud_index].is_baked)
     return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "bake: cloud %u of %u is not one that is baked",
                    cloud_index, scene->cloud_count);
-  neph_result result = neph_scene_check(scene);
+  neph_result result = np_scene_check(scene);
   if (!result) result = np_desc_read(scene->context, "neph_bake_desc", &defaults, sizeof defaults, desc, &bake);
   if (result) return result;
   const np_scene_cloud *cloud = &scene->clouds[cloud_index];

@@ -6,7 +6,7 @@
  */
 #include "scene/scene_private.h"
 
-/* Unit; `look_at` differs from `position`, which neph_scene_check has seen to. */
+/* Unit; `look_at` differs from `position`, which np_scene_check has seen to. */
 static np_dvec3 find_back(const np_scene_camera *camera) {
   const double *p = camera->position_m, *q = camera->look_at_m;
   return np_dvec3_normalize(np_dvec3_make(p[0] - q[0], p[1] - q[1], p[2] - q[2]));

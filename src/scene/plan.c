@@ -404,7 +404,7 @@ static neph_result find_lights(np_plan *plan, const neph_scene *scene) {
 
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan) {
   *out_plan = (np_plan){.context = scene->context, .has_beauty = scene->output.has_beauty, .aovs = scene->output.aovs};
-  neph_result result = neph_scene_check(scene);
+  neph_result result = np_scene_check(scene);
   if (!result) result = read_desc(scene, desc, &out_plan->desc);
   if (!result) result = check_samples(out_plan);
   if (!result) result = find_lights(out_plan, scene);
@@ -426,7 +426,7 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
 
 neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan) {
   *out_plan = (np_plan){.context = scene->context, .has_beauty = true};
-  neph_result result = neph_scene_check(scene);
+  neph_result result = np_scene_check(scene);
   if (!result) result = read_desc(scene, NULL, &out_plan->desc);
   if (!result) result = find_lights(out_plan, scene);
   if (result) return result;

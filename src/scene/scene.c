@@ -34,7 +34,7 @@ static neph_result create_scene(neph_context *context, const char *file, np_node
   *out_scene = NULL;
   neph_result result = create_bare(context, file, document, out_scene);
   if (!result) result = np_scene_apply(*out_scene);
-  if (!result && is_whole) result = neph_scene_check(*out_scene);
+  if (!result && is_whole) result = np_scene_check(*out_scene);
   if (!result) return NEPH_OK;
   neph_scene_destroy(*out_scene);
   *out_scene = NULL;

@@ -6,6 +6,7 @@
 #include "image/wavelengths.h"
 #include "scene/scene_air.h"
 #include "scene/scene_apply.h"
+#include "scene/scene_ignored.h"
 
 /* The node of a key in a section of the document, the section's when the key was not given, or the document. */
 static const np_node *locate(const neph_scene *scene, const char *section, const char *key) {
@@ -197,11 +198,17 @@ static neph_result check_output(const neph_scene *scene) {
                           ldexp(0.5, exponent));
 }
 
-neph_result neph_scene_check(const neph_scene *scene) {
+neph_result np_scene_check(const neph_scene *scene) {
   static neph_result (*const checks[])(const neph_scene *) = {check_place,  check_sun,     check_moon,
                                                               check_stars,  check_camera,  np_scene_air_check,
                                                               check_clouds, check_terrain, check_output};
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < sizeof checks / sizeof *checks; i++) result = checks[i](scene);
+  return result;
+}
+
+neph_result neph_scene_check(const neph_scene *scene) {
+  const neph_result result = np_scene_check(scene);
+  if (!result) np_scene_warn_of_ignored(scene);
   return result;
 }

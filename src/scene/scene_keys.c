@@ -441,7 +441,7 @@ static const np_key keys[] = {
      .meaning = "ground above the sphere, or none in place of the keys below"},
     {.path = "terrain.heightfield", .type = NP_KEY_FILE, .field = SCENE(terrain.heightfield),
      .tag = SCENE(terrain.kind), .tag_value = NP_TERRAIN_HEIGHTFIELD, .group = GROUP_TERRAIN, .alternative = 1,
-     .meaning = "SRTM .hgt named by its corner, 16-bit PNG, or EXR in metres"},
+     .meaning = "SRTM .hgt named by its corner, 16-bit grey PNG, or EXR of one channel in metres"},
     {.path = "terrain.ridges", .type = NP_KEY_SECTION, .tag = SCENE(terrain.kind), .tag_value = NP_TERRAIN_RIDGES,
      .group = GROUP_TERRAIN, .alternative = 2, .meaning = "mountains from noise"},
     {.path = "terrain.ridges.seed", .type = NP_KEY_SEED, .field = SCENE(terrain.ridges.seed), .fallback = "1",
@@ -555,7 +555,9 @@ static const np_key keys[] = {
     {.path = "output.aovs", .type = NP_KEY_FLAGS, .choices = aovs, .field = SCENE(output.aovs),
      .meaning = "further channels; depth is Z, which every picture has"},
     {.path = "output.pixel_type", .type = NP_KEY_CHOICE, .choices = pixel_types, .field = SCENE(output.pixel_type),
-     .fallback = "half", .meaning = "of colour in the OpenEXR file"},
+     .fallback = "half",
+     .meaning = "of colour in the OpenEXR file; float, with a warning, where a value overflows halves or the median "
+                "lit pixel is below 2^-14"},
     {.path = "output.color_space", .type = NP_KEY_CHOICE, .choices = color_spaces, .field = SCENE(output.color),
      .fallback = "auto",
      .meaning = "what R, G and B are: radiances in three bands, or linear light in which (1, 1, 1) is D65; auto is "

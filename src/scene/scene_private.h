@@ -259,6 +259,9 @@ struct neph_scene {
   struct np_light_store *lights; /* likewise */
 };
 
+/* neph_scene_check without its warnings: before each plan, too. */
+neph_result np_scene_check(const neph_scene *scene);
+
 /* The bake of a cloud as it is in a frame; 1 is at the bake's own time. */
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame);
 

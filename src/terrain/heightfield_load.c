@@ -5,11 +5,10 @@
 #include <string.h>
 #include <strings.h>
 
-#include <nephos/image.h>
-
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/units.h"
+#include "image/image_private.h"
 #include "terrain/heightfield.h"
 
 static const char *get_base_name(const char *path) {
@@ -27,9 +26,9 @@ static int read_digits(const char *text, int count) {
   return value;
 }
 
-/* The south-western sample's place from a name such as N44W072.hgt. */
+/* The south-western sample's place from a name such as N44W072.hgt; more may follow, N44W072v2.3a.hgt. */
 static bool read_corner(const char *name, double *out_south_rad, double *out_west_rad) {
-  if (strlen(name) < 8 || name[7] != '.') return false;
+  if (strlen(name) < 8 || isdigit((unsigned char)name[7])) return false;
   const int north_south = toupper((unsigned char)name[0]), east_west = toupper((unsigned char)name[3]);
   const int latitude = read_digits(name + 1, 2), longitude = read_digits(name + 4, 3);
   if ((north_south != 'N' && north_south != 'S') || (east_west != 'E' && east_west != 'W')) return false;
@@ -82,11 +81,22 @@ neph_result np_heightfield_load_hgt(neph_context *context, const char *path, np_
   return result;
 }
 
-/* The channel that holds heights: Y, else Z, else the first. */
+/* The channel that holds heights: Y, else Z, of at most two, or the only one. NULL: the picture is of other things. */
 static const float *find_heights(neph_image *image) {
+  const unsigned count = neph_image_get_channel_count(image);
   const float *values = neph_image_get_channel(image, "Y");
   if (!values) values = neph_image_get_channel(image, "Z");
-  return values ? values : neph_image_get_channel(image, neph_image_get_channel_name(image, 0));
+  if (!values && count == 1) values = neph_image_get_channel(image, neph_image_get_channel_name(image, 0));
+  return count <= 2 ? values : NULL;
+}
+
+static neph_result fail_channels(neph_context *context, const char *path, const neph_image *image) {
+  const unsigned count = neph_image_get_channel_count(image);
+  const char *third = neph_image_get_channel_name(image, 2);
+  return np_fail(context, NEPH_ERROR_BAD_FILE,
+                 "%s: holds %u channels (%s, %s%s%s%s), a height field must hold one, or Y or Z beside one other", path,
+                 count, neph_image_get_channel_name(image, 0), neph_image_get_channel_name(image, 1), third ? ", " : "",
+                 third ? third : "", count > 3 ? ", …" : "");
 }
 
 /* Elevation = low + value·scale; pictures have their northern row on top. */
@@ -110,18 +120,29 @@ static neph_result check_picture_size(neph_context *context, const char *path, c
 /* Elevations from a loaded picture: `low_m` for value 0, `scale_m` more for value 1. */
 static neph_result read_picture(neph_context *context, const char *path, neph_image *image, double low_m,
                                 double scale_m, const neph_terrain_desc *desc, np_heightfield *out_field) {
+  const float *heights = find_heights(image);
+  if (!heights) return fail_channels(context, path, image);
   neph_result result = check_picture_size(context, path, image);
   if (!result)
     result =
         np_heightfield_create_flat(context, neph_image_get_width(image), neph_image_get_height(image), desc, out_field);
-  if (!result) copy_picture(find_heights(image), low_m, scale_m, out_field);
+  if (!result) copy_picture(heights, low_m, scale_m, out_field);
   return result;
+}
+
+/* 256 levels would be terraces, a palette's colours no levels at all. */
+static neph_result check_png_samples(neph_context *context, const char *path, const neph_image *image) {
+  const char *stored = image->channels[0].stored;
+  if (!strcmp(stored, "16-bit")) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: is a PNG of %s samples, a height field must be of 16-bit grey ones",
+                 path, stored);
 }
 
 static neph_result load_png(neph_context *context, const char *path, const neph_terrain_desc *desc,
                             np_heightfield *out_field) {
   neph_image *image = NULL;
   neph_result result = neph_image_load_png(context, path, &image);
+  if (!result) result = check_png_samples(context, path, image);
   if (!result)
     result = read_picture(context, path, image, desc->height_min_m, desc->height_max_m - desc->height_min_m, desc,
                           out_field);

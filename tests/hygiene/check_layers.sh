@@ -48,7 +48,7 @@ done
 doors='openvdb/ src/volume/vdb_shim.cpp
 tbb/ src/volume/vdb_shim.cpp
 embree src/terrain/terrain.c
-openexr src/image/image_exr.c
+openexr src/image/image_exr(_read|_write)?\.[ch]
 png\.h src/image/image_png.c
 yaml\.h src/scene/scene_file.c
 jansson\.h src/core/json.c

@@ -1,0 +1,216 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "scene/scene_ignored.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+
+#include "scene/scene_apply.h"
+
+#define ONLY(value) (1u << (value))
+#define BUT(value) (~ONLY(value))
+#define MULTIPLE(kind) ONLY(NEPH_MULTIPLE_SCATTERING_##kind)
+
+/* clang-format off */
+#define LOOKS (MULTIPLE(OCTAVES) | MULTIPLE(SOFTENED_BEER) | MULTIPLE(POWDER) | MULTIPLE(DERIVATIVE))
+#define CONSTITUENTS                                                                                                   \
+  "atmosphere.rayleigh_scattering", "atmosphere.rayleigh_height", "atmosphere.mie_scattering",                         \
+  "atmosphere.mie_extinction", "atmosphere.mie_height", "atmosphere.mie_asymmetry", "atmosphere.ozone_absorption",     \
+  "atmosphere.ozone_center", "atmosphere.ozone_width"
+#define WITH_PLANET {"environment.planet", ONLY(1)}
+#define IN_TOWERS {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB)}
+#define IN_MARCH {"render.integrator", ONLY(NEPH_INTEGRATOR_MARCH)}
+#define IN_PATHS {"render.integrator", ONLY(NEPH_INTEGRATOR_PATH)}
+
+/* No two rules warn of one key of a scene: each but the first of a key says when it applies. */
+static const np_ignore_rule rules[] = {
+    {.keys = {"terrain.width"}, .counts = {"terrain.heightfield", BUT(NP_GIVEN_HGT)},
+     .reason = "a tile whose name and size say how wide it is"},
+    {.keys = {"terrain.height_min", "terrain.height_max"},
+     .counts = {"terrain.heightfield", BUT(NP_GIVEN_HGT) & BUT(NP_GIVEN_EXR)},
+     .reason = "whose elevations are in metres"},
+    {.keys = {"terrain.height_min", "terrain.height_max"}, .counts = {"terrain.ridges", ONLY(NP_GIVEN_NOT)},
+     .reason = "whose elevations go from 0 to their relief"},
+
+    {.keys = {"atmosphere.top_altitude", "atmosphere.tolerance", "atmosphere.ground_albedo", "atmosphere.layers",
+              CONSTITUENTS},
+     .counts = WITH_PLANET, .reason = "which takes the air with the planet"},
+    {.keys = {"atmosphere.top_altitude", "atmosphere.tolerance", "atmosphere.layers"},
+     .counts = {"atmosphere.preset", BUT(NP_AIR_NONE)}, .reason = "a world without air", .applies = WITH_PLANET},
+    {.keys = {CONSTITUENTS}, .counts = {"atmosphere.preset", BUT(NP_AIR_NONE) & BUT(NP_AIR_EMPTY)},
+     .reason = "which has none of it", .applies = WITH_PLANET},
+    {.keys = {"stars.map_radiance"}, .counts = {"stars.map", BUT(NP_GIVEN_NOT)},
+     .reason = "the picture whose values it scales"},
+
+    {.keys = {"clouds[].grid", "clouds[].import"}, .counts = {"clouds[].vdb", BUT(NP_GIVEN_NOT)},
+     .reason = "which names their file"},
+    {.keys = {"clouds[].emission.kelvin"}, .counts = {"clouds[].emission.temperature", BUT(NP_GIVEN_NONE)},
+     .reason = "so that the offset is the temperature everywhere"},
+    {.keys = {"clouds[].emission.absorption"}, .counts = {"clouds[].emission.flame", BUT(NP_GIVEN_NONE)},
+     .reason = "so that the cloud glows by its own"},
+    {.keys = {"clouds[].bake.type", "clouds[].bake.map.type", "clouds[].bake.billowiness", "clouds[].bake.wispiness"},
+     .counts = IN_TOWERS, .reason = "which has no towers and no billows"},
+    {.keys = {"clouds[].bake.type", "clouds[].bake.map.type"},
+     .counts = {"clouds[].bake.profile", ONLY(NP_GIVEN_NOT)},
+     .reason = "which says in its place how high a cell grows", .applies = IN_TOWERS},
+    {.keys = {"clouds[].bake.sublayers", "clouds[].bake.stretch"},
+     .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB)}, .reason = "and only a slab has them"},
+    {.keys = {"clouds[].bake.anvil"}, .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_CELLS)},
+     .reason = "and only cells spread to anvils"},
+
+    {.keys = {"render.max_samples"}, .counts = {"render.target_error", ONLY(NP_GIVEN)},
+     .reason = "without which each pixel has render.samples"},
+    {.keys = {"render.atmosphere", "render.splitting"}, .counts = IN_PATHS, .reason = "and only paths ask for it"},
+    {.keys = {"render.multiple_scattering", "render.look_gain", "render.octaves", "render.softened_beer",
+              "render.powder", "render.derivative", "render.step", "render.transmittance_end"},
+     .counts = IN_MARCH, .reason = "and only the march asks for it"},
+    {.keys = {"render.tolerance", "render.sun_depth"}, .counts = IN_MARCH, .reason = "and only the march asks for it",
+     .applies = {"render.atmosphere", ONLY(NEPH_RENDER_ATMOSPHERE_TRACED)}},
+    {.keys = {"render.air_shadows"}, .counts = {"render.atmosphere", ONLY(NEPH_RENDER_ATMOSPHERE_TABLES)},
+     .reason = "which has its shadows in any case", .applies = IN_PATHS},
+    {.keys = {"render.light_memory"}, .counts = {"render.multiple_scattering", MULTIPLE(ORDINATES)},
+     .reason = "for which nothing is solved", .applies = IN_MARCH},
+    {.keys = {"render.light_memory"}, .counts = {"render.splitting", ONLY(NEPH_SPLITTING_ADJOINT)},
+     .reason = "for which nothing is solved", .applies = IN_PATHS},
+    {.keys = {"render.look_gain"}, .counts = {"render.multiple_scattering", LOOKS},
+     .reason = "which takes none", .applies = IN_MARCH},
+    {.keys = {"render.octaves"}, .counts = {"render.multiple_scattering", MULTIPLE(OCTAVES)},
+     .reason = "must be octaves", .applies = IN_MARCH},
+    {.keys = {"render.softened_beer"},
+     .counts = {"render.multiple_scattering", MULTIPLE(SOFTENED_BEER) | MULTIPLE(POWDER)},
+     .reason = "must be softened_beer or powder", .applies = IN_MARCH},
+    {.keys = {"render.powder"}, .counts = {"render.multiple_scattering", MULTIPLE(POWDER)},
+     .reason = "must be powder", .applies = IN_MARCH},
+    {.keys = {"render.derivative"}, .counts = {"render.multiple_scattering", MULTIPLE(DERIVATIVE)},
+     .reason = "must be derivative", .applies = IN_MARCH},
+};
+/* clang-format on */
+
+enum { RULE_COUNT = sizeof rules / sizeof *rules, KEYS_MAX = sizeof rules->keys / sizeof *rules->keys };
+
+size_t np_ignore_rule_count(void) { return RULE_COUNT; }
+
+const np_ignore_rule *np_ignore_rule_get(size_t index) { return &rules[index]; }
+
+/* ---- Values ---- */
+
+/* The scene's document and fields, or those of one of its clouds. */
+typedef struct place {
+  const neph_scene *scene;
+  const np_node *clouds_node; /* of the cloud; NULL: outside of clouds */
+  unsigned cloud;
+} place;
+
+static const char clouds_prefix[] = "clouds[].";
+
+static bool is_of_cloud(const char *path) { return !strncmp(path, clouds_prefix, strlen(clouds_prefix)); }
+
+/* The node that a path leads to; NULL when it is not given. */
+static const np_node *search_node(const place *at, const char *path) {
+  const np_node *node = at->scene->document;
+  if (is_of_cloud(path)) {
+    node = at->clouds_node;
+    path += strlen(clouds_prefix);
+  }
+  while (node && *path) {
+    char name[32];
+    const size_t length = strcspn(path, ".");
+    snprintf(name, sizeof name, "%.*s", (int)length, path);
+    node = np_node_find(node, name);
+    path += length + (path[length] == '.');
+  }
+  return node;
+}
+
+/* "clouds[2].bake.type" */
+static void write_path(const place *at, const char *path, char *out, size_t size) {
+  if (is_of_cloud(path))
+    snprintf(out, size, "clouds[%u].%s", at->cloud, path + strlen(clouds_prefix));
+  else
+    snprintf(out, size, "%s", path);
+}
+
+static const np_key *get_key(const char *path) {
+  size_t i = 0;
+  while (strcmp(np_key_get(i)->path, path) != 0) i++;
+  return np_key_get(i);
+}
+
+static np_given get_given(const np_node *node) {
+  if (!node) return NP_GIVEN_NOT;
+  if (node->kind != NP_NODE_SCALAR) return NP_GIVEN;
+  if (!strcmp(node->text, "none")) return NP_GIVEN_NONE;
+  const char *ending = strrchr(node->text, '.');
+  if (ending && !strcasecmp(ending, ".hgt")) return NP_GIVEN_HGT;
+  if (ending && !strcasecmp(ending, ".exr")) return NP_GIVEN_EXR;
+  return ending && !strcasecmp(ending, ".png") ? NP_GIVEN_PNG : NP_GIVEN;
+}
+
+static unsigned get_choice(const place *at, const np_key *key) {
+  const char *base = is_of_cloud(key->path) ? (const char *)&at->scene->clouds[at->cloud] : (const char *)at->scene;
+  bool flag;
+  unsigned value;
+  memcpy(&flag, base + key->field.offset, sizeof flag);
+  if (key->field.size == sizeof flag) return flag;
+  memcpy(&value, base + key->field.offset, sizeof value);
+  return value;
+}
+
+static unsigned get_value(const place *at, const char *path) {
+  const np_key *key = get_key(path);
+  return key->type == NP_KEY_CHOICE ? get_choice(at, key) : get_given(search_node(at, path));
+}
+
+static bool is_fulfilled(const place *at, const np_condition *condition) {
+  return !condition->key || condition->values >> get_value(at, condition->key) & 1u;
+}
+
+/* "is path", "is N44W072.hgt", "is given", "is not given" */
+static void write_value(const place *at, const char *path, char *out, size_t size) {
+  const np_key *key = get_key(path);
+  const np_node *node = search_node(at, path);
+  if (key->type == NP_KEY_CHOICE) {
+    const np_choice *choice = key->choices;
+    while (choice->value != get_choice(at, key)) choice++;
+    snprintf(out, size, "%s", choice->name);
+  } else if (node && node->kind == NP_NODE_SCALAR) {
+    snprintf(out, size, "%.100s", node->text);
+  } else {
+    snprintf(out, size, "%s", node ? "given" : "not given");
+  }
+}
+
+/* ---- Warnings ---- */
+
+static void warn(const place *at, const np_ignore_rule *rule, const char *path, const np_node *node) {
+  char key[96], decider[96], value[128], file_place[300] = "";
+  const char *file = at->scene->file;
+  write_path(at, path, key, sizeof key);
+  write_path(at, rule->counts.key, decider, sizeof decider);
+  write_value(at, rule->counts.key, value, sizeof value);
+  if (node->key_line)
+    snprintf(file_place, sizeof file_place, "%.200s:%u:%u: ", file ? file : "scene", node->key_line, node->key_column);
+  np_log(at->scene->context, NEPH_LOG_WARNING, "%s%s is ignored: %s is %s, %s", file_place, key, decider, value,
+         rule->reason);
+}
+
+static void check_rule(const place *at, const np_ignore_rule *rule) {
+  if (is_fulfilled(at, &rule->counts) || !is_fulfilled(at, &rule->applies)) return;
+  for (int k = 0; k < KEYS_MAX && rule->keys[k]; k++) {
+    const np_node *node = search_node(at, rule->keys[k]);
+    if (node) warn(at, rule, rule->keys[k], node);
+  }
+}
+
+void np_scene_warn_of_ignored(const neph_scene *scene) {
+  const np_node *list = np_node_find(scene->document, "clouds");
+  for (size_t i = 0; i < RULE_COUNT; i++) {
+    place at = {.scene = scene, .clouds_node = list ? list->first : NULL};
+    if (!is_of_cloud(rules[i].keys[0])) {
+      check_rule(&at, &rules[i]);
+      continue;
+    }
+    for (; at.clouds_node && at.cloud < scene->cloud_count; at.cloud++, at.clouds_node = at.clouds_node->next)
+      check_rule(&at, &rules[i]);
+  }
+}
