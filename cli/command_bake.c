@@ -138,7 +138,7 @@ static neph_bake_desc make_desc(cli_session *session) {
 
 static cli_exit bake_to(const bake_job *job, const char *path) {
   cli_session *session = job->session;
-  cli_exit exit = cli_check_target(path);
+  cli_exit exit = cli_check_target(session, path);
   if (exit) return exit;
   if (session->options->is_dry_run) return printf("%s\n", path), CLI_DONE;
   const double start_s = get_time_s();

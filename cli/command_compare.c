@@ -69,10 +69,11 @@ static neph_result save_difference(cli_session *session, const neph_image *image
   return result;
 }
 
-static cli_exit check_output(const cli_options *options) {
+static cli_exit check_output(const cli_session *session) {
+  const cli_options *options = session->options;
   if (!options->output_count) return CLI_DONE;
   if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".exr"))
-    return cli_check_target(options->outputs[0]);
+    return cli_check_target(session, options->outputs[0]);
   cli_complain("--output of nephos compare must be one .exr");
   return CLI_USAGE;
 }
@@ -90,7 +91,7 @@ static cli_exit compare_images(cli_session *session, const neph_image *image, co
 cli_exit cli_command_compare(cli_session *session) {
   const cli_options *options = session->options;
   neph_image *image = NULL, *reference = NULL;
-  cli_exit exit = check_output(options);
+  cli_exit exit = check_output(session);
   if (exit) return exit;
   neph_result result = neph_image_load_exr(session->context, options->files[0], &image);
   if (!result) result = neph_image_load_exr(session->context, options->files[1], &reference);

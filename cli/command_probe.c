@@ -46,10 +46,11 @@ static cli_exit fill_desc(cli_session *session, neph_probe_desc *desc) {
   return exit;
 }
 
-static cli_exit check_output(const cli_options *options) {
+static cli_exit check_output(const cli_session *session) {
+  const cli_options *options = session->options;
   if (!options->output_count) return CLI_DONE;
   if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".csv"))
-    return cli_check_target(options->outputs[0]);
+    return cli_check_target(session, options->outputs[0]);
   cli_complain("--output of nephos probe must be one .csv");
   return CLI_USAGE;
 }
@@ -119,7 +120,7 @@ static cli_exit probe_sky(cli_session *session) {
 
 cli_exit cli_command_probe(cli_session *session) {
   const char *question = session->options->files[0];
-  cli_exit exit = check_output(session->options);
+  cli_exit exit = check_output(session);
   if (exit) return exit;
   if (!strcmp(question, "slab")) return probe_slab(session);
   if (!strcmp(question, "sky")) return probe_sky(session);

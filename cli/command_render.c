@@ -77,7 +77,7 @@ static cli_exit check_cloud(const render_job *job, unsigned index) {
   if (!pattern || !neph_scene_is_cloud_baked(job->scene, index)) return CLI_DONE;
   char *path;
   cli_exit exit = cli_exit_of(neph_frame_get_path(job->session->context, pattern, job->desc.frame, &path));
-  if (!exit && access(path, F_OK)) exit = cli_check_target(path);
+  if (!exit && access(path, F_OK)) exit = cli_check_target(job->session, path);
   neph_text_destroy(job->session->context, path);
   return exit;
 }
@@ -86,8 +86,8 @@ static cli_exit check_targets(render_job *job) {
   targets t;
   neph_result result = name_targets(job, &t);
   cli_exit exit = cli_exit_of(result);
-  if (!exit && t.image) exit = cli_check_target(t.image);
-  if (!exit && t.preview) exit = cli_check_target(t.preview);
+  if (!exit && t.image) exit = cli_check_target(job->session, t.image);
+  if (!exit && t.preview) exit = cli_check_target(job->session, t.preview);
   for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(job->scene); i++) exit = check_cloud(job, i);
   free_targets(job, &t);
   return exit;

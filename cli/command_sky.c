@@ -5,10 +5,11 @@
 
 #include "session.h"
 
-static cli_exit check_output(const cli_options *options) {
+static cli_exit check_output(const cli_session *session) {
+  const cli_options *options = session->options;
   if (!options->output_count) return CLI_DONE;
   if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".exr"))
-    return cli_check_target(options->outputs[0]);
+    return cli_check_target(session, options->outputs[0]);
   cli_complain("--output of nephos sky must be one .exr");
   return CLI_USAGE;
 }
@@ -157,7 +158,7 @@ static cli_exit run(cli_session *session, neph_scene *scene) {
 
 cli_exit cli_command_sky(cli_session *session) {
   neph_scene *scene;
-  cli_exit exit = check_output(session->options);
+  cli_exit exit = check_output(session);
   if (!exit) exit = cli_load_scene(session, session->options->files[0], &scene);
   if (exit) return exit;
   cli_catch_interrupts();

@@ -70,6 +70,9 @@ NEPH_API neph_isa neph_context_get_isa(const neph_context *context);
 /** Name of a level as `--isa` takes it: "x86-64", "x86-64-v3", "x86-64-v4"; "unknown" otherwise. */
 NEPH_API const char *neph_isa_get_name(neph_isa isa);
 
+/** Whether a file can be written at `path`: fails as saving one there does, with the same message, and makes none. */
+NEPH_API neph_result neph_target_check(neph_context *context, const char *path) NEPH_NODISCARD;
+
 /** Writes a text of the library to a file, which appears complete or not at all. */
 NEPH_API neph_result neph_text_save(neph_context *context, const char *text, const char *path) NEPH_NODISCARD;
 

@@ -108,6 +108,8 @@ unsigned neph_context_get_thread_count(const neph_context *context) { return con
 
 neph_isa neph_context_get_isa(const neph_context *context) { return context->isa; }
 
+neph_result neph_target_check(neph_context *context, const char *path) { return np_file_check_target(context, path); }
+
 neph_result neph_text_save(neph_context *context, const char *text, const char *path) {
   return np_file_write_all(context, path, text, strlen(text));
 }
