@@ -80,7 +80,7 @@ static cli_exit check_output(const cli_session *session) {
 
 static cli_exit compare_images(cli_session *session, const neph_image *image, const neph_image *reference) {
   const cli_options *options = session->options;
-  neph_image_difference difference;
+  neph_image_difference difference = NEPH_IMAGE_DIFFERENCE_DEFAULT;
   neph_result result = neph_image_compare(session->context, image, reference, &difference);
   if (!result && options->output_count) result = save_difference(session, image, reference, options->outputs[0]);
   if (result) return cli_exit_of(result);

@@ -219,7 +219,7 @@ static cli_exit run(render_job *job) {
 }
 
 cli_exit cli_command_render(cli_session *session) {
-  render_job job = {.session = session};
+  render_job job = {.session = session, .desc = NEPH_RENDER_DESC_DEFAULT, .output = NEPH_OUTPUT_DEFAULT};
   cli_exit exit = cli_load_scene(session, session->options->files[0], &job.scene);
   if (exit) return exit;
   neph_result result = neph_scene_get_render_desc(job.scene, &job.desc);

@@ -85,7 +85,7 @@ static void print_irradiances(const cli_session *session, const neph_image *imag
 
 static neph_result render_sky(cli_session *session, neph_scene *scene, neph_image **out_image) {
   neph_sky_image_desc desc = NEPH_SKY_IMAGE_DESC_DEFAULT;
-  neph_render_desc scene_desc;
+  neph_render_desc scene_desc = NEPH_RENDER_DESC_DEFAULT;
   neph_result result = neph_scene_get_render_desc(scene, &scene_desc);
   if (result) return result;
   if (session->options->has_resolution) {

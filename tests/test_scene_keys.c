@@ -94,7 +94,7 @@ static void test_defaults_of_a_terrain(void **state) {
 static void test_defaults_of_a_render(void **state) {
   test_fixture *f = *state;
   neph_scene *scene;
-  neph_render_desc desc;
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   const neph_render_desc expected = NEPH_RENDER_DESC_DEFAULT;
   assert_int_equal(neph_scene_create(f->context, &scene), NEPH_OK);
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
