@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
@@ -44,19 +45,25 @@ static cli_exit check_pattern(const cli_options *options, const char *pattern) {
   return CLI_USAGE;
 }
 
-/* "out/frame.0001.exr", or, for a tile, "out/frame.0001.tile2of4.exr". */
+/* To be freed: the pattern, or, for a tile, "out/frame.####.tile2of4.exr". NULL: no memory. */
+static char *name_tile(const cli_options *options, const char *pattern) {
+  const size_t length = strlen(pattern), ending = strlen(".exr");
+  if (!options->tile_count || options->output_count || length <= ending) return strdup(pattern);
+  char *tiled;
+  const int stem = (int)(length - ending);
+  const int printed = asprintf(&tiled, "%.*s.tile%uof%u%s", stem, pattern, options->tile_index, options->tile_count,
+                               pattern + stem);
+  return printed < 0 ? NULL : tiled;
+}
+
 static neph_result name_target(const render_job *job, const char *pattern, char **out_path) {
-  const cli_options *options = job->session->options;
   *out_path = NULL;
   if (!pattern) return NEPH_OK;
-  char tiled[4096];
-  size_t stem = strlen(pattern) - strlen(".exr");
-  if (options->tile_count && !options->output_count && strlen(pattern) > strlen(".exr"))
-    snprintf(tiled, sizeof tiled, "%.*s.tile%uof%u%s", (int)stem, pattern, options->tile_index, options->tile_count,
-             pattern + stem);
-  else
-    snprintf(tiled, sizeof tiled, "%s", pattern);
-  return neph_frame_get_path(job->session->context, tiled, job->desc.frame, out_path);
+  char *tiled = name_tile(job->session->options, pattern);
+  if (!tiled) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = neph_frame_get_path(job->session->context, tiled, job->desc.frame, out_path);
+  free(tiled);
+  return result;
 }
 
 static void free_targets(const render_job *job, targets *t) {
