@@ -41,7 +41,7 @@ typedef struct neph_context_desc {
   neph_log_level log_level_max;  /**< least urgent level delivered (default NEPH_LOG_INFO) */
   neph_reallocate_fn reallocate; /**< NULL (default): the C library's allocator */
   void *reallocate_user;         /**< handed to `reallocate` (default NULL) */
-  const char *module_dir;        /**< folder of nephos_vdb.so and nephos_gdal.so, searched last (default NULL) */
+  const char *module_dir;        /**< folder of nephos_vdb.so, searched last (default NULL) */
 } neph_context_desc;
 
 #define NEPH_CONTEXT_DESC_DEFAULT                                                                                      \
