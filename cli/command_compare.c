@@ -63,6 +63,7 @@ static cli_exit judge(const cli_options *options, const neph_image_difference *d
 static neph_result save_difference(cli_session *session, const neph_image *image, const neph_image *reference,
                                    const char *path) {
   neph_image *picture;
+  cli_catch_interrupts();
   neph_result result = neph_image_create_difference(session->context, image, reference, &picture);
   if (!result) result = neph_image_save_exr(picture, path, NEPH_PIXEL_FLOAT);
   neph_image_destroy(picture);

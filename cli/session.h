@@ -8,6 +8,7 @@
 #include <nephos/nephos.h>
 
 #include "options.h"
+#include "process.h"
 #include "progress.h"
 
 typedef struct cli_session {
