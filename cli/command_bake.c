@@ -138,12 +138,12 @@ static neph_bake_desc make_desc(cli_session *session) {
 
 static cli_exit bake_to(const bake_job *job, const char *path) {
   cli_session *session = job->session;
-  cli_exit exit = cli_check_target(path);
+  cli_exit exit = cli_check_target(session, path);
   if (exit) return exit;
   if (session->options->is_dry_run) return printf("%s\n", path), CLI_DONE;
   const double start_s = get_time_s();
   neph_bake_desc desc = make_desc(session);
-  neph_bake_error error;
+  neph_bake_error error = NEPH_BAKE_ERROR_DEFAULT;
   if (session->options->wants_error) desc.error = &error;
   neph_result result = neph_scene_bake_file(job->scene, job->cloud, job->frame, &desc, path);
   cli_progress_finish(&session->progress);

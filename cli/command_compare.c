@@ -63,23 +63,25 @@ static cli_exit judge(const cli_options *options, const neph_image_difference *d
 static neph_result save_difference(cli_session *session, const neph_image *image, const neph_image *reference,
                                    const char *path) {
   neph_image *picture;
+  cli_catch_interrupts();
   neph_result result = neph_image_create_difference(session->context, image, reference, &picture);
   if (!result) result = neph_image_save_exr(picture, path, NEPH_PIXEL_FLOAT);
   neph_image_destroy(picture);
   return result;
 }
 
-static cli_exit check_output(const cli_options *options) {
+static cli_exit check_output(const cli_session *session) {
+  const cli_options *options = session->options;
   if (!options->output_count) return CLI_DONE;
   if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".exr"))
-    return cli_check_target(options->outputs[0]);
+    return cli_check_target(session, options->outputs[0]);
   cli_complain("--output of nephos compare must be one .exr");
   return CLI_USAGE;
 }
 
 static cli_exit compare_images(cli_session *session, const neph_image *image, const neph_image *reference) {
   const cli_options *options = session->options;
-  neph_image_difference difference;
+  neph_image_difference difference = NEPH_IMAGE_DIFFERENCE_DEFAULT;
   neph_result result = neph_image_compare(session->context, image, reference, &difference);
   if (!result && options->output_count) result = save_difference(session, image, reference, options->outputs[0]);
   if (result) return cli_exit_of(result);
@@ -90,7 +92,7 @@ static cli_exit compare_images(cli_session *session, const neph_image *image, co
 cli_exit cli_command_compare(cli_session *session) {
   const cli_options *options = session->options;
   neph_image *image = NULL, *reference = NULL;
-  cli_exit exit = check_output(options);
+  cli_exit exit = check_output(session);
   if (exit) return exit;
   neph_result result = neph_image_load_exr(session->context, options->files[0], &image);
   if (!result) result = neph_image_load_exr(session->context, options->files[1], &reference);

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include <errno.h>
+#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,16 +24,24 @@ static cli_exit choose_splitting(const char *name, neph_splitting *out) {
 
 static cli_exit choose_seed(const char *text, uint64_t *out) {
   char *end;
+  errno = 0;
   *out = strtoull(text, &end, 10);
-  if (*text >= '0' && *text <= '9' && !*end) return CLI_DONE;
-  cli_complain("--seed is %s, must be a whole number", text);
+  if (*text >= '0' && *text <= '9' && !*end && !errno) return CLI_DONE;
+  cli_complain("--seed is %s, must be a whole number from 0 to %" PRIu64, text, UINT64_MAX);
+  return CLI_USAGE;
+}
+
+static cli_exit refuse_option(const char *option, const char *question) {
+  cli_complain("%s is not an option of nephos probe %s", option, question);
   return CLI_USAGE;
 }
 
 static cli_exit take_setting(const cli_setting *setting, neph_probe_desc *desc) {
-  if (!strcmp(setting->option, "--integrator")) return choose_integrator(setting->value, &desc->integrator);
-  if (!strcmp(setting->option, "--splitting")) return choose_splitting(setting->value, &desc->splitting);
-  return choose_seed(setting->value, &desc->seed);
+  const char *option = setting->option ? setting->option : "--set";
+  if (!strcmp(option, "--integrator")) return choose_integrator(setting->value, &desc->integrator);
+  if (!strcmp(option, "--splitting")) return choose_splitting(setting->value, &desc->splitting);
+  if (!strcmp(option, "--seed")) return choose_seed(setting->value, &desc->seed);
+  return refuse_option(option, "slab");
 }
 
 /* Options that stand for a scene's keys elsewhere describe the probe here: there is no scene. */
@@ -46,10 +56,11 @@ static cli_exit fill_desc(cli_session *session, neph_probe_desc *desc) {
   return exit;
 }
 
-static cli_exit check_output(const cli_options *options) {
+static cli_exit check_output(const cli_session *session) {
+  const cli_options *options = session->options;
   if (!options->output_count) return CLI_DONE;
   if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".csv"))
-    return cli_check_target(options->outputs[0]);
+    return cli_check_target(session, options->outputs[0]);
   cli_complain("--output of nephos probe must be one .csv");
   return CLI_USAGE;
 }
@@ -66,10 +77,7 @@ static cli_exit deliver(cli_session *session, neph_result result, char *text) {
 }
 
 static cli_exit probe_slab(cli_session *session) {
-  if (session->options->method) {
-    cli_complain("--method is not an option of nephos probe slab");
-    return CLI_USAGE;
-  }
+  if (session->options->method) return refuse_option("--method", "slab");
   neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
   cli_exit exit = fill_desc(session, &desc);
   if (exit) return exit;
@@ -89,21 +97,20 @@ static cli_exit choose_method(const char *name, neph_sky_method *out) {
   return CLI_USAGE;
 }
 
+static cli_exit take_sky_setting(const cli_setting *setting, neph_probe_sky_desc *desc) {
+  const char *option = setting->option ? setting->option : "--set";
+  return strcmp(option, "--seed") ? refuse_option(option, "sky") : choose_seed(setting->value, &desc->seed);
+}
+
 static cli_exit fill_sky_desc(cli_session *session, neph_probe_sky_desc *desc) {
   const cli_options *options = session->options;
+  if (options->target_error > 0.0) return refuse_option("--target-error", "sky");
   if (options->path_count) desc->path_count = options->path_count;
   desc->progress = cli_progress_report;
   desc->progress_user = &session->progress;
   cli_exit exit = choose_method(options->method, &desc->method);
-  for (size_t i = 0; !exit && i < options->setting_count; i++) {
-    const cli_setting *setting = &options->settings[i];
-    if (!strcmp(setting->option, "--seed")) {
-      exit = choose_seed(setting->value, &desc->seed);
-    } else {
-      cli_complain("%s is not an option of nephos probe sky", setting->option);
-      exit = CLI_USAGE;
-    }
-  }
+  for (size_t i = 0; !exit && i < options->setting_count; i++)
+    exit = take_sky_setting(&options->settings[i], desc);
   return exit;
 }
 
@@ -119,7 +126,7 @@ static cli_exit probe_sky(cli_session *session) {
 
 cli_exit cli_command_probe(cli_session *session) {
   const char *question = session->options->files[0];
-  cli_exit exit = check_output(session->options);
+  cli_exit exit = check_output(session);
   if (exit) return exit;
   if (!strcmp(question, "slab")) return probe_slab(session);
   if (!strcmp(question, "sky")) return probe_sky(session);

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
@@ -44,19 +45,25 @@ static cli_exit check_pattern(const cli_options *options, const char *pattern) {
   return CLI_USAGE;
 }
 
-/* "out/frame.0001.exr", or, for a tile, "out/frame.0001.tile2of4.exr". */
+/* To be freed: the pattern, or, for a tile, "out/frame.####.tile2of4.exr". NULL: no memory. */
+static char *name_tile(const cli_options *options, const char *pattern) {
+  const size_t length = strlen(pattern), ending = strlen(".exr");
+  if (!options->tile_count || options->output_count || length <= ending) return strdup(pattern);
+  char *tiled;
+  const int stem = (int)(length - ending);
+  const int printed = asprintf(&tiled, "%.*s.tile%uof%u%s", stem, pattern, options->tile_index, options->tile_count,
+                               pattern + stem);
+  return printed < 0 ? NULL : tiled;
+}
+
 static neph_result name_target(const render_job *job, const char *pattern, char **out_path) {
-  const cli_options *options = job->session->options;
   *out_path = NULL;
   if (!pattern) return NEPH_OK;
-  char tiled[4096];
-  size_t stem = strlen(pattern) - strlen(".exr");
-  if (options->tile_count && !options->output_count && strlen(pattern) > strlen(".exr"))
-    snprintf(tiled, sizeof tiled, "%.*s.tile%uof%u%s", (int)stem, pattern, options->tile_index, options->tile_count,
-             pattern + stem);
-  else
-    snprintf(tiled, sizeof tiled, "%s", pattern);
-  return neph_frame_get_path(job->session->context, tiled, job->desc.frame, out_path);
+  char *tiled = name_tile(job->session->options, pattern);
+  if (!tiled) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = neph_frame_get_path(job->session->context, tiled, job->desc.frame, out_path);
+  free(tiled);
+  return result;
 }
 
 static void free_targets(const render_job *job, targets *t) {
@@ -77,7 +84,7 @@ static cli_exit check_cloud(const render_job *job, unsigned index) {
   if (!pattern || !neph_scene_is_cloud_baked(job->scene, index)) return CLI_DONE;
   char *path;
   cli_exit exit = cli_exit_of(neph_frame_get_path(job->session->context, pattern, job->desc.frame, &path));
-  if (!exit && access(path, F_OK)) exit = cli_check_target(path);
+  if (!exit && access(path, F_OK)) exit = cli_check_target(job->session, path);
   neph_text_destroy(job->session->context, path);
   return exit;
 }
@@ -86,8 +93,8 @@ static cli_exit check_targets(render_job *job) {
   targets t;
   neph_result result = name_targets(job, &t);
   cli_exit exit = cli_exit_of(result);
-  if (!exit && t.image) exit = cli_check_target(t.image);
-  if (!exit && t.preview) exit = cli_check_target(t.preview);
+  if (!exit && t.image) exit = cli_check_target(job->session, t.image);
+  if (!exit && t.preview) exit = cli_check_target(job->session, t.preview);
   for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(job->scene); i++) exit = check_cloud(job, i);
   free_targets(job, &t);
   return exit;
@@ -219,7 +226,7 @@ static cli_exit run(render_job *job) {
 }
 
 cli_exit cli_command_render(cli_session *session) {
-  render_job job = {.session = session};
+  render_job job = {.session = session, .desc = NEPH_RENDER_DESC_DEFAULT, .output = NEPH_OUTPUT_DEFAULT};
   cli_exit exit = cli_load_scene(session, session->options->files[0], &job.scene);
   if (exit) return exit;
   neph_result result = neph_scene_get_render_desc(job.scene, &job.desc);

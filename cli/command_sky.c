@@ -5,10 +5,11 @@
 
 #include "session.h"
 
-static cli_exit check_output(const cli_options *options) {
+static cli_exit check_output(const cli_session *session) {
+  const cli_options *options = session->options;
   if (!options->output_count) return CLI_DONE;
   if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".exr"))
-    return cli_check_target(options->outputs[0]);
+    return cli_check_target(session, options->outputs[0]);
   cli_complain("--output of nephos sky must be one .exr");
   return CLI_USAGE;
 }
@@ -84,7 +85,7 @@ static void print_irradiances(const cli_session *session, const neph_image *imag
 
 static neph_result render_sky(cli_session *session, neph_scene *scene, neph_image **out_image) {
   neph_sky_image_desc desc = NEPH_SKY_IMAGE_DESC_DEFAULT;
-  neph_render_desc scene_desc;
+  neph_render_desc scene_desc = NEPH_RENDER_DESC_DEFAULT;
   neph_result result = neph_scene_get_render_desc(scene, &scene_desc);
   if (result) return result;
   if (session->options->has_resolution) {
@@ -157,7 +158,7 @@ static cli_exit run(cli_session *session, neph_scene *scene) {
 
 cli_exit cli_command_sky(cli_session *session) {
   neph_scene *scene;
-  cli_exit exit = check_output(session->options);
+  cli_exit exit = check_output(session);
   if (!exit) exit = cli_load_scene(session, session->options->files[0], &scene);
   if (exit) return exit;
   cli_catch_interrupts();

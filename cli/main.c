@@ -43,10 +43,17 @@ static cli_exit close_output(cli_exit exit) {
   return CLI_IO;
 }
 
-int main(int argc, char **argv) {
+static cli_exit run_command_line(int argc, char **argv) {
   cli_options options;
   cli_exit exit = cli_options_read(argc, argv, &options);
   if (!exit) exit = run(&options);
   cli_options_clear(&options);
   return close_output(exit);
+}
+
+int main(int argc, char **argv) {
+  cli_ignore_size_signal();
+  if (cli_open_streams()) return run_command_line(argc, argv);
+  cli_complain("/dev/null cannot be opened in place of a closed standard stream: %s", strerror(errno));
+  return CLI_IO;
 }

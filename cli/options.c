@@ -341,7 +341,7 @@ static cli_exit take_option(cli_options *out, int argc, char **argv, int *index)
   size_t length = is_long ? strcspn(text, "=") : 2;
   const option_row *option = is_long ? find_long_option(text, length) : find_letter(text[1]);
   if (!option) return fail_unknown_option(text);
-  out->given |= UINT64_C(1) << (option - options);
+  out->given[option - options] = true;
   if (text[length]) value = text + length + (is_long ? 1 : 0);
   if (value && !option->argument) {
     cli_complain("%s takes no value, and is given %s", option->name, value);
@@ -373,7 +373,7 @@ static cli_exit take_verb(cli_options *out, const char *text) {
 /* Options may stand before the verb: only now is it known whether they are its own. */
 static cli_exit check_options(const cli_options *out, const verb_row *verb) {
   for (size_t i = 0; i < option_count; i++) {
-    if (!(out->given & UINT64_C(1) << i) || options[i].verbs & verb->verb) continue;
+    if (!out->given[i] || options[i].verbs & verb->verb) continue;
     cli_complain("%s is not an option of nephos %s", options[i].name, verb->name);
     return CLI_USAGE;
   }
@@ -402,8 +402,9 @@ static bool allocate_lists(cli_options *out, int argc, char **argv, char **out_s
   out->files = calloc(count, sizeof *out->files);
   out->settings = calloc(count, sizeof *out->settings);
   out->outputs = calloc(count, sizeof *out->outputs);
+  out->given = calloc(option_count, sizeof *out->given);
   *out_storage = out->storage = malloc(bytes);
-  return out->files && out->settings && out->outputs && out->storage;
+  return out->files && out->settings && out->outputs && out->given && out->storage;
 }
 
 /* The verb is the first argument that is no option. */
@@ -441,6 +442,7 @@ void cli_options_clear(cli_options *out) {
   free(out->files);
   free(out->settings);
   free(out->outputs);
+  free(out->given);
   free(out->frames);
   free(out->storage);
 }

@@ -5,7 +5,6 @@
 
 #include <stdbool.h>
 #include <stddef.h>
-#include <stdint.h>
 
 #include <nephos/context.h>
 
@@ -80,7 +79,7 @@ typedef struct cli_options {
   unsigned level_count; /* 0: not given */
   cli_progress_mode progress;
   neph_log_level log_level;
-  uint64_t given; /* a bit for each option that was given */
+  bool *given;    /* for each option of the table, in its order */
   char *storage;  /* what settings point into */
 } cli_options;
 

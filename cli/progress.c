@@ -1,27 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "progress.h"
 
-#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
-/* The one variable that outlives a call: a signal handler can reach no other. */
-static volatile sig_atomic_t is_interrupted;
-
-static void note_interrupt(int signal_number) {
-  (void)signal_number;
-  is_interrupted = 1;
-}
-
-void cli_catch_interrupts(void) {
-  struct sigaction action = {.sa_handler = note_interrupt, .sa_flags = SA_RESTART | (int)SA_RESETHAND};
-  sigemptyset(&action.sa_mask);
-  sigaction(SIGINT, &action, NULL);
-  sigaction(SIGTERM, &action, NULL);
-}
-
-bool cli_is_interrupted(void) { return is_interrupted; }
+#include "process.h"
 
 void cli_progress_start(cli_progress *progress, cli_progress_mode mode) {
   *progress = (cli_progress){.mode = mode};
@@ -77,7 +61,7 @@ static void show(cli_progress *progress, const neph_progress *report) {
 bool cli_progress_report(void *user, const neph_progress *report) {
   cli_progress *progress = user;
   if (progress->mode != CLI_PROGRESS_NONE && is_due(progress, report)) show(progress, report);
-  return !is_interrupted;
+  return !cli_is_interrupted();
 }
 
 void cli_progress_finish(cli_progress *progress) {

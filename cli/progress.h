@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Progress, messages and interruption, all on standard error. */
+/* Progress and messages, on standard error. */
 #ifndef NEPHOS_CLI_PROGRESS_H
 #define NEPHOS_CLI_PROGRESS_H
 
@@ -28,9 +28,5 @@ void cli_progress_finish(cli_progress *progress);
 
 /* A neph_log_fn; `progress` is a cli_progress. */
 void cli_progress_log(void *progress, neph_log_level level, const char *message);
-
-/* From here on SIGINT and SIGTERM stop work at the next report; a second one ends the process at once. */
-void cli_catch_interrupts(void);
-bool cli_is_interrupted(void);
 
 #endif

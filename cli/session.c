@@ -1,11 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "session.h"
 
-#include <errno.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 cli_exit cli_exit_of(neph_result result) {
   switch (result) {
@@ -68,23 +65,8 @@ cli_exit cli_load_scene(cli_session *session, const char *path, neph_scene **out
   return cli_exit_of(result);
 }
 
-cli_exit cli_check_target(const char *path) {
-  struct stat status;
-  if (!stat(path, &status) && S_ISDIR(status.st_mode)) {
-    cli_complain("%s cannot be written: it is a folder", path);
-    return CLI_IO;
-  }
-  const char *slash = strrchr(path, '/');
-  char folder[4096];
-  int length = slash ? (int)(slash - path) + 1 : 2;
-  if (length >= (int)sizeof folder) {
-    cli_complain("%s cannot be written: the name is too long", path);
-    return CLI_IO;
-  }
-  snprintf(folder, sizeof folder, "%.*s", length, slash ? path : "./");
-  if (!access(folder, W_OK | X_OK)) return CLI_DONE;
-  cli_complain("%s cannot be written: folder %s: %s", path, folder, strerror(errno));
-  return CLI_IO;
+cli_exit cli_check_target(const cli_session *session, const char *path) {
+  return cli_exit_of(neph_target_check(session->context, path));
 }
 
 void cli_print_text(cli_session *session, char *text) {

@@ -8,6 +8,7 @@
 #include <nephos/nephos.h>
 
 #include "options.h"
+#include "process.h"
 #include "progress.h"
 
 typedef struct cli_session {
@@ -26,7 +27,7 @@ cli_exit cli_exit_of(neph_result result);
 cli_exit cli_load_scene(cli_session *session, const char *path, neph_scene **out_scene);
 
 /* Whether a file can be made at `path`, which is not tried by making one. CLI_IO, after a message, when not. */
-cli_exit cli_check_target(const char *path);
+cli_exit cli_check_target(const cli_session *session, const char *path);
 
 /* Prints a text of the library and frees it. */
 void cli_print_text(cli_session *session, char *text);

@@ -67,7 +67,7 @@ static void a_crop_is_a_part_of_the_picture(void **state) {
   neph_context *context = *state;
   neph_scene *scene = NULL;
   neph_image *whole = NULL, *part = NULL;
-  neph_render_desc desc;
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   assert_int_equal(neph_scene_load_text(context, CAMERA LOW_SUN HILLS, "test.yaml", &scene), NEPH_OK);
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
   desc.sample_count = 1;

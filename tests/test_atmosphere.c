@@ -103,7 +103,7 @@ static void airs_of_all_kinds_have_a_sky(void **state) {
   static const char *const names[] = {"earth", "earth-hazy", "mars"};
   neph_context *context = test_context_create(1, NULL);
   for (int i = 0; i < 3; i++) {
-    neph_atmosphere_desc desc;
+    neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
     assert_int_equal(neph_atmosphere_get_preset(context, names[i], &desc, NULL), NEPH_OK);
     assert_sane(&desc);
   }
@@ -377,7 +377,7 @@ static void wrong_layers_are_refused(void **state) {
   }
   air.desc.layer_count = 4;
   assert_refused(context, &log, &air.desc, "more than 6 phase functions", "each band", "Rayleigh's");
-  neph_atmosphere_desc desc;
+  neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
   assert_int_equal(neph_atmosphere_get_preset(context, "venus", &desc, NULL), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&log, "venus", "earth-hazy", "mars");
   neph_context_destroy(context);

@@ -21,7 +21,7 @@ static neph_cloud_desc smooth_field(void) {
 /* Bakes, lets `change` spoil the grid, and measures. */
 static neph_bake_error measure(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                                float factor) {
-  neph_bake_error error;
+  neph_bake_error error = NEPH_BAKE_ERROR_DEFAULT;
   neph_bake_desc with_error = *desc;
   np_bake bake;
   np_monitor monitor;
@@ -133,7 +133,7 @@ static void measuring_does_not_change_the_file(void **state) {
   char *folder = test_folder_create(), *path = test_path(folder, "cloud.vdb");
   const neph_cloud_desc cloud = smooth_field();
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
-  neph_bake_error error;
+  neph_bake_error error = NEPH_BAKE_ERROR_DEFAULT;
   bool is_same;
   desc.prune_per_m = 0.01;
   desc.level_count = 2;
@@ -153,7 +153,7 @@ static void no_cloud_is_no_error(void **state) {
   neph_context *context = test_context_create(2, NULL);
   neph_cloud_desc cloud = smooth_field();
   cloud.coverage = 0;
-  const neph_bake_error error = measure_plain(context, &cloud), zero = {0};
+  const neph_bake_error error = measure_plain(context, &cloud), zero = NEPH_BAKE_ERROR_DEFAULT;
   assert_memory_equal(&error, &zero, sizeof error);
   neph_context_destroy(context);
 }

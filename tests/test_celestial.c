@@ -170,7 +170,7 @@ static void the_ephemeris_tells_the_same(void **state) {
   test_log log;
   test_log_start(&log);
   neph_context *context = test_context_create(1, &log);
-  neph_ephemeris sky;
+  neph_ephemeris sky = NEPH_EPHEMERIS_DEFAULT;
   const double latitude = 36.96667 * NP_DEGREE, longitude = -87.67167 * NP_DEGREE;
   assert_int_equal(neph_ephemeris_find(context, "2017-08-21T18:25:32Z", latitude, longitude, &sky), NEPH_OK);
   double cosine = 0.0;

@@ -441,8 +441,8 @@ static void a_baked_file_holds_the_cloud_and_how_it_was_made(void **state) {
 
   neph_volume *volume = NULL;
   assert_int_equal(neph_volume_load(context, path, NULL, &volume), NEPH_OK);
-  neph_volume_info info;
-  neph_volume_get_info(volume, &info);
+  neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
+  assert_int_equal(neph_volume_get_info(volume, &info), NEPH_OK);
   assert_int_equal(info.active_voxel_count, np_sparse_grid_count_active(&grid));
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 4; j++) assert_near(info.index_to_world[i][j], grid.index_to_world.m[i][j], 0);

@@ -6,7 +6,7 @@ static void every_preset_covers_what_it_says(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
   for (size_t i = 0; i < TEST_PRESET_COUNT; i++) {
-    neph_cloud_desc desc;
+    neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
     assert_int_equal(neph_cloud_get_preset(context, test_presets[i], &desc), NEPH_OK);
     desc.precipitation = 0; /* rain is not cloud */
     for (int coarser = 1; coarser <= 2; coarser++) {
@@ -21,7 +21,7 @@ static void every_preset_gives_the_same_bits(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
   for (size_t i = 0; i < TEST_PRESET_COUNT; i++) {
-    neph_cloud_desc desc;
+    neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
     assert_int_equal(neph_cloud_get_preset(context, test_presets[i], &desc), NEPH_OK);
     desc.extent_m[0] = desc.extent_m[1] = 0.4 * desc.extent_m[0];
     desc.voxel_m = desc.extent_m[0] / 50;
@@ -40,7 +40,7 @@ static void an_unknown_preset_lists_those_there_are(void **state) {
   test_log log;
   test_log_start(&log);
   neph_context *context = test_context_create(1, &log);
-  neph_cloud_desc desc;
+  neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
   assert_int_equal(neph_cloud_get_preset(context, "cumulus", &desc), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&log, "\"cumulus\"", "cumulus_humilis", "cumulus_mediocris", "cumulus_congestus", "stratocumulus");
   neph_context_destroy(context);

@@ -117,6 +117,15 @@ static void older_description_keeps_newer_defaults(void **state) {
   assert_int_equal(out.second, 2);
 }
 
+static void older_struct_is_filled_to_its_end(void **state) {
+  (void)state;
+  sample_desc out = {offsetof(sample_desc, second), 10, 20};
+  assert_int_equal(np_desc_write(NULL, "sample_desc", &sample_defaults, sizeof out, &out), NEPH_OK);
+  assert_int_equal(out.struct_size, offsetof(sample_desc, second));
+  assert_int_equal(out.first, 1);
+  assert_int_equal(out.second, 20);
+}
+
 static void newer_and_absurd_descriptions_are_refused(void **state) {
   (void)state;
   test_log log;
@@ -129,6 +138,10 @@ static void newer_and_absurd_descriptions_are_refused(void **state) {
                      NEPH_ERROR_INVALID_ARGUMENT);
     assert_one_error(&log, "sample_desc.struct_size is");
     assert_int_equal(out.first, 0);
+    assert_int_equal(np_desc_write(context, "sample_desc", &sample_defaults, sizeof out, &bad),
+                     NEPH_ERROR_INVALID_ARGUMENT);
+    assert_one_error(&log, "sample_desc.struct_size is");
+    assert_int_equal(bad.first, 10);
   }
   neph_context_destroy(context);
 }
@@ -185,6 +198,7 @@ int main(void) {
       cmocka_unit_test(endless_message_is_cut),
       cmocka_unit_test(null_description_gives_the_defaults),
       cmocka_unit_test(older_description_keeps_newer_defaults),
+      cmocka_unit_test(older_struct_is_filled_to_its_end),
       cmocka_unit_test(newer_and_absurd_descriptions_are_refused),
       cmocka_unit_test(objects_keep_their_context),
       cmocka_unit_test(creation_survives_each_failed_allocation),

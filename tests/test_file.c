@@ -162,14 +162,70 @@ static void link_stays_a_link(void **state) {
   free(link);
 }
 
+/* A link whose end is not there yet: the end is made, in whatever folder it lies, through further links. */
+static void dangling_link_gets_its_target(void **state) {
+  test_fixture *f = *state;
+  char *link = test_path(f->folder, "link"), *next = test_path(f->folder, "next");
+  char *below = test_path(f->folder, "below"), *target = test_path(f->folder, "below/target");
+  assert_int_equal(mkdir(below, 0755), 0);
+  assert_int_equal(symlink("next", link), 0);
+  assert_int_equal(symlink("below/target", next), 0);
+  assert_int_equal(np_file_check_target(f->context, link), NEPH_OK);
+  assert_int_equal(np_file_write_all(f->context, link, "new", 3), NEPH_OK);
+  assert_holds(f, target, "new");
+  struct stat status;
+  assert_int_equal(lstat(link, &status), 0);
+  assert_true(S_ISLNK(status.st_mode));
+  assert_int_equal(test_folder_count(f->folder), 3);
+  assert_int_equal(test_folder_count(below), 1);
+  free(link), free(next), free(below), free(target);
+}
+
+static void link_to_nowhere_is_named(void **state) {
+  test_fixture *f = *state;
+  char *link = test_path(f->folder, "link"), *loop = test_path(f->folder, "loop");
+  assert_int_equal(symlink("nowhere/target", link), 0);
+  assert_int_equal(symlink("loop", loop), 0);
+  assert_int_equal(np_file_check_target(f->context, link), NEPH_ERROR_IO);
+  assert_one_error(&f->log, link, "a link to", "nowhere/target", "No such file");
+  assert_int_equal(np_file_write_all(f->context, link, "new", 3), NEPH_ERROR_IO);
+  assert_one_error(&f->log, link, "a link to", "nowhere/target", "No such file");
+  assert_int_equal(np_file_write_all(f->context, loop, "new", 3), NEPH_ERROR_IO);
+  assert_one_error(&f->log, loop, "cannot be written", "Too many levels of symbolic links");
+  assert_int_equal(test_folder_count(f->folder), 2);
+  free(link), free(loop);
+}
+
+static unsigned get_mode(const char *path) {
+  struct stat status;
+  assert_int_equal(stat(path, &status), 0);
+  return status.st_mode & 0777;
+}
+
+/* A private file is private from the first byte; others may still write theirs, whatever the umask. */
+static void replaced_file_keeps_its_permissions(void **state) {
+  test_fixture *f = *state;
+  static const unsigned modes[] = {0600, 0664, 0440, 0000};
+  for (size_t i = 0; i < sizeof modes / sizeof *modes; i++) {
+    np_file_write write;
+    write_text(f, "old");
+    assert_int_equal(chmod(f->path, modes[i]), 0);
+    const mode_t saved = umask(022);
+    assert_int_equal(np_file_write_begin(f->context, f->path, &write), NEPH_OK);
+    assert_int_equal(get_mode(write.temporary) & ~modes[i] & ~0600u, 0);
+    assert_int_equal(np_file_write_commit(&write), NEPH_OK);
+    umask(saved);
+    assert_int_equal(get_mode(f->path), modes[i]);
+    assert_int_equal(chmod(f->path, 0600), 0);
+  }
+}
+
 static void permissions_follow_the_umask(void **state) {
   test_fixture *f = *state;
   const mode_t saved = umask(027);
   write_text(f, "x");
   umask(saved);
-  struct stat status;
-  assert_int_equal(stat(f->path, &status), 0);
-  assert_int_equal(status.st_mode & 0777, 0640);
+  assert_int_equal(get_mode(f->path), 0640);
 }
 
 static neph_result write_and_read(neph_context *context, void *path) {
@@ -237,6 +293,9 @@ int main(void) {
       FILE_TEST(write_that_does_not_fit_leaves_nothing),
       FILE_TEST(devices_are_not_replaced),
       FILE_TEST(link_stays_a_link),
+      FILE_TEST(dangling_link_gets_its_target),
+      FILE_TEST(link_to_nowhere_is_named),
+      FILE_TEST(replaced_file_keeps_its_permissions),
       FILE_TEST(permissions_follow_the_umask),
       FILE_TEST(failed_allocations_leave_nothing),
       FILE_TEST(paths_are_seen_from_the_base_file),

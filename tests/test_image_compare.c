@@ -20,7 +20,7 @@ static neph_image *create_flat(test_fixture *f, unsigned width, unsigned height,
 }
 
 static neph_image_difference compare(test_fixture *f, const neph_image *image, const neph_image *reference) {
-  neph_image_difference difference;
+  neph_image_difference difference = NEPH_IMAGE_DIFFERENCE_DEFAULT;
   assert_int_equal(neph_image_compare(f->context, image, reference, &difference), NEPH_OK);
   return difference;
 }
@@ -187,7 +187,7 @@ static void values_without_a_finite_reference_are_left_out(void **state) {
 
 static void unmeasurable_pictures_are_refused(void **state) {
   test_fixture *f = *state;
-  neph_image_difference d;
+  neph_image_difference d = NEPH_IMAGE_DIFFERENCE_DEFAULT;
   neph_image *image = create_flat(f, 16, 16, 1.0f), *reference = create_flat(f, 16, 16, 1.0f), *out;
   image->channels[1].values[16 * 2 + 5] = NAN;
   assert_int_equal(neph_image_compare(f->context, image, reference, &d), NEPH_ERROR_INVALID_ARGUMENT);
@@ -253,7 +253,7 @@ static void difference_picture_is_signed_and_coloured(void **state) {
 static neph_result compare_two(neph_context *context, void *user) {
   (void)user;
   neph_image *image = NULL, *reference = NULL, *out = NULL;
-  neph_image_difference difference;
+  neph_image_difference difference = NEPH_IMAGE_DIFFERENCE_DEFAULT;
   neph_result result = neph_image_create(context, 9, 9, 4, rgbz, &image);
   if (!result) result = neph_image_create(context, 9, 9, 4, rgbz, &reference);
   if (!result) result = neph_image_compare(context, image, reference, &difference);

@@ -162,7 +162,7 @@ static void test_errors_of_light_are_foretold_near_and_far(void **state) {
  */
 static void test_crops_have_the_cells_of_the_whole(void **state) {
   neph_scene *scene = load(*state, CLOUD "camera: {resolution: [1000, 500]}\nrender: {samples: 2}\n");
-  neph_render_desc desc;
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
   np_plan plan;
   np_multi_scatter_desc cells;
@@ -197,7 +197,7 @@ static void test_work_is_counted(void **state) {
   neph_scene *scene = load(f, "camera: {resolution: [100, 50]}\noutput: {aovs: [sun, distance]}\n"
                               "clouds: [{bake: {extent: 1 km, thickness: 100 m, voxel: 10 m}}]");
   np_plan plan;
-  neph_render_desc desc;
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
   desc.crop_min[0] = 90;
   desc.sample_count = 3;
@@ -217,7 +217,7 @@ static void assert_refused(test_fixture *f, const neph_scene *scene, const neph_
 static void test_bad_descriptions_are_refused(void **state) {
   test_fixture *f = *state;
   neph_scene *scene = load(f, "version: 1");
-  neph_render_desc good, desc;
+  neph_render_desc good = NEPH_RENDER_DESC_DEFAULT, desc;
   assert_int_equal(neph_scene_get_render_desc(scene, &good), NEPH_OK);
   desc = good, desc.width = 0, assert_refused(f, scene, &desc, "0 x 540 pixels");
   desc = good, desc.height = 65537, assert_refused(f, scene, &desc, "960 x 65537");

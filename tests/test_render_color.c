@@ -263,7 +263,7 @@ static void previews_have_a_white(void **state) {
   neph_context *context = test_context_create(1, NULL);
   neph_scene *scenes[3] = {load(context, &three, 1), load(context, NULL, 0), load(context, dark, 2)};
   for (int s = 0; s < 3; s++) {
-    neph_output output;
+    neph_output output = NEPH_OUTPUT_DEFAULT;
     assert_int_equal(neph_scene_get_output(scenes[s], &output), NEPH_OK);
     for (int c = 0; c < 3; c++) assert_near(output.preview_desc.white[c], expected[s][c], 1e-15);
     neph_scene_destroy(scenes[s]);

@@ -166,7 +166,7 @@ static void bad_efforts_are_refused(void **state) {
   neph_image *image = NULL;
   assert_int_equal(neph_scene_load_text(context, scene_text, "test.yaml", &scene), NEPH_OK);
   test_log_clear(&log);
-  neph_render_desc desc;
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
   desc.target_error = 0.0;
   assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_ERROR_INVALID_ARGUMENT);

@@ -59,7 +59,7 @@ static void test_example_is_read(void **state) {
 static void test_preset_comes_first_wherever_it_stands(void **state) {
   test_fixture *f = *state;
   neph_scene *scene;
-  neph_cloud_desc preset;
+  neph_cloud_desc preset = NEPH_CLOUD_DESC_DEFAULT;
   assert_int_equal(neph_cloud_get_preset(f->context, "cumulus_mediocris", &preset), NEPH_OK);
   assert_int_equal(neph_scene_load_text(f->context, example, "scene.yaml", &scene), NEPH_OK);
   assert_near(scene->clouds[1].bake.voxel_m, 25, 0);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "scene/scene_keys.h"
+#include "scene/scene_node.h"
 
 static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 
@@ -31,6 +32,25 @@ static void test_numbers_have_a_range_and_room(void **state) {
 }
 
 /* ---- Defaults ---- */
+
+/* A default of any number of items, also of more than any key has today. */
+static void test_default_may_be_a_list_of_any_length(void **state) {
+  test_fixture *f = *state;
+  static const char text[] = "0 m, -6 km, 400 m, 1, 2, 3, 4, 5, 6";
+  static const char *const items[] = {"0 m", "-6 km", "400 m", "1", "2", "3", "4", "5", "6"};
+  np_node *list = np_node_create_value(f->context, text);
+  assert_int_equal(list->kind, NP_NODE_SEQUENCE);
+  assert_int_equal(np_node_count(list), sizeof items / sizeof *items);
+  for (size_t i = 0; i < sizeof items / sizeof *items; i++) {
+    assert_int_equal(np_node_get(list, i)->kind, NP_NODE_SCALAR);
+    assert_string_equal(np_node_get(list, i)->text, items[i]);
+  }
+  np_node_destroy(f->context, list);
+  np_node *one = np_node_create_value(f->context, "35 deg");
+  assert_int_equal(one->kind, NP_NODE_SCALAR);
+  assert_string_equal(one->text, "35 deg");
+  np_node_destroy(f->context, one);
+}
 
 static void assert_same_reals(const double *a, const double *b, size_t count) {
   for (size_t i = 0; i < count; i++) assert_near(a[i], b[i], 0);
@@ -94,7 +114,7 @@ static void test_defaults_of_a_terrain(void **state) {
 static void test_defaults_of_a_render(void **state) {
   test_fixture *f = *state;
   neph_scene *scene;
-  neph_render_desc desc;
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   const neph_render_desc expected = NEPH_RENDER_DESC_DEFAULT;
   assert_int_equal(neph_scene_create(f->context, &scene), NEPH_OK);
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
@@ -383,6 +403,7 @@ int main(void) {
       cmocka_unit_test(test_each_key_lies_in_a_section),
       cmocka_unit_test(test_numbers_have_a_range_and_room),
       cmocka_unit_test_setup_teardown(test_defaults_are_those_of_the_public_descriptions, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_default_may_be_a_list_of_any_length, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_defaults_of_a_terrain, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_defaults_of_a_render, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_each_key_goes_through_a_file, set_up, test_tear_down),

@@ -28,7 +28,7 @@ static void test_keys_are_set(void **state) {
 
 static void test_a_preset_leaves_what_was_given(void **state) {
   fixture *f = *state;
-  neph_cloud_desc preset;
+  neph_cloud_desc preset = NEPH_CLOUD_DESC_DEFAULT;
   assert_int_equal(neph_cloud_get_preset(f->context, "stratocumulus", &preset), NEPH_OK);
   set(f, "clouds[1].bake.preset", "stratocumulus");
   assert_near(f->scene->clouds[1].bake.coverage, preset.coverage, 0);
@@ -140,8 +140,8 @@ static void test_sun_depth_is_one_of_three(void **state) {
 
 static void test_settings_read_out(void **state) {
   fixture *f = *state;
-  neph_render_desc desc;
-  neph_output output;
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  neph_output output = NEPH_OUTPUT_DEFAULT;
   set(f, "camera.resolution", "[100, 50]");
   set(f, "render", "{samples: 9, seed: 5, integrator: path, multiple_scattering: none, max_scatterings: 3}");
   set(f, "render.atmosphere", "tables");

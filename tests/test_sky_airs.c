@@ -141,7 +141,7 @@ static void look_at_mars(neph_atmosphere *mars, double sun_deg, double angle_deg
 static void mars_has_a_blue_sunset(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
-  neph_atmosphere_desc desc;
+  neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
   double distance_au, noon[3], near[3], far[3];
   assert_int_equal(neph_atmosphere_get_preset(context, "mars", &desc, &distance_au), NEPH_OK);
   assert_near(distance_au, 1.524, 0.0);

@@ -294,7 +294,7 @@ static void pictures_are_right_front_and_back_lit(void **state) {
   for (int n = 0; n < 4; n++) {
     neph_image *volume = render(context, cloud, depths[n / 2], azimuths[n % 2], "volume");
     neph_image *march = render(context, cloud, depths[n / 2], azimuths[n % 2], "march");
-    neph_image_difference d;
+    neph_image_difference d = NEPH_IMAGE_DIFFERENCE_DEFAULT;
     assert_int_equal(neph_image_compare(context, volume, march, &d), NEPH_OK);
     if (!(fabs(d.bias) <= 0.01 && d.block_rms <= 0.015))
       fail_msg("depth %g, azimuth %g: bias %g, block rms %g", depths[n / 2], azimuths[n % 2], d.bias, d.block_rms);

@@ -234,10 +234,10 @@ static void a_grid_is_chosen_by_name_and_number(void **state) {
   for (int n = 0; n < 3; n++) {
     char name[16];
     neph_volume *volume;
-    neph_volume_info info;
+    neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
     snprintf(name, sizeof name, "density[%d]", n);
     assert_int_equal(load(context, path, name, &volume), NEPH_OK);
-    neph_volume_get_info(volume, &info);
+    assert_int_equal(neph_volume_get_info(volume, &info), NEPH_OK);
     assert_int_equal(info.active_voxel_count, voxels[n]);
     assert_near(info.index_to_world[0][3], shift_m[n], 1e-12);
     neph_volume_release(volume);
@@ -275,9 +275,9 @@ static void the_disney_cloud_is_what_its_makers_say(void **state) {
   neph_context *context = test_context_create(2, NULL);
   np_sparse_grid grid;
   neph_volume *volume;
-  neph_volume_info info;
+  neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
   assert_int_equal(load(context, path, NULL, &volume), NEPH_OK);
-  neph_volume_get_info(volume, &info);
+  assert_int_equal(neph_volume_get_info(volume, &info), NEPH_OK);
   assert_int_equal(info.active_voxel_count, 415642);
   assert_int_equal(volume->active_max[0] - volume->active_min[0] + 1, 126);
   assert_int_equal(volume->active_max[1] - volume->active_min[1] + 1, 86);

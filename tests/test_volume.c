@@ -65,8 +65,8 @@ static void any_affine_transform_is_followed(void **state) {
     /* Nested interpolation in float errs by 9 · 2⁻²⁴ of 8. */
     assert_near(sample(volume, world[0], world[1], world[2]), 1 + index[0] + 2 * index[1] + 4 * index[2], 5e-6);
   }
-  neph_volume_info info;
-  neph_volume_get_info(volume, &info);
+  neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
+  assert_int_equal(neph_volume_get_info(volume, &info), NEPH_OK);
   assert_near(info.bounds_min_m[0], 1000.0 - 1.5, 1e-9);
   assert_near(info.bounds_max_m[0], 1000.0 + 1.7320508075688772, 1e-9);
   assert_near(info.bounds_max_m[1], -2000.0 + 1.0 + 2.598076211353316 + 0.5, 1e-9);

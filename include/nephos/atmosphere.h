@@ -90,7 +90,8 @@ typedef struct neph_atmosphere_desc {
 /** Describes a planet and its air by name: "earth", the default; "earth-hazy", with twenty times its aerosol; "mars",
  * dusty.
  *
- * @param out_desc             its layers live as long as the library.
+ * @param out_desc             starts from NEPH_ATMOSPHERE_DESC_DEFAULT; unchanged on failure. Its layers live as long
+ *                             as the library.
  * @param out_sun_distance_au  the planet's from the sun, whose irradiance goes as its inverse square and whose angular
  *                             radius as its inverse. NULL is allowed.
  * @return NEPH_ERROR_INVALID_ARGUMENT for another name.

@@ -80,7 +80,10 @@ typedef struct neph_cloud_desc {
     .map_size_m = {8000, 8000}, .is_map_tiling = false, .name = NULL                                                   \
   }
 
-/** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are. */
+/** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are.
+ *
+ * @param out_desc  starts from NEPH_CLOUD_DESC_DEFAULT; unchanged on failure.
+ */
 NEPH_API neph_result neph_cloud_get_preset(neph_context *context, const char *name,
                                            neph_cloud_desc *out_desc) NEPH_NODISCARD;
 
@@ -112,6 +115,7 @@ typedef struct neph_bake_loss {
  * and in one direction as another, in steps of half a voxel; between voxels the grid is trilinear. Squares are summed
  * over all points and rays, and divided by the number of those that meet the model's cloud. */
 typedef struct neph_bake_error {
+  size_t struct_size;
   uint64_t ray_count;       /**< that meet the model's cloud */
   uint64_t point_count;     /**< in it */
   double density_rms_per_m; /**< of the model's extinction, at these points */
@@ -124,6 +128,9 @@ typedef struct neph_bake_error {
   neph_bake_loss total;     /**< by all of these */
 } neph_bake_error;
 
+#define NEPH_BAKE_ERROR_DEFAULT                                                                                        \
+  { .struct_size = sizeof(neph_bake_error) }
+
 typedef struct neph_bake_desc {
   size_t struct_size;
   double planet_radius_m;        /**< altitudes follow this sphere; > 0 (default 6360 km) */
@@ -134,7 +141,8 @@ typedef struct neph_bake_desc {
                                       "density_2", "density_4", …; 1 to NEPH_BAKE_LEVELS_MAX (default 1) */
   bool has_velocity;             /**< add to a file a grid "vel": velocity in m/s, by which wind and growth move the
                                       extinction, at its active voxels; the wind elsewhere (default false) */
-  neph_bake_error *error;        /**< where neph_cloud_bake_file says what the file lost; NULL (default): unmeasured */
+  neph_bake_error *error;        /**< where neph_cloud_bake_file says what the file lost, started from
+                                      NEPH_BAKE_ERROR_DEFAULT; NULL (default): unmeasured */
   bool has_region;               /**< bake only what lies in the box below (default false) */
   double region_min_m[3];        /**< of the world (default 0, 0, 0) */
   double region_max_m[3];        /**< greater (default 0, 0, 0) */

@@ -41,7 +41,7 @@ typedef struct neph_context_desc {
   neph_log_level log_level_max;  /**< least urgent level delivered (default NEPH_LOG_INFO) */
   neph_reallocate_fn reallocate; /**< NULL (default): the C library's allocator */
   void *reallocate_user;         /**< handed to `reallocate` (default NULL) */
-  const char *module_dir;        /**< folder of nephos_vdb.so and nephos_gdal.so, searched last (default NULL) */
+  const char *module_dir;        /**< folder of nephos_vdb.so, searched last (default NULL) */
 } neph_context_desc;
 
 #define NEPH_CONTEXT_DESC_DEFAULT                                                                                      \
@@ -69,6 +69,9 @@ NEPH_API neph_isa neph_context_get_isa(const neph_context *context);
 
 /** Name of a level as `--isa` takes it: "x86-64", "x86-64-v3", "x86-64-v4"; "unknown" otherwise. */
 NEPH_API const char *neph_isa_get_name(neph_isa isa);
+
+/** Whether a file can be written at `path`: fails as saving one there does, with the same message, and makes none. */
+NEPH_API neph_result neph_target_check(neph_context *context, const char *path) NEPH_NODISCARD;
 
 /** Writes a text of the library to a file, which appears complete or not at all. */
 NEPH_API neph_result neph_text_save(neph_context *context, const char *text, const char *path) NEPH_NODISCARD;

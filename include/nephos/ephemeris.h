@@ -21,11 +21,15 @@ typedef struct neph_ephemeris {
   double sidereal_time_rad;       /**< apparent, local: the right ascension that stands on the meridian; 0 to 2π */
 } neph_ephemeris;
 
+#define NEPH_EPHEMERIS_DEFAULT                                                                                         \
+  { .struct_size = sizeof(neph_ephemeris) }
+
 /** Finds sun, moon and stars.
  *
  * @param time           as in scenes: 2026-06-21T16:00Z, seconds optional, an offset such as +02:00 in place of Z.
  * @param latitude_rad   −π/2 to π/2, north positive.
  * @param longitude_rad  east positive.
+ * @param out_ephemeris  starts from NEPH_EPHEMERIS_DEFAULT; unchanged on failure.
  * @return NEPH_ERROR_INVALID_ARGUMENT where the text is no time, or an angle is not finite or out of range.
  */
 NEPH_API neph_result neph_ephemeris_find(neph_context *context, const char *time, double latitude_rad,

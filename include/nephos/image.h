@@ -93,6 +93,7 @@ NEPH_API neph_result neph_image_describe_file(neph_context *context, const char 
 /** How far a picture lies from a reference, over the channels R, G, B (or all, where those are missing). L is the
  * reference, d the picture minus it. Values that are not finite in the reference are left out. */
 typedef struct neph_image_difference {
+  size_t struct_size;
   double relative_mse;      /**< mean of d²/(L² + ε²), ε = 0.01·mean |L| */
   double rmse;              /**< root of mean d² */
   double bias;              /**< Σ picture / Σ reference − 1 */
@@ -111,8 +112,14 @@ typedef struct neph_image_difference {
                                  pictures has differs everywhere */
 } neph_image_difference;
 
+#define NEPH_IMAGE_DIFFERENCE_DEFAULT                                                                                  \
+  { .struct_size = sizeof(neph_image_difference) }
+
 /** Compares two images of one size. NaN or infinity where the reference is finite is an error that says where;
- * so are headers that name different colour spaces. */
+ * so are headers that name different colour spaces.
+ *
+ * @param out_difference  starts from NEPH_IMAGE_DIFFERENCE_DEFAULT; unchanged on failure.
+ */
 NEPH_API neph_result neph_image_compare(neph_context *context, const neph_image *image, const neph_image *reference,
                                         neph_image_difference *out_difference) NEPH_NODISCARD;
 

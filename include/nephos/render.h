@@ -82,7 +82,10 @@ typedef struct neph_render_desc {
     .splitting = NEPH_SPLITTING_NONE, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL, .progress_user = NULL  \
   }
 
-/** The scene's own render settings, to start from. */
+/** The scene's own render settings, to start from.
+ *
+ * @param out_desc  starts from NEPH_RENDER_DESC_DEFAULT; unchanged on failure.
+ */
 NEPH_API neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc *out_desc) NEPH_NODISCARD;
 
 /** Renders one picture.

@@ -52,9 +52,13 @@ typedef struct neph_output {
   const char *image;          /**< OpenEXR name, '#' for the frame; resolved; NULL: none wanted */
   const char *preview;        /**< PNG name, likewise */
   neph_pixel_type pixel_type; /**< of colour (default NEPH_PIXEL_HALF) */
-  neph_preview_desc preview_desc;
+  neph_preview_desc preview_desc; /**< stays the last, so that it can grow */
 } neph_output;
 
+#define NEPH_OUTPUT_DEFAULT                                                                                            \
+  { .struct_size = sizeof(neph_output), .preview_desc = NEPH_PREVIEW_DESC_DEFAULT }
+
+/** @param out_output  starts from NEPH_OUTPUT_DEFAULT; unchanged on failure. */
 NEPH_API neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_output) NEPH_NODISCARD;
 
 /** Number of clouds in a scene. */

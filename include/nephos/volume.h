@@ -77,6 +77,7 @@ NEPH_API neph_volume *neph_volume_retain(neph_volume *volume);
 NEPH_API void neph_volume_release(neph_volume *volume);
 
 typedef struct neph_volume_info {
+  size_t struct_size;
   const char *name;             /**< of the grid; valid as long as the volume */
   double index_to_world[3][4];  /**< index to metres */
   double bounds_min_m[3], bounds_max_m[3]; /**< world box of the active samples */
@@ -87,7 +88,14 @@ typedef struct neph_volume_info {
   uint64_t brick_count;
 } neph_volume_info;
 
-NEPH_API void neph_volume_get_info(const neph_volume *volume, neph_volume_info *out_info);
+#define NEPH_VOLUME_INFO_DEFAULT                                                                                       \
+  { .struct_size = sizeof(neph_volume_info) }
+
+/** What a volume holds.
+ *
+ * @param out_info  starts from NEPH_VOLUME_INFO_DEFAULT; unchanged on failure, which is that of its struct_size alone.
+ */
+NEPH_API neph_result neph_volume_get_info(const neph_volume *volume, neph_volume_info *out_info) NEPH_NODISCARD;
 
 /** Trilinear samples.
  *

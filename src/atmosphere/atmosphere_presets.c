@@ -90,12 +90,13 @@ neph_result neph_atmosphere_get_preset(neph_context *context, const char *name, 
                                        double *out_sun_distance_au) {
   for (size_t i = 0; i < sizeof presets / sizeof *presets; i++) {
     if (strcmp(presets[i].name, name) != 0) continue;
-    *out_desc = (neph_atmosphere_desc)NEPH_ATMOSPHERE_DESC_DEFAULT;
-    out_desc->planet_radius_m = presets[i].planet_radius_m;
-    out_desc->layers = presets[i].layers;
-    memcpy(out_desc->ground_albedo, presets[i].ground_albedo, sizeof out_desc->ground_albedo);
-    if (out_sun_distance_au) *out_sun_distance_au = presets[i].sun_distance_au;
-    return NEPH_OK;
+    neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
+    desc.planet_radius_m = presets[i].planet_radius_m;
+    desc.layers = presets[i].layers;
+    memcpy(desc.ground_albedo, presets[i].ground_albedo, sizeof desc.ground_albedo);
+    neph_result result = np_desc_write(context, "neph_atmosphere_desc", &desc, sizeof desc, out_desc);
+    if (!result && out_sun_distance_au) *out_sun_distance_au = presets[i].sun_distance_au;
+    return result;
   }
   return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                  "there is no atmosphere named %.64s, must be earth, earth-hazy or mars", name);

@@ -6,7 +6,6 @@
 
 neph_result neph_ephemeris_find(neph_context *context, const char *time, double latitude_rad, double longitude_rad,
                                 neph_ephemeris *out_ephemeris) {
-  *out_ephemeris = (neph_ephemeris){.struct_size = sizeof *out_ephemeris};
   if (!(fabs(latitude_rad) <= 0.5 * NP_PI && fabs(longitude_rad) <= 2.0 * NP_PI))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "ephemeris: latitude is %g rad and longitude %g, must be in [-pi/2, pi/2] and [-2 pi, 2 pi]",
@@ -17,8 +16,8 @@ neph_result neph_ephemeris_find(neph_context *context, const char *time, double 
   const np_sun_angles sun = np_celestial_sun(unix_s, latitude_rad, longitude_rad);
   const np_moon_place moon = np_celestial_moon(unix_s, latitude_rad, longitude_rad, false);
   const double local = fmod(np_celestial_sidereal(unix_s) + longitude_rad, 2.0 * NP_PI);
-  *out_ephemeris = (neph_ephemeris){
-      .struct_size = sizeof *out_ephemeris,
+  const neph_ephemeris ephemeris = {
+      .struct_size = sizeof ephemeris,
       .sun_direction = {cos(sun.elevation_rad) * sin(sun.azimuth_rad), cos(sun.elevation_rad) * cos(sun.azimuth_rad),
                         sin(sun.elevation_rad)},
       .moon_direction = {moon.direction.x, moon.direction.y, moon.direction.z},
@@ -28,5 +27,5 @@ neph_result neph_ephemeris_find(neph_context *context, const char *time, double 
       .moon_irradiance_ratio = np_moon_irradiance_ratio(&moon, 550.0),
       .sidereal_time_rad = local < 0.0 ? local + 2.0 * NP_PI : local,
   };
-  return NEPH_OK;
+  return np_desc_write(context, "neph_ephemeris", &ephemeris, sizeof ephemeris, out_ephemeris);
 }

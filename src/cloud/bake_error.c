@@ -214,7 +214,7 @@ static neph_result measure_rays(void *user, size_t begin, size_t end, unsigned t
 }
 
 static void sum_rays(const ray_sums *rays, neph_bake_error *error) {
-  *error = (neph_bake_error){0};
+  *error = (neph_bake_error)NEPH_BAKE_ERROR_DEFAULT;
   for (size_t i = 0; i < NEPH_BAKE_ERROR_RAYS; i++) {
     error->ray_count += rays[i].point_count > 0;
     error->point_count += rays[i].point_count;
@@ -269,8 +269,10 @@ static neph_result measure(error_job *job, const np_sparse_grid *grid, neph_bake
   np_monitor_set_stage(job->bake->monitor, "measuring the error");
   if (!result) result = np_parallel_for(context, job->bake->monitor, NEPH_BAKE_ERROR_RAYS, 8, measure_rays, job);
   if (!result) {
-    sum_rays(job->rays, out_error);
-    take_roots(out_error);
+    neph_bake_error error;
+    sum_rays(job->rays, &error);
+    take_roots(&error);
+    result = np_desc_write(context, "neph_bake_error", &error, sizeof error, out_error);
   }
   np_alloc_free(context, job->rays);
   np_bricks_clear(&bricks);

@@ -71,8 +71,11 @@ neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *c
   np_bake bake;
   bake_grids grids = {0};
   np_monitor monitor;
+  const np_vdb_module *module; /* before the work that it would write */
+  neph_result result = np_vdb_module_get(context, &module);
+  if (result) return result;
   const unsigned mode = np_float_mode_enter();
-  neph_result result = np_bake_start_checked(context, cloud, desc, NP_BAKE_FOR_FILE, &monitor, &bake);
+  result = np_bake_start_checked(context, cloud, desc, NP_BAKE_FOR_FILE, &monitor, &bake);
   if (!result) {
     result = make_grids(&bake, name, &grids);
     if (!result) result = save(&bake, &grids, path);

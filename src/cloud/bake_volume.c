@@ -22,6 +22,8 @@ neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc 
   static const neph_bake_desc defaults = NEPH_BAKE_DESC_DEFAULT;
   const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
   neph_result result = np_desc_read(context, "neph_bake_desc", &defaults, sizeof defaults, desc, out_desc);
+  if (!result && out_desc->error)
+    result = np_desc_check_size(context, "neph_bake_error", out_desc->error, sizeof *out_desc->error);
   if (!result) result = check_radius(context, out_desc->planet_radius_m);
   if (result) return result;
   if (!(out_desc->prune_per_m >= 0 && out_desc->prune_per_m <= 100))

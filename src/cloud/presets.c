@@ -98,6 +98,5 @@ neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_
   if (desc.stretch == 0) desc.stretch = defaults.stretch;
   memcpy(desc.profile, defaults.profile, sizeof desc.profile);
   memcpy(desc.map_size_m, defaults.map_size_m, sizeof desc.map_size_m);
-  *out_desc = desc;
-  return NEPH_OK;
+  return np_desc_write(context, "neph_cloud_desc", &desc, sizeof desc, out_desc);
 }

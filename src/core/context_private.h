@@ -40,4 +40,11 @@ neph_result np_fail(neph_context *context, neph_result result, const char *forma
 neph_result np_desc_read(neph_context *context, const char *type_name, const void *defaults, size_t size,
                          const void *desc, void *out);
 
+/* Whether a caller's struct has a struct_size that np_desc_write takes, for those that are filled long after. */
+neph_result np_desc_check_size(neph_context *context, const char *type_name, const void *desc, size_t size);
+
+/* Copies `from`, a struct of this version, to a caller's, as much of it as that has; its struct_size stays. Fails, with
+ * nothing written, as np_desc_read does. */
+neph_result np_desc_write(neph_context *context, const char *type_name, const void *from, size_t size, void *out);
+
 #endif

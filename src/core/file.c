@@ -14,6 +14,8 @@
 #include "core/alloc.h"
 #include "core/random.h"
 
+enum { LINKS_MAX = 40 }; /* as many as the kernel follows */
+
 /* ---- Reading ---- */
 
 static neph_result fail_open(neph_context *context, const char *path) {
@@ -107,12 +109,14 @@ static char *name_temporary(neph_context *context, const char *target, unsigned 
   return np_alloc_printf(context, "%.*s.%s.%s", folder_length, target, target + folder_length, suffix);
 }
 
-/* As mkstemp, but the file gets the permissions that the user's umask gives to any new file. */
+/* As mkstemp, but the file gets the permissions that the user's umask gives to any new file, or, where it replaces one,
+ * no more than that has. */
 static neph_result create_temporary(np_file_write *write) {
+  const mode_t mode = write->is_replacing ? write->mode | S_IRUSR | S_IWUSR : 0666;
   for (unsigned attempt = 0; attempt < 100; attempt++) {
     write->temporary = name_temporary(write->context, write->target, attempt);
     if (!write->temporary) return NEPH_ERROR_OUT_OF_MEMORY;
-    const int file = open(write->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    const int file = open(write->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
     if (file >= 0) return close(file), NEPH_OK;
     if (errno != EEXIST) break;
     np_alloc_free(write->context, write->temporary);
@@ -121,23 +125,71 @@ static neph_result create_temporary(np_file_write *write) {
   return fail_write(write->context, write->target, errno);
 }
 
-/* Where the file will stand: behind a symbolic link, so that the link stays one. Only regular files are replaced, lest
- * a device or a pipe become one. */
-static neph_result choose_target(neph_context *context, const char *path, char **out_target) {
+/* Where the file will stand: behind symbolic links, whether or not there is a file at their end. */
+static neph_result follow_links(neph_context *context, const char *path, char **out_target) {
+  char link[PATH_MAX];
+  char *target = np_alloc_text(context, path);
+  for (int count = 0; target; count++) {
+    const ssize_t length = readlink(target, link, sizeof link - 1);
+    if (length < 0) break; /* no link */
+    if (count == LINKS_MAX) {
+      np_alloc_free(context, target);
+      return fail_write(context, path, ELOOP);
+    }
+    link[length] = '\0';
+    char *next = np_file_resolve(context, target, link);
+    np_alloc_free(context, target);
+    target = next;
+  }
+  *out_target = target;
+  return target ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* Only regular files are replaced, lest a device or a pipe become one. */
+static neph_result check_kind(np_file_write *write, const char *path) {
   struct stat status;
-  const bool exists = !lstat(path, &status);
-  char *behind = exists && S_ISLNK(status.st_mode) ? realpath(path, NULL) : NULL;
-  *out_target = np_alloc_text(context, behind ? behind : path);
-  free(behind);
-  if (!*out_target) return NEPH_ERROR_OUT_OF_MEMORY;
-  if (stat(*out_target, &status) || S_ISREG(status.st_mode)) return NEPH_OK;
-  return np_fail(context, NEPH_ERROR_IO, "%s: cannot be written: it is %s, not a regular file", path,
+  if (stat(write->target, &status)) return NEPH_OK;
+  write->is_replacing = true;
+  write->mode = status.st_mode & 0777;
+  if (S_ISREG(status.st_mode)) return NEPH_OK;
+  return np_fail(write->context, NEPH_ERROR_IO, "%s: cannot be written: it is %s, not a regular file", path,
                  S_ISDIR(status.st_mode) ? "a folder" : "a device, a pipe or a socket");
 }
 
-neph_result np_file_write_begin(neph_context *context, const char *path, np_file_write *out_write) {
+static neph_result check_folder(const np_file_write *write, const char *path) {
+  const size_t length = find_folder_length(write->target);
+  char *folder = length ? np_alloc_printf(write->context, "%.*s", (int)length, write->target)
+                        : np_alloc_text(write->context, "./");
+  if (!folder) return NEPH_ERROR_OUT_OF_MEMORY;
+  const int error = faccessat(AT_FDCWD, folder, W_OK | X_OK, AT_EACCESS) ? errno : 0;
+  const bool is_link = strcmp(path, write->target);
+  neph_result result = NEPH_OK;
+  if (error)
+    result = np_fail(write->context, NEPH_ERROR_IO, "%s: cannot be written: %s%s%sfolder %s: %s", path,
+                     is_link ? "it is a link to " : "", is_link ? write->target : "", is_link ? ", " : "", folder,
+                     strerror(error));
+  np_alloc_free(write->context, folder);
+  return result;
+}
+
+/* To be freed by free_names, whatever the outcome. */
+static neph_result choose_target(neph_context *context, const char *path, np_file_write *out_write) {
   *out_write = (np_file_write){.context = context};
-  neph_result result = choose_target(context, path, &out_write->target);
+  neph_result result = follow_links(context, path, &out_write->target);
+  if (!result) result = check_kind(out_write, path);
+  if (!result) result = check_folder(out_write, path);
+  return result;
+}
+
+neph_result np_file_check_target(neph_context *context, const char *path) {
+  np_file_write write;
+  neph_result result = choose_target(context, path, &write);
+  free_names(&write);
+  return result;
+}
+
+neph_result np_file_write_begin(neph_context *context, const char *path, np_file_write *out_write) {
+  neph_result result = choose_target(context, path, out_write);
   if (!result) result = create_temporary(out_write);
   if (result) free_names(out_write);
   return result;
@@ -162,6 +214,8 @@ static void sync_folder(char *path) {
 }
 
 neph_result np_file_write_commit(np_file_write *write) {
+  /* Best effort: some file systems have the same permissions for all files. */
+  if (write->is_replacing) (void)chmod(write->temporary, write->mode);
   if (sync_path(write->temporary, O_RDWR) || rename(write->temporary, write->target)) {
     neph_result result = fail_write(write->context, write->target, errno);
     np_file_write_abandon(write);

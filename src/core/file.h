@@ -8,17 +8,24 @@
 /* A file being written under a temporary name beside its target. */
 typedef struct np_file_write {
   neph_context *context;
-  char *target;    /* the wanted name */
-  char *temporary; /* ".name.XXXXXX" in the same folder; foreign libraries write to this path themselves */
+  char *target;      /* the wanted name, or the one that it is a link to */
+  bool is_replacing; /* a file stands there, */
+  unsigned mode;     /* of these permissions */
+  char *temporary;   /* ".name.XXXXXX" in the same folder; foreign libraries write to this path themselves */
 } np_file_write;
 
 /* Reads a whole file. The block has one more byte, zero, behind its end. NEPH_ERROR_NOT_FOUND if there is none. */
 neph_result np_file_read(neph_context *context, const char *path, void **out_bytes, size_t *out_size);
 
-/* Creates the empty temporary file; fails with a message when the folder is missing or cannot be written. */
+/* Whether a file can be written at `path`: fails, with a message, as beginning to write there does, and makes none. */
+neph_result np_file_check_target(neph_context *context, const char *path);
+
+/* Creates the empty temporary file. The target stands behind symbolic links, which stay. Fails with a message when its
+ * folder is missing or cannot be written, and where something else than a regular file would be replaced. */
 neph_result np_file_write_begin(neph_context *context, const char *path, np_file_write *out_write);
 
-/* Syncs the temporary file and renames it to its target. Frees the two names, whatever the outcome. */
+/* Gives the temporary file the permissions of the one that it replaces, syncs it and renames it to its target. Frees
+ * the two names, whatever the outcome. */
 neph_result np_file_write_commit(np_file_write *write);
 
 /* Removes the temporary file and frees the two names. */

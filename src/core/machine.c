@@ -5,6 +5,7 @@
 #include <sched.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -86,4 +87,19 @@ uint64_t np_memory_size(void) {
   if (quota < size) size = quota;
   if (!getrlimit(RLIMIT_AS, &limit) && limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur < size) size = limit.rlim_cur;
   return size;
+}
+
+bool np_memory_has_room(uint64_t bytes) {
+  void *room = mmap(NULL, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (room == MAP_FAILED) return false;
+  munmap(room, bytes);
+  return true;
+}
+
+/* As glibc has it on x86-64: the limit on the stack, or 2 MiB where there is none; and a page to guard it. */
+uint64_t np_thread_stack_bytes(void) {
+  struct rlimit limit;
+  const uint64_t fallback = 2 << 20, guard = 4096;
+  const bool is_limited = !getrlimit(RLIMIT_STACK, &limit) && limit.rlim_cur != RLIM_INFINITY;
+  return (is_limited ? limit.rlim_cur : fallback) + guard;
 }

@@ -54,6 +54,12 @@ unsigned np_cpu_count(void);
  * limit on address space. */
 uint64_t np_memory_size(void);
 
+/* Whether the process may map `bytes` more, as its limit on address space stands against what it has mapped. */
+bool np_memory_has_room(uint64_t bytes);
+
+/* Address space of a thread's stack, where whoever starts it does not say. */
+uint64_t np_thread_stack_bytes(void);
+
 /* Pool: made and ended by the context. */
 neph_result np_pool_create(neph_context *context, unsigned thread_count, np_pool **out_pool);
 void np_pool_destroy(neph_context *context, np_pool *pool);

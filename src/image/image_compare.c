@@ -328,7 +328,7 @@ static uint64_t count_differing(const neph_image *image, const neph_image *refer
 neph_result neph_image_compare(neph_context *context, const neph_image *image, const neph_image *reference,
                                neph_image_difference *out_difference) {
   comparison pair;
-  neph_image_difference difference = {0};
+  neph_image_difference difference = NEPH_IMAGE_DIFFERENCE_DEFAULT;
   neph_result result = begin_comparison(context, image, reference, &pair);
   if (!result) {
     value_sums sums = sum_values(&pair);
@@ -342,7 +342,8 @@ neph_result neph_image_compare(neph_context *context, const neph_image *image, c
   if (!result) result = measure_blocks(&pair, &difference);
   if (!result) difference.differing_count = count_differing(image, reference);
   free_planes(&pair);
-  if (!result) *out_difference = difference;
+  if (!result)
+    result = np_desc_write(context, "neph_image_difference", &difference, sizeof difference, out_difference);
   return result;
 }
 

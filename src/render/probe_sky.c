@@ -74,6 +74,7 @@ static neph_result describe_earths(neph_context *context, earth out[NAMED_COUNT]
   const neph_sky_desc sun = NEPH_SKY_DESC_DEFAULT;
   for (int i = 0; i < NAMED_COUNT; i++) {
     double distance_au;
+    out[i].medium = (neph_atmosphere_desc)NEPH_ATMOSPHERE_DESC_DEFAULT;
     neph_result result = neph_atmosphere_get_preset(context, presets[i], &out[i].medium, &distance_au);
     if (result) return result;
     out[i].name = presets[i];

@@ -49,7 +49,7 @@ static neph_result check_desc(neph_context *context, const neph_render_desc *des
 }
 
 static neph_result read_desc(const neph_scene *scene, const neph_render_desc *desc, neph_render_desc *out_desc) {
-  neph_render_desc own;
+  neph_render_desc own = NEPH_RENDER_DESC_DEFAULT;
   neph_result result = neph_scene_get_render_desc(scene, &own);
   if (!result) result = np_desc_read(scene->context, "neph_render_desc", &own, sizeof own, desc, out_desc);
   return result ? result : check_desc(scene->context, out_desc);

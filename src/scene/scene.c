@@ -116,26 +116,33 @@ neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value
   return result;
 }
 
+/* An older caller's preview description ends where its struct does. */
+static size_t get_preview_size(const neph_output *output) {
+  const size_t offset = offsetof(neph_output, preview_desc), size = sizeof output->preview_desc;
+  return output->struct_size > offset && output->struct_size < offset + size ? output->struct_size - offset : size;
+}
+
 neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_output) {
   const np_scene_output *output = &scene->output;
   const neph_preview_desc preview = NEPH_PREVIEW_DESC_DEFAULT;
-  *out_output = (neph_output){
-      .struct_size = sizeof *out_output,
+  neph_output wanted = {
+      .struct_size = sizeof wanted,
       .image = output->image,
       .preview = output->preview,
       .pixel_type = output->pixel_type,
       .preview_desc = preview,
   };
-  np_scene_get_white(scene, out_output->preview_desc.white);
-  out_output->preview_desc.exposure_ev = output->exposure_ev;
-  out_output->preview_desc.is_exposure_auto = output->is_exposure_auto;
-  return NEPH_OK;
+  np_scene_get_white(scene, wanted.preview_desc.white);
+  wanted.preview_desc.struct_size = get_preview_size(out_output);
+  wanted.preview_desc.exposure_ev = output->exposure_ev;
+  wanted.preview_desc.is_exposure_auto = output->is_exposure_auto;
+  return np_desc_write(scene->context, "neph_output", &wanted, sizeof wanted, out_output);
 }
 
 neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc *out_desc) {
   const unsigned *resolution = scene->camera.resolution;
-  *out_desc = (neph_render_desc){
-      .struct_size = sizeof *out_desc,
+  const neph_render_desc desc = {
+      .struct_size = sizeof desc,
       .integrator = scene->render.integrator,
       .width = resolution[0],
       .height = resolution[1],
@@ -151,7 +158,7 @@ neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc
       .splitting = scene->render.splitting,
       .scattering_max = scene->render.scattering_max,
   };
-  return NEPH_OK;
+  return np_desc_write(scene->context, "neph_render_desc", &desc, sizeof desc, out_desc);
 }
 
 unsigned neph_scene_get_cloud_count(const neph_scene *scene) { return scene->cloud_count; }

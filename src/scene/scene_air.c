@@ -17,7 +17,7 @@ static const char *const preset_names[] = {[NP_AIR_NONE] = "earth",
 
 neph_result np_scene_air_start(neph_scene *scene) {
   np_scene_air *air = &scene->air;
-  neph_atmosphere_desc desc;
+  neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
   neph_result result =
       neph_atmosphere_get_preset(scene->context, preset_names[air->preset], &desc, &air->sun_distance_au);
   if (result) return result;

@@ -243,21 +243,14 @@ static neph_result apply_value(key_applier *applier, const np_key *key, void *ba
   return fail_value(applier, key, node);
 }
 
-/* The default goes the way of any value, as a scalar or a list of them. */
+/* The default goes the way of any value. */
 static neph_result apply_fallback(key_applier *applier, const np_key *key, void *base) {
-  char text[VALUES_SIZE], *rest = text;
-  np_node items[4] = {{.kind = NP_NODE_SCALAR}}, list = {.kind = NP_NODE_SEQUENCE, .first = items};
-  snprintf(text, sizeof text, "%s", key->fallback);
+  np_node *node = np_node_create_value(applier->context, key->fallback);
+  if (!node) return NEPH_ERROR_OUT_OF_MEMORY;
   snprintf(applier->path, sizeof applier->path, "%s", key->path);
-  bool is_list = strchr(key->fallback, ',');
-  unsigned count = is_list ? np_key_count_values(key) : 1;
-  for (unsigned i = 0; i < count; i++) {
-    items[i].kind = NP_NODE_SCALAR;
-    items[i].text = strsep(&rest, ",");
-    if (i) items[i].text++; /* the space behind the comma */
-    items[i].next = i + 1 < count ? &items[i + 1] : NULL;
-  }
-  return apply_value(applier, key, base, is_list ? &list : items);
+  neph_result result = apply_value(applier, key, base, node);
+  np_node_destroy(applier->context, node);
+  return result;
 }
 
 /* Of the keys of a list's elements, or, for NULL, of all others. */
@@ -348,12 +341,23 @@ static neph_result apply_air_layers(key_applier *applier, const np_key *list, co
   return result;
 }
 
+/* The lists of a scene by where they go. */
+static const struct {
+  size_t offset;
+  neph_result (*apply)(key_applier *applier, const np_key *list, const np_node *node);
+} lists[] = {{offsetof(neph_scene, clouds), apply_clouds}, {offsetof(neph_scene, air.layers), apply_air_layers}};
+
+static neph_result apply_elements(key_applier *applier, const np_key *list, const np_node *node) {
+  for (size_t i = 0; i < sizeof lists / sizeof *lists; i++)
+    if (lists[i].offset == list->field.offset) return lists[i].apply(applier, list, node);
+  return np_fail(applier->context, NEPH_ERROR_INTERNAL, "%s is a list of the key table that no code takes", list->path);
+}
+
 static neph_result apply_list(key_applier *applier, const np_key *list, const np_node *node) {
   if (node->kind != NP_NODE_SEQUENCE) return fail_value(applier, list, node);
   char path[PATH_SIZE];
   memcpy(path, applier->path, sizeof path);
-  const bool is_air = list->field.offset == offsetof(neph_scene, air.layers);
-  neph_result result = is_air ? apply_air_layers(applier, list, node) : apply_clouds(applier, list, node);
+  neph_result result = apply_elements(applier, list, node);
   if (!result) memcpy(applier->path, path, sizeof path);
   return result;
 }
@@ -445,22 +449,22 @@ neph_result np_scene_apply(neph_scene *scene) {
   return result;
 }
 
-static void clear_texts(neph_context *context, bool in_cloud, void *base) {
+/* The texts of a list's element, or, for NULL, of the scene itself. */
+static void clear_texts(neph_context *context, const np_key *list, void *base) {
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
-    const np_key *list = np_key_get_list(key);
-    const bool is_in_cloud = list && list->field.offset == offsetof(neph_scene, clouds);
-    if (!np_key_is_text(key) || is_in_cloud != in_cloud) continue;
+    if (!np_key_is_text(key) || np_key_get_list(key) != list) continue;
     np_alloc_free(context, *get_text_field(key, base));
     *get_text_field(key, base) = NULL;
   }
 }
 
 void np_scene_clear(neph_scene *scene) {
-  for (unsigned i = 0; i < scene->cloud_count; i++) clear_texts(scene->context, true, &scene->clouds[i]);
+  const np_key *clouds = np_key_find(NULL, "clouds");
+  for (unsigned i = 0; i < scene->cloud_count; i++) clear_texts(scene->context, clouds, &scene->clouds[i]);
   np_alloc_free(scene->context, scene->clouds);
   np_scene_air_clear(scene);
   scene->clouds = NULL;
   scene->cloud_count = 0;
-  clear_texts(scene->context, false, scene);
+  clear_texts(scene->context, NULL, scene);
 }

@@ -18,6 +18,28 @@ np_node *np_node_create(neph_context *context, np_node_kind kind, const char *te
   return node;
 }
 
+/* One more scalar of `length` bytes behind those of `list`. */
+static bool append_scalar(neph_context *context, np_node *list, const char *text, size_t length) {
+  np_node *item = np_node_create(context, NP_NODE_SCALAR, NULL, NULL);
+  if (!item) return false;
+  np_node_append(list, item);
+  item->text = np_alloc_printf(context, "%.*s", (int)length, text);
+  return item->text != NULL;
+}
+
+np_node *np_node_create_value(neph_context *context, const char *text) {
+  static const char separator[] = ", ";
+  if (!strstr(text, separator)) return np_node_create(context, NP_NODE_SCALAR, text, NULL);
+  np_node *list = np_node_create(context, NP_NODE_SEQUENCE, NULL, NULL);
+  for (const char *end; list && text; text = end ? end + strlen(separator) : NULL) {
+    end = strstr(text, separator);
+    if (append_scalar(context, list, text, end ? (size_t)(end - text) : strlen(text))) continue;
+    np_node_destroy(context, list);
+    list = NULL;
+  }
+  return list;
+}
+
 void np_node_destroy(neph_context *context, np_node *node) {
   if (!node) return;
   while (node->first) {

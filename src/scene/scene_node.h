@@ -22,6 +22,10 @@ struct np_node {
 /* NULL: no memory. `text` and `key` may be NULL. */
 np_node *np_node_create(neph_context *context, np_node_kind kind, const char *text, const char *key);
 
+/* The node that `text` stands for: a sequence where it has several items, parted by ", ", else a scalar. NULL: no
+ * memory. */
+np_node *np_node_create_value(neph_context *context, const char *text);
+
 /* Destroys a node and everything below it, but not its siblings. NULL is allowed. */
 void np_node_destroy(neph_context *context, np_node *node);
 

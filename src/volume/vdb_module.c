@@ -14,11 +14,17 @@
 #include <unistd.h>
 
 #include "core/file.h"
+#include "core/parallel.h"
 
 enum { TRIED_BYTES = 2048 };
 
+/* Address space of the libraries that come with the module (65 MB were measured), and the threads that one of them,
+ * OpenVDB's log4cplus, starts when it is loaded. Where it cannot start them, it ends the process. */
+enum { LIBRARY_BYTES = 72 << 20, LIBRARY_THREADS = 4 };
+
 typedef struct search {
   const np_vdb_module *module; /* NULL until found */
+  bool has_no_room;            /* for the module, which was found */
   char tried[TRIED_BYTES];     /* what was tried and how it failed, for the message */
 } search;
 
@@ -27,17 +33,27 @@ static void note_failure(search *s, const char *path, const char *reason) {
   snprintf(s->tried + used, sizeof s->tried - used, "%s%s: %s", used ? "; " : "", path, reason);
 }
 
+static uint64_t compute_need_bytes(void) { return LIBRARY_BYTES + LIBRARY_THREADS * np_thread_stack_bytes(); }
+
+/* NULL, with the reason noted, when it cannot be loaded. */
+static void *open_module(search *s, const char *path) {
+  enum { MODE = RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE };
+  void *handle = dlopen(path, MODE | RTLD_NOLOAD);
+  if (handle) return handle;
+  s->has_no_room = !np_memory_has_room(compute_need_bytes());
+  if (!s->has_no_room) handle = dlopen(path, MODE);
+  if (!handle) note_failure(s, path, s->has_no_room ? "no room" : dlerror());
+  return handle;
+}
+
 static void try_file(search *s, const char *path) {
-  if (s->module) return;
+  if (s->module || s->has_no_room) return;
   if (!np_file_exists(path)) {
     note_failure(s, path, "not there");
     return;
   }
-  void *handle = dlopen(path, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
-  if (!handle) {
-    note_failure(s, path, dlerror());
-    return;
-  }
+  void *handle = open_module(s, path);
+  if (!handle) return;
   const np_vdb_module *(*get_module)(void) = NULL;
   void *symbol = dlsym(handle, NP_VDB_MODULE_FUNCTION);
   memcpy(&get_module, &symbol, sizeof get_module); /* ISO C has no cast from object to function pointers */
@@ -78,6 +94,11 @@ neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_m
   if (context->module_dir) try_folder(&s, context->module_dir, "");
   *out_module = s.module;
   if (s.module) return NEPH_OK;
+  if (s.has_no_room)
+    return np_fail(context, NEPH_ERROR_OUT_OF_MEMORY,
+                   "out of memory: %s, which reads and writes .vdb files, needs %llu MB of address space, more than "
+                   "the process has left: raise its limit (ulimit -v)",
+                   NP_VDB_MODULE_FILE, (unsigned long long)(compute_need_bytes() / 1000000));
   return np_fail(context, NEPH_ERROR_UNSUPPORTED, "cannot load %s, which reads and writes .vdb files: %s",
                  NP_VDB_MODULE_FILE, s.tried);
 }

@@ -412,51 +412,50 @@ template <typename TreeType, typename Fill> void add_leaf(TreeType &tree, const 
   tree.addLeaf(leaf.release());
 }
 
-openvdb::FloatGrid::Ptr make_grid(const np_sparse_grid &source, const Canceller &canceller) {
-  openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(source.background);
-  grid->setTransform(make_transform(source.index_to_world));
+/* Copies tiles and leaves to a grid that has none. */
+void fill_scalar(const np_sparse_grid &source, const Canceller &canceller, openvdb::FloatGrid &grid) {
   for (size_t i = 0; i < source.tile_count; i++) {
     const np_tile &tile = source.tiles[i];
-    grid->tree().addTile(get_tile_level(tile.edge), openvdb::Coord(tile.origin), tile.value, tile.is_active);
+    grid.tree().addTile(get_tile_level(tile.edge), openvdb::Coord(tile.origin), tile.value, tile.is_active);
   }
   for (size_t i = 0; i < source.leaf_count; i++) {
     canceller.poll();
     const np_leaf &from = source.leaves[i];
-    add_leaf(grid->tree(), from, [&](float *to) { std::copy(from.values, from.values + NP_LEAF_SIZE, to); });
+    add_leaf(grid.tree(), from, [&](float *to) { std::copy(from.values, from.values + NP_LEAF_SIZE, to); });
   }
-  return grid;
 }
 
-/* A velocity in world space at the voxels' centres, which turns with the grid when that is moved. */
-openvdb::Vec3SGrid::Ptr make_velocity(const np_vdb_write_grid &output, const Canceller &canceller) {
+void fill_velocity(const np_vdb_write_grid &output, const Canceller &canceller, openvdb::Vec3SGrid &grid) {
   const np_sparse_grid &x = *output.grid, &y = *output.y, &z = *output.z;
-  auto grid = openvdb::Vec3SGrid::create(openvdb::Vec3s(x.background, y.background, z.background));
-  grid->setTransform(make_transform(x.index_to_world));
-  grid->setGridClass(openvdb::GRID_UNKNOWN); /* which also says: not staggered */
-  grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
-  grid->setIsInWorldSpace(true);
   for (size_t i = 0; i < x.leaf_count; i++) {
     canceller.poll();
-    add_leaf(grid->tree(), x.leaves[i], [&](openvdb::Vec3s *to) {
+    add_leaf(grid.tree(), x.leaves[i], [&](openvdb::Vec3s *to) {
       for (int n = 0; n < NP_LEAF_SIZE; n++)
         to[n] = openvdb::Vec3s(x.leaves[i].values[n], y.leaves[i].values[n], z.leaves[i].values[n]);
     });
   }
+}
+
+/* A velocity in world space at the voxels' centres, which turns with the grid when that is moved. */
+openvdb::GridBase::Ptr make_velocity(const np_vdb_write_grid &output) {
+  auto grid = openvdb::Vec3SGrid::create(
+      openvdb::Vec3s(output.grid->background, output.y->background, output.z->background));
+  grid->setGridClass(openvdb::GRID_UNKNOWN); /* which also says: not staggered */
+  grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
+  grid->setIsInWorldSpace(true);
   return grid;
 }
 
-openvdb::GridBase::Ptr make_fog(const np_sparse_grid &source, const Canceller &canceller) {
-  const openvdb::FloatGrid::Ptr grid = make_grid(source, canceller);
+openvdb::GridBase::Ptr make_fog(const np_sparse_grid &source) {
+  auto grid = openvdb::FloatGrid::create(source.background);
   grid->setGridClass(openvdb::GRID_FOG_VOLUME);
   return grid;
 }
 
-openvdb::GridBase::ConstPtr make_output(const np_vdb_write_grid &output, const Canceller &canceller) {
-  openvdb::GridBase::Ptr grid;
-  if (output.y)
-    grid = make_velocity(output, canceller);
-  else
-    grid = make_fog(*output.grid, canceller);
+/* All of a grid but its voxels. */
+openvdb::GridBase::Ptr make_output(const np_vdb_write_grid &output) {
+  const openvdb::GridBase::Ptr grid = output.y ? make_velocity(output) : make_fog(*output.grid);
+  grid->setTransform(make_transform(output.grid->index_to_world));
   grid->setName(output.grid->name);
   grid->setSaveFloatAsHalf(output.is_half);
   for (size_t i = 0; i < output.attribute_count; i++) {
@@ -469,22 +468,45 @@ openvdb::GridBase::ConstPtr make_output(const np_vdb_write_grid &output, const C
   return grid;
 }
 
+void fill_output(const np_vdb_write_grid &output, const Canceller &canceller, openvdb::GridBase &grid) {
+  if (output.y)
+    fill_velocity(output, canceller, static_cast<openvdb::Vec3SGrid &>(grid));
+  else
+    fill_scalar(*output.grid, canceller, static_cast<openvdb::FloatGrid &>(grid));
+}
+
+/* Memory that OpenVDB needs to destroy a tree: it lists the leaves first, in a vector that doubles, and ends the
+ * process where there is no room for that. */
+std::vector<char> make_reserve(const np_vdb_write_grid *grids, size_t count) {
+  size_t leaf_count = 0;
+  for (size_t i = 0; i < count; i++) leaf_count = std::max(leaf_count, grids[i].grid->leaf_count);
+  return std::vector<char>(3 * leaf_count * sizeof(void *) + (size_t(1) << 20));
+}
+
+void write_stream(const char *path, const openvdb::GridCPtrVec &outputs, const Canceller &canceller) {
+  errno = 0;
+  PolledFile buffer(canceller);
+  std::ostream stream(&buffer);
+  stream.exceptions(std::ios_base::failbit | std::ios_base::badbit);
+  if (!buffer.open(path, std::ios_base::out | std::ios_base::binary | std::ios_base::trunc))
+    throw Failure{NEPH_ERROR_IO, std::string("cannot write: ") + std::strerror(errno)};
+  Archive().write(stream, outputs, /*seekable=*/true, openvdb::MetaMap());
+  stream.flush();
+  if (!buffer.close()) throw Failure{NEPH_ERROR_IO, std::string("cannot write: ") + std::strerror(errno)};
+}
+
 neph_result write_grids(const char *path, const np_vdb_write_grid *grids, size_t count, np_vdb_cancel_fn cancel,
                         void *cancel_user, np_vdb_error *error) noexcept {
   return guarded(error, Direction::writing, [&] {
     openvdb::initialize();
     const Canceller canceller{cancel, cancel_user};
-    openvdb::GridCPtrVec outputs;
-    for (size_t i = 0; i < count; i++) outputs.push_back(make_output(grids[i], canceller));
-    errno = 0;
-    PolledFile buffer(canceller);
-    std::ostream stream(&buffer);
-    stream.exceptions(std::ios_base::failbit | std::ios_base::badbit);
-    if (!buffer.open(path, std::ios_base::out | std::ios_base::binary | std::ios_base::trunc))
-      throw Failure{NEPH_ERROR_IO, std::string("cannot write: ") + std::strerror(errno)};
-    Archive().write(stream, outputs, /*seekable=*/true, openvdb::MetaMap());
-    stream.flush();
-    if (!buffer.close()) throw Failure{NEPH_ERROR_IO, std::string("cannot write: ") + std::strerror(errno)};
+    openvdb::GridPtrVec outputs;
+    const std::vector<char> reserve = make_reserve(grids, count); /* given back first, should this fail */
+    for (size_t i = 0; i < count; i++) {
+      outputs.push_back(make_output(grids[i]));
+      fill_output(grids[i], canceller, *outputs.back());
+    }
+    write_stream(path, openvdb::GridCPtrVec(outputs.begin(), outputs.end()), canceller);
   });
 }
 
@@ -494,7 +516,9 @@ neph_result sample_grid(const np_sparse_grid *source, size_t count, const double
                         np_vdb_error *error) noexcept {
   return guarded(error, Direction::writing, [&] {
     openvdb::initialize();
-    const openvdb::FloatGrid::Ptr grid = make_grid(*source, Canceller{nullptr, nullptr});
+    const openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(source->background);
+    grid->setTransform(make_transform(source->index_to_world));
+    fill_scalar(*source, Canceller{nullptr, nullptr}, *grid);
     const openvdb::FloatGrid::ConstAccessor accessor = grid->getConstAccessor();
     for (size_t i = 0; i < count; i++) {
       const openvdb::Vec3R position(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);

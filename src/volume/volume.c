@@ -194,17 +194,19 @@ void np_volume_bound_box(const np_affine *affine, const int32_t low[3], const in
   }
 }
 
-void neph_volume_get_info(const neph_volume *volume, neph_volume_info *out_info) {
-  *out_info = (neph_volume_info){.name = volume->name,
-                                 .active_voxel_count = volume->active_voxel_count,
-                                 .value_min = volume->value_min,
-                                 .value_max = volume->value_max,
-                                 .grid_bytes = volume->grid_bytes,
-                                 .brick_bytes = np_bricks_get_bytes(&volume->bricks),
-                                 .brick_count = volume->bricks.brick_count};
-  memcpy(out_info->index_to_world, volume->index_to_world.m, sizeof out_info->index_to_world);
-  np_volume_bound_box(&volume->index_to_world, volume->active_min, volume->active_max, out_info->bounds_min_m,
-                      out_info->bounds_max_m);
+neph_result neph_volume_get_info(const neph_volume *volume, neph_volume_info *out_info) {
+  neph_volume_info info = {.struct_size = sizeof info,
+                           .name = volume->name,
+                           .active_voxel_count = volume->active_voxel_count,
+                           .value_min = volume->value_min,
+                           .value_max = volume->value_max,
+                           .grid_bytes = volume->grid_bytes,
+                           .brick_bytes = np_bricks_get_bytes(&volume->bricks),
+                           .brick_count = volume->bricks.brick_count};
+  memcpy(info.index_to_world, volume->index_to_world.m, sizeof info.index_to_world);
+  np_volume_bound_box(&volume->index_to_world, volume->active_min, volume->active_max, info.bounds_min_m,
+                      info.bounds_max_m);
+  return np_desc_write(volume->context, "neph_volume_info", &info, sizeof info, out_info);
 }
 
 void neph_volume_sample(const neph_volume *volume, size_t count, const double *positions_m, float *out_values) {

@@ -107,13 +107,12 @@ static neph_result add_attributes(const save_job *job, const np_vdb_write_grid *
   return NEPH_OK;
 }
 
-static neph_result write_temporary(const save_job *job, const char *temporary) {
-  const np_vdb_module *module;
+/* By one thread: OpenVDB writes with no more, and those that it would start only to count and to free voxels end the
+ * process where they cannot be started. */
+static neph_result write_temporary(const save_job *job, const np_vdb_module *module, const char *temporary) {
   np_vdb_error error;
-  neph_result result = np_vdb_module_get(job->context, &module);
-  if (result) return result;
-  void *limit = module->limit_threads(job->context->thread_count);
-  result = module->write(temporary, job->grids, job->count, is_cancelled, job->monitor, &error);
+  void *limit = module->limit_threads(1);
+  neph_result result = module->write(temporary, job->grids, job->count, is_cancelled, job->monitor, &error);
   module->unlimit_threads(limit);
   if (result && result != NEPH_ERROR_CANCELLED)
     return np_fail(job->context, result, "%s: %s", job->path, error.message);
@@ -122,10 +121,12 @@ static neph_result write_temporary(const save_job *job, const char *temporary) {
 
 static neph_result run_save(void *user) {
   const save_job *job = user;
+  const np_vdb_module *module;
   np_file_write write;
-  neph_result result = np_file_write_begin(job->context, job->path, &write);
+  neph_result result = np_vdb_module_get(job->context, &module);
+  if (!result) result = np_file_write_begin(job->context, job->path, &write);
   if (result) return result;
-  result = write_temporary(job, write.temporary);
+  result = write_temporary(job, module, write.temporary);
   if (!result) return np_file_write_commit(&write);
   np_file_write_abandon(&write);
   return result;

@@ -172,7 +172,7 @@ static bool print_row(const char *name, const measurement *m, double scalar_rate
 }
 
 static neph_result bench_preset(const char *preset, double voxel_m, bool *out_is_reached) {
-  neph_cloud_desc cloud;
+  neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
   neph_context *context = NULL;
   measurement m = {0};
   neph_result result = neph_context_create(NULL, &context);

@@ -155,7 +155,7 @@ static neph_result bench_bake(neph_isa isa, double voxel_m) {
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   neph_context *context = NULL;
   neph_volume *volume = NULL;
-  neph_cloud_desc cloud;
+  neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
   desc.isa_max = isa;
   neph_result result = neph_context_create(&desc, &context);
   if (!result) result = neph_cloud_get_preset(context, "cumulus_mediocris", &cloud);
@@ -167,8 +167,8 @@ static neph_result bench_bake(neph_isa isa, double voxel_m) {
   if (!result) {
     const double elapsed = read_seconds(CLOCK_MONOTONIC) - start,
                  cpu = read_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_start;
-    neph_volume_info info;
-    neph_volume_get_info(volume, &info);
+    neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
+    result = neph_volume_get_info(volume, &info);
     printf("bake, %s, %u threads, %g m: %.2f s, %.2f CPU s, %.1f million active voxels, %.1f million a CPU second\n",
            neph_isa_get_name(isa), neph_context_get_thread_count(context), voxel_m, elapsed, cpu,
            1e-6 * (double)info.active_voxel_count, 1e-6 * (double)info.active_voxel_count / cpu);

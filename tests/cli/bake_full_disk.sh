@@ -5,7 +5,6 @@ clouds:
   - {name: low, bake: {preset: cumulus_mediocris, seed: 7, extent: 2 km, voxel: 40 m, frame_time: 10 s}}
 END
 mkdir disk
-trap '' XFSZ
 full() (ulimit -f 64 && nephos bake scene.yaml -q -o disk "$@" || echo "exit $?"; ls -A disk)
 full
 full --levels 3 --half --velocity

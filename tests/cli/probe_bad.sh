@@ -21,3 +21,5 @@ try nephos probe slab missing.csv -q
 try nephos probe soup bad.csv
 try nephos probe slab bad.csv --integrator guess
 try nephos probe slab bad.csv -o out.exr
+try nephos probe slab bad.csv --seed -1
+try nephos probe slab bad.csv --seed 18446744073709551616

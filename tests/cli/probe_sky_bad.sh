@@ -20,3 +20,4 @@ try nephos probe sky missing.csv -q
 try nephos probe sky bad.csv --method guess
 try nephos probe sky bad.csv --integrator path
 try nephos probe slab bad.csv --method lut
+try nephos probe sky bad.csv --target-error 0.1

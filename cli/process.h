@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The process among others: its standard streams, and the signals that stop it. */
+#ifndef NEPHOS_CLI_PROCESS_H
+#define NEPHOS_CLI_PROCESS_H
+
+#include <stdbool.h>
+
+/* Opens the null device in place of standard streams that are closed: a file opened later would take a stream's number,
+ * and messages would go into it. Closed input and output still fail when they are used; messages are lost. To be called
+ * before any file is opened. False, errno set, when the null device cannot be opened. */
+bool cli_open_streams(void);
+
+/* Ignores SIGXFSZ: a file that would exceed the limit on its size is a failed write, as on a full disk. */
+void cli_ignore_size_signal(void);
+
+/* From here on SIGINT, SIGTERM, SIGHUP and SIGPIPE stop work at the next report. A second one of a kind ends the
+ * process at once, but for SIGPIPE, which comes with each message that nobody reads. Signals that the process was
+ * started to ignore, as under nohup, stay ignored. */
+void cli_catch_interrupts(void);
+bool cli_is_interrupted(void);
+
+#endif
