@@ -282,6 +282,8 @@ typedef struct np_camera {
 
 neph_result np_camera_init(const neph_scene *scene, unsigned width, unsigned height, np_camera *out_camera);
 np_vec3 np_camera_direction(const np_camera *camera, float x, float y);
+/* Whether any of a world box is in the picture, whatever stands before it. */
+bool np_camera_sees_box(const np_camera *camera, np_dvec3 low, np_dvec3 high);
 /* Row-vector matrices of OpenEXR's worldToCamera and worldToNDC. */
 void np_camera_get_matrices(const np_camera *camera, float out_world_to_camera[16], float out_world_to_ndc[16]);
 
