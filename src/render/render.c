@@ -48,7 +48,7 @@ static neph_result describe_light(const np_assembly *assembly, neph_image *image
   return result ? result : np_image_set_real(image, "nephos:lightError", error);
 }
 
-static neph_result render(const np_plan *plan, const neph_scene *scene, neph_image **out_image) {
+static neph_result render(np_plan *plan, const neph_scene *scene, neph_image **out_image) {
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, plan->desc.progress, plan->desc.progress_user);
   np_assembly assembly;

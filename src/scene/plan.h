@@ -67,6 +67,9 @@ neph_result np_plan_find_source(const neph_scene *scene, const np_scene_cloud *c
 /* Checks scene and description, and decides. `desc` NULL: the scene's own. */
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
 
+/* Decides anew for a frame in which no cloud holds anything: what only clouds need is left out. */
+neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan);
+
 /* Decides between filling a volume of depths towards the sun and marching for each, for a plan whose rays and voxels
  * are counted; says why. */
 bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size);

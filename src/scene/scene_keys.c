@@ -266,6 +266,10 @@ static const np_key keys[] = {
     {.path = "clouds[].name", .type = NP_KEY_TEXT, .field = CLOUD(name),
      .meaning = "in messages and in names of baked files; without it, cloud0, cloud1, …"},
     {.path = "clouds[].vdb", .type = NP_KEY_FILE, .field = CLOUD(vdb), .meaning = "OpenVDB file, # for the frame"},
+    {.path = "clouds[].reference_frame", .type = NP_KEY_INTEGER, .field = CLOUD(reference_frame),
+     .tag = CLOUD(has_reference_frame), .tag_value = true, .range = WITHIN(0, 1e9),
+     .meaning = "of a numbered vdb: by its box, voxels and densest column position, voxel and optical_depth go in all "
+                "frames; without it, the first frame asked for that holds anything"},
     {.path = "clouds[].grid", .type = NP_KEY_TEXT, .field = CLOUD(grid),
      .meaning = "name of a scalar grid in it; without it, density or the only one there is"},
     {.path = "clouds[].import", .type = NP_KEY_CHOICE, .choices = policies, .field = CLOUD(policy),

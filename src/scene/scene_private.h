@@ -131,6 +131,8 @@ typedef struct np_scene_emission {
 typedef struct np_scene_cloud {
   char *name;
   char *vdb;  /* file pattern, resolved; NULL when only baked */
+  bool has_reference_frame; /* else the first asked for that holds anything */
+  unsigned reference_frame;
   char *grid; /* NULL: chosen by neph_volume_load */
   neph_import_policy policy;
   neph_precision precision;
@@ -257,7 +259,11 @@ struct neph_scene {
   np_scene_output output;
   struct np_sky_store *skies;    /* kept from picture to picture: one scene renders one picture at a time */
   struct np_light_store *lights; /* likewise */
+  struct np_reference_store *references; /* likewise */
 };
+
+/* Whether a cloud has a file of its own for each frame, and is not baked to it. */
+bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud);
 
 /* The bake of a cloud as it is in a frame; 1 is at the bake's own time. */
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame);
