@@ -287,6 +287,57 @@ static void a_reference_frame_wants_a_sequence(void **state) {
   assert_bad(f, "vdb: a.#.vdb, extinction: 1, reference_frame: -1", "reference_frame is -1, must be a whole number");
 }
 
+static char *explain(neph_scene *scene, int frame, neph_text_format text_format, neph_result expected) {
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  char *text = NULL;
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  desc.frame = frame;
+  assert_int_equal(neph_render_explain(scene, &desc, text_format, &text), expected);
+  return text;
+}
+
+static void assert_explained(const test_fixture *f, neph_scene *scene, int frame, neph_text_format text_format,
+                             const char *line) {
+  char *text = explain(scene, frame, text_format, NEPH_OK);
+  if (!strstr(text, line)) fail_msg("%s is not in\n%s", line, text);
+  neph_text_destroy(f->context, text);
+}
+
+/* From headers alone: a frame that holds nothing is passed over. */
+static void the_plan_names_the_reference_frame(void **state) {
+  const test_fixture *f = *state;
+  write_frame(f, "", 1, 0.0f);
+  neph_scene *scene = load(f, f->path, placed, false);
+  assert_explained(f, scene, 1, NEPH_TEXT_PLAIN,
+                   "reference frames     jet none yet: no frame asked for holds anything\n");
+  assert_explained(f, scene, 2, NEPH_TEXT_PLAIN, "reference frames     jet 2\n");
+  assert_explained(f, scene, 3, NEPH_TEXT_PLAIN, "reference frames     jet 2\n");
+  assert_explained(f, scene, 3, NEPH_TEXT_JSON, "\"frame\": 2");
+  assert_int_equal(neph_scene_set(scene, "clouds[0].reference_frame", "3"), NEPH_OK);
+  assert_explained(f, scene, 2, NEPH_TEXT_PLAIN, "reference frames     jet 3\n");
+  neph_scene_destroy(scene);
+}
+
+static void the_plan_opens_every_frame(void **state) {
+  test_fixture *f = *state;
+  neph_scene *scene = load(f, f->path, placed, false);
+  test_log_clear(&f->log);
+  assert_null(explain(scene, 4, NEPH_TEXT_PLAIN, NEPH_ERROR_NOT_FOUND));
+  assert_one_error(&f->log, "jet.yaml:5:27: clouds[0].vdb is ",
+                   "b.0004.vdb, which cannot be read: No such file or directory");
+  char *path = test_path(f->folder, "b.0004.vdb");
+  test_file_write_text(path, "not a grid");
+  test_log_clear(&f->log);
+  assert_null(explain(scene, 4, NEPH_TEXT_PLAIN, NEPH_ERROR_BAD_FILE));
+  assert_one_error(&f->log, "b.0004.vdb: ");
+  assert_int_equal(neph_scene_set(scene, "clouds[0].reference_frame", "9"), NEPH_OK);
+  test_log_clear(&f->log);
+  assert_null(explain(scene, 1, NEPH_TEXT_PLAIN, NEPH_ERROR_NOT_FOUND));
+  assert_one_error(&f->log, "b.0009.vdb, which cannot be read");
+  free(path);
+  neph_scene_destroy(scene);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(what_stands_still_stands_still, set_up, test_tear_down),
@@ -298,6 +349,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(an_empty_cloud_leaves_the_others_as_they_are, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_reference_frame_must_hold_something, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_reference_frame_wants_a_sequence, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(the_plan_names_the_reference_frame, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(the_plan_opens_every_frame, set_up, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,6 +6,7 @@
 #include "image/image_private.h"
 #include "render/color_header.h"
 #include "render/frame.h"
+#include "render/inputs.h"
 
 static neph_result describe_render(const neph_scene *scene, const neph_render_desc *desc, double seconds,
                                    neph_image *image) {
@@ -82,6 +83,7 @@ neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc,
   *out_text = NULL;
   np_plan plan;
   neph_result result = np_plan_make(scene, desc, &plan);
+  if (!result) result = np_inputs_open(scene, &plan);
   return result ? result : np_plan_describe(&plan, format, out_text);
 }
 
