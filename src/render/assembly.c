@@ -7,8 +7,8 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
-#include "render/placement_check.h"
 #include "render/packet_lights.h"
+#include "render/placement_check.h"
 #include "render/reference_frame.h"
 #include "volume/volume_private.h"
 
