@@ -136,11 +136,18 @@ static neph_bake_desc make_desc(cli_session *session) {
   return desc;
 }
 
+/* Names what would be written. */
+static cli_exit rehearse(const bake_job *job, const char *path) {
+  neph_result result = neph_scene_check_files(job->scene);
+  if (!result) printf("%s\n", path);
+  return cli_exit_of(result);
+}
+
 static cli_exit bake_to(const bake_job *job, const char *path) {
   cli_session *session = job->session;
   cli_exit exit = cli_check_target(session, path);
   if (exit) return exit;
-  if (session->options->is_dry_run) return printf("%s\n", path), CLI_DONE;
+  if (session->options->is_dry_run) return rehearse(job, path);
   const double start_s = get_time_s();
   neph_bake_desc desc = make_desc(session);
   neph_bake_error error = NEPH_BAKE_ERROR_DEFAULT;

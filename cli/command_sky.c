@@ -136,16 +136,19 @@ static neph_result verify(cli_session *session, neph_scene *scene) {
 }
 
 /* Names what would be written. */
-static void rehearse(const cli_options *options) {
+static cli_exit rehearse(const cli_options *options, const neph_scene *scene) {
+  neph_result result = neph_scene_check_files(scene);
+  if (result) return cli_exit_of(result);
   if (options->output_count) printf("%s\n", options->outputs[0]);
   for (int i = 0; options->table_folder && i < NEPH_SKY_TABLE_COUNT; i++)
     printf("%s/%s.exr\n%s/%s.png\n", options->table_folder, neph_sky_table_get_name((neph_sky_table)i),
            options->table_folder, neph_sky_table_get_name((neph_sky_table)i));
+  return CLI_DONE;
 }
 
 static cli_exit run(cli_session *session, neph_scene *scene) {
   const cli_options *options = session->options;
-  if (options->is_dry_run) return rehearse(options), CLI_DONE;
+  if (options->is_dry_run) return rehearse(options, scene);
   neph_image *image = NULL;
   neph_result result = render_sky(session, scene, &image);
   if (!result && options->output_count) result = neph_image_save_exr(image, options->outputs[0], NEPH_PIXEL_FLOAT);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "test_scenes.h"
 
+#include "core/random.h"
 #include "core/units.h"
 #include "scene/scene_private.h"
 
@@ -135,6 +136,51 @@ static void test_sun_stands_where_time_and_place_say(void **state) {
   assert_near(atan2(d[0], -d[1]) / NP_DEGREE, 0, 0.7);
 }
 
+static bool has_point_in_picture(const np_camera *c, np_dvec3 low, np_dvec3 high) {
+  const np_dvec3 right = np_vec3_to_double(c->right), up = np_vec3_to_double(c->up), back = np_vec3_to_double(c->back),
+                 size = np_dvec3_subtract(high, low);
+  bool has_point = false;
+  for (int i = 0; i < 1000; i++) {
+    const np_dvec3 at = np_dvec3_make(i % 10 / 9.0 * size.x, i / 10 % 10 / 9.0 * size.y, i / 100 / 9.0 * size.z);
+    const np_dvec3 d = np_dvec3_subtract(np_dvec3_add(low, at), c->origin);
+    const double depth = -np_dvec3_dot(d, back);
+    has_point = has_point || (fabs(np_dvec3_dot(d, right)) < depth * (double)c->tan_half_width &&
+                              fabs(np_dvec3_dot(d, up)) < depth * (double)c->tan_half_height);
+  }
+  return has_point;
+}
+
+static np_dvec3 draw_point(np_random *random, double low, double size) {
+  const double x = np_random_double(random), y = np_random_double(random), z = np_random_double(random);
+  return np_dvec3_make(low + size * x, low + size * y, low + size * z);
+}
+
+/* A box that is called unseen has no point in the picture. Of those seen, points a ninth of a box apart miss few: less
+ * than one in twenty. */
+static void test_boxes_in_the_picture_are_seen(void **state) {
+  const np_camera camera = make_camera(*state, "[10, -20, 5]", "[13, -2, 9]", "17 deg");
+  np_random random = np_random_start(5, 0, 0, 0, 0);
+  unsigned seen = 0, unseen = 0, missed = 0;
+  for (int n = 0; n < 4000; n++) {
+    const np_dvec3 low = draw_point(&random, -100.0, 200.0), high = np_dvec3_add(low, draw_point(&random, 0.0, 60.0));
+    const bool is_seen = np_camera_sees_box(&camera, low, high), has_point = has_point_in_picture(&camera, low, high);
+    assert_true(is_seen || !has_point);
+    seen += is_seen;
+    unseen += !is_seen;
+    missed += is_seen && !has_point;
+  }
+  print_message("%u boxes seen, %u of them between points, %u unseen\n", seen, missed, unseen);
+  assert_true(seen > 400 && unseen > 1000 && 20 * missed < seen);
+}
+
+static void test_a_point_is_a_box(void **state) {
+  const np_camera camera = make_camera(*state, "[0, 0, 0]", "[0, 10, 0]", "0");
+  const np_dvec3 ahead = np_dvec3_make(0, 5, 0), behind = np_dvec3_make(0, -5, 0);
+  assert_true(np_camera_sees_box(&camera, ahead, ahead));
+  assert_false(np_camera_sees_box(&camera, behind, behind));
+  assert_true(np_camera_sees_box(&camera, np_dvec3_make(-1, -1, -1), np_dvec3_make(1, 1, 1))); /* around the camera */
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(test_rays_fill_the_angle_of_view, set_up, tear_down),
@@ -143,6 +189,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_straight_up_has_south_at_the_top, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_frame_is_right_handed_and_unit, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_matrices_follow_openexr, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_boxes_in_the_picture_are_seen, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_a_point_is_a_box, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_no_picture_is_refused, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_sun_stands_clockwise_from_north, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_sun_stands_where_time_and_place_say, set_up, tear_down),

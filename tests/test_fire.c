@@ -315,6 +315,67 @@ static void a_fire_that_has_not_begun_is_dark(void **state) {
   assert_true(measure(f, "", NEPH_INTEGRATOR_PATH, "emission.R") == 0.0);
 }
 
+/* Hot smoke whose flames have gone out glows by what it absorbs, as without a grid of flames; and that is said. */
+static void an_empty_flame_leaves_what_is_hot(void **state) {
+  fixture *f = *state;
+  const recipe nothing = {.name = "flame"}, hot = {"temperature", 1900.0f, {11.5, 11.5, 14.0}, 20.0, 0.0f, 0.0f};
+  const recipe all[] = {smoke, nothing, hot};
+  write_grids(f->context, f->path, all, 3);
+  for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
+    test_log_clear(&f->log);
+    const double empty = measure(f, "", i, "emission.R"), none = measure(f, "flame: none", i, "emission.R");
+    assert_true(empty > 0.0);
+    assert_near_relative(empty, none, 1e-6); /* the same samples */
+    assert_non_null(strstr(f->log.text, "fire.vdb: grid 'flame' is empty: it has no active voxels"));
+  }
+  /* One temperature everywhere says of no place that it is hot: then flames alone would be. */
+  assert_true(measure(f, "temperature: none, offset: 1500 K", NEPH_INTEGRATOR_MARCH, "emission.R") == 0.0);
+}
+
+/* Fire before there is smoke: the flame glows all the same, where the smoke will put it once there is any. */
+static void flames_need_no_smoke(void **state) {
+  fixture *f = *state;
+  const recipe nothing = {.name = "density"};
+  const recipe all[] = {nothing, flame, heat};
+  for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
+    neph_scene *scene = load(f, "", "refuse");
+    assert_int_equal(neph_scene_set(scene, "clouds[0]", "{vdb: fire.vdb, extinction: 0, emission: {}}"), NEPH_OK);
+    assert_int_equal(neph_scene_set(scene, "clouds[0].vdb", f->path), NEPH_OK);
+    write_grids(f->context, f->path, (const recipe[]){smoke, flame, heat}, 3);
+    neph_image *image = render(scene, i);
+    const double clear = find_mean(image, "emission.R");
+    neph_image_destroy(image);
+    write_grids(f->context, f->path, all, 3);
+    image = render(scene, i);
+    assert_near_relative(find_mean(image, "emission.R"), clear, 0.02); /* the tracer's noise: others are its samples */
+    assert_true(clear > 0.0);
+    neph_image_destroy(image);
+    neph_scene_destroy(scene);
+  }
+}
+
+/* `position` is that of the smoke's box, of which there is none. */
+static void flames_without_a_place_are_left_out(void **state) {
+  fixture *f = *state;
+  const recipe nothing = {.name = "density"};
+  const recipe all[] = {nothing, flame, heat};
+  write_grids(f->context, f->path, all, 3);
+  test_log_clear(&f->log);
+  assert_true(measure(f, "", NEPH_INTEGRATOR_MARCH, "emission.R") == 0.0);
+  assert_non_null(strstr(f->log.text, "cloud fire: its emission is left out of frame 1: position, voxel and "
+                                      "optical_depth go by its density, which is empty"));
+}
+
+static void an_empty_temperature_is_warned_of(void **state) {
+  fixture *f = *state;
+  const recipe nothing = {.name = "temperature"};
+  const recipe all[] = {smoke, flame, nothing};
+  write_grids(f->context, f->path, all, 3);
+  test_log_clear(&f->log);
+  assert_true(measure(f, "offset: 1500 K", NEPH_INTEGRATOR_MARCH, "emission.R") > 0.0);
+  assert_non_null(strstr(f->log.text, "fire.vdb: grid 'temperature' is empty"));
+}
+
 static void fire_in_a_bake_is_refused(void **state) {
   fixture *f = *state;
   neph_scene *scene = NULL;
@@ -337,6 +398,10 @@ int main(void) {
       cmocka_unit_test_setup_teardown(enormous_temperatures_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(cold_fire_is_warned_of, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_fire_that_has_not_begun_is_dark, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(an_empty_flame_leaves_what_is_hot, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(flames_need_no_smoke, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(flames_without_a_place_are_left_out, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(an_empty_temperature_is_warned_of, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(fire_in_a_bake_is_refused, set_up, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -232,8 +232,9 @@ static const char *find_companion(const np_key *key) {
 /* The key alone in its sections, in flow style: "{clouds: [{bake: {}, phase: {hg: 0.5}}]}". */
 static void write_document(const np_key *key, const char *value, char *out, size_t size) {
   char inner[TEXT_SIZE * 2], outer[TEXT_SIZE * 2];
-  const bool has_file = !strncmp(key->path, "clouds[].emission", strlen("clouds[].emission"));
-  const char *source = has_file ? ", vdb: a.vdb, extinction: 1" : ", bake: {}";
+  const bool has_file = !strncmp(key->path, "clouds[].emission", strlen("clouds[].emission")) ||
+                        !strcmp(key->path, "clouds[].reference_frame");
+  const char *source = has_file ? ", vdb: a.#.vdb, extinction: 1" : ", bake: {}";
   snprintf(inner, sizeof inner, "%s: %s%s", np_key_get_name(key), value, find_companion(key));
   for (const np_key *section = np_key_get_parent(key); section; section = np_key_get_parent(section)) {
     const char *name = np_key_get_name(section);

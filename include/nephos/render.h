@@ -90,6 +90,9 @@ NEPH_API neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_re
 
 /** Renders one picture.
  *
+ * Frames of an imported sequence are placed and scaled by one of them: the scene's reference_frame, else the first that
+ * was rendered or explained from this scene and holds anything.
+ *
  * @param desc       NULL: the scene's own settings.
  * @param out_image  R, G, B, A, Z and the wanted AOVs; owned by the caller; NULL on failure. Its header says
  *                   what colours are: radiances in three bands, or linear light of a space.
@@ -97,7 +100,8 @@ NEPH_API neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_re
 NEPH_API neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc,
                                        neph_image **out_image) NEPH_NODISCARD;
 
-/** What a render would do and leave out, and why: the plan, as text to be freed with neph_text_destroy. */
+/** What a render would do and leave out, and why: the plan, as text to be freed with neph_text_destroy. Opens every
+ * file that the frame is rendered from, and fails where one is missing, damaged at its head, or of another kind. */
 NEPH_API neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc, neph_text_format format,
                                          char **out_text) NEPH_NODISCARD;
 

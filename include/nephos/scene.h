@@ -38,6 +38,10 @@ NEPH_API neph_result neph_scene_set(neph_scene *scene, const char *key, const ch
  * complete, it also warns of each key that is given and that another rules out, as terrain.width beside an .hgt. */
 NEPH_API neph_result neph_scene_check(const neph_scene *scene) NEPH_NODISCARD;
 
+/** Whether every file that a scene reads can be opened: tables, pictures, height fields; but for its clouds' .vdb,
+ * which may have a name of their own for each frame: neph_render_explain opens those too. */
+NEPH_API neph_result neph_scene_check_files(const neph_scene *scene) NEPH_NODISCARD;
+
 /** Every key with type, unit, range and default, as text to be freed with neph_text_destroy. */
 NEPH_API neph_result neph_schema_describe(neph_context *context, neph_text_format format,
                                           char **out_text) NEPH_NODISCARD;

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "atmosphere/sphere_map.h"
 
-#include <nephos/image.h>
-
 #include "core/alloc.h"
 #include "core/math.h"
 #include "core/units.h"
+#include "image/image_private.h"
 
 static neph_result fail_pixel(neph_context *context, const char *what, const char *path, const np_sphere_map *map,
                               size_t at, float value) {
@@ -30,14 +29,20 @@ static neph_result copy_texels(neph_context *context, const char *what, const ch
   return NEPH_OK;
 }
 
+static neph_result check_size(neph_context *context, const char *what, const char *path, unsigned width,
+                              unsigned height) {
+  if (width == 2 * height) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_BAD_FILE,
+                 "%s: %s has %u x %u pixels, must be twice as wide as high: all longitudes by all latitudes", what,
+                 path, width, height);
+}
+
 static neph_result read_image(neph_context *context, const char *what, const char *path, neph_image *image,
                               np_sphere_map *map) {
   map->width = neph_image_get_width(image);
   map->height = neph_image_get_height(image);
-  if (map->width != 2 * map->height)
-    return np_fail(context, NEPH_ERROR_BAD_FILE,
-                   "%s: %s has %u x %u pixels, must be twice as wide as high: all longitudes by all latitudes", what,
-                   path, map->width, map->height);
+  neph_result result = check_size(context, what, path, map->width, map->height);
+  if (result) return result;
   map->texels = np_alloc(context, (size_t)map->width * map->height, sizeof *map->texels);
   return map->texels ? copy_texels(context, what, path, image, map) : NEPH_ERROR_OUT_OF_MEMORY;
 }
@@ -51,6 +56,16 @@ neph_result np_sphere_map_load(neph_context *context, const char *what, const ch
   result = read_image(context, what, path, image, out_map);
   neph_image_destroy(image);
   if (result) np_sphere_map_clear(out_map);
+  return result;
+}
+
+neph_result np_sphere_map_check(neph_context *context, const char *what, const char *path) {
+  np_image_exr_info info;
+  neph_image *image;
+  neph_result result = np_image_read_exr_header(context, path, &info, &image);
+  if (result) return result;
+  result = check_size(context, what, path, neph_image_get_width(image), neph_image_get_height(image));
+  neph_image_destroy(image);
   return result;
 }
 

@@ -17,6 +17,9 @@ typedef struct np_sphere_map {
  * negative values are refused, by pixel; `what` names the key in messages. On failure nothing is left. */
 neph_result np_sphere_map_load(neph_context *context, const char *what, const char *path, bool is_inside,
                                np_sphere_map *out_map);
+
+/* Whether a file is one, by its header alone. */
+neph_result np_sphere_map_check(neph_context *context, const char *what, const char *path);
 void np_sphere_map_clear(np_sphere_map *map);
 
 /* Bilinear; the direction of any length, x towards longitude 0, y towards 90° east, z to the north pole. */

@@ -267,6 +267,17 @@ char *np_file_resolve(neph_context *context, const char *base_file, const char *
   return np_alloc_printf(context, "%.*s%s", (int)find_folder_length(base_file), base_file, relative);
 }
 
+neph_result np_file_probe(const char *path, const char **out_reason) {
+  struct stat status;
+  const int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK), error = errno;
+  const bool is_folder = file >= 0 && !fstat(file, &status) && S_ISDIR(status.st_mode);
+  if (file >= 0) close(file);
+  *out_reason = is_folder ? "it is a folder" : strerror(error);
+  if (is_folder) return NEPH_ERROR_BAD_FILE;
+  if (file >= 0) return NEPH_OK;
+  return error == ENOENT || error == ENOTDIR ? NEPH_ERROR_NOT_FOUND : NEPH_ERROR_IO;
+}
+
 bool np_file_exists(const char *path) {
   struct stat status;
   return !stat(path, &status);
@@ -275,6 +286,11 @@ bool np_file_exists(const char *path) {
 uint64_t np_file_get_size(const char *path) {
   struct stat status;
   return stat(path, &status) ? 0 : (uint64_t)status.st_size;
+}
+
+int64_t np_file_get_time_ns(const char *path) {
+  struct stat status;
+  return stat(path, &status) ? 0 : (int64_t)status.st_mtim.tv_sec * 1000000000 + status.st_mtim.tv_nsec;
 }
 
 char *np_file_frame_name(neph_context *context, const char *pattern, int frame) {

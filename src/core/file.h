@@ -39,8 +39,15 @@ char *np_file_resolve(neph_context *context, const char *base_file, const char *
 
 bool np_file_exists(const char *path);
 
+/* Whether a file can be read; else NEPH_ERROR_NOT_FOUND, NEPH_ERROR_IO, or NEPH_ERROR_BAD_FILE for a folder, with the
+ * reason and without a message. */
+neph_result np_file_probe(const char *path, const char **out_reason);
+
 /* Bytes of a file; 0 when there is none. */
 uint64_t np_file_get_size(const char *path);
+
+/* When a file was last changed, in nanoseconds since 1970; 0 when there is none. */
+int64_t np_file_get_time_ns(const char *path);
 
 /* Replaces the last run of '#' in `pattern` by the frame number, padded to its length; copies a pattern without one. */
 char *np_file_frame_name(neph_context *context, const char *pattern, int frame);

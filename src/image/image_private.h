@@ -82,6 +82,9 @@ typedef struct np_image_exr_info {
   unsigned tile_width, tile_height; /* 0 for scan lines */
 } np_image_exr_info;
 
+/* Width and height of an .exr or .png, from its header. */
+neph_result np_image_read_size(neph_context *context, const char *path, unsigned out_size[2]);
+
 /* Reads an OpenEXR header into an image without values. */
 neph_result np_image_read_exr_header(neph_context *context, const char *path, np_image_exr_info *out_info,
                                      neph_image **out_image);

@@ -2,17 +2,19 @@
 #include "render/assembly.h"
 
 #include <float.h>
-#include <glob.h>
 #include <string.h>
 
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
 #include "render/packet_lights.h"
+#include "render/placement_check.h"
+#include "render/reference_frame.h"
+#include "volume/volume_private.h"
 
 typedef struct build {
   const neph_scene *scene;
-  const np_plan *plan;
+  np_plan *plan;
   np_monitor *monitor;
   np_assembly *assembly;
   np_scene_lights lights;
@@ -42,110 +44,135 @@ static neph_volume_load_desc describe_load(const build *b, const np_scene_cloud 
   return desc;
 }
 
-static neph_result load(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume **out_volume) {
-  const neph_volume_load_desc desc = describe_load(b, cloud);
-  return neph_volume_load(b->scene->context, path, &desc, out_volume);
+/* Baked to memory. */
+static neph_result obtain_baked(const build *b, const np_scene_cloud *cloud, neph_volume **out_volume) {
+  neph_result result = bake(b, cloud, NULL, out_volume);
+  if (result || (*out_volume)->value_max > 0.0f) return result;
+  np_log(b->scene->context, NEPH_LOG_WARNING, "cloud %s: nothing of it was baked in frame %d: its coverage is %g",
+         cloud->name, b->plan->desc.frame, cloud->bake.coverage);
+  neph_volume_release(*out_volume);
+  *out_volume = NULL;
+  return NEPH_OK;
 }
 
-/* A cloud of one frame: read when it is on disk, else baked, to disk where the scene names a file. */
+/* A cloud of one frame: read when it is on disk, else baked, to disk where the scene names a file. NULL where it holds
+ * nothing. */
 static neph_result obtain(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume **out_volume) {
   np_cloud_source source;
   neph_result result = np_plan_find_source(b->scene, cloud, path, b->plan->desc.frame, &source);
   if (result) return result;
-  if (!path) return bake(b, cloud, NULL, out_volume);
+  if (!path) return obtain_baked(b, cloud, out_volume);
   if (source == NP_CLOUD_SOURCE_REBAKE)
     np_log(b->scene->context, NEPH_LOG_WARNING, "%s: was baked from other parameters than the scene's, is baked anew",
            path);
   if (source != NP_CLOUD_SOURCE_FILE) result = bake(b, cloud, path, NULL);
-  return result ? result : load(b, cloud, path, out_volume);
+  const neph_volume_load_desc desc = describe_load(b, cloud);
+  return result ? result : np_volume_load_density(b->scene->context, path, &desc, out_volume);
 }
 
-/* The first file on disk of a numbered pattern; NULL when there is none or no memory. */
-static char *find_first_frame(neph_context *context, const char *pattern) {
-  char *wild = np_alloc_text(context, pattern), *first = NULL;
-  if (!wild) return NULL;
-  char *digits = strrchr(wild, '#');
-  for (; digits >= wild && *digits == '#'; digits--) *digits = '?';
-  glob_t found = {0};
-  if (glob(wild, 0, NULL, &found) == 0) first = np_alloc_text(context, found.gl_pathv[0]);
-  globfree(&found);
-  np_alloc_free(context, wild);
-  return first;
+/* A cloud being placed. */
+typedef struct cloud_build {
+  const build *b;
+  const np_scene_cloud *cloud;
+  unsigned index;
+  const char *path; /* NULL: none */
+  np_anchor anchor;
+  bool is_anchored;
+  np_dvec3 low, high; /* world box of what it holds */
+} cloud_build;
+
+static void include_box(np_dvec3 *low, np_dvec3 *high, np_dvec3 box_low, np_dvec3 box_high) {
+  *low = np_dvec3_make(fmin(low->x, box_low.x), fmin(low->y, box_low.y), fmin(low->z, box_low.z));
+  *high = np_dvec3_make(fmax(high->x, box_high.x), fmax(high->y, box_high.y), fmax(high->z, box_high.z));
 }
 
-/* The volume that an optical depth refers to: the first frame on disk, whatever frame is rendered. */
-static neph_result obtain_reference(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume *volume,
-                                    neph_volume **out_reference) {
-  *out_reference = neph_volume_retain(volume);
-  if (cloud->density_unit != NP_DENSITY_OPTICAL_DEPTH || !cloud->vdb || !strchr(cloud->vdb, '#')) return NEPH_OK;
-  char *first = find_first_frame(b->scene->context, cloud->vdb);
-  neph_result result = NEPH_OK;
-  if (first && strcmp(first, path) != 0) {
-    neph_volume_release(*out_reference);
-    *out_reference = NULL;
-    result = load(b, cloud, first, out_reference);
-  }
-  np_alloc_free(b->scene->context, first);
+static neph_result load_phase(const cloud_build *c) {
+  const np_scene_phase *source = &c->cloud->phase_source;
+  if (source->kind != NP_PHASE_TABLE) return NEPH_OK;
+  np_assembly *a = c->b->assembly;
+  np_phase_table *table = &a->phase_tables[c->index];
+  neph_result result = np_phase_table_load(a->context, source->table, table);
+  if (!result) a->placed[c->index].phase = np_phase_tabulated(table);
   return result;
 }
 
-static void include_bounds(np_assembly *a, np_dvec3 low, np_dvec3 high) {
-  a->clouds_min =
-      np_dvec3_make(fmin(a->clouds_min.x, low.x), fmin(a->clouds_min.y, low.y), fmin(a->clouds_min.z, low.z));
-  a->clouds_max =
-      np_dvec3_make(fmax(a->clouds_max.x, high.x), fmax(a->clouds_max.y, high.y), fmax(a->clouds_max.z, high.z));
+static neph_result place_volume(cloud_build *c) {
+  np_assembly *a = c->b->assembly;
+  np_placement placement;
+  neph_result result = np_placement_make(c->cloud, &c->anchor, a->volumes[c->index], c->b->monitor, &placement);
+  if (result) return result;
+  a->placed[c->index] = placement.view;
+  a->volume_count++;
+  include_box(&c->low, &c->high, placement.bounds_min, placement.bounds_max);
+  return load_phase(c);
 }
 
-/* What glows in a cloud just placed. */
-static neph_result build_glow(const build *b, unsigned index, const char *path, const np_placement *placement) {
-  const np_scene_cloud *cloud = &b->scene->clouds[index];
-  np_cloud_glow *glow = &b->assembly->glows[index];
-  if (!cloud->emission.is_there || !needs(b->plan, NP_STAGE_EMISSION)) return NEPH_OK;
-  const neph_volume_load_desc desc = describe_load(b, cloud);
-  neph_result result = np_cloud_glow_load(cloud, path, b->assembly->volumes[index], placement, &desc, glow);
+static bool has_emission(const cloud_build *c) {
+  return c->cloud->emission.is_there && needs(c->b->plan, NP_STAGE_EMISSION);
+}
+
+/* What glows in a cloud's file. */
+static neph_result build_glow(cloud_build *c) {
+  np_assembly *a = c->b->assembly;
+  np_cloud_glow *glow = &a->glows[c->index];
+  if (!c->is_anchored) {
+    np_log(a->context, NEPH_LOG_WARNING,
+           "cloud %s: its emission is left out of frame %d: position, voxel and optical_depth go by its density, which "
+           "is empty",
+           c->cloud->name, c->b->plan->desc.frame);
+    return NEPH_OK;
+  }
+  const neph_volume_load_desc load = describe_load(c->b, c->cloud);
+  const np_cloud_glow_source source = {a->context,           c->cloud, c->path, &c->anchor.file_to_world,
+                                       a->volumes[c->index], &load};
+  neph_result result = np_cloud_glow_load(&source, glow);
   if (result || !glow->flame) return result;
   np_dvec3 low, high;
   np_placement_find_bounds(&glow->glow.index_to_world, glow->flame, &low, &high);
-  include_bounds(b->assembly, low, high);
+  include_box(&c->low, &c->high, low, high);
   return NEPH_OK;
 }
 
-static neph_result load_phase(const build *b, unsigned index) {
-  const np_scene_phase *source = &b->scene->clouds[index].phase_source;
-  if (source->kind != NP_PHASE_TABLE) return NEPH_OK;
-  np_phase_table *table = &b->assembly->phase_tables[index];
-  neph_result result = np_phase_table_load(b->scene->context, source->table, table);
-  if (!result) b->assembly->placed[index].phase = np_phase_tabulated(table);
-  return result;
+/* Nothing goes by the anchor of a cloud that holds nothing and does not glow. */
+static neph_result find_anchor(cloud_build *c) {
+  neph_volume *volume = c->b->assembly->volumes[c->index];
+  if (!volume && !has_emission(c)) return NEPH_OK;
+  const neph_volume_load_desc load = describe_load(c->b, c->cloud);
+  const np_frame_cloud of = {c->b->scene, c->index, c->b->plan->desc.frame, volume, &load, c->b->monitor};
+  return np_reference_frame_get_anchor(&of, &c->anchor, &c->is_anchored);
 }
+
+static neph_result build_cloud_at(cloud_build *c) {
+  np_assembly *a = c->b->assembly;
+  neph_result result = obtain(c->b, c->cloud, c->path, &a->volumes[c->index]);
+  np_monitor_set_stage(c->b->monitor, "placing clouds");
+  if (!result) result = find_anchor(c);
+  if (!result && a->volumes[c->index]) result = place_volume(c);
+  if (!result && has_emission(c)) result = build_glow(c);
+  if (result || c->low.x > c->high.x) return result;
+  include_box(&a->clouds_min, &a->clouds_max, c->low, c->high);
+  np_placement_check(a->context, c->cloud, &a->camera, c->low, c->high);
+  return NEPH_OK;
+}
+
+static const np_dvec3 nowhere_low = {DBL_MAX, DBL_MAX, DBL_MAX}, nowhere_high = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
 
 static neph_result build_cloud(const build *b, unsigned index) {
   const np_scene_cloud *cloud = &b->scene->clouds[index];
-  np_assembly *a = b->assembly;
-  char *path = cloud->vdb ? np_file_frame_name(a->context, cloud->vdb, b->plan->desc.frame) : NULL;
+  neph_context *context = b->scene->context;
+  char *path = cloud->vdb ? np_file_frame_name(context, cloud->vdb, b->plan->desc.frame) : NULL;
   if (cloud->vdb && !path) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_volume *reference = NULL;
-  np_placement placement;
-  neph_result result = obtain(b, cloud, path, &a->volumes[index]);
-  if (!result) result = obtain_reference(b, cloud, path, a->volumes[index], &reference);
-  np_monitor_set_stage(b->monitor, "placing clouds");
-  if (!result) result = np_placement_make(cloud, a->volumes[index], reference, b->monitor, &placement);
-  if (!result) {
-    a->placed[index] = placement.view;
-    include_bounds(a, placement.bounds_min, placement.bounds_max);
-    result = load_phase(b, index);
-    if (!result) result = build_glow(b, index, path, &placement);
-  }
-  neph_volume_release(reference);
-  np_alloc_free(a->context, path);
+  cloud_build c = {.b = b, .cloud = cloud, .index = index, .path = path, .low = nowhere_low, .high = nowhere_high};
+  neph_result result = build_cloud_at(&c);
+  np_alloc_free(context, path);
   return result;
 }
 
 static neph_result build_clouds(const build *b) {
   np_assembly *a = b->assembly;
   const unsigned count = b->scene->cloud_count;
-  a->clouds_min = np_dvec3_make(DBL_MAX, DBL_MAX, DBL_MAX);
-  a->clouds_max = np_dvec3_make(-DBL_MAX, -DBL_MAX, -DBL_MAX);
+  a->clouds_min = nowhere_low;
+  a->clouds_max = nowhere_high;
   if (count > NP_VIEW_VOLUMES_MAX)
     return np_fail(a->context, NEPH_ERROR_BAD_SCENE, "the scene has %u clouds, must be at most %d", count,
                    NP_VIEW_VOLUMES_MAX);
@@ -154,12 +181,12 @@ static neph_result build_clouds(const build *b) {
   a->phase_tables = np_alloc(a->context, count, sizeof *a->phase_tables);
   a->glows = np_alloc(a->context, count, sizeof *a->glows);
   if (!a->volumes || !a->placed || !a->phase_tables || !a->glows) return NEPH_ERROR_OUT_OF_MEMORY;
-  a->volume_count = count;
+  a->cloud_count = count;
   for (unsigned i = 0; i < count; i++) {
     neph_result result = build_cloud(b, i);
     if (result) return result;
   }
-  return NEPH_OK;
+  return a->volume_count > 0 ? NEPH_OK : np_plan_leave_out_clouds(b->scene, b->plan);
 }
 
 static neph_result build_terrain(const build *b) {
@@ -232,9 +259,12 @@ static neph_result place_clouds(const packet_build *p) {
   if (!a->volume_count) return NEPH_OK;
   p->packet->placed = np_alloc(a->context, a->volume_count, sizeof *a->placed);
   if (!p->packet->placed) return NEPH_ERROR_OUT_OF_MEMORY;
-  memcpy(p->packet->placed, a->placed, a->volume_count * sizeof *a->placed);
-  for (unsigned i = 0; i < a->volume_count; i++)
-    p->packet->placed[i].albedo = np_packet_convert(p->packet, NP_BAND_LINEAR, p->b->scene->clouds[i].albedo);
+  np_view_volume *placed = p->packet->placed;
+  for (unsigned i = 0; i < a->cloud_count; i++) {
+    if (!a->volumes[i]) continue;
+    *placed = a->placed[i];
+    placed++->albedo = np_packet_convert(p->packet, NP_BAND_LINEAR, p->b->scene->clouds[i].albedo);
+  }
   return NEPH_OK;
 }
 
@@ -243,8 +273,11 @@ static neph_result build_emission(const packet_build *p) {
   const np_assembly *a = p->b->assembly;
   np_glow glows[NP_VIEW_VOLUMES_MAX];
   unsigned count = 0;
-  for (unsigned i = 0; i < a->volume_count; i++)
-    if (a->glows[i].is_there) glows[count++] = np_cloud_glow_get(&a->glows[i], &p->packet->placed[i]);
+  const np_view_volume *placed = p->packet->placed;
+  for (unsigned i = 0; i < a->cloud_count; i++) {
+    const np_view_volume *cloud = a->volumes[i] ? placed++ : NULL;
+    if (a->glows[i].is_there) glows[count++] = np_cloud_glow_get(&a->glows[i], cloud);
+  }
   if (count == 0) return NEPH_OK;
   np_monitor_set_stage(p->b->monitor, "finding what glows");
   return np_emission_build(a->context, glows, count, p->packet->bands.nm, p->b->monitor, &p->packet->emission);
@@ -292,8 +325,7 @@ static neph_result build_packets(const build *b) {
   return result;
 }
 
-neph_result np_assembly_build(const neph_scene *scene, const np_plan *plan, np_monitor *monitor,
-                              np_assembly *out_assembly) {
+neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, np_monitor *monitor, np_assembly *out_assembly) {
   *out_assembly = (np_assembly){.context = scene->context, .skies = scene->skies, .lights = scene->lights};
   build b = {.scene = scene, .plan = plan, .monitor = monitor, .assembly = out_assembly};
   neph_result result = np_camera_init(scene, plan->desc.width, plan->desc.height, &out_assembly->camera);
@@ -321,7 +353,7 @@ void np_assembly_clear(np_assembly *assembly) {
   for (int role = 0; role < NP_LIGHT_ROLES; role++)
     np_light_store_give_depths(assembly->lights, (np_light_role)role, &assembly->sun_caches[role]);
   for (unsigned i = 0; i < NP_LIGHTS_MAX; i++) np_air_visibility_clear(&assembly->air_visibilities[i]);
-  for (unsigned i = 0; i < assembly->volume_count; i++) {
+  for (unsigned i = 0; i < assembly->cloud_count; i++) {
     neph_volume_release(assembly->volumes[i]);
     np_phase_table_clear(&assembly->phase_tables[i]);
     np_cloud_glow_clear(&assembly->glows[i]);

@@ -35,9 +35,9 @@ typedef struct np_packet {
   np_band_set bands;
   float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
   neph_atmosphere *atmosphere;
-  np_view_volume *placed;
-  np_emission emission; /* of all clouds; without glows where there is none */
-  unsigned light_count; /* the first one's view has what is not of any light: environment, disks, night */
+  np_view_volume *placed; /* the clouds that hold anything */
+  np_emission emission;   /* of all clouds; without glows where there is none */
+  unsigned light_count;   /* the first one's view has what is not of any light: environment, disks, night */
   np_packet_light lights[NP_LIGHTS_MAX];
   np_night night;
   np_star_field stars; /* of the camera's picture; empty: none */
@@ -46,12 +46,13 @@ typedef struct np_packet {
 typedef struct np_assembly {
   neph_context *context; /* borrowed from the scene */
   np_camera camera;
-  unsigned volume_count;
-  neph_volume **volumes;
-  np_view_volume *placed;          /* as the scene has them; each packet has its own copy */
-  np_cloud_glow *glows;            /* one a volume, most often nothing */
-  np_phase_table *phase_tables;    /* one a volume, empty where its phase function is none */
-  np_dvec3 clouds_min, clouds_max; /* world box of all clouds */
+  unsigned cloud_count;            /* of the scene */
+  unsigned volume_count;           /* of the clouds that hold anything in the frame */
+  neph_volume **volumes;           /* of each cloud; NULL: it holds nothing */
+  np_view_volume *placed;          /* of each cloud, as the scene has it; each packet has its own of the volumes */
+  np_cloud_glow *glows;            /* of each cloud, most often nothing */
+  np_phase_table *phase_tables;    /* of each cloud, empty where its phase function is none */
+  np_dvec3 clouds_min, clouds_max; /* world box of all that the clouds hold */
   neph_terrain *terrain;
   np_star_catalogue stars;
   np_sphere_map star_map, moon_map;                  /* empty: none */
@@ -70,9 +71,9 @@ static inline np_spectrum np_packet_add_color(const np_packet *packet, np_spectr
   return color;
 }
 
-/* Builds what `plan` needs for its frame; on failure nothing is left. */
-neph_result np_assembly_build(const neph_scene *scene, const np_plan *plan, np_monitor *monitor,
-                              np_assembly *out_assembly);
+/* Builds what `plan` needs for its frame; on failure nothing is left. Where no cloud turns out to hold anything, the
+ * plan is made without them. */
+neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, np_monitor *monitor, np_assembly *out_assembly);
 void np_assembly_clear(np_assembly *assembly);
 
 #endif

@@ -10,12 +10,6 @@ static const double hottest_k = 1e5, coldest_k = 600.0;
 
 static bool is_none(const char *name) { return name && strcmp(name, "none") == 0; }
 
-/* A grid's own lattice, placed as the density's is: both come from one file, and keep their places to each other. */
-static np_affine place(const np_placement *placement, const neph_volume *density, const neph_volume *field) {
-  const np_affine file_to_world = np_affine_compose(&placement->index_to_world, &density->world_to_index);
-  return np_affine_compose(&file_to_world, &field->index_to_world);
-}
-
 static neph_result check_temperature(const np_scene_cloud *cloud, const neph_volume *temperature) {
   const np_scene_emission *e = &cloud->emission;
   const double top = (double)fmaxf(temperature->value_max, temperature->bricks.background);
@@ -35,58 +29,67 @@ static neph_result check_temperature(const np_scene_cloud *cloud, const neph_vol
 }
 
 /* Half a kelvin at 1000 K, which is how finely halves tell values there, is 1 % of the radiance at 680 nm. */
-static neph_result load_temperature(const np_scene_cloud *cloud, const char *path, const neph_volume *density,
-                                    const neph_volume_load_desc *desc, np_cloud_glow *glow) {
-  const char *name = cloud->emission.temperature;
+static neph_result load_temperature(const np_cloud_glow_source *source, np_cloud_glow *glow) {
+  const char *name = source->cloud->emission.temperature;
   if (is_none(name)) return NEPH_OK;
-  neph_volume_load_desc exact = *desc;
+  neph_volume_load_desc exact = *source->load;
   exact.precision = NEPH_PRECISION_FLOAT;
   exact.grid = name ? name : "temperature";
-  neph_result result = np_volume_load_field(density->context, path, &exact, true, NULL, &glow->temperature);
-  return result || !glow->temperature ? result : check_temperature(cloud, glow->temperature);
+  neph_result result = np_volume_load_field(source->context, source->path, &exact, true, NULL, &glow->temperature);
+  return result || !glow->temperature ? result : check_temperature(source->cloud, glow->temperature);
 }
 
-/* Where the file has flames they alone glow, though there be none in this frame. */
-static neph_result load_flame(const np_scene_cloud *cloud, const char *path, const neph_volume *density,
-                              const neph_volume_load_desc *desc, np_cloud_glow *glow) {
-  const char *name = cloud->emission.flame;
+static neph_result load_flame(const np_cloud_glow_source *source, np_cloud_glow *glow, bool *out_is_in_file) {
+  const char *name = source->cloud->emission.flame;
+  *out_is_in_file = false;
   if (is_none(name)) return NEPH_OK;
-  neph_volume_load_desc flame = *desc;
+  neph_volume_load_desc flame = *source->load;
   flame.grid = name ? name : "flame";
-  bool is_in_file = false;
-  neph_result result = np_volume_load_field(density->context, path, &flame, name != NULL, &is_in_file, &glow->flame);
-  if (!is_in_file) return result;
-  glow->is_there = glow->flame;
-  glow->flame_absorption_per_m = (float)cloud->emission.absorption_per_m;
+  neph_result result =
+      np_volume_load_field(source->context, source->path, &flame, name != NULL, out_is_in_file, &glow->flame);
+  if (glow->flame) glow->flame_absorption_per_m = (float)source->cloud->emission.absorption_per_m;
   return result;
 }
 
-neph_result np_cloud_glow_load(const np_scene_cloud *cloud, const char *path, const neph_volume *density,
-                               const np_placement *placement, const neph_volume_load_desc *desc,
-                               np_cloud_glow *out_glow) {
-  *out_glow = (np_cloud_glow){.is_there = true, .strength = (float)cloud->emission.strength};
-  neph_result result = load_temperature(cloud, path, density, desc, out_glow);
-  if (!result) result = load_flame(cloud, path, density, desc, out_glow);
-  if (result) {
-    np_cloud_glow_clear(out_glow);
-    return result;
-  }
-  const neph_volume *source = out_glow->flame ? out_glow->flame : density, *temperature = out_glow->temperature;
-  np_glow *glow = &out_glow->glow;
-  glow->bricks = &source->bricks;
-  glow->index_to_world = place(placement, density, source);
-  glow->offset_k = (float)cloud->emission.offset_k;
+/* Flames glow where there are any. Without them the cloud does, by what it absorbs at its temperature; but where the
+ * file has a grid of flames, and it is empty, a temperature that is the same everywhere is that of no cloud. */
+static bool has_glow(const np_cloud_glow_source *source, const np_cloud_glow *glow, bool is_flame_in_file) {
+  if (glow->flame) return true;
+  if (!source->density || (is_flame_in_file && !glow->temperature)) return false;
+  if (is_flame_in_file)
+    np_log(source->context, NEPH_LOG_INFO, "cloud %s: without flames it glows by its temperature and what it absorbs",
+           source->cloud->name);
+  return true;
+}
+
+/* Grids of one file keep their places to each other, each on a lattice of its own. */
+static neph_result place(const np_cloud_glow_source *source, np_cloud_glow *out) {
+  const neph_volume *field = out->flame ? out->flame : source->density, *temperature = out->temperature;
+  np_glow *glow = &out->glow;
+  glow->bricks = &field->bricks;
+  glow->index_to_world = np_affine_compose(source->file_to_world, &field->index_to_world);
+  glow->offset_k = (float)source->cloud->emission.offset_k;
   bool is_sound = np_affine_invert(&glow->index_to_world, &glow->world_to_index);
   if (temperature) {
-    const np_affine index_to_world = place(placement, density, temperature);
+    const np_affine index_to_world = np_affine_compose(source->file_to_world, &temperature->index_to_world);
     is_sound = np_affine_invert(&index_to_world, &glow->world_to_temperature) && is_sound;
     glow->temperature = &temperature->bricks;
-    glow->kelvin_per_value = (float)cloud->emission.kelvin_per_value;
+    glow->kelvin_per_value = (float)source->cloud->emission.kelvin_per_value;
   }
   if (is_sound) return NEPH_OK;
-  np_cloud_glow_clear(out_glow);
-  return np_fail(density->context, NEPH_ERROR_BAD_SCENE, "cloud %s: the transform of its emission cannot be inverted",
-                 cloud->name);
+  return np_fail(source->context, NEPH_ERROR_BAD_SCENE, "cloud %s: the transform of its emission cannot be inverted",
+                 source->cloud->name);
+}
+
+neph_result np_cloud_glow_load(const np_cloud_glow_source *source, np_cloud_glow *out_glow) {
+  *out_glow = (np_cloud_glow){.strength = (float)source->cloud->emission.strength};
+  bool is_flame_in_file;
+  neph_result result = load_temperature(source, out_glow);
+  if (!result) result = load_flame(source, out_glow, &is_flame_in_file);
+  if (!result) out_glow->is_there = has_glow(source, out_glow, is_flame_in_file);
+  if (!result && out_glow->is_there) result = place(source, out_glow);
+  if (result) np_cloud_glow_clear(out_glow);
+  return result;
 }
 
 void np_cloud_glow_clear(np_cloud_glow *glow) {

@@ -14,14 +14,21 @@ typedef struct np_cloud_glow {
   float strength;
 } np_cloud_glow;
 
-/* Reads the grids beside a cloud's density from the same file. A cloud whose grids of the frame hold nothing does not
- * glow. On failure nothing is left. */
-neph_result np_cloud_glow_load(const np_scene_cloud *cloud, const char *path, const neph_volume *density,
-                               const np_placement *placement, const neph_volume_load_desc *desc,
-                               np_cloud_glow *out_glow);
+/* Where the grids of a cloud's emission are read from, and what they stand beside. */
+typedef struct np_cloud_glow_source {
+  neph_context *context;
+  const np_scene_cloud *cloud;
+  const char *path;
+  const np_affine *file_to_world;
+  const neph_volume *density; /* NULL: it holds nothing, and flames alone can glow */
+  const neph_volume_load_desc *load;
+} np_cloud_glow_source;
+
+/* Reads the grids beside a cloud's density from the same file. On failure nothing is left. */
+neph_result np_cloud_glow_load(const np_cloud_glow_source *source, np_cloud_glow *out_glow);
 void np_cloud_glow_clear(np_cloud_glow *glow);
 
-/* The glow for one packet's albedo of the cloud. */
+/* The glow for one packet's albedo of the cloud, which may be NULL for a flame. */
 np_glow np_cloud_glow_get(const np_cloud_glow *glow, const np_view_volume *cloud);
 
 #endif

@@ -36,22 +36,21 @@ void np_placement_find_bounds(const np_affine *index_to_world, const neph_volume
   }
 }
 
-static void bound_active(np_placement *placement, const neph_volume *volume) {
-  np_placement_find_bounds(&placement->index_to_world, volume, &placement->bounds_min, &placement->bounds_max);
+/* What puts the centre of the bottom face of a volume's box at `position_m`. */
+static void move_to(np_affine *file_to_world, const neph_volume *volume, const double position_m[3]) {
+  const np_affine index_to_world = np_affine_compose(file_to_world, &volume->index_to_world);
+  np_dvec3 low, high;
+  np_placement_find_bounds(&index_to_world, volume, &low, &high);
+  file_to_world->m[0][3] += position_m[0] - 0.5 * (low.x + high.x);
+  file_to_world->m[1][3] += position_m[1] - 0.5 * (low.y + high.y);
+  file_to_world->m[2][3] += position_m[2] - low.z;
 }
 
-/* Puts the centre of the bottom face of the bounds at `position_m`. */
-static void move_to(np_placement *placement, const neph_volume *volume, const double position_m[3]) {
-  bound_active(placement, volume);
-  placement->index_to_world.m[0][3] += position_m[0] - 0.5 * (placement->bounds_min.x + placement->bounds_max.x);
-  placement->index_to_world.m[1][3] += position_m[1] - 0.5 * (placement->bounds_min.y + placement->bounds_max.y);
-  placement->index_to_world.m[2][3] += position_m[2] - placement->bounds_min.z;
-}
-
-static neph_result set_extinction(const np_scene_cloud *cloud, const neph_volume *reference, np_monitor *monitor,
-                                  np_placement *placement) {
+/* Extinction of a value of 1, and what comes of it in a volume, which is logged. */
+static neph_result compute_extinction(const np_scene_cloud *cloud, const neph_volume *volume,
+                                      const np_affine *index_to_world, np_monitor *monitor, float *out_per_value) {
   double extinction = cloud->density_value, column = 0.0;
-  neph_result result = np_volume_get_column_max(reference, &placement->index_to_world, monitor, &column);
+  neph_result result = np_volume_get_column_max(volume, index_to_world, monitor, &column);
   if (result) return result;
   switch (cloud->density_unit) {
   case NP_DENSITY_EXTINCTION:
@@ -64,34 +63,49 @@ static neph_result set_extinction(const np_scene_cloud *cloud, const neph_volume
     break; /* 1.5·LWC[g/m³]/r_eff[µm] */
   case NP_DENSITY_OPTICAL_DEPTH:
     if (!(column > 0.0))
-      return np_fail(reference->context, NEPH_ERROR_BAD_SCENE,
+      return np_fail(volume->context, NEPH_ERROR_BAD_SCENE,
                      "cloud %s: optical_depth is %g, but its grid holds no value above 0", cloud->name, extinction);
     extinction /= column;
     break;
   }
-  placement->view.extinction_per_value = (float)extinction;
-  const double densest = extinction * (double)reference->value_max;
-  np_log(reference->context, NEPH_LOG_INFO,
+  *out_per_value = (float)extinction;
+  const double densest = extinction * (double)volume->value_max;
+  np_log(volume->context, NEPH_LOG_INFO,
          "cloud %s: extinction %.4g 1/m at its densest, mean free path %.4g m, optical depth %.4g", cloud->name,
          densest, 1.0 / densest, extinction * column);
   return NEPH_OK;
 }
 
-neph_result np_placement_make(const np_scene_cloud *cloud, const neph_volume *volume, const neph_volume *reference,
-                              np_monitor *monitor, np_placement *out_placement) {
+bool np_placement_needs_reference(const np_scene_cloud *cloud) {
+  return cloud->has_position || cloud->voxel_m > 0.0 || cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
+}
+
+neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *reference, np_monitor *monitor,
+                                np_anchor *out_anchor) {
   double scale = cloud->scale;
-  if (cloud->voxel_m > 0.0) scale *= cloud->voxel_m / largest_voxel_edge(&volume->index_to_world);
-  const np_affine turn = make_turn(cloud->up, cloud->rotation_rad, scale);
-  *out_placement = (np_placement){.index_to_world = np_affine_compose(&turn, &volume->index_to_world)};
-  if (cloud->has_position) move_to(out_placement, volume, cloud->position_m);
-  bound_active(out_placement, volume);
+  if (cloud->voxel_m > 0.0) scale *= cloud->voxel_m / largest_voxel_edge(&reference->index_to_world);
+  *out_anchor = (np_anchor){.file_to_world = make_turn(cloud->up, cloud->rotation_rad, scale)};
+  np_affine *file_to_world = &out_anchor->file_to_world;
+  if (cloud->has_position) move_to(file_to_world, reference, cloud->position_m);
+  if (cloud->density_unit != NP_DENSITY_OPTICAL_DEPTH) return NEPH_OK;
+  const np_affine index_to_world = np_affine_compose(file_to_world, &reference->index_to_world);
+  return compute_extinction(cloud, reference, &index_to_world, monitor, &out_anchor->extinction_per_value);
+}
+
+neph_result np_placement_make(const np_scene_cloud *cloud, const np_anchor *anchor, const neph_volume *volume,
+                              np_monitor *monitor, np_placement *out_placement) {
+  const np_affine index_to_world = np_affine_compose(&anchor->file_to_world, &volume->index_to_world);
+  *out_placement = (np_placement){.index_to_world = index_to_world};
+  np_placement_find_bounds(&index_to_world, volume, &out_placement->bounds_min, &out_placement->bounds_max);
   np_view_volume *view = &out_placement->view;
   view->bricks = &volume->bricks;
   view->phase = cloud->phase;
   view->bottom_m = out_placement->bounds_min.z;
   view->top_m = out_placement->bounds_max.z;
+  view->extinction_per_value = anchor->extinction_per_value;
   for (int b = 0; b < NP_BAND_COUNT; b++) view->albedo.band[b] = (float)cloud->albedo[b];
-  if (!np_affine_invert(&out_placement->index_to_world, &view->world_to_index))
+  if (!np_affine_invert(&index_to_world, &view->world_to_index))
     return np_fail(volume->context, NEPH_ERROR_BAD_SCENE, "cloud %s: its transform cannot be inverted", cloud->name);
-  return set_extinction(cloud, reference, monitor, out_placement);
+  if (cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH) return NEPH_OK;
+  return compute_extinction(cloud, volume, &index_to_world, monitor, &view->extinction_per_value);
 }

@@ -5,7 +5,7 @@
 
 #include "core/parallel.h"
 #include "light/scene_view.h"
-#include "scene/scene_private.h"
+#include "scene/reference_store.h"
 
 typedef struct np_placement {
   np_view_volume view;
@@ -17,9 +17,16 @@ typedef struct np_placement {
 void np_placement_find_bounds(const np_affine *index_to_world, const neph_volume *volume, np_dvec3 *out_min,
                               np_dvec3 *out_max);
 
-/* Places a volume as its cloud asks: up axis, voxel edge, scale, rotation, position; extinction from its unit.
- * `reference` is the volume whose densest column an optical depth refers to. */
-neph_result np_placement_make(const np_scene_cloud *cloud, const neph_volume *volume, const neph_volume *reference,
+/* Whether a cloud's voxel, position or optical_depth go by what a volume holds. */
+bool np_placement_needs_reference(const np_scene_cloud *cloud);
+
+/* Where a cloud's keys put its files: up axis, voxel edge, scale, rotation, position; and the extinction that
+ * optical_depth asks for. `reference` is the volume that they go by; NULL where they need none. */
+neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *reference, np_monitor *monitor,
+                                np_anchor *out_anchor);
+
+/* Places a volume of a cloud's file. */
+neph_result np_placement_make(const np_scene_cloud *cloud, const np_anchor *anchor, const neph_volume *volume,
                               np_monitor *monitor, np_placement *out_placement);
 
 #endif

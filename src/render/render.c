@@ -6,6 +6,7 @@
 #include "image/image_private.h"
 #include "render/color_header.h"
 #include "render/frame.h"
+#include "render/inputs.h"
 
 static neph_result describe_render(const neph_scene *scene, const neph_render_desc *desc, double seconds,
                                    neph_image *image) {
@@ -48,7 +49,7 @@ static neph_result describe_light(const np_assembly *assembly, neph_image *image
   return result ? result : np_image_set_real(image, "nephos:lightError", error);
 }
 
-static neph_result render(const np_plan *plan, const neph_scene *scene, neph_image **out_image) {
+static neph_result render(np_plan *plan, const neph_scene *scene, neph_image **out_image) {
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, plan->desc.progress, plan->desc.progress_user);
   np_assembly assembly;
@@ -82,6 +83,7 @@ neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc,
   *out_text = NULL;
   np_plan plan;
   neph_result result = np_plan_make(scene, desc, &plan);
+  if (!result) result = np_inputs_open(scene, &plan);
   return result ? result : np_plan_describe(&plan, format, out_text);
 }
 

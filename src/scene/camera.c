@@ -51,6 +51,68 @@ np_vec3 np_camera_direction(const np_camera *camera, float x, float y) {
   return np_vec3_normalize(np_vec3_subtract(direction, camera->back));
 }
 
+/* ---- What is seen ---- */
+
+/* A plane adds one corner to a polygon that is convex, and half as many as there are to one that rounding has bent. */
+enum { FACE_CORNERS = 4, PLANES = 4, POLYGON_CORNERS = 20 };
+
+/* A convex polygon in camera space: x to the right, y up, z along the view. */
+typedef struct polygon {
+  int count;
+  np_dvec3 corner[POLYGON_CORNERS];
+} polygon;
+
+/* Above 0 on the picture's side of one of the four planes that bound it. */
+static double get_side(const np_camera *camera, int plane, np_dvec3 p) {
+  const double extent = (double)(plane < 2 ? camera->tan_half_width : camera->tan_half_height) * p.z;
+  const double at = plane < 2 ? p.x : p.y;
+  return plane % 2 ? extent - at : extent + at;
+}
+
+/* Cuts off what is beyond a plane (Sutherland and Hodgman 1974). */
+static polygon clip(const np_camera *camera, int plane, const polygon *in) {
+  polygon out = {0};
+  for (int i = 0; i < in->count; i++) {
+    const np_dvec3 from = in->corner[i], to = in->corner[(i + 1) % in->count];
+    const double side = get_side(camera, plane, from), next = get_side(camera, plane, to);
+    if (side >= 0.0) out.corner[out.count++] = from;
+    if ((side > 0.0 && next < 0.0) || (side < 0.0 && next > 0.0))
+      out.corner[out.count++] = np_dvec3_add(from, np_dvec3_scale(np_dvec3_subtract(to, from), side / (side - next)));
+  }
+  return out;
+}
+
+static np_dvec3 to_camera_space(const np_camera *camera, np_dvec3 p) {
+  const np_dvec3 d = np_dvec3_subtract(p, camera->origin), right = np_vec3_to_double(camera->right),
+                 up = np_vec3_to_double(camera->up), back = np_vec3_to_double(camera->back);
+  return np_dvec3_make(np_dvec3_dot(d, right), np_dvec3_dot(d, up), -np_dvec3_dot(d, back));
+}
+
+/* The face of a box across an axis, on its low or its high side. */
+static bool is_face_seen(const np_camera *camera, const double box[2][3], int axis, int side) {
+  polygon face = {.count = FACE_CORNERS};
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  for (int i = 0; i < FACE_CORNERS; i++) {
+    double at[3];
+    at[axis] = box[side][axis];
+    at[u] = box[i == 1 || i == 2][u];
+    at[v] = box[i >= 2][v];
+    face.corner[i] = to_camera_space(camera, np_dvec3_make(at[0], at[1], at[2]));
+  }
+  for (int plane = 0; plane < PLANES; plane++) face = clip(camera, plane, &face);
+  return face.count > 0;
+}
+
+/* The view has no end: a box that it meets is met in a face, from outside and from within. */
+bool np_camera_sees_box(const np_camera *camera, np_dvec3 low, np_dvec3 high) {
+  const double box[2][3] = {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
+  for (int face = 0; face < 6; face++)
+    if (is_face_seen(camera, box, face / 2, face % 2)) return true;
+  return false;
+}
+
+/* ---- For the file's header ---- */
+
 /* OpenEXR (ImfStandardAttributes.h) wants a left-handed camera space: x right, y up, z along the view. NDC runs from
  * (0, 0) at the upper left to (1, 1) at the lower right of the display window; z is left as it is, w is the depth. */
 void np_camera_get_matrices(const np_camera *camera, float out_world_to_camera[16], float out_world_to_ndc[16]) {

@@ -402,6 +402,20 @@ static neph_result find_lights(np_plan *plan, const neph_scene *scene) {
   return np_scene_lights_find(scene, scene->latitude_rad, scene->longitude_rad, &plan->lights);
 }
 
+static neph_result decide_stages(np_plan *plan, const neph_scene *scene, const scene_facts *facts) {
+  plan->has_sun = facts->has_sun;
+  decide_terrain(plan, scene);
+  decide_sky(plan, facts);
+  decide_light(plan, facts);
+  decide_night(plan, facts);
+  neph_result result = decide_scattering(plan, scene, facts);
+  decide_colors(plan, scene, facts);
+  count_work(plan);
+  decide_air_shadows(plan, scene, facts);
+  decide_sun_depth(plan, scene, facts);
+  return result;
+}
+
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan) {
   *out_plan = (np_plan){.context = scene->context, .has_beauty = scene->output.has_beauty, .aovs = scene->output.aovs};
   neph_result result = np_scene_check(scene);
@@ -411,17 +425,14 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   if (!result) result = decide_volumes(out_plan, scene);
   if (result) return result;
   const scene_facts facts = find_facts(scene, out_plan);
-  out_plan->has_sun = facts.has_sun;
-  decide_terrain(out_plan, scene);
-  decide_sky(out_plan, &facts);
-  decide_light(out_plan, &facts);
-  decide_night(out_plan, &facts);
-  result = decide_scattering(out_plan, scene, &facts);
-  decide_colors(out_plan, scene, &facts);
-  count_work(out_plan);
-  decide_air_shadows(out_plan, scene, &facts);
-  decide_sun_depth(out_plan, scene, &facts);
-  return result;
+  return decide_stages(out_plan, scene, &facts);
+}
+
+neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan) {
+  scene_facts facts = find_facts(scene, plan);
+  facts.has_clouds = false;
+  decide(plan, NP_STAGE_VOLUMES, false, "no cloud holds anything in this frame");
+  return decide_stages(plan, scene, &facts);
 }
 
 neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan) {

@@ -4,6 +4,7 @@
 #ifndef NP_SCENE_PLAN_H
 #define NP_SCENE_PLAN_H
 
+#include "scene/reference_store.h"
 #include "scene/scene_lights.h"
 
 typedef enum np_stage {
@@ -34,6 +35,13 @@ typedef struct np_plan_stage {
   char reason[240]; /* why, or why not */
 } np_plan_stage;
 
+/* The frame by which a sequence's frames are placed and scaled. */
+typedef struct np_plan_reference {
+  const char *cloud; /* borrowed from the scene */
+  bool is_known;     /* else none that holds anything was asked for yet */
+  int frame;
+} np_plan_reference;
+
 typedef struct np_plan {
   neph_context *context; /* borrowed */
   neph_render_desc desc; /* the caller's over the scene's, checked */
@@ -46,6 +54,8 @@ typedef struct np_plan {
   np_scene_lights lights;
   bool has_sun; /* its light matters; the moon's is a stage */
   np_plan_stage stages[NP_STAGE_COUNT];
+  unsigned reference_count; /* noted where the inputs are opened */
+  np_plan_reference references[NP_VIEW_VOLUMES_MAX];
   uint64_t ray_count;      /* of the camera: pixels of the crop times samples */
   uint64_t film_bytes;     /* of the film's channels in float */
   unsigned air_ray_spacing; /* pixels between rays along which shadows in the air are looked for; 0: none */
@@ -66,6 +76,9 @@ neph_result np_plan_find_source(const neph_scene *scene, const np_scene_cloud *c
 
 /* Checks scene and description, and decides. `desc` NULL: the scene's own. */
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
+
+/* Decides anew for a frame in which no cloud holds anything: what only clouds need is left out. */
+neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan);
 
 /* Decides between filling a volume of depths towards the sun and marching for each, for a plan whose rays and voxels
  * are counted; says why. */

@@ -30,6 +30,19 @@ const char *np_stage_get_name(np_stage stage) {
   return names[stage];
 }
 
+static void add_references(np_text *text, const np_plan *plan) {
+  if (plan->reference_count) np_text_add(text, "%-20s ", "reference frames");
+  for (unsigned i = 0; i < plan->reference_count; i++) {
+    const np_plan_reference *reference = &plan->references[i];
+    np_text_add(text, "%s%s ", i ? ", " : "", reference->cloud);
+    if (reference->is_known)
+      np_text_add(text, "%d", reference->frame);
+    else
+      np_text_add(text, "none yet: no frame asked for holds anything");
+  }
+  if (plan->reference_count) np_text_add(text, "\n");
+}
+
 static neph_result describe_plain(const np_plan *plan, char **out_text) {
   const neph_render_desc *desc = &plan->desc;
   np_text text = {.context = plan->context};
@@ -40,6 +53,7 @@ static neph_result describe_plain(const np_plan *plan, char **out_text) {
               (double)plan->film_bytes * 1e-6);
   if (plan->bake_voxel_count > 0) np_text_add(&text, ", at most %.3g voxels to bake", plan->bake_voxel_count);
   np_text_add(&text, "\n");
+  add_references(&text, plan);
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     const np_plan_stage *stage = &plan->stages[i];
     np_text_add(&text, "%-20s %-3s  %s\n", np_stage_get_name((np_stage)i), stage->is_needed ? "yes" : "no",
@@ -60,6 +74,17 @@ static void put_picture(np_json *json, const neph_render_desc *desc) {
   np_json_end(json);
 }
 
+static void put_references(np_json *json, const np_plan *plan) {
+  np_json_begin_array(json, "reference_frames");
+  for (unsigned i = 0; i < plan->reference_count; i++) {
+    np_json_begin_object(json, NULL);
+    np_json_put_text(json, "cloud", plan->references[i].cloud);
+    if (plan->references[i].is_known) np_json_put_integer(json, "frame", plan->references[i].frame);
+    np_json_end(json);
+  }
+  np_json_end(json);
+}
+
 static neph_result describe_json(const np_plan *plan, char **out_text) {
   np_json *json = np_json_create(plan->context);
   if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -70,6 +95,7 @@ static neph_result describe_json(const np_plan *plan, char **out_text) {
   np_json_put_integer(json, "ray_count", (int64_t)plan->ray_count);
   np_json_put_integer(json, "film_bytes", (int64_t)plan->film_bytes);
   np_json_put_real(json, "bake_voxel_count", plan->bake_voxel_count);
+  if (plan->reference_count) put_references(json, plan);
   np_json_begin_array(json, "stages");
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     np_json_begin_object(json, NULL);

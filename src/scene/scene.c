@@ -6,6 +6,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "light/light_store.h"
+#include "scene/reference_store.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_file.h"
 
@@ -22,7 +23,8 @@ static neph_result create_bare(neph_context *context, const char *file, np_node 
   *out_scene = scene;
   scene->skies = np_alloc(context, 1, sizeof *scene->skies);
   scene->lights = np_alloc(context, 1, sizeof *scene->lights);
-  if (!scene->skies || !scene->lights) return NEPH_ERROR_OUT_OF_MEMORY;
+  scene->references = np_alloc(context, 1, sizeof *scene->references);
+  if (!scene->skies || !scene->lights || !scene->references) return NEPH_ERROR_OUT_OF_MEMORY;
   if (!file) return NEPH_OK;
   scene->file = np_alloc_text(context, file);
   return scene->file ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
@@ -78,6 +80,7 @@ void neph_scene_destroy(neph_scene *scene) {
   np_alloc_free(context, scene->skies);
   if (scene->lights) np_light_store_clear(context, scene->lights);
   np_alloc_free(context, scene->lights);
+  np_alloc_free(context, scene->references);
   np_node_destroy(context, scene->document);
   np_alloc_free(context, scene->file);
   np_alloc_free(context, scene);
@@ -105,7 +108,11 @@ static neph_result edit_copy(const neph_scene *scene, const char *key, const cha
 
 /* The scene is made anew from the changed document, so that a key set is a key read, and a failure changes nothing. */
 neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) {
-  neph_scene changed = {.context = scene->context, .file = scene->file, .skies = scene->skies, .lights = scene->lights};
+  neph_scene changed = {.context = scene->context,
+                        .file = scene->file,
+                        .skies = scene->skies,
+                        .lights = scene->lights,
+                        .references = scene->references};
   neph_result result = edit_copy(scene, key, value, &changed.document);
   if (result) return result;
   result = np_scene_apply(&changed);
@@ -173,6 +180,10 @@ bool neph_scene_is_cloud_baked(const neph_scene *scene, unsigned index) {
 
 const char *neph_scene_get_cloud_file(const neph_scene *scene, unsigned index) {
   return index < scene->cloud_count ? scene->clouds[index].vdb : NULL;
+}
+
+bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud) {
+  return cloud->vdb && !cloud->is_baked && strchr(cloud->vdb, '#');
 }
 
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame) {

@@ -82,6 +82,15 @@ static neph_result check_source(const neph_scene *scene, unsigned index, const n
   return NEPH_OK;
 }
 
+static neph_result check_reference_frame(const neph_scene *scene, unsigned index, const np_node *node) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  if (!cloud->has_reference_frame || np_scene_cloud_is_sequence(cloud)) return NEPH_OK;
+  return np_scene_fail_at(scene, np_node_find(node, "reference_frame"),
+                          "clouds[%u].reference_frame is %u, but %s: it goes with a vdb that has # for the frame",
+                          index, cloud->reference_frame,
+                          cloud->is_baked ? "the cloud is baked" : "its vdb is the same file in every frame");
+}
+
 static neph_result check_name(const neph_scene *scene, unsigned index, const np_node *node) {
   const char *name = scene->clouds[index].name;
   const np_node *name_node = np_node_find(node, "name");
@@ -149,6 +158,7 @@ static neph_result check_clouds(const neph_scene *scene) {
   neph_result result = NEPH_OK;
   for (unsigned i = 0; !result && node && i < scene->cloud_count; i++, node = node->next) {
     result = check_source(scene, i, node);
+    if (!result) result = check_reference_frame(scene, i, node);
     if (!result) result = check_name(scene, i, node);
     if (!result) result = check_map(scene, i, node);
     if (!result) result = check_top(scene, i, node);

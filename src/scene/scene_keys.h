@@ -47,6 +47,7 @@ typedef struct np_key {
   np_unit unit;
   np_range range; /* of REAL and INTEGER */
   np_field field;
+  bool is_input;          /* of FILE: the same in every frame, and read */
   bool is_air_preset;   /* of CHOICE and SECTION: an air that fills the section before any other key does */
   bool is_grey_allowed; /* one number may stand for the whole list */
   unsigned group;       /* keys of one section and one group, not 0, exclude each other … */

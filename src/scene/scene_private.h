@@ -131,6 +131,8 @@ typedef struct np_scene_emission {
 typedef struct np_scene_cloud {
   char *name;
   char *vdb;  /* file pattern, resolved; NULL when only baked */
+  bool has_reference_frame; /* else the first asked for that holds anything */
+  unsigned reference_frame;
   char *grid; /* NULL: chosen by neph_volume_load */
   neph_import_policy policy;
   neph_precision precision;
@@ -257,10 +259,14 @@ struct neph_scene {
   np_scene_output output;
   struct np_sky_store *skies;    /* kept from picture to picture: one scene renders one picture at a time */
   struct np_light_store *lights; /* likewise */
+  struct np_reference_store *references; /* likewise */
 };
 
 /* neph_scene_check without its warnings: before each plan, too. */
 neph_result np_scene_check(const neph_scene *scene);
+
+/* Whether a cloud has a file of its own for each frame, and is not baked to it. */
+bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud);
 
 /* The bake of a cloud as it is in a frame; 1 is at the bake's own time. */
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame);
@@ -285,6 +291,8 @@ typedef struct np_camera {
 
 neph_result np_camera_init(const neph_scene *scene, unsigned width, unsigned height, np_camera *out_camera);
 np_vec3 np_camera_direction(const np_camera *camera, float x, float y);
+/* Whether any of a world box is in the picture, whatever stands before it. */
+bool np_camera_sees_box(const np_camera *camera, np_dvec3 low, np_dvec3 high);
 /* Row-vector matrices of OpenEXR's worldToCamera and worldToNDC. */
 void np_camera_get_matrices(const np_camera *camera, float out_world_to_camera[16], float out_world_to_ndc[16]);
 

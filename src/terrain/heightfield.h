@@ -32,6 +32,9 @@ typedef struct np_field_position {
 neph_result np_heightfield_load(neph_context *context, const char *path, const neph_terrain_desc *desc,
                                 np_heightfield *out_field);
 
+/* Whether a file is a height field, by its name, size or header alone. */
+neph_result np_heightfield_check(neph_context *context, const char *path);
+
 /* SRTM .hgt: 1201 or 3601 squared big-endian int16, the north-western sample first, −32768 for no value. */
 neph_result np_heightfield_load_hgt(neph_context *context, const char *path, np_heightfield *out_field);
 

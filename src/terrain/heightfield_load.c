@@ -56,21 +56,32 @@ static void decode_tile(const unsigned char *bytes, np_heightfield *field) {
   }
 }
 
+static neph_result read_tile_corner(neph_context *context, const char *path, np_heightfield *field) {
+  if (read_corner(get_base_name(path), &field->south_rad, &field->west_rad)) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: its name must begin with the south-western corner, as N44W072.hgt",
+                 path);
+}
+
+static neph_result check_tile_size(neph_context *context, const char *path, size_t size) {
+  if (get_tile_side(size)) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_BAD_FILE,
+                 "%s: has %zu bytes, must have %d (1201 × 1201 samples) or %d (3601 × 3601)", path, size,
+                 2 * 1201 * 1201, 2 * 3601 * 3601);
+}
+
 neph_result np_heightfield_load_hgt(neph_context *context, const char *path, np_heightfield *out_field) {
   *out_field = (np_heightfield){.has_place = true};
-  if (!read_corner(get_base_name(path), &out_field->south_rad, &out_field->west_rad))
-    return np_fail(context, NEPH_ERROR_BAD_FILE,
-                   "%s: its name must begin with the south-western corner, as N44W072.hgt", path);
   void *bytes = NULL;
   size_t size = 0;
-  neph_result result = np_file_read(context, path, &bytes, &size);
-  if (result) return result;
+  neph_result result = read_tile_corner(context, path, out_field);
+  if (!result) result = np_file_read(context, path, &bytes, &size);
+  if (!result) result = check_tile_size(context, path, size);
   const unsigned side = get_tile_side(size);
-  if (!side) {
-    result = np_fail(context, NEPH_ERROR_BAD_FILE,
-                     "%s: has %zu bytes, must have %d (1201 × 1201 samples) or %d (3601 × 3601)", path, size,
-                     2 * 1201 * 1201, 2 * 3601 * 3601);
-  } else if (!(out_field->elevation_m = np_alloc(context, (size_t)side * side, sizeof(float)))) {
+  if (result) {
+    np_alloc_free(context, bytes);
+    return result;
+  }
+  if (!(out_field->elevation_m = np_alloc(context, (size_t)side * side, sizeof(float)))) {
     result = NEPH_ERROR_OUT_OF_MEMORY;
   } else {
     out_field->width = out_field->height = side;
@@ -108,8 +119,7 @@ static void copy_picture(const float *values, double low_m, double scale_m, np_h
     }
 }
 
-static neph_result check_picture_size(neph_context *context, const char *path, const neph_image *image) {
-  const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);
+static neph_result check_picture_size(neph_context *context, const char *path, unsigned width, unsigned height) {
   const unsigned low = width < height ? width : height, high = width < height ? height : width;
   if (low >= 2 && high <= NP_HEIGHTFIELD_SAMPLES_MAX) return NEPH_OK;
   return np_fail(context, NEPH_ERROR_BAD_FILE,
@@ -122,10 +132,9 @@ static neph_result read_picture(neph_context *context, const char *path, neph_im
                                 double scale_m, const neph_terrain_desc *desc, np_heightfield *out_field) {
   const float *heights = find_heights(image);
   if (!heights) return fail_channels(context, path, image);
-  neph_result result = check_picture_size(context, path, image);
-  if (!result)
-    result =
-        np_heightfield_create_flat(context, neph_image_get_width(image), neph_image_get_height(image), desc, out_field);
+  const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);
+  neph_result result = check_picture_size(context, path, width, height);
+  if (!result) result = np_heightfield_create_flat(context, width, height, desc, out_field);
   if (!result) copy_picture(heights, low_m, scale_m, out_field);
   return result;
 }
@@ -157,6 +166,19 @@ static neph_result load_exr(neph_context *context, const char *path, const neph_
   if (!result) result = read_picture(context, path, image, 0.0, 1.0, desc, out_field);
   neph_image_destroy(image);
   return result;
+}
+
+neph_result np_heightfield_check(neph_context *context, const char *path) {
+  const char *ending = strrchr(get_base_name(path), '.');
+  np_heightfield field;
+  unsigned size[2] = {0, 0};
+  neph_result result;
+  if (ending && !strcasecmp(ending, ".hgt")) {
+    result = read_tile_corner(context, path, &field);
+    return result ? result : check_tile_size(context, path, (size_t)np_file_get_size(path));
+  }
+  result = np_image_read_size(context, path, size);
+  return result ? result : check_picture_size(context, path, size[0], size[1]);
 }
 
 neph_result np_heightfield_load(neph_context *context, const char *path, const neph_terrain_desc *desc,

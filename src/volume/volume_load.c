@@ -108,14 +108,10 @@ static neph_result check_kind(const np_volume_file *file, const np_vdb_grid_info
   return NEPH_OK;
 }
 
-static neph_result check_content(const np_volume_file *file, const np_sparse_grid *grid) {
-  if (grid->background != 0.0f)
-    return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' has background %g: a cloud has 0 where it ends",
-                   file->path, grid->name, (double)grid->background);
-  if (!np_sparse_grid_count_active(grid))
-    return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' is empty: it has no active voxels", file->path,
-                   grid->name);
-  return NEPH_OK;
+static neph_result check_density(const np_volume_file *file, const np_sparse_grid *grid) {
+  if (grid->background == 0.0f) return NEPH_OK;
+  return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' has background %g: a cloud has 0 where it ends",
+                 file->path, grid->name, (double)grid->background);
 }
 
 /* Where a field ends it may be anything that is a number. */
@@ -131,8 +127,9 @@ typedef struct load_job {
   neph_context *context;
   const char *path, *grid_name;
   np_monitor *monitor;
-  bool is_field, is_required;   /* a density always is */
-  bool is_in_file, has_content; /* found */
+  bool is_field, is_required; /* a density always is */
+  bool is_empty_allowed;      /* a field always is */
+  bool is_in_file;            /* found */
   np_sparse_grid grid;
   uint64_t tree_bytes;
 } load_job;
@@ -148,8 +145,18 @@ static neph_result read_chosen(load_job *job, const np_volume_file *file) {
   result = check_kind(file, &info);
   if (!result) result = np_volume_file_read(file, index, &job->grid, &job->tree_bytes);
   if (result) return result;
-  job->has_content = np_sparse_grid_count_active(&job->grid) > 0;
-  return job->is_field ? check_field(file, &job->grid) : check_content(file, &job->grid);
+  return job->is_field ? check_field(file, &job->grid) : check_density(file, &job->grid);
+}
+
+/* An empty grid stands for nothing where that is allowed. */
+static neph_result check_content(const load_job *job, bool *out_has_content) {
+  static const char format[] = "%s: grid '%s' is empty: it has no active voxels";
+  *out_has_content = np_sparse_grid_count_active(&job->grid) > 0;
+  if (*out_has_content || !job->is_in_file) return NEPH_OK;
+  if (!job->is_field && !job->is_empty_allowed)
+    return np_fail(job->context, NEPH_ERROR_BAD_FILE, format, job->path, job->grid.name);
+  np_log(job->context, NEPH_LOG_WARNING, format, job->path, job->grid.name);
+  return NEPH_OK;
 }
 
 static neph_result run_load(void *user) {
@@ -170,8 +177,9 @@ static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_v
   np_monitor_set_stage(&monitor, "loading");
   job->grid_name = desc->grid;
   job->monitor = &monitor;
+  bool is_there = false;
   neph_result result = np_parallel_run(context, &monitor, run_load, job);
-  const bool is_there = !result && job->has_content;
+  if (!result) result = check_content(job, &is_there);
   if (is_there) result = np_volume_import_values(context, job->path, &job->grid, desc->policy, &monitor);
   if (is_there && !result)
     result = np_volume_create_from_grid(context, &job->grid, desc->precision, &monitor, out_volume);
@@ -211,5 +219,52 @@ neph_result np_volume_load_field(neph_context *context, const char *path, const 
   load_job job = {.context = context, .path = path, .is_field = true, .is_required = is_required};
   neph_result result = load(&job, desc, out_volume);
   if (out_is_in_file) *out_is_in_file = job.is_in_file;
+  return result;
+}
+
+neph_result np_volume_load_density(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                   neph_volume **out_volume) {
+  *out_volume = NULL;
+  load_job job = {.context = context, .path = path, .is_required = true, .is_empty_allowed = true};
+  neph_result result = load(&job, desc, out_volume);
+  if (result || !*out_volume || (*out_volume)->value_max > 0.0f) return result;
+  np_log(context, NEPH_LOG_WARNING, "%s: grid '%s' is empty: no value in it is above 0", path, (*out_volume)->name);
+  neph_volume_release(*out_volume);
+  *out_volume = NULL;
+  return NEPH_OK;
+}
+
+/* ---- Headers ---- */
+
+/* OpenVDB writes down how many voxels are active. */
+static void read_voxel_count(void *user, const char *name, const char *text) {
+  np_grid_state *state = user;
+  if (!strcmp(name, "file_voxel_count") && !strcmp(text, "0")) *state = NP_GRID_EMPTY;
+}
+
+static neph_result read_header(const np_volume_file *file, const char *grid, bool is_required,
+                               np_grid_state *out_state) {
+  size_t index;
+  if (!is_required && !find_grids(file, grid, strlen(grid), false, 0).count) return NEPH_OK;
+  neph_result result = choose(file, grid, &index);
+  if (result) return result;
+  np_vdb_grid_info info = describe(file, index);
+  result = check_kind(file, &info);
+  if (result) return result;
+  *out_state = NP_GRID_FILLED;
+  np_vdb_error error;
+  if (file->module->visit_metadata(file->vdb, index, read_voxel_count, out_state, &error))
+    return np_volume_file_fail(file, &error);
+  return NEPH_OK;
+}
+
+neph_result np_volume_read_header(neph_context *context, const char *path, const char *grid, bool is_required,
+                                  np_grid_state *out_state) {
+  np_volume_file file;
+  *out_state = NP_GRID_MISSING;
+  neph_result result = np_volume_file_open(context, path, NULL, &file);
+  if (result) return result;
+  result = read_header(&file, grid, is_required, out_state);
+  np_volume_file_close(&file);
   return result;
 }

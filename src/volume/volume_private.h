@@ -20,9 +20,21 @@ struct neph_volume {
   uint64_t active_voxel_count, grid_bytes;
 };
 
+/* As neph_volume_load, but a grid that holds nothing makes `*out_volume` NULL, with a warning. */
+neph_result np_volume_load_density(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                   neph_volume **out_volume);
+
+/* What a file's header says of a grid. */
+typedef enum np_grid_state { NP_GRID_MISSING, NP_GRID_EMPTY, NP_GRID_FILLED } np_grid_state;
+
+/* Opens a file and finds a grid in it (NULL: as neph_volume_load does) without reading its values; fails where loading
+ * would for want of a file or a grid, or for a grid's kind. */
+neph_result np_volume_read_header(neph_context *context, const char *path, const char *grid, bool is_required,
+                                  np_grid_state *out_state);
+
 /* Reads a grid, named by `desc`, that is no density: where it ends it may have any value, and one that holds nothing,
- * or that is not required and not in the file, makes `*out_volume` NULL. `out_is_in_file` tells which, and may be NULL
- * where the grid is required. All else as neph_volume_load. */
+ * which draws a warning, or that is not required and not in the file, makes `*out_volume` NULL. `out_is_in_file` tells
+ * which, and may be NULL where the grid is required. All else as neph_volume_load. */
 neph_result np_volume_load_field(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                  bool is_required, bool *out_is_in_file, neph_volume **out_volume);
 

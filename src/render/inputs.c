@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/inputs.h"
+
+#include <string.h>
+
+#include "atmosphere/sphere_map.h"
+#include "atmosphere/stars.h"
+#include "core/alloc.h"
+#include "core/file.h"
+#include "image/image_private.h"
+#include "optics/phase_table.h"
+#include "render/placement.h"
+#include "scene/scene_inputs.h"
+#include "terrain/heightfield.h"
+#include "volume/volume_private.h"
+
+/* ---- Tables and pictures ---- */
+
+static neph_result open_phase_table(const neph_scene *scene, const np_scene_cloud *cloud) {
+  if (cloud->phase_source.kind != NP_PHASE_TABLE) return NEPH_OK;
+  np_phase_table table;
+  neph_result result = np_phase_table_load(scene->context, cloud->phase_source.table, &table);
+  if (!result) np_phase_table_clear(&table);
+  return result;
+}
+
+static neph_result open_stars(const neph_scene *scene) {
+  if (!scene->stars.is_there || !scene->stars.catalogue) return NEPH_OK;
+  np_star_catalogue stars;
+  neph_result result = np_star_catalogue_load(scene->context, scene->stars.catalogue, scene->stars.faintest, &stars);
+  if (!result) np_star_catalogue_clear(&stars);
+  return result;
+}
+
+static neph_result open_picture(const neph_scene *scene, const char *path) {
+  unsigned size[2];
+  return path ? np_image_read_size(scene->context, path, size) : NEPH_OK;
+}
+
+static neph_result open_sphere_map(const neph_scene *scene, const char *what, const char *path) {
+  return path ? np_sphere_map_check(scene->context, what, path) : NEPH_OK;
+}
+
+static neph_result open_terrain(const neph_scene *scene) {
+  if (scene->terrain.kind != NP_TERRAIN_HEIGHTFIELD) return NEPH_OK;
+  return np_heightfield_check(scene->context, scene->terrain.heightfield);
+}
+
+/* ---- Clouds ---- */
+
+/* One file of a sequence, or of a cloud. */
+typedef struct cloud_file {
+  const neph_scene *scene;
+  unsigned index;
+  int frame;
+  const char *path;
+} cloud_file;
+
+/* A grid of a cloud's emission; `name` is "none" where the scene wants none, and NULL for `usual`. */
+static neph_result open_field(const cloud_file *file, const char *name, const char *usual, bool is_required) {
+  neph_context *context = file->scene->context;
+  np_grid_state state;
+  if (name && !strcmp(name, "none")) return NEPH_OK;
+  const char *grid = name ? name : usual;
+  neph_result result = np_volume_read_header(context, file->path, grid, is_required || name, &state);
+  if (!result && state == NP_GRID_EMPTY)
+    np_log(context, NEPH_LOG_WARNING, "%s: grid '%s' is empty: it has no active voxels", file->path, grid);
+  return result;
+}
+
+static neph_result open_emission(const cloud_file *file) {
+  const np_scene_emission *emission = &file->scene->clouds[file->index].emission;
+  if (!emission->is_there) return NEPH_OK;
+  neph_result result = open_field(file, emission->temperature, "temperature", true);
+  return result ? result : open_field(file, emission->flame, "flame", false);
+}
+
+static neph_result open_density(const cloud_file *file, np_grid_state *out_state) {
+  const np_scene_cloud *cloud = &file->scene->clouds[file->index];
+  neph_result result = np_scene_check_cloud_file(file->scene, file->index, file->path);
+  if (!result) result = np_volume_read_header(file->scene->context, file->path, cloud->grid, true, out_state);
+  if (!result && *out_state == NP_GRID_EMPTY)
+    np_log(file->scene->context, NEPH_LOG_WARNING, "%s: cloud %s is empty: its grid has no active voxels", file->path,
+           cloud->name);
+  return result;
+}
+
+static neph_result open_frame(const cloud_file *file, np_grid_state *out_state) {
+  neph_result result = open_density(file, out_state);
+  return result ? result : open_emission(file);
+}
+
+/* Calls `open` with a cloud's file of a frame. */
+static neph_result open_at(const neph_scene *scene, unsigned index, int frame,
+                           neph_result (*open)(const cloud_file *, np_grid_state *), np_grid_state *out_state) {
+  char *path = np_file_frame_name(scene->context, scene->clouds[index].vdb, frame);
+  if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
+  const cloud_file file = {scene, index, frame, path};
+  neph_result result = open(&file, out_state);
+  np_alloc_free(scene->context, path);
+  return result;
+}
+
+/* The frame that a sequence goes by, told by the headers; none as long as all of those asked for are empty. */
+static neph_result note_reference(const neph_scene *scene, unsigned index, bool is_filled, np_plan *plan) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  if (!np_scene_cloud_is_sequence(cloud) || !np_placement_needs_reference(cloud)) return NEPH_OK;
+  np_reference *reference;
+  neph_result result = np_reference_store_get(scene, index, &reference);
+  if (result) return result;
+  if (!reference->has_frame && is_filled) {
+    reference->has_frame = true;
+    reference->frame = plan->desc.frame;
+  }
+  np_plan_reference *note = &plan->references[plan->reference_count++];
+  note->cloud = cloud->name;
+  note->is_known = np_reference_get_frame(cloud, reference, &note->frame);
+  np_grid_state state;
+  return cloud->has_reference_frame ? open_at(scene, index, note->frame, open_density, &state) : NEPH_OK;
+}
+
+static neph_result open_cloud(const neph_scene *scene, unsigned index, np_plan *plan) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  neph_result result = open_phase_table(scene, cloud);
+  if (result || cloud->is_baked) return result ? result : open_picture(scene, cloud->bake.map_file);
+  np_grid_state state;
+  result = open_at(scene, index, plan->desc.frame, open_frame, &state);
+  return result ? result : note_reference(scene, index, state == NP_GRID_FILLED, plan);
+}
+
+neph_result np_inputs_open(const neph_scene *scene, np_plan *plan) {
+  neph_result result = neph_scene_check_files(scene);
+  if (!result) result = open_terrain(scene);
+  if (!result) result = open_stars(scene);
+  if (!result) result = open_sphere_map(scene, "stars.map", scene->stars.map);
+  if (!result) result = open_sphere_map(scene, "moon.map", scene->moon.map);
+  for (unsigned i = 0; !result && i < scene->cloud_count; i++) result = open_cloud(scene, i, plan);
+  return result;
+}

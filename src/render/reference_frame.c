@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/reference_frame.h"
+
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+#include "core/hash.h"
+#include "scene/scene_apply.h"
+#include "volume/volume_private.h"
+
+/* All that an anchor depends on, but for names. Zeroed before it is filled, padding too, for it is hashed as bytes. */
+typedef struct anchor_facts {
+  uint64_t file_bytes;
+  int64_t file_time_ns;
+  double scale, voxel_m, rotation_rad, position_m[3], density_value;
+  int32_t policy, precision, up, density_unit, has_position, frame;
+} anchor_facts;
+
+static neph_result compute_key(const np_frame_cloud *of, const np_reference *reference, int frame, const char *path,
+                               char out_hex[33]) {
+  const np_scene_cloud *cloud = &of->scene->clouds[of->index];
+  np_hash *hash = np_hash_create(of->scene->context);
+  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
+  anchor_facts facts;
+  memset(&facts, 0, sizeof facts);
+  facts.file_bytes = np_file_get_size(path);
+  facts.file_time_ns = np_file_get_time_ns(path);
+  facts.scale = cloud->scale;
+  facts.voxel_m = cloud->voxel_m;
+  facts.rotation_rad = cloud->rotation_rad;
+  memcpy(facts.position_m, cloud->position_m, sizeof facts.position_m);
+  facts.density_value = cloud->density_value;
+  facts.policy = (int32_t)cloud->policy;
+  facts.precision = (int32_t)cloud->precision;
+  facts.up = (int32_t)cloud->up;
+  facts.density_unit = (int32_t)cloud->density_unit;
+  facts.has_position = cloud->has_position;
+  facts.frame = frame;
+  np_hash_add(hash, reference->sequence, sizeof reference->sequence);
+  np_hash_add(hash, &facts, sizeof facts);
+  np_hash_finish(hash, out_hex);
+  np_hash_destroy(hash);
+  return NEPH_OK;
+}
+
+/* The reference frame's own volume: the one at hand, or read. */
+static neph_result obtain_volume(const np_frame_cloud *of, int frame, const char *path, neph_volume **out_volume) {
+  const np_scene_cloud *cloud = &of->scene->clouds[of->index];
+  neph_result result = NEPH_OK;
+  if (frame == of->frame)
+    *out_volume = neph_volume_retain(of->volume);
+  else
+    result = np_volume_load_density(of->scene->context, path, of->load, out_volume);
+  if (result || *out_volume) return result;
+  return np_fail(of->scene->context, NEPH_ERROR_BAD_SCENE,
+                 "cloud %s: its reference frame %d holds nothing, must be one that holds cloud: set "
+                 "clouds[%u].reference_frame",
+                 cloud->name, frame, of->index);
+}
+
+static neph_result compute_anchor(const np_frame_cloud *of, int frame, const char *path, np_anchor *out_anchor) {
+  const np_scene_cloud *cloud = &of->scene->clouds[of->index];
+  neph_volume *volume = NULL;
+  neph_result result = obtain_volume(of, frame, path, &volume);
+  if (!result)
+    np_log(of->scene->context, NEPH_LOG_INFO, "cloud %s: frame %d is the reference frame, %s", cloud->name, frame,
+           cloud->has_reference_frame ? "as the scene says" : "the first asked for that holds anything");
+  if (!result) result = np_placement_anchor(cloud, volume, of->monitor, out_anchor);
+  neph_volume_release(volume);
+  return result;
+}
+
+/* Computes what the reference does not hold yet. */
+static neph_result update(const np_frame_cloud *of, int frame, const char *path, np_reference *reference) {
+  char key[33];
+  neph_result result = compute_key(of, reference, frame, path, key);
+  if (result || !strcmp(key, reference->key)) return result;
+  result = compute_anchor(of, frame, path, &reference->anchor);
+  if (!result) memcpy(reference->key, key, sizeof key);
+  return result;
+}
+
+static neph_result get_sequence_anchor(const np_frame_cloud *of, np_anchor *out_anchor, bool *out_is_known) {
+  const np_scene_cloud *cloud = &of->scene->clouds[of->index];
+  np_reference *reference;
+  neph_result result = np_reference_store_get(of->scene, of->index, &reference);
+  if (result) return result;
+  if (!reference->has_frame && of->volume) {
+    reference->has_frame = true;
+    reference->frame = of->frame;
+  }
+  int frame;
+  *out_is_known = np_reference_get_frame(cloud, reference, &frame);
+  if (!*out_is_known) return NEPH_OK;
+  char *path = np_file_frame_name(of->scene->context, cloud->vdb, frame);
+  result = path ? update(of, frame, path, reference) : NEPH_ERROR_OUT_OF_MEMORY;
+  np_alloc_free(of->scene->context, path);
+  *out_anchor = reference->anchor;
+  return result;
+}
+
+neph_result np_reference_frame_get_anchor(const np_frame_cloud *of, np_anchor *out_anchor, bool *out_is_known) {
+  const np_scene_cloud *cloud = &of->scene->clouds[of->index];
+  const bool needs_reference = np_placement_needs_reference(cloud);
+  *out_is_known = !needs_reference || of->volume;
+  if (needs_reference && np_scene_cloud_is_sequence(cloud)) return get_sequence_anchor(of, out_anchor, out_is_known);
+  return *out_is_known ? np_placement_anchor(cloud, of->volume, of->monitor, out_anchor) : NEPH_OK;
+}

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "scene/scene_inputs.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+#include "scene/scene_keys.h"
+
+enum { PATH_SIZE = 160 };
+
+/* `key` as --set takes it. */
+static neph_result check_file(const neph_scene *scene, const np_node *node, const char *key, const char *path) {
+  const char *reason;
+  neph_result result = np_file_probe(path, &reason);
+  if (!result) return result;
+  if (!node->line) return np_fail(scene->context, result, "%s is %s, which cannot be read: %s", key, path, reason);
+  return np_fail(scene->context, result, "%s:%u:%u: %s is %s, which cannot be read: %s",
+                 scene->file ? scene->file : "scene", node->line, node->column, key, path, reason);
+}
+
+neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, const char *path) {
+  char key[PATH_SIZE];
+  snprintf(key, sizeof key, "clouds[%u].vdb", index);
+  const np_node *cloud = np_node_get(np_node_find(scene->document, "clouds"), index);
+  return check_file(scene, np_node_find(cloud, "vdb"), key, path);
+}
+
+/* A key being looked up in the document, element by element of the lists on the way. */
+typedef struct lookup {
+  const neph_scene *scene;
+  char path[PATH_SIZE]; /* of `node`, as --set takes it */
+} lookup;
+
+static neph_result check_node(const lookup *l, const np_node *node) {
+  if (node->kind != NP_NODE_SCALAR) return NEPH_OK;
+  char *file = np_file_resolve(l->scene->context, l->scene->file, node->text);
+  neph_result result = file ? check_file(l->scene, node, l->path, file) : NEPH_ERROR_OUT_OF_MEMORY;
+  np_alloc_free(l->scene->context, file);
+  return result;
+}
+
+static neph_result check_below(lookup *l, const np_node *node, const char *rest);
+
+static neph_result check_elements(lookup *l, const np_node *list, const char *rest) {
+  const size_t length = strlen(l->path);
+  unsigned index = 0;
+  neph_result result = NEPH_OK;
+  for (const np_node *item = list->first; !result && item; item = item->next) {
+    snprintf(l->path + length, sizeof l->path - length, "[%u].", index++);
+    result = check_below(l, item, rest);
+  }
+  return result;
+}
+
+/* `rest` is what of the key's path in the table lies below `node`: "clouds[].phase.table". */
+static neph_result check_below(lookup *l, const np_node *node, const char *rest) {
+  const size_t length = strlen(l->path), count = strcspn(rest, ".[");
+  snprintf(l->path + length, sizeof l->path - length, "%.*s", (int)count, rest);
+  const np_node *child = node->kind == NP_NODE_MAPPING ? np_node_find(node, l->path + length) : NULL;
+  if (!child) return NEPH_OK;
+  if (rest[count] == '[') return check_elements(l, child, rest + count + strlen("[]."));
+  if (rest[count] == '\0') return check_node(l, child);
+  snprintf(l->path + length + count, sizeof l->path - length - count, ".");
+  return check_below(l, child, rest + count + 1);
+}
+
+neph_result neph_scene_check_files(const neph_scene *scene) {
+  neph_result result = NEPH_OK;
+  for (size_t i = 0; !result && i < np_key_count(); i++) {
+    lookup l = {.scene = scene};
+    if (np_key_get(i)->is_input) result = check_below(&l, scene->document, np_key_get(i)->path);
+  }
+  return result;
+}

@@ -1,0 +1,369 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Imported sequences: one frame places and scales all of them, what stands still stands still, and frames that hold
+ * nothing render empty. */
+#include <nephos/nephos.h>
+#include <sys/stat.h>
+
+#include "test_box_files.h"
+
+enum { WIDTH = 64, HEIGHT = 36, PIXELS = WIDTH * HEIGHT };
+
+/* A block that stands still beside a jet that grows out of it along x, denser from frame to frame. */
+static const test_box block = {{8, 8, 8}, {24, 24, 24}, 1.0f};
+static test_box make_jet(int frame) {
+  return (test_box){{24, 14, 14}, {24 + 12 * (frame - 1), 18, 18}, 0.5f * (float)frame};
+}
+
+static void write_frame(const test_fixture *f, const char *folder, int frame, float density) {
+  char name[64];
+  (void)snprintf(name, sizeof name, "%s%sb.%04d.vdb", folder, *folder ? "/" : "", frame);
+  test_box boxes[] = {block, make_jet(frame)};
+  for (int i = 0; i < 2; i++) boxes[i].value *= density;
+  char *path = test_path(f->folder, name);
+  test_boxes_write(f->context, path, "density", boxes, density > 0.0f ? 2 : 0);
+  free(path);
+}
+
+static int set_up(void **state) {
+  const int failed = test_set_up(state, 2, "b.####.vdb");
+  const test_fixture *f = *state;
+  for (int frame = 1; !failed && frame <= 3; frame++) write_frame(f, "", frame, 1.0f);
+  return failed;
+}
+
+static const char format[] =
+    "version: 1\n"
+    "camera: {position: [0 m, -200 m, 32 m], look_at: [0 m, 0 m, 32 m], fov: 40 deg, resolution: [64, 36]}\n"
+    "sun: {elevation: 40 deg, azimuth: 240 deg}\n"
+    "atmosphere: none\n"
+    "clouds: [{name: jet, vdb: \"%s\", albedo: 0.9, phase: {hg: 0.5}, %s}]\n"
+    "render: {samples: 4, sun_depth: march}\n"
+    "output: {beauty: %s, aovs: [transmittance]}\n";
+
+static const char placed[] = "voxel: 2 m, position: [0, 0, 16 m], optical_depth: 1";
+
+static neph_scene *load(const test_fixture *f, const char *pattern, const char *keys, bool has_beauty) {
+  char text[4096];
+  (void)snprintf(text, sizeof text, format, pattern, keys, has_beauty ? "true" : "false");
+  neph_scene *scene = NULL;
+  assert_int_equal(neph_scene_load_text(f->context, text, "jet.yaml", &scene), NEPH_OK);
+  return scene;
+}
+
+static neph_image *render(neph_scene *scene, int frame) {
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  neph_image *image = NULL;
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  desc.frame = frame;
+  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+  return image;
+}
+
+static neph_result try_render(neph_scene *scene, int frame) {
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  neph_image *image = NULL;
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  desc.frame = frame;
+  neph_result result = neph_render_image(scene, &desc, &image);
+  neph_image_destroy(image);
+  return result;
+}
+
+/* Of the mean of R, G and B, along a ray. */
+static const float *get_transmittance(neph_image *image) { return neph_image_get_channel(image, "transmittance"); }
+
+static void assert_same_bits(neph_image *a, neph_image *b) {
+  assert_int_equal(neph_image_get_channel_count(a), neph_image_get_channel_count(b));
+  for (unsigned c = 0; c < neph_image_get_channel_count(a); c++) {
+    const char *name = neph_image_get_channel_name(a, c);
+    assert_memory_equal(neph_image_get_channel(a, name), neph_image_get_channel(b, name), PIXELS * sizeof(float));
+  }
+}
+
+/* ---- Places ---- */
+
+/* Rows of the picture that see the middle of the block. */
+enum { ROW_FIRST = HEIGHT / 2 - 2, ROW_END = HEIGHT / 2 + 2 };
+
+/* Mean transmittance of a column of them. */
+static double measure_column(neph_image *image, unsigned column) {
+  double sum = 0.0;
+  for (size_t row = ROW_FIRST; row < ROW_END; row++) sum += (double)get_transmittance(image)[row * WIDTH + column];
+  return sum / (ROW_END - ROW_FIRST);
+}
+
+/* The first column that lies in the block, three columns from its edge. */
+static unsigned find_block(neph_image *image) {
+  unsigned column = 0;
+  while (column < WIDTH && measure_column(image, column) > 0.9) column++;
+  assert_true(column + 3 < WIDTH);
+  return column + 3;
+}
+
+/* Where the block begins, in pixels: the columns before `inside` that are as clear as the sky. */
+static double measure_left_edge(neph_image *image, unsigned inside) {
+  const double thick = 1.0 - measure_column(image, inside);
+  double covered = 0.0;
+  for (unsigned column = 0; column <= inside; column++) covered += (1.0 - measure_column(image, column)) / thick;
+  return inside + 1.0 - covered;
+}
+
+/* 4 rays a pixel and row start at places that differ from frame to frame: 16 of them find an edge to 0.1 pixels. Before
+ * one frame placed all, the block moved by 12 m and then 24 m of 2.3 m a pixel. */
+static void assert_stands_still(const test_fixture *f, const char *pattern) {
+  neph_scene *scene = load(f, pattern, placed, false);
+  neph_image *first = render(scene, 1);
+  const unsigned inside = find_block(first);
+  const double edge = measure_left_edge(first, inside);
+  for (int frame = 2; frame <= 3; frame++) {
+    neph_image *image = render(scene, frame);
+    const double moved = measure_left_edge(image, inside) - edge;
+    print_message("frame %d: moved by %.3f pixels\n", frame, moved);
+    assert_true(fabs(moved) < 0.3);
+    neph_image_destroy(image);
+  }
+  neph_image_destroy(first);
+  neph_scene_destroy(scene);
+}
+
+static void what_stands_still_stands_still(void **state) {
+  const test_fixture *f = *state;
+  assert_stands_still(f, f->path);
+}
+
+/* A ball beside a jet, on files of another program. */
+static void a_still_ball_of_real_files_stands_still(void **state) {
+  char *path = test_data_path("vdb/sequence/b.0001.vdb"), *number = strstr(path, "0001");
+  memset(number, '#', strlen("0001"));
+  assert_stands_still(*state, path);
+  free(path);
+}
+
+/* Depth through the block, to the march's tolerance of 0.5 % of a ray's light: 0.01 at a depth of 1, 0.02 at 2. */
+static double measure_depth(neph_image *image, unsigned inside) { return -log(measure_column(image, inside)); }
+
+/* Frame 2 of twice the density is twice as thick. */
+static void optical_depth_is_that_of_the_reference_frame(void **state) {
+  const test_fixture *f = *state;
+  write_frame(f, "", 2, 2.0f);
+  neph_scene *scene = load(f, f->path, placed, false);
+  neph_image *first = render(scene, 1), *second = render(scene, 2);
+  const unsigned inside = find_block(first);
+  assert_near_relative(measure_depth(second, inside), 2.0 * measure_depth(first, inside), 0.02);
+  neph_image_destroy(first);
+  neph_image_destroy(second);
+  neph_scene_destroy(scene);
+}
+
+/* To the bit where there is no sky, whose tables are kept over a sequence within atmosphere.tolerance. */
+static void a_frame_alone_is_that_of_the_sequence(void **state) {
+  const test_fixture *f = *state;
+  char keys[256];
+  (void)snprintf(keys, sizeof keys, "%s, reference_frame: 1", placed);
+  neph_scene *alone = load(f, f->path, keys, true), *named = load(f, f->path, keys, true),
+             *in_order = load(f, f->path, placed, true);
+  for (int frame = 1; frame <= 2; frame++) {
+    neph_image_destroy(render(in_order, frame));
+    neph_image_destroy(render(named, frame));
+  }
+  neph_image *a = render(alone, 3), *b = render(in_order, 3), *c = render(named, 3);
+  assert_same_bits(a, b);
+  assert_same_bits(a, c);
+  neph_image_destroy(a);
+  neph_image_destroy(b);
+  neph_image_destroy(c);
+  neph_scene_destroy(alone);
+  neph_scene_destroy(named);
+  neph_scene_destroy(in_order);
+}
+
+/* A reference is kept by what it was made of: other keys, and another file of that frame, make another. */
+static void a_changed_reference_is_read_again(void **state) {
+  const test_fixture *f = *state;
+  char keys[256];
+  (void)snprintf(keys, sizeof keys, "%s, reference_frame: 1", placed);
+  neph_scene *scene = load(f, f->path, keys, false);
+  neph_image *before = render(scene, 2);
+  const unsigned inside = find_block(before);
+  const double once = measure_depth(before, inside);
+  write_frame(f, "", 1, 0.5f);
+  neph_image *after = render(scene, 2);
+  assert_near_relative(measure_depth(after, inside), 2.0 * once, 0.02);
+  neph_image_destroy(after);
+  assert_int_equal(neph_scene_set(scene, "clouds[0].optical_depth", "0.5"), NEPH_OK);
+  after = render(scene, 2);
+  assert_near_relative(measure_depth(after, inside), once, 0.02);
+  neph_image_destroy(after);
+  neph_image_destroy(before);
+  neph_scene_destroy(scene);
+}
+
+/* "x[1]" is a folder's name, though "x1" lies beside it with a denser frame 1. */
+static void brackets_are_no_pattern(void **state) {
+  const test_fixture *f = *state;
+  static const char *const folders[] = {"x[1]", "x1"};
+  for (int i = 0; i < 2; i++) {
+    char *folder = test_path(f->folder, folders[i]);
+    assert_int_equal(mkdir(folder, 0777), 0);
+    for (int frame = 1; frame <= 2; frame++) write_frame(f, folders[i], frame, i ? 8.0f : 1.0f);
+    free(folder);
+  }
+  char *pattern = test_path(f->folder, "x[1]/b.####.vdb");
+  neph_scene *scene = load(f, pattern, placed, false), *plain = load(f, f->path, placed, false);
+  for (int frame = 1; frame <= 2; frame++) {
+    neph_image *image = render(scene, frame), *same = render(plain, frame);
+    assert_same_bits(image, same);
+    neph_image_destroy(image);
+    neph_image_destroy(same);
+  }
+  neph_scene_destroy(scene);
+  neph_scene_destroy(plain);
+  free(pattern);
+}
+
+/* ---- Frames that hold nothing ---- */
+
+static void an_empty_frame_is_an_empty_picture(void **state) {
+  test_fixture *f = *state;
+  write_frame(f, "", 1, 0.0f);
+  for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
+    neph_scene *scene = load(f, f->path, placed, true);
+    if (i == NEPH_INTEGRATOR_PATH) assert_int_equal(neph_scene_set(scene, "render.integrator", "path"), NEPH_OK);
+    test_log_clear(&f->log);
+    neph_image *empty = render(scene, 1);
+    assert_non_null(strstr(f->log.text, "b.0001.vdb: grid 'density' is empty: it has no active voxels"));
+    for (size_t p = 0; p < PIXELS; p++) assert_true(get_transmittance(empty)[p] == 1.0f);
+    neph_image *filled = render(scene, 2);
+    assert_non_null(strstr(f->log.text, "cloud jet: frame 2 is the reference frame, the first asked for that holds"));
+    (void)find_block(filled);
+    neph_image *empty_again = render(scene, 1);
+    if (i == NEPH_INTEGRATOR_MARCH) assert_same_bits(empty, empty_again);
+    neph_image_destroy(empty);
+    neph_image_destroy(filled);
+    neph_image_destroy(empty_again);
+    neph_scene_destroy(scene);
+  }
+}
+
+/* The same as without it, to the bit. */
+static void an_empty_cloud_leaves_the_others_as_they_are(void **state) {
+  const test_fixture *f = *state;
+  char keys[512];
+  write_frame(f, "", 2, 0.0f);
+  (void)snprintf(keys, sizeof keys,
+                 "%s, reference_frame: 1}, {name: low, bake: {extent: 200 m, voxel: 20 m, base: 60 m, "
+                 "thickness: 100 m, coverage: 1}",
+                 placed);
+  neph_scene *both = load(f, f->path, keys, true);
+  neph_image *image = render(both, 2);
+  neph_scene *alone = load(f, f->path, placed, true);
+  assert_int_equal(neph_scene_set(alone, "clouds",
+                                  "[{name: low, bake: {extent: 200 m, voxel: 20 m, base: 60 m, "
+                                  "thickness: 100 m, coverage: 1}}]"),
+                   NEPH_OK);
+  neph_image *same = render(alone, 2);
+  assert_same_bits(image, same);
+  neph_image_destroy(image);
+  neph_image_destroy(same);
+  neph_scene_destroy(both);
+  neph_scene_destroy(alone);
+}
+
+static void a_reference_frame_must_hold_something(void **state) {
+  test_fixture *f = *state;
+  char keys[256];
+  write_frame(f, "", 1, 0.0f);
+  (void)snprintf(keys, sizeof keys, "%s, reference_frame: 1", placed);
+  neph_scene *scene = load(f, f->path, keys, false);
+  test_log_clear(&f->log);
+  assert_int_equal(try_render(scene, 2), NEPH_ERROR_BAD_SCENE);
+  assert_non_null(strstr(f->log.text, "cloud jet: its reference frame 1 holds nothing"));
+  neph_scene_destroy(scene);
+}
+
+/* ---- What is said ---- */
+
+static void assert_bad(test_fixture *f, const char *cloud, const char *message) {
+  neph_scene *scene = NULL;
+  char text[512];
+  (void)snprintf(text, sizeof text, "clouds: [{%s}]", cloud);
+  test_log_clear(&f->log);
+  assert_int_equal(neph_scene_load_text(f->context, text, "s", &scene), NEPH_ERROR_BAD_SCENE);
+  assert_one_error(&f->log, message);
+}
+
+static void a_reference_frame_wants_a_sequence(void **state) {
+  test_fixture *f = *state;
+  assert_bad(f, "bake: {}, reference_frame: 3", "clouds[0].reference_frame is 3, but the cloud is baked");
+  assert_bad(f, "vdb: a.vdb, extinction: 1, reference_frame: 3", "but its vdb is the same file in every frame");
+  assert_bad(f, "vdb: a.#.vdb, extinction: 1, reference_frame: -1", "reference_frame is -1, must be a whole number");
+}
+
+static char *explain(neph_scene *scene, int frame, neph_text_format text_format, neph_result expected) {
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  char *text = NULL;
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  desc.frame = frame;
+  assert_int_equal(neph_render_explain(scene, &desc, text_format, &text), expected);
+  return text;
+}
+
+static void assert_explained(const test_fixture *f, neph_scene *scene, int frame, neph_text_format text_format,
+                             const char *line) {
+  char *text = explain(scene, frame, text_format, NEPH_OK);
+  if (!strstr(text, line)) fail_msg("%s is not in\n%s", line, text);
+  neph_text_destroy(f->context, text);
+}
+
+/* From headers alone: a frame that holds nothing is passed over. */
+static void the_plan_names_the_reference_frame(void **state) {
+  const test_fixture *f = *state;
+  write_frame(f, "", 1, 0.0f);
+  neph_scene *scene = load(f, f->path, placed, false);
+  assert_explained(f, scene, 1, NEPH_TEXT_PLAIN,
+                   "reference frames     jet none yet: no frame asked for holds anything\n");
+  assert_explained(f, scene, 2, NEPH_TEXT_PLAIN, "reference frames     jet 2\n");
+  assert_explained(f, scene, 3, NEPH_TEXT_PLAIN, "reference frames     jet 2\n");
+  assert_explained(f, scene, 3, NEPH_TEXT_JSON, "\"frame\": 2");
+  assert_int_equal(neph_scene_set(scene, "clouds[0].reference_frame", "3"), NEPH_OK);
+  assert_explained(f, scene, 2, NEPH_TEXT_PLAIN, "reference frames     jet 3\n");
+  neph_scene_destroy(scene);
+}
+
+static void the_plan_opens_every_frame(void **state) {
+  test_fixture *f = *state;
+  neph_scene *scene = load(f, f->path, placed, false);
+  test_log_clear(&f->log);
+  assert_null(explain(scene, 4, NEPH_TEXT_PLAIN, NEPH_ERROR_NOT_FOUND));
+  assert_one_error(&f->log, "jet.yaml:5:27: clouds[0].vdb is ",
+                   "b.0004.vdb, which cannot be read: No such file or directory");
+  char *path = test_path(f->folder, "b.0004.vdb");
+  test_file_write_text(path, "not a grid");
+  test_log_clear(&f->log);
+  assert_null(explain(scene, 4, NEPH_TEXT_PLAIN, NEPH_ERROR_BAD_FILE));
+  assert_one_error(&f->log, "b.0004.vdb: ");
+  assert_int_equal(neph_scene_set(scene, "clouds[0].reference_frame", "9"), NEPH_OK);
+  test_log_clear(&f->log);
+  assert_null(explain(scene, 1, NEPH_TEXT_PLAIN, NEPH_ERROR_NOT_FOUND));
+  assert_one_error(&f->log, "b.0009.vdb, which cannot be read");
+  free(path);
+  neph_scene_destroy(scene);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test_setup_teardown(what_stands_still_stands_still, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_still_ball_of_real_files_stands_still, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(optical_depth_is_that_of_the_reference_frame, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_frame_alone_is_that_of_the_sequence, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_changed_reference_is_read_again, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(brackets_are_no_pattern, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(an_empty_frame_is_an_empty_picture, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(an_empty_cloud_leaves_the_others_as_they_are, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_reference_frame_must_hold_something, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_reference_frame_wants_a_sequence, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(the_plan_names_the_reference_frame, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(the_plan_opens_every_frame, set_up, test_tear_down),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
