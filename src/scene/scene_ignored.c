@@ -194,11 +194,22 @@ static void warn(const place *at, const np_ignore_rule *rule, const char *path, 
          rule->reason);
 }
 
+/* Whether a key was chosen on top of the file. */
+static bool is_set(const place *at, const char *path) {
+  const np_node *node = path ? search_node(at, path) : NULL;
+  return node && !node->key_line;
+}
+
+/* --integrator path, say, is not meant for what the file has for the march. */
+static bool is_overridden(const place *at, const np_ignore_rule *rule, const np_node *node) {
+  return node->key_line && (is_set(at, rule->counts.key) || is_set(at, rule->applies.key));
+}
+
 static void check_rule(const place *at, const np_ignore_rule *rule) {
   if (is_fulfilled(at, &rule->counts) || !is_fulfilled(at, &rule->applies)) return;
   for (int k = 0; k < KEYS_MAX && rule->keys[k]; k++) {
     const np_node *node = search_node(at, rule->keys[k]);
-    if (node) warn(at, rule, rule->keys[k], node);
+    if (node && !is_overridden(at, rule, node)) warn(at, rule, rule->keys[k], node);
   }
 }
 
