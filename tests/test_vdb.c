@@ -217,7 +217,7 @@ static void a_bomb_is_refused(void **state) {
   start_disk(&d);
   (void)np_sparse_grid_add_tile(&d.grid, (const int32_t[3]){2000000000, 2000000000, -2000000000}, 8, 1.0f, true);
   write_disk(&d);
-  assert_load_fails(d.context, &d.log, d.path, NULL, NEPH_ERROR_LIMIT, "2000000", "too large, or damaged");
+  assert_load_fails(d.context, &d.log, d.path, NULL, NEPH_ERROR_BAD_FILE, "2000000", "too large, or damaged");
   end_disk(&d);
 }
 

@@ -36,10 +36,27 @@ void np_json_destroy(np_json *json) {
   np_alloc_free(json->context, json);
 }
 
+/* File names and metadata may hold any bytes; JSON holds UTF-8 alone. */
+static char *copy_ascii(neph_context *context, const char *text) {
+  char *copy = np_alloc_text(context, text);
+  for (char *c = copy; c && *c; c++)
+    if ((unsigned char)*c > 127) *c = '?';
+  return copy;
+}
+
+/* jansson refuses a key, as it does a text, only where it is not UTF-8. */
+static int set_member(np_json *json, json_t *object, const char *key, json_t *value) {
+  if (!json_object_set(object, key, value)) return 0;
+  char *ascii = key && value ? copy_ascii(json->context, key) : NULL;
+  const int error = ascii ? json_object_set(object, ascii, value) : -1;
+  np_alloc_free(json->context, ascii);
+  return error;
+}
+
 /* Puts a value, which it takes over, into the innermost container. */
 static void put_value(np_json *json, const char *key, json_t *value) {
   json_t *container = json->has_failed ? NULL : json->open[json->depth - 1];
-  int error = json_is_array(container) ? json_array_append(container, value) : json_object_set(container, key, value);
+  int error = json_is_array(container) ? json_array_append(container, value) : set_member(json, container, key, value);
   json_decref(value);
   if (error) json->has_failed = true;
 }
@@ -63,20 +80,17 @@ void np_json_end(np_json *json) {
     json->has_failed = true;
 }
 
-/* File names may hold any bytes; JSON holds UTF-8 alone. */
-static json_t *make_text_of_other_bytes(neph_context *context, const char *value) {
-  char *text = np_alloc_text(context, value);
-  if (!text) return NULL;
-  for (char *c = text; *c; c++)
-    if ((unsigned char)*c > 127) *c = '?';
-  json_t *made = json_string(text);
-  np_alloc_free(context, text);
+static json_t *make_text(neph_context *context, const char *value) {
+  json_t *made = json_string(value);
+  if (made) return made;
+  char *ascii = copy_ascii(context, value);
+  made = ascii ? json_string(ascii) : NULL;
+  np_alloc_free(context, ascii);
   return made;
 }
 
 void np_json_put_text(np_json *json, const char *key, const char *value) {
-  json_t *made = value ? json_string(value) : json_null();
-  put_value(json, key, made ? made : make_text_of_other_bytes(json->context, value));
+  put_value(json, key, value ? make_text(json->context, value) : json_null());
 }
 
 static json_t *make_real(double value) { return isfinite(value) ? json_real(value) : json_null(); }

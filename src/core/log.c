@@ -7,12 +7,19 @@
 /* Room for two of the longest paths; what is longer ends in an ellipsis. Logging must work without memory. */
 enum { MESSAGE_BYTES = 8704 };
 
+/* A message is one line of text, whatever the names in it hold that come from a file. */
+static void replace_controls(char *message) {
+  for (char *c = message; *c; c++)
+    if ((unsigned char)*c < ' ' || *c == 127) *c = '?';
+}
+
 static void deliver(neph_context *context, neph_log_level level, const char *format, va_list arguments) {
   if (!context || !context->log || level > context->log_level_max) return;
   char message[MESSAGE_BYTES];
   int length = vsnprintf(message, sizeof message, format, arguments);
   if (length < 0) return;
   if ((size_t)length >= sizeof message) memcpy(message + sizeof message - 4, "...", 4);
+  replace_controls(message);
   context->log(context->log_user, level, message);
 }
 

@@ -16,7 +16,10 @@
 #define BLOCK_BACKGROUND 0xffffffffu
 #define BLOCK_IS_TILE 0x80000000u
 
-enum { ROWS_PER_PIECE = 4 };
+enum {
+  ROWS_PER_PIECE = 4,
+  CELL_BYTES = 2 * sizeof(uint32_t) + sizeof(np_brick_range) /* in the table, the lattice and the finest ranges */
+};
 
 /* More cells than this are a mistake in the file, or need a coarser voxel: their table alone takes 3 GB. */
 static const uint64_t cell_count_max = UINT64_C(1) << 28;
@@ -68,6 +71,24 @@ static neph_result refuse_period(builder *b, int axis, int64_t low, int64_t high
       NP_SPARSE_GRID_LABEL(b->grid), b->bricks->period[axis], "xy"[axis], (long long)low * 8, (long long)high * 8 + 8);
 }
 
+/* A file of a few kilobytes can place a voxel anywhere, or say that blocks of 4096³ are filled: what it may need is
+ * bounded by its size. */
+static uint64_t get_cell_count_max(const np_sparse_grid *grid) {
+  const uint64_t count = grid->brick_bytes_max / CELL_BYTES;
+  return grid->brick_bytes_max && count < cell_count_max ? count : cell_count_max;
+}
+
+static neph_result refuse_size(const builder *b, const int64_t low[3], const int64_t high[3]) {
+  const uint64_t count_max = get_cell_count_max(b->grid);
+  const bool is_for_file = count_max < cell_count_max;
+  return np_fail(b->bricks->context, is_for_file ? NEPH_ERROR_BAD_FILE : NEPH_ERROR_LIMIT,
+                 "%s%sgrid '%s': voxels from (%lld, %lld, %lld) to (%lld, %lld, %lld) need a table of more than %llu "
+                 "cells of 8³%s: too large, or damaged",
+                 NP_SPARSE_GRID_LABEL(b->grid), (long long)low[0] * 8, (long long)low[1] * 8, (long long)low[2] * 8,
+                 (long long)high[0] * 8 + 7, (long long)high[1] * 8 + 7, (long long)high[2] * 8 + 7,
+                 (unsigned long long)count_max, is_for_file ? ", all that a file of this size may need" : "");
+}
+
 static neph_result set_size(builder *b) {
   np_bricks *bricks = b->bricks;
   int64_t low[3], high[3];
@@ -84,14 +105,7 @@ static neph_result set_size(builder *b) {
     bricks->size[0][a] = (int32_t)size;
     b->block_size[a] = (int32_t)size + 1;
   }
-  if (cell_count > cell_count_max)
-    return np_fail(
-        bricks->context, NEPH_ERROR_LIMIT,
-        "%s%sgrid '%s': voxels from (%lld, %lld, %lld) to (%lld, %lld, %lld) need a table of more than %llu cells of "
-        "8³: too large, or damaged",
-        NP_SPARSE_GRID_LABEL(b->grid), (long long)low[0] * 8, (long long)low[1] * 8, (long long)low[2] * 8,
-        (long long)high[0] * 8 + 7, (long long)high[1] * 8 + 7, (long long)high[2] * 8 + 7,
-        (unsigned long long)cell_count_max);
+  if (cell_count > get_cell_count_max(b->grid)) return refuse_size(b, low, high);
   for (int level = 1; level < NP_BRICK_LEVELS; level++)
     for (int a = 0; a < 3; a++)
       bricks->size[level][a] = (bricks->size[level - 1][a] + (1 << NP_BRICK_LEVEL_SHIFT) - 1) >> NP_BRICK_LEVEL_SHIFT;
@@ -279,7 +293,15 @@ static neph_result fill_rows(void *user, size_t begin, size_t end, unsigned thre
 
 static neph_result allocate_bricks(builder *b) {
   np_bricks *bricks = b->bricks;
+  const size_t sample_bytes = b->is_half ? sizeof *bricks->halves : sizeof *bricks->floats;
   size_t count = bricks->brick_count * NP_BRICK_STRIDE;
+  const uint64_t bytes = count * sample_bytes, bytes_max = b->grid->brick_bytes_max;
+  if (bytes_max && bytes > bytes_max)
+    return np_fail(
+        bricks->context, NEPH_ERROR_BAD_FILE,
+        "%s%sgrid '%s': its bricks need %llu MB, a file of this size may need %llu MB: too large, or damaged",
+        NP_SPARSE_GRID_LABEL(b->grid), (unsigned long long)(bytes / 1000000),
+        (unsigned long long)(bytes_max / 1000000));
   if (b->is_half)
     bricks->halves = np_alloc(bricks->context, count, sizeof *bricks->halves);
   else

@@ -30,6 +30,7 @@ typedef struct np_sparse_grid {
   neph_context *context; /* borrowed */
   char *name;            /* owned */
   const char *file;      /* where it was read from, for messages; borrowed; NULL: from none */
+  uint64_t brick_bytes_max; /* what its bricks may take; 0: anything */
   np_affine index_to_world;
   float background;
   size_t leaf_count, leaf_capacity, tile_count, tile_capacity;

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* OpenVDB behind C functions. Nothing throws out of here: every entry runs inside `guarded`.
  *
- * Files are read through a stream buffer that asks whether to go on before each piece, and on a stream that throws at
- * the first byte that is missing: OpenVDB itself checks neither.
+ * OpenVDB takes lengths from a file as they stand. So it reads through the caller's np_vdb_source, which has checked
+ * the structure of what is about to be read, and on a stream that throws at the first byte that is missing. The caller,
+ * not OpenVDB, reads the header of the file: OpenVDB would log to standard output what it thinks of its version.
  */
 #include "volume/vdb_shim.h"
 
@@ -10,7 +11,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <istream>
 #include <memory>
 #include <new>
@@ -20,37 +20,29 @@
 #include <vector>
 
 #include <openvdb/io/Archive.h>
+#include <openvdb/io/Compression.h>
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Interpolation.h>
 #include <tbb/global_control.h>
 
+#include "volume/vdb_streams.h"
+
+using namespace np_vdb;
+
 namespace {
 
 /* ---- Failure ---- */
-
-struct Cancelled {};
-
-/* A callback has failed, and has said why. */
-struct AlreadyTold {
-  neph_result result;
-};
 
 struct Failure {
   neph_result result;
   std::string message;
 };
 
-struct Canceller {
-  np_vdb_cancel_fn ask;
-  void *user;
-
-  bool is_cancelled() const { return ask && ask(user); }
-  void poll() const {
-    if (is_cancelled()) throw Cancelled();
-  }
-};
+void check_room(const void *block) {
+  if (!block) throw AlreadyTold{NEPH_ERROR_OUT_OF_MEMORY};
+}
 
 neph_result report(np_vdb_error *error, neph_result result, const char *format, const char *text) noexcept {
   error->result = result;
@@ -95,87 +87,36 @@ template <typename Work> neph_result guarded(np_vdb_error *error, Direction dire
   }
 }
 
-/* ---- Streams ---- */
-
-class PolledFile : public std::filebuf {
-public:
-  explicit PolledFile(Canceller canceller) : canceller_(canceller) {}
-
-  /* OpenVDB loses a half-built tree when its topology throws: up to this position a cancel must wait. */
-  void wait_until(std::streamoff position) { waits_until_ = position; }
-
-  std::streamoff measure() {
-    const std::streamoff here = seekoff(0, std::ios_base::cur, std::ios_base::in);
-    const std::streamoff size = seekoff(0, std::ios_base::end, std::ios_base::in);
-    seekoff(here, std::ios_base::beg, std::ios_base::in);
-    return size;
-  }
-
-protected:
-  std::streamsize xsgetn(char *bytes, std::streamsize count) override {
-    return transfer(
-        count, [&](std::streamsize done, std::streamsize piece) { return std::filebuf::xsgetn(bytes + done, piece); });
-  }
-
-  std::streamsize xsputn(const char *bytes, std::streamsize count) override {
-    return transfer(
-        count, [&](std::streamsize done, std::streamsize piece) { return std::filebuf::xsputn(bytes + done, piece); });
-  }
-
-private:
-  static constexpr std::streamsize piece_bytes = std::streamsize(1) << 20;
-
-  template <typename Move> std::streamsize transfer(std::streamsize count, const Move &move) {
-    std::streamsize done = 0;
-    while (done < count) {
-      if (canceller_.is_cancelled() && get_position() >= waits_until_) throw Cancelled();
-      const std::streamsize piece = std::min(count - done, piece_bytes), moved = move(done, piece);
-      done += moved;
-      if (moved < piece) break;
-    }
-    return done;
-  }
-
-  std::streamoff get_position() { return seekoff(0, std::ios_base::cur); }
-
-  Canceller canceller_;
-  std::streamoff waits_until_ = 0;
-};
+/* ---- Files ---- */
 
 /* Opens the protected parts of OpenVDB's archive, which both its File and its Stream are made of: neither lets a caller
  * bring his own buffer and still read one grid alone. */
 class Archive : public openvdb::io::Archive {
 public:
-  using openvdb::io::Archive::inputHasGridOffsets;
   using openvdb::io::Archive::readGrid;
   using openvdb::io::Archive::readGridCompression;
-  using openvdb::io::Archive::readGridCount;
-  using openvdb::io::Archive::readHeader;
-  using openvdb::io::Archive::setDataCompression;
-  using openvdb::io::Archive::setFormatVersion;
-  using openvdb::io::Archive::setLibraryVersion;
   using openvdb::io::Archive::write;
 };
 
 struct Entry {
+  std::size_t index;
   openvdb::io::GridDescriptor descriptor;
   openvdb::GridBase::Ptr header; /* metadata and transform */
-  openvdb::GridBase::Ptr whole;  /* read at once where a file has no offsets, else empty */
   std::string name, value_type, grid_class, creator;
 };
 
 } /* namespace */
 
 struct np_vdb_file {
-  explicit np_vdb_file(Canceller canceller_) : canceller(canceller_), buffer(canceller_), stream(&buffer) {}
+  np_vdb_file(const np_vdb_source &source_, Canceller canceller_)
+      : source(source_), canceller(canceller_), buffer(source_, canceller_), stream(&buffer) {}
 
-  Canceller canceller;
-  PolledFile buffer;
+  const np_vdb_source &source;
+  const Canceller canceller;
+  SourceBuffer buffer;
   openvdb::io::StreamMetadata::Ptr metadata{
       new openvdb::io::StreamMetadata}; /* the stream points at this very pointer */
   std::istream stream;
-  std::streamoff size = 0;
-  Archive archive;
   std::vector<Entry> entries;
 };
 
@@ -183,45 +124,45 @@ namespace {
 
 /* ---- Opening ---- */
 
-void open_stream(np_vdb_file &file, const char *path) {
-  if (!file.buffer.open(path, std::ios_base::in | std::ios_base::binary)) {
-    const neph_result result = errno == ENOENT || errno == ENOTDIR ? NEPH_ERROR_NOT_FOUND : NEPH_ERROR_IO;
-    throw Failure{result, std::string("cannot open: ") + std::strerror(errno)};
-  }
-  file.size = file.buffer.measure();
+neph_result try_chunk(uint32_t compression, const void *chunk, size_t chunk_bytes, size_t count) noexcept {
+  np_vdb_error ignored;
+  return guarded(&ignored, Direction::reading, [&] {
+    MemoryBuffer buffer(chunk, chunk_bytes);
+    std::istream stream(&buffer);
+    stream.exceptions(std::ios_base::failbit | std::ios_base::badbit);
+    std::vector<char> values(count);
+    if (compression & openvdb::io::COMPRESS_BLOSC)
+      openvdb::io::bloscFromStream(stream, values.data(), count);
+    else
+      openvdb::io::unzipFromStream(stream, values.data(), count);
+  });
+}
+
+void start_stream(np_vdb_file &file) {
+  const np_vdb_source &source = file.source;
   file.stream.exceptions(std::ios_base::failbit | std::ios_base::badbit);
-  file.archive.readHeader(file.stream);
-  if (file.archive.fileVersion() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION)
-    throw Failure{NEPH_ERROR_UNSUPPORTED,
-                  "file format version " + std::to_string(file.archive.fileVersion()) +
-                      " is too old: 222 and later are read; save it anew with OpenVDB 3 or later"};
   file.metadata->setSeekable(true);
   openvdb::io::setStreamMetadataPtr(file.stream, file.metadata, /*transfer=*/false);
-  file.archive.setFormatVersion(file.stream);
-  file.archive.setLibraryVersion(file.stream);
-  file.archive.setDataCompression(file.stream);
-  openvdb::MetaMap().readMeta(file.stream);
+  openvdb::io::setVersion(file.stream, {source.library_version[0], source.library_version[1]}, source.format_version);
 }
 
-std::string describe_truncation(const np_vdb_file &file, const Entry &entry) {
-  return "grid '" + entry.descriptor.gridName() + "' ends at byte " + std::to_string(entry.descriptor.getEndPos()) +
-         ", the file at " + std::to_string(file.size) + ": it is truncated or damaged";
+/* Reads metadata and transform, which must end where the source says: else OpenVDB reads what was not checked. */
+void read_header(np_vdb_file &file, const np_vdb_grid_place &place, openvdb::GridBase &grid) {
+  file.stream.seekg(place.begin);
+  Archive::readGridCompression(file.stream);
+  grid.readMeta(file.stream);
+  grid.readTransform(file.stream);
+  if (file.stream.tellg() != std::streampos(place.topology))
+    throw Failure{NEPH_ERROR_BAD_FILE,
+                  "grid '" + grid.getName() + "' has metadata that OpenVDB reads differently: it is damaged"};
 }
 
-Entry read_entry(np_vdb_file &file) {
+Entry read_entry(np_vdb_file &file, std::size_t index) {
   Entry entry;
+  entry.index = index;
+  file.stream.seekg(file.source.places[index].descriptor);
   entry.header = entry.descriptor.read(file.stream);
-  if (file.archive.inputHasGridOffsets()) {
-    if (entry.descriptor.getEndPos() > file.size) throw Failure{NEPH_ERROR_BAD_FILE, describe_truncation(file, entry)};
-    entry.descriptor.seekToGrid(file.stream);
-    Archive::readGridCompression(file.stream);
-    entry.header->readMeta(file.stream);
-    entry.header->readTransform(file.stream);
-    entry.descriptor.seekToEnd(file.stream);
-  } else {
-    Archive::readGrid(entry.header, entry.descriptor, file.stream);
-    entry.whole = entry.header;
-  }
+  read_header(file, file.source.places[index], *entry.header);
   entry.name = entry.descriptor.gridName();
   entry.value_type = entry.header->valueType();
   entry.grid_class = openvdb::GridBase::gridClassToString(entry.header->getGridClass());
@@ -229,15 +170,14 @@ Entry read_entry(np_vdb_file &file) {
   return entry;
 }
 
-neph_result open_file(const char *path, np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_file **out_file,
+neph_result open_file(const np_vdb_source *source, np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_file **out_file,
                       np_vdb_error *error) noexcept {
   *out_file = nullptr;
   return guarded(error, Direction::reading, [&] {
     openvdb::initialize();
-    auto file = std::make_unique<np_vdb_file>(Canceller{cancel, cancel_user});
-    open_stream(*file, path);
-    for (int32_t left = Archive::readGridCount(file->stream); left > 0; left--)
-      file->entries.push_back(read_entry(*file));
+    auto file = std::make_unique<np_vdb_file>(*source, Canceller{cancel, cancel_user});
+    start_stream(*file);
+    for (std::size_t i = 0; i < source->grid_count; i++) file->entries.push_back(read_entry(*file, i));
     *out_file = file.release();
   });
 }
@@ -249,6 +189,14 @@ size_t count_grids(const np_vdb_file *file) noexcept { return file->entries.size
 /* ---- Describing ---- */
 
 template <typename GridType> bool is_grid(const openvdb::GridBase &grid) { return grid.isType<GridType>(); }
+
+bool is_scalar(const openvdb::GridBase &grid) {
+  return is_grid<openvdb::FloatGrid>(grid) || is_grid<openvdb::DoubleGrid>(grid);
+}
+
+bool is_vector(const openvdb::GridBase &grid) {
+  return is_grid<openvdb::Vec3SGrid>(grid) || is_grid<openvdb::Vec3DGrid>(grid);
+}
 
 /* OpenVDB multiplies row vectors from the left: its matrix is the transpose of ours. */
 void get_affine(const openvdb::GridBase &grid, double out[3][4]) {
@@ -265,8 +213,8 @@ void describe_grid(const np_vdb_file *file, size_t index, np_vdb_grid_info *out_
   out_info->grid_class = entry.grid_class.c_str();
   out_info->creator = entry.creator.c_str();
   out_info->is_half_on_disk = entry.descriptor.saveFloatAsHalf();
-  out_info->is_scalar = is_grid<openvdb::FloatGrid>(*entry.header) || is_grid<openvdb::DoubleGrid>(*entry.header);
-  out_info->is_vector = is_grid<openvdb::Vec3SGrid>(*entry.header) || is_grid<openvdb::Vec3DGrid>(*entry.header);
+  out_info->is_scalar = is_scalar(*entry.header);
+  out_info->is_vector = is_vector(*entry.header);
   np_vdb_error ignored;
   out_info->is_affine = entry.header->transform().isLinear() && !guarded(&ignored, Direction::reading, [&] {
                           get_affine(*entry.header, out_info->index_to_world);
@@ -285,35 +233,40 @@ neph_result visit_metadata(const np_vdb_file *file, size_t index, void (*visit)(
 
 /* ---- Reading ---- */
 
-openvdb::GridBase::Ptr read_stored(np_vdb_file &file, const Entry &entry) {
-  if (entry.whole) return entry.whole;
-  file.stream.clear();
-  openvdb::GridBase::Ptr grid = openvdb::GridBase::createGrid(entry.descriptor.gridType());
-  grid->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
-  entry.descriptor.seekToGrid(file.stream);
-  file.buffer.wait_until(entry.descriptor.getBlockPos());
-  Archive::readGrid(grid, entry.descriptor, file.stream);
-  return grid;
-}
-
 /* An instance stores a transform of its own, and the name of the grid whose tree it shares. */
-openvdb::GridBase::Ptr read_whole(np_vdb_file &file, const Entry &entry) {
-  openvdb::GridBase::Ptr grid = read_stored(file, entry);
-  if (!entry.descriptor.isInstance()) return grid;
+const Entry &get_tree_owner(const np_vdb_file &file, const Entry &entry) {
+  if (!entry.descriptor.isInstance()) return entry;
   for (const Entry &other : file.entries)
-    if (&other != &entry && other.descriptor.uniqueName() == entry.descriptor.instanceParentName()) {
-      grid->setTree(read_stored(file, other)->baseTreePtr());
-      return grid;
-    }
+    if (!other.descriptor.isInstance() && other.descriptor.uniqueName() == entry.descriptor.instanceParentName())
+      return other;
   throw Failure{NEPH_ERROR_BAD_FILE, "grid '" + entry.name + "' shares the voxels of a grid that is not in the file"};
 }
 
-void check_room(const void *block) {
-  if (!block) throw AlreadyTold{NEPH_ERROR_OUT_OF_MEMORY};
+enum class Part { topology, tree };
+
+openvdb::GridBase::Ptr read_stored(np_vdb_file &file, const Entry &entry, Part part) {
+  const np_vdb_grid_place &place = file.source.places[entry.index];
+  check_result(file.source.check_tree(file.source.user, entry.index, entry.header->saveFloatAsHalf()));
+  file.stream.clear();
+  openvdb::GridBase::Ptr grid = openvdb::GridBase::createGrid(entry.descriptor.gridType());
+  file.buffer.wait_until(place.buffers);
+  if (part == Part::tree) {
+    file.stream.seekg(place.begin);
+    Archive::readGrid(grid, entry.descriptor, file.stream);
+  } else {
+    read_header(file, place, *grid);
+    grid->readTopology(file.stream);
+  }
+  return grid;
 }
 
-void check_result(neph_result result) {
-  if (result) throw AlreadyTold{result};
+openvdb::GridBase::Ptr read_shared(np_vdb_file &file, const Entry &entry, Part part) {
+  const Entry &owner = get_tree_owner(file, entry);
+  openvdb::GridBase::Ptr grid = read_stored(file, owner, part);
+  if (&owner == &entry) return grid;
+  const openvdb::GridBase::Ptr instance = entry.header->copyGridWithNewTree();
+  instance->setTree(grid->baseTreePtr());
+  return instance;
 }
 
 template <typename Number> float get_component(const Number &value, int) { return static_cast<float>(value); }
@@ -355,38 +308,47 @@ void copy_tree(const TreeType &tree, int component, const np_vdb_sink &sink, con
 }
 
 template <typename GridType>
-bool copy_if(const openvdb::GridBase::Ptr &grid, int component, const np_vdb_sink &sink, const Canceller &canceller) {
-  if (!is_grid<GridType>(*grid)) return false;
-  copy_tree(openvdb::gridPtrCast<GridType>(grid)->tree(), component, sink, canceller);
-  return true;
+void copy_if(const openvdb::GridBase::Ptr &grid, int component, const np_vdb_sink &sink, const Canceller &canceller) {
+  if (is_grid<GridType>(*grid)) copy_tree(openvdb::gridPtrCast<GridType>(grid)->tree(), component, sink, canceller);
 }
 
 neph_result read_grid(np_vdb_file *file, size_t index, int component, const np_vdb_sink *sink, uint64_t *out_tree_bytes,
                       np_vdb_error *error) noexcept {
   return guarded(error, Direction::reading, [&] {
     const Entry &entry = file->entries[index];
-    const openvdb::GridBase::Ptr grid = read_whole(*file, entry);
-    if (grid->transform().isLinear()) get_affine(*grid, sink->grid->index_to_world.m);
-    if (!copy_if<openvdb::FloatGrid>(grid, component, *sink, file->canceller) &&
-        !copy_if<openvdb::DoubleGrid>(grid, component, *sink, file->canceller) &&
-        !copy_if<openvdb::Vec3SGrid>(grid, component, *sink, file->canceller) &&
-        !copy_if<openvdb::Vec3DGrid>(grid, component, *sink, file->canceller))
+    if (!is_scalar(*entry.header) && !is_vector(*entry.header))
       throw Failure{NEPH_ERROR_INVALID_ARGUMENT,
                     "grid '" + entry.name + "' is of type " + entry.value_type + ", neither a scalar nor a vector"};
+    const openvdb::GridBase::Ptr grid = read_shared(*file, entry, Part::tree);
+    if (grid->transform().isLinear()) get_affine(*grid, sink->grid->index_to_world.m);
+    copy_if<openvdb::FloatGrid>(grid, component, *sink, file->canceller);
+    copy_if<openvdb::DoubleGrid>(grid, component, *sink, file->canceller);
+    copy_if<openvdb::Vec3SGrid>(grid, component, *sink, file->canceller);
+    copy_if<openvdb::Vec3DGrid>(grid, component, *sink, file->canceller);
     *out_tree_bytes = grid->memUsage();
   });
 }
 
+/* What the values of a leaf will take, of grids that keep them outside the leaf. */
+template <typename... GridTypes> std::size_t get_leaf_value_bytes(const openvdb::GridBase &grid) {
+  return ((is_grid<GridTypes>(grid) ? NP_LEAF_SIZE * sizeof(typename GridTypes::ValueType) : 0) + ...);
+}
+
 neph_result measure_grid(np_vdb_file *file, size_t index, np_vdb_grid_size *out_size, np_vdb_error *error) noexcept {
   return guarded(error, Direction::reading, [&] {
-    const openvdb::GridBase::Ptr grid = read_whole(*file, file->entries[index]);
+    const openvdb::GridBase::Ptr grid = read_shared(*file, file->entries[index], Part::topology);
     const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
     for (int axis = 0; axis < 3; axis++) {
       out_size->active_min[axis] = box.min()[axis];
       out_size->active_max[axis] = box.max()[axis];
     }
     out_size->active_voxel_count = grid->activeVoxelCount();
-    out_size->tree_bytes = grid->memUsage();
+    out_size->tree_bytes =
+        grid->memUsage() +
+        grid->constBaseTree().leafCount() *
+            get_leaf_value_bytes<openvdb::Vec3SGrid, openvdb::Vec3DGrid, openvdb::Vec3IGrid, openvdb::Int32Grid,
+                                 openvdb::Int64Grid, openvdb::points::PointDataGrid, openvdb::tools::PointIndexGrid>(
+                *grid);
   });
 }
 
@@ -540,8 +502,9 @@ void *limit_threads(unsigned thread_count) noexcept {
 void unlimit_threads(void *handle) noexcept { delete static_cast<tbb::global_control *>(handle); }
 
 const np_vdb_module module_table = {
-    NP_VDB_MODULE_VERSION, open_file,   close_file,  count_grids,   describe_grid,   visit_metadata, read_grid,
-    measure_grid,          write_grids, sample_grid, limit_threads, unlimit_threads,
+    NP_VDB_MODULE_VERSION, try_chunk,      open_file,       close_file,   count_grids,
+    describe_grid,         visit_metadata, read_grid,       measure_grid, write_grids,
+    sample_grid,           limit_threads,  unlimit_threads,
 };
 
 } /* namespace */

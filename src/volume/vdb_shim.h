@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 2u
+#define NP_VDB_MODULE_VERSION 3u
 
 /* Name of the module's file and of the function in it. */
 #define NP_VDB_MODULE_FILE "nephos_vdb.so"
@@ -38,12 +38,31 @@ typedef struct np_vdb_grid_info {
   double index_to_world[3][4];
 } np_vdb_grid_info;
 
-/* What any grid tells once read, whatever its values are. */
+/* What any grid tells by its topology, whatever its values are. */
 typedef struct np_vdb_grid_size {
   int32_t active_min[3], active_max[3]; /* index box, both ends inside it; max below min when nothing is active */
   uint64_t active_voxel_count;
-  uint64_t tree_bytes;
+  uint64_t tree_bytes; /* once its leaves are read; without the attributes of points */
 } np_vdb_grid_size;
+
+/* Where the parts of a grid stand in a file. */
+typedef struct np_vdb_grid_place {
+  int64_t descriptor, begin, topology;
+  int64_t buffers; /* known once the tree has been checked */
+} np_vdb_grid_place;
+
+/* A file whose header and grids' headers have been checked: all that is read comes through it. */
+typedef struct np_vdb_source {
+  void *user;
+  int64_t size;
+  uint32_t format_version, library_version[2];
+  size_t grid_count;
+  const np_vdb_grid_place *places;
+  /* Both report why they fail. `check_tree` is called before a tree, or its topology alone, is read; buffers of points
+   * it cannot check, and they must not be read. */
+  neph_result (*read)(void *user, int64_t position, void *out, size_t count);
+  neph_result (*check_tree)(void *user, size_t index, int is_half);
+} np_vdb_source;
 
 /* Where a grid goes that is read: functions of sparse_grid.h, handed over because a loaded module cannot link to them.
  */
@@ -75,8 +94,11 @@ typedef struct np_vdb_write_grid {
 typedef struct np_vdb_module {
   uint32_t version; /* NP_VDB_MODULE_VERSION, checked before anything else is used */
 
-  /* Opens a file and reads the headers of its grids. `cancel` is asked until the file is closed. */
-  neph_result (*open)(const char *path, np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_file **out_file,
+  /* Tries to decompress a chunk, its length before it, to `count` bytes. */
+  neph_result (*try_chunk)(uint32_t compression, const void *chunk, size_t chunk_bytes, size_t count);
+
+  /* Reads the headers of a file's grids. `source` and `cancel` are asked until the file is closed. */
+  neph_result (*open)(const np_vdb_source *source, np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_file **out_file,
                       np_vdb_error *error);
   void (*close)(np_vdb_file *file); /* NULL is allowed */
   size_t (*count)(const np_vdb_file *file);
@@ -92,7 +114,7 @@ typedef struct np_vdb_module {
   neph_result (*read)(np_vdb_file *file, size_t index, int component, const np_vdb_sink *sink, uint64_t *out_tree_bytes,
                       np_vdb_error *error);
 
-  /* Reads any grid, and tells only its size. */
+  /* Reads any grid's topology, and tells its size. */
   neph_result (*measure)(np_vdb_file *file, size_t index, np_vdb_grid_size *out_size, np_vdb_error *error);
 
   /* Writes grids to `path`, which is a temporary name: the caller renames it. */

@@ -8,6 +8,8 @@
 #include "core/json.h"
 #include "volume/volume_file.h"
 
+enum { NAME_COLUMNS = 13 };
+
 /* What one grid turned out to be. */
 typedef struct portrait {
   np_vdb_grid_info info;
@@ -63,6 +65,7 @@ static neph_result measure_scalar(const np_volume_file *file, size_t index, np_m
 static neph_result measure_other(const np_volume_file *file, size_t index, portrait *p) {
   np_vdb_error error;
   if (file->module->measure(file->vdb, index, &p->size, &error)) return np_volume_file_fail(file, &error);
+  np_vdb_layout_warn(file->layout);
   p->is_active = p->size.active_voxel_count > 0;
   return NEPH_OK;
 }
@@ -81,8 +84,22 @@ static neph_result take_portrait(const np_volume_file *file, size_t index, np_mo
 
 /* ---- Lines ---- */
 
+/* Without what a terminal would obey. */
+static void print_text(FILE *out, const char *text, int width) {
+  int length = 0;
+  for (; text[length]; length++) {
+    const unsigned char c = (unsigned char)text[length];
+    fputc((c < ' ' && c != '\n') || c == 127 ? '?' : c, out);
+  }
+  fprintf(out, "%*s", width > length ? width - length : 0, "");
+}
+
 static void print_metadata_line(void *out, const char *name, const char *text) {
-  fprintf(out, "    %-13s %s\n", name, text);
+  fprintf(out, "    ");
+  print_text(out, name, NAME_COLUMNS);
+  fputc(' ', out);
+  print_text(out, text, 0);
+  fputc('\n', out);
 }
 
 static void print_bytes(FILE *out, uint64_t bytes) {
@@ -134,9 +151,15 @@ static void print_memory(FILE *out, const portrait *p) {
 
 static neph_result print_grid(FILE *out, const np_volume_file *file, size_t index, const portrait *p) {
   np_vdb_error error;
-  fprintf(out, "grid '%s'\n  class         %s\n  type          %s%s\n", p->info.name, p->info.grid_class,
-          p->info.value_type, p->info.is_half_on_disk ? ", half on disk" : "");
-  if (p->info.creator[0]) fprintf(out, "  creator       %s\n", p->info.creator);
+  fprintf(out, "grid '");
+  print_text(out, p->info.name, 0);
+  fprintf(out, "'\n  class         %s\n  type          %s%s\n", p->info.grid_class, p->info.value_type,
+          p->info.is_half_on_disk ? ", half on disk" : "");
+  if (p->info.creator[0]) {
+    fprintf(out, "  creator       ");
+    print_text(out, p->info.creator, 0);
+    fputc('\n', out);
+  }
   print_transform(out, p);
   print_content(out, p);
   print_memory(out, p);

@@ -3,12 +3,14 @@
 #ifndef NP_VOLUME_VOLUME_FILE_H
 #define NP_VOLUME_VOLUME_FILE_H
 
+#include "volume/vdb_layout.h"
 #include "volume/volume_private.h"
 
 typedef struct np_volume_file {
   neph_context *context;
   const char *path; /* borrowed */
   const np_vdb_module *module;
+  np_vdb_layout *layout; /* what `vdb` reads through */
   np_vdb_file *vdb;
   void *thread_limit;
 } np_volume_file;

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The layout of a tree in a .vdb file: its topology (nodes, masks, tiles), then its buffers (the values of leaves).
+ * Inside the volume module only. */
+#ifndef NP_VOLUME_VDB_TREE_H
+#define NP_VOLUME_VDB_TREE_H
+
+#include "core/parallel.h"
+#include "volume/vdb_bytes.h"
+#include "volume/vdb_shim.h"
+
+/* What a leaf holds behind its masks. */
+typedef enum np_vdb_leaf {
+  NP_VDB_LEAF_VALUES,
+  NP_VDB_LEAF_BOOL,
+  NP_VDB_LEAF_MASK,
+  NP_VDB_LEAF_POINTS /* not known here: such buffers are never read */
+} np_vdb_leaf;
+
+typedef struct np_vdb_tree_type {
+  const char *name;                 /* as grids state it */
+  uint32_t value_bytes, half_bytes; /* of one value; 0: never stored as halves */
+  np_vdb_leaf leaf;
+} np_vdb_tree_type;
+
+/* NULL when it is none that OpenVDB reads. */
+const np_vdb_tree_type *np_vdb_tree_type_get(const char *name);
+
+/* How the values of a grid are stored. */
+typedef struct np_vdb_storage {
+  const np_vdb_tree_type *type;
+  uint32_t compression;
+  bool is_half;
+} np_vdb_storage;
+
+enum { NP_VDB_ZIP = 1, NP_VDB_ACTIVE_MASK = 2, NP_VDB_BLOSC = 4 };
+
+/* Checks a tree from the position of `bytes` on, and moves to its end, of points to that of the topology. A failure is
+ * in bytes->result. */
+void np_vdb_tree_check(np_vdb_bytes *bytes, const np_vdb_module *module, np_monitor *monitor, np_vdb_storage storage,
+                       int64_t *out_buffers);
+
+/* Checks the header of a block of Blosc that must hold `count` bytes, and moves on behind the block. */
+void np_vdb_blosc_check(np_vdb_bytes *bytes, uint64_t block_bytes, uint64_t count);
+
+#endif

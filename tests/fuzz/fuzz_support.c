@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "fuzz_support.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static neph_context *context;
+static unsigned error_count;
+static char folder[] = "/tmp/nephos-fuzz-XXXXXX", path[64];
+
+static void count_error(void *user, neph_log_level level, const char *message) {
+  (void)user;
+  error_count += level == NEPH_LOG_ERROR;
+  if (strchr(message, '\n')) abort();
+}
+
+static void end(void) {
+  neph_context_destroy(context);
+  if (!path[0]) return;
+  unlink(path);
+  rmdir(folder);
+}
+
+neph_context *fuzz_get_context(void) {
+  if (context) return context;
+  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+  desc.thread_count = 1;
+  desc.log = count_error;
+  desc.module_dir = NEPHOS_FUZZ_MODULE_DIR;
+  if (neph_context_create(&desc, &context)) abort();
+  atexit(end);
+  return context;
+}
+
+const char *fuzz_write_file(const char *name, const uint8_t *data, size_t size) {
+  if (!path[0]) {
+    if (!mkdtemp(folder)) abort();
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+  }
+  FILE *file = fopen(path, "wb");
+  if (!file || fwrite(data, 1, size, file) != size || fclose(file)) abort();
+  return path;
+}
+
+void fuzz_expect(neph_result result) {
+  const unsigned errors = error_count;
+  error_count = 0;
+  if (errors != (result != NEPH_OK)) abort();
+  if (result != NEPH_OK && result != NEPH_ERROR_BAD_FILE && result != NEPH_ERROR_BAD_SCENE &&
+      result != NEPH_ERROR_UNSUPPORTED && result != NEPH_ERROR_INVALID_ARGUMENT && result != NEPH_ERROR_LIMIT &&
+      result != NEPH_ERROR_NOT_FOUND)
+    abort();
+}

@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the fuzz targets share: a context whose messages are counted, a file to write inputs to, and the rule that any
+ * input keeps: read, or refused for what it is with one message. */
+#ifndef NP_FUZZ_SUPPORT_H
+#define NP_FUZZ_SUPPORT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include <nephos/context.h>
+
+/* Of one thread; made by the first call, ended with the program. */
+neph_context *fuzz_get_context(void);
+
+/* Writes an input to a file of this name, in a folder that goes away with the program, and returns its path. */
+const char *fuzz_write_file(const char *name, const uint8_t *data, size_t size);
+
+/* Aborts unless `result` is what a reader may return, and was told by one error message, or by none where it is
+ * NEPH_OK. */
+void fuzz_expect(neph_result result);
+
+/* libFuzzer's entry, which each target defines. */
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+#endif
