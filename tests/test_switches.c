@@ -97,8 +97,8 @@ static void write_scene(setting s, char *out, size_t size) {
            WIDTH, HEIGHT, s.has_air ? "{preset: earth, tolerance: 0.1}" : "none",
            s.has_terrain ? "{ridges: {samples: 65, relief: 300 m}, width: 8 km}" : "none",
            s.has_cloud ? "[{vdb: cloud.vdb, extinction: 3 1/m},\n"
-                         "  {bake: {extent: 600 m, cell: 300 m, billow: 200 m, base: 900 m, thickness: 300 m, coverage: "
-                         "0.6, voxel: 50 m}}]"
+                         "  {bake: {extent: 600 m, cell: 300 m, billow: 200 m, base: 900 m, thickness: 300 m,\n"
+                         "    coverage: 0.6, voxel: 50 m}}]"
                        : "[]",
            s.is_path ? "path" : "march");
 }

@@ -253,9 +253,10 @@ static void decide_sky(np_plan *plan, const scene_facts *facts) {
   const char *no_clouds = facts->has_clouds ? NULL : "the scene has no clouds";
   decide_unless(plan, NP_STAGE_CAMERA_SKY, facts->dark, no_sky, "sky behind, and air before, what the camera sees");
   decide_unless(plan, NP_STAGE_CLOUD_SKY, facts->dark, no_cloud_sky ? no_cloud_sky : no_clouds, seen);
-  decide_unless(plan, NP_STAGE_ATMOSPHERE, facts->dark, no_air,
-                np_plan_has_air_light(plan) ? "light passes through air"
-                                            : "paths fly through air; what light is in it is traced, and left out here");
+  const char *why = np_plan_has_air_light(plan)
+                        ? "light passes through air"
+                        : "paths fly through air; what light is in it is traced, and left out here";
+  decide_unless(plan, NP_STAGE_ATMOSPHERE, facts->dark, no_air, why);
 }
 
 static void decide_light(np_plan *plan, const scene_facts *facts) {
