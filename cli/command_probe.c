@@ -108,6 +108,10 @@ static cli_exit fill_sky_desc(cli_session *session, neph_probe_sky_desc *desc) {
 }
 
 static cli_exit probe_sky(cli_session *session) {
+  if (session->options->target_error > 0.0) {
+    cli_complain("--target-error is not an option of nephos probe sky");
+    return CLI_USAGE;
+  }
   neph_probe_sky_desc desc = NEPH_PROBE_SKY_DESC_DEFAULT;
   cli_exit exit = fill_sky_desc(session, &desc);
   if (exit) return exit;
