@@ -15,10 +15,11 @@ static cli_exit choose_integrator(const char *name, neph_integrator *out) {
 }
 
 static cli_exit choose_splitting(const char *name, neph_splitting *out) {
-  static const char *const names[] = {[NEPH_SPLITTING_NONE] = "none", [NEPH_SPLITTING_ADJOINT] = "adjoint"};
-  for (int i = NEPH_SPLITTING_NONE; i <= NEPH_SPLITTING_ADJOINT; i++)
+  static const char *const names[] = {
+      [NEPH_SPLITTING_NONE] = "none", [NEPH_SPLITTING_ADJOINT] = "adjoint", [NEPH_SPLITTING_AUTO] = "auto"};
+  for (int i = NEPH_SPLITTING_NONE; i <= NEPH_SPLITTING_AUTO; i++)
     if (!strcmp(name, names[i])) return *out = (neph_splitting)i, CLI_DONE;
-  cli_complain("--splitting is %s, must be none or adjoint", name);
+  cli_complain("--splitting is %s, must be none, adjoint or auto", name);
   return CLI_USAGE;
 }
 
@@ -115,6 +116,10 @@ static cli_exit fill_sky_desc(cli_session *session, neph_probe_sky_desc *desc) {
 }
 
 static cli_exit probe_sky(cli_session *session) {
+  if (session->options->target_error > 0.0) {
+    cli_complain("--target-error is not an option of nephos probe sky");
+    return CLI_USAGE;
+  }
   neph_probe_sky_desc desc = NEPH_PROBE_SKY_DESC_DEFAULT;
   cli_exit exit = fill_sky_desc(session, &desc);
   if (exit) return exit;

@@ -101,8 +101,10 @@ static bool take_count(cli_options *out, const option_row *option, const char *a
   return cli_read_whole(argument, count) && *count >= 1;
 }
 
-static bool take_real(cli_options *out, const option_row *option, const char *argument) {
-  return cli_read_real(argument, find_field(out, option));
+/* No number of samples has none. */
+static bool take_target_error(cli_options *out, const option_row *option, const char *argument) {
+  (void)option;
+  return cli_read_real(argument, &out->target_error) && out->target_error > 0.0;
 }
 
 static bool take_setting(cli_options *out, const option_row *option, const char *argument) {
@@ -207,15 +209,15 @@ static const option_row options[] = {
      .key = "render.seed"},
     {"--integrator", 0, "NAME", CLI_RENDER | CLI_PROBE, "march or path", .take = take_setting,
      .key = "render.integrator"},
-    {"--splitting", 0, "NAME", CLI_RENDER | CLI_PROBE, "of paths in clouds: none or adjoint", .take = take_setting,
+    {"--splitting", 0, "NAME", CLI_RENDER | CLI_PROBE,
+     "of paths in clouds: none or adjoint; of a probe auto (default) too", .take = take_setting,
      .key = "render.splitting"},
     {"--method", 0, "NAME", CLI_PROBE, "of a sky: lut (default), march or trace", .take = take_text,
      .field = INTO(method)},
     {"--paths", 0, "N", CLI_PROBE | CLI_SKY, "camera rays for each number asked for (default 65536, of a sky 4096)",
      .take = take_count, .field = INTO(path_count)},
     {"--target-error", 0, "X", CLI_RENDER | CLI_PROBE,
-     "as many samples or paths as give a relative standard error of X", .take = take_real,
-     .field = INTO(target_error)},
+     "as many samples or paths as give a relative standard error of X, above 0", .take = take_target_error},
     {"--time-limit", 0, "SECONDS", CLI_RENDER, "end each frame then, with the samples it has", .take = take_time_limit},
     {"--half", 0, NULL, CLI_BAKE, "values in the file as halves, not floats", .take = take_flag,
      .field = INTO(is_half)},

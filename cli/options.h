@@ -69,7 +69,7 @@ typedef struct cli_options {
   const char *method; /* of a probe; NULL: not given */
   const char *table_folder; /* of a sky; NULL: not given */
   unsigned path_count; /* of a probe or a sky; 0: not given */
-  double target_error; /* 0: none */
+  double target_error; /* 0: not given */
   bool has_time_limit;
   double time_limit_s;
   bool has_relative_mse_max;

@@ -127,6 +127,8 @@ static void zenith_points_away_from_the_centre(void **state) {
   const np_vec3 east = np_zenith(place_point(6360e3, 0, NP_PI / 2, 0), 6360e3);
   assert_near((double)east.x, 1, 1e-7);
   assert_near((double)east.z, 0, 1e-7);
+  const np_vec3 centre = np_zenith(np_dvec3_make(0, 0, -6360e3), 6360e3);
+  assert_true(centre.x == 0 && centre.y == 0 && centre.z == 1);
 }
 
 /* ---- Frames ---- */

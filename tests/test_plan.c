@@ -45,10 +45,33 @@ static void test_only_what_is_needed_runs(void **state) {
   assert_plan(*state, CLOUD "render: {integrator: path}", "x-x--xxx-----x");
   assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x-x-xxxx-----x");
   assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x-xxxxxx---x-x");
+  assert_plan(*state, CLOUD "render: {integrator: path, splitting: adjoint}", "x-x-xxxx-x---x");
   assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x-xxxxxx---x-x");
   assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x-xxxxxx---xxx");
   assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x-xxxxxx---xxx");
   assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x-xxxxxx---x-x");
+}
+
+static void assert_air_light(test_fixture *f, const char *text, bool has_light) {
+  neph_scene *scene = load(f, text);
+  np_plan plan;
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  assert_true(plan.stages[NP_STAGE_ATMOSPHERE].is_needed);
+  assert_int_equal(np_plan_has_air_light(&plan), has_light);
+  assert_int_equal(strstr(plan.stages[NP_STAGE_ATMOSPHERE].reason, "left out") == NULL, has_light);
+  neph_scene_destroy(scene);
+}
+
+/* Who traces the air asks no table, but for what guides paths, under whatever light, and for where a dusk is bright. */
+static void test_light_in_the_air_is_known_to_who_asks(void **state) {
+  assert_air_light(*state, CLOUD, true);
+  assert_air_light(*state, CLOUD "render: {integrator: path}", false);
+  assert_air_light(*state, CLOUD "render: {integrator: path, atmosphere: tables}", true);
+  assert_air_light(*state, CLOUD "render: {integrator: path, splitting: adjoint}", true);
+  assert_air_light(*state, CLOUD "sun: {irradiance: 0}\nairglow: {}\nrender: {integrator: path, splitting: adjoint}",
+                   true);
+  assert_air_light(*state, "render: {integrator: path, splitting: adjoint}", false);
+  assert_air_light(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", true);
 }
 
 static void test_no_light_where_none_is_wanted(void **state) {
@@ -61,14 +84,19 @@ static void test_no_light_where_nothing_shines(void **state) {
   assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x------------x");
 }
 
-static void test_sky_alone(void **state) {
-  test_fixture *f = *state;
-  neph_scene *scene = load(f, CLOUD "terrain: {ridges: {}}\noutput: {beauty: false}");
+static void assert_sky_alone(test_fixture *f, const char *text) {
+  neph_scene *scene = load(f, text);
   np_plan plan;
   assert_int_equal(np_plan_make_sky(scene, &plan), NEPH_OK);
   for (int i = 0; i < NP_STAGE_COUNT; i++)
     assert_int_equal(plan.stages[i].is_needed, i == NP_STAGE_ATMOSPHERE || i == NP_STAGE_CAMERA_SKY);
   neph_scene_destroy(scene);
+}
+
+/* Whatever the scene's pictures are of. */
+static void test_sky_alone(void **state) {
+  assert_sky_alone(*state, CLOUD "terrain: {ridges: {}}\noutput: {beauty: false}");
+  assert_sky_alone(*state, CLOUD "render: {integrator: path}");
 }
 
 #define BAKE "clouds: [{bake: {extent: 4 km, thickness: 1 km, voxel: 20 m}}]\n"
@@ -283,6 +311,7 @@ static void test_failed_allocations(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(test_only_what_is_needed_runs, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_light_in_the_air_is_known_to_who_asks, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_no_light_where_none_is_wanted, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_no_light_where_nothing_shines, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_sky_alone, set_up, test_tear_down),

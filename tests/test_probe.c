@@ -183,6 +183,85 @@ static void guided_paths_find_what_comes_through(void **state) {
   assert_right(*state, true, 2 * COUNT(picks), 1e-2);
 }
 
+/* ---- Errors of what few paths find, and guiding where it finds more ---- */
+
+static void write_text(const fixture *f, const char *rows) {
+  FILE *out = fopen(f->cases, "w");
+  assert_non_null(out);
+  fprintf(out, "quantity,g,albedo,tau,mu0,mu_view,phi_deg\n%s", rows);
+  fclose(out);
+}
+
+/* Numbers in the order of the columns; an error may be infinite. */
+static void read_answers(const fixture *f, neph_splitting splitting, double out[][6], size_t count) {
+  static const char *const columns[6] = {"R_out", "T_out", "R_se", "T_se", "L_out", "L_se"};
+  neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
+  np_csv csv;
+  desc.path_count = 8192;
+  desc.splitting = splitting;
+  run_probe(f, &desc);
+  assert_int_equal(np_csv_load(f->context, f->answers, &csv), NEPH_OK);
+  assert_int_equal(csv.row_count, count);
+  for (size_t row = 0; row < count; row++)
+    for (int i = 0; i < 6; i++) {
+      const int column = np_csv_find_column(&csv, columns[i]);
+      out[row][i] = column == NP_CSV_NO_COLUMN ? 0.0 : strtod(np_csv_get_field(&csv, row, column), NULL);
+    }
+  np_csv_clear(&csv);
+}
+
+/* Of what comes through an absorbing slab of depth 64, 7.48e-6 and 3.62e-7 (slab_flux.csv), 8192 unguided paths find
+ * nothing, or next to nothing. Where nothing can be scattered there is no error, and none is warned of. */
+static void errors_of_few_paths_are_not_known(void **state) {
+  fixture *f = *state;
+  double answers[4][6];
+  write_text(f, "flux,0,0.99,64,1,,\nflux,0.85,0.9,64,1,,\nflux,0,0,3,1,,\nflux,0.85,1,0,1,,\n");
+  read_answers(f, NEPH_SPLITTING_NONE, answers, 4);
+  for (int row = 0; row < 4; row++) {
+    const bool is_known = row >= 2;
+    assert_int_equal(isinf(answers[row][3]), !is_known);
+    assert_true(is_known ? answers[row][2] == 0.0 : answers[row][2] > 0.0 && answers[row][2] < 0.01);
+  }
+  assert_near_relative(answers[2][1], exp(-3.0), 1e-11); /* twelve digits are written */
+  assert_true(answers[3][1] == 1.0);
+  assert_int_equal(f->log.counts[NEPH_LOG_WARNING], 2);
+  assert_non_null(strstr(f->log.text, "cases.csv:2: T rests on"));
+  assert_non_null(strstr(f->log.text, "or guide them"));
+}
+
+/* A handful of 8192 paths bring all of an answer: how much their batches differ would say little of how far it is off.
+ */
+static void few_bright_paths_are_few(void **state) {
+  fixture *f = *state;
+  double answers[1][6];
+  write_text(f, "flux,0,0.9,18,1,,\n"); /* of T, 1e-4, by paths of some 0.1 each */
+  read_answers(f, NEPH_SPLITTING_NONE, answers, 1);
+  assert_true(answers[0][1] > exp(-18.0));
+  assert_true(isinf(answers[0][3]));
+}
+
+/* Each number is that of guided paths or of others, to the bit: the former deep in what absorbs, where their errors
+ * are those of the table, the latter in thin slabs. */
+static void paths_are_guided_where_it_pays(void **state) {
+  fixture *f = *state;
+  double none[5][6], adjoint[5][6], chosen[5][6];
+  write_text(f, "flux,0,0.99,64,1,,\nflux,0.85,0.9,64,1,,\nflux,0.85,1,64,diffuse,,\nflux,0.85,1,1,0.5,,\n"
+                "radiance_bottom_down,0.85,1,1,0.5,-0.9,120\n");
+  static const double transmitted[2] = {7.48181823564e-06, 3.61892042738e-07};
+  read_answers(f, NEPH_SPLITTING_NONE, none, 5);
+  read_answers(f, NEPH_SPLITTING_ADJOINT, adjoint, 5);
+  test_log_clear(&f->log);
+  read_answers(f, NEPH_SPLITTING_AUTO, chosen, 5);
+  assert_int_equal(f->log.counts[NEPH_LOG_WARNING], 0);
+  for (int row = 0; row < 3; row++) assert_memory_equal(&chosen[row][1], &adjoint[row][1], sizeof(double));
+  for (int row = 0; row < 2; row++) {
+    assert_near(chosen[row][1], transmitted[row], 4.0 * chosen[row][3]); /* one in 16,000 by chance */
+    assert_true(chosen[row][3] < 0.1 * chosen[row][1]);
+  }
+  assert_memory_equal(chosen[3], none[3], 4 * sizeof(double));
+  assert_memory_equal(&chosen[4][4], &none[4][4], 2 * sizeof(double));
+}
+
 static void answers_are_the_same_bits_for_any_threads(void **state) {
   const fixture *f = *state;
   static const pick picks[] = {{"0.85", "0.99", "1", "0.5", NULL, NULL}};
@@ -190,10 +269,12 @@ static void answers_are_the_same_bits_for_any_threads(void **state) {
   desc.path_count = 1000;
   write_cases(f, "data/slab_flux.csv", picks, 1);
   neph_context *alone = test_context_create(1, NULL);
-  for (int i = 0; i < 3; i++) {
+  for (int i = 0; i < 4; i++) {
+    static const neph_splitting splittings[4] = {NEPH_SPLITTING_NONE, NEPH_SPLITTING_NONE, NEPH_SPLITTING_ADJOINT,
+                                                 NEPH_SPLITTING_AUTO};
     char *one, *two;
     desc.integrator = i == 0 ? NEPH_INTEGRATOR_MARCH : NEPH_INTEGRATOR_PATH;
-    desc.splitting = i == 2 ? NEPH_SPLITTING_ADJOINT : NEPH_SPLITTING_NONE;
+    desc.splitting = splittings[i];
     assert_int_equal(neph_probe_slab(alone, f->cases, &desc, &one), NEPH_OK);
     assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &two), NEPH_OK);
     assert_string_equal(one, two);
@@ -216,9 +297,9 @@ static void descriptions_are_checked(void **state) {
   assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "target_error is nan");
   desc.target_error = NEPH_UNLIMITED;
-  desc.splitting = (neph_splitting)2;
+  desc.splitting = (neph_splitting)3;
   assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_INVALID_ARGUMENT);
-  assert_one_error(&f->log, "splitting is 2, must be none (0) or adjoint (1)");
+  assert_one_error(&f->log, "splitting is 3, must be none (0), adjoint (1) or auto (2)");
   desc.splitting = NEPH_SPLITTING_NONE;
   desc.target_error = 0.0;
   assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_INVALID_ARGUMENT);
@@ -371,6 +452,9 @@ int main(int argc, char **argv) {
       cmocka_unit_test_setup_teardown(radiances_of_isotropic_slabs_are_right, set_up, tear_down),
       cmocka_unit_test_setup_teardown(radiances_of_peaked_slabs_are_right, set_up, tear_down),
       cmocka_unit_test_setup_teardown(guided_paths_find_what_comes_through, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(errors_of_few_paths_are_not_known, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(few_bright_paths_are_few, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(paths_are_guided_where_it_pays, set_up, tear_down),
       cmocka_unit_test_setup_teardown(answers_are_the_same_bits_for_any_threads, set_up, tear_down),
       cmocka_unit_test_setup_teardown(descriptions_are_checked, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_probe_can_be_cancelled, set_up, tear_down),

@@ -52,11 +52,22 @@ static void numbers_are_uniform(void **state) {
   assert_true(chi2 < 130.0);
 }
 
+static void numbers_drawn_are_counted(void **state) {
+  (void)state;
+  for (uint32_t i = 0; i < 100; i++) {
+    const np_random start = np_random_start(i, 0, 0, 0, 0);
+    np_random random = start;
+    for (uint32_t k = 0; k < 1000 * i; k++) (void)np_random_bits(&random);
+    assert_int_equal(np_random_count(&start, &random), 1000 * i);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(neighbouring_streams_are_uncorrelated),
       cmocka_unit_test(no_stream_is_a_shifted_copy),
       cmocka_unit_test(numbers_are_uniform),
+      cmocka_unit_test(numbers_drawn_are_counted),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -234,6 +234,59 @@ static void bad_descriptions_are_refused(void **state) {
   neph_context_destroy(context);
 }
 
+/* Light is a number that is not negative, whatever the camera sees of ground, clouds and sky. */
+static void assert_sees_numbers(neph_scene *scene, const char *place) {
+  static const char *const bands[] = {"R", "G", "B", "A"};
+  neph_image *image = NULL;
+  assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
+  const size_t count = (size_t)neph_image_get_width(image) * neph_image_get_height(image);
+  for (int b = 0; b < 4; b++)
+    for (size_t p = 0; p < count; p++) {
+      const float value = neph_image_get_channel(image, bands[b])[p];
+      if (!(value >= 0.0f && isfinite(value))) fail_msg("%s: %s is %g", place, bands[b], (double)value);
+    }
+  neph_image_destroy(image);
+}
+
+/* From a place under clouds and hills, or without air; whether it lies in the ground is said. */
+static void look_from(neph_scene *scene, test_log *log, const char *place, bool is_buried) {
+  static const char *const settings[][2] = {{"render.integrator", "march"},
+                                            {"render.integrator", "path"},
+                                            {"atmosphere", "none"},
+                                            {"render.integrator", "march"},
+                                            {"atmosphere", "{tolerance: 0.1}"}};
+  assert_int_equal(neph_scene_set(scene, "camera.position", place), NEPH_OK);
+  for (size_t i = 0; i < sizeof settings / sizeof *settings; i++) {
+    test_log_clear(log);
+    assert_int_equal(neph_scene_set(scene, settings[i][0], settings[i][1]), NEPH_OK);
+    assert_sees_numbers(scene, place);
+    if ((strstr(log->text, "below the ground") != NULL) != is_buried) fail_msg("%s: %s", place, log->text);
+  }
+}
+
+/* At the planet's centre no way is up; the poles, a point of the sphere and the ends of what a scene may say. */
+static void a_camera_anywhere_sees_numbers(void **state) {
+  (void)state;
+  static test_log log;
+  test_log_start(&log);
+  neph_context *context = test_context_create(2, &log);
+  neph_scene *scene = load(context);
+  assert_int_equal(neph_scene_set(scene, "render.samples", "2"), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "camera.resolution", "[12, 8]"), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "output.aovs", "[]"), NEPH_OK);
+  look_from(scene, &log, "[0 m, 0 m, -6360 km]", true);
+  look_from(scene, &log, "[0 m, 0 m, -6359999.999 m]", true);
+  look_from(scene, &log, "[0 m, 0 m, -12719 km]", true);
+  look_from(scene, &log, "[30 km, 0 m, -1 km]", true);
+  look_from(scene, &log, "[0 m, 0 m, -1 m]", true);
+  look_from(scene, &log, "[0 m, 0 m, -12720 km]", false);
+  look_from(scene, &log, "[0 m, 6360 km, -6360 km]", false);
+  look_from(scene, &log, "[0 m, 0 m, 1000000 km]", false);
+  look_from(scene, &log, "[-1000000 km, 1000000 km, -1000000 km]", false);
+  neph_scene_destroy(scene);
+  neph_context_destroy(context);
+}
+
 /* A scene small enough to fail each of its allocations in turn; those of the ordinates fail in test_multi_scatter. */
 static void failed_allocations_leave_nothing(void **state) {
   (void)state;
@@ -255,6 +308,7 @@ int main(void) {
       cmocka_unit_test(standard_errors_are_what_seeds_differ_by),
       cmocka_unit_test(cancelling_takes_less_than_half_a_second),
       cmocka_unit_test(bad_descriptions_are_refused),
+      cmocka_unit_test(a_camera_anywhere_sees_numbers),
       cmocka_unit_test(failed_allocations_leave_nothing),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -26,10 +26,11 @@ typedef enum neph_render_atmosphere {
 
 /** Where paths in clouds go, are ended by Russian roulette, and split. */
 typedef enum neph_splitting {
-  NEPH_SPLITTING_NONE,   /**< by chance, and ended where they carry little; the default */
-  NEPH_SPLITTING_ADJOINT /**< guided, split and ended by what they are expected to bring, which the march's solution of
-                              the multiple scattering tells: for depths of tens and more, and for what absorbs. Samples
-                              may be negative; their mean is what it is without */
+  NEPH_SPLITTING_NONE,    /**< by chance, and ended where they carry little; the default */
+  NEPH_SPLITTING_ADJOINT, /**< guided, split and ended by what they are expected to bring, which the march's solution
+                               of the multiple scattering tells: for depths of tens and more, and for what absorbs.
+                               Samples may be negative; their mean is what it is without */
+  NEPH_SPLITTING_AUTO     /**< of neph_probe_slab alone: whichever pilots find to take less time to the same error */
 } neph_splitting;
 
 /** How the march answers for light scattered more than once in a cloud. All but the ordinates are artist's lights:

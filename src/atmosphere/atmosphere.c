@@ -186,7 +186,7 @@ void neph_atmosphere_get_transmittance(const neph_atmosphere *atmosphere, const 
   const np_medium *medium = &atmosphere->medium;
   const np_dvec3 p = np_dvec3_make(position_m[0], position_m[1], position_m[2]);
   const double h = fmax(find_altitude(medium, p), 0.0);
-  const np_dvec3 up = np_dvec3_normalize(np_dvec3_make(p.x, p.y, p.z + medium->planet_radius_m));
+  const np_dvec3 up = np_dvec3_zenith(p, medium->planet_radius_m);
   const double cosine = np_dvec3_dot(up, np_dvec3_make(direction[0], direction[1], direction[2]));
   const np_ray ray = np_ray_make(medium, h, np_clamp(cosine, -1.0, 1.0));
   np_bands transmittance = np_bands_grey(0.0f);

@@ -41,8 +41,7 @@ static float find_twilight(const np_medium *medium, const np_sky_frame *frame) {
  * taken. */
 static np_sky_frame make_frame(const np_medium *medium, np_dvec3 observer, np_dvec3 sun) {
   const double radius = medium->planet_radius_m, h = np_altitude(observer, radius);
-  const np_dvec3 from_center = np_dvec3_make(observer.x, observer.y, observer.z + radius);
-  const np_dvec3 up = np_dvec3_length(from_center) > 0.0 ? np_dvec3_normalize(from_center) : np_dvec3_make(0, 0, 1);
+  const np_dvec3 up = np_dvec3_zenith(observer, radius);
   const double cosine = np_clamp(np_dvec3_dot(up, sun), -1.0, 1.0);
   const np_dvec3 level = np_dvec3_subtract(sun, np_dvec3_scale(up, cosine));
   const double sine = np_dvec3_length(level);

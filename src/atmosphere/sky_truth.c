@@ -27,7 +27,7 @@ enum { BATCHES = 64, FIRST_PANELS = 32, PANELS = 12, DISK_POINTS = 8, ROULETTE_F
 /* ---- Geometry ---- */
 
 static np_dvec3 find_zenith(const np_medium *medium, np_dvec3 p) {
-  return np_dvec3_normalize(np_dvec3_make(p.x, p.y, p.z + medium->planet_radius_m));
+  return np_dvec3_zenith(p, medium->planet_radius_m);
 }
 
 static double find_altitude(const np_medium *medium, np_dvec3 p) {

@@ -137,9 +137,12 @@ static inline double np_altitude(np_dvec3 p, double radius) {
   double r2 = p.x * p.x + p.y * p.y + (p.z + radius) * (p.z + radius);
   return (p.x * p.x + p.y * p.y + p.z * p.z + 2.0 * radius * p.z) / (sqrt(r2) + radius);
 }
-/* Unit vector away from the planet's centre. */
-static inline np_vec3 np_zenith(np_dvec3 p, double radius) {
-  return np_dvec3_to_float(np_dvec3_normalize(np_dvec3_make(p.x, p.y, p.z + radius)));
+/* Unit vector away from the planet's centre; there, the world's up. */
+static inline np_dvec3 np_dvec3_zenith(np_dvec3 p, double radius) {
+  const np_dvec3 from_centre = np_dvec3_make(p.x, p.y, p.z + radius);
+  const double length = np_dvec3_length(from_centre);
+  return length > 0.0 ? np_dvec3_scale(from_centre, 1.0 / length) : np_dvec3_make(0.0, 0.0, 1.0);
 }
+static inline np_vec3 np_zenith(np_dvec3 p, double radius) { return np_dvec3_to_float(np_dvec3_zenith(p, radius)); }
 
 #endif

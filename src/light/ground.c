@@ -28,10 +28,10 @@ static void set_sphere_hit(const np_scene_view *view, np_dvec3 origin, np_vec3 d
   if (altitude < 0.0) out->position = np_dvec3_along(out->position, out->normal, -altitude);
 }
 
-/* Whether a place lies lower than the sea on land that the height field has. */
+/* Whether a place under the sphere is in the open, over land of the height field that is lower than the sea: not where
+ * it lies deeper than all of that, by more than positions err. */
 static bool is_in_hollow(const np_scene_view *view, np_dvec3 place) {
-  return view->terrain && np_altitude(place, view->planet_radius_m) < 0.0 &&
-         np_terrain_covers(view->terrain, place.x, place.y);
+  return view->terrain && place.z >= view->terrain_min.z - 1.0 && np_terrain_covers(view->terrain, place.x, place.y);
 }
 
 static bool may_meet_terrain(const np_scene_view *view, np_dvec3 origin, np_vec3 direction) {
@@ -45,8 +45,9 @@ bool np_ground_intersect(const np_scene_view *view, np_dvec3 origin, np_vec3 dir
   const double sphere = view->has_planet ? intersect_sphere(view, origin, direction) : -1.0;
   bool is_sphere = sphere >= 0.0;
   /* Land below sea level lies under the sphere: where the height field reaches, it alone is the ground. */
-  if (is_sphere && is_in_hollow(view, origin)) is_sphere = false;
-  if (has_terrain && is_sphere) {
+  const bool is_below = is_sphere && np_altitude(origin, view->planet_radius_m) < 0.0;
+  if (is_below && is_in_hollow(view, origin)) is_sphere = false;
+  if (has_terrain && is_sphere && !is_below) {
     const np_dvec3 p = np_dvec3_along(origin, direction, sphere);
     is_sphere = sphere < terrain.distance && !np_terrain_covers(view->terrain, p.x, p.y);
   }

@@ -247,9 +247,8 @@ static neph_result build_atmosphere(const packet_build *p) {
     layers[i] = np_band_set_convert_layer(&p->packet->bands, &scene->atmosphere.layers[i]);
   desc.layers = layers;
   np_monitor_set_stage(p->b->monitor, "building the atmosphere");
-  const bool has_tables = !np_plan_traces_air(p->b->plan) || needs(p->b->plan, NP_STAGE_CLOUD_SKY);
-  neph_result result =
-      np_sky_store_take_atmosphere(scene->context, scene->skies, p->index, &desc, has_tables, &p->packet->atmosphere);
+  neph_result result = np_sky_store_take_atmosphere(scene->context, scene->skies, p->index, &desc,
+                                                    np_plan_has_air_light(p->b->plan), &p->packet->atmosphere);
   np_alloc_free(scene->context, layers);
   return result;
 }

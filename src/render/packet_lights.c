@@ -292,7 +292,8 @@ static neph_result build_air_shadow(const np_packet_lights_desc *d, np_packet_li
   return result;
 }
 
-/* For the tracer, where the light around the clouds is known: that of air which is traced is not, but at dusk. */
+/* For the tracer, where the light around the clouds is known: that of air which is traced is, at dusk, and where paths
+ * are guided. */
 static void build_sky_guide(const np_packet_lights_desc *d, np_packet_light *out) {
   const np_assembly *a = d->assembly;
   if (d->plan->desc.integrator != NEPH_INTEGRATOR_PATH || !out->cloud_sky) return;

@@ -99,10 +99,23 @@ static neph_result read_rows(void *slabs) {
 
 /* ---- Answers ---- */
 
+static void warn_of_unknown_error(const probe *p, size_t row, int question) {
+  const slab_row *r = &p->rows[row];
+  const np_slab_answer *answer = &r->answers[question];
+  if (isfinite(answer->error)) return;
+  np_log(p->context, NEPH_LOG_WARNING,
+         "%s:%u: %s rests on %.2g paths, must rest on %g or more for its error to be known, which is given as inf: "
+         "take more paths%s",
+         p->csv.path, p->csv.rows[row].line, !r->is_flux ? "L" : question == 0 ? "R" : "T", answer->contributions,
+         NP_SLAB_CONTRIBUTIONS_MIN, p->desc.splitting == NEPH_SPLITTING_NONE ? ", or guide them" : "");
+}
+
 static neph_result ask(probe *p, size_t row, np_slab *slab, int question) {
   slab_row *r = &p->rows[row];
-  return np_slab_ask(slab, &r->questions[question], (uint32_t)(2 * row) + (uint32_t)question, &p->monitor,
-                     &r->answers[question]);
+  neph_result result = np_slab_ask(slab, &r->questions[question], (uint32_t)(2 * row) + (uint32_t)question,
+                                   &p->monitor, &r->answers[question]);
+  if (!result) warn_of_unknown_error(p, row, question);
+  return result;
 }
 
 static bool is_same_case(const np_slab_case *a, const np_slab_case *b) {
@@ -191,9 +204,9 @@ neph_result neph_probe_slab(neph_context *context, const char *cases_path, const
   if (!(p.desc.target_error > 0.0))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: target_error is %g, must be above 0",
                    p.desc.target_error);
-  if ((unsigned)p.desc.splitting > NEPH_SPLITTING_ADJOINT)
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: splitting is %d, must be none (0) or adjoint (1)",
-                   (int)p.desc.splitting);
+  if ((unsigned)p.desc.splitting > NEPH_SPLITTING_AUTO)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "probe: splitting is %d, must be none (0), adjoint (1) or auto (2)", (int)p.desc.splitting);
   np_monitor_start(&p.monitor, context, p.desc.progress, p.desc.progress_user);
   result = np_probe_run(context, cases_path, &slab_probe, &p, &p.csv, out_text);
   np_alloc_free(context, p.rows);

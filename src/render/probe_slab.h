@@ -21,8 +21,12 @@ typedef struct np_slab_question {
   double phi_rad; /* between the directions of flight of the beam and of the leaving light */
 } np_slab_question;
 
+/* Fewer contributions say nothing of an answer's error. */
+#define NP_SLAB_CONTRIBUTIONS_MIN 16.0
+
 typedef struct np_slab_answer {
-  double value, error; /* standard error */
+  double value, error;  /* standard error; infinite: not known; 0: nothing can be scattered */
+  double contributions; /* rays of one brightness that would tell as much */
 } np_slab_answer;
 
 typedef struct np_slab np_slab;

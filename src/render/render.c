@@ -49,12 +49,25 @@ static neph_result describe_light(const np_assembly *assembly, neph_image *image
   return result ? result : np_image_set_real(image, "nephos:lightError", error);
 }
 
+/* Seen from above, nothing is in the zenith. */
+static void warn_of_buried_camera(const np_assembly *a) {
+  const np_scene_view *view = &a->packets[0].lights[0].view;
+  const np_dvec3 at = a->camera.origin;
+  np_ground_hit hit;
+  if (!np_ground_intersect(view, at, np_zenith(at, view->planet_radius_m), &hit)) return;
+  const double depth = hit.distance_m > 0.0 ? hit.distance_m : -np_altitude(at, view->planet_radius_m);
+  if (depth < NP_TERRAIN_LIFT_M) return;
+  np_log(a->context, NEPH_LOG_WARNING,
+         "camera.position is %.4g m below the ground, and sees nothing but ground: raise it by more than that", depth);
+}
+
 static neph_result render(np_plan *plan, const neph_scene *scene, neph_image **out_image) {
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, plan->desc.progress, plan->desc.progress_user);
   np_assembly assembly;
   neph_result result = np_assembly_build(scene, plan, &monitor, &assembly);
   if (result) return result;
+  warn_of_buried_camera(&assembly);
   result = np_frame_render(scene, plan, &assembly, &monitor, out_image);
   if (!result) result = np_color_header_write(plan, &assembly, scene->output.scale, *out_image);
   if (!result) result = describe_light(&assembly, *out_image);

@@ -230,6 +230,12 @@ bool np_plan_traces_air(const np_plan *plan) {
   return plan->desc.integrator == NEPH_INTEGRATOR_PATH && plan->desc.atmosphere == NEPH_RENDER_ATMOSPHERE_TRACED;
 }
 
+bool np_plan_has_air_light(const np_plan *plan) {
+  return !np_plan_traces_air(plan) || plan->stages[NP_STAGE_CLOUD_SKY].is_needed ||
+         plan->stages[NP_STAGE_ORDINATES].is_needed;
+}
+
+/* After multiple scattering: what that is solved for under, it asks of the tables, whoever traces the air. */
 static void decide_sky(np_plan *plan, const scene_facts *facts) {
   const char *no_air = facts->has_air      ? NULL
                        : facts->has_planet ? "atmosphere.preset is none"
@@ -238,16 +244,19 @@ static void decide_sky(np_plan *plan, const scene_facts *facts) {
   const char *seen = "the sky shines on the clouds";
   const char *no_cloud_sky = no_sky;
   if (!no_sky && np_plan_traces_air(plan)) {
+    const bool is_solved = plan->stages[NP_STAGE_ORDINATES].is_needed;
     no_sky = "render.atmosphere is traced: paths go through the air";
-    no_cloud_sky = facts->is_dusk ? NULL : no_sky;
-    seen = "the sun is down: paths aim at where the sky is bright";
+    no_cloud_sky = is_solved || facts->is_dusk ? NULL : no_sky;
+    seen = is_solved ? "multiple scattering is solved for under it"
+                     : "the sun is down: paths aim at where the sky is bright";
   }
   const char *no_clouds = facts->has_clouds ? NULL : "the scene has no clouds";
-  decide_unless(plan, NP_STAGE_ATMOSPHERE, facts->dark, no_air,
-                np_plan_traces_air(plan) ? "paths fly through air; what light is in it is traced, and left out here"
-                                         : "light passes through air");
   decide_unless(plan, NP_STAGE_CAMERA_SKY, facts->dark, no_sky, "sky behind, and air before, what the camera sees");
   decide_unless(plan, NP_STAGE_CLOUD_SKY, facts->dark, no_cloud_sky ? no_cloud_sky : no_clouds, seen);
+  const char *why = np_plan_has_air_light(plan)
+                        ? "light passes through air"
+                        : "paths fly through air; what light is in it is traced, and left out here";
+  decide_unless(plan, NP_STAGE_ATMOSPHERE, facts->dark, no_air, why);
 }
 
 static void decide_light(np_plan *plan, const scene_facts *facts) {
@@ -405,10 +414,10 @@ static neph_result find_lights(np_plan *plan, const neph_scene *scene) {
 static neph_result decide_stages(np_plan *plan, const neph_scene *scene, const scene_facts *facts) {
   plan->has_sun = facts->has_sun;
   decide_terrain(plan, scene);
-  decide_sky(plan, facts);
   decide_light(plan, facts);
   decide_night(plan, facts);
   neph_result result = decide_scattering(plan, scene, facts);
+  decide_sky(plan, facts);
   decide_colors(plan, scene, facts);
   count_work(plan);
   decide_air_shadows(plan, scene, facts);
@@ -441,6 +450,7 @@ neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan) {
   if (!result) result = read_desc(scene, NULL, &out_plan->desc);
   if (!result) result = find_lights(out_plan, scene);
   if (result) return result;
+  out_plan->desc.atmosphere = NEPH_RENDER_ATMOSPHERE_TABLES; /* whatever integrator the scene's pictures take */
   scene_facts facts = find_facts(scene, out_plan);
   facts.wants_light = true;
   facts.dark = find_darkness(scene, &facts);

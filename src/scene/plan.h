@@ -97,6 +97,10 @@ neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan);
 /* Whether paths go on through the air and from the ground. */
 bool np_plan_traces_air(const np_plan *plan);
 
+/* Whether light that air scatters is looked up in tables: by all but paths that trace it, and by what those are guided
+ * by. */
+bool np_plan_has_air_light(const np_plan *plan);
+
 /* The plan as text, to be freed with neph_text_destroy. */
 neph_result np_plan_describe(const np_plan *plan, neph_text_format format, char **out_text);
 

@@ -27,7 +27,7 @@ static np_dvec3 make_direction(double elevation_rad, double azimuth_rad) {
 
 static np_dvec3 get_up(const neph_scene *scene) {
   const double *p = scene->camera.position_m;
-  return np_dvec3_normalize(np_dvec3_make(p[0], p[1], p[2] + scene->atmosphere.planet_radius_m));
+  return np_dvec3_zenith(np_dvec3_make(p[0], p[1], p[2]), scene->atmosphere.planet_radius_m);
 }
 
 /* Elevation over the horizon of the sphere, which lies the deeper the higher the camera. */

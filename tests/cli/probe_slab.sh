@@ -11,3 +11,7 @@ nephos probe slab cases.csv --paths 64 --progress none
 nephos probe slab - -q --integrator march --paths 64 -o out.csv <cases.csv
 head -n 3 out.csv
 ls
+# Nothing comes through to so few paths unless they are guided.
+printf 'quantity,g,albedo,tau,mu0\nflux,0,0.9,64,1\n' >deep.csv
+nephos probe slab deep.csv -q --splitting none --paths 64 | cut -d, -f7,9
+nephos probe slab deep.csv -q --paths 1024 | cut -d, -f7,9 | grep -c inf || true

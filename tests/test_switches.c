@@ -1,0 +1,327 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Every word that a key of a scene takes, rendered: no value of an enumerated key crashes, fails or leaves a pixel that
+ * is not a number, whatever integrator, air, terrain and clouds it meets.
+ *
+ * Keys and words are those of the key table: a word that is added there is rendered here. What a key needs beside it to
+ * take effect is in `companions`; a key that changes no picture at all is an error unless `unseen` says why. */
+#include <stdlib.h>
+
+#include <nephos/nephos.h>
+
+#include "cloud/cloud_private.h"
+#include "scene/scene_keys.h"
+#include "test_support.h"
+
+enum { WORDS_MAX = 40, WIDTH = 16, HEIGHT = 9 };
+
+/* ---- Contexts ---- */
+
+typedef struct setting {
+  bool is_path, has_air, has_terrain, has_cloud;
+} setting;
+
+/* Any two of the four meet in every way. */
+static const setting settings[] = {{false, false, false, false},
+                                   {false, true, true, true},
+                                   {true, false, true, true},
+                                   {true, true, false, true},
+                                   {true, true, true, false}};
+
+enum { SETTING_COUNT = sizeof settings / sizeof *settings };
+
+static void any_two_parts_of_a_scene_meet(void **state) {
+  (void)state;
+  for (int a = 0; a < 4; a++)
+    for (int b = 0; b < a; b++) {
+      unsigned met = 0;
+      for (int i = 0; i < SETTING_COUNT; i++) {
+        const bool part[4] = {settings[i].is_path, settings[i].has_air, settings[i].has_terrain,
+                              settings[i].has_cloud};
+        met |= 1u << (2 * part[a] + part[b]);
+      }
+      assert_int_equal(met, 0xf);
+    }
+}
+
+static bool begins_with(const char *path, const char *start) { return strncmp(path, start, strlen(start)) == 0; }
+
+/* A key of clouds needs clouds, and so on. */
+static setting suit(const np_key *key, setting s) {
+  s.has_cloud = s.has_cloud || begins_with(key->path, "clouds");
+  s.has_terrain = s.has_terrain || begins_with(key->path, "terrain");
+  s.has_air = s.has_air || begins_with(key->path, "atmosphere");
+  return s;
+}
+
+/* ---- Scenes ---- */
+
+/* What else is set before a key whose path begins with `start`, for `word` alone unless that is NULL. */
+typedef struct companion {
+  const char *start, *word, *key, *value;
+} companion;
+
+static const companion companions[] = {
+    {"moon", NULL, "sun.elevation", "-30 deg"},
+    {"moon", NULL, "moon", "{elevation: 15 deg, azimuth: -10 deg}"},
+    {"moon.earthshine", NULL, "camera.look_at", "[-168 m, -548 m, 1159 m]"}, /* the moon */
+    {"moon.earthshine", NULL, "camera.fov", "0.7 deg"},
+    {"stars", NULL, "sun.elevation", "-30 deg"},
+    {"stars", NULL, "stars", "{sidereal_time: 100 deg}"},
+    {"airglow", NULL, "sun.elevation", "-30 deg"},
+    {"airglow", NULL, "airglow", "{}"},
+    {"sun.limb_darkening", NULL, "sun.angular_radius", "8 deg"},
+    {"atmosphere.layers[]", NULL, "atmosphere.layers", "[{scattering: 1e-4 1/m, absorption: 1e-5 1/m}]"},
+    {"atmosphere.layers[].absorber", NULL, "render.wavelengths", "6"},
+    {"clouds[].bake.map", NULL, "clouds[1].bake.map", "{image: map.exr, coverage: R, size: 300 m}"},
+    {"output.color_space", "rec709", "render.wavelengths", "6"},
+    {"output.color_space", "acescg", "render.wavelengths", "6"},
+};
+
+/* Keys that change no pixel here, whatever they say. */
+static const char *const unseen[] = {
+    "clouds[].import",   /* of grids that hold what no cloud has */
+    "output.pixel_type", /* of files */
+};
+
+static void write_scene(setting s, char *out, size_t size) {
+  snprintf(out, size,
+           "version: 1\n"
+           "place: {latitude: 45 deg, longitude: 0 deg}\n"
+           "camera: {position: [0 m, -1500 m, 900 m], look_at: [0 m, 0 m, 1100 m], fov: 60 deg, resolution: [%d, %d]}\n"
+           "sun: {elevation: 20 deg, azimuth: 12 deg}\n"
+           "environment: {radiance: 0.001}\n"
+           "atmosphere: %s\n"
+           "terrain: %s\n"
+           "clouds: %s\n"
+           "render: {integrator: %s, samples: 2, light_memory: 0.001 GB}\n",
+           WIDTH, HEIGHT, s.has_air ? "{preset: earth, tolerance: 0.1}" : "none",
+           s.has_terrain ? "{ridges: {samples: 65, relief: 300 m}, width: 8 km}" : "none",
+           s.has_cloud ? "[{vdb: cloud.vdb, extinction: 3 1/m},\n"
+                         "  {bake: {extent: 600 m, cell: 300 m, billow: 200 m, base: 900 m, thickness: 300 m,\n"
+                         "    coverage: 0.6, voxel: 50 m}}]"
+                       : "[]",
+           s.is_path ? "path" : "march");
+}
+
+/* The key as neph_scene_set has it: the first cloud is read, the second baked. */
+static void name_key(const np_key *key, char *out, size_t size) {
+  const char *list = strstr(key->path, "[]");
+  const int index = begins_with(key->path, "clouds[].bake") ? 1 : 0;
+  if (list)
+    snprintf(out, size, "%.*s[%d]%s", (int)(list - key->path), key->path, index, list + 2);
+  else
+    snprintf(out, size, "%s", key->path);
+}
+
+static void set(test_fixture *f, neph_scene *scene, const char *key, const char *value) {
+  if (neph_scene_set(scene, key, value)) fail_msg("%s: %s: %s", key, value, f->log.text);
+}
+
+/* `word` NULL: the scene that words are to make a difference to. */
+static neph_scene *create_scene(test_fixture *f, const np_key *key, const char *word, setting s) {
+  char text[2048], name[128], value[128];
+  neph_scene *scene;
+  write_scene(s, text, sizeof text);
+  assert_int_equal(neph_scene_load_text(f->context, text, f->path, &scene), NEPH_OK);
+  for (size_t i = 0; i < sizeof companions / sizeof *companions; i++) {
+    const companion *c = &companions[i];
+    const bool is_meant = !c->word || (word && strcmp(c->word, word) == 0);
+    if (begins_with(key->path, c->start) && is_meant) set(f, scene, c->key, c->value);
+  }
+  if (!word) return scene;
+  name_key(key, name, sizeof name);
+  snprintf(value, sizeof value, key->type == NP_KEY_FLAGS ? "[%s]" : "%s", word);
+  set(f, scene, name, value);
+  return scene;
+}
+
+/* ---- Pictures ---- */
+
+static bool may_be_infinite(const char *channel) {
+  return strcmp(channel, "Z") == 0 || begins_with(channel, "distance") || begins_with(channel, "depth") ||
+         begins_with(channel, "position") || begins_with(channel, "mean_distance");
+}
+
+/* Of the march no light is negative, but as the eye's colours: of a hue outside of what the primaries span. */
+static bool may_be_negative(const neph_scene *scene, const char *channel) {
+  return scene->render.integrator == NEPH_INTEGRATOR_PATH || scene->render.wavelength_count > 3 ||
+         may_be_infinite(channel);
+}
+
+/* Checks every value of a picture; returns a number that tells it from others. */
+static uint64_t check_picture(const neph_scene *scene, neph_image *image, const char *what) {
+  uint64_t sum = 14695981039346656037u; /* Fowler, Noll and Vo's hash, by words */
+  for (unsigned c = 0; c < neph_image_get_channel_count(image); c++) {
+    const char *name = neph_image_get_channel_name(image, c);
+    const float *values = neph_image_get_channel(image, name);
+    for (const char *letter = name; *letter; letter++) sum = (sum ^ (unsigned char)*letter) * 1099511628211u;
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+      uint32_t bits;
+      memcpy(&bits, &values[i], sizeof bits);
+      sum = (sum ^ bits) * 1099511628211u;
+      if (isnan(values[i]) || (isinf(values[i]) && !may_be_infinite(name)) ||
+          (values[i] < 0.0f && !may_be_negative(scene, name)))
+        fail_msg("%s: %s of pixel %d, %d is %g", what, name, i % WIDTH, i / WIDTH, (double)values[i]);
+    }
+  }
+  return sum;
+}
+
+static uint64_t render(test_fixture *f, const np_key *key, const char *word, setting s) {
+  char what[256];
+  snprintf(what, sizeof what, "%s: %s, %s%s%s%s", key->path, word ? word : "not set", s.is_path ? "path" : "march",
+           s.has_air ? ", air" : "", s.has_terrain ? ", terrain" : "", s.has_cloud ? ", clouds" : "");
+  neph_image *image;
+  test_log_clear(&f->log);
+  neph_scene *scene = create_scene(f, key, word, s);
+  if (neph_render_image(scene, NULL, &image)) fail_msg("%s: %s", what, f->log.text);
+  const uint64_t sum = check_picture(scene, image, what);
+  neph_image_destroy(image);
+  neph_scene_destroy(scene);
+  return sum;
+}
+
+/* ---- Words ---- */
+
+typedef struct words {
+  unsigned count;
+  char word[WORDS_MAX][64];
+} words;
+
+static void add_word(words *w, const char *word) {
+  assert_true(w->count < WORDS_MAX);
+  snprintf(w->word[w->count++], sizeof w->word[0], "%s", word);
+}
+
+static void add_presets(words *w) {
+  char list[1024];
+  np_cloud_list_presets(list, sizeof list);
+  for (char *word = strtok(list, ", "); word; word = strtok(NULL, ", ")) add_word(w, word);
+}
+
+/* All that a key takes by name. */
+static words list_words(const np_key *key) {
+  words w = {0};
+  for (const np_choice *choice = key->choices; choice && choice->name; choice++) add_word(&w, choice->name);
+  if (key->type == NP_KEY_PRESET) add_presets(&w);
+  if (key->word) add_word(&w, key->word);
+  return w;
+}
+
+/* A number's word is its default. */
+static bool may_go_unseen(const np_key *key) {
+  for (size_t i = 0; i < sizeof unseen / sizeof *unseen; i++)
+    if (strcmp(key->path, unseen[i]) == 0) return true;
+  return key->word;
+}
+
+/* Pictures of contexts where no word is set, and nothing beside it. */
+typedef struct plain_pictures {
+  bool is_known[16];
+  uint64_t sum[16];
+} plain_pictures;
+
+static bool has_companion(const np_key *key) {
+  for (size_t i = 0; i < sizeof companions / sizeof *companions; i++)
+    if (!companions[i].word && begins_with(key->path, companions[i].start)) return true;
+  return false;
+}
+
+static uint64_t render_without(test_fixture *f, const np_key *key, setting s, plain_pictures *plain) {
+  const unsigned i = s.is_path + 2u * s.has_air + 4u * s.has_terrain + 8u * s.has_cloud;
+  if (has_companion(key)) return render(f, key, NULL, s);
+  if (!plain->is_known[i]) plain->sum[i] = render(f, key, NULL, s);
+  plain->is_known[i] = true;
+  return plain->sum[i];
+}
+
+/* Renders a key's words in one context; returns whether any makes a difference. */
+static bool render_words(test_fixture *f, const np_key *key, const words *w, setting s, plain_pictures *plain,
+                         unsigned *count) {
+  const uint64_t without = render_without(f, key, s, plain);
+  bool is_seen = false;
+  for (unsigned i = 0; i < w->count; i++, ++*count) is_seen = render(f, key, w->word[i], s) != without || is_seen;
+  return is_seen;
+}
+
+static void every_word_of_every_key_is_rendered(void **state) {
+  test_fixture *f = *state;
+  unsigned keys = 0, values = 0, renders = 0;
+  plain_pictures plain = {0};
+  for (size_t k = 0; k < np_key_count(); k++) {
+    const np_key *key = np_key_get(k);
+    const words w = list_words(key);
+    bool is_seen = w.count == 0;
+    keys += w.count > 0;
+    values += w.count;
+    for (int i = 0; i < SETTING_COUNT && w.count > 0; i++)
+      is_seen = render_words(f, key, &w, suit(key, settings[i]), &plain, &renders) || is_seen;
+    if (!is_seen && !may_go_unseen(key)) fail_msg("%s changes no picture", key->path);
+  }
+  print_message("%u words of %u keys in %u pictures\n", values, keys, renders);
+}
+
+/* The sun is out, and airglow alone is in the air: what guides the paths asks for it all the same. */
+static void paths_are_guided_by_night(void **state) {
+  test_fixture *f = *state;
+  const setting s = {.is_path = true, .has_air = true, .has_cloud = true};
+  char text[2048];
+  neph_scene *scene;
+  neph_image *image;
+  write_scene(s, text, sizeof text);
+  assert_int_equal(neph_scene_load_text(f->context, text, f->path, &scene), NEPH_OK);
+  set(f, scene, "sun.irradiance", "0");
+  set(f, scene, "airglow", "{}");
+  set(f, scene, "render.splitting", "adjoint");
+  assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
+  (void)check_picture(scene, image, "night");
+  neph_image_destroy(image);
+  neph_scene_destroy(scene);
+}
+
+/* ---- Set-up ---- */
+
+/* A cloud in a file, which values of 0.01 and 3 1/m make 0.03 1/m. */
+static void write_cloud(const test_fixture *f) {
+  neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
+  neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
+  cloud.extent_m[0] = cloud.extent_m[1] = 500.0;
+  cloud.center_m[0] = -250.0;
+  cloud.base_altitude_m = 1000.0;
+  cloud.thickness_m = 300.0;
+  cloud.cell_m = 400.0;
+  cloud.coverage = 0.8;
+  cloud.voxel_m = 50.0;
+  cloud.extinction_per_m = 0.01;
+  char *path = test_path(f->folder, "cloud.vdb");
+  assert_int_equal(neph_cloud_bake_file(f->context, &cloud, &bake, "density", path), NEPH_OK);
+  free(path);
+}
+
+/* A weather map, cloudy in one corner. */
+static void write_map(const test_fixture *f) {
+  static const char *const names[] = {"R"};
+  neph_image *image;
+  assert_int_equal(neph_image_create(f->context, 4, 4, 1, names, &image), NEPH_OK);
+  for (int i = 0; i < 16; i++) neph_image_get_channel(image, "R")[i] = i % 4 < 2 && i < 8 ? 1.0f : 0.0f;
+  char *path = test_path(f->folder, "map.exr");
+  assert_int_equal(neph_image_save_exr(image, path, NEPH_PIXEL_FLOAT), NEPH_OK);
+  free(path);
+  neph_image_destroy(image);
+}
+
+static int set_up(void **state) {
+  if (test_set_up(state, 2, "scene.yaml")) return -1;
+  write_cloud(*state);
+  write_map(*state);
+  return 0;
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(any_two_parts_of_a_scene_meet),
+      cmocka_unit_test_setup_teardown(every_word_of_every_key_is_rendered, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(paths_are_guided_by_night, set_up, test_tear_down),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
