@@ -138,24 +138,37 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
   result = np_fixed_point_solve(&problem, level->phi);
   effort->residual = problem.residual;
   effort->sweeps = problem.calls;
+  effort->is_cut = problem.is_cut;
   clear_iteration(&it);
   return result;
 }
 
-neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps) {
+neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps,
+                                     bool has_budget) {
   iteration it;
-  neph_result result = start_iteration(lights, level, false, &it);
+  neph_result result = start_iteration(lights, level, has_budget, &it);
   if (result) return result;
-  for (unsigned n = 0; n < sweeps && !result; n++) result = map_moments(&it, level->phi, level->phi);
+  for (unsigned n = 0; n < sweeps && !result; n++) {
+    np_monitor_set_range(lights->monitor, (double)n / sweeps, (double)n / sweeps);
+    result = map_moments(&it, level->phi, level->phi);
+  }
   clear_iteration(&it);
-  return result;
+  return result == NEPH_ERROR_CANCELLED && np_monitor_is_cut(lights->monitor) ? NEPH_OK : result;
 }
 
 /* ---- From grid to grid, and to the eye ---- */
 
-void np_transport_level_prolong(const np_transport_level *coarse, np_transport_level *fine) {
+typedef struct prolongation {
+  const np_transport_level *coarse;
+  np_transport_level *fine;
+} prolongation;
+
+static neph_result prolong_cells(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const np_transport_level *coarse = ((const prolongation *)user)->coarse;
+  const np_transport_level *fine = ((const prolongation *)user)->fine;
   const unsigned count = np_harmonics_count(fine->grid.degree);
-  for (size_t live = 0; live < fine->grid.live_count; live++) {
+  for (size_t live = begin; live < end; live++) {
     int32_t near[8];
     float weight[8], *out = fine->phi + live * count;
     const np_dvec3 centre = np_transport_grid_centre(&fine->grid, fine->grid.cell[live]);
@@ -164,6 +177,13 @@ void np_transport_level_prolong(const np_transport_level *coarse, np_transport_l
     for (unsigned c = 0; c < found; c++)
       for (unsigned i = 0; i < count; i++) out[i] += weight[c] * coarse->phi[(size_t)near[c] * count + i];
   }
+  return NEPH_OK;
+}
+
+neph_result np_transport_level_prolong(const np_transport_level *coarse, np_monitor *monitor,
+                                       np_transport_level *fine) {
+  prolongation p = {coarse, fine};
+  return np_parallel_for(fine->grid.context, monitor, fine->grid.live_count, CHUNK, prolong_cells, &p);
 }
 
 /* Sunlight in a cell that has gone straight on, weighted by extinction: first collisions over it. */
