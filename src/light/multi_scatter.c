@@ -47,6 +47,13 @@ typedef struct angles {
   np_transport_lights lights;
 } angles;
 
+/* How far the solution of a band has come. */
+typedef struct reach {
+  unsigned level;  /* the last that was swept; the number of levels: none */
+  unsigned sweeps; /* of that level, where they were cut; 0: up to its tolerance */
+  double residual;
+} reach;
+
 typedef struct solver {
   neph_context *context;
   const np_scene_view *view;
@@ -57,8 +64,7 @@ typedef struct solver {
   np_spectrum *sun;     /* irradiance at each live cell of the finest grid */
   double end_s;         /* of the monitor's seconds, for the sweeps of all bands; infinite: no limit */
   bool has_time;        /* the present band's share of them is not used up */
-  double reached;       /* residual of the last level that was swept, and */
-  unsigned reached_at;  /* its number */
+  reach reached, cut;   /* by the present band; and by the last one that was cut, past which no other goes */
   np_monitor_part whole;
   unsigned level_count, band;
   /* The result's; where its cells are fine, those twice as wide; then the same in the degree that is iterated, if that
@@ -94,36 +100,45 @@ static void set_level_part(const solver *s, unsigned number) {
   set_part(s, begin, begin + per_cell * (double)s->levels[number].grid.live_count);
 }
 
-/* The band's share of the time that is left: one that starts from the band before takes half as many sweeps. */
-static void begin_budget(solver *s) {
-  s->has_time = true;
-  if (!isfinite(s->end_s)) return;
-  const double now_s = np_monitor_get_seconds(s->monitor), later = s->out->band_count - s->band - 1;
-  const double shares = 1.0 + (np_view_is_grey(s->view) ? 0.5 : 1.0) * later;
-  np_monitor_begin_budget(s->monitor, now_s + fmax(s->end_s - now_s, 0.0) / shares);
+/* The band is as it is. */
+static void note_cut(solver *s) {
+  const unsigned width = 1u << (s->reached.level - get_iterated(s));
+  s->has_time = false;
+  s->cut = s->reached;
+  s->out->is_cut = true;
+  s->out->residual = fmax(s->out->residual, s->reached.residual);
+  s->out->cut_width = width > s->out->cut_width ? width : s->out->cut_width;
 }
 
-/* From here on the band is as it is. */
+/* The band's share of the time that is left; a little less for those before the last, which come as far as the first
+ * was cut, that they can. */
+static void begin_budget(solver *s, bool is_nested) {
+  const unsigned bands_left = s->out->band_count - s->band;
+  s->has_time = true;
+  if (is_nested) s->reached = (reach){.level = s->level_count, .residual = 1.0};
+  if (!isfinite(s->end_s)) return;
+  const double now_s = np_monitor_get_seconds(s->monitor), share = (bands_left > 1 ? 0.9 : 1.0) / bands_left;
+  if (now_s < s->end_s)
+    np_monitor_begin_budget(s->monitor, now_s + share * (s->end_s - now_s));
+  else
+    note_cut(s);
+}
+
 static void end_budget(solver *s) {
-  if (!np_monitor_end_budget(s->monitor)) return;
-  const unsigned width = 1u << (s->reached_at - get_iterated(s));
-  s->has_time = false;
-  s->out->is_cut = true;
-  s->out->residual = fmax(s->out->residual, s->reached);
-  s->out->cut_width = width > s->out->cut_width ? width : s->out->cut_width;
+  if (np_monitor_end_budget(s->monitor)) note_cut(s);
 }
 
 /* ---- Levels ---- */
 
+/* A band comes no further than the one before that was cut: else the clouds would take on its colour. */
 static neph_result solve_level(solver *s, unsigned number, double tolerance) {
+  if (s->out->is_cut && number < s->cut.level) return NEPH_OK;
   np_transport_level *level = &s->levels[number];
   np_transport_effort effort = {.tolerance = tolerance, .is_finest = number == get_iterated(s)};
+  if (s->out->is_cut && number == s->cut.level) effort.sweeps_max = s->cut.sweeps;
   set_level_part(s, number);
   neph_result result = np_transport_level_solve(&s->broad->lights, level, &effort);
-  if (effort.sweeps > 0) {
-    s->reached = effort.residual;
-    s->reached_at = number;
-  }
+  if (effort.sweeps > 0) s->reached = (reach){number, effort.is_cut ? effort.sweeps : 0, effort.residual};
   if (effort.is_cut) end_budget(s);
   if (!effort.is_finest || effort.is_cut) return result;
   s->out->residual = fmax(s->out->residual, effort.residual);
@@ -141,8 +156,6 @@ static neph_result prolong(solver *s, unsigned number) {
 
 static neph_result solve_nested(solver *s) {
   const unsigned finest = get_iterated(s);
-  s->reached = 1.0;
-  s->reached_at = s->level_count - 1;
   neph_result result = NEPH_OK;
   for (unsigned n = s->level_count; n-- > finest && !result;) {
     if (n + 1 < s->level_count) result = prolong(s, n);
@@ -155,7 +168,7 @@ static neph_result solve_nested(solver *s) {
 
 /* Sweeps as long as there is time. */
 static neph_result sweep_level(solver *s, unsigned number, unsigned sweeps) {
-  if (!s->has_time) return NEPH_OK;
+  if (!s->has_time || s->out->is_cut) return NEPH_OK;
   const neph_result result = np_transport_level_sweep(&s->fine->lights, &s->levels[number], sweeps, isfinite(s->end_s));
   if (np_monitor_is_cut(s->monitor)) end_budget(s);
   return result;
@@ -341,10 +354,10 @@ static neph_result keep_narrow(const solver *s) {
   float *sharp = np_alloc(s->context, g->live_count, sizeof *sharp);
   if (!sharp) return NEPH_ERROR_OUT_OF_MEMORY;
   memcpy(sharp, g->narrow, g->live_count * sizeof *sharp);
-  np_transport_grid_sharpen(g, 1, sharp);
-  for (size_t live = 0; live < g->live_count; live++) s->out->narrow[live * bands + s->band] = sharp[live];
+  const neph_result result = np_transport_grid_sharpen(g, 1, s->monitor, sharp);
+  for (size_t live = 0; live < g->live_count && !result; live++) s->out->narrow[live * bands + s->band] = sharp[live];
   np_alloc_free(s->context, sharp);
-  return NEPH_OK;
+  return result;
 }
 
 /* Sharpened in place, or in a copy where the next band starts from the solution. */
@@ -358,14 +371,14 @@ static neph_result keep_band(solver *s) {
     if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
     memcpy(copy, finest->phi, floats * sizeof *copy);
   }
-  np_transport_grid_sharpen(&finest->grid, count, sharp);
-  if (s->out->importance)
+  neph_result result = np_transport_grid_sharpen(&finest->grid, count, s->monitor, sharp);
+  if (s->out->importance && !result)
     np_importance_add(finest, sharp, 1.0f / (float)s->out->band_count, np_spectrum_max(s->view->sun_irradiance),
                       s->out->importance);
   const float scale = s->out->scale[s->band] = choose_scale(sharp, floats);
   packing p = {sharp, 1.0f / scale, count, (size_t)s->out->band_count * count,
                s->out->moments + (size_t)s->band * count};
-  neph_result result = np_parallel_for(s->context, s->monitor, finest->grid.live_count, CHUNK, pack, &p);
+  if (!result) result = np_parallel_for(s->context, s->monitor, finest->grid.live_count, CHUNK, pack, &p);
   np_alloc_free(s->context, copy);
   return result || !finest->grid.narrow ? result : keep_narrow(s);
 }
@@ -377,12 +390,14 @@ static neph_result solve_band(solver *s, bool is_first, double *sum) {
   if (result || *sum <= 0.0) return result;
   set_part(s, solving_begin, 1.0);
   np_monitor_set_stage(s->monitor, "solving multiple scattering");
-  begin_budget(s);
-  if (is_first || !(before > 0.0)) {
+  /* A band of light that falls elsewhere is not well begun from one that was cut: it would keep that one's colour. */
+  const bool is_nested = is_first || !(before > 0.0) || s->out->is_cut;
+  begin_budget(s, is_nested);
+  if (is_nested) {
     result = solve_nested(s);
   } else {
     scale_solution(s, *sum / before);
-    result = solve_level(s, get_iterated(s), s->desc->tolerance);
+    if (s->has_time) result = solve_level(s, get_iterated(s), s->desc->tolerance);
   }
   if (!result) result = resolve(s);
   end_budget(s);

@@ -135,6 +135,7 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
                                                 : DEPTH,
                             .tolerance = is_cheap ? fmin(effort->tolerance, 2e-6) : effort->tolerance,
                             .calls_max = is_cheap || !effort->is_finest ? CHEAP_SWEEPS_MAX : SWEEPS_MAX};
+  if (effort->sweeps_max) problem.calls_max = effort->sweeps_max;
   result = np_fixed_point_solve(&problem, level->phi);
   effort->residual = problem.residual;
   effort->sweeps = problem.calls;
@@ -248,12 +249,32 @@ static void sharpen_line(const np_transport_grid *g, int axis, const int32_t fir
   }
 }
 
-void np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, float *values) {
-  for (int axis = 0; axis < 3; axis++) {
-    const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
-    if (grid->size[axis] == 1) continue;
-    int32_t first[3] = {0};
-    for (first[v] = 0; first[v] < grid->size[v]; first[v]++)
-      for (first[u] = 0; first[u] < grid->size[u]; first[u]++) sharpen_line(grid, axis, first, count, values);
+/* Lines along one axis touch no cells but their own. */
+typedef struct sharpening {
+  const np_transport_grid *grid;
+  int axis;
+  unsigned count;
+  float *values;
+} sharpening;
+
+static neph_result sharpen_planes(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const sharpening *s = user;
+  const int u = s->axis == 0 ? 1 : 0, v = s->axis == 2 ? 1 : 2;
+  int32_t first[3] = {0};
+  for (first[v] = (int32_t)begin; first[v] < (int32_t)end; first[v]++)
+    for (first[u] = 0; first[u] < s->grid->size[u]; first[u]++)
+      sharpen_line(s->grid, s->axis, first, s->count, s->values);
+  return NEPH_OK;
+}
+
+neph_result np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, np_monitor *monitor,
+                                      float *values) {
+  neph_result result = NEPH_OK;
+  for (int axis = 0; axis < 3 && !result; axis++) {
+    sharpening s = {grid, axis, count, values};
+    const size_t planes = (size_t)grid->size[axis == 2 ? 1 : 2];
+    if (grid->size[axis] > 1) result = np_parallel_for(grid->context, monitor, planes, 1, sharpen_planes, &s);
   }
+  return result;
 }

@@ -28,9 +28,10 @@ void np_transport_level_clear(np_transport_level *level);
 typedef struct np_transport_effort {
   double tolerance;
   bool is_finest;
-  double residual; /* out: relative */
-  unsigned sweeps; /* out */
-  bool is_cut;     /* out: the monitor's budget ended it */
+  unsigned sweeps_max; /* 0: as many as the level is worth */
+  double residual;     /* out: relative */
+  unsigned sweeps;     /* out */
+  bool is_cut;         /* out: the monitor's budget ended it */
 } np_transport_effort;
 
 /* Improves `phi` until the tolerance is met, or the monitor's budget ends, which is left for the caller to end. */
@@ -51,7 +52,8 @@ void np_transport_level_resolve(const np_transport_lights *lights, const np_tran
                                 np_transport_level *fine);
 
 /* Makes means over cells, up to NP_HARMONIC_COUNT_MAX numbers each, values that interpolate to the right curve. */
-void np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, float *values);
+neph_result np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, np_monitor *monitor,
+                                      float *values);
 
 /* Columns alone, whose axis is z: replaces the mean radiance and the flux in `phi`, the moments of a sweep, by those
  * that balance (column_balance.c). `scratch` takes NP_COLUMN_SCRATCH doubles a cell. */

@@ -139,7 +139,7 @@ static neph_result describe_cut(const np_frame *f, double samples, neph_image *i
     (void)snprintf(text, sizeof text, "cut at %.4g samples a pixel", samples);
   else
     (void)snprintf(text, sizeof text, "cut at %.4g of %u samples a pixel", samples, f->desc->sample_count);
-  np_log(f->assembly->context, NEPH_LOG_INFO, "the time limit of %g s: sampling was %s", f->desc->time_limit_s, text);
+  np_log(f->assembly->context, NEPH_LOG_INFO, "the time limit of %g s ended sampling, %s", f->desc->time_limit_s, text);
   return neph_image_set_attribute(image, "nephos:sampling", text);
 }
 

@@ -64,8 +64,8 @@ static neph_result describe_cut(const neph_render_desc *desc, const light_qualit
   if (q->cut_width > 1) (void)snprintf(where, sizeof where, " on cells %u times as wide", q->cut_width);
   (void)snprintf(text, sizeof text, "cut at residual %.2g%s", q->cut_residual, where);
   np_log(image->context, NEPH_LOG_WARNING,
-         "the time limit of %g s: the light scattered more than once in clouds was %s, so that the picture may be too "
-         "dark: allow more time, or set render.multiple_scattering to octaves, which takes none",
+         "the time limit of %g s ended the solution of the multiple scattering, %s: clouds may be too dark; allow more "
+         "time, or set render.multiple_scattering to octaves, which takes none",
          desc->time_limit_s, text);
   return neph_image_set_attribute(image, "nephos:lightSolve", text);
 }
@@ -79,10 +79,11 @@ static neph_result describe_light(const np_assembly *assembly, const neph_render
 }
 
 static neph_result fail_late(const neph_render_desc *desc, const np_monitor *monitor) {
-  return np_fail(monitor->context, NEPH_ERROR_LIMIT,
-                 "the time limit of %g s passed, and %.3g s after the start there is no sample of each pixel yet: the "
-                 "stage was '%s': allow more time, or ask for fewer pixels",
-                 desc->time_limit_s, np_monitor_get_seconds(monitor), monitor->stage);
+  return np_fail(
+      monitor->context, NEPH_ERROR_LIMIT,
+      "the time limit of %g s ended the render in the stage '%s', %.3g s after its start, before every pixel "
+      "had a sample: allow more time, or ask for fewer pixels",
+      desc->time_limit_s, monitor->stage, np_monitor_get_seconds(monitor));
 }
 
 static neph_result render(const np_plan *plan, const neph_scene *scene, np_monitor *monitor, neph_image **out_image) {

@@ -20,9 +20,10 @@ typedef enum np_work {
   NP_WORK_COUNT
 } np_work;
 
-/* A call ends within its limit and a grace, a tenth of it, or a second where that is more. Half the grace is for the
- * first samples of each pixel; after three quarters a picture that is still without them is given up; the rest is for
- * the files. All times are in seconds, of the call; without a limit they are infinite. */
+/* A call ends within its limit and a grace, a tenth of it, or a second where that is more. A quarter of the grace is
+ * for the first samples of each pixel; after a half a picture that is still without them is given up; the rest is for
+ * what remains to be done with it, and for files. All times are in seconds, of the call; without a limit they are
+ * infinite. */
 typedef struct np_schedule {
   double seconds[NP_WORK_COUNT]; /* a guess, of each time that it is done; their ratios matter alone */
   double all_s, begun_s;         /* of all there is to do, and of what is done or under way */

@@ -15,7 +15,7 @@ render: {samples: 16777216}
 END
 code=0
 nephos render baked.yaml -q -t 1 -o a.exr --time-limit 0 2>messages || code=$?
-sed -E "s/ [0-9.]+ s after/ N s after/; s/'(preparing cloud|baking)'/that of the bake/" messages >&2
+sed -E "s/ [0-9.]+ s after/ N s after/; s/'(preparing cloud|baking)'/of the bake/" messages >&2
 nephos render ground.yaml -q -o b.exr --time-limit 1
 nephos info b.exr | grep -o 'cut at .* of 16777216 samples' | sed -E 's/at .* of/at N of/'
 ls -A
