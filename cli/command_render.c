@@ -160,10 +160,14 @@ static neph_result save_frame(const render_job *job, const neph_image *image, co
 
 static cli_exit render_to(render_job *job, const targets *t) {
   neph_image *image = NULL;
+  cli_progress *progress = &job->session->progress;
   double start_s = get_time_s();
+  cli_progress_set_call(progress, 0.97);
   neph_result result = neph_render_image(job->scene, &job->desc, &image);
-  cli_progress_finish(&job->session->progress);
+  if (!result) cli_progress_set_stage(progress, "writing", 0.97);
   if (!result) result = save_frame(job, image, t);
+  if (!result) cli_progress_set_stage(progress, "writing", 1.0);
+  cli_progress_finish(progress);
   neph_image_destroy(image);
   if (!result) print_frame(job, t, get_time_s() - start_s);
   fflush(stdout);

@@ -8,7 +8,7 @@
 #include "process.h"
 
 void cli_progress_start(cli_progress *progress, cli_progress_mode mode) {
-  *progress = (cli_progress){.mode = mode};
+  *progress = (cli_progress){.mode = mode, .call_end = 1.0};
   if (mode != CLI_PROGRESS_AUTO) return;
   progress->mode = isatty(STDERR_FILENO) ? CLI_PROGRESS_BAR : CLI_PROGRESS_LINES;
 }
@@ -60,8 +60,17 @@ static void show(cli_progress *progress, const neph_progress *report) {
 
 bool cli_progress_report(void *user, const neph_progress *report) {
   cli_progress *progress = user;
-  if (progress->mode != CLI_PROGRESS_NONE && is_due(progress, report)) show(progress, report);
+  const neph_progress whole = {report->stage, report->fraction * progress->call_end, report->elapsed_s};
+  progress->elapsed_s = report->elapsed_s;
+  if (progress->mode != CLI_PROGRESS_NONE && is_due(progress, &whole)) show(progress, &whole);
   return !cli_is_interrupted();
+}
+
+void cli_progress_set_call(cli_progress *progress, double call_end) { progress->call_end = call_end; }
+
+void cli_progress_set_stage(cli_progress *progress, const char *stage, double fraction) {
+  const neph_progress whole = {stage, fraction, progress->elapsed_s};
+  if (progress->mode != CLI_PROGRESS_NONE) show(progress, &whole);
 }
 
 void cli_progress_finish(cli_progress *progress) {

@@ -216,6 +216,106 @@ static void many_short_loops_report_as_one(void **state) {
   neph_context_destroy(context);
 }
 
+static neph_result report_twice(neph_context *context, np_monitor *outer) {
+  np_monitor inner;
+  np_monitor_start(&inner, context, np_monitor_relay, outer);
+  np_monitor_set_part(&inner, np_monitor_whole, 0.0, 0.5);
+  np_monitor_set_stage(&inner, "testing");
+  neph_result result = np_parallel_for(context, &inner, 100, 1, sleep_a_millisecond, NULL);
+  np_monitor_set_part(&inner, np_monitor_whole, 0.5, 1.0);
+  np_monitor_set_stage(&inner, "testing");
+  return result ? result : np_parallel_for(context, &inner, 100, 1, sleep_a_millisecond, NULL);
+}
+
+/* A stage begins where its part does, and a call within the call fills the part that it was given. */
+static void parts_make_up_the_call(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  listener l = start_listener(2.0);
+  np_monitor monitor;
+  np_monitor_start(&monitor, context, listen, &l);
+  monitor.stage = "testing";
+  const np_monitor_part whole = np_monitor_get_part(&monitor);
+  np_monitor_set_part(&monitor, whole, 0.2, 0.6);
+  np_monitor_set_stage(&monitor, "testing");
+  assert_near(l.last_fraction, 0.2, 1e-12);
+  assert_int_equal(report_twice(context, &monitor), NEPH_OK);
+  assert_true(l.last_fraction >= 0.4 && l.last_fraction <= 0.6);
+  np_monitor_set_part(&monitor, whole, 0.1, 0.3);
+  np_monitor_set_stage(&monitor, "testing");
+  assert_int_equal(l.strays + l.retreats, 0);
+  neph_context_destroy(context);
+}
+
+/* ---- Time ---- */
+
+static double read_test_clock(void *user) { return *(const double *)user; }
+
+static np_monitor start_by_clock(neph_context *context, double *clock_s) {
+  np_monitor monitor;
+  np_monitor_start(&monitor, context, NULL, NULL);
+  monitor.read_clock_s = read_test_clock;
+  monitor.clock_user = clock_s;
+  monitor.start_s = monitor.last_report_s = *clock_s;
+  return monitor;
+}
+
+/* A clock that passes the deadline while the loop is under way; nothing else ends it. */
+static neph_result pass_the_deadline(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)begin, (void)end, (void)thread;
+  usleep(1000);
+  atomic_store((atomic_bool *)user, true);
+  return NEPH_OK;
+}
+
+static double read_clock_of_loop(void *user) { return atomic_load((atomic_bool *)user) ? 7.0 : 0.0; }
+
+static void a_deadline_ends_loops(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  double clock_s = 100.0;
+  np_monitor monitor = start_by_clock(context, &clock_s);
+  np_monitor_set_deadline(&monitor, 5.0);
+  assert_int_equal(np_parallel_for(context, &monitor, 10, 1, sleep_a_millisecond, NULL), NEPH_OK);
+  clock_s = 105.0;
+  assert_int_equal(np_parallel_for(context, &monitor, 10, 1, sleep_a_millisecond, NULL), NEPH_ERROR_CANCELLED);
+  assert_true(np_monitor_is_late(&monitor));
+  assert_false(np_monitor_end_budget(&monitor));
+  assert_true(np_monitor_is_cancelled(&monitor));
+
+  atomic_bool has_begun = false;
+  monitor = start_by_clock(context, &clock_s);
+  monitor.read_clock_s = read_clock_of_loop;
+  monitor.clock_user = &has_begun;
+  monitor.start_s = 0.0;
+  np_monitor_set_deadline(&monitor, 5.0);
+  const double begin_s = read_seconds();
+  assert_int_equal(np_parallel_for(context, &monitor, 600000, 1, pass_the_deadline, &has_begun), NEPH_ERROR_CANCELLED);
+  assert_true(np_monitor_is_late(&monitor));
+  assert_true(read_seconds() - begin_s < 60.0); /* of ten minutes: it does not hang */
+  neph_context_destroy(context);
+}
+
+static void a_budget_ends_but_a_part(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  double clock_s = 100.0;
+  np_monitor monitor = start_by_clock(context, &clock_s);
+  np_monitor_set_deadline(&monitor, 50.0);
+  np_monitor_begin_budget(&monitor, 2.0);
+  clock_s = 103.0;
+  assert_int_equal(np_parallel_for(context, &monitor, 10, 1, sleep_a_millisecond, NULL), NEPH_ERROR_CANCELLED);
+  assert_true(np_monitor_is_cut(&monitor) && !np_monitor_is_late(&monitor));
+  assert_true(np_monitor_end_budget(&monitor));
+  assert_int_equal(np_parallel_for(context, &monitor, 10, 1, sleep_a_millisecond, NULL), NEPH_OK);
+  np_monitor_begin_budget(&monitor, 10.0);
+  assert_false(np_monitor_end_budget(&monitor));
+  clock_s = 151.0;
+  assert_int_equal(np_parallel_for(context, &monitor, 10, 1, sleep_a_millisecond, NULL), NEPH_ERROR_CANCELLED);
+  assert_true(np_monitor_is_late(&monitor) && !np_monitor_is_cut(&monitor));
+  neph_context_destroy(context);
+}
+
 /* ---- Cancelling ---- */
 
 /* Ten minutes of work; half a second is what the interface promises. */
@@ -290,6 +390,9 @@ int main(void) {
       cmocka_unit_test(some_cpu_is_always_found),
       cmocka_unit_test(long_loop_reports_on_the_calling_thread),
       cmocka_unit_test(many_short_loops_report_as_one),
+      cmocka_unit_test(parts_make_up_the_call),
+      cmocka_unit_test(a_deadline_ends_loops),
+      cmocka_unit_test(a_budget_ends_but_a_part),
       cmocka_unit_test(loop_is_cancelled_in_half_a_second),
       cmocka_unit_test(blocking_job_is_cancelled_too),
       cmocka_unit_test(blocking_job_gives_its_result),

@@ -3,6 +3,7 @@
  * samples and about what hides what. */
 #include <nephos/nephos.h>
 
+#include "render/frame.h"
 #include "test_support.h"
 
 /* A small cumulus in the void. */
@@ -28,6 +29,22 @@ typedef struct effort {
   uint64_t seed;
 } effort;
 
+/* Time stands still, so that a limit of 0 is past and its grace is not. */
+static double read_still_clock(void *user) {
+  (void)user;
+  return 0.0;
+}
+
+static neph_result render_at_once(neph_scene *scene, const neph_render_desc *desc, neph_image **out_image) {
+  np_plan plan;
+  np_monitor monitor;
+  assert_int_equal(np_plan_make(scene, desc, &plan), NEPH_OK);
+  np_monitor_start(&monitor, scene->context, NULL, NULL);
+  monitor.read_clock_s = read_still_clock;
+  monitor.start_s = monitor.last_report_s = 0.0;
+  return np_render_image(scene, &plan, &monitor, out_image);
+}
+
 static neph_image *render(const effort *e) {
   neph_context *context = test_context_create(e->threads, NULL);
   neph_scene *scene = NULL;
@@ -43,7 +60,7 @@ static neph_image *render(const effort *e) {
     desc.crop_min[a] = e->crop[a];
     desc.crop_max[a] = e->crop[2 + a];
   }
-  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+  assert_int_equal(render_at_once(scene, &desc, &image), NEPH_OK);
   neph_scene_destroy(scene);
   neph_context_destroy(context);
   return image;
@@ -110,17 +127,20 @@ static void neither_threads_nor_tiles_change_what_a_target_asks_for(void **state
   neph_image_destroy(tile);
 }
 
-/* With no time at all each pixel still has its first 16 samples, the same as without a limit. With time enough it has
- * all of them, the same but for the order in which leaves are added. */
+/* With no time but the grace each pixel still has its first 16 samples, the same as without a limit, and the header
+ * says that there were to be more. With time enough it has all of them, the same but for the order in which leaves are
+ * added. */
 static void a_time_limit_leaves_whole_passes(void **state) {
   (void)state;
   neph_image *sixteen = render(&(effort){2, 16, {0}, NEPH_UNLIMITED, NEPH_UNLIMITED, 1});
   neph_image *hurried = render(&(effort){2, 4096, {0}, NEPH_UNLIMITED, 0.0, 1});
   assert_same_bits(sixteen, hurried, (const unsigned[2]){0, 0});
   assert_near(get_number(hurried, "nephos:samples"), 16.0, 0.0);
+  assert_string_equal(neph_image_get_attribute(hurried, "nephos:sampling"), "cut at 16 of 4096 samples a pixel");
   neph_image *all = render(&(effort){2, 40, {0}, NEPH_UNLIMITED, NEPH_UNLIMITED, 1});
   neph_image *patient = render(&(effort){2, 40, {0}, NEPH_UNLIMITED, 1e6, 1});
   assert_near(get_number(patient, "nephos:samples"), 40.0, 0.0);
+  assert_null(neph_image_get_attribute(patient, "nephos:sampling"));
   const float *a = neph_image_get_channel(all, "G"), *b = neph_image_get_channel(patient, "G");
   for (size_t p = 0; p < pixel_count; p++) assert_near((double)a[p], (double)b[p], 1e-6 * fabs((double)a[p]));
   neph_image_destroy(sixteen);

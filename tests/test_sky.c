@@ -80,7 +80,7 @@ static size_t compare_block(neph_atmosphere *atmosphere, const truth_row *rows, 
 static void radiance_agrees_with_monte_carlo(void **state) {
   const neph_atmosphere *earth = *state;
   neph_atmosphere *atmosphere = NULL; /* its sun a point, as the rows have it */
-  assert_int_equal(np_atmosphere_create_orders(earth->context, NULL, NP_ORDERS_ALL, true, &atmosphere), NEPH_OK);
+  assert_int_equal(np_atmosphere_create_orders(earth->context, NULL, NP_ORDERS_ALL, true, NULL, &atmosphere), NEPH_OK);
   truth_row rows[TRUTH_MAX];
   const size_t count = read_truth(rows);
   for (size_t i = 0; i < count;) i += compare_block(atmosphere, rows + i, count - i);

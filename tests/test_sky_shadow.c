@@ -11,7 +11,7 @@ static int start(void **state) {
   neph_context *context = test_context_create(2, NULL);
   neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
   neph_atmosphere *once = NULL;
-  assert_int_equal(np_atmosphere_create_orders(context, &desc, 1, false, &once), NEPH_OK);
+  assert_int_equal(np_atmosphere_create_orders(context, &desc, 1, false, NULL, &once), NEPH_OK);
   *state = once;
   neph_context_destroy(context);
   return 0;

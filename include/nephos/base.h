@@ -58,9 +58,9 @@ NEPH_API const char *neph_version_get_text(void);
 
 /** How far a call has come. Valid only during the callback. */
 typedef struct neph_progress {
-  const char *stage;  /**< what is being done, a few words: "baking", "rendering"; never NULL */
-  double fraction;    /**< of this stage, 0 to 1 */
-  double elapsed_s;   /**< seconds since the call began */
+  const char *stage; /**< what is being done, a few words: "baking", "rendering"; never NULL */
+  double fraction;   /**< of the call, by a guess of what each stage takes: 0 to 1, never less than before */
+  double elapsed_s;  /**< seconds since the call began */
 } neph_progress;
 
 /** Reports progress, and cancels.

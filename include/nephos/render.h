@@ -61,8 +61,11 @@ typedef struct neph_render_desc {
   double target_error;                          /**< of each pixel, its standard error over its radiance or, where
                                                      that is more, a hundredth of a lit white wall's; > 0 (default
                                                      NEPH_UNLIMITED) */
-  double time_limit_s;                          /**< for all of it, ≥ 0; each pixel gets 16 samples whatever it
-                                                     takes (default NEPH_UNLIMITED) */
+  double time_limit_s;                          /**< for all of it, ≥ 0: the call ends by then and a tenth of it, or
+                                                     one second where that is more, with the samples it has and
+                                                     attributes nephos:sampling and nephos:lightSolve that say what
+                                                     was cut; with NEPH_ERROR_LIMIT where a pixel has no sample
+                                                     (default NEPH_UNLIMITED) */
   uint64_t seed;                                /**< of all random numbers */
   int frame;                                    /**< number that '#' in names stands for; it also seeds */
   neph_multiple_scattering multiple_scattering; /**< of the march */

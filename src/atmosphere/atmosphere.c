@@ -7,17 +7,18 @@
 #include "core/alloc.h"
 #include "core/parallel.h"
 
-static neph_result build_tables(neph_atmosphere *a) {
-  neph_result result = np_depth_table_build(a->context, &a->medium, &a->sizes.depth, &a->depths);
+static neph_result build_tables(neph_atmosphere *a, np_monitor *monitor) {
+  np_monitor_set_range(monitor, 0.0, 0.05);
+  neph_result result = np_depth_table_build(a->context, &a->medium, &a->sizes.depth, monitor, &a->depths);
   const bool is_limited = a->order_max != NP_ORDERS_ALL;
   if (!result && !is_limited && a->medium.is_thick)
-    result = np_delta_moments_build(a->context, &a->depths, &a->sizes, a->has_point_sun, &a->moments);
+    result = np_delta_moments_build(a->context, &a->depths, &a->sizes, a->has_point_sun, monitor, &a->moments);
   else if (!result && a->order_max > 1)
     result = np_moment_table_build(a->context, &a->depths, &a->sizes.moments, a->order_max - is_limited,
-                                   a->has_point_sun, &a->moments);
+                                   a->has_point_sun, monitor, &a->moments);
   if (!result && is_limited && a->order_max > 2)
     result = np_moment_table_build(a->context, &a->depths, &a->sizes.moments, a->order_max - 2, a->has_point_sun,
-                                   &a->dome_moments);
+                                   monitor, &a->dome_moments);
   np_air_shells_build(&a->medium, &a->air_shells);
   if (!result && a->order_max > 1) result = np_gather_kernel_build(a->context, &a->medium, &a->kernel);
   return result;
@@ -25,16 +26,16 @@ static neph_result build_tables(neph_atmosphere *a) {
 
 neph_result neph_atmosphere_create(neph_context *context, const neph_atmosphere_desc *desc,
                                    neph_atmosphere **out_atmosphere) {
-  return np_atmosphere_create_orders(context, desc, NP_ORDERS_ALL, false, out_atmosphere);
+  return np_atmosphere_create_orders(context, desc, NP_ORDERS_ALL, false, NULL, out_atmosphere);
 }
 
 neph_result np_atmosphere_create_orders(neph_context *context, const neph_atmosphere_desc *desc, unsigned order_max,
-                                        bool has_point_sun, neph_atmosphere **out_atmosphere) {
-  return np_atmosphere_create_sized(context, desc, order_max, has_point_sun, NULL, out_atmosphere);
+                                        bool has_point_sun, np_monitor *monitor, neph_atmosphere **out_atmosphere) {
+  return np_atmosphere_create_sized(context, desc, order_max, has_point_sun, NULL, monitor, out_atmosphere);
 }
 
 neph_result np_atmosphere_create_sized(neph_context *context, const neph_atmosphere_desc *desc, unsigned order_max,
-                                       bool has_point_sun, const np_table_sizes *sizes,
+                                       bool has_point_sun, const np_table_sizes *sizes, np_monitor *monitor,
                                        neph_atmosphere **out_atmosphere) {
   *out_atmosphere = NULL;
   const neph_atmosphere_desc defaults = NEPH_ATMOSPHERE_DESC_DEFAULT;
@@ -58,7 +59,7 @@ neph_result np_atmosphere_create_sized(neph_context *context, const neph_atmosph
   a->order_max = order_max;
   a->has_point_sun = has_point_sun;
   const unsigned mode = np_float_mode_enter();
-  result = build_tables(a);
+  result = build_tables(a, monitor);
   np_float_mode_leave(mode);
   if (result) {
     neph_atmosphere_release(a);

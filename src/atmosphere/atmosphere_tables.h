@@ -26,12 +26,16 @@ struct neph_atmosphere {
 
 /* One whose tables have any size. */
 neph_result np_atmosphere_create_sized(neph_context *context, const neph_atmosphere_desc *desc, unsigned order_max,
-                                       bool has_point_sun, const np_table_sizes *sizes,
+                                       bool has_point_sun, const np_table_sizes *sizes, np_monitor *monitor,
                                        neph_atmosphere **out_atmosphere);
 
 /* An atmosphere whose skies hold the first `order_max` orders alone, a bounce on the ground counting as one. */
 neph_result np_atmosphere_create_orders(neph_context *context, const neph_atmosphere_desc *desc, unsigned order_max,
-                                        bool has_point_sun, neph_atmosphere **out_atmosphere);
+                                        bool has_point_sun, np_monitor *monitor, neph_atmosphere **out_atmosphere);
+
+/* neph_sky_create under a monitor. */
+neph_result np_sky_create_monitored(neph_atmosphere *atmosphere, const neph_sky_desc *desc, np_monitor *monitor,
+                                    neph_sky **out_sky);
 
 /* The observer's frame: up, horizontally towards the sun, and across. */
 typedef struct np_sky_frame {
@@ -49,6 +53,7 @@ typedef struct np_sky_frame {
 struct neph_sky {
   neph_atmosphere *atmosphere;
   const np_sun_visibility *visibility; /* while the tables are built; NULL: clear */
+  np_monitor *monitor;                 /* likewise; may be NULL */
   np_view_sizes view_sizes, aerial_sizes;
   double azimuth_end; /* of the tables: π, which a clear sky mirrors, or 2π */
   np_spectrum irradiance;
@@ -62,7 +67,7 @@ struct neph_sky {
   np_scattered *view;   /* NULL in the dark: rows × azimuths: logarithms, per unit of sun irradiance */
   np_bands *depth;      /* aerial rows × slices: optical depth from the observer to the far plane, over the distance */
   np_scattered *aerial; /* likewise: aerial rows × azimuths × slices: in-scatter likewise, per unit of sun irradiance */
-  np_bands *molecules;  /* of that, what molecules scattered once; the aerosol's is its peak */
+  np_bands *molecules; /* of that, what molecules scattered once; the aerosol's is its peak */
 };
 
 /* Moves a sky to another light and observer if its tables stand for them within their tolerance; else false, and why,

@@ -46,21 +46,23 @@ static neph_result scale_medium(neph_context *context, const np_medium *medium, 
 }
 
 static neph_result build_scaled(neph_context *context, const np_depth_table *depths, const np_medium *scaled,
-                                const np_table_sizes *sizes, bool has_point_sun, np_moment_table *out_table) {
+                                const np_table_sizes *sizes, bool has_point_sun, np_monitor *monitor,
+                                np_moment_table *out_table) {
   np_depth_table scaled_depths;
-  neph_result result = np_depth_table_build(context, scaled, &sizes->depth, &scaled_depths);
+  neph_result result = np_depth_table_build(context, scaled, &sizes->depth, monitor, &scaled_depths);
   if (!result)
-    result = np_moment_table_build(context, &scaled_depths, &sizes->moments, NP_ORDERS_ALL, has_point_sun, out_table);
+    result = np_moment_table_build(context, &scaled_depths, &sizes->moments, NP_ORDERS_ALL, has_point_sun, monitor,
+                                   out_table);
   if (!result) np_moment_table_add_beam(out_table, &scaled_depths, depths, has_point_sun);
   np_depth_table_free(context, &scaled_depths);
   return result;
 }
 
 neph_result np_delta_moments_build(neph_context *context, const np_depth_table *depths, const np_table_sizes *sizes,
-                                   bool has_point_sun, np_moment_table *out_table) {
+                                   bool has_point_sun, np_monitor *monitor, np_moment_table *out_table) {
   np_medium scaled;
   neph_result result = scale_medium(context, depths->medium, &scaled);
-  if (!result) result = build_scaled(context, depths, &scaled, sizes, has_point_sun, out_table);
+  if (!result) result = build_scaled(context, depths, &scaled, sizes, has_point_sun, monitor, out_table);
   out_table->medium = depths->medium;
   np_alloc_free(context, scaled.layers);
   return result;

@@ -8,6 +8,6 @@
 
 /* np_moment_table_build of all orders, by way of scaled air. */
 neph_result np_delta_moments_build(neph_context *context, const np_depth_table *depths, const np_table_sizes *sizes,
-                                   bool has_point_sun, np_moment_table *out_table);
+                                   bool has_point_sun, np_monitor *monitor, np_moment_table *out_table);
 
 #endif

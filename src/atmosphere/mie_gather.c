@@ -374,7 +374,7 @@ static void place_suns(np_gather_table *table, double zenith, double spread, dou
 
 neph_result np_gather_table_build(neph_context *context, const np_depth_table *depths, const np_moment_table *moments,
                                   const np_moment_table *dome_moments, const np_gather_kernel *kernel,
-                                  double sun_zenith_rad, double spread_rad, np_sun_disk disk,
+                                  double sun_zenith_rad, double spread_rad, np_sun_disk disk, np_monitor *monitor,
                                   np_gather_table *out_table) {
   const np_medium *medium = depths->medium;
   np_gather_table *first = np_alloc(context, 1, sizeof *first);
@@ -390,7 +390,7 @@ neph_result np_gather_table_build(neph_context *context, const np_depth_table *d
   neph_result result = NEPH_OK;
   for (int pass = 1; !result && pass <= kernel->passes; pass++) {
     job.table = (kernel->passes - pass) % 2 ? first : out_table;
-    result = np_parallel_for(context, NULL, pieces, 1, gather_pieces, &job);
+    result = np_parallel_for(context, monitor, pieces, 1, gather_pieces, &job);
     job.light.gather = job.table;
   }
   np_alloc_free(context, first);

@@ -63,7 +63,7 @@ typedef struct np_gather_table {
  * themselves or, where orders are limited, one order less, NULL for none. `disk` is the sun's. */
 neph_result np_gather_table_build(neph_context *context, const np_depth_table *depths, const np_moment_table *moments,
                                   const np_moment_table *dome_moments, const np_gather_kernel *kernel,
-                                  double sun_zenith_rad, double spread_rad, np_sun_disk disk,
+                                  double sun_zenith_rad, double spread_rad, np_sun_disk disk, np_monitor *monitor,
                                   np_gather_table *out_table);
 
 /* The table at one altitude and zenith cosine of view, resolved once for many azimuths and local suns. */

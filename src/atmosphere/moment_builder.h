@@ -26,6 +26,7 @@ typedef struct np_moment_direction {
 
 typedef struct np_moment_builder {
   neph_context *context;
+  np_monitor *monitor;
   const np_fan_kernels *kernels;
   const np_medium *medium;
   const np_depth_table *depths;

@@ -175,6 +175,7 @@ static neph_result gather_irradiance(void *user, size_t begin, size_t end, unsig
 
 neph_result np_moment_gather_first(np_moment_builder *b) {
   irradiance_job job = {b, np_path_rule_make(POINTS), np_quadrature_gauss(ANGLES)};
-  neph_result result = np_parallel_for(b->context, NULL, (size_t)b->n->node_rows, 1, gather_rows, b);
-  return result ? result : np_parallel_for(b->context, NULL, (size_t)b->n->node_columns, 1, gather_irradiance, &job);
+  neph_result result = np_parallel_for(b->context, b->monitor, (size_t)b->n->node_rows, 1, gather_rows, b);
+  if (result) return result;
+  return np_parallel_for(b->context, b->monitor, (size_t)b->n->node_columns, 1, gather_irradiance, &job);
 }

@@ -57,5 +57,5 @@ static neph_result gather_rows(void *user, size_t begin, size_t end, unsigned th
 }
 
 neph_result np_moment_gather_later(np_moment_builder *b) {
-  return np_parallel_for(b->context, NULL, (size_t)b->n->node_rows, 1, gather_rows, b);
+  return np_parallel_for(b->context, b->monitor, (size_t)b->n->node_rows, 1, gather_rows, b);
 }

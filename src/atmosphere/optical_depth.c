@@ -153,7 +153,7 @@ static void refine_table(const depth_job *job) {
 }
 
 neph_result np_depth_table_build(neph_context *context, const np_medium *medium, const np_depth_sizes *sizes,
-                                 np_depth_table *out_table) {
+                                 np_monitor *monitor, np_depth_table *out_table) {
   *out_table = (np_depth_table){medium, sizes->rows, sizes->columns, sizes->levels, NULL, NULL};
   depth_job job = {.table = out_table, .sizes = *sizes};
   const size_t columns = (size_t)sizes->columns, node_count = (size_t)sizes->node_rows * columns;
@@ -162,8 +162,8 @@ neph_result np_depth_table_build(neph_context *context, const np_medium *medium,
   if (out_table->level) job.nodes = np_alloc(context, node_count + (size_t)sizes->node_levels, sizeof(np_bands));
   if (!job.nodes) return NEPH_ERROR_OUT_OF_MEMORY;
   job.level_nodes = job.nodes + node_count;
-  neph_result result = np_parallel_for(context, NULL, (size_t)sizes->node_rows, 2, build_nodes, &job);
-  if (!result) result = np_parallel_for(context, NULL, (size_t)sizes->node_levels, 8, build_levels, &job);
+  neph_result result = np_parallel_for(context, monitor, (size_t)sizes->node_rows, 2, build_nodes, &job);
+  if (!result) result = np_parallel_for(context, monitor, (size_t)sizes->node_levels, 8, build_levels, &job);
   if (!result) refine_table(&job);
   np_alloc_free(context, job.nodes);
   return result;

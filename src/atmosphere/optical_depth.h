@@ -7,7 +7,7 @@
 #define NP_ATMOSPHERE_OPTICAL_DEPTH_H
 
 #include "atmosphere/atmosphere_physics.h"
-#include "core/context_private.h"
+#include "core/parallel.h"
 
 /* Depth between two distances, 0 ≤ begin ≤ end, along a ray's part in the air. To 1e-5 of itself for the Earth. */
 np_bands np_ray_optical_depth(const np_medium *medium, const np_ray *ray, double begin_m, double end_m);
@@ -34,7 +34,7 @@ typedef struct np_depth_sizes {
 } np_depth_sizes;
 
 neph_result np_depth_table_build(neph_context *context, const np_medium *medium, const np_depth_sizes *sizes,
-                                 np_depth_table *out_table);
+                                 np_monitor *monitor, np_depth_table *out_table);
 void np_depth_table_free(neph_context *context, np_depth_table *table);
 
 /* The table at one altitude, resolved once for many directions. */

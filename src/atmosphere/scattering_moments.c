@@ -113,6 +113,7 @@ static void add_order(np_moment_builder *b) {
 
 static neph_result sum_orders(np_moment_builder *b) {
   for (b->order = 1; b->order <= b->order_max; b->order++) {
+    np_monitor_set_range(b->monitor, (b->order - 1.0) / b->order_max, (double)b->order / b->order_max);
     memset(b->gathered, 0, b->node_count * NP_MOMENT_COUNT * sizeof(np_bands));
     memset(b->half, 0, b->node_count * NP_MOMENT_HALVES * sizeof(np_bands));
     memset(b->irradiance, 0, (size_t)b->n->node_columns * sizeof(np_bands));
@@ -159,13 +160,15 @@ static np_bands *allocate_work(np_moment_builder *b) {
 }
 
 neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, const np_moment_sizes *sizes,
-                                  unsigned order_max, bool has_point_sun, np_moment_table *out_table) {
+                                  unsigned order_max, bool has_point_sun, np_monitor *monitor,
+                                  np_moment_table *out_table) {
   const np_medium *medium = depths->medium;
   *out_table = (np_moment_table){.medium = medium, .sun = make_sun_scale(medium, sizes->columns), .rows = sizes->rows};
   if (!allocate_table(context, out_table)) return NEPH_ERROR_OUT_OF_MEMORY;
   np_moment_builder *b = np_alloc(context, 1, sizeof *b);
   if (!b) return NEPH_ERROR_OUT_OF_MEMORY;
   b->context = context;
+  b->monitor = monitor;
   b->kernels = np_fan_get_kernels(context->isa);
   b->medium = medium;
   b->depths = depths;

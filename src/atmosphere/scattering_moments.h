@@ -15,6 +15,7 @@
 #define NP_ATMOSPHERE_SCATTERING_MOMENTS_H
 
 #include "atmosphere/table_sizes.h"
+#include "core/parallel.h"
 
 typedef enum np_moment {
   NP_MOMENT_M,
@@ -49,7 +50,8 @@ typedef struct np_moment_table {
 /* Sums the first `order_max` orders of scattering in `depths`' medium; under a disk or a point; see the file for the
  * method. */
 neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, const np_moment_sizes *sizes,
-                                  unsigned order_max, bool has_point_sun, np_moment_table *out_table);
+                                  unsigned order_max, bool has_point_sun, np_monitor *monitor,
+                                  np_moment_table *out_table);
 
 /* Adds, as scattered light from the sun's direction, what sunlight `brighter` air lets through beyond `darker`. */
 void np_moment_table_add_beam(np_moment_table *table, const np_depth_table *brighter, const np_depth_table *darker,

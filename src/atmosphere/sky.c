@@ -91,11 +91,11 @@ static void set_sizes(neph_sky *sky) {
 }
 
 neph_result neph_sky_create(neph_atmosphere *atmosphere, const neph_sky_desc *desc, neph_sky **out_sky) {
-  return np_sky_create_shadowed(atmosphere, desc, NULL, out_sky);
+  return np_sky_create_monitored(atmosphere, desc, NULL, out_sky);
 }
 
-neph_result np_sky_create_shadowed(neph_atmosphere *atmosphere, const neph_sky_desc *desc,
-                                   const np_sun_visibility *visibility, neph_sky **out_sky) {
+static neph_result create_sky(neph_atmosphere *atmosphere, const neph_sky_desc *desc,
+                              const np_sun_visibility *visibility, np_monitor *monitor, neph_sky **out_sky) {
   *out_sky = NULL;
   neph_context *context = atmosphere->context;
   const neph_sky_desc defaults = NEPH_SKY_DESC_DEFAULT;
@@ -107,6 +107,7 @@ neph_result np_sky_create_shadowed(neph_atmosphere *atmosphere, const neph_sky_d
   if (!sky) return NEPH_ERROR_OUT_OF_MEMORY;
   sky->atmosphere = neph_atmosphere_retain(atmosphere);
   sky->visibility = visibility;
+  sky->monitor = monitor;
   set_sizes(sky);
   set_light(sky, &read);
   sky->built = sky->frame;
@@ -115,12 +116,23 @@ neph_result np_sky_create_shadowed(neph_atmosphere *atmosphere, const neph_sky_d
   result = np_sky_tables_build(sky);
   np_float_mode_leave(mode);
   sky->visibility = NULL;
+  sky->monitor = NULL;
   if (result) {
     neph_sky_destroy(sky);
     return result;
   }
   *out_sky = sky;
   return NEPH_OK;
+}
+
+neph_result np_sky_create_shadowed(neph_atmosphere *atmosphere, const neph_sky_desc *desc,
+                                   const np_sun_visibility *visibility, neph_sky **out_sky) {
+  return create_sky(atmosphere, desc, visibility, NULL, out_sky);
+}
+
+neph_result np_sky_create_monitored(neph_atmosphere *atmosphere, const neph_sky_desc *desc, np_monitor *monitor,
+                                    neph_sky **out_sky) {
+  return create_sky(atmosphere, desc, NULL, monitor, out_sky);
 }
 
 /* By the tolerance: twilight fades by e in a degree, of which half counts; haze thins by e in 1.2 km on the Earth, or

@@ -20,8 +20,8 @@ static np_sky_store_entry *find_entry(const np_sky_store *store, unsigned index)
 
 /* Of light in the air, the first order alone needs no table. */
 static neph_result create_atmosphere(neph_context *context, const neph_atmosphere_desc *desc, bool has_light,
-                                     neph_atmosphere **out_atmosphere) {
-  return np_atmosphere_create_orders(context, desc, has_light ? NP_ORDERS_ALL : 1, false, out_atmosphere);
+                                     np_monitor *monitor, neph_atmosphere **out_atmosphere) {
+  return np_atmosphere_create_orders(context, desc, has_light ? NP_ORDERS_ALL : 1, false, monitor, out_atmosphere);
 }
 
 /* How far a kept atmosphere is from the one wanted; infinite where it will not do. `out_what` says why. */
@@ -43,13 +43,13 @@ static neph_result compare_kept(neph_context *context, const neph_atmosphere *ke
 }
 
 neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *store, unsigned index,
-                                         const neph_atmosphere_desc *desc, bool has_light,
+                                         const neph_atmosphere_desc *desc, bool has_light, np_monitor *monitor,
                                          neph_atmosphere **out_atmosphere) {
   *out_atmosphere = NULL;
   np_sky_store_entry *entry = find_entry(store, index);
   if (!entry || !entry->atmosphere) {
     np_log(context, NEPH_LOG_DEBUG, "atmosphere: built");
-    return create_atmosphere(context, desc, has_light, out_atmosphere);
+    return create_atmosphere(context, desc, has_light, monitor, out_atmosphere);
   }
   double change;
   const char *what;
@@ -67,18 +67,18 @@ neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *st
     np_log(context, NEPH_LOG_INFO, "atmosphere: built anew, since %s changed", what);
   neph_atmosphere_release(entry->atmosphere);
   entry->atmosphere = NULL;
-  return create_atmosphere(context, desc, has_light, out_atmosphere);
+  return create_atmosphere(context, desc, has_light, monitor, out_atmosphere);
 }
 
 neph_result np_sky_store_take_sky(np_sky_store *store, unsigned index, np_sky_role role, neph_atmosphere *atmosphere,
-                                  const neph_sky_desc *desc, neph_sky **out_sky) {
+                                  const neph_sky_desc *desc, np_monitor *monitor, neph_sky **out_sky) {
   neph_context *context = atmosphere->context;
   np_sky_store_entry *entry = find_entry(store, index);
   neph_sky *kept = entry ? entry->skies[role] : NULL;
   *out_sky = NULL;
   if (!kept) {
     np_log(context, NEPH_LOG_DEBUG, "%s: built", role_names[role]);
-    return neph_sky_create(atmosphere, desc, out_sky);
+    return np_sky_create_monitored(atmosphere, desc, monitor, out_sky);
   }
   char reason[128] = "the atmosphere was";
   entry->skies[role] = NULL;
@@ -89,7 +89,7 @@ neph_result np_sky_store_take_sky(np_sky_store *store, unsigned index, np_sky_ro
   }
   np_log(context, NEPH_LOG_INFO, "%s: built anew, since %s", role_names[role], reason);
   neph_sky_destroy(kept);
-  return neph_sky_create(atmosphere, desc, out_sky);
+  return np_sky_create_monitored(atmosphere, desc, monitor, out_sky);
 }
 
 static bool grow(neph_context *context, np_sky_store *store, unsigned count) {

@@ -9,6 +9,7 @@
 #define NP_ATMOSPHERE_SKY_STORE_H
 
 #include "atmosphere/atmosphere_private.h"
+#include "core/parallel.h"
 
 typedef enum np_sky_role {
   NP_SKY_OF_CAMERA,
@@ -33,12 +34,12 @@ typedef struct np_sky_store {
  * `has_light` it knows what the air is and lets through, not what light is scattered in it: that is for who traces it.
  */
 neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *store, unsigned index,
-                                         const neph_atmosphere_desc *desc, bool has_light,
+                                         const neph_atmosphere_desc *desc, bool has_light, np_monitor *monitor,
                                          neph_atmosphere **out_atmosphere);
 
 /* A sky of `atmosphere`, which was taken before, likewise. A kept one is moved to the light and the observer wanted. */
 neph_result np_sky_store_take_sky(np_sky_store *store, unsigned index, np_sky_role role, neph_atmosphere *atmosphere,
-                                  const neph_sky_desc *desc, neph_sky **out_sky);
+                                  const neph_sky_desc *desc, np_monitor *monitor, neph_sky **out_sky);
 
 /* Takes back what was lent, or new; NULL among them is allowed. What there is no room for is released. */
 void np_sky_store_give(neph_context *context, np_sky_store *store, unsigned index, neph_atmosphere *atmosphere,

@@ -261,19 +261,20 @@ neph_result np_sky_gather_build(neph_sky *sky) {
                                                               : NULL;
   return np_gather_table_build(a->context, &a->depths, &a->moments, dome, &a->kernel,
                                acos((double)sky->frame.sun_cosine), gather_spread(&a->medium, &sky->frame),
-                               np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun), &sky->gather);
+                               np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun), sky->monitor,
+                               &sky->gather);
 }
 
 neph_result np_sky_view_build(neph_sky *sky) {
   const np_view_sizes *n = &sky->view_sizes;
   table_job job = {sky, np_sky_light_make(sky), np_path_rule_make(n->points), make_splines(n)};
-  return np_parallel_for(sky->atmosphere->context, NULL, (size_t)(n->up + n->down), 4, build_view_rows, &job);
+  return np_parallel_for(sky->atmosphere->context, sky->monitor, (size_t)(n->up + n->down), 4, build_view_rows, &job);
 }
 
 neph_result np_sky_aerial_build(neph_sky *sky) {
   const np_view_sizes *n = &sky->aerial_sizes;
   table_job job = {.sky = sky, .light = np_sky_light_make(sky), .splines = make_splines(n)};
-  return np_parallel_for(sky->atmosphere->context, NULL, (size_t)(n->up + n->down), 2, build_aerial_rows, &job);
+  return np_parallel_for(sky->atmosphere->context, sky->monitor, (size_t)(n->up + n->down), 2, build_aerial_rows, &job);
 }
 
 /* In the dark, depths alone are wanted. */
@@ -292,8 +293,11 @@ neph_result np_sky_tables_build(neph_sky *sky) {
   sky->aerial = np_alloc(context, aerial_rows * (size_t)aerial->azimuths * slices, sizeof *sky->aerial);
   sky->molecules = np_alloc(context, aerial_rows * (size_t)aerial->azimuths * slices, sizeof *sky->molecules);
   if (!sky->aerial || !sky->molecules) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_monitor_set_range(sky->monitor, 0.0, 0.4);
   neph_result result = np_sky_gather_build(sky);
+  np_monitor_set_range(sky->monitor, 0.4, 0.6);
   if (!result) result = np_sky_view_build(sky);
+  np_monitor_set_range(sky->monitor, 0.6, 1.0);
   return result ? result : np_sky_aerial_build(sky);
 }
 

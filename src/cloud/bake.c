@@ -168,6 +168,7 @@ static neph_result sample_share(bake_job *job) {
 static neph_result find_cloudy(bake_job *job) {
   const np_bake *bake = job->bake;
   const size_t count = np_bake_count_box(bake);
+  np_monitor_set_range(bake->monitor, 0.0, 0.05);
   neph_result result = np_parallel_for(bake->context, bake->monitor, count, 1024, mark_leaves, job);
   if (result) return result;
   for (size_t i = 0; i < count; i++) job->marks.cloudy_count += job->marks.is_cloudy[i];
@@ -206,8 +207,8 @@ static neph_result bake_leaves(bake_job *job, np_sparse_grid *grid) {
     size_t count = 0;
     for (; leaf < box_count && count < BATCH_LEAVES; leaf++)
       if (job->marks.is_cloudy[leaf]) job->origins[count++] = find_origin(bake, leaf);
-    np_monitor_set_range(bake->monitor, (double)done / (double)cloudy_count,
-                         (double)(done + count) / (double)cloudy_count);
+    np_monitor_set_range(bake->monitor, 0.05 + 0.95 * (double)done / (double)cloudy_count,
+                         0.05 + 0.95 * (double)(done + count) / (double)cloudy_count);
     result = np_parallel_for(bake->context, bake->monitor, count, 4, eval_leaves, job);
     if (!result) result = append_leaves(grid, job->leaves, count);
     done += count;

@@ -261,11 +261,14 @@ static void set_box(error_job *job) {
 static neph_result measure(error_job *job, const np_sparse_grid *grid, neph_bake_error *out_error) {
   neph_context *context = job->bake->context;
   np_bricks bricks;
+  const np_monitor_part whole = np_monitor_get_part(job->bake->monitor);
+  np_monitor_set_part(job->bake->monitor, whole, 0.0, 0.2);
   neph_result result = np_bricks_build(context, grid, NEPH_PRECISION_FLOAT, NULL, job->bake->monitor, &bricks);
   if (result) return result;
   job->bricks = &bricks;
   job->rays = np_alloc(context, NEPH_BAKE_ERROR_RAYS, sizeof *job->rays);
   result = job->rays ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  np_monitor_set_part(job->bake->monitor, whole, 0.2, 1.0);
   np_monitor_set_stage(job->bake->monitor, "measuring the error");
   if (!result) result = np_parallel_for(context, job->bake->monitor, NEPH_BAKE_ERROR_RAYS, 8, measure_rays, job);
   if (!result) {
@@ -283,6 +286,8 @@ neph_result np_bake_measure_error(const np_bake *bake, const np_sparse_grid *gri
   neph_cloud_desc cloud = bake->model.desc;
   np_cloud_model detailed;
   cloud.voxel_m = fmin(cloud.voxel_m, 1e-3 * cloud.billow_m); /* finer than any of its features */
+  const np_monitor_part whole = np_monitor_get_part(bake->monitor);
+  np_monitor_set_part(bake->monitor, whole, 0.0, 0.2);
   np_monitor_set_stage(bake->monitor, "preparing the error");
   neph_result result = np_cloud_model_build(bake->context, &cloud, bake->monitor, &detailed);
   if (result) return result;
@@ -292,6 +297,7 @@ neph_result np_bake_measure_error(const np_bake *bake, const np_sparse_grid *gri
                    .is_half = bake->desc.file_precision == NEPH_PRECISION_HALF,
                    .prune_per_m = (float)bake->desc.prune_per_m};
   set_box(&job);
+  np_monitor_set_part(bake->monitor, whole, 0.2, 1.0);
   result = measure(&job, grid, out_error);
   np_cloud_model_clear(&detailed);
   return result;

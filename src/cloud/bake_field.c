@@ -125,6 +125,7 @@ neph_result np_bake_start(neph_context *context, const neph_cloud_desc *cloud, c
   *out_bake = (np_bake){.context = context, .monitor = monitor, .desc = *desc, .use = use, .model = {.desc = *cloud}};
   neph_result result = find_extent(out_bake);
   if (!result) result = clip_extent(out_bake);
+  np_monitor_set_part(monitor, np_monitor_whole, 0.0, 0.05);
   np_monitor_set_stage(monitor, "preparing cloud");
   return result ? result : np_cloud_model_build(context, cloud, monitor, &out_bake->model);
 }

@@ -29,10 +29,13 @@ static neph_result measure(const np_bake *bake, np_sparse_grid *grid) {
 /* To be cleared whatever the outcome. */
 static neph_result make_grids(np_bake *bake, const char *name, bake_grids *out_grids) {
   np_sparse_grid *levels = out_grids->levels;
+  np_monitor_set_part(bake->monitor, np_monitor_whole, 0.05, 0.6);
   neph_result result = np_bake_make_grid(bake, name, &levels[0]);
+  np_monitor_set_part(bake->monitor, np_monitor_whole, 0.6, 0.8);
   if (!result && bake->desc.error) result = measure(bake, &levels[0]);
   for (unsigned i = 1; !result && i < bake->desc.level_count; i++)
     result = np_cloud_halve_grid(bake->context, &levels[i - 1], name, 1u << i, &levels[i]);
+  np_monitor_set_part(bake->monitor, np_monitor_whole, 0.8, 0.9);
   if (!result && bake->desc.has_velocity) result = np_bake_make_velocity(bake, &levels[0], out_grids->velocity);
   return result;
 }
@@ -78,6 +81,7 @@ neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *c
   result = np_bake_start_checked(context, cloud, desc, NP_BAKE_FOR_FILE, &monitor, &bake);
   if (!result) {
     result = make_grids(&bake, name, &grids);
+    np_monitor_set_part(&monitor, np_monitor_whole, 0.9, 1.0);
     if (!result) result = save(&bake, &grids, path);
     clear_grids(&grids);
     np_bake_end(&bake);

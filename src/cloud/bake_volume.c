@@ -44,10 +44,11 @@ neph_result neph_cloud_bake(neph_context *context, const neph_cloud_desc *cloud,
   neph_result result = np_bake_start_checked(context, cloud, desc, NP_BAKE_FOR_BRICKS, &monitor, &bake);
   if (!result) {
     bake.desc.error = NULL;
+    np_monitor_set_part(&monitor, np_monitor_whole, 0.05, 0.85);
     result = np_bake_make_grid(&bake, "density", &grid);
     np_bake_end(&bake);
     if (!result) {
-      np_monitor_set_stage(&monitor, "building bricks");
+      np_monitor_set_part(&monitor, np_monitor_whole, 0.85, 1.0);
       result = np_volume_create_from_grid(context, &grid, bake.desc.precision, &monitor, out_volume);
       np_sparse_grid_clear(&grid);
     }

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/parallel.h"
 
+#include <math.h>
 #include <pmmintrin.h>
 #include <pthread.h>
 #include <signal.h>
 #include <string.h>
+#include <time.h>
 
 #include "core/alloc.h"
 
@@ -54,21 +56,20 @@ void np_float_mode_leave(unsigned saved) { _mm_setcsr(saved); }
 
 /* ---- Time ---- */
 
-static struct timespec read_clock(void) {
+static double read_machine_clock(void *user) {
+  (void)user;
   struct timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);
-  return now;
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-static double find_seconds_since(const struct timespec *then) {
-  struct timespec now = read_clock();
-  return (double)(now.tv_sec - then->tv_sec) + 1e-9 * (double)(now.tv_nsec - then->tv_nsec);
-}
+static double read_clock(const np_monitor *monitor) { return monitor->read_clock_s(monitor->clock_user); }
 
-double np_monitor_get_seconds(const np_monitor *monitor) { return find_seconds_since(&monitor->start); }
+double np_monitor_get_seconds(const np_monitor *monitor) { return read_clock(monitor) - monitor->start_s; }
 
 static struct timespec find_next_report_time(void) {
-  struct timespec time = read_clock();
+  struct timespec time;
+  clock_gettime(CLOCK_MONOTONIC, &time);
   time.tv_nsec += REPORT_INTERVAL_NS;
   if (time.tv_nsec >= SECOND_NS) {
     time.tv_nsec -= SECOND_NS;
@@ -87,45 +88,113 @@ static const worker *find_worker(const np_pool *pool) {
   return NULL;
 }
 
-/* Tells the caller how far the loop is; `part` is of the loop, 0 to 1. Not for workers. */
-static void report(np_monitor *monitor, double part) {
-  if (!monitor->progress || atomic_load(&monitor->is_cancelled)) return;
-  const double width = monitor->fraction_end - monitor->fraction_begin;
-  const neph_progress progress = {monitor->stage, monitor->fraction_begin + part * width,
-                                  find_seconds_since(&monitor->start)};
-  monitor->last_report = read_clock();
-  if (!monitor->progress(monitor->progress_user, &progress)) atomic_store(&monitor->is_cancelled, true);
+static bool is_elsewhere(const np_monitor *monitor) { return !monitor || find_worker(monitor->context->pool); }
+
+static void stop(np_monitor *monitor, np_stop reason) {
+  monitor->stop = reason;
+  atomic_store(&monitor->is_cancelled, true);
 }
 
-/* Many short loops in a row must report and be cancelled as one long loop is. */
-static void report_if_due(np_monitor *monitor, double part) {
-  if (monitor && find_seconds_since(&monitor->last_report) >= 1e-9 * REPORT_INTERVAL_NS) report(monitor, part);
+/* Not for workers, as all that follows. */
+static void watch_clock(np_monitor *monitor) {
+  const bool has_limit = isfinite(monitor->deadline_s) || isfinite(monitor->budget_s);
+  if (!has_limit || monitor->stop >= NP_STOP_LATE) return;
+  const double now_s = np_monitor_get_seconds(monitor);
+  if (now_s >= monitor->deadline_s)
+    stop(monitor, NP_STOP_LATE);
+  else if (now_s >= monitor->budget_s)
+    stop(monitor, NP_STOP_CUT);
+}
+
+/* Tells the caller how far the loop is; `done` is of the loop, 0 to 1. */
+static void report(np_monitor *monitor, double done) {
+  if (!monitor->progress || atomic_load(&monitor->is_cancelled)) return;
+  const double of_stage = monitor->fraction_begin + done * (monitor->fraction_end - monitor->fraction_begin);
+  const double of_call = monitor->part.begin + of_stage * (monitor->part.end - monitor->part.begin);
+  monitor->fraction = fmax(monitor->fraction, fmin(of_call, 1.0));
+  monitor->last_report_s = read_clock(monitor);
+  const neph_progress progress = {monitor->stage, monitor->fraction, monitor->last_report_s - monitor->start_s};
+  if (!monitor->progress(monitor->progress_user, &progress)) stop(monitor, NP_STOP_CANCELLED);
+}
+
+/* Many short loops in a row must report and be stopped as one long loop is. */
+static void attend(np_monitor *monitor, double done) {
+  if (!monitor) return;
+  watch_clock(monitor);
+  if (read_clock(monitor) - monitor->last_report_s >= 1e-9 * REPORT_INTERVAL_NS) report(monitor, done);
 }
 
 void np_monitor_start(np_monitor *monitor, neph_context *context, neph_progress_fn progress, void *progress_user) {
-  monitor->context = context;
-  monitor->progress = progress;
-  monitor->progress_user = progress_user;
-  monitor->stage = "starting";
-  monitor->fraction_begin = 0.0;
-  monitor->fraction_end = 1.0;
-  monitor->start = monitor->last_report = read_clock();
+  *monitor = (np_monitor){.context = context,
+                          .progress = progress,
+                          .progress_user = progress_user,
+                          .stage = "starting",
+                          .part = np_monitor_whole,
+                          .fraction_end = 1.0,
+                          .read_clock_s = read_machine_clock,
+                          .deadline_s = HUGE_VAL,
+                          .budget_s = HUGE_VAL};
   atomic_init(&monitor->is_cancelled, false);
+  monitor->start_s = monitor->last_report_s = read_clock(monitor);
 }
 
-void np_monitor_set_stage(np_monitor *monitor, const char *stage) {
-  if (!monitor || find_worker(monitor->context->pool)) return;
+/* Reports at once that a stage has begun, or, within another call, how far it is. The stage in which a call was stopped
+ * keeps its name for the message. */
+static void enter_stage(np_monitor *monitor, const char *stage, double done) {
+  watch_clock(monitor);
+  if (monitor->stop >= NP_STOP_LATE) return;
   monitor->stage = stage;
   monitor->fraction_begin = 0.0;
   monitor->fraction_end = 1.0;
-  report(monitor, 0.0);
+  report(monitor, done);
+  watch_clock(monitor);
+}
+
+void np_monitor_set_stage(np_monitor *monitor, const char *stage) {
+  if (!is_elsewhere(monitor)) enter_stage(monitor, stage, 0.0);
 }
 
 void np_monitor_set_range(np_monitor *monitor, double fraction_begin, double fraction_end) {
-  if (!monitor || find_worker(monitor->context->pool)) return;
+  if (is_elsewhere(monitor)) return;
   monitor->fraction_begin = fraction_begin;
   monitor->fraction_end = fraction_end;
-  report_if_due(monitor, 0.0);
+  attend(monitor, 0.0);
+}
+
+np_monitor_part np_monitor_get_part(const np_monitor *monitor) { return monitor ? monitor->part : np_monitor_whole; }
+
+void np_monitor_set_part(np_monitor *monitor, np_monitor_part whole, double begin, double end) {
+  if (is_elsewhere(monitor)) return;
+  const double length = whole.end - whole.begin;
+  monitor->part = (np_monitor_part){whole.begin + begin * length, whole.begin + end * length};
+  np_monitor_set_range(monitor, 0.0, 1.0);
+}
+
+bool np_monitor_relay(void *user, const neph_progress *progress) {
+  np_monitor *monitor = user;
+  enter_stage(monitor, progress->stage, progress->fraction);
+  return !np_monitor_is_cancelled(monitor);
+}
+
+void np_monitor_set_deadline(np_monitor *monitor, double seconds) { monitor->deadline_s = seconds; }
+
+bool np_monitor_is_late(const np_monitor *monitor) { return monitor->stop == NP_STOP_LATE; }
+
+void np_monitor_begin_budget(np_monitor *monitor, double seconds) {
+  if (monitor) monitor->budget_s = seconds;
+}
+
+bool np_monitor_is_cut(const np_monitor *monitor) { return monitor && monitor->stop == NP_STOP_CUT; }
+
+bool np_monitor_end_budget(np_monitor *monitor) {
+  if (!monitor) return false;
+  const bool is_cut = monitor->stop == NP_STOP_CUT;
+  monitor->budget_s = HUGE_VAL;
+  if (is_cut) {
+    monitor->stop = NP_STOP_NONE;
+    atomic_store(&monitor->is_cancelled, false);
+  }
+  return is_cut;
 }
 
 bool np_monitor_is_cancelled(const np_monitor *monitor) { return monitor && atomic_load(&monitor->is_cancelled); }
@@ -199,22 +268,28 @@ static void wait_and_report(np_pool *pool, loop *l) {
     pthread_cond_timedwait(&pool->has_finished, &pool->lock, &due);
     if (is_loop_over(l)) return;
     pthread_mutex_unlock(&pool->lock);
-    report_if_due(l->monitor, (double)atomic_load(&l->finished) / (double)l->count);
+    attend(l->monitor, (double)atomic_load(&l->finished) / (double)l->count);
     pthread_mutex_lock(&pool->lock);
   }
 }
 
+/* Whether somebody must be told, or stopped, while the loop goes on. */
+static bool is_attended(const np_monitor *monitor) {
+  return monitor && (monitor->progress || isfinite(monitor->deadline_s) || isfinite(monitor->budget_s));
+}
+
 static neph_result run_on_pool(np_pool *pool, loop *l) {
+  attend(l->monitor, 0.0);
   pthread_mutex_lock(&pool->lock);
   append_loop(pool, l);
   pthread_cond_broadcast(&pool->has_work);
-  if (l->monitor && l->monitor->progress)
+  if (is_attended(l->monitor))
     wait_and_report(pool, l);
   else
     while (!is_loop_over(l)) pthread_cond_wait(&pool->has_finished, &pool->lock);
   const neph_result result = l->result;
   pthread_mutex_unlock(&pool->lock);
-  if (!result) report_if_due(l->monitor, 1.0);
+  if (!result) attend(l->monitor, 1.0);
   return result;
 }
 

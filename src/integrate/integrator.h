@@ -5,6 +5,7 @@
 
 #include <nephos/context.h>
 
+#include "core/parallel.h"
 #include "core/random.h"
 #include "light/scene_view.h"
 
@@ -42,14 +43,15 @@ typedef struct np_look {
 } np_look;
 
 typedef struct np_integrator_settings {
-  unsigned scattering_max; /* scatterings in cloud along a path; 0xffffffff: no limit */
-  float lost_share;        /* of the paths that this limit cuts, those followed to learn what is lost; 0: none */
-  bool is_split;           /* paths are guided and split by the view's solution of the multiple scattering */
-  bool is_air_traced;      /* paths go on through air and from ground; else tables answer for both */
-  np_look look;            /* of the march */
-  float tolerance;         /* of the march: what its steps may err by, as a share of a ray's light */
-  float step_voxels;       /* its longest step */
-  float transmittance_end; /* a ray of the march below this ends, or goes on with it, by Russian roulette */
+  unsigned scattering_max;   /* scatterings in cloud along a path; 0xffffffff: no limit */
+  float lost_share;          /* of the paths that this limit cuts, those followed to learn what is lost; 0: none */
+  bool is_split;             /* paths are guided and split by the view's solution of the multiple scattering */
+  bool is_air_traced;        /* paths go on through air and from ground; else tables answer for both */
+  np_look look;              /* of the march */
+  float tolerance;           /* of the march: what its steps may err by, as a share of a ray's light */
+  float step_voxels;         /* its longest step */
+  float transmittance_end;   /* a ray of the march below this ends, or goes on with it, by Russian roulette */
+  const np_monitor *monitor; /* ends paths under way, whose samples are then void, when it is cancelled; may be NULL */
 } np_integrator_settings;
 
 typedef struct np_camera_ray {

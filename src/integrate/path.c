@@ -404,7 +404,7 @@ static bool is_ended(const np_tracer *t, np_path_state *path) {
 }
 
 void NP_KERNEL(np_path_follow)(const np_tracer *t, np_path_state *path, np_path_event event) {
-  for (;;) {
+  while (!np_monitor_is_cancelled(t->settings->monitor)) {
     path->is_guided = false;
     switch (event) {
     case NP_PATH_CLOUD:

@@ -266,7 +266,9 @@ neph_result np_air_visibility_build(neph_context *context, const np_scene_view *
   out->ground_m = np_alloc(context, count, sizeof *out->ground_m);
   neph_result result = out->seen && out->ground_m ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   np_monitor_set_stage(monitor, "casting shadows into the air");
+  np_monitor_set_range(monitor, 0.0, 0.8);
   if (!result) result = np_parallel_for(context, monitor, count, 16, see_nodes, &p);
+  np_monitor_set_range(monitor, 0.8, 0.9);
   if (!result) result = smooth(out, monitor);
   if (result) np_air_visibility_clear(out);
   return result;
@@ -369,6 +371,7 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_sc
     job.bottom_m = fmin(job.bottom_m, view->volumes[i].bottom_m);
     job.top_m = fmax(job.top_m, view->volumes[i].top_m);
   }
+  np_monitor_set_range(monitor, 0.9, 1.0);
   neph_result result = np_parallel_for(out->context, monitor, count, 64, lose_nodes, &job);
   if (result) np_air_shadow_clear(out);
   return result;

@@ -172,7 +172,10 @@ neph_result np_transport_grid_light(const np_scene_view *view, np_monitor *monit
   neph_result result = start_medium(&r, &grid->deposit);
   if (!result && has_broad) result = start_medium(&r, &grid->broad_deposit);
   if (!result && has_broad) result = start_surpluses(&r, grid);
-  for (int axis = 0; axis < 3 && !result; axis++) result = light_face(&r, axis);
+  for (int axis = 0; axis < 3 && !result; axis++) {
+    np_monitor_set_range(monitor, axis / 3.0, (axis + 1) / 3.0);
+    result = light_face(&r, axis);
+  }
   if (!result) spread(grid, &r.media[0], grid->deposit);
   if (!result && has_broad) spread(grid, &r.media[1], grid->broad_deposit);
   if (!result) keep_surpluses(&r, grid);

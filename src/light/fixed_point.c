@@ -18,6 +18,7 @@ typedef struct history {
   unsigned count; /* filled, the newest last */
   float *image[DEPTH], *residual[DEPTH];
   double gram[DEPTH][DEPTH]; /* scalar products of the residuals */
+  double relative[DEPTH];    /* lengths of the residuals, relative to the images' */
 } history;
 
 typedef struct pass {
@@ -116,6 +117,7 @@ static void shift(history *past) {
   for (unsigned j = 0; j + 1 < past->depth; j++) {
     past->image[j] = past->image[j + 1];
     past->residual[j] = past->residual[j + 1];
+    past->relative[j] = past->relative[j + 1];
     for (unsigned i = 0; i + 1 < past->depth; i++) past->gram[j][i] = past->gram[j + 1][i + 1];
   }
   past->image[past->depth - 1] = image;
@@ -131,10 +133,11 @@ static void forget(history *past) {
   past->image[0] = image;
   past->residual[0] = residual;
   past->gram[0][0] = past->gram[newest][newest];
+  past->relative[0] = past->relative[newest];
   past->count = 1;
 }
 
-static neph_result measure(pass *p, history *past, double *out_residual) {
+static neph_result measure(pass *p, history *past) {
   const np_fixed_point *problem = p->problem;
   neph_result result = np_parallel_for(problem->context, problem->monitor, count_chunks(problem), 1, measure_chunks, p);
   if (result) return result;
@@ -146,7 +149,7 @@ static neph_result measure(pass *p, history *past, double *out_residual) {
     past->gram[newest][j] = past->gram[j][newest] = sum;
   }
   for (size_t c = 0; c < count_chunks(problem); c++) image += p->sums[c][DEPTH];
-  *out_residual = image > 0.0 ? sqrt(past->gram[newest][newest] / image) : 0.0;
+  past->relative[newest] = image > 0.0 ? sqrt(past->gram[newest][newest] / image) : 0.0;
   return NEPH_OK;
 }
 
@@ -159,19 +162,55 @@ static void watch_for_stall(history *past, double residual, double *best, unsign
   past->depth = 1;
 }
 
-static neph_result iterate(np_fixed_point *problem, history *past, pass *p) {
-  double before = INFINITY, best = INFINITY;
+/* One more image, and how far it is from what it was made of; without it where the budget ends. */
+static neph_result add_image(np_fixed_point *problem, history *past, pass *p) {
+  shift(past);
+  neph_result result = problem->map(problem->user, p->x, past->image[past->count++]);
+  if (!result) result = measure(p, past);
+  if (result) {
+    past->count--;
+    return result;
+  }
+  problem->calls++;
+  problem->residual = past->relative[past->count - 1];
+  return NEPH_OK;
+}
+
+static void keep_image(np_fixed_point *problem, const history *past, unsigned index, float *x) {
+  memcpy(x, past->image[index], problem->count * sizeof *x);
+  problem->residual = past->relative[index];
+}
+
+/* Where nothing is remembered x is what the last image was, or what it was at the start. */
+static void keep_best(np_fixed_point *problem, const history *past, float *x) {
+  unsigned best = 0;
+  for (unsigned j = 1; j < past->count; j++)
+    if (past->relative[j] < past->relative[best]) best = j;
+  if (past->count > 0) keep_image(problem, past, best, x);
+  problem->is_cut = true;
+}
+
+/* Of the calls that it will take, those that are done: the residual goes on falling as it has since the first. */
+static double estimate_done(const np_fixed_point *problem, double first_residual) {
+  const double done = problem->calls, at_least = done / problem->calls_max;
+  const double fallen = log(first_residual / problem->residual), needed = log(first_residual / problem->tolerance);
+  return isfinite(fallen) && needed > 0.0 ? fmin(fmax(fallen / needed, at_least), done / (done + 1.0)) : at_least;
+}
+
+/* Up to the tolerance, or to the last call. */
+static neph_result approach(np_fixed_point *problem, history *past, pass *p) {
+  double before = INFINITY, best = INFINITY, first = 0.0;
   unsigned idle = 0;
-  for (problem->calls = 0;;) {
-    shift(past);
-    neph_result result = problem->map(problem->user, p->x, past->image[past->count++]);
-    problem->calls++;
-    if (!result) result = measure(p, past, &problem->residual);
+  for (;;) {
+    neph_result result = add_image(problem, past, p);
     if (result) return result;
     if (problem->residual <= problem->tolerance || problem->calls >= problem->calls_max) {
-      memcpy(p->x, past->image[past->count - 1], problem->count * sizeof *p->x);
+      keep_image(problem, past, past->count - 1, p->x);
       return NEPH_OK;
     }
+    if (problem->calls == 1) first = problem->residual;
+    const double done = estimate_done(problem, first);
+    np_monitor_set_range(problem->monitor, done, done);
     if (!(problem->residual < 2.0 * before)) forget(past);
     before = problem->residual;
     watch_for_stall(past, problem->residual, &best, &idle);
@@ -179,6 +218,17 @@ static neph_result iterate(np_fixed_point *problem, history *past, pass *p) {
     result = np_parallel_for(problem->context, problem->monitor, count_chunks(problem), 1, combine_chunks, p);
     if (result) return result;
   }
+}
+
+static neph_result iterate(np_fixed_point *problem, history *past, pass *p) {
+  problem->calls = 0;
+  problem->residual = 1.0;
+  problem->is_cut = false;
+  np_monitor_set_range(problem->monitor, 0.0, 0.0);
+  const neph_result result = approach(problem, past, p);
+  if (result != NEPH_ERROR_CANCELLED || !np_monitor_is_cut(problem->monitor)) return result;
+  keep_best(problem, past, p->x);
+  return NEPH_OK;
 }
 
 neph_result np_fixed_point_solve(np_fixed_point *problem, float *x) {

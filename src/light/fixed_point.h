@@ -16,14 +16,16 @@ typedef struct np_fixed_point {
   unsigned depth;   /* images that are combined, 1 to NP_FIXED_POINT_DEPTH_MAX; each costs two vectors like x */
   double tolerance; /* of ‖g(x) − x‖ / ‖g(x)‖ */
   unsigned calls_max;
-  double residual; /* out: reached */
+  double residual; /* out: reached; 1 when no call was finished */
   unsigned calls;  /* out: of the map */
+  bool is_cut;     /* out: the monitor's budget ended it */
 } np_fixed_point;
 
 enum { NP_FIXED_POINT_DEPTH_MAX = 20 };
 
 /* Improves `x` until the tolerance is met or the calls are used up; x is then the last image. Same bits for any number
- * of threads. */
+ * of threads. Where the monitor's budget ends before, x is the image of the least residual among the remembered ones,
+ * and the budget is left for the caller to end. */
 neph_result np_fixed_point_solve(np_fixed_point *problem, float *x);
 
 #endif

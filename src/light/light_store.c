@@ -252,6 +252,10 @@ neph_result np_light_store_take(neph_context *context, np_light_store *store, un
 
 void np_light_store_give(np_light_store *store, unsigned index, np_light_role role, np_multi_scatter *solution) {
   if (!solution->context) return;
+  if (solution->is_cut) {
+    np_multi_scatter_clear(solution);
+    return;
+  }
   store->entries[index][role].solution = *solution;
   *solution = (np_multi_scatter){0};
 }

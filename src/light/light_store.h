@@ -52,7 +52,7 @@ neph_result np_light_store_take(neph_context *context, np_light_store *store, un
                                 const np_scene_view *view, const np_multi_scatter_desc *desc, np_monitor *monitor,
                                 np_multi_scatter *out);
 
-/* Takes back what was lent; an empty one changes nothing. */
+/* Takes back what was lent; an empty one changes nothing. What a time limit cut is not kept. */
 void np_light_store_give(np_light_store *store, unsigned index, np_light_role role, np_multi_scatter *solution);
 
 /* Depths towards the view's light: kept, or found. */

@@ -24,6 +24,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "light/importance.h"
 #include "light/transport_level.h"
 
 enum {
@@ -46,6 +47,13 @@ typedef struct angles {
   np_transport_lights lights;
 } angles;
 
+/* How far the solution of a band has come. */
+typedef struct reach {
+  unsigned level;  /* the last that was swept; the number of levels: none */
+  unsigned sweeps; /* of that level, where they were cut; 0: up to its tolerance */
+  double residual;
+} reach;
+
 typedef struct solver {
   neph_context *context;
   const np_scene_view *view;
@@ -54,6 +62,10 @@ typedef struct solver {
   np_multi_scatter *out;
   angles *fine, *broad; /* of the result, and of what is iterated; the same where nothing is to be resolved further */
   np_spectrum *sun;     /* irradiance at each live cell of the finest grid */
+  double end_s;         /* of the monitor's seconds, for the sweeps of all bands; infinite: no limit */
+  bool has_time;        /* the present band's share of them is not used up */
+  reach reached, cut;   /* by the present band; and by the last one that was cut, past which no other goes */
+  np_monitor_part whole;
   unsigned level_count, band;
   /* The result's; where its cells are fine, those twice as wide; then the same in the degree that is iterated, if that
    * is another; then coarser ones. */
@@ -66,38 +78,115 @@ static bool is_resolved(const solver *s) { return s->fine != s->broad; }
 /* The finest that is iterated. */
 static unsigned get_iterated(const solver *s) { return (is_fine(s) ? 1u : 0u) + (is_resolved(s) ? 1u : 0u); }
 
+/* ---- Time and progress ---- */
+
+/* Of a band's work, where sweeps begin and where they give way to the last ones. */
+static const double solving_begin = 0.15, resolving_begin = 0.85, keeping_begin = 0.95;
+
+/* What follows is [begin, end] of the band's work. */
+static void set_part(const solver *s, double begin, double end) {
+  const double count = s->out->band_count;
+  np_monitor_set_part(s->monitor, s->whole, (s->band + begin) / count, (s->band + end) / count);
+}
+
+/* A level takes time as it has cells. */
+static void set_level_part(const solver *s, unsigned number) {
+  double all = 0.0, before = 0.0;
+  for (unsigned n = get_iterated(s); n < s->level_count; n++) {
+    all += (double)s->levels[n].grid.live_count;
+    if (n > number) before += (double)s->levels[n].grid.live_count;
+  }
+  const double per_cell = (resolving_begin - solving_begin) / fmax(all, 1.0), begin = solving_begin + per_cell * before;
+  set_part(s, begin, begin + per_cell * (double)s->levels[number].grid.live_count);
+}
+
+/* The band is as it is. */
+static void note_cut(solver *s) {
+  const unsigned width = 1u << (s->reached.level - get_iterated(s));
+  s->has_time = false;
+  s->cut = s->reached;
+  s->out->is_cut = true;
+  s->out->residual = fmax(s->out->residual, s->reached.residual);
+  s->out->cut_width = width > s->out->cut_width ? width : s->out->cut_width;
+}
+
+/* The band's share of the time that is left; a little less for those before the last, which come as far as the first
+ * was cut, that they can. */
+static void begin_budget(solver *s, bool is_nested) {
+  const unsigned bands_left = s->out->band_count - s->band;
+  s->has_time = true;
+  if (is_nested) s->reached = (reach){.level = s->level_count, .residual = 1.0};
+  if (!isfinite(s->end_s)) return;
+  const double now_s = np_monitor_get_seconds(s->monitor), share = (bands_left > 1 ? 0.9 : 1.0) / bands_left;
+  if (now_s < s->end_s)
+    np_monitor_begin_budget(s->monitor, now_s + share * (s->end_s - now_s));
+  else
+    note_cut(s);
+}
+
+static void end_budget(solver *s) {
+  if (np_monitor_end_budget(s->monitor)) note_cut(s);
+}
+
+/* ---- Levels ---- */
+
+/* A band comes no further than the one before that was cut: else the clouds would take on its colour. */
 static neph_result solve_level(solver *s, unsigned number, double tolerance) {
+  if (s->out->is_cut && number < s->cut.level) return NEPH_OK;
   np_transport_level *level = &s->levels[number];
   np_transport_effort effort = {.tolerance = tolerance, .is_finest = number == get_iterated(s)};
+  if (s->out->is_cut && number == s->cut.level) effort.sweeps_max = s->cut.sweeps;
+  set_level_part(s, number);
   neph_result result = np_transport_level_solve(&s->broad->lights, level, &effort);
-  if (!effort.is_finest) return result;
+  if (effort.sweeps > 0) s->reached = (reach){number, effort.is_cut ? effort.sweeps : 0, effort.residual};
+  if (effort.is_cut) end_budget(s);
+  if (!effort.is_finest || effort.is_cut) return result;
   s->out->residual = fmax(s->out->residual, effort.residual);
   s->out->sweeps += effort.sweeps;
   return result;
 }
 
+/* From the next coarser level, whether or not there is time: it is little, and what stands there now is nothing. */
+static neph_result prolong(solver *s, unsigned number) {
+  neph_result result = np_transport_level_prolong(&s->levels[number + 1], s->monitor, &s->levels[number]);
+  if (result != NEPH_ERROR_CANCELLED || !np_monitor_is_cut(s->monitor)) return result;
+  end_budget(s);
+  return np_transport_level_prolong(&s->levels[number + 1], s->monitor, &s->levels[number]);
+}
+
 static neph_result solve_nested(solver *s) {
   const unsigned finest = get_iterated(s);
-  for (unsigned n = s->level_count; n-- > finest;) {
-    if (n + 1 < s->level_count) np_transport_level_prolong(&s->levels[n + 1], &s->levels[n]);
+  neph_result result = NEPH_OK;
+  for (unsigned n = s->level_count; n-- > finest && !result;) {
+    if (n + 1 < s->level_count) result = prolong(s, n);
+    if (result || !s->has_time) continue;
     /* What crosses a thick cloud slowly, and shows late in the residual, is found on coarse cells: they are cheap. */
-    neph_result result = solve_level(s, n, n > finest ? 0.03 * s->desc->tolerance : s->desc->tolerance);
-    if (result) return result;
+    result = solve_level(s, n, n > finest ? 0.03 * s->desc->tolerance : s->desc->tolerance);
   }
-  return NEPH_OK;
+  return result;
+}
+
+/* Sweeps as long as there is time. */
+static neph_result sweep_level(solver *s, unsigned number, unsigned sweeps) {
+  if (!s->has_time || s->out->is_cut) return NEPH_OK;
+  const neph_result result = np_transport_level_sweep(&s->fine->lights, &s->levels[number], sweeps, isfinite(s->end_s));
+  if (np_monitor_is_cut(s->monitor)) end_budget(s);
+  return result;
 }
 
 /* From what is iterated to the result. */
 static neph_result resolve(solver *s) {
   const unsigned iterated = get_iterated(s);
   neph_result result = NEPH_OK;
+  set_part(s, resolving_begin, is_fine(s) ? 0.5 * (resolving_begin + keeping_begin) : keeping_begin);
   if (is_resolved(s)) {
     np_transport_level_resolve(&s->fine->lights, &s->levels[iterated], &s->levels[iterated - 1]);
-    result = np_transport_level_sweep(&s->fine->lights, &s->levels[iterated - 1], RESOLVING_SWEEPS);
+    result = sweep_level(s, iterated - 1, RESOLVING_SWEEPS);
   }
   if (!is_fine(s) || result) return result;
-  np_transport_level_prolong(&s->levels[1], &s->levels[0]);
-  return np_transport_level_sweep(&s->fine->lights, &s->levels[0], REFINING_SWEEPS);
+  set_part(s, 0.5 * (resolving_begin + keeping_begin), keeping_begin);
+  result = prolong(s, 0);
+  return result ? result : sweep_level(s, 0, REFINING_SWEEPS);
 }
 
 /* ---- Bands ---- */
@@ -125,8 +214,10 @@ static neph_result build_levels(solver *s) {
   neph_result result = np_transport_grid_place(s->context, s->view, &s->desc->cells, finest);
   if (result) return result;
   finest->degree = s->fine->ordinates.degree;
+  set_part(s, 0.0, 0.05);
   np_monitor_set_stage(s->monitor, "averaging clouds");
   result = np_transport_grid_fill(s->view, s->out->phases, s->band, s->monitor, finest);
+  set_part(s, 0.05, solving_begin);
   np_monitor_set_stage(s->monitor, "lighting clouds");
   if (!result) result = np_transport_grid_light(s->view, s->monitor, s->band, s->broad->ordinates.degree, finest);
   if (!result && is_fine(s)) result = add_coarser(s);
@@ -230,56 +321,6 @@ static void scale_solution(solver *s, double factor) {
   for (size_t i = 0; i < count_moments(&iterated->grid); i++) iterated->phi[i] *= (float)factor;
 }
 
-/* Where sunlight that went straight on first collides, per extinction, is what there is of it. */
-static void add_importance(const solver *s, const float *moments) {
-  const np_transport_level *finest = &s->levels[0];
-  const size_t count = np_harmonics_count(finest->grid.degree);
-  const float share = 1.0f / (float)s->out->band_count, whole = np_spectrum_max(s->view->sun_irradiance);
-  const float even = share * sqrtf(0.25f / NP_PI_F), linear = share * sqrtf(0.75f / NP_PI_F);
-  const float quadratic = share * sqrtf(15.0f / 16.0f / NP_PI_F);
-  static const unsigned harmonic_of_axis[3] = {3, 1, 2};
-  static const float bend_scale[5] = {2.0f, 2.0f, 0.57735027f, 2.0f, 1.0f}; /* √(1/3) */
-  for (size_t live = 0; live < finest->grid.live_count; live++) {
-    np_importance *out = &s->out->importance[live];
-    const float *phi = moments + live * count, extinction = finest->grid.extinction[live];
-    out->mean += even * phi[0];
-    for (int a = 0; a < 3; a++) out->lean[a] += linear * phi[harmonic_of_axis[a]];
-    for (int i = 0; i < 5; i++) out->bend[i] += quadratic * bend_scale[i] * phi[4 + i];
-    if (extinction > 0.0f) out->lit = fmaxf(out->lit, fminf(finest->sun[live] / extinction, whole));
-  }
-}
-
-/* What a path makes of what it may come to from a cell along an axis: less than there by the rate of diffuse light, and
- * by the chance to come so far without having been split on the way. */
-static float find_fall(const np_transport_grid *g, const int32_t at[3], int axis, size_t live) {
-  const float *ratio = g->ratio + live * (g->degree + 1), width = (float)np_transport_grid_width(g, axis, at[axis]);
-  const float transport = sqrtf(fmaxf(1.0f - ratio[1], 0.0f)), loss = sqrtf(3.0f * fmaxf(1.0f - ratio[0], 0.0f));
-  return expf(-(0.35f + loss * transport) * g->extinction[live] * width);
-}
-
-/* A cell's own light, or more where a neighbour along an axis has much. */
-static void spread_from(const np_transport_grid *g, const int32_t at[3], int axis, int step, size_t live,
-                        np_importance *importance) {
-  const int32_t next = np_transport_grid_neighbour(g, at, axis, step);
-  if (next < 0 || !(importance[next].lit > importance[live].lit)) return;
-  importance[live].lit = fmaxf(importance[live].lit, importance[next].lit * find_fall(g, at, axis, live));
-}
-
-/* Lets sunlight be known of where paths may come to it from: cell by cell, on and back, and again round corners. */
-static void spread_lit(const np_transport_grid *g, np_importance *importance) {
-  const int32_t count = (int32_t)np_transport_grid_count(g);
-  for (int pass = 0; pass < 4; pass++) {
-    const bool is_back = pass % 2;
-    for (int32_t i = 0; i < count; i++) {
-      const int32_t cell = is_back ? count - 1 - i : i, live = g->live[cell];
-      if (live < 0) continue;
-      int32_t at[3];
-      np_transport_grid_split(g, cell, at);
-      for (int axis = 0; axis < 3; axis++) spread_from(g, at, axis, is_back ? 1 : -1, (size_t)live, importance);
-    }
-  }
-}
-
 /* Of values of which the largest are to be between 2¹⁴ and 2¹⁵: what loses bits then is four billionths of them. */
 static float choose_scale(const float *values, size_t count) {
   float largest = 0.0f;
@@ -313,10 +354,10 @@ static neph_result keep_narrow(const solver *s) {
   float *sharp = np_alloc(s->context, g->live_count, sizeof *sharp);
   if (!sharp) return NEPH_ERROR_OUT_OF_MEMORY;
   memcpy(sharp, g->narrow, g->live_count * sizeof *sharp);
-  np_transport_grid_sharpen(g, 1, sharp);
-  for (size_t live = 0; live < g->live_count; live++) s->out->narrow[live * bands + s->band] = sharp[live];
+  const neph_result result = np_transport_grid_sharpen(g, 1, s->monitor, sharp);
+  for (size_t live = 0; live < g->live_count && !result; live++) s->out->narrow[live * bands + s->band] = sharp[live];
   np_alloc_free(s->context, sharp);
-  return NEPH_OK;
+  return result;
 }
 
 /* Sharpened in place, or in a copy where the next band starts from the solution. */
@@ -330,12 +371,14 @@ static neph_result keep_band(solver *s) {
     if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
     memcpy(copy, finest->phi, floats * sizeof *copy);
   }
-  np_transport_grid_sharpen(&finest->grid, count, sharp);
-  if (s->out->importance) add_importance(s, sharp);
+  neph_result result = np_transport_grid_sharpen(&finest->grid, count, s->monitor, sharp);
+  if (s->out->importance && !result)
+    np_importance_add(finest, sharp, 1.0f / (float)s->out->band_count, np_spectrum_max(s->view->sun_irradiance),
+                      s->out->importance);
   const float scale = s->out->scale[s->band] = choose_scale(sharp, floats);
   packing p = {sharp, 1.0f / scale, count, (size_t)s->out->band_count * count,
                s->out->moments + (size_t)s->band * count};
-  neph_result result = np_parallel_for(s->context, s->monitor, finest->grid.live_count, CHUNK, pack, &p);
+  if (!result) result = np_parallel_for(s->context, s->monitor, finest->grid.live_count, CHUNK, pack, &p);
   np_alloc_free(s->context, copy);
   return result || !finest->grid.narrow ? result : keep_narrow(s);
 }
@@ -345,14 +388,20 @@ static neph_result solve_band(solver *s, bool is_first, double *sum) {
   neph_result result = fill_glow(s);
   if (!result) result = light_levels(s, sum);
   if (result || *sum <= 0.0) return result;
+  set_part(s, solving_begin, 1.0);
   np_monitor_set_stage(s->monitor, "solving multiple scattering");
-  if (is_first || !(before > 0.0)) {
+  /* A band of light that falls elsewhere is not well begun from one that was cut: it would keep that one's colour. */
+  const bool is_nested = is_first || !(before > 0.0) || s->out->is_cut;
+  begin_budget(s, is_nested);
+  if (is_nested) {
     result = solve_nested(s);
   } else {
     scale_solution(s, *sum / before);
-    result = solve_level(s, get_iterated(s), s->desc->tolerance);
+    if (s->has_time) result = solve_level(s, get_iterated(s), s->desc->tolerance);
   }
   if (!result) result = resolve(s);
+  end_budget(s);
+  set_part(s, keeping_begin, 1.0);
   return result ? result : keep_band(s);
 }
 
@@ -419,7 +468,7 @@ static neph_result solve_bands(solver *s) {
     if (!result) result = solve_band(s, is_first, &sum);
     if (result) return result;
   }
-  if (s->out->importance) spread_lit(&s->levels[0].grid, s->out->importance);
+  if (s->out->importance) np_importance_spread(&s->levels[0].grid, s->out->importance);
   return NEPH_OK;
 }
 
@@ -524,7 +573,7 @@ static void report(const np_scene_view *view, double tolerance, np_multi_scatter
   np_log(out->context, NEPH_LOG_DEBUG,
          "multiple scattering: the densest cells have a scaled depth of %.2g to %.2g, for an expected error of %.2g %%",
          least, most, 100.0 * out->error);
-  if (out->residual > 10.0 * tolerance)
+  if (out->residual > 10.0 * tolerance && !out->is_cut)
     np_log(out->context, NEPH_LOG_WARNING, "multiple scattering has not converged: residual %.2g, wanted %.2g",
            out->residual, tolerance);
 }
@@ -533,6 +582,8 @@ neph_result np_multi_scatter_build(neph_context *context, const np_scene_view *v
                                    np_monitor *monitor, np_multi_scatter *out) {
   *out = (np_multi_scatter){.context = context};
   solver s = {.context = context, .view = view, .desc = desc, .monitor = monitor, .out = out};
+  s.whole = np_monitor_get_part(monitor);
+  s.end_s = isfinite(desc->seconds_max) ? np_monitor_get_seconds(monitor) + desc->seconds_max : HUGE_VAL;
   neph_result result = start(&s);
   if (!result) result = solve_bands(&s);
   if (!result) {

@@ -10,6 +10,7 @@ typedef struct np_multi_scatter_desc {
   np_transport_desc cells;
   double work_max; /* cells × directions × harmonics of a sweep, up to which angles are resolved beyond the least */
   double tolerance;
+  double seconds_max;  /* after which sweeps end, whatever the residual; infinite: no limit */
   bool has_importance; /* what paths are guided by is kept beside the moments */
 } np_multi_scatter_desc;
 
@@ -17,7 +18,7 @@ typedef struct np_multi_scatter_desc {
 #define NP_MULTI_SCATTER_DESC_DEFAULT                                                                                  \
   {                                                                                                                    \
     .cells = {.cell_count_max = 1500000, .cell_count_cheap = 60000, .cell_depth_max = 0.35}, .work_max = 3e7,          \
-    .tolerance = 3e-4                                                                                                  \
+    .tolerance = 3e-4, .seconds_max = HUGE_VAL                                                                         \
   }
 
 /* About what comes to a cell, in the mean of the bands that are kept: what paths are guided by (integrate/guide.h). */
@@ -41,10 +42,12 @@ typedef struct np_multi_scatter {
   float *narrow; /* [live][band]: of the moments, those of sunlight that was scattered narrowly, over its irradiance and
                     harmonics (transport_grid.h); NULL: there is none */
   np_importance
-      *importance; /* [live], in floats, since it may fall by thirty decades; NULL where it was not asked for */
-  double residual; /* relative, the worst band's */
-  unsigned sweeps; /* of the finest grid, all bands together */
-  double error;    /* expected from the size of the largest cells, as a share of the light */
+      *importance;    /* [live], in floats, since it may fall by thirty decades; NULL where it was not asked for */
+  double residual;    /* relative, the worst band's */
+  bool is_cut;        /* the description's time ended before the last sweep */
+  unsigned cut_width; /* edge of the finest cells that were swept till then, in edges of the finest that are iterated */
+  unsigned sweeps;    /* of the finest grid, all bands together */
+  double error;       /* expected from the size of the largest cells, as a share of the light */
 } np_multi_scatter;
 
 /* Allows as many fine cells as a picture of so many rays is worth, within the memory of `cells.cell_count_max`. */

@@ -135,27 +135,41 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
                                                 : DEPTH,
                             .tolerance = is_cheap ? fmin(effort->tolerance, 2e-6) : effort->tolerance,
                             .calls_max = is_cheap || !effort->is_finest ? CHEAP_SWEEPS_MAX : SWEEPS_MAX};
+  if (effort->sweeps_max) problem.calls_max = effort->sweeps_max;
   result = np_fixed_point_solve(&problem, level->phi);
   effort->residual = problem.residual;
   effort->sweeps = problem.calls;
+  effort->is_cut = problem.is_cut;
   clear_iteration(&it);
   return result;
 }
 
-neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps) {
+neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps,
+                                     bool has_budget) {
   iteration it;
-  neph_result result = start_iteration(lights, level, false, &it);
+  neph_result result = start_iteration(lights, level, has_budget, &it);
   if (result) return result;
-  for (unsigned n = 0; n < sweeps && !result; n++) result = map_moments(&it, level->phi, level->phi);
+  for (unsigned n = 0; n < sweeps && !result; n++) {
+    np_monitor_set_range(lights->monitor, (double)n / sweeps, (double)n / sweeps);
+    result = map_moments(&it, level->phi, level->phi);
+  }
   clear_iteration(&it);
-  return result;
+  return result == NEPH_ERROR_CANCELLED && np_monitor_is_cut(lights->monitor) ? NEPH_OK : result;
 }
 
 /* ---- From grid to grid, and to the eye ---- */
 
-void np_transport_level_prolong(const np_transport_level *coarse, np_transport_level *fine) {
+typedef struct prolongation {
+  const np_transport_level *coarse;
+  np_transport_level *fine;
+} prolongation;
+
+static neph_result prolong_cells(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const np_transport_level *coarse = ((const prolongation *)user)->coarse;
+  const np_transport_level *fine = ((const prolongation *)user)->fine;
   const unsigned count = np_harmonics_count(fine->grid.degree);
-  for (size_t live = 0; live < fine->grid.live_count; live++) {
+  for (size_t live = begin; live < end; live++) {
     int32_t near[8];
     float weight[8], *out = fine->phi + live * count;
     const np_dvec3 centre = np_transport_grid_centre(&fine->grid, fine->grid.cell[live]);
@@ -164,6 +178,13 @@ void np_transport_level_prolong(const np_transport_level *coarse, np_transport_l
     for (unsigned c = 0; c < found; c++)
       for (unsigned i = 0; i < count; i++) out[i] += weight[c] * coarse->phi[(size_t)near[c] * count + i];
   }
+  return NEPH_OK;
+}
+
+neph_result np_transport_level_prolong(const np_transport_level *coarse, np_monitor *monitor,
+                                       np_transport_level *fine) {
+  prolongation p = {coarse, fine};
+  return np_parallel_for(fine->grid.context, monitor, fine->grid.live_count, CHUNK, prolong_cells, &p);
 }
 
 /* Sunlight in a cell that has gone straight on, weighted by extinction: first collisions over it. */
@@ -228,12 +249,32 @@ static void sharpen_line(const np_transport_grid *g, int axis, const int32_t fir
   }
 }
 
-void np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, float *values) {
-  for (int axis = 0; axis < 3; axis++) {
-    const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
-    if (grid->size[axis] == 1) continue;
-    int32_t first[3] = {0};
-    for (first[v] = 0; first[v] < grid->size[v]; first[v]++)
-      for (first[u] = 0; first[u] < grid->size[u]; first[u]++) sharpen_line(grid, axis, first, count, values);
+/* Lines along one axis touch no cells but their own. */
+typedef struct sharpening {
+  const np_transport_grid *grid;
+  int axis;
+  unsigned count;
+  float *values;
+} sharpening;
+
+static neph_result sharpen_planes(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const sharpening *s = user;
+  const int u = s->axis == 0 ? 1 : 0, v = s->axis == 2 ? 1 : 2;
+  int32_t first[3] = {0};
+  for (first[v] = (int32_t)begin; first[v] < (int32_t)end; first[v]++)
+    for (first[u] = 0; first[u] < s->grid->size[u]; first[u]++)
+      sharpen_line(s->grid, s->axis, first, s->count, s->values);
+  return NEPH_OK;
+}
+
+neph_result np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, np_monitor *monitor,
+                                      float *values) {
+  neph_result result = NEPH_OK;
+  for (int axis = 0; axis < 3 && !result; axis++) {
+    sharpening s = {grid, axis, count, values};
+    const size_t planes = (size_t)grid->size[axis == 2 ? 1 : 2];
+    if (grid->size[axis] > 1) result = np_parallel_for(grid->context, monitor, planes, 1, sharpen_planes, &s);
   }
+  return result;
 }

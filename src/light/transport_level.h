@@ -28,19 +28,23 @@ void np_transport_level_clear(np_transport_level *level);
 typedef struct np_transport_effort {
   double tolerance;
   bool is_finest;
-  double residual; /* out: relative */
-  unsigned sweeps; /* out */
+  unsigned sweeps_max; /* 0: as many as the level is worth */
+  double residual;     /* out: relative */
+  unsigned sweeps;     /* out */
+  bool is_cut;         /* out: the monitor's budget ended it */
 } np_transport_effort;
 
-/* Improves `phi` until the tolerance is met. */
+/* Improves `phi` until the tolerance is met, or the monitor's budget ends, which is left for the caller to end. */
 neph_result np_transport_level_solve(const np_transport_lights *lights, np_transport_level *level,
                                      np_transport_effort *effort);
 
-/* The same by so many sweeps, without acceleration. */
-neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps);
+/* The same by so many sweeps, without acceleration. With a budget, which takes memory for another vector like `phi`,
+ * `phi` is what the last whole sweep made of it. */
+neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps,
+                                     bool has_budget);
 
 /* What a finer grid starts from: the coarser solution between the middles of its cells. */
-void np_transport_level_prolong(const np_transport_level *coarse, np_transport_level *fine);
+neph_result np_transport_level_prolong(const np_transport_level *coarse, np_monitor *monitor, np_transport_level *fine);
 
 /* What the same cells start from whose light is resolved into more degrees: `broad` with that light of the sun added
  * which only there counts as having gone straight on. */
@@ -48,7 +52,8 @@ void np_transport_level_resolve(const np_transport_lights *lights, const np_tran
                                 np_transport_level *fine);
 
 /* Makes means over cells, up to NP_HARMONIC_COUNT_MAX numbers each, values that interpolate to the right curve. */
-void np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, float *values);
+neph_result np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, np_monitor *monitor,
+                                      float *values);
 
 /* Columns alone, whose axis is z: replaces the mean radiance and the flux in `phi`, the moments of a sweep, by those
  * that balance (column_balance.c). `scratch` takes NP_COLUMN_SCRATCH doubles a cell. */

@@ -22,12 +22,13 @@ typedef struct build {
 
 static bool needs(const np_plan *plan, np_stage stage) { return plan->stages[stage].is_needed; }
 
+/* Terrain and volumes report, and are stopped, as parts of the picture. */
 static neph_result bake(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume **out_volume) {
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = b->scene->atmosphere.planet_radius_m;
   desc.precision = cloud->precision;
-  desc.progress = b->plan->desc.progress;
-  desc.progress_user = b->plan->desc.progress_user;
+  desc.progress = np_monitor_relay;
+  desc.progress_user = b->monitor;
   neph_context *context = b->scene->context;
   const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, b->plan->desc.frame);
   if (!path) return neph_cloud_bake(context, &at_frame, &desc, out_volume);
@@ -39,8 +40,8 @@ static neph_volume_load_desc describe_load(const build *b, const np_scene_cloud 
   desc.grid = cloud->grid;
   desc.precision = cloud->precision;
   desc.policy = cloud->policy;
-  desc.progress = b->plan->desc.progress;
-  desc.progress_user = b->plan->desc.progress_user;
+  desc.progress = np_monitor_relay;
+  desc.progress_user = b->monitor;
   return desc;
 }
 
@@ -65,7 +66,10 @@ static neph_result obtain(const build *b, const np_scene_cloud *cloud, const cha
   if (source == NP_CLOUD_SOURCE_REBAKE)
     np_log(b->scene->context, NEPH_LOG_WARNING, "%s: was baked from other parameters than the scene's, is baked anew",
            path);
+  const np_monitor_part whole = np_monitor_get_part(b->monitor);
+  np_monitor_set_part(b->monitor, whole, 0.0, 0.8);
   if (source != NP_CLOUD_SOURCE_FILE) result = bake(b, cloud, path, NULL);
+  np_monitor_set_part(b->monitor, whole, source != NP_CLOUD_SOURCE_FILE ? 0.8 : 0.0, 1.0);
   const neph_volume_load_desc desc = describe_load(b, cloud);
   return result ? result : np_volume_load_density(b->scene->context, path, &desc, out_volume);
 }
@@ -144,10 +148,16 @@ static neph_result find_anchor(cloud_build *c) {
 
 static neph_result build_cloud_at(cloud_build *c) {
   np_assembly *a = c->b->assembly;
+  np_monitor *monitor = c->b->monitor;
+  np_schedule_begin(&a->schedule, monitor, NP_WORK_CLOUD);
+  const np_monitor_part whole = np_monitor_get_part(monitor);
+  np_monitor_set_part(monitor, whole, 0.0, 0.7);
   neph_result result = obtain(c->b, c->cloud, c->path, &a->volumes[c->index]);
-  np_monitor_set_stage(c->b->monitor, "placing clouds");
+  np_monitor_set_part(monitor, whole, 0.7, 0.9);
+  np_monitor_set_stage(monitor, "placing clouds");
   if (!result) result = find_anchor(c);
   if (!result && a->volumes[c->index]) result = place_volume(c);
+  np_monitor_set_part(monitor, whole, 0.9, 1.0);
   if (!result && has_emission(c)) result = build_glow(c);
   if (result || c->low.x > c->high.x) return result;
   include_box(&a->clouds_min, &a->clouds_max, c->low, c->high);
@@ -196,8 +206,9 @@ static neph_result build_terrain(const build *b) {
   desc.has_place = b->scene->has_place;
   desc.latitude_rad = b->scene->latitude_rad;
   desc.longitude_rad = b->scene->longitude_rad;
-  desc.progress = b->plan->desc.progress;
-  desc.progress_user = b->plan->desc.progress_user;
+  np_schedule_begin(&b->assembly->schedule, b->monitor, NP_WORK_TERRAIN);
+  desc.progress = np_monitor_relay;
+  desc.progress_user = b->monitor;
   neph_terrain **out = &b->assembly->terrain;
   if (terrain->kind == NP_TERRAIN_RIDGES)
     return neph_terrain_create_ridges(b->scene->context, &terrain->ridges, &desc, out);
@@ -246,9 +257,11 @@ static neph_result build_atmosphere(const packet_build *p) {
   for (unsigned i = 0; i < desc.layer_count; i++)
     layers[i] = np_band_set_convert_layer(&p->packet->bands, &scene->atmosphere.layers[i]);
   desc.layers = layers;
+  np_schedule_begin(&p->b->assembly->schedule, p->b->monitor, NP_WORK_ATMOSPHERE);
   np_monitor_set_stage(p->b->monitor, "building the atmosphere");
-  neph_result result = np_sky_store_take_atmosphere(scene->context, scene->skies, p->index, &desc,
-                                                    np_plan_has_air_light(p->b->plan), &p->packet->atmosphere);
+  neph_result result =
+      np_sky_store_take_atmosphere(scene->context, scene->skies, p->index, &desc, np_plan_has_air_light(p->b->plan),
+                                   p->b->monitor, &p->packet->atmosphere);
   np_alloc_free(scene->context, layers);
   return result;
 }
@@ -278,6 +291,7 @@ static neph_result build_emission(const packet_build *p) {
     if (a->glows[i].is_there) glows[count++] = np_cloud_glow_get(&a->glows[i], cloud);
   }
   if (count == 0) return NEPH_OK;
+  np_schedule_begin(&p->b->assembly->schedule, p->b->monitor, NP_WORK_EMISSION);
   np_monitor_set_stage(p->b->monitor, "finding what glows");
   return np_emission_build(a->context, glows, count, p->packet->bands.nm, p->b->monitor, &p->packet->emission);
 }
@@ -327,6 +341,7 @@ static neph_result build_packets(const build *b) {
 neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, np_monitor *monitor, np_assembly *out_assembly) {
   *out_assembly = (np_assembly){.context = scene->context, .skies = scene->skies, .lights = scene->lights};
   build b = {.scene = scene, .plan = plan, .monitor = monitor, .assembly = out_assembly};
+  np_schedule_make(plan, scene->cloud_count, &out_assembly->schedule);
   neph_result result = np_camera_init(scene, plan->desc.width, plan->desc.height, &out_assembly->camera);
   if (!result && needs(plan, NP_STAGE_TERRAIN)) result = build_terrain(&b);
   if (!result) result = find_lights(&b);

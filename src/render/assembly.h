@@ -12,6 +12,7 @@
 #include "light/sun_cache.h"
 #include "light/viewer_light.h"
 #include "render/cloud_glow.h"
+#include "render/schedule.h"
 #include "render/star_field.h"
 #include "scene/plan.h"
 
@@ -45,6 +46,7 @@ typedef struct np_packet {
 
 typedef struct np_assembly {
   neph_context *context; /* borrowed from the scene */
+  np_schedule schedule;  /* done but for the pixels once it is built */
   np_camera camera;
   unsigned cloud_count;            /* of the scene */
   unsigned volume_count;           /* of the clouds that hold anything in the frame */

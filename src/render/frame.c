@@ -51,8 +51,7 @@ void np_frame_choose_settings(const np_scene_render *render, neph_multiple_scatt
 static const float lost_share = 1.0f / 64.0f;
 
 static bool has_limit(const np_frame *f, const np_plan *plan) {
-  return is_lit(plan) && f->desc->integrator == NEPH_INTEGRATOR_PATH &&
-         f->desc->scattering_max != NEPH_SCATTERINGS_ALL;
+  return is_lit(plan) && f->desc->integrator == NEPH_INTEGRATOR_PATH && f->desc->scattering_max != NEPH_SCATTERINGS_ALL;
 }
 
 static void choose_integrator(np_frame *f, const np_plan *plan, const np_scene_render *render) {
@@ -66,6 +65,7 @@ static void choose_integrator(np_frame *f, const np_plan *plan, const np_scene_r
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->assembly->context));
   f->integrate = f->desc->integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;
   f->half_distance = kernels->half_distance;
+  f->settings.monitor = f->monitor;
 }
 
 static void fill_header(const np_frame *f, neph_image *image) {
@@ -132,6 +132,17 @@ static neph_result describe_loss(const np_frame *f, neph_image *image) {
   return set_triple(image, "nephos:lostMean", lost);
 }
 
+/* Of a target error nobody knows how many samples it would have been. */
+static neph_result describe_cut(const np_frame *f, double samples, neph_image *image) {
+  char text[96];
+  if (np_frame_has_target(f))
+    (void)snprintf(text, sizeof text, "cut at %.4g samples a pixel", samples);
+  else
+    (void)snprintf(text, sizeof text, "cut at %.4g of %u samples a pixel", samples, f->desc->sample_count);
+  np_log(f->assembly->context, NEPH_LOG_INFO, "the time limit of %g s ended sampling, %s", f->desc->time_limit_s, text);
+  return neph_image_set_attribute(image, "nephos:sampling", text);
+}
+
 /* How many samples there were, and what error the pixels have with them. */
 static neph_result describe_samples(const np_frame *f, neph_image *image) {
   const double pixels = (double)f->width * f->height;
@@ -142,6 +153,7 @@ static neph_result describe_samples(const np_frame *f, neph_image *image) {
     squares += f->totals[tile].squares;
   }
   neph_result result = np_image_set_real(image, "nephos:samples", (double)samples / pixels);
+  if (!result && f->is_cut) result = describe_cut(f, (double)samples / pixels, image);
   if (result || f->desc->sample_count < 2) return result;
   const double error = sqrt(squares / pixels);
   np_log(f->assembly->context, np_frame_has_target(f) ? NEPH_LOG_INFO : NEPH_LOG_DEBUG,

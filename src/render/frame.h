@@ -15,4 +15,7 @@ void np_frame_choose_settings(const np_scene_render *render, neph_multiple_scatt
 neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
                             np_monitor *monitor, neph_image **out_image);
 
+/* neph_render_image by a plan, under a monitor that was started: the plan's time limit counts from then. */
+neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image);
+
 #endif

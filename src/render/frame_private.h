@@ -36,6 +36,7 @@ typedef struct np_frame {
   np_pixel_state *pixels;    /* with a time limit: those of the crop */
   double *sums;              /* of each of them: [channel] */
   bool is_first_pass;
+  bool is_cut;            /* by the time limit, before all samples were taken */
   unsigned width, height; /* of the crop */
   float blue_noise[NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE];
 } np_frame;

@@ -117,7 +117,7 @@ static neph_result build_sky(const np_packet_lights_desc *d, const np_packet *pa
   neph_sky_desc desc;
   describe_sky(l, observer, &desc);
   const unsigned index = (unsigned)(packet - d->assembly->packets);
-  return np_sky_store_take_sky(d->scene->skies, index, role, packet->atmosphere, &desc, out_sky);
+  return np_sky_store_take_sky(d->scene->skies, index, role, packet->atmosphere, &desc, d->monitor, out_sky);
 }
 
 static np_dvec3 find_clouds_middle(const np_assembly *a) {
@@ -129,11 +129,15 @@ static neph_result build_skies(const np_packet_lights_desc *d, const np_packet *
   const np_assembly *a = d->assembly;
   neph_result result = NEPH_OK;
   if (np_spectrum_is_zero(l->irradiance)) return result;
+  np_schedule_begin(&d->assembly->schedule, d->monitor, NP_WORK_SKIES);
+  const np_monitor_part whole = np_monitor_get_part(d->monitor);
+  np_monitor_set_part(d->monitor, whole, 0.0, 0.5);
+  np_monitor_set_stage(d->monitor, "building the sky");
   if (needs(d->plan, NP_STAGE_CAMERA_SKY))
     result = build_sky(d, packet, l, a->camera.origin, get_role(l->is_moon, false), &out->camera_sky);
-  if (!result && needs(d->plan, NP_STAGE_CLOUD_SKY)) {
+  np_monitor_set_part(d->monitor, whole, 0.5, 1.0);
+  if (!result && needs(d->plan, NP_STAGE_CLOUD_SKY))
     result = build_sky(d, packet, l, find_clouds_middle(a), get_role(l->is_moon, true), &out->cloud_sky);
-  }
   return result;
 }
 
@@ -192,6 +196,7 @@ static neph_result build_sun_cache(const np_packet_lights_desc *d, np_packet_lig
     desc.rate = find_sun_rate(d, &out->view);
     /* Nodes are cheap, and a depth that is wrong is so for all rays of a neighbourhood, as steps are not. */
     desc.tolerance = (float)(0.2 * d->scene->render.tolerance);
+    np_schedule_begin(&a->schedule, d->monitor, NP_WORK_SUN_DEPTH);
     neph_result result = np_light_store_take_depths(a->context, a->lights, role, &out->view, &desc, d->monitor, cache);
     if (result) return result;
   }
@@ -208,7 +213,7 @@ static np_dvec3 find_viewer(const np_assembly *a) {
 }
 
 static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_packet *packet, np_packet_light *out) {
-  const np_assembly *a = d->assembly;
+  np_assembly *a = d->assembly;
   np_multi_scatter_desc desc;
   np_plan_choose_cells(d->plan, d->scene, &desc);
   desc.cells.bounds_min = a->clouds_min;
@@ -216,6 +221,8 @@ static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_
   desc.cells.has_viewer = true;
   desc.cells.viewer = find_viewer(a);
   desc.has_importance = d->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
+  desc.seconds_max = np_schedule_take_solve(&a->schedule, d->monitor);
+  np_schedule_begin(&a->schedule, d->monitor, NP_WORK_ORDINATES);
   neph_result result =
       np_light_store_take(a->context, a->lights, (unsigned)(packet - a->packets), get_light_role(out->is_moon),
                           &out->view, &desc, d->monitor, &out->multi_scatter);
@@ -234,7 +241,8 @@ static neph_result build_viewer_light(const np_packet_lights_desc *d, np_packet_
 }
 
 static neph_result build_ground_cache(const np_packet_lights_desc *d, np_packet_light *out) {
-  const np_assembly *a = d->assembly;
+  np_assembly *a = d->assembly;
+  np_schedule_begin(&a->schedule, d->monitor, NP_WORK_GROUND_CLOUDS);
   neph_result result =
       np_ground_cache_build(a->context, &out->view, a->clouds_min, a->clouds_max, d->monitor, &out->ground_cache);
   if (!result) out->view.ground_cache = &out->ground_cache;
@@ -281,6 +289,7 @@ static neph_result build_air_shadow(const np_packet_lights_desc *d, np_packet_li
   np_air_visibility *visibility = &a->air_visibilities[out->is_moon];
   neph_result result = NEPH_OK;
   if (!out->camera_sky) return result;
+  np_schedule_begin(&a->schedule, d->monitor, NP_WORK_AIR_SHADOWS);
   if (!visibility->context) {
     const np_air_rays rays = make_air_rays(a, d->plan);
     const np_air_casters casters = find_casters(a);

@@ -239,7 +239,7 @@ static neph_result call_witness(probe *p, const sky_row *row) {
   memcpy(p->witness.irradiance_w_m2_nm, e->irradiance_w_m2_nm, sizeof p->witness.irradiance_w_m2_nm);
   p->witness_earth = row->earth;
   p->witness_orders = orders;
-  return np_atmosphere_create_orders(p->context, &e->medium, orders, e->light == NP_TRUTH_POINT,
+  return np_atmosphere_create_orders(p->context, &e->medium, orders, e->light == NP_TRUTH_POINT, &p->monitor,
                                      &p->witness.atmosphere);
 }
 
@@ -249,7 +249,7 @@ static neph_result answer_rows(void *skies) {
   const double count = (double)p->csv.row_count;
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < p->csv.row_count; i++) {
-    np_monitor_set_range(&p->monitor, (double)i / count, (double)(i + 1) / count);
+    np_monitor_set_part(&p->monitor, np_monitor_whole, (double)i / count, (double)(i + 1) / count);
     sky_row *row = &p->rows[i];
     result = call_witness(p, row);
     if (!result) result = np_sky_ask(&p->witness, &row->question, p->desc.seed + i, &p->monitor, &row->answer);

@@ -33,20 +33,31 @@ static neph_result describe_render(const neph_scene *scene, const neph_render_de
 }
 
 /* How well the light in clouds is solved for: the worst of all lights and packets. */
-static neph_result describe_light(const np_assembly *assembly, neph_image *image) {
-  double residual = 0.0, error = 0.0;
-  bool is_solved = false;
+typedef struct light_quality {
+  bool is_solved, is_cut;
+  double residual, error;
+  unsigned cut_width; /* of those that are cut, the widest cells and */
+  double cut_residual;
+} light_quality;
+
+static void add_quality(const np_multi_scatter *scatter, light_quality *q) {
+  q->is_solved = true;
+  q->residual = fmax(q->residual, scatter->residual);
+  q->error = fmax(q->error, scatter->error);
+  if (!scatter->is_cut) return;
+  q->is_cut = true;
+  q->cut_residual = fmax(q->cut_residual, scatter->residual);
+  q->cut_width = scatter->cut_width > q->cut_width ? scatter->cut_width : q->cut_width;
+}
+
+static light_quality find_light_quality(const np_assembly *assembly) {
+  light_quality q = {.is_solved = false};
   for (unsigned p = 0; p < assembly->packet_count; p++)
     for (unsigned i = 0; i < assembly->packets[p].light_count; i++) {
       const np_multi_scatter *scatter = assembly->packets[p].lights[i].view.multi_scatter;
-      if (!scatter) continue;
-      is_solved = true;
-      residual = fmax(residual, scatter->residual);
-      error = fmax(error, scatter->error);
+      if (scatter) add_quality(scatter, &q);
     }
-  if (!is_solved) return NEPH_OK;
-  neph_result result = np_image_set_real(image, "nephos:lightResidual", residual);
-  return result ? result : np_image_set_real(image, "nephos:lightError", error);
+  return q;
 }
 
 /* Seen from above, nothing is in the zenith. */
@@ -61,18 +72,60 @@ static void warn_of_buried_camera(const np_assembly *a) {
          "camera.position is %.4g m below the ground, and sees nothing but ground: raise it by more than that", depth);
 }
 
-static neph_result render(np_plan *plan, const neph_scene *scene, neph_image **out_image) {
-  np_monitor monitor;
-  np_monitor_start(&monitor, scene->context, plan->desc.progress, plan->desc.progress_user);
+static neph_result describe_cut(const neph_render_desc *desc, const light_quality *q, neph_image *image) {
+  char where[48] = "", text[96];
+  if (q->cut_width > 1) (void)snprintf(where, sizeof where, " on cells %u times as wide", q->cut_width);
+  (void)snprintf(text, sizeof text, "cut at residual %.2g%s", q->cut_residual, where);
+  np_log(image->context, NEPH_LOG_WARNING,
+         "the time limit of %g s ended the solution of the multiple scattering, %s: clouds may be too dark; allow more "
+         "time, or set render.multiple_scattering to octaves, which takes none",
+         desc->time_limit_s, text);
+  return neph_image_set_attribute(image, "nephos:lightSolve", text);
+}
+
+static neph_result describe_light(const np_assembly *assembly, const neph_render_desc *desc, neph_image *image) {
+  const light_quality q = find_light_quality(assembly);
+  if (!q.is_solved) return NEPH_OK;
+  neph_result result = np_image_set_real(image, "nephos:lightResidual", q.residual);
+  if (!result) result = np_image_set_real(image, "nephos:lightError", q.error);
+  return result || !q.is_cut ? result : describe_cut(desc, &q, image);
+}
+
+static neph_result fail_late(const neph_render_desc *desc, const np_monitor *monitor) {
+  return np_fail(
+      monitor->context, NEPH_ERROR_LIMIT,
+      "the time limit of %g s ended the render in the stage '%s', %.3g s after its start, before every pixel "
+      "had a sample: allow more time, or ask for fewer pixels",
+      desc->time_limit_s, monitor->stage, np_monitor_get_seconds(monitor));
+}
+
+static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *monitor, neph_image **out_image) {
   np_assembly assembly;
-  neph_result result = np_assembly_build(scene, plan, &monitor, &assembly);
+  neph_result result = np_assembly_build(scene, plan, monitor, &assembly);
   if (result) return result;
   warn_of_buried_camera(&assembly);
-  result = np_frame_render(scene, plan, &assembly, &monitor, out_image);
+  np_schedule_begin(&assembly.schedule, monitor, NP_WORK_PIXELS);
+  result = np_frame_render(scene, plan, &assembly, monitor, out_image);
   if (!result) result = np_color_header_write(plan, &assembly, scene->output.scale, *out_image);
-  if (!result) result = describe_light(&assembly, *out_image);
+  if (!result) result = describe_light(&assembly, &plan->desc, *out_image);
   np_assembly_clear(&assembly);
-  if (!result) result = describe_render(scene, &plan->desc, np_monitor_get_seconds(&monitor), *out_image);
+  if (!result) result = describe_render(scene, &plan->desc, np_monitor_get_seconds(monitor), *out_image);
+  return result;
+}
+
+neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image) {
+  *out_image = NULL;
+  np_schedule schedule;
+  np_schedule_make(plan, scene->cloud_count, &schedule);
+  np_monitor_set_deadline(monitor, schedule.deadline_s);
+  const unsigned mode = np_float_mode_enter();
+  neph_result result = render(plan, scene, monitor, out_image);
+  np_float_mode_leave(mode);
+  if (result == NEPH_ERROR_CANCELLED && np_monitor_is_late(monitor)) result = fail_late(&plan->desc, monitor);
+  if (result) {
+    neph_image_destroy(*out_image);
+    *out_image = NULL;
+  }
   return result;
 }
 
@@ -81,14 +134,9 @@ neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc, n
   np_plan plan;
   neph_result result = np_plan_make(scene, desc, &plan);
   if (result) return result;
-  const unsigned mode = np_float_mode_enter();
-  result = render(&plan, scene, out_image);
-  np_float_mode_leave(mode);
-  if (result) {
-    neph_image_destroy(*out_image);
-    *out_image = NULL;
-  }
-  return result;
+  np_monitor monitor;
+  np_monitor_start(&monitor, scene->context, plan.desc.progress, plan.desc.progress_user);
+  return np_render_image(scene, &plan, &monitor, out_image);
 }
 
 neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc, neph_text_format format,

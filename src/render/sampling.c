@@ -86,19 +86,22 @@ static np_random start_random(const np_frame *f, const unsigned at[2], uint32_t 
   return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, at[0], at[1], sample);
 }
 
-/* The pixel's samples up to `end`, added to `sums` and to its spread. */
+/* The pixel's samples up to `end`, added to `sums` and to its spread: fewer where the monitor stops it, which makes the
+ * one under way void. A leaf that the pixel has begun, its first, is all of its sums, and is gone on with. */
 static neph_result sample_pixel(const np_frame *f, const unsigned at[2], uint32_t end, np_pixel_state *p,
                                 double *sums) {
   np_film_accumulator accumulator;
-  np_film_accumulator_begin(&accumulator, f->channels.count, p->next);
+  const uint32_t begun = p->next % NP_FILM_LEAF_SAMPLES;
+  np_film_accumulator_begin(&accumulator, f->channels.count, p->next - begun);
+  if (begun) (void)np_film_accumulator_add_node(&accumulator, &(np_film_node){p->next - begun, begun, sums});
   np_random shift = start_random(f, at, UINT32_MAX);
   const float offset[3] = {np_random_float(&shift), np_random_float(&shift), np_random_float(&shift)};
   for (; p->next < end; p->next++) {
-    if (np_monitor_is_cancelled(f->monitor)) return NEPH_ERROR_CANCELLED;
     const np_random random = start_random(f, at, p->next);
     const np_camera_ray ray = make_ray(f, at[0], at[1], p->next, offset);
     np_integrator_sample sample;
     integrate(f, &ray, at, &random, &sample);
+    if (np_monitor_is_cancelled(f->monitor)) break;
     float values[NP_CHANNELS_MAX];
     np_channels_read(&f->channels, &ray, &sample, values);
     np_film_accumulator_add(&accumulator, values);
@@ -107,8 +110,8 @@ static neph_result sample_pixel(const np_frame *f, const unsigned at[2], uint32_
   }
   double added[NP_CHANNELS_MAX];
   np_film_accumulator_finish(&accumulator, added);
-  for (unsigned c = 0; c < f->channels.count; c++) sums[c] += added[c];
-  return NEPH_OK;
+  for (unsigned c = 0; c < f->channels.count; c++) sums[c] = begun ? added[c] : sums[c] + added[c];
+  return p->next < end ? NEPH_ERROR_CANCELLED : NEPH_OK;
 }
 
 /* ---- How many samples ---- */
@@ -152,7 +155,7 @@ static neph_result fly_pilots(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-/* Samples that a pixel needs by the pilots of itself and its neighbours. */
+/* Samples that a pixel needs by the pilots of itself and its neighbours; 0 where there are none. */
 static double count_needed(const np_frame *f, const unsigned at[2]) {
   double mean[NP_BAND_COUNT] = {0}, variance[NP_BAND_COUNT] = {0}, worst = 0.0;
   const size_t x = at[0] - f->desc->crop_min[0], y = at[1] - f->desc->crop_min[1];
@@ -208,14 +211,15 @@ static neph_result render_pixel(const np_frame *f, const unsigned at[2], size_t 
   return result;
 }
 
-/* With one: some samples of every pixel, then some more. */
+/* With one: a sample of every pixel, then the rest of its first leaf, then leaf after leaf. */
 static neph_result extend_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
   (void)total;
   np_pixel_state *p = &f->pixels[index];
   if (f->is_first_pass) *p = start_pixel(f, at);
   if (p->next >= p->end) return NEPH_OK;
-  const uint32_t end = p->end - p->next < NP_FILM_LEAF_SAMPLES ? p->end : p->next + NP_FILM_LEAF_SAMPLES;
-  return sample_pixel(f, at, end, p, f->sums + index * f->channels.count);
+  const uint32_t leaf_end = (p->next / NP_FILM_LEAF_SAMPLES + 1) * NP_FILM_LEAF_SAMPLES;
+  const uint32_t end = f->is_first_pass ? p->next + 1 : leaf_end;
+  return sample_pixel(f, at, end < p->end ? end : p->end, p, f->sums + index * f->channels.count);
 }
 
 static neph_result close_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
@@ -228,7 +232,6 @@ static neph_result close_pixel(const np_frame *f, const unsigned at[2], size_t i
 typedef struct tile_job {
   const np_frame *f;
   neph_result (*step)(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total);
-  double end_s; /* seconds after the start at which no further tile is begun */
 } tile_job;
 
 static neph_result render_tiles(void *user, size_t begin, size_t end, unsigned thread) {
@@ -236,7 +239,7 @@ static neph_result render_tiles(void *user, size_t begin, size_t end, unsigned t
   const tile_job *job = user;
   const np_frame *f = job->f;
   const size_t tiles_across = (f->width + TILE_EDGE - 1) / TILE_EDGE;
-  for (size_t tile = begin; tile < end && np_monitor_get_seconds(f->monitor) < job->end_s; tile++) {
+  for (size_t tile = begin; tile < end; tile++) {
     const unsigned x0 = (unsigned)(tile % tiles_across) * TILE_EDGE, y0 = (unsigned)(tile / tiles_across) * TILE_EDGE;
     for (unsigned y = y0; y < y0 + TILE_EDGE && y < f->height; y++)
       for (unsigned x = x0; x < x0 + TILE_EDGE && x < f->width; x++) {
@@ -252,46 +255,89 @@ size_t np_frame_count_tiles(const np_frame *f) {
   return (size_t)((f->width + TILE_EDGE - 1) / TILE_EDGE) * ((f->height + TILE_EDGE - 1) / TILE_EDGE);
 }
 
-static neph_result
-run_tiles(np_frame *f, neph_result (*step)(const np_frame *, const unsigned *, size_t, np_tile_total *), double end_s) {
-  tile_job job = {f, step, end_s};
+static neph_result run_tiles(np_frame *f,
+                             neph_result (*step)(const np_frame *, const unsigned *, size_t, np_tile_total *)) {
+  tile_job job = {f, step};
   return np_parallel_for(f->assembly->context, f->monitor, np_frame_count_tiles(f), 1, render_tiles, &job);
 }
 
 /* Passes that the pixel needs after the first one, and that one; or `passes` where those are more. */
 static uint32_t max_passes(const np_pixel_state *p, uint32_t passes) {
-  const uint32_t needed = 1 + (p->end - p->next + NP_FILM_LEAF_SAMPLES - 1) / NP_FILM_LEAF_SAMPLES;
+  const uint32_t leaves = (p->end - 1) / NP_FILM_LEAF_SAMPLES - p->next / NP_FILM_LEAF_SAMPLES + 1;
+  const uint32_t needed = p->next < p->end ? 1 + leaves : 1;
   return needed > passes ? needed : passes;
 }
 
-/* Whole passes of a leaf of samples each, so that every pixel has its share when time is up; the first is finished
- * whatever it takes. */
+static uint32_t count_passes(const np_frame *f) {
+  uint32_t passes = 1;
+  for (size_t i = 0; i < (size_t)f->width * f->height; i++) passes = max_passes(&f->pixels[i], passes);
+  return passes;
+}
+
+/* Runs what may be cut until a time, and not at all where that is past. */
+static neph_result run_until(np_frame *f, double end_s, neph_result (*run)(np_frame *f), bool *out_is_cut) {
+  np_monitor_begin_budget(f->monitor, end_s);
+  const neph_result result = run(f);
+  *out_is_cut = np_monitor_end_budget(f->monitor);
+  return *out_is_cut && result == NEPH_ERROR_CANCELLED ? NEPH_OK : result;
+}
+
+static neph_result run_pass(np_frame *f) { return run_tiles(f, extend_pixel); }
+
+/* Passes end when all are done, or at the limit: progress is that of which comes first. */
+static void set_pass_range(const np_frame *f, double begin_s, uint32_t pass, double passes) {
+  const double by_time = (np_monitor_get_seconds(f->monitor) - begin_s) / (f->assembly->schedule.limit_s - begin_s);
+  const double begin = fmax(pass / passes, by_time > 0.0 ? fmin(by_time, 1.0) : 0.0);
+  np_monitor_set_range(f->monitor, begin, fmax((pass + 1) / passes, begin));
+}
+
+/* The first pass gives every pixel its sample, without which there is no picture: the call's deadline ends it, and from
+ * then on need end nothing. The first leaf of samples may take some of the grace. */
+static neph_result run_passes(np_frame *f) {
+  const np_schedule *schedule = &f->assembly->schedule;
+  const double begin_s = np_monitor_get_seconds(f->monitor);
+  f->is_first_pass = true;
+  set_pass_range(f, begin_s, 0, 2.0 + f->desc->sample_count / NP_FILM_LEAF_SAMPLES);
+  neph_result result = run_pass(f);
+  if (result) return result;
+  f->is_first_pass = false;
+  np_monitor_set_deadline(f->monitor, HUGE_VAL);
+  const uint32_t passes = count_passes(f);
+  for (uint32_t pass = 1; pass < passes && !f->is_cut && !result; pass++) {
+    set_pass_range(f, begin_s, pass, passes);
+    result = run_until(f, pass == 1 ? schedule->first_samples_s : schedule->limit_s, run_pass, &f->is_cut);
+  }
+  return result;
+}
+
+/* Whole passes, so that every pixel has its share when time is up. */
 static neph_result render_passes(np_frame *f) {
   neph_context *context = f->assembly->context;
   const size_t count = (size_t)f->width * f->height;
   f->pixels = np_alloc(context, count, sizeof *f->pixels);
   f->sums = np_alloc(context, count, f->channels.count * sizeof *f->sums);
   neph_result result = f->pixels && f->sums ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  f->is_first_pass = true;
-  uint32_t passes = 1;
-  for (uint32_t pass = 0; pass < passes && !result; pass++) {
-    result = run_tiles(f, extend_pixel, pass == 0 ? HUGE_VAL : f->desc->time_limit_s);
-    f->is_first_pass = false;
-    if (np_monitor_get_seconds(f->monitor) >= f->desc->time_limit_s) break;
-    for (size_t i = 0; i < count && pass == 0; i++) passes = max_passes(&f->pixels[i], passes);
-  }
-  if (!result) result = run_tiles(f, close_pixel, HUGE_VAL);
+  if (!result) result = run_passes(f);
+  np_monitor_set_range(f->monitor, 1.0, 1.0);
+  if (!result) result = run_tiles(f, close_pixel);
   np_alloc_free(context, f->pixels);
   np_alloc_free(context, f->sums);
   return result;
 }
 
+static neph_result run_pilots(np_frame *f) {
+  return np_parallel_for(f->assembly->context, f->monitor, f->height + 2, 1, fly_pilots, f);
+}
+
+/* Of what is left of a time limit a quarter is for pilots. A pixel without any gets the least number of samples. */
 static neph_result find_pilots(np_frame *f) {
   neph_context *context = f->assembly->context;
   f->pilots = np_alloc(context, (size_t)(f->width + 2) * (f->height + 2), sizeof *f->pilots);
   if (!f->pilots) return NEPH_ERROR_OUT_OF_MEMORY;
   np_monitor_set_stage(f->monitor, "sampling the picture's noise");
-  return np_parallel_for(context, f->monitor, f->height + 2, 1, fly_pilots, f);
+  const double now_s = np_monitor_get_seconds(f->monitor), left_s = fmax(f->assembly->schedule.limit_s - now_s, 0.0);
+  bool is_cut;
+  return run_until(f, now_s + 0.25 * left_s, run_pilots, &is_cut);
 }
 
 /* Mean radiance of what glows, over the box of the clouds: seen from all sides its area is a quarter of its surface. */
@@ -324,9 +370,13 @@ static void find_dim(np_frame *f) {
 neph_result np_frame_sample(np_frame *f) {
   find_dim(f);
   np_blue_noise_fill(f->blue_noise);
+  const np_monitor_part whole = np_monitor_get_part(f->monitor);
+  const double pilots_end = np_frame_has_target(f) ? 0.2 : 0.0;
+  np_monitor_set_part(f->monitor, whole, 0.0, pilots_end);
   neph_result result = np_frame_has_target(f) ? find_pilots(f) : NEPH_OK;
+  np_monitor_set_part(f->monitor, whole, pilots_end, 1.0);
   np_monitor_set_stage(f->monitor, "rendering");
-  if (!result) result = has_limit(f) ? render_passes(f) : run_tiles(f, render_pixel, HUGE_VAL);
+  if (!result) result = has_limit(f) ? render_passes(f) : run_tiles(f, render_pixel);
   np_alloc_free(f->assembly->context, f->pilots);
   f->pilots = NULL;
   return result;

@@ -178,6 +178,7 @@ static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc
   if (!result) {
     sky_image s = {.assembly = &assembly, .width = desc->width, .height = desc->height};
     for (int c = 0; c < CHANNELS; c++) s.planes[c] = neph_image_get_channel(*out_image, channel_names[c]);
+    np_schedule_begin(&assembly.schedule, &monitor, NP_WORK_PIXELS);
     np_monitor_set_stage(&monitor, "sky");
     result = np_parallel_for(scene->context, &monitor, desc->height, 4, fill_rows, &s);
   }

@@ -487,7 +487,7 @@ static const np_key keys[] = {
      .range = WITHIN(16, 16777216), .fallback = "65536", .meaning = "for each pixel, whatever the target error"},
     {.path = "render.time_limit", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = SCENE(render.time_limit_s),
      .range = WITHIN(0, 1e9), .fallback = "none", .word = "none", .word_value = INFINITY,
-     .meaning = "for a frame; it ends with the samples it has, 16 of each pixel at least"},
+     .meaning = "for a frame; it ends with the samples it has, and without a picture where pixels have none"},
     {.path = "render.seed", .type = NP_KEY_SEED, .field = SCENE(render.seed), .fallback = "0",
      .meaning = "of all random numbers"},
     {.path = "render.multiple_scattering", .type = NP_KEY_CHOICE, .choices = scatterings,

@@ -144,6 +144,8 @@ static neph_result start_level(ridge_maker *maker, unsigned level) {
 }
 
 static neph_result erode_level(ridge_maker *maker, unsigned level) {
+  const double begun = measure_work(level, 0) / measure_work(maker->level_count, 0);
+  np_monitor_set_range(maker->monitor, begun, begun);
   neph_result result = start_level(maker, level);
   for (unsigned step = 0; !result && step < count_steps(level); step++) {
     const double done = measure_work(level, step) / measure_work(maker->level_count, 0);

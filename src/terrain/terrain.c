@@ -201,10 +201,12 @@ static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc 
   /* One float more, since Embree reads each vertex as four. */
   terrain->vertices = np_alloc(context, 3 * count_samples(&terrain->field) + 1, sizeof(float));
   if (!terrain->vertices) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_monitor_set_part(monitor, np_monitor_whole, 0.6, 0.7);
   np_monitor_set_stage(monitor, "placing terrain");
   result = np_parallel_for(context, monitor, terrain->field.height, 16, raise_rows, terrain);
   if (result) return result;
   find_bounds(terrain);
+  np_monitor_set_part(monitor, np_monitor_whole, 0.7, 1.0);
   np_monitor_set_stage(monitor, "building terrain");
   build_job job = {terrain, monitor};
   return np_parallel_run(context, monitor, build_scene, &job);
@@ -248,6 +250,7 @@ neph_result neph_terrain_create_ridges(neph_context *context, const neph_ridges_
   const unsigned float_mode = np_float_mode_enter();
   np_monitor monitor;
   np_monitor_start(&monitor, context, read.progress, read.progress_user);
+  np_monitor_set_part(&monitor, np_monitor_whole, 0.0, 0.6);
   np_heightfield field;
   result = np_heightfield_make_ridges(context, &monitor, ridges, &read, &field);
   if (!result) result = create_terrain(context, &field, &read, &monitor, out_terrain);

@@ -131,10 +131,12 @@ import i = {.grid = grid };
   i.tallies = np_alloc(context, context->thread_count, sizeof *i.tallies);
   if (!i.tallies) return NEPH_ERROR_OUT_OF_MEMORY;
   np_monitor_set_stage(monitor, "checking values");
+  np_monitor_set_range(monitor, 0.0, 0.3);
   neph_result result = np_parallel_for(context, monitor, grid->leaf_count, LEAVES_PER_PIECE, find_max, &i);
   for (unsigned n = 0; n < context->thread_count; n++) i.max = fmaxf(i.max, i.tallies[n].max);
   for (size_t n = 0; n < grid->tile_count; n++)
     if (grid->tiles[n].value <= FLT_MAX) i.max = fmaxf(i.max, grid->tiles[n].value);
+  np_monitor_set_range(monitor, 0.3, 1.0);
   if (!result) result = np_parallel_for(context, monitor, grid->leaf_count, LEAVES_PER_PIECE, check_leaves, &i);
   if (!result) check_tiles(&i);
   for (unsigned n = 0; n < context->thread_count; n++) unite(&all, &i.tallies[n]);

@@ -174,13 +174,16 @@ static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_v
   neph_context *context = job->context;
   np_monitor monitor;
   np_monitor_start(&monitor, context, desc->progress, desc->progress_user);
+  np_monitor_set_part(&monitor, np_monitor_whole, 0.0, 0.5);
   np_monitor_set_stage(&monitor, "loading");
   job->grid_name = desc->grid;
   job->monitor = &monitor;
   bool is_there = false;
   neph_result result = np_parallel_run(context, &monitor, run_load, job);
   if (!result) result = check_content(job, &is_there);
+  np_monitor_set_part(&monitor, np_monitor_whole, 0.5, 0.7);
   if (is_there) result = np_volume_import_values(context, job->path, &job->grid, desc->policy, &monitor);
+  np_monitor_set_part(&monitor, np_monitor_whole, 0.7, 1.0);
   if (is_there && !result)
     result = np_volume_create_from_grid(context, &job->grid, desc->precision, &monitor, out_volume);
   if (is_there && !result) (*out_volume)->grid_bytes = job->tree_bytes;

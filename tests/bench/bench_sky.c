@@ -57,13 +57,13 @@ static cost measure(job_fn job, void *user) {
 static neph_result build_depths(void *user) {
   neph_atmosphere *a = user;
   np_depth_table_free(a->context, &a->depths);
-  return np_depth_table_build(a->context, &a->medium, &a->sizes.depth, &a->depths);
+  return np_depth_table_build(a->context, &a->medium, &a->sizes.depth, NULL, &a->depths);
 }
 
 static neph_result build_moments(void *user) {
   neph_atmosphere *a = user;
   np_moment_table_free(a->context, &a->moments);
-  return np_moment_table_build(a->context, &a->depths, &a->sizes.moments, NP_ORDERS_ALL, false, &a->moments);
+  return np_moment_table_build(a->context, &a->depths, &a->sizes.moments, NP_ORDERS_ALL, false, NULL, &a->moments);
 }
 
 /* With its kernel, which is the atmosphere's. */
@@ -196,7 +196,7 @@ static void print_table(const char *name, const char *size, cost c, double error
 static void run_tolerance(neph_context *context, double tolerance, neph_atmosphere *fine, const np_csv *traced) {
   const np_table_sizes n = np_table_sizes_make(tolerance);
   neph_atmosphere *a;
-  require(np_atmosphere_create_sized(context, NULL, NP_ORDERS_ALL, false, &n, &a));
+  require(np_atmosphere_create_sized(context, NULL, NP_ORDERS_ALL, false, &n, NULL, &a));
   neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
   desc.sun_direction[0] = 0.8;
   desc.sun_direction[2] = 0.6;
@@ -244,7 +244,7 @@ int main(int argc, char **argv) {
   n.moments.down = 12;
   n.moments.points = 48;
   neph_atmosphere *fine;
-  require(np_atmosphere_create_sized(context, NULL, NP_ORDERS_ALL, false, &n, &fine));
+  require(np_atmosphere_create_sized(context, NULL, NP_ORDERS_ALL, false, &n, NULL, &fine));
   static const double tolerances[] = {0.05, 0.02, 0.01, NP_SKY_TOLERANCE_DEFAULT, 0.005, NP_SKY_TOLERANCE_MIN};
   for (size_t i = 0; i < sizeof tolerances / sizeof *tolerances; i++) {
     run_tolerance(context, tolerances[i], fine, &traced);
