@@ -6,7 +6,7 @@
  * path is followed (path.c). Compiled once per instruction-set level.
  */
 #include "integrate/emission.h"
-#include "integrate/path.h"
+#include "integrate/path_state.h"
 
 void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
                                const np_camera_ray *ray, np_random *random, np_integrator_sample *out);

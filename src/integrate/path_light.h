@@ -5,7 +5,7 @@
 #define NP_INTEGRATE_PATH_LIGHT_H
 
 #include "integrate/emission.h"
-#include "integrate/path.h"
+#include "integrate/path_state.h"
 
 static inline void np_path_add_light(const np_tracer *t, const np_path_state *path, np_component component,
                                      np_spectrum light) {

@@ -9,7 +9,7 @@
 #ifndef NP_INTEGRATE_SKYWARD_H
 #define NP_INTEGRATE_SKYWARD_H
 
-#include "integrate/path.h"
+#include "integrate/path_state.h"
 #include "light/sky_guide.h"
 
 typedef struct np_skyward {

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <time.h>
 
+#include "atmosphere/moment_builder.h"
 #include "atmosphere/sky_question.h"
 #include "core/csv.h"
 

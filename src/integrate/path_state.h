@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A path on its way: what path_camera.c starts, and path.c follows to its end. */
-#ifndef NP_INTEGRATE_PATH_H
-#define NP_INTEGRATE_PATH_H
+#ifndef NP_INTEGRATE_PATH_STATE_H
+#define NP_INTEGRATE_PATH_STATE_H
 
 #include "atmosphere/air_flight.h"
 #include "core/isa.h"
