@@ -18,13 +18,13 @@
 
 enum { MARCH_PIXELS_MAX = 96 * 64 };
 
-void np_march_sample_counted(const np_scene_view *view, const np_integrator_settings *settings,
+void np_march_sample_counted(const np_world *world, const np_integrator_settings *settings,
                              const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
 
 /* A cloud in voxels of 1 m, index space being the world, seen along x from outside its box. */
 typedef struct march_picture {
-  np_view_volume cloud;
-  np_scene_view view;     /* to be given `volumes` and `volume_count`; its sun has an irradiance of 1 */
+  np_instance cloud;
+  np_world world;     /* to be given `volumes` and `volume_count`; its sun has an irradiance of 1 */
   double low[3], high[3]; /* of the box */
   int up;                 /* axis: 1 or 2 */
   unsigned width, height; /* at most MARCH_PIXELS_MAX */
@@ -48,6 +48,6 @@ march_point march_picture_measure_euler(const march_picture *picture, double ste
 double march_points_find(const march_point *points, int count, double error, bool is_useful);
 
 /* Optical depth of a cloud along a ray, the trilinear field integrated exactly. */
-double march_find_depth(const np_view_volume *cloud, np_dvec3 origin, np_vec3 direction);
+double march_find_depth(const np_instance *cloud, np_dvec3 origin, np_vec3 direction);
 
 #endif

@@ -17,8 +17,8 @@ typedef struct scene {
   neph_context *context;
   neph_atmosphere *atmosphere;
   neph_volume *volume;
-  np_view_volume placed;
-  np_scene_view view;
+  np_instance placed;
+  np_world world;
   np_integrator_settings settings;
 } scene;
 
@@ -26,7 +26,7 @@ typedef struct scene {
 static void start(scene *s, const neph_atmosphere_desc *air, double planet_radius_m, np_dvec3 to_sun) {
   *s = (scene){.context = test_context_create(1, NULL)};
   if (air) s->atmosphere = test_atmosphere_create(s->context, air);
-  s->view = (np_scene_view){.to_sun = np_dvec3_to_float(to_sun),
+  s->world = (np_world){.to_sun = np_dvec3_to_float(to_sun),
                             .sun_angular_radius_rad = 0.00467396f,
                             .sun_irradiance = {{1.474f, 1.8504f, 1.91198f}},
                             .atmosphere = s->atmosphere,
@@ -52,13 +52,13 @@ static void add_box(scene *s, double width_m, double height_m, double altitude_m
   desc.values = values;
   desc.precision = NEPH_PRECISION_FLOAT;
   assert_int_equal(neph_volume_create_dense(s->context, &desc, &s->volume), NEPH_OK);
-  s->placed = (np_view_volume){.bricks = &s->volume->bricks,
+  s->placed = (np_instance){.bricks = &s->volume->bricks,
                                .world_to_index = s->volume->world_to_index,
                                .extinction_per_value = depth / (float)height_m,
                                .albedo = np_spectrum_grey(1.0f),
                                .phase = phase};
-  s->view.volumes = &s->placed;
-  s->view.volume_count = 1;
+  s->world.volumes = &s->placed;
+  s->world.volume_count = 1;
 }
 
 static void end(scene *s) {
@@ -91,7 +91,7 @@ static void estimate_finish(estimate *e) {
 }
 
 static void sample(const scene *s, const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
-  np_integrator_get_kernels(neph_context_get_isa(s->context))->path(&s->view, &s->settings, ray, random, out);
+  np_integrator_get_kernels(neph_context_get_isa(s->context))->path(&s->world, &s->settings, ray, random, out);
 }
 
 static void sum_components(const np_integrator_sample *sample, double out[3]) {
@@ -181,8 +181,8 @@ static void compare_planet(double radius_m, double sun_deg, np_dvec3 origin, np_
   np_truth_value value;
   assert_int_equal(np_truth_radiance(s.context, NULL, &truth, &query, (unsigned)count, 7, &value), NEPH_OK);
   for (int b = 0; b < 3; b++) {
-    value.mean[b] *= (double)s.view.sun_irradiance.band[b];
-    value.error[b] *= (double)s.view.sun_irradiance.band[b];
+    value.mean[b] *= (double)s.world.sun_irradiance.band[b];
+    value.error[b] *= (double)s.world.sun_irradiance.band[b];
   }
   const estimate e = trace(&s, origin, direction, count, 5);
   char what[96];
@@ -215,8 +215,8 @@ static void underground_there_is_ground(void **state) {
   static const double depths_m[] = {1.0, 400.0, 100e3};
   scene s;
   start(&s, NULL, 6360e3, test_direction(40.0, 0.0));
-  s.view.sun_irradiance = np_spectrum_grey(1.0f);
-  s.view.ground_albedo = np_spectrum_grey(1.0f);
+  s.world.sun_irradiance = np_spectrum_grey(1.0f);
+  s.world.ground_albedo = np_spectrum_grey(1.0f);
   const double expected = cos(40.0 * NP_DEGREE) / NP_PI;
   for (int i = 0; i < 3; i++)
     for (int up = 0; up < 2; up++) {
@@ -241,9 +241,9 @@ static void look_into_furnace(double density, bool has_cloud, int count) {
   for (int b = 0; b < 3; b++) air.layers[TEST_AEROSOL].absorption_per_m[b] = 0.0;
   scene s;
   start(&s, &air.desc, 6360e3, test_direction(30.0, 0.0));
-  s.view.sun_irradiance = np_spectrum_grey(0.0f);
-  s.view.environment_radiance = np_spectrum_grey(1.0f);
-  s.view.ground_albedo = np_spectrum_grey(1.0f);
+  s.world.sun_irradiance = np_spectrum_grey(0.0f);
+  s.world.environment_radiance = np_spectrum_grey(1.0f);
+  s.world.ground_albedo = np_spectrum_grey(1.0f);
   if (has_cloud) add_box(&s, 3e3, 2e3, 2e3, 6.0f, np_phase_henyey_greenstein(0.85f));
   static const double elevations[] = {8.0, 30.0, -5.0, -40.0};
   static const double white[3] = {1.0, 1.0, 1.0};
@@ -269,8 +269,8 @@ static void absorbing_layer_dims_the_ground(void **state) {
   const double mu0 = 0.8, mu = 0.6, depth = 0.7;
   scene s;
   start(&s, NULL, 1e12, test_direction(acos(mu0) / NP_DEGREE, 0.0));
-  s.view.sun_irradiance = np_spectrum_grey(1.0f);
-  s.view.sun_angular_radius_rad = 0.0f;
+  s.world.sun_irradiance = np_spectrum_grey(1.0f);
+  s.world.sun_angular_radius_rad = 0.0f;
   add_box(&s, 2e7, 2e3, 5e3, (float)depth, np_phase_isotropic());
   s.placed.albedo = np_spectrum_grey(0.0f);
   const np_dvec3 down = test_direction(180.0 - acos(mu) / NP_DEGREE, 70.0);
@@ -287,9 +287,9 @@ static void light_between_cloud_and_white_ground_is_kept(void **state) {
   const double mu0 = 0.7;
   scene s;
   start(&s, NULL, 1e12, test_direction(acos(mu0) / NP_DEGREE, 0.0));
-  s.view.sun_irradiance = np_spectrum_grey(1.0f);
+  s.world.sun_irradiance = np_spectrum_grey(1.0f);
   add_box(&s, 2e7, 2e3, 5e3, 8.0f, np_phase_henyey_greenstein(0.7f));
-  s.view.ground_albedo = np_spectrum_grey(1.0f);
+  s.world.ground_albedo = np_spectrum_grey(1.0f);
   np_random random = np_random_start(2, 0, 0, 0, 0);
   estimate e = {.count = 0};
   for (int i = 0; i < 20000; i++) {

@@ -7,8 +7,8 @@
 
 #include "atmosphere/atmosphere_tables.h"
 #include "atmosphere/sky_orders.h"
-#include "light/air_shadow.h"
-#include "light/ground_cache.h"
+#include "caches/air_shadow.h"
+#include "caches/ground_light.h"
 
 #define CAMERA "version: 1\ncamera: {position: [0, -8 km, 900 m], look_at: [0, 0, 900 m], resolution: [24, 14]}\n"
 #define LOW_SUN "sun: {elevation: 4 deg, azimuth: 60 deg}\n"
@@ -87,9 +87,9 @@ static void a_crop_is_a_part_of_the_picture(void **state) {
 /* Opaque, 2.5 km wide, and under it its shadow: the sun stands at the zenith, a camera looks through from the side. */
 typedef struct block {
   neph_volume *volume;
-  np_view_volume placed;
+  np_instance placed;
   neph_sky *sky;
-  np_scene_view view;
+  np_world world;
   np_air_visibility visibility;
   np_air_shadow shadow;
 } block;
@@ -106,7 +106,7 @@ static void place_block(block *b, neph_atmosphere *air) {
     b->placed.world_to_index.m[a][a] = 1.0 / voxel_m;
   }
   b->sky = test_sky_create(air, camera_m, 0.0);
-  b->view = (np_scene_view){.volume_count = 1,
+  b->world = (np_world){.volume_count = 1,
                             .volumes = &b->placed,
                             .to_sun = {0.0f, 0.0f, 1.0f},
                             .camera_sky = b->sky,
@@ -126,8 +126,8 @@ static void cast(block *b, neph_context *context, int32_t half_width) {
   const np_air_casters casters = {.count = 1,
                                   .low = {{block_m - half_width_m, -half_width_m, 3000.0 - half_width_m}},
                                   .high = {{block_m + half_width_m, half_width_m, 3000.0 + half_width_m}}};
-  assert_int_equal(np_air_visibility_build(context, &b->view, &rays, &casters, NULL, &b->visibility), NEPH_OK);
-  assert_int_equal(np_air_shadow_build(&b->visibility, &b->view, NULL, &b->shadow), NEPH_OK);
+  assert_int_equal(np_air_visibility_build(context, &b->world, &rays, &casters, NULL, &b->visibility), NEPH_OK);
+  assert_int_equal(np_air_shadow_build(&b->visibility, &b->world, NULL, &b->shadow), NEPH_OK);
 }
 
 static void clear_block(block *b) {
@@ -158,10 +158,10 @@ static void what_is_lost_lies_in_the_shadow(void **state) {
         if (d.z < 0.0f && isinf(ends[e])) continue; /* there is ground */
         const double near = (block_m - half_width_m) / (double)d.x, far = (block_m + half_width_m) / (double)d.x;
         const double lost = find_first(&b, d, far, band) - find_first(&b, d, near, band);
-        const double found = (double)np_air_shadow_find(&b.shadow, d, ends[e]).band[band];
+        const double found = (double)np_air_shadow_get_lost(&b.shadow, d, ends[e]).band[band];
         assert_near_relative(found * find_first(&b, d, ends[e], band), lost, 0.04);
       }
-    assert_near((double)np_spectrum_max(np_air_shadow_find(&b.shadow, d, 4.4e3)), 0.0, 1e-4);
+    assert_near((double)np_spectrum_max(np_air_shadow_get_lost(&b.shadow, d, 4.4e3)), 0.0, 1e-4);
   }
   clear_block(&b);
 }
@@ -175,7 +175,7 @@ static void beside_the_shadow_nothing_is_lost(void **state) {
   const np_vec3 rays[] = {{1.0f, 0.35f, 0.0f}, {1.0f, -0.35f, 0.1f}};
   for (int i = 0; i < 2; i++) {
     const np_vec3 d = np_vec3_normalize(rays[i]);
-    assert_near((double)np_spectrum_max(np_air_shadow_find(&b.shadow, d, INFINITY)), 0.0, 1e-4);
+    assert_near((double)np_spectrum_max(np_air_shadow_get_lost(&b.shadow, d, INFINITY)), 0.0, 1e-4);
   }
   clear_block(&b);
 }
@@ -188,24 +188,24 @@ static void clouds_light_the_air_below_them(void **state) {
   block b = {0};
   place_block(&b, air);
   const np_spectrum sun = np_sky_get_sun_irradiance(b.sky);
-  np_ground_light light = {np_spectrum_grey(1.0f), np_spectrum_scale(sun, 0.1f)},
+  np_ground_light_value light = {np_spectrum_grey(1.0f), np_spectrum_scale(sun, 0.1f)},
                   points[4] = {light, light, light, light};
-  const np_ground_cache cache = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
+  const np_ground_light cache = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
   b.placed.bottom_m = 3000.0 - half_width_m;
   b.placed.top_m = 3000.0 + half_width_m;
-  b.view.atmosphere = air;
-  b.view.ground_cache = &cache;
-  b.view.sun_irradiance = sun;
-  b.view.ground_albedo = np_spectrum_grey(0.3f);
+  b.world.atmosphere = air;
+  b.world.ground_light = &cache;
+  b.world.sun_irradiance = sun;
+  b.world.ground_albedo = np_spectrum_grey(0.3f);
   cast(&b, air->context, 120);
   const np_vec3 d = np_vec3_normalize(np_vec3_make(1.0f, 0.35f, 0.01f));
   const np_dvec3 middle = np_dvec3_make(3000.0, 1000.0, camera_m);
-  const np_spectrum through = np_atmosphere_transmittance_to_sun(air, middle, b.view.to_sun, 0.0f);
+  const np_spectrum through = np_atmosphere_transmittance_to_sun(air, middle, b.world.to_sun, 0.0f);
   np_spectrum first;
   const np_spectrum even = np_sky_even_inscatter(b.sky, d, 6e3, &first);
   for (int band = 0; band < 3; band++) {
     const double gain = 0.1 * 1.3 / (2.0 * NP_PI) / (double)through.band[band];
-    const double found = -(double)np_air_shadow_find(&b.shadow, d, 6e3).band[band] * (double)first.band[band];
+    const double found = -(double)np_air_shadow_get_lost(&b.shadow, d, 6e3).band[band] * (double)first.band[band];
     assert_near_relative(found, gain * (double)even.band[band], 0.01);
   }
   clear_block(&b);
@@ -240,7 +240,7 @@ static void without_casters_nothing_is_kept(void **state) {
   np_air_visibility none;
   const np_air_rays rays = b.visibility.rays;
   const np_air_casters nothing = {.count = 0};
-  assert_int_equal(np_air_visibility_build(air->context, &b.view, &rays, &nothing, NULL, &none), NEPH_OK);
+  assert_int_equal(np_air_visibility_build(air->context, &b.world, &rays, &nothing, NULL, &none), NEPH_OK);
   assert_null(none.seen);
   clear_block(&b);
 }

@@ -4,8 +4,8 @@
  * test_emission        all, with the paths that a suite can afford
  * test_emission long   the march against the tracer, to half a per cent of a fire's light; a minute and a half
  */
-#include "light/emission.h"
-#include "light/multi_scatter.h"
+#include "world/emission.h"
+#include "transport/scattering_field.h"
 #include "test_rays.h"
 #include "test_volumes.h"
 
@@ -15,10 +15,10 @@ static const float kelvin = 1900.0f;
 typedef struct fixture {
   neph_context *context;
   neph_volume *smoke, *flame, *heat;
-  np_view_volume placed;
+  np_instance placed;
   np_emission emission;
-  np_multi_scatter scatter;
-  np_scene_view view;
+  np_scattering_field scatter;
+  np_world world;
   np_integrator_settings settings;
 } fixture;
 
@@ -35,7 +35,7 @@ static void start(fixture *f, test_field smoke, float extinction_per_m, float al
   f->smoke = test_volume_create_centred(f->context, TEST_EDGE, smoke);
   f->placed = test_volume_place(f->smoke, extinction_per_m, np_phase_henyey_greenstein(asymmetry));
   f->placed.albedo = np_spectrum_grey(albedo);
-  f->view = (np_scene_view){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
+  f->world = (np_world){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
   f->settings = test_integrator_settings();
 }
 
@@ -49,7 +49,7 @@ static void glow(fixture *f, const neph_volume *volume, float absorption_per_m, 
                      .kelvin_per_value = heat ? kelvin : 0.0f,
                      .offset_k = heat ? 0.0f : kelvin};
   assert_int_equal(np_emission_build(f->context, &g, 1, bands_nm, NULL, &f->emission), NEPH_OK);
-  f->view.emission = &f->emission;
+  f->world.emission = &f->emission;
 }
 
 /* The smoke itself glows, by Kirchhoff's law. */
@@ -64,15 +64,15 @@ static void glow_as_flame(fixture *f, test_field flame, float absorption_per_m, 
 }
 
 static void solve(fixture *f) {
-  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
+  np_scattering_desc desc = NP_SCATTERING_DESC_DEFAULT;
   desc.cells.bounds_min = np_dvec3_make(-12.5, -12.5, -12.5);
   desc.cells.bounds_max = np_dvec3_make(12.5, 12.5, 12.5);
-  assert_int_equal(np_multi_scatter_build(f->context, &f->view, &desc, NULL, &f->scatter), NEPH_OK);
-  f->view.multi_scatter = &f->scatter;
+  assert_int_equal(np_scattering_field_build(f->context, &f->world, &desc, NULL, &f->scatter), NEPH_OK);
+  f->world.scattering = &f->scatter;
 }
 
 static void end(fixture *f) {
-  np_multi_scatter_clear(&f->scatter);
+  np_scattering_field_clear(&f->scatter);
   np_emission_clear(&f->emission);
   neph_volume_release(f->smoke);
   neph_volume_release(f->flame);
@@ -94,7 +94,7 @@ static test_tally measure(const fixture *f, bool is_path, int count, int band, b
   for (int i = 0; i < count; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    get_integrator(f, is_path)(&f->view, &f->settings, &ray, &random, &sample);
+    get_integrator(f, is_path)(&f->world, &f->settings, &ray, &random, &sample);
     test_tally_add(&s, is_emission_only ? (double)sample.component[NP_COMPONENT_EMISSION].band[band]
                                         : test_sum_components(&sample, band));
   }
@@ -147,7 +147,7 @@ static void an_isothermal_enclosure_is_invisible(void **state) {
     fixture f;
     start(&f, test_lumpy_box, 1.0f, albedos[i], 0.6f);
     glow_by_absorption(&f);
-    for (int b = 0; b < NP_BAND_COUNT; b++) f.view.environment_radiance.band[b] = (float)black_body(b);
+    for (int b = 0; b < NP_BAND_COUNT; b++) f.world.environment_radiance.band[b] = (float)black_body(b);
     const test_tally path = measure(&f, true, 20000, 0, false, 40);
     assert_near(test_tally_mean(&path), black_body(0), 4.0 * test_tally_error(&path));
     solve(&f);
@@ -175,7 +175,7 @@ static void compare(const fixture *f, int count, int band, bool is_direct, compa
     double radiance[2];
     for (int is_path = 0; is_path < 2; is_path++) {
       np_integrator_sample sample;
-      get_integrator(f, is_path)(&f->view, &settings, &ray, &random, &sample);
+      get_integrator(f, is_path)(&f->world, &settings, &ray, &random, &sample);
       radiance[is_path] =
           is_direct ? (double)sample.component[NP_COMPONENT_EMISSION].band[band] : test_sum_components(&sample, band);
     }

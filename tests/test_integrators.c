@@ -8,8 +8,8 @@
 typedef struct fixture {
   neph_context *context;
   neph_volume *volume;
-  np_view_volume placed;
-  np_scene_view view;
+  np_instance placed;
+  np_world world;
   np_integrator_settings settings;
 } fixture;
 
@@ -18,7 +18,7 @@ static void start(fixture *f, test_field field, float extinction_per_m, np_phase
   f->context = test_context_create(1, NULL);
   f->volume = test_volume_create_centred(f->context, TEST_EDGE, field);
   f->placed = test_volume_place(f->volume, extinction_per_m, phase);
-  f->view = (np_scene_view){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
+  f->world = (np_world){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
   f->settings = test_integrator_settings();
 }
 
@@ -32,13 +32,13 @@ static void white_furnace_is_invisible(void **state) {
   (void)state;
   fixture f;
   start(&f, test_lumpy_box, 2.0f, np_phase_droplets(20e-6));
-  f.view.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
+  f.world.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
   np_random random = np_random_start(1, 0, 0, 0, 0);
   int scattered = 0;
   for (int i = 0; i < 2000; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_integrators(f.context)->path(&f.world, &f.settings, &ray, &random, &sample);
     for (int b = 0; b < NP_BAND_COUNT; b++) assert_near(test_sum_components(&sample, b), b + 1.0, 1e-6 * (b + 1));
     scattered += sample.transmittance == 0.0f;
   }
@@ -59,9 +59,9 @@ static void homogeneous_box_follows_beer_and_lambert(void **state) {
   for (int i = 0; i < 20000; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    test_integrators(f.context)->march(&f.view, &f.settings, &ray, &random, &sample);
+    test_integrators(f.context)->march(&f.world, &f.settings, &ray, &random, &sample);
     assert_near_relative((double)sample.transmittance, expected, 2e-5); /* float sums over some 30 steps */
-    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_integrators(f.context)->path(&f.world, &f.settings, &ray, &random, &sample);
     test_tally_add(&path, (double)sample.transmittance);
   }
   /* Four standard errors: one failure in 16,000 seeds. */
@@ -74,14 +74,14 @@ static void sun_is_seen_through_clouds_as_dim_as_they_make_it(void **state) {
   (void)state;
   fixture f;
   start(&f, test_full, 0.1f, np_phase_isotropic());
-  f.view.to_sun = (np_vec3){0, 1, 0};
-  f.view.disk = np_disk_make(f.view.to_sun, 0.01, np_spectrum_grey(1.0f));
+  f.world.to_sun = (np_vec3){0, 1, 0};
+  f.world.disk = np_disk_make(f.world.to_sun, 0.01, np_spectrum_grey(1.0f));
   np_random random = np_random_start(3, 0, 0, 0, 0);
   for (int i = 0; i < 100; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
-    const double radiance = (double)np_light_disks(&f.view, ray.direction).band[0];
+    test_integrators(f.context)->path(&f.world, &f.settings, &ray, &random, &sample);
+    const double radiance = (double)np_world_disk_radiance(&f.world, ray.direction).band[0];
     assert_near_relative((double)sample.transmittance, exp(-0.1 * TEST_EDGE), 1e-5); /* sums in float */
     assert_near_relative((double)sample.component[NP_COMPONENT_BACKGROUND].band[0], exp(-0.1 * TEST_EDGE) * radiance,
                          1e-5);
@@ -97,8 +97,8 @@ static void half_distance_is_where_half_is_hidden(void **state) {
   const np_camera_ray ray = {.origin = {0.3, -100.0, 0.7}, .direction = {0, 1, 0}};
   /* The field rises over the voxel before the first sample at y = −11.5: half a voxel's worth. */
   const double expected = 100.0 - 11.5 - 0.5 + log(2.0) / 0.2;
-  assert_near(test_integrators(f.context)->half_distance(&f.view, &ray, INFINITY), expected, 0.01);
-  assert_true(isinf(test_integrators(f.context)->half_distance(&f.view, &ray, 90.0)));
+  assert_near(test_integrators(f.context)->half_distance(&f.world, &ray, INFINITY), expected, 0.01);
+  assert_true(isinf(test_integrators(f.context)->half_distance(&f.world, &ray, 90.0)));
   end(&f);
 }
 
@@ -106,21 +106,21 @@ static void compare_single_scattering(np_phase phase, double tolerance) {
   fixture f;
   start(&f, test_lumpy_box, 1.0f, phase);
   f.settings.scattering_max = 1;
-  f.view.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 0.5f);
-  f.view.to_sun = np_vec3_normalize(np_vec3_make(0.6f, -0.5f, 0.7f));
-  f.view.sun_angular_radius_rad = 0.005f;
-  f.view.environment_radiance = np_spectrum_grey(0.1f);
-  f.view.is_environment_upper_only = true;
+  f.world.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 0.5f);
+  f.world.to_sun = np_vec3_normalize(np_vec3_make(0.6f, -0.5f, 0.7f));
+  f.world.sun_angular_radius_rad = 0.005f;
+  f.world.environment_radiance = np_spectrum_grey(0.1f);
+  f.world.is_environment_upper_only = true;
   test_tally march[2] = {0}, path[2] = {0};
   np_random random = np_random_start(3, 0, 0, 0, 0);
   for (int i = 0; i < 60000; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_integrators(f.context)->path(&f.world, &f.settings, &ray, &random, &sample);
     test_tally_add(&path[0], (double)sample.component[NP_COMPONENT_SUN].band[1]);
     test_tally_add(&path[1], (double)sample.component[NP_COMPONENT_SKY].band[1]);
     if (i % 4) continue;
-    test_integrators(f.context)->march(&f.view, &f.settings, &ray, &random, &sample);
+    test_integrators(f.context)->march(&f.world, &f.settings, &ray, &random, &sample);
     test_tally_add(&march[0], (double)sample.component[NP_COMPONENT_SUN].band[1]);
     test_tally_add(&march[1], (double)sample.component[NP_COMPONENT_SKY].band[1]);
   }
@@ -144,18 +144,18 @@ static void overlapping_volumes_add(void **state) {
   (void)state;
   fixture f;
   start(&f, test_lumpy_box, 1.0f, np_phase_henyey_greenstein(0.6f));
-  np_view_volume halves[2] = {f.placed, f.placed};
+  np_instance halves[2] = {f.placed, f.placed};
   halves[0].extinction_per_value = halves[1].extinction_per_value = 0.5f;
-  np_scene_view split = f.view;
+  np_world split = f.world;
   split.volume_count = 2;
   split.volumes = halves;
-  f.view.sun_irradiance = split.sun_irradiance = np_spectrum_grey(1.0f);
+  f.world.sun_irradiance = split.sun_irradiance = np_spectrum_grey(1.0f);
   test_tally whole = {0}, parts = {0};
   np_random random = np_random_start(4, 0, 0, 0, 0);
   for (int i = 0; i < 20000; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_integrators(f.context)->path(&f.world, &f.settings, &ray, &random, &sample);
     test_tally_add(&whole, test_sum_components(&sample, 0));
     test_integrators(f.context)->path(&split, &f.settings, &ray, &random, &sample);
     test_tally_add(&parts, test_sum_components(&sample, 0));
@@ -164,7 +164,7 @@ static void overlapping_volumes_add(void **state) {
               4.0 * hypot(test_tally_error(&parts), test_tally_error(&whole)));
   const np_camera_ray ray = {.origin = {1.0, -100.0, 2.0}, .direction = {0, 1, 0}};
   np_integrator_sample one, two;
-  test_integrators(f.context)->march(&f.view, &f.settings, &ray, &random, &one);
+  test_integrators(f.context)->march(&f.world, &f.settings, &ray, &random, &one);
   test_integrators(f.context)->march(&split, &f.settings, &ray, &random, &two);
   assert_near_relative((double)two.transmittance, (double)one.transmittance, 1e-5); /* float rounding of the sum */
   end(&f);
@@ -180,9 +180,9 @@ static void disk_is_met_through_a_narrow_peak(void **state) {
   fixture f;
   start(&f, test_full, (float)(depth / TEST_EDGE), np_phase_henyey_greenstein(0.9999f));
   f.settings.scattering_max = 1;
-  f.view.sun_irradiance = np_spectrum_grey(1.0f);
-  f.view.to_sun = np_vec3_make(0, 1, 0);
-  f.view.sun_angular_radius_rad = (float)radius;
+  f.world.sun_irradiance = np_spectrum_grey(1.0f);
+  f.world.to_sun = np_vec3_make(0, 1, 0);
+  f.world.sun_angular_radius_rad = (float)radius;
   double mean = 0.0;
   for (int i = 0; i < RINGS; i++) {
     const double s = sin(0.5 * radius);
@@ -193,7 +193,7 @@ static void disk_is_met_through_a_narrow_peak(void **state) {
   for (int i = 0; i < 20000; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_integrators(f.context)->path(&f.world, &f.settings, &ray, &random, &sample);
     test_tally_add(&path, (double)sample.component[NP_COMPONENT_SUN].band[0]);
   }
   const double expected = depth * exp(-depth) * mean;
@@ -209,13 +209,13 @@ static void levels_agree(void **state) {
   (void)state;
   fixture f;
   start(&f, test_lumpy_box, 1.0f, np_phase_henyey_greenstein(0.6f));
-  f.view.sun_irradiance = np_spectrum_grey(1.0f);
+  f.world.sun_irradiance = np_spectrum_grey(1.0f);
   const np_camera_ray ray = {.origin = {1.0, -100.0, 2.0}, .direction = {0, 1, 0}, .jitter = 0.3f};
   double reference = 0;
   for (neph_isa isa = NEPH_ISA_X86_64; isa <= neph_context_get_isa(f.context); isa++) {
     np_random random = np_random_start(5, 0, 0, 0, 0);
     np_integrator_sample sample;
-    np_integrator_get_kernels(isa)->march(&f.view, &f.settings, &ray, &random, &sample);
+    np_integrator_get_kernels(isa)->march(&f.world, &f.settings, &ray, &random, &sample);
     const double sun = (double)sample.component[NP_COMPONENT_SUN].band[0];
     if (isa == NEPH_ISA_X86_64) reference = sun;
     assert_near_relative(sun, reference, 1e-5);

@@ -3,7 +3,7 @@
  * they depend on changes. */
 #include <nephos/nephos.h>
 
-#include "light/light_store.h"
+#include "caches/light_store.h"
 #include "test_scenes.h"
 #include "test_volumes.h"
 
@@ -109,13 +109,13 @@ static void depths_are_found_anew_for_another_sun_or_cloud(void **state) {
 }
 
 /* Builds, gives back, takes what is kept, and builds for another sun. */
-static neph_result take_twice(neph_context *context, np_light_store *store, np_scene_view *view) {
-  const np_sun_cache_desc desc = NP_SUN_CACHE_DESC_DEFAULT;
+static neph_result take_twice(neph_context *context, np_light_store *store, np_world *world) {
+  const np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
   neph_result result = NEPH_OK;
   for (int i = 0; !result && i < 3; i++) {
-    np_sun_cache cache;
-    if (i == 2) view->to_sun = np_vec3_make(0.0f, 0.6f, 0.8f);
-    result = np_light_store_take_depths(context, store, NP_LIGHT_OF_SUN, view, &desc, NULL, &cache);
+    np_sun_optical_depth cache;
+    if (i == 2) world->to_sun = np_vec3_make(0.0f, 0.6f, 0.8f);
+    result = np_light_store_take_depths(context, store, NP_LIGHT_OF_SUN, world, &desc, NULL, &cache);
     np_light_store_give_depths(store, NP_LIGHT_OF_SUN, &cache);
   }
   return result;
@@ -128,10 +128,10 @@ static neph_result attempt(neph_context *context, void *user) {
   neph_volume *volume;
   neph_result result = test_volume_create(context, 16, np_dvec3_make(0, 0, 0), find_ball, &volume);
   if (result) return result;
-  np_view_volume placed = test_volume_place(volume, 0.2f, np_phase_isotropic());
-  np_scene_view view = {.volume_count = 1, .volumes = &placed, .to_sun = {0.6f, 0.0f, 0.8f}};
+  np_instance placed = test_volume_place(volume, 0.2f, np_phase_isotropic());
+  np_world world = {.volume_count = 1, .volumes = &placed, .to_sun = {0.6f, 0.0f, 0.8f}};
   np_light_store store = {0};
-  result = take_twice(context, &store, &view);
+  result = take_twice(context, &store, &world);
   np_light_store_clear(context, &store);
   neph_volume_release(volume);
   return result;

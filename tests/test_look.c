@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Known answers for the artist's lights: each term alone, and what the march makes of them. */
 #include "integrate/look.h"
-#include "integrate/tracking.h"
+#include "volume/tracking.h"
 
 #include "core/units.h"
 #include "test_support.h"
@@ -48,7 +48,7 @@ static void walks_end_where_every_term_is_faint(void **state) {
   const np_look *looks[] = {&octaves, &softened, &powder};
   for (unsigned i = 0; i < 3; i++) {
     float terms[NP_LOOK_TERMS_MAX];
-    np_look_fill_transmittances(looks[i], NP_FAINT_DEPTH / np_look_fade(looks[i]), terms);
+    np_look_fill_transmittances(looks[i], NP_TRACK_DEPTH_MAX / np_look_fade(looks[i]), terms);
     for (unsigned n = 0; n < np_look_count_terms(looks[i]); n++) assert_true((double)terms[n] <= 1.01 * exp(-16.0));
   }
 }
@@ -56,8 +56,8 @@ static void walks_end_where_every_term_is_faint(void **state) {
 typedef struct fixture {
   neph_context *context;
   neph_volume *volume;
-  np_view_volume placed;
-  np_scene_view view;
+  np_instance placed;
+  np_world world;
 } fixture;
 
 /* A box of EDGE³ samples 1 m apart: full up to half its height, half as dense above. */
@@ -69,13 +69,13 @@ static void start(fixture *f, float extinction_per_m) {
   desc.values = values;
   f->context = test_context_create(1, NULL);
   assert_int_equal(neph_volume_create_dense(f->context, &desc, &f->volume), NEPH_OK);
-  f->placed = (np_view_volume){.bricks = &f->volume->bricks,
+  f->placed = (np_instance){.bricks = &f->volume->bricks,
                                .world_to_index = f->volume->world_to_index,
                                .extinction_per_value = extinction_per_m,
                                .albedo = np_spectrum_grey(1.0f),
                                .phase = np_phase_henyey_greenstein(0.8f),
                                .top_m = EDGE - 1};
-  f->view = (np_scene_view){
+  f->world = (np_world){
       .volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}, .sun_irradiance = np_spectrum_grey(1.0f)};
 }
 
@@ -105,7 +105,7 @@ static void powder_darkens_the_base_and_thin_places(void **state) {
 }
 
 static double slope(const fixture *f, double z) {
-  return (double)np_look_slope(&derivative, &f->view, np_dvec3_make(7.5, 7.5, z), f->view.to_sun);
+  return (double)np_look_slope(&derivative, &f->world, np_dvec3_make(7.5, 7.5, z), f->world.to_sun);
 }
 
 static void the_derivative_is_the_fall_of_density_towards_the_sun(void **state) {
@@ -125,7 +125,7 @@ static double march(const fixture *f, const np_look *look) {
   const np_camera_ray ray = {.origin = {7.5, 7.5, 100.0}, .direction = {0, 0, -1}, .jitter = 0.5f};
   np_random random = np_random_start(1, 0, 0, 0, 0);
   np_integrator_sample sample;
-  np_integrator_get_kernels(neph_context_get_isa(f->context))->march(&f->view, &settings, &ray, &random, &sample);
+  np_integrator_get_kernels(neph_context_get_isa(f->context))->march(&f->world, &settings, &ray, &random, &sample);
   double sum = 0.0;
   for (int c = 0; c < NP_COMPONENT_COUNT; c++) sum += (double)sample.component[c].band[1];
   return sum;

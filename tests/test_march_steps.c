@@ -7,7 +7,7 @@
 #include <stdlib.h>
 
 #include "core/units.h"
-#include "integrate/tracking.h"
+#include "volume/tracking.h"
 #include "test_support.h"
 #include "volume/volume_private.h"
 
@@ -18,8 +18,8 @@ typedef float (*field_fn)(double x, double y, double z);
 typedef struct fixture {
   neph_context *context;
   neph_volume *volume;
-  np_view_volume cloud;
-  np_scene_view view;
+  np_instance cloud;
+  np_world world;
   np_integrator_settings settings;
 } fixture;
 
@@ -33,13 +33,13 @@ static void start(fixture *f, field_fn field, float extinction_per_m) {
   desc.precision = NEPH_PRECISION_FLOAT;
   f->context = test_context_create(1, NULL);
   assert_int_equal(neph_volume_create_dense(f->context, &desc, &f->volume), NEPH_OK);
-  f->cloud = (np_view_volume){.bricks = &f->volume->bricks,
+  f->cloud = (np_instance){.bricks = &f->volume->bricks,
                               .world_to_index = f->volume->world_to_index,
                               .extinction_per_value = extinction_per_m,
                               .albedo = np_spectrum_grey(1.0f),
                               .phase = np_phase_isotropic()};
-  f->view =
-      (np_scene_view){.volume_count = 1, .volumes = &f->cloud, .sun_irradiance = np_spectrum_grey(4.0f * NP_PI_F)};
+  f->world =
+      (np_world){.volume_count = 1, .volumes = &f->cloud, .sun_irradiance = np_spectrum_grey(4.0f * NP_PI_F)};
   f->settings = (np_integrator_settings){.scattering_max = 1,
                                          .look = {.octave_count = 1, .gain = 1.0f},
                                          .tolerance = 0.02f,
@@ -70,7 +70,7 @@ static np_camera_ray draw_ray(np_random *random) {
 }
 
 static void march(const fixture *f, const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
-  np_integrator_get_kernels(neph_context_get_isa(f->context))->march(&f->view, &f->settings, ray, random, out);
+  np_integrator_get_kernels(neph_context_get_isa(f->context))->march(&f->world, &f->settings, ray, random, out);
 }
 
 /* ---- Thin sheets ---- */
@@ -143,7 +143,7 @@ static void a_lit_sheet_shines_through_haze(void **state) {
     const double expected[2] = {depth * exp(-depth), -0.5 * expm1(-2.0 * depth)};
     for (int is_back = 0; is_back < 2; is_back++) {
       np_integrator_sample sample;
-      f.view.to_sun = np_vec3_scale(ray.direction, is_back ? -1.0f : 1.0f);
+      f.world.to_sun = np_vec3_scale(ray.direction, is_back ? -1.0f : 1.0f);
       march(&f, &ray, &random, &sample);
       const double error = (double)sample.component[NP_COMPONENT_SUN].band[0] - expected[is_back];
       sum[is_back] += error * error / (expm1(-depth) * expm1(-depth)) / COUNT;
@@ -166,13 +166,13 @@ static void looks_only_where_something_is(void **state) {
   np_integrator_sample sample;
   const np_camera_ray empty = {.origin = {-10.0, 20.3, 30.7}, .direction = {1.0f, 0.0f, 0.0f}, .jitter = 0.5f};
   march_lookups = 0;
-  np_march_sample_counted(&f.view, &f.settings, &empty, &random, &sample);
+  np_march_sample_counted(&f.world, &f.settings, &empty, &random, &sample);
   assert_int_equal(march_lookups, 0);
   assert_true(sample.transmittance == 1.0f);
   /* 10 m of depth 100 each: dark after a fraction of the first, where the march ends, or one of a thousand goes on. */
   f.cloud.extinction_per_value = 100.0f;
   const np_camera_ray full = {.origin = {-10.0, 66.3, 66.7}, .direction = {1.0f, 0.0f, 0.0f}, .jitter = 0.5f};
-  np_march_sample_counted(&f.view, &f.settings, &full, &random, &sample);
+  np_march_sample_counted(&f.world, &f.settings, &full, &random, &sample);
   assert_true(sample.transmittance == 0.0f);
   end(&f);
 }
@@ -195,9 +195,9 @@ static float lumps(double x, double y, double z) {
 
 static void start_picture(const fixture *f, march_picture *p) {
   *p = (march_picture){
-      .cloud = f->cloud, .view = f->view, .high = {EDGE, EDGE, EDGE}, .up = 2, .width = 48, .height = 48};
+      .cloud = f->cloud, .world = f->world, .high = {EDGE, EDGE, EDGE}, .up = 2, .width = 48, .height = 48};
   p->cloud.phase = np_phase_henyey_greenstein(0.85f);
-  p->view.volumes = &p->cloud;
+  p->world.volumes = &p->cloud;
   march_picture_light(p, 40.0 * NP_DEGREE, 130.0 * NP_DEGREE);
 }
 
@@ -242,7 +242,7 @@ static void needs_a_sixteenth_of_fixed_steps(void **state) {
 /* ---- Transmittance ---- */
 
 /* Ratio tracking (Novák, Selle and Jarosz 2014) against the maximum of each cell. */
-static double track_ratio(const np_view_volume *cloud, np_dvec3 origin, np_vec3 direction, np_random *random) {
+static double track_ratio(const np_instance *cloud, np_dvec3 origin, np_vec3 direction, np_random *random) {
   np_brick_walk walk;
   np_brick_span span;
   double weight = 1.0, flight = np_track_flight(random);
@@ -280,7 +280,7 @@ static void transmittance_beats_ratio_tracking(void **state) {
     const double truth = exp(-march_find_depth(&f.cloud, origin, to_sun));
     for (int k = 0; k < 16; k++) {
       march_lookups = 0;
-      const float traced = np_track_transmittance(&f.view, origin, to_sun, INFINITY, np_track_faint_depth, &random);
+      const float traced = np_track_transmittance(&f.world, origin, to_sun, INFINITY, np_track_faint_depth, &random);
       squares[0] += pow((double)traced - truth, 2.0);
       lookups[0] += march_lookups;
       march_lookups = 0;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Aiming at the sky: where it is bright, and that it changes no mean, only the noise. */
-#include "light/sky_guide.h"
+#include "caches/sky_guide.h"
 #include "test_rays.h"
 #include "test_skies.h"
 #include "test_volumes.h"
@@ -11,8 +11,8 @@ typedef struct fixture {
   neph_sky *sky;
   neph_volume *volume;
   double height_m; /* of the cloud's middle */
-  np_view_volume placed;
-  np_scene_view view;
+  np_instance placed;
+  np_world world;
   np_integrator_settings settings;
   np_sky_guide guide;
 } fixture;
@@ -21,7 +21,7 @@ static void start(fixture *f, float extinction_per_m, np_phase phase) {
   *f = (fixture){.context = test_context_create(1, NULL), .settings = test_integrator_settings()};
   f->volume = test_volume_create_centred(f->context, TEST_EDGE, test_lumpy_box);
   f->placed = test_volume_place(f->volume, extinction_per_m, phase);
-  f->view = (np_scene_view){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
+  f->world = (np_world){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
 }
 
 /* Ground so far under the cloud. */
@@ -30,9 +30,9 @@ static void add_ground(fixture *f, double height_m, float albedo) {
   assert_true(np_affine_invert(&f->volume->index_to_world, &f->volume->world_to_index));
   f->placed.world_to_index = f->volume->world_to_index;
   f->height_m = height_m;
-  f->view.has_planet = true;
-  f->view.planet_radius_m = 6360e3;
-  f->view.ground_albedo = np_spectrum_grey(albedo);
+  f->world.has_planet = true;
+  f->world.planet_radius_m = 6360e3;
+  f->world.ground_albedo = np_spectrum_grey(albedo);
 }
 
 /* The Earth's air about the cloud, under a sun of this zenith angle. */
@@ -40,12 +40,12 @@ static void add_earth(fixture *f, double sun_deg) {
   add_ground(f, 1000.0, 0.3f);
   f->atmosphere = test_atmosphere_create(f->context, NULL);
   f->sky = test_sky_create(f->atmosphere, f->height_m, sun_deg);
-  f->view.to_sun = np_dvec3_to_float(test_direction(sun_deg, 0.0));
-  f->view.sun_angular_radius_rad = 0.00467396f;
-  f->view.sun_irradiance = np_spectrum_make(1.474f, 1.8504f, 1.91198f);
-  f->view.atmosphere = f->atmosphere;
-  f->view.camera_sky = f->view.cloud_sky = f->sky;
-  np_sky_guide_build(&f->view, np_dvec3_make(0, 0, f->height_m), 1.0f, &f->guide);
+  f->world.to_sun = np_dvec3_to_float(test_direction(sun_deg, 0.0));
+  f->world.sun_angular_radius_rad = 0.00467396f;
+  f->world.sun_irradiance = np_spectrum_make(1.474f, 1.8504f, 1.91198f);
+  f->world.atmosphere = f->atmosphere;
+  f->world.camera_sky = f->world.cloud_sky = f->sky;
+  np_sky_guide_build(&f->world, np_dvec3_make(0, 0, f->height_m), 1.0f, &f->guide);
 }
 
 static void end(fixture *f) {
@@ -102,11 +102,11 @@ static void an_even_sky_is_not_aimed_at(void **state) {
   (void)state;
   fixture f;
   start(&f, 0.1f, np_phase_isotropic());
-  f.view.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
-  np_sky_guide_build(&f.view, np_dvec3_make(0, 0, 0), 1.0f, &f.guide);
+  f.world.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
+  np_sky_guide_build(&f.world, np_dvec3_make(0, 0, 0), 1.0f, &f.guide);
   assert_true(f.guide.rate == 0.0f && f.guide.excess_sr == 0.0f);
-  f.view.environment_radiance = np_spectrum_grey(0.0f);
-  np_sky_guide_build(&f.view, np_dvec3_make(0, 0, 0), 1.0f, &f.guide);
+  f.world.environment_radiance = np_spectrum_grey(0.0f);
+  np_sky_guide_build(&f.world, np_dvec3_make(0, 0, 0), 1.0f, &f.guide);
   assert_true(f.guide.rate == 0.0f && f.guide.excess_sr == 0.0f);
   end(&f);
 }
@@ -144,7 +144,7 @@ static estimate trace(const fixture *f, int count, int band, uint64_t seed) {
     ray.origin.z += f->height_m;
     ray.choice = np_random_float(&random);
     np_integrator_sample sample;
-    test_integrators(f->context)->path(&f->view, &f->settings, &ray, &random, &sample);
+    test_integrators(f->context)->path(&f->world, &f->settings, &ray, &random, &sample);
     test_tally_add(&e.all, test_sum_components(&sample, band));
     test_tally_add(&e.sky, (double)sample.component[NP_COMPONENT_SKY].band[band]);
   }
@@ -166,8 +166,8 @@ static void furnace_stays_white(void **state) {
       fixture f;
       start(&f, 1.0f, np_phase_henyey_greenstein(0.6f));
       make_crooked_guide(&f.guide);
-      f.view.sky_guide = &f.guide;
-      f.view.environment_radiance = np_spectrum_grey(1.0f);
+      f.world.sky_guide = &f.guide;
+      f.world.environment_radiance = np_spectrum_grey(1.0f);
       f.settings.is_air_traced = traced;
       if (ground) add_ground(&f, 30.0, 1.0f);
       const estimate e = trace(&f, 40000, 0, 3);
@@ -186,16 +186,16 @@ static void thin_cloud_throws_what_it_gets(void **state) {
   fixture f;
   start(&f, 1e-4f, np_phase_isotropic());
   make_crooked_guide(&f.guide);
-  f.view.environment_radiance = np_spectrum_grey(1.0f);
-  f.view.is_environment_upper_only = true;
+  f.world.environment_radiance = np_spectrum_grey(1.0f);
+  f.world.is_environment_upper_only = true;
   for (int aims = 0; aims < 2; aims++) {
-    f.view.sky_guide = aims ? &f.guide : NULL;
+    f.world.sky_guide = aims ? &f.guide : NULL;
     np_random random = np_random_start(4, 0, 0, 0, 0);
     test_tally share = {0};
     for (int i = 0; i < 40000; i++) {
       const np_camera_ray ray = test_random_ray(&random);
       np_integrator_sample sample;
-      test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+      test_integrators(f.context)->path(&f.world, &f.settings, &ray, &random, &sample);
       if (sample.transmittance == 1.0f || sample.component[NP_COMPONENT_MULTIPLE].band[0] > 0.0f) continue;
       const double bound = 1.0 - (double)sample.transmittance;
       test_tally_add(&share, (double)sample.component[NP_COMPONENT_SKY].band[0] / bound);
@@ -216,7 +216,7 @@ static void compare_dusk(float extinction_per_m, float asymmetry, bool is_traced
   if (is_traced) f.guide.rate /= np_sky_guide_traced_cost;
   const int count = is_traced ? 10000 : 40000;
   const estimate chance = trace(&f, count, 0, 5);
-  f.view.sky_guide = &f.guide;
+  f.world.sky_guide = &f.guide;
   const estimate aimed = trace(&f, count, 0, 6);
   assert_same("all", &aimed.all, &chance.all);
   assert_same("sky", &aimed.sky, &chance.sky);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Paths that are guided, split and ended by the march's solution: their mean is that of paths which are not, whatever
  * the cloud, the light and the solution. What it gains in slabs is tested by test_probe. */
-#include "integrate/tracking.h"
+#include "volume/tracking.h"
 #include "test_lit_cloud.h"
 #include "test_rays.h"
 
@@ -26,7 +26,7 @@ static void trace(const test_lit_cloud *cloud, bool is_split, test_tally out[2])
     const np_camera_ray ray = {.origin = {24.0 * np_random_double(&random), -20.0, 24.0 * np_random_double(&random)},
                                .direction = {0, 1, 0}};
     np_integrator_sample sample;
-    test_integrators(cloud->context)->path(&cloud->view, &settings, &ray, &random, &sample);
+    test_integrators(cloud->context)->path(&cloud->world, &settings, &ray, &random, &sample);
     test_tally_add(&out[0], test_sum_components(&sample, 1));
     test_tally_add(&out[1], (double)sample.component[NP_COMPONENT_MULTIPLE].band[1]);
   }
@@ -46,11 +46,11 @@ static void assert_no_bias(const test_lit_cloud *cloud) {
 }
 
 static void light_like_day(test_lit_cloud *cloud) {
-  cloud->view.to_sun = np_vec3_make(0.0f, 0.6f, 0.8f);
-  cloud->view.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 0.5f);
-  cloud->view.sun_angular_radius_rad = 0.005f;
-  cloud->view.environment_radiance = np_spectrum_grey(0.1f);
-  cloud->view.is_environment_upper_only = true;
+  cloud->world.to_sun = np_vec3_make(0.0f, 0.6f, 0.8f);
+  cloud->world.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 0.5f);
+  cloud->world.sun_angular_radius_rad = 0.005f;
+  cloud->world.environment_radiance = np_spectrum_grey(0.1f);
+  cloud->world.is_environment_upper_only = true;
 }
 
 static void a_lumpy_cloud_stays_as_bright(void **state) {
@@ -69,8 +69,8 @@ static void a_cloud_in_space_stays_as_bright(void **state) {
   test_lit_cloud cloud;
   start(&cloud);
   light_like_day(&cloud);
-  cloud.view.environment_radiance = np_spectrum_grey(0.0f);
-  cloud.view.sun_angular_radius_rad = 0.3f;
+  cloud.world.environment_radiance = np_spectrum_grey(0.0f);
+  cloud.world.sun_angular_radius_rad = 0.3f;
   assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
   assert_no_bias(&cloud);
   end(&cloud);
@@ -89,12 +89,12 @@ static void a_cloud_that_absorbs_stays_as_bright(void **state) {
 }
 
 /* The cloud given twice, each time with a share of its extinction. */
-static void give_twice(test_lit_cloud *cloud, float share, np_view_volume twice[2]) {
+static void give_twice(test_lit_cloud *cloud, float share, np_instance twice[2]) {
   twice[0] = twice[1] = cloud->placed;
   twice[0].extinction_per_value *= share;
   twice[1].extinction_per_value *= share;
-  cloud->view.volumes = twice;
-  cloud->view.volume_count = 2;
+  cloud->world.volumes = twice;
+  cloud->world.volume_count = 2;
 }
 
 static void clouds_that_overlap_stay_as_bright(void **state) {
@@ -102,7 +102,7 @@ static void clouds_that_overlap_stay_as_bright(void **state) {
   test_lit_cloud cloud;
   start(&cloud);
   light_like_day(&cloud);
-  np_view_volume twice[2];
+  np_instance twice[2];
   give_twice(&cloud, 0.5f, twice);
   assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
   assert_no_bias(&cloud);
@@ -115,20 +115,20 @@ static void stretched_flights_weigh_what_they_ought(void **state) {
   (void)state;
   test_lit_cloud cloud;
   start(&cloud);
-  np_view_volume twice[2];
+  np_instance twice[2];
   give_twice(&cloud, 0.15f, twice);
   const np_dvec3 origin = {12.0, -20.0, 9.0};
   const np_vec3 direction = {0.0f, 1.0f, 0.0f};
   np_random random = np_random_start(9, 0, 0, 0, 0);
-  static const double spared[] = {0.0, 0.6, -1.5}, end_m[] = {28.0, INFINITY};
+  static const double stretch_fraction[] = {0.0, 0.6, -1.5}, end_m[] = {28.0, INFINITY};
   for (int e = 0; e < 2; e++) {
-    const double passing = (double)np_track_transmittance(&cloud.view, origin, direction, end_m[e], 1e9, &random);
+    const double passing = (double)np_track_transmittance(&cloud.world, origin, direction, end_m[e], 1e9, &random);
     for (int k = 0; k < 3; k++) {
       test_tally passed = {0}, collided = {0};
       for (int i = 0; i < 100000; i++) {
-        np_flight flight = np_flight_start(np_track_flight(&random), spared[k]);
-        const np_view_volume *volume;
-        const double t = np_track_collision(&cloud.view, origin, direction, end_m[e], &flight, &random, &volume);
+        np_flight flight = np_flight_start(np_track_flight(&random), stretch_fraction[k]);
+        const np_instance *volume;
+        const double t = np_track_collision(&cloud.world, origin, direction, end_m[e], &flight, &random, &volume);
         const double weight = (double)np_flight_weight(&flight);
         test_tally_add(&passed, isinf(t) ? weight : 0.0);
         test_tally_add(&collided, isinf(t) ? 0.0 : weight);
@@ -146,7 +146,7 @@ static void a_wrong_solution_changes_no_mean(void **state) {
   test_lit_cloud cloud;
   start(&cloud);
   light_like_day(&cloud);
-  cloud.view.to_sun = np_vec3_make(0.0f, -0.6f, -0.8f);
+  cloud.world.to_sun = np_vec3_make(0.0f, -0.6f, -0.8f);
   assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
   light_like_day(&cloud);
   assert_no_bias(&cloud);
@@ -159,7 +159,7 @@ static void a_white_furnace_stays_invisible(void **state) {
   (void)state;
   test_lit_cloud cloud;
   start(&cloud);
-  cloud.view.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
+  cloud.world.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
   assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
   test_tally tally[2] = {0};
   trace(&cloud, true, tally);
@@ -185,11 +185,11 @@ static void what_a_limit_takes_is_told(void **state) {
     np_integrator_sample sample;
     settings.scattering_max = UINT32_MAX;
     settings.lost_share = 0.0f;
-    test_integrators(cloud.context)->path(&cloud.view, &settings, &ray, &random, &sample);
+    test_integrators(cloud.context)->path(&cloud.world, &settings, &ray, &random, &sample);
     test_tally_add(&all, test_sum_components(&sample, 1));
     settings.scattering_max = 4;
     settings.lost_share = 0.25f;
-    test_integrators(cloud.context)->path(&cloud.view, &settings, &ray, &random, &sample);
+    test_integrators(cloud.context)->path(&cloud.world, &settings, &ray, &random, &sample);
     test_tally_add(&kept_and_lost, test_sum_components(&sample, 1) + (double)sample.lost.band[1]);
   }
   const double error = hypot(test_tally_error(&all), test_tally_error(&kept_and_lost));

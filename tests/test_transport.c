@@ -2,7 +2,7 @@
 /* Laws that hold for any cloud, whatever its shape: light may be followed either way, none is lost where nothing
  * absorbs, and a volume cut in two is the same volume. Held by the tracer within its own standard error, and by the
  * march with ordinates as far as it goes. */
-#include "light/multi_scatter.h"
+#include "transport/scattering_field.h"
 #include "test_rays.h"
 #include "test_volumes.h"
 
@@ -12,9 +12,9 @@ enum { CLOUDS = 2, BATCHES = 16 };
 typedef struct fixture {
   neph_context *context;
   neph_volume *volumes[CLOUDS];
-  np_view_volume placed[CLOUDS];
-  np_scene_view view;
-  np_multi_scatter scatter;
+  np_instance placed[CLOUDS];
+  np_world world;
+  np_scattering_field scatter;
 } fixture;
 
 static const double half_m[3] = {22.5, 10.5, 10.5}; /* of a box about the origin that holds all */
@@ -42,25 +42,25 @@ static void start(fixture *f) {
   f->volumes[1] = create(f->context, 12.0, test_lumpy_ball);
   place(f, 0, 0.5f, np_phase_henyey_greenstein(0.7f));
   place(f, 1, 0.15f, np_phase_two_lobe(0.5f, -0.3f, 0.3f));
-  f->view = (np_scene_view){.volume_count = CLOUDS, .volumes = f->placed, .sun_irradiance = np_spectrum_grey(1.0f)};
+  f->world = (np_world){.volume_count = CLOUDS, .volumes = f->placed, .sun_irradiance = np_spectrum_grey(1.0f)};
 }
 
 static void end(fixture *f) {
-  np_multi_scatter_clear(&f->scatter);
+  np_scattering_field_clear(&f->scatter);
   for (int i = 0; i < CLOUDS; i++) neph_volume_release(f->volumes[i]);
   neph_context_destroy(f->context);
 }
 
 static void light(fixture *f, np_vec3 to_sun, bool is_solved) {
-  f->view.to_sun = to_sun;
-  np_multi_scatter_clear(&f->scatter);
-  f->view.multi_scatter = NULL;
+  f->world.to_sun = to_sun;
+  np_scattering_field_clear(&f->scatter);
+  f->world.scattering = NULL;
   if (!is_solved) return;
-  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
+  np_scattering_desc desc = NP_SCATTERING_DESC_DEFAULT;
   desc.cells.bounds_min = np_dvec3_make(-24.0, -12.0, -12.0);
   desc.cells.bounds_max = np_dvec3_make(24.0, 12.0, 12.0);
-  assert_int_equal(np_multi_scatter_build(f->context, &f->view, &desc, NULL, &f->scatter), NEPH_OK);
-  f->view.multi_scatter = &f->scatter;
+  assert_int_equal(np_scattering_field_build(f->context, &f->world, &desc, NULL, &f->scatter), NEPH_OK);
+  f->world.scattering = &f->scatter;
 }
 
 typedef struct estimate {
@@ -119,7 +119,7 @@ static double sample_radiance(const fixture *f, const np_camera_ray *ray, np_ran
   const np_integrator_settings settings = test_integrator_settings();
   const np_integrator_kernels *kernels = test_integrators(f->context);
   np_integrator_sample sample;
-  (f->view.multi_scatter ? kernels->march : kernels->path)(&f->view, &settings, ray, random, &sample);
+  (f->world.scattering ? kernels->march : kernels->path)(&f->world, &settings, ray, random, &sample);
   return test_sum_components(&sample, band);
 }
 
@@ -156,7 +156,7 @@ static double sample_opacity(const fixture *f, const np_camera_ray *ray, np_rand
   double depth = 0.0;
   for (int k = 0; k < 240; k++) {
     const np_dvec3 position = np_dvec3_along(ray->origin, ray->direction, 70.0 + 0.25 * (k + 0.5));
-    for (int v = 0; v < CLOUDS; v++) depth += 0.25 * (double)np_view_extinction(&f->placed[v], position);
+    for (int v = 0; v < CLOUDS; v++) depth += 0.25 * (double)np_instance_extinction(&f->placed[v], position);
   }
   return -expm1(-depth);
 }
@@ -165,18 +165,18 @@ static double sample_opacity(const fixture *f, const np_camera_ray *ray, np_rand
 static void assert_conserved(fixture *f, bool is_solved, double tolerance) {
   enum { DIRECTIONS = 256 };
   light(f, np_vec3_make(0.6f, 0.0f, 0.8f), is_solved);
-  double thrown = 0.0, variance = 0.0;
+  double outgoing = 0.0, variance = 0.0;
   for (int n = 0; n < DIRECTIONS; n++) {
     const double z = 1.0 - (2.0 * n + 1.0) / DIRECTIONS, azimuth = n * (NP_PI * (3.0 - sqrt(5.0)));
     const float r = (float)sqrt(1.0 - z * z);
     const np_vec3 to = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
     const estimate part = find_intensity(f, to, is_solved ? 1024 : 2048, 0, 100 + (uint64_t)n);
-    thrown += 4.0 * NP_PI / DIRECTIONS * part.mean;
+    outgoing += 4.0 * NP_PI / DIRECTIONS * part.mean;
     variance += pow(4.0 * NP_PI / DIRECTIONS * part.error, 2.0);
   }
   /* From the sun's light, by the optical depths alone. */
-  const estimate taken = integrate(f, f->view.to_sun, sample_opacity, 16384, 0, 3);
-  assert_near(thrown, taken.mean, 4.0 * sqrt(variance + taken.error * taken.error) + tolerance * taken.mean);
+  const estimate taken = integrate(f, f->world.to_sun, sample_opacity, 16384, 0, 3);
+  assert_near(outgoing, taken.mean, 4.0 * sqrt(variance + taken.error * taken.error) + tolerance * taken.mean);
 }
 
 static void white_clouds_lose_no_light(void **state) {
@@ -193,7 +193,7 @@ static void a_volume_in_two_files_is_one_volume(void **state) {
   (void)state;
   fixture f;
   start(&f);
-  f.view.volume_count = 1;
+  f.world.volume_count = 1;
   const np_vec3 to_sun = np_vec3_make(0.6f, 0.0f, 0.8f), to_camera = np_vec3_make(0.0f, -1.0f, 0.0f);
   estimate whole[2], parts[2];
   for (int m = 0; m < 2; m++) {
@@ -204,7 +204,7 @@ static void a_volume_in_two_files_is_one_volume(void **state) {
   f.volumes[0] = create(f.context, -12.0, left_of_cut);
   f.volumes[1] = create(f.context, -12.0, right_of_cut);
   for (unsigned i = 0; i < CLOUDS; i++) place(&f, i, 0.5f, np_phase_henyey_greenstein(0.7f));
-  f.view.volume_count = CLOUDS;
+  f.world.volume_count = CLOUDS;
   for (int m = 0; m < 2; m++) {
     light(&f, to_sun, m == 1);
     parts[m] = find_intensity(&f, to_camera, m ? 4096 : 131072, 0, 5);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light prepared for a viewer is that of the moments, as far as cells are seen from one direction; the march along a
  * ray from there sees the same cloud; threads change no bit; failures leave nothing. */
-#include "light/viewer_light.h"
+#include "caches/viewer_light.h"
 
 #include "core/random.h"
 #include "test_rays.h"
@@ -13,9 +13,9 @@ enum { CLOUDS = 3 };
 typedef struct fixture {
   neph_context *context;
   neph_volume *volume;
-  np_view_volume placed[CLOUDS];
-  np_scene_view view;
-  np_multi_scatter scatter;
+  np_instance placed[CLOUDS];
+  np_world world;
+  np_scattering_field scatter;
 } fixture;
 
 static void start(fixture *f, unsigned threads) {
@@ -27,19 +27,19 @@ static void start(fixture *f, unsigned threads) {
     f->placed[v].world_to_index.m[0][3] -= 20.0 * (v - 1);
     f->placed[v].albedo = np_spectrum_make(1.0f, 0.9f, 0.5f);
   }
-  f->view = (np_scene_view){.volume_count = CLOUDS,
+  f->world = (np_world){.volume_count = CLOUDS,
                             .volumes = f->placed,
                             .sun_irradiance = np_spectrum_grey(1.0f),
                             .to_sun = {0.6f, 0.0f, 0.8f}};
-  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
+  np_scattering_desc desc = NP_SCATTERING_DESC_DEFAULT;
   desc.cells.bounds_min = np_dvec3_make(-32.0, -12.0, -12.0);
   desc.cells.bounds_max = np_dvec3_make(32.0, 12.0, 12.0);
-  assert_int_equal(np_multi_scatter_build(f->context, &f->view, &desc, NULL, &f->scatter), NEPH_OK);
-  f->view.multi_scatter = &f->scatter;
+  assert_int_equal(np_scattering_field_build(f->context, &f->world, &desc, NULL, &f->scatter), NEPH_OK);
+  f->world.scattering = &f->scatter;
 }
 
 static void end(fixture *f) {
-  np_multi_scatter_clear(&f->scatter);
+  np_scattering_field_clear(&f->scatter);
   neph_volume_release(f->volume);
   neph_context_destroy(f->context);
 }
@@ -57,13 +57,13 @@ static np_dvec3 draw_place(np_random *random, unsigned cloud) {
 }
 
 static np_spectrum throw_moments(const fixture *f, np_dvec3 place, np_dvec3 viewer, unsigned cloud) {
-  float harmonics[NP_HARMONIC_COUNT_MAX], thrown[NP_HARMONIC_COUNT_MAX];
+  float harmonics[NP_HARMONIC_COUNT_MAX], outgoing[NP_HARMONIC_COUNT_MAX];
   np_light_moments moments;
   const np_dvec3 way = np_dvec3_normalize(np_dvec3_subtract(viewer, place));
   np_harmonics_eval(f->scatter.grid.degree, np_dvec3_to_float(way), harmonics);
-  np_multi_scatter_fill_thrown(&f->scatter.phases[cloud], harmonics, thrown);
-  np_multi_scatter_gather(&f->scatter, place, &moments);
-  return np_multi_scatter_throw(&f->scatter, &moments, thrown);
+  np_scattering_field_fill_outgoing(&f->scatter.phases[cloud], harmonics, outgoing);
+  np_scattering_field_gather(&f->scatter, place, &moments);
+  return np_scattering_field_outgoing(&f->scatter, &moments, outgoing);
 }
 
 /* Root mean square over places and bands of the difference, over the mean. */
@@ -77,8 +77,8 @@ static double measure_difference(const fixture *f, np_dvec3 viewer) {
     if (np_dvec3_length(np_dvec3_subtract(at, viewer)) < light.distance_min) continue;
     const np_spectrum truth = throw_moments(f, at, viewer, n % CLOUDS);
     np_viewer_place place;
-    np_viewer_place_find(&f->scatter, at, &place);
-    const np_spectrum found = np_viewer_light_throw(&light, &f->scatter, &place, n % CLOUDS);
+    np_viewer_place_get(&f->scatter, at, &place);
+    const np_spectrum found = np_viewer_light_outgoing(&light, &f->scatter, &place, n % CLOUDS);
     for (int b = 0; b < NP_BAND_COUNT; b++, count++) {
       squares += pow((double)(found.band[b] - truth.band[b]), 2.0);
       sum += (double)truth.band[b];
@@ -122,7 +122,7 @@ static double march(const fixture *f, np_dvec3 origin, np_vec3 direction) {
   np_random random = np_random_start(9, 0, 0, 0, 0);
   const np_camera_ray ray = {.origin = origin, .direction = direction, .jitter = 0.5f};
   np_integrator_sample sample;
-  test_integrators(f->context)->march(&f->view, &settings, &ray, &random, &sample);
+  test_integrators(f->context)->march(&f->world, &settings, &ray, &random, &sample);
   return test_sum_components(&sample, 1);
 }
 
@@ -135,9 +135,9 @@ static void rays_from_the_viewer_ask_it_and_no_others(void **state) {
   np_viewer_light light = build(&f, viewer);
   for (int n = 0; n < 20; n++) {
     const np_vec3 direction = np_vec3_normalize(np_vec3_make(0.02f * (float)(n - 10), 1.0f, 0.01f));
-    f.view.viewer_light = NULL;
+    f.world.viewer_light = NULL;
     const double gathered[2] = {march(&f, viewer, direction), march(&f, other, direction)};
-    f.view.viewer_light = &light;
+    f.world.viewer_light = &light;
     assert_near(march(&f, viewer, direction), gathered[0], 5e-3 * gathered[0]);
     assert_near(march(&f, other, direction), gathered[1], 0.0);
   }
@@ -153,8 +153,8 @@ static void threads_change_no_bit(void **state) {
     start(&f[i], 1 + 2 * i);
     light[i] = build(&f[i], np_dvec3_make(0.0, -100.0, 0.0));
   }
-  const size_t count = f[0].scatter.grid.live_count * light[0].kind_count * f[0].scatter.band_count;
-  assert_memory_equal(light[0].thrown, light[1].thrown, count * sizeof(float));
+  const size_t count = f[0].scatter.grid.active_count * light[0].kind_count * f[0].scatter.band_count;
+  assert_memory_equal(light[0].outgoing, light[1].outgoing, count * sizeof(float));
   for (unsigned i = 0; i < 2; i++) {
     np_viewer_light_clear(&light[i]);
     end(&f[i]);
@@ -171,16 +171,16 @@ static void cancelling_leaves_nothing(void **state) {
   np_viewer_light light;
   assert_int_equal(np_viewer_light_build(f.context, &f.scatter, np_dvec3_make(0.0, -100.0, 0.0), &monitor, &light),
                    NEPH_ERROR_CANCELLED);
-  assert_null(light.thrown);
+  assert_null(light.outgoing);
   end(&f);
 }
 
-/* Of a solution that stands: what it was built with may fail elsewhere (test_multi_scatter.c). */
+/* Of a solution that stands: what it was built with may fail elsewhere (test_scattering_field.c). */
 static neph_result attempt(neph_context *context, void *solved) {
   const fixture *f = solved;
   np_viewer_light light;
   const neph_result result = np_viewer_light_build(context, &f->scatter, np_dvec3_make(0.0, -100.0, 0.0), NULL, &light);
-  assert_int_equal(light.thrown == NULL, result != NEPH_OK);
+  assert_int_equal(light.outgoing == NULL, result != NEPH_OK);
   np_viewer_light_clear(&light);
   return result;
 }

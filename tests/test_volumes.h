@@ -8,7 +8,7 @@
 #include "test_support.h"
 
 #include "core/units.h"
-#include "light/scene_view.h"
+#include "world/world.h"
 #include "volume/volume_private.h"
 
 /* Values of a volume, by metres from its middle. */
@@ -43,8 +43,8 @@ static inline neph_volume *test_volume_create_centred(neph_context *context, int
 }
 
 /* White where it is not told otherwise. */
-static inline np_view_volume test_volume_place(const neph_volume *volume, float extinction_per_value, np_phase phase) {
-  return (np_view_volume){.bricks = &volume->bricks,
+static inline np_instance test_volume_place(const neph_volume *volume, float extinction_per_value, np_phase phase) {
+  return (np_instance){.bricks = &volume->bricks,
                           .world_to_index = volume->world_to_index,
                           .extinction_per_value = extinction_per_value,
                           .albedo = np_spectrum_grey(1.0f),

@@ -11,7 +11,7 @@
 
 /* What all paths of a sample share. */
 typedef struct np_tracer {
-  const np_scene_view *view;
+  const np_world *world;
   const np_integrator_settings *settings;
   np_random *random;
   np_integrator_sample *out;
@@ -36,16 +36,16 @@ typedef struct np_path_state {
   np_hero hero;
   float weight;    /* of the throughput at the start or the last guided collision, by which it is judged faint */
   float reference; /* light of the camera's ray, by which paths are counted; 0: not known */
-  float prospect;  /* ≥ 1: sunlight that the next collision may bring, in isotropic scattering's */
+  float expected_gain;  /* ≥ 1: sunlight that the next collision may bring, in isotropic scattering's */
   unsigned order;  /* scatterings in cloud so far */
   unsigned depth;  /* of branches */
   np_component component;
   bool has_component; /* it is given by what the camera sees, not by what the clouds do */
-  bool aims_at_sky;   /* its last vertex did: what it meets outside the clouds has a share of the weight */
+  bool has_sky_next_event;   /* its last vertex did: what it meets outside the clouds has a share of the weight */
   bool is_cut;        /* beyond the limit on scatterings: its light is lost */
   bool is_guided;     /* from its last vertex on, by `guide` */
   bool is_ground_ahead;
-  const np_view_volume *volume; /* the cloud of the present collision */
+  const np_instance *volume; /* the cloud of the present collision */
   np_truth_air air;             /* the air, likewise */
   np_ground_hit ground;         /* the ground, likewise */
   np_guide guide;
@@ -54,22 +54,22 @@ typedef struct np_path_state {
 /* Everything that reaches the camera along a path, from its first vertex on. */
 void NP_KERNEL(np_path_follow)(const np_tracer *t, np_path_state *path, np_path_event event);
 
-static inline bool np_path_may_be_guided(const np_tracer *t) { return t->settings->is_split && t->view->multi_scatter; }
+static inline bool np_path_may_be_guided(const np_tracer *t) { return t->settings->is_split && t->world->scattering; }
 
 static inline void np_path_add(np_integrator_sample *out, np_component component, np_spectrum radiance) {
   out->component[component] = np_spectrum_add(out->component[component], radiance);
 }
 
 /* A shadow without bias, for surroundings from tables. */
-static inline float np_path_shadow(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
+static inline float np_path_shadow(const np_world *world, const np_integrator_settings *settings, np_dvec3 position,
                                    np_vec3 to_sun, np_random *random) {
   (void)settings;
-  return np_track_transmittance(view, position, to_sun, INFINITY, np_track_faint_depth, random);
+  return np_track_transmittance(world, position, to_sun, INFINITY, np_track_faint_depth, random);
 }
 
 /* Which band leads a path: only air tells them apart. */
 static inline np_hero np_path_draw_hero(const np_tracer *t) {
-  return t->view->atmosphere ? np_hero_draw(t->random) : (np_hero){0, np_spectrum_grey(1.0f)};
+  return t->world->atmosphere ? np_hero_draw(t->random) : (np_hero){0, np_spectrum_grey(1.0f)};
 }
 
 #endif

@@ -105,7 +105,7 @@ static neph_result place_volume(cloud_build *c) {
   np_placement placement;
   neph_result result = np_placement_make(c->cloud, &c->anchor, a->volumes[c->index], c->b->monitor, &placement);
   if (result) return result;
-  a->placed[c->index] = placement.view;
+  a->placed[c->index] = placement.world;
   a->volume_count++;
   include_box(&c->low, &c->high, placement.bounds_min, placement.bounds_max);
   return load_phase(c);
@@ -183,9 +183,9 @@ static neph_result build_clouds(const build *b) {
   const unsigned count = b->scene->cloud_count;
   a->clouds_min = nowhere_low;
   a->clouds_max = nowhere_high;
-  if (count > NP_VIEW_VOLUMES_MAX)
+  if (count > NP_INSTANCES_MAX)
     return np_fail(a->context, NEPH_ERROR_BAD_SCENE, "the scene has %u clouds, must be at most %d", count,
-                   NP_VIEW_VOLUMES_MAX);
+                   NP_INSTANCES_MAX);
   a->volumes = np_alloc(a->context, count, sizeof *a->volumes);
   a->placed = np_alloc(a->context, count, sizeof *a->placed);
   a->phase_tables = np_alloc(a->context, count, sizeof *a->phase_tables);
@@ -271,7 +271,7 @@ static neph_result place_clouds(const packet_build *p) {
   if (!a->volume_count) return NEPH_OK;
   p->packet->placed = np_alloc(a->context, a->volume_count, sizeof *a->placed);
   if (!p->packet->placed) return NEPH_ERROR_OUT_OF_MEMORY;
-  np_view_volume *placed = p->packet->placed;
+  np_instance *placed = p->packet->placed;
   for (unsigned i = 0; i < a->cloud_count; i++) {
     if (!a->volumes[i]) continue;
     *placed = a->placed[i];
@@ -283,11 +283,11 @@ static neph_result place_clouds(const packet_build *p) {
 /* All that glows in the clouds, for the packet's wavelengths. */
 static neph_result build_emission(const packet_build *p) {
   const np_assembly *a = p->b->assembly;
-  np_glow glows[NP_VIEW_VOLUMES_MAX];
+  np_glow glows[NP_INSTANCES_MAX];
   unsigned count = 0;
-  const np_view_volume *placed = p->packet->placed;
+  const np_instance *placed = p->packet->placed;
   for (unsigned i = 0; i < a->cloud_count; i++) {
-    const np_view_volume *cloud = a->volumes[i] ? placed++ : NULL;
+    const np_instance *cloud = a->volumes[i] ? placed++ : NULL;
     if (a->glows[i].is_there) glows[count++] = np_cloud_glow_get(&a->glows[i], cloud);
   }
   if (count == 0) return NEPH_OK;
@@ -365,7 +365,7 @@ void np_assembly_clear(np_assembly *assembly) {
   for (unsigned i = 0; i < assembly->packet_count; i++) clear_packet(assembly, i);
   np_alloc_free(assembly->context, assembly->packets);
   for (int role = 0; role < NP_LIGHT_ROLES; role++)
-    np_light_store_give_depths(assembly->lights, (np_light_role)role, &assembly->sun_caches[role]);
+    np_light_store_give_depths(assembly->lights, (np_light_role)role, &assembly->sun_optical_depths[role]);
   for (unsigned i = 0; i < NP_LIGHTS_MAX; i++) np_air_visibility_clear(&assembly->air_visibilities[i]);
   for (unsigned i = 0; i < assembly->cloud_count; i++) {
     neph_volume_release(assembly->volumes[i]);

@@ -5,12 +5,12 @@
 
 #include "atmosphere/band_set.h"
 #include "atmosphere/sky_store.h"
-#include "light/air_shadow.h"
-#include "light/ground_cache.h"
-#include "light/light_store.h"
-#include "light/sky_guide.h"
-#include "light/sun_cache.h"
-#include "light/viewer_light.h"
+#include "caches/air_shadow.h"
+#include "caches/ground_light.h"
+#include "caches/light_store.h"
+#include "caches/sky_guide.h"
+#include "caches/sun_optical_depth.h"
+#include "caches/viewer_light.h"
 #include "render/cloud_glow.h"
 #include "render/schedule.h"
 #include "render/star_field.h"
@@ -21,12 +21,12 @@
 typedef struct np_packet_light {
   bool is_moon;
   neph_sky *camera_sky, *cloud_sky;
-  np_multi_scatter multi_scatter; /* empty when not needed */
+  np_scattering_field scattering; /* empty when not needed */
   np_viewer_light viewer_light;   /* likewise */
-  np_ground_cache ground_cache;   /* likewise */
+  np_ground_light ground_light;   /* likewise */
   np_air_shadow air_shadow;       /* likewise */
   np_sky_guide sky_guide;         /* likewise */
-  np_scene_view view;
+  np_world world;
 } np_packet_light;
 
 enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */
@@ -36,7 +36,7 @@ typedef struct np_packet {
   np_band_set bands;
   float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
   neph_atmosphere *atmosphere;
-  np_view_volume *placed; /* the clouds that hold anything */
+  np_instance *placed; /* the clouds that hold anything */
   np_emission emission;   /* of all clouds; without glows where there is none */
   unsigned light_count;   /* the first one's view has what is not of any light: environment, disks, night */
   np_packet_light lights[NP_LIGHTS_MAX];
@@ -51,14 +51,14 @@ typedef struct np_assembly {
   unsigned cloud_count;            /* of the scene */
   unsigned volume_count;           /* of the clouds that hold anything in the frame */
   neph_volume **volumes;           /* of each cloud; NULL: it holds nothing */
-  np_view_volume *placed;          /* of each cloud, as the scene has it; each packet has its own of the volumes */
+  np_instance *placed;          /* of each cloud, as the scene has it; each packet has its own of the volumes */
   np_cloud_glow *glows;            /* of each cloud, most often nothing */
   np_phase_table *phase_tables;    /* of each cloud, empty where its phase function is none */
   np_dvec3 clouds_min, clouds_max; /* world box of all that the clouds hold */
   neph_terrain *terrain;
   np_star_catalogue stars;
   np_sphere_map star_map, moon_map;                  /* empty: none */
-  np_sun_cache sun_caches[NP_LIGHT_ROLES];           /* for all packets; empty when not needed */
+  np_sun_optical_depth sun_optical_depths[NP_LIGHT_ROLES];           /* for all packets; empty when not needed */
   np_air_visibility air_visibilities[NP_LIGHTS_MAX]; /* of sun and moon, likewise */
   unsigned packet_count;
   np_packet *packets;

@@ -99,22 +99,22 @@ static neph_result read_rows(void *slabs) {
 
 /* ---- Answers ---- */
 
-static void warn_of_unknown_error(const probe *p, size_t row, int question) {
+static void warn_of_unknown_error(const probe *p, size_t row, int query) {
   const slab_row *r = &p->rows[row];
-  const np_slab_answer *answer = &r->answers[question];
+  const np_slab_answer *answer = &r->answers[query];
   if (isfinite(answer->error)) return;
   np_log(p->context, NEPH_LOG_WARNING,
          "%s:%u: %s rests on %.2g paths, must rest on %g or more for its error to be known, which is given as inf: "
          "take more paths%s",
-         p->csv.path, p->csv.rows[row].line, !r->is_flux ? "L" : question == 0 ? "R" : "T", answer->contributions,
+         p->csv.path, p->csv.rows[row].line, !r->is_flux ? "L" : query == 0 ? "R" : "T", answer->contributions,
          NP_SLAB_CONTRIBUTIONS_MIN, p->desc.splitting == NEPH_SPLITTING_NONE ? ", or guide them" : "");
 }
 
-static neph_result ask(probe *p, size_t row, np_slab *slab, int question) {
+static neph_result ask(probe *p, size_t row, np_slab *slab, int query) {
   slab_row *r = &p->rows[row];
-  neph_result result = np_slab_ask(slab, &r->questions[question], (uint32_t)(2 * row) + (uint32_t)question,
-                                   &p->monitor, &r->answers[question]);
-  if (!result) warn_of_unknown_error(p, row, question);
+  neph_result result = np_slab_ask(slab, &r->questions[query], (uint32_t)(2 * row) + (uint32_t)query,
+                                   &p->monitor, &r->answers[query]);
+  if (!result) warn_of_unknown_error(p, row, query);
   return result;
 }
 

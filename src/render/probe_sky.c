@@ -101,7 +101,7 @@ static void describe_scene(const neph_scene *scene, const char *name, earth *out
 
 typedef struct sky_row {
   int earth;
-  np_sky_question question;
+  np_sky_question query;
   np_truth_value answer;
 } sky_row;
 
@@ -186,7 +186,7 @@ static neph_result read_order(const probe *p, size_t row, np_sky_question *q) {
 }
 
 static neph_result read_row(probe *p, size_t row, sky_row *out) {
-  np_sky_question *q = &out->question;
+  np_sky_question *q = &out->query;
   double altitude_km = 0.0, sun_deg = 0.0, view_deg = 0.0, azimuth_deg = 0.0, distance_km = 0.0;
   neph_result result = read_quantity(p, row, &q->quantity);
   if (!result) result = read_earth(p, row, &out->earth);
@@ -227,8 +227,8 @@ static void dismiss_witness(probe *p) {
  * is asked of those of order 1, which are soonest made. */
 static neph_result call_witness(probe *p, const sky_row *row) {
   const bool has_tables =
-      p->desc.method != NEPH_SKY_METHOD_TRACE && np_sky_quantity_is_scattered(row->question.quantity);
-  const unsigned orders = has_tables && row->question.order_max > 1 ? row->question.order_max : 1;
+      p->desc.method != NEPH_SKY_METHOD_TRACE && np_sky_quantity_is_scattered(row->query.quantity);
+  const unsigned orders = has_tables && row->query.order_max > 1 ? row->query.order_max : 1;
   if (p->witness.atmosphere && p->witness_earth == row->earth && p->witness_orders == orders) return NEPH_OK;
   dismiss_witness(p);
   const earth *e = &p->earths[row->earth];
@@ -252,7 +252,7 @@ static neph_result answer_rows(void *skies) {
     np_monitor_set_part(&p->monitor, np_monitor_whole, (double)i / count, (double)(i + 1) / count);
     sky_row *row = &p->rows[i];
     result = call_witness(p, row);
-    if (!result) result = np_sky_ask(&p->witness, &row->question, p->desc.seed + i, &p->monitor, &row->answer);
+    if (!result) result = np_sky_ask(&p->witness, &row->query, p->desc.seed + i, &p->monitor, &row->answer);
     if (!result && np_monitor_is_cancelled(&p->monitor)) result = NEPH_ERROR_CANCELLED;
   }
   dismiss_witness(p);

@@ -55,7 +55,7 @@ typedef struct np_plan {
   bool has_sun; /* its light matters; the moon's is a stage */
   np_plan_stage stages[NP_STAGE_COUNT];
   unsigned reference_count; /* noted where the inputs are opened */
-  np_plan_reference references[NP_VIEW_VOLUMES_MAX];
+  np_plan_reference references[NP_INSTANCES_MAX];
   uint64_t ray_count;      /* of the camera: pixels of the crop times samples */
   uint64_t film_bytes;     /* of the film's channels in float */
   unsigned air_ray_spacing; /* pixels between rays along which shadows in the air are looked for; 0: none */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the sun optical-depth volume costs, and what it saves, in seconds of one core.
  *
- * Times and counts are medians over six clouds, thick and thin, heaped and flat, measured by bench_sun_depth and with
+ * Times and counts are medians over six clouds, thick and thin, heaped and flat, measured by bench_sun_optical_depth and with
  * look-ups counted; their ratios matter alone. docs/transport.md has the table and what the choice makes of it.
  */
 #include <math.h>

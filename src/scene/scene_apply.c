@@ -8,7 +8,7 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
-#include "light/scene_view.h"
+#include "world/world.h"
 #include "scene/scene_air.h"
 
 enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, NAMES_SIZE = 512 };
@@ -313,9 +313,9 @@ static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigne
 static neph_result apply_clouds(key_applier *applier, const np_key *list, const np_node *node) {
   neph_scene *scene = applier->scene;
   size_t count = np_node_count(node);
-  if (count > NP_VIEW_VOLUMES_MAX)
+  if (count > NP_INSTANCES_MAX)
     return np_scene_fail_at(scene, node, "clouds has %zu elements, must be at most %d", count,
-                            (int)NP_VIEW_VOLUMES_MAX);
+                            (int)NP_INSTANCES_MAX);
   scene->clouds = np_alloc(applier->context, count, sizeof *scene->clouds);
   if (!scene->clouds) return NEPH_ERROR_OUT_OF_MEMORY;
   scene->cloud_count = (unsigned)count;

@@ -64,12 +64,12 @@ int main(int count, char **arguments) {
   double column = 0.0;
   const np_affine upright = p.up == 1 ? (np_affine){{{1, 0, 0, 0}, {0, 0, 1, 0}, {0, 1, 0, 0}}} : np_affine_identity();
   if (np_volume_get_column_max(volume, &upright, NULL, &column)) return 1;
-  p.cloud = (np_view_volume){.bricks = &volume->bricks,
+  p.cloud = (np_instance){.bricks = &volume->bricks,
                              .world_to_index = np_affine_identity(),
                              .extinction_per_value = (float)(atof(arguments[3]) / column),
                              .albedo = np_spectrum_grey(1.0f),
                              .phase = np_phase_henyey_greenstein(0.85f)};
-  p.view = (np_scene_view){.volume_count = 1, .volumes = &p.cloud};
+  p.world = (np_world){.volume_count = 1, .volumes = &p.cloud};
   for (int a = 0; a < 3; a++) {
     p.low[a] = volume->active_min[a] - 1.0;
     p.high[a] = volume->active_max[a] + 1.0;
