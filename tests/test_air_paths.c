@@ -57,8 +57,8 @@ static void add_box(scene *s, double width_m, double height_m, double altitude_m
                                .extinction_per_value = depth / (float)height_m,
                                .albedo = np_spectrum_grey(1.0f),
                                .phase = phase};
-  s->world.volumes = &s->placed;
-  s->world.volume_count = 1;
+  s->world.clouds.at = &s->placed;
+  s->world.clouds.count = 1;
 }
 
 static void end(scene *s) {

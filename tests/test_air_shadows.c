@@ -106,8 +106,8 @@ static void place_block(block *b, neph_atmosphere *air) {
     b->placed.world_to_index.m[a][a] = 1.0 / voxel_m;
   }
   b->sky = test_sky_create(air, camera_m, 0.0);
-  b->world = (np_world){.volume_count = 1,
-                            .volumes = &b->placed,
+  b->world = (np_world){.clouds.count = 1,
+                            .clouds.at = &b->placed,
                             .to_sun = {0.0f, 0.0f, 1.0f},
                             .camera_sky = b->sky,
                             .has_planet = true,

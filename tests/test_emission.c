@@ -35,7 +35,7 @@ static void start(fixture *f, test_field smoke, float extinction_per_m, float al
   f->smoke = test_volume_create_centred(f->context, TEST_EDGE, smoke);
   f->placed = test_volume_place(f->smoke, extinction_per_m, np_phase_henyey_greenstein(asymmetry));
   f->placed.albedo = np_spectrum_grey(albedo);
-  f->world = (np_world){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
+  f->world = (np_world){.clouds.count = 1, .clouds.at = &f->placed, .to_sun = {0, 0, 1}};
   f->settings = test_integrator_settings();
 }
 

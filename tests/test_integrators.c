@@ -18,7 +18,7 @@ static void start(fixture *f, test_field field, float extinction_per_m, np_phase
   f->context = test_context_create(1, NULL);
   f->volume = test_volume_create_centred(f->context, TEST_EDGE, field);
   f->placed = test_volume_place(f->volume, extinction_per_m, phase);
-  f->world = (np_world){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
+  f->world = (np_world){.clouds.count = 1, .clouds.at = &f->placed, .to_sun = {0, 0, 1}};
   f->settings = test_integrator_settings();
 }
 
@@ -147,8 +147,8 @@ static void overlapping_volumes_add(void **state) {
   np_instance halves[2] = {f.placed, f.placed};
   halves[0].extinction_per_value = halves[1].extinction_per_value = 0.5f;
   np_world split = f.world;
-  split.volume_count = 2;
-  split.volumes = halves;
+  split.clouds.count = 2;
+  split.clouds.at = halves;
   f.world.sun_irradiance = split.sun_irradiance = np_spectrum_grey(1.0f);
   test_tally whole = {0}, parts = {0};
   np_random random = np_random_start(4, 0, 0, 0, 0);

@@ -129,7 +129,7 @@ static neph_result attempt(neph_context *context, void *user) {
   neph_result result = test_volume_create(context, 16, np_dvec3_make(0, 0, 0), find_ball, &volume);
   if (result) return result;
   np_instance placed = test_volume_place(volume, 0.2f, np_phase_isotropic());
-  np_world world = {.volume_count = 1, .volumes = &placed, .to_sun = {0.6f, 0.0f, 0.8f}};
+  np_world world = {.clouds.count = 1, .clouds.at = &placed, .to_sun = {0.6f, 0.0f, 0.8f}};
   np_light_store store = {0};
   result = take_twice(context, &store, &world);
   np_light_store_clear(context, &store);

@@ -23,7 +23,7 @@ static inline neph_result test_lit_cloud_create(neph_context *context, test_fiel
   const neph_result result = test_volume_create(context, TEST_EDGE, np_dvec3_make(0, 0, base_m), field, &c->volume);
   if (result) return result;
   c->placed = test_volume_place(c->volume, 0.5f, np_phase_henyey_greenstein(0.85f));
-  c->world = (np_world){.volume_count = 1, .volumes = &c->placed};
+  c->world = (np_world){.clouds.count = 1, .clouds.at = &c->placed};
   c->desc.cells.bounds_min = np_dvec3_make(0, 0, base_m);
   c->desc.cells.bounds_max = np_dvec3_make(TEST_EDGE - 1, TEST_EDGE - 1, base_m + TEST_EDGE - 1);
   return NEPH_OK;

@@ -76,7 +76,7 @@ static void start(fixture *f, float extinction_per_m) {
                                .phase = np_phase_henyey_greenstein(0.8f),
                                .top_m = EDGE - 1};
   f->world = (np_world){
-      .volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}, .sun_irradiance = np_spectrum_grey(1.0f)};
+      .clouds.count = 1, .clouds.at = &f->placed, .to_sun = {0, 0, 1}, .sun_irradiance = np_spectrum_grey(1.0f)};
 }
 
 static void end(fixture *f) {

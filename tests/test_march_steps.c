@@ -39,7 +39,7 @@ static void start(fixture *f, field_fn field, float extinction_per_m) {
                               .albedo = np_spectrum_grey(1.0f),
                               .phase = np_phase_isotropic()};
   f->world =
-      (np_world){.volume_count = 1, .volumes = &f->cloud, .sun_irradiance = np_spectrum_grey(4.0f * NP_PI_F)};
+      (np_world){.clouds.count = 1, .clouds.at = &f->cloud, .sun_irradiance = np_spectrum_grey(4.0f * NP_PI_F)};
   f->settings = (np_integrator_settings){.scattering_max = 1,
                                          .look = {.octave_count = 1, .gain = 1.0f},
                                          .tolerance = 0.02f,
@@ -197,7 +197,7 @@ static void start_picture(const fixture *f, march_picture *p) {
   *p = (march_picture){
       .cloud = f->cloud, .world = f->world, .high = {EDGE, EDGE, EDGE}, .up = 2, .width = 48, .height = 48};
   p->cloud.phase = np_phase_henyey_greenstein(0.85f);
-  p->world.volumes = &p->cloud;
+  p->world.clouds.at = &p->cloud;
   march_picture_light(p, 40.0 * NP_DEGREE, 130.0 * NP_DEGREE);
 }
 
@@ -280,7 +280,7 @@ static void transmittance_beats_ratio_tracking(void **state) {
     const double truth = exp(-march_find_depth(&f.cloud, origin, to_sun));
     for (int k = 0; k < 16; k++) {
       march_lookups = 0;
-      const float traced = np_track_transmittance(&f.world, origin, to_sun, INFINITY, np_track_faint_depth, &random);
+      const float traced = np_track_transmittance(&f.world.clouds, origin, to_sun, INFINITY, np_track_faint_depth, &random);
       squares[0] += pow((double)traced - truth, 2.0);
       lookups[0] += march_lookups;
       march_lookups = 0;

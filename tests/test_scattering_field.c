@@ -382,8 +382,8 @@ static void phase_functions_mix_by_extinction(void **state) {
   placed[0].albedo = np_spectrum_grey(0.9f);
   placed[1].phase = np_phase_henyey_greenstein(0.3f);
   placed[1].extinction_per_value = 0.2f;
-  f.world.volumes = placed;
-  f.world.volume_count = 2;
+  f.world.clouds.at = placed;
+  f.world.clouds.count = 2;
   f.world.sun_irradiance = np_spectrum_grey(1.0f);
   build(&f);
   const np_transport_grid *g = &f.scatter.grid;

@@ -21,7 +21,7 @@ static void start(fixture *f, float extinction_per_m, np_phase phase) {
   *f = (fixture){.context = test_context_create(1, NULL), .settings = test_integrator_settings()};
   f->volume = test_volume_create_centred(f->context, TEST_EDGE, test_lumpy_box);
   f->placed = test_volume_place(f->volume, extinction_per_m, phase);
-  f->world = (np_world){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
+  f->world = (np_world){.clouds.count = 1, .clouds.at = &f->placed, .to_sun = {0, 0, 1}};
 }
 
 /* Ground so far under the cloud. */

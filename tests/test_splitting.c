@@ -93,8 +93,8 @@ static void give_twice(test_lit_cloud *cloud, float share, np_instance twice[2])
   twice[0] = twice[1] = cloud->placed;
   twice[0].extinction_per_value *= share;
   twice[1].extinction_per_value *= share;
-  cloud->world.volumes = twice;
-  cloud->world.volume_count = 2;
+  cloud->world.clouds.at = twice;
+  cloud->world.clouds.count = 2;
 }
 
 static void clouds_that_overlap_stay_as_bright(void **state) {
@@ -122,13 +122,13 @@ static void stretched_flights_weigh_what_they_ought(void **state) {
   np_random random = np_random_start(9, 0, 0, 0, 0);
   static const double stretch_fraction[] = {0.0, 0.6, -1.5}, end_m[] = {28.0, INFINITY};
   for (int e = 0; e < 2; e++) {
-    const double passing = (double)np_track_transmittance(&cloud.world, origin, direction, end_m[e], 1e9, &random);
+    const double passing = (double)np_track_transmittance(&cloud.world.clouds, origin, direction, end_m[e], 1e9, &random);
     for (int k = 0; k < 3; k++) {
       test_tally passed = {0}, collided = {0};
       for (int i = 0; i < 100000; i++) {
         np_flight flight = np_flight_start(np_track_flight(&random), stretch_fraction[k]);
         const np_instance *volume;
-        const double t = np_track_collision(&cloud.world, origin, direction, end_m[e], &flight, &random, &volume);
+        const double t = np_track_collision(&cloud.world.clouds, origin, direction, end_m[e], &flight, &random, &volume);
         const double weight = (double)np_flight_weight(&flight);
         test_tally_add(&passed, isinf(t) ? weight : 0.0);
         test_tally_add(&collided, isinf(t) ? 0.0 : weight);

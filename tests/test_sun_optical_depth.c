@@ -40,7 +40,7 @@ static void fill_view(fixture *f) {
     f->placed[v] = test_volume_place(f->volume, 0.2f, np_phase_isotropic());
     f->placed[v].world_to_index.m[0][3] -= 25.0 * v;
   }
-  f->world = (np_world){.volume_count = 1, .volumes = f->placed, .to_sun = {0.6f, 0.0f, 0.8f}};
+  f->world = (np_world){.clouds.count = 1, .clouds.at = f->placed, .to_sun = {0.6f, 0.0f, 0.8f}};
   f->desc = (np_sun_optical_depth_desc)NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
 }
 
@@ -199,7 +199,7 @@ static void depths_of_clouds_add_up(void **state) {
   (void)state;
   fixture f = {0};
   start(&f, 2, find_lump);
-  f.world.volume_count = 2;
+  f.world.clouds.count = 2;
   f.desc.tolerance = 0.003f;
   build(&f);
   np_random random = np_random_start(1, 2, 3, 4, 5);

@@ -42,7 +42,7 @@ static void start(fixture *f) {
   f->volumes[1] = create(f->context, 12.0, test_lumpy_ball);
   place(f, 0, 0.5f, np_phase_henyey_greenstein(0.7f));
   place(f, 1, 0.15f, np_phase_two_lobe(0.5f, -0.3f, 0.3f));
-  f->world = (np_world){.volume_count = CLOUDS, .volumes = f->placed, .sun_irradiance = np_spectrum_grey(1.0f)};
+  f->world = (np_world){.clouds.count = CLOUDS, .clouds.at = f->placed, .sun_irradiance = np_spectrum_grey(1.0f)};
 }
 
 static void end(fixture *f) {
@@ -193,7 +193,7 @@ static void a_volume_in_two_files_is_one_volume(void **state) {
   (void)state;
   fixture f;
   start(&f);
-  f.world.volume_count = 1;
+  f.world.clouds.count = 1;
   const np_vec3 to_sun = np_vec3_make(0.6f, 0.0f, 0.8f), to_camera = np_vec3_make(0.0f, -1.0f, 0.0f);
   estimate whole[2], parts[2];
   for (int m = 0; m < 2; m++) {
@@ -204,7 +204,7 @@ static void a_volume_in_two_files_is_one_volume(void **state) {
   f.volumes[0] = create(f.context, -12.0, left_of_cut);
   f.volumes[1] = create(f.context, -12.0, right_of_cut);
   for (unsigned i = 0; i < CLOUDS; i++) place(&f, i, 0.5f, np_phase_henyey_greenstein(0.7f));
-  f.world.volume_count = CLOUDS;
+  f.world.clouds.count = CLOUDS;
   for (int m = 0; m < 2; m++) {
     light(&f, to_sun, m == 1);
     parts[m] = find_intensity(&f, to_camera, m ? 4096 : 131072, 0, 5);

@@ -27,8 +27,8 @@ static void start(fixture *f, unsigned threads) {
     f->placed[v].world_to_index.m[0][3] -= 20.0 * (v - 1);
     f->placed[v].albedo = np_spectrum_make(1.0f, 0.9f, 0.5f);
   }
-  f->world = (np_world){.volume_count = CLOUDS,
-                            .volumes = f->placed,
+  f->world = (np_world){.clouds.count = CLOUDS,
+                            .clouds.at = f->placed,
                             .sun_irradiance = np_spectrum_grey(1.0f),
                             .to_sun = {0.6f, 0.0f, 0.8f}};
   np_scattering_desc desc = NP_SCATTERING_DESC_DEFAULT;

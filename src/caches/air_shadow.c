@@ -255,9 +255,9 @@ neph_result np_air_visibility_build(neph_context *context, const np_world *world
                                     const np_air_casters *casters, np_monitor *monitor, np_air_visibility *out) {
   *out = (np_air_visibility){.context = context, .rays = *rays};
   probe p = {.world = world, .out = out};
-  for (unsigned v = 0; v < world->volume_count; v++)
-    p.fade[v] = 1.0f - np_scaled_phase_compute_forward(&world->volumes[v].phase, NP_DEGREE_MIN) *
-                           np_spectrum_max(world->volumes[v].albedo);
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    p.fade[v] = 1.0f - np_scaled_phase_compute_forward(&world->clouds.at[v].phase, NP_DEGREE_MIN) *
+                           np_spectrum_max(world->clouds.at[v].albedo);
   place_shafts(&p, casters);
   out->reach_m = find_reach(&p);
   if (!(out->reach_m > 0.0)) return NEPH_OK;
@@ -367,9 +367,9 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_wo
   out->kept = np_alloc(out->context, count * PLANES, sizeof *out->kept);
   if (!out->kept) return NEPH_ERROR_OUT_OF_MEMORY;
   loss_job job = {visibility, world, HUGE_VAL, -HUGE_VAL, out};
-  for (unsigned i = 0; i < world->volume_count; i++) {
-    job.bottom_m = fmin(job.bottom_m, world->volumes[i].bottom_m);
-    job.top_m = fmax(job.top_m, world->volumes[i].top_m);
+  for (unsigned i = 0; i < world->clouds.count; i++) {
+    job.bottom_m = fmin(job.bottom_m, world->clouds.at[i].bottom_m);
+    job.top_m = fmax(job.top_m, world->clouds.at[i].top_m);
   }
   np_monitor_set_range(monitor, 0.9, 1.0);
   neph_result result = np_parallel_for(out->context, monitor, count, 64, lose_nodes, &job);

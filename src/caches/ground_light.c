@@ -42,7 +42,7 @@ static void fill_direction(const np_world *world, unsigned i, gather_direction *
   const np_scattering_field *scatter = world->scattering;
   np_harmonics_eval(scatter->grid.degree, np_vec3_scale(out->towards, -1.0f), out->harmonics);
   const np_vec3 d = out->towards, s = world->to_sun;
-  for (unsigned v = 0; v < world->volume_count; v++) {
+  for (unsigned v = 0; v < world->clouds.count; v++) {
     np_peak_column column;
     np_scaled_phase_fill_column(&scatter->phases[v], np_versine(d.x, d.y, d.z, s.x, s.y, s.z), &column);
     out->broad[v] = fmaxf(0.0f, column.broad);
@@ -72,8 +72,8 @@ static bool clip(const gather *g, np_dvec3 origin, np_vec3 direction, double *ou
 static float find_source(const gather *g, const gather_direction *d, np_dvec3 position, np_spectrum *out_source) {
   const np_world *world = g->world;
   float extinction[NP_INSTANCES_MAX], scaled = 0.0f;
-  for (unsigned v = 0; v < world->volume_count; v++) {
-    extinction[v] = np_instance_extinction(&world->volumes[v], position);
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    extinction[v] = np_instance_extinction(&world->clouds.at[v], position);
     scaled += g->cache->fade[v] * extinction[v];
   }
   if (!(scaled > 0.0f)) return 0.0f;
@@ -82,11 +82,11 @@ static float find_source(const gather *g, const gather_direction *d, np_dvec3 po
   const float depth = np_sun_optical_depth_get_scaled(world, position, world->to_sun, g->cache->fade, 16.0f);
   const np_spectrum sun = np_spectrum_scale(np_world_sunlight(world, position, world->to_sun), np_transmittance(depth));
   *out_source = np_spectrum_grey(0.0f);
-  for (unsigned v = 0; v < world->volume_count; v++) {
+  for (unsigned v = 0; v < world->clouds.count; v++) {
     float outgoing[NP_HARMONIC_COUNT_MAX];
     np_scattering_field_fill_outgoing(&world->scattering->phases[v], d->harmonics, outgoing);
     np_spectrum light = np_scattering_field_outgoing(world->scattering, &moments, outgoing);
-    light = np_spectrum_multiply(np_spectrum_add_scaled(light, d->broad[v], sun), world->volumes[v].albedo);
+    light = np_spectrum_multiply(np_spectrum_add_scaled(light, d->broad[v], sun), world->clouds.at[v].albedo);
     *out_source = np_spectrum_add_scaled(*out_source, extinction[v], light);
   }
   return scaled;
@@ -170,9 +170,9 @@ static void place(gather *g) {
 /* Two voxels of the finest cloud. */
 static double find_step(const np_world *world) {
   double finest = INFINITY;
-  for (unsigned v = 0; v < world->volume_count; v++)
+  for (unsigned v = 0; v < world->clouds.count; v++)
     for (int a = 0; a < 3; a++) {
-      const double *row = world->volumes[v].world_to_index.m[a];
+      const double *row = world->clouds.at[v].world_to_index.m[a];
       finest = fmin(finest, 1.0 / np_dvec3_length(np_dvec3_make(row[0], row[1], row[2])));
     }
   return 2.0 * finest;
@@ -182,8 +182,8 @@ neph_result np_ground_light_build(neph_context *context, const np_world *world, 
                                   np_dvec3 bounds_max, np_monitor *monitor, np_ground_light *out) {
   *out = (np_ground_light){.context = context};
   gather g = {world, bounds_min, bounds_max, find_step(world), out, NULL};
-  for (unsigned v = 0; v < world->volume_count; v++)
-    out->fade[v] = 1.0f - world->scattering->phases[v].forward * np_spectrum_max(world->volumes[v].albedo);
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    out->fade[v] = 1.0f - world->scattering->phases[v].forward * np_spectrum_max(world->clouds.at[v].albedo);
   place(&g);
   const size_t count = (size_t)out->size[0] * (size_t)out->size[1];
   out->points = np_alloc(context, count, sizeof *out->points);

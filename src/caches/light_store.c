@@ -92,7 +92,7 @@ static neph_result find_fingerprint(neph_context *context, const np_world *world
   np_hash *hash = np_hash_create(context);
   if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = add_cells(context, hash, world, desc);
-  for (unsigned v = 0; v < world->volume_count; v++) add_cloud(hash, &world->volumes[v]);
+  for (unsigned v = 0; v < world->clouds.count; v++) add_cloud(hash, &world->clouds.at[v]);
   if (world->emission) {
     np_hash_add(hash, &world->emission->black_body, sizeof world->emission->black_body);
     for (unsigned i = 0; i < world->emission->glow_count; i++) add_glow(hash, &world->emission->glows[i]);
@@ -182,7 +182,7 @@ static neph_result make_depth_key(neph_context *context, const np_world *world, 
   *out = (np_depth_key){.to_sun = world->to_sun, .desc = *desc};
   np_hash *hash = np_hash_create(context);
   if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
-  for (unsigned v = 0; v < world->volume_count; v++) add_extinction(hash, &world->volumes[v]);
+  for (unsigned v = 0; v < world->clouds.count; v++) add_extinction(hash, &world->clouds.at[v]);
   np_hash_finish(hash, out->clouds);
   np_hash_destroy(hash);
   return NEPH_OK;
@@ -223,7 +223,7 @@ static bool grow(neph_context *context, np_light_store *store, unsigned count) {
 static void lend(np_light_store_entry *entry, const np_world *world, np_scattering_field *out) {
   *out = entry->solution;
   entry->solution = (np_scattering_field){0};
-  for (unsigned v = 0; v < out->volume_count; v++) out->phases[v].phase = world->volumes[v].phase;
+  for (unsigned v = 0; v < out->volume_count; v++) out->phases[v].phase = world->clouds.at[v].phase;
 }
 
 neph_result np_light_store_take(neph_context *context, np_light_store *store, unsigned index, np_light_role role,

@@ -97,8 +97,8 @@ static size_t count_cells(const np_sun_lattice *l) {
 /* At most: of the table, and of all nodes where the cloud has bricks, turned ones touching half as many again. */
 static double bound_bytes(const np_world *world, double coarsening) {
   double bytes = 0.0;
-  for (unsigned v = 0; v < world->volume_count; v++) {
-    const np_instance *volume = &world->volumes[v];
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    const np_instance *volume = &world->clouds.at[v];
     np_sun_lattice lattice;
     place(volume, world->to_sun, coarsening, &lattice);
     const double cells = 1.5 * (double)volume->bricks->brick_count / (coarsening * coarsening * coarsening);
@@ -123,7 +123,7 @@ typedef struct fill {
 } fill;
 
 static fill start_fill(np_sun_optical_depth *cache, const np_world *world, unsigned v, const np_sun_optical_depth_desc *desc) {
-  return (fill){.volume = &world->volumes[v],
+  return (fill){.volume = &world->clouds.at[v],
                 .desc = desc,
                 .cache = cache,
                 .lattice = &cache->lattices[v],
@@ -285,8 +285,8 @@ static void report(const np_sun_optical_depth *c) {
 static neph_result fill_lattices(np_sun_optical_depth *cache, const np_world *world, const np_sun_optical_depth_desc *desc,
                                  bool is_fine, np_monitor *monitor) {
   neph_result result = NEPH_OK;
-  const double share = 0.5 / world->volume_count;
-  for (unsigned v = 0; !result && v < world->volume_count; v++) {
+  const double share = 0.5 / world->clouds.count;
+  for (unsigned v = 0; !result && v < world->clouds.count; v++) {
     const double begin = is_fine ? 0.5 + share * v : share * v;
     np_monitor_set_range(monitor, begin, begin + share);
     result = (is_fine ? refine_lattice : fill_lattice)(cache, world, v, desc, monitor);
@@ -300,11 +300,11 @@ neph_result np_sun_optical_depth_build(neph_context *context, const np_world *wo
   *out = (np_sun_optical_depth){.context = context, .depth_end = 16.0f / desc->rate};
   double coarsening = 1.0;
   while (bound_bytes(world, coarsening) > (double)desc->bytes_max && coarsening < 1e3) coarsening *= 1.25;
-  out->lattices = np_alloc(context, world->volume_count, sizeof *out->lattices);
+  out->lattices = np_alloc(context, world->clouds.count, sizeof *out->lattices);
   if (!out->lattices) return NEPH_ERROR_OUT_OF_MEMORY;
-  out->volume_count = world->volume_count;
-  for (unsigned v = 0; v < world->volume_count; v++)
-    place(&world->volumes[v], world->to_sun, coarsening, &out->lattices[v]);
+  out->volume_count = world->clouds.count;
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    place(&world->clouds.at[v], world->to_sun, coarsening, &out->lattices[v]);
   np_monitor_set_stage(monitor, "finding depths towards the sun");
   neph_result result = fill_lattices(out, world, desc, false, monitor);
   const size_t fine_bytes = np_sun_level_count_nodes(0) * sizeof(float);
@@ -357,13 +357,13 @@ static float find_depth(const np_world *world, np_dvec3 position, np_vec3 to_sun
                         float depth_end) {
   const np_sun_optical_depth *cache = world->sun_optical_depth;
   float depth = 0.0f;
-  for (unsigned v = 0; v < world->volume_count && depth < depth_end; v++) {
+  for (unsigned v = 0; v < world->clouds.count && depth < depth_end; v++) {
     const float rate = fade ? fade[v] : 1.0f;
     const float known =
         cache ? np_sun_lattice_get(&cache->lattices[v], cache->depth_end, position, to_sun) : NP_SUN_DEPTH_UNKNOWN;
     depth +=
         rate *
-        (known == NP_SUN_DEPTH_UNKNOWN ? walk(&world->volumes[v], position, to_sun, (depth_end - depth) / rate) : known);
+        (known == NP_SUN_DEPTH_UNKNOWN ? walk(&world->clouds.at[v], position, to_sun, (depth_end - depth) / rate) : known);
   }
   return depth;
 }

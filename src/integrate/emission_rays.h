@@ -8,66 +8,8 @@
 
 #include "core/units.h"
 #include "integrate/integrator.h"
-#include "volume/tracking.h"
+#include "volume/depth_cursor.h"
 #include "world/emission.h"
-
-/* ---- Optical depth, followed ---- */
-
-/* One cloud's optical depth along a ray, as far as it has been asked for. */
-typedef struct np_depth_cursor {
-  const np_instance *volume;
-  np_brick_walk walk;
-  np_brick_span span;
-  double position, depth;
-  bool is_past; /* behind the cloud */
-} np_depth_cursor;
-
-typedef struct np_depth_cursors {
-  unsigned count;
-  np_depth_cursor cursor[NP_INSTANCES_MAX];
-} np_depth_cursors;
-
-static inline void np_depth_cursors_start(np_depth_cursors *all, const np_world *world, np_dvec3 origin,
-                                          np_vec3 direction, double distance_end) {
-  all->count = world->volume_count;
-  for (unsigned i = 0; i < world->volume_count; i++) {
-    np_depth_cursor *c = &all->cursor[i];
-    c->volume = &world->volumes[i];
-    c->position = c->depth = 0.0;
-    np_track_start(&c->walk, c->volume, origin, direction, 0.0, distance_end);
-    c->is_past = !np_brick_walk_next(&c->walk, &c->span);
-  }
-}
-
-/* Optical depth of a part of the cursor's span, exactly. */
-static inline double np_depth_cursor_integrate(const np_depth_cursor *c, double begin, double end) {
-  float mean = c->span.range.min;
-  if (c->span.brick != NP_BRICK_NONE) {
-    const np_vec3 from = np_brick_walk_local(&c->walk, &c->span, begin),
-                  to = np_brick_walk_local(&c->walk, &c->span, end);
-    mean = np_track_mean(c->volume->bricks, c->span.brick, from, np_vec3_subtract(to, from));
-  }
-  return (double)(c->volume->extinction_per_value * mean) * (end - begin);
-}
-
-static inline void np_depth_cursor_advance(np_depth_cursor *c, double distance) {
-  while (!c->is_past && c->position < distance) {
-    const double begin = fmax(c->position, c->span.t_begin), end = fmin(distance, c->span.t_end);
-    if (end > begin) c->depth += np_depth_cursor_integrate(c, begin, end);
-    c->position = end > begin ? end : fmin(distance, c->span.t_begin);
-    if (c->position >= c->span.t_end) c->is_past = !np_brick_walk_next(&c->walk, &c->span);
-  }
-}
-
-static inline void np_depth_cursors_advance(np_depth_cursors *all, double distance) {
-  for (unsigned i = 0; i < all->count; i++) np_depth_cursor_advance(&all->cursor[i], distance);
-}
-
-static inline double np_depth_cursors_sum(const np_depth_cursors *all) {
-  double depth = 0.0;
-  for (unsigned i = 0; i < all->count; i++) depth += all->cursor[i].depth;
-  return depth;
-}
 
 /* ---- Steps through a glow ---- */
 
@@ -138,12 +80,6 @@ static inline np_spectrum np_emission_collect(const np_world *world, np_dvec3 or
   return sum;
 }
 
-static inline float np_emission_extinction(const np_world *world, np_dvec3 position) {
-  float extinction = 0.0f;
-  for (unsigned i = 0; i < world->volume_count; i++) extinction += np_instance_extinction(&world->volumes[i], position);
-  return extinction;
-}
-
 /* A place in a step, drawn as transmittance falls there if the extinction is everywhere what it is at the middle; 1
  * over its density, times what that transmittance is. */
 static inline double np_emission_draw_place(double begin, double end, double extinction, np_random *random,
@@ -169,9 +105,9 @@ static inline np_spectrum np_emission_along(const np_world *world, np_dvec3 orig
     np_glow_walk w;
     double begin, end, forgiven = 0.0;
     np_glow_walk_start(&w, &world->emission->glows[g], origin, direction, distance_end, step_voxels);
-    np_depth_cursors_start(&clouds, world, origin, direction, distance_end);
+    np_depth_cursors_start(&clouds, &world->clouds, origin, direction, distance_end);
     while (np_glow_walk_next(&w, &begin, &end)) {
-      const float extinction = np_emission_extinction(world, np_dvec3_along(origin, direction, 0.5 * (begin + end)));
+      const float extinction = np_instances_extinction(&world->clouds, np_dvec3_along(origin, direction, 0.5 * (begin + end)));
       double weight, drawn_depth;
       const double t = np_emission_draw_place(begin, end, (double)extinction, random, &weight, &drawn_depth);
       np_depth_cursors_advance(&clouds, t);
@@ -226,7 +162,7 @@ static inline void np_emission_march(const np_world *world, const np_camera_ray 
     double begin, end;
     np_glow_walk_start(&w, &world->emission->glows[g], ray->origin, ray->direction, distance_end,
                        np_emission_march_step_voxels);
-    np_depth_cursors_start(&clouds, world, ray->origin, ray->direction, distance_end);
+    np_depth_cursors_start(&clouds, &world->clouds, ray->origin, ray->direction, distance_end);
     while (np_glow_walk_next(&w, &begin, &end)) {
       np_depth_cursors_advance(&clouds, begin);
       const np_spectrum straight = np_emission_get_depth(&clouds, NULL);

@@ -125,7 +125,7 @@ static inline bool np_guide_make(const np_world *world, const np_instance *volum
   const float albedo = np_spectrum_max(volume->albedo);
   const np_vec3 d = direction, s = world->to_sun;
   np_guide_set_shape(out, &here);
-  np_guide_set_medium(out, &world->scattering->phases[volume - world->volumes], albedo);
+  np_guide_set_medium(out, &world->scattering->phases[volume - world->clouds.at], albedo);
   out->light = here.mean * np_guide_outgoing(out, direction);
   out->noise = out->light * np_guide_estimate_noise(out, albedo) +
                np_guide_estimate_sun_noise(out, here.lit, np_versine(d.x, d.y, d.z, s.x, s.y, s.z));
@@ -136,12 +136,12 @@ static inline bool np_guide_make(const np_world *world, const np_instance *volum
 static inline bool np_guide_make_entry(const np_world *world, np_dvec3 origin, np_vec3 direction, np_guide *out) {
   const np_instance *first = NULL;
   double nearest = INFINITY, middle = 0.0;
-  for (unsigned i = 0; i < world->volume_count; i++) {
+  for (unsigned i = 0; i < world->clouds.count; i++) {
     np_brick_walk walk;
     np_brick_span span;
-    np_track_start(&walk, &world->volumes[i], origin, direction, 0.0, nearest);
+    np_track_start(&walk, &world->clouds.at[i], origin, direction, 0.0, nearest);
     if (!np_brick_walk_next(&walk, &span) || !(span.t_begin < nearest)) continue;
-    first = &world->volumes[i];
+    first = &world->clouds.at[i];
     nearest = span.t_begin;
     middle = 0.5 * (span.t_begin + span.t_end);
   }

@@ -77,10 +77,10 @@ static inline float np_look_weight(const np_look *look, const np_instance *volum
 /* How far the density falls from a place to one nearer the sun: 0 where it does not, 1 where nothing is there. */
 static inline float np_look_slope(const np_look *look, const np_world *world, np_dvec3 position, np_vec3 to_sun) {
   float here = 0.0f, there = 0.0f;
-  for (unsigned v = 0; v < world->volume_count; v++) {
-    here += np_instance_extinction(&world->volumes[v], position);
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    here += np_instance_extinction(&world->clouds.at[v], position);
     there +=
-        np_instance_extinction(&world->volumes[v], np_dvec3_along(position, to_sun, (double)look->derivative_distance_m));
+        np_instance_extinction(&world->clouds.at[v], np_dvec3_along(position, to_sun, (double)look->derivative_distance_m));
   }
   return here > 0.0f ? np_clampf(1.0f - there / here, 0.0f, 1.0f) : 0.0f;
 }

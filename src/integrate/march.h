@@ -62,7 +62,7 @@ static inline float np_march_get_cloud_depth(const np_world *world, unsigned clo
   const float known =
       cache ? np_sun_lattice_get(&cache->lattices[cloud], cache->depth_end, position, to_sun) : NP_SUN_DEPTH_UNKNOWN;
   if (known != NP_SUN_DEPTH_UNKNOWN) return known;
-  return np_track_volume_depth(&world->volumes[cloud], position, to_sun, INFINITY, query, faded);
+  return np_track_volume_depth(&world->clouds.at[cloud], position, to_sun, INFINITY, query, faded);
 }
 
 /* 1 − cos of the angle between the ray and the way to the sun. */

@@ -20,7 +20,7 @@ static np_spectrum find_opacity(const np_march *m, np_spectrum depth) {
 
 void NP_KERNEL(np_march_start_scaled)(np_march *m) {
   const float versine = np_march_get_sun_versine(m);
-  for (unsigned i = 0; i < m->world->volume_count; i++)
+  for (unsigned i = 0; i < m->world->clouds.count; i++)
     np_scaled_phase_fill_column(&m->scatter->phases[i], versine, &m->sun.peak[i].column);
   const np_viewer_light *prepared = m->world->viewer_light;
   m->viewer_light = prepared && np_dvec3_is_equal(prepared->viewer, m->ray->origin) ? prepared : NULL;
@@ -38,8 +38,8 @@ typedef struct sun_depths {
 static float track_depths(const np_march *m, np_dvec3 position, float error, sun_depths *out) {
   *out = (sun_depths){0};
   float faded = 0.0f;
-  for (unsigned v = 0; v < m->world->volume_count && faded < NP_TRACK_DEPTH_MAX; v++) {
-    const np_instance *volume = &m->world->volumes[v];
+  for (unsigned v = 0; v < m->world->clouds.count && faded < NP_TRACK_DEPTH_MAX; v++) {
+    const np_instance *volume = &m->world->clouds.at[v];
     const float forward = m->scatter->phases[v].forward, least_forward = m->scatter->phases[v].least_forward;
     const np_depth_query query = {1.0f - forward * np_spectrum_max(volume->albedo), error};
     const float own = np_march_get_cloud_depth(m->world, v, position, m->to_sun, &query, faded);
@@ -84,7 +84,7 @@ static void add_sun(np_march *m, const np_step *s, const sunlight *sun, const np
                     np_spectrum leaving) {
   if (np_spectrum_is_zero(sun->irradiance)) return;
   for (unsigned i = 0; i < s->count; i++) {
-    const np_peak_column *column = &m->sun.peak[s->volume[i] - m->world->volumes].column;
+    const np_peak_column *column = &m->sun.peak[s->volume[i] - m->world->clouds.at].column;
     np_spectrum once, all;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
       once.band[b] = sun->arriving.band[b] * leaving.band[b] * (column->broad + column->sharp);
@@ -99,7 +99,7 @@ static void add_sun(np_march *m, const np_step *s, const sunlight *sun, const np
 static void fill_outgoing(np_march *m) {
   float harmonics[NP_HARMONIC_COUNT_MAX]; /* towards the camera */
   np_harmonics_eval(m->scatter->grid.degree, np_vec3_scale(m->ray->direction, -1.0f), harmonics);
-  for (unsigned i = 0; i < m->world->volume_count; i++)
+  for (unsigned i = 0; i < m->world->clouds.count; i++)
     np_scattering_field_fill_outgoing(&m->scatter->phases[i], harmonics, m->sun.peak[i].outgoing);
   m->has_outgoing = true;
 }
@@ -147,7 +147,7 @@ static void add_solution(np_march *m, np_dvec3 position, const np_step *s, const
   find_solution(m, s, position, &at);
   const np_spectrum detail = find_detail(m, &at, sun);
   for (unsigned i = 0; i < s->count; i++) {
-    const unsigned cloud = (unsigned)(s->volume[i] - m->world->volumes);
+    const unsigned cloud = (unsigned)(s->volume[i] - m->world->clouds.at);
     np_spectrum light = eval_solution(m, &at, cloud);
     light = np_spectrum_add_scaled(light, m->sun.peak[cloud].column.broad, detail);
     for (int b = 0; b < NP_BAND_COUNT; b++) light.band[b] = np_maxf(light.band[b], 0.0f);
@@ -176,7 +176,7 @@ static void find_optics(const np_march *m, const np_step *s, step_optics *out) {
   out->depth = 0.0f;
   out->all_scattering = out->peak = np_spectrum_grey(0.0f);
   for (unsigned i = 0; i < s->count; i++) {
-    const float forward = m->scatter->phases[s->volume[i] - m->world->volumes].forward;
+    const float forward = m->scatter->phases[s->volume[i] - m->world->clouds.at].forward;
     out->scattering[i] = np_spectrum_scale(s->volume[i]->albedo, s->depth[i]);
     out->peak = np_spectrum_add_scaled(out->peak, forward, out->scattering[i]);
     out->all_scattering = np_spectrum_add(out->all_scattering, out->scattering[i]);

@@ -9,7 +9,7 @@
 static float find_sun_depth(const np_world *world, np_dvec3 position, np_vec3 to_sun,
                             const np_depth_query *query) {
   float depth = 0.0f;
-  for (unsigned v = 0; v < world->volume_count && query->fade * depth < NP_TRACK_DEPTH_MAX; v++)
+  for (unsigned v = 0; v < world->clouds.count && query->fade * depth < NP_TRACK_DEPTH_MAX; v++)
     depth += np_march_get_cloud_depth(world, v, position, to_sun, query, query->fade * depth);
   return depth;
 }
@@ -22,7 +22,7 @@ float NP_KERNEL(np_march_shadow)(const np_world *world, const np_integrator_sett
   const np_depth_query query = {.fade = 1.0f, .error = settings->tolerance};
   if (!world->ground_light) return np_transmittance(find_sun_depth(world, position, to_sun, &query));
   float faded = 0.0f;
-  for (unsigned v = 0; v < world->volume_count && faded < NP_TRACK_DEPTH_MAX; v++) {
+  for (unsigned v = 0; v < world->clouds.count && faded < NP_TRACK_DEPTH_MAX; v++) {
     const float fade = world->ground_light->fade[v];
     const np_depth_query own = {fade, query.error};
     faded += fade * np_march_get_cloud_depth(world, v, position, to_sun, &own, faded);
@@ -32,8 +32,8 @@ float NP_KERNEL(np_march_shadow)(const np_world *world, const np_integrator_sett
 
 void NP_KERNEL(np_march_start_look)(np_march *m) {
   const float versine = np_march_get_sun_versine(m);
-  for (unsigned i = 0; i < m->world->volume_count; i++)
-    np_look_fill_phases(&m->settings->look, &m->world->volumes[i].phase, versine, m->sun.phase[i]);
+  for (unsigned i = 0; i < m->world->clouds.count; i++)
+    np_look_fill_phases(&m->settings->look, &m->world->clouds.at[i].phase, versine, m->sun.phase[i]);
 }
 
 /* Light scattered once, and what stands for more. */
@@ -50,7 +50,7 @@ static void add_terms(np_march *m, np_component single, const float *phases, con
 static void fill_transmittances(const np_march *m, np_dvec3 position, np_vec3 direction, float error,
                                 float out[NP_LOOK_TERMS_MAX]) {
   const np_depth_query query = {np_look_fade(&m->settings->look), error};
-  np_look_fill_transmittances(&m->settings->look, np_track_depth(m->world, position, direction, &query), out);
+  np_look_fill_transmittances(&m->settings->look, np_track_depth(&m->world->clouds, position, direction, &query), out);
 }
 
 /* Sunlight scattered towards the camera at `position`, weighted: `share[i]` is what part of the step's opacity, times
@@ -70,7 +70,7 @@ static void add_sun(np_march *m, np_dvec3 position, const np_step *s, const np_s
   }
   for (unsigned i = 0; i < s->count; i++) {
     const np_instance *volume = s->volume[i];
-    const float even = 1.0f / NP_PI_F, *phases = is_slope ? &even : m->sun.phase[volume - m->world->volumes];
+    const float even = 1.0f / NP_PI_F, *phases = is_slope ? &even : m->sun.phase[volume - m->world->clouds.at];
     const np_spectrum light = np_spectrum_scale(sun, np_look_weight(look, volume, position));
     add_terms(m, NP_COMPONENT_SUN, phases, transmittances, np_spectrum_multiply(light, share[i]));
   }

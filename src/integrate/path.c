@@ -300,7 +300,7 @@ static bool collide_with_air(const np_tracer *t, np_path_state *path, np_path_ev
 /* Finds the ground before a distance, if it is there. */
 static bool find_ground(const np_tracer *t, np_path_state *path, double distance) {
   const np_dvec3 next = np_dvec3_along(path->position, path->direction, distance);
-  return np_track_may_meet_ground(t->world, path->position, next) &&
+  return np_world_may_meet_ground(t->world, path->position, next) &&
          np_world_intersect_ground(t->world, path->position, path->direction, &path->ground) &&
          path->ground.distance_m < distance;
 }
@@ -331,7 +331,7 @@ static np_flight start_flight(const np_tracer *t, const np_path_state *path) {
   const double stretch_fraction = path->is_guided ? np_guide_get_stretch_fraction(&path->guide, path->direction) : 0.0;
   const np_flight flight = np_flight_start(np_track_flight(t->random), stretch_fraction);
   if (!path->is_guided || !is_dark_outside(t->world) || np_world_sun_covers(t->world, path->direction)) return flight;
-  const double bound = np_flight_bound(t->world, path->position, path->direction, INFINITY, &flight, rim_depth);
+  const double bound = np_flight_bound(&t->world->clouds, path->position, path->direction, INFINITY, &flight, rim_depth);
   return bound < rim_depth ? np_flight_force(bound, stretch_fraction, t->random) : flight;
 }
 
@@ -339,7 +339,7 @@ static np_flight start_flight(const np_tracer *t, const np_path_state *path) {
 static double fly_through_clouds(const np_tracer *t, np_path_state *path) {
   np_flight flight = start_flight(t, path);
   const double distance =
-      np_track_collision(t->world, path->position, path->direction, INFINITY, &flight, t->random, &path->volume);
+      np_track_collision(&t->world->clouds, path->position, path->direction, INFINITY, &flight, t->random, &path->volume);
   if (path->is_guided) path->throughput = np_spectrum_scale(path->throughput, np_flight_weight(&flight));
   return distance;
 }
@@ -367,7 +367,7 @@ static np_path_event fly_past_clouds(const np_tracer *t, np_path_state *path) {
   const np_path_event end = path->is_ground_ahead ? NP_PATH_GROUND : NP_PATH_SPACE;
   const np_path_event event = fly_through_air(t, path, end, &distance);
   const float transmittance =
-      np_track_transmittance(t->world, path->position, path->direction, distance, np_track_faint_depth, t->random);
+      np_track_transmittance(&t->world->clouds, path->position, path->direction, distance, np_track_faint_depth, t->random);
   path->throughput = np_spectrum_scale(path->throughput, transmittance);
   if (!t->settings->is_air_traced) return NP_PATH_SURROUNDINGS;
   if (event == NP_PATH_AIR) path->position = np_dvec3_along(path->position, path->direction, distance);

@@ -49,12 +49,12 @@ static np_flight guide_flight(const np_tracer *t, const np_camera_ray *ray, floa
 static cloud_hit find_cloud(const np_tracer *t, const np_camera_ray *ray, double distance_end) {
   cloud_hit hit = {.distance = HUGE_VAL, .weight = 1.0f};
   const np_flight whole = np_flight_start(0.0, 0.0);
-  const double bound = np_flight_bound(t->world, ray->origin, ray->direction, distance_end, &whole, thin_depth);
+  const double bound = np_flight_bound(&t->world->clouds, ray->origin, ray->direction, distance_end, &whole, thin_depth);
   if (!(bound > 0.0)) return hit;
   const bool is_thin = bound < thin_depth;
   np_flight flight = is_thin ? np_flight_force(bound, 0.0, t->random) : guide_flight(t, ray, &hit.expected);
   hit.distance =
-      np_track_collision(t->world, ray->origin, ray->direction, distance_end, &flight, t->random, &hit.volume);
+      np_track_collision(&t->world->clouds, ray->origin, ray->direction, distance_end, &flight, t->random, &hit.volume);
   hit.weight = np_flight_weight(&flight);
   if (!isinf(hit.distance))
     t->out->transmittance = is_thin ? (float)exp(-bound) : 0.0f;
@@ -156,7 +156,7 @@ static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *
 static void look_for_disks(const np_tracer *t, const np_camera_ray *ray) {
   if (np_spectrum_is_zero(np_world_disk_radiance(t->world, ray->direction))) return;
   t->out->transmittance =
-      np_track_transmittance(t->world, ray->origin, ray->direction, INFINITY, np_track_faint_depth, t->random);
+      np_track_transmittance(&t->world->clouds, ray->origin, ray->direction, INFINITY, np_track_faint_depth, t->random);
 }
 
 void NP_KERNEL(np_path_sample)(const np_world *world, const np_integrator_settings *settings,

@@ -64,7 +64,7 @@ static inline void np_path_add(np_integrator_sample *out, np_component component
 static inline float np_path_shadow(const np_world *world, const np_integrator_settings *settings, np_dvec3 position,
                                    np_vec3 to_sun, np_random *random) {
   (void)settings;
-  return np_track_transmittance(world, position, to_sun, INFINITY, np_track_faint_depth, random);
+  return np_track_transmittance(&world->clouds, position, to_sun, INFINITY, np_track_faint_depth, random);
 }
 
 /* Which band leads a path: only air tells them apart. */

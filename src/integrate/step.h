@@ -40,7 +40,7 @@ static inline void np_step_open(np_step *step, const np_ray_intervals *all, cons
   step->length = 0.0f;
   step->count = s->count;
   for (unsigned i = 0; i < s->count; i++) {
-    step->volume[i] = all->medium[s->active[i]].volume;
+    step->volume[i] = all->instance[s->active[i]].volume;
     step->depth[i] = 0.0f;
   }
   step->hiding = step->weight = step->moment = 0.0f;
@@ -50,7 +50,7 @@ static inline void np_step_open(np_step *step, const np_ray_intervals *all, cons
 static inline bool np_step_goes_on(const np_step *step, const np_ray_intervals *all, const np_interval *s) {
   const double gap = s->begin - (step->begin + (double)step->length);
   bool is_same = step->count == s->count && gap < 1e-6 * ((double)step->length + (s->end - s->begin));
-  for (unsigned i = 0; i < s->count && is_same; i++) is_same = step->volume[i] == all->medium[s->active[i]].volume;
+  for (unsigned i = 0; i < s->count && is_same; i++) is_same = step->volume[i] == all->instance[s->active[i]].volume;
   return is_same;
 }
 

@@ -147,8 +147,8 @@ static void fill_view(const np_packet_lights_desc *d, const np_packet *packet, c
   const np_assembly *a = d->assembly;
   const neph_scene *scene = d->scene;
   out->world = (np_world){
-      .volume_count = a->volume_count,
-      .volumes = packet->placed,
+      .clouds.count = a->volume_count,
+      .clouds.at = packet->placed,
       .to_sun = np_dvec3_to_float(l->direction),
       .sun_angular_radius_rad = (float)l->angular_radius_rad,
       .sun_irradiance = l->irradiance,
@@ -179,8 +179,8 @@ static float find_sun_rate(const np_packet_lights_desc *d, const np_world *world
     return np_look_fade(&settings.look);
   }
   if (!needs(d->plan, NP_STAGE_ORDINATES)) return rate;
-  for (unsigned v = 0; v < world->volume_count; v++)
-    rate = fminf(rate, 1.0f - np_scaled_phase_compute_forward(&world->volumes[v].phase, NP_DEGREE_MIN));
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    rate = fminf(rate, 1.0f - np_scaled_phase_compute_forward(&world->clouds.at[v].phase, NP_DEGREE_MIN));
   return fmaxf(rate, 0.05f);
 }
 

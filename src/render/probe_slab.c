@@ -104,7 +104,7 @@ static void fill_view(np_slab *slab) {
       .albedo = np_spectrum_grey((float)c->albedo),
       .phase = np_phase_henyey_greenstein((float)c->asymmetry),
   };
-  slab->world = (np_world){.volume_count = 1, .volumes = &slab->placed, .to_sun = {0.0f, 0.0f, 1.0f}};
+  slab->world = (np_world){.clouds.count = 1, .clouds.at = &slab->placed, .to_sun = {0.0f, 0.0f, 1.0f}};
   if (c->is_diffuse) {
     slab->world.environment_radiance = np_spectrum_grey((float)(1.0 / NP_PI));
     slab->world.is_environment_upper_only = true;

@@ -57,7 +57,7 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   desc.cells.has_viewer = true;
   desc.cells.viewer = np_dvec3_make(camera[0], camera[1], camera[2]);
   for (unsigned i = 0; i < scene->cloud_count; i++) add_cloud(o, i, &scene->clouds[i], &desc.cells);
-  const np_world world = {.volume_count = scene->cloud_count, .volumes = o->volumes};
+  const np_world world = {.clouds.count = scene->cloud_count, .clouds.at = o->volumes};
   np_transport_grid grid;
   neph_result result = np_transport_grid_place(scene->context, &world, &desc.cells, &grid);
   if (result) return result;

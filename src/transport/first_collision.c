@@ -122,8 +122,8 @@ static neph_result start_medium(np_first_rays *r, float **out_deposit) {
 
 /* The grid's own, and that of the lower degree. */
 static void find_scales(np_first_rays *r, unsigned band, unsigned broad_degree) {
-  for (unsigned v = 0; v < r->world->volume_count; v++) {
-    const np_instance *volume = &r->world->volumes[v];
+  for (unsigned v = 0; v < r->world->clouds.count; v++) {
+    const np_instance *volume = &r->world->clouds.at[v];
     r->media[0].scale[v] = r->grid->scale[v];
     r->media[1].scale[v] = np_transport_scale(volume, np_scaled_phase_compute_forward(&volume->phase, broad_degree), band);
   }

@@ -161,9 +161,9 @@ static void start_clouds(ray *r) {
   const np_world *world = r->all->world;
   const double *d = r->all->direction;
   r->cloud_count = 0;
-  for (unsigned v = 0; v < world->volume_count; v++) {
+  for (unsigned v = 0; v < world->clouds.count; v++) {
     cloud *c = &r->clouds[r->cloud_count];
-    c->volume = &world->volumes[v];
+    c->volume = &world->clouds.at[v];
     for (unsigned m = 0; m < NP_FIRST_MEDIA; m++) c->scale[m] = r->all->media[m].scale[v];
     const np_affine *map = &c->volume->world_to_index;
     np_brick_walk_start(&c->walk, c->volume->bricks,

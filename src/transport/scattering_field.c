@@ -483,10 +483,10 @@ static bool is_same_phase(const np_phase *a, const np_phase *b) {
 
 /* Equal phase functions share one table. */
 static neph_result build_phases(const np_world *world, unsigned degree, np_scattering_field *out) {
-  out->phases = np_alloc(out->context, world->volume_count, sizeof *out->phases);
+  out->phases = np_alloc(out->context, world->clouds.count, sizeof *out->phases);
   if (!out->phases) return NEPH_ERROR_OUT_OF_MEMORY;
-  for (unsigned v = 0; v < world->volume_count; v++) {
-    const np_phase *phase = &world->volumes[v].phase;
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    const np_phase *phase = &world->clouds.at[v].phase;
     unsigned same = 0;
     while (same < v && !is_same_phase(&out->phases[same].phase, phase)) same++;
     if (same < v) {

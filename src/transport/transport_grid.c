@@ -36,7 +36,7 @@ float np_transport_grid_average_emission(const np_transport_grid *grid, const st
  * exact; over large cells on a coarser lattice. */
 static void average_cell(const fill *f, const int32_t at[3]) {
   const np_transport_grid *g = f->grid;
-  const unsigned clouds = f->world->volume_count;
+  const unsigned clouds = f->world->clouds.count;
   const size_t cell = np_transport_grid_join(g, at);
   float *extinction = f->extinction + cell * clouds;
   double width[3];
@@ -53,7 +53,7 @@ static void average_cell(const fill *f, const int32_t at[3]) {
                                                 g->edge_m[1][at[1]] + (j + 0.5) / points[1] * width[1],
                                                 g->edge_m[2][at[2]] + (k + 0.5) / points[2] * width[2]);
         for (unsigned v = 0; v < clouds; v++)
-          extinction[v] += weight * fmaxf(0.0f, np_instance_extinction(&f->world->volumes[v], position));
+          extinction[v] += weight * fmaxf(0.0f, np_instance_extinction(&f->world->clouds.at[v], position));
       }
   for (unsigned v = 0; v < clouds; v++) f->holds[cell] = f->holds[cell] || extinction[v] > 0.0f;
   if (f->world->emission)
@@ -108,15 +108,15 @@ static neph_result allocate_live(np_transport_grid *g) {
 /* Cells without cloud get the ratios of the first cloud: what is multiplied by them is 0. */
 static void keep_material(const fill *f, size_t active, size_t cell) {
   np_transport_grid *g = f->grid;
-  const unsigned count = g->degree + 1, clouds = f->world->volume_count;
+  const unsigned count = g->degree + 1, clouds = f->world->clouds.count;
   const float *own = &f->extinction[cell * clouds];
   float extinction = 0.0f, scattering[NP_DEGREE_MAX + 1] = {0.0f};
   for (unsigned v = 0; v < clouds; v++) {
     extinction += own[v] * g->scale[v];
     for (unsigned l = 0; l < count; l++)
-      scattering[l] += own[v] * f->world->volumes[v].albedo.band[f->band] * f->phases[v].moments[l];
+      scattering[l] += own[v] * f->world->clouds.at[v].albedo.band[f->band] * f->phases[v].moments[l];
   }
-  const float albedo = f->world->volumes[0].albedo.band[f->band];
+  const float albedo = f->world->clouds.at[0].albedo.band[f->band];
   g->extinction[active] = extinction;
   for (unsigned l = 0; l < count; l++)
     g->ratio[active * count + l] =
@@ -143,9 +143,9 @@ neph_result np_transport_grid_fill(const np_world *world, const np_scaled_phase 
   fill f = {.world = world, .phases = phases, .band = band, .monitor = monitor, .grid = grid};
   const size_t cells = np_transport_grid_count(grid);
   for (int a = 0; a < 3; a++) f.voxel_m[a] = np_transport_get_voxel(world, a);
-  for (unsigned v = 0; v < world->volume_count; v++)
-    grid->scale[v] = np_transport_scale(&world->volumes[v], phases[v].forward, band);
-  f.extinction = np_alloc(grid->context, cells, world->volume_count * sizeof *f.extinction);
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    grid->scale[v] = np_transport_scale(&world->clouds.at[v], phases[v].forward, band);
+  f.extinction = np_alloc(grid->context, cells, world->clouds.count * sizeof *f.extinction);
   grid->active = np_alloc(grid->context, cells, sizeof *grid->active);
   f.holds = np_alloc(grid->context, cells, sizeof *f.holds);
   neph_result result = f.extinction && f.holds && grid->active ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
@@ -257,9 +257,9 @@ neph_result np_transport_grid_reduce_degree(const np_world *world, unsigned band
   neph_result result = NEPH_OK;
   for (int a = 0; a < 3 && !result; a++) result = thin_planes(fine, a, 1, out);
   if (result) return result;
-  for (unsigned v = 0; v < world->volume_count; v++)
+  for (unsigned v = 0; v < world->clouds.count; v++)
     out->scale[v] =
-        np_transport_scale(&world->volumes[v], np_scaled_phase_compute_forward(&world->volumes[v].phase, degree), band);
+        np_transport_scale(&world->clouds.at[v], np_scaled_phase_compute_forward(&world->clouds.at[v].phase, degree), band);
   out->active = np_alloc(out->context, np_transport_grid_count(out), sizeof *out->active);
   if (!out->active) return NEPH_ERROR_OUT_OF_MEMORY;
   memcpy(out->active, fine->active, np_transport_grid_count(out) * sizeof *out->active);

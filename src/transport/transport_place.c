@@ -36,8 +36,8 @@ static int find_index_axis(const np_instance *volume, int world_axis) {
 
 double np_transport_get_voxel(const np_world *world, int axis) {
   double finest = INFINITY;
-  for (unsigned v = 0; v < world->volume_count; v++) {
-    const double(*m)[4] = world->volumes[v].world_to_index.m;
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    const double(*m)[4] = world->clouds.at[v].world_to_index.m;
     finest = fmin(finest, 1.0 / sqrt(m[0][axis] * m[0][axis] + m[1][axis] * m[1][axis] + m[2][axis] * m[2][axis]));
   }
   return finest;
@@ -46,8 +46,8 @@ double np_transport_get_voxel(const np_world *world, int axis) {
 /* (1−g)·σ at the densest point. */
 static double find_transport_extinction(const np_world *world) {
   double densest = 0.0;
-  for (unsigned v = 0; v < world->volume_count; v++) {
-    const np_instance *volume = &world->volumes[v];
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    const np_instance *volume = &world->clouds.at[v];
     const double extinction = (double)(volume->bricks->value_max * volume->extinction_per_value);
     densest = fmax(densest, (1.0 - fmax(0.0, np_phase_mean_cosine(&volume->phase))) * extinction);
   }
@@ -55,8 +55,8 @@ static double find_transport_extinction(const np_world *world) {
 }
 
 static bool is_wrapped_along(const np_world *world, int axis, double *out_period_m) {
-  if (world->volume_count != 1) return false;
-  const np_instance *volume = &world->volumes[0];
+  if (world->clouds.count != 1) return false;
+  const np_instance *volume = &world->clouds.at[0];
   const int a = find_index_axis(volume, axis);
   if (a < 0 || a > 1 || !volume->bricks->is_periodic[a]) return false;
   *out_period_m = volume->bricks->period[a] / fabs(volume->world_to_index.m[a][axis]);
@@ -78,7 +78,7 @@ static even_axis find_even_axis(const np_world *world, const np_transport_desc *
   const double low[3] = {desc->bounds_min.x, desc->bounds_min.y, desc->bounds_min.z};
   const double high[3] = {desc->bounds_max.x, desc->bounds_max.y, desc->bounds_max.z};
   const double voxel = np_transport_get_voxel(world, axis), edge = edge_voxels * voxel;
-  const np_instance *first = &world->volumes[0];
+  const np_instance *first = &world->clouds.at[0];
   const int a = find_index_axis(first, axis);
   const double base = a < 0 ? low[axis] : -first->world_to_index.m[a][3] / first->world_to_index.m[a][axis];
   double period;
@@ -265,7 +265,7 @@ static neph_result measure_profile(neph_context *context, const np_world *world,
   out->depth = out->extinction + out->count;
   for (int32_t k = 0; k < out->count; k++) {
     at[axis] = out->origin_m + k * voxel;
-    out->extinction[k] = (double)np_instance_extinction(&world->volumes[0], np_dvec3_make(at[0], at[1], at[2]));
+    out->extinction[k] = (double)np_instance_extinction(&world->clouds.at[0], np_dvec3_make(at[0], at[1], at[2]));
     if (k > 0) out->depth[k] = out->depth[k - 1] + 0.5 * voxel * (out->extinction[k - 1] + out->extinction[k]);
   }
   /* What is empty above would be as good an end as that of the cloud. */
@@ -336,7 +336,7 @@ static neph_result place_column(const np_world *world, const even_axis axes[3], 
   neph_result result = measure_profile(out->context, world, axes, axis, &p);
   const double depth = result ? 0.0 : p.depth[p.count - 1];
   if (!result && depth > 0.0) {
-    result = keep_column_axis(&p, choose_thickness(&world->volumes[0], depth), axis, out);
+    result = keep_column_axis(&p, choose_thickness(&world->clouds.at[0], depth), axis, out);
   } else if (!result) {
     result = keep_even_axis(&axes[axis], axis, out);
   }

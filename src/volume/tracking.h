@@ -10,7 +10,7 @@
 
 #include "core/random.h"
 #include "core/stable.h"
-#include "world/world.h"
+#include "volume/instance.h"
 
 static inline void np_track_start(np_brick_walk *walk, const np_instance *volume, np_dvec3 origin, np_vec3 direction,
                                   double distance_begin, double distance_end) {
@@ -109,11 +109,11 @@ static inline float np_track_volume_depth(const np_instance *volume, np_dvec3 or
 }
 
 /* The same of all clouds. */
-static inline float np_track_depth(const np_world *world, np_dvec3 origin, np_vec3 direction,
+static inline float np_track_depth(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
                                    const np_depth_query *query) {
   float depth = 0.0f;
-  for (unsigned i = 0; i < world->volume_count && query->fade * depth < NP_TRACK_DEPTH_MAX; i++)
-    depth += np_track_volume_depth(&world->volumes[i], origin, direction, INFINITY, query, query->fade * depth);
+  for (unsigned i = 0; i < clouds->count && query->fade * depth < NP_TRACK_DEPTH_MAX; i++)
+    depth += np_track_volume_depth(&clouds->at[i], origin, direction, INFINITY, query, query->fade * depth);
   return depth;
 }
 
@@ -172,11 +172,11 @@ static inline bool np_track_roulette(double *depth, double faint_depth, np_rando
 /* Unbiased transmittance along a ray: exact, but that Russian roulette ends what the minimum of the next cell makes
  * faint before anything is looked up there. Tracking takes about as long, for a hundred times the squared error and
  * more (tests/bench/bench_transmittance.c). */
-static inline float np_track_transmittance(const np_world *world, np_dvec3 origin, np_vec3 direction,
+static inline float np_track_transmittance(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
                                            double distance_end, double faint_depth, np_random *random) {
   double depth = 0.0;
-  for (unsigned i = 0; i < world->volume_count; i++) {
-    const np_instance *volume = &world->volumes[i];
+  for (unsigned i = 0; i < clouds->count; i++) {
+    const np_instance *volume = &clouds->at[i];
     np_brick_walk walk;
     np_brick_span span;
     np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
@@ -197,11 +197,11 @@ static inline float np_flight_spare(const np_flight *flight, const np_brick_span
 
 /* Optical depth along a ray of what a flight goes by, the cells' maxima less what it leaves out; looked for as far as
  * `depth_end`. */
-static inline double np_flight_bound(const np_world *world, np_dvec3 origin, np_vec3 direction, double distance_end,
+static inline double np_flight_bound(const np_instances *clouds, np_dvec3 origin, np_vec3 direction, double distance_end,
                                      const np_flight *flight, double depth_end) {
   double depth = 0.0;
-  for (unsigned i = 0; i < world->volume_count && depth < depth_end; i++) {
-    const np_instance *volume = &world->volumes[i];
+  for (unsigned i = 0; i < clouds->count && depth < depth_end; i++) {
+    const np_instance *volume = &clouds->at[i];
     np_brick_walk walk;
     np_brick_span span;
     np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
@@ -247,12 +247,12 @@ static inline double np_track_span_collision(const np_instance *volume, const np
  * `flight` is counted in the cells' maxima and through one cloud after the other: the clouds' tentative collisions are
  * one Poisson process on their rays laid end to end, so that what is left of a flight at the end of one is good for the
  * next. */
-static inline double np_track_collision(const np_world *world, np_dvec3 origin, np_vec3 direction,
+static inline double np_track_collision(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
                                         double distance_end, np_flight *flight, np_random *random,
                                         const np_instance **out_volume) {
   double nearest = INFINITY;
-  for (unsigned i = 0; i < world->volume_count; i++) {
-    const np_instance *volume = &world->volumes[i];
+  for (unsigned i = 0; i < clouds->count; i++) {
+    const np_instance *volume = &clouds->at[i];
     np_brick_walk walk;
     np_brick_span span;
     np_track_start(&walk, volume, origin, direction, 0.0, fmin(distance_end, nearest));
@@ -265,13 +265,6 @@ static inline double np_track_collision(const np_world *world, np_dvec3 origin, 
     }
   }
   return nearest;
-}
-
-/* Whether a segment can be cut by ground at all: both ends above every summit cannot. */
-static inline bool np_track_may_meet_ground(const np_world *world, np_dvec3 from, np_dvec3 to) {
-  if (!world->has_planet && !world->terrain) return false;
-  const double summit = world->terrain ? fmax(world->terrain_max.z, 0.0) : 0.0;
-  return from.z <= summit || to.z <= summit;
 }
 
 #endif

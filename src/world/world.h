@@ -11,27 +11,8 @@
 #include "core/math.h"
 #include "core/spectrum.h"
 #include "world/night.h"
-#include "optics/phase.h"
 #include "terrain/terrain_private.h"
-#include "volume/bricks.h"
-
-enum { NP_INSTANCES_MAX = 64 };
-
-/* One cloud in its place. */
-typedef struct np_instance {
-  const np_bricks *bricks;
-  np_affine world_to_index;
-  float extinction_per_value; /* 1/m where the grid holds 1 */
-  np_spectrum albedo;
-  np_phase phase;
-  double bottom_m, top_m; /* of its bounds, in the world */
-} np_instance;
-
-/* Extinction of one cloud at a world position, 1/m. */
-static inline float np_instance_extinction(const np_instance *volume, np_dvec3 position) {
-  return volume->extinction_per_value *
-         np_bricks_sample(volume->bricks, np_affine_point(&volume->world_to_index, position));
-}
+#include "volume/instance.h"
 
 struct np_sky_guide;
 struct np_scattering_field;
@@ -42,8 +23,7 @@ struct np_air_shadow;
 struct np_viewer_light;
 
 typedef struct np_world {
-  unsigned volume_count; /* at most NP_INSTANCES_MAX */
-  const np_instance *volumes;
+  np_instances clouds;
 
   /* The light that shines on air, clouds and ground: the sun, or, in a view of its own, the moon. */
   np_vec3 to_sun;
@@ -77,8 +57,8 @@ typedef struct np_world {
 
 /* Whether each cloud's albedo is the same in all bands. */
 static inline bool np_world_is_grey(const np_world *world) {
-  for (unsigned v = 0; v < world->volume_count; v++)
-    if (!np_spectrum_is_grey(world->volumes[v].albedo)) return false;
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    if (!np_spectrum_is_grey(world->clouds.at[v].albedo)) return false;
   return true;
 }
 
@@ -124,6 +104,13 @@ typedef struct np_ground_hit {
 
 /* Nearest terrain or sphere along a ray. */
 bool np_world_intersect_ground(const np_world *world, np_dvec3 origin, np_vec3 direction, np_ground_hit *out_hit);
+
+/* Whether a segment can be cut by ground at all: both ends above every summit cannot. */
+static inline bool np_world_may_meet_ground(const np_world *world, np_dvec3 from, np_dvec3 to) {
+  if (!world->has_planet && !world->terrain) return false;
+  const double summit = world->terrain ? fmax(world->terrain_max.z, 0.0) : 0.0;
+  return from.z <= summit || to.z <= summit;
+}
 
 /* Irradiance of sky and clouds on the ground, free of hills; without a ground cache, of a sky free of clouds. */
 np_spectrum np_world_ground_irradiance(const np_world *world, const np_ground_hit *hit);

@@ -69,7 +69,7 @@ int main(int count, char **arguments) {
                              .extinction_per_value = (float)(atof(arguments[3]) / column),
                              .albedo = np_spectrum_grey(1.0f),
                              .phase = np_phase_henyey_greenstein(0.85f)};
-  p.world = (np_world){.volume_count = 1, .volumes = &p.cloud};
+  p.world = (np_world){.clouds.count = 1, .clouds.at = &p.cloud};
   for (int a = 0; a < 3; a++) {
     p.low[a] = volume->active_min[a] - 1.0;
     p.high[a] = volume->active_max[a] + 1.0;

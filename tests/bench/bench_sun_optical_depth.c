@@ -113,7 +113,7 @@ static double time_walks(const np_world *world, const places *p, const np_depth_
   for (int i = 0; i < REPEATS; i++) {
     const double begin = read_clock();
     for (int n = 0; n < PLACES; n++)
-      *sum += (double)np_track_volume_depth(world->volumes, p->at[n], world->to_sun, INFINITY, query, 0.0f);
+      *sum += (double)np_track_volume_depth(world->clouds.at, p->at[n], world->to_sun, INFINITY, query, 0.0f);
     best = fmin(best, read_clock() - begin);
   }
   return best / PLACES;
@@ -145,8 +145,8 @@ static void time_parts(const np_plan *plan, const np_assembly *a) {
   desc.rate = 16.0f / world->sun_optical_depth->depth_end;
   double sum = 0.0, voxels = 0.0;
   int unknown;
-  for (unsigned v = 0; v < world->volume_count; v++)
-    voxels += (double)world->volumes[v].bricks->brick_count * NP_BRICK_EDGE * NP_BRICK_EDGE * NP_BRICK_EDGE;
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    voxels += (double)world->clouds.at[v].bricks->brick_count * NP_BRICK_EDGE * NP_BRICK_EDGE * NP_BRICK_EDGE;
   const double fill = time_filling(world, a->context, &desc), walk = time_walks(world, &p, &query, &sum),
                found = time_look_ups(world, &p, &sum, &unknown);
   printf("parts   %.3g voxels in bricks (the plan: %.3g), %.1f ns to fill each; a depth walked for %.0f ns, looked up "

@@ -10,9 +10,9 @@ complain() { echo "$1" >&2; fail=1; }
 layers='core:
 optics:
 noise:
-volume:
+volume: optics
 image:
-cloud: noise volume image
+cloud: optics noise volume image
 terrain: noise image
 atmosphere: optics image
 world: optics noise volume atmosphere terrain
