@@ -4,8 +4,6 @@
 #include "atmosphere/sky_orders.h"
 #include "core/alloc.h"
 #include "core/units.h"
-#include "caches/ground_light.h"
-#include "caches/sun_optical_depth.h"
 
 enum { CELLS = NP_AIR_SHADOW_CELLS, PLANES = NP_AIR_SHADOW_PLANES };
 
@@ -57,6 +55,7 @@ typedef struct shaft {
 
 typedef struct probe {
   const np_world *world;
+  const np_sun_depths *depths;
   np_air_visibility *out;
   np_dvec3 axis[3];
   shaft shafts[2];
@@ -153,7 +152,7 @@ static double find_reach(const probe *p) {
 
 static float see_sun(const probe *p, np_dvec3 position, np_vec3 to_sun) {
   if (np_world_is_behind_terrain(p->world, position, to_sun)) return 0.0f;
-  return np_transmittance(np_sun_optical_depth_get_scaled(p->world, position, to_sun, p->fade, 12.0f));
+  return np_transmittance(np_sun_depths_get_scaled(p->depths, position, to_sun, p->fade, 12.0f));
 }
 
 static float turn(double value) { return (float)(value - floor(value)); }
@@ -251,10 +250,11 @@ static void place_shafts(probe *p, const np_air_casters *casters) {
   for (unsigned i = 0; i < casters->count; i++) p->shafts[i] = make_shaft(p, casters->low[i], casters->high[i]);
 }
 
-neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_air_rays *rays,
-                                    const np_air_casters *casters, np_monitor *monitor, np_air_visibility *out) {
+neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_sun_depths *depths,
+                                    const np_air_rays *rays, const np_air_casters *casters, np_monitor *monitor,
+                                    np_air_visibility *out) {
   *out = (np_air_visibility){.context = context, .rays = *rays};
-  probe p = {.world = world, .out = out};
+  probe p = {.world = world, .depths = depths, .out = out};
   for (unsigned v = 0; v < world->clouds.count; v++)
     p.fade[v] = 1.0f - np_scaled_phase_compute_forward(&world->clouds.at[v].phase, NP_DEGREE_MIN) *
                            np_spectrum_max(world->clouds.at[v].albedo);
@@ -285,7 +285,8 @@ void np_air_visibility_clear(np_air_visibility *visibility) {
 typedef struct loss_job {
   const np_air_visibility *visibility;
   const np_world *world;
-  double bottom_m, top_m; /* of the clouds */
+  const np_ground_light *ground_light; /* NULL: not known */
+  double bottom_m, top_m;              /* of the clouds */
   np_air_shadow *out;
 } loss_job;
 
@@ -295,13 +296,13 @@ static np_spectrum find_diffuse(const loss_job *job, np_dvec3 position, float se
   const np_world *world = job->world;
   np_spectrum out = np_spectrum_grey(0.0f);
   const float below = np_smoothstepf((float)((job->top_m - position.z) / fmax(job->top_m - job->bottom_m, 1.0)));
-  if (!world->ground_light || !world->atmosphere || !(below > 0.0f)) return out;
+  if (!job->ground_light || !world->atmosphere || !(below > 0.0f)) return out;
   const float cosine = np_maxf(np_vec3_dot(np_zenith(position, world->planet_radius_m), world->to_sun), 0.0f);
   const np_spectrum through =
       np_atmosphere_transmittance_to_sun(world->atmosphere, position, world->to_sun, world->sun_angular_radius_rad);
   const np_spectrum clear = np_atmosphere_ground_irradiance(world->atmosphere, cosine);
   const np_spectrum albedo = world->terrain ? world->terrain_albedo : world->ground_albedo;
-  const np_ground_light_value light = np_ground_light_get(world->ground_light, position);
+  const np_ground_light_value light = np_ground_light_get(job->ground_light, position);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float sun = through.band[b] * world->sun_irradiance.band[b];
     if (!(sun > 1e-3f * world->sun_irradiance.band[b])) continue;
@@ -360,13 +361,13 @@ static neph_result lose_nodes(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world, np_monitor *monitor,
-                                np_air_shadow *out) {
+neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world,
+                                const np_ground_light *ground_light, np_monitor *monitor, np_air_shadow *out) {
   *out = (np_air_shadow){.context = visibility->context, .visibility = visibility};
   const size_t count = count_nodes(&visibility->rays);
   out->kept = np_alloc(out->context, count * PLANES, sizeof *out->kept);
   if (!out->kept) return NEPH_ERROR_OUT_OF_MEMORY;
-  loss_job job = {visibility, world, HUGE_VAL, -HUGE_VAL, out};
+  loss_job job = {visibility, world, ground_light, HUGE_VAL, -HUGE_VAL, out};
   for (unsigned i = 0; i < world->clouds.count; i++) {
     job.bottom_m = fmin(job.bottom_m, world->clouds.at[i].bottom_m);
     job.top_m = fmax(job.top_m, world->clouds.at[i].top_m);

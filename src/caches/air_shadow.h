@@ -17,15 +17,16 @@
  * of a degree apart show them all.
  *
  * Light that the air scatters more often is left as it is without clouds, but below clouds whose light on the ground is
- * known (caches/ground_light.h): there air is lit by what they hide of the sky, throw down and keep from the ground too,
- * as if it came evenly from all around. That can be more than they take.
+ * known (caches/ground_light.h): there air is lit by what they hide of the sky, throw down and keep from the ground
+ * too, as if it came evenly from all around. That can be more than they take.
  *
  * Visibility depends on clouds, terrain, sun and camera; what is lost on the camera's sky too.
  */
 #ifndef NP_CACHES_AIR_SHADOW_H
 #define NP_CACHES_AIR_SHADOW_H
 
-#include "world/world.h"
+#include "caches/ground_light.h"
+#include "caches/sun_optical_depth.h"
 
 /* Cells along a ray, and distances at which shares are kept: at their ends, at twice, four and eight times the last of
  * these, and at infinity. */
@@ -56,11 +57,11 @@ typedef struct np_air_visibility {
   float *ground_m; /* of each node: where its ray ends; infinite: nowhere */
 } np_air_visibility;
 
-/* `world` with the clouds, the terrain and the light, and the cache of depths towards it where there is one; its camera
- * sky says how far to look. Same bits for any number of threads, and of a node whatever others are there. On failure
- * nothing is left. */
-neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_air_rays *rays,
-                                    const np_air_casters *casters, np_monitor *monitor, np_air_visibility *out);
+/* For the world's light and its camera sky, which says how far to look. Same bits for any number of threads, and of a
+ * node whatever others are there. On failure nothing is left. */
+neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_sun_depths *depths,
+                                    const np_air_rays *rays, const np_air_casters *casters, np_monitor *monitor,
+                                    np_air_visibility *out);
 void np_air_visibility_clear(np_air_visibility *visibility);
 
 /* What is left, as the camera sees it in three bands, over the light of the first order: so many stand for all of it,
@@ -73,9 +74,9 @@ typedef struct np_air_shadow {
   uint16_t (*kept)[NP_BAND_COUNT];     /* nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
 } np_air_shadow;
 
-/* Of the view's camera sky; with the view's ground cache, where it has one, the clouds' light on the air below. */
-neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world, np_monitor *monitor,
-                                np_air_shadow *out);
+/* Of the world's camera sky; with the clouds' light on the air below, where `ground_light` knows it, else NULL. */
+neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world,
+                                const np_ground_light *ground_light, np_monitor *monitor, np_air_shadow *out);
 void np_air_shadow_clear(np_air_shadow *shadow);
 
 /* Share of the first order's in-scatter up to a distance, infinity allowed, that is lost; below 0 where clouds give the

@@ -24,22 +24,22 @@ static const double reach_heights = 3.0;
 typedef struct gather_direction {
   np_vec3 towards;
   float harmonics[NP_HARMONIC_COUNT_MAX]; /* of light that comes from there */
-  float broad[NP_INSTANCES_MAX];       /* (1−f)·p′ of each cloud, from the sun */
+  float broad[NP_INSTANCES_MAX];          /* (1−f)·p′ of each cloud, from the sun */
 } gather_direction;
 
 typedef struct gather {
+  const np_ground_light_desc *desc;
   const np_world *world;
-  np_dvec3 bounds_min, bounds_max;
   double step_m;
   np_ground_light *cache;
   gather_direction *directions;
 } gather;
 
-static void fill_direction(const np_world *world, unsigned i, gather_direction *out) {
+static void fill_direction(const np_world *world, const np_scattering_field *scatter, unsigned i,
+                           gather_direction *out) {
   const double cosine = sqrt(1.0 - (i + 0.5) / DIRECTIONS), sine = sqrt(1.0 - cosine * cosine);
   const double azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
   out->towards = np_vec3_make((float)(sine * cos(azimuth)), (float)(sine * sin(azimuth)), (float)cosine);
-  const np_scattering_field *scatter = world->scattering;
   np_harmonics_eval(scatter->grid.degree, np_vec3_scale(out->towards, -1.0f), out->harmonics);
   const np_vec3 d = out->towards, s = world->to_sun;
   for (unsigned v = 0; v < world->clouds.count; v++) {
@@ -52,8 +52,8 @@ static void fill_direction(const np_world *world, unsigned i, gather_direction *
 /* The part of a ray inside the clouds' box; false when it passes. */
 static bool clip(const gather *g, np_dvec3 origin, np_vec3 direction, double *out_begin, double *out_end) {
   const double o[3] = {origin.x, origin.y, origin.z}, d[3] = {direction.x, direction.y, direction.z};
-  const double low[3] = {g->bounds_min.x, g->bounds_min.y, g->bounds_min.z},
-               high[3] = {g->bounds_max.x, g->bounds_max.y, g->bounds_max.z};
+  const double low[3] = {g->desc->bounds_min.x, g->desc->bounds_min.y, g->desc->bounds_min.z},
+               high[3] = {g->desc->bounds_max.x, g->desc->bounds_max.y, g->desc->bounds_max.z};
   *out_begin = 0.0;
   *out_end = HUGE_VAL;
   for (int a = 0; a < 3; a++) {
@@ -78,14 +78,14 @@ static float find_source(const gather *g, const gather_direction *d, np_dvec3 po
   }
   if (!(scaled > 0.0f)) return 0.0f;
   np_light_moments moments;
-  np_scattering_field_gather(world->scattering, position, &moments);
-  const float depth = np_sun_optical_depth_get_scaled(world, position, world->to_sun, g->cache->fade, 16.0f);
+  np_scattering_field_gather(g->desc->scattering, position, &moments);
+  const float depth = np_sun_depths_get_scaled(g->desc->depths, position, world->to_sun, g->cache->fade, 16.0f);
   const np_spectrum sun = np_spectrum_scale(np_world_sunlight(world, position, world->to_sun), np_transmittance(depth));
   *out_source = np_spectrum_grey(0.0f);
   for (unsigned v = 0; v < world->clouds.count; v++) {
     float outgoing[NP_HARMONIC_COUNT_MAX];
-    np_scattering_field_fill_outgoing(&world->scattering->phases[v], d->harmonics, outgoing);
-    np_spectrum light = np_scattering_field_outgoing(world->scattering, &moments, outgoing);
+    np_scattering_field_fill_outgoing(&g->desc->scattering->phases[v], d->harmonics, outgoing);
+    np_spectrum light = np_scattering_field_outgoing(g->desc->scattering, &moments, outgoing);
     light = np_spectrum_multiply(np_spectrum_add_scaled(light, d->broad[v], sun), world->clouds.at[v].albedo);
     *out_source = np_spectrum_add_scaled(*out_source, extinction[v], light);
   }
@@ -136,7 +136,8 @@ static np_ground_light_value gather_at(const gather *g, np_dvec3 position) {
 static np_dvec3 find_ground(const np_world *world, double x, double y, double top_m) {
   const np_dvec3 above = np_dvec3_make(x, y, top_m);
   np_ground_hit hit;
-  return np_world_intersect_ground(world, above, np_vec3_make(0, 0, -1), &hit) ? hit.position : np_dvec3_make(x, y, 0.0);
+  return np_world_intersect_ground(world, above, np_vec3_make(0, 0, -1), &hit) ? hit.position
+                                                                               : np_dvec3_make(x, y, 0.0);
 }
 
 static neph_result gather_points(void *user, size_t begin, size_t end, unsigned thread) {
@@ -146,7 +147,7 @@ static neph_result gather_points(void *user, size_t begin, size_t end, unsigned 
   for (size_t n = begin; n < end; n++) {
     const double x = c->origin_m[0] + c->spacing_m * (double)(n % (size_t)c->size[0]),
                  y = c->origin_m[1] + c->spacing_m * (double)(n / (size_t)c->size[0]);
-    c->points[n] = gather_at(g, find_ground(g->world, x, y, g->bounds_max.z + 1e4));
+    c->points[n] = gather_at(g, find_ground(g->world, x, y, g->desc->bounds_max.z + 1e4));
   }
   return NEPH_OK;
 }
@@ -154,7 +155,7 @@ static neph_result gather_points(void *user, size_t begin, size_t end, unsigned 
 /* Points a third of the clouds' height above the ground apart, or as many as there may be. */
 static void place(gather *g) {
   np_ground_light *c = g->cache;
-  const np_dvec3 low = g->bounds_min, high = g->bounds_max;
+  const np_dvec3 low = g->desc->bounds_min, high = g->desc->bounds_max;
   const double middle[2] = {0.5 * (low.x + high.x), 0.5 * (low.y + high.y)};
   const double ground = find_ground(g->world, middle[0], middle[1], high.z + 1e4).z;
   const double reach = reach_heights * fmax(high.z - ground, 1.0);
@@ -168,7 +169,7 @@ static void place(gather *g) {
 }
 
 /* Two voxels of the finest cloud. */
-static double find_step(const np_world *world) {
+static double compute_step(const np_world *world) {
   double finest = INFINITY;
   for (unsigned v = 0; v < world->clouds.count; v++)
     for (int a = 0; a < 3; a++) {
@@ -178,18 +179,19 @@ static double find_step(const np_world *world) {
   return 2.0 * finest;
 }
 
-neph_result np_ground_light_build(neph_context *context, const np_world *world, np_dvec3 bounds_min,
-                                  np_dvec3 bounds_max, np_monitor *monitor, np_ground_light *out) {
+neph_result np_ground_light_build(neph_context *context, const np_ground_light_desc *desc, np_monitor *monitor,
+                                  np_ground_light *out) {
   *out = (np_ground_light){.context = context};
-  gather g = {world, bounds_min, bounds_max, find_step(world), out, NULL};
+  const np_world *world = desc->world;
+  gather g = {desc, world, compute_step(world), out, NULL};
   for (unsigned v = 0; v < world->clouds.count; v++)
-    out->fade[v] = 1.0f - world->scattering->phases[v].forward * np_spectrum_max(world->clouds.at[v].albedo);
+    out->fade[v] = 1.0f - desc->scattering->phases[v].forward * np_spectrum_max(world->clouds.at[v].albedo);
   place(&g);
   const size_t count = (size_t)out->size[0] * (size_t)out->size[1];
   out->points = np_alloc(context, count, sizeof *out->points);
   g.directions = np_alloc(context, DIRECTIONS, sizeof *g.directions);
   neph_result result = out->points && g.directions ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  for (unsigned i = 0; !result && i < DIRECTIONS; i++) fill_direction(world, i, &g.directions[i]);
+  for (unsigned i = 0; !result && i < DIRECTIONS; i++) fill_direction(world, desc->scattering, i, &g.directions[i]);
   np_monitor_set_stage(monitor, "lighting the ground");
   if (!result) result = np_parallel_for(context, monitor, count, 8, gather_points, &g);
   np_alloc_free(context, g.directions);
@@ -216,7 +218,8 @@ np_ground_light_value np_ground_light_get(const np_ground_light *c, np_dvec3 pos
   for (int corner = 0; corner < 4; corner++) {
     const int i = corner & 1, j = corner >> 1;
     const float weight = rim * (i ? w[0] : 1.0f - w[0]) * (j ? w[1] : 1.0f - w[1]);
-    const np_ground_light_value *near = &c->points[(size_t)(lower[1] + j) * (size_t)c->size[0] + (size_t)(lower[0] + i)];
+    const np_ground_light_value *near =
+        &c->points[(size_t)(lower[1] + j) * (size_t)c->size[0] + (size_t)(lower[0] + i)];
     out.open = np_spectrum_add_scaled(out.open, weight, near->open);
     out.added = np_spectrum_add_scaled(out.added, weight, near->added);
   }

@@ -74,8 +74,7 @@ static void add_glow(np_hash *hash, const np_glow *g) {
   np_hash_add(hash, &g->world_to_temperature, sizeof g->world_to_temperature);
 }
 
-static neph_result add_cells(neph_context *context, np_hash *hash, const np_world *world,
-                             const np_scattering_desc *d) {
+static neph_result add_cells(neph_context *context, np_hash *hash, const np_world *world, const np_scattering_desc *d) {
   np_transport_grid grid;
   neph_result result = np_transport_grid_place(context, world, &d->cells, &grid);
   if (result) return result;
@@ -103,12 +102,12 @@ static neph_result find_fingerprint(neph_context *context, const np_world *world
 }
 
 /* The least ordinates are enough to tell one sky from another. */
-static neph_result find_surroundings(neph_context *context, const np_world *world, const np_transport_desc *cells,
-                                     np_boundary_radiance out) {
+static neph_result find_surroundings(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
+                                     const np_transport_desc *cells, np_boundary_radiance out) {
   np_ordinates *ordinates = np_alloc(context, 1, sizeof *ordinates);
   if (!ordinates) return NEPH_ERROR_OUT_OF_MEMORY;
   np_ordinates_init(NP_DEGREE_MIN, false, ordinates);
-  np_boundary_radiance_fill(world, cells, ordinates, out);
+  np_boundary_radiance_fill(world, depths, cells, ordinates, out);
   np_alloc_free(context, ordinates);
   return NEPH_OK;
 }
@@ -124,13 +123,13 @@ static void find_sunlight(const np_world *world, const np_transport_desc *cells,
   }
 }
 
-static neph_result make_key(neph_context *context, const np_world *world, const np_scattering_desc *desc,
-                            np_light_key **out_key) {
+static neph_result make_key(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
+                            const np_scattering_desc *desc, np_light_key **out_key) {
   np_light_key *key = np_alloc(context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
   key->to_sun = world->to_sun;
   find_sunlight(world, &desc->cells, key);
-  neph_result result = find_surroundings(context, world, &desc->cells, key->surroundings);
+  neph_result result = find_surroundings(context, world, depths, &desc->cells, key->surroundings);
   if (!result) result = find_fingerprint(context, world, desc, key->clouds);
   if (result) np_alloc_free(context, key);
   *out_key = result ? NULL : key;
@@ -150,8 +149,8 @@ static void compare(const float *a, const float *b, size_t count, double *differ
 static bool is_same_light(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
   double sun, sun_sum, around, around_sum;
   compare(kept->sun[0].band, wanted->sun[0].band, (size_t)NP_LIGHT_KEY_PLACES * NP_BAND_COUNT, &sun, &sun_sum);
-  compare(&kept->surroundings[0][0][0][0], &wanted->surroundings[0][0][0][0], sizeof(np_boundary_radiance) / sizeof(float),
-          &around, &around_sum);
+  compare(&kept->surroundings[0][0][0][0], &wanted->surroundings[0][0][0][0],
+          sizeof(np_boundary_radiance) / sizeof(float), &around, &around_sum);
   sun /= NP_LIGHT_KEY_PLACES, sun_sum /= NP_LIGHT_KEY_PLACES;
   const double solid_angle = 4.0 * NP_PI / np_ordinates_count(NP_DEGREE_MIN, false),
                all = sun_sum + solid_angle * around_sum;
@@ -227,12 +226,12 @@ static void lend(np_light_store_entry *entry, const np_world *world, np_scatteri
 }
 
 neph_result np_light_store_take(neph_context *context, np_light_store *store, unsigned index, np_light_role role,
-                                const np_world *world, const np_scattering_desc *desc, np_monitor *monitor,
-                                np_scattering_field *out) {
+                                const np_world *world, const np_sun_depth_source *depths,
+                                const np_scattering_desc *desc, np_monitor *monitor, np_scattering_field *out) {
   *out = (np_scattering_field){0};
   np_light_key *wanted;
   neph_result result =
-      grow(context, store, index + 1) ? make_key(context, world, desc, &wanted) : NEPH_ERROR_OUT_OF_MEMORY;
+      grow(context, store, index + 1) ? make_key(context, world, depths, desc, &wanted) : NEPH_ERROR_OUT_OF_MEMORY;
   if (result) return result;
   static const char *const names[NP_LIGHT_ROLES] = {"light in clouds", "moonlight in clouds"};
   np_light_store_entry *entry = &store->entries[index][role];
@@ -247,7 +246,7 @@ neph_result np_light_store_take(neph_context *context, np_light_store *store, un
   tell_built(context, names[role], "solved", was_kept ? reason : NULL);
   clear_entry(context, entry);
   entry->key = wanted;
-  return np_scattering_field_build(context, world, desc, monitor, out);
+  return np_scattering_field_build(context, world, depths, desc, monitor, out);
 }
 
 void np_light_store_give(np_light_store *store, unsigned index, np_light_role role, np_scattering_field *solution) {
@@ -263,8 +262,8 @@ void np_light_store_give(np_light_store *store, unsigned index, np_light_role ro
 /* ---- Depths ---- */
 
 neph_result np_light_store_take_depths(neph_context *context, np_light_store *store, np_light_role role,
-                                       const np_world *world, const np_sun_optical_depth_desc *desc, np_monitor *monitor,
-                                       np_sun_optical_depth *out) {
+                                       const np_world *world, const np_sun_optical_depth_desc *desc,
+                                       np_monitor *monitor, np_sun_optical_depth *out) {
   static const char *const names[NP_LIGHT_ROLES] = {"depths towards the sun", "depths towards the moon"};
   *out = (np_sun_optical_depth){0};
   np_depth_key wanted;

@@ -49,16 +49,16 @@ typedef struct np_light_store {
 
 /* The solution of the `index`-th packet for the view's light: kept, or solved. */
 neph_result np_light_store_take(neph_context *context, np_light_store *store, unsigned index, np_light_role role,
-                                const np_world *world, const np_scattering_desc *desc, np_monitor *monitor,
-                                np_scattering_field *out);
+                                const np_world *world, const np_sun_depth_source *depths,
+                                const np_scattering_desc *desc, np_monitor *monitor, np_scattering_field *out);
 
 /* Takes back what was lent; an empty one changes nothing. What a time limit cut is not kept. */
 void np_light_store_give(np_light_store *store, unsigned index, np_light_role role, np_scattering_field *solution);
 
 /* Depths towards the view's light: kept, or found. */
 neph_result np_light_store_take_depths(neph_context *context, np_light_store *store, np_light_role role,
-                                       const np_world *world, const np_sun_optical_depth_desc *desc, np_monitor *monitor,
-                                       np_sun_optical_depth *out);
+                                       const np_world *world, const np_sun_optical_depth_desc *desc,
+                                       np_monitor *monitor, np_sun_optical_depth *out);
 
 /* Takes back what was lent; an empty one changes nothing. */
 void np_light_store_give_depths(np_light_store *store, np_light_role role, np_sun_optical_depth *cache);

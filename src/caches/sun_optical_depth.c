@@ -122,7 +122,8 @@ typedef struct fill {
   size_t rays_stride;
 } fill;
 
-static fill start_fill(np_sun_optical_depth *cache, const np_world *world, unsigned v, const np_sun_optical_depth_desc *desc) {
+static fill start_fill(np_sun_optical_depth *cache, const np_world *world, unsigned v,
+                       const np_sun_optical_depth_desc *desc) {
   return (fill){.volume = &world->clouds.at[v],
                 .desc = desc,
                 .cache = cache,
@@ -282,8 +283,8 @@ static void report(const np_sun_optical_depth *c) {
 }
 
 /* Of all clouds, or of the steep cells of them. */
-static neph_result fill_lattices(np_sun_optical_depth *cache, const np_world *world, const np_sun_optical_depth_desc *desc,
-                                 bool is_fine, np_monitor *monitor) {
+static neph_result fill_lattices(np_sun_optical_depth *cache, const np_world *world,
+                                 const np_sun_optical_depth_desc *desc, bool is_fine, np_monitor *monitor) {
   neph_result result = NEPH_OK;
   const double share = 0.5 / world->clouds.count;
   for (unsigned v = 0; !result && v < world->clouds.count; v++) {
@@ -295,8 +296,9 @@ static neph_result fill_lattices(np_sun_optical_depth *cache, const np_world *wo
   return result;
 }
 
-neph_result np_sun_optical_depth_build(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
-                               np_monitor *monitor, np_sun_optical_depth *out) {
+neph_result np_sun_optical_depth_build(neph_context *context, const np_world *world,
+                                       const np_sun_optical_depth_desc *desc, np_monitor *monitor,
+                                       np_sun_optical_depth *out) {
   *out = (np_sun_optical_depth){.context = context, .depth_end = 16.0f / desc->rate};
   double coarsening = 1.0;
   while (bound_bytes(world, coarsening) > (double)desc->bytes_max && coarsening < 1e3) coarsening *= 1.25;
@@ -353,26 +355,33 @@ static float walk(const np_instance *volume, np_dvec3 position, np_vec3 to_sun, 
   return depth;
 }
 
-static float find_depth(const np_world *world, np_dvec3 position, np_vec3 to_sun, const float *fade,
-                        float depth_end) {
-  const np_sun_optical_depth *cache = world->sun_optical_depth;
+static float compute_depth(const np_sun_depths *depths, np_dvec3 position, np_vec3 to_sun, const float *fade,
+                           float depth_max) {
+  const np_sun_optical_depth *cache = depths->cache;
   float depth = 0.0f;
-  for (unsigned v = 0; v < world->clouds.count && depth < depth_end; v++) {
+  for (unsigned v = 0; v < depths->clouds->count && depth < depth_max; v++) {
     const float rate = fade ? fade[v] : 1.0f;
-    const float known =
+    float own =
         cache ? np_sun_lattice_get(&cache->lattices[v], cache->depth_end, position, to_sun) : NP_SUN_DEPTH_UNKNOWN;
-    depth +=
-        rate *
-        (known == NP_SUN_DEPTH_UNKNOWN ? walk(&world->clouds.at[v], position, to_sun, (depth_end - depth) / rate) : known);
+    if (own == NP_SUN_DEPTH_UNKNOWN) own = walk(&depths->clouds->at[v], position, to_sun, (depth_max - depth) / rate);
+    depth += rate * own;
   }
   return depth;
 }
 
-float np_sun_optical_depth_get(const np_world *world, np_dvec3 position, np_vec3 to_sun, float depth_end) {
-  return find_depth(world, position, to_sun, NULL, depth_end);
+float np_sun_depths_get(const np_sun_depths *depths, np_dvec3 position, np_vec3 to_sun, float depth_max) {
+  return compute_depth(depths, position, to_sun, NULL, depth_max);
 }
 
-float np_sun_optical_depth_get_scaled(const np_world *world, np_dvec3 position, np_vec3 to_sun,
-                                    const float fade[NP_INSTANCES_MAX], float depth_end) {
-  return find_depth(world, position, to_sun, fade, depth_end);
+float np_sun_depths_get_scaled(const np_sun_depths *depths, np_dvec3 position, np_vec3 to_sun,
+                               const float fade[NP_INSTANCES_MAX], float depth_max) {
+  return compute_depth(depths, position, to_sun, fade, depth_max);
+}
+
+static float get_from(const void *depths, np_dvec3 position, np_vec3 to_sun, float depth_max) {
+  return np_sun_depths_get(depths, position, to_sun, depth_max);
+}
+
+np_sun_depth_source np_sun_depths_get_source(const np_sun_depths *depths) {
+  return (np_sun_depth_source){depths, get_from};
 }

@@ -58,7 +58,7 @@ typedef struct np_sun_optical_depth_desc {
 } np_sun_optical_depth_desc;
 
 /* Some hundredth of the light in full sun; half a gigabyte. */
-#define NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT                                                                                      \
+#define NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT                                                                              \
   { .rate = 1.0f, .tolerance = 0.015f, .bytes_max = (size_t)1 << 29 }
 
 typedef struct np_sun_optical_depth {
@@ -71,17 +71,26 @@ typedef struct np_sun_optical_depth {
 } np_sun_optical_depth;
 
 /* Same bits for any number of threads. On failure nothing is left. */
-neph_result np_sun_optical_depth_build(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
-                               np_monitor *monitor, np_sun_optical_depth *out);
+neph_result np_sun_optical_depth_build(neph_context *context, const np_world *world,
+                                       const np_sun_optical_depth_desc *desc, np_monitor *monitor,
+                                       np_sun_optical_depth *out);
 void np_sun_optical_depth_clear(np_sun_optical_depth *cache);
 
-/* Optical depth of all clouds from a point towards the sun, by the view's cache where it has one and knows, else by
- * steps of a voxel; what lies beyond `depth_end` is not looked at. */
-float np_sun_optical_depth_get(const np_world *world, np_dvec3 position, np_vec3 to_sun, float depth_end);
+/* Depths of all clouds towards the sun: by the cache where there is one and it knows, else by steps of a voxel. */
+typedef struct np_sun_depths {
+  const np_instances *clouds;
+  const np_sun_optical_depth *cache; /* NULL: none */
+} np_sun_depths;
+
+/* From a point; what lies beyond `depth_max` is not looked at. */
+float np_sun_depths_get(const np_sun_depths *depths, np_dvec3 position, np_vec3 to_sun, float depth_max);
 
 /* The same with each cloud's depth counted `fade` times. */
-float np_sun_optical_depth_get_scaled(const np_world *world, np_dvec3 position, np_vec3 to_sun,
-                                    const float fade[NP_INSTANCES_MAX], float depth_end);
+float np_sun_depths_get_scaled(const np_sun_depths *depths, np_dvec3 position, np_vec3 to_sun,
+                               const float fade[NP_INSTANCES_MAX], float depth_max);
+
+/* np_sun_depths_get(), for the modules below; `depths` is borrowed. */
+np_sun_depth_source np_sun_depths_get_source(const np_sun_depths *depths);
 
 /* ---- Inside: one column of cells ---- */
 

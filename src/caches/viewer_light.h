@@ -16,10 +16,10 @@
 typedef struct np_viewer_light {
   neph_context *context; /* borrowed */
   np_dvec3 viewer;
-  double distance_min;                     /* m: from there on cells are far enough away */
-  unsigned kind_count;                     /* of phase functions */
+  double distance_min;                  /* m: from there on cells are far enough away */
+  unsigned kind_count;                  /* of phase functions */
   unsigned char kind[NP_INSTANCES_MAX]; /* of each cloud */
-  float *outgoing;                           /* [live][kind][band], of the bands that the solution keeps */
+  float *outgoing;                      /* [live][kind][band], of the bands that the solution keeps */
 } np_viewer_light;
 
 /* On failure nothing is left. The solution is asked again with what was built from it. */
@@ -42,7 +42,7 @@ static inline void np_viewer_place_get(const np_scattering_field *scatter, np_dv
 
 /* np_scattering_field_outgoing() towards the viewer. */
 static inline np_spectrum np_viewer_light_outgoing(const np_viewer_light *light, const np_scattering_field *scatter,
-                                                const np_viewer_place *place, unsigned cloud) {
+                                                   const np_viewer_place *place, unsigned cloud) {
   const unsigned bands = scatter->band_count;
   const float *outgoing = light->outgoing + light->kind[cloud] * bands;
   float sum[NP_BAND_COUNT] = {0.0f};

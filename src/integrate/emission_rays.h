@@ -55,8 +55,8 @@ static inline np_spectrum np_glow_walk_eval(const np_glow_walk *w, const np_emis
 /* ---- Without bias ---- */
 
 /* Light from a place on a ray, behind the air before it where there is any. */
-static inline np_spectrum np_emission_dim(const np_world *world, np_dvec3 origin, np_vec3 direction,
-                                          double distance, np_spectrum light) {
+static inline np_spectrum np_emission_dim(const np_world *world, np_dvec3 origin, np_vec3 direction, double distance,
+                                          np_spectrum light) {
   return np_spectrum_multiply(light, np_world_air(world, world->camera_sky, origin, direction, distance).transmittance);
 }
 
@@ -107,7 +107,8 @@ static inline np_spectrum np_emission_along(const np_world *world, np_dvec3 orig
     np_glow_walk_start(&w, &world->emission->glows[g], origin, direction, distance_end, step_voxels);
     np_depth_cursors_start(&clouds, &world->clouds, origin, direction, distance_end);
     while (np_glow_walk_next(&w, &begin, &end)) {
-      const float extinction = np_instances_extinction(&world->clouds, np_dvec3_along(origin, direction, 0.5 * (begin + end)));
+      const float extinction =
+          np_instances_extinction(&world->clouds, np_dvec3_along(origin, direction, 0.5 * (begin + end)));
       double weight, drawn_depth;
       const double t = np_emission_draw_place(begin, end, (double)extinction, random, &weight, &drawn_depth);
       np_depth_cursors_advance(&clouds, t);

@@ -36,7 +36,7 @@
 /* About the light where a path collides. */
 typedef struct np_guide {
   np_vec3 axis;            /* â */
-  float linear, quadratic;        /* a, b */
+  float linear, quadratic; /* a, b */
   float asymmetry, second; /* χ₁ = g, χ₂ */
   float growth;            /* γ, per depth */
   float steady;            /* how much of it is exponential: 0 to 1 */
@@ -104,8 +104,8 @@ static inline float np_guide_estimate_noise(const np_guide *guide, float albedo)
   const float fade = 1.0f - albedo * guide->asymmetry, rise = 1.0f - guide->steady;
   const float square = guide->linear * guide->linear, turn = fade * fade * square / (1.0f + square);
   const float even = guide->steady * (2.0f / 3.0f) * guide->growth * guide->linear / (1.0f - albedo * guide->second);
-  return turn * (0.5f + rise) + 0.09f * rise * square * square + fabsf(guide->quadratic - even) + 0.03f * guide->linear +
-         2e-5f;
+  return turn * (0.5f + rise) + 0.09f * rise * square * square + fabsf(guide->quadratic - even) +
+         0.03f * guide->linear + 2e-5f;
 }
 
 /* The same of sunlight that is here, or may be come to: the more the sharper the peak that throws it, here after a
@@ -118,14 +118,14 @@ static inline float np_guide_estimate_sun_noise(const np_guide *guide, float lit
 }
 
 /* For a path that flies along `direction`, against the light. False where nothing is known. */
-static inline bool np_guide_make(const np_world *world, const np_instance *volume, np_dvec3 position,
-                                 np_vec3 direction, np_guide *out) {
+static inline bool np_guide_make(const np_world *world, const np_scattering_field *scattering,
+                                 const np_instance *volume, np_dvec3 position, np_vec3 direction, np_guide *out) {
   np_importance here;
-  if (!np_importance_get(world->scattering, position, &here)) return false;
+  if (!np_importance_get(scattering, position, &here)) return false;
   const float albedo = np_spectrum_max(volume->albedo);
   const np_vec3 d = direction, s = world->to_sun;
   np_guide_set_shape(out, &here);
-  np_guide_set_medium(out, &world->scattering->phases[volume - world->clouds.at], albedo);
+  np_guide_set_medium(out, &scattering->phases[volume - world->clouds.at], albedo);
   out->light = here.mean * np_guide_outgoing(out, direction);
   out->noise = out->light * np_guide_estimate_noise(out, albedo) +
                np_guide_estimate_sun_noise(out, here.lit, np_versine(d.x, d.y, d.z, s.x, s.y, s.z));
@@ -133,7 +133,8 @@ static inline bool np_guide_make(const np_world *world, const np_instance *volum
 }
 
 /* The same for a camera's ray, in the first cell of a cloud's that it meets. */
-static inline bool np_guide_make_entry(const np_world *world, np_dvec3 origin, np_vec3 direction, np_guide *out) {
+static inline bool np_guide_make_entry(const np_world *world, const np_scattering_field *scattering, np_dvec3 origin,
+                                       np_vec3 direction, np_guide *out) {
   const np_instance *first = NULL;
   double nearest = INFINITY, middle = 0.0;
   for (unsigned i = 0; i < world->clouds.count; i++) {
@@ -145,7 +146,7 @@ static inline bool np_guide_make_entry(const np_world *world, np_dvec3 origin, n
     nearest = span.t_begin;
     middle = 0.5 * (span.t_begin + span.t_end);
   }
-  return first && np_guide_make(world, first, np_dvec3_along(origin, direction, middle), direction, out);
+  return first && np_guide_make(world, scattering, first, np_dvec3_along(origin, direction, middle), direction, out);
 }
 
 /* Density with which a direction is drawn over the phase function there. */

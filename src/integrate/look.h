@@ -79,8 +79,8 @@ static inline float np_look_slope(const np_look *look, const np_world *world, np
   float here = 0.0f, there = 0.0f;
   for (unsigned v = 0; v < world->clouds.count; v++) {
     here += np_instance_extinction(&world->clouds.at[v], position);
-    there +=
-        np_instance_extinction(&world->clouds.at[v], np_dvec3_along(position, to_sun, (double)look->derivative_distance_m));
+    there += np_instance_extinction(&world->clouds.at[v],
+                                    np_dvec3_along(position, to_sun, (double)look->derivative_distance_m));
   }
   return here > 0.0f ? np_clampf(1.0f - there / here, 0.0f, 1.0f) : 0.0f;
 }

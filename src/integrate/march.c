@@ -15,8 +15,9 @@
 #include "integrate/march.h"
 #include "integrate/surroundings.h"
 
-void NP_KERNEL(np_march_sample)(const np_world *world, const np_integrator_settings *settings,
-                                const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
+void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighting,
+                                const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
+                                np_integrator_sample *out);
 double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_ray *ray, double distance_max);
 
 /* What glows, seen through the clouds; what the forward peak of their scattering brings beyond that, as if it had come
@@ -57,8 +58,8 @@ static void break_step(np_march *m) {
 
 /* Gathers a piece of constant extinction, of which steps count `hiding` a metre, and `bound` at the cell's densest
  * point; lights the steps that end in it. */
-static void pass_piece(np_march *m, const np_ray_intervals *all, const np_interval *s, const float *extinction, double begin,
-                       float length, float hiding, float bound) {
+static void pass_piece(np_march *m, const np_ray_intervals *all, const np_interval *s, const float *extinction,
+                       double begin, float length, float hiding, float bound) {
   if (!(hiding > 0.0f)) {
     break_step(m);
     return;
@@ -105,7 +106,8 @@ static const np_ray_instance *find_finest(const np_ray_intervals *all, const np_
 
 /* Pieces of a stretch whose error is small against what the ray has hidden with them. The depth counts for more than
  * one towards a light, as all that lies behind is seen through it. */
-static int count_pieces(const np_march *m, const np_ray_intervals *all, const np_interval *s, const float *hiding, float bound) {
+static int count_pieces(const np_march *m, const np_ray_intervals *all, const np_interval *s, const float *hiding,
+                        float bound) {
   const float length = (float)(s->end - s->begin);
   float variation = 0.0f;
   for (unsigned i = 0; i < s->count; i++)
@@ -150,13 +152,15 @@ static float find_step_length(const np_march *m, const np_ray_intervals *all) {
   return m->settings->step_voxels / voxels_per_m;
 }
 
-static void start(np_march *m, const np_world *world, const np_integrator_settings *settings,
-                  const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
+static void start(np_march *m, const np_world *world, const np_lighting *lighting,
+                  const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
+                  np_integrator_sample *out) {
   m->world = world;
+  m->lighting = lighting;
   m->settings = settings;
   m->ray = ray;
   m->random = random;
-  m->scatter = settings->scattering_max > 1 ? world->scattering : NULL;
+  m->scatter = settings->scattering_max > 1 ? lighting->scattering : NULL;
   m->scaled = np_spectrum_grey(1.0f);
   m->peak_depth = np_spectrum_grey(0.0f);
   m->carry = m->transmittance = 1.0f;
@@ -166,15 +170,17 @@ static void start(np_march *m, const np_world *world, const np_integrator_settin
   m->out = out;
 }
 
-void NP_KERNEL(np_march_sample)(const np_world *world, const np_integrator_settings *settings,
-                                const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
+void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighting,
+                                const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
+                                np_integrator_sample *out) {
   *out = (np_integrator_sample){.transmittance = 1.0f};
   np_ground_hit hit;
   out->is_ground_behind = np_world_intersect_ground(world, ray->origin, ray->direction, &hit);
   np_march m; /* member by member: its tables are large, and filled for the clouds there are */
-  start(&m, world, settings, ray, random, out);
+  start(&m, world, lighting, settings, ray, random, out);
   np_ray_intervals all;
-  np_ray_intervals_start(&all, &world->clouds, ray->origin, ray->direction, out->is_ground_behind ? hit.distance_m : HUGE_VAL);
+  np_ray_intervals_start(&all, &world->clouds, ray->origin, ray->direction,
+                         out->is_ground_behind ? hit.distance_m : HUGE_VAL);
   if (all.count > 0) {
     m.to_sun = np_world_sample_sun(world, np_random_float(random), np_random_float(random));
     (m.scatter ? NP_KERNEL(np_march_start_scaled) : NP_KERNEL(np_march_start_look))(&m);
@@ -186,10 +192,10 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_integrator_setti
   }
   if (world->emission) add_emission(&m, out->is_ground_behind ? hit.distance_m : HUGE_VAL);
   out->transmittance = m.transmittance;
-  np_surroundings_add_behind(world, settings, ray, out->is_ground_behind ? &hit : NULL, m.transmittance,
+  np_surroundings_add_behind(world, lighting, settings, ray, out->is_ground_behind ? &hit : NULL, m.transmittance,
                              NP_KERNEL(np_march_shadow), random, out);
   if (m.scatter)
-    np_surroundings_add_peak(world, settings, ray, out->is_ground_behind ? &hit : NULL,
+    np_surroundings_add_peak(world, lighting, settings, ray, out->is_ground_behind ? &hit : NULL,
                              np_spectrum_subtract(m.scaled, np_spectrum_grey(m.transmittance)),
                              NP_KERNEL(np_march_shadow), random, out);
 }

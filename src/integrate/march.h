@@ -7,12 +7,10 @@
 #include "core/isa.h"
 #include "integrate/look.h"
 #include "integrate/step.h"
-#include "transport/scattering_field.h"
-#include "caches/sun_optical_depth.h"
-#include "caches/viewer_light.h"
 
 typedef struct np_march {
   const np_world *world;
+  const np_lighting *lighting;
   const np_integrator_settings *settings;
   const np_camera_ray *ray;
   np_random *random;
@@ -24,15 +22,15 @@ typedef struct np_march {
   float step_length_m; /* of the longest */
   np_integrator_sample *out;
 
-  const np_scattering_field *scatter;     /* NULL: a look stands for it */
+  const np_scattering_field *scatter;  /* NULL: a look stands for it */
   const np_viewer_light *viewer_light; /* of it, for this ray; NULL: none */
   bool has_outgoing;
-  bool is_grey;                    /* all clouds are of one albedo in all bands */
-  np_spectrum scaled;              /* transmittance of the scaled medium; grey 1 stays where there is none */
-  np_spectrum peak_depth;          /* optical depth that the scaled medium has less */
-  float sun_rate;                  /* how much faster light changes along the ray than its depth tells; at least 1 */
-  float sun_depth, sun_place;      /* towards the sun where a step was last lit, and of the ray up to there, scaled */
-  float passed;                    /* depth of the steps that have been lit, scaled */
+  bool is_grey;               /* all clouds are of one albedo in all bands */
+  np_spectrum scaled;         /* transmittance of the scaled medium; grey 1 stays where there is none */
+  np_spectrum peak_depth;     /* optical depth that the scaled medium has less */
+  float sun_rate;             /* how much faster light changes along the ray than its depth tells; at least 1 */
+  float sun_depth, sun_place; /* towards the sun where a step was last lit, and of the ray up to there, scaled */
+  float passed;               /* depth of the steps that have been lit, scaled */
 
   /* Of each cloud of the view, as the angle to the sun is the same all along the ray. */
   union {
@@ -52,18 +50,9 @@ void NP_KERNEL(np_march_start_look)(np_march *m);
 void NP_KERNEL(np_march_light_look)(np_march *m, const np_step *s);
 
 /* Sunlight through the clouds on the ground (np_cloud_shadow_fn). */
-float NP_KERNEL(np_march_shadow)(const np_world *world, const np_integrator_settings *settings, np_dvec3 position,
-                                 np_vec3 to_sun, np_random *random);
-
-/* Optical depth of one cloud towards the sun: looked up where a cache knows it, else walked for. */
-static inline float np_march_get_cloud_depth(const np_world *world, unsigned cloud, np_dvec3 position,
-                                              np_vec3 to_sun, const np_depth_query *query, float faded) {
-  const np_sun_optical_depth *cache = world->sun_optical_depth;
-  const float known =
-      cache ? np_sun_lattice_get(&cache->lattices[cloud], cache->depth_end, position, to_sun) : NP_SUN_DEPTH_UNKNOWN;
-  if (known != NP_SUN_DEPTH_UNKNOWN) return known;
-  return np_track_volume_depth(&world->clouds.at[cloud], position, to_sun, INFINITY, query, faded);
-}
+float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *lighting,
+                                 const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
+                                 np_random *random);
 
 /* 1 − cos of the angle between the ray and the way to the sun. */
 static inline float np_march_get_sun_versine(const np_march *m) {

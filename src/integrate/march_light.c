@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The lighting of a step in the scaled medium of the multiple scattering's solution (transport/scattering_field.h): σ′ = Σ k·σ
- * for σ. Its source is sunlight that came as if straight, times the direct term D (light/scaled_phase.c), and the
- * solution's moments towards the camera. Compiled once per instruction-set level. */
+/* The lighting of a step in the scaled medium of the multiple scattering's solution (transport/scattering_field.h): σ′
+ * = Σ k·σ for σ. Its source is sunlight that came as if straight, times the direct term D (light/scaled_phase.c), and
+ * the solution's moments towards the camera. Compiled once per instruction-set level. */
 #include "integrate/march.h"
 
 /* What depths let through, found once where they are the same in all bands. */
@@ -22,7 +22,7 @@ void NP_KERNEL(np_march_start_scaled)(np_march *m) {
   const float versine = np_march_get_sun_versine(m);
   for (unsigned i = 0; i < m->world->clouds.count; i++)
     np_scaled_phase_fill_column(&m->scatter->phases[i], versine, &m->sun.peak[i].column);
-  const np_viewer_light *prepared = m->world->viewer_light;
+  const np_viewer_light *prepared = m->lighting->viewer_light;
   m->viewer_light = prepared && np_dvec3_is_equal(prepared->viewer, m->ray->origin) ? prepared : NULL;
   m->has_outgoing = false;
   m->is_grey = np_world_is_grey(m->world);
@@ -42,7 +42,7 @@ static float track_depths(const np_march *m, np_dvec3 position, float error, sun
     const np_instance *volume = &m->world->clouds.at[v];
     const float forward = m->scatter->phases[v].forward, least_forward = m->scatter->phases[v].least_forward;
     const np_depth_query query = {1.0f - forward * np_spectrum_max(volume->albedo), error};
-    const float own = np_march_get_cloud_depth(m->world, v, position, m->to_sun, &query, faded);
+    const float own = np_lighting_get_cloud_depth(m->lighting, v, position, m->to_sun, &query, faded);
     faded += query.fade * own;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
       const float scattering = own * volume->albedo.band[b];
@@ -72,7 +72,8 @@ static void find_sunlight(const np_march *m, np_dvec3 position, float error, sun
   const np_spectrum passed = find_transmittance(m, depths.scaled);
   out->irradiance = np_spectrum_multiply(out->outside, passed);
   out->arriving = find_transmittance(m, depths.peak);
-  if (m->scatter->delta_m_residual) out->delta_m_residual = np_spectrum_subtract(find_transmittance(m, depths.least), passed);
+  if (m->scatter->delta_m_residual)
+    out->delta_m_residual = np_spectrum_subtract(find_transmittance(m, depths.least), passed);
   for (int b = 0; b < NP_BAND_COUNT; b++)
     out->place[b] = b > 0 && m->is_grey ? out->place[0] : np_peak_place_get(depths.peak.band[b]);
 }
@@ -231,7 +232,7 @@ static np_dvec3 find_middle(const np_march *m, const np_step *s) {
 static void light(np_march *m, const np_step *s, step_optics *optics, const sunlight *sun) {
   const double middle = np_step_middle(s);
   const np_aerial_perspective air =
-      np_world_air(m->world, m->world->camera_sky, m->ray->origin, m->ray->direction, middle);
+      np_lighting_camera_air(m->lighting, m->world, m->ray->origin, m->ray->direction, middle);
   const float hidden = m->transmittance * optics->opacity;
   np_march_add(m, NP_COMPONENT_AIR, hidden, air.inscatter);
   np_integrator_add_opaque(m->out, hidden, middle, np_spectrum_scale(optics->all_scattering, 1.0f / optics->depth));

@@ -6,26 +6,27 @@
 #include "integrate/surroundings.h"
 #include "caches/ground_light.h"
 
-static float find_sun_depth(const np_world *world, np_dvec3 position, np_vec3 to_sun,
-                            const np_depth_query *query) {
+static float get_sun_depth(const np_lighting *lighting, np_dvec3 position, np_vec3 to_sun,
+                           const np_depth_query *query) {
   float depth = 0.0f;
-  for (unsigned v = 0; v < world->clouds.count && query->fade * depth < NP_TRACK_DEPTH_MAX; v++)
-    depth += np_march_get_cloud_depth(world, v, position, to_sun, query, query->fade * depth);
+  for (unsigned v = 0; v < lighting->sun_depths.clouds->count && query->fade * depth < NP_TRACK_DEPTH_MAX; v++)
+    depth += np_lighting_get_cloud_depth(lighting, v, position, to_sun, query, query->fade * depth);
   return depth;
 }
 
 /* Sunlight through the clouds on the ground. Where the clouds' own light on it is known, what the forward peak lets
  * down belongs to the beam. */
-float NP_KERNEL(np_march_shadow)(const np_world *world, const np_integrator_settings *settings, np_dvec3 position,
-                                 np_vec3 to_sun, np_random *random) {
+float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *lighting,
+                                 const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
+                                 np_random *random) {
   (void)random;
   const np_depth_query query = {.fade = 1.0f, .error = settings->tolerance};
-  if (!world->ground_light) return np_transmittance(find_sun_depth(world, position, to_sun, &query));
+  if (!lighting->ground_light) return np_transmittance(get_sun_depth(lighting, position, to_sun, &query));
   float faded = 0.0f;
   for (unsigned v = 0; v < world->clouds.count && faded < NP_TRACK_DEPTH_MAX; v++) {
-    const float fade = world->ground_light->fade[v];
+    const float fade = lighting->ground_light->fade[v];
     const np_depth_query own = {fade, query.error};
-    faded += fade * np_march_get_cloud_depth(world, v, position, to_sun, &own, faded);
+    faded += fade * np_lighting_get_cloud_depth(lighting, v, position, to_sun, &own, faded);
   }
   return np_transmittance(faded);
 }
@@ -66,7 +67,7 @@ static void add_sun(np_march *m, np_dvec3 position, const np_step *s, const np_s
     transmittances[0] = np_look_slope(look, m->world, position, m->to_sun);
   } else {
     const np_depth_query query = {np_look_fade(look), error};
-    np_look_fill_transmittances(look, find_sun_depth(m->world, position, m->to_sun, &query), transmittances);
+    np_look_fill_transmittances(look, get_sun_depth(m->lighting, position, m->to_sun, &query), transmittances);
   }
   for (unsigned i = 0; i < s->count; i++) {
     const np_instance *volume = s->volume[i];
@@ -116,8 +117,8 @@ static void add_surroundings(np_march *m, np_dvec3 position, const np_step *s, c
   const np_vec3 forward = m->ray->direction;
   const np_vec3 direction = draw_direction(phase, forward, m->random, &pdf);
   bool is_ground;
-  np_spectrum light = np_surroundings_incoming(m->world, m->settings, position, direction, NP_KERNEL(np_march_shadow),
-                                               m->random, &is_ground);
+  np_spectrum light = np_surroundings_incoming(m->world, m->lighting, m->settings, position, direction,
+                                               NP_KERNEL(np_march_shadow), m->random, &is_ground);
   light = np_spectrum_multiply(light, np_spectrum_multiply(weight, share[chosen]));
   if (np_spectrum_is_zero(light)) return;
   float transmittances[NP_LOOK_TERMS_MAX], phases[NP_LOOK_TERMS_MAX];
@@ -134,9 +135,8 @@ void NP_KERNEL(np_march_light_look)(np_march *m, const np_step *s) {
   float total = 0.0f;
   for (unsigned i = 0; i < s->count; i++) total += s->depth[i];
   const np_aerial_perspective air =
-      np_world_air(m->world, m->world->camera_sky, m->ray->origin, m->ray->direction, middle);
-  const float opacity = np_opacity(total), loss = m->transmittance * opacity,
-              error = np_march_get_light_error(m, loss);
+      np_lighting_camera_air(m->lighting, m->world, m->ray->origin, m->ray->direction, middle);
+  const float opacity = np_opacity(total), loss = m->transmittance * opacity, error = np_march_get_light_error(m, loss);
   np_march_add(m, NP_COMPONENT_AIR, loss, air.inscatter);
   m->carry = m->transmittance =
       np_march_roulette(m->transmittance * (1.0f - opacity), m->settings->transmittance_end, m->random);

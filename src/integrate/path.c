@@ -51,8 +51,8 @@ static float eval_towards(const np_path_state *path, np_vec3 axis) {
 }
 
 /* The phase function towards a direction, and the density with which paths and branches take it. */
-static float eval_cloud(const np_path_state *path, const np_sun_branching *branching, np_vec3 direction, float *out_density,
-                        float *out_expected_gain) {
+static float eval_cloud(const np_path_state *path, const np_sun_branching *branching, np_vec3 direction,
+                        float *out_density, float *out_expected_gain) {
   const float ahead = eval_towards(path, direction);
   const float steer = path->is_guided ? np_guide_steer(&path->guide, path->direction, direction) : 1.0f;
   *out_density = ahead * steer + np_sun_branching_eval(branching, direction, out_expected_gain);
@@ -124,7 +124,8 @@ static void scatter_in_cloud(const np_tracer *t, np_path_state *path, const np_s
 static bool find_guide(const np_tracer *t, np_path_state *path) {
   const float throughput = np_spectrum_max(path->throughput);
   if (!np_path_may_be_guided(t) || !(throughput > 0.0f)) return false;
-  if (!np_guide_make(t->world, path->volume, path->position, path->direction, &path->guide)) return false;
+  if (!np_guide_make(t->world, t->lighting->scattering, path->volume, path->position, path->direction, &path->guide))
+    return false;
   path->weight = throughput;
   if (!(path->reference > 0.0f)) path->reference = path->weight * path->guide.light;
   return true;
@@ -136,7 +137,7 @@ static unsigned count_copies(const np_tracer *t, np_path_state *path) {
   if (count >= 1.0f) return path->depth < SPLIT_DEPTH_MAX ? (unsigned)count : 1;
   const bool goes_on = np_random_float(t->random) < count;
   const float expected = path->guide.light * (goes_on ? 1.0f - 1.0f / count : 1.0f);
-  np_path_add_light(t, path, np_path_name_multiple(path), np_spectrum_scale(t->world->scattering->colour, expected));
+  np_path_add_light(t, path, np_path_name_multiple(path), np_spectrum_scale(t->lighting->scattering->colour, expected));
   if (goes_on) path->throughput = np_spectrum_scale(path->throughput, 1.0f / count);
   return goes_on;
 }
@@ -159,7 +160,7 @@ static bool meet_cloud(const np_tracer *t, np_path_state *path) {
   path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
   if (!path->has_component) path->component = path->order == 1 ? NP_COMPONENT_SUN : NP_COMPONENT_MULTIPLE;
   path->is_guided = find_guide(t, path);
-  path->has_sky_next_event = t->world->sky_guide && may_branch(path);
+  path->has_sky_next_event = t->lighting->sky_guide && may_branch(path);
   np_sun_branching branching = np_sun_branching_make(t->world, &path->volume->phase);
   gather_in_cloud(t, path, &branching);
   const unsigned copies = path->is_guided ? count_copies(t, path) : 1;
@@ -211,7 +212,7 @@ static void meet_ground(const np_tracer *t, np_path_state *path) {
   meet_outside(t, path, true);
   path->position = path->ground.position;
   path->throughput = np_spectrum_multiply(path->throughput, path->ground.albedo);
-  path->has_sky_next_event = t->world->sky_guide && may_branch(path);
+  path->has_sky_next_event = t->lighting->sky_guide && may_branch(path);
   np_sun_ray sun;
   const bool is_lit = np_path_aim_at_sun(t, path->position, np_track_faint_depth, &sun);
   const float to_sun = is_lit ? eval_ground(path, sun.direction) : 0.0f;
@@ -236,8 +237,8 @@ static void meet_space(const np_tracer *t, np_path_state *path) {
 
 static void meet_surroundings(const np_tracer *t, np_path_state *path) {
   bool is_ground;
-  const np_spectrum incoming = np_surroundings_incoming(t->world, t->settings, path->position, path->direction,
-                                                        np_path_shadow, t->random, &is_ground);
+  const np_spectrum incoming = np_surroundings_incoming(t->world, t->lighting, t->settings, path->position,
+                                                        path->direction, np_path_shadow, t->random, &is_ground);
   if (!is_ground) np_path_meet_sun(t, path);
   meet_outside(t, path, is_ground);
   np_path_add_light(t, path, path->component, incoming);
@@ -331,15 +332,16 @@ static np_flight start_flight(const np_tracer *t, const np_path_state *path) {
   const double stretch_fraction = path->is_guided ? np_guide_get_stretch_fraction(&path->guide, path->direction) : 0.0;
   const np_flight flight = np_flight_start(np_track_flight(t->random), stretch_fraction);
   if (!path->is_guided || !is_dark_outside(t->world) || np_world_sun_covers(t->world, path->direction)) return flight;
-  const double bound = np_flight_bound(&t->world->clouds, path->position, path->direction, INFINITY, &flight, rim_depth);
+  const double bound =
+      np_flight_bound(&t->world->clouds, path->position, path->direction, INFINITY, &flight, rim_depth);
   return bound < rim_depth ? np_flight_force(bound, stretch_fraction, t->random) : flight;
 }
 
 /* The next collision with a cloud. */
 static double fly_through_clouds(const np_tracer *t, np_path_state *path) {
   np_flight flight = start_flight(t, path);
-  const double distance =
-      np_track_collision(&t->world->clouds, path->position, path->direction, INFINITY, &flight, t->random, &path->volume);
+  const double distance = np_track_collision(&t->world->clouds, path->position, path->direction, INFINITY, &flight,
+                                             t->random, &path->volume);
   if (path->is_guided) path->throughput = np_spectrum_scale(path->throughput, np_flight_weight(&flight));
   return distance;
 }
@@ -366,8 +368,8 @@ static np_path_event fly_past_clouds(const np_tracer *t, np_path_state *path) {
   double distance = path->is_ground_ahead ? path->ground.distance_m : HUGE_VAL;
   const np_path_event end = path->is_ground_ahead ? NP_PATH_GROUND : NP_PATH_SPACE;
   const np_path_event event = fly_through_air(t, path, end, &distance);
-  const float transmittance =
-      np_track_transmittance(&t->world->clouds, path->position, path->direction, distance, np_track_faint_depth, t->random);
+  const float transmittance = np_track_transmittance(&t->world->clouds, path->position, path->direction, distance,
+                                                     np_track_faint_depth, t->random);
   path->throughput = np_spectrum_scale(path->throughput, transmittance);
   if (!t->settings->is_air_traced) return NP_PATH_SURROUNDINGS;
   if (event == NP_PATH_AIR) path->position = np_dvec3_along(path->position, path->direction, distance);

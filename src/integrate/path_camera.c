@@ -8,8 +8,9 @@
 #include "integrate/emission_rays.h"
 #include "integrate/path_state.h"
 
-void NP_KERNEL(np_path_sample)(const np_world *world, const np_integrator_settings *settings,
-                               const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
+void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lighting,
+                               const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
+                               np_integrator_sample *out);
 
 static np_path_state start_path(const np_camera_ray *ray, double distance, np_spectrum throughput) {
   return (np_path_state){.position = np_dvec3_along(ray->origin, ray->direction, distance),
@@ -36,7 +37,8 @@ static const double thin_depth = 1.0;
 static np_flight guide_flight(const np_tracer *t, const np_camera_ray *ray, float *out_expected) {
   np_guide guide;
   double stretch_fraction = 0.0;
-  if (np_path_may_be_guided(t) && np_guide_make_entry(t->world, ray->origin, ray->direction, &guide)) {
+  if (np_path_may_be_guided(t) &&
+      np_guide_make_entry(t->world, t->lighting->scattering, ray->origin, ray->direction, &guide)) {
     stretch_fraction = fmax(np_guide_get_stretch_fraction(&guide, ray->direction), 0.0);
     *out_expected = guide.light;
   }
@@ -49,7 +51,8 @@ static np_flight guide_flight(const np_tracer *t, const np_camera_ray *ray, floa
 static cloud_hit find_cloud(const np_tracer *t, const np_camera_ray *ray, double distance_end) {
   cloud_hit hit = {.distance = HUGE_VAL, .weight = 1.0f};
   const np_flight whole = np_flight_start(0.0, 0.0);
-  const double bound = np_flight_bound(&t->world->clouds, ray->origin, ray->direction, distance_end, &whole, thin_depth);
+  const double bound =
+      np_flight_bound(&t->world->clouds, ray->origin, ray->direction, distance_end, &whole, thin_depth);
   if (!(bound > 0.0)) return hit;
   const bool is_thin = bound < thin_depth;
   np_flight flight = is_thin ? np_flight_force(bound, 0.0, t->random) : guide_flight(t, ray, &hit.expected);
@@ -73,7 +76,7 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
   path.reference = hit->expected;
   NP_KERNEL(np_path_follow)(&inner, &path, NP_PATH_CLOUD);
   const np_aerial_perspective air =
-      np_world_air(t->world, t->world->camera_sky, ray->origin, ray->direction, hit->distance);
+      np_lighting_camera_air(t->lighting, t->world, ray->origin, ray->direction, hit->distance);
   for (int c = 0; c < NP_COMPONENT_COUNT; c++)
     np_path_add(t->out, (np_component)c, np_spectrum_multiply(scattered.component[c], air.transmittance));
   t->out->lost = np_spectrum_multiply(scattered.lost, air.transmittance);
@@ -83,8 +86,8 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
 static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud,
                            const np_ground_hit *ground) {
   if (!isinf(cloud->distance)) add_cloud_by_tables(t, ray, cloud);
-  np_surroundings_add_behind(t->world, t->settings, ray, ground, t->out->transmittance, np_path_shadow, t->random,
-                             t->out);
+  np_surroundings_add_behind(t->world, t->lighting, t->settings, ray, ground, t->out->transmittance, np_path_shadow,
+                             t->random, t->out);
 }
 
 /* Into how many panels a ray through all of the air is cut: more than elsewhere, for there is one such ray a sample. */
@@ -128,8 +131,8 @@ static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_gr
   const np_spectrum air = look_through_air(t, ray, ground ? ground->distance_m : HUGE_VAL, component, is_air_seen);
   const np_spectrum transmittance = np_spectrum_scale(air, t->out->transmittance);
   if (!ground) {
-    const np_spectrum light =
-        np_spectrum_add(np_world_space_radiance(t->world, ray->origin, ray->direction), np_world_disk_radiance(t->world, ray->direction));
+    const np_spectrum light = np_spectrum_add(np_world_space_radiance(t->world, ray->origin, ray->direction),
+                                              np_world_disk_radiance(t->world, ray->direction));
     np_path_add(t->out, component, np_spectrum_multiply(transmittance, light));
     return;
   }
@@ -159,11 +162,13 @@ static void look_for_disks(const np_tracer *t, const np_camera_ray *ray) {
       np_track_transmittance(&t->world->clouds, ray->origin, ray->direction, INFINITY, np_track_faint_depth, t->random);
 }
 
-void NP_KERNEL(np_path_sample)(const np_world *world, const np_integrator_settings *settings,
-                               const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
+void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lighting,
+                               const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
+                               np_integrator_sample *out) {
   *out = (np_integrator_sample){.transmittance = 1.0f};
   const bool has_sun = !np_spectrum_is_zero(world->sun_irradiance);
-  const np_tracer t = {world, settings, random, out, {world->to_sun, has_sun}, np_world_sun_solid_angle(world)};
+  const np_tracer t = {
+      world, lighting, settings, random, out, {world->to_sun, has_sun}, np_world_sun_solid_angle(world)};
   np_ground_hit ground;
   out->is_ground_behind = np_world_intersect_ground(world, ray->origin, ray->direction, &ground);
   const double distance_end = out->is_ground_behind ? ground.distance_m : HUGE_VAL;

@@ -34,7 +34,8 @@ typedef struct np_sun_ray {
 static inline bool np_path_aim_at_sun(const np_tracer *t, np_dvec3 position, double faint_depth, np_sun_ray *out) {
   if (!t->air_light.has_sun) return false;
   out->direction = np_world_sample_sun(t->world, np_random_float(t->random), np_random_float(t->random));
-  out->transmittance = np_track_transmittance(&t->world->clouds, position, out->direction, INFINITY, faint_depth, t->random);
+  out->transmittance =
+      np_track_transmittance(&t->world->clouds, position, out->direction, INFINITY, faint_depth, t->random);
   if (!(out->transmittance > 0.0f)) return false;
   out->irradiance = t->settings->is_air_traced ? np_world_sunlight_exact(t->world, position, out->direction)
                                                : np_world_sunlight(t->world, position, out->direction);
@@ -69,7 +70,7 @@ typedef struct np_glow_ray {
 
 static inline bool np_path_aim_at_glow(const np_tracer *t, np_dvec3 position, np_glow_ray *out) {
   return t->world->emission && np_emission_draw_direction(t->world, position, np_random_double(t->random), t->random,
-                                                         &out->direction, &out->density);
+                                                          &out->direction, &out->density);
 }
 
 /* Light of what glows thrown on by the present vertex, `share` of it per steradian; `density` is that with which the

@@ -21,7 +21,7 @@ typedef struct np_sky_next_event {
 /* Whether this vertex sends a ray, and where to. */
 static inline bool np_sky_next_event_sample(const np_tracer *t, const np_path_state *path, np_sky_next_event *out) {
   if (!path->has_sky_next_event) return false;
-  const np_sky_guide *guide = t->world->sky_guide;
+  const np_sky_guide *guide = t->lighting->sky_guide;
   if (!(np_random_float(t->random) < guide->rate)) return false;
   float density;
   out->direction = np_sky_guide_draw(guide, t->random, &density);
@@ -33,8 +33,8 @@ static inline bool np_sky_next_event_sample(const np_tracer *t, const np_path_st
 /* The ray as a path of its own; false ends it, by Russian roulette on what it promises: the radiance there, times what
  * the vertex throws on of it, `share` per steradian. `density` is that of the path's own directions. The sun and what
  * glows are aimed at on their own: a density of 0 keeps them out. */
-static inline bool np_sky_next_event_start(const np_path_state *path, const np_sky_next_event *sky, float share, float density,
-                                    np_random *random, np_path_state *out_ray) {
+static inline bool np_sky_next_event_start(const np_path_state *path, const np_sky_next_event *sky, float share,
+                                           float density, np_random *random, np_path_state *out_ray) {
   const float weight = share / (sky->density + density);
   const float promise = fminf(weight * sky->brightness * np_spectrum_max(path->throughput) / path->weight, 1.0f);
   if (!(np_random_float(random) < promise)) return false;
@@ -51,7 +51,7 @@ static inline bool np_sky_next_event_start(const np_path_state *path, const np_s
 /* What is past the clouds, met by chance: where it was aimed at too, the other way has its share of the weight. */
 static inline void np_sky_next_event_meet(const np_tracer *t, np_path_state *path) {
   if (!path->has_sky_next_event) return;
-  const np_sky_guide *guide = t->world->sky_guide;
+  const np_sky_guide *guide = t->lighting->sky_guide;
   const float aimed = guide->rate * np_sky_guide_eval(guide, path->direction);
   path->throughput = np_spectrum_scale(path->throughput, path->density / (path->density + aimed));
   path->has_sky_next_event = false;

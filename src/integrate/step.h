@@ -24,8 +24,8 @@ typedef struct np_step {
   unsigned count;
   const np_instance *volume[NP_INSTANCES_MAX];
   float depth[NP_INSTANCES_MAX]; /* optical depth of each in the step */
-  float hiding;                     /* depth by which the steps are equal, scaled where the march is */
-  float weight, moment;             /* sums of what is hidden, and of that times the distance from `begin` */
+  float hiding;                  /* depth by which the steps are equal, scaled where the march is */
+  float weight, moment;          /* sums of what is hidden, and of that times the distance from `begin` */
 } np_step;
 
 /* Where a step ends: what it may still gather. */

@@ -36,7 +36,8 @@ static inline np_phase np_sun_branching_lobe(float peak) {
 /* As it is where the sun does not come to. */
 static inline np_sun_branching np_sun_branching_make(const np_world *world, const np_phase *phase) {
   const bool has_sun = !np_spectrum_is_zero(world->sun_irradiance);
-  return (np_sun_branching){.phase = phase, .to_sun = world->to_sun, .peak = has_sun ? np_phase_eval(phase, 0.0f) : 0.0f};
+  return (np_sun_branching){
+      .phase = phase, .to_sun = world->to_sun, .peak = has_sun ? np_phase_eval(phase, 0.0f) : 0.0f};
 }
 
 /* The depth towards the sun beyond which even the peak throws on little: rays that go on may be thinned out. */
@@ -58,7 +59,8 @@ static inline void np_sun_branching_choose(np_sun_branching *branching, float su
 }
 
 /* Branches per steradian. `out_prospect`: sunlight that scatterings to come may bring, in isotropic scattering's. */
-static inline float np_sun_branching_eval(const np_sun_branching *branching, np_vec3 direction, float *out_expected_gain) {
+static inline float np_sun_branching_eval(const np_sun_branching *branching, np_vec3 direction,
+                                          float *out_expected_gain) {
   *out_expected_gain = 0.0f;
   if (branching->share <= 0.0f) return 0.0f;
   const np_vec3 d = direction, s = branching->to_sun;
@@ -70,7 +72,8 @@ static inline float np_sun_branching_eval(const np_sun_branching *branching, np_
 }
 
 /* Whether this scattering throws a branch, and where to. */
-static inline bool np_sun_branching_sample(const np_sun_branching *branching, np_random *random, np_vec3 *out_direction) {
+static inline bool np_sun_branching_sample(const np_sun_branching *branching, np_random *random,
+                                           np_vec3 *out_direction) {
   if (branching->share <= 0.0f) return false;
   const float choice = np_random_float(random);
   if (choice >= branching->share + branching->broad_share) return false;

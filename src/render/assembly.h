@@ -5,12 +5,8 @@
 
 #include "atmosphere/band_set.h"
 #include "atmosphere/sky_store.h"
-#include "caches/air_shadow.h"
-#include "caches/ground_light.h"
 #include "caches/light_store.h"
-#include "caches/sky_guide.h"
-#include "caches/sun_optical_depth.h"
-#include "caches/viewer_light.h"
+#include "caches/lighting.h"
 #include "render/cloud_glow.h"
 #include "render/schedule.h"
 #include "render/star_field.h"
@@ -27,6 +23,7 @@ typedef struct np_packet_light {
   np_air_shadow air_shadow;       /* likewise */
   np_sky_guide sky_guide;         /* likewise */
   np_world world;
+  np_lighting lighting;
 } np_packet_light;
 
 enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */

@@ -161,6 +161,7 @@ static void fill_view(const np_packet_lights_desc *d, const np_packet *packet, c
       .terrain_albedo = np_packet_convert(packet, NP_BAND_LINEAR, scene->terrain.desc.ground_albedo),
       .ground_albedo = np_packet_convert(packet, NP_BAND_LINEAR, np_packet_lights_ground_albedo(scene)),
   };
+  out->lighting = (np_lighting){.sun_depths.clouds = &out->world.clouds};
   if (a->terrain) np_terrain_get_bounds(a->terrain, &out->world.terrain_min, &out->world.terrain_max);
   if (!is_first) return;
   out->world.disk = make_sun(d, packet);
@@ -200,7 +201,7 @@ static neph_result build_sun_cache(const np_packet_lights_desc *d, np_packet_lig
     neph_result result = np_light_store_take_depths(a->context, a->lights, role, &out->world, &desc, d->monitor, cache);
     if (result) return result;
   }
-  out->world.sun_optical_depth = cache;
+  out->lighting.sun_depths.cache = cache;
   return NEPH_OK;
 }
 
@@ -223,10 +224,11 @@ static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_
   desc.has_importance = d->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
   desc.seconds_max = np_schedule_take_solve(&a->schedule, d->monitor);
   np_schedule_begin(&a->schedule, d->monitor, NP_WORK_ORDINATES);
+  const np_sun_depth_source depths = np_sun_depths_get_source(&out->lighting.sun_depths);
   neph_result result =
       np_light_store_take(a->context, a->lights, (unsigned)(packet - a->packets), get_light_role(out->is_moon),
-                          &out->world, &desc, d->monitor, &out->scattering);
-  if (!result) out->world.scattering = &out->scattering;
+                          &out->world, &depths, &desc, d->monitor, &out->scattering);
+  if (!result) out->lighting.scattering = &out->scattering;
   return result;
 }
 
@@ -236,16 +238,20 @@ static neph_result build_viewer_light(const np_packet_lights_desc *d, np_packet_
   const np_assembly *a = d->assembly;
   neph_result result =
       np_viewer_light_build(a->context, &out->scattering, a->camera.origin, d->monitor, &out->viewer_light);
-  if (!result) out->world.viewer_light = &out->viewer_light;
+  if (!result) out->lighting.viewer_light = &out->viewer_light;
   return result;
 }
 
-static neph_result build_ground_cache(const np_packet_lights_desc *d, np_packet_light *out) {
+static neph_result build_ground_light(const np_packet_lights_desc *d, np_packet_light *out) {
   np_assembly *a = d->assembly;
   np_schedule_begin(&a->schedule, d->monitor, NP_WORK_GROUND_CLOUDS);
-  neph_result result =
-      np_ground_light_build(a->context, &out->world, a->clouds_min, a->clouds_max, d->monitor, &out->ground_light);
-  if (!result) out->world.ground_light = &out->ground_light;
+  const np_ground_light_desc desc = {.world = &out->world,
+                                     .depths = &out->lighting.sun_depths,
+                                     .scattering = &out->scattering,
+                                     .bounds_min = a->clouds_min,
+                                     .bounds_max = a->clouds_max};
+  neph_result result = np_ground_light_build(a->context, &desc, d->monitor, &out->ground_light);
+  if (!result) out->lighting.ground_light = &out->ground_light;
   return result;
 }
 
@@ -293,11 +299,12 @@ static neph_result build_air_shadow(const np_packet_lights_desc *d, np_packet_li
   if (!visibility->context) {
     const np_air_rays rays = make_air_rays(a, d->plan);
     const np_air_casters casters = find_casters(a);
-    result = np_air_visibility_build(a->context, &out->world, &rays, &casters, d->monitor, visibility);
+    result = np_air_visibility_build(a->context, &out->world, &out->lighting.sun_depths, &rays, &casters, d->monitor,
+                                     visibility);
   }
   if (result || !visibility->seen) return result;
-  result = np_air_shadow_build(visibility, &out->world, d->monitor, &out->air_shadow);
-  if (!result) out->world.air_shadow = &out->air_shadow;
+  result = np_air_shadow_build(visibility, &out->world, out->lighting.ground_light, d->monitor, &out->air_shadow);
+  if (!result) out->lighting.air_shadow = &out->air_shadow;
   return result;
 }
 
@@ -307,8 +314,9 @@ static void build_sky_guide(const np_packet_lights_desc *d, np_packet_light *out
   const np_assembly *a = d->assembly;
   if (d->plan->desc.integrator != NEPH_INTEGRATOR_PATH || !out->cloud_sky) return;
   const float cost = np_plan_traces_air(d->plan) ? np_sky_guide_traced_cost : 1.0f;
-  np_sky_guide_build(&out->world, find_clouds_middle(a), cost, &out->sky_guide);
-  if (out->sky_guide.rate > 0.0f) out->world.sky_guide = &out->sky_guide;
+  const np_sun_depth_source depths = np_sun_depths_get_source(&out->lighting.sun_depths);
+  np_sky_guide_build(&out->world, &depths, find_clouds_middle(a), cost, &out->sky_guide);
+  if (out->sky_guide.rate > 0.0f) out->lighting.sky_guide = &out->sky_guide;
 }
 
 static neph_result build_light(const np_packet_lights_desc *d, const light *l, np_packet *packet) {
@@ -324,7 +332,7 @@ static neph_result build_light(const np_packet_lights_desc *d, const light *l, n
     result = build_multi_scatter(d, packet, out);
     if (!result) result = build_viewer_light(d, out);
   }
-  if (!result && needs(d->plan, NP_STAGE_GROUND_CLOUDS)) result = build_ground_cache(d, out);
+  if (!result && needs(d->plan, NP_STAGE_GROUND_CLOUDS)) result = build_ground_light(d, out);
   if (!result && needs(d->plan, NP_STAGE_AIR_SHADOWS)) result = build_air_shadow(d, out);
   return result;
 }

@@ -54,6 +54,7 @@ struct np_slab {
   neph_volume *volume;
   np_instance placed;
   np_world world;
+  np_lighting lighting;
   np_scattering_field scattering; /* of the march, and of paths that are guided by it */
   np_integrator_settings settings;
   np_integrator_fn integrate;
@@ -105,6 +106,7 @@ static void fill_view(np_slab *slab) {
       .phase = np_phase_henyey_greenstein((float)c->asymmetry),
   };
   slab->world = (np_world){.clouds.count = 1, .clouds.at = &slab->placed, .to_sun = {0.0f, 0.0f, 1.0f}};
+  slab->lighting = (np_lighting){.sun_depths.clouds = &slab->world.clouds};
   if (c->is_diffuse) {
     slab->world.environment_radiance = np_spectrum_grey((float)(1.0 / NP_PI));
     slab->world.is_environment_upper_only = true;
@@ -135,8 +137,9 @@ static neph_result solve(np_slab *slab, bool has_importance) {
   desc.cells.bounds_min = np_dvec3_make(0.0, 0.0, -1.0);
   desc.cells.bounds_max = np_dvec3_make(1.0, 1.0, slab->sample_count);
   desc.has_importance = has_importance;
-  neph_result result = np_scattering_field_build(slab->context, &slab->world, &desc, NULL, &slab->scattering);
-  if (!result) slab->world.scattering = &slab->scattering;
+  const np_sun_depth_source depths = np_sun_depths_get_source(&slab->lighting.sun_depths);
+  neph_result result = np_scattering_field_build(slab->context, &slab->world, &depths, &desc, NULL, &slab->scattering);
+  if (!result) slab->lighting.scattering = &slab->scattering;
   return result;
 }
 
@@ -218,7 +221,7 @@ static double turn(double offset, double step, unsigned index) {
 static double measure_radiance(const inquiry *q, const np_camera_ray *ray, np_random *random) {
   np_integrator_sample sample;
   double radiance = 0.0;
-  q->slab->integrate(&q->slab->world, &q->settings, ray, random, &sample);
+  q->slab->integrate(&q->slab->world, &q->slab->lighting, &q->settings, ray, random, &sample);
   for (int c = 0; c < NP_COMPONENT_COUNT; c++)
     if (c != NP_COMPONENT_BACKGROUND) radiance += (double)sample.component[c].band[0];
   return radiance;

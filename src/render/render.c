@@ -54,7 +54,7 @@ static light_quality find_light_quality(const np_assembly *assembly) {
   light_quality q = {.is_solved = false};
   for (unsigned p = 0; p < assembly->packet_count; p++)
     for (unsigned i = 0; i < assembly->packets[p].light_count; i++) {
-      const np_scattering_field *scatter = assembly->packets[p].lights[i].world.scattering;
+      const np_scattering_field *scatter = assembly->packets[p].lights[i].lighting.scattering;
       if (scatter) add_quality(scatter, &q);
     }
   return q;

@@ -27,8 +27,9 @@ static np_vec3 direction_of(const sky_image *s, double x, double y) {
 static np_spectrum find_sky(const np_assembly *a, const np_packet *packet, np_vec3 direction) {
   np_spectrum radiance = np_spectrum_grey(0.0f);
   for (unsigned l = 0; l < packet->light_count; l++) {
-    const np_world *world = &packet->lights[l].world;
-    radiance = np_spectrum_add(radiance, np_world_sky_radiance(world, world->camera_sky, a->camera.origin, direction));
+    const np_packet_light *light = &packet->lights[l];
+    radiance =
+        np_spectrum_add(radiance, np_lighting_camera_sky(&light->lighting, &light->world, a->camera.origin, direction));
   }
   return radiance;
 }

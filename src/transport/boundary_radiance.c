@@ -5,7 +5,6 @@
 #include "core/stable.h"
 #include "core/units.h"
 #include "transport/scattering_field.h"
-#include "caches/sun_optical_depth.h"
 
 enum {
   SAMPLES_PER_ORDINATE = 48,
@@ -13,25 +12,25 @@ enum {
   ALL = NP_OCTANT_COUNT * OCTANT
 };
 
-static np_spectrum find_ground(const np_world *world, const np_ground_hit *hit) {
-  np_spectrum irradiance = np_world_ground_irradiance(world, hit);
+static np_spectrum find_ground(const np_world *world, const np_sun_depth_source *depths, const np_ground_hit *hit) {
+  np_spectrum irradiance = np_spectrum_scale(np_world_level_irradiance(world, hit), np_world_get_sky_share(world, hit));
   const float cosine = np_vec3_dot(hit->normal, world->to_sun);
   if (cosine > 0.0f) {
     const np_spectrum sun = np_world_sunlight(world, hit->position, world->to_sun);
     if (!np_spectrum_is_zero(sun))
       irradiance = np_spectrum_add_scaled(
-          irradiance, cosine * np_transmittance(np_sun_optical_depth_get(world, hit->position, world->to_sun, 16.0f)),
-          sun);
+          irradiance, cosine * np_transmittance(depths->get(depths->user, hit->position, world->to_sun, 16.0f)), sun);
   }
   return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
 }
 
-np_spectrum np_boundary_radiance_compute(const np_world *world, np_dvec3 position, np_vec3 towards) {
+np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_depth_source *depths, np_dvec3 position,
+                                         np_vec3 towards) {
   np_ground_hit hit;
   if (!np_world_intersect_ground(world, position, towards, &hit))
     return np_world_sky_radiance(world, world->cloud_sky, position, towards);
   const np_aerial_perspective air = np_world_air(world, world->cloud_sky, position, towards, hit.distance_m);
-  return np_spectrum_add(np_spectrum_multiply(find_ground(world, &hit), air.transmittance), air.inscatter);
+  return np_spectrum_add(np_spectrum_multiply(find_ground(world, depths, &hit), air.transmittance), air.inscatter);
 }
 
 /* Number of the ordinate nearest to a direction of flight. */
@@ -53,6 +52,7 @@ static unsigned find_nearest(const np_ordinates *o, np_vec3 d) {
 /* Sums by ordinate. */
 typedef struct boundary_samples {
   const np_world *world;
+  const np_sun_depth_source *depths;
   np_dvec3 low, size; /* of the clouds' box */
   unsigned taken, counts[ALL];
   double sums[NP_BAND_COUNT][ALL];
@@ -63,7 +63,7 @@ static void look(boundary_samples *o, np_vec3 towards, unsigned ordinate) {
   const double u = fmod(0.7548776662466927 * o->taken, 1.0), v = fmod(0.5698402909980532 * o->taken, 1.0);
   const np_dvec3 position =
       np_dvec3_make(o->low.x + u * o->size.x, o->low.y + v * o->size.y, o->low.z + 0.5 * o->size.z);
-  const np_spectrum radiance = np_boundary_radiance_compute(o->world, position, towards);
+  const np_spectrum radiance = np_boundary_radiance_compute(o->world, o->depths, position, towards);
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) o->sums[b][ordinate] += (double)radiance.band[b];
   o->counts[ordinate]++;
   o->taken++;
@@ -91,7 +91,8 @@ static void sample_ordinates(boundary_samples *o, const np_ordinates *ordinates)
 
 /* The parts of the sphere that are nearest to the ordinates are not quite their weights: means are brought to what
  * really comes from the octant. */
-static void fill_octant(const boundary_samples *o, const np_ordinates *ordinates, unsigned octant, unsigned band, float *out) {
+static void fill_octant(const boundary_samples *o, const np_ordinates *ordinates, unsigned octant, unsigned band,
+                        float *out) {
   double sum = 0.0, found = 0.0, weight = 0.0;
   unsigned count = 0;
   for (unsigned n = 0; n < ordinates->count; n++) {
@@ -106,9 +107,12 @@ static void fill_octant(const boundary_samples *o, const np_ordinates *ordinates
   for (unsigned n = 0; n < ordinates->count && found > 0.0; n++) out[n] *= (float)(sum / count * weight / found);
 }
 
-void np_boundary_radiance_fill(const np_world *world, const np_transport_desc *cells, const np_ordinates *ordinates,
-                    np_boundary_radiance out) {
-  boundary_samples o = {.world = world, .low = cells->bounds_min, .size = np_dvec3_subtract(cells->bounds_max, cells->bounds_min)};
+void np_boundary_radiance_fill(const np_world *world, const np_sun_depth_source *depths, const np_transport_desc *cells,
+                               const np_ordinates *ordinates, np_boundary_radiance out) {
+  boundary_samples o = {.world = world,
+                        .depths = depths,
+                        .low = cells->bounds_min,
+                        .size = np_dvec3_subtract(cells->bounds_max, cells->bounds_min)};
   memset(out, 0, sizeof(np_boundary_radiance));
   sample_sphere(&o, ordinates);
   sample_ordinates(&o, ordinates);

@@ -104,9 +104,11 @@ static void spread(const np_transport_grid *g, const np_first_medium *m, float *
   for (size_t active = 0; active < g->active_count; active++) first_collision_source[active] = m->power[active];
   for (size_t active = 0; active < g->active_count; active++)
     for (int a = 0; a < 3; a++)
-      if (m->moment[3 * active + a] != 0.0f) shift_along(g, active, a, (double)m->moment[3 * active + a], m->power, first_collision_source);
+      if (m->moment[3 * active + a] != 0.0f)
+        shift_along(g, active, a, (double)m->moment[3 * active + a], m->power, first_collision_source);
   for (size_t active = 0; active < g->active_count; active++)
-    first_collision_source[active] = fmaxf(0.0f, first_collision_source[active]) / (float)find_volume(g, g->cell[active]);
+    first_collision_source[active] =
+        fmaxf(0.0f, first_collision_source[active]) / (float)find_volume(g, g->cell[active]);
 }
 
 static neph_result start_medium(np_first_rays *r, float **out_deposit) {
@@ -125,7 +127,8 @@ static void find_scales(np_first_rays *r, unsigned band, unsigned broad_degree) 
   for (unsigned v = 0; v < r->world->clouds.count; v++) {
     const np_instance *volume = &r->world->clouds.at[v];
     r->media[0].scale[v] = r->grid->scale[v];
-    r->media[1].scale[v] = np_transport_scale(volume, np_scaled_phase_compute_forward(&volume->phase, broad_degree), band);
+    r->media[1].scale[v] =
+        np_transport_scale(volume, np_scaled_phase_compute_forward(&volume->phase, broad_degree), band);
   }
 }
 
@@ -161,8 +164,8 @@ static void find_direction(np_first_rays *r, np_vec3 to_sun, double length) {
   }
 }
 
-neph_result np_transport_grid_light(const np_world *world, np_monitor *monitor, unsigned band,
-                                    unsigned broad_degree, np_transport_grid *grid) {
+neph_result np_transport_grid_light(const np_world *world, np_monitor *monitor, unsigned band, unsigned broad_degree,
+                                    np_transport_grid *grid) {
   np_first_rays r = {.world = world, .monitor = monitor, .grid = grid};
   const double length = (double)np_vec3_length(world->to_sun);
   const bool has_broad = broad_degree < grid->degree;

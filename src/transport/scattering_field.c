@@ -57,6 +57,7 @@ typedef struct reach {
 typedef struct solver {
   neph_context *context;
   const np_world *world;
+  const np_sun_depth_source *depths;
   const np_scattering_desc *desc;
   np_monitor *monitor;
   np_scattering_field *out;
@@ -267,7 +268,8 @@ static void restrict_level(const solver *s, unsigned to, const float *from, floa
 static neph_result fill_glow(solver *s) {
   if (!s->world->emission) return NEPH_OK;
   neph_result result = np_parallel_for(s->context, s->monitor, s->levels[0].grid.active_count, 256, average_glow, s);
-  for (unsigned n = 1; n < s->level_count && !result; n++) restrict_level(s, n, s->levels[n - 1].glow, s->levels[n].glow);
+  for (unsigned n = 1; n < s->level_count && !result; n++)
+    restrict_level(s, n, s->levels[n - 1].glow, s->levels[n].glow);
   return result;
 }
 
@@ -355,7 +357,8 @@ static neph_result store_delta_m_residual(const solver *s) {
   if (!sharp) return NEPH_ERROR_OUT_OF_MEMORY;
   memcpy(sharp, g->delta_m_residual, g->active_count * sizeof *sharp);
   const neph_result result = np_transport_grid_sharpen(g, 1, s->monitor, sharp);
-  for (size_t active = 0; active < g->active_count && !result; active++) s->out->delta_m_residual[active * bands + s->band] = sharp[active];
+  for (size_t active = 0; active < g->active_count && !result; active++)
+    s->out->delta_m_residual[active * bands + s->band] = sharp[active];
   np_alloc_free(s->context, sharp);
   return result;
 }
@@ -451,9 +454,11 @@ static neph_result start_bands(solver *s) {
   choose_bands(s);
   s->out->moments = np_alloc(s->context, count_moments(g), s->out->band_count * sizeof *s->out->moments);
   if (s->desc->has_importance) s->out->importance = np_alloc(s->context, g->active_count, sizeof *s->out->importance);
-  if (g->delta_m_residual) s->out->delta_m_residual = np_alloc(s->context, g->active_count, s->out->band_count * sizeof *s->out->delta_m_residual);
-  const bool has_all =
-      s->out->moments && (s->out->importance || !s->desc->has_importance) && (s->out->delta_m_residual || !g->delta_m_residual);
+  if (g->delta_m_residual)
+    s->out->delta_m_residual =
+        np_alloc(s->context, g->active_count, s->out->band_count * sizeof *s->out->delta_m_residual);
+  const bool has_all = s->out->moments && (s->out->importance || !s->desc->has_importance) &&
+                       (s->out->delta_m_residual || !g->delta_m_residual);
   return has_all ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
@@ -540,7 +545,7 @@ static neph_result start_angles(solver *s, unsigned degree, bool is_layered, ang
   if (!*out) return NEPH_ERROR_OUT_OF_MEMORY;
   angles *a = *out;
   np_ordinates_init(degree, is_layered, &a->ordinates);
-  np_boundary_radiance_fill(s->world, &s->desc->cells, &a->ordinates, a->boundary);
+  np_boundary_radiance_fill(s->world, s->depths, &s->desc->cells, &a->ordinates, a->boundary);
   a->lights = (np_transport_lights){.context = s->context, .monitor = s->monitor, .ordinates = &a->ordinates};
   np_harmonics_eval(degree, np_vec3_scale(s->world->to_sun, -1.0f), a->lights.sun_harmonics);
   return NEPH_OK;
@@ -578,10 +583,10 @@ static void report(const np_world *world, double tolerance, np_scattering_field 
            out->residual, tolerance);
 }
 
-neph_result np_scattering_field_build(neph_context *context, const np_world *world, const np_scattering_desc *desc,
-                                   np_monitor *monitor, np_scattering_field *out) {
+neph_result np_scattering_field_build(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
+                                      const np_scattering_desc *desc, np_monitor *monitor, np_scattering_field *out) {
   *out = (np_scattering_field){.context = context};
-  solver s = {.context = context, .world = world, .desc = desc, .monitor = monitor, .out = out};
+  solver s = {.context = context, .world = world, .depths = depths, .desc = desc, .monitor = monitor, .out = out};
   s.whole = np_monitor_get_part(monitor);
   s.end_s = isfinite(desc->seconds_max) ? np_monitor_get_seconds(monitor) + desc->seconds_max : HUGE_VAL;
   neph_result result = start(&s);

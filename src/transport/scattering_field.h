@@ -15,7 +15,7 @@ typedef struct np_scattering_desc {
 } np_scattering_desc;
 
 /* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.5 kB each in cloud while it is solved. */
-#define NP_SCATTERING_DESC_DEFAULT                                                                                  \
+#define NP_SCATTERING_DESC_DEFAULT                                                                                     \
   {                                                                                                                    \
     .cells = {.cell_count_max = 1500000, .cell_count_cheap = 60000, .cell_depth_max = 0.35}, .work_max = 3e7,          \
     .tolerance = 3e-4, .seconds_max = HUGE_VAL                                                                         \
@@ -23,10 +23,10 @@ typedef struct np_scattering_desc {
 
 /* About what comes to a cell, in the mean of the bands that are kept: what paths are guided by (integrate/guide.h). */
 typedef struct np_importance {
-  float mean;    /* radiance, averaged over directions, but for sunlight that went straight on */
-  float linear[3]; /* its part that is linear in the direction of flight Ω is lean·Ω */
+  float mean;         /* radiance, averaged over directions, but for sunlight that went straight on */
+  float linear[3];    /* its part that is linear in the direction of flight Ω is lean·Ω */
   float quadratic[5]; /* the part of degree 2 is Σ bend[i]·h_i(Ω), h_i = xy, yz, 3z² − 1, xz, x² − y² */
-  float lit;     /* irradiance of sunlight that went straight on, here or, the less the farther off, nearby */
+  float lit;          /* irradiance of sunlight that went straight on, here or, the less the farther off, nearby */
 } np_importance;
 
 typedef struct np_scattering_field {
@@ -39,8 +39,8 @@ typedef struct np_scattering_field {
   uint16_t
       *moments; /* [live][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on */
   float scale[NP_BAND_COUNT]; /* powers of two */
-  float *delta_m_residual; /* [live][band]: of the moments, those of sunlight that was scattered narrowly, over its irradiance and
-                    harmonics (transport_grid.h); NULL: there is none */
+  float *delta_m_residual;    /* [live][band]: of the moments, those of sunlight that was scattered narrowly, over its
+                       irradiance and    harmonics (transport_grid.h); NULL: there is none */
   np_importance
       *importance;    /* [live], in floats, since it may fall by thirty decades; NULL where it was not asked for */
   double residual;    /* relative, the worst band's */
@@ -54,17 +54,18 @@ typedef struct np_scattering_field {
 void np_scattering_desc_set_rays(np_scattering_desc *desc, double rays);
 
 /* Solves for the view's sun, sky and ground. On failure nothing is left. */
-neph_result np_scattering_field_build(neph_context *context, const np_world *world, const np_scattering_desc *desc,
-                                   np_monitor *monitor, np_scattering_field *out);
+neph_result np_scattering_field_build(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
+                                      const np_scattering_desc *desc, np_monitor *monitor, np_scattering_field *out);
 void np_scattering_field_clear(np_scattering_field *scatter);
 
 /* Radiance that comes from outside, the sun's disk excluded, to a place among the clouds; `towards` looks out. */
-np_spectrum np_boundary_radiance_compute(const np_world *world, np_dvec3 position, np_vec3 towards);
+np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_depth_source *depths, np_dvec3 position,
+                                         np_vec3 towards);
 
 /* The same along the ordinates, averaged over the solid angle around each. */
 typedef float np_boundary_radiance[NP_BAND_COUNT][NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES];
-void np_boundary_radiance_fill(const np_world *world, const np_transport_desc *cells, const np_ordinates *ordinates,
-                    np_boundary_radiance out);
+void np_boundary_radiance_fill(const np_world *world, const np_sun_depth_source *depths, const np_transport_desc *cells,
+                               const np_ordinates *ordinates, np_boundary_radiance out);
 
 /* Moments of the radiance at one point, [band][harmonic], of the bands that are kept. */
 typedef struct np_light_moments {
@@ -92,7 +93,7 @@ static inline void np_moments_add(const uint16_t moments[NP_MOMENT_LANES], float
 }
 
 static inline void np_scattering_field_average_narrow(const np_scattering_field *scatter, const int32_t active[8],
-                                                   const float weight[8], unsigned count, float out[NP_BAND_COUNT]) {
+                                                      const float weight[8], unsigned count, float out[NP_BAND_COUNT]) {
   for (unsigned b = 0; b < scatter->band_count && scatter->delta_m_residual; b++) {
     out[b] = 0.0f;
     for (unsigned c = 0; c < count; c++)
@@ -101,7 +102,7 @@ static inline void np_scattering_field_average_narrow(const np_scattering_field 
 }
 
 static inline void np_scattering_field_add_cells(const np_scattering_field *scatter, np_dvec3 position, unsigned width,
-                                              np_light_moments *out) {
+                                                 np_light_moments *out) {
   int32_t active[8];
   float weight[8];
   const unsigned count = np_transport_grid_get_corners(&scatter->grid, position, active, weight);
@@ -116,7 +117,8 @@ static inline void np_scattering_field_add_cells(const np_scattering_field *scat
 }
 
 /* The least number of harmonics, which the largest clouds have, is known to the compiler. */
-static inline void np_scattering_field_gather(const np_scattering_field *scatter, np_dvec3 position, np_light_moments *out) {
+static inline void np_scattering_field_gather(const np_scattering_field *scatter, np_dvec3 position,
+                                              np_light_moments *out) {
   const unsigned width = scatter->band_count * np_harmonics_count(scatter->grid.degree);
   if (width == NP_HARMONIC_COUNT_MIN) {
     np_scattering_field_add_cells(scatter, position, NP_HARMONIC_COUNT_MIN, out);
@@ -128,8 +130,8 @@ static inline void np_scattering_field_gather(const np_scattering_field *scatter
 /* What a cloud of a phase function throws of each moment to where `harmonics` are those of; what counts as going
  * straight on is left out. */
 static inline void np_scattering_field_fill_outgoing(const np_scaled_phase *phase,
-                                                const float harmonics[NP_HARMONIC_COUNT_MAX],
-                                                float out[NP_HARMONIC_COUNT_MAX]) {
+                                                     const float harmonics[NP_HARMONIC_COUNT_MAX],
+                                                     float out[NP_HARMONIC_COUNT_MAX]) {
   for (unsigned l = 0, i = 0; l <= phase->degree; l++)
     for (; i < (l + 1) * (l + 1); i++) out[i] = phase->moments[l] * harmonics[i];
 }
@@ -144,8 +146,9 @@ static inline float np_scattering_field_sum(const float *moments, const float *o
 }
 
 /* Radiance times phase function, over all directions, that a cloud throws. */
-static inline np_spectrum np_scattering_field_outgoing(const np_scattering_field *scatter, const np_light_moments *moments,
-                                                 const float outgoing[NP_HARMONIC_COUNT_MAX]) {
+static inline np_spectrum np_scattering_field_outgoing(const np_scattering_field *scatter,
+                                                       const np_light_moments *moments,
+                                                       const float outgoing[NP_HARMONIC_COUNT_MAX]) {
   const unsigned count = np_harmonics_count(scatter->grid.degree);
   const float first = np_scattering_field_sum(moments->value, outgoing, count);
   if (scatter->band_count == 1) return np_spectrum_scale(scatter->colour, np_maxf(first, 0.0f));

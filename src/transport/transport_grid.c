@@ -252,14 +252,14 @@ static void broaden_cell(const np_transport_grid *fine, size_t active, np_transp
 }
 
 neph_result np_transport_grid_reduce_degree(const np_world *world, unsigned band, unsigned degree,
-                                      const np_transport_grid *fine, np_transport_grid *out) {
+                                            const np_transport_grid *fine, np_transport_grid *out) {
   *out = (np_transport_grid){.context = fine->context, .degree = degree, .active_count = fine->active_count};
   neph_result result = NEPH_OK;
   for (int a = 0; a < 3 && !result; a++) result = thin_planes(fine, a, 1, out);
   if (result) return result;
   for (unsigned v = 0; v < world->clouds.count; v++)
-    out->scale[v] =
-        np_transport_scale(&world->clouds.at[v], np_scaled_phase_compute_forward(&world->clouds.at[v].phase, degree), band);
+    out->scale[v] = np_transport_scale(&world->clouds.at[v],
+                                       np_scaled_phase_compute_forward(&world->clouds.at[v].phase, degree), band);
   out->active = np_alloc(out->context, np_transport_grid_count(out), sizeof *out->active);
   if (!out->active) return NEPH_ERROR_OUT_OF_MEMORY;
   memcpy(out->active, fine->active, np_transport_grid_count(out) * sizeof *out->active);

@@ -19,16 +19,17 @@ typedef struct np_transport_grid {
   bool is_wrapped[3]; /* periodic along this axis */
   bool is_fine;       /* light is iterated on cells twice as wide */
   unsigned degree;    /* N: of the harmonics that light is resolved into */
-  int32_t *active;      /* of each cell: its number among the live ones, or NP_TRANSPORT_CELL_NONE */
+  int32_t *active;    /* of each cell: its number among the live ones, or NP_TRANSPORT_CELL_NONE */
   int32_t *cell;      /* of each live cell: where it is */
   size_t active_count;
-  float *extinction;                /* scaled, 1/m, the mean of the interpolated field */
-  float *ratio;                     /* [live][l], l ≤ N: scattering moment over extinction, both scaled */
+  float *extinction;             /* scaled, 1/m, the mean of the interpolated field */
+  float *ratio;                  /* [live][l], l ≤ N: scattering moment over extinction, both scaled */
   float scale[NP_INSTANCES_MAX]; /* of each cloud: scaled extinction over extinction */
-  float *first_collision_source;       /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse grids */
-  float *low_order_source; /* those in a medium of a lower degree; NULL: there is none */
-  float *delta_m_residual; /* sunlight scattered narrowly, its mean over the cell for a unit irradiance: what a medium of a lower
-                    degree lets through beyond this one; NULL: there is none */
+  float *first_collision_source; /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse
+                                    grids */
+  float *low_order_source;       /* those in a medium of a lower degree; NULL: there is none */
+  float *delta_m_residual; /* sunlight scattered narrowly, its mean over the cell for a unit irradiance: what a medium
+                    of a lower degree lets through beyond this one; NULL: there is none */
 } np_transport_grid;
 
 typedef struct np_transport_desc {
@@ -47,7 +48,7 @@ neph_result np_transport_grid_place(neph_context *context, const np_world *world
 
 /* (1−g)·σ·edge of the smallest and of the largest cells, at the densest point. */
 void np_transport_grid_compute_depths(const np_world *world, const np_transport_grid *grid, double *out_least,
-                                   double *out_most);
+                                      double *out_most);
 
 /* The error of a picture that cells of such a depth make, as a share of its light: measured on clouds whose grid was
  * coarsened (docs/transport.md). */
@@ -70,12 +71,12 @@ float np_transport_grid_average_emission(const np_transport_grid *grid, const st
 /* The same cells with light resolved into fewer degrees: more of the scattering counts as going straight on. What is
  * known of them by live cell is what np_transport_grid_fill() would find with the phase functions of that degree. */
 neph_result np_transport_grid_reduce_degree(const np_world *world, unsigned band, unsigned degree,
-                                      const np_transport_grid *fine, np_transport_grid *out);
+                                            const np_transport_grid *fine, np_transport_grid *out);
 
 /* Follows the sun's rays and puts where they first collide into `deposit`; where `broad_degree` is lower than the
  * grid's, also that of such a medium, and `narrow`. */
-neph_result np_transport_grid_light(const np_world *world, np_monitor *monitor, unsigned band,
-                                    unsigned broad_degree, np_transport_grid *grid);
+neph_result np_transport_grid_light(const np_world *world, np_monitor *monitor, unsigned band, unsigned broad_degree,
+                                    np_transport_grid *grid);
 
 /* Cells of two of the old along each axis. False where a side is odd: then there is none, and `out` is untouched. */
 neph_result np_transport_grid_coarsen(const np_transport_grid *fine, np_transport_grid *out);
@@ -190,8 +191,8 @@ static inline float np_transport_grid_bracket(const np_transport_grid *grid, int
 }
 
 /* The live cells around a position and their trilinear weights, which add up to 1; returns how many, 0 to 8. */
-static inline unsigned np_transport_grid_get_corners(const np_transport_grid *grid, np_dvec3 position, int32_t out_live[8],
-                                              float out_weight[8]) {
+static inline unsigned np_transport_grid_get_corners(const np_transport_grid *grid, np_dvec3 position,
+                                                     int32_t out_live[8], float out_weight[8]) {
   const double p[3] = {position.x, position.y, position.z};
   int32_t index[3][2];
   float weight[3][2], total = 0.0f;

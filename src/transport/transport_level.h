@@ -17,7 +17,7 @@ typedef struct np_transport_lights {
   neph_context *context;
   np_monitor *monitor;
   const np_ordinates *ordinates;
-  float sun_harmonics[NP_HARMONIC_COUNT_MAX];                 /* towards where sunlight flies */
+  float sun_harmonics[NP_HARMONIC_COUNT_MAX];                   /* towards where sunlight flies */
   float (*boundary)[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* radiance from outside, [octant][block][lane] */
 } np_transport_lights;
 

@@ -73,8 +73,7 @@ typedef struct even_axis {
 
 /* One axis, with cells of `edge_voxels`: lines of cells on samples of the first cloud, one empty cell at either end,
  * and a count that three coarser grids divide. A period of up to a brick becomes one cell. */
-static even_axis find_even_axis(const np_world *world, const np_transport_desc *desc, int axis,
-                                double edge_voxels) {
+static even_axis find_even_axis(const np_world *world, const np_transport_desc *desc, int axis, double edge_voxels) {
   const double low[3] = {desc->bounds_min.x, desc->bounds_min.y, desc->bounds_min.z};
   const double high[3] = {desc->bounds_max.x, desc->bounds_max.y, desc->bounds_max.z};
   const double voxel = np_transport_get_voxel(world, axis), edge = edge_voxels * voxel;
@@ -184,8 +183,7 @@ static double find_near(const np_transport_desc *desc, const even_axis axes[3]) 
 }
 
 /* Cells as the clouds want them; where that is too many, graded ones; where these would be too many, larger ones. */
-static grading choose_axes(const np_world *world, const np_transport_desc *desc, even_axis out[3],
-                           bool *out_is_fine) {
+static grading choose_axes(const np_world *world, const np_transport_desc *desc, even_axis out[3], bool *out_is_fine) {
   for (double edge = choose_edge(world, desc, out_is_fine);; edge *= 1.25) {
     if (find_even_axes(world, desc, round_edge(edge), out) <= (double)desc->cell_count_max)
       return (grading){desc, HUGE_VAL};
@@ -367,7 +365,7 @@ neph_result np_transport_grid_place(neph_context *context, const np_world *world
 /* ---- What is to be expected ---- */
 
 void np_transport_grid_compute_depths(const np_world *world, const np_transport_grid *grid, double *out_least,
-                                   double *out_most) {
+                                      double *out_most) {
   double least = 0.0, most = 0.0;
   for (int axis = 0; axis < 3; axis++) {
     if (grid->size[axis] == 1) continue;

@@ -28,7 +28,8 @@ typedef struct np_interval {
   unsigned active[NP_INSTANCES_MAX]; /* indices into np_ray_intervals.instance */
 } np_interval;
 
-static inline void np_ray_intervals_start(np_ray_intervals *all, const np_instances *clouds, np_dvec3 origin, np_vec3 direction, double distance_end) {
+static inline void np_ray_intervals_start(np_ray_intervals *all, const np_instances *clouds, np_dvec3 origin,
+                                          np_vec3 direction, double distance_end) {
   all->count = 0;
   all->position = 0.0;
   for (unsigned i = 0; i < clouds->count; i++) {
@@ -77,8 +78,8 @@ static inline np_vec3 np_ray_instance_direction(const np_ray_instance *m) {
 }
 
 /* Extinction at `at[k]` metres behind t, as np_brick_sample_along(). */
-static inline void np_ray_instance_fill_extinction(const np_ray_instance *m, double t, const float at[NP_BRICK_LINE], int count,
-                                             float out[NP_BRICK_LINE]) {
+static inline void np_ray_instance_fill_extinction(const np_ray_instance *m, double t, const float at[NP_BRICK_LINE],
+                                                   int count, float out[NP_BRICK_LINE]) {
   const float per_value = m->volume->extinction_per_value;
   if (m->span.brick == NP_BRICK_NONE) {
     for (int k = 0; k < count; k++) out[k] = per_value * m->span.range.min;
@@ -93,6 +94,8 @@ static inline void np_ray_instance_fill_extinction(const np_ray_instance *m, dou
 static inline float np_ray_instance_variation(const np_ray_instance *m) {
   return m->volume->extinction_per_value * (m->span.range.max - m->span.range.min);
 }
-static inline float np_ray_instance_bound(const np_ray_instance *m) { return m->volume->extinction_per_value * m->span.range.max; }
+static inline float np_ray_instance_bound(const np_ray_instance *m) {
+  return m->volume->extinction_per_value * m->span.range.max;
+}
 
 #endif

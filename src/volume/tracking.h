@@ -128,9 +128,9 @@ static inline double np_track_forced_flight(double depth, np_random *random) {
 /* A free flight on its way through clouds. It may leave out a share of their extinction, so as to reach farther: its
  * weight makes good for that. */
 typedef struct np_flight {
-  double left;   /* depth to the next tentative collision */
+  double left;             /* depth to the next tentative collision */
   double stretch_fraction; /* share of the extinction that is left out, below 1; negative: so much is added */
-  double depth;  /* left out so far */
+  double depth;            /* left out so far */
   double weight; /* of collisions: the extinction there over what of it was not left out, and what one was worth */
 } np_flight;
 
@@ -141,7 +141,8 @@ static inline np_flight np_flight_start(double depth, double stretch_fraction) {
 
 /* The same, given a tentative collision before the bound (np_flight_bound), and weighted by how likely one was. */
 static inline np_flight np_flight_force(double bound, double stretch_fraction, np_random *random) {
-  return (np_flight){.left = np_track_forced_flight(bound, random), .stretch_fraction = stretch_fraction, .weight = -expm1(-bound)};
+  return (np_flight){
+      .left = np_track_forced_flight(bound, random), .stretch_fraction = stretch_fraction, .weight = -expm1(-bound)};
 }
 
 /* Probability density of what has happened over that with which it was drawn. */
@@ -197,8 +198,8 @@ static inline float np_flight_spare(const np_flight *flight, const np_brick_span
 
 /* Optical depth along a ray of what a flight goes by, the cells' maxima less what it leaves out; looked for as far as
  * `depth_end`. */
-static inline double np_flight_bound(const np_instances *clouds, np_dvec3 origin, np_vec3 direction, double distance_end,
-                                     const np_flight *flight, double depth_end) {
+static inline double np_flight_bound(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
+                                     double distance_end, const np_flight *flight, double depth_end) {
   double depth = 0.0;
   for (unsigned i = 0; i < clouds->count && depth < depth_end; i++) {
     const np_instance *volume = &clouds->at[i];

@@ -11,7 +11,7 @@ typedef struct np_night {
   np_disk moon; /* of versine 0: none */
   bool has_airglow;
   np_airglow airglow;
-  const np_sphere_map *map; /* of the stars; NULL: none; borrowed */
+  const np_sphere_map *map;                       /* of the stars; NULL: none; borrowed */
   float map_weight[NP_BAND_COUNT][NP_BAND_COUNT]; /* from its channels, W m⁻² sr⁻¹ nm⁻¹ for 1, to the packet's bands */
   np_celestial_turn turn;                         /* of the stars */
   np_spectrum ground_irradiance;                  /* of the two on level ground: see np_night_compute_irradiance */

@@ -10,17 +10,10 @@
 #include "atmosphere/atmosphere_private.h"
 #include "core/math.h"
 #include "core/spectrum.h"
-#include "world/night.h"
 #include "terrain/terrain_private.h"
 #include "volume/instance.h"
-
-struct np_sky_guide;
-struct np_scattering_field;
-struct np_emission;
-struct np_sun_optical_depth;
-struct np_ground_light;
-struct np_air_shadow;
-struct np_viewer_light;
+#include "world/emission.h"
+#include "world/night.h"
 
 typedef struct np_world {
   np_instances clouds;
@@ -46,13 +39,7 @@ typedef struct np_world {
   np_spectrum terrain_albedo;
   np_spectrum ground_albedo; /* of the sphere */
 
-  const struct np_emission *emission;           /* NULL: nothing glows, or it does in another view */
-  const struct np_sky_guide *sky_guide;         /* NULL: sky and ground are met by chance alone */
-  const struct np_scattering_field *scattering; /* NULL: not solved for */
-  const struct np_viewer_light *viewer_light;   /* of that solution, for rays from its viewer; NULL: not prepared */
-  const struct np_sun_optical_depth *sun_optical_depth;         /* NULL: depths towards the sun are walked for */
-  const struct np_ground_light *ground_light;   /* NULL: the sky over the ground is taken as clear */
-  const struct np_air_shadow *air_shadow;       /* of the camera's sky; NULL: clear */
+  const np_emission *emission; /* NULL: nothing glows, or it does in another world */
 } np_world;
 
 /* Whether each cloud's albedo is the same in all bands. */
@@ -68,7 +55,8 @@ np_vec3 np_world_sample_sun(const np_world *world, float u, float v);
 /* Irradiance from the sun on a plane that faces it: through the air, past planet and terrain, clouds not counted. */
 np_spectrum np_world_sunlight(const np_world *world, np_dvec3 position, np_vec3 to_sun);
 
-/* The same along one ray: transmittance integrated, and nothing from below the horizon, where np_world_sunlight fades. */
+/* The same along one ray: transmittance integrated, and nothing from below the horizon, where np_world_sunlight fades.
+ */
 np_spectrum np_world_sunlight_exact(const np_world *world, np_dvec3 position, np_vec3 to_sun);
 
 /* Solid angle of the light's disk; 0 when it is a point. */
@@ -85,11 +73,11 @@ np_spectrum np_world_disk_radiance(const np_world *world, np_vec3 direction);
 /* Radiance of sky, night and environment along a ray that meets no ground, seen by `sky` (camera_sky or cloud_sky). */
 np_spectrum np_world_sky_radiance(const np_world *world, const neph_sky *sky, np_dvec3 origin, np_vec3 direction);
 
+/* That of a sky with the environment's and the night's. */
+np_spectrum np_world_add_beyond(const np_world *world, np_dvec3 origin, np_vec3 direction, np_spectrum sky);
+
 /* The same from beyond the air, of whose light and shade it knows nothing: night and environment. */
 np_spectrum np_world_space_radiance(const np_world *world, np_dvec3 origin, np_vec3 direction);
-
-/* All that a camera sees where nothing is before it: sky, night, environment, and the disks through the air. */
-np_spectrum np_world_background_radiance(const np_world *world, np_dvec3 origin, np_vec3 direction);
 
 /* The air between an observer of `sky` and a point along a ray; NULL: air that nothing lights, if there is any. */
 np_aerial_perspective np_world_air(const np_world *world, const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
@@ -111,6 +99,19 @@ static inline bool np_world_may_meet_ground(const np_world *world, np_dvec3 from
   const double summit = world->terrain ? fmax(world->terrain_max.z, 0.0) : 0.0;
   return from.z <= summit || to.z <= summit;
 }
+
+/* Share of an even sky that a slope sees. */
+float np_world_get_sky_share(const np_world *world, const np_ground_hit *hit);
+
+/* Irradiance of the sky, free of clouds and hills, on level ground. */
+np_spectrum np_world_level_irradiance(const np_world *world, const np_ground_hit *hit);
+
+/* Optical depth of all clouds from a point towards the sun, whoever knows it; what lies beyond `depth_max` is not
+ * looked at. */
+typedef struct np_sun_depth_source {
+  const void *user;
+  float (*get)(const void *user, np_dvec3 position, np_vec3 to_sun, float depth_max);
+} np_sun_depth_source;
 
 /* Irradiance of sky and clouds on the ground, free of hills; without a ground cache, of a sky free of clouds. */
 np_spectrum np_world_ground_irradiance(const np_world *world, const np_ground_hit *hit);

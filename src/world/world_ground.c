@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The ground: the terrain where there is one, the planet's sphere elsewhere. */
 #include "core/units.h"
-#include "caches/ground_light.h"
+#include "world/world.h"
 
 /* First meeting with the sphere from outside or on it, in the form that cancels nothing (numerics: 4.5e-7 where the
  * textbook quadratic errs by 19 % at grazing incidence). Negative when there is none. */
@@ -65,19 +65,15 @@ bool np_world_intersect_ground(const np_world *world, np_dvec3 origin, np_vec3 d
   return true;
 }
 
-np_spectrum np_world_ground_irradiance(const np_world *world, const np_ground_hit *hit) {
-  const np_vec3 zenith = np_zenith(hit->position, world->planet_radius_m);
-  /* A slope sees this much of an even sky. */
-  const float view_of_sky = 0.5f * (1.0f + np_vec3_dot(hit->normal, zenith));
+float np_world_get_sky_share(const np_world *world, const np_ground_hit *hit) {
+  return 0.5f * (1.0f + np_vec3_dot(hit->normal, np_zenith(hit->position, world->planet_radius_m)));
+}
+
+np_spectrum np_world_level_irradiance(const np_world *world, const np_ground_hit *hit) {
   np_spectrum irradiance = np_spectrum_scale(world->environment_radiance, NP_PI_F);
   if (world->night) irradiance = np_spectrum_add(irradiance, world->night->ground_irradiance);
-  if (world->atmosphere) {
-    const np_spectrum unit = np_atmosphere_ground_irradiance(world->atmosphere, np_vec3_dot(zenith, world->to_sun));
-    irradiance = np_spectrum_add(irradiance, np_spectrum_multiply(unit, world->sun_irradiance));
-  }
-  if (world->ground_light) {
-    const np_ground_light_value light = np_ground_light_get(world->ground_light, hit->position);
-    irradiance = np_spectrum_add(np_spectrum_multiply(irradiance, light.open), light.added);
-  }
-  return np_spectrum_scale(irradiance, view_of_sky);
+  if (!world->atmosphere) return irradiance;
+  const np_vec3 zenith = np_zenith(hit->position, world->planet_radius_m);
+  const np_spectrum unit = np_atmosphere_ground_irradiance(world->atmosphere, np_vec3_dot(zenith, world->to_sun));
+  return np_spectrum_add(irradiance, np_spectrum_multiply(unit, world->sun_irradiance));
 }

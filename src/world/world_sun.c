@@ -43,8 +43,7 @@ static bool is_behind_planet(const np_world *world, np_dvec3 position, np_vec3 d
 }
 
 /* What is left of sunlight that `transmittance` of it comes through the air, where there is any. */
-static np_spectrum pass_ground(const np_world *world, np_dvec3 position, np_vec3 to_sun,
-                               np_spectrum transmittance) {
+static np_spectrum pass_ground(const np_world *world, np_dvec3 position, np_vec3 to_sun, np_spectrum transmittance) {
   const np_spectrum irradiance = np_spectrum_multiply(world->sun_irradiance, transmittance), none = {{0}};
   if (np_spectrum_is_zero(irradiance)) return none;
   if (!world->atmosphere && world->has_planet && is_behind_planet(world, position, to_sun)) return none;
