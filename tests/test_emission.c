@@ -1,25 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What glows in clouds, by both integrators, against closed forms and against each other: no planet, no air.
+/* Emission in clouds, by both integrators, against closed forms and against each other: no planet, no air.
  *
  * test_emission        all, with the paths that a suite can afford
  * test_emission long   the march against the tracer, to half a per cent of a fire's light; a minute and a half
  */
-#include "world/emission.h"
-#include "transport/scattering_field.h"
-#include "test_rays.h"
-#include "test_volumes.h"
+#include "test_world.h"
 
 static const double bands_nm[NP_BAND_COUNT] = {680.0, 550.0, 440.0};
 static const float kelvin = 1900.0f;
 
 typedef struct fixture {
-  neph_context *context;
-  neph_volume *smoke, *flame, *heat;
-  np_instance placed;
+  test_world smoke;
+  neph_volume *flame, *heat;
   np_emission emission;
-  np_scattering_field scatter;
-  np_world world;
-  np_integrator_settings settings;
 } fixture;
 
 /* A ball in the lower half. */
@@ -31,12 +24,9 @@ static float ball(double x, double y, double z) {
 static float warm(double x, double y, double z) { return 0.75f + 0.25f * ball(x, y, z); }
 
 static void start(fixture *f, test_field smoke, float extinction_per_m, float albedo, float asymmetry) {
-  *f = (fixture){.context = test_context_create(2, NULL)};
-  f->smoke = test_volume_create_centred(f->context, TEST_EDGE, smoke);
-  f->placed = test_volume_place(f->smoke, extinction_per_m, np_phase_henyey_greenstein(asymmetry));
-  f->placed.albedo = np_spectrum_grey(albedo);
-  f->world = (np_world){.clouds.count = 1, .clouds.at = &f->placed, .to_sun = {0, 0, 1}};
-  f->settings = test_integrator_settings();
+  *f = (fixture){.flame = NULL};
+  test_world_create(&f->smoke, 2, test_cloud_make(smoke, extinction_per_m, np_phase_henyey_greenstein(asymmetry)));
+  f->smoke.placed[0].albedo = np_spectrum_grey(albedo);
 }
 
 static void glow(fixture *f, const neph_volume *volume, float absorption_per_m, const neph_volume *heat) {
@@ -48,55 +38,60 @@ static void glow(fixture *f, const neph_volume *volume, float absorption_per_m, 
                      .world_to_temperature = heat ? heat->world_to_index : np_affine_identity(),
                      .kelvin_per_value = heat ? kelvin : 0.0f,
                      .offset_k = heat ? 0.0f : kelvin};
-  assert_int_equal(np_emission_build(f->context, &g, 1, bands_nm, NULL, &f->emission), NEPH_OK);
-  f->world.emission = &f->emission;
+  assert_int_equal(np_emission_build(f->smoke.context, &g, 1, bands_nm, NULL, &f->emission), NEPH_OK);
+  f->smoke.world.emission = &f->emission;
 }
 
 /* The smoke itself glows, by Kirchhoff's law. */
 static void glow_by_absorption(fixture *f) {
-  glow(f, f->smoke, (1.0f - f->placed.albedo.band[0]) * f->placed.extinction_per_value, NULL);
+  const np_instance *smoke = &f->smoke.placed[0];
+  glow(f, f->smoke.volumes[0], (1.0f - smoke->albedo.band[0]) * smoke->extinction_per_value, NULL);
+}
+
+static neph_volume *create_volume(const fixture *f, test_field field) {
+  neph_volume *volume = NULL;
+  const np_dvec3 step_m = {1.0, 1.0, 1.0}, middle_m = {0.0, 0.0, 0.0};
+  assert_int_equal(test_volume_create(f->smoke.context, field, TEST_EDGE, step_m, middle_m, &volume), NEPH_OK);
+  return volume;
 }
 
 static void glow_as_flame(fixture *f, test_field flame, float absorption_per_m, test_field heat) {
-  f->flame = test_volume_create_centred(f->context, TEST_EDGE, flame);
-  if (heat) f->heat = test_volume_create_centred(f->context, TEST_EDGE, heat);
+  f->flame = create_volume(f, flame);
+  if (heat) f->heat = create_volume(f, heat);
   glow(f, f->flame, absorption_per_m, f->heat);
 }
 
 static void solve(fixture *f) {
-  np_scattering_desc desc = NP_SCATTERING_DESC_DEFAULT;
-  desc.cells.bounds_min = np_dvec3_make(-12.5, -12.5, -12.5);
-  desc.cells.bounds_max = np_dvec3_make(12.5, 12.5, 12.5);
-  assert_int_equal(np_scattering_field_build(f->context, &f->world, &desc, NULL, &f->scatter), NEPH_OK);
-  f->world.scattering = &f->scatter;
+  f->smoke.desc.cells.bounds_min = np_dvec3_make(-12.5, -12.5, -12.5);
+  f->smoke.desc.cells.bounds_max = np_dvec3_make(12.5, 12.5, 12.5);
+  assert_int_equal(test_world_solve(&f->smoke), NEPH_OK);
 }
 
 static void end(fixture *f) {
-  np_scattering_field_clear(&f->scatter);
   np_emission_clear(&f->emission);
-  neph_volume_release(f->smoke);
   neph_volume_release(f->flame);
   neph_volume_release(f->heat);
-  neph_context_destroy(f->context);
+  test_world_destroy(&f->smoke);
 }
 
 static double black_body(int band) { return np_black_body_radiance(bands_nm[band], (double)kelvin); }
 
-static np_integrator_fn get_integrator(const fixture *f, bool is_path) {
-  const np_integrator_kernels *kernels = test_integrators(f->context);
-  return is_path ? kernels->path : kernels->march;
+/* Radiance along a ray: all of it, or what was not scattered. */
+static double sample_radiance(const fixture *f, bool is_path, const np_camera_ray *ray, np_random *random, int band,
+                              bool is_emission_only) {
+  np_integrator_sample sample;
+  (is_path ? test_world_path : test_world_march)(&f->smoke, ray, random, &sample);
+  return is_emission_only ? (double)sample.component[NP_COMPONENT_EMISSION].band[band]
+                          : test_sum_components(&sample, band);
 }
 
-/* Mean radiance of random rays: all of it, or what was not scattered. */
+/* Mean radiance of random rays. */
 static test_tally measure(const fixture *f, bool is_path, int count, int band, bool is_emission_only, uint64_t seed) {
   test_tally s = {0};
   np_random random = np_random_start(seed, 0, 0, 0, 0);
   for (int i = 0; i < count; i++) {
     const np_camera_ray ray = test_random_ray(&random);
-    np_integrator_sample sample;
-    get_integrator(f, is_path)(&f->world, &f->settings, &ray, &random, &sample);
-    test_tally_add(&s, is_emission_only ? (double)sample.component[NP_COMPONENT_EMISSION].band[band]
-                                        : test_sum_components(&sample, band));
+    test_tally_add(&s, sample_radiance(f, is_path, &ray, &random, band, is_emission_only));
   }
   return s;
 }
@@ -147,7 +142,7 @@ static void an_isothermal_enclosure_is_invisible(void **state) {
     fixture f;
     start(&f, test_lumpy_box, 1.0f, albedos[i], 0.6f);
     glow_by_absorption(&f);
-    for (int b = 0; b < NP_BAND_COUNT; b++) f.world.environment_radiance.band[b] = (float)black_body(b);
+    for (int b = 0; b < NP_BAND_COUNT; b++) f.smoke.world.environment_radiance.band[b] = (float)black_body(b);
     const test_tally path = measure(&f, true, 20000, 0, false, 40);
     assert_near(test_tally_mean(&path), black_body(0), 4.0 * test_tally_error(&path));
     solve(&f);
@@ -164,21 +159,16 @@ typedef struct comparison {
   test_tally path, excess; /* the march's over the path's, ray by ray */
 } comparison;
 
-/* What comes straight needs no path to go on. */
-static void compare(const fixture *f, int count, int band, bool is_direct, comparison *c) {
+/* A path that is seen directly need not go on. */
+static void compare(fixture *f, int count, int band, bool is_direct, comparison *c) {
   memset(c, 0, sizeof *c);
-  np_integrator_settings settings = f->settings;
-  if (is_direct) settings.scattering_max = 1;
+  f->smoke.settings.scattering_max = is_direct ? 1 : UINT32_MAX;
   np_random random = np_random_start(6, 0, 0, 0, 0);
   for (int i = 0; i < count; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     double radiance[2];
-    for (int is_path = 0; is_path < 2; is_path++) {
-      np_integrator_sample sample;
-      get_integrator(f, is_path)(&f->world, &settings, &ray, &random, &sample);
-      radiance[is_path] =
-          is_direct ? (double)sample.component[NP_COMPONENT_EMISSION].band[band] : test_sum_components(&sample, band);
-    }
+    for (int is_path = 0; is_path < 2; is_path++)
+      radiance[is_path] = sample_radiance(f, is_path, &ray, &random, band, is_direct);
     test_tally_add(&c->path, radiance[1]);
     test_tally_add(&c->excess, radiance[0] - radiance[1]);
   }
@@ -195,10 +185,10 @@ static void compare_flame(int count, int count_direct, double all, double direct
     for (int is_direct = 0; is_direct < 2; is_direct++) {
       comparison c;
       compare(&f, is_direct ? count_direct : count, b, is_direct, &c);
-      const double truth = test_tally_mean(&c.path), error = test_tally_error(&c.excess);
+      const double expected = test_tally_mean(&c.path), error = test_tally_error(&c.excess);
       print_message("band %d, %s: march over path %.4f +- %.4f\n", b, is_direct ? "direct" : "all",
-                    1.0 + test_tally_mean(&c.excess) / truth, error / truth);
-      assert_near(test_tally_mean(&c.excess), 0.0, 4.0 * error + (is_direct ? direct : all) * truth);
+                    1.0 + test_tally_mean(&c.excess) / expected, error / expected);
+      assert_near(test_tally_mean(&c.excess), 0.0, 4.0 * error + (is_direct ? direct : all) * expected);
     }
   end(&f);
 }

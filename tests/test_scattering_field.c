@@ -1,27 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Known answers for the solved multiple scattering: furnace, conservation; and that it fails cleanly. */
-#include "test_lit_cloud.h"
-#include "test_rays.h"
+#include "test_world.h"
 
-static void start(test_lit_cloud *cloud, unsigned threads) {
-  neph_context *context = test_context_create(threads, NULL);
-  assert_int_equal(test_lit_cloud_create(context, test_lumpy_ball, 0.0, cloud), NEPH_OK);
-  cloud->world.to_sun = np_vec3_make(0.6f, 0.0f, 0.8f);
+static void start(test_world *w, unsigned threads) {
+  test_world_create(w, threads, test_cloud_make_on_axes(test_lumpy_ball, 0.0));
+  w->world.to_sun = np_vec3_make(0.6f, 0.0f, 0.8f);
 }
 
-static void build(test_lit_cloud *cloud) { assert_int_equal(test_lit_cloud_solve(cloud), NEPH_OK); }
+static void build(test_world *w) { assert_int_equal(test_world_solve(w), NEPH_OK); }
 
-static void end(test_lit_cloud *cloud) {
-  neph_context *context = cloud->context;
-  test_lit_cloud_clear(cloud);
-  neph_context_destroy(context);
-}
-
-static double march(const test_lit_cloud *f, np_dvec3 origin, np_vec3 direction, np_random *random) {
-  const np_integrator_settings settings = test_integrator_settings();
+static double march(const test_world *w, np_dvec3 origin, np_vec3 direction, np_random *random) {
   const np_camera_ray ray = {.origin = origin, .direction = direction, .jitter = np_random_float(random)};
   np_integrator_sample sample;
-  test_integrators(f->context)->march(&f->world, &settings, &ray, random, &sample);
+  test_world_march(w, &ray, random, &sample);
   return test_sum_components(&sample, 1);
 }
 
@@ -29,43 +20,43 @@ static double march(const test_lit_cloud *f, np_dvec3 origin, np_vec3 direction,
  * march's steps and the tolerance of the iteration. */
 static void a_white_cloud_vanishes_in_a_furnace(void **state) {
   (void)state;
-  test_lit_cloud f = {0};
-  start(&f, 2);
-  f.world.environment_radiance = np_spectrum_make(0.5f, 2.0f, 3.0f);
-  build(&f);
+  test_world w;
+  start(&w, 2);
+  w.world.environment_radiance = np_spectrum_make(0.5f, 2.0f, 3.0f);
+  build(&w);
   np_random random = np_random_start(1, 2, 3, 4, 5);
   for (int n = 0; n < 200; n++) {
     const np_dvec3 origin = np_dvec3_make(24.0 * np_random_double(&random), -20.0, 24.0 * np_random_double(&random));
-    assert_near(march(&f, origin, np_vec3_make(0, 1, 0), &random), 2.0, 0.02);
+    assert_near(march(&w, origin, np_vec3_make(0, 1, 0), &random), 2.0, 0.02);
   }
-  end(&f);
+  test_world_destroy(&w);
 }
 
-static double find_transmittance(const test_lit_cloud *f, double x, double y, double factor) {
+static double find_transmittance(const test_world *w, double x, double y, double factor) {
   double depth = 0.0;
   for (int k = 0; k < 2 * TEST_EDGE; k++)
-    depth += (double)np_bricks_sample(f->placed.bricks, np_dvec3_make(x, y, k / 2.0));
-  return exp(-0.5 * factor * depth * (double)f->placed.extinction_per_value);
+    depth += (double)np_bricks_sample(w->placed[0].bricks, np_dvec3_make(x, y, k / 2.0));
+  return exp(-0.5 * factor * depth * (double)w->placed[0].extinction_per_value);
 }
 
 /* Every photon that the sun loses on its way through is in some cell: their sum is the light that a brute-force
  * projection finds missing. 1 %: the projection's own lattice of half a metre, and nine rays to a cell's face. */
 static void first_collisions_add_up_to_the_light_that_is_lost(void **state) {
   (void)state;
-  test_lit_cloud f = {0};
-  start(&f, 2);
-  f.world.to_sun = np_vec3_make(0, 0, 1);
-  f.world.sun_irradiance = np_spectrum_grey(1.0f);
-  build(&f);
+  test_world w;
+  start(&w, 2);
+  w.world.to_sun = np_vec3_make(0, 0, 1);
+  w.world.sun_irradiance = np_spectrum_grey(1.0f);
+  build(&w);
   double found = 0.0, expected = 0.0;
-  const np_transport_grid *grid = &f.scatter.grid;
+  const np_transport_grid *grid = &w.scattering.grid;
   for (size_t i = 0; i < grid->active_count; i++)
     found += (double)grid->first_collision_source[i] * grid->even_m[0] * grid->even_m[1] * grid->even_m[2];
-  const double factor = 1.0 - (double)f.scatter.phases[0].forward;
+  const double factor = 1.0 - (double)w.scattering.phases[0].forward;
   for (int j = 0; j < 2 * TEST_EDGE; j++)
-    for (int i = 0; i < 2 * TEST_EDGE; i++) expected += 0.25 * (1.0 - find_transmittance(&f, i / 2.0, j / 2.0, factor));
+    for (int i = 0; i < 2 * TEST_EDGE; i++) expected += 0.25 * (1.0 - find_transmittance(&w, i / 2.0, j / 2.0, factor));
   assert_near_relative(found, expected, 0.01);
-  end(&f);
+  test_world_destroy(&w);
 }
 
 /* In the thin limit the direct term is the phase function itself, and at any depth of the peak its mean over all
@@ -94,30 +85,30 @@ static void the_direct_term_is_the_phase_function_and_conserves(void **state) {
   neph_context_destroy(context);
 }
 
-static void assert_same_for_threads(test_lit_cloud *one, test_lit_cloud *two) {
+static void assert_same_for_threads(test_world *one, test_world *two) {
   one->world.sun_irradiance = two->world.sun_irradiance = np_spectrum_make(1.0f, 0.9f, 0.8f);
   build(one);
   build(two);
-  assert_int_equal(one->scatter.grid.active_count, two->scatter.grid.active_count);
-  assert_memory_equal(one->scatter.moments, two->scatter.moments,
-                      one->scatter.grid.active_count * one->scatter.band_count *
-                          np_harmonics_count(one->scatter.grid.degree) * sizeof *one->scatter.moments);
-  end(one);
-  end(two);
+  assert_int_equal(one->scattering.grid.active_count, two->scattering.grid.active_count);
+  assert_memory_equal(one->scattering.moments, two->scattering.moments,
+                      one->scattering.grid.active_count * one->scattering.band_count *
+                          np_harmonics_count(one->scattering.grid.degree) * sizeof *one->scattering.moments);
+  test_world_destroy(one);
+  test_world_destroy(two);
 }
 
 /* Cells of one voxel, of which light is resolved into seven degrees, and iterated on those twice as wide. */
-static void start_fine(test_lit_cloud *f, unsigned threads) {
-  start(f, threads);
-  f->desc.cells.cell_count_cheap = 0;
-  f->desc.cells.cell_count_fine = 1000000;
-  f->desc.work_max = 0.0;
+static void start_fine(test_world *w, unsigned threads) {
+  start(w, threads);
+  w->desc.cells.cell_count_cheap = 0;
+  w->desc.cells.cell_count_fine = 1000000;
+  w->desc.work_max = 0.0;
 }
 
 /* Also where lines of cells are no whole number of tiles, which then are cut differently from either end. */
 static void threads_change_no_bit(void **state) {
   (void)state;
-  test_lit_cloud one = {0}, two = {0};
+  test_world one, two;
   start(&one, 1);
   start(&two, 2);
   assert_same_for_threads(&one, &two);
@@ -127,42 +118,42 @@ static void threads_change_no_bit(void **state) {
   assert_same_for_threads(&one, &two);
 }
 
-static np_spectrum find_light(const test_lit_cloud *f, np_dvec3 position) {
+static np_spectrum find_light(const test_world *w, np_dvec3 position) {
   float harmonics[NP_HARMONIC_COUNT_MAX], outgoing[NP_HARMONIC_COUNT_MAX];
   np_light_moments moments;
-  np_harmonics_eval(f->scatter.grid.degree, np_vec3_make(0, 0, 1), harmonics);
-  np_scattering_field_fill_outgoing(&f->scatter.phases[0], harmonics, outgoing);
-  np_scattering_field_gather(&f->scatter, position, &moments);
-  return np_scattering_field_outgoing(&f->scatter, &moments, outgoing);
+  np_harmonics_eval(w->scattering.grid.degree, np_vec3_make(0, 0, 1), harmonics);
+  np_scattering_field_fill_outgoing(&w->scattering.phases[0], harmonics, outgoing);
+  np_scattering_field_gather(&w->scattering, position, &moments);
+  return np_scattering_field_outgoing(&w->scattering, &moments, outgoing);
 }
 
 /* Lights of one colour: the second and third band are the first one, scaled, and cost nothing. Solved each for itself,
  * where one light is not of that colour, they are the same to the solver's tolerance. */
 static void grey_bands_are_one(void **state) {
   (void)state;
-  test_lit_cloud one = {0}, three = {0};
+  test_world one, three;
   start(&one, 1);
   start(&three, 1);
   one.world.sun_irradiance = np_spectrum_make(1.0f, 0.0f, 0.0f);
   three.world.sun_irradiance = np_spectrum_make(1.0f, 0.9f, 0.8f);
   build(&one);
   build(&three);
-  assert_int_equal(three.scatter.sweeps, one.scatter.sweeps);
-  assert_int_equal(three.scatter.band_count, 1);
+  assert_int_equal(three.scattering.sweeps, one.scattering.sweeps);
+  assert_int_equal(three.scattering.band_count, 1);
   three.world.environment_radiance = np_spectrum_make(0.0f, 0.0f, 1e-6f);
-  test_lit_cloud apart = {0};
+  test_world apart;
   start(&apart, 1);
   apart.world = three.world;
   build(&apart);
-  assert_int_equal(apart.scatter.band_count, NP_BAND_COUNT);
+  assert_int_equal(apart.scattering.band_count, NP_BAND_COUNT);
   const np_dvec3 middle =
-      np_transport_grid_centre(&one.scatter.grid, one.scatter.grid.cell[one.scatter.grid.active_count / 2]);
+      np_transport_grid_centre(&one.scattering.grid, one.scattering.grid.cell[one.scattering.grid.active_count / 2]);
   const np_spectrum together = find_light(&three, middle), each = find_light(&apart, middle);
   for (int b = 0; b < NP_BAND_COUNT; b++) assert_near_relative(each.band[b], together.band[b], 2e-3);
   assert_near_relative(together.band[2], 0.8f * together.band[0], 1e-6);
-  end(&one);
-  end(&three);
-  end(&apart);
+  test_world_destroy(&one);
+  test_world_destroy(&three);
+  test_world_destroy(&apart);
 }
 
 /* Sunlight is put into whole cells, but such that the centre of all first collisions is where it was: 0.02 m are a
@@ -170,25 +161,25 @@ static void grey_bands_are_one(void **state) {
  * of a voxel apart they are within 0.002 m. */
 static void first_collisions_keep_their_centre(void **state) {
   (void)state;
-  test_lit_cloud f = {0};
-  start(&f, 2);
-  f.world.to_sun = np_vec3_make(0, 0, 1);
-  f.world.sun_irradiance = np_spectrum_grey(1.0f);
-  f.desc.cells.cell_count_cheap = 0;
-  build(&f);
-  const np_transport_grid *grid = &f.scatter.grid;
+  test_world w;
+  start(&w, 2);
+  w.world.to_sun = np_vec3_make(0, 0, 1);
+  w.world.sun_irradiance = np_spectrum_grey(1.0f);
+  w.desc.cells.cell_count_cheap = 0;
+  build(&w);
+  const np_transport_grid *grid = &w.scattering.grid;
   double found = 0.0, power = 0.0, expected = 0.0, lost = 0.0;
   for (size_t i = 0; i < grid->active_count; i++) {
     power += (double)grid->first_collision_source[i];
     found += (double)grid->first_collision_source[i] * np_transport_grid_centre(grid, grid->cell[i]).z;
   }
-  const double rate = (double)grid->scale[0] * (double)f.placed.extinction_per_value;
+  const double rate = (double)grid->scale[0] * (double)w.placed[0].extinction_per_value;
   for (int j = -4; j < 4 * TEST_EDGE; j++)
     for (int i = -4; i < 4 * TEST_EDGE; i++) {
       double left = 1.0;
       for (int k = 10 * TEST_EDGE; k-- > -10;) {
         const double x = 0.25 * (i + 0.5), y = 0.25 * (j + 0.5), z = 0.1 * (k + 0.5);
-        const double value = (double)np_bricks_sample(f.placed.bricks, np_dvec3_make(x, y, z));
+        const double value = (double)np_bricks_sample(w.placed[0].bricks, np_dvec3_make(x, y, z));
         const double taken = -left * expm1(-0.1 * rate * value);
         expected += taken * z;
         lost += taken;
@@ -196,22 +187,22 @@ static void first_collisions_keep_their_centre(void **state) {
       }
     }
   assert_near(found / power, expected / lost, 0.02);
-  end(&f);
+  test_world_destroy(&w);
 }
 
 /* Cells of two voxels, solved to the least degree and resolved into seven, under a sun overhead. */
-static void start_resolved(test_lit_cloud *f) {
-  start(f, 2);
-  f->world.sun_irradiance = np_spectrum_grey(1.0f);
-  f->desc.cells.cell_count_cheap = 0;
-  f->desc.work_max = 0.0;
+static void start_resolved(test_world *w) {
+  start(w, 2);
+  w->world.sun_irradiance = np_spectrum_grey(1.0f);
+  w->desc.cells.cell_count_cheap = 0;
+  w->desc.work_max = 0.0;
 }
 
 /* A cell's light that was scattered narrowly, by a lattice of a quarter of a metre. */
-static double project_narrow(const test_lit_cloud *f, int32_t cell) {
-  const np_transport_grid *g = &f->scatter.grid;
-  const double rates[2] = {1.0 - (double)f->scatter.phases[0].least_forward,
-                           1.0 - (double)f->scatter.phases[0].forward};
+static double project_narrow(const test_world *w, int32_t cell) {
+  const np_transport_grid *g = &w->scattering.grid;
+  const double rates[2] = {1.0 - (double)w->scattering.phases[0].least_forward,
+                           1.0 - (double)w->scattering.phases[0].forward};
   const np_dvec3 middle = np_transport_grid_centre(g, cell);
   double sum = 0.0;
   enum { POINTS = 8 };
@@ -221,8 +212,8 @@ static double project_narrow(const test_lit_cloud *f, int32_t cell) {
     const double end = middle.z - 0.5 * g->even_m[2];
     double depth = 0.0;
     for (double z = TEST_EDGE + 1.0; z > end; z -= 0.25) {
-      const double own = 0.25 * (double)(np_bricks_sample(f->placed.bricks, np_dvec3_make(x, y, z - 0.125)) *
-                                         f->placed.extinction_per_value);
+      const double own = 0.25 * (double)(np_bricks_sample(w->placed[0].bricks, np_dvec3_make(x, y, z - 0.125)) *
+                                         w->placed[0].extinction_per_value);
       if (z < end + g->even_m[2] + 0.01)
         sum += exp(-rates[0] * (depth + 0.5 * own)) - exp(-rates[1] * (depth + 0.5 * own));
       depth += own;
@@ -235,15 +226,15 @@ static double project_narrow(const test_lit_cloud *f, int32_t cell) {
  * sum: nine rays to a cell's face, whose steps of three quarters of a voxel count for one cell each. */
 static void narrow_light_is_its_mean_over_each_cell(void **state) {
   (void)state;
-  test_lit_cloud f = {0};
-  start_resolved(&f);
-  f.world.to_sun = np_vec3_make(0, 0, 1);
-  build(&f);
-  const np_transport_grid *g = &f.scatter.grid;
+  test_world w;
+  start_resolved(&w);
+  w.world.to_sun = np_vec3_make(0, 0, 1);
+  build(&w);
+  const np_transport_grid *g = &w.scattering.grid;
   assert_non_null(g->delta_m_residual);
   double squares = 0.0, off = 0.0, sum = 0.0, sum_expected = 0.0;
   for (size_t active = 0; active < g->active_count; active++) {
-    const double expected = project_narrow(&f, g->cell[active]);
+    const double expected = project_narrow(&w, g->cell[active]);
     sum += (double)g->delta_m_residual[active];
     sum_expected += expected;
     squares += expected * expected;
@@ -252,18 +243,18 @@ static void narrow_light_is_its_mean_over_each_cell(void **state) {
   print_message("narrow light: %.2f %% rms off\n", 100.0 * sqrt(off / squares));
   assert_true(off < 0.08 * 0.08 * squares);
   assert_near_relative(sum, sum_expected, 0.01);
-  end(&f);
+  test_world_destroy(&w);
 }
 
 /* Rays through the cloud that look some ten degrees past the sun behind it. */
-static void look_at_the_sun(const test_lit_cloud *f, double out[400]) {
+static void look_at_the_sun(const test_world *w, double out[400]) {
   np_random random = np_random_start(3, 2, 3, 4, 5);
   for (int n = 0; n < 400; n++) {
     const np_vec3 d = np_vec3_normalize(np_vec3_make(0.75f, 0.1f, 0.65f));
     const np_dvec3 to =
         np_dvec3_make(11.5 + 14.0 * (np_random_double(&random) - 0.5), 11.5 + 14.0 * (np_random_double(&random) - 0.5),
                       11.5 + 14.0 * (np_random_double(&random) - 0.5));
-    out[n] = march(f, np_dvec3_along(to, d, -60.0), d, &random);
+    out[n] = march(w, np_dvec3_along(to, d, -60.0), d, &random);
   }
 }
 
@@ -281,27 +272,27 @@ static double find_difference(const double a[400], const double b[400]) {
 static void detail_within_cells_is_put_back(void **state) {
   (void)state;
   double fine[400], with[400], without[400];
-  test_lit_cloud f = {0}, whole = {0};
-  start_resolved(&f);
+  test_world w, whole;
+  start_resolved(&w);
   start(&whole, 2);
-  whole.world.sun_irradiance = f.world.sun_irradiance;
-  f.placed.extinction_per_value = whole.placed.extinction_per_value = 0.8f;
-  build(&f);
+  whole.world.sun_irradiance = w.world.sun_irradiance;
+  w.placed[0].extinction_per_value = whole.placed[0].extinction_per_value = 0.8f;
+  build(&w);
   whole.desc.work_max = 2.0 * 32768.0 * np_ordinates_count(7, false) * np_harmonics_count(7);
   build(&whole);
-  assert_int_equal(whole.scatter.grid.degree, 7);
-  assert_true(whole.scatter.grid.even_m[0] < 0.6 * f.scatter.grid.even_m[0]);
+  assert_int_equal(whole.scattering.grid.degree, 7);
+  assert_true(whole.scattering.grid.even_m[0] < 0.6 * w.scattering.grid.even_m[0]);
   look_at_the_sun(&whole, fine);
-  look_at_the_sun(&f, with);
-  float *delta_m_residual = f.scatter.delta_m_residual;
-  f.scatter.delta_m_residual = NULL;
-  look_at_the_sun(&f, without);
-  f.scatter.delta_m_residual = delta_m_residual;
+  look_at_the_sun(&w, with);
+  float *delta_m_residual = w.scattering.delta_m_residual;
+  w.scattering.delta_m_residual = NULL;
+  look_at_the_sun(&w, without);
+  w.scattering.delta_m_residual = delta_m_residual;
   const double better = find_difference(with, fine), worse = find_difference(without, fine);
   print_message("against cells of half the edge: %.2f %% rms, without detail %.2f %%\n", 100.0 * better, 100.0 * worse);
   assert_true(better < 0.8 * worse);
-  end(&f);
-  end(&whole);
+  test_world_destroy(&w);
+  test_world_destroy(&whole);
 }
 
 /* Fine cells find what cells of one voxel do that are iterated themselves, within less than half of what cells of two
@@ -309,26 +300,26 @@ static void detail_within_cells_is_put_back(void **state) {
 static void fine_cells_are_as_good_as_iterated_ones(void **state) {
   (void)state;
   double expected[400], found[400], coarse_found[400];
-  test_lit_cloud whole = {0}, fine = {0}, coarse = {0};
+  test_world whole, fine, coarse;
   start(&whole, 2);
   start_fine(&fine, 2);
   start_resolved(&coarse);
   whole.desc.work_max = 0.0;
-  test_lit_cloud *all[] = {&whole, &fine, &coarse};
+  test_world *all[] = {&whole, &fine, &coarse};
   double *views[] = {expected, found, coarse_found};
   for (int n = 0; n < 3; n++) {
     all[n]->world.sun_irradiance = np_spectrum_grey(1.0f);
-    all[n]->placed.extinction_per_value = 0.8f;
+    all[n]->placed[0].extinction_per_value = 0.8f;
     build(all[n]);
-    assert_int_equal(all[n]->scatter.grid.degree, 7);
+    assert_int_equal(all[n]->scattering.grid.degree, 7);
     look_at_the_sun(all[n], views[n]);
   }
-  assert_true(fine.scatter.grid.is_fine && !whole.scatter.grid.is_fine);
-  assert_int_equal(fine.scatter.grid.active_count, whole.scatter.grid.active_count);
+  assert_true(fine.scattering.grid.is_fine && !whole.scattering.grid.is_fine);
+  assert_int_equal(fine.scattering.grid.active_count, whole.scattering.grid.active_count);
   const double off = find_difference(found, expected), coarse_off = find_difference(coarse_found, expected);
   print_message("against iterated cells: %.2f %% rms; cells twice as wide %.2f %%\n", 100.0 * off, 100.0 * coarse_off);
   assert_true(off < 0.5 * coarse_off);
-  for (int n = 0; n < 3; n++) end(all[n]);
+  for (int n = 0; n < 3; n++) test_world_destroy(all[n]);
 }
 
 /* No more than the picture's rays are worth, nor than the memory holds besides all else. */
@@ -350,24 +341,24 @@ static void resolving_a_solution_finds_that_of_the_higher_degree(void **state) {
   (void)state;
   double sums[2] = {0.0}, work = 0.0;
   for (int direct = 0; direct < 2; direct++) {
-    test_lit_cloud f = {0};
-    start(&f, 2);
-    f.world.sun_irradiance = np_spectrum_grey(1.0f);
-    f.desc.cells.cell_count_cheap = 0;
-    f.desc.work_max = work;
-    build(&f);
-    assert_int_equal(f.scatter.grid.degree, 7);
-    work =
-        1.01 * (double)np_transport_grid_count(&f.scatter.grid) * np_ordinates_count(7, false) * np_harmonics_count(7);
+    test_world w;
+    start(&w, 2);
+    w.world.sun_irradiance = np_spectrum_grey(1.0f);
+    w.desc.cells.cell_count_cheap = 0;
+    w.desc.work_max = work;
+    build(&w);
+    assert_int_equal(w.scattering.grid.degree, 7);
+    work = 1.01 * (double)np_transport_grid_count(&w.scattering.grid) * np_ordinates_count(7, false) *
+           np_harmonics_count(7);
     np_random random = np_random_start(1, 2, 3, 4, 5);
     for (int n = 0; n < 400; n++) {
       const double azimuth = 2.0 * NP_PI * np_random_double(&random);
       const np_vec3 d = np_vec3_make((float)cos(azimuth), (float)sin(azimuth), 0.0f);
       const np_dvec3 to = np_dvec3_make(4.0 + 16.0 * np_random_double(&random), 4.0 + 16.0 * np_random_double(&random),
                                         4.0 + 16.0 * np_random_double(&random));
-      sums[direct] += march(&f, np_dvec3_along(to, d, -60.0), d, &random);
+      sums[direct] += march(&w, np_dvec3_along(to, d, -60.0), d, &random);
     }
-    end(&f);
+    test_world_destroy(&w);
   }
   assert_near_relative(sums[0], sums[1], 0.01);
 }
@@ -376,23 +367,22 @@ static void resolving_a_solution_finds_that_of_the_higher_degree(void **state) {
  * where what is scaled is scaled once more, to fewer degrees. */
 static void phase_functions_mix_by_extinction(void **state) {
   (void)state;
-  test_lit_cloud f = {0};
-  start(&f, 1);
-  np_instance placed[2] = {f.placed, f.placed};
-  placed[0].albedo = np_spectrum_grey(0.9f);
-  placed[1].phase = np_phase_henyey_greenstein(0.3f);
-  placed[1].extinction_per_value = 0.2f;
-  f.world.clouds.at = placed;
-  f.world.clouds.count = 2;
-  f.world.sun_irradiance = np_spectrum_grey(1.0f);
-  build(&f);
-  const np_transport_grid *g = &f.scatter.grid;
+  test_world w;
+  start(&w, 1);
+  w.placed[1] = w.placed[0];
+  w.placed[0].albedo = np_spectrum_grey(0.9f);
+  w.placed[1].phase = np_phase_henyey_greenstein(0.3f);
+  w.placed[1].extinction_per_value = 0.2f;
+  w.world.clouds.count = 2;
+  w.world.sun_irradiance = np_spectrum_grey(1.0f);
+  build(&w);
+  const np_transport_grid *g = &w.scattering.grid;
   const int32_t middle[3] = {np_transport_grid_locate(g, 0, 11.5), np_transport_grid_locate(g, 1, 11.5),
                              np_transport_grid_locate(g, 2, 11.5)};
   const int32_t active = g->active[np_transport_grid_join(g, middle)];
   assert_true(active >= 0);
   np_transport_grid broad;
-  assert_int_equal(np_transport_grid_reduce_degree(&f.world, 0, NP_DEGREE_MIN, g, &broad), NEPH_OK);
+  assert_int_equal(np_transport_grid_reduce_degree(&w.world, 0, NP_DEGREE_MIN, g, &broad), NEPH_OK);
   const double share[2] = {0.5 / 0.7, 0.2 / 0.7}, albedo[2] = {0.9f, 1.0}, asymmetry[2] = {0.85, 0.3};
   for (unsigned l = 0; l <= g->degree; l++) {
     double scattering = 0.0, extinction = 0.0;
@@ -412,67 +402,69 @@ static void phase_functions_mix_by_extinction(void **state) {
     }
     const double found = (double)broad.ratio[(size_t)active * (NP_DEGREE_MIN + 1) + l];
     assert_near_relative(found, broad_scattering / broad_extinction, 1e-5);
-    assert_near_relative((double)broad.extinction[active] / (double)g->extinction[active], broad_extinction / extinction,
-                         1e-5);
+    assert_near_relative((double)broad.extinction[active] / (double)g->extinction[active],
+                         broad_extinction / extinction, 1e-5);
   }
   np_transport_grid_clear(&broad);
-  end(&f);
+  test_world_destroy(&w);
 }
 
 /* Too few cells for all: those far from the viewer are larger, and what they are to cost is said. A furnace is exact on
  * any cells, so that what light crosses from small ones to large is neither lost nor made. */
 static void cells_far_from_the_viewer_are_coarsened_first(void **state) {
   (void)state;
-  test_lit_cloud even = {0}, f = {0};
+  test_world even, w;
   start(&even, 1);
-  start(&f, 1);
-  even.world.environment_radiance = f.world.environment_radiance = np_spectrum_grey(2.0f);
-  f.desc.cells.cell_count_max = 6000;
-  f.desc.cells.has_viewer = true;
-  f.desc.cells.viewer = np_dvec3_make(-4.0, 11.5, 11.5);
+  start(&w, 1);
+  even.world.environment_radiance = w.world.environment_radiance = np_spectrum_grey(2.0f);
+  w.desc.cells.cell_count_max = 6000;
+  w.desc.cells.has_viewer = true;
+  w.desc.cells.viewer = np_dvec3_make(-4.0, 11.5, 11.5);
   build(&even);
-  build(&f);
-  const np_transport_grid *g = &f.scatter.grid;
+  build(&w);
+  const np_transport_grid *g = &w.scattering.grid;
   assert_true(np_transport_grid_count(g) <= 6000);
-  assert_true(np_transport_grid_count(&even.scatter.grid) > 6000);
+  assert_true(np_transport_grid_count(&even.scattering.grid) > 6000);
   const double near = np_transport_grid_width(g, 0, 1), far = np_transport_grid_width(g, 0, g->size[0] - 2);
-  assert_true(near <= even.scatter.grid.even_m[0]); /* counts are rounded up to multiples of eight */
+  assert_true(near <= even.scattering.grid.even_m[0]); /* counts are rounded up to multiples of eight */
   assert_true(far > 1.5 * near);
   assert_true(np_transport_grid_width(g, 1, g->size[1] / 2) < np_transport_grid_width(g, 1, 0));
-  assert_true(f.scatter.error > even.scatter.error);
+  assert_true(w.scattering.error > even.scattering.error);
   np_random random = np_random_start(1, 2, 3, 4, 5);
   for (int n = 0; n < 50; n++) {
     const np_dvec3 origin = np_dvec3_make(24.0 * np_random_double(&random), -20.0, 24.0 * np_random_double(&random));
-    assert_near(march(&f, origin, np_vec3_make(0, 1, 0), &random), 2.0, 0.02);
+    assert_near(march(&w, origin, np_vec3_make(0, 1, 0), &random), 2.0, 0.02);
   }
-  end(&even);
-  end(&f);
+  test_world_destroy(&even);
+  test_world_destroy(&w);
 }
 
 /* Without a viewer all cells are larger, and alike. */
 static void few_cells_are_large_ones(void **state) {
   (void)state;
-  test_lit_cloud f = {0};
-  start(&f, 1);
-  f.desc.cells.cell_count_max = 1000;
-  f.world.sun_irradiance = np_spectrum_grey(1.0f);
-  build(&f);
-  assert_true(np_transport_grid_count(&f.scatter.grid) <= 1000);
-  for (int a = 0; a < 3; a++) assert_true(f.scatter.grid.even_m[a] > 2.0);
-  end(&f);
+  test_world w;
+  start(&w, 1);
+  w.desc.cells.cell_count_max = 1000;
+  w.world.sun_irradiance = np_spectrum_grey(1.0f);
+  build(&w);
+  assert_true(np_transport_grid_count(&w.scattering.grid) <= 1000);
+  for (int a = 0; a < 3; a++) assert_true(w.scattering.grid.even_m[a] > 2.0);
+  test_world_destroy(&w);
 }
 
 static void cancelling_leaves_nothing(void **state) {
   (void)state;
-  test_lit_cloud f = {0};
-  start(&f, 2);
+  test_world w;
+  start(&w, 2);
   np_monitor monitor;
-  np_monitor_start(&monitor, f.context, NULL, NULL);
+  np_monitor_start(&monitor, w.context, NULL, NULL);
   atomic_store(&monitor.is_cancelled, true);
-  f.world.sun_irradiance = np_spectrum_grey(1.0f);
-  assert_int_equal(np_scattering_field_build(f.context, &f.world, &f.desc, &monitor, &f.scatter), NEPH_ERROR_CANCELLED);
-  assert_null(f.scatter.moments);
-  end(&f);
+  w.world.sun_irradiance = np_spectrum_grey(1.0f);
+  const np_sun_depth_source depths = np_sun_depths_get_source(&w.lighting.sun_depths);
+  assert_int_equal(np_scattering_field_build(w.context, &w.world, &depths, &w.desc, &monitor, &w.scattering),
+                   NEPH_ERROR_CANCELLED);
+  assert_null(w.scattering.moments);
+  test_world_destroy(&w);
 }
 
 /* A clock that goes on by a second whenever it is read: before every loop, for one. */
@@ -537,21 +529,22 @@ static void time_cuts_the_solution_of_every_band(void **state) {
 }
 
 static neph_result attempt(neph_context *context, void *user) {
-  test_lit_cloud *cloud = user;
-  neph_result result = test_lit_cloud_create(context, test_lumpy_ball, 0.0, cloud);
-  cloud->world.sun_irradiance = np_spectrum_grey(1.0f);
-  cloud->world.to_sun = np_vec3_make(0.6f, 0.0f, 0.8f);
-  cloud->desc.tolerance = 0.3;
-  cloud->desc.work_max = 0.0;
-  if (!result) result = test_lit_cloud_solve(cloud);
-  test_lit_cloud_clear(cloud);
+  test_world *w = user;
+  test_world_init(w, context);
+  w->world.sun_irradiance = np_spectrum_grey(1.0f);
+  w->world.to_sun = np_vec3_make(0.6f, 0.0f, 0.8f);
+  w->desc.tolerance = 0.3;
+  w->desc.work_max = 0.0;
+  neph_result result = test_world_add(w, test_cloud_make_on_axes(test_lumpy_ball, 0.0));
+  if (!result) result = test_world_solve(w);
+  test_world_clear(w);
   return result;
 }
 
 static void a_failed_allocation_leaves_nothing_behind(void **state) {
   (void)state;
-  test_lit_cloud cloud;
-  assert_survives_failed_allocations(attempt, &cloud);
+  test_world w;
+  assert_survives_failed_allocations(attempt, &w);
 }
 
 /* What a sweep takes from one octant of a pair it gives to the other with the sign of the odd harmonics turned. */
