@@ -8,7 +8,7 @@
 
 unsigned long march_lookups;
 
-/* ---- The truth ---- */
+/* ---- The reference ---- */
 
 double march_find_depth(const np_instance *cloud, np_dvec3 origin, np_vec3 direction) {
   np_brick_walk walk;
@@ -21,7 +21,7 @@ double march_find_depth(const np_instance *cloud, np_dvec3 origin, np_vec3 direc
   return depth;
 }
 
-static double find_truth(const march_picture *p, const np_camera_ray *ray) {
+static double compute_reference(const march_picture *p, const np_camera_ray *ray) {
   np_brick_walk walk;
   np_brick_span span;
   double radiance = 0.0, depth = 0.0;
@@ -101,14 +101,14 @@ march_point march_picture_measure_euler(const march_picture *p, double step, dou
   np_random random = np_random_start(1, 0, 0, 0, 0);
   double sum = 0.0;
   for (unsigned i = 0; i < pixels; i++) {
-    const double d = p->phase[i] * march_euler(p, &e, &p->rays[i], &random) - p->truth[i];
+    const double d = p->phase[i] * march_euler(p, &e, &p->rays[i], &random) - p->reference[i];
     sum += d * d;
   }
   return (march_point){(double)e.lookups / pixels, (double)e.useful / pixels, sqrt(sum / pixels) / p->rms};
 }
 
-/* A few pixels that roulette spared make a tenth of the error of so few: they are rendered often enough that it does
- * not depend on the numbers drawn. */
+/* A few pixels that survive the roulette make a tenth of the error of so few: they are rendered often enough that it
+ * does not depend on the numbers drawn. */
 enum { PASSES = 16 };
 
 march_point march_picture_measure(const march_picture *p, float tolerance) {
@@ -126,8 +126,8 @@ march_point march_picture_measure(const march_picture *p, float tolerance) {
     np_camera_ray ray = p->rays[i];
     np_integrator_sample sample;
     ray.jitter = np_random_float(&random);
-    np_march_sample_counted(&p->world, &settings, &ray, &random, &sample);
-    const double d = (double)sample.component[NP_COMPONENT_SUN].band[0] - p->truth[i];
+    np_march_sample_counted(&p->world, &p->lighting, &settings, &ray, &random, &sample);
+    const double d = (double)sample.component[NP_COMPONENT_SUN].band[0] - p->reference[i];
     sum += d * d;
   }
   return (march_point){(double)march_lookups / (PASSES * pixels), 0.0, sqrt(sum / (PASSES * pixels)) / p->rms};
@@ -144,6 +144,16 @@ double march_points_find(const march_point *points, int count, double error, boo
       best = fmin(isnan(best) ? HUGE_VAL : best, few * pow(many / few, t));
     }
   return best;
+}
+
+void march_picture_init(march_picture *p, const np_bricks *bricks, float extinction_per_value) {
+  *p = (march_picture){.cloud = {.bricks = bricks,
+                                 .world_to_index = np_affine_identity(),
+                                 .extinction_per_value = extinction_per_value,
+                                 .albedo = np_spectrum_grey(1.0f),
+                                 .phase = np_phase_henyey_greenstein(0.85f)},
+                       .world = {.clouds = {1, &p->cloud}, .sun_irradiance = np_spectrum_grey(1.0f)},
+                       .lighting.sun_depths.clouds = &p->world.clouds};
 }
 
 /* A pinhole on the side, looking level at the middle of the cloud's box. */
@@ -167,15 +177,14 @@ void march_picture_light(march_picture *p, double elevation_rad, double azimuth_
   double s[3] = {cos(elevation_rad) * cos(azimuth_rad)}, sum = 0.0;
   s[3 - p->up] = cos(elevation_rad) * sin(azimuth_rad);
   s[p->up] = sin(elevation_rad);
-  p->world.sun_irradiance = np_spectrum_grey(1.0f);
   p->world.to_sun = np_dvec3_to_float(np_dvec3_make(s[0], s[1], s[2]));
   place_camera(p);
   const unsigned pixels = p->width * p->height;
   for (unsigned i = 0; i < pixels; i++) {
     const np_vec3 d = p->rays[i].direction, to = p->world.to_sun;
     p->phase[i] = (double)np_phase_eval(&p->cloud.phase, np_versine(d.x, d.y, d.z, to.x, to.y, to.z));
-    p->truth[i] = p->phase[i] * find_truth(p, &p->rays[i]);
-    sum += p->truth[i] * p->truth[i];
+    p->reference[i] = p->phase[i] * compute_reference(p, &p->rays[i]);
+    sum += p->reference[i] * p->reference[i];
   }
   p->rms = sqrt(sum / pixels);
 }
