@@ -5,7 +5,7 @@
 
 #include "caches/light_store.h"
 #include "test_scenes.h"
-#include "test_volumes.h"
+#include "test_world.h"
 
 /* Half a second of baking and solving. */
 static const char cumulus[] =
@@ -121,19 +121,20 @@ static neph_result take_twice(neph_context *context, np_light_store *store, np_w
   return result;
 }
 
-static float find_ball(double x, double y, double z) { return x * x + y * y + z * z < 30.0 ? 1.0f : 0.0f; }
+static float ball(double x, double y, double z) { return x * x + y * y + z * z < 30.0 ? 1.0f : 0.0f; }
 
 static neph_result attempt(neph_context *context, void *user) {
   (void)user;
-  neph_volume *volume;
-  neph_result result = test_volume_create(context, 16, np_dvec3_make(0, 0, 0), find_ball, &volume);
-  if (result) return result;
-  np_instance placed = test_volume_place(volume, 0.2f, np_phase_isotropic());
-  np_world world = {.clouds.count = 1, .clouds.at = &placed, .to_sun = {0.6f, 0.0f, 0.8f}};
+  test_world w;
+  test_cloud cloud = test_cloud_make(ball, 0.2f, np_phase_isotropic());
+  cloud.edge = 16;
+  test_world_init(&w, context);
+  w.world.to_sun = np_vec3_make(0.6f, 0.0f, 0.8f);
+  neph_result result = test_world_add(&w, cloud);
   np_light_store store = {0};
-  result = take_twice(context, &store, &world);
+  if (!result) result = take_twice(context, &store, &w.world);
   np_light_store_clear(context, &store);
-  neph_volume_release(volume);
+  test_world_clear(&w);
   return result;
 }
 

@@ -1,76 +1,65 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The sun optical-depth volume: exact where depth is linear, within its tolerance elsewhere, the same as walking from
  * outside; what it costs; that it fails cleanly; and what pictures of a dense cloud are wrong by with it. */
-#include "test_volumes.h"
+#include "test_world.h"
 
 #include <nephos/image.h>
 #include <nephos/render.h>
 #include <nephos/scene.h>
 
-#include "core/random.h"
-#include "core/stable.h"
-#include "caches/sun_optical_depth.h"
-
 enum { EDGE = 40 };
 
 typedef struct fixture {
-  neph_context *context;
-  neph_volume *volume;
-  np_instance placed[2];
-  np_world world;
+  test_world base;
   np_sun_optical_depth_desc desc;
   np_sun_optical_depth cache;
 } fixture;
 
-static float find_lump(double x, double y, double z) {
+static float lump(double x, double y, double z) {
   const double edge = 300.0 - x * x - y * y - z * z;
   return edge > 0.0 ? (float)(fmin(edge, 100.0) / 100.0 * (1.0 + 0.5 * sin(0.5 * x) * cos(0.5 * y + 0.4 * z))) : 0.0f;
 }
 
-static float find_block(double x, double y, double z) {
-  return fmax(fabs(x), fmax(fabs(y), fabs(z))) < 12.0 ? 1.0f : 0.0f;
+static float block(double x, double y, double z) { return fmax(fabs(x), fmax(fabs(y), fabs(z))) < 12.0 ? 1.0f : 0.0f; }
+
+/* EDGE³ samples at whole metres, from x = `first_m` and the origin on. */
+static neph_result add(fixture *f, test_field field, double first_m) {
+  test_cloud cloud = test_cloud_make(field, 0.2f, np_phase_isotropic());
+  const double middle = 0.5 * (EDGE - 1);
+  cloud.edge = EDGE;
+  cloud.middle_m = np_dvec3_make(first_m + middle, middle, middle);
+  return test_world_add(&f->base, cloud);
 }
 
-static neph_result create_volume(neph_context *context, test_field find, neph_volume **out_volume) {
-  return test_volume_create(context, EDGE, np_dvec3_make(0, 0, 0), find, out_volume);
+static neph_result create(fixture *f, neph_context *context, test_field field) {
+  *f = (fixture){.desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT};
+  test_world_init(&f->base, context);
+  f->base.world.to_sun = np_vec3_make(0.6f, 0.0f, 0.8f);
+  return add(f, field, 0.0);
 }
 
-static void fill_view(fixture *f) {
-  for (int v = 0; v < 2; v++) {
-    f->placed[v] = test_volume_place(f->volume, 0.2f, np_phase_isotropic());
-    f->placed[v].world_to_index.m[0][3] -= 25.0 * v;
-  }
-  f->world = (np_world){.clouds.count = 1, .clouds.at = f->placed, .to_sun = {0.6f, 0.0f, 0.8f}};
-  f->desc = (np_sun_optical_depth_desc)NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
-}
-
-static void start(fixture *f, unsigned threads, test_field find) {
-  f->context = test_context_create(threads, NULL);
-  assert_int_equal(create_volume(f->context, find, &f->volume), NEPH_OK);
-  fill_view(f);
+static void start(fixture *f, unsigned threads, test_field field) {
+  assert_int_equal(create(f, test_context_create(threads, NULL), field), NEPH_OK);
 }
 
 static void build(fixture *f) {
   np_sun_optical_depth_clear(&f->cache);
-  assert_int_equal(np_sun_optical_depth_build(f->context, &f->world, &f->desc, NULL, &f->cache), NEPH_OK);
+  assert_int_equal(np_sun_optical_depth_build(f->base.context, &f->base.world, &f->desc, NULL, &f->cache), NEPH_OK);
 }
 
 static void end(fixture *f) {
   np_sun_optical_depth_clear(&f->cache);
-  neph_volume_release(f->volume);
-  neph_context_destroy(f->context);
+  test_world_destroy(&f->base);
 }
 
 static float walk(const fixture *f, np_dvec3 position, np_vec3 to_sun) {
-  np_world world = f->world;
-  world.sun_optical_depth = NULL;
-  return np_sun_optical_depth_get(&world, position, to_sun, 100.0f);
+  const np_sun_depths depths = {.clouds = &f->base.world.clouds};
+  return np_sun_depths_get(&depths, position, to_sun, 100.0f);
 }
 
 static float look_up(const fixture *f, np_dvec3 position, np_vec3 to_sun) {
-  np_world world = f->world;
-  world.sun_optical_depth = &f->cache;
-  return np_sun_optical_depth_get(&world, position, to_sun, 100.0f);
+  const np_sun_depths depths = {.clouds = &f->base.world.clouds, .cache = &f->cache};
+  return np_sun_depths_get(&depths, position, to_sun, 100.0f);
 }
 
 static np_dvec3 draw_place(np_random *random, double low, double high) {
@@ -85,9 +74,9 @@ static double measure_error(const fixture *f) {
   int count = 0;
   while (count < 20000) {
     const np_dvec3 place = draw_place(&random, 0, EDGE - 1);
-    if (!(np_instance_extinction(&f->placed[0], place) > 0.0f)) continue;
-    const double light = (double)np_transmittance(walk(f, place, f->world.to_sun));
-    const double error = (double)np_transmittance(look_up(f, place, f->world.to_sun)) - light;
+    if (!(np_instance_extinction(&f->base.placed[0], place) > 0.0f)) continue;
+    const double light = (double)np_transmittance(walk(f, place, f->base.world.to_sun));
+    const double error = (double)np_transmittance(look_up(f, place, f->base.world.to_sun)) - light;
     squares += error * error;
     count++;
   }
@@ -100,20 +89,20 @@ static double measure_error(const fixture *f) {
  * and the light e^0.2 as bright: 2.65 times. From outside, where nothing is interpolated along the ray, 1e-3. */
 static void depth_of_a_block_is_its_length(void **state) {
   (void)state;
-  fixture f = {0};
-  start(&f, 2, find_block);
-  f.world.to_sun = np_vec3_make(0, 0, 1);
+  fixture f;
+  start(&f, 2, block);
+  f.base.world.to_sun = np_vec3_make(0, 0, 1);
   build(&f);
   np_random random = np_random_start(1, 2, 3, 4, 5);
   for (int n = 0; n < 1000; n++) {
     const np_dvec3 place =
         np_dvec3_make(10.0 + 19.0 * np_random_double(&random), 19.5, 10.0 + 19.0 * np_random_double(&random));
-    assert_near((double)np_transmittance(look_up(&f, place, f.world.to_sun)), exp(-0.2 * (31.5 - place.z)),
+    assert_near((double)np_transmittance(look_up(&f, place, f.base.world.to_sun)), exp(-0.2 * (31.5 - place.z)),
                 place.z < 24.0 ? 1e-6 : 2.65 * (double)f.desc.tolerance);
   }
-  assert_near((double)look_up(&f, np_dvec3_make(19.5, 19.5, -1e5), f.world.to_sun), 0.2 * 24.0, 1e-3);
-  assert_near((double)look_up(&f, np_dvec3_make(19.5, 19.5, 50.0), f.world.to_sun), 0.0, 0.0);
-  assert_near((double)look_up(&f, np_dvec3_make(-100.0, 19.5, -10.0), f.world.to_sun), 0.0, 0.0);
+  assert_near((double)look_up(&f, np_dvec3_make(19.5, 19.5, -1e5), f.base.world.to_sun), 0.2 * 24.0, 1e-3);
+  assert_near((double)look_up(&f, np_dvec3_make(19.5, 19.5, 50.0), f.base.world.to_sun), 0.0, 0.0);
+  assert_near((double)look_up(&f, np_dvec3_make(-100.0, 19.5, -10.0), f.base.world.to_sun), 0.0, 0.0);
   end(&f);
 }
 
@@ -121,10 +110,10 @@ static void depth_of_a_block_is_its_length(void **state) {
 static void light_is_right_within_the_tolerance(void **state) {
   (void)state;
   static const np_vec3 suns[] = {{0, 0, 1}, {0.6f, 0, 0.8f}, {-0.7f, 0.7f, 0.1f}, {0, 1, 0}, {0.48f, -0.64f, -0.6f}};
-  fixture f = {0};
-  start(&f, 2, find_lump);
+  fixture f;
+  start(&f, 2, lump);
   for (size_t s = 0; s < sizeof suns / sizeof *suns; s++) {
-    f.world.to_sun = np_vec3_normalize(suns[s]);
+    f.base.world.to_sun = np_vec3_normalize(suns[s]);
     build(&f);
     const double error = measure_error(&f);
     if (!(error <= (double)f.desc.tolerance)) fail_msg("sun %zu: rms error of light %g", s, error);
@@ -136,8 +125,8 @@ static void light_is_right_within_the_tolerance(void **state) {
  * cells but a few need not be walked for. Where they do not fit the memory the cells stay steep, and are. */
 static void steep_cells_keep_finer_nodes(void **state) {
   (void)state;
-  fixture f = {0};
-  start(&f, 2, find_lump);
+  fixture f;
+  start(&f, 2, lump);
   f.desc.tolerance = 0.003f;
   build(&f);
   const uint64_t fine = f.cache.level_cells[0], left = f.cache.steep_cells;
@@ -153,8 +142,8 @@ static void steep_cells_keep_finer_nodes(void **state) {
 
 static void a_smaller_tolerance_costs_memory_and_buys_light(void **state) {
   (void)state;
-  fixture f = {0};
-  start(&f, 2, find_lump);
+  fixture f;
+  start(&f, 2, lump);
   f.desc.tolerance = 0.1f;
   build(&f);
   const double coarse = measure_error(&f);
@@ -175,8 +164,8 @@ static void a_smaller_tolerance_costs_memory_and_buys_light(void **state) {
  * would be wrong by 0.07 rms. */
 static void from_outside_the_ray_enters_where_it_should(void **state) {
   (void)state;
-  fixture f = {0};
-  start(&f, 2, find_lump);
+  fixture f;
+  start(&f, 2, lump);
   f.desc.tolerance = 0.003f;
   build(&f);
   const np_vec3 rim = np_vec3_normalize(np_vec3_make(0.602f, 0.003f, 0.8f));
@@ -184,9 +173,9 @@ static void from_outside_the_ray_enters_where_it_should(void **state) {
   double worst = 0.0, squares = 0.0;
   for (int n = 0; n < 5000; n++) {
     np_dvec3 place = draw_place(&random, 0, EDGE - 1);
-    place = np_dvec3_along(place, f.world.to_sun, -1000.0);
-    worst = fmax(worst, fabs((double)(np_transmittance(look_up(&f, place, f.world.to_sun)) -
-                                      np_transmittance(walk(&f, place, f.world.to_sun)))));
+    place = np_dvec3_along(place, f.base.world.to_sun, -1000.0);
+    worst = fmax(worst, fabs((double)(np_transmittance(look_up(&f, place, f.base.world.to_sun)) -
+                                      np_transmittance(walk(&f, place, f.base.world.to_sun)))));
     const double error = (double)(np_transmittance(look_up(&f, place, rim)) - np_transmittance(walk(&f, place, rim)));
     squares += error * error;
   }
@@ -197,17 +186,17 @@ static void from_outside_the_ray_enters_where_it_should(void **state) {
 
 static void depths_of_clouds_add_up(void **state) {
   (void)state;
-  fixture f = {0};
-  start(&f, 2, find_lump);
-  f.world.clouds.count = 2;
+  fixture f;
+  start(&f, 2, lump);
+  assert_int_equal(add(&f, lump, 25.0), NEPH_OK);
   f.desc.tolerance = 0.003f;
   build(&f);
   np_random random = np_random_start(1, 2, 3, 4, 5);
   double squares = 0.0;
   for (int n = 0; n < 5000; n++) {
     const np_dvec3 place = draw_place(&random, 0, EDGE - 1);
-    const double error = (double)(np_transmittance(look_up(&f, place, f.world.to_sun)) -
-                                  np_transmittance(walk(&f, place, f.world.to_sun)));
+    const double error = (double)(np_transmittance(look_up(&f, place, f.base.world.to_sun)) -
+                                  np_transmittance(walk(&f, place, f.base.world.to_sun)));
     squares += error * error;
   }
   assert_true(sqrt(squares / 5000) < 2.0 * (double)f.desc.tolerance);
@@ -216,16 +205,16 @@ static void depths_of_clouds_add_up(void **state) {
 
 static void threads_change_no_bit(void **state) {
   (void)state;
-  fixture one = {0}, two = {0};
-  start(&one, 1, find_lump);
-  start(&two, 3, find_lump);
+  fixture one, two;
+  start(&one, 1, lump);
+  start(&two, 3, lump);
   build(&one);
   build(&two);
   assert_int_equal(one.cache.bytes, two.cache.bytes);
   np_random random = np_random_start(1, 2, 3, 4, 5);
   for (int n = 0; n < 5000; n++) {
     const np_dvec3 place = draw_place(&random, -5, EDGE + 5);
-    const float a = look_up(&one, place, one.world.to_sun), b = look_up(&two, place, two.world.to_sun);
+    const float a = look_up(&one, place, one.base.world.to_sun), b = look_up(&two, place, two.base.world.to_sun);
     assert_memory_equal(&a, &b, sizeof a);
   }
   end(&one);
@@ -234,25 +223,23 @@ static void threads_change_no_bit(void **state) {
 
 static void cancelling_leaves_nothing(void **state) {
   (void)state;
-  fixture f = {0};
-  start(&f, 2, find_lump);
+  fixture f;
+  start(&f, 2, lump);
   np_monitor monitor;
-  np_monitor_start(&monitor, f.context, NULL, NULL);
+  np_monitor_start(&monitor, f.base.context, NULL, NULL);
   atomic_store(&monitor.is_cancelled, true);
-  assert_int_equal(np_sun_optical_depth_build(f.context, &f.world, &f.desc, &monitor, &f.cache), NEPH_ERROR_CANCELLED);
+  assert_int_equal(np_sun_optical_depth_build(f.base.context, &f.base.world, &f.desc, &monitor, &f.cache),
+                   NEPH_ERROR_CANCELLED);
   assert_null(f.cache.lattices);
   end(&f);
 }
 
 static neph_result attempt(neph_context *context, void *user) {
   fixture *f = user;
-  *f = (fixture){.context = context};
-  neph_result result = create_volume(context, find_block, &f->volume);
-  if (result) return result;
-  fill_view(f);
-  result = np_sun_optical_depth_build(context, &f->world, &f->desc, NULL, &f->cache);
+  neph_result result = create(f, context, block);
+  if (!result) result = np_sun_optical_depth_build(context, &f->base.world, &f->desc, NULL, &f->cache);
   np_sun_optical_depth_clear(&f->cache);
-  neph_volume_release(f->volume);
+  test_world_clear(&f->base);
   return result;
 }
 

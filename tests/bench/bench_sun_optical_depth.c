@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the sun optical-depth volume costs and saves, and whether the plan picks the cheaper way of the two.
  *
- * Usage: bench_sun_optical_depth SCENE.yaml [FRAMES [KEY VALUE …]]. One thread; CPU seconds, the least of several. Printed:
- * what it takes to fill the volume; a frame's rays with the volume kept from the last frame, and with depths marched
- * for; both for all FRAMES; what the plan says. Then, from the scene's parts: a node filled, a depth looked up and one
- * walked for, at places in the cloud.
+ * Usage: bench_sun_optical_depth SCENE.yaml [FRAMES [KEY VALUE …]]. One thread; CPU seconds, the least of several.
+ * Printed: what it takes to fill the volume; a frame's rays with the volume kept from the last frame, and with depths
+ * marched for; both for all FRAMES; what the plan says. Then, from the scene's parts: a node filled, a depth looked up
+ * and one walked for, at places in the cloud.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -119,14 +119,14 @@ static double time_walks(const np_world *world, const places *p, const np_depth_
   return best / PLACES;
 }
 
-static double time_look_ups(const np_world *world, const places *p, double *sum, int *unknown) {
-  const np_sun_optical_depth *cache = world->sun_optical_depth;
+static double time_look_ups(const np_sun_optical_depth *cache, np_vec3 to_sun, const places *p, double *sum,
+                            int *unknown) {
   double best = HUGE_VAL;
   for (int i = 0; i < REPEATS; i++) {
     const double begin = read_clock();
     *unknown = 0;
     for (int n = 0; n < PLACES; n++) {
-      const float depth = np_sun_lattice_get(cache->lattices, cache->depth_end, p->at[n], world->to_sun);
+      const float depth = np_sun_lattice_get(cache->lattices, cache->depth_end, p->at[n], to_sun);
       *unknown += depth == NP_SUN_DEPTH_UNKNOWN;
       *sum += (double)depth;
     }
@@ -136,19 +136,21 @@ static double time_look_ups(const np_world *world, const places *p, double *sum,
 }
 
 static void time_parts(const np_plan *plan, const np_assembly *a) {
-  const np_world *world = &a->packets[0].lights[0].world;
+  const np_packet_light *light = &a->packets[0].lights[0];
+  const np_world *world = &light->world;
+  const np_sun_optical_depth *cache = light->lighting.sun_depths.cache;
   static places p;
   draw_places(a, &p);
   /* Half of it is what the scaled medium fades by, and a tenth what most steps may be wrong by. */
   const np_depth_query query = {0.5f, 0.1f};
   np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
-  desc.rate = 16.0f / world->sun_optical_depth->depth_end;
+  desc.rate = 16.0f / cache->depth_end;
   double sum = 0.0, voxels = 0.0;
   int unknown;
   for (unsigned v = 0; v < world->clouds.count; v++)
     voxels += (double)world->clouds.at[v].bricks->brick_count * NP_BRICK_EDGE * NP_BRICK_EDGE * NP_BRICK_EDGE;
   const double fill = time_filling(world, a->context, &desc), walk = time_walks(world, &p, &query, &sum),
-               found = time_look_ups(world, &p, &sum, &unknown);
+               found = time_look_ups(cache, world->to_sun, &p, &sum, &unknown);
   printf("parts   %.3g voxels in bricks (the plan: %.3g), %.1f ns to fill each; a depth walked for %.0f ns, looked up "
          "%.0f ns, of which %.0f %% are walked for [%g]\n",
          voxels, plan->cloud_voxel_count, 1e9 * fill / voxels, 1e9 * walk, 1e9 * found, 100.0 * unknown / PLACES, sum);

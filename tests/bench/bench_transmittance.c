@@ -21,7 +21,7 @@ enum { RAYS = 2000, ESTIMATES = 32 };
 typedef struct bench {
   neph_volume *volume;
   np_instance placed;
-  np_world world;
+  np_instances clouds;
   float *brick_mean;
   np_vec3 to_sun;
   np_dvec3 origin[RAYS];
@@ -42,11 +42,11 @@ static double look_up(const bench *b, const np_brick_walk *walk, const np_brick_
 static double estimate_delta(const bench *b, np_dvec3 origin, np_random *random) {
   const np_instance *volume;
   np_flight flight = np_flight_start(np_track_flight(random), 0.0);
-  return isinf(np_track_collision(&b->world.clouds, origin, b->to_sun, INFINITY, &flight, random, &volume));
+  return isinf(np_track_collision(&b->clouds, origin, b->to_sun, INFINITY, &flight, random, &volume));
 }
 
 static double estimate_tracer(const bench *b, np_dvec3 origin, np_random *random) {
-  return (double)np_track_transmittance(&b->world.clouds, origin, b->to_sun, INFINITY, np_track_faint_depth, random);
+  return (double)np_track_transmittance(&b->clouds, origin, b->to_sun, INFINITY, np_track_faint_depth, random);
 }
 
 /* Residual ratio tracking with a control that a callback chooses for each cell. */
@@ -275,9 +275,9 @@ static void run(bench *b, double depth, double elevation_deg) {
   const np_affine up = {{{1, 0, 0, 0}, {0, 0, 1, 0}, {0, 1, 0, 0}}};
   if (np_volume_get_column_max(b->volume, &up, NULL, &column)) exit(1);
   b->placed = (np_instance){.bricks = &b->volume->bricks,
-                               .world_to_index = np_affine_identity(),
-                               .extinction_per_value = (float)(depth / column)};
-  b->world = (np_world){.clouds.count = 1, .clouds.at = &b->placed};
+                            .world_to_index = np_affine_identity(),
+                            .extinction_per_value = (float)(depth / column)};
+  b->clouds = (np_instances){1, &b->placed};
   const double elevation = elevation_deg * NP_DEGREE;
   b->to_sun = np_vec3_make((float)(0.6 * cos(elevation)), (float)sin(elevation), (float)(0.8 * cos(elevation)));
   draw_origins(b);
