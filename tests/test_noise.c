@@ -37,35 +37,35 @@ static np_noise_points view_points(const points *p) { return (np_noise_points){C
 static void eval(neph_isa isa, noise_kind kind, const np_noise_lattice *lattice, const points *p,
                  float out[CHANNELS][COUNT]) {
   const np_noise_table *table = np_noise_get_table(isa);
-  const np_noise_points world = view_points(p);
+  const np_noise_points view = view_points(p);
   memset(out, 0, sizeof(float) * CHANNELS * COUNT);
   switch (kind) {
   case VALUE:
-    table->value(lattice, &world, out[0]);
+    table->value(lattice, &view, out[0]);
     break;
   case VALUE_FBM:
-    table->value_fbm(lattice, &four_octaves, &world, out[0]);
+    table->value_fbm(lattice, &four_octaves, &view, out[0]);
     break;
   case PERLIN:
-    table->perlin(lattice, &world, out[0]);
+    table->perlin(lattice, &view, out[0]);
     break;
   case PERLIN_FBM:
-    table->perlin_fbm(lattice, &four_octaves, &world, out[0]);
+    table->perlin_fbm(lattice, &four_octaves, &view, out[0]);
     break;
   case WORLEY:
-    table->worley(lattice, &world, out[0]);
+    table->worley(lattice, &view, out[0]);
     break;
   case WORLEY_FBM:
-    table->worley_fbm(lattice, &four_octaves, &world, out[0]);
+    table->worley_fbm(lattice, &four_octaves, &view, out[0]);
     break;
   case PERLIN_WORLEY:
-    table->perlin_worley(lattice, &four_octaves, &world, out[0]);
+    table->perlin_worley(lattice, &four_octaves, &view, out[0]);
     break;
   case CURL:
-    table->curl(lattice, &world, out[0], out[1], out[2]);
+    table->curl(lattice, &view, out[0], out[1], out[2]);
     break;
   case SWIRL:
-    table->swirl(lattice, &world, out[0], out[1]);
+    table->swirl(lattice, &view, out[0], out[1]);
     break;
   case KIND_COUNT:
     break;
@@ -177,8 +177,8 @@ static void a_value_does_not_depend_on_its_neighbours(void **state) {
   eval(np_isa_detect(), PERLIN_WORLEY, &endless, &p, whole);
   for (size_t begin = 0, count = 1; begin + count <= COUNT; begin += count, count = count % 37 + 1) {
     float part[64];
-    const np_noise_points world = {count, p.x + begin, p.y + begin, p.z + begin};
-    np_noise_get_table(np_isa_detect())->perlin_worley(&endless, &four_octaves, &world, part);
+    const np_noise_points view = {count, p.x + begin, p.y + begin, p.z + begin};
+    np_noise_get_table(np_isa_detect())->perlin_worley(&endless, &four_octaves, &view, part);
     assert_memory_equal(part, whole[0] + begin, count * sizeof(float));
   }
 }
@@ -513,11 +513,11 @@ static void textures_are_the_noise_to_a_stated_error(void **state) {
     const int32_t cells = kind == NEPH_NOISE_TEXTURE_BASE ? 4 : 2;
     const np_noise_lattice lattice = {np_noise_derive_seed(9, kind), {cells, cells, cells}};
     draw_points(8, (float)cells, &p);
-    const np_noise_points world = view_points(&p);
+    const np_noise_points view = view_points(&p);
     if (kind == NEPH_NOISE_TEXTURE_BASE)
-      table->perlin_worley(&lattice, &octaves[kind], &world, noise);
+      table->perlin_worley(&lattice, &octaves[kind], &view, noise);
     else
-      table->worley_fbm(&lattice, &octaves[kind], &world, noise);
+      table->worley_fbm(&lattice, &octaves[kind], &view, noise);
     assert_int_equal(neph_noise_texture_create(context, kind, 9, &texture), NEPH_OK);
     double squared = 0;
     const float scale = 1.0f / (float)cells;

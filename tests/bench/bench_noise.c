@@ -25,40 +25,40 @@ extern const np_noise_table np_noise_kernels_scalar;
 
 typedef void (*bench_fn)(const np_noise_table *table, bench_points *p);
 
-static np_noise_points world(const bench_points *p) { return (np_noise_points){COUNT, p->x, p->y, p->z}; }
+static np_noise_points view(const bench_points *p) { return (np_noise_points){COUNT, p->x, p->y, p->z}; }
 
 static void run_value(const np_noise_table *table, bench_points *p) {
-  const np_noise_points points = world(p);
+  const np_noise_points points = view(p);
   table->value(&lattice, &points, p->out[0]);
 }
 
 static void run_value_fbm(const np_noise_table *table, bench_points *p) {
-  const np_noise_points points = world(p);
+  const np_noise_points points = view(p);
   table->value_fbm(&lattice, &octaves, &points, p->out[0]);
 }
 
 static void run_perlin(const np_noise_table *table, bench_points *p) {
-  const np_noise_points points = world(p);
+  const np_noise_points points = view(p);
   table->perlin(&lattice, &points, p->out[0]);
 }
 
 static void run_perlin_fbm(const np_noise_table *table, bench_points *p) {
-  const np_noise_points points = world(p);
+  const np_noise_points points = view(p);
   table->perlin_fbm(&lattice, &octaves, &points, p->out[0]);
 }
 
 static void run_worley(const np_noise_table *table, bench_points *p) {
-  const np_noise_points points = world(p);
+  const np_noise_points points = view(p);
   table->worley(&lattice, &points, p->out[0]);
 }
 
 static void run_perlin_worley(const np_noise_table *table, bench_points *p) {
-  const np_noise_points points = world(p);
+  const np_noise_points points = view(p);
   table->perlin_worley(&lattice, &octaves, &points, p->out[0]);
 }
 
 static void run_curl(const np_noise_table *table, bench_points *p) {
-  const np_noise_points points = world(p);
+  const np_noise_points points = view(p);
   table->curl(&lattice, &points, p->out[0], p->out[1], p->out[2]);
 }
 

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <time.h>
 
+#include "atmosphere/medium_check.h"
 #include "atmosphere/moment_builder.h"
 #include "atmosphere/sky_question.h"
 #include "core/csv.h"
@@ -116,7 +117,7 @@ static np_sky_question make_question(int i, double sun_deg, double height_m, boo
 }
 
 typedef struct errors {
-  double depths, sources, world, aerial;
+  double depths, sources, view, aerial;
 } errors;
 
 static double find_depth_error(const neph_atmosphere *a) {
@@ -138,7 +139,7 @@ static errors find_errors(neph_atmosphere *a, neph_atmosphere *fine) {
   np_sky_witness own = {.atmosphere = a, .sun_angular_radius_rad = 0.00467396, .irradiance_w_m2_nm = {1, 1, 1}};
   np_sky_witness best = own;
   best.atmosphere = fine;
-  error_sum sources = {0}, world = {0}, aerial = {0};
+  error_sum sources = {0}, view = {0}, aerial = {0};
   for (int s = 0; s < SUNS; s++)
     for (int h = 0; h < HEIGHTS; h++)
       for (int i = 0; i < VIEWS; i++) {
@@ -147,7 +148,7 @@ static errors find_errors(neph_atmosphere *a, neph_atmosphere *fine) {
         ask(&own, NP_SKY_LUT, &q, table);
         ask(&own, NP_SKY_MARCH, &q, marched);
         ask(&best, NP_SKY_MARCH, &q, truth);
-        add_error(&world, table, marched);
+        add_error(&view, table, marched);
         add_error(&sources, marched, truth);
         q = make_question(i, suns_deg[s], heights_m[h], true);
         ask(&own, NP_SKY_LUT, &q, table);
@@ -156,7 +157,7 @@ static errors find_errors(neph_atmosphere *a, neph_atmosphere *fine) {
       }
   np_sky_witness_clear(&own);
   np_sky_witness_clear(&best);
-  return (errors){find_depth_error(a), find_worst(&sources), find_worst(&world), find_worst(&aerial)};
+  return (errors){find_depth_error(a), find_worst(&sources), find_worst(&view), find_worst(&aerial)};
 }
 
 /* Against the tracer's rows under suns from `sun_min` to `sun_max`, up to 10 km. */
@@ -221,8 +222,8 @@ static void run_tolerance(neph_context *context, double tolerance, neph_atmosphe
                  n.moments.node_columns);
   print_table("moments", size, c[1], e.sources);
   print_table("gather", "3 × 4 × 13 × 9", c[2], e.sources);
-  (void)snprintf(size, sizeof size, "%d × %d", n.world.up + n.world.down, n.world.azimuths);
-  print_table("sky view", size, c[3], e.world);
+  (void)snprintf(size, sizeof size, "%d × %d", n.view.up + n.view.down, n.view.azimuths);
+  print_table("sky view", size, c[3], e.view);
   (void)snprintf(size, sizeof size, "%d × %d × %d", n.aerial.up + n.aerial.down, n.aerial.azimuths, n.aerial.points);
   print_table("aerial perspective", size, c[4], e.aerial);
   neph_sky_destroy(sky);
