@@ -176,7 +176,8 @@ static void look(const np_assembly *a, double (*rgb)[3]) {
       const double zenith = (i % 6) * 17.0 * NP_DEGREE, azimuth = (i / 6) * 45.0 * NP_DEGREE;
       const np_vec3 d =
           np_vec3_make((float)(sin(zenith) * sin(azimuth)), (float)(sin(zenith) * cos(azimuth)), (float)cos(zenith));
-      color[i] = np_packet_add_color(packet, color[i], np_world_sky_radiance(world, world->camera_sky, a->camera.origin, d));
+      color[i] =
+          np_packet_add_color(packet, color[i], np_world_sky_radiance(world, world->camera_sky, a->camera.origin, d));
     }
     double sun[3], sky[3];
     neph_sky_get_irradiance(world->camera_sky, sun, sky);
