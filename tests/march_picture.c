@@ -10,7 +10,7 @@ unsigned long march_lookups;
 
 /* ---- The reference ---- */
 
-double march_find_depth(const np_instance *cloud, np_dvec3 origin, np_vec3 direction) {
+double march_compute_depth(const np_instance *cloud, np_dvec3 origin, np_vec3 direction) {
   np_brick_walk walk;
   np_brick_span span;
   double depth = 0.0;
@@ -34,7 +34,7 @@ static double compute_reference(const march_picture *p, const np_camera_ray *ray
       const np_dvec3 position = np_dvec3_along(ray->origin, ray->direction, middle);
       const double added = (double)np_instance_extinction(&p->cloud, position) * length;
       if (added <= 0.0) continue;
-      radiance -= exp(-depth) * expm1(-added) * exp(-march_find_depth(&p->cloud, position, p->world.to_sun));
+      radiance -= exp(-depth) * expm1(-added) * exp(-march_compute_depth(&p->cloud, position, p->world.to_sun));
       depth += added;
     }
   }
@@ -71,7 +71,7 @@ static double look_up(const march_picture *p, euler *e, np_dvec3 position) {
   return (double)np_instance_extinction(&p->cloud, position);
 }
 
-static double find_euler_light(const march_picture *p, euler *e, np_dvec3 origin, double shift) {
+static double compute_euler_light(const march_picture *p, euler *e, np_dvec3 origin, double shift) {
   double begin, end, depth = 0.0;
   if (!clip(p, origin, p->world.to_sun, &begin, &end)) return 1.0;
   for (double t = shift * e->light_step; t < end && depth < 6.9; t += e->light_step)
@@ -87,7 +87,7 @@ static double march_euler(const march_picture *p, euler *e, const np_camera_ray 
     const np_dvec3 position = np_dvec3_along(ray->origin, ray->direction, t);
     const double opacity = -expm1(-look_up(p, e, position) * e->step);
     if (opacity <= 0.0) continue;
-    radiance += transmittance * opacity * find_euler_light(p, e, position, np_random_double(random));
+    radiance += transmittance * opacity * compute_euler_light(p, e, position, np_random_double(random));
     transmittance *= 1.0 - opacity;
   }
   return radiance;
@@ -133,7 +133,7 @@ march_point march_picture_measure(const march_picture *p, float tolerance) {
   return (march_point){(double)march_lookups / (PASSES * pixels), 0.0, sqrt(sum / (PASSES * pixels)) / p->rms};
 }
 
-double march_points_find(const march_point *points, int count, double error, bool is_useful) {
+double march_points_compute_lookups(const march_point *points, int count, double error, bool is_useful) {
   double best = NAN;
   for (int i = 0; i < count; i++)
     for (int k = 0; k < count; k++) {

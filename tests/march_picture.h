@@ -41,7 +41,7 @@ void march_picture_init(march_picture *picture, const np_bricks *bricks, float e
 /* Places camera and sun, its azimuth counted from the line of sight, and computes the reference. */
 void march_picture_light(march_picture *picture, double elevation_rad, double azimuth_rad);
 
-/* What one picture took for a pixel, and how wrong it is. */
+/* Look-ups of one picture for a pixel, and its error. */
 typedef struct march_point {
   double lookups, useful, error; /* all look-ups; those in bricks that are not empty */
 } march_point;
@@ -50,9 +50,9 @@ march_point march_picture_measure(const march_picture *picture, float tolerance)
 march_point march_picture_measure_euler(const march_picture *picture, double step, double light_step);
 
 /* Fewest look-ups of some points that have an error, between two of them by a power law; NAN where none gets there. */
-double march_points_find(const march_point *points, int count, double error, bool is_useful);
+double march_points_compute_lookups(const march_point *points, int count, double error, bool is_useful);
 
 /* Optical depth of a cloud along a ray, the trilinear field integrated exactly. */
-double march_find_depth(const np_instance *cloud, np_dvec3 origin, np_vec3 direction);
+double march_compute_depth(const np_instance *cloud, np_dvec3 origin, np_vec3 direction);
 
 #endif

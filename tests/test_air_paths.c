@@ -70,7 +70,7 @@ static void estimate_finish(estimate *e) {
   }
 }
 
-/* Radiance along one path; returns what a limit on scatterings took from it. */
+/* Radiance along one path; returns the radiance that the limit on scatterings took from it. */
 static np_spectrum sample(const scene *s, const np_camera_ray *ray, np_random *random, double out_radiance[3]) {
   np_integrator_sample out;
   test_world_path(&s->base, ray, random, &out);
@@ -103,8 +103,8 @@ static void assert_estimate(const char *what, const estimate *e, const double ex
 
 /* ---- Air ---- */
 
-/* Every so many rows of tests/data/sky_traced.csv that look up from the ground: the sky's own truth, which shares the
- * description of the air with the tracer, and neither its flights nor its weights. */
+/* Every so many rows of tests/data/sky_traced.csv that look up from the ground: the sky's own reference, which shares
+ * the description of the air with the tracer, and neither its flights nor its weights. */
 static void compare_sky(double sun_deg, unsigned every, int count) {
   np_csv csv;
   scene s;
@@ -115,22 +115,22 @@ static void compare_sky(double sun_deg, unsigned every, int count) {
     if (strcmp(np_csv_get_field(&csv, i, 0), "sky_radiance") != 0 || test_row_get(&csv, i, 3) != 0.0 ||
         test_row_get(&csv, i, 5) != sun_deg || number++ % every)
       continue;
-    double truth[3], error[3];
+    double reference[3], error[3];
     for (int b = 0; b < 3; b++) {
-      truth[b] = test_row_get(&csv, i, TEST_TRUTH + b);
+      reference[b] = test_row_get(&csv, i, TEST_TRUTH + b);
       error[b] = test_row_get(&csv, i, TEST_TRUTH + 3 + b);
     }
     const double zenith = test_row_get(&csv, i, 6), azimuth = test_row_get(&csv, i, 7);
     const estimate e = trace(&s, np_dvec3_make(0, 0, 0), test_direction(zenith, azimuth), count, i);
     char what[64];
-    (void)snprintf(what, sizeof what, "sun %g, view %g, %g", sun_deg, zenith, azimuth);
-    assert_estimate(what, &e, truth, error);
+    (void)snprintf(what, sizeof what, "sun %g, direction %g, %g", sun_deg, zenith, azimuth);
+    assert_estimate(what, &e, reference, error);
   }
   np_csv_clear(&csv);
   end(&s);
 }
 
-static void skies_are_the_truths(void **state) {
+static void skies_are_the_references(void **state) {
   (void)state;
   compare_sky(45.0, 8, 20000);
   compare_sky(85.0, 8, 20000);
@@ -138,23 +138,23 @@ static void skies_are_the_truths(void **state) {
   compare_sky(96.0, 8, 20000);
 }
 
-/* One direction of a planet of this radius against the sky's own truth, ground included. */
+/* One direction of a planet of this radius against the sky's own reference, ground included. */
 static void compare_planet(double radius_m, double sun_deg, np_dvec3 origin, np_dvec3 direction, int count) {
   neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
   desc.planet_radius_m = radius_m;
   scene s;
   start(&s, &desc, radius_m, test_direction(sun_deg, 0.0));
-  const np_truth_scene truth = {.medium = &s.atmosphere->medium,
-                                .light = NP_TRUTH_DISK,
-                                .to_sun = test_direction(sun_deg, 0.0),
-                                .sun_angular_radius_rad = 0.00467396,
-                                .order_min = 1,
-                                .order_max = NP_TRUTH_ORDERS_ALL,
-                                .guide = &s.atmosphere->depths,
-                                .has_ground = true};
+  const np_truth_scene reference = {.medium = &s.atmosphere->medium,
+                                    .light = NP_TRUTH_DISK,
+                                    .to_sun = test_direction(sun_deg, 0.0),
+                                    .sun_angular_radius_rad = 0.00467396,
+                                    .order_min = 1,
+                                    .order_max = NP_TRUTH_ORDERS_ALL,
+                                    .guide = &s.atmosphere->depths,
+                                    .has_ground = true};
   const np_truth_query query = {origin, direction, INFINITY, false};
   np_truth_value value;
-  assert_int_equal(np_truth_radiance(s.base.context, NULL, &truth, &query, (unsigned)count, 7, &value), NEPH_OK);
+  assert_int_equal(np_truth_radiance(s.base.context, NULL, &reference, &query, (unsigned)count, 7, &value), NEPH_OK);
   for (int b = 0; b < 3; b++) {
     value.mean[b] *= (double)s.base.world.sun_irradiance.band[b];
     value.error[b] *= (double)s.base.world.sun_irradiance.band[b];
@@ -168,7 +168,7 @@ static void compare_planet(double radius_m, double sun_deg, np_dvec3 origin, np_
 
 /* Air is as high as a small planet is wide, and flat over a large one; seen from the ground and from space, downwards
  * and past the limb. */
-static void planets_of_all_sizes_are_the_truths(void **state) {
+static void planets_of_all_sizes_are_the_references(void **state) {
   (void)state;
   static const double radii[] = {100e3, 100000e3};
   for (int i = 0; i < 2; i++) {
@@ -283,8 +283,8 @@ static void light_between_cloud_and_white_ground_is_kept(void **state) {
 
 /* ---- The limit ---- */
 
-/* What a limit keeps and what it says that it lost are all there was. */
-static void what_a_limit_takes_is_told(void **state) {
+/* The light within a limit and the light reported as lost add up to all. */
+static void the_light_beyond_a_limit_is_reported(void **state) {
   (void)state;
   scene s;
   start(&s, NULL, 1e12, test_direction(40.0, 0.0));
@@ -313,13 +313,13 @@ static void what_a_limit_takes_is_told(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(skies_are_the_truths),
-      cmocka_unit_test(planets_of_all_sizes_are_the_truths),
+      cmocka_unit_test(skies_are_the_references),
+      cmocka_unit_test(planets_of_all_sizes_are_the_references),
       cmocka_unit_test(underground_there_is_ground),
       cmocka_unit_test(white_furnace_is_invisible),
       cmocka_unit_test(absorbing_layer_dims_the_ground),
       cmocka_unit_test(light_between_cloud_and_white_ground_is_kept),
-      cmocka_unit_test(what_a_limit_takes_is_told),
+      cmocka_unit_test(the_light_beyond_a_limit_is_reported),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

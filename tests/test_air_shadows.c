@@ -174,7 +174,7 @@ static void beside_the_shadow_nothing_is_lost(void **state) {
   clear_block(&b);
 }
 
-/* Clouds that hide no sky and send an irradiance of a tenth of the sun's down everywhere: beside the block the air
+/* Clouds that cover no sky and add a tenth of the sun's irradiance on the ground everywhere: beside the block the air
  * below it has the sun's light of the first order, and an even light of A(1 + ρ)/2π from all around besides. 1 %: the
  * sun's share that comes through is taken in the middle of each cell. */
 static void clouds_light_the_air_below_them(void **state) {

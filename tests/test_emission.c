@@ -29,7 +29,7 @@ static void start(fixture *f, test_field smoke, float extinction_per_m, float al
   f->smoke.placed[0].albedo = np_spectrum_grey(albedo);
 }
 
-static void glow(fixture *f, const neph_volume *volume, float absorption_per_m, const neph_volume *heat) {
+static void add_emission(fixture *f, const neph_volume *volume, float absorption_per_m, const neph_volume *heat) {
   const np_glow g = {.bricks = &volume->bricks,
                      .world_to_index = volume->world_to_index,
                      .index_to_world = volume->index_to_world,
@@ -42,10 +42,10 @@ static void glow(fixture *f, const neph_volume *volume, float absorption_per_m, 
   f->smoke.world.emission = &f->emission;
 }
 
-/* The smoke itself glows, by Kirchhoff's law. */
-static void glow_by_absorption(fixture *f) {
+/* Emission of the smoke itself, by Kirchhoff's law. */
+static void emit_by_absorption(fixture *f) {
   const np_instance *smoke = &f->smoke.placed[0];
-  glow(f, f->smoke.volumes[0], (1.0f - smoke->albedo.band[0]) * smoke->extinction_per_value, NULL);
+  add_emission(f, f->smoke.volumes[0], (1.0f - smoke->albedo.band[0]) * smoke->extinction_per_value, NULL);
 }
 
 static neph_volume *create_volume(const fixture *f, test_field field) {
@@ -55,10 +55,10 @@ static neph_volume *create_volume(const fixture *f, test_field field) {
   return volume;
 }
 
-static void glow_as_flame(fixture *f, test_field flame, float absorption_per_m, test_field heat) {
+static void emit_as_flame(fixture *f, test_field flame, float absorption_per_m, test_field heat) {
   f->flame = create_volume(f, flame);
   if (heat) f->heat = create_volume(f, heat);
-  glow(f, f->flame, absorption_per_m, f->heat);
+  add_emission(f, f->flame, absorption_per_m, f->heat);
 }
 
 static void solve(fixture *f) {
@@ -76,7 +76,7 @@ static void end(fixture *f) {
 
 static double black_body(int band) { return np_black_body_radiance(bands_nm[band], (double)kelvin); }
 
-/* Radiance along a ray: all of it, or what was not scattered. */
+/* Radiance along a ray: all of it, or the part that was not scattered. */
 static double sample_radiance(const fixture *f, bool is_path, const np_camera_ray *ray, np_random *random, int band,
                               bool is_emission_only) {
   np_integrator_sample sample;
@@ -102,7 +102,7 @@ static void a_flame_without_smoke_is_j_times_its_depth(void **state) {
   (void)state;
   fixture f;
   start(&f, test_full, 0.0f, 0.0f, 0.0f);
-  glow_as_flame(&f, test_full, 0.01f, NULL);
+  emit_as_flame(&f, test_full, 0.01f, NULL);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const double expected = 0.01 * TEST_EDGE * black_body(b);
     for (int is_path = 0; is_path < 2; is_path++) {
@@ -116,13 +116,13 @@ static void a_flame_without_smoke_is_j_times_its_depth(void **state) {
 }
 
 /* Black smoke of one temperature: B·(1 − e^{−τ}), from a veil, where that is B·τ, to a wall, where it is B. */
-static void black_smoke_glows_as_far_as_it_hides(void **state) {
+static void black_smoke_emits_as_far_as_it_absorbs(void **state) {
   (void)state;
   const float extinctions[] = {1e-7f, 1e-3f, 0.05f, 0.5f, 20.0f};
   for (size_t i = 0; i < sizeof extinctions / sizeof *extinctions; i++) {
     fixture f;
     start(&f, test_full, extinctions[i], 0.0f, 0.0f);
-    glow_by_absorption(&f);
+    emit_by_absorption(&f);
     const double expected = -expm1(-(double)extinctions[i] * TEST_EDGE) * black_body(1);
     for (int is_path = 0; is_path < 2; is_path++) {
       const test_tally s = measure(&f, is_path, 4000, 1, false, 3);
@@ -141,7 +141,7 @@ static void an_isothermal_enclosure_is_invisible(void **state) {
   for (size_t i = 0; i < sizeof albedos / sizeof *albedos; i++) {
     fixture f;
     start(&f, test_lumpy_box, 1.0f, albedos[i], 0.6f);
-    glow_by_absorption(&f);
+    emit_by_absorption(&f);
     for (int b = 0; b < NP_BAND_COUNT; b++) f.smoke.world.environment_radiance.band[b] = (float)black_body(b);
     const test_tally path = measure(&f, true, 20000, 0, false, 40);
     assert_near(test_tally_mean(&path), black_body(0), 4.0 * test_tally_error(&path));
@@ -179,7 +179,7 @@ static void compare(fixture *f, int count, int band, bool is_direct, comparison 
 static void compare_flame(int count, int count_direct, double all, double direct) {
   fixture f;
   start(&f, test_lumpy_box, 1.0f, 0.9f, 0.6f);
-  glow_as_flame(&f, ball, 0.3f, warm);
+  emit_as_flame(&f, ball, 0.3f, warm);
   solve(&f);
   for (int b = 0; b < NP_BAND_COUNT; b += 2)
     for (int is_direct = 0; is_direct < 2; is_direct++) {
@@ -205,22 +205,22 @@ static void march_matches_path_to_half_a_percent(void **state) {
   compare_flame(400000, 400000, 0.01, 0.003);
 }
 
-/* Nothing is drawn any more: what glows is met by chance. */
-static void forget_lamps(fixture *f) {
+/* Next-event estimation draws nothing any more: paths meet emission by chance. */
+static void remove_lamps(fixture *f) {
   const np_lamps *lamps = &f->emission.lamps[0];
   f->emission.lamp_count = 0;
   memset(lamps->density, 0, (size_t)(lamps->size[0] * lamps->size[1] * lamps->size[2]) * sizeof *lamps->density);
 }
 
-/* With next-event estimation and without the mean is the same; what it is worth is printed. */
-static void drawing_towards_what_glows_changes_no_mean(void **state) {
+/* The mean is the same with next-event estimation and without; its gain is printed. */
+static void drawing_towards_emitters_changes_no_mean(void **state) {
   (void)state;
   fixture f;
   start(&f, test_lumpy_box, 0.2f, 0.9f, 0.6f);
-  glow_as_flame(&f, ball, 0.3f, ball);
+  emit_as_flame(&f, ball, 0.3f, ball);
   const test_tally drawn = measure(&f, true, 20000, 1, false, 10);
   assert_true(f.emission.lamp_count > 0);
-  forget_lamps(&f);
+  remove_lamps(&f);
   const test_tally met = measure(&f, true, 40000, 1, false, 11);
   print_message("mean %.5g +- %.2g drawn, %.5g +- %.2g met by chance in twice as many paths\n", test_tally_mean(&drawn),
                 test_tally_error(&drawn), test_tally_mean(&met), test_tally_error(&met));
@@ -236,7 +236,7 @@ static void densities_of_directions_integrate_to_one(void **state) {
   enum { DIRECTIONS = 200000 };
   fixture f;
   start(&f, test_lumpy_box, 1.0f, 0.9f, 0.0f);
-  glow_as_flame(&f, ball, 0.3f, warm);
+  emit_as_flame(&f, ball, 0.3f, warm);
   const np_dvec3 observers[] = {{0.1, 0.2, -4.5}, {6.0, -3.0, 2.0}, {40.0, 25.0, -30.0}};
   for (int o = 0; o < 3; o++) {
     double sum = 0.0;
@@ -262,7 +262,7 @@ static void failed_allocations_leave_nothing(void **state) {
   (void)state;
   fixture f;
   start(&f, ball, 1.0f, 0.9f, 0.0f);
-  glow_by_absorption(&f);
+  emit_by_absorption(&f);
   assert_survives_failed_allocations(build_emission, f.emission.glows);
   end(&f);
 }
@@ -270,10 +270,10 @@ static void failed_allocations_leave_nothing(void **state) {
 int main(int argc, char **argv) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_flame_without_smoke_is_j_times_its_depth),
-      cmocka_unit_test(black_smoke_glows_as_far_as_it_hides),
+      cmocka_unit_test(black_smoke_emits_as_far_as_it_absorbs),
       cmocka_unit_test(an_isothermal_enclosure_is_invisible),
       cmocka_unit_test(march_matches_path),
-      cmocka_unit_test(drawing_towards_what_glows_changes_no_mean),
+      cmocka_unit_test(drawing_towards_emitters_changes_no_mean),
       cmocka_unit_test(densities_of_directions_integrate_to_one),
       cmocka_unit_test(failed_allocations_leave_nothing),
   };

@@ -44,7 +44,7 @@ static np_spectrum compute_irradiance(const fixture *f, double x, double y) {
   return np_lighting_ground_irradiance(&f->cloud.lighting, &f->cloud.world, &hit);
 }
 
-/* Amid even light a white cloud cannot be seen, nor can its shade: it sends down itself what it hides of the sky. 2 %
+/* Amid even light a white cloud cannot be seen, nor can its shade: its own light replaces the sky that it covers. 2 %
  * for its steps of two voxels, and the tolerance of the solution. */
 static void a_white_cloud_casts_no_shade_in_a_furnace(void **state) {
   (void)state;

@@ -46,7 +46,7 @@ static void homogeneous_box_follows_beer_and_lambert(void **state) {
   test_world_destroy(&w);
 }
 
-/* What hides the disk is known without noise down to a depth of 3, beyond which rays are thinned out. */
+/* Transmittance before the disk has no noise down to a depth of 3, beyond which rays are thinned out. */
 static void sun_is_seen_through_clouds_as_dim_as_they_make_it(void **state) {
   (void)state;
   test_world w;

@@ -68,7 +68,7 @@ static double weigh(const test_world *w, const np_look *look, double z) {
 }
 
 /* Schneider 2017: 0.1^0.8 at the base, 1 in dense cloud above; above 0.85 of the height half the density counts as
- * 0.05 + ½². Without strength, and for other looks, nothing is weighed. */
+ * 0.05 + ½². Without strength, and for other approximations, the weight is 1. */
 static void powder_darkens_the_base_and_thin_places(void **state) {
   (void)state;
   test_world w;
@@ -118,7 +118,7 @@ static void an_opaque_face_is_a_white_wall_under_the_derivative(void **state) {
   test_world_destroy(&w);
 }
 
-static void gain_scales_what_a_look_gives(void **state) {
+static void gain_scales_each_approximation(void **state) {
   (void)state;
   test_world w;
   start(&w, 0.3f);
@@ -140,7 +140,7 @@ int main(void) {
       cmocka_unit_test(powder_darkens_the_base_and_thin_places),
       cmocka_unit_test(the_derivative_is_the_fall_of_density_towards_the_sun),
       cmocka_unit_test(an_opaque_face_is_a_white_wall_under_the_derivative),
-      cmocka_unit_test(gain_scales_what_a_look_gives),
+      cmocka_unit_test(gain_scales_each_approximation),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

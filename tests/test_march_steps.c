@@ -56,7 +56,7 @@ static float sheet_in_haze(double x, double y, double z) {
 }
 
 /* Every ray finds the sheet, whatever its angle: its transmittance is that of the field's integral. Half the tolerance
- * is the rms that the march promises of what a ray hides, or of what the sheet does from straight ahead, for rays that
+ * is the rms error that the march promises of a ray's opacity, or of the sheet's from straight ahead, for rays that
  * only graze an edge; single rays, of some thousands, may be six times that off. */
 static void check_sheet(test_field field, float extinction_per_m) {
   test_world w;
@@ -68,15 +68,15 @@ static void check_sheet(test_field field, float extinction_per_m) {
     const np_camera_ray ray = draw_ray(&random);
     np_integrator_sample sample;
     test_world_march(&w, &ray, &random, &sample);
-    const double hidden = -expm1(-march_find_depth(&w.placed[0], ray.origin, ray.direction));
+    const double opacity = -expm1(-march_compute_depth(&w.placed[0], ray.origin, ray.direction));
     const double found = 1.0 - (double)sample.transmittance;
-    const double scale = fmax(hidden, -expm1(-(double)extinction_per_m));
-    assert_near(found, hidden, 0.1 * scale);
-    sum += (found - hidden) * (found - hidden) / (scale * scale);
-    count += hidden == scale;
+    const double scale = fmax(opacity, -expm1(-(double)extinction_per_m));
+    assert_near(found, opacity, 0.1 * scale);
+    sum += (found - opacity) * (found - opacity) / (scale * scale);
+    count += opacity == scale;
   }
   assert_true(count > 2000); /* of 4000 rays: the others leave the volume on one side of the sheet */
-  print_message("rms error %.4f of what is hidden, %d rays through\n", sqrt(sum / 4000.0), count);
+  print_message("rms error %.4f of the opacity, %d rays through\n", sqrt(sum / 4000.0), count);
   assert_true(sqrt(sum / 4000.0) < 0.5 * tolerance);
   test_world_destroy(&w);
 }
@@ -104,7 +104,7 @@ static void a_lit_sheet_shines_through_haze(void **state) {
   enum { COUNT = 3000 };
   for (int i = 0; i < COUNT; i++) {
     const np_camera_ray ray = draw_ray(&random);
-    const double depth = march_find_depth(&w.placed[0], ray.origin, ray.direction);
+    const double depth = march_compute_depth(&w.placed[0], ray.origin, ray.direction);
     const double expected[2] = {depth * exp(-depth), -0.5 * expm1(-2.0 * depth)};
     for (int is_back = 0; is_back < 2; is_back++) {
       np_integrator_sample sample;
@@ -120,9 +120,9 @@ static void a_lit_sheet_shines_through_haze(void **state) {
   test_world_destroy(&w);
 }
 
-/* Where there is nothing nothing is looked up, and a ray ends where it is told to. */
 static float box_far_away(double x, double y, double z) { return x > 24.5 && y > 24.5 && z > 24.5 ? 1.0f : 0.0f; }
 
+/* Empty space costs no look-ups, and an opaque ray ends. */
 static void looks_only_where_something_is(void **state) {
   (void)state;
   test_world w;
@@ -144,7 +144,7 @@ static void looks_only_where_something_is(void **state) {
 
 /* ---- Errors and look-ups ---- */
 
-/* Lumps in a tenth or so of a box: what a field of clouds is to its bounds. */
+/* Lumps in a tenth or so of a box, as a field of clouds in its bounds. */
 static float lumps(double x, double y, double z) {
   const double u = x + 0.5 * (EDGE - 1), v = y + 0.5 * (EDGE - 1), w = z + 0.5 * (EDGE - 1);
   double density = 0.0;
@@ -198,7 +198,7 @@ static void needs_a_sixteenth_of_fixed_steps(void **state) {
       baseline[count++] = march_picture_measure_euler(&p, step, step * ratio);
   for (float tolerance = 0.04f; tolerance > 0.015f; tolerance *= 0.5f) {
     const march_point m = march_picture_measure(&p, tolerance);
-    const double ratio = march_points_find(baseline, count, m.error, false) / m.lookups;
+    const double ratio = march_points_compute_lookups(baseline, count, m.error, false) / m.lookups;
     print_message("error %.4f: fixed steps look %.1f times as often\n", m.error, ratio);
     assert_true(ratio >= 16.0);
   }
@@ -243,7 +243,7 @@ static void transmittance_beats_ratio_tracking(void **state) {
     for (int a = 0; a < 3; a++) place[a] = EDGE * np_random_double(&random);
     const np_dvec3 origin = np_dvec3_make(place[0], place[1], place[2]);
     if (np_bricks_sample(w.placed[0].bricks, origin) < 3.0f * np_random_float(&random)) continue;
-    const double expected = exp(-march_find_depth(&w.placed[0], origin, to_sun));
+    const double expected = exp(-march_compute_depth(&w.placed[0], origin, to_sun));
     for (int k = 0; k < 16; k++) {
       march_lookups = 0;
       const float traced =

@@ -32,15 +32,15 @@ static void a_white_cloud_vanishes_in_a_furnace(void **state) {
   test_world_destroy(&w);
 }
 
-static double find_transmittance(const test_world *w, double x, double y, double factor) {
+static double compute_transmittance(const test_world *w, double x, double y, double factor) {
   double depth = 0.0;
   for (int k = 0; k < 2 * TEST_EDGE; k++)
     depth += (double)np_bricks_sample(w->placed[0].bricks, np_dvec3_make(x, y, k / 2.0));
   return exp(-0.5 * factor * depth * (double)w->placed[0].extinction_per_value);
 }
 
-/* Every photon that the sun loses on its way through is in some cell: their sum is the light that a brute-force
- * projection finds missing. 1 %: the projection's own lattice of half a metre, and nine rays to a cell's face. */
+/* First collisions of all sunlight are in some cell: their sum is the light that a brute-force projection finds
+ * missing. 1 %: the projection's own lattice of half a metre, and nine rays to a cell's face. */
 static void first_collisions_add_up_to_the_light_that_is_lost(void **state) {
   (void)state;
   test_world w;
@@ -54,13 +54,14 @@ static void first_collisions_add_up_to_the_light_that_is_lost(void **state) {
     found += (double)grid->first_collision_source[i] * grid->even_m[0] * grid->even_m[1] * grid->even_m[2];
   const double factor = 1.0 - (double)w.scattering.phases[0].forward;
   for (int j = 0; j < 2 * TEST_EDGE; j++)
-    for (int i = 0; i < 2 * TEST_EDGE; i++) expected += 0.25 * (1.0 - find_transmittance(&w, i / 2.0, j / 2.0, factor));
+    for (int i = 0; i < 2 * TEST_EDGE; i++)
+      expected += 0.25 * (1.0 - compute_transmittance(&w, i / 2.0, j / 2.0, factor));
   assert_near_relative(found, expected, 0.01);
   test_world_destroy(&w);
 }
 
 /* In the thin limit the direct term is the phase function itself, and at any depth of the peak its mean over all
- * directions is what was scattered: f spread about, 1 − f broad. */
+ * directions is what was scattered: f in the peak, 1 − f outside it. */
 static void the_direct_term_is_the_phase_function_and_conserves(void **state) {
   (void)state;
   neph_context *context = test_context_create(1, NULL);
@@ -118,7 +119,7 @@ static void threads_change_no_bit(void **state) {
   assert_same_for_threads(&one, &two);
 }
 
-static np_spectrum find_light(const test_world *w, np_dvec3 position) {
+static np_spectrum compute_light(const test_world *w, np_dvec3 position) {
   float harmonics[NP_HARMONIC_COUNT_MAX], outgoing[NP_HARMONIC_COUNT_MAX];
   np_light_moments moments;
   np_harmonics_eval(w->scattering.grid.degree, np_vec3_make(0, 0, 1), harmonics);
@@ -148,7 +149,7 @@ static void grey_bands_are_one(void **state) {
   assert_int_equal(apart.scattering.band_count, NP_BAND_COUNT);
   const np_dvec3 middle =
       np_transport_grid_centre(&one.scattering.grid, one.scattering.grid.cell[one.scattering.grid.active_count / 2]);
-  const np_spectrum together = find_light(&three, middle), each = find_light(&apart, middle);
+  const np_spectrum together = compute_light(&three, middle), each = compute_light(&apart, middle);
   for (int b = 0; b < NP_BAND_COUNT; b++) assert_near_relative(each.band[b], together.band[b], 2e-3);
   assert_near_relative(together.band[2], 0.8f * together.band[0], 1e-6);
   test_world_destroy(&one);
@@ -198,8 +199,8 @@ static void start_resolved(test_world *w) {
   w->desc.work_max = 0.0;
 }
 
-/* A cell's light that was scattered narrowly, by a lattice of a quarter of a metre. */
-static double project_narrow(const test_world *w, int32_t cell) {
+/* The delta-M residual of a cell, by a lattice of a quarter of a metre. */
+static double project_residual(const test_world *w, int32_t cell) {
   const np_transport_grid *g = &w->scattering.grid;
   const double rates[2] = {1.0 - (double)w->scattering.phases[0].least_forward,
                            1.0 - (double)w->scattering.phases[0].forward};
@@ -222,9 +223,9 @@ static double project_narrow(const test_world *w, int32_t cell) {
   return sum * 0.25 / (POINTS * POINTS * g->even_m[2]);
 }
 
-/* What the medium of the least degree lets through beyond the other, in means over cells. 8 % rms, and 1 % of their
- * sum: nine rays to a cell's face, whose steps of three quarters of a voxel count for one cell each. */
-static void narrow_light_is_its_mean_over_each_cell(void **state) {
+/* The medium of the least degree lets more through than the other: the difference in means over cells. 8 % rms, and 1 %
+ * of their sum: nine rays to a cell's face, whose steps of three quarters of a voxel count for one cell each. */
+static void the_residual_is_its_mean_over_each_cell(void **state) {
   (void)state;
   test_world w;
   start_resolved(&w);
@@ -234,13 +235,13 @@ static void narrow_light_is_its_mean_over_each_cell(void **state) {
   assert_non_null(g->delta_m_residual);
   double squares = 0.0, off = 0.0, sum = 0.0, sum_expected = 0.0;
   for (size_t active = 0; active < g->active_count; active++) {
-    const double expected = project_narrow(&w, g->cell[active]);
+    const double expected = project_residual(&w, g->cell[active]);
     sum += (double)g->delta_m_residual[active];
     sum_expected += expected;
     squares += expected * expected;
     off += pow((double)g->delta_m_residual[active] - expected, 2.0);
   }
-  print_message("narrow light: %.2f %% rms off\n", 100.0 * sqrt(off / squares));
+  print_message("delta-M residual: %.2f %% rms off\n", 100.0 * sqrt(off / squares));
   assert_true(off < 0.08 * 0.08 * squares);
   assert_near_relative(sum, sum_expected, 0.01);
   test_world_destroy(&w);
@@ -258,7 +259,7 @@ static void look_at_the_sun(const test_world *w, double out[400]) {
   }
 }
 
-static double find_difference(const double a[400], const double b[400]) {
+static double compute_difference(const double a[400], const double b[400]) {
   double squares = 0.0, off = 0.0;
   for (int n = 0; n < 400; n++) {
     squares += b[n] * b[n];
@@ -288,7 +289,7 @@ static void detail_within_cells_is_put_back(void **state) {
   w.scattering.delta_m_residual = NULL;
   look_at_the_sun(&w, without);
   w.scattering.delta_m_residual = delta_m_residual;
-  const double better = find_difference(with, fine), worse = find_difference(without, fine);
+  const double better = compute_difference(with, fine), worse = compute_difference(without, fine);
   print_message("against cells of half the edge: %.2f %% rms, without detail %.2f %%\n", 100.0 * better, 100.0 * worse);
   assert_true(better < 0.8 * worse);
   test_world_destroy(&w);
@@ -306,17 +307,17 @@ static void fine_cells_are_as_good_as_iterated_ones(void **state) {
   start_resolved(&coarse);
   whole.desc.work_max = 0.0;
   test_world *all[] = {&whole, &fine, &coarse};
-  double *views[] = {expected, found, coarse_found};
+  double *radiances[] = {expected, found, coarse_found};
   for (int n = 0; n < 3; n++) {
     all[n]->world.sun_irradiance = np_spectrum_grey(1.0f);
     all[n]->placed[0].extinction_per_value = 0.8f;
     build(all[n]);
     assert_int_equal(all[n]->scattering.grid.degree, 7);
-    look_at_the_sun(all[n], views[n]);
+    look_at_the_sun(all[n], radiances[n]);
   }
   assert_true(fine.scattering.grid.is_fine && !whole.scattering.grid.is_fine);
   assert_int_equal(fine.scattering.grid.active_count, whole.scattering.grid.active_count);
-  const double off = find_difference(found, expected), coarse_off = find_difference(coarse_found, expected);
+  const double off = compute_difference(found, expected), coarse_off = compute_difference(coarse_found, expected);
   print_message("against iterated cells: %.2f %% rms; cells twice as wide %.2f %%\n", 100.0 * off, 100.0 * coarse_off);
   assert_true(off < 0.5 * coarse_off);
   for (int n = 0; n < 3; n++) test_world_destroy(all[n]);
@@ -335,8 +336,8 @@ static void fine_cells_are_for_large_pictures(void **state) {
   assert_true((double)desc.cells.cell_count_fine * 2.0 * np_transport_count_swept_bytes(7) > bytes);
 }
 
-/* What is solved to the least degree and then resolved into seven is what is solved to degree seven from the start: in
- * the mean over views from all sides within 1 %. */
+/* A solution to the least degree that is then resolved into seven is the solution to degree seven from the start: in
+ * the mean over rays from all sides within 1 %. */
 static void resolving_a_solution_finds_that_of_the_higher_degree(void **state) {
   (void)state;
   double sums[2] = {0.0}, work = 0.0;
@@ -381,8 +382,8 @@ static void phase_functions_mix_by_extinction(void **state) {
                              np_transport_grid_locate(g, 2, 11.5)};
   const int32_t active = g->active[np_transport_grid_join(g, middle)];
   assert_true(active >= 0);
-  np_transport_grid broad;
-  assert_int_equal(np_transport_grid_reduce_degree(&w.world, 0, NP_DEGREE_MIN, g, &broad), NEPH_OK);
+  np_transport_grid low;
+  assert_int_equal(np_transport_grid_reduce_degree(&w.world, 0, NP_DEGREE_MIN, g, &low), NEPH_OK);
   const double share[2] = {0.5 / 0.7, 0.2 / 0.7}, albedo[2] = {0.9f, 1.0}, asymmetry[2] = {0.85, 0.3};
   for (unsigned l = 0; l <= g->degree; l++) {
     double scattering = 0.0, extinction = 0.0;
@@ -394,18 +395,18 @@ static void phase_functions_mix_by_extinction(void **state) {
     /* Moments in float. */
     assert_near_relative((double)g->ratio[(size_t)active * (g->degree + 1) + l], scattering / extinction, 1e-5);
     if (l > NP_DEGREE_MIN) continue;
-    double broad_scattering = 0.0, broad_extinction = 0.0;
+    double low_scattering = 0.0, low_extinction = 0.0;
     for (int v = 0; v < 2; v++) {
       const double forward = pow(asymmetry[v], NP_DEGREE_MIN + 1);
-      broad_scattering += share[v] * albedo[v] * (pow(asymmetry[v], l) - forward);
-      broad_extinction += share[v] * (1.0 - albedo[v] * forward);
+      low_scattering += share[v] * albedo[v] * (pow(asymmetry[v], l) - forward);
+      low_extinction += share[v] * (1.0 - albedo[v] * forward);
     }
-    const double found = (double)broad.ratio[(size_t)active * (NP_DEGREE_MIN + 1) + l];
-    assert_near_relative(found, broad_scattering / broad_extinction, 1e-5);
-    assert_near_relative((double)broad.extinction[active] / (double)g->extinction[active],
-                         broad_extinction / extinction, 1e-5);
+    const double found = (double)low.ratio[(size_t)active * (NP_DEGREE_MIN + 1) + l];
+    assert_near_relative(found, low_scattering / low_extinction, 1e-5);
+    assert_near_relative((double)low.extinction[active] / (double)g->extinction[active], low_extinction / extinction,
+                         1e-5);
   }
-  np_transport_grid_clear(&broad);
+  np_transport_grid_clear(&low);
   test_world_destroy(&w);
 }
 
@@ -547,7 +548,7 @@ static void a_failed_allocation_leaves_nothing_behind(void **state) {
   assert_survives_failed_allocations(attempt, &w);
 }
 
-/* What a sweep takes from one octant of a pair it gives to the other with the sign of the odd harmonics turned. */
+/* The harmonics of one octant of a pair are those of the other with the sign of the odd ones turned. */
 static void check_pair(const np_ordinates *o, unsigned pair, unsigned block, unsigned lane) {
   float up[NP_HARMONIC_COUNT_MAX], down[NP_HARMONIC_COUNT_MAX];
   np_harmonics_eval(o->degree, np_ordinates_direction(o, 2 * pair, block, lane), up);
@@ -582,7 +583,7 @@ int main(void) {
       cmocka_unit_test(threads_change_no_bit),
       cmocka_unit_test(grey_bands_are_one),
       cmocka_unit_test(first_collisions_keep_their_centre),
-      cmocka_unit_test(narrow_light_is_its_mean_over_each_cell),
+      cmocka_unit_test(the_residual_is_its_mean_over_each_cell),
       cmocka_unit_test(detail_within_cells_is_put_back),
       cmocka_unit_test(resolving_a_solution_finds_that_of_the_higher_degree),
       cmocka_unit_test(fine_cells_are_as_good_as_iterated_ones),

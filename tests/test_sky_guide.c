@@ -71,8 +71,8 @@ static void make_crooked_guide(np_sky_guide *guide) {
   }
 }
 
-/* A drawn direction has the density that chance reckons with, and the mean of 1 over it is the solid angle of all that
- * may be drawn; that of an even function over it is that function's integral. */
+/* A drawn direction has the density that np_sky_guide_eval returns, and the mean of 1 over it is the solid angle of all
+ * that may be drawn; that of an even function over it is that function's integral. */
 static void directions_are_drawn_as_they_are_weighed(void **state) {
   (void)state;
   np_sky_guide guide;
@@ -152,7 +152,7 @@ static void assert_same(const char *what, const test_tally *a, const test_tally 
   assert_near(test_tally_mean(a), test_tally_mean(b), 4.0 * hypot(test_tally_error(a), test_tally_error(b)));
 }
 
-/* However crooked what is aimed at: a white cloud under an even sky stays invisible, from either way with the air, and
+/* However crooked the guide: a white cloud under an even sky stays invisible, from either way with the air, and
  * over white ground. */
 static void furnace_stays_white(void **state) {
   (void)state;
@@ -175,7 +175,7 @@ static void furnace_stays_white(void **state) {
 }
 
 /* A thin isotropic cloud that half the sphere shines on scatters out half of what it takes from a ray of light: with
- * what it hides left out, its radiance is half its opacity. Of what it is thick by, 1e-3, as much is scattered twice.
+ * what it hides left out, its radiance is half its opacity. A share of 1e-3, its optical depth, is scattered twice.
  */
 static void thin_cloud_scatters_out_what_it_gets(void **state) {
   (void)state;

@@ -96,8 +96,8 @@ static void clouds_that_overlap_stay_as_bright(void **state) {
   test_world_destroy(&w);
 }
 
-/* What passes half of two clouds of depth 2.5, and all of them, by flights that leave out a share of the extinction
- * or add to it. */
+/* Transmittance through half of two clouds of depth 2.5, and all of them, by flights that leave out a share of the
+ * extinction or add to it. */
 static void stretched_flights_weigh_what_they_ought(void **state) {
   (void)state;
   test_world w;
@@ -139,7 +139,7 @@ static void a_wrong_solution_changes_no_mean(void **state) {
   test_world_destroy(&w);
 }
 
-/* A white cloud amid even light cannot be seen. All that the solution knows there is the same everywhere, but for what
+/* A white cloud amid even light cannot be seen. The solution there is the same everywhere, but for what
  * its iteration left over: most paths are never split, and those that are lose what the sums of floats round off. */
 static void a_white_furnace_stays_invisible(void **state) {
   (void)state;
@@ -154,8 +154,8 @@ static void a_white_furnace_stays_invisible(void **state) {
   test_world_destroy(&w);
 }
 
-/* What a limit takes is estimated from a few paths, which are followed beyond it as the others would be. */
-static void what_a_limit_takes_is_told(void **state) {
+/* The light beyond a limit is estimated from a few paths, which are followed beyond it as the others would be. */
+static void the_light_beyond_a_limit_is_reported(void **state) {
   (void)state;
   test_world w;
   start(&w);
@@ -186,7 +186,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_lumpy_cloud_stays_as_bright),        cmocka_unit_test(a_cloud_in_space_stays_as_bright),
       cmocka_unit_test(a_cloud_that_absorbs_stays_as_bright), cmocka_unit_test(a_wrong_solution_changes_no_mean),
-      cmocka_unit_test(a_white_furnace_stays_invisible),      cmocka_unit_test(what_a_limit_takes_is_told),
+      cmocka_unit_test(a_white_furnace_stays_invisible),      cmocka_unit_test(the_light_beyond_a_limit_is_reported),
       cmocka_unit_test(clouds_that_overlap_stay_as_bright),   cmocka_unit_test(stretched_flights_weigh_what_they_ought),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

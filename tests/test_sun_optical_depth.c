@@ -84,9 +84,10 @@ static double measure_error(const fixture *f) {
 }
 
 /* Inside a homogeneous block, two metres off its faces, the depth is its extinction times the way out, to sums of
- * floats. Cells at the lit face, from 24 to 32 m, keep the straight line through their ends. A cell's bend is the mean
- * over three axes, and one alone bends here: √3 times the tolerance in the middle; at 29 m the line is 5/4 as far off,
- * and the light e^0.2 as bright: 2.65 times. From outside, where nothing is interpolated along the ray, 1e-3. */
+ * floats. Cells at the lit face, from 24 to 32 m, keep the straight line through their ends. A cell's second
+ * difference is the mean over three axes, and here only one axis has any: √3 times the tolerance in the middle; at 29 m
+ * the line is 5/4 as far off, and the light e^0.2 as bright: 2.65 times. From outside, where nothing is interpolated
+ * along the ray, 1e-3. */
 static void depth_of_a_block_is_its_length(void **state) {
   (void)state;
   fixture f;
@@ -122,7 +123,7 @@ static void light_is_right_within_the_tolerance(void **state) {
 }
 
 /* Nodes a voxel apart miss three times the tolerance in steep cells; half as far apart a quarter of that, so that all
- * cells but a few need not be walked for. Where they do not fit the memory the cells stay steep, and are. */
+ * cells but a few need no walk. Where they do not fit the memory the cells stay steep. */
 static void steep_cells_keep_finer_nodes(void **state) {
   (void)state;
   fixture f;
@@ -158,7 +159,7 @@ static void a_smaller_tolerance_costs_memory_and_buys_light(void **state) {
   end(&f);
 }
 
-/* As a hill or the ground asks. A ray must find the same as a walk, within what interpolation leaves where it enters.
+/* As from a hill or the ground. A ray must find the same as a walk, within what interpolation leaves where it enters.
  * Towards the rim of a disk of 0.26 degrees, which a ray from 1 km away passes 4 m beside the middle: all but what the
  * direction still changes inside the cloud, 0.16 m over its breadth, must be found; taken as if from the middle, light
  * would be wrong by 0.07 rms. */
@@ -270,8 +271,8 @@ static neph_image *render(neph_context *context, const char *cloud, double depth
   return image;
 }
 
-/* Sunlight scattered once in the Disney cloud, whose voxels are up to 0.9 and 3.4 thick, front and back lit: what the
- * volume is made for. Both pictures have the same rays, so that the difference is the volume's alone. With light
+/* Sunlight scattered once in the Disney cloud, whose voxels are up to 0.9 and 3.4 thick, front and back lit: the case
+ * that the volume is for. Both pictures have the same rays, so that the difference is the volume's alone. With light
  * scattered more than once it is a third of this. */
 static void pictures_are_right_front_and_back_lit(void **state) {
   (void)state;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Error of a picture against look-ups of density: the march, and jittered exponential Euler with a fixed step
- * (tests/march_picture.h says what both are), whose steps towards the sun are one, two or four times as long as its
+ * (tests/march_picture.h defines both), whose steps towards the sun are one, two or four times as long as its
  * others, whichever is best.
  *
  * Usage: bench_march CLOUD.vdb UP DEPTH, with the axis of the file that is up (y or z) and the optical depth of its
@@ -39,8 +39,8 @@ static void run(march_picture *p, double elevation_deg, double azimuth_deg) {
     printf("  march, tolerance %6.4f   %9.1f look-ups   error %7.3f %%   Euler %6.1f times as many, %6.1f without "
            "empty bricks\n",
            (double)tolerance, m.lookups, 100.0 * m.error,
-           march_points_find(baseline, count, m.error, false) / m.lookups,
-           march_points_find(baseline, count, m.error, true) / m.lookups);
+           march_points_compute_lookups(baseline, count, m.error, false) / m.lookups,
+           march_points_compute_lookups(baseline, count, m.error, true) / m.lookups);
   }
 }
 

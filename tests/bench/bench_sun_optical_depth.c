@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the sun optical-depth volume costs and saves, and whether the plan picks the cheaper way of the two.
+/* Cost and gain of the sun optical-depth volume, and whether the plan picks the cheaper way of the two.
  *
  * Usage: bench_sun_optical_depth SCENE.yaml [FRAMES [KEY VALUE …]]. One thread; CPU seconds, the least of several.
  * Printed: what it takes to fill the volume; a frame's rays with the volume kept from the last frame, and with depths
@@ -47,7 +47,7 @@ static double render(neph_scene *scene, const char *sun_depth) {
   return seconds;
 }
 
-/* By so little that the volume is filled anew and nothing else is. */
+/* By so little that the volume is refilled and nothing else is. */
 static void turn_sun(neph_scene *scene, double elevation_deg, int step) {
   char text[40];
   (void)snprintf(text, sizeof text, "%.6f deg", elevation_deg + 1e-4 * step);
@@ -107,7 +107,7 @@ static double time_filling(const np_world *world, neph_context *context, const n
   return best;
 }
 
-/* Asks for all depths, of the first cloud. Returns the seconds that one takes. */
+/* Walks for all depths, of the first cloud. Returns the seconds that one takes. */
 static double time_walks(const np_world *world, const places *p, const np_depth_query *query, double *sum) {
   double best = HUGE_VAL;
   for (int i = 0; i < REPEATS; i++) {
