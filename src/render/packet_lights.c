@@ -128,15 +128,15 @@ static neph_result build_skies(const np_packet_lights_desc *d, const np_packet *
                                np_packet_light *out) {
   const np_assembly *a = d->assembly;
   neph_result result = NEPH_OK;
-  if (np_spectrum_is_zero(l->irradiance)) return result;
+  const bool has_camera_sky = needs(d->plan, NP_STAGE_CAMERA_SKY), has_cloud_sky = needs(d->plan, NP_STAGE_CLOUD_SKY);
+  if (np_spectrum_is_zero(l->irradiance) || !(has_camera_sky || has_cloud_sky)) return result;
   np_schedule_begin(&d->assembly->schedule, d->monitor, NP_WORK_SKIES);
   const np_monitor_part whole = np_monitor_get_part(d->monitor);
   np_monitor_set_part(d->monitor, whole, 0.0, 0.5);
   np_monitor_set_stage(d->monitor, "building the sky");
-  if (needs(d->plan, NP_STAGE_CAMERA_SKY))
-    result = build_sky(d, packet, l, a->camera.origin, get_role(l->is_moon, false), &out->camera_sky);
+  if (has_camera_sky) result = build_sky(d, packet, l, a->camera.origin, get_role(l->is_moon, false), &out->camera_sky);
   np_monitor_set_part(d->monitor, whole, 0.5, 1.0);
-  if (!result && needs(d->plan, NP_STAGE_CLOUD_SKY))
+  if (!result && has_cloud_sky)
     result = build_sky(d, packet, l, find_clouds_middle(a), get_role(l->is_moon, true), &out->cloud_sky);
   return result;
 }

@@ -42,11 +42,11 @@ static void guess_seconds(const np_plan *plan, unsigned cloud_count, double out[
 /* How often each is done. */
 static void count_work(const np_plan *plan, unsigned cloud_count, double packets, double lights,
                        double out[NP_WORK_COUNT]) {
-  const bool has_air = needs(plan, NP_STAGE_ATMOSPHERE);
+  const bool has_skies = needs(plan, NP_STAGE_CAMERA_SKY) || needs(plan, NP_STAGE_CLOUD_SKY);
   out[NP_WORK_TERRAIN] = needs(plan, NP_STAGE_TERRAIN) ? 1.0 : 0.0;
   out[NP_WORK_CLOUD] = needs(plan, NP_STAGE_VOLUMES) ? cloud_count : 0.0;
-  out[NP_WORK_ATMOSPHERE] = has_air ? packets : 0.0;
-  out[NP_WORK_SKIES] = has_air ? packets * lights : 0.0;
+  out[NP_WORK_ATMOSPHERE] = needs(plan, NP_STAGE_ATMOSPHERE) ? packets : 0.0;
+  out[NP_WORK_SKIES] = has_skies ? packets * lights : 0.0;
   out[NP_WORK_EMISSION] = needs(plan, NP_STAGE_EMISSION) ? packets : 0.0;
   out[NP_WORK_SUN_DEPTH] = needs(plan, NP_STAGE_SUN_DEPTH) ? lights : 0.0;
   out[NP_WORK_ORDINATES] = needs(plan, NP_STAGE_ORDINATES) ? packets * lights : 0.0;
