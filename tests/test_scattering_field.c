@@ -474,16 +474,18 @@ static double read_ticks(void *user) {
   return *ticks += 1.0;
 }
 
-static void solve_in_ticks(test_lit_cloud *f, double ticks) {
+static void solve_in_ticks(test_world *w, double ticks) {
   np_monitor monitor;
   double clock_s = 0.0;
-  np_monitor_start(&monitor, f->context, NULL, NULL);
+  np_monitor_start(&monitor, w->context, NULL, NULL);
   monitor.read_clock_s = read_ticks;
   monitor.clock_user = &clock_s;
   monitor.start_s = monitor.last_report_s = 0.0;
-  np_scattering_field_clear(&f->scatter);
-  f->desc.seconds_max = ticks;
-  assert_int_equal(np_scattering_field_build(f->context, &f->world, &f->desc, &monitor, &f->scatter), NEPH_OK);
+  np_scattering_field_clear(&w->scattering);
+  w->desc.seconds_max = ticks;
+  const np_sun_depth_source depths = np_sun_depths_get_source(&w->lighting.sun_depths);
+  assert_int_equal(np_scattering_field_build(w->context, &w->world, &depths, &w->desc, &monitor, &w->scattering),
+                   NEPH_OK);
   assert_false(np_monitor_is_cancelled(&monitor));
 }
 
@@ -502,31 +504,32 @@ static double sum_radiance(const np_scattering_field *s, unsigned band) {
 static void time_cuts_the_solution_of_every_band(void **state) {
   (void)state;
   static const double ticks[] = {1.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 1e9};
-  test_lit_cloud f = {0};
-  start(&f, 2);
-  f.placed.albedo = np_spectrum_make(0.9f, 0.95f, 0.999f);
-  f.world.sun_irradiance = np_spectrum_grey(1.0f);
-  build(&f);
-  const size_t count = f.scatter.grid.active_count * f.scatter.band_count * np_harmonics_count(f.scatter.grid.degree);
-  np_scattering_field converged = f.scatter;
-  f.scatter = (np_scattering_field){.context = f.context};
+  test_world w;
+  start(&w, 2);
+  w.placed[0].albedo = np_spectrum_make(0.9f, 0.95f, 0.999f);
+  w.world.sun_irradiance = np_spectrum_grey(1.0f);
+  build(&w);
+  const size_t count =
+      w.scattering.grid.active_count * w.scattering.band_count * np_harmonics_count(w.scattering.grid.degree);
+  np_scattering_field converged = w.scattering;
+  w.scattering = (np_scattering_field){.context = w.context};
   assert_false(converged.is_cut);
   unsigned cuts = 0;
   for (size_t i = 0; i < sizeof ticks / sizeof *ticks; i++) {
-    solve_in_ticks(&f, ticks[i]);
-    cuts += f.scatter.is_cut;
-    assert_int_equal(f.scatter.band_count, NP_BAND_COUNT);
+    solve_in_ticks(&w, ticks[i]);
+    cuts += w.scattering.is_cut;
+    assert_int_equal(w.scattering.band_count, NP_BAND_COUNT);
     for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
-      const double share = sum_radiance(&f.scatter, b) / sum_radiance(&converged, b);
+      const double share = sum_radiance(&w.scattering, b) / sum_radiance(&converged, b);
       assert_true(share >= 0.0 && share < 1.05);
     }
-    if (i == 0) assert_true(f.scatter.is_cut && f.scatter.residual >= 1.0);
-    assert_true(f.scatter.is_cut || f.scatter.residual <= f.desc.tolerance);
+    if (i == 0) assert_true(w.scattering.is_cut && w.scattering.residual >= 1.0);
+    assert_true(w.scattering.is_cut || w.scattering.residual <= w.desc.tolerance);
   }
-  assert_true(cuts >= 2 && !f.scatter.is_cut);
-  assert_memory_equal(f.scatter.moments, converged.moments, count * sizeof *converged.moments);
+  assert_true(cuts >= 2 && !w.scattering.is_cut);
+  assert_memory_equal(w.scattering.moments, converged.moments, count * sizeof *converged.moments);
   np_scattering_field_clear(&converged);
-  end(&f);
+  test_world_destroy(&w);
 }
 
 static neph_result attempt(neph_context *context, void *user) {
