@@ -53,7 +53,7 @@ typedef struct shaft {
   double low[3], high[3];
 } shaft;
 
-typedef struct probe {
+typedef struct shadow_probe {
   const np_world *world;
   const np_sun_depths *depths;
   np_air_visibility *out;
@@ -62,9 +62,9 @@ typedef struct probe {
   unsigned shaft_count;
   float fade[NP_INSTANCES_MAX]; /* by which the sun fades in each cloud: what goes on in the forward peak is not
                                       lost to the air */
-} probe;
+} shadow_probe;
 
-static shaft make_shaft(const probe *p, np_dvec3 low, np_dvec3 high) {
+static shaft make_shaft(const shadow_probe *p, np_dvec3 low, np_dvec3 high) {
   shaft s = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, INFINITY}};
   for (int corner = 0; corner < 8; corner++) {
     const np_dvec3 at =
@@ -79,7 +79,7 @@ static shaft make_shaft(const probe *p, np_dvec3 low, np_dvec3 high) {
 }
 
 /* The part of a ray that may lie in a shaft; begin > end: none. */
-static void clip(const probe *p, const shaft *s, np_dvec3 origin, np_vec3 direction, double *out_begin,
+static void clip(const shadow_probe *p, const shaft *s, np_dvec3 origin, np_vec3 direction, double *out_begin,
                  double *out_end) {
   *out_begin = 0.0;
   *out_end = INFINITY;
@@ -96,7 +96,7 @@ static void clip(const probe *p, const shaft *s, np_dvec3 origin, np_vec3 direct
 }
 
 /* The part of a ray that holds all its shadow. */
-static void find_interval(const probe *p, np_vec3 direction, double *out_begin, double *out_end) {
+static void find_interval(const shadow_probe *p, np_vec3 direction, double *out_begin, double *out_end) {
   *out_begin = INFINITY;
   *out_end = 0.0;
   for (unsigned i = 0; i < p->shaft_count; i++) {
@@ -108,7 +108,7 @@ static void find_interval(const probe *p, np_vec3 direction, double *out_begin, 
   }
 }
 
-static double find_ground(const probe *p, np_vec3 direction) {
+static double find_ground(const shadow_probe *p, np_vec3 direction) {
   np_ground_hit hit;
   return np_world_intersect_ground(p->world, p->out->rays.origin, direction, &hit) ? hit.distance_m : HUGE_VAL;
 }
@@ -133,7 +133,7 @@ static double find_light_end(const neph_sky *sky, np_vec3 direction, double end)
 enum { REACH_RAYS = 9 };
 
 /* How far any ray of the whole picture has to be looked along. */
-static double find_reach(const probe *p) {
+static double find_reach(const shadow_probe *p) {
   const np_air_rays *r = &p->out->rays;
   double reach = 0.0;
   for (int n = 0; n < REACH_RAYS * REACH_RAYS; n++) {
@@ -150,7 +150,7 @@ static double find_reach(const probe *p) {
 
 /* ---- Visibility ---- */
 
-static float see_sun(const probe *p, np_dvec3 position, np_vec3 to_sun) {
+static float see_sun(const shadow_probe *p, np_dvec3 position, np_vec3 to_sun) {
   if (np_world_is_behind_terrain(p->world, position, to_sun)) return 0.0f;
   return np_transmittance(np_sun_depths_get_scaled(p->depths, position, to_sun, p->fade, 12.0f));
 }
@@ -159,7 +159,7 @@ static float turn(double value) { return (float)(value - floor(value)); }
 
 /* Mean over a part of a ray: of `count` places, which the plastic number and the golden ratio spread over nodes and
  * cells (Roberts 2018). */
-static float see_part(const probe *p, np_vec3 direction, int i, int j, int cell, double begin, double end) {
+static float see_part(const shadow_probe *p, np_vec3 direction, int i, int j, int cell, double begin, double end) {
   const int count = end - begin > cell_long_m ? 2 : 1;
   float sum = 0.0f;
   for (int k = 0; k < count; k++) {
@@ -171,7 +171,7 @@ static float see_part(const probe *p, np_vec3 direction, int i, int j, int cell,
   return sum / (float)count;
 }
 
-static void see_node(const probe *p, size_t node) {
+static void see_node(const shadow_probe *p, size_t node) {
   np_air_visibility *out = p->out;
   const int32_t width = out->rays.end[0] - out->rays.begin[0];
   const int i = out->rays.begin[0] + (int)(node % (size_t)width), j = out->rays.begin[1] + (int)(node / (size_t)width);
@@ -240,7 +240,7 @@ static neph_result smooth(np_air_visibility *v, np_monitor *monitor) {
   return result;
 }
 
-static void place_shafts(probe *p, const np_air_casters *casters) {
+static void place_shafts(shadow_probe *p, const np_air_casters *casters) {
   const np_dvec3 to_sun = np_dvec3_normalize(np_vec3_to_double(p->world->to_sun));
   const np_dvec3 level = np_dvec3_make(-to_sun.y, to_sun.x, 0.0);
   p->axis[2] = np_dvec3_scale(to_sun, -1.0);
@@ -254,7 +254,7 @@ neph_result np_air_visibility_build(neph_context *context, const np_world *world
                                     const np_air_rays *rays, const np_air_casters *casters, np_monitor *monitor,
                                     np_air_visibility *out) {
   *out = (np_air_visibility){.context = context, .rays = *rays};
-  probe p = {.world = world, .depths = depths, .out = out};
+  shadow_probe p = {.world = world, .depths = depths, .out = out};
   for (unsigned v = 0; v < world->clouds.count; v++)
     p.fade[v] = 1.0f - np_scaled_phase_compute_forward(&world->clouds.at[v].phase, NP_DEGREE_MIN) *
                            np_spectrum_max(world->clouds.at[v].albedo);

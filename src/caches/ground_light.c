@@ -2,7 +2,7 @@
 /* Light on the ground under clouds, gathered from the solution of the multiple scattering.
  *
  * With the directions of one cosine-weighted set, the same at every point, so that neighbours differ by what they see
- * alone. Along each the equation of transfer is integrated in the scaled medium of light/multi_scatter.c,
+ * alone. Along each the equation of transfer is integrated in the scaled medium of transport/scattering_field.c,
  *
  *     L += T·S·(1 − e^{−σ′h})/σ′,   S = Σ ϖσ·((1−f)·p′·E·e^{−kτ} + Σ (χ_l − f)·φ_lm·Y_lm)
  *

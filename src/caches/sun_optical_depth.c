@@ -111,7 +111,7 @@ static double bound_bytes(const np_world *world, double coarsening) {
 
 /* ---- Filling ---- */
 
-typedef struct fill {
+typedef struct lattice_fill {
   const np_instance *volume;
   const np_sun_optical_depth_desc *desc;
   np_sun_optical_depth *cache;
@@ -120,18 +120,18 @@ typedef struct fill {
   column_fn kernel;
   float *rays; /* of each thread */
   size_t rays_stride;
-} fill;
+} lattice_fill;
 
-static fill start_fill(np_sun_optical_depth *cache, const np_world *world, unsigned v,
-                       const np_sun_optical_depth_desc *desc) {
-  return (fill){.volume = &world->clouds.at[v],
-                .desc = desc,
-                .cache = cache,
-                .lattice = &cache->lattices[v],
-                .from_sun = np_vec3_scale(world->to_sun, -1.0f)};
+static lattice_fill start_fill(np_sun_optical_depth *cache, const np_world *world, unsigned v,
+                               const np_sun_optical_depth_desc *desc) {
+  return (lattice_fill){.volume = &world->clouds.at[v],
+                        .desc = desc,
+                        .cache = cache,
+                        .lattice = &cache->lattices[v],
+                        .from_sun = np_vec3_scale(world->to_sun, -1.0f)};
 }
 
-static np_sun_column start_column(const fill *f, size_t n, unsigned thread) {
+static np_sun_column start_column(const lattice_fill *f, size_t n, unsigned thread) {
   const np_sun_lattice *l = f->lattice;
   return (np_sun_column){.volume = f->volume,
                          .lattice = l,
@@ -158,7 +158,7 @@ static void keep_nodes(const np_sun_column *column, float *nodes) {
 }
 
 static neph_result fill_columns(void *user, size_t begin, size_t end, unsigned thread) {
-  const fill *f = user;
+  const lattice_fill *f = user;
   np_sun_lattice *l = f->lattice;
   for (size_t n = begin; n < end; n++) {
     np_sun_column column = start_column(f, n, thread);
@@ -202,7 +202,7 @@ static size_t count_nodes(const np_sun_column *column) {
 }
 
 static neph_result refine_columns(void *user, size_t begin, size_t end, unsigned thread) {
-  const fill *f = user;
+  const lattice_fill *f = user;
   np_sun_lattice *l = f->lattice;
   for (size_t n = begin; n < end; n++) {
     np_sun_column column = start_column(f, n, thread);
@@ -217,7 +217,7 @@ static neph_result refine_columns(void *user, size_t begin, size_t end, unsigned
   return NEPH_OK;
 }
 
-static neph_result run_kernel(fill *f, column_fn kernel, size_t rays_stride, np_parallel_fn columns,
+static neph_result run_kernel(lattice_fill *f, column_fn kernel, size_t rays_stride, np_parallel_fn columns,
                               np_monitor *monitor) {
   neph_context *context = f->cache->context;
   f->kernel = kernel;
@@ -235,7 +235,7 @@ static neph_result fill_lattice(np_sun_optical_depth *cache, const np_world *wor
   np_sun_lattice *l = &cache->lattices[v];
   const size_t columns = (size_t)l->size[0] * (size_t)l->size[1];
   if (columns == 0) return NEPH_OK;
-  fill f = start_fill(cache, world, v, desc);
+  lattice_fill f = start_fill(cache, world, v, desc);
   l->cells = np_alloc(cache->context, count_cells(l), sizeof *l->cells);
   l->nodes = np_alloc(cache->context, columns, sizeof *l->nodes);
   if (!l->cells || !l->nodes) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -247,7 +247,7 @@ static neph_result refine_lattice(np_sun_optical_depth *cache, const np_world *w
                                   const np_sun_optical_depth_desc *desc, np_monitor *monitor) {
   const np_sun_lattice *l = &cache->lattices[v];
   if (l->size[0] == 0) return NEPH_OK;
-  fill f = start_fill(cache, world, v, desc);
+  lattice_fill f = start_fill(cache, world, v, desc);
   const size_t stride = NP_SUN_FINE_RAYS * NP_SUN_FINE_RAYS * ((size_t)l->size[2] * NP_SUN_FINE_EDGE + 2);
   return run_kernel(&f, kernels[neph_context_get_isa(cache->context)].refine, stride, refine_columns, monitor);
 }

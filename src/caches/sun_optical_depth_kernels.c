@@ -95,13 +95,13 @@ static float find_light_error(float a, float b, float rate) {
 }
 
 /* The nodes of a cell: `edge` intervals along each axis. */
-typedef struct block {
+typedef struct node_block {
   const float *first;
   size_t step[3], edge;
-} block;
+} node_block;
 
 /* Sum of the squared errors in light, at nodes halfway between two others `stride` apart from each, of their mean. */
-static float sum_bends(const block *b, size_t stride, int axis, float rate, int *count) {
+static float sum_bends(const node_block *b, size_t stride, int axis, float rate, int *count) {
   const size_t other[2] = {b->step[(axis + 1) % 3], b->step[(axis + 2) % 3]}, step = stride * b->step[axis];
   float sum = 0.0f;
   for (size_t i = 0; i <= b->edge; i += stride)
@@ -116,7 +116,7 @@ static float sum_bends(const block *b, size_t stride, int axis, float rate, int 
 }
 
 /* Root of their mean, of every second node along one axis or another. */
-static float find_bend(const block *b, size_t stride, float rate) {
+static float find_bend(const node_block *b, size_t stride, float rate) {
   int count = 0;
   float sum = 0.0f;
   for (int axis = 0; axis < 3; axis++) sum += sum_bends(b, stride, axis, rate, &count);
@@ -126,7 +126,7 @@ static float find_bend(const block *b, size_t stride, float rate) {
 /* Between nodes one step apart the mean misses a third of what it misses between nodes two steps apart: a quarter where
  * the depth is smooth, half at an edge. */
 static uint32_t choose_level(const float cell[CELL], const np_sun_optical_depth_desc *desc) {
-  const block b = {cell, {NODES * NODES, NODES, 1}, EDGE};
+  const node_block b = {cell, {NODES * NODES, NODES, 1}, EDGE};
   float quadratic = find_bend(&b, 1, desc->rate);
   if (quadratic > 3.0f * desc->tolerance) return NP_SUN_CELL_STEEP;
   uint32_t level = 1;
@@ -186,7 +186,7 @@ void NP_KERNEL(np_sun_column_refine)(np_sun_column *c) {
   for (int32_t k = 0; k < end; k++) {
     if (c->cells[k] != NP_SUN_CELL_STEEP) continue;
     const size_t stride = np_sun_column_count_fine(c);
-    const block b = {np_sun_column_find_fine(c, k), {NP_SUN_FINE_RAYS * stride, stride, 1}, NP_SUN_FINE_EDGE};
+    const node_block b = {np_sun_column_find_fine(c, k), {NP_SUN_FINE_RAYS * stride, stride, 1}, NP_SUN_FINE_EDGE};
     if (find_bend(&b, 1, c->desc->rate) > steep_bend * c->desc->tolerance) continue;
     c->cells[k] = (uint32_t)c->node_count << NP_SUN_CELL_LEVEL_BITS;
     c->node_count += np_sun_level_count_nodes(0);

@@ -32,10 +32,10 @@ static void find_distance_min(const np_transport_grid *g, np_viewer_light *light
   }
 }
 
-typedef struct build {
+typedef struct viewer_build {
   const np_scattering_field *scatter;
   np_viewer_light *light;
-} build;
+} viewer_build;
 
 static void unpack(const np_scattering_field *scatter, size_t active, np_light_moments *out) {
   const unsigned count = np_harmonics_count(scatter->grid.degree), width = scatter->band_count * count;
@@ -54,7 +54,7 @@ static void throw_moments(const np_scattering_field *scatter, const np_light_mom
 
 static neph_result fill_cells(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  const build *b = user;
+  const viewer_build *b = user;
   const np_scattering_field *s = b->scatter;
   np_viewer_light *l = b->light;
   for (size_t active = begin; active < end; active++) {
@@ -82,7 +82,7 @@ neph_result np_viewer_light_build(neph_context *context, const np_scattering_fie
   const size_t cells = scatter->grid.active_count;
   out->outgoing = np_alloc(context, cells * out->kind_count, scatter->band_count * sizeof *out->outgoing);
   if (!out->outgoing) return NEPH_ERROR_OUT_OF_MEMORY;
-  build b = {scatter, out};
+  viewer_build b = {scatter, out};
   const neph_result result = np_parallel_for(context, monitor, cells, 256, fill_cells, &b);
   if (result) np_viewer_light_clear(out);
   return result;

@@ -58,7 +58,7 @@ static void break_step(np_march *m) {
 
 /* Gathers a piece of constant extinction, of which steps count `hiding` a metre, and `bound` at the cell's densest
  * point; lights the steps that end in it. */
-static void pass_piece(np_march *m, const np_ray_intervals *all, const np_interval *s, const float *extinction,
+static void pass_piece(np_march *m, const np_ray_intervals *all, const np_ray_interval *s, const float *extinction,
                        double begin, float length, float hiding, float bound) {
   if (!(hiding > 0.0f)) {
     break_step(m);
@@ -90,14 +90,14 @@ static float find_hiding(const np_march *m, const np_instance *volume) {
 }
 
 /* The same of all that is active in a stretch, at the densest points of its cells. */
-static float find_bound(const np_ray_intervals *all, const np_interval *s, const float *hiding) {
+static float find_bound(const np_ray_intervals *all, const np_ray_interval *s, const float *hiding) {
   float sum = 0.0f;
   for (unsigned i = 0; i < s->count; i++) sum += hiding[i] * np_ray_instance_bound(&all->instance[s->active[i]]);
   return sum;
 }
 
 /* The cloud of a stretch whose voxels are smallest. */
-static const np_ray_instance *find_finest(const np_ray_intervals *all, const np_interval *s) {
+static const np_ray_instance *find_finest(const np_ray_intervals *all, const np_ray_interval *s) {
   const np_ray_instance *finest = &all->instance[s->active[0]];
   for (unsigned i = 1; i < s->count; i++)
     if (all->instance[s->active[i]].voxels_per_m > finest->voxels_per_m) finest = &all->instance[s->active[i]];
@@ -106,7 +106,7 @@ static const np_ray_instance *find_finest(const np_ray_intervals *all, const np_
 
 /* Pieces of a stretch whose error is small against what the ray has hidden with them. The depth counts for more than
  * one towards a light, as all that lies behind is seen through it. */
-static int count_pieces(const np_march *m, const np_ray_intervals *all, const np_interval *s, const float *hiding,
+static int count_pieces(const np_march *m, const np_ray_intervals *all, const np_ray_interval *s, const float *hiding,
                         float bound) {
   const float length = (float)(s->end - s->begin);
   float variation = 0.0f;
@@ -126,7 +126,7 @@ static int fill_middles(int first, int count, float length, float middle[NP_BRIC
 }
 
 /* Cuts a stretch into equal pieces, and those into steps. */
-static void cross(np_march *m, const np_ray_intervals *all, const np_interval *s) {
+static void cross(np_march *m, const np_ray_intervals *all, const np_ray_interval *s) {
   float hiding[NP_INSTANCES_MAX], found[NP_INSTANCES_MAX][NP_BRICK_LINE], middle[NP_BRICK_LINE];
   for (unsigned i = 0; i < s->count; i++) hiding[i] = find_hiding(m, all->instance[s->active[i]].volume);
   if (!np_step_goes_on(&m->step, all, s)) break_step(m);
@@ -186,7 +186,7 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
     (m.scatter ? NP_KERNEL(np_march_start_scaled) : NP_KERNEL(np_march_start_look))(&m);
     m.step_length_m = find_step_length(&m, &all);
     set_knot(&m, ray->jitter);
-    np_interval s;
+    np_ray_interval s;
     while (m.carry > 0.0f && np_ray_intervals_next(&all, &s)) cross(&m, &all, &s);
     close_step(&m);
   }
@@ -202,7 +202,7 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
 
 double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_ray *ray, double distance_max) {
   np_ray_intervals all;
-  np_interval s;
+  np_ray_interval s;
   float depth = 0.0f;
   np_ray_intervals_start(&all, &world->clouds, ray->origin, ray->direction, distance_max);
   while (np_ray_intervals_next(&all, &s)) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The lighting of a step in the scaled medium of the multiple scattering's solution (transport/scattering_field.h): σ′
- * = Σ k·σ for σ. Its source is sunlight that came as if straight, times the direct term D (light/scaled_phase.c), and
- * the solution's moments towards the camera. Compiled once per instruction-set level. */
+ * = Σ k·σ for σ. Its source is sunlight that came as if straight, times the direct term D (transport/scaled_phase.c),
+ * and the solution's moments towards the camera. Compiled once per instruction-set level. */
 #include "integrate/march.h"
 
 /* What depths let through, found once where they are the same in all bands. */

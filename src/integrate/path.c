@@ -11,7 +11,7 @@
  * over samples is the solution of the equation of transfer.
  *
  * With the air from tables, paths live in the clouds alone; where one leaves them it sees the sky or ground that the
- * scene view describes, and ends. Compiled once per instruction-set level.
+ * world describes, and ends. Compiled once per instruction-set level.
  */
 #include "integrate/path_light.h"
 #include "integrate/sky_next_event.h"

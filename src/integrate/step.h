@@ -35,7 +35,7 @@ typedef struct np_step_knot {
   float hiding, bound; /* gathered so far: depth, and what it would be at the densest point of each cell */
 } np_step_knot;
 
-static inline void np_step_open(np_step *step, const np_ray_intervals *all, const np_interval *s, double begin) {
+static inline void np_step_open(np_step *step, const np_ray_intervals *all, const np_ray_interval *s, double begin) {
   step->begin = begin;
   step->length = 0.0f;
   step->count = s->count;
@@ -47,7 +47,7 @@ static inline void np_step_open(np_step *step, const np_ray_intervals *all, cons
 }
 
 /* Whether a stretch goes on where the step ends, but for rounding, with the same clouds. */
-static inline bool np_step_goes_on(const np_step *step, const np_ray_intervals *all, const np_interval *s) {
+static inline bool np_step_goes_on(const np_step *step, const np_ray_intervals *all, const np_ray_interval *s) {
   const double gap = s->begin - (step->begin + (double)step->length);
   bool is_same = step->count == s->count && gap < 1e-6 * ((double)step->length + (s->end - s->begin));
   for (unsigned i = 0; i < s->count && is_same; i++) is_same = step->volume[i] == all->instance[s->active[i]].volume;

@@ -6,7 +6,7 @@
 #include "atmosphere/moon.h"
 #include "core/units.h"
 #include "integrate/look.h"
-#include "render/frame.h"
+#include "render/integrator_choice.h"
 #include "scene/plan_cells.h"
 
 /* A light above the atmosphere. */
@@ -176,7 +176,7 @@ static float find_sun_rate(const np_packet_lights_desc *d, const np_world *world
   float rate = 1.0f;
   if (needs(d->plan, NP_STAGE_LOOK)) {
     np_integrator_settings settings;
-    np_frame_choose_settings(&d->scene->render, d->plan->desc.multiple_scattering, &settings);
+    np_integrator_choice_make(&d->scene->render, d->plan->desc.multiple_scattering, &settings);
     return np_look_fade(&settings.look);
   }
   if (!needs(d->plan, NP_STAGE_ORDINATES)) return rate;
@@ -188,7 +188,7 @@ static float find_sun_rate(const np_packet_lights_desc *d, const np_world *world
 static np_light_role get_light_role(bool is_moon) { return is_moon ? NP_LIGHT_OF_MOON : NP_LIGHT_OF_SUN; }
 
 /* The same depths serve every packet. */
-static neph_result build_sun_cache(const np_packet_lights_desc *d, np_packet_light *out) {
+static neph_result build_sun_optical_depth(const np_packet_lights_desc *d, np_packet_light *out) {
   np_assembly *a = d->assembly;
   const np_light_role role = get_light_role(out->is_moon);
   np_sun_optical_depth *cache = &a->sun_optical_depths[role];
@@ -213,7 +213,7 @@ static np_dvec3 find_viewer(const np_assembly *a) {
                     : at;
 }
 
-static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_packet *packet, np_packet_light *out) {
+static neph_result build_scattering(const np_packet_lights_desc *d, const np_packet *packet, np_packet_light *out) {
   np_assembly *a = d->assembly;
   np_scattering_desc desc;
   np_plan_choose_cells(d->plan, d->scene, &desc);
@@ -327,9 +327,9 @@ static neph_result build_light(const np_packet_lights_desc *d, const light *l, n
   if (result) return result;
   fill_view(d, packet, l, is_first, out);
   build_sky_guide(d, out);
-  if (needs(d->plan, NP_STAGE_SUN_DEPTH)) result = build_sun_cache(d, out);
+  if (needs(d->plan, NP_STAGE_SUN_DEPTH)) result = build_sun_optical_depth(d, out);
   if (!result && needs(d->plan, NP_STAGE_ORDINATES)) {
-    result = build_multi_scatter(d, packet, out);
+    result = build_scattering(d, packet, out);
     if (!result) result = build_viewer_light(d, out);
   }
   if (!result && needs(d->plan, NP_STAGE_GROUND_CLOUDS)) result = build_ground_light(d, out);

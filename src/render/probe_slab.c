@@ -23,7 +23,7 @@
 #include "core/units.h"
 #include "integrate/integrator.h"
 #include "transport/scattering_field.h"
-#include "render/frame.h"
+#include "render/integrator_choice.h"
 #include "volume/volume_private.h"
 
 enum { BATCH_COUNT = 64, SAMPLE_MIN = 64, SAMPLE_MAX = 16384 };
@@ -121,7 +121,7 @@ static neph_result choose_integrator(np_slab *slab, neph_integrator integrator) 
   neph_scene *scene;
   neph_result result = neph_scene_create(slab->context, &scene);
   if (result) return result;
-  np_frame_choose_settings(&scene->render, scene->render.multiple_scattering, &slab->settings);
+  np_integrator_choice_make(&scene->render, scene->render.multiple_scattering, &slab->settings);
   neph_scene_destroy(scene);
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(slab->context));
   slab->integrate = integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;
@@ -377,8 +377,7 @@ static neph_result measure_scattered(inquiry *q, np_slab_answer *out_answer) {
 
 neph_result np_slab_ask(const np_slab *slab, const np_slab_question *query, uint32_t stream, np_monitor *monitor,
                         np_slab_answer *out_answer) {
-  inquiry q = {
-      .slab = slab, .query = query, .settings = slab->settings, .stream = stream, .monitor = monitor};
+  inquiry q = {.slab = slab, .query = query, .settings = slab->settings, .stream = stream, .monitor = monitor};
   neph_result result = measure_scattered(&q, out_answer);
   if (!result && query->is_flux && !query->is_top) out_answer->value += compute_unscattered(&slab->case_);
   return result;

@@ -4,7 +4,7 @@
 
 #include "core/alloc.h"
 #include "image/film.h"
-#include "render/frame_private.h"
+#include "render/frame_state.h"
 
 enum { TILE_EDGE = 8 };
 

@@ -3,7 +3,7 @@
 #ifndef NP_SCENE_PLAN_CELLS_H
 #define NP_SCENE_PLAN_CELLS_H
 
-#include "scene/plan.h"
+#include "scene/plan_stages.h"
 
 struct np_scattering_desc;
 

@@ -5,7 +5,7 @@
  * calculations", section IV).
  *
  * With φ the integral of the radiance over directions, J the flux upwards, E = ∫μ²L / φ, s the sine of the sun's
- * light's descent and r_l, d·E₀ as in multi_scatter.c, the first two moments of the equation of transfer are
+ * light's descent and r_l, d·E₀ as in scattering_field.c, the first two moments of the equation of transfer are
  *
  *     J′ + (1−r₀)·σ·φ = r₀·d·E₀,     (E·φ)′ + (1−r₁)·σ·J = r₁·d·E₀·s
  *
@@ -25,7 +25,7 @@ bool np_transport_grid_is_column(const np_transport_grid *g) {
 }
 
 /* Of one cell, or of the face above it. */
-typedef struct column {
+typedef struct balance_column {
   const np_transport_level *level;
   const np_transport_lights *lights;
   float *phi;
@@ -33,23 +33,25 @@ typedef struct column {
   double *shape;         /* E */
   double *slant, *drive; /* of faces: (1−r₁)·σ and r₁·d·E₀·s, integrated from middle to middle */
   double *diagonal, *right, *answer; /* of the tridiagonal system, and φ */
-} column;
+} balance_column;
 
-static float *moments_of(const column *c, int32_t i) {
+static float *moments_of(const balance_column *c, int32_t i) {
   return c->phi + (size_t)i * np_harmonics_count(c->level->grid.degree);
 }
 
-static double get_phi(const column *c, int32_t i) { return sqrt(4.0 * NP_PI) * (double)moments_of(c, i)[0]; }
-static double get_flux(const column *c, int32_t i) { return sqrt(4.0 * NP_PI / 3.0) * (double)moments_of(c, i)[FLUX]; }
+static double get_phi(const balance_column *c, int32_t i) { return sqrt(4.0 * NP_PI) * (double)moments_of(c, i)[0]; }
+static double get_flux(const balance_column *c, int32_t i) {
+  return sqrt(4.0 * NP_PI / 3.0) * (double)moments_of(c, i)[FLUX];
+}
 
-static double find_shape(const column *c, int32_t i) {
+static double find_shape(const balance_column *c, int32_t i) {
   const double mean = (double)moments_of(c, i)[0], second = (double)moments_of(c, i)[SECOND];
   if (!(mean > 0.0)) return 1.0 / 3.0;
   return np_clamp((1.0 + 2.0 / sqrt(5.0) * second / mean) / 3.0, 0.01, 0.99);
 }
 
 /* Half a cell's share of a face's integrals. */
-static void add_half(const column *c, int32_t cell, double *slant, double *drive) {
+static void add_half(const balance_column *c, int32_t cell, double *slant, double *drive) {
   const np_transport_grid *g = &c->level->grid;
   const double half = 0.5 * np_transport_grid_width(g, AXIS, cell);
   const double ratio = (double)g->ratio[(size_t)cell * (g->degree + 1) + 1];
@@ -58,7 +60,7 @@ static void add_half(const column *c, int32_t cell, double *slant, double *drive
   *drive += half * ratio * sine * (double)c->level->sun[cell];
 }
 
-static void fill_coefficients(const column *c) {
+static void fill_coefficients(const balance_column *c) {
   for (int32_t i = 0; i < c->size; i++) c->shape[i] = find_shape(c, i);
   for (int32_t i = 0; i + 1 < c->size; i++) {
     c->slant[i] = 1e-9; /* two empty cells side by side keep a finite, if large, exchange */
@@ -69,7 +71,7 @@ static void fill_coefficients(const column *c) {
 }
 
 /* φ and flux, towards the inside, of what enters at the bottom or the top. */
-static void find_inflow(const column *c, bool is_top, double *out_phi, double *out_flux) {
+static void find_inflow(const balance_column *c, bool is_top, double *out_phi, double *out_flux) {
   const np_ordinates *o = c->lights->ordinates;
   *out_phi = *out_flux = 0.0;
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++) {
@@ -84,14 +86,14 @@ static void find_inflow(const column *c, bool is_top, double *out_phi, double *o
 }
 
 /* J_out = rate·(φ − φ_in) in the empty cell beyond a face. */
-static double find_outflow_rate(const column *c, bool is_top, double phi_in, double flux_in) {
+static double find_outflow_rate(const balance_column *c, bool is_top, double phi_in, double flux_in) {
   const int32_t cell = is_top ? c->size - 1 : 0;
   const double flux = (is_top ? 1.0 : -1.0) * get_flux(c, cell) + flux_in, phi = get_phi(c, cell) - phi_in;
   return phi > 1e-5 * phi_in && phi > 0.0 ? np_clamp(flux / phi, 0.01, 1.0) : 0.5;
 }
 
 /* Row i: what leaves through the faces, and is lost, is what is made. */
-static void fill_rows(const column *c) {
+static void fill_rows(const balance_column *c) {
   const np_transport_grid *g = &c->level->grid;
   for (int32_t i = 0; i < c->size; i++) {
     const double width = np_transport_grid_width(g, AXIS, i), ratio = (double)g->ratio[(size_t)i * (g->degree + 1)];
@@ -115,7 +117,7 @@ static void fill_rows(const column *c) {
 }
 
 /* Elimination from the bottom up; off the diagonal stand −E/slant of the neighbour. */
-static void solve_rows(const column *c) {
+static void solve_rows(const balance_column *c) {
   for (int32_t i = 1; i < c->size; i++) {
     const double factor = c->shape[i - 1] / c->slant[i - 1] / c->diagonal[i - 1];
     c->diagonal[i] -= factor * c->shape[i] / c->slant[i - 1];
@@ -127,12 +129,12 @@ static void solve_rows(const column *c) {
   }
 }
 
-static double find_face_flux(const column *c, int32_t face) {
+static double find_face_flux(const balance_column *c, int32_t face) {
   return (c->shape[face] * c->answer[face] - c->shape[face + 1] * c->answer[face + 1] + c->drive[face]) /
          c->slant[face];
 }
 
-static void keep_answer(const column *c) {
+static void keep_answer(const balance_column *c) {
   for (int32_t i = 0; i < c->size; i++) {
     const double below = find_face_flux(c, i > 0 ? i - 1 : 0), above = find_face_flux(c, i + 1 < c->size ? i : i - 1);
     moments_of(c, i)[0] = (float)(fmax(0.0, c->answer[i]) / sqrt(4.0 * NP_PI));
@@ -143,16 +145,16 @@ static void keep_answer(const column *c) {
 void np_column_balance(const np_transport_lights *lights, const np_transport_level *level, double *scratch,
                        float *phi) {
   const int32_t n = level->grid.size[AXIS];
-  const column c = {.level = level,
-                    .lights = lights,
-                    .phi = phi,
-                    .size = n,
-                    .shape = scratch,
-                    .slant = scratch + n,
-                    .drive = scratch + 2 * n,
-                    .diagonal = scratch + 3 * n,
-                    .right = scratch + 4 * n,
-                    .answer = scratch + 5 * n};
+  const balance_column c = {.level = level,
+                            .lights = lights,
+                            .phi = phi,
+                            .size = n,
+                            .shape = scratch,
+                            .slant = scratch + n,
+                            .drive = scratch + 2 * n,
+                            .diagonal = scratch + 3 * n,
+                            .right = scratch + 4 * n,
+                            .answer = scratch + 5 * n};
   fill_coefficients(&c);
   fill_rows(&c);
   solve_rows(&c);

@@ -27,7 +27,7 @@ typedef struct crossing {
   double surplus_m, length_m;
 } crossing;
 
-typedef struct ray {
+typedef struct collision_ray {
   const np_first_rays *all;
   double start[3], exit_m;
   double cell[3], cells_per_m[3]; /* where cells are even: coordinate in cells of the start, and how it grows */
@@ -37,16 +37,16 @@ typedef struct ray {
   crossing crossing;
   unsigned cloud_count;
   cloud clouds[NP_INSTANCES_MAX];
-} ray;
+} collision_ray;
 
 /* Steps that are looked up together; those from `count` on lie behind the exit. */
-typedef struct block {
+typedef struct collision_block {
   int count;
   double middle_m[STEPS];
   float length_m[STEPS];
   int32_t active[STEPS]; /* cell of the middle, or NP_TRANSPORT_CELL_NONE */
   float opacity[NP_FIRST_MEDIA][STEPS];
-} block;
+} collision_block;
 
 /* ------------------------------------------------------------------------------------------- where the steps are */
 
@@ -70,7 +70,7 @@ static int32_t find_cell(const np_transport_grid *g, int axis, double x, int32_t
 }
 
 /* Where cells differ: a step from `t` on, no longer than half of one. */
-static double find_step(ray *r, double t) {
+static double find_step(collision_ray *r, double t) {
   const np_transport_grid *g = r->all->grid;
   double step = r->all->step_m;
   for (int a = 0; a < 3; a++) {
@@ -84,7 +84,7 @@ static double find_step(ray *r, double t) {
 }
 
 /* Places the steps from `t` on, all of one length but the last; returns where they end. */
-static double place_even_steps(const ray *r, double t, block *b) {
+static double place_even_steps(const collision_ray *r, double t, collision_block *b) {
   const double step = r->all->step_m;
 #pragma omp simd
   for (int k = 0; k < STEPS; k++) {
@@ -97,7 +97,7 @@ static double place_even_steps(const ray *r, double t, block *b) {
   return t + STEPS * step;
 }
 
-static double place_steps(ray *r, double t, block *b) {
+static double place_steps(collision_ray *r, double t, collision_block *b) {
   b->count = 0;
   for (int k = 0; k < STEPS; k++) {
     const double step = find_step(r, t), left = r->exit_m - t, length = left < step ? left : step;
@@ -110,7 +110,7 @@ static double place_steps(ray *r, double t, block *b) {
 }
 
 /* Cells of the steps' middles along an axis, held inside the grid. */
-static void locate_along(const ray *r, int axis, const block *b, int32_t at[STEPS]) {
+static void locate_along(const collision_ray *r, int axis, const collision_block *b, int32_t at[STEPS]) {
   const np_transport_grid *g = r->all->grid;
   const double size = (double)g->size[axis], begin = r->cell[axis], rate = r->cells_per_m[axis];
   if (g->even_m[axis] > 0.0 && g->is_wrapped[axis]) {
@@ -130,7 +130,7 @@ static void locate_along(const ray *r, int axis, const block *b, int32_t at[STEP
 }
 
 /* Finds the cells of all steps; false where none is live. */
-static bool locate_steps(const ray *r, block *b) {
+static bool locate_steps(const collision_ray *r, collision_block *b) {
   const np_transport_grid *g = r->all->grid;
   const int32_t *active = g->active, columns = g->size[0], rows = g->size[1];
   int32_t at[3][STEPS], last = NP_TRANSPORT_CELL_NONE;
@@ -144,7 +144,7 @@ static bool locate_steps(const ray *r, block *b) {
 }
 
 /* Where in its cell the ray is at `t`, from the middle over the width. */
-static double find_offset(const ray *r, int axis, double t) {
+static double find_offset(const collision_ray *r, int axis, double t) {
   const np_transport_grid *g = r->all->grid;
   if (g->even_m[axis] > 0.0) {
     const double cell = r->cell[axis] + t * r->cells_per_m[axis];
@@ -157,7 +157,7 @@ static double find_offset(const ray *r, int axis, double t) {
 
 /* --------------------------------------------------------------------------------------- what the steps run through */
 
-static void start_clouds(ray *r) {
+static void start_clouds(collision_ray *r) {
   const np_world *world = r->all->world;
   const double *d = r->all->direction;
   r->cloud_count = 0;
@@ -174,7 +174,7 @@ static void start_clouds(ray *r) {
 }
 
 /* Values of a cloud at the middles of the steps from `first` to before `end`, all in the cell that the walk is in. */
-static void fill_values(const cloud *c, const block *b, int first, int end, float value[STEPS]) {
+static void fill_values(const cloud *c, const collision_block *b, int first, int end, float value[STEPS]) {
   if (c->span.brick == NP_BRICK_NONE) {
     for (int k = first; k < end; k++) value[k] = c->span.range.min;
     return;
@@ -194,13 +194,13 @@ static void advance(cloud *c) {
 }
 
 /* The first step, from `k` on, whose middle does not lie before `t`. */
-static int find_first(const block *b, int k, double t) {
+static int find_first(const collision_block *b, int k, double t) {
   while (k < b->count && b->middle_m[k] < t) k++;
   return k;
 }
 
 /* Adds a cloud's depth in each step. */
-static void add_depths(cloud *c, const block *b, float depth[NP_FIRST_MEDIA][STEPS]) {
+static void add_depths(cloud *c, const collision_block *b, float depth[NP_FIRST_MEDIA][STEPS]) {
   float value[STEPS] = {0.0f};
   for (int end = 0; end < b->count;) {
     const int begin = find_first(b, end, c->span.t_begin);
@@ -214,7 +214,7 @@ static void add_depths(cloud *c, const block *b, float depth[NP_FIRST_MEDIA][STE
       depth[m][k] += c->scale[m] * c->volume->extinction_per_value * b->length_m[k] * value[k];
 }
 
-static void find_opacities(ray *r, block *b) {
+static void find_opacities(collision_ray *r, collision_block *b) {
   float depth[NP_FIRST_MEDIA][STEPS] = {{0.0f}};
   for (unsigned i = 0; i < r->cloud_count; i++) add_depths(&r->clouds[i], b, depth);
   for (unsigned m = 0; m < NP_FIRST_MEDIA; m++)
@@ -227,7 +227,7 @@ static void find_opacities(ray *r, block *b) {
 static void add(int64_t *sum, double units) { (void)__atomic_fetch_add(sum, (int64_t)units, __ATOMIC_RELAXED); }
 
 /* What a cell takes lies, in the mean, in a place on the ray. */
-static void count_loss(const ray *r, unsigned medium) {
+static void count_loss(const collision_ray *r, unsigned medium) {
   const double lost = r->crossing.lost[medium];
   if (!(lost > 0.0)) return;
   const double mean_m = r->crossing.lost_at_m[medium] / lost;
@@ -238,7 +238,7 @@ static void count_loss(const ray *r, unsigned medium) {
 }
 
 /* Ends the crossing of a cell, and begins that of another. */
-static void change_cell(ray *r, int32_t active) {
+static void change_cell(collision_ray *r, int32_t active) {
   const crossing *c = &r->crossing;
   if (c->active >= 0) {
     for (unsigned m = 0; m < r->all->media_count; m++) count_loss(r, m);
@@ -252,7 +252,7 @@ static void change_cell(ray *r, int32_t active) {
 }
 
 /* What the second medium has left beyond the first is counted in the middle of the step. */
-static void cross_step(ray *r, const block *b, int k) {
+static void cross_step(collision_ray *r, const collision_block *b, int k) {
   crossing *c = &r->crossing;
   double middle[NP_FIRST_MEDIA];
   for (unsigned m = 0; m < NP_FIRST_MEDIA; m++) {
@@ -268,7 +268,7 @@ static void cross_step(ray *r, const block *b, int k) {
 }
 
 /* False where the ray has ended: too little is left of it. */
-static bool cross_steps(ray *r, const block *b) {
+static bool cross_steps(collision_ray *r, const collision_block *b) {
   const double least = r->weight * 0x1p14;
   for (int k = 0; k < b->count; k++) {
     if (b->active[k] != r->crossing.active) change_cell(r, b->active[k]);
@@ -278,8 +278,8 @@ static bool cross_steps(ray *r, const block *b) {
   return true;
 }
 
-static void follow_ray(ray *r) {
-  block b;
+static void follow_ray(collision_ray *r) {
+  collision_block b;
   bool is_left = true;
   for (double t = 0.0; is_left && t < r->exit_m;) {
     t = r->all->has_even_steps ? place_even_steps(r, t, &b) : place_steps(r, t, &b);
@@ -306,7 +306,7 @@ static void place_start(const np_first_rays *all, int axis, size_t number, doubl
   start[c] = g->edge_m[c][0] + ((double)row + 0.5) / (double)all->rows * np_transport_grid_length(g, c);
 }
 
-static void start_ray(ray *r, const np_first_rays *all, int axis, size_t number) {
+static void start_ray(collision_ray *r, const np_first_rays *all, int axis, size_t number) {
   const np_transport_grid *g = all->grid;
   r->all = all;
   place_start(all, axis, number, r->start);
@@ -330,7 +330,7 @@ static void start_ray(ray *r, const np_first_rays *all, int axis, size_t number)
 neph_result NP_KERNEL(np_first_rays_follow)(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const np_first_rays *all = user;
-  ray r;
+  collision_ray r;
   for (size_t number = begin; number < end; number++) {
     if (np_monitor_is_cancelled(all->monitor)) return NEPH_ERROR_CANCELLED;
     start_ray(&r, all, all->face_axis, number);

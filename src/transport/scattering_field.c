@@ -24,7 +24,6 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "transport/importance.h"
 #include "transport/transport_level.h"
 
 enum {

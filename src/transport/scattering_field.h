@@ -3,6 +3,7 @@
 #ifndef NP_TRANSPORT_SCATTERING_FIELD_H
 #define NP_TRANSPORT_SCATTERING_FIELD_H
 
+#include "transport/importance.h"
 #include "transport/transport_grid.h"
 #include "volume/bricks.h"
 
@@ -20,14 +21,6 @@ typedef struct np_scattering_desc {
     .cells = {.cell_count_max = 1500000, .cell_count_cheap = 60000, .cell_depth_max = 0.35}, .work_max = 3e7,          \
     .tolerance = 3e-4, .seconds_max = HUGE_VAL                                                                         \
   }
-
-/* About what comes to a cell, in the mean of the bands that are kept: what paths are guided by (integrate/guide.h). */
-typedef struct np_importance {
-  float mean;         /* radiance, averaged over directions, but for sunlight that went straight on */
-  float linear[3];    /* its part that is linear in the direction of flight Ω is lean·Ω */
-  float quadratic[5]; /* the part of degree 2 is Σ bend[i]·h_i(Ω), h_i = xy, yz, 3z² − 1, xz, x² − y² */
-  float lit;          /* irradiance of sunlight that went straight on, here or, the less the farther off, nearby */
-} np_importance;
 
 typedef struct np_scattering_field {
   neph_context *context; /* borrowed */

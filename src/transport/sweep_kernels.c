@@ -32,7 +32,7 @@ typedef struct twin {
 } twin;
 
 /* The same block of both octants of a pair: up x, and down. */
-typedef struct block {
+typedef struct sweep_block {
   const np_sweep *sweep;
   unsigned harmonics, even; /* how many, and those of them that are even in x */
   const float (*harmonic)[NP_ORDINATE_LANES];
@@ -41,7 +41,7 @@ typedef struct block {
   flow flow[2];
   twin *row;
   float *out;
-} block;
+} sweep_block;
 
 static inline bool is_any_negative(const lanes *a, const lanes *b, const lanes *c) {
   const mask negative = (*a < 0.0f) | (*b < 0.0f) | (*c < 0.0f);
@@ -102,7 +102,7 @@ static inline void solve_cell(const lanes rate[3], const lanes *source, float ex
 }
 
 /* Σ m·Y over some harmonics, towards each direction. */
-static inline void sum_harmonics(const block *b, const float *moments, unsigned begin, unsigned end, lanes *out) {
+static inline void sum_harmonics(const sweep_block *b, const float *moments, unsigned begin, unsigned end, lanes *out) {
   lanes first = {0}, second = {0};
   for (unsigned i = begin; i < end; i += 2) {
     first += moments[i] * *(const lanes *)b->harmonic[i];
@@ -114,7 +114,7 @@ static inline void sum_harmonics(const block *b, const float *moments, unsigned 
 /* A truncated series may dip below 0, which no source does. */
 static inline void keep_positive(lanes *sum) { *sum = (lanes)((mask)*sum & (*sum > 0.0f)); }
 
-static inline void fill_sources(const block *b, const int32_t *active, unsigned count, unsigned even) {
+static inline void fill_sources(const sweep_block *b, const int32_t *active, unsigned count, unsigned even) {
   for (int32_t i = 0; i < b->sweep->grid->size[0]; i++) {
     if (active[i] < 0) continue;
     const float *moments = b->sweep->source + (size_t)active[i] * count;
@@ -128,7 +128,7 @@ static inline void fill_sources(const block *b, const int32_t *active, unsigned 
 }
 
 /* Adds Σ weight·Y·ψ to cells' moments: of the sum over the pair where harmonics are even, else of the difference. */
-static inline void add_moments(const block *b, const twin *mean, float *moments, unsigned count, unsigned even) {
+static inline void add_moments(const sweep_block *b, const twin *mean, float *moments, unsigned count, unsigned even) {
   const lanes sum = mean->up + mean->down, difference = mean->up - mean->down;
   for (unsigned first = 0; first < count; first += NP_ORDINATE_LANES) {
     const mask number = (mask){0, 1, 2, 3, 4, 5, 6, 7} + (int32_t)first, is_even = number < (int32_t)even;
@@ -145,7 +145,7 @@ static inline void add_moments(const block *b, const twin *mean, float *moments,
   }
 }
 
-static inline void keep_moments(const block *b, const int32_t *active, unsigned count, unsigned even) {
+static inline void keep_moments(const sweep_block *b, const int32_t *active, unsigned count, unsigned even) {
   for (int32_t i = 0; i < b->sweep->grid->size[0]; i++)
     if (active[i] >= 0) add_moments(b, &b->row[i], b->out + (size_t)active[i] * count, count, even);
 }
@@ -177,7 +177,7 @@ static inline course start_course(const np_transport_grid *grid, const flow *f, 
 }
 
 /* Both octants in turn, cell by cell: neither waits for the other, as each does for its own last cell. */
-static inline void cross_cells(const block *b, int32_t j, int32_t k, const int32_t *active) {
+static inline void cross_cells(const sweep_block *b, int32_t j, int32_t k, const int32_t *active) {
   const np_transport_grid *grid = b->sweep->grid;
   const float *inverse = b->sweep->inverse_m[0];
   const course up = start_course(grid, &b->flow[0], j, k), down = start_course(grid, &b->flow[1], j, k);
@@ -195,8 +195,8 @@ static inline void cross_cells(const block *b, int32_t j, int32_t k, const int32
   }
 }
 
-__attribute__((always_inline)) static inline void cross_row_of(const block *b, int32_t j, int32_t k, unsigned count,
-                                                               unsigned even) {
+__attribute__((always_inline)) static inline void cross_row_of(const sweep_block *b, int32_t j, int32_t k,
+                                                               unsigned count, unsigned even) {
   const np_transport_grid *grid = b->sweep->grid;
   const int32_t *active = grid->active + (size_t)(k * grid->size[1] + j) * (size_t)grid->size[0];
   fill_sources(b, active, count, even);
@@ -205,7 +205,7 @@ __attribute__((always_inline)) static inline void cross_row_of(const block *b, i
 }
 
 /* The numbers of harmonics that most clouds have are known to the compiler. */
-static void cross_row(const block *b, int32_t j, int32_t k) {
+static void cross_row(const sweep_block *b, int32_t j, int32_t k) {
   if (b->harmonics == 16 && b->even == 10)
     cross_row_of(b, j, k, 16, 10);
   else if (b->harmonics == 64 && b->even == 36)
@@ -231,15 +231,15 @@ static flow start_flow(const np_sweep *sweep, unsigned pair, unsigned turn, unsi
                 .z = (lanes *)faces->z + part * (size_t)size[0] * (size_t)size[1]};
 }
 
-static void start_block(const np_sweep *sweep, unsigned pair, unsigned number, unsigned thread, block *out) {
+static void start_block(const np_sweep *sweep, unsigned pair, unsigned number, unsigned thread, sweep_block *out) {
   const np_ordinates *o = sweep->ordinates;
-  *out = (block){.sweep = sweep,
-                 .harmonics = np_harmonics_count(o->degree),
-                 .even = o->even_count,
-                 .harmonic = o->harmonic[pair][number],
-                 .weighted = o->weighted[pair][number],
-                 .row = (twin *)sweep->rows + (size_t)thread * (size_t)sweep->grid->size[0],
-                 .out = sweep->out[np_sweep_get_part(pair)]};
+  *out = (sweep_block){.sweep = sweep,
+                       .harmonics = np_harmonics_count(o->degree),
+                       .even = o->even_count,
+                       .harmonic = o->harmonic[pair][number],
+                       .weighted = o->weighted[pair][number],
+                       .row = (twin *)sweep->rows + (size_t)thread * (size_t)sweep->grid->size[0],
+                       .out = sweep->out[np_sweep_get_part(pair)]};
   for (int a = 0; a < 3; a++) out->cosine[a] = *(const lanes *)o->cosine[a][number];
   for (unsigned turn = 0; turn < 2; turn++) out->flow[turn] = start_flow(sweep, pair, turn, number);
 }
@@ -262,7 +262,7 @@ void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile
   const int32_t *size = grid->size;
   const bool is_down_y = pair & 1u, is_down_z = pair & 2u;
   const tile_rows y = find_rows(size[1], tile_y, is_down_y), z = find_rows(size[2], tile_z, is_down_z);
-  block blocks[NP_ORDINATE_BLOCKS_MAX];
+  sweep_block blocks[NP_ORDINATE_BLOCKS_MAX];
   const unsigned count = sweep->ordinates->block_count;
   for (unsigned number = 0; number < count; number++) start_block(sweep, pair, number, thread, &blocks[number]);
   for (int32_t m = z.begin; m < z.end; m++) {
@@ -270,7 +270,7 @@ void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile
     if (np_monitor_is_cancelled(sweep->monitor)) return;
     for (int32_t n = y.begin; n < y.end; n++) {
       const int32_t j = is_down_y ? size[1] - 1 - n : n;
-      for (const block *b = blocks; b < blocks + count; b++) {
+      for (const sweep_block *b = blocks; b < blocks + count; b++) {
         for (const flow *f = b->flow; f < b->flow + 2; f++) {
           if (n == 0) enter(grid, f, &f->y[k * size[0]], 1);
           if (m == 0) enter(grid, f, &f->z[j * size[0]], 2);

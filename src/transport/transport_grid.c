@@ -9,7 +9,7 @@
 
 /* ---- Averages ---- */
 
-typedef struct fill {
+typedef struct grid_fill {
   const np_world *world;
   const np_scaled_phase *phases;
   unsigned band;
@@ -18,7 +18,7 @@ typedef struct fill {
   double voxel_m[3];
   float *extinction; /* [cell][cloud], live or not, of no scaled medium */
   bool *holds;       /* of each cell: cloud, or something that glows; then, or touches one that does */
-} fill;
+} grid_fill;
 
 float np_transport_grid_average_emission(const np_transport_grid *grid, const struct np_emission *emission,
                                          const int32_t at[3], unsigned band) {
@@ -34,7 +34,7 @@ float np_transport_grid_average_emission(const np_transport_grid *grid, const st
 
 /* Mean over a cell by the midpoint rule on the pieces between samples, where the interpolant is trilinear and the rule
  * exact; over large cells on a coarser lattice. */
-static void average_cell(const fill *f, const int32_t at[3]) {
+static void average_cell(const grid_fill *f, const int32_t at[3]) {
   const np_transport_grid *g = f->grid;
   const unsigned clouds = f->world->clouds.count;
   const size_t cell = np_transport_grid_join(g, at);
@@ -62,7 +62,7 @@ static void average_cell(const fill *f, const int32_t at[3]) {
 
 static neph_result average_rows(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  const fill *f = user;
+  const grid_fill *f = user;
   const int32_t *size = f->grid->size;
   for (size_t row = begin; row < end; row++) {
     if (np_monitor_is_cancelled(f->monitor)) return NEPH_ERROR_CANCELLED;
@@ -106,7 +106,7 @@ static neph_result allocate_live(np_transport_grid *g) {
 }
 
 /* Cells without cloud get the ratios of the first cloud: what is multiplied by them is 0. */
-static void keep_material(const fill *f, size_t active, size_t cell) {
+static void keep_material(const grid_fill *f, size_t active, size_t cell) {
   np_transport_grid *g = f->grid;
   const unsigned count = g->degree + 1, clouds = f->world->clouds.count;
   const float *own = &f->extinction[cell * clouds];
@@ -123,7 +123,7 @@ static void keep_material(const fill *f, size_t active, size_t cell) {
         extinction > 0.0f ? scattering[l] / extinction : albedo * f->phases[0].moments[l] / g->scale[0];
 }
 
-static neph_result keep_live(const fill *f) {
+static neph_result keep_live(const grid_fill *f) {
   np_transport_grid *g = f->grid;
   const int32_t cells = (int32_t)np_transport_grid_count(g);
   spread_held(g, f->holds);
@@ -140,7 +140,7 @@ static neph_result keep_live(const fill *f) {
 
 neph_result np_transport_grid_fill(const np_world *world, const np_scaled_phase *phases, unsigned band,
                                    np_monitor *monitor, np_transport_grid *grid) {
-  fill f = {.world = world, .phases = phases, .band = band, .monitor = monitor, .grid = grid};
+  grid_fill f = {.world = world, .phases = phases, .band = band, .monitor = monitor, .grid = grid};
   const size_t cells = np_transport_grid_count(grid);
   for (int a = 0; a < 3; a++) f.voxel_m[a] = np_transport_get_voxel(world, a);
   for (unsigned v = 0; v < world->clouds.count; v++)

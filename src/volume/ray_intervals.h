@@ -22,11 +22,11 @@ typedef struct np_ray_intervals {
 } np_ray_intervals;
 
 /* A stretch of the ray in which every cloud stays in one cell. */
-typedef struct np_interval {
+typedef struct np_ray_interval {
   double begin, end;
   unsigned count;
   unsigned active[NP_INSTANCES_MAX]; /* indices into np_ray_intervals.instance */
-} np_interval;
+} np_ray_interval;
 
 static inline void np_ray_intervals_start(np_ray_intervals *all, const np_instances *clouds, np_dvec3 origin,
                                           np_vec3 direction, double distance_end) {
@@ -54,7 +54,7 @@ static inline void np_ray_intervals_advance(np_ray_intervals *all) {
 }
 
 /* The next stretch with anything in it; false at the end. */
-static inline bool np_ray_intervals_next(np_ray_intervals *all, np_interval *out) {
+static inline bool np_ray_intervals_next(np_ray_intervals *all, np_ray_interval *out) {
   np_ray_intervals_advance(all);
   if (all->count == 0) return false;
   double begin = INFINITY;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Free flight, transmittance and optical depth through the clouds of a scene view.
+/* Free flight, transmittance and optical depth through clouds.
  *
  * Inline, so that each kernel file has it in its own instruction set. Clouds may overlap: optical depths add,
  * transmittances multiply, and of independent free flights the shortest counts. Each cloud is walked on its own, cell

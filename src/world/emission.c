@@ -224,11 +224,11 @@ bool np_emission_draw(const np_emission *emission, double u, np_random *random, 
 }
 
 /* Where a ray passes through the lattice of lamps; in units of a cell, from its first corner. */
-typedef struct passage {
+typedef struct lamp_passage {
   double origin[3], inverse[3], begin, end; /* inverse: 0 where the ray stays in one layer */
-} passage;
+} lamp_passage;
 
-static bool enter(const np_glow *glow, const np_lamps *lamps, np_dvec3 origin, np_vec3 direction, passage *out) {
+static bool enter(const np_glow *glow, const np_lamps *lamps, np_dvec3 origin, np_vec3 direction, lamp_passage *out) {
   const np_dvec3 o = np_affine_point(&glow->world_to_index, origin);
   const np_dvec3 d = np_affine_vector(&glow->world_to_index, np_vec3_to_double(direction));
   const double from[3] = {o.x, o.y, o.z}, along[3] = {d.x, d.y, d.z};
@@ -251,7 +251,7 @@ static bool enter(const np_glow *glow, const np_lamps *lamps, np_dvec3 origin, n
 
 /* Σ p·(s₁³ − s₀³)/3 through one lattice, from cell to cell (Amanatides and Woo 1987), each face's distance computed
  * from the ray. */
-static double sum_lamps(const np_lamps *lamps, const passage *p) {
+static double sum_lamps(const np_lamps *lamps, const lamp_passage *p) {
   int32_t cell[3];
   double sum = 0.0;
   for (int a = 0; a < 3; a++) {
@@ -282,7 +282,7 @@ static double sum_lamps(const np_lamps *lamps, const passage *p) {
 float np_emission_direction_density(const np_emission *emission, np_dvec3 origin, np_vec3 direction) {
   double sum = 0.0;
   for (unsigned g = 0; g < emission->glow_count; g++) {
-    passage p;
+    lamp_passage p;
     const np_lamps *lamps = &emission->lamps[g];
     if (lamps->density && enter(&emission->glows[g], lamps, origin, direction, &p)) sum += sum_lamps(lamps, &p);
   }

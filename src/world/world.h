@@ -113,7 +113,4 @@ typedef struct np_sun_depth_source {
   float (*get)(const void *user, np_dvec3 position, np_vec3 to_sun, float depth_max);
 } np_sun_depth_source;
 
-/* Irradiance of sky and clouds on the ground, free of hills; without a ground cache, of a sky free of clouds. */
-np_spectrum np_world_ground_irradiance(const np_world *world, const np_ground_hit *hit);
-
 #endif

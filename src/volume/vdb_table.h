@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The door to OpenVDB: a module of C functions, loaded on first need. vdb_shim.cpp is the only C++ of nephos. */
-#ifndef NP_VOLUME_VDB_SHIM_H
-#define NP_VOLUME_VDB_SHIM_H
+#ifndef NP_VOLUME_VDB_TABLE_H
+#define NP_VOLUME_VDB_TABLE_H
 
 #include <stddef.h>
 #include <stdint.h>

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A frame in the making: what frame.c sets up and describes, and sampling.c fills. */
-#ifndef NP_RENDER_FRAME_PRIVATE_H
-#define NP_RENDER_FRAME_PRIVATE_H
+#ifndef NP_RENDER_FRAME_STATE_H
+#define NP_RENDER_FRAME_STATE_H
 
+#include "render/assembly.h"
 #include "render/channels.h"
-#include "render/frame.h"
 
 /* Over a tile's pixels: the sums of their means, and of the squares of the means' standard errors. */
 typedef struct np_tile_total {
