@@ -32,15 +32,15 @@ static cli_exit check_output(const cli_options *options, unsigned baked_count) {
   return CLI_USAGE;
 }
 
-typedef struct bake_job {
+typedef struct cloud_job {
   cli_session *session;
   neph_scene *scene;
   unsigned cloud;
   int frame;
-} bake_job;
+} cloud_job;
 
 /* To be freed: where --output says, else the cloud's own file, else NAME.vdb. NULL: no memory. */
-static char *choose_pattern(const bake_job *job) {
+static char *choose_pattern(const cloud_job *job) {
   const cli_options *options = job->session->options;
   const char *name = neph_scene_get_cloud_name(job->scene, job->cloud);
   const char *file = neph_scene_get_cloud_file(job->scene, job->cloud);
@@ -137,13 +137,13 @@ static neph_bake_desc make_desc(cli_session *session) {
 }
 
 /* Names what would be written. */
-static cli_exit rehearse(const bake_job *job, const char *path) {
+static cli_exit rehearse(const cloud_job *job, const char *path) {
   neph_result result = neph_scene_check_files(job->scene);
   if (!result) printf("%s\n", path);
   return cli_exit_of(result);
 }
 
-static cli_exit bake_to(const bake_job *job, const char *path) {
+static cli_exit bake_to(const cloud_job *job, const char *path) {
   cli_session *session = job->session;
   cli_exit exit = cli_check_target(session, path);
   if (exit) return exit;
@@ -160,7 +160,7 @@ static cli_exit bake_to(const bake_job *job, const char *path) {
   return cli_exit_of(result);
 }
 
-static cli_exit bake_frame(const bake_job *job, const char *pattern) {
+static cli_exit bake_frame(const cloud_job *job, const char *pattern) {
   if (!strchr(pattern, '#') && !cli_is_single_frame(job->session->options)) {
     cli_complain("%s would be written for every frame: put # where the number goes", pattern);
     return CLI_USAGE;
@@ -173,7 +173,7 @@ static cli_exit bake_frame(const bake_job *job, const char *pattern) {
   return exit;
 }
 
-static cli_exit bake_cloud(const bake_job *job) {
+static cli_exit bake_cloud(const cloud_job *job) {
   if (!neph_scene_is_cloud_baked(job->scene, job->cloud)) return CLI_DONE;
   char *pattern = choose_pattern(job);
   cli_exit exit = pattern ? bake_frame(job, pattern) : CLI_INTERNAL;
@@ -190,7 +190,7 @@ static cli_exit bake_clouds(cli_session *session, neph_scene *scene) {
   for (size_t r = 0; !exit && r < range_count; r++)
     for (int64_t frame = ranges[r].first; !exit && frame <= ranges[r].last; frame += ranges[r].step)
       for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(scene); i++) {
-        const bake_job job = {session, scene, i, (int)frame};
+        const cloud_job job = {session, scene, i, (int)frame};
         exit = bake_cloud(&job);
       }
   return exit;

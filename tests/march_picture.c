@@ -4,13 +4,13 @@
 #include "march_picture.h"
 
 #include "core/units.h"
-#include "integrate/tracking.h"
+#include "volume/tracking.h"
 
 unsigned long march_lookups;
 
-/* ---- The truth ---- */
+/* ---- The reference ---- */
 
-double march_find_depth(const np_view_volume *cloud, np_dvec3 origin, np_vec3 direction) {
+double march_compute_depth(const np_instance *cloud, np_dvec3 origin, np_vec3 direction) {
   np_brick_walk walk;
   np_brick_span span;
   double depth = 0.0;
@@ -21,7 +21,7 @@ double march_find_depth(const np_view_volume *cloud, np_dvec3 origin, np_vec3 di
   return depth;
 }
 
-static double find_truth(const march_picture *p, const np_camera_ray *ray) {
+static double compute_reference(const march_picture *p, const np_camera_ray *ray) {
   np_brick_walk walk;
   np_brick_span span;
   double radiance = 0.0, depth = 0.0;
@@ -32,9 +32,9 @@ static double find_truth(const march_picture *p, const np_camera_ray *ray) {
     for (int k = 0; k < count; k++) {
       const double middle = span.t_begin + length * (k + 0.5);
       const np_dvec3 position = np_dvec3_along(ray->origin, ray->direction, middle);
-      const double added = (double)np_view_extinction(&p->cloud, position) * length;
+      const double added = (double)np_instance_extinction(&p->cloud, position) * length;
       if (added <= 0.0) continue;
-      radiance -= exp(-depth) * expm1(-added) * exp(-march_find_depth(&p->cloud, position, p->view.to_sun));
+      radiance -= exp(-depth) * expm1(-added) * exp(-march_compute_depth(&p->cloud, position, p->world.to_sun));
       depth += added;
     }
   }
@@ -68,14 +68,14 @@ static double look_up(const march_picture *p, euler *e, np_dvec3 position) {
   e->lookups++;
   if (!np_bricks_locate(p->cloud.bricks, position, cell, &local)) return 0.0;
   e->useful += p->cloud.bricks->ranges[0][np_bricks_get_offset(p->cloud.bricks, 0, cell)].max > 0.0f;
-  return (double)np_view_extinction(&p->cloud, position);
+  return (double)np_instance_extinction(&p->cloud, position);
 }
 
-static double find_euler_light(const march_picture *p, euler *e, np_dvec3 origin, double shift) {
+static double compute_euler_light(const march_picture *p, euler *e, np_dvec3 origin, double shift) {
   double begin, end, depth = 0.0;
-  if (!clip(p, origin, p->view.to_sun, &begin, &end)) return 1.0;
+  if (!clip(p, origin, p->world.to_sun, &begin, &end)) return 1.0;
   for (double t = shift * e->light_step; t < end && depth < 6.9; t += e->light_step)
-    depth += e->light_step * look_up(p, e, np_dvec3_along(origin, p->view.to_sun, t));
+    depth += e->light_step * look_up(p, e, np_dvec3_along(origin, p->world.to_sun, t));
   return exp(-depth);
 }
 
@@ -87,7 +87,7 @@ static double march_euler(const march_picture *p, euler *e, const np_camera_ray 
     const np_dvec3 position = np_dvec3_along(ray->origin, ray->direction, t);
     const double opacity = -expm1(-look_up(p, e, position) * e->step);
     if (opacity <= 0.0) continue;
-    radiance += transmittance * opacity * find_euler_light(p, e, position, np_random_double(random));
+    radiance += transmittance * opacity * compute_euler_light(p, e, position, np_random_double(random));
     transmittance *= 1.0 - opacity;
   }
   return radiance;
@@ -101,14 +101,14 @@ march_point march_picture_measure_euler(const march_picture *p, double step, dou
   np_random random = np_random_start(1, 0, 0, 0, 0);
   double sum = 0.0;
   for (unsigned i = 0; i < pixels; i++) {
-    const double d = p->phase[i] * march_euler(p, &e, &p->rays[i], &random) - p->truth[i];
+    const double d = p->phase[i] * march_euler(p, &e, &p->rays[i], &random) - p->reference[i];
     sum += d * d;
   }
   return (march_point){(double)e.lookups / pixels, (double)e.useful / pixels, sqrt(sum / pixels) / p->rms};
 }
 
-/* A few pixels that roulette spared make a tenth of the error of so few: they are rendered often enough that it does
- * not depend on the numbers drawn. */
+/* A few pixels that survive the roulette make a tenth of the error of so few: they are rendered often enough that it
+ * does not depend on the numbers drawn. */
 enum { PASSES = 16 };
 
 march_point march_picture_measure(const march_picture *p, float tolerance) {
@@ -126,14 +126,14 @@ march_point march_picture_measure(const march_picture *p, float tolerance) {
     np_camera_ray ray = p->rays[i];
     np_integrator_sample sample;
     ray.jitter = np_random_float(&random);
-    np_march_sample_counted(&p->view, &settings, &ray, &random, &sample);
-    const double d = (double)sample.component[NP_COMPONENT_SUN].band[0] - p->truth[i];
+    np_march_sample_counted(&p->world, &p->lighting, &settings, &ray, &random, &sample);
+    const double d = (double)sample.component[NP_COMPONENT_SUN].band[0] - p->reference[i];
     sum += d * d;
   }
   return (march_point){(double)march_lookups / (PASSES * pixels), 0.0, sqrt(sum / (PASSES * pixels)) / p->rms};
 }
 
-double march_points_find(const march_point *points, int count, double error, bool is_useful) {
+double march_points_compute_lookups(const march_point *points, int count, double error, bool is_useful) {
   double best = NAN;
   for (int i = 0; i < count; i++)
     for (int k = 0; k < count; k++) {
@@ -144,6 +144,16 @@ double march_points_find(const march_point *points, int count, double error, boo
       best = fmin(isnan(best) ? HUGE_VAL : best, few * pow(many / few, t));
     }
   return best;
+}
+
+void march_picture_init(march_picture *p, const np_bricks *bricks, float extinction_per_value) {
+  *p = (march_picture){.cloud = {.bricks = bricks,
+                                 .world_to_index = np_affine_identity(),
+                                 .extinction_per_value = extinction_per_value,
+                                 .albedo = np_spectrum_grey(1.0f),
+                                 .phase = np_phase_henyey_greenstein(0.85f)},
+                       .world = {.clouds = {1, &p->cloud}, .sun_irradiance = np_spectrum_grey(1.0f)},
+                       .lighting.sun_depths.clouds = &p->world.clouds};
 }
 
 /* A pinhole on the side, looking level at the middle of the cloud's box. */
@@ -167,15 +177,14 @@ void march_picture_light(march_picture *p, double elevation_rad, double azimuth_
   double s[3] = {cos(elevation_rad) * cos(azimuth_rad)}, sum = 0.0;
   s[3 - p->up] = cos(elevation_rad) * sin(azimuth_rad);
   s[p->up] = sin(elevation_rad);
-  p->view.sun_irradiance = np_spectrum_grey(1.0f);
-  p->view.to_sun = np_dvec3_to_float(np_dvec3_make(s[0], s[1], s[2]));
+  p->world.to_sun = np_dvec3_to_float(np_dvec3_make(s[0], s[1], s[2]));
   place_camera(p);
   const unsigned pixels = p->width * p->height;
   for (unsigned i = 0; i < pixels; i++) {
-    const np_vec3 d = p->rays[i].direction, to = p->view.to_sun;
+    const np_vec3 d = p->rays[i].direction, to = p->world.to_sun;
     p->phase[i] = (double)np_phase_eval(&p->cloud.phase, np_versine(d.x, d.y, d.z, to.x, to.y, to.z));
-    p->truth[i] = p->phase[i] * find_truth(p, &p->rays[i]);
-    sum += p->truth[i] * p->truth[i];
+    p->reference[i] = p->phase[i] * compute_reference(p, &p->rays[i]);
+    sum += p->reference[i] * p->reference[i];
   }
   p->rms = sqrt(sum / pixels);
 }

@@ -4,67 +4,47 @@
 
 #include "atmosphere/atmosphere_tables.h"
 #include "core/csv.h"
-#include "core/stable.h"
-#include "integrate/integrator.h"
 #include "test_skies.h"
 #include "test_truth_rows.h"
-#include "volume/volume_private.h"
+#include "test_world.h"
 
 /* Four standard errors: one value in 16,000 lies beyond by chance; the seeds are fixed, so none does. */
 static const double sigmas = 4.0;
 
 typedef struct scene {
-  neph_context *context;
+  test_world base;
   neph_atmosphere *atmosphere;
-  neph_volume *volume;
-  np_view_volume placed;
-  np_scene_view view;
-  np_integrator_settings settings;
 } scene;
 
 /* The sun alone over ground, in air or, with NULL, in none. */
 static void start(scene *s, const neph_atmosphere_desc *air, double planet_radius_m, np_dvec3 to_sun) {
-  *s = (scene){.context = test_context_create(1, NULL)};
-  if (air) s->atmosphere = test_atmosphere_create(s->context, air);
-  s->view = (np_scene_view){.to_sun = np_dvec3_to_float(to_sun),
-                            .sun_angular_radius_rad = 0.00467396f,
-                            .sun_irradiance = {{1.474f, 1.8504f, 1.91198f}},
-                            .atmosphere = s->atmosphere,
-                            .has_planet = true,
-                            .planet_radius_m = planet_radius_m,
-                            .ground_albedo = np_spectrum_grey(0.3f)};
-  s->settings = (np_integrator_settings){.scattering_max = UINT32_MAX, .is_air_traced = true};
+  test_world_init(&s->base, test_context_create(1, NULL));
+  s->atmosphere = air ? test_atmosphere_create(s->base.context, air) : NULL;
+  np_world *world = &s->base.world;
+  world->to_sun = np_dvec3_to_float(to_sun);
+  world->sun_angular_radius_rad = 0.00467396f;
+  world->sun_irradiance = np_spectrum_make(1.474f, 1.8504f, 1.91198f);
+  world->atmosphere = s->atmosphere;
+  world->has_planet = true;
+  world->planet_radius_m = planet_radius_m;
+  world->ground_albedo = np_spectrum_grey(0.3f);
+  s->base.settings = (np_integrator_settings){.scattering_max = UINT32_MAX, .is_air_traced = true};
 }
 
 enum { EDGE = 9 };
 
 /* A box of even extinction, its middle `altitude_m` over the origin; the field falls to 0 over one sample more. */
 static void add_box(scene *s, double width_m, double height_m, double altitude_m, float depth, np_phase phase) {
-  static float values[EDGE * EDGE * EDGE];
-  for (int i = 0; i < EDGE * EDGE * EDGE; i++) values[i] = 1.0f;
-  const double step[3] = {width_m / EDGE, width_m / EDGE, height_m / EDGE}, half = 0.5 * (EDGE - 1);
-  neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
-  for (int a = 0; a < 3; a++) {
-    desc.size[a] = EDGE;
-    desc.index_to_world[a][a] = step[a];
-    desc.index_to_world[a][3] = -half * step[a] + (a == 2 ? altitude_m : 0.0);
-  }
-  desc.values = values;
-  desc.precision = NEPH_PRECISION_FLOAT;
-  assert_int_equal(neph_volume_create_dense(s->context, &desc, &s->volume), NEPH_OK);
-  s->placed = (np_view_volume){.bricks = &s->volume->bricks,
-                               .world_to_index = s->volume->world_to_index,
-                               .extinction_per_value = depth / (float)height_m,
-                               .albedo = np_spectrum_grey(1.0f),
-                               .phase = phase};
-  s->view.volumes = &s->placed;
-  s->view.volume_count = 1;
+  test_cloud box = test_cloud_make(test_full, depth / (float)height_m, phase);
+  box.edge = EDGE;
+  box.step_m = np_dvec3_make(width_m / EDGE, width_m / EDGE, height_m / EDGE);
+  box.middle_m.z = altitude_m;
+  assert_int_equal(test_world_add(&s->base, box), NEPH_OK);
 }
 
 static void end(scene *s) {
-  neph_volume_release(s->volume);
   neph_atmosphere_release(s->atmosphere);
-  neph_context_destroy(s->context);
+  test_world_destroy(&s->base);
 }
 
 /* Means over samples, of each band, and their standard errors. */
@@ -90,15 +70,12 @@ static void estimate_finish(estimate *e) {
   }
 }
 
-static void sample(const scene *s, const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
-  np_integrator_get_kernels(neph_context_get_isa(s->context))->path(&s->view, &s->settings, ray, random, out);
-}
-
-static void sum_components(const np_integrator_sample *sample, double out[3]) {
-  for (int b = 0; b < 3; b++) {
-    out[b] = 0.0;
-    for (int c = 0; c < NP_COMPONENT_COUNT; c++) out[b] += (double)sample->component[c].band[b];
-  }
+/* Radiance along one path; returns the radiance that the limit on scatterings took from it. */
+static np_spectrum sample(const scene *s, const np_camera_ray *ray, np_random *random, double out_radiance[3]) {
+  np_integrator_sample out;
+  test_world_path(&s->base, ray, random, &out);
+  for (int b = 0; b < 3; b++) out_radiance[b] = test_sum_components(&out, b);
+  return out.lost;
 }
 
 static estimate trace(const scene *s, np_dvec3 origin, np_dvec3 direction, int count, uint64_t seed) {
@@ -106,11 +83,9 @@ static estimate trace(const scene *s, np_dvec3 origin, np_dvec3 direction, int c
   np_random random = np_random_start(seed, 0, 0, 0, 0);
   estimate e = {.count = 0};
   for (int i = 0; i < count; i++) {
-    np_integrator_sample out;
     double radiance[3];
     ray.choice = np_random_float(&random);
-    sample(s, &ray, &random, &out);
-    sum_components(&out, radiance);
+    (void)sample(s, &ray, &random, radiance);
     estimate_add(&e, radiance);
   }
   estimate_finish(&e);
@@ -128,34 +103,34 @@ static void assert_estimate(const char *what, const estimate *e, const double ex
 
 /* ---- Air ---- */
 
-/* Every so many rows of tests/data/sky_traced.csv that look up from the ground: the sky's own truth, which shares the
- * description of the air with the tracer, and neither its flights nor its weights. */
+/* Every so many rows of tests/data/sky_traced.csv that look up from the ground: the sky's own reference, which shares
+ * the description of the air with the tracer, and neither its flights nor its weights. */
 static void compare_sky(double sun_deg, unsigned every, int count) {
   np_csv csv;
   scene s;
   start(&s, &(neph_atmosphere_desc)NEPH_ATMOSPHERE_DESC_DEFAULT, 6360e3, test_direction(sun_deg, 0.0));
-  assert_int_equal(np_csv_load(s.context, NEPHOS_TEST_SOURCE_DIR "/data/sky_traced.csv", &csv), NEPH_OK);
+  assert_int_equal(np_csv_load(s.base.context, NEPHOS_TEST_SOURCE_DIR "/data/sky_traced.csv", &csv), NEPH_OK);
   unsigned number = 0;
   for (size_t i = 0; i < csv.row_count; i++) {
     if (strcmp(np_csv_get_field(&csv, i, 0), "sky_radiance") != 0 || test_row_get(&csv, i, 3) != 0.0 ||
         test_row_get(&csv, i, 5) != sun_deg || number++ % every)
       continue;
-    double truth[3], error[3];
+    double reference[3], error[3];
     for (int b = 0; b < 3; b++) {
-      truth[b] = test_row_get(&csv, i, TEST_TRUTH + b);
+      reference[b] = test_row_get(&csv, i, TEST_TRUTH + b);
       error[b] = test_row_get(&csv, i, TEST_TRUTH + 3 + b);
     }
     const double zenith = test_row_get(&csv, i, 6), azimuth = test_row_get(&csv, i, 7);
     const estimate e = trace(&s, np_dvec3_make(0, 0, 0), test_direction(zenith, azimuth), count, i);
     char what[64];
-    (void)snprintf(what, sizeof what, "sun %g, view %g, %g", sun_deg, zenith, azimuth);
-    assert_estimate(what, &e, truth, error);
+    (void)snprintf(what, sizeof what, "sun %g, direction %g, %g", sun_deg, zenith, azimuth);
+    assert_estimate(what, &e, reference, error);
   }
   np_csv_clear(&csv);
   end(&s);
 }
 
-static void skies_are_the_truths(void **state) {
+static void skies_are_the_references(void **state) {
   (void)state;
   compare_sky(45.0, 8, 20000);
   compare_sky(85.0, 8, 20000);
@@ -163,26 +138,26 @@ static void skies_are_the_truths(void **state) {
   compare_sky(96.0, 8, 20000);
 }
 
-/* One direction of a planet of this radius against the sky's own truth, ground included. */
+/* One direction of a planet of this radius against the sky's own reference, ground included. */
 static void compare_planet(double radius_m, double sun_deg, np_dvec3 origin, np_dvec3 direction, int count) {
   neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;
   desc.planet_radius_m = radius_m;
   scene s;
   start(&s, &desc, radius_m, test_direction(sun_deg, 0.0));
-  const np_truth_scene truth = {.medium = &s.atmosphere->medium,
-                                .light = NP_TRUTH_DISK,
-                                .to_sun = test_direction(sun_deg, 0.0),
-                                .sun_angular_radius_rad = 0.00467396,
-                                .order_min = 1,
-                                .order_max = NP_TRUTH_ORDERS_ALL,
-                                .guide = &s.atmosphere->depths,
-                                .has_ground = true};
+  const np_truth_scene reference = {.medium = &s.atmosphere->medium,
+                                    .light = NP_TRUTH_DISK,
+                                    .to_sun = test_direction(sun_deg, 0.0),
+                                    .sun_angular_radius_rad = 0.00467396,
+                                    .order_min = 1,
+                                    .order_max = NP_TRUTH_ORDERS_ALL,
+                                    .guide = &s.atmosphere->depths,
+                                    .has_ground = true};
   const np_truth_query query = {origin, direction, INFINITY, false};
   np_truth_value value;
-  assert_int_equal(np_truth_radiance(s.context, NULL, &truth, &query, (unsigned)count, 7, &value), NEPH_OK);
+  assert_int_equal(np_truth_radiance(s.base.context, NULL, &reference, &query, (unsigned)count, 7, &value), NEPH_OK);
   for (int b = 0; b < 3; b++) {
-    value.mean[b] *= (double)s.view.sun_irradiance.band[b];
-    value.error[b] *= (double)s.view.sun_irradiance.band[b];
+    value.mean[b] *= (double)s.base.world.sun_irradiance.band[b];
+    value.error[b] *= (double)s.base.world.sun_irradiance.band[b];
   }
   const estimate e = trace(&s, origin, direction, count, 5);
   char what[96];
@@ -193,7 +168,7 @@ static void compare_planet(double radius_m, double sun_deg, np_dvec3 origin, np_
 
 /* Air is as high as a small planet is wide, and flat over a large one; seen from the ground and from space, downwards
  * and past the limb. */
-static void planets_of_all_sizes_are_the_truths(void **state) {
+static void planets_of_all_sizes_are_the_references(void **state) {
   (void)state;
   static const double radii[] = {100e3, 100000e3};
   for (int i = 0; i < 2; i++) {
@@ -215,8 +190,8 @@ static void underground_there_is_ground(void **state) {
   static const double depths_m[] = {1.0, 400.0, 100e3};
   scene s;
   start(&s, NULL, 6360e3, test_direction(40.0, 0.0));
-  s.view.sun_irradiance = np_spectrum_grey(1.0f);
-  s.view.ground_albedo = np_spectrum_grey(1.0f);
+  s.base.world.sun_irradiance = np_spectrum_grey(1.0f);
+  s.base.world.ground_albedo = np_spectrum_grey(1.0f);
   const double expected = cos(40.0 * NP_DEGREE) / NP_PI;
   for (int i = 0; i < 3; i++)
     for (int up = 0; up < 2; up++) {
@@ -241,9 +216,9 @@ static void look_into_furnace(double density, bool has_cloud, int count) {
   for (int b = 0; b < 3; b++) air.layers[TEST_AEROSOL].absorption_per_m[b] = 0.0;
   scene s;
   start(&s, &air.desc, 6360e3, test_direction(30.0, 0.0));
-  s.view.sun_irradiance = np_spectrum_grey(0.0f);
-  s.view.environment_radiance = np_spectrum_grey(1.0f);
-  s.view.ground_albedo = np_spectrum_grey(1.0f);
+  s.base.world.sun_irradiance = np_spectrum_grey(0.0f);
+  s.base.world.environment_radiance = np_spectrum_grey(1.0f);
+  s.base.world.ground_albedo = np_spectrum_grey(1.0f);
   if (has_cloud) add_box(&s, 3e3, 2e3, 2e3, 6.0f, np_phase_henyey_greenstein(0.85f));
   static const double elevations[] = {8.0, 30.0, -5.0, -40.0};
   static const double white[3] = {1.0, 1.0, 1.0};
@@ -269,10 +244,10 @@ static void absorbing_layer_dims_the_ground(void **state) {
   const double mu0 = 0.8, mu = 0.6, depth = 0.7;
   scene s;
   start(&s, NULL, 1e12, test_direction(acos(mu0) / NP_DEGREE, 0.0));
-  s.view.sun_irradiance = np_spectrum_grey(1.0f);
-  s.view.sun_angular_radius_rad = 0.0f;
+  s.base.world.sun_irradiance = np_spectrum_grey(1.0f);
+  s.base.world.sun_angular_radius_rad = 0.0f;
   add_box(&s, 2e7, 2e3, 5e3, (float)depth, np_phase_isotropic());
-  s.placed.albedo = np_spectrum_grey(0.0f);
+  s.base.placed[0].albedo = np_spectrum_grey(0.0f);
   const np_dvec3 down = test_direction(180.0 - acos(mu) / NP_DEGREE, 70.0);
   const estimate e = trace(&s, np_dvec3_make(0, 0, 10e3), down, 20000, 1);
   const double expected = mu0 * 0.3 / NP_PI * exp(-depth / mu0 - depth / mu);
@@ -287,19 +262,17 @@ static void light_between_cloud_and_white_ground_is_kept(void **state) {
   const double mu0 = 0.7;
   scene s;
   start(&s, NULL, 1e12, test_direction(acos(mu0) / NP_DEGREE, 0.0));
-  s.view.sun_irradiance = np_spectrum_grey(1.0f);
+  s.base.world.sun_irradiance = np_spectrum_grey(1.0f);
   add_box(&s, 2e7, 2e3, 5e3, 8.0f, np_phase_henyey_greenstein(0.7f));
-  s.view.ground_albedo = np_spectrum_grey(1.0f);
+  s.base.world.ground_albedo = np_spectrum_grey(1.0f);
   np_random random = np_random_start(2, 0, 0, 0, 0);
   estimate e = {.count = 0};
   for (int i = 0; i < 20000; i++) {
     const double zenith = acos(sqrt(1.0 - np_random_double(&random))) / NP_DEGREE;
     const np_dvec3 down = test_direction(180.0 - zenith, 360.0 * np_random_double(&random));
     const np_camera_ray ray = {.origin = {0, 0, 10e3}, .direction = np_dvec3_to_float(down)};
-    np_integrator_sample out;
     double radiance[3];
-    sample(&s, &ray, &random, &out);
-    sum_components(&out, radiance);
+    (void)sample(&s, &ray, &random, radiance);
     estimate_add(&e, radiance);
   }
   estimate_finish(&e);
@@ -310,27 +283,25 @@ static void light_between_cloud_and_white_ground_is_kept(void **state) {
 
 /* ---- The limit ---- */
 
-/* What a limit keeps and what it says that it lost are all there was. */
-static void what_a_limit_takes_is_told(void **state) {
+/* The light within a limit and the light reported as lost add up to all. */
+static void the_light_beyond_a_limit_is_reported(void **state) {
   (void)state;
   scene s;
   start(&s, NULL, 1e12, test_direction(40.0, 0.0));
   add_box(&s, 4e3, 2e3, 3e3, 12.0f, np_phase_henyey_greenstein(0.85f));
   const np_dvec3 origin = {-8e3, 0, 3e3}, direction = {1, 0, 0};
   const estimate whole = trace(&s, origin, direction, 40000, 1);
-  s.settings.scattering_max = 6;
-  s.settings.lost_share = 1.0f / 8.0f;
+  s.base.settings.scattering_max = 6;
+  s.base.settings.lost_share = 1.0f / 8.0f;
   np_random random = np_random_start(2, 0, 0, 0, 0);
   const np_camera_ray ray = {.origin = origin, .direction = np_dvec3_to_float(direction)};
   estimate both = {.count = 0};
   double lost = 0.0;
   for (int i = 0; i < 40000; i++) {
-    np_integrator_sample out;
     double radiance[3];
-    sample(&s, &ray, &random, &out);
-    sum_components(&out, radiance);
-    for (int b = 0; b < 3; b++) radiance[b] += (double)out.lost.band[b];
-    lost += (double)out.lost.band[0] / 40000.0;
+    const np_spectrum taken = sample(&s, &ray, &random, radiance);
+    for (int b = 0; b < 3; b++) radiance[b] += (double)taken.band[b];
+    lost += (double)taken.band[0] / 40000.0;
     estimate_add(&both, radiance);
   }
   estimate_finish(&both);
@@ -342,13 +313,13 @@ static void what_a_limit_takes_is_told(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(skies_are_the_truths),
-      cmocka_unit_test(planets_of_all_sizes_are_the_truths),
+      cmocka_unit_test(skies_are_the_references),
+      cmocka_unit_test(planets_of_all_sizes_are_the_references),
       cmocka_unit_test(underground_there_is_ground),
       cmocka_unit_test(white_furnace_is_invisible),
       cmocka_unit_test(absorbing_layer_dims_the_ground),
       cmocka_unit_test(light_between_cloud_and_white_ground_is_kept),
-      cmocka_unit_test(what_a_limit_takes_is_told),
+      cmocka_unit_test(the_light_beyond_a_limit_is_reported),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

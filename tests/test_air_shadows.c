@@ -1,14 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Shadows in the air before the camera: of a block whose shadow is known, and in whole pictures. */
 #include "test_skies.h"
-#include "test_volumes.h"
+#include "test_world.h"
 
 #include <nephos/nephos.h>
 
 #include "atmosphere/atmosphere_tables.h"
 #include "atmosphere/sky_orders.h"
-#include "light/air_shadow.h"
-#include "light/ground_cache.h"
 
 #define CAMERA "version: 1\ncamera: {position: [0, -8 km, 900 m], look_at: [0, 0, 900 m], resolution: [24, 14]}\n"
 #define LOW_SUN "sun: {elevation: 4 deg, azimuth: 60 deg}\n"
@@ -86,10 +84,8 @@ static void a_crop_is_a_part_of_the_picture(void **state) {
 
 /* Opaque, 2.5 km wide, and under it its shadow: the sun stands at the zenith, a camera looks through from the side. */
 typedef struct block {
-  neph_volume *volume;
-  np_view_volume placed;
+  test_world base; /* in the context of the air */
   neph_sky *sky;
-  np_scene_view view;
   np_air_visibility visibility;
   np_air_shadow shadow;
 } block;
@@ -97,24 +93,19 @@ typedef struct block {
 static const double block_m = 6000.0, half_width_m = 1250.0, voxel_m = 100.0, camera_m = 500.0;
 
 static void place_block(block *b, neph_atmosphere *air) {
-  neph_context *context = air->context;
-  b->volume = test_volume_create_centred(context, TEST_EDGE, test_full);
-  b->placed = test_volume_place(b->volume, 1.0f, np_phase_isotropic());
-  const double middle[3] = {block_m, 0.0, 3000.0};
-  for (int a = 0; a < 3; a++) {
-    b->placed.world_to_index.m[a][3] -= middle[a] / voxel_m;
-    b->placed.world_to_index.m[a][a] = 1.0 / voxel_m;
-  }
-  b->sky = test_sky_create(air, camera_m, 0.0);
-  b->view = (np_scene_view){.volume_count = 1,
-                            .volumes = &b->placed,
-                            .to_sun = {0.0f, 0.0f, 1.0f},
-                            .camera_sky = b->sky,
-                            .has_planet = true,
-                            .planet_radius_m = 6360e3};
+  test_cloud cloud = test_cloud_make(test_full, 1.0f, np_phase_isotropic());
+  cloud.step_m = np_dvec3_make(voxel_m, voxel_m, voxel_m);
+  cloud.middle_m = np_dvec3_make(block_m, 0.0, 3000.0);
+  *b = (block){.sky = test_sky_create(air, camera_m, 0.0)};
+  test_world_init(&b->base, air->context);
+  assert_int_equal(test_world_add(&b->base, cloud), NEPH_OK);
+  b->base.world.camera_sky = b->sky;
+  b->base.world.has_planet = true;
+  b->base.world.planet_radius_m = 6360e3;
 }
 
-static void cast(block *b, neph_context *context, int32_t half_width) {
+static void cast(block *b, int32_t half_width) {
+  const np_lighting *lighting = &b->base.lighting;
   const np_air_rays rays = {.origin = {0, 0, camera_m},
                             .forward = {1.0f, 0.0f, 0.0f},
                             .right = {0.0f, -0.005f, 0.0f},
@@ -126,18 +117,21 @@ static void cast(block *b, neph_context *context, int32_t half_width) {
   const np_air_casters casters = {.count = 1,
                                   .low = {{block_m - half_width_m, -half_width_m, 3000.0 - half_width_m}},
                                   .high = {{block_m + half_width_m, half_width_m, 3000.0 + half_width_m}}};
-  assert_int_equal(np_air_visibility_build(context, &b->view, &rays, &casters, NULL, &b->visibility), NEPH_OK);
-  assert_int_equal(np_air_shadow_build(&b->visibility, &b->view, NULL, &b->shadow), NEPH_OK);
+  assert_int_equal(np_air_visibility_build(b->base.context, &b->base.world, &lighting->sun_depths, &rays, &casters,
+                                           NULL, &b->visibility),
+                   NEPH_OK);
+  assert_int_equal(np_air_shadow_build(&b->visibility, &b->base.world, lighting->ground_light, NULL, &b->shadow),
+                   NEPH_OK);
 }
 
 static void clear_block(block *b) {
   np_air_shadow_clear(&b->shadow);
   np_air_visibility_clear(&b->visibility);
   neph_sky_destroy(b->sky);
-  neph_volume_release(b->volume);
+  test_world_clear(&b->base);
 }
 
-static double find_first(const block *b, np_vec3 direction, double distance_m, int band) {
+static double compute_first(const block *b, np_vec3 direction, double distance_m, int band) {
   np_spectrum first;
   (void)np_sky_aerial_orders(b->sky, direction, distance_m, &first);
   return (double)first.band[band];
@@ -147,9 +141,9 @@ static double find_first(const block *b, np_vec3 direction, double distance_m, i
  * soft over half a voxel at each side. */
 static void what_is_lost_lies_in_the_shadow(void **state) {
   neph_atmosphere *air = *state;
-  block b = {0};
+  block b;
   place_block(&b, air);
-  cast(&b, air->context, 40);
+  cast(&b, 40);
   for (int i = -8; i <= 8; i++) {
     const np_vec3 d = np_vec3_normalize(np_vec3_make(1.0f, 0.0137f * (float)i, 0.002f * (float)i));
     const double ends[] = {7.5e3, 20e3, INFINITY};
@@ -157,11 +151,11 @@ static void what_is_lost_lies_in_the_shadow(void **state) {
       for (int band = 0; band < 3; band++) {
         if (d.z < 0.0f && isinf(ends[e])) continue; /* there is ground */
         const double near = (block_m - half_width_m) / (double)d.x, far = (block_m + half_width_m) / (double)d.x;
-        const double lost = find_first(&b, d, far, band) - find_first(&b, d, near, band);
-        const double found = (double)np_air_shadow_find(&b.shadow, d, ends[e]).band[band];
-        assert_near_relative(found * find_first(&b, d, ends[e], band), lost, 0.04);
+        const double lost = compute_first(&b, d, far, band) - compute_first(&b, d, near, band);
+        const double found = (double)np_air_shadow_get_lost(&b.shadow, d, ends[e]).band[band];
+        assert_near_relative(found * compute_first(&b, d, ends[e], band), lost, 0.04);
       }
-    assert_near((double)np_spectrum_max(np_air_shadow_find(&b.shadow, d, 4.4e3)), 0.0, 1e-4);
+    assert_near((double)np_spectrum_max(np_air_shadow_get_lost(&b.shadow, d, 4.4e3)), 0.0, 1e-4);
   }
   clear_block(&b);
 }
@@ -169,43 +163,43 @@ static void what_is_lost_lies_in_the_shadow(void **state) {
 /* Beside the block the air is in the sun. */
 static void beside_the_shadow_nothing_is_lost(void **state) {
   neph_atmosphere *air = *state;
-  block b = {0};
+  block b;
   place_block(&b, air);
-  cast(&b, air->context, 120);
+  cast(&b, 120);
   const np_vec3 rays[] = {{1.0f, 0.35f, 0.0f}, {1.0f, -0.35f, 0.1f}};
   for (int i = 0; i < 2; i++) {
     const np_vec3 d = np_vec3_normalize(rays[i]);
-    assert_near((double)np_spectrum_max(np_air_shadow_find(&b.shadow, d, INFINITY)), 0.0, 1e-4);
+    assert_near((double)np_spectrum_max(np_air_shadow_get_lost(&b.shadow, d, INFINITY)), 0.0, 1e-4);
   }
   clear_block(&b);
 }
 
-/* Clouds that hide no sky and throw an irradiance of a tenth of the sun's down everywhere: beside the block the air
+/* Clouds that cover no sky and add a tenth of the sun's irradiance on the ground everywhere: beside the block the air
  * below it has the sun's light of the first order, and an even light of A(1 + ρ)/2π from all around besides. 1 %: the
  * sun's share that comes through is taken in the middle of each cell. */
 static void clouds_light_the_air_below_them(void **state) {
   neph_atmosphere *air = *state;
-  block b = {0};
+  block b;
   place_block(&b, air);
   const np_spectrum sun = np_sky_get_sun_irradiance(b.sky);
-  np_ground_light light = {np_spectrum_grey(1.0f), np_spectrum_scale(sun, 0.1f)},
-                  points[4] = {light, light, light, light};
-  const np_ground_cache cache = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
-  b.placed.bottom_m = 3000.0 - half_width_m;
-  b.placed.top_m = 3000.0 + half_width_m;
-  b.view.atmosphere = air;
-  b.view.ground_cache = &cache;
-  b.view.sun_irradiance = sun;
-  b.view.ground_albedo = np_spectrum_grey(0.3f);
-  cast(&b, air->context, 120);
+  np_ground_light_value light = {np_spectrum_grey(1.0f), np_spectrum_scale(sun, 0.1f)},
+                        points[4] = {light, light, light, light};
+  const np_ground_light cache = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
+  b.base.placed[0].bottom_m = 3000.0 - half_width_m;
+  b.base.placed[0].top_m = 3000.0 + half_width_m;
+  b.base.world.atmosphere = air;
+  b.base.lighting.ground_light = &cache;
+  b.base.world.sun_irradiance = sun;
+  b.base.world.ground_albedo = np_spectrum_grey(0.3f);
+  cast(&b, 120);
   const np_vec3 d = np_vec3_normalize(np_vec3_make(1.0f, 0.35f, 0.01f));
   const np_dvec3 middle = np_dvec3_make(3000.0, 1000.0, camera_m);
-  const np_spectrum through = np_atmosphere_transmittance_to_sun(air, middle, b.view.to_sun, 0.0f);
+  const np_spectrum through = np_atmosphere_transmittance_to_sun(air, middle, b.base.world.to_sun, 0.0f);
   np_spectrum first;
   const np_spectrum even = np_sky_even_inscatter(b.sky, d, 6e3, &first);
   for (int band = 0; band < 3; band++) {
     const double gain = 0.1 * 1.3 / (2.0 * NP_PI) / (double)through.band[band];
-    const double found = -(double)np_air_shadow_find(&b.shadow, d, 6e3).band[band] * (double)first.band[band];
+    const double found = -(double)np_air_shadow_get_lost(&b.shadow, d, 6e3).band[band] * (double)first.band[band];
     assert_near_relative(found, gain * (double)even.band[band], 0.01);
   }
   clear_block(&b);
@@ -234,13 +228,15 @@ static void even_light_is_scattered_without_a_phase_function(void **state) {
 
 static void without_casters_nothing_is_kept(void **state) {
   neph_atmosphere *air = *state;
-  block b = {0};
+  block b;
   place_block(&b, air);
-  cast(&b, air->context, 4);
+  cast(&b, 4);
   np_air_visibility none;
   const np_air_rays rays = b.visibility.rays;
   const np_air_casters nothing = {.count = 0};
-  assert_int_equal(np_air_visibility_build(air->context, &b.view, &rays, &nothing, NULL, &none), NEPH_OK);
+  assert_int_equal(
+      np_air_visibility_build(air->context, &b.base.world, &b.base.lighting.sun_depths, &rays, &nothing, NULL, &none),
+      NEPH_OK);
   assert_null(none.seen);
   clear_block(&b);
 }

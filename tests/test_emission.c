@@ -1,25 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What glows in clouds, by both integrators, against closed forms and against each other: no planet, no air.
+/* Emission in clouds, by both integrators, against closed forms and against each other: no planet, no air.
  *
  * test_emission        all, with the paths that a suite can afford
  * test_emission long   the march against the tracer, to half a per cent of a fire's light; a minute and a half
  */
-#include "light/emission.h"
-#include "light/multi_scatter.h"
-#include "test_rays.h"
-#include "test_volumes.h"
+#include "test_world.h"
 
 static const double bands_nm[NP_BAND_COUNT] = {680.0, 550.0, 440.0};
 static const float kelvin = 1900.0f;
 
 typedef struct fixture {
-  neph_context *context;
-  neph_volume *smoke, *flame, *heat;
-  np_view_volume placed;
+  test_world smoke;
+  neph_volume *flame, *heat;
   np_emission emission;
-  np_multi_scatter scatter;
-  np_scene_view view;
-  np_integrator_settings settings;
 } fixture;
 
 /* A ball in the lower half. */
@@ -31,15 +24,12 @@ static float ball(double x, double y, double z) {
 static float warm(double x, double y, double z) { return 0.75f + 0.25f * ball(x, y, z); }
 
 static void start(fixture *f, test_field smoke, float extinction_per_m, float albedo, float asymmetry) {
-  *f = (fixture){.context = test_context_create(2, NULL)};
-  f->smoke = test_volume_create_centred(f->context, TEST_EDGE, smoke);
-  f->placed = test_volume_place(f->smoke, extinction_per_m, np_phase_henyey_greenstein(asymmetry));
-  f->placed.albedo = np_spectrum_grey(albedo);
-  f->view = (np_scene_view){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
-  f->settings = test_integrator_settings();
+  *f = (fixture){.flame = NULL};
+  test_world_create(&f->smoke, 2, test_cloud_make(smoke, extinction_per_m, np_phase_henyey_greenstein(asymmetry)));
+  f->smoke.placed[0].albedo = np_spectrum_grey(albedo);
 }
 
-static void glow(fixture *f, const neph_volume *volume, float absorption_per_m, const neph_volume *heat) {
+static void add_emission(fixture *f, const neph_volume *volume, float absorption_per_m, const neph_volume *heat) {
   const np_glow g = {.bricks = &volume->bricks,
                      .world_to_index = volume->world_to_index,
                      .index_to_world = volume->index_to_world,
@@ -48,55 +38,60 @@ static void glow(fixture *f, const neph_volume *volume, float absorption_per_m, 
                      .world_to_temperature = heat ? heat->world_to_index : np_affine_identity(),
                      .kelvin_per_value = heat ? kelvin : 0.0f,
                      .offset_k = heat ? 0.0f : kelvin};
-  assert_int_equal(np_emission_build(f->context, &g, 1, bands_nm, NULL, &f->emission), NEPH_OK);
-  f->view.emission = &f->emission;
+  assert_int_equal(np_emission_build(f->smoke.context, &g, 1, bands_nm, NULL, &f->emission), NEPH_OK);
+  f->smoke.world.emission = &f->emission;
 }
 
-/* The smoke itself glows, by Kirchhoff's law. */
-static void glow_by_absorption(fixture *f) {
-  glow(f, f->smoke, (1.0f - f->placed.albedo.band[0]) * f->placed.extinction_per_value, NULL);
+/* Emission of the smoke itself, by Kirchhoff's law. */
+static void emit_by_absorption(fixture *f) {
+  const np_instance *smoke = &f->smoke.placed[0];
+  add_emission(f, f->smoke.volumes[0], (1.0f - smoke->albedo.band[0]) * smoke->extinction_per_value, NULL);
 }
 
-static void glow_as_flame(fixture *f, test_field flame, float absorption_per_m, test_field heat) {
-  f->flame = test_volume_create_centred(f->context, TEST_EDGE, flame);
-  if (heat) f->heat = test_volume_create_centred(f->context, TEST_EDGE, heat);
-  glow(f, f->flame, absorption_per_m, f->heat);
+static neph_volume *create_volume(const fixture *f, test_field field) {
+  neph_volume *volume = NULL;
+  const np_dvec3 step_m = {1.0, 1.0, 1.0}, middle_m = {0.0, 0.0, 0.0};
+  assert_int_equal(test_volume_create(f->smoke.context, field, TEST_EDGE, step_m, middle_m, &volume), NEPH_OK);
+  return volume;
+}
+
+static void emit_as_flame(fixture *f, test_field flame, float absorption_per_m, test_field heat) {
+  f->flame = create_volume(f, flame);
+  if (heat) f->heat = create_volume(f, heat);
+  add_emission(f, f->flame, absorption_per_m, f->heat);
 }
 
 static void solve(fixture *f) {
-  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
-  desc.cells.bounds_min = np_dvec3_make(-12.5, -12.5, -12.5);
-  desc.cells.bounds_max = np_dvec3_make(12.5, 12.5, 12.5);
-  assert_int_equal(np_multi_scatter_build(f->context, &f->view, &desc, NULL, &f->scatter), NEPH_OK);
-  f->view.multi_scatter = &f->scatter;
+  f->smoke.desc.cells.bounds_min = np_dvec3_make(-12.5, -12.5, -12.5);
+  f->smoke.desc.cells.bounds_max = np_dvec3_make(12.5, 12.5, 12.5);
+  assert_int_equal(test_world_solve(&f->smoke), NEPH_OK);
 }
 
 static void end(fixture *f) {
-  np_multi_scatter_clear(&f->scatter);
   np_emission_clear(&f->emission);
-  neph_volume_release(f->smoke);
   neph_volume_release(f->flame);
   neph_volume_release(f->heat);
-  neph_context_destroy(f->context);
+  test_world_destroy(&f->smoke);
 }
 
 static double black_body(int band) { return np_black_body_radiance(bands_nm[band], (double)kelvin); }
 
-static np_integrator_fn get_integrator(const fixture *f, bool is_path) {
-  const np_integrator_kernels *kernels = test_integrators(f->context);
-  return is_path ? kernels->path : kernels->march;
+/* Radiance along a ray: all of it, or the part that was not scattered. */
+static double sample_radiance(const fixture *f, bool is_path, const np_camera_ray *ray, np_random *random, int band,
+                              bool is_emission_only) {
+  np_integrator_sample sample;
+  (is_path ? test_world_path : test_world_march)(&f->smoke, ray, random, &sample);
+  return is_emission_only ? (double)sample.component[NP_COMPONENT_EMISSION].band[band]
+                          : test_sum_components(&sample, band);
 }
 
-/* Mean radiance of random rays: all of it, or what was not scattered. */
+/* Mean radiance of random rays. */
 static test_tally measure(const fixture *f, bool is_path, int count, int band, bool is_emission_only, uint64_t seed) {
   test_tally s = {0};
   np_random random = np_random_start(seed, 0, 0, 0, 0);
   for (int i = 0; i < count; i++) {
     const np_camera_ray ray = test_random_ray(&random);
-    np_integrator_sample sample;
-    get_integrator(f, is_path)(&f->view, &f->settings, &ray, &random, &sample);
-    test_tally_add(&s, is_emission_only ? (double)sample.component[NP_COMPONENT_EMISSION].band[band]
-                                        : test_sum_components(&sample, band));
+    test_tally_add(&s, sample_radiance(f, is_path, &ray, &random, band, is_emission_only));
   }
   return s;
 }
@@ -107,7 +102,7 @@ static void a_flame_without_smoke_is_j_times_its_depth(void **state) {
   (void)state;
   fixture f;
   start(&f, test_full, 0.0f, 0.0f, 0.0f);
-  glow_as_flame(&f, test_full, 0.01f, NULL);
+  emit_as_flame(&f, test_full, 0.01f, NULL);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const double expected = 0.01 * TEST_EDGE * black_body(b);
     for (int is_path = 0; is_path < 2; is_path++) {
@@ -121,13 +116,13 @@ static void a_flame_without_smoke_is_j_times_its_depth(void **state) {
 }
 
 /* Black smoke of one temperature: B·(1 − e^{−τ}), from a veil, where that is B·τ, to a wall, where it is B. */
-static void black_smoke_glows_as_far_as_it_hides(void **state) {
+static void black_smoke_emits_as_far_as_it_absorbs(void **state) {
   (void)state;
   const float extinctions[] = {1e-7f, 1e-3f, 0.05f, 0.5f, 20.0f};
   for (size_t i = 0; i < sizeof extinctions / sizeof *extinctions; i++) {
     fixture f;
     start(&f, test_full, extinctions[i], 0.0f, 0.0f);
-    glow_by_absorption(&f);
+    emit_by_absorption(&f);
     const double expected = -expm1(-(double)extinctions[i] * TEST_EDGE) * black_body(1);
     for (int is_path = 0; is_path < 2; is_path++) {
       const test_tally s = measure(&f, is_path, 4000, 1, false, 3);
@@ -146,8 +141,8 @@ static void an_isothermal_enclosure_is_invisible(void **state) {
   for (size_t i = 0; i < sizeof albedos / sizeof *albedos; i++) {
     fixture f;
     start(&f, test_lumpy_box, 1.0f, albedos[i], 0.6f);
-    glow_by_absorption(&f);
-    for (int b = 0; b < NP_BAND_COUNT; b++) f.view.environment_radiance.band[b] = (float)black_body(b);
+    emit_by_absorption(&f);
+    for (int b = 0; b < NP_BAND_COUNT; b++) f.smoke.world.environment_radiance.band[b] = (float)black_body(b);
     const test_tally path = measure(&f, true, 20000, 0, false, 40);
     assert_near(test_tally_mean(&path), black_body(0), 4.0 * test_tally_error(&path));
     solve(&f);
@@ -164,21 +159,16 @@ typedef struct comparison {
   test_tally path, excess; /* the march's over the path's, ray by ray */
 } comparison;
 
-/* What comes straight needs no path to go on. */
-static void compare(const fixture *f, int count, int band, bool is_direct, comparison *c) {
+/* A path that is seen directly need not go on. */
+static void compare(fixture *f, int count, int band, bool is_direct, comparison *c) {
   memset(c, 0, sizeof *c);
-  np_integrator_settings settings = f->settings;
-  if (is_direct) settings.scattering_max = 1;
+  f->smoke.settings.scattering_max = is_direct ? 1 : UINT32_MAX;
   np_random random = np_random_start(6, 0, 0, 0, 0);
   for (int i = 0; i < count; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     double radiance[2];
-    for (int is_path = 0; is_path < 2; is_path++) {
-      np_integrator_sample sample;
-      get_integrator(f, is_path)(&f->view, &settings, &ray, &random, &sample);
-      radiance[is_path] =
-          is_direct ? (double)sample.component[NP_COMPONENT_EMISSION].band[band] : test_sum_components(&sample, band);
-    }
+    for (int is_path = 0; is_path < 2; is_path++)
+      radiance[is_path] = sample_radiance(f, is_path, &ray, &random, band, is_direct);
     test_tally_add(&c->path, radiance[1]);
     test_tally_add(&c->excess, radiance[0] - radiance[1]);
   }
@@ -189,16 +179,16 @@ static void compare(const fixture *f, int count, int band, bool is_direct, compa
 static void compare_flame(int count, int count_direct, double all, double direct) {
   fixture f;
   start(&f, test_lumpy_box, 1.0f, 0.9f, 0.6f);
-  glow_as_flame(&f, ball, 0.3f, warm);
+  emit_as_flame(&f, ball, 0.3f, warm);
   solve(&f);
   for (int b = 0; b < NP_BAND_COUNT; b += 2)
     for (int is_direct = 0; is_direct < 2; is_direct++) {
       comparison c;
       compare(&f, is_direct ? count_direct : count, b, is_direct, &c);
-      const double truth = test_tally_mean(&c.path), error = test_tally_error(&c.excess);
+      const double expected = test_tally_mean(&c.path), error = test_tally_error(&c.excess);
       print_message("band %d, %s: march over path %.4f +- %.4f\n", b, is_direct ? "direct" : "all",
-                    1.0 + test_tally_mean(&c.excess) / truth, error / truth);
-      assert_near(test_tally_mean(&c.excess), 0.0, 4.0 * error + (is_direct ? direct : all) * truth);
+                    1.0 + test_tally_mean(&c.excess) / expected, error / expected);
+      assert_near(test_tally_mean(&c.excess), 0.0, 4.0 * error + (is_direct ? direct : all) * expected);
     }
   end(&f);
 }
@@ -215,22 +205,22 @@ static void march_matches_path_to_half_a_percent(void **state) {
   compare_flame(400000, 400000, 0.01, 0.003);
 }
 
-/* Nothing is drawn any more: what glows is met by chance. */
-static void forget_lamps(fixture *f) {
+/* Next-event estimation draws nothing any more: paths meet emission by chance. */
+static void remove_lamps(fixture *f) {
   const np_lamps *lamps = &f->emission.lamps[0];
   f->emission.lamp_count = 0;
   memset(lamps->density, 0, (size_t)(lamps->size[0] * lamps->size[1] * lamps->size[2]) * sizeof *lamps->density);
 }
 
-/* With next-event estimation and without the mean is the same; what it is worth is printed. */
-static void drawing_towards_what_glows_changes_no_mean(void **state) {
+/* The mean is the same with next-event estimation and without; its gain is printed. */
+static void drawing_towards_emitters_changes_no_mean(void **state) {
   (void)state;
   fixture f;
   start(&f, test_lumpy_box, 0.2f, 0.9f, 0.6f);
-  glow_as_flame(&f, ball, 0.3f, ball);
+  emit_as_flame(&f, ball, 0.3f, ball);
   const test_tally drawn = measure(&f, true, 20000, 1, false, 10);
   assert_true(f.emission.lamp_count > 0);
-  forget_lamps(&f);
+  remove_lamps(&f);
   const test_tally met = measure(&f, true, 40000, 1, false, 11);
   print_message("mean %.5g +- %.2g drawn, %.5g +- %.2g met by chance in twice as many paths\n", test_tally_mean(&drawn),
                 test_tally_error(&drawn), test_tally_mean(&met), test_tally_error(&met));
@@ -246,7 +236,7 @@ static void densities_of_directions_integrate_to_one(void **state) {
   enum { DIRECTIONS = 200000 };
   fixture f;
   start(&f, test_lumpy_box, 1.0f, 0.9f, 0.0f);
-  glow_as_flame(&f, ball, 0.3f, warm);
+  emit_as_flame(&f, ball, 0.3f, warm);
   const np_dvec3 observers[] = {{0.1, 0.2, -4.5}, {6.0, -3.0, 2.0}, {40.0, 25.0, -30.0}};
   for (int o = 0; o < 3; o++) {
     double sum = 0.0;
@@ -272,7 +262,7 @@ static void failed_allocations_leave_nothing(void **state) {
   (void)state;
   fixture f;
   start(&f, ball, 1.0f, 0.9f, 0.0f);
-  glow_by_absorption(&f);
+  emit_by_absorption(&f);
   assert_survives_failed_allocations(build_emission, f.emission.glows);
   end(&f);
 }
@@ -280,10 +270,10 @@ static void failed_allocations_leave_nothing(void **state) {
 int main(int argc, char **argv) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_flame_without_smoke_is_j_times_its_depth),
-      cmocka_unit_test(black_smoke_glows_as_far_as_it_hides),
+      cmocka_unit_test(black_smoke_emits_as_far_as_it_absorbs),
       cmocka_unit_test(an_isothermal_enclosure_is_invisible),
       cmocka_unit_test(march_matches_path),
-      cmocka_unit_test(drawing_towards_what_glows_changes_no_mean),
+      cmocka_unit_test(drawing_towards_emitters_changes_no_mean),
       cmocka_unit_test(densities_of_directions_integrate_to_one),
       cmocka_unit_test(failed_allocations_leave_nothing),
   };

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Fixed points of a linear map, found to the end or cut on the way. */
-#include "light/fixed_point.h"
+#include "transport/fixed_point.h"
 #include "test_support.h"
 
 enum { COUNT = 4096 };

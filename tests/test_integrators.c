@@ -2,134 +2,111 @@
 /* Known answers for both integrators, in a vacuum: no planet, no air, one cloud. */
 #include <stdlib.h>
 
-#include "test_rays.h"
-#include "test_volumes.h"
-
-typedef struct fixture {
-  neph_context *context;
-  neph_volume *volume;
-  np_view_volume placed;
-  np_scene_view view;
-  np_integrator_settings settings;
-} fixture;
-
-/* A box of TEST_EDGE³ samples 1 m apart, centred on the origin. */
-static void start(fixture *f, test_field field, float extinction_per_m, np_phase phase) {
-  f->context = test_context_create(1, NULL);
-  f->volume = test_volume_create_centred(f->context, TEST_EDGE, field);
-  f->placed = test_volume_place(f->volume, extinction_per_m, phase);
-  f->view = (np_scene_view){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
-  f->settings = test_integrator_settings();
-}
-
-static void end(fixture *f) {
-  neph_volume_release(f->volume);
-  neph_context_destroy(f->context);
-}
+#include "test_world.h"
 
 /* A cloud of albedo 1 in a uniform sky cannot be seen: every single path returns the sky's radiance, exactly. */
 static void white_furnace_is_invisible(void **state) {
   (void)state;
-  fixture f;
-  start(&f, test_lumpy_box, 2.0f, np_phase_droplets(20e-6));
-  f.view.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
+  test_world w;
+  test_world_create(&w, 1, test_cloud_make(test_lumpy_box, 2.0f, np_phase_droplets(20e-6)));
+  w.world.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
   np_random random = np_random_start(1, 0, 0, 0, 0);
   int scattered = 0;
   for (int i = 0; i < 2000; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_world_path(&w, &ray, &random, &sample);
     for (int b = 0; b < NP_BAND_COUNT; b++) assert_near(test_sum_components(&sample, b), b + 1.0, 1e-6 * (b + 1));
     scattered += sample.transmittance == 0.0f;
   }
   assert_true(scattered > 1000);
-  end(&f);
+  test_world_destroy(&w);
 }
 
 /* Beer and Lambert: 23 m of samples at 0.05 /m. The trilinear field ends at the outermost samples; the cells beyond
  * them fall to 0 over one voxel on either side, which adds two half voxels: 24 m. */
 static void homogeneous_box_follows_beer_and_lambert(void **state) {
   (void)state;
-  fixture f;
-  start(&f, test_full, 0.05f, np_phase_isotropic());
-  f.settings.tolerance = 1e-5f;
+  test_world w;
+  test_world_create(&w, 1, test_cloud_make(test_full, 0.05f, np_phase_isotropic()));
+  w.settings.tolerance = 1e-5f;
   const double expected = exp(-0.05 * TEST_EDGE);
   np_random random = np_random_start(2, 0, 0, 0, 0);
   test_tally path = {0};
   for (int i = 0; i < 20000; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    test_integrators(f.context)->march(&f.view, &f.settings, &ray, &random, &sample);
+    test_world_march(&w, &ray, &random, &sample);
     assert_near_relative((double)sample.transmittance, expected, 2e-5); /* float sums over some 30 steps */
-    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_world_path(&w, &ray, &random, &sample);
     test_tally_add(&path, (double)sample.transmittance);
   }
   /* Four standard errors: one failure in 16,000 seeds. */
   assert_near(test_tally_mean(&path), expected, 4.0 * test_tally_error(&path));
-  end(&f);
+  test_world_destroy(&w);
 }
 
-/* What hides the disk is known without noise down to a depth of 3, beyond which rays are thinned out. */
+/* Transmittance before the disk has no noise down to a depth of 3, beyond which rays are thinned out. */
 static void sun_is_seen_through_clouds_as_dim_as_they_make_it(void **state) {
   (void)state;
-  fixture f;
-  start(&f, test_full, 0.1f, np_phase_isotropic());
-  f.view.to_sun = (np_vec3){0, 1, 0};
-  f.view.disk = np_disk_make(f.view.to_sun, 0.01, np_spectrum_grey(1.0f));
+  test_world w;
+  test_world_create(&w, 1, test_cloud_make(test_full, 0.1f, np_phase_isotropic()));
+  w.world.to_sun = (np_vec3){0, 1, 0};
+  w.world.disk = np_disk_make(w.world.to_sun, 0.01, np_spectrum_grey(1.0f));
   np_random random = np_random_start(3, 0, 0, 0, 0);
   for (int i = 0; i < 100; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
-    const double radiance = (double)np_light_disks(&f.view, ray.direction).band[0];
+    test_world_path(&w, &ray, &random, &sample);
+    const double radiance = (double)np_world_disk_radiance(&w.world, ray.direction).band[0];
     assert_near_relative((double)sample.transmittance, exp(-0.1 * TEST_EDGE), 1e-5); /* sums in float */
     assert_near_relative((double)sample.component[NP_COMPONENT_BACKGROUND].band[0], exp(-0.1 * TEST_EDGE) * radiance,
                          1e-5);
   }
-  end(&f);
+  test_world_destroy(&w);
 }
 
 /* The depth channel: half is hidden where the optical depth is ln 2. */
 static void half_distance_is_where_half_is_hidden(void **state) {
   (void)state;
-  fixture f;
-  start(&f, test_full, 0.2f, np_phase_isotropic());
+  test_world w;
+  test_world_create(&w, 1, test_cloud_make(test_full, 0.2f, np_phase_isotropic()));
   const np_camera_ray ray = {.origin = {0.3, -100.0, 0.7}, .direction = {0, 1, 0}};
   /* The field rises over the voxel before the first sample at y = −11.5: half a voxel's worth. */
   const double expected = 100.0 - 11.5 - 0.5 + log(2.0) / 0.2;
-  assert_near(test_integrators(f.context)->half_distance(&f.view, &ray, INFINITY), expected, 0.01);
-  assert_true(isinf(test_integrators(f.context)->half_distance(&f.view, &ray, 90.0)));
-  end(&f);
+  assert_near(test_integrators(w.context)->half_distance(&w.world, &ray, INFINITY), expected, 0.01);
+  assert_true(isinf(test_integrators(w.context)->half_distance(&w.world, &ray, 90.0)));
+  test_world_destroy(&w);
 }
 
 static void compare_single_scattering(np_phase phase, double tolerance) {
-  fixture f;
-  start(&f, test_lumpy_box, 1.0f, phase);
-  f.settings.scattering_max = 1;
-  f.view.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 0.5f);
-  f.view.to_sun = np_vec3_normalize(np_vec3_make(0.6f, -0.5f, 0.7f));
-  f.view.sun_angular_radius_rad = 0.005f;
-  f.view.environment_radiance = np_spectrum_grey(0.1f);
-  f.view.is_environment_upper_only = true;
+  test_world w;
+  test_world_create(&w, 1, test_cloud_make(test_lumpy_box, 1.0f, phase));
+  w.settings.scattering_max = 1;
+  w.world.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 0.5f);
+  w.world.to_sun = np_vec3_normalize(np_vec3_make(0.6f, -0.5f, 0.7f));
+  w.world.sun_angular_radius_rad = 0.005f;
+  w.world.environment_radiance = np_spectrum_grey(0.1f);
+  w.world.is_environment_upper_only = true;
   test_tally march[2] = {0}, path[2] = {0};
   np_random random = np_random_start(3, 0, 0, 0, 0);
   for (int i = 0; i < 60000; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_world_path(&w, &ray, &random, &sample);
     test_tally_add(&path[0], (double)sample.component[NP_COMPONENT_SUN].band[1]);
     test_tally_add(&path[1], (double)sample.component[NP_COMPONENT_SKY].band[1]);
     if (i % 4) continue;
-    test_integrators(f.context)->march(&f.view, &f.settings, &ray, &random, &sample);
+    test_world_march(&w, &ray, &random, &sample);
     test_tally_add(&march[0], (double)sample.component[NP_COMPONENT_SUN].band[1]);
     test_tally_add(&march[1], (double)sample.component[NP_COMPONENT_SKY].band[1]);
   }
   for (int c = 0; c < 2; c++) {
-    const double truth = test_tally_mean(&path[c]);
+    const double expected = test_tally_mean(&path[c]);
     const double noise = hypot(test_tally_error(&path[c]), test_tally_error(&march[c]));
-    assert_near(test_tally_mean(&march[c]), truth, tolerance * truth + 4.0 * noise);
+    assert_near(test_tally_mean(&march[c]), expected, tolerance * expected + 4.0 * noise);
   }
-  end(&f);
+  test_world_destroy(&w);
 }
 
 /* The march's tolerance of 1 % of a ray leaves less in the mean: 0.5 %, beside four standard errors. */
@@ -142,32 +119,31 @@ static void march_matches_path_in_single_scattering(void **state) {
 /* A volume given twice at half the extinction is the same medium. */
 static void overlapping_volumes_add(void **state) {
   (void)state;
-  fixture f;
-  start(&f, test_lumpy_box, 1.0f, np_phase_henyey_greenstein(0.6f));
-  np_view_volume halves[2] = {f.placed, f.placed};
-  halves[0].extinction_per_value = halves[1].extinction_per_value = 0.5f;
-  np_scene_view split = f.view;
-  split.volume_count = 2;
-  split.volumes = halves;
-  f.view.sun_irradiance = split.sun_irradiance = np_spectrum_grey(1.0f);
+  test_world one, two;
+  const np_phase phase = np_phase_henyey_greenstein(0.6f);
+  test_world_create(&one, 1, test_cloud_make(test_lumpy_box, 1.0f, phase));
+  test_world_create(&two, 1, test_cloud_make(test_lumpy_box, 0.5f, phase));
+  assert_int_equal(test_world_add(&two, test_cloud_make(test_lumpy_box, 0.5f, phase)), NEPH_OK);
+  one.world.sun_irradiance = two.world.sun_irradiance = np_spectrum_grey(1.0f);
   test_tally whole = {0}, parts = {0};
   np_random random = np_random_start(4, 0, 0, 0, 0);
   for (int i = 0; i < 20000; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_world_path(&one, &ray, &random, &sample);
     test_tally_add(&whole, test_sum_components(&sample, 0));
-    test_integrators(f.context)->path(&split, &f.settings, &ray, &random, &sample);
+    test_world_path(&two, &ray, &random, &sample);
     test_tally_add(&parts, test_sum_components(&sample, 0));
   }
   assert_near(test_tally_mean(&parts), test_tally_mean(&whole),
               4.0 * hypot(test_tally_error(&parts), test_tally_error(&whole)));
   const np_camera_ray ray = {.origin = {1.0, -100.0, 2.0}, .direction = {0, 1, 0}};
-  np_integrator_sample one, two;
-  test_integrators(f.context)->march(&f.view, &f.settings, &ray, &random, &one);
-  test_integrators(f.context)->march(&split, &f.settings, &ray, &random, &two);
-  assert_near_relative((double)two.transmittance, (double)one.transmittance, 1e-5); /* float rounding of the sum */
-  end(&f);
+  np_integrator_sample expected, found;
+  test_world_march(&one, &ray, &random, &expected);
+  test_world_march(&two, &ray, &random, &found);
+  assert_near_relative((double)found.transmittance, (double)expected.transmittance, 1e-5); /* rounding of a float sum */
+  test_world_destroy(&one);
+  test_world_destroy(&two);
 }
 
 /* A peak narrower than the sun's disk, seen towards its middle: of what is scattered once, τ·e^{−τ}
@@ -177,23 +153,23 @@ static void disk_is_met_through_a_narrow_peak(void **state) {
   (void)state;
   enum { RINGS = 20000 };
   const double depth = 0.02, radius = 0.0046;
-  fixture f;
-  start(&f, test_full, (float)(depth / TEST_EDGE), np_phase_henyey_greenstein(0.9999f));
-  f.settings.scattering_max = 1;
-  f.view.sun_irradiance = np_spectrum_grey(1.0f);
-  f.view.to_sun = np_vec3_make(0, 1, 0);
-  f.view.sun_angular_radius_rad = (float)radius;
+  test_world w;
+  test_world_create(&w, 1, test_cloud_make(test_full, (float)(depth / TEST_EDGE), np_phase_henyey_greenstein(0.9999f)));
+  w.settings.scattering_max = 1;
+  w.world.sun_irradiance = np_spectrum_grey(1.0f);
+  w.world.to_sun = np_vec3_make(0, 1, 0);
+  w.world.sun_angular_radius_rad = (float)radius;
   double mean = 0.0;
   for (int i = 0; i < RINGS; i++) {
     const double s = sin(0.5 * radius);
-    mean += (double)np_phase_eval(&f.placed.phase, (float)(2.0 * s * s * (i + 0.5) / RINGS)) / RINGS;
+    mean += (double)np_phase_eval(&w.placed[0].phase, (float)(2.0 * s * s * (i + 0.5) / RINGS)) / RINGS;
   }
   test_tally path = {0};
   np_random random = np_random_start(6, 0, 0, 0, 0);
   for (int i = 0; i < 20000; i++) {
     const np_camera_ray ray = test_random_ray(&random);
     np_integrator_sample sample;
-    test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+    test_world_path(&w, &ray, &random, &sample);
     test_tally_add(&path, (double)sample.component[NP_COMPONENT_SUN].band[0]);
   }
   const double expected = depth * exp(-depth) * mean;
@@ -201,26 +177,26 @@ static void disk_is_met_through_a_narrow_peak(void **state) {
                 expected);
   assert_near(test_tally_mean(&path), expected, 4.0 * test_tally_error(&path));
   assert_true(test_tally_error(&path) < 0.02 * expected);
-  end(&f);
+  test_world_destroy(&w);
 }
 
 /* Every instruction-set level computes the same physics: its mean is the others', within float rounding of one ray. */
 static void levels_agree(void **state) {
   (void)state;
-  fixture f;
-  start(&f, test_lumpy_box, 1.0f, np_phase_henyey_greenstein(0.6f));
-  f.view.sun_irradiance = np_spectrum_grey(1.0f);
+  test_world w;
+  test_world_create(&w, 1, test_cloud_make(test_lumpy_box, 1.0f, np_phase_henyey_greenstein(0.6f)));
+  w.world.sun_irradiance = np_spectrum_grey(1.0f);
   const np_camera_ray ray = {.origin = {1.0, -100.0, 2.0}, .direction = {0, 1, 0}, .jitter = 0.3f};
   double reference = 0;
-  for (neph_isa isa = NEPH_ISA_X86_64; isa <= neph_context_get_isa(f.context); isa++) {
+  for (neph_isa isa = NEPH_ISA_X86_64; isa <= neph_context_get_isa(w.context); isa++) {
     np_random random = np_random_start(5, 0, 0, 0, 0);
     np_integrator_sample sample;
-    np_integrator_get_kernels(isa)->march(&f.view, &f.settings, &ray, &random, &sample);
+    np_integrator_get_kernels(isa)->march(&w.world, &w.lighting, &w.settings, &ray, &random, &sample);
     const double sun = (double)sample.component[NP_COMPONENT_SUN].band[0];
     if (isa == NEPH_ISA_X86_64) reference = sun;
     assert_near_relative(sun, reference, 1e-5);
   }
-  end(&f);
+  test_world_destroy(&w);
 }
 
 /* All ranks once; and the mean distance of the lowest 1/16 of the ranks to their nearest neighbour is well above the

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light in clouds and depths towards the sun over a sequence: built once, the same bits as without, and anew when what
- * they depend on changes. */
+/* Light in clouds and depths towards the sun over a sequence: built once, the same bits as without reuse, and rebuilt
+ * when their inputs change. */
 #include <nephos/nephos.h>
 
-#include "light/light_store.h"
+#include "caches/light_store.h"
 #include "test_scenes.h"
-#include "test_volumes.h"
+#include "test_world.h"
 
 /* Half a second of baking and solving. */
 static const char cumulus[] =
@@ -16,7 +16,7 @@ static const char cumulus[] =
 
 static int set_up(void **state) { return set_up_scene(state, 2, cumulus); }
 
-/* The same cloud lit straight through a volume of depths. */
+/* The same cloud in single scattering, through a volume of depths. */
 static int set_up_depths(void **state) {
   const int result = set_up_scene(state, 2, cumulus);
   set(*state, "render.multiple_scattering", "none");
@@ -62,7 +62,7 @@ static void a_camera_that_moves_keeps_the_light(void **state) {
   }
 }
 
-/* What a first frame does to the second, which has all but its camera in common, is nothing that is seen. */
+/* A first frame changes no bit of the second, which has all but its camera in common. */
 static void two_frames_under_one_sun_share_their_depths(void **state) {
   fixture *f = *state, alone;
   void *other = NULL;
@@ -80,7 +80,7 @@ static void two_frames_under_one_sun_share_their_depths(void **state) {
   tear_down(&other);
 }
 
-static void depths_are_found_anew_for_another_sun_or_cloud(void **state) {
+static void depths_are_rebuilt_for_another_sun_or_cloud(void **state) {
   static const struct {
     const char *key, *value, *said;
   } changes[] = {
@@ -108,32 +108,33 @@ static void depths_are_found_anew_for_another_sun_or_cloud(void **state) {
   }
 }
 
-/* Builds, gives back, takes what is kept, and builds for another sun. */
-static neph_result take_twice(neph_context *context, np_light_store *store, np_scene_view *view) {
-  const np_sun_cache_desc desc = NP_SUN_CACHE_DESC_DEFAULT;
+/* Builds, gives back, takes the same again, and builds for another sun. */
+static neph_result take_twice(neph_context *context, np_light_store *store, np_world *world) {
+  const np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
   neph_result result = NEPH_OK;
   for (int i = 0; !result && i < 3; i++) {
-    np_sun_cache cache;
-    if (i == 2) view->to_sun = np_vec3_make(0.0f, 0.6f, 0.8f);
-    result = np_light_store_take_depths(context, store, NP_LIGHT_OF_SUN, view, &desc, NULL, &cache);
+    np_sun_optical_depth cache;
+    if (i == 2) world->to_sun = np_vec3_make(0.0f, 0.6f, 0.8f);
+    result = np_light_store_take_depths(context, store, NP_LIGHT_OF_SUN, world, &desc, NULL, &cache);
     np_light_store_give_depths(store, NP_LIGHT_OF_SUN, &cache);
   }
   return result;
 }
 
-static float find_ball(double x, double y, double z) { return x * x + y * y + z * z < 30.0 ? 1.0f : 0.0f; }
+static float ball(double x, double y, double z) { return x * x + y * y + z * z < 30.0 ? 1.0f : 0.0f; }
 
 static neph_result attempt(neph_context *context, void *user) {
   (void)user;
-  neph_volume *volume;
-  neph_result result = test_volume_create(context, 16, np_dvec3_make(0, 0, 0), find_ball, &volume);
-  if (result) return result;
-  np_view_volume placed = test_volume_place(volume, 0.2f, np_phase_isotropic());
-  np_scene_view view = {.volume_count = 1, .volumes = &placed, .to_sun = {0.6f, 0.0f, 0.8f}};
+  test_world w;
+  test_cloud cloud = test_cloud_make(ball, 0.2f, np_phase_isotropic());
+  cloud.edge = 16;
+  test_world_init(&w, context);
+  w.world.to_sun = np_vec3_make(0.6f, 0.0f, 0.8f);
+  neph_result result = test_world_add(&w, cloud);
   np_light_store store = {0};
-  result = take_twice(context, &store, &view);
+  if (!result) result = take_twice(context, &store, &w.world);
   np_light_store_clear(context, &store);
-  neph_volume_release(volume);
+  test_world_clear(&w);
   return result;
 }
 
@@ -142,7 +143,7 @@ static void a_failed_allocation_leaves_nothing_behind(void **state) {
   assert_survives_failed_allocations(attempt, NULL);
 }
 
-static void what_it_depends_on_is_solved_anew(void **state) {
+static void light_is_solved_again_for_other_inputs(void **state) {
   fixture *f = *state;
   neph_image_destroy(render(f, f->scene));
   render_changed(f, "sun.elevation", "30.01 deg");
@@ -181,10 +182,10 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_failed_allocation_leaves_nothing_behind),
       cmocka_unit_test_setup_teardown(two_frames_under_one_sun_share_their_depths, set_up_depths, tear_down),
-      cmocka_unit_test_setup_teardown(depths_are_found_anew_for_another_sun_or_cloud, set_up_depths, tear_down),
+      cmocka_unit_test_setup_teardown(depths_are_rebuilt_for_another_sun_or_cloud, set_up_depths, tear_down),
       cmocka_unit_test_setup_teardown(a_camera_that_moves_keeps_the_light, set_up, tear_down),
       cmocka_unit_test_setup_teardown(memory_is_checked_and_counts, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(what_it_depends_on_is_solved_anew, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(light_is_solved_again_for_other_inputs, set_up, tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,11 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Known answers for the artist's lights: each term alone, and what the march makes of them. */
-#include "integrate/look.h"
-#include "integrate/tracking.h"
+/* Known answers for approximations of multiple scattering: each term alone, and in the march. */
+#include "test_world.h"
 
-#include "core/units.h"
-#include "test_support.h"
-#include "volume/volume_private.h"
+#include "integrate/look.h"
 
 enum { EDGE = 16 };
 
@@ -48,112 +45,92 @@ static void walks_end_where_every_term_is_faint(void **state) {
   const np_look *looks[] = {&octaves, &softened, &powder};
   for (unsigned i = 0; i < 3; i++) {
     float terms[NP_LOOK_TERMS_MAX];
-    np_look_fill_transmittances(looks[i], NP_FAINT_DEPTH / np_look_fade(looks[i]), terms);
+    np_look_fill_transmittances(looks[i], NP_TRACK_DEPTH_MAX / np_look_fade(looks[i]), terms);
     for (unsigned n = 0; n < np_look_count_terms(looks[i]); n++) assert_true((double)terms[n] <= 1.01 * exp(-16.0));
   }
 }
 
-typedef struct fixture {
-  neph_context *context;
-  neph_volume *volume;
-  np_view_volume placed;
-  np_scene_view view;
-} fixture;
+/* Full up to half its height, half as dense above. */
+static float two_layers(double x, double y, double z) { return (void)x, (void)y, z < 0.0 ? 1.0f : 0.5f; }
 
-/* A box of EDGE³ samples 1 m apart: full up to half its height, half as dense above. */
-static void start(fixture *f, float extinction_per_m) {
-  static float values[EDGE * EDGE * EDGE];
-  for (int n = 0; n < EDGE * EDGE * EDGE; n++) values[n] = n / EDGE / EDGE < EDGE / 2 ? 1.0f : 0.5f;
-  neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
-  for (int a = 0; a < 3; a++) desc.size[a] = EDGE;
-  desc.values = values;
-  f->context = test_context_create(1, NULL);
-  assert_int_equal(neph_volume_create_dense(f->context, &desc, &f->volume), NEPH_OK);
-  f->placed = (np_view_volume){.bricks = &f->volume->bricks,
-                               .world_to_index = f->volume->world_to_index,
-                               .extinction_per_value = extinction_per_m,
-                               .albedo = np_spectrum_grey(1.0f),
-                               .phase = np_phase_henyey_greenstein(0.8f),
-                               .top_m = EDGE - 1};
-  f->view = (np_scene_view){
-      .volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}, .sun_irradiance = np_spectrum_grey(1.0f)};
+/* A box of EDGE³ samples 1 m apart from the origin on. */
+static void start(test_world *w, float extinction_per_m) {
+  test_cloud cloud = test_cloud_make(two_layers, extinction_per_m, np_phase_henyey_greenstein(0.8f));
+  cloud.edge = EDGE;
+  cloud.middle_m = np_dvec3_make(7.5, 7.5, 7.5);
+  test_world_create(w, 1, cloud);
+  w->placed[0].top_m = EDGE - 1;
+  w->world.sun_irradiance = np_spectrum_grey(1.0f);
 }
 
-static void end(fixture *f) {
-  neph_volume_release(f->volume);
-  neph_context_destroy(f->context);
-}
-
-static double weigh(const fixture *f, const np_look *look, double z) {
-  return (double)np_look_weight(look, &f->placed, np_dvec3_make(7.5, 7.5, z));
+static double weigh(const test_world *w, const np_look *look, double z) {
+  return (double)np_look_weight(look, &w->placed[0], np_dvec3_make(7.5, 7.5, z));
 }
 
 /* Schneider 2017: 0.1^0.8 at the base, 1 in dense cloud above; above 0.85 of the height half the density counts as
- * 0.05 + ½². Without strength, and for other looks, nothing is weighed. */
+ * 0.05 + ½². Without strength, and for other approximations, the weight is 1. */
 static void powder_darkens_the_base_and_thin_places(void **state) {
   (void)state;
-  fixture f;
-  start(&f, 0.3f);
-  assert_near(weigh(&f, &powder, 0.5), pow(0.1, 0.8), 1e-5);
-  assert_near(weigh(&f, &powder, 5.0), 1.0, 1e-5);
-  assert_near(weigh(&f, &powder, 14.0), 0.05 + 0.25, 1e-5);
+  test_world w;
+  start(&w, 0.3f);
+  assert_near(weigh(&w, &powder, 0.5), pow(0.1, 0.8), 1e-5);
+  assert_near(weigh(&w, &powder, 5.0), 1.0, 1e-5);
+  assert_near(weigh(&w, &powder, 14.0), 0.05 + 0.25, 1e-5);
   np_look weak = powder;
   weak.powder_strength = 0.0f;
-  assert_near(weigh(&f, &weak, 14.0), 1.0, 0.0);
-  assert_near(weigh(&f, &softened, 14.0), 1.0, 0.0);
-  end(&f);
+  assert_near(weigh(&w, &weak, 14.0), 1.0, 0.0);
+  assert_near(weigh(&w, &softened, 14.0), 1.0, 0.0);
+  test_world_destroy(&w);
 }
 
-static double slope(const fixture *f, double z) {
-  return (double)np_look_slope(&derivative, &f->view, np_dvec3_make(7.5, 7.5, z), f->view.to_sun);
+static double slope(const test_world *w, double z) {
+  return (double)np_look_slope(&derivative, &w->world, np_dvec3_make(7.5, 7.5, z), w->world.to_sun);
 }
 
 static void the_derivative_is_the_fall_of_density_towards_the_sun(void **state) {
   (void)state;
-  fixture f;
-  start(&f, 0.3f);
-  assert_near(slope(&f, 2.0), 0.0, 1e-6);
-  assert_near(slope(&f, 5.0), 0.5, 1e-6);
-  assert_near(slope(&f, 13.0), 1.0, 1e-6);
-  assert_near(slope(&f, -5.0), 0.0, 0.0);
-  end(&f);
+  test_world w;
+  start(&w, 0.3f);
+  assert_near(slope(&w, 2.0), 0.0, 1e-6);
+  assert_near(slope(&w, 5.0), 0.5, 1e-6);
+  assert_near(slope(&w, 13.0), 1.0, 1e-6);
+  assert_near(slope(&w, -5.0), 0.0, 0.0);
+  test_world_destroy(&w);
 }
 
-static double march(const fixture *f, const np_look *look) {
-  const np_integrator_settings settings = {
-      .scattering_max = UINT32_MAX, .look = *look, .tolerance = 1e-5f, .step_voxels = 0.1f};
+static double march(test_world *w, const np_look *look) {
+  w->settings =
+      (np_integrator_settings){.scattering_max = UINT32_MAX, .look = *look, .tolerance = 1e-5f, .step_voxels = 0.1f};
   const np_camera_ray ray = {.origin = {7.5, 7.5, 100.0}, .direction = {0, 0, -1}, .jitter = 0.5f};
   np_random random = np_random_start(1, 0, 0, 0, 0);
   np_integrator_sample sample;
-  np_integrator_get_kernels(neph_context_get_isa(f->context))->march(&f->view, &settings, &ray, &random, &sample);
-  double sum = 0.0;
-  for (int c = 0; c < NP_COMPONENT_COUNT; c++) sum += (double)sample.component[c].band[1];
-  return sum;
+  test_world_march(w, &ray, &random, &sample);
+  return test_sum_components(&sample, 1);
 }
 
 /* A cloud too dense to see into, its face towards the sun, is a white wall: E/π. 1 %: the voxel in which the density
  * rises, that the slope from 4 m away does not see as a wall. */
 static void an_opaque_face_is_a_white_wall_under_the_derivative(void **state) {
   (void)state;
-  fixture f;
-  start(&f, 200.0f);
-  assert_near_relative(march(&f, &derivative), 1.0 / NP_PI, 0.01);
-  end(&f);
+  test_world w;
+  start(&w, 200.0f);
+  assert_near_relative(march(&w, &derivative), 1.0 / NP_PI, 0.01);
+  test_world_destroy(&w);
 }
 
-static void gain_scales_what_a_look_gives(void **state) {
+static void gain_scales_each_approximation(void **state) {
   (void)state;
-  fixture f;
-  start(&f, 0.3f);
+  test_world w;
+  start(&w, 0.3f);
   const np_look *looks[] = {&octaves, &softened, &powder, &derivative};
   for (unsigned i = 0; i < 4; i++) {
     np_look bright = *looks[i];
     bright.gain = 3.0f;
-    const double plain = march(&f, looks[i]);
+    const double plain = march(&w, looks[i]);
     assert_true(plain > 0.0);
-    assert_near_relative(march(&f, &bright), 3.0 * plain, 1e-5);
+    assert_near_relative(march(&w, &bright), 3.0 * plain, 1e-5);
   }
-  end(&f);
+  test_world_destroy(&w);
 }
 
 int main(void) {
@@ -163,7 +140,7 @@ int main(void) {
       cmocka_unit_test(powder_darkens_the_base_and_thin_places),
       cmocka_unit_test(the_derivative_is_the_fall_of_density_towards_the_sun),
       cmocka_unit_test(an_opaque_face_is_a_white_wall_under_the_derivative),
-      cmocka_unit_test(gain_scales_what_a_look_gives),
+      cmocka_unit_test(gain_scales_each_approximation),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,52 +4,21 @@
 
 #include "march_picture.h"
 
-#include <stdlib.h>
-
-#include "core/units.h"
-#include "integrate/tracking.h"
-#include "test_support.h"
-#include "volume/volume_private.h"
+#include "test_world.h"
 
 enum { EDGE = 72 };
 
-typedef float (*field_fn)(double x, double y, double z);
-
-typedef struct fixture {
-  neph_context *context;
-  neph_volume *volume;
-  np_view_volume cloud;
-  np_scene_view view;
-  np_integrator_settings settings;
-} fixture;
-
 /* EDGE³ samples at whole metres from (0, 0, 0) on. */
-static void start(fixture *f, field_fn field, float extinction_per_m) {
-  static float values[EDGE * EDGE * EDGE];
-  for (int n = 0; n < EDGE * EDGE * EDGE; n++) values[n] = field(n % EDGE, n / EDGE % EDGE, n / EDGE / EDGE);
-  neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
-  for (int a = 0; a < 3; a++) desc.size[a] = EDGE;
-  desc.values = values;
-  desc.precision = NEPH_PRECISION_FLOAT;
-  f->context = test_context_create(1, NULL);
-  assert_int_equal(neph_volume_create_dense(f->context, &desc, &f->volume), NEPH_OK);
-  f->cloud = (np_view_volume){.bricks = &f->volume->bricks,
-                              .world_to_index = f->volume->world_to_index,
-                              .extinction_per_value = extinction_per_m,
-                              .albedo = np_spectrum_grey(1.0f),
-                              .phase = np_phase_isotropic()};
-  f->view =
-      (np_scene_view){.volume_count = 1, .volumes = &f->cloud, .sun_irradiance = np_spectrum_grey(4.0f * NP_PI_F)};
-  f->settings = (np_integrator_settings){.scattering_max = 1,
-                                         .look = {.octave_count = 1, .gain = 1.0f},
-                                         .tolerance = 0.02f,
-                                         .step_voxels = 4.0f,
-                                         .transmittance_end = 1e-3f};
-}
-
-static void end(fixture *f) {
-  neph_volume_release(f->volume);
-  neph_context_destroy(f->context);
+static void start(test_world *w, test_field field, float extinction_per_m) {
+  test_cloud cloud = test_cloud_make(field, extinction_per_m, np_phase_isotropic());
+  const double middle = 0.5 * (EDGE - 1);
+  cloud.edge = EDGE;
+  cloud.middle_m = np_dvec3_make(middle, middle, middle);
+  test_world_create(w, 1, cloud);
+  w->world.sun_irradiance = np_spectrum_grey(4.0f * NP_PI_F);
+  w->settings.scattering_max = 1;
+  w->settings.tolerance = 0.02f;
+  w->settings.transmittance_end = 1e-3f;
 }
 
 static np_vec3 draw_direction(np_random *random) {
@@ -69,51 +38,47 @@ static np_camera_ray draw_ray(np_random *random) {
       .origin = np_dvec3_along(place, direction, -200.0), .direction = direction, .jitter = np_random_float(random)};
 }
 
-static void march(const fixture *f, const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
-  np_integrator_get_kernels(neph_context_get_isa(f->context))->march(&f->view, &f->settings, ray, random, out);
-}
-
 /* ---- Thin sheets ---- */
 
 static float sheet_level(double x, double y, double z) {
   (void)x, (void)y;
-  return z == 37.0 ? 1.0f : 0.0f;
+  return z == 1.5 ? 1.0f : 0.0f;
 }
 
 /* Thinner than a voxel: the samples of a tent of that width, whose slope no axis has. */
 static float sheet_tilted(double x, double y, double z) {
-  const double distance = 0.48 * (x - 36.0) + 0.36 * (y - 36.0) + 0.8 * (z - 36.0);
+  const double distance = 0.48 * (x - 0.5) + 0.36 * (y - 0.5) + 0.8 * (z - 0.5);
   return (float)fmax(0.0, 1.0 - fabs(distance));
 }
 
 static float sheet_in_haze(double x, double y, double z) {
-  return z == 37.0 ? 1.0f : 0.002f + 0.001f * sinf((float)(x + y));
+  return z == 1.5 ? 1.0f : 0.002f + 0.001f * sinf((float)(x + y + EDGE - 1));
 }
 
 /* Every ray finds the sheet, whatever its angle: its transmittance is that of the field's integral. Half the tolerance
- * is the rms that the march promises of what a ray hides, or of what the sheet does from straight ahead, for rays that
+ * is the rms error that the march promises of a ray's opacity, or of the sheet's from straight ahead, for rays that
  * only graze an edge; single rays, of some thousands, may be six times that off. */
-static void check_sheet(field_fn field, float extinction_per_m) {
-  fixture f;
-  start(&f, field, extinction_per_m);
+static void check_sheet(test_field field, float extinction_per_m) {
+  test_world w;
+  start(&w, field, extinction_per_m);
   np_random random = np_random_start(1, 0, 0, 0, 0);
-  double sum = 0.0, tolerance = (double)f.settings.tolerance;
+  double sum = 0.0, tolerance = (double)w.settings.tolerance;
   int count = 0;
   for (int i = 0; i < 4000; i++) {
     const np_camera_ray ray = draw_ray(&random);
     np_integrator_sample sample;
-    march(&f, &ray, &random, &sample);
-    const double hidden = -expm1(-march_find_depth(&f.cloud, ray.origin, ray.direction));
+    test_world_march(&w, &ray, &random, &sample);
+    const double opacity = -expm1(-march_compute_depth(&w.placed[0], ray.origin, ray.direction));
     const double found = 1.0 - (double)sample.transmittance;
-    const double scale = fmax(hidden, -expm1(-(double)extinction_per_m));
-    assert_near(found, hidden, 0.1 * scale);
-    sum += (found - hidden) * (found - hidden) / (scale * scale);
-    count += hidden == scale;
+    const double scale = fmax(opacity, -expm1(-(double)extinction_per_m));
+    assert_near(found, opacity, 0.1 * scale);
+    sum += (found - opacity) * (found - opacity) / (scale * scale);
+    count += opacity == scale;
   }
   assert_true(count > 2000); /* of 4000 rays: the others leave the volume on one side of the sheet */
-  print_message("rms error %.4f of what is hidden, %d rays through\n", sqrt(sum / 4000.0), count);
+  print_message("rms error %.4f of the opacity, %d rays through\n", sqrt(sum / 4000.0), count);
   assert_true(sqrt(sum / 4000.0) < 0.5 * tolerance);
-  end(&f);
+  test_world_destroy(&w);
 }
 
 static void no_thin_sheet_is_missed(void **state) {
@@ -132,72 +97,73 @@ static void no_thin_sheet_is_missed(void **state) {
  * be if nothing were in shadow, 1 − e^{−τ}. */
 static void a_lit_sheet_shines_through_haze(void **state) {
   (void)state;
-  fixture f;
-  start(&f, sheet_in_haze, 1.0f);
+  test_world w;
+  start(&w, sheet_in_haze, 1.0f);
   np_random random = np_random_start(2, 0, 0, 0, 0);
   double sum[2] = {0};
   enum { COUNT = 3000 };
   for (int i = 0; i < COUNT; i++) {
     const np_camera_ray ray = draw_ray(&random);
-    const double depth = march_find_depth(&f.cloud, ray.origin, ray.direction);
+    const double depth = march_compute_depth(&w.placed[0], ray.origin, ray.direction);
     const double expected[2] = {depth * exp(-depth), -0.5 * expm1(-2.0 * depth)};
     for (int is_back = 0; is_back < 2; is_back++) {
       np_integrator_sample sample;
-      f.view.to_sun = np_vec3_scale(ray.direction, is_back ? -1.0f : 1.0f);
-      march(&f, &ray, &random, &sample);
+      w.world.to_sun = np_vec3_scale(ray.direction, is_back ? -1.0f : 1.0f);
+      test_world_march(&w, &ray, &random, &sample);
       const double error = (double)sample.component[NP_COMPONENT_SUN].band[0] - expected[is_back];
       sum[is_back] += error * error / (expm1(-depth) * expm1(-depth)) / COUNT;
     }
   }
   print_message("rms error %.4f lit from behind, %.4f from the front\n", sqrt(sum[0]), sqrt(sum[1]));
-  assert_true(sqrt(sum[0]) < (double)f.settings.tolerance);
-  assert_true(sqrt(sum[1]) < (double)f.settings.tolerance);
-  end(&f);
+  assert_true(sqrt(sum[0]) < (double)w.settings.tolerance);
+  assert_true(sqrt(sum[1]) < (double)w.settings.tolerance);
+  test_world_destroy(&w);
 }
 
-/* Where there is nothing nothing is looked up, and a ray ends where it is told to. */
-static float box_far_away(double x, double y, double z) { return x > 60.0 && y > 60.0 && z > 60.0 ? 1.0f : 0.0f; }
+static float box_far_away(double x, double y, double z) { return x > 24.5 && y > 24.5 && z > 24.5 ? 1.0f : 0.0f; }
 
+/* Empty space costs no look-ups, and an opaque ray ends. */
 static void looks_only_where_something_is(void **state) {
   (void)state;
-  fixture f;
-  start(&f, box_far_away, 1.0f);
+  test_world w;
+  start(&w, box_far_away, 1.0f);
   np_random random = np_random_start(3, 0, 0, 0, 0);
   np_integrator_sample sample;
   const np_camera_ray empty = {.origin = {-10.0, 20.3, 30.7}, .direction = {1.0f, 0.0f, 0.0f}, .jitter = 0.5f};
   march_lookups = 0;
-  np_march_sample_counted(&f.view, &f.settings, &empty, &random, &sample);
+  np_march_sample_counted(&w.world, &w.lighting, &w.settings, &empty, &random, &sample);
   assert_int_equal(march_lookups, 0);
   assert_true(sample.transmittance == 1.0f);
   /* 10 m of depth 100 each: dark after a fraction of the first, where the march ends, or one of a thousand goes on. */
-  f.cloud.extinction_per_value = 100.0f;
+  w.placed[0].extinction_per_value = 100.0f;
   const np_camera_ray full = {.origin = {-10.0, 66.3, 66.7}, .direction = {1.0f, 0.0f, 0.0f}, .jitter = 0.5f};
-  np_march_sample_counted(&f.view, &f.settings, &full, &random, &sample);
+  np_march_sample_counted(&w.world, &w.lighting, &w.settings, &full, &random, &sample);
   assert_true(sample.transmittance == 0.0f);
-  end(&f);
+  test_world_destroy(&w);
 }
 
 /* ---- Errors and look-ups ---- */
 
-/* Lumps in a tenth or so of a box: what a field of clouds is to its bounds. */
+/* Lumps in a tenth or so of a box, as a field of clouds in its bounds. */
 static float lumps(double x, double y, double z) {
+  const double u = x + 0.5 * (EDGE - 1), v = y + 0.5 * (EDGE - 1), w = z + 0.5 * (EDGE - 1);
   double density = 0.0;
   for (int n = 0; n < 12; n++) {
-    const double cx = 36.0 + 26.0 * sin(2.4 * n), cy = 36.0 + 26.0 * sin(3.7 * n + 1.0),
-                 cz = 36.0 + 20.0 * sin(5.1 * n);
+    const double cu = 36.0 + 26.0 * sin(2.4 * n), cv = 36.0 + 26.0 * sin(3.7 * n + 1.0),
+                 cw = 36.0 + 20.0 * sin(5.1 * n);
     const double r = 5.0 + 4.0 * sin(1.3 * n),
-                 d = ((x - cx) * (x - cx) + (y - cy) * (y - cy) + (z - cz) * (z - cz)) / (r * r);
-    const double detail = 1.0 + 0.5 * sin(1.1 * x + 0.3 * y) * sin(0.9 * y - 0.4 * z) * sin(1.3 * z + 0.2 * x);
+                 d = ((u - cu) * (u - cu) + (v - cv) * (v - cv) + (w - cw) * (w - cw)) / (r * r);
+    const double detail = 1.0 + 0.5 * sin(1.1 * u + 0.3 * v) * sin(0.9 * v - 0.4 * w) * sin(1.3 * w + 0.2 * u);
     density += fmax(0.0, detail - 1.3 * d);
   }
   return (float)density;
 }
 
-static void start_picture(const fixture *f, march_picture *p) {
-  *p = (march_picture){
-      .cloud = f->cloud, .view = f->view, .high = {EDGE, EDGE, EDGE}, .up = 2, .width = 48, .height = 48};
-  p->cloud.phase = np_phase_henyey_greenstein(0.85f);
-  p->view.volumes = &p->cloud;
+static void start_picture(const test_world *w, march_picture *p) {
+  march_picture_init(p, w->placed[0].bricks, w->placed[0].extinction_per_value);
+  for (int a = 0; a < 3; a++) p->high[a] = EDGE;
+  p->up = 2;
+  p->width = p->height = 48;
   march_picture_light(p, 40.0 * NP_DEGREE, 130.0 * NP_DEGREE);
 }
 
@@ -205,16 +171,16 @@ static void start_picture(const fixture *f, march_picture *p) {
 static void errors_follow_the_tolerance(void **state) {
   (void)state;
   static march_picture p;
-  fixture f;
-  start(&f, lumps, 0.7f);
-  start_picture(&f, &p);
+  test_world w;
+  start(&w, lumps, 0.7f);
+  start_picture(&w, &p);
   const march_point coarse = march_picture_measure(&p, 0.08f), fine = march_picture_measure(&p, 0.01f);
   print_message("error %.4f for %.1f look-ups, %.4f for %.1f\n", coarse.error, coarse.lookups, fine.error,
                 fine.lookups);
   assert_true(coarse.error < 0.08);
   assert_true(fine.error < 0.01);
   assert_true(fine.error < 0.25 * coarse.error);
-  end(&f);
+  test_world_destroy(&w);
 }
 
 /* At equal error of the picture jittered exponential Euler with a fixed step, at the best of three ratios of its two
@@ -223,26 +189,26 @@ static void needs_a_sixteenth_of_fixed_steps(void **state) {
   (void)state;
   static march_picture p;
   march_point baseline[12];
-  fixture f;
-  start(&f, lumps, 0.7f);
-  start_picture(&f, &p);
+  test_world w;
+  start(&w, lumps, 0.7f);
+  start_picture(&w, &p);
   int count = 0;
   for (double step = 1.0; step > 0.1; step *= 0.5)
     for (double ratio = 1.0; ratio <= 4.0; ratio *= 2.0)
       baseline[count++] = march_picture_measure_euler(&p, step, step * ratio);
   for (float tolerance = 0.04f; tolerance > 0.015f; tolerance *= 0.5f) {
     const march_point m = march_picture_measure(&p, tolerance);
-    const double ratio = march_points_find(baseline, count, m.error, false) / m.lookups;
+    const double ratio = march_points_compute_lookups(baseline, count, m.error, false) / m.lookups;
     print_message("error %.4f: fixed steps look %.1f times as often\n", m.error, ratio);
     assert_true(ratio >= 16.0);
   }
-  end(&f);
+  test_world_destroy(&w);
 }
 
 /* ---- Transmittance ---- */
 
 /* Ratio tracking (Novák, Selle and Jarosz 2014) against the maximum of each cell. */
-static double track_ratio(const np_view_volume *cloud, np_dvec3 origin, np_vec3 direction, np_random *random) {
+static double track_ratio(const np_instance *cloud, np_dvec3 origin, np_vec3 direction, np_random *random) {
   np_brick_walk walk;
   np_brick_span span;
   double weight = 1.0, flight = np_track_flight(random);
@@ -266,8 +232,8 @@ static double track_ratio(const np_view_volume *cloud, np_dvec3 origin, np_vec3 
  * where light scatters. Times say the same on a quiet machine (bench_transmittance), but are no test. */
 static void transmittance_beats_ratio_tracking(void **state) {
   (void)state;
-  fixture f;
-  start(&f, lumps, 0.7f);
+  test_world w;
+  start(&w, lumps, 0.7f);
   np_random random = np_random_start(4, 0, 0, 0, 0);
   const np_vec3 to_sun = np_vec3_normalize(np_vec3_make(0.3f, 0.4f, 0.9f));
   double squares[2] = {0};
@@ -276,15 +242,16 @@ static void transmittance_beats_ratio_tracking(void **state) {
     double place[3];
     for (int a = 0; a < 3; a++) place[a] = EDGE * np_random_double(&random);
     const np_dvec3 origin = np_dvec3_make(place[0], place[1], place[2]);
-    if (np_bricks_sample(f.cloud.bricks, origin) < 3.0f * np_random_float(&random)) continue;
-    const double truth = exp(-march_find_depth(&f.cloud, origin, to_sun));
+    if (np_bricks_sample(w.placed[0].bricks, origin) < 3.0f * np_random_float(&random)) continue;
+    const double expected = exp(-march_compute_depth(&w.placed[0], origin, to_sun));
     for (int k = 0; k < 16; k++) {
       march_lookups = 0;
-      const float traced = np_track_transmittance(&f.view, origin, to_sun, INFINITY, np_track_faint_depth, &random);
-      squares[0] += pow((double)traced - truth, 2.0);
+      const float traced =
+          np_track_transmittance(&w.world.clouds, origin, to_sun, INFINITY, np_track_faint_depth, &random);
+      squares[0] += pow((double)traced - expected, 2.0);
       lookups[0] += march_lookups;
       march_lookups = 0;
-      squares[1] += pow(track_ratio(&f.cloud, origin, to_sun, &random) - truth, 2.0);
+      squares[1] += pow(track_ratio(&w.placed[0], origin, to_sun, &random) - expected, 2.0);
       lookups[1] += march_lookups;
     }
     ray++;
@@ -292,7 +259,7 @@ static void transmittance_beats_ratio_tracking(void **state) {
   const double gain = squares[1] * (double)lookups[1] / (squares[0] * (double)lookups[0]);
   print_message("%.0f times less error times look-ups than ratio tracking\n", gain);
   assert_true(gain >= 3.0);
-  end(&f);
+  test_world_destroy(&w);
 }
 
 int main(void) {

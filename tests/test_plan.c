@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "test_support.h"
 
-#include "light/multi_scatter.h"
+#include "transport/scattering_field.h"
 #include "scene/plan.h"
 #include "scene/plan_cells.h"
 
@@ -193,7 +193,7 @@ static void test_crops_have_the_cells_of_the_whole(void **state) {
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
   np_plan plan;
-  np_multi_scatter_desc cells;
+  np_scattering_desc cells;
   desc.crop_max[0] = 10;
   assert_int_equal(np_plan_make(scene, &desc, &plan), NEPH_OK);
   np_plan_choose_cells(&plan, scene, &cells);

@@ -287,7 +287,7 @@ static void a_camera_anywhere_sees_numbers(void **state) {
   neph_context_destroy(context);
 }
 
-/* A scene small enough to fail each of its allocations in turn; those of the ordinates fail in test_multi_scatter. */
+/* A scene small enough to fail each of its allocations in turn; the ordinates fail in test_scattering_field. */
 static void failed_allocations_leave_nothing(void **state) {
   (void)state;
   static char text[] = "version: 1\n"

@@ -147,9 +147,9 @@ static void find_zenith(neph_scene *scene, double out_rgb[3]) {
   for (int c = 0; c < 3; c++) out_rgb[c] = 0.0;
   for (unsigned p = 0; p < 5; p++) {
     const np_packet *packet = &assembly.packets[p];
-    const np_scene_view *view = &packet->lights[0].view;
+    const np_world *world = &packet->lights[0].world;
     const np_spectrum radiance =
-        np_light_sky(view, view->camera_sky, assembly.camera.origin, np_vec3_make(0.0f, 0.0f, 1.0f));
+        np_world_sky_radiance(world, world->camera_sky, assembly.camera.origin, np_vec3_make(0.0f, 0.0f, 1.0f));
     for (unsigned b = 0; b < 3; b++) {
       double rgb[3];
       const unsigned i = np_band_set_get_index(&wavelengths, p, b);

@@ -1,58 +1,54 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Aiming at the sky: where it is bright, and that it changes no mean, only the noise. */
-#include "light/sky_guide.h"
-#include "test_rays.h"
+#include "caches/sky_guide.h"
 #include "test_skies.h"
-#include "test_volumes.h"
+#include "test_world.h"
 
 typedef struct fixture {
-  neph_context *context;
+  test_world cloud;
   neph_atmosphere *atmosphere; /* NULL: none */
   neph_sky *sky;
-  neph_volume *volume;
-  double height_m; /* of the cloud's middle */
-  np_view_volume placed;
-  np_scene_view view;
-  np_integrator_settings settings;
+  double height_m; /* of the cloud's middle over the ground */
   np_sky_guide guide;
 } fixture;
 
-static void start(fixture *f, float extinction_per_m, np_phase phase) {
-  *f = (fixture){.context = test_context_create(1, NULL), .settings = test_integrator_settings()};
-  f->volume = test_volume_create_centred(f->context, TEST_EDGE, test_lumpy_box);
-  f->placed = test_volume_place(f->volume, extinction_per_m, phase);
-  f->view = (np_scene_view){.volume_count = 1, .volumes = &f->placed, .to_sun = {0, 0, 1}};
+static void start(fixture *f, double height_m, float extinction_per_m, np_phase phase) {
+  *f = (fixture){.height_m = height_m};
+  test_cloud cloud = test_cloud_make(test_lumpy_box, extinction_per_m, phase);
+  cloud.middle_m.z = height_m;
+  test_world_create(&f->cloud, 1, cloud);
 }
 
-/* Ground so far under the cloud. */
-static void add_ground(fixture *f, double height_m, float albedo) {
-  f->volume->index_to_world.m[2][3] += height_m;
-  assert_true(np_affine_invert(&f->volume->index_to_world, &f->volume->world_to_index));
-  f->placed.world_to_index = f->volume->world_to_index;
-  f->height_m = height_m;
-  f->view.has_planet = true;
-  f->view.planet_radius_m = 6360e3;
-  f->view.ground_albedo = np_spectrum_grey(albedo);
+static void add_ground(fixture *f, float albedo) {
+  f->cloud.world.has_planet = true;
+  f->cloud.world.planet_radius_m = 6360e3;
+  f->cloud.world.ground_albedo = np_spectrum_grey(albedo);
+}
+
+static void build_guide(fixture *f) {
+  const np_sun_depth_source depths = np_sun_depths_get_source(&f->cloud.lighting.sun_depths);
+  np_sky_guide_build(&f->cloud.world, &depths, np_dvec3_make(0, 0, f->height_m), 1.0f, &f->guide);
 }
 
 /* The Earth's air about the cloud, under a sun of this zenith angle. */
-static void add_earth(fixture *f, double sun_deg) {
-  add_ground(f, 1000.0, 0.3f);
-  f->atmosphere = test_atmosphere_create(f->context, NULL);
+static void start_on_earth(fixture *f, double sun_deg, float extinction_per_m, np_phase phase) {
+  start(f, 1000.0, extinction_per_m, phase);
+  add_ground(f, 0.3f);
+  f->atmosphere = test_atmosphere_create(f->cloud.context, NULL);
   f->sky = test_sky_create(f->atmosphere, f->height_m, sun_deg);
-  f->view.to_sun = np_dvec3_to_float(test_direction(sun_deg, 0.0));
-  f->view.sun_angular_radius_rad = 0.00467396f;
-  f->view.sun_irradiance = np_spectrum_make(1.474f, 1.8504f, 1.91198f);
-  f->view.atmosphere = f->atmosphere;
-  f->view.camera_sky = f->view.cloud_sky = f->sky;
-  np_sky_guide_build(&f->view, np_dvec3_make(0, 0, f->height_m), 1.0f, &f->guide);
+  np_world *world = &f->cloud.world;
+  world->to_sun = np_dvec3_to_float(test_direction(sun_deg, 0.0));
+  world->sun_angular_radius_rad = 0.00467396f;
+  world->sun_irradiance = np_spectrum_make(1.474f, 1.8504f, 1.91198f);
+  world->atmosphere = f->atmosphere;
+  world->camera_sky = world->cloud_sky = f->sky;
+  build_guide(f);
 }
 
 static void end(fixture *f) {
   neph_sky_destroy(f->sky);
-  neph_volume_release(f->volume);
   neph_atmosphere_release(f->atmosphere);
-  neph_context_destroy(f->context);
+  test_world_destroy(&f->cloud);
 }
 
 /* ---- The guide ---- */
@@ -75,8 +71,8 @@ static void make_crooked_guide(np_sky_guide *guide) {
   }
 }
 
-/* A drawn direction has the density that chance reckons with, and the mean of 1 over it is the solid angle of all that
- * may be drawn; that of an even function over it is that function's integral. */
+/* A drawn direction has the density that np_sky_guide_eval returns, and the mean of 1 over it is the solid angle of all
+ * that may be drawn; that of an even function over it is that function's integral. */
 static void directions_are_drawn_as_they_are_weighed(void **state) {
   (void)state;
   np_sky_guide guide;
@@ -101,12 +97,12 @@ static void directions_are_drawn_as_they_are_weighed(void **state) {
 static void an_even_sky_is_not_aimed_at(void **state) {
   (void)state;
   fixture f;
-  start(&f, 0.1f, np_phase_isotropic());
-  f.view.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
-  np_sky_guide_build(&f.view, np_dvec3_make(0, 0, 0), 1.0f, &f.guide);
+  start(&f, 0.0, 0.1f, np_phase_isotropic());
+  f.cloud.world.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
+  build_guide(&f);
   assert_true(f.guide.rate == 0.0f && f.guide.excess_sr == 0.0f);
-  f.view.environment_radiance = np_spectrum_grey(0.0f);
-  np_sky_guide_build(&f.view, np_dvec3_make(0, 0, 0), 1.0f, &f.guide);
+  f.cloud.world.environment_radiance = np_spectrum_grey(0.0f);
+  build_guide(&f);
   assert_true(f.guide.rate == 0.0f && f.guide.excess_sr == 0.0f);
   end(&f);
 }
@@ -116,8 +112,7 @@ static void dusk_is_aimed_at_and_day_is_not(void **state) {
   (void)state;
   for (int i = 0; i < 2; i++) {
     fixture f;
-    start(&f, 0.1f, np_phase_isotropic());
-    add_earth(&f, i == 0 ? 94.0 : 60.0);
+    start_on_earth(&f, i == 0 ? 94.0 : 60.0, 0.1f, np_phase_isotropic());
     print_message("sun %g deg high: aimed at %.3f times\n", i == 0 ? -4.0 : 30.0, (double)f.guide.rate);
     if (i == 1) assert_true(f.guide.rate == 0.0f);
     if (i == 0) {
@@ -144,7 +139,7 @@ static estimate trace(const fixture *f, int count, int band, uint64_t seed) {
     ray.origin.z += f->height_m;
     ray.choice = np_random_float(&random);
     np_integrator_sample sample;
-    test_integrators(f->context)->path(&f->view, &f->settings, &ray, &random, &sample);
+    test_world_path(&f->cloud, &ray, &random, &sample);
     test_tally_add(&e.all, test_sum_components(&sample, band));
     test_tally_add(&e.sky, (double)sample.component[NP_COMPONENT_SKY].band[band]);
   }
@@ -157,19 +152,19 @@ static void assert_same(const char *what, const test_tally *a, const test_tally 
   assert_near(test_tally_mean(a), test_tally_mean(b), 4.0 * hypot(test_tally_error(a), test_tally_error(b)));
 }
 
-/* However crooked what is aimed at: a white cloud under an even sky stays invisible, from either way with the air, and
+/* However crooked the guide: a white cloud under an even sky stays invisible, from either way with the air, and
  * over white ground. */
 static void furnace_stays_white(void **state) {
   (void)state;
   for (int traced = 0; traced < 2; traced++)
     for (int ground = 0; ground < 2; ground++) {
       fixture f;
-      start(&f, 1.0f, np_phase_henyey_greenstein(0.6f));
+      start(&f, ground ? 30.0 : 0.0, 1.0f, np_phase_henyey_greenstein(0.6f));
       make_crooked_guide(&f.guide);
-      f.view.sky_guide = &f.guide;
-      f.view.environment_radiance = np_spectrum_grey(1.0f);
-      f.settings.is_air_traced = traced;
-      if (ground) add_ground(&f, 30.0, 1.0f);
+      f.cloud.lighting.sky_guide = &f.guide;
+      f.cloud.world.environment_radiance = np_spectrum_grey(1.0f);
+      f.cloud.settings.is_air_traced = traced;
+      if (ground) add_ground(&f, 1.0f);
       const estimate e = trace(&f, 40000, 0, 3);
       print_message("%s%s: %.6g +- %.2g\n", traced ? "traced" : "tables", ground ? ", ground" : "",
                     test_tally_mean(&e.all), test_tally_error(&e.all));
@@ -179,23 +174,24 @@ static void furnace_stays_white(void **state) {
     }
 }
 
-/* A thin isotropic cloud that half the sphere shines on throws on half of what it takes from a ray of light: with what
- * it hides left out, its radiance is half its opacity. Of what it is thick by, 1e-3, as much is scattered twice. */
-static void thin_cloud_throws_what_it_gets(void **state) {
+/* A thin isotropic cloud that half the sphere shines on scatters out half of what it takes from a ray of light: with
+ * what it hides left out, its radiance is half its opacity. A share of 1e-3, its optical depth, is scattered twice.
+ */
+static void thin_cloud_scatters_out_what_it_gets(void **state) {
   (void)state;
   fixture f;
-  start(&f, 1e-4f, np_phase_isotropic());
+  start(&f, 0.0, 1e-4f, np_phase_isotropic());
   make_crooked_guide(&f.guide);
-  f.view.environment_radiance = np_spectrum_grey(1.0f);
-  f.view.is_environment_upper_only = true;
+  f.cloud.world.environment_radiance = np_spectrum_grey(1.0f);
+  f.cloud.world.is_environment_upper_only = true;
   for (int aims = 0; aims < 2; aims++) {
-    f.view.sky_guide = aims ? &f.guide : NULL;
+    f.cloud.lighting.sky_guide = aims ? &f.guide : NULL;
     np_random random = np_random_start(4, 0, 0, 0, 0);
     test_tally share = {0};
     for (int i = 0; i < 40000; i++) {
       const np_camera_ray ray = test_random_ray(&random);
       np_integrator_sample sample;
-      test_integrators(f.context)->path(&f.view, &f.settings, &ray, &random, &sample);
+      test_world_path(&f.cloud, &ray, &random, &sample);
       if (sample.transmittance == 1.0f || sample.component[NP_COMPONENT_MULTIPLE].band[0] > 0.0f) continue;
       const double bound = 1.0 - (double)sample.transmittance;
       test_tally_add(&share, (double)sample.component[NP_COMPONENT_SKY].band[0] / bound);
@@ -210,13 +206,12 @@ static void thin_cloud_throws_what_it_gets(void **state) {
  * `gain` times less variance at least. */
 static void compare_dusk(float extinction_per_m, float asymmetry, bool is_traced, double gain) {
   fixture f;
-  start(&f, extinction_per_m, np_phase_henyey_greenstein(asymmetry));
-  add_earth(&f, 94.0);
-  f.settings.is_air_traced = is_traced;
+  start_on_earth(&f, 94.0, extinction_per_m, np_phase_henyey_greenstein(asymmetry));
+  f.cloud.settings.is_air_traced = is_traced;
   if (is_traced) f.guide.rate /= np_sky_guide_traced_cost;
   const int count = is_traced ? 10000 : 40000;
   const estimate chance = trace(&f, count, 0, 5);
-  f.view.sky_guide = &f.guide;
+  f.cloud.lighting.sky_guide = &f.guide;
   const estimate aimed = trace(&f, count, 0, 6);
   assert_same("all", &aimed.all, &chance.all);
   assert_same("sky", &aimed.sky, &chance.sky);
@@ -241,7 +236,7 @@ int main(void) {
       cmocka_unit_test(an_even_sky_is_not_aimed_at),
       cmocka_unit_test(dusk_is_aimed_at_and_day_is_not),
       cmocka_unit_test(furnace_stays_white),
-      cmocka_unit_test(thin_cloud_throws_what_it_gets),
+      cmocka_unit_test(thin_cloud_scatters_out_what_it_gets),
       cmocka_unit_test(dusk_has_the_same_light_and_less_noise),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

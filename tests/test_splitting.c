@@ -1,42 +1,32 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Paths that are guided, split and ended by the march's solution: their mean is that of paths which are not, whatever
  * the cloud, the light and the solution. What it gains in slabs is tested by test_probe. */
-#include "integrate/tracking.h"
-#include "test_lit_cloud.h"
-#include "test_rays.h"
+#include "test_world.h"
 
-static void start(test_lit_cloud *cloud) {
-  neph_context *context = test_context_create(2, NULL);
-  assert_int_equal(test_lit_cloud_create(context, test_lumpy_ball, 0.0, cloud), NEPH_OK);
-  cloud->desc.has_importance = true;
-}
-
-static void end(test_lit_cloud *cloud) {
-  neph_context *context = cloud->context;
-  test_lit_cloud_clear(cloud);
-  neph_context_destroy(context);
+static void start(test_world *w) {
+  test_world_create(w, 2, test_cloud_make_on_axes(test_lumpy_ball, 0.0));
+  w->desc.has_importance = true;
 }
 
 /* Light of all orders, and, apart, of those beyond the first, along rays through the cloud. */
-static void trace(const test_lit_cloud *cloud, bool is_split, test_tally out[2]) {
-  np_integrator_settings settings = test_integrator_settings();
-  settings.is_split = is_split;
+static void trace(test_world *w, bool is_split, test_tally out[2]) {
+  w->settings.is_split = is_split;
   np_random random = np_random_start(7, is_split, 0, 0, 0);
   for (int i = 0; i < 20000; i++) {
     const np_camera_ray ray = {.origin = {24.0 * np_random_double(&random), -20.0, 24.0 * np_random_double(&random)},
                                .direction = {0, 1, 0}};
     np_integrator_sample sample;
-    test_integrators(cloud->context)->path(&cloud->view, &settings, &ray, &random, &sample);
+    test_world_path(w, &ray, &random, &sample);
     test_tally_add(&out[0], test_sum_components(&sample, 1));
     test_tally_add(&out[1], (double)sample.component[NP_COMPONENT_MULTIPLE].band[1]);
   }
 }
 
 /* Four standard errors of the difference, of which one in 16,000 is by chance. */
-static void assert_no_bias(const test_lit_cloud *cloud) {
+static void assert_no_bias(test_world *w) {
   test_tally plain[2] = {0}, split[2] = {0};
-  trace(cloud, false, plain);
-  trace(cloud, true, split);
+  trace(w, false, plain);
+  trace(w, true, split);
   for (int i = 0; i < 2; i++) {
     const double error = hypot(test_tally_error(&plain[i]), test_tally_error(&split[i]));
     print_message("%.5g and %.5g +- %.2g\n", test_tally_mean(&plain[i]), test_tally_mean(&split[i]), error);
@@ -45,90 +35,86 @@ static void assert_no_bias(const test_lit_cloud *cloud) {
   }
 }
 
-static void light_like_day(test_lit_cloud *cloud) {
-  cloud->view.to_sun = np_vec3_make(0.0f, 0.6f, 0.8f);
-  cloud->view.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 0.5f);
-  cloud->view.sun_angular_radius_rad = 0.005f;
-  cloud->view.environment_radiance = np_spectrum_grey(0.1f);
-  cloud->view.is_environment_upper_only = true;
+static void light_like_day(test_world *w) {
+  w->world.to_sun = np_vec3_make(0.0f, 0.6f, 0.8f);
+  w->world.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 0.5f);
+  w->world.sun_angular_radius_rad = 0.005f;
+  w->world.environment_radiance = np_spectrum_grey(0.1f);
+  w->world.is_environment_upper_only = true;
 }
 
 static void a_lumpy_cloud_stays_as_bright(void **state) {
   (void)state;
-  test_lit_cloud cloud;
-  start(&cloud);
-  light_like_day(&cloud);
-  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
-  assert_no_bias(&cloud);
-  end(&cloud);
+  test_world w;
+  start(&w);
+  light_like_day(&w);
+  assert_int_equal(test_world_solve(&w), NEPH_OK);
+  assert_no_bias(&w);
+  test_world_destroy(&w);
 }
 
 /* Nothing but the sun shines from outside: guided paths stay within, but for its disk. */
 static void a_cloud_in_space_stays_as_bright(void **state) {
   (void)state;
-  test_lit_cloud cloud;
-  start(&cloud);
-  light_like_day(&cloud);
-  cloud.view.environment_radiance = np_spectrum_grey(0.0f);
-  cloud.view.sun_angular_radius_rad = 0.3f;
-  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
-  assert_no_bias(&cloud);
-  end(&cloud);
+  test_world w;
+  start(&w);
+  light_like_day(&w);
+  w.world.environment_radiance = np_spectrum_grey(0.0f);
+  w.world.sun_angular_radius_rad = 0.3f;
+  assert_int_equal(test_world_solve(&w), NEPH_OK);
+  assert_no_bias(&w);
+  test_world_destroy(&w);
 }
 
 /* Bands part, and so do the paths' weights. */
 static void a_cloud_that_absorbs_stays_as_bright(void **state) {
   (void)state;
-  test_lit_cloud cloud;
-  start(&cloud);
-  light_like_day(&cloud);
-  cloud.placed.albedo = np_spectrum_make(0.99f, 0.9f, 0.7f);
-  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
-  assert_no_bias(&cloud);
-  end(&cloud);
+  test_world w;
+  start(&w);
+  light_like_day(&w);
+  w.placed[0].albedo = np_spectrum_make(0.99f, 0.9f, 0.7f);
+  assert_int_equal(test_world_solve(&w), NEPH_OK);
+  assert_no_bias(&w);
+  test_world_destroy(&w);
 }
 
 /* The cloud given twice, each time with a share of its extinction. */
-static void give_twice(test_lit_cloud *cloud, float share, np_view_volume twice[2]) {
-  twice[0] = twice[1] = cloud->placed;
-  twice[0].extinction_per_value *= share;
-  twice[1].extinction_per_value *= share;
-  cloud->view.volumes = twice;
-  cloud->view.volume_count = 2;
+static void give_twice(test_world *w, float share) {
+  w->placed[0].extinction_per_value *= share;
+  w->placed[1] = w->placed[0];
+  w->world.clouds.count = 2;
 }
 
 static void clouds_that_overlap_stay_as_bright(void **state) {
   (void)state;
-  test_lit_cloud cloud;
-  start(&cloud);
-  light_like_day(&cloud);
-  np_view_volume twice[2];
-  give_twice(&cloud, 0.5f, twice);
-  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
-  assert_no_bias(&cloud);
-  end(&cloud);
+  test_world w;
+  start(&w);
+  light_like_day(&w);
+  give_twice(&w, 0.5f);
+  assert_int_equal(test_world_solve(&w), NEPH_OK);
+  assert_no_bias(&w);
+  test_world_destroy(&w);
 }
 
-/* What passes half of two clouds of depth 2.5, and all of them, by flights that leave out a share of the extinction
- * or add to it. */
+/* Transmittance through half of two clouds of depth 2.5, and all of them, by flights that leave out a share of the
+ * extinction or add to it. */
 static void stretched_flights_weigh_what_they_ought(void **state) {
   (void)state;
-  test_lit_cloud cloud;
-  start(&cloud);
-  np_view_volume twice[2];
-  give_twice(&cloud, 0.15f, twice);
+  test_world w;
+  start(&w);
+  give_twice(&w, 0.15f);
   const np_dvec3 origin = {12.0, -20.0, 9.0};
   const np_vec3 direction = {0.0f, 1.0f, 0.0f};
   np_random random = np_random_start(9, 0, 0, 0, 0);
-  static const double spared[] = {0.0, 0.6, -1.5}, end_m[] = {28.0, INFINITY};
+  static const double stretch_fraction[] = {0.0, 0.6, -1.5}, end_m[] = {28.0, INFINITY};
   for (int e = 0; e < 2; e++) {
-    const double passing = (double)np_track_transmittance(&cloud.view, origin, direction, end_m[e], 1e9, &random);
+    const double passing = (double)np_track_transmittance(&w.world.clouds, origin, direction, end_m[e], 1e9, &random);
     for (int k = 0; k < 3; k++) {
       test_tally passed = {0}, collided = {0};
       for (int i = 0; i < 100000; i++) {
-        np_flight flight = np_flight_start(np_track_flight(&random), spared[k]);
-        const np_view_volume *volume;
-        const double t = np_track_collision(&cloud.view, origin, direction, end_m[e], &flight, &random, &volume);
+        np_flight flight = np_flight_start(np_track_flight(&random), stretch_fraction[k]);
+        const np_instance *volume;
+        const double t = np_track_collision(&w.world.clouds, origin, direction, end_m[e], &flight, &random, &volume);
         const double weight = (double)np_flight_weight(&flight);
         test_tally_add(&passed, isinf(t) ? weight : 0.0);
         test_tally_add(&collided, isinf(t) ? 0.0 : weight);
@@ -137,76 +123,71 @@ static void stretched_flights_weigh_what_they_ought(void **state) {
       assert_near(test_tally_mean(&collided), 1.0 - passing, 4.0 * test_tally_error(&collided));
     }
   }
-  end(&cloud);
+  test_world_destroy(&w);
 }
 
 /* Solved for a sun on the other side, and so wrong by what decades there are in the cloud: it costs time alone. */
 static void a_wrong_solution_changes_no_mean(void **state) {
   (void)state;
-  test_lit_cloud cloud;
-  start(&cloud);
-  light_like_day(&cloud);
-  cloud.view.to_sun = np_vec3_make(0.0f, -0.6f, -0.8f);
-  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
-  light_like_day(&cloud);
-  assert_no_bias(&cloud);
-  end(&cloud);
+  test_world w;
+  start(&w);
+  light_like_day(&w);
+  w.world.to_sun = np_vec3_make(0.0f, -0.6f, -0.8f);
+  assert_int_equal(test_world_solve(&w), NEPH_OK);
+  light_like_day(&w);
+  assert_no_bias(&w);
+  test_world_destroy(&w);
 }
 
-/* A white cloud amid even light cannot be seen. All that the solution knows there is the same everywhere, but for what
+/* A white cloud amid even light cannot be seen. The solution there is the same everywhere, but for what
  * its iteration left over: most paths are never split, and those that are lose what the sums of floats round off. */
 static void a_white_furnace_stays_invisible(void **state) {
   (void)state;
-  test_lit_cloud cloud;
-  start(&cloud);
-  cloud.view.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
-  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
+  test_world w;
+  start(&w);
+  w.world.environment_radiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
+  assert_int_equal(test_world_solve(&w), NEPH_OK);
   test_tally tally[2] = {0};
-  trace(&cloud, true, tally);
+  trace(&w, true, tally);
   assert_near(test_tally_mean(&tally[0]), 2.0, fmax(4.0 * test_tally_error(&tally[0]), 1e-5));
   assert_true(test_tally_error(&tally[0]) < 1e-3);
-  end(&cloud);
+  test_world_destroy(&w);
 }
 
-/* What a limit takes is estimated from a few paths, which are followed beyond it as the others would be. */
-static void what_a_limit_takes_is_told(void **state) {
+/* The light beyond a limit is estimated from a few paths, which are followed beyond it as the others would be. */
+static void the_light_beyond_a_limit_is_reported(void **state) {
   (void)state;
-  test_lit_cloud cloud;
-  start(&cloud);
-  light_like_day(&cloud);
-  assert_int_equal(test_lit_cloud_solve(&cloud), NEPH_OK);
-  np_integrator_settings settings = test_integrator_settings();
-  settings.is_split = true;
+  test_world w;
+  start(&w);
+  light_like_day(&w);
+  assert_int_equal(test_world_solve(&w), NEPH_OK);
+  w.settings.is_split = true;
   test_tally all = {0}, kept_and_lost = {0};
   np_random random = np_random_start(8, 0, 0, 0, 0);
   for (int i = 0; i < 30000; i++) {
     const np_camera_ray ray = {.origin = {24.0 * np_random_double(&random), -20.0, 24.0 * np_random_double(&random)},
                                .direction = {0, 1, 0}};
     np_integrator_sample sample;
-    settings.scattering_max = UINT32_MAX;
-    settings.lost_share = 0.0f;
-    test_integrators(cloud.context)->path(&cloud.view, &settings, &ray, &random, &sample);
+    w.settings.scattering_max = UINT32_MAX;
+    w.settings.lost_share = 0.0f;
+    test_world_path(&w, &ray, &random, &sample);
     test_tally_add(&all, test_sum_components(&sample, 1));
-    settings.scattering_max = 4;
-    settings.lost_share = 0.25f;
-    test_integrators(cloud.context)->path(&cloud.view, &settings, &ray, &random, &sample);
+    w.settings.scattering_max = 4;
+    w.settings.lost_share = 0.25f;
+    test_world_path(&w, &ray, &random, &sample);
     test_tally_add(&kept_and_lost, test_sum_components(&sample, 1) + (double)sample.lost.band[1]);
   }
   const double error = hypot(test_tally_error(&all), test_tally_error(&kept_and_lost));
   assert_near(test_tally_mean(&kept_and_lost), test_tally_mean(&all), 4.0 * error);
-  end(&cloud);
+  test_world_destroy(&w);
 }
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(a_lumpy_cloud_stays_as_bright),
-      cmocka_unit_test(a_cloud_in_space_stays_as_bright),
-      cmocka_unit_test(a_cloud_that_absorbs_stays_as_bright),
-      cmocka_unit_test(a_wrong_solution_changes_no_mean),
-      cmocka_unit_test(a_white_furnace_stays_invisible),
-      cmocka_unit_test(what_a_limit_takes_is_told),
-      cmocka_unit_test(clouds_that_overlap_stay_as_bright),
-      cmocka_unit_test(stretched_flights_weigh_what_they_ought),
+      cmocka_unit_test(a_lumpy_cloud_stays_as_bright),        cmocka_unit_test(a_cloud_in_space_stays_as_bright),
+      cmocka_unit_test(a_cloud_that_absorbs_stays_as_bright), cmocka_unit_test(a_wrong_solution_changes_no_mean),
+      cmocka_unit_test(a_white_furnace_stays_invisible),      cmocka_unit_test(the_light_beyond_a_limit_is_reported),
+      cmocka_unit_test(clouds_that_overlap_stay_as_bright),   cmocka_unit_test(stretched_flights_weigh_what_they_ought),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

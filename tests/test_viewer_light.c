@@ -1,87 +1,66 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light prepared for a viewer is that of the moments, as far as cells are seen from one direction; the march along a
  * ray from there sees the same cloud; threads change no bit; failures leave nothing. */
-#include "light/viewer_light.h"
-
-#include "core/random.h"
-#include "test_rays.h"
-#include "test_volumes.h"
+#include "test_world.h"
 
 enum { CLOUDS = 3 };
 
 /* Three lumpy balls 20 m apart, the last of them like the first. */
-typedef struct fixture {
-  neph_context *context;
-  neph_volume *volume;
-  np_view_volume placed[CLOUDS];
-  np_scene_view view;
-  np_multi_scatter scatter;
-} fixture;
-
-static void start(fixture *f, unsigned threads) {
-  *f = (fixture){.context = test_context_create(threads, NULL)};
-  f->volume = test_volume_create_centred(f->context, TEST_EDGE, test_lumpy_ball);
-  for (int v = 0; v < CLOUDS; v++) {
+static void start(test_world *w, unsigned threads) {
+  test_world_init(w, test_context_create(threads, NULL));
+  for (unsigned v = 0; v < CLOUDS; v++) {
     const np_phase phase = v == 1 ? np_phase_two_lobe(0.5f, -0.3f, 0.3f) : np_phase_henyey_greenstein(0.7f);
-    f->placed[v] = test_volume_place(f->volume, 0.5f, phase);
-    f->placed[v].world_to_index.m[0][3] -= 20.0 * (v - 1);
-    f->placed[v].albedo = np_spectrum_make(1.0f, 0.9f, 0.5f);
+    test_cloud cloud = test_cloud_make(test_lumpy_ball, 0.5f, phase);
+    cloud.middle_m.x = 20.0 * (v - 1.0);
+    assert_int_equal(test_world_add(w, cloud), NEPH_OK);
+    w->placed[v].albedo = np_spectrum_make(1.0f, 0.9f, 0.5f);
   }
-  f->view = (np_scene_view){.volume_count = CLOUDS,
-                            .volumes = f->placed,
-                            .sun_irradiance = np_spectrum_grey(1.0f),
-                            .to_sun = {0.6f, 0.0f, 0.8f}};
-  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
-  desc.cells.bounds_min = np_dvec3_make(-32.0, -12.0, -12.0);
-  desc.cells.bounds_max = np_dvec3_make(32.0, 12.0, 12.0);
-  assert_int_equal(np_multi_scatter_build(f->context, &f->view, &desc, NULL, &f->scatter), NEPH_OK);
-  f->view.multi_scatter = &f->scatter;
+  w->world.sun_irradiance = np_spectrum_grey(1.0f);
+  w->world.to_sun = np_vec3_make(0.6f, 0.0f, 0.8f);
+  w->desc.cells.bounds_min = np_dvec3_make(-32.0, -12.0, -12.0);
+  w->desc.cells.bounds_max = np_dvec3_make(32.0, 12.0, 12.0);
+  assert_int_equal(test_world_solve(w), NEPH_OK);
 }
 
-static void end(fixture *f) {
-  np_multi_scatter_clear(&f->scatter);
-  neph_volume_release(f->volume);
-  neph_context_destroy(f->context);
-}
-
-static np_viewer_light build(const fixture *f, np_dvec3 viewer) {
+static np_viewer_light build(const test_world *w, np_dvec3 viewer) {
   np_viewer_light light;
-  assert_int_equal(np_viewer_light_build(f->context, &f->scatter, viewer, NULL, &light), NEPH_OK);
+  assert_int_equal(np_viewer_light_build(w->context, &w->scattering, viewer, NULL, &light), NEPH_OK);
   return light;
 }
 
-/* A place in a cloud, and what that throws to a viewer of all moments. */
+/* A place in a cloud. */
 static np_dvec3 draw_place(np_random *random, unsigned cloud) {
   const double x = np_random_double(random), y = np_random_double(random), z = np_random_double(random);
   return np_dvec3_make(20.0 * (cloud - 1.0) + 12.0 * x - 6.0, 12.0 * y - 6.0, 12.0 * z - 6.0);
 }
 
-static np_spectrum throw_moments(const fixture *f, np_dvec3 place, np_dvec3 viewer, unsigned cloud) {
-  float harmonics[NP_HARMONIC_COUNT_MAX], thrown[NP_HARMONIC_COUNT_MAX];
+/* Radiance that one cloud scatters out to a viewer, by all moments. */
+static np_spectrum compute_outgoing(const test_world *w, np_dvec3 place, np_dvec3 viewer, unsigned cloud) {
+  float harmonics[NP_HARMONIC_COUNT_MAX], outgoing[NP_HARMONIC_COUNT_MAX];
   np_light_moments moments;
   const np_dvec3 way = np_dvec3_normalize(np_dvec3_subtract(viewer, place));
-  np_harmonics_eval(f->scatter.grid.degree, np_dvec3_to_float(way), harmonics);
-  np_multi_scatter_fill_thrown(&f->scatter.phases[cloud], harmonics, thrown);
-  np_multi_scatter_gather(&f->scatter, place, &moments);
-  return np_multi_scatter_throw(&f->scatter, &moments, thrown);
+  np_harmonics_eval(w->scattering.grid.degree, np_dvec3_to_float(way), harmonics);
+  np_scattering_field_fill_outgoing(&w->scattering.phases[cloud], harmonics, outgoing);
+  np_scattering_field_gather(&w->scattering, place, &moments);
+  return np_scattering_field_outgoing(&w->scattering, &moments, outgoing);
 }
 
 /* Root mean square over places and bands of the difference, over the mean. */
-static double measure_difference(const fixture *f, np_dvec3 viewer) {
-  np_viewer_light light = build(f, viewer);
+static double measure_difference(const test_world *w, np_dvec3 viewer) {
+  np_viewer_light light = build(w, viewer);
   np_random random = np_random_start(1, 2, 3, 4, 5);
   double squares = 0.0, sum = 0.0;
   int count = 0;
   for (unsigned n = 0; n < 6000; n++) {
     const np_dvec3 at = draw_place(&random, n % CLOUDS);
     if (np_dvec3_length(np_dvec3_subtract(at, viewer)) < light.distance_min) continue;
-    const np_spectrum truth = throw_moments(f, at, viewer, n % CLOUDS);
+    const np_spectrum expected = compute_outgoing(w, at, viewer, n % CLOUDS);
     np_viewer_place place;
-    np_viewer_place_find(&f->scatter, at, &place);
-    const np_spectrum found = np_viewer_light_throw(&light, &f->scatter, &place, n % CLOUDS);
+    np_viewer_place_get(&w->scattering, at, &place);
+    const np_spectrum found = np_viewer_light_outgoing(&light, &w->scattering, &place, n % CLOUDS);
     for (int b = 0; b < NP_BAND_COUNT; b++, count++) {
-      squares += pow((double)(found.band[b] - truth.band[b]), 2.0);
-      sum += (double)truth.band[b];
+      squares += pow((double)(found.band[b] - expected.band[b]), 2.0);
+      sum += (double)expected.band[b];
     }
   }
   np_viewer_light_clear(&light);
@@ -93,104 +72,104 @@ static double measure_difference(const fixture *f, np_dvec3 viewer) {
  * the nearest cells, nearer than 32 of their widths, are left out; the others are as far as 110 m. */
 static void prepared_light_is_that_of_the_moments(void **state) {
   (void)state;
-  fixture f;
-  start(&f, 2);
-  const double far = measure_difference(&f, np_dvec3_make(100.0, -1000.0, 50.0));
-  const double near = measure_difference(&f, np_dvec3_make(0.0, -100.0, 0.0));
-  const double beside = measure_difference(&f, np_dvec3_make(85.0, 0.0, 0.0));
+  test_world w;
+  start(&w, 2);
+  const double far = measure_difference(&w, np_dvec3_make(100.0, -1000.0, 50.0));
+  const double near = measure_difference(&w, np_dvec3_make(0.0, -100.0, 0.0));
+  const double beside = measure_difference(&w, np_dvec3_make(85.0, 0.0, 0.0));
   if (!(far >= 0.0 && far < 1e-4)) fail_msg("from afar %g", far);
   if (!(near >= 0.0 && near < 1e-3)) fail_msg("from near %g", near);
   if (!(beside >= 0.0 && beside < 2e-3)) fail_msg("from the side %g", beside);
-  end(&f);
+  test_world_destroy(&w);
 }
 
-/* Clouds of one phase function share what they throw. */
+/* Clouds of one phase function share their outgoing radiance. */
 static void equal_clouds_share_a_table(void **state) {
   (void)state;
-  fixture f;
-  start(&f, 1);
-  np_viewer_light light = build(&f, np_dvec3_make(0.0, -100.0, 0.0));
+  test_world w;
+  start(&w, 1);
+  np_viewer_light light = build(&w, np_dvec3_make(0.0, -100.0, 0.0));
   assert_int_equal(light.kind_count, 2);
   assert_int_equal(light.kind[2], light.kind[0]);
   assert_int_not_equal(light.kind[1], light.kind[0]);
   np_viewer_light_clear(&light);
-  end(&f);
+  test_world_destroy(&w);
 }
 
-static double march(const fixture *f, np_dvec3 origin, np_vec3 direction) {
-  const np_integrator_settings settings = test_integrator_settings();
+static double march(const test_world *w, np_dvec3 origin, np_vec3 direction) {
   np_random random = np_random_start(9, 0, 0, 0, 0);
   const np_camera_ray ray = {.origin = origin, .direction = direction, .jitter = 0.5f};
   np_integrator_sample sample;
-  test_integrators(f->context)->march(&f->view, &settings, &ray, &random, &sample);
+  test_world_march(w, &ray, &random, &sample);
   return test_sum_components(&sample, 1);
 }
 
 /* From the viewer, 50 cells away, within half a per cent of what all moments make; from elsewhere to the bit. */
 static void rays_from_the_viewer_ask_it_and_no_others(void **state) {
   (void)state;
-  fixture f;
-  start(&f, 2);
+  test_world w;
+  start(&w, 2);
   const np_dvec3 viewer = np_dvec3_make(0.0, -100.0, 0.0), other = np_dvec3_make(0.0, -99.0, 0.0);
-  np_viewer_light light = build(&f, viewer);
+  np_viewer_light light = build(&w, viewer);
   for (int n = 0; n < 20; n++) {
     const np_vec3 direction = np_vec3_normalize(np_vec3_make(0.02f * (float)(n - 10), 1.0f, 0.01f));
-    f.view.viewer_light = NULL;
-    const double gathered[2] = {march(&f, viewer, direction), march(&f, other, direction)};
-    f.view.viewer_light = &light;
-    assert_near(march(&f, viewer, direction), gathered[0], 5e-3 * gathered[0]);
-    assert_near(march(&f, other, direction), gathered[1], 0.0);
+    w.lighting.viewer_light = NULL;
+    const double gathered[2] = {march(&w, viewer, direction), march(&w, other, direction)};
+    w.lighting.viewer_light = &light;
+    assert_near(march(&w, viewer, direction), gathered[0], 5e-3 * gathered[0]);
+    assert_near(march(&w, other, direction), gathered[1], 0.0);
   }
   np_viewer_light_clear(&light);
-  end(&f);
+  test_world_destroy(&w);
 }
 
 static void threads_change_no_bit(void **state) {
   (void)state;
-  fixture f[2];
+  test_world w[2];
   np_viewer_light light[2];
   for (unsigned i = 0; i < 2; i++) {
-    start(&f[i], 1 + 2 * i);
-    light[i] = build(&f[i], np_dvec3_make(0.0, -100.0, 0.0));
+    start(&w[i], 1 + 2 * i);
+    light[i] = build(&w[i], np_dvec3_make(0.0, -100.0, 0.0));
   }
-  const size_t count = f[0].scatter.grid.live_count * light[0].kind_count * f[0].scatter.band_count;
-  assert_memory_equal(light[0].thrown, light[1].thrown, count * sizeof(float));
+  const size_t count = w[0].scattering.grid.active_count * light[0].kind_count * w[0].scattering.band_count;
+  assert_memory_equal(light[0].outgoing, light[1].outgoing, count * sizeof(float));
   for (unsigned i = 0; i < 2; i++) {
     np_viewer_light_clear(&light[i]);
-    end(&f[i]);
+    test_world_destroy(&w[i]);
   }
 }
 
 static void cancelling_leaves_nothing(void **state) {
   (void)state;
-  fixture f;
-  start(&f, 2);
+  test_world w;
+  start(&w, 2);
   np_monitor monitor;
-  np_monitor_start(&monitor, f.context, NULL, NULL);
+  np_monitor_start(&monitor, w.context, NULL, NULL);
   atomic_store(&monitor.is_cancelled, true);
   np_viewer_light light;
-  assert_int_equal(np_viewer_light_build(f.context, &f.scatter, np_dvec3_make(0.0, -100.0, 0.0), &monitor, &light),
+  assert_int_equal(np_viewer_light_build(w.context, &w.scattering, np_dvec3_make(0.0, -100.0, 0.0), &monitor, &light),
                    NEPH_ERROR_CANCELLED);
-  assert_null(light.thrown);
-  end(&f);
+  assert_null(light.outgoing);
+  test_world_destroy(&w);
 }
 
-/* Of a solution that stands: what it was built with may fail elsewhere (test_multi_scatter.c). */
+/* Of a solution that stands: what it was built with may fail elsewhere (test_scattering_field.c). */
 static neph_result attempt(neph_context *context, void *solved) {
-  const fixture *f = solved;
+  const test_world *w = solved;
   np_viewer_light light;
-  const neph_result result = np_viewer_light_build(context, &f->scatter, np_dvec3_make(0.0, -100.0, 0.0), NULL, &light);
-  assert_int_equal(light.thrown == NULL, result != NEPH_OK);
+  const neph_result result =
+      np_viewer_light_build(context, &w->scattering, np_dvec3_make(0.0, -100.0, 0.0), NULL, &light);
+  assert_int_equal(light.outgoing == NULL, result != NEPH_OK);
   np_viewer_light_clear(&light);
   return result;
 }
 
 static void a_failed_allocation_leaves_nothing_behind(void **state) {
   (void)state;
-  fixture f;
-  start(&f, 1);
-  assert_survives_failed_allocations(attempt, &f);
-  end(&f);
+  test_world w;
+  start(&w, 1);
+  assert_survives_failed_allocations(attempt, &w);
+  test_world_destroy(&w);
 }
 
 int main(void) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Clouds for the tests of light: volumes made of a formula, and placed in a scene. */
+/* Volumes made of a formula, for the tests of light. */
 #ifndef NP_TEST_VOLUMES_H
 #define NP_TEST_VOLUMES_H
 
@@ -8,47 +8,31 @@
 #include "test_support.h"
 
 #include "core/units.h"
-#include "light/scene_view.h"
 #include "volume/volume_private.h"
 
-/* Values of a volume, by metres from its middle. */
+/* Value of a volume by voxels from its middle. */
 typedef float (*test_field)(double x, double y, double z);
 
-/* `edge`³ samples 1 m apart, the first of them at `first_m`. */
-static inline neph_result test_volume_create(neph_context *context, int edge, np_dvec3 first_m, test_field field,
-                                             neph_volume **out_volume) {
+/* `edge`³ samples `step_m` apart around `middle_m`. */
+static inline neph_result test_volume_create(neph_context *context, test_field field, int edge, np_dvec3 step_m,
+                                             np_dvec3 middle_m, neph_volume **out_volume) {
   const int count = edge * edge * edge;
-  const double middle = 0.5 * (edge - 1);
+  const double middle = 0.5 * (edge - 1), step[3] = {step_m.x, step_m.y, step_m.z};
+  const double place[3] = {middle_m.x, middle_m.y, middle_m.z};
   float *values = malloc((size_t)count * sizeof *values);
   for (int n = 0; n < count; n++)
     values[n] = field(n % edge - middle, n / edge % edge - middle, n / edge / edge - middle);
   neph_volume_dense_desc desc = NEPH_VOLUME_DENSE_DESC_DEFAULT;
-  for (int a = 0; a < 3; a++) desc.size[a] = (uint32_t)edge;
-  desc.index_to_world[0][3] = first_m.x;
-  desc.index_to_world[1][3] = first_m.y;
-  desc.index_to_world[2][3] = first_m.z;
+  for (int a = 0; a < 3; a++) {
+    desc.size[a] = (uint32_t)edge;
+    desc.index_to_world[a][a] = step[a];
+    desc.index_to_world[a][3] = place[a] - middle * step[a];
+  }
   desc.values = values;
   desc.precision = NEPH_PRECISION_FLOAT;
   const neph_result result = neph_volume_create_dense(context, &desc, out_volume);
   free(values);
   return result;
-}
-
-/* The same, its middle at the origin. */
-static inline neph_volume *test_volume_create_centred(neph_context *context, int edge, test_field field) {
-  const double corner = -0.5 * (edge - 1);
-  neph_volume *volume = NULL;
-  assert_int_equal(test_volume_create(context, edge, np_dvec3_make(corner, corner, corner), field, &volume), NEPH_OK);
-  return volume;
-}
-
-/* White where it is not told otherwise. */
-static inline np_view_volume test_volume_place(const neph_volume *volume, float extinction_per_value, np_phase phase) {
-  return (np_view_volume){.bricks = &volume->bricks,
-                          .world_to_index = volume->world_to_index,
-                          .extinction_per_value = extinction_per_value,
-                          .albedo = np_spectrum_grey(1.0f),
-                          .phase = phase};
 }
 
 /* ---- Fields ---- */
@@ -58,7 +42,7 @@ enum { TEST_EDGE = 24 };
 
 static inline float test_full(double x, double y, double z) { return (void)x, (void)y, (void)z, 1.0f; }
 
-/* A ball of 10 m that fades out over its last 2 m. */
+/* A ball of 10 voxels that fades out over its last 2. */
 static inline float test_soft_ball(double x, double y, double z) {
   return (float)(fmax(0.0, fmin(100.0 - x * x - y * y - z * z, 40.0)) / 40.0);
 }

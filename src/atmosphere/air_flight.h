@@ -36,15 +36,6 @@ typedef struct np_air_collision {
 
 /* ---- Tracking ---- */
 
-enum { NP_AIR_SHELLS = 18 };
-
-/* Shells of altitude, the lowest from sea level down, and in each the largest extinction of any band, 1/m. */
-typedef struct np_air_shells {
-  double floor_m[NP_AIR_SHELLS + 1], bound_per_m[NP_AIR_SHELLS];
-} np_air_shells;
-
-void np_air_shells_build(const np_medium *medium, np_air_shells *out_shells);
-
 /* Tracks a path over a length, infinite: to space. False when it passes; the choice is made either way. */
 bool np_air_track(const neph_atmosphere *atmosphere, np_dvec3 origin, np_vec3 direction, double length_m, int hero,
                   np_random *random, np_air_collision *out_collision);

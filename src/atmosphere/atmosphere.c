@@ -2,8 +2,8 @@
 /* An atmosphere: its description checked, its tables built, and what others ask of it. */
 #include "atmosphere/atmosphere_tables.h"
 
-#include "atmosphere/air_flight.h"
 #include "atmosphere/delta_scaling.h"
+#include "atmosphere/moment_builder.h"
 #include "core/alloc.h"
 #include "core/parallel.h"
 

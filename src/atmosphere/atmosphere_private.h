@@ -51,8 +51,8 @@ typedef struct np_sun_visibility {
 
 /* A sky whose air lies in a shadow that is known before the tables are: sunlight that is scattered once counts by the
  * visibility of the sun where it is scattered, one look-up a slice and azimuth (pictures have it finer:
- * light/air_shadow.h); light that is scattered more often is that of a clear sky. Nothing mirrors a shadow, so that the
- * tables go round the whole circle of azimuths. NULL: neph_sky_create. */
+ * caches/air_shadow.h); light that is scattered more often is that of a clear sky. Nothing mirrors a shadow, so that
+ * the tables go round the whole circle of azimuths. NULL: neph_sky_create. */
 neph_result np_sky_create_shadowed(neph_atmosphere *atmosphere, const neph_sky_desc *desc,
                                    const np_sun_visibility *visibility, neph_sky **out_sky);
 

@@ -5,7 +5,7 @@
 
 #include <stdatomic.h>
 
-#include "atmosphere/air_flight.h"
+#include "atmosphere/air_shells.h"
 #include "atmosphere/atmosphere_private.h"
 #include "atmosphere/sky_trace.h"
 

@@ -13,6 +13,7 @@
 
 #include <string.h>
 
+#include "atmosphere/moment_builder.h"
 #include "core/alloc.h"
 
 static float find_part(const np_aerosol *aerosol) { return np_clampf(aerosol->moment[3], 0.0f, 0.999f); }

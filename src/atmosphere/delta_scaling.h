@@ -4,7 +4,7 @@
 #define NP_ATMOSPHERE_DELTA_SCALING_H
 
 #include "atmosphere/scattering_moments.h"
-#include "atmosphere/table_sizes.h"
+#include "atmosphere/scattering_moments.h"
 
 /* np_moment_table_build of all orders, by way of scaled air. */
 neph_result np_delta_moments_build(neph_context *context, const np_depth_table *depths, const np_table_sizes *sizes,

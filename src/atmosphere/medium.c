@@ -219,8 +219,7 @@ static void classify(np_medium *medium) {
     scattering += column * np_layer_scattering(layer);
     medium->is_bent |= np_layer_is_bent(layer);
   }
-  medium->is_thick =
-      find_greatest(forward) > thick_depth || find_greatest(forward - thick_part * scattering) > 0.0f;
+  medium->is_thick = find_greatest(forward) > thick_depth || find_greatest(forward - thick_part * scattering) > 0.0f;
   medium->is_opaque = find_greatest(depth) > 1.0f;
 }
 
@@ -253,24 +252,24 @@ neph_result np_medium_init(neph_context *context, const neph_atmosphere_desc *de
 
 /* ---- Comparison ---- */
 
-typedef struct comparison {
+typedef struct medium_comparison {
   double worst;
   const char *what;
-} comparison;
+} medium_comparison;
 
-static void compare_number(comparison *c, const char *what, double a, double b) {
+static void compare_number(medium_comparison *c, const char *what, double a, double b) {
   if (a == b) return;
   const double size = fmax(fabs(a), fabs(b)), difference = isfinite(size) ? fabs(a - b) / size : (double)INFINITY;
-  if (!(difference <= c->worst)) *c = (comparison){difference, what};
+  if (!(difference <= c->worst)) *c = (medium_comparison){difference, what};
 }
 
-static void compare_bands(comparison *c, const char *what, np_bands a, np_bands b) {
+static void compare_bands(medium_comparison *c, const char *what, np_bands a, np_bands b) {
   for (int i = 0; i < NP_BAND_COUNT; i++) compare_number(c, what, (double)a[i], (double)b[i]);
 }
 
-static void compare_layers(comparison *c, const np_layer *a, const np_layer *b) {
+static void compare_layers(medium_comparison *c, const np_layer *a, const np_layer *b) {
   if (a->profile != b->profile || a->row_count != b->row_count || a->part_count != b->part_count) {
-    *c = (comparison){INFINITY, "the kind of a layer"};
+    *c = (medium_comparison){INFINITY, "the kind of a layer"};
     return;
   }
   const double heights[][2] = {{a->bottom_m, b->bottom_m},
@@ -291,17 +290,17 @@ static void compare_layers(comparison *c, const np_layer *a, const np_layer *b) 
 }
 
 double np_medium_compare(const np_medium *a, const np_medium *b, const char **out_what) {
-  comparison c = {0.0, "nothing"};
+  medium_comparison c = {0.0, "nothing"};
   compare_number(&c, "the planet's radius", a->planet_radius_m, b->planet_radius_m);
   compare_number(&c, "the top of the air", a->top_m, b->top_m);
   compare_bands(&c, "the ground's albedo", a->ground_albedo, b->ground_albedo);
   if (a->layer_count != b->layer_count || a->aerosol_count != b->aerosol_count)
-    c = (comparison){INFINITY, "the number of layers"};
+    c = (medium_comparison){INFINITY, "the number of layers"};
   else
     for (int i = 0; i < a->layer_count; i++) compare_layers(&c, &a->layers[i], &b->layers[i]);
   for (int i = 0; isfinite(c.worst) && i < a->aerosol_count; i++)
     if (memcmp(&a->aerosol[i].phase, &b->aerosol[i].phase, sizeof a->aerosol[i].phase) != 0)
-      c = (comparison){INFINITY, "an aerosol's phase function"};
+      c = (medium_comparison){INFINITY, "an aerosol's phase function"};
   *out_what = c.what;
   return c.worst;
 }

@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "atmosphere/table_sizes.h"
 #include "core/context_private.h"
 
 /* One number of a description and the interval it must lie in. */

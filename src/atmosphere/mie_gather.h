@@ -9,38 +9,8 @@
 #ifndef NP_ATMOSPHERE_MIE_GATHER_H
 #define NP_ATMOSPHERE_MIE_GATHER_H
 
-#include "atmosphere/ray_path.h"
+#include "atmosphere/gather_kernel.h"
 #include "atmosphere/scattering_moments.h"
-
-enum {
-  NP_GATHER_ALTITUDES_MAX = 8,
-  NP_GATHER_COSINES_MAX = 25,
-  NP_GATHER_AZIMUTHS_MAX = 17, /* on the half circle, both ends included */
-  NP_GATHER_SUNS_MAX = 17,
-  NP_GATHER_ROWS_MAX = 24, /* of the dome */
-  NP_GATHER_INPUTS_MAX = NP_GATHER_ROWS_MAX * 16
-};
-
-/* What depends on the medium alone: the directions gathered from at each altitude, their paths, and the phase functions
- * between each of them and each direction of the table. */
-typedef struct np_gather_kernel {
-  const np_medium *medium;
-  int altitude_count;
-  int cosines, azimuths; /* of the directions that are gathered for */
-  int up, down, turns;   /* of the dome of those gathered from: rows above and below the horizon, azimuths of each */
-  bool is_thick;         /* enough aerosol for its peak to count in later orders */
-  int passes;            /* of gathering: each sees the aerosol's light as the one before found it */
-  double altitude_m[NP_GATHER_ALTITUDES_MAX];
-  np_bands part[NP_GATHER_ALTITUDES_MAX][NP_AEROSOLS_MAX]; /* of each aerosol in the scattering there */
-  float input_cosine[NP_GATHER_ALTITUDES_MAX][NP_GATHER_ROWS_MAX];
-  np_ray ray[NP_GATHER_ALTITUDES_MAX][NP_GATHER_ROWS_MAX];
-  np_path path[NP_GATHER_ALTITUDES_MAX][NP_GATHER_ROWS_MAX];
-  float *weight; /* of altitudes × aerosols × outputs × inputs: quadrature × phase function */
-  float *twice;  /* of pairs of aerosols: one phase function convolved with the other, over √(Θ/π) */
-} np_gather_kernel;
-
-neph_result np_gather_kernel_build(neph_context *context, const np_medium *medium, np_gather_kernel *out_kernel);
-void np_gather_kernel_free(neph_context *context, np_gather_kernel *kernel);
 
 /* The source in one direction, over M. */
 typedef struct np_gather_source {
@@ -48,23 +18,12 @@ typedef struct np_gather_source {
   np_bands peak; /* to be multiplied by np_gather_kernel_twice at the angle between ray and sun; 0 unless it is thick */
 } np_gather_source;
 
-/* The mean phase function of the aerosols convolved with itself: how sharply the sun is seen after two scatterings. */
-np_bands np_gather_kernel_twice(const np_gather_kernel *kernel, float versine);
-
 typedef struct np_gather_table {
   const np_gather_kernel *kernel;
   int sun_count;
   float sun_cosine[NP_GATHER_SUNS_MAX]; /* descending */
   np_gather_source source[NP_GATHER_SUNS_MAX][NP_GATHER_ALTITUDES_MAX][NP_GATHER_COSINES_MAX][NP_GATHER_AZIMUTHS_MAX];
 } np_gather_table;
-
-/* Gathers for suns evenly spread over zenith angles `sun_zenith_rad` ± `spread_rad`: in passes, so that each
- * sees the aerosol's light as the one before found it. `dome_moments` are those of the sky that is gathered: `moments`
- * themselves or, where orders are limited, one order less, NULL for none. `disk` is the sun's. */
-neph_result np_gather_table_build(neph_context *context, const np_depth_table *depths, const np_moment_table *moments,
-                                  const np_moment_table *dome_moments, const np_gather_kernel *kernel,
-                                  double sun_zenith_rad, double spread_rad, np_sun_disk disk, np_monitor *monitor,
-                                  np_gather_table *out_table);
 
 /* The table at one altitude and zenith cosine of view, resolved once for many azimuths and local suns. */
 typedef struct np_gather_row {

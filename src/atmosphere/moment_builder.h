@@ -78,7 +78,14 @@ neph_result np_moment_gather_later(np_moment_builder *b);
 void np_moment_refine_order(np_moment_builder *b);
 void np_moment_refine_total(np_moment_builder *b);
 
-/* Cosine of the sun at a place, 0 to 1, of the columns. */
-float np_sun_scale_cosine(const np_sun_scale *sun, double fraction);
+/* Sums the first `order_max` orders of scattering in `depths`' medium; under a disk or a point; see the file for the
+ * method. */
+neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, const np_moment_sizes *sizes,
+                                  unsigned order_max, bool has_point_sun, np_monitor *monitor,
+                                  np_moment_table *out_table);
+
+/* Adds, as scattered light from the sun's direction, what sunlight `brighter` air lets through beyond `darker`. */
+void np_moment_table_add_beam(np_moment_table *table, const np_depth_table *brighter, const np_depth_table *darker,
+                              bool has_point_sun);
 
 #endif

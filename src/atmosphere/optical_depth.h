@@ -7,6 +7,7 @@
 #define NP_ATMOSPHERE_OPTICAL_DEPTH_H
 
 #include "atmosphere/atmosphere_physics.h"
+#include "atmosphere/table_sizes.h"
 #include "core/parallel.h"
 
 /* Depth between two distances, 0 ≤ begin ≤ end, along a ray's part in the air. To 1e-5 of itself for the Earth. */
@@ -26,12 +27,6 @@ typedef struct np_depth_table {
   np_bands *texels; /* `rows` rows of `columns` */
   np_bands *level;  /* depths of level rays, even in √altitude */
 } np_depth_table;
-
-/* How fine a table is, and at how many places it is integrated: the rest is splines. */
-typedef struct np_depth_sizes {
-  int rows, columns, levels;
-  int node_rows, node_columns, node_levels;
-} np_depth_sizes;
 
 neph_result np_depth_table_build(neph_context *context, const np_medium *medium, const np_depth_sizes *sizes,
                                  np_monitor *monitor, np_depth_table *out_table);

@@ -14,8 +14,7 @@
 #ifndef NP_ATMOSPHERE_SCATTERING_MOMENTS_H
 #define NP_ATMOSPHERE_SCATTERING_MOMENTS_H
 
-#include "atmosphere/table_sizes.h"
-#include "core/parallel.h"
+#include "atmosphere/optical_depth.h"
 
 typedef enum np_moment {
   NP_MOMENT_M,
@@ -47,16 +46,10 @@ typedef struct np_moment_table {
   np_bands *irradiance; /* a column each: of the sky on the ground */
 } np_moment_table;
 
-/* Sums the first `order_max` orders of scattering in `depths`' medium; under a disk or a point; see the file for the
- * method. */
-neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, const np_moment_sizes *sizes,
-                                  unsigned order_max, bool has_point_sun, np_monitor *monitor,
-                                  np_moment_table *out_table);
-
-/* Adds, as scattered light from the sun's direction, what sunlight `brighter` air lets through beyond `darker`. */
-void np_moment_table_add_beam(np_moment_table *table, const np_depth_table *brighter, const np_depth_table *darker,
-                              bool has_point_sun);
 void np_moment_table_free(neph_context *context, np_moment_table *table);
+
+/* Cosine of the sun at a place, 0 to 1, of the columns. */
+float np_sun_scale_cosine(const np_sun_scale *sun, double fraction);
 
 /* Column of a sun cosine as a fractional index. */
 static inline float np_sun_scale_column(const np_sun_scale *sun, float sun_cosine) {

@@ -26,9 +26,7 @@ enum { BATCHES = 64, FIRST_PANELS = 32, PANELS = 12, DISK_POINTS = 8, ROULETTE_F
 
 /* ---- Geometry ---- */
 
-static np_dvec3 find_zenith(const np_medium *medium, np_dvec3 p) {
-  return np_dvec3_zenith(p, medium->planet_radius_m);
-}
+static np_dvec3 find_zenith(const np_medium *medium, np_dvec3 p) { return np_dvec3_zenith(p, medium->planet_radius_m); }
 
 static double find_altitude(const np_medium *medium, np_dvec3 p) {
   return fmax(np_altitude(p, medium->planet_radius_m), 0.0);
@@ -372,16 +370,16 @@ neph_result np_truth_trace(neph_context *context, np_monitor *monitor, const np_
 
 /* ---- Order 1 ---- */
 
-typedef struct first_order {
+typedef struct traced_order {
   const np_truth_scene *scene;
   const np_truth_query *query;
   const np_truth_path *path;
   double versine;               /* between ray and sun */
   double bound[NP_TRUTH_BANDS]; /* how far a piece may be off */
-} first_order;
+} traced_order;
 
 /* One piece of a panel by the Gauss rule in w. */
-static void integrate_piece(const first_order *f, int panel, double begin, double end, const np_quadrature *rule,
+static void integrate_piece(const traced_order *f, int panel, double begin, double end, const np_quadrature *rule,
                             double out[NP_TRUTH_BANDS]) {
   memset(out, 0, NP_TRUTH_BANDS * sizeof *out);
   for (int i = 0; i < rule->count; i++) {
@@ -398,7 +396,7 @@ static void integrate_piece(const first_order *f, int panel, double begin, doubl
 }
 
 /* Halves a piece until the halves agree with the whole: the sun sets somewhere along the ray. */
-static void add_piece(const first_order *f, int panel, double begin, double end, const double whole[NP_TRUTH_BANDS],
+static void add_piece(const traced_order *f, int panel, double begin, double end, const double whole[NP_TRUTH_BANDS],
                       int level, const np_quadrature *rule, double sum[NP_TRUTH_BANDS]) {
   const double middle = 0.5 * (begin + end);
   double near[NP_TRUTH_BANDS], far[NP_TRUTH_BANDS];
@@ -421,7 +419,7 @@ void np_truth_first_order(const np_truth_scene *scene, const np_truth_query *que
   np_truth_path path;
   np_truth_path_build(scene->medium, &ray, FIRST, &path);
   const np_quadrature rule = np_quadrature_gauss(4);
-  first_order f = {.scene = scene, .query = query, .path = &path};
+  traced_order f = {.scene = scene, .query = query, .path = &path};
   f.versine = versine_between(query->direction, scene->to_sun);
   double whole[NP_TRUTH_PANELS_MAX][NP_TRUTH_BANDS];
   for (int i = 0; i < path.panel_count; i++) {

@@ -3,7 +3,13 @@
 #ifndef NP_ATMOSPHERE_TABLE_SIZES_H
 #define NP_ATMOSPHERE_TABLE_SIZES_H
 
-#include "atmosphere/optical_depth.h"
+#include "atmosphere/medium.h"
+
+/* A table of optical depths: how fine it is, and at how many places it is integrated; the rest is splines. */
+typedef struct np_depth_sizes {
+  int rows, columns, levels;
+  int node_rows, node_columns, node_levels;
+} np_depth_sizes;
 
 /* Nodes are gathered for; the table that is read is refined from them by splines. */
 typedef struct np_moment_sizes {
@@ -36,11 +42,6 @@ enum {
   NP_VIEW_POINTS_MAX = 64,
   NP_AERIAL_SLICES_MAX = 128
 };
-
-/* Relative rms error that tables may make: what is asked for by default, and what can be asked for. */
-#define NP_SKY_TOLERANCE_DEFAULT 0.007
-#define NP_SKY_TOLERANCE_MIN 0.003
-#define NP_SKY_TOLERANCE_MAX 0.1
 
 /* Sizes for a tolerance; measured by bench_sky, docs/accuracy.md. */
 np_table_sizes np_table_sizes_make(double tolerance);

@@ -65,12 +65,12 @@ typedef struct error_job {
 
 /* ---- Rays ---- */
 
-typedef struct ray {
+typedef struct error_ray {
   double origin_m[3], direction[3], length_m;
-} ray;
+} error_ray;
 
 /* False when the line misses the box. */
-static bool clip_ray(const error_job *job, ray *r) {
+static bool clip_ray(const error_job *job, error_ray *r) {
   double begin = -INFINITY, end = INFINITY;
   for (int a = 0; a < 3; a++) {
     if (r->direction[a] == 0) {
@@ -88,7 +88,7 @@ static bool clip_ray(const error_job *job, ray *r) {
   return true;
 }
 
-static bool draw_ray(const error_job *job, np_random *random, ray *out_ray) {
+static bool draw_ray(const error_job *job, np_random *random, error_ray *out_ray) {
   const double pi = 3.14159265358979323846;
   const double z = 2 * np_random_double(random) - 1, angle = 2 * pi * np_random_double(random);
   const double across = sqrt(1 - z * z), turn = 2 * pi * np_random_double(random);
@@ -100,7 +100,8 @@ static bool draw_ray(const error_job *job, np_random *random, ray *out_ray) {
   const double radius = 0.5 * sqrt(diagonal2 * np_random_double(random));
   const np_vec3 offset = np_vec3_add(np_vec3_scale(tangent, (float)(radius * cos(turn))),
                                      np_vec3_scale(bitangent, (float)(radius * sin(turn))));
-  *out_ray = (ray){.origin_m = {offset.x, offset.y, offset.z}, .direction = {direction.x, direction.y, direction.z}};
+  *out_ray =
+      (error_ray){.origin_m = {offset.x, offset.y, offset.z}, .direction = {direction.x, direction.y, direction.z}};
   for (int a = 0; a < 3; a++) out_ray->origin_m[a] += 0.5 * (job->low_m[a] + job->high_m[a]);
   return clip_ray(job, out_ray);
 }
@@ -170,7 +171,7 @@ static void add_point(const float fields[FIELD_COUNT], double step_m, ray_sums *
 }
 
 /* Offsets of up to a block of points of a ray, from number `first` on. */
-static size_t find_points(const error_job *job, const ray *r, double start, double step_m, size_t first,
+static size_t find_points(const error_job *job, const error_ray *r, double start, double step_m, size_t first,
                           double (*out_offsets_m)[3], np_bake_points *points) {
   points->count = 0;
   for (size_t n = 0; n < NP_CLOUD_BLOCK; n++) {
@@ -182,7 +183,7 @@ static size_t find_points(const error_job *job, const ray *r, double start, doub
   return points->count;
 }
 
-static void measure_ray(const error_job *job, const ray *r, double start, ray_sums *sums) {
+static void measure_ray(const error_job *job, const error_ray *r, double start, ray_sums *sums) {
   const double step_m = fmax(job->step_m, r->length_m / STEPS_MAX);
   double offsets_m[NP_CLOUD_BLOCK][3];
   float model[NP_CLOUD_BLOCK], limited[NP_CLOUD_BLOCK];
@@ -206,7 +207,7 @@ static neph_result measure_rays(void *user, size_t begin, size_t end, unsigned t
   for (size_t i = begin; i < end; i++) {
     if (np_monitor_is_cancelled(job->bake->monitor)) return NEPH_ERROR_CANCELLED;
     np_random random = np_random_start(job->bake->model.desc.seed, 0, (uint32_t)i, 0, 0);
-    ray r;
+    error_ray r;
     while (!draw_ray(job, &random, &r)) continue;
     measure_ray(job, &r, np_random_double(&random), &job->rays[i]);
   }

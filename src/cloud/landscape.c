@@ -109,18 +109,19 @@ static float find_hero(const np_landscape *land, float x, float y) {
   return best;
 }
 
-typedef struct block {
+typedef struct landscape_block {
   size_t count;
   const float *x, *y;                                          /* in the field, in units of the cell spacing */
   double air_x[NP_LANDSCAPE_BLOCK], air_y[NP_LANDSCAPE_BLOCK]; /* in the air, which drifts and swirls */
-} block;
+} landscape_block;
 
 /* Positions of noise of a size, in its lattice; `z` moves with time. */
 typedef struct lattice_points {
   float x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK], z[NP_LANDSCAPE_BLOCK];
 } lattice_points;
 
-static np_noise_points scale_points(const np_landscape *land, const block *b, float size, lattice_points *out) {
+static np_noise_points scale_points(const np_landscape *land, const landscape_block *b, float size,
+                                    lattice_points *out) {
   for (size_t i = 0; i < b->count; i++) {
     out->x[i] = (float)(b->air_x[i] / (double)size);
     out->y[i] = (float)(b->air_y[i] / (double)size);
@@ -135,7 +136,7 @@ static np_noise_lattice make_lattice(const np_landscape *land, np_cloud_stream s
 }
 
 static void fill_noise(const np_landscape *land, np_cloud_stream stream, float size, unsigned octave_count,
-                       const block *b, float *out) {
+                       const landscape_block *b, float *out) {
   const np_noise_lattice lattice = make_lattice(land, stream);
   const np_noise_octaves octaves = {.count = octave_count, .gain = 0.5f};
   lattice_points at;
@@ -144,7 +145,7 @@ static void fill_noise(const np_landscape *land, np_cloud_stream stream, float s
 }
 
 /* Displaces the air by low-frequency curl. */
-static void swirl(const np_landscape *land, block *b) {
+static void swirl(const np_landscape *land, landscape_block *b) {
   const np_noise_lattice lattice = make_lattice(land, NP_CLOUD_STREAM_SWIRL);
   const float size = land->model == NEPH_CLOUD_MODEL_SLAB ? 2.0f * swirl_size : swirl_size;
   float x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK];
@@ -164,7 +165,7 @@ static float find_shore(const np_landscape *land, float x, float y) {
   return land->shore_depth * s * s;
 }
 
-static void fill_cells(const np_landscape *land, const block *b, float *out, float *out_anvils) {
+static void fill_cells(const np_landscape *land, const landscape_block *b, float *out, float *out_anvils) {
   float group[NP_LANDSCAPE_BLOCK];
   fill_noise(land, NP_CLOUD_STREAM_GROUPS, group_size, 2, b, group);
   const float curvature = 1.0f / (cell_radius * cell_radius), wide = 1.0f / (1.0f + anvil_spread * land->anvil);
@@ -186,8 +187,8 @@ static void fill_cells(const np_landscape *land, const block *b, float *out, flo
 }
 
 /* Longer along the heading. */
-static void fill_sheet(const np_landscape *land, const block *b, float *out) {
-  block turned = {.count = b->count};
+static void fill_sheet(const np_landscape *land, const landscape_block *b, float *out) {
+  landscape_block turned = {.count = b->count};
   for (size_t i = 0; i < b->count; i++) {
     const double x = b->air_x[i], y = b->air_y[i], hx = (double)land->heading[0], hy = (double)land->heading[1];
     turned.air_x[i] = (x * hx + y * hy) * (double)land->sheet_shrink;
@@ -197,7 +198,7 @@ static void fill_sheet(const np_landscape *land, const block *b, float *out) {
   for (size_t i = 0; i < b->count; i++) out[i] = sheet_height * out[i] - find_shore(land, b->x[i], b->y[i]);
 }
 
-static void fill_hero(const np_landscape *land, const block *b, float *out) {
+static void fill_hero(const np_landscape *land, const landscape_block *b, float *out) {
   const double unit = 1.0 / (double)np_minf(land->half_extent[0], land->half_extent[1]);
   for (size_t i = 0; i < b->count; i++)
     out[i] = find_hero(land, (float)(b->air_x[i] * unit), (float)(b->air_y[i] * unit));
@@ -207,7 +208,7 @@ void np_landscape_eval(const np_landscape *land, size_t count, const float *x_m,
                        const np_landscape_out *out) {
   const float per_cell = (float)(1.0 / land->cell_m);
   float x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK];
-  block b = {.count = count, .x = x, .y = y};
+  landscape_block b = {.count = count, .x = x, .y = y};
   for (size_t i = 0; i < count; i++) {
     x[i] = x_m[i] * per_cell;
     y[i] = y_m[i] * per_cell;

@@ -9,6 +9,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "core/stable.h"
+
 typedef struct np_vec3 {
   float x, y, z;
 } np_vec3;
@@ -26,6 +28,9 @@ static inline np_vec3 np_vec3_cross(np_vec3 a, np_vec3 b) {
   return np_vec3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 static inline float np_vec3_length(np_vec3 a) { return sqrtf(np_vec3_dot(a, a)); }
+
+/* 1 − cos of the angle between two unit vectors. */
+static inline float np_vec3_versine(np_vec3 a, np_vec3 b) { return np_versine(a.x, a.y, a.z, b.x, b.y, b.z); }
 static inline np_vec3 np_vec3_normalize(np_vec3 a) { return np_vec3_scale(a, 1.0f / np_vec3_length(a)); }
 static inline bool np_vec3_is_equal(np_vec3 a, np_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 

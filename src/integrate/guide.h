@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Paths guided by the march's solution of the multiple scattering: where to, how far, and how many go on.
  *
- * The solution (light/multi_scatter.h) tells about what light there is where a path collides: over its mean,
+ * The solution (transport/scattering_field.h) tells about what light there is where a path collides: over its mean,
  * ℓ(ω) = 1 + a·c + b·P₂(c) of it comes against a path of direction ω, c = â·ω, from its parts of degree 1 and 2 about
  * the direction â that most comes from. Were that exact, paths could be drawn so that each of them brings the same
  * (Herholz, Zhao, Elek, Nowrouzezahrai, Lensch and Křivánek 2019, "Volume Path Guiding Based on Zero-Variance Random
@@ -30,13 +30,13 @@
 
 #include <float.h>
 
-#include "integrate/tracking.h"
-#include "light/multi_scatter.h"
+#include "volume/tracking.h"
+#include "transport/scattering_field.h"
 
 /* About the light where a path collides. */
 typedef struct np_guide {
   np_vec3 axis;            /* â */
-  float lean, bend;        /* a, b */
+  float linear, quadratic; /* a, b */
   float asymmetry, second; /* χ₁ = g, χ₂ */
   float growth;            /* γ, per depth */
   float steady;            /* how much of it is exponential: 0 to 1 */
@@ -45,54 +45,54 @@ typedef struct np_guide {
 } np_guide;
 
 /* Means between the cells around a position; false where nothing is known, or all is dark. */
-static inline bool np_importance_find(const np_multi_scatter *scatter, np_dvec3 position, np_importance *out) {
-  int32_t live[8];
+static inline bool np_importance_get(const np_scattering_field *scatter, np_dvec3 position, np_importance *out) {
+  int32_t active[8];
   float weight[8];
-  const unsigned count = np_transport_grid_find(&scatter->grid, position, live, weight);
+  const unsigned count = np_transport_grid_get_corners(&scatter->grid, position, active, weight);
   *out = (np_importance){0};
   for (unsigned c = 0; c < count; c++) {
-    const np_importance *cell = &scatter->importance[live[c]];
+    const np_importance *cell = &scatter->importance[active[c]];
     out->mean += weight[c] * cell->mean;
-    for (int a = 0; a < 3; a++) out->lean[a] += weight[c] * cell->lean[a];
-    for (int i = 0; i < 5; i++) out->bend[i] += weight[c] * cell->bend[i];
+    for (int a = 0; a < 3; a++) out->linear[a] += weight[c] * cell->linear[a];
+    for (int i = 0; i < 5; i++) out->quadratic[i] += weight[c] * cell->quadratic[i];
     out->lit += weight[c] * cell->lit;
   }
   return out->mean >= FLT_MIN;
 }
 
 /* Its part of degree 2 at a direction. */
-static inline float np_importance_find_bend(const np_importance *here, np_vec3 d) {
-  const float *b = here->bend;
+static inline float np_importance_get_quadratic(const np_importance *here, np_vec3 d) {
+  const float *b = here->quadratic;
   return d.x * d.y * b[0] + d.y * d.z * b[1] + (3.0f * d.z * d.z - 1.0f) * b[2] + d.x * d.z * b[3] +
          (d.x * d.x - d.y * d.y) * b[4];
 }
 
 /* ℓ at a cosine to the axis, its degrees times two moments. */
 static inline float np_guide_shape(const np_guide *guide, float cosine, float first, float second) {
-  return 1.0f + first * guide->lean * cosine + second * guide->bend * (1.5f * cosine * cosine - 0.5f);
+  return 1.0f + first * guide->linear * cosine + second * guide->quadratic * (1.5f * cosine * cosine - 0.5f);
 }
 
 /* ℓ′ */
-static inline float np_guide_throw(const np_guide *guide, np_vec3 direction) {
+static inline float np_guide_outgoing(const np_guide *guide, np_vec3 direction) {
   return np_guide_shape(guide, np_vec3_dot(guide->axis, direction), guide->asymmetry, guide->second);
 }
 
 /* Within what keeps ℓ above a tenth. */
 static inline void np_guide_set_shape(np_guide *guide, const np_importance *here) {
   const float room = 0.9f, longest = 1.3f, inverse = 1.0f / here->mean;
-  const np_vec3 lean = np_vec3_scale(np_vec3_make(here->lean[0], here->lean[1], here->lean[2]), -inverse);
-  const float length = sqrtf(np_vec3_dot(lean, lean));
-  guide->axis = length > 1e-6f ? np_vec3_scale(lean, 1.0f / length) : np_vec3_make(0.0f, 0.0f, 1.0f);
-  guide->lean = np_minf(length, longest);
-  const float most = room + sqrtf(room * room - guide->lean * guide->lean * (1.0f / 3.0f));
-  guide->bend = np_clampf(np_importance_find_bend(here, guide->axis) * inverse, guide->lean - room, most);
+  const np_vec3 linear = np_vec3_scale(np_vec3_make(here->linear[0], here->linear[1], here->linear[2]), -inverse);
+  const float length = sqrtf(np_vec3_dot(linear, linear));
+  guide->axis = length > 1e-6f ? np_vec3_scale(linear, 1.0f / length) : np_vec3_make(0.0f, 0.0f, 1.0f);
+  guide->linear = np_minf(length, longest);
+  const float most = room + sqrtf(room * room - guide->linear * guide->linear * (1.0f / 3.0f));
+  guide->quadratic = np_clampf(np_importance_get_quadratic(here, guide->axis) * inverse, guide->linear - room, most);
 }
 
 static inline void np_guide_set_medium(np_guide *guide, const np_scaled_phase *phase, float albedo) {
   guide->asymmetry = phase->moments[1] + phase->forward;
   guide->second = phase->moments[2] + phase->forward;
   const float fade = 1.0f - albedo * guide->asymmetry;
-  guide->growth = fade * guide->lean / (1.0f + 0.4f * guide->bend);
+  guide->growth = fade * guide->linear / (1.0f + 0.4f * guide->quadratic);
   guide->steady = np_minf(sqrtf(3.0f * (1.0f - albedo) * fade) / np_maxf(guide->growth, 1e-6f), 1.0f);
 }
 
@@ -100,62 +100,63 @@ static inline void np_guide_set_medium(np_guide *guide, const np_scaled_phase *p
  * which are not quite what they should be; where the light ends nearby, its bend is not that of steady growth (by the
  * equation's second moment). Fitted to single steps in slabs of depth 64 to 1024, mostly within a factor of two; but
  * for the last two terms, which bound how many paths one may come to stand for. */
-static inline float np_guide_find_unevenness(const np_guide *guide, float albedo) {
+static inline float np_guide_estimate_noise(const np_guide *guide, float albedo) {
   const float fade = 1.0f - albedo * guide->asymmetry, rise = 1.0f - guide->steady;
-  const float square = guide->lean * guide->lean, turn = fade * fade * square / (1.0f + square);
-  const float even = guide->steady * (2.0f / 3.0f) * guide->growth * guide->lean / (1.0f - albedo * guide->second);
-  return turn * (0.5f + rise) + 0.09f * rise * square * square + fabsf(guide->bend - even) + 0.03f * guide->lean +
-         2e-5f;
+  const float square = guide->linear * guide->linear, turn = fade * fade * square / (1.0f + square);
+  const float even = guide->steady * (2.0f / 3.0f) * guide->growth * guide->linear / (1.0f - albedo * guide->second);
+  return turn * (0.5f + rise) + 0.09f * rise * square * square + fabsf(guide->quadratic - even) +
+         0.03f * guide->linear + 2e-5f;
 }
 
 /* The same of sunlight that is here, or may be come to: the more the sharper the peak that throws it, here after a
  * scattering more; but where light is dim against it, as at the rim of a cloud before the sun, to split for all of it
  * costs more than it brings. */
-static inline float np_guide_find_glare(const np_guide *guide, float lit, float versine) {
+static inline float np_guide_estimate_sun_noise(const np_guide *guide, float lit, float versine) {
   const np_phase_lobe again = {.asymmetry = guide->asymmetry * guide->asymmetry};
   const float around = 0.25f / NP_PI_F / sqrtf(1.0f - guide->asymmetry);
   return np_minf(0.5f * lit * np_maxf(np_phase_eval_lobe(again, versine), around), 2.0f * guide->light);
 }
 
 /* For a path that flies along `direction`, against the light. False where nothing is known. */
-static inline bool np_guide_find(const np_scene_view *view, const np_view_volume *volume, np_dvec3 position,
-                                 np_vec3 direction, np_guide *out) {
+static inline bool np_guide_make(const np_world *world, const np_scattering_field *scattering,
+                                 const np_instance *volume, np_dvec3 position, np_vec3 direction, np_guide *out) {
   np_importance here;
-  if (!np_importance_find(view->multi_scatter, position, &here)) return false;
+  if (!np_importance_get(scattering, position, &here)) return false;
   const float albedo = np_spectrum_max(volume->albedo);
-  const np_vec3 d = direction, s = view->to_sun;
+  const np_vec3 d = direction, s = world->to_sun;
   np_guide_set_shape(out, &here);
-  np_guide_set_medium(out, &view->multi_scatter->phases[volume - view->volumes], albedo);
-  out->light = here.mean * np_guide_throw(out, direction);
-  out->noise = out->light * np_guide_find_unevenness(out, albedo) +
-               np_guide_find_glare(out, here.lit, np_versine(d.x, d.y, d.z, s.x, s.y, s.z));
+  np_guide_set_medium(out, &scattering->phases[volume - world->clouds.at], albedo);
+  out->light = here.mean * np_guide_outgoing(out, direction);
+  out->noise = out->light * np_guide_estimate_noise(out, albedo) +
+               np_guide_estimate_sun_noise(out, here.lit, np_versine(d.x, d.y, d.z, s.x, s.y, s.z));
   return true;
 }
 
 /* The same for a camera's ray, in the first cell of a cloud's that it meets. */
-static inline bool np_guide_find_entry(const np_scene_view *view, np_dvec3 origin, np_vec3 direction, np_guide *out) {
-  const np_view_volume *first = NULL;
+static inline bool np_guide_make_entry(const np_world *world, const np_scattering_field *scattering, np_dvec3 origin,
+                                       np_vec3 direction, np_guide *out) {
+  const np_instance *first = NULL;
   double nearest = INFINITY, middle = 0.0;
-  for (unsigned i = 0; i < view->volume_count; i++) {
+  for (unsigned i = 0; i < world->clouds.count; i++) {
     np_brick_walk walk;
     np_brick_span span;
-    np_track_start(&walk, &view->volumes[i], origin, direction, 0.0, nearest);
+    np_track_start(&walk, &world->clouds.at[i], origin, direction, 0.0, nearest);
     if (!np_brick_walk_next(&walk, &span) || !(span.t_begin < nearest)) continue;
-    first = &view->volumes[i];
+    first = &world->clouds.at[i];
     nearest = span.t_begin;
     middle = 0.5 * (span.t_begin + span.t_end);
   }
-  return first && np_guide_find(view, first, np_dvec3_along(origin, direction, middle), direction, out);
+  return first && np_guide_make(world, scattering, first, np_dvec3_along(origin, direction, middle), direction, out);
 }
 
 /* Density with which a direction is drawn over the phase function there. */
 static inline float np_guide_steer(const np_guide *guide, np_vec3 before, np_vec3 after) {
-  return np_guide_shape(guide, np_vec3_dot(guide->axis, after), 1.0f, 1.0f) / np_guide_throw(guide, before);
+  return np_guide_shape(guide, np_vec3_dot(guide->axis, after), 1.0f, 1.0f) / np_guide_outgoing(guide, before);
 }
 
 static inline np_vec3 np_guide_sample(const np_guide *guide, const np_phase *phase, np_vec3 before, np_random *random) {
-  const float ends = 1.0f + guide->lean + guide->bend;
-  const float most = guide->bend < 0.0f ? 1.0f + guide->lean - 0.5f * guide->bend : ends;
+  const float ends = 1.0f + guide->linear + guide->quadratic;
+  const float most = guide->quadratic < 0.0f ? 1.0f + guide->linear - 0.5f * guide->quadratic : ends;
   for (;;) {
     const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
     float value;
@@ -166,9 +167,9 @@ static inline np_vec3 np_guide_sample(const np_guide *guide, const np_phase *pha
 }
 
 /* 1 − κ of a flight: the share of the extinction that it leaves out, −2 to 0.9; below 0 it is shortened. */
-static inline double np_guide_find_spared(const np_guide *guide, np_vec3 direction) {
-  const float rise = 1.0f - guide->steady, thrown = np_guide_throw(guide, direction);
-  const float growth = guide->growth * np_vec3_dot(guide->axis, direction) / (1.0f + rise * (thrown - 1.0f));
+static inline double np_guide_get_stretch_fraction(const np_guide *guide, np_vec3 direction) {
+  const float rise = 1.0f - guide->steady, outgoing = np_guide_outgoing(guide, direction);
+  const float growth = guide->growth * np_vec3_dot(guide->axis, direction) / (1.0f + rise * (outgoing - 1.0f));
   if (growth <= 0.0f) return (double)np_maxf(growth, -2.0f);
   return (double)np_minf(growth / (1.0f + 2.0f * growth * rise), 0.9f);
 }

@@ -4,11 +4,11 @@
 #include "core/isa.h"
 
 #define DECLARE(level)                                                                                                 \
-  void np_march_sample_##level(const np_scene_view *, const np_integrator_settings *, const np_camera_ray *,           \
-                               np_random *, np_integrator_sample *);                                                   \
-  void np_path_sample_##level(const np_scene_view *, const np_integrator_settings *, const np_camera_ray *,            \
-                              np_random *, np_integrator_sample *);                                                    \
-  double np_march_half_distance_##level(const np_scene_view *, const np_camera_ray *, double);
+  void np_march_sample_##level(const np_world *, const np_lighting *, const np_integrator_settings *,                  \
+                               const np_camera_ray *, np_random *, np_integrator_sample *);                            \
+  void np_path_sample_##level(const np_world *, const np_lighting *, const np_integrator_settings *,                   \
+                              const np_camera_ray *, np_random *, np_integrator_sample *);                             \
+  double np_march_half_distance_##level(const np_world *, const np_camera_ray *, double);
 DECLARE(v1)
 DECLARE(v3)
 DECLARE(v4)

@@ -7,7 +7,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
-#include "light/scene_view.h"
+#include "caches/lighting.h"
 
 /* What the beauty is made of: the components add up to it. */
 typedef enum np_component {
@@ -79,12 +79,13 @@ static inline void np_integrator_add_opaque(np_integrator_sample *sample, float 
   sample->opaque_albedo = np_spectrum_add_scaled(sample->opaque_albedo, weight, albedo);
 }
 
-typedef void (*np_integrator_fn)(const np_scene_view *view, const np_integrator_settings *settings,
-                                 const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
+typedef void (*np_integrator_fn)(const np_world *world, const np_lighting *lighting,
+                                 const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
+                                 np_integrator_sample *out);
 
 /* Distance at which the transmittance from the ray's origin through cloud falls below one half; infinite when it does
  * not before `distance_max`. */
-typedef double (*np_half_distance_fn)(const np_scene_view *view, const np_camera_ray *ray, double distance_max);
+typedef double (*np_half_distance_fn)(const np_world *world, const np_camera_ray *ray, double distance_max);
 
 /* The three functions, for one instruction-set level. */
 typedef struct np_integrator_kernels {

@@ -63,10 +63,10 @@ static inline float np_look_remap(float x, float from, float to, float low, floa
 }
 
 /* Factor on all terms in one cloud at one place. */
-static inline float np_look_weight(const np_look *look, const np_view_volume *volume, np_dvec3 position) {
+static inline float np_look_weight(const np_look *look, const np_instance *volume, np_dvec3 position) {
   if (look->kind != NP_LOOK_POWDER) return 1.0f;
   const float densest = volume->bricks->value_max * volume->extinction_per_value;
-  const float density = densest > 0.0f ? np_view_extinction(volume, position) / densest : 0.0f;
+  const float density = densest > 0.0f ? np_instance_extinction(volume, position) / densest : 0.0f;
   const double thickness = volume->top_m - volume->bottom_m;
   const float height = thickness > 0.0 ? (float)((position.z - volume->bottom_m) / thickness) : 1.0f;
   const float depth = 0.05f + powf(np_clampf(density, 0.0f, 1.0f), np_look_remap(height, 0.3f, 0.85f, 0.5f, 2.0f));
@@ -75,12 +75,12 @@ static inline float np_look_weight(const np_look *look, const np_view_volume *vo
 }
 
 /* How far the density falls from a place to one nearer the sun: 0 where it does not, 1 where nothing is there. */
-static inline float np_look_slope(const np_look *look, const np_scene_view *view, np_dvec3 position, np_vec3 to_sun) {
+static inline float np_look_slope(const np_look *look, const np_world *world, np_dvec3 position, np_vec3 to_sun) {
   float here = 0.0f, there = 0.0f;
-  for (unsigned v = 0; v < view->volume_count; v++) {
-    here += np_view_extinction(&view->volumes[v], position);
-    there +=
-        np_view_extinction(&view->volumes[v], np_dvec3_along(position, to_sun, (double)look->derivative_distance_m));
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    here += np_instance_extinction(&world->clouds.at[v], position);
+    there += np_instance_extinction(&world->clouds.at[v],
+                                    np_dvec3_along(position, to_sun, (double)look->derivative_distance_m));
   }
   return here > 0.0f ? np_clampf(1.0f - there / here, 0.0f, 1.0f) : 0.0f;
 }

@@ -15,18 +15,19 @@
 #include "integrate/march.h"
 #include "integrate/surroundings.h"
 
-void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_settings *settings,
-                                const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
-double NP_KERNEL(np_march_half_distance)(const np_scene_view *view, const np_camera_ray *ray, double distance_max);
+void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighting,
+                                const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
+                                np_integrator_sample *out);
+double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_ray *ray, double distance_max);
 
 /* What glows, seen through the clouds; what the forward peak of their scattering brings beyond that, as if it had come
  * straight, counts as scattered. */
 static void add_emission(np_march *m, double distance_end) {
-  np_spectrum factors[NP_VIEW_VOLUMES_MAX], straight, scaled;
-  for (unsigned v = 0; v < m->view->volume_count && m->scatter; v++)
+  np_spectrum factors[NP_INSTANCES_MAX], straight, scaled;
+  for (unsigned v = 0; v < m->world->clouds.count && m->scatter; v++)
     factors[v] = np_spectrum_subtract(np_spectrum_grey(1.0f),
-                                      np_spectrum_scale(m->view->volumes[v].albedo, m->scatter->phases[v].forward));
-  np_emission_march(m->view, m->ray, distance_end, m->scatter ? factors : NULL, &straight, &scaled);
+                                      np_spectrum_scale(m->world->clouds.at[v].albedo, m->scatter->phases[v].forward));
+  np_emission_march(m->world, m->ray, distance_end, m->scatter ? factors : NULL, &straight, &scaled);
   np_march_add(m, NP_COMPONENT_EMISSION, 1.0f, straight);
   np_march_add(m, NP_COMPONENT_MULTIPLE, 1.0f, np_spectrum_subtract(scaled, straight));
 }
@@ -57,8 +58,8 @@ static void break_step(np_march *m) {
 
 /* Gathers a piece of constant extinction, of which steps count `hiding` a metre, and `bound` at the cell's densest
  * point; lights the steps that end in it. */
-static void pass_piece(np_march *m, const np_media *all, const np_stretch *s, const float *extinction, double begin,
-                       float length, float hiding, float bound) {
+static void pass_piece(np_march *m, const np_ray_intervals *all, const np_ray_interval *s, const float *extinction,
+                       double begin, float length, float hiding, float bound) {
   if (!(hiding > 0.0f)) {
     break_step(m);
     return;
@@ -83,33 +84,34 @@ static void pass_piece(np_march *m, const np_media *all, const np_stretch *s, co
 }
 
 /* What one metre of a cloud of the view counts for in a step's hiding, over its extinction. */
-static float find_hiding(const np_march *m, const np_view_volume *volume) {
+static float find_hiding(const np_march *m, const np_instance *volume) {
   if (!m->scatter) return 1.0f;
-  return 1.0f - m->scatter->phases[volume - m->view->volumes].forward * np_spectrum_max(volume->albedo);
+  return 1.0f - m->scatter->phases[volume - m->world->clouds.at].forward * np_spectrum_max(volume->albedo);
 }
 
 /* The same of all that is active in a stretch, at the densest points of its cells. */
-static float find_bound(const np_media *all, const np_stretch *s, const float *hiding) {
+static float find_bound(const np_ray_intervals *all, const np_ray_interval *s, const float *hiding) {
   float sum = 0.0f;
-  for (unsigned i = 0; i < s->count; i++) sum += hiding[i] * np_medium_bound(&all->medium[s->active[i]]);
+  for (unsigned i = 0; i < s->count; i++) sum += hiding[i] * np_ray_instance_bound(&all->instance[s->active[i]]);
   return sum;
 }
 
 /* The cloud of a stretch whose voxels are smallest. */
-static const np_medium *find_finest(const np_media *all, const np_stretch *s) {
-  const np_medium *finest = &all->medium[s->active[0]];
+static const np_ray_instance *find_finest(const np_ray_intervals *all, const np_ray_interval *s) {
+  const np_ray_instance *finest = &all->instance[s->active[0]];
   for (unsigned i = 1; i < s->count; i++)
-    if (all->medium[s->active[i]].voxels_per_m > finest->voxels_per_m) finest = &all->medium[s->active[i]];
+    if (all->instance[s->active[i]].voxels_per_m > finest->voxels_per_m) finest = &all->instance[s->active[i]];
   return finest;
 }
 
 /* Pieces of a stretch whose error is small against what the ray has hidden with them. The depth counts for more than
  * one towards a light, as all that lies behind is seen through it. */
-static int count_pieces(const np_march *m, const np_media *all, const np_stretch *s, const float *hiding, float bound) {
+static int count_pieces(const np_march *m, const np_ray_intervals *all, const np_ray_interval *s, const float *hiding,
+                        float bound) {
   const float length = (float)(s->end - s->begin);
   float variation = 0.0f;
   for (unsigned i = 0; i < s->count; i++)
-    variation += hiding[i] * np_medium_variation(&all->medium[s->active[i]]) * length;
+    variation += hiding[i] * np_ray_instance_variation(&all->instance[s->active[i]]) * length;
   const float sheet = bound / find_finest(all, s)->voxels_per_m;
   const float hidden = np_minf(np_maxf(1.0f - m->carry + m->carry * sheet, np_march_opacity_least), 1.0f);
   const int count = np_track_count_samples(2.0f * variation * m->carry / (m->settings->tolerance * hidden));
@@ -124,9 +126,9 @@ static int fill_middles(int first, int count, float length, float middle[NP_BRIC
 }
 
 /* Cuts a stretch into equal pieces, and those into steps. */
-static void cross(np_march *m, const np_media *all, const np_stretch *s) {
-  float hiding[NP_VIEW_VOLUMES_MAX], found[NP_VIEW_VOLUMES_MAX][NP_BRICK_LINE], middle[NP_BRICK_LINE];
-  for (unsigned i = 0; i < s->count; i++) hiding[i] = find_hiding(m, all->medium[s->active[i]].volume);
+static void cross(np_march *m, const np_ray_intervals *all, const np_ray_interval *s) {
+  float hiding[NP_INSTANCES_MAX], found[NP_INSTANCES_MAX][NP_BRICK_LINE], middle[NP_BRICK_LINE];
+  for (unsigned i = 0; i < s->count; i++) hiding[i] = find_hiding(m, all->instance[s->active[i]].volume);
   if (!np_step_goes_on(&m->step, all, s)) break_step(m);
   const float bound = find_bound(all, s, hiding);
   const int count = count_pieces(m, all, s, hiding, bound);
@@ -134,9 +136,9 @@ static void cross(np_march *m, const np_media *all, const np_stretch *s) {
   for (int first = 0; first < count && m->carry > 0.0f; first += NP_BRICK_LINE) {
     const int some = fill_middles(first, count, length, middle);
     for (unsigned i = 0; i < s->count; i++)
-      np_medium_fill_extinction(&all->medium[s->active[i]], s->begin, middle, some, found[i]);
+      np_ray_instance_fill_extinction(&all->instance[s->active[i]], s->begin, middle, some, found[i]);
     for (int k = 0; k < some && m->carry > 0.0f; k++) {
-      float extinction[NP_VIEW_VOLUMES_MAX], sum = 0.0f;
+      float extinction[NP_INSTANCES_MAX], sum = 0.0f;
       for (unsigned i = 0; i < s->count; i++) sum += hiding[i] * (extinction[i] = found[i][k]);
       pass_piece(m, all, s, extinction, s->begin + (double)((float)(first + k) * length), length, sum, bound);
     }
@@ -144,19 +146,21 @@ static void cross(np_march *m, const np_media *all, const np_stretch *s) {
 }
 
 /* The longest step, m: of that cloud whose voxels are smallest. */
-static float find_step_length(const np_march *m, const np_media *all) {
+static float find_step_length(const np_march *m, const np_ray_intervals *all) {
   float voxels_per_m = 0.0f;
-  for (unsigned i = 0; i < all->count; i++) voxels_per_m = np_maxf(voxels_per_m, all->medium[i].voxels_per_m);
+  for (unsigned i = 0; i < all->count; i++) voxels_per_m = np_maxf(voxels_per_m, all->instance[i].voxels_per_m);
   return m->settings->step_voxels / voxels_per_m;
 }
 
-static void start(np_march *m, const np_scene_view *view, const np_integrator_settings *settings,
-                  const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
-  m->view = view;
+static void start(np_march *m, const np_world *world, const np_lighting *lighting,
+                  const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
+                  np_integrator_sample *out) {
+  m->world = world;
+  m->lighting = lighting;
   m->settings = settings;
   m->ray = ray;
   m->random = random;
-  m->scatter = settings->scattering_max > 1 ? view->multi_scatter : NULL;
+  m->scatter = settings->scattering_max > 1 ? lighting->scattering : NULL;
   m->scaled = np_spectrum_grey(1.0f);
   m->peak_depth = np_spectrum_grey(0.0f);
   m->carry = m->transmittance = 1.0f;
@@ -166,45 +170,47 @@ static void start(np_march *m, const np_scene_view *view, const np_integrator_se
   m->out = out;
 }
 
-void NP_KERNEL(np_march_sample)(const np_scene_view *view, const np_integrator_settings *settings,
-                                const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
+void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighting,
+                                const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
+                                np_integrator_sample *out) {
   *out = (np_integrator_sample){.transmittance = 1.0f};
   np_ground_hit hit;
-  out->is_ground_behind = np_ground_intersect(view, ray->origin, ray->direction, &hit);
+  out->is_ground_behind = np_world_intersect_ground(world, ray->origin, ray->direction, &hit);
   np_march m; /* member by member: its tables are large, and filled for the clouds there are */
-  start(&m, view, settings, ray, random, out);
-  np_media all;
-  np_media_start(&all, view, ray, out->is_ground_behind ? hit.distance_m : HUGE_VAL);
+  start(&m, world, lighting, settings, ray, random, out);
+  np_ray_intervals all;
+  np_ray_intervals_start(&all, &world->clouds, ray->origin, ray->direction,
+                         out->is_ground_behind ? hit.distance_m : HUGE_VAL);
   if (all.count > 0) {
-    m.to_sun = np_light_sample_sun(view, np_random_float(random), np_random_float(random));
+    m.to_sun = np_world_sample_sun(world, np_random_float(random), np_random_float(random));
     (m.scatter ? NP_KERNEL(np_march_start_scaled) : NP_KERNEL(np_march_start_look))(&m);
     m.step_length_m = find_step_length(&m, &all);
     set_knot(&m, ray->jitter);
-    np_stretch s;
-    while (m.carry > 0.0f && np_media_next(&all, &s)) cross(&m, &all, &s);
+    np_ray_interval s;
+    while (m.carry > 0.0f && np_ray_intervals_next(&all, &s)) cross(&m, &all, &s);
     close_step(&m);
   }
-  if (view->emission) add_emission(&m, out->is_ground_behind ? hit.distance_m : HUGE_VAL);
+  if (world->emission) add_emission(&m, out->is_ground_behind ? hit.distance_m : HUGE_VAL);
   out->transmittance = m.transmittance;
-  np_surroundings_add_behind(view, settings, ray, out->is_ground_behind ? &hit : NULL, m.transmittance,
+  np_surroundings_add_behind(world, lighting, settings, ray, out->is_ground_behind ? &hit : NULL, m.transmittance,
                              NP_KERNEL(np_march_shadow), random, out);
   if (m.scatter)
-    np_surroundings_add_peak(view, settings, ray, out->is_ground_behind ? &hit : NULL,
+    np_surroundings_add_peak(world, lighting, settings, ray, out->is_ground_behind ? &hit : NULL,
                              np_spectrum_subtract(m.scaled, np_spectrum_grey(m.transmittance)),
                              NP_KERNEL(np_march_shadow), random, out);
 }
 
-double NP_KERNEL(np_march_half_distance)(const np_scene_view *view, const np_camera_ray *ray, double distance_max) {
-  np_media all;
-  np_stretch s;
+double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_ray *ray, double distance_max) {
+  np_ray_intervals all;
+  np_ray_interval s;
   float depth = 0.0f;
-  np_media_start(&all, view, ray, distance_max);
-  while (np_media_next(&all, &s)) {
+  np_ray_intervals_start(&all, &world->clouds, ray->origin, ray->direction, distance_max);
+  while (np_ray_intervals_next(&all, &s)) {
     const float length = (float)(s.end - s.begin) / NP_BRICK_EDGE;
     float extinction[NP_BRICK_EDGE] = {0.0f}, at[NP_BRICK_LINE] = {0.0f}, own[NP_BRICK_LINE];
     for (int k = 0; k < NP_BRICK_EDGE; k++) at[k] = length * ((float)k + 0.5f);
     for (unsigned i = 0; i < s.count; i++) {
-      np_medium_fill_extinction(&all.medium[s.active[i]], s.begin, at, NP_BRICK_EDGE, own);
+      np_ray_instance_fill_extinction(&all.instance[s.active[i]], s.begin, at, NP_BRICK_EDGE, own);
       for (int k = 0; k < NP_BRICK_EDGE; k++) extinction[k] += own[k];
     }
     for (int k = 0; k < NP_BRICK_EDGE; k++) {

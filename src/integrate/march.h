@@ -7,12 +7,10 @@
 #include "core/isa.h"
 #include "integrate/look.h"
 #include "integrate/step.h"
-#include "light/multi_scatter.h"
-#include "light/sun_cache.h"
-#include "light/viewer_light.h"
 
 typedef struct np_march {
-  const np_scene_view *view;
+  const np_world *world;
+  const np_lighting *lighting;
   const np_integrator_settings *settings;
   const np_camera_ray *ray;
   np_random *random;
@@ -24,23 +22,23 @@ typedef struct np_march {
   float step_length_m; /* of the longest */
   np_integrator_sample *out;
 
-  const np_multi_scatter *scatter;     /* NULL: a look stands for it */
+  const np_scattering_field *scatter;  /* NULL: a look stands for it */
   const np_viewer_light *viewer_light; /* of it, for this ray; NULL: none */
-  bool has_thrown;
-  bool is_grey;                    /* all clouds are of one albedo in all bands */
-  np_spectrum scaled;              /* transmittance of the scaled medium; grey 1 stays where there is none */
-  np_spectrum peak_depth;          /* optical depth that the scaled medium has less */
-  float sun_rate;                  /* how much faster light changes along the ray than its depth tells; at least 1 */
-  float sun_depth, sun_place;      /* towards the sun where a step was last lit, and of the ray up to there, scaled */
-  float passed;                    /* depth of the steps that have been lit, scaled */
+  bool has_outgoing;
+  bool is_grey;               /* all clouds are of one albedo in all bands */
+  np_spectrum scaled;         /* transmittance of the scaled medium; grey 1 stays where there is none */
+  np_spectrum peak_depth;     /* optical depth that the scaled medium has less */
+  float sun_rate;             /* how much faster light changes along the ray than its depth tells; at least 1 */
+  float sun_depth, sun_place; /* towards the sun where a step was last lit, and of the ray up to there, scaled */
+  float passed;               /* depth of the steps that have been lit, scaled */
 
   /* Of each cloud of the view, as the angle to the sun is the same all along the ray. */
   union {
-    float phase[NP_VIEW_VOLUMES_MAX][NP_LOOK_TERMS_MAX]; /* np_look_fill_phases() */
+    float phase[NP_INSTANCES_MAX][NP_LOOK_TERMS_MAX]; /* np_look_fill_phases() */
     struct {
       np_peak_column column;
-      float thrown[NP_HARMONIC_COUNT_MAX]; /* to the camera, of the solution's moments, where `has_thrown` */
-    } peak[NP_VIEW_VOLUMES_MAX];
+      float outgoing[NP_HARMONIC_COUNT_MAX]; /* to the camera, of the solution's moments, where `has_thrown` */
+    } peak[NP_INSTANCES_MAX];
   } sun;
 } np_march;
 
@@ -52,21 +50,12 @@ void NP_KERNEL(np_march_start_look)(np_march *m);
 void NP_KERNEL(np_march_light_look)(np_march *m, const np_step *s);
 
 /* Sunlight through the clouds on the ground (np_cloud_shadow_fn). */
-float NP_KERNEL(np_march_shadow)(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
-                                 np_vec3 to_sun, np_random *random);
-
-/* Optical depth of one cloud towards the sun: looked up where a cache knows it, else walked for. */
-static inline float np_march_find_cloud_depth(const np_scene_view *view, unsigned cloud, np_dvec3 position,
-                                              np_vec3 to_sun, const np_depth_question *question, float faded) {
-  const np_sun_cache *cache = view->sun_cache;
-  const float known =
-      cache ? np_sun_lattice_find(&cache->lattices[cloud], cache->depth_end, position, to_sun) : NP_SUN_DEPTH_UNKNOWN;
-  if (known != NP_SUN_DEPTH_UNKNOWN) return known;
-  return np_track_volume_depth(&view->volumes[cloud], position, to_sun, INFINITY, question, faded);
-}
+float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *lighting,
+                                 const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
+                                 np_random *random);
 
 /* 1 − cos of the angle between the ray and the way to the sun. */
-static inline float np_march_find_sun_versine(const np_march *m) {
+static inline float np_march_get_sun_versine(const np_march *m) {
   const np_vec3 d = m->ray->direction;
   return np_versine(d.x, d.y, d.z, m->to_sun.x, m->to_sun.y, m->to_sun.z);
 }
@@ -77,7 +66,7 @@ static inline void np_march_add(np_march *m, np_component component, float scale
 
 /* A weight below `least` becomes `least` with that probability which keeps its mean, or nothing: so that a light which
  * counts for little is seldom walked for. */
-static inline float np_march_settle(float weight, float least, np_random *random) {
+static inline float np_march_roulette(float weight, float least, np_random *random) {
   if (weight >= least) return weight;
   return np_random_float(random) * least < weight ? least : 0.0f;
 }
@@ -94,7 +83,7 @@ static const float np_march_opacity_least = 1e-4f;
 /* What the light of a step that hides `opacity` may be wrong by, so that the ray's is right to the tolerance: with
  * look-ups that go as error^{−½}, the fewest are needed where it is as opacity^{−⅔}. A step hides a quarter of its ray
  * or so. */
-static inline float np_march_find_light_error(const np_march *m, float opacity) {
+static inline float np_march_get_light_error(const np_march *m, float opacity) {
   const float all = np_maxf(1.0f - m->carry + opacity, np_march_opacity_least);
   const float ratio = 0.25f * all / np_maxf(opacity, 1e-6f);
   return m->settings->tolerance * np_cbrtf_rough(ratio * ratio);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The lighting of a step in the scaled medium of the multiple scattering's solution (light/multi_scatter.h): σ′ = Σ k·σ
- * for σ. Its source is sunlight that came as if straight, times the direct term D (light/scaled_phase.c), and the
- * solution's moments towards the camera. Compiled once per instruction-set level. */
+/* The lighting of a step in the scaled medium of the multiple scattering's solution (transport/scattering_field.h): σ′
+ * = Σ k·σ for σ. Its source is sunlight that came as if straight, times the direct term D (transport/scaled_phase.c),
+ * and the solution's moments towards the camera. Compiled once per instruction-set level. */
 #include "integrate/march.h"
 
 /* What depths let through, found once where they are the same in all bands. */
@@ -19,13 +19,13 @@ static np_spectrum find_opacity(const np_march *m, np_spectrum depth) {
 }
 
 void NP_KERNEL(np_march_start_scaled)(np_march *m) {
-  const float versine = np_march_find_sun_versine(m);
-  for (unsigned i = 0; i < m->view->volume_count; i++)
+  const float versine = np_march_get_sun_versine(m);
+  for (unsigned i = 0; i < m->world->clouds.count; i++)
     np_scaled_phase_fill_column(&m->scatter->phases[i], versine, &m->sun.peak[i].column);
-  const np_viewer_light *prepared = m->view->viewer_light;
+  const np_viewer_light *prepared = m->lighting->viewer_light;
   m->viewer_light = prepared && np_dvec3_is_equal(prepared->viewer, m->ray->origin) ? prepared : NULL;
-  m->has_thrown = false;
-  m->is_grey = np_view_is_grey(m->view);
+  m->has_outgoing = false;
+  m->is_grey = np_world_is_grey(m->world);
 }
 
 /* Optical depths from a point to the sun: of the scaled medium, of its forward peak, and of the medium whose peak is
@@ -38,12 +38,12 @@ typedef struct sun_depths {
 static float track_depths(const np_march *m, np_dvec3 position, float error, sun_depths *out) {
   *out = (sun_depths){0};
   float faded = 0.0f;
-  for (unsigned v = 0; v < m->view->volume_count && faded < NP_FAINT_DEPTH; v++) {
-    const np_view_volume *volume = &m->view->volumes[v];
+  for (unsigned v = 0; v < m->world->clouds.count && faded < NP_TRACK_DEPTH_MAX; v++) {
+    const np_instance *volume = &m->world->clouds.at[v];
     const float forward = m->scatter->phases[v].forward, least_forward = m->scatter->phases[v].least_forward;
-    const np_depth_question question = {1.0f - forward * np_spectrum_max(volume->albedo), error};
-    const float own = np_march_find_cloud_depth(m->view, v, position, m->to_sun, &question, faded);
-    faded += question.fade * own;
+    const np_depth_query query = {1.0f - forward * np_spectrum_max(volume->albedo), error};
+    const float own = np_lighting_get_cloud_depth(m->lighting, v, position, m->to_sun, &query, faded);
+    faded += query.fade * own;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
       const float scattering = own * volume->albedo.band[b];
       out->peak.band[b] += forward * scattering;
@@ -59,22 +59,23 @@ static float track_depths(const np_march *m, np_dvec3 position, float error, sun
  * solution. */
 typedef struct sunlight {
   float depth;
-  np_spectrum outside, irradiance, arriving, narrow;
+  np_spectrum outside, irradiance, arriving, delta_m_residual;
   np_peak_place place[NP_BAND_COUNT];
 } sunlight;
 
 static void find_sunlight(const np_march *m, np_dvec3 position, float error, sunlight *out) {
   out->depth = NP_SUN_DEPTH_UNKNOWN;
-  out->outside = out->irradiance = np_light_sun(m->view, position, m->to_sun);
+  out->outside = out->irradiance = np_world_sunlight(m->world, position, m->to_sun);
   if (np_spectrum_is_zero(out->outside)) return;
   sun_depths depths;
   out->depth = track_depths(m, position, error, &depths);
   const np_spectrum passed = find_transmittance(m, depths.scaled);
   out->irradiance = np_spectrum_multiply(out->outside, passed);
   out->arriving = find_transmittance(m, depths.peak);
-  if (m->scatter->narrow) out->narrow = np_spectrum_subtract(find_transmittance(m, depths.least), passed);
+  if (m->scatter->delta_m_residual)
+    out->delta_m_residual = np_spectrum_subtract(find_transmittance(m, depths.least), passed);
   for (int b = 0; b < NP_BAND_COUNT; b++)
-    out->place[b] = b > 0 && m->is_grey ? out->place[0] : np_peak_place_find(depths.peak.band[b]);
+    out->place[b] = b > 0 && m->is_grey ? out->place[0] : np_peak_place_get(depths.peak.band[b]);
 }
 
 /* Sunlight thrown towards the camera by each cloud of a step; `scattering` is its ϖτ times what one unit of that counts
@@ -84,7 +85,7 @@ static void add_sun(np_march *m, const np_step *s, const sunlight *sun, const np
                     np_spectrum leaving) {
   if (np_spectrum_is_zero(sun->irradiance)) return;
   for (unsigned i = 0; i < s->count; i++) {
-    const np_peak_column *column = &m->sun.peak[s->volume[i] - m->view->volumes].column;
+    const np_peak_column *column = &m->sun.peak[s->volume[i] - m->world->clouds.at].column;
     np_spectrum once, all;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
       once.band[b] = sun->arriving.band[b] * leaving.band[b] * (column->broad + column->sharp);
@@ -96,12 +97,12 @@ static void add_sun(np_march *m, const np_step *s, const sunlight *sun, const np
   }
 }
 
-static void fill_thrown(np_march *m) {
+static void fill_outgoing(np_march *m) {
   float harmonics[NP_HARMONIC_COUNT_MAX]; /* towards the camera */
   np_harmonics_eval(m->scatter->grid.degree, np_vec3_scale(m->ray->direction, -1.0f), harmonics);
-  for (unsigned i = 0; i < m->view->volume_count; i++)
-    np_multi_scatter_fill_thrown(&m->scatter->phases[i], harmonics, m->sun.peak[i].thrown);
-  m->has_thrown = true;
+  for (unsigned i = 0; i < m->world->clouds.count; i++)
+    np_scattering_field_fill_outgoing(&m->scatter->phases[i], harmonics, m->sun.peak[i].outgoing);
+  m->has_outgoing = true;
 }
 
 /* The solution at a place: the cells around it, for which light towards the camera is prepared, or its moments. */
@@ -114,16 +115,16 @@ typedef struct solution {
 static void find_solution(np_march *m, const np_step *s, np_dvec3 position, solution *out) {
   out->is_prepared = m->viewer_light && np_step_middle(s) >= m->viewer_light->distance_min;
   if (out->is_prepared) {
-    np_viewer_place_find(m->scatter, position, &out->cells);
+    np_viewer_place_get(m->scatter, position, &out->cells);
     return;
   }
-  if (!m->has_thrown) fill_thrown(m);
-  np_multi_scatter_gather(m->scatter, position, &out->moments);
+  if (!m->has_outgoing) fill_outgoing(m);
+  np_scattering_field_gather(m->scatter, position, &out->moments);
 }
 
-static np_spectrum throw_solution(const np_march *m, const solution *at, unsigned cloud) {
-  if (at->is_prepared) return np_viewer_light_throw(m->viewer_light, m->scatter, &at->cells, cloud);
-  return np_multi_scatter_throw(m->scatter, &at->moments, m->sun.peak[cloud].thrown);
+static np_spectrum eval_solution(const np_march *m, const solution *at, unsigned cloud) {
+  if (at->is_prepared) return np_viewer_light_outgoing(m->viewer_light, m->scatter, &at->cells, cloud);
+  return np_scattering_field_outgoing(m->scatter, &at->moments, m->sun.peak[cloud].outgoing);
 }
 
 /* How much of the light that was scattered narrowly follows the depth of the straight way to the sun within a cell:
@@ -134,10 +135,10 @@ static const float straightness = 0.75f;
  * what the solution has. */
 static np_spectrum find_detail(const np_march *m, const solution *at, const sunlight *sun) {
   np_spectrum detail = np_spectrum_grey(0.0f);
-  if (!m->scatter->narrow || np_spectrum_is_zero(sun->outside)) return detail;
-  const float *mean = at->is_prepared ? at->cells.narrow : at->moments.narrow;
+  if (!m->scatter->delta_m_residual || np_spectrum_is_zero(sun->outside)) return detail;
+  const float *mean = at->is_prepared ? at->cells.delta_m_residual : at->moments.delta_m_residual;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
-    detail.band[b] = sun->outside.band[b] * (sun->narrow.band[b] - mean[b % m->scatter->band_count]);
+    detail.band[b] = sun->outside.band[b] * (sun->delta_m_residual.band[b] - mean[b % m->scatter->band_count]);
   return np_spectrum_scale(detail, straightness);
 }
 
@@ -147,8 +148,8 @@ static void add_solution(np_march *m, np_dvec3 position, const np_step *s, const
   find_solution(m, s, position, &at);
   const np_spectrum detail = find_detail(m, &at, sun);
   for (unsigned i = 0; i < s->count; i++) {
-    const unsigned cloud = (unsigned)(s->volume[i] - m->view->volumes);
-    np_spectrum light = throw_solution(m, &at, cloud);
+    const unsigned cloud = (unsigned)(s->volume[i] - m->world->clouds.at);
+    np_spectrum light = eval_solution(m, &at, cloud);
     light = np_spectrum_add_scaled(light, m->sun.peak[cloud].column.broad, detail);
     for (int b = 0; b < NP_BAND_COUNT; b++) light.band[b] = np_maxf(light.band[b], 0.0f);
     np_march_add(m, NP_COMPONENT_MULTIPLE, 1.0f, np_spectrum_multiply(light, scattering[i]));
@@ -156,9 +157,9 @@ static void add_solution(np_march *m, np_dvec3 position, const np_step *s, const
 }
 
 /* Ends a faint ray, or makes it stand for others. */
-static void settle(np_march *m) {
+static void roulette(np_march *m) {
   m->carry = np_spectrum_max(m->scaled);
-  const float settled = np_march_settle(m->carry, m->settings->transmittance_end, m->random);
+  const float settled = np_march_roulette(m->carry, m->settings->transmittance_end, m->random);
   if (settled == m->carry) return;
   const float factor = settled / m->carry;
   m->scaled = np_spectrum_scale(m->scaled, factor);
@@ -169,14 +170,14 @@ static void settle(np_march *m) {
 /* Optical depth of a step, what of it is scattering, in all and in the peak, and what it hides. */
 typedef struct step_optics {
   float depth, opacity;
-  np_spectrum scattering[NP_VIEW_VOLUMES_MAX], all_scattering, peak, scaled_opacity;
+  np_spectrum scattering[NP_INSTANCES_MAX], all_scattering, peak, scaled_opacity;
 } step_optics;
 
 static void find_optics(const np_march *m, const np_step *s, step_optics *out) {
   out->depth = 0.0f;
   out->all_scattering = out->peak = np_spectrum_grey(0.0f);
   for (unsigned i = 0; i < s->count; i++) {
-    const float forward = m->scatter->phases[s->volume[i] - m->view->volumes].forward;
+    const float forward = m->scatter->phases[s->volume[i] - m->world->clouds.at].forward;
     out->scattering[i] = np_spectrum_scale(s->volume[i]->albedo, s->depth[i]);
     out->peak = np_spectrum_add_scaled(out->peak, forward, out->scattering[i]);
     out->all_scattering = np_spectrum_add(out->all_scattering, out->scattering[i]);
@@ -231,7 +232,7 @@ static np_dvec3 find_middle(const np_march *m, const np_step *s) {
 static void light(np_march *m, const np_step *s, step_optics *optics, const sunlight *sun) {
   const double middle = np_step_middle(s);
   const np_aerial_perspective air =
-      np_light_air(m->view, m->view->camera_sky, m->ray->origin, m->ray->direction, middle);
+      np_lighting_camera_air(m->lighting, m->world, m->ray->origin, m->ray->direction, middle);
   const float hidden = m->transmittance * optics->opacity;
   np_march_add(m, NP_COMPONENT_AIR, hidden, air.inscatter);
   np_integrator_add_opaque(m->out, hidden, middle, np_spectrum_scale(optics->all_scattering, 1.0f / optics->depth));
@@ -251,11 +252,11 @@ static void light(np_march *m, const np_step *s, step_optics *optics, const sunl
   m->scaled = np_spectrum_multiply(m->scaled, np_spectrum_subtract(np_spectrum_grey(1.0f), optics->scaled_opacity));
   m->transmittance *= 1.0f - optics->opacity;
   learn_sun_rate(m, s, sun->depth);
-  settle(m);
+  roulette(m);
 }
 
 static float find_error(const np_march *m, const step_optics *optics) {
-  return np_march_find_light_error(m, m->carry * np_spectrum_max(optics->scaled_opacity));
+  return np_march_get_light_error(m, m->carry * np_spectrum_max(optics->scaled_opacity));
 }
 
 void NP_KERNEL(np_march_light_scaled)(np_march *m, const np_step *s) {

@@ -4,36 +4,37 @@
  * light scattered more than once. Compiled once per instruction-set level. */
 #include "integrate/march.h"
 #include "integrate/surroundings.h"
-#include "light/ground_cache.h"
+#include "caches/ground_light.h"
 
-static float find_sun_depth(const np_scene_view *view, np_dvec3 position, np_vec3 to_sun,
-                            const np_depth_question *question) {
+static float get_sun_depth(const np_lighting *lighting, np_dvec3 position, np_vec3 to_sun,
+                           const np_depth_query *query) {
   float depth = 0.0f;
-  for (unsigned v = 0; v < view->volume_count && question->fade * depth < NP_FAINT_DEPTH; v++)
-    depth += np_march_find_cloud_depth(view, v, position, to_sun, question, question->fade * depth);
+  for (unsigned v = 0; v < lighting->sun_depths.clouds->count && query->fade * depth < NP_TRACK_DEPTH_MAX; v++)
+    depth += np_lighting_get_cloud_depth(lighting, v, position, to_sun, query, query->fade * depth);
   return depth;
 }
 
 /* Sunlight through the clouds on the ground. Where the clouds' own light on it is known, what the forward peak lets
  * down belongs to the beam. */
-float NP_KERNEL(np_march_shadow)(const np_scene_view *view, const np_integrator_settings *settings, np_dvec3 position,
-                                 np_vec3 to_sun, np_random *random) {
+float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *lighting,
+                                 const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
+                                 np_random *random) {
   (void)random;
-  const np_depth_question question = {.fade = 1.0f, .error = settings->tolerance};
-  if (!view->ground_cache) return np_transmittance(find_sun_depth(view, position, to_sun, &question));
+  const np_depth_query query = {.fade = 1.0f, .error = settings->tolerance};
+  if (!lighting->ground_light) return np_transmittance(get_sun_depth(lighting, position, to_sun, &query));
   float faded = 0.0f;
-  for (unsigned v = 0; v < view->volume_count && faded < NP_FAINT_DEPTH; v++) {
-    const float fade = view->ground_cache->fade[v];
-    const np_depth_question own = {fade, question.error};
-    faded += fade * np_march_find_cloud_depth(view, v, position, to_sun, &own, faded);
+  for (unsigned v = 0; v < world->clouds.count && faded < NP_TRACK_DEPTH_MAX; v++) {
+    const float fade = lighting->ground_light->fade[v];
+    const np_depth_query own = {fade, query.error};
+    faded += fade * np_lighting_get_cloud_depth(lighting, v, position, to_sun, &own, faded);
   }
   return np_transmittance(faded);
 }
 
 void NP_KERNEL(np_march_start_look)(np_march *m) {
-  const float versine = np_march_find_sun_versine(m);
-  for (unsigned i = 0; i < m->view->volume_count; i++)
-    np_look_fill_phases(&m->settings->look, &m->view->volumes[i].phase, versine, m->sun.phase[i]);
+  const float versine = np_march_get_sun_versine(m);
+  for (unsigned i = 0; i < m->world->clouds.count; i++)
+    np_look_fill_phases(&m->settings->look, &m->world->clouds.at[i].phase, versine, m->sun.phase[i]);
 }
 
 /* Light scattered once, and what stands for more. */
@@ -49,8 +50,8 @@ static void add_terms(np_march *m, np_component single, const float *phases, con
 /* What of the light from `direction` the clouds let through. */
 static void fill_transmittances(const np_march *m, np_dvec3 position, np_vec3 direction, float error,
                                 float out[NP_LOOK_TERMS_MAX]) {
-  const np_depth_question question = {np_look_fade(&m->settings->look), error};
-  np_look_fill_transmittances(&m->settings->look, np_track_depth(m->view, position, direction, &question), out);
+  const np_depth_query query = {np_look_fade(&m->settings->look), error};
+  np_look_fill_transmittances(&m->settings->look, np_track_depth(&m->world->clouds, position, direction, &query), out);
 }
 
 /* Sunlight scattered towards the camera at `position`, weighted: `share[i]` is what part of the step's opacity, times
@@ -58,19 +59,19 @@ static void fill_transmittances(const np_march *m, np_dvec3 position, np_vec3 di
 static void add_sun(np_march *m, np_dvec3 position, const np_step *s, const np_spectrum *share, float error,
                     np_spectrum weight) {
   const np_look *look = &m->settings->look;
-  const np_spectrum sun = np_spectrum_multiply(np_light_sun(m->view, position, m->to_sun), weight);
+  const np_spectrum sun = np_spectrum_multiply(np_world_sunlight(m->world, position, m->to_sun), weight);
   if (np_spectrum_is_zero(sun)) return;
   const bool is_slope = look->kind == NP_LOOK_DERIVATIVE;
   float transmittances[NP_LOOK_TERMS_MAX];
   if (is_slope) {
-    transmittances[0] = np_look_slope(look, m->view, position, m->to_sun);
+    transmittances[0] = np_look_slope(look, m->world, position, m->to_sun);
   } else {
-    const np_depth_question question = {np_look_fade(look), error};
-    np_look_fill_transmittances(look, find_sun_depth(m->view, position, m->to_sun, &question), transmittances);
+    const np_depth_query query = {np_look_fade(look), error};
+    np_look_fill_transmittances(look, get_sun_depth(m->lighting, position, m->to_sun, &query), transmittances);
   }
   for (unsigned i = 0; i < s->count; i++) {
-    const np_view_volume *volume = s->volume[i];
-    const float even = 1.0f / NP_PI_F, *phases = is_slope ? &even : m->sun.phase[volume - m->view->volumes];
+    const np_instance *volume = s->volume[i];
+    const float even = 1.0f / NP_PI_F, *phases = is_slope ? &even : m->sun.phase[volume - m->world->clouds.at];
     const np_spectrum light = np_spectrum_scale(sun, np_look_weight(look, volume, position));
     add_terms(m, NP_COMPONENT_SUN, phases, transmittances, np_spectrum_multiply(light, share[i]));
   }
@@ -116,8 +117,8 @@ static void add_surroundings(np_march *m, np_dvec3 position, const np_step *s, c
   const np_vec3 forward = m->ray->direction;
   const np_vec3 direction = draw_direction(phase, forward, m->random, &pdf);
   bool is_ground;
-  np_spectrum light = np_surroundings_incoming(m->view, m->settings, position, direction, NP_KERNEL(np_march_shadow),
-                                               m->random, &is_ground);
+  np_spectrum light = np_surroundings_incoming(m->world, m->lighting, m->settings, position, direction,
+                                               NP_KERNEL(np_march_shadow), m->random, &is_ground);
   light = np_spectrum_multiply(light, np_spectrum_multiply(weight, share[chosen]));
   if (np_spectrum_is_zero(light)) return;
   float transmittances[NP_LOOK_TERMS_MAX], phases[NP_LOOK_TERMS_MAX];
@@ -134,21 +135,20 @@ void NP_KERNEL(np_march_light_look)(np_march *m, const np_step *s) {
   float total = 0.0f;
   for (unsigned i = 0; i < s->count; i++) total += s->depth[i];
   const np_aerial_perspective air =
-      np_light_air(m->view, m->view->camera_sky, m->ray->origin, m->ray->direction, middle);
-  const float opacity = np_opacity(total), loss = m->transmittance * opacity,
-              error = np_march_find_light_error(m, loss);
+      np_lighting_camera_air(m->lighting, m->world, m->ray->origin, m->ray->direction, middle);
+  const float opacity = np_opacity(total), loss = m->transmittance * opacity, error = np_march_get_light_error(m, loss);
   np_march_add(m, NP_COMPONENT_AIR, loss, air.inscatter);
   m->carry = m->transmittance =
-      np_march_settle(m->transmittance * (1.0f - opacity), m->settings->transmittance_end, m->random);
-  np_spectrum share[NP_VIEW_VOLUMES_MAX];
+      np_march_roulette(m->transmittance * (1.0f - opacity), m->settings->transmittance_end, m->random);
+  np_spectrum share[NP_INSTANCES_MAX];
   for (unsigned i = 0; i < s->count; i++) {
     share[i] = np_spectrum_scale(s->volume[i]->albedo, s->depth[i] / total);
     np_integrator_add_opaque(m->out, loss * s->depth[i] / total, middle, s->volume[i]->albedo);
   }
   if (m->settings->scattering_max == 0) return;
   const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
-  const float sun = np_march_settle(loss, 0.1f * m->settings->tolerance, m->random),
-              sky = np_march_settle(loss, 0.1f, m->random);
+  const float sun = np_march_roulette(loss, 0.1f * m->settings->tolerance, m->random),
+              sky = np_march_roulette(loss, 0.1f, m->random);
   if (sun > 0.0f) add_sun(m, position, s, share, error, np_spectrum_scale(air.transmittance, sun));
   if (sky > 0.0f) add_surroundings(m, position, s, share, error, np_spectrum_scale(air.transmittance, sky));
 }

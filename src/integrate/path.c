@@ -11,11 +11,11 @@
  * over samples is the solution of the equation of transfer.
  *
  * With the air from tables, paths live in the clouds alone; where one leaves them it sees the sky or ground that the
- * scene view describes, and ends. Compiled once per instruction-set level.
+ * world describes, and ends. Compiled once per instruction-set level.
  */
 #include "integrate/path_light.h"
-#include "integrate/skyward.h"
-#include "integrate/sunward.h"
+#include "integrate/sky_next_event.h"
+#include "integrate/sun_branching.h"
 
 /* ---- Sky and ground ---- */
 
@@ -26,23 +26,23 @@ static bool may_branch(const np_path_state *path) { return path->depth < BRANCH_
 
 static void leave(const np_tracer *t, np_path_state *path);
 
-static void gather_sky(const np_tracer *t, const np_path_state *path, const np_skyward *sky, float share,
+static void gather_sky(const np_tracer *t, const np_path_state *path, const np_sky_next_event *sky, float share,
                        float density) {
   np_path_state ray;
-  if (np_skyward_start(path, sky, share, density, t->random, &ray)) leave(t, &ray);
+  if (np_sky_next_event_start(path, sky, share, density, t->random, &ray)) leave(t, &ray);
 }
 
 /* Light that clouds scatter once and that does not come straight from the sun is the sky's or the ground's. */
 static void meet_outside(const np_tracer *t, np_path_state *path, bool is_ground) {
   if (path->component == NP_COMPONENT_SUN) path->component = is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
-  np_skyward_meet(t, path);
+  np_sky_next_event_meet(t, path);
 }
 
 /* ---- Clouds ---- */
 
 /* The share of the sun's light that a ray brings. */
 static float find_sunlight(const np_tracer *t, const np_sun_ray *sun) {
-  return sun->transmittance * np_spectrum_max(sun->irradiance) / np_spectrum_max(t->view->sun_irradiance);
+  return sun->transmittance * np_spectrum_max(sun->irradiance) / np_spectrum_max(t->world->sun_irradiance);
 }
 
 static float eval_towards(const np_path_state *path, np_vec3 axis) {
@@ -51,41 +51,41 @@ static float eval_towards(const np_path_state *path, np_vec3 axis) {
 }
 
 /* The phase function towards a direction, and the density with which paths and branches take it. */
-static float eval_cloud(const np_path_state *path, const np_sunward *sunward, np_vec3 direction, float *out_density,
-                        float *out_prospect) {
+static float eval_cloud(const np_path_state *path, const np_sun_branching *branching, np_vec3 direction,
+                        float *out_density, float *out_expected_gain) {
   const float ahead = eval_towards(path, direction);
   const float steer = path->is_guided ? np_guide_steer(&path->guide, path->direction, direction) : 1.0f;
-  *out_density = ahead * steer + np_sunward_eval(sunward, direction, out_prospect);
+  *out_density = ahead * steer + np_sun_branching_eval(branching, direction, out_expected_gain);
   return ahead;
 }
 
 /* Gathers the light that is aimed at, and chooses branches by how much of it is the sun's. */
-static void gather_in_cloud(const np_tracer *t, const np_path_state *path, np_sunward *sunward) {
-  float density, prospect;
+static void gather_in_cloud(const np_tracer *t, const np_path_state *path, np_sun_branching *branching) {
+  float density, expected_gain;
   np_sun_ray sun;
-  if (np_path_aim_at_sun(t, path->position, np_sunward_faint_depth(sunward), &sun)) {
-    if (may_branch(path)) np_sunward_choose(sunward, find_sunlight(t, &sun));
-    const float phase = eval_cloud(path, sunward, sun.direction, &density, &prospect);
+  if (np_path_aim_at_sun(t, path->position, np_sun_branching_faint_depth(branching), &sun)) {
+    if (may_branch(path)) np_sun_branching_choose(branching, find_sunlight(t, &sun));
+    const float phase = eval_cloud(path, branching, sun.direction, &density, &expected_gain);
     np_path_gather_sun(t, path, &sun, np_spectrum_grey(phase), density);
   }
   np_glow_ray glow;
   if (np_path_aim_at_glow(t, path->position, &glow)) {
-    const float phase = eval_cloud(path, sunward, glow.direction, &density, &prospect);
+    const float phase = eval_cloud(path, branching, glow.direction, &density, &expected_gain);
     np_path_gather_glow(t, path, &glow, np_spectrum_grey(phase), density);
   }
-  np_skyward sky;
-  if (np_skyward_sample(t, path, &sky)) {
-    const float phase = eval_cloud(path, sunward, sky.direction, &density, &prospect);
+  np_sky_next_event sky;
+  if (np_sky_next_event_sample(t, path, &sky)) {
+    const float phase = eval_cloud(path, branching, sky.direction, &density, &expected_gain);
     gather_sky(t, path, &sky, phase, density);
   }
 }
 
 /* Turns a path into a direction that was drawn for it or for a branch. */
-static void turn(np_path_state *path, const np_sunward *sunward, np_vec3 direction) {
-  float prospect;
-  const float ahead = eval_cloud(path, sunward, direction, &path->density, &prospect);
+static void turn(np_path_state *path, const np_sun_branching *branching, np_vec3 direction) {
+  float expected_gain;
+  const float ahead = eval_cloud(path, branching, direction, &path->density, &expected_gain);
   path->direction = direction;
-  path->prospect = fmaxf(1.0f, prospect);
+  path->expected_gain = fmaxf(1.0f, expected_gain);
   if (path->density != ahead) path->throughput = np_spectrum_scale(path->throughput, ahead / path->density);
 }
 
@@ -111,12 +111,12 @@ static void follow_weaker(const np_tracer *t, np_path_state *path, np_path_state
   fly_on(t, branch);
 }
 
-static void scatter_in_cloud(const np_tracer *t, np_path_state *path, const np_sunward *sunward) {
+static void scatter_in_cloud(const np_tracer *t, np_path_state *path, const np_sun_branching *branching) {
   np_path_state branch = *path;
   np_vec3 direction;
-  const bool has_branch = np_sunward_sample(sunward, t->random, &direction);
-  if (has_branch) turn(&branch, sunward, direction);
-  turn(path, sunward, draw_direction(t, path));
+  const bool has_branch = np_sun_branching_sample(branching, t->random, &direction);
+  if (has_branch) turn(&branch, branching, direction);
+  turn(path, branching, draw_direction(t, path));
   if (has_branch) follow_weaker(t, path, &branch);
 }
 
@@ -124,7 +124,8 @@ static void scatter_in_cloud(const np_tracer *t, np_path_state *path, const np_s
 static bool find_guide(const np_tracer *t, np_path_state *path) {
   const float throughput = np_spectrum_max(path->throughput);
   if (!np_path_may_be_guided(t) || !(throughput > 0.0f)) return false;
-  if (!np_guide_find(t->view, path->volume, path->position, path->direction, &path->guide)) return false;
+  if (!np_guide_make(t->world, t->lighting->scattering, path->volume, path->position, path->direction, &path->guide))
+    return false;
   path->weight = throughput;
   if (!(path->reference > 0.0f)) path->reference = path->weight * path->guide.light;
   return true;
@@ -136,21 +137,21 @@ static unsigned count_copies(const np_tracer *t, np_path_state *path) {
   if (count >= 1.0f) return path->depth < SPLIT_DEPTH_MAX ? (unsigned)count : 1;
   const bool goes_on = np_random_float(t->random) < count;
   const float expected = path->guide.light * (goes_on ? 1.0f - 1.0f / count : 1.0f);
-  np_path_add_light(t, path, np_path_name_multiple(path), np_spectrum_scale(t->view->multi_scatter->colour, expected));
+  np_path_add_light(t, path, np_path_name_multiple(path), np_spectrum_scale(t->lighting->scattering->colour, expected));
   if (goes_on) path->throughput = np_spectrum_scale(path->throughput, 1.0f / count);
   return goes_on;
 }
 
-static void scatter_copies(const np_tracer *t, np_path_state *path, const np_sunward *sunward, unsigned count) {
+static void scatter_copies(const np_tracer *t, np_path_state *path, const np_sun_branching *branching, unsigned count) {
   if (count > 1) path->throughput = np_spectrum_scale(path->throughput, 1.0f / (float)count);
   if (path->is_guided) path->weight = np_spectrum_max(path->throughput);
   for (; count > 1; count--) {
     np_path_state copy = *path;
     copy.depth++;
-    scatter_in_cloud(t, &copy, sunward);
+    scatter_in_cloud(t, &copy, branching);
     fly_on(t, &copy);
   }
-  scatter_in_cloud(t, path, sunward);
+  scatter_in_cloud(t, path, branching);
 }
 
 /* False where the path is ended. */
@@ -159,11 +160,11 @@ static bool meet_cloud(const np_tracer *t, np_path_state *path) {
   path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
   if (!path->has_component) path->component = path->order == 1 ? NP_COMPONENT_SUN : NP_COMPONENT_MULTIPLE;
   path->is_guided = find_guide(t, path);
-  path->aims_at_sky = t->view->sky_guide && may_branch(path);
-  np_sunward sunward = np_sunward_make(t->view, &path->volume->phase);
-  gather_in_cloud(t, path, &sunward);
+  path->has_sky_next_event = t->lighting->sky_guide && may_branch(path);
+  np_sun_branching branching = np_sun_branching_make(t->world, &path->volume->phase);
+  gather_in_cloud(t, path, &branching);
   const unsigned copies = path->is_guided ? count_copies(t, path) : 1;
-  if (copies > 0) scatter_copies(t, path, &sunward, copies);
+  if (copies > 0) scatter_copies(t, path, &branching, copies);
   return copies > 0;
 }
 
@@ -172,7 +173,7 @@ static bool meet_cloud(const np_tracer *t, np_path_state *path) {
 static void meet_air(const np_tracer *t, np_path_state *path) {
   meet_outside(t, path, path->is_ground_ahead);
   const np_air_scatterer scatterer =
-      np_air_scatterer_make(t->view->atmosphere, &t->air_light, &path->air, path->position, path->direction);
+      np_air_scatterer_make(t->world->atmosphere, &t->air_light, &path->air, path->position, path->direction);
   np_sun_ray sun;
   if (np_path_aim_at_sun(t, path->position, np_track_faint_depth, &sun)) {
     const np_air_choice towards = np_air_scatterer_eval(&scatterer, sun.direction);
@@ -186,7 +187,7 @@ static void meet_air(const np_tracer *t, np_path_state *path) {
   np_air_choice choice;
   path->direction = np_air_scatterer_sample(&scatterer, path->hero.band, t->random, &choice);
   path->density = np_hero_mean(&path->hero, choice.density);
-  path->prospect = 1.0f;
+  path->expected_gain = 1.0f;
   np_hero_choose(&path->hero, &path->throughput, choice.value, choice.density);
 }
 
@@ -211,7 +212,7 @@ static void meet_ground(const np_tracer *t, np_path_state *path) {
   meet_outside(t, path, true);
   path->position = path->ground.position;
   path->throughput = np_spectrum_multiply(path->throughput, path->ground.albedo);
-  path->aims_at_sky = t->view->sky_guide && may_branch(path);
+  path->has_sky_next_event = t->lighting->sky_guide && may_branch(path);
   np_sun_ray sun;
   const bool is_lit = np_path_aim_at_sun(t, path->position, np_track_faint_depth, &sun);
   const float to_sun = is_lit ? eval_ground(path, sun.direction) : 0.0f;
@@ -219,25 +220,25 @@ static void meet_ground(const np_tracer *t, np_path_state *path) {
   np_glow_ray glow;
   const float to_glow = np_path_aim_at_glow(t, path->position, &glow) ? eval_ground(path, glow.direction) : 0.0f;
   if (to_glow > 0.0f) np_path_gather_glow(t, path, &glow, np_spectrum_grey(to_glow), to_glow);
-  np_skyward sky;
-  const float to_sky = np_skyward_sample(t, path, &sky) ? eval_ground(path, sky.direction) : 0.0f;
+  np_sky_next_event sky;
+  const float to_sky = np_sky_next_event_sample(t, path, &sky) ? eval_ground(path, sky.direction) : 0.0f;
   if (to_sky > 0.0f) gather_sky(t, path, &sky, to_sky, to_sky);
   float cosine;
   path->direction = sample_cosine(path->ground.normal, t->random, &cosine);
   path->density = cosine * (1.0f / NP_PI_F);
-  path->prospect = 1.0f;
+  path->expected_gain = 1.0f;
 }
 
 static void meet_space(const np_tracer *t, np_path_state *path) {
   np_path_meet_sun(t, path);
   meet_outside(t, path, false);
-  np_path_add_light(t, path, path->component, np_light_space(t->view, path->position, path->direction));
+  np_path_add_light(t, path, path->component, np_world_space_radiance(t->world, path->position, path->direction));
 }
 
 static void meet_surroundings(const np_tracer *t, np_path_state *path) {
   bool is_ground;
-  const np_spectrum incoming = np_surroundings_incoming(t->view, t->settings, path->position, path->direction,
-                                                        np_path_shadow, t->random, &is_ground);
+  const np_spectrum incoming = np_surroundings_incoming(t->world, t->lighting, t->settings, path->position,
+                                                        path->direction, np_path_shadow, t->random, &is_ground);
   if (!is_ground) np_path_meet_sun(t, path);
   meet_outside(t, path, is_ground);
   np_path_add_light(t, path, path->component, incoming);
@@ -257,8 +258,8 @@ static np_spectrum choose_end(const np_tracer *t, const np_path_state *path, np_
                               np_spectrum transmittance) {
   np_spectrum albedo = np_spectrum_grey(1.0f);
   if (end == NP_PATH_GROUND) albedo = path->ground.albedo;
-  if (end == NP_PATH_SPACE && !np_light_sun_covers(t->view, path->direction) &&
-      np_spectrum_is_zero(np_light_space(t->view, path->position, path->direction)))
+  if (end == NP_PATH_SPACE && !np_world_sun_covers(t->world, path->direction) &&
+      np_spectrum_is_zero(np_world_space_radiance(t->world, path->position, path->direction)))
     albedo = np_spectrum_grey(0.0f);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float behind = albedo.band[b] * transmittance.band[b];
@@ -271,7 +272,7 @@ static np_spectrum choose_end(const np_tracer *t, const np_path_state *path, np_
 static bool leap(const np_tracer *t, np_path_state *path, np_path_event end, double length_m,
                  np_air_collision *collision) {
   np_air_flight flight;
-  np_air_flight_build(t->view->atmosphere, &t->air_light, path->position, path->direction, length_m, PANELS, &flight);
+  np_air_flight_build(t->world->atmosphere, &t->air_light, path->position, path->direction, length_m, PANELS, &flight);
   if (!flight.path.panel_count) return false;
   const np_spectrum passing = choose_end(t, path, end, flight.transmittance);
   if (np_random_double(t->random) < (double)passing.band[path->hero.band]) {
@@ -288,7 +289,7 @@ static bool leap(const np_tracer *t, np_path_state *path, np_path_event end, dou
 /* Whether the air ends a flight before its length does; where it does is in `collision`. */
 static bool collide_with_air(const np_tracer *t, np_path_state *path, np_path_event end, double length_m,
                              np_air_collision *collision) {
-  const neph_atmosphere *atmosphere = t->view->atmosphere;
+  const neph_atmosphere *atmosphere = t->world->atmosphere;
   if (length_m > leap_m && np_air_light_is_low(atmosphere, &t->air_light, path->position))
     return leap(t, path, end, length_m, collision);
   const bool collides =
@@ -300,15 +301,15 @@ static bool collide_with_air(const np_tracer *t, np_path_state *path, np_path_ev
 /* Finds the ground before a distance, if it is there. */
 static bool find_ground(const np_tracer *t, np_path_state *path, double distance) {
   const np_dvec3 next = np_dvec3_along(path->position, path->direction, distance);
-  return np_track_may_meet_ground(t->view, path->position, next) &&
-         np_ground_intersect(t->view, path->position, path->direction, &path->ground) &&
+  return np_world_may_meet_ground(t->world, path->position, next) &&
+         np_world_intersect_ground(t->world, path->position, path->direction, &path->ground) &&
          path->ground.distance_m < distance;
 }
 
 /* What a flight ends with: this, or the air before it. */
 static np_path_event fly_through_air(const np_tracer *t, np_path_state *path, np_path_event end, double *distance) {
   np_air_collision collision;
-  if (!t->settings->is_air_traced || !t->view->atmosphere || !collide_with_air(t, path, end, *distance, &collision))
+  if (!t->settings->is_air_traced || !t->world->atmosphere || !collide_with_air(t, path, end, *distance, &collision))
     return end;
   *distance = collision.distance_m;
   path->air = collision.air;
@@ -316,9 +317,9 @@ static np_path_event fly_through_air(const np_tracer *t, np_path_state *path, np
 }
 
 /* Whether all that a path may meet outside the clouds is the sun's disk. */
-static bool is_dark_outside(const np_scene_view *view) {
-  return !view->atmosphere && !view->has_planet && !view->terrain && !view->night && !view->emission &&
-         np_spectrum_is_zero(view->environment_radiance);
+static bool is_dark_outside(const np_world *world) {
+  return !world->atmosphere && !world->has_planet && !world->terrain && !world->night && !world->emission &&
+         np_spectrum_is_zero(world->environment_radiance);
 }
 
 /* Bounds of clouds are looked for as far as this: beyond, one flight in four hundred leaves. */
@@ -328,18 +329,19 @@ static const double rim_depth = 6.0;
  * weighs as much as that was likely. A path that leaves is a path lost, and what noise guided paths had left in slabs
  * was mostly that. */
 static np_flight start_flight(const np_tracer *t, const np_path_state *path) {
-  const double spared = path->is_guided ? np_guide_find_spared(&path->guide, path->direction) : 0.0;
-  const np_flight flight = np_flight_start(np_track_flight(t->random), spared);
-  if (!path->is_guided || !is_dark_outside(t->view) || np_light_sun_covers(t->view, path->direction)) return flight;
-  const double bound = np_flight_bound(t->view, path->position, path->direction, INFINITY, &flight, rim_depth);
-  return bound < rim_depth ? np_flight_force(bound, spared, t->random) : flight;
+  const double stretch_fraction = path->is_guided ? np_guide_get_stretch_fraction(&path->guide, path->direction) : 0.0;
+  const np_flight flight = np_flight_start(np_track_flight(t->random), stretch_fraction);
+  if (!path->is_guided || !is_dark_outside(t->world) || np_world_sun_covers(t->world, path->direction)) return flight;
+  const double bound =
+      np_flight_bound(&t->world->clouds, path->position, path->direction, INFINITY, &flight, rim_depth);
+  return bound < rim_depth ? np_flight_force(bound, stretch_fraction, t->random) : flight;
 }
 
 /* The next collision with a cloud. */
 static double fly_through_clouds(const np_tracer *t, np_path_state *path) {
   np_flight flight = start_flight(t, path);
-  const double distance =
-      np_track_collision(t->view, path->position, path->direction, INFINITY, &flight, t->random, &path->volume);
+  const double distance = np_track_collision(&t->world->clouds, path->position, path->direction, INFINITY, &flight,
+                                             t->random, &path->volume);
   if (path->is_guided) path->throughput = np_spectrum_scale(path->throughput, np_flight_weight(&flight));
   return distance;
 }
@@ -353,7 +355,7 @@ static np_path_event fly(const np_tracer *t, np_path_state *path) {
     event = NP_PATH_GROUND;
     distance = path->ground.distance_m;
   }
-  if (t->view->emission) np_path_collect_glow(t, path, distance);
+  if (t->world->emission) np_path_collect_glow(t, path, distance);
   if (!t->settings->is_air_traced && (event == NP_PATH_SPACE || event == NP_PATH_GROUND)) return NP_PATH_SURROUNDINGS;
   event = fly_through_air(t, path, event, &distance);
   if (event != NP_PATH_SPACE) path->position = np_dvec3_along(path->position, path->direction, distance);
@@ -366,8 +368,8 @@ static np_path_event fly_past_clouds(const np_tracer *t, np_path_state *path) {
   double distance = path->is_ground_ahead ? path->ground.distance_m : HUGE_VAL;
   const np_path_event end = path->is_ground_ahead ? NP_PATH_GROUND : NP_PATH_SPACE;
   const np_path_event event = fly_through_air(t, path, end, &distance);
-  const float transmittance =
-      np_track_transmittance(t->view, path->position, path->direction, distance, np_track_faint_depth, t->random);
+  const float transmittance = np_track_transmittance(&t->world->clouds, path->position, path->direction, distance,
+                                                     np_track_faint_depth, t->random);
   path->throughput = np_spectrum_scale(path->throughput, transmittance);
   if (!t->settings->is_air_traced) return NP_PATH_SURROUNDINGS;
   if (event == NP_PATH_AIR) path->position = np_dvec3_along(path->position, path->direction, distance);
@@ -384,7 +386,7 @@ static void leave(const np_tracer *t, np_path_state *path) {
 /* Russian roulette on a path that is weak for what light it may still meet; false ends it. Guided ones are counted. */
 static bool survive(np_path_state *path, np_random *random) {
   if (path->is_guided) return true;
-  const float weight = np_spectrum_max(path->throughput) / path->weight * path->prospect;
+  const float weight = np_spectrum_max(path->throughput) / path->weight * path->expected_gain;
   if (weight >= 0.25f) return true;
   if (!(np_random_float(random) < weight)) return false;
   path->throughput = np_spectrum_scale(path->throughput, 1.0f / weight);

@@ -5,11 +5,12 @@
  * what is behind: however little there is in the way, it is seen without noise of its own. From each first vertex a
  * path is followed (path.c). Compiled once per instruction-set level.
  */
-#include "integrate/emission.h"
-#include "integrate/path.h"
+#include "integrate/emission_rays.h"
+#include "integrate/path_state.h"
 
-void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
-                               const np_camera_ray *ray, np_random *random, np_integrator_sample *out);
+void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lighting,
+                               const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
+                               np_integrator_sample *out);
 
 static np_path_state start_path(const np_camera_ray *ray, double distance, np_spectrum throughput) {
   return (np_path_state){.position = np_dvec3_along(ray->origin, ray->direction, distance),
@@ -17,13 +18,13 @@ static np_path_state start_path(const np_camera_ray *ray, double distance, np_sp
                          .throughput = throughput,
                          .hero = {0, np_spectrum_grey(1.0f)},
                          .weight = np_spectrum_max(throughput),
-                         .prospect = 1.0f};
+                         .expected_gain = 1.0f};
 }
 
 /* Where a ray first collides with a cloud, if it does. `weight`: of the sample that does. */
 typedef struct cloud_hit {
   double distance; /* infinite: nowhere */
-  const np_view_volume *volume;
+  const np_instance *volume;
   float weight;
   float expected; /* light of the ray, as the view's solution has it; 0: not known */
 } cloud_hit;
@@ -35,12 +36,13 @@ static const double thin_depth = 1.0;
  * is behind would be seen with large weights. */
 static np_flight guide_flight(const np_tracer *t, const np_camera_ray *ray, float *out_expected) {
   np_guide guide;
-  double spared = 0.0;
-  if (np_path_may_be_guided(t) && np_guide_find_entry(t->view, ray->origin, ray->direction, &guide)) {
-    spared = fmax(np_guide_find_spared(&guide, ray->direction), 0.0);
+  double stretch_fraction = 0.0;
+  if (np_path_may_be_guided(t) &&
+      np_guide_make_entry(t->world, t->lighting->scattering, ray->origin, ray->direction, &guide)) {
+    stretch_fraction = fmax(np_guide_get_stretch_fraction(&guide, ray->direction), 0.0);
     *out_expected = guide.light;
   }
-  return np_flight_start(np_track_flight(t->random), spared);
+  return np_flight_start(np_track_flight(t->random), stretch_fraction);
 }
 
 /* A ray of little depth M, counted in the clouds' bounds, has a tentative collision with probability 1 − e^{−M}. It is
@@ -49,12 +51,13 @@ static np_flight guide_flight(const np_tracer *t, const np_camera_ray *ray, floa
 static cloud_hit find_cloud(const np_tracer *t, const np_camera_ray *ray, double distance_end) {
   cloud_hit hit = {.distance = HUGE_VAL, .weight = 1.0f};
   const np_flight whole = np_flight_start(0.0, 0.0);
-  const double bound = np_flight_bound(t->view, ray->origin, ray->direction, distance_end, &whole, thin_depth);
+  const double bound =
+      np_flight_bound(&t->world->clouds, ray->origin, ray->direction, distance_end, &whole, thin_depth);
   if (!(bound > 0.0)) return hit;
   const bool is_thin = bound < thin_depth;
   np_flight flight = is_thin ? np_flight_force(bound, 0.0, t->random) : guide_flight(t, ray, &hit.expected);
   hit.distance =
-      np_track_collision(t->view, ray->origin, ray->direction, distance_end, &flight, t->random, &hit.volume);
+      np_track_collision(&t->world->clouds, ray->origin, ray->direction, distance_end, &flight, t->random, &hit.volume);
   hit.weight = np_flight_weight(&flight);
   if (!isinf(hit.distance))
     t->out->transmittance = is_thin ? (float)exp(-bound) : 0.0f;
@@ -73,7 +76,7 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
   path.reference = hit->expected;
   NP_KERNEL(np_path_follow)(&inner, &path, NP_PATH_CLOUD);
   const np_aerial_perspective air =
-      np_light_air(t->view, t->view->camera_sky, ray->origin, ray->direction, hit->distance);
+      np_lighting_camera_air(t->lighting, t->world, ray->origin, ray->direction, hit->distance);
   for (int c = 0; c < NP_COMPONENT_COUNT; c++)
     np_path_add(t->out, (np_component)c, np_spectrum_multiply(scattered.component[c], air.transmittance));
   t->out->lost = np_spectrum_multiply(scattered.lost, air.transmittance);
@@ -83,8 +86,8 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
 static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud,
                            const np_ground_hit *ground) {
   if (!isinf(cloud->distance)) add_cloud_by_tables(t, ray, cloud);
-  np_surroundings_add_behind(t->view, t->settings, ray, ground, t->out->transmittance, np_path_shadow, t->random,
-                             t->out);
+  np_surroundings_add_behind(t->world, t->lighting, t->settings, ray, ground, t->out->transmittance, np_path_shadow,
+                             t->random, t->out);
 }
 
 /* Into how many panels a ray through all of the air is cut: more than elsewhere, for there is one such ray a sample. */
@@ -93,9 +96,9 @@ enum { CAMERA_PANELS = 20 };
 /* The air from the camera to a distance: what it lets through, and, added to a component, what it throws back. */
 static np_spectrum look_through_air(const np_tracer *t, const np_camera_ray *ray, double distance,
                                     np_component component, bool is_seen) {
-  if (!t->view->atmosphere) return np_spectrum_grey(1.0f);
+  if (!t->world->atmosphere) return np_spectrum_grey(1.0f);
   np_air_flight flight;
-  np_air_flight_build(t->view->atmosphere, &t->air_light, ray->origin, ray->direction, distance, CAMERA_PANELS,
+  np_air_flight_build(t->world->atmosphere, &t->air_light, ray->origin, ray->direction, distance, CAMERA_PANELS,
                       &flight);
   if (!is_seen || !flight.path.panel_count) return flight.transmittance;
   double place;
@@ -128,8 +131,8 @@ static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_gr
   const np_spectrum air = look_through_air(t, ray, ground ? ground->distance_m : HUGE_VAL, component, is_air_seen);
   const np_spectrum transmittance = np_spectrum_scale(air, t->out->transmittance);
   if (!ground) {
-    const np_spectrum light =
-        np_spectrum_add(np_light_space(t->view, ray->origin, ray->direction), np_light_disks(t->view, ray->direction));
+    const np_spectrum light = np_spectrum_add(np_world_space_radiance(t->world, ray->origin, ray->direction),
+                                              np_world_disk_radiance(t->world, ray->direction));
     np_path_add(t->out, component, np_spectrum_multiply(transmittance, light));
     return;
   }
@@ -154,22 +157,24 @@ static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *
 
 /* The sun's disk outshines what hides it: whether a ray's flight happens to pass the clouds is no measure of it. */
 static void look_for_disks(const np_tracer *t, const np_camera_ray *ray) {
-  if (np_spectrum_is_zero(np_light_disks(t->view, ray->direction))) return;
+  if (np_spectrum_is_zero(np_world_disk_radiance(t->world, ray->direction))) return;
   t->out->transmittance =
-      np_track_transmittance(t->view, ray->origin, ray->direction, INFINITY, np_track_faint_depth, t->random);
+      np_track_transmittance(&t->world->clouds, ray->origin, ray->direction, INFINITY, np_track_faint_depth, t->random);
 }
 
-void NP_KERNEL(np_path_sample)(const np_scene_view *view, const np_integrator_settings *settings,
-                               const np_camera_ray *ray, np_random *random, np_integrator_sample *out) {
+void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lighting,
+                               const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
+                               np_integrator_sample *out) {
   *out = (np_integrator_sample){.transmittance = 1.0f};
-  const bool has_sun = !np_spectrum_is_zero(view->sun_irradiance);
-  const np_tracer t = {view, settings, random, out, {view->to_sun, has_sun}, np_light_sun_solid_angle(view)};
+  const bool has_sun = !np_spectrum_is_zero(world->sun_irradiance);
+  const np_tracer t = {
+      world, lighting, settings, random, out, {world->to_sun, has_sun}, np_world_sun_solid_angle(world)};
   np_ground_hit ground;
-  out->is_ground_behind = np_ground_intersect(view, ray->origin, ray->direction, &ground);
+  out->is_ground_behind = np_world_intersect_ground(world, ray->origin, ray->direction, &ground);
   const double distance_end = out->is_ground_behind ? ground.distance_m : HUGE_VAL;
-  if (view->emission)
+  if (world->emission)
     np_path_add(out, NP_COMPONENT_EMISSION,
-                np_emission_along(view, ray->origin, ray->direction, distance_end, 1.0f, true, random));
+                np_emission_along(world, ray->origin, ray->direction, distance_end, 1.0f, true, random));
   const cloud_hit cloud = find_cloud(&t, ray, distance_end);
   if (!isinf(cloud.distance)) np_integrator_add_opaque(out, cloud.weight, cloud.distance, cloud.volume->albedo);
   if (!out->is_ground_behind) look_for_disks(&t, ray);

@@ -4,8 +4,8 @@
 #ifndef NP_INTEGRATE_PATH_LIGHT_H
 #define NP_INTEGRATE_PATH_LIGHT_H
 
-#include "integrate/emission.h"
-#include "integrate/path.h"
+#include "integrate/emission_rays.h"
+#include "integrate/path_state.h"
 
 static inline void np_path_add_light(const np_tracer *t, const np_path_state *path, np_component component,
                                      np_spectrum light) {
@@ -33,11 +33,12 @@ typedef struct np_sun_ray {
 /* False where no light comes: clouds are asked first, for in a thick one most rays end. */
 static inline bool np_path_aim_at_sun(const np_tracer *t, np_dvec3 position, double faint_depth, np_sun_ray *out) {
   if (!t->air_light.has_sun) return false;
-  out->direction = np_light_sample_sun(t->view, np_random_float(t->random), np_random_float(t->random));
-  out->transmittance = np_track_transmittance(t->view, position, out->direction, INFINITY, faint_depth, t->random);
+  out->direction = np_world_sample_sun(t->world, np_random_float(t->random), np_random_float(t->random));
+  out->transmittance =
+      np_track_transmittance(&t->world->clouds, position, out->direction, INFINITY, faint_depth, t->random);
   if (!(out->transmittance > 0.0f)) return false;
-  out->irradiance = t->settings->is_air_traced ? np_light_sun_ray(t->view, position, out->direction)
-                                               : np_light_sun(t->view, position, out->direction);
+  out->irradiance = t->settings->is_air_traced ? np_world_sunlight_exact(t->world, position, out->direction)
+                                               : np_world_sunlight(t->world, position, out->direction);
   return true;
 }
 
@@ -51,10 +52,10 @@ static inline void np_path_gather_sun(const np_tracer *t, const np_path_state *p
 
 /* Sunlight met by chance, on a way to space. */
 static inline void np_path_meet_sun(const np_tracer *t, const np_path_state *path) {
-  if (!np_light_sun_covers(t->view, path->direction)) return;
+  if (!np_world_sun_covers(t->world, path->direction)) return;
   const np_spectrum irradiance = t->settings->is_air_traced
-                                     ? t->view->sun_irradiance /* the flight has met what is in the way */
-                                     : np_light_sun(t->view, path->position, path->direction);
+                                     ? t->world->sun_irradiance /* the flight has met what is in the way */
+                                     : np_world_sunlight(t->world, path->position, path->direction);
   np_path_add_light(t, path, path->component,
                     np_spectrum_scale(irradiance, path->density / (1.0f + path->density * t->sun_sr)));
 }
@@ -68,16 +69,16 @@ typedef struct np_glow_ray {
 } np_glow_ray;
 
 static inline bool np_path_aim_at_glow(const np_tracer *t, np_dvec3 position, np_glow_ray *out) {
-  return t->view->emission && np_emission_draw_direction(t->view, position, np_random_double(t->random), t->random,
-                                                         &out->direction, &out->density);
+  return t->world->emission && np_emission_draw_direction(t->world, position, np_random_double(t->random), t->random,
+                                                          &out->direction, &out->density);
 }
 
 /* Light of what glows thrown on by the present vertex, `share` of it per steradian; `density` is that with which the
  * path may take the same direction, on whose flight it collects the other way's part (balance heuristic). */
 static inline void np_path_gather_glow(const np_tracer *t, const np_path_state *path, const np_glow_ray *glow,
                                        np_spectrum share, float density) {
-  const double end = np_emission_find_end(t->view, path->position, glow->direction);
-  const np_spectrum light = np_emission_along(t->view, path->position, glow->direction, end,
+  const double end = np_emission_get_end(t->world, path->position, glow->direction);
+  const np_spectrum light = np_emission_along(t->world, path->position, glow->direction, end,
                                               np_emission_far_step_voxels, t->settings->is_air_traced, t->random);
   np_path_add_light(t, path, np_path_name_multiple(path),
                     np_spectrum_scale(np_spectrum_multiply(light, share), 1.0f / (glow->density + density)));
@@ -87,11 +88,11 @@ static inline void np_path_gather_glow(const np_tracer *t, const np_path_state *
 static inline void np_path_collect_glow(const np_tracer *t, const np_path_state *path, double distance) {
   const bool is_traced = t->settings->is_air_traced;
   const double end =
-      isinf(distance) && !is_traced ? np_emission_find_end(t->view, path->position, path->direction) : distance;
-  const np_spectrum light = np_emission_collect(t->view, path->position, path->direction, end,
+      isinf(distance) && !is_traced ? np_emission_get_end(t->world, path->position, path->direction) : distance;
+  const np_spectrum light = np_emission_collect(t->world, path->position, path->direction, end,
                                                 np_emission_far_step_voxels, is_traced, t->random);
   if (np_spectrum_is_zero(light)) return;
-  const float drawn = np_emission_direction_density(t->view->emission, path->position, path->direction);
+  const float drawn = np_emission_direction_density(t->world->emission, path->position, path->direction);
   np_path_add_light(t, path, np_path_name_multiple(path),
                     np_spectrum_scale(light, path->density / (path->density + drawn)));
 }

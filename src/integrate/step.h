@@ -15,17 +15,17 @@
 #ifndef NP_INTEGRATE_STEP_H
 #define NP_INTEGRATE_STEP_H
 
-#include "integrate/stretch.h"
+#include "volume/ray_intervals.h"
 
 /* What has been gathered for one lighting. */
 typedef struct np_step {
   double begin;
   float length;
   unsigned count;
-  const np_view_volume *volume[NP_VIEW_VOLUMES_MAX];
-  float depth[NP_VIEW_VOLUMES_MAX]; /* optical depth of each in the step */
-  float hiding;                     /* depth by which the steps are equal, scaled where the march is */
-  float weight, moment;             /* sums of what is hidden, and of that times the distance from `begin` */
+  const np_instance *volume[NP_INSTANCES_MAX];
+  float depth[NP_INSTANCES_MAX]; /* optical depth of each in the step */
+  float hiding;                  /* depth by which the steps are equal, scaled where the march is */
+  float weight, moment;          /* sums of what is hidden, and of that times the distance from `begin` */
 } np_step;
 
 /* Where a step ends: what it may still gather. */
@@ -35,22 +35,22 @@ typedef struct np_step_knot {
   float hiding, bound; /* gathered so far: depth, and what it would be at the densest point of each cell */
 } np_step_knot;
 
-static inline void np_step_open(np_step *step, const np_media *all, const np_stretch *s, double begin) {
+static inline void np_step_open(np_step *step, const np_ray_intervals *all, const np_ray_interval *s, double begin) {
   step->begin = begin;
   step->length = 0.0f;
   step->count = s->count;
   for (unsigned i = 0; i < s->count; i++) {
-    step->volume[i] = all->medium[s->active[i]].volume;
+    step->volume[i] = all->instance[s->active[i]].volume;
     step->depth[i] = 0.0f;
   }
   step->hiding = step->weight = step->moment = 0.0f;
 }
 
 /* Whether a stretch goes on where the step ends, but for rounding, with the same clouds. */
-static inline bool np_step_goes_on(const np_step *step, const np_media *all, const np_stretch *s) {
+static inline bool np_step_goes_on(const np_step *step, const np_ray_intervals *all, const np_ray_interval *s) {
   const double gap = s->begin - (step->begin + (double)step->length);
   bool is_same = step->count == s->count && gap < 1e-6 * ((double)step->length + (s->end - s->begin));
-  for (unsigned i = 0; i < s->count && is_same; i++) is_same = step->volume[i] == all->medium[s->active[i]].volume;
+  for (unsigned i = 0; i < s->count && is_same; i++) is_same = step->volume[i] == all->instance[s->active[i]].volume;
   return is_same;
 }
 

@@ -5,77 +5,83 @@
 #define NP_INTEGRATE_SURROUNDINGS_H
 
 #include "core/units.h"
-#include "integrate/emission.h"
+#include "integrate/emission_rays.h"
 
 /* Transmittance of the clouds from a point towards the sun. */
-typedef float (*np_cloud_shadow_fn)(const np_scene_view *view, const np_integrator_settings *settings,
-                                    np_dvec3 position, np_vec3 to_sun, np_random *random);
+typedef float (*np_cloud_shadow_fn)(const np_world *world, const np_lighting *lighting,
+                                    const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
+                                    np_random *random);
 
 /* Radiance of Lambert ground under sun, clouds' shadow, sky and what glows. */
-static inline np_spectrum np_surroundings_ground(const np_scene_view *view, const np_integrator_settings *settings,
-                                                 const np_ground_hit *hit, np_cloud_shadow_fn shadow,
-                                                 np_random *random) {
-  np_spectrum irradiance = np_ground_sky_irradiance(view, hit);
-  const np_vec3 to_sun = np_light_sample_sun(view, np_random_float(random), np_random_float(random));
+static inline np_spectrum np_surroundings_ground(const np_world *world, const np_lighting *lighting,
+                                                 const np_integrator_settings *settings, const np_ground_hit *hit,
+                                                 np_cloud_shadow_fn shadow, np_random *random) {
+  np_spectrum irradiance = np_lighting_ground_irradiance(lighting, world, hit);
+  const np_vec3 to_sun = np_world_sample_sun(world, np_random_float(random), np_random_float(random));
   const float cosine = np_vec3_dot(hit->normal, to_sun);
   if (cosine > 0.0f) {
-    const np_spectrum sun = np_light_sun(view, hit->position, to_sun);
+    const np_spectrum sun = np_world_sunlight(world, hit->position, to_sun);
     if (!np_spectrum_is_zero(sun))
-      irradiance =
-          np_spectrum_add_scaled(irradiance, cosine * shadow(view, settings, hit->position, to_sun, random), sun);
+      irradiance = np_spectrum_add_scaled(
+          irradiance, cosine * shadow(world, lighting, settings, hit->position, to_sun, random), sun);
   }
-  if (view->emission)
-    irradiance = np_spectrum_add(irradiance, np_emission_irradiance(view, hit->position, hit->normal, random));
+  if (world->emission)
+    irradiance = np_spectrum_add(irradiance, np_emission_irradiance(world, hit->position, hit->normal, random));
   return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
 }
 
 /* Radiance that arrives at a cloud from outside along `direction`, the sun's disk excluded. */
-static inline np_spectrum np_surroundings_incoming(const np_scene_view *view, const np_integrator_settings *settings,
-                                                   np_dvec3 position, np_vec3 direction, np_cloud_shadow_fn shadow,
-                                                   np_random *random, bool *out_is_ground) {
+static inline np_spectrum np_surroundings_incoming(const np_world *world, const np_lighting *lighting,
+                                                   const np_integrator_settings *settings, np_dvec3 position,
+                                                   np_vec3 direction, np_cloud_shadow_fn shadow, np_random *random,
+                                                   bool *out_is_ground) {
   np_ground_hit hit;
-  *out_is_ground = np_ground_intersect(view, position, direction, &hit);
-  if (!*out_is_ground) return np_light_sky(view, view->cloud_sky, position, direction);
-  const np_spectrum ground = np_surroundings_ground(view, settings, &hit, shadow, random);
-  const np_aerial_perspective air = np_light_air(view, view->cloud_sky, position, direction, hit.distance_m);
+  *out_is_ground = np_world_intersect_ground(world, position, direction, &hit);
+  if (!*out_is_ground) return np_world_sky_radiance(world, world->cloud_sky, position, direction);
+  const np_spectrum ground = np_surroundings_ground(world, lighting, settings, &hit, shadow, random);
+  const np_aerial_perspective air = np_world_air(world, world->cloud_sky, position, direction, hit.distance_m);
   return np_spectrum_add(np_spectrum_multiply(ground, air.transmittance), air.inscatter);
 }
 
 /* Adds what the camera sees behind the clouds, seen through `transmittance` of them. `hit` NULL: sky. */
-static inline void np_surroundings_add_behind(const np_scene_view *view, const np_integrator_settings *settings,
-                                              const np_camera_ray *ray, const np_ground_hit *hit, float transmittance,
-                                              np_cloud_shadow_fn shadow, np_random *random, np_integrator_sample *out) {
+static inline void np_surroundings_add_behind(const np_world *world, const np_lighting *lighting,
+                                              const np_integrator_settings *settings, const np_camera_ray *ray,
+                                              const np_ground_hit *hit, float transmittance, np_cloud_shadow_fn shadow,
+                                              np_random *random, np_integrator_sample *out) {
   if (transmittance <= 0.0f) return;
   if (hit) {
     np_integrator_add_opaque(out, transmittance, hit->distance_m, hit->albedo);
     const np_aerial_perspective air =
-        np_light_air(view, view->camera_sky, ray->origin, ray->direction, hit->distance_m);
+        np_lighting_camera_air(lighting, world, ray->origin, ray->direction, hit->distance_m);
     const np_spectrum ground =
-        np_spectrum_multiply(np_surroundings_ground(view, settings, hit, shadow, random), air.transmittance);
+        np_spectrum_multiply(np_surroundings_ground(world, lighting, settings, hit, shadow, random), air.transmittance);
     out->component[NP_COMPONENT_TERRAIN] =
         np_spectrum_add_scaled(out->component[NP_COMPONENT_TERRAIN], transmittance, ground);
     out->component[NP_COMPONENT_AIR] =
         np_spectrum_add_scaled(out->component[NP_COMPONENT_AIR], transmittance, air.inscatter);
     return;
   }
-  out->component[NP_COMPONENT_BACKGROUND] = np_spectrum_add_scaled(
-      out->component[NP_COMPONENT_BACKGROUND], transmittance, np_light_background(view, ray->origin, ray->direction));
+  out->component[NP_COMPONENT_BACKGROUND] =
+      np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], transmittance,
+                             np_lighting_background(lighting, world, ray->origin, ray->direction));
 }
 
 /* Adds what lies behind the clouds and reaches the camera by scattering in the forward peak alone, as if it had gone
  * straight on: `weight` of it. The sun's disk has no part in it; its peak is in what the clouds themselves throw. */
-static inline void np_surroundings_add_peak(const np_scene_view *view, const np_integrator_settings *settings,
-                                            const np_camera_ray *ray, const np_ground_hit *hit, np_spectrum weight,
-                                            np_cloud_shadow_fn shadow, np_random *random, np_integrator_sample *out) {
+static inline void np_surroundings_add_peak(const np_world *world, const np_lighting *lighting,
+                                            const np_integrator_settings *settings, const np_camera_ray *ray,
+                                            const np_ground_hit *hit, np_spectrum weight, np_cloud_shadow_fn shadow,
+                                            np_random *random, np_integrator_sample *out) {
   if (np_spectrum_max(weight) < 1e-5f) return;
   np_spectrum radiance;
   if (hit) {
     const np_aerial_perspective air =
-        np_light_air(view, view->camera_sky, ray->origin, ray->direction, hit->distance_m);
-    radiance = np_spectrum_multiply(np_surroundings_ground(view, settings, hit, shadow, random), air.transmittance);
+        np_lighting_camera_air(lighting, world, ray->origin, ray->direction, hit->distance_m);
+    radiance =
+        np_spectrum_multiply(np_surroundings_ground(world, lighting, settings, hit, shadow, random), air.transmittance);
     radiance = np_spectrum_add(radiance, air.inscatter);
   } else {
-    radiance = np_light_sky(view, view->camera_sky, ray->origin, ray->direction);
+    radiance = np_lighting_camera_sky(lighting, world, ray->origin, ray->direction);
   }
   const np_component component = hit ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
   out->component[component] = np_spectrum_add(out->component[component], np_spectrum_multiply(weight, radiance));

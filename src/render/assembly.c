@@ -12,18 +12,19 @@
 #include "render/reference_frame.h"
 #include "volume/volume_private.h"
 
-typedef struct build {
+typedef struct assembly_build {
   const neph_scene *scene;
   np_plan *plan;
   np_monitor *monitor;
   np_assembly *assembly;
   np_scene_lights lights;
-} build;
+} assembly_build;
 
 static bool needs(const np_plan *plan, np_stage stage) { return plan->stages[stage].is_needed; }
 
 /* Terrain and volumes report, and are stopped, as parts of the picture. */
-static neph_result bake(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume **out_volume) {
+static neph_result bake(const assembly_build *b, const np_scene_cloud *cloud, const char *path,
+                        neph_volume **out_volume) {
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = b->scene->atmosphere.planet_radius_m;
   desc.precision = cloud->precision;
@@ -35,7 +36,7 @@ static neph_result bake(const build *b, const np_scene_cloud *cloud, const char 
   return neph_cloud_bake_file(context, &at_frame, &desc, "density", path);
 }
 
-static neph_volume_load_desc describe_load(const build *b, const np_scene_cloud *cloud) {
+static neph_volume_load_desc describe_load(const assembly_build *b, const np_scene_cloud *cloud) {
   neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   desc.grid = cloud->grid;
   desc.precision = cloud->precision;
@@ -46,7 +47,7 @@ static neph_volume_load_desc describe_load(const build *b, const np_scene_cloud 
 }
 
 /* Baked to memory. */
-static neph_result obtain_baked(const build *b, const np_scene_cloud *cloud, neph_volume **out_volume) {
+static neph_result obtain_baked(const assembly_build *b, const np_scene_cloud *cloud, neph_volume **out_volume) {
   neph_result result = bake(b, cloud, NULL, out_volume);
   if (result || (*out_volume)->value_max > 0.0f) return result;
   np_log(b->scene->context, NEPH_LOG_WARNING, "cloud %s: nothing of it was baked in frame %d: its coverage is %g",
@@ -58,7 +59,8 @@ static neph_result obtain_baked(const build *b, const np_scene_cloud *cloud, nep
 
 /* A cloud of one frame: read when it is on disk, else baked, to disk where the scene names a file. NULL where it holds
  * nothing. */
-static neph_result obtain(const build *b, const np_scene_cloud *cloud, const char *path, neph_volume **out_volume) {
+static neph_result obtain(const assembly_build *b, const np_scene_cloud *cloud, const char *path,
+                          neph_volume **out_volume) {
   np_cloud_source source;
   neph_result result = np_plan_find_source(b->scene, cloud, path, b->plan->desc.frame, &source);
   if (result) return result;
@@ -76,7 +78,7 @@ static neph_result obtain(const build *b, const np_scene_cloud *cloud, const cha
 
 /* A cloud being placed. */
 typedef struct cloud_build {
-  const build *b;
+  const assembly_build *b;
   const np_scene_cloud *cloud;
   unsigned index;
   const char *path; /* NULL: none */
@@ -105,7 +107,7 @@ static neph_result place_volume(cloud_build *c) {
   np_placement placement;
   neph_result result = np_placement_make(c->cloud, &c->anchor, a->volumes[c->index], c->b->monitor, &placement);
   if (result) return result;
-  a->placed[c->index] = placement.view;
+  a->placed[c->index] = placement.world;
   a->volume_count++;
   include_box(&c->low, &c->high, placement.bounds_min, placement.bounds_max);
   return load_phase(c);
@@ -167,7 +169,7 @@ static neph_result build_cloud_at(cloud_build *c) {
 
 static const np_dvec3 nowhere_low = {DBL_MAX, DBL_MAX, DBL_MAX}, nowhere_high = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
 
-static neph_result build_cloud(const build *b, unsigned index) {
+static neph_result build_cloud(const assembly_build *b, unsigned index) {
   const np_scene_cloud *cloud = &b->scene->clouds[index];
   neph_context *context = b->scene->context;
   char *path = cloud->vdb ? np_file_frame_name(context, cloud->vdb, b->plan->desc.frame) : NULL;
@@ -178,14 +180,14 @@ static neph_result build_cloud(const build *b, unsigned index) {
   return result;
 }
 
-static neph_result build_clouds(const build *b) {
+static neph_result build_clouds(const assembly_build *b) {
   np_assembly *a = b->assembly;
   const unsigned count = b->scene->cloud_count;
   a->clouds_min = nowhere_low;
   a->clouds_max = nowhere_high;
-  if (count > NP_VIEW_VOLUMES_MAX)
+  if (count > NP_INSTANCES_MAX)
     return np_fail(a->context, NEPH_ERROR_BAD_SCENE, "the scene has %u clouds, must be at most %d", count,
-                   NP_VIEW_VOLUMES_MAX);
+                   NP_INSTANCES_MAX);
   a->volumes = np_alloc(a->context, count, sizeof *a->volumes);
   a->placed = np_alloc(a->context, count, sizeof *a->placed);
   a->phase_tables = np_alloc(a->context, count, sizeof *a->phase_tables);
@@ -199,7 +201,7 @@ static neph_result build_clouds(const build *b) {
   return a->volume_count > 0 ? NEPH_OK : np_plan_leave_out_clouds(b->scene, b->plan);
 }
 
-static neph_result build_terrain(const build *b) {
+static neph_result build_terrain(const assembly_build *b) {
   const np_scene_terrain *terrain = &b->scene->terrain;
   neph_terrain_desc desc = terrain->desc;
   desc.planet_radius_m = b->scene->atmosphere.planet_radius_m;
@@ -215,7 +217,7 @@ static neph_result build_terrain(const build *b) {
   return neph_terrain_load(b->scene->context, terrain->heightfield, &desc, out);
 }
 
-static neph_result find_lights(build *b) {
+static neph_result find_lights(assembly_build *b) {
   b->lights = b->plan->lights;
   if (b->plan->are_lights_known) return NEPH_OK;
   double latitude = b->scene->latitude_rad, longitude = b->scene->longitude_rad;
@@ -224,7 +226,7 @@ static neph_result find_lights(build *b) {
   return np_scene_lights_find(b->scene, latitude, longitude, &b->lights);
 }
 
-static neph_result load_maps(const build *b) {
+static neph_result load_maps(const assembly_build *b) {
   const neph_scene *scene = b->scene;
   np_assembly *a = b->assembly;
   neph_result result = NEPH_OK;
@@ -243,7 +245,7 @@ static neph_result load_maps(const build *b) {
 /* ---- What depends on wavelength ---- */
 
 typedef struct packet_build {
-  const build *b;
+  const assembly_build *b;
   unsigned index;
   np_packet *packet;
 } packet_build;
@@ -271,7 +273,7 @@ static neph_result place_clouds(const packet_build *p) {
   if (!a->volume_count) return NEPH_OK;
   p->packet->placed = np_alloc(a->context, a->volume_count, sizeof *a->placed);
   if (!p->packet->placed) return NEPH_ERROR_OUT_OF_MEMORY;
-  np_view_volume *placed = p->packet->placed;
+  np_instance *placed = p->packet->placed;
   for (unsigned i = 0; i < a->cloud_count; i++) {
     if (!a->volumes[i]) continue;
     *placed = a->placed[i];
@@ -283,11 +285,11 @@ static neph_result place_clouds(const packet_build *p) {
 /* All that glows in the clouds, for the packet's wavelengths. */
 static neph_result build_emission(const packet_build *p) {
   const np_assembly *a = p->b->assembly;
-  np_glow glows[NP_VIEW_VOLUMES_MAX];
+  np_glow glows[NP_INSTANCES_MAX];
   unsigned count = 0;
-  const np_view_volume *placed = p->packet->placed;
+  const np_instance *placed = p->packet->placed;
   for (unsigned i = 0; i < a->cloud_count; i++) {
-    const np_view_volume *cloud = a->volumes[i] ? placed++ : NULL;
+    const np_instance *cloud = a->volumes[i] ? placed++ : NULL;
     if (a->glows[i].is_there) glows[count++] = np_cloud_glow_get(&a->glows[i], cloud);
   }
   if (count == 0) return NEPH_OK;
@@ -302,7 +304,7 @@ static neph_result build_packet(const packet_build *p) {
   if (needs(plan, NP_STAGE_ATMOSPHERE)) result = build_atmosphere(p);
   if (!result) result = place_clouds(p);
   if (!result) result = build_emission(p);
-  const build *b = p->b;
+  const assembly_build *b = p->b;
   const np_packet_lights_desc lights = {b->scene, plan, b->assembly, &b->lights, b->monitor};
   return result ? result : np_packet_lights_build(&lights, p->packet);
 }
@@ -326,7 +328,7 @@ static void choose_bands(const np_plan *plan, np_packet *packets) {
   }
 }
 
-static neph_result build_packets(const build *b) {
+static neph_result build_packets(const assembly_build *b) {
   np_assembly *a = b->assembly;
   const unsigned count = b->plan->packet_count;
   a->packets = np_alloc(a->context, count, sizeof *a->packets);
@@ -340,7 +342,7 @@ static neph_result build_packets(const build *b) {
 
 neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, np_monitor *monitor, np_assembly *out_assembly) {
   *out_assembly = (np_assembly){.context = scene->context, .skies = scene->skies, .lights = scene->lights};
-  build b = {.scene = scene, .plan = plan, .monitor = monitor, .assembly = out_assembly};
+  assembly_build b = {.scene = scene, .plan = plan, .monitor = monitor, .assembly = out_assembly};
   np_schedule_make(plan, scene->cloud_count, &out_assembly->schedule);
   neph_result result = np_camera_init(scene, plan->desc.width, plan->desc.height, &out_assembly->camera);
   if (!result && needs(plan, NP_STAGE_TERRAIN)) result = build_terrain(&b);
@@ -365,7 +367,7 @@ void np_assembly_clear(np_assembly *assembly) {
   for (unsigned i = 0; i < assembly->packet_count; i++) clear_packet(assembly, i);
   np_alloc_free(assembly->context, assembly->packets);
   for (int role = 0; role < NP_LIGHT_ROLES; role++)
-    np_light_store_give_depths(assembly->lights, (np_light_role)role, &assembly->sun_caches[role]);
+    np_light_store_give_depths(assembly->lights, (np_light_role)role, &assembly->sun_optical_depths[role]);
   for (unsigned i = 0; i < NP_LIGHTS_MAX; i++) np_air_visibility_clear(&assembly->air_visibilities[i]);
   for (unsigned i = 0; i < assembly->cloud_count; i++) {
     neph_volume_release(assembly->volumes[i]);

@@ -1,59 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/channels.h"
 
-static void add(np_channels *c, const char *name, np_channel_source source, unsigned part) {
-  c->channel[c->count++] = (np_channel){.name = name, .source = source, .part = part};
-}
+#include <stdio.h>
+#include <string.h>
 
-static void add_triple(np_channels *c, const char *const names[3], np_channel_source source) {
-  for (unsigned part = 0; part < 3; part++) add(c, names[part], source, part);
-}
-
-static void add_components(np_channels *c, const char *const names[NP_BAND_COUNT], unsigned components) {
-  add_triple(c, names, NP_CHANNEL_COMPONENTS);
-  for (unsigned b = 1; b <= NP_BAND_COUNT; b++) c->channel[c->count - b].components = components;
-}
-
-static void add_light(np_channels *c, unsigned aovs) {
-  static const struct {
-    np_aov aov;
-    np_component component;
-    const char *names[NP_BAND_COUNT];
-  } layers[] = {
-      {NP_AOV_BACKGROUND, NP_COMPONENT_BACKGROUND, {"background.R", "background.G", "background.B"}},
-      {NP_AOV_TERRAIN, NP_COMPONENT_TERRAIN, {"terrain.R", "terrain.G", "terrain.B"}},
-      {NP_AOV_AIR, NP_COMPONENT_AIR, {"air.R", "air.G", "air.B"}},
-      {NP_AOV_SUN, NP_COMPONENT_SUN, {"sun.R", "sun.G", "sun.B"}},
-      {NP_AOV_SKY, NP_COMPONENT_SKY, {"sky.R", "sky.G", "sky.B"}},
-      {NP_AOV_GROUND, NP_COMPONENT_GROUND, {"ground.R", "ground.G", "ground.B"}},
-      {NP_AOV_MULTIPLE, NP_COMPONENT_MULTIPLE, {"multiple.R", "multiple.G", "multiple.B"}},
-      {NP_AOV_EMISSION, NP_COMPONENT_EMISSION, {"emission.R", "emission.G", "emission.B"}},
-  };
-  for (size_t i = 0; i < sizeof layers / sizeof *layers; i++)
-    if (aovs & layers[i].aov) add_components(c, layers[i].names, c->beauty & 1u << layers[i].component);
-}
-
-void np_channels_choose(const np_plan *plan, bool has_background, float scale, np_channels *out) {
-  static const char *const beauty[] = {"R", "G", "B"}, *const albedo[] = {"albedo.R", "albedo.G", "albedo.B"};
-  static const char *const position[] = {"position.X", "position.Y", "position.Z"};
-  static const char *const variance[] = {"variance.R", "variance.G", "variance.B"};
-  static const char *const error[] = {"standard_error.R", "standard_error.G", "standard_error.B"};
-  const unsigned all = (1u << NP_COMPONENT_COUNT) - 1u, aovs = plan->aovs;
-  *out = (np_channels){.scale = scale, .beauty = has_background ? all : all & ~(1u << NP_COMPONENT_BACKGROUND)};
-  if (plan->has_beauty) add_components(out, beauty, out->beauty);
-  out->alpha = out->count;
-  add(out, "A", NP_CHANNEL_ALPHA, 0);
-  add(out, "Z", NP_CHANNEL_DEPTH, 0);
-  add_light(out, aovs);
-  if (aovs & NP_AOV_TRANSMITTANCE) add(out, "transmittance", NP_CHANNEL_TRANSMITTANCE, 0);
-  if (aovs & NP_AOV_ALBEDO) add_triple(out, albedo, NP_CHANNEL_ALBEDO);
-  if (aovs & NP_AOV_STANDARD_ERROR) add_triple(out, error, NP_CHANNEL_STANDARD_ERROR);
-  if (aovs & NP_AOV_VARIANCE) add_triple(out, variance, NP_CHANNEL_VARIANCE);
-  if (aovs & NP_AOV_SAMPLE_COUNT) add(out, "sample_count", NP_CHANNEL_SAMPLE_COUNT, 0);
-  if (aovs & NP_AOV_DISTANCE) add(out, "distance", NP_CHANNEL_DISTANCE, 0);
-  if (aovs & NP_AOV_MEAN_DISTANCE) add(out, "mean_distance", NP_CHANNEL_MEAN_DISTANCE, 0);
-  if (aovs & NP_AOV_POSITION) add_triple(out, position, NP_CHANNEL_POSITION);
-}
+/* ---- What a sample adds ---- */
 
 static float sum_components(const np_channels *c, unsigned components, unsigned band,
                             const np_integrator_sample *sample) {
@@ -63,77 +14,161 @@ static float sum_components(const np_channels *c, unsigned components, unsigned 
   return sum * c->scale;
 }
 
-static float find_alpha(const np_integrator_sample *sample) {
+static float compute_alpha(const np_integrator_sample *sample) {
   return sample->is_ground_behind ? 1.0f : 1.0f - sample->transmittance;
 }
 
-static float find_position(const np_camera_ray *ray, const np_integrator_sample *sample, unsigned axis) {
-  const double origin[3] = {ray->origin.x, ray->origin.y, ray->origin.z};
-  const float direction[3] = {ray->direction.x, ray->direction.y, ray->direction.z};
-  return (float)(origin[axis] * (double)find_alpha(sample)) + direction[axis] * sample->opaque_distance;
+static float read_light(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
+                        const np_integrator_sample *sample) {
+  (void)ray;
+  return sum_components(c, channel->kind.components, channel->part, sample);
 }
 
-static float read_channel(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
-                          const np_integrator_sample *sample) {
-  switch (channel->source) {
-  case NP_CHANNEL_COMPONENTS:
-    return sum_components(c, channel->components, channel->part, sample);
-  case NP_CHANNEL_ALPHA:
-    return find_alpha(sample);
-  case NP_CHANNEL_TRANSMITTANCE:
-    return sample->transmittance;
-  case NP_CHANNEL_ALBEDO:
-    return sample->opaque_albedo.band[channel->part];
-  case NP_CHANNEL_MEAN_DISTANCE:
-    return sample->opaque_distance;
-  case NP_CHANNEL_POSITION:
-    return find_position(ray, sample, channel->part);
-  case NP_CHANNEL_DEPTH:
-  case NP_CHANNEL_DISTANCE:
-  case NP_CHANNEL_VARIANCE:
-  case NP_CHANNEL_STANDARD_ERROR:
-  case NP_CHANNEL_SAMPLE_COUNT:
-    break;
+static float read_alpha(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
+                        const np_integrator_sample *sample) {
+  (void)c, (void)channel, (void)ray;
+  return compute_alpha(sample);
+}
+
+static float read_transmittance(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
+                                const np_integrator_sample *sample) {
+  (void)c, (void)channel, (void)ray;
+  return sample->transmittance;
+}
+
+static float read_albedo(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
+                         const np_integrator_sample *sample) {
+  (void)c, (void)ray;
+  return sample->opaque_albedo.band[channel->part];
+}
+
+static float read_distance(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
+                           const np_integrator_sample *sample) {
+  (void)c, (void)channel, (void)ray;
+  return sample->opaque_distance;
+}
+
+static float read_position(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
+                           const np_integrator_sample *sample) {
+  (void)c;
+  const double origin[3] = {ray->origin.x, ray->origin.y, ray->origin.z};
+  const float direction[3] = {ray->direction.x, ray->direction.y, ray->direction.z};
+  const unsigned axis = channel->part;
+  return (float)(origin[axis] * (double)compute_alpha(sample)) + direction[axis] * sample->opaque_distance;
+}
+
+/* ---- What becomes of the sum ---- */
+
+static double finish_mean(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts) {
+  (void)channel, (void)opaque;
+  return sum / facts->spread.count;
+}
+
+/* Over what is not transparent; where nothing is there is no albedo and no place. */
+static double finish_opaque(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts) {
+  (void)channel, (void)facts;
+  return opaque > 0.0 ? sum / opaque : 0.0;
+}
+
+/* The same of a distance: where nothing is opaque all is infinitely far. */
+static double finish_opaque_distance(const np_channel *channel, double sum, double opaque,
+                                     const np_pixel_facts *facts) {
+  (void)channel, (void)facts;
+  return opaque > 0.0 ? sum / opaque : HUGE_VAL;
+}
+
+static double finish_depth(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts) {
+  (void)channel, (void)sum, (void)opaque;
+  return facts->depth;
+}
+
+static double finish_distance(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts) {
+  (void)channel, (void)sum, (void)opaque;
+  return facts->distance;
+}
+
+static double finish_variance(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts) {
+  (void)sum, (void)opaque;
+  return np_spread_variance(&facts->spread, channel->part);
+}
+
+static double finish_error(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts) {
+  return sqrt(finish_variance(channel, sum, opaque, facts));
+}
+
+static double finish_count(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts) {
+  (void)channel, (void)sum, (void)opaque;
+  return facts->spread.count;
+}
+
+/* ---- Which there are ---- */
+
+#define LIGHT(component) {read_light, finish_mean, 1u << (component)}
+
+static const np_channel_kind aov_kinds[NP_AOV_COUNT] = {
+    [NP_AOV_INDEX_BACKGROUND] = LIGHT(NP_COMPONENT_BACKGROUND),
+    [NP_AOV_INDEX_TERRAIN] = LIGHT(NP_COMPONENT_TERRAIN),
+    [NP_AOV_INDEX_AIR] = LIGHT(NP_COMPONENT_AIR),
+    [NP_AOV_INDEX_SUN] = LIGHT(NP_COMPONENT_SUN),
+    [NP_AOV_INDEX_SKY] = LIGHT(NP_COMPONENT_SKY),
+    [NP_AOV_INDEX_GROUND] = LIGHT(NP_COMPONENT_GROUND),
+    [NP_AOV_INDEX_MULTIPLE] = LIGHT(NP_COMPONENT_MULTIPLE),
+    [NP_AOV_INDEX_EMISSION] = LIGHT(NP_COMPONENT_EMISSION),
+    [NP_AOV_INDEX_TRANSMITTANCE] = {read_transmittance, finish_mean, 0},
+    [NP_AOV_INDEX_DISTANCE] = {NULL, finish_distance, 0},
+    [NP_AOV_INDEX_STANDARD_ERROR] = {NULL, finish_error, 0},
+    [NP_AOV_INDEX_VARIANCE] = {NULL, finish_variance, 0},
+    [NP_AOV_INDEX_SAMPLE_COUNT] = {NULL, finish_count, 0},
+    [NP_AOV_INDEX_ALBEDO] = {read_albedo, finish_opaque, 0},
+    [NP_AOV_INDEX_MEAN_DISTANCE] = {read_distance, finish_opaque_distance, 0},
+    [NP_AOV_INDEX_POSITION] = {read_position, finish_opaque, 0},
+};
+
+static void add(np_channels *c, const char *name, np_channel_kind kind, unsigned part) {
+  np_channel *channel = &c->channel[c->count++];
+  *channel = (np_channel){.kind = kind, .part = part};
+  (void)snprintf(channel->name, sizeof channel->name, "%s", name);
+}
+
+static void add_aov(np_channels *c, np_aov_index aov) {
+  const np_aov_row *row = &np_aov_rows[aov];
+  np_channel_kind kind = aov_kinds[aov];
+  kind.components &= c->beauty;
+  char name[NP_CHANNEL_NAME_MAX];
+  if (!*row->parts) add(c, row->name, kind, 0);
+  for (unsigned part = 0; part < strlen(row->parts); part++) {
+    (void)snprintf(name, sizeof name, "%s.%c", row->name, row->parts[part]);
+    add(c, name, kind, part);
   }
-  return 0.0f;
+}
+
+void np_channels_choose(const np_plan *plan, bool has_background, float scale, np_channels *out) {
+  static const char *const colors[] = {"R", "G", "B"};
+  const unsigned all = (1u << NP_COMPONENT_COUNT) - 1u;
+  *out = (np_channels){.scale = scale, .beauty = has_background ? all : all & ~(1u << NP_COMPONENT_BACKGROUND)};
+  for (unsigned band = 0; plan->has_beauty && band < NP_BAND_COUNT; band++)
+    add(out, colors[band], (np_channel_kind){read_light, finish_mean, out->beauty}, band);
+  out->alpha = out->count;
+  add(out, "A", (np_channel_kind){read_alpha, finish_mean, 0}, 0);
+  add(out, "Z", (np_channel_kind){NULL, finish_depth, 0}, 0);
+  for (unsigned i = 0; i < NP_AOV_COUNT; i++)
+    if (plan->aovs & ~(unsigned)NP_AOV_DEPTH & 1u << i) add_aov(out, (np_aov_index)i);
 }
 
 void np_channels_read(const np_channels *channels, const np_camera_ray *ray, const np_integrator_sample *sample,
                       float out_values[NP_CHANNELS_MAX]) {
-  for (unsigned i = 0; i < channels->count; i++)
-    out_values[i] = read_channel(channels, &channels->channel[i], ray, sample);
-}
-
-/* Where nothing is opaque there is no albedo and no place, and all is infinitely far. */
-static double finish_channel(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts) {
-  switch (channel->source) {
-  case NP_CHANNEL_ALBEDO:
-  case NP_CHANNEL_POSITION:
-    return opaque > 0.0 ? sum / opaque : 0.0;
-  case NP_CHANNEL_MEAN_DISTANCE:
-    return opaque > 0.0 ? sum / opaque : HUGE_VAL;
-  case NP_CHANNEL_DEPTH:
-    return facts->depth;
-  case NP_CHANNEL_DISTANCE:
-    return facts->distance;
-  case NP_CHANNEL_VARIANCE:
-    return np_spread_variance(&facts->spread, channel->part);
-  case NP_CHANNEL_STANDARD_ERROR:
-    return sqrt(np_spread_variance(&facts->spread, channel->part));
-  case NP_CHANNEL_SAMPLE_COUNT:
-    return facts->spread.count;
-  case NP_CHANNEL_COMPONENTS:
-  case NP_CHANNEL_ALPHA:
-  case NP_CHANNEL_TRANSMITTANCE:
-    break;
+  for (unsigned i = 0; i < channels->count; i++) {
+    const np_channel *channel = &channels->channel[i];
+    out_values[i] = channel->kind.read ? channel->kind.read(channels, channel, ray, sample) : 0.0f;
   }
-  return sum / facts->spread.count;
 }
 
 void np_channels_finish(const np_channels *channels, const double *sums, const np_pixel_facts *facts,
                         float out_values[NP_CHANNELS_MAX]) {
-  for (unsigned i = 0; i < channels->count; i++)
-    out_values[i] = (float)finish_channel(&channels->channel[i], sums[i], sums[channels->alpha], facts);
+  for (unsigned i = 0; i < channels->count; i++) {
+    const np_channel *channel = &channels->channel[i];
+    out_values[i] = (float)channel->kind.finish(channel, sums[i], sums[channels->alpha], facts);
+  }
 }
 
 void np_spread_add(const np_channels *channels, const np_integrator_sample *sample, np_spread *spread) {

@@ -6,36 +6,10 @@
 #include "integrate/integrator.h"
 #include "scene/plan.h"
 
-enum { NP_CHANNELS_MAX = 56 };
+enum { NP_CHANNELS_MAX = 64, NP_CHANNEL_NAME_MAX = 32 };
 
-/* A sum over components, or one of the others. */
-typedef enum np_channel_source {
-  NP_CHANNEL_COMPONENTS,
-  NP_CHANNEL_ALPHA,
-  NP_CHANNEL_TRANSMITTANCE,
-  NP_CHANNEL_ALBEDO,        /* mean over what is not transparent */
-  NP_CHANNEL_MEAN_DISTANCE, /* likewise */
-  NP_CHANNEL_POSITION,      /* likewise */
-  NP_CHANNEL_DEPTH,
-  NP_CHANNEL_DISTANCE,
-  NP_CHANNEL_VARIANCE,
-  NP_CHANNEL_STANDARD_ERROR,
-  NP_CHANNEL_SAMPLE_COUNT
-} np_channel_source;
-
-typedef struct np_channel {
-  const char *name;
-  np_channel_source source;
-  unsigned components; /* bit c: component c is part of it */
-  unsigned part;       /* band, or axis */
-} np_channel;
-
-typedef struct np_channels {
-  unsigned count, alpha; /* `alpha`: number of the channel A */
-  np_channel channel[NP_CHANNELS_MAX];
-  unsigned beauty; /* components of the picture */
-  float scale;     /* on radiances */
-} np_channels;
+typedef struct np_channels np_channels;
+typedef struct np_channel np_channel;
 
 /* The spread of a pixel's samples about their mean (Welford 1962), in R, G and B. */
 typedef struct np_spread {
@@ -48,6 +22,29 @@ typedef struct np_pixel_facts {
   double distance, depth; /* to where half is hidden; along the ray, along the camera's axis */
   np_spread spread;
 } np_pixel_facts;
+
+/* How channels are filled. */
+typedef struct np_channel_kind {
+  /* What one sample adds to the sum; NULL: nothing. */
+  float (*read)(const np_channels *channels, const np_channel *channel, const np_camera_ray *ray,
+                const np_integrator_sample *sample);
+  /* A pixel's value from its sum; `opaque` is the sum of A. */
+  double (*finish)(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts);
+  unsigned components; /* bit c: component c is part of it */
+} np_channel_kind;
+
+struct np_channel {
+  char name[NP_CHANNEL_NAME_MAX];
+  np_channel_kind kind;
+  unsigned part; /* band, or axis */
+};
+
+struct np_channels {
+  unsigned count, alpha; /* `alpha`: number of the channel A */
+  np_channel channel[NP_CHANNELS_MAX];
+  unsigned beauty; /* components of the picture */
+  float scale;     /* on radiances */
+};
 
 /* The picture's own channels and the plan's AOVs. */
 void np_channels_choose(const np_plan *plan, bool has_background, float scale, np_channels *out);

@@ -98,7 +98,7 @@ void np_cloud_glow_clear(np_cloud_glow *glow) {
   *glow = (np_cloud_glow){0};
 }
 
-np_glow np_cloud_glow_get(const np_cloud_glow *glow, const np_view_volume *cloud) {
+np_glow np_cloud_glow_get(const np_cloud_glow *glow, const np_instance *cloud) {
   np_glow out = glow->glow;
   np_spectrum absorption = np_spectrum_grey(glow->flame_absorption_per_m);
   if (!glow->flame)

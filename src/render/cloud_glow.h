@@ -3,7 +3,7 @@
 #ifndef NP_RENDER_CLOUD_GLOW_H
 #define NP_RENDER_CLOUD_GLOW_H
 
-#include "light/emission.h"
+#include "world/emission.h"
 #include "render/placement.h"
 
 typedef struct np_cloud_glow {
@@ -29,6 +29,6 @@ neph_result np_cloud_glow_load(const np_cloud_glow_source *source, np_cloud_glow
 void np_cloud_glow_clear(np_cloud_glow *glow);
 
 /* The glow for one packet's albedo of the cloud, which may be NULL for a flame. */
-np_glow np_cloud_glow_get(const np_cloud_glow *glow, const np_view_volume *cloud);
+np_glow np_cloud_glow_get(const np_cloud_glow *glow, const np_instance *cloud);
 
 #endif

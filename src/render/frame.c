@@ -3,47 +3,13 @@
 
 #include "core/alloc.h"
 #include "image/image_private.h"
-#include "render/frame_private.h"
+#include "render/frame.h"
+#include "render/frame_state.h"
+#include "render/integrator_choice.h"
 
 static bool is_lit(const np_plan *plan) {
   return plan->stages[NP_STAGE_SUN_LIGHT].is_needed || plan->stages[NP_STAGE_SKY_LIGHT].is_needed ||
          plan->stages[NP_STAGE_MOON].is_needed || plan->stages[NP_STAGE_EMISSION].is_needed;
-}
-
-static np_look choose_look(const np_scene_render *render, neph_multiple_scattering multiple) {
-  static const np_look_kind kinds[] = {
-      [NEPH_MULTIPLE_SCATTERING_NONE] = NP_LOOK_OCTAVES,
-      [NEPH_MULTIPLE_SCATTERING_OCTAVES] = NP_LOOK_OCTAVES,
-      [NEPH_MULTIPLE_SCATTERING_ORDINATES] = NP_LOOK_OCTAVES,
-      [NEPH_MULTIPLE_SCATTERING_SOFTENED_BEER] = NP_LOOK_SOFTENED_BEER,
-      [NEPH_MULTIPLE_SCATTERING_POWDER] = NP_LOOK_POWDER,
-      [NEPH_MULTIPLE_SCATTERING_DERIVATIVE] = NP_LOOK_DERIVATIVE,
-  };
-  const bool is_look = multiple != NEPH_MULTIPLE_SCATTERING_NONE && multiple != NEPH_MULTIPLE_SCATTERING_ORDINATES;
-  return (np_look){
-      .kind = kinds[multiple],
-      .gain = is_look ? (float)render->look_gain : 1.0f,
-      .octave_count = multiple == NEPH_MULTIPLE_SCATTERING_OCTAVES ? render->octave_count : 1,
-      .octave_light = (float)render->octave_factors[0],
-      .octave_depth = (float)render->octave_factors[1],
-      .octave_asymmetry = (float)render->octave_factors[2],
-      .softened_share = (float)render->softened_share,
-      .softened_rate = (float)render->softened_rate,
-      .powder_strength = (float)render->powder_strength,
-      .derivative_distance_m = (float)render->derivative_distance_m,
-  };
-}
-
-void np_frame_choose_settings(const np_scene_render *render, neph_multiple_scattering multiple,
-                              np_integrator_settings *out_settings) {
-  *out_settings = (np_integrator_settings){
-      .scattering_max = render->scattering_max,
-      .is_air_traced = render->atmosphere == NEPH_RENDER_ATMOSPHERE_TRACED,
-      .look = choose_look(render, multiple),
-      .tolerance = (float)render->tolerance,
-      .step_voxels = (float)render->step_voxels,
-      .transmittance_end = (float)render->transmittance_end,
-  };
 }
 
 /* Of the paths that a limit on scatterings cuts, those followed to tell what it loses: one in sixty-four costs a
@@ -56,8 +22,8 @@ static bool has_limit(const np_frame *f, const np_plan *plan) {
 
 static void choose_integrator(np_frame *f, const np_plan *plan, const np_scene_render *render) {
   const bool has_look = plan->stages[NP_STAGE_LOOK].is_needed;
-  np_frame_choose_settings(render, has_look ? f->desc->multiple_scattering : NEPH_MULTIPLE_SCATTERING_NONE,
-                           &f->settings);
+  np_integrator_choice_make(render, has_look ? f->desc->multiple_scattering : NEPH_MULTIPLE_SCATTERING_NONE,
+                            &f->settings);
   f->settings.scattering_max = is_lit(plan) ? f->desc->scattering_max : 0;
   f->settings.is_split = f->desc->splitting == NEPH_SPLITTING_ADJOINT && plan->stages[NP_STAGE_ORDINATES].is_needed;
   f->settings.is_air_traced = is_lit(plan) && np_plan_traces_air(plan);

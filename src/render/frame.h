@@ -3,12 +3,7 @@
 #ifndef NP_RENDER_FRAME_H
 #define NP_RENDER_FRAME_H
 
-#include "integrate/integrator.h"
 #include "render/assembly.h"
-
-/* The integrators' settings for a scene's render keys, and what is to answer for multiple scattering in the march. */
-void np_frame_choose_settings(const np_scene_render *render, neph_multiple_scattering multiple,
-                              np_integrator_settings *out_settings);
 
 /* Renders the crop of the plan into a new image with R, G, B, A, Z and the scene's AOVs. The same bits for any number
  * of threads and any division into crops. */

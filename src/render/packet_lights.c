@@ -6,7 +6,7 @@
 #include "atmosphere/moon.h"
 #include "core/units.h"
 #include "integrate/look.h"
-#include "render/frame.h"
+#include "render/integrator_choice.h"
 #include "scene/plan_cells.h"
 
 /* A light above the atmosphere. */
@@ -74,7 +74,7 @@ static void fill_night(const np_packet_lights_desc *d, np_disk moon, np_packet *
     night->airglow =
         np_airglow_make(glow->magnitude, d->scene->atmosphere.planet_radius_m, glow->altitude_m, packet->bands.nm);
   if (d->assembly->star_map.texels) set_map(d, packet, night);
-  night->ground_irradiance = np_night_find_irradiance(night, packet->atmosphere, np_dvec3_make(0, 0, 0));
+  night->ground_irradiance = np_night_compute_irradiance(night, packet->atmosphere, np_dvec3_make(0, 0, 0));
 }
 
 static neph_result build_stars(const np_packet_lights_desc *d, np_packet *packet) {
@@ -83,7 +83,7 @@ static neph_result build_stars(const np_packet_lights_desc *d, np_packet *packet
   const np_assembly *a = d->assembly;
   const bool is_sphere = plan->sphere_size[0] > 0;
   const np_star_field_desc desc = {.catalogue = &a->stars,
-                                   .view = &packet->lights[0].view,
+                                   .world = &packet->lights[0].world,
                                    .camera = is_sphere ? NULL : &a->camera,
                                    .width = is_sphere ? plan->sphere_size[0] : a->camera.width,
                                    .height = is_sphere ? plan->sphere_size[1] : a->camera.height,
@@ -146,9 +146,9 @@ static void fill_view(const np_packet_lights_desc *d, const np_packet *packet, c
                       np_packet_light *out) {
   const np_assembly *a = d->assembly;
   const neph_scene *scene = d->scene;
-  out->view = (np_scene_view){
-      .volume_count = a->volume_count,
-      .volumes = packet->placed,
+  out->world = (np_world){
+      .clouds.count = a->volume_count,
+      .clouds.at = packet->placed,
       .to_sun = np_dvec3_to_float(l->direction),
       .sun_angular_radius_rad = (float)l->angular_radius_rad,
       .sun_irradiance = l->irradiance,
@@ -161,46 +161,47 @@ static void fill_view(const np_packet_lights_desc *d, const np_packet *packet, c
       .terrain_albedo = np_packet_convert(packet, NP_BAND_LINEAR, scene->terrain.desc.ground_albedo),
       .ground_albedo = np_packet_convert(packet, NP_BAND_LINEAR, np_packet_lights_ground_albedo(scene)),
   };
-  if (a->terrain) np_terrain_get_bounds(a->terrain, &out->view.terrain_min, &out->view.terrain_max);
+  out->lighting = (np_lighting){.sun_depths.clouds = &out->world.clouds};
+  if (a->terrain) np_terrain_get_bounds(a->terrain, &out->world.terrain_min, &out->world.terrain_max);
   if (!is_first) return;
-  out->view.disk = make_sun(d, packet);
-  out->view.night = &packet->night;
-  out->view.emission = packet->emission.glow_count > 0 ? &packet->emission : NULL;
-  out->view.environment_radiance = np_packet_convert(packet, NP_BAND_LINEAR, scene->environment.radiance_w_m2_sr_nm);
-  out->view.is_environment_upper_only = scene->environment.is_upper_only;
+  out->world.disk = make_sun(d, packet);
+  out->world.night = &packet->night;
+  out->world.emission = packet->emission.glow_count > 0 ? &packet->emission : NULL;
+  out->world.environment_radiance = np_packet_convert(packet, NP_BAND_LINEAR, scene->environment.radiance_w_m2_sr_nm);
+  out->world.is_environment_upper_only = scene->environment.is_upper_only;
 }
 
 /* The least rate at which depths count: in the scaled medium, or in the slowest octave. */
-static float find_sun_rate(const np_packet_lights_desc *d, const np_scene_view *view) {
+static float find_sun_rate(const np_packet_lights_desc *d, const np_world *world) {
   float rate = 1.0f;
   if (needs(d->plan, NP_STAGE_LOOK)) {
     np_integrator_settings settings;
-    np_frame_choose_settings(&d->scene->render, d->plan->desc.multiple_scattering, &settings);
+    np_integrator_choice_make(&d->scene->render, d->plan->desc.multiple_scattering, &settings);
     return np_look_fade(&settings.look);
   }
   if (!needs(d->plan, NP_STAGE_ORDINATES)) return rate;
-  for (unsigned v = 0; v < view->volume_count; v++)
-    rate = fminf(rate, 1.0f - np_scaled_phase_find_forward(&view->volumes[v].phase, NP_DEGREE_MIN));
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    rate = fminf(rate, 1.0f - np_scaled_phase_compute_forward(&world->clouds.at[v].phase, NP_DEGREE_MIN));
   return fmaxf(rate, 0.05f);
 }
 
 static np_light_role get_light_role(bool is_moon) { return is_moon ? NP_LIGHT_OF_MOON : NP_LIGHT_OF_SUN; }
 
 /* The same depths serve every packet. */
-static neph_result build_sun_cache(const np_packet_lights_desc *d, np_packet_light *out) {
+static neph_result build_sun_optical_depth(const np_packet_lights_desc *d, np_packet_light *out) {
   np_assembly *a = d->assembly;
   const np_light_role role = get_light_role(out->is_moon);
-  np_sun_cache *cache = &a->sun_caches[role];
+  np_sun_optical_depth *cache = &a->sun_optical_depths[role];
   if (!cache->lattices) {
-    np_sun_cache_desc desc = NP_SUN_CACHE_DESC_DEFAULT;
-    desc.rate = find_sun_rate(d, &out->view);
+    np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
+    desc.rate = find_sun_rate(d, &out->world);
     /* Nodes are cheap, and a depth that is wrong is so for all rays of a neighbourhood, as steps are not. */
     desc.tolerance = (float)(0.2 * d->scene->render.tolerance);
     np_schedule_begin(&a->schedule, d->monitor, NP_WORK_SUN_DEPTH);
-    neph_result result = np_light_store_take_depths(a->context, a->lights, role, &out->view, &desc, d->monitor, cache);
+    neph_result result = np_light_store_take_depths(a->context, a->lights, role, &out->world, &desc, d->monitor, cache);
     if (result) return result;
   }
-  out->view.sun_cache = cache;
+  out->lighting.sun_depths.cache = cache;
   return NEPH_OK;
 }
 
@@ -212,9 +213,9 @@ static np_dvec3 find_viewer(const np_assembly *a) {
                     : at;
 }
 
-static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_packet *packet, np_packet_light *out) {
+static neph_result build_scattering(const np_packet_lights_desc *d, const np_packet *packet, np_packet_light *out) {
   np_assembly *a = d->assembly;
-  np_multi_scatter_desc desc;
+  np_scattering_desc desc;
   np_plan_choose_cells(d->plan, d->scene, &desc);
   desc.cells.bounds_min = a->clouds_min;
   desc.cells.bounds_max = a->clouds_max;
@@ -223,10 +224,11 @@ static neph_result build_multi_scatter(const np_packet_lights_desc *d, const np_
   desc.has_importance = d->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
   desc.seconds_max = np_schedule_take_solve(&a->schedule, d->monitor);
   np_schedule_begin(&a->schedule, d->monitor, NP_WORK_ORDINATES);
+  const np_sun_depth_source depths = np_sun_depths_get_source(&out->lighting.sun_depths);
   neph_result result =
       np_light_store_take(a->context, a->lights, (unsigned)(packet - a->packets), get_light_role(out->is_moon),
-                          &out->view, &desc, d->monitor, &out->multi_scatter);
-  if (!result) out->view.multi_scatter = &out->multi_scatter;
+                          &out->world, &depths, &desc, d->monitor, &out->scattering);
+  if (!result) out->lighting.scattering = &out->scattering;
   return result;
 }
 
@@ -235,17 +237,21 @@ static neph_result build_viewer_light(const np_packet_lights_desc *d, np_packet_
   if (d->plan->desc.integrator != NEPH_INTEGRATOR_MARCH) return NEPH_OK;
   const np_assembly *a = d->assembly;
   neph_result result =
-      np_viewer_light_build(a->context, &out->multi_scatter, a->camera.origin, d->monitor, &out->viewer_light);
-  if (!result) out->view.viewer_light = &out->viewer_light;
+      np_viewer_light_build(a->context, &out->scattering, a->camera.origin, d->monitor, &out->viewer_light);
+  if (!result) out->lighting.viewer_light = &out->viewer_light;
   return result;
 }
 
-static neph_result build_ground_cache(const np_packet_lights_desc *d, np_packet_light *out) {
+static neph_result build_ground_light(const np_packet_lights_desc *d, np_packet_light *out) {
   np_assembly *a = d->assembly;
   np_schedule_begin(&a->schedule, d->monitor, NP_WORK_GROUND_CLOUDS);
-  neph_result result =
-      np_ground_cache_build(a->context, &out->view, a->clouds_min, a->clouds_max, d->monitor, &out->ground_cache);
-  if (!result) out->view.ground_cache = &out->ground_cache;
+  const np_ground_light_desc desc = {.world = &out->world,
+                                     .depths = &out->lighting.sun_depths,
+                                     .scattering = &out->scattering,
+                                     .bounds_min = a->clouds_min,
+                                     .bounds_max = a->clouds_max};
+  neph_result result = np_ground_light_build(a->context, &desc, d->monitor, &out->ground_light);
+  if (!result) out->lighting.ground_light = &out->ground_light;
   return result;
 }
 
@@ -293,11 +299,12 @@ static neph_result build_air_shadow(const np_packet_lights_desc *d, np_packet_li
   if (!visibility->context) {
     const np_air_rays rays = make_air_rays(a, d->plan);
     const np_air_casters casters = find_casters(a);
-    result = np_air_visibility_build(a->context, &out->view, &rays, &casters, d->monitor, visibility);
+    result = np_air_visibility_build(a->context, &out->world, &out->lighting.sun_depths, &rays, &casters, d->monitor,
+                                     visibility);
   }
   if (result || !visibility->seen) return result;
-  result = np_air_shadow_build(visibility, &out->view, d->monitor, &out->air_shadow);
-  if (!result) out->view.air_shadow = &out->air_shadow;
+  result = np_air_shadow_build(visibility, &out->world, out->lighting.ground_light, d->monitor, &out->air_shadow);
+  if (!result) out->lighting.air_shadow = &out->air_shadow;
   return result;
 }
 
@@ -307,8 +314,9 @@ static void build_sky_guide(const np_packet_lights_desc *d, np_packet_light *out
   const np_assembly *a = d->assembly;
   if (d->plan->desc.integrator != NEPH_INTEGRATOR_PATH || !out->cloud_sky) return;
   const float cost = np_plan_traces_air(d->plan) ? np_sky_guide_traced_cost : 1.0f;
-  np_sky_guide_build(&out->view, find_clouds_middle(a), cost, &out->sky_guide);
-  if (out->sky_guide.rate > 0.0f) out->view.sky_guide = &out->sky_guide;
+  const np_sun_depth_source depths = np_sun_depths_get_source(&out->lighting.sun_depths);
+  np_sky_guide_build(&out->world, &depths, find_clouds_middle(a), cost, &out->sky_guide);
+  if (out->sky_guide.rate > 0.0f) out->lighting.sky_guide = &out->sky_guide;
 }
 
 static neph_result build_light(const np_packet_lights_desc *d, const light *l, np_packet *packet) {
@@ -319,12 +327,12 @@ static neph_result build_light(const np_packet_lights_desc *d, const light *l, n
   if (result) return result;
   fill_view(d, packet, l, is_first, out);
   build_sky_guide(d, out);
-  if (needs(d->plan, NP_STAGE_SUN_DEPTH)) result = build_sun_cache(d, out);
+  if (needs(d->plan, NP_STAGE_SUN_DEPTH)) result = build_sun_optical_depth(d, out);
   if (!result && needs(d->plan, NP_STAGE_ORDINATES)) {
-    result = build_multi_scatter(d, packet, out);
+    result = build_scattering(d, packet, out);
     if (!result) result = build_viewer_light(d, out);
   }
-  if (!result && needs(d->plan, NP_STAGE_GROUND_CLOUDS)) result = build_ground_cache(d, out);
+  if (!result && needs(d->plan, NP_STAGE_GROUND_CLOUDS)) result = build_ground_light(d, out);
   if (!result && needs(d->plan, NP_STAGE_AIR_SHADOWS)) result = build_air_shadow(d, out);
   return result;
 }
@@ -351,9 +359,9 @@ void np_packet_lights_clear(const np_assembly *assembly, np_packet *packet, neph
   for (unsigned i = 0; i < packet->light_count; i++) {
     np_packet_light *own = &packet->lights[i];
     np_viewer_light_clear(&own->viewer_light);
-    np_ground_cache_clear(&own->ground_cache);
+    np_ground_light_clear(&own->ground_light);
     np_air_shadow_clear(&own->air_shadow);
-    np_light_store_give(assembly->lights, index, get_light_role(own->is_moon), &own->multi_scatter);
+    np_light_store_give(assembly->lights, index, get_light_role(own->is_moon), &own->scattering);
     out_skies[get_role(own->is_moon, false)] = own->camera_sky;
     out_skies[get_role(own->is_moon, true)] = own->cloud_sky;
   }

@@ -3,7 +3,7 @@
 #ifndef NP_RENDER_PACKET_LIGHTS_H
 #define NP_RENDER_PACKET_LIGHTS_H
 
-#include "render/assembly.h"
+#include "render/packet.h"
 
 typedef struct np_packet_lights_desc {
   const neph_scene *scene;

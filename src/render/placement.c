@@ -97,15 +97,15 @@ neph_result np_placement_make(const np_scene_cloud *cloud, const np_anchor *anch
   const np_affine index_to_world = np_affine_compose(&anchor->file_to_world, &volume->index_to_world);
   *out_placement = (np_placement){.index_to_world = index_to_world};
   np_placement_find_bounds(&index_to_world, volume, &out_placement->bounds_min, &out_placement->bounds_max);
-  np_view_volume *view = &out_placement->view;
-  view->bricks = &volume->bricks;
-  view->phase = cloud->phase;
-  view->bottom_m = out_placement->bounds_min.z;
-  view->top_m = out_placement->bounds_max.z;
-  view->extinction_per_value = anchor->extinction_per_value;
-  for (int b = 0; b < NP_BAND_COUNT; b++) view->albedo.band[b] = (float)cloud->albedo[b];
-  if (!np_affine_invert(&index_to_world, &view->world_to_index))
+  np_instance *world = &out_placement->world;
+  world->bricks = &volume->bricks;
+  world->phase = cloud->phase;
+  world->bottom_m = out_placement->bounds_min.z;
+  world->top_m = out_placement->bounds_max.z;
+  world->extinction_per_value = anchor->extinction_per_value;
+  for (int b = 0; b < NP_BAND_COUNT; b++) world->albedo.band[b] = (float)cloud->albedo[b];
+  if (!np_affine_invert(&index_to_world, &world->world_to_index))
     return np_fail(volume->context, NEPH_ERROR_BAD_SCENE, "cloud %s: its transform cannot be inverted", cloud->name);
   if (cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH) return NEPH_OK;
-  return compute_extinction(cloud, volume, &index_to_world, monitor, &view->extinction_per_value);
+  return compute_extinction(cloud, volume, &index_to_world, monitor, &world->extinction_per_value);
 }

@@ -4,11 +4,11 @@
 #define NP_RENDER_PLACEMENT_H
 
 #include "core/parallel.h"
-#include "light/scene_view.h"
+#include "world/world.h"
 #include "scene/reference_store.h"
 
 typedef struct np_placement {
-  np_view_volume view;
+  np_instance world;
   np_affine index_to_world;
   np_dvec3 bounds_min, bounds_max; /* world box of the active samples */
 } np_placement;

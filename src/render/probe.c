@@ -10,7 +10,7 @@
 #include "render/probe_run.h"
 #include "render/probe_slab.h"
 
-typedef enum column {
+typedef enum slab_column {
   COLUMN_QUANTITY,
   COLUMN_G,
   COLUMN_ALBEDO,
@@ -19,7 +19,7 @@ typedef enum column {
   COLUMN_MU_VIEW,
   COLUMN_PHI,
   COLUMN_COUNT
-} column;
+} slab_column;
 
 static const char *const column_names[COLUMN_COUNT] = {"quantity", "g", "albedo", "tau", "mu0", "mu_view", "phi_deg"};
 static const unsigned columns_needed = (1u << COLUMN_MU_VIEW) - 1; /* the others by radiances alone */
@@ -34,7 +34,7 @@ typedef struct slab_row {
   np_slab_answer answers[2]; /* R and T, or L alone */
 } slab_row;
 
-typedef struct probe {
+typedef struct slab_probe {
   neph_context *context;
   neph_probe_desc desc;
   np_csv csv;
@@ -42,22 +42,22 @@ typedef struct probe {
   slab_row *rows;
   np_slab *slab; /* of the last row that was answered; NULL: none */
   np_monitor monitor;
-} probe;
+} slab_probe;
 
 /* ---- Cases ---- */
 
-static const char *get_text(const probe *p, size_t row, column c) {
+static const char *get_text(const slab_probe *p, size_t row, slab_column c) {
   return np_csv_get_field(&p->csv, row, p->columns[c]);
 }
 
-static neph_result get_real(const probe *p, size_t row, column c, double min, double max, double *out) {
+static neph_result get_real(const slab_probe *p, size_t row, slab_column c, double min, double max, double *out) {
   if (p->columns[c] == NP_CSV_NO_COLUMN)
     return np_fail(p->context, NEPH_ERROR_BAD_SCENE, "%s:%u: there is no column %s, which a radiance needs",
                    p->csv.path, p->csv.header.line, column_names[c]);
   return np_csv_get_real(&p->csv, row, p->columns[c], min, max, out);
 }
 
-static neph_result read_case(const probe *p, size_t row, np_slab_case *out) {
+static neph_result read_case(const slab_probe *p, size_t row, np_slab_case *out) {
   neph_result result = get_real(p, row, COLUMN_G, -0.999999, 0.999999, &out->asymmetry);
   if (!result) result = get_real(p, row, COLUMN_ALBEDO, 0.0, 1.0, &out->albedo);
   if (!result) result = get_real(p, row, COLUMN_TAU, 0.0, 1e7, &out->depth);
@@ -65,7 +65,7 @@ static neph_result read_case(const probe *p, size_t row, np_slab_case *out) {
   return result || out->is_diffuse ? result : get_real(p, row, COLUMN_MU0, 1e-4, 1.0, &out->mu0);
 }
 
-static neph_result read_direction(const probe *p, size_t row, bool is_top, np_slab_question *out) {
+static neph_result read_direction(const slab_probe *p, size_t row, bool is_top, np_slab_question *out) {
   double mu = 0.0, phi_deg = 0.0;
   neph_result result = get_real(p, row, COLUMN_MU_VIEW, is_top ? 1e-4 : -1.0, is_top ? 1.0 : -1e-4, &mu);
   if (!result) result = get_real(p, row, COLUMN_PHI, -360.0, 360.0, &phi_deg);
@@ -73,7 +73,7 @@ static neph_result read_direction(const probe *p, size_t row, bool is_top, np_sl
   return result;
 }
 
-static neph_result read_row(const probe *p, size_t row, slab_row *out) {
+static neph_result read_row(const slab_probe *p, size_t row, slab_row *out) {
   const char *quantity = get_text(p, row, COLUMN_QUANTITY);
   const bool is_top = strcmp(quantity, "radiance_top_up") == 0;
   out->is_flux = strcmp(quantity, "flux") == 0;
@@ -89,7 +89,7 @@ static neph_result read_row(const probe *p, size_t row, slab_row *out) {
 }
 
 static neph_result read_rows(void *slabs) {
-  probe *p = slabs;
+  slab_probe *p = slabs;
   p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
   neph_result result = p->rows ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) result = np_csv_find_columns(&p->csv, column_names, COLUMN_COUNT, columns_needed, p->columns);
@@ -99,22 +99,26 @@ static neph_result read_rows(void *slabs) {
 
 /* ---- Answers ---- */
 
-static void warn_of_unknown_error(const probe *p, size_t row, int question) {
+static void warn_of_unknown_error(const slab_probe *p, size_t row, int query) {
   const slab_row *r = &p->rows[row];
-  const np_slab_answer *answer = &r->answers[question];
+  const np_slab_answer *answer = &r->answers[query];
   if (isfinite(answer->error)) return;
   np_log(p->context, NEPH_LOG_WARNING,
          "%s:%u: %s rests on %.2g paths, must rest on %g or more for its error to be known, which is given as inf: "
          "take more paths%s",
-         p->csv.path, p->csv.rows[row].line, !r->is_flux ? "L" : question == 0 ? "R" : "T", answer->contributions,
-         NP_SLAB_CONTRIBUTIONS_MIN, p->desc.splitting == NEPH_SPLITTING_NONE ? ", or guide them" : "");
+         p->csv.path, p->csv.rows[row].line,
+         !r->is_flux  ? "L"
+         : query == 0 ? "R"
+                      : "T",
+         answer->contributions, NP_SLAB_CONTRIBUTIONS_MIN,
+         p->desc.splitting == NEPH_SPLITTING_NONE ? ", or guide them" : "");
 }
 
-static neph_result ask(probe *p, size_t row, np_slab *slab, int question) {
+static neph_result ask(slab_probe *p, size_t row, np_slab *slab, int query) {
   slab_row *r = &p->rows[row];
-  neph_result result = np_slab_ask(slab, &r->questions[question], (uint32_t)(2 * row) + (uint32_t)question,
-                                   &p->monitor, &r->answers[question]);
-  if (!result) warn_of_unknown_error(p, row, question);
+  neph_result result =
+      np_slab_ask(slab, &r->questions[query], (uint32_t)(2 * row) + (uint32_t)query, &p->monitor, &r->answers[query]);
+  if (!result) warn_of_unknown_error(p, row, query);
   return result;
 }
 
@@ -124,13 +128,13 @@ static bool is_same_case(const np_slab_case *a, const np_slab_case *b) {
 }
 
 /* The slab of the row before, if that is of the same case. */
-static neph_result prepare_slab(probe *p, size_t row) {
+static neph_result prepare_slab(slab_probe *p, size_t row) {
   if (p->slab && is_same_case(&p->rows[row].case_, &p->rows[row - 1].case_)) return NEPH_OK;
   np_slab_destroy(p->slab);
   return np_slab_create(p->context, &p->rows[row].case_, &p->desc, &p->slab);
 }
 
-static neph_result answer_row(probe *p, size_t row) {
+static neph_result answer_row(slab_probe *p, size_t row) {
   slab_row *r = &p->rows[row];
   if (p->desc.integrator == NEPH_INTEGRATOR_PATH && r->case_.depth > traceable_depth_max) {
     np_log(p->context, NEPH_LOG_WARNING, "%s:%u: tau is %g, and path goes up to %g: left empty", p->csv.path,
@@ -145,7 +149,7 @@ static neph_result answer_row(probe *p, size_t row) {
 }
 
 static neph_result answer_rows(void *slabs) {
-  probe *p = slabs;
+  slab_probe *p = slabs;
   np_monitor_set_stage(&p->monitor, "probing slabs");
   const double count = (double)p->csv.row_count;
   neph_result result = NEPH_OK;
@@ -179,7 +183,7 @@ static void print_row(FILE *out, const np_csv_row *text, const slab_row *row, bo
 }
 
 static void print_rows(FILE *out, const void *user) {
-  const probe *p = user;
+  const slab_probe *p = user;
   bool has_flux = false, has_radiance = false;
   for (size_t i = 0; i < p->csv.row_count; i++) {
     has_flux = has_flux || p->rows[i].is_flux;
@@ -190,13 +194,13 @@ static void print_rows(FILE *out, const void *user) {
   for (size_t i = 0; i < p->csv.row_count; i++) print_row(out, &p->csv.rows[i], &p->rows[i], has_flux, has_radiance);
 }
 
-static const np_probe_kind slab_probe = {read_rows, answer_rows, print_rows};
+static const np_probe_kind slab_kind = {read_rows, answer_rows, print_rows};
 
 neph_result neph_probe_slab(neph_context *context, const char *cases_path, const neph_probe_desc *desc,
                             char **out_text) {
   *out_text = NULL;
   const neph_probe_desc defaults = NEPH_PROBE_DESC_DEFAULT;
-  probe p = {.context = context};
+  slab_probe p = {.context = context};
   neph_result result = np_desc_read(context, "neph_probe_desc", &defaults, sizeof defaults, desc, &p.desc);
   if (result) return result;
   if (p.desc.path_count < 1)
@@ -208,7 +212,7 @@ neph_result neph_probe_slab(neph_context *context, const char *cases_path, const
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "probe: splitting is %d, must be none (0), adjoint (1) or auto (2)", (int)p.desc.splitting);
   np_monitor_start(&p.monitor, context, p.desc.progress, p.desc.progress_user);
-  result = np_probe_run(context, cases_path, &slab_probe, &p, &p.csv, out_text);
+  result = np_probe_run(context, cases_path, &slab_kind, &p, &p.csv, out_text);
   np_alloc_free(context, p.rows);
   return result;
 }

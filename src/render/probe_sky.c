@@ -10,7 +10,7 @@
 #include "render/probe_run.h"
 #include "scene/scene_private.h"
 
-typedef enum column {
+typedef enum sky_column {
   COLUMN_QUANTITY,
   COLUMN_EARTH,
   COLUMN_MAX_ORDER,
@@ -21,7 +21,7 @@ typedef enum column {
   COLUMN_AZIMUTH,
   COLUMN_DISTANCE,
   COLUMN_COUNT
-} column;
+} sky_column;
 
 static const char *const column_names[COLUMN_COUNT] = {
     "quantity",       "earth",           "max_order",       "h_km",       "mu",
@@ -101,11 +101,11 @@ static void describe_scene(const neph_scene *scene, const char *name, earth *out
 
 typedef struct sky_row {
   int earth;
-  np_sky_question question;
+  np_sky_question query;
   np_truth_value answer;
 } sky_row;
 
-typedef struct probe {
+typedef struct sky_probe {
   neph_context *context;
   neph_probe_sky_desc desc;
   np_csv csv;
@@ -118,14 +118,14 @@ typedef struct probe {
   int witness_earth;
   unsigned witness_orders;
   np_monitor monitor;
-} probe;
+} sky_probe;
 
-static const char *get_text(const probe *p, size_t row, column c) {
+static const char *get_text(const sky_probe *p, size_t row, sky_column c) {
   return np_csv_get_field(&p->csv, row, p->columns[c]);
 }
 
 /* A number that the quantity may do without: 0 then. */
-static neph_result get_real(const probe *p, size_t row, unsigned needed, column c, double min, double max,
+static neph_result get_real(const sky_probe *p, size_t row, unsigned needed, sky_column c, double min, double max,
                             double *out) {
   *out = 0.0;
   if (!(needed & 1u << c)) return NEPH_OK;
@@ -135,7 +135,7 @@ static neph_result get_real(const probe *p, size_t row, unsigned needed, column 
   return np_csv_get_real(&p->csv, row, p->columns[c], min, max, out);
 }
 
-static neph_result read_quantity(const probe *p, size_t row, np_sky_quantity *out) {
+static neph_result read_quantity(const sky_probe *p, size_t row, np_sky_quantity *out) {
   const char *text = get_text(p, row, COLUMN_QUANTITY);
   for (int i = 0; i < NP_SKY_QUANTITY_COUNT; i++)
     if (strcmp(text, quantities[i].name) == 0) return *out = (np_sky_quantity)i, NEPH_OK;
@@ -146,7 +146,7 @@ static neph_result read_quantity(const probe *p, size_t row, np_sky_quantity *ou
 }
 
 /* Adds the air of a scene, named as it is seen from the folder of the cases. */
-static neph_result load_earth(probe *p, size_t row, const char *name) {
+static neph_result load_earth(sky_probe *p, size_t row, const char *name) {
   if (p->earth_count == EARTHS_MAX)
     return np_fail(p->context, NEPH_ERROR_BAD_SCENE,
                    "%s:%u: the cases name more than %d scenes, must be at most so many", p->csv.path,
@@ -162,7 +162,7 @@ static neph_result load_earth(probe *p, size_t row, const char *name) {
   return NEPH_OK;
 }
 
-static neph_result read_earth(probe *p, size_t row, int *out) {
+static neph_result read_earth(sky_probe *p, size_t row, int *out) {
   const char *text = get_text(p, row, COLUMN_EARTH), *dot = strrchr(text, '.');
   for (int i = 0; i < p->earth_count; i++)
     if (strcmp(text, p->earths[i].name) == 0) return *out = i, NEPH_OK;
@@ -173,7 +173,7 @@ static neph_result read_earth(probe *p, size_t row, int *out) {
                  p->csv.path, p->csv.rows[row].line, text);
 }
 
-static neph_result read_order(const probe *p, size_t row, np_sky_question *q) {
+static neph_result read_order(const sky_probe *p, size_t row, np_sky_question *q) {
   q->order_max = q->quantity == NP_SKY_SINGLE_SCATTER_RADIANCE ? 1 : NP_ORDERS_ALL;
   if (q->quantity == NP_SKY_SINGLE_SCATTER_RADIANCE || !*get_text(p, row, COLUMN_MAX_ORDER)) return NEPH_OK;
   double order;
@@ -185,8 +185,8 @@ static neph_result read_order(const probe *p, size_t row, np_sky_question *q) {
   return result;
 }
 
-static neph_result read_row(probe *p, size_t row, sky_row *out) {
-  np_sky_question *q = &out->question;
+static neph_result read_row(sky_probe *p, size_t row, sky_row *out) {
+  np_sky_question *q = &out->query;
   double altitude_km = 0.0, sun_deg = 0.0, view_deg = 0.0, azimuth_deg = 0.0, distance_km = 0.0;
   neph_result result = read_quantity(p, row, &q->quantity);
   if (!result) result = read_earth(p, row, &out->earth);
@@ -207,7 +207,7 @@ static neph_result read_row(probe *p, size_t row, sky_row *out) {
 }
 
 static neph_result read_rows(void *skies) {
-  probe *p = skies;
+  sky_probe *p = skies;
   p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
   neph_result result = p->rows ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) result = np_csv_find_columns(&p->csv, column_names, COLUMN_COUNT, columns_needed, p->columns);
@@ -217,7 +217,7 @@ static neph_result read_rows(void *skies) {
 
 /* ---- Answers ---- */
 
-static void dismiss_witness(probe *p) {
+static void dismiss_witness(sky_probe *p) {
   np_sky_witness_clear(&p->witness);
   neph_atmosphere_release(p->witness.atmosphere);
   p->witness.atmosphere = NULL;
@@ -225,10 +225,9 @@ static void dismiss_witness(probe *p) {
 
 /* One that has the tables for the question, the last one's kept where they do. What needs no tables of scattered light
  * is asked of those of order 1, which are soonest made. */
-static neph_result call_witness(probe *p, const sky_row *row) {
-  const bool has_tables =
-      p->desc.method != NEPH_SKY_METHOD_TRACE && np_sky_quantity_is_scattered(row->question.quantity);
-  const unsigned orders = has_tables && row->question.order_max > 1 ? row->question.order_max : 1;
+static neph_result call_witness(sky_probe *p, const sky_row *row) {
+  const bool has_tables = p->desc.method != NEPH_SKY_METHOD_TRACE && np_sky_quantity_is_scattered(row->query.quantity);
+  const unsigned orders = has_tables && row->query.order_max > 1 ? row->query.order_max : 1;
   if (p->witness.atmosphere && p->witness_earth == row->earth && p->witness_orders == orders) return NEPH_OK;
   dismiss_witness(p);
   const earth *e = &p->earths[row->earth];
@@ -244,7 +243,7 @@ static neph_result call_witness(probe *p, const sky_row *row) {
 }
 
 static neph_result answer_rows(void *skies) {
-  probe *p = skies;
+  sky_probe *p = skies;
   np_monitor_set_stage(&p->monitor, "probing skies");
   const double count = (double)p->csv.row_count;
   neph_result result = NEPH_OK;
@@ -252,7 +251,7 @@ static neph_result answer_rows(void *skies) {
     np_monitor_set_part(&p->monitor, np_monitor_whole, (double)i / count, (double)(i + 1) / count);
     sky_row *row = &p->rows[i];
     result = call_witness(p, row);
-    if (!result) result = np_sky_ask(&p->witness, &row->question, p->desc.seed + i, &p->monitor, &row->answer);
+    if (!result) result = np_sky_ask(&p->witness, &row->query, p->desc.seed + i, &p->monitor, &row->answer);
     if (!result && np_monitor_is_cancelled(&p->monitor)) result = NEPH_ERROR_CANCELLED;
   }
   dismiss_witness(p);
@@ -262,7 +261,7 @@ static neph_result answer_rows(void *skies) {
 /* ---- Output ---- */
 
 static void print_rows(FILE *out, const void *user) {
-  const probe *p = user;
+  const sky_probe *p = user;
   fprintf(out, "%s,r,g,b,r_se,g_se,b_se\n", p->csv.header.text);
   for (size_t i = 0; i < p->csv.row_count; i++) {
     const np_truth_value *a = &p->rows[i].answer;
@@ -273,13 +272,13 @@ static void print_rows(FILE *out, const void *user) {
   }
 }
 
-static const np_probe_kind sky_probe = {read_rows, answer_rows, print_rows};
+static const np_probe_kind sky_kind = {read_rows, answer_rows, print_rows};
 
 neph_result neph_probe_sky(neph_context *context, const char *cases_path, const neph_probe_sky_desc *desc,
                            char **out_text) {
   *out_text = NULL;
   const neph_probe_sky_desc defaults = NEPH_PROBE_SKY_DESC_DEFAULT;
-  probe p = {.context = context};
+  sky_probe p = {.context = context};
   neph_result result = np_desc_read(context, "neph_probe_sky_desc", &defaults, sizeof defaults, desc, &p.desc);
   if (result) return result;
   if ((unsigned)p.desc.method > NEPH_SKY_METHOD_TRACE)
@@ -291,7 +290,7 @@ neph_result neph_probe_sky(neph_context *context, const char *cases_path, const 
   if (result) return result;
   p.earth_count = NAMED_COUNT;
   np_monitor_start(&p.monitor, context, p.desc.progress, p.desc.progress_user);
-  result = np_probe_run(context, cases_path, &sky_probe, &p, &p.csv, out_text);
+  result = np_probe_run(context, cases_path, &sky_kind, &p, &p.csv, out_text);
   for (int i = 0; i < p.scene_count; i++) neph_scene_destroy(p.scenes[i]);
   np_alloc_free(context, p.rows);
   return result;

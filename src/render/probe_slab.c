@@ -22,8 +22,8 @@
 #include "core/alloc.h"
 #include "core/units.h"
 #include "integrate/integrator.h"
-#include "light/multi_scatter.h"
-#include "render/frame.h"
+#include "transport/scattering_field.h"
+#include "render/integrator_choice.h"
 #include "volume/volume_private.h"
 
 enum { BATCH_COUNT = 64, SAMPLE_MIN = 64, SAMPLE_MAX = 16384 };
@@ -52,9 +52,10 @@ struct np_slab {
   unsigned sample_count; /* along z */
   float extinction_per_value;
   neph_volume *volume;
-  np_view_volume placed;
-  np_scene_view view;
-  np_multi_scatter multi_scatter; /* of the march, and of paths that are guided by it */
+  np_instance placed;
+  np_world world;
+  np_lighting lighting;
+  np_scattering_field scattering; /* of the march, and of paths that are guided by it */
   np_integrator_settings settings;
   np_integrator_fn integrate;
 };
@@ -97,20 +98,21 @@ static neph_result create_volume(np_slab *slab) {
 
 static void fill_view(np_slab *slab) {
   const np_slab_case *c = &slab->case_;
-  slab->placed = (np_view_volume){
+  slab->placed = (np_instance){
       .bricks = &slab->volume->bricks,
       .world_to_index = slab->volume->world_to_index,
       .extinction_per_value = slab->extinction_per_value,
       .albedo = np_spectrum_grey((float)c->albedo),
       .phase = np_phase_henyey_greenstein((float)c->asymmetry),
   };
-  slab->view = (np_scene_view){.volume_count = 1, .volumes = &slab->placed, .to_sun = {0.0f, 0.0f, 1.0f}};
+  slab->world = (np_world){.clouds.count = 1, .clouds.at = &slab->placed, .to_sun = {0.0f, 0.0f, 1.0f}};
+  slab->lighting = (np_lighting){.sun_depths.clouds = &slab->world.clouds};
   if (c->is_diffuse) {
-    slab->view.environment_radiance = np_spectrum_grey((float)(1.0 / NP_PI));
-    slab->view.is_environment_upper_only = true;
+    slab->world.environment_radiance = np_spectrum_grey((float)(1.0 / NP_PI));
+    slab->world.is_environment_upper_only = true;
   } else {
-    slab->view.to_sun = np_vec3_make(-(float)sqrt(1.0 - c->mu0 * c->mu0), 0.0f, (float)c->mu0);
-    slab->view.sun_irradiance = np_spectrum_grey((float)(1.0 / c->mu0));
+    slab->world.to_sun = np_vec3_make(-(float)sqrt(1.0 - c->mu0 * c->mu0), 0.0f, (float)c->mu0);
+    slab->world.sun_irradiance = np_spectrum_grey((float)(1.0 / c->mu0));
   }
 }
 
@@ -119,7 +121,7 @@ static neph_result choose_integrator(np_slab *slab, neph_integrator integrator) 
   neph_scene *scene;
   neph_result result = neph_scene_create(slab->context, &scene);
   if (result) return result;
-  np_frame_choose_settings(&scene->render, scene->render.multiple_scattering, &slab->settings);
+  np_integrator_choice_make(&scene->render, scene->render.multiple_scattering, &slab->settings);
   neph_scene_destroy(scene);
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(slab->context));
   slab->integrate = integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;
@@ -131,12 +133,13 @@ static bool has_light(const np_slab_case *c) { return c->depth > 0.0 && c->albed
 
 /* As a scene does it at its defaults. */
 static neph_result solve(np_slab *slab, bool has_importance) {
-  np_multi_scatter_desc desc = NP_MULTI_SCATTER_DESC_DEFAULT;
+  np_scattering_desc desc = NP_SCATTERING_DESC_DEFAULT;
   desc.cells.bounds_min = np_dvec3_make(0.0, 0.0, -1.0);
   desc.cells.bounds_max = np_dvec3_make(1.0, 1.0, slab->sample_count);
   desc.has_importance = has_importance;
-  neph_result result = np_multi_scatter_build(slab->context, &slab->view, &desc, NULL, &slab->multi_scatter);
-  if (!result) slab->view.multi_scatter = &slab->multi_scatter;
+  const np_sun_depth_source depths = np_sun_depths_get_source(&slab->lighting.sun_depths);
+  neph_result result = np_scattering_field_build(slab->context, &slab->world, &depths, &desc, NULL, &slab->scattering);
+  if (!result) slab->lighting.scattering = &slab->scattering;
   return result;
 }
 
@@ -171,7 +174,7 @@ neph_result np_slab_create(neph_context *context, const np_slab_case *case_, con
 
 void np_slab_destroy(np_slab *slab) {
   if (!slab) return;
-  np_multi_scatter_clear(&slab->multi_scatter);
+  np_scattering_field_clear(&slab->scattering);
   neph_volume_release(slab->volume);
   np_alloc_free(slab->context, slab);
 }
@@ -186,7 +189,7 @@ typedef struct batch {
 
 typedef struct inquiry {
   const np_slab *slab;
-  const np_slab_question *question;
+  const np_slab_question *query;
   np_integrator_settings settings;
   uint32_t stream;
   uint32_t run; /* the last counts, those before are pilots */
@@ -218,21 +221,21 @@ static double turn(double offset, double step, unsigned index) {
 static double measure_radiance(const inquiry *q, const np_camera_ray *ray, np_random *random) {
   np_integrator_sample sample;
   double radiance = 0.0;
-  q->slab->integrate(&q->slab->view, &q->settings, ray, random, &sample);
+  q->slab->integrate(&q->slab->world, &q->slab->lighting, &q->settings, ray, random, &sample);
   for (int c = 0; c < NP_COMPONENT_COUNT; c++)
     if (c != NP_COMPONENT_BACKGROUND) radiance += (double)sample.component[c].band[0];
   return radiance;
 }
 
 static double measure_ray(const inquiry *q, unsigned index, const double offset[2], np_random *random) {
-  const np_slab_question *question = q->question;
-  double mu = question->mu_view, phi_rad = question->phi_rad, weight = 1.0;
-  if (question->is_flux) {
+  const np_slab_question *query = q->query;
+  double mu = query->mu_view, phi_rad = query->phi_rad, weight = 1.0;
+  if (query->is_flux) {
     mu = invert_share(turn(offset[0], 0.7548776662466927, index));
     phi_rad = 2.0 * NP_PI * turn(offset[1], 0.5698402909980532, index);
     weight = 2.0 * NP_PI * mu / (0.5 + mu);
   }
-  const np_camera_ray ray = make_ray(q->slab, question->is_top, mu, phi_rad, np_random_float(random));
+  const np_camera_ray ray = make_ray(q->slab, query->is_top, mu, phi_rad, np_random_float(random));
   return weight * measure_radiance(q, &ray, random);
 }
 
@@ -372,11 +375,10 @@ static neph_result measure_scattered(inquiry *q, np_slab_answer *out_answer) {
   return result;
 }
 
-neph_result np_slab_ask(const np_slab *slab, const np_slab_question *question, uint32_t stream, np_monitor *monitor,
+neph_result np_slab_ask(const np_slab *slab, const np_slab_question *query, uint32_t stream, np_monitor *monitor,
                         np_slab_answer *out_answer) {
-  inquiry q = {
-      .slab = slab, .question = question, .settings = slab->settings, .stream = stream, .monitor = monitor};
+  inquiry q = {.slab = slab, .query = query, .settings = slab->settings, .stream = stream, .monitor = monitor};
   neph_result result = measure_scattered(&q, out_answer);
-  if (!result && question->is_flux && !question->is_top) out_answer->value += compute_unscattered(&slab->case_);
+  if (!result && query->is_flux && !query->is_top) out_answer->value += compute_unscattered(&slab->case_);
   return result;
 }

@@ -36,7 +36,7 @@ neph_result np_slab_create(neph_context *context, const np_slab_case *case_, con
 void np_slab_destroy(np_slab *slab);
 
 /* `stream` tells the random numbers of one question from those of another. */
-neph_result np_slab_ask(const np_slab *slab, const np_slab_question *question, uint32_t stream, np_monitor *monitor,
+neph_result np_slab_ask(const np_slab *slab, const np_slab_question *query, uint32_t stream, np_monitor *monitor,
                         np_slab_answer *out_answer);
 
 #endif

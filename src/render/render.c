@@ -40,7 +40,7 @@ typedef struct light_quality {
   double cut_residual;
 } light_quality;
 
-static void add_quality(const np_multi_scatter *scatter, light_quality *q) {
+static void add_quality(const np_scattering_field *scatter, light_quality *q) {
   q->is_solved = true;
   q->residual = fmax(q->residual, scatter->residual);
   q->error = fmax(q->error, scatter->error);
@@ -54,7 +54,7 @@ static light_quality find_light_quality(const np_assembly *assembly) {
   light_quality q = {.is_solved = false};
   for (unsigned p = 0; p < assembly->packet_count; p++)
     for (unsigned i = 0; i < assembly->packets[p].light_count; i++) {
-      const np_multi_scatter *scatter = assembly->packets[p].lights[i].view.multi_scatter;
+      const np_scattering_field *scatter = assembly->packets[p].lights[i].lighting.scattering;
       if (scatter) add_quality(scatter, &q);
     }
   return q;
@@ -62,11 +62,11 @@ static light_quality find_light_quality(const np_assembly *assembly) {
 
 /* Seen from above, nothing is in the zenith. */
 static void warn_of_buried_camera(const np_assembly *a) {
-  const np_scene_view *view = &a->packets[0].lights[0].view;
+  const np_world *world = &a->packets[0].lights[0].world;
   const np_dvec3 at = a->camera.origin;
   np_ground_hit hit;
-  if (!np_ground_intersect(view, at, np_zenith(at, view->planet_radius_m), &hit)) return;
-  const double depth = hit.distance_m > 0.0 ? hit.distance_m : -np_altitude(at, view->planet_radius_m);
+  if (!np_world_intersect_ground(world, at, np_zenith(at, world->planet_radius_m), &hit)) return;
+  const double depth = hit.distance_m > 0.0 ? hit.distance_m : -np_altitude(at, world->planet_radius_m);
   if (depth < NP_TERRAIN_LIFT_M) return;
   np_log(a->context, NEPH_LOG_WARNING,
          "camera.position is %.4g m below the ground, and sees nothing but ground: raise it by more than that", depth);

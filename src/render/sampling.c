@@ -4,7 +4,7 @@
 
 #include "core/alloc.h"
 #include "image/film.h"
-#include "render/frame_private.h"
+#include "render/frame_state.h"
 
 enum { TILE_EDGE = 8 };
 
@@ -39,19 +39,20 @@ static double find_distance(const np_frame *f, unsigned x, unsigned y, np_vec3 *
   *out_direction = np_camera_direction(camera, (float)x + 0.5f, (float)y + 0.5f);
   const np_camera_ray ray = {.origin = camera->origin, .direction = *out_direction};
   np_ground_hit hit;
-  const bool is_ground = np_ground_intersect(&f->assembly->packets[0].lights[0].view, ray.origin, ray.direction, &hit);
+  const bool is_ground =
+      np_world_intersect_ground(&f->assembly->packets[0].lights[0].world, ray.origin, ray.direction, &hit);
   const double ground = is_ground ? hit.distance_m : HUGE_VAL;
-  return fmin(f->half_distance(&f->assembly->packets[0].lights[0].view, &ray, ground), ground);
+  return fmin(f->half_distance(&f->assembly->packets[0].lights[0].world, &ray, ground), ground);
 }
 
 /* Light adds up: a scene under sun and moon is the scene under the one and under the other. Stars shine through what
  * the sample finds before them. */
 static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray,
                              const unsigned pixel[2], np_random *random, np_integrator_sample *out) {
-  f->integrate(&packet->lights[0].view, &f->settings, ray, random, out);
+  f->integrate(&packet->lights[0].world, &packet->lights[0].lighting, &f->settings, ray, random, out);
   for (unsigned l = 1; l < packet->light_count; l++) {
     np_integrator_sample more;
-    f->integrate(&packet->lights[l].view, &f->settings, ray, random, &more);
+    f->integrate(&packet->lights[l].world, &packet->lights[l].lighting, &f->settings, ray, random, &more);
     for (int c = 0; c < NP_COMPONENT_COUNT; c++)
       out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
     out->lost = np_spectrum_add(out->lost, more.lost);
@@ -358,9 +359,9 @@ static void find_dim(np_frame *f) {
   for (unsigned p = 0; p < a->packet_count; p++) {
     np_spectrum light = find_mean_emission(a, &a->packets[p]);
     for (unsigned l = 0; l < a->packets[p].light_count; l++) {
-      const np_scene_view *view = &a->packets[p].lights[l].view;
-      light = np_spectrum_add(light,
-                              np_spectrum_add_scaled(view->environment_radiance, 1.0f / NP_PI_F, view->sun_irradiance));
+      const np_world *world = &a->packets[p].lights[l].world;
+      light = np_spectrum_add(
+          light, np_spectrum_add_scaled(world->environment_radiance, 1.0f / NP_PI_F, world->sun_irradiance));
     }
     sum = a->packet_count == 1 ? light : np_packet_add_color(&a->packets[p], sum, light);
   }

@@ -27,8 +27,9 @@ static np_vec3 direction_of(const sky_image *s, double x, double y) {
 static np_spectrum find_sky(const np_assembly *a, const np_packet *packet, np_vec3 direction) {
   np_spectrum radiance = np_spectrum_grey(0.0f);
   for (unsigned l = 0; l < packet->light_count; l++) {
-    const np_scene_view *view = &packet->lights[l].view;
-    radiance = np_spectrum_add(radiance, np_light_sky(view, view->camera_sky, a->camera.origin, direction));
+    const np_packet_light *light = &packet->lights[l];
+    radiance =
+        np_spectrum_add(radiance, np_lighting_camera_sky(&light->lighting, &light->world, a->camera.origin, direction));
   }
   return radiance;
 }
@@ -47,7 +48,7 @@ static np_spectrum find_disks(const np_assembly *a, np_vec3 direction) {
   np_spectrum color = np_spectrum_grey(0.0f);
   for (unsigned p = 0; p < a->packet_count; p++) {
     const np_packet *packet = &a->packets[p];
-    np_spectrum disk = np_light_disks(&packet->lights[0].view, direction);
+    np_spectrum disk = np_world_disk_radiance(&packet->lights[0].world, direction);
     if (np_spectrum_is_zero(disk)) continue;
     if (packet->atmosphere)
       disk = np_spectrum_multiply(
@@ -66,10 +67,10 @@ static int count_probes(const sky_image *s, const np_disk *disk, np_vec3 middle)
 }
 
 static np_spectrum average_disks(const sky_image *s, unsigned x, size_t y) {
-  const np_scene_view *view = &s->assembly->packets[0].lights[0].view;
+  const np_world *world = &s->assembly->packets[0].lights[0].world;
   const np_vec3 middle = direction_of(s, x + 0.5, (double)y + 0.5);
-  int n = count_probes(s, &view->disk, middle);
-  if (view->night) n = (int)fmax(n, count_probes(s, &view->night->moon, middle));
+  int n = count_probes(s, &world->disk, middle);
+  if (world->night) n = (int)fmax(n, count_probes(s, &world->night->moon, middle));
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (int i = 0; i < n * n; i++) {
     const double column = x + (i % n + 0.5) / n, row = (double)y + (i / n + 0.5) / n;

@@ -53,20 +53,20 @@ static float find_twinkle(const np_star_field_desc *d, size_t index, np_vec3 dir
   np_random random = np_random_start(d->seed, (uint32_t)d->frame, (uint32_t)index, UINT32_MAX, UINT32_MAX);
   const double u = 1.0 - np_random_double(&random), v = np_random_double(&random);
   const double gaussian = sqrt(-2.0 * log(u)) * cos(2.0 * NP_PI * v); /* Box and Muller */
-  const np_vec3 up = np_zenith(d->origin, d->view->planet_radius_m);
+  const np_vec3 up = np_zenith(d->origin, d->world->planet_radius_m);
   return np_star_twinkle((float)d->twinkling, np_vec3_dot(direction, up), (float)gaussian);
 }
 
 static np_spectrum find_irradiance(const np_star_field_desc *d, size_t index, np_vec3 direction) {
-  const np_scene_view *view = d->view;
+  const np_world *world = d->world;
   np_ground_hit ground;
-  if (np_disk_covers(&view->night->moon, direction)) return np_spectrum_grey(0.0f);
-  if (!d->camera && np_ground_intersect(view, d->origin, direction, &ground)) return np_spectrum_grey(0.0f);
+  if (np_disk_covers(&world->night->moon, direction)) return np_spectrum_grey(0.0f);
+  if (!d->camera && np_world_intersect_ground(world, d->origin, direction, &ground)) return np_spectrum_grey(0.0f);
   const np_star *star = &d->catalogue->stars[index];
   np_spectrum irradiance = np_star_irradiance((double)star->v_magnitude, (double)star->b_minus_v, d->wavelength_nm);
-  if (view->atmosphere)
+  if (world->atmosphere)
     irradiance =
-        np_spectrum_multiply(irradiance, np_atmosphere_transmittance_to_space(view->atmosphere, d->origin, direction));
+        np_spectrum_multiply(irradiance, np_atmosphere_transmittance_to_space(world->atmosphere, d->origin, direction));
   return np_spectrum_scale(irradiance, find_twinkle(d, index, direction));
 }
 
@@ -84,7 +84,7 @@ static void add_pixel(const np_star_field_desc *d, long x, long y, double share,
 
 static void add_star(const np_star_field_desc *d, size_t index, np_star_field *field) {
   film_point at;
-  const np_dvec3 direction = np_celestial_apply(&d->view->night->turn, np_star_direction(&d->catalogue->stars[index]));
+  const np_dvec3 direction = np_celestial_apply(&d->world->night->turn, np_star_direction(&d->catalogue->stars[index]));
   if (!project(d, direction, &at)) return;
   const np_spectrum irradiance = find_irradiance(d, index, np_dvec3_to_float(direction));
   if (np_spectrum_is_zero(irradiance)) return;

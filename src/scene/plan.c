@@ -12,10 +12,6 @@
 
 enum { SIZE_LIMIT = 65536 };
 
-static const unsigned light_aovs = NP_AOV_BACKGROUND | NP_AOV_TERRAIN | NP_AOV_AIR | NP_AOV_SUN | NP_AOV_SKY |
-                                   NP_AOV_GROUND | NP_AOV_MULTIPLE | NP_AOV_EMISSION | NP_AOV_STANDARD_ERROR |
-                                   NP_AOV_VARIANCE;
-
 /* ---- The description ---- */
 
 static neph_result check_desc(neph_context *context, const neph_render_desc *desc) {
@@ -126,7 +122,7 @@ static bool has_emission(const neph_scene *scene) {
 
 static scene_facts find_facts(const neph_scene *scene, const np_plan *plan) {
   scene_facts facts = {
-      .wants_light = scene->output.has_beauty || (scene->output.aovs & light_aovs),
+      .wants_light = scene->output.has_beauty || np_aovs_need_light(scene->output.aovs),
       .has_environment = is_positive(scene->environment.radiance_w_m2_sr_nm),
       .has_air = scene->has_atmosphere && scene->environment.has_planet,
       .has_clouds = scene->cloud_count > 0,
@@ -378,30 +374,24 @@ static void decide_colors(np_plan *plan, const neph_scene *scene, const scene_fa
 
 /* ---- Resources ---- */
 
-static unsigned count_channels(const np_plan *plan) {
-  const unsigned single = NP_AOV_TRANSMITTANCE | NP_AOV_DISTANCE | NP_AOV_SAMPLE_COUNT | NP_AOV_MEAN_DISTANCE;
-  unsigned count = 2 + (plan->has_beauty ? 3 : 0);
-  for (unsigned bit = 1; bit <= NP_AOV_LAST; bit <<= 1)
-    if (bit != NP_AOV_DEPTH && plan->aovs & bit) count += single & bit ? 1 : 3;
-  return count;
-}
-
 static void count_work(np_plan *plan) {
   const neph_render_desc *desc = &plan->desc;
   const uint64_t pixels = (uint64_t)(desc->crop_max[0] - desc->crop_min[0]) * (desc->crop_max[1] - desc->crop_min[1]);
   plan->ray_count = pixels * desc->sample_count;
-  plan->film_bytes = pixels * count_channels(plan) * sizeof(float);
+  plan->film_bytes = pixels * (2 + (plan->has_beauty ? 3 : 0) + np_aovs_count_channels(plan->aovs)) * sizeof(float);
 }
 
 /* One sample says nothing about its error. */
 static neph_result check_samples(const np_plan *plan) {
-  if (plan->desc.sample_count >= 2) return NEPH_OK;
-  const char *reader = plan->aovs & NP_AOV_STANDARD_ERROR  ? "the standard_error of output.aovs"
-                       : plan->aovs & NP_AOV_VARIANCE      ? "the variance of output.aovs"
-                       : isfinite(plan->desc.target_error) ? "render.target_error"
-                                                           : NULL;
-  if (!reader) return NEPH_OK;
-  return np_fail(plan->context, NEPH_ERROR_BAD_SCENE, "render.samples is 1, must be at least 2 for %s", reader);
+  const unsigned samples = plan->desc.sample_count;
+  const np_aov_row *aov = np_aovs_search_short(plan->aovs, samples);
+  if (aov)
+    return np_fail(plan->context, NEPH_ERROR_BAD_SCENE,
+                   "render.samples is %u, must be at least %u for the %s of output.aovs", samples, aov->samples_min,
+                   aov->name);
+  if (samples >= 2 || !isfinite(plan->desc.target_error)) return NEPH_OK;
+  return np_fail(plan->context, NEPH_ERROR_BAD_SCENE,
+                 "render.samples is 1, must be at least 2 for render.target_error");
 }
 
 /* Where sun and moon stand, unless only the height field, not read yet, knows the place. */

@@ -5,25 +5,25 @@
 
 #include "core/alloc.h"
 #include "core/parallel.h"
-#include "light/multi_scatter.h"
+#include "transport/scattering_field.h"
 
 /* The core's extinction grows with height, by this much at the most. */
 static const double core_gain_max = 1.2;
 
-void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_multi_scatter_desc *out) {
+void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_scattering_desc *out) {
   const double asked = scene->render.light_memory_bytes;
   const double bytes = isfinite(asked) ? asked : 0.25 * (double)np_memory_size();
   const neph_render_desc *desc = &plan->desc;
-  *out = (np_multi_scatter_desc)NP_MULTI_SCATTER_DESC_DEFAULT;
+  *out = (np_scattering_desc)NP_SCATTERING_DESC_DEFAULT;
   out->cells.cell_count_max = (size_t)fmin(bytes / np_transport_count_iterated_bytes(NP_DEGREE_MIN), 1e9);
   if (desc->integrator == NEPH_INTEGRATOR_MARCH)
-    np_multi_scatter_desc_set_rays(out, (double)desc->width * desc->height * desc->sample_count);
+    np_scattering_desc_set_rays(out, (double)desc->width * desc->height * desc->sample_count);
 }
 
 /* Clouds as the choice of cells sees them: where they are, how fine, and how dense at the most. */
 typedef struct outline {
-  np_bricks bricks[NP_VIEW_VOLUMES_MAX];
-  np_view_volume volumes[NP_VIEW_VOLUMES_MAX];
+  np_bricks bricks[NP_INSTANCES_MAX];
+  np_instance volumes[NP_INSTANCES_MAX];
 } outline;
 
 static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, np_transport_desc *cells) {
@@ -31,9 +31,9 @@ static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, np_tr
   const double low[3] = {bake->center_m[0] - 0.5 * bake->extent_m[0], bake->center_m[1] - 0.5 * bake->extent_m[1],
                          bake->base_altitude_m};
   const double size[3] = {bake->extent_m[0], bake->extent_m[1], bake->thickness_m};
-  np_view_volume *volume = &o->volumes[i];
+  np_instance *volume = &o->volumes[i];
   o->bricks[i].value_max = 1.0f;
-  *volume = (np_view_volume){.bricks = &o->bricks[i],
+  *volume = (np_instance){.bricks = &o->bricks[i],
                              .extinction_per_value = (float)(core_gain_max * bake->extinction_per_m),
                              .phase = cloud->phase};
   for (int a = 0; a < 3; a++) {
@@ -49,7 +49,7 @@ static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, np_tr
 
 static neph_result place(const np_plan *plan, const neph_scene *scene, outline *o, bool *out_are_known,
                          double out_errors[2]) {
-  np_multi_scatter_desc desc;
+  np_scattering_desc desc;
   np_plan_choose_cells(plan, scene, &desc);
   const double *camera = scene->camera.position_m;
   desc.cells.bounds_min = np_dvec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
@@ -57,12 +57,12 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   desc.cells.has_viewer = true;
   desc.cells.viewer = np_dvec3_make(camera[0], camera[1], camera[2]);
   for (unsigned i = 0; i < scene->cloud_count; i++) add_cloud(o, i, &scene->clouds[i], &desc.cells);
-  const np_scene_view view = {.volume_count = scene->cloud_count, .volumes = o->volumes};
+  const np_world world = {.clouds.count = scene->cloud_count, .clouds.at = o->volumes};
   np_transport_grid grid;
-  neph_result result = np_transport_grid_place(scene->context, &view, &desc.cells, &grid);
+  neph_result result = np_transport_grid_place(scene->context, &world, &desc.cells, &grid);
   if (result) return result;
   double least, most;
-  np_transport_grid_find_depths(&view, &grid, &least, &most);
+  np_transport_grid_compute_depths(&world, &grid, &least, &most);
   out_errors[0] = np_transport_expect_error(least);
   out_errors[1] = np_transport_expect_error(most);
   *out_are_known = true;
@@ -73,7 +73,7 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
 neph_result np_plan_expect_light_errors(const np_plan *plan, const neph_scene *scene, bool *out_are_known,
                                         double out_errors[2]) {
   *out_are_known = false;
-  if (scene->cloud_count == 0 || scene->cloud_count > NP_VIEW_VOLUMES_MAX) return NEPH_OK;
+  if (scene->cloud_count == 0 || scene->cloud_count > NP_INSTANCES_MAX) return NEPH_OK;
   for (unsigned i = 0; i < scene->cloud_count; i++)
     if (!scene->clouds[i].is_baked || scene->clouds[i].phase_source.kind == NP_PHASE_TABLE) return NEPH_OK;
   outline *o = np_alloc(scene->context, 1, sizeof *o);

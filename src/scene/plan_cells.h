@@ -3,13 +3,13 @@
 #ifndef NP_SCENE_PLAN_CELLS_H
 #define NP_SCENE_PLAN_CELLS_H
 
-#include "scene/plan.h"
+#include "scene/plan_stages.h"
 
-struct np_multi_scatter_desc;
+struct np_scattering_desc;
 
 /* As many cells as render.light_memory allows, were there cloud in all of them, and fine ones for the whole picture,
  * whatever of it is rendered. */
-void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, struct np_multi_scatter_desc *out);
+void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, struct np_scattering_desc *out);
 
 /* Errors to be expected of light, as shares, at the densest point: in the smallest cells, which are near the camera,
  * and in the largest. Not known where clouds or their phase functions are files that have not been read. */

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the sun optical-depth volume costs, and what it saves, in seconds of one core.
  *
- * Times and counts are medians over six clouds, thick and thin, heaped and flat, measured by bench_sun_depth and with
- * look-ups counted; their ratios matter alone. docs/transport.md has the table and what the choice makes of it.
+ * Times and counts are medians over six clouds, thick and thin, heaped and flat, measured by bench_sun_optical_depth
+ * and with look-ups counted; their ratios matter alone. docs/transport.md has the table and what the choice makes of
+ * it.
  */
 #include <math.h>
 #include <stdio.h>
@@ -44,25 +45,25 @@ static double find_sine(const np_plan *plan) {
 }
 
 /* A cloud as light runs through it. */
-typedef struct passage {
+typedef struct ray_passage {
   double bricks, depth;
-} passage;
+} ray_passage;
 
-static passage find_passage(const np_plan *plan, const np_scene_cloud *cloud) {
+static ray_passage find_passage(const np_plan *plan, const np_scene_cloud *cloud) {
   const neph_cloud_desc *bake = &cloud->bake;
   if (!cloud->is_baked) {
     const bool is_known = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
-    return (passage){cbrt(plan->cloud_voxel_count) / 8.0, is_known ? cloud->density_value : depth_unread};
+    return (ray_passage){cbrt(plan->cloud_voxel_count) / 8.0, is_known ? cloud->density_value : depth_unread};
   }
   const double way_m = fmin(bake->thickness_m / find_sine(plan), hypot(bake->extent_m[0], bake->extent_m[1]));
-  return (passage){way_m / (8.0 * bake->voxel_m), bake->extinction_per_m * bake->thickness_m};
+  return (ray_passage){way_m / (8.0 * bake->voxel_m), bake->extinction_per_m * bake->thickness_m};
 }
 
 /* In the mean over the clouds: what a voxel takes to fill, and what a ray of the march saves. */
 static void find_costs(const np_plan *plan, const neph_scene *scene, double *out_fill_s, double *out_saving_s) {
   double fill = 0.0, bricks = 0.0;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
-    const passage p = find_passage(plan, &scene->clouds[i]);
+    const ray_passage p = find_passage(plan, &scene->clouds[i]);
     fill += (fill_s + (fill_steep_s - fill_s) * fmin(p.depth / fmax(p.bricks, 1.0), 1.0)) / scene->cloud_count;
     bricks += ray_ways * p.bricks / (1.0 + p.depth / thick_depth) / scene->cloud_count;
   }

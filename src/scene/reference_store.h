@@ -6,7 +6,7 @@
 #ifndef NP_SCENE_REFERENCE_STORE_H
 #define NP_SCENE_REFERENCE_STORE_H
 
-#include "light/scene_view.h"
+#include "world/world.h"
 #include "scene/scene_private.h"
 
 /* Where the files of a cloud stand in the world, and what their values mean. */
@@ -24,7 +24,7 @@ typedef struct np_reference {
 } np_reference;
 
 typedef struct np_reference_store {
-  np_reference list[NP_VIEW_VOLUMES_MAX]; /* of each cloud */
+  np_reference list[NP_INSTANCES_MAX]; /* of each cloud */
 } np_reference_store;
 
 /* The reference of a cloud that is a sequence; begun anew where the cloud's files have become others. */

@@ -5,7 +5,7 @@
 #include "atmosphere/sky_store.h"
 #include "core/alloc.h"
 #include "core/file.h"
-#include "light/light_store.h"
+#include "caches/light_store.h"
 #include "scene/reference_store.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_file.h"

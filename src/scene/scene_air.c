@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "scene/scene_apply.h"
+#include "scene/scene_fail.h"
 
 /* ---- Presets ---- */
 

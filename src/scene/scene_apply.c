@@ -8,7 +8,7 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
-#include "light/scene_view.h"
+#include "world/world.h"
 #include "scene/scene_air.h"
 
 enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, NAMES_SIZE = 512 };
@@ -23,21 +23,6 @@ static neph_result apply_section(key_applier *applier, const np_key *section, vo
 
 /* ---- Messages ---- */
 
-static neph_result fail_text(const neph_scene *scene, unsigned line, unsigned column, const char *text) {
-  if (!line) return np_fail(scene->context, NEPH_ERROR_BAD_SCENE, "%s", text);
-  return np_fail(scene->context, NEPH_ERROR_BAD_SCENE, "%s:%u:%u: %s", scene->file ? scene->file : "scene", line,
-                 column, text);
-}
-
-neph_result np_scene_fail_at(const neph_scene *scene, const np_node *node, const char *format, ...) {
-  char text[1024];
-  va_list arguments;
-  va_start(arguments, format);
-  vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return fail_text(scene, node ? node->line : 0, node ? node->column : 0, text);
-}
-
 static neph_result fail_key(const key_applier *applier, const np_node *node, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
@@ -47,7 +32,7 @@ static neph_result fail_key(const key_applier *applier, const np_node *node, con
   va_start(arguments, format);
   vsnprintf(text, sizeof text, format, arguments);
   va_end(arguments);
-  return fail_text(applier->scene, node->key_line, node->key_column, text);
+  return np_scene_fail_text(applier->scene, node->key_line, node->key_column, text);
 }
 
 /* A short copy without line breaks, whatever the file holds. */
@@ -313,9 +298,8 @@ static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigne
 static neph_result apply_clouds(key_applier *applier, const np_key *list, const np_node *node) {
   neph_scene *scene = applier->scene;
   size_t count = np_node_count(node);
-  if (count > NP_VIEW_VOLUMES_MAX)
-    return np_scene_fail_at(scene, node, "clouds has %zu elements, must be at most %d", count,
-                            (int)NP_VIEW_VOLUMES_MAX);
+  if (count > NP_INSTANCES_MAX)
+    return np_scene_fail_at(scene, node, "clouds has %zu elements, must be at most %d", count, (int)NP_INSTANCES_MAX);
   scene->clouds = np_alloc(applier->context, count, sizeof *scene->clouds);
   if (!scene->clouds) return NEPH_ERROR_OUT_OF_MEMORY;
   scene->cloud_count = (unsigned)count;

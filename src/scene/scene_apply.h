@@ -3,6 +3,7 @@
 #ifndef NP_SCENE_SCENE_APPLY_H
 #define NP_SCENE_SCENE_APPLY_H
 
+#include "scene/scene_fail.h"
 #include "scene/scene_keys.h"
 #include "scene/scene_node.h"
 
@@ -16,9 +17,5 @@ void np_scene_clear(neph_scene *scene);
 /* Puts a value, which it takes over, into a document as if the file had it at `key`: "clouds[0].voxel". What it
  * excludes goes. */
 neph_result np_scene_edit(neph_context *context, np_node *document, const char *key, np_node *value);
-
-/* Logs a bad scene: "file:line:column: what"; without a place when `node` has none or is NULL. */
-neph_result np_scene_fail_at(const neph_scene *scene, const np_node *node, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
 
 #endif

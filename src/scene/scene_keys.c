@@ -55,16 +55,9 @@ static const np_choice models[] = {
 static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
 static const np_choice color_spaces[] = {{"auto", NP_SCENE_COLOR_AUTO}, {"bands", NP_SCENE_BANDS},
                                          {"rec709", NP_SCENE_REC709},   {"acescg", NP_SCENE_ACESCG}, {NULL, 0}};
-static const np_choice aovs[] = {
-    {"background", NP_AOV_BACKGROUND}, {"terrain", NP_AOV_TERRAIN},   {"air", NP_AOV_AIR},
-    {"sun", NP_AOV_SUN},               {"sky", NP_AOV_SKY},           {"ground", NP_AOV_GROUND},
-    {"multiple", NP_AOV_MULTIPLE},     {"transmittance", NP_AOV_TRANSMITTANCE},
-    {"distance", NP_AOV_DISTANCE},     {"depth", NP_AOV_DEPTH},
-    {"standard_error", NP_AOV_STANDARD_ERROR},
-    {"variance", NP_AOV_VARIANCE},     {"sample_count", NP_AOV_SAMPLE_COUNT},
-    {"albedo", NP_AOV_ALBEDO},         {"mean_distance", NP_AOV_MEAN_DISTANCE},
-    {"position", NP_AOV_POSITION},     {"emission", NP_AOV_EMISSION},
-    {NULL, 0}};
+#define AOV(id, name, parts, needs_light, samples_min) {name, NP_AOV_##id},
+static const np_choice aovs[] = {NP_AOV_ROWS(AOV){NULL, 0}};
+#undef AOV
 
 /* clang-format off */
 static const np_key keys[] = {

@@ -12,6 +12,7 @@
 
 #include "core/context_private.h"
 #include "core/math.h"
+#include "image/aov.h"
 #include "image/color_space.h"
 #include "optics/phase.h"
 
@@ -165,28 +166,6 @@ typedef struct np_scene_terrain {
   neph_terrain_desc desc;
   neph_ridges_desc ridges;
 } np_scene_terrain;
-
-/* Groups of channels beyond A and Z, which every picture has; R, G, B come with np_scene_output.has_beauty. */
-typedef enum np_aov {
-  NP_AOV_BACKGROUND = 1 << 0,
-  NP_AOV_TERRAIN = 1 << 1,
-  NP_AOV_AIR = 1 << 2,
-  NP_AOV_SUN = 1 << 3,
-  NP_AOV_SKY = 1 << 4,
-  NP_AOV_GROUND = 1 << 5,
-  NP_AOV_MULTIPLE = 1 << 6,
-  NP_AOV_TRANSMITTANCE = 1 << 7,
-  NP_AOV_DISTANCE = 1 << 8,
-  NP_AOV_DEPTH = 1 << 9, /* Z: always there, may be named all the same */
-  NP_AOV_STANDARD_ERROR = 1 << 10,
-  NP_AOV_VARIANCE = 1 << 11,
-  NP_AOV_SAMPLE_COUNT = 1 << 12,
-  NP_AOV_ALBEDO = 1 << 13,
-  NP_AOV_MEAN_DISTANCE = 1 << 14,
-  NP_AOV_POSITION = 1 << 15,
-  NP_AOV_EMISSION = 1 << 16,
-  NP_AOV_LAST = NP_AOV_EMISSION
-} np_aov;
 
 /* How the march finds optical depths towards the sun. */
 typedef enum np_sun_depth { NP_SUN_DEPTH_AUTO, NP_SUN_DEPTH_VOLUME, NP_SUN_DEPTH_MARCH } np_sun_depth;

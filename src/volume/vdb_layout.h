@@ -10,7 +10,7 @@
 #define NP_VOLUME_VDB_LAYOUT_H
 
 #include "core/parallel.h"
-#include "volume/vdb_shim.h"
+#include "volume/vdb_table.h"
 
 typedef struct np_vdb_layout np_vdb_layout;
 

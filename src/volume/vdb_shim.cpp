@@ -5,7 +5,7 @@
  * the structure of what is about to be read, and on a stream that throws at the first byte that is missing. The caller,
  * not OpenVDB, reads the header of the file: OpenVDB would log to standard output what it thinks of its version.
  */
-#include "volume/vdb_shim.h"
+#include "volume/vdb_table.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <streambuf>
 
-#include "volume/vdb_shim.h"
+#include "volume/vdb_table.h"
 
 namespace np_vdb {
 

@@ -6,7 +6,7 @@
 
 #include "core/parallel.h"
 #include "volume/vdb_bytes.h"
-#include "volume/vdb_shim.h"
+#include "volume/vdb_table.h"
 
 /* What a leaf holds behind its masks. */
 typedef enum np_vdb_leaf {

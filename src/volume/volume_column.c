@@ -12,7 +12,7 @@
 
 #include "core/alloc.h"
 
-typedef struct columns {
+typedef struct volume_columns {
   const np_bricks *bricks;
   int axis, across[2]; /* the index axis along the lines, and the other two */
   double step[3];      /* direction of a line, in index units for one metre upwards */
@@ -20,7 +20,7 @@ typedef struct columns {
   int32_t low[2];      /* first line of the layer along `across` */
   int32_t size[2];
   double *thread_max; /* the largest integral each thread has found */
-} columns;
+} volume_columns;
 
 static double get_component(np_dvec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
@@ -55,7 +55,7 @@ static double integrate_span(const np_brick_walk *walk, const np_brick_span *spa
   return sum;
 }
 
-static double integrate_column(const columns *c, int32_t u, int32_t v) {
+static double integrate_column(const volume_columns *c, int32_t u, int32_t v) {
   double origin[3];
   origin[c->axis] = c->middle;
   origin[c->across[0]] = c->low[0] + u;
@@ -70,7 +70,7 @@ static double integrate_column(const columns *c, int32_t u, int32_t v) {
 }
 
 static neph_result integrate_rows(void *user, size_t begin, size_t end, unsigned thread) {
-  const columns *c = user;
+  const volume_columns *c = user;
   for (size_t u = begin; u < end; u++)
     for (int32_t v = 0; v < c->size[1]; v++) {
       double integral = integrate_column(c, (int32_t)u, v);
@@ -80,7 +80,7 @@ static neph_result integrate_rows(void *user, size_t begin, size_t end, unsigned
 }
 
 /* Along each axis across the lines: the box, and as far beyond as a line moves between the layer and the box's ends. */
-static void set_layer(columns *c, const neph_volume *volume) {
+static void set_layer(volume_columns *c, const neph_volume *volume) {
   double low = volume->active_min[c->axis], high = volume->active_max[c->axis];
   c->middle = np_brick_floor(0.5 * (low + high));
   for (int n = 0; n < 2; n++) {
@@ -93,7 +93,7 @@ static void set_layer(columns *c, const neph_volume *volume) {
   }
 }
 
-static neph_result set_lines(columns *c, const neph_volume *volume, const np_affine *index_to_world) {
+static neph_result set_lines(volume_columns *c, const neph_volume *volume, const np_affine *index_to_world) {
   np_affine world_to_index;
   if (!np_affine_invert(index_to_world, &world_to_index))
     return np_fail(volume->context, NEPH_ERROR_INVALID_ARGUMENT, "grid '%s': the placed transform cannot be inverted",
@@ -115,7 +115,7 @@ static neph_result set_lines(columns *c, const neph_volume *volume, const np_aff
 neph_result np_volume_get_column_max(const neph_volume *volume, const np_affine *index_to_world, np_monitor *monitor,
                                      double *out_value_m) {
   neph_context *context = volume->context;
-  columns c = {.bricks = &volume->bricks};
+  volume_columns c = {.bricks = &volume->bricks};
   *out_value_m = 0.0;
   neph_result result = set_lines(&c, volume, index_to_world);
   if (result) return result;

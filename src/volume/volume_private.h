@@ -7,7 +7,7 @@
 
 #include "volume/bricks.h"
 #include "volume/sparse_grid.h"
-#include "volume/vdb_shim.h"
+#include "volume/vdb_table.h"
 
 struct neph_volume {
   atomic_size_t references;

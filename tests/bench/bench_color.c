@@ -151,7 +151,7 @@ static void map(const matrix *m, const double bands_sun[3], const double sun[3],
 static void find_sun(const np_assembly *a, double out[3]) {
   np_spectrum color = np_spectrum_grey(0.0f);
   for (unsigned p = 0; p < a->packet_count; p++)
-    color = np_packet_add_color(&a->packets[p], color, a->packets[p].lights[0].view.sun_irradiance);
+    color = np_packet_add_color(&a->packets[p], color, a->packets[p].lights[0].world.sun_irradiance);
   for (int c = 0; c < 3; c++) out[c] = (double)color.band[c];
 }
 
@@ -171,15 +171,16 @@ static void look(const np_assembly *a, double (*rgb)[3]) {
   memset(color, 0, sizeof color);
   for (unsigned p = 0; p < a->packet_count; p++) {
     const np_packet *packet = &a->packets[p];
-    const np_scene_view *view = &packet->lights[0].view;
+    const np_world *world = &packet->lights[0].world;
     for (int i = 0; i < DIRECTIONS; i++) {
       const double zenith = (i % 6) * 17.0 * NP_DEGREE, azimuth = (i / 6) * 45.0 * NP_DEGREE;
       const np_vec3 d =
           np_vec3_make((float)(sin(zenith) * sin(azimuth)), (float)(sin(zenith) * cos(azimuth)), (float)cos(zenith));
-      color[i] = np_packet_add_color(packet, color[i], np_light_sky(view, view->camera_sky, a->camera.origin, d));
+      color[i] =
+          np_packet_add_color(packet, color[i], np_world_sky_radiance(world, world->camera_sky, a->camera.origin, d));
     }
     double sun[3], sky[3];
-    neph_sky_get_irradiance(view->camera_sky, sun, sky);
+    neph_sky_get_irradiance(world->camera_sky, sun, sky);
     color[DIRECTIONS] = np_packet_add_color(packet, color[DIRECTIONS], spectrum_of(sun));
     color[DIRECTIONS + 1] = np_packet_add_color(packet, color[DIRECTIONS + 1], spectrum_of(sky));
   }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Error of a picture against look-ups of density: the march, and jittered exponential Euler with a fixed step
- * (tests/march_picture.h says what both are), whose steps towards the sun are one, two or four times as long as its
+ * (tests/march_picture.h defines both), whose steps towards the sun are one, two or four times as long as its
  * others, whichever is best.
  *
  * Usage: bench_march CLOUD.vdb UP DEPTH, with the axis of the file that is up (y or z) and the optical depth of its
@@ -39,8 +39,8 @@ static void run(march_picture *p, double elevation_deg, double azimuth_deg) {
     printf("  march, tolerance %6.4f   %9.1f look-ups   error %7.3f %%   Euler %6.1f times as many, %6.1f without "
            "empty bricks\n",
            (double)tolerance, m.lookups, 100.0 * m.error,
-           march_points_find(baseline, count, m.error, false) / m.lookups,
-           march_points_find(baseline, count, m.error, true) / m.lookups);
+           march_points_compute_lookups(baseline, count, m.error, false) / m.lookups,
+           march_points_compute_lookups(baseline, count, m.error, true) / m.lookups);
   }
 }
 
@@ -50,7 +50,7 @@ static void print_message(void *user, neph_log_level level, const char *message)
 }
 
 int main(int count, char **arguments) {
-  static march_picture p = {.width = 96, .height = 64};
+  static march_picture p;
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   neph_context *context;
   neph_volume *volume;
@@ -59,17 +59,13 @@ int main(int count, char **arguments) {
     fprintf(stderr, "usage: bench_march CLOUD.vdb UP DEPTH\n");
     return 2;
   }
-  p.up = arguments[2][0] == 'y' ? 1 : 2;
+  const int up = arguments[2][0] == 'y' ? 1 : 2;
   if (neph_context_create(&desc, &context) || neph_volume_load(context, arguments[1], NULL, &volume)) return 1;
   double column = 0.0;
-  const np_affine upright = p.up == 1 ? (np_affine){{{1, 0, 0, 0}, {0, 0, 1, 0}, {0, 1, 0, 0}}} : np_affine_identity();
+  const np_affine upright = up == 1 ? (np_affine){{{1, 0, 0, 0}, {0, 0, 1, 0}, {0, 1, 0, 0}}} : np_affine_identity();
   if (np_volume_get_column_max(volume, &upright, NULL, &column)) return 1;
-  p.cloud = (np_view_volume){.bricks = &volume->bricks,
-                             .world_to_index = np_affine_identity(),
-                             .extinction_per_value = (float)(atof(arguments[3]) / column),
-                             .albedo = np_spectrum_grey(1.0f),
-                             .phase = np_phase_henyey_greenstein(0.85f)};
-  p.view = (np_scene_view){.volume_count = 1, .volumes = &p.cloud};
+  march_picture_init(&p, &volume->bricks, (float)(atof(arguments[3]) / column));
+  p.width = 96, p.height = 64, p.up = up;
   for (int a = 0; a < 3; a++) {
     p.low[a] = volume->active_min[a] - 1.0;
     p.high[a] = volume->active_max[a] + 1.0;

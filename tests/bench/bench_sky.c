@@ -11,6 +11,8 @@
 #include <stdlib.h>
 #include <time.h>
 
+#include "atmosphere/medium_check.h"
+#include "atmosphere/moment_builder.h"
 #include "atmosphere/sky_question.h"
 #include "core/csv.h"
 

@@ -2,9 +2,9 @@
 /* Estimators of the transmittance along shadow rays: mean square error times time, at equal majorants.
  *
  * Usage: bench_transmittance CLOUD.vdb. Rays start where light scatters, at points of the cloud drawn in proportion to
- * its density, and go to a sun at 60° and at 4°; the densest vertical column has the optical depth printed. The truth
- * is the integral of the trilinear field, a cubic between voxel faces, by two Gauss points for each: exact. Not a test:
- * it prints, and the reader judges.
+ * its density, and go to a sun at 60° and at 4°; the densest vertical column has the optical depth printed. The
+ * reference is the integral of the trilinear field, a cubic between voxel faces, by two Gauss points for each: exact.
+ * Not a test: it prints, and the reader judges.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,19 +13,19 @@
 #include <nephos/nephos.h>
 
 #include "core/units.h"
-#include "integrate/tracking.h"
+#include "volume/tracking.h"
 #include "volume/volume_private.h"
 
 enum { RAYS = 2000, ESTIMATES = 32 };
 
 typedef struct bench {
   neph_volume *volume;
-  np_view_volume placed;
-  np_scene_view view;
+  np_instance placed;
+  np_instances clouds;
   float *brick_mean;
   np_vec3 to_sun;
   np_dvec3 origin[RAYS];
-  double truth[RAYS];
+  double reference[RAYS];
 } bench;
 
 typedef double (*estimator_fn)(const bench *b, np_dvec3 origin, np_random *random);
@@ -40,13 +40,13 @@ static double look_up(const bench *b, const np_brick_walk *walk, const np_brick_
 /* ---- Tracking ---- */
 
 static double estimate_delta(const bench *b, np_dvec3 origin, np_random *random) {
-  const np_view_volume *volume;
+  const np_instance *volume;
   np_flight flight = np_flight_start(np_track_flight(random), 0.0);
-  return isinf(np_track_collision(&b->view, origin, b->to_sun, INFINITY, &flight, random, &volume));
+  return isinf(np_track_collision(&b->clouds, origin, b->to_sun, INFINITY, &flight, random, &volume));
 }
 
 static double estimate_tracer(const bench *b, np_dvec3 origin, np_random *random) {
-  return (double)np_track_transmittance(&b->view, origin, b->to_sun, INFINITY, np_track_faint_depth, random);
+  return (double)np_track_transmittance(&b->clouds, origin, b->to_sun, INFINITY, np_track_faint_depth, random);
 }
 
 /* Residual ratio tracking with a control that a callback chooses for each cell. */
@@ -180,10 +180,10 @@ static double estimate_unbiased_march_4(const bench *b, np_dvec3 origin, np_rand
   return estimate_unbiased_march_by(b, origin, 4.0, random);
 }
 
-/* ---- The truth, which is also an estimator ---- */
+/* ---- The reference, which is also an estimator ---- */
 
-/* Where the ray next crosses a face between samples, after t and before t_end. */
-static double find_face(const np_brick_walk *walk, double t, double t_end) {
+/* Distance to the next face between samples that the ray crosses, after t and before t_end. */
+static double compute_next_face(const np_brick_walk *walk, double t, double t_end) {
   for (int a = 0; a < 3; a++) {
     if (walk->inverse[a] == 0.0) continue;
     const double position = walk->origin[a] + (t + 1e-9) * walk->direction[a];
@@ -201,7 +201,7 @@ static double compute_exact(const bench *b, np_dvec3 origin, np_random *random) 
   np_track_start(&walk, &b->placed, origin, b->to_sun, 0.0, INFINITY);
   while (np_brick_walk_next(&walk, &span))
     for (double t = span.t_begin, next; t < span.t_end; t = next) {
-      next = span.brick == NP_BRICK_NONE ? span.t_end : find_face(&walk, t, span.t_end);
+      next = span.brick == NP_BRICK_NONE ? span.t_end : compute_next_face(&walk, t, span.t_end);
       const double middle = 0.5 * (t + next), offset = (next - t) * 0.28867513459481288;
       depth +=
           0.5 * (next - t) * (look_up(b, &walk, &span, middle - offset) + look_up(b, &walk, &span, middle + offset));
@@ -228,7 +228,7 @@ static figure measure(const bench *b, estimator_fn estimate) {
   const double begin = read_seconds();
   for (int ray = 0; ray < RAYS; ray++)
     for (int k = 0; k < ESTIMATES; k++) {
-      const double error = estimate(b, b->origin[ray], &random) - b->truth[ray];
+      const double error = estimate(b, b->origin[ray], &random) - b->reference[ray];
       f.mse += error * error / ((double)RAYS * ESTIMATES);
       f.bias += error / ((double)RAYS * ESTIMATES);
     }
@@ -274,20 +274,20 @@ static void run(bench *b, double depth, double elevation_deg) {
   double column = 0.0;
   const np_affine up = {{{1, 0, 0, 0}, {0, 0, 1, 0}, {0, 1, 0, 0}}};
   if (np_volume_get_column_max(b->volume, &up, NULL, &column)) exit(1);
-  b->placed = (np_view_volume){.bricks = &b->volume->bricks,
-                               .world_to_index = np_affine_identity(),
-                               .extinction_per_value = (float)(depth / column)};
-  b->view = (np_scene_view){.volume_count = 1, .volumes = &b->placed};
+  b->placed = (np_instance){.bricks = &b->volume->bricks,
+                            .world_to_index = np_affine_identity(),
+                            .extinction_per_value = (float)(depth / column)};
+  b->clouds = (np_instances){1, &b->placed};
   const double elevation = elevation_deg * NP_DEGREE;
   b->to_sun = np_vec3_make((float)(0.6 * cos(elevation)), (float)sin(elevation), (float)(0.8 * cos(elevation)));
   draw_origins(b);
   double mean = 0.0;
-  for (int ray = 0; ray < RAYS; ray++) mean += (b->truth[ray] = compute_exact(b, b->origin[ray], NULL)) / RAYS;
+  for (int ray = 0; ray < RAYS; ray++) mean += (b->reference[ray] = compute_exact(b, b->origin[ray], NULL)) / RAYS;
   printf("optical depth %g, sun at %g deg: mean transmittance %.4f\n", depth, elevation_deg, mean);
   print_estimators(b);
 }
 
-static void find_brick_means(bench *b) {
+static void compute_brick_means(bench *b) {
   const np_bricks *bricks = &b->volume->bricks;
   b->brick_mean = calloc(bricks->brick_count, sizeof *b->brick_mean);
   if (!b->brick_mean) exit(1);
@@ -313,7 +313,7 @@ int main(int count, char **arguments) {
     return 2;
   }
   if (neph_context_create(&desc, &context) || neph_volume_load(context, arguments[1], NULL, &b.volume)) return 1;
-  find_brick_means(&b);
+  compute_brick_means(&b);
   run(&b, 40.0, 60.0);
   run(&b, 40.0, 4.0);
   run(&b, 150.0, 60.0);

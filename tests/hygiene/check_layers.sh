@@ -10,15 +10,17 @@ complain() { echo "$1" >&2; fail=1; }
 layers='core:
 optics:
 noise:
-volume:
+volume: optics
 image:
-cloud: noise volume image
+cloud: optics noise volume image
 terrain: noise image
 atmosphere: optics image
-light: optics volume atmosphere terrain
-integrate: optics volume atmosphere terrain light
-scene: optics noise volume image cloud terrain atmosphere light integrate
-render: optics noise volume image cloud terrain atmosphere light integrate scene'
+world: optics noise volume atmosphere terrain
+transport: optics noise volume atmosphere terrain world
+caches: optics noise volume atmosphere terrain world transport
+integrate: optics noise volume atmosphere terrain world transport caches
+scene: optics noise volume image cloud terrain atmosphere world transport caches integrate
+render: optics noise volume image cloud terrain atmosphere world transport caches integrate scene'
 
 for folder in src/*/; do
   module=$(basename "$folder")

@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Successive orders of scattering (Chandrasekhar 1950, "Radiative Transfer", section 2), source kept by six moments.
+ *
+ * At each node (altitude, sun cosine) the radiance of one order is gathered over directions and reduced to its moments;
+ * these give the source of the next order everywhere. The rule over zenith angles is split at the true horizon, where
+ * the radiance jumps. Orders 1 to 4 are summed one by one; later ones form a geometric series with the last ratio
+ * M(4)/M(3), which by then is nearly the same everywhere.
+ */
+#include "atmosphere/moment_builder.h"
+
+#include "core/alloc.h"
+
+enum { SERIES_ORDER = 4 }; /* the last that is gathered; the rest is a series */
+
+/* The geometric series of the later orders goes no further than this ratio. */
+static const float ratio_max = 0.9f;
+/* The disk for which the table is built; its size matters only at the horizon, and there little. */
+static const double disk_angular_radius_rad = 0.00467396;
+
+static np_sun_scale make_sun_scale(const np_medium *medium, int columns) {
+  /* The Earth's twilight, 0.1753, is covered by suns down to −0.4 with center −0.04 and spread 0.3. */
+  const float scale = (float)(np_twilight_scale(medium) / 0.1753);
+  np_sun_scale sun = {np_maxf(-1.0f, -0.4f * scale), -0.04f * scale, 0.3f * scale, 0.0f, columns, 0.0f};
+  const float low = sun.lowest - sun.center, high = 1.0f - sun.center;
+  sun.first = low / (fabsf(low) + sun.spread);
+  sun.columns_per_unit = (float)(columns - 1) / (high / (fabsf(high) + sun.spread) - sun.first);
+  return sun;
+}
+
+/* ---- Nodes ---- */
+
+static double altitude_of_node(const np_moment_builder *b, size_t row) {
+  const double y = (double)row / (b->n->node_rows - 1);
+  return b->medium->top_m * y * y;
+}
+
+/* Directions of one altitude: Gauss points in the root of the distance to the horizon, on either side of it. */
+static void place_directions(np_moment_builder *b, size_t row, const np_path_rule *rule) {
+  const int up_count = b->n->up;
+  const np_quadrature up = np_quadrature_gauss(up_count), down = np_quadrature_gauss(b->n->down);
+  const double altitude = altitude_of_node(b, row), horizon = np_horizon_cosine(b->medium, altitude);
+  np_moment_direction *first = b->directions + row * (size_t)np_moment_count_directions(b);
+  for (int k = 0; k < np_moment_count_directions(b); k++) {
+    np_moment_direction *d = first + k;
+    const np_quadrature *q = k < up_count ? &up : &down;
+    const int at = k < up_count ? k : k - up_count;
+    const double u = q->x[at], range = k < up_count ? 1.0 - horizon : -(1.0 + horizon);
+    d->wz = (float)(horizon + range * u * u);
+    d->weight = (float)(fabs(range) * 2.0 * u * q->weight[at] * 2.0 * NP_PI / NP_MOMENT_AZIMUTHS);
+    d->ray = np_ray_on_side(b->medium, altitude, d->wz, k >= up_count);
+    np_path_build(b->medium, &d->ray, rule, &d->path);
+  }
+}
+
+static void place_nodes(np_moment_builder *b) {
+  const np_path_rule rule = np_path_rule_make(b->n->points);
+  for (int row = 0; row < b->n->node_rows; row++) place_directions(b, (size_t)row, &rule);
+  for (int i = 0; i < b->n->node_columns; i++) {
+    const float cosine = np_sun_scale_cosine(&b->table->sun, (double)i / (b->n->node_columns - 1));
+    b->sun_cosine[i] = cosine;
+    b->sun_sine[i] = sqrtf(np_maxf(1.0f - cosine * cosine, 0.0f));
+  }
+  for (int p = 0; p < NP_MOMENT_AZIMUTHS; p++) b->cos_azimuth[p] = (float)cos(NP_PI * (p + 0.5) / NP_MOMENT_AZIMUTHS);
+}
+
+void np_moment_fan_make(const np_moment_builder *b, const np_moment_direction *d, np_fan *out_fan) {
+  const float sine = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f));
+  out_fan->count = b->n->node_columns * NP_MOMENT_AZIMUTHS;
+  out_fan->r = (float)d->ray.r;
+  out_fan->shadow = NULL;
+  for (int i = 0; i < out_fan->count; i++) {
+    const int column = i / NP_MOMENT_AZIMUTHS;
+    out_fan->sun_cosine[i] = b->sun_cosine[column];
+    out_fan->angle_cosine[i] =
+        d->wz * b->sun_cosine[column] + sine * b->sun_sine[column] * b->cos_azimuth[i % NP_MOMENT_AZIMUTHS];
+  }
+  np_fan_pad(out_fan);
+}
+
+/* ---- Orders ---- */
+
+/* What the last order is multiplied by to stand for all that follow it, itself included. */
+static np_bands sum_series(np_bands last, np_bands before) {
+  const np_bands ratio =
+      np_bands_min(last / np_bands_max(before, np_bands_grey(np_moment_least)), np_bands_grey(ratio_max));
+  return 1.0f / (1.0f - ratio);
+}
+
+/* Adds the order just gathered to the sums. */
+static void add_order(np_moment_builder *b) {
+  const bool is_last = b->is_series && b->order == b->order_max;
+  for (size_t i = 0; i < b->node_count; i++) {
+    const np_bands m = b->gathered[i * NP_MOMENT_COUNT];
+    const np_bands factor = is_last ? sum_series(m, b->last[i]) : np_bands_grey(1.0f);
+    for (size_t k = 0; k < NP_MOMENT_COUNT; k++)
+      b->total[i * NP_MOMENT_COUNT + k] += factor * b->gathered[i * NP_MOMENT_COUNT + k];
+    for (size_t k = 0; k < NP_MOMENT_HALVES; k++)
+      b->half_total[i * NP_MOMENT_HALVES + k] += factor * b->half[i * NP_MOMENT_HALVES + k];
+    b->last[i] = m;
+  }
+  for (int i = 0; i < b->n->node_columns; i++) {
+    const np_bands e = b->irradiance[i];
+    b->irradiance_total[i] += e * (is_last ? sum_series(e, b->irradiance_last[i]) : np_bands_grey(1.0f));
+    b->irradiance_last[i] = e;
+  }
+}
+
+static neph_result sum_orders(np_moment_builder *b) {
+  for (b->order = 1; b->order <= b->order_max; b->order++) {
+    np_monitor_set_range(b->monitor, (b->order - 1.0) / b->order_max, (double)b->order / b->order_max);
+    memset(b->gathered, 0, b->node_count * NP_MOMENT_COUNT * sizeof(np_bands));
+    memset(b->half, 0, b->node_count * NP_MOMENT_HALVES * sizeof(np_bands));
+    memset(b->irradiance, 0, (size_t)b->n->node_columns * sizeof(np_bands));
+    neph_result result = b->order == 1 ? np_moment_gather_first(b) : np_moment_gather_later(b);
+    if (result) return result;
+    add_order(b);
+    if (b->order < b->order_max) np_moment_refine_order(b);
+  }
+  np_moment_refine_total(b);
+  return NEPH_OK;
+}
+
+static size_t count_texels(const np_moment_table *table) { return (size_t)table->rows * (size_t)table->sun.columns; }
+
+/* One texel more than there are moments: vectors of two begin at the last. */
+static bool allocate_table(neph_context *context, np_moment_table *table) {
+  const size_t count = count_texels(table);
+  table->moments = np_alloc(context, count * NP_MOMENT_COUNT + 1, sizeof(np_bands));
+  if (table->moments) table->hemisphere = np_alloc(context, count * NP_MOMENT_HALVES, sizeof(np_bands));
+  if (table->hemisphere) table->irradiance = np_alloc(context, (size_t)table->sun.columns, sizeof(np_bands));
+  return table->irradiance;
+}
+
+/* Everything the builder works in, as one block of packets. */
+static np_bands *allocate_work(np_moment_builder *b) {
+  const size_t nodes = b->node_count, columns = (size_t)b->n->node_columns;
+  const size_t refined_rows = (size_t)b->n->node_rows * (size_t)b->table->sun.columns;
+  const size_t each = 2 * NP_MOMENT_COUNT + 2 * NP_MOMENT_HALVES + 2;
+  const size_t count = nodes * each + 3 * columns + refined_rows + count_texels(b->table);
+  np_bands *work = np_alloc(b->context, count, sizeof(np_bands));
+  if (!work) return NULL;
+  b->gathered = work;
+  b->total = b->gathered + nodes * NP_MOMENT_COUNT;
+  b->half = b->total + nodes * NP_MOMENT_COUNT;
+  b->half_total = b->half + nodes * NP_MOMENT_HALVES;
+  b->last = b->half_total + nodes * NP_MOMENT_HALVES;
+  b->irradiance = b->last + nodes;
+  b->irradiance_total = b->irradiance + columns;
+  b->irradiance_last = b->irradiance_total + columns;
+  b->quantity = b->irradiance_last + columns;
+  b->refined_rows = b->quantity + nodes;
+  b->refined = b->refined_rows + refined_rows;
+  return work;
+}
+
+neph_result np_moment_table_build(neph_context *context, const np_depth_table *depths, const np_moment_sizes *sizes,
+                                  unsigned order_max, bool has_point_sun, np_monitor *monitor,
+                                  np_moment_table *out_table) {
+  const np_medium *medium = depths->medium;
+  *out_table = (np_moment_table){.medium = medium, .sun = make_sun_scale(medium, sizes->columns), .rows = sizes->rows};
+  if (!allocate_table(context, out_table)) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_moment_builder *b = np_alloc(context, 1, sizeof *b);
+  if (!b) return NEPH_ERROR_OUT_OF_MEMORY;
+  b->context = context;
+  b->monitor = monitor;
+  b->kernels = np_fan_get_kernels(context->isa);
+  b->medium = medium;
+  b->depths = depths;
+  b->n = sizes;
+  b->table = out_table;
+  b->disk = np_sun_disk_make(disk_angular_radius_rad, has_point_sun);
+  b->is_series = order_max == NP_ORDERS_ALL;
+  b->order_max = b->is_series ? SERIES_ORDER : order_max;
+  b->node_count = (size_t)(sizes->node_rows * sizes->node_columns);
+  neph_result result = NEPH_ERROR_OUT_OF_MEMORY;
+  np_bands *work = allocate_work(b);
+  if (work)
+    b->directions =
+        np_alloc(context, (size_t)(sizes->node_rows * np_moment_count_directions(b)), sizeof *b->directions);
+  if (b->directions) {
+    place_nodes(b);
+    result = sum_orders(b);
+  }
+  np_alloc_free(context, b->directions);
+  np_alloc_free(context, work);
+  np_alloc_free(context, b);
+  return result;
+}
+
+/* Adds light from a sun of cosine `wz` to one place of a table. */
+static void add_beam(np_moment_table *table, int row, int column, np_bands light, float wz) {
+  const int columns = table->sun.columns;
+  np_bands *at = table->moments + (size_t)(row * NP_MOMENT_COUNT * columns + column), moments[NP_MOMENT_COUNT];
+  for (int k = 0; k < NP_MOMENT_COUNT; k++) moments[k] = at[k * columns];
+  np_moment_add(moments, light, sqrtf(np_maxf(1.0f - wz * wz, 0.0f)), wz);
+  for (int k = 0; k < NP_MOMENT_COUNT; k++) at[k * columns] = moments[k];
+  table->hemisphere[(size_t)(row * columns + column) * NP_MOMENT_HALVES] += light;
+}
+
+void np_moment_table_add_beam(np_moment_table *table, const np_depth_table *brighter, const np_depth_table *darker,
+                              bool has_point_sun) {
+  const np_sun_disk disk = np_sun_disk_make(disk_angular_radius_rad, has_point_sun);
+  const int columns = table->sun.columns;
+  for (int row = 0; row < table->rows; row++) {
+    const double y = (double)row / (table->rows - 1), altitude = table->medium->top_m * y * y;
+    const np_depth_row bright = np_depth_table_row(brighter, altitude), dark = np_depth_table_row(darker, altitude);
+    for (int i = 0; i < columns; i++) {
+      const float sun = np_sun_scale_cosine(&table->sun, (double)i / (columns - 1));
+      const np_bands light =
+          np_bands_max(np_depth_row_sun(&bright, sun, disk) - np_depth_row_sun(&dark, sun, disk), np_bands_grey(0.0f));
+      add_beam(table, row, i, light, sun);
+      if (row == 0) table->irradiance[i] += np_maxf(sun, 0.0f) * light;
+    }
+  }
+}

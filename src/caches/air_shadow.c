@@ -1,0 +1,437 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "caches/air_shadow.h"
+
+#include "atmosphere/sky_orders.h"
+#include "core/alloc.h"
+#include "core/units.h"
+
+enum { CELLS = NP_AIR_SHADOW_CELLS, PLANES = NP_AIR_SHADOW_PLANES };
+
+/* What is beyond so little of the light of a ray need not be in the shade. */
+static const float light_rest = 0.01f;
+/* A cell longer than this is asked at two places. */
+static const double cell_long_m = 250.0;
+
+/* ---- Rays and cells ---- */
+
+static size_t count_nodes(const np_air_rays *rays) {
+  return (size_t)(rays->end[0] - rays->begin[0]) * (size_t)(rays->end[1] - rays->begin[1]);
+}
+
+static np_vec3 find_direction(const np_air_rays *rays, float i, float j) {
+  const np_vec3 level = np_vec3_add(rays->forward, np_vec3_scale(rays->right, i - rays->middle[0]));
+  return np_vec3_normalize(np_vec3_add(level, np_vec3_scale(rays->down, j - rays->middle[1])));
+}
+
+/* Planes from the end of the first cell on. */
+static double find_plane(double reach_m, int plane) {
+  if (plane >= CELLS) return plane < PLANES - 1 ? ldexp(reach_m, plane + 1 - CELLS) : HUGE_VAL;
+  const double s = (plane + 1.0) / CELLS;
+  return reach_m * s * s;
+}
+
+/* The plane before a distance, or the first, and how far it is from there to the next. */
+static int find_plane_before(double reach_m, double distance_m, float *out_part) {
+  int plane = 0;
+  if (distance_m < reach_m) {
+    const double x = sqrt(distance_m / reach_m) * CELLS - 1.0;
+    plane = x > 0.0 ? (int)x : 0;
+    *out_part = (float)fmax(x - plane, 0.0);
+    return plane;
+  }
+  for (plane = CELLS - 1; plane + 2 < PLANES && find_plane(reach_m, plane + 1) <= distance_m; plane++) continue;
+  const double near = find_plane(reach_m, plane), far = find_plane(reach_m, plane + 1);
+  *out_part = isfinite(far) ? (float)((distance_m - near) / (far - near)) : (float)(1.0 - near / distance_m);
+  return plane;
+}
+
+/* ---- Where there may be shadow ---- */
+
+/* A box of casters, and all that the sun throws their shadows on: along axes of which the third runs away from the sun.
+ */
+typedef struct shaft {
+  double low[3], high[3];
+} shaft;
+
+typedef struct shadow_probe {
+  const np_world *world;
+  const np_sun_depths *depths;
+  np_air_visibility *out;
+  np_dvec3 axis[3];
+  shaft shafts[2];
+  unsigned shaft_count;
+  float fade[NP_INSTANCES_MAX]; /* by which the sun fades in each cloud: what goes on in the forward peak is not
+                                      lost to the air */
+} shadow_probe;
+
+static shaft make_shaft(const shadow_probe *p, np_dvec3 low, np_dvec3 high) {
+  shaft s = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, INFINITY}};
+  for (int corner = 0; corner < 8; corner++) {
+    const np_dvec3 at =
+        np_dvec3_make(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z);
+    for (int a = 0; a < 3; a++) {
+      const double x = np_dvec3_dot(p->axis[a], at);
+      s.low[a] = fmin(s.low[a], x);
+      s.high[a] = fmax(s.high[a], x);
+    }
+  }
+  return s;
+}
+
+/* The part of a ray that may lie in a shaft; begin > end: none. */
+static void clip(const shadow_probe *p, const shaft *s, np_dvec3 origin, np_vec3 direction, double *out_begin,
+                 double *out_end) {
+  *out_begin = 0.0;
+  *out_end = INFINITY;
+  for (int a = 0; a < 3; a++) {
+    const double o = np_dvec3_dot(p->axis[a], origin), d = np_dvec3_dot(p->axis[a], np_vec3_to_double(direction));
+    if (fabs(d) < 1e-9) {
+      if (o < s->low[a] || o > s->high[a]) *out_end = -1.0;
+      continue;
+    }
+    const double t[2] = {(s->low[a] - o) / d, (s->high[a] - o) / d};
+    *out_begin = fmax(*out_begin, fmin(t[0], t[1]));
+    *out_end = fmin(*out_end, fmax(t[0], t[1]));
+  }
+}
+
+/* The part of a ray that holds all its shadow. */
+static void find_interval(const shadow_probe *p, np_vec3 direction, double *out_begin, double *out_end) {
+  *out_begin = INFINITY;
+  *out_end = 0.0;
+  for (unsigned i = 0; i < p->shaft_count; i++) {
+    double begin, end;
+    clip(p, &p->shafts[i], p->out->rays.origin, direction, &begin, &end);
+    if (!(begin < end)) continue;
+    *out_begin = fmin(*out_begin, begin);
+    *out_end = fmax(*out_end, end);
+  }
+}
+
+static double find_ground(const shadow_probe *p, np_vec3 direction) {
+  np_ground_hit hit;
+  return np_world_intersect_ground(p->world, p->out->rays.origin, direction, &hit) ? hit.distance_m : HUGE_VAL;
+}
+
+static np_spectrum find_first(const neph_sky *sky, np_vec3 direction, double distance_m) {
+  np_spectrum first;
+  (void)np_sky_aerial_orders(sky, direction, distance_m, &first);
+  return first;
+}
+
+/* Where no more than `light_rest` of a ray's light is still to come. */
+static double find_light_end(const neph_sky *sky, np_vec3 direction, double end) {
+  const float all = np_spectrum_max(find_first(sky, direction, end));
+  double low = 0.0, high = fmin(end, 3e6);
+  for (int k = 0; k < 12; k++) {
+    const double middle = 0.5 * (low + high);
+    *(np_spectrum_max(find_first(sky, direction, middle)) < (1.0f - light_rest) * all ? &low : &high) = middle;
+  }
+  return high;
+}
+
+enum { REACH_RAYS = 9 };
+
+/* How far any ray of the whole picture has to be looked along. */
+static double find_reach(const shadow_probe *p) {
+  const np_air_rays *r = &p->out->rays;
+  double reach = 0.0;
+  for (int n = 0; n < REACH_RAYS * REACH_RAYS; n++) {
+    const float u = (float)(n % REACH_RAYS) / (REACH_RAYS - 1), v = (float)(n / REACH_RAYS) / (REACH_RAYS - 1);
+    const np_vec3 direction = find_direction(r, np_mixf((float)r->whole_begin[0], (float)r->whole_end[0], u),
+                                             np_mixf((float)r->whole_begin[1], (float)r->whole_end[1], v));
+    double begin, end;
+    find_interval(p, direction, &begin, &end);
+    end = fmin(end, find_ground(p, direction));
+    if (begin < end) reach = fmax(reach, find_light_end(p->world->camera_sky, direction, end));
+  }
+  return reach;
+}
+
+/* ---- Visibility ---- */
+
+static float see_sun(const shadow_probe *p, np_dvec3 position, np_vec3 to_sun) {
+  if (np_world_is_behind_terrain(p->world, position, to_sun)) return 0.0f;
+  return np_transmittance(np_sun_depths_get_scaled(p->depths, position, to_sun, p->fade, 12.0f));
+}
+
+static float turn(double value) { return (float)(value - floor(value)); }
+
+/* Mean over a part of a ray: of `count` places, which the plastic number and the golden ratio spread over nodes and
+ * cells (Roberts 2018). */
+static float see_part(const shadow_probe *p, np_vec3 direction, int i, int j, int cell, double begin, double end) {
+  const int count = end - begin > cell_long_m ? 2 : 1;
+  float sum = 0.0f;
+  for (int k = 0; k < count; k++) {
+    const double at = 0.7548776662466927 * i + 0.5698402909980532 * j + 0.6180339887498949 * (2 * cell + k);
+    const double t = begin + (end - begin) * (k + (double)turn(at)) / count;
+    const np_vec3 to_sun = np_world_sample_sun(p->world, turn(1.3247179572447460 * at + 0.37), turn(3.0 * at + 0.71));
+    sum += see_sun(p, np_dvec3_along(p->out->rays.origin, direction, t), to_sun);
+  }
+  return sum / (float)count;
+}
+
+static void see_node(const shadow_probe *p, size_t node) {
+  np_air_visibility *out = p->out;
+  const int32_t width = out->rays.end[0] - out->rays.begin[0];
+  const int i = out->rays.begin[0] + (int)(node % (size_t)width), j = out->rays.begin[1] + (int)(node / (size_t)width);
+  const np_vec3 direction = find_direction(&out->rays, (float)i, (float)j);
+  const double ground = find_ground(p, direction);
+  double shade_begin, shade_end, begin = 0.0;
+  find_interval(p, direction, &shade_begin, &shade_end);
+  out->ground_m[node] = (float)ground;
+  for (int c = 0; c < CELLS; c++) {
+    const double end = find_plane(out->reach_m, c), stop = fmin(end, ground);
+    float *seen = &out->seen[node * CELLS + (size_t)c];
+    if (begin >= ground)
+      *seen = c > 0 ? seen[-1] : 1.0f;
+    else
+      *seen = stop > shade_begin && begin < shade_end ? see_part(p, direction, i, j, c, begin, stop) : 1.0f;
+    begin = end;
+  }
+}
+
+static neph_result see_nodes(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  for (size_t node = begin; node < end; node++) see_node(user, node);
+  return NEPH_OK;
+}
+
+/* ---- Smoothing ---- */
+
+typedef struct smoothing {
+  const np_air_visibility *from;
+  float *to;
+} smoothing;
+
+/* Means of 3 × 3 rays by 1-2-1: as wide as the sun's disk. Rays that have ended have no part in it. */
+static void smooth_node(const smoothing *s, size_t node) {
+  const np_air_rays *r = &s->from->rays;
+  const int32_t width = r->end[0] - r->begin[0], height = r->end[1] - r->begin[1];
+  const int32_t i = (int32_t)(node % (size_t)width), j = (int32_t)(node / (size_t)width);
+  float sum[CELLS] = {0.0f}, weights[CELLS] = {0.0f};
+  for (int32_t y = j > 0 ? j - 1 : 0; y <= j + 1 && y < height; y++)
+    for (int32_t x = i > 0 ? i - 1 : 0; x <= i + 1 && x < width; x++) {
+      const size_t near = (size_t)y * (size_t)width + (size_t)x;
+      const float weight = (x == i ? 2.0f : 1.0f) * (y == j ? 2.0f : 1.0f);
+      for (int c = 0; c < CELLS; c++) {
+        const bool is_there =
+            c == 0 || near == node || find_plane(s->from->reach_m, c - 1) < (double)s->from->ground_m[near];
+        sum[c] += is_there ? weight * s->from->seen[near * CELLS + (size_t)c] : 0.0f;
+        weights[c] += is_there ? weight : 0.0f;
+      }
+    }
+  for (int c = 0; c < CELLS; c++) s->to[node * CELLS + (size_t)c] = sum[c] / weights[c];
+}
+
+static neph_result smooth_nodes(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  for (size_t node = begin; node < end; node++) smooth_node(user, node);
+  return NEPH_OK;
+}
+
+static neph_result smooth(np_air_visibility *v, np_monitor *monitor) {
+  const size_t count = count_nodes(&v->rays);
+  smoothing s = {v, np_alloc(v->context, count * CELLS, sizeof *s.to)};
+  if (!s.to) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = np_parallel_for(v->context, monitor, count, 64, smooth_nodes, &s);
+  np_alloc_free(v->context, v->seen);
+  v->seen = s.to;
+  return result;
+}
+
+static void place_shafts(shadow_probe *p, const np_air_casters *casters) {
+  const np_dvec3 to_sun = np_dvec3_normalize(np_vec3_to_double(p->world->to_sun));
+  const np_dvec3 level = np_dvec3_make(-to_sun.y, to_sun.x, 0.0);
+  p->axis[2] = np_dvec3_scale(to_sun, -1.0);
+  p->axis[0] = np_dvec3_length(level) > 1e-6 ? np_dvec3_normalize(level) : np_dvec3_make(1.0, 0.0, 0.0);
+  p->axis[1] = np_dvec3_cross(p->axis[2], p->axis[0]);
+  p->shaft_count = casters->count;
+  for (unsigned i = 0; i < casters->count; i++) p->shafts[i] = make_shaft(p, casters->low[i], casters->high[i]);
+}
+
+neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_sun_depths *depths,
+                                    const np_air_rays *rays, const np_air_casters *casters, np_monitor *monitor,
+                                    np_air_visibility *out) {
+  *out = (np_air_visibility){.context = context, .rays = *rays};
+  shadow_probe p = {.world = world, .depths = depths, .out = out};
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    p.fade[v] = 1.0f - np_scaled_phase_compute_forward(&world->clouds.at[v].phase, NP_DEGREE_MIN) *
+                           np_spectrum_max(world->clouds.at[v].albedo);
+  place_shafts(&p, casters);
+  out->reach_m = find_reach(&p);
+  if (!(out->reach_m > 0.0)) return NEPH_OK;
+  const size_t count = count_nodes(rays);
+  out->seen = np_alloc(context, count * CELLS, sizeof *out->seen);
+  out->ground_m = np_alloc(context, count, sizeof *out->ground_m);
+  neph_result result = out->seen && out->ground_m ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  np_monitor_set_stage(monitor, "casting shadows into the air");
+  np_monitor_set_range(monitor, 0.0, 0.8);
+  if (!result) result = np_parallel_for(context, monitor, count, 16, see_nodes, &p);
+  np_monitor_set_range(monitor, 0.8, 0.9);
+  if (!result) result = smooth(out, monitor);
+  if (result) np_air_visibility_clear(out);
+  return result;
+}
+
+void np_air_visibility_clear(np_air_visibility *visibility) {
+  np_alloc_free(visibility->context, visibility->seen);
+  np_alloc_free(visibility->context, visibility->ground_m);
+  *visibility = (np_air_visibility){0};
+}
+
+/* ---- What is lost ---- */
+
+typedef struct loss_job {
+  const np_air_visibility *visibility;
+  const np_world *world;
+  const np_ground_light *ground_light; /* NULL: not known */
+  double bottom_m, top_m;              /* of the clouds */
+  np_air_shadow *out;
+} loss_job;
+
+/* The change that clouds make in the mean radiance around a point, over the sun's irradiance there: what they hide of
+ * the sky and throw down themselves, what the ground sends back of that, and what it sends back less of the sun. */
+static np_spectrum find_diffuse(const loss_job *job, np_dvec3 position, float seen) {
+  const np_world *world = job->world;
+  np_spectrum out = np_spectrum_grey(0.0f);
+  const float below = np_smoothstepf((float)((job->top_m - position.z) / fmax(job->top_m - job->bottom_m, 1.0)));
+  if (!job->ground_light || !world->atmosphere || !(below > 0.0f)) return out;
+  const float cosine = np_maxf(np_vec3_dot(np_zenith(position, world->planet_radius_m), world->to_sun), 0.0f);
+  const np_spectrum through =
+      np_atmosphere_transmittance_to_sun(world->atmosphere, position, world->to_sun, world->sun_angular_radius_rad);
+  const np_spectrum clear = np_atmosphere_ground_irradiance(world->atmosphere, cosine);
+  const np_spectrum albedo = world->terrain ? world->terrain_albedo : world->ground_albedo;
+  const np_ground_light_value light = np_ground_light_get(job->ground_light, position);
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float sun = through.band[b] * world->sun_irradiance.band[b];
+    if (!(sun > 1e-3f * world->sun_irradiance.band[b])) continue;
+    const float sky = light.added.band[b] - (1.0f - light.open.band[b]) * clear.band[b] * world->sun_irradiance.band[b];
+    const float ground = albedo.band[b] * (sky - (1.0f - seen) * cosine * sun);
+    out.band[b] = below * (sky + ground) / (2.0f * NP_PI_F * sun);
+  }
+  return out;
+}
+
+static void keep(np_spectrum lost, np_spectrum all, uint16_t out[NP_BAND_COUNT]) {
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float kept = all.band[b] > 0.0f ? 1.0f - lost.band[b] / all.band[b] : 1.0f;
+    out[b] = (uint16_t)(NP_AIR_SHADOW_UNIT * np_clampf(kept, 0.0f, 5.0f) + 0.5f);
+  }
+}
+
+/* A ray's light up to a plane: of the first order, and what sunlight as strong from everywhere would make. */
+typedef struct reach_light {
+  np_spectrum first, even;
+} reach_light;
+
+/* From plane to plane; past the ray's end all stays as it is there. */
+static void lose_node(const loss_job *job, size_t node) {
+  const np_air_visibility *v = job->visibility;
+  const np_air_rays *r = &v->rays;
+  const size_t width = (size_t)(r->end[0] - r->begin[0]);
+  const np_vec3 direction =
+      find_direction(r, (float)(r->begin[0] + (int)(node % width)), (float)(r->begin[1] + (int)(node / width)));
+  const double ground = (double)v->ground_m[node];
+  uint16_t(*out)[NP_BAND_COUNT] = &job->out->kept[node * PLANES];
+  np_spectrum lost = np_spectrum_grey(0.0f);
+  reach_light before = {lost, lost};
+  double begin = 0.0;
+  for (int c = 0; c < PLANES; c++) {
+    const double end = fmin(find_plane(v->reach_m, c), ground);
+    reach_light up_to;
+    up_to.even = np_sky_even_inscatter(job->world->camera_sky, direction, end, &up_to.first);
+    if (c < CELLS && end > begin) {
+      const float seen = v->seen[node * CELLS + (size_t)c];
+      const np_dvec3 middle = np_dvec3_along(r->origin, direction, 0.5 * (begin + end));
+      const np_spectrum diffuse = find_diffuse(job, middle, seen);
+      const np_spectrum even = np_spectrum_subtract(up_to.even, before.even);
+      lost = np_spectrum_add_scaled(lost, 1.0f - seen, np_spectrum_subtract(up_to.first, before.first));
+      lost = np_spectrum_subtract(lost, np_spectrum_multiply(diffuse, even));
+    }
+    before = up_to;
+    begin = end;
+    keep(lost, up_to.first, out[c]);
+  }
+}
+
+static neph_result lose_nodes(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  for (size_t node = begin; node < end; node++) lose_node(user, node);
+  return NEPH_OK;
+}
+
+neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world,
+                                const np_ground_light *ground_light, np_monitor *monitor, np_air_shadow *out) {
+  *out = (np_air_shadow){.context = visibility->context, .visibility = visibility};
+  const size_t count = count_nodes(&visibility->rays);
+  out->kept = np_alloc(out->context, count * PLANES, sizeof *out->kept);
+  if (!out->kept) return NEPH_ERROR_OUT_OF_MEMORY;
+  loss_job job = {visibility, world, ground_light, HUGE_VAL, -HUGE_VAL, out};
+  for (unsigned i = 0; i < world->clouds.count; i++) {
+    job.bottom_m = fmin(job.bottom_m, world->clouds.at[i].bottom_m);
+    job.top_m = fmax(job.top_m, world->clouds.at[i].top_m);
+  }
+  np_monitor_set_range(monitor, 0.9, 1.0);
+  neph_result result = np_parallel_for(out->context, monitor, count, 64, lose_nodes, &job);
+  if (result) np_air_shadow_clear(out);
+  return result;
+}
+
+void np_air_shadow_clear(np_air_shadow *shadow) {
+  np_alloc_free(shadow->context, shadow->kept);
+  *shadow = (np_air_shadow){0};
+}
+
+/* ---- Asking ---- */
+
+/* What a ray that ends at `ground_m` has to say of what lies beyond. */
+static float find_weight(float ground_m, double distance_m) {
+  if ((double)ground_m >= distance_m) return 1.0f;
+  const float ratio = (float)((double)ground_m / distance_m), square = ratio * ratio;
+  return np_maxf(square * square, 1e-6f);
+}
+
+/* Share that is lost between two planes: in the shade shares change evenly, and past it, where no more is lost, light
+ * does, to which they are inverse. */
+static float mix_losses(uint16_t near, uint16_t far, float part, bool is_past) {
+  const float a = 1.0f - (float)near / NP_AIR_SHADOW_UNIT, b = 1.0f - (float)far / NP_AIR_SHADOW_UNIT;
+  if (!is_past || !(a * b > 0.0f)) return np_mixf(a, b, part);
+  return a * b / np_mixf(b, a, part);
+}
+
+/* Where a direction meets the grid: lower neighbours among the nodes that are there, and parts. */
+static void locate(const np_air_rays *r, np_vec3 direction, int32_t out_lower[2], float out_part[2]) {
+  const float depth = np_maxf(np_vec3_dot(direction, r->forward), 1e-6f);
+  const np_vec3 step[2] = {r->right, r->down};
+  for (int a = 0; a < 2; a++) {
+    const float x = r->middle[a] + np_vec3_dot(direction, step[a]) / (depth * np_vec3_dot(step[a], step[a]));
+    const float inside = np_clampf(x, (float)r->begin[a], (float)(r->end[a] - 1)), below = floorf(inside);
+    const int32_t lower = (int32_t)below < r->end[a] - 2 ? (int32_t)below : r->end[a] - 2;
+    out_lower[a] = lower - r->begin[a];
+    out_part[a] = inside - (float)lower;
+  }
+}
+
+np_spectrum np_air_shadow_get_lost(const np_air_shadow *shadow, np_vec3 direction, double distance_m) {
+  const np_air_visibility *v = shadow->visibility;
+  const np_air_rays *r = &v->rays;
+  int32_t lower[2];
+  float part[2], along, weights = 0.0f;
+  locate(r, direction, lower, part);
+  const int plane = find_plane_before(v->reach_m, distance_m, &along);
+  const double within = fmin(distance_m, 1e9);
+  const size_t width = (size_t)(r->end[0] - r->begin[0]);
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  for (int corner = 0; corner < 4; corner++) {
+    const int i = corner & 1, j = corner >> 1;
+    const size_t node = (size_t)(lower[1] + j) * width + (size_t)(lower[0] + i);
+    const float weight =
+        (i ? part[0] : 1.0f - part[0]) * (j ? part[1] : 1.0f - part[1]) * find_weight(v->ground_m[node], within);
+    const uint16_t *near = shadow->kept[node * PLANES + (size_t)plane], *far = near + NP_BAND_COUNT;
+    for (int b = 0; b < NP_BAND_COUNT; b++)
+      sum.band[b] += weight * mix_losses(near[b], far[b], along, plane >= CELLS - 1);
+    weights += weight;
+  }
+  return np_spectrum_scale(sum, 1.0f / weights);
+}

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Shadows of clouds and hills in the air before the camera.
+ *
+ * Sky and aerial perspective come from tables of a clear sky. What clouds and hills take from them is the sunlight that
+ * the air would have scattered once: with I(t) the table's in-scatter of that order up to a distance t and V the
+ * visibility of the sun,
+ *
+ *     lost(t) = ∫ (1 − V) dI
+ *
+ * V is a matter of places alone. It is found along rays through a grid of pixels, in cells that lie as squares of the
+ * distance, as means over look-ups of the sun optical-depth volume and of the terrain, spread over the cells and over
+ * the sun's disk by a low-discrepancy sequence. From it each packet of wavelengths makes the share lost(t)/I(t), which
+ * is smooth even where I is not, as at the horizon, and is what is read in between rays. A ray that ends at a hill
+ * counts little for what lies behind that hill.
+ *
+ * The disk is half a degree wide, so that edges of shadows which are seen along their sides are as wide: rays a quarter
+ * of a degree apart show them all.
+ *
+ * Light that the air scatters more often is left as it is without clouds, but below clouds whose light on the ground is
+ * known (caches/ground_light.h): there air is lit by what they hide of the sky, throw down and keep from the ground
+ * too, as if it came evenly from all around. That can be more than they take.
+ *
+ * Visibility depends on clouds, terrain, sun and camera; what is lost on the camera's sky too.
+ */
+#ifndef NP_CACHES_AIR_SHADOW_H
+#define NP_CACHES_AIR_SHADOW_H
+
+#include "caches/ground_light.h"
+#include "caches/sun_optical_depth.h"
+
+/* Cells along a ray, and distances at which shares are kept: at their ends, at twice, four and eight times the last of
+ * these, and at infinity. */
+enum { NP_AIR_SHADOW_CELLS = 48, NP_AIR_SHADOW_PLANES = NP_AIR_SHADOW_CELLS + 4 };
+
+/* Rays through the nodes of a grid: direction(i, j) goes along forward + (i − middle[0])·right + (j − middle[1])·down,
+ * which are square to each other. Nodes are counted as in the whole picture, whatever part of it is there. */
+typedef struct np_air_rays {
+  np_dvec3 origin;
+  np_vec3 forward, right, down;
+  float middle[2];
+  int32_t begin[2], end[2];             /* nodes that are there */
+  int32_t whole_begin[2], whole_end[2]; /* and those of the whole picture */
+} np_air_rays;
+
+/* What casts shadows: boxes of the world. */
+typedef struct np_air_casters {
+  unsigned count;
+  np_dvec3 low[2], high[2];
+} np_air_casters;
+
+/* Mean visibility of the sun in each cell of each ray. */
+typedef struct np_air_visibility {
+  neph_context *context; /* borrowed */
+  np_air_rays rays;
+  double reach_m;  /* where the last cell ends */
+  float *seen;     /* nodes × NP_AIR_SHADOW_CELLS */
+  float *ground_m; /* of each node: where its ray ends; infinite: nowhere */
+} np_air_visibility;
+
+/* For the world's light and its camera sky, which says how far to look. Same bits for any number of threads, and of a
+ * node whatever others are there. On failure nothing is left. */
+neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_sun_depths *depths,
+                                    const np_air_rays *rays, const np_air_casters *casters, np_monitor *monitor,
+                                    np_air_visibility *out);
+void np_air_visibility_clear(np_air_visibility *visibility);
+
+/* What is left, as the camera sees it in three bands, over the light of the first order: so many stand for all of it,
+ * and five times as much is the most that is kept. */
+#define NP_AIR_SHADOW_UNIT 13107.0f
+
+typedef struct np_air_shadow {
+  neph_context *context;               /* borrowed */
+  const np_air_visibility *visibility; /* borrowed */
+  uint16_t (*kept)[NP_BAND_COUNT];     /* nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
+} np_air_shadow;
+
+/* Of the world's camera sky; with the clouds' light on the air below, where `ground_light` knows it, else NULL. */
+neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world,
+                                const np_ground_light *ground_light, np_monitor *monitor, np_air_shadow *out);
+void np_air_shadow_clear(np_air_shadow *shadow);
+
+/* Share of the first order's in-scatter up to a distance, infinity allowed, that is lost; below 0 where clouds give the
+ * air more than they take. */
+np_spectrum np_air_shadow_get_lost(const np_air_shadow *shadow, np_vec3 direction, double distance_m);
+
+#endif

@@ -1,0 +1,227 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light on the ground under clouds, gathered from the solution of the multiple scattering.
+ *
+ * With the directions of one cosine-weighted set, the same at every point, so that neighbours differ by what they see
+ * alone. Along each the equation of transfer is integrated in the scaled medium of transport/scattering_field.c,
+ *
+ *     L += T·S·(1 − e^{−σ′h})/σ′,   S = Σ ϖσ·((1−f)·p′·E·e^{−kτ} + Σ (χ_l − f)·φ_lm·Y_lm)
+ *
+ * and the sky behind is seen through what T is left. The forward peak has no part in S: what it throws down belongs to
+ * the sun's beam, which fades with kτ (np_ground_light.fade), and to the sky behind. Air between clouds and ground is
+ * left out: it takes from the clouds' light about what it adds. So are hills; a slope sees its share of everything.
+ */
+#include "caches/ground_light.h"
+
+#include "core/alloc.h"
+#include "core/units.h"
+#include "caches/sun_optical_depth.h"
+
+enum { DIRECTIONS = 96, POINTS_MAX = 40, STEPS_MAX = 96 };
+
+/* Beyond this many heights of the clouds' tops from them the sky is clear. */
+static const double reach_heights = 3.0;
+
+typedef struct gather_direction {
+  np_vec3 towards;
+  float harmonics[NP_HARMONIC_COUNT_MAX]; /* of light that comes from there */
+  float broad[NP_INSTANCES_MAX];          /* (1−f)·p′ of each cloud, from the sun */
+} gather_direction;
+
+typedef struct gather {
+  const np_ground_light_desc *desc;
+  const np_world *world;
+  double step_m;
+  np_ground_light *cache;
+  gather_direction *directions;
+} gather;
+
+static void fill_direction(const np_world *world, const np_scattering_field *scatter, unsigned i,
+                           gather_direction *out) {
+  const double cosine = sqrt(1.0 - (i + 0.5) / DIRECTIONS), sine = sqrt(1.0 - cosine * cosine);
+  const double azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
+  out->towards = np_vec3_make((float)(sine * cos(azimuth)), (float)(sine * sin(azimuth)), (float)cosine);
+  np_harmonics_eval(scatter->grid.degree, np_vec3_scale(out->towards, -1.0f), out->harmonics);
+  const np_vec3 d = out->towards, s = world->to_sun;
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    np_peak_column column;
+    np_scaled_phase_fill_column(&scatter->phases[v], np_versine(d.x, d.y, d.z, s.x, s.y, s.z), &column);
+    out->broad[v] = fmaxf(0.0f, column.broad);
+  }
+}
+
+/* The part of a ray inside the clouds' box; false when it passes. */
+static bool clip(const gather *g, np_dvec3 origin, np_vec3 direction, double *out_begin, double *out_end) {
+  const double o[3] = {origin.x, origin.y, origin.z}, d[3] = {direction.x, direction.y, direction.z};
+  const double low[3] = {g->desc->bounds_min.x, g->desc->bounds_min.y, g->desc->bounds_min.z},
+               high[3] = {g->desc->bounds_max.x, g->desc->bounds_max.y, g->desc->bounds_max.z};
+  *out_begin = 0.0;
+  *out_end = HUGE_VAL;
+  for (int a = 0; a < 3; a++) {
+    if (fabs(d[a]) < 1e-12) {
+      if (o[a] < low[a] || o[a] > high[a]) return false;
+      continue;
+    }
+    const double t[2] = {(low[a] - o[a]) / d[a], (high[a] - o[a]) / d[a]};
+    *out_begin = fmax(*out_begin, fmin(t[0], t[1]));
+    *out_end = fmin(*out_end, fmax(t[0], t[1]));
+  }
+  return *out_begin < *out_end;
+}
+
+/* What the clouds at a place throw down along a direction, per metre; returns the scaled extinction there. */
+static float find_source(const gather *g, const gather_direction *d, np_dvec3 position, np_spectrum *out_source) {
+  const np_world *world = g->world;
+  float extinction[NP_INSTANCES_MAX], scaled = 0.0f;
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    extinction[v] = np_instance_extinction(&world->clouds.at[v], position);
+    scaled += g->cache->fade[v] * extinction[v];
+  }
+  if (!(scaled > 0.0f)) return 0.0f;
+  np_light_moments moments;
+  np_scattering_field_gather(g->desc->scattering, position, &moments);
+  const float depth = np_sun_depths_get_scaled(g->desc->depths, position, world->to_sun, g->cache->fade, 16.0f);
+  const np_spectrum sun = np_spectrum_scale(np_world_sunlight(world, position, world->to_sun), np_transmittance(depth));
+  *out_source = np_spectrum_grey(0.0f);
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    float outgoing[NP_HARMONIC_COUNT_MAX];
+    np_scattering_field_fill_outgoing(&g->desc->scattering->phases[v], d->harmonics, outgoing);
+    np_spectrum light = np_scattering_field_outgoing(g->desc->scattering, &moments, outgoing);
+    light = np_spectrum_multiply(np_spectrum_add_scaled(light, d->broad[v], sun), world->clouds.at[v].albedo);
+    *out_source = np_spectrum_add_scaled(*out_source, extinction[v], light);
+  }
+  return scaled;
+}
+
+/* Follows one direction upwards: what of the sky comes through, and the clouds' own light. `offset` shifts the steps.
+ */
+static float follow(const gather *g, const gather_direction *d, np_dvec3 origin, double offset,
+                    np_spectrum *out_light) {
+  *out_light = np_spectrum_grey(0.0f);
+  double begin, end;
+  if (!clip(g, origin, d->towards, &begin, &end)) return 1.0f;
+  const int count = (int)np_clamp(ceil((end - begin) / g->step_m), 1.0, STEPS_MAX);
+  const double length = (end - begin) / count;
+  float transmittance = 1.0f;
+  for (int k = 0; k < count && transmittance > 1e-3f; k++) {
+    np_spectrum source;
+    const np_dvec3 position = np_dvec3_along(origin, d->towards, begin + (k + offset) * length);
+    const float scaled = find_source(g, d, position, &source);
+    if (!(scaled > 0.0f)) continue;
+    const float passed = np_transmittance(scaled * (float)length);
+    *out_light = np_spectrum_add_scaled(*out_light, transmittance * (1.0f - passed) / scaled, source);
+    transmittance *= passed;
+  }
+  return transmittance;
+}
+
+static np_ground_light_value gather_at(const gather *g, np_dvec3 position) {
+  np_spectrum clear = np_spectrum_grey(0.0f), seen = clear, added = clear;
+  float open = 0.0f;
+  for (unsigned i = 0; i < DIRECTIONS; i++) {
+    const gather_direction *d = &g->directions[i];
+    np_spectrum light;
+    const float transmittance = follow(g, d, position, fmod(0.5 + 0.6180339887498949 * i, 1.0), &light);
+    const np_spectrum sky = np_world_sky_radiance(g->world, g->world->cloud_sky, position, d->towards);
+    clear = np_spectrum_add(clear, sky);
+    seen = np_spectrum_add_scaled(seen, transmittance, sky);
+    added = np_spectrum_add(added, light);
+    open += transmittance / DIRECTIONS;
+  }
+  np_ground_light_value out = {.added = np_spectrum_scale(added, NP_PI_F / DIRECTIONS)};
+  for (int b = 0; b < NP_BAND_COUNT; b++) out.open.band[b] = clear.band[b] > 0.0f ? seen.band[b] / clear.band[b] : open;
+  return out;
+}
+
+/* The ground below a place; sea level where there is none. */
+static np_dvec3 find_ground(const np_world *world, double x, double y, double top_m) {
+  const np_dvec3 above = np_dvec3_make(x, y, top_m);
+  np_ground_hit hit;
+  return np_world_intersect_ground(world, above, np_vec3_make(0, 0, -1), &hit) ? hit.position
+                                                                               : np_dvec3_make(x, y, 0.0);
+}
+
+static neph_result gather_points(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const gather *g = user;
+  const np_ground_light *c = g->cache;
+  for (size_t n = begin; n < end; n++) {
+    const double x = c->origin_m[0] + c->spacing_m * (double)(n % (size_t)c->size[0]),
+                 y = c->origin_m[1] + c->spacing_m * (double)(n / (size_t)c->size[0]);
+    c->points[n] = gather_at(g, find_ground(g->world, x, y, g->desc->bounds_max.z + 1e4));
+  }
+  return NEPH_OK;
+}
+
+/* Points a third of the clouds' height above the ground apart, or as many as there may be. */
+static void place(gather *g) {
+  np_ground_light *c = g->cache;
+  const np_dvec3 low = g->desc->bounds_min, high = g->desc->bounds_max;
+  const double middle[2] = {0.5 * (low.x + high.x), 0.5 * (low.y + high.y)};
+  const double ground = find_ground(g->world, middle[0], middle[1], high.z + 1e4).z;
+  const double reach = reach_heights * fmax(high.z - ground, 1.0);
+  const double width[2] = {high.x - low.x + 2.0 * reach, high.y - low.y + 2.0 * reach};
+  const double wanted = fmax((low.z - ground) / 3.0, reach / 24.0);
+  c->spacing_m = fmax(wanted, fmax(width[0], width[1]) / (POINTS_MAX - 1));
+  for (int a = 0; a < 2; a++) {
+    c->size[a] = (int32_t)ceil(width[a] / c->spacing_m) + 1;
+    c->origin_m[a] = middle[a] - 0.5 * (c->size[a] - 1) * c->spacing_m;
+  }
+}
+
+/* Two voxels of the finest cloud. */
+static double compute_step(const np_world *world) {
+  double finest = INFINITY;
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    for (int a = 0; a < 3; a++) {
+      const double *row = world->clouds.at[v].world_to_index.m[a];
+      finest = fmin(finest, 1.0 / np_dvec3_length(np_dvec3_make(row[0], row[1], row[2])));
+    }
+  return 2.0 * finest;
+}
+
+neph_result np_ground_light_build(neph_context *context, const np_ground_light_desc *desc, np_monitor *monitor,
+                                  np_ground_light *out) {
+  *out = (np_ground_light){.context = context};
+  const np_world *world = desc->world;
+  gather g = {desc, world, compute_step(world), out, NULL};
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    out->fade[v] = 1.0f - desc->scattering->phases[v].forward * np_spectrum_max(world->clouds.at[v].albedo);
+  place(&g);
+  const size_t count = (size_t)out->size[0] * (size_t)out->size[1];
+  out->points = np_alloc(context, count, sizeof *out->points);
+  g.directions = np_alloc(context, DIRECTIONS, sizeof *g.directions);
+  neph_result result = out->points && g.directions ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned i = 0; !result && i < DIRECTIONS; i++) fill_direction(world, desc->scattering, i, &g.directions[i]);
+  np_monitor_set_stage(monitor, "lighting the ground");
+  if (!result) result = np_parallel_for(context, monitor, count, 8, gather_points, &g);
+  np_alloc_free(context, g.directions);
+  if (result) np_ground_light_clear(out);
+  return result;
+}
+
+void np_ground_light_clear(np_ground_light *cache) {
+  np_alloc_free(cache->context, cache->points);
+  *cache = (np_ground_light){0};
+}
+
+np_ground_light_value np_ground_light_get(const np_ground_light *c, np_dvec3 position) {
+  const double p[2] = {position.x, position.y};
+  int32_t lower[2];
+  float w[2], rim = 1.0f;
+  for (int a = 0; a < 2; a++) {
+    const double last = c->size[a] - 1, u = np_clamp((p[a] - c->origin_m[a]) / c->spacing_m, 0.0, last);
+    lower[a] = (int32_t)u < c->size[a] - 2 ? (int32_t)u : c->size[a] - 2;
+    w[a] = (float)(u - lower[a]);
+    rim *= np_smoothstepf((float)(fmin(u, last - u) / (0.15 * last)));
+  }
+  np_ground_light_value out = {np_spectrum_grey(1.0f - rim), np_spectrum_grey(0.0f)};
+  for (int corner = 0; corner < 4; corner++) {
+    const int i = corner & 1, j = corner >> 1;
+    const float weight = rim * (i ? w[0] : 1.0f - w[0]) * (j ? w[1] : 1.0f - w[1]);
+    const np_ground_light_value *near =
+        &c->points[(size_t)(lower[1] + j) * (size_t)c->size[0] + (size_t)(lower[0] + i)];
+    out.open = np_spectrum_add_scaled(out.open, weight, near->open);
+    out.added = np_spectrum_add_scaled(out.added, weight, near->added);
+  }
+  return out;
+}

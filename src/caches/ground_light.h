@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light on the ground under clouds: what they hide of the sky, and what they throw down themselves.
+ *
+ * Found once at the points of a level grid over the clouds and around them, each at the ground's height, and
+ * interpolated; towards the grid's rim it becomes that of a clear sky. Depends on all that the light in clouds depends
+ * on, and on the ground's height; not on the camera.
+ */
+#ifndef NP_CACHES_GROUND_LIGHT_H
+#define NP_CACHES_GROUND_LIGHT_H
+
+#include "caches/sun_optical_depth.h"
+#include "transport/scattering_field.h"
+
+/* What the light of a clear sky becomes at one place: `open`·E + `added`, on level ground. */
+typedef struct np_ground_light_value {
+  np_spectrum open;  /* share of the sky's light that comes through */
+  np_spectrum added; /* irradiance from the clouds, W m⁻² nm⁻¹ */
+} np_ground_light_value;
+
+typedef struct np_ground_light {
+  neph_context *context; /* borrowed */
+  int32_t size[2];       /* points */
+  double origin_m[2], spacing_m;
+  np_ground_light_value *points; /* x fastest */
+  float fade[NP_INSTANCES_MAX];  /* of each cloud: share of its depth by which sunlight fades on its way down, what
+                                       goes on in the forward peak being as good as straight */
+} np_ground_light;
+
+typedef struct np_ground_light_desc {
+  const np_world *world;
+  const np_sun_depths *depths;
+  const np_scattering_field *scattering;
+  np_dvec3 bounds_min, bounds_max; /* of the clouds */
+} np_ground_light_desc;
+
+/* On failure nothing is left. */
+neph_result np_ground_light_build(neph_context *context, const np_ground_light_desc *desc, np_monitor *monitor,
+                                  np_ground_light *out);
+void np_ground_light_clear(np_ground_light *cache);
+
+np_ground_light_value np_ground_light_get(const np_ground_light *cache, np_dvec3 position);
+
+#endif

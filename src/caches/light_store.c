@@ -1,0 +1,299 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "caches/light_store.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/hash.h"
+#include "core/units.h"
+#include "world/emission.h"
+
+/* As a share of all that shines on the clouds, and in radians for the sun: its disk is five times as wide. */
+static const double tolerance = 1e-3;
+
+/* ---- Log ---- */
+
+/* `reason` is why what was kept no longer serves; NULL: nothing was. */
+static void tell_built(neph_context *context, const char *what, const char *deed, const char *reason) {
+  if (reason)
+    np_log(context, NEPH_LOG_INFO, "%s: %s anew, since %s", what, deed, reason);
+  else
+    np_log(context, NEPH_LOG_DEBUG, "%s: %s", what, deed);
+}
+
+static void tell_kept(neph_context *context, const char *what) { np_log(context, NEPH_LOG_DEBUG, "%s: kept", what); }
+
+static const char clouds_changed[] = "the clouds changed";
+
+static void describe_turn(np_vec3 kept, np_vec3 wanted, char *out, size_t size) {
+  const double turned = (double)np_vec3_length(np_vec3_subtract(kept, wanted));
+  (void)snprintf(out, size, "the light turned by %.3g degrees", turned / NP_DEGREE);
+}
+
+/* ---- Keys ---- */
+
+static void add_bricks(np_hash *hash, const np_bricks *b) {
+  const size_t cells = np_bricks_count_cells(b, 0), samples = b->brick_count * NP_BRICK_STRIDE;
+  np_hash_add(hash, b->origin, sizeof b->origin);
+  np_hash_add(hash, b->size[0], sizeof b->size[0]);
+  np_hash_add(hash, b->table, cells * sizeof *b->table);
+  np_hash_add(hash, b->ranges[0], cells * sizeof *b->ranges[0]);
+  if (b->halves) np_hash_add(hash, b->halves, samples * sizeof *b->halves);
+  if (b->floats) np_hash_add(hash, b->floats, samples * sizeof *b->floats);
+  np_hash_add(hash, &b->scale, sizeof b->scale);
+  np_hash_add(hash, b->is_periodic, sizeof b->is_periodic);
+  np_hash_add(hash, b->period, sizeof b->period);
+  np_hash_add(hash, &b->background, sizeof b->background);
+}
+
+/* What there is of extinction, and where. */
+static void add_extinction(np_hash *hash, const np_instance *v) {
+  add_bricks(hash, v->bricks);
+  np_hash_add(hash, &v->world_to_index, sizeof v->world_to_index);
+  np_hash_add(hash, &v->extinction_per_value, sizeof v->extinction_per_value);
+}
+
+/* A phase function is told by its moments: tables are loaded anew for every picture. */
+static void add_cloud(np_hash *hash, const np_instance *v) {
+  double moments[64];
+  np_phase_get_moments(&v->phase, sizeof moments / sizeof *moments, moments);
+  add_extinction(hash, v);
+  np_hash_add(hash, &v->albedo, sizeof v->albedo);
+  np_hash_add(hash, moments, sizeof moments);
+}
+
+static void add_glow(np_hash *hash, const np_glow *g) {
+  add_bricks(hash, g->bricks);
+  np_hash_add(hash, &g->world_to_index, sizeof g->world_to_index);
+  np_hash_add(hash, &g->absorption_per_value, sizeof g->absorption_per_value);
+  np_hash_add(hash, &g->kelvin_per_value, sizeof g->kelvin_per_value);
+  np_hash_add(hash, &g->offset_k, sizeof g->offset_k);
+  if (!g->temperature) return;
+  add_bricks(hash, g->temperature);
+  np_hash_add(hash, &g->world_to_temperature, sizeof g->world_to_temperature);
+}
+
+static neph_result add_cells(neph_context *context, np_hash *hash, const np_world *world, const np_scattering_desc *d) {
+  np_transport_grid grid;
+  neph_result result = np_transport_grid_place(context, world, &d->cells, &grid);
+  if (result) return result;
+  for (int a = 0; a < 3; a++) np_hash_add(hash, grid.edge_m[a], ((size_t)grid.size[a] + 1) * sizeof *grid.edge_m[a]);
+  np_hash_add(hash, &d->work_max, sizeof d->work_max);
+  np_hash_add(hash, &d->tolerance, sizeof d->tolerance);
+  np_hash_add(hash, &d->has_importance, sizeof d->has_importance);
+  np_transport_grid_clear(&grid);
+  return NEPH_OK;
+}
+
+static neph_result find_fingerprint(neph_context *context, const np_world *world, const np_scattering_desc *desc,
+                                    char out[33]) {
+  np_hash *hash = np_hash_create(context);
+  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = add_cells(context, hash, world, desc);
+  for (unsigned v = 0; v < world->clouds.count; v++) add_cloud(hash, &world->clouds.at[v]);
+  if (world->emission) {
+    np_hash_add(hash, &world->emission->black_body, sizeof world->emission->black_body);
+    for (unsigned i = 0; i < world->emission->glow_count; i++) add_glow(hash, &world->emission->glows[i]);
+  }
+  np_hash_finish(hash, out);
+  np_hash_destroy(hash);
+  return result;
+}
+
+/* The least ordinates are enough to tell one sky from another. */
+static neph_result find_surroundings(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
+                                     const np_transport_desc *cells, np_boundary_radiance out) {
+  np_ordinates *ordinates = np_alloc(context, 1, sizeof *ordinates);
+  if (!ordinates) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_ordinates_init(NP_DEGREE_MIN, false, ordinates);
+  np_boundary_radiance_fill(world, depths, cells, ordinates, out);
+  np_alloc_free(context, ordinates);
+  return NEPH_OK;
+}
+
+static void find_sunlight(const np_world *world, const np_transport_desc *cells, np_light_key *key) {
+  const np_dvec3 low = cells->bounds_min, size = np_dvec3_subtract(cells->bounds_max, low);
+  for (unsigned i = 0; i < NP_LIGHT_KEY_PLACES; i++) {
+    /* Steps of the three-dimensional low-discrepancy sequence of the root of x⁴ = x + 1. */
+    const double u = fmod(0.8191725133961645 * i, 1.0), v = fmod(0.6710436067037893 * i, 1.0),
+                 w = fmod(0.5497004779019703 * i, 1.0);
+    const np_dvec3 place = np_dvec3_make(low.x + u * size.x, low.y + v * size.y, low.z + w * size.z);
+    key->sun[i] = np_world_sunlight(world, place, world->to_sun);
+  }
+}
+
+static neph_result make_key(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
+                            const np_scattering_desc *desc, np_light_key **out_key) {
+  np_light_key *key = np_alloc(context, 1, sizeof *key);
+  if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
+  key->to_sun = world->to_sun;
+  find_sunlight(world, &desc->cells, key);
+  neph_result result = find_surroundings(context, world, depths, &desc->cells, key->surroundings);
+  if (!result) result = find_fingerprint(context, world, desc, key->clouds);
+  if (result) np_alloc_free(context, key);
+  *out_key = result ? NULL : key;
+  return result;
+}
+
+/* Sums of what is different and of what there is. */
+static void compare(const float *a, const float *b, size_t count, double *difference, double *sum) {
+  *difference = *sum = 0.0;
+  for (size_t i = 0; i < count; i++) {
+    *difference += fabs((double)a[i] - (double)b[i]);
+    *sum += fabs((double)a[i]);
+  }
+}
+
+/* Sun and surroundings are each compared with all the light there is, the sun counting as the sky of its irradiance. */
+static bool is_same_light(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
+  double sun, sun_sum, around, around_sum;
+  compare(kept->sun[0].band, wanted->sun[0].band, (size_t)NP_LIGHT_KEY_PLACES * NP_BAND_COUNT, &sun, &sun_sum);
+  compare(&kept->surroundings[0][0][0][0], &wanted->surroundings[0][0][0][0],
+          sizeof(np_boundary_radiance) / sizeof(float), &around, &around_sum);
+  sun /= NP_LIGHT_KEY_PLACES, sun_sum /= NP_LIGHT_KEY_PLACES;
+  const double solid_angle = 4.0 * NP_PI / np_ordinates_count(NP_DEGREE_MIN, false),
+               all = sun_sum + solid_angle * around_sum;
+  if (sun > tolerance * all)
+    (void)snprintf(reason, size, "sunlight on the clouds changed by %.3g %%", 100.0 * sun / all);
+  else if (solid_angle * around > tolerance * all)
+    (void)snprintf(reason, size, "sky and ground around the clouds changed by %.3g %%",
+                   100.0 * solid_angle * around / all);
+  else
+    return true;
+  return false;
+}
+
+static bool is_same(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
+  if (strcmp(kept->clouds, wanted->clouds) != 0) {
+    (void)snprintf(reason, size, "%s", clouds_changed);
+    return false;
+  }
+  if ((double)np_vec3_length(np_vec3_subtract(kept->to_sun, wanted->to_sun)) > tolerance) {
+    describe_turn(kept->to_sun, wanted->to_sun, reason, size);
+    return false;
+  }
+  return is_same_light(kept, wanted, reason, size);
+}
+
+static neph_result make_depth_key(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
+                                  np_depth_key *out) {
+  *out = (np_depth_key){.to_sun = world->to_sun, .desc = *desc};
+  np_hash *hash = np_hash_create(context);
+  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned v = 0; v < world->clouds.count; v++) add_extinction(hash, &world->clouds.at[v]);
+  np_hash_finish(hash, out->clouds);
+  np_hash_destroy(hash);
+  return NEPH_OK;
+}
+
+/* To the bit, so that a picture is that of the scene alone. */
+static bool are_same_depths(const np_depth_key *kept, const np_depth_key *wanted, char *reason, size_t size) {
+  const np_sun_optical_depth_desc *a = &kept->desc, *b = &wanted->desc;
+  if (strcmp(kept->clouds, wanted->clouds) != 0)
+    (void)snprintf(reason, size, "%s", clouds_changed);
+  else if (!np_vec3_is_equal(kept->to_sun, wanted->to_sun))
+    describe_turn(kept->to_sun, wanted->to_sun, reason, size);
+  else if (a->tolerance != b->tolerance || a->rate != b->rate || a->bytes_max != b->bytes_max)
+    (void)snprintf(reason, size, "what they may err by changed");
+  else
+    return true;
+  return false;
+}
+
+/* ---- Solutions ---- */
+
+static void clear_entry(neph_context *context, np_light_store_entry *entry) {
+  if (entry->solution.context) np_scattering_field_clear(&entry->solution);
+  np_alloc_free(context, entry->key);
+  *entry = (np_light_store_entry){0};
+}
+
+static bool grow(neph_context *context, np_light_store *store, unsigned count) {
+  if (count <= store->count) return true;
+  np_light_store_entry(*entries)[NP_LIGHT_ROLES] = np_alloc_resize(context, store->entries, count, sizeof *entries);
+  if (!entries) return false;
+  store->entries = entries;
+  store->count = count;
+  return true;
+}
+
+/* A kept solution borrows the phase tables of a picture that is gone; those of this one are the same. */
+static void lend(np_light_store_entry *entry, const np_world *world, np_scattering_field *out) {
+  *out = entry->solution;
+  entry->solution = (np_scattering_field){0};
+  for (unsigned v = 0; v < out->volume_count; v++) out->phases[v].phase = world->clouds.at[v].phase;
+}
+
+neph_result np_light_store_take(neph_context *context, np_light_store *store, unsigned index, np_light_role role,
+                                const np_world *world, const np_sun_depth_source *depths,
+                                const np_scattering_desc *desc, np_monitor *monitor, np_scattering_field *out) {
+  *out = (np_scattering_field){0};
+  np_light_key *wanted;
+  neph_result result =
+      grow(context, store, index + 1) ? make_key(context, world, depths, desc, &wanted) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (result) return result;
+  static const char *const names[NP_LIGHT_ROLES] = {"light in clouds", "moonlight in clouds"};
+  np_light_store_entry *entry = &store->entries[index][role];
+  const bool was_kept = entry->solution.context;
+  char reason[128];
+  if (was_kept && is_same(entry->key, wanted, reason, sizeof reason)) {
+    tell_kept(context, names[role]);
+    np_alloc_free(context, wanted);
+    lend(entry, world, out);
+    return NEPH_OK;
+  }
+  tell_built(context, names[role], "solved", was_kept ? reason : NULL);
+  clear_entry(context, entry);
+  entry->key = wanted;
+  return np_scattering_field_build(context, world, depths, desc, monitor, out);
+}
+
+void np_light_store_give(np_light_store *store, unsigned index, np_light_role role, np_scattering_field *solution) {
+  if (!solution->context) return;
+  if (solution->is_cut) {
+    np_scattering_field_clear(solution);
+    return;
+  }
+  store->entries[index][role].solution = *solution;
+  *solution = (np_scattering_field){0};
+}
+
+/* ---- Depths ---- */
+
+neph_result np_light_store_take_depths(neph_context *context, np_light_store *store, np_light_role role,
+                                       const np_world *world, const np_sun_optical_depth_desc *desc,
+                                       np_monitor *monitor, np_sun_optical_depth *out) {
+  static const char *const names[NP_LIGHT_ROLES] = {"depths towards the sun", "depths towards the moon"};
+  *out = (np_sun_optical_depth){0};
+  np_depth_key wanted;
+  neph_result result = make_depth_key(context, world, desc, &wanted);
+  if (result) return result;
+  np_light_store_depths *entry = &store->depths[role];
+  const bool was_kept = entry->cache.context;
+  char reason[128];
+  if (was_kept && are_same_depths(&entry->key, &wanted, reason, sizeof reason)) {
+    tell_kept(context, names[role]);
+    *out = entry->cache;
+    entry->cache = (np_sun_optical_depth){0};
+    return NEPH_OK;
+  }
+  tell_built(context, names[role], "built", was_kept ? reason : NULL);
+  np_sun_optical_depth_clear(&entry->cache);
+  entry->key = wanted;
+  return np_sun_optical_depth_build(context, world, desc, monitor, out);
+}
+
+void np_light_store_give_depths(np_light_store *store, np_light_role role, np_sun_optical_depth *cache) {
+  if (!cache->context) return;
+  store->depths[role].cache = *cache;
+  *cache = (np_sun_optical_depth){0};
+}
+
+void np_light_store_clear(neph_context *context, np_light_store *store) {
+  for (unsigned i = 0; i < store->count; i++)
+    for (int role = 0; role < NP_LIGHT_ROLES; role++) clear_entry(context, &store->entries[i][role]);
+  np_alloc_free(context, store->entries);
+  for (int role = 0; role < NP_LIGHT_ROLES; role++) np_sun_optical_depth_clear(&store->depths[role].cache);
+  *store = (np_light_store){0};
+}

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "caches/lighting.h"
+
+/* Takes from light that air scattered up to a distance what clouds and hills keep from it; `first` of it is of the
+ * first order. Never negative: tables of the whole and of the first order are interpolated apart. */
+static np_spectrum shade(const np_air_shadow *shadow, np_vec3 direction, double distance_m, np_spectrum light,
+                         np_spectrum first) {
+  const np_spectrum lost = np_air_shadow_get_lost(shadow, direction, distance_m);
+  for (int b = 0; b < NP_BAND_COUNT; b++) light.band[b] = fmaxf(light.band[b] - lost.band[b] * first.band[b], 0.0f);
+  return light;
+}
+
+np_spectrum np_lighting_camera_sky(const np_lighting *lighting, const np_world *world, np_dvec3 origin,
+                                   np_vec3 direction) {
+  if (!lighting->air_shadow || !world->camera_sky)
+    return np_world_sky_radiance(world, world->camera_sky, origin, direction);
+  np_spectrum first;
+  (void)np_sky_aerial_orders(world->camera_sky, direction, INFINITY, &first);
+  const np_spectrum clear = np_sky_radiance(world->camera_sky, direction);
+  return np_world_add_beyond(world, origin, direction, shade(lighting->air_shadow, direction, INFINITY, clear, first));
+}
+
+np_spectrum np_lighting_background(const np_lighting *lighting, const np_world *world, np_dvec3 origin,
+                                   np_vec3 direction) {
+  const np_spectrum sky = np_lighting_camera_sky(lighting, world, origin, direction);
+  const np_spectrum disk = np_world_disk_radiance(world, direction);
+  if (np_spectrum_is_zero(disk)) return sky;
+  if (!world->atmosphere) return np_spectrum_add(sky, disk);
+  return np_spectrum_add(
+      sky, np_spectrum_multiply(disk, np_atmosphere_transmittance_to_space(world->atmosphere, origin, direction)));
+}
+
+np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const np_world *world, np_dvec3 origin,
+                                             np_vec3 direction, double distance_m) {
+  const neph_sky *sky = world->camera_sky;
+  if (!lighting->air_shadow || !sky) return np_world_air(world, sky, origin, direction, distance_m);
+  np_spectrum first;
+  np_aerial_perspective air = np_sky_aerial_orders(sky, direction, distance_m, &first);
+  air.inscatter = shade(lighting->air_shadow, direction, distance_m, air.inscatter, first);
+  return air;
+}
+
+np_spectrum np_lighting_ground_irradiance(const np_lighting *lighting, const np_world *world,
+                                          const np_ground_hit *hit) {
+  np_spectrum irradiance = np_world_level_irradiance(world, hit);
+  if (lighting->ground_light) {
+    const np_ground_light_value light = np_ground_light_get(lighting->ground_light, hit->position);
+    irradiance = np_spectrum_add(np_spectrum_multiply(irradiance, light.open), light.added);
+  }
+  return np_spectrum_scale(irradiance, np_world_get_sky_share(world, hit));
+}

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light at a point of a world, as an integrator asks for it: whichever caches were built answer.
+ *
+ * Filled by render. A cache that a scene does not need is NULL, and costs nothing.
+ */
+#ifndef NP_CACHES_LIGHTING_H
+#define NP_CACHES_LIGHTING_H
+
+#include "caches/air_shadow.h"
+#include "caches/ground_light.h"
+#include "caches/sky_guide.h"
+#include "caches/sun_optical_depth.h"
+#include "caches/viewer_light.h"
+#include "volume/tracking.h"
+
+typedef struct np_lighting {
+  np_sun_depths sun_depths;
+  const np_scattering_field *scattering; /* NULL: not solved for */
+  const np_viewer_light *viewer_light;   /* of that solution, for rays from its viewer; NULL: not prepared */
+  const np_ground_light *ground_light;   /* NULL: the sky over the ground is taken as clear */
+  const np_air_shadow *air_shadow;       /* of the camera's sky; NULL: clear */
+  const np_sky_guide *sky_guide;         /* NULL: sky and ground are met by chance alone */
+} np_lighting;
+
+/* Radiance of sky, night and environment along a camera's ray that meets no ground, in the clouds' and hills' shadow.
+ */
+np_spectrum np_lighting_camera_sky(const np_lighting *lighting, const np_world *world, np_dvec3 origin,
+                                   np_vec3 direction);
+
+/* The same with the disks of sun and moon, through the air. */
+np_spectrum np_lighting_background(const np_lighting *lighting, const np_world *world, np_dvec3 origin,
+                                   np_vec3 direction);
+
+/* The air between the camera and a point along its ray, in the same shadow. */
+np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const np_world *world, np_dvec3 origin,
+                                             np_vec3 direction, double distance_m);
+
+/* Irradiance of sky and clouds on the ground, free of hills. */
+np_spectrum np_lighting_ground_irradiance(const np_lighting *lighting, const np_world *world, const np_ground_hit *hit);
+
+/* Optical depth of one cloud towards the sun: looked up where a cache knows it, else integrated for the query. */
+static inline float np_lighting_get_cloud_depth(const np_lighting *lighting, unsigned cloud, np_dvec3 position,
+                                                np_vec3 to_sun, const np_depth_query *query, float faded) {
+  const np_sun_optical_depth *cache = lighting->sun_depths.cache;
+  const float known =
+      cache ? np_sun_lattice_get(&cache->lattices[cloud], cache->depth_end, position, to_sun) : NP_SUN_DEPTH_UNKNOWN;
+  if (known != NP_SUN_DEPTH_UNKNOWN) return known;
+  return np_track_volume_depth(&lighting->sun_depths.clouds->at[cloud], position, to_sun, INFINITY, query, faded);
+}
+
+#endif

@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The sun optical-depth volume: how much cloud lies between a point and the sun, filled in once and looked up.
+ *
+ * Each cloud has a lattice of nodes whose third axis t runs away from the sun, so that a line of nodes is one ray and
+ * is filled by following it once. A cell has 8³ intervals of the lattice, and keeps as many nodes as its tolerance
+ * asks for: 9³, 5³, 3³ or 2³, of which the depth is interpolated. Where it bends too much for that, as at a dense edge
+ * that faces the sun, a second pass follows rays half a step apart, for 17³ nodes; a twelfth of their second
+ * differences is taken off, so that between them the interpolant is right in the mean. Three kinds keep none:
+ *
+ *   empty   the depth does not change along t: it is that at the entry to the next cell towards the sun
+ *   dark    no light worth counting comes here
+ *   steep   even 17³ nodes would not do, or did not fit the memory: to be walked for
+ *
+ * A ray that starts outside the cells runs to the first that is not empty, in its own direction; from there on the
+ * middle of the sun's disk stands for it. Periodic clouds have no lattice and are walked for.
+ *
+ * Depends on the clouds, their places and the sun's direction; not on wavelength, nor on the camera: a sequence keeps
+ * it (light_store.h).
+ */
+#ifndef NP_CACHES_SUN_OPTICAL_DEPTH_H
+#define NP_CACHES_SUN_OPTICAL_DEPTH_H
+
+#include "world/world.h"
+
+enum {
+  NP_SUN_CELL_EDGE = 8,
+  NP_SUN_CELL_NODES = 9,     /* along an edge */
+  NP_SUN_FINE_EDGE = 16,     /* half steps along an edge */
+  NP_SUN_FINE_RAYS = 19,     /* along an edge of a column, with one beyond it on each side */
+  NP_SUN_CELL_LEVELS = 5,    /* nodes half a step, one, two, four, eight steps apart */
+  NP_SUN_CELL_LEVEL_BITS = 3 /* low bits of a cell that keeps nodes: its level; above them, its first node */
+};
+
+/* Cells that keep no nodes; all others are below these. */
+#define NP_SUN_CELL_EMPTY 0xffffffffu
+#define NP_SUN_CELL_DARK 0xfffffffeu
+#define NP_SUN_CELL_STEEP 0xfffffffdu
+
+static inline bool np_sun_cell_keeps(uint32_t cell) { return cell < NP_SUN_CELL_STEEP; }
+
+static inline uint32_t np_sun_cell_get_level(uint32_t cell) { return cell & ((1u << NP_SUN_CELL_LEVEL_BITS) - 1); }
+
+/* What is not known and must be walked for. */
+#define NP_SUN_DEPTH_UNKNOWN (-1.0f)
+
+typedef struct np_sun_lattice {
+  np_affine world_to_lattice, lattice_to_world; /* from and to steps of the lattice */
+  int32_t size[3];                              /* cells; 0: no lattice */
+  double spacing_m;
+  uint32_t *cells; /* t fastest, then v */
+  float **nodes;   /* of each column of cells along t: its cells' nodes, each t fastest, then v */
+} np_sun_lattice;
+
+typedef struct np_sun_optical_depth_desc {
+  float rate;       /* depth counts at least this much: what is lit is at most e^{−rate·depth} */
+  float tolerance;  /* of e^{−x·depth}, for every x from `rate` to 1 */
+  size_t bytes_max; /* more, and the lattices are coarsened */
+} np_sun_optical_depth_desc;
+
+/* Some hundredth of the light in full sun; half a gigabyte. */
+#define NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT                                                                              \
+  { .rate = 1.0f, .tolerance = 0.015f, .bytes_max = (size_t)1 << 29 }
+
+typedef struct np_sun_optical_depth {
+  neph_context *context; /* borrowed */
+  unsigned volume_count;
+  np_sun_lattice *lattices; /* of each cloud */
+  float depth_end;          /* where it is dark: 16/rate */
+  size_t bytes;
+  uint64_t level_cells[NP_SUN_CELL_LEVELS], steep_cells, dark_cells;
+} np_sun_optical_depth;
+
+/* Same bits for any number of threads. On failure nothing is left. */
+neph_result np_sun_optical_depth_build(neph_context *context, const np_world *world,
+                                       const np_sun_optical_depth_desc *desc, np_monitor *monitor,
+                                       np_sun_optical_depth *out);
+void np_sun_optical_depth_clear(np_sun_optical_depth *cache);
+
+/* Depths of all clouds towards the sun: by the cache where there is one and it knows, else by steps of a voxel. */
+typedef struct np_sun_depths {
+  const np_instances *clouds;
+  const np_sun_optical_depth *cache; /* NULL: none */
+} np_sun_depths;
+
+/* From a point; what lies beyond `depth_max` is not looked at. */
+float np_sun_depths_get(const np_sun_depths *depths, np_dvec3 position, np_vec3 to_sun, float depth_max);
+
+/* The same with each cloud's depth counted `fade` times. */
+float np_sun_depths_get_scaled(const np_sun_depths *depths, np_dvec3 position, np_vec3 to_sun,
+                               const float fade[NP_INSTANCES_MAX], float depth_max);
+
+/* np_sun_depths_get(), for the modules below; `depths` is borrowed. */
+np_sun_depth_source np_sun_depths_get_source(const np_sun_depths *depths);
+
+/* ---- Inside: one column of cells ---- */
+
+typedef struct np_sun_column {
+  const np_instance *volume;
+  const np_sun_lattice *lattice;
+  const np_sun_optical_depth_desc *desc;
+  float depth_end;
+  np_vec3 from_sun; /* along t */
+  int32_t at[2];
+  float *rays;       /* scratch: the 9 × 9 rays of the column, each with every node along t */
+  uint32_t *cells;   /* out: of the column */
+  size_t node_count; /* out: floats that the cells keep; of a fine one added to what is there */
+} np_sun_column;
+
+/* Nodes that a cell of a level keeps. */
+static inline size_t np_sun_level_count_nodes(uint32_t level) {
+  const size_t edge = (size_t)(NP_SUN_FINE_EDGE >> level) + 1;
+  return edge * edge * edge;
+}
+
+/* Places that a fine ray has in `rays`: with one node beyond the last cell. */
+static inline size_t np_sun_column_count_fine(const np_sun_column *column) {
+  return (size_t)column->lattice->size[2] * NP_SUN_FINE_EDGE + 2;
+}
+
+/* The first node of a cell among those of the fine rays. */
+static inline float *np_sun_column_find_fine(const np_sun_column *column, int32_t cell) {
+  return column->rays + (NP_SUN_FINE_RAYS + 1) * np_sun_column_count_fine(column) + (size_t)cell * NP_SUN_FINE_EDGE;
+}
+
+/* ---- Look-up ---- */
+
+static inline float np_sun_nodes_mix(const float *nodes, unsigned level, float u, float v, float t) {
+  const int32_t last = NP_SUN_FINE_EDGE >> level, count = last + 1;
+  const float scale = 2.0f / (float)(1u << level);
+  const float place[3] = {u * scale, v * scale, t * scale};
+  int32_t lower[3];
+  float w[3];
+  for (int a = 0; a < 3; a++) {
+    const int32_t i = (int32_t)np_clampf(place[a], 0.0f, (float)last);
+    lower[a] = i < last ? i : last - 1;
+    w[a] = np_clampf(place[a] - (float)lower[a], 0.0f, 1.0f);
+  }
+  const float *n = nodes + (lower[0] * count + lower[1]) * count + lower[2];
+  const float *m = n + count * count;
+  const float a = np_mixf(np_mixf(n[0], n[1], w[2]), np_mixf(n[count], n[count + 1], w[2]), w[1]);
+  const float b = np_mixf(np_mixf(m[0], m[1], w[2]), np_mixf(m[count], m[count + 1], w[2]), w[1]);
+  return np_maxf(np_mixf(a, b, w[0]), 0.0f);
+}
+
+/* Depth of one cloud, or NP_SUN_DEPTH_UNKNOWN. `to_sun` points to anywhere on the sun's disk. */
+static inline float np_sun_lattice_get(const np_sun_lattice *l, float depth_end, np_dvec3 position, np_vec3 to_sun) {
+  if (l->size[0] == 0) return NP_SUN_DEPTH_UNKNOWN;
+  const np_dvec3 p = np_affine_point(&l->world_to_lattice, position);
+  const np_dvec3 d = np_affine_vector(&l->world_to_lattice, np_vec3_to_double(to_sun));
+  if (!(p.z > 0.0) || !(d.z < 0.0)) return 0.0f;
+  const double drift_u = d.x / d.z, drift_v = d.y / d.z, far = (double)l->size[2] * NP_SUN_CELL_EDGE;
+  double t = p.z < far ? p.z : far;
+  for (int32_t k = (int32_t)(t * (1.0 / NP_SUN_CELL_EDGE)); k >= 0; k--, t = (double)(k + 1) * NP_SUN_CELL_EDGE) {
+    const double u = p.x + (t - p.z) * drift_u, v = p.y + (t - p.z) * drift_v;
+    if (!(u >= 0.0 && v >= 0.0 && k < l->size[2])) continue;
+    if (!(u < (double)l->size[0] * NP_SUN_CELL_EDGE && v < (double)l->size[1] * NP_SUN_CELL_EDGE)) continue;
+    const int32_t i = (int32_t)(u * (1.0 / NP_SUN_CELL_EDGE)), j = (int32_t)(v * (1.0 / NP_SUN_CELL_EDGE));
+    const size_t column = (size_t)i * (size_t)l->size[1] + (size_t)j;
+    const uint32_t cell = l->cells[column * (size_t)l->size[2] + (size_t)k];
+    if (cell == NP_SUN_CELL_EMPTY) continue;
+    if (cell == NP_SUN_CELL_DARK) return depth_end;
+    if (cell == NP_SUN_CELL_STEEP) return NP_SUN_DEPTH_UNKNOWN;
+    const float *nodes = l->nodes[column] + (cell >> NP_SUN_CELL_LEVEL_BITS);
+    return np_sun_nodes_mix(nodes, np_sun_cell_get_level(cell), (float)(u - (double)i * NP_SUN_CELL_EDGE),
+                            (float)(v - (double)j * NP_SUN_CELL_EDGE), (float)(t - (double)k * NP_SUN_CELL_EDGE));
+  }
+  return 0.0f;
+}
+
+#endif

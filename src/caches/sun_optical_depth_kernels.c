@@ -1,0 +1,194 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* One column of the sun optical-depth volume: its rays followed, and what each cell must keep of them. Compiled once
+ * per instruction-set level. */
+#include <string.h>
+
+#include "core/isa.h"
+#include "core/stable.h"
+#include "caches/sun_optical_depth.h"
+
+/* Follows the rays and decides for each cell what it keeps. */
+void NP_KERNEL(np_sun_column_fill)(np_sun_column *column);
+
+/* The same of steep cells with rays half a step apart, 19 × 19 of them, one beyond the column on each side. */
+void NP_KERNEL(np_sun_column_refine)(np_sun_column *column);
+
+enum { EDGE = NP_SUN_CELL_EDGE, NODES = NP_SUN_CELL_NODES, CELL = NODES * NODES * NODES };
+
+/* One ray, for the depth from the sun to each of its nodes, by the midpoint rule from node to node. */
+typedef struct sun_ray {
+  const np_instance *volume;
+  double spacing;
+  size_t count, next; /* nodes, and the first that is not yet reached */
+  float depth, *out;
+} sun_ray;
+
+static void keep_until(sun_ray *r, double t) {
+  while (r->next < r->count && (double)r->next * r->spacing <= t) r->out[r->next++] = r->depth;
+}
+
+/* Pieces of a span, ended by nodes and by its own end: their middles and lengths from t on, measured from the span's
+ * begin, and the ends. Returns how many. */
+static int cut_span(const sun_ray *r, const np_brick_span *span, double t, float middle[NP_BRICK_LINE],
+                    float length[NP_BRICK_LINE], double end[NP_BRICK_LINE]) {
+  int count = 0;
+  for (; count < NP_BRICK_LINE && t < span->t_end; t = end[count++]) {
+    const size_t n = r->next + (size_t)count;
+    const double node = (double)n * r->spacing;
+    end[count] = n < r->count && node < span->t_end ? node : span->t_end;
+    middle[count] = (float)(0.5 * (t + end[count]) - span->t_begin);
+    length[count] = (float)(end[count] - t);
+  }
+  return count;
+}
+
+static void follow_span(sun_ray *r, const np_brick_walk *walk, const np_brick_span *span) {
+  const np_bricks *bricks = r->volume->bricks;
+  const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
+  const np_vec3 along = np_dvec3_to_float(np_dvec3_make(walk->direction[0], walk->direction[1], walk->direction[2]));
+  float middle[NP_BRICK_LINE] = {0.0f}, length[NP_BRICK_LINE], value[NP_BRICK_LINE];
+  double end[NP_BRICK_LINE];
+  for (double t = span->t_begin; t < span->t_end;) {
+    const int count = cut_span(r, span, t, middle, length, end);
+    if (span->brick == NP_BRICK_NONE) {
+      for (int k = 0; k < count; k++) value[k] = span->range.min;
+    } else {
+      np_brick_sample_along(bricks, span->brick, begin, along, middle, count, value);
+    }
+    for (int k = 0; k < count; k++) {
+      r->depth += r->volume->extinction_per_value * value[k] * length[k];
+      keep_until(r, end[k]);
+    }
+    t = end[count - 1];
+  }
+}
+
+/* From a place on the plane where the rays begin, in steps of the lattice. */
+static void follow_ray(const np_sun_column *c, double u, double v, double spacing, size_t count, float *out) {
+  sun_ray r = {.volume = c->volume, .spacing = spacing, .count = count, .out = out};
+  const np_dvec3 origin = np_affine_point(&c->lattice->lattice_to_world, np_dvec3_make(u, v, 0.0));
+  np_brick_walk walk;
+  np_brick_span span;
+  np_brick_walk_start(&walk, c->volume->bricks, np_affine_point(&c->volume->world_to_index, origin),
+                      np_affine_vector(&c->volume->world_to_index, np_vec3_to_double(c->from_sun)), 0.0,
+                      (double)(r.count - 1) * r.spacing);
+  while (r.depth < c->depth_end && np_brick_walk_next(&walk, &span)) {
+    keep_until(&r, span.t_begin);
+    follow_span(&r, &walk, &span);
+  }
+  while (r.next < r.count) out[r.next++] = r.depth;
+}
+
+static void follow_rays(const np_sun_column *c) {
+  const size_t count = (size_t)c->lattice->size[2] * EDGE + 1;
+  for (int i = 0; i < NODES; i++)
+    for (int j = 0; j < NODES; j++)
+      follow_ray(c, c->at[0] * EDGE + i, c->at[1] * EDGE + j, c->lattice->spacing_m, count,
+                 c->rays + (size_t)(i * NODES + j) * count);
+}
+
+/* The largest |e^{−x·a} − e^{−x·b}| for x from `rate` to 1: it has one maximum, at x = ln(b/a)/(b − a). */
+static float find_light_error(float a, float b, float rate) {
+  const float low = fminf(a, b), gap = fabsf(a - b);
+  const float x = np_clampf(log1pf(gap / fmaxf(low, 1e-20f)) / gap, rate, 1.0f);
+  return np_transmittance(x * low) * -expm1f(-x * gap);
+}
+
+/* The nodes of a cell: `edge` intervals along each axis. */
+typedef struct node_block {
+  const float *first;
+  size_t step[3], edge;
+} node_block;
+
+/* Sum of the squared errors in light, at nodes halfway between two others `stride` apart from each, of their mean. */
+static float sum_bends(const node_block *b, size_t stride, int axis, float rate, int *count) {
+  const size_t other[2] = {b->step[(axis + 1) % 3], b->step[(axis + 2) % 3]}, step = stride * b->step[axis];
+  float sum = 0.0f;
+  for (size_t i = 0; i <= b->edge; i += stride)
+    for (size_t j = 0; j <= b->edge; j += stride)
+      for (size_t k = stride; k < b->edge; k += 2 * stride, ++*count) {
+        const float *node = b->first + i * other[0] + j * other[1] + k * b->step[axis];
+        const float guess = 0.5f * (*(node - step) + node[step]), gap = fabsf(guess - *node);
+        const float error = gap > 1e-3f ? find_light_error(guess, *node, rate) : gap;
+        sum += error * error;
+      }
+  return sum;
+}
+
+/* Root of their mean, of every second node along one axis or another. */
+static float find_bend(const node_block *b, size_t stride, float rate) {
+  int count = 0;
+  float sum = 0.0f;
+  for (int axis = 0; axis < 3; axis++) sum += sum_bends(b, stride, axis, rate, &count);
+  return sqrtf(sum / (float)count);
+}
+
+/* Between nodes one step apart the mean misses a third of what it misses between nodes two steps apart: a quarter where
+ * the depth is smooth, half at an edge. */
+static uint32_t choose_level(const float cell[CELL], const np_sun_optical_depth_desc *desc) {
+  const node_block b = {cell, {NODES * NODES, NODES, 1}, EDGE};
+  float quadratic = find_bend(&b, 1, desc->rate);
+  if (quadratic > 3.0f * desc->tolerance) return NP_SUN_CELL_STEEP;
+  uint32_t level = 1;
+  while (quadratic <= desc->tolerance && ++level + 1 < NP_SUN_CELL_LEVELS)
+    quadratic = find_bend(&b, (size_t)1 << (level - 1), desc->rate);
+  return level;
+}
+
+static void gather_cell(const np_sun_column *c, int32_t k, float cell[CELL]) {
+  const size_t count = (size_t)c->lattice->size[2] * EDGE + 1;
+  for (size_t ray = 0; ray < NODES * NODES; ray++)
+    memcpy(cell + ray * NODES, c->rays + ray * count + (size_t)k * EDGE, NODES * sizeof *cell);
+}
+
+static uint32_t choose(const np_sun_column *c, const float cell[CELL]) {
+  bool is_empty = true, is_dark = true;
+  for (size_t ray = 0; ray < NODES * NODES; ray++) {
+    is_empty = is_empty && cell[ray * NODES] == cell[ray * NODES + EDGE];
+    is_dark = is_dark && cell[ray * NODES] >= c->depth_end;
+  }
+  return is_dark ? NP_SUN_CELL_DARK : is_empty ? NP_SUN_CELL_EMPTY : choose_level(cell, c->desc);
+}
+
+void NP_KERNEL(np_sun_column_fill)(np_sun_column *c) {
+  follow_rays(c);
+  c->node_count = 0;
+  for (int32_t k = 0; k < c->lattice->size[2]; k++) {
+    float cell[CELL];
+    gather_cell(c, k, cell);
+    const uint32_t kept = choose(c, cell);
+    c->cells[k] = kept;
+    if (kept >= NP_SUN_CELL_STEEP) continue;
+    c->cells[k] = (uint32_t)c->node_count << NP_SUN_CELL_LEVEL_BITS | kept;
+    c->node_count += np_sun_level_count_nodes(kept);
+  }
+}
+
+/* ---- Steep cells ---- */
+
+/* Where 17³ nodes bend by more tolerances than that it is walked: what they miss is a third of it, as much as the
+ * picture's whole tolerance, and walking takes ten times as long. */
+static const float steep_bend = 16.0f;
+
+static void follow_fine_rays(const np_sun_column *c, size_t count) {
+  const double half = 0.5 * c->lattice->spacing_m;
+  for (int i = 0; i < NP_SUN_FINE_RAYS; i++)
+    for (int j = 0; j < NP_SUN_FINE_RAYS; j++)
+      follow_ray(c, c->at[0] * EDGE + 0.5 * (i - 1), c->at[1] * EDGE + 0.5 * (j - 1), half, count,
+                 c->rays + (size_t)(i * NP_SUN_FINE_RAYS + j) * np_sun_column_count_fine(c));
+}
+
+void NP_KERNEL(np_sun_column_refine)(np_sun_column *c) {
+  int32_t end = c->lattice->size[2];
+  while (end > 0 && c->cells[end - 1] != NP_SUN_CELL_STEEP) end--;
+  if (end == 0) return;
+  follow_fine_rays(c, (size_t)end * NP_SUN_FINE_EDGE + 2);
+  for (int32_t k = 0; k < end; k++) {
+    if (c->cells[k] != NP_SUN_CELL_STEEP) continue;
+    const size_t stride = np_sun_column_count_fine(c);
+    const node_block b = {np_sun_column_find_fine(c, k), {NP_SUN_FINE_RAYS * stride, stride, 1}, NP_SUN_FINE_EDGE};
+    if (find_bend(&b, 1, c->desc->rate) > steep_bend * c->desc->tolerance) continue;
+    c->cells[k] = (uint32_t)c->node_count << NP_SUN_CELL_LEVEL_BITS;
+    c->node_count += np_sun_level_count_nodes(0);
+  }
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "image/aov.h"
+
+#include <string.h>
+
+#define ROW(id, name, parts, needs_light, samples_min) {name, parts, needs_light, samples_min},
+const np_aov_row np_aov_rows[NP_AOV_COUNT] = {NP_AOV_ROWS(ROW)};
+#undef ROW
+
+unsigned np_aovs_count_channels(unsigned aovs) {
+  unsigned count = 0;
+  for (unsigned i = 0; i < NP_AOV_COUNT; i++)
+    if (aovs & ~(unsigned)NP_AOV_DEPTH & 1u << i)
+      count += *np_aov_rows[i].parts ? (unsigned)strlen(np_aov_rows[i].parts) : 1;
+  return count;
+}
+
+bool np_aovs_need_light(unsigned aovs) {
+  for (unsigned i = 0; i < NP_AOV_COUNT; i++)
+    if (aovs & 1u << i && np_aov_rows[i].needs_light) return true;
+  return false;
+}
+
+const np_aov_row *np_aovs_search_short(unsigned aovs, unsigned samples) {
+  for (unsigned i = 0; i < NP_AOV_COUNT; i++)
+    if (aovs & 1u << i && np_aov_rows[i].samples_min > samples) return &np_aov_rows[i];
+  return NULL;
+}

@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rays towards where sky and ground are bright: next-event estimation of a light that is infinitely far.
+ *
+ * A vertex in cloud or on the ground sends, at the guide's rate (caches/sky_guide.h), a ray that goes past the clouds,
+ * as dim as they make it, and does what paths do there: sees the sky or ground of the tables, or goes on through air
+ * that is traced. A path that leaves by chance meets the same light. Both are weighed by their densities (balance
+ * heuristic).
+ */
+#ifndef NP_INTEGRATE_SKY_NEXT_EVENT_H
+#define NP_INTEGRATE_SKY_NEXT_EVENT_H
+
+#include "integrate/path_state.h"
+#include "caches/sky_guide.h"
+
+typedef struct np_sky_next_event {
+  np_vec3 direction;
+  float density;    /* rays that a vertex sends there, 1/sr */
+  float brightness; /* radiance there, in units of the mean */
+} np_sky_next_event;
+
+/* Whether this vertex sends a ray, and where to. */
+static inline bool np_sky_next_event_sample(const np_tracer *t, const np_path_state *path, np_sky_next_event *out) {
+  if (!path->has_sky_next_event) return false;
+  const np_sky_guide *guide = t->lighting->sky_guide;
+  if (!(np_random_float(t->random) < guide->rate)) return false;
+  float density;
+  out->direction = np_sky_guide_draw(guide, t->random, &density);
+  out->density = guide->rate * density;
+  out->brightness = np_sky_guide_brightness(guide, density);
+  return true;
+}
+
+/* The ray as a path of its own; false ends it, by Russian roulette on what it promises: the radiance there, times what
+ * the vertex throws on of it, `share` per steradian. `density` is that of the path's own directions. The sun and what
+ * glows are aimed at on their own: a density of 0 keeps them out. */
+static inline bool np_sky_next_event_start(const np_path_state *path, const np_sky_next_event *sky, float share,
+                                           float density, np_random *random, np_path_state *out_ray) {
+  const float weight = share / (sky->density + density);
+  const float promise = fminf(weight * sky->brightness * np_spectrum_max(path->throughput) / path->weight, 1.0f);
+  if (!(np_random_float(random) < promise)) return false;
+  *out_ray = *path;
+  out_ray->direction = sky->direction;
+  out_ray->density = 0.0f;
+  out_ray->expected_gain = 1.0f;
+  out_ray->throughput = np_spectrum_scale(path->throughput, weight / promise);
+  out_ray->has_sky_next_event = false;
+  out_ray->depth++;
+  return true;
+}
+
+/* What is past the clouds, met by chance: where it was aimed at too, the other way has its share of the weight. */
+static inline void np_sky_next_event_meet(const np_tracer *t, np_path_state *path) {
+  if (!path->has_sky_next_event) return;
+  const np_sky_guide *guide = t->lighting->sky_guide;
+  const float aimed = guide->rate * np_sky_guide_eval(guide, path->direction);
+  path->throughput = np_spectrum_scale(path->throughput, path->density / (path->density + aimed));
+  path->has_sky_next_event = false;
+}
+
+#endif

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A frame in the making: what frame.c sets up and describes, and sampling.c fills. */
+#ifndef NP_RENDER_FRAME_STATE_H
+#define NP_RENDER_FRAME_STATE_H
+
+#include "render/assembly.h"
+#include "render/channels.h"
+
+/* Over a tile's pixels: the sums of their means, and of the squares of the means' standard errors. */
+typedef struct np_tile_total {
+  double sum[NP_BAND_COUNT], variance[NP_BAND_COUNT];
+  double lost[NP_BAND_COUNT]; /* the sum of the means that a limit on scatterings took from them */
+  uint64_t samples;
+  double squares; /* of the pixels' relative errors */
+} np_tile_total;
+
+/* A pixel's samples so far, and those that it is to get: from `next` to `end`. */
+typedef struct np_pixel_state {
+  uint32_t next, end;
+  np_spread spread;
+  double lost[NP_BAND_COUNT]; /* Σ over the samples */
+} np_pixel_state;
+
+typedef struct np_frame {
+  const np_assembly *assembly;
+  const neph_render_desc *desc;
+  np_monitor *monitor;
+  np_integrator_settings settings;
+  np_integrator_fn integrate;
+  np_half_distance_fn half_distance;
+  np_channels channels;
+  float *planes[NP_CHANNELS_MAX];
+  np_tile_total *totals;
+  double dim[NP_BAND_COUNT]; /* radiances below this need not be as exact, relatively */
+  np_spread *pilots;         /* with a target error: those of the crop and one pixel around it */
+  np_pixel_state *pixels;    /* with a time limit: those of the crop */
+  double *sums;              /* of each of them: [channel] */
+  bool is_first_pass;
+  bool is_cut;            /* by the time limit, before all samples were taken */
+  unsigned width, height; /* of the crop */
+  float blue_noise[NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE];
+} np_frame;
+
+static inline bool np_frame_has_target(const np_frame *f) { return isfinite(f->desc->target_error); }
+
+size_t np_frame_count_tiles(const np_frame *f);
+
+/* Samples every pixel and fills planes and totals, which has room for all tiles. */
+neph_result np_frame_sample(np_frame *f);
+
+#endif

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Packets of three bands, and the assembly that they are part of. */
+#ifndef NP_RENDER_PACKET_H
+#define NP_RENDER_PACKET_H
+
+#include "atmosphere/band_set.h"
+#include "atmosphere/sky_store.h"
+#include "caches/light_store.h"
+#include "caches/lighting.h"
+#include "render/cloud_glow.h"
+#include "render/schedule.h"
+#include "render/star_field.h"
+#include "scene/plan.h"
+
+/* What one light makes of a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so
+ * do the pictures of a scene under each of its lights. */
+typedef struct np_packet_light {
+  bool is_moon;
+  neph_sky *camera_sky, *cloud_sky;
+  np_scattering_field scattering; /* empty when not needed */
+  np_viewer_light viewer_light;   /* likewise */
+  np_ground_light ground_light;   /* likewise */
+  np_air_shadow air_shadow;       /* likewise */
+  np_sky_guide sky_guide;         /* likewise */
+  np_world world;
+  np_lighting lighting;
+} np_packet_light;
+
+enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */
+
+/* What depends on wavelength: air, lights, and what else shines in the sky, in three bands. */
+typedef struct np_packet {
+  np_band_set bands;
+  float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
+  neph_atmosphere *atmosphere;
+  np_instance *placed;  /* the clouds that hold anything */
+  np_emission emission; /* of all clouds; without glows where there is none */
+  unsigned light_count; /* the first one's view has what is not of any light: environment, disks, night */
+  np_packet_light lights[NP_LIGHTS_MAX];
+  np_night night;
+  np_star_field stars; /* of the camera's picture; empty: none */
+} np_packet;
+
+typedef struct np_assembly {
+  neph_context *context; /* borrowed from the scene */
+  np_schedule schedule;  /* done but for the pixels once it is built */
+  np_camera camera;
+  unsigned cloud_count;            /* of the scene */
+  unsigned volume_count;           /* of the clouds that hold anything in the frame */
+  neph_volume **volumes;           /* of each cloud; NULL: it holds nothing */
+  np_instance *placed;             /* of each cloud, as the scene has it; each packet has its own of the volumes */
+  np_cloud_glow *glows;            /* of each cloud, most often nothing */
+  np_phase_table *phase_tables;    /* of each cloud, empty where its phase function is none */
+  np_dvec3 clouds_min, clouds_max; /* world box of all that the clouds hold */
+  neph_terrain *terrain;
+  np_star_catalogue stars;
+  np_sphere_map star_map, moon_map;                        /* empty: none */
+  np_sun_optical_depth sun_optical_depths[NP_LIGHT_ROLES]; /* for all packets; empty when not needed */
+  np_air_visibility air_visibilities[NP_LIGHTS_MAX];       /* of sun and moon, likewise */
+  unsigned packet_count;
+  np_packet *packets;
+  np_sky_store *skies;    /* the scene's: what packets have of skies was taken from it and goes back */
+  np_light_store *lights; /* likewise, of light in clouds and depths towards lights */
+} np_assembly;
+
+/* Adds what a packet's three bands are to a colour of the picture. */
+static inline np_spectrum np_packet_add_color(const np_packet *packet, np_spectrum color, np_spectrum bands) {
+  for (int c = 0; c < 3; c++)
+    for (int b = 0; b < NP_BAND_COUNT; b++) color.band[c] += packet->color_weight[c][b] * bands.band[b];
+  return color;
+}
+
+#endif

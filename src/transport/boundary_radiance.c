@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What shines on the clouds from outside, the sun apart: sky above, ground below. */
+#include <string.h>
+
+#include "core/stable.h"
+#include "core/units.h"
+#include "transport/scattering_field.h"
+
+enum {
+  SAMPLES_PER_ORDINATE = 48,
+  OCTANT = NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES, /* numbers of ordinates for each octant */
+  ALL = NP_OCTANT_COUNT * OCTANT
+};
+
+static np_spectrum find_ground(const np_world *world, const np_sun_depth_source *depths, const np_ground_hit *hit) {
+  np_spectrum irradiance = np_spectrum_scale(np_world_level_irradiance(world, hit), np_world_get_sky_share(world, hit));
+  const float cosine = np_vec3_dot(hit->normal, world->to_sun);
+  if (cosine > 0.0f) {
+    const np_spectrum sun = np_world_sunlight(world, hit->position, world->to_sun);
+    if (!np_spectrum_is_zero(sun))
+      irradiance = np_spectrum_add_scaled(
+          irradiance, cosine * np_transmittance(depths->get(depths->user, hit->position, world->to_sun, 16.0f)), sun);
+  }
+  return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
+}
+
+np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_depth_source *depths, np_dvec3 position,
+                                         np_vec3 towards) {
+  np_ground_hit hit;
+  if (!np_world_intersect_ground(world, position, towards, &hit))
+    return np_world_sky_radiance(world, world->cloud_sky, position, towards);
+  const np_aerial_perspective air = np_world_air(world, world->cloud_sky, position, towards, hit.distance_m);
+  return np_spectrum_add(np_spectrum_multiply(find_ground(world, depths, &hit), air.transmittance), air.inscatter);
+}
+
+/* Number of the ordinate nearest to a direction of flight. */
+static unsigned find_nearest(const np_ordinates *o, np_vec3 d) {
+  const unsigned octant = (d.x < 0.0f ? 1u : 0u) | (d.y < 0.0f ? 2u : 0u) | (d.z < 0.0f ? 4u : 0u);
+  unsigned best = 0;
+  float best_cosine = -1.0f;
+  for (unsigned i = 0; i < o->count; i++) {
+    const unsigned block = i / NP_ORDINATE_LANES, lane = i % NP_ORDINATE_LANES;
+    const float cosine = fabsf(d.x) * o->cosine[0][block][lane] + fabsf(d.y) * o->cosine[1][block][lane] +
+                         fabsf(d.z) * o->cosine[2][block][lane];
+    if (cosine <= best_cosine) continue;
+    best_cosine = cosine;
+    best = i;
+  }
+  return octant * OCTANT + best;
+}
+
+/* Sums by ordinate. */
+typedef struct boundary_samples {
+  const np_world *world;
+  const np_sun_depth_source *depths;
+  np_dvec3 low, size; /* of the clouds' box */
+  unsigned taken, counts[ALL];
+  double sums[NP_BAND_COUNT][ALL];
+} boundary_samples;
+
+/* Looks out once more, from places spread over the clouds' middle plane. */
+static void look(boundary_samples *o, np_vec3 towards, unsigned ordinate) {
+  const double u = fmod(0.7548776662466927 * o->taken, 1.0), v = fmod(0.5698402909980532 * o->taken, 1.0);
+  const np_dvec3 position =
+      np_dvec3_make(o->low.x + u * o->size.x, o->low.y + v * o->size.y, o->low.z + 0.5 * o->size.z);
+  const np_spectrum radiance = np_boundary_radiance_compute(o->world, o->depths, position, towards);
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) o->sums[b][ordinate] += (double)radiance.band[b];
+  o->counts[ordinate]++;
+  o->taken++;
+}
+
+/* Along directions spread evenly over the sphere, each counted for the nearest ordinate. */
+static void sample_sphere(boundary_samples *o, const np_ordinates *ordinates) {
+  const unsigned count = SAMPLES_PER_ORDINATE * NP_OCTANT_COUNT * ordinates->count;
+  for (unsigned i = 0; i < count; i++) {
+    const double z = 1.0 - (2.0 * i + 1.0) / count, azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
+    const float r = (float)sqrt(1.0 - z * z);
+    const np_vec3 towards = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
+    look(o, towards, find_nearest(ordinates, np_vec3_scale(towards, -1.0f)));
+  }
+}
+
+/* And along each ordinate itself, so that none is without. */
+static void sample_ordinates(boundary_samples *o, const np_ordinates *ordinates) {
+  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
+    for (unsigned n = 0; n < ordinates->count; n++) {
+      const np_vec3 d = np_ordinates_direction(ordinates, octant, n / NP_ORDINATE_LANES, n % NP_ORDINATE_LANES);
+      look(o, np_vec3_scale(d, -1.0f), octant * OCTANT + n);
+    }
+}
+
+/* The parts of the sphere that are nearest to the ordinates are not quite their weights: means are brought to what
+ * really comes from the octant. */
+static void fill_octant(const boundary_samples *o, const np_ordinates *ordinates, unsigned octant, unsigned band,
+                        float *out) {
+  double sum = 0.0, found = 0.0, weight = 0.0;
+  unsigned count = 0;
+  for (unsigned n = 0; n < ordinates->count; n++) {
+    const unsigned i = octant * OCTANT + n;
+    const double own = (double)ordinates->weight[n / NP_ORDINATE_LANES][n % NP_ORDINATE_LANES];
+    out[n] = (float)(o->sums[band][i] / o->counts[i]);
+    sum += o->sums[band][i];
+    count += o->counts[i];
+    found += own * (double)out[n];
+    weight += own;
+  }
+  for (unsigned n = 0; n < ordinates->count && found > 0.0; n++) out[n] *= (float)(sum / count * weight / found);
+}
+
+void np_boundary_radiance_fill(const np_world *world, const np_sun_depth_source *depths, const np_transport_desc *cells,
+                               const np_ordinates *ordinates, np_boundary_radiance out) {
+  boundary_samples o = {.world = world,
+                        .depths = depths,
+                        .low = cells->bounds_min,
+                        .size = np_dvec3_subtract(cells->bounds_max, cells->bounds_min)};
+  memset(out, 0, sizeof(np_boundary_radiance));
+  sample_sphere(&o, ordinates);
+  sample_ordinates(&o, ordinates);
+  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
+    for (unsigned b = 0; b < NP_BAND_COUNT; b++) fill_octant(&o, ordinates, octant, b, &out[b][octant][0][0]);
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The rays by which sunlight is followed to where it first collides. */
+#ifndef NP_TRANSPORT_FIRST_COLLISION_H
+#define NP_TRANSPORT_FIRST_COLLISION_H
+
+#include "transport/transport_grid.h"
+
+/* What a cell takes, in whole units of 2⁻³²: sums of integers come out the same in any order, whatever thread adds
+ * them. The moments are about the cell's middle, over its widths. */
+typedef struct np_first_loss {
+  int64_t sum, moment[3];
+} np_first_loss;
+
+/* One scaled medium that the rays cross. */
+typedef struct np_first_medium {
+  float scale[NP_INSTANCES_MAX]; /* scaled extinction of each cloud over its extinction */
+  np_first_loss *losses;         /* of each live cell, of one face's rays */
+  float *power;                  /* what each live cell takes of a unit irradiance, m² */
+  float *moment;                 /* [live][axis]: the same over the cell's width */
+} np_first_medium;
+
+enum { NP_FIRST_MEDIA = 2 };
+
+/* What the second medium lets through beyond the first in a live cell, times the length of ray that is lit by it, and
+ * that length, in units of a loss times the longest step; the same of all faces' rays in m³. */
+typedef struct np_first_surplus {
+  int64_t sum, length;
+  double volume, of_volume;
+} np_first_surplus;
+
+/* Parallel rays start on every face that the sun shines on, at the points of a lattice, each for an equal area. */
+typedef struct np_first_rays {
+  const np_world *world;
+  np_monitor *monitor;
+  np_transport_grid *grid;
+  np_first_medium media[NP_FIRST_MEDIA];
+  unsigned media_count;
+  np_first_surplus *surpluses; /* of each live cell; NULL: there is one medium */
+  double direction[3];         /* of flight */
+  double step_m;               /* the longest */
+  bool has_even_steps;         /* none is shorter but a ray's last */
+  int face_axis;
+  size_t rows, columns; /* of the rays that start on the face */
+} np_first_rays;
+
+#endif

@@ -1,0 +1,340 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rays of the sun through the cells, and what each cell takes of them. Compiled once per instruction-set level.
+ *
+ * A ray is followed in blocks of steps, for which cells, extinction and opacity are found together. What it leaves in a
+ * cell is gathered until it leaves the cell, since many threads add to the same cells. */
+#include "core/isa.h"
+#include "core/stable.h"
+#include "transport/first_collision.h"
+
+neph_result NP_KERNEL(np_first_rays_follow)(void *user, size_t begin, size_t end, unsigned thread);
+
+enum { STEPS = NP_BRICK_LINE };
+
+/* One cloud along the ray: its walk, and the cell of its bricks that the walk is in or comes to next. */
+typedef struct cloud {
+  const np_instance *volume;
+  float scale[NP_FIRST_MEDIA];
+  np_brick_walk walk;
+  np_brick_span span;
+} cloud;
+
+/* A ray inside one live cell: what it loses there, that times how far from the ray's start it was, and what
+ * np_first_surplus counts, by length. */
+typedef struct crossing {
+  int32_t active;
+  double lost[NP_FIRST_MEDIA], lost_at_m[NP_FIRST_MEDIA];
+  double surplus_m, length_m;
+} crossing;
+
+typedef struct collision_ray {
+  const np_first_rays *all;
+  double start[3], exit_m;
+  double cell[3], cells_per_m[3]; /* where cells are even: coordinate in cells of the start, and how it grows */
+  int32_t near[3];                /* where they differ: the cell that the last step was placed in */
+  double weight;                  /* the ray's area over that of a cell's share in the units */
+  double power[NP_FIRST_MEDIA];   /* what is left of the ray in each medium */
+  crossing crossing;
+  unsigned cloud_count;
+  cloud clouds[NP_INSTANCES_MAX];
+} collision_ray;
+
+/* Steps that are looked up together; those from `count` on lie behind the exit. */
+typedef struct collision_block {
+  int count;
+  double middle_m[STEPS];
+  float length_m[STEPS];
+  int32_t active[STEPS]; /* cell of the middle, or NP_TRANSPORT_CELL_NONE */
+  float opacity[NP_FIRST_MEDIA][STEPS];
+} collision_block;
+
+/* ------------------------------------------------------------------------------------------- where the steps are */
+
+static double find_exit(const np_transport_grid *g, const double p[3], const double d[3]) {
+  double exit = INFINITY;
+  for (int a = 0; a < 3; a++) {
+    if (g->is_wrapped[a] || fabs(d[a]) < 1e-12) continue;
+    const double plane = g->edge_m[a][d[a] > 0.0 ? g->size[a] : 0];
+    exit = fmin(exit, (plane - p[a]) / d[a]);
+  }
+  return exit;
+}
+
+/* The cell of a coordinate along an axis, held inside the grid, looked for from `near` on. */
+static int32_t find_cell(const np_transport_grid *g, int axis, double x, int32_t near) {
+  const double *edge = g->edge_m[axis];
+  x = np_transport_grid_wrap(g, axis, x);
+  while (near > 0 && x < edge[near]) near--;
+  while (near + 1 < g->size[axis] && x >= edge[near + 1]) near++;
+  return near;
+}
+
+/* Where cells differ: a step from `t` on, no longer than half of one. */
+static double find_step(collision_ray *r, double t) {
+  const np_transport_grid *g = r->all->grid;
+  double step = r->all->step_m;
+  for (int a = 0; a < 3; a++) {
+    const double speed = fabs(r->all->direction[a]);
+    if (g->even_m[a] > 0.0 || speed < 1e-9) continue;
+    r->near[a] = find_cell(g, a, r->start[a] + t * r->all->direction[a], r->near[a]);
+    const double half = 0.5 * np_transport_grid_width(g, a, r->near[a]);
+    if (half < step * speed) step = half / speed;
+  }
+  return step;
+}
+
+/* Places the steps from `t` on, all of one length but the last; returns where they end. */
+static double place_even_steps(const collision_ray *r, double t, collision_block *b) {
+  const double step = r->all->step_m;
+#pragma omp simd
+  for (int k = 0; k < STEPS; k++) {
+    const double begin = t + k * step, left = r->exit_m - begin, length = left < step ? left : step;
+    b->middle_m[k] = begin + 0.5 * length;
+    b->length_m[k] = (float)length;
+  }
+  const double left = (r->exit_m - t) / step;
+  b->count = left < STEPS ? (int)ceil(left) : STEPS;
+  return t + STEPS * step;
+}
+
+static double place_steps(collision_ray *r, double t, collision_block *b) {
+  b->count = 0;
+  for (int k = 0; k < STEPS; k++) {
+    const double step = find_step(r, t), left = r->exit_m - t, length = left < step ? left : step;
+    b->middle_m[k] = t + 0.5 * length;
+    b->length_m[k] = (float)length;
+    b->count += length > 0.0;
+    t += length;
+  }
+  return t;
+}
+
+/* Cells of the steps' middles along an axis, held inside the grid. */
+static void locate_along(const collision_ray *r, int axis, const collision_block *b, int32_t at[STEPS]) {
+  const np_transport_grid *g = r->all->grid;
+  const double size = (double)g->size[axis], begin = r->cell[axis], rate = r->cells_per_m[axis];
+  if (g->even_m[axis] > 0.0 && g->is_wrapped[axis]) {
+#pragma omp simd
+    for (int k = 0; k < STEPS; k++) {
+      const double cell = begin + b->middle_m[k] * rate;
+      at[k] = (int32_t)np_clamp(cell - floor(cell / size) * size, 0.0, size - 1.0);
+    }
+  } else if (g->even_m[axis] > 0.0) {
+#pragma omp simd
+    for (int k = 0; k < STEPS; k++) at[k] = (int32_t)np_clamp(begin + b->middle_m[k] * rate, 0.0, size - 1.0);
+  } else {
+    int32_t near = r->near[axis];
+    for (int k = 0; k < STEPS; k++)
+      at[k] = near = find_cell(g, axis, r->start[axis] + b->middle_m[k] * r->all->direction[axis], near);
+  }
+}
+
+/* Finds the cells of all steps; false where none is live. */
+static bool locate_steps(const collision_ray *r, collision_block *b) {
+  const np_transport_grid *g = r->all->grid;
+  const int32_t *active = g->active, columns = g->size[0], rows = g->size[1];
+  int32_t at[3][STEPS], last = NP_TRANSPORT_CELL_NONE;
+  for (int a = 0; a < 3; a++) locate_along(r, a, b, at[a]);
+#pragma omp simd reduction(max : last)
+  for (int k = 0; k < STEPS; k++) {
+    b->active[k] = active[(at[2][k] * rows + at[1][k]) * columns + at[0][k]];
+    last = b->active[k] > last ? b->active[k] : last;
+  }
+  return last >= 0;
+}
+
+/* Where in its cell the ray is at `t`, from the middle over the width. */
+static double find_offset(const collision_ray *r, int axis, double t) {
+  const np_transport_grid *g = r->all->grid;
+  if (g->even_m[axis] > 0.0) {
+    const double cell = r->cell[axis] + t * r->cells_per_m[axis];
+    return cell - floor(cell) - 0.5;
+  }
+  const double x = np_transport_grid_wrap(g, axis, r->start[axis] + t * r->all->direction[axis]);
+  const int32_t at = find_cell(g, axis, x, r->near[axis]);
+  return np_clamp((x - np_transport_grid_middle(g, axis, at)) / np_transport_grid_width(g, axis, at), -0.5, 0.5);
+}
+
+/* --------------------------------------------------------------------------------------- what the steps run through */
+
+static void start_clouds(collision_ray *r) {
+  const np_world *world = r->all->world;
+  const double *d = r->all->direction;
+  r->cloud_count = 0;
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    cloud *c = &r->clouds[r->cloud_count];
+    c->volume = &world->clouds.at[v];
+    for (unsigned m = 0; m < NP_FIRST_MEDIA; m++) c->scale[m] = r->all->media[m].scale[v];
+    const np_affine *map = &c->volume->world_to_index;
+    np_brick_walk_start(&c->walk, c->volume->bricks,
+                        np_affine_point(map, np_dvec3_make(r->start[0], r->start[1], r->start[2])),
+                        np_affine_vector(map, np_dvec3_make(d[0], d[1], d[2])), 0.0, r->exit_m);
+    if (np_brick_walk_next(&c->walk, &c->span)) r->cloud_count++;
+  }
+}
+
+/* Values of a cloud at the middles of the steps from `first` to before `end`, all in the cell that the walk is in. */
+static void fill_values(const cloud *c, const collision_block *b, int first, int end, float value[STEPS]) {
+  if (c->span.brick == NP_BRICK_NONE) {
+    for (int k = first; k < end; k++) value[k] = c->span.range.min;
+    return;
+  }
+  const np_vec3 begin = np_brick_walk_local(&c->walk, &c->span, b->middle_m[first]);
+  const np_vec3 along =
+      np_dvec3_to_float(np_dvec3_make(c->walk.direction[0], c->walk.direction[1], c->walk.direction[2]));
+  float at[NP_BRICK_LINE] = {0.0f}, found[NP_BRICK_LINE];
+  for (int k = first; k < end; k++) at[k - first] = (float)(b->middle_m[k] - b->middle_m[first]);
+  np_brick_sample_along(c->volume->bricks, c->span.brick, begin, along, at, end - first, found);
+  for (int k = first; k < end; k++) value[k] = found[k - first];
+}
+
+/* Moves on to the next cell of a cloud's bricks, which lies at infinity where the ray has left the cloud. */
+static void advance(cloud *c) {
+  if (!np_brick_walk_next(&c->walk, &c->span)) c->span.t_begin = INFINITY;
+}
+
+/* The first step, from `k` on, whose middle does not lie before `t`. */
+static int find_first(const collision_block *b, int k, double t) {
+  while (k < b->count && b->middle_m[k] < t) k++;
+  return k;
+}
+
+/* Adds a cloud's depth in each step. */
+static void add_depths(cloud *c, const collision_block *b, float depth[NP_FIRST_MEDIA][STEPS]) {
+  float value[STEPS] = {0.0f};
+  for (int end = 0; end < b->count;) {
+    const int begin = find_first(b, end, c->span.t_begin);
+    end = find_first(b, begin, c->span.t_end);
+    if (begin < end) fill_values(c, b, begin, end, value);
+    if (end < b->count) advance(c);
+  }
+  for (unsigned m = 0; m < NP_FIRST_MEDIA; m++)
+#pragma omp simd
+    for (int k = 0; k < STEPS; k++)
+      depth[m][k] += c->scale[m] * c->volume->extinction_per_value * b->length_m[k] * value[k];
+}
+
+static void find_opacities(collision_ray *r, collision_block *b) {
+  float depth[NP_FIRST_MEDIA][STEPS] = {{0.0f}};
+  for (unsigned i = 0; i < r->cloud_count; i++) add_depths(&r->clouds[i], b, depth);
+  for (unsigned m = 0; m < NP_FIRST_MEDIA; m++)
+#pragma omp simd
+    for (int k = 0; k < STEPS; k++) b->opacity[m][k] = np_opacity(depth[m][k]);
+}
+
+/* ------------------------------------------------------------------------------------------- what the cells take */
+
+static void add(int64_t *sum, double units) { (void)__atomic_fetch_add(sum, (int64_t)units, __ATOMIC_RELAXED); }
+
+/* What a cell takes lies, in the mean, in a place on the ray. */
+static void count_loss(const collision_ray *r, unsigned medium) {
+  const double lost = r->crossing.lost[medium];
+  if (!(lost > 0.0)) return;
+  const double mean_m = r->crossing.lost_at_m[medium] / lost;
+  np_first_loss *l = &r->all->media[medium].losses[r->crossing.active];
+  add(&l->sum, lost + 0.5);
+  for (int a = 0; a < 3; a++)
+    if (r->all->grid->size[a] > 1) add(&l->moment[a], find_offset(r, a, mean_m) * lost);
+}
+
+/* Ends the crossing of a cell, and begins that of another. */
+static void change_cell(collision_ray *r, int32_t active) {
+  const crossing *c = &r->crossing;
+  if (c->active >= 0) {
+    for (unsigned m = 0; m < r->all->media_count; m++) count_loss(r, m);
+    if (r->all->surpluses) {
+      np_first_surplus *s = &r->all->surpluses[c->active];
+      add(&s->sum, c->surplus_m / r->all->step_m);
+      add(&s->length, c->length_m / r->all->step_m * r->weight * 0x1p32);
+    }
+  }
+  r->crossing = (crossing){.active = active};
+}
+
+/* What the second medium has left beyond the first is counted in the middle of the step. */
+static void cross_step(collision_ray *r, const collision_block *b, int k) {
+  crossing *c = &r->crossing;
+  double middle[NP_FIRST_MEDIA];
+  for (unsigned m = 0; m < NP_FIRST_MEDIA; m++) {
+    const double lost = (double)b->opacity[m][k] * r->power[m];
+    c->lost[m] += lost;
+    c->lost_at_m[m] += lost * b->middle_m[k];
+    middle[m] = r->power[m] - 0.5 * lost;
+    r->power[m] -= lost;
+  }
+  const double length = (double)b->length_m[k], beyond = middle[1] - middle[0];
+  c->surplus_m += beyond > 0.0 ? length * beyond : 0.0;
+  c->length_m += length;
+}
+
+/* False where the ray has ended: too little is left of it. */
+static bool cross_steps(collision_ray *r, const collision_block *b) {
+  const double least = r->weight * 0x1p14;
+  for (int k = 0; k < b->count; k++) {
+    if (b->active[k] != r->crossing.active) change_cell(r, b->active[k]);
+    if (b->active[k] >= 0) cross_step(r, b, k);
+    if (!(r->power[0] > least || r->power[1] > least)) return false;
+  }
+  return true;
+}
+
+static void follow_ray(collision_ray *r) {
+  collision_block b;
+  bool is_left = true;
+  for (double t = 0.0; is_left && t < r->exit_m;) {
+    t = r->all->has_even_steps ? place_even_steps(r, t, &b) : place_steps(r, t, &b);
+    if (locate_steps(r, &b)) {
+      find_opacities(r, &b);
+      is_left = cross_steps(r, &b);
+    } else {
+      change_cell(r, NP_TRANSPORT_CELL_NONE);
+    }
+  }
+  change_cell(r, NP_TRANSPORT_CELL_NONE);
+}
+
+static double fraction(double x) { return x - floor(x); }
+
+/* Row after row, so that what a ray looks at is at hand from the last; each row is turned against the one before. */
+static void place_start(const np_first_rays *all, int axis, size_t number, double start[3]) {
+  const np_transport_grid *g = all->grid;
+  const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+  const size_t row = number / all->columns, column = number % all->columns;
+  const double across = ((double)column + fraction(0.5 + 0.6180339887498949 * (double)row)) / (double)all->columns;
+  start[axis] = g->edge_m[axis][all->direction[axis] < 0.0 ? g->size[axis] : 0];
+  start[b] = g->edge_m[b][0] + across * np_transport_grid_length(g, b);
+  start[c] = g->edge_m[c][0] + ((double)row + 0.5) / (double)all->rows * np_transport_grid_length(g, c);
+}
+
+static void start_ray(collision_ray *r, const np_first_rays *all, int axis, size_t number) {
+  const np_transport_grid *g = all->grid;
+  r->all = all;
+  place_start(all, axis, number, r->start);
+  r->exit_m = find_exit(g, r->start, all->direction);
+  for (int a = 0; a < 3; a++) {
+    const double per_m = g->even_m[a] > 0.0 ? 1.0 / g->even_m[a] : 0.0;
+    const int32_t at = np_transport_grid_locate(g, a, r->start[a]);
+    r->near[a] = at < 0 ? 0 : at < g->size[a] ? at : g->size[a] - 1;
+    r->cell[a] = (r->start[a] - g->edge_m[a][0]) * per_m;
+    r->cells_per_m[a] = all->direction[a] * per_m;
+  }
+  /* Irradiance on the face times area, over the mean area of a cell's face. */
+  const double face_cells = (double)g->size[(axis + 1) % 3] * (double)g->size[(axis + 2) % 3];
+  r->weight = fabs(all->direction[axis]) * face_cells / ((double)all->rows * (double)all->columns);
+  for (unsigned m = 0; m < NP_FIRST_MEDIA; m++) r->power[m] = m < all->media_count ? r->weight * 0x1p32 : 0.0;
+  r->crossing = (crossing){.active = NP_TRANSPORT_CELL_NONE};
+  start_clouds(r);
+}
+
+/* Some of those that start on the present face. */
+neph_result NP_KERNEL(np_first_rays_follow)(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const np_first_rays *all = user;
+  collision_ray r;
+  for (size_t number = begin; number < end; number++) {
+    if (np_monitor_is_cancelled(all->monitor)) return NEPH_ERROR_CANCELLED;
+    start_ray(&r, all, all->face_axis, number);
+    follow_ray(&r);
+  }
+  return NEPH_OK;
+}

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* One pass of the discrete ordinates through the cells: from sources to moments of the radiance. */
+#ifndef NP_TRANSPORT_SWEEP_H
+#define NP_TRANSPORT_SWEEP_H
+
+#include "transport/transport_grid.h"
+
+enum {
+  NP_SWEEP_TILE = 16, /* rows along y, and along z, that are swept in one go */
+  NP_SWEEP_PARTS = 2  /* sums, each of two pairs of octants whose light goes opposite ways along y and z */
+};
+
+/* Faces between rows, across y [k][i]; across z [j][i]; and, of wrapped axes, across x [k][j]: eight lanes each. */
+typedef struct np_sweep_faces {
+  float *x, *y, *z; /* each begins with [octant of the pair][block] */
+} np_sweep_faces;
+
+typedef struct np_sweep {
+  neph_context *context;
+  np_monitor *monitor;
+  const np_transport_grid *grid;
+  const np_ordinates *ordinates;
+  int32_t *reach[NP_OCTANT_COUNT]; /* of each row [k][j]: cells from where light enters it to the last from which it can
+                                      come to cloud */
+  float *inverse_m[3]; /* 1/width of the cells along each axis; 0 where light cannot tell how wide a cell is */
+  np_sweep_faces faces[NP_OCTANT_PAIRS];
+  float *rows;                /* scratch of each thread: of the cells along x, two octants' lanes */
+  float *out[NP_SWEEP_PARTS]; /* [live][harmonic], in the ordinates' order */
+  const float *source;        /* likewise: moments of what is emitted and scattered, per metre */
+  float (*boundary)[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* radiance from outside, [octant][block][lane] */
+} np_sweep;
+
+/* On failure nothing is left. `source` and `inflow` are the caller's to set. */
+neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_transport_grid *grid,
+                          const np_ordinates *ordinates, np_sweep *out);
+void np_sweep_clear(np_sweep *sweep);
+
+/* The part that a pair adds to. Bits of the pair tell whether light goes down y, and down z. */
+static inline unsigned np_sweep_get_part(unsigned pair) { return (pair ^ pair >> 1) & 1u; }
+
+/* Sweeps all directions; the sum of `out` over the parts, in their order, are the moments. What leaves through a
+ * wrapped side comes in through the other in the next sweep. */
+neph_result np_sweep_run(np_sweep *sweep);
+
+#endif

@@ -1,0 +1,282 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The sweep: diamond difference through the cells in the order in which light passes them, eight directions at once.
+ *
+ * Lewis and Miller 1984, section 4-3. With μ the cosine along an axis over the cell's edge, Q the source, σ the
+ * extinction, a cell's mean radiance balances what enters, leaves and is lost, given that the mean is midway between
+ * opposite faces:
+ *
+ *     ψ = (Q + Σ 2μ·ψ_in) / (σ + Σ 2μ),   ψ_out = 2ψ − ψ_in
+ *
+ * Where ψ_out comes out negative that face lets nothing through and the balance is solved anew, 2μψ_in becoming μψ_in
+ * and 2μ leaving the denominator: still conservative. A wrapped axis of a single cell has ψ_out = ψ_in: μ = 0 there.
+ */
+#include "core/half.h"
+#include "core/isa.h"
+#include "transport/sweep.h"
+
+typedef float lanes __attribute__((vector_size(32), may_alias));
+typedef int32_t mask __attribute__((vector_size(32)));
+
+void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread);
+
+/* A block of directions of one octant on its way through the cells. */
+typedef struct flow {
+  lanes boundary;
+  const int32_t *reach; /* as in np_sweep */
+  lanes *x, *y, *z;     /* faces, as in np_sweep_faces */
+} flow;
+
+/* What cells of a row throw into the two octants of a pair; then what shines through them. */
+typedef struct twin {
+  lanes up, down;
+} twin;
+
+/* The same block of both octants of a pair: up x, and down. */
+typedef struct sweep_block {
+  const np_sweep *sweep;
+  unsigned harmonics, even; /* how many, and those of them that are even in x */
+  const float (*harmonic)[NP_ORDINATE_LANES];
+  const float (*weighted)[NP_HARMONIC_COUNT_MAX];
+  lanes cosine[3];
+  flow flow[2];
+  twin *row;
+  float *out;
+} sweep_block;
+
+static inline bool is_any_negative(const lanes *a, const lanes *b, const lanes *c) {
+  const mask negative = (*a < 0.0f) | (*b < 0.0f) | (*c < 0.0f);
+#if defined(__AVX__)
+  return _mm256_movemask_ps((__m256)negative) != 0;
+#else
+  int32_t any = 0;
+  for (int i = 0; i < NP_ORDINATE_LANES; i++) any |= negative[i];
+  return any != 0;
+#endif
+}
+
+/* Whether nothing enters; what has no cloud in it lets nothing out then. */
+static inline bool is_dark(lanes *const faces[3]) {
+  const mask any = (mask)*faces[0] | (mask)*faces[1] | (mask)*faces[2];
+#if defined(__AVX__)
+  return _mm256_testz_si256((__m256i)any, (__m256i)any) != 0;
+#else
+  int32_t bits = 0;
+  for (int i = 0; i < NP_ORDINATE_LANES; i++) bits |= any[i];
+  return bits == 0;
+#endif
+}
+
+/* Keeps the faces whose outflow is not negative open. */
+static inline void shut(lanes *open, const lanes *outflow) { *open = (lanes)((mask)*open & (*outflow >= 0.0f)); }
+
+/* Solves a cell anew, of which some face would let out less than nothing: `out`, as found with all of them open. */
+static inline void solve_shut(const lanes rate[3], const lanes *source, float extinction, const lanes in[3],
+                              lanes out[3], lanes *mean) {
+  lanes open[3];
+  for (int a = 0; a < 3; a++) open[a] = (lanes){1, 1, 1, 1, 1, 1, 1, 1};
+  for (int attempt = 0; attempt < 3; attempt++) {
+    for (int a = 0; a < 3; a++) shut(&open[a], &out[a]);
+    lanes gain = *source, loss = extinction + (lanes){0};
+    for (int a = 0; a < 3; a++) {
+      gain += rate[a] * (1.0f + open[a]) * in[a];
+      loss += 2.0f * rate[a] * open[a];
+    }
+    *mean = gain / (loss + 1e-30f);
+    for (int a = 0; a < 3; a++) out[a] = open[a] * (2.0f * *mean - in[a]);
+    if (!is_any_negative(&out[0], &out[1], &out[2])) break;
+  }
+}
+
+/* Solves one cell; `faces` hold what enters and then what leaves, x, y, z. What has to wait for the cell before, along
+ * x, is kept short. */
+static inline void solve_cell(const lanes rate[3], const lanes *source, float extinction, lanes *const faces[3],
+                              lanes *out_mean) {
+  const lanes in[3] = {*faces[0], *faces[1], *faces[2]};
+  const lanes inverse = 1.0f / (extinction + 2.0f * (rate[0] + rate[1] + rate[2]) + 1e-30f);
+  const lanes aside = (*source + 2.0f * rate[1] * in[1] + 2.0f * rate[2] * in[2]) * inverse;
+  lanes out[3], mean = aside + 2.0f * rate[0] * inverse * in[0];
+  for (int a = 0; a < 3; a++) out[a] = 2.0f * mean - in[a];
+  if (is_any_negative(&out[0], &out[1], &out[2])) solve_shut(rate, source, extinction, in, out, &mean);
+  for (int a = 0; a < 3; a++) *faces[a] = out[a];
+  *out_mean = mean;
+}
+
+/* Σ m·Y over some harmonics, towards each direction. */
+static inline void sum_harmonics(const sweep_block *b, const float *moments, unsigned begin, unsigned end, lanes *out) {
+  lanes first = {0}, second = {0};
+  for (unsigned i = begin; i < end; i += 2) {
+    first += moments[i] * *(const lanes *)b->harmonic[i];
+    second += moments[i + 1] * *(const lanes *)b->harmonic[i + 1];
+  }
+  *out = first + second;
+}
+
+/* A truncated series may dip below 0, which no source does. */
+static inline void keep_positive(lanes *sum) { *sum = (lanes)((mask)*sum & (*sum > 0.0f)); }
+
+static inline void fill_sources(const sweep_block *b, const int32_t *active, unsigned count, unsigned even) {
+  for (int32_t i = 0; i < b->sweep->grid->size[0]; i++) {
+    if (active[i] < 0) continue;
+    const float *moments = b->sweep->source + (size_t)active[i] * count;
+    lanes same, opposite;
+    sum_harmonics(b, moments, 0, even, &same);
+    sum_harmonics(b, moments, even, count, &opposite);
+    b->row[i] = (twin){same + opposite, same - opposite};
+    keep_positive(&b->row[i].up);
+    keep_positive(&b->row[i].down);
+  }
+}
+
+/* Adds Σ weight·Y·ψ to cells' moments: of the sum over the pair where harmonics are even, else of the difference. */
+static inline void add_moments(const sweep_block *b, const twin *mean, float *moments, unsigned count, unsigned even) {
+  const lanes sum = mean->up + mean->down, difference = mean->up - mean->down;
+  for (unsigned first = 0; first < count; first += NP_ORDINATE_LANES) {
+    const mask number = (mask){0, 1, 2, 3, 4, 5, 6, 7} + (int32_t)first, is_even = number < (int32_t)even;
+    lanes total = *(lanes *)(moments + first);
+    for (int d = 0; d < NP_ORDINATE_LANES; d++) {
+      lanes shining = (lanes){0} + difference[d];
+      if (first + NP_ORDINATE_LANES <= even)
+        shining = (lanes){0} + sum[d];
+      else if (first < even)
+        shining = (lanes)(((mask)shining & ~is_even) | ((mask)((lanes){0} + sum[d]) & is_even));
+      total += shining * *(const lanes *)(b->weighted[d] + first);
+    }
+    *(lanes *)(moments + first) = total;
+  }
+}
+
+static inline void keep_moments(const sweep_block *b, const int32_t *active, unsigned count, unsigned even) {
+  for (int32_t i = 0; i < b->sweep->grid->size[0]; i++)
+    if (active[i] >= 0) add_moments(b, &b->row[i], b->out + (size_t)active[i] * count, count, even);
+}
+
+static inline void cross_cell(const np_transport_grid *grid, const lanes rate[3], int32_t active, lanes *const faces[3],
+                              lanes *light) {
+  lanes source = {0}, mean;
+  if (active < 0) {
+    if (!is_dark(faces)) solve_cell(rate, &source, 0.0f, faces, &mean);
+    return;
+  }
+  source = *light;
+  solve_cell(rate, &source, grid->extinction[active], faces, light);
+}
+
+/* Where the light of one octant is on its way along a row, and how many cells it crosses. */
+typedef struct course {
+  lanes *x, *y, *z;
+  int32_t reach;
+} course;
+
+static inline course start_course(const np_transport_grid *grid, const flow *f, int32_t j, int32_t k) {
+  const int32_t width = grid->size[0], row = k * grid->size[1] + j;
+  if (!grid->is_wrapped[0]) f->x[row] = f->boundary;
+  return (course){.x = &f->x[row],
+                  .y = f->y + (size_t)k * (size_t)width,
+                  .z = f->z + (size_t)j * (size_t)width,
+                  .reach = f->reach[row]};
+}
+
+/* Both octants in turn, cell by cell: neither waits for the other, as each does for its own last cell. */
+static inline void cross_cells(const sweep_block *b, int32_t j, int32_t k, const int32_t *active) {
+  const np_transport_grid *grid = b->sweep->grid;
+  const float *inverse = b->sweep->inverse_m[0];
+  const course up = start_course(grid, &b->flow[0], j, k), down = start_course(grid, &b->flow[1], j, k);
+  lanes rate[3] = {{0}, b->cosine[1] * b->sweep->inverse_m[1][j], b->cosine[2] * b->sweep->inverse_m[2][k]};
+  for (int32_t n = 0; n < up.reach || n < down.reach; n++) {
+    if (n < up.reach) {
+      rate[0] = b->cosine[0] * inverse[n];
+      cross_cell(grid, rate, active[n], (lanes *const[3]){up.x, &up.y[n], &up.z[n]}, &b->row[n].up);
+    }
+    if (n < down.reach) {
+      const int32_t i = grid->size[0] - 1 - n;
+      rate[0] = b->cosine[0] * inverse[i];
+      cross_cell(grid, rate, active[i], (lanes *const[3]){down.x, &down.y[i], &down.z[i]}, &b->row[i].down);
+    }
+  }
+}
+
+__attribute__((always_inline)) static inline void cross_row_of(const sweep_block *b, int32_t j, int32_t k,
+                                                               unsigned count, unsigned even) {
+  const np_transport_grid *grid = b->sweep->grid;
+  const int32_t *active = grid->active + (size_t)(k * grid->size[1] + j) * (size_t)grid->size[0];
+  fill_sources(b, active, count, even);
+  cross_cells(b, j, k, active);
+  keep_moments(b, active, count, even);
+}
+
+/* The numbers of harmonics that most clouds have are known to the compiler. */
+static void cross_row(const sweep_block *b, int32_t j, int32_t k) {
+  if (b->harmonics == 16 && b->even == 10)
+    cross_row_of(b, j, k, 16, 10);
+  else if (b->harmonics == 64 && b->even == 36)
+    cross_row_of(b, j, k, 64, 36);
+  else
+    cross_row_of(b, j, k, b->harmonics, b->even);
+}
+
+static void enter(const np_transport_grid *grid, const flow *f, lanes *faces, int axis) {
+  if (grid->is_wrapped[axis]) return;
+  for (int32_t i = 0; i < grid->size[0]; i++) faces[i] = f->boundary;
+}
+
+static flow start_flow(const np_sweep *sweep, unsigned pair, unsigned turn, unsigned number) {
+  const int32_t *size = sweep->grid->size;
+  const unsigned octant = 2 * pair + turn;
+  const size_t part = turn * sweep->ordinates->block_count + number;
+  const np_sweep_faces *faces = &sweep->faces[pair];
+  return (flow){.boundary = *(const lanes *)sweep->boundary[octant][number],
+                .reach = sweep->reach[octant],
+                .x = (lanes *)faces->x + part * (size_t)size[1] * (size_t)size[2],
+                .y = (lanes *)faces->y + part * (size_t)size[0] * (size_t)size[2],
+                .z = (lanes *)faces->z + part * (size_t)size[0] * (size_t)size[1]};
+}
+
+static void start_block(const np_sweep *sweep, unsigned pair, unsigned number, unsigned thread, sweep_block *out) {
+  const np_ordinates *o = sweep->ordinates;
+  *out = (sweep_block){.sweep = sweep,
+                       .harmonics = np_harmonics_count(o->degree),
+                       .even = o->even_count,
+                       .harmonic = o->harmonic[pair][number],
+                       .weighted = o->weighted[pair][number],
+                       .row = (twin *)sweep->rows + (size_t)thread * (size_t)sweep->grid->size[0],
+                       .out = sweep->out[np_sweep_get_part(pair)]};
+  for (int a = 0; a < 3; a++) out->cosine[a] = *(const lanes *)o->cosine[a][number];
+  for (unsigned turn = 0; turn < 2; turn++) out->flow[turn] = start_flow(sweep, pair, turn, number);
+}
+
+/* Rows of a tile along y or z, numbered in the order in which light passes them. Tiles are cut from the low end, from
+ * wherever light comes: opposite pairs have the same. */
+typedef struct tile_rows {
+  int32_t begin, end;
+} tile_rows;
+
+static tile_rows find_rows(int32_t size, int32_t tile, bool is_down) {
+  const int32_t low = NP_SWEEP_TILE * (is_down ? (size - 1) / NP_SWEEP_TILE - tile : tile);
+  const int32_t high = low + NP_SWEEP_TILE < size ? low + NP_SWEEP_TILE : size;
+  return is_down ? (tile_rows){size - high, size - low} : (tile_rows){low, high};
+}
+
+/* Row by row, each in all directions while what it keeps is at hand. */
+void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread) {
+  const np_transport_grid *grid = sweep->grid;
+  const int32_t *size = grid->size;
+  const bool is_down_y = pair & 1u, is_down_z = pair & 2u;
+  const tile_rows y = find_rows(size[1], tile_y, is_down_y), z = find_rows(size[2], tile_z, is_down_z);
+  sweep_block blocks[NP_ORDINATE_BLOCKS_MAX];
+  const unsigned count = sweep->ordinates->block_count;
+  for (unsigned number = 0; number < count; number++) start_block(sweep, pair, number, thread, &blocks[number]);
+  for (int32_t m = z.begin; m < z.end; m++) {
+    const int32_t k = is_down_z ? size[2] - 1 - m : m;
+    if (np_monitor_is_cancelled(sweep->monitor)) return;
+    for (int32_t n = y.begin; n < y.end; n++) {
+      const int32_t j = is_down_y ? size[1] - 1 - n : n;
+      for (const sweep_block *b = blocks; b < blocks + count; b++) {
+        for (const flow *f = b->flow; f < b->flow + 2; f++) {
+          if (n == 0) enter(grid, f, &f->y[k * size[0]], 1);
+          if (m == 0) enter(grid, f, &f->z[j * size[0]], 2);
+        }
+        cross_row(b, j, k);
+      }
+    }
+  }
+}

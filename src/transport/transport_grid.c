@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the cells of the multiple scattering hold, and coarser ones made of them. */
+#include "transport/transport_grid.h"
+
+#include <string.h>
+
+#include "core/alloc.h"
+#include "world/emission.h"
+
+/* ---- Averages ---- */
+
+typedef struct grid_fill {
+  const np_world *world;
+  const np_scaled_phase *phases;
+  unsigned band;
+  np_monitor *monitor;
+  np_transport_grid *grid;
+  double voxel_m[3];
+  float *extinction; /* [cell][cloud], live or not, of no scaled medium */
+  bool *holds;       /* of each cell: cloud, or something that glows; then, or touches one that does */
+} grid_fill;
+
+float np_transport_grid_average_emission(const np_transport_grid *grid, const struct np_emission *emission,
+                                         const int32_t at[3], unsigned band) {
+  double low[3], width[3];
+  for (int a = 0; a < 3; a++) {
+    low[a] = grid->edge_m[a][at[a]];
+    width[a] = np_transport_grid_width(grid, a, at[a]);
+  }
+  return np_emission_average(emission, np_dvec3_make(low[0], low[1], low[2]),
+                             np_dvec3_make(width[0], width[1], width[2]))
+      .band[band];
+}
+
+/* Mean over a cell by the midpoint rule on the pieces between samples, where the interpolant is trilinear and the rule
+ * exact; over large cells on a coarser lattice. */
+static void average_cell(const grid_fill *f, const int32_t at[3]) {
+  const np_transport_grid *g = f->grid;
+  const unsigned clouds = f->world->clouds.count;
+  const size_t cell = np_transport_grid_join(g, at);
+  float *extinction = f->extinction + cell * clouds;
+  double width[3];
+  int32_t points[3];
+  for (int a = 0; a < 3; a++) {
+    width[a] = np_transport_grid_width(g, a, at[a]);
+    points[a] = (int32_t)np_clamp(ceil(width[a] / f->voxel_m[a] - 0.01), 1.0, 4.0);
+  }
+  const float weight = 1.0f / (float)(points[0] * points[1] * points[2]);
+  for (int32_t k = 0; k < points[2]; k++)
+    for (int32_t j = 0; j < points[1]; j++)
+      for (int32_t i = 0; i < points[0]; i++) {
+        const np_dvec3 position = np_dvec3_make(g->edge_m[0][at[0]] + (i + 0.5) / points[0] * width[0],
+                                                g->edge_m[1][at[1]] + (j + 0.5) / points[1] * width[1],
+                                                g->edge_m[2][at[2]] + (k + 0.5) / points[2] * width[2]);
+        for (unsigned v = 0; v < clouds; v++)
+          extinction[v] += weight * fmaxf(0.0f, np_instance_extinction(&f->world->clouds.at[v], position));
+      }
+  for (unsigned v = 0; v < clouds; v++) f->holds[cell] = f->holds[cell] || extinction[v] > 0.0f;
+  if (f->world->emission)
+    f->holds[cell] = f->holds[cell] || np_transport_grid_average_emission(g, f->world->emission, at, f->band) > 0.0f;
+}
+
+static neph_result average_rows(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const grid_fill *f = user;
+  const int32_t *size = f->grid->size;
+  for (size_t row = begin; row < end; row++) {
+    if (np_monitor_is_cancelled(f->monitor)) return NEPH_ERROR_CANCELLED;
+    for (int32_t i = 0; i < size[0]; i++)
+      average_cell(f, (const int32_t[3]){i, (int32_t)(row % (size_t)size[1]), (int32_t)(row / (size_t)size[1])});
+  }
+  return NEPH_OK;
+}
+
+/* ---- Live cells ---- */
+
+/* Each cell of a line along an axis takes what its neighbours hold. */
+static void spread_line(const np_transport_grid *g, int axis, const int32_t first[3], bool *holds) {
+  const int32_t size = g->size[axis];
+  const size_t stride = axis == 0 ? 1 : axis == 1 ? (size_t)g->size[0] : (size_t)g->size[0] * (size_t)g->size[1];
+  bool *line = holds + np_transport_grid_join(g, first), begin = line[0];
+  bool before = g->is_wrapped[axis] && line[(size_t)(size - 1) * stride];
+  for (int32_t i = 0; i < size; i++) {
+    const bool own = line[(size_t)i * stride];
+    const bool next = i + 1 < size ? line[(size_t)(i + 1) * stride] : g->is_wrapped[axis] && begin;
+    line[(size_t)i * stride] = before || own || next;
+    before = own;
+  }
+}
+
+/* From cells that hold something to those that touch one, by an edge or a corner too. */
+static void spread_held(const np_transport_grid *g, bool *holds) {
+  for (int axis = 0; axis < 3; axis++) {
+    const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+    int32_t first[3] = {0};
+    for (first[v] = 0; first[v] < g->size[v]; first[v]++)
+      for (first[u] = 0; first[u] < g->size[u]; first[u]++) spread_line(g, axis, first, holds);
+  }
+}
+
+static neph_result allocate_live(np_transport_grid *g) {
+  g->cell = np_alloc(g->context, g->active_count, sizeof *g->cell);
+  g->extinction = np_alloc(g->context, g->active_count, sizeof *g->extinction);
+  g->ratio = np_alloc(g->context, g->active_count, (g->degree + 1) * sizeof *g->ratio);
+  return g->cell && g->extinction && g->ratio ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* Cells without cloud get the ratios of the first cloud: what is multiplied by them is 0. */
+static void keep_material(const grid_fill *f, size_t active, size_t cell) {
+  np_transport_grid *g = f->grid;
+  const unsigned count = g->degree + 1, clouds = f->world->clouds.count;
+  const float *own = &f->extinction[cell * clouds];
+  float extinction = 0.0f, scattering[NP_DEGREE_MAX + 1] = {0.0f};
+  for (unsigned v = 0; v < clouds; v++) {
+    extinction += own[v] * g->scale[v];
+    for (unsigned l = 0; l < count; l++)
+      scattering[l] += own[v] * f->world->clouds.at[v].albedo.band[f->band] * f->phases[v].moments[l];
+  }
+  const float albedo = f->world->clouds.at[0].albedo.band[f->band];
+  g->extinction[active] = extinction;
+  for (unsigned l = 0; l < count; l++)
+    g->ratio[active * count + l] =
+        extinction > 0.0f ? scattering[l] / extinction : albedo * f->phases[0].moments[l] / g->scale[0];
+}
+
+static neph_result keep_live(const grid_fill *f) {
+  np_transport_grid *g = f->grid;
+  const int32_t cells = (int32_t)np_transport_grid_count(g);
+  spread_held(g, f->holds);
+  for (int32_t c = 0; c < cells; c++) g->active[c] = f->holds[c] ? (int32_t)g->active_count++ : NP_TRANSPORT_CELL_NONE;
+  neph_result result = allocate_live(g);
+  if (result) return result;
+  for (int32_t c = 0; c < cells; c++) {
+    if (g->active[c] < 0) continue;
+    g->cell[g->active[c]] = c;
+    keep_material(f, (size_t)g->active[c], (size_t)c);
+  }
+  return NEPH_OK;
+}
+
+neph_result np_transport_grid_fill(const np_world *world, const np_scaled_phase *phases, unsigned band,
+                                   np_monitor *monitor, np_transport_grid *grid) {
+  grid_fill f = {.world = world, .phases = phases, .band = band, .monitor = monitor, .grid = grid};
+  const size_t cells = np_transport_grid_count(grid);
+  for (int a = 0; a < 3; a++) f.voxel_m[a] = np_transport_get_voxel(world, a);
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    grid->scale[v] = np_transport_scale(&world->clouds.at[v], phases[v].forward, band);
+  f.extinction = np_alloc(grid->context, cells, world->clouds.count * sizeof *f.extinction);
+  grid->active = np_alloc(grid->context, cells, sizeof *grid->active);
+  f.holds = np_alloc(grid->context, cells, sizeof *f.holds);
+  neph_result result = f.extinction && f.holds && grid->active ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  const size_t rows = (size_t)grid->size[1] * (size_t)grid->size[2];
+  if (!result) result = np_parallel_for(grid->context, monitor, rows, 4, average_rows, &f);
+  if (!result) result = keep_live(&f);
+  np_alloc_free(grid->context, f.holds);
+  np_alloc_free(grid->context, f.extinction);
+  return result;
+}
+
+/* ---- Coarser ---- */
+
+bool np_transport_grid_can_coarsen(const np_transport_grid *grid) {
+  bool is_even = true, has_many = false;
+  for (int a = 0; a < 3; a++) {
+    is_even = is_even && (grid->size[a] == 1 || grid->size[a] % 2 == 0);
+    has_many = has_many || grid->size[a] >= 4;
+  }
+  return is_even && has_many;
+}
+
+/* The coarse cell that holds a fine one, and what part of it that one is. */
+static size_t find_parent(const np_transport_grid *fine, const np_transport_grid *coarse, int32_t cell,
+                          float *out_share) {
+  int32_t at[3];
+  double share = 1.0;
+  np_transport_grid_split(fine, cell, at);
+  for (int a = 0; a < 3; a++) {
+    const double width = np_transport_grid_width(fine, a, at[a]);
+    at[a] = fine->size[a] == 1 ? 0 : at[a] / 2;
+    share *= width / np_transport_grid_width(coarse, a, at[a]);
+  }
+  *out_share = (float)share;
+  return np_transport_grid_join(coarse, at);
+}
+
+void np_transport_grid_restrict(const np_transport_grid *fine, const float *values, const np_transport_grid *coarse,
+                                float *out) {
+  memset(out, 0, coarse->active_count * sizeof *out);
+  for (size_t i = 0; i < fine->active_count; i++) {
+    float share;
+    const size_t parent = (size_t)coarse->active[find_parent(fine, coarse, fine->cell[i], &share)];
+    out[parent] += share * values[i];
+  }
+}
+
+static void number_parents(const np_transport_grid *fine, np_transport_grid *out) {
+  float share;
+  for (size_t i = 0; i < fine->active_count; i++) out->active[find_parent(fine, out, fine->cell[i], &share)] = 1;
+  for (size_t c = 0; c < np_transport_grid_count(out); c++)
+    out->active[c] = out->active[c] ? (int32_t)out->active_count++ : NP_TRANSPORT_CELL_NONE;
+}
+
+/* Extinction and scattering are averaged; their ratio follows. */
+static void average_children(const np_transport_grid *fine, np_transport_grid *out) {
+  const unsigned count = fine->degree + 1;
+  for (size_t c = 0; c < np_transport_grid_count(out); c++)
+    if (out->active[c] >= 0) out->cell[out->active[c]] = (int32_t)c;
+  for (size_t i = 0; i < fine->active_count; i++) {
+    float share;
+    const size_t parent = (size_t)out->active[find_parent(fine, out, fine->cell[i], &share)];
+    const float before = out->extinction[parent], added = share * fine->extinction[i];
+    const float t = added > 0.0f ? added / (before + added) : before > 0.0f ? 0.0f : 1.0f;
+    for (unsigned l = 0; l < count; l++)
+      out->ratio[parent * count + l] += t * (fine->ratio[i * count + l] - out->ratio[parent * count + l]);
+    out->extinction[parent] = before + added;
+  }
+}
+
+/* One plane of each `stride`. */
+static neph_result thin_planes(const np_transport_grid *fine, int axis, int32_t stride, np_transport_grid *out) {
+  out->size[axis] = fine->size[axis] / stride;
+  out->even_m[axis] = stride * fine->even_m[axis];
+  out->is_wrapped[axis] = fine->is_wrapped[axis];
+  out->edge_m[axis] = np_alloc(out->context, (size_t)out->size[axis] + 1, sizeof *out->edge_m[axis]);
+  if (!out->edge_m[axis]) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (int32_t i = 0; i <= out->size[axis]; i++) out->edge_m[axis][i] = fine->edge_m[axis][stride * i];
+  return NEPH_OK;
+}
+
+neph_result np_transport_grid_coarsen(const np_transport_grid *fine, np_transport_grid *out) {
+  *out = (np_transport_grid){.context = fine->context, .degree = fine->degree};
+  neph_result result = NEPH_OK;
+  for (int a = 0; a < 3 && !result; a++) result = thin_planes(fine, a, fine->size[a] == 1 ? 1 : 2, out);
+  if (result) return result;
+  out->active = np_alloc(out->context, np_transport_grid_count(out), sizeof *out->active);
+  if (!out->active) return NEPH_ERROR_OUT_OF_MEMORY;
+  number_parents(fine, out);
+  result = allocate_live(out);
+  if (!result) average_children(fine, out);
+  return result;
+}
+
+/* Scaling what is scaled: of the ratios of degree N the one of degree n + 1 is the share of a peak that goes straight
+ * on where only n degrees are resolved. */
+static void broaden_cell(const np_transport_grid *fine, size_t active, np_transport_grid *out) {
+  const float *ratio = fine->ratio + active * (fine->degree + 1);
+  const float peak = ratio[1] > 0.0f ? np_clampf(ratio[out->degree + 1], 0.0f, 0.999f) : 0.0f;
+  out->cell[active] = fine->cell[active];
+  out->extinction[active] = fine->extinction[active] * (1.0f - peak);
+  for (unsigned l = 0; l <= out->degree; l++)
+    out->ratio[active * (out->degree + 1) + l] = (ratio[l] - peak) / (1.0f - peak);
+}
+
+neph_result np_transport_grid_reduce_degree(const np_world *world, unsigned band, unsigned degree,
+                                            const np_transport_grid *fine, np_transport_grid *out) {
+  *out = (np_transport_grid){.context = fine->context, .degree = degree, .active_count = fine->active_count};
+  neph_result result = NEPH_OK;
+  for (int a = 0; a < 3 && !result; a++) result = thin_planes(fine, a, 1, out);
+  if (result) return result;
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    out->scale[v] = np_transport_scale(&world->clouds.at[v],
+                                       np_scaled_phase_compute_forward(&world->clouds.at[v].phase, degree), band);
+  out->active = np_alloc(out->context, np_transport_grid_count(out), sizeof *out->active);
+  if (!out->active) return NEPH_ERROR_OUT_OF_MEMORY;
+  memcpy(out->active, fine->active, np_transport_grid_count(out) * sizeof *out->active);
+  result = allocate_live(out);
+  for (size_t active = 0; active < fine->active_count && !result; active++) broaden_cell(fine, active, out);
+  return result;
+}
+
+void np_transport_grid_clear(np_transport_grid *grid) {
+  for (int a = 0; a < 3; a++) np_alloc_free(grid->context, grid->edge_m[a]);
+  np_alloc_free(grid->context, grid->active);
+  np_alloc_free(grid->context, grid->cell);
+  np_alloc_free(grid->context, grid->extinction);
+  np_alloc_free(grid->context, grid->ratio);
+  np_alloc_free(grid->context, grid->first_collision_source);
+  np_alloc_free(grid->context, grid->low_order_source);
+  np_alloc_free(grid->context, grid->delta_m_residual);
+  *grid = (np_transport_grid){0};
+}

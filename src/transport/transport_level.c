@@ -1,0 +1,280 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Scattered light on one grid: a sweep maps moments to those of its solution; their fixed point is sought. */
+#include "transport/transport_level.h"
+
+#include <string.h>
+
+#include "core/alloc.h"
+#include "transport/fixed_point.h"
+
+enum {
+  CHUNK = 4096,
+  SWEEPS_MAX = 60,
+  CHEAP_SWEEPS_MAX = 200,
+  CHEAP_MOMENTS = 1 << 18, /* for which a solution costs so little that it is driven to the end of floats */
+  DEPTH = 5,
+  CHEAP_DEPTH = NP_FIXED_POINT_DEPTH_MAX
+};
+
+static size_t count_moments(const np_transport_grid *g) { return g->active_count * np_harmonics_count(g->degree); }
+
+neph_result np_transport_level_allocate(np_transport_level *level, bool glows) {
+  neph_context *context = level->grid.context;
+  level->sun = np_alloc(context, level->grid.active_count, sizeof *level->sun);
+  level->phi = np_alloc(context, count_moments(&level->grid), sizeof *level->phi);
+  if (glows) level->glow = np_alloc(context, level->grid.active_count, sizeof *level->glow);
+  return level->sun && level->phi && (level->glow || !glows) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+void np_transport_level_clear(np_transport_level *level) {
+  np_alloc_free(level->grid.context, level->sun);
+  np_alloc_free(level->grid.context, level->glow);
+  np_alloc_free(level->grid.context, level->phi);
+  np_transport_grid_clear(&level->grid);
+  *level = (np_transport_level){0};
+}
+
+/* ---- One sweep ---- */
+
+typedef struct iteration {
+  const np_transport_lights *lights;
+  const np_transport_level *level;
+  const float *x;
+  float *image;
+  float *source; /* [live][harmonic], in the order of the ordinates: `own_source`, or where x is */
+  float *own_source;
+  np_sweep sweep;
+  double *column; /* scratch; NULL: no column */
+} iteration;
+
+static neph_result fill_source(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const iteration *it = user;
+  const np_transport_grid *g = &it->level->grid;
+  const np_transport_lights *lights = it->lights;
+  const unsigned count = np_harmonics_count(g->degree);
+  const unsigned char *place = lights->ordinates->place;
+  for (size_t active = begin; active < end; active++) {
+    const float *x = it->x + active * count, *ratio = g->ratio + active * (g->degree + 1);
+    const float extinction = g->extinction[active], sun = it->level->sun[active];
+    float source[NP_HARMONIC_COUNT_MAX];
+    for (unsigned l = 0, i = 0; l <= g->degree; l++)
+      for (; i < (l + 1) * (l + 1); i++)
+        source[place[i]] = ratio[l] * (extinction * x[i] + sun * lights->sun_harmonics[i]);
+    if (it->level->glow) source[place[0]] += it->level->glow[active];
+    memcpy(it->source + active * count, source, count * sizeof *source);
+  }
+  return NEPH_OK;
+}
+
+static neph_result add_parts(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const iteration *it = user;
+  const unsigned count = np_harmonics_count(it->level->grid.degree);
+  const unsigned char *place = it->lights->ordinates->place;
+  for (size_t active = begin; active < end; active++)
+    for (unsigned i = 0; i < count; i++) {
+      const size_t at = active * count + place[i];
+      it->image[active * count + i] = it->sweep.out[0][at] + it->sweep.out[1][at];
+    }
+  return NEPH_OK;
+}
+
+static neph_result map_moments(void *user, const float *x, float *out_image) {
+  iteration *it = user;
+  const np_transport_lights *lights = it->lights;
+  const np_transport_grid *g = &it->level->grid;
+  it->x = x;
+  it->image = out_image;
+  neph_result result = np_parallel_for(lights->context, lights->monitor, g->active_count, CHUNK, fill_source, it);
+  if (!result) result = np_sweep_run(&it->sweep);
+  if (!result) result = np_parallel_for(lights->context, lights->monitor, g->active_count, CHUNK, add_parts, it);
+  if (!result && it->column) np_column_balance(lights, it->level, it->column, out_image);
+  return result;
+}
+
+static void clear_iteration(iteration *it) {
+  np_alloc_free(it->lights->context, it->column);
+  np_alloc_free(it->lights->context, it->own_source);
+  np_sweep_clear(&it->sweep);
+}
+
+/* Sweeps get a source of their own, or one in the place of `phi`. On failure nothing is left. */
+static neph_result start_iteration(const np_transport_lights *lights, np_transport_level *level, bool has_own_source,
+                                   iteration *out) {
+  neph_context *context = lights->context;
+  const np_transport_grid *g = &level->grid;
+  const bool is_column = np_transport_grid_is_column(g);
+  *out = (iteration){.lights = lights, .level = level};
+  neph_result result = np_sweep_init(context, lights->monitor, g, lights->ordinates, &out->sweep);
+  if (result) return result;
+  if (has_own_source) out->own_source = np_alloc(context, count_moments(g), sizeof *out->own_source);
+  if (is_column) out->column = np_alloc(context, g->active_count, NP_COLUMN_SCRATCH * sizeof *out->column);
+  out->source = has_own_source ? out->own_source : level->phi;
+  out->sweep.source = out->source;
+  out->sweep.boundary = lights->boundary;
+  if (out->source && (out->column || !is_column)) return NEPH_OK;
+  clear_iteration(out);
+  return NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+neph_result np_transport_level_solve(const np_transport_lights *lights, np_transport_level *level,
+                                     np_transport_effort *effort) {
+  const size_t moments = count_moments(&level->grid);
+  const bool is_cheap = moments <= CHEAP_MOMENTS;
+  iteration it;
+  neph_result result = start_iteration(lights, level, true, &it);
+  if (result) return result;
+  np_fixed_point problem = {.context = lights->context,
+                            .monitor = lights->monitor,
+                            .map = map_moments,
+                            .user = &it,
+                            .count = moments,
+                            .depth = it.column  ? 1
+                                     : is_cheap ? CHEAP_DEPTH
+                                                : DEPTH,
+                            .tolerance = is_cheap ? fmin(effort->tolerance, 2e-6) : effort->tolerance,
+                            .calls_max = is_cheap || !effort->is_finest ? CHEAP_SWEEPS_MAX : SWEEPS_MAX};
+  if (effort->sweeps_max) problem.calls_max = effort->sweeps_max;
+  result = np_fixed_point_solve(&problem, level->phi);
+  effort->residual = problem.residual;
+  effort->sweeps = problem.calls;
+  effort->is_cut = problem.is_cut;
+  clear_iteration(&it);
+  return result;
+}
+
+neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps,
+                                     bool has_budget) {
+  iteration it;
+  neph_result result = start_iteration(lights, level, has_budget, &it);
+  if (result) return result;
+  for (unsigned n = 0; n < sweeps && !result; n++) {
+    np_monitor_set_range(lights->monitor, (double)n / sweeps, (double)n / sweeps);
+    result = map_moments(&it, level->phi, level->phi);
+  }
+  clear_iteration(&it);
+  return result == NEPH_ERROR_CANCELLED && np_monitor_is_cut(lights->monitor) ? NEPH_OK : result;
+}
+
+/* ---- From grid to grid, and to the eye ---- */
+
+typedef struct prolongation {
+  const np_transport_level *coarse;
+  np_transport_level *fine;
+} prolongation;
+
+static neph_result prolong_cells(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const np_transport_level *coarse = ((const prolongation *)user)->coarse;
+  const np_transport_level *fine = ((const prolongation *)user)->fine;
+  const unsigned count = np_harmonics_count(fine->grid.degree);
+  for (size_t active = begin; active < end; active++) {
+    int32_t near[8];
+    float weight[8], *out = fine->phi + active * count;
+    const np_dvec3 centre = np_transport_grid_centre(&fine->grid, fine->grid.cell[active]);
+    const unsigned found = np_transport_grid_get_corners(&coarse->grid, centre, near, weight);
+    for (unsigned i = 0; i < count; i++) out[i] = 0.0f;
+    for (unsigned c = 0; c < found; c++)
+      for (unsigned i = 0; i < count; i++) out[i] += weight[c] * coarse->phi[(size_t)near[c] * count + i];
+  }
+  return NEPH_OK;
+}
+
+neph_result np_transport_level_prolong(const np_transport_level *coarse, np_monitor *monitor,
+                                       np_transport_level *fine) {
+  prolongation p = {coarse, fine};
+  return np_parallel_for(fine->grid.context, monitor, fine->grid.active_count, CHUNK, prolong_cells, &p);
+}
+
+/* Sunlight in a cell that has gone straight on, weighted by extinction: first collisions over it. */
+static float find_straight(const np_transport_level *level, size_t active) {
+  const float extinction = level->grid.extinction[active];
+  return extinction > 0.0f ? level->sun[active] / extinction : 0.0f;
+}
+
+/* The peak that only `broad` counts as straight has, in units of its share of all scattering, the moments 1 up to the
+ * degree n + 1 and r_l/r_{n+1} above: nearly all of that light has been scattered by it once. */
+void np_transport_level_resolve(const np_transport_lights *lights, const np_transport_level *broad,
+                                np_transport_level *fine) {
+  const unsigned count = np_harmonics_count(fine->grid.degree), known = np_harmonics_count(broad->grid.degree);
+  const unsigned peak = broad->grid.degree + 1;
+  for (size_t active = 0; active < fine->grid.active_count; active++) {
+    const float *ratio = fine->grid.ratio + active * (fine->grid.degree + 1);
+    const float more = fmaxf(0.0f, find_straight(broad, active) - find_straight(fine, active));
+    float *phi = fine->phi + active * count;
+    for (unsigned l = 0, i = 0; l <= fine->grid.degree; l++) {
+      const float share = l <= peak ? 1.0f : ratio[peak] > 0.0f ? np_clampf(ratio[l] / ratio[peak], 0.0f, 1.0f) : 0.0f;
+      for (; i < (l + 1) * (l + 1); i++)
+        phi[i] = (i < known ? broad->phi[active * known + i] : 0.0f) + share * more * lights->sun_harmonics[i];
+    }
+  }
+}
+
+/* Shares of the second differences: an eighth for even cells; elsewhere φ″ by the parabola through three middles. */
+static void find_shares(const np_transport_grid *g, int axis, int32_t at, float *out_down, float *out_up) {
+  *out_down = *out_up = 0.125f;
+  if (g->even_m[axis] > 0.0) return;
+  const double width = np_transport_grid_width(g, axis, at);
+  const double low = 0.5 * (width + np_transport_grid_width(g, axis, at - 1));
+  const double high = 0.5 * (width + np_transport_grid_width(g, axis, at + 1));
+  *out_down = (float)(0.25 * width * width / (low * (low + high)));
+  *out_up = (float)(0.25 * width * width / (high * (low + high)));
+}
+
+/* A line of cells along an axis, from its first cell on, in place: what its cells were is kept for the next. */
+static void sharpen_line(const np_transport_grid *g, int axis, const int32_t first[3], unsigned count, float *values) {
+  const size_t bytes = count * sizeof *values;
+  const int32_t size = g->size[axis];
+  int32_t at[3] = {first[0], first[1], first[2]};
+  float begin[NP_HARMONIC_COUNT_MAX], before[NP_HARMONIC_COUNT_MAX], own[NP_HARMONIC_COUNT_MAX];
+  at[axis] = g->is_wrapped[axis] ? size - 1 : 0;
+  const int32_t last = g->active[np_transport_grid_join(g, at)], head = g->active[np_transport_grid_join(g, first)];
+  if (last >= 0) memcpy(before, values + (size_t)last * count, bytes);
+  if (head >= 0) memcpy(begin, values + (size_t)head * count, bytes);
+  for (at[axis] = 0; at[axis] < size; at[axis]++) {
+    const int32_t active = g->active[np_transport_grid_join(g, at)];
+    if (active < 0) continue;
+    const int32_t below = np_transport_grid_neighbour(g, at, axis, -1);
+    const int32_t above = np_transport_grid_neighbour(g, at, axis, 1);
+    float *middle = values + (size_t)active * count;
+    memcpy(own, middle, bytes);
+    if (below >= 0 && above >= 0) {
+      const float *next = at[axis] + 1 < size ? values + (size_t)above * count : begin;
+      float down, up;
+      find_shares(g, axis, at[axis], &down, &up);
+      for (unsigned i = 0; i < count; i++) middle[i] -= down * (before[i] - own[i]) + up * (next[i] - own[i]);
+    }
+    memcpy(before, own, bytes);
+  }
+}
+
+/* Lines along one axis touch no cells but their own. */
+typedef struct sharpening {
+  const np_transport_grid *grid;
+  int axis;
+  unsigned count;
+  float *values;
+} sharpening;
+
+static neph_result sharpen_planes(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const sharpening *s = user;
+  const int u = s->axis == 0 ? 1 : 0, v = s->axis == 2 ? 1 : 2;
+  int32_t first[3] = {0};
+  for (first[v] = (int32_t)begin; first[v] < (int32_t)end; first[v]++)
+    for (first[u] = 0; first[u] < s->grid->size[u]; first[u]++)
+      sharpen_line(s->grid, s->axis, first, s->count, s->values);
+  return NEPH_OK;
+}
+
+neph_result np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, np_monitor *monitor,
+                                      float *values) {
+  neph_result result = NEPH_OK;
+  for (int axis = 0; axis < 3 && !result; axis++) {
+    sharpening s = {grid, axis, count, values};
+    const size_t planes = (size_t)grid->size[axis == 2 ? 1 : 2];
+    if (grid->size[axis] > 1) result = np_parallel_for(grid->context, monitor, planes, 1, sharpen_planes, &s);
+  }
+  return result;
+}

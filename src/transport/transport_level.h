@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Scattered light on one grid, in one band: its sources, its solution, and how the one is found from the other. */
+#ifndef NP_TRANSPORT_TRANSPORT_LEVEL_H
+#define NP_TRANSPORT_TRANSPORT_LEVEL_H
+
+#include "transport/sweep.h"
+
+typedef struct np_transport_level {
+  np_transport_grid grid;
+  float *sun;  /* of each live cell: first collisions times irradiance, W m⁻³ nm⁻¹ */
+  float *glow; /* of each live cell: the moment l = 0 of what it emits; NULL: nothing glows */
+  float *phi;  /* the solution: [live][harmonic] */
+} np_transport_level;
+
+/* What all grids of a solution share. */
+typedef struct np_transport_lights {
+  neph_context *context;
+  np_monitor *monitor;
+  const np_ordinates *ordinates;
+  float sun_harmonics[NP_HARMONIC_COUNT_MAX];                   /* towards where sunlight flies */
+  float (*boundary)[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* radiance from outside, [octant][block][lane] */
+} np_transport_lights;
+
+/* Sources and solution of a grid that is filled; all 0. */
+neph_result np_transport_level_allocate(np_transport_level *level, bool glows);
+void np_transport_level_clear(np_transport_level *level);
+
+typedef struct np_transport_effort {
+  double tolerance;
+  bool is_finest;
+  unsigned sweeps_max; /* 0: as many as the level is worth */
+  double residual;     /* out: relative */
+  unsigned sweeps;     /* out */
+  bool is_cut;         /* out: the monitor's budget ended it */
+} np_transport_effort;
+
+/* Improves `phi` until the tolerance is met, or the monitor's budget ends, which is left for the caller to end. */
+neph_result np_transport_level_solve(const np_transport_lights *lights, np_transport_level *level,
+                                     np_transport_effort *effort);
+
+/* The same by so many sweeps, without acceleration. With a budget, which takes memory for another vector like `phi`,
+ * `phi` is what the last whole sweep made of it. */
+neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps,
+                                     bool has_budget);
+
+/* What a finer grid starts from: the coarser solution between the middles of its cells. */
+neph_result np_transport_level_prolong(const np_transport_level *coarse, np_monitor *monitor, np_transport_level *fine);
+
+/* What the same cells start from whose light is resolved into more degrees: `broad` with that light of the sun added
+ * which only there counts as having gone straight on. */
+void np_transport_level_resolve(const np_transport_lights *lights, const np_transport_level *broad,
+                                np_transport_level *fine);
+
+/* Makes means over cells, up to NP_HARMONIC_COUNT_MAX numbers each, values that interpolate to the right curve. */
+neph_result np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, np_monitor *monitor,
+                                      float *values);
+
+/* Columns alone, whose axis is z: replaces the mean radiance and the flux in `phi`, the moments of a sweep, by those
+ * that balance (column_balance.c). `scratch` takes NP_COLUMN_SCRATCH doubles a cell. */
+enum { NP_COLUMN_SCRATCH = 6 };
+bool np_transport_grid_is_column(const np_transport_grid *grid);
+void np_column_balance(const np_transport_lights *lights, const np_transport_level *level, double *scratch, float *phi);
+
+#endif

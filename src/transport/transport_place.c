@@ -1,0 +1,407 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Where the cells of the multiple scattering lie.
+ *
+ * Their error grows with x = (1−g)·σ·edge, to some 2 % at 0.3 and 4 % at 1, so the densest cloud decides their size;
+ * two voxels at least, since the field's own detail ends there, unless a single voxel is thicker than that, one voxel
+ * to a cell costs next to nothing, or the picture is so large that it shows what two lack.
+ *
+ * Where the memory does not allow as many, cells grow with their distance from the viewer, by planes along each axis:
+ * what is far is seen small. No more than eightfold; what is still too many makes all larger.
+ *
+ * A layer without end that is the same everywhere is a single column of cells. Light that comes in through its faces
+ * is spent in a depth of about one, however thick the layer: cells are thin at the faces and grow with the depth from
+ * them, so that a layer of depth 10⁶ takes some 300.
+ */
+#include <string.h>
+
+#include "core/alloc.h"
+#include "transport/transport_grid.h"
+
+/* Counts are multiples of it, so that there are three coarser grids. */
+enum { COARSEST = 8 };
+
+/* ---- What the clouds are like ---- */
+
+/* The index axis that a world axis runs along alone; −1 when the volume is turned. */
+static int find_index_axis(const np_instance *volume, int world_axis) {
+  int found = -1;
+  for (int a = 0; a < 3; a++) {
+    double others = 0.0;
+    for (int j = 0; j < 3; j++)
+      if (j != world_axis) others += fabs(volume->world_to_index.m[a][j]);
+    if (fabs(volume->world_to_index.m[a][world_axis]) > 1e6 * others) found = a;
+  }
+  return found;
+}
+
+double np_transport_get_voxel(const np_world *world, int axis) {
+  double finest = INFINITY;
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    const double(*m)[4] = world->clouds.at[v].world_to_index.m;
+    finest = fmin(finest, 1.0 / sqrt(m[0][axis] * m[0][axis] + m[1][axis] * m[1][axis] + m[2][axis] * m[2][axis]));
+  }
+  return finest;
+}
+
+/* (1−g)·σ at the densest point. */
+static double find_transport_extinction(const np_world *world) {
+  double densest = 0.0;
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    const np_instance *volume = &world->clouds.at[v];
+    const double extinction = (double)(volume->bricks->value_max * volume->extinction_per_value);
+    densest = fmax(densest, (1.0 - fmax(0.0, np_phase_mean_cosine(&volume->phase))) * extinction);
+  }
+  return densest;
+}
+
+static bool is_wrapped_along(const np_world *world, int axis, double *out_period_m) {
+  if (world->clouds.count != 1) return false;
+  const np_instance *volume = &world->clouds.at[0];
+  const int a = find_index_axis(volume, axis);
+  if (a < 0 || a > 1 || !volume->bricks->is_periodic[a]) return false;
+  *out_period_m = volume->bricks->period[a] / fabs(volume->world_to_index.m[a][axis]);
+  return true;
+}
+
+/* ---- Even cells ---- */
+
+typedef struct even_axis {
+  int32_t size;
+  double origin_m, edge_m;
+  bool is_wrapped;
+} even_axis;
+
+/* One axis, with cells of `edge_voxels`: lines of cells on samples of the first cloud, one empty cell at either end,
+ * and a count that three coarser grids divide. A period of up to a brick becomes one cell. */
+static even_axis find_even_axis(const np_world *world, const np_transport_desc *desc, int axis, double edge_voxels) {
+  const double low[3] = {desc->bounds_min.x, desc->bounds_min.y, desc->bounds_min.z};
+  const double high[3] = {desc->bounds_max.x, desc->bounds_max.y, desc->bounds_max.z};
+  const double voxel = np_transport_get_voxel(world, axis), edge = edge_voxels * voxel;
+  const np_instance *first = &world->clouds.at[0];
+  const int a = find_index_axis(first, axis);
+  const double base = a < 0 ? low[axis] : -first->world_to_index.m[a][3] / first->world_to_index.m[a][axis];
+  double period;
+  if (is_wrapped_along(world, axis, &period)) {
+    const int32_t cells = (int32_t)(period / edge);
+    const bool is_single = period <= NP_BRICK_EDGE * 1.001 * voxel || cells < COARSEST;
+    const int32_t size = is_single ? 1 : cells / COARSEST * COARSEST;
+    return (even_axis){size, base, period / size, true};
+  }
+  const double origin = base + floor((low[axis] - base) / voxel - 1.0) * voxel - edge;
+  const double cells = ceil((high[axis] + voxel - origin) / edge) + 1.0;
+  return (even_axis){(int32_t)fmin(ceil(cells / COARSEST) * COARSEST, 1e6), origin, edge, false};
+}
+
+static double find_even_axes(const np_world *world, const np_transport_desc *desc, double edge_voxels,
+                             even_axis out[3]) {
+  double cells = 1.0;
+  for (int axis = 0; axis < 3; axis++) {
+    out[axis] = find_even_axis(world, desc, axis, edge_voxels);
+    cells *= out[axis].size;
+  }
+  return cells;
+}
+
+/* (1−g)·σ over the longest edge of a voxel; an axis of a single cell does not count. */
+static double find_voxel_depth(const np_world *world) {
+  double longest = 0.0, period;
+  for (int axis = 0; axis < 3; axis++) {
+    const double voxel = np_transport_get_voxel(world, axis);
+    const bool is_single = is_wrapped_along(world, axis, &period) && period <= NP_BRICK_EDGE * 1.001 * voxel;
+    if (!is_single) longest = fmax(longest, voxel);
+  }
+  return find_transport_extinction(world) * longest;
+}
+
+static double round_edge(double edge) { return edge > 2.0 ? ceil(4.0 * edge) * 0.25 : edge; }
+
+/* Edge in voxels that the clouds want; within `cell_count_max` where there is nobody to be near to. */
+static double choose_edge(const np_world *world, const np_transport_desc *desc, bool *out_is_fine) {
+  even_axis axes[3];
+  const double voxel_depth = find_voxel_depth(world), cells = find_even_axes(world, desc, 1.0, axes);
+  *out_is_fine = cells > (double)desc->cell_count_cheap && cells <= (double)desc->cell_count_fine;
+  double edge = cells <= (double)desc->cell_count_cheap || *out_is_fine ? 1.0 : 2.0;
+  while (edge < 8.0 && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
+  while (edge > 0.1 && edge * voxel_depth > 3.5 * desc->cell_depth_max) edge *= 0.5;
+  return edge;
+}
+
+/* ---- Graded cells ---- */
+
+/* Cells grow with the distance from the viewer, in proportion beyond `near_m`: cells alike on the screen. */
+typedef struct grading {
+  const np_transport_desc *desc;
+  double near_m; /* infinite: none grow */
+} grading;
+
+enum { GRADING_STEPS = 512, GRADING_MOST = 8 };
+
+/* From the viewer to that part of the clouds' box which has a coordinate along an axis. */
+static double find_distance(const np_transport_desc *desc, int axis, double coordinate) {
+  const double low[3] = {desc->bounds_min.x, desc->bounds_min.y, desc->bounds_min.z};
+  const double high[3] = {desc->bounds_max.x, desc->bounds_max.y, desc->bounds_max.z};
+  const double at[3] = {desc->viewer.x, desc->viewer.y, desc->viewer.z};
+  double square = 0.0;
+  for (int a = 0; a < 3; a++) {
+    const double nearest = a == axis ? coordinate : np_clamp(at[a], low[a], high[a]);
+    square += (at[a] - nearest) * (at[a] - nearest);
+  }
+  return sqrt(square);
+}
+
+/* Number of cells up to each of GRADING_STEPS even steps along an axis; `out[GRADING_STEPS]` is all of them. */
+static void count_graded(const grading *g, int axis, const even_axis *even, double out[GRADING_STEPS + 1]) {
+  const double step = even->size * even->edge_m / GRADING_STEPS;
+  out[0] = 0.0;
+  for (int i = 0; i < GRADING_STEPS; i++) {
+    const double distance = find_distance(g->desc, axis, even->origin_m + (i + 0.5) * step);
+    out[i + 1] = out[i] + step / even->edge_m / fmax(1.0, distance / g->near_m);
+  }
+}
+
+static int32_t round_count(double cells) { return (int32_t)fmin(ceil(cells / COARSEST - 1e-6) * COARSEST, 1e6); }
+
+static double count_all_graded(const grading *g, const even_axis axes[3]) {
+  double cells = 1.0, counts[GRADING_STEPS + 1];
+  for (int axis = 0; axis < 3; axis++) {
+    count_graded(g, axis, &axes[axis], counts);
+    cells *= axes[axis].is_wrapped ? axes[axis].size : round_count(counts[GRADING_STEPS]);
+  }
+  return cells;
+}
+
+/* The largest `near_m` with which the cells are few enough; 0 where that would take cells that grow too much. */
+static double find_near(const np_transport_desc *desc, const even_axis axes[3]) {
+  double farthest = 0.0;
+  for (int axis = 0; axis < 3; axis++)
+    for (int end = 0; end < 2; end++)
+      farthest =
+          fmax(farthest, find_distance(desc, axis, axes[axis].origin_m + end * axes[axis].size * axes[axis].edge_m));
+  for (double near = 0.95 * farthest; near > farthest / GRADING_MOST; near *= 0.95)
+    if (count_all_graded(&(grading){desc, near}, axes) <= (double)desc->cell_count_max) return near;
+  return 0.0;
+}
+
+/* Cells as the clouds want them; where that is too many, graded ones; where these would be too many, larger ones. */
+static grading choose_axes(const np_world *world, const np_transport_desc *desc, even_axis out[3], bool *out_is_fine) {
+  for (double edge = choose_edge(world, desc, out_is_fine);; edge *= 1.25) {
+    if (find_even_axes(world, desc, round_edge(edge), out) <= (double)desc->cell_count_max)
+      return (grading){desc, HUGE_VAL};
+    const double near = desc->has_viewer ? find_near(desc, out) : 0.0;
+    if (near > 0.0) return (grading){desc, near};
+  }
+}
+
+static neph_result keep_graded_axis(const grading *g, const even_axis *even, int axis, np_transport_grid *out) {
+  double counts[GRADING_STEPS + 1];
+  count_graded(g, axis, even, counts);
+  const int32_t size = round_count(counts[GRADING_STEPS]);
+  double *edge = np_alloc(out->context, (size_t)size + 1, sizeof *edge);
+  if (!edge) return NEPH_ERROR_OUT_OF_MEMORY;
+  const double step = even->size * even->edge_m / GRADING_STEPS;
+  for (int32_t i = 0, k = 0; i <= size; i++) {
+    const double wanted = counts[GRADING_STEPS] * i / size;
+    while (k + 1 < GRADING_STEPS && counts[k + 1] < wanted) k++;
+    edge[i] = even->origin_m + step * (k + (wanted - counts[k]) / (counts[k + 1] - counts[k]));
+  }
+  out->size[axis] = size;
+  out->edge_m[axis] = edge;
+  return NEPH_OK;
+}
+
+/* ---- Keeping them ---- */
+
+static neph_result keep_even_axis(const even_axis *even, int axis, np_transport_grid *out) {
+  double *edge = np_alloc(out->context, (size_t)even->size + 1, sizeof *edge);
+  if (!edge) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (int32_t i = 0; i <= even->size; i++) edge[i] = even->origin_m + i * even->edge_m;
+  out->size[axis] = even->size;
+  out->edge_m[axis] = edge;
+  out->even_m[axis] = even->edge_m;
+  out->is_wrapped[axis] = even->is_wrapped;
+  return NEPH_OK;
+}
+
+/* ---- A column ---- */
+
+/* Thickness of the outermost cells in optical depth, at most; that of the others over their depth from a face; and the
+ * most over the depth in which light falls to 1/e in the cloud's inside. */
+static const double face_depth = 0.05, growth = 0.1, fall_share = 0.25;
+
+/* Thickness in optical depth of a column's cells: `first` at the faces, growing inwards, `most` at most. */
+typedef struct thickness {
+  double first, most;
+} thickness;
+
+/* The axis along which a grid is a column, or −1. */
+static int find_column_axis(const even_axis axes[3]) {
+  for (int axis = 0; axis < 3; axis++) {
+    const even_axis *b = &axes[(axis + 1) % 3], *c = &axes[(axis + 2) % 3];
+    if (b->is_wrapped && c->is_wrapped && b->size == 1 && c->size == 1 && !axes[axis].is_wrapped) return axis;
+  }
+  return -1;
+}
+
+/* Optical depth along a column through the middles of its cells, at the samples of its one cloud: between them the
+ * extinction is linear. */
+typedef struct profile {
+  int32_t count; /* of samples */
+  double origin_m, step_m;
+  double *extinction, *depth;
+} profile;
+
+static neph_result measure_profile(neph_context *context, const np_world *world, const even_axis axes[3], int axis,
+                                   profile *out) {
+  const double voxel = np_transport_get_voxel(world, axis);
+  double at[3];
+  for (int a = 0; a < 3; a++) at[a] = axes[a].origin_m + 0.5 * axes[a].edge_m;
+  out->step_m = voxel;
+  out->origin_m = axes[axis].origin_m + axes[axis].edge_m - voxel;
+  out->count = (int32_t)ceil(axes[axis].size * axes[axis].edge_m / voxel) + 1;
+  out->extinction = np_alloc(context, (size_t)out->count, 2 * sizeof *out->extinction);
+  if (!out->extinction) return NEPH_ERROR_OUT_OF_MEMORY;
+  out->depth = out->extinction + out->count;
+  for (int32_t k = 0; k < out->count; k++) {
+    at[axis] = out->origin_m + k * voxel;
+    out->extinction[k] = (double)np_instance_extinction(&world->clouds.at[0], np_dvec3_make(at[0], at[1], at[2]));
+    if (k > 0) out->depth[k] = out->depth[k - 1] + 0.5 * voxel * (out->extinction[k - 1] + out->extinction[k]);
+  }
+  /* What is empty above would be as good an end as that of the cloud. */
+  while (out->count > 2 && out->depth[out->count - 2] == out->depth[out->count - 1]) out->count--;
+  return NEPH_OK;
+}
+
+/* Where an optical depth is reached; extinction that rises by b along a step from a gives a·s + b·s²/2. */
+static double find_depth(const profile *p, double depth) {
+  int32_t k = 0;
+  while (k + 2 < p->count && p->depth[k + 1] <= depth) k++;
+  const double a = p->extinction[k], slope = (p->extinction[k + 1] - a) / p->step_m;
+  const double rest = fmin(fmax(0.0, depth - p->depth[k]), p->depth[k + 1] - p->depth[k]);
+  const double root = sqrt(fmax(0.0, a * a + 2.0 * slope * rest));
+  return p->origin_m + k * p->step_m + (rest > 0.0 ? fmin(2.0 * rest / (a + root), p->step_m) : 0.0);
+}
+
+/* Light falls as e^{−κτ} deep inside, κ² = 3·(1 − ϖ)(1 − ϖg); no more cells than `COLUMN_MAX` are spent on following
+ * what by then is next to nothing. */
+static thickness choose_thickness(const np_instance *volume, double depth) {
+  enum { COLUMN_MAX = 512 };
+  const double albedo = (double)np_spectrum_max(volume->albedo), g = np_phase_mean_cosine(&volume->phase);
+  const double fall = sqrt(3.0 * (1.0 - albedo) * (1.0 - albedo * g));
+  const double most = fmax(fall > 0.0 ? fall_share / fall : HUGE_VAL, depth / COLUMN_MAX);
+  return (thickness){fmin(face_depth, depth / 64.0), most};
+}
+
+/* Cells between a face and a depth, and the other way: even, then growing, then even again. */
+static double count_to_depth(double depth, thickness t) {
+  const double even = t.first / growth, end = fmax(even, t.most / growth);
+  if (depth <= even) return depth / t.first;
+  const double count = (1.0 + log(fmin(depth, end) / even)) / growth;
+  return depth <= end ? count : count + (depth - end) / (growth * end);
+}
+
+static double find_depth_of_count(double count, thickness t) {
+  const double even = t.first / growth, end = fmax(even, t.most / growth), end_count = count_to_depth(end, t);
+  if (count <= 1.0 / growth) return count * t.first;
+  if (count <= end_count) return even * exp(count * growth - 1.0);
+  return end + (count - end_count) * growth * end;
+}
+
+static void place_column_planes(const profile *p, thickness t, np_transport_grid *out, int axis) {
+  const double depth = p->depth[p->count - 1], half = count_to_depth(0.5 * depth, t);
+  const int32_t inner = out->size[axis] - 2;
+  double *edge = out->edge_m[axis];
+  for (int32_t i = 0; i <= inner; i++) {
+    const double cells = 2.0 * half * i / inner;
+    const double below =
+        cells <= half ? find_depth_of_count(cells, t) : depth - find_depth_of_count(2.0 * half - cells, t);
+    edge[i + 1] = find_depth(p, below);
+  }
+  edge[0] = 2.0 * edge[1] - edge[2];
+  edge[inner + 2] = 2.0 * edge[inner + 1] - edge[inner];
+}
+
+static neph_result keep_column_axis(const profile *p, thickness t, int axis, np_transport_grid *out) {
+  const double depth = p->depth[p->count - 1], cells = 2.0 * count_to_depth(0.5 * depth, t) + 2.0;
+  out->size[axis] = (int32_t)ceil(cells / COARSEST) * COARSEST;
+  out->edge_m[axis] = np_alloc(out->context, (size_t)out->size[axis] + 1, sizeof *out->edge_m[axis]);
+  if (!out->edge_m[axis]) return NEPH_ERROR_OUT_OF_MEMORY;
+  place_column_planes(p, t, out, axis);
+  return NEPH_OK;
+}
+
+static neph_result place_column(const np_world *world, const even_axis axes[3], int axis, np_transport_grid *out) {
+  profile p = {0};
+  neph_result result = measure_profile(out->context, world, axes, axis, &p);
+  const double depth = result ? 0.0 : p.depth[p.count - 1];
+  if (!result && depth > 0.0) {
+    result = keep_column_axis(&p, choose_thickness(&world->clouds.at[0], depth), axis, out);
+  } else if (!result) {
+    result = keep_even_axis(&axes[axis], axis, out);
+  }
+  np_alloc_free(out->context, p.extinction);
+  return result;
+}
+
+neph_result np_transport_grid_place(neph_context *context, const np_world *world, const np_transport_desc *desc,
+                                    np_transport_grid *out) {
+  *out = (np_transport_grid){.context = context};
+  even_axis axes[3];
+  const grading g = choose_axes(world, desc, axes, &out->is_fine);
+  const int column = find_column_axis(axes);
+  neph_result result = NEPH_OK;
+  for (int axis = 0; axis < 3 && !result; axis++) {
+    if (axis == column) {
+      result = place_column(world, axes, axis, out);
+    } else if (isfinite(g.near_m) && !axes[axis].is_wrapped) {
+      result = keep_graded_axis(&g, &axes[axis], axis, out);
+    } else {
+      result = keep_even_axis(&axes[axis], axis, out);
+    }
+  }
+  if (result) np_transport_grid_clear(out);
+  return result;
+}
+
+/* ---- What is to be expected ---- */
+
+void np_transport_grid_compute_depths(const np_world *world, const np_transport_grid *grid, double *out_least,
+                                      double *out_most) {
+  double least = 0.0, most = 0.0;
+  for (int axis = 0; axis < 3; axis++) {
+    if (grid->size[axis] == 1) continue;
+    double delta_m_residual = HUGE_VAL, wide = 0.0;
+    for (int32_t i = 0; i < grid->size[axis]; i++) {
+      delta_m_residual = fmin(delta_m_residual, np_transport_grid_width(grid, axis, i));
+      wide = fmax(wide, np_transport_grid_width(grid, axis, i));
+    }
+    least = fmax(least, delta_m_residual);
+    most = fmax(most, wide);
+  }
+  *out_least = least * find_transport_extinction(world);
+  *out_most = most * find_transport_extinction(world);
+}
+
+double np_transport_expect_error(double cell_depth) {
+  static const double nodes[][2] = {{0.35, 0.02}, {1.0, 0.04}, {2.0, 0.07}, {4.0, 0.14}};
+  enum { COUNT = sizeof nodes / sizeof *nodes };
+  if (cell_depth <= nodes[0][0]) return nodes[0][1];
+  for (int i = 1; i < COUNT; i++)
+    if (cell_depth <= nodes[i][0] || i + 1 == COUNT) {
+      const double t = (cell_depth - nodes[i - 1][0]) / (nodes[i][0] - nodes[i - 1][0]);
+      return fmin(1.0, nodes[i - 1][1] + t * (nodes[i][1] - nodes[i - 1][1]));
+    }
+  return 1.0;
+}
+
+/* Where sunlight is followed to (first_collision.h), cells with and without cloud, and what is no moment. */
+static const double other_bytes = 300.0;
+
+/* Vectors of moments: the solution, two parts of a sweep, and three bands kept as halves. */
+double np_transport_count_swept_bytes(unsigned degree) {
+  return 4.5 * sizeof(float) * np_harmonics_count(degree) + other_bytes;
+}
+
+/* Besides: the source, ten vectors of Anderson's and a copy that is sharpened. Coarser grids have a seventh of it. */
+double np_transport_count_iterated_bytes(unsigned degree) {
+  return 8.0 / 7.0 * (12.0 * sizeof(float) * np_harmonics_count(degree) + np_transport_count_swept_bytes(degree));
+}

@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The clouds along a ray, walked together: stretches of the ray in each of which every cloud stays in one cell of its
+ * bricks. */
+#ifndef NP_VOLUME_RAY_INTERVALS_H
+#define NP_VOLUME_RAY_INTERVALS_H
+
+#include "volume/tracking.h"
+
+/* One cloud along the ray: its walk, and the cell that the walk is in or comes to next. */
+typedef struct np_ray_instance {
+  const np_instance *volume;
+  np_brick_walk walk;
+  np_brick_span span;
+  float voxels_per_m; /* along the ray */
+} np_ray_instance;
+
+/* The clouds along a ray, advanced together. */
+typedef struct np_ray_intervals {
+  unsigned count;
+  double position;
+  np_ray_instance instance[NP_INSTANCES_MAX];
+} np_ray_intervals;
+
+/* A stretch of the ray in which every cloud stays in one cell. */
+typedef struct np_ray_interval {
+  double begin, end;
+  unsigned count;
+  unsigned active[NP_INSTANCES_MAX]; /* indices into np_ray_intervals.instance */
+} np_ray_interval;
+
+static inline void np_ray_intervals_start(np_ray_intervals *all, const np_instances *clouds, np_dvec3 origin,
+                                          np_vec3 direction, double distance_end) {
+  all->count = 0;
+  all->position = 0.0;
+  for (unsigned i = 0; i < clouds->count; i++) {
+    np_ray_instance *m = &all->instance[all->count];
+    m->volume = &clouds->at[i];
+    m->voxels_per_m = np_track_voxels_per_m(m->volume, direction);
+    np_track_start(&m->walk, m->volume, origin, direction, 0.0, distance_end);
+    if (np_brick_walk_next(&m->walk, &m->span)) all->count++;
+  }
+}
+
+/* Drops clouds that the ray has left; moves the others on to their next cell. */
+static inline void np_ray_intervals_advance(np_ray_intervals *all) {
+  for (unsigned i = 0; i < all->count;) {
+    np_ray_instance *m = &all->instance[i];
+    if (m->span.t_end > all->position || np_brick_walk_next(&m->walk, &m->span)) {
+      i++;
+    } else if (i != --all->count) {
+      *m = all->instance[all->count];
+    }
+  }
+}
+
+/* The next stretch with anything in it; false at the end. */
+static inline bool np_ray_intervals_next(np_ray_intervals *all, np_ray_interval *out) {
+  np_ray_intervals_advance(all);
+  if (all->count == 0) return false;
+  double begin = INFINITY;
+  for (unsigned i = 0; i < all->count; i++) begin = fmin(begin, fmax(all->instance[i].span.t_begin, all->position));
+  out->begin = begin;
+  out->end = INFINITY;
+  out->count = 0;
+  for (unsigned i = 0; i < all->count; i++) {
+    const np_brick_span *span = &all->instance[i].span;
+    const bool is_active = span->t_begin <= begin;
+    if (is_active) out->active[out->count++] = i;
+    out->end = fmin(out->end, is_active ? span->t_end : span->t_begin);
+  }
+  all->position = out->end;
+  return true;
+}
+
+/* Voxels a metre along each axis. */
+static inline np_vec3 np_ray_instance_direction(const np_ray_instance *m) {
+  return np_dvec3_to_float(np_dvec3_make(m->walk.direction[0], m->walk.direction[1], m->walk.direction[2]));
+}
+
+/* Extinction at `at[k]` metres behind t, as np_brick_sample_along(). */
+static inline void np_ray_instance_fill_extinction(const np_ray_instance *m, double t, const float at[NP_BRICK_LINE],
+                                                   int count, float out[NP_BRICK_LINE]) {
+  const float per_value = m->volume->extinction_per_value;
+  if (m->span.brick == NP_BRICK_NONE) {
+    for (int k = 0; k < count; k++) out[k] = per_value * m->span.range.min;
+    return;
+  }
+  const np_vec3 begin = np_brick_walk_local(&m->walk, &m->span, t), along = np_ray_instance_direction(m);
+  np_brick_sample_along(m->volume->bricks, m->span.brick, begin, along, at, count, out);
+  for (int k = 0; k < count; k++) out[k] *= per_value;
+}
+
+/* Bound of the extinction in the medium's cell less its least, and that bound itself, 1/m. */
+static inline float np_ray_instance_variation(const np_ray_instance *m) {
+  return m->volume->extinction_per_value * (m->span.range.max - m->span.range.min);
+}
+static inline float np_ray_instance_bound(const np_ray_instance *m) {
+  return m->volume->extinction_per_value * m->span.range.max;
+}
+
+#endif

@@ -1,0 +1,271 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Free flight, transmittance and optical depth through clouds.
+ *
+ * Inline, so that each kernel file has it in its own instruction set. Clouds may overlap: optical depths add,
+ * transmittances multiply, and of independent free flights the shortest counts. Each cloud is walked on its own, cell
+ * by cell of its bricks, whose ranges bound the interpolant; so a collision's acceptance never exceeds one.
+ */
+#ifndef NP_VOLUME_TRACKING_H
+#define NP_VOLUME_TRACKING_H
+
+#include "core/random.h"
+#include "core/stable.h"
+#include "volume/instance.h"
+
+static inline void np_track_start(np_brick_walk *walk, const np_instance *volume, np_dvec3 origin, np_vec3 direction,
+                                  double distance_begin, double distance_end) {
+  np_brick_walk_start(walk, volume->bricks, np_affine_point(&volume->world_to_index, origin),
+                      np_affine_vector(&volume->world_to_index, np_vec3_to_double(direction)), distance_begin,
+                      distance_end);
+}
+
+/* Voxels that a ray passes per metre. */
+static inline float np_track_voxels_per_m(const np_instance *volume, np_vec3 direction) {
+  return (float)np_dvec3_length(np_affine_vector(&volume->world_to_index, np_vec3_to_double(direction)));
+}
+
+/* Mean of the value over the part of a span from the local position `begin` on to begin + along: exactly. Between
+ * two faces of the lattice of samples the trilinear field is a cubic along the ray, which two Gauss points integrate.
+ */
+static inline float np_track_mean(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along) {
+  const float from[3] = {begin.x, begin.y, begin.z}, delta[3] = {along.x, along.y, along.z};
+  float next[3], stride[3], sum = 0.0f;
+  for (int a = 0; a < 3; a++) {
+    const float face = delta[a] > 0.0f ? floorf(from[a]) + 1.0f : ceilf(from[a]) - 1.0f;
+    const bool is_level = fabsf(delta[a]) < 1e-6f;
+    next[a] = is_level ? INFINITY : (face - from[a]) / delta[a];
+    stride[a] = is_level ? 0.0f : 1.0f / fabsf(delta[a]);
+  }
+  for (float t = 0.0f; t < 1.0f;) {
+    const int axis = next[0] <= next[1] ? (next[0] <= next[2] ? 0 : 2) : (next[1] <= next[2] ? 1 : 2);
+    const float end = np_minf(next[axis], 1.0f), middle = 0.5f * (t + end), offset = 0.28867513f * (end - t);
+    next[axis] += stride[axis];
+    if (end <= t) continue;
+    const float low = np_brick_sample(bricks, brick, np_vec3_add(begin, np_vec3_scale(along, middle - offset)));
+    const float high = np_brick_sample(bricks, brick, np_vec3_add(begin, np_vec3_scale(along, middle + offset)));
+    sum += 0.5f * (end - t) * (low + high);
+    t = end;
+  }
+  return sum;
+}
+
+/* Look-ups that np_track_mean() takes, or some more. */
+static inline float np_track_mean_cost(np_vec3 along) {
+  return 2.0f * (fabsf(along.x) + fabsf(along.y) + fabsf(along.z) + 1.0f);
+}
+
+/* Midpoint samples of a cell that leave an error of the order of the tolerance. `variation` is what the depth of the
+ * cell varies by, bound less least times length, over what it may be wrong by. The rule's error falls with the square
+ * of their number; where it is far below the tolerance no look-up is worth its while, and 0 is returned. */
+static inline int np_track_count_samples(float variation) {
+  if (variation < 0.5f) return 0;
+  return (int)np_minf(ceilf(0.6f * sqrtf(variation)), 4096.0f);
+}
+
+/* ∫ value ds over one span, value·m, by the midpoint rule, or exactly where that takes fewer look-ups; without samples,
+ * from the cell's range alone. */
+static inline float np_track_span_integral(const np_bricks *bricks, const np_brick_walk *walk,
+                                           const np_brick_span *span, int count) {
+  const float length = (float)(span->t_end - span->t_begin);
+  if (count == 0 || span->brick == NP_BRICK_NONE) return 0.5f * (span->range.min + span->range.max) * length;
+  const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
+  const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
+  const np_vec3 along = np_vec3_subtract(end, begin), step = np_vec3_scale(along, 1.0f / (float)count);
+  if ((float)count > np_track_mean_cost(along)) return length * np_track_mean(bricks, span->brick, begin, along);
+  float sum = 0.0f, value[NP_BRICK_LINE];
+  for (int first = 0; first < count; first += NP_BRICK_LINE) {
+    const int some = count - first < NP_BRICK_LINE ? count - first : NP_BRICK_LINE;
+    const np_vec3 from = np_vec3_add(begin, np_vec3_scale(step, (float)first + 0.5f));
+    np_brick_sample_line(bricks, span->brick, from, step, some, value);
+    for (int k = 0; k < some; k++) sum += value[k];
+  }
+  return sum * length / (float)count;
+}
+
+/* Beyond this optical depth, as light fades by it, nothing is worth walking for. */
+#define NP_TRACK_DEPTH_MAX 16.0f
+
+/* What a depth towards a light is asked for. */
+typedef struct np_depth_query {
+  float fade;  /* the light fades with e^{−fade·τ} */
+  float error; /* of that light which would do, over that of no depth at all */
+} np_depth_query;
+
+/* Optical depth of one cloud along a ray on which light has faded by the depth `faded` already. Cells are looked at the
+ * more finely the less it has: an error there is damped by all that lies before it. */
+static inline float np_track_volume_depth(const np_instance *volume, np_dvec3 origin, np_vec3 direction,
+                                          double distance_end, const np_depth_query *query, float faded) {
+  const float begin = faded;
+  np_brick_walk walk;
+  np_brick_span span;
+  np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
+  while (faded < NP_TRACK_DEPTH_MAX && np_brick_walk_next(&walk, &span)) {
+    const float length = (float)(span.t_end - span.t_begin), fading = query->fade * volume->extinction_per_value;
+    const float variation = volume->extinction_per_value * (span.range.max - span.range.min) * length;
+    const int count = np_track_count_samples(variation * np_transmittance(faded) / query->error);
+    faded += fading * np_track_span_integral(volume->bricks, &walk, &span, count);
+  }
+  return (faded - begin) / query->fade;
+}
+
+/* The same of all clouds. */
+static inline float np_track_depth(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
+                                   const np_depth_query *query) {
+  float depth = 0.0f;
+  for (unsigned i = 0; i < clouds->count && query->fade * depth < NP_TRACK_DEPTH_MAX; i++)
+    depth += np_track_volume_depth(&clouds->at[i], origin, direction, INFINITY, query, query->fade * depth);
+  return depth;
+}
+
+/* Exponential distance of a unit-rate process, from 53 bits: its tail reaches a depth of 36. */
+static inline double np_track_flight(np_random *random) { return -log1p(-np_random_double(random)); }
+
+/* The same, given that it ends before `depth`: exact however small that is. */
+static inline double np_track_forced_flight(double depth, np_random *random) {
+  return fmin(-log1p(np_random_double(random) * expm1(-depth)), depth);
+}
+
+/* A free flight on its way through clouds. It may leave out a share of their extinction, so as to reach farther: its
+ * weight makes good for that. */
+typedef struct np_flight {
+  double left;             /* depth to the next tentative collision */
+  double stretch_fraction; /* share of the extinction that is left out, below 1; negative: so much is added */
+  double depth;            /* left out so far */
+  double weight; /* of collisions: the extinction there over what of it was not left out, and what one was worth */
+} np_flight;
+
+/* `depth` of the first tentative collision. */
+static inline np_flight np_flight_start(double depth, double stretch_fraction) {
+  return (np_flight){.left = depth, .stretch_fraction = stretch_fraction, .weight = 1.0};
+}
+
+/* The same, given a tentative collision before the bound (np_flight_bound), and weighted by how likely one was. */
+static inline np_flight np_flight_force(double bound, double stretch_fraction, np_random *random) {
+  return (np_flight){
+      .left = np_track_forced_flight(bound, random), .stretch_fraction = stretch_fraction, .weight = -expm1(-bound)};
+}
+
+/* Probability density of what has happened over that with which it was drawn. */
+static inline float np_flight_weight(const np_flight *flight) { return (float)(flight->weight * exp(-flight->depth)); }
+
+/* Optical depth of one cell beyond that of its minimum. */
+static inline double np_track_span_excess(const np_instance *volume, const np_brick_walk *walk,
+                                          const np_brick_span *span) {
+  if (span->brick == NP_BRICK_NONE) return 0.0;
+  const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
+  const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
+  const float mean = np_track_mean(volume->bricks, span->brick, begin, np_vec3_subtract(end, begin));
+  return (double)(volume->extinction_per_value * (mean - span->range.min)) * (span->t_end - span->t_begin);
+}
+
+/* Beyond this depth rays towards a light of which no direction is worth more than another are thinned out, each that
+ * goes on standing for those that do not. */
+static const double np_track_faint_depth = 3.0;
+
+/* Russian roulette on a ray at a depth; false when it ends, else it goes on from the faint depth. */
+static inline bool np_track_roulette(double *depth, double faint_depth, np_random *random) {
+  const double beyond = *depth - faint_depth;
+  if (beyond < 0.0) return true;
+  *depth = faint_depth;
+  return np_random_float(random) < np_transmittance((float)beyond);
+}
+
+/* Unbiased transmittance along a ray: exact, but that Russian roulette ends what the minimum of the next cell makes
+ * faint before anything is looked up there. Tracking takes about as long, for a hundred times the squared error and
+ * more (tests/bench/bench_transmittance.c). */
+static inline float np_track_transmittance(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
+                                           double distance_end, double faint_depth, np_random *random) {
+  double depth = 0.0;
+  for (unsigned i = 0; i < clouds->count; i++) {
+    const np_instance *volume = &clouds->at[i];
+    np_brick_walk walk;
+    np_brick_span span;
+    np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
+    while (np_brick_walk_next(&walk, &span)) {
+      depth += (double)(volume->extinction_per_value * span.range.min) * (span.t_end - span.t_begin);
+      if (!np_track_roulette(&depth, faint_depth, random)) return 0.0f;
+      depth += np_track_span_excess(volume, &walk, &span);
+    }
+  }
+  return np_transmittance((float)depth);
+}
+
+/* What a flight leaves out of a cell's values: its share of the middle of their range, within what all of them have. */
+static inline float np_flight_spare(const np_flight *flight, const np_brick_span *span) {
+  const float least = span->range.min, middle = 0.5f * (least + span->range.max);
+  return np_clampf((float)flight->stretch_fraction * middle, -2.0f * least, 0.9f * least);
+}
+
+/* Optical depth along a ray of what a flight goes by, the cells' maxima less what it leaves out; looked for as far as
+ * `depth_end`. */
+static inline double np_flight_bound(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
+                                     double distance_end, const np_flight *flight, double depth_end) {
+  double depth = 0.0;
+  for (unsigned i = 0; i < clouds->count && depth < depth_end; i++) {
+    const np_instance *volume = &clouds->at[i];
+    np_brick_walk walk;
+    np_brick_span span;
+    np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
+    while (depth < depth_end && np_brick_walk_next(&walk, &span)) {
+      const float bound = span.range.max - np_flight_spare(flight, &span);
+      depth += (double)(volume->extinction_per_value * bound) * (span.t_end - span.t_begin);
+    }
+  }
+  return depth;
+}
+
+/* Where a free flight collides inside one cell; infinite when it passes, `flight->left` then less by the cell's bound.
+ * A flight against the cell's maximum is accepted with certainty in the share of its minimum, which costs no look-up
+ * unless something is left out. Tentative collisions that are none weigh nothing, however loose the bound. */
+static inline double np_track_span_collision(const np_instance *volume, const np_brick_walk *walk,
+                                             const np_brick_span *span, np_flight *flight, np_random *random) {
+  const float spare = np_flight_spare(flight, span), bound = span->range.max - spare;
+  const double majorant = (double)(volume->extinction_per_value * bound);
+  const double stretch_fraction = (double)(volume->extinction_per_value * spare);
+  double t = span->t_begin;
+  while (flight->left < majorant * (span->t_end - t)) {
+    const double step = flight->left / majorant;
+    t += step;
+    flight->depth += stretch_fraction * step;
+    flight->left = np_track_flight(random);
+    const float threshold = np_random_float(random) * bound + spare;
+    const bool is_sure = threshold < span->range.min;
+    if (is_sure && spare == 0.0f) return t;
+    float value = span->range.min;
+    if (span->brick != NP_BRICK_NONE)
+      value = np_brick_sample(volume->bricks, span->brick, np_brick_walk_local(walk, span, t));
+    if (!is_sure && !(threshold < value)) continue;
+    if (spare != 0.0f) flight->weight *= (double)(value / (value - spare));
+    return t;
+  }
+  flight->left -= majorant * (span->t_end - t);
+  flight->depth += stretch_fraction * (span->t_end - t);
+  return INFINITY;
+}
+
+/* Distance to the next collision before `distance_end`, and the cloud it happens in; infinite when there is none.
+ *
+ * `flight` is counted in the cells' maxima and through one cloud after the other: the clouds' tentative collisions are
+ * one Poisson process on their rays laid end to end, so that what is left of a flight at the end of one is good for the
+ * next. */
+static inline double np_track_collision(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
+                                        double distance_end, np_flight *flight, np_random *random,
+                                        const np_instance **out_volume) {
+  double nearest = INFINITY;
+  for (unsigned i = 0; i < clouds->count; i++) {
+    const np_instance *volume = &clouds->at[i];
+    np_brick_walk walk;
+    np_brick_span span;
+    np_track_start(&walk, volume, origin, direction, 0.0, fmin(distance_end, nearest));
+    while (np_brick_walk_next(&walk, &span)) {
+      const double t = np_track_span_collision(volume, &walk, &span, flight, random);
+      if (t >= nearest || isinf(t)) continue;
+      nearest = t;
+      *out_volume = volume;
+      break;
+    }
+  }
+  return nearest;
+}
+
+#endif

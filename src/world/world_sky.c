@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light from the sky, and the air between two points. */
+#include "world/world.h"
+
+static np_spectrum see_environment(const np_world *world, np_vec3 direction) {
+  const bool is_hidden = world->is_environment_upper_only && direction.z < 0.0f;
+  return is_hidden ? np_spectrum_grey(0.0f) : world->environment_radiance;
+}
+
+np_spectrum np_world_space_radiance(const np_world *world, np_dvec3 origin, np_vec3 direction) {
+  const np_spectrum radiance = see_environment(world, direction);
+  if (!world->night) return radiance;
+  return np_spectrum_add(radiance, np_night_radiance(world->night, NULL, origin, direction));
+}
+
+np_spectrum np_world_add_beyond(const np_world *world, np_dvec3 origin, np_vec3 direction, np_spectrum sky) {
+  const np_spectrum radiance = np_spectrum_add(see_environment(world, direction), sky);
+  if (!world->night) return radiance;
+  return np_spectrum_add(radiance, np_night_radiance(world->night, world->atmosphere, origin, direction));
+}
+
+np_spectrum np_world_sky_radiance(const np_world *world, const neph_sky *sky, np_dvec3 origin, np_vec3 direction) {
+  return np_world_add_beyond(world, origin, direction, sky ? np_sky_radiance(sky, direction) : np_spectrum_grey(0.0f));
+}
+
+np_aerial_perspective np_world_air(const np_world *world, const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
+                                   double distance_m) {
+  if (sky) return np_sky_aerial_perspective(sky, direction, distance_m);
+  np_aerial_perspective air = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
+  if (world->atmosphere)
+    air.transmittance =
+        np_atmosphere_transmittance_between(world->atmosphere, origin, np_dvec3_along(origin, direction, distance_m));
+  return air;
+}

@@ -1,0 +1,123 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light on the ground under a cloud: nothing changes in a furnace, light goes up with the sun, and it fails cleanly. */
+#include "test_world.h"
+
+typedef struct fixture {
+  test_world cloud;
+  np_ground_light cache;
+} fixture;
+
+/* A ball from 10 m above the ground on, under a sun in the zenith. */
+static neph_result create_cloud(neph_context *context, test_world *cloud) {
+  test_world_init(cloud, context);
+  cloud->world.planet_radius_m = 6.36e6;
+  return test_world_add(cloud, test_cloud_make_on_axes(test_soft_ball, 10.0));
+}
+
+static neph_result build_caches(fixture *f) {
+  test_world *c = &f->cloud;
+  neph_result result = test_world_solve(c);
+  if (result) return result;
+  const np_ground_light_desc desc = {.world = &c->world,
+                                     .depths = &c->lighting.sun_depths,
+                                     .scattering = &c->scattering,
+                                     .bounds_min = c->desc.cells.bounds_min,
+                                     .bounds_max = c->desc.cells.bounds_max};
+  result = np_ground_light_build(c->context, &desc, NULL, &f->cache);
+  if (!result) c->lighting.ground_light = &f->cache;
+  return result;
+}
+
+static void start(fixture *f, unsigned threads) {
+  assert_int_equal(create_cloud(test_context_create(threads, NULL), &f->cloud), NEPH_OK);
+}
+
+static void build(fixture *f) { assert_int_equal(build_caches(f), NEPH_OK); }
+
+static void end(fixture *f) {
+  np_ground_light_clear(&f->cache);
+  test_world_destroy(&f->cloud);
+}
+
+static np_spectrum compute_irradiance(const fixture *f, double x, double y) {
+  const np_ground_hit hit = {.position = {x, y, 0.0}, .normal = {0, 0, 1}};
+  return np_lighting_ground_irradiance(&f->cloud.lighting, &f->cloud.world, &hit);
+}
+
+/* Amid even light a white cloud cannot be seen, nor can its shade: its own light replaces the sky that it covers. 2 %
+ * for its steps of two voxels, and the tolerance of the solution. */
+static void a_white_cloud_casts_no_shade_in_a_furnace(void **state) {
+  (void)state;
+  fixture f = {0};
+  start(&f, 2);
+  f.cloud.world.environment_radiance = np_spectrum_make(0.5f, 2.0f, 3.0f);
+  build(&f);
+  /* It covers the sky to 26 degrees from the zenith, which is a fifth of the light. */
+  const np_ground_light_value below = np_ground_light_get(&f.cache, np_dvec3_make(11.5, 11.5, 0.0));
+  assert_in_range((int)(100.0f * below.open.band[1]), 75, 90);
+  for (double x = -20.0; x < 40.0; x += 2.9) {
+    const np_spectrum irradiance = compute_irradiance(&f, x, 0.5 * x);
+    assert_near_relative((double)irradiance.band[0], 0.5 * NP_PI, 0.02);
+    assert_near_relative((double)irradiance.band[2], 3.0 * NP_PI, 0.02);
+  }
+  end(&f);
+}
+
+/* Under a sky that is black but for the sun the cloud alone lights the ground, below it most; far away nothing does. */
+static void the_cloud_shines_on_what_is_below_it(void **state) {
+  (void)state;
+  fixture f = {0};
+  start(&f, 2);
+  f.cloud.world.sun_irradiance = np_spectrum_make(1.0f, 2.0f, 3.0f);
+  build(&f);
+  const np_spectrum below = compute_irradiance(&f, 11.5, 11.5), beside = compute_irradiance(&f, 40.0, 11.5);
+  /* It takes 314 W from the sun and scatters half of it down, at twice the mean of the half space: 0.1 W/m² from 21 m.
+   */
+  assert_in_range((int)(1000.0f * below.band[0]), 30, 150);
+  assert_near_relative((double)below.band[2], 3.0 * (double)below.band[0], 0.01);
+  assert_true(beside.band[0] > 0.0f && beside.band[0] < 0.3f * below.band[0]);
+  assert_near((double)compute_irradiance(&f, 1e4, 11.5).band[0], 0.0, 0.0);
+  end(&f);
+}
+
+static void threads_change_no_bit(void **state) {
+  (void)state;
+  fixture one = {0}, two = {0};
+  start(&one, 1);
+  start(&two, 3);
+  one.cloud.world.sun_irradiance = two.cloud.world.sun_irradiance = np_spectrum_grey(1.0f);
+  build(&one);
+  build(&two);
+  const size_t count = (size_t)one.cache.size[0] * (size_t)one.cache.size[1];
+  assert_memory_equal(one.cache.points, two.cache.points, count * sizeof *one.cache.points);
+  end(&one);
+  end(&two);
+}
+
+static neph_result attempt(neph_context *context, void *user) {
+  fixture *f = user;
+  *f = (fixture){0};
+  neph_result result = create_cloud(context, &f->cloud);
+  f->cloud.world.sun_irradiance = np_spectrum_grey(1.0f);
+  f->cloud.desc.tolerance = 0.3;
+  if (!result) result = build_caches(f);
+  np_ground_light_clear(&f->cache);
+  test_world_clear(&f->cloud);
+  return result;
+}
+
+static void a_failed_allocation_leaves_nothing_behind(void **state) {
+  (void)state;
+  fixture f;
+  assert_survives_failed_allocations(attempt, &f);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_white_cloud_casts_no_shade_in_a_furnace),
+      cmocka_unit_test(the_cloud_shines_on_what_is_below_it),
+      cmocka_unit_test(threads_change_no_bit),
+      cmocka_unit_test(a_failed_allocation_leaves_nothing_behind),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
