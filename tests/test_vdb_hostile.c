@@ -19,7 +19,7 @@ static int set_up(void **state) { return test_set_up(state, 1, "cloud.vdb"); }
 
 /* ---- Reading ---- */
 
-/* What `nephos info` does, and `nephos info --json`. */
+/* As `nephos info` does, and `nephos info --json`. */
 static neph_result describe(neph_context *context, const char *path, neph_text_format format) {
   char *text;
   const neph_result result = neph_volume_describe_file(context, path, format, &text);

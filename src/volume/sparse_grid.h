@@ -27,10 +27,10 @@ typedef struct np_tile {
 } np_tile;
 
 typedef struct np_sparse_grid {
-  neph_context *context; /* borrowed */
-  char *name;            /* owned */
-  const char *file;      /* where it was read from, for messages; borrowed; NULL: from none */
-  uint64_t brick_bytes_max; /* what its bricks may take; 0: anything */
+  neph_context *context;    /* borrowed */
+  char *name;               /* owned */
+  const char *file;         /* where it was read from, for messages; borrowed; NULL: from none */
+  uint64_t brick_bytes_max; /* its bricks may take so many; 0: any number */
   np_affine index_to_world;
   float background;
   size_t leaf_count, leaf_capacity, tile_count, tile_capacity;

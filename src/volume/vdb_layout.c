@@ -70,7 +70,7 @@ static void check_delayed_load(np_vdb_bytes *bytes, uint32_t byte_count) {
   if (!byte_count) return;
   const uint32_t leaf_count = np_vdb_bytes_read_u32(bytes);
   if (leaf_count > bytes->size / LEAF_BYTES_MIN)
-    np_vdb_bytes_fail(bytes, "metadata speak of %lu leaves, more than fit into the file", (unsigned long)leaf_count);
+    np_vdb_bytes_fail(bytes, "metadata list %lu leaves, more than fit into the file", (unsigned long)leaf_count);
   check_leaf_array(bytes, np_vdb_bytes_read_u32(bytes), leaf_count);
   const uint32_t stored_bytes = np_vdb_bytes_read_u32(bytes);
   if (stored_bytes != no_sizes) check_leaf_array(bytes, stored_bytes, UINT64_C(8) * leaf_count);
@@ -107,7 +107,7 @@ static void check_metadata(np_vdb_bytes *bytes, bool *out_is_half) {
 
 /* ---- Transform ---- */
 
-/* Of a linear map; 0: none is of that name. */
+/* Bytes of a linear map; 0: none is of that name. */
 static uint32_t get_map_bytes(const char *name) {
   static const struct {
     const char *name;
@@ -148,7 +148,7 @@ static const np_vdb_tree_type *get_type(char *name) {
   return np_vdb_tree_type_get(name);
 }
 
-/* Grids stand one behind the other: else a file could name one part of it any number of times. */
+/* Grids must stand one behind the other: else a file could name one part of it any number of times. */
 static void read_offsets(np_vdb_layout *layout, np_vdb_grid_place *place, grid_header *header) {
   np_vdb_bytes *bytes = &layout->bytes;
   const int64_t begin = np_vdb_bytes_read_i64(bytes), buffers = np_vdb_bytes_read_i64(bytes),

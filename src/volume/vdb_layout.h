@@ -20,7 +20,7 @@ neph_result np_vdb_layout_open(neph_context *context, const char *path, const np
                                np_monitor *monitor, np_vdb_layout **out_layout);
 void np_vdb_layout_close(np_vdb_layout *layout); /* NULL is allowed */
 
-/* What the module reads through; valid as long as the layout. */
+/* The source that the module reads through; valid as long as the layout. */
 const np_vdb_source *np_vdb_layout_get_source(const np_vdb_layout *layout);
 
 /* Warns, once, of a format that is newer than what is known here. */

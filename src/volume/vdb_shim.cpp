@@ -329,7 +329,7 @@ neph_result read_grid(np_vdb_file *file, size_t index, int component, const np_v
   });
 }
 
-/* What the values of a leaf will take, of grids that keep them outside the leaf. */
+/* Bytes of a leaf's values, in grids that keep them outside the leaf. */
 template <typename... GridTypes> std::size_t get_leaf_value_bytes(const openvdb::GridBase &grid) {
   return ((is_grid<GridTypes>(grid) ? NP_LEAF_SIZE * sizeof(typename GridTypes::ValueType) : 0) + ...);
 }

@@ -38,14 +38,14 @@ typedef struct np_vdb_grid_info {
   double index_to_world[3][4];
 } np_vdb_grid_info;
 
-/* What any grid tells by its topology, whatever its values are. */
+/* The size of any grid, from its topology. */
 typedef struct np_vdb_grid_size {
   int32_t active_min[3], active_max[3]; /* index box, both ends inside it; max below min when nothing is active */
   uint64_t active_voxel_count;
   uint64_t tree_bytes; /* once its leaves are read; without the attributes of points */
 } np_vdb_grid_size;
 
-/* Where the parts of a grid stand in a file. */
+/* Positions of the parts of a grid in a file. */
 typedef struct np_vdb_grid_place {
   int64_t descriptor, begin, topology;
   int64_t buffers; /* known once the tree has been checked */

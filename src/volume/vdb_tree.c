@@ -22,7 +22,7 @@ enum {
   CHUNK_SLACK_BYTES = 64 /* what compressing may add, with a sixteenth */
 };
 
-/* Which inactive values a node stores, and whether a mask tells them apart; io/Compression.h. */
+/* Ways of storing inactive values: how many, and whether a mask selects between two; io/Compression.h. */
 enum { ONE_VALUE = 2, MASK_ALONE = 3, MASK_AND_ONE_VALUE = 4, MASK_AND_TWO_VALUES = 5, ALL_VALUES = 6 };
 
 typedef struct root_child {
@@ -57,7 +57,7 @@ const np_vdb_tree_type *np_vdb_tree_type_get(const char *name) {
   return NULL;
 }
 
-/* Room for one more element; false, told by the allocator, when there is no memory. */
+/* Room for one more element; false, with a message logged, when there is no memory. */
 static bool grow(walk *w, void *array, size_t count, size_t *capacity, size_t size) {
   void **block = array;
   if (count < *capacity) return true;
@@ -172,7 +172,7 @@ static void check_node(walk *w, uint32_t value_count) {
   }
 }
 
-/* Of a tile or child of the root. */
+/* The origin of a tile or child of the root. */
 static void read_origin(walk *w, int32_t out_origin[3]) {
   np_vdb_bytes_read(w->bytes, out_origin, ORIGIN_BYTES);
   for (int a = 0; a < 3; a++)
@@ -205,7 +205,7 @@ static int compare_children(const void *a, const void *b) {
   return 0;
 }
 
-/* Of two children at one place OpenVDB forgets the first. */
+/* OpenVDB forgets the first of two children at one place. */
 static void sort_children(walk *w) {
   if (w->bytes->result || !w->child_count) return;
   qsort(w->children, w->child_count, sizeof *w->children, compare_children);

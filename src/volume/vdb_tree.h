@@ -8,7 +8,7 @@
 #include "volume/vdb_bytes.h"
 #include "volume/vdb_table.h"
 
-/* What a leaf holds behind its masks. */
+/* Contents of a leaf behind its masks. */
 typedef enum np_vdb_leaf {
   NP_VDB_LEAF_VALUES,
   NP_VDB_LEAF_BOOL,
@@ -25,7 +25,7 @@ typedef struct np_vdb_tree_type {
 /* NULL when it is none that OpenVDB reads. */
 const np_vdb_tree_type *np_vdb_tree_type_get(const char *name);
 
-/* How the values of a grid are stored. */
+/* The way in which the values of a grid are stored. */
 typedef struct np_vdb_storage {
   const np_vdb_tree_type *type;
   uint32_t compression;

@@ -4,8 +4,8 @@
 #include "core/alloc.h"
 #include "core/file.h"
 
-/* What bricks may take of a file: more than it can have a use for. With all else that reading takes, a damaged file
- * costs less than 256 MB and 64 times its size. */
+/* Bricks may take this much for a file, and this much for each byte of it: with all else that reading takes, a damaged
+ * file costs less than 256 MB and 64 times its size. */
 static const uint64_t brick_bytes_free = UINT64_C(192000000), brick_bytes_per_byte = 48;
 
 static int is_cancelled(void *monitor) { return np_monitor_is_cancelled(monitor); }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the fuzz targets share: a context whose messages are counted, a file to write inputs to, and the rule that any
+/* Shared by the fuzz targets: a context whose messages are counted, a file to write inputs to, and the rule that any
  * input keeps: read, or refused for what it is with one message. */
 #ifndef NP_FUZZ_SUPPORT_H
 #define NP_FUZZ_SUPPORT_H
@@ -9,7 +9,7 @@
 
 #include <nephos/context.h>
 
-/* Of one thread; made by the first call, ended with the program. */
+/* A context of one thread; made by the first call, ended with the program. */
 neph_context *fuzz_get_context(void);
 
 /* Writes an input to a file of this name, in a folder that goes away with the program, and returns its path. */
