@@ -172,6 +172,34 @@ static void huge_claims_are_refused(void **state) {
   free(file.bytes);
 }
 
+static void *refuse_large_blocks(void *user, void *block, size_t old_bytes, size_t new_bytes) {
+  enum { BYTES_MAX = 32000000 };
+  return new_bytes > BYTES_MAX ? NULL : test_allocator_reallocate(user, block, old_bytes, new_bytes);
+}
+
+/* A text of 1 GB is announced behind the 33 bytes of signature and header, in a file of 61 bytes. */
+static void a_chunk_longer_than_its_file_takes_no_memory(void **state) {
+  static const uint8_t text[8] = {0x41, 0, 0, 0, 't', 'E', 'X', 't'};
+  test_fixture *f = *state;
+  test_allocator allocator = {0};
+  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+  neph_context *context;
+  neph_image *image;
+  desc.reallocate = refuse_large_blocks;
+  desc.reallocate_user = &allocator;
+  desc.log = test_log_receive;
+  desc.log_user = &f->log;
+  assert_int_equal(neph_context_create(&desc, &context), NEPH_OK);
+  write_png(f->path, (png_kind){PNG_COLOR_TYPE_RGB, 8, 0});
+  test_file file = test_file_read(f->path);
+  memcpy(file.bytes + 33, text, sizeof text);
+  test_file_write(f->path, file.bytes, 61);
+  assert_int_equal(neph_image_load_png(context, f->path, &image), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, f->path, "damaged, cut short or no PNG");
+  free(file.bytes);
+  neph_context_destroy(context);
+}
+
 static void missing_file_is_not_found(void **state) {
   test_fixture *f = *state;
   neph_image *image;
@@ -469,6 +497,7 @@ int main(void) {
       PNG_TEST(every_prefix_is_an_error),
       PNG_TEST(flipped_bytes_are_survived),
       PNG_TEST(huge_claims_are_refused),
+      PNG_TEST(a_chunk_longer_than_its_file_takes_no_memory),
       PNG_TEST(missing_file_is_not_found),
       PNG_TEST(middle_grey_shows_as_the_curve_says),
       PNG_TEST(white_shows_as_neutral),

@@ -88,9 +88,14 @@ static void jump_out(png_structp png, png_const_charp message) {
 
 static void ignore_warning(png_structp png, png_const_charp message) { (void)png, (void)message; }
 
-/* libpng goes on without some of its blocks; a reading during which memory ran out fails in any case. */
+/* Rows of the widest picture, and texts that are longer than they are stored. */
+static const png_alloc_size_t block_bytes_free = 8000000;
+
+/* libpng goes on without some of its blocks; a reading during which memory ran out fails in any case. For a chunk it
+ * asks for as much as the chunk says that it holds: more than the file is a lie, and refused. */
 static png_voidp allocate(png_structp png, png_alloc_size_t size) {
   png_reader *reader = png_get_mem_ptr(png);
+  if (size > block_bytes_free + reader->size) return NULL;
   void *block = np_alloc(reader->context, size, 1);
   if (!block) reader->result = NEPH_ERROR_OUT_OF_MEMORY;
   return block;
