@@ -91,7 +91,7 @@ typedef struct neph_volume_info {
 #define NEPH_VOLUME_INFO_DEFAULT                                                                                       \
   { .struct_size = sizeof(neph_volume_info) }
 
-/** What a volume holds.
+/** Contents of a volume.
  *
  * @param out_info  starts from NEPH_VOLUME_INFO_DEFAULT; unchanged on failure, which is that of its struct_size alone.
  */

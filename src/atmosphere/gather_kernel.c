@@ -158,7 +158,7 @@ static void place_altitudes(np_gather_kernel *kernel) {
     kernel->altitude_m[i] = find_altitude_of(medium, is_plain ? exponential_depths[i] : other_depths[i], lowest);
 }
 
-/* What part each aerosol has in the scattering at an altitude; where there is none, in all of it. */
+/* Share of each aerosol in the scattering at an altitude; where there is none, in all of it. */
 static void find_parts(const np_medium *medium, double altitude_m, np_bands *out_part) {
   np_scattering air;
   np_scattering_at(medium, altitude_m, &air);

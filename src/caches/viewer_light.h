@@ -19,7 +19,7 @@ typedef struct np_viewer_light {
   double distance_min;                  /* m: from there on cells are far enough away */
   unsigned kind_count;                  /* of phase functions */
   unsigned char kind[NP_INSTANCES_MAX]; /* of each cloud */
-  float *outgoing;                      /* [live][kind][band], of the bands that the solution keeps */
+  float *outgoing;                      /* [active][kind][band], of the bands that the solution keeps */
 } np_viewer_light;
 
 /* On failure nothing is left. The solution is asked again with what was built from it. */

@@ -16,7 +16,7 @@ typedef struct np_first_medium {
   float scale[NP_INSTANCES_MAX]; /* scaled extinction of each cloud over its extinction */
   np_first_loss *losses;         /* of each live cell, of one face's rays */
   float *power;                  /* what each live cell takes of a unit irradiance, m² */
-  float *moment;                 /* [live][axis]: the same over the cell's width */
+  float *moment;                 /* [active][axis]: the same over the cell's width */
 } np_first_medium;
 
 enum { NP_FIRST_MEDIA = 2 };

@@ -30,12 +30,12 @@ typedef struct np_scattering_field {
   unsigned band_count; /* that are kept: 1 where they differ by a factor, `colour`, which else is 1 */
   np_spectrum colour;
   uint16_t
-      *moments; /* [live][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on */
+      *moments; /* [active][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on */
   float scale[NP_BAND_COUNT]; /* powers of two */
-  float *delta_m_residual;    /* [live][band]: of the moments, those of sunlight that was scattered narrowly, over its
+  float *delta_m_residual;    /* [active][band]: of the moments, those of sunlight that was scattered narrowly, over its
                        irradiance and    harmonics (transport_grid.h); NULL: there is none */
   np_importance
-      *importance;    /* [live], in floats, since it may fall by thirty decades; NULL where it was not asked for */
+      *importance;    /* [active], in floats, since it may fall by thirty decades; NULL where it was not asked for */
   double residual;    /* relative, the worst band's */
   bool is_cut;        /* the description's time ended before the last sweep */
   unsigned cut_width; /* edge of the finest cells that were swept till then, in edges of the finest that are iterated */

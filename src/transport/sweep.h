@@ -25,7 +25,7 @@ typedef struct np_sweep {
   float *inverse_m[3]; /* 1/width of the cells along each axis; 0 where light cannot tell how wide a cell is */
   np_sweep_faces faces[NP_OCTANT_PAIRS];
   float *rows;                /* scratch of each thread: of the cells along x, two octants' lanes */
-  float *out[NP_SWEEP_PARTS]; /* [live][harmonic], in the ordinates' order */
+  float *out[NP_SWEEP_PARTS]; /* [active][harmonic], in the ordinates' order */
   const float *source;        /* likewise: moments of what is emitted and scattered, per metre */
   float (*boundary)[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* radiance from outside, [octant][block][lane] */
 } np_sweep;

@@ -23,7 +23,7 @@ typedef struct np_transport_grid {
   int32_t *cell;      /* of each live cell: where it is */
   size_t active_count;
   float *extinction;             /* scaled, 1/m, the mean of the interpolated field */
-  float *ratio;                  /* [live][l], l ≤ N: scattering moment over extinction, both scaled */
+  float *ratio;                  /* [active][l], l ≤ N: scattering moment over extinction, both scaled */
   float scale[NP_INSTANCES_MAX]; /* of each cloud: scaled extinction over extinction */
   float *first_collision_source; /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse
                                     grids */

@@ -41,7 +41,7 @@ typedef struct iteration {
   const np_transport_level *level;
   const float *x;
   float *image;
-  float *source; /* [live][harmonic], in the order of the ordinates: `own_source`, or where x is */
+  float *source; /* [active][harmonic], in the order of the ordinates: `own_source`, or where x is */
   float *own_source;
   np_sweep sweep;
   double *column; /* scratch; NULL: no column */

@@ -9,7 +9,7 @@ typedef struct np_transport_level {
   np_transport_grid grid;
   float *sun;  /* of each live cell: first collisions times irradiance, W m⁻³ nm⁻¹ */
   float *glow; /* of each live cell: the moment l = 0 of what it emits; NULL: nothing glows */
-  float *phi;  /* the solution: [live][harmonic] */
+  float *phi;  /* the solution: [active][harmonic] */
 } np_transport_level;
 
 /* What all grids of a solution share. */
