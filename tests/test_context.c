@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "test_support.h"
 
+#include <unistd.h>
+
 #include "core/alloc.h"
 #include "core/isa.h"
 #include "core/parallel.h"
@@ -78,6 +80,60 @@ static void log_delivers_what_is_urgent_enough(void **state) {
   np_log(context, NEPH_LOG_WARNING, "loud %d", 7);
   assert_string_equal(log.text, "loud 7\n");
   neph_context_destroy(context);
+}
+
+/* What `call` writes to stderr. */
+static void read_stderr(void (*call)(void), char *out, size_t size) {
+  FILE *file = tmpfile();
+  assert_non_null(file);
+  fflush(stderr);
+  const int saved = dup(STDERR_FILENO);
+  assert_int_equal(dup2(fileno(file), STDERR_FILENO), STDERR_FILENO);
+  call();
+  fflush(stderr);
+  assert_int_equal(dup2(saved, STDERR_FILENO), STDERR_FILENO);
+  close(saved);
+  rewind(file);
+  out[fread(out, 1, size - 1, file)] = '\0';
+  fclose(file);
+}
+
+static void log_without_callback(void) {
+  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+  desc.log_level_max = NEPH_LOG_DEBUG;
+  neph_context *context = NULL;
+  assert_int_equal(neph_context_create(&desc, &context), NEPH_OK);
+  np_log(context, NEPH_LOG_DEBUG, "fine print");
+  np_log(context, NEPH_LOG_INFO, "news");
+  np_log(context, NEPH_LOG_WARNING, "careful");
+  (void)np_fail(context, NEPH_ERROR_IO, "broken");
+  neph_context_destroy(context);
+}
+
+static void log_of_no_context(void) {
+  const neph_context_desc desc = {.struct_size = 3};
+  neph_context *context = NULL;
+  assert_int_equal(neph_context_create(&desc, &context), NEPH_ERROR_INVALID_ARGUMENT);
+}
+
+static void errors_alone_without_callback(void) {
+  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+  desc.log_level_max = NEPH_LOG_ERROR;
+  neph_context *context = NULL;
+  assert_int_equal(neph_context_create(&desc, &context), NEPH_OK);
+  np_log(context, NEPH_LOG_WARNING, "careful");
+  neph_context_destroy(context);
+}
+
+static void warnings_and_errors_without_callback_go_to_stderr(void **state) {
+  (void)state;
+  char text[512];
+  read_stderr(log_without_callback, text, sizeof text);
+  assert_string_equal(text, "nephos: warning: careful\nnephos: error: broken\n");
+  read_stderr(errors_alone_without_callback, text, sizeof text);
+  assert_string_equal(text, "");
+  read_stderr(log_of_no_context, text, sizeof text);
+  assert_non_null(strstr(text, "nephos: error: neph_context_desc.struct_size is 3, must be in ["));
 }
 
 static void endless_message_is_cut(void **state) {
@@ -195,6 +251,7 @@ int main(void) {
       cmocka_unit_test(unknown_levels_are_refused),
       cmocka_unit_test(lower_instruction_set_can_be_forced),
       cmocka_unit_test(log_delivers_what_is_urgent_enough),
+      cmocka_unit_test(warnings_and_errors_without_callback_go_to_stderr),
       cmocka_unit_test(endless_message_is_cut),
       cmocka_unit_test(null_description_gives_the_defaults),
       cmocka_unit_test(older_description_keeps_newer_defaults),

@@ -37,6 +37,10 @@ static void version_agrees_with_the_header(void **state) {
   char expected[32];
   snprintf(expected, sizeof expected, "%d.%d.%d", NEPHOS_VERSION_MAJOR, NEPHOS_VERSION_MINOR, NEPHOS_VERSION_PATCH);
   assert_string_equal(neph_version_get_text(), expected);
+  assert_int_equal(neph_version_get_number(), NEPHOS_VERSION_NUMBER);
+  assert_int_equal(neph_version_get_number() / 1000000, NEPHOS_VERSION_MAJOR);
+  assert_int_equal(neph_version_get_number() / 1000 % 1000, NEPHOS_VERSION_MINOR);
+  assert_int_equal(neph_version_get_number() % 1000, NEPHOS_VERSION_PATCH);
 }
 
 int main(void) {

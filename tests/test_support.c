@@ -55,6 +55,10 @@ void test_check_one_message(test_log *log, neph_log_level level, const char *fil
   test_log_clear(log);
 }
 
+static void drop_message(void *user, neph_log_level level, const char *message) {
+  (void)user, (void)level, (void)message;
+}
+
 neph_context *test_context_create(unsigned thread_count, test_log *log) {
   return test_context_create_counted(thread_count, log, NULL);
 }
@@ -62,7 +66,7 @@ neph_context *test_context_create(unsigned thread_count, test_log *log) {
 neph_context *test_context_create_counted(unsigned thread_count, test_log *log, test_allocator *allocator) {
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   desc.thread_count = thread_count;
-  desc.log = log ? test_log_receive : NULL;
+  desc.log = log ? test_log_receive : drop_message;
   desc.log_user = log;
   desc.log_level_max = NEPH_LOG_DEBUG;
   desc.reallocate = allocator ? test_allocator_reallocate : NULL;

@@ -11,6 +11,9 @@
 #define NEPHOS_VERSION_MINOR 1
 #define NEPHOS_VERSION_PATCH 0
 
+/** Version of the headers, to compare with neph_version_get_number: 1000000·major + 1000·minor + patch. */
+#define NEPHOS_VERSION_NUMBER (NEPHOS_VERSION_MAJOR * 1000000 + NEPHOS_VERSION_MINOR * 1000 + NEPHOS_VERSION_PATCH)
+
 #if defined(NEPHOS_BUILDING)
 #define NEPH_API __attribute__((visibility("default")))
 #else
@@ -55,6 +58,9 @@ NEPH_API const char *neph_result_get_text(neph_result result);
 
 /** Version of the library in use, "MAJOR.MINOR.PATCH". Never NULL. */
 NEPH_API const char *neph_version_get_text(void);
+
+/** Version of the library in use as a number that grows with it, as NEPHOS_VERSION_NUMBER is that of the headers. */
+NEPH_API unsigned neph_version_get_number(void);
 
 /** How far a call has come. Valid only during the callback. */
 typedef struct neph_progress {

@@ -36,7 +36,8 @@ typedef struct neph_context_desc {
   size_t struct_size;
   unsigned thread_count;         /**< 1 to 1024, or NEPH_THREADS_ALL (default) */
   neph_isa isa_max;              /**< highest level to use, if the machine has it (default: v4) */
-  neph_log_fn log;               /**< NULL (default): nothing is logged */
+  neph_log_fn log;               /**< NULL (default): errors and warnings go to stderr, each a line that begins with
+                                      "nephos: error: " or "nephos: warning: " */
   void *log_user;                /**< handed to `log` (default NULL) */
   neph_log_level log_level_max;  /**< least urgent level delivered (default NEPH_LOG_INFO) */
   neph_reallocate_fn reallocate; /**< NULL (default): the C library's allocator */
@@ -69,6 +70,15 @@ NEPH_API neph_isa neph_context_get_isa(const neph_context *context);
 
 /** Name of a level as `--isa` takes it: "x86-64", "x86-64-v3", "x86-64-v4"; "unknown" otherwise. */
 NEPH_API const char *neph_isa_get_name(neph_isa isa);
+
+/** Parts of the library that a machine or an installation may lack. */
+typedef enum neph_feature {
+  NEPH_FEATURE_VDB /**< .vdb files are read and written: nephos_vdb.so is found and can be loaded */
+} neph_feature;
+
+/** Whether a feature can be used; false for values outside the enumeration. Loads what the feature needs on first use,
+ * and says nothing to the log. */
+NEPH_API bool neph_feature_is_present(neph_context *context, neph_feature feature);
 
 /** Whether a file can be written at `path`: fails as saving one there does, with the same message, and makes none. */
 NEPH_API neph_result neph_target_check(neph_context *context, const char *path) NEPH_NODISCARD;

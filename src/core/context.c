@@ -62,9 +62,10 @@ static void fill_from_desc(neph_context *context, const neph_context_desc *desc)
   atomic_init(&context->references, 1);
   atomic_init(&context->allocated_bytes, 0);
   atomic_init(&context->allocated_bytes_peak, 0);
-  context->log = desc->log;
+  const bool is_printed = !desc->log && desc->log_level_max > NEPH_LOG_WARNING;
+  context->log = desc->log ? desc->log : np_log_print;
   context->log_user = desc->log_user;
-  context->log_level_max = desc->log_level_max;
+  context->log_level_max = is_printed ? NEPH_LOG_WARNING : desc->log_level_max;
   context->reallocate = desc->reallocate;
   context->reallocate_user = desc->reallocate_user;
 }
@@ -91,11 +92,12 @@ neph_result neph_context_create(const neph_context_desc *desc, neph_context **ou
   *out_context = NULL;
   const neph_context_desc defaults = NEPH_CONTEXT_DESC_DEFAULT;
   neph_context_desc wanted;
-  neph_result result = np_desc_read(NULL, "neph_context_desc", &defaults, sizeof defaults, desc, &wanted);
-  if (result) return result;
 
   /* Lends its allocator and log until there is a context to have them. */
   neph_context seed = {0};
+  fill_from_desc(&seed, &defaults);
+  neph_result result = np_desc_read(&seed, "neph_context_desc", &defaults, sizeof defaults, desc, &wanted);
+  if (result) return result;
   fill_from_desc(&seed, &wanted);
   result = check_desc(&seed, &wanted);
   if (result) return result;

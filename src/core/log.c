@@ -14,13 +14,18 @@ static void replace_controls(char *message) {
 }
 
 static void deliver(neph_context *context, neph_log_level level, const char *format, va_list arguments) {
-  if (!context || !context->log || level > context->log_level_max) return;
+  if (!context || level > context->log_level_max) return;
   char message[MESSAGE_BYTES];
   int length = vsnprintf(message, sizeof message, format, arguments);
   if (length < 0) return;
   if ((size_t)length >= sizeof message) memcpy(message + sizeof message - 4, "...", 4);
   replace_controls(message);
   context->log(context->log_user, level, message);
+}
+
+void np_log_print(void *user, neph_log_level level, const char *message) {
+  (void)user;
+  fprintf(stderr, "nephos: %s: %s\n", level == NEPH_LOG_ERROR ? "error" : "warning", message);
 }
 
 void np_log(neph_context *context, neph_log_level level, const char *format, ...) {

@@ -27,3 +27,5 @@ const char *neph_result_get_text(neph_result result) {
 const char *neph_version_get_text(void) {
   return TEXT(NEPHOS_VERSION_MAJOR) "." TEXT(NEPHOS_VERSION_MINOR) "." TEXT(NEPHOS_VERSION_PATCH);
 }
+
+unsigned neph_version_get_number(void) { return NEPHOS_VERSION_NUMBER; }

@@ -83,7 +83,7 @@ static bool find_own_folder(char out_folder[PATH_MAX]) {
   return slash != NULL;
 }
 
-neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_module) {
+static search search_module(const neph_context *context) {
   search s = {0};
   char folder[PATH_MAX];
   if (find_own_folder(folder)) {
@@ -92,6 +92,13 @@ neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_m
   }
   try_folder(&s, NEPHOS_MODULE_INSTALL_DIR, "");
   if (context->module_dir) try_folder(&s, context->module_dir, "");
+  return s;
+}
+
+bool np_vdb_module_is_present(neph_context *context) { return search_module(context).module != NULL; }
+
+neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_module) {
+  const search s = search_module(context);
   *out_module = s.module;
   if (s.module) return NEPH_OK;
   if (s.has_no_room)

@@ -7,3 +7,8 @@ neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_m
   *out_module = nephos_vdb_module();
   return NEPH_OK;
 }
+
+bool np_vdb_module_is_present(neph_context *context) {
+  (void)context;
+  return true;
+}

@@ -61,4 +61,7 @@ void np_volume_bound_box(const np_affine *affine, const int32_t low[3], const in
 /* The table of the module, loaded on first need; fails with a message that says where it was looked for. */
 neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_module);
 
+/* Whether np_vdb_module_get has it to give; logs nothing. */
+bool np_vdb_module_is_present(neph_context *context);
+
 #endif

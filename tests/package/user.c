@@ -1,14 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A first program against the installed library: bakes a small cloud to the file it is told, and says what is in it.
- * The second argument, if any, is the folder of the modules. */
+ * The second argument, if any, is the folder of the modules. Ends with 3 where the library says beforehand that it can
+ * write no .vdb file, and fails so. */
 #include <stdio.h>
 
 #include <nephos/nephos.h>
-
-static void print_message(void *user, neph_log_level level, const char *message) {
-  (void)user, (void)level;
-  fprintf(stderr, "%s\n", message);
-}
 
 static neph_result bake_small_cloud(neph_context *context, const char *path) {
   neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
@@ -20,12 +16,12 @@ static neph_result bake_small_cloud(neph_context *context, const char *path) {
 int main(int argument_count, char **arguments) {
   if (argument_count < 2) return 2;
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
-  desc.log = print_message;
   desc.module_dir = argument_count > 2 ? arguments[2] : NULL;
   neph_context *context = NULL;
   char *text = NULL;
 
   neph_result result = neph_context_create(&desc, &context);
+  const bool has_vdb = !result && neph_feature_is_present(context, NEPH_FEATURE_VDB);
   if (!result) result = bake_small_cloud(context, arguments[1]);
   if (!result) result = neph_volume_describe_file(context, arguments[1], NEPH_TEXT_PLAIN, &text);
   if (!result) fputs(text, stdout);
@@ -33,5 +29,6 @@ int main(int argument_count, char **arguments) {
   neph_text_destroy(context, text);
   neph_context_destroy(context);
   printf("nephos %s: %s\n", neph_version_get_text(), neph_result_get_text(result));
-  return result != NEPH_OK;
+  if (has_vdb == (result == NEPH_ERROR_UNSUPPORTED) || neph_version_get_number() != NEPHOS_VERSION_NUMBER) return 1;
+  return has_vdb ? result != NEPH_OK : 3;
 }
