@@ -2,8 +2,8 @@
 #include "test_support.h"
 
 #include "transport/scattering_field.h"
-#include "scene/plan.h"
-#include "scene/plan_cells.h"
+#include "render/plan.h"
+#include "render/plan_cells.h"
 
 static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 

@@ -144,7 +144,9 @@ static neph_result find_anchor(cloud_build *c) {
   neph_volume *volume = c->b->assembly->volumes[c->index];
   if (!volume && !has_emission(c)) return NEPH_OK;
   const neph_volume_load_desc load = describe_load(c->b, c->cloud);
-  const np_frame_cloud of = {c->b->scene, c->index, c->b->plan->desc.frame, volume, &load, c->b->monitor};
+  const np_plan *plan = c->b->plan;
+  const np_frame_cloud of = {&plan->stores->references, c->b->scene, c->index, plan->desc.frame, volume, &load,
+                             c->b->monitor};
   return np_reference_frame_get_anchor(&of, &c->anchor, &c->is_anchored);
 }
 
@@ -262,8 +264,8 @@ static neph_result build_atmosphere(const packet_build *p) {
   np_schedule_begin(&p->b->assembly->schedule, p->b->monitor, NP_WORK_ATMOSPHERE);
   np_monitor_set_stage(p->b->monitor, "building the atmosphere");
   neph_result result =
-      np_sky_store_take_atmosphere(scene->context, scene->skies, p->index, &desc, np_plan_has_air_light(p->b->plan),
-                                   p->b->monitor, &p->packet->atmosphere);
+      np_sky_store_take_atmosphere(scene->context, p->b->assembly->skies, p->index, &desc,
+                                   np_plan_has_air_light(p->b->plan), p->b->monitor, &p->packet->atmosphere);
   np_alloc_free(scene->context, layers);
   return result;
 }
@@ -341,7 +343,8 @@ static neph_result build_packets(const assembly_build *b) {
 }
 
 neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, np_monitor *monitor, np_assembly *out_assembly) {
-  *out_assembly = (np_assembly){.context = scene->context, .skies = scene->skies, .lights = scene->lights};
+  np_stores *stores = plan->stores;
+  *out_assembly = (np_assembly){.context = scene->context, .skies = &stores->skies, .lights = &stores->lights};
   assembly_build b = {.scene = scene, .plan = plan, .monitor = monitor, .assembly = out_assembly};
   np_schedule_make(plan, scene->cloud_count, &out_assembly->schedule);
   neph_result result = np_camera_init(scene, plan->desc.width, plan->desc.height, &out_assembly->camera);

@@ -4,13 +4,11 @@
 #define NP_RENDER_PACKET_H
 
 #include "atmosphere/band_set.h"
-#include "atmosphere/sky_store.h"
-#include "caches/light_store.h"
 #include "caches/lighting.h"
 #include "render/cloud_glow.h"
 #include "render/schedule.h"
 #include "render/star_field.h"
-#include "scene/plan.h"
+#include "render/plan.h"
 
 /* What one light makes of a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so
  * do the pictures of a scene under each of its lights. */
@@ -59,7 +57,7 @@ typedef struct np_assembly {
   np_air_visibility air_visibilities[NP_LIGHTS_MAX];       /* of sun and moon, likewise */
   unsigned packet_count;
   np_packet *packets;
-  np_sky_store *skies;    /* the scene's: what packets have of skies was taken from it and goes back */
+  np_sky_store *skies;    /* the plan's: what packets have of skies was taken from it and goes back */
   np_light_store *lights; /* likewise, of light in clouds and depths towards lights */
 } np_assembly;
 

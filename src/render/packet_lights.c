@@ -7,7 +7,7 @@
 #include "core/units.h"
 #include "integrate/look.h"
 #include "render/integrator_choice.h"
-#include "scene/plan_cells.h"
+#include "render/plan_cells.h"
 
 /* A light above the atmosphere. */
 typedef struct light {
@@ -117,7 +117,7 @@ static neph_result build_sky(const np_packet_lights_desc *d, const np_packet *pa
   neph_sky_desc desc;
   describe_sky(l, observer, &desc);
   const unsigned index = (unsigned)(packet - d->assembly->packets);
-  return np_sky_store_take_sky(d->scene->skies, index, role, packet->atmosphere, &desc, d->monitor, out_sky);
+  return np_sky_store_take_sky(d->assembly->skies, index, role, packet->atmosphere, &desc, d->monitor, out_sky);
 }
 
 static np_dvec3 find_clouds_middle(const np_assembly *a) {

@@ -4,7 +4,7 @@
 #define NP_RENDER_SCHEDULE_H
 
 #include "core/parallel.h"
-#include "scene/plan.h"
+#include "render/plan.h"
 
 typedef enum np_work {
   NP_WORK_TERRAIN,

@@ -211,6 +211,12 @@ typedef struct np_scene_output {
   bool is_exposure_auto;
 } np_scene_output;
 
+/* What others keep with a scene, and how it is destroyed with it. */
+typedef struct np_scene_attachment {
+  void *data; /* NULL: nothing */
+  void (*destroy)(neph_context *context, void *data);
+} np_scene_attachment;
+
 struct np_node;
 
 struct neph_scene {
@@ -236,9 +242,7 @@ struct neph_scene {
   np_scene_terrain terrain;
   np_scene_render render;
   np_scene_output output;
-  struct np_sky_store *skies;    /* kept from picture to picture: one scene renders one picture at a time */
-  struct np_light_store *lights; /* likewise */
-  struct np_reference_store *references; /* likewise */
+  np_scene_attachment *attachment; /* kept from picture to picture: one scene renders one picture at a time */
 };
 
 /* neph_scene_check without its warnings: before each plan, too. */

@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "core/units.h"
-#include "scene/plan.h"
+#include "render/plan.h"
 
 /* Beyond this the middle of the sun's disk does not stand for all of it inside a cloud. */
 static const double disk_radius_max_rad = NP_PI / 180.0;

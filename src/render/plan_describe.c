@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The plan as text, and as JSON. */
 #include "core/json.h"
-#include "scene/plan.h"
+#include "render/plan.h"
 #include "scene/scene_values.h"
 #include "scene/text_builder.h"
 

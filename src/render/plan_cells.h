@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The cells that light in clouds will be solved on, before there are clouds. */
-#ifndef NP_SCENE_PLAN_CELLS_H
-#define NP_SCENE_PLAN_CELLS_H
+#ifndef NP_RENDER_PLAN_CELLS_H
+#define NP_RENDER_PLAN_CELLS_H
 
-#include "scene/plan_stages.h"
+#include "render/plan_stages.h"
 
 struct np_scattering_desc;
 

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The plan of a render: which stages the scene and the wanted outputs need, and why, decided before anything is built.
  */
-#ifndef NP_SCENE_PLAN_H
-#define NP_SCENE_PLAN_H
+#ifndef NP_RENDER_PLAN_H
+#define NP_RENDER_PLAN_H
 
-#include "scene/reference_store.h"
-#include "scene/plan_stages.h"
+#include "render/plan_stages.h"
 
 /* Where a cloud comes from. */
 typedef enum np_cloud_source {

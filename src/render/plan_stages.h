@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The stages of a render, and a plan: which of them run, and why. */
-#ifndef NP_SCENE_PLAN_STAGES_H
-#define NP_SCENE_PLAN_STAGES_H
+#ifndef NP_RENDER_PLAN_STAGES_H
+#define NP_RENDER_PLAN_STAGES_H
 
+#include "render/stores.h"
 #include "scene/scene_lights.h"
 #include "volume/instance.h"
 
@@ -43,6 +44,7 @@ typedef struct np_plan_reference {
 
 typedef struct np_plan {
   neph_context *context; /* borrowed */
+  np_stores *stores;     /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
   neph_render_desc desc; /* the caller's over the scene's, checked */
   unsigned sphere_size[2]; /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
   bool has_beauty;

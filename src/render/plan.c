@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "scene/plan.h"
+#include "render/plan.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -8,7 +8,7 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
-#include "scene/plan_cells.h"
+#include "render/plan_cells.h"
 
 enum { SIZE_LIMIT = 65536 };
 
@@ -418,6 +418,7 @@ static neph_result decide_stages(np_plan *plan, const neph_scene *scene, const s
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan) {
   *out_plan = (np_plan){.context = scene->context, .has_beauty = scene->output.has_beauty, .aovs = scene->output.aovs};
   neph_result result = np_scene_check(scene);
+  if (!result) result = np_stores_get(scene, &out_plan->stores);
   if (!result) result = read_desc(scene, desc, &out_plan->desc);
   if (!result) result = check_samples(out_plan);
   if (!result) result = find_lights(out_plan, scene);
@@ -437,6 +438,7 @@ neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan) {
 neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan) {
   *out_plan = (np_plan){.context = scene->context, .has_beauty = true};
   neph_result result = np_scene_check(scene);
+  if (!result) result = np_stores_get(scene, &out_plan->stores);
   if (!result) result = read_desc(scene, NULL, &out_plan->desc);
   if (!result) result = find_lights(out_plan, scene);
   if (result) return result;
