@@ -13,6 +13,7 @@
 #include <nephos/probe.h>
 #include <nephos/render.h>
 #include <nephos/scene.h>
+#include <nephos/scene_build.h>
 #include <nephos/terrain.h>
 #include <nephos/volume.h>
 

@@ -24,6 +24,20 @@ static neph_result build_tables(neph_atmosphere *a, np_monitor *monitor) {
   return result;
 }
 
+/* Copies a description whose tables the medium has copied. */
+static neph_result copy_desc(neph_atmosphere *a, const neph_atmosphere_desc *desc) {
+  a->layers = np_alloc(a->context, (size_t)desc->layer_count + 1, sizeof *a->layers);
+  if (!a->layers) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned i = 0; i < desc->layer_count; i++) {
+    a->layers[i] = desc->layers[i];
+    a->layers[i].table_altitude_m = a->medium.layers[i].altitude_m;
+    a->layers[i].table_density = a->medium.layers[i].density;
+  }
+  a->desc = *desc;
+  a->desc.layers = a->layers;
+  return NEPH_OK;
+}
+
 neph_result neph_atmosphere_create(neph_context *context, const neph_atmosphere_desc *desc,
                                    neph_atmosphere **out_atmosphere) {
   return np_atmosphere_create_orders(context, desc, NP_ORDERS_ALL, false, NULL, out_atmosphere);
@@ -53,13 +67,13 @@ neph_result np_atmosphere_create_sized(neph_context *context, const neph_atmosph
   a->context = context;
   atomic_init(&a->references, 1);
   a->medium = medium;
-  a->tolerance = read.tolerance;
   a->sizes = sizes ? *sizes : np_table_sizes_make(read.tolerance);
   if (!sizes) np_table_sizes_adapt(&a->sizes, &a->medium);
   a->order_max = order_max;
   a->has_point_sun = has_point_sun;
   const unsigned mode = np_float_mode_enter();
-  result = build_tables(a, monitor);
+  result = copy_desc(a, &read);
+  if (!result) result = build_tables(a, monitor);
   np_float_mode_leave(mode);
   if (result) {
     neph_atmosphere_release(a);
@@ -82,9 +96,14 @@ void neph_atmosphere_release(neph_atmosphere *atmosphere) {
   np_depth_table_free(context, &atmosphere->depths);
   np_gather_kernel_free(context, &atmosphere->kernel);
   np_medium_free(context, &atmosphere->medium);
+  np_alloc_free(context, atmosphere->layers);
   np_alloc_free(context, atmosphere);
   np_context_release(context);
 }
+
+neph_context *np_atmosphere_get_context(const neph_atmosphere *atmosphere) { return atmosphere->context; }
+
+const neph_atmosphere_desc *np_atmosphere_get_desc(const neph_atmosphere *atmosphere) { return &atmosphere->desc; }
 
 double np_atmosphere_get_planet_radius(const neph_atmosphere *atmosphere) { return atmosphere->medium.planet_radius_m; }
 

@@ -9,6 +9,11 @@
 #include "core/math.h"
 #include "core/spectrum.h"
 
+neph_context *np_atmosphere_get_context(const neph_atmosphere *atmosphere);
+
+/* What it was made of; valid as long as the atmosphere. */
+const neph_atmosphere_desc *np_atmosphere_get_desc(const neph_atmosphere *atmosphere);
+
 double np_atmosphere_get_planet_radius(const neph_atmosphere *atmosphere);
 double np_atmosphere_get_top_altitude(const neph_atmosphere *atmosphere);
 

@@ -13,7 +13,8 @@ struct neph_atmosphere {
   neph_context *context;
   atomic_size_t references;
   np_medium medium;
-  double tolerance;
+  neph_atmosphere_desc desc; /* as described, by these layers, whose tables are the medium's */
+  neph_atmosphere_layer *layers;
   np_table_sizes sizes;
   np_depth_table depths;
   bool has_point_sun;           /* in probes: of a point, as others have it, not of a disk */

@@ -148,11 +148,11 @@ bool np_sky_move(neph_sky *sky, const neph_sky_desc *desc, char *out_reason, siz
   const double above = fmax(sky->built.altitude_m - medium->top_m, 0.0);
   const double climb = fabs(frame.altitude_m - sky->built.altitude_m);
   const double radius = (double)sky->built_angular_radius;
-  if (turn > 0.5 * NP_DEGREE * a->tolerance * np_twilight_scale(medium) / 0.1753)
+  if (turn > 0.5 * NP_DEGREE * a->desc.tolerance * np_twilight_scale(medium) / 0.1753)
     (void)snprintf(out_reason, reason_size, "the sun stands %.3g degrees higher or lower", turn / NP_DEGREE);
-  else if (climb > a->tolerance * fmax(0.012 * medium->top_m, 0.1 * above))
+  else if (climb > a->desc.tolerance * fmax(0.012 * medium->top_m, 0.1 * above))
     (void)snprintf(out_reason, reason_size, "the observer stands %.3g m higher or lower", climb);
-  else if (fabs(desc->sun_angular_radius_rad - radius) > a->tolerance * radius)
+  else if (fabs(desc->sun_angular_radius_rad - radius) > a->desc.tolerance * radius)
     (void)snprintf(out_reason, reason_size, "the sun's size changed");
   else if (!sky->view && frame.twilight > 0.0f)
     (void)snprintf(out_reason, reason_size, "night ends");

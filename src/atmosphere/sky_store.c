@@ -32,7 +32,7 @@ static neph_result compare_kept(neph_context *context, const neph_atmosphere *ke
   if (result) return result;
   *out_change = np_medium_compare(&wanted, &kept->medium, out_what);
   np_medium_free(context, &wanted);
-  if (kept->tolerance != desc->tolerance) {
+  if (kept->desc.tolerance != desc->tolerance) {
     *out_what = "its tolerance";
     *out_change = (double)INFINITY;
   } else if (has_light && kept->order_max != NP_ORDERS_ALL) {
@@ -105,6 +105,12 @@ static void clear_entry(np_sky_store_entry *entry) {
   for (int i = 0; i < NP_SKY_ROLES; i++) neph_sky_destroy(entry->skies[i]);
   neph_atmosphere_release(entry->atmosphere);
   *entry = (np_sky_store_entry){0};
+}
+
+void np_sky_store_offer(neph_context *context, np_sky_store *store, unsigned index, neph_atmosphere *atmosphere) {
+  if (!grow(context, store, index + 1) || store->entries[index].atmosphere == atmosphere) return;
+  clear_entry(&store->entries[index]);
+  store->entries[index].atmosphere = neph_atmosphere_retain(atmosphere);
 }
 
 void np_sky_store_give(neph_context *context, np_sky_store *store, unsigned index, neph_atmosphere *atmosphere,

@@ -64,6 +64,7 @@ static neph_result obtain(const assembly_build *b, const np_scene_cloud *cloud, 
   np_cloud_source source;
   neph_result result = np_plan_find_source(b->scene, cloud, path, b->plan->desc.frame, &source);
   if (result) return result;
+  if (cloud->volume) return *out_volume = neph_volume_retain(cloud->volume), NEPH_OK;
   if (!path) return obtain_baked(b, cloud, out_volume);
   if (source == NP_CLOUD_SOURCE_REBAKE)
     np_log(b->scene->context, NEPH_LOG_WARNING, "%s: was baked from other parameters than the scene's, is baked anew",
@@ -214,6 +215,7 @@ static neph_result build_terrain(const assembly_build *b) {
   desc.progress = np_monitor_relay;
   desc.progress_user = b->monitor;
   neph_terrain **out = &b->assembly->terrain;
+  if (terrain->given) return *out = neph_terrain_retain(terrain->given), NEPH_OK;
   if (terrain->kind == NP_TERRAIN_RIDGES)
     return neph_terrain_create_ridges(b->scene->context, &terrain->ridges, &desc, out);
   return neph_terrain_load(b->scene->context, terrain->heightfield, &desc, out);
@@ -263,6 +265,8 @@ static neph_result build_atmosphere(const packet_build *p) {
   desc.layers = layers;
   np_schedule_begin(&p->b->assembly->schedule, p->b->monitor, NP_WORK_ATMOSPHERE);
   np_monitor_set_stage(p->b->monitor, "building the atmosphere");
+  if (scene->air.given && p->b->plan->packet_count == 1)
+    np_sky_store_offer(scene->context, p->b->assembly->skies, p->index, scene->air.given);
   neph_result result =
       np_sky_store_take_atmosphere(scene->context, p->b->assembly->skies, p->index, &desc,
                                    np_plan_has_air_light(p->b->plan), p->b->monitor, &p->packet->atmosphere);

@@ -122,7 +122,7 @@ static neph_result note_reference(const neph_scene *scene, unsigned index, bool 
 static neph_result open_cloud(const neph_scene *scene, unsigned index, np_plan *plan) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   neph_result result = open_phase_table(scene, cloud);
-  if (result || cloud->is_baked) return result ? result : open_picture(scene, cloud->bake.map_file);
+  if (result || cloud->is_baked || cloud->volume) return result ? result : open_picture(scene, cloud->bake.map_file);
   np_grid_state state;
   result = open_at(scene, index, plan->desc.frame, open_frame, &state);
   return result ? result : note_reference(scene, index, state == NP_GRID_FILLED, plan);

@@ -161,7 +161,9 @@ static double count_voxels(const neph_cloud_desc *bake) {
 /* A cloud with a file and parameters is baked to that file unless it is there and holds this very cloud. */
 neph_result np_plan_find_source(const neph_scene *scene, const np_scene_cloud *cloud, const char *file, int frame,
                                 np_cloud_source *out_source) {
-  *out_source = file ? NP_CLOUD_SOURCE_FILE : NP_CLOUD_SOURCE_BAKE;
+  *out_source = file            ? NP_CLOUD_SOURCE_FILE
+                : cloud->volume ? NP_CLOUD_SOURCE_GIVEN
+                                : NP_CLOUD_SOURCE_BAKE;
   if (!file || !cloud->is_baked) return NEPH_OK;
   if (!np_file_exists(file)) return *out_source = NP_CLOUD_SOURCE_BAKE, NEPH_OK;
   const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
@@ -172,10 +174,16 @@ neph_result np_plan_find_source(const neph_scene *scene, const np_scene_cloud *c
   return result;
 }
 
+static const double brick_voxels = 512.0;
+
 /* Voxels in bricks: those of a bake take 0.9 to 1.1 bytes on disk, other files' 1.4 to 3; bricks fill some two fifths
  * of the box of a bake. */
 static void count_cloud(np_plan *plan, const np_scene_cloud *cloud, np_cloud_source source, const char *file) {
-  if (source == NP_CLOUD_SOURCE_FILE) {
+  if (source == NP_CLOUD_SOURCE_GIVEN) {
+    neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
+    const neph_result result = neph_volume_get_info(cloud->volume, &info);
+    plan->cloud_voxel_count += result ? 0.0 : brick_voxels * (double)info.brick_count;
+  } else if (source == NP_CLOUD_SOURCE_FILE) {
     plan->cloud_voxel_count += (cloud->is_baked ? 1.0 : 0.5) * (double)np_file_get_size(file);
   } else {
     plan->bake_voxel_count += count_voxels(&cloud->bake);
@@ -187,14 +195,16 @@ static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np
                                 size_t size) {
   static const char *const deeds[] = {[NP_CLOUD_SOURCE_FILE] = "read from",
                                       [NP_CLOUD_SOURCE_BAKE] = "baked to",
-                                      [NP_CLOUD_SOURCE_REBAKE] = "baked anew, for its parameters have changed, to"};
+                                      [NP_CLOUD_SOURCE_REBAKE] = "baked anew, for its parameters have changed, to",
+                                      [NP_CLOUD_SOURCE_GIVEN] = "given"};
   char *file = cloud->vdb ? np_file_frame_name(plan->context, cloud->vdb, plan->desc.frame) : NULL;
   if (cloud->vdb && !file) return NEPH_ERROR_OUT_OF_MEMORY;
   np_cloud_source source;
   neph_result result = np_plan_find_source(scene, cloud, file, plan->desc.frame, &source);
   if (!result) count_cloud(plan, cloud, source, file);
   if (!result)
-    snprintf(out, size, "%s is %s%s%s", cloud->name, file ? deeds[source] : "baked", file ? " " : "", file ? file : "");
+    snprintf(out, size, "%s is %s%s%s", cloud->name, file || cloud->volume ? deeds[source] : "baked", file ? " " : "",
+             file ? file : "");
   np_alloc_free(plan->context, file);
   return result;
 }
@@ -215,7 +225,8 @@ static neph_result decide_volumes(np_plan *plan, const neph_scene *scene) {
 static void decide_terrain(np_plan *plan, const neph_scene *scene) {
   static const char *const reasons[] = {[NP_TERRAIN_NONE] = "the scene has no terrain",
                                         [NP_TERRAIN_HEIGHTFIELD] = "height field ",
-                                        [NP_TERRAIN_RIDGES] = "ridges from noise"};
+                                        [NP_TERRAIN_RIDGES] = "ridges from noise",
+                                        [NP_TERRAIN_GIVEN] = "a terrain that a call has set"};
   const char *file = scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD ? scene->terrain.heightfield : "";
   char reason[sizeof plan->stages->reason];
   snprintf(reason, sizeof reason, "%s%s", reasons[scene->terrain.kind], file);

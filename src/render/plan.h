@@ -10,7 +10,8 @@
 typedef enum np_cloud_source {
   NP_CLOUD_SOURCE_FILE,  /* read */
   NP_CLOUD_SOURCE_BAKE,  /* baked; to its file where it has one, which is not there yet */
-  NP_CLOUD_SOURCE_REBAKE /* its file holds another cloud, and is baked anew */
+  NP_CLOUD_SOURCE_REBAKE, /* its file holds another cloud, and is baked anew */
+  NP_CLOUD_SOURCE_GIVEN /* a volume that a call has added */
 } np_cloud_source;
 
 /* Decides for a cloud of a scene; `file` is that of the frame, NULL where the cloud has none. */

@@ -5,6 +5,7 @@
 
 #include "core/units.h"
 #include "render/plan.h"
+#include "terrain/terrain_private.h"
 
 /* Less of a ray's light than this is not worth the look-ups. */
 static const double share_least = 0.005;
@@ -26,21 +27,36 @@ static double find_scattering(const neph_atmosphere_desc *air) {
   return sum;
 }
 
+/* Of a volume that was given, which way it is turned being the same. */
+static double compute_given_length(const np_scene_cloud *cloud) {
+  neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
+  if (cloud->voxel_m > 0.0 || neph_volume_get_info(cloud->volume, &info)) return HUGE_VAL;
+  const double *low = info.bounds_min_m, *high = info.bounds_max_m;
+  return cloud->scale * hypot(high[0] - low[0], high[1] - low[1]);
+}
+
 /* As long as what throws the shadows; of files, which are not read yet, without bound. */
 static double find_cloud_shadow(const neph_scene *scene) {
   double length = 0.0;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const np_scene_cloud *cloud = &scene->clouds[i];
-    length = fmax(length, cloud->is_baked ? hypot(cloud->bake.extent_m[0], cloud->bake.extent_m[1]) : HUGE_VAL);
+    const double *extent = cloud->bake.extent_m;
+    length = fmax(length, cloud->volume ? compute_given_length(cloud)
+                                        : cloud->is_baked ? hypot(extent[0], extent[1]) : HUGE_VAL);
   }
   return length;
+}
+
+static double get_relief(const np_scene_terrain *terrain) {
+  if (terrain->given)
+    return np_terrain_get_elevation_max_m(terrain->given) - np_terrain_get_elevation_min_m(terrain->given);
+  return terrain->kind == NP_TERRAIN_RIDGES ? terrain->ridges.relief_m : relief_unread_m;
 }
 
 /* As long as a summit's on the level. */
 static double find_hill_shadow(const neph_scene *scene, double elevation_rad) {
   if (scene->terrain.kind == NP_TERRAIN_NONE) return 0.0;
-  const double relief = scene->terrain.kind == NP_TERRAIN_RIDGES ? scene->terrain.ridges.relief_m : relief_unread_m;
-  return elevation_rad > 0.0 ? relief / tan(elevation_rad) : HUGE_VAL;
+  return elevation_rad > 0.0 ? get_relief(&scene->terrain) / tan(elevation_rad) : HUGE_VAL;
 }
 
 unsigned np_plan_choose_air_spacing(const np_plan *plan, const neph_scene *scene) {

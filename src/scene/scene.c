@@ -98,12 +98,16 @@ static neph_result edit_copy(const neph_scene *scene, const char *key, const cha
   return result;
 }
 
-/* The scene is made anew from the changed document, so that a key set is a key read, and a failure changes nothing. */
 neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) {
-  neph_scene changed = {.context = scene->context, .file = scene->file, .attachment = scene->attachment};
-  neph_result result = edit_copy(scene, key, value, &changed.document);
-  if (result) return result;
-  result = np_scene_apply(&changed);
+  np_node *document;
+  neph_result result = edit_copy(scene, key, value, &document);
+  return result ? result : np_scene_set_document(scene, document);
+}
+
+neph_result np_scene_set_document(neph_scene *scene, np_node *document) {
+  neph_scene changed = {
+      .context = scene->context, .file = scene->file, .document = document, .attachment = scene->attachment};
+  neph_result result = np_scene_apply(&changed);
   neph_scene *loser = result ? &changed : scene;
   np_scene_clear(loser);
   np_node_destroy(scene->context, loser->document);

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "atmosphere/atmosphere_private.h"
 #include "core/alloc.h"
 #include "scene/scene_fail.h"
 
@@ -89,11 +90,20 @@ static void derive_sun(neph_scene *scene) {
   for (int b = 0; b < 3 && !sun->has_irradiance; b++) sun->irradiance_w_m2_nm[b] /= distance * distance;
 }
 
+/* An atmosphere that was given is all of planet and air. */
+static void derive_given(neph_scene *scene, neph_atmosphere *given) {
+  scene->air.given = given;
+  scene->has_atmosphere = scene->has_ground_albedo = true;
+  scene->atmosphere = *np_atmosphere_get_desc(given);
+}
+
 neph_result np_scene_air_derive(neph_scene *scene) {
   enum { OWN = 3 };
   np_scene_air *air = &scene->air;
+  const np_node *node = np_node_find(scene->document, "atmosphere");
   scene->has_atmosphere = air->preset != NP_AIR_NONE;
   derive_sun(scene);
+  if (node && node->assets.atmosphere) return derive_given(scene, node->assets.atmosphere), NEPH_OK;
   for (int b = 0; b < 3; b++)
     air->aerosol.absorption_per_m[b] = fmax(air->aerosol_extinction_per_m[b] - air->aerosol.scattering_per_m[b], 0.0);
   const unsigned own = air->preset == NP_AIR_EMPTY ? 0 : OWN;

@@ -10,6 +10,7 @@
 #include "core/file.h"
 #include "volume/instance.h"
 #include "scene/scene_air.h"
+#include "terrain/terrain_private.h"
 
 enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, NAMES_SIZE = 512 };
 
@@ -285,6 +286,7 @@ static neph_result apply_element(key_applier *applier, const np_key *list, unsig
 static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigned index, const np_node *node) {
   np_scene_cloud *cloud = &applier->scene->clouds[index];
   cloud->bake = (neph_cloud_desc)NEPH_CLOUD_DESC_DEFAULT;
+  cloud->volume = node->assets.volume;
   neph_result result = apply_element(applier, list, index, node, cloud);
   if (result) return result;
   if (!cloud->name) cloud->name = np_alloc_printf(applier->context, "cloud%u", index);
@@ -406,7 +408,19 @@ static neph_result apply_section(key_applier *applier, const np_key *section, vo
 
 /* ---- Scenes ---- */
 
+/* A terrain that was given brings its ground along, and the place, unless the scene has one. */
+static void derive_given_terrain(neph_scene *scene, neph_terrain *given) {
+  np_scene_terrain *terrain = &scene->terrain;
+  terrain->kind = NP_TERRAIN_GIVEN;
+  terrain->given = given;
+  memcpy(terrain->desc.ground_albedo, np_terrain_get_ground_albedo(given), sizeof terrain->desc.ground_albedo);
+  if (!scene->has_place)
+    scene->has_place = np_terrain_get_place(given, &scene->latitude_rad, &scene->longitude_rad);
+}
+
 static void derive_terrain(neph_scene *scene) {
+  const np_node *node = np_node_find(scene->document, "terrain");
+  if (node && node->assets.terrain) derive_given_terrain(scene, node->assets.terrain);
   scene->terrain.desc.planet_radius_m = scene->atmosphere.planet_radius_m;
   scene->terrain.desc.has_place = scene->has_place;
   scene->terrain.desc.latitude_rad = scene->latitude_rad;

@@ -11,6 +11,10 @@
  * np_scene_clear takes it back. */
 neph_result np_scene_apply(neph_scene *scene);
 
+/* Makes a scene anew from another document, which it takes over, so that a key set is a key read. A failure changes
+ * nothing. */
+neph_result np_scene_set_document(neph_scene *scene, np_node *document);
+
 /* Frees what np_scene_apply made; file and document stay. */
 void np_scene_clear(neph_scene *scene);
 

@@ -7,6 +7,7 @@
 #include "scene/scene_air.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_ignored.h"
+#include "terrain/terrain_private.h"
 
 /* The node of a key in a section of the document, the section's when the key was not given, or the document. */
 static const np_node *locate(const neph_scene *scene, const char *section, const char *key) {
@@ -66,8 +67,20 @@ static bool has_density(const np_node *cloud) {
   return false;
 }
 
+/* What a volume that was given has no part in. */
+static neph_result check_volume(const neph_scene *scene, unsigned index, const np_node *node) {
+  static const char *const names[] = {"vdb", "grid", "import", "precision", "bake", "emission"};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+    if (np_node_find(node, names[i]))
+      return np_scene_fail_at(scene, np_node_find(node, names[i]),
+                              "clouds[%u].%s goes with a file or a bake: this cloud is a volume that a call has added",
+                              index, names[i]);
+  return NEPH_OK;
+}
+
 static neph_result check_source(const neph_scene *scene, unsigned index, const np_node *node) {
   const np_scene_cloud *cloud = &scene->clouds[index];
+  if (cloud->volume) return check_volume(scene, index, node);
   if (!cloud->vdb && !cloud->is_baked)
     return np_scene_fail_at(scene, node, "clouds[%u] has no source, must have vdb, a file, or bake, parameters", index);
   if (!cloud->is_baked && !has_density(node))
@@ -168,9 +181,27 @@ static neph_result check_clouds(const neph_scene *scene) {
   return result;
 }
 
+/* A section that an asset stands for has no keys of its own. */
+static neph_result check_no_keys(const neph_scene *scene, const np_node *section) {
+  const np_node *key = section->first;
+  if (!key) return NEPH_OK;
+  return np_scene_fail_at(scene, key, "%s.%s goes with keys alone: a call has set the %s, which has its own",
+                          section->key, key->key, section->key);
+}
+
+static neph_result check_given_terrain(const neph_scene *scene, const np_node *node) {
+  const double radius = np_terrain_get_planet_radius_m(scene->terrain.given);
+  if (radius == scene->atmosphere.planet_radius_m) return check_no_keys(scene, node);
+  return np_scene_fail_at(scene, node,
+                          "the terrain stands on a planet of %.9g m, must be the scene's, of %.9g m: set "
+                          "planet_radius_m of its description",
+                          radius, scene->atmosphere.planet_radius_m);
+}
+
 static neph_result check_terrain(const neph_scene *scene) {
   const np_scene_terrain *terrain = &scene->terrain;
   const np_node *node = np_node_find(scene->document, "terrain");
+  if (terrain->given) return check_given_terrain(scene, node);
   if (node && node->kind == NP_NODE_MAPPING && terrain->kind == NP_TERRAIN_NONE)
     return np_scene_fail_at(scene, node, "terrain has no source, must have heightfield, a file, or ridges, parameters");
   if (terrain->desc.height_max_m > terrain->desc.height_min_m) return NEPH_OK;
@@ -208,9 +239,14 @@ static neph_result check_output(const neph_scene *scene) {
                           ldexp(0.5, exponent));
 }
 
+static neph_result check_air(const neph_scene *scene) {
+  if (!scene->air.given) return np_scene_air_check(scene);
+  return check_no_keys(scene, np_node_find(scene->document, "atmosphere"));
+}
+
 neph_result np_scene_check(const neph_scene *scene) {
   static neph_result (*const checks[])(const neph_scene *) = {check_place,  check_sun,     check_moon,
-                                                              check_stars,  check_camera,  np_scene_air_check,
+                                                              check_stars,  check_camera,  check_air,
                                                               check_clouds, check_terrain, check_output};
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < sizeof checks / sizeof *checks; i++) result = checks[i](scene);

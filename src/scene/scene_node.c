@@ -40,6 +40,19 @@ np_node *np_node_create_value(neph_context *context, const char *text) {
   return list;
 }
 
+np_node_assets np_node_assets_retain(np_node_assets assets) {
+  (void)neph_volume_retain(assets.volume);
+  (void)neph_terrain_retain(assets.terrain);
+  (void)neph_atmosphere_retain(assets.atmosphere);
+  return assets;
+}
+
+static void release_assets(const np_node_assets *assets) {
+  neph_volume_release(assets->volume);
+  neph_terrain_release(assets->terrain);
+  neph_atmosphere_release(assets->atmosphere);
+}
+
 void np_node_destroy(neph_context *context, np_node *node) {
   if (!node) return;
   while (node->first) {
@@ -47,6 +60,7 @@ void np_node_destroy(neph_context *context, np_node *node) {
     node->first = child->next;
     np_node_destroy(context, child);
   }
+  release_assets(&node->assets);
   np_alloc_free(context, node->text);
   np_alloc_free(context, node->key);
   np_alloc_free(context, node);
@@ -60,6 +74,7 @@ np_node *np_node_copy(neph_context *context, const np_node *node) {
   copy->column = node->column;
   copy->key_line = node->key_line;
   copy->key_column = node->key_column;
+  copy->assets = np_node_assets_retain(node->assets);
   np_node **link = &copy->first;
   for (const np_node *child = node->first; child; child = child->next, link = &(*link)->next) {
     *link = np_node_copy(context, child);

@@ -3,9 +3,21 @@
 #ifndef NP_SCENE_SCENE_NODE_H
 #define NP_SCENE_SCENE_NODE_H
 
+#include <nephos/atmosphere.h>
+#include <nephos/terrain.h>
+#include <nephos/volume.h>
+
 #include "core/context_private.h"
 
 typedef enum np_node_kind { NP_NODE_SCALAR, NP_NODE_SEQUENCE, NP_NODE_MAPPING } np_node_kind;
+
+/* Objects that a mapping stands for, beside or in place of its keys: given to a scene by calls, never by a file. NULL:
+ * none. */
+typedef struct np_node_assets {
+  neph_volume *volume;         /* of a cloud */
+  neph_terrain *terrain;       /* of the section of that name */
+  neph_atmosphere *atmosphere; /* likewise */
+} np_node_assets;
 
 typedef struct np_node np_node;
 
@@ -16,8 +28,12 @@ struct np_node {
   char *text;            /* of a scalar */
   char *key;             /* of an entry of a mapping */
   unsigned key_line, key_column;
+  np_node_assets assets; /* of a mapping; retained */
   np_node *first, *next; /* children of a sequence or mapping, and siblings */
 };
+
+/* The same assets, each retained once more. */
+np_node_assets np_node_assets_retain(np_node_assets assets);
 
 /* NULL: no memory. `text` and `key` may be NULL. */
 np_node *np_node_create(neph_context *context, np_node_kind kind, const char *text, const char *key);

@@ -52,6 +52,7 @@ typedef struct np_scene_layer {
 typedef struct np_scene_air {
   np_air_preset preset;
   double sun_distance_au;
+  neph_atmosphere *given; /* stands for all of this; the document's; NULL: none */
   neph_atmosphere_layer molecules, aerosol, ozone;
   double aerosol_extinction_per_m[3];
   unsigned layer_count;
@@ -131,6 +132,7 @@ typedef struct np_scene_emission {
 
 typedef struct np_scene_cloud {
   char *name;
+  neph_volume *volume; /* given, the document's; NULL: from a file or baked */
   char *vdb;  /* file pattern, resolved; NULL when only baked */
   bool has_reference_frame; /* else the first asked for that holds anything */
   unsigned reference_frame;
@@ -158,10 +160,16 @@ typedef struct np_scene_cloud {
   np_scene_emission emission;
 } np_scene_cloud;
 
-typedef enum np_terrain_kind { NP_TERRAIN_NONE, NP_TERRAIN_HEIGHTFIELD, NP_TERRAIN_RIDGES } np_terrain_kind;
+typedef enum np_terrain_kind {
+  NP_TERRAIN_NONE,
+  NP_TERRAIN_HEIGHTFIELD,
+  NP_TERRAIN_RIDGES,
+  NP_TERRAIN_GIVEN
+} np_terrain_kind;
 
 typedef struct np_scene_terrain {
   np_terrain_kind kind;
+  neph_terrain *given; /* the document's; NULL: none */
   char *heightfield; /* file, resolved */
   neph_terrain_desc desc;
   neph_ridges_desc ridges;

@@ -28,7 +28,8 @@ struct neph_terrain {
   np_dvec3 anchor;
   float *vertices; /* x, y, z of each sample, from the anchor; Embree reads them in place */
   np_dvec3 bounds_min, bounds_max;
-  double elevation_min_m;
+  double elevation_min_m, elevation_max_m;
+  double planet_radius_m, ground_albedo[3]; /* as described */
   RTCDevice device;
   RTCScene scene;
 };
@@ -75,6 +76,8 @@ static neph_result set_place(neph_terrain *terrain, const neph_terrain_desc *des
   const double latitude = field->south_rad + 0.5 * field->step_north_rad * (field->height - 1);
   const double longitude = field->west_rad + 0.5 * field->step_east_rad * (field->width - 1);
   const bool is_moved = field->has_place && desc->has_place;
+  terrain->planet_radius_m = desc->planet_radius_m;
+  for (int b = 0; b < 3; b++) terrain->ground_albedo[b] = desc->ground_albedo[b];
   terrain->has_place = field->has_place || desc->has_place;
   terrain->globe = np_globe_make(desc->planet_radius_m, is_moved ? desc->latitude_rad : latitude,
                                  is_moved ? desc->longitude_rad : longitude);
@@ -110,17 +113,19 @@ static size_t count_samples(const np_heightfield *field) { return (size_t)field-
 
 static void find_bounds(neph_terrain *terrain) {
   float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-  float elevation_min = INFINITY;
+  float elevation_min = INFINITY, elevation_max = -INFINITY;
   for (size_t i = 0; i < count_samples(&terrain->field); i++) {
     for (int axis = 0; axis < 3; axis++) {
       low[axis] = fminf(low[axis], terrain->vertices[3 * i + axis]);
       high[axis] = fmaxf(high[axis], terrain->vertices[3 * i + axis]);
     }
     elevation_min = fminf(elevation_min, terrain->field.elevation_m[i]);
+    elevation_max = fmaxf(elevation_max, terrain->field.elevation_m[i]);
   }
   terrain->bounds_min = np_dvec3_add(terrain->anchor, np_vec3_to_double(np_vec3_make(low[0], low[1], low[2])));
   terrain->bounds_max = np_dvec3_add(terrain->anchor, np_vec3_to_double(np_vec3_make(high[0], high[1], high[2])));
   terrain->elevation_min_m = (double)elevation_min;
+  terrain->elevation_max_m = (double)elevation_max;
 }
 
 /* Embree asks from threads whose joining ThreadSanitizer cannot see: it would report our stack's next use as a race. */
@@ -259,7 +264,7 @@ neph_result neph_terrain_create_ridges(neph_context *context, const neph_ridges_
 }
 
 neph_terrain *neph_terrain_retain(neph_terrain *terrain) {
-  atomic_fetch_add_explicit(&terrain->references, 1, memory_order_relaxed);
+  if (terrain) atomic_fetch_add_explicit(&terrain->references, 1, memory_order_relaxed);
   return terrain;
 }
 
@@ -269,6 +274,12 @@ void neph_terrain_release(neph_terrain *terrain) {
 }
 
 /* ---- asking ---- */
+
+neph_context *np_terrain_get_context(const neph_terrain *terrain) { return terrain->context; }
+
+double np_terrain_get_planet_radius_m(const neph_terrain *terrain) { return terrain->planet_radius_m; }
+
+const double *np_terrain_get_ground_albedo(const neph_terrain *terrain) { return terrain->ground_albedo; }
 
 void np_terrain_get_bounds(const neph_terrain *terrain, np_dvec3 *out_min, np_dvec3 *out_max) {
   *out_min = terrain->bounds_min;
@@ -287,6 +298,8 @@ bool np_terrain_get_place(const neph_terrain *terrain, double *out_latitude_rad,
 }
 
 double np_terrain_get_elevation_min_m(const neph_terrain *terrain) { return terrain->elevation_min_m; }
+
+double np_terrain_get_elevation_max_m(const neph_terrain *terrain) { return terrain->elevation_max_m; }
 
 double neph_terrain_get_elevation_m(const neph_terrain *terrain, double x_m, double y_m) {
   np_field_position position;

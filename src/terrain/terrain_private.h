@@ -24,6 +24,12 @@ typedef struct np_terrain_hit {
   np_vec3 facet;   /* unit, of the triangle, facing up */
 } np_terrain_hit;
 
+neph_context *np_terrain_get_context(const neph_terrain *terrain);
+
+/* As its description has them. */
+double np_terrain_get_planet_radius_m(const neph_terrain *terrain);
+const double *np_terrain_get_ground_albedo(const neph_terrain *terrain);
+
 /* Nearest ground along a ray within `distance_max`, from above or below; safe from any number of threads. */
 bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max,
                           np_terrain_hit *out_hit);
@@ -40,7 +46,8 @@ bool np_terrain_covers(const neph_terrain *terrain, double x_m, double y_m);
 /* Latitude and longitude of the world origin, as given or as the file's centre; false when the field has no place. */
 bool np_terrain_get_place(const neph_terrain *terrain, double *out_latitude_rad, double *out_longitude_rad);
 
-/* Lowest ground of the field, m above the sphere; negative below sea level. */
+/* Lowest and highest ground of the field, m above the sphere; negative below sea level. */
 double np_terrain_get_elevation_min_m(const neph_terrain *terrain);
+double np_terrain_get_elevation_max_m(const neph_terrain *terrain);
 
 #endif

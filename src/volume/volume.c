@@ -26,6 +26,8 @@ void neph_volume_release(neph_volume *volume) {
   if (volume && atomic_fetch_sub(&volume->references, 1) == 1) destroy(volume);
 }
 
+neph_context *np_volume_get_context(const neph_volume *volume) { return volume->context; }
+
 static neph_result set_transform(neph_volume *volume, const np_sparse_grid *grid) {
   volume->index_to_world = grid->index_to_world;
   if (np_affine_invert(&grid->index_to_world, &volume->world_to_index)) return NEPH_OK;

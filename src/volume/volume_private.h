@@ -20,6 +20,8 @@ struct neph_volume {
   uint64_t active_voxel_count, grid_bytes;
 };
 
+neph_context *np_volume_get_context(const neph_volume *volume);
+
 /* As neph_volume_load, but a grid that holds nothing makes `*out_volume` NULL, with a warning. */
 neph_result np_volume_load_density(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                    neph_volume **out_volume);

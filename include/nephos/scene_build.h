@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Scenes built call by call: typed values in SI units and radians, and assets that are made beside any file.
+ *
+ * Each call says all about its part of a scene, in place of what was said before, and a failed one changes nothing. It
+ * sets keys of docs/scene-format.md: ranges are theirs, messages name them, neph_scene_describe lists them, and
+ * neph_scene_set may change them one by one afterwards.
+ */
+#ifndef NEPHOS_SCENE_BUILD_H
+#define NEPHOS_SCENE_BUILD_H
+
+#include <nephos/atmosphere.h>
+#include <nephos/scene.h>
+#include <nephos/terrain.h>
+#include <nephos/volume.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** A pinhole; x points east, y north, z up. */
+typedef struct neph_camera_desc {
+  size_t struct_size;
+  double position_m[3];   /**< of the pinhole (default 0, −6000, 400) */
+  double look_at_m[3];    /**< the point in the middle of the picture (default 0, 0, 1800) */
+  double fov_rad;         /**< horizontal angle of view (default 50°) */
+  double roll_rad;        /**< clockwise about the view (default 0) */
+  unsigned resolution[2]; /**< width and height of the picture in pixels (default 960 × 540) */
+} neph_camera_desc;
+
+#define NEPH_CAMERA_DESC_DEFAULT                                                                                       \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_camera_desc), .position_m = {0, -6000, 400}, .look_at_m = {0, 0, 1800},                 \
+    .fov_rad = 0.87266462599716477, .roll_rad = 0, .resolution = {960, 540}                                            \
+  }
+
+/** @param desc  NULL for the defaults. */
+NEPH_API neph_result neph_scene_set_camera(neph_scene *scene, const neph_camera_desc *desc) NEPH_NODISCARD;
+
+typedef struct neph_sun_desc {
+  size_t struct_size;
+  bool has_direction;               /**< by its direction, not by the two angles (default false) */
+  double direction[3];              /**< towards the sun, of any length above 0 (default 0, 0, 1) */
+  double elevation_rad;             /**< above the horizontal at the world's origin (default 35°) */
+  double azimuth_rad;               /**< clockwise from north (default 120°) */
+  bool has_irradiance;              /**< else as from the planet (default false) */
+  double irradiance_w_m2_nm[3];     /**< above the atmosphere, per band (default 1.474, 1.8504, 1.91198) */
+  bool has_angular_radius;          /**< else as from the planet (default false) */
+  double angular_radius_rad;        /**< of the disk (default 0.00467396) */
+  bool has_limb_darkening;          /**< the disk darkens towards its edge (default true) */
+} neph_sun_desc;
+
+#define NEPH_SUN_DESC_DEFAULT                                                                                          \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_sun_desc), .has_direction = false, .direction = {0, 0, 1},                              \
+    .elevation_rad = 0.61086523819801535, .azimuth_rad = 2.0943951023931953, .has_irradiance = false,                  \
+    .irradiance_w_m2_nm = {1.474, 1.8504, 1.91198}, .has_angular_radius = false, .angular_radius_rad = 0.00467396,     \
+    .has_limb_darkening = true                                                                                         \
+  }
+
+/** Puts the sun in a place, in the stead of a sun.time too. @param desc  NULL for the defaults. */
+NEPH_API neph_result neph_scene_set_sun(neph_scene *scene, const neph_sun_desc *desc) NEPH_NODISCARD;
+
+/** What a value of a volume means. */
+typedef enum neph_density_unit {
+  NEPH_DENSITY_EXTINCTION,     /**< density_value: extinction in 1/m of a value of 1 */
+  NEPH_DENSITY_MEAN_FREE_PATH, /**< m, where the value is 1 */
+  NEPH_DENSITY_OPTICAL_DEPTH,  /**< of the densest vertical column */
+  NEPH_DENSITY_LIQUID_WATER    /**< values are g/m³ of water; density_value: effective radius of the droplets in m */
+} neph_density_unit;
+
+/** How a cloud scatters. */
+typedef enum neph_cloud_phase {
+  NEPH_CLOUD_DROPLETS,          /**< fit to Mie theory, by `droplet_diameter_m` */
+  NEPH_CLOUD_HENYEY_GREENSTEIN, /**< by `asymmetry` */
+  NEPH_CLOUD_TWO_LOBE,          /**< two of Henyey-Greenstein: by `asymmetry`, and the share `second_weight` of the
+                                 *   light by `second_asymmetry` */
+  NEPH_CLOUD_DRAINE,            /**< by `asymmetry` and `draine_alpha` */
+  NEPH_CLOUD_RAYLEIGH,
+  NEPH_CLOUD_ISOTROPIC
+} neph_cloud_phase;
+
+/** A volume in its place, and what its values mean. */
+typedef struct neph_placement_desc {
+  size_t struct_size;
+  const char *name;      /**< in messages, copied; NULL: cloud0, cloud1, … (default NULL) */
+  bool has_position;     /**< else where the volume's own transform puts it (default false) */
+  double position_m[3];  /**< where the middle of the bottom of its box goes (default 0, 0, 0) */
+  double rotation_rad;   /**< about the vertical, counter-clockwise seen from above (default 0) */
+  double scale;          /**< enlarges it; > 0 (default 1) */
+  neph_density_unit density_unit; /**< (default NEPH_DENSITY_EXTINCTION) */
+  double density_value;  /**< (default 1: values are extinction in 1/m, as baked clouds have them) */
+  double albedo[3];      /**< share of the light that scattering leaves (default 0.999995 each) */
+  neph_cloud_phase phase;     /**< (default NEPH_CLOUD_DROPLETS) */
+  double droplet_diameter_m; /**< (default 20e-6) */
+  double asymmetry;          /**< g (default 0.85) */
+  double second_asymmetry;   /**< g of the second lobe (default −0.25) */
+  double second_weight;      /**< 0 to 1 (default 0.1) */
+  double draine_alpha;       /**< 0 is Henyey-Greenstein, 1 Cornette-Shanks (default 1) */
+} neph_placement_desc;
+
+#define NEPH_PLACEMENT_DESC_DEFAULT                                                                                    \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_placement_desc), .name = NULL, .has_position = false, .position_m = {0, 0, 0},          \
+    .rotation_rad = 0, .scale = 1, .density_unit = NEPH_DENSITY_EXTINCTION, .density_value = 1,                        \
+    .albedo = {0.999995, 0.999995, 0.999995}, .phase = NEPH_CLOUD_DROPLETS, .droplet_diameter_m = 20e-6,               \
+    .asymmetry = 0.85, .second_asymmetry = -0.25, .second_weight = 0.1, .draine_alpha = 1                              \
+  }
+
+/** Adds a cloud that is a volume of the same context, which the scene retains.
+ *
+ * @param desc       NULL for the defaults.
+ * @param out_index  its number among the scene's clouds; NULL is allowed.
+ */
+NEPH_API neph_result neph_scene_add_volume(neph_scene *scene, neph_volume *volume, const neph_placement_desc *desc,
+                                           unsigned *out_index) NEPH_NODISCARD;
+
+/** Places a cloud that was added by neph_scene_add_volume anew. @param desc  NULL for the defaults. */
+NEPH_API neph_result neph_scene_set_placement(neph_scene *scene, unsigned index,
+                                              const neph_placement_desc *desc) NEPH_NODISCARD;
+
+/** Makes a terrain of the same context, which the scene retains, the ground; NULL: none. It stands on the planet of its
+ * own description, which must be as large as the scene's. */
+NEPH_API neph_result neph_scene_set_terrain(neph_scene *scene, neph_terrain *terrain) NEPH_NODISCARD;
+
+/** Makes an atmosphere of the same context, which the scene retains, planet and air; NULL: no air. Pictures of three
+ * bands use its tables. */
+NEPH_API neph_result neph_scene_set_atmosphere(neph_scene *scene, neph_atmosphere *atmosphere) NEPH_NODISCARD;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

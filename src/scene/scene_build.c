@@ -1,0 +1,292 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Typed calls that build a scene: each writes the keys that it stands for into the document, so that ranges, messages
+ * and all that follows are those of a file. */
+#include <math.h>
+#include <nephos/scene_build.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "atmosphere/atmosphere_private.h"
+#include "core/alloc.h"
+#include "scene/scene_apply.h"
+#include "terrain/terrain_private.h"
+#include "volume/volume_private.h"
+
+enum { KEY_SIZE = 96 };
+
+/* A scene's document being changed: a copy, of which the section at `prefix` is written anew. */
+typedef struct section_writer {
+  neph_context *context;
+  np_node *document;
+  char prefix[KEY_SIZE]; /* "camera", "clouds[3]" */
+  neph_result result;    /* of what was put so far */
+} section_writer;
+
+static void put_node(section_writer *w, const char *name, np_node *value) {
+  char key[2 * KEY_SIZE];
+  (void)snprintf(key, sizeof key, "%s.%s", w->prefix, name);
+  if (!value) w->result = NEPH_ERROR_OUT_OF_MEMORY;
+  if (!w->result)
+    w->result = np_scene_edit(w->context, w->document, key, value);
+  else
+    np_node_destroy(w->context, value);
+}
+
+/* Digits that read back as the same value; NaN and infinity become what no key takes. */
+static void put_reals(section_writer *w, const char *name, const double *values, unsigned count, const char *unit) {
+  char text[3 * KEY_SIZE];
+  size_t length = 0;
+  for (unsigned i = 0; i < count; i++)
+    length += (size_t)snprintf(text + length, sizeof text - length, "%s%.17g%s%s", i ? ", " : "", values[i],
+                               *unit ? " " : "", unit);
+  put_node(w, name, np_node_create_value(w->context, text));
+}
+
+static void put_real(section_writer *w, const char *name, double value, const char *unit) {
+  put_reals(w, name, &value, 1, unit);
+}
+
+static void put_text(section_writer *w, const char *name, const char *text) {
+  np_node *node = np_node_create(w->context, NP_NODE_SCALAR, text, NULL);
+  if (node) node->is_quoted = true;
+  put_node(w, name, node);
+}
+
+static void put_word(section_writer *w, const char *name, const char *word) {
+  put_node(w, name, np_node_create(w->context, NP_NODE_SCALAR, word, NULL));
+}
+
+/* ---- Sections ---- */
+
+/* Puts an empty mapping in the place of a section of the document, or behind its keys. NULL: no memory. */
+static np_node *renew_section(section_writer *w) {
+  np_node *old = np_node_find(w->document, w->prefix);
+  np_node *section = np_node_create(w->context, NP_NODE_MAPPING, NULL, w->prefix);
+  if (section && old)
+    np_node_replace(w->context, w->document, old, section);
+  else if (section)
+    np_node_append(w->document, section);
+  return section;
+}
+
+/* Begins to change a scene. */
+static section_writer open_writer(const neph_scene *scene, const char *prefix) {
+  section_writer w = {.context = scene->context, .document = np_node_copy(scene->context, scene->document)};
+  (void)snprintf(w.prefix, sizeof w.prefix, "%s", prefix);
+  w.result = w.document ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  return w;
+}
+
+/* The scene becomes what was written. */
+static neph_result close_writer(neph_scene *scene, section_writer *w) {
+  if (!w->result) return np_scene_set_document(scene, w->document);
+  np_node_destroy(w->context, w->document);
+  return w->result;
+}
+
+/* Calls `put` for a section that is written anew, in the C locale. */
+static neph_result set_section(neph_scene *scene, const char *prefix, void (*put)(section_writer *w, const void *desc),
+                               const void *desc) {
+  section_writer w = open_writer(scene, prefix);
+  if (!w.result && !renew_section(&w)) w.result = NEPH_ERROR_OUT_OF_MEMORY;
+  locale_t saved = np_values_enter();
+  if (!w.result) put(&w, desc);
+  np_values_leave(saved);
+  return close_writer(scene, &w);
+}
+
+/* ---- Camera and sun ---- */
+
+static void put_camera(section_writer *w, const void *desc) {
+  const neph_camera_desc *camera = desc;
+  char resolution[KEY_SIZE];
+  (void)snprintf(resolution, sizeof resolution, "%u, %u", camera->resolution[0], camera->resolution[1]);
+  put_reals(w, "position", camera->position_m, 3, "m");
+  put_reals(w, "look_at", camera->look_at_m, 3, "m");
+  put_real(w, "fov", camera->fov_rad, "rad");
+  put_real(w, "roll", camera->roll_rad, "rad");
+  put_node(w, "resolution", np_node_create_value(w->context, resolution));
+}
+
+neph_result neph_scene_set_camera(neph_scene *scene, const neph_camera_desc *desc) {
+  static const neph_camera_desc defaults = NEPH_CAMERA_DESC_DEFAULT;
+  neph_camera_desc camera;
+  neph_result result = np_desc_read(scene->context, "neph_camera_desc", &defaults, sizeof defaults, desc, &camera);
+  return result ? result : set_section(scene, "camera", put_camera, &camera);
+}
+
+static void put_sun(section_writer *w, const void *desc) {
+  const neph_sun_desc *sun = desc;
+  put_real(w, "elevation", sun->elevation_rad, "rad");
+  put_real(w, "azimuth", sun->azimuth_rad, "rad");
+  if (sun->has_irradiance) put_reals(w, "irradiance", sun->irradiance_w_m2_nm, 3, "W/m2/nm");
+  if (sun->has_angular_radius) put_real(w, "angular_radius", sun->angular_radius_rad, "rad");
+  put_word(w, "limb_darkening", sun->has_limb_darkening ? "true" : "false");
+}
+
+/* Angles of the direction, from which the scene takes a unit vector. */
+static neph_result convert_direction(const neph_scene *scene, neph_sun_desc *sun) {
+  const double *d = sun->direction, across = hypot(d[0], d[1]), length = hypot(across, d[2]);
+  if (!(length > 0.0) || !isfinite(length))
+    return np_fail(scene->context, NEPH_ERROR_BAD_SCENE, "sun direction is (%g, %g, %g), must be finite and not zero",
+                   d[0], d[1], d[2]);
+  sun->elevation_rad = atan2(d[2], across);
+  sun->azimuth_rad = across > 0.0 ? atan2(d[0], d[1]) : 0.0;
+  return NEPH_OK;
+}
+
+neph_result neph_scene_set_sun(neph_scene *scene, const neph_sun_desc *desc) {
+  static const neph_sun_desc defaults = NEPH_SUN_DESC_DEFAULT;
+  neph_sun_desc sun;
+  neph_result result = np_desc_read(scene->context, "neph_sun_desc", &defaults, sizeof defaults, desc, &sun);
+  if (!result && sun.has_direction) result = convert_direction(scene, &sun);
+  return result ? result : set_section(scene, "sun", put_sun, &sun);
+}
+
+/* ---- Clouds ---- */
+
+static void put_density(section_writer *w, const neph_placement_desc *p) {
+  static const struct {
+    const char *key, *unit;
+  } units[] = {[NEPH_DENSITY_EXTINCTION] = {"extinction", "1/m"},
+               [NEPH_DENSITY_MEAN_FREE_PATH] = {"mean_free_path", "m"},
+               [NEPH_DENSITY_OPTICAL_DEPTH] = {"optical_depth", ""},
+               [NEPH_DENSITY_LIQUID_WATER] = {"liquid_water.r_eff", "m"}};
+  put_real(w, units[p->density_unit].key, p->density_value, units[p->density_unit].unit);
+}
+
+static void put_phase(section_writer *w, const neph_placement_desc *p) {
+  switch (p->phase) {
+  case NEPH_CLOUD_DROPLETS:
+    put_real(w, "phase.droplets.diameter", p->droplet_diameter_m, "m");
+    return;
+  case NEPH_CLOUD_HENYEY_GREENSTEIN:
+    put_real(w, "phase.hg", p->asymmetry, "");
+    return;
+  case NEPH_CLOUD_TWO_LOBE:
+    put_real(w, "phase.two_lobe.forward", p->asymmetry, "");
+    put_real(w, "phase.two_lobe.backward", p->second_asymmetry, "");
+    put_real(w, "phase.two_lobe.weight", p->second_weight, "");
+    return;
+  case NEPH_CLOUD_DRAINE:
+    put_real(w, "phase.draine.g", p->asymmetry, "");
+    put_real(w, "phase.draine.alpha", p->draine_alpha, "");
+    return;
+  case NEPH_CLOUD_RAYLEIGH:
+  case NEPH_CLOUD_ISOTROPIC:
+    put_word(w, "phase", p->phase == NEPH_CLOUD_RAYLEIGH ? "rayleigh" : "isotropic");
+    return;
+  }
+}
+
+static void put_placement(section_writer *w, const neph_placement_desc *p) {
+  if (p->name) put_text(w, "name", p->name);
+  if (p->has_position) put_reals(w, "position", p->position_m, 3, "m");
+  put_real(w, "rotation", p->rotation_rad, "rad");
+  put_real(w, "scale", p->scale, "");
+  put_density(w, p);
+  put_reals(w, "albedo", p->albedo, 3, "");
+  put_phase(w, p);
+}
+
+static neph_result read_placement(neph_context *context, const neph_placement_desc *desc, neph_placement_desc *out) {
+  static const neph_placement_desc defaults = NEPH_PLACEMENT_DESC_DEFAULT;
+  const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
+  neph_result result = np_desc_read(context, "neph_placement_desc", &defaults, sizeof defaults, desc, out);
+  if (result) return result;
+  if ((unsigned)out->density_unit > NEPH_DENSITY_LIQUID_WATER)
+    return np_fail(context, bad, "neph_placement_desc.density_unit is %d, must be a neph_density_unit",
+                   (int)out->density_unit);
+  if ((unsigned)out->phase > NEPH_CLOUD_ISOTROPIC)
+    return np_fail(context, bad, "neph_placement_desc.phase is %d, must be a neph_cloud_phase", (int)out->phase);
+  return NEPH_OK;
+}
+
+/* The list of clouds, made where there is none; NULL: no memory. */
+static np_node *open_clouds(section_writer *w) {
+  np_node *clouds = np_node_find(w->document, "clouds");
+  if (clouds) return clouds;
+  clouds = np_node_create(w->context, NP_NODE_SEQUENCE, NULL, "clouds");
+  if (clouds) np_node_append(w->document, clouds);
+  return clouds;
+}
+
+/* Puts a cloud that is a volume at `index`, the next where there is none yet. */
+static neph_result set_cloud(neph_scene *scene, unsigned index, neph_volume *volume, const neph_placement_desc *p) {
+  char prefix[KEY_SIZE];
+  (void)snprintf(prefix, sizeof prefix, "clouds[%u]", index);
+  section_writer w = open_writer(scene, prefix);
+  np_node *clouds = w.result ? NULL : open_clouds(&w);
+  np_node *cloud = clouds ? np_node_create(w.context, NP_NODE_MAPPING, NULL, NULL) : NULL;
+  if (cloud) {
+    cloud->assets.volume = neph_volume_retain(volume);
+    np_node *old = np_node_get(clouds, index);
+    if (old)
+      np_node_replace(w.context, clouds, old, cloud);
+    else
+      np_node_append(clouds, cloud);
+    locale_t saved = np_values_enter();
+    put_placement(&w, p);
+    np_values_leave(saved);
+  } else {
+    w.result = NEPH_ERROR_OUT_OF_MEMORY;
+  }
+  return close_writer(scene, &w);
+}
+
+static neph_result check_context(const neph_scene *scene, const neph_context *context, const char *what) {
+  if (context == scene->context) return NEPH_OK;
+  return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "the %s belongs to another context than the scene: make it in the scene's", what);
+}
+
+neph_result neph_scene_add_volume(neph_scene *scene, neph_volume *volume, const neph_placement_desc *desc,
+                                  unsigned *out_index) {
+  neph_placement_desc placement;
+  const unsigned index = scene->cloud_count;
+  if (!volume)
+    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "neph_scene_add_volume: the volume is NULL");
+  neph_result result = check_context(scene, np_volume_get_context(volume), "volume");
+  if (!result) result = read_placement(scene->context, desc, &placement);
+  if (!result) result = set_cloud(scene, index, volume, &placement);
+  if (!result && out_index) *out_index = index;
+  return result;
+}
+
+neph_result neph_scene_set_placement(neph_scene *scene, unsigned index, const neph_placement_desc *desc) {
+  neph_placement_desc placement;
+  neph_volume *volume = index < scene->cloud_count ? scene->clouds[index].volume : NULL;
+  if (!volume)
+    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "cloud %u of %u is not one that neph_scene_add_volume has added", index, scene->cloud_count);
+  neph_result result = read_placement(scene->context, desc, &placement);
+  return result ? result : set_cloud(scene, index, volume, &placement);
+}
+
+/* ---- Terrain and atmosphere ---- */
+
+/* Makes a section stand for an asset, or "none" where there is none. */
+static neph_result set_asset(neph_scene *scene, const char *name, np_node_assets assets) {
+  const bool is_none = !assets.terrain && !assets.atmosphere;
+  section_writer w = open_writer(scene, name);
+  np_node *section = w.result ? NULL : renew_section(&w);
+  if (section && is_none) {
+    section->kind = NP_NODE_SCALAR;
+    section->text = np_alloc_text(w.context, "none");
+  } else if (section) {
+    section->assets = np_node_assets_retain(assets);
+  }
+  if (!section || (is_none && !section->text)) w.result = NEPH_ERROR_OUT_OF_MEMORY;
+  return close_writer(scene, &w);
+}
+
+neph_result neph_scene_set_terrain(neph_scene *scene, neph_terrain *terrain) {
+  neph_result result = terrain ? check_context(scene, np_terrain_get_context(terrain), "terrain") : NEPH_OK;
+  return result ? result : set_asset(scene, "terrain", (np_node_assets){.terrain = terrain});
+}
+
+neph_result neph_scene_set_atmosphere(neph_scene *scene, neph_atmosphere *atmosphere) {
+  neph_result result =
+      atmosphere ? check_context(scene, np_atmosphere_get_context(atmosphere), "atmosphere") : NEPH_OK;
+  return result ? result : set_asset(scene, "atmosphere", (np_node_assets){.atmosphere = atmosphere});
+}
