@@ -60,7 +60,8 @@ static void show(cli_progress *progress, const neph_progress *report) {
 
 bool cli_progress_report(void *user, const neph_progress *report) {
   cli_progress *progress = user;
-  const neph_progress whole = {report->stage, report->fraction * progress->call_end, report->elapsed_s};
+  const neph_progress whole = {report->stage, report->fraction * progress->call_end, report->elapsed_s,
+                               report->remaining_s};
   progress->elapsed_s = report->elapsed_s;
   if (progress->mode != CLI_PROGRESS_NONE && is_due(progress, &whole)) show(progress, &whole);
   return !cli_is_interrupted();
@@ -69,7 +70,7 @@ bool cli_progress_report(void *user, const neph_progress *report) {
 void cli_progress_set_call(cli_progress *progress, double call_end) { progress->call_end = call_end; }
 
 void cli_progress_set_stage(cli_progress *progress, const char *stage, double fraction) {
-  const neph_progress whole = {stage, fraction, progress->elapsed_s};
+  const neph_progress whole = {.stage = stage, .fraction = fraction, .elapsed_s = progress->elapsed_s};
   if (progress->mode != CLI_PROGRESS_NONE) show(progress, &whole);
 }
 

@@ -67,6 +67,7 @@ typedef struct neph_progress {
   const char *stage; /**< what is being done, a few words: "baking", "rendering"; never NULL */
   double fraction;   /**< of the call, by a guess of what each stage takes: 0 to 1, never less than before */
   double elapsed_s;  /**< seconds since the call began */
+  double remaining_s; /**< until it ends, as the fraction tells; infinite before that can be told */
 } neph_progress;
 
 /** Reports progress, and cancels.

@@ -32,6 +32,9 @@ NEPH_API const char *neph_image_get_channel_name(const neph_image *image, unsign
 /** One channel's width·height values, row by row from the top; NULL when there is no such channel. */
 NEPH_API float *neph_image_get_channel(neph_image *image, const char *name);
 
+/** The same, to read from. */
+NEPH_API const float *neph_image_get_values(const neph_image *image, const char *name);
+
 /** A text attribute of the header; NULL when there is none. */
 NEPH_API const char *neph_image_get_attribute(const neph_image *image, const char *name);
 

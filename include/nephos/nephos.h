@@ -12,6 +12,7 @@
 #include <nephos/noise_texture.h>
 #include <nephos/probe.h>
 #include <nephos/render.h>
+#include <nephos/renderer.h>
 #include <nephos/scene.h>
 #include <nephos/scene_build.h>
 #include <nephos/terrain.h>

@@ -44,6 +44,22 @@ typedef enum neph_multiple_scattering {
   NEPH_MULTIPLE_SCATTERING_DERIVATIVE     /**< one look-up towards the sun: a slope of density is lit like a wall */
 } neph_multiple_scattering;
 
+/** Part of a picture under way. Valid only during the callback. */
+typedef struct neph_tile {
+  unsigned min[2], max[2]; /**< its first pixel in `image`, from the top left, and one past its last */
+  unsigned pass_index;     /**< from 0; with a time limit, pictures get better from pass to pass */
+  bool is_final;           /**< its values are those of the finished picture */
+  const neph_image *image; /**< what lies outside of this pass's tiles may still be 0, or change under the reader */
+} neph_tile;
+
+/** Shows what is finished of a picture, and cancels.
+ *
+ * Called on the thread that made the library call, several times a second, with all that has been finished since. Each
+ * pass covers each pixel once, but for a pass that a time limit cuts, which is not shown.
+ * @return false to cancel, as a neph_progress_fn.
+ */
+typedef bool (*neph_tile_fn)(void *user, const neph_tile *tile);
+
 /** No target error, no time limit. */
 #define NEPH_UNLIMITED HUGE_VAL
 
@@ -73,8 +89,10 @@ typedef struct neph_render_desc {
   neph_splitting splitting;                     /**< of the integrator path */
   unsigned scattering_max; /**< scatterings in cloud along one path, or NEPH_SCATTERINGS_ALL; a limit loses light, which
                                 the integrator path tells of */
-  neph_progress_fn progress;
-  void *progress_user;
+  neph_progress_fn progress; /**< default NULL */
+  void *progress_user;       /**< default NULL */
+  neph_tile_fn tile;         /**< default NULL */
+  void *tile_user;           /**< default NULL */
 } neph_render_desc;
 
 #define NEPH_RENDER_DESC_DEFAULT                                                                                       \
@@ -83,7 +101,8 @@ typedef struct neph_render_desc {
     .crop_min = {0, 0}, .crop_max = {960, 540}, .sample_count = 4, .sample_count_max = 65536,                          \
     .target_error = NEPH_UNLIMITED, .time_limit_s = NEPH_UNLIMITED, .seed = 0, .frame = 1,                             \
     .multiple_scattering = NEPH_MULTIPLE_SCATTERING_ORDINATES, .atmosphere = NEPH_RENDER_ATMOSPHERE_TRACED,            \
-    .splitting = NEPH_SPLITTING_NONE, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL, .progress_user = NULL  \
+    .splitting = NEPH_SPLITTING_NONE, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL, .progress_user = NULL, \
+    .tile = NULL, .tile_user = NULL                                                                                    \
   }
 
 /** The scene's own render settings, to start from.
@@ -92,7 +111,7 @@ typedef struct neph_render_desc {
  */
 NEPH_API neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc *out_desc) NEPH_NODISCARD;
 
-/** Renders one picture.
+/** Renders one picture. The scene keeps what its next one may use; a neph_renderer keeps it for several scenes.
  *
  * Frames of an imported sequence are placed and scaled by one of them: the scene's reference_frame, else the first that
  * was rendered or explained from this scene and holds anything.

@@ -106,6 +106,11 @@ static void watch_clock(np_monitor *monitor) {
     stop(monitor, NP_STOP_CUT);
 }
 
+/* Fractions are of guessed times, so that time goes on as it has gone so far. */
+static double estimate_remaining(double fraction, double elapsed_s) {
+  return fraction < 0.01 ? HUGE_VAL : elapsed_s * (1.0 - fraction) / fraction;
+}
+
 /* Tells the caller how far the loop is; `done` is of the loop, 0 to 1. */
 static void report(np_monitor *monitor, double done) {
   if (!monitor->progress || atomic_load(&monitor->is_cancelled)) return;
@@ -113,7 +118,9 @@ static void report(np_monitor *monitor, double done) {
   const double of_call = monitor->part.begin + of_stage * (monitor->part.end - monitor->part.begin);
   monitor->fraction = fmax(monitor->fraction, fmin(of_call, 1.0));
   monitor->last_report_s = read_clock(monitor);
-  const neph_progress progress = {monitor->stage, monitor->fraction, monitor->last_report_s - monitor->start_s};
+  const double elapsed_s = monitor->last_report_s - monitor->start_s;
+  const neph_progress progress = {monitor->stage, monitor->fraction, elapsed_s,
+                                  estimate_remaining(monitor->fraction, elapsed_s)};
   if (!monitor->progress(monitor->progress_user, &progress)) stop(monitor, NP_STOP_CANCELLED);
 }
 

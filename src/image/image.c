@@ -112,7 +112,7 @@ float *neph_image_get_channel(neph_image *image, const char *name) {
   return i < image->channel_count ? image->channels[i].values : NULL;
 }
 
-const float *np_image_find_channel(const neph_image *image, const char *name) {
+const float *neph_image_get_values(const neph_image *image, const char *name) {
   unsigned i = find_index(image, name);
   return i < image->channel_count ? image->channels[i].values : NULL;
 }
@@ -121,7 +121,7 @@ static bool is_colour(const char *name) { return !strcmp(name, "R") || !strcmp(n
 
 unsigned np_image_choose_channels(const neph_image *image, unsigned *out_indices) {
   bool has_colour =
-      np_image_find_channel(image, "R") && np_image_find_channel(image, "G") && np_image_find_channel(image, "B");
+      neph_image_get_values(image, "R") && neph_image_get_values(image, "G") && neph_image_get_values(image, "B");
   unsigned count = 0;
   for (unsigned i = 0; i < image->channel_count; i++)
     if (!has_colour || is_colour(image->channels[i].name)) out_indices[count++] = i;

@@ -69,8 +69,8 @@ static void warn_of_overflow(const neph_image *image, const char *path, const np
 
 /* Whether more than half of the lit pixels lie below `threshold` in their brightest channel. */
 static bool is_median_below(const neph_image *image, float threshold) {
-  const float *r = np_image_find_channel(image, "R"), *g = np_image_find_channel(image, "G"),
-              *b = np_image_find_channel(image, "B");
+  const float *r = neph_image_get_values(image, "R"), *g = neph_image_get_values(image, "G"),
+              *b = neph_image_get_values(image, "B");
   size_t count = (size_t)image->width * image->height, lit = 0, below = 0;
   for (size_t i = 0; i < count; i++) {
     float brightest = fmaxf(r[i], fmaxf(g[i], b[i]));
@@ -82,8 +82,8 @@ static bool is_median_below(const neph_image *image, float threshold) {
 
 /* Whether halves would crush a picture of radiances; others carry no scale to set. */
 static bool is_too_dark(const neph_image *image) {
-  return np_image_find_attribute(image, scale_attribute) && np_image_find_channel(image, "R") &&
-         np_image_find_channel(image, "G") && np_image_find_channel(image, "B") &&
+  return np_image_find_attribute(image, scale_attribute) && neph_image_get_values(image, "R") &&
+         neph_image_get_values(image, "G") && neph_image_get_values(image, "B") &&
          is_median_below(image, half_normal_min);
 }
 

@@ -43,7 +43,7 @@ static neph_result allocate_planes(comparison *pair, unsigned count) {
 static const float *find_noise(const neph_image *reference, const char *name) {
   char channel[NP_IMAGE_NAME_MAX + 1];
   const int length = snprintf(channel, sizeof channel, "standard_error.%s", name);
-  return length < (int)sizeof channel ? np_image_find_channel(reference, channel) : NULL;
+  return length < (int)sizeof channel ? neph_image_get_values(reference, channel) : NULL;
 }
 
 static neph_result choose_planes(comparison *pair, const neph_image *image, const neph_image *reference) {
@@ -56,7 +56,7 @@ static neph_result choose_planes(comparison *pair, const neph_image *image, cons
     pair->names[c] = channel->name;
     pair->reference[c] = channel->values;
     pair->noise[c] = find_noise(reference, channel->name);
-    pair->values[c] = np_image_find_channel(image, channel->name);
+    pair->values[c] = neph_image_get_values(image, channel->name);
     if (!pair->values[c])
       result = np_fail(pair->context, NEPH_ERROR_INVALID_ARGUMENT,
                        "the picture has no channel %s, which the reference has", channel->name);
@@ -315,7 +315,7 @@ static uint64_t count_differing_bits(const float *a, const float *b, size_t coun
 static uint64_t count_differing(const neph_image *image, const neph_image *reference) {
   uint64_t count = (uint64_t)image->width * image->height, differing = 0, shared = 0;
   for (unsigned c = 0; c < image->channel_count; c++) {
-    const float *other = np_image_find_channel(reference, image->channels[c].name);
+    const float *other = neph_image_get_values(reference, image->channels[c].name);
     if (!other) continue;
     differing += count_differing_bits(image->channels[c].values, other, count);
     shared++;

@@ -133,7 +133,7 @@ static void point_to_values(const neph_image *image, size_t first, exr_encode_pi
   for (int c = 0; c < pipeline->channel_count; c++) {
     exr_coding_channel_info_t *channel = &pipeline->channels[c];
     np_exr_lay_out_channel(image, channel);
-    channel->encode_from_ptr = (const uint8_t *)(np_image_find_channel(image, channel->channel_name) + first);
+    channel->encode_from_ptr = (const uint8_t *)(neph_image_get_values(image, channel->channel_name) + first);
   }
 }
 

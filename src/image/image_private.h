@@ -48,9 +48,6 @@ struct neph_image {
 neph_result np_image_create(neph_context *context, unsigned width, unsigned height, unsigned channel_count,
                             const char *const *channel_names, bool has_values, neph_image **out_image);
 
-/* NULL when there is no such channel, or it has no values. */
-const float *np_image_find_channel(const neph_image *image, const char *name);
-
 const np_image_attribute *np_image_find_attribute(const neph_image *image, const char *name);
 
 /* Numbers, which OpenEXR files keep as such: `int` and `float`. */

@@ -54,8 +54,8 @@ static void convert_primaries(const preview_planes *planes, float rgb[3]) {
 static bool find_planes(const neph_image *image, preview_planes *out) {
   static const char *const colours[3] = {"R", "G", "B"};
   for (int c = 0; c < 3; c++) {
-    out->plane[c] = np_image_find_channel(image, colours[c]);
-    if (!out->plane[c]) out->plane[c] = np_image_find_channel(image, "Y");
+    out->plane[c] = neph_image_get_values(image, colours[c]);
+    if (!out->plane[c]) out->plane[c] = neph_image_get_values(image, "Y");
     if (!out->plane[c]) return false;
   }
   find_primaries(image, out);

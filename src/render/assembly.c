@@ -59,12 +59,9 @@ static neph_result obtain_baked(const assembly_build *b, const np_scene_cloud *c
 
 /* A cloud of one frame: read when it is on disk, else baked, to disk where the scene names a file. NULL where it holds
  * nothing. */
-static neph_result obtain(const assembly_build *b, const np_scene_cloud *cloud, const char *path,
-                          neph_volume **out_volume) {
-  np_cloud_source source;
-  neph_result result = np_plan_find_source(b->scene, cloud, path, b->plan->desc.frame, &source);
-  if (result) return result;
-  if (cloud->volume) return *out_volume = neph_volume_retain(cloud->volume), NEPH_OK;
+static neph_result load_or_bake(const assembly_build *b, const np_scene_cloud *cloud, const char *path,
+                                np_cloud_source source, neph_volume **out_volume) {
+  neph_result result = NEPH_OK;
   if (!path) return obtain_baked(b, cloud, out_volume);
   if (source == NP_CLOUD_SOURCE_REBAKE)
     np_log(b->scene->context, NEPH_LOG_WARNING, "%s: was baked from other parameters than the scene's, is baked anew",
@@ -75,6 +72,22 @@ static neph_result obtain(const assembly_build *b, const np_scene_cloud *cloud, 
   np_monitor_set_part(b->monitor, whole, source != NP_CLOUD_SOURCE_FILE ? 0.8 : 0.0, 1.0);
   const neph_volume_load_desc desc = describe_load(b, cloud);
   return result ? result : np_volume_load_density(b->scene->context, path, &desc, out_volume);
+}
+
+/* The volume of a cloud: given, kept from the picture before, or made. */
+static neph_result obtain(const assembly_build *b, unsigned index, const char *path, neph_volume **out_volume) {
+  const np_scene_cloud *cloud = &b->scene->clouds[index];
+  np_asset_store *store = &b->plan->stores->assets;
+  const int frame = b->plan->desc.frame;
+  if (cloud->volume) return *out_volume = neph_volume_retain(cloud->volume), NEPH_OK;
+  np_cloud_source source;
+  neph_result result = np_plan_find_source(b->scene, cloud, path, frame, &source);
+  if (result) return result;
+  if (!path || source == NP_CLOUD_SOURCE_FILE) *out_volume = np_asset_store_take_volume(store, index);
+  np_log(b->scene->context, NEPH_LOG_DEBUG, "cloud %s: %s", cloud->name, *out_volume ? "kept" : "made");
+  if (*out_volume) return NEPH_OK;
+  result = load_or_bake(b, cloud, path, source, out_volume);
+  return result ? result : np_asset_store_put_volume(store, b->scene, index, frame, *out_volume);
 }
 
 /* A cloud being placed. */
@@ -157,7 +170,7 @@ static neph_result build_cloud_at(cloud_build *c) {
   np_schedule_begin(&a->schedule, monitor, NP_WORK_CLOUD);
   const np_monitor_part whole = np_monitor_get_part(monitor);
   np_monitor_set_part(monitor, whole, 0.0, 0.7);
-  neph_result result = obtain(c->b, c->cloud, c->path, &a->volumes[c->index]);
+  neph_result result = obtain(c->b, c->index, c->path, &a->volumes[c->index]);
   np_monitor_set_part(monitor, whole, 0.7, 0.9);
   np_monitor_set_stage(monitor, "placing clouds");
   if (!result) result = find_anchor(c);
@@ -197,6 +210,8 @@ static neph_result build_clouds(const assembly_build *b) {
   a->glows = np_alloc(a->context, count, sizeof *a->glows);
   if (!a->volumes || !a->placed || !a->phase_tables || !a->glows) return NEPH_ERROR_OUT_OF_MEMORY;
   a->cloud_count = count;
+  neph_result selected = np_asset_store_select(&b->plan->stores->assets, b->scene, b->plan->desc.frame);
+  if (selected) return selected;
   for (unsigned i = 0; i < count; i++) {
     neph_result result = build_cloud(b, i);
     if (result) return result;
@@ -204,21 +219,33 @@ static neph_result build_clouds(const assembly_build *b) {
   return a->volume_count > 0 ? NEPH_OK : np_plan_leave_out_clouds(b->scene, b->plan);
 }
 
-static neph_result build_terrain(const assembly_build *b) {
+static neph_result make_terrain(const assembly_build *b, neph_terrain **out) {
   const np_scene_terrain *terrain = &b->scene->terrain;
   neph_terrain_desc desc = terrain->desc;
   desc.planet_radius_m = b->scene->atmosphere.planet_radius_m;
   desc.has_place = b->scene->has_place;
   desc.latitude_rad = b->scene->latitude_rad;
   desc.longitude_rad = b->scene->longitude_rad;
-  np_schedule_begin(&b->assembly->schedule, b->monitor, NP_WORK_TERRAIN);
   desc.progress = np_monitor_relay;
   desc.progress_user = b->monitor;
-  neph_terrain **out = &b->assembly->terrain;
-  if (terrain->given) return *out = neph_terrain_retain(terrain->given), NEPH_OK;
   if (terrain->kind == NP_TERRAIN_RIDGES)
     return neph_terrain_create_ridges(b->scene->context, &terrain->ridges, &desc, out);
   return neph_terrain_load(b->scene->context, terrain->heightfield, &desc, out);
+}
+
+/* Given, kept from the picture before, or made. */
+static neph_result build_terrain(const assembly_build *b) {
+  np_asset_store *store = &b->plan->stores->assets;
+  neph_terrain **out = &b->assembly->terrain, *given = b->scene->terrain.given;
+  np_schedule_begin(&b->assembly->schedule, b->monitor, NP_WORK_TERRAIN);
+  if (given) return *out = neph_terrain_retain(given), NEPH_OK;
+  neph_result result = np_asset_store_take_terrain(store, b->scene, out);
+  if (result) return result;
+  np_log(b->scene->context, NEPH_LOG_DEBUG, "terrain: %s", *out ? "kept" : "made");
+  if (*out) return NEPH_OK;
+  result = make_terrain(b, out);
+  if (!result) np_asset_store_put_terrain(store, *out);
+  return result;
 }
 
 static neph_result find_lights(assembly_build *b) {

@@ -128,9 +128,12 @@ static neph_result describe_samples(const np_frame *f, neph_image *image) {
 }
 
 static neph_result integrate_frame(np_frame *f, neph_image *image) {
-  f->totals = np_alloc(f->assembly->context, np_frame_count_tiles(f), sizeof *f->totals);
+  neph_context *context = f->assembly->context;
+  f->totals = np_alloc(context, np_frame_count_tiles(f), sizeof *f->totals);
   if (!f->totals) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = np_frame_sample(f);
+  neph_result result = np_tile_feed_open(f->feed, context, image, NP_TILE_EDGE);
+  if (!result) result = np_frame_sample(f);
+  np_tile_feed_close(f->feed);
   if (!result) result = describe_samples(f, image);
   if (!result) result = describe_loss(f, image);
   return result ? result : describe_mean(f, image);
@@ -140,8 +143,10 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
                             np_monitor *monitor, neph_image **out_image) {
   const neph_render_desc *desc = &plan->desc;
   neph_context *context = assembly->context;
+  np_tile_feed nobody = {.fn = NULL};
   np_frame *f = np_alloc(context, 1, sizeof *f);
   if (!f) return NEPH_ERROR_OUT_OF_MEMORY;
+  f->feed = plan->feed ? plan->feed : &nobody;
   f->assembly = assembly;
   f->desc = desc;
   f->monitor = monitor;

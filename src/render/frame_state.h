@@ -5,6 +5,7 @@
 
 #include "render/assembly.h"
 #include "render/channels.h"
+#include "render/tile_feed.h"
 
 /* Over a tile's pixels: the sums of their means, and of the squares of the means' standard errors. */
 typedef struct np_tile_total {
@@ -25,6 +26,7 @@ typedef struct np_frame {
   const np_assembly *assembly;
   const neph_render_desc *desc;
   np_monitor *monitor;
+  np_tile_feed *feed;
   np_integrator_settings settings;
   np_integrator_fn integrate;
   np_half_distance_fn half_distance;
@@ -42,6 +44,9 @@ typedef struct np_frame {
 } np_frame;
 
 static inline bool np_frame_has_target(const np_frame *f) { return isfinite(f->desc->target_error); }
+
+/* Edge of a tile in pixels. */
+enum { NP_TILE_EDGE = 8 };
 
 size_t np_frame_count_tiles(const np_frame *f);
 

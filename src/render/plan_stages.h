@@ -45,6 +45,7 @@ typedef struct np_plan_reference {
 typedef struct np_plan {
   neph_context *context; /* borrowed */
   np_stores *stores;     /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
+  struct np_tile_feed *feed; /* borrowed: to whom tiles are shown; NULL: nobody */
   neph_render_desc desc; /* the caller's over the scene's, checked */
   unsigned sphere_size[2]; /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
   bool has_beauty;

@@ -129,16 +129,6 @@ neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monito
   return result;
 }
 
-neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc, neph_image **out_image) {
-  *out_image = NULL;
-  np_plan plan;
-  neph_result result = np_plan_make(scene, desc, &plan);
-  if (result) return result;
-  np_monitor monitor;
-  np_monitor_start(&monitor, scene->context, plan.desc.progress, plan.desc.progress_user);
-  return np_render_image(scene, &plan, &monitor, out_image);
-}
-
 neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc, neph_text_format format,
                                 char **out_text) {
   *out_text = NULL;

@@ -6,8 +6,6 @@
 #include "image/film.h"
 #include "render/frame_state.h"
 
-enum { TILE_EDGE = 8 };
-
 /* ---- One sample ---- */
 
 /* Offset from a pixel's centre, distributed as a tent one pixel to each side: the reconstruction filter, by sampling.
@@ -230,36 +228,49 @@ static neph_result close_pixel(const np_frame *f, const unsigned at[2], size_t i
 
 /* ---- Tiles ---- */
 
+typedef neph_result pixel_step_fn(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total);
+
 typedef struct tile_job {
   const np_frame *f;
-  neph_result (*step)(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total);
+  pixel_step_fn *step;
+  bool is_shown; /* its tiles are in the image */
 } tile_job;
 
 static neph_result render_tiles(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const tile_job *job = user;
   const np_frame *f = job->f;
-  const size_t tiles_across = (f->width + TILE_EDGE - 1) / TILE_EDGE;
+  const size_t tiles_across = (f->width + NP_TILE_EDGE - 1) / NP_TILE_EDGE;
   for (size_t tile = begin; tile < end; tile++) {
-    const unsigned x0 = (unsigned)(tile % tiles_across) * TILE_EDGE, y0 = (unsigned)(tile / tiles_across) * TILE_EDGE;
-    for (unsigned y = y0; y < y0 + TILE_EDGE && y < f->height; y++)
-      for (unsigned x = x0; x < x0 + TILE_EDGE && x < f->width; x++) {
+    const unsigned x0 = (unsigned)(tile % tiles_across) * NP_TILE_EDGE;
+    const unsigned y0 = (unsigned)(tile / tiles_across) * NP_TILE_EDGE;
+    for (unsigned y = y0; y < y0 + NP_TILE_EDGE && y < f->height; y++)
+      for (unsigned x = x0; x < x0 + NP_TILE_EDGE && x < f->width; x++) {
         const unsigned at[2] = {f->desc->crop_min[0] + x, f->desc->crop_min[1] + y};
         neph_result result = job->step(f, at, (size_t)y * f->width + x, &f->totals[tile]);
         if (result) return result;
       }
+    if (job->is_shown) np_tile_feed_mark(f->feed, tile);
   }
   return NEPH_OK;
 }
 
 size_t np_frame_count_tiles(const np_frame *f) {
-  return (size_t)((f->width + TILE_EDGE - 1) / TILE_EDGE) * ((f->height + TILE_EDGE - 1) / TILE_EDGE);
+  return (size_t)((f->width + NP_TILE_EDGE - 1) / NP_TILE_EDGE) * ((f->height + NP_TILE_EDGE - 1) / NP_TILE_EDGE);
 }
 
-static neph_result run_tiles(np_frame *f,
-                             neph_result (*step)(const np_frame *, const unsigned *, size_t, np_tile_total *)) {
-  tile_job job = {f, step};
+static neph_result run_tiles(np_frame *f, pixel_step_fn *step, bool is_shown) {
+  tile_job job = {f, step, is_shown};
   return np_parallel_for(f->assembly->context, f->monitor, np_frame_count_tiles(f), 1, render_tiles, &job);
+}
+
+/* Tiles that go into the image, and on to who looks at it. */
+static neph_result show_tiles(np_frame *f, pixel_step_fn *step, bool is_final) {
+  f->feed->is_final = is_final;
+  neph_result result = run_tiles(f, step, true);
+  if (!result && !np_tile_feed_deliver(f->feed)) result = NEPH_ERROR_CANCELLED;
+  f->feed->pass_index++;
+  return result;
 }
 
 /* Passes that the pixel needs after the first one, and that one; or `passes` where those are more. */
@@ -283,7 +294,18 @@ static neph_result run_until(np_frame *f, double end_s, neph_result (*run)(np_fr
   return *out_is_cut && result == NEPH_ERROR_CANCELLED ? NEPH_OK : result;
 }
 
-static neph_result run_pass(np_frame *f) { return run_tiles(f, extend_pixel); }
+static neph_result run_pass(np_frame *f) { return run_tiles(f, extend_pixel, false); }
+
+/* What the samples so far make of a pixel, for who looks on. */
+static neph_result preview_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
+  (void)total;
+  np_tile_total unused = {.samples = 0};
+  return close_pixel(f, at, index, &unused);
+}
+
+static neph_result preview_pass(np_frame *f) {
+  return f->feed->fn && !f->is_cut ? show_tiles(f, preview_pixel, false) : NEPH_OK;
+}
 
 /* Passes end when all are done, or at the limit: progress is that of which comes first. */
 static void set_pass_range(const np_frame *f, double begin_s, uint32_t pass, double passes) {
@@ -300,6 +322,7 @@ static neph_result run_passes(np_frame *f) {
   f->is_first_pass = true;
   set_pass_range(f, begin_s, 0, 2.0 + f->desc->sample_count / NP_FILM_LEAF_SAMPLES);
   neph_result result = run_pass(f);
+  if (!result) result = preview_pass(f);
   if (result) return result;
   f->is_first_pass = false;
   np_monitor_set_deadline(f->monitor, HUGE_VAL);
@@ -307,6 +330,7 @@ static neph_result run_passes(np_frame *f) {
   for (uint32_t pass = 1; pass < passes && !f->is_cut && !result; pass++) {
     set_pass_range(f, begin_s, pass, passes);
     result = run_until(f, pass == 1 ? schedule->first_samples_s : schedule->limit_s, run_pass, &f->is_cut);
+    if (!result && pass + 1 < passes) result = preview_pass(f);
   }
   return result;
 }
@@ -320,7 +344,7 @@ static neph_result render_passes(np_frame *f) {
   neph_result result = f->pixels && f->sums ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) result = run_passes(f);
   np_monitor_set_range(f->monitor, 1.0, 1.0);
-  if (!result) result = run_tiles(f, close_pixel);
+  if (!result) result = show_tiles(f, close_pixel, true);
   np_alloc_free(context, f->pixels);
   np_alloc_free(context, f->sums);
   return result;
@@ -377,7 +401,7 @@ neph_result np_frame_sample(np_frame *f) {
   neph_result result = np_frame_has_target(f) ? find_pilots(f) : NEPH_OK;
   np_monitor_set_part(f->monitor, whole, pilots_end, 1.0);
   np_monitor_set_stage(f->monitor, "rendering");
-  if (!result) result = has_limit(f) ? render_passes(f) : run_tiles(f, render_pixel);
+  if (!result) result = has_limit(f) ? render_passes(f) : show_tiles(f, render_pixel, true);
   np_alloc_free(f->assembly->context, f->pilots);
   f->pilots = NULL;
   return result;

@@ -4,6 +4,7 @@
 #include "core/alloc.h"
 
 void np_stores_clear(neph_context *context, np_stores *stores) {
+  np_asset_store_clear(&stores->assets);
   np_sky_store_clear(context, &stores->skies);
   np_light_store_clear(context, &stores->lights);
   stores->references = (np_reference_store){0};

@@ -1,13 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* All that one picture leaves to the next: skies, light in clouds, reference frames. One picture at a time uses it. */
+/* All that one picture leaves to the next: volumes, terrain, skies, light in clouds, reference frames. One picture at a
+ * time uses it. */
 #ifndef NP_RENDER_STORES_H
 #define NP_RENDER_STORES_H
 
 #include "atmosphere/sky_store.h"
 #include "caches/light_store.h"
+#include "render/asset_store.h"
 #include "render/reference_store.h"
 
 typedef struct np_stores {
+  np_asset_store assets;
   np_sky_store skies;
   np_light_store lights;
   np_reference_store references;

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Renderers: pictures one after the other, of one scene or of several, that share what they have in common. */
+#ifndef NEPHOS_RENDERER_H
+#define NEPHOS_RENDERER_H
+
+#include <nephos/render.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** What pictures leave to the next, whatever scene that is of: volumes and terrain while their files and settings are
+ * the same, tables of air and sky, light in clouds, depths towards the sun. One owner; one picture at a time. */
+typedef struct neph_renderer neph_renderer;
+
+NEPH_API neph_result neph_renderer_create(neph_context *context, neph_renderer **out_renderer) NEPH_NODISCARD;
+
+/** Ends a renderer, and frees what it keeps. NULL is allowed. */
+NEPH_API void neph_renderer_destroy(neph_renderer *renderer);
+
+/** Renders one picture as neph_render_image does, from what the pictures before have left.
+ *
+ * A picture is that of the scene alone where what it takes over was made for the same scene; where lights or air have
+ * moved a little, tables are taken over within the tolerances that they were sized for (atmosphere.tolerance, and a
+ * thousandth for light in clouds), as in a sequence. What is taken over, and what is made again and why, is logged.
+ *
+ * @param scene      of the renderer's context.
+ * @param desc       NULL: the scene's own settings.
+ * @param out_image  owned by the caller; NULL on failure.
+ */
+NEPH_API neph_result neph_renderer_render(neph_renderer *renderer, neph_scene *scene, const neph_render_desc *desc,
+                                          neph_image **out_image) NEPH_NODISCARD;
+
+/** Ends the picture under way, from any thread: neph_renderer_render then returns NEPH_ERROR_CANCELLED within half a
+ * second. Does nothing while there is none. */
+NEPH_API void neph_renderer_cancel(neph_renderer *renderer);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Pictures on behalf of a caller: whose stores they use, whom they tell, and who may stop them. */
+#include <nephos/renderer.h>
+
+#include "core/alloc.h"
+#include "render/frame.h"
+#include "render/tile_feed.h"
+
+struct neph_renderer {
+  neph_context *context; /* retained */
+  np_stores stores;
+  atomic_bool is_cancelled; /* the picture under way */
+};
+
+/* One picture under way. */
+typedef struct picture_call {
+  np_plan plan;
+  np_tile_feed feed;
+  const atomic_bool *is_cancelled; /* NULL: nobody may stop it but by its callbacks */
+  neph_progress_fn progress;       /* NULL: nobody is told */
+  void *progress_user;
+} picture_call;
+
+/* On the calling thread, many times a second. */
+static bool tell(void *user, const neph_progress *progress) {
+  picture_call *call = user;
+  if (call->is_cancelled && atomic_load(call->is_cancelled)) return false;
+  if (!np_tile_feed_deliver(&call->feed)) return false;
+  return !call->progress || call->progress(call->progress_user, progress);
+}
+
+static neph_result render_picture(neph_scene *scene, picture_call *call, neph_image **out_image) {
+  const neph_render_desc *desc = &call->plan.desc;
+  call->progress = desc->progress;
+  call->progress_user = desc->progress_user;
+  call->feed = (np_tile_feed){.fn = desc->tile, .user = desc->tile_user};
+  call->plan.feed = &call->feed;
+  np_monitor monitor;
+  np_monitor_start(&monitor, scene->context, tell, call);
+  return np_render_image(scene, &call->plan, &monitor, out_image);
+}
+
+neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc, neph_image **out_image) {
+  picture_call call = {.is_cancelled = NULL};
+  *out_image = NULL;
+  neph_result result = np_plan_make(scene, desc, &call.plan);
+  return result ? result : render_picture(scene, &call, out_image);
+}
+
+neph_result neph_renderer_create(neph_context *context, neph_renderer **out_renderer) {
+  *out_renderer = np_alloc(context, 1, sizeof **out_renderer);
+  if (!*out_renderer) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_context_retain(context);
+  (*out_renderer)->context = context;
+  atomic_init(&(*out_renderer)->is_cancelled, false);
+  return NEPH_OK;
+}
+
+void neph_renderer_destroy(neph_renderer *renderer) {
+  if (!renderer) return;
+  neph_context *context = renderer->context;
+  np_stores_clear(context, &renderer->stores);
+  np_alloc_free(context, renderer);
+  np_context_release(context);
+}
+
+void neph_renderer_cancel(neph_renderer *renderer) { atomic_store(&renderer->is_cancelled, true); }
+
+/* A sequence goes by a frame that its scene chooses, not the renderer. */
+static neph_result render_from_stores(neph_renderer *renderer, neph_scene *scene, picture_call *call,
+                                      neph_image **out_image) {
+  np_stores *of_scene = call->plan.stores;
+  renderer->stores.references = of_scene->references;
+  call->plan.stores = &renderer->stores;
+  neph_result result = render_picture(scene, call, out_image);
+  of_scene->references = renderer->stores.references;
+  return result;
+}
+
+neph_result neph_renderer_render(neph_renderer *renderer, neph_scene *scene, const neph_render_desc *desc,
+                                 neph_image **out_image) {
+  picture_call call = {.is_cancelled = &renderer->is_cancelled};
+  *out_image = NULL;
+  atomic_store(&renderer->is_cancelled, false);
+  if (scene->context != renderer->context)
+    return np_fail(renderer->context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "the scene belongs to another context than the renderer: make it in the renderer's");
+  neph_result result = np_plan_make(scene, desc, &call.plan);
+  return result ? result : render_from_stores(renderer, scene, &call, out_image);
+}

@@ -1,0 +1,380 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Renderers: what pictures share, what they are told of themselves, and how they are stopped. */
+#include "test_scenes.h"
+
+#include <pthread.h>
+#include <sys/stat.h>
+#include <time.h>
+
+#include <nephos/nephos.h>
+
+#include "core/context_private.h"
+
+static const char landscape[] =
+    "{camera: {position: [0, -4 km, 500 m], look_at: [0, 0, 1.3 km], fov: 60 deg, resolution: [53, 29]},"
+    " sun: {elevation: 25 deg, azimuth: 220 deg}, terrain: {ridges: {samples: 65, relief: 300 m}},"
+    " clouds: [{name: heap, bake: {extent: 3 km, voxel: 100 m, coverage: 0.6}}],"
+    " render: {samples: 2, wavelengths: 3}}";
+
+static int set_up(void **state) { return set_up_scene(state, 2, landscape); }
+
+static neph_renderer *create(fixture *f) {
+  neph_renderer *renderer;
+  assert_int_equal(neph_renderer_create(f->context, &renderer), NEPH_OK);
+  return renderer;
+}
+
+static neph_render_desc describe(fixture *f, int frame) {
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  assert_int_equal(neph_scene_get_render_desc(f->scene, &desc), NEPH_OK);
+  desc.frame = frame;
+  return desc;
+}
+
+static neph_scene *load(fixture *f) {
+  neph_scene *scene;
+  assert_int_equal(neph_scene_load_text(f->context, landscape, "dir/other.yaml", &scene), NEPH_OK);
+  return scene;
+}
+
+static neph_image *render(neph_renderer *renderer, neph_scene *scene, const neph_render_desc *desc) {
+  neph_image *image;
+  assert_int_equal(neph_renderer_render(renderer, scene, desc, &image), NEPH_OK);
+  return image;
+}
+
+static void assert_same_bits(neph_context *context, neph_image *ours, neph_image *theirs) {
+  neph_image_difference difference = NEPH_IMAGE_DIFFERENCE_DEFAULT;
+  assert_int_equal(neph_image_compare(context, ours, theirs, &difference), NEPH_OK);
+  assert_int_equal(difference.differing_count, 0);
+  neph_image_destroy(ours);
+  neph_image_destroy(theirs);
+}
+
+/* ---- Reuse ---- */
+
+static const char *const shared[] = {"cloud heap: kept", "terrain: kept", "atmosphere: kept", "camera sky: kept",
+                                     "cloud sky: kept"};
+
+static bool is_all_kept(const test_log *log) {
+  for (size_t i = 0; i < sizeof shared / sizeof *shared; i++)
+    if (!strstr(log->text, shared[i])) return false;
+  return !strstr(log->text, ": made") && !strstr(log->text, ": built");
+}
+
+static void assert_second_frame_is_that_of_the_scene_alone(fixture *f, const char *integrator) {
+  neph_scene *alone = load(f);
+  set(f, "render.integrator", integrator);
+  assert_int_equal(neph_scene_set(alone, "render.integrator", integrator), NEPH_OK);
+  neph_renderer *renderer = create(f);
+  const neph_render_desc first = describe(f, 1), second = describe(f, 2);
+  neph_image_destroy(render(renderer, f->scene, &first));
+  assert_false(is_all_kept(&f->log));
+  test_log_clear(&f->log);
+  neph_image *ours = render(renderer, f->scene, &second), *theirs;
+  assert_null(strstr(f->log.text, ": made"));
+  assert_null(strstr(f->log.text, ": built"));
+  assert_int_equal(neph_render_image(alone, &second, &theirs), NEPH_OK);
+  assert_same_bits(f->context, ours, theirs);
+  neph_renderer_destroy(renderer);
+  neph_scene_destroy(alone);
+}
+
+static void a_second_frame_makes_nothing_again_and_is_the_same(void **state) {
+  fixture *f = *state;
+  assert_second_frame_is_that_of_the_scene_alone(f, "march");
+  assert_second_frame_is_that_of_the_scene_alone(f, "path");
+}
+
+static void another_scene_shares_what_is_the_same(void **state) {
+  fixture *f = *state;
+  neph_scene *other = load(f);
+  neph_renderer *renderer = create(f);
+  neph_image *first = render(renderer, f->scene, NULL);
+  test_log_clear(&f->log);
+  neph_image *second = render(renderer, other, NULL);
+  assert_true(is_all_kept(&f->log));
+  assert_same_bits(f->context, first, second);
+  neph_scene_destroy(other);
+  neph_image_destroy(render(renderer, f->scene, NULL)); /* outlives a scene that has used it */
+  neph_renderer_destroy(renderer);
+}
+
+static void what_has_changed_is_made_again(void **state) {
+  fixture *f = *state;
+  neph_renderer *renderer = create(f);
+  neph_image_destroy(render(renderer, f->scene, NULL));
+  set(f, "clouds[0].bake.seed", "9");
+  test_log_clear(&f->log);
+  neph_image_destroy(render(renderer, f->scene, NULL));
+  assert_non_null(strstr(f->log.text, "cloud heap: made"));
+  assert_non_null(strstr(f->log.text, "terrain: kept"));
+  assert_non_null(strstr(f->log.text, "atmosphere: kept"));
+  set(f, "terrain.ridges.relief", "310 m");
+  test_log_clear(&f->log);
+  neph_image_destroy(render(renderer, f->scene, NULL));
+  assert_non_null(strstr(f->log.text, "cloud heap: kept"));
+  assert_non_null(strstr(f->log.text, "terrain: made"));
+  neph_renderer_destroy(renderer);
+}
+
+/* Two clouds of one file share a volume; a file that was written over is read again. */
+static void files_are_read_again_when_they_have_changed(void **state) {
+  fixture *f = *state;
+  char *folder = test_folder_create(), *path = test_path(folder, "cloud.vdb");
+  neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
+  char text[512];
+  neph_scene *scene;
+  cloud.extent_m[0] = cloud.extent_m[1] = 1500;
+  cloud.voxel_m = 100;
+  assert_int_equal(neph_cloud_bake_file(f->context, &cloud, NULL, "density", path), NEPH_OK);
+  (void)snprintf(text, sizeof text,
+                 "{camera: {resolution: [8, 6]}, atmosphere: none, environment: {radiance: 1}, clouds: [{name: a, vdb: "
+                 "%s, extinction: 1}, {name: b, vdb: %s, extinction: 1, position: [0, 0, 0]}]}",
+                 path, path);
+  assert_int_equal(neph_scene_load_text(f->context, text, "dir/files.yaml", &scene), NEPH_OK);
+  neph_renderer *renderer = create(f);
+  neph_image_destroy(render(renderer, scene, NULL));
+  test_log_clear(&f->log);
+  neph_image_destroy(render(renderer, scene, NULL));
+  assert_non_null(strstr(f->log.text, "cloud a: kept"));
+  assert_non_null(strstr(f->log.text, "cloud b: kept"));
+  cloud.seed = 5;
+  assert_int_equal(neph_cloud_bake_file(f->context, &cloud, NULL, "density", path), NEPH_OK);
+  test_log_clear(&f->log);
+  neph_image_destroy(render(renderer, scene, NULL));
+  assert_non_null(strstr(f->log.text, "cloud a: made"));
+  assert_int_equal(remove(path), 0);
+  neph_image *image;
+  assert_int_equal(neph_renderer_render(renderer, scene, NULL, &image), NEPH_ERROR_NOT_FOUND);
+  assert_null(image);
+  neph_renderer_destroy(renderer);
+  neph_scene_destroy(scene);
+  free(path);
+  test_folder_destroy(folder);
+}
+
+/* ---- Progress, tiles ---- */
+
+typedef struct watch {
+  unsigned width, height;
+  unsigned char covered[64][64]; /* passes over each pixel */
+  float shown[64][64];           /* alpha of the last */
+  unsigned pass_count, tile_count;
+  bool is_final, is_wrong;
+  double fraction, stages; /* the last, and the number of its changes of stage */
+  const char *stage;
+  bool had_remaining;
+  unsigned calls_left; /* after which it cancels; 0: never */
+} watch;
+
+static bool see_tile(void *user, const neph_tile *tile) {
+  watch *w = user;
+  const float *alpha = neph_image_get_values(tile->image, "A");
+  w->width = neph_image_get_width(tile->image);
+  w->height = neph_image_get_height(tile->image);
+  w->is_wrong |= tile->max[0] > w->width || tile->max[1] > w->height || tile->min[0] >= tile->max[0];
+  w->is_wrong |= tile->pass_index + 1 < w->pass_count;
+  w->pass_count = tile->pass_index + 1;
+  w->is_final = tile->is_final;
+  w->tile_count++;
+  for (unsigned y = tile->min[1]; y < tile->max[1]; y++)
+    for (unsigned x = tile->min[0]; x < tile->max[0]; x++) {
+      w->is_wrong |= w->covered[y][x] != tile->pass_index;
+      w->covered[y][x]++;
+      w->shown[y][x] = alpha[y * w->width + x];
+    }
+  return !w->calls_left || --w->calls_left;
+}
+
+static bool see_progress(void *user, const neph_progress *progress) {
+  watch *w = user;
+  w->is_wrong |= progress->fraction < w->fraction || !(progress->remaining_s >= 0.0) || !progress->stage;
+  w->fraction = progress->fraction;
+  w->had_remaining |= isfinite(progress->remaining_s);
+  if (!w->stage || strcmp(w->stage, progress->stage) != 0) w->stages++;
+  w->stage = progress->stage;
+  return true;
+}
+
+static neph_render_desc describe_watched(fixture *f, watch *w) {
+  neph_render_desc desc = describe(f, 1);
+  desc.tile = see_tile;
+  desc.progress = see_progress;
+  desc.tile_user = desc.progress_user = w;
+  return desc;
+}
+
+static void assert_all_seen(const watch *w, neph_image *image) {
+  const float *alpha = neph_image_get_values(image, "A");
+  assert_false(w->is_wrong);
+  assert_true(w->is_final);
+  assert_int_equal(w->width, neph_image_get_width(image));
+  for (unsigned y = 0; y < w->height; y++)
+    for (unsigned x = 0; x < w->width; x++) {
+      assert_int_equal(w->covered[y][x], w->pass_count);
+      assert_true(w->shown[y][x] == alpha[y * w->width + x]);
+    }
+}
+
+static void tiles_cover_each_pixel_once(void **state) {
+  fixture *f = *state;
+  watch w = {.width = 0};
+  neph_render_desc desc = describe_watched(f, &w);
+  desc.crop_min[0] = 3;
+  desc.crop_min[1] = 2;
+  neph_renderer *renderer = create(f);
+  neph_image *image = render(renderer, f->scene, &desc), *plain;
+  assert_all_seen(&w, image);
+  assert_int_equal(w.pass_count, 1);
+  assert_true(w.stages >= 3 && w.had_remaining);
+  desc.tile = NULL;
+  assert_int_equal(neph_render_image(f->scene, &desc, &plain), NEPH_OK);
+  assert_same_bits(f->context, image, plain);
+  neph_renderer_destroy(renderer);
+}
+
+/* Eight samples and more take several passes under a limit that is never reached. */
+static void passes_under_a_time_limit_cover_each_pixel_once_each(void **state) {
+  fixture *f = *state;
+  watch w = {.width = 0};
+  neph_render_desc desc = describe_watched(f, &w);
+  desc.sample_count = 48;
+  desc.time_limit_s = 1000;
+  neph_renderer *renderer = create(f);
+  neph_image *image = render(renderer, f->scene, &desc), *plain;
+  assert_all_seen(&w, image);
+  assert_true(w.pass_count >= 3);
+  desc.tile = NULL;
+  assert_int_equal(neph_render_image(f->scene, &desc, &plain), NEPH_OK);
+  assert_same_bits(f->context, image, plain);
+  neph_renderer_destroy(renderer);
+}
+
+static void a_tile_may_cancel(void **state) {
+  fixture *f = *state;
+  watch w = {.calls_left = 1};
+  neph_render_desc desc = describe_watched(f, &w);
+  neph_renderer *renderer = create(f);
+  neph_image *image;
+  assert_int_equal(neph_renderer_render(renderer, f->scene, &desc, &image), NEPH_ERROR_CANCELLED);
+  assert_null(image);
+  assert_int_equal(w.tile_count, 1);
+  neph_renderer_destroy(renderer);
+}
+
+/* ---- Cancelling ---- */
+
+typedef struct canceller {
+  neph_renderer *renderer;
+  atomic_bool has_begun;
+  struct timespec at;
+} canceller;
+
+static void *cancel_soon(void *user) {
+  canceller *c = user;
+  while (!atomic_load(&c->has_begun)) nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+  nanosleep(&(struct timespec){.tv_nsec = 50000000}, NULL);
+  clock_gettime(CLOCK_MONOTONIC, &c->at);
+  neph_renderer_cancel(c->renderer);
+  return NULL;
+}
+
+static bool note_begin(void *user, const neph_progress *progress) {
+  canceller *c = user;
+  (void)progress;
+  atomic_store(&c->has_begun, true);
+  return true;
+}
+
+static void another_thread_cancels_within_half_a_second(void **state) {
+  fixture *f = *state;
+  canceller c = {.renderer = create(f)};
+  neph_render_desc desc = describe(f, 1);
+  neph_image *image;
+  pthread_t thread;
+  struct timespec end;
+  desc.sample_count = 1u << 24; /* hours */
+  desc.progress = note_begin;
+  desc.progress_user = &c;
+  neph_renderer_cancel(c.renderer); /* nothing is under way */
+  assert_int_equal(pthread_create(&thread, NULL, cancel_soon, &c), 0);
+  assert_int_equal(neph_renderer_render(c.renderer, f->scene, &desc, &image), NEPH_ERROR_CANCELLED);
+  clock_gettime(CLOCK_MONOTONIC, &end);
+  pthread_join(thread, NULL);
+  assert_null(image);
+  assert_true((double)(end.tv_sec - c.at.tv_sec) + 1e-9 * (double)(end.tv_nsec - c.at.tv_nsec) < 0.5);
+  assert_int_equal(f->log.counts[NEPH_LOG_ERROR], 0);
+  neph_image_destroy(render(c.renderer, f->scene, NULL)); /* the next is not */
+  neph_renderer_destroy(c.renderer);
+}
+
+/* ---- Failures ---- */
+
+static void a_scene_of_another_context_is_refused(void **state) {
+  fixture *f = *state;
+  neph_context *other = test_context_create(1, NULL);
+  neph_scene *scene;
+  neph_image *image = (neph_image *)f; /* anything but NULL */
+  neph_renderer *renderer = create(f);
+  assert_int_equal(neph_scene_create(other, &scene), NEPH_OK);
+  assert_int_equal(neph_renderer_render(renderer, scene, NULL, &image), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_null(image);
+  assert_one_error(&f->log, "the scene belongs to another context than the renderer");
+  const neph_render_desc bad = {.struct_size = 4};
+  assert_int_equal(neph_renderer_render(renderer, f->scene, &bad, &image), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "neph_render_desc.struct_size is 4");
+  neph_scene_destroy(scene);
+  neph_renderer_destroy(renderer);
+  neph_renderer_destroy(NULL);
+  neph_context_destroy(other);
+}
+
+static neph_result render_twice(neph_context *context, void *user) {
+  neph_scene *scene = NULL;
+  neph_renderer *renderer = NULL;
+  neph_image *image = NULL;
+  watch w = {.width = 0};
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  neph_result result = neph_scene_load_text(context, user, "test.yaml", &scene);
+  if (!result) result = neph_renderer_create(context, &renderer);
+  if (!result) result = neph_scene_get_render_desc(scene, &desc);
+  desc.tile = see_tile;
+  desc.tile_user = &w;
+  if (!result) result = neph_renderer_render(renderer, scene, &desc, &image);
+  neph_image_destroy(image);
+  image = NULL;
+  desc.tile = NULL;
+  if (!result) result = neph_renderer_render(renderer, scene, &desc, &image);
+  neph_image_destroy(image);
+  neph_renderer_destroy(renderer);
+  neph_scene_destroy(scene);
+  return result;
+}
+
+static void rendering_survives_each_failed_allocation(void **state) {
+  (void)state;
+  static char scene[] =
+      "{camera: {position: [0, 0, 1.2 km], look_at: [1 km, 0, 1.2 km], resolution: [4, 3]}, atmosphere: none,"
+      " environment: {radiance: 1}, terrain: {ridges: {samples: 17, ridge: 9 km}},"
+      " clouds: [{bake: {extent: 400 m, voxel: 100 m, thickness: 300 m}}],"
+      " render: {samples: 1, multiple_scattering: none}}";
+  assert_survives_failed_allocations(render_twice, scene);
+}
+
+int main(void) {
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+  const struct CMUnitTest tests[] = {
+      TEST(a_second_frame_makes_nothing_again_and_is_the_same),
+      TEST(another_scene_shares_what_is_the_same),
+      TEST(what_has_changed_is_made_again),
+      TEST(files_are_read_again_when_they_have_changed),
+      TEST(tiles_cover_each_pixel_once),
+      TEST(passes_under_a_time_limit_cover_each_pixel_once_each),
+      TEST(a_tile_may_cancel),
+      TEST(another_thread_cancels_within_half_a_second),
+      TEST(a_scene_of_another_context_is_refused),
+      cmocka_unit_test(rendering_survives_each_failed_allocation),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
