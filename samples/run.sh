@@ -28,5 +28,8 @@ for scene in samples/*.yaml; do
   "$program" render "$scene"
 done
 
+echo "samples/compose.c:"
+build/release/bin/sample_compose samples/out
+
 echo "The pictures (.exr, and a .png of each to look at) lie in $(pwd)/samples/out:"
 ls -l samples/out/*.exr samples/out/*.png

@@ -74,6 +74,8 @@ static void assert_second_frame_is_that_of_the_scene_alone(fixture *f, const cha
   neph_image *ours = render(renderer, f->scene, &second), *theirs;
   assert_null(strstr(f->log.text, ": made"));
   assert_null(strstr(f->log.text, ": built"));
+  assert_null(strstr(f->log.text, ": solved"));
+  assert_null(strstr(f->log.text, ": found"));
   assert_int_equal(neph_render_image(alone, &second, &theirs), NEPH_OK);
   assert_same_bits(f->context, ours, theirs);
   neph_renderer_destroy(renderer);
