@@ -88,14 +88,18 @@ typedef struct building {
   np_assembly assembly;
 } building;
 
-static void build(neph_context *context, const char *text, uint32_t stages, building *out) {
+static void build_planned(building *b, uint32_t stages) {
   np_monitor monitor;
-  np_monitor_start(&monitor, context, NULL, NULL);
+  np_monitor_start(&monitor, b->scene->context, NULL, NULL);
+  assert_int_equal(np_assembly_build_some(b->scene, &b->plan, stages, &monitor, &b->assembly), NEPH_OK);
+}
+
+static void build(neph_context *context, const char *text, uint32_t stages, building *out) {
   *out = (building){.scene = NULL};
   assert_int_equal(neph_scene_load_text(context, text, "scene.yaml", &out->scene), NEPH_OK);
   assert_int_equal(np_plan_make(out->scene, NULL, &out->plan), NEPH_OK);
   out->plan.stores = &out->stores;
-  assert_int_equal(np_assembly_build_some(out->scene, &out->plan, stages, &monitor, &out->assembly), NEPH_OK);
+  build_planned(out, stages);
 }
 
 static void clear(building *b) {
@@ -219,6 +223,25 @@ static void a_stage_reads_what_it_names(void **state) {
   assert_reads_what_it_names(f->context, night);
 }
 
+/* ---- Reuse ---- */
+
+/* Each of those stages says once that it was kept; no other does. */
+static void what_rows_say_is_kept_is(void **state) {
+  fixture *f = *state;
+  building b;
+  build(f->context, day, UINT32_MAX, &b);
+  np_assembly_clear(&b.assembly);
+  test_log_clear(&f->log);
+  build_planned(&b, UINT32_MAX);
+  unsigned kept = 0, expected = 0;
+  for (const char *at = f->log.text; (at = strstr(at, ": kept")); at++) kept++;
+  for (int i = 0; i < NP_STAGE_COUNT; i++)
+    if (np_plan_needs(&b.plan, (np_stage)i) && np_stage_get_row((np_stage)i)->kept_while) expected++;
+  assert_int_equal(expected, 5); /* air, two skies, sun optical depth, multiple scattering */
+  assert_int_equal(kept, expected);
+  clear(&b);
+}
+
 /* ---- Costs ---- */
 
 /* Nothing is predicted of what is not needed, and of the day's picture what takes longest: air, clouds and light. */
@@ -253,6 +276,7 @@ int main(void) {
       cmocka_unit_test(the_rows_of_a_sky_are_enough),
       cmocka_unit_test_setup_teardown(what_is_needed_is_built_and_nothing_else, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_stage_reads_what_it_names, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(what_rows_say_is_kept_is, set_up, tear_down),
       cmocka_unit_test_setup_teardown(costs_are_those_of_what_is_needed, set_up, tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
