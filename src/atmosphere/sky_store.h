@@ -37,16 +37,17 @@ neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *st
                                          const neph_atmosphere_desc *desc, bool has_light, np_monitor *monitor,
                                          neph_atmosphere **out_atmosphere);
 
-/* Lets an entry hold an atmosphere that a caller has made, and its skies alone. Without memory it stays as it is. */
+/* Lets an entry hold an atmosphere that a caller has made, in the place of its own. Without memory it stays as it is. */
 void np_sky_store_offer(neph_context *context, np_sky_store *store, unsigned index, neph_atmosphere *atmosphere);
 
 /* A sky of `atmosphere`, which was taken before, likewise. A kept one is moved to the light and the observer wanted. */
 neph_result np_sky_store_take_sky(np_sky_store *store, unsigned index, np_sky_role role, neph_atmosphere *atmosphere,
                                   const neph_sky_desc *desc, np_monitor *monitor, neph_sky **out_sky);
 
-/* Takes back what was lent, or new; NULL among them is allowed. What there is no room for is released. */
-void np_sky_store_give(neph_context *context, np_sky_store *store, unsigned index, neph_atmosphere *atmosphere,
-                       neph_sky *const skies[NP_SKY_ROLES]);
+/* Take back what was lent, or new; NULL changes nothing. What there is no room for is released. */
+void np_sky_store_give_atmosphere(neph_context *context, np_sky_store *store, unsigned index,
+                                  neph_atmosphere *atmosphere);
+void np_sky_store_give_sky(neph_context *context, np_sky_store *store, unsigned index, np_sky_role role, neph_sky *sky);
 
 void np_sky_store_clear(neph_context *context, np_sky_store *store);
 

@@ -4,7 +4,7 @@
 #include <stdio.h>
 
 #include "core/units.h"
-#include "render/plan.h"
+#include "render/plan_choices.h"
 #include "terrain/terrain_private.h"
 
 /* Less of a ray's light than this is not worth the look-ups. */

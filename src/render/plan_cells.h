@@ -11,9 +11,17 @@ struct np_scattering_desc;
  * whatever of it is rendered. */
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, struct np_scattering_desc *out);
 
-/* Errors to be expected of light, as shares, at the densest point: in the smallest cells, which are near the camera,
- * and in the largest. Not known where clouds or their phase functions are files that have not been read. */
-neph_result np_plan_expect_light_errors(const np_plan *plan, const neph_scene *scene, bool *out_are_known,
-                                        double out_errors[2]);
+/* What is to be expected of them. Not known where clouds or their phase functions are files that have not been read. */
+typedef struct np_cells_forecast {
+  bool is_known;
+  double errors[2]; /* of light, as shares, at the densest point: in the smallest cells, which are near the camera, and
+                       in the largest */
+  double cell_count; /* in the box of the clouds */
+} np_cells_forecast;
+
+neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene, np_cells_forecast *out);
+
+/* Bytes that a solution takes while it is computed, of a plan that has its forecast. */
+double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene);
 
 #endif

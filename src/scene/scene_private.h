@@ -269,6 +269,9 @@ np_color_space np_scene_get_color_space(const neph_scene *scene);
  * not all of it, shines, and in a space that has its own white. */
 void np_scene_get_white(const neph_scene *scene, double out_white[3]);
 
+/* Albedo of the planet: the terrain's, unless it was given. */
+const double *np_scene_get_ground_albedo(const neph_scene *scene);
+
 /* Unit vector towards the sun, from angles (azimuth clockwise from north) or from time and place. */
 neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad, double out[3]);
 
