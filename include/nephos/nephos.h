@@ -1,5 +1,22 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The whole public interface of nephos. */
+/* The whole public interface of nephos.
+ *
+ * Threads: calls on different objects may run at the same time, of one context too; they share its threads. Of one
+ * object:
+ *
+ * - context: any calls at the same time.
+ * - volume, terrain, atmosphere: any calls at the same time; they never change once made. Retain and release count
+ *   atomically.
+ * - image, sky: any calls at the same time that take it as const; one that does not takes it alone.
+ * - scene: one call at a time, whatever it takes it as: rendering leaves in it what the next picture may use.
+ * - renderer: one call at a time, but for neph_renderer_cancel, which may come from any thread. A scene that it renders
+ *   is in use, too.
+ *
+ * Callbacks of progress and tiles come on the thread that made the call; those of the log and the allocator on any
+ * thread, several at once. A callback may call the library, but not on the objects of the call that it comes from.
+ *
+ * Structs that callers hand over begin with struct_size: start them from their default initializers, NEPH_…_DEFAULT.
+ */
 #ifndef NEPHOS_NEPHOS_H
 #define NEPHOS_NEPHOS_H
 

@@ -37,7 +37,7 @@ neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *st
                                          const neph_atmosphere_desc *desc, bool has_light, np_monitor *monitor,
                                          neph_atmosphere **out_atmosphere);
 
-/* Lets an entry hold an atmosphere that a caller has made, in the place of its own. Without memory it stays as it is. */
+/* Puts an atmosphere that a caller has made in the place of an entry's own. Without memory that stays. */
 void np_sky_store_offer(neph_context *context, np_sky_store *store, unsigned index, neph_atmosphere *atmosphere);
 
 /* A sky of `atmosphere`, which was taken before, likewise. A kept one is moved to the light and the observer wanted. */

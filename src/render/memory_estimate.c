@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Memory of a picture, predicted from its plan. */
+#include <string.h>
+
+#include "core/file.h"
+#include "image/image_private.h"
+#include "render/plan.h"
+#include "render/stages.h"
+
+/* Of a program with the library alone, and what OpenVDB and the libraries that come with it add. */
+static const double program_bytes = 14e6, vdb_bytes = 31e6;
+
+/* Of a height: itself, its vertex, and Embree's tree. */
+static const double height_bytes = 38.0;
+
+static bool is_hgt(const char *path) {
+  const char *dot = strrchr(path, '.');
+  return dot && !strcmp(dot, ".hgt");
+}
+
+/* Of a terrain to be made; one that was given is there already. */
+static neph_result count_heights(const neph_scene *scene, double *out_count) {
+  const np_scene_terrain *terrain = &scene->terrain;
+  unsigned size[2] = {0, 0};
+  neph_result result = NEPH_OK;
+  if (terrain->kind == NP_TERRAIN_RIDGES) size[0] = size[1] = terrain->ridges.sample_count;
+  const bool is_file = terrain->kind == NP_TERRAIN_HEIGHTFIELD;
+  if (is_file && !is_hgt(terrain->heightfield)) result = np_image_read_size(scene->context, terrain->heightfield, size);
+  *out_count = (double)size[0] * size[1];
+  if (is_file && is_hgt(terrain->heightfield)) *out_count = 0.5 * (double)np_file_get_size(terrain->heightfield);
+  return result;
+}
+
+static bool has_vdb(const neph_scene *scene) {
+  bool has = false;
+  for (unsigned i = 0; i < scene->cloud_count; i++) has = has || scene->clouds[i].vdb;
+  return has;
+}
+
+neph_result neph_render_estimate_memory(neph_scene *scene, const neph_render_desc *desc,
+                                        neph_memory_estimate *out_estimate) {
+  np_plan plan;
+  double heights;
+  neph_result result =
+      np_desc_check_size(scene->context, "neph_memory_estimate", out_estimate, sizeof *out_estimate);
+  if (!result) result = np_plan_make(scene, desc, &plan);
+  if (!result) result = count_heights(scene, &heights);
+  if (result) return result;
+  const double film = plan.stages[NP_STAGE_INTEGRATOR].cost.bytes, volumes = plan.stages[NP_STAGE_VOLUMES].cost.bytes;
+  neph_memory_estimate e = {.struct_size = sizeof e,
+                            .program_bytes = (uint64_t)(program_bytes + (has_vdb(scene) ? vdb_bytes : 0.0)),
+                            .terrain_bytes = (uint64_t)(height_bytes * heights),
+                            .volume_bytes = (uint64_t)volumes,
+                            .light_bytes = (uint64_t)(np_stages_count_cost(&plan).bytes - film - volumes),
+                            .film_bytes = (uint64_t)film};
+  e.total_bytes = e.program_bytes + e.terrain_bytes + e.volume_bytes + e.light_bytes + e.film_bytes;
+  return np_desc_write(scene->context, "neph_memory_estimate", &e, sizeof e, out_estimate);
+}
