@@ -62,7 +62,7 @@ static int count_allocations(neph_result (*work)(const vdb_files *), const vdb_f
   return 0;
 }
 
-/* Each failure unwinds through trees that are half built, and OpenVDB ends the process where its destructors allocate. */
+/* Each failure unwinds through trees that are half built. OpenVDB ends the process where its destructors allocate. */
 static void openvdb_may_run_out_of_memory_anywhere(void **state) {
   (void)state;
   char *folder = test_folder_create(), *path = test_path(folder, "cloud.vdb");
