@@ -122,6 +122,8 @@ public:
   using openvdb::io::Archive::write;
 };
 
+constexpr std::size_t no_owner = static_cast<std::size_t>(-1);
+
 struct Entry {
   std::size_t index;
   openvdb::io::GridDescriptor descriptor;
@@ -129,6 +131,7 @@ struct Entry {
   std::string name, value_type, grid_class, creator;
   bool is_scalar, is_vector, is_affine;
   double index_to_world[3][4]; /* where it is affine */
+  std::size_t owner; /* index of the grid that stores its voxels; itself, but for an instance */
 };
 
 } /* namespace */
@@ -224,6 +227,16 @@ Entry read_entry(np_vdb_file &file, std::size_t index) {
   return entry;
 }
 
+/* An instance stores a transform of its own, and the name of the grid whose voxels it shares. */
+std::size_t search_owner(const std::vector<Entry> &entries, const Entry &entry) {
+  if (!entry.descriptor.isInstance()) return entry.index;
+  for (const Entry &other : entries)
+    if (!other.descriptor.isInstance() && other.descriptor.uniqueName() == entry.descriptor.instanceParentName() &&
+        other.descriptor.gridType() == entry.descriptor.gridType())
+      return other.index;
+  return no_owner;
+}
+
 neph_result open_file(const np_vdb_source *source, np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_file **out_file,
                       np_vdb_error *error) noexcept {
   *out_file = nullptr;
@@ -232,6 +245,7 @@ neph_result open_file(const np_vdb_source *source, np_vdb_cancel_fn cancel, void
     auto file = std::make_unique<np_vdb_file>(*source, Canceller{cancel, cancel_user});
     start_stream(*file);
     for (std::size_t i = 0; i < source->grid_count; i++) file->entries.push_back(read_entry(*file, i));
+    for (Entry &entry : file->entries) entry.owner = search_owner(file->entries, entry);
     *out_file = file.release();
   });
 }
@@ -249,6 +263,7 @@ void describe_grid(const np_vdb_file *file, size_t index, np_vdb_grid_info *out_
   out_info->value_type = entry.value_type.c_str();
   out_info->grid_class = entry.grid_class.c_str();
   out_info->creator = entry.creator.c_str();
+  out_info->owner = entry.owner == no_owner ? index : entry.owner;
   out_info->is_half_on_disk = entry.descriptor.saveFloatAsHalf();
   out_info->is_scalar = entry.is_scalar;
   out_info->is_vector = entry.is_vector;
@@ -268,18 +283,13 @@ neph_result visit_metadata(const np_vdb_file *file, size_t index, void (*visit)(
 
 /* ---- Reading ---- */
 
-/* An instance stores a transform of its own, and the name of the grid whose tree it shares. */
-const Entry &get_tree_owner(const np_vdb_file &file, const Entry &entry) {
-  if (!entry.descriptor.isInstance()) return entry;
-  for (const Entry &other : file.entries)
-    if (!other.descriptor.isInstance() && other.descriptor.uniqueName() == entry.descriptor.instanceParentName())
-      return other;
-  throw Failure{NEPH_ERROR_BAD_FILE, "grid '" + entry.name + "' shares the voxels of a grid that is not in the file"};
-}
-
 enum class Part { topology, tree };
 
-openvdb::GridBase::Ptr read_stored(np_vdb_file &file, const Entry &entry, Part part) {
+openvdb::GridBase::Ptr read_tree(np_vdb_file &file, const Entry &instance, Part part) {
+  if (instance.owner == no_owner)
+    throw Failure{NEPH_ERROR_BAD_FILE,
+                  "grid '" + instance.name + "' shares the voxels of a grid that is missing or of another type"};
+  const Entry &entry = file.entries[instance.owner];
   const np_vdb_grid_place &place = file.source.places[entry.index];
   check_result(file.source.check_tree(file.source.user, entry.index, entry.header->saveFloatAsHalf()));
   file.stream.clear();
@@ -345,7 +355,7 @@ neph_result read_grid(np_vdb_file *file, size_t index, int component, const np_v
     if (!entry.is_scalar && !entry.is_vector)
       throw Failure{NEPH_ERROR_INVALID_ARGUMENT,
                     "grid '" + entry.name + "' is of type " + entry.value_type + ", neither a scalar nor a vector"};
-    const openvdb::GridBase::Ptr grid = read_stored(*file, get_tree_owner(*file, entry), Part::tree);
+    const openvdb::GridBase::Ptr grid = read_tree(*file, entry, Part::tree);
     if (entry.is_affine) std::memcpy(sink->grid->index_to_world.m, entry.index_to_world, sizeof entry.index_to_world);
     copy_if<openvdb::FloatGrid>(grid, component, *sink, file->canceller);
     copy_if<openvdb::DoubleGrid>(grid, component, *sink, file->canceller);
@@ -362,8 +372,7 @@ template <typename... GridTypes> std::size_t get_leaf_value_bytes(const openvdb:
 
 neph_result measure_grid(np_vdb_file *file, size_t index, np_vdb_grid_size *out_size, np_vdb_error *error) noexcept {
   return guarded(error, Direction::reading, [&] {
-    const openvdb::GridBase::Ptr grid =
-        read_stored(*file, get_tree_owner(*file, file->entries[index]), Part::topology);
+    const openvdb::GridBase::Ptr grid = read_tree(*file, file->entries[index], Part::topology);
     const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
     for (int axis = 0; axis < 3; axis++) {
       out_size->active_min[axis] = box.min()[axis];
