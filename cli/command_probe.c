@@ -14,12 +14,12 @@ static cli_exit choose_integrator(const char *name, neph_integrator *out) {
   return CLI_USAGE;
 }
 
-static cli_exit choose_splitting(const char *name, neph_splitting *out) {
+static cli_exit choose_path_guiding(const char *name, neph_path_guiding *out) {
   static const char *const names[] = {
-      [NEPH_SPLITTING_NONE] = "none", [NEPH_SPLITTING_ADJOINT] = "adjoint", [NEPH_SPLITTING_AUTO] = "auto"};
-  for (int i = NEPH_SPLITTING_NONE; i <= NEPH_SPLITTING_AUTO; i++)
-    if (!strcmp(name, names[i])) return *out = (neph_splitting)i, CLI_DONE;
-  cli_complain("--splitting is %s, must be none, adjoint or auto", name);
+      [NEPH_PATH_GUIDING_NONE] = "none", [NEPH_PATH_GUIDING_ADJOINT] = "adjoint", [NEPH_PATH_GUIDING_AUTO] = "auto"};
+  for (int i = NEPH_PATH_GUIDING_NONE; i <= NEPH_PATH_GUIDING_AUTO; i++)
+    if (!strcmp(name, names[i])) return *out = (neph_path_guiding)i, CLI_DONE;
+  cli_complain("--path-guiding is %s, must be none, adjoint or auto", name);
   return CLI_USAGE;
 }
 
@@ -40,7 +40,7 @@ static cli_exit refuse_option(const char *option, const char *question) {
 static cli_exit take_setting(const cli_setting *setting, neph_probe_desc *desc) {
   const char *option = setting->option ? setting->option : "--set";
   if (!strcmp(option, "--integrator")) return choose_integrator(setting->value, &desc->integrator);
-  if (!strcmp(option, "--splitting")) return choose_splitting(setting->value, &desc->splitting);
+  if (!strcmp(option, "--path-guiding")) return choose_path_guiding(setting->value, &desc->path_guiding);
   if (!strcmp(option, "--seed")) return choose_seed(setting->value, &desc->seed);
   return refuse_option(option, "slab");
 }

@@ -34,7 +34,8 @@ static const np_choice terrains[] = {{"none", NP_TERRAIN_NONE}, {NULL, 0}};
 static const np_choice integrators[] = {{"march", NEPH_INTEGRATOR_MARCH}, {"path", NEPH_INTEGRATOR_PATH}, {NULL, 0}};
 static const np_choice airs_of_paths[] = {
     {"traced", NEPH_RENDER_ATMOSPHERE_TRACED}, {"tables", NEPH_RENDER_ATMOSPHERE_TABLES}, {NULL, 0}};
-static const np_choice splittings[] = {{"none", NEPH_SPLITTING_NONE}, {"adjoint", NEPH_SPLITTING_ADJOINT}, {NULL, 0}};
+static const np_choice path_guidings[] = {
+    {"none", NEPH_PATH_GUIDING_NONE}, {"adjoint", NEPH_PATH_GUIDING_ADJOINT}, {NULL, 0}};
 static const np_choice scatterings[] = {
     {"ordinates", NEPH_MULTIPLE_SCATTERING_ORDINATES},
     {"octaves", NEPH_MULTIPLE_SCATTERING_OCTAVES},
@@ -490,8 +491,8 @@ static const np_key keys[] = {
      .fallback = "traced",
      .meaning = "of the integrator path: air and ground traced with the clouds, or, faster, from tables as in the "
                 "march"},
-    {.path = "render.splitting", .type = NP_KEY_CHOICE, .choices = splittings, .field = SCENE(render.splitting),
-     .fallback = "none",
+    {.path = "render.path_guiding", .type = NP_KEY_CHOICE, .choices = path_guidings,
+     .field = SCENE(render.path_guiding), .fallback = "none",
      .meaning = "of the integrator path: adjoint guides, splits and ends paths in clouds by the march's solution of "
                 "the multiple scattering; it pays at depths of tens and more, and in what absorbs"},
     {.path = "render.light_memory", .type = NP_KEY_REAL, .unit = NP_UNIT_GIGABYTE,
@@ -499,8 +500,9 @@ static const np_key keys[] = {
      .word_value = INFINITY,
      .meaning = "for ordinates while they are solved for; auto is a quarter of the machine's. Where it is too little, "
                 "cells far from the camera are made larger first"},
-    {.path = "render.look_gain", .type = NP_KEY_REAL, .field = SCENE(render.look_gain), .range = WITHIN(0, 1e6),
-     .fallback = "1", .meaning = "on the light of octaves, softened_beer, powder and derivative"},
+    {.path = "render.approximation_gain", .type = NP_KEY_REAL, .field = SCENE(render.look_gain),
+     .range = WITHIN(0, 1e6), .fallback = "1",
+     .meaning = "factor on the light of octaves, softened_beer, powder and derivative"},
     {.path = "render.octaves", .type = NP_KEY_SECTION, .meaning = "of multiple scattering"},
     {.path = "render.octaves.count", .type = NP_KEY_INTEGER, .field = SCENE(render.octave_count),
      .range = WITHIN(1, 16),
@@ -533,10 +535,10 @@ static const np_key keys[] = {
      .meaning = "longest step of the march, however little there is to see"},
     {.path = "render.transmittance_end", .type = NP_KEY_REAL, .field = SCENE(render.transmittance_end),
      .range = WITHIN(0, 0.5), .fallback = "0.001", .meaning = "the march ends a ray below it"},
-    {.path = "render.sun_depth", .type = NP_KEY_CHOICE, .choices = sun_depths, .field = SCENE(render.sun_depth),
-     .fallback = "auto",
-     .meaning = "how the march finds how much cloud lies before the sun: looked up in a volume filled once, or marched "
-                "for at every step; auto takes what is cheaper"},
+    {.path = "render.sun_optical_depth", .type = NP_KEY_CHOICE, .choices = sun_depths,
+     .field = SCENE(render.sun_depth), .fallback = "auto",
+     .meaning = "source of the march's optical depth from cloud to sun: volume, filled once and looked up, or march, "
+                "at every step; auto takes the cheaper one"},
     {.path = "render.air_shadows", .type = NP_KEY_CHOICE, .choices = air_shadows, .field = SCENE(render.air_shadows),
      .fallback = "auto",
      .meaning = "whether clouds and hills cast shadows into the air before the camera; auto: where they might be seen; "
@@ -571,6 +573,16 @@ static const np_key keys[] = {
      .fallback = "true", .meaning = "false leaves out the sky and the sun's disk behind everything"},
 };
 /* clang-format on */
+
+static const np_key_rename renames[] = {
+    {"render.splitting", "render.path_guiding"},
+    {"render.look_gain", "render.approximation_gain"},
+    {"render.sun_depth", "render.sun_optical_depth"},
+};
+
+size_t np_key_rename_count(void) { return sizeof renames / sizeof *renames; }
+
+const np_key_rename *np_key_rename_at(size_t index) { return &renames[index]; }
 
 static const size_t key_count = sizeof keys / sizeof *keys;
 

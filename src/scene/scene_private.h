@@ -181,7 +181,7 @@ typedef struct np_scene_render {
   uint64_t seed;
   neph_multiple_scattering multiple_scattering;
   neph_render_atmosphere atmosphere;
-  neph_splitting splitting;
+  neph_path_guiding path_guiding;
   double look_gain;
   unsigned octave_count;
   double octave_factors[3];             /* of the light, of the optical depth, of the asymmetry, per octave */
