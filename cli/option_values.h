@@ -20,7 +20,4 @@ bool cli_read_frame_range(const char **text, cli_frame_range *out_range);
 /* X0,Y0,Z0,X1,Y1,Z1, the first three below the last. */
 bool cli_read_region(const char *text, double out[6]);
 
-bool cli_read_isa(const char *text, neph_isa *out_isa);
-bool cli_read_progress(const char *text, cli_progress_mode *out_mode);
-
 #endif

@@ -42,8 +42,13 @@ NEPH_API neph_result neph_scene_check(const neph_scene *scene) NEPH_NODISCARD;
  * which may have a name of their own for each frame: neph_render_explain opens those too. */
 NEPH_API neph_result neph_scene_check_files(const neph_scene *scene) NEPH_NODISCARD;
 
-/** Every key with type, unit, range and default, as text to be freed with neph_text_destroy. */
-NEPH_API neph_result neph_schema_describe(neph_context *context, neph_text_format format,
+/** Keys with type, unit, range and default, and old names of keys.
+ *
+ * @param key       a key, which is listed with all below it, or the beginning of keys: "camera", "clouds[0].phase",
+ *                  "output.p"; NULL: all. NEPH_ERROR_INVALID_ARGUMENT when no key begins so.
+ * @param out_text  to be freed with neph_text_destroy; NULL on failure.
+ */
+NEPH_API neph_result neph_schema_describe(neph_context *context, const char *key, neph_text_format format,
                                           char **out_text) NEPH_NODISCARD;
 
 /** Every key of a scene with its value, defaults and presets resolved, as text to be freed with neph_text_destroy. */

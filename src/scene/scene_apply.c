@@ -11,7 +11,7 @@
 #include "world/world.h"
 #include "scene/scene_air.h"
 
-enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, NAMES_SIZE = 512 };
+enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, HINT_SIZE = 768 };
 
 typedef struct key_applier {
   neph_context *context;
@@ -62,13 +62,11 @@ static neph_result fail_item(const key_applier *applier, const np_key *key, cons
 }
 
 static neph_result fail_unknown(const key_applier *applier, const np_key *section, const np_node *node) {
-  char name[SHOWN_SIZE], names[NAMES_SIZE];
+  char name[SHOWN_SIZE], hint[HINT_SIZE];
   copy_printable(node->key, name, sizeof name);
-  np_key_list_names(section, 0, names, sizeof names);
-  const np_key *guess = np_key_guess(section, node->key);
-  return np_scene_fail_key(applier->problems, node, "%s%s%s is not a key%s%s%s %s has %s", applier->path,
-                           *applier->path ? "." : "", name, guess ? ", did you mean " : "", guess ? guess->path : "",
-                           guess ? "?" : ";", section ? section->path : "a scene", names);
+  np_key_describe_hint(section, node->key, hint, sizeof hint);
+  return np_scene_fail_key(applier->problems, node, "%s%s%s is not a key%s", applier->path, *applier->path ? "." : "",
+                           name, hint);
 }
 
 /* ---- Numbers and words ---- */

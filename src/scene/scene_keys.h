@@ -103,6 +103,9 @@ void np_key_describe_values(const np_key *key, char *out, size_t size);
 /* What one item of a list must be. */
 void np_key_describe_item(const np_key *key, char *out, size_t size);
 
+/* How to go on behind "NAME is not a key": ", did you mean camera.fov? camera has position, look_at, …". */
+void np_key_describe_hint(const np_key *section, const char *name, char *out, size_t size);
+
 /* The names of a section's keys, parted by ", "; of one group only unless `group` is 0. */
 void np_key_list_names(const np_key *section, unsigned group, char *out, size_t size);
 
