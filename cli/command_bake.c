@@ -53,7 +53,7 @@ static char *choose_pattern(const cloud_job *job) {
   return asprintf(&path, "%s%s%s%s.vdb", output ? output : "", slash, name, number) < 0 ? NULL : path;
 }
 
-/* What the file lost, by cause; `key` is of JSON. */
+/* The losses of the file, by cause; `key` is of JSON. */
 typedef struct loss_row {
   const char *key, *meaning;
   const neph_bake_loss *loss;

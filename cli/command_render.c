@@ -6,7 +6,7 @@
 
 #include "verbs.h"
 
-/* Where one frame goes; NULL: not wanted. */
+/* The files of one frame; NULL: not wanted. */
 typedef struct targets {
   char *image, *preview;
 } targets;
@@ -181,7 +181,7 @@ static cli_exit explain(render_job *job) {
   return cli_exit_of(result);
 }
 
-/* What a dry run checks is all that a render would refuse before its first pixel. */
+/* A dry run refuses all that a render refuses before its first pixel. */
 static cli_exit rehearse(render_job *job, const targets *t) {
   char *text;
   neph_result result = neph_render_explain(job->scene, &job->desc, NEPH_TEXT_PLAIN, &text);

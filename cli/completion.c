@@ -21,6 +21,21 @@ static void print_keys(const char *schema) {
   }
 }
 
+/* The words that a verb's first argument may be. `schema` NULL: its lists are variables of the script. */
+static void print_argument_words(const char *words, const char *schema) {
+  for (; *words; words += strspn(words, " ")) {
+    const size_t length = strcspn(words, " ");
+    if (!strncmp(words, "KEYS", length))
+      schema ? print_keys(schema) : (void)printf("$_nephos_keys");
+    else if (!strncmp(words, "VERBS", length))
+      schema ? print_verbs() : (void)printf("$_nephos_verbs");
+    else
+      printf("%.*s", (int)length, words);
+    putchar(' ');
+    words += length;
+  }
+}
+
 static void print_words(const char *const *words) {
   for (size_t i = 0; words[i]; i++) printf("%s%s", i ? " " : "", words[i]);
 }
@@ -81,7 +96,7 @@ static void print_bash_pattern(const char *verb, const cli_option *option) {
   if (option->letter) printf(" | %s%s-%c", verb, mark, option->letter);
 }
 
-/* What completes an option's argument. */
+/* The completion of an option's argument. */
 static void print_bash_value(const char *verb, const cli_option *option, const cli_verb_option *own) {
   const char *const *words = get_words(option, own);
   const char *files = get_files(option, own);
@@ -117,27 +132,13 @@ static void print_bash_options(void) {
   printf("      *) _nephos_words \"$_nephos_options\" ;;\n    esac\n    return 0\n  fi\n");
 }
 
-/* Words in capitals stand for lists that the script has. */
-static void print_bash_argument_words(const char *words) {
-  for (; *words; words += strspn(words, " ")) {
-    const size_t length = strcspn(words, " ");
-    if (!strncmp(words, "KEYS", length))
-      printf("$_nephos_keys ");
-    else if (!strncmp(words, "VERBS", length))
-      printf("$_nephos_verbs ");
-    else
-      printf("%.*s ", (int)length, words);
-    words += length;
-  }
-}
-
 static void print_bash_arguments(void) {
   printf("  case $verb:$count in\n    :*) _nephos_words \"$_nephos_verbs\" ;;\n");
   for (size_t i = 0; i < cli_verb_count(); i++) {
     const cli_verb *verb = cli_verb_at(i);
     if (verb->words) {
       printf("    %s:0) _nephos_words \"", verb->name);
-      print_bash_argument_words(verb->words);
+      print_argument_words(verb->words, NULL);
       printf("\" ;;\n");
     }
     if (verb->files) printf("    %s:*) _nephos_files '%s' ;;\n", verb->name, verb->files);
@@ -197,12 +198,7 @@ static void print_fish_arguments(const cli_verb *verb, const char *schema) {
   if (verb->files) printf("complete -c nephos -n '__fish_seen_subcommand_from %s' -F\n", verb->name);
   if (!verb->words) return;
   printf("complete -c nephos -n '__fish_seen_subcommand_from %s' -a '", verb->name);
-  if (strstr(verb->words, "KEYS"))
-    print_keys(schema);
-  else if (strstr(verb->words, "VERBS"))
-    print_verbs();
-  else
-    fputs(verb->words, stdout);
+  print_argument_words(verb->words, schema);
   printf("'\n");
 }
 
@@ -217,16 +213,83 @@ static void print_fish(const char *schema) {
   }
 }
 
+/* ---- zsh ---- */
+
+/* A text in brackets of a specification, itself in single quotes. */
+static void print_zsh_text(const char *text) {
+  for (; *text; text++) {
+    if (*text == '\'')
+      printf("'\\''");
+    else
+      printf(*text == '[' || *text == ']' || *text == ':' ? "\\%c" : "%c", *text);
+  }
+}
+
+/* The last part of a specification: words, files by their endings, folders. */
+static void print_zsh_action(const char *const *words, const char *files) {
+  if (words) {
+    printf("("), print_words(words), printf(")");
+  } else if (files && !strcmp(files, "/")) {
+    printf("_files -/");
+  } else if (files) {
+    const bool is_list = strchr(files, ' ');
+    printf("_files -g \"*.%s", is_list ? "(" : "");
+    for (; *files; files++) putchar(*files == ' ' ? '|' : *files);
+    printf("%s\"", is_list ? ")" : "");
+  }
+}
+
+static void print_zsh_option(const cli_option *option, const cli_verb_option *own) {
+  const char *mark = option->argument ? "=" : "";
+  printf("    ");
+  if (option->letter)
+    printf("'(-%c %s)'{-%c,%s%s}'[", option->letter, option->name, option->letter, option->name, mark);
+  else
+    printf("'%s%s%s[", !strcmp(option->name, "--set") ? "*" : "", option->name, mark);
+  print_zsh_text(own && own->meaning ? own->meaning : option->meaning);
+  printf("]");
+  if (option->argument) {
+    printf(":%s:", option->argument);
+    if (!strcmp(option->name, "--set"))
+      printf("compadd -S= -- ${_nephos_keys//\\[\\]/[0]}");
+    else
+      print_zsh_action(get_words(option, own), get_files(option, own));
+  }
+  printf("'\n");
+}
+
+static void print_zsh_verb(const cli_verb *verb) {
+  printf("  %s) options+=(\n", verb->name);
+  for (const cli_verb_option *own = verb->options; own->name; own++) print_zsh_option(get_option(own), own);
+  if (verb->words) printf("    '2:argument:compadd -- "), print_argument_words(verb->words, NULL), printf("'\n");
+  if (verb->files) printf("    '*:file:"), print_zsh_action(NULL, verb->files), printf("'\n");
+  printf("  ) ;;\n");
+}
+
+static void print_zsh(const char *schema) {
+  printf("#compdef nephos\n# Completes the command line of nephos in zsh.\n_nephos_verbs=("), print_verbs();
+  printf(")\n_nephos_keys='"), print_keys(schema);
+  printf("'\n_nephos_keys=(${=_nephos_keys})\n_nephos() {\n  local -a options=(\n");
+  for (size_t i = 0; i < cli_option_count(); i++)
+    if (cli_option_at(i)->is_common) print_zsh_option(cli_option_at(i), NULL);
+  printf("    '1:verb:compadd -- $_nephos_verbs'\n  )\n  case ${${words:*_nephos_verbs}[1]} in\n");
+  for (size_t i = 0; i < cli_verb_count(); i++) print_zsh_verb(cli_verb_at(i));
+  printf("  esac\n  _arguments $options\n}\n"
+         "if [[ $funcstack[1] = _nephos ]]; then _nephos \"$@\"; else compdef _nephos nephos; fi\n");
+}
+
 /* ---- All ---- */
 
 cli_exit cli_complete_in(neph_context *context, const char *shell) {
   char *schema;
   neph_result result = neph_schema_describe(context, NULL, NEPH_TEXT_PLAIN, &schema);
   if (result) return cli_exit_of(result);
-  if (!strcmp(shell, "bash"))
-    print_bash(schema);
-  else
-    print_fish(schema);
+  static const struct {
+    const char *name;
+    void (*print)(const char *schema);
+  } shells[] = {{"bash", print_bash}, {"fish", print_fish}, {"zsh", print_zsh}};
+  for (size_t i = 0; i < sizeof shells / sizeof *shells; i++)
+    if (!strcmp(shell, shells[i].name)) shells[i].print(schema);
   neph_text_destroy(context, schema);
   return CLI_DONE;
 }

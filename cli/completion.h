@@ -5,7 +5,7 @@
 
 #include "verbs.h"
 
-/* Prints the script of a shell: "bash", "fish". */
+/* Prints the script of a shell: "bash", "fish", "zsh". */
 cli_exit cli_complete_in(neph_context *context, const char *shell);
 
 #endif

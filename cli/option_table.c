@@ -183,7 +183,7 @@ static const char *const isa_levels[] = {
 static const char *const progress_modes[] = {
     [CLI_PROGRESS_AUTO] = "auto", [CLI_PROGRESS_BAR] = "bar",   [CLI_PROGRESS_LINES] = "lines",
     [CLI_PROGRESS_JSON] = "json", [CLI_PROGRESS_NONE] = "none", NULL};
-static const char *const shells[] = {"bash", "fish", NULL};
+static const char *const shells[] = {"bash", "fish", "zsh", NULL};
 
 /* clang-format off */
 static const cli_option options[] = {

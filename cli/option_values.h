@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What options take: texts read as numbers, lists, names. Each is false when the text is not one. */
+/* Arguments of options, read as numbers, lists, names. Each is false when the text is not one. */
 #ifndef NEPHOS_CLI_OPTION_VALUES_H
 #define NEPHOS_CLI_OPTION_VALUES_H
 

@@ -225,7 +225,7 @@ static neph_result apply_fallback(key_applier *applier, const np_key *key, void 
   return result;
 }
 
-/* Of the keys of a list's elements, or, for NULL, of all others. */
+/* The defaults of the keys of a list's elements, or, for NULL, of all others. */
 static neph_result apply_fallbacks(key_applier *applier, const np_key *list, void *base) {
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < np_key_count(); i++) {

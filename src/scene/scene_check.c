@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What no single key can tell. */
+/* Errors of keys together, which no single key has. */
 #include <math.h>
 #include <string.h>
 
@@ -25,7 +25,7 @@ static neph_result check_place(const neph_scene *scene, np_scene_problems *probl
 static neph_result check_sun(const neph_scene *scene, np_scene_problems *problems) {
   if (!scene->sun.time || scene->has_place || scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD) return NEPH_OK;
   return np_scene_fail_at(problems, locate(scene, "sun", "time"),
-                          "sun.time says nothing without a place, must come with place or terrain.heightfield");
+                          "sun.time needs a place, must come with place or terrain.heightfield");
 }
 
 static neph_result check_moon(const neph_scene *scene, np_scene_problems *problems) {
@@ -74,7 +74,7 @@ static neph_result check_source(const neph_scene *scene, unsigned index, const n
                             index);
   if (!cloud->is_baked && !has_density(node))
     return np_scene_fail_at(problems, node,
-                            "clouds[%u] does not say what the values of its file are, must have one of extinction, "
+                            "clouds[%u] has no unit for the values of its file, must have one of extinction, "
                             "mean_free_path, optical_depth, liquid_water",
                             index);
   const np_node *water = np_node_find(node, "liquid_water");
@@ -145,14 +145,14 @@ static neph_result check_profile(const neph_scene *scene, unsigned index, const 
   return NEPH_OK;
 }
 
-/* What is in the grids is seen when they are read. */
+/* The grids themselves are checked when they are read. */
 static neph_result check_emission(const neph_scene *scene, unsigned index, const np_node *node,
                                   np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   const np_node *emission = np_node_find(node, "emission");
   if (!cloud->emission.is_there || !emission) return NEPH_OK;
   if (cloud->is_baked)
-    return np_scene_fail_at(problems, emission, "clouds[%u].emission goes with vdb alone: what is baked has no fire",
+    return np_scene_fail_at(problems, emission, "clouds[%u].emission goes with vdb alone: a baked cloud has no fire",
                             index);
   const char *temperature = cloud->emission.temperature;
   if (!temperature || strcmp(temperature, "none") != 0 || cloud->emission.offset_k > 0.0) return NEPH_OK;

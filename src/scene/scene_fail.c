@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* What has no place comes last. */
+/* An error without a place comes last. */
 static bool is_before(unsigned line, unsigned column, const np_scene_problem *other) {
   if (!line || !other->line) return line && !other->line;
   return line < other->line || (line == other->line && column < other->column);

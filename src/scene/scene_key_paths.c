@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How keys hang together, by their paths. */
+/* Sections, lists and names of keys, by their paths. */
 #include <string.h>
 
 #include "scene/scene_keys.h"

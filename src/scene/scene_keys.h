@@ -97,13 +97,13 @@ unsigned np_key_count_values(const np_key *key);
  */
 const np_key *np_key_guess(const np_key *section, const char *name);
 
-/* What a value must be: "a length in [1, 1e+07] m", "march or path". */
+/* The values that a key takes: "a length in [1, 1e+07] m", "march or path". */
 void np_key_describe_values(const np_key *key, char *out, size_t size);
 
-/* What one item of a list must be. */
+/* The values that one item of a list takes. */
 void np_key_describe_item(const np_key *key, char *out, size_t size);
 
-/* How to go on behind "NAME is not a key": ", did you mean camera.fov? camera has position, look_at, …". */
+/* The text behind "NAME is not a key": ", did you mean camera.fov? camera has position, look_at, …". */
 void np_key_describe_hint(const np_key *section, const char *name, char *out, size_t size);
 
 /* The names of a section's keys, parted by ", "; of one group only unless `group` is 0. */

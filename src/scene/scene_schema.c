@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the key table says to people: hints in messages, and the schema. */
+/* Texts from the key table: hints in messages, and the schema. */
 #include <stdio.h>
 #include <string.h>
 

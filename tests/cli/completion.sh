@@ -56,3 +56,11 @@ for line in open(sys.argv[1]):
     print(line.rstrip('\n'), '->', words[-1][:-3] if words else 'nothing')
 send('exit\n')
 PYTHON
+# Other shells, where there are any.
+nephos help --completion fish >nephos.fish
+nephos help --completion zsh >_nephos
+if command -v fish >/dev/null; then
+  [ "$(fish -c 'source nephos.fish; complete -C "nephos ren"' | cut -f1)" = render ]
+  [ "$(fish -c 'source nephos.fish; complete -C "nephos probe slab --path-guiding au"' | cut -f1)" = auto ]
+fi
+if command -v zsh >/dev/null; then zsh -n _nephos; fi
