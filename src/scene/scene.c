@@ -33,12 +33,9 @@ static neph_result create_bare(neph_context *context, const char *file, np_node 
 /* Fills a scene from its document; all errors of a whole one are logged together. */
 static neph_result read_document(neph_scene *scene, bool is_whole) {
   np_scene_problems problems = {.context = scene->context, .file = scene->file};
-  neph_result result = np_scene_apply(scene, &problems);
-  const bool is_checked = is_whole && scene->document->kind == NP_NODE_MAPPING;
-  if (is_checked && np_scene_may_go_on(&problems, result)) {
-    const neph_result check_result = np_scene_check_all(scene, &problems);
-    if (check_result) result = check_result;
-  }
+  const neph_result result = np_scene_apply(scene, &problems);
+  const bool is_read = !result || result == NEPH_ERROR_BAD_SCENE;
+  if (is_read && is_whole && scene->document->kind == NP_NODE_MAPPING) np_scene_check_all(scene, &problems);
   return np_scene_report(&problems, result);
 }
 

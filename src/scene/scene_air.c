@@ -140,11 +140,8 @@ neph_result np_scene_air_check(const neph_scene *scene, np_scene_problems *probl
                               extinction[i], scattering[i]);
   const np_node *list = np_node_find(air, "layers"), *node = list ? list->first : NULL;
   neph_result result = NEPH_OK;
-  for (unsigned i = 0; np_scene_may_go_on(problems, result) && node && i < scene->air.layer_count; i++) {
-    const neph_result layer_result = check_layer(scene, i, node, problems);
-    if (layer_result) result = layer_result;
-    node = node->next;
-  }
+  for (unsigned i = 0; node && i < scene->air.layer_count; i++, node = node->next)
+    np_scene_goes_on(problems, check_layer(scene, i, node, problems), &result);
   return result;
 }
 

@@ -293,11 +293,8 @@ static neph_result apply_clouds(key_applier *applier, const np_key *list, const 
   scene->cloud_count = (unsigned)count;
   neph_result result = NEPH_OK;
   const np_node *item = node->first;
-  for (unsigned i = 0; np_scene_may_go_on(applier->problems, result) && i < scene->cloud_count; i++) {
-    const neph_result cloud_result = apply_cloud(applier, list, i, item);
-    if (cloud_result) result = cloud_result;
-    item = item->next;
-  }
+  for (unsigned i = 0; i < scene->cloud_count; i++, item = item->next)
+    if (!np_scene_goes_on(applier->problems, apply_cloud(applier, list, i, item), &result)) break;
   return result;
 }
 
@@ -309,11 +306,10 @@ static neph_result apply_air_layers(key_applier *applier, const np_key *list, co
   air->layer_count = (unsigned)count;
   neph_result result = NEPH_OK;
   const np_node *item = node->first;
-  for (unsigned i = 0; np_scene_may_go_on(applier->problems, result) && i < air->layer_count; i++) {
-    air->layers[i].desc.phase = NEPH_LAYER_CORNETTE_SHANKS;
-    const neph_result layer_result = apply_element(applier, list, i, item, &air->layers[i]);
-    if (layer_result) result = layer_result;
-    item = item->next;
+  for (unsigned i = 0; i < air->layer_count; i++, item = item->next) {
+    np_scene_layer *layer = &air->layers[i];
+    layer->desc.phase = NEPH_LAYER_CORNETTE_SHANKS;
+    if (!np_scene_goes_on(applier->problems, apply_element(applier, list, i, item, layer), &result)) break;
   }
   return result;
 }
@@ -394,9 +390,8 @@ static neph_result apply_section(key_applier *applier, const np_key *section, vo
   neph_result result = NEPH_OK;
   for (int turn = 0; turn < 2; turn++)
     for (const np_node *child = node->first; child; child = child->next) {
-      if (!np_scene_may_go_on(applier->problems, result)) return result;
-      const neph_result entry_result = apply_entry(applier, section, base, node, child, turn == 0);
-      if (entry_result) result = entry_result;
+      const neph_result entry = apply_entry(applier, section, base, node, child, turn == 0);
+      if (!np_scene_goes_on(applier->problems, entry, &result)) return result;
     }
   return result;
 }

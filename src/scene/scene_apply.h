@@ -12,7 +12,7 @@
 neph_result np_scene_apply(neph_scene *scene, np_scene_problems *problems);
 
 /* Adds to `problems` the errors that no single key has, in a scene that np_scene_apply has filled. */
-neph_result np_scene_check_all(const neph_scene *scene, np_scene_problems *problems);
+void np_scene_check_all(const neph_scene *scene, np_scene_problems *problems);
 
 /* Gives keys that the document has by an old name their new one, with a warning each. */
 neph_result np_scene_rename_keys(const neph_scene *scene);

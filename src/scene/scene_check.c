@@ -161,26 +161,16 @@ static neph_result check_emission(const neph_scene *scene, unsigned index, const
                           index, cloud->emission.offset_k);
 }
 
-static neph_result check_cloud(const neph_scene *scene, unsigned index, const np_node *node,
-                               np_scene_problems *problems) {
-  static neph_result (*const checks[])(const neph_scene *, unsigned, const np_node *, np_scene_problems *) = {
-      check_source, check_reference_frame, check_name, check_map, check_top, check_profile, check_emission};
-  neph_result result = NEPH_OK;
-  for (size_t i = 0; np_scene_may_go_on(problems, result) && i < sizeof checks / sizeof *checks; i++) {
-    const neph_result check_result = checks[i](scene, index, node, problems);
-    if (check_result) result = check_result;
-  }
-  return result;
-}
-
 static neph_result check_clouds(const neph_scene *scene, np_scene_problems *problems) {
+  static neph_result (*const cloud_checks[])(const neph_scene *, unsigned, const np_node *, np_scene_problems *) = {
+      check_source, check_reference_frame, check_name, check_map, check_top, check_profile, check_emission};
   const np_node *list = np_node_find(scene->document, "clouds");
   const np_node *node = list ? list->first : NULL;
   neph_result result = NEPH_OK;
-  for (unsigned i = 0; np_scene_may_go_on(problems, result) && node && i < scene->cloud_count; i++, node = node->next) {
+  for (unsigned i = 0; node && i < scene->cloud_count; i++, node = node->next) {
     const bool is_read = !np_scene_has_problem_in(problems, node);
-    const neph_result cloud_result = is_read ? check_cloud(scene, i, node, problems) : NEPH_OK;
-    if (cloud_result) result = cloud_result;
+    for (size_t c = 0; is_read && c < sizeof cloud_checks / sizeof *cloud_checks; c++)
+      np_scene_goes_on(problems, cloud_checks[c](scene, i, node, problems), &result);
   }
   return result;
 }
@@ -255,20 +245,15 @@ static bool is_readable(const neph_scene *scene, size_t check, const np_scene_pr
   return true;
 }
 
-neph_result np_scene_check_all(const neph_scene *scene, np_scene_problems *problems) {
-  neph_result result = NEPH_OK;
-  for (size_t i = 0; np_scene_may_go_on(problems, result) && i < sizeof checks / sizeof *checks; i++) {
-    if (!is_readable(scene, i, problems)) continue;
-    const neph_result check_result = checks[i].check(scene, problems);
-    if (check_result) result = check_result;
-  }
-  return result;
+void np_scene_check_all(const neph_scene *scene, np_scene_problems *problems) {
+  for (size_t i = 0; i < sizeof checks / sizeof *checks; i++)
+    if (is_readable(scene, i, problems)) (void)checks[i].check(scene, problems);
 }
 
 neph_result np_scene_check(const neph_scene *scene) {
   np_scene_problems problems = {.context = scene->context, .file = scene->file};
-  const neph_result result = np_scene_check_all(scene, &problems);
-  return np_scene_report(&problems, result);
+  np_scene_check_all(scene, &problems);
+  return np_scene_report(&problems, NEPH_OK);
 }
 
 neph_result neph_scene_check(const neph_scene *scene) {

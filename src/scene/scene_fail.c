@@ -51,8 +51,9 @@ neph_result np_scene_fail_key(np_scene_problems *problems, const np_node *node, 
   return result;
 }
 
-bool np_scene_may_go_on(const np_scene_problems *problems, neph_result result) {
-  return !result || (result == NEPH_ERROR_BAD_SCENE && !problems->is_first_only);
+bool np_scene_goes_on(const np_scene_problems *problems, neph_result part, neph_result *all) {
+  if (part) *all = part;
+  return !part || (part == NEPH_ERROR_BAD_SCENE && !problems->is_first_only);
 }
 
 static unsigned count_listed(const np_scene_problems *problems) {
@@ -79,14 +80,15 @@ static void report_one(const np_scene_problems *problems, const np_scene_problem
 }
 
 neph_result np_scene_report(const np_scene_problems *problems, neph_result result) {
-  if (result != NEPH_ERROR_BAD_SCENE) return result;
+  if (result && result != NEPH_ERROR_BAD_SCENE) return result;
   const unsigned listed = count_listed(problems);
+  const neph_result bad = listed ? NEPH_ERROR_BAD_SCENE : result;
   const char *file = get_file_name(problems->file);
   for (unsigned i = 0; i < listed; i++) report_one(problems, &problems->listed[i]);
   if (problems->count > listed)
-    return np_fail(problems->context, result, "%s has %u errors, of which these are the first %u", file,
-                   problems->count, listed);
-  return listed > 1 ? np_fail(problems->context, result, "%s has %u errors", file, listed) : result;
+    return np_fail(problems->context, bad, "%s has %u errors, of which these are the first %u", file, problems->count,
+                   listed);
+  return listed > 1 ? np_fail(problems->context, bad, "%s has %u errors", file, listed) : bad;
 }
 
 void np_scene_warn_key(const neph_scene *scene, const np_node *node, const char *format, ...) {

@@ -31,14 +31,16 @@ neph_result np_scene_fail_at(np_scene_problems *problems, const np_node *node, c
 neph_result np_scene_fail_key(np_scene_problems *problems, const np_node *node, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* Whether reading goes on behind `result`: to the next error of a scene, but not without memory. */
-bool np_scene_may_go_on(const np_scene_problems *problems, neph_result result);
+/* Takes the result of a part into that of all. Whether reading goes on: behind an error of the scene, unless the first
+ * is enough, but not without memory. */
+bool np_scene_goes_on(const np_scene_problems *problems, neph_result part, neph_result *all);
 
 /* Whether a node, or a node below it, has an error. NULL has none. */
 bool np_scene_has_problem_in(const np_scene_problems *problems, const np_node *node);
 
-/* Logs all errors, "file:line:column: text" each, and their number where there are several. A result other than
- * NEPH_ERROR_BAD_SCENE ended the reading before its time: it has its own message. Returns `result`. */
+/* Logs all errors, "file:line:column: text" each, and their number where there are several, and returns
+ * NEPH_ERROR_BAD_SCENE where there is any; but a `result` that ended the reading before its time is passed on: it has
+ * its own message. */
 neph_result np_scene_report(const np_scene_problems *problems, neph_result result);
 
 /* Logs a warning at a node's key. */
