@@ -37,8 +37,8 @@ static neph_result check_desc(neph_context *context, const neph_render_desc *des
                    (int)desc->multiple_scattering);
   if ((unsigned)desc->atmosphere > NEPH_RENDER_ATMOSPHERE_TABLES)
     return np_fail(context, bad, "atmosphere is %d, must be traced (0) or tables (1)", (int)desc->atmosphere);
-  if ((unsigned)desc->splitting > NEPH_SPLITTING_ADJOINT)
-    return np_fail(context, bad, "splitting is %d, must be none (0) or adjoint (1)", (int)desc->splitting);
+  if ((unsigned)desc->path_guiding > NEPH_PATH_GUIDING_ADJOINT)
+    return np_fail(context, bad, "path_guiding is %d, must be none (0) or adjoint (1)", (int)desc->path_guiding);
   if (desc->integrator != NEPH_INTEGRATOR_MARCH && desc->integrator != NEPH_INTEGRATOR_PATH)
     return np_fail(context, bad, "integrator is %d, must be march (0) or path (1)", (int)desc->integrator);
   return NEPH_OK;
@@ -332,7 +332,7 @@ static neph_result decide_scattering(np_plan *plan, const neph_scene *scene, con
   if (!against && !facts->has_clouds) against = "the scene has no clouds";
   const bool is_path = desc->integrator == NEPH_INTEGRATOR_PATH;
   const char *not_looked = is_path ? "paths scatter as often as it takes" : NULL;
-  const char *not_solved = desc->splitting == NEPH_SPLITTING_ADJOINT ? NULL : not_looked;
+  const char *not_solved = desc->path_guiding == NEPH_PATH_GUIDING_ADJOINT ? NULL : not_looked;
   if (!against && desc->scattering_max < 2) against = "render.max_scatterings is below 2";
   const neph_multiple_scattering multiple = desc->multiple_scattering;
   static const char *const chosen[] = {

@@ -7,7 +7,7 @@
 # FOLDER   what disney.sh left there: scenes NAME.yaml and truths T_NAME.exr
 # PATTERN  of the scenes wanted, such as 'black-hg-*-25?'; default those of the table
 #
-# Columns: the look; Σ picture / Σ truth − 1 with `render.look_gain: 1`; the gain that takes that away; with it,
+# Columns: the look; Σ picture / Σ truth − 1 with `render.approximation_gain: 1`; the gain that takes that away; with it,
 # √(Σ d² / Σ L²) over means of 8×8 pixels, the truth's own variance taken out: what no exposure can mend.
 set -eu
 export LC_ALL=C
@@ -24,7 +24,7 @@ compare() { # KEY, of the picture and the truth
 }
 
 render() { # LOOK GAIN
-  "$nephos" render "$scene" --threads 1 -q --set "render.multiple_scattering=$1" --set "render.look_gain=$2" \
+  "$nephos" render "$scene" --threads 1 -q --set "render.multiple_scattering=$1" --set "render.approximation_gain=$2" \
     --set 'render.derivative.distance=10 m' -o "$picture" >/dev/null
 }
 
