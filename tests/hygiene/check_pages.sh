@@ -54,6 +54,7 @@ list_tables_without_command() {
 # Commands of results, one to a line, as PAGE COMMAND.
 list_commands() {
   awk '
+    FNR == 1 {inside = goes_on = 0}
     /^```/ {inside = !inside}
     inside || !/^    [^ ]/ {goes_on = 0; next}
     {was = goes_on; goes_on = /\\$/}
@@ -83,6 +84,9 @@ check_commands() {
 private_words="artist's lights?|sun depths?|depths? towards the sun|[Tt]hrown?|hands? down|handed down|outlook|sunward"
 private_words="$private_words|[Tt]he truth|truth's|scattered more than once|[Ww]hat glows|inflow|spared?|baked anew|built anew"
 
+complain 'fences that do not close' "$(for page in $pages; do
+  [ $(($(grep -c '^```' "$page" || true) % 2)) -eq 0 ] || echo "$page"
+done)"
 complain 'links that lead nowhere' "$(check_links)"
 complain 'pages that README.md does not list' "$(for page in $pages; do
   [ "$page" = README.md ] || grep -Fq "($page)" README.md || echo "$page"
