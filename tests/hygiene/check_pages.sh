@@ -80,6 +80,15 @@ check_commands() {
   done
 }
 
+# Files of the tree that pages name in backquotes. Recipes of docs/CONTRIBUTING.md name files that are to be written.
+list_missing_files() {
+  for page in $pages; do
+    [ "$page" != docs/CONTRIBUTING.md ] || continue
+    print_prose "$page" | grep -oE '`(src|include|cli|tests|samples|cmake|docs)/[A-Za-z0-9_/.-]+\.[a-z]+`' | tr -d '`' | sort -u |
+      while read -r file; do [ -e "$file" ] || echo "$page: $file"; done
+  done
+}
+
 # Words that docs/CONTRIBUTING.md replaces by those of the field.
 private_words="artist's lights?|sun depths?|depths? towards the sun|[Tt]hrown?|hands? down|handed down|outlook|sunward"
 private_words="$private_words|[Tt]he truth|truth's|scattered more than once|[Ww]hat glows|inflow|spared?|baked anew|built anew"
@@ -93,6 +102,7 @@ complain 'pages that README.md does not list' "$(for page in $pages; do
 done)"
 complain 'tables of results without their command' "$(list_tables_without_command)"
 complain 'commands that do not exist' "$(check_commands)"
+complain 'files that do not exist' "$(list_missing_files)"
 complain 'headings that name nothing' "$(print_prose $pages | grep -E ':#+ (What|How much|How many|Of|Where|That which) ' || true)"
 complain 'private words' "$(print_prose $pages | grep -v '^docs/CONTRIBUTING.md:[0-9]*:|' | grep -wE "$private_words" || true)"
 complain 'more than 120 columns' "$(print_prose $pages | LC_ALL=C.UTF-8 grep -E '^[^:]*:[0-9]+:[^ |!].{120}' | cut -c 1-100 || true)"
