@@ -2,8 +2,9 @@
 #include "test_support.h"
 
 #include "transport/scattering_field.h"
-#include "scene/plan.h"
-#include "scene/plan_cells.h"
+#include "render/plan.h"
+#include "render/stages.h"
+#include "render/plan_cells.h"
 
 static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 
@@ -13,15 +14,16 @@ static neph_scene *load(test_fixture *f, const char *text) {
   return scene;
 }
 
-/* `needed` has a letter for each stage in the order of np_stage: 'x' needed, '-' not, nor those it does not reach. */
+/* `needed` has a letter for each stage in the order of np_stage: 'x' needed, '-' not. */
 static void assert_plan(test_fixture *f, const char *text, const char *needed) {
   neph_scene *scene = load(f, text);
   np_plan plan;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  assert_int_equal(strlen(needed), NP_STAGE_COUNT);
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     const np_plan_stage *stage = &plan.stages[i];
-    if (stage->is_needed != ((size_t)i < strlen(needed) && needed[i] == 'x')) {
-      fail_msg("%s: %s is %sneeded: %s", text, np_stage_get_name((np_stage)i), stage->is_needed ? "" : "not ",
+    if (stage->is_needed != (needed[i] == 'x')) {
+      fail_msg("%s: %s is %sneeded: %s", text, np_stage_get_row((np_stage)i)->name, stage->is_needed ? "" : "not ",
                stage->reason);
     }
     assert_true(strlen(stage->reason) > 0);
@@ -31,25 +33,26 @@ static void assert_plan(test_fixture *f, const char *text, const char *needed) {
 
 #define CLOUD "clouds: [{vdb: a.vdb, optical_depth: 40}]\n"
 
-/* volumes terrain atmosphere camera-sky cloud-sky sun sky ground sun-depth multiple clouds-on-ground air-shadows look
- * integrator */
+/* colour terrain moon lights volumes emission atmosphere camera-sky cloud-sky airglow sun sky ground world sky-guide
+ * sun-depth multiple viewer clouds-on-ground air-shadows look stars lighting integrator */
 static void test_only_what_is_needed_runs(void **state) {
-  assert_plan(*state, "version: 1", "--xx-xx------x");
-  assert_plan(*state, CLOUD, "x-xxxxxx-xxx-x");
-  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xxxxxxxx-xxx-x");
-  assert_plan(*state, "terrain: {ridges: {}}", "-xxx-xx----x-x");
-  assert_plan(*state, CLOUD "atmosphere: none", "x----x-x-xx--x");
-  assert_plan(*state, CLOUD "environment: {planet: none}", "x----x---x---x");
-  assert_plan(*state, CLOUD "environment: {planet: none, radiance: 1}\nsun: {irradiance: 0}", "x-----x--x---x");
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x-x---xx-xx--x");
-  assert_plan(*state, CLOUD "render: {integrator: path}", "x-x--xxx-----x");
-  assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x-x-xxxx-----x");
-  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x-xxxxxx---x-x");
-  assert_plan(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", "x-x-xxxx-x---x");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x-xxxxxx---x-x");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x-xxxxxx---xxx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x-xxxxxx---xxx");
-  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x-xxxxxx---x-x");
+  assert_plan(*state, "version: 1", "x--x--xx--xx-x--------xx");
+  assert_plan(*state, CLOUD, "x--xx-xxx-xxxx--xxxx--xx");
+  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xx-xx-xxx-xxxx--xxxx--xx");
+  assert_plan(*state, "terrain: {ridges: {}}", "xx-x--xx--xx-x-----x--xx");
+  assert_plan(*state, CLOUD "atmosphere: none", "x--xx-----x-xx--xxx---xx");
+  assert_plan(*state, CLOUD "environment: {planet: none}", "x--xx-----x--x--xx----xx");
+  assert_plan(*state, CLOUD "environment: {planet: none, radiance: 1}\nsun: {irradiance: 0}",
+              "x--xx------x-x--xx----xx");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x--xx-x----xxx--xxx---xx");
+  assert_plan(*state, CLOUD "render: {integrator: path}", "x--xx-x---xxxx--------xx");
+  assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x--xx-x-x-xxxxx-------xx");
+  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x--xx-xxx-xxxxx----x--xx");
+  assert_plan(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", "x--xx-x-x-xxxxx-x-----xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x--xx-xxx-xxxx-----x--xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x--xx-xxx-xxxx-----xx-xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x--xx-xxx-xxxx-----xx-xx");
+  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x--xx-xxx-xxxx-----x--xx");
 }
 
 static void assert_air_light(test_fixture *f, const char *text, bool has_light) {
@@ -76,12 +79,12 @@ static void test_light_in_the_air_is_known_to_who_asks(void **state) {
 
 static void test_no_light_where_none_is_wanted(void **state) {
   assert_plan(*state, CLOUD "terrain: {ridges: {}}\noutput: {beauty: false, aovs: [depth, transmittance, distance]}",
-              "xx-----------x");
-  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x-xxxxxx-xxx-x");
+              "xx-xx--------x--------xx");
+  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x--xx-xxx-xxxx--xxxx--xx");
 }
 
 static void test_no_light_where_nothing_shines(void **state) {
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x------------x");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x--xx--------x--------xx");
 }
 
 static void assert_sky_alone(test_fixture *f, const char *text) {
@@ -89,7 +92,9 @@ static void assert_sky_alone(test_fixture *f, const char *text) {
   np_plan plan;
   assert_int_equal(np_plan_make_sky(scene, &plan), NEPH_OK);
   for (int i = 0; i < NP_STAGE_COUNT; i++)
-    assert_int_equal(plan.stages[i].is_needed, i == NP_STAGE_ATMOSPHERE || i == NP_STAGE_CAMERA_SKY);
+    assert_int_equal(plan.stages[i].is_needed, i == NP_STAGE_COLOR || i == NP_STAGE_LIGHTS ||
+                                                   i == NP_STAGE_ATMOSPHERE || i == NP_STAGE_CAMERA_SKY ||
+                                                   i == NP_STAGE_WORLD);
   neph_scene_destroy(scene);
 }
 

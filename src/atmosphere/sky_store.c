@@ -101,32 +101,33 @@ static bool grow(neph_context *context, np_sky_store *store, unsigned count) {
   return true;
 }
 
-static void clear_entry(np_sky_store_entry *entry) {
-  for (int i = 0; i < NP_SKY_ROLES; i++) neph_sky_destroy(entry->skies[i]);
-  neph_atmosphere_release(entry->atmosphere);
-  *entry = (np_sky_store_entry){0};
+void np_sky_store_give_atmosphere(neph_context *context, np_sky_store *store, unsigned index,
+                                  neph_atmosphere *atmosphere) {
+  if (!atmosphere) return;
+  neph_atmosphere *released = atmosphere;
+  if (grow(context, store, index + 1)) {
+    released = store->entries[index].atmosphere;
+    store->entries[index].atmosphere = atmosphere;
+  }
+  neph_atmosphere_release(released);
 }
 
-void np_sky_store_give(neph_context *context, np_sky_store *store, unsigned index, neph_atmosphere *atmosphere,
-                       neph_sky *const skies[NP_SKY_ROLES]) {
-  np_sky_store_entry given = {.atmosphere = atmosphere};
-  memcpy(given.skies, skies, sizeof given.skies);
-  if (!atmosphere || !grow(context, store, index + 1)) {
-    clear_entry(&given);
-    return;
+void np_sky_store_give_sky(neph_context *context, np_sky_store *store, unsigned index, np_sky_role role,
+                           neph_sky *sky) {
+  if (!sky) return;
+  neph_sky *released = sky;
+  if (grow(context, store, index + 1)) {
+    released = store->entries[index].skies[role];
+    store->entries[index].skies[role] = sky;
   }
-  /* What was not asked for this time may be the next. */
-  for (int i = 0; i < NP_SKY_ROLES; i++)
-    if (!given.skies[i]) {
-      given.skies[i] = store->entries[index].skies[i];
-      store->entries[index].skies[i] = NULL;
-    }
-  clear_entry(&store->entries[index]);
-  store->entries[index] = given;
+  neph_sky_destroy(released);
 }
 
 void np_sky_store_clear(neph_context *context, np_sky_store *store) {
-  for (unsigned i = 0; i < store->count; i++) clear_entry(&store->entries[i]);
+  for (unsigned i = 0; i < store->count; i++) {
+    for (int role = 0; role < NP_SKY_ROLES; role++) neph_sky_destroy(store->entries[i].skies[role]);
+    neph_atmosphere_release(store->entries[i].atmosphere);
+  }
   np_alloc_free(context, store->entries);
   *store = (np_sky_store){0};
 }

@@ -41,9 +41,10 @@ neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *st
 neph_result np_sky_store_take_sky(np_sky_store *store, unsigned index, np_sky_role role, neph_atmosphere *atmosphere,
                                   const neph_sky_desc *desc, np_monitor *monitor, neph_sky **out_sky);
 
-/* Takes back what was lent, or new; NULL among them is allowed. What there is no room for is released. */
-void np_sky_store_give(neph_context *context, np_sky_store *store, unsigned index, neph_atmosphere *atmosphere,
-                       neph_sky *const skies[NP_SKY_ROLES]);
+/* Take back what was lent, or new; NULL changes nothing. What there is no room for is released. */
+void np_sky_store_give_atmosphere(neph_context *context, np_sky_store *store, unsigned index,
+                                  neph_atmosphere *atmosphere);
+void np_sky_store_give_sky(neph_context *context, np_sky_store *store, unsigned index, np_sky_role role, neph_sky *sky);
 
 void np_sky_store_clear(neph_context *context, np_sky_store *store);
 

@@ -4,7 +4,7 @@
 #define NP_RENDER_CHANNELS_H
 
 #include "integrate/integrator.h"
-#include "scene/plan.h"
+#include "render/plan.h"
 
 enum { NP_CHANNELS_MAX = 64, NP_CHANNEL_NAME_MAX = 32 };
 

@@ -8,8 +8,8 @@
 #include "render/integrator_choice.h"
 
 static bool is_lit(const np_plan *plan) {
-  return plan->stages[NP_STAGE_SUN_LIGHT].is_needed || plan->stages[NP_STAGE_SKY_LIGHT].is_needed ||
-         plan->stages[NP_STAGE_MOON].is_needed || plan->stages[NP_STAGE_EMISSION].is_needed;
+  return np_plan_needs(plan, NP_STAGE_SUN_LIGHT) || np_plan_needs(plan, NP_STAGE_SKY_LIGHT) ||
+         np_plan_needs(plan, NP_STAGE_MOON) || np_plan_needs(plan, NP_STAGE_EMISSION);
 }
 
 /* Of the paths that a limit on scatterings cuts, those followed to tell what it loses: one in sixty-four costs a
@@ -21,12 +21,11 @@ static bool has_limit(const np_frame *f, const np_plan *plan) {
 }
 
 static void choose_integrator(np_frame *f, const np_plan *plan, const np_scene_render *render) {
-  const bool has_look = plan->stages[NP_STAGE_LOOK].is_needed;
+  const bool has_look = np_plan_needs(plan, NP_STAGE_LOOK);
   np_integrator_choice_make(render, has_look ? f->desc->multiple_scattering : NEPH_MULTIPLE_SCATTERING_NONE,
                             &f->settings);
   f->settings.scattering_max = is_lit(plan) ? f->desc->scattering_max : 0;
-  const bool is_guided = f->desc->path_guiding == NEPH_PATH_GUIDING_ADJOINT;
-  f->settings.is_split = is_guided && plan->stages[NP_STAGE_ORDINATES].is_needed;
+  f->settings.is_split = f->desc->path_guiding == NEPH_PATH_GUIDING_ADJOINT && np_plan_needs(plan, NP_STAGE_ORDINATES);
   f->settings.is_air_traced = is_lit(plan) && np_plan_traces_air(plan);
   f->settings.lost_share = has_limit(f, plan) ? lost_share : 0.0f;
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->assembly->context));

@@ -106,7 +106,7 @@ static neph_result note_reference(const neph_scene *scene, unsigned index, bool 
   const np_scene_cloud *cloud = &scene->clouds[index];
   if (!np_scene_cloud_is_sequence(cloud) || !np_placement_needs_reference(cloud)) return NEPH_OK;
   np_reference *reference;
-  neph_result result = np_reference_store_get(scene, index, &reference);
+  neph_result result = np_reference_store_get(&plan->stores->references, scene, index, &reference);
   if (result) return result;
   if (!reference->has_frame && is_filled) {
     reference->has_frame = true;

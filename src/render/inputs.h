@@ -4,7 +4,7 @@
 #ifndef NP_RENDER_INPUTS_H
 #define NP_RENDER_INPUTS_H
 
-#include "scene/plan.h"
+#include "render/plan.h"
 
 /* Opens every file that the scene names, the .vdb of the plan's frame and of its reference frames among them. Notes the
  * reference frames in the plan. Warns of grids that are empty by their headers. */

@@ -4,18 +4,28 @@
 #define NP_RENDER_PACKET_H
 
 #include "atmosphere/band_set.h"
-#include "atmosphere/sky_store.h"
-#include "caches/light_store.h"
 #include "caches/lighting.h"
 #include "render/cloud_glow.h"
 #include "render/schedule.h"
 #include "render/star_field.h"
-#include "scene/plan.h"
+
+enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */
+
+/* What one light makes for all packets. */
+typedef struct np_light_caches {
+  bool is_moon;
+  np_sun_optical_depth sun_depth;   /* empty when not needed */
+  np_air_visibility air_visibility; /* likewise */
+} np_light_caches;
 
 /* What one light makes of a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so
  * do the pictures of a scene under each of its lights. */
 typedef struct np_packet_light {
+  unsigned index; /* of the light in the assembly */
   bool is_moon;
+  np_dvec3 direction;
+  double angular_radius_rad;
+  np_spectrum irradiance; /* above the atmosphere */
   neph_sky *camera_sky, *cloud_sky;
   np_scattering_field scattering; /* empty when not needed */
   np_viewer_light viewer_light;   /* likewise */
@@ -25,8 +35,6 @@ typedef struct np_packet_light {
   np_world world;
   np_lighting lighting;
 } np_packet_light;
-
-enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */
 
 /* What depends on wavelength: air, lights, and what else shines in the sky, in three bands. */
 typedef struct np_packet {
@@ -43,6 +51,8 @@ typedef struct np_packet {
 
 typedef struct np_assembly {
   neph_context *context; /* borrowed from the scene */
+  np_stores *stores;     /* the plan's: some of what is built was taken from them, and goes back */
+  uint32_t built;        /* bits of the stages that were */
   np_schedule schedule;  /* done but for the pixels once it is built */
   np_camera camera;
   unsigned cloud_count;            /* of the scene */
@@ -53,15 +63,32 @@ typedef struct np_assembly {
   np_phase_table *phase_tables;    /* of each cloud, empty where its phase function is none */
   np_dvec3 clouds_min, clouds_max; /* world box of all that the clouds hold */
   neph_terrain *terrain;
+  np_scene_lights places; /* of sun, moon and stars */
   np_star_catalogue stars;
-  np_sphere_map star_map, moon_map;                        /* empty: none */
-  np_sun_optical_depth sun_optical_depths[NP_LIGHT_ROLES]; /* for all packets; empty when not needed */
-  np_air_visibility air_visibilities[NP_LIGHTS_MAX];       /* of sun and moon, likewise */
+  np_sphere_map star_map, moon_map; /* empty: none */
+  unsigned light_count;
+  np_light_caches lights[NP_LIGHTS_MAX]; /* sun first */
   unsigned packet_count;
   np_packet *packets;
-  np_sky_store *skies;    /* the scene's: what packets have of skies was taken from it and goes back */
-  np_light_store *lights; /* likewise, of light in clouds and depths towards lights */
 } np_assembly;
+
+/* Its place among the assembly's packets. */
+static inline unsigned np_packet_get_index(const np_assembly *assembly, const np_packet *packet) {
+  return (unsigned)(packet - assembly->packets);
+}
+
+/* The middle of all that the clouds hold. */
+static inline np_dvec3 np_assembly_get_clouds_middle(const np_assembly *assembly) {
+  return np_dvec3_scale(np_dvec3_add(assembly->clouds_min, assembly->clouds_max), 0.5);
+}
+
+/* A scene's three values in a packet's bands. */
+static inline np_spectrum np_packet_convert(const np_packet *packet, np_band_rule rule,
+                                            const double reference[NP_BAND_COUNT]) {
+  double values[NP_BAND_COUNT];
+  np_band_set_convert(&packet->bands, rule, reference, values);
+  return np_spectrum_make((float)values[0], (float)values[1], (float)values[2]);
+}
 
 /* Adds what a packet's three bands are to a colour of the picture. */
 static inline np_spectrum np_packet_add_color(const np_packet *packet, np_spectrum color, np_spectrum bands) {

@@ -4,8 +4,8 @@
 #define NP_RENDER_PLACEMENT_H
 
 #include "core/parallel.h"
-#include "world/world.h"
-#include "scene/reference_store.h"
+#include "volume/instance.h"
+#include "render/reference_store.h"
 
 typedef struct np_placement {
   np_instance world;

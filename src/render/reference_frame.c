@@ -84,7 +84,7 @@ static neph_result update(const np_frame_cloud *of, int frame, const char *path,
 static neph_result get_sequence_anchor(const np_frame_cloud *of, np_anchor *out_anchor, bool *out_is_known) {
   const np_scene_cloud *cloud = &of->scene->clouds[of->index];
   np_reference *reference;
-  neph_result result = np_reference_store_get(of->scene, of->index, &reference);
+  neph_result result = np_reference_store_get(of->references, of->scene, of->index, &reference);
   if (result) return result;
   if (!reference->has_frame && of->volume) {
     reference->has_frame = true;

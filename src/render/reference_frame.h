@@ -12,6 +12,7 @@
 #include "render/placement.h"
 
 typedef struct np_frame_cloud {
+  np_reference_store *references;
   const neph_scene *scene;
   unsigned index; /* of the cloud */
   int frame;

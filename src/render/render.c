@@ -104,7 +104,7 @@ static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *mo
   neph_result result = np_assembly_build(scene, plan, monitor, &assembly);
   if (result) return result;
   warn_of_buried_camera(&assembly);
-  np_schedule_begin(&assembly.schedule, monitor, NP_WORK_PIXELS);
+  np_schedule_begin(&assembly.schedule, monitor, NP_STAGE_INTEGRATOR, 0, 1);
   result = np_frame_render(scene, plan, &assembly, monitor, out_image);
   if (!result) result = np_color_header_write(plan, &assembly, scene->output.scale, *out_image);
   if (!result) result = describe_light(&assembly, &plan->desc, *out_image);
@@ -116,7 +116,7 @@ static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *mo
 neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image) {
   *out_image = NULL;
   np_schedule schedule;
-  np_schedule_make(plan, scene->cloud_count, &schedule);
+  np_schedule_make(plan, &schedule);
   np_monitor_set_deadline(monitor, schedule.deadline_s);
   const unsigned mode = np_float_mode_enter();
   neph_result result = render(plan, scene, monitor, out_image);

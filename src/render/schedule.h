@@ -4,41 +4,29 @@
 #define NP_RENDER_SCHEDULE_H
 
 #include "core/parallel.h"
-#include "scene/plan.h"
-
-typedef enum np_work {
-  NP_WORK_TERRAIN,
-  NP_WORK_CLOUD,
-  NP_WORK_ATMOSPHERE,
-  NP_WORK_SKIES,
-  NP_WORK_EMISSION,
-  NP_WORK_SUN_DEPTH,
-  NP_WORK_ORDINATES,
-  NP_WORK_GROUND_CLOUDS,
-  NP_WORK_AIR_SHADOWS,
-  NP_WORK_PIXELS,
-  NP_WORK_COUNT
-} np_work;
+#include "render/plan_stages.h"
 
 /* A call ends within its limit and a grace, a tenth of it, or a second where that is more. A quarter of the grace is
  * for the first samples of each pixel; after a half a picture that is still without them is given up; the rest is for
  * what remains to be done with it, and for files. All times are in seconds, of the call; without a limit they are
  * infinite. */
 typedef struct np_schedule {
-  double seconds[NP_WORK_COUNT]; /* a guess, of each time that it is done; their ratios matter alone */
-  double all_s, begun_s;         /* of all there is to do, and of what is done or under way */
-  double indispensable_s;        /* of what must follow the light in clouds: with one sample a pixel */
-  double limit_s;                /* by which samples end; earlier where files are large */
-  double first_samples_s;        /* by which those end that each pixel should have */
+  double seconds[NP_STAGE_COUNT]; /* as predicted; their ratios matter alone */
+  double all_s;                   /* of all there is to do */
+  double before_s, stage_s;       /* of the stages that are done, and of the one under way, … */
+  double done_s;                  /* … with what of that is done */
+  double indispensable_s;         /* of what must follow the light in clouds: with one sample a pixel */
+  double limit_s;                 /* by which samples end; earlier where files are large */
+  double first_samples_s;         /* by which those end that each pixel should have */
   double deadline_s;
   unsigned solves_left; /* of multiple scattering */
 } np_schedule;
 
 /* For a plan that is made. */
-void np_schedule_make(const np_plan *plan, unsigned cloud_count, np_schedule *out);
+void np_schedule_make(const np_plan *plan, np_schedule *out);
 
-/* What follows is the work's part of the call. */
-void np_schedule_begin(np_schedule *schedule, np_monitor *monitor, np_work work);
+/* What follows is the `index`-th of `count` equal shares of a stage; they come in order. */
+void np_schedule_begin(np_schedule *schedule, np_monitor *monitor, np_stage stage, unsigned index, unsigned count);
 
 /* Seconds that the next solution of the multiple scattering may take: at most six tenths of what is left of the limit,
  * less where what must follow needs more than the rest, shared evenly by the solutions to come. */

@@ -161,7 +161,7 @@ static neph_result describe_harmonics(const np_assembly *assembly, neph_image *i
 static neph_result describe_sky(const np_plan *plan, const np_assembly *assembly, neph_image *image) {
   neph_result result = np_color_header_write(plan, assembly, 1.0, image);
   if (!result) result = describe_harmonics(assembly, image);
-  const bool has_sky = assembly->packets[0].atmosphere && plan->stages[NP_STAGE_ATMOSPHERE].is_needed;
+  const bool has_sky = assembly->packets[0].atmosphere && np_plan_needs(plan, NP_STAGE_ATMOSPHERE);
   return result || !has_sky ? result : describe_irradiances(assembly, image);
 }
 
@@ -179,7 +179,7 @@ static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc
   if (!result) {
     sky_image s = {.assembly = &assembly, .width = desc->width, .height = desc->height};
     for (int c = 0; c < CHANNELS; c++) s.planes[c] = neph_image_get_channel(*out_image, channel_names[c]);
-    np_schedule_begin(&assembly.schedule, &monitor, NP_WORK_PIXELS);
+    np_schedule_begin(&assembly.schedule, &monitor, NP_STAGE_INTEGRATOR, 0, 1);
     np_monitor_set_stage(&monitor, "sky");
     result = np_parallel_for(scene->context, &monitor, desc->height, 4, fill_rows, &s);
   }

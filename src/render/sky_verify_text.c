@@ -54,7 +54,7 @@ static neph_result verify(neph_scene *scene, const neph_sky_verify_desc *desc, r
   if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
   if (result) return result;
   neph_sky *sky = assembly.packets[0].lights[0].camera_sky;
-  np_schedule_begin(&assembly.schedule, &monitor, NP_WORK_PIXELS);
+  np_schedule_begin(&assembly.schedule, &monitor, NP_STAGE_INTEGRATOR, 0, 1);
   np_monitor_set_stage(&monitor, "verifying the sky");
   if (!sky)
     result = np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "sky: the scene has no air, and so no tables");

@@ -21,3 +21,8 @@ void np_scene_get_white(const neph_scene *scene, double out_white[3]) {
   const bool is_sun = np_scene_get_color_space(scene) == NP_COLOR_BANDS && sun[0] > 0.0 && sun[1] > 0.0 && sun[2] > 0.0;
   for (int c = 0; c < 3; c++) out_white[c] = is_sun ? sun[c] / sun[1] : 1.0;
 }
+
+const double *np_scene_get_ground_albedo(const neph_scene *scene) {
+  const bool is_terrain = !scene->has_ground_albedo && scene->terrain.kind != NP_TERRAIN_NONE;
+  return is_terrain ? scene->terrain.desc.ground_albedo : scene->atmosphere.ground_albedo;
+}

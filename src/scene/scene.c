@@ -2,11 +2,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "atmosphere/sky_store.h"
 #include "core/alloc.h"
 #include "core/file.h"
-#include "caches/light_store.h"
-#include "scene/reference_store.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_file.h"
 
@@ -21,10 +18,8 @@ static neph_result create_bare(neph_context *context, const char *file, np_node 
   scene->context = context;
   scene->document = document;
   *out_scene = scene;
-  scene->skies = np_alloc(context, 1, sizeof *scene->skies);
-  scene->lights = np_alloc(context, 1, sizeof *scene->lights);
-  scene->references = np_alloc(context, 1, sizeof *scene->references);
-  if (!scene->skies || !scene->lights || !scene->references) return NEPH_ERROR_OUT_OF_MEMORY;
+  scene->attachment = np_alloc(context, 1, sizeof *scene->attachment);
+  if (!scene->attachment) return NEPH_ERROR_OUT_OF_MEMORY;
   if (!file) return NEPH_OK;
   scene->file = np_alloc_text(context, file);
   return scene->file ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
@@ -84,11 +79,8 @@ void neph_scene_destroy(neph_scene *scene) {
   if (!scene) return;
   neph_context *context = scene->context;
   np_scene_clear(scene);
-  if (scene->skies) np_sky_store_clear(context, scene->skies);
-  np_alloc_free(context, scene->skies);
-  if (scene->lights) np_light_store_clear(context, scene->lights);
-  np_alloc_free(context, scene->lights);
-  np_alloc_free(context, scene->references);
+  if (scene->attachment && scene->attachment->data) scene->attachment->destroy(context, scene->attachment->data);
+  np_alloc_free(context, scene->attachment);
   np_node_destroy(context, scene->document);
   np_alloc_free(context, scene->file);
   np_alloc_free(context, scene);
@@ -116,11 +108,7 @@ static neph_result edit_copy(const neph_scene *scene, const char *key, const cha
 
 /* The scene is made anew from the changed document, so that a key set is a key read, and a failure changes nothing. */
 neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) {
-  neph_scene changed = {.context = scene->context,
-                        .file = scene->file,
-                        .skies = scene->skies,
-                        .lights = scene->lights,
-                        .references = scene->references};
+  neph_scene changed = {.context = scene->context, .file = scene->file, .attachment = scene->attachment};
   neph_result result = edit_copy(scene, key, value, &changed.document);
   if (result) return result;
   np_scene_problems problems = {.context = scene->context, .file = scene->file, .is_first_only = true};

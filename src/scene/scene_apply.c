@@ -8,7 +8,7 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
-#include "world/world.h"
+#include "volume/instance.h"
 #include "scene/scene_air.h"
 
 enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, HINT_SIZE = 768 };

@@ -211,6 +211,12 @@ typedef struct np_scene_output {
   bool is_exposure_auto;
 } np_scene_output;
 
+/* What others keep with a scene, and how it is destroyed with it. */
+typedef struct np_scene_attachment {
+  void *data; /* NULL: nothing */
+  void (*destroy)(neph_context *context, void *data);
+} np_scene_attachment;
+
 struct np_node;
 
 struct neph_scene {
@@ -236,9 +242,7 @@ struct neph_scene {
   np_scene_terrain terrain;
   np_scene_render render;
   np_scene_output output;
-  struct np_sky_store *skies;    /* kept from picture to picture: one scene renders one picture at a time */
-  struct np_light_store *lights; /* likewise */
-  struct np_reference_store *references; /* likewise */
+  np_scene_attachment *attachment; /* kept from picture to picture: one scene renders one picture at a time */
 };
 
 /* neph_scene_check without its warnings: before each plan, too. */
@@ -256,6 +260,9 @@ np_color_space np_scene_get_color_space(const neph_scene *scene);
 /* Radiance of R, G, B that a preview shows as neutral: the sun's in bands, green being 1; (1, 1, 1) where nothing, or
  * not all of it, shines, and in a space that has its own white. */
 void np_scene_get_white(const neph_scene *scene, double out_white[3]);
+
+/* Albedo of the planet: the terrain's, unless it was given. */
+const double *np_scene_get_ground_albedo(const neph_scene *scene);
 
 /* Unit vector towards the sun, from angles (azimuth clockwise from north) or from time and place. */
 neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad, double out[3]);

@@ -19,7 +19,7 @@ world: optics noise volume atmosphere terrain
 transport: optics noise volume atmosphere terrain world
 caches: optics noise volume atmosphere terrain world transport
 integrate: optics noise volume atmosphere terrain world transport caches
-scene: optics noise volume image cloud terrain atmosphere world transport caches integrate
+scene: optics noise volume image cloud terrain atmosphere
 render: optics noise volume image cloud terrain atmosphere world transport caches integrate scene'
 
 for folder in src/*/; do

@@ -4,7 +4,7 @@
 #include <stdio.h>
 
 #include "core/units.h"
-#include "scene/plan.h"
+#include "render/plan_choices.h"
 
 /* Less of a ray's light than this is not worth the look-ups. */
 static const double share_least = 0.005;

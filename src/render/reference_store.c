@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "scene/reference_store.h"
+#include "render/reference_store.h"
 
 #include <string.h>
 
@@ -16,9 +16,10 @@ static neph_result compute_fingerprint(neph_context *context, const np_scene_clo
   return NEPH_OK;
 }
 
-neph_result np_reference_store_get(const neph_scene *scene, unsigned index, np_reference **out_reference) {
+neph_result np_reference_store_get(np_reference_store *store, const neph_scene *scene, unsigned index,
+                                   np_reference **out_reference) {
   const np_scene_cloud *cloud = &scene->clouds[index];
-  np_reference *reference = &scene->references->list[index];
+  np_reference *reference = &store->list[index];
   char sequence[33];
   neph_result result = compute_fingerprint(scene->context, cloud, sequence);
   if (result) return result;

@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "core/units.h"
-#include "scene/plan.h"
+#include "render/plan_choices.h"
 
 /* Beyond this the middle of the sun's disk does not stand for all of it inside a cloud. */
 static const double disk_radius_max_rad = NP_PI / 180.0;
@@ -87,6 +87,12 @@ static bool is_sequence_of_still_clouds(const neph_scene *scene) {
   for (unsigned i = 0; i < scene->cloud_count; i++)
     is_still = is_still && !is_numbered(scene->clouds[i].vdb) && scene->clouds[i].frame_time_s == 0.0;
   return is_still && is_numbered(scene->output.image);
+}
+
+double np_plan_predict_filling(const np_plan *plan, const neph_scene *scene) {
+  double voxel_s, ray_s;
+  find_costs(plan, scene, &voxel_s, &ray_s);
+  return voxel_s * plan->cloud_voxel_count;
 }
 
 bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size) {

@@ -3,10 +3,10 @@
  * its sequence. They are kept from picture to picture, so that the first frame asked for goes on to serve the others,
  * and its file is read once.
  */
-#ifndef NP_SCENE_REFERENCE_STORE_H
-#define NP_SCENE_REFERENCE_STORE_H
+#ifndef NP_RENDER_REFERENCE_STORE_H
+#define NP_RENDER_REFERENCE_STORE_H
 
-#include "world/world.h"
+#include "volume/instance.h"
 #include "scene/scene_private.h"
 
 /* Where the files of a cloud stand in the world, and what their values mean. */
@@ -28,7 +28,8 @@ typedef struct np_reference_store {
 } np_reference_store;
 
 /* The reference of a cloud that is a sequence; begun anew where the cloud's files have become others. */
-neph_result np_reference_store_get(const neph_scene *scene, unsigned index, np_reference **out_reference);
+neph_result np_reference_store_get(np_reference_store *store, const neph_scene *scene, unsigned index,
+                                   np_reference **out_reference);
 
 /* The frame that the scene names, else the one that was chosen; false where there is neither yet. */
 bool np_reference_get_frame(const np_scene_cloud *cloud, const np_reference *reference, int *out_frame);

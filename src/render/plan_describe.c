@@ -1,34 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The plan as text, and as JSON. */
 #include "core/json.h"
-#include "scene/plan.h"
+#include "render/plan.h"
+#include "render/stages.h"
 #include "scene/scene_values.h"
 #include "scene/text_builder.h"
-
-const char *np_stage_get_name(np_stage stage) {
-  static const char *const names[NP_STAGE_COUNT] = {
-      [NP_STAGE_VOLUMES] = "volumes",
-      [NP_STAGE_TERRAIN] = "terrain",
-      [NP_STAGE_ATMOSPHERE] = "atmosphere",
-      [NP_STAGE_CAMERA_SKY] = "camera sky",
-      [NP_STAGE_CLOUD_SKY] = "cloud sky",
-      [NP_STAGE_SUN_LIGHT] = "sun light",
-      [NP_STAGE_SKY_LIGHT] = "sky light",
-      [NP_STAGE_GROUND_LIGHT] = "ground light",
-      [NP_STAGE_SUN_DEPTH] = "sun depth volume",
-      [NP_STAGE_ORDINATES] = "multiple scattering",
-      [NP_STAGE_GROUND_CLOUDS] = "clouds on ground",
-      [NP_STAGE_AIR_SHADOWS] = "air shadows",
-      [NP_STAGE_LOOK] = "look",
-      [NP_STAGE_INTEGRATOR] = "integrator",
-      [NP_STAGE_COLOR] = "colour",
-      [NP_STAGE_MOON] = "moon",
-      [NP_STAGE_STARS] = "stars",
-      [NP_STAGE_AIRGLOW] = "airglow",
-      [NP_STAGE_EMISSION] = "emission",
-  };
-  return names[stage];
-}
 
 static void add_references(np_text *text, const np_plan *plan) {
   if (plan->reference_count) np_text_add(text, "%-20s ", "reference frames");
@@ -43,6 +19,15 @@ static void add_references(np_text *text, const np_plan *plan) {
   if (plan->reference_count) np_text_add(text, "\n");
 }
 
+/* " 0.3 s, 12 MB"; of little memory nothing. */
+static void add_cost(np_text *text, const np_stage_cost *cost) {
+  np_text_add(text, cost->seconds < 10.0 ? " %.2g s" : " %.0f s", cost->seconds);
+  if (cost->bytes >= 1e9)
+    np_text_add(text, ", %.1f GB", cost->bytes * 1e-9);
+  else if (cost->bytes >= 1e6)
+    np_text_add(text, ", %.0f MB", cost->bytes * 1e-6);
+}
+
 static neph_result describe_plain(const np_plan *plan, char **out_text) {
   const neph_render_desc *desc = &plan->desc;
   np_text text = {.context = plan->context};
@@ -54,10 +39,19 @@ static neph_result describe_plain(const np_plan *plan, char **out_text) {
   if (plan->bake_voxel_count > 0) np_text_add(&text, ", at most %.3g voxels to bake", plan->bake_voxel_count);
   np_text_add(&text, "\n");
   add_references(&text, plan);
+  const np_stage_cost all = np_stages_count_cost(plan);
+  np_text_add(&text, "%-20s", "prediction");
+  add_cost(&text, &all);
+  np_text_add(&text, "; on two cores, within a factor of three\n");
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     const np_plan_stage *stage = &plan->stages[i];
-    np_text_add(&text, "%-20s %-3s  %s\n", np_stage_get_name((np_stage)i), stage->is_needed ? "yes" : "no",
+    np_text_add(&text, "%-20s %-3s  %s", np_stage_get_row((np_stage)i)->name, stage->is_needed ? "yes" : "no",
                 stage->reason);
+    if (stage->cost.seconds >= 0.01) {
+      np_text_add(&text, ";");
+      add_cost(&text, &stage->cost);
+    }
+    np_text_add(&text, "\n");
   }
   return np_text_finish(&text, out_text);
 }
@@ -85,6 +79,16 @@ static void put_references(np_json *json, const np_plan *plan) {
   np_json_end(json);
 }
 
+/* What is predicted to take next to nothing has no numbers. */
+static void put_stage(np_json *json, const np_plan_stage *stage, const np_stage_row *row) {
+  np_json_put_text(json, "stage", row->name);
+  np_json_put_bool(json, "needed", stage->is_needed);
+  np_json_put_text(json, "reason", stage->reason);
+  if (stage->cost.seconds > 0.0) np_json_put_real(json, "seconds", stage->cost.seconds);
+  if (stage->cost.bytes > 0.0) np_json_put_real(json, "bytes", stage->cost.bytes);
+  if (stage->is_needed && row->kept_while) np_json_put_text(json, "kept_while", row->kept_while);
+}
+
 static neph_result describe_json(const np_plan *plan, char **out_text) {
   np_json *json = np_json_create(plan->context);
   if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -99,9 +103,7 @@ static neph_result describe_json(const np_plan *plan, char **out_text) {
   np_json_begin_array(json, "stages");
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     np_json_begin_object(json, NULL);
-    np_json_put_text(json, "stage", np_stage_get_name((np_stage)i));
-    np_json_put_bool(json, "needed", plan->stages[i].is_needed);
-    np_json_put_text(json, "reason", plan->stages[i].reason);
+    put_stage(json, &plan->stages[i], np_stage_get_row((np_stage)i));
     np_json_end(json);
   }
   np_json_end(json);

@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/plan.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "render/stages.h"
+
+enum { SIZE_LIMIT = 65536 };
+
+/* ---- The description ---- */
+
+static neph_result check_desc(neph_context *context, const neph_render_desc *desc) {
+  const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
+  if (desc->width < 1 || desc->height < 1 || desc->width > SIZE_LIMIT || desc->height > SIZE_LIMIT)
+    return np_fail(context, bad, "the picture is %u x %u pixels, must be 1 to %d each way", desc->width, desc->height,
+                   (int)SIZE_LIMIT);
+  const unsigned *min = desc->crop_min, *max = desc->crop_max;
+  if (min[0] >= max[0] || min[1] >= max[1] || max[0] > desc->width || max[1] > desc->height)
+    return np_fail(context, bad, "the crop is %u,%u to %u,%u, must not be empty and lie within %u x %u pixels", min[0],
+                   min[1], max[0], max[1], desc->width, desc->height);
+  if (desc->sample_count < 1) return np_fail(context, bad, "samples is 0, must be at least 1");
+  if (!(desc->target_error > 0.0))
+    return np_fail(context, bad, "target_error is %g, must be above 0", desc->target_error);
+  if (!(desc->time_limit_s >= 0.0))
+    return np_fail(context, bad, "time_limit_s is %g, must be at least 0", desc->time_limit_s);
+  if (desc->sample_count_max < 16)
+    return np_fail(context, bad, "sample_count_max is %u, must be at least 16", desc->sample_count_max);
+  if ((unsigned)desc->multiple_scattering > NEPH_MULTIPLE_SCATTERING_DERIVATIVE)
+    return np_fail(context, bad,
+                   "multiple_scattering is %d, must be none (0), octaves (1), ordinates (2), softened Beer (3), "
+                   "powder (4) or derivative (5)",
+                   (int)desc->multiple_scattering);
+  if ((unsigned)desc->atmosphere > NEPH_RENDER_ATMOSPHERE_TABLES)
+    return np_fail(context, bad, "atmosphere is %d, must be traced (0) or tables (1)", (int)desc->atmosphere);
+  if ((unsigned)desc->path_guiding > NEPH_PATH_GUIDING_ADJOINT)
+    return np_fail(context, bad, "path_guiding is %d, must be none (0) or adjoint (1)", (int)desc->path_guiding);
+  if (desc->integrator != NEPH_INTEGRATOR_MARCH && desc->integrator != NEPH_INTEGRATOR_PATH)
+    return np_fail(context, bad, "integrator is %d, must be march (0) or path (1)", (int)desc->integrator);
+  return NEPH_OK;
+}
+
+static neph_result read_desc(const neph_scene *scene, const neph_render_desc *desc, neph_render_desc *out_desc) {
+  neph_render_desc own = NEPH_RENDER_DESC_DEFAULT;
+  neph_result result = neph_scene_get_render_desc(scene, &own);
+  if (!result) result = np_desc_read(scene->context, "neph_render_desc", &own, sizeof own, desc, out_desc);
+  return result ? result : check_desc(scene->context, out_desc);
+}
+
+/* ---- Facts about the scene ---- */
+
+static bool is_positive(const double spectrum[3]) { return spectrum[0] > 0 || spectrum[1] > 0 || spectrum[2] > 0; }
+
+static void find_sun_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, np_scene_facts *f) {
+  f->has_sun = is_positive(scene->sun.irradiance_w_m2_nm) && !(are_known && glow->is_sun_dark);
+  if (!is_positive(scene->sun.irradiance_w_m2_nm))
+    snprintf(f->no_sun, sizeof f->no_sun, "sun.irradiance is 0");
+  else
+    snprintf(f->no_sun, sizeof f->no_sun, "the sun is %.1f deg below the horizon seen, and from 19 on its sky is dark",
+             -glow->sun_height_deg);
+}
+
+static void find_moon_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, np_scene_facts *f) {
+  const bool shines = scene->moon.is_there && scene->moon.brightness > 0 && is_positive(scene->sun.irradiance_w_m2_nm);
+  f->has_moon = shines && !(are_known && glow->is_moon_outshone);
+  if (!scene->moon.is_there)
+    snprintf(f->no_moon, sizeof f->no_moon, "the scene has no moon");
+  else if (!shines)
+    snprintf(f->no_moon, sizeof f->no_moon, "moon.brightness or sun.irradiance is 0");
+  else if (glow->moon_lux > 1e-3 * glow->sun_lux)
+    snprintf(f->no_moon, sizeof f->no_moon, "set: %.1f deg below the horizon seen, and from 6 on it is dark",
+             -glow->moon_height_deg);
+  else
+    snprintf(f->no_moon, sizeof f->no_moon,
+             "outshone: %.2g lx against the sun's %.2g, of which it is less than a thousandth; its disk is seen",
+             glow->moon_lux, glow->sun_lux);
+}
+
+static void find_night_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, np_scene_facts *f) {
+  const bool has_glow = scene->airglow.is_there || (scene->stars.is_there && scene->stars.map);
+  f->has_glow = has_glow && !(are_known && glow->is_airglow_outshone);
+  f->has_stars = scene->stars.is_there && !(are_known && glow->are_stars_outshone);
+  static const char outshone[] = "outshone: less than a thousandth of the sky's light at %.1f deg of sun";
+  snprintf(f->no_glow, sizeof f->no_glow, has_glow ? outshone : "the scene has no airglow and no map of the stars",
+           glow->sun_height_deg);
+  snprintf(f->no_stars, sizeof f->no_stars, scene->stars.is_there ? outshone : "the scene has no stars",
+           glow->sun_height_deg);
+}
+
+/* Solid angle of a pixel in the middle of the picture. */
+static double find_pixel_sr(const neph_scene *scene, unsigned width) {
+  const double edge = 2.0 * tan(0.5 * scene->camera.fov_rad) / width;
+  return edge * edge;
+}
+
+static const char *find_darkness(const neph_scene *scene, const np_scene_facts *f) {
+  if (!f->wants_light) return "no light is wanted: no output shows any";
+  if (f->has_sun || f->has_environment || f->has_moon || f->has_glow || f->has_stars || f->has_emission) return NULL;
+  return is_positive(scene->sun.irradiance_w_m2_nm) ? "nothing shines: the sun is below the horizon by more than 19 deg"
+                                                    : "nothing shines: sun and environment are 0";
+}
+
+static bool has_emission(const neph_scene *scene) {
+  bool is_there = false;
+  for (unsigned i = 0; i < scene->cloud_count; i++) is_there = is_there || scene->clouds[i].emission.is_there;
+  return is_there;
+}
+
+static np_scene_facts find_facts(const neph_scene *scene, const np_plan *plan) {
+  np_scene_facts facts = {
+      .wants_light = scene->output.has_beauty || np_aovs_need_light(scene->output.aovs),
+      .has_environment = is_positive(scene->environment.radiance_w_m2_sr_nm),
+      .has_air = scene->has_atmosphere && scene->environment.has_planet,
+      .has_clouds = scene->cloud_count > 0,
+      .has_emission = has_emission(scene),
+      .has_terrain = scene->terrain.kind != NP_TERRAIN_NONE,
+      .has_planet = scene->environment.has_planet,
+  };
+  np_scene_glow glow = {0};
+  if (plan->are_lights_known) glow = np_scene_glow_find(scene, &plan->lights, find_pixel_sr(scene, plan->desc.width));
+  facts.is_dusk = facts.has_air && plan->are_lights_known && glow.sun_height_deg < 0.0;
+  find_sun_facts(scene, plan->are_lights_known, &glow, &facts);
+  find_moon_facts(scene, plan->are_lights_known, &glow, &facts);
+  find_night_facts(scene, plan->are_lights_known, &glow, &facts);
+  facts.dark = find_darkness(scene, &facts);
+  return facts;
+}
+
+/* ---- Resources ---- */
+
+static void count_work(np_plan *plan) {
+  const neph_render_desc *desc = &plan->desc;
+  const uint64_t pixels = (uint64_t)(desc->crop_max[0] - desc->crop_min[0]) * (desc->crop_max[1] - desc->crop_min[1]);
+  plan->ray_count = pixels * desc->sample_count;
+  plan->film_bytes = pixels * (2 + (plan->has_beauty ? 3 : 0) + np_aovs_count_channels(plan->aovs)) * sizeof(float);
+}
+
+/* One sample says nothing about its error. */
+static neph_result check_samples(const np_plan *plan) {
+  const unsigned samples = plan->desc.sample_count;
+  const np_aov_row *aov = np_aovs_search_short(plan->aovs, samples);
+  if (aov)
+    return np_fail(plan->context, NEPH_ERROR_BAD_SCENE,
+                   "render.samples is %u, must be at least %u for the %s of output.aovs", samples, aov->samples_min,
+                   aov->name);
+  if (samples >= 2 || !isfinite(plan->desc.target_error)) return NEPH_OK;
+  return np_fail(plan->context, NEPH_ERROR_BAD_SCENE,
+                 "render.samples is 1, must be at least 2 for render.target_error");
+}
+
+/* Where sun and moon stand, unless only the height field, not read yet, knows the place. */
+static neph_result find_lights(np_plan *plan, const neph_scene *scene) {
+  plan->are_lights_known = scene->has_place || (!scene->sun.time && !scene->stars.is_there);
+  if (!plan->are_lights_known) return NEPH_OK;
+  return np_scene_lights_find(scene, scene->latitude_rad, scene->longitude_rad, &plan->lights);
+}
+
+/* Decides what is not decided yet. */
+static neph_result decide_stages(np_plan *plan, const neph_scene *scene, const np_scene_facts *facts) {
+  plan->has_sun = facts->has_sun;
+  neph_result result = np_stages_decide(plan, scene, facts);
+  if (!result) np_stages_predict(plan, scene);
+  return result;
+}
+
+/* What every plan begins with. */
+static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, np_plan *plan) {
+  plan->context = scene->context;
+  neph_result result = np_scene_check(scene);
+  if (!result) result = np_stores_get(scene, &plan->stores);
+  if (!result) result = read_desc(scene, desc, &plan->desc);
+  return result;
+}
+
+neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan) {
+  *out_plan = (np_plan){.has_beauty = scene->output.has_beauty, .aovs = scene->output.aovs};
+  neph_result result = begin(scene, desc, out_plan);
+  if (!result) result = check_samples(out_plan);
+  if (!result) result = find_lights(out_plan, scene);
+  if (result) return result;
+  count_work(out_plan);
+  const np_scene_facts facts = find_facts(scene, out_plan);
+  return decide_stages(out_plan, scene, &facts);
+}
+
+neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan) {
+  np_scene_facts facts = find_facts(scene, plan);
+  facts.has_clouds = false;
+  memset(plan->stages, 0, sizeof plan->stages);
+  snprintf(plan->stages[NP_STAGE_VOLUMES].reason, sizeof plan->stages->reason, "no cloud holds anything in this frame");
+  return decide_stages(plan, scene, &facts);
+}
+
+neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan) {
+  *out_plan = (np_plan){.has_beauty = true, .is_sky_alone = true};
+  neph_result result = begin(scene, NULL, out_plan);
+  if (!result) result = find_lights(out_plan, scene);
+  if (result) return result;
+  out_plan->desc.atmosphere = NEPH_RENDER_ATMOSPHERE_TABLES; /* whatever integrator the scene's pictures take */
+  np_scene_facts facts = find_facts(scene, out_plan);
+  facts.wants_light = true;
+  facts.dark = find_darkness(scene, &facts);
+  facts.has_clouds = facts.has_terrain = false;
+  return decide_stages(out_plan, scene, &facts);
+}

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The plan of a render: which stages the scene and the wanted outputs need, and why, decided before anything is built.
+ */
+#ifndef NP_RENDER_PLAN_H
+#define NP_RENDER_PLAN_H
+
+#include "render/plan_stages.h"
+
+/* Checks scene and description, and decides. `desc` NULL: the scene's own. */
+neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
+
+/* Decides anew for a frame in which no cloud holds anything: what only clouds need is left out. */
+neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan);
+
+/* The same for a picture of the sky alone: no clouds, no terrain. */
+neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan);
+
+/* The plan as text, to be freed with neph_text_destroy. */
+neph_result np_plan_describe(const np_plan *plan, neph_text_format format, char **out_text);
+
+#endif

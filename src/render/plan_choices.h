@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Choices of a plan that are made by a model of what they cost. */
+#ifndef NP_RENDER_PLAN_CHOICES_H
+#define NP_RENDER_PLAN_CHOICES_H
+
+#include "render/plan_stages.h"
+
+/* Decides between filling a volume of depths towards the sun and marching for each, for a plan whose rays and voxels
+ * are counted; says why. */
+bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size);
+
+/* Seconds of one core to fill it. */
+double np_plan_predict_filling(const np_plan *plan, const neph_scene *scene);
+
+/* Decides whether clouds and hills cast shadows into the air, for a plan that has a sky for the camera; says why. */
+bool np_plan_choose_air_shadows(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size);
+
+/* Pixels between the rays along which they are looked for: a quarter of a degree, half the sun's disk, or two where
+ * that is less. */
+unsigned np_plan_choose_air_spacing(const np_plan *plan, const neph_scene *scene);
+
+#endif

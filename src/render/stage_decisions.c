@@ -1,0 +1,320 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/stage_decisions.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "cloud/cloud_private.h"
+#include "core/alloc.h"
+#include "core/file.h"
+#include "core/units.h"
+#include "render/plan_cells.h"
+#include "render/plan_choices.h"
+
+static void decide(np_plan_stage *out, bool is_needed, const char *reason) {
+  out->is_needed = is_needed;
+  snprintf(out->reason, sizeof out->reason, "%s", reason);
+}
+
+/* Not needed because of the first of these that is not NULL, else needed. */
+static void decide_unless(np_plan_stage *out, const char *against, const char *against_too, const char *why) {
+  const char *reason = against ? against : against_too;
+  decide(out, !reason, reason ? reason : why);
+}
+
+/* Why a stage that another depends on is not needed; NULL: it is. */
+static const char *get_against(np_decision *d, np_stage stage) {
+  const np_plan_stage *other = d->get(d, stage);
+  return other->is_needed ? NULL : other->reason;
+}
+
+static bool is_path(const np_decision *d) { return d->plan->desc.integrator == NEPH_INTEGRATOR_PATH; }
+
+static const char *get_cloudless(const np_decision *d) {
+  return d->facts->has_clouds ? NULL : "the scene has no clouds";
+}
+
+static bool has_ground(const np_decision *d) { return d->facts->has_planet || d->facts->has_terrain; }
+
+/* ---- Matter ---- */
+
+/* Without light there is nothing that depends on wavelength. */
+void np_stage_decide_color(np_decision *d, np_plan_stage *out) {
+  np_plan *plan = d->plan;
+  plan->color_space = np_scene_get_color_space(d->scene);
+  plan->wavelength_count = d->facts->dark ? 3 : d->scene->render.wavelength_count;
+  plan->packet_count = plan->wavelength_count / 3;
+  decide(out, true, "the three bands are the picture's channels");
+  if (plan->packet_count > 1)
+    snprintf(out->reason, sizeof out->reason,
+             "%u wavelengths, in %u packets of three, each with its own air and light, summed to %s",
+             plan->wavelength_count, plan->packet_count, np_color_space_get_name(plan->color_space));
+}
+
+void np_stage_decide_terrain(np_decision *d, np_plan_stage *out) {
+  static const char *const reasons[] = {[NP_TERRAIN_NONE] = "the scene has no terrain",
+                                        [NP_TERRAIN_HEIGHTFIELD] = "height field ",
+                                        [NP_TERRAIN_RIDGES] = "ridges from noise"};
+  const np_scene_terrain *terrain = &d->scene->terrain;
+  out->is_needed = terrain->kind != NP_TERRAIN_NONE;
+  snprintf(out->reason, sizeof out->reason, "%s%s", reasons[terrain->kind],
+           terrain->kind == NP_TERRAIN_HEIGHTFIELD ? terrain->heightfield : "");
+}
+
+static double count_voxels(const neph_cloud_desc *bake) {
+  return bake->extent_m[0] * bake->extent_m[1] * bake->thickness_m / (bake->voxel_m * bake->voxel_m * bake->voxel_m);
+}
+
+/* A cloud with a file and parameters is baked to that file unless it is there and holds this very cloud. */
+neph_result np_plan_choose_source(const neph_scene *scene, const np_scene_cloud *cloud, const char *file, int frame,
+                                  np_cloud_source *out_source) {
+  *out_source = file ? NP_CLOUD_SOURCE_FILE : NP_CLOUD_SOURCE_BAKE;
+  if (!file || !cloud->is_baked) return NEPH_OK;
+  if (!np_file_exists(file)) return *out_source = NP_CLOUD_SOURCE_BAKE, NEPH_OK;
+  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
+  bool is_current;
+  neph_result result =
+      np_cloud_file_is_current(scene->context, file, &at_frame, scene->atmosphere.planet_radius_m, &is_current);
+  if (!result && !is_current) *out_source = NP_CLOUD_SOURCE_REBAKE;
+  return result;
+}
+
+/* Voxels in bricks: those of a bake take 0.9 to 1.1 bytes on disk, other files' 1.4 to 3; bricks fill some two fifths
+ * of the box of a bake. */
+static void count_cloud(np_plan *plan, const np_scene_cloud *cloud, np_cloud_source source, const char *file) {
+  if (source == NP_CLOUD_SOURCE_FILE) {
+    plan->cloud_voxel_count += (cloud->is_baked ? 1.0 : 0.5) * (double)np_file_get_size(file);
+  } else {
+    plan->bake_voxel_count += count_voxels(&cloud->bake);
+    plan->cloud_voxel_count += 0.4 * count_voxels(&cloud->bake);
+  }
+}
+
+static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud, char *out,
+                                size_t size) {
+  static const char *const deeds[] = {[NP_CLOUD_SOURCE_FILE] = "read from",
+                                      [NP_CLOUD_SOURCE_BAKE] = "baked to",
+                                      [NP_CLOUD_SOURCE_REBAKE] = "baked anew, for its parameters have changed, to"};
+  char *file = cloud->vdb ? np_file_frame_name(plan->context, cloud->vdb, plan->desc.frame) : NULL;
+  if (cloud->vdb && !file) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_cloud_source source;
+  neph_result result = np_plan_choose_source(scene, cloud, file, plan->desc.frame, &source);
+  if (!result) count_cloud(plan, cloud, source, file);
+  if (!result)
+    snprintf(out, size, "%s is %s%s%s", cloud->name, file ? deeds[source] : "baked", file ? " " : "", file ? file : "");
+  np_alloc_free(plan->context, file);
+  return result;
+}
+
+void np_stage_decide_volumes(np_decision *d, np_plan_stage *out) {
+  const neph_scene *scene = d->scene;
+  decide(out, scene->cloud_count > 0, scene->cloud_count ? "" : "the scene has no clouds");
+  for (unsigned i = 0; !d->result && i < scene->cloud_count; i++) {
+    const size_t length = strlen(out->reason);
+    char text[160] = "";
+    d->result = decide_cloud(d->plan, scene, &scene->clouds[i], text, sizeof text);
+    snprintf(out->reason + length, sizeof out->reason - length, "%s%s", i ? "; " : "", text);
+  }
+}
+
+void np_stage_decide_emission(np_decision *d, np_plan_stage *out) {
+  decide_unless(out, d->facts->dark, d->facts->has_emission ? NULL : "no cloud has emission",
+                "black bodies in the clouds, of their grids' temperatures");
+}
+
+void np_stage_decide_world(np_decision *d, np_plan_stage *out) {
+  (void)d;
+  decide(out, true, "geometry, media and lights in their places");
+}
+
+/* ---- Air ---- */
+
+static const char *get_airless(const np_decision *d) {
+  if (d->facts->has_air) return NULL;
+  return d->facts->has_planet ? "atmosphere.preset is none" : "environment.planet is none";
+}
+
+/* Why no sky shines; NULL: one does. */
+static const char *get_skyless(const np_decision *d) {
+  const char *airless = get_airless(d);
+  return airless || d->facts->has_sun || d->facts->has_moon ? airless : d->facts->no_sun;
+}
+
+static const char traced[] = "render.atmosphere is traced: paths go through the air";
+
+void np_stage_decide_atmosphere(np_decision *d, np_plan_stage *out) {
+  d->get(d, NP_STAGE_CLOUD_SKY);
+  d->get(d, NP_STAGE_ORDINATES);
+  const char *why = np_plan_has_air_light(d->plan)
+                        ? "light passes through air"
+                        : "paths fly through air; what light is in it is traced, and left out here";
+  decide_unless(out, d->facts->dark, get_airless(d), why);
+}
+
+void np_stage_decide_camera_sky(np_decision *d, np_plan_stage *out) {
+  const char *skyless = get_skyless(d);
+  decide_unless(out, d->facts->dark, !skyless && np_plan_traces_air(d->plan) ? traced : skyless,
+                "sky behind, and air before, what the camera sees");
+}
+
+/* What multiple scattering is solved for under, it asks of the tables, whoever traces the air. */
+void np_stage_decide_cloud_sky(np_decision *d, np_plan_stage *out) {
+  const char *against = get_skyless(d), *why = "the sky shines on the clouds";
+  if (!against && np_plan_traces_air(d->plan)) {
+    const bool is_solved = !get_against(d, NP_STAGE_ORDINATES);
+    against = is_solved || d->facts->is_dusk ? NULL : traced;
+    why = is_solved ? "multiple scattering is solved for under it"
+                    : "the sun is down: paths aim at where the sky is bright";
+  }
+  decide_unless(out, d->facts->dark, against ? against : get_cloudless(d), why);
+}
+
+void np_stage_decide_sky_guide(np_decision *d, np_plan_stage *out) {
+  decide_unless(out, is_path(d) ? NULL : "the march aims at nothing", get_against(d, NP_STAGE_CLOUD_SKY),
+                "paths aim at where sky and ground are bright");
+}
+
+/* ---- Lights ---- */
+
+void np_stage_decide_lights(np_decision *d, np_plan_stage *out) {
+  const np_dvec3 to_sun = d->plan->lights.to_sun;
+  decide(out, true, "where sun, moon and stars stand goes by the place of the height field");
+  if (d->plan->are_lights_known)
+    snprintf(out->reason, sizeof out->reason, "the sun's elevation is %.3g deg, its azimuth %.3g deg",
+             asin(np_clamp(to_sun.z, -1.0, 1.0)) / NP_DEGREE,
+             fmod(atan2(to_sun.x, to_sun.y) / NP_DEGREE + 360.0, 360.0));
+}
+
+void np_stage_decide_moon(np_decision *d, np_plan_stage *out) {
+  decide_unless(out, d->facts->dark, d->facts->has_moon ? NULL : d->facts->no_moon,
+                "the moon shines on air, clouds and ground");
+}
+
+void np_stage_decide_stars(np_decision *d, np_plan_stage *out) {
+  decide_unless(out, d->facts->dark, d->facts->has_stars ? NULL : d->facts->no_stars,
+                "points of light, dimmed by the air");
+}
+
+void np_stage_decide_airglow(np_decision *d, np_plan_stage *out) {
+  decide_unless(out, d->facts->dark, d->facts->has_glow ? NULL : d->facts->no_glow, "the floor of the night sky");
+}
+
+static const char *get_targetless(const np_decision *d) {
+  return d->facts->has_clouds || has_ground(d) ? NULL : "there is nothing to shine on";
+}
+
+void np_stage_decide_sun_light(np_decision *d, np_plan_stage *out) {
+  decide_unless(out, d->facts->dark, d->facts->has_sun ? get_targetless(d) : d->facts->no_sun,
+                "the sun shines on clouds and ground");
+}
+
+void np_stage_decide_sky_light(np_decision *d, np_plan_stage *out) {
+  const np_scene_facts *f = d->facts;
+  const bool has_sky = f->has_environment || f->has_glow || (f->has_air && (f->has_sun || f->has_moon));
+  decide_unless(out, f->dark, has_sky ? get_targetless(d) : "neither air nor environment shines",
+                "the sky shines on clouds and ground");
+}
+
+void np_stage_decide_ground_light(np_decision *d, np_plan_stage *out) {
+  decide_unless(out, d->facts->dark, has_ground(d) ? get_cloudless(d) : "there is no ground",
+                "the ground reflects light to the clouds");
+}
+
+/* ---- Caches of light ---- */
+
+void np_stage_decide_sun_depth(np_decision *d, np_plan_stage *out) {
+  const np_plan *plan = d->plan;
+  d->get(d, NP_STAGE_VOLUMES);
+  d->get(d, NP_STAGE_AIR_SHADOWS);
+  const char *against = d->facts->dark ? d->facts->dark : get_cloudless(d);
+  if (!against && is_path(d) && plan->air_ray_spacing == 0) against = "the tracer asks the clouds themselves";
+  if (!against && !d->facts->has_sun && !d->facts->has_moon) against = d->facts->no_sun;
+  if (against)
+    decide(out, false, against);
+  else
+    out->is_needed = np_plan_choose_sun_volume(plan, d->scene, out->reason, sizeof out->reason);
+}
+
+void np_stage_decide_air_shadows(np_decision *d, np_plan_stage *out) {
+  const char *against = get_against(d, NP_STAGE_CAMERA_SKY);
+  if (!against && !d->facts->has_clouds && !d->facts->has_terrain) against = "there are neither clouds nor hills";
+  if (against)
+    decide(out, false, against);
+  else
+    out->is_needed = np_plan_choose_air_shadows(d->plan, d->scene, out->reason, sizeof out->reason);
+  d->plan->air_ray_spacing = out->is_needed ? np_plan_choose_air_spacing(d->plan, d->scene) : 0;
+}
+
+/* Of the errors, as far as they can be told before a file is read. */
+static void describe_ordinates(np_decision *d, char *out, size_t size) {
+  np_cells_forecast f;
+  d->result = np_plan_forecast_cells(d->plan, d->scene, &f);
+  d->plan->light_cell_count = f.cell_count;
+  const char *what = "solved for once while clouds and lights stay, within render.light_memory";
+  if (f.is_known)
+    snprintf(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells", what,
+             100.0 * f.errors[0], 100.0 * f.errors[1]);
+  else
+    snprintf(out, size, "%s; expected error 2 to 4 %%, more where that is little", what);
+}
+
+static const char endless[] = "paths scatter as often as it takes";
+
+/* Why no light is to be scattered more than once. */
+static const char *get_scatterless(const np_decision *d) {
+  const char *against = d->facts->dark ? d->facts->dark : get_cloudless(d);
+  return !against && d->plan->desc.scattering_max < 2 ? "render.max_scatterings is below 2" : against;
+}
+
+static const char *const chosen[] = {
+    [NEPH_MULTIPLE_SCATTERING_NONE] = "render.multiple_scattering is none",
+    [NEPH_MULTIPLE_SCATTERING_OCTAVES] = "render.multiple_scattering is octaves",
+    [NEPH_MULTIPLE_SCATTERING_ORDINATES] = "render.multiple_scattering is ordinates",
+    [NEPH_MULTIPLE_SCATTERING_SOFTENED_BEER] = "render.multiple_scattering is softened_beer",
+    [NEPH_MULTIPLE_SCATTERING_POWDER] = "render.multiple_scattering is powder",
+    [NEPH_MULTIPLE_SCATTERING_DERIVATIVE] = "render.multiple_scattering is derivative",
+};
+
+/* For the march, or to guide paths by. */
+void np_stage_decide_ordinates(np_decision *d, np_plan_stage *out) {
+  const neph_render_desc *desc = &d->plan->desc;
+  const char *against = get_scatterless(d);
+  if (!against && is_path(d) && desc->path_guiding != NEPH_PATH_GUIDING_ADJOINT) against = endless;
+  if (!against && !is_path(d) && desc->multiple_scattering != NEPH_MULTIPLE_SCATTERING_ORDINATES)
+    against = chosen[desc->multiple_scattering];
+  char solved[sizeof out->reason] = "", why[sizeof out->reason];
+  if (!against) describe_ordinates(d, solved, sizeof solved);
+  snprintf(why, sizeof why, "%s%s", is_path(d) ? "paths are guided by it; " : "", solved);
+  decide_unless(out, against, NULL, why);
+}
+
+void np_stage_decide_viewer_light(np_decision *d, np_plan_stage *out) {
+  decide_unless(out, is_path(d) ? "paths ask for light in all directions" : NULL, get_against(d, NP_STAGE_ORDINATES),
+                "the march asks for light towards the camera alone");
+}
+
+void np_stage_decide_ground_clouds(np_decision *d, np_plan_stage *out) {
+  const bool is_solved = !is_path(d) && !get_against(d, NP_STAGE_ORDINATES);
+  decide_unless(out, is_solved ? NULL : "multiple scattering is not solved for",
+                has_ground(d) ? NULL : "there is no ground", "the clouds hide sky from the ground, and shine on it");
+}
+
+void np_stage_decide_look(np_decision *d, np_plan_stage *out) {
+  const neph_multiple_scattering multiple = d->plan->desc.multiple_scattering;
+  const bool is_look = multiple != NEPH_MULTIPLE_SCATTERING_ORDINATES && multiple != NEPH_MULTIPLE_SCATTERING_NONE;
+  const char *against = get_scatterless(d);
+  if (!against && is_path(d)) against = endless;
+  decide_unless(out, against, is_look ? NULL : chosen[multiple], chosen[multiple]);
+}
+
+void np_stage_decide_lighting(np_decision *d, np_plan_stage *out) {
+  (void)d;
+  decide(out, true, "the integrator asks those of these caches that there are");
+}
+
+void np_stage_decide_integrator(np_decision *d, np_plan_stage *out) {
+  const char *path = np_plan_traces_air(d->plan) ? "path: unbiased in clouds and air and to the ground"
+                                                 : "path: unbiased in the clouds, air and ground from tables";
+  decide(out, true, is_path(d) ? path : "march: fast and biased");
+}
