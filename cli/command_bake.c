@@ -4,7 +4,7 @@
 #include <sys/stat.h>
 #include <time.h>
 
-#include "session.h"
+#include "verbs.h"
 
 static unsigned count_baked(const neph_scene *scene) {
   unsigned count = 0;
@@ -53,7 +53,7 @@ static char *choose_pattern(const cloud_job *job) {
   return asprintf(&path, "%s%s%s%s.vdb", output ? output : "", slash, name, number) < 0 ? NULL : path;
 }
 
-/* What the file lost, by cause; `key` is of JSON. */
+/* The losses of the file, by cause; `key` is of JSON. */
 typedef struct loss_row {
   const char *key, *meaning;
   const neph_bake_loss *loss;
@@ -206,11 +206,11 @@ static cli_exit verify_file(cli_session *session) {
   if (session->options->is_json)
     printf("{\"same\": %s}\n", is_same ? "true" : "false");
   else
-    printf("%s: %s\n", path, is_same ? "the same when baked anew" : "differs when baked anew");
+    printf("%s: %s\n", path, is_same ? "the same when rebaked" : "differs when rebaked");
   return is_same ? CLI_DONE : CLI_DIFFERENT;
 }
 
-cli_exit cli_command_bake(cli_session *session) {
+static cli_exit run_bake(cli_session *session) {
   neph_scene *scene;
   cli_catch_interrupts();
   if (session->options->is_verifying) return verify_file(session);
@@ -220,3 +220,34 @@ cli_exit cli_command_bake(cli_session *session) {
   neph_scene_destroy(scene);
   return exit;
 }
+
+const cli_verb cli_verb_bake = {
+    .name = "bake",
+    .arguments = "SCENE|FILE",
+    .summary = "bake the procedural clouds of a scene to .vdb",
+    .argument_min = 1,
+    .argument_max = 1,
+    .run = run_bake,
+    .files = "yaml yml vdb",
+    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT) | CLI_MAY(CLI_DIFFERENT),
+    .description = "Bakes each procedural cloud of a scene: to the cloud's `vdb` if it has one, else to its name and "
+                   ".vdb in the current folder.",
+    .options = {{"--output", "write to FILE, a .vdb, where the scene bakes one cloud, or into the folder FILE",
+                 .files = "vdb"},
+                {"--set"},
+                {"--frames", "bake a file for each frame, its number in place of #"},
+                {"--half"},
+                {"--prune"},
+                {"--levels"},
+                {"--region"},
+                {"--max-memory"},
+                {"--velocity"},
+                {"--error"},
+                {"--verify",
+                 "rebake a .vdb from the parameters in it, and fail, with exit code 7, when a grid differs"},
+                {"--dry-run"},
+                {"--progress"}},
+    .examples = {{"nephos bake clouds.yaml -o low.vdb", "bake the only cloud of a scene"},
+                 {"nephos bake clouds.yaml -o . --half --levels 2", "bake into a folder, with a coarser grid"},
+                 {"nephos bake --verify low.vdb", "bake the file again, and compare"}},
+};

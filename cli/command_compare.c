@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 
-#include "session.h"
+#include "verbs.h"
 
 /* One line for each measure; the JSON names are those of neph_image_difference. */
 typedef struct measure {
@@ -89,7 +89,7 @@ static cli_exit compare_images(cli_session *session, const neph_image *image, co
   return judge(options, &difference);
 }
 
-cli_exit cli_command_compare(cli_session *session) {
+static cli_exit run_compare(cli_session *session) {
   const cli_options *options = session->options;
   neph_image *image = NULL, *reference = NULL;
   cli_exit exit = check_output(session);
@@ -101,3 +101,21 @@ cli_exit cli_command_compare(cli_session *session) {
   neph_image_destroy(reference);
   return exit;
 }
+
+const cli_verb cli_verb_compare = {
+    .name = "compare",
+    .arguments = "PICTURE REFERENCE",
+    .summary = "measure the difference of an OpenEXR picture from a reference",
+    .argument_min = 2,
+    .argument_max = 2,
+    .run = run_compare,
+    .files = "exr",
+    .exits = CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_DIFFERENT),
+    .description = "Prints measures of the difference. Where the reference has channels `standard_error.*`, lines that "
+                   "begin with `noise:` give the part of the differences that is its own noise.",
+    .options = {{"--output", "write a picture of the difference to FILE, an .exr", .files = "exr"},
+                {"--exact"},
+                {"--max-rel-mse"}},
+    .examples = {{"nephos compare frame.exr reference.exr", "print the measures"},
+                 {"nephos compare frame.exr reference.exr --max-rel-mse 0.01", "fail where the pictures differ much"}},
+};

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "session.h"
+#include "verbs.h"
 
 static cli_exit describe_scene(cli_session *session, const char *path, char **out_text) {
   neph_scene *scene;
@@ -36,7 +36,7 @@ static cli_exit describe_file(cli_session *session, const char *path, char **out
 }
 
 /* Every file that can be read is described; the first failure is the exit code. */
-cli_exit cli_command_info(cli_session *session) {
+static cli_exit run_info(cli_session *session) {
   const cli_options *options = session->options;
   bool is_list = options->file_count > 1;
   cli_exit exit = CLI_DONE;
@@ -54,3 +54,21 @@ cli_exit cli_command_info(cli_session *session) {
   if (options->is_json && is_list) printf("]\n");
   return exit;
 }
+
+const cli_verb cli_verb_info = {
+    .name = "info",
+    .arguments = "FILE...",
+    .summary = "describe .vdb, .hgt, .exr, .png and scene files",
+    .argument_min = 1,
+    .argument_max = SIZE_MAX,
+    .run = run_info,
+    .files = "vdb hgt exr png yaml yml",
+    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND),
+    .description =
+        "Describes files, by their endings: .vdb grids, .hgt and .png height fields, .exr pictures, scenes. Of "
+        "a scene it prints every key with its value, defaults and presets resolved, each as --set takes it. "
+        "The exit code is that of the first file that fails.",
+    .options = {{"--set"}},
+    .examples = {{"nephos info low.vdb frame.exr", "describe a cloud and a picture"},
+                 {"nephos info scene.yaml --set camera.fov=30", "print a scene with a key changed"}},
+};

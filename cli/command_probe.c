@@ -4,22 +4,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "session.h"
+#include "verbs.h"
 
-static cli_exit choose_integrator(const char *name, neph_integrator *out) {
-  static const char *const names[] = {[NEPH_INTEGRATOR_MARCH] = "march", [NEPH_INTEGRATOR_PATH] = "path"};
-  for (int i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++)
-    if (!strcmp(name, names[i])) return *out = (neph_integrator)i, CLI_DONE;
-  cli_complain("--integrator is %s, must be march or path", name);
-  return CLI_USAGE;
-}
+static const char *const integrators[] = {[NEPH_INTEGRATOR_MARCH] = "march", [NEPH_INTEGRATOR_PATH] = "path", NULL};
+static const char *const guidings[] = {[NEPH_PATH_GUIDING_NONE] = "none",
+                                       [NEPH_PATH_GUIDING_ADJOINT] = "adjoint",
+                                       [NEPH_PATH_GUIDING_AUTO] = "auto",
+                                       NULL};
 
-static cli_exit choose_splitting(const char *name, neph_splitting *out) {
-  static const char *const names[] = {
-      [NEPH_SPLITTING_NONE] = "none", [NEPH_SPLITTING_ADJOINT] = "adjoint", [NEPH_SPLITTING_AUTO] = "auto"};
-  for (int i = NEPH_SPLITTING_NONE; i <= NEPH_SPLITTING_AUTO; i++)
-    if (!strcmp(name, names[i])) return *out = (neph_splitting)i, CLI_DONE;
-  cli_complain("--splitting is %s, must be none, adjoint or auto", name);
+/* The index of a setting's word. */
+static cli_exit choose_word(const cli_setting *setting, const char *const *words, unsigned *out) {
+  for (unsigned i = 0; words[i]; i++)
+    if (!strcmp(setting->value, words[i])) return *out = i, CLI_DONE;
+  char range[CLI_RANGE_SIZE];
+  cli_option_describe_words(words, range, sizeof range);
+  cli_complain("%s is %s, must be %s", setting->option, setting->value, range);
   return CLI_USAGE;
 }
 
@@ -39,8 +38,8 @@ static cli_exit refuse_option(const char *option, const char *question) {
 
 static cli_exit take_setting(const cli_setting *setting, neph_probe_desc *desc) {
   const char *option = setting->option ? setting->option : "--set";
-  if (!strcmp(option, "--integrator")) return choose_integrator(setting->value, &desc->integrator);
-  if (!strcmp(option, "--splitting")) return choose_splitting(setting->value, &desc->splitting);
+  if (!strcmp(option, "--integrator")) return choose_word(setting, integrators, &desc->integrator);
+  if (!strcmp(option, "--path-guiding")) return choose_word(setting, guidings, &desc->path_guiding);
   if (!strcmp(option, "--seed")) return choose_seed(setting->value, &desc->seed);
   return refuse_option(option, "slab");
 }
@@ -88,14 +87,12 @@ static cli_exit probe_slab(cli_session *session) {
   return deliver(session, result, text);
 }
 
-static cli_exit choose_method(const char *name, neph_sky_method *out) {
+/* `name` is one of the option's words, or NULL. */
+static void choose_method(const char *name, neph_sky_method *out) {
   static const char *const names[] = {
       [NEPH_SKY_METHOD_LUT] = "lut", [NEPH_SKY_METHOD_MARCH] = "march", [NEPH_SKY_METHOD_TRACE] = "trace"};
-  if (!name) return CLI_DONE;
-  for (int i = NEPH_SKY_METHOD_LUT; i <= NEPH_SKY_METHOD_TRACE; i++)
-    if (!strcmp(name, names[i])) return *out = (neph_sky_method)i, CLI_DONE;
-  cli_complain("--method is %s, must be lut, march or trace", name);
-  return CLI_USAGE;
+  for (int i = NEPH_SKY_METHOD_LUT; name && i <= NEPH_SKY_METHOD_TRACE; i++)
+    if (!strcmp(name, names[i])) *out = (neph_sky_method)i;
 }
 
 static cli_exit take_sky_setting(const cli_setting *setting, neph_probe_sky_desc *desc) {
@@ -109,9 +106,9 @@ static cli_exit fill_sky_desc(cli_session *session, neph_probe_sky_desc *desc) {
   if (options->path_count) desc->path_count = options->path_count;
   desc->progress = cli_progress_report;
   desc->progress_user = &session->progress;
-  cli_exit exit = choose_method(options->method, &desc->method);
-  for (size_t i = 0; !exit && i < options->setting_count; i++)
-    exit = take_sky_setting(&options->settings[i], desc);
+  choose_method(options->method, &desc->method);
+  cli_exit exit = CLI_DONE;
+  for (size_t i = 0; !exit && i < options->setting_count; i++) exit = take_sky_setting(&options->settings[i], desc);
   return exit;
 }
 
@@ -129,7 +126,7 @@ static cli_exit probe_sky(cli_session *session) {
   return deliver(session, result, text);
 }
 
-cli_exit cli_command_probe(cli_session *session) {
+static cli_exit run_probe(cli_session *session) {
   const char *question = session->options->files[0];
   cli_exit exit = check_output(session);
   if (exit) return exit;
@@ -138,3 +135,36 @@ cli_exit cli_command_probe(cli_session *session) {
   cli_complain("%s is not a probe, must be slab or sky", question);
   return CLI_USAGE;
 }
+
+const cli_verb cli_verb_probe = {
+    .name = "probe",
+    .arguments = "slab|sky CASES",
+    .summary = "compute benchmark cases of light transport, as CSV",
+    .argument_min = 2,
+    .argument_max = 2,
+    .run = run_probe,
+    .words = "slab sky",
+    .files = "csv",
+    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND),
+    .description = "`probe slab` sends the light of plane-parallel slabs of cloud through the integrators that render "
+                   "pictures, for comparison with tables of radiative transfer. `probe sky` computes clear skies from "
+                   "the tables that pictures use, by a march along the ray, or by the tracer.\n\n"
+                   "CASES is a table of comma-separated values, a case in each row; lines that begin with # are "
+                   "comments. The answer repeats every column and adds the results with their standard errors.",
+    .options =
+        {{"--output", "write the answer to FILE, a .csv", .files = "csv"},
+         {"--integrator", "for a slab: the integrator; the standard error of march does not show its bias", "path"},
+         {"--path-guiding",
+          "for a slab: adjoint guides, splits and ends paths by the march's solution; auto does so for the "
+          "numbers for which pilots find it faster",
+          "auto", guidings},
+         {"--method"},
+         {"--paths", NULL, "65536"},
+         {"--target-error",
+          "for a slab: take as many rays as bring the standard error to this part of the scattered light, at most "
+          "--paths"},
+         {"--seed"},
+         {"--progress"}},
+    .examples = {{"nephos probe slab slabs.csv --paths 64", "fluxes of slabs"},
+                 {"nephos probe sky skies.csv --method march", "radiances of clear skies by quadrature"}},
+};

@@ -4,9 +4,9 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "session.h"
+#include "verbs.h"
 
-/* Where one frame goes; NULL: not wanted. */
+/* The files of one frame; NULL: not wanted. */
 typedef struct targets {
   char *image, *preview;
 } targets;
@@ -51,8 +51,8 @@ static char *name_tile(const cli_options *options, const char *pattern) {
   if (!options->tile_count || options->output_count || length <= ending) return strdup(pattern);
   char *tiled;
   const int stem = (int)(length - ending);
-  const int printed = asprintf(&tiled, "%.*s.tile%uof%u%s", stem, pattern, options->tile_index, options->tile_count,
-                               pattern + stem);
+  const int printed =
+      asprintf(&tiled, "%.*s.tile%uof%u%s", stem, pattern, options->tile_index, options->tile_count, pattern + stem);
   return printed < 0 ? NULL : tiled;
 }
 
@@ -181,7 +181,7 @@ static cli_exit explain(render_job *job) {
   return cli_exit_of(result);
 }
 
-/* What a dry run checks is all that a render would refuse before its first pixel. */
+/* A dry run refuses all that a render refuses before its first pixel. */
 static cli_exit rehearse(render_job *job, const targets *t) {
   char *text;
   neph_result result = neph_render_explain(job->scene, &job->desc, NEPH_TEXT_PLAIN, &text);
@@ -229,7 +229,7 @@ static cli_exit run(render_job *job) {
   return exit ? exit : for_each_frame(job, render_frame);
 }
 
-cli_exit cli_command_render(cli_session *session) {
+static cli_exit run_render(cli_session *session) {
   render_job job = {.session = session, .desc = NEPH_RENDER_DESC_DEFAULT, .output = NEPH_OUTPUT_DEFAULT};
   cli_exit exit = cli_load_scene(session, session->options->files[0], &job.scene);
   if (exit) return exit;
@@ -242,3 +242,37 @@ cli_exit cli_command_render(cli_session *session) {
   neph_scene_destroy(job.scene);
   return exit;
 }
+
+const cli_verb cli_verb_render = {
+    .name = "render",
+    .arguments = "SCENE",
+    .summary = "render frames to OpenEXR and PNG",
+    .argument_min = 1,
+    .argument_max = 1,
+    .run = run_render,
+    .files = "yaml yml",
+    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT),
+    .description = "Renders frames. The file names come from the scene's `output`; the last run of # in them is the "
+                   "frame's number. Everything that can be checked is checked before the first pixel: the scene, the "
+                   "names, whether their folders can be written.",
+    .options = {{"--output", "write to FILE, an .exr or a .png, or, given twice, one of each, and nothing else",
+                 .files = "exr png"},
+                {"--set"},
+                {"--frames", "frames to render"},
+                {"--resolution"},
+                {"--crop"},
+                {"--tile"},
+                {"--samples"},
+                {"--seed"},
+                {"--integrator"},
+                {"--path-guiding"},
+                {"--target-error"},
+                {"--time-limit"},
+                {"--explain"},
+                {"--dry-run"},
+                {"--progress"}},
+    .examples = {{"nephos render scene.yaml --frames 1-3x2", "render the frames 1 and 3"},
+                 {"nephos render scene.yaml -o look.png --samples 1 --resolution 32x18", "render a small preview"},
+                 {"nephos render scene.yaml --tile 2/4", "render the second of four bands, for a farm"},
+                 {"nephos render scene.yaml --explain", "print the plan"}},
+};

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "session.h"
+#include "verbs.h"
 
 static cli_exit check_output(const cli_session *session) {
   const cli_options *options = session->options;
@@ -159,7 +159,7 @@ static cli_exit run(cli_session *session, neph_scene *scene) {
   return cli_exit_of(result);
 }
 
-cli_exit cli_command_sky(cli_session *session) {
+static cli_exit run_sky(cli_session *session) {
   neph_scene *scene;
   cli_exit exit = check_output(session);
   if (!exit) exit = cli_load_scene(session, session->options->files[0], &scene);
@@ -169,3 +169,29 @@ cli_exit cli_command_sky(cli_session *session) {
   neph_scene_destroy(scene);
   return exit;
 }
+
+const cli_verb cli_verb_sky = {
+    .name = "sky",
+    .arguments = "SCENE",
+    .summary = "compute the sky alone: irradiances, and a latitude-longitude picture",
+    .argument_min = 1,
+    .argument_max = 1,
+    .run = run_sky,
+    .files = "yaml yml",
+    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND),
+    .description =
+        "Prints the irradiance of sun and sky on a level plane at the camera, and spherical harmonics of order "
+        "2 of the sky.\n\n"
+        "With --output it writes the sky as a latitude-longitude picture: north at the left edge, east a "
+        "quarter in, the zenith at the top; the disks of sun and moon are in a layer `disk`.",
+    .options = {{"--output", "write the sky to FILE, an .exr", .files = "exr"},
+                {"--set"},
+                {"--resolution", "size of the picture in pixels"},
+                {"--tables"},
+                {"--verify", "measure the tables against integrals and, along 24 rays, against the tracer"},
+                {"--paths", "with --verify: paths of the tracer along each ray", "4096"},
+                {"--dry-run"},
+                {"--progress"}},
+    .examples = {{"nephos sky clear.yaml", "print the irradiances"},
+                 {"nephos sky clear.yaml -o sky.exr --resolution 64x32", "write the sky as a picture"}},
+};

@@ -2,34 +2,18 @@
 #include <errno.h>
 #include <string.h>
 
-#include "session.h"
-
-static cli_exit run_command(cli_session *session) {
-  switch (session->options->verb) {
-  case CLI_BAKE:
-    return cli_command_bake(session);
-  case CLI_RENDER:
-    return cli_command_render(session);
-  case CLI_INFO:
-    return cli_command_info(session);
-  case CLI_SKY:
-    return cli_command_sky(session);
-  case CLI_PROBE:
-    return cli_command_probe(session);
-  case CLI_COMPARE:
-    return cli_command_compare(session);
-  case CLI_SCHEMA:
-    return cli_command_schema(session);
-  }
-  return CLI_USAGE;
-}
+#include "help.h"
 
 static cli_exit run(const cli_options *options) {
+  const cli_page page = {.out = stdout};
   if (options->wants_version) return printf("nephos %s\n", neph_version_get_text()), CLI_DONE;
-  if (options->wants_help) return cli_options_print_help(options->verb), CLI_DONE;
+  if (options->wants_help && !options->verb) return cli_help_add_program(&page), CLI_DONE;
   cli_session session;
   cli_exit exit = cli_session_start(options, &session);
-  if (!exit) exit = run_command(&session);
+  if (!exit && options->wants_help)
+    exit = cli_help_add_verb(&page, session.context, options->verb);
+  else if (!exit)
+    exit = options->verb->run(&session);
   cli_progress_finish(&session.progress);
   cli_session_end(&session);
   return exit;

@@ -41,23 +41,6 @@ bool cli_read_frame_range(const char **text, cli_frame_range *out_range) {
   return first <= last && last <= INT_MAX && step >= 1 && step <= INT_MAX;
 }
 
-bool cli_read_isa(const char *text, neph_isa *out_isa) {
-  for (int isa = NEPH_ISA_X86_64; isa <= NEPH_ISA_X86_64_V4; isa++)
-    if (!strcmp(text, neph_isa_get_name((neph_isa)isa))) return *out_isa = (neph_isa)isa, true;
-  return false;
-}
-
-bool cli_read_progress(const char *text, cli_progress_mode *out_mode) {
-  static const char *const names[] = {[CLI_PROGRESS_AUTO] = "auto",
-                                      [CLI_PROGRESS_BAR] = "bar",
-                                      [CLI_PROGRESS_LINES] = "lines",
-                                      [CLI_PROGRESS_JSON] = "json",
-                                      [CLI_PROGRESS_NONE] = "none"};
-  for (int mode = CLI_PROGRESS_AUTO; mode <= CLI_PROGRESS_NONE; mode++)
-    if (!strcmp(text, names[mode])) return *out_mode = (cli_progress_mode)mode, true;
-  return false;
-}
-
 bool cli_read_real(const char *text, double *out_value) {
   char *end;
   *out_value = strtod(text, &end);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What options take: texts read as numbers, lists, names. Each is false when the text is not one. */
+/* Arguments of options, read as numbers, lists, names. Each is false when the text is not one. */
 #ifndef NEPHOS_CLI_OPTION_VALUES_H
 #define NEPHOS_CLI_OPTION_VALUES_H
 
@@ -19,8 +19,5 @@ bool cli_read_frame_range(const char **text, cli_frame_range *out_range);
 
 /* X0,Y0,Z0,X1,Y1,Z1, the first three below the last. */
 bool cli_read_region(const char *text, double out[6]);
-
-bool cli_read_isa(const char *text, neph_isa *out_isa);
-bool cli_read_progress(const char *text, cli_progress_mode *out_mode);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The command line: verbs, options, help. */
+/* The command line, read. */
 #ifndef NEPHOS_CLI_OPTIONS_H
 #define NEPHOS_CLI_OPTIONS_H
 
@@ -20,15 +20,7 @@ typedef enum cli_exit {
   CLI_INTERRUPTED = 130
 } cli_exit;
 
-typedef enum cli_verb {
-  CLI_BAKE = 1 << 0,
-  CLI_RENDER = 1 << 1,
-  CLI_INFO = 1 << 2,
-  CLI_SKY = 1 << 3,
-  CLI_COMPARE = 1 << 4,
-  CLI_SCHEMA = 1 << 5,
-  CLI_PROBE = 1 << 6
-} cli_verb;
+struct cli_verb;
 
 typedef enum cli_progress_mode {
   CLI_PROGRESS_AUTO,
@@ -50,8 +42,9 @@ typedef struct cli_setting {
 } cli_setting;
 
 typedef struct cli_options {
-  cli_verb verb;
-  bool wants_help, wants_version;
+  const struct cli_verb *verb; /* NULL: none is given */
+  bool wants_help, wants_version, wants_man;
+  const char *shell; /* to complete in; NULL: not given */
   const char **files;
   size_t file_count;
   cli_setting *settings;
@@ -66,10 +59,10 @@ typedef struct cli_options {
   unsigned crop[4];                /* x0, y0, x1, y1 */
   unsigned tile_index, tile_count; /* from 1; 0 of 0: no tile */
   bool is_json, is_exact, wants_plan, is_dry_run;
-  const char *method; /* of a probe; NULL: not given */
+  const char *method;       /* of a probe; NULL: not given */
   const char *table_folder; /* of a sky; NULL: not given */
-  unsigned path_count; /* of a probe or a sky; 0: not given */
-  double target_error; /* 0: not given */
+  unsigned path_count;      /* of a probe or a sky; 0: not given */
+  double target_error;      /* 0: not given */
   bool has_time_limit;
   double time_limit_s;
   bool has_relative_mse_max;
@@ -79,16 +72,13 @@ typedef struct cli_options {
   unsigned level_count; /* 0: not given */
   cli_progress_mode progress;
   neph_log_level log_level;
-  bool *given;    /* for each option of the table, in its order */
-  char *storage;  /* what settings point into */
+  bool *given;   /* for each option of the table, in its order */
+  char *storage; /* what settings point into */
 } cli_options;
 
 /* Reads the command line. CLI_USAGE, after a message on standard error, when it is wrong. */
 cli_exit cli_options_read(int argc, char **argv, cli_options *out_options);
 void cli_options_clear(cli_options *options);
-
-/* Help on a verb, or, for 0, on the program, on standard output. */
-void cli_options_print_help(cli_verb verb);
 
 /* "nephos: …" and a line end on standard error. */
 void cli_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));

@@ -48,7 +48,7 @@ static neph_result apply_settings(const cli_options *options, neph_scene *scene)
   for (size_t i = 0; !result && i < options->setting_count; i++) {
     const cli_setting *setting = &options->settings[i];
     result = neph_scene_set(scene, setting->key, setting->value);
-    /* What an option of its own says wrongly is the command line's fault, not the scene's. */
+    /* A wrong value of an option of its own is the command line's fault, not the scene's. */
     if (result == NEPH_ERROR_BAD_SCENE && setting->option) result = NEPH_ERROR_INVALID_ARGUMENT;
   }
   return result;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What every command shares: a context that logs to standard error, scenes with their settings, exit codes. */
+/* A verb's surroundings: a context that logs to standard error, scenes with their settings, exit codes. */
 #ifndef NEPHOS_CLI_SESSION_H
 #define NEPHOS_CLI_SESSION_H
 
@@ -43,14 +43,5 @@ bool cli_has_extension(const char *path, const char *extension);
 
 /* Whether no more than one frame is asked for. */
 bool cli_is_single_frame(const cli_options *options);
-
-/* Commands, one a verb; each in command_<verb>.c. */
-cli_exit cli_command_bake(cli_session *session);
-cli_exit cli_command_render(cli_session *session);
-cli_exit cli_command_info(cli_session *session);
-cli_exit cli_command_sky(cli_session *session);
-cli_exit cli_command_probe(cli_session *session);
-cli_exit cli_command_compare(cli_session *session);
-cli_exit cli_command_schema(cli_session *session);
 
 #endif

@@ -133,7 +133,7 @@ static double find_error(unsigned count, double (*spectrum)(double nm), bool is_
   return error / largest;
 }
 
-/* What fifteen promise is what docs/accuracy.md says of them; sixty are the reference there, ten times better. */
+/* What fifteen promise is what docs/results/colour.md says of them; sixty are the reference there, ten times better. */
 static void more_wavelengths_converge(void **state) {
   (void)state;
   static const struct {

@@ -20,7 +20,7 @@ static int set_up(void **state) { return set_up_scene(state, 2, cumulus); }
 static int set_up_depths(void **state) {
   const int result = set_up_scene(state, 2, cumulus);
   set(*state, "render.multiple_scattering", "none");
-  set(*state, "render.sun_depth", "volume");
+  set(*state, "render.sun_optical_depth", "volume");
   return result;
 }
 
@@ -91,8 +91,8 @@ static void depths_are_rebuilt_for_another_sun_or_cloud(void **state) {
       {"render.tolerance", "0.03", "built anew, since what they may err by changed"},
       {"clouds[0].extinction", "0.9 1/m", "built anew, since the clouds changed"},
       {"clouds[0].bake.seed", "4", "built anew, since the clouds changed"},
-      {"render.sun_depth", "march", NULL},
-      {"render.sun_depth", "volume", "kept"},
+      {"render.sun_optical_depth", "march", NULL},
+      {"render.sun_optical_depth", "volume", "kept"},
   };
   fixture *f = *state;
   neph_image_destroy(render(f, f->scene));

@@ -499,7 +499,7 @@ static void textures_have_no_seam(void **state) {
   neph_context_destroy(context);
 }
 
-/* A texel is the noise itself; between texels the look-up errs by what docs/clouds.md states, rounded up. */
+/* A texel is the noise itself; between texels the look-up errs by what docs/results/bake.md states, rounded up. */
 static void textures_are_the_noise_to_a_stated_error(void **state) {
   (void)state;
   static points p;

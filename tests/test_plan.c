@@ -48,7 +48,7 @@ static void test_only_what_is_needed_runs(void **state) {
   assert_plan(*state, CLOUD "render: {integrator: path}", "x--xx-x---xxxx--------xx");
   assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x--xx-x-x-xxxxx-------xx");
   assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x--xx-xxx-xxxxx----x--xx");
-  assert_plan(*state, CLOUD "render: {integrator: path, splitting: adjoint}", "x--xx-x-x-xxxxx-x-----xx");
+  assert_plan(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", "x--xx-x-x-xxxxx-x-----xx");
   assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x--xx-xxx-xxxx-----x--xx");
   assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x--xx-xxx-xxxx-----xx-xx");
   assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x--xx-xxx-xxxx-----xx-xx");
@@ -70,10 +70,10 @@ static void test_light_in_the_air_is_known_to_who_asks(void **state) {
   assert_air_light(*state, CLOUD, true);
   assert_air_light(*state, CLOUD "render: {integrator: path}", false);
   assert_air_light(*state, CLOUD "render: {integrator: path, atmosphere: tables}", true);
-  assert_air_light(*state, CLOUD "render: {integrator: path, splitting: adjoint}", true);
-  assert_air_light(*state, CLOUD "sun: {irradiance: 0}\nairglow: {}\nrender: {integrator: path, splitting: adjoint}",
+  assert_air_light(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", true);
+  assert_air_light(*state, CLOUD "sun: {irradiance: 0}\nairglow: {}\nrender: {integrator: path, path_guiding: adjoint}",
                    true);
-  assert_air_light(*state, "render: {integrator: path, splitting: adjoint}", false);
+  assert_air_light(*state, "render: {integrator: path, path_guiding: adjoint}", false);
   assert_air_light(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", true);
 }
 
@@ -124,9 +124,10 @@ static void test_sun_volume_is_filled_where_it_pays(void **state) {
   assert_sun_volume(*state, BAKE SMALL, false, "filling it takes");
   assert_sun_volume(*state, BAKE SMALL "output: {image: a.##.exr}", true, "once for a sequence of frames");
   assert_sun_volume(*state, MOVING SMALL "output: {image: a.##.exr}", false, "s of one core and spares");
-  assert_sun_volume(*state, BAKE "render: {sun_depth: march}", false, "render.sun_depth is march");
-  assert_sun_volume(*state, BAKE "camera: {resolution: [20, 10]}\nrender: {samples: 1, sun_depth: volume}", true,
-                    "render.sun_depth is volume");
+  assert_sun_volume(*state, BAKE "render: {sun_optical_depth: march}", false, "render.sun_optical_depth is march");
+  assert_sun_volume(*state, BAKE "camera: {resolution: [20, 10]}\nrender: {samples: 1, sun_optical_depth: volume}",
+                    true,
+                    "render.sun_optical_depth is volume");
   assert_sun_volume(*state, BAKE "sun: {angular_radius: 2 deg}", false, "its disk is marched for");
   assert_sun_volume(*state, BAKE "render: {integrator: path}", false, "the tracer");
   assert_sun_volume(*state, "version: 1", false, "no clouds");
@@ -212,13 +213,13 @@ static void test_crops_have_the_cells_of_the_whole(void **state) {
 
 /* Light scattered more than once is solved for, but only to split paths: the ground takes no light from it. */
 static void test_paths_are_split_by_the_solution(void **state) {
-  neph_scene *scene = load(*state, BAKE "render: {integrator: path, splitting: adjoint}");
+  neph_scene *scene = load(*state, BAKE "render: {integrator: path, path_guiding: adjoint}");
   np_plan plan;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
   assert_true(plan.stages[NP_STAGE_ORDINATES].is_needed);
   assert_non_null(strstr(plan.stages[NP_STAGE_ORDINATES].reason, "paths are guided by it; solved for once"));
   assert_false(plan.stages[NP_STAGE_GROUND_CLOUDS].is_needed);
-  assert_int_equal(neph_scene_set(scene, "render.splitting", "none"), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "render.path_guiding", "none"), NEPH_OK);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
   assert_false(plan.stages[NP_STAGE_ORDINATES].is_needed);
   assert_string_equal(plan.stages[NP_STAGE_ORDINATES].reason, "paths scatter as often as it takes");
@@ -259,7 +260,8 @@ static void test_bad_descriptions_are_refused(void **state) {
   desc = good, desc.sample_count = 0, assert_refused(f, scene, &desc, "samples is 0");
   desc = good, desc.integrator = (neph_integrator)7, assert_refused(f, scene, &desc, "integrator is 7");
   desc = good, desc.atmosphere = (neph_render_atmosphere)2, assert_refused(f, scene, &desc, "atmosphere is 2, must be");
-  desc = good, desc.splitting = (neph_splitting)2, assert_refused(f, scene, &desc, "splitting is 2, must be none");
+  desc = good, desc.path_guiding = (neph_path_guiding)2;
+  assert_refused(f, scene, &desc, "path_guiding is 2, must be none");
   desc = good, desc.struct_size = 4, assert_refused(f, scene, &desc, "struct_size is 4");
   neph_scene_destroy(scene);
 }
@@ -271,7 +273,7 @@ static void test_incomplete_scenes_are_refused(void **state) {
   assert_int_equal(neph_scene_create(f->context, &scene), NEPH_OK);
   assert_int_equal(neph_scene_set(scene, "clouds[0].vdb", "a.vdb"), NEPH_OK);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_ERROR_BAD_SCENE);
-  assert_one_error(&f->log, "clouds[0] does not say", "mean_free_path");
+  assert_one_error(&f->log, "clouds[0] has no unit", "mean_free_path");
   assert_int_equal(neph_scene_set(scene, "clouds[0].extinction", "1 1/m"), NEPH_OK);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
   neph_scene_destroy(scene);

@@ -92,9 +92,9 @@ static void assert_right(const fixture *f, bool is_flux, unsigned count_min, dou
 
 /* Probes the picked rows of a table, each answer to `target_error` or by `path_count` paths. */
 static void probe_rows(const fixture *f, const char *table, const pick *picks, size_t count, unsigned path_count,
-                       double target_error, neph_splitting splitting) {
+                       double target_error, neph_path_guiding path_guiding) {
   neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
-  desc.splitting = splitting;
+  desc.path_guiding = path_guiding;
   desc.path_count = path_count;
   desc.target_error = error_factor * target_error;
   write_cases(f, table, picks, count);
@@ -103,13 +103,13 @@ static void probe_rows(const fixture *f, const char *table, const pick *picks, s
 
 static void probe_picks(const fixture *f, const char *table, const pick *picks, size_t count, unsigned path_count,
                         double target_error) {
-  probe_rows(f, table, picks, count, path_count, target_error, NEPH_SPLITTING_NONE);
+  probe_rows(f, table, picks, count, path_count, target_error, NEPH_PATH_GUIDING_NONE);
 }
 
 /* The same with paths that are guided by the march's solution. */
 static void probe_guided_picks(const fixture *f, const char *table, const pick *picks, size_t count,
                                unsigned path_count, double target_error) {
-  probe_rows(f, table, picks, count, path_count, target_error, NEPH_SPLITTING_ADJOINT);
+  probe_rows(f, table, picks, count, path_count, target_error, NEPH_PATH_GUIDING_ADJOINT);
 }
 
 static void fluxes_are_those_of_discrete_ordinates(void **state) {
@@ -193,12 +193,12 @@ static void write_text(const fixture *f, const char *rows) {
 }
 
 /* Numbers in the order of the columns; an error may be infinite. */
-static void read_answers(const fixture *f, neph_splitting splitting, double out[][6], size_t count) {
+static void read_answers(const fixture *f, neph_path_guiding path_guiding, double out[][6], size_t count) {
   static const char *const columns[6] = {"R_out", "T_out", "R_se", "T_se", "L_out", "L_se"};
   neph_probe_desc desc = NEPH_PROBE_DESC_DEFAULT;
   np_csv csv;
   desc.path_count = 8192;
-  desc.splitting = splitting;
+  desc.path_guiding = path_guiding;
   run_probe(f, &desc);
   assert_int_equal(np_csv_load(f->context, f->answers, &csv), NEPH_OK);
   assert_int_equal(csv.row_count, count);
@@ -216,7 +216,7 @@ static void errors_of_few_paths_are_not_known(void **state) {
   fixture *f = *state;
   double answers[4][6];
   write_text(f, "flux,0,0.99,64,1,,\nflux,0.85,0.9,64,1,,\nflux,0,0,3,1,,\nflux,0.85,1,0,1,,\n");
-  read_answers(f, NEPH_SPLITTING_NONE, answers, 4);
+  read_answers(f, NEPH_PATH_GUIDING_NONE, answers, 4);
   for (int row = 0; row < 4; row++) {
     const bool is_known = row >= 2;
     assert_int_equal(isinf(answers[row][3]), !is_known);
@@ -235,7 +235,7 @@ static void few_bright_paths_are_few(void **state) {
   fixture *f = *state;
   double answers[1][6];
   write_text(f, "flux,0,0.9,18,1,,\n"); /* of T, 1e-4, by paths of some 0.1 each */
-  read_answers(f, NEPH_SPLITTING_NONE, answers, 1);
+  read_answers(f, NEPH_PATH_GUIDING_NONE, answers, 1);
   assert_true(answers[0][1] > exp(-18.0));
   assert_true(isinf(answers[0][3]));
 }
@@ -248,10 +248,10 @@ static void paths_are_guided_where_it_pays(void **state) {
   write_text(f, "flux,0,0.99,64,1,,\nflux,0.85,0.9,64,1,,\nflux,0.85,1,64,diffuse,,\nflux,0.85,1,1,0.5,,\n"
                 "radiance_bottom_down,0.85,1,1,0.5,-0.9,120\n");
   static const double transmitted[2] = {7.48181823564e-06, 3.61892042738e-07};
-  read_answers(f, NEPH_SPLITTING_NONE, none, 5);
-  read_answers(f, NEPH_SPLITTING_ADJOINT, adjoint, 5);
+  read_answers(f, NEPH_PATH_GUIDING_NONE, none, 5);
+  read_answers(f, NEPH_PATH_GUIDING_ADJOINT, adjoint, 5);
   test_log_clear(&f->log);
-  read_answers(f, NEPH_SPLITTING_AUTO, chosen, 5);
+  read_answers(f, NEPH_PATH_GUIDING_AUTO, chosen, 5);
   assert_int_equal(f->log.counts[NEPH_LOG_WARNING], 0);
   for (int row = 0; row < 3; row++) assert_memory_equal(&chosen[row][1], &adjoint[row][1], sizeof(double));
   for (int row = 0; row < 2; row++) {
@@ -270,11 +270,11 @@ static void answers_are_the_same_bits_for_any_threads(void **state) {
   write_cases(f, "data/slab_flux.csv", picks, 1);
   neph_context *alone = test_context_create(1, NULL);
   for (int i = 0; i < 4; i++) {
-    static const neph_splitting splittings[4] = {NEPH_SPLITTING_NONE, NEPH_SPLITTING_NONE, NEPH_SPLITTING_ADJOINT,
-                                                 NEPH_SPLITTING_AUTO};
+    static const neph_path_guiding path_guidings[4] = {NEPH_PATH_GUIDING_NONE, NEPH_PATH_GUIDING_NONE,
+                                                       NEPH_PATH_GUIDING_ADJOINT, NEPH_PATH_GUIDING_AUTO};
     char *one, *two;
     desc.integrator = i == 0 ? NEPH_INTEGRATOR_MARCH : NEPH_INTEGRATOR_PATH;
-    desc.splitting = splittings[i];
+    desc.path_guiding = path_guidings[i];
     assert_int_equal(neph_probe_slab(alone, f->cases, &desc, &one), NEPH_OK);
     assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &two), NEPH_OK);
     assert_string_equal(one, two);
@@ -297,10 +297,10 @@ static void descriptions_are_checked(void **state) {
   assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "target_error is nan");
   desc.target_error = NEPH_UNLIMITED;
-  desc.splitting = (neph_splitting)3;
+  desc.path_guiding = (neph_path_guiding)3;
   assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_INVALID_ARGUMENT);
-  assert_one_error(&f->log, "splitting is 3, must be none (0), adjoint (1) or auto (2)");
-  desc.splitting = NEPH_SPLITTING_NONE;
+  assert_one_error(&f->log, "path_guiding is 3, must be none (0), adjoint (1) or auto (2)");
+  desc.path_guiding = NEPH_PATH_GUIDING_NONE;
   desc.target_error = 0.0;
   assert_int_equal(neph_probe_slab(f->context, f->cases, &desc, &text), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "target_error is 0, must be above 0");

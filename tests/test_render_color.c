@@ -214,7 +214,7 @@ static double find_error(neph_image *image, neph_image *reference) {
   return sqrt(sum / (3.0 * (double)count));
 }
 
-/* docs/accuracy.md has 0.1 % against 60 wavelengths; 30 are near enough to those, and half the work. */
+/* docs/results/colour.md has 0.1 % against 60 wavelengths; 30 are near enough to those, and half the work. */
 static void fifteen_wavelengths_are_enough(void **state) {
   (void)state;
   static const char *const elevations[] = {"40 deg", "0.5 deg"};

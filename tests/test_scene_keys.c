@@ -369,8 +369,8 @@ static void test_guesses(void **state) {
 static void test_schema_lists_every_key(void **state) {
   test_fixture *f = *state;
   char *plain, *json, line[TEXT_SIZE];
-  assert_int_equal(neph_schema_describe(f->context, NEPH_TEXT_PLAIN, &plain), NEPH_OK);
-  assert_int_equal(neph_schema_describe(f->context, NEPH_TEXT_JSON, &json), NEPH_OK);
+  assert_int_equal(neph_schema_describe(f->context, NULL, NEPH_TEXT_PLAIN, &plain), NEPH_OK);
+  assert_int_equal(neph_schema_describe(f->context, NULL, NEPH_TEXT_JSON, &json), NEPH_OK);
   for (size_t i = 0; i < np_key_count(); i++) {
     snprintf(line, sizeof line, "%s: ", np_key_get(i)->path);
     assert_non_null(strstr(plain, line));
@@ -381,12 +381,59 @@ static void test_schema_lists_every_key(void **state) {
   neph_text_destroy(f->context, json);
 }
 
+/* A key with those below it, the beginning of keys, an old name; in both formats, and not its neighbours. */
+static void test_schema_of_a_part(void **state) {
+  static const struct {
+    const char *key, *first, *held, *not_held;
+  } parts[] = {
+      {"camera", "camera", "camera.fov", "sun"},
+      {"camera.fov", "camera.fov", "camera.fov", "camera.roll"},
+      {"clouds[7].phase.two_lobe", "clouds[].phase.two_lobe", "clouds[].phase.two_lobe.weight",
+       "clouds[].phase.draine"},
+      {"clouds[]", "clouds[].name", "clouds[].bake.map.type", "terrain"},
+      {"render.s", "render.samples", "render.step", "render.tolerance"},
+      {"render.splitting", "render.splitting", "render.path_guiding", "render.look_gain"},
+      {"render.octaves", "render.octaves", "render.octaves.count", "render.approximation_gain"},
+  };
+  test_fixture *f = *state;
+  for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+    char *plain, *json, line[TEXT_SIZE];
+    assert_int_equal(neph_schema_describe(f->context, parts[i].key, NEPH_TEXT_PLAIN, &plain), NEPH_OK);
+    assert_int_equal(neph_schema_describe(f->context, parts[i].key, NEPH_TEXT_JSON, &json), NEPH_OK);
+    assert_int_equal(strncmp(plain, parts[i].first, strlen(parts[i].first)), 0);
+    assert_non_null(strstr(plain, parts[i].held));
+    snprintf(line, sizeof line, "\"%s\"", parts[i].held);
+    assert_non_null(strstr(json, line));
+    snprintf(line, sizeof line, "\n%s:", parts[i].not_held);
+    assert_null(strstr(plain, line));
+    snprintf(line, sizeof line, "\"%s\"", parts[i].not_held);
+    assert_null(strstr(json, line));
+    neph_text_destroy(f->context, plain);
+    neph_text_destroy(f->context, json);
+  }
+}
+
+static void test_schema_of_no_key(void **state) {
+  static const char *const keys[][2] = {{"camera.fow", "did you mean camera.fov?"},
+                                        {"camra", "did you mean camera?"},
+                                        {"clouds[2].vbd", "did you mean clouds[].vdb?"},
+                                        {"x.y.z", "a scene has version"},
+                                        {"camera.fov.x", "a scene has version"}};
+  test_fixture *f = *state;
+  for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) {
+    char *text;
+    assert_int_equal(neph_schema_describe(f->context, keys[i][0], NEPH_TEXT_PLAIN, &text), NEPH_ERROR_INVALID_ARGUMENT);
+    assert_null(text);
+    assert_one_error(&f->log, keys[i][0], "is not a key", keys[i][1]);
+  }
+}
+
 static neph_result describe(neph_context *context, void *user) {
   char *text = NULL, *schema = NULL;
   neph_scene *scene;
   neph_result result = neph_scene_load_text(context, "clouds: [{bake: {}}]", "s", &scene);
   if (!result) result = neph_scene_describe(scene, *(neph_text_format *)user, &text);
-  if (!result) result = neph_schema_describe(context, *(neph_text_format *)user, &schema);
+  if (!result) result = neph_schema_describe(context, NULL, *(neph_text_format *)user, &schema);
   neph_text_destroy(context, text);
   neph_text_destroy(context, schema);
   neph_scene_destroy(scene);
@@ -413,6 +460,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_one_number_stands_for_a_list, set_up, test_tear_down),
       cmocka_unit_test(test_guesses),
       cmocka_unit_test_setup_teardown(test_schema_lists_every_key, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_schema_of_a_part, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_schema_of_no_key, set_up, test_tear_down),
       cmocka_unit_test(test_failed_allocations),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

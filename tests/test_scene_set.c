@@ -130,12 +130,13 @@ static void test_air_shadows_are_there_or_not_or_chosen(void **state) {
 static void test_sun_depth_is_one_of_three(void **state) {
   fixture *f = *state;
   assert_int_equal(f->scene->render.sun_depth, NP_SUN_DEPTH_AUTO);
-  set(f, "render.sun_depth", "march");
+  set(f, "render.sun_optical_depth", "march");
   assert_int_equal(f->scene->render.sun_depth, NP_SUN_DEPTH_MARCH);
-  set(f, "render.sun_depth", "volume");
+  set(f, "render.sun_optical_depth", "volume");
   assert_int_equal(f->scene->render.sun_depth, NP_SUN_DEPTH_VOLUME);
-  assert_refused(f, "render.sun_depth", "cache", "render.sun_depth is cache, must be auto, volume or march");
-  assert_refused(f, "render.sun_depth", "1", "render.sun_depth is 1, must be auto, volume or march");
+  assert_refused(f, "render.sun_optical_depth", "cache",
+                 "render.sun_optical_depth is cache, must be auto, volume or march");
+  assert_refused(f, "render.sun_optical_depth", "1", "render.sun_optical_depth is 1, must be auto, volume or march");
 }
 
 static void test_settings_read_out(void **state) {
@@ -145,8 +146,8 @@ static void test_settings_read_out(void **state) {
   set(f, "camera.resolution", "[100, 50]");
   set(f, "render", "{samples: 9, seed: 5, integrator: path, multiple_scattering: none, max_scatterings: 3}");
   set(f, "render.atmosphere", "tables");
-  set(f, "render.splitting", "adjoint");
-  assert_refused(f, "render.splitting", "roulette", "render.splitting is roulette, must be none or adjoint");
+  set(f, "render.path_guiding", "adjoint");
+  assert_refused(f, "render.path_guiding", "roulette", "render.path_guiding is roulette, must be none or adjoint");
   set(f, "output", "{exposure: -1.5, pixel_type: float, preview: p.png}");
   assert_int_equal(neph_scene_get_render_desc(f->scene, &desc), NEPH_OK);
   assert_int_equal(desc.width, 100);
@@ -157,7 +158,7 @@ static void test_settings_read_out(void **state) {
   assert_int_equal(desc.multiple_scattering, NEPH_MULTIPLE_SCATTERING_NONE);
   assert_int_equal(desc.scattering_max, 3);
   assert_int_equal(desc.atmosphere, NEPH_RENDER_ATMOSPHERE_TABLES);
-  assert_int_equal(desc.splitting, NEPH_SPLITTING_ADJOINT);
+  assert_int_equal(desc.path_guiding, NEPH_PATH_GUIDING_ADJOINT);
   assert_int_equal(neph_scene_get_output(f->scene, &output), NEPH_OK);
   assert_null(output.image);
   assert_string_equal(output.preview, "dir/p.png");

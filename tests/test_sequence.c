@@ -37,7 +37,7 @@ static const char format[] =
     "sun: {elevation: 40 deg, azimuth: 240 deg}\n"
     "atmosphere: none\n"
     "clouds: [{name: jet, vdb: \"%s\", albedo: 0.9, phase: {hg: 0.5}, %s}]\n"
-    "render: {samples: 4, sun_depth: march}\n"
+    "render: {samples: 4, sun_optical_depth: march}\n"
     "output: {beauty: %s, aovs: [transmittance]}\n";
 
 static const char placed[] = "voxel: 2 m, position: [0, 0, 16 m], optical_depth: 1";

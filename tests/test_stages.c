@@ -74,11 +74,11 @@ static void the_rows_of_a_sky_are_enough(void **state) {
 static const char nothing[] = "{version: 1, atmosphere: none, environment: {planet: none}, sun: {irradiance: 0}}";
 static const char day[] = "{" CAMERA AIR CLOUD "sun: {elevation: 30 deg, azimuth: 140 deg},"
                           " terrain: {ridges: {samples: 33, relief: 200 m}, width: 10 km},"
-                          " render: {samples: 1, sun_depth: volume, air_shadows: true}}";
+                          " render: {samples: 1, sun_optical_depth: volume, air_shadows: true}}";
 static const char night[] = "{" CAMERA AIR CLOUD NIGHT " render: {integrator: path, samples: 1, splitting: adjoint}}";
 static const char colours[] = "{" CAMERA AIR CLOUD "sun: {elevation: 30 deg, azimuth: 140 deg},"
                               " render: {samples: 1, wavelengths: 6, multiple_scattering: octaves, air_shadows: true,"
-                              " sun_depth: march}}";
+                              " sun_optical_depth: march}}";
 
 /* A plan, and the stages of it that were built, from stores that hold nothing. */
 typedef struct building {

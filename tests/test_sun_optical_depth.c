@@ -261,7 +261,7 @@ static neph_image *render(neph_context *context, const char *cloud, double depth
            "environment: {planet: none}\n"
            "clouds: [{vdb: \"%s\", up: y, voxel: 20 m, optical_depth: %g, position: [0, 0, 1400 m], albedo: 1,\n"
            "          phase: {hg: 0.85}}]\n"
-           "render: {samples: 4, multiple_scattering: none, sun_depth: %s}\n",
+           "render: {samples: 4, multiple_scattering: none, sun_optical_depth: %s}\n",
            azimuth_deg, cloud, depth, sun_depth);
   neph_scene *scene = NULL;
   neph_image *image = NULL;

@@ -272,7 +272,7 @@ static void paths_are_guided_by_night(void **state) {
   assert_int_equal(neph_scene_load_text(f->context, text, f->path, &scene), NEPH_OK);
   set(f, scene, "sun.irradiance", "0");
   set(f, scene, "airglow", "{}");
-  set(f, scene, "render.splitting", "adjoint");
+  set(f, scene, "render.path_guiding", "adjoint");
   assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
   (void)check_picture(scene, image, "night");
   neph_image_destroy(image);

@@ -15,7 +15,7 @@ static const char everything[] =
     " atmosphere: {preset: earth, tolerance: 0.1}, terrain: {ridges: {samples: 33, relief: 200 m}, width: 10 km},"
     " clouds: [{name: a, extinction: 1 1/m, bake: {preset: cumulus_mediocris, model: hero, seed: 3,"
     " extent: [800 m, 800 m], voxel: 50 m}}],"
-    " render: {samples: 40, target_error: 0.5, max_samples: 64, sun_depth: volume, air_shadows: true}}";
+    " render: {samples: 40, target_error: 0.5, max_samples: 64, sun_optical_depth: volume, air_shadows: true}}";
 
 enum { STAGES_MAX = 64 };
 

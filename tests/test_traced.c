@@ -30,7 +30,7 @@ static const char cloud_over_ridges[] =
     "output: {pixel_type: float}\n";
 
 /* Tables leave out shadows in the air, light from cloud to ground and back, and air inside the cloud: 2 % of a
- * picture's mean on the cloud of docs/accuracy.md. Five leave room for those that this picture has more of, and the
+ * picture's mean on the cloud of docs/results/path.md. Five leave room for those that this picture has more of, and the
  * noise of 64 samples, which is 1 %. */
 static void tables_are_near_what_is_traced(void **state) {
   (void)state;

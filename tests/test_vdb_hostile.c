@@ -91,6 +91,15 @@ static void a_stray_voxel_is_read(void **state) {
   assert_int_equal(load(f->context, DATA "hostile/stray20000.vdb"), NEPH_OK);
 }
 
+/* A hundred grids share 32768 tiles of one: they are measured once. */
+static void instances_cost_no_more_than_their_grid(void **state) {
+  test_fixture *f = *state;
+  const long kilobytes = get_peak_kilobytes();
+  const clock_t start = clock();
+  assert_int_equal(describe_as_json(f->context, DATA "hostile/instances.vdb"), NEPH_OK);
+  assert_within_bounds(kilobytes, start, np_file_get_size(DATA "hostile/instances.vdb"));
+}
+
 /* ---- Every way to store a grid ---- */
 
 /* Written by OpenVDB 10: each compression, with active values alone or all, halves, every type of value, files without
@@ -207,6 +216,7 @@ static void tiles_out_of_proportion_are_refused(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(files_that_did_harm_are_refused, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(instances_cost_no_more_than_their_grid, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_stray_voxel_is_read, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(every_way_to_store_a_grid_is_read, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(grids_behind_points_need_offsets, set_up, test_tear_down),

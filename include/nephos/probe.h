@@ -12,8 +12,9 @@ extern "C" {
 typedef struct neph_probe_desc {
   size_t struct_size;
   neph_integrator integrator; /**< default NEPH_INTEGRATOR_PATH */
-  neph_splitting splitting;   /**< of the integrator path; NEPH_SPLITTING_AUTO (default): for each number, guided where
-                                   pilots, of up to 4096 rays, find variance times time below 0.8 of that without */
+  neph_path_guiding path_guiding; /**< of the integrator path; NEPH_PATH_GUIDING_AUTO (default): for each number,
+                                       guided where pilots, of up to 4096 rays, find variance times time below 0.8 of
+                                       that without */
   unsigned path_count;        /**< camera rays for each number asked for, ≥ 1, rounded up to a multiple of 64 (default
                                    65536) */
   double target_error;        /**< above 0: a fifth more of them than pilots, of 4096 rays and more, find to be enough
@@ -27,8 +28,9 @@ typedef struct neph_probe_desc {
 
 #define NEPH_PROBE_DESC_DEFAULT                                                                                        \
   {                                                                                                                    \
-    .struct_size = sizeof(neph_probe_desc), .integrator = NEPH_INTEGRATOR_PATH, .splitting = NEPH_SPLITTING_AUTO,      \
-    .path_count = 65536, .target_error = NEPH_UNLIMITED, .seed = 0, .progress = NULL, .progress_user = NULL            \
+    .struct_size = sizeof(neph_probe_desc), .integrator = NEPH_INTEGRATOR_PATH,                                        \
+    .path_guiding = NEPH_PATH_GUIDING_AUTO, .path_count = 65536, .target_error = NEPH_UNLIMITED, .seed = 0,            \
+    .progress = NULL, .progress_user = NULL                                                                            \
   }
 
 /** Light reflected and transmitted by plane-parallel slabs of cloud, case by case.

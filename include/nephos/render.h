@@ -24,14 +24,14 @@ typedef enum neph_render_atmosphere {
                                       in the air and their light on the ground (docs/transport.md) */
 } neph_render_atmosphere;
 
-/** Where paths in clouds go, are ended by Russian roulette, and split. */
-typedef enum neph_splitting {
-  NEPH_SPLITTING_NONE,    /**< by chance, and ended where they carry little; the default */
-  NEPH_SPLITTING_ADJOINT, /**< guided, split and ended by what they are expected to bring, which the march's solution
-                               of the multiple scattering tells: for depths of tens and more, and for what absorbs.
-                               Samples may be negative; their mean is what it is without */
-  NEPH_SPLITTING_AUTO     /**< of neph_probe_slab alone: whichever pilots find to take less time to the same error */
-} neph_splitting;
+/** How paths in clouds are guided, split, and ended by Russian roulette. */
+typedef enum neph_path_guiding {
+  NEPH_PATH_GUIDING_NONE,    /**< by chance, and ended where they carry little; the default */
+  NEPH_PATH_GUIDING_ADJOINT, /**< guided, split and ended by the light that they are expected to bring, by the march's
+                                  solution of the multiple scattering: for depths of tens and more, and for what
+                                  absorbs. Samples may be negative; their mean is that of NEPH_PATH_GUIDING_NONE */
+  NEPH_PATH_GUIDING_AUTO     /**< of neph_probe_slab alone: the one that takes less time to the same error, by pilots */
+} neph_path_guiding;
 
 /** How the march answers for light scattered more than once in a cloud. All but the ordinates are artist's lights:
  * looks, with errors of tens of per cent (docs/accuracy.md). */
@@ -86,7 +86,7 @@ typedef struct neph_render_desc {
   int frame;                                    /**< number that '#' in names stands for; it also seeds */
   neph_multiple_scattering multiple_scattering; /**< of the march */
   neph_render_atmosphere atmosphere;            /**< of the integrator path */
-  neph_splitting splitting;                     /**< of the integrator path */
+  neph_path_guiding path_guiding;               /**< of the integrator path */
   unsigned scattering_max; /**< scatterings in cloud along one path, or NEPH_SCATTERINGS_ALL; a limit loses light, which
                                 the integrator path tells of */
   neph_progress_fn progress; /**< default NULL */
@@ -101,8 +101,8 @@ typedef struct neph_render_desc {
     .crop_min = {0, 0}, .crop_max = {960, 540}, .sample_count = 4, .sample_count_max = 65536,                          \
     .target_error = NEPH_UNLIMITED, .time_limit_s = NEPH_UNLIMITED, .seed = 0, .frame = 1,                             \
     .multiple_scattering = NEPH_MULTIPLE_SCATTERING_ORDINATES, .atmosphere = NEPH_RENDER_ATMOSPHERE_TRACED,            \
-    .splitting = NEPH_SPLITTING_NONE, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL, .progress_user = NULL, \
-    .tile = NULL, .tile_user = NULL                                                                                    \
+    .path_guiding = NEPH_PATH_GUIDING_NONE, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL,                  \
+    .progress_user = NULL, .tile = NULL, .tile_user = NULL                                                             \
   }
 
 /** The scene's own render settings, to start from.
@@ -143,7 +143,7 @@ typedef struct neph_memory_estimate {
   { .struct_size = sizeof(neph_memory_estimate) }
 
 /** Predicts the memory of a render from its plan, before anything is loaded or built. The peaks that were measured are
- * 0.48 to 1.25 times as large (docs/c-api.md).
+ * 0.48 to 1.25 times as large (docs/results/memory.md).
  *
  * @param desc          NULL: the scene's own settings.
  * @param out_estimate  starts from NEPH_MEMORY_ESTIMATE_DEFAULT; unchanged on failure.

@@ -15,7 +15,8 @@ typedef struct neph_scene neph_scene;
 /** A scene with every key at its default. */
 NEPH_API neph_result neph_scene_create(neph_context *context, neph_scene **out_scene) NEPH_NODISCARD;
 
-/** Reads a scene file; relative paths in it are seen from its folder. "-" reads standard input. */
+/** Reads a scene file; relative paths in it are seen from its folder. "-" reads standard input. All errors of a scene
+ * are logged, in the order of its file, at most 20 and then their number; an error of the YAML ends the reading. */
 NEPH_API neph_result neph_scene_load(neph_context *context, const char *path, neph_scene **out_scene) NEPH_NODISCARD;
 
 /** Reads a scene from text; `name` stands for the file in messages and for relative paths. */
@@ -27,23 +28,29 @@ NEPH_API void neph_scene_destroy(neph_scene *scene);
 
 /** Sets one key as the scene file would: `neph_scene_set(scene, "clouds[0].voxel", "20 m")`.
  *
- * @param key    as `nephos schema` lists them.
+ * @param key    as `nephos schema` lists them; an old name is taken, with a warning.
  * @param value  YAML in flow style, with its unit.
  */
 NEPH_API neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) NEPH_NODISCARD;
 
-/** What no single key can tell: whether each cloud has a source and a density unit, a terrain its kind, a camera a
- * direction, stars a time and a place. Loading ends with it, and what is planned, rendered or baked passes it first;
- * a scene that neph_scene_set is still putting together may fail it, with one message. Called itself, once a scene is
- * complete, it also warns of each key that is given and that another rules out, as terrain.width beside an .hgt. */
+/** Checks keys together: each cloud has a source and a density unit, a terrain its kind, a camera a direction, stars a
+ * time and a place. All errors are logged, each by a message of its own, and their number where there are several.
+ * Loading ends with it, and plans, renders and bakes begin with it; a scene that neph_scene_set is still putting
+ * together may fail it. Called itself, once a scene is complete, it also warns of each key that is given and that
+ * another rules out, as terrain.width beside an .hgt. */
 NEPH_API neph_result neph_scene_check(const neph_scene *scene) NEPH_NODISCARD;
 
 /** Whether every file that a scene reads can be opened: tables, pictures, height fields; but for its clouds' .vdb,
  * which may have a name of their own for each frame: neph_render_explain opens those too. */
 NEPH_API neph_result neph_scene_check_files(const neph_scene *scene) NEPH_NODISCARD;
 
-/** Every key with type, unit, range and default, as text to be freed with neph_text_destroy. */
-NEPH_API neph_result neph_schema_describe(neph_context *context, neph_text_format format,
+/** Keys with type, unit, range and default, and old names of keys.
+ *
+ * @param key       a key, which is listed with all below it, or the beginning of keys: "camera", "clouds[0].phase",
+ *                  "output.p"; NULL: all. NEPH_ERROR_INVALID_ARGUMENT when no key begins so.
+ * @param out_text  to be freed with neph_text_destroy; NULL on failure.
+ */
+NEPH_API neph_result neph_schema_describe(neph_context *context, const char *key, neph_text_format format,
                                           char **out_text) NEPH_NODISCARD;
 
 /** Every key of a scene with its value, defaults and presets resolved, as text to be freed with neph_text_destroy. */

@@ -330,14 +330,14 @@ static neph_result decode_chunks(void *user, size_t begin, size_t end, unsigned 
   return NEPH_OK;
 }
 
-static neph_result read_pixels(exr_reader *reader) {
+static neph_result read_pixels(exr_reader *reader, np_monitor *monitor) {
   np_exr_file *file = &reader->file;
   size_t count = (size_t)reader->columns * (size_t)reader->rows;
-  neph_result result = np_parallel_for(file->context, NULL, count, 1, decode_chunks, reader);
+  neph_result result = np_parallel_for(file->context, monitor, count, 1, decode_chunks, reader);
   return result && atomic_load(&file->worker_error) ? fail_read(file, atomic_load(&file->worker_error)) : result;
 }
 
-static neph_result read_file(exr_reader *reader) {
+static neph_result read_file(exr_reader *reader, np_monitor *monitor) {
   exr_chunk_info_t first;
   neph_result result = open_file(&reader->file);
   if (!result) result = check_kind(reader);
@@ -347,17 +347,21 @@ static neph_result read_file(exr_reader *reader) {
   exr_result_t code = find_chunk(reader, 0, 0, &first);
   if (code) return fail_read(&reader->file, code);
   result = read_header(&reader->file, true, &reader->image);
-  return result ? result : read_pixels(reader);
+  return result ? result : read_pixels(reader, monitor);
 }
 
-neph_result neph_image_load_exr(neph_context *context, const char *path, neph_image **out_image) {
+neph_result np_image_load_exr(neph_context *context, const char *path, np_monitor *monitor, neph_image **out_image) {
   *out_image = NULL;
   exr_reader reader = {.file = {.context = context, .path = path, .descriptor = -1}};
-  neph_result result = read_file(&reader);
+  neph_result result = read_file(&reader, monitor);
   np_exr_close(&reader.file);
   if (!result)
     *out_image = reader.image;
   else
     neph_image_destroy(reader.image);
   return result;
+}
+
+neph_result neph_image_load_exr(neph_context *context, const char *path, neph_image **out_image) {
+  return np_image_load_exr(context, path, NULL, out_image);
 }

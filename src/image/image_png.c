@@ -8,6 +8,7 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/parallel.h"
 #include "image/preview.h"
 
 /* ---- Writing ---- */
@@ -60,6 +61,7 @@ neph_result neph_image_save_png(const neph_image *image, const char *path, const
 /* Everything that must outlive a jump out of libpng stands here, not in a register. */
 typedef struct png_reader {
   neph_context *context;
+  const np_monitor *monitor; /* may be NULL */
   const char *path;
   const uint8_t *bytes;
   size_t size, next;
@@ -73,8 +75,15 @@ typedef struct png_reader {
   char message[128];
 } png_reader;
 
+/* Leaves libpng by its own way, so that there is one. */
+static void fail_reading(png_reader *reader, neph_result result) {
+  reader->result = result;
+  png_longjmp(reader->png, 1);
+}
+
 static void read_bytes(png_structp png, png_bytep out, size_t size) {
   png_reader *reader = png_get_io_ptr(png);
+  if (np_monitor_is_cancelled(reader->monitor)) fail_reading(reader, NEPH_ERROR_CANCELLED);
   if (size > reader->size - reader->next) png_error(png, "the file is cut short");
   memcpy(out, reader->bytes + reader->next, size);
   reader->next += size;
@@ -103,12 +112,6 @@ static png_voidp allocate(png_structp png, png_alloc_size_t size) {
 
 static void release(png_structp png, png_voidp block) {
   np_alloc_free(((png_reader *)png_get_mem_ptr(png))->context, block);
-}
-
-/* Leaves libpng by its own way, so that there is one. */
-static void fail_reading(png_reader *reader, neph_result result) {
-  reader->result = result;
-  png_longjmp(reader->png, 1);
 }
 
 static void check_size(png_reader *reader, unsigned channel_count) {
@@ -189,7 +192,8 @@ static neph_result fail_read(png_reader *reader) {
 }
 
 /* The only frame that libpng jumps to; all its state is behind `reader`. */
-static neph_result run_libpng(png_reader *reader) {
+static neph_result run_libpng(void *user) {
+  png_reader *reader = user;
   reader->png =
       png_create_read_struct_2(PNG_LIBPNG_VER_STRING, reader, jump_out, ignore_warning, reader, allocate, release);
   if (!reader->png) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -200,14 +204,14 @@ static neph_result run_libpng(png_reader *reader) {
   return reader->result;
 }
 
-neph_result neph_image_load_png(neph_context *context, const char *path, neph_image **out_image) {
+neph_result np_image_load_png(neph_context *context, const char *path, np_monitor *monitor, neph_image **out_image) {
   void *bytes;
-  png_reader reader = {.context = context, .path = path};
+  png_reader reader = {.context = context, .monitor = monitor, .path = path};
   *out_image = NULL;
   neph_result result = np_file_read(context, path, &bytes, &reader.size);
   if (result) return result;
   reader.bytes = bytes;
-  result = run_libpng(&reader);
+  result = np_parallel_run(context, monitor, run_libpng, &reader);
   png_destroy_read_struct(&reader.png, &reader.info, NULL);
   np_alloc_free(context, reader.pixels);
   np_alloc_free(context, reader.rows);
@@ -217,4 +221,8 @@ neph_result neph_image_load_png(neph_context *context, const char *path, neph_im
   else
     neph_image_destroy(reader.image);
   return result;
+}
+
+neph_result neph_image_load_png(neph_context *context, const char *path, neph_image **out_image) {
+  return np_image_load_png(context, path, NULL, out_image);
 }

@@ -5,7 +5,7 @@
 
 #include <nephos/image.h>
 
-#include "core/context_private.h"
+#include "core/parallel.h"
 
 /* What an image may be, made or claimed by a file. */
 enum { NP_IMAGE_SIDE_MAX = 65536, NP_IMAGE_CHANNELS_MAX = 1024, NP_IMAGE_NAME_MAX = 255 };
@@ -47,6 +47,10 @@ struct neph_image {
 /* As neph_image_create; without values only a header can be kept. */
 neph_result np_image_create(neph_context *context, unsigned width, unsigned height, unsigned channel_count,
                             const char *const *channel_names, bool has_values, neph_image **out_image);
+
+/* As neph_image_load_exr and neph_image_load_png, within a call; `monitor` may be NULL. */
+neph_result np_image_load_exr(neph_context *context, const char *path, np_monitor *monitor, neph_image **out_image);
+neph_result np_image_load_png(neph_context *context, const char *path, np_monitor *monitor, neph_image **out_image);
 
 const np_image_attribute *np_image_find_attribute(const neph_image *image, const char *name);
 

@@ -25,7 +25,7 @@ static void choose_integrator(np_frame *f, const np_plan *plan, const np_scene_r
   np_integrator_choice_make(render, has_look ? f->desc->multiple_scattering : NEPH_MULTIPLE_SCATTERING_NONE,
                             &f->settings);
   f->settings.scattering_max = is_lit(plan) ? f->desc->scattering_max : 0;
-  f->settings.is_split = f->desc->splitting == NEPH_SPLITTING_ADJOINT && np_plan_needs(plan, NP_STAGE_ORDINATES);
+  f->settings.is_split = f->desc->path_guiding == NEPH_PATH_GUIDING_ADJOINT && np_plan_needs(plan, NP_STAGE_ORDINATES);
   f->settings.is_air_traced = is_lit(plan) && np_plan_traces_air(plan);
   f->settings.lost_share = has_limit(f, plan) ? lost_share : 0.0f;
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->assembly->context));

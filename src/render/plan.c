@@ -34,8 +34,8 @@ static neph_result check_desc(neph_context *context, const neph_render_desc *des
                    (int)desc->multiple_scattering);
   if ((unsigned)desc->atmosphere > NEPH_RENDER_ATMOSPHERE_TABLES)
     return np_fail(context, bad, "atmosphere is %d, must be traced (0) or tables (1)", (int)desc->atmosphere);
-  if ((unsigned)desc->splitting > NEPH_SPLITTING_ADJOINT)
-    return np_fail(context, bad, "splitting is %d, must be none (0) or adjoint (1)", (int)desc->splitting);
+  if ((unsigned)desc->path_guiding > NEPH_PATH_GUIDING_ADJOINT)
+    return np_fail(context, bad, "path_guiding is %d, must be none (0) or adjoint (1)", (int)desc->path_guiding);
   if (desc->integrator != NEPH_INTEGRATOR_MARCH && desc->integrator != NEPH_INTEGRATOR_PATH)
     return np_fail(context, bad, "integrator is %d, must be march (0) or path (1)", (int)desc->integrator);
   return NEPH_OK;

@@ -111,7 +111,7 @@ static void warn_of_unknown_error(const slab_probe *p, size_t row, int query) {
          : query == 0 ? "R"
                       : "T",
          answer->contributions, NP_SLAB_CONTRIBUTIONS_MIN,
-         p->desc.splitting == NEPH_SPLITTING_NONE ? ", or guide them" : "");
+         p->desc.path_guiding == NEPH_PATH_GUIDING_NONE ? ", or guide them" : "");
 }
 
 static neph_result ask(slab_probe *p, size_t row, np_slab *slab, int query) {
@@ -208,9 +208,9 @@ neph_result neph_probe_slab(neph_context *context, const char *cases_path, const
   if (!(p.desc.target_error > 0.0))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "probe: target_error is %g, must be above 0",
                    p.desc.target_error);
-  if ((unsigned)p.desc.splitting > NEPH_SPLITTING_AUTO)
+  if ((unsigned)p.desc.path_guiding > NEPH_PATH_GUIDING_AUTO)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "probe: splitting is %d, must be none (0), adjoint (1) or auto (2)", (int)p.desc.splitting);
+                   "probe: path_guiding is %d, must be none (0), adjoint (1) or auto (2)", (int)p.desc.path_guiding);
   np_monitor_start(&p.monitor, context, p.desc.progress, p.desc.progress_user);
   result = np_probe_run(context, cases_path, &slab_kind, &p, &p.csv, out_text);
   np_alloc_free(context, p.rows);

@@ -47,7 +47,7 @@ struct np_slab {
   np_slab_case case_;
   unsigned ray_count;
   double target_error; /* infinite: none */
-  neph_splitting splitting;
+  neph_path_guiding path_guiding;
   uint64_t seed;
   unsigned sample_count; /* along z */
   float extinction_per_value;
@@ -152,7 +152,7 @@ neph_result np_slab_create(neph_context *context, const np_slab_case *case_, con
   slab->case_ = *case_;
   slab->ray_count = desc->path_count;
   slab->target_error = desc->target_error;
-  slab->splitting = desc->integrator == NEPH_INTEGRATOR_PATH ? desc->splitting : NEPH_SPLITTING_NONE;
+  slab->path_guiding = desc->integrator == NEPH_INTEGRATOR_PATH ? desc->path_guiding : NEPH_PATH_GUIDING_NONE;
   slab->seed = desc->seed;
   neph_result result = create_volume(slab);
   if (!result) result = choose_integrator(slab, desc->integrator);
@@ -161,7 +161,7 @@ neph_result np_slab_create(neph_context *context, const np_slab_case *case_, con
     return result;
   }
   fill_view(slab);
-  const bool may_be_guided = slab->splitting != NEPH_SPLITTING_NONE;
+  const bool may_be_guided = slab->path_guiding != NEPH_PATH_GUIDING_NONE;
   if (has_light(case_) && (desc->integrator == NEPH_INTEGRATOR_MARCH || may_be_guided))
     result = solve(slab, may_be_guided);
   if (result) {
@@ -302,8 +302,8 @@ static neph_result foretell_cost(inquiry *q, bool is_guided, unsigned ray_count,
 
 /* Whether paths are guided. What unguided ones hardly find needs no second pilot. */
 static neph_result choose_guiding(inquiry *q) {
-  q->settings.is_split = q->slab->splitting == NEPH_SPLITTING_ADJOINT;
-  if (q->slab->splitting != NEPH_SPLITTING_AUTO) return NEPH_OK;
+  q->settings.is_split = q->slab->path_guiding == NEPH_PATH_GUIDING_ADJOINT;
+  if (q->slab->path_guiding != NEPH_PATH_GUIDING_AUTO) return NEPH_OK;
   const unsigned ray_count = (unsigned)fmin(PILOT_RAY_COUNT, ceil(0.25 * q->slab->ray_count));
   double unguided, guided = 0.0;
   neph_result result = foretell_cost(q, false, ray_count, &unguided);

@@ -288,7 +288,7 @@ static const char *const chosen[] = {
 void np_stage_decide_ordinates(np_decision *d, np_plan_stage *out) {
   const neph_render_desc *desc = &d->plan->desc;
   const char *against = get_scatterless(d);
-  if (!against && is_path(d) && desc->splitting != NEPH_SPLITTING_ADJOINT) against = endless;
+  if (!against && is_path(d) && desc->path_guiding != NEPH_PATH_GUIDING_ADJOINT) against = endless;
   if (!against && !is_path(d) && desc->multiple_scattering != NEPH_MULTIPLE_SCATTERING_ORDINATES)
     against = chosen[desc->multiple_scattering];
   char solved[sizeof out->reason] = "", why[sizeof out->reason];

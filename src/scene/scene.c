@@ -25,13 +25,21 @@ static neph_result create_bare(neph_context *context, const char *file, np_node 
   return scene->file ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
+/* Fills a scene from its document; all errors of a whole one are logged together. */
+static neph_result read_document(neph_scene *scene, bool is_whole) {
+  np_scene_problems problems = {.context = scene->context, .file = scene->file};
+  const neph_result result = np_scene_apply(scene, &problems);
+  const bool is_read = !result || result == NEPH_ERROR_BAD_SCENE;
+  if (is_read && is_whole && scene->document->kind == NP_NODE_MAPPING) np_scene_check_all(scene, &problems);
+  return np_scene_report(&problems, result);
+}
+
 /* `is_whole`: the document is a file's, not yet to be completed. */
 static neph_result create_scene(neph_context *context, const char *file, np_node *document, bool is_whole,
                                 neph_scene **out_scene) {
   *out_scene = NULL;
   neph_result result = create_bare(context, file, document, out_scene);
-  if (!result) result = np_scene_apply(*out_scene);
-  if (!result && is_whole) result = np_scene_check(*out_scene);
+  if (!result) result = read_document(*out_scene, is_whole);
   if (!result) return NEPH_OK;
   neph_scene_destroy(*out_scene);
   *out_scene = NULL;
@@ -107,7 +115,8 @@ neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value
 neph_result np_scene_set_document(neph_scene *scene, np_node *document) {
   neph_scene changed = {
       .context = scene->context, .file = scene->file, .document = document, .attachment = scene->attachment};
-  neph_result result = np_scene_apply(&changed);
+  np_scene_problems problems = {.context = scene->context, .file = scene->file, .is_first_only = true};
+  neph_result result = np_scene_report(&problems, np_scene_apply(&changed, &problems));
   neph_scene *loser = result ? &changed : scene;
   np_scene_clear(loser);
   np_node_destroy(scene->context, loser->document);
@@ -154,7 +163,7 @@ neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc
       .frame = 1,
       .multiple_scattering = scene->render.multiple_scattering,
       .atmosphere = scene->render.atmosphere,
-      .splitting = scene->render.splitting,
+      .path_guiding = scene->render.path_guiding,
       .scattering_max = scene->render.scattering_max,
   };
   return np_desc_write(scene->context, "neph_render_desc", &desc, sizeof desc, out_desc);

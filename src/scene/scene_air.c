@@ -35,35 +35,35 @@ neph_result np_scene_air_start(neph_scene *scene) {
 
 /* ---- Listed layers ---- */
 
-static neph_result read_row(const neph_scene *scene, const char *path, const np_key *key, const np_node *row,
+static neph_result read_row(np_scene_problems *problems, const char *path, const np_key *key, const np_node *row,
                             unsigned index, np_scene_rows *rows) {
   double *altitude = &rows->values[index], *density = &rows->values[rows->count + index];
   const bool is_pair = row->kind == NP_NODE_SEQUENCE && np_node_count(row) == 2 && row->first->kind == NP_NODE_SCALAR &&
                        row->first->next->kind == NP_NODE_SCALAR;
   if (!is_pair || !np_value_parse_real(row->first->text, key->unit, altitude) ||
       !np_value_parse_real(row->first->next->text, NP_UNIT_NONE, density))
-    return np_scene_fail_at(scene, row, "%s[%u] must be a pair of an altitude in m and a density", path, index);
+    return np_scene_fail_at(problems, row, "%s[%u] must be a pair of an altitude in m and a density", path, index);
   if (!(*density >= key->range.min && *density <= key->range.max))
-    return np_scene_fail_at(scene, row->first->next, "%s[%u]: the density is %g, must be in [%g, %g]", path, index,
+    return np_scene_fail_at(problems, row->first->next, "%s[%u]: the density is %g, must be in [%g, %g]", path, index,
                             *density, key->range.min, key->range.max);
   if (index && !(*altitude > altitude[-1]))
-    return np_scene_fail_at(scene, row->first, "%s[%u]: the altitude is %g m, must be above the one before, %g m", path,
-                            index, *altitude, altitude[-1]);
+    return np_scene_fail_at(problems, row->first, "%s[%u]: the altitude is %g m, must be above the one before, %g m",
+                            path, index, *altitude, altitude[-1]);
   return NEPH_OK;
 }
 
-neph_result np_scene_air_read_rows(const neph_scene *scene, const char *path, const np_key *key, const np_node *node,
-                                   np_scene_rows *out_rows) {
+neph_result np_scene_air_read_rows(np_scene_problems *problems, const char *path, const np_key *key,
+                                   const np_node *node, np_scene_rows *out_rows) {
   const size_t count = node->kind == NP_NODE_SEQUENCE ? np_node_count(node) : 0;
   if (count < 2)
-    return np_scene_fail_at(scene, node, "%s must be a list of at least 2 pairs of an altitude in m and a density",
+    return np_scene_fail_at(problems, node, "%s must be a list of at least 2 pairs of an altitude in m and a density",
                             path);
-  out_rows->values = np_alloc(scene->context, 2 * count, sizeof *out_rows->values);
+  out_rows->values = np_alloc(problems->context, 2 * count, sizeof *out_rows->values);
   if (!out_rows->values) return NEPH_ERROR_OUT_OF_MEMORY;
   out_rows->count = (unsigned)count;
   neph_result result = NEPH_OK;
   const np_node *row = node->first;
-  for (unsigned i = 0; !result && row; i++, row = row->next) result = read_row(scene, path, key, row, i, out_rows);
+  for (unsigned i = 0; !result && row; i++, row = row->next) result = read_row(problems, path, key, row, i, out_rows);
   return result;
 }
 
@@ -126,31 +126,32 @@ static double find_begin(const np_scene_layer *layer) {
   return fmax(low, desc->bottom_m);
 }
 
-static neph_result check_layer(const neph_scene *scene, unsigned index, const np_node *node) {
+static neph_result check_layer(const neph_scene *scene, unsigned index, const np_node *node,
+                               np_scene_problems *problems) {
   const np_scene_layer *layer = &scene->air.layers[index];
   if (!(layer->desc.top_m > layer->desc.bottom_m))
-    return np_scene_fail_at(scene, node, "atmosphere.layers[%u].top is %g m, must be above its bottom, %g m", index,
+    return np_scene_fail_at(problems, node, "atmosphere.layers[%u].top is %g m, must be above its bottom, %g m", index,
                             layer->desc.top_m, layer->desc.bottom_m);
   if (find_begin(layer) < scene->atmosphere.top_altitude_m) return NEPH_OK;
-  return np_scene_fail_at(scene, node,
+  return np_scene_fail_at(problems, node,
                           "atmosphere.layers[%u] begins at %g m, must do so below atmosphere.top_altitude, %g m", index,
                           find_begin(layer), scene->atmosphere.top_altitude_m);
 }
 
-neph_result np_scene_air_check(const neph_scene *scene) {
+neph_result np_scene_air_check(const neph_scene *scene, np_scene_problems *problems) {
   const double *scattering = scene->air.aerosol.scattering_per_m, *extinction = scene->air.aerosol_extinction_per_m;
   const np_node *air = np_node_find(scene->document, "atmosphere");
   if (!air) return NEPH_OK;
   const np_node *key = np_node_find(air, "mie_extinction");
   for (int i = 0; i < 3; i++)
     if (extinction[i] < scattering[i])
-      return np_scene_fail_at(scene, key ? key : air,
+      return np_scene_fail_at(problems, key ? key : air,
                               "atmosphere.mie_extinction is %g 1/m, must not be below mie_scattering, %g 1/m",
                               extinction[i], scattering[i]);
   const np_node *list = np_node_find(air, "layers"), *node = list ? list->first : NULL;
   neph_result result = NEPH_OK;
-  for (unsigned i = 0; !result && node && i < scene->air.layer_count; i++, node = node->next)
-    result = check_layer(scene, i, node);
+  for (unsigned i = 0; node && i < scene->air.layer_count; i++, node = node->next)
+    np_scene_goes_on(problems, check_layer(scene, i, node, problems), &result);
   return result;
 }
 

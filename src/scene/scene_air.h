@@ -3,6 +3,7 @@
 #ifndef NP_SCENE_SCENE_AIR_H
 #define NP_SCENE_SCENE_AIR_H
 
+#include "scene/scene_fail.h"
 #include "scene/scene_keys.h"
 #include "scene/scene_node.h"
 
@@ -10,14 +11,14 @@
 neph_result np_scene_air_start(neph_scene *scene);
 
 /* Reads a list of pairs, altitude and density, into new memory; `path` names it in messages. */
-neph_result np_scene_air_read_rows(const neph_scene *scene, const char *path, const np_key *key, const np_node *node,
-                                   np_scene_rows *out_rows);
+neph_result np_scene_air_read_rows(np_scene_problems *problems, const char *path, const np_key *key,
+                                   const np_node *node, np_scene_rows *out_rows);
 
 /* Makes scene->layers and scene->atmosphere, and the sun as it is from the planet where it was not given. */
 neph_result np_scene_air_derive(neph_scene *scene);
 
-/* What no single key can tell. */
-neph_result np_scene_air_check(const neph_scene *scene);
+/* Checks across the keys of the air. */
+neph_result np_scene_air_check(const neph_scene *scene, np_scene_problems *problems);
 
 /* Frees everything above. */
 void np_scene_air_clear(neph_scene *scene);

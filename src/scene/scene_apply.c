@@ -12,29 +12,18 @@
 #include "scene/scene_air.h"
 #include "terrain/terrain_private.h"
 
-enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, NAMES_SIZE = 512 };
+enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, HINT_SIZE = 768 };
 
 typedef struct key_applier {
   neph_context *context;
   neph_scene *scene;
+  np_scene_problems *problems;
   char path[PATH_SIZE]; /* of the key at hand, as --set takes it */
 } key_applier;
 
 static neph_result apply_section(key_applier *applier, const np_key *section, void *base, const np_node *node);
 
 /* ---- Messages ---- */
-
-static neph_result fail_key(const key_applier *applier, const np_node *node, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
-
-static neph_result fail_key(const key_applier *applier, const np_node *node, const char *format, ...) {
-  char text[1024];
-  va_list arguments;
-  va_start(arguments, format);
-  vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return np_scene_fail_text(applier->scene, node->key_line, node->key_column, text);
-}
 
 /* A short copy without line breaks, whatever the file holds. */
 static void copy_printable(const char *text, char *out, size_t size) {
@@ -63,24 +52,22 @@ static neph_result fail_value(const key_applier *applier, const np_key *key, con
   char shown[SHOWN_SIZE], values[VALUES_SIZE];
   show_value(node, shown, sizeof shown);
   np_key_describe_values(key, values, sizeof values);
-  return np_scene_fail_at(applier->scene, node, "%s is %s, must be %s", applier->path, shown, values);
+  return np_scene_fail_at(applier->problems, node, "%s is %s, must be %s", applier->path, shown, values);
 }
 
 static neph_result fail_item(const key_applier *applier, const np_key *key, const np_node *item, unsigned index) {
   char shown[SHOWN_SIZE], values[VALUES_SIZE];
   show_value(item, shown, sizeof shown);
   np_key_describe_item(key, values, sizeof values);
-  return np_scene_fail_at(applier->scene, item, "%s[%u] is %s, must be %s", applier->path, index, shown, values);
+  return np_scene_fail_at(applier->problems, item, "%s[%u] is %s, must be %s", applier->path, index, shown, values);
 }
 
 static neph_result fail_unknown(const key_applier *applier, const np_key *section, const np_node *node) {
-  char name[SHOWN_SIZE], names[NAMES_SIZE];
+  char name[SHOWN_SIZE], hint[HINT_SIZE];
   copy_printable(node->key, name, sizeof name);
-  np_key_list_names(section, 0, names, sizeof names);
-  const np_key *guess = np_key_guess(section, node->key);
-  return fail_key(applier, node, "%s%s%s is not a key%s%s%s %s has %s", applier->path, *applier->path ? "." : "", name,
-                  guess ? ", did you mean " : "", guess ? guess->path : "", guess ? "?" : ";",
-                  section ? section->path : "a scene", names);
+  np_key_describe_hint(section, node->key, hint, sizeof hint);
+  return np_scene_fail_key(applier->problems, node, "%s%s%s is not a key%s", applier->path, *applier->path ? "." : "",
+                           name, hint);
 }
 
 /* ---- Numbers and words ---- */
@@ -221,7 +208,7 @@ static neph_result apply_value(key_applier *applier, const np_key *key, void *ba
   case NP_KEY_PRESET:
     return apply_preset(applier, key, base, node);
   case NP_KEY_ROWS:
-    return np_scene_air_read_rows(applier->scene, applier->path, key, node, get_rows_field(key, base));
+    return np_scene_air_read_rows(applier->problems, applier->path, key, node, get_rows_field(key, base));
   case NP_KEY_SECTION:
   case NP_KEY_LIST:
     break;
@@ -239,7 +226,7 @@ static neph_result apply_fallback(key_applier *applier, const np_key *key, void 
   return result;
 }
 
-/* Of the keys of a list's elements, or, for NULL, of all others. */
+/* The defaults of the keys of a list's elements, or, for NULL, of all others. */
 static neph_result apply_fallbacks(key_applier *applier, const np_key *list, void *base) {
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < np_key_count(); i++) {
@@ -280,7 +267,7 @@ static neph_result apply_element(key_applier *applier, const np_key *list, unsig
   if (node->kind == NP_NODE_MAPPING) return apply_section(applier, list, element, node);
   char shown[SHOWN_SIZE];
   show_value(node, shown, sizeof shown);
-  return np_scene_fail_at(applier->scene, node, "%s is %s, must be a mapping", applier->path, shown);
+  return np_scene_fail_at(applier->problems, node, "%s is %s, must be a mapping", applier->path, shown);
 }
 
 static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigned index, const np_node *node) {
@@ -288,8 +275,8 @@ static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigne
   cloud->bake = (neph_cloud_desc)NEPH_CLOUD_DESC_DEFAULT;
   cloud->volume = node->assets.volume;
   neph_result result = apply_element(applier, list, index, node, cloud);
-  if (result) return result;
   if (!cloud->name) cloud->name = np_alloc_printf(applier->context, "cloud%u", index);
+  if (result) return result;
   snprintf(cloud->bake_name, sizeof cloud->bake_name, "%s[%u].bake", list->path, index);
   cloud->bake.name = cloud->bake_name;
   if (cloud->has_top) cloud->bake.thickness_m = cloud->top_m - cloud->bake.base_altitude_m;
@@ -301,14 +288,15 @@ static neph_result apply_clouds(key_applier *applier, const np_key *list, const 
   neph_scene *scene = applier->scene;
   size_t count = np_node_count(node);
   if (count > NP_INSTANCES_MAX)
-    return np_scene_fail_at(scene, node, "clouds has %zu elements, must be at most %d", count, (int)NP_INSTANCES_MAX);
+    return np_scene_fail_at(applier->problems, node, "clouds has %zu elements, must be at most %d", count,
+                            (int)NP_INSTANCES_MAX);
   scene->clouds = np_alloc(applier->context, count, sizeof *scene->clouds);
   if (!scene->clouds) return NEPH_ERROR_OUT_OF_MEMORY;
   scene->cloud_count = (unsigned)count;
   neph_result result = NEPH_OK;
   const np_node *item = node->first;
-  for (unsigned i = 0; !result && i < scene->cloud_count; i++, item = item->next)
-    result = apply_cloud(applier, list, i, item);
+  for (unsigned i = 0; i < scene->cloud_count; i++, item = item->next)
+    if (!np_scene_goes_on(applier->problems, apply_cloud(applier, list, i, item), &result)) break;
   return result;
 }
 
@@ -320,9 +308,10 @@ static neph_result apply_air_layers(key_applier *applier, const np_key *list, co
   air->layer_count = (unsigned)count;
   neph_result result = NEPH_OK;
   const np_node *item = node->first;
-  for (unsigned i = 0; !result && i < air->layer_count; i++, item = item->next) {
-    air->layers[i].desc.phase = NEPH_LAYER_CORNETTE_SHANKS;
-    result = apply_element(applier, list, i, item, &air->layers[i]);
+  for (unsigned i = 0; i < air->layer_count; i++, item = item->next) {
+    np_scene_layer *layer = &air->layers[i];
+    layer->desc.phase = NEPH_LAYER_CORNETTE_SHANKS;
+    if (!np_scene_goes_on(applier->problems, apply_element(applier, list, i, item, layer), &result)) break;
   }
   return result;
 }
@@ -344,7 +333,7 @@ static neph_result apply_list(key_applier *applier, const np_key *list, const np
   char path[PATH_SIZE];
   memcpy(path, applier->path, sizeof path);
   neph_result result = apply_elements(applier, list, node);
-  if (!result) memcpy(applier->path, path, sizeof path);
+  memcpy(applier->path, path, sizeof path);
   return result;
 }
 
@@ -374,10 +363,11 @@ static neph_result check_siblings(const key_applier *applier, const np_key *sect
   for (const np_node *other = parent->first; other != node; other = other->next) {
     const np_key *other_key = np_key_find(section, other->key);
     if (other_key == key)
-      return fail_key(applier, node, "%s%s%s is given twice, first on line %u", path, dot, node->key, other->key_line);
+      return np_scene_fail_key(applier->problems, node, "%s%s%s is given twice, first on line %u", path, dot, node->key,
+                               other->key_line);
     if (other_key && np_key_excludes(key, other_key))
-      return fail_key(applier, node, "%s%s%s and %s%s%s exclude each other", path, dot, node->key, path, dot,
-                      other->key);
+      return np_scene_fail_key(applier->problems, node, "%s%s%s and %s%s%s exclude each other", path, dot, node->key,
+                               path, dot, other->key);
   }
   return NEPH_OK;
 }
@@ -385,7 +375,7 @@ static neph_result check_siblings(const key_applier *applier, const np_key *sect
 static neph_result apply_entry(key_applier *applier, const np_key *section, void *base, const np_node *parent,
                                const np_node *node, bool is_preset_turn) {
   const np_key *key = np_key_find(section, node->key);
-  if (!key) return fail_unknown(applier, section, node);
+  if (!key) return is_preset_turn ? NEPH_OK : fail_unknown(applier, section, node);
   const bool is_preset = key->type == NP_KEY_PRESET || (key->is_air_preset && key->type == NP_KEY_CHOICE);
   if (is_preset != is_preset_turn) return NEPH_OK;
   neph_result result = check_siblings(applier, section, parent, key, node);
@@ -393,7 +383,7 @@ static neph_result apply_entry(key_applier *applier, const np_key *section, void
   size_t length = strlen(applier->path);
   snprintf(applier->path + length, sizeof applier->path - length, "%s%s", length ? "." : "", node->key);
   result = apply_key(applier, key, base, node);
-  if (!result) applier->path[length] = '\0';
+  applier->path[length] = '\0';
   return result;
 }
 
@@ -401,8 +391,10 @@ static neph_result apply_entry(key_applier *applier, const np_key *section, void
 static neph_result apply_section(key_applier *applier, const np_key *section, void *base, const np_node *node) {
   neph_result result = NEPH_OK;
   for (int turn = 0; turn < 2; turn++)
-    for (const np_node *child = node->first; !result && child; child = child->next)
-      result = apply_entry(applier, section, base, node, child, turn == 0);
+    for (const np_node *child = node->first; child; child = child->next) {
+      const neph_result entry = apply_entry(applier, section, base, node, child, turn == 0);
+      if (!np_scene_goes_on(applier->problems, entry, &result)) return result;
+    }
   return result;
 }
 
@@ -427,10 +419,11 @@ static void derive_terrain(neph_scene *scene) {
   scene->terrain.desc.longitude_rad = scene->longitude_rad;
 }
 
-static neph_result apply_document(neph_scene *scene) {
-  key_applier applier = {.context = scene->context, .scene = scene};
+static neph_result apply_document(neph_scene *scene, np_scene_problems *problems) {
+  key_applier applier = {.context = scene->context, .scene = scene, .problems = problems};
   const np_node *document = scene->document;
-  if (document->kind != NP_NODE_MAPPING) return np_scene_fail_at(scene, document, "a scene must be a mapping of keys");
+  if (document->kind != NP_NODE_MAPPING)
+    return np_scene_fail_at(problems, document, "a scene must be a mapping of keys");
   neph_result result = apply_fallbacks(&applier, NULL, scene);
   if (!result) result = apply_section(&applier, NULL, scene, document);
   if (!result) result = np_scene_air_derive(scene);
@@ -438,11 +431,12 @@ static neph_result apply_document(neph_scene *scene) {
   return result;
 }
 
-neph_result np_scene_apply(neph_scene *scene) {
+neph_result np_scene_apply(neph_scene *scene, np_scene_problems *problems) {
   scene->terrain.desc = (neph_terrain_desc)NEPH_TERRAIN_DESC_DEFAULT;
   scene->terrain.ridges = (neph_ridges_desc)NEPH_RIDGES_DESC_DEFAULT;
   locale_t saved = np_values_enter();
-  neph_result result = apply_document(scene);
+  neph_result result = np_scene_rename_keys(scene);
+  if (!result) result = apply_document(scene, problems);
   np_values_leave(saved);
   return result;
 }

@@ -8,8 +8,14 @@
 #include "scene/scene_node.h"
 
 /* Fills a scene, of which only context, file and document are set, from its document. On failure it holds a part:
- * np_scene_clear takes it back. */
-neph_result np_scene_apply(neph_scene *scene);
+ * np_scene_clear takes it back. Errors of the document are added to `problems`. */
+neph_result np_scene_apply(neph_scene *scene, np_scene_problems *problems);
+
+/* Adds to `problems` the errors that no single key has, in a scene that np_scene_apply has filled. */
+void np_scene_check_all(const neph_scene *scene, np_scene_problems *problems);
+
+/* Gives keys that the document has by an old name their new one, with a warning each. */
+neph_result np_scene_rename_keys(const neph_scene *scene);
 
 /* Makes a scene anew from another document, which it takes over, so that a key set is a key read. A failure changes
  * nothing. */
@@ -18,8 +24,8 @@ neph_result np_scene_set_document(neph_scene *scene, np_node *document);
 /* Frees what np_scene_apply made; file and document stay. */
 void np_scene_clear(neph_scene *scene);
 
-/* Puts a value, which it takes over, into a document as if the file had it at `key`: "clouds[0].voxel". What it
- * excludes goes. */
+/* Puts a value, which it takes over, into a document as if the file had it at `key`: "clouds[0].voxel". Keys that it
+ * excludes go. An old name of a key is taken, with a warning. */
 neph_result np_scene_edit(neph_context *context, np_node *document, const char *key, np_node *value);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What no single key can tell. */
+/* Errors of keys together, which no single key has. */
 #include <math.h>
 #include <string.h>
 
@@ -16,47 +16,47 @@ static const np_node *locate(const neph_scene *scene, const char *section, const
   return node ? node : parent;
 }
 
-static neph_result check_place(const neph_scene *scene) {
+static neph_result check_place(const neph_scene *scene, np_scene_problems *problems) {
   const np_node *place = np_node_find(scene->document, "place");
   if (!scene->has_place || !place) return NEPH_OK;
   bool has_both = np_node_find(place, "latitude") && np_node_find(place, "longitude");
-  return has_both ? NEPH_OK : np_scene_fail_at(scene, place, "place needs both latitude and longitude");
+  return has_both ? NEPH_OK : np_scene_fail_at(problems, place, "place needs both latitude and longitude");
 }
 
-static neph_result check_sun(const neph_scene *scene) {
+static neph_result check_sun(const neph_scene *scene, np_scene_problems *problems) {
   if (!scene->sun.time || scene->has_place || scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD) return NEPH_OK;
-  return np_scene_fail_at(scene, locate(scene, "sun", "time"),
-                          "sun.time says nothing without a place, must come with place or terrain.heightfield");
+  return np_scene_fail_at(problems, locate(scene, "sun", "time"),
+                          "sun.time needs a place, must come with place or terrain.heightfield");
 }
 
-static neph_result check_moon(const neph_scene *scene) {
+static neph_result check_moon(const neph_scene *scene, np_scene_problems *problems) {
   const np_scene_moon *moon = &scene->moon;
   if (!moon->is_there) return NEPH_OK;
   if (moon->has_angles != moon->has_azimuth)
-    return np_scene_fail_at(scene, np_node_find(scene->document, "moon"),
+    return np_scene_fail_at(problems, np_node_find(scene->document, "moon"),
                             "moon has one of elevation and azimuth, must have both or neither");
   if (moon->has_angles || scene->sun.time) return NEPH_OK;
-  return np_scene_fail_at(scene, np_node_find(scene->document, "moon"),
+  return np_scene_fail_at(problems, np_node_find(scene->document, "moon"),
                           "moon has no place, must have elevation and azimuth, or a sun.time to be found by");
 }
 
-static neph_result check_stars(const neph_scene *scene) {
+static neph_result check_stars(const neph_scene *scene, np_scene_problems *problems) {
   const np_scene_stars *stars = &scene->stars;
   if (!stars->is_there) return NEPH_OK;
   if (!stars->has_sidereal && !scene->sun.time)
-    return np_scene_fail_at(scene, np_node_find(scene->document, "stars"),
+    return np_scene_fail_at(problems, np_node_find(scene->document, "stars"),
                             "stars are not turned, must have sidereal_time, or a sun.time to be found by");
   if (scene->has_place || scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD) return NEPH_OK;
-  return np_scene_fail_at(scene, np_node_find(scene->document, "stars"),
+  return np_scene_fail_at(problems, np_node_find(scene->document, "stars"),
                           "stars need the latitude, must come with place or terrain.heightfield");
 }
 
-static neph_result check_camera(const neph_scene *scene) {
+static neph_result check_camera(const neph_scene *scene, np_scene_problems *problems) {
   const np_scene_camera *camera = &scene->camera;
   double distance = 0;
   for (int i = 0; i < 3; i++) distance = fmax(distance, fabs(camera->look_at_m[i] - camera->position_m[i]));
   if (distance >= 1e-3) return NEPH_OK;
-  return np_scene_fail_at(scene, locate(scene, "camera", "look_at"),
+  return np_scene_fail_at(problems, locate(scene, "camera", "look_at"),
                           "camera.look_at is camera.position, must be at least 1 mm away");
 }
 
@@ -67,190 +67,229 @@ static bool has_density(const np_node *cloud) {
   return false;
 }
 
-/* What a volume that was given has no part in. */
-static neph_result check_volume(const neph_scene *scene, unsigned index, const np_node *node) {
+/* Keys that a volume that was given has no part in. */
+static neph_result check_volume(unsigned index, const np_node *node, np_scene_problems *problems) {
   static const char *const names[] = {"vdb", "grid", "import", "precision", "bake", "emission"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
     if (np_node_find(node, names[i]))
-      return np_scene_fail_at(scene, np_node_find(node, names[i]),
+      return np_scene_fail_at(problems, np_node_find(node, names[i]),
                               "clouds[%u].%s goes with a file or a bake: this cloud is a volume that a call has added",
                               index, names[i]);
   return NEPH_OK;
 }
 
-static neph_result check_source(const neph_scene *scene, unsigned index, const np_node *node) {
+static neph_result check_source(const neph_scene *scene, unsigned index, const np_node *node,
+                                np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
-  if (cloud->volume) return check_volume(scene, index, node);
+  if (cloud->volume) return check_volume(index, node, problems);
   if (!cloud->vdb && !cloud->is_baked)
-    return np_scene_fail_at(scene, node, "clouds[%u] has no source, must have vdb, a file, or bake, parameters", index);
+    return np_scene_fail_at(problems, node, "clouds[%u] has no source, must have vdb, a file, or bake, parameters",
+                            index);
   if (!cloud->is_baked && !has_density(node))
-    return np_scene_fail_at(scene, node,
-                            "clouds[%u] does not say what the values of its file are, must have one of extinction, "
+    return np_scene_fail_at(problems, node,
+                            "clouds[%u] has no unit for the values of its file, must have one of extinction, "
                             "mean_free_path, optical_depth, liquid_water",
                             index);
   const np_node *water = np_node_find(node, "liquid_water");
   if (water && !np_node_find(water, "r_eff"))
-    return np_scene_fail_at(scene, water, "clouds[%u].liquid_water has no r_eff, the effective radius of the droplets",
-                            index);
+    return np_scene_fail_at(problems, water,
+                            "clouds[%u].liquid_water has no r_eff, the effective radius of the droplets", index);
   return NEPH_OK;
 }
 
-static neph_result check_reference_frame(const neph_scene *scene, unsigned index, const np_node *node) {
+static neph_result check_reference_frame(const neph_scene *scene, unsigned index, const np_node *node,
+                                         np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   if (!cloud->has_reference_frame || np_scene_cloud_is_sequence(cloud)) return NEPH_OK;
-  return np_scene_fail_at(scene, np_node_find(node, "reference_frame"),
+  return np_scene_fail_at(problems, np_node_find(node, "reference_frame"),
                           "clouds[%u].reference_frame is %u, but %s: it goes with a vdb that has # for the frame",
                           index, cloud->reference_frame,
                           cloud->is_baked ? "the cloud is baked" : "its vdb is the same file in every frame");
 }
 
-static neph_result check_name(const neph_scene *scene, unsigned index, const np_node *node) {
+static neph_result check_name(const neph_scene *scene, unsigned index, const np_node *node,
+                              np_scene_problems *problems) {
   const char *name = scene->clouds[index].name;
   const np_node *name_node = np_node_find(node, "name");
   if (strchr(name, '/'))
-    return np_scene_fail_at(scene, name_node, "clouds[%u].name is %.64s, must not hold a slash: files are named by it",
-                            index, name);
+    return np_scene_fail_at(problems, name_node,
+                            "clouds[%u].name is %.64s, must not hold a slash: files are named by it", index, name);
   for (unsigned i = 0; i < index; i++)
     if (!strcmp(scene->clouds[i].name, name))
-      return np_scene_fail_at(scene, name_node ? name_node : node,
+      return np_scene_fail_at(problems, name_node ? name_node : node,
                               "clouds[%u].name is %.64s, the name of clouds[%u] too", index, name, i);
   return NEPH_OK;
 }
 
 /* A picture and its channels come together; what is in the picture is seen when it is read. */
-static neph_result check_map(const neph_scene *scene, unsigned index, const np_node *node) {
+static neph_result check_map(const neph_scene *scene, unsigned index, const np_node *node,
+                             np_scene_problems *problems) {
+  (void)scene;
   static const char *const quantities[] = {"coverage", "type", "base", "thickness", "precipitation"};
   const np_node *bake = np_node_find(node, "bake"), *map = bake ? np_node_find(bake, "map") : NULL;
   if (!map || map->kind != NP_NODE_MAPPING) return NEPH_OK;
   if (!np_node_find(map, "image"))
-    return np_scene_fail_at(scene, map, "clouds[%u].bake.map has no image, must name an EXR or PNG picture", index);
+    return np_scene_fail_at(problems, map, "clouds[%u].bake.map has no image, must name an EXR or PNG picture", index);
   for (size_t i = 0; i < sizeof quantities / sizeof *quantities; i++)
     if (np_node_find(map, quantities[i])) return NEPH_OK;
-  return np_scene_fail_at(scene, map,
+  return np_scene_fail_at(problems, map,
                           "clouds[%u].bake.map uses no channel of its image, must have one of coverage, type, base, "
                           "thickness, precipitation",
                           index);
 }
 
-static neph_result check_top(const neph_scene *scene, unsigned index, const np_node *node) {
+static neph_result check_top(const neph_scene *scene, unsigned index, const np_node *node,
+                             np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   const np_node *bake = np_node_find(node, "bake"), *top = bake ? np_node_find(bake, "top") : NULL;
   if (!top || cloud->top_m > cloud->bake.base_altitude_m) return NEPH_OK;
-  return np_scene_fail_at(scene, top, "clouds[%u].bake.top is %g m, must be above base, %g m", index, cloud->top_m,
+  return np_scene_fail_at(problems, top, "clouds[%u].bake.top is %g m, must be above base, %g m", index, cloud->top_m,
                           cloud->bake.base_altitude_m);
 }
 
-static neph_result check_profile(const neph_scene *scene, unsigned index, const np_node *node) {
+static neph_result check_profile(const neph_scene *scene, unsigned index, const np_node *node,
+                                 np_scene_problems *problems) {
   const neph_cloud_desc *desc = &scene->clouds[index].bake;
   const np_node *bake = np_node_find(node, "bake"), *profile = bake ? np_node_find(bake, "profile") : NULL;
   for (int i = 1; i < NEPH_CLOUD_PROFILE_POINTS && profile; i++)
     if (desc->profile[i] < desc->profile[i - 1])
-      return np_scene_fail_at(scene, profile, "clouds[%u].bake.profile[%d] is %g after %g, must not fall", index, i,
+      return np_scene_fail_at(problems, profile, "clouds[%u].bake.profile[%d] is %g after %g, must not fall", index, i,
                               desc->profile[i], desc->profile[i - 1]);
   return NEPH_OK;
 }
 
-/* What is in the grids is seen when they are read. */
-static neph_result check_emission(const neph_scene *scene, unsigned index, const np_node *node) {
+/* The grids themselves are checked when they are read. */
+static neph_result check_emission(const neph_scene *scene, unsigned index, const np_node *node,
+                                  np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   const np_node *emission = np_node_find(node, "emission");
   if (!cloud->emission.is_there || !emission) return NEPH_OK;
   if (cloud->is_baked)
-    return np_scene_fail_at(scene, emission, "clouds[%u].emission goes with vdb alone: what is baked has no fire",
+    return np_scene_fail_at(problems, emission, "clouds[%u].emission goes with vdb alone: a baked cloud has no fire",
                             index);
   const char *temperature = cloud->emission.temperature;
   if (!temperature || strcmp(temperature, "none") != 0 || cloud->emission.offset_k > 0.0) return NEPH_OK;
-  return np_scene_fail_at(scene, emission,
+  return np_scene_fail_at(problems, emission,
                           "clouds[%u].emission.offset is %g K, must be above 0 where emission.temperature is none",
                           index, cloud->emission.offset_k);
 }
 
-static neph_result check_clouds(const neph_scene *scene) {
+static neph_result check_clouds(const neph_scene *scene, np_scene_problems *problems) {
+  static neph_result (*const cloud_checks[])(const neph_scene *, unsigned, const np_node *, np_scene_problems *) = {
+      check_source, check_reference_frame, check_name, check_map, check_top, check_profile, check_emission};
   const np_node *list = np_node_find(scene->document, "clouds");
   const np_node *node = list ? list->first : NULL;
   neph_result result = NEPH_OK;
-  for (unsigned i = 0; !result && node && i < scene->cloud_count; i++, node = node->next) {
-    result = check_source(scene, i, node);
-    if (!result) result = check_reference_frame(scene, i, node);
-    if (!result) result = check_name(scene, i, node);
-    if (!result) result = check_map(scene, i, node);
-    if (!result) result = check_top(scene, i, node);
-    if (!result) result = check_profile(scene, i, node);
-    if (!result) result = check_emission(scene, i, node);
+  for (unsigned i = 0; node && i < scene->cloud_count; i++, node = node->next) {
+    const bool is_read = !np_scene_has_problem_in(problems, node);
+    for (size_t c = 0; is_read && c < sizeof cloud_checks / sizeof *cloud_checks; c++)
+      np_scene_goes_on(problems, cloud_checks[c](scene, i, node, problems), &result);
   }
   return result;
 }
 
 /* A section that an asset stands for has no keys of its own. */
-static neph_result check_no_keys(const neph_scene *scene, const np_node *section) {
+static neph_result check_no_keys(const np_node *section, np_scene_problems *problems) {
   const np_node *key = section->first;
   if (!key) return NEPH_OK;
-  return np_scene_fail_at(scene, key, "%s.%s goes with keys alone: a call has set the %s, which has its own",
+  return np_scene_fail_at(problems, key, "%s.%s goes with keys alone: a call has set the %s, which has its own",
                           section->key, key->key, section->key);
 }
 
-static neph_result check_given_terrain(const neph_scene *scene, const np_node *node) {
+static neph_result check_given_terrain(const neph_scene *scene, const np_node *node, np_scene_problems *problems) {
   const double radius = np_terrain_get_planet_radius_m(scene->terrain.given);
-  if (radius == scene->atmosphere.planet_radius_m) return check_no_keys(scene, node);
-  return np_scene_fail_at(scene, node,
+  if (radius == scene->atmosphere.planet_radius_m) return check_no_keys(node, problems);
+  return np_scene_fail_at(problems, node,
                           "the terrain stands on a planet of %.9g m, must be the scene's, of %.9g m: set "
                           "planet_radius_m of its description",
                           radius, scene->atmosphere.planet_radius_m);
 }
 
-static neph_result check_terrain(const neph_scene *scene) {
+static neph_result check_terrain(const neph_scene *scene, np_scene_problems *problems) {
   const np_scene_terrain *terrain = &scene->terrain;
   const np_node *node = np_node_find(scene->document, "terrain");
-  if (terrain->given) return check_given_terrain(scene, node);
+  if (terrain->given) return check_given_terrain(scene, node, problems);
   if (node && node->kind == NP_NODE_MAPPING && terrain->kind == NP_TERRAIN_NONE)
-    return np_scene_fail_at(scene, node, "terrain has no source, must have heightfield, a file, or ridges, parameters");
+    return np_scene_fail_at(problems, node,
+                            "terrain has no source, must have heightfield, a file, or ridges, parameters");
   if (terrain->desc.height_max_m > terrain->desc.height_min_m) return NEPH_OK;
-  return np_scene_fail_at(scene, locate(scene, "terrain", "height_max"),
+  return np_scene_fail_at(problems, locate(scene, "terrain", "height_max"),
                           "terrain.height_max is %g m, must be above height_min, %g m", terrain->desc.height_max_m,
                           terrain->desc.height_min_m);
 }
 
-static neph_result check_colors(const neph_scene *scene) {
+static neph_result check_colors(const neph_scene *scene, np_scene_problems *problems) {
   const unsigned count = scene->render.wavelength_count;
   const np_scene_color color = scene->output.color;
   if (count % 3 != 0)
-    return np_scene_fail_at(scene, locate(scene, "render", "wavelengths"),
+    return np_scene_fail_at(problems, locate(scene, "render", "wavelengths"),
                             "render.wavelengths is %u, must be a multiple of 3: the nearest are %u and %u", count,
                             count / 3 * 3, count / 3 * 3 + 3);
   const bool is_summed = color == NP_SCENE_REC709 || color == NP_SCENE_ACESCG;
   if (is_summed && count == 3)
-    return np_scene_fail_at(scene, locate(scene, "output", "color_space"),
+    return np_scene_fail_at(problems, locate(scene, "output", "color_space"),
                             "output.color_space is %s, must be bands for the 3 render.wavelengths: the eye's colours "
                             "take %d or more, 15 for a picture",
                             np_color_space_get_name(np_scene_get_color_space(scene)), NP_WAVELENGTHS_MIN);
   if (color == NP_SCENE_BANDS && count > 3)
-    return np_scene_fail_at(scene, locate(scene, "output", "color_space"),
+    return np_scene_fail_at(problems, locate(scene, "output", "color_space"),
                             "output.color_space is bands, must be rec709 or acescg for the %u render.wavelengths",
                             count);
   return NEPH_OK;
 }
 
-static neph_result check_output(const neph_scene *scene) {
+static neph_result check_output(const neph_scene *scene, np_scene_problems *problems) {
   int exponent;
   double mantissa = frexp(scene->output.scale, &exponent);
-  if (mantissa <= 0.5) return check_colors(scene); /* frexp gives [0.5, 1) */
-  return np_scene_fail_at(scene, locate(scene, "output", "scale"),
+  if (mantissa <= 0.5) return NEPH_OK; /* frexp gives [0.5, 1) */
+  return np_scene_fail_at(problems, locate(scene, "output", "scale"),
                           "output.scale is %.9g, must be a power of two; the nearest below is %g", scene->output.scale,
                           ldexp(0.5, exponent));
 }
 
-static neph_result check_air(const neph_scene *scene) {
-  if (!scene->air.given) return np_scene_air_check(scene);
-  return check_no_keys(scene, np_node_find(scene->document, "atmosphere"));
+static neph_result check_air(const neph_scene *scene, np_scene_problems *problems) {
+  if (!scene->air.given) return np_scene_air_check(scene, problems);
+  return check_no_keys(np_node_find(scene->document, "atmosphere"), problems);
+}
+
+/* A check is left out where a key that it reads, or a key below that, has an error already. */
+static const struct {
+  neph_result (*check)(const neph_scene *scene, np_scene_problems *problems);
+  struct {
+    const char *section, *key; /* NULL: the whole section */
+  } reads[4];
+} checks[] = {
+    {check_place, {{"place", NULL}}},
+    {check_sun, {{"sun", NULL}, {"place", NULL}, {"terrain", NULL}}},
+    {check_moon, {{"moon", NULL}, {"sun", "time"}}},
+    {check_stars, {{"stars", NULL}, {"sun", "time"}, {"place", NULL}, {"terrain", NULL}}},
+    {check_camera, {{"camera", "position"}, {"camera", "look_at"}}},
+    {check_air, {{"atmosphere", NULL}}},
+    {check_clouds, {{NULL, NULL}}}, /* cloud by cloud */
+    {check_terrain, {{"terrain", NULL}}},
+    {check_output, {{"output", "scale"}}},
+    {check_colors, {{"output", "color_space"}, {"render", "wavelengths"}}},
+};
+
+static bool is_readable(const neph_scene *scene, size_t check, const np_scene_problems *problems) {
+  for (int i = 0; i < 4 && checks[check].reads[i].section; i++) {
+    const char *key = checks[check].reads[i].key;
+    const np_node *node = np_node_find(scene->document, checks[check].reads[i].section);
+    if (node && key && node->kind == NP_NODE_MAPPING) node = np_node_find(node, key);
+    if (np_scene_has_problem_in(problems, node)) return false;
+  }
+  return true;
+}
+
+void np_scene_check_all(const neph_scene *scene, np_scene_problems *problems) {
+  for (size_t i = 0; i < sizeof checks / sizeof *checks; i++)
+    if (is_readable(scene, i, problems)) (void)checks[i].check(scene, problems);
 }
 
 neph_result np_scene_check(const neph_scene *scene) {
-  static neph_result (*const checks[])(const neph_scene *) = {check_place,  check_sun,     check_moon,
-                                                              check_stars,  check_camera,  check_air,
-                                                              check_clouds, check_terrain, check_output};
-  neph_result result = NEPH_OK;
-  for (size_t i = 0; !result && i < sizeof checks / sizeof *checks; i++) result = checks[i](scene);
-  return result;
+  np_scene_problems problems = {.context = scene->context, .file = scene->file};
+  np_scene_check_all(scene, &problems);
+  return np_scene_report(&problems, NEPH_OK);
 }
 
 neph_result neph_scene_check(const neph_scene *scene) {

@@ -120,6 +120,13 @@ static neph_result take_down(const path_editor *editor, const path_step *step, n
   return step->has_index ? open_element(editor, child, step, value, mapping) : NEPH_OK;
 }
 
+static void take_new_name(const path_editor *editor, const np_key *section, path_step *step) {
+  const np_key_rename *rename = np_key_get_rename(section, step->name);
+  if (!rename) return;
+  np_log(editor->context, NEPH_LOG_WARNING, NP_RENAME_WARNING, rename->old_path, rename->path);
+  snprintf(step->name, sizeof step->name, "%s", np_path_get_name(rename->path));
+}
+
 neph_result np_scene_edit(neph_context *context, np_node *document, const char *key, np_node *value) {
   path_editor editor = {context, key};
   path_step steps[STEP_MAX];
@@ -128,6 +135,7 @@ neph_result np_scene_edit(neph_context *context, np_node *document, const char *
   np_node *mapping = document;
   const np_key *section = NULL;
   for (unsigned i = 0; !result && i < count; i++) {
+    take_new_name(&editor, section, &steps[i]);
     const np_key *step_key = np_key_find(section, steps[i].name);
     if (step_key) remove_excluded(context, mapping, section, step_key);
     np_node *none = NULL;

@@ -3,18 +3,103 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
-neph_result np_scene_fail_text(const neph_scene *scene, unsigned line, unsigned column, const char *text) {
-  if (!line) return np_fail(scene->context, NEPH_ERROR_BAD_SCENE, "%s", text);
-  return np_fail(scene->context, NEPH_ERROR_BAD_SCENE, "%s:%u:%u: %s", scene->file ? scene->file : "scene", line,
-                 column, text);
+/* An error without a place comes last. */
+static bool is_before(unsigned line, unsigned column, const np_scene_problem *other) {
+  if (!line || !other->line) return line && !other->line;
+  return line < other->line || (line == other->line && column < other->column);
 }
 
-neph_result np_scene_fail_at(const neph_scene *scene, const np_node *node, const char *format, ...) {
-  char text[1024];
+/* A place for an error in the order of the file, behind those of the same line and column; NULL: all are before it. */
+static np_scene_problem *insert(np_scene_problems *problems, unsigned line, unsigned column) {
+  unsigned count = problems->count++;
+  if (count > NP_SCENE_PROBLEMS_MAX) count = NP_SCENE_PROBLEMS_MAX;
+  unsigned place = count;
+  while (place && is_before(line, column, &problems->listed[place - 1])) place--;
+  if (place == NP_SCENE_PROBLEMS_MAX) return NULL;
+  np_scene_problem *problem = &problems->listed[place];
+  if (count == NP_SCENE_PROBLEMS_MAX) count--;
+  memmove(problem + 1, problem, (count - place) * sizeof *problem);
+  return problem;
+}
+
+static neph_result add(np_scene_problems *problems, const np_node *node, unsigned line, unsigned column,
+                       const char *format, va_list arguments) {
+  np_scene_problem *problem = insert(problems, line, column);
+  if (!problem) return NEPH_ERROR_BAD_SCENE;
+  problem->node = node;
+  problem->line = line;
+  problem->column = column;
+  vsnprintf(problem->text, sizeof problem->text, format, arguments);
+  return NEPH_ERROR_BAD_SCENE;
+}
+
+neph_result np_scene_fail_at(np_scene_problems *problems, const np_node *node, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  neph_result result = add(problems, node, node ? node->line : 0, node ? node->column : 0, format, arguments);
+  va_end(arguments);
+  return result;
+}
+
+neph_result np_scene_fail_key(np_scene_problems *problems, const np_node *node, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  neph_result result = add(problems, node, node->key_line, node->key_column, format, arguments);
+  va_end(arguments);
+  return result;
+}
+
+bool np_scene_goes_on(const np_scene_problems *problems, neph_result part, neph_result *all) {
+  if (part) *all = part;
+  return !part || (part == NEPH_ERROR_BAD_SCENE && !problems->is_first_only);
+}
+
+static unsigned count_listed(const np_scene_problems *problems) {
+  return problems->count < NP_SCENE_PROBLEMS_MAX ? problems->count : NP_SCENE_PROBLEMS_MAX;
+}
+
+bool np_scene_has_problem_in(const np_scene_problems *problems, const np_node *node) {
+  if (!node) return false;
+  for (unsigned i = 0; i < count_listed(problems); i++)
+    if (problems->listed[i].node == node) return true;
+  for (const np_node *child = node->first; child; child = child->next)
+    if (np_scene_has_problem_in(problems, child)) return true;
+  return false;
+}
+
+static const char *get_file_name(const char *file) { return file ? file : "scene"; }
+
+static void report_one(const np_scene_problems *problems, const np_scene_problem *problem) {
+  if (problem->line)
+    np_fail(problems->context, NEPH_ERROR_BAD_SCENE, "%s:%u:%u: %s", get_file_name(problems->file), problem->line,
+            problem->column, problem->text);
+  else
+    np_fail(problems->context, NEPH_ERROR_BAD_SCENE, "%s", problem->text);
+}
+
+neph_result np_scene_report(const np_scene_problems *problems, neph_result result) {
+  if (result && result != NEPH_ERROR_BAD_SCENE) return result;
+  const unsigned listed = count_listed(problems);
+  const neph_result bad = listed ? NEPH_ERROR_BAD_SCENE : result;
+  const char *file = get_file_name(problems->file);
+  for (unsigned i = 0; i < listed; i++) report_one(problems, &problems->listed[i]);
+  if (problems->count > listed)
+    return np_fail(problems->context, bad, "%s has %u errors, of which these are the first %u", file, problems->count,
+                   listed);
+  return listed > 1 ? np_fail(problems->context, bad, "%s has %u errors", file, listed) : bad;
+}
+
+void np_scene_warn_key(const neph_scene *scene, const np_node *node, const char *format, ...) {
+  char text[NP_SCENE_PROBLEM_SIZE];
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(text, sizeof text, format, arguments);
   va_end(arguments);
-  return np_scene_fail_text(scene, node ? node->line : 0, node ? node->column : 0, text);
+  if (node->key_line)
+    np_log(scene->context, NEPH_LOG_WARNING, "%s:%u:%u: %s", get_file_name(scene->file), node->key_line,
+           node->key_column, text);
+  else
+    np_log(scene->context, NEPH_LOG_WARNING, "%s", text);
 }

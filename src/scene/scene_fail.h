@@ -1,16 +1,50 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Messages of bad scenes. */
+/* Messages of scenes: errors, kept until all are known, and warnings. */
 #ifndef NP_SCENE_SCENE_FAIL_H
 #define NP_SCENE_SCENE_FAIL_H
 
 #include "scene/scene_node.h"
 #include "scene/scene_private.h"
 
-/* Logs a bad scene at a line and column; 0: without a place. */
-neph_result np_scene_fail_text(const neph_scene *scene, unsigned line, unsigned column, const char *text);
+enum { NP_SCENE_PROBLEMS_MAX = 20, NP_SCENE_PROBLEM_SIZE = 1024 };
 
-/* Logs a bad scene: "file:line:column: what"; without a place when `node` has none or is NULL. */
-neph_result np_scene_fail_at(const neph_scene *scene, const np_node *node, const char *format, ...)
+typedef struct np_scene_problem {
+  const np_node *node;   /* NULL: of the scene as a whole */
+  unsigned line, column; /* 0: without a place */
+  char text[NP_SCENE_PROBLEM_SIZE];
+} np_scene_problem;
+
+/* The errors of one scene: the first NP_SCENE_PROBLEMS_MAX in the order of its file. */
+typedef struct np_scene_problems {
+  neph_context *context;
+  const char *file;   /* NULL: none */
+  bool is_first_only; /* the first error that is met ends the reading */
+  unsigned count;     /* of all errors */
+  np_scene_problem listed[NP_SCENE_PROBLEMS_MAX];
+} np_scene_problems;
+
+/* Adds an error at a node's value; without a place where the node has none or is NULL. Returns NEPH_ERROR_BAD_SCENE. */
+neph_result np_scene_fail_at(np_scene_problems *problems, const np_node *node, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* The same at a node's key. */
+neph_result np_scene_fail_key(np_scene_problems *problems, const np_node *node, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* Takes the result of a part into that of all. Whether reading goes on: behind an error of the scene, unless the first
+ * is enough, but not without memory. */
+bool np_scene_goes_on(const np_scene_problems *problems, neph_result part, neph_result *all);
+
+/* Whether a node, or a node below it, has an error. NULL has none. */
+bool np_scene_has_problem_in(const np_scene_problems *problems, const np_node *node);
+
+/* Logs all errors, "file:line:column: text" each, and their number where there are several, and returns
+ * NEPH_ERROR_BAD_SCENE where there is any; but a `result` that ended the reading before its time is passed on: it has
+ * its own message. */
+neph_result np_scene_report(const np_scene_problems *problems, neph_result result);
+
+/* Logs a warning at a node's key. */
+void np_scene_warn_key(const neph_scene *scene, const np_node *node, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
 #endif

@@ -60,19 +60,20 @@ static const np_ignore_rule rules[] = {
 
     {.keys = {"render.max_samples"}, .counts = {"render.target_error", ONLY(NP_GIVEN)},
      .reason = "without which each pixel has render.samples"},
-    {.keys = {"render.atmosphere", "render.splitting"}, .counts = IN_PATHS, .reason = "and only paths ask for it"},
-    {.keys = {"render.multiple_scattering", "render.look_gain", "render.octaves", "render.softened_beer",
+    {.keys = {"render.atmosphere", "render.path_guiding"}, .counts = IN_PATHS, .reason = "and only paths ask for it"},
+    {.keys = {"render.multiple_scattering", "render.approximation_gain", "render.octaves", "render.softened_beer",
               "render.powder", "render.derivative", "render.step", "render.transmittance_end"},
      .counts = IN_MARCH, .reason = "and only the march asks for it"},
-    {.keys = {"render.tolerance", "render.sun_depth"}, .counts = IN_MARCH, .reason = "and only the march asks for it",
+    {.keys = {"render.tolerance", "render.sun_optical_depth"}, .counts = IN_MARCH,
+     .reason = "and only the march asks for it",
      .applies = {"render.atmosphere", ONLY(NEPH_RENDER_ATMOSPHERE_TRACED)}},
     {.keys = {"render.air_shadows"}, .counts = {"render.atmosphere", ONLY(NEPH_RENDER_ATMOSPHERE_TABLES)},
      .reason = "which has its shadows in any case", .applies = IN_PATHS},
     {.keys = {"render.light_memory"}, .counts = {"render.multiple_scattering", MULTIPLE(ORDINATES)},
      .reason = "for which nothing is solved", .applies = IN_MARCH},
-    {.keys = {"render.light_memory"}, .counts = {"render.splitting", ONLY(NEPH_SPLITTING_ADJOINT)},
+    {.keys = {"render.light_memory"}, .counts = {"render.path_guiding", ONLY(NEPH_PATH_GUIDING_ADJOINT)},
      .reason = "for which nothing is solved", .applies = IN_PATHS},
-    {.keys = {"render.look_gain"}, .counts = {"render.multiple_scattering", LOOKS},
+    {.keys = {"render.approximation_gain"}, .counts = {"render.multiple_scattering", LOOKS},
      .reason = "which takes none", .applies = IN_MARCH},
     {.keys = {"render.octaves"}, .counts = {"render.multiple_scattering", MULTIPLE(OCTAVES)},
      .reason = "must be octaves", .applies = IN_MARCH},
@@ -183,15 +184,11 @@ static void write_value(const place *at, const char *path, char *out, size_t siz
 /* ---- Warnings ---- */
 
 static void warn(const place *at, const np_ignore_rule *rule, const char *path, const np_node *node) {
-  char key[96], decider[96], value[128], file_place[300] = "";
-  const char *file = at->scene->file;
+  char key[96], decider[96], value[128];
   write_path(at, path, key, sizeof key);
   write_path(at, rule->counts.key, decider, sizeof decider);
   write_value(at, rule->counts.key, value, sizeof value);
-  if (node->key_line)
-    snprintf(file_place, sizeof file_place, "%.200s:%u:%u: ", file ? file : "scene", node->key_line, node->key_column);
-  np_log(at->scene->context, NEPH_LOG_WARNING, "%s%s is ignored: %s is %s, %s", file_place, key, decider, value,
-         rule->reason);
+  np_scene_warn_key(at->scene, node, "%s is ignored: %s is %s, %s", key, decider, value, rule->reason);
 }
 
 /* Whether a key was chosen on top of the file. */

@@ -1,26 +1,38 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How keys hang together, by their paths. */
+/* Sections, lists and names of keys, by their paths. */
 #include <string.h>
 
 #include "scene/scene_keys.h"
 
-const char *np_key_get_name(const np_key *key) {
-  const char *dot = strrchr(key->path, '.');
-  return dot ? dot + 1 : key->path;
+const char *np_path_get_name(const char *path) {
+  const char *dot = strrchr(path, '.');
+  return dot ? dot + 1 : path;
 }
+
+const char *np_key_get_name(const np_key *key) { return np_path_get_name(key->path); }
 
 /* The length of a path without its last part, and without the "[]" of a list's elements. */
-static size_t find_parent_length(const np_key *key) {
-  const char *dot = strrchr(key->path, '.');
+static size_t count_parent_letters(const char *path) {
+  const char *dot = strrchr(path, '.');
   if (!dot) return 0;
-  size_t length = (size_t)(dot - key->path);
-  return length >= 2 && !strncmp(key->path + length - 2, "[]", 2) ? length - 2 : length;
+  size_t length = (size_t)(dot - path);
+  return length >= 2 && !strncmp(path + length - 2, "[]", 2) ? length - 2 : length;
 }
 
-static bool is_child(const np_key *key, const np_key *section) {
-  size_t length = find_parent_length(key);
+static bool is_path_in(const char *path, const np_key *section) {
+  size_t length = count_parent_letters(path);
   if (!section) return length == 0;
-  return strlen(section->path) == length && !strncmp(section->path, key->path, length);
+  return strlen(section->path) == length && !strncmp(section->path, path, length);
+}
+
+static bool is_child(const np_key *key, const np_key *section) { return is_path_in(key->path, section); }
+
+const np_key_rename *np_key_get_rename(const np_key *section, const char *name) {
+  for (size_t i = 0; i < np_key_rename_count(); i++) {
+    const np_key_rename *rename = np_key_rename_at(i);
+    if (!strcmp(np_path_get_name(rename->old_path), name) && is_path_in(rename->old_path, section)) return rename;
+  }
+  return NULL;
 }
 
 const np_key *np_key_get_parent(const np_key *key) {

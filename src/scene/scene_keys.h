@@ -59,10 +59,24 @@ typedef struct np_key {
   double word_value; /* which then stands for this one */
 } np_key;
 
+/* A key that had another name, in the same section. */
+typedef struct np_key_rename {
+  const char *old_path, *path;
+} np_key_rename;
+
+#define NP_RENAME_WARNING "%s is the old name of %s: use the new one"
+
+size_t np_key_rename_count(void);
+const np_key_rename *np_key_rename_at(size_t index);
+
+/* The rename of a key whose old name in a section (NULL: at the top) is `name`; NULL: none. */
+const np_key_rename *np_key_get_rename(const np_key *section, const char *name);
+
 size_t np_key_count(void);
 const np_key *np_key_get(size_t index);
 
 /* The last part of a path. */
+const char *np_path_get_name(const char *path);
 const char *np_key_get_name(const np_key *key);
 
 /* The section that a key lies in; NULL for those at the top. */
@@ -83,11 +97,14 @@ unsigned np_key_count_values(const np_key *key);
  */
 const np_key *np_key_guess(const np_key *section, const char *name);
 
-/* What a value must be: "a length in [1, 1e+07] m", "march or path". */
+/* The values that a key takes: "a length in [1, 1e+07] m", "march or path". */
 void np_key_describe_values(const np_key *key, char *out, size_t size);
 
-/* What one item of a list must be. */
+/* The values that one item of a list takes. */
 void np_key_describe_item(const np_key *key, char *out, size_t size);
+
+/* The text behind "NAME is not a key": ", did you mean camera.fov? camera has position, look_at, …". */
+void np_key_describe_hint(const np_key *section, const char *name, char *out, size_t size);
 
 /* The names of a section's keys, parted by ", "; of one group only unless `group` is 0. */
 void np_key_list_names(const np_key *section, unsigned group, char *out, size_t size);

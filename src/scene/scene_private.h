@@ -121,7 +121,7 @@ typedef struct np_scene_phase {
   char *table;                               /* file, resolved */
 } np_scene_phase;
 
-/* What glows in a cloud's file. */
+/* The emission of a cloud's file. */
 typedef struct np_scene_emission {
   bool is_there;
   char *temperature, *flame; /* names of grids; "none"; NULL: the usual name, a flame only where there is one */
@@ -175,7 +175,7 @@ typedef struct np_scene_terrain {
   neph_ridges_desc ridges;
 } np_scene_terrain;
 
-/* How the march finds optical depths towards the sun. */
+/* Source of the march's sun optical depth. */
 typedef enum np_sun_depth { NP_SUN_DEPTH_AUTO, NP_SUN_DEPTH_VOLUME, NP_SUN_DEPTH_MARCH } np_sun_depth;
 
 /* Whether clouds and hills cast shadows into the air before the camera. */
@@ -189,7 +189,7 @@ typedef struct np_scene_render {
   uint64_t seed;
   neph_multiple_scattering multiple_scattering;
   neph_render_atmosphere atmosphere;
-  neph_splitting splitting;
+  neph_path_guiding path_guiding;
   double look_gain;
   unsigned octave_count;
   double octave_factors[3];             /* of the light, of the optical depth, of the asymmetry, per octave */

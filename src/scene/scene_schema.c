@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the key table says to people: hints in messages, and the schema. */
+/* Texts from the key table: hints in messages, and the schema. */
 #include <stdio.h>
 #include <string.h>
 
@@ -70,6 +70,14 @@ void np_key_list_names(const np_key *section, unsigned group, char *out, size_t 
     if (*out) append(out, size, ", ");
     append(out, size, np_key_get_name(key));
   }
+}
+
+void np_key_describe_hint(const np_key *section, const char *name, char *out, size_t size) {
+  const np_key *guess = np_key_guess(section, name);
+  char names[512];
+  np_key_list_names(section, 0, names, sizeof names);
+  snprintf(out, size, "%s%s%s %s has %s", guess ? ", did you mean " : "", guess ? guess->path : "", guess ? "?" : ";",
+           section ? section->path : "a scene", names);
 }
 
 static void append_choices(const np_key *key, const char *last_join, char *out, size_t size) {
@@ -155,26 +163,96 @@ void np_key_describe_item(const np_key *key, char *out, size_t size) {
 
 /* ---- Schema ---- */
 
-enum { TEXT_SIZE = 256 };
+enum { TEXT_SIZE = 256, PATH_SIZE = 128 };
+
+/* The keys to list: one and those below it, or all whose paths begin so. */
+typedef struct selection {
+  char path[PATH_SIZE];
+  bool is_key;
+} selection;
+
+static bool is_selected(const selection *wanted, const char *path) {
+  const size_t length = strlen(wanted->path);
+  if (strncmp(path, wanted->path, length) != 0) return false;
+  return !wanted->is_key || !path[length] || path[length] == '.' || path[length] == '[';
+}
+
+/* "clouds[12].phase" as the table has it: "clouds[].phase". */
+static void copy_without_indices(const char *path, char *out, size_t size) {
+  bool is_index = false;
+  size_t length = 0;
+  for (; *path && length + 1 < size; path++) {
+    is_index = *path == '[' || (is_index && *path >= '0' && *path <= '9');
+    if (!is_index || *path == '[') out[length++] = *path;
+  }
+  out[length] = '\0';
+}
+
+/* The section or list in which a path lies; NULL: at the top, or in none. */
+static const np_key *get_section(const char *path) {
+  const size_t length = strlen(path) - strlen(np_path_get_name(path));
+  for (size_t i = 0; length && i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i);
+    const char *mark = key->type == NP_KEY_LIST ? "[]." : ".";
+    const size_t own = strlen(key->path);
+    const bool is_section = key->type == NP_KEY_SECTION || key->type == NP_KEY_LIST;
+    if (is_section && own + strlen(mark) == length && !strncmp(path, key->path, own) &&
+        !strncmp(path + own, mark, strlen(mark)))
+      return key;
+  }
+  return NULL;
+}
+
+/* `path` is as it was asked for, `plain` without indices. */
+static neph_result fail_unknown(neph_context *context, const char *path, const char *plain) {
+  char hint[768];
+  np_key_describe_hint(get_section(plain), np_path_get_name(plain), hint, sizeof hint);
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s is not a key%s", path, hint);
+}
+
+static neph_result select_keys(neph_context *context, const char *path, selection *out) {
+  *out = (selection){.is_key = false};
+  if (!path) return NEPH_OK;
+  copy_without_indices(path, out->path, sizeof out->path);
+  bool is_known = false;
+  for (size_t i = 0; i < np_key_count() + np_key_rename_count(); i++) {
+    const bool is_old = i >= np_key_count();
+    const char *key = is_old ? np_key_rename_at(i - np_key_count())->old_path : np_key_get(i)->path;
+    is_known |= !strncmp(key, out->path, strlen(out->path));
+    out->is_key |= !strcmp(key, out->path);
+  }
+  return is_known ? NEPH_OK : fail_unknown(context, path, out->path);
+}
 
 static void print_default(const np_key *key, char *out, size_t size) {
   bool is_list = strchr(key->fallback, ',');
   snprintf(out, size, "%s%s%s", is_list ? "[" : "", key->fallback, is_list ? "]" : "");
 }
 
-static neph_result describe_plain(neph_context *context, char **out_text) {
+static void print_key(np_text *text, const np_key *key) {
+  char values[TEXT_SIZE], fallback[TEXT_SIZE];
+  np_key_describe_values(key, values, sizeof values);
+  np_text_add(text, "%s: %s\n    %s", key->path, values, key->meaning);
+  if (key->fallback) {
+    print_default(key, fallback, sizeof fallback);
+    np_text_add(text, "; default %s", fallback);
+  }
+  np_text_add(text, "\n");
+}
+
+static neph_result describe_plain(neph_context *context, const selection *wanted, char **out_text) {
   np_text text = {.context = context};
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
-    char values[TEXT_SIZE], fallback[TEXT_SIZE];
-    np_key_describe_values(key, values, sizeof values);
-    if (i && !np_key_get_parent(key)) np_text_add(&text, "\n");
-    np_text_add(&text, "%s: %s\n    %s", key->path, values, key->meaning);
-    if (key->fallback) {
-      print_default(key, fallback, sizeof fallback);
-      np_text_add(&text, "; default %s", fallback);
-    }
-    np_text_add(&text, "\n");
+    if (!is_selected(wanted, key->path)) continue;
+    if (text.length && !np_key_get_parent(key)) np_text_add(&text, "\n");
+    print_key(&text, key);
+  }
+  if (!*wanted->path) np_text_add(&text, "\n");
+  for (size_t i = 0; i < np_key_rename_count(); i++) {
+    const np_key_rename *rename = np_key_rename_at(i);
+    if (is_selected(wanted, rename->old_path))
+      np_text_add(&text, "%s: deprecated\n    old name of %s\n", rename->old_path, rename->path);
   }
   return np_text_finish(&text, out_text);
 }
@@ -184,7 +262,7 @@ static const char *get_type_name(np_key_type type) {
       [NP_KEY_SECTION] = "section", [NP_KEY_LIST] = "list",     [NP_KEY_REAL] = "real",
       [NP_KEY_INTEGER] = "integer", [NP_KEY_SEED] = "integer",  [NP_KEY_CHOICE] = "choice",
       [NP_KEY_FLAGS] = "flags",     [NP_KEY_TEXT] = "text",     [NP_KEY_FILE] = "file",
-      [NP_KEY_TIME] = "time",       [NP_KEY_PRESET] = "preset",   [NP_KEY_ROWS] = "rows",
+      [NP_KEY_TIME] = "time",       [NP_KEY_PRESET] = "preset", [NP_KEY_ROWS] = "rows",
   };
   return names[type];
 }
@@ -216,19 +294,34 @@ static void put_key(np_json *json, const np_key *key) {
   np_json_end(json);
 }
 
-static neph_result describe_json(neph_context *context, char **out_text) {
+static neph_result describe_json(neph_context *context, const selection *wanted, char **out_text) {
   np_json *json = np_json_create(context);
   if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
   np_json_begin_array(json, "keys");
-  for (size_t i = 0; i < np_key_count(); i++) put_key(json, np_key_get(i));
+  for (size_t i = 0; i < np_key_count(); i++)
+    if (is_selected(wanted, np_key_get(i)->path)) put_key(json, np_key_get(i));
+  np_json_end(json);
+  np_json_begin_array(json, "deprecated");
+  for (size_t i = 0; i < np_key_rename_count(); i++) {
+    const np_key_rename *rename = np_key_rename_at(i);
+    if (!is_selected(wanted, rename->old_path)) continue;
+    np_json_begin_object(json, NULL);
+    np_json_put_text(json, "key", rename->old_path);
+    np_json_put_text(json, "replacement", rename->path);
+    np_json_end(json);
+  }
   np_json_end(json);
   return np_json_finish(json, out_text);
 }
 
-neph_result neph_schema_describe(neph_context *context, neph_text_format format, char **out_text) {
+neph_result neph_schema_describe(neph_context *context, const char *key, neph_text_format format, char **out_text) {
   *out_text = NULL;
+  selection wanted;
+  neph_result result = select_keys(context, key, &wanted);
+  if (result) return result;
   locale_t saved = np_values_enter();
-  neph_result result = format == NEPH_TEXT_JSON ? describe_json(context, out_text) : describe_plain(context, out_text);
+  result =
+      format == NEPH_TEXT_JSON ? describe_json(context, &wanted, out_text) : describe_plain(context, &wanted, out_text);
   np_values_leave(saved);
   return result;
 }

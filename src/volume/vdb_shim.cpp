@@ -87,6 +87,30 @@ template <typename Work> neph_result guarded(np_vdb_error *error, Direction dire
   }
 }
 
+/* ---- Grids ---- */
+
+/* A list of nodes for OpenVDB to fill, which deletes each. */
+template <typename NodeType> struct NodeDeleter {
+  using value_type = NodeType *;
+  void push_back(NodeType *node) { delete node; }
+};
+
+/* Deletes all voxels of a grid. OpenVDB's own destructor allocates a list of them first, and ends the process where
+ * there is no memory for it. */
+template <typename GridType> void delete_tree(GridType &grid) noexcept {
+  NodeDeleter<typename GridType::TreeType::RootNodeType::ChildNodeType> deleter;
+  grid.tree().stealNodes(deleter);
+}
+
+/* A grid that can end without memory. Its type is compared here, because that allocates. */
+openvdb::GridBase::Ptr own(const openvdb::GridBase::Ptr &grid) {
+  openvdb::GridBase::Ptr owned;
+  grid->apply<openvdb::GridTypes>([&](auto &typed) {
+    owned.reset(&typed, [grid, &typed](openvdb::GridBase *) { delete_tree(typed); });
+  });
+  return owned ? owned : grid;
+}
+
 /* ---- Files ---- */
 
 /* Opens the protected parts of OpenVDB's archive, which both its File and its Stream are made of: neither lets a caller
@@ -98,11 +122,16 @@ public:
   using openvdb::io::Archive::write;
 };
 
+constexpr std::size_t no_owner = static_cast<std::size_t>(-1);
+
 struct Entry {
   std::size_t index;
   openvdb::io::GridDescriptor descriptor;
   openvdb::GridBase::Ptr header; /* metadata and transform */
   std::string name, value_type, grid_class, creator;
+  bool is_scalar, is_vector, is_affine;
+  double index_to_world[3][4]; /* where it is affine */
+  std::size_t owner; /* index of the grid that stores its voxels; itself, but for an instance */
 };
 
 } /* namespace */
@@ -140,10 +169,11 @@ neph_result try_chunk(uint32_t compression, const void *chunk, size_t chunk_byte
 
 void start_stream(np_vdb_file &file) {
   const np_vdb_source &source = file.source;
-  file.stream.exceptions(std::ios_base::failbit | std::ios_base::badbit);
   file.metadata->setSeekable(true);
   openvdb::io::setStreamMetadataPtr(file.stream, file.metadata, /*transfer=*/false);
   openvdb::io::setVersion(file.stream, {source.library_version[0], source.library_version[1]}, source.format_version);
+  if (!file.stream) throw std::bad_alloc(); /* for the places of these in the stream */
+  file.stream.exceptions(std::ios_base::failbit | std::ios_base::badbit);
 }
 
 /* Reads metadata and transform, which must end where the source says: else OpenVDB reads what was not checked. */
@@ -157,37 +187,6 @@ void read_header(np_vdb_file &file, const np_vdb_grid_place &place, openvdb::Gri
                   "grid '" + grid.getName() + "' has metadata that OpenVDB reads differently: it is damaged"};
 }
 
-Entry read_entry(np_vdb_file &file, std::size_t index) {
-  Entry entry;
-  entry.index = index;
-  file.stream.seekg(file.source.places[index].descriptor);
-  entry.header = entry.descriptor.read(file.stream);
-  read_header(file, file.source.places[index], *entry.header);
-  entry.name = entry.descriptor.gridName();
-  entry.value_type = entry.header->valueType();
-  entry.grid_class = openvdb::GridBase::gridClassToString(entry.header->getGridClass());
-  entry.creator = entry.header->getCreator();
-  return entry;
-}
-
-neph_result open_file(const np_vdb_source *source, np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_file **out_file,
-                      np_vdb_error *error) noexcept {
-  *out_file = nullptr;
-  return guarded(error, Direction::reading, [&] {
-    openvdb::initialize();
-    auto file = std::make_unique<np_vdb_file>(*source, Canceller{cancel, cancel_user});
-    start_stream(*file);
-    for (std::size_t i = 0; i < source->grid_count; i++) file->entries.push_back(read_entry(*file, i));
-    *out_file = file.release();
-  });
-}
-
-void close_file(np_vdb_file *file) noexcept { delete file; }
-
-size_t count_grids(const np_vdb_file *file) noexcept { return file->entries.size(); }
-
-/* ---- Describing ---- */
-
 template <typename GridType> bool is_grid(const openvdb::GridBase &grid) { return grid.isType<GridType>(); }
 
 bool is_scalar(const openvdb::GridBase &grid) {
@@ -198,12 +197,64 @@ bool is_vector(const openvdb::GridBase &grid) {
   return is_grid<openvdb::Vec3SGrid>(grid) || is_grid<openvdb::Vec3DGrid>(grid);
 }
 
-/* OpenVDB multiplies row vectors from the left: its matrix is the transpose of ours. */
-void get_affine(const openvdb::GridBase &grid, double out[3][4]) {
-  const openvdb::Mat4R matrix = grid.transform().baseMap()->getAffineMap()->getMat4();
-  for (int row = 0; row < 3; row++)
-    for (int column = 0; column < 4; column++) out[row][column] = matrix[column][row];
+/* Whether the transform is affine, and its matrix: OpenVDB multiplies row vectors from the left, ours is the transpose.
+ */
+bool get_affine(const openvdb::GridBase &grid, double out[3][4]) {
+  if (!grid.transform().isLinear()) return false;
+  try {
+    const openvdb::Mat4R matrix = grid.transform().baseMap()->getAffineMap()->getMat4();
+    for (int row = 0; row < 3; row++)
+      for (int column = 0; column < 4; column++) out[row][column] = matrix[column][row];
+    return true;
+  } catch (const openvdb::ArithmeticError &) { /* singular */
+    return false;
+  }
 }
+
+Entry read_entry(np_vdb_file &file, std::size_t index) {
+  Entry entry;
+  entry.index = index;
+  file.stream.seekg(file.source.places[index].descriptor);
+  entry.header = entry.descriptor.read(file.stream);
+  read_header(file, file.source.places[index], *entry.header);
+  entry.name = entry.descriptor.gridName();
+  entry.value_type = entry.header->valueType();
+  entry.grid_class = openvdb::GridBase::gridClassToString(entry.header->getGridClass());
+  entry.creator = entry.header->getCreator();
+  entry.is_scalar = is_scalar(*entry.header);
+  entry.is_vector = is_vector(*entry.header);
+  entry.is_affine = get_affine(*entry.header, entry.index_to_world);
+  return entry;
+}
+
+/* An instance stores a transform of its own, and the name of the grid whose voxels it shares. */
+std::size_t search_owner(const std::vector<Entry> &entries, const Entry &entry) {
+  if (!entry.descriptor.isInstance()) return entry.index;
+  for (const Entry &other : entries)
+    if (!other.descriptor.isInstance() && other.descriptor.uniqueName() == entry.descriptor.instanceParentName() &&
+        other.descriptor.gridType() == entry.descriptor.gridType())
+      return other.index;
+  return no_owner;
+}
+
+neph_result open_file(const np_vdb_source *source, np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_file **out_file,
+                      np_vdb_error *error) noexcept {
+  *out_file = nullptr;
+  return guarded(error, Direction::reading, [&] {
+    openvdb::initialize();
+    auto file = std::make_unique<np_vdb_file>(*source, Canceller{cancel, cancel_user});
+    start_stream(*file);
+    for (std::size_t i = 0; i < source->grid_count; i++) file->entries.push_back(read_entry(*file, i));
+    for (Entry &entry : file->entries) entry.owner = search_owner(file->entries, entry);
+    *out_file = file.release();
+  });
+}
+
+void close_file(np_vdb_file *file) noexcept { delete file; }
+
+size_t count_grids(const np_vdb_file *file) noexcept { return file->entries.size(); }
+
+/* ---- Describing ---- */
 
 void describe_grid(const np_vdb_file *file, size_t index, np_vdb_grid_info *out_info) noexcept {
   const Entry &entry = file->entries[index];
@@ -212,13 +263,12 @@ void describe_grid(const np_vdb_file *file, size_t index, np_vdb_grid_info *out_
   out_info->value_type = entry.value_type.c_str();
   out_info->grid_class = entry.grid_class.c_str();
   out_info->creator = entry.creator.c_str();
+  out_info->owner = entry.owner == no_owner ? index : entry.owner;
   out_info->is_half_on_disk = entry.descriptor.saveFloatAsHalf();
-  out_info->is_scalar = is_scalar(*entry.header);
-  out_info->is_vector = is_vector(*entry.header);
-  np_vdb_error ignored;
-  out_info->is_affine = entry.header->transform().isLinear() && !guarded(&ignored, Direction::reading, [&] {
-                          get_affine(*entry.header, out_info->index_to_world);
-                        });
+  out_info->is_scalar = entry.is_scalar;
+  out_info->is_vector = entry.is_vector;
+  out_info->is_affine = entry.is_affine;
+  if (entry.is_affine) std::memcpy(out_info->index_to_world, entry.index_to_world, sizeof entry.index_to_world);
 }
 
 neph_result visit_metadata(const np_vdb_file *file, size_t index, void (*visit)(void *, const char *, const char *),
@@ -233,22 +283,17 @@ neph_result visit_metadata(const np_vdb_file *file, size_t index, void (*visit)(
 
 /* ---- Reading ---- */
 
-/* An instance stores a transform of its own, and the name of the grid whose tree it shares. */
-const Entry &get_tree_owner(const np_vdb_file &file, const Entry &entry) {
-  if (!entry.descriptor.isInstance()) return entry;
-  for (const Entry &other : file.entries)
-    if (!other.descriptor.isInstance() && other.descriptor.uniqueName() == entry.descriptor.instanceParentName())
-      return other;
-  throw Failure{NEPH_ERROR_BAD_FILE, "grid '" + entry.name + "' shares the voxels of a grid that is not in the file"};
-}
-
 enum class Part { topology, tree };
 
-openvdb::GridBase::Ptr read_stored(np_vdb_file &file, const Entry &entry, Part part) {
+openvdb::GridBase::Ptr read_tree(np_vdb_file &file, const Entry &instance, Part part) {
+  if (instance.owner == no_owner)
+    throw Failure{NEPH_ERROR_BAD_FILE,
+                  "grid '" + instance.name + "' shares the voxels of a grid that is missing or of another type"};
+  const Entry &entry = file.entries[instance.owner];
   const np_vdb_grid_place &place = file.source.places[entry.index];
   check_result(file.source.check_tree(file.source.user, entry.index, entry.header->saveFloatAsHalf()));
   file.stream.clear();
-  openvdb::GridBase::Ptr grid = openvdb::GridBase::createGrid(entry.descriptor.gridType());
+  const openvdb::GridBase::Ptr grid = own(openvdb::GridBase::createGrid(entry.descriptor.gridType()));
   file.buffer.wait_until(place.buffers);
   if (part == Part::tree) {
     file.stream.seekg(place.begin);
@@ -258,15 +303,6 @@ openvdb::GridBase::Ptr read_stored(np_vdb_file &file, const Entry &entry, Part p
     grid->readTopology(file.stream);
   }
   return grid;
-}
-
-openvdb::GridBase::Ptr read_shared(np_vdb_file &file, const Entry &entry, Part part) {
-  const Entry &owner = get_tree_owner(file, entry);
-  openvdb::GridBase::Ptr grid = read_stored(file, owner, part);
-  if (&owner == &entry) return grid;
-  const openvdb::GridBase::Ptr instance = entry.header->copyGridWithNewTree();
-  instance->setTree(grid->baseTreePtr());
-  return instance;
 }
 
 template <typename Number> float get_component(const Number &value, int) { return static_cast<float>(value); }
@@ -316,11 +352,11 @@ neph_result read_grid(np_vdb_file *file, size_t index, int component, const np_v
                       np_vdb_error *error) noexcept {
   return guarded(error, Direction::reading, [&] {
     const Entry &entry = file->entries[index];
-    if (!is_scalar(*entry.header) && !is_vector(*entry.header))
+    if (!entry.is_scalar && !entry.is_vector)
       throw Failure{NEPH_ERROR_INVALID_ARGUMENT,
                     "grid '" + entry.name + "' is of type " + entry.value_type + ", neither a scalar nor a vector"};
-    const openvdb::GridBase::Ptr grid = read_shared(*file, entry, Part::tree);
-    if (grid->transform().isLinear()) get_affine(*grid, sink->grid->index_to_world.m);
+    const openvdb::GridBase::Ptr grid = read_tree(*file, entry, Part::tree);
+    if (entry.is_affine) std::memcpy(sink->grid->index_to_world.m, entry.index_to_world, sizeof entry.index_to_world);
     copy_if<openvdb::FloatGrid>(grid, component, *sink, file->canceller);
     copy_if<openvdb::DoubleGrid>(grid, component, *sink, file->canceller);
     copy_if<openvdb::Vec3SGrid>(grid, component, *sink, file->canceller);
@@ -336,7 +372,7 @@ template <typename... GridTypes> std::size_t get_leaf_value_bytes(const openvdb:
 
 neph_result measure_grid(np_vdb_file *file, size_t index, np_vdb_grid_size *out_size, np_vdb_error *error) noexcept {
   return guarded(error, Direction::reading, [&] {
-    const openvdb::GridBase::Ptr grid = read_shared(*file, file->entries[index], Part::topology);
+    const openvdb::GridBase::Ptr grid = read_tree(*file, file->entries[index], Part::topology);
     const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
     for (int axis = 0; axis < 3; axis++) {
       out_size->active_min[axis] = box.min()[axis];
@@ -416,7 +452,7 @@ openvdb::GridBase::Ptr make_fog(const np_sparse_grid &source) {
 
 /* All of a grid but its voxels. */
 openvdb::GridBase::Ptr make_output(const np_vdb_write_grid &output) {
-  const openvdb::GridBase::Ptr grid = output.y ? make_velocity(output) : make_fog(*output.grid);
+  const openvdb::GridBase::Ptr grid = own(output.y ? make_velocity(output) : make_fog(*output.grid));
   grid->setTransform(make_transform(output.grid->index_to_world));
   grid->setName(output.grid->name);
   grid->setSaveFloatAsHalf(output.is_half);
@@ -437,14 +473,6 @@ void fill_output(const np_vdb_write_grid &output, const Canceller &canceller, op
     fill_scalar(*output.grid, canceller, static_cast<openvdb::FloatGrid &>(grid));
 }
 
-/* Memory that OpenVDB needs to destroy a tree: it lists the leaves first, in a vector that doubles, and ends the
- * process where there is no room for that. */
-std::vector<char> make_reserve(const np_vdb_write_grid *grids, size_t count) {
-  size_t leaf_count = 0;
-  for (size_t i = 0; i < count; i++) leaf_count = std::max(leaf_count, grids[i].grid->leaf_count);
-  return std::vector<char>(3 * leaf_count * sizeof(void *) + (size_t(1) << 20));
-}
-
 void write_stream(const char *path, const openvdb::GridCPtrVec &outputs, const Canceller &canceller) {
   errno = 0;
   PolledFile buffer(canceller);
@@ -463,7 +491,6 @@ neph_result write_grids(const char *path, const np_vdb_write_grid *grids, size_t
     openvdb::initialize();
     const Canceller canceller{cancel, cancel_user};
     openvdb::GridPtrVec outputs;
-    const std::vector<char> reserve = make_reserve(grids, count); /* given back first, should this fail */
     for (size_t i = 0; i < count; i++) {
       outputs.push_back(make_output(grids[i]));
       fill_output(grids[i], canceller, *outputs.back());

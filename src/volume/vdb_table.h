@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 3u
+#define NP_VDB_MODULE_VERSION 4u
 
 /* Name of the module's file and of the function in it. */
 #define NP_VDB_MODULE_FILE "nephos_vdb.so"
@@ -31,6 +31,7 @@ typedef struct np_vdb_grid_info {
   const char *value_type; /* "float", "vec3s", "ptdataidx32", … */
   const char *grid_class; /* "fog volume", "level set", "unknown", … */
   const char *creator;
+  size_t owner; /* index of the grid that stores its voxels; itself, but for an instance */
   int is_half_on_disk;
   int is_scalar; /* float, half or double: np_vdb_module.read takes it */
   int is_vector; /* three floats, halves or doubles: so it does, component by component */

@@ -10,15 +10,20 @@
 
 enum { NAME_COLUMNS = 13 };
 
-/* What one grid turned out to be. */
-typedef struct portrait {
-  np_vdb_grid_info info;
+/* The voxels that a grid stores, and its instances share. */
+typedef struct tree_measures {
+  bool is_known;
   np_vdb_grid_size size;
   bool is_active;  /* anything at all */
   bool has_values; /* scalar: the range below is known */
   float value_min, value_max;
   bool has_bricks; /* finite and scalar: built, in half */
   uint64_t brick_count, brick_bytes;
+} tree_measures;
+
+typedef struct portrait {
+  np_vdb_grid_info info;
+  tree_measures tree;
   double bounds_min_m[3], bounds_max_m[3], voxel_m[3];
 } portrait;
 
@@ -33,53 +38,60 @@ static bool is_finite(const np_sparse_grid *grid) {
   return isfinite(grid->background);
 }
 
-static neph_result measure_bricks(const np_sparse_grid *grid, np_monitor *monitor, portrait *p) {
+static neph_result measure_bricks(const np_sparse_grid *grid, np_monitor *monitor, tree_measures *tree) {
   np_bricks bricks;
   if (!is_finite(grid)) return NEPH_OK;
   neph_result result = np_bricks_build(grid->context, grid, NEPH_PRECISION_HALF, NULL, monitor, &bricks);
   if (result) return result;
-  p->has_bricks = true;
-  p->brick_count = bricks.brick_count;
-  p->brick_bytes = np_bricks_get_bytes(&bricks);
+  tree->has_bricks = true;
+  tree->brick_count = bricks.brick_count;
+  tree->brick_bytes = np_bricks_get_bytes(&bricks);
   np_bricks_clear(&bricks);
   return NEPH_OK;
 }
 
-static neph_result measure_scalar(const np_volume_file *file, size_t index, np_monitor *monitor, portrait *p) {
+static neph_result measure_scalar(const np_volume_file *file, size_t index, np_monitor *monitor, tree_measures *tree) {
   np_sparse_grid grid = {0};
   np_grid_extent extent;
-  neph_result result = np_volume_file_read(file, index, &grid, &p->size.tree_bytes);
+  neph_result result = np_volume_file_read(file, index, &grid, &tree->size.tree_bytes);
   if (!result) {
-    p->has_values = p->is_active = np_sparse_grid_measure(&grid, &extent);
-    memcpy(p->size.active_min, extent.min, sizeof extent.min);
-    memcpy(p->size.active_max, extent.max, sizeof extent.max);
-    p->value_min = extent.value_min;
-    p->value_max = extent.value_max;
-    p->size.active_voxel_count = np_sparse_grid_count_active(&grid);
-    result = measure_bricks(&grid, monitor, p);
+    tree->has_values = tree->is_active = np_sparse_grid_measure(&grid, &extent);
+    memcpy(tree->size.active_min, extent.min, sizeof extent.min);
+    memcpy(tree->size.active_max, extent.max, sizeof extent.max);
+    tree->value_min = extent.value_min;
+    tree->value_max = extent.value_max;
+    tree->size.active_voxel_count = np_sparse_grid_count_active(&grid);
+    result = measure_bricks(&grid, monitor, tree);
   }
   np_sparse_grid_clear(&grid);
   return result;
 }
 
-static neph_result measure_other(const np_volume_file *file, size_t index, portrait *p) {
+static neph_result measure_other(const np_volume_file *file, size_t index, tree_measures *tree) {
   np_vdb_error error;
-  if (file->module->measure(file->vdb, index, &p->size, &error)) return np_volume_file_fail(file, &error);
+  if (file->module->measure(file->vdb, index, &tree->size, &error)) return np_volume_file_fail(file, &error);
   np_vdb_layout_warn(file->layout);
-  p->is_active = p->size.active_voxel_count > 0;
+  tree->is_active = tree->size.active_voxel_count > 0;
   return NEPH_OK;
 }
 
-static neph_result take_portrait(const np_volume_file *file, size_t index, np_monitor *monitor, portrait *p) {
-  *p = (portrait){0};
+/* `trees` has room for every grid, and keeps what was measured. */
+static neph_result take_portrait(const np_volume_file *file, size_t index, np_monitor *monitor, tree_measures *trees,
+                                 portrait *p) {
   file->module->describe(file->vdb, index, &p->info);
-  neph_result result = p->info.is_scalar ? measure_scalar(file, index, monitor, p) : measure_other(file, index, p);
+  tree_measures *tree = &trees[p->info.owner];
+  neph_result result = NEPH_OK;
+  if (!tree->is_known)
+    result = p->info.is_scalar ? measure_scalar(file, index, monitor, tree) : measure_other(file, index, tree);
+  if (result) return result;
+  tree->is_known = true;
+  p->tree = *tree;
   np_affine affine;
   memcpy(affine.m, p->info.index_to_world, sizeof affine.m);
-  np_volume_bound_box(&affine, p->size.active_min, p->size.active_max, p->bounds_min_m, p->bounds_max_m);
+  np_volume_bound_box(&affine, tree->size.active_min, tree->size.active_max, p->bounds_min_m, p->bounds_max_m);
   for (int a = 0; a < 3; a++)
     p->voxel_m[a] = np_dvec3_length(np_dvec3_make(affine.m[0][a], affine.m[1][a], affine.m[2][a]));
-  return result;
+  return NEPH_OK;
 }
 
 /* ---- Lines ---- */
@@ -123,26 +135,27 @@ static void print_transform(FILE *out, const portrait *p) {
 }
 
 static void print_content(FILE *out, const portrait *p) {
-  const int32_t *low = p->size.active_min, *high = p->size.active_max;
-  if (!p->is_active) {
+  const int32_t *low = p->tree.size.active_min, *high = p->tree.size.active_max;
+  if (!p->tree.is_active) {
     fprintf(out, "  active        nothing\n");
     return;
   }
   fprintf(out, "  active        %llu voxels, index (%d, %d, %d) to (%d, %d, %d)\n",
-          (unsigned long long)p->size.active_voxel_count, low[0], low[1], low[2], high[0], high[1], high[2]);
+          (unsigned long long)p->tree.size.active_voxel_count, low[0], low[1], low[2], high[0], high[1], high[2]);
   if (p->info.is_affine)
     fprintf(out, "  bounds        (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g) m\n", p->bounds_min_m[0], p->bounds_min_m[1],
             p->bounds_min_m[2], p->bounds_max_m[0], p->bounds_max_m[1], p->bounds_max_m[2]);
-  if (p->has_values) fprintf(out, "  values        %.6g to %.6g\n", (double)p->value_min, (double)p->value_max);
+  if (p->tree.has_values)
+    fprintf(out, "  values        %.6g to %.6g\n", (double)p->tree.value_min, (double)p->tree.value_max);
 }
 
 static void print_memory(FILE *out, const portrait *p) {
   fprintf(out, "  memory        tree ");
-  print_bytes(out, p->size.tree_bytes);
-  if (p->has_bricks) {
+  print_bytes(out, p->tree.size.tree_bytes);
+  if (p->tree.has_bricks) {
     fprintf(out, ", bricks ");
-    print_bytes(out, p->brick_bytes);
-    fprintf(out, " (%llu of halves)", (unsigned long long)p->brick_count);
+    print_bytes(out, p->tree.brick_bytes);
+    fprintf(out, " (%llu of halves)", (unsigned long long)p->tree.brick_count);
   } else if (p->info.is_scalar) {
     fprintf(out, ", no bricks: not all values are finite");
   }
@@ -174,12 +187,12 @@ static neph_result print_grid(FILE *out, const np_volume_file *file, size_t inde
 static void put_metadata(void *json, const char *name, const char *text) { np_json_put_text(json, name, text); }
 
 static void put_content(np_json *json, const portrait *p) {
-  np_json_put_integer(json, "active_voxels", (int64_t)p->size.active_voxel_count);
-  if (!p->is_active) return;
+  np_json_put_integer(json, "active_voxels", (int64_t)p->tree.size.active_voxel_count);
+  if (!p->tree.is_active) return;
   double low[3], high[3];
   for (int a = 0; a < 3; a++) {
-    low[a] = p->size.active_min[a];
-    high[a] = p->size.active_max[a];
+    low[a] = p->tree.size.active_min[a];
+    high[a] = p->tree.size.active_max[a];
   }
   np_json_put_reals(json, "index_min", low, 3);
   np_json_put_reals(json, "index_max", high, 3);
@@ -187,9 +200,9 @@ static void put_content(np_json *json, const portrait *p) {
     np_json_put_reals(json, "bounds_min_m", p->bounds_min_m, 3);
     np_json_put_reals(json, "bounds_max_m", p->bounds_max_m, 3);
   }
-  if (!p->has_values) return;
-  np_json_put_real(json, "value_min", (double)p->value_min);
-  np_json_put_real(json, "value_max", (double)p->value_max);
+  if (!p->tree.has_values) return;
+  np_json_put_real(json, "value_min", (double)p->tree.value_min);
+  np_json_put_real(json, "value_max", (double)p->tree.value_max);
 }
 
 static neph_result put_grid(np_json *json, const np_volume_file *file, size_t index, const portrait *p) {
@@ -206,10 +219,10 @@ static neph_result put_grid(np_json *json, const np_volume_file *file, size_t in
     np_json_put_reals(json, "index_to_world", &p->info.index_to_world[0][0], 12);
   }
   put_content(json, p);
-  np_json_put_integer(json, "tree_bytes", (int64_t)p->size.tree_bytes);
-  if (p->has_bricks) {
-    np_json_put_integer(json, "brick_count", (int64_t)p->brick_count);
-    np_json_put_integer(json, "brick_bytes", (int64_t)p->brick_bytes);
+  np_json_put_integer(json, "tree_bytes", (int64_t)p->tree.size.tree_bytes);
+  if (p->tree.has_bricks) {
+    np_json_put_integer(json, "brick_count", (int64_t)p->tree.brick_count);
+    np_json_put_integer(json, "brick_bytes", (int64_t)p->tree.brick_bytes);
   }
   np_json_begin_object(json, "metadata");
   neph_result result = file->module->visit_metadata(file->vdb, index, put_metadata, json, &error);
@@ -229,15 +242,16 @@ typedef struct describe_job {
 } describe_job;
 
 static neph_result describe_grids(const describe_job *job, const np_volume_file *file) {
-  size_t count = file->module->count(file->vdb);
+  const size_t count = file->module->count(file->vdb);
+  tree_measures *trees = np_alloc(job->context, count, sizeof *trees);
+  neph_result result = trees ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   portrait p;
-  for (size_t i = 0; i < count; i++) {
-    neph_result result = take_portrait(file, i, job->monitor, &p);
-    if (result) return result;
-    result = job->json ? put_grid(job->json, file, i, &p) : print_grid(job->out, file, i, &p);
-    if (result) return result;
+  for (size_t i = 0; i < count && !result; i++) {
+    result = take_portrait(file, i, job->monitor, trees, &p);
+    if (!result) result = job->json ? put_grid(job->json, file, i, &p) : print_grid(job->out, file, i, &p);
   }
-  return NEPH_OK;
+  np_alloc_free(job->context, trees);
+  return result;
 }
 
 static neph_result run_describe(void *user) {

@@ -39,7 +39,7 @@ static double read_clock(void) {
 
 static double render(neph_scene *scene, const char *sun_depth) {
   neph_image *image = NULL;
-  check(neph_scene_set(scene, "render.sun_depth", sun_depth));
+  check(neph_scene_set(scene, "render.sun_optical_depth", sun_depth));
   const double begin = read_clock();
   check(neph_render_image(scene, NULL, &image));
   const double seconds = read_clock() - begin;
@@ -56,7 +56,7 @@ static void turn_sun(neph_scene *scene, double elevation_deg, int step) {
 
 static void print_plan(neph_scene *scene) {
   char *text = NULL;
-  check(neph_scene_set(scene, "render.sun_depth", "auto"));
+  check(neph_scene_set(scene, "render.sun_optical_depth", "auto"));
   check(neph_render_explain(scene, NULL, NEPH_TEXT_PLAIN, &text));
   const char *line = strstr(text, "sun depth volume");
   if (line) printf("plan    %.*s\n", (int)strcspn(line, "\n"), line);
@@ -161,7 +161,7 @@ static double start_parts(neph_scene *scene) {
   np_assembly assembly;
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, NULL, NULL);
-  check(neph_scene_set(scene, "render.sun_depth", "volume"));
+  check(neph_scene_set(scene, "render.sun_optical_depth", "volume"));
   check(np_plan_make(scene, NULL, &plan));
   check(np_assembly_build(scene, &plan, &monitor, &assembly));
   time_parts(&plan, &assembly);

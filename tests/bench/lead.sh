@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-# How many times as long as the march the tracer takes to the march's own error: prints the table of docs/accuracy.md.
+# How many times as long as the march the tracer takes to the march's own error: prints the table of
+# docs/results/speed.md.
 #
 #   sh lead.sh NEPHOS CLOUD.vdb FOLDER [PATTERN [SAMPLES [RESOLUTION]]]
 #
 # NEPHOS      the program
 # CLOUD       its densest column is given an optical depth of 40
-# FOLDER      for scenes, pictures and truths; a truth that is there is not rendered again
+# FOLDER      for scenes, pictures and references; a reference that is there is not rendered again
 # PATTERN     of the scenes wanted, black-hg-40-SUN; default 'black-hg-40-*'
-# SAMPLES     of each truth; default 16, which takes some eight CPU minutes a scene
+# SAMPLES     of each reference; default 16, which takes some eight CPU minutes a scene
 # RESOLUTION  default 1920x1080
 #
 # Columns, over the whole frame: of one sample of the march and of the tracer, CPU seconds of one thread for everything,
-# and √(Σ d² / Σ L²) over means of 8×8 pixels, the truth's own variance taken out. The tracer's error falls as 1/√N: the
-# last is CPU of the one over that of the other, times the square of the errors' ratio. All three pictures have seeds of
-# their own: a sample that is one of the truth's looks nearer to it than it is.
+# and √(Σ d² / Σ L²) over means of 8×8 pixels, the reference's own variance taken out. The tracer's error falls as
+# 1/√N: the last is CPU of the one over that of the other, times the square of the errors' ratio. All three pictures have
+# seeds of their own: a sample that is one of the reference's looks nearer to it than it is.
 set -eu
 export LC_ALL=C
 nephos=$1 cloud=$2 folder=$3 pattern=${4:-*} samples=${5:-16} resolution=${6:-1920x1080}
@@ -28,12 +29,12 @@ find_error() { # PICTURE TRUTH
 }
 
 measure() { # NAME
-  scene=$folder/$1.yaml truth=$folder/W_$1.exr march=$folder/M_$1.exr path=$folder/P_$1.exr
-  [ -f "$truth" ] || render "$truth.cpu" "$scene" "$truth" --integrator path --samples "$samples" \
+  scene=$folder/$1.yaml reference=$folder/W_$1.exr march=$folder/M_$1.exr path=$folder/P_$1.exr
+  [ -f "$reference" ] || render "$reference.cpu" "$scene" "$reference" --integrator path --samples "$samples" \
     --resolution "$resolution" --set 'output.aovs=[standard_error]'
   render "$march.cpu" "$scene" "$march" --integrator march --samples 1 --resolution "$resolution" --seed 1
   render "$path.cpu" "$scene" "$path" --integrator path --samples 1 --resolution "$resolution" --seed 2
-  echo "$1" "$(cat "$march.cpu")" "$(find_error "$march" "$truth")" "$(cat "$path.cpu")" "$(find_error "$path" "$truth")" |
+  echo "$1" "$(cat "$march.cpu")" "$(find_error "$march" "$reference")" "$(cat "$path.cpu")" "$(find_error "$path" "$reference")" |
     awk '{printf "| %s | %.1f | %.1f %% | %.1f | %.1f %% | %.0f |\n", $1, $2, 100 * $3, $4, 100 * $5, $4 / $2 * ($5 / $3) ^ 2}'
 }
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-for verb in bake info sky probe compare schema; do nephos $verb -h; done
+for verb in bake info sky probe compare schema help; do nephos $verb -h; done

@@ -13,5 +13,5 @@ head -n 3 out.csv
 ls
 # Nothing comes through to so few paths unless they are guided.
 printf 'quantity,g,albedo,tau,mu0\nflux,0,0.9,64,1\n' >deep.csv
-nephos probe slab deep.csv -q --splitting none --paths 64 | cut -d, -f7,9
+nephos probe slab deep.csv -q --path-guiding none --paths 64 | cut -d, -f7,9
 nephos probe slab deep.csv -q --paths 1024 | cut -d, -f7,9 | grep -c inf || true

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Shared by the fuzz targets: a context whose messages are counted, a file to write inputs to, and the rule that any
- * input keeps: read, or refused for what it is with one message. */
+ * input keeps: read, or refused for what it is with one message, of scenes with one for each error. */
 #ifndef NP_FUZZ_SUPPORT_H
 #define NP_FUZZ_SUPPORT_H
 
@@ -15,8 +15,8 @@ neph_context *fuzz_get_context(void);
 /* Writes an input to a file of this name, in a folder that goes away with the program, and returns its path. */
 const char *fuzz_write_file(const char *name, const uint8_t *data, size_t size);
 
-/* Aborts unless `result` is what a reader may return, and was told by one error message, or by none where it is
- * NEPH_OK. */
+/* Aborts unless `result` is what a reader may return, and was told by one error message, of a scene by one for each
+ * error, or by none where it is NEPH_OK. */
 void fuzz_expect(neph_result result);
 
 /* libFuzzer's entry, which each target defines. */

@@ -9,6 +9,9 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
 "$cmake" --install "$build" --prefix "$folder/first" >"$folder/install.log" || { cat "$folder/install.log"; exit 1; }
+for file in man/man1/nephos.1 man/man1/nephos-render.1 man/man5/nephos-scene.5 bash-completion/completions/nephos; do
+  [ -s "$folder/first/share/$file" ] || { echo "not installed: share/$file"; exit 1; }
+done
 mv "$folder/first" "$folder/prefix" # an installed tree does not know where it was
 
 "$cmake" -S "$source" -B "$folder/cmake" -G Ninja -DCMAKE_PREFIX_PATH="$folder/prefix" -DCMAKE_C_COMPILER="$compiler"

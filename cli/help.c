@@ -1,0 +1,186 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "help.h"
+
+#include <string.h>
+
+enum { TEXT_SIZE = 1024 };
+
+static const struct {
+  cli_exit code;
+  bool is_common; /* any verb may end with it */
+  const char *meaning;
+} exits[] = {
+    {CLI_DONE, true, "done"},
+    {CLI_INTERNAL, true, "internal error, or out of memory"},
+    {CLI_USAGE, true, "the command line is wrong"},
+    {CLI_BAD_SCENE, false, "the scene is wrong"},
+    {CLI_NOT_FOUND, false, "a file is missing"},
+    {CLI_IO, true, "reading or writing failed, or a file is damaged"},
+    {CLI_LIMIT, false, "a limit was reached, and there is no result"},
+    {CLI_DIFFERENT, false, "a difference was found"},
+    {CLI_INTERRUPTED, true, "interrupted by SIGINT, SIGTERM, SIGHUP or a closed standard output"},
+};
+
+static void add_exits(const cli_page *page, unsigned wanted) {
+  cli_page_add_section(page, page->is_man ? "exit status" : "exit codes");
+  for (size_t i = 0; i < sizeof exits / sizeof *exits; i++) {
+    const unsigned code = (unsigned)exits[i].code;
+    char term[8];
+    snprintf(term, sizeof term, "%u", code);
+    if (exits[i].is_common || (code < 32 && wanted >> code & 1u)) cli_page_add_item(page, term, exits[i].meaning);
+  }
+}
+
+/* ---- Options ---- */
+
+static void append(char out[TEXT_SIZE], const char *before, const char *text) {
+  const size_t length = strlen(out);
+  snprintf(out + length, TEXT_SIZE - length, "%s%s", before, text);
+}
+
+/* One of the notes in brackets behind a meaning. */
+static void append_note(char out[TEXT_SIZE], bool *is_begun, const char *before, const char *text) {
+  append(out, *is_begun ? "; " : " (", before);
+  append(out, "", text);
+  *is_begun = true;
+}
+
+/* The values of a key and its default, as `neph_schema_describe` has them: "key: VALUES\n    …; default DEFAULT". */
+static neph_result append_schema(neph_context *context, const char *key, bool has_range, bool has_default,
+                                 char out[TEXT_SIZE], bool *is_begun) {
+  char *schema;
+  neph_result result = neph_schema_describe(context, key, NEPH_TEXT_PLAIN, &schema);
+  if (result) return result;
+  char *values = schema + strlen(key) + strlen(": "), *fallback = strstr(schema, "default ");
+  values[strcspn(values, "\n")] = '\0';
+  if (!has_range) append_note(out, is_begun, "", values);
+  if (!has_default && fallback) {
+    fallback[strcspn(fallback, "\n")] = '\0';
+    append_note(out, is_begun, "", fallback);
+  }
+  neph_text_destroy(context, schema);
+  return NEPH_OK;
+}
+
+static neph_result describe_option(neph_context *context, const cli_option *option, const cli_verb_option *own,
+                                   bool has_scene, char out[TEXT_SIZE]) {
+  const char *const *words = own->words ? own->words : option->words;
+  const char *fallback = own->fallback ? own->fallback : option->fallback;
+  char range[CLI_RANGE_SIZE];
+  bool is_begun = false;
+  neph_result result = NEPH_OK;
+  cli_option_describe_words(words, range, sizeof range);
+  snprintf(out, TEXT_SIZE, "%s", own->meaning ? own->meaning : option->meaning);
+  if (words || option->range) append_note(out, &is_begun, "", words ? range : option->range);
+  if (fallback) append_note(out, &is_begun, "default ", fallback);
+  if (option->key) result = append_schema(context, option->key, words || option->range, fallback, out, &is_begun);
+  if (option->key && has_scene) append_note(out, &is_begun, "key ", option->key);
+  if (is_begun) append(out, "", ")");
+  return result;
+}
+
+/* `has_scene`: the option may set a key of the scene. */
+static neph_result add_option(const cli_page *page, neph_context *context, const cli_option *option,
+                              const cli_verb_option *own, bool has_scene) {
+  char term[64], letter[8] = "", text[TEXT_SIZE];
+  if (option->letter)
+    snprintf(letter, sizeof letter, "-%c, ", option->letter);
+  else if (!page->is_man)
+    snprintf(letter, sizeof letter, "    ");
+  snprintf(term, sizeof term, "%s%s%s%s", letter, option->name, option->argument ? " " : "",
+           option->argument ? option->argument : "");
+  neph_result result = describe_option(context, option, own, has_scene, text);
+  if (!result) cli_page_add_item(page, term, text);
+  return result;
+}
+
+static neph_result add_options(const cli_page *page, neph_context *context, const cli_verb *verb) {
+  static const cli_verb_option as_it_is = {.name = NULL};
+  const bool has_scene = cli_verb_takes(verb, cli_option_get("--set", strlen("--set")));
+  neph_result result = NEPH_OK;
+  if (verb->options->name) cli_page_add_section(page, "options");
+  for (const cli_verb_option *own = verb->options; !result && own->name; own++)
+    result = add_option(page, context, cli_option_get(own->name, strlen(own->name)), own, has_scene);
+  cli_page_add_section(page, "options of every verb");
+  for (size_t i = 0; !result && i < cli_option_count(); i++)
+    if (cli_option_at(i)->is_common) result = add_option(page, context, cli_option_at(i), &as_it_is, has_scene);
+  return result;
+}
+
+/* ---- Pages ---- */
+
+static void add_verbs(const cli_page *page) {
+  cli_page_add_section(page, "verbs");
+  for (size_t i = 0; i < cli_verb_count(); i++) cli_page_add_item(page, cli_verb_at(i)->name, cli_verb_at(i)->summary);
+}
+
+/* Other pages of the manual. */
+static void add_references(const cli_page *page) {
+  char text[TEXT_SIZE] = "nephos(1)";
+  if (!page->is_man) return;
+  for (size_t i = 0; i < cli_verb_count(); i++) {
+    append(text, ", nephos-", cli_verb_at(i)->name);
+    append(text, "", "(1)");
+  }
+  append(text, ", ", "nephos-scene(5)");
+  cli_page_add_section(page, "see also");
+  cli_page_add_text(page, text);
+}
+
+void cli_help_add_program(const cli_page *page) {
+  cli_page_begin(page, "nephos", 1, "VERB [ARGUMENT...] [options]", "volumetric clouds under a physical sky");
+  cli_page_add_text(page,
+                    "Options stand anywhere, before or behind the verb; `--name value` and `--name=value` are the "
+                    "same, and so are `-t 4` and `-t4`. `--` ends the options; `-` in place of a scene is standard "
+                    "input. Results go to standard output, messages and progress to standard error.");
+  add_verbs(page);
+  add_exits(page, ~0u);
+  if (!page->is_man) fputs("\n`nephos help VERB` describes a verb, `nephos schema` the keys of a scene.\n", page->out);
+  add_references(page);
+}
+
+cli_exit cli_help_add_verb(const cli_page *page, neph_context *context, const cli_verb *verb) {
+  char command[32], arguments[64];
+  snprintf(command, sizeof command, "nephos %s", verb->name);
+  snprintf(arguments, sizeof arguments, "%s%s[options]", verb->arguments, *verb->arguments ? " " : "");
+  cli_page_begin(page, command, 1, arguments, verb->summary);
+  cli_page_add_text(page, verb->description);
+  neph_result result = add_options(page, context, verb);
+  add_exits(page, verb->exits);
+  cli_page_add_section(page, "examples");
+  for (const cli_example *example = verb->examples; example->command; example++)
+    cli_page_add_command(page, example->command, example->meaning);
+  add_references(page);
+  return cli_exit_of(result);
+}
+
+/* A key of the schema: a line "key: values" and behind it, indented, its meaning and default. Returns the end. */
+static char *add_key(const cli_page *page, char *key) {
+  char *values = strstr(key, ": "), *meaning = strchr(key, '\n'), *end = strchr(meaning + 1, '\n'), text[TEXT_SIZE];
+  *values = *meaning = *end = '\0';
+  char *fallback = strstr(meaning + 1, "; default ");
+  if (fallback) *fallback = '\0';
+  snprintf(text, sizeof text, "%s (%s%s%s)", meaning + 1 + strspn(meaning + 1, " "), values + strlen(": "),
+           fallback ? "; " : "", fallback ? fallback + strlen("; ") : "");
+  cli_page_add_item(page, key, text);
+  return end + 1;
+}
+
+cli_exit cli_help_add_scene(const cli_page *page, neph_context *context) {
+  char *schema;
+  neph_result result = neph_schema_describe(context, NULL, NEPH_TEXT_PLAIN, &schema);
+  if (result) return cli_exit_of(result);
+  cli_page_begin(page, "nephos scene", 5, NULL, "scene files of nephos");
+  cli_page_add_text(
+      page, "A scene is one YAML document, in block or flow style. Every key has a default, so that a file says only "
+            "what it changes; a section is a mapping of keys, and a key is written here with its sections before it. "
+            "`clouds[]` is a list.\n\n"
+            "Quantities are numbers with a unit: lengths in m, km, cm, mm, um, nm; angles in deg or rad; extinction in "
+            "1/m or 1/km. A plain number is in the unit of the list below. One number may stand for a list of three "
+            "bands. File names are seen from the folder of the scene; the last run of # in one is the frame's number.");
+  cli_page_add_section(page, "keys");
+  for (char *key = schema; *key;) key = *key == '\n' ? key + 1 : add_key(page, key);
+  neph_text_destroy(context, schema);
+  add_references(page);
+  return CLI_DONE;
+}

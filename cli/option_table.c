@@ -1,0 +1,304 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "option_table.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "option_values.h"
+
+/* ---- Takers ---- */
+
+/* Storage for a changed copy of an argument, with room for what add_resolution adds. */
+static char *copy_argument(cli_options *out, const char *argument) {
+  char *copy = out->storage;
+  strcpy(copy, argument);
+  out->storage += strlen(argument) + 8;
+  return copy;
+}
+
+static bool take_frames(cli_options *out, const cli_option *option, const char *text) {
+  (void)option;
+  size_t count = 1;
+  for (const char *c = text; *c; c++) count += *c == ',';
+  free(out->frames);
+  out->frames = calloc(count, sizeof *out->frames);
+  if (!out->frames) return false;
+  for (out->frame_range_count = 0; out->frame_range_count < count; out->frame_range_count++) {
+    if (out->frame_range_count && *text++ != ',') return false;
+    if (!cli_read_frame_range(&text, &out->frames[out->frame_range_count])) return false;
+  }
+  return !*text;
+}
+
+static bool take_tile(cli_options *out, const cli_option *option, const char *text) {
+  (void)option;
+  unsigned tile[2];
+  if (!cli_read_list(text, '/', 2, tile) || tile[0] < 1 || tile[0] > tile[1]) return false;
+  out->tile_index = tile[0];
+  out->tile_count = tile[1];
+  return true;
+}
+
+static bool add_setting(cli_options *out, const char *option, const char *key, const char *value) {
+  out->settings[out->setting_count++] = (cli_setting){key, value, option};
+  return true;
+}
+
+/* Splits KEY=VALUE in place; `text` is a copy of ours. */
+static bool add_assignment(cli_options *out, char *text) {
+  char *mark = strchr(text, '=');
+  if (!mark || mark == text) return false;
+  *mark = '\0';
+  return add_setting(out, NULL, text, mark + 1);
+}
+
+/* WxH as the list that camera.resolution takes. */
+static bool add_resolution(cli_options *out, const char *option, char *text, const char *original) {
+  unsigned size[2];
+  if (!cli_read_list(original, 'x', 2, size)) return false;
+  sprintf(text, "[%u, %u]", size[0], size[1]);
+  return add_setting(out, option, "camera.resolution", text);
+}
+
+static void *get_field(cli_options *out, const cli_option *option) { return (char *)out + option->field; }
+
+static bool take_flag(cli_options *out, const cli_option *option, const char *argument) {
+  (void)argument;
+  return *(bool *)get_field(out, option) = true;
+}
+
+static bool take_text(cli_options *out, const cli_option *option, const char *argument) {
+  *(const char **)get_field(out, option) = argument;
+  return true;
+}
+
+/* One of the option's words, as it is. */
+static bool take_choice(cli_options *out, const cli_option *option, const char *argument) {
+  for (unsigned i = 0; option->words[i]; i++)
+    if (!strcmp(argument, option->words[i])) return take_text(out, option, argument);
+  return false;
+}
+
+static bool take_count(cli_options *out, const cli_option *option, const char *argument) {
+  unsigned *count = get_field(out, option);
+  return cli_read_whole(argument, count) && *count >= 1;
+}
+
+/* No number of samples has none. */
+static bool take_target_error(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  return cli_read_real(argument, &out->target_error) && out->target_error > 0.0;
+}
+
+static bool take_setting(cli_options *out, const cli_option *option, const char *argument) {
+  return add_setting(out, option->name, option->key, argument);
+}
+
+static bool take_output(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  out->outputs[out->output_count++] = argument;
+  return true;
+}
+
+static bool take_assignment(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  return add_assignment(out, copy_argument(out, argument));
+}
+
+static bool take_resolution(cli_options *out, const cli_option *option, const char *argument) {
+  out->has_resolution = true;
+  return add_resolution(out, option->name, copy_argument(out, argument), argument);
+}
+
+static bool take_crop(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  out->has_crop = true;
+  return cli_read_list(argument, ',', 4, out->crop);
+}
+
+static bool take_prune(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  return cli_read_real(argument, &out->prune_per_m) && out->prune_per_m <= 100;
+}
+
+static bool take_levels(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  return cli_read_whole(argument, &out->level_count) && out->level_count >= 1 && out->level_count <= 8;
+}
+
+static bool take_region(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  out->has_region = true;
+  return cli_read_region(argument, out->region_m);
+}
+
+static bool take_max_memory(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  out->has_memory_max = true;
+  return cli_read_real(argument, &out->memory_max_gb);
+}
+
+static bool take_time_limit(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  out->has_time_limit = true;
+  return cli_read_real(argument, &out->time_limit_s);
+}
+
+static bool take_relative_mse(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  out->has_relative_mse_max = true;
+  return cli_read_real(argument, &out->relative_mse_max);
+}
+
+/* The index of a word, into an enumeration. */
+static bool take_word(cli_options *out, const cli_option *option, const char *argument) {
+  for (unsigned i = 0; option->words[i]; i++)
+    if (!strcmp(argument, option->words[i])) return *(unsigned *)get_field(out, option) = i, true;
+  return false;
+}
+
+static bool take_verbose(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option, (void)argument;
+  out->log_level = NEPH_LOG_DEBUG;
+  return true;
+}
+
+static bool take_quiet(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option, (void)argument;
+  out->log_level = NEPH_LOG_WARNING;
+  out->progress = CLI_PROGRESS_NONE;
+  return true;
+}
+
+/* ---- The table ---- */
+
+#define INTO(member) offsetof(cli_options, member)
+
+static const char *const integrators[] = {"march", "path", NULL};
+static const char *const guidings[] = {"none", "adjoint", NULL};
+static const char *const sky_methods[] = {"lut", "march", "trace", NULL};
+static const char *const isa_levels[] = {
+    [NEPH_ISA_X86_64] = "x86-64", [NEPH_ISA_X86_64_V3] = "x86-64-v3", [NEPH_ISA_X86_64_V4] = "x86-64-v4", NULL};
+static const char *const progress_modes[] = {
+    [CLI_PROGRESS_AUTO] = "auto", [CLI_PROGRESS_BAR] = "bar",   [CLI_PROGRESS_LINES] = "lines",
+    [CLI_PROGRESS_JSON] = "json", [CLI_PROGRESS_NONE] = "none", NULL};
+static const char *const shells[] = {"bash", "fish", "zsh", NULL};
+
+/* clang-format off */
+static const cli_option options[] = {
+    {.name = "--output", .letter = 'o', .argument = "FILE", .take = take_output, .files = "",
+     .meaning = "write to FILE"},
+    {.name = "--set", .argument = "KEY=VALUE", .take = take_assignment,
+     .range = "a key as `nephos schema` lists them, = and its value",
+     .meaning = "set a key of the scene as if the file had it; may be repeated"},
+    {.name = "--frames", .argument = "LIST", .take = take_frames, .fallback = "1",
+     .range = "numbers from 0, and ranges with or without a step, such as 1-100x2,120",
+     .meaning = "frames to compute"},
+    {.name = "--resolution", .argument = "WxH", .take = take_resolution, .range = "two whole numbers from 1 to 65536",
+     .fallback = "that of the scene", .meaning = "size of the picture in pixels"},
+    {.name = "--crop", .argument = "X0,Y0,X1,Y1", .take = take_crop, .range = "four whole numbers",
+     .meaning = "render these pixels alone, from the top left, the last two excluded"},
+    {.name = "--tile", .argument = "I/N", .take = take_tile, .range = "I from 1 to N",
+     .meaning = "render the I-th of N bands of rows, 1 at the top"},
+    {.name = "--samples", .argument = "N", .take = take_setting, .key = "render.samples",
+     .meaning = "samples for each pixel"},
+    {.name = "--seed", .argument = "N", .take = take_setting, .key = "render.seed",
+     .meaning = "seed of all random numbers"},
+    {.name = "--integrator", .argument = "NAME", .take = take_setting, .key = "render.integrator",
+     .words = integrators, .meaning = "march is fast and biased, path is unbiased and noisy"},
+    {.name = "--path-guiding", .argument = "NAME", .take = take_setting, .key = "render.path_guiding",
+     .words = guidings, .meaning = "adjoint guides, splits and ends paths in clouds by the march's solution"},
+    {.name = "--method", .argument = "NAME", .take = take_choice, .field = INTO(method), .words = sky_methods,
+     .fallback = "lut", .meaning = "for a sky: tables, order 1 by quadrature, or a Monte Carlo"},
+    {.name = "--paths", .argument = "N", .take = take_count, .field = INTO(path_count),
+     .range = "a whole number from 1",
+     .meaning = "camera rays for each number asked for, rounded up to a multiple of 64"},
+    {.name = "--target-error", .argument = "X", .take = take_target_error, .range = "a number above 0",
+     .meaning = "take as many samples as give each pixel a relative standard error of X"},
+    {.name = "--time-limit", .argument = "SECONDS", .take = take_time_limit, .range = "a number from 0",
+     .fallback = "that of the scene", .meaning = "end each frame then, with the samples it has"},
+    {.name = "--half", .take = take_flag, .field = INTO(is_half),
+     .meaning = "write values as halves, not floats"},
+    {.name = "--prune", .argument = "X", .take = take_prune, .range = "a number in [0, 100]", .fallback = "0",
+     .meaning = "leave out extinction of at most X 1/m"},
+    {.name = "--levels", .argument = "N", .take = take_levels, .range = "a whole number from 1 to 8", .fallback = "1",
+     .meaning = "write N grids, each with voxels twice as long as the one before"},
+    {.name = "--region", .argument = "X0,Y0,Z0,X1,Y1,Z1", .take = take_region,
+     .range = "six numbers, the first three below the last", .fallback = "the whole field",
+     .meaning = "bake this box of the world alone, in metres"},
+    {.name = "--max-memory", .argument = "GB", .take = take_max_memory, .range = "a number from 0",
+     .fallback = "the machine's", .meaning = "refuse, with exit code 6, a bake that may need more"},
+    {.name = "--velocity", .take = take_flag, .field = INTO(wants_velocity),
+     .meaning = "add a grid `vel`: velocities of the cloud by wind and growth, in m/s"},
+    {.name = "--error", .take = take_flag, .field = INTO(wants_error),
+     .meaning = "measure the losses of the file against the model evaluated directly"},
+    {.name = "--verify", .take = take_flag, .field = INTO(is_verifying),
+     .meaning = "compare with a second computation"},
+    {.name = "--tables", .argument = "DIR", .take = take_text, .field = INTO(table_folder), .files = "/",
+     .meaning = "write each table of air and sky as a picture, .exr and .png, into the folder DIR"},
+    {.name = "--explain", .take = take_flag, .field = INTO(wants_plan),
+     .meaning = "print the stages that would run, and the reasons, and stop"},
+    {.name = "--dry-run", .letter = 'n', .take = take_flag, .field = INTO(is_dry_run),
+     .meaning = "check everything, print the names of the files that would be written, and stop"},
+    {.name = "--exact", .take = take_flag, .field = INTO(is_exact),
+     .meaning = "fail, with exit code 7, when any value of any channel differs"},
+    {.name = "--max-rel-mse", .argument = "X", .take = take_relative_mse, .range = "a number from 0",
+     .meaning = "fail, with exit code 7, when the relative mean square error is above X"},
+    {.name = "--man", .take = take_flag, .field = INTO(wants_man), .meaning = "print as a man page"},
+    {.name = "--completion", .argument = "SHELL", .take = take_choice, .field = INTO(shell), .words = shells,
+     .meaning = "print a script that completes the command line in a shell"},
+    {.name = "--json", .take = take_flag, .field = INTO(is_json), .is_common = true,
+     .meaning = "print results as JSON"},
+    {.name = "--threads", .letter = 't', .argument = "N", .take = take_count, .field = INTO(thread_count),
+     .is_common = true, .range = "a whole number from 1", .fallback = "the CPUs that the process may use",
+     .meaning = "threads to work with"},
+    {.name = "--isa", .argument = "LEVEL", .take = take_word, .field = INTO(isa), .words = isa_levels,
+     .is_common = true, .fallback = "the machine's", .meaning = "highest instruction-set level of the kernels"},
+    {.name = "--progress", .argument = "MODE", .take = take_word, .field = INTO(progress), .words = progress_modes,
+     .fallback = "auto", .meaning = "progress on standard error; auto: a bar on a terminal, else lines"},
+    {.name = "--verbose", .letter = 'v', .take = take_verbose, .is_common = true, .meaning = "print more messages"},
+    {.name = "--quiet", .letter = 'q', .take = take_quiet, .is_common = true,
+     .meaning = "print warnings and errors only, and no progress"},
+    {.name = "--help", .letter = 'h', .take = take_flag, .field = INTO(wants_help), .is_common = true,
+     .meaning = "print this text"},
+    {.name = "--version", .take = take_flag, .field = INTO(wants_version), .is_common = true,
+     .meaning = "print the version"},
+};
+/* clang-format on */
+
+/* Options by their old names. */
+static const struct { const char *old_name, *name; } renames[] = {{"--splitting", "--path-guiding"}};
+
+size_t cli_option_count(void) { return sizeof options / sizeof *options; }
+
+const cli_option *cli_option_at(size_t index) { return &options[index]; }
+
+static bool is_name(const char *name, const char *text, size_t length) {
+  return strlen(name) == length && !strncmp(name, text, length);
+}
+
+const cli_option *cli_option_get(const char *name, size_t length) {
+  for (size_t i = 0; i < sizeof renames / sizeof *renames; i++)
+    if (is_name(renames[i].old_name, name, length)) {
+      cli_complain("warning: %s is the old name of %s: use the new one", renames[i].old_name, renames[i].name);
+      return cli_option_get(renames[i].name, strlen(renames[i].name));
+    }
+  for (size_t i = 0; i < cli_option_count(); i++)
+    if (is_name(options[i].name, name, length)) return &options[i];
+  return NULL;
+}
+
+void cli_option_describe_words(const char *const *words, char *out, size_t size) {
+  out[0] = '\0';
+  for (size_t i = 0; words && words[i]; i++) {
+    const size_t length = strlen(out);
+    snprintf(out + length, size - length, "%s%s", !i ? "" : words[i + 1] ? ", " : " or ", words[i]);
+  }
+}
+
+const cli_option *cli_option_get_by_letter(char letter) {
+  for (size_t i = 0; i < cli_option_count(); i++)
+    if (letter && options[i].letter == letter) return &options[i];
+  return NULL;
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The verbs. Each is a row in a file of its own, command_<verb>.c, with its function and its help; a new one is that
+ * file and its name in CLI_VERBS. */
+#ifndef NEPHOS_CLI_VERBS_H
+#define NEPHOS_CLI_VERBS_H
+
+#include "option_table.h"
+#include "session.h"
+
+#define CLI_VERBS(ROW) ROW(bake) ROW(render) ROW(info) ROW(sky) ROW(probe) ROW(compare) ROW(schema) ROW(help)
+
+/* An option as a verb takes it; NULL: as the option's own row has it. */
+typedef struct cli_verb_option {
+  const char *name;
+  const char *meaning, *fallback;
+  const char *const *words;
+  const char *files;
+} cli_verb_option;
+
+typedef struct cli_example {
+  const char *command, *meaning;
+} cli_example;
+
+enum { CLI_VERB_OPTIONS_MAX = 20, CLI_EXAMPLES_MAX = 5 };
+
+typedef struct cli_verb {
+  const char *name, *arguments, *summary;
+  size_t argument_min, argument_max;
+  cli_exit (*run)(cli_session *session);
+  const char *description; /* paragraphs, parted by an empty line */
+  const char *words;       /* all that the first argument may be, parted by blanks; KEYS and VERBS stand for theirs */
+  const char *files;       /* endings of files that arguments name, parted by blanks; NULL: none */
+  unsigned exits;          /* CLI_MAY of codes, besides those that any verb may end with */
+  cli_verb_option options[CLI_VERB_OPTIONS_MAX]; /* up to one without a name; besides those of every verb */
+  cli_example examples[CLI_EXAMPLES_MAX];        /* likewise */
+} cli_verb;
+
+#define CLI_MAY(code) (1u << (code))
+
+#define CLI_DECLARE_VERB(name) extern const cli_verb cli_verb_##name;
+CLI_VERBS(CLI_DECLARE_VERB)
+#undef CLI_DECLARE_VERB
+
+size_t cli_verb_count(void);
+const cli_verb *cli_verb_at(size_t index);
+
+/* NULL: there is none of that name. */
+const cli_verb *cli_verb_get(const char *name);
+
+/* "NAME is not a verb, did you mean …?" */
+cli_exit cli_verb_fail_unknown(const char *name);
+
+/* Whether an option is one of the verb's, or of every verb. */
+bool cli_verb_takes(const cli_verb *verb, const cli_option *option);
+
+#endif
