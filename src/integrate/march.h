@@ -22,7 +22,8 @@ typedef struct np_march {
   float step_length_m; /* of the longest */
   np_integrator_sample *out;
 
-  const np_scattering_field *scatter;  /* NULL: a look stands for it */
+  const np_scattering_field *field;    /* the solved multiple scattering; NULL: an approximation stands for it */
+  const np_scattering_medium *medium;  /* of it; NULL likewise */
   const np_viewer_light *viewer_light; /* of it, for this ray; NULL: none */
   bool has_outgoing;
   bool is_grey;               /* all clouds are of one albedo in all bands */
@@ -37,7 +38,7 @@ typedef struct np_march {
     float phase[NP_INSTANCES_MAX][NP_LOOK_TERMS_MAX]; /* np_look_fill_phases() */
     struct {
       np_peak_column column;
-      float outgoing[NP_HARMONIC_COUNT_MAX]; /* to the camera, of the solution's moments, where `has_thrown` */
+      float outgoing[NP_HARMONIC_COUNT_MAX]; /* to the camera, of the solution's moments, where `has_outgoing` */
     } peak[NP_INSTANCES_MAX];
   } sun;
 } np_march;

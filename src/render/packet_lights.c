@@ -181,7 +181,7 @@ static float find_sun_rate(const np_packet_lights_desc *d, const np_world *world
   }
   if (!needs(d->plan, NP_STAGE_ORDINATES)) return rate;
   for (unsigned v = 0; v < world->clouds.count; v++)
-    rate = fminf(rate, 1.0f - np_scaled_phase_compute_forward(&world->clouds.at[v].phase, NP_DEGREE_MIN));
+    rate = fminf(rate, np_scattering_compute_least_scale(&world->clouds.at[v].phase, np_spectrum_grey(1.0f)));
   return fmaxf(rate, 0.05f);
 }
 
@@ -228,7 +228,7 @@ static neph_result build_scattering(const np_packet_lights_desc *d, const np_pac
   neph_result result =
       np_light_store_take(a->context, a->lights, (unsigned)(packet - a->packets), get_light_role(out->is_moon),
                           &out->world, &depths, &desc, d->monitor, &out->scattering);
-  if (!result) out->lighting.scattering = &out->scattering;
+  out->lighting.scattering = out->scattering;
   return result;
 }
 
@@ -237,7 +237,7 @@ static neph_result build_viewer_light(const np_packet_lights_desc *d, np_packet_
   if (d->plan->desc.integrator != NEPH_INTEGRATOR_MARCH) return NEPH_OK;
   const np_assembly *a = d->assembly;
   neph_result result =
-      np_viewer_light_build(a->context, &out->scattering, a->camera.origin, d->monitor, &out->viewer_light);
+      np_viewer_light_build(a->context, out->scattering, a->camera.origin, d->monitor, &out->viewer_light);
   if (!result) out->lighting.viewer_light = &out->viewer_light;
   return result;
 }
@@ -247,7 +247,7 @@ static neph_result build_ground_light(const np_packet_lights_desc *d, np_packet_
   np_schedule_begin(&a->schedule, d->monitor, NP_WORK_GROUND_CLOUDS);
   const np_ground_light_desc desc = {.world = &out->world,
                                      .depths = &out->lighting.sun_depths,
-                                     .scattering = &out->scattering,
+                                     .scattering = out->scattering,
                                      .bounds_min = a->clouds_min,
                                      .bounds_max = a->clouds_max};
   neph_result result = np_ground_light_build(a->context, &desc, d->monitor, &out->ground_light);
@@ -361,7 +361,7 @@ void np_packet_lights_clear(const np_assembly *assembly, np_packet *packet, neph
     np_viewer_light_clear(&own->viewer_light);
     np_ground_light_clear(&own->ground_light);
     np_air_shadow_clear(&own->air_shadow);
-    np_light_store_give(assembly->lights, index, get_light_role(own->is_moon), &own->scattering);
+    np_light_store_give(assembly->lights, index, get_light_role(own->is_moon), own->scattering);
     out_skies[get_role(own->is_moon, false)] = own->camera_sky;
     out_skies[get_role(own->is_moon, true)] = own->cloud_sky;
   }

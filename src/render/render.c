@@ -40,22 +40,22 @@ typedef struct light_quality {
   double cut_residual;
 } light_quality;
 
-static void add_quality(const np_scattering_field *scatter, light_quality *q) {
+static void add_quality(np_scattering_quality own, light_quality *q) {
   q->is_solved = true;
-  q->residual = fmax(q->residual, scatter->residual);
-  q->error = fmax(q->error, scatter->error);
-  if (!scatter->is_cut) return;
+  q->residual = fmax(q->residual, own.residual);
+  q->error = fmax(q->error, own.error);
+  if (!own.is_cut) return;
   q->is_cut = true;
-  q->cut_residual = fmax(q->cut_residual, scatter->residual);
-  q->cut_width = scatter->cut_width > q->cut_width ? scatter->cut_width : q->cut_width;
+  q->cut_residual = fmax(q->cut_residual, own.residual);
+  q->cut_width = own.cut_width > q->cut_width ? own.cut_width : q->cut_width;
 }
 
 static light_quality find_light_quality(const np_assembly *assembly) {
   light_quality q = {.is_solved = false};
   for (unsigned p = 0; p < assembly->packet_count; p++)
     for (unsigned i = 0; i < assembly->packets[p].light_count; i++) {
-      const np_scattering_field *scatter = assembly->packets[p].lights[i].lighting.scattering;
-      if (scatter) add_quality(scatter, &q);
+      const np_scattering_field *field = assembly->packets[p].lights[i].lighting.scattering;
+      if (field) add_quality(np_scattering_field_get_quality(field), &q);
     }
   return q;
 }

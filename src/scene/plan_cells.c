@@ -15,7 +15,7 @@ void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_scatt
   const double bytes = isfinite(asked) ? asked : 0.25 * (double)np_memory_size();
   const neph_render_desc *desc = &plan->desc;
   *out = (np_scattering_desc)NP_SCATTERING_DESC_DEFAULT;
-  out->cells.cell_count_max = (size_t)fmin(bytes / np_transport_count_iterated_bytes(NP_DEGREE_MIN), 1e9);
+  np_scattering_desc_set_memory(out, bytes);
   if (desc->integrator == NEPH_INTEGRATOR_MARCH)
     np_scattering_desc_set_rays(out, (double)desc->width * desc->height * desc->sample_count);
 }
@@ -58,16 +58,9 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   desc.cells.viewer = np_dvec3_make(camera[0], camera[1], camera[2]);
   for (unsigned i = 0; i < scene->cloud_count; i++) add_cloud(o, i, &scene->clouds[i], &desc.cells);
   const np_world world = {.clouds.count = scene->cloud_count, .clouds.at = o->volumes};
-  np_transport_grid grid;
-  neph_result result = np_transport_grid_place(scene->context, &world, &desc.cells, &grid);
-  if (result) return result;
-  double least, most;
-  np_transport_grid_compute_depths(&world, &grid, &least, &most);
-  out_errors[0] = np_transport_expect_error(least);
-  out_errors[1] = np_transport_expect_error(most);
-  *out_are_known = true;
-  np_transport_grid_clear(&grid);
-  return NEPH_OK;
+  const neph_result result = np_scattering_desc_expect_errors(scene->context, &world, &desc, out_errors);
+  *out_are_known = !result;
+  return result;
 }
 
 neph_result np_plan_expect_light_errors(const np_plan *plan, const neph_scene *scene, bool *out_are_known,
