@@ -7,6 +7,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
+#include "optics/multiple_scattering.h"
 #include "caches/lighting.h"
 
 /* What the beauty is made of: the components add up to it. */
@@ -22,32 +23,13 @@ typedef enum np_component {
   NP_COMPONENT_COUNT
 } np_component;
 
-enum { NP_LOOK_TERMS_MAX = 16 };
-
-/* What stands for light scattered more than once in the march where it is not solved for (integrate/look.h). */
-typedef enum np_look_kind {
-  NP_LOOK_OCTAVES, /* one octave: nothing stands for it */
-  NP_LOOK_SOFTENED_BEER,
-  NP_LOOK_POWDER,
-  NP_LOOK_DERIVATIVE
-} np_look_kind;
-
-typedef struct np_look {
-  np_look_kind kind;
-  float gain;            /* on all its terms: a look does not know how much light there is */
-  unsigned octave_count; /* 1 to NP_LOOK_TERMS_MAX */
-  float octave_light, octave_depth, octave_asymmetry; /* factors from one octave to the next */
-  float softened_share, softened_rate;                /* a and b of max(e^{−τ}, a·e^{−bτ}); also of the powder */
-  float powder_strength;                              /* 0: softened Beer alone; 1: all of it */
-  float derivative_distance_m;                        /* to the look-up towards the sun */
-} np_look;
-
 typedef struct np_integrator_settings {
-  unsigned scattering_max;   /* scatterings in cloud along a path; 0xffffffff: no limit */
-  float lost_share;          /* of the paths that this limit cuts, those followed to learn what is lost; 0: none */
-  bool is_split;             /* paths are guided and split by the view's solution of the multiple scattering */
-  bool is_air_traced;        /* paths go on through air and from ground; else tables answer for both */
-  np_look look;              /* of the march */
+  unsigned scattering_max; /* scatterings in cloud along a path; 0xffffffff: no limit */
+  float lost_share;        /* of the paths that this limit cuts, those followed to learn what is lost; 0: none */
+  bool is_split;           /* paths are guided and split by the view's solution of the multiple scattering */
+  bool is_air_traced;      /* paths go on through air and from ground; else tables answer for both */
+  neph_multiple_scattering multiple_scattering; /* of the march, where it is not solved for */
+  np_approximation approximation;
   float tolerance;           /* of the march: what its steps may err by, as a share of a ray's light */
   float step_voxels;         /* its longest step */
   float transmittance_end;   /* a ray of the march below this ends, or goes on with it, by Russian roulette */

@@ -9,8 +9,8 @@
  *
  * Where the view has a solution of the multiple scattering the march runs in its scaled medium (march_light.c). What
  * lies behind is then seen twice: through the true transmittance, and, spread by the forward peak too little to matter,
- * through what the scaled one has more. Otherwise light is scattered once, and a look may stand for more
- * (march_look.c). Compiled once per instruction-set level.
+ * through what the scaled one has more. Otherwise light is scattered once, and an approximation may stand for
+ * more (march_approximation.c). Compiled once per instruction-set level.
  */
 #include "integrate/march.h"
 #include "integrate/surroundings.h"
@@ -43,7 +43,7 @@ static void set_knot(np_march *m, float share) {
 /* Lights what has been gathered. */
 static void close_step(np_march *m) {
   if (m->step.count > 0 && m->step.hiding > 0.0f)
-    (m->field ? NP_KERNEL(np_march_light_scaled) : NP_KERNEL(np_march_light_look))(m, &m->step);
+    (m->field ? NP_KERNEL(np_march_light_scaled) : NP_KERNEL(np_march_light_approximation))(m, &m->step);
   m->step.count = 0;
 }
 
@@ -184,7 +184,7 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
                          out->is_ground_behind ? hit.distance_m : HUGE_VAL);
   if (all.count > 0) {
     m.to_sun = np_world_sample_sun(world, np_random_float(random), np_random_float(random));
-    (m.field ? NP_KERNEL(np_march_start_scaled) : NP_KERNEL(np_march_start_look))(&m);
+    (m.field ? NP_KERNEL(np_march_start_scaled) : NP_KERNEL(np_march_start_approximation))(&m);
     m.step_length_m = find_step_length(&m, &all);
     set_knot(&m, ray->jitter);
     np_ray_interval s;

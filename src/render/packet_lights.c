@@ -5,7 +5,7 @@
 
 #include "atmosphere/moon.h"
 #include "core/units.h"
-#include "integrate/look.h"
+#include "integrate/approximation.h"
 #include "render/integrator_choice.h"
 #include "scene/plan_cells.h"
 
@@ -177,7 +177,7 @@ static float find_sun_rate(const np_packet_lights_desc *d, const np_world *world
   if (needs(d->plan, NP_STAGE_LOOK)) {
     np_integrator_settings settings;
     np_integrator_choice_make(&d->scene->render, d->plan->desc.multiple_scattering, &settings);
-    return np_look_fade(&settings.look);
+    return np_approximation_rows_v1[settings.multiple_scattering].get_fade(&settings.approximation);
   }
   if (!needs(d->plan, NP_STAGE_ORDINATES)) return rate;
   for (unsigned v = 0; v < world->clouds.count; v++)

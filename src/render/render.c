@@ -11,10 +11,6 @@
 static neph_result describe_render(const neph_scene *scene, const neph_render_desc *desc, double seconds,
                                    neph_image *image) {
   const bool is_path = desc->integrator == NEPH_INTEGRATOR_PATH;
-  static const char *const multiple[] = {
-      [NEPH_MULTIPLE_SCATTERING_NONE] = "none",           [NEPH_MULTIPLE_SCATTERING_OCTAVES] = "octaves",
-      [NEPH_MULTIPLE_SCATTERING_ORDINATES] = "ordinates", [NEPH_MULTIPLE_SCATTERING_SOFTENED_BEER] = "softened_beer",
-      [NEPH_MULTIPLE_SCATTERING_POWDER] = "powder",       [NEPH_MULTIPLE_SCATTERING_DERIVATIVE] = "derivative"};
   char seed[24];
   (void)snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
   neph_result result = neph_image_set_attribute(image, "nephos:integrator", is_path ? "path" : "march");
@@ -22,7 +18,8 @@ static neph_result describe_render(const neph_scene *scene, const neph_render_de
   if (!result && is_path)
     result = neph_image_set_attribute(image, "nephos:atmosphere", is_traced ? "traced" : "tables");
   if (!result && !is_path)
-    result = neph_image_set_attribute(image, "nephos:multipleScattering", multiple[desc->multiple_scattering]);
+    result = neph_image_set_attribute(image, "nephos:multipleScattering",
+                                      np_multiple_scattering_get_row(desc->multiple_scattering)->name);
   if (!result && desc->scattering_max != NEPH_SCATTERINGS_ALL)
     result = np_image_set_integer(image, "nephos:scatteringMax", desc->scattering_max);
   if (!result) result = neph_image_set_attribute(image, "nephos:seed", seed);

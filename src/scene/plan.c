@@ -14,6 +14,9 @@ enum { SIZE_LIMIT = 65536 };
 
 /* ---- The description ---- */
 
+#define NAME(id, name, needs) " " name
+#define NAMES NP_MULTIPLE_SCATTERING_ROWS(NAME)
+
 static neph_result check_desc(neph_context *context, const neph_render_desc *desc) {
   const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
   if (desc->width < 1 || desc->height < 1 || desc->width > SIZE_LIMIT || desc->height > SIZE_LIMIT)
@@ -30,10 +33,8 @@ static neph_result check_desc(neph_context *context, const neph_render_desc *des
     return np_fail(context, bad, "time_limit_s is %g, must be at least 0", desc->time_limit_s);
   if (desc->sample_count_max < 16)
     return np_fail(context, bad, "sample_count_max is %u, must be at least 16", desc->sample_count_max);
-  if ((unsigned)desc->multiple_scattering > NEPH_MULTIPLE_SCATTERING_DERIVATIVE)
-    return np_fail(context, bad,
-                   "multiple_scattering is %d, must be none (0), octaves (1), ordinates (2), softened Beer (3), "
-                   "powder (4) or derivative (5)",
+  if (!np_multiple_scattering_get_row(desc->multiple_scattering))
+    return np_fail(context, bad, "multiple_scattering is %d, must be a neph_multiple_scattering, of:" NAMES,
                    (int)desc->multiple_scattering);
   if ((unsigned)desc->atmosphere > NEPH_RENDER_ATMOSPHERE_TABLES)
     return np_fail(context, bad, "atmosphere is %d, must be traced (0) or tables (1)", (int)desc->atmosphere);
@@ -334,24 +335,17 @@ static neph_result decide_scattering(np_plan *plan, const neph_scene *scene, con
   const char *not_looked = is_path ? "paths scatter as often as it takes" : NULL;
   const char *not_solved = desc->splitting == NEPH_SPLITTING_ADJOINT ? NULL : not_looked;
   if (!against && desc->scattering_max < 2) against = "render.max_scatterings is below 2";
-  const neph_multiple_scattering multiple = desc->multiple_scattering;
-  static const char *const chosen[] = {
-      [NEPH_MULTIPLE_SCATTERING_NONE] = "render.multiple_scattering is none",
-      [NEPH_MULTIPLE_SCATTERING_OCTAVES] = "render.multiple_scattering is octaves",
-      [NEPH_MULTIPLE_SCATTERING_ORDINATES] = "render.multiple_scattering is ordinates",
-      [NEPH_MULTIPLE_SCATTERING_SOFTENED_BEER] = "render.multiple_scattering is softened_beer",
-      [NEPH_MULTIPLE_SCATTERING_POWDER] = "render.multiple_scattering is powder",
-      [NEPH_MULTIPLE_SCATTERING_DERIVATIVE] = "render.multiple_scattering is derivative",
-  };
-  const bool is_look = multiple != NEPH_MULTIPLE_SCATTERING_ORDINATES && multiple != NEPH_MULTIPLE_SCATTERING_NONE;
-  const char *not_asked = is_path || multiple == NEPH_MULTIPLE_SCATTERING_ORDINATES ? NULL : chosen[multiple];
+  const np_multiple_scattering_row *row = np_multiple_scattering_get_row(desc->multiple_scattering);
+  char chosen[64];
+  (void)snprintf(chosen, sizeof chosen, "render.multiple_scattering is %s", row->name);
+  const char *not_asked = is_path || row->needs == NP_MULTIPLE_SCATTERING_NEEDS_SOLUTION ? NULL : chosen;
   neph_result result = decide_ordinates(plan, scene, against ? against : not_solved, not_asked);
   const bool is_solved = !is_path && plan->stages[NP_STAGE_ORDINATES].is_needed;
   decide_unless(plan, NP_STAGE_GROUND_CLOUDS, is_solved ? NULL : "multiple scattering is not solved for",
                 facts->has_planet || facts->has_terrain ? NULL : "there is no ground",
                 "the clouds hide sky from the ground, and shine on it");
-  decide_unless(plan, NP_STAGE_LOOK, against ? against : not_looked, is_look ? NULL : chosen[multiple],
-                chosen[multiple]);
+  decide_unless(plan, NP_STAGE_LOOK, against ? against : not_looked,
+                row->needs == NP_MULTIPLE_SCATTERING_NEEDS_APPROXIMATION ? NULL : chosen, chosen);
   const char *path = np_plan_traces_air(plan) ? "path: unbiased in clouds and air and to the ground"
                                               : "path: unbiased in the clouds, air and ground from tables";
   decide(plan, NP_STAGE_INTEGRATOR, true, desc->integrator == NEPH_INTEGRATOR_PATH ? path : "march: fast and biased");

@@ -13,6 +13,7 @@
 #include "core/context_private.h"
 #include "core/math.h"
 #include "image/aov.h"
+#include "optics/multiple_scattering.h"
 #include "image/color_space.h"
 #include "optics/phase.h"
 
@@ -182,12 +183,7 @@ typedef struct np_scene_render {
   neph_multiple_scattering multiple_scattering;
   neph_render_atmosphere atmosphere;
   neph_splitting splitting;
-  double look_gain;
-  unsigned octave_count;
-  double octave_factors[3];             /* of the light, of the optical depth, of the asymmetry, per octave */
-  double softened_share, softened_rate; /* a and b of max(e^{−τ}, a·e^{−bτ}) */
-  double powder_strength;
-  double derivative_distance_m;
+  np_approximation approximation;
   unsigned scattering_max;
   double light_memory_bytes; /* while the multiple scattering is solved for; infinite: a quarter of the machine's */
   double tolerance;         /* of the march's steps, as a share of a ray's light */
