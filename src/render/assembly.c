@@ -93,11 +93,10 @@ static void include_box(np_dvec3 *low, np_dvec3 *high, np_dvec3 box_low, np_dvec
 }
 
 static neph_result load_phase(const cloud_build *c) {
-  const np_scene_phase *source = &c->cloud->phase_source;
-  if (source->kind != NP_PHASE_TABLE) return NEPH_OK;
+  if (c->cloud->phase_source.kind != NP_PHASE_TABLE) return NEPH_OK;
   np_assembly *a = c->b->assembly;
   np_phase_table *table = &a->phase_tables[c->index];
-  neph_result result = np_phase_table_load(a->context, source->table, table);
+  neph_result result = np_phase_table_load(a->context, c->cloud->phase_table, table);
   if (!result) a->placed[c->index].phase = np_phase_tabulated(table);
   return result;
 }

@@ -320,7 +320,7 @@ static const np_key keys[] = {
      .range = ASYMMETRY, .fallback = "0.8", .meaning = "of its Henyey-Greenstein part"},
     {.path = "clouds[].phase.draine.alpha", .type = NP_KEY_REAL, .field = CLOUD(phase_source.alpha),
      .range = WITHIN(0, 1e6), .fallback = "1", .meaning = "0 is Henyey-Greenstein, 1 Cornette-Shanks"},
-    {.path = "clouds[].phase.table", .type = NP_KEY_FILE, .is_input = true, .field = CLOUD(phase_source.table),
+    {.path = "clouds[].phase.table", .type = NP_KEY_FILE, .is_input = true, .field = CLOUD(phase_table),
      .tag = CLOUD(phase_source.kind), .tag_value = NP_PHASE_TABLE, .group = GROUP_PHASE, .alternative = 5,
      .meaning = "CSV of angle_deg or cosine, and value in 1/sr"},
     {.path = "clouds[].emission", .type = NP_KEY_SECTION, .tag = CLOUD(emission.is_there), .tag_value = true,

@@ -13,9 +13,9 @@
 #include "core/context_private.h"
 #include "core/math.h"
 #include "image/aov.h"
-#include "optics/multiple_scattering.h"
 #include "image/color_space.h"
-#include "optics/phase.h"
+#include "optics/multiple_scattering.h"
+#include "optics/phase_source.h"
 
 typedef struct np_scene_camera {
   double position_m[3];
@@ -101,26 +101,6 @@ typedef enum np_density_unit {
 
 typedef enum np_axis_up { NP_UP_Z, NP_UP_Y } np_axis_up;
 
-/* The phase function as it was asked for; np_scene_cloud.phase is made of it. */
-typedef enum np_phase_kind {
-  NP_PHASE_DROPLETS,
-  NP_PHASE_HENYEY_GREENSTEIN,
-  NP_PHASE_TWO_LOBE,
-  NP_PHASE_RAYLEIGH,
-  NP_PHASE_ISOTROPIC,
-  NP_PHASE_DRAINE,
-  NP_PHASE_TABLE
-} np_phase_kind;
-
-typedef struct np_scene_phase {
-  np_phase_kind kind;
-  double asymmetry;                          /* Henyey-Greenstein */
-  double draine_asymmetry, alpha;            /* Draine */
-  double forward, backward, backward_weight; /* two lobes */
-  double diameter_m;                         /* droplets */
-  char *table;                               /* file, resolved */
-} np_scene_phase;
-
 /* What glows in a cloud's file. */
 typedef struct np_scene_emission {
   bool is_there;
@@ -154,8 +134,9 @@ typedef struct np_scene_cloud {
   np_density_unit density_unit;
   double density_value;
   double albedo[3];
-  np_scene_phase phase_source;
-  np_phase phase; /* isotropic for a table, until it is read */
+  np_phase_source phase_source;
+  char *phase_table; /* file, resolved */
+  np_phase phase;    /* of the source; isotropic for a table, until it is read */
   np_scene_emission emission;
 } np_scene_cloud;
 

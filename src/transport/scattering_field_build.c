@@ -164,20 +164,13 @@ static neph_result solve_bands(np_scattering_solver *s) {
 
 /* ---- All of it ---- */
 
-static bool is_same_lobe(np_phase_lobe a, np_phase_lobe b) { return a.asymmetry == b.asymmetry && a.alpha == b.alpha; }
-
-static bool is_same_phase(const np_phase *a, const np_phase *b) {
-  return is_same_lobe(a->lobe[0], b->lobe[0]) && is_same_lobe(a->lobe[1], b->lobe[1]) && a->weight == b->weight &&
-         a->table == b->table && a->table_weight == b->table_weight;
-}
-
 /* Equal phase functions share one table. */
 static neph_result build_phase(const np_world *world, unsigned cloud, unsigned degree, np_scattering_field *out) {
   const np_phase *phase = &world->clouds.at[cloud].phase;
   np_scaled_cloud *scaled = &out->medium.clouds[cloud];
   np_scaled_phase *own = &out->phases[cloud];
   unsigned same = 0;
-  while (same < cloud && !is_same_phase(&out->phases[same].phase, phase)) same++;
+  while (same < cloud && !np_phase_is_equal(&out->phases[same].phase, phase)) same++;
   if (same < cloud) {
     *own = out->phases[same];
     *scaled = out->medium.clouds[same];
