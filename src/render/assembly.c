@@ -210,10 +210,8 @@ static neph_result build_terrain(const assembly_build *b) {
   np_schedule_begin(&b->assembly->schedule, b->monitor, NP_WORK_TERRAIN);
   desc.progress = np_monitor_relay;
   desc.progress_user = b->monitor;
-  neph_terrain **out = &b->assembly->terrain;
-  if (terrain->kind == NP_TERRAIN_RIDGES)
-    return neph_terrain_create_ridges(b->scene->context, &terrain->ridges, &desc, out);
-  return neph_terrain_load(b->scene->context, terrain->heightfield, &desc, out);
+  const np_terrain_source source = np_scene_terrain_get_source(terrain);
+  return np_terrain_create(b->scene->context, &source, &desc, &b->assembly->terrain);
 }
 
 static neph_result find_lights(assembly_build *b) {

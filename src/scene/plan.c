@@ -214,12 +214,9 @@ static neph_result decide_volumes(np_plan *plan, const neph_scene *scene) {
 }
 
 static void decide_terrain(np_plan *plan, const neph_scene *scene) {
-  static const char *const reasons[] = {[NP_TERRAIN_NONE] = "the scene has no terrain",
-                                        [NP_TERRAIN_HEIGHTFIELD] = "height field ",
-                                        [NP_TERRAIN_RIDGES] = "ridges from noise"};
-  const char *file = scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD ? scene->terrain.heightfield : "";
+  const np_terrain_row *row = &np_terrain_rows[scene->terrain.kind];
   char reason[sizeof plan->stages->reason];
-  snprintf(reason, sizeof reason, "%s%s", reasons[scene->terrain.kind], file);
+  snprintf(reason, sizeof reason, "%s%s", row->description, row->check ? scene->terrain.heightfield : "");
   decide(plan, NP_STAGE_TERRAIN, scene->terrain.kind != NP_TERRAIN_NONE, reason);
 }
 

@@ -16,6 +16,7 @@
 #include "image/color_space.h"
 #include "optics/multiple_scattering.h"
 #include "optics/phase_source.h"
+#include "terrain/terrain_source.h"
 
 typedef struct np_scene_camera {
   double position_m[3];
@@ -140,14 +141,16 @@ typedef struct np_scene_cloud {
   np_scene_emission emission;
 } np_scene_cloud;
 
-typedef enum np_terrain_kind { NP_TERRAIN_NONE, NP_TERRAIN_HEIGHTFIELD, NP_TERRAIN_RIDGES } np_terrain_kind;
-
 typedef struct np_scene_terrain {
   np_terrain_kind kind;
   char *heightfield; /* file, resolved */
   neph_terrain_desc desc;
   neph_ridges_desc ridges;
 } np_scene_terrain;
+
+static inline np_terrain_source np_scene_terrain_get_source(const np_scene_terrain *terrain) {
+  return (np_terrain_source){.kind = terrain->kind, .file = terrain->heightfield, .ridges = &terrain->ridges};
+}
 
 /* How the march finds optical depths towards the sun. */
 typedef enum np_sun_depth { NP_SUN_DEPTH_AUTO, NP_SUN_DEPTH_VOLUME, NP_SUN_DEPTH_MARCH } np_sun_depth;
