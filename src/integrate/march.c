@@ -193,6 +193,9 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
   }
   if (world->emission) add_emission(&m, out->is_ground_behind ? hit.distance_m : HUGE_VAL);
   out->transmittance = m.transmittance;
+  if (out->is_ground_behind)
+    np_surroundings_add_opaque_ground(world, lighting, settings, &hit, m.transmittance,
+                                      NP_KERNEL(np_march_sun_transmittance), random, out);
   np_surroundings_add_behind(world, lighting, settings, ray, out->is_ground_behind ? &hit : NULL, m.transmittance,
                              NP_KERNEL(np_march_shadow), random, out);
   if (m.field)

@@ -53,7 +53,12 @@ void NP_KERNEL(np_march_light_scaled)(np_march *m, const np_step *s);
 void NP_KERNEL(np_march_start_approximation)(np_march *m);
 void NP_KERNEL(np_march_light_approximation)(np_march *m, const np_step *s);
 
-/* Sunlight through the clouds on the ground (np_cloud_shadow_fn). */
+/* Transmittance of the clouds towards the sun (np_cloud_shadow_fn). */
+float NP_KERNEL(np_march_sun_transmittance)(const np_world *world, const np_lighting *lighting,
+                                            const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
+                                            np_random *random);
+
+/* Sunlight through the clouds on the ground, likewise. */
 float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *lighting,
                                  const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
                                  np_random *random);

@@ -16,18 +16,25 @@ static float get_sun_depth(const np_lighting *lighting, np_dvec3 position, np_ve
   return depth;
 }
 
+float NP_KERNEL(np_march_sun_transmittance)(const np_world *world, const np_lighting *lighting,
+                                            const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
+                                            np_random *random) {
+  (void)world, (void)random;
+  const np_depth_query query = {.fade = 1.0f, .error = settings->tolerance};
+  return np_transmittance(get_sun_depth(lighting, position, to_sun, &query));
+}
+
 /* Sunlight through the clouds on the ground. Where the clouds' own light on it is known, what the forward peak lets
  * down belongs to the beam. */
 float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *lighting,
                                  const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
                                  np_random *random) {
-  (void)random;
-  const np_depth_query query = {.fade = 1.0f, .error = settings->tolerance};
-  if (!lighting->ground_light) return np_transmittance(get_sun_depth(lighting, position, to_sun, &query));
+  if (!lighting->ground_light)
+    return NP_KERNEL(np_march_sun_transmittance)(world, lighting, settings, position, to_sun, random);
   float faded = 0.0f;
   for (unsigned v = 0; v < world->clouds.count && faded < NP_TRACK_DEPTH_MAX; v++) {
     const float fade = lighting->ground_light->fade[v];
-    const np_depth_query own = {fade, query.error};
+    const np_depth_query own = {fade, settings->tolerance};
     faded += fade * np_lighting_get_cloud_depth(lighting, v, position, to_sun, &own, faded);
   }
   return np_transmittance(faded);
@@ -147,13 +154,17 @@ void NP_KERNEL(np_march_light_approximation)(np_march *m, const np_step *s) {
   np_march_add(m, NP_COMPONENT_AIR, loss, air.inscatter);
   m->carry = m->transmittance =
       np_march_roulette(m->transmittance * (1.0f - opacity), m->settings->transmittance_end, m->random);
+  const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
+  const float sun_share = np_surroundings_get_sun_share(m->world, m->lighting, m->settings, position,
+                                                        NP_KERNEL(np_march_sun_transmittance), m->random);
   np_spectrum share[NP_INSTANCES_MAX];
   for (unsigned i = 0; i < s->count; i++) {
     share[i] = np_spectrum_scale(s->volume[i]->albedo, s->depth[i] / total);
-    np_integrator_add_opaque(m->out, loss * s->depth[i] / total, middle, s->volume[i]->albedo);
+    np_integrator_add_opaque(
+        m->out, loss * s->depth[i] / total,
+        &(np_opaque){.distance_m = middle, .albedo = s->volume[i]->albedo, .sun_share = sun_share});
   }
   if (m->settings->scattering_max == 0) return;
-  const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
   const float sun = np_march_roulette(loss, 0.1f * m->settings->tolerance, m->random),
               sky = np_march_roulette(loss, 0.1f, m->random);
   if (sun > 0.0f) add_sun(m, position, s, share, error, np_spectrum_scale(air.transmittance, sun));

@@ -3,6 +3,7 @@
  * = Σ k·σ for σ. Its source is sunlight that came as if straight, times the direct term D (transport/scaled_phase.c),
  * and the solution's moments towards the camera. Compiled once per instruction-set level. */
 #include "integrate/march.h"
+#include "integrate/surroundings.h"
 
 /* What depths let through, found once where they are the same in all bands. */
 static np_spectrum find_transmittance(const np_march *m, np_spectrum depth) {
@@ -237,7 +238,12 @@ static void light(np_march *m, const np_step *s, step_optics *optics, const sunl
       np_lighting_camera_air(m->lighting, m->world, m->ray->origin, m->ray->direction, middle);
   const float hidden = m->transmittance * optics->opacity;
   np_march_add(m, NP_COMPONENT_AIR, hidden, air.inscatter);
-  np_integrator_add_opaque(m->out, hidden, middle, np_spectrum_scale(optics->all_scattering, 1.0f / optics->depth));
+  np_integrator_add_opaque(
+      m->out, hidden,
+      &(np_opaque){.distance_m = middle,
+                   .albedo = np_spectrum_scale(optics->all_scattering, 1.0f / optics->depth),
+                   .sun_share = np_surroundings_get_sun_share(m->world, m->lighting, m->settings, find_middle(m, s),
+                                                              NP_KERNEL(np_march_sun_transmittance), m->random)});
 
   const np_spectrum half_peak = np_spectrum_scale(optics->peak, 0.5f);
   m->peak_depth = np_spectrum_add(m->peak_depth, half_peak);
