@@ -27,6 +27,7 @@ static void choose_integrator(np_frame *f, const np_plan *plan, const np_scene_r
   f->settings.scattering_max = is_lit(plan) ? f->desc->scattering_max : 0;
   f->settings.is_split = f->desc->splitting == NEPH_SPLITTING_ADJOINT && plan->stages[NP_STAGE_ORDINATES].is_needed;
   f->settings.is_air_traced = is_lit(plan) && np_plan_traces_air(plan);
+  f->settings.has_sun_share = plan->aovs & NP_AOV_SHADOW;
   f->settings.lost_share = has_limit(f, plan) ? lost_share : 0.0f;
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->assembly->context));
   f->integrate = f->desc->integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;
