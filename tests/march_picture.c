@@ -113,7 +113,7 @@ enum { PASSES = 16 };
 
 march_point march_picture_measure(const march_picture *p, float tolerance) {
   const np_integrator_settings settings = {.scattering_max = 1,
-                                           .look = {.octave_count = 1, .gain = 1.0f},
+                                           .approximation.gain = 1.0,
                                            .tolerance = tolerance,
                                            .step_voxels = 4.0f,
                                            .transmittance_end = 1e-3f};

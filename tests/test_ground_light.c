@@ -20,7 +20,7 @@ static neph_result build_caches(fixture *f) {
   if (result) return result;
   const np_ground_light_desc desc = {.world = &c->world,
                                      .depths = &c->lighting.sun_depths,
-                                     .scattering = &c->scattering,
+                                     .scattering = c->scattering,
                                      .bounds_min = c->desc.cells.bounds_min,
                                      .bounds_max = c->desc.cells.bounds_max};
   result = np_ground_light_build(c->context, &desc, NULL, &f->cache);

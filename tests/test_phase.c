@@ -5,45 +5,41 @@
 
 #include "core/random.h"
 #include "core/stable.h"
-#include "optics/phase.h"
+#include "optics/phase_source.h"
 #include "test_support.h"
-
-static const double droplet_diameters_m[] = {5e-6, 10e-6, 20e-6, 35e-6, 50e-6};
-enum { DROPLET_COUNT = sizeof droplet_diameters_m / sizeof *droplet_diameters_m };
 
 static double eval(const np_phase *phase, double versine) { return (double)np_phase_eval(phase, (float)versine); }
 
-/* One of each kind, narrow and wide, forward and backward. */
-enum { KIND_COUNT = 12 + DROPLET_COUNT };
-static np_phase make_kind(int i) {
-  switch (i) {
-  case 0:
-    return np_phase_isotropic();
-  case 1:
-    return np_phase_rayleigh();
-  case 2:
-    return np_phase_henyey_greenstein(1e-6f);
-  case 3:
-    return np_phase_henyey_greenstein(0.5f);
-  case 4:
-    return np_phase_henyey_greenstein(0.99f);
-  case 5:
-    return np_phase_henyey_greenstein(0.9999f);
-  case 6:
-    return np_phase_henyey_greenstein(-0.85f);
-  case 7:
-    return np_phase_two_lobe(0.9f, -0.4f, 0.2f);
-  case 8:
-    return np_phase_cornette_shanks(0.8f);
-  case 9:
-    return np_phase_cornette_shanks(-0.6f);
-  case 10:
-    return (np_phase){.lobe = {{1e-4f, 40.0f}}};
-  case 11:
-    return (np_phase){.lobe = {{0.9999f, 300.0f}}};
-  default:
-    return np_phase_droplets(droplet_diameters_m[i - 12]);
-  }
+/* Of each kind, narrow and wide, forward and backward. A table has tests of its own. */
+static const np_phase_source examples[] = {
+    {.kind = NP_PHASE_ISOTROPIC},
+    {.kind = NP_PHASE_RAYLEIGH},
+    {.kind = NP_PHASE_HENYEY_GREENSTEIN, .asymmetry = 1e-6},
+    {.kind = NP_PHASE_HENYEY_GREENSTEIN, .asymmetry = 0.5},
+    {.kind = NP_PHASE_HENYEY_GREENSTEIN, .asymmetry = 0.99},
+    {.kind = NP_PHASE_HENYEY_GREENSTEIN, .asymmetry = 0.9999},
+    {.kind = NP_PHASE_HENYEY_GREENSTEIN, .asymmetry = -0.85},
+    {.kind = NP_PHASE_TWO_LOBE, .forward = 0.9, .backward = -0.4, .backward_weight = 0.2},
+    {.kind = NP_PHASE_CORNETTE_SHANKS, .asymmetry = 0.8},
+    {.kind = NP_PHASE_CORNETTE_SHANKS, .asymmetry = -0.6},
+    {.kind = NP_PHASE_DRAINE, .draine_asymmetry = 1e-4, .alpha = 40.0},
+    {.kind = NP_PHASE_DRAINE, .draine_asymmetry = 0.9999, .alpha = 300.0},
+    {.kind = NP_PHASE_DROPLETS, .diameter_m = 5e-6},
+    {.kind = NP_PHASE_DROPLETS, .diameter_m = 10e-6},
+    {.kind = NP_PHASE_DROPLETS, .diameter_m = 20e-6},
+    {.kind = NP_PHASE_DROPLETS, .diameter_m = 35e-6},
+    {.kind = NP_PHASE_DROPLETS, .diameter_m = 50e-6},
+    {.kind = NP_PHASE_TABLE},
+};
+enum { KIND_COUNT = sizeof examples / sizeof *examples };
+
+static np_phase make_kind(int i) { return np_phase_make(&examples[i]); }
+
+static void every_kind_has_an_example(void **state) {
+  (void)state;
+  unsigned seen = 0;
+  for (int i = 0; i < KIND_COUNT; i++) seen |= 1u << examples[i].kind;
+  assert_int_equal(seen, (1u << NP_PHASE_KIND_COUNT) - 1u);
 }
 
 /* Half the sphere, in x = log(1 + s/s0) of the versine s from one pole: the peak of g = 0.9999 (s0 = 1e-8) and the tail
@@ -340,6 +336,7 @@ static void failed_allocations_leave_nothing(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(every_kind_has_an_example),
       cmocka_unit_test(every_kind_integrates_to_one),
       cmocka_unit_test(mean_cosine_and_moments_agree_with_quadrature),
       cmocka_unit_test(droplets_have_the_published_mean_cosine),

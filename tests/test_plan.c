@@ -34,7 +34,7 @@ static void assert_plan(test_fixture *f, const char *text, const char *needed) {
 #define CLOUD "clouds: [{vdb: a.vdb, optical_depth: 40}]\n"
 
 /* colour terrain moon lights volumes emission atmosphere camera-sky cloud-sky airglow sun sky ground world sky-guide
- * sun-depth multiple viewer clouds-on-ground air-shadows look stars lighting integrator */
+ * sun-depth multiple viewer clouds-on-ground air-shadows approximation stars lighting integrator */
 static void test_only_what_is_needed_runs(void **state) {
   assert_plan(*state, "version: 1", "x--x--xx--xx-x--------xx");
   assert_plan(*state, CLOUD, "x--xx-xxx-xxxx--xxxx--xx");

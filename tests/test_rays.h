@@ -11,7 +11,7 @@
 /* No limit to scattering, and steps finer than a picture needs. */
 static inline np_integrator_settings test_integrator_settings(void) {
   return (np_integrator_settings){.scattering_max = UINT32_MAX,
-                                  .look = {.octave_count = 1, .gain = 1.0f},
+                                  .approximation.gain = 1.0,
                                   .tolerance = 0.01f,
                                   .step_voxels = 4.0f,
                                   .transmittance_end = 1e-4f};

@@ -140,7 +140,7 @@ static void test_old_names_are_taken_with_a_warning(void **state) {
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
   assert_int_equal(desc.path_guiding, NEPH_PATH_GUIDING_ADJOINT);
   assert_int_equal(neph_scene_set(scene, "render.look_gain", "3"), NEPH_OK);
-  assert_near(scene->render.look_gain, 3, 0);
+  assert_near(scene->render.approximation.gain, 3, 0);
   assert_messages(&f->log, warnings, 2);
   /* The document has the new names: they replace, and are not warned of again. */
   assert_int_equal(neph_scene_set(scene, "render.path_guiding", "none"), NEPH_OK);

@@ -126,7 +126,7 @@ static void assert_built(neph_context *context, const char *text, unsigned expec
   assert_int_equal(!light->camera_sky, !np_plan_needs(&b.plan, NP_STAGE_CAMERA_SKY));
   assert_int_equal(!light->cloud_sky, !np_plan_needs(&b.plan, NP_STAGE_CLOUD_SKY));
   assert_int_equal(!b.assembly.lights[0].sun_depth.lattices, !np_plan_needs(&b.plan, NP_STAGE_SUN_DEPTH));
-  assert_int_equal(!light->scattering.moments, !np_plan_needs(&b.plan, NP_STAGE_ORDINATES));
+  assert_int_equal(!light->scattering, !np_plan_needs(&b.plan, NP_STAGE_ORDINATES));
   assert_int_equal(!light->viewer_light.outgoing, !np_plan_needs(&b.plan, NP_STAGE_VIEWER_LIGHT));
   assert_int_equal(!light->ground_light.points, !np_plan_needs(&b.plan, NP_STAGE_GROUND_CLOUDS));
   assert_int_equal(!light->air_shadow.kept, !np_plan_needs(&b.plan, NP_STAGE_AIR_SHADOWS));
@@ -167,7 +167,10 @@ static void add_light_result(np_hash *hash, const np_packet_light *l, np_stage s
   const np_ground_light *ground = &l->ground_light;
   const np_vec3 ahead = np_vec3_make(0.0f, 1.0f, 0.0f);
   if (stage == NP_STAGE_SKY_GUIDE) np_hash_add(hash, &l->sky_guide, sizeof l->sky_guide);
-  if (stage == NP_STAGE_ORDINATES) np_hash_add(hash, &l->scattering.residual, sizeof l->scattering.residual);
+  if (stage == NP_STAGE_ORDINATES) {
+    const double residual = np_scattering_field_get_quality(l->scattering).residual;
+    np_hash_add(hash, &residual, sizeof residual);
+  }
   if (stage == NP_STAGE_VIEWER_LIGHT) np_hash_add(hash, l->viewer_light.outgoing, 8 * sizeof(float));
   if (stage == NP_STAGE_GROUND_CLOUDS)
     np_hash_add(hash, ground->points, (size_t)ground->size[0] * (size_t)ground->size[1] * sizeof *ground->points);

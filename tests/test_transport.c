@@ -35,8 +35,8 @@ static void start(test_world *w) {
 
 static void light(test_world *w, np_vec3 to_sun, bool is_solved) {
   w->world.to_sun = to_sun;
-  np_scattering_field_clear(&w->scattering);
-  w->lighting.scattering = NULL;
+  np_scattering_field_destroy(w->scattering);
+  w->lighting.scattering = w->scattering = NULL;
   w->desc.cells.bounds_min = np_dvec3_make(-24.0, -12.0, -12.0);
   w->desc.cells.bounds_max = np_dvec3_make(24.0, 12.0, 12.0);
   if (is_solved) assert_int_equal(test_world_solve(w), NEPH_OK);

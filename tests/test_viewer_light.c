@@ -24,7 +24,7 @@ static void start(test_world *w, unsigned threads) {
 
 static np_viewer_light build(const test_world *w, np_dvec3 viewer) {
   np_viewer_light light;
-  assert_int_equal(np_viewer_light_build(w->context, &w->scattering, viewer, NULL, &light), NEPH_OK);
+  assert_int_equal(np_viewer_light_build(w->context, w->scattering, viewer, NULL, &light), NEPH_OK);
   return light;
 }
 
@@ -39,15 +39,16 @@ static np_spectrum compute_outgoing(const test_world *w, np_dvec3 place, np_dvec
   float harmonics[NP_HARMONIC_COUNT_MAX], outgoing[NP_HARMONIC_COUNT_MAX];
   np_light_moments moments;
   const np_dvec3 way = np_dvec3_normalize(np_dvec3_subtract(viewer, place));
-  np_harmonics_eval(w->scattering.grid.degree, np_dvec3_to_float(way), harmonics);
-  np_scattering_field_fill_outgoing(&w->scattering.phases[cloud], harmonics, outgoing);
-  np_scattering_field_gather(&w->scattering, place, &moments);
-  return np_scattering_field_outgoing(&w->scattering, &moments, outgoing);
+  np_scattering_field_fill_harmonics(w->scattering, np_dvec3_to_float(way), harmonics);
+  np_scattering_field_fill_outgoing(w->scattering, cloud, harmonics, outgoing);
+  np_scattering_field_gather(w->scattering, place, &moments);
+  return np_scattering_field_get_outgoing(w->scattering, &moments, outgoing);
 }
 
 /* Root mean square over places and bands of the difference, over the mean. */
 static double measure_difference(const test_world *w, np_dvec3 viewer) {
   np_viewer_light light = build(w, viewer);
+  const np_scattering_medium *medium = np_scattering_field_get_medium(w->scattering);
   np_random random = np_random_start(1, 2, 3, 4, 5);
   double squares = 0.0, sum = 0.0;
   int count = 0;
@@ -55,9 +56,9 @@ static double measure_difference(const test_world *w, np_dvec3 viewer) {
     const np_dvec3 at = draw_place(&random, n % CLOUDS);
     if (np_dvec3_length(np_dvec3_subtract(at, viewer)) < light.distance_min) continue;
     const np_spectrum expected = compute_outgoing(w, at, viewer, n % CLOUDS);
-    np_viewer_place place;
-    np_viewer_place_get(&w->scattering, at, &place);
-    const np_spectrum found = np_viewer_light_outgoing(&light, &w->scattering, &place, n % CLOUDS);
+    np_scattering_cells cells;
+    np_scattering_field_gather_cells(w->scattering, at, &cells);
+    const np_spectrum found = np_viewer_light_outgoing(&light, &cells, medium->clouds[n % CLOUDS].phase_kind);
     for (int b = 0; b < NP_BAND_COUNT; b++, count++) {
       squares += pow((double)(found.band[b] - expected.band[b]), 2.0);
       sum += (double)expected.band[b];
@@ -89,9 +90,10 @@ static void equal_clouds_share_a_table(void **state) {
   test_world w;
   start(&w, 1);
   np_viewer_light light = build(&w, np_dvec3_make(0.0, -100.0, 0.0));
-  assert_int_equal(light.kind_count, 2);
-  assert_int_equal(light.kind[2], light.kind[0]);
-  assert_int_not_equal(light.kind[1], light.kind[0]);
+  const np_scaled_cloud *clouds = np_scattering_field_get_medium(w.scattering)->clouds;
+  assert_int_equal(light.phase_count, 2);
+  assert_int_equal(clouds[2].phase_kind, clouds[0].phase_kind);
+  assert_int_not_equal(clouds[1].phase_kind, clouds[0].phase_kind);
   np_viewer_light_clear(&light);
   test_world_destroy(&w);
 }
@@ -131,7 +133,7 @@ static void threads_change_no_bit(void **state) {
     start(&w[i], 1 + 2 * i);
     light[i] = build(&w[i], np_dvec3_make(0.0, -100.0, 0.0));
   }
-  const size_t count = w[0].scattering.grid.active_count * light[0].kind_count * w[0].scattering.band_count;
+  const size_t count = np_scattering_field_count_cells(w[0].scattering) * light[0].phase_count * light[0].band_count;
   assert_memory_equal(light[0].outgoing, light[1].outgoing, count * sizeof(float));
   for (unsigned i = 0; i < 2; i++) {
     np_viewer_light_clear(&light[i]);
@@ -147,7 +149,7 @@ static void cancelling_leaves_nothing(void **state) {
   np_monitor_start(&monitor, w.context, NULL, NULL);
   atomic_store(&monitor.is_cancelled, true);
   np_viewer_light light;
-  assert_int_equal(np_viewer_light_build(w.context, &w.scattering, np_dvec3_make(0.0, -100.0, 0.0), &monitor, &light),
+  assert_int_equal(np_viewer_light_build(w.context, w.scattering, np_dvec3_make(0.0, -100.0, 0.0), &monitor, &light),
                    NEPH_ERROR_CANCELLED);
   assert_null(light.outgoing);
   test_world_destroy(&w);
@@ -158,7 +160,7 @@ static neph_result attempt(neph_context *context, void *solved) {
   const test_world *w = solved;
   np_viewer_light light;
   const neph_result result =
-      np_viewer_light_build(context, &w->scattering, np_dvec3_make(0.0, -100.0, 0.0), NULL, &light);
+      np_viewer_light_build(context, w->scattering, np_dvec3_make(0.0, -100.0, 0.0), NULL, &light);
   assert_int_equal(light.outgoing == NULL, result != NEPH_OK);
   np_viewer_light_clear(&light);
   return result;

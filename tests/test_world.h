@@ -41,8 +41,8 @@ typedef struct test_world {
   np_world world; /* dark; the sun stands at the zenith */
   np_lighting lighting;
   np_integrator_settings settings;
-  np_scattering_desc desc; /* its bounds are those of the first cloud's samples */
-  np_scattering_field scattering;
+  np_scattering_desc desc;         /* its bounds are those of the first cloud's samples */
+  np_scattering_field *scattering; /* NULL: not solved for */
 } test_world;
 
 /* Empty. */
@@ -82,13 +82,13 @@ static inline void test_world_create(test_world *w, unsigned threads, test_cloud
 static inline neph_result test_world_solve(test_world *w) {
   const np_sun_depth_source depths = np_sun_depths_get_source(&w->lighting.sun_depths);
   const neph_result result = np_scattering_field_build(w->context, &w->world, &depths, &w->desc, NULL, &w->scattering);
-  w->lighting.scattering = result ? NULL : &w->scattering;
+  w->lighting.scattering = w->scattering;
   return result;
 }
 
 /* Leaves the context alone. */
 static inline void test_world_clear(test_world *w) {
-  np_scattering_field_clear(&w->scattering);
+  np_scattering_field_destroy(w->scattering);
   for (int i = 0; i < TEST_CLOUDS_MAX; i++) neph_volume_release(w->volumes[i]);
 }
 

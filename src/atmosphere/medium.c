@@ -7,34 +7,26 @@
 
 #include "atmosphere/medium_check.h"
 #include "core/alloc.h"
+#include "optics/phase_source.h"
 
 /* ---- Layers ---- */
 
 static np_phase make_phase(const neph_atmosphere_layer *layer, int band) {
-  const float g = (float)layer->asymmetry[band];
-  switch (layer->phase) {
-  case NEPH_LAYER_CORNETTE_SHANKS:
-    return np_phase_cornette_shanks(g);
-  case NEPH_LAYER_HENYEY_GREENSTEIN:
-    return np_phase_henyey_greenstein(g);
-  case NEPH_LAYER_TWO_LOBE:
-    return np_phase_two_lobe(g, (float)layer->second_asymmetry[band], (float)layer->second_weight[band]);
-  case NEPH_LAYER_RAYLEIGH:
-    break;
-  }
-  return np_phase_rayleigh();
-}
-
-static bool is_same_phase(const np_phase *a, const np_phase *b) {
-  return a->weight == b->weight && a->lobe[0].asymmetry == b->lobe[0].asymmetry &&
-         a->lobe[0].alpha == b->lobe[0].alpha && a->lobe[1].asymmetry == b->lobe[1].asymmetry &&
-         a->lobe[1].alpha == b->lobe[1].alpha;
+  static const np_phase_kind kinds[] = {[NEPH_LAYER_RAYLEIGH] = NP_PHASE_RAYLEIGH,
+                                        [NEPH_LAYER_CORNETTE_SHANKS] = NP_PHASE_CORNETTE_SHANKS,
+                                        [NEPH_LAYER_HENYEY_GREENSTEIN] = NP_PHASE_HENYEY_GREENSTEIN,
+                                        [NEPH_LAYER_TWO_LOBE] = NP_PHASE_TWO_LOBE};
+  return np_phase_make(&(np_phase_source){.kind = kinds[layer->phase],
+                                          .asymmetry = layer->asymmetry[band],
+                                          .forward = layer->asymmetry[band],
+                                          .backward = layer->second_asymmetry[band],
+                                          .backward_weight = layer->second_weight[band]});
 }
 
 /* The aerosol that scatters by a phase function, made if there is none yet; −1: there is no room for another. */
 static int find_aerosol(np_medium *medium, const np_phase *phase) {
   for (int i = 0; i < medium->aerosol_count; i++)
-    if (is_same_phase(&medium->aerosol[i].phase, phase)) return i;
+    if (np_phase_is_equal(&medium->aerosol[i].phase, phase)) return i;
   if (medium->aerosol_count == NP_AEROSOLS_MAX) return -1;
   np_aerosol *aerosol = &medium->aerosol[medium->aerosol_count];
   double moment[4];

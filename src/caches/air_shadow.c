@@ -256,8 +256,7 @@ neph_result np_air_visibility_build(neph_context *context, const np_world *world
   *out = (np_air_visibility){.context = context, .rays = *rays};
   shadow_probe p = {.world = world, .depths = depths, .out = out};
   for (unsigned v = 0; v < world->clouds.count; v++)
-    p.fade[v] = 1.0f - np_scaled_phase_compute_forward(&world->clouds.at[v].phase, NP_DEGREE_MIN) *
-                           np_spectrum_max(world->clouds.at[v].albedo);
+    p.fade[v] = np_scattering_compute_least_scale(&world->clouds.at[v].phase, world->clouds.at[v].albedo);
   place_shafts(&p, casters);
   out->reach_m = find_reach(&p);
   if (!(out->reach_m > 0.0)) return NEPH_OK;

@@ -2,7 +2,7 @@
 /* Light on the ground under clouds, gathered from the solution of the multiple scattering.
  *
  * With the directions of one cosine-weighted set, the same at every point, so that neighbours differ by what they see
- * alone. Along each the equation of transfer is integrated in the scaled medium of transport/scattering_field.c,
+ * alone. Along each the equation of transfer is integrated in the scaled medium of transport/scattering_solver.c,
  *
  *     L += T·S·(1 − e^{−σ′h})/σ′,   S = Σ ϖσ·((1−f)·p′·E·e^{−kτ} + Σ (χ_l − f)·φ_lm·Y_lm)
  *
@@ -35,16 +35,15 @@ typedef struct gather {
   gather_direction *directions;
 } gather;
 
-static void fill_direction(const np_world *world, const np_scattering_field *scatter, unsigned i,
-                           gather_direction *out) {
+static void fill_direction(const np_world *world, const np_scattering_field *field, unsigned i, gather_direction *out) {
   const double cosine = sqrt(1.0 - (i + 0.5) / DIRECTIONS), sine = sqrt(1.0 - cosine * cosine);
   const double azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
   out->towards = np_vec3_make((float)(sine * cos(azimuth)), (float)(sine * sin(azimuth)), (float)cosine);
-  np_harmonics_eval(scatter->grid.degree, np_vec3_scale(out->towards, -1.0f), out->harmonics);
+  np_scattering_field_fill_harmonics(field, np_vec3_scale(out->towards, -1.0f), out->harmonics);
   const np_vec3 d = out->towards, s = world->to_sun;
   for (unsigned v = 0; v < world->clouds.count; v++) {
     np_peak_column column;
-    np_scaled_phase_fill_column(&scatter->phases[v], np_versine(d.x, d.y, d.z, s.x, s.y, s.z), &column);
+    np_scattering_field_fill_column(field, v, np_versine(d.x, d.y, d.z, s.x, s.y, s.z), &column);
     out->broad[v] = fmaxf(0.0f, column.broad);
   }
 }
@@ -84,8 +83,8 @@ static float find_source(const gather *g, const gather_direction *d, np_dvec3 po
   *out_source = np_spectrum_grey(0.0f);
   for (unsigned v = 0; v < world->clouds.count; v++) {
     float outgoing[NP_HARMONIC_COUNT_MAX];
-    np_scattering_field_fill_outgoing(&g->desc->scattering->phases[v], d->harmonics, outgoing);
-    np_spectrum light = np_scattering_field_outgoing(g->desc->scattering, &moments, outgoing);
+    np_scattering_field_fill_outgoing(g->desc->scattering, v, d->harmonics, outgoing);
+    np_spectrum light = np_scattering_field_get_outgoing(g->desc->scattering, &moments, outgoing);
     light = np_spectrum_multiply(np_spectrum_add_scaled(light, d->broad[v], sun), world->clouds.at[v].albedo);
     *out_source = np_spectrum_add_scaled(*out_source, extinction[v], light);
   }
@@ -184,8 +183,9 @@ neph_result np_ground_light_build(neph_context *context, const np_ground_light_d
   *out = (np_ground_light){.context = context};
   const np_world *world = desc->world;
   gather g = {desc, world, compute_step(world), out, NULL};
+  const np_scattering_medium *medium = np_scattering_field_get_medium(desc->scattering);
   for (unsigned v = 0; v < world->clouds.count; v++)
-    out->fade[v] = 1.0f - desc->scattering->phases[v].forward * np_spectrum_max(world->clouds.at[v].albedo);
+    out->fade[v] = np_scaled_cloud_get_scale(&medium->clouds[v], world->clouds.at[v].albedo);
   place(&g);
   const size_t count = (size_t)out->size[0] * (size_t)out->size[1];
   out->points = np_alloc(context, count, sizeof *out->points);

@@ -74,23 +74,11 @@ static void add_glow(np_hash *hash, const np_glow *g) {
   np_hash_add(hash, &g->world_to_temperature, sizeof g->world_to_temperature);
 }
 
-static neph_result add_cells(neph_context *context, np_hash *hash, const np_world *world, const np_scattering_desc *d) {
-  np_transport_grid grid;
-  neph_result result = np_transport_grid_place(context, world, &d->cells, &grid);
-  if (result) return result;
-  for (int a = 0; a < 3; a++) np_hash_add(hash, grid.edge_m[a], ((size_t)grid.size[a] + 1) * sizeof *grid.edge_m[a]);
-  np_hash_add(hash, &d->work_max, sizeof d->work_max);
-  np_hash_add(hash, &d->tolerance, sizeof d->tolerance);
-  np_hash_add(hash, &d->has_importance, sizeof d->has_importance);
-  np_transport_grid_clear(&grid);
-  return NEPH_OK;
-}
-
 static neph_result find_fingerprint(neph_context *context, const np_world *world, const np_scattering_desc *desc,
                                     char out[33]) {
   np_hash *hash = np_hash_create(context);
   if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = add_cells(context, hash, world, desc);
+  neph_result result = np_scattering_desc_add_to_hash(context, world, desc, hash);
   for (unsigned v = 0; v < world->clouds.count; v++) add_cloud(hash, &world->clouds.at[v]);
   if (world->emission) {
     np_hash_add(hash, &world->emission->black_body, sizeof world->emission->black_body);
@@ -204,7 +192,7 @@ static bool are_same_depths(const np_depth_key *kept, const np_depth_key *wanted
 /* ---- Solutions ---- */
 
 static void clear_entry(neph_context *context, np_light_store_entry *entry) {
-  if (entry->solution.context) np_scattering_field_clear(&entry->solution);
+  np_scattering_field_destroy(entry->solution);
   np_alloc_free(context, entry->key);
   *entry = (np_light_store_entry){0};
 }
@@ -218,45 +206,45 @@ static bool grow(neph_context *context, np_light_store *store, unsigned count) {
   return true;
 }
 
-/* A kept solution borrows the phase tables of a picture that is gone; those of this one are the same. */
-static void lend(np_light_store_entry *entry, const np_world *world, np_scattering_field *out) {
-  *out = entry->solution;
-  entry->solution = (np_scattering_field){0};
-  for (unsigned v = 0; v < out->volume_count; v++) out->phases[v].phase = world->clouds.at[v].phase;
+/* A solution borrows the phase tables of its picture; those of the next, whose clouds are the same, are equal. */
+static np_scattering_field *lend(np_light_store_entry *entry, const np_world *world) {
+  np_scattering_field *solution = entry->solution;
+  entry->solution = NULL;
+  np_scattering_field_set_world(solution, world);
+  return solution;
 }
 
 neph_result np_light_store_take(neph_context *context, np_light_store *store, unsigned index, np_light_role role,
                                 const np_world *world, const np_sun_depth_source *depths,
-                                const np_scattering_desc *desc, np_monitor *monitor, np_scattering_field *out) {
-  *out = (np_scattering_field){0};
+                                const np_scattering_desc *desc, np_monitor *monitor,
+                                np_scattering_field **out_solution) {
+  *out_solution = NULL;
   np_light_key *wanted;
   neph_result result =
       grow(context, store, index + 1) ? make_key(context, world, depths, desc, &wanted) : NEPH_ERROR_OUT_OF_MEMORY;
   if (result) return result;
   static const char *const names[NP_LIGHT_ROLES] = {"light in clouds", "moonlight in clouds"};
   np_light_store_entry *entry = &store->entries[index][role];
-  const bool was_kept = entry->solution.context;
+  const bool was_kept = entry->solution;
   char reason[128];
   if (was_kept && is_same(entry->key, wanted, reason, sizeof reason)) {
     tell_kept(context, names[role]);
     np_alloc_free(context, wanted);
-    lend(entry, world, out);
+    *out_solution = lend(entry, world);
     return NEPH_OK;
   }
   tell_built(context, names[role], "solved", was_kept ? reason : NULL);
   clear_entry(context, entry);
   entry->key = wanted;
-  return np_scattering_field_build(context, world, depths, desc, monitor, out);
+  return np_scattering_field_build(context, world, depths, desc, monitor, out_solution);
 }
 
 void np_light_store_give(np_light_store *store, unsigned index, np_light_role role, np_scattering_field *solution) {
-  if (!solution->context) return;
-  if (solution->is_cut) {
-    np_scattering_field_clear(solution);
-    return;
-  }
-  store->entries[index][role].solution = *solution;
-  *solution = (np_scattering_field){0};
+  if (!solution) return;
+  if (np_scattering_field_get_quality(solution).is_cut)
+    np_scattering_field_destroy(solution);
+  else
+    store->entries[index][role].solution = solution;
 }
 
 /* ---- Depths ---- */

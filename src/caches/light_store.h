@@ -9,8 +9,8 @@
 #ifndef NP_CACHES_LIGHT_STORE_H
 #define NP_CACHES_LIGHT_STORE_H
 
-#include "transport/scattering_field.h"
 #include "caches/sun_optical_depth.h"
+#include "transport/boundary_radiance.h"
 
 enum { NP_LIGHT_KEY_PLACES = 64 };
 
@@ -25,7 +25,7 @@ typedef struct np_light_key {
 } np_light_key;
 
 typedef struct np_light_store_entry {
-  np_scattering_field solution; /* empty: none */
+  np_scattering_field *solution; /* NULL: none */
   np_light_key *key;
 } np_light_store_entry;
 
@@ -50,9 +50,10 @@ typedef struct np_light_store {
 /* The solution of the `index`-th packet for the view's light: kept, or solved. */
 neph_result np_light_store_take(neph_context *context, np_light_store *store, unsigned index, np_light_role role,
                                 const np_world *world, const np_sun_depth_source *depths,
-                                const np_scattering_desc *desc, np_monitor *monitor, np_scattering_field *out);
+                                const np_scattering_desc *desc, np_monitor *monitor,
+                                np_scattering_field **out_solution);
 
-/* Takes back what was lent; an empty one changes nothing. What a time limit cut is not kept. */
+/* Takes back a solution that was lent; NULL changes nothing. One that a time limit cut is destroyed. */
 void np_light_store_give(np_light_store *store, unsigned index, np_light_role role, np_scattering_field *solution);
 
 /* Depths towards the view's light: kept, or found. */

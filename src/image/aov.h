@@ -26,7 +26,9 @@
   ROW(ALBEDO, "albedo", "RGB", false, 1)                                                                               \
   ROW(MEAN_DISTANCE, "mean_distance", "", false, 1)                                                                    \
   ROW(POSITION, "position", "XYZ", false, 1)                                                                           \
-  ROW(EMISSION, "emission", "RGB", true, 1)
+  ROW(EMISSION, "emission", "RGB", true, 1)                                                                            \
+  ROW(NORMAL, "normal", "XYZ", false, 1)                                                                               \
+  ROW(SHADOW, "shadow", "", false, 1)
 
 #define NP_AOV_INDEX(id, name, parts, needs_light, samples_min) NP_AOV_INDEX_##id,
 typedef enum np_aov_index { NP_AOV_ROWS(NP_AOV_INDEX) NP_AOV_COUNT } np_aov_index;

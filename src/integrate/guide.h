@@ -28,8 +28,6 @@
 #ifndef NP_INTEGRATE_GUIDE_H
 #define NP_INTEGRATE_GUIDE_H
 
-#include <float.h>
-
 #include "volume/tracking.h"
 #include "transport/scattering_field.h"
 
@@ -44,23 +42,7 @@ typedef struct np_guide {
   float noise;             /* likewise: twice about the standard deviation of what the next step brings */
 } np_guide;
 
-/* Means between the cells around a position; false where nothing is known, or all is dark. */
-static inline bool np_importance_get(const np_scattering_field *scatter, np_dvec3 position, np_importance *out) {
-  int32_t active[8];
-  float weight[8];
-  const unsigned count = np_transport_grid_get_corners(&scatter->grid, position, active, weight);
-  *out = (np_importance){0};
-  for (unsigned c = 0; c < count; c++) {
-    const np_importance *cell = &scatter->importance[active[c]];
-    out->mean += weight[c] * cell->mean;
-    for (int a = 0; a < 3; a++) out->linear[a] += weight[c] * cell->linear[a];
-    for (int i = 0; i < 5; i++) out->quadratic[i] += weight[c] * cell->quadratic[i];
-    out->lit += weight[c] * cell->lit;
-  }
-  return out->mean >= FLT_MIN;
-}
-
-/* Its part of degree 2 at a direction. */
+/* The part of degree 2 at a direction. */
 static inline float np_importance_get_quadratic(const np_importance *here, np_vec3 d) {
   const float *b = here->quadratic;
   return d.x * d.y * b[0] + d.y * d.z * b[1] + (3.0f * d.z * d.z - 1.0f) * b[2] + d.x * d.z * b[3] +
@@ -88,9 +70,9 @@ static inline void np_guide_set_shape(np_guide *guide, const np_importance *here
   guide->quadratic = np_clampf(np_importance_get_quadratic(here, guide->axis) * inverse, guide->linear - room, most);
 }
 
-static inline void np_guide_set_medium(np_guide *guide, const np_scaled_phase *phase, float albedo) {
-  guide->asymmetry = phase->moments[1] + phase->forward;
-  guide->second = phase->moments[2] + phase->forward;
+static inline void np_guide_set_medium(np_guide *guide, const np_scaled_cloud *cloud, float albedo) {
+  guide->asymmetry = cloud->asymmetry;
+  guide->second = cloud->second;
   const float fade = 1.0f - albedo * guide->asymmetry;
   guide->growth = fade * guide->linear / (1.0f + 0.4f * guide->quadratic);
   guide->steady = np_minf(sqrtf(3.0f * (1.0f - albedo) * fade) / np_maxf(guide->growth, 1e-6f), 1.0f);
@@ -121,11 +103,12 @@ static inline float np_guide_estimate_sun_noise(const np_guide *guide, float lit
 static inline bool np_guide_make(const np_world *world, const np_scattering_field *scattering,
                                  const np_instance *volume, np_dvec3 position, np_vec3 direction, np_guide *out) {
   np_importance here;
-  if (!np_importance_get(scattering, position, &here)) return false;
+  if (!np_scattering_field_get_importance(scattering, position, &here)) return false;
   const float albedo = np_spectrum_max(volume->albedo);
   const np_vec3 d = direction, s = world->to_sun;
   np_guide_set_shape(out, &here);
-  np_guide_set_medium(out, &scattering->phases[volume - world->clouds.at], albedo);
+  const np_scattering_medium *medium = np_scattering_field_get_medium(scattering);
+  np_guide_set_medium(out, &medium->clouds[volume - world->clouds.at], albedo);
   out->light = here.mean * np_guide_outgoing(out, direction);
   out->noise = out->light * np_guide_estimate_noise(out, albedo) +
                np_guide_estimate_sun_noise(out, here.lit, np_versine(d.x, d.y, d.z, s.x, s.y, s.z));

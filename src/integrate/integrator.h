@@ -7,6 +7,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
+#include "optics/multiple_scattering.h"
 #include "caches/lighting.h"
 
 /* What the beauty is made of: the components add up to it. */
@@ -22,32 +23,14 @@ typedef enum np_component {
   NP_COMPONENT_COUNT
 } np_component;
 
-enum { NP_LOOK_TERMS_MAX = 16 };
-
-/* What stands for light scattered more than once in the march where it is not solved for (integrate/look.h). */
-typedef enum np_look_kind {
-  NP_LOOK_OCTAVES, /* one octave: nothing stands for it */
-  NP_LOOK_SOFTENED_BEER,
-  NP_LOOK_POWDER,
-  NP_LOOK_DERIVATIVE
-} np_look_kind;
-
-typedef struct np_look {
-  np_look_kind kind;
-  float gain;            /* on all its terms: a look does not know how much light there is */
-  unsigned octave_count; /* 1 to NP_LOOK_TERMS_MAX */
-  float octave_light, octave_depth, octave_asymmetry; /* factors from one octave to the next */
-  float softened_share, softened_rate;                /* a and b of max(e^{−τ}, a·e^{−bτ}); also of the powder */
-  float powder_strength;                              /* 0: softened Beer alone; 1: all of it */
-  float derivative_distance_m;                        /* to the look-up towards the sun */
-} np_look;
-
 typedef struct np_integrator_settings {
-  unsigned scattering_max;   /* scatterings in cloud along a path; 0xffffffff: no limit */
-  float lost_share;          /* of the paths that this limit cuts, those followed to learn what is lost; 0: none */
-  bool is_split;             /* paths are guided and split by the view's solution of the multiple scattering */
-  bool is_air_traced;        /* paths go on through air and from ground; else tables answer for both */
-  np_look look;              /* of the march */
+  unsigned scattering_max; /* scatterings in cloud along a path; 0xffffffff: no limit */
+  float lost_share;        /* of the paths that this limit cuts, those followed to learn what is lost; 0: none */
+  bool is_split;           /* paths are guided and split by the view's solution of the multiple scattering */
+  bool has_sun_share;      /* the picture asks for np_opaque's */
+  bool is_air_traced;      /* paths go on through air and from ground; else tables answer for both */
+  neph_multiple_scattering multiple_scattering; /* of the march, where it is not solved for */
+  np_approximation approximation;
   float tolerance;           /* of the march: what its steps may err by, as a share of a ray's light */
   float step_voxels;         /* its longest step */
   float transmittance_end;   /* a ray of the march below this ends, or goes on with it, by Russian roulette */
@@ -70,13 +53,24 @@ typedef struct np_integrator_sample {
    * in all, 1 with ground. */
   float opaque_distance; /* m */
   np_spectrum opaque_albedo;
+  np_vec3 opaque_normal;
+  float opaque_sun_share;
 } np_integrator_sample;
 
-/* Counts `weight` of opacity at a distance. */
-static inline void np_integrator_add_opaque(np_integrator_sample *sample, float weight, double distance_m,
-                                            np_spectrum albedo) {
-  sample->opaque_distance += weight * (float)distance_m;
-  sample->opaque_albedo = np_spectrum_add_scaled(sample->opaque_albedo, weight, albedo);
+/* Facts of a place, in cloud or on the ground, that hides what lies behind it. */
+typedef struct np_opaque {
+  double distance_m; /* along the camera's ray */
+  np_spectrum albedo;
+  np_vec3 normal;  /* of ground, in the world; 0 in cloud */
+  float sun_share; /* of the sun's light, what clouds, hills and planet let through; 0 where it is not asked for */
+} np_opaque;
+
+/* Counts `weight` of opacity. */
+static inline void np_integrator_add_opaque(np_integrator_sample *sample, float weight, const np_opaque *opaque) {
+  sample->opaque_distance += weight * (float)opaque->distance_m;
+  sample->opaque_albedo = np_spectrum_add_scaled(sample->opaque_albedo, weight, opaque->albedo);
+  sample->opaque_normal = np_vec3_add(sample->opaque_normal, np_vec3_scale(opaque->normal, weight));
+  sample->opaque_sun_share += weight * opaque->sun_share;
 }
 
 typedef void (*np_integrator_fn)(const np_world *world, const np_lighting *lighting,

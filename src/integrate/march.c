@@ -9,8 +9,8 @@
  *
  * Where the view has a solution of the multiple scattering the march runs in its scaled medium (march_light.c). What
  * lies behind is then seen twice: through the true transmittance, and, spread by the forward peak too little to matter,
- * through what the scaled one has more. Otherwise light is scattered once, and a look may stand for more
- * (march_look.c). Compiled once per instruction-set level.
+ * through what the scaled one has more. Otherwise light is scattered once, and an approximation may stand for
+ * more (march_approximation.c). Compiled once per instruction-set level.
  */
 #include "integrate/march.h"
 #include "integrate/surroundings.h"
@@ -24,10 +24,10 @@ double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_
  * straight, counts as scattered. */
 static void add_emission(np_march *m, double distance_end) {
   np_spectrum factors[NP_INSTANCES_MAX], straight, scaled;
-  for (unsigned v = 0; v < m->world->clouds.count && m->scatter; v++)
+  for (unsigned v = 0; v < m->world->clouds.count && m->medium; v++)
     factors[v] = np_spectrum_subtract(np_spectrum_grey(1.0f),
-                                      np_spectrum_scale(m->world->clouds.at[v].albedo, m->scatter->phases[v].forward));
-  np_emission_march(m->world, m->ray, distance_end, m->scatter ? factors : NULL, &straight, &scaled);
+                                      np_spectrum_scale(m->world->clouds.at[v].albedo, m->medium->clouds[v].forward));
+  np_emission_march(m->world, m->ray, distance_end, m->medium ? factors : NULL, &straight, &scaled);
   np_march_add(m, NP_COMPONENT_EMISSION, 1.0f, straight);
   np_march_add(m, NP_COMPONENT_MULTIPLE, 1.0f, np_spectrum_subtract(scaled, straight));
 }
@@ -36,14 +36,14 @@ static void add_emission(np_march *m, double distance_end) {
 
 /* Sets out for the next knot, `share` of a step away. */
 static void set_knot(np_march *m, float share) {
-  const float budget = np_step_budget(m->settings->tolerance, m->carry, m->scatter != NULL);
+  const float budget = np_step_budget(m->settings->tolerance, m->carry, m->field != NULL);
   m->knot = (np_step_knot){.budget = share * share * share * budget, .distance = share * m->step_length_m};
 }
 
 /* Lights what has been gathered. */
 static void close_step(np_march *m) {
   if (m->step.count > 0 && m->step.hiding > 0.0f)
-    (m->scatter ? NP_KERNEL(np_march_light_scaled) : NP_KERNEL(np_march_light_look))(m, &m->step);
+    (m->field ? NP_KERNEL(np_march_light_scaled) : NP_KERNEL(np_march_light_approximation))(m, &m->step);
   m->step.count = 0;
 }
 
@@ -85,8 +85,8 @@ static void pass_piece(np_march *m, const np_ray_intervals *all, const np_ray_in
 
 /* What one metre of a cloud of the view counts for in a step's hiding, over its extinction. */
 static float find_hiding(const np_march *m, const np_instance *volume) {
-  if (!m->scatter) return 1.0f;
-  return 1.0f - m->scatter->phases[volume - m->world->clouds.at].forward * np_spectrum_max(volume->albedo);
+  if (!m->medium) return 1.0f;
+  return np_scaled_cloud_get_scale(&m->medium->clouds[volume - m->world->clouds.at], volume->albedo);
 }
 
 /* The same of all that is active in a stretch, at the densest points of its cells. */
@@ -160,7 +160,8 @@ static void start(np_march *m, const np_world *world, const np_lighting *lightin
   m->settings = settings;
   m->ray = ray;
   m->random = random;
-  m->scatter = settings->scattering_max > 1 ? lighting->scattering : NULL;
+  m->field = settings->scattering_max > 1 ? lighting->scattering : NULL;
+  m->medium = m->field ? np_scattering_field_get_medium(m->field) : NULL;
   m->scaled = np_spectrum_grey(1.0f);
   m->peak_depth = np_spectrum_grey(0.0f);
   m->carry = m->transmittance = 1.0f;
@@ -183,7 +184,7 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
                          out->is_ground_behind ? hit.distance_m : HUGE_VAL);
   if (all.count > 0) {
     m.to_sun = np_world_sample_sun(world, np_random_float(random), np_random_float(random));
-    (m.scatter ? NP_KERNEL(np_march_start_scaled) : NP_KERNEL(np_march_start_look))(&m);
+    (m.field ? NP_KERNEL(np_march_start_scaled) : NP_KERNEL(np_march_start_approximation))(&m);
     m.step_length_m = find_step_length(&m, &all);
     set_knot(&m, ray->jitter);
     np_ray_interval s;
@@ -192,9 +193,12 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
   }
   if (world->emission) add_emission(&m, out->is_ground_behind ? hit.distance_m : HUGE_VAL);
   out->transmittance = m.transmittance;
+  if (out->is_ground_behind)
+    np_surroundings_add_opaque_ground(world, lighting, settings, &hit, m.transmittance,
+                                      NP_KERNEL(np_march_sun_transmittance), random, out);
   np_surroundings_add_behind(world, lighting, settings, ray, out->is_ground_behind ? &hit : NULL, m.transmittance,
                              NP_KERNEL(np_march_shadow), random, out);
-  if (m.scatter)
+  if (m.field)
     np_surroundings_add_peak(world, lighting, settings, ray, out->is_ground_behind ? &hit : NULL,
                              np_spectrum_subtract(m.scaled, np_spectrum_grey(m.transmittance)),
                              NP_KERNEL(np_march_shadow), random, out);

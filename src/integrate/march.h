@@ -5,7 +5,8 @@
 #define NP_INTEGRATE_MARCH_H
 
 #include "core/isa.h"
-#include "integrate/look.h"
+#include "integrate/approximation.h"
+#include "integrate/integrator.h"
 #include "integrate/step.h"
 
 typedef struct np_march {
@@ -22,8 +23,11 @@ typedef struct np_march {
   float step_length_m; /* of the longest */
   np_integrator_sample *out;
 
-  const np_scattering_field *scatter;  /* NULL: a look stands for it */
+  const np_scattering_field *field;    /* the solved multiple scattering; NULL: an approximation stands for it */
+  const np_scattering_medium *medium;  /* of it; NULL likewise */
   const np_viewer_light *viewer_light; /* of it, for this ray; NULL: none */
+  const np_approximation_row *method;  /* where there is no solution, and its */
+  unsigned term_count;
   bool has_outgoing;
   bool is_grey;               /* all clouds are of one albedo in all bands */
   np_spectrum scaled;         /* transmittance of the scaled medium; grey 1 stays where there is none */
@@ -34,22 +38,27 @@ typedef struct np_march {
 
   /* Of each cloud of the view, as the angle to the sun is the same all along the ray. */
   union {
-    float phase[NP_INSTANCES_MAX][NP_LOOK_TERMS_MAX]; /* np_look_fill_phases() */
+    float phase[NP_INSTANCES_MAX][NP_APPROXIMATION_TERMS_MAX]; /* of the approximation's terms */
     struct {
       np_peak_column column;
-      float outgoing[NP_HARMONIC_COUNT_MAX]; /* to the camera, of the solution's moments, where `has_thrown` */
+      float outgoing[NP_HARMONIC_COUNT_MAX]; /* to the camera, of the solution's moments, where `has_outgoing` */
     } peak[NP_INSTANCES_MAX];
   } sun;
 } np_march;
 
 /* Light a step: what it throws to the camera is added, and the ray carried past it. `scaled` in the medium of the
- * multiple scattering's solution, `look` with light that is scattered once, and what stands for more. */
+ * multiple scattering's solution, `approximation` with light that is scattered once, and what stands for more. */
 void NP_KERNEL(np_march_start_scaled)(np_march *m);
 void NP_KERNEL(np_march_light_scaled)(np_march *m, const np_step *s);
-void NP_KERNEL(np_march_start_look)(np_march *m);
-void NP_KERNEL(np_march_light_look)(np_march *m, const np_step *s);
+void NP_KERNEL(np_march_start_approximation)(np_march *m);
+void NP_KERNEL(np_march_light_approximation)(np_march *m, const np_step *s);
 
-/* Sunlight through the clouds on the ground (np_cloud_shadow_fn). */
+/* Transmittance of the clouds towards the sun (np_cloud_shadow_fn). */
+float NP_KERNEL(np_march_sun_transmittance)(const np_world *world, const np_lighting *lighting,
+                                            const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
+                                            np_random *random);
+
+/* Sunlight through the clouds on the ground, likewise. */
 float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *lighting,
                                  const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
                                  np_random *random);

@@ -3,6 +3,7 @@
  * = Σ k·σ for σ. Its source is sunlight that came as if straight, times the direct term D (transport/scaled_phase.c),
  * and the solution's moments towards the camera. Compiled once per instruction-set level. */
 #include "integrate/march.h"
+#include "integrate/surroundings.h"
 
 /* What depths let through, found once where they are the same in all bands. */
 static np_spectrum find_transmittance(const np_march *m, np_spectrum depth) {
@@ -21,7 +22,7 @@ static np_spectrum find_opacity(const np_march *m, np_spectrum depth) {
 void NP_KERNEL(np_march_start_scaled)(np_march *m) {
   const float versine = np_march_get_sun_versine(m);
   for (unsigned i = 0; i < m->world->clouds.count; i++)
-    np_scaled_phase_fill_column(&m->scatter->phases[i], versine, &m->sun.peak[i].column);
+    np_scattering_field_fill_column(m->field, i, versine, &m->sun.peak[i].column);
   const np_viewer_light *prepared = m->lighting->viewer_light;
   m->viewer_light = prepared && np_dvec3_is_equal(prepared->viewer, m->ray->origin) ? prepared : NULL;
   m->has_outgoing = false;
@@ -40,8 +41,9 @@ static float track_depths(const np_march *m, np_dvec3 position, float error, sun
   float faded = 0.0f;
   for (unsigned v = 0; v < m->world->clouds.count && faded < NP_TRACK_DEPTH_MAX; v++) {
     const np_instance *volume = &m->world->clouds.at[v];
-    const float forward = m->scatter->phases[v].forward, least_forward = m->scatter->phases[v].least_forward;
-    const np_depth_query query = {1.0f - forward * np_spectrum_max(volume->albedo), error};
+    const np_scaled_cloud *cloud = &m->medium->clouds[v];
+    const float forward = cloud->forward, least_forward = cloud->least_forward;
+    const np_depth_query query = {np_scaled_cloud_get_scale(cloud, volume->albedo), error};
     const float own = np_lighting_get_cloud_depth(m->lighting, v, position, m->to_sun, &query, faded);
     faded += query.fade * own;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
@@ -72,7 +74,7 @@ static void find_sunlight(const np_march *m, np_dvec3 position, float error, sun
   const np_spectrum passed = find_transmittance(m, depths.scaled);
   out->irradiance = np_spectrum_multiply(out->outside, passed);
   out->arriving = find_transmittance(m, depths.peak);
-  if (m->scatter->delta_m_residual)
+  if (m->medium->has_delta_m_residual)
     out->delta_m_residual = np_spectrum_subtract(find_transmittance(m, depths.least), passed);
   for (int b = 0; b < NP_BAND_COUNT; b++)
     out->place[b] = b > 0 && m->is_grey ? out->place[0] : np_peak_place_get(depths.peak.band[b]);
@@ -99,32 +101,33 @@ static void add_sun(np_march *m, const np_step *s, const sunlight *sun, const np
 
 static void fill_outgoing(np_march *m) {
   float harmonics[NP_HARMONIC_COUNT_MAX]; /* towards the camera */
-  np_harmonics_eval(m->scatter->grid.degree, np_vec3_scale(m->ray->direction, -1.0f), harmonics);
+  np_scattering_field_fill_harmonics(m->field, np_vec3_scale(m->ray->direction, -1.0f), harmonics);
   for (unsigned i = 0; i < m->world->clouds.count; i++)
-    np_scattering_field_fill_outgoing(&m->scatter->phases[i], harmonics, m->sun.peak[i].outgoing);
+    np_scattering_field_fill_outgoing(m->field, i, harmonics, m->sun.peak[i].outgoing);
   m->has_outgoing = true;
 }
 
 /* The solution at a place: the cells around it, for which light towards the camera is prepared, or its moments. */
 typedef struct solution {
   bool is_prepared;
-  np_viewer_place cells;
+  np_scattering_cells cells;
   np_light_moments moments;
 } solution;
 
 static void find_solution(np_march *m, const np_step *s, np_dvec3 position, solution *out) {
   out->is_prepared = m->viewer_light && np_step_middle(s) >= m->viewer_light->distance_min;
   if (out->is_prepared) {
-    np_viewer_place_get(m->scatter, position, &out->cells);
+    np_scattering_field_gather_cells(m->field, position, &out->cells);
     return;
   }
   if (!m->has_outgoing) fill_outgoing(m);
-  np_scattering_field_gather(m->scatter, position, &out->moments);
+  np_scattering_field_gather(m->field, position, &out->moments);
 }
 
 static np_spectrum eval_solution(const np_march *m, const solution *at, unsigned cloud) {
-  if (at->is_prepared) return np_viewer_light_outgoing(m->viewer_light, m->scatter, &at->cells, cloud);
-  return np_scattering_field_outgoing(m->scatter, &at->moments, m->sun.peak[cloud].outgoing);
+  if (at->is_prepared)
+    return np_viewer_light_outgoing(m->viewer_light, &at->cells, m->medium->clouds[cloud].phase_kind);
+  return np_scattering_field_get_outgoing(m->field, &at->moments, m->sun.peak[cloud].outgoing);
 }
 
 /* How much of the light that was scattered narrowly follows the depth of the straight way to the sun within a cell:
@@ -135,10 +138,10 @@ static const float straightness = 0.75f;
  * what the solution has. */
 static np_spectrum find_detail(const np_march *m, const solution *at, const sunlight *sun) {
   np_spectrum detail = np_spectrum_grey(0.0f);
-  if (!m->scatter->delta_m_residual || np_spectrum_is_zero(sun->outside)) return detail;
+  if (!m->medium->has_delta_m_residual || np_spectrum_is_zero(sun->outside)) return detail;
   const float *mean = at->is_prepared ? at->cells.delta_m_residual : at->moments.delta_m_residual;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
-    detail.band[b] = sun->outside.band[b] * (sun->delta_m_residual.band[b] - mean[b % m->scatter->band_count]);
+    detail.band[b] = sun->outside.band[b] * (sun->delta_m_residual.band[b] - mean[b % m->medium->band_count]);
   return np_spectrum_scale(detail, straightness);
 }
 
@@ -177,7 +180,7 @@ static void find_optics(const np_march *m, const np_step *s, step_optics *out) {
   out->depth = 0.0f;
   out->all_scattering = out->peak = np_spectrum_grey(0.0f);
   for (unsigned i = 0; i < s->count; i++) {
-    const float forward = m->scatter->phases[s->volume[i] - m->world->clouds.at].forward;
+    const float forward = m->medium->clouds[s->volume[i] - m->world->clouds.at].forward;
     out->scattering[i] = np_spectrum_scale(s->volume[i]->albedo, s->depth[i]);
     out->peak = np_spectrum_add_scaled(out->peak, forward, out->scattering[i]);
     out->all_scattering = np_spectrum_add(out->all_scattering, out->scattering[i]);
@@ -235,7 +238,12 @@ static void light(np_march *m, const np_step *s, step_optics *optics, const sunl
       np_lighting_camera_air(m->lighting, m->world, m->ray->origin, m->ray->direction, middle);
   const float hidden = m->transmittance * optics->opacity;
   np_march_add(m, NP_COMPONENT_AIR, hidden, air.inscatter);
-  np_integrator_add_opaque(m->out, hidden, middle, np_spectrum_scale(optics->all_scattering, 1.0f / optics->depth));
+  np_integrator_add_opaque(
+      m->out, hidden,
+      &(np_opaque){.distance_m = middle,
+                   .albedo = np_spectrum_scale(optics->all_scattering, 1.0f / optics->depth),
+                   .sun_share = np_surroundings_get_sun_share(m->world, m->lighting, m->settings, find_middle(m, s),
+                                                              NP_KERNEL(np_march_sun_transmittance), m->random)});
 
   const np_spectrum half_peak = np_spectrum_scale(optics->peak, 0.5f);
   m->peak_depth = np_spectrum_add(m->peak_depth, half_peak);

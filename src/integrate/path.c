@@ -137,7 +137,8 @@ static unsigned count_copies(const np_tracer *t, np_path_state *path) {
   if (count >= 1.0f) return path->depth < SPLIT_DEPTH_MAX ? (unsigned)count : 1;
   const bool goes_on = np_random_float(t->random) < count;
   const float expected = path->guide.light * (goes_on ? 1.0f - 1.0f / count : 1.0f);
-  np_path_add_light(t, path, np_path_name_multiple(path), np_spectrum_scale(t->lighting->scattering->colour, expected));
+  const np_spectrum colour = np_scattering_field_get_medium(t->lighting->scattering)->colour;
+  np_path_add_light(t, path, np_path_name_multiple(path), np_spectrum_scale(colour, expected));
   if (goes_on) path->throughput = np_spectrum_scale(path->throughput, 1.0f / count);
   return goes_on;
 }

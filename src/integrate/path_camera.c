@@ -66,6 +66,15 @@ static cloud_hit find_cloud(const np_tracer *t, const np_camera_ray *ray, double
   return hit;
 }
 
+static void add_opaque_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit) {
+  const np_dvec3 position = np_dvec3_along(ray->origin, ray->direction, hit->distance);
+  const float sun_share =
+      np_surroundings_get_sun_share(t->world, t->lighting, t->settings, position, np_path_shadow, t->random);
+  np_integrator_add_opaque(
+      t->out, hit->weight,
+      &(np_opaque){.distance_m = hit->distance, .albedo = hit->volume->albedo, .sun_share = sun_share});
+}
+
 /* Light scattered in the clouds after a first collision, and the air before it, from the camera's table. */
 static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit) {
   np_integrator_sample scattered = {.transmittance = 0.0f};
@@ -136,7 +145,6 @@ static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_gr
     np_path_add(t->out, component, np_spectrum_multiply(transmittance, light));
     return;
   }
-  np_integrator_add_opaque(t->out, t->out->transmittance, ground->distance_m, ground->albedo);
   np_path_state path = start_path(ray, ground->distance_m, transmittance);
   if (!(path.weight > 0.0f)) return;
   path.component = NP_COMPONENT_TERRAIN;
@@ -176,7 +184,10 @@ void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lightin
     np_path_add(out, NP_COMPONENT_EMISSION,
                 np_emission_along(world, ray->origin, ray->direction, distance_end, 1.0f, true, random));
   const cloud_hit cloud = find_cloud(&t, ray, distance_end);
-  if (!isinf(cloud.distance)) np_integrator_add_opaque(out, cloud.weight, cloud.distance, cloud.volume->albedo);
+  if (!isinf(cloud.distance)) add_opaque_cloud(&t, ray, &cloud);
+  if (out->is_ground_behind)
+    np_surroundings_add_opaque_ground(world, lighting, settings, &ground, out->transmittance, np_path_shadow, random,
+                                      out);
   if (!out->is_ground_behind) look_for_disks(&t, ray);
   (settings->is_air_traced ? look : look_by_tables)(&t, ray, &cloud, out->is_ground_behind ? &ground : NULL);
 }

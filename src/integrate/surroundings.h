@@ -12,6 +12,29 @@ typedef float (*np_cloud_shadow_fn)(const np_world *world, const np_lighting *li
                                     const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
                                     np_random *random);
 
+/* Share of the sun's light that comes past clouds, hills and planet to a place; 0 where the picture does not ask. It is
+ * drawn with random numbers that the picture uses too, so that asking changes nothing else. */
+static inline float np_surroundings_get_sun_share(const np_world *world, const np_lighting *lighting,
+                                                  const np_integrator_settings *settings, np_dvec3 position,
+                                                  np_cloud_shadow_fn transmittance, const np_random *random) {
+  if (!settings->has_sun_share) return 0.0f;
+  np_random same = *random;
+  const np_vec3 to_sun = np_world_sample_sun(world, np_random_float(&same), np_random_float(&same));
+  if (np_world_is_sun_hidden(world, position, to_sun)) return 0.0f;
+  return transmittance(world, lighting, settings, position, to_sun, &same);
+}
+
+/* Counts the ground that a camera's ray meets, seen through `weight`. */
+static inline void np_surroundings_add_opaque_ground(const np_world *world, const np_lighting *lighting,
+                                                     const np_integrator_settings *settings, const np_ground_hit *hit,
+                                                     float weight, np_cloud_shadow_fn transmittance,
+                                                     const np_random *random, np_integrator_sample *out) {
+  if (weight <= 0.0f) return;
+  const float sun_share =
+      np_surroundings_get_sun_share(world, lighting, settings, hit->position, transmittance, random);
+  np_integrator_add_opaque(out, weight, &(np_opaque){hit->distance_m, hit->albedo, hit->normal, sun_share});
+}
+
 /* Radiance of Lambert ground under sun, clouds' shadow, sky and what glows. */
 static inline np_spectrum np_surroundings_ground(const np_world *world, const np_lighting *lighting,
                                                  const np_integrator_settings *settings, const np_ground_hit *hit,
@@ -50,7 +73,6 @@ static inline void np_surroundings_add_behind(const np_world *world, const np_li
                                               np_random *random, np_integrator_sample *out) {
   if (transmittance <= 0.0f) return;
   if (hit) {
-    np_integrator_add_opaque(out, transmittance, hit->distance_m, hit->albedo);
     const np_aerial_perspective air =
         np_lighting_camera_air(lighting, world, ray->origin, ray->direction, hit->distance_m);
     const np_spectrum ground =

@@ -31,6 +31,13 @@ np_phase np_phase_droplets(double diameter_m) {
   return (np_phase){.lobe = {{(float)g_hg, 0}, {(float)g_draine, (float)alpha}}, .weight = (float)weight};
 }
 
+static bool is_same_lobe(np_phase_lobe a, np_phase_lobe b) { return a.asymmetry == b.asymmetry && a.alpha == b.alpha; }
+
+bool np_phase_is_equal(const np_phase *a, const np_phase *b) {
+  return is_same_lobe(a->lobe[0], b->lobe[0]) && is_same_lobe(a->lobe[1], b->lobe[1]) && a->weight == b->weight &&
+         a->table == b->table && a->table_weight == b->table_weight;
+}
+
 /* The normalisation 1 + α(1+2g²)/3: one plus α times the mean of μ² over H. */
 static double compute_norm(np_phase_lobe lobe) {
   double g = lobe.asymmetry, alpha = lobe.alpha;

@@ -55,6 +55,8 @@ static inline float np_phase_eval(const np_phase *phase, float versine) {
   return value;
 }
 
+bool np_phase_is_equal(const np_phase *a, const np_phase *b);
+
 /* A direction of flight after scattering, distributed as the phase function: its pdf is its value.
  *
  * forward   unit direction of flight before.

@@ -57,6 +57,19 @@ static float read_position(const np_channels *c, const np_channel *channel, cons
   return (float)(origin[axis] * (double)compute_alpha(sample)) + direction[axis] * sample->opaque_distance;
 }
 
+static float read_normal(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
+                         const np_integrator_sample *sample) {
+  (void)c, (void)ray;
+  const float normal[3] = {sample->opaque_normal.x, sample->opaque_normal.y, sample->opaque_normal.z};
+  return normal[channel->part];
+}
+
+static float read_sun_share(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
+                            const np_integrator_sample *sample) {
+  (void)c, (void)channel, (void)ray;
+  return sample->opaque_sun_share;
+}
+
 /* ---- What becomes of the sum ---- */
 
 static double finish_mean(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts) {
@@ -75,6 +88,12 @@ static double finish_opaque_distance(const np_channel *channel, double sum, doub
                                      const np_pixel_facts *facts) {
   (void)channel, (void)facts;
   return opaque > 0.0 ? sum / opaque : HUGE_VAL;
+}
+
+/* Where nothing is opaque nothing is in shadow. */
+static double finish_opaque_share(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts) {
+  (void)channel, (void)facts;
+  return opaque > 0.0 ? sum / opaque : 1.0;
 }
 
 static double finish_depth(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts) {
@@ -122,6 +141,8 @@ static const np_channel_kind aov_kinds[NP_AOV_COUNT] = {
     [NP_AOV_INDEX_ALBEDO] = {read_albedo, finish_opaque, 0},
     [NP_AOV_INDEX_MEAN_DISTANCE] = {read_distance, finish_opaque_distance, 0},
     [NP_AOV_INDEX_POSITION] = {read_position, finish_opaque, 0},
+    [NP_AOV_INDEX_NORMAL] = {read_normal, finish_opaque, 0},
+    [NP_AOV_INDEX_SHADOW] = {read_sun_share, finish_opaque_share, 0},
 };
 
 static void add(np_channels *c, const char *name, np_channel_kind kind, unsigned part) {

@@ -21,12 +21,13 @@ static bool has_limit(const np_frame *f, const np_plan *plan) {
 }
 
 static void choose_integrator(np_frame *f, const np_plan *plan, const np_scene_render *render) {
-  const bool has_look = np_plan_needs(plan, NP_STAGE_LOOK);
-  np_integrator_choice_make(render, has_look ? f->desc->multiple_scattering : NEPH_MULTIPLE_SCATTERING_NONE,
+  const bool is_approximated = np_plan_needs(plan, NP_STAGE_APPROXIMATION);
+  np_integrator_choice_make(render, is_approximated ? f->desc->multiple_scattering : NEPH_MULTIPLE_SCATTERING_NONE,
                             &f->settings);
   f->settings.scattering_max = is_lit(plan) ? f->desc->scattering_max : 0;
   f->settings.is_split = f->desc->path_guiding == NEPH_PATH_GUIDING_ADJOINT && np_plan_needs(plan, NP_STAGE_ORDINATES);
   f->settings.is_air_traced = is_lit(plan) && np_plan_traces_air(plan);
+  f->settings.has_sun_share = plan->aovs & NP_AOV_SHADOW;
   f->settings.lost_share = has_limit(f, plan) ? lost_share : 0.0f;
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->assembly->context));
   f->integrate = f->desc->integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;

@@ -11,7 +11,6 @@
 #include "optics/phase_table.h"
 #include "render/placement.h"
 #include "scene/scene_inputs.h"
-#include "terrain/heightfield.h"
 #include "volume/volume_private.h"
 
 /* ---- Tables and pictures ---- */
@@ -19,7 +18,7 @@
 static neph_result open_phase_table(const neph_scene *scene, const np_scene_cloud *cloud) {
   if (cloud->phase_source.kind != NP_PHASE_TABLE) return NEPH_OK;
   np_phase_table table;
-  neph_result result = np_phase_table_load(scene->context, cloud->phase_source.table, &table);
+  neph_result result = np_phase_table_load(scene->context, cloud->phase_table, &table);
   if (!result) np_phase_table_clear(&table);
   return result;
 }
@@ -42,8 +41,9 @@ static neph_result open_sphere_map(const neph_scene *scene, const char *what, co
 }
 
 static neph_result open_terrain(const neph_scene *scene) {
-  if (scene->terrain.kind != NP_TERRAIN_HEIGHTFIELD) return NEPH_OK;
-  return np_heightfield_check(scene->context, scene->terrain.heightfield);
+  const np_terrain_source source = np_scene_terrain_get_source(&scene->terrain);
+  const np_terrain_row *row = &np_terrain_rows[source.kind];
+  return row->check ? row->check(scene->context, &source) : NEPH_OK;
 }
 
 /* ---- Clouds ---- */

@@ -11,6 +11,9 @@ enum { SIZE_LIMIT = 65536 };
 
 /* ---- The description ---- */
 
+#define NAME(id, name, needs) " " name
+#define NAMES NP_MULTIPLE_SCATTERING_ROWS(NAME)
+
 static neph_result check_desc(neph_context *context, const neph_render_desc *desc) {
   const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
   if (desc->width < 1 || desc->height < 1 || desc->width > SIZE_LIMIT || desc->height > SIZE_LIMIT)
@@ -27,10 +30,8 @@ static neph_result check_desc(neph_context *context, const neph_render_desc *des
     return np_fail(context, bad, "time_limit_s is %g, must be at least 0", desc->time_limit_s);
   if (desc->sample_count_max < 16)
     return np_fail(context, bad, "sample_count_max is %u, must be at least 16", desc->sample_count_max);
-  if ((unsigned)desc->multiple_scattering > NEPH_MULTIPLE_SCATTERING_DERIVATIVE)
-    return np_fail(context, bad,
-                   "multiple_scattering is %d, must be none (0), octaves (1), ordinates (2), softened Beer (3), "
-                   "powder (4) or derivative (5)",
+  if (!np_multiple_scattering_get_row(desc->multiple_scattering))
+    return np_fail(context, bad, "multiple_scattering is %d, must be a neph_multiple_scattering, of:" NAMES,
                    (int)desc->multiple_scattering);
   if ((unsigned)desc->atmosphere > NEPH_RENDER_ATMOSPHERE_TABLES)
     return np_fail(context, bad, "atmosphere is %d, must be traced (0) or tables (1)", (int)desc->atmosphere);

@@ -28,7 +28,7 @@ double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) 
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_scattering_desc *out) {
   const neph_render_desc *desc = &plan->desc;
   *out = (np_scattering_desc)NP_SCATTERING_DESC_DEFAULT;
-  out->cells.cell_count_max = (size_t)fmin(get_memory(scene) / np_transport_count_iterated_bytes(NP_DEGREE_MIN), 1e9);
+  np_scattering_desc_set_memory(out, get_memory(scene));
   if (desc->integrator == NEPH_INTEGRATOR_MARCH)
     np_scattering_desc_set_rays(out, (double)desc->width * desc->height * desc->sample_count);
 }
@@ -70,16 +70,9 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   desc.cells.viewer = np_dvec3_make(camera[0], camera[1], camera[2]);
   for (unsigned i = 0; i < scene->cloud_count; i++) add_cloud(o, i, &scene->clouds[i], &desc.cells);
   const np_world world = {.clouds.count = scene->cloud_count, .clouds.at = o->volumes};
-  np_transport_grid grid;
-  neph_result result = np_transport_grid_place(scene->context, &world, &desc.cells, &grid);
-  if (result) return result;
-  double least, most;
-  np_transport_grid_compute_depths(&world, &grid, &least, &most);
-  *out = (np_cells_forecast){.is_known = true,
-                             .errors = {np_transport_expect_error(least), np_transport_expect_error(most)},
-                             .cell_count = (double)grid.size[0] * grid.size[1] * grid.size[2]};
-  np_transport_grid_clear(&grid);
-  return NEPH_OK;
+  const neph_result result = np_scattering_desc_forecast(scene->context, &world, &desc, &out->cells);
+  out->is_known = !result;
+  return result;
 }
 
 neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene, np_cells_forecast *out) {

@@ -14,9 +14,7 @@ void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, struct n
 /* What is to be expected of them. Not known where clouds or their phase functions are files that have not been read. */
 typedef struct np_cells_forecast {
   bool is_known;
-  double errors[2]; /* of light, as shares, at the densest point: in the smallest cells, which are near the camera, and
-                       in the largest */
-  double cell_count; /* in the box of the clouds */
+  np_scattering_forecast cells;
 } np_cells_forecast;
 
 neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene, np_cells_forecast *out);

@@ -29,7 +29,7 @@ typedef enum np_stage {
   NP_STAGE_VIEWER_LIGHT,  /* of that solution, towards the camera */
   NP_STAGE_GROUND_CLOUDS, /* light from the clouds on the ground */
   NP_STAGE_AIR_SHADOWS,   /* of clouds and hills, in the air before the camera */
-  NP_STAGE_LOOK,          /* multiple scattering approximated from single scattering */
+  NP_STAGE_APPROXIMATION, /* multiple scattering approximated from single scattering */
   NP_STAGE_STARS,         /* of the catalogue, in the picture */
   NP_STAGE_LIGHTING,      /* the caches that answer the integrator */
   NP_STAGE_INTEGRATOR,

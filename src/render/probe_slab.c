@@ -22,7 +22,6 @@
 #include "core/alloc.h"
 #include "core/units.h"
 #include "integrate/integrator.h"
-#include "transport/scattering_field.h"
 #include "render/integrator_choice.h"
 #include "volume/volume_private.h"
 
@@ -55,7 +54,7 @@ struct np_slab {
   np_instance placed;
   np_world world;
   np_lighting lighting;
-  np_scattering_field scattering; /* of the march, and of paths that are guided by it */
+  np_scattering_field *scattering; /* of the march, and of paths that are guided by it */
   np_integrator_settings settings;
   np_integrator_fn integrate;
 };
@@ -139,7 +138,7 @@ static neph_result solve(np_slab *slab, bool has_importance) {
   desc.has_importance = has_importance;
   const np_sun_depth_source depths = np_sun_depths_get_source(&slab->lighting.sun_depths);
   neph_result result = np_scattering_field_build(slab->context, &slab->world, &depths, &desc, NULL, &slab->scattering);
-  if (!result) slab->lighting.scattering = &slab->scattering;
+  slab->lighting.scattering = slab->scattering;
   return result;
 }
 
@@ -174,7 +173,7 @@ neph_result np_slab_create(neph_context *context, const np_slab_case *case_, con
 
 void np_slab_destroy(np_slab *slab) {
   if (!slab) return;
-  np_scattering_field_clear(&slab->scattering);
+  np_scattering_field_destroy(slab->scattering);
   neph_volume_release(slab->volume);
   np_alloc_free(slab->context, slab);
 }

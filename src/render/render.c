@@ -11,10 +11,6 @@
 static neph_result describe_render(const neph_scene *scene, const neph_render_desc *desc, double seconds,
                                    neph_image *image) {
   const bool is_path = desc->integrator == NEPH_INTEGRATOR_PATH;
-  static const char *const multiple[] = {
-      [NEPH_MULTIPLE_SCATTERING_NONE] = "none",           [NEPH_MULTIPLE_SCATTERING_OCTAVES] = "octaves",
-      [NEPH_MULTIPLE_SCATTERING_ORDINATES] = "ordinates", [NEPH_MULTIPLE_SCATTERING_SOFTENED_BEER] = "softened_beer",
-      [NEPH_MULTIPLE_SCATTERING_POWDER] = "powder",       [NEPH_MULTIPLE_SCATTERING_DERIVATIVE] = "derivative"};
   char seed[24];
   (void)snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
   neph_result result = neph_image_set_attribute(image, "nephos:integrator", is_path ? "path" : "march");
@@ -22,7 +18,8 @@ static neph_result describe_render(const neph_scene *scene, const neph_render_de
   if (!result && is_path)
     result = neph_image_set_attribute(image, "nephos:atmosphere", is_traced ? "traced" : "tables");
   if (!result && !is_path)
-    result = neph_image_set_attribute(image, "nephos:multipleScattering", multiple[desc->multiple_scattering]);
+    result = neph_image_set_attribute(image, "nephos:multipleScattering",
+                                      np_multiple_scattering_get_row(desc->multiple_scattering)->name);
   if (!result && desc->scattering_max != NEPH_SCATTERINGS_ALL)
     result = np_image_set_integer(image, "nephos:scatteringMax", desc->scattering_max);
   if (!result) result = neph_image_set_attribute(image, "nephos:seed", seed);
@@ -40,22 +37,22 @@ typedef struct light_quality {
   double cut_residual;
 } light_quality;
 
-static void add_quality(const np_scattering_field *scatter, light_quality *q) {
+static void add_quality(np_scattering_quality own, light_quality *q) {
   q->is_solved = true;
-  q->residual = fmax(q->residual, scatter->residual);
-  q->error = fmax(q->error, scatter->error);
-  if (!scatter->is_cut) return;
+  q->residual = fmax(q->residual, own.residual);
+  q->error = fmax(q->error, own.error);
+  if (!own.is_cut) return;
   q->is_cut = true;
-  q->cut_residual = fmax(q->cut_residual, scatter->residual);
-  q->cut_width = scatter->cut_width > q->cut_width ? scatter->cut_width : q->cut_width;
+  q->cut_residual = fmax(q->cut_residual, own.residual);
+  q->cut_width = own.cut_width > q->cut_width ? own.cut_width : q->cut_width;
 }
 
 static light_quality find_light_quality(const np_assembly *assembly) {
   light_quality q = {.is_solved = false};
   for (unsigned p = 0; p < assembly->packet_count; p++)
     for (unsigned i = 0; i < assembly->packets[p].light_count; i++) {
-      const np_scattering_field *scatter = assembly->packets[p].lights[i].lighting.scattering;
-      if (scatter) add_quality(scatter, &q);
+      const np_scattering_field *field = assembly->packets[p].lights[i].lighting.scattering;
+      if (field) add_quality(np_scattering_field_get_quality(field), &q);
     }
   return q;
 }

@@ -54,14 +54,10 @@ void np_stage_decide_color(np_decision *d, np_plan_stage *out) {
 }
 
 void np_stage_decide_terrain(np_decision *d, np_plan_stage *out) {
-  static const char *const reasons[] = {[NP_TERRAIN_NONE] = "the scene has no terrain",
-                                        [NP_TERRAIN_HEIGHTFIELD] = "height field ",
-                                        [NP_TERRAIN_RIDGES] = "ridges from noise",
-                                        [NP_TERRAIN_GIVEN] = "a terrain that a call has set"};
   const np_scene_terrain *terrain = &d->scene->terrain;
+  const np_terrain_row *row = &np_terrain_rows[terrain->kind];
   out->is_needed = terrain->kind != NP_TERRAIN_NONE;
-  snprintf(out->reason, sizeof out->reason, "%s%s", reasons[terrain->kind],
-           terrain->kind == NP_TERRAIN_HEIGHTFIELD ? terrain->heightfield : "");
+  snprintf(out->reason, sizeof out->reason, "%s%s", row->description, row->check ? terrain->heightfield : "");
 }
 
 static double count_voxels(const neph_cloud_desc *bake) {
@@ -258,11 +254,11 @@ void np_stage_decide_air_shadows(np_decision *d, np_plan_stage *out) {
 static void describe_ordinates(np_decision *d, char *out, size_t size) {
   np_cells_forecast f;
   d->result = np_plan_forecast_cells(d->plan, d->scene, &f);
-  d->plan->light_cell_count = f.cell_count;
+  d->plan->light_cell_count = f.cells.cell_count;
   const char *what = "solved for once while clouds and lights stay, within render.light_memory";
   if (f.is_known)
     snprintf(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells", what,
-             100.0 * f.errors[0], 100.0 * f.errors[1]);
+             100.0 * f.cells.errors[0], 100.0 * f.cells.errors[1]);
   else
     snprintf(out, size, "%s; expected error 2 to 4 %%, more where that is little", what);
 }
@@ -275,22 +271,24 @@ static const char *get_scatterless(const np_decision *d) {
   return !against && d->plan->desc.scattering_max < 2 ? "render.max_scatterings is below 2" : against;
 }
 
-static const char *const chosen[] = {
-    [NEPH_MULTIPLE_SCATTERING_NONE] = "render.multiple_scattering is none",
-    [NEPH_MULTIPLE_SCATTERING_OCTAVES] = "render.multiple_scattering is octaves",
-    [NEPH_MULTIPLE_SCATTERING_ORDINATES] = "render.multiple_scattering is ordinates",
-    [NEPH_MULTIPLE_SCATTERING_SOFTENED_BEER] = "render.multiple_scattering is softened_beer",
-    [NEPH_MULTIPLE_SCATTERING_POWDER] = "render.multiple_scattering is powder",
-    [NEPH_MULTIPLE_SCATTERING_DERIVATIVE] = "render.multiple_scattering is derivative",
-};
+/* "render.multiple_scattering is none", …: a literal of each row. */
+static const char *get_chosen(const np_decision *d) {
+#define CHOSEN(id, name, needs) [NEPH_MULTIPLE_SCATTERING_##id] = "render.multiple_scattering is " name,
+  static const char *const chosen[] = {NP_MULTIPLE_SCATTERING_ROWS(CHOSEN)};
+#undef CHOSEN
+  return chosen[d->plan->desc.multiple_scattering];
+}
+
+static bool needs_of_method(const np_decision *d, np_multiple_scattering_needs needs) {
+  return np_multiple_scattering_get_row(d->plan->desc.multiple_scattering)->needs == needs;
+}
 
 /* For the march, or to guide paths by. */
 void np_stage_decide_ordinates(np_decision *d, np_plan_stage *out) {
   const neph_render_desc *desc = &d->plan->desc;
   const char *against = get_scatterless(d);
   if (!against && is_path(d) && desc->path_guiding != NEPH_PATH_GUIDING_ADJOINT) against = endless;
-  if (!against && !is_path(d) && desc->multiple_scattering != NEPH_MULTIPLE_SCATTERING_ORDINATES)
-    against = chosen[desc->multiple_scattering];
+  if (!against && !is_path(d) && !needs_of_method(d, NP_MULTIPLE_SCATTERING_NEEDS_SOLUTION)) against = get_chosen(d);
   char solved[sizeof out->reason] = "", why[sizeof out->reason];
   if (!against) describe_ordinates(d, solved, sizeof solved);
   snprintf(why, sizeof why, "%s%s", is_path(d) ? "paths are guided by it; " : "", solved);
@@ -308,12 +306,11 @@ void np_stage_decide_ground_clouds(np_decision *d, np_plan_stage *out) {
                 has_ground(d) ? NULL : "there is no ground", "the clouds hide sky from the ground, and shine on it");
 }
 
-void np_stage_decide_look(np_decision *d, np_plan_stage *out) {
-  const neph_multiple_scattering multiple = d->plan->desc.multiple_scattering;
-  const bool is_look = multiple != NEPH_MULTIPLE_SCATTERING_ORDINATES && multiple != NEPH_MULTIPLE_SCATTERING_NONE;
-  const char *against = get_scatterless(d);
+void np_stage_decide_approximation(np_decision *d, np_plan_stage *out) {
+  const bool is_approximated = needs_of_method(d, NP_MULTIPLE_SCATTERING_NEEDS_APPROXIMATION);
+  const char *against = get_scatterless(d), *chosen = get_chosen(d);
   if (!against && is_path(d)) against = endless;
-  decide_unless(out, against, is_look ? NULL : chosen[multiple], chosen[multiple]);
+  decide_unless(out, against, is_approximated ? NULL : chosen, chosen);
 }
 
 void np_stage_decide_lighting(np_decision *d, np_plan_stage *out) {

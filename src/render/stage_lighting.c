@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Worlds, and the caches of light that are built of them. */
 #include "core/units.h"
-#include "integrate/look.h"
+#include "integrate/approximation.h"
 #include "render/integrator_choice.h"
 #include "render/plan_cells.h"
 #include "render/stage_builders.h"
@@ -89,14 +89,14 @@ static np_sun_depths get_depths(const np_stage_inputs *in, const np_packet_light
 /* The least rate at which depths count: in the scaled medium, or in the slowest octave. */
 static float compute_sun_rate(const np_stage_inputs *in, const np_instances *clouds) {
   float rate = 1.0f;
-  if (np_plan_needs(in->plan, NP_STAGE_LOOK)) {
+  if (np_plan_needs(in->plan, NP_STAGE_APPROXIMATION)) {
     np_integrator_settings settings;
     np_integrator_choice_make(&in->scene->render, in->plan->desc.multiple_scattering, &settings);
-    return np_look_fade(&settings.look);
+    return np_approximation_rows_v1[settings.multiple_scattering].get_fade(&settings.approximation);
   }
   if (!np_plan_needs(in->plan, NP_STAGE_ORDINATES)) return rate;
   for (unsigned v = 0; v < clouds->count; v++)
-    rate = fminf(rate, 1.0f - np_scaled_phase_compute_forward(&clouds->at[v].phase, NP_DEGREE_MIN));
+    rate = fminf(rate, np_scattering_compute_least_scale(&clouds->at[v].phase, np_spectrum_grey(1.0f)));
   return fmaxf(rate, 0.05f);
 }
 
@@ -142,13 +142,13 @@ neph_result np_stage_build_ordinates(const np_stage_inputs *in, const np_packet 
 
 void np_stage_clear_ordinates(np_assembly *a, const np_packet *packet, np_packet_light *light) {
   np_light_store_give(&a->stores->lights, np_packet_get_index(a, packet), get_light_role(light->is_moon),
-                      &light->scattering);
+                      light->scattering);
 }
 
 neph_result np_stage_build_viewer_light(const np_stage_inputs *in, const np_packet *packet, np_packet_light *out) {
   (void)packet;
   const np_assembly *a = in->made;
-  return np_viewer_light_build(a->context, &out->scattering, a->camera.origin, in->monitor, &out->viewer_light);
+  return np_viewer_light_build(a->context, out->scattering, a->camera.origin, in->monitor, &out->viewer_light);
 }
 
 void np_stage_clear_viewer_light(np_assembly *assembly, const np_packet *packet, np_packet_light *light) {
@@ -164,7 +164,7 @@ neph_result np_stage_build_ground_clouds(const np_stage_inputs *in, const np_pac
   const np_sun_depths depths = get_depths(in, out);
   const np_ground_light_desc desc = {.world = &out->world,
                                      .depths = &depths,
-                                     .scattering = &out->scattering,
+                                     .scattering = out->scattering,
                                      .bounds_min = a->clouds_min,
                                      .bounds_max = a->clouds_max};
   return np_ground_light_build(a->context, &desc, in->monitor, &out->ground_light);
@@ -245,7 +245,7 @@ neph_result np_stage_build_lighting(const np_stage_inputs *in, const np_packet *
   (void)packet;
   out->lighting = (np_lighting){
       .sun_depths = get_depths(in, out),
-      .scattering = np_plan_needs(in->plan, NP_STAGE_ORDINATES) ? &out->scattering : NULL,
+      .scattering = out->scattering,
       .viewer_light = np_plan_needs(in->plan, NP_STAGE_VIEWER_LIGHT) ? &out->viewer_light : NULL,
       .ground_light = np_plan_needs(in->plan, NP_STAGE_GROUND_CLOUDS) ? &out->ground_light : NULL,
       .air_shadow = out->air_shadow.kept ? &out->air_shadow : NULL,

@@ -17,9 +17,8 @@ static neph_result make_terrain(const np_stage_inputs *in, neph_terrain **out) {
   neph_terrain_desc desc = terrain->desc;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
-  if (terrain->kind == NP_TERRAIN_RIDGES)
-    return neph_terrain_create_ridges(in->scene->context, &terrain->ridges, &desc, out);
-  return neph_terrain_load(in->scene->context, terrain->heightfield, &desc, out);
+  const np_terrain_source source = np_scene_terrain_get_source(terrain);
+  return np_terrain_create(in->scene->context, &source, &desc, out);
 }
 
 /* Given, kept from the picture before, or made. */
@@ -124,11 +123,10 @@ static void include_box(np_dvec3 *low, np_dvec3 *high, np_dvec3 box_low, np_dvec
 }
 
 static neph_result load_phase(const cloud_build *c) {
-  const np_scene_phase *source = &c->cloud->phase_source;
-  if (source->kind != NP_PHASE_TABLE) return NEPH_OK;
+  if (c->cloud->phase_source.kind != NP_PHASE_TABLE) return NEPH_OK;
   np_assembly *a = c->out;
   np_phase_table *table = &a->phase_tables[c->index];
-  neph_result result = np_phase_table_load(a->context, source->table, table);
+  neph_result result = np_phase_table_load(a->context, c->cloud->phase_table, table);
   if (!result) a->placed[c->index].phase = np_phase_tabulated(table);
   return result;
 }

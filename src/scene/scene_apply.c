@@ -239,25 +239,6 @@ static neph_result apply_fallbacks(key_applier *applier, const np_key *list, voi
 
 /* ---- Clouds ---- */
 
-static np_phase make_phase(const np_scene_phase *source) {
-  switch (source->kind) {
-  case NP_PHASE_HENYEY_GREENSTEIN:
-    return np_phase_henyey_greenstein((float)source->asymmetry);
-  case NP_PHASE_TWO_LOBE:
-    return np_phase_two_lobe((float)source->forward, (float)source->backward, (float)source->backward_weight);
-  case NP_PHASE_RAYLEIGH:
-    return np_phase_rayleigh();
-  case NP_PHASE_DRAINE:
-    return np_phase_draine((float)source->draine_asymmetry, (float)source->alpha);
-  case NP_PHASE_ISOTROPIC:
-  case NP_PHASE_TABLE:
-    return np_phase_isotropic();
-  case NP_PHASE_DROPLETS:
-    break;
-  }
-  return np_phase_droplets(source->diameter_m);
-}
-
 /* One element of a list, whose fields start from their defaults. */
 static neph_result apply_element(key_applier *applier, const np_key *list, unsigned index, const np_node *node,
                                  void *element) {
@@ -280,7 +261,7 @@ static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigne
   snprintf(cloud->bake_name, sizeof cloud->bake_name, "%s[%u].bake", list->path, index);
   cloud->bake.name = cloud->bake_name;
   if (cloud->has_top) cloud->bake.thickness_m = cloud->top_m - cloud->bake.base_altitude_m;
-  cloud->phase = make_phase(&cloud->phase_source);
+  cloud->phase = np_phase_make(&cloud->phase_source);
   return cloud->name ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 

@@ -12,7 +12,9 @@
 #define MULTIPLE(kind) ONLY(NEPH_MULTIPLE_SCATTERING_##kind)
 
 /* clang-format off */
-#define LOOKS (MULTIPLE(OCTAVES) | MULTIPLE(SOFTENED_BEER) | MULTIPLE(POWDER) | MULTIPLE(DERIVATIVE))
+#define NEEDS(need) (NP_MULTIPLE_SCATTERING_NEEDS_##need == NP_MULTIPLE_SCATTERING_NEEDS_APPROXIMATION)
+#define APPROXIMATION(id, name, need) | (NEEDS(need) ? MULTIPLE(id) : 0u)
+#define APPROXIMATIONS (0u NP_MULTIPLE_SCATTERING_ROWS(APPROXIMATION))
 #define CONSTITUENTS                                                                                                   \
   "atmosphere.rayleigh_scattering", "atmosphere.rayleigh_height", "atmosphere.mie_scattering",                         \
   "atmosphere.mie_extinction", "atmosphere.mie_height", "atmosphere.mie_asymmetry", "atmosphere.ozone_absorption",     \
@@ -73,7 +75,7 @@ static const np_ignore_rule rules[] = {
      .reason = "for which nothing is solved", .applies = IN_MARCH},
     {.keys = {"render.light_memory"}, .counts = {"render.path_guiding", ONLY(NEPH_PATH_GUIDING_ADJOINT)},
      .reason = "for which nothing is solved", .applies = IN_PATHS},
-    {.keys = {"render.approximation_gain"}, .counts = {"render.multiple_scattering", LOOKS},
+    {.keys = {"render.approximation_gain"}, .counts = {"render.multiple_scattering", APPROXIMATIONS},
      .reason = "which takes none", .applies = IN_MARCH},
     {.keys = {"render.octaves"}, .counts = {"render.multiple_scattering", MULTIPLE(OCTAVES)},
      .reason = "must be octaves", .applies = IN_MARCH},

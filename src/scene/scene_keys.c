@@ -36,14 +36,9 @@ static const np_choice airs_of_paths[] = {
     {"traced", NEPH_RENDER_ATMOSPHERE_TRACED}, {"tables", NEPH_RENDER_ATMOSPHERE_TABLES}, {NULL, 0}};
 static const np_choice path_guidings[] = {
     {"none", NEPH_PATH_GUIDING_NONE}, {"adjoint", NEPH_PATH_GUIDING_ADJOINT}, {NULL, 0}};
-static const np_choice scatterings[] = {
-    {"ordinates", NEPH_MULTIPLE_SCATTERING_ORDINATES},
-    {"octaves", NEPH_MULTIPLE_SCATTERING_OCTAVES},
-    {"softened_beer", NEPH_MULTIPLE_SCATTERING_SOFTENED_BEER},
-    {"powder", NEPH_MULTIPLE_SCATTERING_POWDER},
-    {"derivative", NEPH_MULTIPLE_SCATTERING_DERIVATIVE},
-    {"none", NEPH_MULTIPLE_SCATTERING_NONE},
-    {NULL, 0}};
+#define SCATTERING(id, name, needs) {name, NEPH_MULTIPLE_SCATTERING_##id},
+static const np_choice scatterings[] = {NP_MULTIPLE_SCATTERING_ROWS(SCATTERING){NULL, 0}};
+#undef SCATTERING
 static const np_choice sun_depths[] = {
     {"auto", NP_SUN_DEPTH_AUTO}, {"volume", NP_SUN_DEPTH_VOLUME}, {"march", NP_SUN_DEPTH_MARCH}, {NULL, 0}};
 static const np_choice air_shadows[] = {
@@ -329,7 +324,7 @@ static const np_key keys[] = {
      .range = ASYMMETRY, .fallback = "0.8", .meaning = "g of its Henyey-Greenstein part"},
     {.path = "clouds[].phase.draine.alpha", .type = NP_KEY_REAL, .field = CLOUD(phase_source.alpha),
      .range = WITHIN(0, 1e6), .fallback = "1", .meaning = "0 is Henyey-Greenstein, 1 Cornette-Shanks"},
-    {.path = "clouds[].phase.table", .type = NP_KEY_FILE, .is_input = true, .field = CLOUD(phase_source.table),
+    {.path = "clouds[].phase.table", .type = NP_KEY_FILE, .is_input = true, .field = CLOUD(phase_table),
      .tag = CLOUD(phase_source.kind), .tag_value = NP_PHASE_TABLE, .group = GROUP_PHASE, .alternative = 5,
      .meaning = "CSV of angle_deg or cosine, and value in 1/sr"},
     {.path = "clouds[].emission", .type = NP_KEY_SECTION, .tag = CLOUD(emission.is_there), .tag_value = true,
@@ -504,29 +499,29 @@ static const np_key keys[] = {
      .word_value = INFINITY,
      .meaning = "memory for ordinates while they are solved for; auto is a quarter of the machine's. Too little "
                 "makes cells larger, those far from the camera first"},
-    {.path = "render.approximation_gain", .type = NP_KEY_REAL, .field = SCENE(render.look_gain),
+    {.path = "render.approximation_gain", .type = NP_KEY_REAL, .field = SCENE(render.approximation.gain),
      .range = WITHIN(0, 1e6), .fallback = "1",
      .meaning = "factor on the light of octaves, softened_beer, powder and derivative"},
     {.path = "render.octaves", .type = NP_KEY_SECTION, .meaning = "octaves of multiple scattering"},
-    {.path = "render.octaves.count", .type = NP_KEY_INTEGER, .field = SCENE(render.octave_count),
+    {.path = "render.octaves.count", .type = NP_KEY_INTEGER, .field = SCENE(render.approximation.octave_count),
      .range = WITHIN(1, 16),
      .fallback = "8", .meaning = "number of octaves; the first is single scattering"},
-    {.path = "render.octaves.factors", .type = NP_KEY_REAL, .field = SCENE(render.octave_factors),
+    {.path = "render.octaves.factors", .type = NP_KEY_REAL, .field = SCENE(render.approximation.octave_factors),
      .range = WITHIN(0, 1), .fallback = "0.5, 0.5, 0.5",
      .meaning = "factors from octave to octave, on light, optical depth and asymmetry"},
     {.path = "render.softened_beer", .type = NP_KEY_SECTION,
      .meaning = "sunlight through max(exp(-t), share * exp(-rate * t)) instead of exp(-t); powder takes it too"},
-    {.path = "render.softened_beer.share", .type = NP_KEY_REAL, .field = SCENE(render.softened_share),
+    {.path = "render.softened_beer.share", .type = NP_KEY_REAL, .field = SCENE(render.approximation.softened_share),
      .range = WITHIN(0, 1), .fallback = "0.7", .meaning = "share of the light that fades slowly"},
-    {.path = "render.softened_beer.rate", .type = NP_KEY_REAL, .field = SCENE(render.softened_rate),
+    {.path = "render.softened_beer.rate", .type = NP_KEY_REAL, .field = SCENE(render.approximation.softened_rate),
      .range = WITHIN(0.01, 1), .fallback = "0.25", .meaning = "rate at which it fades, over that of Beer's law"},
     {.path = "render.powder", .type = NP_KEY_SECTION,
      .meaning = "darkening of thin places and of the cloud's base, where little light comes together"},
-    {.path = "render.powder.strength", .type = NP_KEY_REAL, .field = SCENE(render.powder_strength),
+    {.path = "render.powder.strength", .type = NP_KEY_REAL, .field = SCENE(render.approximation.powder_strength),
      .range = WITHIN(0, 1), .fallback = "1", .meaning = "strength of the darkening; 0 is softened_beer"},
     {.path = "render.derivative", .type = NP_KEY_SECTION, .meaning = "a slope of density that faces the sun is lit"},
     {.path = "render.derivative.distance", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
-     .field = SCENE(render.derivative_distance_m), .range = WITHIN(0.001, 1e6), .fallback = "30 m",
+     .field = SCENE(render.approximation.derivative_distance_m), .range = WITHIN(0.001, 1e6), .fallback = "30 m",
      .meaning = "distance to the look-up towards the sun"},
     {.path = "render.max_scatterings", .type = NP_KEY_INTEGER, .field = SCENE(render.scattering_max),
      .range = WITHIN(0, 1e9), .fallback = "all", .word = "all", .word_value = NEPH_SCATTERINGS_ALL,

@@ -14,7 +14,9 @@
 #include "core/math.h"
 #include "image/aov.h"
 #include "image/color_space.h"
-#include "optics/phase.h"
+#include "optics/multiple_scattering.h"
+#include "optics/phase_source.h"
+#include "terrain/terrain_source.h"
 
 typedef struct np_scene_camera {
   double position_m[3];
@@ -101,26 +103,6 @@ typedef enum np_density_unit {
 
 typedef enum np_axis_up { NP_UP_Z, NP_UP_Y } np_axis_up;
 
-/* The phase function as it was asked for; np_scene_cloud.phase is made of it. */
-typedef enum np_phase_kind {
-  NP_PHASE_DROPLETS,
-  NP_PHASE_HENYEY_GREENSTEIN,
-  NP_PHASE_TWO_LOBE,
-  NP_PHASE_RAYLEIGH,
-  NP_PHASE_ISOTROPIC,
-  NP_PHASE_DRAINE,
-  NP_PHASE_TABLE
-} np_phase_kind;
-
-typedef struct np_scene_phase {
-  np_phase_kind kind;
-  double asymmetry;                          /* Henyey-Greenstein */
-  double draine_asymmetry, alpha;            /* Draine */
-  double forward, backward, backward_weight; /* two lobes */
-  double diameter_m;                         /* droplets */
-  char *table;                               /* file, resolved */
-} np_scene_phase;
-
 /* The emission of a cloud's file. */
 typedef struct np_scene_emission {
   bool is_there;
@@ -155,17 +137,11 @@ typedef struct np_scene_cloud {
   np_density_unit density_unit;
   double density_value;
   double albedo[3];
-  np_scene_phase phase_source;
-  np_phase phase; /* isotropic for a table, until it is read */
+  np_phase_source phase_source;
+  char *phase_table; /* file, resolved */
+  np_phase phase;    /* of the source; isotropic for a table, until it is read */
   np_scene_emission emission;
 } np_scene_cloud;
-
-typedef enum np_terrain_kind {
-  NP_TERRAIN_NONE,
-  NP_TERRAIN_HEIGHTFIELD,
-  NP_TERRAIN_RIDGES,
-  NP_TERRAIN_GIVEN
-} np_terrain_kind;
 
 typedef struct np_scene_terrain {
   np_terrain_kind kind;
@@ -174,6 +150,10 @@ typedef struct np_scene_terrain {
   neph_terrain_desc desc;
   neph_ridges_desc ridges;
 } np_scene_terrain;
+
+static inline np_terrain_source np_scene_terrain_get_source(const np_scene_terrain *terrain) {
+  return (np_terrain_source){.kind = terrain->kind, .file = terrain->heightfield, .ridges = &terrain->ridges};
+}
 
 /* Source of the march's sun optical depth. */
 typedef enum np_sun_depth { NP_SUN_DEPTH_AUTO, NP_SUN_DEPTH_VOLUME, NP_SUN_DEPTH_MARCH } np_sun_depth;
@@ -190,12 +170,7 @@ typedef struct np_scene_render {
   neph_multiple_scattering multiple_scattering;
   neph_render_atmosphere atmosphere;
   neph_path_guiding path_guiding;
-  double look_gain;
-  unsigned octave_count;
-  double octave_factors[3];             /* of the light, of the optical depth, of the asymmetry, per octave */
-  double softened_share, softened_rate; /* a and b of max(e^{−τ}, a·e^{−bτ}) */
-  double powder_strength;
-  double derivative_distance_m;
+  np_approximation approximation;
   unsigned scattering_max;
   double light_memory_bytes; /* while the multiple scattering is solved for; infinite: a quarter of the machine's */
   double tolerance;         /* of the march's steps, as a share of a ray's light */

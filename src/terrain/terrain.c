@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Terrain: a height field on the curved planet as one Embree grid, and the rays that meet it.
+/* The ray door: a height field on the curved planet as one Embree grid, and the rays that meet it. Where the field
+ * comes from is a row of terrain_source.c.
  *
  * Vertices are floats about the field's middle (the anchor), exact points of the sphere raised by their elevation. */
 #include "terrain/terrain_private.h"
@@ -35,33 +36,6 @@ struct neph_terrain {
 };
 
 /* ---- making ---- */
-
-static neph_result check_desc(neph_context *context, const neph_terrain_desc *desc) {
-  if (!(desc->planet_radius_m >= 1e3 && desc->planet_radius_m <= 1e9))
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain planet_radius_m is %g, must be in [1e3, 1e9]",
-                   desc->planet_radius_m);
-  if (!(desc->width_m > 0 && desc->width_m <= desc->planet_radius_m))
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "terrain.width is %g m, must be above 0 and at most the planet's radius", desc->width_m);
-  if (!(fabs(desc->latitude_rad) <= 0.5 * NP_PI) || !isfinite(desc->longitude_rad))
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "terrain place is at latitude %g, longitude %g rad, must be in [-pi/2, pi/2] and finite",
-                   desc->latitude_rad, desc->longitude_rad);
-  if (!(fabs(desc->height_min_m) <= 1e5 && fabs(desc->height_max_m) <= 1e5))
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain heights are %g to %g m, must be within 100 km of 0",
-                   desc->height_min_m, desc->height_max_m);
-  for (int band = 0; band < 3; band++)
-    if (!(desc->ground_albedo[band] >= 0 && desc->ground_albedo[band] <= 1))
-      return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain ground_albedo[%d] is %g, must be in [0, 1]", band,
-                     desc->ground_albedo[band]);
-  return NEPH_OK;
-}
-
-static neph_result read_desc(neph_context *context, const neph_terrain_desc *desc, neph_terrain_desc *out) {
-  const neph_terrain_desc defaults = NEPH_TERRAIN_DESC_DEFAULT;
-  neph_result result = np_desc_read(context, "neph_terrain_desc", &defaults, sizeof defaults, desc, out);
-  return result ? result : check_desc(context, out);
-}
 
 static neph_result fail_embree(neph_context *context, enum RTCError error) {
   if (error == RTC_ERROR_CANCELLED) return NEPH_ERROR_CANCELLED;
@@ -217,9 +191,8 @@ static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc 
   return np_parallel_run(context, monitor, build_scene, &job);
 }
 
-/* Takes the field over, whatever the outcome. */
-static neph_result create_terrain(neph_context *context, np_heightfield *field, const neph_terrain_desc *desc,
-                                  np_monitor *monitor, neph_terrain **out_terrain) {
+neph_result np_terrain_create_from_field(neph_context *context, np_heightfield *field, const neph_terrain_desc *desc,
+                                         np_monitor *monitor, neph_terrain **out_terrain) {
   neph_terrain *terrain = adopt_field(context, field);
   if (!terrain) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = build_terrain(terrain, desc, monitor);
@@ -227,39 +200,6 @@ static neph_result create_terrain(neph_context *context, np_heightfield *field, 
     destroy_terrain(terrain);
   else
     *out_terrain = terrain;
-  return result;
-}
-
-neph_result neph_terrain_load(neph_context *context, const char *path, const neph_terrain_desc *desc,
-                              neph_terrain **out_terrain) {
-  *out_terrain = NULL;
-  neph_terrain_desc read;
-  neph_result result = read_desc(context, desc, &read);
-  if (result) return result;
-  const unsigned float_mode = np_float_mode_enter();
-  np_monitor monitor;
-  np_monitor_start(&monitor, context, read.progress, read.progress_user);
-  np_heightfield field;
-  result = np_heightfield_load(context, path, &read, &field);
-  if (!result) result = create_terrain(context, &field, &read, &monitor, out_terrain);
-  np_float_mode_leave(float_mode);
-  return result;
-}
-
-neph_result neph_terrain_create_ridges(neph_context *context, const neph_ridges_desc *ridges,
-                                       const neph_terrain_desc *desc, neph_terrain **out_terrain) {
-  *out_terrain = NULL;
-  neph_terrain_desc read;
-  neph_result result = read_desc(context, desc, &read);
-  if (result) return result;
-  const unsigned float_mode = np_float_mode_enter();
-  np_monitor monitor;
-  np_monitor_start(&monitor, context, read.progress, read.progress_user);
-  np_monitor_set_part(&monitor, np_monitor_whole, 0.0, 0.6);
-  np_heightfield field;
-  result = np_heightfield_make_ridges(context, &monitor, ridges, &read, &field);
-  if (!result) result = create_terrain(context, &field, &read, &monitor, out_terrain);
-  np_float_mode_leave(float_mode);
   return result;
 }
 

@@ -14,7 +14,9 @@
 
 #include "core/context_private.h"
 #include "core/math.h"
+#include "core/parallel.h"
 #include "core/spectrum.h"
+#include "terrain/heightfield.h"
 
 #define NP_TERRAIN_LIFT_M 0.05
 
@@ -29,6 +31,10 @@ neph_context *np_terrain_get_context(const neph_terrain *terrain);
 /* As its description has them. */
 double np_terrain_get_planet_radius_m(const neph_terrain *terrain);
 const double *np_terrain_get_ground_albedo(const neph_terrain *terrain);
+
+/* The ground of a field, which it takes over whatever the outcome. */
+neph_result np_terrain_create_from_field(neph_context *context, np_heightfield *field, const neph_terrain_desc *desc,
+                                         np_monitor *monitor, neph_terrain **out_terrain);
 
 /* Nearest ground along a ray within `distance_max`, from above or below; safe from any number of threads. */
 bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max,

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What shines on the clouds from outside, the sun apart: sky above, ground below. */
+#include "transport/boundary_radiance.h"
+
 #include <string.h>
 
 #include "core/stable.h"
 #include "core/units.h"
-#include "transport/scattering_field.h"
 
 enum {
   SAMPLES_PER_ORDINATE = 48,

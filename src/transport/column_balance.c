@@ -5,7 +5,7 @@
  * calculations", section IV).
  *
  * With φ the integral of the radiance over directions, J the flux upwards, E = ∫μ²L / φ, s the sine of the sun's
- * light's descent and r_l, d·E₀ as in scattering_field.c, the first two moments of the equation of transfer are
+ * light's descent and r_l, d·E₀ as in scattering_solver.c, the first two moments of the equation of transfer are
  *
  *     J′ + (1−r₀)·σ·φ = r₀·d·E₀,     (E·φ)′ + (1−r₁)·σ·J = r₁·d·E₀·s
  *

@@ -1,17 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What paths are guided by, from the solution of the multiple scattering: integrate/guide.h says how. */
+/* Importance of cells, which guides paths, from the solution of the multiple scattering: integrate/guide.h says how. */
 #ifndef NP_TRANSPORT_IMPORTANCE_H
 #define NP_TRANSPORT_IMPORTANCE_H
 
+#include "transport/scattering_field.h"
 #include "transport/transport_level.h"
-
-/* About what comes to a cell, in the mean of the bands that are kept: what paths are guided by (integrate/guide.h). */
-typedef struct np_importance {
-  float mean;         /* radiance, averaged over directions, but for sunlight that went straight on */
-  float linear[3];    /* its part that is linear in the direction of flight Ω is linear·Ω */
-  float quadratic[5]; /* the part of degree 2 is Σ quadratic[i]·h_i(Ω), h_i = xy, yz, 3z² − 1, xz, x² − y² */
-  float lit;          /* irradiance of sunlight that went straight on, here or, the less the farther off, nearby */
-} np_importance;
 
 /* Adds one band, of the share `share` in the mean, of a solution whose sharpened moments are [active][harmonic];
  * `whole` is the sun's irradiance, of which no cell gets more. */

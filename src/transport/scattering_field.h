@@ -1,18 +1,40 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light scattered more than once in clouds, solved for once for all views of a scene under its lights. */
+/* Multiple scattering in clouds, solved once for all views of a scene under its lights.
+ *
+ * A field answers three questions: how much of its extinction a cloud keeps in the scaled medium in which the rest is
+ * light (np_scaled_cloud), the radiance that a cloud scatters out at a point in a direction, and how much light paths
+ * can expect at a point. Cells, moments and phase tables are transport's own (scattering_field_private.h). Look-ups
+ * are compiled once per instruction-set level and chosen when a field is built.
+ */
 #ifndef NP_TRANSPORT_SCATTERING_FIELD_H
 #define NP_TRANSPORT_SCATTERING_FIELD_H
 
-#include "transport/importance.h"
-#include "transport/transport_grid.h"
-#include "volume/bricks.h"
+#include "core/hash.h"
+#include "core/parallel.h"
+#include "transport/ordinates.h"
+#include "transport/peak_column.h"
+#include "world/world.h"
+
+typedef struct np_scattering_field np_scattering_field;
+
+/* ---- Building ---- */
+
+typedef struct np_transport_desc {
+  np_dvec3 bounds_min, bounds_max; /* of the clouds, in the world */
+  size_t cell_count_max;           /* where it is too few, those far from the viewer are larger */
+  size_t cell_count_cheap;         /* cells of one voxel where so many are enough */
+  size_t cell_count_fine;          /* else where so many will do if light is iterated on cells twice as wide */
+  double cell_depth_max;           /* of a cell, (1−g)·σ·edge, where the memory allows */
+  bool has_viewer;
+  np_dvec3 viewer;
+} np_transport_desc;
 
 typedef struct np_scattering_desc {
   np_transport_desc cells;
   double work_max; /* cells × directions × harmonics of a sweep, up to which angles are resolved beyond the least */
   double tolerance;
   double seconds_max;  /* after which sweeps end, whatever the residual; infinite: no limit */
-  bool has_importance; /* what paths are guided by is kept beside the moments */
+  bool has_importance; /* paths can be guided: importance is kept beside the moments */
 } np_scattering_desc;
 
 /* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.5 kB each in cloud while it is solved. */
@@ -22,132 +44,131 @@ typedef struct np_scattering_desc {
     .tolerance = 3e-4, .seconds_max = HUGE_VAL                                                                         \
   }
 
-typedef struct np_scattering_field {
-  neph_context *context; /* borrowed */
-  unsigned volume_count;
-  np_scaled_phase *phases; /* of each cloud; equal ones share their table */
-  np_transport_grid grid;
-  unsigned band_count; /* that are kept: 1 where they differ by a factor, `colour`, which else is 1 */
-  np_spectrum colour;
-  uint16_t
-      *moments; /* [active][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on */
-  float scale[NP_BAND_COUNT]; /* powers of two */
-  float *delta_m_residual;    /* [active][band]: of the moments, those of sunlight that was scattered narrowly, over its
-                       irradiance and    harmonics (transport_grid.h); NULL: there is none */
-  np_importance
-      *importance;    /* [active], in floats, since it may fall by thirty decades; NULL where it was not asked for */
-  double residual;    /* relative, the worst band's */
-  bool is_cut;        /* the description's time ended before the last sweep */
-  unsigned cut_width; /* edge of the finest cells that were swept till then, in edges of the finest that are iterated */
-  unsigned sweeps;    /* of the finest grid, all bands together */
-  double error;       /* expected from the size of the largest cells, as a share of the light */
-} np_scattering_field;
+/* Allows as many cells as so much memory holds. */
+void np_scattering_desc_set_memory(np_scattering_desc *desc, double bytes);
 
 /* Allows as many fine cells as a picture of so many rays is worth, within the memory of `cells.cell_count_max`. */
 void np_scattering_desc_set_rays(np_scattering_desc *desc, double rays);
 
-/* Solves for the view's sun, sky and ground. On failure nothing is left. */
+typedef struct np_scattering_forecast {
+  double errors[2];  /* of a picture, as shares of its light: from the smallest cells and from the largest */
+  double cell_count; /* in the box of the clouds */
+} np_scattering_forecast;
+
+/* Forecasts the cells that a description chooses for these clouds. Of their bricks only `value_max` is read. */
+neph_result np_scattering_desc_forecast(neph_context *context, const np_world *world, const np_scattering_desc *desc,
+                                        np_scattering_forecast *out);
+
+/* Adds to a hash all that the choice of cells and the accuracy of a solution depend on. */
+neph_result np_scattering_desc_add_to_hash(neph_context *context, const np_world *world, const np_scattering_desc *desc,
+                                           np_hash *hash);
+
+/* Solves for the world's sun, sky and ground. NULL on failure. */
 neph_result np_scattering_field_build(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
-                                      const np_scattering_desc *desc, np_monitor *monitor, np_scattering_field *out);
-void np_scattering_field_clear(np_scattering_field *scatter);
+                                      const np_scattering_desc *desc, np_monitor *monitor,
+                                      np_scattering_field **out_field);
+void np_scattering_field_destroy(np_scattering_field *field);
 
-/* Radiance that comes from outside, the sun's disk excluded, to a place among the clouds; `towards` looks out. */
-np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_depth_source *depths, np_dvec3 position,
-                                         np_vec3 towards);
+/* Borrows the phase tables of another world, of equal clouds. */
+void np_scattering_field_set_world(np_scattering_field *field, const np_world *world);
 
-/* The same along the ordinates, averaged over the solid angle around each. */
-typedef float np_boundary_radiance[NP_BAND_COUNT][NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES];
-void np_boundary_radiance_fill(const np_world *world, const np_sun_depth_source *depths, const np_transport_desc *cells,
-                               const np_ordinates *ordinates, np_boundary_radiance out);
+typedef struct np_scattering_quality {
+  double residual;    /* relative, the worst band's */
+  double error;       /* expected from the size of the largest cells, as a share of the light */
+  bool is_cut;        /* the description's time ended before the last sweep */
+  unsigned cut_width; /* edge of the finest cells that were swept till then, in edges of the finest that are iterated */
+} np_scattering_quality;
 
-/* Moments of the radiance at one point, [band][harmonic], of the bands that are kept. */
+np_scattering_quality np_scattering_field_get_quality(const np_scattering_field *field);
+
+/* ---- The scaled medium ---- */
+
+/* One cloud of it. */
+typedef struct np_scaled_cloud {
+  float forward;            /* f: the share of scattering that counts as going straight on */
+  float least_forward;      /* the same where angles are resolved into the least degree */
+  float asymmetry, second;  /* χ₁ = g and χ₂ of the phase function */
+  unsigned char phase_kind; /* number of the phase function among those that differ */
+} np_scaled_cloud;
+
+/* The small part of a field that a ray reads at every step without a call. */
+typedef struct np_scattering_medium {
+  unsigned cloud_count, phase_count; /* clouds, and phase functions that differ */
+  unsigned band_count;               /* solved for: 1 where bands differ by a factor, `colour`, which else is 1 */
+  np_spectrum colour;
+  bool has_delta_m_residual; /* np_light_moments has one */
+  np_scaled_cloud clouds[NP_INSTANCES_MAX];
+} np_scattering_medium;
+
+const np_scattering_medium *np_scattering_field_get_medium(const np_scattering_field *field);
+
+/* Extinction of a cloud in the scaled medium over its own, in the band that fades most slowly. */
+static inline float np_scaled_cloud_get_scale(const np_scaled_cloud *cloud, np_spectrum albedo) {
+  return 1.0f - cloud->forward * np_spectrum_max(albedo);
+}
+
+/* The same where angles are resolved into the least degree, of any cloud. */
+float np_scattering_compute_least_scale(const np_phase *phase, np_spectrum albedo);
+
+/* The direct term of a cloud at an angle to the sun, for any depths. */
+void np_scattering_field_fill_column(const np_scattering_field *field, unsigned cloud, float versine,
+                                     np_peak_column *out);
+
+/* ---- Radiance that clouds scatter out ---- */
+
+/* Harmonics of a direction of flight, up to the field's degree. */
+void np_scattering_field_fill_harmonics(const np_scattering_field *field, np_vec3 direction,
+                                        float out[NP_HARMONIC_COUNT_MAX]);
+
+/* Weights of the moments of the radiance in the light that a cloud scatters into a direction of these harmonics;
+ * scattering that counts as going straight on is left out. */
+void np_scattering_field_fill_outgoing(const np_scattering_field *field, unsigned cloud,
+                                       const float harmonics[NP_HARMONIC_COUNT_MAX], float out[NP_HARMONIC_COUNT_MAX]);
+
+/* Moments of the radiance at one point, [band][harmonic], of the bands that are solved for. */
 typedef struct np_light_moments {
   float value[NP_BAND_COUNT * NP_HARMONIC_COUNT_MAX];
+  /* Of the moments, those of sunlight that was scattered narrowly, over its irradiance and harmonics. */
   float delta_m_residual[NP_BAND_COUNT];
 } np_light_moments;
 
-enum { NP_MOMENT_LANES = 16 }; /* numbers of harmonics are multiples of it */
+void np_scattering_field_gather(const np_scattering_field *field, np_dvec3 position, np_light_moments *out);
 
-/* sum += weight·moments */
-static inline void np_moments_add(const uint16_t moments[NP_MOMENT_LANES], float weight, float sum[NP_MOMENT_LANES]) {
-#if defined(__F16C__)
-  for (int k = 0; k < NP_MOMENT_LANES; k += 8) {
-    const __m256 values = _mm256_cvtph_ps(_mm_loadu_si128((const void *)(moments + k)));
-    const __m256 added = _mm256_mul_ps(_mm256_set1_ps(weight), values);
-    _mm256_storeu_ps(sum + k, _mm256_add_ps(_mm256_loadu_ps(sum + k), added));
-  }
-#else
-  for (int k = 0; k < NP_MOMENT_LANES; k += 4) {
-    const __m128i halves = _mm_loadl_epi64((const void *)(moments + k));
-    const __m128 values = np_brick_decode_halves(_mm_unpacklo_epi16(halves, _mm_setzero_si128()));
-    _mm_storeu_ps(sum + k, _mm_add_ps(_mm_loadu_ps(sum + k), _mm_mul_ps(_mm_set1_ps(weight), values)));
-  }
-#endif
-}
+/* Radiance times phase function, over all directions, that a cloud of these weights scatters out. */
+np_spectrum np_scattering_field_get_outgoing(const np_scattering_field *field, const np_light_moments *moments,
+                                             const float outgoing[NP_HARMONIC_COUNT_MAX]);
 
-static inline void np_scattering_field_average_narrow(const np_scattering_field *scatter, const int32_t active[8],
-                                                      const float weight[8], unsigned count, float out[NP_BAND_COUNT]) {
-  for (unsigned b = 0; b < scatter->band_count && scatter->delta_m_residual; b++) {
-    out[b] = 0.0f;
-    for (unsigned c = 0; c < count; c++)
-      out[b] += weight[c] * scatter->delta_m_residual[(size_t)active[c] * scatter->band_count + b];
-  }
-}
+/* ---- The same by cells, for who prepares light for one viewer ---- */
 
-static inline void np_scattering_field_add_cells(const np_scattering_field *scatter, np_dvec3 position, unsigned width,
-                                                 np_light_moments *out) {
-  int32_t active[8];
+size_t np_scattering_field_count_cells(const np_scattering_field *field);
+np_dvec3 np_scattering_field_get_cell(const np_scattering_field *field, size_t cell, double *out_width);
+
+/* Light that a cell of each phase function scatters into a direction, [phase_kind][band]; of either sign, as
+ * interpolants are. */
+void np_scattering_field_fill_cell(const np_scattering_field *field, size_t cell, np_vec3 direction, float *out);
+
+/* Cells around a point, and their shares in it. */
+typedef struct np_scattering_cells {
+  unsigned count;
+  int32_t cell[8];
   float weight[8];
-  const unsigned count = np_transport_grid_get_corners(&scatter->grid, position, active, weight);
-  const unsigned harmonics = width / scatter->band_count;
-  for (unsigned first = 0; first < width; first += NP_MOMENT_LANES) {
-    float lanes[NP_MOMENT_LANES] = {0.0f};
-    for (unsigned c = 0; c < count; c++)
-      np_moments_add(scatter->moments + (size_t)active[c] * width + first, weight[c], lanes);
-    for (unsigned k = 0; k < NP_MOMENT_LANES; k++) out->value[first + k] = scatter->scale[first / harmonics] * lanes[k];
-  }
-  np_scattering_field_average_narrow(scatter, active, weight, count, out->delta_m_residual);
-}
+  float delta_m_residual[NP_BAND_COUNT]; /* as in np_light_moments */
+} np_scattering_cells;
 
-/* The least number of harmonics, which the largest clouds have, is known to the compiler. */
-static inline void np_scattering_field_gather(const np_scattering_field *scatter, np_dvec3 position,
-                                              np_light_moments *out) {
-  const unsigned width = scatter->band_count * np_harmonics_count(scatter->grid.degree);
-  if (width == NP_HARMONIC_COUNT_MIN) {
-    np_scattering_field_add_cells(scatter, position, NP_HARMONIC_COUNT_MIN, out);
-  } else {
-    np_scattering_field_add_cells(scatter, position, width, out);
-  }
-}
+void np_scattering_field_gather_cells(const np_scattering_field *field, np_dvec3 position, np_scattering_cells *out);
 
-/* What a cloud of a phase function throws of each moment to where `harmonics` are those of; what counts as going
- * straight on is left out. */
-static inline void np_scattering_field_fill_outgoing(const np_scaled_phase *phase,
-                                                     const float harmonics[NP_HARMONIC_COUNT_MAX],
-                                                     float out[NP_HARMONIC_COUNT_MAX]) {
-  for (unsigned l = 0, i = 0; l <= phase->degree; l++)
-    for (; i < (l + 1) * (l + 1); i++) out[i] = phase->moments[l] * harmonics[i];
-}
+/* ---- Importance ---- */
 
-static inline float np_scattering_field_sum(const float *moments, const float *outgoing, unsigned count) {
-  float lanes[NP_MOMENT_LANES] = {0.0f};
-  for (unsigned first = 0; first < count; first += NP_MOMENT_LANES)
-    for (unsigned k = 0; k < NP_MOMENT_LANES; k++) lanes[k] += outgoing[first + k] * moments[first + k];
-  for (unsigned k = 0; k < 8; k++) lanes[k] += lanes[k + 8];
-  for (unsigned k = 0; k < 4; k++) lanes[k] += lanes[k + 4];
-  return lanes[0] + lanes[2] + (lanes[1] + lanes[3]);
-}
+/* Light that comes to a cell, in the mean of the bands solved for: it guides paths (integrate/guide.h). */
+typedef struct np_importance {
+  float mean;         /* radiance, averaged over directions, but for sunlight that went straight on */
+  float linear[3];    /* its part that is linear in the direction of flight Ω is linear·Ω */
+  float quadratic[5]; /* the part of degree 2 is Σ quadratic[i]·h_i(Ω), h_i = xy, yz, 3z² − 1, xz, x² − y² */
+  float lit;          /* irradiance of sunlight that went straight on, here or, the less the farther off, nearby */
+} np_importance;
 
-/* Radiance times phase function, over all directions, that a cloud throws. */
-static inline np_spectrum np_scattering_field_outgoing(const np_scattering_field *scatter,
-                                                       const np_light_moments *moments,
-                                                       const float outgoing[NP_HARMONIC_COUNT_MAX]) {
-  const unsigned count = np_harmonics_count(scatter->grid.degree);
-  const float first = np_scattering_field_sum(moments->value, outgoing, count);
-  if (scatter->band_count == 1) return np_spectrum_scale(scatter->colour, np_maxf(first, 0.0f));
-  const float second = np_scattering_field_sum(moments->value + count, outgoing, count);
-  const float third = np_scattering_field_sum(moments->value + 2 * count, outgoing, count);
-  return np_spectrum_make(np_maxf(first, 0.0f), np_maxf(second, 0.0f), np_maxf(third, 0.0f));
-}
+/* Means between the cells around a position; false where nothing is known, or all is dark. For a description with
+ * `has_importance`. */
+bool np_scattering_field_get_importance(const np_scattering_field *field, np_dvec3 position, np_importance *out);
 
 #endif

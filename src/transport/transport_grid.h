@@ -3,9 +3,8 @@
 #ifndef NP_TRANSPORT_TRANSPORT_GRID_H
 #define NP_TRANSPORT_TRANSPORT_GRID_H
 
-#include "core/parallel.h"
 #include "transport/scaled_phase.h"
-#include "world/world.h"
+#include "transport/scattering_field.h"
 
 enum { NP_TRANSPORT_CELL_NONE = -1 };
 
@@ -31,16 +30,6 @@ typedef struct np_transport_grid {
   float *delta_m_residual; /* sunlight scattered narrowly, its mean over the cell for a unit irradiance: what a medium
                     of a lower degree lets through beyond this one; NULL: there is none */
 } np_transport_grid;
-
-typedef struct np_transport_desc {
-  np_dvec3 bounds_min, bounds_max; /* of the clouds, in the world */
-  size_t cell_count_max;           /* where it is too few, those far from the viewer are larger */
-  size_t cell_count_cheap;         /* cells of one voxel where so many are enough */
-  size_t cell_count_fine;          /* else where so many will do if light is iterated on cells twice as wide */
-  double cell_depth_max;           /* of a cell, (1−g)·σ·edge, where the memory allows */
-  bool has_viewer;
-  np_dvec3 viewer;
-} np_transport_desc;
 
 /* Chooses cells: fills `size`, the planes and `is_wrapped`. */
 neph_result np_transport_grid_place(neph_context *context, const np_world *world, const np_transport_desc *desc,

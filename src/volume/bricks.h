@@ -20,6 +20,7 @@
 #include "core/half.h"
 #include "core/math.h"
 #include "core/parallel.h"
+#include "volume/brick_periods.h"
 #include "volume/sparse_grid.h"
 
 enum {
@@ -35,9 +36,6 @@ enum {
 
 #define NP_BRICK_NONE 0xffffffffu
 
-/* Periodic volumes end this many voxels from index 0 after all, which bounds every walk. */
-#define NP_BRICK_FAR 0x1p26
-
 /* Bounds of the interpolant over one cell, in the file's unit, its rounding in float included. */
 typedef struct np_brick_range {
   float min, max;
@@ -50,13 +48,14 @@ typedef struct np_bricks {
   uint32_t *table;                  /* brick number of each cell of level 0, or NP_BRICK_NONE: then it is constant */
   np_brick_range *ranges[NP_BRICK_LEVELS]; /* of each cell, z fastest; a constant cell has min == max == its value */
   size_t brick_count;
-  uint16_t *halves;    /* samples divided by `scale`, when half */
-  float *floats;       /* samples, when float; exactly one of the two is not NULL */
-  float scale;         /* power of two that puts the largest magnitude in [1, 2); 1 when float */
-  bool is_periodic[2]; /* along x, y: then the table covers whole periods, and `origin` is 0 there */
-  int32_t period[2];   /* of the table in voxels, a multiple of 8, when periodic */
-  float background;    /* outside the table */
-  float value_max;     /* bound of the interpolant anywhere */
+  uint16_t *halves;                    /* samples divided by `scale`, when half */
+  float *floats;                       /* samples, when float; exactly one of the two is not NULL */
+  float scale;                         /* power of two that puts the largest magnitude in [1, 2); 1 when float */
+  bool is_periodic[2];                 /* along x, y: then the table covers whole periods, and `origin` is 0 there */
+  int32_t period[2];                   /* of the table in voxels, a multiple of 8, when periodic */
+  int32_t reach_low[3], reach_high[3]; /* brick coordinates that rays walk through: the table, or all periods */
+  float background;                    /* outside the table */
+  float value_max;                     /* bound of the interpolant anywhere */
 } np_bricks;
 
 /* Builds bricks from a grid, in parallel. `period` NULL: not periodic; else voxels along x and y, multiples of 8, or 0
@@ -273,12 +272,6 @@ static inline double np_brick_floor(double x) {
   return whole > x ? whole - 1.0 : whole;
 }
 
-/* Remainder of a cell coordinate, relative to the table, in [0, size). */
-static inline int32_t np_brick_wrap(int32_t cell, int32_t size) {
-  int32_t rest = cell % size;
-  return rest < 0 ? rest + size : rest;
-}
-
 /* Position of a cell of a level in that level's arrays. */
 static inline size_t np_bricks_get_offset(const np_bricks *bricks, int level, const int32_t cell[3]) {
   const int32_t *size = bricks->size[level];
@@ -293,11 +286,7 @@ static inline bool np_bricks_locate(const np_bricks *bricks, np_dvec3 index_posi
   for (int a = 0; a < 3; a++) {
     double x = position[a] - (double)bricks->origin[a] * NP_BRICK_EDGE,
            extent = (double)bricks->size[0][a] * NP_BRICK_EDGE;
-    if (a < 2 && bricks->is_periodic[a] && fabs(x) < NP_BRICK_FAR) {
-      x -= extent * np_brick_floor(x / extent);
-      x = x < extent ? x : 0.0;
-      x = x > 0.0 ? x : 0.0;
-    }
+    if (a < 2 && bricks->is_periodic[a]) x = np_brick_wrap_position(x, extent);
     if (!(x >= 0.0 && x < extent)) return false;
     out_cell[a] = (int32_t)x / NP_BRICK_EDGE;
     local[a] = (float)(x - (double)out_cell[a] * NP_BRICK_EDGE);
@@ -357,9 +346,8 @@ static inline void np_brick_walk_start(np_brick_walk *walk, const np_bricks *bri
                           .t_end = t_end};
   bool is_hit = true;
   for (int a = 0; a < 3; a++) {
-    bool is_periodic = a < 2 && bricks->is_periodic[a];
-    walk->low[a] = is_periodic ? -(int32_t)(NP_BRICK_FAR / NP_BRICK_EDGE) : bricks->origin[a];
-    walk->high[a] = is_periodic ? (int32_t)(NP_BRICK_FAR / NP_BRICK_EDGE) : bricks->origin[a] + bricks->size[0][a];
+    walk->low[a] = bricks->reach_low[a];
+    walk->high[a] = bricks->reach_high[a];
     double low = (double)walk->low[a] * NP_BRICK_EDGE, high = (double)walk->high[a] * NP_BRICK_EDGE;
     double o = walk->origin[a], inverse = 1.0 / walk->direction[a];
     if (fabs(inverse) <= DBL_MAX) {

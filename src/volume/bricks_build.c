@@ -95,7 +95,7 @@ static neph_result set_size(builder *b) {
   uint64_t cell_count = 1;
   find_content(b->grid, low, high);
   for (int a = 0; a < 3; a++) {
-    bool is_periodic = a < 2 && bricks->is_periodic[a];
+    const bool is_periodic = a < 2 && bricks->is_periodic[a];
     int64_t period = is_periodic ? bricks->period[a] / 8 : 0;
     if (is_periodic && (bricks->period[a] % 8 || low[a] < 0 || high[a] >= period))
       return refuse_period(b, a, low[a], high[a]);
@@ -103,6 +103,8 @@ static neph_result set_size(builder *b) {
     cell_count = cell_count > cell_count_max ? cell_count : cell_count * (uint64_t)size;
     bricks->origin[a] = (int32_t)first;
     bricks->size[0][a] = (int32_t)size;
+    bricks->reach_high[a] = is_periodic ? (int32_t)(NP_BRICK_FAR / NP_BRICK_EDGE) : (int32_t)(first + size);
+    bricks->reach_low[a] = is_periodic ? -bricks->reach_high[a] : (int32_t)first;
     b->block_size[a] = (int32_t)size + 1;
   }
   if (cell_count > get_cell_count_max(b->grid)) return refuse_size(b, low, high);

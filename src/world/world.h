@@ -67,6 +67,9 @@ bool np_world_sun_covers(const np_world *world, np_vec3 direction);
 /* Whether terrain hides the sun at a point. */
 bool np_world_is_behind_terrain(const np_world *world, np_dvec3 position, np_vec3 to_sun);
 
+/* Whether planet or terrain hides the sun at a point, whatever the air does to its light. */
+bool np_world_is_sun_hidden(const np_world *world, np_dvec3 position, np_vec3 to_sun);
+
 /* Radiance of the disks of sun and moon above the atmosphere; the moon hides what is behind it. */
 np_spectrum np_world_disk_radiance(const np_world *world, np_vec3 direction);
 

@@ -35,17 +35,23 @@ bool np_world_is_behind_terrain(const np_world *world, np_dvec3 position, np_vec
   return np_terrain_is_occluded(world->terrain, position, to_sun, INFINITY);
 }
 
-/* Whether the bare sphere hides a direction: only asked where no air softens its edge. */
+/* Whether the bare sphere hides a direction. */
 static bool is_behind_planet(const np_world *world, np_dvec3 position, np_vec3 direction) {
   const double radius = world->planet_radius_m, altitude = fmax(np_altitude(position, radius), 0.0);
   const double cosine = np_vec3_dot(np_zenith(position, radius), direction);
   return cosine < -sqrt(altitude * (2.0 * radius + altitude)) / (radius + altitude);
 }
 
+bool np_world_is_sun_hidden(const np_world *world, np_dvec3 position, np_vec3 to_sun) {
+  if (world->has_planet && is_behind_planet(world, position, to_sun)) return true;
+  return np_world_is_behind_terrain(world, position, to_sun);
+}
+
 /* What is left of sunlight that `transmittance` of it comes through the air, where there is any. */
 static np_spectrum pass_ground(const np_world *world, np_dvec3 position, np_vec3 to_sun, np_spectrum transmittance) {
   const np_spectrum irradiance = np_spectrum_multiply(world->sun_irradiance, transmittance), none = {{0}};
   if (np_spectrum_is_zero(irradiance)) return none;
+  /* Air softens the planet's edge. */
   if (!world->atmosphere && world->has_planet && is_behind_planet(world, position, to_sun)) return none;
   return np_world_is_behind_terrain(world, position, to_sun) ? none : irradiance;
 }

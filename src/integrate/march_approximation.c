@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The lighting of a step where no solution of the multiple scattering is there: sunlight through the optical depth
- * towards the sun, light from sky or ground along one drawn direction, and a look (integrate/look.h) that may stand for
- * light scattered more than once. Compiled once per instruction-set level. */
+ * towards the sun, light from sky or ground along one drawn direction, and an approximation (integrate/approximation.h)
+ * that may stand for light scattered more than once. Compiled once per instruction-set level. */
 #include "integrate/march.h"
 #include "integrate/surroundings.h"
 #include "caches/ground_light.h"
+
+extern np_approximation_rows NP_KERNEL(np_approximation_rows);
 
 static float get_sun_depth(const np_lighting *lighting, np_dvec3 position, np_vec3 to_sun,
                            const np_depth_query *query) {
@@ -14,65 +16,77 @@ static float get_sun_depth(const np_lighting *lighting, np_dvec3 position, np_ve
   return depth;
 }
 
+float NP_KERNEL(np_march_sun_transmittance)(const np_world *world, const np_lighting *lighting,
+                                            const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
+                                            np_random *random) {
+  (void)world, (void)random;
+  const np_depth_query query = {.fade = 1.0f, .error = settings->tolerance};
+  return np_transmittance(get_sun_depth(lighting, position, to_sun, &query));
+}
+
 /* Sunlight through the clouds on the ground. Where the clouds' own light on it is known, what the forward peak lets
  * down belongs to the beam. */
 float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *lighting,
                                  const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
                                  np_random *random) {
-  (void)random;
-  const np_depth_query query = {.fade = 1.0f, .error = settings->tolerance};
-  if (!lighting->ground_light) return np_transmittance(get_sun_depth(lighting, position, to_sun, &query));
+  if (!lighting->ground_light)
+    return NP_KERNEL(np_march_sun_transmittance)(world, lighting, settings, position, to_sun, random);
   float faded = 0.0f;
   for (unsigned v = 0; v < world->clouds.count && faded < NP_TRACK_DEPTH_MAX; v++) {
     const float fade = lighting->ground_light->fade[v];
-    const np_depth_query own = {fade, query.error};
+    const np_depth_query own = {fade, settings->tolerance};
     faded += fade * np_lighting_get_cloud_depth(lighting, v, position, to_sun, &own, faded);
   }
   return np_transmittance(faded);
 }
 
-void NP_KERNEL(np_march_start_look)(np_march *m) {
+void NP_KERNEL(np_march_start_approximation)(np_march *m) {
+  const np_approximation *a = &m->settings->approximation;
   const float versine = np_march_get_sun_versine(m);
+  m->method = &NP_KERNEL(np_approximation_rows)[m->settings->multiple_scattering];
+  m->term_count = m->method->count_terms(a);
   for (unsigned i = 0; i < m->world->clouds.count; i++)
-    np_look_fill_phases(&m->settings->look, &m->world->clouds.at[i].phase, versine, m->sun.phase[i]);
+    m->method->fill_phases(a, &m->world->clouds.at[i].phase, versine, m->sun.phase[i]);
 }
 
 /* Light scattered once, and what stands for more. */
 static void add_terms(np_march *m, np_component single, const float *phases, const float *transmittances,
                       np_spectrum light) {
-  const np_look *look = &m->settings->look;
+  const float gain = (float)m->settings->approximation.gain;
   float multiple = 0.0f;
-  for (unsigned n = 1; n < np_look_count_terms(look); n++) multiple += phases[n] * transmittances[n];
-  np_march_add(m, single, look->gain * phases[0] * transmittances[0], light);
-  np_march_add(m, NP_COMPONENT_MULTIPLE, look->gain * multiple, light);
+  for (unsigned n = 1; n < m->term_count; n++) multiple += phases[n] * transmittances[n];
+  np_march_add(m, single, gain * phases[0] * transmittances[0], light);
+  np_march_add(m, NP_COMPONENT_MULTIPLE, gain * multiple, light);
 }
 
 /* What of the light from `direction` the clouds let through. */
 static void fill_transmittances(const np_march *m, np_dvec3 position, np_vec3 direction, float error,
-                                float out[NP_LOOK_TERMS_MAX]) {
-  const np_depth_query query = {np_look_fade(&m->settings->look), error};
-  np_look_fill_transmittances(&m->settings->look, np_track_depth(&m->world->clouds, position, direction, &query), out);
+                                float out[NP_APPROXIMATION_TERMS_MAX]) {
+  const np_approximation *a = &m->settings->approximation;
+  const np_depth_query query = {m->method->get_fade(a), error};
+  m->method->fill_transmittances(a, np_track_depth(&m->world->clouds, position, direction, &query), out);
 }
 
 /* Sunlight scattered towards the camera at `position`, weighted: `share[i]` is what part of the step's opacity, times
  * albedo, its i-th cloud has. */
 static void add_sun(np_march *m, np_dvec3 position, const np_step *s, const np_spectrum *share, float error,
                     np_spectrum weight) {
-  const np_look *look = &m->settings->look;
+  const np_approximation *a = &m->settings->approximation;
   const np_spectrum sun = np_spectrum_multiply(np_world_sunlight(m->world, position, m->to_sun), weight);
   if (np_spectrum_is_zero(sun)) return;
-  const bool is_slope = look->kind == NP_LOOK_DERIVATIVE;
-  float transmittances[NP_LOOK_TERMS_MAX];
+  const bool is_slope = m->method->get_slope;
+  float transmittances[NP_APPROXIMATION_TERMS_MAX];
   if (is_slope) {
-    transmittances[0] = np_look_slope(look, m->world, position, m->to_sun);
+    transmittances[0] = m->method->get_slope(a, m->world, position, m->to_sun);
   } else {
-    const np_depth_query query = {np_look_fade(look), error};
-    np_look_fill_transmittances(look, get_sun_depth(m->lighting, position, m->to_sun, &query), transmittances);
+    const np_depth_query query = {m->method->get_fade(a), error};
+    m->method->fill_transmittances(a, get_sun_depth(m->lighting, position, m->to_sun, &query), transmittances);
   }
   for (unsigned i = 0; i < s->count; i++) {
     const np_instance *volume = s->volume[i];
     const float even = 1.0f / NP_PI_F, *phases = is_slope ? &even : m->sun.phase[volume - m->world->clouds.at];
-    const np_spectrum light = np_spectrum_scale(sun, np_look_weight(look, volume, position));
+    const float weight_here = m->method->get_weight ? m->method->get_weight(a, volume, position) : 1.0f;
+    const np_spectrum light = np_spectrum_scale(sun, weight_here);
     add_terms(m, NP_COMPONENT_SUN, phases, transmittances, np_spectrum_multiply(light, share[i]));
   }
 }
@@ -121,16 +135,16 @@ static void add_surroundings(np_march *m, np_dvec3 position, const np_step *s, c
                                                NP_KERNEL(np_march_shadow), m->random, &is_ground);
   light = np_spectrum_multiply(light, np_spectrum_multiply(weight, share[chosen]));
   if (np_spectrum_is_zero(light)) return;
-  float transmittances[NP_LOOK_TERMS_MAX], phases[NP_LOOK_TERMS_MAX];
+  float transmittances[NP_APPROXIMATION_TERMS_MAX], phases[NP_APPROXIMATION_TERMS_MAX];
   fill_transmittances(m, position, direction, error, transmittances);
-  np_look_fill_phases(&m->settings->look, phase,
-                      np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z), phases);
+  m->method->fill_phases(&m->settings->approximation, phase,
+                         np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z), phases);
   light = np_spectrum_scale(light, draw_weight / pdf);
   add_terms(m, is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY, phases, transmittances, light);
 }
 
 /* One exponential step. */
-void NP_KERNEL(np_march_light_look)(np_march *m, const np_step *s) {
+void NP_KERNEL(np_march_light_approximation)(np_march *m, const np_step *s) {
   const double middle = np_step_middle(s);
   float total = 0.0f;
   for (unsigned i = 0; i < s->count; i++) total += s->depth[i];
@@ -140,13 +154,17 @@ void NP_KERNEL(np_march_light_look)(np_march *m, const np_step *s) {
   np_march_add(m, NP_COMPONENT_AIR, loss, air.inscatter);
   m->carry = m->transmittance =
       np_march_roulette(m->transmittance * (1.0f - opacity), m->settings->transmittance_end, m->random);
+  const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
+  const float sun_share = np_surroundings_get_sun_share(m->world, m->lighting, m->settings, position,
+                                                        NP_KERNEL(np_march_sun_transmittance), m->random);
   np_spectrum share[NP_INSTANCES_MAX];
   for (unsigned i = 0; i < s->count; i++) {
     share[i] = np_spectrum_scale(s->volume[i]->albedo, s->depth[i] / total);
-    np_integrator_add_opaque(m->out, loss * s->depth[i] / total, middle, s->volume[i]->albedo);
+    np_integrator_add_opaque(
+        m->out, loss * s->depth[i] / total,
+        &(np_opaque){.distance_m = middle, .albedo = s->volume[i]->albedo, .sun_share = sun_share});
   }
   if (m->settings->scattering_max == 0) return;
-  const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
   const float sun = np_march_roulette(loss, 0.1f * m->settings->tolerance, m->random),
               sky = np_march_roulette(loss, 0.1f, m->random);
   if (sun > 0.0f) add_sun(m, position, s, share, error, np_spectrum_scale(air.transmittance, sun));

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Methods by which the march answers for light scattered more than once in clouds: one row each. Their functions are
+ * rows of integrate/approximation.c. */
+#ifndef NP_OPTICS_MULTIPLE_SCATTERING_H
+#define NP_OPTICS_MULTIPLE_SCATTERING_H
+
+#include <nephos/render.h>
+
+/* ROW(ID, name, needs): NEPH_MULTIPLE_SCATTERING_ID in the API, `name` in scene files and pictures; `needs` the
+ * solution of the multiple scattering, or an approximation that stands for it. */
+#define NP_MULTIPLE_SCATTERING_ROWS(ROW)                                                                               \
+  ROW(ORDINATES, "ordinates", SOLUTION)                                                                                \
+  ROW(OCTAVES, "octaves", APPROXIMATION)                                                                               \
+  ROW(SOFTENED_BEER, "softened_beer", APPROXIMATION)                                                                   \
+  ROW(POWDER, "powder", APPROXIMATION)                                                                                 \
+  ROW(DERIVATIVE, "derivative", APPROXIMATION)                                                                         \
+  ROW(NONE, "none", NOTHING)
+
+typedef enum np_multiple_scattering_needs {
+  NP_MULTIPLE_SCATTERING_NEEDS_NOTHING,
+  NP_MULTIPLE_SCATTERING_NEEDS_SOLUTION,
+  NP_MULTIPLE_SCATTERING_NEEDS_APPROXIMATION
+} np_multiple_scattering_needs;
+
+typedef struct np_multiple_scattering_row {
+  neph_multiple_scattering value;
+  const char *name;
+  np_multiple_scattering_needs needs;
+} np_multiple_scattering_row;
+
+enum { NP_MULTIPLE_SCATTERING_COUNT = NEPH_MULTIPLE_SCATTERING_DERIVATIVE + 1 };
+
+/* The row of a method; NULL where there is none. */
+const np_multiple_scattering_row *np_multiple_scattering_get_row(neph_multiple_scattering method);
+
+/* Parameters of the approximations. */
+typedef struct np_approximation {
+  double gain;                          /* on all terms of any: none knows how much light there is */
+  unsigned octave_count;                /* 1 to NP_APPROXIMATION_TERMS_MAX */
+  double octave_factors[3];             /* of light, optical depth and asymmetry, from one octave to the next */
+  double softened_share, softened_rate; /* a and b of max(e^{−τ}, a·e^{−bτ}); also of the powder */
+  double powder_strength;               /* 0: softened Beer alone; 1: all of it */
+  double derivative_distance_m;         /* to the look-up towards the sun */
+} np_approximation;
+
+enum { NP_APPROXIMATION_TERMS_MAX = 16 };
+
+#endif

@@ -1,0 +1,362 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The result of a solver (scattering_solver.c), kept by cell: moments of the radiance in halves, and what the questions
+ * that are asked of it need besides. Where the clouds are grey and the lights of one colour one band is solved for, and
+ * kept. */
+#include "transport/scattering_solver.h"
+
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/isa.h"
+#include "transport/importance.h"
+
+enum { CHUNK = 4096 };
+
+static size_t count_moments(const np_transport_grid *g) { return g->active_count * np_harmonics_count(g->degree); }
+
+/* ---- A band's result ---- */
+
+/* Of values of which the largest are to be between 2¹⁴ and 2¹⁵: what loses bits then is four billionths of them. */
+static float choose_scale(const float *values, size_t count) {
+  float largest = 0.0f;
+  for (size_t i = 0; i < count; i++) largest = fmaxf(largest, fabsf(values[i]));
+  int exponent = 0;
+  if (largest > 0.0f && isfinite(largest)) (void)frexpf(largest, &exponent);
+  return ldexpf(1.0f, exponent > -110 ? exponent - 15 : -125);
+}
+
+/* Halves of a band's moments. */
+typedef struct packing {
+  const float *from;
+  float inverse_scale;
+  size_t count, stride; /* of a cell's moments, and from one cell to the next */
+  uint16_t *to;
+} packing;
+
+static neph_result pack(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const packing *p = user;
+  for (size_t active = begin; active < end; active++)
+    for (size_t i = 0; i < p->count; i++)
+      p->to[active * p->stride + i] = np_half_from_float(p->inverse_scale * p->from[active * p->count + i]);
+  return NEPH_OK;
+}
+
+/* What is taken out where the march puts in what is exact: in means over cells, as the moments have it. */
+static neph_result store_delta_m_residual(const np_scattering_solver *s) {
+  const np_transport_grid *g = &s->levels[0].grid;
+  const size_t bands = s->out->medium.band_count;
+  float *sharp = np_alloc(s->context, g->active_count, sizeof *sharp);
+  if (!sharp) return NEPH_ERROR_OUT_OF_MEMORY;
+  memcpy(sharp, g->delta_m_residual, g->active_count * sizeof *sharp);
+  const neph_result result = np_transport_grid_sharpen(g, 1, s->monitor, sharp);
+  for (size_t active = 0; active < g->active_count && !result; active++)
+    s->out->delta_m_residual[active * bands + s->band] = sharp[active];
+  np_alloc_free(s->context, sharp);
+  return result;
+}
+
+/* Sharpened in place, or in a copy where the next band starts from the solution. */
+static neph_result keep_band(np_scattering_solver *s) {
+  np_transport_level *finest = &s->levels[0];
+  const size_t floats = count_moments(&finest->grid);
+  const unsigned count = np_harmonics_count(finest->grid.degree);
+  float *copy = NULL, *sharp = finest->phi;
+  if (np_scattering_solver_get_iterated(s) == 0) {
+    sharp = copy = np_alloc(s->context, floats, sizeof *copy);
+    if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
+    memcpy(copy, finest->phi, floats * sizeof *copy);
+  }
+  neph_result result = np_transport_grid_sharpen(&finest->grid, count, s->monitor, sharp);
+  if (s->out->importance && !result)
+    np_importance_add(finest, sharp, 1.0f / (float)s->out->medium.band_count, np_spectrum_max(s->world->sun_irradiance),
+                      s->out->importance);
+  const float scale = s->out->scale[s->band] = choose_scale(sharp, floats);
+  packing p = {sharp, 1.0f / scale, count, (size_t)s->out->medium.band_count * count,
+               s->out->moments + (size_t)s->band * count};
+  if (!result) result = np_parallel_for(s->context, s->monitor, finest->grid.active_count, CHUNK, pack, &p);
+  np_alloc_free(s->context, copy);
+  return result || !finest->grid.delta_m_residual ? result : store_delta_m_residual(s);
+}
+
+/* ---- Bands ---- */
+
+/* Sums over what shines on the clouds, and whether all of it is the first band's times `colour`. */
+typedef struct light_colour {
+  double sum[NP_BAND_COUNT];
+  np_spectrum colour;
+  bool is_one;
+} light_colour;
+
+static void add_light(light_colour *c, const float *first, size_t stride) {
+  for (int b = 0; b < NP_BAND_COUNT; b++) c->sum[b] += (double)first[(size_t)b * stride];
+}
+
+static void check_light(light_colour *c, const float *first, size_t stride) {
+  for (int b = 1; b < NP_BAND_COUNT; b++) {
+    const float value = first[(size_t)b * stride], expected = c->colour.band[b] * first[0];
+    c->is_one = c->is_one && fabsf(value - expected) <= 1e-5f * expected;
+  }
+}
+
+/* Calls `visit` for the sun at each live cell and for what flows in along each ordinate. */
+static void visit_lights(const np_scattering_solver *s, void (*visit)(light_colour *, const float *, size_t),
+                         light_colour *colour) {
+  const size_t stride = sizeof s->fine->boundary[0] / sizeof(float);
+  for (size_t active = 0; active < s->levels[0].grid.active_count; active++) visit(colour, s->sun[active].band, 1);
+  for (size_t i = 0; i < stride; i++) visit(colour, &s->fine->boundary[0][0][0][0] + i, stride);
+}
+
+/* Where clouds are grey and their lights are of one colour, the first band's solution is all bands'. */
+static void choose_bands(np_scattering_solver *s) {
+  light_colour c = {.is_one = np_world_is_grey(s->world) && !s->world->emission, .colour = np_spectrum_grey(1.0f)};
+  if (c.is_one) visit_lights(s, add_light, &c);
+  c.is_one = c.is_one && c.sum[0] > 0.0;
+  for (int b = 0; b < NP_BAND_COUNT && c.is_one; b++) c.colour.band[b] = (float)(c.sum[b] / c.sum[0]);
+  if (c.is_one) visit_lights(s, check_light, &c);
+  s->out->medium.band_count = c.is_one ? 1 : NP_BAND_COUNT;
+  s->out->medium.colour = c.is_one ? c.colour : np_spectrum_grey(1.0f);
+}
+
+static neph_result find_sun(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const np_scattering_solver *s = user;
+  const np_transport_grid *g = &s->levels[0].grid;
+  for (size_t active = begin; active < end; active++)
+    if (g->first_collision_source && g->first_collision_source[active] > 0.0f)
+      s->sun[active] = np_world_sunlight(s->world, np_transport_grid_centre(g, g->cell[active]), s->world->to_sun);
+  return NEPH_OK;
+}
+
+/* Where the first band's grid, on which the others' results must lie too, has cloud. */
+static neph_result start_bands(np_scattering_solver *s) {
+  const np_transport_grid *g = &s->levels[0].grid;
+  s->sun = np_alloc(s->context, g->active_count, sizeof *s->sun);
+  if (!s->sun) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = np_parallel_for(s->context, s->monitor, g->active_count, CHUNK, find_sun, s);
+  if (result) return result;
+  choose_bands(s);
+  s->out->moments = np_alloc(s->context, count_moments(g), s->out->medium.band_count * sizeof *s->out->moments);
+  if (s->desc->has_importance) s->out->importance = np_alloc(s->context, g->active_count, sizeof *s->out->importance);
+  if (g->delta_m_residual)
+    s->out->delta_m_residual =
+        np_alloc(s->context, g->active_count, s->out->medium.band_count * sizeof *s->out->delta_m_residual);
+  const bool has_all = s->out->moments && (s->out->importance || !s->desc->has_importance) &&
+                       (s->out->delta_m_residual || !g->delta_m_residual);
+  return has_all ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result solve_bands(np_scattering_solver *s) {
+  const bool has_one_grid = np_world_is_grey(s->world);
+  double sum = 0.0;
+  s->out->medium.band_count = NP_BAND_COUNT;
+  for (s->band = 0; s->band < s->out->medium.band_count; s->band++) {
+    const bool is_first = s->band == 0 || !has_one_grid;
+    neph_result result = is_first ? np_scattering_solver_build_levels(s) : NEPH_OK;
+    if (!result && s->band == 0) result = start_bands(s);
+    if (!result) result = np_scattering_solver_solve_band(s, is_first, &sum);
+    if (!result && sum > 0.0) result = keep_band(s);
+    if (result) return result;
+  }
+  if (s->out->importance) np_importance_spread(&s->levels[0].grid, s->out->importance);
+  return NEPH_OK;
+}
+
+/* ---- All of it ---- */
+
+/* Equal phase functions share one table. */
+static neph_result build_phase(const np_world *world, unsigned cloud, unsigned degree, np_scattering_field *out) {
+  const np_phase *phase = &world->clouds.at[cloud].phase;
+  np_scaled_cloud *scaled = &out->medium.clouds[cloud];
+  np_scaled_phase *own = &out->phases[cloud];
+  unsigned same = 0;
+  while (same < cloud && !np_phase_is_equal(&out->phases[same].phase, phase)) same++;
+  if (same < cloud) {
+    *own = out->phases[same];
+    *scaled = out->medium.clouds[same];
+    return NEPH_OK;
+  }
+  const neph_result result = np_scaled_phase_init(out->context, phase, degree, own);
+  *scaled = (np_scaled_cloud){.forward = own->forward,
+                              .least_forward = own->least_forward,
+                              .asymmetry = own->moments[1] + own->forward,
+                              .second = own->moments[2] + own->forward,
+                              .phase_kind = (unsigned char)out->medium.phase_count};
+  out->medium.phase_count += !result;
+  return result;
+}
+
+static neph_result build_phases(const np_world *world, unsigned degree, np_scattering_field *out) {
+  out->phases = np_alloc(out->context, world->clouds.count, sizeof *out->phases);
+  neph_result result = out->phases ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned v = 0; v < world->clouds.count && !result; v++) {
+    result = build_phase(world, v, degree, out);
+    out->medium.cloud_count += !result;
+  }
+  return result;
+}
+
+static neph_result start_angles(np_scattering_solver *s, unsigned degree, bool is_layered, np_scattering_angles **out) {
+  *out = np_alloc(s->context, 1, sizeof **out);
+  if (!*out) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_scattering_angles *a = *out;
+  np_ordinates_init(degree, is_layered, &a->ordinates);
+  np_boundary_radiance_fill(s->world, s->depths, &s->desc->cells, &a->ordinates, a->boundary);
+  a->lights = (np_transport_lights){.context = s->context, .monitor = s->monitor, .ordinates = &a->ordinates};
+  np_harmonics_eval(degree, np_vec3_scale(s->world->to_sun, -1.0f), a->lights.sun_harmonics);
+  return NEPH_OK;
+}
+
+static neph_result start(np_scattering_solver *s) {
+  np_transport_grid grid;
+  neph_result result = np_transport_grid_place(s->context, s->world, &s->desc->cells, &grid);
+  if (result) return result;
+  const bool is_layered = grid.is_wrapped[0] || grid.is_wrapped[1], is_fine_wanted = grid.is_fine;
+  const double cells = (double)np_transport_grid_count(&grid);
+  np_transport_grid_clear(&grid);
+  const np_scattering_degrees d = np_scattering_desc_choose_degrees(s->desc, cells, is_layered, is_fine_wanted);
+  result = start_angles(s, d.iterated, is_layered, &s->broad);
+  if (!result && d.resolved != d.iterated) result = start_angles(s, d.resolved, is_layered, &s->fine);
+  if (!s->fine) s->fine = s->broad;
+  return result ? result : build_phases(s->world, d.resolved, s->out);
+}
+
+static void report(const np_world *world, double tolerance, np_scattering_field *field) {
+  const np_transport_grid *g = &field->grid;
+  np_scattering_quality *q = &field->quality;
+  double least, most;
+  np_transport_grid_compute_depths(world, g, &least, &most);
+  /* A column's cells are large only where light no longer changes over them. */
+  q->error = np_transport_expect_error(np_transport_grid_is_column(g) ? least : most);
+  np_log(field->context, NEPH_LOG_DEBUG,
+         "multiple scattering: %d x %d x %d cells, %zu in cloud, degree %u, residual %.2g after %u sweeps", g->size[0],
+         g->size[1], g->size[2], g->active_count, g->degree, q->residual, field->sweeps);
+  np_log(field->context, NEPH_LOG_DEBUG,
+         "multiple scattering: the densest cells have a scaled depth of %.2g to %.2g, for an expected error of %.2g %%",
+         least, most, 100.0 * q->error);
+  if (q->residual > 10.0 * tolerance && !q->is_cut)
+    np_log(field->context, NEPH_LOG_WARNING, "multiple scattering has not converged: residual %.2g, wanted %.2g",
+           q->residual, tolerance);
+}
+
+extern const np_scattering_lookup np_scattering_lookup_v1, np_scattering_lookup_v3, np_scattering_lookup_v4;
+
+static np_scattering_field *create(neph_context *context) {
+  static const np_scattering_lookup *const lookups[NP_ISA_COUNT] = {&np_scattering_lookup_v1, &np_scattering_lookup_v3,
+                                                                    &np_scattering_lookup_v4};
+  np_scattering_field *field = np_alloc(context, 1, sizeof *field);
+  if (!field) return NULL;
+  field->context = context;
+  field->lookup = lookups[neph_context_get_isa(context)];
+  return field;
+}
+
+/* Takes the finest cells from the solver. */
+static void finish(np_scattering_solver *s) {
+  s->out->grid = s->levels[0].grid;
+  s->levels[0].grid = (np_transport_grid){.context = s->context};
+  s->out->medium.has_delta_m_residual = s->out->delta_m_residual;
+  report(s->world, s->desc->tolerance, s->out);
+}
+
+neph_result np_scattering_field_build(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
+                                      const np_scattering_desc *desc, np_monitor *monitor,
+                                      np_scattering_field **out_field) {
+  *out_field = NULL;
+  np_scattering_field *field = create(context);
+  if (!field) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_scattering_solver s = {
+      .context = context, .world = world, .depths = depths, .desc = desc, .monitor = monitor, .out = field};
+  s.whole = np_monitor_get_part(monitor);
+  s.end_s = isfinite(desc->seconds_max) ? np_monitor_get_seconds(monitor) + desc->seconds_max : HUGE_VAL;
+  neph_result result = start(&s);
+  if (!result) result = solve_bands(&s);
+  if (!result) finish(&s);
+  np_scattering_solver_clear_levels(&s);
+  np_alloc_free(context, s.sun);
+  if (s.fine != s.broad) np_alloc_free(context, s.fine);
+  np_alloc_free(context, s.broad);
+  if (result)
+    np_scattering_field_destroy(field);
+  else
+    *out_field = field;
+  return result;
+}
+
+void np_scattering_field_destroy(np_scattering_field *field) {
+  if (!field) return;
+  for (unsigned v = 0, known = 0; v < field->medium.cloud_count; v++) {
+    if (field->medium.clouds[v].phase_kind < known) continue;
+    known++;
+    np_scaled_phase_clear(&field->phases[v]);
+  }
+  np_alloc_free(field->context, field->phases);
+  np_transport_grid_clear(&field->grid);
+  np_alloc_free(field->context, field->moments);
+  np_alloc_free(field->context, field->importance);
+  np_alloc_free(field->context, field->delta_m_residual);
+  np_alloc_free(field->context, field);
+}
+
+/* ---- Questions ---- */
+
+void np_scattering_field_set_world(np_scattering_field *field, const np_world *world) {
+  for (unsigned v = 0; v < field->medium.cloud_count; v++) field->phases[v].phase = world->clouds.at[v].phase;
+}
+
+np_scattering_quality np_scattering_field_get_quality(const np_scattering_field *field) { return field->quality; }
+
+const np_scattering_medium *np_scattering_field_get_medium(const np_scattering_field *field) { return &field->medium; }
+
+float np_scattering_compute_least_scale(const np_phase *phase, np_spectrum albedo) {
+  return 1.0f - np_scaled_phase_compute_forward(phase, NP_DEGREE_MIN) * np_spectrum_max(albedo);
+}
+
+void np_scattering_field_fill_column(const np_scattering_field *field, unsigned cloud, float versine,
+                                     np_peak_column *out) {
+  np_scaled_phase_fill_column(&field->phases[cloud], versine, out);
+}
+
+void np_scattering_field_fill_harmonics(const np_scattering_field *field, np_vec3 direction,
+                                        float out[NP_HARMONIC_COUNT_MAX]) {
+  np_harmonics_eval(field->grid.degree, direction, out);
+}
+
+void np_scattering_field_fill_outgoing(const np_scattering_field *field, unsigned cloud,
+                                       const float harmonics[NP_HARMONIC_COUNT_MAX], float out[NP_HARMONIC_COUNT_MAX]) {
+  const np_scaled_phase *phase = &field->phases[cloud];
+  for (unsigned l = 0, i = 0; l <= phase->degree; l++)
+    for (; i < (l + 1) * (l + 1); i++) out[i] = phase->moments[l] * harmonics[i];
+}
+
+void np_scattering_field_gather(const np_scattering_field *field, np_dvec3 position, np_light_moments *out) {
+  field->lookup->gather(field, position, out);
+}
+
+np_spectrum np_scattering_field_get_outgoing(const np_scattering_field *field, const np_light_moments *moments,
+                                             const float outgoing[NP_HARMONIC_COUNT_MAX]) {
+  return field->lookup->get_outgoing(field, moments, outgoing);
+}
+
+size_t np_scattering_field_count_cells(const np_scattering_field *field) { return field->grid.active_count; }
+
+np_dvec3 np_scattering_field_get_cell(const np_scattering_field *field, size_t cell, double *out_width) {
+  const np_transport_grid *g = &field->grid;
+  int32_t at[3];
+  np_transport_grid_split(g, g->cell[cell], at);
+  *out_width = 0.0;
+  for (int a = 0; a < 3; a++) *out_width = fmax(*out_width, np_transport_grid_width(g, a, at[a]));
+  return np_transport_grid_centre(g, g->cell[cell]);
+}
+
+void np_scattering_field_fill_cell(const np_scattering_field *field, size_t cell, np_vec3 direction, float *out) {
+  field->lookup->fill_cell(field, cell, direction, out);
+}
+
+void np_scattering_field_gather_cells(const np_scattering_field *field, np_dvec3 position, np_scattering_cells *out) {
+  field->lookup->gather_cells(field, position, out);
+}
+
+bool np_scattering_field_get_importance(const np_scattering_field *field, np_dvec3 position, np_importance *out) {
+  return field->lookup->get_importance(field, position, out);
+}

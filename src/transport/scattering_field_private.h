@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A solution of the multiple scattering from inside: only transport reads it. */
+#ifndef NP_TRANSPORT_SCATTERING_FIELD_PRIVATE_H
+#define NP_TRANSPORT_SCATTERING_FIELD_PRIVATE_H
+
+#include "transport/scattering_field.h"
+#include "transport/transport_grid.h"
+
+/* Look-ups of one instruction-set level (scattering_lookup.c). */
+typedef struct np_scattering_lookup {
+  void (*gather)(const np_scattering_field *field, np_dvec3 position, np_light_moments *out);
+  void (*gather_cells)(const np_scattering_field *field, np_dvec3 position, np_scattering_cells *out);
+  np_spectrum (*get_outgoing)(const np_scattering_field *field, const np_light_moments *moments, const float *outgoing);
+  void (*fill_cell)(const np_scattering_field *field, size_t cell, np_vec3 direction, float *out);
+  bool (*get_importance)(const np_scattering_field *field, np_dvec3 position, np_importance *out);
+} np_scattering_lookup;
+
+struct np_scattering_field {
+  neph_context *context; /* borrowed */
+  const np_scattering_lookup *lookup;
+  np_scattering_medium medium;
+  np_scattering_quality quality;
+  np_scaled_phase *phases; /* of each cloud; equal ones share their table */
+  np_transport_grid grid;
+  uint16_t
+      *moments; /* [active][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on
+                 */
+  float scale[NP_BAND_COUNT]; /* powers of two */
+  float *delta_m_residual;    /* [active][band], as in np_light_moments; NULL: there is none */
+  np_importance
+      *importance; /* [active], in floats, since it may fall by thirty decades; NULL where it was not asked for */
+  unsigned sweeps; /* of the finest grid, all bands together */
+};
+
+#endif

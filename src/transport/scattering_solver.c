@@ -1,0 +1,293 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Multiple scattering by discrete ordinates in the delta-M scaled medium.
+ *
+ * Solved for are the real spherical-harmonic moments φ_lm, l ≤ N, of the radiance of all light but the sun's that went
+ * straight on (scaled_phase.c says what that is). With σ′ = Σ k·σ over the clouds, k = 1 − ϖf, and r_l the ratio of the
+ * scaled scattering moment Σ ϖσ(χ_l − f) to σ′,
+ *
+ *     Ω·∇L + σ′L = Σ r_l·(σ′·φ_lm + d·E·Y_lm(s))·Y_lm(Ω),   φ_lm = ∫ L·Y_lm dΩ
+ *
+ * where d·E is what sunlight of direction s loses by first collisions, and sky and ground enter at the sides. A sweep
+ * maps φ to the φ of its solution; Anderson acceleration finds the fixed point, on the coarsest grid first, then from
+ * there on finer ones.
+ *
+ * Small clouds are solved to a high degree from the start. Larger ones get the least degree, and where the memory
+ * allows it that solution is then resolved into more: a high degree counts less of the sun's light as having gone
+ * straight on, the rest is in φ, and from there on sweeps do but what is local, which they do well. So is what large
+ * pictures show within cells: fine ones, half as wide, start from there and are swept likewise.
+ *
+ * A band starts from the one before it, in proportion to their sources. Where the clouds are grey and the lights of one
+ * colour, that is the solution: one band is solved for, and kept.
+ */
+#include "transport/scattering_solver.h"
+
+#include <string.h>
+
+#include "core/alloc.h"
+
+enum {
+  CHUNK = 4096,
+  /* A third of either changes a picture by a tenth of a per cent. */
+  RESOLVING_SWEEPS = 2,
+  REFINING_SWEEPS = 2 /* of fine cells */
+};
+
+static bool is_fine(const np_scattering_solver *s) { return s->levels[0].grid.is_fine; }
+static bool is_resolved(const np_scattering_solver *s) { return s->fine != s->broad; }
+
+/* ---- Time and progress ---- */
+
+/* Of a band's work, where sweeps begin and where they give way to the last ones. */
+static const double solving_begin = 0.15, resolving_begin = 0.85, keeping_begin = 0.95;
+
+/* What follows is [begin, end] of the band's work. */
+static void set_part(const np_scattering_solver *s, double begin, double end) {
+  const double count = s->out->medium.band_count;
+  np_monitor_set_part(s->monitor, s->whole, (s->band + begin) / count, (s->band + end) / count);
+}
+
+/* A level takes time as it has cells. */
+static void set_level_part(const np_scattering_solver *s, unsigned number) {
+  double all = 0.0, before = 0.0;
+  for (unsigned n = np_scattering_solver_get_iterated(s); n < s->level_count; n++) {
+    all += (double)s->levels[n].grid.active_count;
+    if (n > number) before += (double)s->levels[n].grid.active_count;
+  }
+  const double per_cell = (resolving_begin - solving_begin) / fmax(all, 1.0), begin = solving_begin + per_cell * before;
+  set_part(s, begin, begin + per_cell * (double)s->levels[number].grid.active_count);
+}
+
+/* The band is as it is. */
+static void note_cut(np_scattering_solver *s) {
+  const unsigned width = 1u << (s->reached.level - np_scattering_solver_get_iterated(s));
+  s->has_time = false;
+  s->cut = s->reached;
+  s->out->quality.is_cut = true;
+  s->out->quality.residual = fmax(s->out->quality.residual, s->reached.residual);
+  s->out->quality.cut_width = width > s->out->quality.cut_width ? width : s->out->quality.cut_width;
+}
+
+/* The band's share of the time that is left; a little less for those before the last, which come as far as the first
+ * was cut, that they can. */
+static void begin_budget(np_scattering_solver *s, bool is_nested) {
+  const unsigned bands_left = s->out->medium.band_count - s->band;
+  s->has_time = true;
+  if (is_nested) s->reached = (np_scattering_reach){.level = s->level_count, .residual = 1.0};
+  if (!isfinite(s->end_s)) return;
+  const double now_s = np_monitor_get_seconds(s->monitor), share = (bands_left > 1 ? 0.9 : 1.0) / bands_left;
+  if (now_s < s->end_s)
+    np_monitor_begin_budget(s->monitor, now_s + share * (s->end_s - now_s));
+  else
+    note_cut(s);
+}
+
+static void end_budget(np_scattering_solver *s) {
+  if (np_monitor_end_budget(s->monitor)) note_cut(s);
+}
+
+/* ---- Levels ---- */
+
+/* A band comes no further than the one before that was cut: else the clouds would take on its colour. */
+static neph_result solve_level(np_scattering_solver *s, unsigned number, double tolerance) {
+  if (s->out->quality.is_cut && number < s->cut.level) return NEPH_OK;
+  np_transport_level *level = &s->levels[number];
+  np_transport_effort effort = {.tolerance = tolerance, .is_finest = number == np_scattering_solver_get_iterated(s)};
+  if (s->out->quality.is_cut && number == s->cut.level) effort.sweeps_max = s->cut.sweeps;
+  set_level_part(s, number);
+  neph_result result = np_transport_level_solve(&s->broad->lights, level, &effort);
+  if (effort.sweeps > 0) s->reached = (np_scattering_reach){number, effort.is_cut ? effort.sweeps : 0, effort.residual};
+  if (effort.is_cut) end_budget(s);
+  if (!effort.is_finest || effort.is_cut) return result;
+  s->out->quality.residual = fmax(s->out->quality.residual, effort.residual);
+  s->out->sweeps += effort.sweeps;
+  return result;
+}
+
+/* From the next coarser level, whether or not there is time: it is little, and what stands there now is nothing. */
+static neph_result prolong(np_scattering_solver *s, unsigned number) {
+  neph_result result = np_transport_level_prolong(&s->levels[number + 1], s->monitor, &s->levels[number]);
+  if (result != NEPH_ERROR_CANCELLED || !np_monitor_is_cut(s->monitor)) return result;
+  end_budget(s);
+  return np_transport_level_prolong(&s->levels[number + 1], s->monitor, &s->levels[number]);
+}
+
+static neph_result solve_nested(np_scattering_solver *s) {
+  const unsigned finest = np_scattering_solver_get_iterated(s);
+  neph_result result = NEPH_OK;
+  for (unsigned n = s->level_count; n-- > finest && !result;) {
+    if (n + 1 < s->level_count) result = prolong(s, n);
+    if (result || !s->has_time) continue;
+    /* What crosses a thick cloud slowly, and shows late in the residual, is found on coarse cells: they are cheap. */
+    result = solve_level(s, n, n > finest ? 0.03 * s->desc->tolerance : s->desc->tolerance);
+  }
+  return result;
+}
+
+/* Sweeps as long as there is time. */
+static neph_result sweep_level(np_scattering_solver *s, unsigned number, unsigned sweeps) {
+  if (!s->has_time || s->out->quality.is_cut) return NEPH_OK;
+  const neph_result result = np_transport_level_sweep(&s->fine->lights, &s->levels[number], sweeps, isfinite(s->end_s));
+  if (np_monitor_is_cut(s->monitor)) end_budget(s);
+  return result;
+}
+
+/* From what is iterated to the result. */
+static neph_result resolve(np_scattering_solver *s) {
+  const unsigned iterated = np_scattering_solver_get_iterated(s);
+  neph_result result = NEPH_OK;
+  set_part(s, resolving_begin, is_fine(s) ? 0.5 * (resolving_begin + keeping_begin) : keeping_begin);
+  if (is_resolved(s)) {
+    np_transport_level_resolve(&s->fine->lights, &s->levels[iterated], &s->levels[iterated - 1]);
+    result = sweep_level(s, iterated - 1, RESOLVING_SWEEPS);
+  }
+  if (!is_fine(s) || result) return result;
+  set_part(s, 0.5 * (resolving_begin + keeping_begin), keeping_begin);
+  result = prolong(s, 0);
+  return result ? result : sweep_level(s, 0, REFINING_SWEEPS);
+}
+
+/* ---- Bands ---- */
+
+void np_scattering_solver_clear_levels(np_scattering_solver *s) {
+  for (unsigned n = 0; n < s->level_count; n++) np_transport_level_clear(&s->levels[n]);
+  s->level_count = 0;
+}
+
+static neph_result add_coarser(np_scattering_solver *s) {
+  const np_transport_grid *fine = &s->levels[s->level_count - 1].grid;
+  return np_transport_grid_coarsen(fine, &s->levels[s->level_count++].grid);
+}
+
+static neph_result add_broad(np_scattering_solver *s) {
+  const np_transport_grid *fine = &s->levels[s->level_count - 1].grid;
+  np_transport_grid *broad = &s->levels[s->level_count++].grid;
+  return np_transport_grid_reduce_degree(s->world, s->band, s->broad->ordinates.degree, fine, broad);
+}
+
+neph_result np_scattering_solver_build_levels(np_scattering_solver *s) {
+  np_scattering_solver_clear_levels(s);
+  np_transport_grid *finest = &s->levels[s->level_count++].grid;
+  neph_result result = np_transport_grid_place(s->context, s->world, &s->desc->cells, finest);
+  if (result) return result;
+  finest->degree = s->fine->ordinates.degree;
+  set_part(s, 0.0, 0.05);
+  np_monitor_set_stage(s->monitor, "averaging clouds");
+  result = np_transport_grid_fill(s->world, s->out->phases, s->band, s->monitor, finest);
+  set_part(s, 0.05, solving_begin);
+  np_monitor_set_stage(s->monitor, "lighting clouds");
+  if (!result) result = np_transport_grid_light(s->world, s->monitor, s->band, s->broad->ordinates.degree, finest);
+  if (!result && is_fine(s)) result = add_coarser(s);
+  if (!result && is_resolved(s)) result = add_broad(s);
+  while (!result && s->level_count < NP_SCATTERING_LEVELS_MAX &&
+         np_transport_grid_can_coarsen(&s->levels[s->level_count - 1].grid))
+    result = add_coarser(s);
+  for (unsigned n = 0; n < s->level_count && !result; n++)
+    result = np_transport_level_allocate(&s->levels[n], s->world->emission);
+  return result;
+}
+
+/* What glows in a cell is even, and has the moment j·∫Y₀₀ dΩ = j·√(4π). */
+static neph_result average_glow(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const np_scattering_solver *s = user;
+  const np_transport_level *finest = &s->levels[0];
+  if (np_monitor_is_cancelled(s->monitor)) return NEPH_ERROR_CANCELLED;
+  for (size_t active = begin; active < end; active++) {
+    int32_t at[3];
+    np_transport_grid_split(&finest->grid, finest->grid.cell[active], at);
+    finest->glow[active] =
+        sqrtf(4.0f * NP_PI_F) * np_transport_grid_average_emission(&finest->grid, s->world->emission, at, s->band);
+  }
+  return NEPH_OK;
+}
+
+/* Means over the cells of a level of what is known by those of the one before. */
+static void restrict_level(const np_scattering_solver *s, unsigned to, const float *from, float *out) {
+  const np_transport_grid *fine = &s->levels[to - 1].grid, *coarse = &s->levels[to].grid;
+  if (is_resolved(s) && to == np_scattering_solver_get_iterated(s)) {
+    memcpy(out, from, fine->active_count * sizeof *out);
+  } else {
+    np_transport_grid_restrict(fine, from, coarse, out);
+  }
+}
+
+static neph_result fill_glow(np_scattering_solver *s) {
+  if (!s->world->emission) return NEPH_OK;
+  neph_result result = np_parallel_for(s->context, s->monitor, s->levels[0].grid.active_count, 256, average_glow, s);
+  for (unsigned n = 1; n < s->level_count && !result; n++)
+    restrict_level(s, n, s->levels[n - 1].glow, s->levels[n].glow);
+  return result;
+}
+
+/* First collisions times irradiance, of the finest cells. */
+static void light_cells(const np_scattering_solver *s, const float *first_collision_source, float *out) {
+  for (size_t active = 0; active < s->levels[0].grid.active_count; active++)
+    out[active] = first_collision_source ? first_collision_source[active] * s->sun[active].band[s->band] : 0.0f;
+}
+
+/* Those in the medium that is iterated, where it is another than the result's. */
+static neph_result light_broad(const np_scattering_solver *s) {
+  const np_transport_grid *g = &s->levels[0].grid;
+  float *broad = s->levels[np_scattering_solver_get_iterated(s)].sun;
+  if (!is_fine(s)) {
+    light_cells(s, g->low_order_source, broad);
+    return NEPH_OK;
+  }
+  float *own = np_alloc(s->context, g->active_count, sizeof *own);
+  if (!own) return NEPH_ERROR_OUT_OF_MEMORY;
+  light_cells(s, g->low_order_source, own);
+  np_transport_grid_restrict(g, own, &s->levels[1].grid, broad);
+  np_alloc_free(s->context, own);
+  return NEPH_OK;
+}
+
+/* Fills the levels' sources for the present band, and finds their sum, with what flows in. */
+static neph_result light_levels(np_scattering_solver *s, double *out_sum) {
+  const unsigned iterated = np_scattering_solver_get_iterated(s);
+  light_cells(s, s->levels[0].grid.first_collision_source, s->levels[0].sun);
+  if (is_fine(s)) restrict_level(s, 1, s->levels[0].sun, s->levels[1].sun);
+  neph_result result = is_resolved(s) ? light_broad(s) : NEPH_OK;
+  if (result) return result;
+  for (unsigned n = iterated + 1; n < s->level_count; n++) restrict_level(s, n, s->levels[n - 1].sun, s->levels[n].sun);
+  s->fine->lights.boundary = s->fine->boundary[s->band];
+  s->broad->lights.boundary = s->broad->boundary[s->band];
+
+  const np_transport_level *level = &s->levels[iterated];
+  *out_sum = 0.0;
+  for (size_t active = 0; active < level->grid.active_count; active++)
+    *out_sum += (double)level->sun[active] + (level->glow ? (double)level->glow[active] : 0.0);
+  const float *boundary = &s->broad->boundary[s->band][0][0][0];
+  for (size_t i = 0; i < sizeof s->broad->boundary[0] / sizeof(float); i++) *out_sum += (double)boundary[i];
+  return NEPH_OK;
+}
+
+/* The start of a further band of grey clouds. */
+static void scale_solution(np_scattering_solver *s, double factor) {
+  np_transport_level *iterated = &s->levels[np_scattering_solver_get_iterated(s)];
+  const size_t count = iterated->grid.active_count * np_harmonics_count(iterated->grid.degree);
+  for (size_t i = 0; i < count; i++) iterated->phi[i] *= (float)factor;
+}
+
+/* ---- All of a band ---- */
+
+neph_result np_scattering_solver_solve_band(np_scattering_solver *s, bool is_first, double *sum) {
+  const double before = *sum;
+  neph_result result = fill_glow(s);
+  if (!result) result = light_levels(s, sum);
+  if (result || *sum <= 0.0) return result;
+  set_part(s, solving_begin, 1.0);
+  np_monitor_set_stage(s->monitor, "solving multiple scattering");
+  /* A band of light that falls elsewhere is not well begun from one that was cut: it would keep that one's colour. */
+  const bool is_nested = is_first || !(before > 0.0) || s->out->quality.is_cut;
+  begin_budget(s, is_nested);
+  if (is_nested) {
+    result = solve_nested(s);
+  } else {
+    scale_solution(s, *sum / before);
+    if (s->has_time) result = solve_level(s, np_scattering_solver_get_iterated(s), s->desc->tolerance);
+  }
+  if (!result) result = resolve(s);
+  end_budget(s);
+  set_part(s, keeping_begin, 1.0);
+  return result;
+}
