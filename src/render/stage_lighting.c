@@ -143,6 +143,7 @@ neph_result np_stage_build_ordinates(const np_stage_inputs *in, const np_packet 
 void np_stage_clear_ordinates(np_assembly *a, const np_packet *packet, np_packet_light *light) {
   np_light_store_give(&a->stores->lights, np_packet_get_index(a, packet), get_light_role(light->is_moon),
                       light->scattering);
+  light->scattering = NULL;
 }
 
 neph_result np_stage_build_viewer_light(const np_stage_inputs *in, const np_packet *packet, np_packet_light *out) {
