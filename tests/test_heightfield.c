@@ -18,7 +18,7 @@ static int set_up(void **state) { return test_set_up(state, 2, NULL); }
 
 static neph_result load(test_fixture *f, const char *path, np_heightfield *out) {
   const neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
-  return np_heightfield_load(f->context, path, &desc, out);
+  return np_heightfield_load(f->context, NULL, path, &desc, out);
 }
 
 static float get_sample(const np_heightfield *field, unsigned column, unsigned row) {
@@ -263,7 +263,7 @@ static void png_is_scaled_to_its_range(void **state) {
   desc.height_min_m = -100;
   desc.height_max_m = 900;
   np_heightfield field;
-  assert_int_equal(np_heightfield_load(f->context, path, &desc, &field), NEPH_OK);
+  assert_int_equal(np_heightfield_load(f->context, NULL, path, &desc, &field), NEPH_OK);
   for (unsigned i = 0; i < 6; i++) /* float of 24 bits at 900 m */
     assert_near((double)get_sample(&field, i % 3, 1 - i / 3), -100 + 1000 * values[i] / 65535.0, 1e-4);
   np_heightfield_destroy(f->context, &field);

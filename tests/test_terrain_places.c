@@ -2,8 +2,13 @@
 /* Where ground lies and ends, and how making it fails. */
 #include "test_terrains.h"
 
+#include <png.h>
 #include <time.h>
 #include <unistd.h>
+
+#include <nephos/image.h>
+
+#include "core/random.h"
 
 /* ---- Extent and place ---- */
 
@@ -117,7 +122,7 @@ static void bad_descriptions_are_refused(void **state) {
   test_fixture *f = *state;
   const neph_terrain_desc good = NEPH_TERRAIN_DESC_DEFAULT;
   neph_terrain_desc bad[6] = {good, good, good, good, good, good};
-  const char *words[6] = {"planet_radius_m is nan",  "width is 0",   "latitude 2", "longitude inf",
+  const char *words[6] = {"planet_radius_m is nan",  "width is 0",     "latitude 2", "longitude inf",
                           "ground_albedo[1] is 1.5", "terrain heights"};
   bad[0].planet_radius_m = NAN;
   bad[1].width_m = 0;
@@ -200,7 +205,51 @@ static neph_result load_large_tile(test_fixture *f, const neph_terrain_desc *des
   return result;
 }
 
+enum { PICTURE_EDGE = 4096 };
+
+/* Heights that no codec makes smaller, so that reading them takes half a second. */
+static neph_image *make_rough_picture(test_fixture *f) {
+  static const char *const name = "Y";
+  neph_image *image;
+  assert_int_equal(neph_image_create(f->context, PICTURE_EDGE, PICTURE_EDGE, 1, &name, &image), NEPH_OK);
+  np_random random = np_random_start(1, 0, 0, 0, 0);
+  float *values = neph_image_get_channel(image, name);
+  for (size_t i = 0; i < (size_t)PICTURE_EDGE * PICTURE_EDGE; i++) values[i] = np_random_float(&random);
+  return image;
+}
+
+static neph_result load_picture(test_fixture *f, char *path, const neph_terrain_desc *desc) {
+  neph_terrain *terrain = (neph_terrain *)f;
+  const neph_result result = neph_terrain_load(f->context, path, desc, &terrain);
+  assert_null(terrain);
+  free(path);
+  return result;
+}
+
+static neph_result load_large_exr(test_fixture *f, const neph_terrain_desc *desc) {
+  char *path = test_path(f->folder, "heights.exr");
+  neph_image *image = make_rough_picture(f);
+  assert_int_equal(neph_image_save_exr(image, path, NEPH_PIXEL_FLOAT), NEPH_OK);
+  neph_image_destroy(image);
+  return load_picture(f, path, desc);
+}
+
+static neph_result load_large_png(test_fixture *f, const neph_terrain_desc *desc) {
+  char *path = test_path(f->folder, "heights.png");
+  neph_image *image = make_rough_picture(f);
+  png_image picture = {.version = PNG_IMAGE_VERSION,
+                       .width = PICTURE_EDGE,
+                       .height = PICTURE_EDGE,
+                       .format = PNG_FORMAT_LINEAR_Y,
+                       .flags = PNG_IMAGE_FLAG_FAST};
+  assert_true(png_image_write_to_file(&picture, path, 0, neph_image_get_channel(image, "Y"), 2 * PICTURE_EDGE, NULL));
+  neph_image_destroy(image);
+  return load_picture(f, path, desc);
+}
+
 static void every_stage_can_be_cancelled(void **state) {
+  assert_cancelled(*state, "reading heights", load_large_exr);
+  assert_cancelled(*state, "reading heights", load_large_png);
   assert_cancelled(*state, "raising ridges", make_large_ridges);
   assert_cancelled(*state, "placing terrain", load_large_tile);
   assert_cancelled(*state, "building terrain", load_large_tile);

@@ -29,8 +29,8 @@ typedef struct np_field_position {
 
 /* Reads .hgt, .exr or .png by the name's ending. `desc` gives width and radius of pictures, and the range of PNG.
  * On failure nothing is left in `out_field`. */
-neph_result np_heightfield_load(neph_context *context, const char *path, const neph_terrain_desc *desc,
-                                np_heightfield *out_field);
+neph_result np_heightfield_load(neph_context *context, np_monitor *monitor, const char *path,
+                                const neph_terrain_desc *desc, np_heightfield *out_field);
 
 /* Whether a file is a height field, by its name, size or header alone. */
 neph_result np_heightfield_check(neph_context *context, const char *path);

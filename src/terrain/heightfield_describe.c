@@ -61,7 +61,7 @@ neph_result neph_terrain_describe_file(neph_context *context, const char *path, 
   neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
   desc.height_max_m = 1.0; /* PNG values as they are */
   np_heightfield field;
-  neph_result result = np_heightfield_load(context, path, &desc, &field);
+  neph_result result = np_heightfield_load(context, NULL, path, &desc, &field);
   if (result) return result;
   result = format == NEPH_TEXT_JSON ? describe_json(context, &field, path, out_text)
                                     : describe_plain(context, &field, path, out_text);

@@ -147,10 +147,10 @@ static neph_result check_png_samples(neph_context *context, const char *path, co
                  path, stored);
 }
 
-static neph_result load_png(neph_context *context, const char *path, const neph_terrain_desc *desc,
-                            np_heightfield *out_field) {
+static neph_result load_png(neph_context *context, np_monitor *monitor, const char *path,
+                            const neph_terrain_desc *desc, np_heightfield *out_field) {
   neph_image *image = NULL;
-  neph_result result = neph_image_load_png(context, path, &image);
+  neph_result result = np_image_load_png(context, path, monitor, &image);
   if (!result) result = check_png_samples(context, path, image);
   if (!result)
     result = read_picture(context, path, image, desc->height_min_m, desc->height_max_m - desc->height_min_m, desc,
@@ -159,10 +159,10 @@ static neph_result load_png(neph_context *context, const char *path, const neph_
   return result;
 }
 
-static neph_result load_exr(neph_context *context, const char *path, const neph_terrain_desc *desc,
-                            np_heightfield *out_field) {
+static neph_result load_exr(neph_context *context, np_monitor *monitor, const char *path,
+                            const neph_terrain_desc *desc, np_heightfield *out_field) {
   neph_image *image = NULL;
-  neph_result result = neph_image_load_exr(context, path, &image);
+  neph_result result = np_image_load_exr(context, path, monitor, &image);
   if (!result) result = read_picture(context, path, image, 0.0, 1.0, desc, out_field);
   neph_image_destroy(image);
   return result;
@@ -181,8 +181,8 @@ neph_result np_heightfield_check(neph_context *context, const char *path) {
   return result ? result : check_picture_size(context, path, size[0], size[1]);
 }
 
-neph_result np_heightfield_load(neph_context *context, const char *path, const neph_terrain_desc *desc,
-                                np_heightfield *out_field) {
+neph_result np_heightfield_load(neph_context *context, np_monitor *monitor, const char *path,
+                                const neph_terrain_desc *desc, np_heightfield *out_field) {
   *out_field = (np_heightfield){0};
   const char *name = get_base_name(path), *ending = strrchr(name, '.');
   neph_result result;
@@ -191,9 +191,9 @@ neph_result np_heightfield_load(neph_context *context, const char *path, const n
   else if (ending && !strcasecmp(ending, ".hgt"))
     result = np_heightfield_load_hgt(context, path, out_field);
   else if (ending && !strcasecmp(ending, ".png"))
-    result = load_png(context, path, desc, out_field);
+    result = load_png(context, monitor, path, desc, out_field);
   else if (ending && !strcasecmp(ending, ".exr"))
-    result = load_exr(context, path, desc, out_field);
+    result = load_exr(context, monitor, path, desc, out_field);
   else
     result =
         np_fail(context, NEPH_ERROR_UNSUPPORTED, "%s: height fields are read from .hgt, .exr and .png, not from \"%s\"",

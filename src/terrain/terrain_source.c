@@ -14,8 +14,9 @@ static neph_result check_file(neph_context *context, const np_terrain_source *so
 
 static neph_result load_field(neph_context *context, np_monitor *monitor, const np_terrain_source *source,
                               const neph_terrain_desc *desc, np_heightfield *out_field) {
-  (void)monitor;
-  return np_heightfield_load(context, source->file, desc, out_field);
+  np_monitor_set_part(monitor, np_monitor_whole, 0.0, 0.6);
+  np_monitor_set_stage(monitor, "reading heights");
+  return np_heightfield_load(context, monitor, source->file, desc, out_field);
 }
 
 static neph_result make_ridges(neph_context *context, np_monitor *monitor, const np_terrain_source *source,
