@@ -45,10 +45,10 @@ typedef enum neph_pixel_type { NEPH_PIXEL_HALF, NEPH_PIXEL_FLOAT } neph_pixel_ty
 
 /** Writes OpenEXR (ZIP level 4, scan lines), atomically.
  *
- * The channels Z, depth, distance, position, position.* and P.* are always float, and they alone may be infinite.
+ * The channels Z, depth, distance, position, position.* and P.* are always float.
  * Every channel is written as float, with a warning that names the scale to use, where halves would not do: a finite
  * value is above 65504, or the picture is one of radiances (with the attribute "nephos:scale") of whose lit pixels more
- * than half lie below 2⁻¹⁴. NaN is written as it is, with a warning that counts it.
+ * than half lie below 2⁻¹⁴. NaN and infinite colours are written as they are, with a warning that counts them.
  */
 NEPH_API neph_result neph_image_save_exr(const neph_image *image, const char *path,
                                          neph_pixel_type pixel_type) NEPH_NODISCARD;

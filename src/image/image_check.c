@@ -17,13 +17,13 @@ static double get_scale(const neph_image *image) {
 
 /* What a scan of one channel found. */
 typedef struct channel_scan {
-  size_t infinite_at, nan_at, largest_at; /* SIZE_MAX: none */
-  size_t nan_count;
+  size_t infinite_at, nan_at, largest_at; /* the first; SIZE_MAX: none */
+  size_t infinite_count, nan_count;
   float largest; /* of the finite magnitudes */
 } channel_scan;
 
 static channel_scan scan_channel(const neph_image *image, const np_image_channel *channel) {
-  channel_scan scan = {SIZE_MAX, SIZE_MAX, SIZE_MAX, 0, 0.0f};
+  channel_scan scan = {SIZE_MAX, SIZE_MAX, SIZE_MAX, 0, 0, 0.0f};
   size_t count = (size_t)image->width * image->height;
   for (size_t i = 0; i < count; i++) {
     float magnitude = fabsf(channel->values[i]);
@@ -31,7 +31,7 @@ static channel_scan scan_channel(const neph_image *image, const np_image_channel
     if (isnan(magnitude)) {
       if (scan.nan_count++ == 0) scan.nan_at = i;
     } else if (isinf(magnitude)) {
-      if (scan.infinite_at == SIZE_MAX) scan.infinite_at = i;
+      if (scan.infinite_count++ == 0) scan.infinite_at = i;
     } else {
       scan.largest = magnitude;
       scan.largest_at = i;
@@ -40,19 +40,12 @@ static channel_scan scan_channel(const neph_image *image, const np_image_channel
   return scan;
 }
 
-static neph_result fail_infinite(const neph_image *image, const char *path, const np_image_channel *channel,
-                                 size_t at) {
-  return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT,
-                 "%s: pixel (%d, %d) of channel %s is infinite, which only depth, distance and position may be", path,
-                 np_image_get_data_min(image, 0) + (int)(at % image->width),
-                 np_image_get_data_min(image, 1) + (int)(at / image->width), channel->name);
-}
-
-static void warn_of_nan(const neph_image *image, const char *path, const np_image_channel *channel,
-                        const channel_scan *scan) {
-  np_log(image->context, NEPH_LOG_WARNING, "%s: channel %s holds %zu NaN, the first at pixel (%d, %d)", path,
-         channel->name, scan->nan_count, np_image_get_data_min(image, 0) + (int)(scan->nan_at % image->width),
-         np_image_get_data_min(image, 1) + (int)(scan->nan_at / image->width));
+static void warn_of_count(const neph_image *image, const char *path, const np_image_channel *channel,
+                          const char *values, size_t count, size_t first_at) {
+  if (count == 0) return;
+  np_log(image->context, NEPH_LOG_WARNING, "%s: channel %s holds %zu %s, the first at pixel (%d, %d)", path,
+         channel->name, count, values, np_image_get_data_min(image, 0) + (int)(first_at % image->width),
+         np_image_get_data_min(image, 1) + (int)(first_at / image->width));
 }
 
 static void warn_of_overflow(const neph_image *image, const char *path, const np_image_channel *channel,
@@ -104,28 +97,27 @@ static void warn_of_darkness(const neph_image *image, const char *path, float la
            path, get_scale(image) * (double)factor, get_scale(image));
 }
 
-neph_result np_image_choose_pixel_type(const neph_image *image, const char *path, neph_pixel_type *type) {
+neph_pixel_type np_image_choose_pixel_type(const neph_image *image, const char *path, neph_pixel_type wanted) {
   const np_image_channel *brightest = NULL;
   channel_scan brightest_scan = {.largest = 0.0f};
   for (unsigned c = 0; c < image->channel_count; c++) {
     const np_image_channel *channel = &image->channels[c];
     bool is_float = np_image_is_float_channel(channel->name);
     channel_scan scan = scan_channel(image, channel);
-    if (scan.nan_count) warn_of_nan(image, path, channel, &scan);
-    if (scan.infinite_at != SIZE_MAX && !is_float) return fail_infinite(image, path, channel, scan.infinite_at);
+    warn_of_count(image, path, channel, "NaN", scan.nan_count, scan.nan_at);
+    if (!is_float) warn_of_count(image, path, channel, "infinite values", scan.infinite_count, scan.infinite_at);
     if (is_float || scan.largest <= brightest_scan.largest) continue;
     brightest = channel;
     brightest_scan = scan;
   }
-  if (*type == NEPH_PIXEL_FLOAT || !brightest) return NEPH_OK;
+  if (wanted == NEPH_PIXEL_FLOAT || !brightest) return wanted;
   const bool overflows = brightest_scan.largest >= half_overflow;
-  if (!overflows && !is_too_dark(image)) return NEPH_OK;
-  *type = NEPH_PIXEL_FLOAT;
+  if (!overflows && !is_too_dark(image)) return wanted;
   if (overflows)
     warn_of_overflow(image, path, brightest, &brightest_scan);
   else
     warn_of_darkness(image, path, brightest_scan.largest);
-  return NEPH_OK;
+  return NEPH_PIXEL_FLOAT;
 }
 
 neph_result np_image_check_claims(neph_context *context, const char *path, int64_t width, int64_t height,

@@ -233,11 +233,10 @@ static neph_result write_file(exr_writer *writer, const char *temporary, neph_pi
 
 neph_result neph_image_save_exr(const neph_image *image, const char *path, neph_pixel_type pixel_type) {
   np_file_write write;
-  neph_result result = np_image_choose_pixel_type(image, path, &pixel_type);
-  if (!result) result = np_file_write_begin(image->context, path, &write);
+  neph_result result = np_file_write_begin(image->context, path, &write);
   if (result) return result;
   exr_writer writer = {.file = {.context = image->context, .path = path, .descriptor = -1}, .image = image};
-  result = write_file(&writer, write.temporary, pixel_type);
+  result = write_file(&writer, write.temporary, np_image_choose_pixel_type(image, path, pixel_type));
   if (!result) return np_file_write_commit(&write);
   np_file_write_abandon(&write);
   return result;

@@ -68,9 +68,9 @@ unsigned np_image_choose_channels(const neph_image *image, unsigned *out_indices
 /* Coordinate of the first column (axis 0) or row of the data window. */
 int np_image_get_data_min(const neph_image *image, int axis);
 
-/* Whether the image can be written, as neph_image_save_exr promises. Turns `*type` into float where halves would not
- * do, with a warning; warns of NaN. */
-neph_result np_image_choose_pixel_type(const neph_image *image, const char *path, neph_pixel_type *type);
+/* The pixel type that neph_image_save_exr promises: float where halves would not do, with a warning. Warns of NaN, and
+ * of infinite colours. */
+neph_pixel_type np_image_choose_pixel_type(const neph_image *image, const char *path, neph_pixel_type wanted);
 
 /* Whether a file may be believed that claims so large a picture, before anything is allocated for it. */
 neph_result np_image_check_claims(neph_context *context, const char *path, int64_t width, int64_t height,
