@@ -101,7 +101,7 @@ int test_set_up(void **state, unsigned thread_count, const char *file);
 int test_tear_down(void **state);
 
 /* Calls `save` with writes to the fixture's path cut at a number of bytes, as on a full disk: at 0, and on in steps up
- * to what it needs. Each must return NEPH_ERROR_IO, say once that the file is too large, and leave the folder as it was. */
+ * to what it needs. Each must return NEPH_ERROR_IO, say once that the file is too large, and change nothing. */
 void assert_survives_full_disk(test_fixture *f, size_t bytes_needed, size_t step,
                                neph_result (*save)(const char *path, const void *user), const void *user);
 
