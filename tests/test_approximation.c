@@ -3,6 +3,7 @@
 #include "test_world.h"
 
 #include "integrate/approximation.h"
+#include "integrate/approximation_gain.h"
 
 enum { EDGE = 16 };
 
@@ -19,6 +20,14 @@ static const trial softened = {NEPH_MULTIPLE_SCATTERING_SOFTENED_BEER,
 static const trial powder = {NEPH_MULTIPLE_SCATTERING_POWDER,
                              {.gain = 1.0, .softened_share = 0.7, .softened_rate = 0.25, .powder_strength = 1.0}};
 static const trial derivative = {NEPH_MULTIPLE_SCATTERING_DERIVATIVE, {.gain = 1.0, .derivative_distance_m = 4.0}};
+
+/* At the defaults of their keys, for which gains are calibrated. */
+static const trial defaults[] = {
+    {NEPH_MULTIPLE_SCATTERING_OCTAVES, {.gain = 1.0, .octave_count = 8, .octave_factors = {0.5, 0.5, 0.5}}},
+    {NEPH_MULTIPLE_SCATTERING_SOFTENED_BEER, {.gain = 1.0, .softened_share = 0.7, .softened_rate = 0.25}},
+    {NEPH_MULTIPLE_SCATTERING_POWDER,
+     {.gain = 1.0, .softened_share = 0.7, .softened_rate = 0.25, .powder_strength = 1.0}},
+    {NEPH_MULTIPLE_SCATTERING_DERIVATIVE, {.gain = 1.0, .derivative_distance_m = 30.0}}};
 
 static const np_approximation_row *get_row(const trial *t) { return &np_approximation_rows_v1[t->method]; }
 
@@ -151,6 +160,97 @@ static void gain_scales_each_approximation(void **state) {
   test_world_destroy(&w);
 }
 
+/* ---- Calibrated gain ---- */
+
+/* A cuboid of σ = 0.3 m⁻¹, EDGE samples and so EDGE steps of a metre by one by four, to where it is half: the law of
+ * the effective depth. 5 %: columns at its faces, which are shallower, count by what they hold. */
+static void the_depth_of_a_cuboid_is_that_of_a_cube_that_leaks_as_fast(void **state) {
+  (void)state;
+  test_world w;
+  test_cloud cloud = test_cloud_make(test_full, 0.3f, np_phase_isotropic());
+  cloud.edge = EDGE;
+  cloud.step_m = np_dvec3_make(1.0, 1.0, 4.0);
+  test_world_create(&w, 1, cloud);
+  const double depth = 0.3 * EDGE;
+  assert_near_relative((double)np_cloud_gain_compute_depth(&w.placed[0]), depth * sqrt(3.0 / (2.0 + 1.0 / 16.0)), 0.05);
+  test_world_destroy(&w);
+}
+
+static void the_place_of_an_angle_is_even_in_the_sine_of_its_half(void **state) {
+  (void)state;
+  np_spectrum gain[NP_GAIN_ANGLES];
+  for (int a = 0; a < NP_GAIN_ANGLES; a++) gain[a] = np_spectrum_grey((float)a);
+  for (double half = 0.0; half <= 0.5 * NP_PI; half += 0.1)
+    assert_near((double)np_cloud_gain_get(gain, (float)(1.0 - cos(2.0 * half))).band[0],
+                (NP_GAIN_ANGLES - 1) * sin(half), 1e-3);
+}
+
+/* Mean radiance over parallel rays through a ball that look towards the sun, and over those that look away from it. */
+static void compute_means(test_world *w, double out_means[2]) {
+  test_tally tallies[2] = {{.count = 0}};
+  np_random random = np_random_start(1, 0, 0, 0, 0);
+  for (int i = 0; i < 1500; i++) {
+    const float z = 1.0f - 2.0f * np_random_float(&random), turn = 2.0f * NP_PI_F * np_random_float(&random);
+    const float r = sqrtf(1.0f - z * z);
+    const np_vec3 d = np_vec3_make(r * cosf(turn), r * sinf(turn), z);
+    np_vec3 u, v;
+    np_frame_around(d, &u, &v);
+    np_dvec3 origin = np_dvec3_along(np_dvec3_make(0, 0, 0), d, -1000.0);
+    origin = np_dvec3_along(origin, u, 400.0 * (np_random_double(&random) - 0.5));
+    origin = np_dvec3_along(origin, v, 400.0 * (np_random_double(&random) - 0.5));
+    const np_camera_ray ray = {.origin = origin, .direction = d, .jitter = np_random_float(&random)};
+    np_integrator_sample sample;
+    test_world_march(w, &ray, &random, &sample);
+    test_tally_add(&tallies[z < 0.0f], test_sum_components(&sample, 1));
+  }
+  for (int s = 0; s < 2; s++) out_means[s] = test_tally_mean(&tallies[s]);
+}
+
+/* A ball 400 m across, of a depth, albedo and asymmetry between those of the table. */
+static void start_ball(test_world *w) {
+  test_cloud cloud = test_cloud_make(test_soft_ball, 0.1f, np_phase_henyey_greenstein(0.75f));
+  cloud.step_m = np_dvec3_make(20.0, 20.0, 20.0);
+  test_world_create(w, 1, cloud);
+  w->placed[0].albedo = np_spectrum_grey(0.98f);
+  w->placed[0].bottom_m = -200.0;
+  w->placed[0].top_m = 200.0;
+  w->world.to_sun = np_vec3_make(0.6f, 0.0f, 0.8f);
+  w->world.sun_irradiance = np_spectrum_grey(1.0f);
+}
+
+/* Factor between two means, the larger of both. */
+static double compute_error(const double means[2], const double solved[2]) {
+  return exp(fmax(fabs(log(means[0] / solved[0])), fabs(log(means[1] / solved[1]))));
+}
+
+/* Means looking towards and away from the sun are those of the solution to a factor, by the calibrated gain only. It is
+ * larger where the method goes by more than optical depths: the powder by where in the cloud it is dense, the
+ * derivative by how steep its surface is. */
+static void calibrated_gain_gives_the_mean_of_the_solution(void **state) {
+  (void)state;
+  static const double bounds[] = {1.4, 1.4, 2.0, 2.2};
+  test_world w;
+  start_ball(&w);
+  double solved[2], raw[2], gained[2];
+  assert_int_equal(test_world_solve(&w), NEPH_OK);
+  compute_means(&w, solved);
+  w.lighting.scattering = NULL;
+  const float depth = np_cloud_gain_compute_depth(&w.placed[0]);
+  for (unsigned i = 0; i < 4; i++) {
+    np_cloud_gain gain;
+    w.settings.multiple_scattering = defaults[i].method;
+    w.settings.approximation = defaults[i].parameters;
+    np_cloud_gain_fill(defaults[i].method, &w.placed[0], depth, &gain);
+    compute_means(&w, raw);
+    w.lighting.gains = &gain;
+    compute_means(&w, gained);
+    w.lighting.gains = NULL;
+    assert_true(compute_error(gained, solved) < bounds[i]);
+    assert_true(compute_error(raw, solved) > bounds[i]);
+  }
+  test_world_destroy(&w);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(terms_are_what_their_laws_say),
@@ -159,6 +259,9 @@ int main(void) {
       cmocka_unit_test(the_derivative_is_the_fall_of_density_towards_the_sun),
       cmocka_unit_test(an_opaque_face_is_a_white_wall_under_the_derivative),
       cmocka_unit_test(gain_scales_each_approximation),
+      cmocka_unit_test(the_depth_of_a_cuboid_is_that_of_a_cube_that_leaks_as_fast),
+      cmocka_unit_test(the_place_of_an_angle_is_even_in_the_sine_of_its_half),
+      cmocka_unit_test(calibrated_gain_gives_the_mean_of_the_solution),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

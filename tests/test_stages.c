@@ -130,6 +130,7 @@ static void assert_built(neph_context *context, const char *text, unsigned expec
   assert_int_equal(!light->viewer_light.outgoing, !np_plan_needs(&b.plan, NP_STAGE_VIEWER_LIGHT));
   assert_int_equal(!light->ground_light.points, !np_plan_needs(&b.plan, NP_STAGE_GROUND_CLOUDS));
   assert_int_equal(!light->air_shadow.kept, !np_plan_needs(&b.plan, NP_STAGE_AIR_SHADOWS));
+  assert_int_equal(!packet->gains, !np_plan_needs(&b.plan, NP_STAGE_APPROXIMATION));
   assert_int_equal(!packet->stars.count, !np_plan_needs(&b.plan, NP_STAGE_STARS));
   clear(&b);
 }
@@ -141,7 +142,7 @@ static void what_is_needed_is_built_and_nothing_else(void **state) {
   assert_built(f->context, "{version: 1}", 6);
   assert_built(f->context, day, 14);
   assert_built(f->context, night, 11);
-  assert_built(f->context, colours, 9);
+  assert_built(f->context, colours, 10);
 }
 
 /* ---- Reading ---- */

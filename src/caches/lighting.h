@@ -11,6 +11,7 @@
 #include "caches/sky_guide.h"
 #include "caches/sun_optical_depth.h"
 #include "caches/viewer_light.h"
+#include "optics/multiple_scattering.h"
 #include "volume/tracking.h"
 
 typedef struct np_lighting {
@@ -20,6 +21,7 @@ typedef struct np_lighting {
   const np_ground_light *ground_light;   /* NULL: the sky over the ground is taken as clear */
   const np_air_shadow *air_shadow;       /* of the camera's sky; NULL: clear */
   const np_sky_guide *sky_guide;         /* NULL: sky and ground are met by chance alone */
+  const np_cloud_gain *gains;            /* of an approximation in each cloud; NULL: the settings' for all */
 } np_lighting;
 
 /* Radiance of sky, night and environment along a camera's ray that meets no ground, in the clouds' and hills' shadow.

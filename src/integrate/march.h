@@ -9,6 +9,15 @@
 #include "integrate/integrator.h"
 #include "integrate/step.h"
 
+/* Phase values of an approximation's terms at one angle between light and view in one cloud. */
+typedef struct np_march_terms {
+  float own[NP_APPROXIMATION_TERMS_MAX];
+  /* With a calibrated gain G, `excess` = G − 1 more of the terms of a Henyey-Greenstein phase function is added: light
+   * that was scattered often does not show the peaks and bows of the cloud's own. */
+  float smooth[NP_APPROXIMATION_TERMS_MAX];
+  np_spectrum excess;
+} np_march_terms;
+
 typedef struct np_march {
   const np_world *world;
   const np_lighting *lighting;
@@ -38,7 +47,7 @@ typedef struct np_march {
 
   /* Of each cloud of the view, as the angle to the sun is the same all along the ray. */
   union {
-    float phase[NP_INSTANCES_MAX][NP_APPROXIMATION_TERMS_MAX]; /* of the approximation's terms */
+    np_march_terms terms[NP_INSTANCES_MAX]; /* of the approximation */
     struct {
       np_peak_column column;
       float outgoing[NP_HARMONIC_COUNT_MAX]; /* to the camera, of the solution's moments, where `has_outgoing` */

@@ -2,6 +2,7 @@
 /* The lighting of a step where no solution of the multiple scattering is there: sunlight through the optical depth
  * towards the sun, light from sky or ground along one drawn direction, and an approximation (integrate/approximation.h)
  * that may stand for light scattered more than once. Compiled once per instruction-set level. */
+#include "integrate/approximation_gain.h"
 #include "integrate/march.h"
 #include "integrate/surroundings.h"
 #include "caches/ground_light.h"
@@ -40,23 +41,55 @@ float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *light
   return np_transmittance(faded);
 }
 
+/* Terms of one cloud at one angle to the sun, or to a direction of its surroundings. */
+static void fill_terms(const np_march *m, unsigned cloud, bool is_sun, float versine, np_march_terms *out) {
+  const np_approximation *a = &m->settings->approximation;
+  const np_cloud_gain *gain = m->lighting->gains ? &m->lighting->gains[cloud] : NULL;
+  if (is_sun && m->method->get_slope)
+    out->own[0] = out->smooth[0] = 1.0f / NP_PI_F;
+  else
+    m->method->fill_phases(a, &m->world->clouds.at[cloud].phase, versine, out->own);
+  if (!gain) return;
+  if (!is_sun || !m->method->get_slope) m->method->fill_phases(a, &gain->phase, versine, out->smooth);
+  const np_spectrum factor = np_cloud_gain_get(is_sun ? gain->sun : gain->surroundings, versine);
+  out->excess = np_spectrum_subtract(factor, np_spectrum_grey(1.0f));
+}
+
 void NP_KERNEL(np_march_start_approximation)(np_march *m) {
   const np_approximation *a = &m->settings->approximation;
   const float versine = np_march_get_sun_versine(m);
   m->method = &NP_KERNEL(np_approximation_rows)[m->settings->multiple_scattering];
   m->term_count = m->method->count_terms(a);
-  for (unsigned i = 0; i < m->world->clouds.count; i++)
-    m->method->fill_phases(a, &m->world->clouds.at[i].phase, versine, m->sun.phase[i]);
+  for (unsigned i = 0; i < m->world->clouds.count; i++) fill_terms(m, i, true, versine, &m->sun.terms[i]);
+}
+
+static float sum_multiple(const np_march *m, const float *phases, const float *transmittances) {
+  float sum = 0.0f;
+  for (unsigned n = 1; n < m->term_count; n++) sum += phases[n] * transmittances[n];
+  return sum;
+}
+
+/* own + excess·smooth of each band; a gain below 1 takes no more away than there is. */
+static np_spectrum add_excess(float own, float smooth, np_spectrum excess) {
+  for (int b = 0; b < NP_BAND_COUNT; b++) excess.band[b] = np_maxf(own + excess.band[b] * smooth, 0.0f);
+  return excess;
 }
 
 /* Light scattered once, and what stands for more. */
-static void add_terms(np_march *m, np_component single, const float *phases, const float *transmittances,
+static void add_terms(np_march *m, np_component single, const np_march_terms *terms, const float *transmittances,
                       np_spectrum light) {
   const float gain = (float)m->settings->approximation.gain;
-  float multiple = 0.0f;
-  for (unsigned n = 1; n < m->term_count; n++) multiple += phases[n] * transmittances[n];
-  np_march_add(m, single, gain * phases[0] * transmittances[0], light);
-  np_march_add(m, NP_COMPONENT_MULTIPLE, gain * multiple, light);
+  const float multiple = sum_multiple(m, terms->own, transmittances);
+  if (!m->lighting->gains) {
+    np_march_add(m, single, gain * terms->own[0] * transmittances[0], light);
+    np_march_add(m, NP_COMPONENT_MULTIPLE, gain * multiple, light);
+    return;
+  }
+  const float smooth = sum_multiple(m, terms->smooth, transmittances);
+  const np_spectrum first = add_excess(terms->own[0], terms->smooth[0], terms->excess);
+  np_march_add(m, single, transmittances[0], np_spectrum_multiply(light, first));
+  np_march_add(m, NP_COMPONENT_MULTIPLE, 1.0f,
+               np_spectrum_multiply(light, add_excess(multiple, smooth, terms->excess)));
 }
 
 /* What of the light from `direction` the clouds let through. */
@@ -74,9 +107,8 @@ static void add_sun(np_march *m, np_dvec3 position, const np_step *s, const np_s
   const np_approximation *a = &m->settings->approximation;
   const np_spectrum sun = np_spectrum_multiply(np_world_sunlight(m->world, position, m->to_sun), weight);
   if (np_spectrum_is_zero(sun)) return;
-  const bool is_slope = m->method->get_slope;
   float transmittances[NP_APPROXIMATION_TERMS_MAX];
-  if (is_slope) {
+  if (m->method->get_slope) {
     transmittances[0] = m->method->get_slope(a, m->world, position, m->to_sun);
   } else {
     const np_depth_query query = {m->method->get_fade(a), error};
@@ -84,10 +116,10 @@ static void add_sun(np_march *m, np_dvec3 position, const np_step *s, const np_s
   }
   for (unsigned i = 0; i < s->count; i++) {
     const np_instance *volume = s->volume[i];
-    const float even = 1.0f / NP_PI_F, *phases = is_slope ? &even : m->sun.phase[volume - m->world->clouds.at];
+    const np_march_terms *terms = &m->sun.terms[volume - m->world->clouds.at];
     const float weight_here = m->method->get_weight ? m->method->get_weight(a, volume, position) : 1.0f;
     const np_spectrum light = np_spectrum_scale(sun, weight_here);
-    add_terms(m, NP_COMPONENT_SUN, phases, transmittances, np_spectrum_multiply(light, share[i]));
+    add_terms(m, NP_COMPONENT_SUN, terms, transmittances, np_spectrum_multiply(light, share[i]));
   }
 }
 
@@ -135,12 +167,13 @@ static void add_surroundings(np_march *m, np_dvec3 position, const np_step *s, c
                                                NP_KERNEL(np_march_shadow), m->random, &is_ground);
   light = np_spectrum_multiply(light, np_spectrum_multiply(weight, share[chosen]));
   if (np_spectrum_is_zero(light)) return;
-  float transmittances[NP_APPROXIMATION_TERMS_MAX], phases[NP_APPROXIMATION_TERMS_MAX];
+  float transmittances[NP_APPROXIMATION_TERMS_MAX];
+  np_march_terms terms;
   fill_transmittances(m, position, direction, error, transmittances);
-  m->method->fill_phases(&m->settings->approximation, phase,
-                         np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z), phases);
+  fill_terms(m, (unsigned)(s->volume[chosen] - m->world->clouds.at), false,
+             np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z), &terms);
   light = np_spectrum_scale(light, draw_weight / pdf);
-  add_terms(m, is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY, phases, transmittances, light);
+  add_terms(m, is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY, &terms, transmittances, light);
 }
 
 /* One exponential step. */

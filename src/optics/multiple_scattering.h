@@ -6,6 +6,9 @@
 
 #include <nephos/render.h>
 
+#include "core/spectrum.h"
+#include "optics/phase.h"
+
 /* ROW(ID, name, needs): NEPH_MULTIPLE_SCATTERING_ID in the API, `name` in scene files and pictures; `needs` the
  * solution of the multiple scattering, or an approximation that stands for it. */
 #define NP_MULTIPLE_SCATTERING_ROWS(ROW)                                                                               \
@@ -35,7 +38,7 @@ const np_multiple_scattering_row *np_multiple_scattering_get_row(neph_multiple_s
 
 /* Parameters of the approximations. */
 typedef struct np_approximation {
-  double gain;                          /* on all terms of any: none knows how much light there is */
+  double gain;                          /* on all terms of any, where no cloud has one of its own */
   unsigned octave_count;                /* 1 to NP_APPROXIMATION_TERMS_MAX */
   double octave_factors[3];             /* of light, optical depth and asymmetry, from one octave to the next */
   double softened_share, softened_rate; /* a and b of max(e^{−τ}, a·e^{−bτ}); also of the powder */
@@ -43,6 +46,15 @@ typedef struct np_approximation {
   double derivative_distance_m;         /* to the look-up towards the sun */
 } np_approximation;
 
-enum { NP_APPROXIMATION_TERMS_MAX = 16 };
+enum { NP_APPROXIMATION_TERMS_MAX = 16, NP_GAIN_ANGLES = 7 };
+
+/* Calibrated gain of a method in one cloud, by the angle θ between light and view: evenly in sin(θ/2), the first node
+ * looks into the light. */
+typedef struct np_cloud_gain {
+  float depth;    /* effective optical depth of the cloud */
+  np_phase phase; /* Henyey-Greenstein of the cloud's asymmetry, for which gains are calibrated */
+  np_spectrum sun[NP_GAIN_ANGLES];
+  np_spectrum surroundings[NP_GAIN_ANGLES];
+} np_cloud_gain;
 
 #endif

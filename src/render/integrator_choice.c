@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/integrator_choice.h"
 
+#include <math.h>
+
 void np_integrator_choice_make(const np_scene_render *render, neph_multiple_scattering multiple,
                                np_integrator_settings *out_settings) {
   *out_settings = (np_integrator_settings){
@@ -13,5 +15,6 @@ void np_integrator_choice_make(const np_scene_render *render, neph_multiple_scat
       .transmittance_end = (float)render->transmittance_end,
   };
   const np_multiple_scattering_row *row = np_multiple_scattering_get_row(multiple);
-  if (row->needs != NP_MULTIPLE_SCATTERING_NEEDS_APPROXIMATION) out_settings->approximation.gain = 1.0;
+  const bool is_approximated = row->needs == NP_MULTIPLE_SCATTERING_NEEDS_APPROXIMATION;
+  if (!is_approximated || isinf(render->approximation.gain)) out_settings->approximation.gain = 1.0;
 }

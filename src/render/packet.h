@@ -43,6 +43,7 @@ typedef struct np_packet {
   neph_atmosphere *atmosphere;
   np_instance *placed;  /* the clouds that hold anything */
   np_emission emission; /* of all clouds; without glows where there is none */
+  np_cloud_gain *gains; /* of each of `placed`; NULL: no approximation, or the scene has a gain for it */
   unsigned light_count; /* the first one's view has what is not of any light: environment, disks, night */
   np_packet_light lights[NP_LIGHTS_MAX];
   np_night night;

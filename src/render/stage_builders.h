@@ -40,9 +40,9 @@ np_stage_build_light_fn np_stage_build_sun_depth, np_stage_build_visibility;
 np_stage_clear_light_fn np_stage_clear_sun_depth, np_stage_clear_visibility;
 
 np_stage_build_packet_fn np_stage_build_packet_lights, np_stage_build_emission, np_stage_build_atmosphere,
-    np_stage_build_airglow, np_stage_build_stars;
+    np_stage_build_airglow, np_stage_build_approximation, np_stage_build_stars;
 np_stage_clear_packet_fn np_stage_clear_packet_lights, np_stage_clear_emission, np_stage_clear_atmosphere,
-    np_stage_clear_airglow, np_stage_clear_stars;
+    np_stage_clear_airglow, np_stage_clear_approximation, np_stage_clear_stars;
 
 np_stage_build_packet_light_fn np_stage_build_camera_sky, np_stage_build_cloud_sky, np_stage_build_world,
     np_stage_build_sky_guide, np_stage_build_ordinates, np_stage_build_viewer_light, np_stage_build_ground_clouds,

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Worlds, and the caches of light that are built of them. */
+#include "core/alloc.h"
 #include "core/units.h"
 #include "integrate/approximation.h"
+#include "integrate/approximation_gain.h"
 #include "render/integrator_choice.h"
 #include "render/plan_cells.h"
 #include "render/stage_builders.h"
@@ -240,10 +242,31 @@ void np_stage_clear_air_shadow(np_assembly *assembly, const np_packet *packet, n
   np_air_shadow_clear(&light->air_shadow);
 }
 
+/* ---- Approximation ---- */
+
+/* The depth of a cloud does not depend on wavelength: the first packet knows it for all. */
+neph_result np_stage_build_approximation(const np_stage_inputs *in, np_packet *out) {
+  const np_assembly *a = in->made;
+  const neph_multiple_scattering method = in->plan->desc.multiple_scattering;
+  if (!isinf(in->scene->render.approximation.gain) || a->volume_count == 0) return NEPH_OK;
+  out->gains = np_alloc(a->context, a->volume_count, sizeof *out->gains);
+  if (!out->gains) return NEPH_ERROR_OUT_OF_MEMORY;
+  const np_cloud_gain *first = out == a->packets ? NULL : a->packets[0].gains;
+  for (unsigned i = 0; i < a->volume_count; i++) {
+    const np_instance *cloud = &out->placed[i];
+    np_cloud_gain_fill(method, cloud, first ? first[i].depth : np_cloud_gain_compute_depth(cloud), &out->gains[i]);
+  }
+  return NEPH_OK;
+}
+
+void np_stage_clear_approximation(np_assembly *assembly, np_packet *packet) {
+  np_alloc_free(assembly->context, packet->gains);
+  packet->gains = NULL;
+}
+
 /* ---- For the integrator ---- */
 
 neph_result np_stage_build_lighting(const np_stage_inputs *in, const np_packet *packet, np_packet_light *out) {
-  (void)packet;
   out->lighting = (np_lighting){
       .sun_depths = get_depths(in, out),
       .scattering = out->scattering,
@@ -251,6 +274,7 @@ neph_result np_stage_build_lighting(const np_stage_inputs *in, const np_packet *
       .ground_light = np_plan_needs(in->plan, NP_STAGE_GROUND_CLOUDS) ? &out->ground_light : NULL,
       .air_shadow = out->air_shadow.kept ? &out->air_shadow : NULL,
       .sky_guide = out->sky_guide.rate > 0.0f ? &out->sky_guide : NULL,
+      .gains = packet->gains,
   };
   return NEPH_OK;
 }

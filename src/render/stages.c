@@ -56,12 +56,12 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
   [NP_STAGE_AIR_SHADOWS] = {"air shadows",
     BIT(TERRAIN) | BIT(VOLUMES) | BIT(CAMERA_SKY) | BIT(WORLD) | BIT(SUN_DEPTH) | BIT(GROUND_CLOUDS),
     DECIDE(air_shadows), PREDICT(air_shadows), LIGHT(visibility), PACKET_LIGHT(air_shadow)},
-  [NP_STAGE_APPROXIMATION] = {"approximation", 0, DECIDE(approximation)},
+  [NP_STAGE_APPROXIMATION] = {"approximation", BIT(COLOR) | BIT(VOLUMES), DECIDE(approximation), PACKET(approximation)},
   [NP_STAGE_STARS] = {"stars", BIT(COLOR) | BIT(WORLD), .is_of_sky = true, DECIDE(stars), ONCE(catalogue),
     PACKET(stars)},
   [NP_STAGE_LIGHTING] = {"lighting",
     BIT(WORLD) | BIT(SKY_GUIDE) | BIT(SUN_DEPTH) | BIT(ORDINATES) | BIT(VIEWER_LIGHT) | BIT(GROUND_CLOUDS) |
-    BIT(AIR_SHADOWS), DECIDE(lighting), PACKET_LIGHT(lighting)},
+    BIT(AIR_SHADOWS) | BIT(APPROXIMATION), DECIDE(lighting), PACKET_LIGHT(lighting)},
   [NP_STAGE_INTEGRATOR] = {"integrator",
     BIT(COLOR) | BIT(LIGHTS) | BIT(SUN_LIGHT) | BIT(SKY_LIGHT) | BIT(MOON) | BIT(WORLD) | BIT(APPROXIMATION) |
     BIT(STARS) | BIT(LIGHTING), DECIDE(integrator), PREDICT(integrator)},

@@ -500,8 +500,9 @@ static const np_key keys[] = {
      .meaning = "memory for ordinates while they are solved for; auto is a quarter of the machine's. Too little "
                 "makes cells larger, those far from the camera first"},
     {.path = "render.approximation_gain", .type = NP_KEY_REAL, .field = SCENE(render.approximation.gain),
-     .range = WITHIN(0, 1e6), .fallback = "1",
-     .meaning = "factor on the light of octaves, softened_beer, powder and derivative"},
+     .range = WITHIN(0, 1e6), .fallback = "auto", .word = "auto", .word_value = INFINITY,
+     .meaning = "factor on the light of octaves, softened_beer, powder and derivative; auto gives each cloud the mean "
+                "brightness that was calibrated for its optical depth, albedo and asymmetry"},
     {.path = "render.octaves", .type = NP_KEY_SECTION, .meaning = "octaves of multiple scattering"},
     {.path = "render.octaves.count", .type = NP_KEY_INTEGER, .field = SCENE(render.approximation.octave_count),
      .range = WITHIN(1, 16),
