@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/asset_store.h"
+#include "render/source_key.h"
 
 #include <string.h>
 
@@ -7,8 +7,6 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/hash.h"
-
-/* ---- Keys ---- */
 
 /* Zeroed before they are filled, padding too, for they are hashed as bytes. */
 typedef struct file_facts {
@@ -57,11 +55,8 @@ static neph_result add_bake(np_hash *hash, const neph_scene *scene, const np_sce
   return NEPH_OK;
 }
 
-/* Fingerprint of a cloud's source in a frame; empty for a volume that was given. */
-static neph_result compute_key(const neph_scene *scene, unsigned index, int frame, char out_key[NP_ASSET_KEY_SIZE]) {
+neph_result np_source_key_compute(const neph_scene *scene, unsigned index, int frame, np_source_key *out_key) {
   const np_scene_cloud *cloud = &scene->clouds[index];
-  out_key[0] = '\0';
-  if (cloud->volume) return NEPH_OK;
   np_hash *hash = np_hash_create(scene->context);
   char *path = cloud->vdb ? np_file_frame_name(scene->context, cloud->vdb, frame) : NULL;
   neph_result result = hash && (path || !cloud->vdb) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
@@ -69,13 +64,22 @@ static neph_result compute_key(const neph_scene *scene, unsigned index, int fram
     add_file(hash, cloud, path);
   else if (!result)
     result = add_bake(hash, scene, cloud, frame);
-  if (!result) np_hash_finish(hash, out_key);
+  if (!result) np_hash_finish(hash, out_key->hash);
   np_alloc_free(scene->context, path);
   np_hash_destroy(hash);
   return result;
 }
 
-static neph_result compute_terrain_key(const neph_scene *scene, char out_key[NP_ASSET_KEY_SIZE]) {
+neph_result np_source_key_make_volume(const neph_scene *scene, unsigned index, int frame, np_cloud_source source,
+                                      void **out_key) {
+  np_source_key *key = *out_key = np_alloc(scene->context, 1, sizeof *key);
+  if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
+  key->source = source;
+  const bool is_to_be_written = scene->clouds[index].vdb && source != NP_CLOUD_SOURCE_FILE;
+  return is_to_be_written ? NEPH_OK : np_source_key_compute(scene, index, frame, key);
+}
+
+static neph_result compute_terrain_key(const neph_scene *scene, char out_key[33]) {
   const np_scene_terrain *terrain = &scene->terrain;
   terrain_facts facts;
   np_hash *hash = np_hash_create(scene->context);
@@ -106,65 +110,7 @@ static neph_result compute_terrain_key(const neph_scene *scene, char out_key[NP_
   return NEPH_OK;
 }
 
-/* ---- Volumes ---- */
-
-static neph_volume *search_volume(const np_asset_store *store, const char *key) {
-  for (unsigned i = 0; *key && i < NP_INSTANCES_MAX; i++)
-    if (store->volumes[i].volume && !strcmp(store->volumes[i].key, key)) return store->volumes[i].volume;
-  return NULL;
-}
-
-static void release_volumes(np_stored_volume volumes[NP_INSTANCES_MAX]) {
-  for (unsigned i = 0; i < NP_INSTANCES_MAX; i++) neph_volume_release(volumes[i].volume);
-}
-
-neph_result np_asset_store_select(np_asset_store *store, const neph_scene *scene, int frame) {
-  np_stored_volume selected[NP_INSTANCES_MAX] = {{.volume = NULL}};
-  neph_result result = NEPH_OK;
-  for (unsigned i = 0; !result && i < scene->cloud_count; i++) {
-    result = compute_key(scene, i, frame, selected[i].key);
-    if (!result) selected[i].volume = neph_volume_retain(search_volume(store, selected[i].key));
-  }
-  release_volumes(store->volumes);
-  memcpy(store->volumes, selected, sizeof selected);
-  return result;
-}
-
-neph_volume *np_asset_store_take_volume(np_asset_store *store, unsigned index) {
-  return neph_volume_retain(store->volumes[index].volume);
-}
-
-neph_result np_asset_store_put_volume(np_asset_store *store, const neph_scene *scene, unsigned index, int frame,
-                                      neph_volume *volume) {
-  np_stored_volume *stored = &store->volumes[index];
-  neph_volume_release(stored->volume);
-  stored->volume = neph_volume_retain(volume);
-  return compute_key(scene, index, frame, stored->key);
-}
-
-/* ---- Terrain ---- */
-
-static void release_terrain(np_asset_store *store) {
-  neph_terrain_release(store->terrain);
-  store->terrain = NULL;
-}
-
-neph_result np_asset_store_take_terrain(np_asset_store *store, const neph_scene *scene, neph_terrain **out_terrain) {
-  char key[NP_ASSET_KEY_SIZE];
-  neph_result result = compute_terrain_key(scene, key);
-  if (result || strcmp(key, store->terrain_key) != 0) release_terrain(store);
-  memcpy(store->terrain_key, result ? "" : key, result ? 1 : sizeof key);
-  *out_terrain = neph_terrain_retain(store->terrain);
-  return result;
-}
-
-void np_asset_store_put_terrain(np_asset_store *store, neph_terrain *terrain) {
-  release_terrain(store);
-  store->terrain = neph_terrain_retain(terrain);
-}
-
-void np_asset_store_clear(np_asset_store *store) {
-  release_volumes(store->volumes);
-  release_terrain(store);
-  *store = (np_asset_store){.terrain = NULL};
+neph_result np_source_key_make_terrain(const neph_scene *scene, void **out_key) {
+  np_source_key *key = *out_key = np_alloc(scene->context, 1, sizeof *key);
+  return key ? compute_terrain_key(scene, key->hash) : NEPH_ERROR_OUT_OF_MEMORY;
 }
