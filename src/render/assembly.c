@@ -3,7 +3,7 @@
 #include "render/assembly.h"
 
 #include "core/alloc.h"
-#include "render/stage_reuse.h"
+#include "render/stages.h"
 
 /* ---- Packets ---- */
 
@@ -62,6 +62,82 @@ static np_stage_part get_part(const np_stage_part *walk, np_part_kind kind, unsi
   return part;
 }
 
+/* ---- Reuse ---- */
+
+static void tell(const np_stage_row *row, const np_stage_part *part, const char *deed, const char *reason) {
+  const np_stage_reuse *reuse = row->reuse;
+  const bool is_cloud = reuse->kind == NP_PER_CLOUD;
+  const bool is_moon = (part->caches && part->caches->is_moon) || (part->light && part->light->is_moon);
+  np_log(part->made->context, reason[0] ? NEPH_LOG_INFO : NEPH_LOG_DEBUG, "%s%s%s: %s%s%s", is_cloud ? "cloud " : "",
+         is_cloud ? part->scene->clouds[part->cloud].name : row->name, is_moon ? " by moonlight" : "", deed,
+         reason[0] ? ": " : "", reason);
+}
+
+/* A result of another part whose key is the same; NULL: none. */
+static np_stored_result *search_content(const np_stage_reuse *reuse, const np_stage_part *part) {
+  np_stored_result *at = reuse->is_of_content ? part->made->stores->results : NULL;
+  for (; at; at = at->next) {
+    char reason[NP_REASON_SIZE] = "";
+    if (at->stage != reuse || !at->result) continue;
+    reuse->adapt(part, at->result, at->key, reason);
+    if (!reason[0]) break;
+  }
+  return at;
+}
+
+/* Takes from the stores what serves a part of this picture; what is to be rebuilt, and why, is logged. */
+static neph_result take_part(const np_stage_row *row, const np_stage_part *part) {
+  const np_stage_reuse *reuse = row->reuse;
+  np_stores *stores = part->made->stores;
+  np_stage_part wanted = *part;
+  neph_result result = reuse->get_key(part, &wanted.key);
+  if (result) np_alloc_free(part->made->context, wanted.key);
+  if (result || !wanted.key) return result;
+  char reason[NP_REASON_SIZE] = "";
+  np_stored_result *own = np_stores_search(stores, reuse, part->slot), *kept = own;
+  if (own) result = reuse->adapt(&wanted, own->result, own->key, reason);
+  if (reason[0]) kept = search_content(reuse, &wanted);
+  if (kept && !result) {
+    tell(row, part, "reused", "");
+    np_alloc_free(part->made->context, wanted.key);
+    (void)reuse->exchange(part, kept->result);
+    kept->result = NULL;
+    if (kept != own && own) own->slot = kept->slot;
+    kept->slot = part->slot;
+    return NEPH_OK;
+  }
+  tell(row, part, own ? "rebuilt" : "built", reason);
+  if (own) own->slot = UINT32_MAX; /* for another part, or nobody */
+  const np_stored_result added = {.stage = reuse, .slot = part->slot, .key = wanted.key, .destroy = reuse->destroy};
+  const neph_result failed = np_stores_add(part->made->context, stores, added);
+  return result ? result : failed;
+}
+
+static bool is_made(const np_stage_reuse *reuse, const np_stage_part *part) {
+  void *result = reuse->exchange(part, NULL);
+  (void)reuse->exchange(part, result);
+  return result;
+}
+
+/* Makes the result of a part unless it was taken. */
+static neph_result make_part(const np_stage_reuse *reuse, const np_stage_part *part) {
+  if (is_made(reuse, part)) return NEPH_OK;
+  const np_stored_result *own = np_stores_search(part->made->stores, reuse, part->slot);
+  np_stage_part keyed = *part;
+  keyed.key = own ? own->key : NULL;
+  return reuse->make(&keyed);
+}
+
+/* Gives the result of a part back to the stores, or destroys it where it has no key. */
+static void give_part(const np_stage_reuse *reuse, const np_stage_part *part) {
+  void *result = reuse->exchange(part, NULL);
+  np_stored_result *own = np_stores_search(part->made->stores, reuse, part->slot);
+  if (own && !own->result)
+    own->result = result;
+  else
+    reuse->destroy(result);
+}
+
 /* ---- Walks ---- */
 
 /* Before anything is built the stores release what this picture has no use for, so that it needs no more memory than it
@@ -72,7 +148,7 @@ static neph_result take_kept(const np_stage_row *row, const np_stage_part *walk)
   np_stores_drop(a->context, a->stores, row->reuse, true);
   for (unsigned i = 0; i < count_parts(a).of[row->reuse->kind] && !result; i++) {
     const np_stage_part part = get_part(walk, row->reuse->kind, i);
-    result = np_stage_take_kept(row, &part);
+    result = take_part(row, &part);
   }
   np_stores_drop(a->context, a->stores, row->reuse, false);
   return result;
@@ -80,7 +156,7 @@ static neph_result take_kept(const np_stage_row *row, const np_stage_part *walk)
 
 static neph_result build_part(const np_stage_row *row, np_part_kind kind, const np_stage_part *part) {
   const bool is_reused = row->reuse && row->reuse->kind == kind;
-  neph_result result = is_reused ? np_stage_make_missing(row->reuse, part) : NEPH_OK;
+  neph_result result = is_reused ? make_part(row->reuse, part) : NEPH_OK;
   return !result && row->build[kind] ? row->build[kind](part) : result;
 }
 
@@ -135,7 +211,7 @@ neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, np_monitor
 
 static void clear_part(const np_stage_row *row, np_part_kind kind, const np_stage_part *part) {
   if (row->clear[kind]) row->clear[kind](part);
-  if (row->reuse && row->reuse->kind == kind) np_stage_give(row->reuse, part);
+  if (row->reuse && row->reuse->kind == kind) give_part(row->reuse, part);
 }
 
 static void clear_stage(const np_stage_row *row, np_assembly *a) {

@@ -6,20 +6,128 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/hash.h"
 #include "render/placement_check.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
-#include "render/source_key.h"
+#include "render/stage_decisions.h"
 #include "render/stage_part.h"
 #include "volume/volume_private.h"
 
+/* ---- Keys of sources ---- */
+
+/* Volumes and terrains stay while their sources do: a file by path, size, time of change and how it is read; what is
+ * made from parameters by all of these. */
+typedef struct source_key {
+  char hash[33]; /* fingerprint; empty: a file that is still to be written */
+  np_cloud_source source;
+} source_key;
+
+/* Zeroed before they are filled, padding too, for they are hashed as bytes. */
+typedef struct file_facts {
+  uint64_t bytes;
+  int64_t time_ns;
+  int32_t policy, precision;
+} file_facts;
+
+typedef struct terrain_facts {
+  uint64_t bytes, seed;
+  int64_t time_ns;
+  double planet_radius_m, latitude_rad, longitude_rad, width_m, height_min_m, height_max_m, ground_albedo[3];
+  double relief_m, ridge_m;
+  int32_t kind, has_place;
+  uint32_t sample_count;
+} terrain_facts;
+
+static void add_text(np_hash *hash, const char *text) {
+  const char *added = text ? text : "";
+  np_hash_add(hash, added, strlen(added) + 1);
+}
+
+static void add_file(np_hash *hash, const np_scene_cloud *cloud, const char *path) {
+  file_facts facts;
+  memset(&facts, 0, sizeof facts);
+  facts.bytes = np_file_get_size(path);
+  facts.time_ns = np_file_get_time_ns(path);
+  facts.policy = (int32_t)cloud->policy;
+  facts.precision = (int32_t)cloud->precision;
+  add_text(hash, path);
+  add_text(hash, cloud->grid);
+  np_hash_add(hash, &facts, sizeof facts);
+}
+
+static neph_result add_bake(np_hash *hash, const neph_scene *scene, const np_scene_cloud *cloud, int frame) {
+  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  desc.planet_radius_m = scene->atmosphere.planet_radius_m;
+  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
+  const int32_t precision = (int32_t)cloud->precision;
+  char *text;
+  neph_result result = np_cloud_desc_to_json(scene->context, &at_frame, &desc, &text);
+  if (result) return result;
+  add_text(hash, text);
+  np_hash_add(hash, &precision, sizeof precision);
+  np_alloc_free(scene->context, text);
+  return NEPH_OK;
+}
+
+/* The fingerprint of a cloud that is made, or of its file as it is now. */
+static neph_result compute_key(const neph_scene *scene, unsigned index, int frame, source_key *out_key) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  np_hash *hash = np_hash_create(scene->context);
+  char *path = cloud->vdb ? np_file_frame_name(scene->context, cloud->vdb, frame) : NULL;
+  neph_result result = hash && (path || !cloud->vdb) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result && path)
+    add_file(hash, cloud, path);
+  else if (!result)
+    result = add_bake(hash, scene, cloud, frame);
+  if (!result) np_hash_finish(hash, out_key->hash);
+  np_alloc_free(scene->context, path);
+  np_hash_destroy(hash);
+  return result;
+}
+
+static neph_result compute_terrain_key(const neph_scene *scene, char out_key[33]) {
+  const np_scene_terrain *terrain = &scene->terrain;
+  terrain_facts facts;
+  np_hash *hash = np_hash_create(scene->context);
+  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
+  memset(&facts, 0, sizeof facts);
+  facts.kind = (int32_t)terrain->kind;
+  facts.planet_radius_m = terrain->desc.planet_radius_m;
+  facts.has_place = terrain->desc.has_place;
+  facts.latitude_rad = terrain->desc.latitude_rad;
+  facts.longitude_rad = terrain->desc.longitude_rad;
+  facts.width_m = terrain->desc.width_m;
+  facts.height_min_m = terrain->desc.height_min_m;
+  facts.height_max_m = terrain->desc.height_max_m;
+  memcpy(facts.ground_albedo, terrain->desc.ground_albedo, sizeof facts.ground_albedo);
+  if (terrain->kind == NP_TERRAIN_RIDGES) {
+    facts.seed = terrain->ridges.seed;
+    facts.sample_count = terrain->ridges.sample_count;
+    facts.relief_m = terrain->ridges.relief_m;
+    facts.ridge_m = terrain->ridges.ridge_m;
+  } else {
+    facts.bytes = np_file_get_size(terrain->heightfield);
+    facts.time_ns = np_file_get_time_ns(terrain->heightfield);
+    add_text(hash, terrain->heightfield);
+  }
+  np_hash_add(hash, &facts, sizeof facts);
+  np_hash_finish(hash, out_key);
+  np_hash_destroy(hash);
+  return NEPH_OK;
+}
+
+/* ---- Terrain ---- */
+
 static neph_result get_terrain_key(const np_stage_part *in, void **out_key) {
-  return in->scene->terrain.given ? NEPH_OK : np_source_key_make_terrain(in->scene, out_key);
+  if (in->scene->terrain.given) return NEPH_OK;
+  source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
+  return key ? compute_terrain_key(in->scene, key->hash) : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 static neph_result adapt_source(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
   (void)kept;
-  if (strcmp(((const np_source_key *)kept_key)->hash, ((const np_source_key *)in->key)->hash) != 0)
+  if (strcmp(((const source_key *)kept_key)->hash, ((const source_key *)in->key)->hash) != 0)
     (void)snprintf(out_reason, NP_REASON_SIZE, "its source changed");
   return NEPH_OK;
 }
@@ -105,11 +213,12 @@ static neph_result get_volume_key(const np_stage_part *in, void **out_key) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   const int frame = in->plan->desc.frame;
   if (cloud->volume) return NEPH_OK;
+  source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
   char *path;
-  np_cloud_source source;
-  neph_result result = get_path(in, &path);
-  if (!result) result = np_plan_choose_source(in->scene, cloud, path, frame, &source);
-  if (!result) result = np_source_key_make_volume(in->scene, in->cloud, frame, source, out_key);
+  neph_result result = key ? get_path(in, &path) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (result) return result;
+  result = np_plan_choose_source(in->scene, cloud, path, frame, &key->source);
+  if (!result && (!path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(in->scene, in->cloud, frame, key);
   np_alloc_free(in->made->context, path);
   return result;
 }
@@ -120,7 +229,7 @@ NP_STAGE_EXCHANGE(exchange_volume, in->made->clouds[in->cloud].volume)
 static neph_result make_volume(const np_stage_part *in) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   neph_volume **out = &in->made->clouds[in->cloud].volume;
-  np_source_key *key = in->key;
+  source_key *key = in->key;
   if (cloud->volume) return *out = neph_volume_retain(cloud->volume), NEPH_OK;
   char *path;
   neph_result result = get_path(in, &path);
@@ -128,7 +237,7 @@ static neph_result make_volume(const np_stage_part *in) {
   np_monitor_set_part(in->monitor, whole, 0.0, 0.7);
   if (!result) result = load_or_bake(in, cloud, path, key->source, out);
   np_monitor_set_part(in->monitor, whole, 0.0, 1.0);
-  if (!result && !key->hash[0]) result = np_source_key_compute(in->scene, in->cloud, in->plan->desc.frame, key);
+  if (!result && !key->hash[0]) result = compute_key(in->scene, in->cloud, in->plan->desc.frame, key);
   np_alloc_free(in->made->context, path);
   return result;
 }
