@@ -3,7 +3,7 @@
  * when their inputs change. */
 #include <nephos/nephos.h>
 
-#include "caches/light_store.h"
+#include "render/assembly.h"
 #include "test_scenes.h"
 #include "test_world.h"
 
@@ -45,7 +45,8 @@ static void assert_same_bits(neph_image *a, neph_image *b) {
 
 static void a_camera_that_moves_keeps_the_light(void **state) {
   static const char *const places[] = {"[0, -3 km, 400 m]", "[200 m, -2.8 km, 450 m]", "[400 m, -2.6 km, 500 m]"};
-  static const char *const said[] = {"light in clouds: solved", "light in clouds: kept", "light in clouds: kept"};
+  static const char *const said[] = {"multiple scattering: built", "multiple scattering: reused",
+                                     "multiple scattering: reused"};
   fixture *f = *state;
   for (int i = 0; i < 3; i++) {
     neph_scene *alone;
@@ -54,7 +55,7 @@ static void a_camera_that_moves_keeps_the_light(void **state) {
     set(f, "camera.position", places[i]);
     neph_image *one = render(f, alone), *two = render(f, f->scene);
     assert_non_null(strstr(f->log.text, said[i]));
-    assert_null(strstr(f->log.text, "solved anew"));
+    assert_null(strstr(f->log.text, "multiple scattering: rebuilt"));
     assert_same_bits(one, two);
     neph_image_destroy(one);
     neph_image_destroy(two);
@@ -69,11 +70,11 @@ static void two_frames_under_one_sun_share_their_depths(void **state) {
   set_up_depths(&other);
   alone = *(fixture *)other;
   neph_image_destroy(render(f, f->scene));
-  assert_non_null(strstr(f->log.text, "depths towards the sun: built"));
+  assert_non_null(strstr(f->log.text, "sun depth volume: built"));
   set(f, "camera.position", "[200 m, -2.8 km, 450 m]");
   set(&alone, "camera.position", "[200 m, -2.8 km, 450 m]");
   neph_image *one = render(&alone, alone.scene), *two = render(f, f->scene);
-  assert_non_null(strstr(f->log.text, "depths towards the sun: kept"));
+  assert_non_null(strstr(f->log.text, "sun depth volume: reused"));
   assert_same_bits(one, two);
   neph_image_destroy(one);
   neph_image_destroy(two);
@@ -84,57 +85,57 @@ static void depths_are_rebuilt_for_another_sun_or_cloud(void **state) {
   static const struct {
     const char *key, *value, *said;
   } changes[] = {
-      {"clouds[0].albedo", "0.99", "kept"},
-      {"sun.angular_radius", "0.4 deg", "kept"},
-      {"sun.irradiance", "[1.4, 1.9, 1.9]", "kept"},
-      {"sun.elevation", "30.01 deg", "built anew, since the light turned by 0.01 degrees"},
-      {"render.tolerance", "0.03", "built anew, since what they may err by changed"},
-      {"clouds[0].extinction", "0.9 1/m", "built anew, since the clouds changed"},
-      {"clouds[0].bake.seed", "4", "built anew, since the clouds changed"},
+      {"clouds[0].albedo", "0.99", "reused"},
+      {"sun.angular_radius", "0.4 deg", "reused"},
+      {"sun.irradiance", "[1.4, 1.9, 1.9]", "reused"},
+      {"sun.elevation", "30.01 deg", "rebuilt: the light turned by 0.01 degrees"},
+      {"render.tolerance", "0.03", "rebuilt: what they may err by changed"},
+      {"clouds[0].extinction", "0.9 1/m", "rebuilt: the clouds changed"},
+      {"clouds[0].bake.seed", "4", "rebuilt: the clouds changed"},
       {"render.sun_optical_depth", "march", NULL},
-      {"render.sun_optical_depth", "volume", "kept"},
+      {"render.sun_optical_depth", "volume", "reused"},
   };
   fixture *f = *state;
   neph_image_destroy(render(f, f->scene));
   for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {
     render_changed(f, changes[i].key, changes[i].value);
-    const char *found = strstr(f->log.text, "depths towards the sun: ");
+    const char *found = strstr(f->log.text, "sun depth volume: ");
     if (!changes[i].said) {
       assert_null(found);
       continue;
     }
     assert_non_null(found);
-    assert_memory_equal(found + strlen("depths towards the sun: "), changes[i].said, strlen(changes[i].said));
+    assert_memory_equal(found + strlen("sun depth volume: "), changes[i].said, strlen(changes[i].said));
   }
 }
 
 /* Builds, gives back, takes the same again, and builds for another sun. */
-static neph_result take_twice(neph_context *context, np_light_store *store, np_world *world) {
-  const np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
+static neph_result build_thrice(neph_scene *scene) {
   neph_result result = NEPH_OK;
   for (int i = 0; !result && i < 3; i++) {
-    np_sun_optical_depth cache;
-    if (i == 2) world->to_sun = np_vec3_make(0.0f, 0.6f, 0.8f);
-    result = np_light_store_take_depths(context, store, NP_LIGHT_OF_SUN, world, &desc, NULL, &cache);
-    np_light_store_give_depths(store, NP_LIGHT_OF_SUN, &cache);
+    np_plan plan;
+    np_assembly assembly;
+    np_monitor monitor;
+    np_monitor_start(&monitor, scene->context, NULL, NULL);
+    if (i == 2) result = neph_scene_set(scene, "sun.elevation", "40 deg");
+    if (!result) result = np_plan_make(scene, NULL, &plan);
+    if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
+    if (!result) np_assembly_clear(&assembly);
   }
   return result;
 }
 
-static float ball(double x, double y, double z) { return x * x + y * y + z * z < 30.0 ? 1.0f : 0.0f; }
-
 static neph_result attempt(neph_context *context, void *user) {
+  static const char text[] =
+      "{camera: {resolution: [4, 4]}, atmosphere: none, sun: {elevation: 30 deg, azimuth: 120 deg},"
+      " clouds: [{name: a, extinction: 1 1/m, bake: {preset: cumulus_mediocris, seed: 1, extent: [400 m, 400 m],"
+      " voxel: 100 m}}], render: {samples: 1, multiple_scattering: none, sun_optical_depth: volume}}";
   (void)user;
-  test_world w;
-  test_cloud cloud = test_cloud_make(ball, 0.2f, np_phase_isotropic());
-  cloud.edge = 16;
-  test_world_init(&w, context);
-  w.world.to_sun = np_vec3_make(0.6f, 0.0f, 0.8f);
-  neph_result result = test_world_add(&w, cloud);
-  np_light_store store = {0};
-  if (!result) result = take_twice(context, &store, &w.world);
-  np_light_store_clear(context, &store);
-  test_world_clear(&w);
+  neph_scene *scene;
+  neph_result result = neph_scene_load_text(context, text, "scene.yaml", &scene);
+  if (result) return result;
+  result = build_thrice(scene);
+  neph_scene_destroy(scene);
   return result;
 }
 
@@ -147,17 +148,17 @@ static void light_is_solved_again_for_other_inputs(void **state) {
   fixture *f = *state;
   neph_image_destroy(render(f, f->scene));
   render_changed(f, "sun.elevation", "30.01 deg");
-  assert_non_null(strstr(f->log.text, "light in clouds: kept"));
+  assert_non_null(strstr(f->log.text, "multiple scattering: reused"));
   render_changed(f, "sun.elevation", "31 deg");
-  assert_non_null(strstr(f->log.text, "solved anew, since the light turned by 1 degrees"));
+  assert_non_null(strstr(f->log.text, "multiple scattering: rebuilt: the light turned by 1 degrees"));
   render_changed(f, "environment.radiance", "0.03");
-  assert_non_null(strstr(f->log.text, "solved anew, since sky and ground around the clouds changed"));
+  assert_non_null(strstr(f->log.text, "multiple scattering: rebuilt: sky and ground around the clouds changed"));
   render_changed(f, "sun.irradiance", "[1.4, 1.9, 1.9]");
-  assert_non_null(strstr(f->log.text, "solved anew, since sunlight on the clouds changed"));
+  assert_non_null(strstr(f->log.text, "multiple scattering: rebuilt: sunlight on the clouds changed"));
   render_changed(f, "clouds[0].albedo", "0.99");
-  assert_non_null(strstr(f->log.text, "solved anew, since the clouds changed"));
+  assert_non_null(strstr(f->log.text, "multiple scattering: rebuilt: the clouds changed"));
   render_changed(f, "clouds[0].bake.seed", "4");
-  assert_non_null(strstr(f->log.text, "solved anew, since the clouds changed"));
+  assert_non_null(strstr(f->log.text, "multiple scattering: rebuilt: the clouds changed"));
 }
 
 /* The grid depends on the memory, and the memory must be one. */
@@ -165,7 +166,7 @@ static void memory_is_checked_and_counts(void **state) {
   fixture *f = *state;
   neph_image_destroy(render(f, f->scene));
   render_changed(f, "render.light_memory", "1 MB");
-  assert_non_null(strstr(f->log.text, "solved anew, since the clouds changed"));
+  assert_non_null(strstr(f->log.text, "multiple scattering: rebuilt: the clouds changed"));
   neph_image *image = render(f, f->scene);
   assert_non_null(neph_image_get_attribute(image, "nephos:lightResidual"));
   assert_true(atof(neph_image_get_attribute(image, "nephos:lightError")) > 0.02);

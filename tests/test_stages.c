@@ -34,18 +34,20 @@ static void stages_need_earlier_ones(void **state) {
 }
 
 static bool has_builder(const np_stage_row *row) {
-  return row->build_once || row->build_light || row->build_packet || row->build_packet_light;
+  const np_part_counts one = np_part_counts_make(1, 1, 1);
+  return np_stage_count_parts(row, &one) > 0;
 }
 
-static void what_is_built_is_cleared(void **state) {
+static void rows_are_whole(void **state) {
   (void)state;
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     const np_stage_row *row = np_stage_get_row((np_stage)i);
-    assert_int_equal(!row->build_once, !row->clear_once);
-    assert_int_equal(!row->build_light, !row->clear_light);
-    assert_int_equal(!row->build_packet, !row->clear_packet);
-    assert_int_equal(!row->build_packet_light, !row->clear_packet_light);
-    assert_true(has_builder(row) || (!row->kept_while && !row->revise));
+    for (int kind = 0; kind < NP_PART_KINDS; kind++) assert_true(row->build[kind] || !row->clear[kind]);
+    assert_true(has_builder(row) || (!row->reuse && !row->revise));
+    if (!row->reuse) continue;
+    assert_non_null(row->reuse->kept_while);
+    assert_true(row->reuse->get_key && row->reuse->adapt && row->reuse->exchange);
+    assert_true(row->reuse->make && row->reuse->destroy);
   }
 }
 
@@ -125,7 +127,7 @@ static void assert_built(neph_context *context, const char *text, unsigned expec
   assert_int_equal(!packet->atmosphere, !np_plan_needs(&b.plan, NP_STAGE_ATMOSPHERE));
   assert_int_equal(!light->camera_sky, !np_plan_needs(&b.plan, NP_STAGE_CAMERA_SKY));
   assert_int_equal(!light->cloud_sky, !np_plan_needs(&b.plan, NP_STAGE_CLOUD_SKY));
-  assert_int_equal(!b.assembly.lights[0].sun_depth.lattices, !np_plan_needs(&b.plan, NP_STAGE_SUN_DEPTH));
+  assert_int_equal(!b.assembly.lights[0].sun_depth, !np_plan_needs(&b.plan, NP_STAGE_SUN_DEPTH));
   assert_int_equal(!light->scattering, !np_plan_needs(&b.plan, NP_STAGE_ORDINATES));
   assert_int_equal(!light->viewer_light.outgoing, !np_plan_needs(&b.plan, NP_STAGE_VIEWER_LIGHT));
   assert_int_equal(!light->ground_light.points, !np_plan_needs(&b.plan, NP_STAGE_GROUND_CLOUDS));
@@ -184,15 +186,15 @@ static void add_light_result(np_hash *hash, const np_packet_light *l, np_stage s
 
 static void fingerprint(const building *b, np_stage stage, char out_hex[33]) {
   const np_assembly *a = &b->assembly;
-  const np_packet *packet = &a->packets[0];
+  const np_packet *packet = a->packets; /* NULL before they are made */
   np_hash *hash = np_hash_create(a->context);
   assert_non_null(hash);
   if (stage == NP_STAGE_LIGHTS) np_hash_add(hash, &a->places, sizeof a->places);
   if (stage == NP_STAGE_LIGHTS) add_spectrum(hash, packet->lights[0].irradiance);
   if (stage == NP_STAGE_VOLUMES) np_hash_add(hash, &a->clouds_max, sizeof a->clouds_max);
-  if (stage == NP_STAGE_SUN_DEPTH) np_hash_add(hash, a->lights[0].sun_depth.level_cells, sizeof(uint64_t));
-  add_sky_result(hash, packet, &packet->lights[0], stage);
-  add_light_result(hash, &packet->lights[0], stage);
+  if (stage == NP_STAGE_SUN_DEPTH) np_hash_add(hash, a->lights[0].sun_depth->level_cells, sizeof(uint64_t));
+  if (packet) add_sky_result(hash, packet, &packet->lights[0], stage);
+  if (packet) add_light_result(hash, &packet->lights[0], stage);
   np_hash_finish(hash, out_hex);
   np_hash_destroy(hash);
 }
@@ -238,9 +240,9 @@ static void what_rows_say_is_kept_is(void **state) {
   test_log_clear(&f->log);
   build_planned(&b, UINT32_MAX);
   unsigned kept = 0, expected = 0;
-  for (const char *at = f->log.text; (at = strstr(at, ": kept")); at++) kept++;
+  for (const char *at = f->log.text; (at = strstr(at, ": reused")); at++) kept++;
   for (int i = 0; i < NP_STAGE_COUNT; i++)
-    if (np_plan_needs(&b.plan, (np_stage)i) && np_stage_get_row((np_stage)i)->kept_while) expected++;
+    if (np_plan_needs(&b.plan, (np_stage)i) && np_stage_get_row((np_stage)i)->reuse) expected++;
   assert_int_equal(expected, 7); /* terrain, volumes, air, two skies, sun optical depth, multiple scattering */
   assert_int_equal(kept, expected);
   clear(&b);
@@ -276,7 +278,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(names_and_decisions_are_there_once),
       cmocka_unit_test(stages_need_earlier_ones),
-      cmocka_unit_test(what_is_built_is_cleared),
+      cmocka_unit_test(rows_are_whole),
       cmocka_unit_test(the_rows_of_a_sky_are_enough),
       cmocka_unit_test_setup_teardown(what_is_needed_is_built_and_nothing_else, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_stage_reads_what_it_names, set_up, tear_down),

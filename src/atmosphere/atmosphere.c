@@ -107,8 +107,6 @@ const neph_atmosphere_desc *np_atmosphere_get_desc(const neph_atmosphere *atmosp
 
 double np_atmosphere_get_planet_radius(const neph_atmosphere *atmosphere) { return atmosphere->medium.planet_radius_m; }
 
-double np_atmosphere_get_top_altitude(const neph_atmosphere *atmosphere) { return atmosphere->medium.top_m; }
-
 /* Altitude of a world point, and the cosine of a direction's angle with its zenith. */
 static double find_altitude(const np_medium *medium, np_dvec3 position) {
   return np_altitude(position, medium->planet_radius_m);

@@ -15,7 +15,6 @@ neph_context *np_atmosphere_get_context(const neph_atmosphere *atmosphere);
 const neph_atmosphere_desc *np_atmosphere_get_desc(const neph_atmosphere *atmosphere);
 
 double np_atmosphere_get_planet_radius(const neph_atmosphere *atmosphere);
-double np_atmosphere_get_top_altitude(const neph_atmosphere *atmosphere);
 
 /* Transmittance from a point to space, 0 where the planet is in the way. Points below sea level are taken at it. */
 np_spectrum np_atmosphere_transmittance_to_space(const neph_atmosphere *atmosphere, np_dvec3 position,
@@ -72,10 +71,9 @@ np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 dir
 np_aerial_perspective np_sky_aerial_orders(const neph_sky *sky, np_vec3 direction, double distance_m,
                                            np_spectrum *out_first);
 
-/* Sun irradiance above the atmosphere, direction and angular radius, as built. */
+/* Sun irradiance above the atmosphere and direction, as built. */
 np_spectrum np_sky_get_sun_irradiance(const neph_sky *sky);
 np_vec3 np_sky_get_sun_direction(const neph_sky *sky);
-float np_sky_get_sun_angular_radius(const neph_sky *sky);
 np_dvec3 np_sky_get_observer(const neph_sky *sky);
 
 #endif

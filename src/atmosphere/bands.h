@@ -33,8 +33,6 @@ static inline np_bands np_bands_min(np_bands a, np_bands b) { return _mm_min_ps(
 
 static inline np_bands np_bands_mix(np_bands a, np_bands b, float t) { return a + t * (b - a); }
 
-static inline np_bands np_bands_sqrt(np_bands a) { return _mm_sqrt_ps(a); }
-
 /* The polynomial of degree 6 that is nearest to eʳ for |r| ≤ ½ ln 2, from its highest power down. */
 static const float np_exp_coefficients[] = {0.00138368460f, 0.00837481580f, 0.0416682256f, 0.166664202f,
                                             0.499999921f,   1.0f,           1.0f};

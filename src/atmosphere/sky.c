@@ -171,7 +171,6 @@ void neph_sky_destroy(neph_sky *sky) {
 
 np_spectrum np_sky_get_sun_irradiance(const neph_sky *sky) { return sky->irradiance; }
 np_vec3 np_sky_get_sun_direction(const neph_sky *sky) { return sky->sun; }
-float np_sky_get_sun_angular_radius(const neph_sky *sky) { return sky->sun_angular_radius; }
 np_dvec3 np_sky_get_observer(const neph_sky *sky) { return sky->observer; }
 
 /* Puts the aerosol's phase function on the peak, and the sun's irradiance on both. */

@@ -15,7 +15,7 @@
  * middle of the sun's disk stands for it. Periodic clouds have no lattice and are walked for.
  *
  * Depends on the clouds, their places and the sun's direction; not on wavelength, nor on the camera: a sequence keeps
- * it (light_store.h).
+ * it (light_key.h).
  */
 #ifndef NP_CACHES_SUN_OPTICAL_DEPTH_H
 #define NP_CACHES_SUN_OPTICAL_DEPTH_H

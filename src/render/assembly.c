@@ -16,7 +16,8 @@ static void set_weights(const np_wavelengths *wavelengths, np_color_space space,
 }
 
 /* The bands of each, and their weights in the picture's colours. */
-neph_result np_stage_build_packets(const np_stage_inputs *in, np_assembly *out) {
+neph_result np_stage_build_packets(const np_stage_part *in) {
+  np_assembly *out = in->made;
   const np_plan *plan = in->plan;
   out->packets = np_alloc(out->context, plan->packet_count, sizeof *out->packets);
   if (!out->packets) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -35,65 +36,172 @@ neph_result np_stage_build_packets(const np_stage_inputs *in, np_assembly *out) 
   return NEPH_OK;
 }
 
-void np_stage_clear_packets(np_assembly *assembly) { np_alloc_free(assembly->context, assembly->packets); }
+void np_stage_clear_packets(const np_stage_part *in) { np_alloc_free(in->made->context, in->made->packets); }
+
+/* ---- Parts ---- */
+
+static np_part_counts count_parts(const np_assembly *a) {
+  return np_part_counts_make(a->cloud_count, a->light_count, a->packet_count);
+}
+
+static np_stage_part get_part(const np_stage_part *walk, np_part_kind kind, unsigned index) {
+  np_assembly *a = walk->made;
+  np_stage_part part = *walk;
+  part.slot = index;
+  if (kind == NP_PER_CLOUD) part.cloud = index;
+  if (kind == NP_PER_LIGHT) {
+    part.caches = &a->lights[index];
+    part.slot = part.caches->is_moon ? 1 : 0;
+  }
+  if (kind == NP_PER_PACKET) part.packet = &a->packets[index];
+  if (kind == NP_PER_PACKET_LIGHT) {
+    part.packet = &a->packets[index / a->light_count];
+    part.light = &part.packet->lights[index % a->light_count];
+    part.slot = index / a->light_count * NP_LIGHTS_MAX + (part.light->is_moon ? 1 : 0);
+  }
+  return part;
+}
+
+/* ---- Reuse ---- */
+
+static void tell(const np_stage_row *row, const np_stage_part *part, const char *deed, const char *reason) {
+  const np_stage_reuse *reuse = row->reuse;
+  const bool is_cloud = reuse->kind == NP_PER_CLOUD;
+  const bool is_moon = (part->caches && part->caches->is_moon) || (part->light && part->light->is_moon);
+  np_log(part->made->context, reason[0] ? NEPH_LOG_INFO : NEPH_LOG_DEBUG, "%s%s%s: %s%s%s", is_cloud ? "cloud " : "",
+         is_cloud ? part->scene->clouds[part->cloud].name : row->name, is_moon ? " by moonlight" : "", deed,
+         reason[0] ? ": " : "", reason);
+}
+
+/* A result of another part whose key is the same; NULL: none. */
+static np_stored_result *search_content(const np_stage_reuse *reuse, const np_stage_part *part) {
+  np_stored_result *at = reuse->is_of_content ? part->made->stores->results : NULL;
+  for (; at; at = at->next) {
+    char reason[NP_REASON_SIZE] = "";
+    if (at->stage != reuse || !at->result) continue;
+    reuse->adapt(part, at->result, at->key, reason);
+    if (!reason[0]) break;
+  }
+  return at;
+}
+
+/* Takes from the stores what serves a part of this picture; what is to be rebuilt, and why, is logged. */
+static neph_result take_part(const np_stage_row *row, const np_stage_part *part) {
+  const np_stage_reuse *reuse = row->reuse;
+  np_stores *stores = part->made->stores;
+  np_stage_part wanted = *part;
+  neph_result result = reuse->get_key(part, &wanted.key);
+  if (result) np_alloc_free(part->made->context, wanted.key);
+  if (result || !wanted.key) return result;
+  char reason[NP_REASON_SIZE] = "";
+  np_stored_result *own = np_stores_search(stores, reuse, part->slot), *kept = own;
+  if (own) result = reuse->adapt(&wanted, own->result, own->key, reason);
+  if (reason[0]) kept = search_content(reuse, &wanted);
+  if (kept && !result) {
+    tell(row, part, "reused", "");
+    np_alloc_free(part->made->context, wanted.key);
+    (void)reuse->exchange(part, kept->result);
+    kept->result = NULL;
+    if (kept != own && own) own->slot = kept->slot;
+    kept->slot = part->slot;
+    return NEPH_OK;
+  }
+  tell(row, part, own ? "rebuilt" : "built", reason);
+  if (own) own->slot = UINT32_MAX; /* for another part, or nobody */
+  const np_stored_result added = {.stage = reuse, .slot = part->slot, .key = wanted.key, .destroy = reuse->destroy};
+  const neph_result failed = np_stores_add(part->made->context, stores, added);
+  return result ? result : failed;
+}
+
+static bool is_made(const np_stage_reuse *reuse, const np_stage_part *part) {
+  void *result = reuse->exchange(part, NULL);
+  (void)reuse->exchange(part, result);
+  return result;
+}
+
+/* Makes the result of a part unless it was taken. */
+static neph_result make_part(const np_stage_reuse *reuse, const np_stage_part *part) {
+  if (is_made(reuse, part)) return NEPH_OK;
+  const np_stored_result *own = np_stores_search(part->made->stores, reuse, part->slot);
+  np_stage_part keyed = *part;
+  keyed.key = own ? own->key : NULL;
+  return reuse->make(&keyed);
+}
+
+/* Gives the result of a part back to the stores, or destroys it where it has no key. */
+static void give_part(const np_stage_reuse *reuse, const np_stage_part *part) {
+  void *result = reuse->exchange(part, NULL);
+  np_stored_result *own = np_stores_search(part->made->stores, reuse, part->slot);
+  if (own && !own->result)
+    own->result = result;
+  else
+    reuse->destroy(result);
+}
 
 /* ---- Walks ---- */
 
-static neph_result build_part(const np_stage_row *row, unsigned part, const np_stage_inputs *in, np_assembly *a) {
-  if (row->build_once && part-- == 0) return row->build_once(in, a);
-  if (row->build_light && part < a->light_count) return row->build_light(in, part, &a->lights[part]);
-  part -= row->build_light ? a->light_count : 0;
-  if (row->build_packet && part < a->packet_count) return row->build_packet(in, &a->packets[part]);
-  part -= row->build_packet ? a->packet_count : 0;
-  np_packet *packet = &a->packets[part / a->light_count];
-  return row->build_packet_light(in, packet, &packet->lights[part % a->light_count]);
-}
-
-static void clear_part(const np_stage_row *row, unsigned part, np_assembly *a) {
-  if (row->clear_once && part-- == 0) {
-    row->clear_once(a);
-    return;
-  }
-  if (row->clear_light && part < a->light_count) {
-    row->clear_light(a, &a->lights[part]);
-    return;
-  }
-  part -= row->clear_light ? a->light_count : 0;
-  if (row->clear_packet && part < a->packet_count) {
-    row->clear_packet(a, &a->packets[part]);
-    return;
-  }
-  part -= row->clear_packet ? a->packet_count : 0;
-  np_packet *packet = &a->packets[part / a->light_count];
-  row->clear_packet_light(a, packet, &packet->lights[part % a->light_count]);
-}
-
-static neph_result build_stage(np_stage stage, const np_stage_inputs *in, np_assembly *a) {
-  const np_stage_row *row = np_stage_get_row(stage);
-  const unsigned count = np_stage_count_parts(row, a->packet_count, a->light_count);
+/* Before anything is built the stores release what this picture has no use for, so that it needs no more memory than it
+ * would alone. */
+static neph_result take_kept(const np_stage_row *row, const np_stage_part *walk) {
+  np_assembly *a = walk->made;
   neph_result result = NEPH_OK;
-  if (count > 0) a->built |= 1u << stage;
-  for (unsigned part = 0; part < count && !result; part++) {
-    np_schedule_begin(&a->schedule, in->monitor, stage, part, count);
-    result = build_part(row, part, in, a);
+  np_stores_drop(a->context, a->stores, row->reuse, true);
+  for (unsigned i = 0; i < count_parts(a).of[row->reuse->kind] && !result; i++) {
+    const np_stage_part part = get_part(walk, row->reuse->kind, i);
+    result = take_part(row, &part);
+  }
+  np_stores_drop(a->context, a->stores, row->reuse, false);
+  return result;
+}
+
+static neph_result build_part(const np_stage_row *row, np_part_kind kind, const np_stage_part *part) {
+  const bool is_reused = row->reuse && row->reuse->kind == kind;
+  neph_result result = is_reused ? make_part(row->reuse, part) : NEPH_OK;
+  return !result && row->build[kind] ? row->build[kind](part) : result;
+}
+
+static neph_result build_stage(np_stage stage, const np_stage_part *walk) {
+  const np_stage_row *row = np_stage_get_row(stage);
+  np_assembly *a = walk->made;
+  const np_part_counts before = count_parts(a);
+  const unsigned all = np_stage_count_parts(row, &before);
+  unsigned done = 0;
+  if (all > 0) a->built |= 1u << stage;
+  neph_result result = row->reuse ? take_kept(row, walk) : NEPH_OK;
+  for (int kind = 0; kind < NP_PART_KINDS; kind++) {
+    if (!np_stage_has_kind(row, (np_part_kind)kind)) continue;
+    for (unsigned i = 0; i < count_parts(a).of[kind] && !result; i++) {
+      const np_stage_part part = get_part(walk, (np_part_kind)kind, i);
+      np_schedule_begin(&a->schedule, walk->monitor, stage, done++, all);
+      result = build_part(row, (np_part_kind)kind, &part);
+    }
   }
   return result;
 }
 
+static neph_result start(const neph_scene *scene, const np_plan *plan, np_assembly *a) {
+  *a = (np_assembly){.context = scene->context,
+                     .stores = plan->stores,
+                     .cloud_count = scene->cloud_count,
+                     .clouds = np_alloc(scene->context, scene->cloud_count, sizeof *a->clouds),
+                     .clouds_min = np_nowhere_low,
+                     .clouds_max = np_nowhere_high};
+  np_schedule_make(plan, &a->schedule);
+  if (!a->clouds) return NEPH_ERROR_OUT_OF_MEMORY;
+  return np_camera_init(scene, plan->desc.width, plan->desc.height, &a->camera);
+}
+
 neph_result np_assembly_build_some(const neph_scene *scene, np_plan *plan, uint32_t stages, np_monitor *monitor,
                                    np_assembly *out_assembly) {
-  np_assembly *a = out_assembly;
-  *a = (np_assembly){.context = scene->context, .stores = plan->stores};
-  const np_stage_inputs in = {scene, plan, a, plan->stores, &a->schedule, monitor};
-  np_schedule_make(plan, &a->schedule);
-  neph_result result = np_camera_init(scene, plan->desc.width, plan->desc.height, &a->camera);
+  const np_stage_part walk = {.scene = scene, .plan = plan, .monitor = monitor, .made = out_assembly};
+  neph_result result = start(scene, plan, out_assembly);
   for (int i = 0; i < NP_STAGE_COUNT && !result; i++) {
     if (!np_plan_needs(plan, (np_stage)i) || !(stages & 1u << i)) continue;
-    result = build_stage((np_stage)i, &in, a);
+    result = build_stage((np_stage)i, &walk);
     const np_stage_row *row = np_stage_get_row((np_stage)i);
-    if (!result && row->revise) result = row->revise(a, scene, plan);
+    if (!result && row->revise) result = row->revise(out_assembly, scene, plan);
   }
-  if (result) np_assembly_clear(a);
+  if (result) np_assembly_clear(out_assembly);
   return result;
 }
 
@@ -101,12 +209,24 @@ neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, np_monitor
   return np_assembly_build_some(scene, plan, UINT32_MAX, monitor, out_assembly);
 }
 
-void np_assembly_clear(np_assembly *assembly) {
-  for (int i = NP_STAGE_COUNT; i-- > 0;) {
-    if (!(assembly->built & 1u << i)) continue;
-    const np_stage_row *row = np_stage_get_row((np_stage)i);
-    unsigned part = np_stage_count_parts(row, assembly->packet_count, assembly->light_count);
-    while (part-- > 0) clear_part(row, part, assembly);
+static void clear_part(const np_stage_row *row, np_part_kind kind, const np_stage_part *part) {
+  if (row->clear[kind]) row->clear[kind](part);
+  if (row->reuse && row->reuse->kind == kind) give_part(row->reuse, part);
+}
+
+static void clear_stage(const np_stage_row *row, np_assembly *a) {
+  const np_stage_part walk = {.made = a};
+  for (int kind = NP_PART_KINDS; kind-- > 0;) {
+    for (unsigned i = count_parts(a).of[kind]; i-- > 0;) {
+      const np_stage_part part = get_part(&walk, (np_part_kind)kind, i);
+      clear_part(row, (np_part_kind)kind, &part);
+    }
   }
+}
+
+void np_assembly_clear(np_assembly *assembly) {
+  for (int i = NP_STAGE_COUNT; i-- > 0;)
+    if (assembly->built & 1u << i) clear_stage(np_stage_get_row((np_stage)i), assembly);
+  np_alloc_free(assembly->context, assembly->clouds);
   *assembly = (np_assembly){0};
 }

@@ -3,6 +3,8 @@
 #ifndef NP_RENDER_PACKET_H
 #define NP_RENDER_PACKET_H
 
+#include <float.h>
+
 #include "atmosphere/band_set.h"
 #include "caches/lighting.h"
 #include "render/cloud_glow.h"
@@ -14,8 +16,8 @@ enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */
 /* What one light makes for all packets. */
 typedef struct np_light_caches {
   bool is_moon;
-  np_sun_optical_depth sun_depth;   /* empty when not needed */
-  np_air_visibility air_visibility; /* likewise */
+  np_sun_optical_depth *sun_depth;  /* NULL when not needed */
+  np_air_visibility air_visibility; /* empty when not needed */
 } np_light_caches;
 
 /* What one light makes of a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so
@@ -50,6 +52,14 @@ typedef struct np_packet {
   np_star_field stars; /* of the camera's picture; empty: none */
 } np_packet;
 
+/* What is made of a cloud of the scene. */
+typedef struct np_cloud_parts {
+  neph_volume *volume;        /* NULL: it holds nothing */
+  np_instance placed;         /* as the scene has it; each packet has its own */
+  np_cloud_glow glow;         /* most often nothing */
+  np_phase_table phase_table; /* empty where its phase function is none */
+} np_cloud_parts;
+
 typedef struct np_assembly {
   neph_context *context; /* borrowed from the scene */
   np_stores *stores;     /* the plan's: some of what is built was taken from them, and goes back */
@@ -58,10 +68,7 @@ typedef struct np_assembly {
   np_camera camera;
   unsigned cloud_count;            /* of the scene */
   unsigned volume_count;           /* of the clouds that hold anything in the frame */
-  neph_volume **volumes;           /* of each cloud; NULL: it holds nothing */
-  np_instance *placed;             /* of each cloud, as the scene has it; each packet has its own of the volumes */
-  np_cloud_glow *glows;            /* of each cloud, most often nothing */
-  np_phase_table *phase_tables;    /* of each cloud, empty where its phase function is none */
+  np_cloud_parts *clouds;
   np_dvec3 clouds_min, clouds_max; /* world box of all that the clouds hold */
   neph_terrain *terrain;
   np_scene_lights places; /* of sun, moon and stars */
@@ -73,10 +80,8 @@ typedef struct np_assembly {
   np_packet *packets;
 } np_assembly;
 
-/* Its place among the assembly's packets. */
-static inline unsigned np_packet_get_index(const np_assembly *assembly, const np_packet *packet) {
-  return (unsigned)(packet - assembly->packets);
-}
+/* The box of nothing. */
+static const np_dvec3 np_nowhere_low = {DBL_MAX, DBL_MAX, DBL_MAX}, np_nowhere_high = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
 
 /* The middle of all that the clouds hold. */
 static inline np_dvec3 np_assembly_get_clouds_middle(const np_assembly *assembly) {
@@ -89,6 +94,14 @@ static inline np_spectrum np_packet_convert(const np_packet *packet, np_band_rul
   double values[NP_BAND_COUNT];
   np_band_set_convert(&packet->bands, rule, reference, values);
   return np_spectrum_make((float)values[0], (float)values[1], (float)values[2]);
+}
+
+/* A cloud with the albedo of a packet. */
+static inline np_instance np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly,
+                                          unsigned cloud) {
+  np_instance placed = assembly->clouds[cloud].placed;
+  placed.albedo = np_packet_convert(packet, NP_BAND_LINEAR, scene->clouds[cloud].albedo);
+  return placed;
 }
 
 /* Adds what a packet's three bands are to a colour of the picture. */

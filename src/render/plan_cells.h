@@ -3,6 +3,7 @@
 #ifndef NP_RENDER_PLAN_CELLS_H
 #define NP_RENDER_PLAN_CELLS_H
 
+#include "caches/lighting.h"
 #include "render/plan_stages.h"
 
 struct np_scattering_desc;

@@ -1,35 +1,53 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Worlds, and the caches of light that are built of them. */
+#include <stdio.h>
+
+#include "caches/light_key.h"
 #include "core/alloc.h"
 #include "core/units.h"
 #include "integrate/approximation.h"
 #include "integrate/approximation_gain.h"
 #include "render/integrator_choice.h"
 #include "render/plan_cells.h"
-#include "render/stage_builders.h"
+#include "render/stage_part.h"
 
 /* ---- World ---- */
 
-static np_disk make_sun_disk(const np_stage_inputs *in, const np_packet *packet) {
+static np_disk make_sun_disk(const np_stage_part *in) {
   const np_scene_sun *sun = &in->scene->sun;
   const np_vec3 direction = np_dvec3_to_float(in->made->places.to_sun);
-  const np_spectrum irradiance = np_packet_convert(packet, NP_BAND_SUN, sun->irradiance_w_m2_nm);
+  const np_spectrum irradiance = np_packet_convert(in->packet, NP_BAND_SUN, sun->irradiance_w_m2_nm);
   if (!sun->has_limb_darkening) return np_disk_make(direction, sun->angular_radius_rad, irradiance);
-  return np_disk_make_sun(direction, sun->angular_radius_rad, irradiance, packet->bands.nm);
+  return np_disk_make_sun(direction, sun->angular_radius_rad, irradiance, in->packet->bands.nm);
 }
 
 /* What is not of any light is in the world of the first: it must be added once. */
-static void add_common(const np_stage_inputs *in, const np_packet *packet, np_world *world) {
+static void add_common(const np_stage_part *in, np_world *world) {
+  const np_packet *packet = in->packet;
   const np_scene_environment *environment = &in->scene->environment;
-  world->disk = make_sun_disk(in, packet);
+  world->disk = make_sun_disk(in);
   world->night = &packet->night;
   world->emission = packet->emission.glow_count > 0 ? &packet->emission : NULL;
   world->environment_radiance = np_packet_convert(packet, NP_BAND_LINEAR, environment->radiance_w_m2_sr_nm);
   world->is_environment_upper_only = environment->is_upper_only;
 }
 
-neph_result np_stage_build_world(const np_stage_inputs *in, const np_packet *packet, np_packet_light *out) {
+/* The clouds that hold anything, with the albedo of a packet. */
+neph_result np_stage_build_instances(const np_stage_part *in) {
   const np_assembly *a = in->made;
+  np_instance *placed = in->packet->placed = np_alloc(a->context, a->volume_count, sizeof *placed);
+  if (!placed) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned i = 0; i < a->cloud_count; i++)
+    if (a->clouds[i].volume) *placed++ = np_packet_place(in->packet, in->scene, a, i);
+  return NEPH_OK;
+}
+
+void np_stage_clear_instances(const np_stage_part *in) { np_alloc_free(in->made->context, in->packet->placed); }
+
+neph_result np_stage_build_world(const np_stage_part *in) {
+  np_packet_light *out = in->light;
+  const np_assembly *a = in->made;
+  const np_packet *packet = in->packet;
   const neph_scene *scene = in->scene;
   out->world = (np_world){
       .clouds.count = a->volume_count,
@@ -47,20 +65,15 @@ neph_result np_stage_build_world(const np_stage_inputs *in, const np_packet *pac
       .ground_albedo = np_packet_convert(packet, NP_BAND_LINEAR, np_scene_get_ground_albedo(scene)),
   };
   if (a->terrain) np_terrain_get_bounds(a->terrain, &out->world.terrain_min, &out->world.terrain_max);
-  if (out->index == 0) add_common(in, packet, &out->world);
+  if (out->index == 0) add_common(in, &out->world);
   return NEPH_OK;
-}
-
-void np_stage_clear_world(np_assembly *assembly, const np_packet *packet, np_packet_light *light) {
-  (void)assembly, (void)packet;
-  light->world = (np_world){0};
 }
 
 /* ---- Sky guide ---- */
 
 /* Where the light around the clouds is known: that of air which is traced is, at dusk, and where paths are guided. */
-neph_result np_stage_build_sky_guide(const np_stage_inputs *in, const np_packet *packet, np_packet_light *out) {
-  (void)packet;
+neph_result np_stage_build_sky_guide(const np_stage_part *in) {
+  np_packet_light *out = in->light;
   if (!out->cloud_sky) return NEPH_OK;
   const float cost = np_plan_traces_air(in->plan) ? np_sky_guide_traced_cost : 1.0f;
   const np_sun_depths depths = {.clouds = &out->world.clouds};
@@ -69,27 +82,19 @@ neph_result np_stage_build_sky_guide(const np_stage_inputs *in, const np_packet 
   return NEPH_OK;
 }
 
-void np_stage_clear_sky_guide(np_assembly *assembly, const np_packet *packet, np_packet_light *light) {
-  (void)assembly, (void)packet;
-  light->sky_guide = (np_sky_guide){0};
-}
-
 /* ---- Sun optical depth ---- */
 
-static np_light_role get_light_role(bool is_moon) { return is_moon ? NP_LIGHT_OF_MOON : NP_LIGHT_OF_SUN; }
-
 /* The world of a light in the first packet: what does not depend on wavelength is the same in all. */
-static const np_packet_light *get_first(const np_stage_inputs *in, unsigned light) {
-  return &in->made->packets[0].lights[light];
+static const np_packet_light *get_first(const np_stage_part *in) {
+  return &in->made->packets[0].lights[in->caches - in->made->lights];
 }
 
-static np_sun_depths get_depths(const np_stage_inputs *in, const np_packet_light *light) {
-  const bool has_cache = np_plan_needs(in->plan, NP_STAGE_SUN_DEPTH);
-  return (np_sun_depths){&light->world.clouds, has_cache ? &in->made->lights[light->index].sun_depth : NULL};
+static np_sun_depths get_depths(const np_stage_part *in, const np_packet_light *light) {
+  return (np_sun_depths){&light->world.clouds, in->made->lights[light->index].sun_depth};
 }
 
 /* The least rate at which depths count: in the scaled medium, or in the slowest octave. */
-static float compute_sun_rate(const np_stage_inputs *in, const np_instances *clouds) {
+static float compute_sun_rate(const np_stage_part *in, const np_instances *clouds) {
   float rate = 1.0f;
   if (np_plan_needs(in->plan, NP_STAGE_APPROXIMATION)) {
     np_integrator_settings settings;
@@ -102,19 +107,48 @@ static float compute_sun_rate(const np_stage_inputs *in, const np_instances *clo
   return fmaxf(rate, 0.05f);
 }
 
-neph_result np_stage_build_sun_depth(const np_stage_inputs *in, unsigned light, np_light_caches *out) {
-  const np_world *world = &get_first(in, light)->world;
+static neph_result get_depth_key(const np_stage_part *in, void **out_key) {
+  const np_world *world = &get_first(in)->world;
+  np_depth_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
+  if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
   np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
   desc.rate = compute_sun_rate(in, &world->clouds);
   /* Nodes are cheap, and a depth that is wrong is so for all rays of a neighbourhood, as steps are not. */
   desc.tolerance = (float)(0.2 * in->scene->render.tolerance);
-  return np_light_store_take_depths(in->made->context, &in->stores->lights, get_light_role(out->is_moon), world, &desc,
-                                    in->monitor, &out->sun_depth);
+  return np_depth_key_make(in->made->context, world, &desc, key);
 }
 
-void np_stage_clear_sun_depth(np_assembly *a, np_light_caches *light) {
-  np_light_store_give_depths(&a->stores->lights, get_light_role(light->is_moon), &light->sun_depth);
+static neph_result adapt_depth(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
+  (void)kept;
+  np_depth_key_compare(kept_key, in->key, out_reason, NP_REASON_SIZE);
+  return NEPH_OK;
 }
+
+NP_STAGE_EXCHANGE(exchange_depth, in->caches->sun_depth)
+
+static neph_result make_depth(const np_stage_part *in) {
+  neph_context *context = in->made->context;
+  const np_depth_key *key = in->key;
+  np_sun_optical_depth *cache = in->caches->sun_depth = np_alloc(context, 1, sizeof *cache);
+  if (!cache) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = np_sun_optical_depth_build(context, &get_first(in)->world, &key->desc, in->monitor, cache);
+  if (!result) return NEPH_OK;
+  np_alloc_free(context, cache);
+  in->caches->sun_depth = NULL;
+  return result;
+}
+
+static void destroy_depth(void *result) {
+  np_sun_optical_depth *cache = result;
+  if (!cache) return;
+  neph_context *context = cache->context;
+  np_sun_optical_depth_clear(cache);
+  np_alloc_free(context, cache);
+}
+
+const np_stage_reuse np_stage_reuse_sun_depth = {
+    "the clouds' extinction and the direction of the light stay, to the bit",
+    NP_PER_LIGHT, false, get_depth_key, adapt_depth, exchange_depth, make_depth, destroy_depth};
 
 /* ---- Multiple scattering ---- */
 
@@ -126,43 +160,62 @@ static np_dvec3 get_viewer(const np_assembly *a) {
                     : at;
 }
 
-neph_result np_stage_build_ordinates(const np_stage_inputs *in, const np_packet *packet, np_packet_light *out) {
+static neph_result get_light_key(const np_stage_part *in, void **out_key) {
   const np_assembly *a = in->made;
-  np_scattering_desc desc;
-  np_plan_choose_cells(in->plan, in->scene, &desc);
-  desc.cells.bounds_min = a->clouds_min;
-  desc.cells.bounds_max = a->clouds_max;
-  desc.cells.has_viewer = true;
-  desc.cells.viewer = get_viewer(a);
-  desc.has_importance = in->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
-  desc.seconds_max = np_schedule_take_solve(in->schedule, in->monitor);
-  const np_sun_depths depths = get_depths(in, out);
+  np_light_key *key = *out_key = np_alloc(a->context, 1, sizeof *key);
+  if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_plan_choose_cells(in->plan, in->scene, &key->desc);
+  key->desc.cells.bounds_min = a->clouds_min;
+  key->desc.cells.bounds_max = a->clouds_max;
+  key->desc.cells.has_viewer = true;
+  key->desc.cells.viewer = get_viewer(a);
+  key->desc.has_importance = in->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
+  const np_sun_depths depths = get_depths(in, in->light);
   const np_sun_depth_source source = np_sun_depths_get_source(&depths);
-  return np_light_store_take(a->context, &in->stores->lights, np_packet_get_index(a, packet),
-                             get_light_role(out->is_moon), &out->world, &source, &desc, in->monitor, &out->scattering);
+  return np_light_key_fill(a->context, &in->light->world, &source, key);
 }
 
-void np_stage_clear_ordinates(np_assembly *a, const np_packet *packet, np_packet_light *light) {
-  np_light_store_give(&a->stores->lights, np_packet_get_index(a, packet), get_light_role(light->is_moon),
-                      light->scattering);
-  light->scattering = NULL;
+/* A solution borrows the phase tables of its picture; those of the next, whose clouds are the same, are equal. */
+static neph_result adapt_solution(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
+  if (np_scattering_field_get_quality(kept).is_cut)
+    (void)snprintf(out_reason, NP_REASON_SIZE, "a time limit cut it short");
+  else
+    np_light_key_compare(kept_key, in->key, out_reason, NP_REASON_SIZE);
+  if (out_reason[0]) return NEPH_OK;
+  np_scattering_field_set_world(kept, &in->light->world);
+  in->made->schedule.solves_left--;
+  return NEPH_OK;
 }
 
-neph_result np_stage_build_viewer_light(const np_stage_inputs *in, const np_packet *packet, np_packet_light *out) {
-  (void)packet;
+NP_STAGE_EXCHANGE(exchange_solution, in->light->scattering)
+
+static neph_result make_solution(const np_stage_part *in) {
+  np_scattering_desc desc = ((const np_light_key *)in->key)->desc;
+  desc.seconds_max = np_schedule_take_solve(&in->made->schedule, in->monitor);
+  const np_sun_depths depths = get_depths(in, in->light);
+  const np_sun_depth_source source = np_sun_depths_get_source(&depths);
+  return np_scattering_field_build(in->made->context, &in->light->world, &source, &desc, in->monitor,
+                                   &in->light->scattering);
+}
+
+static void destroy_solution(void *solution) { np_scattering_field_destroy(solution); }
+
+const np_stage_reuse np_stage_reuse_ordinates = {
+    "the clouds stay, to the bit, and the light on them, within a thousandth",
+    NP_PER_PACKET_LIGHT, false, get_light_key, adapt_solution, exchange_solution, make_solution, destroy_solution};
+
+neph_result np_stage_build_viewer_light(const np_stage_part *in) {
+  np_packet_light *out = in->light;
   const np_assembly *a = in->made;
   return np_viewer_light_build(a->context, out->scattering, a->camera.origin, in->monitor, &out->viewer_light);
 }
 
-void np_stage_clear_viewer_light(np_assembly *assembly, const np_packet *packet, np_packet_light *light) {
-  (void)assembly, (void)packet;
-  np_viewer_light_clear(&light->viewer_light);
-}
+void np_stage_clear_viewer_light(const np_stage_part *in) { np_viewer_light_clear(&in->light->viewer_light); }
 
 /* ---- Ground ---- */
 
-neph_result np_stage_build_ground_clouds(const np_stage_inputs *in, const np_packet *packet, np_packet_light *out) {
-  (void)packet;
+neph_result np_stage_build_ground_clouds(const np_stage_part *in) {
+  np_packet_light *out = in->light;
   const np_assembly *a = in->made;
   const np_sun_depths depths = get_depths(in, out);
   const np_ground_light_desc desc = {.world = &out->world,
@@ -173,10 +226,7 @@ neph_result np_stage_build_ground_clouds(const np_stage_inputs *in, const np_pac
   return np_ground_light_build(a->context, &desc, in->monitor, &out->ground_light);
 }
 
-void np_stage_clear_ground_clouds(np_assembly *assembly, const np_packet *packet, np_packet_light *light) {
-  (void)assembly, (void)packet;
-  np_ground_light_clear(&light->ground_light);
-}
+void np_stage_clear_ground_clouds(const np_stage_part *in) { np_ground_light_clear(&in->light->ground_light); }
 
 /* ---- Shadows in the air ---- */
 
@@ -213,9 +263,10 @@ static np_air_casters get_casters(const np_assembly *a) {
   return casters;
 }
 
-neph_result np_stage_build_visibility(const np_stage_inputs *in, unsigned light, np_light_caches *out) {
+neph_result np_stage_build_visibility(const np_stage_part *in) {
+  np_light_caches *out = in->caches;
   const np_assembly *a = in->made;
-  const np_packet_light *first = get_first(in, light);
+  const np_packet_light *first = get_first(in);
   if (!first->camera_sky) return NEPH_OK;
   const np_air_rays rays = make_air_rays(&a->camera, in->plan);
   const np_air_casters casters = get_casters(a);
@@ -224,29 +275,24 @@ neph_result np_stage_build_visibility(const np_stage_inputs *in, unsigned light,
                                  &out->air_visibility);
 }
 
-void np_stage_clear_visibility(np_assembly *assembly, np_light_caches *light) {
-  (void)assembly;
-  np_air_visibility_clear(&light->air_visibility);
-}
+void np_stage_clear_visibility(const np_stage_part *in) { np_air_visibility_clear(&in->caches->air_visibility); }
 
-neph_result np_stage_build_air_shadow(const np_stage_inputs *in, const np_packet *packet, np_packet_light *out) {
-  (void)packet;
+neph_result np_stage_build_air_shadow(const np_stage_part *in) {
+  np_packet_light *out = in->light;
   const np_air_visibility *visibility = &in->made->lights[out->index].air_visibility;
   if (!out->camera_sky || !visibility->seen) return NEPH_OK;
   const np_ground_light *ground = np_plan_needs(in->plan, NP_STAGE_GROUND_CLOUDS) ? &out->ground_light : NULL;
   return np_air_shadow_build(visibility, &out->world, ground, in->monitor, &out->air_shadow);
 }
 
-void np_stage_clear_air_shadow(np_assembly *assembly, const np_packet *packet, np_packet_light *light) {
-  (void)assembly, (void)packet;
-  np_air_shadow_clear(&light->air_shadow);
-}
+void np_stage_clear_air_shadow(const np_stage_part *in) { np_air_shadow_clear(&in->light->air_shadow); }
 
 /* ---- Approximation ---- */
 
 /* The depth of a cloud does not depend on wavelength: the first packet knows it for all. */
-neph_result np_stage_build_approximation(const np_stage_inputs *in, np_packet *out) {
+neph_result np_stage_build_approximation(const np_stage_part *in) {
   const np_assembly *a = in->made;
+  np_packet *out = in->packet;
   const neph_multiple_scattering method = in->plan->desc.multiple_scattering;
   if (!isinf(in->scene->render.approximation.gain) || a->volume_count == 0) return NEPH_OK;
   out->gains = np_alloc(a->context, a->volume_count, sizeof *out->gains);
@@ -259,14 +305,15 @@ neph_result np_stage_build_approximation(const np_stage_inputs *in, np_packet *o
   return NEPH_OK;
 }
 
-void np_stage_clear_approximation(np_assembly *assembly, np_packet *packet) {
-  np_alloc_free(assembly->context, packet->gains);
-  packet->gains = NULL;
+void np_stage_clear_approximation(const np_stage_part *in) {
+  np_alloc_free(in->made->context, in->packet->gains);
+  in->packet->gains = NULL;
 }
 
 /* ---- For the integrator ---- */
 
-neph_result np_stage_build_lighting(const np_stage_inputs *in, const np_packet *packet, np_packet_light *out) {
+neph_result np_stage_build_lighting(const np_stage_part *in) {
+  np_packet_light *out = in->light;
   out->lighting = (np_lighting){
       .sun_depths = get_depths(in, out),
       .scattering = out->scattering,
@@ -274,12 +321,7 @@ neph_result np_stage_build_lighting(const np_stage_inputs *in, const np_packet *
       .ground_light = np_plan_needs(in->plan, NP_STAGE_GROUND_CLOUDS) ? &out->ground_light : NULL,
       .air_shadow = out->air_shadow.kept ? &out->air_shadow : NULL,
       .sky_guide = out->sky_guide.rate > 0.0f ? &out->sky_guide : NULL,
-      .gains = packet->gains,
+      .gains = in->packet->gains,
   };
   return NEPH_OK;
-}
-
-void np_stage_clear_lighting(np_assembly *assembly, const np_packet *packet, np_packet_light *light) {
-  (void)assembly, (void)packet;
-  light->lighting = (np_lighting){0};
 }

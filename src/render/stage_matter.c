@@ -1,44 +1,157 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Terrain and clouds: read or made, put in their places, and what glows in them. */
-#include <float.h>
+#include <stdio.h>
+#include <string.h>
 
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/hash.h"
 #include "render/placement_check.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
-#include "render/stage_builders.h"
 #include "render/stage_decisions.h"
+#include "render/stage_part.h"
 #include "volume/volume_private.h"
 
-static neph_result make_terrain(const np_stage_inputs *in, neph_terrain **out) {
+/* ---- Keys of sources ---- */
+
+/* Volumes and terrains stay while their sources do: a file by path, size, time of change and how it is read; what is
+ * made from parameters by all of these. */
+typedef struct source_key {
+  char hash[33]; /* fingerprint; empty: a file that is still to be written */
+  np_cloud_source source;
+} source_key;
+
+/* Zeroed before they are filled, padding too, for they are hashed as bytes. */
+typedef struct file_facts {
+  uint64_t bytes;
+  int64_t time_ns;
+  int32_t policy, precision;
+} file_facts;
+
+typedef struct terrain_facts {
+  uint64_t bytes, seed;
+  int64_t time_ns;
+  double planet_radius_m, latitude_rad, longitude_rad, width_m, height_min_m, height_max_m, ground_albedo[3];
+  double relief_m, ridge_m;
+  int32_t kind, has_place;
+  uint32_t sample_count;
+} terrain_facts;
+
+static void add_text(np_hash *hash, const char *text) {
+  const char *added = text ? text : "";
+  np_hash_add(hash, added, strlen(added) + 1);
+}
+
+static void add_file(np_hash *hash, const np_scene_cloud *cloud, const char *path) {
+  file_facts facts;
+  memset(&facts, 0, sizeof facts);
+  facts.bytes = np_file_get_size(path);
+  facts.time_ns = np_file_get_time_ns(path);
+  facts.policy = (int32_t)cloud->policy;
+  facts.precision = (int32_t)cloud->precision;
+  add_text(hash, path);
+  add_text(hash, cloud->grid);
+  np_hash_add(hash, &facts, sizeof facts);
+}
+
+static neph_result add_bake(np_hash *hash, const neph_scene *scene, const np_scene_cloud *cloud, int frame) {
+  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  desc.planet_radius_m = scene->atmosphere.planet_radius_m;
+  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
+  const int32_t precision = (int32_t)cloud->precision;
+  char *text;
+  neph_result result = np_cloud_desc_to_json(scene->context, &at_frame, &desc, &text);
+  if (result) return result;
+  add_text(hash, text);
+  np_hash_add(hash, &precision, sizeof precision);
+  np_alloc_free(scene->context, text);
+  return NEPH_OK;
+}
+
+/* The fingerprint of a cloud that is made, or of its file as it is now. */
+static neph_result compute_key(const neph_scene *scene, unsigned index, int frame, source_key *out_key) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  np_hash *hash = np_hash_create(scene->context);
+  char *path = cloud->vdb ? np_file_frame_name(scene->context, cloud->vdb, frame) : NULL;
+  neph_result result = hash && (path || !cloud->vdb) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result && path)
+    add_file(hash, cloud, path);
+  else if (!result)
+    result = add_bake(hash, scene, cloud, frame);
+  if (!result) np_hash_finish(hash, out_key->hash);
+  np_alloc_free(scene->context, path);
+  np_hash_destroy(hash);
+  return result;
+}
+
+static neph_result compute_terrain_key(const neph_scene *scene, char out_key[33]) {
+  const np_scene_terrain *terrain = &scene->terrain;
+  terrain_facts facts;
+  np_hash *hash = np_hash_create(scene->context);
+  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
+  memset(&facts, 0, sizeof facts);
+  facts.kind = (int32_t)terrain->kind;
+  facts.planet_radius_m = terrain->desc.planet_radius_m;
+  facts.has_place = terrain->desc.has_place;
+  facts.latitude_rad = terrain->desc.latitude_rad;
+  facts.longitude_rad = terrain->desc.longitude_rad;
+  facts.width_m = terrain->desc.width_m;
+  facts.height_min_m = terrain->desc.height_min_m;
+  facts.height_max_m = terrain->desc.height_max_m;
+  memcpy(facts.ground_albedo, terrain->desc.ground_albedo, sizeof facts.ground_albedo);
+  if (terrain->kind == NP_TERRAIN_RIDGES) {
+    facts.seed = terrain->ridges.seed;
+    facts.sample_count = terrain->ridges.sample_count;
+    facts.relief_m = terrain->ridges.relief_m;
+    facts.ridge_m = terrain->ridges.ridge_m;
+  } else {
+    facts.bytes = np_file_get_size(terrain->heightfield);
+    facts.time_ns = np_file_get_time_ns(terrain->heightfield);
+    add_text(hash, terrain->heightfield);
+  }
+  np_hash_add(hash, &facts, sizeof facts);
+  np_hash_finish(hash, out_key);
+  np_hash_destroy(hash);
+  return NEPH_OK;
+}
+
+/* ---- Terrain ---- */
+
+static neph_result get_terrain_key(const np_stage_part *in, void **out_key) {
+  if (in->scene->terrain.given) return NEPH_OK;
+  source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
+  return key ? compute_terrain_key(in->scene, key->hash) : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result adapt_source(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
+  (void)kept;
+  if (strcmp(((const source_key *)kept_key)->hash, ((const source_key *)in->key)->hash) != 0)
+    (void)snprintf(out_reason, NP_REASON_SIZE, "its source changed");
+  return NEPH_OK;
+}
+
+NP_STAGE_EXCHANGE(exchange_terrain, in->made->terrain)
+
+static neph_result make_terrain(const np_stage_part *in) {
   const np_scene_terrain *terrain = &in->scene->terrain;
+  if (terrain->given) return in->made->terrain = neph_terrain_retain(terrain->given), NEPH_OK;
   neph_terrain_desc desc = terrain->desc;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   const np_terrain_source source = np_scene_terrain_get_source(terrain);
-  return np_terrain_create(in->scene->context, &source, &desc, out);
+  return np_terrain_create(in->scene->context, &source, &desc, &in->made->terrain);
 }
 
-/* Given, kept from the picture before, or made. */
-neph_result np_stage_build_terrain(const np_stage_inputs *in, np_assembly *out) {
-  np_asset_store *store = &in->stores->assets;
-  neph_terrain *given = in->scene->terrain.given;
-  if (given) return out->terrain = neph_terrain_retain(given), NEPH_OK;
-  neph_result result = np_asset_store_take_terrain(store, in->scene, &out->terrain);
-  if (result) return result;
-  np_log(out->context, NEPH_LOG_DEBUG, "terrain: %s", out->terrain ? "kept" : "made");
-  if (out->terrain) return NEPH_OK;
-  result = make_terrain(in, &out->terrain);
-  if (!result) np_asset_store_put_terrain(store, out->terrain);
-  return result;
-}
+static void destroy_terrain(void *terrain) { neph_terrain_release(terrain); }
 
-void np_stage_clear_terrain(np_assembly *assembly) { neph_terrain_release(assembly->terrain); }
+const np_stage_reuse np_stage_reuse_terrain = {
+    "its file or its parameters stay",
+    NP_PER_PICTURE, false, get_terrain_key, adapt_source, exchange_terrain, make_terrain, destroy_terrain};
 
 /* A bake reports, and is stopped, as a part of the picture. */
-static neph_result bake(const np_stage_inputs *in, const np_scene_cloud *cloud, const char *path,
+static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
                         neph_volume **out_volume) {
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = in->scene->atmosphere.planet_radius_m;
@@ -51,7 +164,7 @@ static neph_result bake(const np_stage_inputs *in, const np_scene_cloud *cloud, 
   return neph_cloud_bake_file(context, &at_frame, &desc, "density", path);
 }
 
-static neph_volume_load_desc describe_load(const np_stage_inputs *in, const np_scene_cloud *cloud) {
+static neph_volume_load_desc describe_load(const np_stage_part *in, const np_scene_cloud *cloud) {
   neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   desc.grid = cloud->grid;
   desc.precision = cloud->precision;
@@ -62,7 +175,7 @@ static neph_volume_load_desc describe_load(const np_stage_inputs *in, const np_s
 }
 
 /* Baked to memory. */
-static neph_result obtain_baked(const np_stage_inputs *in, const np_scene_cloud *cloud, neph_volume **out_volume) {
+static neph_result obtain_baked(const np_stage_part *in, const np_scene_cloud *cloud, neph_volume **out_volume) {
   neph_result result = bake(in, cloud, NULL, out_volume);
   if (result || (*out_volume)->value_max > 0.0f) return result;
   np_log(in->scene->context, NEPH_LOG_WARNING, "cloud %s: nothing of it was baked in frame %d: its coverage is %g",
@@ -74,7 +187,7 @@ static neph_result obtain_baked(const np_stage_inputs *in, const np_scene_cloud 
 
 /* A cloud of one frame: read when it is on disk, else baked, to disk where the scene names a file. NULL where it holds
  * nothing. */
-static neph_result load_or_bake(const np_stage_inputs *in, const np_scene_cloud *cloud, const char *path,
+static neph_result load_or_bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
                                 np_cloud_source source, neph_volume **out_volume) {
   neph_result result = NEPH_OK;
   if (!path) return obtain_baked(in, cloud, out_volume);
@@ -89,29 +202,58 @@ static neph_result load_or_bake(const np_stage_inputs *in, const np_scene_cloud 
   return result ? result : np_volume_load_density(in->scene->context, path, &desc, out_volume);
 }
 
-/* The volume of a cloud: given, kept from the picture before, or made. */
-static neph_result obtain(const np_stage_inputs *in, unsigned index, const char *path, neph_volume **out_volume) {
-  const np_scene_cloud *cloud = &in->scene->clouds[index];
-  np_asset_store *store = &in->stores->assets;
-  const int frame = in->plan->desc.frame;
-  if (cloud->volume) return *out_volume = neph_volume_retain(cloud->volume), NEPH_OK;
-  np_cloud_source source;
-  neph_result result = np_plan_choose_source(in->scene, cloud, path, frame, &source);
-  if (result) return result;
-  if (!path || source == NP_CLOUD_SOURCE_FILE) *out_volume = np_asset_store_take_volume(store, index);
-  np_log(in->scene->context, NEPH_LOG_DEBUG, "cloud %s: %s", cloud->name, *out_volume ? "kept" : "made");
-  if (*out_volume) return NEPH_OK;
-  result = load_or_bake(in, cloud, path, source, out_volume);
-  return result ? result : np_asset_store_put_volume(store, in->scene, index, frame, *out_volume);
+/* The file of a cloud in this frame; NULL: it has none. */
+static neph_result get_path(const np_stage_part *in, char **out_path) {
+  const char *vdb = in->scene->clouds[in->cloud].vdb;
+  *out_path = vdb ? np_file_frame_name(in->made->context, vdb, in->plan->desc.frame) : NULL;
+  return vdb && !*out_path ? NEPH_ERROR_OUT_OF_MEMORY : NEPH_OK;
 }
+
+static neph_result get_volume_key(const np_stage_part *in, void **out_key) {
+  const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
+  const int frame = in->plan->desc.frame;
+  if (cloud->volume) return NEPH_OK;
+  source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
+  char *path;
+  neph_result result = key ? get_path(in, &path) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (result) return result;
+  result = np_plan_choose_source(in->scene, cloud, path, frame, &key->source);
+  if (!result && (!path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(in->scene, in->cloud, frame, key);
+  np_alloc_free(in->made->context, path);
+  return result;
+}
+
+NP_STAGE_EXCHANGE(exchange_volume, in->made->clouds[in->cloud].volume)
+
+/* The key of a cloud that is baked to a file is that of the file once it is written. */
+static neph_result make_volume(const np_stage_part *in) {
+  const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
+  neph_volume **out = &in->made->clouds[in->cloud].volume;
+  source_key *key = in->key;
+  if (cloud->volume) return *out = neph_volume_retain(cloud->volume), NEPH_OK;
+  char *path;
+  neph_result result = get_path(in, &path);
+  const np_monitor_part whole = np_monitor_get_part(in->monitor);
+  np_monitor_set_part(in->monitor, whole, 0.0, 0.7);
+  if (!result) result = load_or_bake(in, cloud, path, key->source, out);
+  np_monitor_set_part(in->monitor, whole, 0.0, 1.0);
+  if (!result && !key->hash[0]) result = compute_key(in->scene, in->cloud, in->plan->desc.frame, key);
+  np_alloc_free(in->made->context, path);
+  return result;
+}
+
+static void destroy_volume(void *volume) { neph_volume_release(volume); }
+
+const np_stage_reuse np_stage_reuse_volumes = {
+    "their files or their parameters stay",
+    NP_PER_CLOUD, true, get_volume_key, adapt_source, exchange_volume, make_volume, destroy_volume};
 
 /* A cloud being placed. */
 typedef struct cloud_build {
-  const np_stage_inputs *in;
-  np_assembly *out;
+  const np_stage_part *in;
   const np_scene_cloud *cloud;
-  unsigned index;
-  const char *path; /* NULL: none */
+  np_cloud_parts *parts;
+  char *path; /* NULL: none */
   np_anchor anchor;
   bool is_anchored;
   np_dvec3 low, high; /* world box of what it holds */
@@ -124,20 +266,18 @@ static void include_box(np_dvec3 *low, np_dvec3 *high, np_dvec3 box_low, np_dvec
 
 static neph_result load_phase(const cloud_build *c) {
   if (c->cloud->phase_source.kind != NP_PHASE_TABLE) return NEPH_OK;
-  np_assembly *a = c->out;
-  np_phase_table *table = &a->phase_tables[c->index];
-  neph_result result = np_phase_table_load(a->context, c->cloud->phase_table, table);
-  if (!result) a->placed[c->index].phase = np_phase_tabulated(table);
+  np_phase_table *table = &c->parts->phase_table;
+  neph_result result = np_phase_table_load(c->in->made->context, c->cloud->phase_table, table);
+  if (!result) c->parts->placed.phase = np_phase_tabulated(table);
   return result;
 }
 
 static neph_result place_volume(cloud_build *c) {
-  np_assembly *a = c->out;
   np_placement placement;
-  neph_result result = np_placement_make(c->cloud, &c->anchor, a->volumes[c->index], c->in->monitor, &placement);
+  neph_result result = np_placement_make(c->cloud, &c->anchor, c->parts->volume, c->in->monitor, &placement);
   if (result) return result;
-  a->placed[c->index] = placement.world;
-  a->volume_count++;
+  c->parts->placed = placement.world;
+  c->in->made->volume_count++;
   include_box(&c->low, &c->high, placement.bounds_min, placement.bounds_max);
   return load_phase(c);
 }
@@ -148,18 +288,18 @@ static bool has_emission(const cloud_build *c) {
 
 /* What glows in a cloud's file. */
 static neph_result build_glow(cloud_build *c) {
-  np_assembly *a = c->out;
-  np_cloud_glow *glow = &a->glows[c->index];
+  neph_context *context = c->in->made->context;
+  np_cloud_glow *glow = &c->parts->glow;
   if (!c->is_anchored) {
-    np_log(a->context, NEPH_LOG_WARNING,
+    np_log(context, NEPH_LOG_WARNING,
            "cloud %s: its emission is left out of frame %d: position, voxel and optical_depth go by its density, which "
            "is empty",
            c->cloud->name, c->in->plan->desc.frame);
     return NEPH_OK;
   }
   const neph_volume_load_desc load = describe_load(c->in, c->cloud);
-  const np_cloud_glow_source source = {a->context,           c->cloud, c->path, &c->anchor.file_to_world,
-                                       a->volumes[c->index], &load};
+  const np_cloud_glow_source source = {context,          c->cloud, c->path, &c->anchor.file_to_world,
+                                       c->parts->volume, &load};
   neph_result result = np_cloud_glow_load(&source, glow);
   if (result || !glow->flame) return result;
   np_dvec3 low, high;
@@ -170,25 +310,23 @@ static neph_result build_glow(cloud_build *c) {
 
 /* Nothing goes by the anchor of a cloud that holds nothing and does not glow. */
 static neph_result find_anchor(cloud_build *c) {
-  neph_volume *volume = c->out->volumes[c->index];
+  neph_volume *volume = c->parts->volume;
   if (!volume && !has_emission(c)) return NEPH_OK;
   const neph_volume_load_desc load = describe_load(c->in, c->cloud);
-  const np_stage_inputs *in = c->in;
-  const np_frame_cloud of = {&in->stores->references, in->scene, c->index, in->plan->desc.frame, volume, &load,
+  const np_stage_part *in = c->in;
+  const np_frame_cloud of = {&in->made->stores->references, in->scene, in->cloud, in->plan->desc.frame, volume, &load,
                              in->monitor};
   return np_reference_frame_get_anchor(&of, &c->anchor, &c->is_anchored);
 }
 
-static neph_result build_cloud_at(cloud_build *c) {
-  np_assembly *a = c->out;
+static neph_result place_cloud(cloud_build *c) {
+  np_assembly *a = c->in->made;
   np_monitor *monitor = c->in->monitor;
   const np_monitor_part whole = np_monitor_get_part(monitor);
-  np_monitor_set_part(monitor, whole, 0.0, 0.7);
-  neph_result result = obtain(c->in, c->index, c->path, &a->volumes[c->index]);
   np_monitor_set_part(monitor, whole, 0.7, 0.9);
   np_monitor_set_stage(monitor, "placing clouds");
-  if (!result) result = find_anchor(c);
-  if (!result && a->volumes[c->index]) result = place_volume(c);
+  neph_result result = find_anchor(c);
+  if (!result && c->parts->volume) result = place_volume(c);
   np_monitor_set_part(monitor, whole, 0.9, 1.0);
   if (!result && has_emission(c)) result = build_glow(c);
   if (result || c->low.x > c->high.x) return result;
@@ -197,70 +335,21 @@ static neph_result build_cloud_at(cloud_build *c) {
   return NEPH_OK;
 }
 
-static const np_dvec3 nowhere_low = {DBL_MAX, DBL_MAX, DBL_MAX}, nowhere_high = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
-
-static neph_result build_cloud(const np_stage_inputs *in, unsigned index, np_assembly *out) {
-  const np_scene_cloud *cloud = &in->scene->clouds[index];
-  char *path = cloud->vdb ? np_file_frame_name(out->context, cloud->vdb, in->plan->desc.frame) : NULL;
-  if (cloud->vdb && !path) return NEPH_ERROR_OUT_OF_MEMORY;
-  cloud_build c = {in, out, cloud, index, path, .low = nowhere_low, .high = nowhere_high};
-  neph_result result = build_cloud_at(&c);
-  np_alloc_free(out->context, path);
+neph_result np_stage_build_cloud(const np_stage_part *in) {
+  cloud_build c = {.in = in,
+                   .cloud = &in->scene->clouds[in->cloud],
+                   .parts = &in->made->clouds[in->cloud],
+                   .low = np_nowhere_low,
+                   .high = np_nowhere_high};
+  neph_result result = get_path(in, &c.path);
+  if (!result) result = place_cloud(&c);
+  np_alloc_free(in->made->context, c.path);
   return result;
 }
 
-static neph_result allocate_clouds(const np_stage_inputs *in, np_assembly *a) {
-  const unsigned count = in->scene->cloud_count;
-  if (count > NP_INSTANCES_MAX)
-    return np_fail(a->context, NEPH_ERROR_BAD_SCENE, "the scene has %u clouds, must be at most %d", count,
-                   NP_INSTANCES_MAX);
-  a->clouds_min = nowhere_low;
-  a->clouds_max = nowhere_high;
-  a->volumes = np_alloc(a->context, count, sizeof *a->volumes);
-  a->placed = np_alloc(a->context, count, sizeof *a->placed);
-  a->phase_tables = np_alloc(a->context, count, sizeof *a->phase_tables);
-  a->glows = np_alloc(a->context, count, sizeof *a->glows);
-  if (!a->volumes || !a->placed || !a->phase_tables || !a->glows) return NEPH_ERROR_OUT_OF_MEMORY;
-  a->cloud_count = count;
-  return NEPH_OK;
-}
-
-/* Those that hold anything, with the albedo of a packet. */
-static neph_result place_in_packet(const np_assembly *a, const neph_scene *scene, np_packet *packet) {
-  np_instance *placed = packet->placed = np_alloc(a->context, a->volume_count, sizeof *placed);
-  if (!placed) return NEPH_ERROR_OUT_OF_MEMORY;
-  for (unsigned i = 0; i < a->cloud_count; i++) {
-    if (!a->volumes[i]) continue;
-    *placed = a->placed[i];
-    placed++->albedo = np_packet_convert(packet, NP_BAND_LINEAR, scene->clouds[i].albedo);
-  }
-  return NEPH_OK;
-}
-
-neph_result np_stage_build_volumes(const np_stage_inputs *in, np_assembly *out) {
-  neph_result result = allocate_clouds(in, out);
-  if (!result) result = np_asset_store_select(&in->stores->assets, in->scene, in->plan->desc.frame);
-  const np_monitor_part whole = np_monitor_get_part(in->monitor);
-  for (unsigned i = 0; !result && i < out->cloud_count; i++) {
-    np_monitor_set_part(in->monitor, whole, (double)i / out->cloud_count, (i + 1.0) / out->cloud_count);
-    result = build_cloud(in, i, out);
-  }
-  for (unsigned p = 0; !result && out->volume_count > 0 && p < out->packet_count; p++)
-    result = place_in_packet(out, in->scene, &out->packets[p]);
-  return result;
-}
-
-void np_stage_clear_volumes(np_assembly *a) {
-  for (unsigned p = 0; p < a->packet_count; p++) np_alloc_free(a->context, a->packets[p].placed);
-  for (unsigned i = 0; i < a->cloud_count; i++) {
-    neph_volume_release(a->volumes[i]);
-    np_phase_table_clear(&a->phase_tables[i]);
-    np_cloud_glow_clear(&a->glows[i]);
-  }
-  np_alloc_free(a->context, a->glows);
-  np_alloc_free(a->context, a->phase_tables);
-  np_alloc_free(a->context, a->volumes);
-  np_alloc_free(a->context, a->placed);
+void np_stage_clear_cloud(const np_stage_part *in) {
+  np_phase_table_clear(&in->made->clouds[in->cloud].phase_table);
+  np_cloud_glow_clear(&in->made->clouds[in->cloud].glow);
 }
 
 neph_result np_stage_revise_volumes(const np_assembly *made, const neph_scene *scene, np_plan *plan) {
@@ -268,21 +357,17 @@ neph_result np_stage_revise_volumes(const np_assembly *made, const neph_scene *s
 }
 
 /* All that glows in the clouds, for the packet's wavelengths. */
-neph_result np_stage_build_emission(const np_stage_inputs *in, np_packet *out) {
+neph_result np_stage_build_emission(const np_stage_part *in) {
   const np_assembly *a = in->made;
   np_glow glows[NP_INSTANCES_MAX];
   unsigned count = 0;
-  const np_instance *placed = out->placed;
   for (unsigned i = 0; i < a->cloud_count; i++) {
-    const np_instance *cloud = a->volumes[i] ? placed++ : NULL;
-    if (a->glows[i].is_there) glows[count++] = np_cloud_glow_get(&a->glows[i], cloud);
+    const np_instance placed = np_packet_place(in->packet, in->scene, a, i);
+    if (a->clouds[i].glow.is_there) glows[count++] = np_cloud_glow_get(&a->clouds[i].glow, &placed);
   }
   if (count == 0) return NEPH_OK;
   np_monitor_set_stage(in->monitor, "finding what glows");
-  return np_emission_build(a->context, glows, count, out->bands.nm, in->monitor, &out->emission);
+  return np_emission_build(a->context, glows, count, in->packet->bands.nm, in->monitor, &in->packet->emission);
 }
 
-void np_stage_clear_emission(np_assembly *assembly, np_packet *packet) {
-  (void)assembly;
-  np_emission_clear(&packet->emission);
-}
+void np_stage_clear_emission(const np_stage_part *in) { np_emission_clear(&in->packet->emission); }

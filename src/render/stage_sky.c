@@ -1,12 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The sky: where its lights stand, the air, the skies of sun and moon, and what else shines at night. */
+#include <stdio.h>
+
+#include "atmosphere/atmosphere_tables.h"
 #include "atmosphere/moon.h"
 #include "core/alloc.h"
-#include "render/stage_builders.h"
+#include "render/stage_part.h"
 
 /* ---- Sun and moon ---- */
 
-neph_result np_stage_build_lights(const np_stage_inputs *in, np_assembly *out) {
+neph_result np_stage_build_lights(const np_stage_part *in) {
+  np_assembly *out = in->made;
   const neph_scene *scene = in->scene;
   const np_plan *plan = in->plan;
   double latitude = scene->latitude_rad, longitude = scene->longitude_rad;
@@ -23,12 +27,9 @@ neph_result np_stage_build_lights(const np_stage_inputs *in, np_assembly *out) {
   return result;
 }
 
-void np_stage_clear_lights(np_assembly *assembly) {
-  np_sphere_map_clear(&assembly->moon_map);
-  assembly->light_count = 0;
-}
+void np_stage_clear_lights(const np_stage_part *in) { np_sphere_map_clear(&in->made->moon_map); }
 
-static np_disk make_moon(const np_stage_inputs *in, const np_packet *packet, np_spectrum sun,
+static np_disk make_moon(const np_stage_part *in, const np_packet *packet, np_spectrum sun,
                          np_spectrum *out_irradiance) {
   const np_scene_moon *moon = &in->scene->moon;
   const np_sphere_map *map = in->made->moon_map.texels ? &in->made->moon_map : NULL;
@@ -36,7 +37,8 @@ static np_disk make_moon(const np_stage_inputs *in, const np_packet *packet, np_
   return np_moon_make_disk(&in->made->places.moon, sun, packet->bands.nm, moon->has_earthshine, map, out_irradiance);
 }
 
-neph_result np_stage_build_packet_lights(const np_stage_inputs *in, np_packet *out) {
+neph_result np_stage_build_packet_lights(const np_stage_part *in) {
+  np_packet *out = in->packet;
   const np_assembly *a = in->made;
   const np_scene_lights *places = &a->places;
   const np_spectrum sunlight = np_packet_convert(out, NP_BAND_SUN, in->scene->sun.irradiance_w_m2_nm);
@@ -58,89 +60,156 @@ neph_result np_stage_build_packet_lights(const np_stage_inputs *in, np_packet *o
   return NEPH_OK;
 }
 
-void np_stage_clear_packet_lights(np_assembly *assembly, np_packet *packet) {
-  (void)assembly;
-  packet->light_count = 0;
-}
-
 /* ---- Air ---- */
 
-neph_result np_stage_build_atmosphere(const np_stage_inputs *in, np_packet *out) {
-  const neph_scene *scene = in->scene;
-  neph_atmosphere_desc desc = scene->atmosphere;
-  np_band_set_convert(&out->bands, NP_BAND_LINEAR, np_scene_get_ground_albedo(scene), desc.ground_albedo);
-  neph_atmosphere_layer *layers = np_alloc(scene->context, desc.layer_count, sizeof *layers);
-  if (!layers) return NEPH_ERROR_OUT_OF_MEMORY;
-  for (unsigned i = 0; i < desc.layer_count; i++)
-    layers[i] = np_band_set_convert_layer(&out->bands, &scene->atmosphere.layers[i]);
-  desc.layers = layers;
-  np_monitor_set_stage(in->monitor, "building the atmosphere");
-  const unsigned index = np_packet_get_index(in->made, out);
-  if (scene->air.given && in->plan->packet_count == 1)
-    np_sky_store_offer(scene->context, &in->stores->skies, index, scene->air.given);
-  neph_result result =
-      np_sky_store_take_atmosphere(scene->context, &in->stores->skies, index, &desc,
-                                   np_plan_has_air_light(in->plan), in->monitor, &out->atmosphere);
-  np_alloc_free(scene->context, layers);
+/* Of the tolerance: through the long paths of the horizon a coefficient counts ten times. */
+static const double medium_share = 0.1;
+
+typedef struct air_key {
+  neph_atmosphere_desc desc;
+  neph_atmosphere_layer layers[]; /* of `desc` */
+} air_key;
+
+static neph_result get_air_key(const np_stage_part *in, void **out_key) {
+  const neph_atmosphere_desc *air = &in->scene->atmosphere;
+  air_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key + air->layer_count * sizeof *key->layers);
+  if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
+  key->desc = *air;
+  key->desc.layers = key->layers;
+  np_band_set_convert(&in->packet->bands, NP_BAND_LINEAR, np_scene_get_ground_albedo(in->scene),
+                      key->desc.ground_albedo);
+  for (unsigned i = 0; i < air->layer_count; i++)
+    key->layers[i] = np_band_set_convert_layer(&in->packet->bands, &air->layers[i]);
+  return NEPH_OK;
+}
+
+/* Without light in the air, which is for who traces it, the first order alone needs no table. */
+static unsigned get_order_max(const np_stage_part *in) { return np_plan_has_air_light(in->plan) ? NP_ORDERS_ALL : 1; }
+
+/* Why an atmosphere is not the one wanted. */
+static neph_result compare_air(const np_stage_part *in, const neph_atmosphere *kept, char *out_reason) {
+  const neph_atmosphere_desc *desc = &((const air_key *)in->key)->desc;
+  np_medium wanted;
+  neph_result result = np_medium_init(in->made->context, desc, &wanted);
+  if (result) return result;
+  const char *what;
+  const double change = np_medium_compare(&wanted, &kept->medium, &what);
+  np_medium_free(in->made->context, &wanted);
+  if (kept->desc.tolerance != desc->tolerance)
+    (void)snprintf(out_reason, NP_REASON_SIZE, "its tolerance changed");
+  else if (kept->order_max < get_order_max(in))
+    (void)snprintf(out_reason, NP_REASON_SIZE, "what is asked of it changed");
+  else if (!isfinite(change))
+    (void)snprintf(out_reason, NP_REASON_SIZE, "%s changed", what);
+  else if (change > medium_share * desc->tolerance)
+    (void)snprintf(out_reason, NP_REASON_SIZE, "%s changed by %.3g %%", what, 100.0 * change);
+  return NEPH_OK;
+}
+
+/* One that a caller has made, if it fits; NULL: none. */
+static neph_result get_given_air(const np_stage_part *in, neph_atmosphere **out_atmosphere) {
+  char reason[NP_REASON_SIZE] = "";
+  neph_atmosphere *given = in->plan->packet_count == 1 ? in->scene->air.given : NULL;
+  neph_result result = given ? compare_air(in, given, reason) : NEPH_OK;
+  *out_atmosphere = reason[0] ? NULL : given;
   return result;
 }
 
-void np_stage_clear_atmosphere(np_assembly *a, np_packet *packet) {
-  np_sky_store_give_atmosphere(a->context, &a->stores->skies, np_packet_get_index(a, packet), packet->atmosphere);
+static neph_result adapt_air(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
+  (void)kept_key;
+  neph_atmosphere *given;
+  neph_result result = get_given_air(in, &given);
+  if (given && given != kept) (void)snprintf(out_reason, NP_REASON_SIZE, "another was given");
+  return result || out_reason[0] ? result : compare_air(in, kept, out_reason);
 }
 
-static neph_result build_sky(const np_stage_inputs *in, const np_packet *packet, const np_packet_light *light,
-                             np_sky_role role, np_dvec3 observer, neph_sky **out_sky) {
+NP_STAGE_EXCHANGE(exchange_air, in->packet->atmosphere)
+
+static neph_result make_air(const np_stage_part *in) {
+  neph_atmosphere *given, **out = &in->packet->atmosphere;
+  np_monitor_set_stage(in->monitor, "building the atmosphere");
+  neph_result result = get_given_air(in, &given);
+  if (result || given) return *out = neph_atmosphere_retain(given), result;
+  return np_atmosphere_create_orders(in->made->context, &((const air_key *)in->key)->desc, get_order_max(in), false,
+                                     in->monitor, out);
+}
+
+static void destroy_air(void *atmosphere) { neph_atmosphere_release(atmosphere); }
+
+const np_stage_reuse np_stage_reuse_atmosphere = {
+    "the air stays, within a tenth of atmosphere.tolerance",
+    NP_PER_PACKET, false, get_air_key, adapt_air, exchange_air, make_air, destroy_air};
+
+/* ---- Skies ---- */
+
+static neph_result get_sky_key(const np_stage_part *in, np_dvec3 observer, void **out_key) {
+  const np_packet_light *light = in->light;
   if (np_spectrum_is_zero(light->irradiance)) return NEPH_OK;
-  neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
+  neph_sky_desc *desc = *out_key = np_alloc(in->made->context, 1, sizeof *desc);
+  if (!desc) return NEPH_ERROR_OUT_OF_MEMORY;
+  *desc = (neph_sky_desc)NEPH_SKY_DESC_DEFAULT;
   const np_dvec3 to_light = light->direction;
-  for (int b = 0; b < NP_BAND_COUNT; b++) desc.sun_irradiance_w_m2_nm[b] = (double)light->irradiance.band[b];
-  desc.sun_direction[0] = to_light.x, desc.sun_direction[1] = to_light.y, desc.sun_direction[2] = to_light.z;
-  desc.observer_m[0] = observer.x, desc.observer_m[1] = observer.y, desc.observer_m[2] = observer.z;
-  desc.sun_angular_radius_rad = light->angular_radius_rad;
+  for (int b = 0; b < NP_BAND_COUNT; b++) desc->sun_irradiance_w_m2_nm[b] = (double)light->irradiance.band[b];
+  desc->sun_direction[0] = to_light.x, desc->sun_direction[1] = to_light.y, desc->sun_direction[2] = to_light.z;
+  desc->observer_m[0] = observer.x, desc->observer_m[1] = observer.y, desc->observer_m[2] = observer.z;
+  desc->sun_angular_radius_rad = light->angular_radius_rad;
+  return NEPH_OK;
+}
+
+static neph_result get_camera_sky_key(const np_stage_part *in, void **out_key) {
+  return get_sky_key(in, in->made->camera.origin, out_key);
+}
+
+static neph_result get_cloud_sky_key(const np_stage_part *in, void **out_key) {
+  return get_sky_key(in, np_assembly_get_clouds_middle(in->made), out_key);
+}
+
+/* A kept sky is moved to the light and the observer wanted. */
+static neph_result adapt_sky(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
+  (void)kept_key;
+  if (((neph_sky *)kept)->atmosphere != in->packet->atmosphere)
+    (void)snprintf(out_reason, NP_REASON_SIZE, "the atmosphere was rebuilt");
+  else if (np_sky_move(kept, in->key, out_reason, NP_REASON_SIZE))
+    out_reason[0] = '\0';
+  return NEPH_OK;
+}
+
+NP_STAGE_EXCHANGE(exchange_camera_sky, in->light->camera_sky)
+NP_STAGE_EXCHANGE(exchange_cloud_sky, in->light->cloud_sky)
+
+static neph_result make_sky(const np_stage_part *in, neph_sky **out_sky) {
+  if (!in->key) return NEPH_OK;
   np_monitor_set_stage(in->monitor, "building the sky");
-  return np_sky_store_take_sky(&in->stores->skies, np_packet_get_index(in->made, packet), role, packet->atmosphere,
-                               &desc, in->monitor, out_sky);
+  return np_sky_create_monitored(in->packet->atmosphere, in->key, in->monitor, out_sky);
 }
 
-static np_sky_role get_camera_role(const np_packet_light *light) {
-  return light->is_moon ? NP_SKY_OF_CAMERA_BY_MOON : NP_SKY_OF_CAMERA;
-}
+static neph_result make_camera_sky(const np_stage_part *in) { return make_sky(in, &in->light->camera_sky); }
 
-static np_sky_role get_cloud_role(const np_packet_light *light) {
-  return light->is_moon ? NP_SKY_OF_CLOUDS_BY_MOON : NP_SKY_OF_CLOUDS;
-}
+static neph_result make_cloud_sky(const np_stage_part *in) { return make_sky(in, &in->light->cloud_sky); }
 
-neph_result np_stage_build_camera_sky(const np_stage_inputs *in, const np_packet *packet, np_packet_light *out) {
-  return build_sky(in, packet, out, get_camera_role(out), in->made->camera.origin, &out->camera_sky);
-}
+static void destroy_sky(void *sky) { neph_sky_destroy(sky); }
 
-neph_result np_stage_build_cloud_sky(const np_stage_inputs *in, const np_packet *packet, np_packet_light *out) {
-  return build_sky(in, packet, out, get_cloud_role(out), np_assembly_get_clouds_middle(in->made), &out->cloud_sky);
-}
+const np_stage_reuse np_stage_reuse_camera_sky = {
+    "air, light and camera stay, within atmosphere.tolerance",
+    NP_PER_PACKET_LIGHT, false, get_camera_sky_key, adapt_sky, exchange_camera_sky, make_camera_sky, destroy_sky};
 
-void np_stage_clear_camera_sky(np_assembly *a, const np_packet *packet, np_packet_light *light) {
-  np_sky_store_give_sky(a->context, &a->stores->skies, np_packet_get_index(a, packet), get_camera_role(light),
-                        light->camera_sky);
-}
-
-void np_stage_clear_cloud_sky(np_assembly *a, const np_packet *packet, np_packet_light *light) {
-  np_sky_store_give_sky(a->context, &a->stores->skies, np_packet_get_index(a, packet), get_cloud_role(light),
-                        light->cloud_sky);
-}
+const np_stage_reuse np_stage_reuse_cloud_sky = {
+    "air, light and the middle of the clouds stay, within atmosphere.tolerance",
+    NP_PER_PACKET_LIGHT, false, get_cloud_sky_key, adapt_sky, exchange_cloud_sky, make_cloud_sky, destroy_sky};
 
 /* ---- Night ---- */
 
-neph_result np_stage_build_star_map(const np_stage_inputs *in, np_assembly *out) {
+neph_result np_stage_build_star_map(const np_stage_part *in) {
+  np_assembly *out = in->made;
   const np_scene_stars *stars = &in->scene->stars;
   if (!stars->is_there || !stars->map) return NEPH_OK;
   return np_sphere_map_load(out->context, "stars.map", stars->map, true, &out->star_map);
 }
 
-void np_stage_clear_star_map(np_assembly *assembly) { np_sphere_map_clear(&assembly->star_map); }
+void np_stage_clear_star_map(const np_stage_part *in) { np_sphere_map_clear(&in->made->star_map); }
 
 /* Its channels are radiances in a scene's bands; what they are in the packet's is linear in them. */
-static void set_map(const np_stage_inputs *in, const np_packet *packet, np_night *night) {
+static void set_map(const np_stage_part *in, const np_packet *packet, np_night *night) {
   night->map = &in->made->star_map;
   for (int c = 0; c < NP_BAND_COUNT; c++) {
     double channel[NP_BAND_COUNT] = {0};
@@ -150,7 +219,8 @@ static void set_map(const np_stage_inputs *in, const np_packet *packet, np_night
   }
 }
 
-neph_result np_stage_build_airglow(const np_stage_inputs *in, np_packet *out) {
+neph_result np_stage_build_airglow(const np_stage_part *in) {
+  np_packet *out = in->packet;
   np_night *night = &out->night;
   const np_scene_airglow *glow = &in->scene->airglow;
   night->has_airglow = glow->is_there;
@@ -162,21 +232,18 @@ neph_result np_stage_build_airglow(const np_stage_inputs *in, np_packet *out) {
   return NEPH_OK;
 }
 
-void np_stage_clear_airglow(np_assembly *assembly, np_packet *packet) {
-  (void)assembly;
-  packet->night = (np_night){0};
-}
-
-neph_result np_stage_build_catalogue(const np_stage_inputs *in, np_assembly *out) {
+neph_result np_stage_build_catalogue(const np_stage_part *in) {
+  np_assembly *out = in->made;
   const np_scene_stars *stars = &in->scene->stars;
   out->stars = np_star_catalogue_bright();
   if (!stars->catalogue) return NEPH_OK;
   return np_star_catalogue_load(out->context, stars->catalogue, stars->faintest, &out->stars);
 }
 
-void np_stage_clear_catalogue(np_assembly *assembly) { np_star_catalogue_clear(&assembly->stars); }
+void np_stage_clear_catalogue(const np_stage_part *in) { np_star_catalogue_clear(&in->made->stars); }
 
-neph_result np_stage_build_stars(const np_stage_inputs *in, np_packet *out) {
+neph_result np_stage_build_stars(const np_stage_part *in) {
+  np_packet *out = in->packet;
   const np_plan *plan = in->plan;
   const np_assembly *a = in->made;
   const bool is_sphere = plan->sphere_size[0] > 0;
@@ -193,7 +260,4 @@ neph_result np_stage_build_stars(const np_stage_inputs *in, np_packet *out) {
   return np_star_field_build(a->context, &desc, &out->stars);
 }
 
-void np_stage_clear_stars(np_assembly *assembly, np_packet *packet) {
-  (void)assembly;
-  np_star_field_clear(&packet->stars);
-}
+void np_stage_clear_stars(const np_stage_part *in) { np_star_field_clear(&in->packet->stars); }

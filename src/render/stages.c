@@ -11,57 +11,53 @@
 /* Functions by the names of what they decide, predict, build and clear. */
 #define DECIDE(what) .decide = np_stage_decide_##what
 #define PREDICT(what) .predict = np_stage_predict_##what
-#define ONCE(what) .build_once = np_stage_build_##what, .clear_once = np_stage_clear_##what
-#define LIGHT(what) .build_light = np_stage_build_##what, .clear_light = np_stage_clear_##what
-#define PACKET(what) .build_packet = np_stage_build_##what, .clear_packet = np_stage_clear_##what
-#define PACKET_LIGHT(what) .build_packet_light = np_stage_build_##what, .clear_packet_light = np_stage_clear_##what
+#define BUILD(kind, what) .build[NP_PER_##kind] = np_stage_build_##what
+#define BUILD_CLEAR(kind, what) BUILD(kind, what), .clear[NP_PER_##kind] = np_stage_clear_##what
+#define REUSE(what) .reuse = &np_stage_reuse_##what
 
 /* clang-format off */
 static const np_stage_row rows[NP_STAGE_COUNT] = {
-  [NP_STAGE_COLOR] = {"colour", 0, .is_of_sky = true, DECIDE(color), ONCE(packets)},
-  [NP_STAGE_TERRAIN] = {"terrain", 0, DECIDE(terrain), .part_seconds = 0.8, ONCE(terrain),
-    .kept_while = "its file or its parameters stay"},
+  [NP_STAGE_COLOR] = {"colour", 0, .is_of_sky = true, DECIDE(color), BUILD_CLEAR(PICTURE, packets)},
+  [NP_STAGE_TERRAIN] = {"terrain", 0, DECIDE(terrain), .part_seconds = 0.8, REUSE(terrain)},
   [NP_STAGE_MOON] = {"moon", 0, .is_of_sky = true, DECIDE(moon)},
   [NP_STAGE_LIGHTS] = {"lights", BIT(COLOR) | BIT(TERRAIN) | BIT(MOON), .is_of_sky = true, DECIDE(lights),
-    ONCE(lights), PACKET(packet_lights)},
-  [NP_STAGE_VOLUMES] = {"volumes", BIT(COLOR), DECIDE(volumes), PREDICT(volumes), ONCE(volumes),
-    .kept_while = "their files or their parameters stay", .revise = np_stage_revise_volumes},
+    BUILD_CLEAR(PICTURE, lights), BUILD(PACKET, packet_lights)},
+  [NP_STAGE_VOLUMES] = {"volumes", BIT(COLOR), DECIDE(volumes), PREDICT(volumes), REUSE(volumes),
+    BUILD_CLEAR(CLOUD, cloud), .revise = np_stage_revise_volumes},
   [NP_STAGE_EMISSION] = {"emission", BIT(COLOR) | BIT(VOLUMES), DECIDE(emission), .part_seconds = 0.2,
-    PACKET(emission)},
+    BUILD_CLEAR(PACKET, emission)},
   [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR), .is_of_sky = true, DECIDE(atmosphere), .part_seconds = 0.1,
-    PACKET(atmosphere), .kept_while = "the air stays, within a tenth of atmosphere.tolerance"},
+    REUSE(atmosphere)},
   [NP_STAGE_CAMERA_SKY] = {"camera sky", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true,
-    DECIDE(camera_sky), .part_seconds = 0.05, PACKET_LIGHT(camera_sky),
-    .kept_while = "air, light and camera stay, within atmosphere.tolerance"},
+    DECIDE(camera_sky), .part_seconds = 0.05, REUSE(camera_sky)},
   [NP_STAGE_CLOUD_SKY] = {"cloud sky", BIT(COLOR) | BIT(LIGHTS) | BIT(VOLUMES) | BIT(ATMOSPHERE), .is_of_sky = true,
-    DECIDE(cloud_sky), .part_seconds = 0.05, PACKET_LIGHT(cloud_sky),
-    .kept_while = "air, light and the middle of the clouds stay, within atmosphere.tolerance"},
+    DECIDE(cloud_sky), .part_seconds = 0.05, REUSE(cloud_sky)},
   [NP_STAGE_AIRGLOW] = {"airglow", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true, DECIDE(airglow),
-    ONCE(star_map), PACKET(airglow)},
+    BUILD_CLEAR(PICTURE, star_map), BUILD(PACKET, airglow)},
   [NP_STAGE_SUN_LIGHT] = {"sun light", 0, DECIDE(sun_light)},
   [NP_STAGE_SKY_LIGHT] = {"sky light", 0, DECIDE(sky_light)},
   [NP_STAGE_GROUND_LIGHT] = {"ground light", 0, DECIDE(ground_light)},
   [NP_STAGE_WORLD] = {"world", MATTER | BIT(COLOR) | BIT(LIGHTS) | BIT(AIRGLOW), .is_of_sky = true, DECIDE(world),
-    PACKET_LIGHT(world)},
+    BUILD_CLEAR(PACKET, instances), BUILD(PACKET_LIGHT, world)},
   [NP_STAGE_SKY_GUIDE] = {"sky guide", BIT(VOLUMES) | BIT(CLOUD_SKY) | BIT(WORLD), DECIDE(sky_guide),
-    PACKET_LIGHT(sky_guide)},
-  [NP_STAGE_SUN_DEPTH] = {"sun depth volume", BIT(WORLD), DECIDE(sun_depth), PREDICT(sun_depth), LIGHT(sun_depth),
-    .kept_while = "the clouds' extinction and the direction of the light stay, to the bit"},
+    BUILD(PACKET_LIGHT, sky_guide)},
+  [NP_STAGE_SUN_DEPTH] = {"sun depth volume", BIT(WORLD), DECIDE(sun_depth), PREDICT(sun_depth), REUSE(sun_depth)},
   [NP_STAGE_ORDINATES] = {"multiple scattering", BIT(VOLUMES) | BIT(WORLD) | BIT(SUN_DEPTH), DECIDE(ordinates),
-    PREDICT(ordinates), PACKET_LIGHT(ordinates),
-    .kept_while = "the clouds stay, to the bit, and the light on them, within a thousandth"},
-  [NP_STAGE_VIEWER_LIGHT] = {"light to camera", BIT(ORDINATES), DECIDE(viewer_light), PACKET_LIGHT(viewer_light)},
+    PREDICT(ordinates), REUSE(ordinates)},
+  [NP_STAGE_VIEWER_LIGHT] = {"light to camera", BIT(ORDINATES), DECIDE(viewer_light),
+    BUILD_CLEAR(PACKET_LIGHT, viewer_light)},
   [NP_STAGE_GROUND_CLOUDS] = {"clouds on ground", BIT(VOLUMES) | BIT(WORLD) | BIT(SUN_DEPTH) | BIT(ORDINATES),
-    DECIDE(ground_clouds), .part_seconds = 0.2, PACKET_LIGHT(ground_clouds)},
+    DECIDE(ground_clouds), .part_seconds = 0.2, BUILD_CLEAR(PACKET_LIGHT, ground_clouds)},
   [NP_STAGE_AIR_SHADOWS] = {"air shadows",
     BIT(TERRAIN) | BIT(VOLUMES) | BIT(CAMERA_SKY) | BIT(WORLD) | BIT(SUN_DEPTH) | BIT(GROUND_CLOUDS),
-    DECIDE(air_shadows), PREDICT(air_shadows), LIGHT(visibility), PACKET_LIGHT(air_shadow)},
-  [NP_STAGE_APPROXIMATION] = {"approximation", BIT(COLOR) | BIT(VOLUMES), DECIDE(approximation), PACKET(approximation)},
-  [NP_STAGE_STARS] = {"stars", BIT(COLOR) | BIT(WORLD), .is_of_sky = true, DECIDE(stars), ONCE(catalogue),
-    PACKET(stars)},
+    DECIDE(air_shadows), PREDICT(air_shadows), BUILD_CLEAR(LIGHT, visibility), BUILD_CLEAR(PACKET_LIGHT, air_shadow)},
+  [NP_STAGE_APPROXIMATION] = {"approximation", BIT(COLOR) | BIT(VOLUMES), DECIDE(approximation),
+    BUILD_CLEAR(PACKET, approximation)},
+  [NP_STAGE_STARS] = {"stars", BIT(COLOR) | BIT(WORLD), .is_of_sky = true, DECIDE(stars),
+    BUILD_CLEAR(PICTURE, catalogue), BUILD_CLEAR(PACKET, stars)},
   [NP_STAGE_LIGHTING] = {"lighting",
     BIT(WORLD) | BIT(SKY_GUIDE) | BIT(SUN_DEPTH) | BIT(ORDINATES) | BIT(VIEWER_LIGHT) | BIT(GROUND_CLOUDS) |
-    BIT(AIR_SHADOWS) | BIT(APPROXIMATION), DECIDE(lighting), PACKET_LIGHT(lighting)},
+    BIT(AIR_SHADOWS) | BIT(APPROXIMATION), DECIDE(lighting), BUILD(PACKET_LIGHT, lighting)},
   [NP_STAGE_INTEGRATOR] = {"integrator",
     BIT(COLOR) | BIT(LIGHTS) | BIT(SUN_LIGHT) | BIT(SKY_LIGHT) | BIT(MOON) | BIT(WORLD) | BIT(APPROXIMATION) |
     BIT(STARS) | BIT(LIGHTING), DECIDE(integrator), PREDICT(integrator)},
@@ -86,17 +82,27 @@ neph_result np_stages_decide(np_plan *plan, const neph_scene *scene, const np_sc
   return d.result;
 }
 
-unsigned np_stage_count_parts(const np_stage_row *row, unsigned packets, unsigned lights) {
-  return (row->build_once ? 1u : 0u) + (row->build_light ? lights : 0u) + (row->build_packet ? packets : 0u) +
-         (row->build_packet_light ? packets * lights : 0u);
+np_part_counts np_part_counts_make(unsigned clouds, unsigned lights, unsigned packets) {
+  return (np_part_counts){{1, clouds, lights, packets, packets * lights}};
+}
+
+bool np_stage_has_kind(const np_stage_row *row, np_part_kind kind) {
+  return row->build[kind] || (row->reuse && row->reuse->kind == kind);
+}
+
+unsigned np_stage_count_parts(const np_stage_row *row, const np_part_counts *counts) {
+  unsigned count = 0;
+  for (int kind = 0; kind < NP_PART_KINDS; kind++)
+    if (np_stage_has_kind(row, (np_part_kind)kind)) count += counts->of[kind];
+  return count;
 }
 
 void np_stages_predict(np_plan *plan, const neph_scene *scene) {
+  const np_part_counts counts = np_part_counts_make(scene->cloud_count, np_plan_count_lights(plan), plan->packet_count);
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     if (!plan->stages[i].is_needed) continue;
-    const unsigned parts = np_stage_count_parts(&rows[i], plan->packet_count, np_plan_count_lights(plan));
-    plan->stages[i].cost = rows[i].predict ? rows[i].predict(plan, scene)
-                                           : (np_stage_cost){.seconds = rows[i].part_seconds * parts};
+    const double seconds = rows[i].part_seconds * np_stage_count_parts(&rows[i], &counts);
+    plan->stages[i].cost = rows[i].predict ? rows[i].predict(plan, scene) : (np_stage_cost){.seconds = seconds};
   }
 }
 

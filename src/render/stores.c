@@ -3,10 +3,41 @@
 
 #include "core/alloc.h"
 
+np_stored_result *np_stores_search(const np_stores *stores, const void *stage, unsigned slot) {
+  np_stored_result *at = stores->results;
+  while (at && (at->stage != stage || at->slot != slot)) at = at->next;
+  return at;
+}
+
+neph_result np_stores_add(neph_context *context, np_stores *stores, np_stored_result added) {
+  np_stored_result *first = np_alloc(context, 1, sizeof *first);
+  if (!first) return np_alloc_free(context, added.key), NEPH_ERROR_OUT_OF_MEMORY;
+  *first = added;
+  first->next = stores->results;
+  stores->results = first;
+  return NEPH_OK;
+}
+
+static void destroy_first(neph_context *context, np_stored_result **list) {
+  np_stored_result *first = *list;
+  *list = first->next;
+  first->destroy(first->result);
+  np_alloc_free(context, first->key);
+  np_alloc_free(context, first);
+}
+
+void np_stores_drop(neph_context *context, np_stores *stores, const void *stage, bool is_lent) {
+  np_stored_result **at = &stores->results;
+  while (*at) {
+    if ((*at)->stage == stage && !(*at)->result == is_lent)
+      destroy_first(context, at);
+    else
+      at = &(*at)->next;
+  }
+}
+
 void np_stores_clear(neph_context *context, np_stores *stores) {
-  np_asset_store_clear(&stores->assets);
-  np_sky_store_clear(context, &stores->skies);
-  np_light_store_clear(context, &stores->lights);
+  while (stores->results) destroy_first(context, &stores->results);
   stores->references = (np_reference_store){0};
 }
 

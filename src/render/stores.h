@@ -1,18 +1,23 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* All that one picture leaves to the next: volumes, terrain, skies, light in clouds, reference frames. One picture at a
- * time uses it. */
+/* All that one picture leaves to the next: results of stages by their keys, and reference frames. One picture at a time
+ * uses it. */
 #ifndef NP_RENDER_STORES_H
 #define NP_RENDER_STORES_H
 
-#include "atmosphere/sky_store.h"
-#include "caches/light_store.h"
-#include "render/asset_store.h"
 #include "render/reference_store.h"
 
+/* A result of a part of a stage. It is lent: who takes it owns it, and gives it back for the next picture. */
+typedef struct np_stored_result {
+  struct np_stored_result *next;
+  const void *stage;              /* by which it is told from those of others */
+  unsigned slot;                  /* of the part */
+  void *key;                      /* one block; owned */
+  void *result;                   /* NULL: lent, or not made yet */
+  void (*destroy)(void *result);  /* NULL changes nothing */
+} np_stored_result;
+
 typedef struct np_stores {
-  np_asset_store assets;
-  np_sky_store skies;
-  np_light_store lights;
+  np_stored_result *results;
   np_reference_store references;
 } np_stores;
 
@@ -21,5 +26,14 @@ neph_result np_stores_get(const neph_scene *scene, np_stores **out_stores);
 
 /* A zeroed one is empty. */
 void np_stores_clear(neph_context *context, np_stores *stores);
+
+/* The result of a part; NULL: none. */
+np_stored_result *np_stores_search(const np_stores *stores, const void *stage, unsigned slot);
+
+/* Adds a result that is still to be made, and owns its key: on failure that is freed. */
+neph_result np_stores_add(neph_context *context, np_stores *stores, np_stored_result added);
+
+/* Destroys those results of a stage that are lent and never came back, or those that were not taken. */
+void np_stores_drop(neph_context *context, np_stores *stores, const void *stage, bool is_lent);
 
 #endif

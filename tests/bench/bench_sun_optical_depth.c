@@ -91,7 +91,7 @@ static void draw_places(const np_assembly *a, places *out) {
   for (int n = 0; n < PLACES;) {
     const double x = np_random_double(&random), y = np_random_double(&random), z = np_random_double(&random);
     out->at[n] = np_dvec3_make(low.x + x * size.x, low.y + y * size.y, low.z + z * size.z);
-    n += np_instance_extinction(a->placed, out->at[n]) > 0.0f;
+    n += np_instance_extinction(&a->clouds[0].placed, out->at[n]) > 0.0f;
   }
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "caches/light_store.h"
+#include "caches/light_key.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -12,26 +12,12 @@
 /* As a share of all that shines on the clouds, and in radians for the sun: its disk is five times as wide. */
 static const double tolerance = 1e-3;
 
-/* ---- Log ---- */
-
-/* `reason` is why what was kept no longer serves; NULL: nothing was. */
-static void tell_built(neph_context *context, const char *what, const char *deed, const char *reason) {
-  if (reason)
-    np_log(context, NEPH_LOG_INFO, "%s: %s anew, since %s", what, deed, reason);
-  else
-    np_log(context, NEPH_LOG_DEBUG, "%s: %s", what, deed);
-}
-
-static void tell_kept(neph_context *context, const char *what) { np_log(context, NEPH_LOG_DEBUG, "%s: kept", what); }
-
 static const char clouds_changed[] = "the clouds changed";
 
 static void describe_turn(np_vec3 kept, np_vec3 wanted, char *out, size_t size) {
   const double turned = (double)np_vec3_length(np_vec3_subtract(kept, wanted));
   (void)snprintf(out, size, "the light turned by %.3g degrees", turned / NP_DEGREE);
 }
-
-/* ---- Keys ---- */
 
 static void add_bricks(np_hash *hash, const np_bricks *b) {
   const size_t cells = np_bricks_count_cells(b, 0), samples = b->brick_count * NP_BRICK_STRIDE;
@@ -111,17 +97,12 @@ static void find_sunlight(const np_world *world, const np_transport_desc *cells,
   }
 }
 
-static neph_result make_key(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
-                            const np_scattering_desc *desc, np_light_key **out_key) {
-  np_light_key *key = np_alloc(context, 1, sizeof *key);
-  if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
+neph_result np_light_key_fill(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
+                              np_light_key *key) {
   key->to_sun = world->to_sun;
-  find_sunlight(world, &desc->cells, key);
-  neph_result result = find_surroundings(context, world, depths, &desc->cells, key->surroundings);
-  if (!result) result = find_fingerprint(context, world, desc, key->clouds);
-  if (result) np_alloc_free(context, key);
-  *out_key = result ? NULL : key;
-  return result;
+  find_sunlight(world, &key->desc.cells, key);
+  neph_result result = find_surroundings(context, world, depths, &key->desc.cells, key->surroundings);
+  return result ? result : find_fingerprint(context, world, &key->desc, key->clouds);
 }
 
 /* Sums of what is different and of what there is. */
@@ -134,7 +115,7 @@ static void compare(const float *a, const float *b, size_t count, double *differ
 }
 
 /* Sun and surroundings are each compared with all the light there is, the sun counting as the sky of its irradiance. */
-static bool is_same_light(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
+static void compare_light(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
   double sun, sun_sum, around, around_sum;
   compare(kept->sun[0].band, wanted->sun[0].band, (size_t)NP_LIGHT_KEY_PLACES * NP_BAND_COUNT, &sun, &sun_sum);
   compare(&kept->surroundings[0][0][0][0], &wanted->surroundings[0][0][0][0],
@@ -147,25 +128,19 @@ static bool is_same_light(const np_light_key *kept, const np_light_key *wanted, 
   else if (solid_angle * around > tolerance * all)
     (void)snprintf(reason, size, "sky and ground around the clouds changed by %.3g %%",
                    100.0 * solid_angle * around / all);
-  else
-    return true;
-  return false;
 }
 
-static bool is_same(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
-  if (strcmp(kept->clouds, wanted->clouds) != 0) {
+void np_light_key_compare(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
+  if (strcmp(kept->clouds, wanted->clouds) != 0)
     (void)snprintf(reason, size, "%s", clouds_changed);
-    return false;
-  }
-  if ((double)np_vec3_length(np_vec3_subtract(kept->to_sun, wanted->to_sun)) > tolerance) {
+  else if ((double)np_vec3_length(np_vec3_subtract(kept->to_sun, wanted->to_sun)) > tolerance)
     describe_turn(kept->to_sun, wanted->to_sun, reason, size);
-    return false;
-  }
-  return is_same_light(kept, wanted, reason, size);
+  else
+    compare_light(kept, wanted, reason, size);
 }
 
-static neph_result make_depth_key(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
-                                  np_depth_key *out) {
+neph_result np_depth_key_make(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
+                              np_depth_key *out) {
   *out = (np_depth_key){.to_sun = world->to_sun, .desc = *desc};
   np_hash *hash = np_hash_create(context);
   if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -176,7 +151,7 @@ static neph_result make_depth_key(neph_context *context, const np_world *world, 
 }
 
 /* To the bit, so that a picture is that of the scene alone. */
-static bool are_same_depths(const np_depth_key *kept, const np_depth_key *wanted, char *reason, size_t size) {
+void np_depth_key_compare(const np_depth_key *kept, const np_depth_key *wanted, char *reason, size_t size) {
   const np_sun_optical_depth_desc *a = &kept->desc, *b = &wanted->desc;
   if (strcmp(kept->clouds, wanted->clouds) != 0)
     (void)snprintf(reason, size, "%s", clouds_changed);
@@ -184,104 +159,4 @@ static bool are_same_depths(const np_depth_key *kept, const np_depth_key *wanted
     describe_turn(kept->to_sun, wanted->to_sun, reason, size);
   else if (a->tolerance != b->tolerance || a->rate != b->rate || a->bytes_max != b->bytes_max)
     (void)snprintf(reason, size, "what they may err by changed");
-  else
-    return true;
-  return false;
-}
-
-/* ---- Solutions ---- */
-
-static void clear_entry(neph_context *context, np_light_store_entry *entry) {
-  np_scattering_field_destroy(entry->solution);
-  np_alloc_free(context, entry->key);
-  *entry = (np_light_store_entry){0};
-}
-
-static bool grow(neph_context *context, np_light_store *store, unsigned count) {
-  if (count <= store->count) return true;
-  np_light_store_entry(*entries)[NP_LIGHT_ROLES] = np_alloc_resize(context, store->entries, count, sizeof *entries);
-  if (!entries) return false;
-  store->entries = entries;
-  store->count = count;
-  return true;
-}
-
-/* A solution borrows the phase tables of its picture; those of the next, whose clouds are the same, are equal. */
-static np_scattering_field *lend(np_light_store_entry *entry, const np_world *world) {
-  np_scattering_field *solution = entry->solution;
-  entry->solution = NULL;
-  np_scattering_field_set_world(solution, world);
-  return solution;
-}
-
-neph_result np_light_store_take(neph_context *context, np_light_store *store, unsigned index, np_light_role role,
-                                const np_world *world, const np_sun_depth_source *depths,
-                                const np_scattering_desc *desc, np_monitor *monitor,
-                                np_scattering_field **out_solution) {
-  *out_solution = NULL;
-  np_light_key *wanted;
-  neph_result result =
-      grow(context, store, index + 1) ? make_key(context, world, depths, desc, &wanted) : NEPH_ERROR_OUT_OF_MEMORY;
-  if (result) return result;
-  static const char *const names[NP_LIGHT_ROLES] = {"light in clouds", "moonlight in clouds"};
-  np_light_store_entry *entry = &store->entries[index][role];
-  const bool was_kept = entry->solution;
-  char reason[128];
-  if (was_kept && is_same(entry->key, wanted, reason, sizeof reason)) {
-    tell_kept(context, names[role]);
-    np_alloc_free(context, wanted);
-    *out_solution = lend(entry, world);
-    return NEPH_OK;
-  }
-  tell_built(context, names[role], "solved", was_kept ? reason : NULL);
-  clear_entry(context, entry);
-  entry->key = wanted;
-  return np_scattering_field_build(context, world, depths, desc, monitor, out_solution);
-}
-
-void np_light_store_give(np_light_store *store, unsigned index, np_light_role role, np_scattering_field *solution) {
-  if (!solution) return;
-  if (np_scattering_field_get_quality(solution).is_cut)
-    np_scattering_field_destroy(solution);
-  else
-    store->entries[index][role].solution = solution;
-}
-
-/* ---- Depths ---- */
-
-neph_result np_light_store_take_depths(neph_context *context, np_light_store *store, np_light_role role,
-                                       const np_world *world, const np_sun_optical_depth_desc *desc,
-                                       np_monitor *monitor, np_sun_optical_depth *out) {
-  static const char *const names[NP_LIGHT_ROLES] = {"depths towards the sun", "depths towards the moon"};
-  *out = (np_sun_optical_depth){0};
-  np_depth_key wanted;
-  neph_result result = make_depth_key(context, world, desc, &wanted);
-  if (result) return result;
-  np_light_store_depths *entry = &store->depths[role];
-  const bool was_kept = entry->cache.context;
-  char reason[128];
-  if (was_kept && are_same_depths(&entry->key, &wanted, reason, sizeof reason)) {
-    tell_kept(context, names[role]);
-    *out = entry->cache;
-    entry->cache = (np_sun_optical_depth){0};
-    return NEPH_OK;
-  }
-  tell_built(context, names[role], "built", was_kept ? reason : NULL);
-  np_sun_optical_depth_clear(&entry->cache);
-  entry->key = wanted;
-  return np_sun_optical_depth_build(context, world, desc, monitor, out);
-}
-
-void np_light_store_give_depths(np_light_store *store, np_light_role role, np_sun_optical_depth *cache) {
-  if (!cache->context) return;
-  store->depths[role].cache = *cache;
-  *cache = (np_sun_optical_depth){0};
-}
-
-void np_light_store_clear(neph_context *context, np_light_store *store) {
-  for (unsigned i = 0; i < store->count; i++)
-    for (int role = 0; role < NP_LIGHT_ROLES; role++) clear_entry(context, &store->entries[i][role]);
-  np_alloc_free(context, store->entries);
-  for (int role = 0; role < NP_LIGHT_ROLES; role++) np_sun_optical_depth_clear(&store->depths[role].cache);
-  *store = (np_light_store){0};
 }

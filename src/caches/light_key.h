@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The keys of light in clouds and of depths towards lights: all that they depend on. They are the same while the clouds
+ * are, to the bit, and what shines on them within a thousandth; for depths where it stands, to the bit. The camera does
+ * not matter to them. */
+#ifndef NP_CACHES_LIGHT_KEY_H
+#define NP_CACHES_LIGHT_KEY_H
+
+#include "caches/sun_optical_depth.h"
+#include "transport/boundary_radiance.h"
+
+enum { NP_LIGHT_KEY_PLACES = 64 };
+
+/* Of a solution. What shines on the clouds stands for sky, ground, air, terrain and their own place. */
+typedef struct np_light_key {
+  np_scattering_desc desc;
+  char clouds[33]; /* fingerprint of grids, places, optics, glows, and of how cells are chosen */
+  np_vec3 to_sun;
+  np_spectrum sun[NP_LIGHT_KEY_PLACES]; /* its irradiance at places spread over the clouds' box */
+  np_boundary_radiance surroundings;
+} np_light_key;
+
+/* Of depths: not what else the clouds do to light, nor the size of what shines. */
+typedef struct np_depth_key {
+  char clouds[33]; /* fingerprint of grids, places and extinction */
+  np_vec3 to_sun;
+  np_sun_optical_depth_desc desc;
+} np_depth_key;
+
+/* Fills all but the description, by which the key is made. */
+neph_result np_light_key_fill(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
+                              np_light_key *key);
+neph_result np_depth_key_make(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
+                              np_depth_key *out);
+
+/* Write why what was kept does not serve any more; nothing where it does. */
+void np_light_key_compare(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size);
+void np_depth_key_compare(const np_depth_key *kept, const np_depth_key *wanted, char *reason, size_t size);
+
+#endif

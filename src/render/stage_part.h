@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The parts in which stages are built, cleared and reused: functions for the rows of the stage table. */
+#ifndef NP_RENDER_STAGE_PART_H
+#define NP_RENDER_STAGE_PART_H
+
+#include "render/packet.h"
+
+/* The parts of a stage: one for the picture, or one for each of these. */
+typedef enum np_part_kind {
+  NP_PER_PICTURE,
+  NP_PER_CLOUD,
+  NP_PER_LIGHT,
+  NP_PER_PACKET,
+  NP_PER_PACKET_LIGHT,
+  NP_PART_KINDS
+} np_part_kind;
+
+/* Given to the functions of a row. Each reads the results of the stages that its row names, and writes its own. */
+typedef struct np_stage_part {
+  const neph_scene *scene; /* NULL when parts are cleared, and the two below */
+  const np_plan *plan;
+  np_monitor *monitor;
+  np_assembly *made;
+  unsigned slot;           /* the part's place among those that later pictures reuse */
+  unsigned cloud;          /* of a part per cloud */
+  np_light_caches *caches; /* of a part per light */
+  np_packet *packet;       /* of a part per packet, or per light of a packet */
+  np_packet_light *light;  /* of a part per light of a packet */
+  void *key;               /* of a part that later pictures may reuse; NULL: they may not */
+} np_stage_part;
+
+typedef neph_result np_stage_build_fn(const np_stage_part *in);
+
+/* Results are cleared whether they were built whole, in part or not at all. */
+typedef void np_stage_clear_fn(const np_stage_part *in);
+
+/* Decides anew for a stage that has turned out to be less than planned. */
+typedef neph_result np_stage_revise_fn(const np_assembly *made, const neph_scene *scene, np_plan *plan);
+
+enum { NP_REASON_SIZE = 128 };
+
+/* How later pictures reuse the results of a stage. The walk takes them from the stores and gives them back; changes are
+ * counted from when a result was made, so that small steps do not add up unseen. */
+typedef struct np_stage_reuse {
+  const char *kept_while; /* the key in words */
+  np_part_kind kind;
+  bool is_of_content; /* any part's result serves any other of equal key */
+
+  /* Creates, as one block, the key of all that the result depends on; leaves it NULL where the result must not be
+   * kept. */
+  neph_result (*get_key)(const np_stage_part *in, void **out_key);
+
+  /* Makes a kept result stand for `in->key`, or says why it cannot; `kept_key` is that of its making. */
+  neph_result (*adapt)(const np_stage_part *in, void *kept, const void *kept_key, char out_reason[NP_REASON_SIZE]);
+
+  void *(*exchange)(const np_stage_part *in, void *result); /* puts a result, or NULL, in its place; returns the old */
+  np_stage_build_fn *make;                                  /* where none was kept */
+  void (*destroy)(void *result);                            /* NULL changes nothing */
+} np_stage_reuse;
+
+/* Defines the function that exchanges the result at a place. */
+#define NP_STAGE_EXCHANGE(name, place)                                                                                 \
+  static void *name(const np_stage_part *in, void *result) {                                                           \
+    void *old = place;                                                                                                 \
+    place = result;                                                                                                    \
+    return old;                                                                                                        \
+  }
+
+extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_stage_reuse_atmosphere,
+    np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_sun_depth, np_stage_reuse_ordinates;
+
+np_stage_build_fn np_stage_build_packets, np_stage_build_lights, np_stage_build_packet_lights, np_stage_build_cloud,
+    np_stage_build_star_map, np_stage_build_catalogue, np_stage_build_visibility, np_stage_build_emission,
+    np_stage_build_airglow, np_stage_build_approximation, np_stage_build_stars, np_stage_build_instances,
+    np_stage_build_world,
+    np_stage_build_sky_guide, np_stage_build_viewer_light, np_stage_build_ground_clouds, np_stage_build_air_shadow,
+    np_stage_build_lighting;
+
+np_stage_clear_fn np_stage_clear_packets, np_stage_clear_lights, np_stage_clear_cloud, np_stage_clear_star_map,
+    np_stage_clear_catalogue, np_stage_clear_visibility, np_stage_clear_emission, np_stage_clear_approximation,
+    np_stage_clear_stars, np_stage_clear_instances, np_stage_clear_viewer_light, np_stage_clear_ground_clouds,
+    np_stage_clear_air_shadow;
+
+np_stage_revise_fn np_stage_revise_volumes;
+
+#endif
