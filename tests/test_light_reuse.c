@@ -5,7 +5,6 @@
 
 #include "render/assembly.h"
 #include "test_scenes.h"
-#include "test_world.h"
 
 /* Half a second of baking and solving. */
 static const char cumulus[] =
