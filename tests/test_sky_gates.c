@@ -114,7 +114,7 @@ static bool has_quantity(const np_csv *csv, size_t row, const char *quantity) {
 
 /* Relative to 1e-4 for transmittances, which are known to 1e-7 or, where the row's method says n500, 5e-5; order 1 to
  * 0.2 % under a sun that is up, 5 % at 93 degrees, for the rows are good to 0.055 and 1.9 %. */
-static double find_tolerance(const np_csv *csv, size_t row) {
+static double compute_tolerance(const np_csv *csv, size_t row) {
   if (has_quantity(csv, row, "transmittance_top")) return 1e-4;
   return test_row_get(csv, row, 5) <= 90.0 ? 0.002 : 0.05;
 }
@@ -152,7 +152,7 @@ static void tracer_agrees_with_published_numbers(void **state) {
     for (int b = 0; b < 3; b++) {
       const double published = test_row_get(&csv, i, TEST_TRUTH + b),
                    ours = test_row_get(&csv, i, PUBLISHED_ANSWER + b);
-      assert_near_relative(ours, published, find_tolerance(&csv, i));
+      assert_near_relative(ours, published, compute_tolerance(&csv, i));
       if (is_transmittance || test_row_get(&csv, i, 5) <= 90.0)
         worst[is_transmittance] = fmax(worst[is_transmittance], fabs(ours / published - 1.0));
     }

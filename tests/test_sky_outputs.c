@@ -255,7 +255,7 @@ static void tables_that_are_not_are_refused(void **state) {
 }
 
 /* The first number after a name, of JSON that the library wrote. */
-static double find_number(const char *text, const char *name) {
+static double read_number(const char *text, const char *name) {
   const char *at = strstr(text, name);
   assert_non_null(at);
   at = strpbrk(at + strlen(name), "-0123456789");
@@ -275,12 +275,12 @@ static void measured_errors_are_within_the_tolerance(void **state) {
     char *text;
     assert_int_equal(neph_scene_set(scene, "atmosphere.tolerance", i ? "0.1" : "0.007"), NEPH_OK);
     assert_int_equal(neph_render_sky_verify(scene, &desc, NEPH_TEXT_JSON, &text), NEPH_OK);
-    assert_near(find_number(text, "tolerance"), tolerance, 1e-9);
-    assert_true(find_number(text, "optical_depth") <= tolerance);
-    assert_true(find_number(text, "sky_view") <= tolerance);
-    assert_true(find_number(text, "aerial_perspective") <= tolerance);
-    assert_true(find_number(text, "sky_view") > before);
-    before = find_number(text, "sky_view");
+    assert_near(read_number(text, "tolerance"), tolerance, 1e-9);
+    assert_true(read_number(text, "optical_depth") <= tolerance);
+    assert_true(read_number(text, "sky_view") <= tolerance);
+    assert_true(read_number(text, "aerial_perspective") <= tolerance);
+    assert_true(read_number(text, "sky_view") > before);
+    before = read_number(text, "sky_view");
     neph_text_destroy(*state, text);
   }
   neph_scene_destroy(scene);

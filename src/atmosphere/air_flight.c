@@ -28,16 +28,16 @@ static shell_walk start_walk(const neph_atmosphere *atmosphere, const np_ray *ra
 }
 
 /* Half the chord of the ray within an altitude, squared. */
-static double find_chord(const shell_walk *walk, double altitude_m) {
+static double compute_chord(const shell_walk *walk, double altitude_m) {
   const double h = walk->ray.altitude_m;
   return walk->middle * walk->middle -
          (h - altitude_m) * (2.0 * walk->medium->planet_radius_m + h + altitude_m);
 }
 
 /* Where the ray leaves the present shell, and by which side. */
-static double find_exit(shell_walk *walk, int *out_next) {
+static double compute_exit(shell_walk *walk, int *out_next) {
   if (!walk->is_rising) {
-    const double chord = walk->shell > 0 ? find_chord(walk, walk->shells->floor_m[walk->shell]) : -1.0;
+    const double chord = walk->shell > 0 ? compute_chord(walk, walk->shells->floor_m[walk->shell]) : -1.0;
     if (chord > 0.0) {
       *out_next = walk->shell - 1;
       return walk->middle - sqrt(chord);
@@ -45,10 +45,10 @@ static double find_exit(shell_walk *walk, int *out_next) {
     walk->is_rising = true;
   }
   *out_next = walk->shell + 1;
-  return walk->middle + sqrt(fmax(find_chord(walk, walk->shells->floor_m[walk->shell + 1]), 0.0));
+  return walk->middle + sqrt(fmax(compute_chord(walk, walk->shells->floor_m[walk->shell + 1]), 0.0));
 }
 
-static void find_shares(const np_medium *medium, double altitude_m, double bound_per_m,
+static void compute_shares(const np_medium *medium, double altitude_m, double bound_per_m,
                         double out_share[NP_BAND_COUNT]) {
   for (int b = 0; b < NP_BAND_COUNT; b++) out_share[b] = 0.0;
   for (int i = 0; i < medium->layer_count; i++) {
@@ -87,7 +87,7 @@ static bool track_shell(const shell_walk *walk, double begin, double end, int he
     *flight = -log1p(-np_random_double(random));
     const double altitude = np_ray_altitude(&walk->ray, begin);
     double share[NP_BAND_COUNT];
-    find_shares(walk->medium, altitude, bound, share);
+    compute_shares(walk->medium, altitude, bound, share);
     if (np_random_double(random) < share[hero]) {
       collide(walk->medium, altitude, bound, share, out);
       out->distance_m = walk->ray.offset_m + begin;
@@ -109,7 +109,7 @@ bool np_air_track(const neph_atmosphere *atmosphere, np_dvec3 origin, np_vec3 di
   double flight = -log1p(-np_random_double(random));
   for (double begin = 0.0; begin < length;) {
     int next;
-    const double exit = find_exit(&walk, &next), end = fmin(fmax(exit, begin), length);
+    const double exit = compute_exit(&walk, &next), end = fmin(fmax(exit, begin), length);
     if (track_shell(&walk, begin, end, hero, &flight, random, out)) return true;
     if (!(exit < length) || next >= NP_AIR_SHELLS) break;
     begin = end;
@@ -205,7 +205,7 @@ np_air_scatterer np_air_scatterer_make(const neph_atmosphere *atmosphere, const 
   if (light->has_sun) {
     const np_dvec3 zenith = np_vec3_to_double(np_zenith(position, medium->planet_radius_m));
     const np_dvec3 to_sun = np_vec3_to_double(light->to_sun);
-    s.bright = np_dvec3_to_float(np_truth_find_bright(zenith, to_sun));
+    s.bright = np_dvec3_to_float(np_truth_compute_bright(zenith, to_sun));
     s.bright_share = np_truth_bright_share(zenith, to_sun);
   }
   double sum[NP_BAND_COUNT];

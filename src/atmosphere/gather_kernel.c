@@ -42,12 +42,12 @@ static void convolve_lobes(const np_phase *p, const np_phase *q, float *out) {
 }
 
 /* Place of an angle in those tables. */
-static float find_angle(float versine) {
+static float compute_angle(float versine) {
   return (float)(ANGLES - 1) * sqrtf(np_acos_coarse(1.0f - versine) * (1.0f / NP_PI_F));
 }
 
 np_bands np_gather_kernel_convolve(const np_gather_kernel *kernel, int aerosol, float versine) {
-  const float x = find_angle(versine);
+  const float x = compute_angle(versine);
   const int i = x < (float)(ANGLES - 2) ? (int)x : ANGLES - 2, count = kernel->medium->aerosol_count;
   np_bands sum = np_bands_grey(0.0f);
   for (int k = 0; k < count; k++) {
@@ -113,13 +113,13 @@ static void build_weights(np_gather_kernel *kernel, int altitude, int aerosol, c
 }
 
 /* Scattering depth of all aerosols above an altitude, summed over the bands. */
-static double find_depth(const np_medium *medium, double altitude_m) {
+static double compute_depth(const np_medium *medium, double altitude_m) {
   np_bands sum = np_bands_grey(0.0f);
   for (int i = 0; i < medium->aerosol_count; i++) sum += np_aerosol_column(medium, i, altitude_m);
   return (double)(sum[0] + sum[1] + sum[2]);
 }
 
-static double find_lowest(const np_medium *medium) {
+static double compute_lowest(const np_medium *medium) {
   double lowest = medium->top_m;
   for (int i = 0; i < medium->layer_count; i++)
     if (medium->layers[i].part_count) lowest = fmin(lowest, fmax(medium->layers[i].bottom_m, 0.0));
@@ -138,12 +138,12 @@ static bool is_exponential(const np_medium *medium) {
 }
 
 /* The altitude above which e⁻ˣ of the depth lies, by bisection. */
-static double find_altitude_of(const np_medium *medium, double x, double lowest) {
-  const double wanted = exp(-x) * find_depth(medium, lowest);
+static double search_altitude_of(const np_medium *medium, double x, double lowest) {
+  const double wanted = exp(-x) * compute_depth(medium, lowest);
   double low = lowest, high = medium->top_m;
   for (int i = 0; i < 40; i++) {
     const double middle = 0.5 * (low + high);
-    *(find_depth(medium, middle) > wanted ? &low : &high) = middle;
+    *(compute_depth(medium, middle) > wanted ? &low : &high) = middle;
   }
   return x > 0.0 ? high : lowest;
 }
@@ -153,13 +153,13 @@ static void place_altitudes(np_gather_kernel *kernel) {
   const bool is_plain = !kernel->is_thick && is_exponential(medium);
   kernel->altitude_count =
       is_plain ? (int)(sizeof exponential_depths / sizeof *exponential_depths) : (int)NP_GATHER_ALTITUDES_MAX;
-  const double lowest = find_lowest(medium);
+  const double lowest = compute_lowest(medium);
   for (int i = 0; i < kernel->altitude_count; i++)
-    kernel->altitude_m[i] = find_altitude_of(medium, is_plain ? exponential_depths[i] : other_depths[i], lowest);
+    kernel->altitude_m[i] = search_altitude_of(medium, is_plain ? exponential_depths[i] : other_depths[i], lowest);
 }
 
 /* Share of each aerosol in the scattering at an altitude; where there is none, in all of it. */
-static void find_parts(const np_medium *medium, double altitude_m, np_bands *out_part) {
+static void compute_parts(const np_medium *medium, double altitude_m, np_bands *out_part) {
   np_scattering air;
   np_scattering_at(medium, altitude_m, &air);
   const np_bands sum = np_aerosol_sum(medium, &air, 0);
@@ -182,7 +182,7 @@ static void build_altitude(np_gather_kernel *kernel, int altitude, const np_path
     kernel->ray[altitude][k] = np_ray_on_side(medium, h, horizon + range * u * u, !is_up);
     np_path_build(medium, &kernel->ray[altitude][k], rule, &kernel->path[altitude][k]);
   }
-  find_parts(medium, h, kernel->part[altitude]);
+  compute_parts(medium, h, kernel->part[altitude]);
   dome_inputs inputs;
   place_inputs(kernel, altitude, row_weight, &inputs);
   for (int i = 0; i < medium->aerosol_count; i++) build_weights(kernel, altitude, i, &inputs);

@@ -28,8 +28,8 @@ static void sum_first_order(const np_moment_builder *b, const np_path *path, con
     const np_depth_row row = np_depth_table_row(b->depths, (double)node->altitude_m);
     np_fan_point point;
     np_bands sunlight[NP_FAN_MAX];
-    b->kernels->find_suns(fan, (float)node->t, node->r, &point);
-    b->kernels->find_sunlight(&row, b->disk, &point, sunlight);
+    b->kernels->compute_sun_cosines(fan, (float)node->t, node->r, &point);
+    b->kernels->compute_sunlight(&row, b->disk, &point, sunlight);
     const np_bands weight = node->weight_m * node->transmittance;
     add_scaled(sum->rayleigh, weight * node->air.rayleigh, sunlight, fan->count);
     for (int k = 0; k < b->medium->aerosol_count; k++)
@@ -38,12 +38,12 @@ static void sum_first_order(const np_moment_builder *b, const np_path *path, con
 }
 
 /* Sunlight that the ground at a direction's end sends back along it. */
-static void find_ground_light(const np_moment_builder *b, const np_moment_direction *d, const np_fan *fan,
-                              np_bands *out) {
+static void compute_ground_light(const np_moment_builder *b, const np_moment_direction *d, const np_fan *fan,
+                                 np_bands *out) {
   const np_depth_row row = np_depth_table_row(b->depths, 0.0);
   np_fan_point point;
-  b->kernels->find_suns(fan, (float)d->ray.length_m, (float)b->medium->planet_radius_m, &point);
-  b->kernels->find_sunlight(&row, b->disk, &point, out);
+  b->kernels->compute_sun_cosines(fan, (float)d->ray.length_m, (float)b->medium->planet_radius_m, &point);
+  b->kernels->compute_sunlight(&row, b->disk, &point, out);
   const np_bands scale = (float)(1.0 / NP_PI) * d->path.end_transmittance * b->medium->ground_albedo;
   for (int i = 0; i < fan->count; i++) out[i] *= np_maxf(point.sun_cosine[i], 0.0f) * scale;
 }
@@ -82,7 +82,7 @@ static void reduce_first_order(np_moment_builder *b, size_t row, int k, const np
   const np_moment_direction *d = np_moment_direction_at(b, row, k);
   const float sine = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f));
   np_bands ground[NP_FAN_MAX];
-  if (d->ray.hits_ground) find_ground_light(b, d, fan, ground);
+  if (d->ray.hits_ground) compute_ground_light(b, d, fan, ground);
   for (int ray = 0; ray < fan->count; ray++) {
     const int column = ray / NP_MOMENT_AZIMUTHS;
     const size_t node = np_moment_node_at(b, row, column);

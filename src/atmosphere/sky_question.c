@@ -16,12 +16,12 @@ static np_dvec3 make_direction(double zenith_rad, double azimuth_rad) {
   return np_dvec3_make(sin(zenith_rad) * cos(azimuth_rad), sin(zenith_rad) * sin(azimuth_rad), cos(zenith_rad));
 }
 
-static np_dvec3 find_direction(const np_sky_question *q) {
+static np_dvec3 compute_direction(const np_sky_question *q) {
   if (q->quantity != NP_SKY_TRANSMITTANCE_TOP) return make_direction(q->view_zenith_rad, q->azimuth_rad);
   return np_dvec3_make(sqrt(fmax(1.0 - q->view_cosine * q->view_cosine, 0.0)), 0.0, q->view_cosine);
 }
 
-static np_dvec3 find_origin(const np_sky_question *q) { return np_dvec3_make(0.0, 0.0, q->altitude_m); }
+static np_dvec3 compute_origin(const np_sky_question *q) { return np_dvec3_make(0.0, 0.0, q->altitude_m); }
 
 static np_truth_scene make_scene(const np_sky_witness *w, const np_sky_question *q) {
   return (np_truth_scene){.medium = &w->atmosphere->medium,
@@ -34,8 +34,8 @@ static np_truth_scene make_scene(const np_sky_witness *w, const np_sky_question 
 }
 
 static np_truth_query make_query(const np_sky_question *q) {
-  return (np_truth_query){find_origin(q), find_direction(q), is_aerial(q->quantity) ? q->distance_m : (double)INFINITY,
-                          q->quantity == NP_SKY_IRRADIANCE};
+  return (np_truth_query){compute_origin(q), compute_direction(q),
+                          is_aerial(q->quantity) ? q->distance_m : (double)INFINITY, q->quantity == NP_SKY_IRRADIANCE};
 }
 
 static void set_bands(np_bands value, np_truth_value *out) {
@@ -69,18 +69,18 @@ void np_sky_witness_clear(np_sky_witness *witness) {
 /* ---- Tables ---- */
 
 /* No farther than the sphere of the planet, below which the tables go on and the tracer does not. */
-static double find_end(const np_sky_witness *w, const np_sky_question *q) {
+static double compute_end(const np_sky_witness *w, const np_sky_question *q) {
   const np_ray ray = np_ray_make(&w->atmosphere->medium, q->altitude_m, cos(q->view_zenith_rad));
   return ray.hits_ground ? fmin(q->distance_m, ray.offset_m + ray.length_m) : q->distance_m;
 }
 
 static void look_up_light(const np_sky_witness *w, const np_sky_question *q, np_truth_value *out) {
-  const np_vec3 direction = np_dvec3_to_float(find_direction(q));
+  const np_vec3 direction = np_dvec3_to_float(compute_direction(q));
   if (q->quantity == NP_SKY_IRRADIANCE) {
     double sun[3];
     neph_sky_get_irradiance(w->sky, sun, out->mean);
   } else if (is_aerial(q->quantity)) {
-    const np_aerial_perspective ap = np_sky_aerial_perspective(w->sky, direction, find_end(w, q));
+    const np_aerial_perspective ap = np_sky_aerial_perspective(w->sky, direction, compute_end(w, q));
     set_spectrum(q->quantity == NP_SKY_AP_INSCATTER ? ap.inscatter : ap.transmittance, out);
   } else {
     set_spectrum(np_sky_radiance(w->sky, direction), out);
@@ -91,12 +91,13 @@ static neph_result look_up(np_sky_witness *w, const np_sky_question *q, np_truth
   const np_vec3 sun = np_dvec3_to_float(make_direction(q->sun_zenith_rad, 0.0));
   if (q->quantity == NP_SKY_TRANSMITTANCE_TOP) {
     set_spectrum(
-        np_atmosphere_transmittance_to_space(w->atmosphere, find_origin(q), np_dvec3_to_float(find_direction(q))), out);
+        np_atmosphere_transmittance_to_space(w->atmosphere, compute_origin(q), np_dvec3_to_float(compute_direction(q))),
+        out);
     return NEPH_OK;
   }
   if (q->quantity == NP_SKY_DIRECT_IRRADIANCE) {
     const np_spectrum t =
-        np_atmosphere_transmittance_to_sun(w->atmosphere, find_origin(q), sun, (float)w->sun_angular_radius_rad);
+        np_atmosphere_transmittance_to_sun(w->atmosphere, compute_origin(q), sun, (float)w->sun_angular_radius_rad);
     set_spectrum(np_spectrum_scale(t, np_maxf(sun.z, 0.0f)), out);
     return NEPH_OK;
   }
@@ -158,7 +159,8 @@ static neph_result march_light(np_sky_witness *w, const np_sky_question *q, np_t
     return NEPH_OK;
   }
   neph_result result = build_sky(w, q);
-  if (!result) set_bands(q->quantity == NP_SKY_IRRADIANCE ? march_dome(w, q) : march_ray(w, q, find_direction(q)), out);
+  if (!result)
+    set_bands(q->quantity == NP_SKY_IRRADIANCE ? march_dome(w, q) : march_ray(w, q, compute_direction(q)), out);
   return result;
 }
 

@@ -14,7 +14,7 @@ static const char *const role_names[NP_SKY_ROLES] = {[NP_SKY_OF_CAMERA] = "camer
 /* Of the tolerance: through the long paths of the horizon a coefficient counts ten times. */
 static const double medium_share = 0.1;
 
-static np_sky_store_entry *find_entry(const np_sky_store *store, unsigned index) {
+static np_sky_store_entry *get_entry(const np_sky_store *store, unsigned index) {
   return index < store->count ? &store->entries[index] : NULL;
 }
 
@@ -46,7 +46,7 @@ neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *st
                                          const neph_atmosphere_desc *desc, bool has_light, np_monitor *monitor,
                                          neph_atmosphere **out_atmosphere) {
   *out_atmosphere = NULL;
-  np_sky_store_entry *entry = find_entry(store, index);
+  np_sky_store_entry *entry = get_entry(store, index);
   if (!entry || !entry->atmosphere) {
     np_log(context, NEPH_LOG_DEBUG, "atmosphere: built");
     return create_atmosphere(context, desc, has_light, monitor, out_atmosphere);
@@ -73,7 +73,7 @@ neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *st
 neph_result np_sky_store_take_sky(np_sky_store *store, unsigned index, np_sky_role role, neph_atmosphere *atmosphere,
                                   const neph_sky_desc *desc, np_monitor *monitor, neph_sky **out_sky) {
   neph_context *context = atmosphere->context;
-  np_sky_store_entry *entry = find_entry(store, index);
+  np_sky_store_entry *entry = get_entry(store, index);
   neph_sky *kept = entry ? entry->skies[role] : NULL;
   *out_sky = NULL;
   if (!kept) {
@@ -113,7 +113,7 @@ void np_sky_store_give_atmosphere(neph_context *context, np_sky_store *store, un
 }
 
 void np_sky_store_offer(neph_context *context, np_sky_store *store, unsigned index, neph_atmosphere *atmosphere) {
-  const np_sky_store_entry *entry = find_entry(store, index);
+  const np_sky_store_entry *entry = get_entry(store, index);
   if (!entry || entry->atmosphere != atmosphere)
     np_sky_store_give_atmosphere(context, store, index, neph_atmosphere_retain(atmosphere));
 }

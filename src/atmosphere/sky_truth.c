@@ -26,17 +26,19 @@ enum { BATCHES = 64, FIRST_PANELS = 32, PANELS = 12, DISK_POINTS = 8, ROULETTE_F
 
 /* ---- Geometry ---- */
 
-static np_dvec3 find_zenith(const np_medium *medium, np_dvec3 p) { return np_dvec3_zenith(p, medium->planet_radius_m); }
+static np_dvec3 compute_zenith(const np_medium *medium, np_dvec3 p) {
+  return np_dvec3_zenith(p, medium->planet_radius_m);
+}
 
-static double find_altitude(const np_medium *medium, np_dvec3 p) {
+static double compute_altitude(const np_medium *medium, np_dvec3 p) {
   return fmax(np_altitude(p, medium->planet_radius_m), 0.0);
 }
 
 static np_dvec3 move(np_dvec3 p, np_dvec3 direction, double t) { return np_dvec3_add(p, np_dvec3_scale(direction, t)); }
 
 static np_ray make_ray(const np_medium *medium, np_dvec3 origin, np_dvec3 direction, double distance_m) {
-  const double cosine = np_clamp(np_dvec3_dot(find_zenith(medium, origin), direction), -1.0, 1.0);
-  np_ray ray = np_ray_make(medium, find_altitude(medium, origin), cosine);
+  const double cosine = np_clamp(np_dvec3_dot(compute_zenith(medium, origin), direction), -1.0, 1.0);
+  np_ray ray = np_ray_make(medium, compute_altitude(medium, origin), cosine);
   const double end = distance_m - ray.offset_m;
   if (end < ray.length_m) {
     ray.length_m = fmax(end, 0.0);
@@ -82,8 +84,8 @@ static void transmit_from_disk(const np_truth_scene *scene, np_dvec3 position, d
                                double out_light[NP_TRUTH_BANDS]) {
   memset(out_light, 0, NP_TRUTH_BANDS * sizeof *out_light);
   const np_medium *medium = scene->medium;
-  const double h = find_altitude(medium, position), horizon = np_horizon_cosine(medium, h);
-  const double center = np_clamp(np_dvec3_dot(find_zenith(medium, position), scene->to_sun), -1.0, 1.0);
+  const double h = compute_altitude(medium, position), horizon = np_horizon_cosine(medium, h);
+  const double center = np_clamp(np_dvec3_dot(compute_zenith(medium, position), scene->to_sun), -1.0, 1.0);
   const double angle = scene->sun_angular_radius_rad;
   if (scene->light == NP_TRUTH_POINT) {
     const double span = (medium->planet_radius_m + h) / medium->planet_radius_m;
@@ -101,8 +103,8 @@ static void transmit_from_disk(const np_truth_scene *scene, np_dvec3 position, d
 /* Height of the horizon over the disk's centre at a point, in disk radii. */
 static double horizon_on_disk(const np_truth_scene *scene, np_dvec3 position) {
   const np_medium *medium = scene->medium;
-  const double sun = acos(np_clamp(np_dvec3_dot(find_zenith(medium, position), scene->to_sun), -1.0, 1.0));
-  const double down = np_horizon_angle(medium, find_altitude(medium, position), 0.0) - sun;
+  const double sun = acos(np_clamp(np_dvec3_dot(compute_zenith(medium, position), scene->to_sun), -1.0, 1.0));
+  const double down = np_horizon_angle(medium, compute_altitude(medium, position), 0.0) - sun;
   return -down / fmax(scene->sun_angular_radius_rad, 1e-9);
 }
 
@@ -212,10 +214,10 @@ static void scatter(walker *w, const np_truth_air *air) {
   double share[NP_AEROSOLS_MAX + 1], scattering[NP_TRUTH_BANDS];
   share_scattering(medium, air, share);
   const bool has_sun = w->scene->light != NP_TRUTH_FURNACE;
-  const np_dvec3 zenith = find_zenith(medium, w->position);
+  const np_dvec3 zenith = compute_zenith(medium, w->position);
   const double bright = has_sun ? np_truth_bright_share(zenith, w->scene->to_sun) : 0.0;
   const np_phase lobe = np_phase_henyey_greenstein(NP_TRUTH_BRIGHT_ASYMMETRY);
-  const np_dvec3 axis = has_sun ? np_truth_find_bright(zenith, w->scene->to_sun) : w->direction;
+  const np_dvec3 axis = has_sun ? np_truth_compute_bright(zenith, w->scene->to_sun) : w->direction;
   const bool is_bright = np_random_double(w->random) < bright;
   const np_phase phase = pick_phase(medium, share, np_random_double(w->random));
   float u[3], value;
@@ -249,7 +251,7 @@ static void reach_ground(walker *w, const np_truth_path *path, const double tran
   w->position = move(w->position, w->direction, path->ray.offset_m + path->ray.length_m);
   for (int b = 0; b < NP_TRUTH_BANDS; b++)
     w->weight[b] *= transmittance[b] * (double)medium->ground_albedo[b] / probability;
-  const np_dvec3 zenith = find_zenith(medium, w->position);
+  const np_dvec3 zenith = compute_zenith(medium, w->position);
   if (is_wanted) add_reflected_light(w, zenith);
   w->direction = sample_cosine(zenith, w->random);
 }
@@ -271,7 +273,7 @@ static void prepare(const np_truth_scene *scene, np_dvec3 origin, np_dvec3 direc
   np_truth_guide guide = {.depths = scene->light == NP_TRUTH_FURNACE ? NULL : scene->guide};
   if (guide.depths) {
     const np_dvec3 entry = move(origin, direction, path->ray.offset_m);
-    guide.sun_cosine = np_dvec3_dot(find_zenith(medium, entry), scene->to_sun);
+    guide.sun_cosine = np_dvec3_dot(compute_zenith(medium, entry), scene->to_sun);
     guide.angle_cosine = np_dvec3_dot(direction, scene->to_sun);
   }
   np_truth_path_prepare(path, &guide);
@@ -328,7 +330,7 @@ static neph_result trace_batch(trace_job *job, size_t batch) {
   for (unsigned i = 0; i < job->paths_in_batch; i++) {
     walker w = {job->scene, &random, q->origin, q->direction, {1.0, 1.0, 1.0}, sum};
     if (q->is_irradiance) {
-      w.direction = sample_cosine(find_zenith(medium, q->origin), &random);
+      w.direction = sample_cosine(compute_zenith(medium, q->origin), &random);
       for (int b = 0; b < NP_TRUTH_BANDS; b++) w.weight[b] = NP_PI;
     }
     if (i == 0 || q->is_irradiance) {

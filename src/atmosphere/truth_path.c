@@ -52,7 +52,7 @@ void np_truth_air_eval(const np_medium *medium, const np_truth_air *air, double 
   }
 }
 
-np_dvec3 np_truth_find_bright(np_dvec3 zenith, np_dvec3 to_sun) {
+np_dvec3 np_truth_compute_bright(np_dvec3 zenith, np_dvec3 to_sun) {
   const double rise = fmax(0.06 - np_dvec3_dot(zenith, to_sun), 0.0);
   return np_dvec3_normalize(np_dvec3_add(to_sun, np_dvec3_scale(zenith, rise)));
 }

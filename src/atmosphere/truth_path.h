@@ -33,7 +33,7 @@ static inline double np_truth_rayleigh(double versine) {
 }
 
 /* Where from a point the sky is brightest: the sun, or, below the horizon, the arch of twilight over it. */
-np_dvec3 np_truth_find_bright(np_dvec3 zenith, np_dvec3 to_sun);
+np_dvec3 np_truth_compute_bright(np_dvec3 zenith, np_dvec3 to_sun);
 
 /* How often a direction is best drawn about there instead of from a phase function: the more the more it outshines the
  * rest. */

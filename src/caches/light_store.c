@@ -74,8 +74,8 @@ static void add_glow(np_hash *hash, const np_glow *g) {
   np_hash_add(hash, &g->world_to_temperature, sizeof g->world_to_temperature);
 }
 
-static neph_result find_fingerprint(neph_context *context, const np_world *world, const np_scattering_desc *desc,
-                                    char out[33]) {
+static neph_result compute_fingerprint(neph_context *context, const np_world *world, const np_scattering_desc *desc,
+                                       char out[33]) {
   np_hash *hash = np_hash_create(context);
   if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = np_scattering_desc_add_to_hash(context, world, desc, hash);
@@ -90,8 +90,8 @@ static neph_result find_fingerprint(neph_context *context, const np_world *world
 }
 
 /* The least ordinates are enough to tell one sky from another. */
-static neph_result find_surroundings(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
-                                     const np_transport_desc *cells, np_boundary_radiance out) {
+static neph_result compute_surroundings(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
+                                        const np_transport_desc *cells, np_boundary_radiance out) {
   np_ordinates *ordinates = np_alloc(context, 1, sizeof *ordinates);
   if (!ordinates) return NEPH_ERROR_OUT_OF_MEMORY;
   np_ordinates_init(NP_DEGREE_MIN, false, ordinates);
@@ -100,7 +100,7 @@ static neph_result find_surroundings(neph_context *context, const np_world *worl
   return NEPH_OK;
 }
 
-static void find_sunlight(const np_world *world, const np_transport_desc *cells, np_light_key *key) {
+static void compute_sunlight(const np_world *world, const np_transport_desc *cells, np_light_key *key) {
   const np_dvec3 low = cells->bounds_min, size = np_dvec3_subtract(cells->bounds_max, low);
   for (unsigned i = 0; i < NP_LIGHT_KEY_PLACES; i++) {
     /* Steps of the three-dimensional low-discrepancy sequence of the root of x⁴ = x + 1. */
@@ -116,9 +116,9 @@ static neph_result make_key(neph_context *context, const np_world *world, const 
   np_light_key *key = np_alloc(context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
   key->to_sun = world->to_sun;
-  find_sunlight(world, &desc->cells, key);
-  neph_result result = find_surroundings(context, world, depths, &desc->cells, key->surroundings);
-  if (!result) result = find_fingerprint(context, world, desc, key->clouds);
+  compute_sunlight(world, &desc->cells, key);
+  neph_result result = compute_surroundings(context, world, depths, &desc->cells, key->surroundings);
+  if (!result) result = compute_fingerprint(context, world, desc, key->clouds);
   if (result) np_alloc_free(context, key);
   *out_key = result ? NULL : key;
   return result;

@@ -118,7 +118,7 @@ static inline size_t np_sun_column_count_fine(const np_sun_column *column) {
 }
 
 /* The first node of a cell among those of the fine rays. */
-static inline float *np_sun_column_find_fine(const np_sun_column *column, int32_t cell) {
+static inline float *np_sun_column_get_fine(const np_sun_column *column, int32_t cell) {
   return column->rays + (NP_SUN_FINE_RAYS + 1) * np_sun_column_count_fine(column) + (size_t)cell * NP_SUN_FINE_EDGE;
 }
 

@@ -41,7 +41,7 @@ static void meet_outside(const np_tracer *t, np_path_state *path, bool is_ground
 /* ---- Clouds ---- */
 
 /* The share of the sun's light that a ray brings. */
-static float find_sunlight(const np_tracer *t, const np_sun_ray *sun) {
+static float compute_sunlight(const np_tracer *t, const np_sun_ray *sun) {
   return sun->transmittance * np_spectrum_max(sun->irradiance) / np_spectrum_max(t->world->sun_irradiance);
 }
 
@@ -64,7 +64,7 @@ static void gather_in_cloud(const np_tracer *t, const np_path_state *path, np_su
   float density, expected_gain;
   np_sun_ray sun;
   if (np_path_aim_at_sun(t, path->position, np_sun_branching_faint_depth(branching), &sun)) {
-    if (may_branch(path)) np_sun_branching_choose(branching, find_sunlight(t, &sun));
+    if (may_branch(path)) np_sun_branching_choose(branching, compute_sunlight(t, &sun));
     const float phase = eval_cloud(path, branching, sun.direction, &density, &expected_gain);
     np_path_gather_sun(t, path, &sun, np_spectrum_grey(phase), density);
   }
@@ -121,7 +121,7 @@ static void scatter_in_cloud(const np_tracer *t, np_path_state *path, const np_s
 }
 
 /* Has a path be guided from here on; false where nothing is known. */
-static bool find_guide(const np_tracer *t, np_path_state *path) {
+static bool build_guide(const np_tracer *t, np_path_state *path) {
   const float throughput = np_spectrum_max(path->throughput);
   if (!np_path_may_be_guided(t) || !(throughput > 0.0f)) return false;
   if (!np_guide_make(t->world, t->lighting->scattering, path->volume, path->position, path->direction, &path->guide))
@@ -160,7 +160,7 @@ static bool meet_cloud(const np_tracer *t, np_path_state *path) {
   path->order++;
   path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
   if (!path->has_component) path->component = path->order == 1 ? NP_COMPONENT_SUN : NP_COMPONENT_MULTIPLE;
-  path->is_guided = find_guide(t, path);
+  path->is_guided = build_guide(t, path);
   path->has_sky_next_event = t->lighting->sky_guide && may_branch(path);
   np_sun_branching branching = np_sun_branching_make(t->world, &path->volume->phase);
   gather_in_cloud(t, path, &branching);
@@ -300,7 +300,7 @@ static bool collide_with_air(const np_tracer *t, np_path_state *path, np_path_ev
 }
 
 /* Finds the ground before a distance, if it is there. */
-static bool find_ground(const np_tracer *t, np_path_state *path, double distance) {
+static bool intersect_ground(const np_tracer *t, np_path_state *path, double distance) {
   const np_dvec3 next = np_dvec3_along(path->position, path->direction, distance);
   return np_world_may_meet_ground(t->world, path->position, next) &&
          np_world_intersect_ground(t->world, path->position, path->direction, &path->ground) &&
@@ -351,7 +351,7 @@ static double fly_through_clouds(const np_tracer *t, np_path_state *path) {
 static np_path_event fly(const np_tracer *t, np_path_state *path) {
   double distance = fly_through_clouds(t, path);
   np_path_event event = isinf(distance) ? NP_PATH_SPACE : NP_PATH_CLOUD;
-  path->is_ground_ahead = (event != NP_PATH_SPACE || t->settings->is_air_traced) && find_ground(t, path, distance);
+  path->is_ground_ahead = (event != NP_PATH_SPACE || t->settings->is_air_traced) && intersect_ground(t, path, distance);
   if (path->is_ground_ahead) {
     event = NP_PATH_GROUND;
     distance = path->ground.distance_m;
@@ -365,7 +365,7 @@ static np_path_event fly(const np_tracer *t, np_path_state *path) {
 
 /* Goes straight on to what is past the clouds, as dim as they make it. */
 static np_path_event fly_past_clouds(const np_tracer *t, np_path_state *path) {
-  path->is_ground_ahead = find_ground(t, path, INFINITY);
+  path->is_ground_ahead = intersect_ground(t, path, INFINITY);
   double distance = path->is_ground_ahead ? path->ground.distance_m : HUGE_VAL;
   const np_path_event end = path->is_ground_ahead ? NP_PATH_GROUND : NP_PATH_SPACE;
   const np_path_event event = fly_through_air(t, path, end, &distance);

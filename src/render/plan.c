@@ -53,7 +53,7 @@ static neph_result read_desc(const neph_scene *scene, const neph_render_desc *de
 
 static bool is_positive(const double spectrum[3]) { return spectrum[0] > 0 || spectrum[1] > 0 || spectrum[2] > 0; }
 
-static void find_sun_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, np_scene_facts *f) {
+static void compute_sun_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, np_scene_facts *f) {
   f->has_sun = is_positive(scene->sun.irradiance_w_m2_nm) && !(are_known && glow->is_sun_dark);
   if (!is_positive(scene->sun.irradiance_w_m2_nm))
     snprintf(f->no_sun, sizeof f->no_sun, "sun.irradiance is 0");
@@ -62,7 +62,7 @@ static void find_sun_facts(const neph_scene *scene, bool are_known, const np_sce
              -glow->sun_height_deg);
 }
 
-static void find_moon_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, np_scene_facts *f) {
+static void compute_moon_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, np_scene_facts *f) {
   const bool shines = scene->moon.is_there && scene->moon.brightness > 0 && is_positive(scene->sun.irradiance_w_m2_nm);
   f->has_moon = shines && !(are_known && glow->is_moon_outshone);
   if (!scene->moon.is_there)
@@ -78,7 +78,7 @@ static void find_moon_facts(const neph_scene *scene, bool are_known, const np_sc
              glow->moon_lux, glow->sun_lux);
 }
 
-static void find_night_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, np_scene_facts *f) {
+static void compute_night_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, np_scene_facts *f) {
   const bool has_glow = scene->airglow.is_there || (scene->stars.is_there && scene->stars.map);
   f->has_glow = has_glow && !(are_known && glow->is_airglow_outshone);
   f->has_stars = scene->stars.is_there && !(are_known && glow->are_stars_outshone);
@@ -90,12 +90,12 @@ static void find_night_facts(const neph_scene *scene, bool are_known, const np_s
 }
 
 /* Solid angle of a pixel in the middle of the picture. */
-static double find_pixel_sr(const neph_scene *scene, unsigned width) {
+static double compute_pixel_sr(const neph_scene *scene, unsigned width) {
   const double edge = 2.0 * tan(0.5 * scene->camera.fov_rad) / width;
   return edge * edge;
 }
 
-static const char *find_darkness(const neph_scene *scene, const np_scene_facts *f) {
+static const char *describe_darkness(const neph_scene *scene, const np_scene_facts *f) {
   if (!f->wants_light) return "no light is wanted: no output shows any";
   if (f->has_sun || f->has_environment || f->has_moon || f->has_glow || f->has_stars || f->has_emission) return NULL;
   return is_positive(scene->sun.irradiance_w_m2_nm) ? "nothing shines: the sun is below the horizon by more than 19 deg"
@@ -108,7 +108,7 @@ static bool has_emission(const neph_scene *scene) {
   return is_there;
 }
 
-static np_scene_facts find_facts(const neph_scene *scene, const np_plan *plan) {
+static np_scene_facts compute_facts(const neph_scene *scene, const np_plan *plan) {
   np_scene_facts facts = {
       .wants_light = scene->output.has_beauty || np_aovs_need_light(scene->output.aovs),
       .has_environment = is_positive(scene->environment.radiance_w_m2_sr_nm),
@@ -119,12 +119,13 @@ static np_scene_facts find_facts(const neph_scene *scene, const np_plan *plan) {
       .has_planet = scene->environment.has_planet,
   };
   np_scene_glow glow = {0};
-  if (plan->are_lights_known) glow = np_scene_glow_find(scene, &plan->lights, find_pixel_sr(scene, plan->desc.width));
+  if (plan->are_lights_known)
+    glow = np_scene_glow_compute(scene, &plan->lights, compute_pixel_sr(scene, plan->desc.width));
   facts.is_dusk = facts.has_air && plan->are_lights_known && glow.sun_height_deg < 0.0;
-  find_sun_facts(scene, plan->are_lights_known, &glow, &facts);
-  find_moon_facts(scene, plan->are_lights_known, &glow, &facts);
-  find_night_facts(scene, plan->are_lights_known, &glow, &facts);
-  facts.dark = find_darkness(scene, &facts);
+  compute_sun_facts(scene, plan->are_lights_known, &glow, &facts);
+  compute_moon_facts(scene, plan->are_lights_known, &glow, &facts);
+  compute_night_facts(scene, plan->are_lights_known, &glow, &facts);
+  facts.dark = describe_darkness(scene, &facts);
   return facts;
 }
 
@@ -151,10 +152,10 @@ static neph_result check_samples(const np_plan *plan) {
 }
 
 /* Where sun and moon stand, unless only the height field, not read yet, knows the place. */
-static neph_result find_lights(np_plan *plan, const neph_scene *scene) {
+static neph_result compute_lights(np_plan *plan, const neph_scene *scene) {
   plan->are_lights_known = scene->has_place || (!scene->sun.time && !scene->stars.is_there);
   if (!plan->are_lights_known) return NEPH_OK;
-  return np_scene_lights_find(scene, scene->latitude_rad, scene->longitude_rad, &plan->lights);
+  return np_scene_lights_compute(scene, scene->latitude_rad, scene->longitude_rad, &plan->lights);
 }
 
 /* Decides what is not decided yet. */
@@ -178,15 +179,15 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   *out_plan = (np_plan){.has_beauty = scene->output.has_beauty, .aovs = scene->output.aovs};
   neph_result result = begin(scene, desc, out_plan);
   if (!result) result = check_samples(out_plan);
-  if (!result) result = find_lights(out_plan, scene);
+  if (!result) result = compute_lights(out_plan, scene);
   if (result) return result;
   count_work(out_plan);
-  const np_scene_facts facts = find_facts(scene, out_plan);
+  const np_scene_facts facts = compute_facts(scene, out_plan);
   return decide_stages(out_plan, scene, &facts);
 }
 
 neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan) {
-  np_scene_facts facts = find_facts(scene, plan);
+  np_scene_facts facts = compute_facts(scene, plan);
   facts.has_clouds = false;
   memset(plan->stages, 0, sizeof plan->stages);
   snprintf(plan->stages[NP_STAGE_VOLUMES].reason, sizeof plan->stages->reason, "no cloud holds anything in this frame");
@@ -196,12 +197,12 @@ neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan) {
 neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan) {
   *out_plan = (np_plan){.has_beauty = true, .is_sky_alone = true};
   neph_result result = begin(scene, NULL, out_plan);
-  if (!result) result = find_lights(out_plan, scene);
+  if (!result) result = compute_lights(out_plan, scene);
   if (result) return result;
   out_plan->desc.atmosphere = NEPH_RENDER_ATMOSPHERE_TABLES; /* whatever integrator the scene's pictures take */
-  np_scene_facts facts = find_facts(scene, out_plan);
+  np_scene_facts facts = compute_facts(scene, out_plan);
   facts.wants_light = true;
-  facts.dark = find_darkness(scene, &facts);
+  facts.dark = describe_darkness(scene, &facts);
   facts.has_clouds = facts.has_terrain = false;
   return decide_stages(out_plan, scene, &facts);
 }

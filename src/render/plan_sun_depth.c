@@ -38,7 +38,7 @@ static const double depth_unread = 40.0;
 /* The least sine of the light's elevation: level light does not run through a layer for ever. */
 static const double sine_least = 0.1;
 
-static double find_sine(const np_plan *plan) {
+static double compute_sine(const np_plan *plan) {
   if (!plan->are_lights_known) return 0.5;
   const np_dvec3 to_light = plan->has_sun ? plan->lights.to_sun : plan->lights.moon.direction;
   return fmax(to_light.z, sine_least);
@@ -49,21 +49,21 @@ typedef struct ray_passage {
   double bricks, depth;
 } ray_passage;
 
-static ray_passage find_passage(const np_plan *plan, const np_scene_cloud *cloud) {
+static ray_passage compute_passage(const np_plan *plan, const np_scene_cloud *cloud) {
   const neph_cloud_desc *bake = &cloud->bake;
   if (!cloud->is_baked) {
     const bool is_known = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
     return (ray_passage){cbrt(plan->cloud_voxel_count) / 8.0, is_known ? cloud->density_value : depth_unread};
   }
-  const double way_m = fmin(bake->thickness_m / find_sine(plan), hypot(bake->extent_m[0], bake->extent_m[1]));
+  const double way_m = fmin(bake->thickness_m / compute_sine(plan), hypot(bake->extent_m[0], bake->extent_m[1]));
   return (ray_passage){way_m / (8.0 * bake->voxel_m), bake->extinction_per_m * bake->thickness_m};
 }
 
 /* In the mean over the clouds: what a voxel takes to fill, and what a ray of the march saves. */
-static void find_costs(const np_plan *plan, const neph_scene *scene, double *out_fill_s, double *out_saving_s) {
+static void compute_costs(const np_plan *plan, const neph_scene *scene, double *out_fill_s, double *out_saving_s) {
   double fill = 0.0, bricks = 0.0;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
-    const ray_passage p = find_passage(plan, &scene->clouds[i]);
+    const ray_passage p = compute_passage(plan, &scene->clouds[i]);
     fill += (fill_s + (fill_steep_s - fill_s) * fmin(p.depth / fmax(p.bricks, 1.0), 1.0)) / scene->cloud_count;
     bricks += ray_ways * p.bricks / (1.0 + p.depth / thick_depth) / scene->cloud_count;
   }
@@ -91,7 +91,7 @@ static bool is_sequence_of_still_clouds(const neph_scene *scene) {
 
 double np_plan_predict_filling(const np_plan *plan, const neph_scene *scene) {
   double voxel_s, ray_s;
-  find_costs(plan, scene, &voxel_s, &ray_s);
+  compute_costs(plan, scene, &voxel_s, &ray_s);
   return voxel_s * plan->cloud_voxel_count;
 }
 
@@ -107,7 +107,7 @@ bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, cha
     return false;
   }
   double voxel_s, ray_s;
-  find_costs(plan, scene, &voxel_s, &ray_s);
+  compute_costs(plan, scene, &voxel_s, &ray_s);
   const double filling = voxel_s * plan->cloud_voxel_count, saving = ray_s * count_rays(plan);
   const bool is_sequence = is_sequence_of_still_clouds(scene);
   snprintf(out_reason, reason_size, "filling it takes some %.1g s of one core%s and spares some %.1g s of marching",

@@ -92,7 +92,7 @@ static neph_result read_rows(void *slabs) {
   slab_probe *p = slabs;
   p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
   neph_result result = p->rows ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) result = np_csv_find_columns(&p->csv, column_names, COLUMN_COUNT, columns_needed, p->columns);
+  if (!result) result = np_csv_search_columns(&p->csv, column_names, COLUMN_COUNT, columns_needed, p->columns);
   for (size_t i = 0; !result && i < p->csv.row_count; i++) result = read_row(p, i, &p->rows[i]);
   return result;
 }

@@ -163,13 +163,13 @@ static neph_result build_glow(cloud_build *c) {
   neph_result result = np_cloud_glow_load(&source, glow);
   if (result || !glow->flame) return result;
   np_dvec3 low, high;
-  np_placement_find_bounds(&glow->glow.index_to_world, glow->flame, &low, &high);
+  np_placement_compute_bounds(&glow->glow.index_to_world, glow->flame, &low, &high);
   include_box(&c->low, &c->high, low, high);
   return NEPH_OK;
 }
 
 /* Nothing goes by the anchor of a cloud that holds nothing and does not glow. */
-static neph_result find_anchor(cloud_build *c) {
+static neph_result get_anchor(cloud_build *c) {
   neph_volume *volume = c->out->volumes[c->index];
   if (!volume && !has_emission(c)) return NEPH_OK;
   const neph_volume_load_desc load = describe_load(c->in, c->cloud);
@@ -187,7 +187,7 @@ static neph_result build_cloud_at(cloud_build *c) {
   neph_result result = obtain(c->in, c->index, c->path, &a->volumes[c->index]);
   np_monitor_set_part(monitor, whole, 0.7, 0.9);
   np_monitor_set_stage(monitor, "placing clouds");
-  if (!result) result = find_anchor(c);
+  if (!result) result = get_anchor(c);
   if (!result && a->volumes[c->index]) result = place_volume(c);
   np_monitor_set_part(monitor, whole, 0.9, 1.0);
   if (!result && has_emission(c)) result = build_glow(c);

@@ -14,7 +14,7 @@ neph_result np_stage_build_lights(const np_stage_inputs *in, np_assembly *out) {
   out->places = plan->lights;
   if (!plan->are_lights_known) {
     if (!scene->has_place && in->made->terrain) (void)np_terrain_get_place(in->made->terrain, &latitude, &longitude);
-    result = np_scene_lights_find(scene, latitude, longitude, &out->places);
+    result = np_scene_lights_compute(scene, latitude, longitude, &out->places);
   }
   if (np_plan_has_sun_world(plan)) out->light_count++;
   if (np_plan_needs(plan, NP_STAGE_MOON)) out->lights[out->light_count++].is_moon = true;

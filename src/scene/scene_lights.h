@@ -15,8 +15,8 @@ typedef struct np_scene_lights {
 } np_scene_lights;
 
 /* Finds them from angles, or from time and place. */
-neph_result np_scene_lights_find(const neph_scene *scene, double latitude_rad, double longitude_rad,
-                                 np_scene_lights *out_lights);
+neph_result np_scene_lights_compute(const neph_scene *scene, double latitude_rad, double longitude_rad,
+                                    np_scene_lights *out_lights);
 
 /* What outshines what; every bound is a thousandth. */
 typedef struct np_scene_glow {
@@ -30,6 +30,6 @@ typedef struct np_scene_glow {
   bool are_stars_outshone; /* for pixels of this solid angle */
 } np_scene_glow;
 
-np_scene_glow np_scene_glow_find(const neph_scene *scene, const np_scene_lights *lights, double pixel_sr);
+np_scene_glow np_scene_glow_compute(const neph_scene *scene, const np_scene_lights *lights, double pixel_sr);
 
 #endif

@@ -43,8 +43,8 @@ typedef struct matches {
 } matches;
 
 /* Grids of a name (NULL: any), scalar ones alone if wanted; `index` is that of number `wanted` among them. */
-static matches find_grids(const np_volume_file *file, const char *name, size_t name_length, bool is_scalar_wanted,
-                          size_t wanted) {
+static matches search_grids(const np_volume_file *file, const char *name, size_t name_length, bool is_scalar_wanted,
+                            size_t wanted) {
   matches found = {0, SIZE_MAX};
   size_t count = file->module->count(file->vdb);
   for (size_t i = 0; i < count; i++) {
@@ -68,9 +68,9 @@ static bool split_name(const char *text, size_t *out_length, size_t *out_number)
 
 static neph_result choose_by_name(const np_volume_file *file, const char *name, size_t *out_index) {
   size_t length, number;
-  matches found = find_grids(file, name, strlen(name), false, 0);
+  matches found = search_grids(file, name, strlen(name), false, 0);
   if (!found.count && split_name(name, &length, &number)) {
-    found = find_grids(file, name, length, false, number);
+    found = search_grids(file, name, length, false, number);
     found.count = found.index != SIZE_MAX;
   }
   *out_index = found.index;
@@ -83,9 +83,9 @@ static neph_result choose_by_name(const np_volume_file *file, const char *name, 
 
 static neph_result choose(const np_volume_file *file, const char *name, size_t *out_index) {
   if (name) return choose_by_name(file, name, out_index);
-  matches density = find_grids(file, "density", strlen("density"), false, 0);
+  matches density = search_grids(file, "density", strlen("density"), false, 0);
   if (density.count) return choose_by_name(file, "density", out_index);
-  matches scalar = find_grids(file, NULL, 0, true, 0);
+  matches scalar = search_grids(file, NULL, 0, true, 0);
   *out_index = scalar.index;
   if (scalar.count == 1) return NEPH_OK;
   const char *reason = scalar.count ? "no grid 'density', and several others" : "no float grid";
@@ -137,7 +137,7 @@ typedef struct load_job {
 static neph_result read_chosen(load_job *job, const np_volume_file *file) {
   size_t index;
   const char *name = job->grid_name;
-  job->is_in_file = job->is_required || find_grids(file, name, strlen(name), false, 0).count > 0;
+  job->is_in_file = job->is_required || search_grids(file, name, strlen(name), false, 0).count > 0;
   if (!job->is_in_file) return NEPH_OK;
   neph_result result = choose(file, job->grid_name, &index);
   if (result) return result;
@@ -248,7 +248,7 @@ static void read_voxel_count(void *user, const char *name, const char *text) {
 static neph_result read_header(const np_volume_file *file, const char *grid, bool is_required,
                                np_grid_state *out_state) {
   size_t index;
-  if (!is_required && !find_grids(file, grid, strlen(grid), false, 0).count) return NEPH_OK;
+  if (!is_required && !search_grids(file, grid, strlen(grid), false, 0).count) return NEPH_OK;
   neph_result result = choose(file, grid, &index);
   if (result) return result;
   np_vdb_grid_info info = describe(file, index);

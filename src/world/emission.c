@@ -68,7 +68,7 @@ static np_spectrum probe_box(const np_emission *e, const np_glow *glow, np_dvec3
 }
 
 /* Narrows [low, high), in cells of the bricks' table, to those that shine. */
-static bool find_bright_box(const np_emission *e, const np_glow *glow, int32_t low[3], int32_t high[3]) {
+static bool compute_emitting_box(const np_emission *e, const np_glow *glow, int32_t low[3], int32_t high[3]) {
   const np_bricks *bricks = glow->bricks;
   const int32_t *size = bricks->size[0];
   bool is_bright = false;
@@ -155,7 +155,7 @@ static neph_result build_lamps(np_emission *e, unsigned index, np_monitor *monit
   const np_glow *glow = &e->glows[index];
   np_lamps *lamps = &e->lamps[index];
   int32_t low[3], high[3];
-  if (glow->bricks->is_periodic[0] || glow->bricks->is_periodic[1] || !find_bright_box(e, glow, low, high))
+  if (glow->bricks->is_periodic[0] || glow->bricks->is_periodic[1] || !compute_emitting_box(e, glow, low, high))
     return NEPH_OK;
   place_lamps(glow->bricks, low, high, lamps);
   const size_t count = count_cells(lamps);

@@ -25,7 +25,7 @@ static np_spectrum look_up_map(const np_night *night, np_vec3 direction) {
 
 /* Effective depth of a glow over that of the zenith. Seen from the ground the air's mass is 38 at the most, low haze's
  * 90. */
-static float find_glow_factor(float mass) {
+static float compute_airglow_factor(float mass) {
   static const float most = 120.0f;
   const float regained = 1.669f * log10f(np_clampf(mass, 1.0f, most)) - 0.146f;
   return np_mixf(regained, mass, np_smoothstepf((mass - most) / most));
@@ -34,7 +34,7 @@ static float find_glow_factor(float mass) {
 static float dim_glow(float upward, float along) {
   const float least = 1e-30f, zenith_depth = -logf(np_maxf(upward, least)), depth = -logf(np_maxf(along, least));
   if (zenith_depth <= 1e-6f) return along;
-  return expf(-zenith_depth * find_glow_factor(depth / zenith_depth));
+  return expf(-zenith_depth * compute_airglow_factor(depth / zenith_depth));
 }
 
 /* Airglow seen through air that it lights itself. */

@@ -92,7 +92,7 @@ static void add_error(error_sum *e, const double value[3], const double truth[3]
   e->count++;
 }
 
-static double find_worst(const error_sum *e) {
+static double compute_worst(const error_sum *e) {
   return 100.0 * sqrt(fmax(e->square[0], fmax(e->square[1], e->square[2])) / e->count);
 }
 
@@ -120,7 +120,7 @@ typedef struct errors {
   double depths, sources, view, aerial;
 } errors;
 
-static double find_depth_error(const neph_atmosphere *a) {
+static double compute_depth_error(const neph_atmosphere *a) {
   error_sum sum = {0};
   for (int i = 0; i < 4096; i++) {
     const double u = (i + 0.5) / 4096, v = fmod(i * 0.6180339887, 1.0), h = 40e3 * u * u;
@@ -132,10 +132,10 @@ static double find_depth_error(const neph_atmosphere *a) {
     add_error(&sum, (double[]){(double)table[0], (double)table[1], (double)table[2]},
               (double[]){(double)truth[0], (double)truth[1], (double)truth[2]});
   }
-  return find_worst(&sum);
+  return compute_worst(&sum);
 }
 
-static errors find_errors(neph_atmosphere *a, neph_atmosphere *fine) {
+static errors compute_errors(neph_atmosphere *a, neph_atmosphere *fine) {
   np_sky_witness own = {.atmosphere = a, .sun_angular_radius_rad = 0.00467396, .irradiance_w_m2_nm = {1, 1, 1}};
   np_sky_witness best = own;
   best.atmosphere = fine;
@@ -157,11 +157,11 @@ static errors find_errors(neph_atmosphere *a, neph_atmosphere *fine) {
       }
   np_sky_witness_clear(&own);
   np_sky_witness_clear(&best);
-  return (errors){find_depth_error(a), find_worst(&sources), find_worst(&view), find_worst(&aerial)};
+  return (errors){compute_depth_error(a), compute_worst(&sources), compute_worst(&view), compute_worst(&aerial)};
 }
 
 /* Against the tracer's rows under suns from `sun_min` to `sun_max`, up to 10 km. */
-static double find_total_error(neph_atmosphere *a, const np_csv *traced, double sun_min, double sun_max) {
+static double compute_total_error(neph_atmosphere *a, const np_csv *traced, double sun_min, double sun_max) {
   np_sky_witness w = {.atmosphere = a, .sun_angular_radius_rad = 0.00467396};
   const neph_sky_desc sun = NEPH_SKY_DESC_DEFAULT;
   for (int b = 0; b < 3; b++) w.irradiance_w_m2_nm[b] = sun.sun_irradiance_w_m2_nm[b];
@@ -186,7 +186,7 @@ static double find_total_error(neph_atmosphere *a, const np_csv *traced, double 
   }
   np_sky_witness_clear(&w);
   for (int b = 0; b < 3; b++) sum.square[b] = fmax(sum.square[b] - noise[b], 0.0);
-  return find_worst(&sum);
+  return compute_worst(&sum);
 }
 
 /* ---- Sweep ---- */
@@ -207,13 +207,13 @@ static void run_tolerance(neph_context *context, double tolerance, neph_atmosphe
   require(neph_sky_create(a, &desc, &sky));
   const cost c[5] = {measure(build_depths, a), measure(build_moments, a), measure(build_gather, sky),
                      measure(build_view, sky), measure(build_aerial, sky)};
-  const errors e = find_errors(a, fine);
+  const errors e = compute_errors(a, fine);
   double total = 0.0;
   for (int i = 0; i < 5; i++) total += c[i].seconds;
   printf(
       "\ntolerance %.2g %%: %.1f ms in all; against the tracer %.2f %% to 90 degrees, %.2f %% at 93, %.2f %% at 96\n\n",
-      100.0 * tolerance, 1e3 * total, find_total_error(a, traced, 0, 90), find_total_error(a, traced, 93, 93),
-      find_total_error(a, traced, 96, 96));
+      100.0 * tolerance, 1e3 * total, compute_total_error(a, traced, 0, 90), compute_total_error(a, traced, 93, 93),
+      compute_total_error(a, traced, 96, 96));
   char size[64];
   printf("| table | size | evaluations | ms | error %% |\n| --- | --- | --- | --- | --- |\n");
   (void)snprintf(size, sizeof size, "%d × %d + %d", n.depth.rows, n.depth.columns, n.depth.levels);
