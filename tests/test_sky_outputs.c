@@ -109,10 +109,10 @@ static void harmonics_give_a_clear_skys_irradiance(void **state) {
       const double z = 1.0 - (2.0 * i + 1.0) / NORMALS, turn = 2.0 * NP_PI * fmod(i * 0.6180339887, 1.0);
       const double s = sqrt(1.0 - z * z);
       const np_vec3 normal = np_vec3_make((float)(s * cos(turn)), (float)(s * sin(turn)), (float)z);
-      const double truth = integrate(image, normal, names[b]);
+      const double reference = integrate(image, normal, names[b]);
       np_sky_harmonics_irradiance(h, normal, e);
-      square += (e[b] - truth) * (e[b] - truth) / NORMALS;
-      mean += truth / NORMALS;
+      square += (e[b] - reference) * (e[b] - reference) / NORMALS;
+      mean += reference / NORMALS;
     }
     print_message("irradiance by harmonics, band %d: %.2f %% of the mean rms\n", b, 100.0 * sqrt(square) / mean);
     assert_true(sqrt(square) <= 0.03 * mean);

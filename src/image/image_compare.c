@@ -130,11 +130,11 @@ static value_sums sum_values(const comparison *pair) {
   double epsilon2 = pair->epsilon * pair->epsilon;
   for (unsigned c = 0; c < pair->channel_count; c++)
     for (size_t i = 0; i < count; i++) {
-      double truth = (double)pair->reference[c][i], difference = (double)pair->values[c][i] - truth;
-      if (!isfinite(truth)) continue;
+      double reference = (double)pair->reference[c][i], difference = (double)pair->values[c][i] - reference;
+      if (!isfinite(reference)) continue;
       double squared = difference * difference;
       sums.squared += squared;
-      sums.relative_squared += divide(squared, truth * truth + epsilon2);
+      sums.relative_squared += divide(squared, reference * reference + epsilon2);
       sums.largest = fmax(sums.largest, fabs(difference));
       sums.count++;
     }
@@ -175,9 +175,9 @@ static neph_result compute_percentile(const comparison *pair, uint64_t value_cou
   size_t count = (size_t)pair->width * pair->height, next = 0;
   for (unsigned c = 0; c < pair->channel_count; c++)
     for (size_t i = 0; i < count; i++) {
-      double truth = (double)pair->reference[c][i];
-      if (!isfinite(truth)) continue;
-      relative[next++] = (float)divide(fabs((double)pair->values[c][i] - truth), fabs(truth) + pair->epsilon);
+      double reference = (double)pair->reference[c][i];
+      if (!isfinite(reference)) continue;
+      relative[next++] = (float)divide(fabs((double)pair->values[c][i] - reference), fabs(reference) + pair->epsilon);
     }
   size_t rank = (size_t)ceil(0.999 * (double)value_count);
   *out_percentile = (double)select_rank(relative, value_count, rank - 1);
@@ -369,9 +369,9 @@ static neph_result create_difference_image(const comparison *pair, neph_image **
 
 /* Not finite in the reference, or against a reference black throughout: shown as no difference, and as full. */
 static float compute_relative(const comparison *pair, unsigned c, size_t i) {
-  double truth = (double)pair->reference[c][i];
-  if (!isfinite(truth)) return 0;
-  double relative = divide((double)pair->values[c][i] - truth, fabs(truth) + pair->epsilon);
+  double reference = (double)pair->reference[c][i];
+  if (!isfinite(reference)) return 0;
+  double relative = divide((double)pair->values[c][i] - reference, fabs(reference) + pair->epsilon);
   return (float)fmax(-1e30, fmin(1e30, relative));
 }
 

@@ -23,7 +23,7 @@ static const double brick_s = 90e-9;
 /* To look a depth up, known or not: 36 to 50 ns. */
 static const double look_up_s = 45e-9;
 /* Questions that a ray of the march has, whatever it meets: 2.1 to 3. */
-static const double ray_questions = 2.4;
+static const double queries_per_ray = 2.4;
 /* Bricks that they need not walk through, as parts of the way through a thin cloud. */
 static const double ray_ways = 1.9;
 /* A thicker cloud is dark after a part of it, though it has more steps, where sunlight falls off. */
@@ -68,7 +68,7 @@ static void compute_costs(const np_plan *plan, const neph_scene *scene, double *
     bricks += ray_ways * p.bricks / (1.0 + p.depth / thick_depth) / scene->cloud_count;
   }
   *out_fill_s = fill;
-  *out_saving_s = fmax(bricks * brick_s - ray_questions * look_up_s, 0.0);
+  *out_saving_s = fmax(bricks * brick_s - queries_per_ray * look_up_s, 0.0);
 }
 
 /* Of the whole picture, whatever of it is asked for: a part has the bits of the whole. */

@@ -4,8 +4,8 @@
  * Usage: bench_sky TRACED.csv [ISA]: tests/data/sky_traced.csv; x86-64, x86-64-v3 or x86-64-v4 at the most. The error
  * of the depths is against quadrature; of moments and gather, of radiances marched over them against those over tables
  * five times as fine; of sky view and aerial perspective, of what is read from them against a march over the same
- * sources; of all of it, against the tracer's rows, the truth's own noise taken off. Relative rms in percent, the worst
- * band. Time is CPU time of one thread, the best of several. Not a test: it prints, and the reader judges.
+ * sources; of all of it, against the tracer's rows, the reference's own noise taken off. Relative rms in percent, the
+ * worst band. Time is CPU time of one thread, the best of several. Not a test: it prints, and the reader judges.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,7 +13,7 @@
 
 #include "atmosphere/medium_check.h"
 #include "atmosphere/moment_builder.h"
-#include "atmosphere/sky_question.h"
+#include "atmosphere/sky_query.h"
 #include "core/csv.h"
 
 enum { REPEATS = 5, SUNS = 5, HEIGHTS = 3, VIEWS = 24 };
@@ -86,9 +86,9 @@ typedef struct error_sum {
   unsigned count;
 } error_sum;
 
-static void add_error(error_sum *e, const double value[3], const double truth[3]) {
+static void add_error(error_sum *e, const double value[3], const double reference[3]) {
   for (int b = 0; b < 3; b++)
-    if (truth[b] > 0.0) e->square[b] += (value[b] / truth[b] - 1.0) * (value[b] / truth[b] - 1.0);
+    if (reference[b] > 0.0) e->square[b] += (value[b] / reference[b] - 1.0) * (value[b] / reference[b] - 1.0);
   e->count++;
 }
 
@@ -96,24 +96,24 @@ static double compute_worst(const error_sum *e) {
   return 100.0 * sqrt(fmax(e->square[0], fmax(e->square[1], e->square[2])) / e->count);
 }
 
-static void ask(np_sky_witness *w, np_sky_method method, const np_sky_question *q, double out[3]) {
-  np_truth_value value;
+static void ask(np_sky_witness *w, np_sky_method method, const np_sky_query *q, double out[3]) {
+  np_reference_value value;
   w->method = method;
   require(np_sky_ask(w, q, 0, NULL, &value));
   for (int b = 0; b < 3; b++) out[b] = value.mean[b];
 }
 
 /* The i-th of the questions about one sun and height, spread over the sphere by the golden ratio. */
-static np_sky_question make_question(int i, double sun_deg, double height_m, bool is_aerial) {
+static np_sky_query make_query(int i, double sun_deg, double height_m, bool is_aerial) {
   const double cosine = 1.0 - 2.0 * (i + 0.5) / VIEWS, distance = 1000.0 * pow(2.0, i % 8);
-  return (np_sky_question){is_aerial ? NP_SKY_AP_INSCATTER : NP_SKY_RADIANCE,
-                           NP_ORDERS_ALL,
-                           height_m,
-                           0.0,
-                           sun_deg * NP_DEGREE,
-                           acos(cosine),
-                           NP_PI * fmod(i * 0.6180339887, 1.0),
-                           distance};
+  return (np_sky_query){is_aerial ? NP_SKY_AP_INSCATTER : NP_SKY_RADIANCE,
+                        NP_ORDERS_ALL,
+                        height_m,
+                        0.0,
+                        sun_deg * NP_DEGREE,
+                        acos(cosine),
+                        NP_PI * fmod(i * 0.6180339887, 1.0),
+                        distance};
 }
 
 typedef struct errors {
@@ -128,9 +128,9 @@ static double compute_depth_error(const neph_atmosphere *a) {
     const np_ray ray = np_ray_on_side(&a->medium, h, cosine, false);
     const np_depth_row row = np_depth_table_row(&a->depths, h);
     const np_bands table = np_depth_row_lookup(&row, (float)cosine);
-    const np_bands truth = np_ray_optical_depth(&a->medium, &ray, 0.0, ray.length_m);
+    const np_bands reference = np_ray_optical_depth(&a->medium, &ray, 0.0, ray.length_m);
     add_error(&sum, (double[]){(double)table[0], (double)table[1], (double)table[2]},
-              (double[]){(double)truth[0], (double)truth[1], (double)truth[2]});
+              (double[]){(double)reference[0], (double)reference[1], (double)reference[2]});
   }
   return compute_worst(&sum);
 }
@@ -143,14 +143,14 @@ static errors compute_errors(neph_atmosphere *a, neph_atmosphere *fine) {
   for (int s = 0; s < SUNS; s++)
     for (int h = 0; h < HEIGHTS; h++)
       for (int i = 0; i < VIEWS; i++) {
-        double table[3], marched[3], truth[3];
-        np_sky_question q = make_question(i, suns_deg[s], heights_m[h], false);
+        double table[3], marched[3], reference[3];
+        np_sky_query q = make_query(i, suns_deg[s], heights_m[h], false);
         ask(&own, NP_SKY_LUT, &q, table);
         ask(&own, NP_SKY_MARCH, &q, marched);
-        ask(&best, NP_SKY_MARCH, &q, truth);
+        ask(&best, NP_SKY_MARCH, &q, reference);
         add_error(&view, table, marched);
-        add_error(&sources, marched, truth);
-        q = make_question(i, suns_deg[s], heights_m[h], true);
+        add_error(&sources, marched, reference);
+        q = make_query(i, suns_deg[s], heights_m[h], true);
         ask(&own, NP_SKY_LUT, &q, table);
         ask(&own, NP_SKY_MARCH, &q, marched);
         add_error(&aerial, table, marched);
@@ -173,12 +173,12 @@ static double compute_total_error(neph_atmosphere *a, const np_csv *traced, doub
     const double height_km = field[3], sun_deg = field[5];
     if (strcmp(np_csv_get_field(traced, i, 0), "sky_radiance") != 0 || height_km > 10.0) continue;
     if (sun_deg < sun_min || sun_deg > sun_max) continue;
-    const np_sky_question q = {.quantity = NP_SKY_RADIANCE,
-                               .order_max = NP_ORDERS_ALL,
-                               .altitude_m = 1000.0 * height_km,
-                               .sun_zenith_rad = sun_deg * NP_DEGREE,
-                               .view_zenith_rad = field[6] * NP_DEGREE,
-                               .azimuth_rad = field[7] * NP_DEGREE};
+    const np_sky_query q = {.quantity = NP_SKY_RADIANCE,
+                            .order_max = NP_ORDERS_ALL,
+                            .altitude_m = 1000.0 * height_km,
+                            .sun_zenith_rad = sun_deg * NP_DEGREE,
+                            .view_zenith_rad = field[6] * NP_DEGREE,
+                            .azimuth_rad = field[7] * NP_DEGREE};
     double value[3];
     ask(&w, NP_SKY_LUT, &q, value);
     add_error(&sum, value, field + 9);

@@ -21,7 +21,7 @@ nephos=$1 cloud=$2 folder=$3 pattern=${4:-*} samples=${5:-16} resolution=${6:-19
 mkdir -p "$folder"
 . "$(dirname "$0")/disney_scenes.sh"
 
-compute_error() { # PICTURE TRUTH
+compute_error() { # PICTURE REFERENCE
   "$nephos" compare "$1" "$2" --json | tr -d '{}",' | tr ' ' '\n' | awk '
     sub(":$", "") {key = $0; next}
     {value[key] = $0}
