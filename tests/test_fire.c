@@ -143,7 +143,7 @@ static void components_add_up_to_the_beauty(void **state) {
 
 /* Both see one fire: 16 samples a pixel of the tracer leave 2 % in the emission's mean, drawn pixel points most of it.
  */
-static void integrators_agree_on_what_glows(void **state) {
+static void integrators_agree_on_emission(void **state) {
   const fixture *f = *state;
   const double march = measure(f, "", NEPH_INTEGRATOR_MARCH, "emission.R"),
                path = measure(f, "", NEPH_INTEGRATOR_PATH, "emission.R");
@@ -170,7 +170,7 @@ static void keys_mean_what_they_say(void **state) {
 }
 
 /* The cloud's own absorption: (1−ϖ)·σ, most in blue, where it is darkest, and none where nothing is absorbed. */
-static void without_a_flame_the_cloud_glows_by_what_it_absorbs(void **state) {
+static void without_a_flame_the_cloud_emits_by_its_absorption(void **state) {
   const fixture *f = *state;
   const char *const keys = "flame: none, temperature: none, offset: 1500 K";
   neph_scene *scene = load(f, keys, "refuse");
@@ -389,9 +389,9 @@ static void fire_in_a_bake_is_refused(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(components_add_up_to_the_beauty, set_up, test_tear_down),
-      cmocka_unit_test_setup_teardown(integrators_agree_on_what_glows, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(integrators_agree_on_emission, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(keys_mean_what_they_say, set_up, test_tear_down),
-      cmocka_unit_test_setup_teardown(without_a_flame_the_cloud_glows_by_what_it_absorbs, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(without_a_flame_the_cloud_emits_by_its_absorption, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_second_light_does_not_light_the_fire_twice, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(fire_alone_lights_a_scene, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(bad_values_are_refused_or_repaired, set_up, test_tear_down),

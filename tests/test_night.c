@@ -142,8 +142,8 @@ static void a_moonless_night_is_airglow_alone(void **state) {
   neph_image_destroy(glowing);
 }
 
-/* A glow all over the sky is scattered out of a ray and into it: 80° from the zenith it is brighter than there, in blue
- * too, of which the air takes all but a fifth from a star. */
+/* Airglow, all over the sky, is scattered out of a ray and into it: 80° from the zenith it is brighter than there, in
+ * blue too, of which the air takes all but a fifth from a star. */
 static void airglow_brightens_towards_the_horizon(void **state) {
   test_fixture *f = *state;
   neph_image *image = paint_sky(f,

@@ -63,7 +63,7 @@ static void add_cloud(np_hash *hash, const np_instance *v) {
   np_hash_add(hash, moments, sizeof moments);
 }
 
-static void add_glow(np_hash *hash, const np_glow *g) {
+static void add_emitter(np_hash *hash, const np_emitter *g) {
   add_bricks(hash, g->bricks);
   np_hash_add(hash, &g->world_to_index, sizeof g->world_to_index);
   np_hash_add(hash, &g->absorption_per_value, sizeof g->absorption_per_value);
@@ -82,7 +82,7 @@ static neph_result compute_fingerprint(neph_context *context, const np_world *wo
   for (unsigned v = 0; v < world->clouds.count; v++) add_cloud(hash, &world->clouds.at[v]);
   if (world->emission) {
     np_hash_add(hash, &world->emission->black_body, sizeof world->emission->black_body);
-    for (unsigned i = 0; i < world->emission->glow_count; i++) add_glow(hash, &world->emission->glows[i]);
+    for (unsigned i = 0; i < world->emission->emitter_count; i++) add_emitter(hash, &world->emission->emitters[i]);
   }
   np_hash_finish(hash, out);
   np_hash_destroy(hash);

@@ -18,7 +18,7 @@ typedef enum np_light_role { NP_LIGHT_OF_SUN, NP_LIGHT_OF_MOON, NP_LIGHT_ROLES }
 
 /* What a solution depends on. What shines on the clouds stands for sky, ground, air, terrain and their own place. */
 typedef struct np_light_key {
-  char clouds[33]; /* fingerprint of grids, places, optics, glows, and of how cells are chosen */
+  char clouds[33]; /* fingerprint of grids, places, optics, emitters, and of how cells are chosen */
   np_vec3 to_sun;
   np_spectrum sun[NP_LIGHT_KEY_PLACES]; /* its irradiance at places spread over the clouds' box */
   np_boundary_radiance surroundings;

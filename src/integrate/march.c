@@ -20,7 +20,7 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
                                 np_integrator_sample *out);
 double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_ray *ray, double distance_max);
 
-/* What glows, seen through the clouds; what the forward peak of their scattering brings beyond that, as if it had come
+/* Emission seen through the clouds; what the forward peak of their scattering brings beyond that, as if it had come
  * straight, counts as scattered. */
 static void add_emission(np_march *m, double distance_end) {
   np_spectrum factors[NP_INSTANCES_MAX], straight, scaled;

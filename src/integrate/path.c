@@ -7,8 +7,8 @@
  * (hero.h). At every vertex a path is weighted by the albedo, gathers the sun through an unbiased transmittance, and
  * goes on in a direction drawn from the phase function, or from Lambert's cosine. Those that leave the planet see what
  * shines beyond the air. The sun's disk is met both ways, by aiming at it and by chance, each weighed by the other
- * (balance heuristic, Veach and Guibas 1995); so is what glows, and, where it pays, the sky (skyward.h). So the mean
- * over samples is the solution of the equation of transfer.
+ * (balance heuristic, Veach and Guibas 1995); so is emission, and, where it pays, the sky (sky_next_event.h). So the
+ * mean over samples is the solution of the equation of transfer.
  *
  * With the air from tables, paths live in the clouds alone; where one leaves them it sees the sky or ground that the
  * world describes, and ends. Compiled once per instruction-set level.
@@ -68,10 +68,10 @@ static void gather_in_cloud(const np_tracer *t, const np_path_state *path, np_su
     const float phase = eval_cloud(path, branching, sun.direction, &density, &expected_gain);
     np_path_gather_sun(t, path, &sun, np_spectrum_grey(phase), density);
   }
-  np_glow_ray glow;
-  if (np_path_aim_at_glow(t, path->position, &glow)) {
-    const float phase = eval_cloud(path, branching, glow.direction, &density, &expected_gain);
-    np_path_gather_glow(t, path, &glow, np_spectrum_grey(phase), density);
+  np_emitter_ray emitter;
+  if (np_path_aim_at_emitter(t, path->position, &emitter)) {
+    const float phase = eval_cloud(path, branching, emitter.direction, &density, &expected_gain);
+    np_path_gather_emission(t, path, &emitter, np_spectrum_grey(phase), density);
   }
   np_sky_next_event sky;
   if (np_sky_next_event_sample(t, path, &sky)) {
@@ -180,10 +180,10 @@ static void meet_air(const np_tracer *t, np_path_state *path) {
     const np_air_choice towards = np_air_scatterer_eval(&scatterer, sun.direction);
     np_path_gather_sun(t, path, &sun, towards.value, np_hero_mean(&path->hero, towards.density));
   }
-  np_glow_ray glow;
-  if (np_path_aim_at_glow(t, path->position, &glow)) {
-    const np_air_choice towards = np_air_scatterer_eval(&scatterer, glow.direction);
-    np_path_gather_glow(t, path, &glow, towards.value, np_hero_mean(&path->hero, towards.density));
+  np_emitter_ray emitter;
+  if (np_path_aim_at_emitter(t, path->position, &emitter)) {
+    const np_air_choice towards = np_air_scatterer_eval(&scatterer, emitter.direction);
+    np_path_gather_emission(t, path, &emitter, towards.value, np_hero_mean(&path->hero, towards.density));
   }
   np_air_choice choice;
   path->direction = np_air_scatterer_sample(&scatterer, path->hero.band, t->random, &choice);
@@ -218,9 +218,10 @@ static void meet_ground(const np_tracer *t, np_path_state *path) {
   const bool is_lit = np_path_aim_at_sun(t, path->position, np_track_faint_depth, &sun);
   const float to_sun = is_lit ? eval_ground(path, sun.direction) : 0.0f;
   if (to_sun > 0.0f) np_path_gather_sun(t, path, &sun, np_spectrum_grey(to_sun), to_sun);
-  np_glow_ray glow;
-  const float to_glow = np_path_aim_at_glow(t, path->position, &glow) ? eval_ground(path, glow.direction) : 0.0f;
-  if (to_glow > 0.0f) np_path_gather_glow(t, path, &glow, np_spectrum_grey(to_glow), to_glow);
+  np_emitter_ray emitter;
+  const float to_emitter =
+      np_path_aim_at_emitter(t, path->position, &emitter) ? eval_ground(path, emitter.direction) : 0.0f;
+  if (to_emitter > 0.0f) np_path_gather_emission(t, path, &emitter, np_spectrum_grey(to_emitter), to_emitter);
   np_sky_next_event sky;
   const float to_sky = np_sky_next_event_sample(t, path, &sky) ? eval_ground(path, sky.direction) : 0.0f;
   if (to_sky > 0.0f) gather_sky(t, path, &sky, to_sky, to_sky);
@@ -356,7 +357,7 @@ static np_path_event fly(const np_tracer *t, np_path_state *path) {
     event = NP_PATH_GROUND;
     distance = path->ground.distance_m;
   }
-  if (t->world->emission) np_path_collect_glow(t, path, distance);
+  if (t->world->emission) np_path_collect_emission(t, path, distance);
   if (!t->settings->is_air_traced && (event == NP_PATH_SPACE || event == NP_PATH_GROUND)) return NP_PATH_SURROUNDINGS;
   event = fly_through_air(t, path, event, &distance);
   if (event != NP_PATH_SPACE) path->position = np_dvec3_along(path->position, path->direction, distance);

@@ -35,7 +35,7 @@ static inline void np_surroundings_add_opaque_ground(const np_world *world, cons
   np_integrator_add_opaque(out, weight, &(np_opaque){hit->distance_m, hit->albedo, hit->normal, sun_share});
 }
 
-/* Radiance of Lambert ground under sun, clouds' shadow, sky and what glows. */
+/* Radiance of Lambert ground under sun, clouds' shadow, sky and emission. */
 static inline np_spectrum np_surroundings_ground(const np_world *world, const np_lighting *lighting,
                                                  const np_integrator_settings *settings, const np_ground_hit *hit,
                                                  np_cloud_shadow_fn shadow, np_random *random) {

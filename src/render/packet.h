@@ -5,7 +5,7 @@
 
 #include "atmosphere/band_set.h"
 #include "caches/lighting.h"
-#include "render/cloud_glow.h"
+#include "render/cloud_emission.h"
 #include "render/schedule.h"
 #include "render/star_field.h"
 
@@ -42,7 +42,7 @@ typedef struct np_packet {
   float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
   neph_atmosphere *atmosphere;
   np_instance *placed;  /* the clouds that hold anything */
-  np_emission emission; /* of all clouds; without glows where there is none */
+  np_emission emission; /* of all clouds; without emitters where there is none */
   unsigned light_count; /* the first one's view has what is not of any light: environment, disks, night */
   np_packet_light lights[NP_LIGHTS_MAX];
   np_night night;
@@ -59,7 +59,7 @@ typedef struct np_assembly {
   unsigned volume_count;           /* of the clouds that hold anything in the frame */
   neph_volume **volumes;           /* of each cloud; NULL: it holds nothing */
   np_instance *placed;             /* of each cloud, as the scene has it; each packet has its own of the volumes */
-  np_cloud_glow *glows;            /* of each cloud, most often nothing */
+  np_cloud_emission *emissions;    /* of each cloud, most often nothing */
   np_phase_table *phase_tables;    /* of each cloud, empty where its phase function is none */
   np_dvec3 clouds_min, clouds_max; /* world box of all that the clouds hold */
   neph_terrain *terrain;

@@ -365,17 +365,17 @@ static neph_result sample_pilots(np_frame *f) {
   return run_until(f, now_s + 0.25 * left_s, run_pilots, &is_cut);
 }
 
-/* Mean radiance of what glows, over the box of the clouds: seen from all sides its area is a quarter of its surface. */
+/* Mean radiance of emission, over the box of the clouds: seen from all sides its area is a quarter of its surface. */
 static np_spectrum compute_mean_emission(const np_assembly *a, const np_packet *packet) {
   const np_dvec3 size = np_dvec3_subtract(a->clouds_max, a->clouds_min);
   const double area = 0.5 * (size.x * size.y + size.y * size.z + size.z * size.x);
   const np_spectrum dark = np_spectrum_grey(0.0f);
-  return packet->emission.glow_count > 0 && area > 0.0
+  return packet->emission.emitter_count > 0 && area > 0.0
              ? np_spectrum_scale(packet->emission.power_w_sr_nm, (float)(1.0 / area))
              : dark;
 }
 
-/* A hundredth of a white wall in full light, and of what glows: in darker places an error relative to them would cost
+/* A hundredth of a white wall in full light, and of emission: in darker places an error relative to them would cost
  * much and show little. */
 static void compute_dim(np_frame *f) {
   const np_assembly *a = f->assembly;

@@ -201,7 +201,7 @@ void np_stage_decide_stars(np_decision *d, np_plan_stage *out) {
 }
 
 void np_stage_decide_airglow(np_decision *d, np_plan_stage *out) {
-  decide_unless(out, d->facts->dark, d->facts->has_glow ? NULL : d->facts->no_glow, "the floor of the night sky");
+  decide_unless(out, d->facts->dark, d->facts->has_airglow ? NULL : d->facts->no_airglow, "the floor of the night sky");
 }
 
 static const char *get_targetless(const np_decision *d) {
@@ -215,7 +215,7 @@ void np_stage_decide_sun_light(np_decision *d, np_plan_stage *out) {
 
 void np_stage_decide_sky_light(np_decision *d, np_plan_stage *out) {
   const np_scene_facts *f = d->facts;
-  const bool has_sky = f->has_environment || f->has_glow || (f->has_air && (f->has_sun || f->has_moon));
+  const bool has_sky = f->has_environment || f->has_airglow || (f->has_air && (f->has_sun || f->has_moon));
   decide_unless(out, f->dark, has_sky ? get_targetless(d) : "neither air nor environment shines",
                 "the sky shines on clouds and ground");
 }

@@ -10,8 +10,8 @@ typedef struct np_scene_facts {
   bool has_sun, has_environment, has_air, has_clouds, has_terrain, has_planet;
   bool has_emission;
   bool is_dusk;                                                /* the sun is down, and its light is the sky's */
-  bool has_moon, has_glow, has_stars;                          /* of the moon, its light; its disk costs nothing */
-  char no_sun[120], no_moon[160], no_glow[120], no_stars[120]; /* why not */
+  bool has_moon, has_airglow, has_stars;                          /* of the moon, its light; its disk costs nothing */
+  char no_sun[120], no_moon[160], no_airglow[120], no_stars[120]; /* why not */
   const char *dark;                                            /* why there is no light to compute; NULL: there is */
 } np_scene_facts;
 

@@ -21,7 +21,7 @@ static void add_common(const np_stage_inputs *in, const np_packet *packet, np_wo
   const np_scene_environment *environment = &in->scene->environment;
   world->disk = make_sun_disk(in, packet);
   world->night = &packet->night;
-  world->emission = packet->emission.glow_count > 0 ? &packet->emission : NULL;
+  world->emission = packet->emission.emitter_count > 0 ? &packet->emission : NULL;
   world->environment_radiance = np_packet_convert(packet, NP_BAND_LINEAR, environment->radiance_w_m2_sr_nm);
   world->is_environment_upper_only = environment->is_upper_only;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Terrain and clouds: read or made, put in their places, and what glows in them. */
+/* Terrain and clouds: read or made, put in their places, and their emission. */
 #include <float.h>
 
 #include "cloud/cloud_private.h"
@@ -146,10 +146,10 @@ static bool has_emission(const cloud_build *c) {
   return c->cloud->emission.is_there && np_plan_needs(c->in->plan, NP_STAGE_EMISSION);
 }
 
-/* What glows in a cloud's file. */
-static neph_result build_glow(cloud_build *c) {
+/* Emission of a cloud's file. */
+static neph_result build_emission(cloud_build *c) {
   np_assembly *a = c->out;
-  np_cloud_glow *glow = &a->glows[c->index];
+  np_cloud_emission *emission = &a->emissions[c->index];
   if (!c->is_anchored) {
     np_log(a->context, NEPH_LOG_WARNING,
            "cloud %s: its emission is left out of frame %d: position, voxel and optical_depth go by its density, which "
@@ -158,17 +158,17 @@ static neph_result build_glow(cloud_build *c) {
     return NEPH_OK;
   }
   const neph_volume_load_desc load = describe_load(c->in, c->cloud);
-  const np_cloud_glow_source source = {a->context,           c->cloud, c->path, &c->anchor.file_to_world,
+  const np_cloud_emission_source source = {a->context,           c->cloud, c->path, &c->anchor.file_to_world,
                                        a->volumes[c->index], &load};
-  neph_result result = np_cloud_glow_load(&source, glow);
-  if (result || !glow->flame) return result;
+  neph_result result = np_cloud_emission_load(&source, emission);
+  if (result || !emission->flame) return result;
   np_dvec3 low, high;
-  np_placement_compute_bounds(&glow->glow.index_to_world, glow->flame, &low, &high);
+  np_placement_compute_bounds(&emission->emitter.index_to_world, emission->flame, &low, &high);
   include_box(&c->low, &c->high, low, high);
   return NEPH_OK;
 }
 
-/* Nothing goes by the anchor of a cloud that holds nothing and does not glow. */
+/* Nothing goes by the anchor of a cloud that holds nothing and does not emit. */
 static neph_result get_anchor(cloud_build *c) {
   neph_volume *volume = c->out->volumes[c->index];
   if (!volume && !has_emission(c)) return NEPH_OK;
@@ -190,7 +190,7 @@ static neph_result build_cloud_at(cloud_build *c) {
   if (!result) result = get_anchor(c);
   if (!result && a->volumes[c->index]) result = place_volume(c);
   np_monitor_set_part(monitor, whole, 0.9, 1.0);
-  if (!result && has_emission(c)) result = build_glow(c);
+  if (!result && has_emission(c)) result = build_emission(c);
   if (result || c->low.x > c->high.x) return result;
   include_box(&a->clouds_min, &a->clouds_max, c->low, c->high);
   np_placement_check(a->context, c->cloud, &a->camera, c->low, c->high);
@@ -219,8 +219,8 @@ static neph_result allocate_clouds(const np_stage_inputs *in, np_assembly *a) {
   a->volumes = np_alloc(a->context, count, sizeof *a->volumes);
   a->placed = np_alloc(a->context, count, sizeof *a->placed);
   a->phase_tables = np_alloc(a->context, count, sizeof *a->phase_tables);
-  a->glows = np_alloc(a->context, count, sizeof *a->glows);
-  if (!a->volumes || !a->placed || !a->phase_tables || !a->glows) return NEPH_ERROR_OUT_OF_MEMORY;
+  a->emissions = np_alloc(a->context, count, sizeof *a->emissions);
+  if (!a->volumes || !a->placed || !a->phase_tables || !a->emissions) return NEPH_ERROR_OUT_OF_MEMORY;
   a->cloud_count = count;
   return NEPH_OK;
 }
@@ -255,9 +255,9 @@ void np_stage_clear_volumes(np_assembly *a) {
   for (unsigned i = 0; i < a->cloud_count; i++) {
     neph_volume_release(a->volumes[i]);
     np_phase_table_clear(&a->phase_tables[i]);
-    np_cloud_glow_clear(&a->glows[i]);
+    np_cloud_emission_clear(&a->emissions[i]);
   }
-  np_alloc_free(a->context, a->glows);
+  np_alloc_free(a->context, a->emissions);
   np_alloc_free(a->context, a->phase_tables);
   np_alloc_free(a->context, a->volumes);
   np_alloc_free(a->context, a->placed);
@@ -267,19 +267,19 @@ neph_result np_stage_revise_volumes(const np_assembly *made, const neph_scene *s
   return made->volume_count > 0 ? NEPH_OK : np_plan_leave_out_clouds(scene, plan);
 }
 
-/* All that glows in the clouds, for the packet's wavelengths. */
+/* All emitters of the clouds, for the packet's wavelengths. */
 neph_result np_stage_build_emission(const np_stage_inputs *in, np_packet *out) {
   const np_assembly *a = in->made;
-  np_glow glows[NP_INSTANCES_MAX];
+  np_emitter emitters[NP_INSTANCES_MAX];
   unsigned count = 0;
   const np_instance *placed = out->placed;
   for (unsigned i = 0; i < a->cloud_count; i++) {
     const np_instance *cloud = a->volumes[i] ? placed++ : NULL;
-    if (a->glows[i].is_there) glows[count++] = np_cloud_glow_get(&a->glows[i], cloud);
+    if (a->emissions[i].is_there) emitters[count++] = np_cloud_emission_get(&a->emissions[i], cloud);
   }
   if (count == 0) return NEPH_OK;
-  np_monitor_set_stage(in->monitor, "finding what glows");
-  return np_emission_build(a->context, glows, count, out->bands.nm, in->monitor, &out->emission);
+  np_monitor_set_stage(in->monitor, "listing emitters");
+  return np_emission_build(a->context, emitters, count, out->bands.nm, in->monitor, &out->emission);
 }
 
 void np_stage_clear_emission(np_assembly *assembly, np_packet *packet) {

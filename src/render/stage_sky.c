@@ -152,11 +152,11 @@ static void set_map(const np_stage_inputs *in, const np_packet *packet, np_night
 
 neph_result np_stage_build_airglow(const np_stage_inputs *in, np_packet *out) {
   np_night *night = &out->night;
-  const np_scene_airglow *glow = &in->scene->airglow;
-  night->has_airglow = glow->is_there;
-  if (glow->is_there)
+  const np_scene_airglow *airglow = &in->scene->airglow;
+  night->has_airglow = airglow->is_there;
+  if (airglow->is_there)
     night->airglow =
-        np_airglow_make(glow->magnitude, in->scene->atmosphere.planet_radius_m, glow->altitude_m, out->bands.nm);
+        np_airglow_make(airglow->magnitude, in->scene->atmosphere.planet_radius_m, airglow->altitude_m, out->bands.nm);
   if (in->made->star_map.texels) set_map(in, out, night);
   night->ground_irradiance = np_night_compute_irradiance(night, out->atmosphere, np_dvec3_make(0, 0, 0));
   return NEPH_OK;

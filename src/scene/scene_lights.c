@@ -99,8 +99,9 @@ static double compute_sky_luminance(const neph_scene *scene, double lux) {
   return lux / NP_PI * exp(-altitude / air_height_m);
 }
 
-np_scene_glow np_scene_glow_compute(const neph_scene *scene, const np_scene_lights *lights, double pixel_sr) {
-  np_scene_glow g = {.sun_height_deg = compute_height_deg(scene, lights->to_sun)};
+np_scene_light_levels np_scene_light_levels_compute(const neph_scene *scene, const np_scene_lights *lights,
+                                                    double pixel_sr) {
+  np_scene_light_levels g = {.sun_height_deg = compute_height_deg(scene, lights->to_sun)};
   g.is_sun_dark = has_air(scene) && lights->sun_factor <= 0.0;
   g.sun_lux = g.is_sun_dark ? 0.0 : compute_lux(scene, g.sun_height_deg);
   if (lights->moon_ratio > 0.0) {

@@ -99,7 +99,7 @@ static void fill_rows(const balance_column *c) {
     const double width = np_transport_grid_width(g, AXIS, i), ratio = (double)g->ratio[(size_t)i * (g->degree + 1)];
     c->diagonal[i] = width * (1.0 - ratio) * (double)g->extinction[i];
     c->right[i] = width * ratio * (double)c->level->sun[i];
-    if (c->level->glow) c->right[i] += width * sqrt(4.0 * NP_PI) * (double)c->level->glow[i];
+    if (c->level->emission) c->right[i] += width * sqrt(4.0 * NP_PI) * (double)c->level->emission[i];
     for (int32_t face = i - 1; face <= i; face++) {
       if (face < 0 || face + 1 >= c->size) continue;
       c->diagonal[i] += c->shape[i] / c->slant[face];

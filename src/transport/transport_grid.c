@@ -17,7 +17,7 @@ typedef struct grid_fill {
   np_transport_grid *grid;
   double voxel_m[3];
   float *extinction; /* [cell][cloud], live or not, of no scaled medium */
-  bool *holds;       /* of each cell: cloud, or something that glows; then, or touches one that does */
+  bool *holds;       /* of each cell: cloud, or an emitter; then, or touches one that does */
 } grid_fill;
 
 float np_transport_grid_average_emission(const np_transport_grid *grid, const struct np_emission *emission,

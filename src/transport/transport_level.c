@@ -18,17 +18,17 @@ enum {
 
 static size_t count_moments(const np_transport_grid *g) { return g->active_count * np_harmonics_count(g->degree); }
 
-neph_result np_transport_level_allocate(np_transport_level *level, bool glows) {
+neph_result np_transport_level_allocate(np_transport_level *level, bool is_emitting) {
   neph_context *context = level->grid.context;
   level->sun = np_alloc(context, level->grid.active_count, sizeof *level->sun);
   level->phi = np_alloc(context, count_moments(&level->grid), sizeof *level->phi);
-  if (glows) level->glow = np_alloc(context, level->grid.active_count, sizeof *level->glow);
-  return level->sun && level->phi && (level->glow || !glows) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  if (is_emitting) level->emission = np_alloc(context, level->grid.active_count, sizeof *level->emission);
+  return level->sun && level->phi && (level->emission || !is_emitting) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 void np_transport_level_clear(np_transport_level *level) {
   np_alloc_free(level->grid.context, level->sun);
-  np_alloc_free(level->grid.context, level->glow);
+  np_alloc_free(level->grid.context, level->emission);
   np_alloc_free(level->grid.context, level->phi);
   np_transport_grid_clear(&level->grid);
   *level = (np_transport_level){0};
@@ -61,7 +61,7 @@ static neph_result fill_source(void *user, size_t begin, size_t end, unsigned th
     for (unsigned l = 0, i = 0; l <= g->degree; l++)
       for (; i < (l + 1) * (l + 1); i++)
         source[place[i]] = ratio[l] * (extinction * x[i] + sun * lights->sun_harmonics[i]);
-    if (it->level->glow) source[place[0]] += it->level->glow[active];
+    if (it->level->emission) source[place[0]] += it->level->emission[active];
     memcpy(it->source + active * count, source, count * sizeof *source);
   }
   return NEPH_OK;

@@ -39,7 +39,7 @@ typedef struct np_world {
   np_spectrum terrain_albedo;
   np_spectrum ground_albedo; /* of the sphere */
 
-  const np_emission *emission; /* NULL: nothing glows, or it does in another world */
+  const np_emission *emission; /* NULL: no emission, or that of another world */
 } np_world;
 
 /* Whether each cloud's albedo is the same in all bands. */
