@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light in clouds and depths towards the sun over a sequence: built once, the same bits as without reuse, and rebuilt
+/* Light in clouds and sun optical depth over a sequence: built once, the same bits as without reuse, and rebuilt
  * when their inputs change. */
 #include <nephos/nephos.h>
 
@@ -45,7 +45,7 @@ static void assert_same_bits(neph_image *a, neph_image *b) {
 
 static void a_camera_that_moves_keeps_the_light(void **state) {
   static const char *const places[] = {"[0, -3 km, 400 m]", "[200 m, -2.8 km, 450 m]", "[400 m, -2.6 km, 500 m]"};
-  static const char *const said[] = {"light in clouds: solved", "light in clouds: kept", "light in clouds: kept"};
+  static const char *const said[] = {"light in clouds: solved", "light in clouds: reused", "light in clouds: reused"};
   fixture *f = *state;
   for (int i = 0; i < 3; i++) {
     neph_scene *alone;
@@ -54,7 +54,7 @@ static void a_camera_that_moves_keeps_the_light(void **state) {
     set(f, "camera.position", places[i]);
     neph_image *one = render(f, alone), *two = render(f, f->scene);
     assert_non_null(strstr(f->log.text, said[i]));
-    assert_null(strstr(f->log.text, "solved anew"));
+    assert_null(strstr(f->log.text, "rebuilt"));
     assert_same_bits(one, two);
     neph_image_destroy(one);
     neph_image_destroy(two);
@@ -69,11 +69,11 @@ static void two_frames_under_one_sun_share_their_depths(void **state) {
   set_up_depths(&other);
   alone = *(fixture *)other;
   neph_image_destroy(render(f, f->scene));
-  assert_non_null(strstr(f->log.text, "depths towards the sun: built"));
+  assert_non_null(strstr(f->log.text, "sun optical depth: built"));
   set(f, "camera.position", "[200 m, -2.8 km, 450 m]");
   set(&alone, "camera.position", "[200 m, -2.8 km, 450 m]");
   neph_image *one = render(&alone, alone.scene), *two = render(f, f->scene);
-  assert_non_null(strstr(f->log.text, "depths towards the sun: kept"));
+  assert_non_null(strstr(f->log.text, "sun optical depth: reused"));
   assert_same_bits(one, two);
   neph_image_destroy(one);
   neph_image_destroy(two);
@@ -84,27 +84,27 @@ static void depths_are_rebuilt_for_another_sun_or_cloud(void **state) {
   static const struct {
     const char *key, *value, *said;
   } changes[] = {
-      {"clouds[0].albedo", "0.99", "kept"},
-      {"sun.angular_radius", "0.4 deg", "kept"},
-      {"sun.irradiance", "[1.4, 1.9, 1.9]", "kept"},
-      {"sun.elevation", "30.01 deg", "built anew, since the light turned by 0.01 degrees"},
-      {"render.tolerance", "0.03", "built anew, since what they may err by changed"},
-      {"clouds[0].extinction", "0.9 1/m", "built anew, since the clouds changed"},
-      {"clouds[0].bake.seed", "4", "built anew, since the clouds changed"},
+      {"clouds[0].albedo", "0.99", "reused"},
+      {"sun.angular_radius", "0.4 deg", "reused"},
+      {"sun.irradiance", "[1.4, 1.9, 1.9]", "reused"},
+      {"sun.elevation", "30.01 deg", "rebuilt: the light turned by 0.01 degrees"},
+      {"render.tolerance", "0.03", "rebuilt: their tolerance changed"},
+      {"clouds[0].extinction", "0.9 1/m", "rebuilt: the clouds changed"},
+      {"clouds[0].bake.seed", "4", "rebuilt: the clouds changed"},
       {"render.sun_optical_depth", "march", NULL},
-      {"render.sun_optical_depth", "volume", "kept"},
+      {"render.sun_optical_depth", "volume", "reused"},
   };
   fixture *f = *state;
   neph_image_destroy(render(f, f->scene));
   for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {
     render_changed(f, changes[i].key, changes[i].value);
-    const char *found = strstr(f->log.text, "depths towards the sun: ");
+    const char *found = strstr(f->log.text, "sun optical depth: ");
     if (!changes[i].said) {
       assert_null(found);
       continue;
     }
     assert_non_null(found);
-    assert_memory_equal(found + strlen("depths towards the sun: "), changes[i].said, strlen(changes[i].said));
+    assert_memory_equal(found + strlen("sun optical depth: "), changes[i].said, strlen(changes[i].said));
   }
 }
 
@@ -147,17 +147,17 @@ static void light_is_solved_again_for_other_inputs(void **state) {
   fixture *f = *state;
   neph_image_destroy(render(f, f->scene));
   render_changed(f, "sun.elevation", "30.01 deg");
-  assert_non_null(strstr(f->log.text, "light in clouds: kept"));
+  assert_non_null(strstr(f->log.text, "light in clouds: reused"));
   render_changed(f, "sun.elevation", "31 deg");
-  assert_non_null(strstr(f->log.text, "solved anew, since the light turned by 1 degrees"));
+  assert_non_null(strstr(f->log.text, "light in clouds: rebuilt: the light turned by 1 degrees"));
   render_changed(f, "environment.radiance", "0.03");
-  assert_non_null(strstr(f->log.text, "solved anew, since sky and ground around the clouds changed"));
+  assert_non_null(strstr(f->log.text, "light in clouds: rebuilt: sky and ground around the clouds changed"));
   render_changed(f, "sun.irradiance", "[1.4, 1.9, 1.9]");
-  assert_non_null(strstr(f->log.text, "solved anew, since sunlight on the clouds changed"));
+  assert_non_null(strstr(f->log.text, "light in clouds: rebuilt: sunlight on the clouds changed"));
   render_changed(f, "clouds[0].albedo", "0.99");
-  assert_non_null(strstr(f->log.text, "solved anew, since the clouds changed"));
+  assert_non_null(strstr(f->log.text, "light in clouds: rebuilt: the clouds changed"));
   render_changed(f, "clouds[0].bake.seed", "4");
-  assert_non_null(strstr(f->log.text, "solved anew, since the clouds changed"));
+  assert_non_null(strstr(f->log.text, "light in clouds: rebuilt: the clouds changed"));
 }
 
 /* The grid depends on the memory, and the memory must be one. */
@@ -165,7 +165,7 @@ static void memory_is_checked_and_counts(void **state) {
   fixture *f = *state;
   neph_image_destroy(render(f, f->scene));
   render_changed(f, "render.light_memory", "1 MB");
-  assert_non_null(strstr(f->log.text, "solved anew, since the clouds changed"));
+  assert_non_null(strstr(f->log.text, "light in clouds: rebuilt: the clouds changed"));
   neph_image *image = render(f, f->scene);
   assert_non_null(neph_image_get_attribute(image, "nephos:lightResidual"));
   assert_true(atof(neph_image_get_attribute(image, "nephos:lightError")) > 0.02);

@@ -53,13 +53,13 @@ static void assert_same_bits(neph_context *context, neph_image *ours, neph_image
 
 /* ---- Reuse ---- */
 
-static const char *const shared[] = {"cloud heap: kept", "terrain: kept", "atmosphere: kept", "camera sky: kept",
-                                     "cloud sky: kept"};
+static const char *const shared[] = {"cloud heap: reused", "terrain: reused", "atmosphere: reused",
+                                     "camera sky: reused", "cloud sky: reused"};
 
 static bool is_all_kept(const test_log *log) {
   for (size_t i = 0; i < sizeof shared / sizeof *shared; i++)
     if (!strstr(log->text, shared[i])) return false;
-  return !strstr(log->text, ": made") && !strstr(log->text, ": built");
+  return !strstr(log->text, ": rebuilt") && !strstr(log->text, ": built");
 }
 
 static void assert_second_frame_is_that_of_the_scene_alone(fixture *f, const char *integrator) {
@@ -72,7 +72,7 @@ static void assert_second_frame_is_that_of_the_scene_alone(fixture *f, const cha
   assert_false(is_all_kept(&f->log));
   test_log_clear(&f->log);
   neph_image *ours = render(renderer, f->scene, &second), *theirs;
-  assert_null(strstr(f->log.text, ": made"));
+  assert_null(strstr(f->log.text, ": rebuilt"));
   assert_null(strstr(f->log.text, ": built"));
   assert_null(strstr(f->log.text, ": solved"));
   assert_null(strstr(f->log.text, ": found"));
@@ -109,14 +109,14 @@ static void what_has_changed_is_made_again(void **state) {
   set(f, "clouds[0].bake.seed", "9");
   test_log_clear(&f->log);
   neph_image_destroy(render(renderer, f->scene, NULL));
-  assert_non_null(strstr(f->log.text, "cloud heap: made"));
-  assert_non_null(strstr(f->log.text, "terrain: kept"));
-  assert_non_null(strstr(f->log.text, "atmosphere: kept"));
+  assert_non_null(strstr(f->log.text, "cloud heap: built"));
+  assert_non_null(strstr(f->log.text, "terrain: reused"));
+  assert_non_null(strstr(f->log.text, "atmosphere: reused"));
   set(f, "terrain.ridges.relief", "310 m");
   test_log_clear(&f->log);
   neph_image_destroy(render(renderer, f->scene, NULL));
-  assert_non_null(strstr(f->log.text, "cloud heap: kept"));
-  assert_non_null(strstr(f->log.text, "terrain: made"));
+  assert_non_null(strstr(f->log.text, "cloud heap: reused"));
+  assert_non_null(strstr(f->log.text, "terrain: built"));
   neph_renderer_destroy(renderer);
 }
 
@@ -139,13 +139,13 @@ static void files_are_read_again_when_they_have_changed(void **state) {
   neph_image_destroy(render(renderer, scene, NULL));
   test_log_clear(&f->log);
   neph_image_destroy(render(renderer, scene, NULL));
-  assert_non_null(strstr(f->log.text, "cloud a: kept"));
-  assert_non_null(strstr(f->log.text, "cloud b: kept"));
+  assert_non_null(strstr(f->log.text, "cloud a: reused"));
+  assert_non_null(strstr(f->log.text, "cloud b: reused"));
   cloud.seed = 5;
   assert_int_equal(neph_cloud_bake_file(f->context, &cloud, NULL, "density", path), NEPH_OK);
   test_log_clear(&f->log);
   neph_image_destroy(render(renderer, scene, NULL));
-  assert_non_null(strstr(f->log.text, "cloud a: made"));
+  assert_non_null(strstr(f->log.text, "cloud a: built"));
   assert_int_equal(remove(path), 0);
   neph_image *image;
   assert_int_equal(neph_renderer_render(renderer, scene, NULL, &image), NEPH_ERROR_NOT_FOUND);

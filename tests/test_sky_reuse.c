@@ -15,8 +15,8 @@ static neph_image *render(neph_scene *scene) {
 }
 
 static void assert_built(const fixture *f, bool atmosphere, bool sky, const char *reason) {
-  assert_int_equal(strstr(f->log.text, "atmosphere: built anew") != NULL, atmosphere);
-  assert_int_equal(strstr(f->log.text, "camera sky: built anew") != NULL, sky);
+  assert_int_equal(strstr(f->log.text, "atmosphere: rebuilt") != NULL, atmosphere);
+  assert_int_equal(strstr(f->log.text, "camera sky: rebuilt") != NULL, sky);
   if (reason) assert_non_null(strstr(f->log.text, reason));
 }
 
@@ -37,7 +37,7 @@ static void a_camera_that_moves_a_metre_keeps_all(void **state) {
 
 static void a_camera_that_climbs_gets_another_sky(void **state) {
   render_changed(*state, "camera.position", "[0, 0, 400 m]");
-  assert_built(*state, false, true, "since the observer stands 100 m higher or lower");
+  assert_built(*state, false, true, ": the observer stands 100 m higher or lower");
 }
 
 static void a_sun_that_moves_a_thousandth_of_a_degree_keeps_all(void **state) {
@@ -47,7 +47,7 @@ static void a_sun_that_moves_a_thousandth_of_a_degree_keeps_all(void **state) {
 
 static void a_sun_that_moves_a_degree_gets_another_sky(void **state) {
   render_changed(*state, "sun.elevation", "21 deg");
-  assert_built(*state, false, true, "since the sun stands 1 degrees higher or lower");
+  assert_built(*state, false, true, ": the sun stands 1 degrees higher or lower");
 }
 
 /* Changes are counted from when the table was built: five small ones are one too large. */
@@ -62,9 +62,9 @@ static void small_steps_do_not_add_up_unseen(void **state) {
 
 static void haze_that_changes_gets_all_anew(void **state) {
   render_changed(*state, "atmosphere.mie_height", "1.5 km");
-  assert_built(*state, true, true, "since the height of a layer changed by 20 %");
+  assert_built(*state, true, true, ": the height of a layer changed by 20 %");
   render_changed(*state, "atmosphere.tolerance", "0.01");
-  assert_built(*state, true, true, "since its tolerance changed");
+  assert_built(*state, true, true, ": its tolerance changed");
 }
 
 /* Who traces the air keeps what there is, and builds no more than it needs: the march then wants the rest. */
@@ -75,7 +75,7 @@ static void traced_air_has_no_tables_of_light(void **state) {
   set(f, "atmosphere.mie_height", "1.5 km");
   neph_image_destroy(render(f->scene));
   render_changed(f, "render.integrator", "march");
-  assert_built(f, true, true, "since what is asked of it changed");
+  assert_built(f, true, true, ": what is asked of it changed");
 }
 
 static void a_change_of_the_suns_strength_keeps_all_and_counts(void **state) {

@@ -45,7 +45,7 @@ static void what_is_built_is_cleared(void **state) {
     assert_int_equal(!row->build_light, !row->clear_light);
     assert_int_equal(!row->build_packet, !row->clear_packet);
     assert_int_equal(!row->build_packet_light, !row->clear_packet_light);
-    assert_true(has_builder(row) || (!row->kept_while && !row->revise));
+    assert_true(has_builder(row) || (!row->reused_while && !row->revise));
   }
 }
 
@@ -125,7 +125,8 @@ static void assert_built(neph_context *context, const char *text, unsigned expec
   assert_int_equal(!packet->atmosphere, !np_plan_needs(&b.plan, NP_STAGE_ATMOSPHERE));
   assert_int_equal(!light->camera_sky, !np_plan_needs(&b.plan, NP_STAGE_CAMERA_SKY));
   assert_int_equal(!light->cloud_sky, !np_plan_needs(&b.plan, NP_STAGE_CLOUD_SKY));
-  assert_int_equal(!b.assembly.lights[0].sun_depth.lattices, !np_plan_needs(&b.plan, NP_STAGE_SUN_DEPTH));
+  assert_int_equal(!b.assembly.lights[0].sun_optical_depth.lattices,
+                   !np_plan_needs(&b.plan, NP_STAGE_SUN_OPTICAL_DEPTH));
   assert_int_equal(!light->scattering, !np_plan_needs(&b.plan, NP_STAGE_ORDINATES));
   assert_int_equal(!light->viewer_light.outgoing, !np_plan_needs(&b.plan, NP_STAGE_VIEWER_LIGHT));
   assert_int_equal(!light->ground_light.points, !np_plan_needs(&b.plan, NP_STAGE_GROUND_CLOUDS));
@@ -189,7 +190,8 @@ static void fingerprint(const building *b, np_stage stage, char out_hex[33]) {
   if (stage == NP_STAGE_LIGHTS) np_hash_add(hash, &a->places, sizeof a->places);
   if (stage == NP_STAGE_LIGHTS) add_spectrum(hash, packet->lights[0].irradiance);
   if (stage == NP_STAGE_VOLUMES) np_hash_add(hash, &a->clouds_max, sizeof a->clouds_max);
-  if (stage == NP_STAGE_SUN_DEPTH) np_hash_add(hash, a->lights[0].sun_depth.level_cells, sizeof(uint64_t));
+  if (stage == NP_STAGE_SUN_OPTICAL_DEPTH)
+    np_hash_add(hash, a->lights[0].sun_optical_depth.level_cells, sizeof(uint64_t));
   add_sky_result(hash, packet, &packet->lights[0], stage);
   add_light_result(hash, &packet->lights[0], stage);
   np_hash_finish(hash, out_hex);
@@ -237,9 +239,9 @@ static void what_rows_say_is_kept_is(void **state) {
   test_log_clear(&f->log);
   build_planned(&b, UINT32_MAX);
   unsigned kept = 0, expected = 0;
-  for (const char *at = f->log.text; (at = strstr(at, ": kept")); at++) kept++;
+  for (const char *at = f->log.text; (at = strstr(at, ": reused")); at++) kept++;
   for (int i = 0; i < NP_STAGE_COUNT; i++)
-    if (np_plan_needs(&b.plan, (np_stage)i) && np_stage_get_row((np_stage)i)->kept_while) expected++;
+    if (np_plan_needs(&b.plan, (np_stage)i) && np_stage_get_row((np_stage)i)->reused_while) expected++;
   assert_int_equal(expected, 7); /* terrain, volumes, air, two skies, sun optical depth, multiple scattering */
   assert_int_equal(kept, expected);
   clear(&b);

@@ -11,7 +11,7 @@ static neph_result build_tables(neph_atmosphere *a, np_monitor *monitor) {
   np_monitor_set_range(monitor, 0.0, 0.05);
   neph_result result = np_depth_table_build(a->context, &a->medium, &a->sizes.depth, monitor, &a->depths);
   const bool is_limited = a->order_max != NP_ORDERS_ALL;
-  if (!result && !is_limited && a->medium.is_thick)
+  if (!result && !is_limited && a->medium.needs_delta_scaling)
     result = np_delta_moments_build(a->context, &a->depths, &a->sizes, a->has_point_sun, monitor, &a->moments);
   else if (!result && a->order_max > 1)
     result = np_moment_table_build(a->context, &a->depths, &a->sizes.moments, a->order_max - is_limited,

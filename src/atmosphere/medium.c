@@ -195,7 +195,7 @@ static const float thick_depth = 0.02f, thick_part = 0.25f;
 
 static float compute_maximum(np_bands value) { return np_maxf(value[0], np_maxf(value[1], value[2])); }
 
-bool np_layer_is_bent(const np_layer *layer) {
+bool np_layer_has_profile_kinks(const np_layer *layer) {
   return compute_maximum(np_layer_scattering(layer)) > 0.0f &&
          (layer->profile != NEPH_LAYER_EXPONENTIAL || layer->bottom_m > 0.0 || isfinite(layer->top_m));
 }
@@ -209,9 +209,9 @@ static void classify(np_medium *medium) {
     const float column = (float)np_layer_column(medium, layer, 0.0);
     depth += column * layer->extinction;
     scattering += column * np_layer_scattering(layer);
-    medium->is_bent |= np_layer_is_bent(layer);
+    medium->has_profile_kinks |= np_layer_has_profile_kinks(layer);
   }
-  medium->is_thick =
+  medium->needs_delta_scaling =
       compute_maximum(forward) > thick_depth || compute_maximum(forward - thick_part * scattering) > 0.0f;
   medium->is_opaque = compute_maximum(depth) > 1.0f;
 }

@@ -119,7 +119,7 @@ static neph_result gather_rows(void *user, size_t begin, size_t end, unsigned th
 
 /* By the whole phase function: a rule about the sun instead of the zenith, Θ = π·u², so that the peak is resolved and
  * the cut at the horizon costs little (the integrand vanishes there as the cosine). */
-enum { ANGLES = 16, TURNS = 8, POINTS = 12 };
+enum { ANGLES = 16, AZIMUTHS = 8, POINTS = 12 };
 
 typedef struct irradiance_job {
   np_moment_builder *builder;
@@ -154,10 +154,10 @@ static np_bands sum_irradiance(const irradiance_job *job, float sun_cosine) {
   np_bands sum = np_bands_grey(0.0f);
   for (int i = 0; i < ANGLES; i++) {
     const double u = job->angles.x[i], angle = NP_PI * u * u;
-    const double weight = 2.0 * NP_PI * u * job->angles.weight[i] * sin(angle) * 2.0 * NP_PI / TURNS;
+    const double weight = 2.0 * NP_PI * u * job->angles.weight[i] * sin(angle) * 2.0 * NP_PI / AZIMUTHS;
     const float c = (float)cos(angle), s = (float)sin(angle);
-    for (int k = 0; k < TURNS; k++) {
-      const float wz = sun_cosine * c + sun_sine * s * (float)cos(NP_PI * (k + 0.5) / TURNS);
+    for (int k = 0; k < AZIMUTHS; k++) {
+      const float wz = sun_cosine * c + sun_sine * s * (float)cos(NP_PI * (k + 0.5) / AZIMUTHS);
       if (wz > 0.0f) sum += (float)weight * wz * trace_to_ground(job, sun_cosine, wz, c);
     }
   }

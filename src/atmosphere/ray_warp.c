@@ -17,7 +17,7 @@ static double compute_density(const np_medium *medium, double altitude_m) {
   double sum = 0.0;
   for (int i = 0; i < medium->layer_count; i++) {
     const np_layer *layer = &medium->layers[i];
-    if (medium->is_bent && !np_layer_is_bent(layer)) continue;
+    if (medium->has_profile_kinks && !np_layer_has_profile_kinks(layer)) continue;
     sum += np_layer_density_exact(layer, fmax(altitude_m, 0.0)) * (double)sum_bands(np_layer_scattering(layer));
   }
   return sum;

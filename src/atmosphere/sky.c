@@ -252,7 +252,7 @@ void neph_sky_get_aerial_perspective(const neph_sky *sky, const double direction
   write_spectrum(ap.inscatter, out_inscatter_w_m2_sr_nm);
 }
 
-enum { ANGLES = 48, TURNS = 48 };
+enum { ANGLES = 48, AZIMUTHS = 48 };
 
 /* Irradiance of the sky on a level surface, by a rule about the sun, Θ = π·u², so that the aureole is resolved. */
 static np_spectrum integrate_sky(const neph_sky *sky) {
@@ -263,9 +263,9 @@ static np_spectrum integrate_sky(const neph_sky *sky) {
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (int i = 0; i < ANGLES; i++) {
     const double angle = NP_PI * rule.x[i] * rule.x[i];
-    const double weight = 2.0 * NP_PI * rule.x[i] * rule.weight[i] * sin(angle) * 2.0 * NP_PI / TURNS;
-    for (int k = 0; k < TURNS; k++) {
-      const double turn = 2.0 * NP_PI * (k + 0.5) / TURNS, s = sin(angle);
+    const double weight = 2.0 * NP_PI * rule.x[i] * rule.weight[i] * sin(angle) * 2.0 * NP_PI / AZIMUTHS;
+    for (int k = 0; k < AZIMUTHS; k++) {
+      const double turn = 2.0 * NP_PI * (k + 0.5) / AZIMUTHS, s = sin(angle);
       const np_vec3 d =
           np_vec3_add(np_vec3_scale(sky->sun, (float)cos(angle)),
                       np_vec3_add(np_vec3_scale(a, (float)(s * cos(turn))), np_vec3_scale(b, (float)(s * sin(turn)))));

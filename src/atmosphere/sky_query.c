@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "atmosphere/sky_query.h"
 
-enum { MARCH_POINTS = NP_PATH_MAX, MARCH_ANGLES = 24, MARCH_TURNS = 24 };
+enum { MARCH_POINTS = NP_PATH_MAX, MARCH_ANGLES = 24, MARCH_AZIMUTHS = 24 };
 
 bool np_sky_quantity_is_scattered(np_sky_quantity quantity) {
   return quantity != NP_SKY_TRANSMITTANCE_TOP && quantity != NP_SKY_DIRECT_IRRADIANCE &&
@@ -140,9 +140,9 @@ static np_bands march_dome(const np_sky_witness *w, const np_sky_query *q) {
   np_bands sum = np_bands_grey(0.0f);
   for (int i = 0; i < MARCH_ANGLES; i++) {
     const double angle = NP_PI * rule.x[i] * rule.x[i], s = sin(angle);
-    const double weight = 2.0 * NP_PI * rule.x[i] * rule.weight[i] * s * 2.0 * NP_PI / MARCH_TURNS;
-    for (int k = 0; k < MARCH_TURNS; k++) {
-      const double turn = 2.0 * NP_PI * (k + 0.5) / MARCH_TURNS;
+    const double weight = 2.0 * NP_PI * rule.x[i] * rule.weight[i] * s * 2.0 * NP_PI / MARCH_AZIMUTHS;
+    for (int k = 0; k < MARCH_AZIMUTHS; k++) {
+      const double turn = 2.0 * NP_PI * (k + 0.5) / MARCH_AZIMUTHS;
       const np_dvec3 across = np_dvec3_add(np_dvec3_scale(np_vec3_to_double(a), s * cos(turn)),
                                            np_dvec3_scale(np_vec3_to_double(b), s * sin(turn)));
       const np_dvec3 d = np_dvec3_normalize(np_dvec3_add(np_dvec3_scale(to_sun, cos(angle)), across));

@@ -24,18 +24,19 @@ static neph_result create_atmosphere(neph_context *context, const neph_atmospher
   return np_atmosphere_create_orders(context, desc, has_light ? NP_ORDERS_ALL : 1, false, monitor, out_atmosphere);
 }
 
-/* How far a kept atmosphere is from the one wanted; infinite where it will not do. `out_what` says why. */
-static neph_result compare_kept(neph_context *context, const neph_atmosphere *kept, const neph_atmosphere_desc *desc,
-                                bool has_light, double *out_change, const char **out_what) {
+/* How far a cached atmosphere is from the one wanted; infinite where it will not do. `out_what` says why. */
+static neph_result compare_cached(neph_context *context, const neph_atmosphere *cached,
+                                  const neph_atmosphere_desc *desc, bool has_light, double *out_change,
+                                  const char **out_what) {
   np_medium wanted;
   neph_result result = np_medium_init(context, desc, &wanted);
   if (result) return result;
-  *out_change = np_medium_compare(&wanted, &kept->medium, out_what);
+  *out_change = np_medium_compare(&wanted, &cached->medium, out_what);
   np_medium_free(context, &wanted);
-  if (kept->desc.tolerance != desc->tolerance) {
+  if (cached->desc.tolerance != desc->tolerance) {
     *out_what = "its tolerance";
     *out_change = (double)INFINITY;
-  } else if (has_light && kept->order_max != NP_ORDERS_ALL) {
+  } else if (has_light && cached->order_max != NP_ORDERS_ALL) {
     *out_what = "what is asked of it";
     *out_change = (double)INFINITY;
   }
@@ -53,18 +54,18 @@ neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *st
   }
   double change;
   const char *what;
-  neph_result result = compare_kept(context, entry->atmosphere, desc, has_light, &change, &what);
+  neph_result result = compare_cached(context, entry->atmosphere, desc, has_light, &change, &what);
   if (result) return result;
   if (change <= medium_share * desc->tolerance) {
-    np_log(context, NEPH_LOG_DEBUG, "atmosphere: kept");
+    np_log(context, NEPH_LOG_DEBUG, "atmosphere: reused");
     *out_atmosphere = entry->atmosphere;
     entry->atmosphere = NULL;
     return NEPH_OK;
   }
   if (isfinite(change))
-    np_log(context, NEPH_LOG_INFO, "atmosphere: built anew, since %s changed by %.3g %%", what, 100.0 * change);
+    np_log(context, NEPH_LOG_INFO, "atmosphere: rebuilt: %s changed by %.3g %%", what, 100.0 * change);
   else
-    np_log(context, NEPH_LOG_INFO, "atmosphere: built anew, since %s changed", what);
+    np_log(context, NEPH_LOG_INFO, "atmosphere: rebuilt: %s changed", what);
   neph_atmosphere_release(entry->atmosphere);
   entry->atmosphere = NULL;
   return create_atmosphere(context, desc, has_light, monitor, out_atmosphere);
@@ -74,21 +75,21 @@ neph_result np_sky_store_take_sky(np_sky_store *store, unsigned index, np_sky_ro
                                   const neph_sky_desc *desc, np_monitor *monitor, neph_sky **out_sky) {
   neph_context *context = atmosphere->context;
   np_sky_store_entry *entry = get_entry(store, index);
-  neph_sky *kept = entry ? entry->skies[role] : NULL;
+  neph_sky *cached = entry ? entry->skies[role] : NULL;
   *out_sky = NULL;
-  if (!kept) {
+  if (!cached) {
     np_log(context, NEPH_LOG_DEBUG, "%s: built", role_names[role]);
     return np_sky_create_monitored(atmosphere, desc, monitor, out_sky);
   }
-  char reason[128] = "the atmosphere was";
+  char reason[128] = "the atmosphere was rebuilt";
   entry->skies[role] = NULL;
-  if (kept->atmosphere == atmosphere && np_sky_move(kept, desc, reason, sizeof reason)) {
-    np_log(context, NEPH_LOG_DEBUG, "%s: kept", role_names[role]);
-    *out_sky = kept;
+  if (cached->atmosphere == atmosphere && np_sky_move(cached, desc, reason, sizeof reason)) {
+    np_log(context, NEPH_LOG_DEBUG, "%s: reused", role_names[role]);
+    *out_sky = cached;
     return NEPH_OK;
   }
-  np_log(context, NEPH_LOG_INFO, "%s: built anew, since %s", role_names[role], reason);
-  neph_sky_destroy(kept);
+  np_log(context, NEPH_LOG_INFO, "%s: rebuilt: %s", role_names[role], reason);
+  neph_sky_destroy(cached);
   return np_sky_create_monitored(atmosphere, desc, monitor, out_sky);
 }
 

@@ -215,10 +215,10 @@ static void smooth_node(const smoothing *s, size_t node) {
       const size_t near = (size_t)y * (size_t)width + (size_t)x;
       const float weight = (x == i ? 2.0f : 1.0f) * (y == j ? 2.0f : 1.0f);
       for (int c = 0; c < CELLS; c++) {
-        const bool is_there =
+        const bool is_visible =
             c == 0 || near == node || compute_plane(s->from->reach_m, c - 1) < (double)s->from->ground_m[near];
-        sum[c] += is_there ? weight * s->from->seen[near * CELLS + (size_t)c] : 0.0f;
-        weights[c] += is_there ? weight : 0.0f;
+        sum[c] += is_visible ? weight * s->from->seen[near * CELLS + (size_t)c] : 0.0f;
+        weights[c] += is_visible ? weight : 0.0f;
       }
     }
   for (int c = 0; c < CELLS; c++) s->to[node * CELLS + (size_t)c] = sum[c] / weights[c];

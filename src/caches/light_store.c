@@ -14,20 +14,20 @@ static const double tolerance = 1e-3;
 
 /* ---- Log ---- */
 
-/* `reason` is why what was kept no longer serves; NULL: nothing was. */
-static void tell_built(neph_context *context, const char *what, const char *deed, const char *reason) {
+/* `reason` is why the cached light is not reused; NULL: none was cached. */
+static void log_built(neph_context *context, const char *what, const char *deed, const char *reason) {
   if (reason)
-    np_log(context, NEPH_LOG_INFO, "%s: %s anew, since %s", what, deed, reason);
+    np_log(context, NEPH_LOG_INFO, "%s: rebuilt: %s", what, reason);
   else
     np_log(context, NEPH_LOG_DEBUG, "%s: %s", what, deed);
 }
 
-static void tell_kept(neph_context *context, const char *what) { np_log(context, NEPH_LOG_DEBUG, "%s: kept", what); }
+static void log_reused(neph_context *context, const char *what) { np_log(context, NEPH_LOG_DEBUG, "%s: reused", what); }
 
 static const char clouds_changed[] = "the clouds changed";
 
-static void describe_turn(np_vec3 kept, np_vec3 wanted, char *out, size_t size) {
-  const double turned = (double)np_vec3_length(np_vec3_subtract(kept, wanted));
+static void describe_turn(np_vec3 cached, np_vec3 wanted, char *out, size_t size) {
+  const double turned = (double)np_vec3_length(np_vec3_subtract(cached, wanted));
   (void)snprintf(out, size, "the light turned by %.3g degrees", turned / NP_DEGREE);
 }
 
@@ -90,8 +90,9 @@ static neph_result compute_fingerprint(neph_context *context, const np_world *wo
 }
 
 /* The least ordinates are enough to tell one sky from another. */
-static neph_result compute_surroundings(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
-                                        const np_transport_desc *cells, np_boundary_radiance out) {
+static neph_result compute_surroundings(neph_context *context, const np_world *world,
+                                        const np_sun_optical_depth_source *depths, const np_transport_desc *cells,
+                                        np_boundary_radiance out) {
   np_ordinates *ordinates = np_alloc(context, 1, sizeof *ordinates);
   if (!ordinates) return NEPH_ERROR_OUT_OF_MEMORY;
   np_ordinates_init(NP_DEGREE_MIN, false, ordinates);
@@ -111,7 +112,7 @@ static void compute_sunlight(const np_world *world, const np_transport_desc *cel
   }
 }
 
-static neph_result make_key(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
+static neph_result make_key(neph_context *context, const np_world *world, const np_sun_optical_depth_source *depths,
                             const np_scattering_desc *desc, np_light_key **out_key) {
   np_light_key *key = np_alloc(context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -134,10 +135,10 @@ static void compare(const float *a, const float *b, size_t count, double *differ
 }
 
 /* Sun and surroundings are each compared with all the light there is, the sun counting as the sky of its irradiance. */
-static bool is_same_light(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
+static bool is_same_light(const np_light_key *cached, const np_light_key *wanted, char *reason, size_t size) {
   double sun, sun_sum, around, around_sum;
-  compare(kept->sun[0].band, wanted->sun[0].band, (size_t)NP_LIGHT_KEY_PLACES * NP_BAND_COUNT, &sun, &sun_sum);
-  compare(&kept->surroundings[0][0][0][0], &wanted->surroundings[0][0][0][0],
+  compare(cached->sun[0].band, wanted->sun[0].band, (size_t)NP_LIGHT_KEY_PLACES * NP_BAND_COUNT, &sun, &sun_sum);
+  compare(&cached->surroundings[0][0][0][0], &wanted->surroundings[0][0][0][0],
           sizeof(np_boundary_radiance) / sizeof(float), &around, &around_sum);
   sun /= NP_LIGHT_KEY_PLACES, sun_sum /= NP_LIGHT_KEY_PLACES;
   const double solid_angle = 4.0 * NP_PI / np_ordinates_count(NP_DEGREE_MIN, false),
@@ -152,16 +153,16 @@ static bool is_same_light(const np_light_key *kept, const np_light_key *wanted, 
   return false;
 }
 
-static bool is_same(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
-  if (strcmp(kept->clouds, wanted->clouds) != 0) {
+static bool is_same(const np_light_key *cached, const np_light_key *wanted, char *reason, size_t size) {
+  if (strcmp(cached->clouds, wanted->clouds) != 0) {
     (void)snprintf(reason, size, "%s", clouds_changed);
     return false;
   }
-  if ((double)np_vec3_length(np_vec3_subtract(kept->to_sun, wanted->to_sun)) > tolerance) {
-    describe_turn(kept->to_sun, wanted->to_sun, reason, size);
+  if ((double)np_vec3_length(np_vec3_subtract(cached->to_sun, wanted->to_sun)) > tolerance) {
+    describe_turn(cached->to_sun, wanted->to_sun, reason, size);
     return false;
   }
-  return is_same_light(kept, wanted, reason, size);
+  return is_same_light(cached, wanted, reason, size);
 }
 
 static neph_result make_depth_key(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
@@ -176,14 +177,14 @@ static neph_result make_depth_key(neph_context *context, const np_world *world, 
 }
 
 /* To the bit, so that a picture is that of the scene alone. */
-static bool are_same_depths(const np_depth_key *kept, const np_depth_key *wanted, char *reason, size_t size) {
-  const np_sun_optical_depth_desc *a = &kept->desc, *b = &wanted->desc;
-  if (strcmp(kept->clouds, wanted->clouds) != 0)
+static bool are_same_depths(const np_depth_key *cached, const np_depth_key *wanted, char *reason, size_t size) {
+  const np_sun_optical_depth_desc *a = &cached->desc, *b = &wanted->desc;
+  if (strcmp(cached->clouds, wanted->clouds) != 0)
     (void)snprintf(reason, size, "%s", clouds_changed);
-  else if (!np_vec3_is_equal(kept->to_sun, wanted->to_sun))
-    describe_turn(kept->to_sun, wanted->to_sun, reason, size);
+  else if (!np_vec3_is_equal(cached->to_sun, wanted->to_sun))
+    describe_turn(cached->to_sun, wanted->to_sun, reason, size);
   else if (a->tolerance != b->tolerance || a->rate != b->rate || a->bytes_max != b->bytes_max)
-    (void)snprintf(reason, size, "what they may err by changed");
+    (void)snprintf(reason, size, "their tolerance changed");
   else
     return true;
   return false;
@@ -215,7 +216,7 @@ static np_scattering_field *lend(np_light_store_entry *entry, const np_world *wo
 }
 
 neph_result np_light_store_take(neph_context *context, np_light_store *store, unsigned index, np_light_role role,
-                                const np_world *world, const np_sun_depth_source *depths,
+                                const np_world *world, const np_sun_optical_depth_source *depths,
                                 const np_scattering_desc *desc, np_monitor *monitor,
                                 np_scattering_field **out_solution) {
   *out_solution = NULL;
@@ -225,15 +226,15 @@ neph_result np_light_store_take(neph_context *context, np_light_store *store, un
   if (result) return result;
   static const char *const names[NP_LIGHT_ROLES] = {"light in clouds", "moonlight in clouds"};
   np_light_store_entry *entry = &store->entries[index][role];
-  const bool was_kept = entry->solution;
+  const bool was_cached = entry->solution;
   char reason[128];
-  if (was_kept && is_same(entry->key, wanted, reason, sizeof reason)) {
-    tell_kept(context, names[role]);
+  if (was_cached && is_same(entry->key, wanted, reason, sizeof reason)) {
+    log_reused(context, names[role]);
     np_alloc_free(context, wanted);
     *out_solution = lend(entry, world);
     return NEPH_OK;
   }
-  tell_built(context, names[role], "solved", was_kept ? reason : NULL);
+  log_built(context, names[role], "solved", was_cached ? reason : NULL);
   clear_entry(context, entry);
   entry->key = wanted;
   return np_scattering_field_build(context, world, depths, desc, monitor, out_solution);
@@ -252,21 +253,21 @@ void np_light_store_give(np_light_store *store, unsigned index, np_light_role ro
 neph_result np_light_store_take_depths(neph_context *context, np_light_store *store, np_light_role role,
                                        const np_world *world, const np_sun_optical_depth_desc *desc,
                                        np_monitor *monitor, np_sun_optical_depth *out) {
-  static const char *const names[NP_LIGHT_ROLES] = {"depths towards the sun", "depths towards the moon"};
+  static const char *const names[NP_LIGHT_ROLES] = {"sun optical depth", "moon optical depth"};
   *out = (np_sun_optical_depth){0};
   np_depth_key wanted;
   neph_result result = make_depth_key(context, world, desc, &wanted);
   if (result) return result;
   np_light_store_depths *entry = &store->depths[role];
-  const bool was_kept = entry->cache.context;
+  const bool was_cached = entry->cache.context;
   char reason[128];
-  if (was_kept && are_same_depths(&entry->key, &wanted, reason, sizeof reason)) {
-    tell_kept(context, names[role]);
+  if (was_cached && are_same_depths(&entry->key, &wanted, reason, sizeof reason)) {
+    log_reused(context, names[role]);
     *out = entry->cache;
     entry->cache = (np_sun_optical_depth){0};
     return NEPH_OK;
   }
-  tell_built(context, names[role], "built", was_kept ? reason : NULL);
+  log_built(context, names[role], "built", was_cached ? reason : NULL);
   np_sun_optical_depth_clear(&entry->cache);
   entry->key = wanted;
   return np_sun_optical_depth_build(context, world, desc, monitor, out);

@@ -49,7 +49,7 @@ typedef struct np_light_store {
 
 /* The solution of the `index`-th packet for the view's light: kept, or solved. */
 neph_result np_light_store_take(neph_context *context, np_light_store *store, unsigned index, np_light_role role,
-                                const np_world *world, const np_sun_depth_source *depths,
+                                const np_world *world, const np_sun_optical_depth_source *depths,
                                 const np_scattering_desc *desc, np_monitor *monitor,
                                 np_scattering_field **out_solution);
 

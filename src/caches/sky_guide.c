@@ -43,8 +43,8 @@ static void set_densities(const np_spectrum radiance[NP_SKY_GUIDE_CELLS], np_spe
   }
 }
 
-void np_sky_guide_build(const np_world *world, const np_sun_depth_source *depths, np_dvec3 position, float ray_cost,
-                        np_sky_guide *out) {
+void np_sky_guide_build(const np_world *world, const np_sun_optical_depth_source *depths, np_dvec3 position,
+                        float ray_cost, np_sky_guide *out) {
   np_spectrum radiance[NP_SKY_GUIDE_CELLS], mean = np_spectrum_grey(0.0f);
   for (int i = 0; i < NP_SKY_GUIDE_CELLS; i++) {
     radiance[i] = np_boundary_radiance_compute(world, depths, position, compute_direction(i, 0.5f, 0.5f));

@@ -361,9 +361,10 @@ static float compute_depth(const np_sun_depths *depths, np_dvec3 position, np_ve
   float depth = 0.0f;
   for (unsigned v = 0; v < depths->clouds->count && depth < depth_max; v++) {
     const float rate = fade ? fade[v] : 1.0f;
-    float own =
-        cache ? np_sun_lattice_get(&cache->lattices[v], cache->depth_end, position, to_sun) : NP_SUN_DEPTH_UNKNOWN;
-    if (own == NP_SUN_DEPTH_UNKNOWN) own = walk(&depths->clouds->at[v], position, to_sun, (depth_max - depth) / rate);
+    float own = cache ? np_sun_lattice_get(&cache->lattices[v], cache->depth_end, position, to_sun)
+                      : NP_SUN_OPTICAL_DEPTH_UNKNOWN;
+    if (own == NP_SUN_OPTICAL_DEPTH_UNKNOWN)
+      own = walk(&depths->clouds->at[v], position, to_sun, (depth_max - depth) / rate);
     depth += rate * own;
   }
   return depth;
@@ -382,6 +383,6 @@ static float get_from(const void *depths, np_dvec3 position, np_vec3 to_sun, flo
   return np_sun_depths_get(depths, position, to_sun, depth_max);
 }
 
-np_sun_depth_source np_sun_depths_get_source(const np_sun_depths *depths) {
-  return (np_sun_depth_source){depths, get_from};
+np_sun_optical_depth_source np_sun_depths_get_source(const np_sun_depths *depths) {
+  return (np_sun_optical_depth_source){depths, get_from};
 }

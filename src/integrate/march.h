@@ -29,12 +29,13 @@ typedef struct np_march {
   const np_approximation_row *method;  /* where there is no solution, and its */
   unsigned term_count;
   bool has_outgoing;
-  bool is_grey;               /* all clouds are of one albedo in all bands */
-  np_spectrum scaled;         /* transmittance of the scaled medium; grey 1 stays where there is none */
-  np_spectrum peak_depth;     /* optical depth that the scaled medium has less */
-  float sun_rate;             /* how much faster light changes along the ray than its depth tells; at least 1 */
-  float sun_depth, sun_place; /* towards the sun where a step was last lit, and of the ray up to there, scaled */
-  float passed;               /* depth of the steps that have been lit, scaled */
+  bool is_grey;           /* all clouds are of one albedo in all bands */
+  np_spectrum scaled;     /* transmittance of the scaled medium; grey 1 stays where there is none */
+  np_spectrum peak_depth; /* optical depth that the scaled medium has less */
+  float sun_rate;         /* how much faster light changes along the ray than its depth tells; at least 1 */
+  float sun_optical_depth,
+      sun_place; /* towards the sun where a step was last lit, and of the ray up to there, scaled */
+  float passed;  /* depth of the steps that have been lit, scaled */
 
   /* Of each cloud of the view, as the angle to the sun is the same all along the ray. */
   union {
@@ -83,7 +84,7 @@ static inline float np_march_roulette(float weight, float least, np_random *rand
 /* Where the ray enters a cloud nothing is known of how fast its light changes. */
 static inline void np_march_forget_sun(np_march *m) {
   m->sun_rate = 1.0f;
-  m->sun_depth = NP_SUN_DEPTH_UNKNOWN;
+  m->sun_optical_depth = NP_SUN_OPTICAL_DEPTH_UNKNOWN;
 }
 
 /* Opacity of a ray below which its error need not shrink with it. */

@@ -66,7 +66,7 @@ typedef struct sunlight {
 } sunlight;
 
 static void compute_sunlight(const np_march *m, np_dvec3 position, float error, sunlight *out) {
-  out->depth = NP_SUN_DEPTH_UNKNOWN;
+  out->depth = NP_SUN_OPTICAL_DEPTH_UNKNOWN;
   out->outside = out->irradiance = np_world_sunlight(m->world, position, m->to_sun);
   if (np_spectrum_is_zero(out->outside)) return;
   sun_depths depths;
@@ -220,9 +220,9 @@ static unsigned count_parts(np_march *m, const np_step *s, float depth, float er
 /* Learns from a step that is lit. */
 static void learn_sun_rate(np_march *m, const np_step *s, float depth) {
   const float place = m->passed + 0.5f * s->hiding;
-  if (is_sun_low(m) && depth >= 0.0f && m->sun_depth >= 0.0f)
-    set_sun_rate(m, m->sun_depth, depth, place - m->sun_place);
-  m->sun_depth = depth;
+  if (is_sun_low(m) && depth >= 0.0f && m->sun_optical_depth >= 0.0f)
+    set_sun_rate(m, m->sun_optical_depth, depth, place - m->sun_place);
+  m->sun_optical_depth = depth;
   m->sun_place = place;
   m->passed += s->hiding;
 }
@@ -273,7 +273,7 @@ void NP_KERNEL(np_march_light_scaled)(np_march *m, const np_step *s) {
   compute_optics(m, s, &optics);
   const float error = compute_error(m, &optics);
   compute_sunlight(m, compute_middle(m, s), error, &sun);
-  const unsigned count = m->sun_depth < 0.0f ? count_parts(m, s, sun.depth, error) : 1;
+  const unsigned count = m->sun_optical_depth < 0.0f ? count_parts(m, s, sun.depth, error) : 1;
   if (count == 1) light(m, s, &optics, &sun);
   for (unsigned n = 0; n < count && count > 1 && m->carry > 0.0f; n++) {
     const np_step part = np_step_split(s, n, count);

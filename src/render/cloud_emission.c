@@ -88,8 +88,8 @@ neph_result np_cloud_emission_load(const np_cloud_emission_source *source, np_cl
   bool is_flame_in_file;
   neph_result result = load_temperature(source, out_emission);
   if (!result) result = load_flame(source, out_emission, &is_flame_in_file);
-  if (!result) out_emission->is_there = is_emitting(source, out_emission, is_flame_in_file);
-  if (!result && out_emission->is_there) result = place(source, out_emission);
+  if (!result) out_emission->is_enabled = is_emitting(source, out_emission, is_flame_in_file);
+  if (!result && out_emission->is_enabled) result = place(source, out_emission);
   if (result) np_cloud_emission_clear(out_emission);
   return result;
 }

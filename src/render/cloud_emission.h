@@ -7,7 +7,7 @@
 #include "render/placement.h"
 
 typedef struct np_cloud_emission {
-  bool is_there;
+  bool is_enabled;
   neph_volume *temperature, *flame; /* NULL: none */
   np_emitter emitter;               /* but for what it absorbs, which depends on the band */
   float flame_absorption_per_m;     /* of a value of 1; 0: the cloud itself emits */

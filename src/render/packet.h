@@ -14,8 +14,8 @@ enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */
 /* What one light makes for all packets. */
 typedef struct np_light_caches {
   bool is_moon;
-  np_sun_optical_depth sun_depth;   /* empty when not needed */
-  np_air_visibility air_visibility; /* likewise */
+  np_sun_optical_depth sun_optical_depth; /* empty when not needed */
+  np_air_visibility air_visibility;       /* likewise */
 } np_light_caches;
 
 /* What one light makes of a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so

@@ -65,9 +65,10 @@ static void compute_sun_facts(const neph_scene *scene, bool are_known, const np_
 
 static void compute_moon_facts(const neph_scene *scene, bool are_known, const np_scene_light_levels *levels,
                                np_scene_facts *f) {
-  const bool shines = scene->moon.is_there && scene->moon.brightness > 0 && is_positive(scene->sun.irradiance_w_m2_nm);
+  const bool shines =
+      scene->moon.is_enabled && scene->moon.brightness > 0 && is_positive(scene->sun.irradiance_w_m2_nm);
   f->has_moon = shines && !(are_known && levels->is_moon_outshone);
-  if (!scene->moon.is_there)
+  if (!scene->moon.is_enabled)
     snprintf(f->no_moon, sizeof f->no_moon, "the scene has no moon");
   else if (!shines)
     snprintf(f->no_moon, sizeof f->no_moon, "moon.brightness or sun.irradiance is 0");
@@ -82,13 +83,13 @@ static void compute_moon_facts(const neph_scene *scene, bool are_known, const np
 
 static void compute_night_facts(const neph_scene *scene, bool are_known, const np_scene_light_levels *levels,
                                 np_scene_facts *f) {
-  const bool has_airglow = scene->airglow.is_there || (scene->stars.is_there && scene->stars.map);
+  const bool has_airglow = scene->airglow.is_enabled || (scene->stars.is_enabled && scene->stars.map);
   f->has_airglow = has_airglow && !(are_known && levels->is_airglow_outshone);
-  f->has_stars = scene->stars.is_there && !(are_known && levels->are_stars_outshone);
+  f->has_stars = scene->stars.is_enabled && !(are_known && levels->are_stars_outshone);
   static const char outshone[] = "outshone: less than a thousandth of the sky's light at %.1f deg of sun";
   snprintf(f->no_airglow, sizeof f->no_airglow,
            has_airglow ? outshone : "the scene has no airglow and no map of the stars", levels->sun_height_deg);
-  snprintf(f->no_stars, sizeof f->no_stars, scene->stars.is_there ? outshone : "the scene has no stars",
+  snprintf(f->no_stars, sizeof f->no_stars, scene->stars.is_enabled ? outshone : "the scene has no stars",
            levels->sun_height_deg);
 }
 
@@ -106,9 +107,9 @@ static const char *describe_darkness(const neph_scene *scene, const np_scene_fac
 }
 
 static bool has_emission(const neph_scene *scene) {
-  bool is_there = false;
-  for (unsigned i = 0; i < scene->cloud_count; i++) is_there = is_there || scene->clouds[i].emission.is_there;
-  return is_there;
+  bool has_any = false;
+  for (unsigned i = 0; i < scene->cloud_count; i++) has_any = has_any || scene->clouds[i].emission.is_enabled;
+  return has_any;
 }
 
 static np_scene_facts compute_facts(const neph_scene *scene, const np_plan *plan) {
@@ -156,7 +157,7 @@ static neph_result check_samples(const np_plan *plan) {
 
 /* Where sun and moon stand, unless only the height field, not read yet, knows the place. */
 static neph_result compute_lights(np_plan *plan, const neph_scene *scene) {
-  plan->are_lights_known = scene->has_place || (!scene->sun.time && !scene->stars.is_there);
+  plan->are_lights_known = scene->has_place || (!scene->sun.time && !scene->stars.is_enabled);
   if (!plan->are_lights_known) return NEPH_OK;
   return np_scene_lights_compute(scene, scene->latitude_rad, scene->longitude_rad, &plan->lights);
 }

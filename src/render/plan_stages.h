@@ -24,7 +24,7 @@ typedef enum np_stage {
   NP_STAGE_GROUND_LIGHT,  /* reflected to the clouds */
   NP_STAGE_WORLD,         /* geometry, media, lights and night, for each light */
   NP_STAGE_SKY_GUIDE,     /* where sky and ground are bright, for paths to aim at */
-  NP_STAGE_SUN_DEPTH,     /* of the clouds, filled in once, for march and shadows */
+  NP_STAGE_SUN_OPTICAL_DEPTH,     /* of the clouds, filled in once, for march and shadows */
   NP_STAGE_ORDINATES,     /* multiple scattering solved for on coarse cells */
   NP_STAGE_VIEWER_LIGHT,  /* of that solution, towards the camera */
   NP_STAGE_GROUND_CLOUDS, /* light from the clouds on the ground */

@@ -136,7 +136,7 @@ static neph_result solve(np_slab *slab, bool has_importance) {
   desc.cells.bounds_min = np_dvec3_make(0.0, 0.0, -1.0);
   desc.cells.bounds_max = np_dvec3_make(1.0, 1.0, slab->sample_count);
   desc.has_importance = has_importance;
-  const np_sun_depth_source depths = np_sun_depths_get_source(&slab->lighting.sun_depths);
+  const np_sun_optical_depth_source depths = np_sun_depths_get_source(&slab->lighting.sun_depths);
   neph_result result = np_scattering_field_build(slab->context, &slab->world, &depths, &desc, NULL, &slab->scattering);
   slab->lighting.scattering = slab->scattering;
   return result;

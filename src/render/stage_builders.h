@@ -36,8 +36,8 @@ np_stage_clear_once_fn np_stage_clear_packets, np_stage_clear_terrain, np_stage_
     np_stage_clear_star_map, np_stage_clear_catalogue;
 np_stage_revise_fn np_stage_revise_volumes;
 
-np_stage_build_light_fn np_stage_build_sun_depth, np_stage_build_visibility;
-np_stage_clear_light_fn np_stage_clear_sun_depth, np_stage_clear_visibility;
+np_stage_build_light_fn np_stage_build_sun_optical_depth, np_stage_build_visibility;
+np_stage_clear_light_fn np_stage_clear_sun_optical_depth, np_stage_clear_visibility;
 
 np_stage_build_packet_fn np_stage_build_packet_lights, np_stage_build_emission, np_stage_build_atmosphere,
     np_stage_build_airglow, np_stage_build_stars;

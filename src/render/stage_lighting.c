@@ -62,7 +62,7 @@ neph_result np_stage_build_sky_guide(const np_stage_inputs *in, const np_packet 
   if (!out->cloud_sky) return NEPH_OK;
   const float cost = np_plan_traces_air(in->plan) ? np_sky_guide_traced_cost : 1.0f;
   const np_sun_depths depths = {.clouds = &out->world.clouds};
-  const np_sun_depth_source source = np_sun_depths_get_source(&depths);
+  const np_sun_optical_depth_source source = np_sun_depths_get_source(&depths);
   np_sky_guide_build(&out->world, &source, np_assembly_get_clouds_middle(in->made), cost, &out->sky_guide);
   return NEPH_OK;
 }
@@ -82,8 +82,8 @@ static const np_packet_light *get_first(const np_stage_inputs *in, unsigned ligh
 }
 
 static np_sun_depths get_depths(const np_stage_inputs *in, const np_packet_light *light) {
-  const bool has_cache = np_plan_needs(in->plan, NP_STAGE_SUN_DEPTH);
-  return (np_sun_depths){&light->world.clouds, has_cache ? &in->made->lights[light->index].sun_depth : NULL};
+  const bool has_cache = np_plan_needs(in->plan, NP_STAGE_SUN_OPTICAL_DEPTH);
+  return (np_sun_depths){&light->world.clouds, has_cache ? &in->made->lights[light->index].sun_optical_depth : NULL};
 }
 
 /* The least rate at which depths count: in the scaled medium, or in the slowest octave. */
@@ -100,18 +100,18 @@ static float compute_sun_rate(const np_stage_inputs *in, const np_instances *clo
   return fmaxf(rate, 0.05f);
 }
 
-neph_result np_stage_build_sun_depth(const np_stage_inputs *in, unsigned light, np_light_caches *out) {
+neph_result np_stage_build_sun_optical_depth(const np_stage_inputs *in, unsigned light, np_light_caches *out) {
   const np_world *world = &get_first(in, light)->world;
   np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
   desc.rate = compute_sun_rate(in, &world->clouds);
   /* Nodes are cheap, and a depth that is wrong is so for all rays of a neighbourhood, as steps are not. */
   desc.tolerance = (float)(0.2 * in->scene->render.tolerance);
   return np_light_store_take_depths(in->made->context, &in->stores->lights, get_light_role(out->is_moon), world, &desc,
-                                    in->monitor, &out->sun_depth);
+                                    in->monitor, &out->sun_optical_depth);
 }
 
-void np_stage_clear_sun_depth(np_assembly *a, np_light_caches *light) {
-  np_light_store_give_depths(&a->stores->lights, get_light_role(light->is_moon), &light->sun_depth);
+void np_stage_clear_sun_optical_depth(np_assembly *a, np_light_caches *light) {
+  np_light_store_give_depths(&a->stores->lights, get_light_role(light->is_moon), &light->sun_optical_depth);
 }
 
 /* ---- Multiple scattering ---- */
@@ -135,7 +135,7 @@ neph_result np_stage_build_ordinates(const np_stage_inputs *in, const np_packet 
   desc.has_importance = in->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
   desc.seconds_max = np_schedule_take_solve(in->schedule, in->monitor);
   const np_sun_depths depths = get_depths(in, out);
-  const np_sun_depth_source source = np_sun_depths_get_source(&depths);
+  const np_sun_optical_depth_source source = np_sun_depths_get_source(&depths);
   return np_light_store_take(a->context, &in->stores->lights, np_packet_get_index(a, packet),
                              get_light_role(out->is_moon), &out->world, &source, &desc, in->monitor, &out->scattering);
 }

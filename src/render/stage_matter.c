@@ -21,14 +21,14 @@ static neph_result make_terrain(const np_stage_inputs *in, neph_terrain **out) {
   return np_terrain_create(in->scene->context, &source, &desc, out);
 }
 
-/* Given, kept from the picture before, or made. */
+/* Given, reused from the picture before, or built. */
 neph_result np_stage_build_terrain(const np_stage_inputs *in, np_assembly *out) {
   np_asset_store *store = &in->stores->assets;
   neph_terrain *given = in->scene->terrain.given;
   if (given) return out->terrain = neph_terrain_retain(given), NEPH_OK;
   neph_result result = np_asset_store_take_terrain(store, in->scene, &out->terrain);
   if (result) return result;
-  np_log(out->context, NEPH_LOG_DEBUG, "terrain: %s", out->terrain ? "kept" : "made");
+  np_log(out->context, NEPH_LOG_DEBUG, "terrain: %s", out->terrain ? "reused" : "built");
   if (out->terrain) return NEPH_OK;
   result = make_terrain(in, &out->terrain);
   if (!result) np_asset_store_put_terrain(store, out->terrain);
@@ -79,7 +79,7 @@ static neph_result load_or_bake(const np_stage_inputs *in, const np_scene_cloud 
   neph_result result = NEPH_OK;
   if (!path) return obtain_baked(in, cloud, out_volume);
   if (source == NP_CLOUD_SOURCE_REBAKE)
-    np_log(in->scene->context, NEPH_LOG_WARNING, "%s: was baked from other parameters than the scene's, is baked anew",
+    np_log(in->scene->context, NEPH_LOG_WARNING, "%s: rebaked: it was baked from other parameters than the scene's",
            path);
   const np_monitor_part whole = np_monitor_get_part(in->monitor);
   np_monitor_set_part(in->monitor, whole, 0.0, 0.8);
@@ -89,7 +89,7 @@ static neph_result load_or_bake(const np_stage_inputs *in, const np_scene_cloud 
   return result ? result : np_volume_load_density(in->scene->context, path, &desc, out_volume);
 }
 
-/* The volume of a cloud: given, kept from the picture before, or made. */
+/* The volume of a cloud: given, reused from the picture before, or built. */
 static neph_result obtain(const np_stage_inputs *in, unsigned index, const char *path, neph_volume **out_volume) {
   const np_scene_cloud *cloud = &in->scene->clouds[index];
   np_asset_store *store = &in->stores->assets;
@@ -99,7 +99,7 @@ static neph_result obtain(const np_stage_inputs *in, unsigned index, const char 
   neph_result result = np_plan_choose_source(in->scene, cloud, path, frame, &source);
   if (result) return result;
   if (!path || source == NP_CLOUD_SOURCE_FILE) *out_volume = np_asset_store_take_volume(store, index);
-  np_log(in->scene->context, NEPH_LOG_DEBUG, "cloud %s: %s", cloud->name, *out_volume ? "kept" : "made");
+  np_log(in->scene->context, NEPH_LOG_DEBUG, "cloud %s: %s", cloud->name, *out_volume ? "reused" : "built");
   if (*out_volume) return NEPH_OK;
   result = load_or_bake(in, cloud, path, source, out_volume);
   return result ? result : np_asset_store_put_volume(store, in->scene, index, frame, *out_volume);
@@ -143,7 +143,7 @@ static neph_result place_volume(cloud_build *c) {
 }
 
 static bool has_emission(const cloud_build *c) {
-  return c->cloud->emission.is_there && np_plan_needs(c->in->plan, NP_STAGE_EMISSION);
+  return c->cloud->emission.is_enabled && np_plan_needs(c->in->plan, NP_STAGE_EMISSION);
 }
 
 /* Emission of a cloud's file. */
@@ -275,7 +275,7 @@ neph_result np_stage_build_emission(const np_stage_inputs *in, np_packet *out) {
   const np_instance *placed = out->placed;
   for (unsigned i = 0; i < a->cloud_count; i++) {
     const np_instance *cloud = a->volumes[i] ? placed++ : NULL;
-    if (a->emissions[i].is_there) emitters[count++] = np_cloud_emission_get(&a->emissions[i], cloud);
+    if (a->emissions[i].is_enabled) emitters[count++] = np_cloud_emission_get(&a->emissions[i], cloud);
   }
   if (count == 0) return NEPH_OK;
   np_monitor_set_stage(in->monitor, "listing emitters");

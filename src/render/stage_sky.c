@@ -18,7 +18,7 @@ neph_result np_stage_build_lights(const np_stage_inputs *in, np_assembly *out) {
   }
   if (np_plan_has_sun_world(plan)) out->light_count++;
   if (np_plan_needs(plan, NP_STAGE_MOON)) out->lights[out->light_count++].is_moon = true;
-  if (!result && plan->has_beauty && scene->moon.is_there && scene->moon.map)
+  if (!result && plan->has_beauty && scene->moon.is_enabled && scene->moon.map)
     result = np_sphere_map_load(out->context, "moon.map", scene->moon.map, false, &out->moon_map);
   return result;
 }
@@ -42,7 +42,7 @@ neph_result np_stage_build_packet_lights(const np_stage_inputs *in, np_packet *o
   const np_spectrum sunlight = np_packet_convert(out, NP_BAND_SUN, in->scene->sun.irradiance_w_m2_nm);
   np_spectrum moonlight = np_spectrum_grey(0.0f);
   out->night = (np_night){.turn = places->turn};
-  if (in->scene->moon.is_there) out->night.moon = make_moon(in, out, sunlight, &moonlight);
+  if (in->scene->moon.is_enabled) out->night.moon = make_moon(in, out, sunlight, &moonlight);
   for (unsigned i = 0; i < a->light_count; i++) {
     np_packet_light *light = &out->lights[out->light_count++];
     *light = (np_packet_light){.index = i,
@@ -133,7 +133,7 @@ void np_stage_clear_cloud_sky(np_assembly *a, const np_packet *packet, np_packet
 
 neph_result np_stage_build_star_map(const np_stage_inputs *in, np_assembly *out) {
   const np_scene_stars *stars = &in->scene->stars;
-  if (!stars->is_there || !stars->map) return NEPH_OK;
+  if (!stars->is_enabled || !stars->map) return NEPH_OK;
   return np_sphere_map_load(out->context, "stars.map", stars->map, true, &out->star_map);
 }
 
@@ -153,8 +153,8 @@ static void set_map(const np_stage_inputs *in, const np_packet *packet, np_night
 neph_result np_stage_build_airglow(const np_stage_inputs *in, np_packet *out) {
   np_night *night = &out->night;
   const np_scene_airglow *airglow = &in->scene->airglow;
-  night->has_airglow = airglow->is_there;
-  if (airglow->is_there)
+  night->has_airglow = airglow->is_enabled;
+  if (airglow->is_enabled)
     night->airglow =
         np_airglow_make(airglow->magnitude, in->scene->atmosphere.planet_radius_m, airglow->altitude_m, out->bands.nm);
   if (in->made->star_map.texels) set_map(in, out, night);

@@ -19,7 +19,7 @@ typedef struct np_stage_row {
   uint32_t needs; /* bits of the stages whose results it reads */
   bool is_of_sky; /* wanted for a sky alone, too */
   np_stage_decide_fn *decide;
-  const char *kept_while;       /* the key by which later pictures use it again; NULL: built for each picture */
+  const char *reused_while;     /* the key by which later pictures use it again; NULL: built for each picture */
   double part_seconds;          /* predicted for each time it is built; memory next to nothing */
   np_stage_predict_fn *predict; /* NULL: by the above */
   np_stage_build_once_fn *build_once;

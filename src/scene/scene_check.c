@@ -31,7 +31,7 @@ static neph_result check_sun(const neph_scene *scene, np_scene_problems *problem
 
 static neph_result check_moon(const neph_scene *scene, np_scene_problems *problems) {
   const np_scene_moon *moon = &scene->moon;
-  if (!moon->is_there) return NEPH_OK;
+  if (!moon->is_enabled) return NEPH_OK;
   if (moon->has_angles != moon->has_azimuth)
     return np_scene_fail_at(problems, np_node_search(scene->document, "moon"),
                             "moon has one of elevation and azimuth, must have both or neither");
@@ -42,7 +42,7 @@ static neph_result check_moon(const neph_scene *scene, np_scene_problems *proble
 
 static neph_result check_stars(const neph_scene *scene, np_scene_problems *problems) {
   const np_scene_stars *stars = &scene->stars;
-  if (!stars->is_there) return NEPH_OK;
+  if (!stars->is_enabled) return NEPH_OK;
   if (!stars->has_sidereal && !scene->sun.time)
     return np_scene_fail_at(problems, np_node_search(scene->document, "stars"),
                             "stars are not turned, must have sidereal_time, or a sun.time to be found by");
@@ -163,7 +163,7 @@ static neph_result check_emission(const neph_scene *scene, unsigned index, const
                                   np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   const np_node *emission = np_node_search(node, "emission");
-  if (!cloud->emission.is_there || !emission) return NEPH_OK;
+  if (!cloud->emission.is_enabled || !emission) return NEPH_OK;
   if (cloud->is_baked)
     return np_scene_fail_at(problems, emission, "clouds[%u].emission goes with vdb alone: a baked cloud has no fire",
                             index);

@@ -62,13 +62,13 @@ neph_result np_scene_lights_compute(const neph_scene *scene, double latitude_rad
   np_scene_lights *l = out_lights;
   *l = (np_scene_lights){.to_sun = np_dvec3_make(sun[0], sun[1], sun[2])};
   l->sun_factor = compute_sun_factor(scene, l->to_sun);
-  if (scene->moon.is_there) {
+  if (scene->moon.is_enabled) {
     l->moon = scene->moon.has_angles
                   ? np_moon_place_between(make_direction(scene->moon.elevation_rad, scene->moon.azimuth_rad), l->to_sun)
                   : np_celestial_moon(unix_s, latitude_rad, longitude_rad, false);
     l->moon_ratio = np_moon_irradiance_ratio(&l->moon, 550.0) * scene->moon.brightness;
   }
-  if (scene->stars.is_there)
+  if (scene->stars.is_enabled)
     l->turn = scene->stars.has_sidereal ? np_celestial_turn_by_angle(scene->stars.sidereal_rad, latitude_rad)
                                         : np_celestial_turn_by_time(unix_s, latitude_rad, longitude_rad);
   return NEPH_OK;

@@ -12,7 +12,7 @@ enum {
   ALL = NP_OCTANT_COUNT * OCTANT
 };
 
-static np_spectrum compute_ground_radiance(const np_world *world, const np_sun_depth_source *depths,
+static np_spectrum compute_ground_radiance(const np_world *world, const np_sun_optical_depth_source *depths,
                                            const np_ground_hit *hit) {
   np_spectrum irradiance = np_spectrum_scale(np_world_level_irradiance(world, hit), np_world_get_sky_share(world, hit));
   const float cosine = np_vec3_dot(hit->normal, world->to_sun);
@@ -25,8 +25,8 @@ static np_spectrum compute_ground_radiance(const np_world *world, const np_sun_d
   return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
 }
 
-np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_depth_source *depths, np_dvec3 position,
-                                         np_vec3 towards) {
+np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_optical_depth_source *depths,
+                                         np_dvec3 position, np_vec3 towards) {
   np_ground_hit hit;
   if (!np_world_intersect_ground(world, position, towards, &hit))
     return np_world_sky_radiance(world, world->cloud_sky, position, towards);
@@ -54,7 +54,7 @@ static unsigned search_nearest(const np_ordinates *o, np_vec3 d) {
 /* Sums by ordinate. */
 typedef struct boundary_samples {
   const np_world *world;
-  const np_sun_depth_source *depths;
+  const np_sun_optical_depth_source *depths;
   np_dvec3 low, size; /* of the clouds' box */
   unsigned taken, counts[ALL];
   double sums[NP_BAND_COUNT][ALL];
@@ -109,8 +109,9 @@ static void fill_octant(const boundary_samples *o, const np_ordinates *ordinates
   for (unsigned n = 0; n < ordinates->count && found > 0.0; n++) out[n] *= (float)(sum / count * weight / found);
 }
 
-void np_boundary_radiance_fill(const np_world *world, const np_sun_depth_source *depths, const np_transport_desc *cells,
-                               const np_ordinates *ordinates, np_boundary_radiance out) {
+void np_boundary_radiance_fill(const np_world *world, const np_sun_optical_depth_source *depths,
+                               const np_transport_desc *cells, const np_ordinates *ordinates,
+                               np_boundary_radiance out) {
   boundary_samples o = {.world = world,
                         .depths = depths,
                         .low = cells->bounds_min,

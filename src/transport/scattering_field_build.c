@@ -259,9 +259,9 @@ static void finish(np_scattering_solver *s) {
   report(s->world, s->desc->tolerance, s->out);
 }
 
-neph_result np_scattering_field_build(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
-                                      const np_scattering_desc *desc, np_monitor *monitor,
-                                      np_scattering_field **out_field) {
+neph_result np_scattering_field_build(neph_context *context, const np_world *world,
+                                      const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
+                                      np_monitor *monitor, np_scattering_field **out_field) {
   *out_field = NULL;
   np_scattering_field *field = create(context);
   if (!field) return NEPH_ERROR_OUT_OF_MEMORY;

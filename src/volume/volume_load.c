@@ -178,15 +178,15 @@ static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_v
   np_monitor_set_stage(&monitor, "loading");
   job->grid_name = desc->grid;
   job->monitor = &monitor;
-  bool is_there = false;
+  bool has_content = false;
   neph_result result = np_parallel_run(context, &monitor, run_load, job);
-  if (!result) result = check_content(job, &is_there);
+  if (!result) result = check_content(job, &has_content);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.5, 0.7);
-  if (is_there) result = np_volume_import_values(context, job->path, &job->grid, desc->policy, &monitor);
+  if (has_content) result = np_volume_import_values(context, job->path, &job->grid, desc->policy, &monitor);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.7, 1.0);
-  if (is_there && !result)
+  if (has_content && !result)
     result = np_volume_create_from_grid(context, &job->grid, desc->precision, &monitor, out_volume);
-  if (is_there && !result) (*out_volume)->grid_bytes = job->tree_bytes;
+  if (has_content && !result) (*out_volume)->grid_bytes = job->tree_bytes;
   np_sparse_grid_clear(&job->grid);
   return result;
 }

@@ -61,13 +61,13 @@ np_spectrum np_night_radiance(const np_night *night, const neph_atmosphere *atmo
 }
 
 np_spectrum np_night_compute_irradiance(const np_night *night, const neph_atmosphere *atmosphere, np_dvec3 origin) {
-  enum { RINGS = 24, TURNS = 48 };
+  enum { RINGS = 24, AZIMUTHS = 48 };
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (int i = 0; i < RINGS; i++) /* even in the squared sine, of which the cosine's weight is the differential */
-    for (int k = 0; k < TURNS; k++) {
-      const double s2 = (i + 0.5) / RINGS, s = sqrt(s2), turn = 2.0 * NP_PI * (k + 0.5) / TURNS;
+    for (int k = 0; k < AZIMUTHS; k++) {
+      const double s2 = (i + 0.5) / RINGS, s = sqrt(s2), turn = 2.0 * NP_PI * (k + 0.5) / AZIMUTHS;
       const np_vec3 d = np_vec3_make((float)(s * cos(turn)), (float)(s * sin(turn)), (float)sqrt(1.0 - s2));
       sum = np_spectrum_add(sum, np_night_radiance(night, atmosphere, origin, d));
     }
-  return np_spectrum_scale(sum, NP_PI_F / (RINGS * TURNS));
+  return np_spectrum_scale(sum, NP_PI_F / (RINGS * AZIMUTHS));
 }

@@ -96,11 +96,11 @@ double np_plan_predict_filling(const np_plan *plan, const neph_scene *scene) {
 }
 
 bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size) {
-  const np_sun_depth wanted = scene->render.sun_depth;
-  if (wanted != NP_SUN_DEPTH_AUTO) {
+  const np_sun_optical_depth_method wanted = scene->render.sun_optical_depth;
+  if (wanted != NP_SUN_OPTICAL_DEPTH_AUTO) {
     snprintf(out_reason, reason_size, "render.sun_optical_depth is %s",
-             wanted == NP_SUN_DEPTH_VOLUME ? "volume" : "march");
-    return wanted == NP_SUN_DEPTH_VOLUME;
+             wanted == NP_SUN_OPTICAL_DEPTH_VOLUME ? "volume" : "march");
+    return wanted == NP_SUN_OPTICAL_DEPTH_VOLUME;
   }
   if (scene->sun.angular_radius_rad > disk_radius_max_rad) {
     snprintf(out_reason, reason_size, "sun.angular_radius is above 1 deg: its disk is marched for");
