@@ -220,7 +220,7 @@ np_air_scatterer np_air_scatterer_make(const neph_atmosphere *atmosphere, const 
 }
 
 static double versine_between(np_vec3 a, np_vec3 b) {
-  return fmin((double)np_versine(a.x, a.y, a.z, b.x, b.y, b.z), 2.0);
+  return fmin((double)np_vec3_versine(a, b), 2.0);
 }
 
 np_air_choice np_air_scatterer_eval(const np_air_scatterer *s, np_vec3 direction) {

@@ -60,7 +60,7 @@ void np_air_flight_collide(const np_air_flight *flight, int hero, double u, np_a
 
 /* ---- Scattering ---- */
 
-/* How the air at a collision throws light about. */
+/* The phase functions of the air at a collision. */
 typedef struct np_air_scatterer {
   const np_medium *medium;
   np_vec3 forward;

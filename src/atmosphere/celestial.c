@@ -287,7 +287,7 @@ static np_dvec3 compute_moon(double ephemeris_day, const sphere_state *state) {
   return np_dvec3_scale(nutate(precess(of_2000, ephemeris_day), state), 1000.0);
 }
 
-/* The moon's own axes for the true equator of date, by Cassini's laws (Meeus, chapter 53): its equator leans by I to
+/* The moon's own axes for the true equator of date, by Cassini's laws (Meeus, chapter 53): its equator is at I to
  * the ecliptic, descends on it where the orbit ascends, and the prime meridian keeps the mean longitude's pace.
  * Physical libration, 0.04° at most, is left out. */
 static void compute_axes(double julian_day, const sphere_state *state, np_dvec3 out_axes[3]) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From a description to a medium: layers, the phase functions they scatter by, and where their profiles bend. */
+/* From a description to a medium: layers, the phase functions they scatter by, and the kinks of their profiles. */
 #include "atmosphere/medium.h"
 
 #include <stdlib.h>
@@ -110,7 +110,7 @@ static neph_result fill_layer(neph_context *context, np_medium *medium, const ne
 
 /* ---- Kinks ---- */
 
-/* Adds an altitude where a layer may bend, if there is air on either side of it. */
+/* Adds an altitude where a layer may have a kink, if there is air on either side of it. */
 static void add_kink(np_medium *medium, const np_layer *layer, double altitude_m) {
   if (!(altitude_m >= layer->bottom_m && altitude_m <= layer->top_m)) return;
   if (altitude_m > 0.0 && altitude_m < medium->top_m) medium->kink_m[medium->kink_count++] = altitude_m;

@@ -61,7 +61,7 @@ typedef struct np_medium {
   np_bands ground_albedo;
   int layer_count, kink_count, aerosol_count;
   np_layer *layers; /* owned, with all they point to */
-  double *kink_m;   /* ascending: altitudes where a profile bends or breaks, sea level and the top left out */
+  double *kink_m;   /* ascending: altitudes where a profile has a kink or a step, sea level and the top left out */
   np_aerosol aerosol[NP_AEROSOLS_MAX];
   bool has_profile_kinks;   /* scatters in layers with kinks, which a rule without knowledge of them may miss */
   bool needs_delta_scaling; /* so much is scattered nearly straight on that degree 2 does not hold it */

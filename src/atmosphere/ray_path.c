@@ -66,7 +66,7 @@ np_bands np_ray_gap_depth(const np_medium *medium, const np_ray *ray, double beg
   return depth * (float)(0.5 * step);
 }
 
-/* Depth over the gap between two points; where the air is bent, cut at its kinks. */
+/* Depth over the gap between two points; cut at the kinks of profiles. */
 static np_bands compute_gap(const np_medium *medium, const np_ray *ray, const np_path *path, double begin_m,
                             double end_m) {
   return path->is_warped ? np_ray_optical_depth(medium, ray, begin_m, end_m)

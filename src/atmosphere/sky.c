@@ -176,7 +176,7 @@ np_dvec3 np_sky_get_observer(const neph_sky *sky) { return sky->observer; }
 
 /* Puts the aerosol's phase function on the peak, and the sun's irradiance on both. */
 static np_spectrum shade(const neph_sky *sky, np_vec3 direction, np_scattered s) {
-  const float versine = np_versine(direction.x, direction.y, direction.z, sky->sun.x, sky->sun.y, sky->sun.z);
+  const float versine = np_vec3_versine(direction, sky->sun);
   const np_bands phase = np_aerosol_phase(&sky->atmosphere->medium, versine);
   return np_spectrum_multiply(np_bands_to_spectrum(sky->frame.twilight * (s.smooth + phase * s.peak)), sky->irradiance);
 }

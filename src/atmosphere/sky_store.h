@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tables kept from one picture of a sequence to the next, and used again while what they depend on stays within the
+/* Tables reused from one picture of a sequence to the next while what they depend on stays within the
  * tolerance that they were sized for. What was built anew, and why, is logged.
  *
  * An entry is lent: who takes its atmosphere and skies owns them, and gives them back for the next picture. Changes are
@@ -40,7 +40,8 @@ neph_result np_sky_store_take_atmosphere(neph_context *context, np_sky_store *st
 /* Puts an atmosphere that a caller has made in the place of an entry's own. Without memory that stays. */
 void np_sky_store_offer(neph_context *context, np_sky_store *store, unsigned index, neph_atmosphere *atmosphere);
 
-/* A sky of `atmosphere`, which was taken before, likewise. A kept one is moved to the light and the observer wanted. */
+/* A sky of `atmosphere`, which was taken before, on the same terms. A cached one is moved to the light and the observer
+ * wanted. */
 neph_result np_sky_store_take_sky(np_sky_store *store, unsigned index, np_sky_role role, neph_atmosphere *atmosphere,
                                   const neph_sky_desc *desc, np_monitor *monitor, neph_sky **out_sky);
 

@@ -377,7 +377,7 @@ static np_aerial_sample lookup_plane(const neph_sky *sky, const np_sky_place *pl
   return (np_aerial_sample){depth, {t * undo_log(s.smooth), t * undo_log(s.peak)}};
 }
 
-/* What molecules scattered once, likewise. */
+/* The same of light that molecules scattered once. */
 static np_bands lookup_molecules(const neph_sky *sky, const np_sky_place *place, int slice, double distance_m) {
   if (slice < 0 || !sky->molecules) return np_bands_grey(0.0f);
   const np_view_sizes *n = &sky->aerial_sizes;

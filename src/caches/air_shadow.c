@@ -47,7 +47,7 @@ static int compute_plane_before(double reach_m, double distance_m, float *out_pa
 
 /* ---- Where there may be shadow ---- */
 
-/* A box of casters, and all that the sun throws their shadows on: along axes of which the third runs away from the sun.
+/* A box of casters, and all that their shadows fall on: along axes of which the third runs away from the sun.
  */
 typedef struct shaft {
   double low[3], high[3];
@@ -290,7 +290,7 @@ typedef struct loss_job {
 } loss_job;
 
 /* The change that clouds make in the mean radiance around a point, over the sun's irradiance there: what they hide of
- * the sky and throw down themselves, what the ground sends back of that, and what it sends back less of the sun. */
+ * the sky and scatter down themselves, what the ground sends back of that, and what it sends back less of the sun. */
 static np_spectrum compute_diffuse(const loss_job *job, np_dvec3 position, float seen) {
   const np_world *world = job->world;
   np_spectrum out = np_spectrum_grey(0.0f);

@@ -6,9 +6,9 @@
  *
  *     L += T·S·(1 − e^{−σ′h})/σ′,   S = Σ ϖσ·((1−f)·p′·E·e^{−kτ} + Σ (χ_l − f)·φ_lm·Y_lm)
  *
- * and the sky behind is seen through what T is left. The forward peak has no part in S: what it throws down belongs to
- * the sun's beam, which fades with kτ (np_ground_light.fade), and to the sky behind. Air between clouds and ground is
- * left out: it takes from the clouds' light about what it adds. So are hills; a slope sees its share of everything.
+ * and the sky behind is seen through what T is left. The forward peak has no part in S: what it scatters down belongs
+ * to the sun's beam, which fades with kτ (np_ground_light.fade), and to the sky behind. Air between clouds and ground
+ * is left out: it takes from the clouds' light about what it adds. So are hills; a slope sees its share of everything.
  */
 #include "caches/ground_light.h"
 
@@ -43,7 +43,7 @@ static void fill_direction(const np_world *world, const np_scattering_field *fie
   const np_vec3 d = out->towards, s = world->to_sun;
   for (unsigned v = 0; v < world->clouds.count; v++) {
     np_peak_column column;
-    np_scattering_field_fill_column(field, v, np_versine(d.x, d.y, d.z, s.x, s.y, s.z), &column);
+    np_scattering_field_fill_column(field, v, np_vec3_versine(d, s), &column);
     out->broad[v] = fmaxf(0.0f, column.broad);
   }
 }
@@ -67,7 +67,7 @@ static bool clip(const gather *g, np_dvec3 origin, np_vec3 direction, double *ou
   return *out_begin < *out_end;
 }
 
-/* What the clouds at a place throw down along a direction, per metre; returns the scaled extinction there. */
+/* Light that the clouds at a place scatter along a direction, per metre; returns the scaled extinction there. */
 static float compute_source(const gather *g, const gather_direction *d, np_dvec3 position, np_spectrum *out_source) {
   const np_world *world = g->world;
   float extinction[NP_INSTANCES_MAX], scaled = 0.0f;

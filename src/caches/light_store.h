@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light in clouds and depths towards lights, kept from one picture of a sequence to the next and used again while what
- * they depend on is the same: the clouds to the bit, what shines on them within a thousandth; for depths where it
+/* Light in clouds and optical depth to lights, reused from one picture of a sequence to the next while
+ * what they depend on is the same: the clouds to the bit, what shines on them within a thousandth; for depths where it
  * stands, to the bit. The camera does not matter to them. What was built anew, and why, is logged.
  *
- * What is kept is lent: who takes it owns it, and gives it back for the next picture. Changes are counted from when it
+ * Cached light is lent: who takes it owns it, and gives it back for the next picture. Changes are counted from when it
  * was built, so that small steps do not add up unseen.
  */
 #ifndef NP_CACHES_LIGHT_STORE_H
@@ -47,7 +47,7 @@ typedef struct np_light_store {
   np_light_store_depths depths[NP_LIGHT_ROLES]; /* for all packets */
 } np_light_store;
 
-/* The solution of the `index`-th packet for the view's light: kept, or solved. */
+/* The solution of the `index`-th packet for the view's light: cached, or solved. */
 neph_result np_light_store_take(neph_context *context, np_light_store *store, unsigned index, np_light_role role,
                                 const np_world *world, const np_sun_optical_depth_source *depths,
                                 const np_scattering_desc *desc, np_monitor *monitor,
@@ -56,7 +56,7 @@ neph_result np_light_store_take(neph_context *context, np_light_store *store, un
 /* Takes back a solution that was lent; NULL changes nothing. One that a time limit cut is destroyed. */
 void np_light_store_give(np_light_store *store, unsigned index, np_light_role role, np_scattering_field *solution);
 
-/* Depths towards the view's light: kept, or found. */
+/* Optical depth to the view's light: cached, or computed. */
 neph_result np_light_store_take_depths(neph_context *context, np_light_store *store, np_light_role role,
                                        const np_world *world, const np_sun_optical_depth_desc *desc,
                                        np_monitor *monitor, np_sun_optical_depth *out);

@@ -3,7 +3,7 @@
  *
  * Each cloud has a lattice of nodes whose third axis t runs away from the sun, so that a line of nodes is one ray and
  * is filled by following it once. A cell has 8³ intervals of the lattice, and keeps as many nodes as its tolerance
- * asks for: 9³, 5³, 3³ or 2³, of which the depth is interpolated. Where it bends too much for that, as at a dense edge
+ * asks for: 9³, 5³, 3³ or 2³, of which the depth is interpolated. Where it curves too much for that, as at a dense edge
  * that faces the sun, a second pass follows rays half a step apart, for 17³ nodes; a twelfth of their second
  * differences is taken off, so that between them the interpolant is right in the mean. Three kinds keep none:
  *

@@ -166,8 +166,8 @@ void NP_KERNEL(np_sun_column_fill)(np_sun_column *c) {
 
 /* ---- Steep cells ---- */
 
-/* Where 17³ nodes bend by more tolerances than that it is walked: what they miss is a third of it, as much as the
- * picture's whole tolerance, and walking takes ten times as long. */
+/* Where the second differences of 17³ nodes exceed more tolerances than that it is walked: what they miss is a third of
+ * it, as much as the picture's whole tolerance, and walking takes ten times as long. */
 static const float steep_bend = 16.0f;
 
 static void follow_fine_rays(const np_sun_column *c, size_t count) {

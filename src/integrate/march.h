@@ -47,8 +47,9 @@ typedef struct np_march {
   } sun;
 } np_march;
 
-/* Light a step: what it throws to the camera is added, and the ray carried past it. `scaled` in the medium of the
- * multiple scattering's solution, `approximation` with light that is scattered once, and what stands for more. */
+/* Light a step: the light that it scatters to the camera is added, and the ray carried past it. `scaled` in the medium
+ * of the multiple scattering's solution, `approximation` with light that is scattered once, and what stands for more.
+ */
 void NP_KERNEL(np_march_start_scaled)(np_march *m);
 void NP_KERNEL(np_march_light_scaled)(np_march *m, const np_step *s);
 void NP_KERNEL(np_march_start_approximation)(np_march *m);
@@ -67,7 +68,7 @@ float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *light
 /* 1 − cos of the angle between the ray and the way to the sun. */
 static inline float np_march_get_sun_versine(const np_march *m) {
   const np_vec3 d = m->ray->direction;
-  return np_versine(d.x, d.y, d.z, m->to_sun.x, m->to_sun.y, m->to_sun.z);
+  return np_vec3_versine(d, m->to_sun);
 }
 
 static inline void np_march_add(np_march *m, np_component component, float scale, np_spectrum radiance) {

@@ -103,7 +103,7 @@ static unsigned draw_cloud(const np_spectrum *share, unsigned count, np_random *
 }
 
 /* A direction from an even mixture of the phase function and the whole sphere: the first finds what shines through the
- * cloud, the second what shines on it from the side that the cloud does not throw forward. */
+ * cloud, the second what shines on it from the side into which the cloud does not scatter forward. */
 static np_vec3 draw_direction(const np_phase *phase, np_vec3 forward, np_random *random, float *out_pdf) {
   const float choice = np_random_float(random);
   const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
@@ -115,7 +115,7 @@ static np_vec3 draw_direction(const np_phase *phase, np_vec3 forward, np_random 
   } else {
     const float z = 1.0f - 2.0f * u[0], r = sqrtf(np_maxf(0.0f, 1.0f - z * z)), azimuth = 2.0f * NP_PI_F * u[1];
     direction = np_vec3_make(r * cosf(azimuth), r * sinf(azimuth), z);
-    value = np_phase_eval(phase, np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z));
+    value = np_phase_eval(phase, np_vec3_versine(forward, direction));
   }
   *out_pdf = 0.5f * (value + even);
   return direction;
@@ -137,8 +137,7 @@ static void add_surroundings(np_march *m, np_dvec3 position, const np_step *s, c
   if (np_spectrum_is_zero(light)) return;
   float transmittances[NP_APPROXIMATION_TERMS_MAX], phases[NP_APPROXIMATION_TERMS_MAX];
   fill_transmittances(m, position, direction, error, transmittances);
-  m->method->fill_phases(&m->settings->approximation, phase,
-                         np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z), phases);
+  m->method->fill_phases(&m->settings->approximation, phase, np_vec3_versine(forward, direction), phases);
   light = np_spectrum_scale(light, draw_weight / pdf);
   add_terms(m, is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY, phases, transmittances, light);
 }

@@ -80,7 +80,7 @@ static void compute_sunlight(const np_march *m, np_dvec3 position, float error, 
     out->place[b] = b > 0 && m->is_grey ? out->place[0] : np_peak_place_get(depths.peak.band[b]);
 }
 
-/* Sunlight thrown towards the camera by each cloud of a step; `scattering` is its ϖτ times what one unit of that counts
+/* Sunlight scattered to the camera by each cloud of a step; `scattering` is its ϖτ times what one unit of that counts
  * for. Scattered once it is T·p·e^{−τ}, which is part of D. `leaving` is what the peak's depth lets through from here
  * to the camera. */
 static void add_sun(np_march *m, const np_step *s, const sunlight *sun, const np_spectrum *scattering,

@@ -47,7 +47,7 @@ static float compute_sunlight(const np_tracer *t, const np_sun_ray *sun) {
 
 static float eval_towards(const np_path_state *path, np_vec3 axis) {
   const np_vec3 d = path->direction;
-  return np_phase_eval(&path->volume->phase, np_versine(d.x, d.y, d.z, axis.x, axis.y, axis.z));
+  return np_phase_eval(&path->volume->phase, np_vec3_versine(d, axis));
 }
 
 /* The phase function towards a direction, and the density with which paths and branches take it. */
@@ -204,7 +204,7 @@ static np_vec3 sample_cosine(np_vec3 normal, np_random *random, float *out_cosin
   return np_vec3_normalize(direction);
 }
 
-/* What Lambert's ground throws towards a direction, and the density with which a path takes it. */
+/* Radiance that Lambert's ground reflects in a direction, and the density with which a path takes it. */
 static float eval_ground(const np_path_state *path, np_vec3 direction) {
   return fmaxf(np_vec3_dot(path->ground.normal, direction), 0.0f) * (1.0f / NP_PI_F);
 }

@@ -102,7 +102,7 @@ static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const c
 /* Into how many panels a ray through all of the air is cut: more than elsewhere, for there is one such ray a sample. */
 enum { CAMERA_PANELS = 20 };
 
-/* The air from the camera to a distance: what it lets through, and, added to a component, what it throws back. */
+/* The air from the camera to a distance: its transmittance, and, added to a component, its in-scatter. */
 static np_spectrum look_through_air(const np_tracer *t, const np_camera_ray *ray, double distance,
                                     np_component component, bool is_seen) {
   if (!t->world->atmosphere) return np_spectrum_grey(1.0f);

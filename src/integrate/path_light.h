@@ -16,7 +16,7 @@ static inline void np_path_add_light(const np_tracer *t, const np_path_state *pa
     np_path_add(t->out, component, radiance);
 }
 
-/* What light counts as that clouds scatter again and again, or that is emitted. */
+/* The component of multiple scattering in clouds, and of emission. */
 static inline np_component np_path_name_multiple(const np_path_state *path) {
   return path->has_component ? path->component : NP_COMPONENT_MULTIPLE;
 }
@@ -42,7 +42,7 @@ static inline bool np_path_aim_at_sun(const np_tracer *t, np_dvec3 position, dou
   return true;
 }
 
-/* Sunlight thrown on by the present vertex, `share` of it per steradian, which would have met the disk by chance with
+/* Sunlight scattered by the present vertex, `share` of it per steradian, which would have met the disk by chance with
  * this density. */
 static inline void np_path_gather_sun(const np_tracer *t, const np_path_state *path, const np_sun_ray *sun,
                                       np_spectrum share, float density) {

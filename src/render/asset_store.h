@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Volumes and a terrain kept from one picture to the next, and used again while their sources are the same: a file by
+/* Volumes and a terrain cached from one picture to the next, and reused while their sources are the same: a file by
  * path, size, time of change and how it is read; what is made from parameters by all of these.
  *
  * Before a picture's volumes are loaded, those that it has no use for are released, so that no picture needs more

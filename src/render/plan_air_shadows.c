@@ -35,7 +35,7 @@ static double compute_given_length(const np_scene_cloud *cloud) {
   return cloud->scale * hypot(high[0] - low[0], high[1] - low[1]);
 }
 
-/* As long as what throws the shadows; of files, which are not read yet, without bound. */
+/* As long as the clouds that cast the shadows; of files, which are not read yet, without bound. */
 static double compute_cloud_shadow(const neph_scene *scene) {
   double length = 0.0;
   for (unsigned i = 0; i < scene->cloud_count; i++) {

@@ -2,7 +2,7 @@
 /* Where sunlight first collides.
  *
  * A cell's source is even in it, while sunlight collides first on the side of the cell that the sun shines on: what is
- * thrown back from there has less cloud before it. So the first moments of what a cell takes are counted too, and a
+ * scattered back from there has less cloud before it. So the first moments of what a cell takes are counted too, and a
  * share goes over to the neighbours, such that the centre of all that is taken stays where it is. Without that clouds
  * that are seen from where the sun stands are too dark, by as much as the cells are large. */
 #include "core/alloc.h"

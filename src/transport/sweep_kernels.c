@@ -26,7 +26,7 @@ typedef struct flow {
   lanes *x, *y, *z;     /* faces, as in np_sweep_faces */
 } flow;
 
-/* What cells of a row throw into the two octants of a pair; then what shines through them. */
+/* Outgoing radiance of the cells of a row in the two octants of a pair; then what shines through them. */
 typedef struct twin {
   lanes up, down;
 } twin;
