@@ -13,7 +13,7 @@ static cli_exit describe_scene(cli_session *session, const char *path, char **ou
 typedef neph_result (*describe_fn)(neph_context *context, const char *path, neph_text_format format, char **out_text);
 
 /* A PNG is described as the height field that it may be. */
-static describe_fn find_describer(const char *path) {
+static describe_fn choose_describer(const char *path) {
   static const struct {
     const char *extension;
     describe_fn describe;
@@ -27,7 +27,7 @@ static describe_fn find_describer(const char *path) {
 }
 
 static cli_exit describe_file(cli_session *session, const char *path, char **out_text) {
-  describe_fn describe = find_describer(path);
+  describe_fn describe = choose_describer(path);
   if (describe) return cli_exit_of(describe(session->context, path, cli_text_format(session), out_text));
   bool is_scene = cli_has_extension(path, ".yaml") || cli_has_extension(path, ".yml") || (path[0] == '-' && !path[1]);
   if (is_scene) return describe_scene(session, path, out_text);

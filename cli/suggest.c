@@ -7,7 +7,7 @@
 enum { LENGTH_MAX = 32 };
 
 /* Letters added, dropped or replaced on the way from `a` to `b` (Levenshtein). */
-static size_t find_distance(const char *a, const char *b) {
+static size_t compute_distance(const char *a, const char *b) {
   size_t m = strlen(a), n = strlen(b), row[LENGTH_MAX + 1];
   if (m > LENGTH_MAX || n > LENGTH_MAX) return SIZE_MAX;
   for (size_t j = 0; j <= n; j++) row[j] = j;
@@ -29,7 +29,7 @@ const char *cli_suggest(const char *text, const char *const *names, size_t count
   const char *best = NULL;
   size_t best_distance = strlen(text) / 3 + 1;
   for (size_t i = 0; i < count; i++) {
-    size_t distance = find_distance(text, names[i]);
+    size_t distance = compute_distance(text, names[i]);
     if (distance > best_distance || (best && distance == best_distance)) continue;
     best = names[i];
     best_distance = distance;

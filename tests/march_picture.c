@@ -182,7 +182,7 @@ void march_picture_light(march_picture *p, double elevation_rad, double azimuth_
   const unsigned pixels = p->width * p->height;
   for (unsigned i = 0; i < pixels; i++) {
     const np_vec3 d = p->rays[i].direction, to = p->world.to_sun;
-    p->phase[i] = (double)np_phase_eval(&p->cloud.phase, np_versine(d.x, d.y, d.z, to.x, to.y, to.z));
+    p->phase[i] = (double)np_phase_eval(&p->cloud.phase, np_vec3_versine(d, to));
     p->reference[i] = p->phase[i] * compute_reference(p, &p->rays[i]);
     sum += p->reference[i] * p->reference[i];
   }

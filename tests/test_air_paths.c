@@ -5,7 +5,7 @@
 #include "atmosphere/atmosphere_tables.h"
 #include "core/csv.h"
 #include "test_skies.h"
-#include "test_truth_rows.h"
+#include "test_reference_rows.h"
 #include "test_world.h"
 
 /* Four standard errors: one value in 16,000 lies beyond by chance; the seeds are fixed, so none does. */
@@ -117,8 +117,8 @@ static void compare_sky(double sun_deg, unsigned every, int count) {
       continue;
     double reference[3], error[3];
     for (int b = 0; b < 3; b++) {
-      reference[b] = test_row_get(&csv, i, TEST_TRUTH + b);
-      error[b] = test_row_get(&csv, i, TEST_TRUTH + 3 + b);
+      reference[b] = test_row_get(&csv, i, TEST_REFERENCE + b);
+      error[b] = test_row_get(&csv, i, TEST_REFERENCE + 3 + b);
     }
     const double zenith = test_row_get(&csv, i, 6), azimuth = test_row_get(&csv, i, 7);
     const estimate e = trace(&s, np_dvec3_make(0, 0, 0), test_direction(zenith, azimuth), count, i);
@@ -144,17 +144,18 @@ static void compare_planet(double radius_m, double sun_deg, np_dvec3 origin, np_
   desc.planet_radius_m = radius_m;
   scene s;
   start(&s, &desc, radius_m, test_direction(sun_deg, 0.0));
-  const np_truth_scene reference = {.medium = &s.atmosphere->medium,
-                                    .light = NP_TRUTH_DISK,
-                                    .to_sun = test_direction(sun_deg, 0.0),
-                                    .sun_angular_radius_rad = 0.00467396,
-                                    .order_min = 1,
-                                    .order_max = NP_TRUTH_ORDERS_ALL,
-                                    .guide = &s.atmosphere->depths,
-                                    .has_ground = true};
-  const np_truth_query query = {origin, direction, INFINITY, false};
-  np_truth_value value;
-  assert_int_equal(np_truth_radiance(s.base.context, NULL, &reference, &query, (unsigned)count, 7, &value), NEPH_OK);
+  const np_reference_scene reference = {.medium = &s.atmosphere->medium,
+                                        .light = NP_REFERENCE_DISK,
+                                        .to_sun = test_direction(sun_deg, 0.0),
+                                        .sun_angular_radius_rad = 0.00467396,
+                                        .order_min = 1,
+                                        .order_max = NP_REFERENCE_ORDERS_ALL,
+                                        .guide = &s.atmosphere->depths,
+                                        .has_ground = true};
+  const np_reference_query query = {origin, direction, INFINITY, false};
+  np_reference_value value;
+  assert_int_equal(np_reference_radiance(s.base.context, NULL, &reference, &query, (unsigned)count, 7, &value),
+                   NEPH_OK);
   for (int b = 0; b < 3; b++) {
     value.mean[b] *= (double)s.base.world.sun_irradiance.band[b];
     value.error[b] *= (double)s.base.world.sun_irradiance.band[b];

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "atmosphere/atmosphere_tables.h"
-#include "atmosphere/sky_truth.h"
+#include "atmosphere/sky_reference.h"
 
 /* ---- Reference rows ---- */
 
@@ -250,10 +250,12 @@ static void disk_shines_through_the_air(void **state) {
     for (double above = -1.0; above < 8.0; above += 0.25) {
       const double zenith = np_horizon_angle(&atmosphere->medium, heights[i], 0.0) - above * 0.00467396;
       const np_dvec3 sun = np_dvec3_make(sin(zenith), 0.0, cos(zenith)), position = np_dvec3_make(0, 0, heights[i]);
-      const np_truth_scene scene = {
-          .medium = &atmosphere->medium, .light = NP_TRUTH_DISK, .to_sun = sun, .sun_angular_radius_rad = 0.00467396};
+      const np_reference_scene scene = {.medium = &atmosphere->medium,
+                                        .light = NP_REFERENCE_DISK,
+                                        .to_sun = sun,
+                                        .sun_angular_radius_rad = 0.00467396};
       double exact[3];
-      np_truth_sunlight(&scene, position, exact);
+      np_reference_sunlight(&scene, position, exact);
       const np_spectrum light =
           np_atmosphere_transmittance_to_sun(atmosphere, position, np_dvec3_to_float(sun), 0.00467396f);
       for (int b = 0; b < 3; b++)

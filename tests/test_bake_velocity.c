@@ -87,7 +87,7 @@ static void compare_moments(neph_context *context, const moment *now, const mome
 }
 
 /* How many times better the velocity does than standing still. */
-static double find_gain(neph_context *context, neph_cloud_desc desc, double dt_s) {
+static double compute_gain(neph_context *context, neph_cloud_desc desc, double dt_s) {
   moment now = bake_moment(context, &desc, 800); /* wider by what may flow in */
   desc.time_s += dt_s;
   moment later = bake_moment(context, &desc, 650);
@@ -106,8 +106,8 @@ static void growth_is_carried(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
   const neph_cloud_desc desc = moving_field();
-  assert_true(find_gain(context, desc, 5) > 1.5);
-  assert_true(find_gain(context, desc, 10) > 1.9);
+  assert_true(compute_gain(context, desc, 5) > 1.5);
+  assert_true(compute_gain(context, desc, 10) > 1.9);
   neph_context_destroy(context);
 }
 
@@ -118,9 +118,9 @@ static void wind_is_carried(void **state) {
   neph_cloud_desc desc = moving_field();
   desc.wind_m_s[0] = 10;
   desc.wind_m_s[1] = -5;
-  assert_true(find_gain(context, desc, 5) > 3);
+  assert_true(compute_gain(context, desc, 5) > 3);
   desc.lifetime_s = 1e7;
-  assert_true(find_gain(context, desc, 5) > 3);
+  assert_true(compute_gain(context, desc, 5) > 3);
   neph_context_destroy(context);
 }
 

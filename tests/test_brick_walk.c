@@ -8,7 +8,7 @@ static int count_planes(const np_bricks *bricks) {
   return bricks->size[0][0] + bricks->size[0][1] + bricks->size[0][2] + 3;
 }
 
-static np_dvec3 find_position(np_dvec3 origin, np_dvec3 direction, double t) {
+static np_dvec3 compute_position(np_dvec3 origin, np_dvec3 direction, double t) {
   return np_dvec3_add(origin, np_dvec3_scale(direction, t));
 }
 
@@ -92,7 +92,7 @@ static void spans_tile_every_ray(void **state) {
     int count = walk_ray(&walk, &m.bricks, &r, spans);
     for (int s = 0; s < SAMPLES; s++) {
       double t = r.t_begin + (r.t_end - r.t_begin) * (s + 0.5) / SAMPLES;
-      double expected = (double)np_bricks_sample(&m.bricks, find_position(r.origin, r.direction, t));
+      double expected = (double)np_bricks_sample(&m.bricks, compute_position(r.origin, r.direction, t));
       assert_near(sample_by_walk(&walk, spans, count, t), expected, 1e-4);
     }
   }
@@ -269,7 +269,7 @@ static void periodic_volumes_repeat(void **state) {
     while (np_brick_walk_next(&walk, &spans[count])) count++;
     for (int s = 0; s < 20; s++) {
       double t = (s + 0.5) * 0.15;
-      np_dvec3 at = find_position(r.origin, r.direction, t);
+      np_dvec3 at = compute_position(r.origin, r.direction, t);
       assert_near(np_bricks_sample(&volume->bricks, at), sample_wave(at), 2e-5);
       assert_near(sample_by_walk(&walk, spans, count, t), sample_wave(at), 2e-5);
     }

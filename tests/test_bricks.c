@@ -31,7 +31,7 @@ static double *make_points(const np_bricks *bricks, uint64_t seed) {
   return points;
 }
 
-static double find_largest_difference(const np_bricks *bricks, const double *points, const float *expected) {
+static double compute_largest_difference(const np_bricks *bricks, const double *points, const float *expected) {
   double largest = 0;
   for (size_t i = 0; i < POINTS; i++) {
     np_dvec3 at = np_dvec3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]);
@@ -51,8 +51,8 @@ static void assert_like_openvdb(neph_context *context, const np_sparse_grid *gri
   float *expected = malloc(POINTS * sizeof *expected);
   assert_int_equal(module->sample(grid, POINTS, points, expected, &error), NEPH_OK);
   double max = (double)floats.value_max;
-  assert_near(find_largest_difference(&floats, points, expected), 0.0, float_tolerance * max);
-  assert_near(find_largest_difference(&halves, points, expected), 0.0, half_tolerance * max);
+  assert_near(compute_largest_difference(&floats, points, expected), 0.0, float_tolerance * max);
+  assert_near(compute_largest_difference(&halves, points, expected), 0.0, half_tolerance * max);
   free(points);
   free(expected);
   np_bricks_clear(&floats);

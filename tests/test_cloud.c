@@ -12,7 +12,7 @@ static void coverage_is_the_covered_fraction(void **state) {
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
       neph_cloud_desc desc = test_small_field(seed);
       desc.coverage = wanted[i];
-      assert_near(test_find_covered(context, &desc), wanted[i], 0.05);
+      assert_near(test_compute_covered(context, &desc), wanted[i], 0.05);
     }
   neph_context_destroy(context);
 }
@@ -110,7 +110,7 @@ static void a_cloud_does_not_depend_on_its_voxels(void **state) {
 
 /* ---- Parameters ---- */
 
-static double find_highest_m(const np_sparse_grid *grid, const neph_cloud_desc *desc) {
+static double compute_highest_m(const np_sparse_grid *grid, const neph_cloud_desc *desc) {
   np_grid_extent extent;
   return np_sparse_grid_measure(grid, &extent) ? (extent.max[2] + 1) * desc->voxel_m : 0;
 }
@@ -129,16 +129,16 @@ static void an_anvil_spreads_at_the_top_alone(void **state) {
   for (int i = 0; i < 2; i++) {
     desc.anvil = i;
     np_sparse_grid grid = test_bake(context, &desc);
-    top[i] = test_find_volume(&grid, 45, 57);
-    bottom[i] = test_find_volume(&grid, 0, 15);
-    assert_true(find_highest_m(&grid, &desc) <= desc.thickness_m);
+    top[i] = test_count_voxels(&grid, 45, 57);
+    bottom[i] = test_count_voxels(&grid, 0, 15);
+    assert_true(compute_highest_m(&grid, &desc) <= desc.thickness_m);
     np_sparse_grid_clear(&grid);
   }
   assert_true(top[1] > 10 * top[0] && bottom[1] < bottom[0]); /* it counts towards the coverage */
   neph_context_destroy(context);
 }
 
-static double find_mean_x_m(const np_sparse_grid *grid, const neph_cloud_desc *desc, int32_t k) {
+static double compute_mean_x_m(const np_sparse_grid *grid, const neph_cloud_desc *desc, int32_t k) {
   double sum = 0, count = 0;
   for (size_t l = 0; l < grid->leaf_count; l++)
     for (int n = 0; n < NP_LEAF_SIZE; n++)
@@ -158,8 +158,8 @@ static void skew_moves_tops_against_bases(void **state) {
   for (int i = 0; i < 2; i++) {
     desc.skew_m[0] = 1000 * i;
     np_sparse_grid grid = test_bake(context, &desc);
-    mean_m[i][0] = find_mean_x_m(&grid, &desc, 2);
-    mean_m[i][1] = find_mean_x_m(&grid, &desc, 14);
+    mean_m[i][0] = compute_mean_x_m(&grid, &desc, 2);
+    mean_m[i][1] = compute_mean_x_m(&grid, &desc, 14);
     np_sparse_grid_clear(&grid);
   }
   for (int level = 0; level < 2; level++)
@@ -169,7 +169,7 @@ static void skew_moves_tops_against_bases(void **state) {
 }
 
 /* Change from voxel to voxel along x, over the sum of all: how rugged a cloud is. */
-static double find_ruggedness(neph_context *context, const neph_cloud_desc *desc) {
+static double compute_ruggedness(neph_context *context, const neph_cloud_desc *desc) {
   np_sparse_grid grid = test_bake(context, desc);
   double change = 0, sum = 0;
   for (size_t l = 0; l < grid.leaf_count; l++)
@@ -187,11 +187,11 @@ static void billowiness_and_erosion_make_a_cloud_rugged(void **state) {
   neph_cloud_desc desc = test_small_field(4);
   double ruggedness[3];
   desc.billowiness = desc.erosion = 0;
-  ruggedness[0] = find_ruggedness(context, &desc);
+  ruggedness[0] = compute_ruggedness(context, &desc);
   desc.billowiness = 1;
-  ruggedness[1] = find_ruggedness(context, &desc);
+  ruggedness[1] = compute_ruggedness(context, &desc);
   desc.erosion = 1;
-  ruggedness[2] = find_ruggedness(context, &desc);
+  ruggedness[2] = compute_ruggedness(context, &desc);
   assert_true(ruggedness[1] > 1.2 * ruggedness[0] && ruggedness[2] > 1.2 * ruggedness[1]);
   neph_context_destroy(context);
 }
@@ -227,7 +227,7 @@ static void a_profile_takes_the_place_of_the_type(void **state) {
   const double wall[NEPH_CLOUD_PROFILE_POINTS] = {0, 0, 0, 0, 1};
   memcpy(desc.profile, wall, sizeof wall);
   np_sparse_grid towers = test_bake(context, &desc);
-  assert_true(test_find_volume(&towers, 15, 22) > 2 * test_find_volume(&dome, 15, 22));
+  assert_true(test_count_voxels(&towers, 15, 22) > 2 * test_count_voxels(&dome, 15, 22));
   np_sparse_grid_clear(&towers);
   np_sparse_grid_clear(&dome);
   neph_context_destroy(context);
@@ -244,7 +244,7 @@ static void sublayers_are_sheets_with_gaps(void **state) {
   for (unsigned i = 0; i < 2; i++) {
     desc.sublayers = i + 1;
     np_sparse_grid grid = test_bake(context, &desc);
-    middle[i] = test_find_volume(&grid, 14, 16);
+    middle[i] = test_count_voxels(&grid, 14, 16);
     np_sparse_grid_clear(&grid);
   }
   assert_true(middle[1] < 0.3 * middle[0]);

@@ -10,7 +10,7 @@ static void every_preset_covers_what_it_says(void **state) {
     assert_int_equal(neph_cloud_get_preset(context, test_presets[i], &desc), NEPH_OK);
     desc.precipitation = 0; /* rain is not cloud */
     for (int coarser = 1; coarser <= 2; coarser++) {
-      assert_near(test_find_covered(context, &desc), desc.coverage, 0.05);
+      assert_near(test_compute_covered(context, &desc), desc.coverage, 0.05);
       desc.voxel_m *= 2;
     }
   }

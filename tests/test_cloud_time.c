@@ -4,7 +4,7 @@
 
 #include "core/random.h"
 
-static double find_change(neph_context *context, neph_cloud_desc desc, double time_s, double later_s) {
+static double compute_change(neph_context *context, neph_cloud_desc desc, double time_s, double later_s) {
   enum { POINTS = 4096 };
   np_cloud_model models[2];
   double squared = 0, norm = 0;
@@ -37,11 +37,11 @@ static void clouds_change_steadily_with_time(void **state) {
     desc.softness = 0.5;
     desc.wind_m_s[0] = 8;
     for (int start = 0; start <= 1000; start += 1000) {
-      const double second = find_change(context, desc, start, start + 1),
-                   tenth = find_change(context, desc, start, start + 0.1);
+      const double second = compute_change(context, desc, start, start + 1),
+                   tenth = compute_change(context, desc, start, start + 0.1);
       assert_true(second < 0.1 && tenth < 0.3 * second + 1e-4);
     }
-    assert_true(find_change(context, desc, 0, 1800) > 0.5);
+    assert_true(compute_change(context, desc, 0, 1800) > 0.5);
   }
   neph_context_destroy(context);
 }

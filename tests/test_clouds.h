@@ -71,7 +71,7 @@ static inline test_columns test_gather_columns(const np_sparse_grid *grid, const
   return c;
 }
 
-static inline double test_find_covered(neph_context *context, const neph_cloud_desc *desc) {
+static inline double test_compute_covered(neph_context *context, const neph_cloud_desc *desc) {
   np_sparse_grid grid = test_bake(context, desc);
   test_columns c = test_gather_columns(&grid, desc);
   free(c.lowest);
@@ -80,7 +80,7 @@ static inline double test_find_covered(neph_context *context, const neph_cloud_d
 }
 
 /* Voxels with cloud at these indices of height. */
-static inline double test_find_volume(const np_sparse_grid *grid, int32_t from, int32_t to) {
+static inline double test_count_voxels(const np_sparse_grid *grid, int32_t from, int32_t to) {
   uint64_t count = 0;
   for (size_t l = 0; l < grid->leaf_count; l++)
     for (int n = 0; n < NP_LEAF_SIZE; n++) {

@@ -124,7 +124,7 @@ static void linear_spectra_add_up_exactly(void **state) {
 }
 
 /* The greatest error of a component over the largest component of the colour. */
-static double find_error(unsigned count, double (*spectrum)(double nm), bool is_rough) {
+static double compute_error(unsigned count, double (*spectrum)(double nm), bool is_rough) {
   double sum[3], exact[3], largest = 0.0, error = 0.0;
   add_up(count, spectrum, is_rough, sum);
   integrate(spectrum, exact);
@@ -144,7 +144,7 @@ static void more_wavelengths_converge(void **state) {
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     double errors[4];
     static const unsigned counts[4] = {6, 15, 30, 60};
-    for (int k = 0; k < 4; k++) errors[k] = find_error(counts[k], cases[i].spectrum, cases[i].is_rough);
+    for (int k = 0; k < 4; k++) errors[k] = compute_error(counts[k], cases[i].spectrum, cases[i].is_rough);
     print_message("spectrum %zu: %.5f %.5f %.5f %.5f\n", i, errors[0], errors[1], errors[2], errors[3]);
     assert_true(errors[1] < cases[i].fifteen);
     assert_true(errors[3] < 0.1 * cases[i].fifteen);

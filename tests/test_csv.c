@@ -11,7 +11,7 @@ static neph_result load(const test_fixture *f, const char *text, np_csv *out_csv
 }
 
 static void assert_field(const np_csv *csv, size_t row, const char *column, const char *expected) {
-  const int number = np_csv_find_column(csv, column);
+  const int number = np_csv_search_column(csv, column);
   assert_true(number >= 0);
   assert_string_equal(np_csv_get_field(csv, row, number), expected);
 }
@@ -32,7 +32,7 @@ static void fields_lines_and_comments(void **state) {
   assert_field(&csv, 1, "a", "x \"y\"");
   assert_field(&csv, 1, "b", "p,q");
   assert_field(&csv, 1, "c, d", "r");
-  assert_int_equal(np_csv_find_column(&csv, "c"), NP_CSV_NO_COLUMN);
+  assert_int_equal(np_csv_search_column(&csv, "c"), NP_CSV_NO_COLUMN);
   np_csv_clear(&csv);
 }
 
@@ -42,13 +42,13 @@ static void columns_are_found_and_needed(void **state) {
   np_csv csv;
   int columns[3];
   assert_int_equal(load(f, "# first\ny,x\n1,2\n", &csv), NEPH_OK);
-  assert_int_equal(np_csv_find_columns(&csv, names, 3, 1u << 0 | 1u << 2, columns), NEPH_OK);
+  assert_int_equal(np_csv_search_columns(&csv, names, 3, 1u << 0 | 1u << 2, columns), NEPH_OK);
   assert_int_equal(columns[0], 1);
   assert_int_equal(columns[1], NP_CSV_NO_COLUMN);
   assert_int_equal(columns[2], 0);
   assert_string_equal(np_csv_get_field(&csv, 0, columns[0]), "2");
   assert_string_equal(np_csv_get_field(&csv, 0, columns[1]), "");
-  assert_int_equal(np_csv_find_columns(&csv, names, 3, 1u << 1, columns), NEPH_ERROR_BAD_FILE);
+  assert_int_equal(np_csv_search_columns(&csv, names, 3, 1u << 1, columns), NEPH_ERROR_BAD_FILE);
   assert_one_error(&f->log, "table.csv:2: there is no column missing");
   np_csv_clear(&csv);
 }

@@ -11,19 +11,19 @@ static const double moon_radius = 0.258966 * NP_DEGREE; /* asin(1737.4 km/384,40
 
 /* Irradiance of a disk on a plane facing it: midpoints in the squared sine and the angle about the centre. Limb
  * darkening falls as a root at the edge, where the rule's error goes with the power 3/2 of the rings' number. */
-static void integrate(const np_disk *disk, double radius, int rings, int turns, double out[NP_BAND_COUNT]) {
+static void integrate(const np_disk *disk, double radius, int rings, int azimuth_count, double out[NP_BAND_COUNT]) {
   np_vec3 a, b;
   np_frame_around(disk->direction, &a, &b);
   for (int c = 0; c < NP_BAND_COUNT; c++) out[c] = 0.0;
   const double sine = sin(radius);
   for (int i = 0; i < rings; i++)
-    for (int k = 0; k < turns; k++) {
-      const double s = sine * sqrt((i + 0.5) / rings), turn = 2.0 * NP_PI * (k + 0.5) / turns;
+    for (int k = 0; k < azimuth_count; k++) {
+      const double s = sine * sqrt((i + 0.5) / rings), turn = 2.0 * NP_PI * (k + 0.5) / azimuth_count;
       const np_vec3 x = np_vec3_scale(a, (float)(s * cos(turn))), y = np_vec3_scale(b, (float)(s * sin(turn)));
       const np_vec3 z = np_vec3_scale(disk->direction, (float)sqrt(1.0 - s * s));
       const np_spectrum radiance = np_disk_radiance(disk, np_vec3_add(z, np_vec3_add(x, y)));
       for (int c = 0; c < NP_BAND_COUNT; c++)
-        out[c] += (double)radiance.band[c] * NP_PI * sine * sine / ((double)rings * turns);
+        out[c] += (double)radiance.band[c] * NP_PI * sine * sine / ((double)rings * azimuth_count);
     }
 }
 

@@ -30,14 +30,14 @@ static void start(fixture *f, test_field smoke, float extinction_per_m, float al
 }
 
 static void add_emission(fixture *f, const neph_volume *volume, float absorption_per_m, const neph_volume *heat) {
-  const np_glow g = {.bricks = &volume->bricks,
-                     .world_to_index = volume->world_to_index,
-                     .index_to_world = volume->index_to_world,
-                     .absorption_per_value = np_spectrum_grey(absorption_per_m),
-                     .temperature = heat ? &heat->bricks : NULL,
-                     .world_to_temperature = heat ? heat->world_to_index : np_affine_identity(),
-                     .kelvin_per_value = heat ? kelvin : 0.0f,
-                     .offset_k = heat ? 0.0f : kelvin};
+  const np_emitter g = {.bricks = &volume->bricks,
+                        .world_to_index = volume->world_to_index,
+                        .index_to_world = volume->index_to_world,
+                        .absorption_per_value = np_spectrum_grey(absorption_per_m),
+                        .temperature = heat ? &heat->bricks : NULL,
+                        .world_to_temperature = heat ? heat->world_to_index : np_affine_identity(),
+                        .kelvin_per_value = heat ? kelvin : 0.0f,
+                        .offset_k = heat ? 0.0f : kelvin};
   assert_int_equal(np_emission_build(f->smoke.context, &g, 1, bands_nm, NULL, &f->emission), NEPH_OK);
   f->smoke.world.emission = &f->emission;
 }
@@ -206,10 +206,10 @@ static void march_matches_path_to_half_a_percent(void **state) {
 }
 
 /* Next-event estimation draws nothing any more: paths meet emission by chance. */
-static void remove_lamps(fixture *f) {
-  const np_lamps *lamps = &f->emission.lamps[0];
-  f->emission.lamp_count = 0;
-  memset(lamps->density, 0, (size_t)(lamps->size[0] * lamps->size[1] * lamps->size[2]) * sizeof *lamps->density);
+static void remove_cells(fixture *f) {
+  const np_emitter_grid *grid = &f->emission.grids[0];
+  f->emission.cell_count = 0;
+  memset(grid->density, 0, (size_t)(grid->size[0] * grid->size[1] * grid->size[2]) * sizeof *grid->density);
 }
 
 /* The mean is the same with next-event estimation and without; its gain is printed. */
@@ -219,8 +219,8 @@ static void drawing_towards_emitters_changes_no_mean(void **state) {
   start(&f, test_lumpy_box, 0.2f, 0.9f, 0.6f);
   emit_as_flame(&f, ball, 0.3f, ball);
   const test_tally drawn = measure(&f, true, 20000, 1, false, 10);
-  assert_true(f.emission.lamp_count > 0);
-  remove_lamps(&f);
+  assert_true(f.emission.cell_count > 0);
+  remove_cells(&f);
   const test_tally met = measure(&f, true, 40000, 1, false, 11);
   print_message("mean %.5g +- %.2g drawn, %.5g +- %.2g met by chance in twice as many paths\n", test_tally_mean(&drawn),
                 test_tally_error(&drawn), test_tally_mean(&met), test_tally_error(&met));
@@ -230,7 +230,7 @@ static void drawing_towards_emitters_changes_no_mean(void **state) {
 }
 
 /* Densities of directions integrate to one over the sphere, wherever the observer is: over directions spread evenly,
- * whose grain leaves some per cent of a lamp as small as a cell. */
+ * whose grain leaves some per cent of a cell as small as a cell. */
 static void densities_of_directions_integrate_to_one(void **state) {
   (void)state;
   enum { DIRECTIONS = 200000 };
@@ -251,9 +251,9 @@ static void densities_of_directions_integrate_to_one(void **state) {
   end(&f);
 }
 
-static neph_result build_emission(neph_context *context, void *glow) {
+static neph_result build_emission(neph_context *context, void *emitter) {
   np_emission emission;
-  neph_result result = np_emission_build(context, glow, 1, bands_nm, NULL, &emission);
+  neph_result result = np_emission_build(context, emitter, 1, bands_nm, NULL, &emission);
   np_emission_clear(&emission);
   return result;
 }
@@ -263,7 +263,7 @@ static void failed_allocations_leave_nothing(void **state) {
   fixture f;
   start(&f, ball, 1.0f, 0.9f, 0.0f);
   emit_by_absorption(&f);
-  assert_survives_failed_allocations(build_emission, f.emission.glows);
+  assert_survives_failed_allocations(build_emission, f.emission.emitters);
   end(&f);
 }
 

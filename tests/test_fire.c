@@ -96,7 +96,7 @@ static neph_image *render(neph_scene *scene, neph_integrator integrator) {
   return image;
 }
 
-static double find_mean(neph_image *image, const char *channel) {
+static double compute_mean(neph_image *image, const char *channel) {
   const float *values = neph_image_get_channel(image, channel);
   const size_t count = (size_t)neph_image_get_width(image) * neph_image_get_height(image);
   double sum = 0.0;
@@ -108,7 +108,7 @@ static double find_mean(neph_image *image, const char *channel) {
 static double measure(const fixture *f, const char *emission, neph_integrator integrator, const char *channel) {
   neph_scene *scene = load(f, emission, "refuse");
   neph_image *image = render(scene, integrator);
-  const double mean = find_mean(image, channel);
+  const double mean = compute_mean(image, channel);
   neph_image_destroy(image);
   neph_scene_destroy(scene);
   return mean;
@@ -135,7 +135,7 @@ static void components_add_up_to_the_beauty(void **state) {
         }
         assert_near_relative((double)neph_image_get_channel(image, bands[b])[p], sum, 1e-5);
       }
-    assert_true(find_mean(image, "emission.R") > 0.0);
+    assert_true(compute_mean(image, "emission.R") > 0.0);
     neph_image_destroy(image);
     neph_scene_destroy(scene);
   }
@@ -143,7 +143,7 @@ static void components_add_up_to_the_beauty(void **state) {
 
 /* Both see one fire: 16 samples a pixel of the tracer leave 2 % in the emission's mean, drawn pixel points most of it.
  */
-static void integrators_agree_on_what_glows(void **state) {
+static void integrators_agree_on_emission(void **state) {
   const fixture *f = *state;
   const double march = measure(f, "", NEPH_INTEGRATOR_MARCH, "emission.R"),
                path = measure(f, "", NEPH_INTEGRATOR_PATH, "emission.R");
@@ -170,19 +170,19 @@ static void keys_mean_what_they_say(void **state) {
 }
 
 /* The cloud's own absorption: (1−ϖ)·σ, most in blue, where it is darkest, and none where nothing is absorbed. */
-static void without_a_flame_the_cloud_glows_by_what_it_absorbs(void **state) {
+static void without_a_flame_the_cloud_emits_by_its_absorption(void **state) {
   const fixture *f = *state;
   const char *const keys = "flame: none, temperature: none, offset: 1500 K";
   neph_scene *scene = load(f, keys, "refuse");
   neph_image *image = render(scene, NEPH_INTEGRATOR_MARCH);
-  const double red = find_mean(image, "emission.R"), green = find_mean(image, "emission.G");
+  const double red = compute_mean(image, "emission.R"), green = compute_mean(image, "emission.G");
   /* The same smoke hides both, and both glow in proportion to what they absorb, 0.10 and 0.15. */
   assert_near_relative(green / red, 1.5 * np_black_body_radiance(550.0, 1500.0) / np_black_body_radiance(680.0, 1500.0),
                        3e-3);
   neph_image_destroy(image);
   assert_int_equal(neph_scene_set(scene, "clouds[0].albedo", "1"), NEPH_OK);
   image = render(scene, NEPH_INTEGRATOR_MARCH);
-  assert_true(find_mean(image, "emission.R") == 0.0);
+  assert_true(compute_mean(image, "emission.R") == 0.0);
   neph_image_destroy(image);
   neph_scene_destroy(scene);
 }
@@ -196,7 +196,7 @@ static void a_second_light_does_not_light_the_fire_twice(void **state) {
     neph_image *one = render(scene, i);
     assert_int_equal(neph_scene_set(scene, "moon", "{elevation: 40 deg, azimuth: 60 deg}"), NEPH_OK);
     neph_image *two = render(scene, i);
-    assert_near_relative(find_mean(two, "emission.G"), find_mean(one, "emission.G"), 0.02);
+    assert_near_relative(compute_mean(two, "emission.G"), compute_mean(one, "emission.G"), 0.02);
     neph_image_destroy(one);
     neph_image_destroy(two);
     neph_scene_destroy(scene);
@@ -215,14 +215,14 @@ static void fire_alone_lights_a_scene(void **state) {
     static const char *const dark[] = {"sun.R", "background.R", "sky.R", "air.R"};
     const size_t dark_count =
         i == NEPH_INTEGRATOR_MARCH ? 4 : 1; /* paths follow the fire's light through the air too */
-    for (size_t c = 0; c < 3; c++) assert_true(find_mean(image, lit[c]) > 0.0);
-    for (size_t c = 0; c < dark_count; c++) assert_true(find_mean(image, dark[c]) == 0.0);
+    for (size_t c = 0; c < 3; c++) assert_true(compute_mean(image, lit[c]) > 0.0);
+    for (size_t c = 0; c < dark_count; c++) assert_true(compute_mean(image, dark[c]) == 0.0);
     neph_image_destroy(image);
     double means[2];
     for (int n = 0; n < 2; n++) {
       assert_int_equal(neph_scene_set(scene, "render.wavelengths", n ? "30" : "6"), NEPH_OK);
       image = render(scene, NEPH_INTEGRATOR_MARCH);
-      means[n] = find_mean(image, "emission.G");
+      means[n] = compute_mean(image, "emission.G");
       neph_image_destroy(image);
     }
     assert_near_relative(means[0], means[1], 0.15);
@@ -343,11 +343,12 @@ static void flames_need_no_smoke(void **state) {
     assert_int_equal(neph_scene_set(scene, "clouds[0].vdb", f->path), NEPH_OK);
     write_grids(f->context, f->path, (const recipe[]){smoke, flame, heat}, 3);
     neph_image *image = render(scene, i);
-    const double clear = find_mean(image, "emission.R");
+    const double clear = compute_mean(image, "emission.R");
     neph_image_destroy(image);
     write_grids(f->context, f->path, all, 3);
     image = render(scene, i);
-    assert_near_relative(find_mean(image, "emission.R"), clear, 0.02); /* the tracer's noise: others are its samples */
+    assert_near_relative(compute_mean(image, "emission.R"), clear,
+                         0.02); /* the tracer's noise: others are its samples */
     assert_true(clear > 0.0);
     neph_image_destroy(image);
     neph_scene_destroy(scene);
@@ -388,9 +389,9 @@ static void fire_in_a_bake_is_refused(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(components_add_up_to_the_beauty, set_up, test_tear_down),
-      cmocka_unit_test_setup_teardown(integrators_agree_on_what_glows, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(integrators_agree_on_emission, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(keys_mean_what_they_say, set_up, test_tear_down),
-      cmocka_unit_test_setup_teardown(without_a_flame_the_cloud_glows_by_what_it_absorbs, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(without_a_flame_the_cloud_emits_by_its_absorption, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_second_light_does_not_light_the_fire_twice, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(fire_alone_lights_a_scene, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(bad_values_are_refused_or_repaired, set_up, test_tear_down),

@@ -100,8 +100,8 @@ static double draw_normal(np_random *random) {
   return sqrt(-2.0 * log(u)) * cos(2.0 * 3.14159265358979323846 * v);
 }
 
-/* Noise of 10 % and a bias of 1 % on 400 pictures: the interval must hold the truth in 95 % of them. The count has a
- * standard deviation of √(400·0.95·0.05) = 4.4; five of them. */
+/* Noise of 10 % and a bias of 1 % on 400 pictures: the interval must hold the reference in 95 % of them. The count has
+ * a standard deviation of √(400·0.95·0.05) = 4.4; five of them. */
 static void confidence_interval_holds_the_bias_as_often_as_it_says(void **state) {
   test_fixture *f = *state;
   enum { PICTURES = 400, SIDE = 64 };

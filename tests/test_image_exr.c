@@ -177,8 +177,8 @@ static void headers_return(void **state) {
   assert_string_equal(neph_image_get_attribute(loaded, "comments"), "ein Wölkchen");
   assert_string_equal(neph_image_get_attribute(loaded, long_name), "");
   assert_string_equal(neph_image_get_attribute(loaded, "nephos:scale"), "0.25");
-  assert_int_equal(np_image_find_attribute(loaded, "nephos:scale")->type, NP_IMAGE_REAL);
-  assert_int_equal(np_image_find_attribute(loaded, "nephos:samples")->type, NP_IMAGE_INTEGER);
+  assert_int_equal(np_image_search_attribute(loaded, "nephos:scale")->type, NP_IMAGE_REAL);
+  assert_int_equal(np_image_search_attribute(loaded, "nephos:samples")->type, NP_IMAGE_INTEGER);
   char software[64];
   snprintf(software, sizeof software, "nephos %s", neph_version_get_text());
   assert_string_equal(neph_image_get_attribute(loaded, "software"), software);
@@ -422,7 +422,7 @@ static void flipped_bytes_are_survived(void **state) {
   assert_survives_changed_bytes(f, 1500, 1000, load_and_destroy);
 }
 
-static uint8_t *find_bytes(test_file file, const char *text) {
+static uint8_t *search_bytes(test_file file, const char *text) {
   uint8_t *found = memmem(file.bytes, file.size, text, strlen(text));
   assert_non_null(found);
   return found;
@@ -437,7 +437,7 @@ static void huge_claims_are_refused(void **state) {
   const int32_t claims[][4] = {
       {0, 0, 1 << 20, 1 << 20}, {INT32_MIN, INT32_MIN, INT32_MAX, INT32_MAX}, {0, 0, 65535, 65535}, {5, 5, 4, 4}};
   test_file file = make_valid_file(f);
-  uint8_t *window = find_bytes(file, "dataWindow") + sizeof "dataWindow" + sizeof "box2i" + 4;
+  uint8_t *window = search_bytes(file, "dataWindow") + sizeof "dataWindow" + sizeof "box2i" + 4;
   for (size_t i = 0; i < sizeof claims / sizeof *claims; i++) {
     for (int k = 0; k < 4; k++) put_int(window + 4 * k, claims[i][k]);
     test_file_write(f->path, file.bytes, file.size);
@@ -456,7 +456,7 @@ static void sub_sampled_channels_are_refused(void **state) {
   save(f, image, NEPH_PIXEL_HALF);
   neph_image_destroy(image);
   test_file file = test_file_read(f->path);
-  uint8_t *channel = find_bytes(file, "chlist") + sizeof "chlist" + 4;
+  uint8_t *channel = search_bytes(file, "chlist") + sizeof "chlist" + 4;
   put_int(channel + sizeof "A" + 8, 2);
   test_file_write(f->path, file.bytes, file.size);
   assert_int_equal(neph_image_load_exr(f->context, f->path, &image), NEPH_ERROR_UNSUPPORTED);

@@ -94,7 +94,7 @@ static void maps_without_an_inverse_are_refused(void **state) {
 
 /* ---- Altitude ---- */
 
-static long double find_altitude(np_dvec3 p, long double radius) {
+static long double compute_altitude(np_dvec3 p, long double radius) {
   const long double x = p.x, y = p.y, z = p.z + radius;
   return sqrtl(x * x + y * y + z * z) - radius;
 }
@@ -115,7 +115,7 @@ static void altitude_is_exact_to_nanometres(void **state) {
     for (int k = 0; k < 10000; k++) {
       const double angle = NP_PI * np_random_double(&random) * np_random_double(&random);
       const np_dvec3 p = place_point(radius, altitudes[i], angle, 2 * NP_PI * np_random_double(&random));
-      assert_near(np_altitude(p, radius), (double)find_altitude(p, radius), 4e-9);
+      assert_near(np_altitude(p, radius), (double)compute_altitude(p, radius), 4e-9);
       assert_near(np_altitude(p, radius), altitudes[i], 8e-9); /* the point itself is rounded too */
     }
 }

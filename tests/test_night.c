@@ -35,7 +35,7 @@ static void the_moonlit_sky_is_the_sunlit_one_fainter(void **state) {
 }
 
 /* Extinction of the Earth's air over 2800 m, magnitudes for an air mass of 1 in green. */
-static double find_extinction(neph_context *context) {
+static double compute_extinction(neph_context *context) {
   neph_atmosphere *atmosphere;
   const double position[3] = {0, 0, 2800}, up[3] = {0, 0, 1};
   double transmittance[3];
@@ -49,7 +49,7 @@ static double find_extinction(neph_context *context) {
  * molecules: our air is nearly free of dust) and 27. They state errors of 8 to 23 %, a quarter of a magnitude. */
 static void the_moonlit_zenith_is_as_bright_as_measured(void **state) {
   test_fixture *f = *state;
-  const double extinction = find_extinction(f->context), arc_second = NP_DEGREE / 3600.0;
+  const double extinction = compute_extinction(f->context), arc_second = NP_DEGREE / 3600.0;
   for (int angle = 30; angle <= 60; angle += 15) {
     char text[256];
     snprintf(text, sizeof text,
@@ -142,8 +142,8 @@ static void a_moonless_night_is_airglow_alone(void **state) {
   neph_image_destroy(glowing);
 }
 
-/* A glow all over the sky is scattered out of a ray and into it: 80° from the zenith it is brighter than there, in blue
- * too, of which the air takes all but a fifth from a star. */
+/* Airglow, all over the sky, is scattered out of a ray and into it: 80° from the zenith it is brighter than there, in
+ * blue too, of which the air takes all but a fifth from a star. */
 static void airglow_brightens_towards_the_horizon(void **state) {
   test_fixture *f = *state;
   neph_image *image = paint_sky(f,

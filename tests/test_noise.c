@@ -303,7 +303,7 @@ static void gather_gradients(float out[CHANNELS][COUNT]) {
   }
 }
 
-static double find_moment(float gradients[CHANNELS][COUNT], int powers_x, int powers_y, int powers_z) {
+static double compute_moment(float gradients[CHANNELS][COUNT], int powers_x, int powers_y, int powers_z) {
   double sum = 0;
   for (int i = 0; i < COUNT; i++)
     sum += pow((double)gradients[0][i], powers_x) * pow((double)gradients[1][i], powers_y) *
@@ -334,11 +334,11 @@ static void gradients_are_uniform_in_a_ball(void **state) {
   const double tolerance = 4 * 0.45 / sqrt(COUNT);
   for (int axis = 0; axis < 3; axis++) {
     const int x = axis == 0, y = axis == 1, z = axis == 2;
-    assert_near(find_moment(g, x, y, z), 0, tolerance);
-    assert_near(find_moment(g, 1 - x, 1 - y, 1 - z), 0, tolerance);
-    assert_near(find_moment(g, 2 * x, 2 * y, 2 * z), 1.0 / 5, 0.5 * tolerance);
-    assert_near(find_moment(g, 4 * x, 4 * y, 4 * z), 3.0 / 35, 0.4 * tolerance);
-    assert_near(find_moment(g, 2 - 2 * x, 2 - 2 * y, 2 - 2 * z), 1.0 / 35, 0.15 * tolerance);
+    assert_near(compute_moment(g, x, y, z), 0, tolerance);
+    assert_near(compute_moment(g, 1 - x, 1 - y, 1 - z), 0, tolerance);
+    assert_near(compute_moment(g, 2 * x, 2 * y, 2 * z), 1.0 / 5, 0.5 * tolerance);
+    assert_near(compute_moment(g, 4 * x, 4 * y, 4 * z), 3.0 / 35, 0.4 * tolerance);
+    assert_near(compute_moment(g, 2 - 2 * x, 2 - 2 * y, 2 - 2 * z), 1.0 / 35, 0.15 * tolerance);
   }
 }
 
@@ -370,7 +370,7 @@ static void slopes_are_continuous_across_cells(void **state) {
   }
 }
 
-static double find_divergence(noise_kind kind, const points *p, int axis_count, double h) {
+static double compute_divergence(noise_kind kind, const points *p, int axis_count, double h) {
   static points moved;
   static float field[2][CHANNELS][COUNT], divergence[COUNT];
   memset(divergence, 0, sizeof divergence);
@@ -396,7 +396,7 @@ static void curl_has_no_divergence(void **state) {
   draw_points(6, 90.0f, &p);
   for (noise_kind kind = CURL; kind <= SWIRL; kind++) {
     const int axis_count = kind == CURL ? 3 : 2;
-    double whole = find_divergence(kind, &p, axis_count, 0x1p-7), part = find_divergence(kind, &p, 1, 0x1p-7);
+    double whole = compute_divergence(kind, &p, axis_count, 0x1p-7), part = compute_divergence(kind, &p, 1, 0x1p-7);
     assert_true(part > 1.0);
     assert_true(whole < 2e-3 * part);
   }
@@ -404,7 +404,7 @@ static void curl_has_no_divergence(void **state) {
 
 /* Mean squared difference at a distance: the same along an axis as along the diagonals of face and body, to the 5 % by
  * which the lattice itself is not round (gradients along axes alone would give 40 %). */
-static double find_variogram(const points *p, double dx, double dy, double dz) {
+static double compute_variogram(const points *p, double dx, double dy, double dz) {
   static points moved;
   static float a[CHANNELS][COUNT], b[CHANNELS][COUNT];
   double length = sqrt(dx * dx + dy * dy + dz * dz), sum = 0;
@@ -426,9 +426,9 @@ static void perlin_noise_prefers_no_direction(void **state) {
   double axis = 0, face = 0, body = 0;
   for (uint64_t run = 0; run < 16; run++) {
     draw_points(100 + run, 4000.0f, &p);
-    axis += find_variogram(&p, 1, 0, 0) + find_variogram(&p, 0, 1, 0) + find_variogram(&p, 0, 0, 1);
-    face += find_variogram(&p, 1, 1, 0) + find_variogram(&p, 0, 1, -1) + find_variogram(&p, -1, 0, 1);
-    body += find_variogram(&p, 1, 1, 1) + find_variogram(&p, 1, -1, 1) + find_variogram(&p, -1, 1, 1);
+    axis += compute_variogram(&p, 1, 0, 0) + compute_variogram(&p, 0, 1, 0) + compute_variogram(&p, 0, 0, 1);
+    face += compute_variogram(&p, 1, 1, 0) + compute_variogram(&p, 0, 1, -1) + compute_variogram(&p, -1, 0, 1);
+    body += compute_variogram(&p, 1, 1, 1) + compute_variogram(&p, 1, -1, 1) + compute_variogram(&p, -1, 1, 1);
   }
   assert_near_relative(face, axis, 0.05);
   assert_near_relative(body, axis, 0.05);

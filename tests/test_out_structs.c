@@ -22,7 +22,7 @@ static neph_result fill_atmosphere_preset(const objects *o, void *out) {
 }
 
 static neph_result fill_ephemeris(const objects *o, void *out) {
-  return neph_ephemeris_find(o->context, "2026-06-21T16:00Z", 0.8, -1.2, out);
+  return neph_ephemeris_compute(o->context, "2026-06-21T16:00Z", 0.8, -1.2, out);
 }
 
 static neph_result fill_render_desc(const objects *o, void *out) { return neph_scene_get_render_desc(o->scene, out); }

@@ -178,7 +178,7 @@ static void assert_samples_follow(const np_phase *phase, uint64_t seed) {
   for (int i = 0; i < SAMPLES; i++) {
     float u[3] = {np_random_float(&random), np_random_float(&random), np_random_float(&random)}, value;
     np_vec3 d = np_phase_sample(phase, forward, u, &value);
-    double versine = (double)np_versine(d.x, d.y, d.z, forward.x, forward.y, forward.z);
+    double versine = (double)np_vec3_versine(d, forward);
     double azimuth = 0.5 + (double)(atan2f(np_vec3_dot(d, bitangent), np_vec3_dot(d, tangent)) / (2.0f * NP_PI_F));
     count[(int)np_clamp(look_up_cdf(&table, versine) * BINS, 0, BINS - 1)]++;
     azimuth_count[(int)np_clamp(azimuth * BINS, 0, BINS - 1)]++;
@@ -209,7 +209,7 @@ static void sample_value_is_eval(void **state) {
   for (int i = 0; i < 10000; i++) {
     float u[3] = {np_random_float(&random), np_random_float(&random), np_random_float(&random)}, value;
     np_vec3 d = np_phase_sample(&phase, forward, u, &value);
-    float versine = np_versine(d.x, d.y, d.z, forward.x, forward.y, forward.z);
+    float versine = np_vec3_versine(d, forward);
     if (versine > 0.01f) assert_true(fabsf(value / np_phase_eval(&phase, versine) - 1.0f) < 1e-4f);
   }
 }

@@ -112,8 +112,8 @@ static void assert_sun_volume(test_fixture *f, const char *text, bool is_needed,
   neph_scene *scene = load(f, text);
   np_plan plan;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_int_equal(plan.stages[NP_STAGE_SUN_DEPTH].is_needed, is_needed);
-  assert_non_null(strstr(plan.stages[NP_STAGE_SUN_DEPTH].reason, reason));
+  assert_int_equal(plan.stages[NP_STAGE_SUN_OPTICAL_DEPTH].is_needed, is_needed);
+  assert_non_null(strstr(plan.stages[NP_STAGE_SUN_OPTICAL_DEPTH].reason, reason));
   neph_scene_destroy(scene);
 }
 

@@ -172,7 +172,7 @@ static void radiances_of_peaked_slabs_are_right(void **state) {
 
 /* What comes through slabs that absorb, down to 7·10⁻⁶ of what falls in, and through white ones of up to 1024: without
  * a solution to be guided by, few paths or none find it. */
-static void guided_paths_find_what_comes_through(void **state) {
+static void guided_paths_measure_transmitted_light(void **state) {
   static const pick picks[] = {
       {"0", "0.9", "16", "0.5", NULL, NULL},     {"0", "0.9", "16", "diffuse", NULL, NULL},
       {"0", "0.99", "64", "1", NULL, NULL},      {"0.85", "0.9", "32", "1", NULL, NULL},
@@ -204,7 +204,7 @@ static void read_answers(const fixture *f, neph_path_guiding path_guiding, doubl
   assert_int_equal(csv.row_count, count);
   for (size_t row = 0; row < count; row++)
     for (int i = 0; i < 6; i++) {
-      const int column = np_csv_find_column(&csv, columns[i]);
+      const int column = np_csv_search_column(&csv, columns[i]);
       out[row][i] = column == NP_CSV_NO_COLUMN ? 0.0 : strtod(np_csv_get_field(&csv, row, column), NULL);
     }
   np_csv_clear(&csv);
@@ -451,7 +451,7 @@ int main(int argc, char **argv) {
       cmocka_unit_test_setup_teardown(fluxes_of_thick_slabs_are_right, set_up, tear_down),
       cmocka_unit_test_setup_teardown(radiances_of_isotropic_slabs_are_right, set_up, tear_down),
       cmocka_unit_test_setup_teardown(radiances_of_peaked_slabs_are_right, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(guided_paths_find_what_comes_through, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(guided_paths_measure_transmitted_light, set_up, tear_down),
       cmocka_unit_test_setup_teardown(errors_of_few_paths_are_not_known, set_up, tear_down),
       cmocka_unit_test_setup_teardown(few_bright_paths_are_few, set_up, tear_down),
       cmocka_unit_test_setup_teardown(paths_are_guided_where_it_pays, set_up, tear_down),

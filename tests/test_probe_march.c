@@ -17,7 +17,7 @@ static void probe(const fixture *f, unsigned path_count) {
 static bool is_same_slab(const np_csv *csv, size_t a, size_t b) {
   static const char *const names[] = {"quantity", "g", "albedo", "tau", "mu0"};
   for (size_t n = 0; n < COUNT(names); n++) {
-    const int column = np_csv_find_column(csv, names[n]);
+    const int column = np_csv_search_column(csv, names[n]);
     if (strcmp(np_csv_get_field(csv, a, column), np_csv_get_field(csv, b, column)) != 0) return false;
   }
   return true;
@@ -51,8 +51,8 @@ static void mean_radiances_are_within_three_percent(void **state) {
 }
 
 /* `light` is what a relative error is taken of; three standard errors of the probe's own rays are left to chance. */
-static double find_error(const np_csv *csv, size_t row, const char *expected, const char *actual, const char *error,
-                         double light) {
+static double compute_error(const np_csv *csv, size_t row, const char *expected, const char *actual, const char *error,
+                            double light) {
   const double off = fabs(get(csv, row, actual) - get(csv, row, expected)) - 3.0 * get(csv, row, error);
   return fmax(0.0, off) / light;
 }
@@ -65,7 +65,7 @@ static void assert_albedos(const fixture *f, unsigned count_min) {
   assert_int_equal(np_csv_load(f->context, f->answers, &csv), NEPH_OK);
   for (size_t row = 0; row < csv.row_count; row++) {
     const bool is_grazing = get(&csv, row, "mu0") <= 0.2 && get(&csv, row, "tau") <= 0.5;
-    const double error = find_error(&csv, row, "R", "R_out", "R_se", get(&csv, row, "R"));
+    const double error = compute_error(&csv, row, "R", "R_out", "R_se", get(&csv, row, "R"));
     if (error > 0.05) print_message("%s: %.2g\n", csv.rows[row].text, error);
     missed += error > (is_grazing ? 0.1 : 0.06);
     worst = fmax(worst, error);

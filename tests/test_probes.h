@@ -48,7 +48,7 @@ static int tear_down(void **state) {
 /* ---- Choosing cases ---- */
 
 static bool has_text(const np_csv *csv, size_t row, const char *column, const char *text) {
-  return !text || strcmp(np_csv_get_field(csv, row, np_csv_find_column(csv, column)), text) == 0;
+  return !text || strcmp(np_csv_get_field(csv, row, np_csv_search_column(csv, column)), text) == 0;
 }
 
 static bool is_picked(const np_csv *csv, size_t row, const pick *p) {
@@ -84,7 +84,7 @@ static void run_probe(const fixture *f, const neph_probe_desc *desc) {
 
 static double get(const np_csv *csv, size_t row, const char *column) {
   double value;
-  assert_int_equal(np_csv_get_real(csv, row, np_csv_find_column(csv, column), -1e9, 1e9, &value), NEPH_OK);
+  assert_int_equal(np_csv_get_real(csv, row, np_csv_search_column(csv, column), -1e9, 1e9, &value), NEPH_OK);
   return value;
 }
 

@@ -134,7 +134,7 @@ static void a_furnace_has_the_colour_of_its_light(void **state) {
 /* ---- The sky ---- */
 
 /* The radiance of the zenith in each packet, summed by hand over wavelengths. */
-static void find_zenith(neph_scene *scene, double out_rgb[3]) {
+static void compute_zenith(neph_scene *scene, double out_rgb[3]) {
   np_plan plan;
   np_assembly assembly;
   np_monitor monitor;
@@ -168,7 +168,7 @@ static void the_sky_is_the_sum_of_its_packets(void **state) {
   static const setting fifteen = {"render.wavelengths", "15"};
   neph_scene *scene = load(context, &fifteen, 1);
   double zenith[3];
-  find_zenith(scene, zenith);
+  compute_zenith(scene, zenith);
   neph_image *image = NULL;
   neph_sky_image_desc desc = NEPH_SKY_IMAGE_DESC_DEFAULT;
   desc.width = 4;
@@ -198,7 +198,7 @@ static neph_image *render_sky(neph_context *context, const char *wavelengths, co
 }
 
 /* Root mean square over the picture of R, G and B, each over the largest component of its pixel. */
-static double find_error(neph_image *image, neph_image *reference) {
+static double compute_error(neph_image *image, neph_image *reference) {
   const float *a[3], *b[3];
   const size_t count = count_pixels(image);
   double sum = 0.0;
@@ -221,7 +221,7 @@ static void fifteen_wavelengths_are_enough(void **state) {
   neph_context *context = test_context_create(2, NULL);
   for (int e = 0; e < 2; e++) {
     neph_image *fifteen = render_sky(context, "15", elevations[e]), *thirty = render_sky(context, "30", elevations[e]);
-    const double error = find_error(fifteen, thirty);
+    const double error = compute_error(fifteen, thirty);
     print_message("sun at %s: %.3f %%\n", elevations[e], 100.0 * error);
     assert_true(error < 2e-3);
     neph_image_destroy(fifteen);

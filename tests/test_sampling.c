@@ -74,7 +74,7 @@ static double get_number(const neph_image *image, const char *name) {
   return value;
 }
 
-static double find_mean(neph_image *image, const char *channel) {
+static double compute_mean(neph_image *image, const char *channel) {
   const float *values = neph_image_get_channel(image, channel);
   double sum = 0.0;
   for (size_t p = 0; p < pixel_count; p++) sum += (double)values[p];
@@ -96,7 +96,7 @@ static void a_target_error_is_reached_without_bias(void **state) {
     most = fmaxf(most, counts[p]);
   }
   assert_true(least >= 16.0f && most >= 128.0f);
-  assert_near_relative(find_mean(adaptive, "sample_count"), get_number(adaptive, "nephos:samples"), 1e-5);
+  assert_near_relative(compute_mean(adaptive, "sample_count"), get_number(adaptive, "nephos:samples"), 1e-5);
   const double error =
       hypot(get_number(adaptive, "nephos:meanStandardError"), get_number(even, "nephos:meanStandardError"));
   assert_near(get_number(adaptive, "nephos:mean"), get_number(even, "nephos:mean"), 4.0 * error);

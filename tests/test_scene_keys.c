@@ -16,7 +16,7 @@ static void test_each_key_lies_in_a_section(void **state) {
     const np_key *key = np_key_get(i), *parent = np_key_get_parent(key);
     assert_int_equal(!parent, !strchr(key->path, '.'));
     if (parent) assert_true(parent->type == NP_KEY_SECTION || parent->type == NP_KEY_LIST);
-    assert_ptr_equal(np_key_find(parent, np_key_get_name(key)), key); /* once only */
+    assert_ptr_equal(np_key_search(parent, np_key_get_name(key)), key); /* once only */
     assert_true(strlen(key->meaning) > 0);
   }
 }
@@ -204,7 +204,7 @@ static void choose_value(const np_key *key, char *out, size_t size) {
 }
 
 /* What else a file needs so that it may hold the key. */
-static const char *find_companion(const np_key *key) {
+static const char *get_companion(const np_key *key) {
   static const char *const companions[][2] = {{"place.latitude", ", longitude: 1"},
                                               {"place.longitude", ", latitude: 1"},
                                               {"atmosphere.mie_scattering", ", mie_extinction: 1"},
@@ -235,7 +235,7 @@ static void write_document(const np_key *key, const char *value, char *out, size
   const bool has_file = !strncmp(key->path, "clouds[].emission", strlen("clouds[].emission")) ||
                         !strcmp(key->path, "clouds[].reference_frame");
   const char *source = has_file ? ", vdb: a.#.vdb, extinction: 1" : ", bake: {}";
-  snprintf(inner, sizeof inner, "%s: %s%s", np_key_get_name(key), value, find_companion(key));
+  snprintf(inner, sizeof inner, "%s: %s%s", np_key_get_name(key), value, get_companion(key));
   for (const np_key *section = np_key_get_parent(key); section; section = np_key_get_parent(section)) {
     const char *name = np_key_get_name(section);
     bool is_complete = strstr(inner, "bake:") || strcmp(name, "clouds") != 0;
@@ -268,7 +268,7 @@ static void assert_described(const neph_scene *scene, const char *path, const ch
 }
 
 static bool has_value(const np_key *key) {
-  if (key->type == NP_KEY_SECTION) return key->choices && !np_key_find(key, "preset");
+  if (key->type == NP_KEY_SECTION) return key->choices && !np_key_search(key, "preset");
   return key->type != NP_KEY_LIST;
 }
 
@@ -349,7 +349,7 @@ static void test_one_number_stands_for_a_list(void **state) {
 /* ---- Hints and schema ---- */
 
 static void assert_guess(const char *section, const char *name, const char *expected) {
-  const np_key *parent = section ? np_key_find(NULL, section) : NULL;
+  const np_key *parent = section ? np_key_search(NULL, section) : NULL;
   const np_key *guess = np_key_guess(parent, name);
   assert_string_equal(guess ? guess->path : "none", expected);
 }

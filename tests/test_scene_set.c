@@ -127,13 +127,13 @@ static void test_air_shadows_are_there_or_not_or_chosen(void **state) {
   assert_refused(f, "render.air_shadows", "soft", "render.air_shadows is soft, must be auto, false or true");
 }
 
-static void test_sun_depth_is_one_of_three(void **state) {
+static void test_sun_optical_depth_is_one_of_three(void **state) {
   fixture *f = *state;
-  assert_int_equal(f->scene->render.sun_depth, NP_SUN_DEPTH_AUTO);
+  assert_int_equal(f->scene->render.sun_optical_depth, NP_SUN_OPTICAL_DEPTH_AUTO);
   set(f, "render.sun_optical_depth", "march");
-  assert_int_equal(f->scene->render.sun_depth, NP_SUN_DEPTH_MARCH);
+  assert_int_equal(f->scene->render.sun_optical_depth, NP_SUN_OPTICAL_DEPTH_MARCH);
   set(f, "render.sun_optical_depth", "volume");
-  assert_int_equal(f->scene->render.sun_depth, NP_SUN_DEPTH_VOLUME);
+  assert_int_equal(f->scene->render.sun_optical_depth, NP_SUN_OPTICAL_DEPTH_VOLUME);
   assert_refused(f, "render.sun_optical_depth", "cache",
                  "render.sun_optical_depth is cache, must be auto, volume or march");
   assert_refused(f, "render.sun_optical_depth", "1", "render.sun_optical_depth is 1, must be auto, volume or march");
@@ -194,7 +194,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_a_list_item_is_set, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_what_is_wrong_changes_nothing, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_bad_paths_are_refused, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(test_sun_depth_is_one_of_three, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_sun_optical_depth_is_one_of_three, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_air_shadows_are_there_or_not_or_chosen, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_settings_read_out, set_up, tear_down),
       cmocka_unit_test(test_failed_allocations),

@@ -93,7 +93,7 @@ static double measure_column(neph_image *image, unsigned column) {
 }
 
 /* The first column that lies in the block, three columns from its edge. */
-static unsigned find_block(neph_image *image) {
+static unsigned search_block(neph_image *image) {
   unsigned column = 0;
   while (column < WIDTH && measure_column(image, column) > 0.9) column++;
   assert_true(column + 3 < WIDTH);
@@ -113,7 +113,7 @@ static double measure_left_edge(neph_image *image, unsigned inside) {
 static void assert_stands_still(const test_fixture *f, const char *pattern) {
   neph_scene *scene = load(f, pattern, placed, false);
   neph_image *first = render(scene, 1);
-  const unsigned inside = find_block(first);
+  const unsigned inside = search_block(first);
   const double edge = measure_left_edge(first, inside);
   for (int frame = 2; frame <= 3; frame++) {
     neph_image *image = render(scene, frame);
@@ -148,7 +148,7 @@ static void optical_depth_is_that_of_the_reference_frame(void **state) {
   write_frame(f, "", 2, 2.0f);
   neph_scene *scene = load(f, f->path, placed, false);
   neph_image *first = render(scene, 1), *second = render(scene, 2);
-  const unsigned inside = find_block(first);
+  const unsigned inside = search_block(first);
   assert_near_relative(measure_depth(second, inside), 2.0 * measure_depth(first, inside), 0.02);
   neph_image_destroy(first);
   neph_image_destroy(second);
@@ -184,7 +184,7 @@ static void a_changed_reference_is_read_again(void **state) {
   (void)snprintf(keys, sizeof keys, "%s, reference_frame: 1", placed);
   neph_scene *scene = load(f, f->path, keys, false);
   neph_image *before = render(scene, 2);
-  const unsigned inside = find_block(before);
+  const unsigned inside = search_block(before);
   const double once = measure_depth(before, inside);
   write_frame(f, "", 1, 0.5f);
   neph_image *after = render(scene, 2);
@@ -235,7 +235,7 @@ static void an_empty_frame_is_an_empty_picture(void **state) {
     for (size_t p = 0; p < PIXELS; p++) assert_true(get_transmittance(empty)[p] == 1.0f);
     neph_image *filled = render(scene, 2);
     assert_non_null(strstr(f->log.text, "cloud jet: frame 2 is the reference frame, the first asked for that holds"));
-    (void)find_block(filled);
+    (void)search_block(filled);
     neph_image *empty_again = render(scene, 1);
     if (i == NEPH_INTEGRATOR_MARCH) assert_same_bits(empty, empty_again);
     neph_image_destroy(empty);

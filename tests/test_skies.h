@@ -8,7 +8,7 @@
 #include "test_support.h"
 
 #include "atmosphere/atmosphere_private.h"
-#include "atmosphere/sky_truth.h"
+#include "atmosphere/sky_reference.h"
 #include "core/units.h"
 
 /* Unit vector under a zenith angle and an azimuth from x, towards which the sun stands. */
@@ -18,8 +18,9 @@ static inline np_dvec3 test_direction(double zenith_deg, double azimuth_deg) {
 }
 
 /* A ray to wherever the air ends, from an altitude over the origin. */
-static inline np_truth_query test_query(double altitude_m, double zenith_deg, double azimuth_deg) {
-  return (np_truth_query){np_dvec3_make(0, 0, altitude_m), test_direction(zenith_deg, azimuth_deg), INFINITY, false};
+static inline np_reference_query test_query(double altitude_m, double zenith_deg, double azimuth_deg) {
+  return (np_reference_query){np_dvec3_make(0, 0, altitude_m), test_direction(zenith_deg, azimuth_deg), INFINITY,
+                              false};
 }
 
 /* An Earth to change, with room for layers of one's own after its molecules, aerosol and ozone. */

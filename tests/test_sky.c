@@ -6,23 +6,23 @@
 #include "atmosphere/atmosphere_tables.h"
 #include "core/units.h"
 
-enum { TRUTH_MAX = 512 };
+enum { REFERENCE_MAX = 512 };
 
-/* A row of tests/data/sky_truth.csv: radiance of all orders for a sun irradiance of 1, by Monte Carlo. */
-typedef struct truth_row {
+/* A row of tests/data/sky_reference.csv: radiance of all orders for a sun irradiance of 1, by Monte Carlo. */
+typedef struct reference_row {
   double altitude_km, sun_deg, zenith_deg, azimuth_deg;
   int band;
   double radiance;
-} truth_row;
+} reference_row;
 
-static size_t read_truth(truth_row rows[TRUTH_MAX]) {
-  FILE *file = fopen(NEPHOS_TEST_SOURCE_DIR "/data/sky_truth.csv", "r");
+static size_t read_reference(reference_row rows[REFERENCE_MAX]) {
+  FILE *file = fopen(NEPHOS_TEST_SOURCE_DIR "/data/sky_reference.csv", "r");
   assert_non_null(file);
   char line[256];
   size_t count = 0;
   double first, second;
-  while (fgets(line, sizeof line, file) && count < TRUTH_MAX) {
-    truth_row *r = &rows[count];
+  while (fgets(line, sizeof line, file) && count < REFERENCE_MAX) {
+    reference_row *r = &rows[count];
     if (sscanf(line, "%lf,%lf,%lf,%lf,%d,%lf,%lf,%lf", &r->altitude_km, &r->sun_deg, &r->zenith_deg, &r->azimuth_deg,
                &r->band, &first, &second, &r->radiance) == 8)
       count++;
@@ -53,7 +53,7 @@ static neph_sky *create_sky(neph_atmosphere *atmosphere, double altitude_m, doub
 /* Compares the rows of one altitude and sun, which follow each other, and prints the outcome; returns how many they
  * were. Tolerances: 2 % for a sun above the horizon and 4 % below it are this stage's gates; measured 0.2 to 0.6 % and
  * 0.9 %. */
-static size_t compare_block(neph_atmosphere *atmosphere, const truth_row *rows, size_t count) {
+static size_t compare_block(neph_atmosphere *atmosphere, const reference_row *rows, size_t count) {
   neph_sky *sky = create_sky(atmosphere, rows->altitude_km * NP_KILOMETRE, rows->sun_deg);
   double square[3] = {0}, sum[3] = {0};
   int band_count[3] = {0};
@@ -81,8 +81,8 @@ static void radiance_agrees_with_monte_carlo(void **state) {
   const neph_atmosphere *earth = *state;
   neph_atmosphere *atmosphere = NULL; /* its sun a point, as the rows have it */
   assert_int_equal(np_atmosphere_create_orders(earth->context, NULL, NP_ORDERS_ALL, true, NULL, &atmosphere), NEPH_OK);
-  truth_row rows[TRUTH_MAX];
-  const size_t count = read_truth(rows);
+  reference_row rows[REFERENCE_MAX];
+  const size_t count = read_reference(rows);
   for (size_t i = 0; i < count;) i += compare_block(atmosphere, rows + i, count - i);
   neph_atmosphere_release(atmosphere);
 }

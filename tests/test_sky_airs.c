@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "core/units.h"
-#include "test_truth_rows.h"
+#include "test_reference_rows.h"
 
 #define AIRS NEPHOS_TEST_SOURCE_DIR "/data/airs/"
 
@@ -16,16 +16,16 @@ typedef struct bound {
   double rms_max;
 } bound;
 
-/* Mean square of the relative error in one band, the truth's own noise taken off, and what that leaves in doubt:
+/* Mean square of the relative error in one band, the reference's own noise taken off, and what that leaves in doubt:
  * sqrt(2/n) of the noise's mean square. */
 static double measure(const np_csv *csv, const bound *g, int band, double *out_doubt) {
   double square = 0.0, noise = 0.0, count = 0.0;
   for (size_t i = 0; i < csv->row_count; i++) {
     const double sun = test_row_get(csv, i, SUN);
     if (strcmp(np_csv_get_field(csv, i, EARTH), g->earth) != 0 || sun < g->sun_min || sun > g->sun_max) continue;
-    const double truth = test_row_get(csv, i, TEST_TRUTH + band),
-                 error = test_row_get(csv, i, TEST_TRUTH + 3 + band) / truth;
-    const double off = test_row_get(csv, i, TEST_ANSWER + band) / truth - 1.0;
+    const double reference = test_row_get(csv, i, TEST_REFERENCE + band),
+                 error = test_row_get(csv, i, TEST_REFERENCE + 3 + band) / reference;
+    const double off = test_row_get(csv, i, TEST_ANSWER + band) / reference - 1.0;
     square += off * off;
     noise += error * error;
     count += 1.0;
@@ -35,8 +35,8 @@ static double measure(const np_csv *csv, const bound *g, int band, double *out_d
   return square / count - noise / count;
 }
 
-/* What is held, in round figures above what was measured (docs/results/sky.md). Twice the doubt that the truth's noise
- * leaves comes on top. */
+/* What is held, in round figures above what was measured (docs/results/sky.md). Twice the doubt that the reference's
+ * noise leaves comes on top. */
 static void tables_agree_with_the_tracer(void **state) {
   (void)state;
   static const bound bounds[] = {
@@ -106,16 +106,16 @@ static void some_rows_trace_as_stored(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
   char *folder = test_folder_create(), *cases = test_path(folder, "cases.csv");
-  np_csv truth;
-  assert_int_equal(np_csv_load(context, AIRS "traced.csv", &truth), NEPH_OK);
+  np_csv reference;
+  assert_int_equal(np_csv_load(context, AIRS "traced.csv", &reference), NEPH_OK);
   FILE *file = fopen(cases, "w");
-  fprintf(file, "%s\n", truth.header.text);
-  for (size_t i = 0; i < truth.row_count; i++)
-    if (!i || strcmp(np_csv_get_field(&truth, i, EARTH), np_csv_get_field(&truth, i - 1, EARTH)) != 0)
-      write_case(file, &truth, i);
+  fprintf(file, "%s\n", reference.header.text);
+  for (size_t i = 0; i < reference.row_count; i++)
+    if (!i || strcmp(np_csv_get_field(&reference, i, EARTH), np_csv_get_field(&reference, i - 1, EARTH)) != 0)
+      write_case(file, &reference, i);
   fclose(file);
   test_rows_trace_anew(context, cases, 1024);
-  np_csv_clear(&truth);
+  np_csv_clear(&reference);
   free(cases);
   test_folder_destroy(folder);
   neph_context_destroy(context);

@@ -4,27 +4,27 @@
  * test_sky_gates        every row from the tables; a dozen traced anew; the tracer against published numbers
  * test_sky_gates long   every row traced anew, with another seed: minutes
  */
-#include "test_truth_rows.h"
+#include "test_reference_rows.h"
 
 typedef struct fixture {
   neph_context *context;
   char *folder;
-  np_csv truth;
+  np_csv reference;
 } fixture;
 
-static const char truth_path[] = NEPHOS_TEST_SOURCE_DIR "/data/sky_traced.csv";
+static const char reference_path[] = NEPHOS_TEST_SOURCE_DIR "/data/sky_traced.csv";
 
 static int set_up(void **state) {
   fixture *f = calloc(1, sizeof *f);
   f->context = test_context_create(2, NULL);
   f->folder = test_folder_create();
   *state = f;
-  return np_csv_load(f->context, truth_path, &f->truth);
+  return np_csv_load(f->context, reference_path, &f->reference);
 }
 
 static int tear_down(void **state) {
   fixture *f = *state;
-  np_csv_clear(&f->truth);
+  np_csv_clear(&f->reference);
   test_folder_destroy(f->folder);
   neph_context_destroy(f->context);
   free(f);
@@ -46,16 +46,16 @@ static bool is_in_gate(const np_csv *csv, size_t row, const gate *g) {
   return strcmp(np_csv_get_field(csv, row, 0), g->quantity) == 0 && is_high && sun >= g->sun_min && sun <= g->sun_max;
 }
 
-/* Relative rms of one band, the truth's own noise taken off: what is left of the mean square. Where noise is as large
- * as the error, what is left is uncertain by `out_doubt`: sqrt(2/n) of the noise's mean square. */
+/* Relative rms of one band, the reference's own noise taken off: what is left of the mean square. Where noise is as
+ * large as the error, what is left is uncertain by `out_doubt`: sqrt(2/n) of the noise's mean square. */
 static double measure(const np_csv *csv, const gate *g, int band, double *out_doubt, unsigned *out_count) {
   double square = 0.0, noise = 0.0;
   unsigned count = 0;
   for (size_t i = 0; i < csv->row_count; i++) {
     if (!is_in_gate(csv, i, g)) continue;
-    const double truth = test_row_get(csv, i, TEST_TRUTH + band),
-                 error = test_row_get(csv, i, TEST_TRUTH + 3 + band) / truth;
-    const double off = test_row_get(csv, i, TEST_ANSWER + band) / truth - 1.0;
+    const double reference = test_row_get(csv, i, TEST_REFERENCE + band),
+                 error = test_row_get(csv, i, TEST_REFERENCE + 3 + band) / reference;
+    const double off = test_row_get(csv, i, TEST_ANSWER + band) / reference - 1.0;
     square += off * off;
     noise += error * error;
     count++;
@@ -67,8 +67,8 @@ static double measure(const np_csv *csv, const gate *g, int band, double *out_do
 }
 
 /* The issue's gates: 0.7 % by day at 0, 0.5, 2 and 10 km, 2 % just after sunset, 10 % in deep twilight; aerial
- * perspective 1.2 % and 2.5 %; 2 % from 400 km. Twice the doubt that the truth's noise leaves comes on top; it must be
- * less than the gate, or the gate would be open. */
+ * perspective 1.2 % and 2.5 %; 2 % from 400 km. Twice the doubt that the reference's noise leaves comes on top; it must
+ * be less than the gate, or the gate would be open. */
 static void tables_agree_with_the_tracer(void **state) {
   fixture *f = *state;
   static const gate gates[] = {
@@ -84,7 +84,7 @@ static void tables_agree_with_the_tracer(void **state) {
       {"sky_radiance", 400, 0, 90, 0.02},
   };
   np_csv csv;
-  test_rows_ask(f->context, truth_path, NULL, &csv);
+  test_rows_ask(f->context, reference_path, NULL, &csv);
   bool is_good = true;
   for (size_t i = 0; i < sizeof gates / sizeof *gates; i++)
     for (int b = 0; b < 3; b++) {
@@ -106,7 +106,7 @@ static void tables_agree_with_the_tracer(void **state) {
 /* ---- Published numbers ---- */
 
 /* Rows of tests/data/atmosphere.csv: the values, a column of text, the answers. */
-enum { PUBLISHED_ANSWER = TEST_TRUTH + 4 };
+enum { PUBLISHED_ANSWER = TEST_REFERENCE + 4 };
 
 static bool has_quantity(const np_csv *csv, size_t row, const char *quantity) {
   return strcmp(np_csv_get_field(csv, row, 0), quantity) == 0;
@@ -114,7 +114,7 @@ static bool has_quantity(const np_csv *csv, size_t row, const char *quantity) {
 
 /* Relative to 1e-4 for transmittances, which are known to 1e-7 or, where the row's method says n500, 5e-5; order 1 to
  * 0.2 % under a sun that is up, 5 % at 93 degrees, for the rows are good to 0.055 and 1.9 %. */
-static double find_tolerance(const np_csv *csv, size_t row) {
+static double compute_tolerance(const np_csv *csv, size_t row) {
   if (has_quantity(csv, row, "transmittance_top")) return 1e-4;
   return test_row_get(csv, row, 5) <= 90.0 ? 0.002 : 0.05;
 }
@@ -128,7 +128,7 @@ static void check_published_radiance(const np_csv *csv) {
     if (!has_quantity(csv, i, "sky_radiance") || test_row_get(csv, i, 5) > 90.0) continue;
     count++;
     for (int b = 0; b < 3; b++) {
-      const double off = test_row_get(csv, i, PUBLISHED_ANSWER + b) / test_row_get(csv, i, TEST_TRUTH + b) - 1.0;
+      const double off = test_row_get(csv, i, PUBLISHED_ANSWER + b) / test_row_get(csv, i, TEST_REFERENCE + b) - 1.0;
       square[b] += off * off;
     }
   }
@@ -150,9 +150,9 @@ static void tracer_agrees_with_published_numbers(void **state) {
     const bool is_transmittance = has_quantity(&csv, i, "transmittance_top");
     if (!is_transmittance && !has_quantity(&csv, i, "single_scatter_radiance")) continue;
     for (int b = 0; b < 3; b++) {
-      const double published = test_row_get(&csv, i, TEST_TRUTH + b),
+      const double published = test_row_get(&csv, i, TEST_REFERENCE + b),
                    ours = test_row_get(&csv, i, PUBLISHED_ANSWER + b);
-      assert_near_relative(ours, published, find_tolerance(&csv, i));
+      assert_near_relative(ours, published, compute_tolerance(&csv, i));
       if (is_transmittance || test_row_get(&csv, i, 5) <= 90.0)
         worst[is_transmittance] = fmax(worst[is_transmittance], fabs(ours / published - 1.0));
     }
@@ -168,8 +168,8 @@ static void tracer_agrees_with_published_numbers(void **state) {
 static void retrace(fixture *f, size_t step, unsigned paths) {
   char *cases = test_path(f->folder, "cases.csv");
   FILE *file = fopen(cases, "w");
-  fprintf(file, "%s\n", f->truth.header.text);
-  for (size_t i = 0; i < f->truth.row_count; i += step) fprintf(file, "%s\n", f->truth.rows[i].text);
+  fprintf(file, "%s\n", f->reference.header.text);
+  for (size_t i = 0; i < f->reference.row_count; i += step) fprintf(file, "%s\n", f->reference.rows[i].text);
   fclose(file);
   test_rows_trace_anew(f->context, cases, paths);
   free(cases);
@@ -177,7 +177,7 @@ static void retrace(fixture *f, size_t step, unsigned paths) {
 
 static void a_dozen_rows_trace_as_stored(void **state) {
   fixture *f = *state;
-  retrace(f, f->truth.row_count / 11, 2048);
+  retrace(f, f->reference.row_count / 11, 2048);
 }
 
 static void every_row_traces_as_stored(void **state) { retrace(*state, 1, 8192); }

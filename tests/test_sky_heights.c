@@ -5,27 +5,27 @@
 
 #include <stdlib.h>
 
-#include "atmosphere/sky_question.h"
+#include "atmosphere/sky_query.h"
 
 static np_sky_witness make_witness(neph_atmosphere *earth) {
   return (np_sky_witness){
       .atmosphere = earth, .sun_angular_radius_rad = 0.00467396, .irradiance_w_m2_nm = {1.0, 1.0, 1.0}};
 }
 
-static void ask(np_sky_witness *w, np_sky_method method, const np_sky_question *q, np_truth_value *out) {
+static void ask(np_sky_witness *w, np_sky_method method, const np_sky_query *q, np_reference_value *out) {
   w->method = method;
   assert_int_equal(np_sky_ask(w, q, 0, NULL, out), NEPH_OK);
 }
 
-static np_sky_question make_question(np_sky_quantity quantity, double altitude_m, double sun_deg, double view_deg,
-                                     double azimuth_deg) {
-  return (np_sky_question){.quantity = quantity,
-                           .order_max = NP_ORDERS_ALL,
-                           .altitude_m = altitude_m,
-                           .sun_zenith_rad = sun_deg * NP_DEGREE,
-                           .view_zenith_rad = view_deg * NP_DEGREE,
-                           .azimuth_rad = azimuth_deg * NP_DEGREE,
-                           .distance_m = 1e7};
+static np_sky_query make_query(np_sky_quantity quantity, double altitude_m, double sun_deg, double view_deg,
+                               double azimuth_deg) {
+  return (np_sky_query){.quantity = quantity,
+                        .order_max = NP_ORDERS_ALL,
+                        .altitude_m = altitude_m,
+                        .sun_zenith_rad = sun_deg * NP_DEGREE,
+                        .view_zenith_rad = view_deg * NP_DEGREE,
+                        .azimuth_rad = azimuth_deg * NP_DEGREE,
+                        .distance_m = 1e7};
 }
 
 /* ---- Across the horizon ---- */
@@ -37,8 +37,8 @@ static void scan_horizon(np_sky_witness *w, double altitude_m, double sun_deg, d
   double before[3] = {0}, worst = 0.0;
   for (int i = 0; i < 1000; i++) {
     const double view = horizon - 2.0 + 4.0 * (i + 0.5) / 1000;
-    const np_sky_question q = make_question(NP_SKY_RADIANCE, altitude_m, sun_deg, view, azimuth_deg);
-    np_truth_value table, marched;
+    const np_sky_query q = make_query(NP_SKY_RADIANCE, altitude_m, sun_deg, view, azimuth_deg);
+    np_reference_value table, marched;
     ask(w, NP_SKY_LUT, &q, &table);
     ask(w, NP_SKY_MARCH, &q, &marched);
     for (int b = 0; b < 3; b++) {
@@ -81,12 +81,12 @@ static look choose_look(double horizon_deg, int i) {
  * nothing is nothing. Worst 15 % of one look, at the shadow's edge in twilight from 35 km; by day 5 %. */
 static void compare_height(np_sky_witness *w, double altitude_m, double sun_deg, double rms_max) {
   const double horizon = np_horizon_angle(&w->atmosphere->medium, altitude_m, 0.0) / NP_DEGREE;
-  np_truth_value table[LOOKS], marched[LOOKS];
+  np_reference_value table[LOOKS], marched[LOOKS];
   double bright[3] = {0}, square = 0.0, worst = 0.0;
   unsigned count = 0;
   for (int i = 0; i < LOOKS; i++) {
     const look l = choose_look(horizon, i);
-    np_sky_question q = make_question(NP_SKY_AP_INSCATTER, altitude_m, sun_deg, l.view_deg, l.azimuth_deg);
+    np_sky_query q = make_query(NP_SKY_AP_INSCATTER, altitude_m, sun_deg, l.view_deg, l.azimuth_deg);
     const np_ray ray = np_ray_make(&w->atmosphere->medium, altitude_m, cos(q.view_zenith_rad));
     q.distance_m = ray.offset_m + l.part * ray.length_m;
     ask(w, NP_SKY_LUT, &q, &table[i]);

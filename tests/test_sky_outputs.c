@@ -109,10 +109,10 @@ static void harmonics_give_a_clear_skys_irradiance(void **state) {
       const double z = 1.0 - (2.0 * i + 1.0) / NORMALS, turn = 2.0 * NP_PI * fmod(i * 0.6180339887, 1.0);
       const double s = sqrt(1.0 - z * z);
       const np_vec3 normal = np_vec3_make((float)(s * cos(turn)), (float)(s * sin(turn)), (float)z);
-      const double truth = integrate(image, normal, names[b]);
+      const double reference = integrate(image, normal, names[b]);
       np_sky_harmonics_irradiance(h, normal, e);
-      square += (e[b] - truth) * (e[b] - truth) / NORMALS;
-      mean += truth / NORMALS;
+      square += (e[b] - reference) * (e[b] - reference) / NORMALS;
+      mean += reference / NORMALS;
     }
     print_message("irradiance by harmonics, band %d: %.2f %% of the mean rms\n", b, 100.0 * sqrt(square) / mean);
     assert_true(sqrt(square) <= 0.03 * mean);
@@ -255,7 +255,7 @@ static void tables_that_are_not_are_refused(void **state) {
 }
 
 /* The first number after a name, of JSON that the library wrote. */
-static double find_number(const char *text, const char *name) {
+static double read_number(const char *text, const char *name) {
   const char *at = strstr(text, name);
   assert_non_null(at);
   at = strpbrk(at + strlen(name), "-0123456789");
@@ -275,12 +275,12 @@ static void measured_errors_are_within_the_tolerance(void **state) {
     char *text;
     assert_int_equal(neph_scene_set(scene, "atmosphere.tolerance", i ? "0.1" : "0.007"), NEPH_OK);
     assert_int_equal(neph_render_sky_verify(scene, &desc, NEPH_TEXT_JSON, &text), NEPH_OK);
-    assert_near(find_number(text, "tolerance"), tolerance, 1e-9);
-    assert_true(find_number(text, "optical_depth") <= tolerance);
-    assert_true(find_number(text, "sky_view") <= tolerance);
-    assert_true(find_number(text, "aerial_perspective") <= tolerance);
-    assert_true(find_number(text, "sky_view") > before);
-    before = find_number(text, "sky_view");
+    assert_near(read_number(text, "tolerance"), tolerance, 1e-9);
+    assert_true(read_number(text, "optical_depth") <= tolerance);
+    assert_true(read_number(text, "sky_view") <= tolerance);
+    assert_true(read_number(text, "aerial_perspective") <= tolerance);
+    assert_true(read_number(text, "sky_view") > before);
+    before = read_number(text, "sky_view");
     neph_text_destroy(*state, text);
   }
   neph_scene_destroy(scene);

@@ -93,7 +93,7 @@ static void shadows_are_not_mirrored(void **state) {
 
 /* Where the light of a row of the tables ends, seen past a wall: a slice has one sample, in its middle, by which all of
  * it lies before the wall or behind. */
-static double find_end_m(const neph_sky *sky, const np_sky_layout *layout, int row, double wall_m) {
+static double compute_end_m(const neph_sky *sky, const np_sky_layout *layout, int row, double wall_m) {
   const double cosine = np_sky_row_cosine(&sky->frame, layout, row), count = sky->aerial_sizes.points;
   const np_ray ray = np_aerial_ray(&sky->atmosphere->medium, &sky->frame, cosine, row >= layout->up);
   const np_aerial_scale scale = np_aerial_scale_make(&ray, &sky->frame);
@@ -116,9 +116,9 @@ static void light_ends_where_the_shadow_begins(void **state) {
     const np_spectrum before = np_sky_aerial_perspective(clear, d, 5e3).inscatter;
     const np_spectrum same = np_sky_aerial_perspective(walled, d, 5e3).inscatter;
     const np_spectrum lower =
-        np_sky_aerial_perspective(clear, d, find_end_m(walled, &layout, place.row, wall_m)).inscatter;
+        np_sky_aerial_perspective(clear, d, compute_end_m(walled, &layout, place.row, wall_m)).inscatter;
     const np_spectrum upper =
-        np_sky_aerial_perspective(clear, d, find_end_m(walled, &layout, place.row + 1, wall_m)).inscatter;
+        np_sky_aerial_perspective(clear, d, compute_end_m(walled, &layout, place.row + 1, wall_m)).inscatter;
     const np_spectrum beyond = np_sky_aerial_perspective(walled, d, 30e3).inscatter;
     for (int b = 0; b < 3; b++) {
       assert_near_relative((double)same.band[b], (double)before.band[b], 2e-3);

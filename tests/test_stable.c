@@ -13,10 +13,10 @@ static float make_float(uint32_t bits) {
   return value;
 }
 
-static long double find_step_weight(long double x) { return x == 0 ? 1.0L : -expm1l(-x) / x; }
+static long double compute_step_weight(long double x) { return x == 0 ? 1.0L : -expm1l(-x) / x; }
 
 /* The series is that of the definition: it never cancels badly in 64 bits of mantissa below 1. */
-static long double find_step_weight_linear(long double x) {
+static long double compute_step_weight_linear(long double x) {
   if (x > 1.0L) return (-expm1l(-x) - x * expl(-x)) / (x * x);
   long double sum = 0, term = 1;
   for (int k = 0; k < 30; k++) {
@@ -61,7 +61,7 @@ static void sweep_in_both_modes(check c) {
 /* expm1f errs by 1 unit in the last place (2⁻²³ at worst), the quotient by half of one: 1.5 · 2⁻²³. */
 static void step_weight_holds(void **state) {
   (void)state;
-  sweep_in_both_modes((check){np_step_weight, find_step_weight, 0.0f, FLT_MAX, 1.5 * 0x1p-23});
+  sweep_in_both_modes((check){np_step_weight, compute_step_weight, 0.0f, FLT_MAX, 1.5 * 0x1p-23});
   assert_true(np_step_weight(0.0f) == 1.0f);
   assert_true(np_step_weight(INFINITY) == 0.0f);
 }
@@ -70,30 +70,30 @@ static void step_weight_holds(void **state) {
  * roundings of 2⁻²⁴ and two of the library, each times at most 2.4, are 12 · 2⁻²⁴. */
 static void step_weight_linear_holds(void **state) {
   (void)state;
-  sweep_in_both_modes((check){np_step_weight_linear, find_step_weight_linear, 0.0f, FLT_MAX, 12 * 0x1p-24});
+  sweep_in_both_modes((check){np_step_weight_linear, compute_step_weight_linear, 0.0f, FLT_MAX, 12 * 0x1p-24});
   assert_true(np_step_weight_linear(0.0f) == 0.5f);
   assert_true(np_step_weight_linear(INFINITY) == 0.0f);
 }
 
-static long double find_transmittance(long double depth) { return depth < 80 ? expl(-depth) : 0; }
+static long double compute_transmittance(long double depth) { return depth < 80 ? expl(-depth) : 0; }
 
 /* expf errs by 1 unit in the last place. */
 static void transmittance_holds_and_is_never_subnormal(void **state) {
   (void)state;
-  sweep_in_both_modes((check){np_transmittance, find_transmittance, 0.0f, FLT_MAX, 0x1p-23});
+  sweep_in_both_modes((check){np_transmittance, compute_transmittance, 0.0f, FLT_MAX, 0x1p-23});
   assert_true(np_transmittance(nextafterf(80.0f, 0.0f)) >= FLT_MIN);
   assert_true(np_transmittance(80.0f) == 0.0f);
   assert_true(np_transmittance(INFINITY) == 0.0f);
   assert_true(np_transmittance(NAN) == 0.0f);
 }
 
-static long double find_opacity(long double depth) { return -expm1l(-depth); }
+static long double compute_opacity(long double depth) { return -expm1l(-depth); }
 
 /* It errs most at ½ ln 2, where 0.21 are taken from ½: two roundings of the 0.21 and one of the 0.29 that are left,
  * each 2⁻²⁴, are 2.4 · 2⁻²⁴; what the series leaves out and the rounding of ln 2 add 0.2 · 2⁻²⁴. */
 static void opacity_holds(void **state) {
   (void)state;
-  sweep_in_both_modes((check){np_opacity, find_opacity, 0.0f, FLT_MAX, 3 * 0x1p-24});
+  sweep_in_both_modes((check){np_opacity, compute_opacity, 0.0f, FLT_MAX, 3 * 0x1p-24});
   assert_true(np_opacity(0.0f) == 0.0f);
   assert_true(np_opacity(INFINITY) == 1.0f);
 }

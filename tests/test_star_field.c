@@ -74,7 +74,7 @@ static void a_star_keeps_its_flux_in_latitude_and_longitude(void **state) {
   }
 }
 
-static unsigned find_brightest(neph_image *image) {
+static unsigned search_brightest(neph_image *image) {
   const float *green = neph_image_get_channel(image, "G");
   unsigned best = 0;
   for (unsigned p = 0; p < count_pixels(image); p++)
@@ -105,7 +105,7 @@ static void the_map_is_turned_like_the_stars(void **state) {
              "stars: {catalogue: \"%s\", sidereal_time: 40 deg%s%s%s}",
              star_path, i ? ", map: \"" : "", i ? map_path : "", i ? "\"" : "");
     neph_image *image = paint_sky(f, text, 256);
-    at[i] = find_brightest(image);
+    at[i] = search_brightest(image);
     neph_image_destroy(image);
   }
   /* A texel is four pixels wide. */

@@ -253,7 +253,7 @@ static void a_failed_allocation_leaves_nothing_behind(void **state) {
 /* ---- Pictures ---- */
 
 static neph_image *render(neph_context *context, const char *cloud, double depth, double azimuth_deg,
-                          const char *sun_depth) {
+                          const char *sun_optical_depth) {
   char text[1024];
   snprintf(text, sizeof text,
            "camera: {position: [0 m, -6 km, 1800 m], look_at: [0, 0, 2400 m], fov: 40 deg, resolution: [112, 64]}\n"
@@ -262,7 +262,7 @@ static neph_image *render(neph_context *context, const char *cloud, double depth
            "clouds: [{vdb: \"%s\", up: y, voxel: 20 m, optical_depth: %g, position: [0, 0, 1400 m], albedo: 1,\n"
            "          phase: {hg: 0.85}}]\n"
            "render: {samples: 4, multiple_scattering: none, sun_optical_depth: %s}\n",
-           azimuth_deg, cloud, depth, sun_depth);
+           azimuth_deg, cloud, depth, sun_optical_depth);
   neph_scene *scene = NULL;
   neph_image *image = NULL;
   assert_int_equal(neph_scene_load_text(context, text, "scene.yaml", &scene), NEPH_OK);

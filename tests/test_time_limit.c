@@ -66,7 +66,7 @@ static neph_result render(fixture *f, witness *w, double limit_s, neph_image **o
 }
 
 /* The stages of a picture without a limit. */
-static witness find_stages(fixture *f) {
+static witness record_stages(fixture *f) {
   witness w = {.begin_s = 0.0};
   neph_image *image;
   assert_int_equal(render(f, &w, NEPH_UNLIMITED, &image), NEPH_OK);
@@ -76,7 +76,7 @@ static witness find_stages(fixture *f) {
   return w;
 }
 
-static unsigned find_stage(const witness *w, const char *name) {
+static unsigned search_stage(const witness *w, const char *name) {
   for (unsigned i = 0; i < w->stage_count; i++)
     if (strcmp(w->stages[i], name) == 0) return i + 1;
   fail_msg("no stage '%s'", name);
@@ -90,7 +90,7 @@ static void start_anew(fixture *f) {
 }
 
 static void every_stage_is_there(void **state) {
-  const witness w = find_stages(*state);
+  const witness w = record_stages(*state);
   static const char *const expected[] = {"raising ridges",
                                          "placing terrain",
                                          "building terrain",
@@ -108,13 +108,13 @@ static void every_stage_is_there(void **state) {
                                          "casting shadows into the air",
                                          "sampling the picture's noise",
                                          "rendering"};
-  for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) (void)find_stage(&w, expected[i]);
+  for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) (void)search_stage(&w, expected[i]);
 }
 
 /* Whatever stage the deadline finds the picture in, as long as pixels have no sample there is none. */
 static void a_deadline_ends_every_stage(void **state) {
   fixture *f = *state;
-  const unsigned count = find_stages(f).stage_count;
+  const unsigned count = record_stages(f).stage_count;
   for (unsigned n = 1; n <= count; n++) {
     start_anew(f);
     witness w = {.end_s = 100.0, .stop_at = n};
@@ -128,7 +128,7 @@ static void a_deadline_ends_every_stage(void **state) {
 
 static void cancelling_ends_every_stage(void **state) {
   fixture *f = *state;
-  const unsigned count = find_stages(f).stage_count;
+  const unsigned count = record_stages(f).stage_count;
   for (unsigned n = 1; n <= count; n++) {
     start_anew(f);
     witness w = {.stop_at = n, .cancels = true};
@@ -144,10 +144,10 @@ static void cancelling_ends_every_stage(void **state) {
  * is solved for, and of a first leaf of samples for each pixel. */
 static void a_cut_solution_makes_a_marked_picture(void **state) {
   fixture *f = *state;
-  const witness all = find_stages(f);
+  const witness all = record_stages(f);
   start_anew(f);
   assert_int_equal(neph_scene_set(f->scene, "render.target_error", "none"), NEPH_OK);
-  witness w = {.end_s = 10.2, .stop_at = find_stage(&all, "solving multiple scattering")};
+  witness w = {.end_s = 10.2, .stop_at = search_stage(&all, "solving multiple scattering")};
   neph_image *image;
   assert_int_equal(render(f, &w, 10.0, &image), NEPH_OK);
   assert_non_null(strstr(neph_image_get_attribute(image, "nephos:lightSolve"), "cut at residual 1"));
@@ -169,7 +169,7 @@ static void assert_same_picture(neph_image *a, neph_image *b) {
 /* The next frame of a sequence must not take for solved what time ended. */
 static void a_cut_solution_is_not_kept(void **state) {
   fixture *f = *state;
-  witness w = find_stages(f), cut = {.end_s = 10.2, .stop_at = find_stage(&w, "solving multiple scattering")};
+  witness w = record_stages(f), cut = {.end_s = 10.2, .stop_at = search_stage(&w, "solving multiple scattering")};
   neph_image *alone, *hurried, *next;
   start_anew(f);
   assert_int_equal(render(f, &w, NEPH_UNLIMITED, &alone), NEPH_OK);
@@ -206,11 +206,11 @@ static void a_limit_that_is_not_reached_changes_no_bit(void **state) {
 /* Each stage begins where the ones before have left the fraction, which is short of the whole until the last ends. */
 static void progress_rises_over_all_stages(void **state) {
   fixture *f = *state;
-  const witness w = find_stages(f);
+  const witness w = record_stages(f);
   assert_int_equal(w.retreats, 0);
   assert_true(w.last_fraction <= 1.0);
-  const unsigned first = find_stage(&w, "raising ridges"), solving = find_stage(&w, "solving multiple scattering"),
-                 rendering = find_stage(&w, "rendering");
+  const unsigned first = search_stage(&w, "raising ridges"), solving = search_stage(&w, "solving multiple scattering"),
+                 rendering = search_stage(&w, "rendering");
   assert_true(w.fractions[first - 1] < w.fractions[solving - 1]);
   assert_true(w.fractions[solving - 1] < w.fractions[rendering - 1]);
   assert_true(w.fractions[rendering - 1] < 1.0);

@@ -205,7 +205,7 @@ static void fine_cells_are_for_large_pictures(void **state) {
 
 /* A solution to the least degree that is then resolved into seven is the solution to degree seven from the start: in
  * the mean over rays from all sides within 1 %. */
-static void resolving_a_solution_finds_that_of_the_higher_degree(void **state) {
+static void resolving_a_solution_matches_the_higher_degree(void **state) {
   (void)state;
   double sums[2] = {0.0}, work = 0.0;
   for (int direct = 0; direct < 2; direct++) {
@@ -328,7 +328,7 @@ int main(void) {
       cmocka_unit_test(detail_within_cells_is_put_back),
       cmocka_unit_test(fine_cells_are_as_good_as_iterated_ones),
       cmocka_unit_test(fine_cells_are_for_large_pictures),
-      cmocka_unit_test(resolving_a_solution_finds_that_of_the_higher_degree),
+      cmocka_unit_test(resolving_a_solution_matches_the_higher_degree),
       cmocka_unit_test(phase_functions_mix_by_extinction),
       cmocka_unit_test(cells_far_from_the_viewer_are_coarsened_first),
       cmocka_unit_test(few_cells_are_large_ones),

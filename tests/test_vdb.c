@@ -428,7 +428,7 @@ static bool cancel_at_stage(void *user, const neph_progress *progress) {
   return !c->has_cancelled;
 }
 
-static double find_seconds_since(const struct timespec *then) {
+static double compute_seconds_since(const struct timespec *then) {
   struct timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);
   return (double)(now.tv_sec - then->tv_sec) + 1e-9 * (double)(now.tv_nsec - then->tv_nsec);
@@ -460,7 +460,7 @@ static void a_load_can_be_cancelled_in_every_stage(void **state) {
     neph_volume *volume;
     assert_int_equal(neph_volume_load(d.context, d.path, &desc, &volume), NEPH_ERROR_CANCELLED);
     assert_null(volume);
-    assert_true(c.has_cancelled && find_seconds_since(&c.when) < 0.5);
+    assert_true(c.has_cancelled && compute_seconds_since(&c.when) < 0.5);
     assert_int_equal(d.log.counts[NEPH_LOG_ERROR], 0);
   }
   end_disk(&d);

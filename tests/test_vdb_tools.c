@@ -85,7 +85,7 @@ static void assert_says(const char *text, const char *words) {
   if (!strstr(text, words)) fail_msg("'%s' is not in:\n%.4000s", words, text);
 }
 
-static void vdb_print_finds_the_grids(void **state) {
+static void vdb_print_lists_the_grids(void **state) {
   fixture *f = *state;
   char expected[128];
   require("vdb_print -version >/dev/null 2>&1", "libopenvdb-tools");
@@ -119,7 +119,7 @@ static void vdb_print_finds_the_grids(void **state) {
 /* ---- Values, by OpenVDB's Python module ---- */
 
 /* Of an active voxel in memory; NaN, which is near to nothing, when there is none. */
-static double find_value(const np_sparse_grid *grid, const int at[3]) {
+static double get_value(const np_sparse_grid *grid, const int at[3]) {
   for (size_t l = 0; l < grid->leaf_count; l++) {
     int offset = 0;
     bool is_inside = true;
@@ -146,7 +146,7 @@ static bool check_voxel(const fixture *f, const char *line, uint64_t counts[2]) 
   assert_int_equal(fields, is_velocity ? 7 : 5);
   if (!is_velocity && strcmp(name, "density") != 0) return true;
   for (int c = 0; c < fields - 4; c++)
-    assert_near(values[c], find_value(is_velocity ? &f->velocity[c] : &f->density, at), 0);
+    assert_near(values[c], get_value(is_velocity ? &f->velocity[c] : &f->density, at), 0);
   counts[is_velocity]++;
   return true;
 }
@@ -179,7 +179,7 @@ static void python_reads_the_same_values(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test_setup_teardown(vdb_print_finds_the_grids, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(vdb_print_lists_the_grids, set_up, tear_down),
       cmocka_unit_test_setup_teardown(python_reads_the_same_values, set_up, tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -157,7 +157,7 @@ static neph_volume *make_dense(neph_context *context, const unsigned size[3], co
   return volume;
 }
 
-static double find_column(const neph_volume *volume, const np_affine *placed) {
+static double get_column_max(const neph_volume *volume, const np_affine *placed) {
   double value_m;
   assert_int_equal(np_volume_get_column_max(volume, placed, NULL, &value_m), NEPH_OK);
   return value_m;
@@ -170,8 +170,8 @@ static void a_column_along_the_samples_is_their_sum(void **state) {
   neph_volume *volume = make_dense(context, (const unsigned[3]){2, 2, 2}, cube, false);
   np_affine upright = make_affine((const double[3][4]){{20, 0, 0, 5}, {0, 20, 0, 6}, {0, 0, 30, 7}});
   np_affine y_up = make_affine((const double[3][4]){{20, 0, 0, 5}, {0, 0, -20, 6}, {0, 30, 0, 7}});
-  assert_near_relative(find_column(volume, &upright), 30 * (4 + 8), 1e-6);
-  assert_near_relative(find_column(volume, &y_up), 30 * (6 + 8), 1e-6);
+  assert_near_relative(get_column_max(volume, &upright), 30 * (4 + 8), 1e-6);
+  assert_near_relative(get_column_max(volume, &y_up), 30 * (6 + 8), 1e-6);
   neph_volume_release(volume);
   neph_context_destroy(context);
 }
@@ -189,7 +189,7 @@ static void an_oblique_column_is_integrated_exactly(void **state) {
   np_affine placed = make_affine((const double[3][4]){{10, 0, -10 * s, 0}, {0, 10, -10 * u, 0}, {0, 0, 25, 0}});
   double expected = 25 * 2 * (0.5 - (fabs(s) + fabs(u)) / 6 + fabs(s * u) / 12);
   /* Each sample of the quadrature errs by rounding in float alone. */
-  assert_near_relative(find_column(volume, &placed), expected, 1e-6);
+  assert_near_relative(get_column_max(volume, &placed), expected, 1e-6);
   neph_volume_release(volume);
   neph_context_destroy(context);
 }
@@ -221,7 +221,7 @@ static void a_rotated_volume_has_the_column_of_brute_force(void **state) {
       }
       largest = fmax(largest, sum);
     }
-  assert_near_relative(find_column(volume, &placed), largest, 2e-3);
+  assert_near_relative(get_column_max(volume, &placed), largest, 2e-3);
   neph_volume_release(volume);
   neph_context_destroy(context);
 }
@@ -231,7 +231,7 @@ static void a_periodic_slab_has_the_column_of_its_samples(void **state) {
   static const float slab[3] = {2, 3, 4};
   neph_context *context = test_context_create(1, NULL);
   neph_volume *volume = make_dense(context, (const unsigned[3]){1, 1, 3}, slab, true);
-  assert_near_relative(find_column(volume, &volume->index_to_world), 9, 1e-6);
+  assert_near_relative(get_column_max(volume, &volume->index_to_world), 9, 1e-6);
   neph_volume_release(volume);
   neph_context_destroy(context);
 }

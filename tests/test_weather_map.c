@@ -55,7 +55,7 @@ static void a_picture_lies_north_up_over_its_size(void **state) {
 }
 
 /* Share of the columns between two fractions of the width that hold cloud. */
-static double find_covered_between(const test_columns *c, double from, double to) {
+static double compute_covered_between(const test_columns *c, double from, double to) {
   const int begin = (int)(from * c->size[0]), end = (int)(to * c->size[0]);
   int covered = 0;
   for (int i = begin; i < end; i++)
@@ -78,9 +78,9 @@ static void cloud_grows_where_the_picture_says(void **state) {
     np_sparse_grid grid = test_bake(f->context, &desc);
     const test_columns c = test_gather_columns(&grid, &desc);
     assert_near(c.covered, 0.5, 0.05);
-    assert_near(find_covered_between(&c, 0, 0.25), 0, 0.01);
-    assert_near(find_covered_between(&c, 0.4, 0.6), 0.5, 0.25);
-    assert_true(find_covered_between(&c, 0.75, 1) > 0.85);
+    assert_near(compute_covered_between(&c, 0, 0.25), 0, 0.01);
+    assert_near(compute_covered_between(&c, 0.4, 0.6), 0.5, 0.25);
+    assert_true(compute_covered_between(&c, 0.75, 1) > 0.85);
     free(c.lowest);
     np_sparse_grid_clear(&grid);
   }
@@ -144,12 +144,12 @@ static void a_picture_chooses_the_type(void **state) {
     neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_TYPE);
     desc.type = 1;
     np_sparse_grid grid = test_bake(f->context, &desc), same;
-    volume[i] = test_find_volume(&grid, 8, 30);
+    volume[i] = test_count_voxels(&grid, 8, 30);
     desc.map_file = NULL;
     desc.map_channels[NEPH_CLOUD_MAP_TYPE] = NULL;
     desc.type = i;
     same = test_bake(f->context, &desc);
-    assert_near(test_find_volume(&same, 8, 30), volume[i], 0); /* a share of the key, and nothing else */
+    assert_near(test_count_voxels(&same, 8, 30), volume[i], 0); /* a share of the key, and nothing else */
     np_sparse_grid_clear(&same);
     np_sparse_grid_clear(&grid);
   }
@@ -167,7 +167,7 @@ static void a_png_is_read_too(void **state) {
   np_sparse_grid grid = test_bake(f->context, &desc);
   const test_columns c = test_gather_columns(&grid, &desc);
   assert_near(c.covered, 0.4, 0.05);
-  assert_true(find_covered_between(&c, 0, 0.5) < 0.5 * find_covered_between(&c, 0.5, 1));
+  assert_true(compute_covered_between(&c, 0, 0.5) < 0.5 * compute_covered_between(&c, 0.5, 1));
   free(c.lowest);
   np_sparse_grid_clear(&grid);
   free(path);

@@ -32,8 +32,8 @@ typedef struct neph_ephemeris {
  * @param out_ephemeris  starts from NEPH_EPHEMERIS_DEFAULT; unchanged on failure.
  * @return NEPH_ERROR_INVALID_ARGUMENT where the text is no time, or an angle is not finite or out of range.
  */
-NEPH_API neph_result neph_ephemeris_find(neph_context *context, const char *time, double latitude_rad,
-                                         double longitude_rad, neph_ephemeris *out_ephemeris) NEPH_NODISCARD;
+NEPH_API neph_result neph_ephemeris_compute(neph_context *context, const char *time, double latitude_rad,
+                                            double longitude_rad, neph_ephemeris *out_ephemeris) NEPH_NODISCARD;
 
 #ifdef __cplusplus
 }

@@ -7,13 +7,13 @@
  *
  * There are two ways to fly. Tracking against bounds of the extinction, which hold in shells of altitude, costs next to
  * nothing where nothing is met; paths in a cloud do it hundreds of times. But under a low sun the light is far off,
- * where the air is thin and a collision as rare as it is bright. There, and on the camera's ray, a flight knows the
- * air's transmittance exactly and draws its collision from a mixture, as the sky's own truth does (truth_path.h).
+ * where the air is thin and a collision as rare as it is bright. There, and on the camera's ray, a flight uses the
+ * air's exact transmittance and draws its collision from a mixture, as the sky's reference does (reference_path.h).
  */
 #ifndef NP_ATMOSPHERE_AIR_FLIGHT_H
 #define NP_ATMOSPHERE_AIR_FLIGHT_H
 
-#include "atmosphere/truth_path.h"
+#include "atmosphere/reference_path.h"
 #include "core/random.h"
 
 /* A choice: the integrand there, and each band's density of choosing it. */
@@ -31,7 +31,7 @@ typedef struct np_air_light {
 typedef struct np_air_collision {
   np_air_choice choice; /* of the distance and of the collision: scattering coefficient times transmittance, 1/m */
   double distance_m;
-  np_truth_air air; /* there */
+  np_reference_air air; /* there */
 } np_air_collision;
 
 /* ---- Tracking ---- */
@@ -43,8 +43,8 @@ bool np_air_track(const neph_atmosphere *atmosphere, np_dvec3 origin, np_vec3 di
 /* ---- Flights of known transmittance ---- */
 
 typedef struct np_air_flight {
-  np_truth_path path; /* no panels: no air */
-  double probability[NP_BAND_COUNT][NP_TRUTH_PANELS_MAX]; /* of a collision in each panel */
+  np_reference_path path; /* no panels: no air */
+  double probability[NP_BAND_COUNT][NP_REFERENCE_PANELS_MAX]; /* of a collision in each panel */
   np_spectrum transmittance;                              /* of it all */
 } np_air_flight;
 
@@ -60,7 +60,7 @@ void np_air_flight_collide(const np_air_flight *flight, int hero, double u, np_a
 
 /* ---- Scattering ---- */
 
-/* How the air at a collision throws light about. */
+/* The phase functions of the air at a collision. */
 typedef struct np_air_scatterer {
   const np_medium *medium;
   np_vec3 forward;
@@ -70,7 +70,7 @@ typedef struct np_air_scatterer {
 } np_air_scatterer;
 
 np_air_scatterer np_air_scatterer_make(const neph_atmosphere *atmosphere, const np_air_light *light,
-                                       const np_truth_air *air, np_dvec3 position, np_vec3 forward);
+                                       const np_reference_air *air, np_dvec3 position, np_vec3 forward);
 
 /* The phase function towards a direction of flight, and the density of drawing it, 1/sr. */
 np_air_choice np_air_scatterer_eval(const np_air_scatterer *scatterer, np_vec3 direction);

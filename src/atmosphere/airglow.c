@@ -14,7 +14,7 @@
 
 static const double magnitude_in_v = 21.9, layer_thickness_m = 10e3;
 
-static double find_radiance(double magnitude, double wavelength_nm) {
+static double compute_radiance(double magnitude, double wavelength_nm) {
   static const double sky[NP_PASSBAND_COUNT] = {22.0, 22.7, 21.9, 21.0, 20.0};
   double logarithm[NP_PASSBAND_COUNT];
   for (int i = 0; i < NP_PASSBAND_COUNT; i++)
@@ -33,12 +33,12 @@ np_airglow np_airglow_make(double magnitude, double planet_radius_m, double alti
                     .altitude_m = altitude_m,
                     .thickness_m = fmin(layer_thickness_m, altitude_m)};
   for (int b = 0; b < NP_BAND_COUNT; b++)
-    out.zenith_radiance.band[b] = (float)find_radiance(magnitude, wavelength_nm[b]);
+    out.zenith_radiance.band[b] = (float)compute_radiance(magnitude, wavelength_nm[b]);
   return out;
 }
 
 /* Length of a ray, from its start on, inside the sphere of an altitude; b = r·μ, h the altitude of the start. */
-static double find_chord(double radius_m, double h, double b, double altitude_m) {
+static double compute_chord(double radius_m, double h, double b, double altitude_m) {
   const double c = (h - altitude_m) * (2.0 * radius_m + h + altitude_m), discriminant = b * b - c;
   if (discriminant <= 0.0) return 0.0;
   const double root = sqrt(discriminant);
@@ -49,7 +49,7 @@ np_spectrum np_airglow_radiance(const np_airglow *airglow, np_dvec3 position, np
   const double radius = airglow->planet_radius_m, h = np_altitude(position, radius);
   const double b = (radius + h) * (double)np_vec3_dot(np_zenith(position, radius), direction);
   const double half = 0.5 * airglow->thickness_m;
-  const double path = find_chord(radius, h, b, airglow->altitude_m + half) -
-                      find_chord(radius, h, b, airglow->altitude_m - half);
+  const double path = compute_chord(radius, h, b, airglow->altitude_m + half) -
+                      compute_chord(radius, h, b, airglow->altitude_m - half);
   return np_spectrum_scale(airglow->zenith_radiance, (float)(fmax(path, 0.0) / airglow->thickness_m));
 }

@@ -11,7 +11,7 @@ static neph_result build_tables(neph_atmosphere *a, np_monitor *monitor) {
   np_monitor_set_range(monitor, 0.0, 0.05);
   neph_result result = np_depth_table_build(a->context, &a->medium, &a->sizes.depth, monitor, &a->depths);
   const bool is_limited = a->order_max != NP_ORDERS_ALL;
-  if (!result && !is_limited && a->medium.is_thick)
+  if (!result && !is_limited && a->medium.needs_delta_scaling)
     result = np_delta_moments_build(a->context, &a->depths, &a->sizes, a->has_point_sun, monitor, &a->moments);
   else if (!result && a->order_max > 1)
     result = np_moment_table_build(a->context, &a->depths, &a->sizes.moments, a->order_max - is_limited,
@@ -108,10 +108,10 @@ const neph_atmosphere_desc *np_atmosphere_get_desc(const neph_atmosphere *atmosp
 double np_atmosphere_get_planet_radius(const neph_atmosphere *atmosphere) { return atmosphere->medium.planet_radius_m; }
 
 /* Altitude of a world point, and the cosine of a direction's angle with its zenith. */
-static double find_altitude(const np_medium *medium, np_dvec3 position) {
+static double compute_altitude(const np_medium *medium, np_dvec3 position) {
   return np_altitude(position, medium->planet_radius_m);
 }
-static double find_cosine(const np_medium *medium, np_dvec3 position, np_vec3 direction) {
+static double compute_cosine(const np_medium *medium, np_dvec3 position, np_vec3 direction) {
   return np_clamp((double)np_vec3_dot(np_zenith(position, medium->planet_radius_m), direction), -1.0, 1.0);
 }
 
@@ -125,8 +125,8 @@ static np_bands transmit_to_space(const neph_atmosphere *a, double altitude_m, d
 
 np_spectrum np_atmosphere_transmittance_to_space(const neph_atmosphere *atmosphere, np_dvec3 position,
                                                  np_vec3 direction) {
-  const double h = fmax(find_altitude(&atmosphere->medium, position), 0.0);
-  const double cosine = find_cosine(&atmosphere->medium, position, direction);
+  const double h = fmax(compute_altitude(&atmosphere->medium, position), 0.0);
+  const double cosine = compute_cosine(&atmosphere->medium, position, direction);
   if (cosine < np_horizon_cosine(&atmosphere->medium, h)) return np_spectrum_grey(0.0f);
   return np_bands_to_spectrum(transmit_to_space(atmosphere, h, cosine));
 }
@@ -137,7 +137,7 @@ enum { STEEP_PANELS = 5 };
 
 np_spectrum np_atmosphere_integrate_to_space(const neph_atmosphere *atmosphere, np_dvec3 position, np_vec3 direction) {
   const np_medium *medium = &atmosphere->medium;
-  const double h = fmax(find_altitude(medium, position), 0.0), cosine = find_cosine(medium, position, direction);
+  const double h = fmax(compute_altitude(medium, position), 0.0), cosine = compute_cosine(medium, position, direction);
   const np_ray ray = np_ray_make(medium, h, cosine);
   if (ray.hits_ground) return np_spectrum_grey(0.0f);
   if (!(ray.length_m > 0.0)) return np_spectrum_grey(1.0f);
@@ -149,8 +149,8 @@ np_spectrum np_atmosphere_integrate_to_space(const neph_atmosphere *atmosphere, 
 np_spectrum np_atmosphere_transmittance_to_sun(const neph_atmosphere *atmosphere, np_dvec3 position, np_vec3 to_sun,
                                                float angular_radius) {
   const np_medium *medium = &atmosphere->medium;
-  const double h = fmax(find_altitude(medium, position), 0.0), horizon = np_horizon_cosine(medium, h);
-  const double cosine = find_cosine(medium, position, to_sun);
+  const double h = fmax(compute_altitude(medium, position), 0.0), horizon = np_horizon_cosine(medium, h);
+  const double cosine = compute_cosine(medium, position, to_sun);
   const double span = (medium->planet_radius_m + h) / medium->planet_radius_m; /* radians per cosine at the horizon */
   const double above = (cosine - horizon) * span, radius = fmax((double)angular_radius, 1e-6);
   const float edge = (float)fmax(-above / radius, -2.0);
@@ -185,8 +185,8 @@ void np_atmosphere_sky_light(const neph_atmosphere *atmosphere, np_dvec3 positio
                              np_spectrum *out_upper_mean_radiance, np_spectrum *out_lower_mean_radiance) {
   const np_medium *medium = &atmosphere->medium;
   const np_moment_table *table = &atmosphere->moments;
-  const double h = np_clamp(find_altitude(medium, position), 0.0, medium->top_m);
-  const float sun = (float)find_cosine(medium, position, to_sun), horizon = (float)np_horizon_cosine(medium, h);
+  const double h = np_clamp(compute_altitude(medium, position), 0.0, medium->top_m);
+  const float sun = (float)compute_cosine(medium, position, to_sun), horizon = (float)np_horizon_cosine(medium, h);
   float upper, f;
   const int row = np_moment_table_row(table, h, &upper);
   const int column = np_sun_scale_split(&table->sun, np_sun_scale_column(&table->sun, sun), &f);
@@ -203,7 +203,7 @@ void neph_atmosphere_get_transmittance(const neph_atmosphere *atmosphere, const 
                                        const double direction[3], double out_transmittance[3]) {
   const np_medium *medium = &atmosphere->medium;
   const np_dvec3 p = np_dvec3_make(position_m[0], position_m[1], position_m[2]);
-  const double h = fmax(find_altitude(medium, p), 0.0);
+  const double h = fmax(compute_altitude(medium, p), 0.0);
   const np_dvec3 up = np_dvec3_zenith(p, medium->planet_radius_m);
   const double cosine = np_dvec3_dot(up, np_dvec3_make(direction[0], direction[1], direction[2]));
   const np_ray ray = np_ray_make(medium, h, np_clamp(cosine, -1.0, 1.0));

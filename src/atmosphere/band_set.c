@@ -45,17 +45,17 @@ np_band_set np_band_set_choose(const np_wavelengths *wavelengths, unsigned packe
 }
 
 /* The pair of reference bands between which a wavelength lies, or nearest to it: its longer one. */
-static int find_segment(double nm) { return nm >= reference_nm[1] ? 0 : 1; }
+static int choose_segment(double nm) { return nm >= reference_nm[1] ? 0 : 1; }
 
 static double interpolate_linear(const double values[NP_BAND_COUNT], double nm) {
-  const int i = find_segment(nm);
+  const int i = choose_segment(nm);
   const double place = (reference_nm[i] - nm) / (reference_nm[i] - reference_nm[i + 1]);
   return values[i] + fmin(fmax(place, 0.0), 1.0) * (values[i + 1] - values[i]);
 }
 
 /* Where one of two values is 0 there is no power, and it goes as above. */
 static double interpolate_power(const double values[NP_BAND_COUNT], double nm) {
-  const int i = find_segment(nm);
+  const int i = choose_segment(nm);
   if (!(values[i] > 0.0 && values[i + 1] > 0.0)) return interpolate_linear(values, nm);
   const double place = log(reference_nm[i] / nm) / log(reference_nm[i] / reference_nm[i + 1]);
   return values[i] * pow(values[i + 1] / values[i], place);

@@ -161,7 +161,7 @@ static np_dvec3 make_direction(double longitude, double latitude) {
 /* Dynamical time less universal time, seconds, every five years from 1970 to 2025 (IERS). libnova's own runs away after
  * 2010: to 128 s in 2020, in which the moon goes half a minute of arc. What the Earth will do after 2025 is not known;
  * by 2050 a few seconds may be missing. */
-static double find_ephemeris_day(double julian_day) {
+static double compute_ephemeris_day(double julian_day) {
   static const double seconds[] = {40.18, 45.48, 50.54, 54.34, 56.86, 60.79, 63.83, 64.69, 66.07, 67.64, 69.36, 69.14};
   enum { LAST = sizeof seconds / sizeof *seconds - 1 };
   const double x = (julian_day - julian_day_of_1970) / (5.0 * 365.25);
@@ -192,7 +192,7 @@ static np_dvec3 nutate(np_dvec3 v, const sphere_state *s) {
 }
 
 /* Under nova_lock. */
-static sphere_state find_state(double julian_day) {
+static sphere_state compute_state(double julian_day) {
   struct ln_nutation nutation;
   ln_get_nutation(julian_day, &nutation);
   return (sphere_state){.along = nutation.longitude * NP_DEGREE,
@@ -229,8 +229,8 @@ np_celestial_turn np_celestial_turn_by_time(double unix_s, double latitude_rad, 
   const np_dvec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   np_dvec3 column[3];
   pthread_mutex_lock(&nova_lock);
-  const sphere_state state = find_state(julian_day);
-  const double day = find_ephemeris_day(julian_day), local = state.sidereal + longitude_rad;
+  const sphere_state state = compute_state(julian_day);
+  const double day = compute_ephemeris_day(julian_day), local = state.sidereal + longitude_rad;
   for (int i = 0; i < 3; i++) column[i] = to_world(nutate(precess(axes[i], day), &state), local, latitude_rad);
   pthread_mutex_unlock(&nova_lock);
   np_celestial_turn turn;
@@ -256,7 +256,7 @@ np_dvec3 np_celestial_apply(const np_celestial_turn *turn, np_dvec3 v) {
 /* ---- Sun ---- */
 
 /* Vector to the sun in metres for the true equator of date, aberration (Meeus 25.10) included. Under nova_lock. */
-static np_dvec3 find_sun(double ephemeris_day, const sphere_state *state) {
+static np_dvec3 compute_sun(double ephemeris_day, const sphere_state *state) {
   struct ln_helio_posn sun;
   ln_get_solar_geom_coords(ephemeris_day, &sun);
   const double longitude = sun.L * NP_DEGREE - 20.4898 * arc_second / sun.R;
@@ -267,8 +267,8 @@ static np_dvec3 find_sun(double ephemeris_day, const sphere_state *state) {
 np_sun_angles np_celestial_sun(double unix_s, double latitude_rad, double longitude_rad) {
   const double julian_day = julian_day_of_1970 + unix_s / 86400.0;
   pthread_mutex_lock(&nova_lock);
-  const sphere_state state = find_state(julian_day);
-  const np_dvec3 sun = find_sun(find_ephemeris_day(julian_day), &state);
+  const sphere_state state = compute_state(julian_day);
+  const np_dvec3 sun = compute_sun(compute_ephemeris_day(julian_day), &state);
   pthread_mutex_unlock(&nova_lock);
   const np_dvec3 d = to_world(np_dvec3_normalize(sun), state.sidereal + longitude_rad, latitude_rad);
   const double geocentric = atan2(d.z, hypot(d.x, d.y)), azimuth = atan2(d.x, d.y);
@@ -280,17 +280,17 @@ np_sun_angles np_celestial_sun(double unix_s, double latitude_rad, double longit
 
 /* Vector to the moon in metres for the true equator of date: ELP 2000-82B, which libnova gives for the ecliptic and
  * equinox of J2000. Under nova_lock. */
-static np_dvec3 find_moon(double ephemeris_day, const sphere_state *state) {
+static np_dvec3 compute_moon(double ephemeris_day, const sphere_state *state) {
   struct ln_rect_posn moon;
   ln_get_lunar_geo_posn(ephemeris_day, &moon, 0.0);
   const np_dvec3 of_2000 = tilt(np_dvec3_make(moon.X, moon.Y, moon.Z), obliquity_of_2000);
   return np_dvec3_scale(nutate(precess(of_2000, ephemeris_day), state), 1000.0);
 }
 
-/* The moon's own axes for the true equator of date, by Cassini's laws (Meeus, chapter 53): its equator leans by I to
+/* The moon's own axes for the true equator of date, by Cassini's laws (Meeus, chapter 53): its equator is at I to
  * the ecliptic, descends on it where the orbit ascends, and the prime meridian keeps the mean longitude's pace.
  * Physical libration, 0.04° at most, is left out. */
-static void find_axes(double julian_day, const sphere_state *state, np_dvec3 out_axes[3]) {
+static void compute_axes(double julian_day, const sphere_state *state, np_dvec3 out_axes[3]) {
   static const double inclination = 1.54242 * NP_DEGREE;
   const double t = (julian_day - julian_day_of_2000) / days_per_century;
   const double node = fmod(125.0445479 - 1934.1362891 * t + 0.0020754 * t * t, 360.0) * NP_DEGREE;
@@ -305,7 +305,7 @@ static void find_axes(double julian_day, const sphere_state *state, np_dvec3 out
 }
 
 /* A place at sea level on the ellipsoid of 1976 (Meeus, chapter 11), from the centre of the Earth, in metres. */
-static np_dvec3 find_observer(double local_sidereal, double latitude_rad) {
+static np_dvec3 compute_observer(double local_sidereal, double latitude_rad) {
   static const double equator_m = 6378140.0, pole_over_equator = 0.99664719;
   const double u = atan2(pole_over_equator * sin(latitude_rad), cos(latitude_rad));
   return np_dvec3_scale(np_dvec3_make(cos(u) * cos(local_sidereal), cos(u) * sin(local_sidereal),
@@ -317,14 +317,14 @@ np_moon_place np_celestial_moon(double unix_s, double latitude_rad, double longi
   const double julian_day = julian_day_of_1970 + unix_s / 86400.0;
   np_dvec3 axes[3];
   pthread_mutex_lock(&nova_lock);
-  const double ephemeris_day = find_ephemeris_day(julian_day);
-  const sphere_state state = find_state(julian_day);
-  np_dvec3 moon = find_moon(ephemeris_day, &state);
-  const np_dvec3 moon_to_sun = np_dvec3_subtract(find_sun(ephemeris_day, &state), moon);
+  const double ephemeris_day = compute_ephemeris_day(julian_day);
+  const sphere_state state = compute_state(julian_day);
+  np_dvec3 moon = compute_moon(ephemeris_day, &state);
+  const np_dvec3 moon_to_sun = np_dvec3_subtract(compute_sun(ephemeris_day, &state), moon);
   pthread_mutex_unlock(&nova_lock);
-  find_axes(julian_day, &state, axes);
+  compute_axes(julian_day, &state, axes);
   const double local = state.sidereal + longitude_rad;
-  if (!is_geocentric) moon = np_dvec3_subtract(moon, find_observer(local, latitude_rad));
+  if (!is_geocentric) moon = np_dvec3_subtract(moon, compute_observer(local, latitude_rad));
   const double distance = np_dvec3_length(moon);
   np_moon_place place = {.direction = to_world(np_dvec3_scale(moon, 1.0 / distance), local, latitude_rad),
                          .to_sun = to_world(np_dvec3_normalize(moon_to_sun), local, latitude_rad),

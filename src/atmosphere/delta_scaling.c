@@ -16,7 +16,7 @@
 #include "atmosphere/moment_builder.h"
 #include "core/alloc.h"
 
-static float find_part(const np_aerosol *aerosol) { return np_clampf(aerosol->moment[3], 0.0f, 0.999f); }
+static float compute_part(const np_aerosol *aerosol) { return np_clampf(aerosol->moment[3], 0.0f, 0.999f); }
 
 static void scale_aerosol(np_aerosol *aerosol, float part) {
   for (int l = 1; l < 3; l++) aerosol->moment[l] = (aerosol->moment[l] - part) / (1.0f - part);
@@ -39,7 +39,7 @@ static neph_result scale_medium(neph_context *context, const np_medium *medium, 
   if (!out->layers) return NEPH_ERROR_OUT_OF_MEMORY;
   memcpy(out->layers, medium->layers, (size_t)medium->layer_count * sizeof *out->layers);
   for (int i = 0; i < medium->aerosol_count; i++) {
-    part[i] = find_part(&medium->aerosol[i]);
+    part[i] = compute_part(&medium->aerosol[i]);
     scale_aerosol(&out->aerosol[i], part[i]);
   }
   for (int i = 0; i < medium->layer_count; i++) scale_layer(&out->layers[i], part);

@@ -75,13 +75,13 @@ np_disk np_disk_make_sun(np_vec3 direction, double angular_radius_rad, np_spectr
 }
 
 /* Half the squared chord to the disk's centre is the versine of the angle to it, without cancellation. */
-static float find_versine(const np_disk *disk, np_vec3 direction) {
+static float compute_versine(const np_disk *disk, np_vec3 direction) {
   const np_vec3 offset = np_vec3_subtract(direction, disk->direction);
   return 0.5f * np_vec3_dot(offset, offset);
 }
 
 bool np_disk_covers(const np_disk *disk, np_vec3 direction) {
-  return disk->versine > 0.0f && find_versine(disk, direction) <= disk->versine;
+  return disk->versine > 0.0f && compute_versine(disk, direction) <= disk->versine;
 }
 
 static np_spectrum shade_sun(const np_disk *disk, float cosine) {
@@ -107,7 +107,7 @@ static np_spectrum shade_moon(const np_disk *disk, np_vec3 direction, float cosi
 }
 
 np_spectrum np_disk_radiance(const np_disk *disk, np_vec3 direction) {
-  const float versine = find_versine(disk, direction), edge = disk->versine;
+  const float versine = compute_versine(disk, direction), edge = disk->versine;
   if (edge <= 0.0f || versine > edge) return np_spectrum_grey(0.0f);
   if (disk->kind == NP_DISK_EVEN) return disk->radiance;
   /* Seen at this angle a ray meets the sphere at the sine sin θ/sin a with its normal. */

@@ -4,8 +4,8 @@
 #include "atmosphere/moon.h"
 #include "core/units.h"
 
-neph_result neph_ephemeris_find(neph_context *context, const char *time, double latitude_rad, double longitude_rad,
-                                neph_ephemeris *out_ephemeris) {
+neph_result neph_ephemeris_compute(neph_context *context, const char *time, double latitude_rad, double longitude_rad,
+                                   neph_ephemeris *out_ephemeris) {
   if (!(fabs(latitude_rad) <= 0.5 * NP_PI && fabs(longitude_rad) <= 2.0 * NP_PI))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "ephemeris: latitude is %g rad and longitude %g, must be in [-pi/2, pi/2] and [-2 pi, 2 pi]",

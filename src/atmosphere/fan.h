@@ -84,11 +84,12 @@ static inline np_fan_source np_fan_source_make(const np_moment_table *table, con
 
 typedef struct np_fan_kernels {
   /* Suns of all rays at a distance `t`, where the radius is `r`. */
-  void (*find_suns)(const np_fan *fan, float t, float r, np_fan_point *out_point);
+  void (*compute_sun_cosines)(const np_fan *fan, float t, float r, np_fan_point *out_point);
   /* Sunlight for each of them, from the row's depths: np_depth_row_sun. */
-  void (*find_sunlight)(const np_depth_row *row, np_sun_disk disk, const np_fan_point *point, np_bands *out_sunlight);
+  void (*compute_sunlight)(const np_depth_row *row, np_sun_disk disk, const np_fan_point *point,
+                           np_bands *out_sunlight);
   /* Resolves the rest of a point whose suns are there. */
-  void (*find_columns)(const np_sun_scale *scale, const np_fan *fan, float cosine, np_fan_point *point);
+  void (*compute_columns)(const np_sun_scale *scale, const np_fan *fan, float cosine, np_fan_point *point);
   /* Adds the source to `sums`; and gives M, where `out_totals` is not NULL. */
   void (*add_source)(const np_fan_source *source, const np_fan_point *point, np_bands *sums, np_bands *out_totals);
 } np_fan_kernels;

@@ -65,8 +65,8 @@ static void add_level_depths(const np_depth_row *row, const float *cosine, np_ba
 }
 
 /* Transmittance to the top along rays of given cosines: np_depth_row_lookup, in a row whose neighbours are `mixed`. */
-static void find_transmittance(const np_depth_row *row, const np_bands *mixed, const float *cosine, bool may_fall,
-                               np_bands *out) {
+static void compute_transmittance(const np_depth_row *row, const np_bands *mixed, const float *cosine, bool may_fall,
+                                  np_bands *out) {
   int32_t column[NP_FAN_STEP];
   float upper[NP_FAN_STEP];
 #pragma omp simd
@@ -86,31 +86,31 @@ static void find_transmittance(const np_depth_row *row, const np_bands *mixed, c
   for (int i = 0; i < NP_FAN_STEP * BANDS; i++) lane[i] = np_exp_lane(-lane[i]);
 }
 
-static void find_sunlight_step(const np_depth_row *row, const np_bands *mixed, np_sun_disk disk, const float *sun,
-                               np_bands *out) {
+static void compute_sunlight_step(const np_depth_row *row, const np_bands *mixed, np_sun_disk disk, const float *sun,
+                                  np_bands *out) {
   const daylight kind = classify(row, disk, sun);
   if (kind == IS_NIGHT) memset(out, 0, NP_FAN_STEP * sizeof *out);
-  if (kind == IS_HIGH) find_transmittance(row, mixed, sun, false, out);
+  if (kind == IS_HIGH) compute_transmittance(row, mixed, sun, false, out);
   if (kind != IS_CUT) return;
   float visible[NP_FAN_STEP], low[NP_FAN_STEP], high[NP_FAN_STEP];
   np_bands upper[NP_FAN_STEP];
   split_disks(row, disk, sun, visible, low, high);
-  find_transmittance(row, mixed, low, true, out);
-  find_transmittance(row, mixed, high, true, upper);
+  compute_transmittance(row, mixed, low, true, out);
+  compute_transmittance(row, mixed, high, true, upper);
   for (int i = 0; i < NP_FAN_STEP; i++) out[i] = 0.5f * visible[i] * (out[i] + upper[i]);
 }
 
-static void find_sunlight(const np_depth_row *row, np_sun_disk disk, const np_fan_point *point,
-                          np_bands *out_sunlight) {
+static void compute_sunlight(const np_depth_row *row, np_sun_disk disk, const np_fan_point *point,
+                             np_bands *out_sunlight) {
   np_bands mixed[NP_DEPTH_COLUMNS_MAX];
   for (int i = 0; i < row->columns; i++) mixed[i] = np_bands_mix(row->lower[i], row->upper[i], row->upper_weight);
   for (int i = 0; i < point->count; i += NP_FAN_STEP)
-    find_sunlight_step(row, mixed, disk, point->sun_cosine + i, out_sunlight + i);
+    compute_sunlight_step(row, mixed, disk, point->sun_cosine + i, out_sunlight + i);
 }
 
 /* ---- Where the rays are ---- */
 
-static void find_suns(const np_fan *fan, float t, float r, np_fan_point *out_point) {
+static void compute_sun_cosines(const np_fan *fan, float t, float r, np_fan_point *out_point) {
   const float inverse_r = 1.0f / r;
   out_point->count = np_fan_count_steps(fan->count) * NP_FAN_STEP;
 #pragma omp simd
@@ -119,7 +119,7 @@ static void find_suns(const np_fan *fan, float t, float r, np_fan_point *out_poi
         np_clampf((fan->r * fan->sun_cosine[i] + t * fan->angle_cosine[i]) * inverse_r, -1.0f, 1.0f);
 }
 
-static void find_columns(const np_sun_scale *scale, const np_fan *fan, float cosine, np_fan_point *point) {
+static void compute_columns(const np_sun_scale *scale, const np_fan *fan, float cosine, np_fan_point *point) {
   const float last = (float)(scale->columns - 2);
 #pragma omp simd
   for (int i = 0; i < point->count; i++) {
@@ -150,7 +150,7 @@ static inline void mix_rows(const np_bands *low, const np_bands *high, float upp
 }
 
 /* The columns that a point's rays look at. */
-static void find_range(const np_fan_point *point, int *out_first, int *out_last) {
+static void compute_range(const np_fan_point *point, int *out_first, int *out_last) {
   int first = point->column[0], last = first;
   for (int i = 1; i < point->count; i++) {
     first = point->column[i] < first ? point->column[i] : first;
@@ -198,7 +198,7 @@ static inline np_bands evaluate(const folded_source *folded, int column, float x
 static void add_source(const np_fan_source *source, const np_fan_point *point, np_bands *sums, np_bands *out_totals) {
   folded_source folded;
   int first, last;
-  find_range(point, &first, &last);
+  compute_range(point, &first, &last);
   fold_source(source, first, last, &folded);
   for (int i = 0; i < point->count; i++) sums[i] += evaluate(&folded, point->column[i], point->x[i], point->upper[i]);
   for (int i = 0; out_totals && i < point->count; i++) {
@@ -208,8 +208,8 @@ static void add_source(const np_fan_source *source, const np_fan_point *point, n
 }
 
 const np_fan_kernels NP_KERNEL(np_fan_kernels) = {
-    .find_suns = find_suns,
-    .find_sunlight = find_sunlight,
-    .find_columns = find_columns,
+    .compute_sun_cosines = compute_sun_cosines,
+    .compute_sunlight = compute_sunlight,
+    .compute_columns = compute_columns,
     .add_source = add_source,
 };

@@ -14,7 +14,7 @@ enum {
   COSINES = 13,
   AZIMUTHS = 9
 };
-enum { UP = 8, DOWN = 4, TURNS = 8 }; /* twice as many of each where a lobe is sharp */
+enum { UP = 8, DOWN = 4, DOME_AZIMUTHS = 8 }; /* twice as many of each where a lobe is sharp */
 
 /* Altitudes by the scattering depth above them, e⁻ˣ of the whole: for one exponential these are its scale heights. */
 static const double exponential_depths[] = {0.0, 0.667, 2.083, 6.667};
@@ -42,22 +42,22 @@ static void convolve_lobes(const np_phase *p, const np_phase *q, float *out) {
 }
 
 /* Place of an angle in those tables. */
-static float find_angle(float versine) {
+static float compute_angle(float versine) {
   return (float)(ANGLES - 1) * sqrtf(np_acos_coarse(1.0f - versine) * (1.0f / NP_PI_F));
 }
 
 np_bands np_gather_kernel_convolve(const np_gather_kernel *kernel, int aerosol, float versine) {
-  const float x = find_angle(versine);
+  const float x = compute_angle(versine);
   const int i = x < (float)(ANGLES - 2) ? (int)x : ANGLES - 2, count = kernel->medium->aerosol_count;
   np_bands sum = np_bands_grey(0.0f);
   for (int k = 0; k < count; k++) {
-    const float *twice = kernel->twice + (aerosol * count + k) * ANGLES;
-    sum += np_mixf(twice[i], twice[i + 1], x - (float)i) * kernel->medium->aerosol[k].share;
+    const float *convolution = kernel->lobe_convolution + (aerosol * count + k) * ANGLES;
+    sum += np_mixf(convolution[i], convolution[i + 1], x - (float)i) * kernel->medium->aerosol[k].share;
   }
   return sum;
 }
 
-np_bands np_gather_kernel_twice(const np_gather_kernel *kernel, float versine) {
+np_bands np_gather_kernel_convolve_lobe(const np_gather_kernel *kernel, float versine) {
   np_bands sum = np_bands_grey(0.0f);
   for (int i = 0; i < kernel->medium->aerosol_count; i++)
     sum += np_gather_kernel_convolve(kernel, i, versine) * kernel->medium->aerosol[i].share;
@@ -80,7 +80,7 @@ typedef struct dome_inputs {
 static void place_inputs(const np_gather_kernel *kernel, int altitude, const float *row_weight, dome_inputs *out) {
   out->count = np_gather_kernel_count_inputs(kernel);
   for (int in = 0; in < out->count; in++) {
-    const int row = in / kernel->turns, turn = in % kernel->turns;
+    const int row = in / kernel->azimuth_count, turn = in % kernel->azimuth_count;
     out->from[in] = np_gather_kernel_get_input(kernel, altitude, row, turn);
     out->weight[in] = row_weight[row];
   }
@@ -100,7 +100,7 @@ static void add_lobe(const dome_inputs *inputs, np_phase_lobe lobe, np_vec3 to, 
  * and is widened to what the rule tells apart. */
 static void build_weights(np_gather_kernel *kernel, int altitude, int aerosol, const dome_inputs *inputs) {
   const np_phase *phase = &kernel->medium->aerosol[aerosol].phase;
-  const float greatest = kernel->turns > TURNS ? sharp_asymmetry_max : asymmetry_max;
+  const float greatest = kernel->azimuth_count > DOME_AZIMUTHS ? sharp_asymmetry_max : asymmetry_max;
   const float share[2] = {1.0f - phase->weight, phase->weight};
   for (size_t out = 0; out < np_gather_kernel_count_outputs(kernel); out++) {
     const np_vec3 to = np_gather_kernel_get_output(kernel, (int)out);
@@ -113,13 +113,13 @@ static void build_weights(np_gather_kernel *kernel, int altitude, int aerosol, c
 }
 
 /* Scattering depth of all aerosols above an altitude, summed over the bands. */
-static double find_depth(const np_medium *medium, double altitude_m) {
+static double compute_depth(const np_medium *medium, double altitude_m) {
   np_bands sum = np_bands_grey(0.0f);
   for (int i = 0; i < medium->aerosol_count; i++) sum += np_aerosol_column(medium, i, altitude_m);
   return (double)(sum[0] + sum[1] + sum[2]);
 }
 
-static double find_lowest(const np_medium *medium) {
+static double compute_lowest(const np_medium *medium) {
   double lowest = medium->top_m;
   for (int i = 0; i < medium->layer_count; i++)
     if (medium->layers[i].part_count) lowest = fmin(lowest, fmax(medium->layers[i].bottom_m, 0.0));
@@ -138,28 +138,28 @@ static bool is_exponential(const np_medium *medium) {
 }
 
 /* The altitude above which e⁻ˣ of the depth lies, by bisection. */
-static double find_altitude_of(const np_medium *medium, double x, double lowest) {
-  const double wanted = exp(-x) * find_depth(medium, lowest);
+static double search_altitude_of(const np_medium *medium, double x, double lowest) {
+  const double wanted = exp(-x) * compute_depth(medium, lowest);
   double low = lowest, high = medium->top_m;
   for (int i = 0; i < 40; i++) {
     const double middle = 0.5 * (low + high);
-    *(find_depth(medium, middle) > wanted ? &low : &high) = middle;
+    *(compute_depth(medium, middle) > wanted ? &low : &high) = middle;
   }
   return x > 0.0 ? high : lowest;
 }
 
 static void place_altitudes(np_gather_kernel *kernel) {
   const np_medium *medium = kernel->medium;
-  const bool is_plain = !kernel->is_thick && is_exponential(medium);
+  const bool is_plain = !kernel->needs_delta_scaling && is_exponential(medium);
   kernel->altitude_count =
       is_plain ? (int)(sizeof exponential_depths / sizeof *exponential_depths) : (int)NP_GATHER_ALTITUDES_MAX;
-  const double lowest = find_lowest(medium);
+  const double lowest = compute_lowest(medium);
   for (int i = 0; i < kernel->altitude_count; i++)
-    kernel->altitude_m[i] = find_altitude_of(medium, is_plain ? exponential_depths[i] : other_depths[i], lowest);
+    kernel->altitude_m[i] = search_altitude_of(medium, is_plain ? exponential_depths[i] : other_depths[i], lowest);
 }
 
 /* Share of each aerosol in the scattering at an altitude; where there is none, in all of it. */
-static void find_parts(const np_medium *medium, double altitude_m, np_bands *out_part) {
+static void compute_parts(const np_medium *medium, double altitude_m, np_bands *out_part) {
   np_scattering air;
   np_scattering_at(medium, altitude_m, &air);
   const np_bands sum = np_aerosol_sum(medium, &air, 0);
@@ -182,7 +182,7 @@ static void build_altitude(np_gather_kernel *kernel, int altitude, const np_path
     kernel->ray[altitude][k] = np_ray_on_side(medium, h, horizon + range * u * u, !is_up);
     np_path_build(medium, &kernel->ray[altitude][k], rule, &kernel->path[altitude][k]);
   }
-  find_parts(medium, h, kernel->part[altitude]);
+  compute_parts(medium, h, kernel->part[altitude]);
   dome_inputs inputs;
   place_inputs(kernel, altitude, row_weight, &inputs);
   for (int i = 0; i < medium->aerosol_count; i++) build_weights(kernel, altitude, i, &inputs);
@@ -199,14 +199,14 @@ static bool has_sharp_lobe(const np_medium *medium) {
 }
 
 static void set_sizes(np_gather_kernel *kernel) {
-  kernel->is_thick = kernel->medium->is_thick;
-  kernel->passes = kernel->is_thick ? PASSES_THICK : PASSES;
-  kernel->cosines = kernel->is_thick ? NP_GATHER_COSINES_MAX : COSINES;
-  kernel->azimuths = kernel->is_thick ? NP_GATHER_AZIMUTHS_MAX : AZIMUTHS;
-  const int finer = kernel->is_thick && has_sharp_lobe(kernel->medium) ? 2 : 1;
+  kernel->needs_delta_scaling = kernel->medium->needs_delta_scaling;
+  kernel->passes = kernel->needs_delta_scaling ? PASSES_THICK : PASSES;
+  kernel->cosines = kernel->needs_delta_scaling ? NP_GATHER_COSINES_MAX : COSINES;
+  kernel->azimuths = kernel->needs_delta_scaling ? NP_GATHER_AZIMUTHS_MAX : AZIMUTHS;
+  const int finer = kernel->needs_delta_scaling && has_sharp_lobe(kernel->medium) ? 2 : 1;
   kernel->up = UP * finer;
   kernel->down = DOWN * finer;
-  kernel->turns = TURNS * finer;
+  kernel->azimuth_count = DOME_AZIMUTHS * finer;
 }
 
 neph_result np_gather_kernel_build(neph_context *context, const np_medium *medium, np_gather_kernel *out_kernel) {
@@ -218,11 +218,11 @@ neph_result np_gather_kernel_build(neph_context *context, const np_medium *mediu
   const size_t outputs = np_gather_kernel_count_outputs(out_kernel) * (size_t)np_gather_kernel_count_inputs(out_kernel);
   out_kernel->weight = np_alloc(context, (size_t)out_kernel->altitude_count * count * outputs, sizeof(float));
   if (!out_kernel->weight) return NEPH_ERROR_OUT_OF_MEMORY;
-  out_kernel->twice = np_alloc(context, count * count * ANGLES, sizeof(float));
-  if (!out_kernel->twice) return NEPH_ERROR_OUT_OF_MEMORY;
+  out_kernel->lobe_convolution = np_alloc(context, count * count * ANGLES, sizeof(float));
+  if (!out_kernel->lobe_convolution) return NEPH_ERROR_OUT_OF_MEMORY;
   for (size_t i = 0; i < count * count; i++)
     convolve_lobes(&medium->aerosol[i / count].phase, &medium->aerosol[i % count].phase,
-                   out_kernel->twice + i * ANGLES);
+                   out_kernel->lobe_convolution + i * ANGLES);
   const np_path_rule rule = np_path_rule_make(np_warp_is_due(medium) ? POINTS_MAX : POINTS);
   for (int altitude = 0; altitude < out_kernel->altitude_count; altitude++) build_altitude(out_kernel, altitude, &rule);
   return NEPH_OK;
@@ -230,6 +230,6 @@ neph_result np_gather_kernel_build(neph_context *context, const np_medium *mediu
 
 void np_gather_kernel_free(neph_context *context, np_gather_kernel *kernel) {
   np_alloc_free(context, kernel->weight);
-  np_alloc_free(context, kernel->twice);
-  kernel->weight = kernel->twice = NULL;
+  np_alloc_free(context, kernel->lobe_convolution);
+  kernel->weight = kernel->lobe_convolution = NULL;
 }

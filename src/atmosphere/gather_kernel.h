@@ -24,16 +24,17 @@ typedef struct np_gather_kernel {
   const np_medium *medium;
   int altitude_count;
   int cosines, azimuths; /* of the directions that are gathered for */
-  int up, down, turns;   /* of the dome of those gathered from: rows above and below the horizon, azimuths of each */
-  bool is_thick;         /* enough aerosol for its peak to count in later orders */
-  int passes;            /* of gathering: each sees the aerosol's light as the one before found it */
+  int up, down,
+      azimuth_count;        /* of the dome of those gathered from: rows above and below the horizon, azimuths of each */
+  bool needs_delta_scaling; /* enough aerosol for its peak to count in later orders */
+  int passes;               /* of gathering: each sees the aerosol's light as the one before found it */
   double altitude_m[NP_GATHER_ALTITUDES_MAX];
   np_bands part[NP_GATHER_ALTITUDES_MAX][NP_AEROSOLS_MAX]; /* of each aerosol in the scattering there */
   float input_cosine[NP_GATHER_ALTITUDES_MAX][NP_GATHER_ROWS_MAX];
   np_ray ray[NP_GATHER_ALTITUDES_MAX][NP_GATHER_ROWS_MAX];
   np_path path[NP_GATHER_ALTITUDES_MAX][NP_GATHER_ROWS_MAX];
-  float *weight; /* of altitudes × aerosols × outputs × inputs: quadrature × phase function */
-  float *twice;  /* of pairs of aerosols: one phase function convolved with the other, over √(Θ/π) */
+  float *weight;           /* of altitudes × aerosols × outputs × inputs: quadrature × phase function */
+  float *lobe_convolution; /* of pairs of aerosols: one phase function convolved with the other, over √(Θ/π) */
 } np_gather_kernel;
 
 neph_result np_gather_kernel_build(neph_context *context, const np_medium *medium, np_gather_kernel *out_kernel);
@@ -53,11 +54,11 @@ static inline np_vec3 np_gather_kernel_get_output(const np_gather_kernel *kernel
 
 /* A direction of the dome at an altitude. */
 static inline np_vec3 np_gather_kernel_get_input(const np_gather_kernel *kernel, int altitude, int row, int turn) {
-  return np_gather_direction(kernel->input_cosine[altitude][row], NP_PI * (turn + 0.5) / kernel->turns);
+  return np_gather_direction(kernel->input_cosine[altitude][row], NP_PI * (turn + 0.5) / kernel->azimuth_count);
 }
 
 static inline int np_gather_kernel_count_inputs(const np_gather_kernel *kernel) {
-  return (kernel->up + kernel->down) * kernel->turns;
+  return (kernel->up + kernel->down) * kernel->azimuth_count;
 }
 
 static inline size_t np_gather_kernel_count_outputs(const np_gather_kernel *kernel) {
@@ -74,6 +75,6 @@ static inline float *np_gather_kernel_get_weights(const np_gather_kernel *kernel
 np_bands np_gather_kernel_convolve(const np_gather_kernel *kernel, int aerosol, float versine);
 
 /* The mean phase function of the aerosols convolved with itself: how sharply the sun is seen after two scatterings. */
-np_bands np_gather_kernel_twice(const np_gather_kernel *kernel, float versine);
+np_bands np_gather_kernel_convolve_lobe(const np_gather_kernel *kernel, float versine);
 
 #endif

@@ -22,17 +22,17 @@ double np_magnitude_irradiance(np_passband passband, double magnitude) {
 }
 
 /* Planck's law at one wavelength over that at another. `x` = c₂/T, nm. */
-static double find_ratio(double wavelength_nm, double to_nm, double x) {
+static double compute_ratio(double wavelength_nm, double to_nm, double x) {
   const double r = to_nm / wavelength_nm;
   return r * r * r * r * r * expm1(x / to_nm) / expm1(x / wavelength_nm);
 }
 
 /* c₂/T of the black body whose B over V is as asked: the ratio falls with x, from that of infinite heat. */
-static double find_temperature_term(double ratio) {
+static double search_temperature_term(double ratio) {
   double hot = 1.0, cold = second_constant / 1000.0;
   for (int i = 0; i < 60; i++) {
     const double x = 0.5 * (hot + cold);
-    const bool is_bluer = find_ratio(np_passband_wavelength_nm[NP_PASSBAND_B],
+    const bool is_bluer = compute_ratio(np_passband_wavelength_nm[NP_PASSBAND_B],
                                      np_passband_wavelength_nm[NP_PASSBAND_V], x) > ratio;
     *(is_bluer ? &hot : &cold) = x;
   }
@@ -41,9 +41,9 @@ static double find_temperature_term(double ratio) {
 
 np_spectrum np_star_irradiance(double v_magnitude, double b_minus_v, const double wavelength_nm[NP_BAND_COUNT]) {
   const double v = np_magnitude_irradiance(NP_PASSBAND_V, v_magnitude);
-  const double b = np_magnitude_irradiance(NP_PASSBAND_B, v_magnitude + b_minus_v), x = find_temperature_term(b / v);
+  const double b = np_magnitude_irradiance(NP_PASSBAND_B, v_magnitude + b_minus_v), x = search_temperature_term(b / v);
   np_spectrum out;
   for (int i = 0; i < NP_BAND_COUNT; i++)
-    out.band[i] = (float)(v * find_ratio(wavelength_nm[i], np_passband_wavelength_nm[NP_PASSBAND_V], x));
+    out.band[i] = (float)(v * compute_ratio(wavelength_nm[i], np_passband_wavelength_nm[NP_PASSBAND_V], x));
   return out;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From a description to a medium: layers, the phase functions they scatter by, and where their profiles bend. */
+/* From a description to a medium: layers, the phase functions they scatter by, and the kinks of their profiles. */
 #include "atmosphere/medium.h"
 
 #include <stdlib.h>
@@ -24,7 +24,7 @@ static np_phase make_phase(const neph_atmosphere_layer *layer, int band) {
 }
 
 /* The aerosol that scatters by a phase function, made if there is none yet; −1: there is no room for another. */
-static int find_aerosol(np_medium *medium, const np_phase *phase) {
+static int get_aerosol(np_medium *medium, const np_phase *phase) {
   for (int i = 0; i < medium->aerosol_count; i++)
     if (np_phase_is_equal(&medium->aerosol[i].phase, phase)) return i;
   if (medium->aerosol_count == NP_AEROSOLS_MAX) return -1;
@@ -36,7 +36,7 @@ static int find_aerosol(np_medium *medium, const np_phase *phase) {
   return medium->aerosol_count++;
 }
 
-static np_layer_part *find_part(np_layer *layer, int aerosol) {
+static np_layer_part *get_part(np_layer *layer, int aerosol) {
   for (int i = 0; i < layer->part_count; i++)
     if (layer->part[i].aerosol == aerosol) return &layer->part[i];
   layer->part[layer->part_count] = (np_layer_part){aerosol, np_bands_grey(0.0f)};
@@ -48,9 +48,9 @@ static bool assign_aerosols(np_medium *medium, np_layer *layer, const neph_atmos
   for (int band = 0; band < NP_BAND_COUNT; band++) {
     if (!(desc->scattering_per_m[band] > 0.0)) continue;
     const np_phase phase = make_phase(desc, band);
-    const int aerosol = find_aerosol(medium, &phase);
+    const int aerosol = get_aerosol(medium, &phase);
     if (aerosol < 0) return false;
-    find_part(layer, aerosol)->scattering[band] = (float)desc->scattering_per_m[band];
+    get_part(layer, aerosol)->scattering[band] = (float)desc->scattering_per_m[band];
   }
   return true;
 }
@@ -110,7 +110,7 @@ static neph_result fill_layer(neph_context *context, np_medium *medium, const ne
 
 /* ---- Kinks ---- */
 
-/* Adds an altitude where a layer may bend, if there is air on either side of it. */
+/* Adds an altitude where a layer may have a kink, if there is air on either side of it. */
 static void add_kink(np_medium *medium, const np_layer *layer, double altitude_m) {
   if (!(altitude_m >= layer->bottom_m && altitude_m <= layer->top_m)) return;
   if (altitude_m > 0.0 && altitude_m < medium->top_m) medium->kink_m[medium->kink_count++] = altitude_m;
@@ -193,10 +193,10 @@ static void share_depth(np_medium *medium) {
 /* What goes nearly straight on counts from this vertical depth, or this part of all that is scattered. */
 static const float thick_depth = 0.02f, thick_part = 0.25f;
 
-static float find_greatest(np_bands value) { return np_maxf(value[0], np_maxf(value[1], value[2])); }
+static float compute_maximum(np_bands value) { return np_maxf(value[0], np_maxf(value[1], value[2])); }
 
-bool np_layer_is_bent(const np_layer *layer) {
-  return find_greatest(np_layer_scattering(layer)) > 0.0f &&
+bool np_layer_has_profile_kinks(const np_layer *layer) {
+  return compute_maximum(np_layer_scattering(layer)) > 0.0f &&
          (layer->profile != NEPH_LAYER_EXPONENTIAL || layer->bottom_m > 0.0 || isfinite(layer->top_m));
 }
 
@@ -209,10 +209,11 @@ static void classify(np_medium *medium) {
     const float column = (float)np_layer_column(medium, layer, 0.0);
     depth += column * layer->extinction;
     scattering += column * np_layer_scattering(layer);
-    medium->is_bent |= np_layer_is_bent(layer);
+    medium->has_profile_kinks |= np_layer_has_profile_kinks(layer);
   }
-  medium->is_thick = find_greatest(forward) > thick_depth || find_greatest(forward - thick_part * scattering) > 0.0f;
-  medium->is_opaque = find_greatest(depth) > 1.0f;
+  medium->needs_delta_scaling =
+      compute_maximum(forward) > thick_depth || compute_maximum(forward - thick_part * scattering) > 0.0f;
+  medium->is_opaque = compute_maximum(depth) > 1.0f;
 }
 
 /* ---- All ---- */

@@ -61,11 +61,11 @@ typedef struct np_medium {
   np_bands ground_albedo;
   int layer_count, kink_count, aerosol_count;
   np_layer *layers; /* owned, with all they point to */
-  double *kink_m;   /* ascending: altitudes where a profile bends or breaks, sea level and the top left out */
+  double *kink_m;   /* ascending: altitudes where a profile has a kink or a step, sea level and the top left out */
   np_aerosol aerosol[NP_AEROSOLS_MAX];
-  bool is_bent;   /* scatters in layers with kinks, which a rule without knowledge of them may miss */
-  bool is_thick;  /* so much is scattered nearly straight on that degree 2 does not hold it */
-  bool is_opaque; /* vertical depth above 1 in some band */
+  bool has_profile_kinks;   /* scatters in layers with kinks, which a rule without knowledge of them may miss */
+  bool needs_delta_scaling; /* so much is scattered nearly straight on that degree 2 does not hold it */
+  bool is_opaque;           /* vertical depth above 1 in some band */
 } np_medium;
 
 /* Checks a description and makes a medium of it. On failure there is nothing to free. */
@@ -79,7 +79,7 @@ double np_medium_compare(const np_medium *a, const np_medium *b, const char **ou
 double np_layer_column(const np_medium *medium, const np_layer *layer, double altitude_m);
 
 /* Whether a layer scatters, and by a profile that is no plain exponential. */
-bool np_layer_is_bent(const np_layer *layer);
+bool np_layer_has_profile_kinks(const np_layer *layer);
 
 /* Scattering depth of one aerosol above an altitude. */
 np_bands np_aerosol_column(const np_medium *medium, int aerosol, double altitude_m);

@@ -2,7 +2,7 @@
 #include "atmosphere/mie_gather.h"
 
 /* Place of an altitude among the kernel's. */
-static int find_altitude(const np_gather_kernel *kernel, double altitude_m, float *out_upper) {
+static int search_altitude(const np_gather_kernel *kernel, double altitude_m, float *out_upper) {
   int i = 0;
   while (i + 2 < kernel->altitude_count && altitude_m > kernel->altitude_m[i + 1]) i++;
   const double low = kernel->altitude_m[i], high = kernel->altitude_m[i + 1];
@@ -17,7 +17,7 @@ static np_gather_source mix_sources(const np_gather_source *a, const np_gather_s
 void np_gather_table_row(const np_gather_table *table, double altitude_m, float view_cosine, np_gather_row *out_row) {
   const np_gather_kernel *kernel = table->kernel;
   float upper;
-  const int i = find_altitude(kernel, altitude_m, &upper);
+  const int i = search_altitude(kernel, altitude_m, &upper);
   const float elevation = 1.0f - np_acos_coarse(view_cosine) * (2.0f / NP_PI_F);
   const float x = 0.5f * (copysignf(sqrtf(fabsf(elevation)), elevation) + 1.0f) * (float)(kernel->cosines - 1);
   const int j = x < (float)(kernel->cosines - 2) ? (int)np_maxf(x, 0.0f) : kernel->cosines - 2;

@@ -15,7 +15,8 @@
 /* The source in one direction, over M. */
 typedef struct np_gather_source {
   np_bands smooth;
-  np_bands peak; /* to be multiplied by np_gather_kernel_twice at the angle between ray and sun; 0 unless it is thick */
+  np_bands peak; /* to be multiplied by np_gather_kernel_convolve_lobe at the angle between ray and sun; 0 unless it is
+                    thick */
 } np_gather_source;
 
 typedef struct np_gather_table {
@@ -50,8 +51,9 @@ static inline np_bands np_gather_row_lookup(const np_gather_table *table, const 
   const float g = np_clampf((table->sun_cosine[s] - sun_cosine) / span, 0.0f, 1.0f), f = x - (float)i;
   const np_gather_source *near = &row->source[s][i], *far = &row->source[s + 1][i];
   const np_bands smooth = np_gather_mix(&near->smooth, &far->smooth, f, g);
-  if (!kernel->is_thick) return smooth;
-  return smooth + np_gather_kernel_twice(kernel, 1.0f - angle_cosine) * np_gather_mix(&near->peak, &far->peak, f, g);
+  if (!kernel->needs_delta_scaling) return smooth;
+  return smooth +
+         np_gather_kernel_convolve_lobe(kernel, 1.0f - angle_cosine) * np_gather_mix(&near->peak, &far->peak, f, g);
 }
 
 #endif

@@ -29,16 +29,16 @@ static void trace_dome(const gather_job *job, int altitude, float sun_cosine, np
   const np_vec3 sun = np_gather_direction(sun_cosine, 0.0);
   for (int row = 0; row < kernel->up + kernel->down; row++) {
     const np_ray *ray = &kernel->ray[altitude][row];
-    np_fan fan = {.count = kernel->turns, .r = (float)ray->r};
-    for (int turn = 0; turn < kernel->turns; turn++) {
+    np_fan fan = {.count = kernel->azimuth_count, .r = (float)ray->r};
+    for (int turn = 0; turn < kernel->azimuth_count; turn++) {
       const np_vec3 from = np_gather_kernel_get_input(kernel, altitude, row, turn);
       const float versine = np_vec3_versine(from, sun);
       fan.sun_cosine[turn] = sun_cosine;
       fan.angle_cosine[turn] = 1.0f - versine;
-      out_phase[row * kernel->turns + turn] = np_aerosol_phase(kernel->medium, versine);
+      out_phase[row * kernel->azimuth_count + turn] = np_aerosol_phase(kernel->medium, versine);
     }
     np_fan_pad(&fan);
-    np_sky_trace(&job->light, &fan, ray, &kernel->path[altitude][row], true, out_dome + row * kernel->turns);
+    np_sky_trace(&job->light, &fan, ray, &kernel->path[altitude][row], true, out_dome + row * kernel->azimuth_count);
   }
 }
 
@@ -68,8 +68,8 @@ static np_gather_source gather_direction(const np_gather_kernel *kernel, int alt
     sum.smooth += kernel->part[altitude][i] * own.smooth;
     sum.peak += kernel->part[altitude][i] * np_gather_kernel_convolve(kernel, i, versine) * own.peak;
   }
-  if (kernel->is_thick)
-    sum.peak /= np_bands_max(np_gather_kernel_twice(kernel, versine), np_bands_grey(1e-20f));
+  if (kernel->needs_delta_scaling)
+    sum.peak /= np_bands_max(np_gather_kernel_convolve_lobe(kernel, versine), np_bands_grey(1e-20f));
   else
     sum = (np_gather_source){sum.smooth + sum.peak, np_bands_grey(0.0f)};
   return sum;

@@ -28,8 +28,8 @@ static void sum_first_order(const np_moment_builder *b, const np_path *path, con
     const np_depth_row row = np_depth_table_row(b->depths, (double)node->altitude_m);
     np_fan_point point;
     np_bands sunlight[NP_FAN_MAX];
-    b->kernels->find_suns(fan, (float)node->t, node->r, &point);
-    b->kernels->find_sunlight(&row, b->disk, &point, sunlight);
+    b->kernels->compute_sun_cosines(fan, (float)node->t, node->r, &point);
+    b->kernels->compute_sunlight(&row, b->disk, &point, sunlight);
     const np_bands weight = node->weight_m * node->transmittance;
     add_scaled(sum->rayleigh, weight * node->air.rayleigh, sunlight, fan->count);
     for (int k = 0; k < b->medium->aerosol_count; k++)
@@ -38,12 +38,12 @@ static void sum_first_order(const np_moment_builder *b, const np_path *path, con
 }
 
 /* Sunlight that the ground at a direction's end sends back along it. */
-static void find_ground_light(const np_moment_builder *b, const np_moment_direction *d, const np_fan *fan,
-                              np_bands *out) {
+static void compute_ground_light(const np_moment_builder *b, const np_moment_direction *d, const np_fan *fan,
+                                 np_bands *out) {
   const np_depth_row row = np_depth_table_row(b->depths, 0.0);
   np_fan_point point;
-  b->kernels->find_suns(fan, (float)d->ray.length_m, (float)b->medium->planet_radius_m, &point);
-  b->kernels->find_sunlight(&row, b->disk, &point, out);
+  b->kernels->compute_sun_cosines(fan, (float)d->ray.length_m, (float)b->medium->planet_radius_m, &point);
+  b->kernels->compute_sunlight(&row, b->disk, &point, out);
   const np_bands scale = (float)(1.0 / NP_PI) * d->path.end_transmittance * b->medium->ground_albedo;
   for (int i = 0; i < fan->count; i++) out[i] *= np_maxf(point.sun_cosine[i], 0.0f) * scale;
 }
@@ -82,7 +82,7 @@ static void reduce_first_order(np_moment_builder *b, size_t row, int k, const np
   const np_moment_direction *d = np_moment_direction_at(b, row, k);
   const float sine = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f));
   np_bands ground[NP_FAN_MAX];
-  if (d->ray.hits_ground) find_ground_light(b, d, fan, ground);
+  if (d->ray.hits_ground) compute_ground_light(b, d, fan, ground);
   for (int ray = 0; ray < fan->count; ray++) {
     const int column = ray / NP_MOMENT_AZIMUTHS;
     const size_t node = np_moment_node_at(b, row, column);
@@ -119,7 +119,7 @@ static neph_result gather_rows(void *user, size_t begin, size_t end, unsigned th
 
 /* By the whole phase function: a rule about the sun instead of the zenith, Θ = π·u², so that the peak is resolved and
  * the cut at the horizon costs little (the integrand vanishes there as the cosine). */
-enum { ANGLES = 16, TURNS = 8, POINTS = 12 };
+enum { ANGLES = 16, AZIMUTHS = 8, POINTS = 12 };
 
 typedef struct irradiance_job {
   np_moment_builder *builder;
@@ -154,10 +154,10 @@ static np_bands sum_irradiance(const irradiance_job *job, float sun_cosine) {
   np_bands sum = np_bands_grey(0.0f);
   for (int i = 0; i < ANGLES; i++) {
     const double u = job->angles.x[i], angle = NP_PI * u * u;
-    const double weight = 2.0 * NP_PI * u * job->angles.weight[i] * sin(angle) * 2.0 * NP_PI / TURNS;
+    const double weight = 2.0 * NP_PI * u * job->angles.weight[i] * sin(angle) * 2.0 * NP_PI / AZIMUTHS;
     const float c = (float)cos(angle), s = (float)sin(angle);
-    for (int k = 0; k < TURNS; k++) {
-      const float wz = sun_cosine * c + sun_sine * s * (float)cos(NP_PI * (k + 0.5) / TURNS);
+    for (int k = 0; k < AZIMUTHS; k++) {
+      const float wz = sun_cosine * c + sun_sine * s * (float)cos(NP_PI * (k + 0.5) / AZIMUTHS);
       if (wz > 0.0f) sum += (float)weight * wz * trace_to_ground(job, sun_cosine, wz, c);
     }
   }

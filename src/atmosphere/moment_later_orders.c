@@ -7,21 +7,21 @@
 static void add_ground_light(const np_moment_builder *b, const np_moment_direction *d, const np_fan *fan,
                              np_bands *radiance) {
   np_fan_point point;
-  b->kernels->find_suns(fan, (float)d->ray.length_m, (float)b->medium->planet_radius_m, &point);
+  b->kernels->compute_sun_cosines(fan, (float)d->ray.length_m, (float)b->medium->planet_radius_m, &point);
   const np_bands scale = (float)(1.0 / NP_PI) * d->path.end_transmittance * b->medium->ground_albedo;
   for (int i = 0; i < fan->count; i++) radiance[i] += scale * np_moment_table_irradiance(b->table, point.sun_cosine[i]);
 }
 
 /* Radiance along every ray of a fan. */
-static void find_radiance(const np_moment_builder *b, const np_moment_direction *d, const np_fan *fan,
-                          np_bands *out_radiance) {
+static void compute_radiance(const np_moment_builder *b, const np_moment_direction *d, const np_fan *fan,
+                             np_bands *out_radiance) {
   memset(out_radiance, 0, (size_t)np_fan_count_steps(fan->count) * NP_FAN_STEP * sizeof *out_radiance);
   for (int i = 0; i < d->path.count; i++) {
     const np_path_node *node = &d->path.node[i];
     const np_fan_source source = np_fan_source_make(b->table, node, node->weight_m * node->transmittance, true);
     np_fan_point point;
-    b->kernels->find_suns(fan, (float)node->t, node->r, &point);
-    b->kernels->find_columns(&b->table->sun, fan, node->cosine, &point);
+    b->kernels->compute_sun_cosines(fan, (float)node->t, node->r, &point);
+    b->kernels->compute_columns(&b->table->sun, fan, node->cosine, &point);
     b->kernels->add_source(&source, &point, out_radiance, NULL);
   }
   if (d->ray.hits_ground) add_ground_light(b, d, fan, out_radiance);
@@ -50,7 +50,7 @@ static neph_result gather_rows(void *user, size_t begin, size_t end, unsigned th
       np_fan fan;
       np_bands radiance[NP_FAN_MAX];
       np_moment_fan_make(b, np_moment_direction_at(b, row, k), &fan);
-      find_radiance(b, np_moment_direction_at(b, row, k), &fan, radiance);
+      compute_radiance(b, np_moment_direction_at(b, row, k), &fan, radiance);
       reduce_direction(b, row, k, radiance);
     }
   return NEPH_OK;

@@ -31,15 +31,15 @@ static double seeliger_integral(double phase) {
 }
 
 /* Magnitudes less than full, within what is measured. */
-static double find_dimming(double phase) {
+static double compute_dimming(double phase) {
   const double degrees = phase / NP_DEGREE;
   return 0.026 * degrees + 4e-9 * degrees * degrees * degrees * degrees;
 }
 
 /* Measured curve over that of Lommel and Seeliger: how the surface's own brightness goes with the phase. */
-static double find_surface_factor(double phase) {
+static double compute_surface_factor(double phase) {
   const double measured = fmin(phase, crescent_rad);
-  return pow(10.0, -0.4 * find_dimming(measured)) / seeliger_integral(measured);
+  return pow(10.0, -0.4 * compute_dimming(measured)) / seeliger_integral(measured);
 }
 
 /* The integral loses its digits to a sliver of 0.01°, which no eye has seen. */
@@ -47,22 +47,22 @@ static double limit_phase(double phase) { return np_clamp(phase, 0.0, NP_PI - 2e
 
 double np_moon_phase_factor(double phase_angle_rad) {
   const double phase = limit_phase(phase_angle_rad);
-  return find_surface_factor(phase) * fmax(seeliger_integral(phase), 0.0);
+  return compute_surface_factor(phase) * fmax(seeliger_integral(phase), 0.0);
 }
 
 /* Full moon over the sun, at the moon's distance. */
-static double find_full_ratio(const np_moon_place *moon, double wavelength_nm) {
+static double compute_full_ratio(const np_moon_place *moon, double wavelength_nm) {
   const double reddening = 1.0 + 0.0020 * (np_clamp(wavelength_nm, 300.0, 1100.0) - 550.0);
   const double nearness = mean_distance_m / moon->distance_m;
   return pow(10.0, -0.4 * (magnitude_full - magnitude_sun)) * reddening * nearness * nearness;
 }
 
 double np_moon_irradiance_ratio(const np_moon_place *moon, double wavelength_nm) {
-  return find_full_ratio(moon, wavelength_nm) * np_moon_phase_factor(np_celestial_phase_angle(moon));
+  return compute_full_ratio(moon, wavelength_nm) * np_moon_phase_factor(np_celestial_phase_angle(moon));
 }
 
 /* Light of the Earth on the moon over that of the sun. */
-static double find_earthlight(double distance_m, double phase) {
+static double compute_earthlight(double distance_m, double phase) {
   const double of_earth = NP_PI - phase, angle = earth_radius_m / distance_m;
   return earth_albedo * angle * angle * (sin(of_earth) + (NP_PI - of_earth) * cos(of_earth)) / NP_PI;
 }
@@ -93,12 +93,12 @@ static void normalize_map(np_disk *disk) {
 np_disk np_moon_make_disk(const np_moon_place *moon, np_spectrum sun_irradiance,
                           const double wavelength_nm[NP_BAND_COUNT], bool has_earthshine, const np_sphere_map *map,
                           np_spectrum *out_irradiance) {
-  const double phase = limit_phase(np_celestial_phase_angle(moon)), surface = find_surface_factor(phase);
-  const double earthlight = has_earthshine ? find_earthlight(moon->distance_m, phase) : 0.0;
+  const double phase = limit_phase(np_celestial_phase_angle(moon)), surface = compute_surface_factor(phase);
+  const double earthlight = has_earthshine ? compute_earthlight(moon->distance_m, phase) : 0.0;
   const double lit = fmax(seeliger_integral(phase), 0.0), sine = sin(moon->angular_radius_rad);
   np_spectrum full;
   for (int b = 0; b < NP_BAND_COUNT; b++) {
-    full.band[b] = sun_irradiance.band[b] * (float)find_full_ratio(moon, wavelength_nm[b]);
+    full.band[b] = sun_irradiance.band[b] * (float)compute_full_ratio(moon, wavelength_nm[b]);
     out_irradiance->band[b] = full.band[b] * (float)(surface * lit + earthlight);
   }
   np_disk disk = np_disk_make(np_dvec3_to_float(moon->direction), moon->angular_radius_rad, full);

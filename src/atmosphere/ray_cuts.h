@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where along a ray the air is not smooth: where it crosses altitudes at which profiles bend or break, and its perigee,
- * about which altitudes turn. Between two such places a Gauss rule keeps its order. */
+/* Places along a ray at which the air is not smooth: where it crosses altitudes at which profiles have kinks or steps,
+ * and its perigee, about which altitudes turn. Between two such places a Gauss rule keeps its order. */
 #ifndef NP_ATMOSPHERE_RAY_CUTS_H
 #define NP_ATMOSPHERE_RAY_CUTS_H
 

@@ -66,9 +66,9 @@ np_bands np_ray_gap_depth(const np_medium *medium, const np_ray *ray, double beg
   return depth * (float)(0.5 * step);
 }
 
-/* Depth over the gap between two points; where the air is bent, cut at its kinks. */
-static np_bands find_gap(const np_medium *medium, const np_ray *ray, const np_path *path, double begin_m,
-                         double end_m) {
+/* Depth over the gap between two points; cut at the kinks of profiles. */
+static np_bands compute_gap(const np_medium *medium, const np_ray *ray, const np_path *path, double begin_m,
+                            double end_m) {
   return path->is_warped ? np_ray_optical_depth(medium, ray, begin_m, end_m)
                          : np_ray_gap_depth(medium, ray, begin_m, end_m);
 }
@@ -79,7 +79,7 @@ void np_path_build(const np_medium *medium, const np_ray *ray, const np_path_rul
   double before = 0.0;
   for (int i = 0; i < out_path->count; i++) {
     np_path_node *node = &out_path->node[i];
-    depth += find_gap(medium, ray, out_path, before, node->t);
+    depth += compute_gap(medium, ray, out_path, before, node->t);
     before = node->t;
     const double altitude = np_ray_altitude(ray, node->t);
     node->altitude_m = (float)altitude;
@@ -88,6 +88,6 @@ void np_path_build(const np_medium *medium, const np_ray *ray, const np_path_rul
     np_scattering_at(medium, altitude, &node->air);
     node->transmittance = np_bands_exp(-depth);
   }
-  if (out_path->count) depth += find_gap(medium, ray, out_path, before, ray->length_m);
+  if (out_path->count) depth += compute_gap(medium, ray, out_path, before, ray->length_m);
   out_path->end_transmittance = np_bands_exp(-depth);
 }

@@ -34,7 +34,7 @@ typedef struct np_path_node {
 
 typedef struct np_path {
   int count;      /* 0 for a ray that misses the air */
-  bool is_warped; /* its points are drawn to bent layers */
+  bool is_warped; /* its points are drawn to layers with kinks */
   np_bands end_transmittance;
   np_path_node node[NP_PATH_MAX];
 } np_path;

@@ -13,11 +13,11 @@ enum { KNOTS_EVEN = 48, CUTS_MOST = 40, KNOTS_MAX = KNOTS_EVEN + 2 * CUTS_MOST +
 static float sum_bands(np_bands value) { return value[0] + value[1] + value[2]; }
 
 /* Scattering that points are drawn to at an altitude, summed over the bands. */
-static double find_density(const np_medium *medium, double altitude_m) {
+static double compute_density(const np_medium *medium, double altitude_m) {
   double sum = 0.0;
   for (int i = 0; i < medium->layer_count; i++) {
     const np_layer *layer = &medium->layers[i];
-    if (medium->is_bent && !np_layer_is_bent(layer)) continue;
+    if (medium->has_profile_kinks && !np_layer_has_profile_kinks(layer)) continue;
     sum += np_layer_density_exact(layer, fmax(altitude_m, 0.0)) * (double)sum_bands(np_layer_scattering(layer));
   }
   return sum;
@@ -66,21 +66,22 @@ static double invert(const warp *w, double value, double *out_slope) {
   return fmin(w->u[i] + 2.0 * rest / (slope + root), w->u[i + 1]);
 }
 
-static double find_distance(double begin_m, double end_m, int power, double u) {
+static double compute_distance(double begin_m, double end_m, int power, double u) {
   return begin_m + (end_m - begin_m) * (power == 2 ? u * u : u);
 }
 
 /* ρ at the knots, by the trapezoidal depth from the knot that is nearest to the ray's start. */
-static void find_slopes(const np_medium *medium, const np_ray *ray, double begin_m, double end_m, int power, warp *w) {
+static void compute_slopes(const np_medium *medium, const np_ray *ray, double begin_m, double end_m, int power,
+                           warp *w) {
   double depth = 0.0, before = 0.0, extinction_before = 0.0;
   for (int k = 0; k < w->count; k++) {
     const int i = end_m >= begin_m ? k : w->count - 1 - k;
-    const double t = find_distance(begin_m, end_m, power, w->u[i]), altitude = np_ray_altitude(ray, t);
+    const double t = compute_distance(begin_m, end_m, power, w->u[i]), altitude = np_ray_altitude(ray, t);
     const double extinction = (double)sum_bands(np_extinction_at(medium, altitude)) / NP_BAND_COUNT;
     if (k) depth += 0.5 * (extinction + extinction_before) * fabs(t - before);
     before = t;
     extinction_before = extinction;
-    w->slope[i] = exp(-depth) * find_density(medium, altitude) * (power == 2 ? w->u[i] : 1.0);
+    w->slope[i] = exp(-depth) * compute_density(medium, altitude) * (power == 2 ? w->u[i] : 1.0);
   }
 }
 
@@ -88,7 +89,7 @@ np_quadrature np_warp_rule(const np_medium *medium, const np_ray *ray, double be
                            const np_quadrature *rule) {
   warp w;
   place_knots(medium, ray, begin_m, end_m, power, &w);
-  find_slopes(medium, ray, begin_m, end_m, power, &w);
+  compute_slopes(medium, ray, begin_m, end_m, power, &w);
   sum_slopes(&w);
   np_quadrature warped = {.count = rule->count};
   for (int i = 0; i < rule->count; i++) {

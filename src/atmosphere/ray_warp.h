@@ -8,7 +8,7 @@
 
 /* Whether a rule without knowledge of the medium may miss where that is. */
 static inline bool np_warp_is_due(const np_medium *medium) {
-  return medium->is_bent || medium->is_thick || medium->is_opaque;
+  return medium->has_profile_kinks || medium->needs_delta_scaling || medium->is_opaque;
 }
 
 /* Turns a rule over u in [0, 1], which runs along a ray as t = begin + (end − begin)·uᵖ, into one with the same number

@@ -31,7 +31,7 @@ static neph_result check_desc(neph_context *context, const neph_sky_desc *d) {
 }
 
 /* The sun's sky fades out from 18 to 19 degrees, on the Earth, below the true horizon. */
-static float find_twilight(const np_medium *medium, const np_sky_frame *frame) {
+static float compute_twilight(const np_medium *medium, const np_sky_frame *frame) {
   const double degree = NP_DEGREE * np_twilight_scale(medium) / 0.1753;
   const double below = acos((double)frame->sun_cosine) - frame->horizon_angle;
   return np_smoothstepf((float)(19.0 - below / degree));
@@ -60,7 +60,7 @@ static np_sky_frame make_frame(const np_medium *medium, np_dvec3 observer, np_dv
   frame.aerial_power = height > 1.0f ? 2.0f : 3.0f + 2.0f * height;
   /* From 50 to 100 km on the Earth the air about the observer ceases to matter. */
   frame.inward = (double)np_smoothstepf((height - 0.5f) / 0.5f);
-  frame.twilight = find_twilight(medium, &frame);
+  frame.twilight = compute_twilight(medium, &frame);
   /* Half way at 20 km on the Earth. */
   frame.downward = frame.altitude_m / (frame.altitude_m + 0.2 * medium->top_m);
   return frame;
@@ -175,13 +175,13 @@ np_dvec3 np_sky_get_observer(const neph_sky *sky) { return sky->observer; }
 
 /* Puts the aerosol's phase function on the peak, and the sun's irradiance on both. */
 static np_spectrum shade(const neph_sky *sky, np_vec3 direction, np_scattered s) {
-  const float versine = np_versine(direction.x, direction.y, direction.z, sky->sun.x, sky->sun.y, sky->sun.z);
+  const float versine = np_vec3_versine(direction, sky->sun);
   const np_bands phase = np_aerosol_phase(&sky->atmosphere->medium, versine);
   return np_spectrum_multiply(np_bands_to_spectrum(sky->frame.twilight * (s.smooth + phase * s.peak)), sky->irradiance);
 }
 
 /* Zenith cosine of a direction, exact near the nadir too, where a distant observer sees the whole planet. */
-static double find_cosine(const np_sky_frame *frame, np_vec3 direction) {
+static double compute_cosine(const np_sky_frame *frame, np_vec3 direction) {
   const double x = (double)np_vec3_dot(direction, frame->toward), y = (double)np_vec3_dot(direction, frame->across);
   const double z = (double)np_vec3_dot(direction, frame->up);
   return fabs(z) > 0.7 ? copysign(sqrt(fmax(1.0 - x * x - y * y, 0.0)), z) : z;
@@ -191,19 +191,19 @@ np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction) {
   const np_sky_layout layout = np_sky_view_layout(sky);
   const np_sky_place place = np_sky_locate(&sky->frame, direction, &layout);
   if (!place.is_in_air || !sky->view) return np_spectrum_grey(0.0f);
-  const double cosine = find_cosine(&sky->frame, direction);
+  const double cosine = compute_cosine(&sky->frame, direction);
   return shade(sky, direction, np_sky_view_lookup(sky, &place, np_sky_view_length(sky, cosine, place.is_below)));
 }
 
 /* `out_first`, of the first order, NULL: not wanted. */
-static np_aerial_perspective find_aerial(const neph_sky *sky, np_vec3 direction, double distance_m,
-                                         np_scattered *out_first) {
+static np_aerial_perspective sample_aerial(const neph_sky *sky, np_vec3 direction, double distance_m,
+                                           np_scattered *out_first) {
   const np_aerial_perspective clear = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
   const np_sky_layout layout = np_sky_aerial_layout(sky);
   const np_sky_place place = np_sky_locate(&sky->frame, direction, &layout);
   if (!place.is_in_air || !(distance_m > 0.0)) return clear;
   const np_ray ray =
-      np_aerial_ray(&sky->atmosphere->medium, &sky->frame, find_cosine(&sky->frame, direction), place.is_below);
+      np_aerial_ray(&sky->atmosphere->medium, &sky->frame, compute_cosine(&sky->frame, direction), place.is_below);
   if (!(ray.length_m > 0.0)) return clear;
   np_bands molecules;
   const np_aerial_sample s = np_sky_aerial_lookup(sky, &place, &ray, distance_m, out_first ? &molecules : NULL);
@@ -212,20 +212,20 @@ static np_aerial_perspective find_aerial(const neph_sky *sky, np_vec3 direction,
 }
 
 np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 direction, double distance_m) {
-  return find_aerial(sky, direction, distance_m, NULL);
+  return sample_aerial(sky, direction, distance_m, NULL);
 }
 
 np_aerial_perspective np_sky_aerial_orders(const neph_sky *sky, np_vec3 direction, double distance_m,
                                            np_spectrum *out_first) {
   np_scattered first = {0};
-  const np_aerial_perspective air = find_aerial(sky, direction, distance_m, &first);
+  const np_aerial_perspective air = sample_aerial(sky, direction, distance_m, &first);
   *out_first = shade(sky, direction, first);
   return air;
 }
 
 np_spectrum np_sky_even_inscatter(const neph_sky *sky, np_vec3 direction, double distance_m, np_spectrum *out_first) {
   np_scattered first = {0};
-  (void)find_aerial(sky, direction, distance_m, &first);
+  (void)sample_aerial(sky, direction, distance_m, &first);
   *out_first = shade(sky, direction, first);
   const float rayleigh = np_phase_rayleigh_eval(np_vec3_dot(direction, sky->sun));
   const np_bands even = sky->frame.twilight / (4.0f * NP_PI_F) * (first.smooth / rayleigh + first.peak);
@@ -251,7 +251,7 @@ void neph_sky_get_aerial_perspective(const neph_sky *sky, const double direction
   write_spectrum(ap.inscatter, out_inscatter_w_m2_sr_nm);
 }
 
-enum { ANGLES = 48, TURNS = 48 };
+enum { ANGLES = 48, AZIMUTHS = 48 };
 
 /* Irradiance of the sky on a level surface, by a rule about the sun, Θ = π·u², so that the aureole is resolved. */
 static np_spectrum integrate_sky(const neph_sky *sky) {
@@ -262,9 +262,9 @@ static np_spectrum integrate_sky(const neph_sky *sky) {
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (int i = 0; i < ANGLES; i++) {
     const double angle = NP_PI * rule.x[i] * rule.x[i];
-    const double weight = 2.0 * NP_PI * rule.x[i] * rule.weight[i] * sin(angle) * 2.0 * NP_PI / TURNS;
-    for (int k = 0; k < TURNS; k++) {
-      const double turn = 2.0 * NP_PI * (k + 0.5) / TURNS, s = sin(angle);
+    const double weight = 2.0 * NP_PI * rule.x[i] * rule.weight[i] * sin(angle) * 2.0 * NP_PI / AZIMUTHS;
+    for (int k = 0; k < AZIMUTHS; k++) {
+      const double turn = 2.0 * NP_PI * (k + 0.5) / AZIMUTHS, s = sin(angle);
       const np_vec3 d =
           np_vec3_add(np_vec3_scale(sky->sun, (float)cos(angle)),
                       np_vec3_add(np_vec3_scale(a, (float)(s * cos(turn))), np_vec3_scale(b, (float)(s * sin(turn)))));

@@ -311,7 +311,7 @@ void np_sky_tables_free(neph_sky *sky) {
 }
 
 /* Exponent that spaces the rows of one half. */
-static float find_power(const np_sky_frame *frame, const np_sky_layout *layout, bool is_below) {
+static float choose_power(const np_sky_frame *frame, const np_sky_layout *layout, bool is_below) {
   if (is_below) return 3.0f;
   return layout->is_aerial ? frame->aerial_power : 2.0f;
 }
@@ -320,7 +320,8 @@ double np_sky_row_cosine(const np_sky_frame *frame, const np_sky_layout *layout,
   const bool is_below = row >= layout->up;
   const double v = is_below ? (row - layout->up) / (layout->down - 1.0) : row / (layout->up - 1.0);
   const double end = is_below ? NP_PI : frame->top_angle;
-  return cos(frame->horizon_angle + (end - frame->horizon_angle) * pow(v, (double)find_power(frame, layout, is_below)));
+  return cos(frame->horizon_angle +
+             (end - frame->horizon_angle) * pow(v, (double)choose_power(frame, layout, is_below)));
 }
 
 np_sky_place np_sky_locate(const np_sky_frame *frame, np_vec3 direction, const np_sky_layout *layout) {
@@ -330,7 +331,7 @@ np_sky_place np_sky_locate(const np_sky_frame *frame, np_vec3 direction, const n
   const double end = place.is_below ? NP_PI : frame->top_angle;
   const float part = (float)np_clamp((angle - frame->horizon_angle) / (end - frame->horizon_angle), 0.0, 1.0);
   const int rows = place.is_below ? layout->down : layout->up;
-  const float power = find_power(frame, layout, place.is_below);
+  const float power = choose_power(frame, layout, place.is_below);
   const float v = (power == 2.0f ? sqrtf(part) : powf(part, 1.0f / power)) * (float)(rows - 1);
   const int i = v < (float)(rows - 2) ? (int)v : rows - 2;
   place.row = (place.is_below ? layout->up : 0) + i;
@@ -376,7 +377,7 @@ static np_aerial_sample lookup_plane(const neph_sky *sky, const np_sky_place *pl
   return (np_aerial_sample){depth, {t * undo_log(s.smooth), t * undo_log(s.peak)}};
 }
 
-/* What molecules scattered once, likewise. */
+/* The same of light that molecules scattered once. */
 static np_bands lookup_molecules(const neph_sky *sky, const np_sky_place *place, int slice, double distance_m) {
   if (slice < 0 || !sky->molecules) return np_bands_grey(0.0f);
   const np_view_sizes *n = &sky->aerial_sizes;

@@ -2,7 +2,7 @@
 #include "atmosphere/sky_trace.h"
 
 /* Radiance that the ground at the end of a ray sends back along it. */
-static np_bands find_ground_light(const np_sky_light *light, const np_depth_row *ground, float sun_cosine) {
+static np_bands compute_ground_light(const np_sky_light *light, const np_depth_row *ground, float sun_cosine) {
   np_bands irradiance = np_maxf(sun_cosine, 0.0f) * np_depth_row_sun(ground, sun_cosine, light->disk);
   if (light->moments) irradiance += np_moment_table_irradiance(light->moments, sun_cosine);
   return (float)(1.0 / NP_PI) * light->medium->ground_albedo * irradiance;
@@ -12,9 +12,9 @@ static void add_ground(const np_sky_light *light, const np_fan *fan, const np_ra
                        np_scattered *sums) {
   const np_depth_row ground = np_depth_table_row(light->depths, 0.0);
   np_fan_point point;
-  light->kernels->find_suns(fan, (float)ray->length_m, (float)light->medium->planet_radius_m, &point);
+  light->kernels->compute_sun_cosines(fan, (float)ray->length_m, (float)light->medium->planet_radius_m, &point);
   for (int i = 0; i < fan->count; i++)
-    sums[i].smooth += transmittance * find_ground_light(light, &ground, point.sun_cosine[i]);
+    sums[i].smooth += transmittance * compute_ground_light(light, &ground, point.sun_cosine[i]);
 }
 
 static void shade_sunlight(const np_fan *fan, double t, np_bands *sunlight) {
@@ -30,7 +30,7 @@ static void add_first_order(const np_sky_light *light, const np_fan *fan, const 
   const np_depth_row row = np_depth_table_row(light->depths, (double)at->altitude_m);
   const np_bands rayleigh = weight * at->air.rayleigh;
   np_bands sunlight[NP_FAN_MAX];
-  light->kernels->find_sunlight(&row, light->disk, point, sunlight);
+  light->kernels->compute_sunlight(&row, light->disk, point, sunlight);
   if (fan->shadow) shade_sunlight(fan, at->t, sunlight);
   for (int i = 0; i < fan->count; i++) {
     const float c = fan->angle_cosine[i];
@@ -57,7 +57,7 @@ static void add_later_orders(const np_sky_light *light, const np_fan *fan, const
                              np_fan_point *point, np_scattered *sums) {
   const np_fan_source source = np_fan_source_make(light->moments, at, weight, !light->gather);
   np_bands later[NP_FAN_MAX], totals[NP_FAN_MAX];
-  light->kernels->find_columns(&light->moments->sun, fan, at->cosine, point);
+  light->kernels->compute_columns(&light->moments->sun, fan, at->cosine, point);
   memset(later, 0, (size_t)point->count * sizeof *later);
   light->kernels->add_source(&source, point, later, light->gather ? totals : NULL);
   for (int i = 0; i < fan->count; i++) sums[i].smooth += later[i];
@@ -67,7 +67,7 @@ static void add_later_orders(const np_sky_light *light, const np_fan *fan, const
 void np_sky_add_scattered(const np_sky_light *light, const np_fan *fan, const np_path_node *at, np_bands weight,
                           np_scattered *sums, np_bands *molecules) {
   np_fan_point point;
-  light->kernels->find_suns(fan, (float)at->t, at->r, &point);
+  light->kernels->compute_sun_cosines(fan, (float)at->t, at->r, &point);
   add_first_order(light, fan, at, weight, &point, sums, molecules);
   if (light->moments) add_later_orders(light, fan, at, weight, &point, sums);
 }

@@ -6,10 +6,10 @@ enum { DEPTHS = 4096, VIEWS = 64, TRACED = 24 };
 /* Part of the golden section: turns of a spiral over the sphere. */
 static const double golden = 0.6180339887498949;
 
-static void add_error(np_sky_error *e, const double value[NP_TRUTH_BANDS], const np_truth_value *truth) {
-  for (int b = 0; b < NP_TRUTH_BANDS; b++) {
-    if (!(truth->mean[b] > 0.0)) continue;
-    const double off = value[b] / truth->mean[b] - 1.0, noise = truth->error[b] / truth->mean[b];
+static void add_error(np_sky_error *e, const double value[NP_REFERENCE_BANDS], const np_reference_value *reference) {
+  for (int b = 0; b < NP_REFERENCE_BANDS; b++) {
+    if (!(reference->mean[b] > 0.0)) continue;
+    const double off = value[b] / reference->mean[b] - 1.0, noise = reference->error[b] / reference->mean[b];
     e->rms[b] += off * off;
     e->noise[b] += noise * noise;
     e->worst[b] = fmax(e->worst[b], fabs(off));
@@ -19,7 +19,7 @@ static void add_error(np_sky_error *e, const double value[NP_TRUTH_BANDS], const
 
 static void finish(np_sky_error *e) {
   const double count = fmax(e->count, 1.0);
-  for (int b = 0; b < NP_TRUTH_BANDS; b++) {
+  for (int b = 0; b < NP_REFERENCE_BANDS; b++) {
     e->rms[b] = sqrt(fmax(e->rms[b] - e->noise[b], 0.0) / count);
     e->noise[b] = sqrt(e->noise[b] / count);
   }
@@ -35,33 +35,33 @@ np_sky_error np_depth_table_verify(const np_depth_table *table) {
     const np_depth_row row = np_depth_table_row(table, h);
     const np_bands depth = np_depth_row_lookup(&row, (float)cosine);
     const np_bands integral = np_ray_optical_depth(medium, &ray, 0.0, ray.length_m);
-    double value[NP_TRUTH_BANDS];
-    np_truth_value truth = {{0}, {0}};
-    for (int b = 0; b < NP_TRUTH_BANDS; b++) {
+    double value[NP_REFERENCE_BANDS];
+    np_reference_value reference = {{0}, {0}};
+    for (int b = 0; b < NP_REFERENCE_BANDS; b++) {
       value[b] = (double)depth[b];
-      truth.mean[b] = (double)integral[b];
+      reference.mean[b] = (double)integral[b];
     }
-    add_error(&e, value, &truth);
+    add_error(&e, value, &reference);
   }
   finish(&e);
   return e;
 }
 
 /* The i-th of so many directions, evenly over the sphere of those in which there is air, and a distance. */
-static np_sky_question make_question(const neph_sky *sky, np_sky_quantity quantity, int i, int count) {
+static np_sky_query make_query(const neph_sky *sky, np_sky_quantity quantity, int i, int count) {
   const np_sky_frame *frame = &sky->frame;
   const double top = cos(frame->top_angle), cosine = top - (top + 1.0) * (i + 0.5) / count;
-  return (np_sky_question){.quantity = quantity,
-                           .order_max = sky->atmosphere->order_max,
-                           .altitude_m = frame->altitude_m,
-                           .sun_zenith_rad = acos((double)frame->sun_cosine),
-                           .view_zenith_rad = acos(cosine),
-                           .azimuth_rad = NP_PI * fmod(i * golden, 1.0),
-                           .distance_m = 1000.0 * (1 << i % 8)};
+  return (np_sky_query){.quantity = quantity,
+                        .order_max = sky->atmosphere->order_max,
+                        .altitude_m = frame->altitude_m,
+                        .sun_zenith_rad = acos((double)frame->sun_cosine),
+                        .view_zenith_rad = acos(cosine),
+                        .azimuth_rad = NP_PI * fmod(i * golden, 1.0),
+                        .distance_m = 1000.0 * (1 << i % 8)};
 }
 
-static neph_result ask(np_sky_witness *w, np_sky_method method, const np_sky_question *q, uint64_t seed,
-                       np_monitor *monitor, np_truth_value *out) {
+static neph_result ask(np_sky_witness *w, np_sky_method method, const np_sky_query *q, uint64_t seed,
+                       np_monitor *monitor, np_reference_value *out) {
   w->method = method;
   return np_sky_ask(w, q, seed, monitor, out);
 }
@@ -71,12 +71,12 @@ static neph_result compare(np_sky_witness *w, const neph_sky *sky, np_sky_quanti
   neph_result result = NEPH_OK;
   *out = (np_sky_error){0};
   for (int i = 0; !result && i < count; i++) {
-    const np_sky_question q = make_question(sky, quantity, i, count);
-    np_truth_value table, truth;
+    const np_sky_query q = make_query(sky, quantity, i, count);
+    np_reference_value table, reference;
     np_monitor_set_range(monitor, (double)i / count, (i + 1.0) / count);
     result = ask(w, NP_SKY_LUT, &q, 0, NULL, &table);
-    if (!result) result = ask(w, method, &q, seed + (uint64_t)i, monitor, &truth);
-    if (!result) add_error(out, table.mean, &truth);
+    if (!result) result = ask(w, method, &q, seed + (uint64_t)i, monitor, &reference);
+    if (!result) add_error(out, table.mean, &reference);
   }
   finish(out);
   return result;
@@ -86,7 +86,7 @@ neph_result np_sky_verify(neph_sky *sky, unsigned paths, uint64_t seed, np_monit
                           np_sky_errors *out_errors) {
   neph_atmosphere *a = sky->atmosphere;
   np_sky_witness w = {.atmosphere = a,
-                      .light = a->has_point_sun ? NP_TRUTH_POINT : NP_TRUTH_DISK,
+                      .light = a->has_point_sun ? NP_REFERENCE_POINT : NP_REFERENCE_DISK,
                       .sun_angular_radius_rad = (double)sky->sun_angular_radius,
                       .irradiance_w_m2_nm = {1.0, 1.0, 1.0},
                       .paths = paths};

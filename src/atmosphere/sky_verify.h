@@ -3,13 +3,13 @@
 #ifndef NP_ATMOSPHERE_SKY_VERIFY_H
 #define NP_ATMOSPHERE_SKY_VERIFY_H
 
-#include "atmosphere/sky_question.h"
+#include "atmosphere/sky_query.h"
 
-/* Relative errors of one comparison in each band; only where the truth is not nothing. */
+/* Relative errors of one comparison in each band; only where the reference is not nothing. */
 typedef struct np_sky_error {
-  double rms[NP_TRUTH_BANDS]; /* the truth's noise taken off */
-  double worst[NP_TRUTH_BANDS];
-  double noise[NP_TRUTH_BANDS]; /* of the truth: rms of its relative standard errors */
+  double rms[NP_REFERENCE_BANDS]; /* the reference's noise taken off */
+  double worst[NP_REFERENCE_BANDS];
+  double noise[NP_REFERENCE_BANDS]; /* of the reference: rms of its relative standard errors */
   unsigned count;
 } np_sky_error;
 

@@ -15,9 +15,9 @@ static const char *const colour_names[] = {"b_v", "B-V", NULL};
 
 static const float colour_of_sun = 0.65f;
 
-static int find_column(const np_csv *csv, const char *const names[]) {
+static int search_column(const np_csv *csv, const char *const names[]) {
   for (int i = 0; names[i]; i++) {
-    const int column = np_csv_find_column(csv, names[i]);
+    const int column = np_csv_search_column(csv, names[i]);
     if (column != NP_CSV_NO_COLUMN) return column;
   }
   return NP_CSV_NO_COLUMN;
@@ -28,17 +28,17 @@ typedef struct star_columns {
 } star_columns;
 
 static neph_result require_column(const np_csv *csv, const char *what, const char *const names[], int *out_column) {
-  *out_column = find_column(csv, names);
+  *out_column = search_column(csv, names);
   if (*out_column != NP_CSV_NO_COLUMN) return NEPH_OK;
   return np_fail(csv->context, NEPH_ERROR_BAD_FILE, "%s:%u: no column for %s, must be named %s, or %s as at CDS",
                  csv->path, csv->header.line, what, names[0], names[1]);
 }
 
-static neph_result find_columns(const np_csv *csv, star_columns *out) {
+static neph_result search_columns(const np_csv *csv, star_columns *out) {
   neph_result result = require_column(csv, "the right ascension", ascension_names, &out->ascension);
   if (!result) result = require_column(csv, "the declination", declination_names, &out->declination);
   if (!result) result = require_column(csv, "the V magnitude", magnitude_names, &out->magnitude);
-  out->colour = find_column(csv, colour_names);
+  out->colour = search_column(csv, colour_names);
   return result;
 }
 
@@ -57,7 +57,7 @@ static neph_result read_star(const np_csv *csv, size_t row, const star_columns *
 
 static neph_result read_stars(const np_csv *csv, double faintest, np_star_catalogue *catalogue) {
   star_columns columns = {0};
-  neph_result result = find_columns(csv, &columns);
+  neph_result result = search_columns(csv, &columns);
   if (result) return result;
   catalogue->own = np_alloc(csv->context, csv->row_count ? csv->row_count : 1, sizeof *catalogue->own);
   if (!catalogue->own) return NEPH_ERROR_OUT_OF_MEMORY;

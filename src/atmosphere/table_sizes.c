@@ -53,7 +53,7 @@ void np_table_sizes_adapt(np_table_sizes *sizes, const np_medium *medium) {
   const int moments = 2 * sizes->moments.points, view = 2 * sizes->view.points;
   sizes->moments.points = moments < NP_VIEW_POINTS_MAX ? moments : NP_VIEW_POINTS_MAX;
   sizes->view.points = view < NP_VIEW_POINTS_MAX ? view : NP_VIEW_POINTS_MAX;
-  if (!medium->is_bent) return;
+  if (!medium->has_profile_kinks) return;
   sizes->depth.node_rows = sizes->depth.rows;
   sizes->depth.node_columns = sizes->depth.columns;
   sizes->depth.node_levels = sizes->depth.levels;

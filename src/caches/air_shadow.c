@@ -18,20 +18,20 @@ static size_t count_nodes(const np_air_rays *rays) {
   return (size_t)(rays->end[0] - rays->begin[0]) * (size_t)(rays->end[1] - rays->begin[1]);
 }
 
-static np_vec3 find_direction(const np_air_rays *rays, float i, float j) {
+static np_vec3 compute_direction(const np_air_rays *rays, float i, float j) {
   const np_vec3 level = np_vec3_add(rays->forward, np_vec3_scale(rays->right, i - rays->middle[0]));
   return np_vec3_normalize(np_vec3_add(level, np_vec3_scale(rays->down, j - rays->middle[1])));
 }
 
 /* Planes from the end of the first cell on. */
-static double find_plane(double reach_m, int plane) {
+static double compute_plane(double reach_m, int plane) {
   if (plane >= CELLS) return plane < PLANES - 1 ? ldexp(reach_m, plane + 1 - CELLS) : HUGE_VAL;
   const double s = (plane + 1.0) / CELLS;
   return reach_m * s * s;
 }
 
 /* The plane before a distance, or the first, and how far it is from there to the next. */
-static int find_plane_before(double reach_m, double distance_m, float *out_part) {
+static int compute_plane_before(double reach_m, double distance_m, float *out_part) {
   int plane = 0;
   if (distance_m < reach_m) {
     const double x = sqrt(distance_m / reach_m) * CELLS - 1.0;
@@ -39,15 +39,15 @@ static int find_plane_before(double reach_m, double distance_m, float *out_part)
     *out_part = (float)fmax(x - plane, 0.0);
     return plane;
   }
-  for (plane = CELLS - 1; plane + 2 < PLANES && find_plane(reach_m, plane + 1) <= distance_m; plane++) continue;
-  const double near = find_plane(reach_m, plane), far = find_plane(reach_m, plane + 1);
+  for (plane = CELLS - 1; plane + 2 < PLANES && compute_plane(reach_m, plane + 1) <= distance_m; plane++) continue;
+  const double near = compute_plane(reach_m, plane), far = compute_plane(reach_m, plane + 1);
   *out_part = isfinite(far) ? (float)((distance_m - near) / (far - near)) : (float)(1.0 - near / distance_m);
   return plane;
 }
 
 /* ---- Where there may be shadow ---- */
 
-/* A box of casters, and all that the sun throws their shadows on: along axes of which the third runs away from the sun.
+/* A box of casters, and all that their shadows fall on: along axes of which the third runs away from the sun.
  */
 typedef struct shaft {
   double low[3], high[3];
@@ -96,7 +96,7 @@ static void clip(const shadow_probe *p, const shaft *s, np_dvec3 origin, np_vec3
 }
 
 /* The part of a ray that holds all its shadow. */
-static void find_interval(const shadow_probe *p, np_vec3 direction, double *out_begin, double *out_end) {
+static void compute_interval(const shadow_probe *p, np_vec3 direction, double *out_begin, double *out_end) {
   *out_begin = INFINITY;
   *out_end = 0.0;
   for (unsigned i = 0; i < p->shaft_count; i++) {
@@ -108,24 +108,24 @@ static void find_interval(const shadow_probe *p, np_vec3 direction, double *out_
   }
 }
 
-static double find_ground(const shadow_probe *p, np_vec3 direction) {
+static double compute_ground_distance(const shadow_probe *p, np_vec3 direction) {
   np_ground_hit hit;
   return np_world_intersect_ground(p->world, p->out->rays.origin, direction, &hit) ? hit.distance_m : HUGE_VAL;
 }
 
-static np_spectrum find_first(const neph_sky *sky, np_vec3 direction, double distance_m) {
+static np_spectrum compute_first_order(const neph_sky *sky, np_vec3 direction, double distance_m) {
   np_spectrum first;
   (void)np_sky_aerial_orders(sky, direction, distance_m, &first);
   return first;
 }
 
 /* Where no more than `light_rest` of a ray's light is still to come. */
-static double find_light_end(const neph_sky *sky, np_vec3 direction, double end) {
-  const float all = np_spectrum_max(find_first(sky, direction, end));
+static double search_light_end(const neph_sky *sky, np_vec3 direction, double end) {
+  const float all = np_spectrum_max(compute_first_order(sky, direction, end));
   double low = 0.0, high = fmin(end, 3e6);
   for (int k = 0; k < 12; k++) {
     const double middle = 0.5 * (low + high);
-    *(np_spectrum_max(find_first(sky, direction, middle)) < (1.0f - light_rest) * all ? &low : &high) = middle;
+    *(np_spectrum_max(compute_first_order(sky, direction, middle)) < (1.0f - light_rest) * all ? &low : &high) = middle;
   }
   return high;
 }
@@ -133,17 +133,17 @@ static double find_light_end(const neph_sky *sky, np_vec3 direction, double end)
 enum { REACH_RAYS = 9 };
 
 /* How far any ray of the whole picture has to be looked along. */
-static double find_reach(const shadow_probe *p) {
+static double compute_reach(const shadow_probe *p) {
   const np_air_rays *r = &p->out->rays;
   double reach = 0.0;
   for (int n = 0; n < REACH_RAYS * REACH_RAYS; n++) {
     const float u = (float)(n % REACH_RAYS) / (REACH_RAYS - 1), v = (float)(n / REACH_RAYS) / (REACH_RAYS - 1);
-    const np_vec3 direction = find_direction(r, np_mixf((float)r->whole_begin[0], (float)r->whole_end[0], u),
-                                             np_mixf((float)r->whole_begin[1], (float)r->whole_end[1], v));
+    const np_vec3 direction = compute_direction(r, np_mixf((float)r->whole_begin[0], (float)r->whole_end[0], u),
+                                                np_mixf((float)r->whole_begin[1], (float)r->whole_end[1], v));
     double begin, end;
-    find_interval(p, direction, &begin, &end);
-    end = fmin(end, find_ground(p, direction));
-    if (begin < end) reach = fmax(reach, find_light_end(p->world->camera_sky, direction, end));
+    compute_interval(p, direction, &begin, &end);
+    end = fmin(end, compute_ground_distance(p, direction));
+    if (begin < end) reach = fmax(reach, search_light_end(p->world->camera_sky, direction, end));
   }
   return reach;
 }
@@ -175,13 +175,13 @@ static void see_node(const shadow_probe *p, size_t node) {
   np_air_visibility *out = p->out;
   const int32_t width = out->rays.end[0] - out->rays.begin[0];
   const int i = out->rays.begin[0] + (int)(node % (size_t)width), j = out->rays.begin[1] + (int)(node / (size_t)width);
-  const np_vec3 direction = find_direction(&out->rays, (float)i, (float)j);
-  const double ground = find_ground(p, direction);
+  const np_vec3 direction = compute_direction(&out->rays, (float)i, (float)j);
+  const double ground = compute_ground_distance(p, direction);
   double shade_begin, shade_end, begin = 0.0;
-  find_interval(p, direction, &shade_begin, &shade_end);
+  compute_interval(p, direction, &shade_begin, &shade_end);
   out->ground_m[node] = (float)ground;
   for (int c = 0; c < CELLS; c++) {
-    const double end = find_plane(out->reach_m, c), stop = fmin(end, ground);
+    const double end = compute_plane(out->reach_m, c), stop = fmin(end, ground);
     float *seen = &out->seen[node * CELLS + (size_t)c];
     if (begin >= ground)
       *seen = c > 0 ? seen[-1] : 1.0f;
@@ -215,10 +215,10 @@ static void smooth_node(const smoothing *s, size_t node) {
       const size_t near = (size_t)y * (size_t)width + (size_t)x;
       const float weight = (x == i ? 2.0f : 1.0f) * (y == j ? 2.0f : 1.0f);
       for (int c = 0; c < CELLS; c++) {
-        const bool is_there =
-            c == 0 || near == node || find_plane(s->from->reach_m, c - 1) < (double)s->from->ground_m[near];
-        sum[c] += is_there ? weight * s->from->seen[near * CELLS + (size_t)c] : 0.0f;
-        weights[c] += is_there ? weight : 0.0f;
+        const bool is_visible =
+            c == 0 || near == node || compute_plane(s->from->reach_m, c - 1) < (double)s->from->ground_m[near];
+        sum[c] += is_visible ? weight * s->from->seen[near * CELLS + (size_t)c] : 0.0f;
+        weights[c] += is_visible ? weight : 0.0f;
       }
     }
   for (int c = 0; c < CELLS; c++) s->to[node * CELLS + (size_t)c] = sum[c] / weights[c];
@@ -258,7 +258,7 @@ neph_result np_air_visibility_build(neph_context *context, const np_world *world
   for (unsigned v = 0; v < world->clouds.count; v++)
     p.fade[v] = np_scattering_compute_least_scale(&world->clouds.at[v].phase, world->clouds.at[v].albedo);
   place_shafts(&p, casters);
-  out->reach_m = find_reach(&p);
+  out->reach_m = compute_reach(&p);
   if (!(out->reach_m > 0.0)) return NEPH_OK;
   const size_t count = count_nodes(rays);
   out->seen = np_alloc(context, count * CELLS, sizeof *out->seen);
@@ -290,8 +290,8 @@ typedef struct loss_job {
 } loss_job;
 
 /* The change that clouds make in the mean radiance around a point, over the sun's irradiance there: what they hide of
- * the sky and throw down themselves, what the ground sends back of that, and what it sends back less of the sun. */
-static np_spectrum find_diffuse(const loss_job *job, np_dvec3 position, float seen) {
+ * the sky and scatter down themselves, what the ground sends back of that, and what it sends back less of the sun. */
+static np_spectrum compute_diffuse(const loss_job *job, np_dvec3 position, float seen) {
   const np_world *world = job->world;
   np_spectrum out = np_spectrum_grey(0.0f);
   const float below = np_smoothstepf((float)((job->top_m - position.z) / fmax(job->top_m - job->bottom_m, 1.0)));
@@ -330,20 +330,20 @@ static void lose_node(const loss_job *job, size_t node) {
   const np_air_rays *r = &v->rays;
   const size_t width = (size_t)(r->end[0] - r->begin[0]);
   const np_vec3 direction =
-      find_direction(r, (float)(r->begin[0] + (int)(node % width)), (float)(r->begin[1] + (int)(node / width)));
+      compute_direction(r, (float)(r->begin[0] + (int)(node % width)), (float)(r->begin[1] + (int)(node / width)));
   const double ground = (double)v->ground_m[node];
   uint16_t(*out)[NP_BAND_COUNT] = &job->out->kept[node * PLANES];
   np_spectrum lost = np_spectrum_grey(0.0f);
   reach_light before = {lost, lost};
   double begin = 0.0;
   for (int c = 0; c < PLANES; c++) {
-    const double end = fmin(find_plane(v->reach_m, c), ground);
+    const double end = fmin(compute_plane(v->reach_m, c), ground);
     reach_light up_to;
     up_to.even = np_sky_even_inscatter(job->world->camera_sky, direction, end, &up_to.first);
     if (c < CELLS && end > begin) {
       const float seen = v->seen[node * CELLS + (size_t)c];
       const np_dvec3 middle = np_dvec3_along(r->origin, direction, 0.5 * (begin + end));
-      const np_spectrum diffuse = find_diffuse(job, middle, seen);
+      const np_spectrum diffuse = compute_diffuse(job, middle, seen);
       const np_spectrum even = np_spectrum_subtract(up_to.even, before.even);
       lost = np_spectrum_add_scaled(lost, 1.0f - seen, np_spectrum_subtract(up_to.first, before.first));
       lost = np_spectrum_subtract(lost, np_spectrum_multiply(diffuse, even));
@@ -385,7 +385,7 @@ void np_air_shadow_clear(np_air_shadow *shadow) {
 /* ---- Asking ---- */
 
 /* What a ray that ends at `ground_m` has to say of what lies beyond. */
-static float find_weight(float ground_m, double distance_m) {
+static float compute_weight(float ground_m, double distance_m) {
   if ((double)ground_m >= distance_m) return 1.0f;
   const float ratio = (float)((double)ground_m / distance_m), square = ratio * ratio;
   return np_maxf(square * square, 1e-6f);
@@ -418,7 +418,7 @@ np_spectrum np_air_shadow_get_lost(const np_air_shadow *shadow, np_vec3 directio
   int32_t lower[2];
   float part[2], along, weights = 0.0f;
   locate(r, direction, lower, part);
-  const int plane = find_plane_before(v->reach_m, distance_m, &along);
+  const int plane = compute_plane_before(v->reach_m, distance_m, &along);
   const double within = fmin(distance_m, 1e9);
   const size_t width = (size_t)(r->end[0] - r->begin[0]);
   np_spectrum sum = np_spectrum_grey(0.0f);
@@ -426,7 +426,7 @@ np_spectrum np_air_shadow_get_lost(const np_air_shadow *shadow, np_vec3 directio
     const int i = corner & 1, j = corner >> 1;
     const size_t node = (size_t)(lower[1] + j) * width + (size_t)(lower[0] + i);
     const float weight =
-        (i ? part[0] : 1.0f - part[0]) * (j ? part[1] : 1.0f - part[1]) * find_weight(v->ground_m[node], within);
+        (i ? part[0] : 1.0f - part[0]) * (j ? part[1] : 1.0f - part[1]) * compute_weight(v->ground_m[node], within);
     const uint16_t *near = shadow->kept[node * PLANES + (size_t)plane], *far = near + NP_BAND_COUNT;
     for (int b = 0; b < NP_BAND_COUNT; b++)
       sum.band[b] += weight * mix_losses(near[b], far[b], along, plane >= CELLS - 1);

@@ -17,7 +17,7 @@
  * of a degree apart show them all.
  *
  * Light that the air scatters more often is left as it is without clouds, but below clouds whose light on the ground is
- * known (caches/ground_light.h): there air is lit by what they hide of the sky, throw down and keep from the ground
+ * known (caches/ground_light.h): there air is lit by what they hide of the sky, scatter down and keep from the ground
  * too, as if it came evenly from all around. That can be more than they take.
  *
  * Visibility depends on clouds, terrain, sun and camera; what is lost on the camera's sky too.

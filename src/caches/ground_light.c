@@ -6,9 +6,9 @@
  *
  *     L += T·S·(1 − e^{−σ′h})/σ′,   S = Σ ϖσ·((1−f)·p′·E·e^{−kτ} + Σ (χ_l − f)·φ_lm·Y_lm)
  *
- * and the sky behind is seen through what T is left. The forward peak has no part in S: what it throws down belongs to
- * the sun's beam, which fades with kτ (np_ground_light.fade), and to the sky behind. Air between clouds and ground is
- * left out: it takes from the clouds' light about what it adds. So are hills; a slope sees its share of everything.
+ * and the sky behind is seen through what T is left. The forward peak has no part in S: what it scatters down belongs
+ * to the sun's beam, which fades with kτ (np_ground_light.fade), and to the sky behind. Air between clouds and ground
+ * is left out: it takes from the clouds' light about what it adds. So are hills; a slope sees its share of everything.
  */
 #include "caches/ground_light.h"
 
@@ -43,7 +43,7 @@ static void fill_direction(const np_world *world, const np_scattering_field *fie
   const np_vec3 d = out->towards, s = world->to_sun;
   for (unsigned v = 0; v < world->clouds.count; v++) {
     np_peak_column column;
-    np_scattering_field_fill_column(field, v, np_versine(d.x, d.y, d.z, s.x, s.y, s.z), &column);
+    np_scattering_field_fill_column(field, v, np_vec3_versine(d, s), &column);
     out->broad[v] = fmaxf(0.0f, column.broad);
   }
 }
@@ -67,8 +67,8 @@ static bool clip(const gather *g, np_dvec3 origin, np_vec3 direction, double *ou
   return *out_begin < *out_end;
 }
 
-/* What the clouds at a place throw down along a direction, per metre; returns the scaled extinction there. */
-static float find_source(const gather *g, const gather_direction *d, np_dvec3 position, np_spectrum *out_source) {
+/* Light that the clouds at a place scatter along a direction, per metre; returns the scaled extinction there. */
+static float compute_source(const gather *g, const gather_direction *d, np_dvec3 position, np_spectrum *out_source) {
   const np_world *world = g->world;
   float extinction[NP_INSTANCES_MAX], scaled = 0.0f;
   for (unsigned v = 0; v < world->clouds.count; v++) {
@@ -104,7 +104,7 @@ static float follow(const gather *g, const gather_direction *d, np_dvec3 origin,
   for (int k = 0; k < count && transmittance > 1e-3f; k++) {
     np_spectrum source;
     const np_dvec3 position = np_dvec3_along(origin, d->towards, begin + (k + offset) * length);
-    const float scaled = find_source(g, d, position, &source);
+    const float scaled = compute_source(g, d, position, &source);
     if (!(scaled > 0.0f)) continue;
     const float passed = np_transmittance(scaled * (float)length);
     *out_light = np_spectrum_add_scaled(*out_light, transmittance * (1.0f - passed) / scaled, source);
@@ -132,7 +132,7 @@ static np_ground_light_value gather_at(const gather *g, np_dvec3 position) {
 }
 
 /* The ground below a place; sea level where there is none. */
-static np_dvec3 find_ground(const np_world *world, double x, double y, double top_m) {
+static np_dvec3 compute_ground(const np_world *world, double x, double y, double top_m) {
   const np_dvec3 above = np_dvec3_make(x, y, top_m);
   np_ground_hit hit;
   return np_world_intersect_ground(world, above, np_vec3_make(0, 0, -1), &hit) ? hit.position
@@ -146,7 +146,7 @@ static neph_result gather_points(void *user, size_t begin, size_t end, unsigned 
   for (size_t n = begin; n < end; n++) {
     const double x = c->origin_m[0] + c->spacing_m * (double)(n % (size_t)c->size[0]),
                  y = c->origin_m[1] + c->spacing_m * (double)(n / (size_t)c->size[0]);
-    c->points[n] = gather_at(g, find_ground(g->world, x, y, g->desc->bounds_max.z + 1e4));
+    c->points[n] = gather_at(g, compute_ground(g->world, x, y, g->desc->bounds_max.z + 1e4));
   }
   return NEPH_OK;
 }
@@ -156,7 +156,7 @@ static void place(gather *g) {
   np_ground_light *c = g->cache;
   const np_dvec3 low = g->desc->bounds_min, high = g->desc->bounds_max;
   const double middle[2] = {0.5 * (low.x + high.x), 0.5 * (low.y + high.y)};
-  const double ground = find_ground(g->world, middle[0], middle[1], high.z + 1e4).z;
+  const double ground = compute_ground(g->world, middle[0], middle[1], high.z + 1e4).z;
   const double reach = reach_heights * fmax(high.z - ground, 1.0);
   const double width[2] = {high.x - low.x + 2.0 * reach, high.y - low.y + 2.0 * reach};
   const double wanted = fmax((low.z - ground) / 3.0, reach / 24.0);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light on the ground under clouds: what they hide of the sky, and what they throw down themselves.
+/* Light on the ground under clouds: their opacity to the sky, and the light that they scatter down.
  *
  * Found once at the points of a level grid over the clouds and around them, each at the ground's height, and
  * interpolated; towards the grid's rim it becomes that of a clear sky. Depends on all that the light in clouds depends

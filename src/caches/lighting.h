@@ -44,9 +44,9 @@ np_spectrum np_lighting_ground_irradiance(const np_lighting *lighting, const np_
 static inline float np_lighting_get_cloud_depth(const np_lighting *lighting, unsigned cloud, np_dvec3 position,
                                                 np_vec3 to_sun, const np_depth_query *query, float faded) {
   const np_sun_optical_depth *cache = lighting->sun_depths.cache;
-  const float known =
-      cache ? np_sun_lattice_get(&cache->lattices[cloud], cache->depth_end, position, to_sun) : NP_SUN_DEPTH_UNKNOWN;
-  if (known != NP_SUN_DEPTH_UNKNOWN) return known;
+  const float known = cache ? np_sun_lattice_get(&cache->lattices[cloud], cache->depth_end, position, to_sun)
+                            : NP_SUN_OPTICAL_DEPTH_UNKNOWN;
+  if (known != NP_SUN_OPTICAL_DEPTH_UNKNOWN) return known;
   return np_track_volume_depth(&lighting->sun_depths.clouds->at[cloud], position, to_sun, INFINITY, query, faded);
 }
 

@@ -5,27 +5,27 @@
 #include "transport/boundary_radiance.h"
 
 /* Sine of the height at which a row begins. */
-static float find_sine(float row) {
+static float compute_sine(float row) {
   const float root = 2.0f * row / NP_SKY_GUIDE_ROWS - 1.0f;
   return root * fabsf(root);
 }
 
-static float find_solid_angle(int cell) {
+static float compute_solid_angle(int cell) {
   const float row = (float)(cell / NP_SKY_GUIDE_COLUMNS);
-  return (find_sine(row + 1.0f) - find_sine(row)) * (2.0f * NP_PI_F / NP_SKY_GUIDE_COLUMNS);
+  return (compute_sine(row + 1.0f) - compute_sine(row)) * (2.0f * NP_PI_F / NP_SKY_GUIDE_COLUMNS);
 }
 
 /* A direction in a cell, even over it for even u and v. */
-static np_vec3 find_direction(int cell, float u, float v) {
+static np_vec3 compute_direction(int cell, float u, float v) {
   const float row = (float)(cell / NP_SKY_GUIDE_COLUMNS), column = (float)(cell % NP_SKY_GUIDE_COLUMNS);
-  const float low = find_sine(row), sine = low + u * (find_sine(row + 1.0f) - low);
+  const float low = compute_sine(row), sine = low + u * (compute_sine(row + 1.0f) - low);
   const float azimuth = (column + v) * (2.0f * NP_PI_F / NP_SKY_GUIDE_COLUMNS);
   const float cosine = sqrtf(fmaxf(1.0f - sine * sine, 0.0f));
   return np_vec3_normalize(np_vec3_make(cosine * cosf(azimuth), cosine * sinf(azimuth), sine));
 }
 
 /* The mean over bands, each in units of `unit`. */
-static float find_value(np_spectrum light, np_spectrum unit) {
+static float compute_value(np_spectrum light, np_spectrum unit) {
   for (int b = 0; b < NP_BAND_COUNT; b++) light.band[b] = unit.band[b] > 0.0f ? light.band[b] / unit.band[b] : 0.0f;
   return np_spectrum_mean(light);
 }
@@ -33,8 +33,8 @@ static float find_value(np_spectrum light, np_spectrum unit) {
 static void set_densities(const np_spectrum radiance[NP_SKY_GUIDE_CELLS], np_spectrum mean, np_sky_guide *out) {
   float sum = 0.0f;
   for (int i = 0; i < NP_SKY_GUIDE_CELLS; i++) {
-    out->density[i] = fmaxf(find_value(radiance[i], mean) - np_sky_guide_bright, 0.0f);
-    out->cumulative[i] = sum += out->density[i] * find_solid_angle(i);
+    out->density[i] = fmaxf(compute_value(radiance[i], mean) - np_sky_guide_bright, 0.0f);
+    out->cumulative[i] = sum += out->density[i] * compute_solid_angle(i);
   }
   out->excess_sr = sum;
   for (int i = 0; i < NP_SKY_GUIDE_CELLS && sum > 0.0f; i++) {
@@ -43,15 +43,15 @@ static void set_densities(const np_spectrum radiance[NP_SKY_GUIDE_CELLS], np_spe
   }
 }
 
-void np_sky_guide_build(const np_world *world, const np_sun_depth_source *depths, np_dvec3 position, float ray_cost,
-                        np_sky_guide *out) {
+void np_sky_guide_build(const np_world *world, const np_sun_optical_depth_source *depths, np_dvec3 position,
+                        float ray_cost, np_sky_guide *out) {
   np_spectrum radiance[NP_SKY_GUIDE_CELLS], mean = np_spectrum_grey(0.0f);
   for (int i = 0; i < NP_SKY_GUIDE_CELLS; i++) {
-    radiance[i] = np_boundary_radiance_compute(world, depths, position, find_direction(i, 0.5f, 0.5f));
-    mean = np_spectrum_add_scaled(mean, find_solid_angle(i) / (4.0f * NP_PI_F), radiance[i]);
+    radiance[i] = np_boundary_radiance_compute(world, depths, position, compute_direction(i, 0.5f, 0.5f));
+    mean = np_spectrum_add_scaled(mean, compute_solid_angle(i) / (4.0f * NP_PI_F), radiance[i]);
   }
   set_densities(radiance, mean, out);
-  const float sun = find_value(np_world_sunlight(world, position, world->to_sun), mean);
+  const float sun = compute_value(np_world_sunlight(world, position, world->to_sun), mean);
   out->rate = out->excess_sr / ((4.0f * NP_PI_F + sun) * ray_cost);
   if (!(out->rate >= np_sky_guide_least_rate)) out->rate = 0.0f;
 }
@@ -67,5 +67,5 @@ np_vec3 np_sky_guide_draw(const np_sky_guide *guide, np_random *random, float *o
       low = middle + 1;
   }
   *out_density = guide->density[low];
-  return find_direction(low, u, v);
+  return compute_direction(low, u, v);
 }

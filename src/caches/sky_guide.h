@@ -35,8 +35,8 @@ typedef struct np_sky_guide {
 } np_sky_guide;
 
 /* Surveys sky and ground from a place among the clouds, for rays of this cost. Bands count by their own means. */
-void np_sky_guide_build(const np_world *world, const np_sun_depth_source *depths, np_dvec3 position, float ray_cost,
-                        np_sky_guide *out);
+void np_sky_guide_build(const np_world *world, const np_sun_optical_depth_source *depths, np_dvec3 position,
+                        float ray_cost, np_sky_guide *out);
 
 /* A direction, drawn with this density, 1/sr. */
 np_vec3 np_sky_guide_draw(const np_sky_guide *guide, np_random *random, float *out_density);

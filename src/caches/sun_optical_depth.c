@@ -27,7 +27,7 @@ static const struct {
 /* ---- Places ---- */
 
 /* Finest spacing of a cloud's samples. */
-static double find_voxel(const np_instance *volume) {
+static double compute_finest_spacing(const np_instance *volume) {
   double finest = INFINITY;
   for (int a = 0; a < 3; a++) {
     const double *row = volume->world_to_index.m[a];
@@ -75,7 +75,7 @@ static bool has_lattice(const np_instance *volume) {
 
 /* Cells of a cloud with voxels `coarsening` times as coarse as its own. */
 static void place(const np_instance *volume, np_vec3 to_sun, double coarsening, np_sun_lattice *out) {
-  *out = (np_sun_lattice){.spacing_m = coarsening * find_voxel(volume)};
+  *out = (np_sun_lattice){.spacing_m = coarsening * compute_finest_spacing(volume)};
   if (!has_lattice(volume)) return;
   np_affine map = make_axes(to_sun);
   double low[3], high[3];
@@ -185,7 +185,7 @@ static void keep_fine_nodes(const np_sun_column *column, float *nodes) {
   const size_t stride = np_sun_column_count_fine(column);
   for (int32_t k = 0; k < column->lattice->size[2]; k++) {
     if (!np_sun_cell_keeps(column->cells[k]) || np_sun_cell_get_level(column->cells[k]) > 0) continue;
-    const float *first = np_sun_column_find_fine(column, k);
+    const float *first = np_sun_column_get_fine(column, k);
     float *out = nodes + (column->cells[k] >> NP_SUN_CELL_LEVEL_BITS);
     for (size_t i = 0; i <= NP_SUN_FINE_EDGE; i++)
       for (size_t j = 0; j <= NP_SUN_FINE_EDGE; j++)
@@ -361,9 +361,10 @@ static float compute_depth(const np_sun_depths *depths, np_dvec3 position, np_ve
   float depth = 0.0f;
   for (unsigned v = 0; v < depths->clouds->count && depth < depth_max; v++) {
     const float rate = fade ? fade[v] : 1.0f;
-    float own =
-        cache ? np_sun_lattice_get(&cache->lattices[v], cache->depth_end, position, to_sun) : NP_SUN_DEPTH_UNKNOWN;
-    if (own == NP_SUN_DEPTH_UNKNOWN) own = walk(&depths->clouds->at[v], position, to_sun, (depth_max - depth) / rate);
+    float own = cache ? np_sun_lattice_get(&cache->lattices[v], cache->depth_end, position, to_sun)
+                      : NP_SUN_OPTICAL_DEPTH_UNKNOWN;
+    if (own == NP_SUN_OPTICAL_DEPTH_UNKNOWN)
+      own = walk(&depths->clouds->at[v], position, to_sun, (depth_max - depth) / rate);
     depth += rate * own;
   }
   return depth;
@@ -382,6 +383,6 @@ static float get_from(const void *depths, np_dvec3 position, np_vec3 to_sun, flo
   return np_sun_depths_get(depths, position, to_sun, depth_max);
 }
 
-np_sun_depth_source np_sun_depths_get_source(const np_sun_depths *depths) {
-  return (np_sun_depth_source){depths, get_from};
+np_sun_optical_depth_source np_sun_depths_get_source(const np_sun_depths *depths) {
+  return (np_sun_optical_depth_source){depths, get_from};
 }

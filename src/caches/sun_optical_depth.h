@@ -3,7 +3,7 @@
  *
  * Each cloud has a lattice of nodes whose third axis t runs away from the sun, so that a line of nodes is one ray and
  * is filled by following it once. A cell has 8³ intervals of the lattice, and keeps as many nodes as its tolerance
- * asks for: 9³, 5³, 3³ or 2³, of which the depth is interpolated. Where it bends too much for that, as at a dense edge
+ * asks for: 9³, 5³, 3³ or 2³, of which the depth is interpolated. Where it curves too much for that, as at a dense edge
  * that faces the sun, a second pass follows rays half a step apart, for 17³ nodes; a twelfth of their second
  * differences is taken off, so that between them the interpolant is right in the mean. Three kinds keep none:
  *
@@ -41,7 +41,7 @@ static inline bool np_sun_cell_keeps(uint32_t cell) { return cell < NP_SUN_CELL_
 static inline uint32_t np_sun_cell_get_level(uint32_t cell) { return cell & ((1u << NP_SUN_CELL_LEVEL_BITS) - 1); }
 
 /* What is not known and must be walked for. */
-#define NP_SUN_DEPTH_UNKNOWN (-1.0f)
+#define NP_SUN_OPTICAL_DEPTH_UNKNOWN (-1.0f)
 
 typedef struct np_sun_lattice {
   np_affine world_to_lattice, lattice_to_world; /* from and to steps of the lattice */
@@ -90,7 +90,7 @@ float np_sun_depths_get_scaled(const np_sun_depths *depths, np_dvec3 position, n
                                const float fade[NP_INSTANCES_MAX], float depth_max);
 
 /* np_sun_depths_get(), for the modules below; `depths` is borrowed. */
-np_sun_depth_source np_sun_depths_get_source(const np_sun_depths *depths);
+np_sun_optical_depth_source np_sun_depths_get_source(const np_sun_depths *depths);
 
 /* ---- Inside: one column of cells ---- */
 
@@ -118,7 +118,7 @@ static inline size_t np_sun_column_count_fine(const np_sun_column *column) {
 }
 
 /* The first node of a cell among those of the fine rays. */
-static inline float *np_sun_column_find_fine(const np_sun_column *column, int32_t cell) {
+static inline float *np_sun_column_get_fine(const np_sun_column *column, int32_t cell) {
   return column->rays + (NP_SUN_FINE_RAYS + 1) * np_sun_column_count_fine(column) + (size_t)cell * NP_SUN_FINE_EDGE;
 }
 
@@ -142,9 +142,9 @@ static inline float np_sun_nodes_mix(const float *nodes, unsigned level, float u
   return np_maxf(np_mixf(a, b, w[0]), 0.0f);
 }
 
-/* Depth of one cloud, or NP_SUN_DEPTH_UNKNOWN. `to_sun` points to anywhere on the sun's disk. */
+/* Depth of one cloud, or NP_SUN_OPTICAL_DEPTH_UNKNOWN. `to_sun` points to anywhere on the sun's disk. */
 static inline float np_sun_lattice_get(const np_sun_lattice *l, float depth_end, np_dvec3 position, np_vec3 to_sun) {
-  if (l->size[0] == 0) return NP_SUN_DEPTH_UNKNOWN;
+  if (l->size[0] == 0) return NP_SUN_OPTICAL_DEPTH_UNKNOWN;
   const np_dvec3 p = np_affine_point(&l->world_to_lattice, position);
   const np_dvec3 d = np_affine_vector(&l->world_to_lattice, np_vec3_to_double(to_sun));
   if (!(p.z > 0.0) || !(d.z < 0.0)) return 0.0f;
@@ -159,7 +159,7 @@ static inline float np_sun_lattice_get(const np_sun_lattice *l, float depth_end,
     const uint32_t cell = l->cells[column * (size_t)l->size[2] + (size_t)k];
     if (cell == NP_SUN_CELL_EMPTY) continue;
     if (cell == NP_SUN_CELL_DARK) return depth_end;
-    if (cell == NP_SUN_CELL_STEEP) return NP_SUN_DEPTH_UNKNOWN;
+    if (cell == NP_SUN_CELL_STEEP) return NP_SUN_OPTICAL_DEPTH_UNKNOWN;
     const float *nodes = l->nodes[column] + (cell >> NP_SUN_CELL_LEVEL_BITS);
     return np_sun_nodes_mix(nodes, np_sun_cell_get_level(cell), (float)(u - (double)i * NP_SUN_CELL_EDGE),
                             (float)(v - (double)j * NP_SUN_CELL_EDGE), (float)(t - (double)k * NP_SUN_CELL_EDGE));

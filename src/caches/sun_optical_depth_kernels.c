@@ -88,7 +88,7 @@ static void follow_rays(const np_sun_column *c) {
 }
 
 /* The largest |e^{−x·a} − e^{−x·b}| for x from `rate` to 1: it has one maximum, at x = ln(b/a)/(b − a). */
-static float find_light_error(float a, float b, float rate) {
+static float compute_light_error(float a, float b, float rate) {
   const float low = fminf(a, b), gap = fabsf(a - b);
   const float x = np_clampf(log1pf(gap / fmaxf(low, 1e-20f)) / gap, rate, 1.0f);
   return np_transmittance(x * low) * -expm1f(-x * gap);
@@ -101,7 +101,7 @@ typedef struct node_block {
 } node_block;
 
 /* Sum of the squared errors in light, at nodes halfway between two others `stride` apart from each, of their mean. */
-static float sum_bends(const node_block *b, size_t stride, int axis, float rate, int *count) {
+static float sum_curvatures(const node_block *b, size_t stride, int axis, float rate, int *count) {
   const size_t other[2] = {b->step[(axis + 1) % 3], b->step[(axis + 2) % 3]}, step = stride * b->step[axis];
   float sum = 0.0f;
   for (size_t i = 0; i <= b->edge; i += stride)
@@ -109,17 +109,17 @@ static float sum_bends(const node_block *b, size_t stride, int axis, float rate,
       for (size_t k = stride; k < b->edge; k += 2 * stride, ++*count) {
         const float *node = b->first + i * other[0] + j * other[1] + k * b->step[axis];
         const float guess = 0.5f * (*(node - step) + node[step]), gap = fabsf(guess - *node);
-        const float error = gap > 1e-3f ? find_light_error(guess, *node, rate) : gap;
+        const float error = gap > 1e-3f ? compute_light_error(guess, *node, rate) : gap;
         sum += error * error;
       }
   return sum;
 }
 
 /* Root of their mean, of every second node along one axis or another. */
-static float find_bend(const node_block *b, size_t stride, float rate) {
+static float compute_curvature(const node_block *b, size_t stride, float rate) {
   int count = 0;
   float sum = 0.0f;
-  for (int axis = 0; axis < 3; axis++) sum += sum_bends(b, stride, axis, rate, &count);
+  for (int axis = 0; axis < 3; axis++) sum += sum_curvatures(b, stride, axis, rate, &count);
   return sqrtf(sum / (float)count);
 }
 
@@ -127,11 +127,11 @@ static float find_bend(const node_block *b, size_t stride, float rate) {
  * the depth is smooth, half at an edge. */
 static uint32_t choose_level(const float cell[CELL], const np_sun_optical_depth_desc *desc) {
   const node_block b = {cell, {NODES * NODES, NODES, 1}, EDGE};
-  float quadratic = find_bend(&b, 1, desc->rate);
+  float quadratic = compute_curvature(&b, 1, desc->rate);
   if (quadratic > 3.0f * desc->tolerance) return NP_SUN_CELL_STEEP;
   uint32_t level = 1;
   while (quadratic <= desc->tolerance && ++level + 1 < NP_SUN_CELL_LEVELS)
-    quadratic = find_bend(&b, (size_t)1 << (level - 1), desc->rate);
+    quadratic = compute_curvature(&b, (size_t)1 << (level - 1), desc->rate);
   return level;
 }
 
@@ -166,8 +166,8 @@ void NP_KERNEL(np_sun_column_fill)(np_sun_column *c) {
 
 /* ---- Steep cells ---- */
 
-/* Where 17³ nodes bend by more tolerances than that it is walked: what they miss is a third of it, as much as the
- * picture's whole tolerance, and walking takes ten times as long. */
+/* Where the second differences of 17³ nodes exceed more tolerances than that it is walked: what they miss is a third of
+ * it, as much as the picture's whole tolerance, and walking takes ten times as long. */
 static const float steep_bend = 16.0f;
 
 static void follow_fine_rays(const np_sun_column *c, size_t count) {
@@ -186,8 +186,8 @@ void NP_KERNEL(np_sun_column_refine)(np_sun_column *c) {
   for (int32_t k = 0; k < end; k++) {
     if (c->cells[k] != NP_SUN_CELL_STEEP) continue;
     const size_t stride = np_sun_column_count_fine(c);
-    const node_block b = {np_sun_column_find_fine(c, k), {NP_SUN_FINE_RAYS * stride, stride, 1}, NP_SUN_FINE_EDGE};
-    if (find_bend(&b, 1, c->desc->rate) > steep_bend * c->desc->tolerance) continue;
+    const node_block b = {np_sun_column_get_fine(c, k), {NP_SUN_FINE_RAYS * stride, stride, 1}, NP_SUN_FINE_EDGE};
+    if (compute_curvature(&b, 1, c->desc->rate) > steep_bend * c->desc->tolerance) continue;
     c->cells[k] = (uint32_t)c->node_count << NP_SUN_CELL_LEVEL_BITS;
     c->node_count += np_sun_level_count_nodes(0);
   }

@@ -40,9 +40,9 @@ typedef struct bake_job {
 static void list_points(const np_bake *bake, const leaf_origin *origin, np_bake_points *points) {
   double x_m[NP_LEAF_EDGE], y_m[NP_LEAF_EDGE], z_m[NP_LEAF_EDGE];
   for (int32_t n = 0; n < NP_LEAF_EDGE; n++) {
-    x_m[n] = np_bake_find_offset_m(bake, 0, origin->index[0] + n);
-    y_m[n] = np_bake_find_offset_m(bake, 1, origin->index[1] + n);
-    z_m[n] = np_bake_find_offset_m(bake, 2, origin->index[2] + n);
+    x_m[n] = np_bake_compute_offset_m(bake, 0, origin->index[0] + n);
+    y_m[n] = np_bake_compute_offset_m(bake, 1, origin->index[1] + n);
+    z_m[n] = np_bake_compute_offset_m(bake, 2, origin->index[2] + n);
   }
   points->count = NP_LEAF_SIZE;
   for (int n = 0; n < NP_LEAF_SIZE; n += NP_LEAF_EDGE) {
@@ -52,13 +52,13 @@ static void list_points(const np_bake *bake, const leaf_origin *origin, np_bake_
       const double offset_m[3] = {x, y, z_m[k]};
       points->x_m[n + k] = (float)x;
       points->y_m[n + k] = (float)y;
-      height_m[k] = (float)np_bake_find_height_m(bake, offset_m);
+      height_m[k] = (float)np_bake_compute_height_m(bake, offset_m);
     }
   }
 }
 
 /* Which of a leaf's voxels are left when those outside the region are not. */
-static uint64_t find_row_in_region(const np_bake *bake, const leaf_origin *origin, int32_t i) {
+static uint64_t compute_row_mask(const np_bake *bake, const leaf_origin *origin, int32_t i) {
   uint64_t row = 0;
   if (origin->index[0] + i < bake->region_min[0] || origin->index[0] + i > bake->region_max[0]) return 0;
   for (int32_t n = 0; n < 64; n++) {
@@ -71,7 +71,7 @@ static uint64_t find_row_in_region(const np_bake *bake, const leaf_origin *origi
 }
 
 /* A bit for each of 64 values above a limit. */
-static uint64_t find_above(const float *values, float limit) {
+static uint64_t compute_mask_above(const float *values, float limit) {
   uint64_t above = 0;
   for (int n = 0; n < 64; n += 4)
     above |= (uint64_t)_mm_movemask_ps(_mm_cmpgt_ps(_mm_loadu_ps(values + n), _mm_set1_ps(limit))) << n;
@@ -81,9 +81,9 @@ static uint64_t find_above(const float *values, float limit) {
 /* One slice of a leaf: what is kept of it is active, all else 0. */
 static void finish_slice(const bake_job *job, const leaf_origin *origin, int32_t i, np_leaf *leaf) {
   float *values = leaf->values + 64 * i;
-  const uint64_t cloudy = find_above(values, 0.0f);
-  uint64_t kept = find_above(values, job->prune_per_m);
-  if (job->bake->desc.has_region) kept &= find_row_in_region(job->bake, origin, i);
+  const uint64_t cloudy = compute_mask_above(values, 0.0f);
+  uint64_t kept = compute_mask_above(values, job->prune_per_m);
+  if (job->bake->desc.has_region) kept &= compute_row_mask(job->bake, origin, i);
   for (int n = 0; n < 64 && kept != cloudy; n++) values[n] = kept >> n & 1u ? values[n] : 0.0f;
   leaf->active[i] = kept;
 }
@@ -112,26 +112,26 @@ static neph_result eval_leaves(void *user, size_t begin, size_t end, unsigned th
 
 /* The box of a leaf's samples in the model's coordinates: its heights lie between that of the lowest sample nearest to
  * the axis of the planet and that of the highest sample farthest from it. */
-static np_cloud_box find_box(const np_bake *bake, const leaf_origin *origin) {
+static np_cloud_box compute_box(const np_bake *bake, const leaf_origin *origin) {
   np_cloud_box box;
   double nearest_m[3], farthest_m[3];
   for (int a = 0; a < 2; a++) {
-    const double low = np_bake_find_offset_m(bake, a, origin->index[a]);
-    const double high = np_bake_find_offset_m(bake, a, origin->index[a] + NP_LEAF_EDGE - 1);
+    const double low = np_bake_compute_offset_m(bake, a, origin->index[a]);
+    const double high = np_bake_compute_offset_m(bake, a, origin->index[a] + NP_LEAF_EDGE - 1);
     const double center_m = bake->model.desc.center_m[a];
     nearest_m[a] = center_m + low > 0 ? low : center_m + high < 0 ? high : -center_m;
     farthest_m[a] = fabs(center_m + low) > fabs(center_m + high) ? low : high;
     box.min_m[a] = (float)low;
     box.max_m[a] = (float)high;
   }
-  nearest_m[2] = np_bake_find_offset_m(bake, 2, origin->index[2]);
-  farthest_m[2] = np_bake_find_offset_m(bake, 2, origin->index[2] + NP_LEAF_EDGE - 1);
-  box.min_m[2] = (float)np_bake_find_height_m(bake, nearest_m);
-  box.max_m[2] = (float)np_bake_find_height_m(bake, farthest_m);
+  nearest_m[2] = np_bake_compute_offset_m(bake, 2, origin->index[2]);
+  farthest_m[2] = np_bake_compute_offset_m(bake, 2, origin->index[2] + NP_LEAF_EDGE - 1);
+  box.min_m[2] = (float)np_bake_compute_height_m(bake, nearest_m);
+  box.max_m[2] = (float)np_bake_compute_height_m(bake, farthest_m);
   return box;
 }
 
-static leaf_origin find_origin(const np_bake *bake, size_t leaf) {
+static leaf_origin compute_origin(const np_bake *bake, size_t leaf) {
   const size_t nz = (size_t)bake->leaf_count[2], ny = (size_t)bake->leaf_count[1];
   const int32_t at[3] = {(int32_t)(leaf / nz / ny), (int32_t)(leaf / nz % ny), (int32_t)(leaf % nz)};
   leaf_origin origin;
@@ -143,8 +143,8 @@ static neph_result mark_leaves(void *user, size_t begin, size_t end, unsigned th
   bake_job *job = user;
   (void)thread;
   for (size_t leaf = begin; leaf < end; leaf++) {
-    const leaf_origin origin = find_origin(job->bake, leaf);
-    const np_cloud_box box = find_box(job->bake, &origin);
+    const leaf_origin origin = compute_origin(job->bake, leaf);
+    const np_cloud_box box = compute_box(job->bake, &origin);
     job->marks.is_cloudy[leaf] = !np_cloud_model_is_empty(&job->bake->model, &box);
   }
   return NEPH_OK;
@@ -157,7 +157,7 @@ static neph_result sample_share(bake_job *job) {
   size_t count = 0, seen = 0, filled = 0;
   for (size_t leaf = 0; leaf < box_count && count < wanted; leaf++) {
     if (!job->marks.is_cloudy[leaf]) continue;
-    if (seen++ == count * marked / wanted) job->origins[count++] = find_origin(job->bake, leaf);
+    if (seen++ == count * marked / wanted) job->origins[count++] = compute_origin(job->bake, leaf);
   }
   neph_result result = np_parallel_for(job->bake->context, job->bake->monitor, count, 4, eval_leaves, job);
   for (size_t i = 0; i < count; i++) filled += has_any(&job->leaves[i]);
@@ -165,7 +165,7 @@ static neph_result sample_share(bake_job *job) {
   return result;
 }
 
-static neph_result find_cloudy(bake_job *job) {
+static neph_result mark_all_cloudy(bake_job *job) {
   const np_bake *bake = job->bake;
   const size_t count = np_bake_count_box(bake);
   np_monitor_set_range(bake->monitor, 0.0, 0.05);
@@ -206,7 +206,7 @@ static neph_result bake_leaves(bake_job *job, np_sparse_grid *grid) {
   for (size_t leaf = 0; done < cloudy_count && !result;) {
     size_t count = 0;
     for (; leaf < box_count && count < BATCH_LEAVES; leaf++)
-      if (job->marks.is_cloudy[leaf]) job->origins[count++] = find_origin(bake, leaf);
+      if (job->marks.is_cloudy[leaf]) job->origins[count++] = compute_origin(bake, leaf);
     np_monitor_set_range(bake->monitor, 0.05 + 0.95 * (double)done / (double)cloudy_count,
                          0.05 + 0.95 * (double)(done + count) / (double)cloudy_count);
     result = np_parallel_for(bake->context, bake->monitor, count, 4, eval_leaves, job);
@@ -223,7 +223,7 @@ static neph_result fill_grid(const np_bake *bake, np_sparse_grid *grid) {
   job.origins = np_alloc(context, BATCH_LEAVES, sizeof *job.origins);
   job.leaves = np_alloc(context, BATCH_LEAVES, sizeof *job.leaves);
   neph_result result = job.marks.is_cloudy && job.origins && job.leaves ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) result = find_cloudy(&job);
+  if (!result) result = mark_all_cloudy(&job);
   if (!result) result = bake_leaves(&job, grid);
   np_alloc_free(context, job.leaves);
   np_alloc_free(context, job.origins);
@@ -235,7 +235,7 @@ neph_result np_bake_make_grid(np_bake *bake, const char *name, np_sparse_grid *o
   np_monitor_set_stage(bake->monitor, "baking");
   neph_result result = np_sparse_grid_init(bake->context, name, out_grid);
   if (result) return result;
-  out_grid->index_to_world = np_bake_find_transform(bake);
+  out_grid->index_to_world = np_bake_compute_transform(bake);
   result = fill_grid(bake, out_grid);
   if (result) np_sparse_grid_clear(out_grid);
   return result;

@@ -111,7 +111,7 @@ static bool draw_ray(const error_job *job, np_random *random, error_ray *out_ray
 static float round_to_half(float value) { return np_half_to_float(np_half_from_float(value)); }
 
 /* The eight samples around an index position, x slowest, and the place between them. */
-static void find_corners(const np_bricks *bricks, np_dvec3 position, float out_corners[8], float out_place[3]) {
+static void get_corners(const np_bricks *bricks, np_dvec3 position, float out_corners[8], float out_place[3]) {
   int32_t cell[3];
   np_vec3 local = {0, 0, 0};
   const bool is_inside = np_bricks_locate(bricks, position, cell, &local);
@@ -141,9 +141,9 @@ static float interpolate(const float corners[8], const float place[3]) {
 static void read_grid(const error_job *job, const double offset_m[3], float out_fields[FIELD_COUNT]) {
   const double voxel_m = job->bake->model.desc.voxel_m;
   double index[3];
-  for (int a = 0; a < 3; a++) index[a] = (offset_m[a] - np_bake_find_offset_m(job->bake, a, 0)) / voxel_m;
+  for (int a = 0; a < 3; a++) index[a] = (offset_m[a] - np_bake_compute_offset_m(job->bake, a, 0)) / voxel_m;
   float corners[8], half[8], pruned[8], written[8], place[3];
-  find_corners(job->bricks, np_dvec3_make(index[0], index[1], index[2]), corners, place);
+  get_corners(job->bricks, np_dvec3_make(index[0], index[1], index[2]), corners, place);
   for (int c = 0; c < 8; c++) {
     half[c] = job->is_half ? round_to_half(corners[c]) : corners[c];
     const bool is_kept = corners[c] > job->prune_per_m;
@@ -171,8 +171,8 @@ static void add_point(const float fields[FIELD_COUNT], double step_m, ray_sums *
 }
 
 /* Offsets of up to a block of points of a ray, from number `first` on. */
-static size_t find_points(const error_job *job, const error_ray *r, double start, double step_m, size_t first,
-                          double (*out_offsets_m)[3], np_bake_points *points) {
+static size_t compute_points(const error_job *job, const error_ray *r, double start, double step_m, size_t first,
+                             double (*out_offsets_m)[3], np_bake_points *points) {
   points->count = 0;
   for (size_t n = 0; n < NP_CLOUD_BLOCK; n++) {
     const double t = ((double)(first + n) + start) * step_m;
@@ -189,7 +189,7 @@ static void measure_ray(const error_job *job, const error_ray *r, double start, 
   float model[NP_CLOUD_BLOCK], limited[NP_CLOUD_BLOCK];
   np_bake_points points;
   size_t first = 0, count;
-  while ((count = find_points(job, r, start, step_m, first, offsets_m, &points))) {
+  while ((count = compute_points(job, r, start, step_m, first, offsets_m, &points))) {
     np_bake_eval(job->detailed, &points, model);
     np_bake_eval(&job->bake->model, &points, limited);
     for (size_t n = 0; n < count; n++) {
@@ -251,11 +251,11 @@ static void take_roots(neph_bake_error *error) {
  * that nothing is measured where it cuts cells in two. A region of one sample has half a voxel around it. */
 static void set_box(error_job *job) {
   const np_bake *bake = job->bake;
-  np_bake_find_field(bake, job->low_m, job->high_m);
+  np_bake_compute_field(bake, job->low_m, job->high_m);
   for (int a = 0; a < 3 && bake->desc.has_region; a++) {
     const double pad = bake->region_min[a] < bake->region_max[a] ? 0 : 0.5;
-    job->low_m[a] = fmax(job->low_m[a], np_bake_find_offset_m(bake, a, bake->region_min[a] - pad));
-    job->high_m[a] = fmin(job->high_m[a], np_bake_find_offset_m(bake, a, bake->region_max[a] + pad));
+    job->low_m[a] = fmax(job->low_m[a], np_bake_compute_offset_m(bake, a, bake->region_min[a] - pad));
+    job->high_m[a] = fmin(job->high_m[a], np_bake_compute_offset_m(bake, a, bake->region_max[a] + pad));
   }
 }
 

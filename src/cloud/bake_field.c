@@ -9,7 +9,7 @@ void np_bake_add_point(const np_bake *bake, const double offset_m[3], np_bake_po
   const size_t n = points->count++;
   points->x_m[n] = (float)offset_m[0];
   points->y_m[n] = (float)offset_m[1];
-  points->height_m[n] = (float)np_bake_find_height_m(bake, offset_m);
+  points->height_m[n] = (float)np_bake_compute_height_m(bake, offset_m);
 }
 
 void np_bake_eval(const np_cloud_model *model, const np_bake_points *points, float *out_extinction_per_m) {
@@ -17,13 +17,13 @@ void np_bake_eval(const np_cloud_model *model, const np_bake_points *points, flo
   np_cloud_model_eval(model, &view, out_extinction_per_m);
 }
 
-np_affine np_bake_find_transform(const np_bake *bake) {
+np_affine np_bake_compute_transform(const np_bake *bake) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   np_affine transform = np_affine_identity();
   for (int a = 0; a < 3; a++) {
     const double origin_m = a == 2 ? cloud->base_altitude_m : cloud->center_m[a];
     transform.m[a][a] = cloud->voxel_m;
-    transform.m[a][3] = origin_m + np_bake_find_offset_m(bake, a, 0);
+    transform.m[a][3] = origin_m + np_bake_compute_offset_m(bake, a, 0);
   }
   return transform;
 }
@@ -44,7 +44,7 @@ static neph_result refuse_box(const np_bake *bake) {
 }
 
 /* How far the planet curves down at the far corner of the field. */
-static double find_drop_m(const np_bake *bake) {
+static double compute_drop_m(const np_bake *bake) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   double far2 = 0;
   for (int a = 0; a < 2; a++) {
@@ -55,19 +55,19 @@ static double find_drop_m(const np_bake *bake) {
   return far2 < radius * radius ? far2 / (radius + sqrt(radius * radius - far2)) : radius;
 }
 
-void np_bake_find_field(const np_bake *bake, double out_low_m[3], double out_high_m[3]) {
+void np_bake_compute_field(const np_bake *bake, double out_low_m[3], double out_high_m[3]) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   const double rain_m = cloud->precipitation * fmax(cloud->base_altitude_m, 0);
   for (int a = 0; a < 2; a++) {
     out_low_m[a] = -0.5 * cloud->extent_m[a];
     out_high_m[a] = 0.5 * cloud->extent_m[a];
   }
-  out_low_m[2] = -(find_drop_m(bake) + rain_m);
+  out_low_m[2] = -(compute_drop_m(bake) + rain_m);
   out_high_m[2] = cloud->thickness_m;
 }
 
 /* Leaves along each axis, enough for the field. */
-static neph_result find_extent(np_bake *bake) {
+static neph_result compute_extent(np_bake *bake) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   const double leaf_m = cloud->voxel_m * NP_LEAF_EDGE;
   double product = 1;
@@ -80,7 +80,7 @@ static neph_result find_extent(np_bake *bake) {
     bake->leaf_begin[a] = 0;
   }
   double low_m[3], high_m[3];
-  np_bake_find_field(bake, low_m, high_m);
+  np_bake_compute_field(bake, low_m, high_m);
   const double low = floor(low_m[2] / leaf_m), high = ceil(high_m[2] / leaf_m);
   product *= high - low;
   if (product > (double)BOX_LEAVES_MAX) return refuse_box(bake);
@@ -93,7 +93,7 @@ static neph_result find_extent(np_bake *bake) {
 static neph_result clip_axis(np_bake *bake, int a) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   const double region_min_m = bake->desc.region_min_m[a], region_max_m = bake->desc.region_max_m[a];
-  const double first_m = (a == 2 ? cloud->base_altitude_m : cloud->center_m[a]) + np_bake_find_offset_m(bake, a, 0);
+  const double first_m = (a == 2 ? cloud->base_altitude_m : cloud->center_m[a]) + np_bake_compute_offset_m(bake, a, 0);
   const double low = ceil((region_min_m - first_m) / cloud->voxel_m);
   const double high = floor((region_max_m - first_m) / cloud->voxel_m);
   if (low > bake->region_min[a]) bake->region_min[a] = (int32_t)fmin(low, bake->region_max[a] + 1);
@@ -123,7 +123,7 @@ static neph_result clip_extent(np_bake *bake) {
 neph_result np_bake_start(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                           np_bake_use use, np_monitor *monitor, np_bake *out_bake) {
   *out_bake = (np_bake){.context = context, .monitor = monitor, .desc = *desc, .use = use, .model = {.desc = *cloud}};
-  neph_result result = find_extent(out_bake);
+  neph_result result = compute_extent(out_bake);
   if (!result) result = clip_extent(out_bake);
   np_monitor_set_part(monitor, np_monitor_whole, 0.0, 0.05);
   np_monitor_set_stage(monitor, "preparing cloud");

@@ -6,7 +6,7 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 
-static int32_t find_coarse(int32_t fine) { return (fine >= 0 ? fine / 16 : -((15 - fine) / 16)) * NP_LEAF_EDGE; }
+static int32_t compute_coarse(int32_t fine) { return (fine >= 0 ? fine / 16 : -((15 - fine) / 16)) * NP_LEAF_EDGE; }
 
 static int compare_origins(const void *a, const void *b) {
   const int32_t *x = a, *y = b;
@@ -18,7 +18,7 @@ static int compare_origins(const void *a, const void *b) {
 /* The origins of the coarse leaves, sorted, each once. */
 static size_t list_origins(const np_sparse_grid *fine, int32_t (*out)[3]) {
   for (size_t i = 0; i < fine->leaf_count; i++)
-    for (int a = 0; a < 3; a++) out[i][a] = find_coarse(fine->leaves[i].origin[a]);
+    for (int a = 0; a < 3; a++) out[i][a] = compute_coarse(fine->leaves[i].origin[a]);
   qsort(out, fine->leaf_count, sizeof *out, compare_origins);
   size_t count = 0;
   for (size_t i = 0; i < fine->leaf_count; i++)
@@ -49,7 +49,7 @@ static neph_result fill_coarse(const np_sparse_grid *fine, int32_t (*origins)[3]
     if (!np_sparse_grid_add_leaf(coarse, origins[i])) result = NEPH_ERROR_OUT_OF_MEMORY;
   for (size_t i = 0; !result && i < fine->leaf_count; i++) {
     int32_t origin[3];
-    for (int a = 0; a < 3; a++) origin[a] = find_coarse(fine->leaves[i].origin[a]);
+    for (int a = 0; a < 3; a++) origin[a] = compute_coarse(fine->leaves[i].origin[a]);
     add_leaf(&fine->leaves[i], bsearch(origin, coarse->leaves, coarse->leaf_count, sizeof(np_leaf), compare_to_leaf));
   }
   return result;

@@ -75,7 +75,7 @@ static bool has_brick(const np_bake *bake, const np_bake_marks *marks, int32_t i
   return false;
 }
 
-static double find_brick_bytes(const np_bake *bake, const np_bake_marks *marks, neph_precision precision) {
+static double count_brick_bytes(const np_bake *bake, const np_bake_marks *marks, neph_precision precision) {
   const int32_t *count = bake->leaf_count;
   size_t bricks = 0;
   for (int32_t i = -1; i < count[0]; i++)
@@ -87,7 +87,7 @@ static double find_brick_bytes(const np_bake *bake, const np_bake_marks *marks, 
          cells * (2 * sizeof(uint32_t) + 1.02 * sizeof(np_brick_range)); /* 4⁻³ + 16⁻³ for the coarser levels */
 }
 
-static double find_tree_bytes(double leaves, double lower, double upper, double value_bytes, double child_bytes) {
+static double count_tree_bytes(double leaves, double lower, double upper, double value_bytes, double child_bytes) {
   return leaves * (NP_LEAF_SIZE * value_bytes + VDB_LEAF_BYTES) + lower * VDB_LOWER_CHILDREN * (child_bytes + 0.25) +
          upper * VDB_UPPER_CHILDREN * (child_bytes + 0.25);
 }
@@ -99,23 +99,23 @@ static bool add_level(const np_bake *bake, const np_bake_marks *marks, int level
   const double upper = count_cells(bake, marks, VDB_UPPER_LEAVES << level);
   if (leaves < 0 || lower < 0 || upper < 0) return false;
   need->leaves += leaves * sizeof(np_leaf);
-  need->tree += find_tree_bytes(leaves, lower, upper, sizeof(float), VDB_CHILD_BYTES);
+  need->tree += count_tree_bytes(leaves, lower, upper, sizeof(float), VDB_CHILD_BYTES);
   if (level) need->leaves += 3.0 * sizeof(int32_t) * leaves * 8; /* the origins that are sorted */
   if (level || !bake->desc.has_velocity) return true;
   need->leaves += 3 * leaves * sizeof(np_leaf);
-  need->tree += find_tree_bytes(leaves, lower, upper, 3 * sizeof(float), VDB_VECTOR_CHILD_BYTES);
+  need->tree += count_tree_bytes(leaves, lower, upper, 3 * sizeof(float), VDB_VECTOR_CHILD_BYTES);
   return true;
 }
 
-static bool find_need(const np_bake *bake, const np_bake_marks *marks, memory_need *need) {
+static bool compute_need(const np_bake *bake, const np_bake_marks *marks, memory_need *need) {
   const double map_bytes = np_weather_map_count_bytes(&bake->model.map);
   *need = (memory_need){.leaves = (double)marks->cloudy_count * sizeof(np_leaf),
                         .work = (double)np_bake_count_box(bake) + BATCH_BYTES + map_bytes};
-  if (bake->use == NP_BAKE_FOR_BRICKS) need->bricks = find_brick_bytes(bake, marks, bake->desc.precision);
+  if (bake->use == NP_BAKE_FOR_BRICKS) need->bricks = count_brick_bytes(bake, marks, bake->desc.precision);
   if (bake->use != NP_BAKE_FOR_FILE) return true;
   need->leaves = 0;
   need->tree = vdb_library_bytes;
-  if (bake->desc.error) need->bricks = find_brick_bytes(bake, marks, NEPH_PRECISION_FLOAT);
+  if (bake->desc.error) need->bricks = count_brick_bytes(bake, marks, NEPH_PRECISION_FLOAT);
   if (bake->desc.has_velocity) need->work += 2 * map_bytes;
   for (unsigned level = 0; level < bake->desc.level_count; level++)
     if (!add_level(bake, marks, (int)level, need)) return false;
@@ -124,7 +124,7 @@ static bool find_need(const np_bake *bake, const np_bake_marks *marks, memory_ne
 
 neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks) {
   memory_need need;
-  if (!find_need(bake, marks, &need)) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (!compute_need(bake, marks, &need)) return NEPH_ERROR_OUT_OF_MEMORY;
   const double at_a_time = fmax(need.work, fmax(need.tree, need.bricks)), bytes = need.leaves + at_a_time;
   const double library = fmin(need.tree, vdb_library_bytes), share = marks->share;
   const double likely =

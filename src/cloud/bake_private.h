@@ -38,15 +38,15 @@ void np_bake_end(np_bake *bake);
 size_t np_bake_count_box(const np_bake *bake); /* leaves */
 
 /* Offsets between which the cloud lies, rain and the curve of the planet included, whatever its voxels and region. */
-void np_bake_find_field(const np_bake *bake, double out_low_m[3], double out_high_m[3]);
+void np_bake_compute_field(const np_bake *bake, double out_low_m[3], double out_high_m[3]);
 
 /* Of a voxel index, or a place between two. */
-static inline double np_bake_find_offset_m(const np_bake *bake, int axis, double index) {
+static inline double np_bake_compute_offset_m(const np_bake *bake, int axis, double index) {
   const double voxel_m = bake->model.desc.voxel_m;
   return axis == 2 ? (index + 0.5) * voxel_m : (index - 0.5 * (bake->voxels[axis] - 1)) * voxel_m;
 }
 
-np_affine np_bake_find_transform(const np_bake *bake);
+np_affine np_bake_compute_transform(const np_bake *bake);
 
 /* Up to NP_CLOUD_BLOCK positions in the coordinates of the model. */
 typedef struct np_bake_points {
@@ -55,7 +55,7 @@ typedef struct np_bake_points {
 } np_bake_points;
 
 /* Above the base, on the planet's sphere. */
-static inline double np_bake_find_height_m(const np_bake *bake, const double offset_m[3]) {
+static inline double np_bake_compute_height_m(const np_bake *bake, const double offset_m[3]) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   const np_dvec3 p = {cloud->center_m[0] + offset_m[0], cloud->center_m[1] + offset_m[1],
                       cloud->base_altitude_m + offset_m[2]};

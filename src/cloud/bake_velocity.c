@@ -39,7 +39,8 @@ static void eval_block(const velocity_job *job, const np_cloud_model *model, con
   for (int32_t n = 0; n < BLOCK_SIZE; n++) {
     const int32_t at[3] = {n / (BLOCK_EDGE * BLOCK_EDGE), n / BLOCK_EDGE % BLOCK_EDGE, n % BLOCK_EDGE};
     double offset_m[3];
-    for (int a = 0; a < 3; a++) offset_m[a] = np_bake_find_offset_m(job->bake, a, origin[a] + at[a] - 1) + shift_m[a];
+    for (int a = 0; a < 3; a++)
+      offset_m[a] = np_bake_compute_offset_m(job->bake, a, origin[a] + at[a] - 1) + shift_m[a];
     np_bake_add_point(job->bake, offset_m, &points);
     if (points.count < NP_CLOUD_BLOCK && n + 1 < BLOCK_SIZE) continue;
     np_bake_eval(model, &points, out + done);
@@ -49,7 +50,7 @@ static void eval_block(const velocity_job *job, const np_cloud_model *model, con
 }
 
 /* Half of each difference over twice the distance: of time along the wind, and of space. */
-static void find_differences(const velocity_job *job, const int32_t origin[3], float (*out)[BLOCK_SIZE]) {
+static void compute_differences(const velocity_job *job, const int32_t origin[3], float (*out)[BLOCK_SIZE]) {
   const double *wind_m_s = job->bake->model.desc.wind_m_s, half_m = 0.5 * job->bake->model.desc.voxel_m;
   float low[BLOCK_SIZE];
   for (int c = 0; c < 4; c++) {
@@ -68,11 +69,13 @@ static void find_differences(const velocity_job *job, const int32_t origin[3], f
 
 /* ---- Least squares ---- */
 
-static int find_in_block(int n) { return ((n / 64 + 1) * BLOCK_EDGE + n / 8 % 8 + 1) * BLOCK_EDGE + n % 8 + 1; }
+static int compute_index_in_block(int n) {
+  return ((n / 64 + 1) * BLOCK_EDGE + n / 8 % 8 + 1) * BLOCK_EDGE + n % 8 + 1;
+}
 
 /* Sums over a voxel of a leaf and its 26 neighbours. */
 static void sum_window(float (*differences)[BLOCK_SIZE], int n, double out[FLOW_SUMS]) {
-  const int center = find_in_block(n);
+  const int center = compute_index_in_block(n);
   memset(out, 0, FLOW_SUMS * sizeof *out);
   for (int i = -1; i <= 1; i++)
     for (int j = -1; j <= 1; j++)
@@ -103,7 +106,7 @@ static void solve_flow(const velocity_job *job, const double s[FLOW_SUMS], doubl
 static void make_leaf(const velocity_job *job, size_t leaf) {
   const np_leaf *density = &job->density->leaves[leaf];
   float differences[4][BLOCK_SIZE];
-  find_differences(job, density->origin, differences);
+  compute_differences(job, density->origin, differences);
   for (int n = 0; n < NP_LEAF_SIZE; n++) {
     double sums[FLOW_SUMS], flow_m_s[3] = {0, 0, 0};
     const bool is_active = density->active[n / 64] >> (n % 64) & 1u;

@@ -47,14 +47,14 @@ static float eval_tower(const np_cloud_model *model, float s, float type) {
 static float get_face(const np_cloud_model *model) { return 0.12f + 0.38f * (float)model->desc.softness; }
 
 /* Where in its sublayer a height is. */
-static float find_in_sublayer(const np_cloud_model *model, float s) {
+static float compute_place_in_sublayer(const np_cloud_model *model, float s) {
   const float scaled = s * (float)model->desc.sublayers;
   return scaled - (float)(int)scaled;
 }
 
 /* The profile of a slab: 0 in the middle of each sublayer, at the faces more than noise can make up for. */
 static float eval_slab(const np_cloud_model *model, float s) {
-  const float in = find_in_sublayer(model, s), face = get_face(model);
+  const float in = compute_place_in_sublayer(model, s), face = get_face(model);
   float open = 1.0f - np_smoothstepf(in / face) * np_smoothstepf((1.0f - in) / face);
   if (model->desc.has_profile) open = fmaxf(open, eval_curve(&model->desc, in));
   return open * (1.0f + model->base_gain_max);
@@ -69,7 +69,7 @@ static float bound_profile(const np_cloud_model *model, float low, float high, f
   if (!is_slab(model)) return eval_tower(model, low, type);
   const float count = (float)model->desc.sublayers, face = get_face(model);
   if ((int)(low * count) != (int)(high * count)) return 0.0f;
-  const float from = find_in_sublayer(model, low), to = find_in_sublayer(model, high);
+  const float from = compute_place_in_sublayer(model, low), to = compute_place_in_sublayer(model, high);
   return (1.0f - np_smoothstepf(to / face) * np_smoothstepf((1.0f - from) / face)) * (1.0f + model->base_gain_max);
 }
 
@@ -93,7 +93,7 @@ static float eval_border(const np_cloud_model *model, float x_m, float y_m) {
 }
 
 /* Share of the skew at a height: streaks that fall from a slab trail ever more, towers lean evenly. */
-static float find_lean(const np_cloud_model *model, float height_m) {
+static float compute_skew_share(const np_cloud_model *model, float height_m) {
   const float t = height_m / (float)model->desc.thickness_m;
   return is_slab(model) ? t * fabsf(t) : t;
 }
@@ -111,9 +111,9 @@ static float sample_plane(const np_cloud_model *model, neph_cloud_map_quantity q
   return plane ? np_weather_map_sample(&model->map, plane, x_m, y_m) : fallback;
 }
 
-np_cloud_column np_cloud_column_find(const np_cloud_model *model, float x_m, float y_m, float height_m) {
+np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, float y_m, float height_m) {
   const neph_cloud_desc *desc = &model->desc;
-  const float lean = find_lean(model, height_m), top_m = (float)desc->thickness_m;
+  const float lean = compute_skew_share(model, height_m), top_m = (float)desc->thickness_m;
   const float border = eval_border(model, x_m, y_m);
   np_cloud_column c = {.x_m = x_m - (float)desc->skew_m[0] * lean, .y_m = y_m - (float)desc->skew_m[1] * lean};
   c.strength =
@@ -129,7 +129,7 @@ np_cloud_column np_cloud_column_find(const np_cloud_model *model, float x_m, flo
 }
 
 /* Share of the noise's amplitude over a column: less towards the outline, or crumbs would fly around every cloud. */
-static float find_relief(float strength) { return 0.55f + 0.45f * np_smoothstepf(strength * 3.5f); }
+static float compute_relief(float strength) { return 0.55f + 0.45f * np_smoothstepf(strength * 3.5f); }
 
 np_cloud_state np_cloud_column_eval(const np_cloud_model *model, const np_cloud_column *column, float height_m) {
   np_cloud_state s = {.depth = -INFINITY, .relief = 1.0f};
@@ -137,7 +137,7 @@ np_cloud_state np_cloud_column_eval(const np_cloud_model *model, const np_cloud_
   if (!(above_m > 0.0f && above_m < column->thickness_m)) return s;
   s.share = above_m / column->thickness_m;
   s.depth = column->strength - eval_profile(model, s.share, column->type);
-  if (!is_slab(model)) s.relief = find_relief(column->strength);
+  if (!is_slab(model)) s.relief = compute_relief(column->strength);
   if (!model->map.anvils) return s;
   const float anvil = column->anvil - eval_anvil(s.share);
   s.ice = np_smoothstepf((anvil - s.depth) * 2.5f + 0.5f);
@@ -162,8 +162,8 @@ typedef struct columns {
   float min_m[2], max_m[2];
 } columns;
 
-static columns find_columns(const np_cloud_model *model, const np_cloud_box *box, float low_m, float high_m) {
-  const float lean_low = find_lean(model, low_m), lean_high = find_lean(model, high_m);
+static columns compute_columns(const np_cloud_model *model, const np_cloud_box *box, float low_m, float high_m) {
+  const float lean_low = compute_skew_share(model, low_m), lean_high = compute_skew_share(model, high_m);
   columns c;
   for (int i = 0; i < 2; i++) {
     const float skew_low = (float)model->desc.skew_m[i] * lean_low,
@@ -213,7 +213,7 @@ static bool is_dry(const np_cloud_model *model, const np_cloud_box *box) {
   if (!(model->rain_depth_m > 0.0f) || box->max_m[2] < -model->rain_depth_m) return true;
   const float low_m = fmaxf(box->min_m[2], -model->rain_depth_m);
   const float high_m = fminf(box->max_m[2], (float)model->desc.thickness_m);
-  const columns c = find_columns(model, box, low_m, high_m);
+  const columns c = compute_columns(model, box, low_m, high_m);
   const float base_m = (float)model->desc.thickness_m * bound_plane(model, NEPH_CLOUD_MAP_BASE, &c, 0.0f).high;
   if (box->min_m[2] > base_m) return true;
   const float strength = fminf(bound_strength(model, model->map.values, &c), bound_border(model, box));
@@ -228,7 +228,7 @@ bool np_cloud_model_is_empty(const np_cloud_model *model, const np_cloud_box *bo
   if (!is_dry(model, box)) return false;
   if (box->max_m[2] <= 0.0f || box->min_m[2] >= top_m) return true;
   const float low_m = fmaxf(box->min_m[2], 0.0f), high_m = fminf(box->max_m[2], top_m);
-  const columns c = find_columns(model, box, low_m, high_m);
+  const columns c = compute_columns(model, box, low_m, high_m);
   const float border = bound_border(model, box), gain = model->base_gain_max + model->detail_gain_max;
   np_interval shares;
   if (!bound_shares(model, &c, low_m, high_m, &shares)) return true;

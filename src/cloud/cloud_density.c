@@ -61,7 +61,7 @@ static void start_work(const np_cloud_model *model, const np_cloud_points *point
   for (size_t i = 0; i < points->count; i++) {
     const float height_m = points->height_m[i];
     if (!is_same_column(model, points, i))
-      column = np_cloud_column_find(model, points->x_m[i], points->y_m[i], height_m);
+      column = np_cloud_column_compute(model, points->x_m[i], points->y_m[i], height_m);
     if (!(height_m > 0.0f && height_m < top_m)) continue;
     const np_cloud_state state = np_cloud_column_eval(model, &column, height_m);
     if (!(state.depth + gain > 0.0f)) continue;
@@ -76,7 +76,7 @@ static void start_work(const np_cloud_model *model, const np_cloud_points *point
 
 /* From depth to extinction: a crisp edge, a base that thickens quickly, a core somewhat denser with height, as liquid
  * water in a rising parcel is; ice is thin and fades gently. */
-static float find_extinction(const np_cloud_model *model, const np_cloud_state *s) {
+static float compute_extinction(const np_cloud_model *model, const np_cloud_state *s) {
   const float core_per_m = (float)model->desc.extinction_per_m;
   float body = np_smoothstepf(s->depth / (model->edge * np_mixf(1.0f, anvil_edge, s->ice)));
   body *= 1.0f - anvil_thinness * s->ice;
@@ -93,7 +93,7 @@ static void settle(const np_cloud_model *model, work *w, float gain, float loss,
     const np_cloud_state *s = &w->state[i];
     if (!(s->depth + gain > 0.0f)) continue;
     if (s->depth - loss > model->edge * np_mixf(1.0f, anvil_edge, s->ice) * 1.001f) {
-      out_extinction_per_m[w->index[i]] = find_extinction(model, s);
+      out_extinction_per_m[w->index[i]] = compute_extinction(model, s);
       continue;
     }
     w->index[kept] = w->index[i];
@@ -158,7 +158,7 @@ static void displace(const np_cloud_model *model, work *w) {
 }
 
 /* The sign of the detail: 1 carves creases between billows, −1 leaves wisps where the creases were. */
-static float find_sign(const np_cloud_model *model, const np_cloud_state *s) {
+static float compute_sign(const np_cloud_model *model, const np_cloud_state *s) {
   return 1.0f - 2.0f * (float)model->desc.wispiness * (1.0f - np_smoothstepf(s->share / wisp_height));
 }
 
@@ -170,7 +170,7 @@ static void subtract_detail(const np_cloud_model *model, work *w, float *out_ext
     model->noise->worley(&octave->lattice, &points, w->noise);
     for (size_t i = 0; i < w->count; i++) {
       np_cloud_state *s = &w->state[i];
-      s->depth -= octave->amplitude * s->relief * find_sign(model, s) * (w->noise[i] - octave->mean);
+      s->depth -= octave->amplitude * s->relief * compute_sign(model, s) * (w->noise[i] - octave->mean);
     }
   }
 }
@@ -184,7 +184,7 @@ static void add_rain(const np_cloud_model *model, const np_cloud_points *points,
   for (size_t i = 0; i < points->count; i++) {
     const float height_m = points->height_m[i];
     if (!is_same_column(model, points, i))
-      column = np_cloud_column_find(model, points->x_m[i], points->y_m[i], height_m);
+      column = np_cloud_column_compute(model, points->x_m[i], points->y_m[i], height_m);
     const float strength = np_cloud_column_eval_rain(model, &column, height_m);
     if (!(strength > 0.0f)) continue;
     const size_t n = w.count++;
@@ -224,5 +224,5 @@ void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *poi
   } else {
     add_cells(model, &w, out_extinction_per_m);
   }
-  for (size_t i = 0; i < w.count; i++) out_extinction_per_m[w.index[i]] = find_extinction(model, &w.state[i]);
+  for (size_t i = 0; i < w.count; i++) out_extinction_per_m[w.index[i]] = compute_extinction(model, &w.state[i]);
 }

@@ -51,7 +51,7 @@ static const real_field fields[] = {
 
 enum { FIELD_COUNT = sizeof fields / sizeof *fields };
 
-static const double *find_values(const neph_cloud_desc *desc, const real_field *field) {
+static const double *get_values(const neph_cloud_desc *desc, const real_field *field) {
   return (const double *)(const void *)((const char *)desc + field->offset);
 }
 
@@ -60,7 +60,7 @@ static bool is_inside(const real_field *field, double value) {
 }
 
 static neph_result check_field(neph_context *context, const neph_cloud_desc *desc, const real_field *field) {
-  const double *values = find_values(desc, field);
+  const double *values = get_values(desc, field);
   for (int i = 0; i < field->count; i++) {
     if (is_inside(field, values[i])) continue;
     char index[16] = "";
@@ -161,7 +161,7 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
     return result;
   }
   for (int i = 0; i < FIELD_COUNT; i++) {
-    const double *values = find_values(desc, &fields[i]);
+    const double *values = get_values(desc, &fields[i]);
     if (fields[i].count == 1)
       np_json_put_real(json, fields[i].name, *values);
     else

@@ -157,7 +157,7 @@ static neph_result count_rows(void *user, size_t begin, size_t end, unsigned thr
 
 /* The covered fraction falls as the waterline rises: found by halving. What billows add at an outline and creases take
  * from it is in the count, so that no formula for it is needed. */
-static neph_result find_waterline(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
+static neph_result search_waterline(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
   const float spread = model->map.highest - model->map.lowest;
   float low = model->map.lowest - 0.5f * spread, high = model->map.highest - 0.01f * spread;
   for (int step = 0; step < CENSUS_STEPS; step++) {
@@ -182,7 +182,7 @@ static neph_result build_maps(neph_context *context, const np_weather_picture *p
   neph_result result = np_weather_map_build(context, &start, picture, NULL, monitor, &model->map);
   if (result) return result;
   model->is_empty = !(model->map.coverage > 0);
-  result = find_waterline(context, monitor, model);
+  result = search_waterline(context, monitor, model);
   if (result || model->desc.time_s == 0) return result;
   np_weather_map moved;
   result = np_weather_map_build(context, &model->desc, picture, &model->map, monitor, &moved);
@@ -196,7 +196,7 @@ neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *d
                                  np_cloud_model *out_model) {
   np_cloud_model model = {.desc = *desc, .noise = np_noise_get_table(context->isa)};
   np_weather_picture picture;
-  np_cloud_desc_find_heading(desc, model.heading);
+  np_cloud_desc_compute_heading(desc, model.heading);
   choose_noises(&model);
   neph_result result = np_weather_picture_load(context, desc, &picture);
   if (!result) result = build_maps(context, &picture, monitor, &model);

@@ -104,7 +104,7 @@ void np_landscape_eval(const np_landscape *land, size_t count, const float *x_m,
                        const np_landscape_out *out);
 
 /* Along the wind, or along x in a calm. */
-void np_cloud_desc_find_heading(const neph_cloud_desc *desc, float out_heading[2]);
+void np_cloud_desc_compute_heading(const neph_cloud_desc *desc, float out_heading[2]);
 
 /* ---- Weather map: weather_map.c ---- */
 
@@ -191,7 +191,7 @@ typedef struct np_cloud_column {
 } np_cloud_column;
 
 /* The column that runs through a position of the field. */
-np_cloud_column np_cloud_column_find(const np_cloud_model *model, float x_m, float y_m, float height_m);
+np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, float y_m, float height_m);
 
 /* A column at a height, before noise. */
 typedef struct np_cloud_state {

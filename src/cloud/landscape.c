@@ -42,7 +42,7 @@ static float age(float start, float pace, double lives) {
 }
 
 /* A direction from a number in [−1, 1], as even as needed, over half a turn: an axis. */
-static void find_axis(float turn, float *out_x, float *out_y) {
+static void compute_axis(float turn, float *out_x, float *out_y) {
   const float norm = 1.0f / (1.0f + turn * turn);
   *out_x = (1.0f - turn * turn) * norm;
   *out_y = 2.0f * turn * norm;
@@ -55,7 +55,7 @@ static cell draw_cell(uint64_t seed, int32_t i, int32_t j, double lives) {
             .y = take_16_bits(bits, 1),
             .height = 0.08f + 0.92f * u * u,
             .stretch = 1.0f + 0.35f * take_16_bits(more, 0)};
-  find_axis(2.0f * take_16_bits(bits, 3) - 1.0f, &c.axis_x, &c.axis_y);
+  compute_axis(2.0f * take_16_bits(bits, 3) - 1.0f, &c.axis_x, &c.axis_y);
   return c;
 }
 
@@ -73,7 +73,7 @@ static float raise(const cell *c, float height, float curvature, float dx, float
 }
 
 /* Highest paraboloid at (x, y), in units of this grid's spacing. */
-static float find_highest(const relief *r, double lives, double x, double y) {
+static float compute_highest(const relief *r, double lives, double x, double y) {
   const int32_t i0 = (int32_t)floor(x), j0 = (int32_t)floor(y);
   float best = below_all;
   for (int32_t j = j0 - 2; j <= j0 + 2; j++)
@@ -92,14 +92,14 @@ static cell draw_hero_part(const np_landscape *land, unsigned part) {
   cell c = {.height = part ? 0.2f + 0.6f * grown : 1.0f, .stretch = 1.0f + 0.2f * take_16_bits(more, 0)};
   const float reach = part ? hero_reach * sqrtf(0.08f + 0.92f * take_16_bits(more, 2)) : 0.0f;
   const float side = part & 1 ? -reach : reach;
-  find_axis(2.0f * take_16_bits(bits, 3) - 1.0f, &c.axis_x, &c.axis_y);
+  compute_axis(2.0f * take_16_bits(bits, 3) - 1.0f, &c.axis_x, &c.axis_y);
   c.x = side * c.axis_y;
   c.y = side * c.axis_x;
   return c;
 }
 
 /* Positions count from the field's centre in half its shorter side. */
-static float find_hero(const np_landscape *land, float x, float y) {
+static float compute_hero(const np_landscape *land, float x, float y) {
   const float curvature = 1.0f / (hero_radius * hero_radius);
   float best = below_all;
   for (unsigned part = 0; part < HERO_PARTS; part++) {
@@ -159,7 +159,7 @@ static void swirl(const np_landscape *land, landscape_block *b) {
 }
 
 /* The landscape sinks towards the border, so that clouds end there of themselves; less the more of it is covered. */
-static float find_shore(const np_landscape *land, float x, float y) {
+static float compute_shore(const np_landscape *land, float x, float y) {
   float dx = land->half_extent[0] - fabsf(x), dy = land->half_extent[1] - fabsf(y);
   float s = 1.0f - np_clampf(np_minf(dx, dy) / shore_width, 0.0f, 1.0f);
   return land->shore_depth * s * s;
@@ -176,13 +176,13 @@ static void fill_cells(const np_landscape *land, const landscape_block *b, float
   const relief anvils = {cells.seed, 1.0f, curvature * wide * wide, anvil_from};
   for (size_t i = 0; i < b->count; i++) {
     const double x = b->air_x[i], y = b->air_y[i], s = (double)small_spacing;
-    const float large = find_highest(&cells, land->lives, x, y);
-    const float between = find_highest(&small, land->lives, x / s, y / s);
-    const float raised = group_height * group[i] - find_shore(land, b->x[i], b->y[i]);
+    const float large = compute_highest(&cells, land->lives, x, y);
+    const float between = compute_highest(&small, land->lives, x / s, y / s);
+    const float raised = group_height * group[i] - compute_shore(land, b->x[i], b->y[i]);
     out[i] = np_maxf(large + turret_height * np_maxf(between, 0.0f), between) + raised;
     if (out_anvils)
-      out_anvils[i] = raised + find_highest(&anvils, land->lives, x - (double)(drag * land->shear[0]),
-                                            y - (double)(drag * land->shear[1]));
+      out_anvils[i] = raised + compute_highest(&anvils, land->lives, x - (double)(drag * land->shear[0]),
+                                               y - (double)(drag * land->shear[1]));
   }
 }
 
@@ -195,13 +195,13 @@ static void fill_sheet(const np_landscape *land, const landscape_block *b, float
     turned.air_y[i] = y * hx - x * hy;
   }
   fill_noise(land, NP_CLOUD_STREAM_GROUPS, 1.0f, 4, &turned, out);
-  for (size_t i = 0; i < b->count; i++) out[i] = sheet_height * out[i] - find_shore(land, b->x[i], b->y[i]);
+  for (size_t i = 0; i < b->count; i++) out[i] = sheet_height * out[i] - compute_shore(land, b->x[i], b->y[i]);
 }
 
 static void fill_hero(const np_landscape *land, const landscape_block *b, float *out) {
   const double unit = 1.0 / (double)np_minf(land->half_extent[0], land->half_extent[1]);
   for (size_t i = 0; i < b->count; i++)
-    out[i] = find_hero(land, (float)(b->air_x[i] * unit), (float)(b->air_y[i] * unit));
+    out[i] = compute_hero(land, (float)(b->air_x[i] * unit), (float)(b->air_y[i] * unit));
 }
 
 void np_landscape_eval(const np_landscape *land, size_t count, const float *x_m, const float *y_m,
@@ -228,14 +228,14 @@ void np_landscape_eval(const np_landscape *land, size_t count, const float *x_m,
     fill_cells(land, &b, out->height, out->anvil);
 }
 
-static void find_direction(const double v[2], float fallback_x, float fallback_y, float out[2]) {
+static void compute_direction(const double v[2], float fallback_x, float fallback_y, float out[2]) {
   const double length = sqrt(v[0] * v[0] + v[1] * v[1]);
   out[0] = length > 0 ? (float)(v[0] / length) : fallback_x;
   out[1] = length > 0 ? (float)(v[1] / length) : fallback_y;
 }
 
-void np_cloud_desc_find_heading(const neph_cloud_desc *desc, float out_heading[2]) {
-  find_direction(desc->wind_m_s, 1.0f, 0.0f, out_heading);
+void np_cloud_desc_compute_heading(const neph_cloud_desc *desc, float out_heading[2]) {
+  compute_direction(desc->wind_m_s, 1.0f, 0.0f, out_heading);
 }
 
 np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_desc *desc) {
@@ -248,8 +248,8 @@ np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_des
                        .sheet_shrink = (float)(1.0 / sqrt(desc->stretch)),
                        .anvil = (float)desc->anvil,
                        .swirl = swirl_reach * (float)desc->turbulence};
-  np_cloud_desc_find_heading(desc, land.heading);
-  find_direction(desc->skew_m, 0.0f, 0.0f, land.shear);
+  np_cloud_desc_compute_heading(desc, land.heading);
+  compute_direction(desc->skew_m, 0.0f, 0.0f, land.shear);
   for (int i = 0; i < 2; i++) {
     land.drift[i] = desc->wind_m_s[i] * desc->time_s / desc->cell_m;
     land.half_extent[i] = (float)(0.5 * desc->extent_m[i] / desc->cell_m);

@@ -75,17 +75,17 @@ void np_cloud_list_presets(char *out, size_t size) {
     length += (size_t)snprintf(out + length, size - length, "%s%s", i ? ", " : "", presets[i].name);
 }
 
-static const preset *find_preset(const char *name) {
+static const preset *search_preset(const char *name) {
   for (int i = 0; i < PRESET_COUNT; i++)
     if (!strcmp(presets[i].name, name)) return &presets[i];
   return NULL;
 }
 
-bool np_cloud_has_preset(const char *name) { return find_preset(name) != NULL; }
+bool np_cloud_has_preset(const char *name) { return search_preset(name) != NULL; }
 
 neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_cloud_desc *out_desc) {
   static const neph_cloud_desc defaults = NEPH_CLOUD_DESC_DEFAULT;
-  const preset *found = find_preset(name);
+  const preset *found = search_preset(name);
   if (!found) {
     char list[512];
     np_cloud_list_presets(list, sizeof list);

@@ -56,7 +56,7 @@ static neph_result fill_rows(void *user, size_t begin, size_t end, unsigned thre
   return NEPH_OK;
 }
 
-static void find_range(np_weather_map *map) {
+static void compute_range(np_weather_map *map) {
   map->lowest = INFINITY;
   map->highest = -INFINITY;
   for (size_t i = 0; i < count_texels(map); i++) {
@@ -66,7 +66,7 @@ static void find_range(np_weather_map *map) {
 }
 
 /* Heights that the shares 0, 1/256, …, 1 of all texels stay below. */
-static neph_result find_quantiles(np_weather_map *map) {
+static neph_result compute_quantiles(np_weather_map *map) {
   const float bins_per_height = (float)HISTOGRAM_BINS / fmaxf(map->highest - map->lowest, 1e-6f);
   const double texel_count = (double)count_texels(map);
   size_t *histogram = np_alloc(map->context, HISTOGRAM_BINS + 1, sizeof *histogram), below = 0;
@@ -134,17 +134,17 @@ static neph_result fill(np_weather_map *map, const neph_cloud_desc *desc, const 
   map_job job = {map, picture, np_landscape_make(np_noise_get_table(map->context->isa), desc)};
   neph_result result = np_parallel_for(map->context, monitor, (size_t)map->size[1], 4, fill_rows, &job);
   if (result) return result;
-  find_range(map);
+  compute_range(map);
   map->radius_m = job.landscape.radius_m;
   map->coverage = desc->coverage;
   if (!map->planes[NEPH_CLOUD_MAP_COVERAGE]) return NEPH_OK;
   if (start)
     memcpy(map->quantiles, start->quantiles, sizeof map->quantiles);
   else
-    result = find_quantiles(map);
+    result = compute_quantiles(map);
   if (result) return result;
   apply_coverage(map, desc->coverage);
-  find_range(map);
+  compute_range(map);
   return NEPH_OK;
 }
 
@@ -178,12 +178,12 @@ double np_weather_map_count_bytes(const np_weather_map *map) {
 }
 
 /* Texel coordinate held inside the map. */
-static float find_texel(const np_weather_map *map, int axis, float position_m) {
+static float compute_texel(const np_weather_map *map, int axis, float position_m) {
   return np_clampf((position_m - map->origin_m[axis]) / map->step_m, 0.0f, (float)(map->size[axis] - 1));
 }
 
 float np_weather_map_sample(const np_weather_map *map, const float *values, float x_m, float y_m) {
-  float x = find_texel(map, 0, x_m), y = find_texel(map, 1, y_m);
+  float x = compute_texel(map, 0, x_m), y = compute_texel(map, 1, y_m);
   int32_t i = (int32_t)x, j = (int32_t)y;
   int32_t right = i + 1 < map->size[0] ? 1 : 0, up = j + 1 < map->size[1] ? map->size[0] : 0;
   const float *texel = values + (size_t)j * (size_t)map->size[0] + (size_t)i;
@@ -196,8 +196,8 @@ np_interval np_weather_map_get_range(const np_weather_map *map, const float *val
                                      const float max_m[2]) {
   int32_t begin[2], end[2];
   for (int a = 0; a < 2; a++) {
-    begin[a] = (int32_t)find_texel(map, a, min_m[a]);
-    end[a] = (int32_t)find_texel(map, a, max_m[a]) + 1;
+    begin[a] = (int32_t)compute_texel(map, a, min_m[a]);
+    end[a] = (int32_t)compute_texel(map, a, max_m[a]) + 1;
     if (end[a] > map->size[a] - 1) end[a] = map->size[a] - 1;
   }
   np_interval range = {INFINITY, -INFINITY};

@@ -92,7 +92,7 @@ typedef struct texel_pair {
   float fraction;
 } texel_pair;
 
-static texel_pair find_texels(double position, unsigned size, bool is_tiling) {
+static texel_pair compute_texels(double position, unsigned size, bool is_tiling) {
   double scaled =
       is_tiling ? (position - floor(position)) * size - 0.5 : np_clamp(position * size - 0.5, 0.0, (double)(size - 1));
   const double low = floor(scaled);
@@ -104,8 +104,8 @@ static texel_pair find_texels(double position, unsigned size, bool is_tiling) {
 float np_weather_picture_sample(const np_weather_picture *picture, neph_cloud_map_quantity quantity, double x_m,
                                 double y_m) {
   const unsigned width = neph_image_get_width(picture->image), height = neph_image_get_height(picture->image);
-  const texel_pair u = find_texels(0.5 + x_m / picture->size_m[0], width, picture->is_tiling);
-  const texel_pair v = find_texels(0.5 - y_m / picture->size_m[1], height, picture->is_tiling);
+  const texel_pair u = compute_texels(0.5 + x_m / picture->size_m[0], width, picture->is_tiling);
+  const texel_pair v = compute_texels(0.5 - y_m / picture->size_m[1], height, picture->is_tiling);
   const float *high = picture->values[quantity] + v.low * width, *low = picture->values[quantity] + v.high * width;
   return np_mixf(np_mixf(high[u.low], high[u.high], u.fraction), np_mixf(low[u.low], low[u.high], u.fraction),
                  v.fraction);

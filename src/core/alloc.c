@@ -31,7 +31,7 @@ static void count_bytes(neph_context *context, size_t added, size_t removed) {
 }
 
 /* The bytes to ask the allocator for, or 0 when no size_t holds them. */
-static size_t find_raw_bytes(size_t count, size_t size, size_t *out_block_bytes) {
+static size_t compute_raw_bytes(size_t count, size_t size, size_t *out_block_bytes) {
   size_t raw_bytes;
   if (__builtin_mul_overflow(count, size, out_block_bytes)) return 0;
   if (__builtin_add_overflow(*out_block_bytes, (size_t)(2 * ALIGNMENT), &raw_bytes)) return 0;
@@ -71,7 +71,7 @@ static void fail_out_of_memory(neph_context *context, size_t count, size_t size)
 }
 
 void *np_alloc(neph_context *context, size_t count, size_t size) {
-  size_t block_bytes, raw_bytes = find_raw_bytes(count, size, &block_bytes);
+  size_t block_bytes, raw_bytes = compute_raw_bytes(count, size, &block_bytes);
   void *raw = raw_bytes ? allocate_raw(context, raw_bytes) : NULL;
   if (!raw) {
     fail_out_of_memory(context, count, size);
@@ -87,7 +87,7 @@ void *np_alloc_resize(neph_context *context, void *block, size_t count, size_t s
   if (!block) return np_alloc(context, count, size);
   const block_header old = *get_header(block);
   const ptrdiff_t old_offset = (char *)block - (char *)old.raw;
-  size_t block_bytes, raw_bytes = find_raw_bytes(count, size, &block_bytes);
+  size_t block_bytes, raw_bytes = compute_raw_bytes(count, size, &block_bytes);
   void *raw = raw_bytes ? reallocate_raw(context, old.raw, old.raw_bytes, raw_bytes) : NULL;
   if (!raw) {
     fail_out_of_memory(context, count, size);

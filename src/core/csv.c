@@ -131,16 +131,16 @@ void np_csv_clear(np_csv *csv) {
 
 /* ---- Access ---- */
 
-int np_csv_find_column(const np_csv *csv, const char *name) {
+int np_csv_search_column(const np_csv *csv, const char *name) {
   for (size_t i = 0; i < csv->column_count; i++)
     if (strcmp(csv->field_list[i], name) == 0) return (int)i;
   return NP_CSV_NO_COLUMN;
 }
 
-neph_result np_csv_find_columns(const np_csv *csv, const char *const *names, int count, unsigned needed,
-                                int *out_columns) {
+neph_result np_csv_search_columns(const np_csv *csv, const char *const *names, int count, unsigned needed,
+                                  int *out_columns) {
   for (int c = 0; c < count; c++) {
-    out_columns[c] = np_csv_find_column(csv, names[c]);
+    out_columns[c] = np_csv_search_column(csv, names[c]);
     if (out_columns[c] == NP_CSV_NO_COLUMN && needed & 1u << c)
       return np_fail(csv->context, NEPH_ERROR_BAD_FILE, "%s:%u: there is no column %s", csv->path, csv->header.line,
                      names[c]);

@@ -31,12 +31,12 @@ neph_result np_csv_load(neph_context *context, const char *path, np_csv *out_csv
 void np_csv_clear(np_csv *csv);
 
 /* Number of a column, or NP_CSV_NO_COLUMN. */
-int np_csv_find_column(const np_csv *csv, const char *name);
+int np_csv_search_column(const np_csv *csv, const char *name);
 
 /* The same of `count` columns. NEPH_ERROR_BAD_FILE when there is none of those that are needed, by 1 << their place in
  * `names`. */
-neph_result np_csv_find_columns(const np_csv *csv, const char *const *names, int count, unsigned needed,
-                                int *out_columns);
+neph_result np_csv_search_columns(const np_csv *csv, const char *const *names, int count, unsigned needed,
+                                  int *out_columns);
 
 /* Nothing, "", for NP_CSV_NO_COLUMN. */
 const char *np_csv_get_field(const np_csv *csv, size_t row, int column);

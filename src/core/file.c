@@ -92,7 +92,7 @@ static void free_names(np_file_write *write) {
 }
 
 /* Bytes of `path` up to and with its last slash. */
-static size_t find_folder_length(const char *path) {
+static size_t compute_folder_length(const char *path) {
   const char *slash = strrchr(path, '/');
   return slash ? (size_t)(slash - path) + 1 : 0;
 }
@@ -105,7 +105,7 @@ static char *name_temporary(neph_context *context, const char *target, unsigned 
   uint64_t bits = np_random_absorb((uint64_t)getpid() << 32 | attempt, time);
   char suffix[7] = "";
   for (int i = 0; i < 6; i++, bits >>= 5) suffix[i] = alphabet[bits & 31];
-  const int folder_length = (int)find_folder_length(target);
+  const int folder_length = (int)compute_folder_length(target);
   return np_alloc_printf(context, "%.*s.%s.%s", folder_length, target, target + folder_length, suffix);
 }
 
@@ -157,7 +157,7 @@ static neph_result check_kind(np_file_write *write, const char *path) {
 }
 
 static neph_result check_folder(const np_file_write *write, const char *path) {
-  const size_t length = find_folder_length(write->target);
+  const size_t length = compute_folder_length(write->target);
   char *folder = length ? np_alloc_printf(write->context, "%.*s", (int)length, write->target)
                         : np_alloc_text(write->context, "./");
   if (!folder) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -206,7 +206,7 @@ static int sync_path(const char *path, int flags) {
 
 /* Best effort: some file systems cannot sync a folder, and the file is whole in any case. */
 static void sync_folder(char *path) {
-  const size_t length = find_folder_length(path);
+  const size_t length = compute_folder_length(path);
   const char kept = path[length];
   path[length] = '\0';
   (void)sync_path(length ? path : ".", O_RDONLY | O_DIRECTORY);
@@ -264,7 +264,7 @@ neph_result np_file_write_all(neph_context *context, const char *path, const voi
 
 char *np_file_resolve(neph_context *context, const char *base_file, const char *relative) {
   if (!base_file || relative[0] == '/') return np_alloc_text(context, relative);
-  return np_alloc_printf(context, "%.*s%s", (int)find_folder_length(base_file), base_file, relative);
+  return np_alloc_printf(context, "%.*s%s", (int)compute_folder_length(base_file), base_file, relative);
 }
 
 neph_result np_file_probe(const char *path, const char **out_reason) {

@@ -128,7 +128,7 @@ neph_result np_json_finish(np_json *json, char **out_text) {
 /* ---- Reading ---- */
 
 /* A np_json_value is jansson's value under a name of ours. */
-static const json_t *find_value(const np_json_value *value, const char *key) {
+static const json_t *get_value(const np_json_value *value, const char *key) {
   return json_object_get((const json_t *)(const void *)value, key);
 }
 
@@ -142,11 +142,11 @@ np_json_value *np_json_read(const char *text) {
 void np_json_value_destroy(np_json_value *value) { json_decref((json_t *)(void *)value); }
 
 const char *np_json_get_text(const np_json_value *value, const char *key) {
-  return json_string_value(find_value(value, key));
+  return json_string_value(get_value(value, key));
 }
 
 bool np_json_get_reals(const np_json_value *value, const char *key, double *out, size_t count) {
-  const json_t *found = find_value(value, key);
+  const json_t *found = get_value(value, key);
   if (count == 1 && json_is_number(found)) return *out = json_number_value(found), true;
   if (json_array_size(found) != count) return false;
   for (size_t i = 0; i < count; i++) {
@@ -158,7 +158,7 @@ bool np_json_get_reals(const np_json_value *value, const char *key, double *out,
 }
 
 bool np_json_get_bool(const np_json_value *value, const char *key, bool *out) {
-  const json_t *found = find_value(value, key);
+  const json_t *found = get_value(value, key);
   *out = json_is_true(found);
   return json_is_boolean(found);
 }

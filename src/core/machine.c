@@ -28,7 +28,7 @@ static void read_group(char *group, size_t size) {
 }
 
 /* The least that `read` makes of the file `name` of the group and of those that hold it. */
-static uint64_t find_quota(const char *name, uint64_t (*read)(const char *path)) {
+static uint64_t read_quota(const char *name, uint64_t (*read)(const char *path)) {
   char group[1024], path[1200];
   read_group(group, sizeof group);
   uint64_t least = UINT64_MAX;
@@ -63,7 +63,7 @@ static uint64_t read_cpus(const char *path) {
 }
 
 unsigned np_cpu_count(void) {
-  const uint64_t affinity = count_by_affinity(), quota = find_quota("cpu.max", read_cpus);
+  const uint64_t affinity = count_by_affinity(), quota = read_quota("cpu.max", read_cpus);
   return (unsigned)(quota < affinity ? quota : affinity);
 }
 
@@ -82,7 +82,7 @@ static uint64_t read_bytes(const char *path) {
 uint64_t np_memory_size(void) {
   const long pages = sysconf(_SC_PHYS_PAGES), page_bytes = sysconf(_SC_PAGESIZE);
   uint64_t size = pages > 0 && page_bytes > 0 ? (uint64_t)pages * (uint64_t)page_bytes : UINT64_MAX;
-  const uint64_t quota = find_quota("memory.max", read_bytes);
+  const uint64_t quota = read_quota("memory.max", read_bytes);
   struct rlimit limit;
   if (quota < size) size = quota;
   if (!getrlimit(RLIMIT_AS, &limit) && limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur < size) size = limit.rlim_cur;

@@ -67,7 +67,7 @@ static double read_clock(const np_monitor *monitor) { return monitor->read_clock
 
 double np_monitor_get_seconds(const np_monitor *monitor) { return read_clock(monitor) - monitor->start_s; }
 
-static struct timespec find_next_report_time(void) {
+static struct timespec compute_next_report_time(void) {
   struct timespec time;
   clock_gettime(CLOCK_MONOTONIC, &time);
   time.tv_nsec += REPORT_INTERVAL_NS;
@@ -81,14 +81,14 @@ static struct timespec find_next_report_time(void) {
 /* ---- Monitor ---- */
 
 /* The calling thread's worker in the pool, or NULL when it is none of them. */
-static const worker *find_worker(const np_pool *pool) {
+static const worker *search_worker(const np_pool *pool) {
   const pthread_t self = pthread_self();
   for (unsigned i = 0; i < pool->worker_count; i++)
     if (pthread_equal(pool->workers[i].thread, self)) return &pool->workers[i];
   return NULL;
 }
 
-static bool is_elsewhere(const np_monitor *monitor) { return !monitor || find_worker(monitor->context->pool); }
+static bool is_elsewhere(const np_monitor *monitor) { return !monitor || search_worker(monitor->context->pool); }
 
 static void stop(np_monitor *monitor, np_stop reason) {
   monitor->stop = reason;
@@ -271,7 +271,7 @@ static bool is_loop_over(const loop *l) { return !l->is_queued && l->worker_coun
 /* With the lock held; it is given up while the caller is told, who may take his time. */
 static void wait_and_report(np_pool *pool, loop *l) {
   while (!is_loop_over(l)) {
-    const struct timespec due = find_next_report_time();
+    const struct timespec due = compute_next_report_time();
     pthread_cond_timedwait(&pool->has_finished, &pool->lock, &due);
     if (is_loop_over(l)) return;
     pthread_mutex_unlock(&pool->lock);
@@ -303,7 +303,7 @@ static neph_result run_on_pool(np_pool *pool, loop *l) {
 neph_result np_parallel_for(neph_context *context, np_monitor *monitor, size_t count, size_t grain, np_parallel_fn work,
                             void *user) {
   loop l = {.work = work, .user = user, .monitor = monitor, .count = count, .grain = grain ? grain : 1};
-  const worker *self = find_worker(context->pool);
+  const worker *self = search_worker(context->pool);
   neph_result result = NEPH_OK;
   if (count) result = self ? work_on_loop(&l, self->index) : run_on_pool(context->pool, &l);
   return result ? result : np_monitor_is_cancelled(monitor) ? NEPH_ERROR_CANCELLED : NEPH_OK;

@@ -49,7 +49,7 @@ static bool invert(const np_color_matrix *m, np_color_matrix *out) {
 
 /* ---- Spaces ---- */
 
-static void find_xyz(const float chromaticity[2], double out_xyz[3]) {
+static void compute_xyz(const float chromaticity[2], double out_xyz[3]) {
   const double x = (double)chromaticity[0], y = (double)chromaticity[1];
   out_xyz[0] = x / y;
   out_xyz[1] = 1.0;
@@ -57,18 +57,18 @@ static void find_xyz(const float chromaticity[2], double out_xyz[3]) {
 }
 
 /* Each primary of such a strength that all three together make the white. */
-static bool find_xyz_from_rgb(const float chromaticity[8], np_color_matrix *out) {
+static bool compute_xyz_from_rgb(const float chromaticity[8], np_color_matrix *out) {
   np_color_matrix primaries, inverse;
   double white[3], strength[3];
   for (int i = 0; i < 4; i++)
     if (!(chromaticity[2 * i + 1] > 0.0f)) return false;
   for (int c = 0; c < 3; c++) {
     double xyz[3];
-    find_xyz(chromaticity + (ptrdiff_t)2 * c, xyz);
+    compute_xyz(chromaticity + (ptrdiff_t)2 * c, xyz);
     for (int r = 0; r < 3; r++) primaries.at[r][c] = xyz[r];
   }
   if (!invert(&primaries, &inverse)) return false;
-  find_xyz(chromaticity + 6, white);
+  compute_xyz(chromaticity + 6, white);
   transform(&inverse, white, strength);
   for (int r = 0; r < 3; r++)
     for (int c = 0; c < 3; c++) out->at[r][c] = primaries.at[r][c] * strength[c];
@@ -78,8 +78,8 @@ static bool find_xyz_from_rgb(const float chromaticity[8], np_color_matrix *out)
 /* What a colour seen under one white is under another. */
 static np_color_matrix adapt(const float from_white[2], const float to_white[2]) {
   double from[3], to[3], from_cones[3], to_cones[3];
-  find_xyz(from_white, from);
-  find_xyz(to_white, to);
+  compute_xyz(from_white, from);
+  compute_xyz(to_white, to);
   transform(&bradford, from, from_cones);
   transform(&bradford, to, to_cones);
   np_color_matrix scaled = bradford, inverse;
@@ -101,7 +101,7 @@ np_color_matrix np_color_space_from_xyz(np_color_space space) {
   const float *own = chromaticities[space];
   const np_color_matrix adaptation = adapt(chromaticities[NP_COLOR_REC709] + 6, own + 6);
   np_color_matrix xyz_from_rgb, rgb_from_xyz;
-  (void)find_xyz_from_rgb(own, &xyz_from_rgb);
+  (void)compute_xyz_from_rgb(own, &xyz_from_rgb);
   (void)invert(&xyz_from_rgb, &rgb_from_xyz);
   return multiply(&rgb_from_xyz, &adaptation);
 }
@@ -114,7 +114,7 @@ void np_color_space_weigh(np_color_space space, const double xyz_nm[3], double o
 
 bool np_color_space_to_rec709(const float from[8], np_color_matrix *out_rec709_from_rgb) {
   np_color_matrix xyz_from_rgb;
-  if (!find_xyz_from_rgb(from, &xyz_from_rgb)) return false;
+  if (!compute_xyz_from_rgb(from, &xyz_from_rgb)) return false;
   const np_color_matrix adaptation = adapt(from + 6, chromaticities[NP_COLOR_REC709] + 6);
   const np_color_matrix rec709_from_xyz = np_color_space_from_xyz(NP_COLOR_REC709);
   const np_color_matrix adapted = multiply(&adaptation, &xyz_from_rgb);

@@ -101,19 +101,19 @@ const char *neph_image_get_channel_name(const neph_image *image, unsigned index)
 }
 
 /* channel_count when there is none of that name. */
-static unsigned find_index(const neph_image *image, const char *name) {
+static unsigned search_index(const neph_image *image, const char *name) {
   unsigned i = 0;
   while (i < image->channel_count && strcmp(image->channels[i].name, name)) i++;
   return i;
 }
 
 float *neph_image_get_channel(neph_image *image, const char *name) {
-  unsigned i = find_index(image, name);
+  unsigned i = search_index(image, name);
   return i < image->channel_count ? image->channels[i].values : NULL;
 }
 
 const float *neph_image_get_values(const neph_image *image, const char *name) {
-  unsigned i = find_index(image, name);
+  unsigned i = search_index(image, name);
   return i < image->channel_count ? image->channels[i].values : NULL;
 }
 
@@ -144,14 +144,14 @@ int np_image_get_data_min(const neph_image *image, int axis) {
 
 /* ---- Attributes ---- */
 
-const np_image_attribute *np_image_find_attribute(const neph_image *image, const char *name) {
+const np_image_attribute *np_image_search_attribute(const neph_image *image, const char *name) {
   for (unsigned i = 0; i < image->attribute_count; i++)
     if (!strcmp(image->attributes[i].name, name)) return &image->attributes[i];
   return NULL;
 }
 
 const char *neph_image_get_attribute(const neph_image *image, const char *name) {
-  const np_image_attribute *attribute = np_image_find_attribute(image, name);
+  const np_image_attribute *attribute = np_image_search_attribute(image, name);
   return attribute ? attribute->value : NULL;
 }
 

@@ -75,7 +75,7 @@ static bool is_median_below(const neph_image *image, float threshold) {
 
 /* Whether halves would crush a picture of radiances; others carry no scale to set. */
 static bool is_too_dark(const neph_image *image) {
-  return np_image_find_attribute(image, scale_attribute) && neph_image_get_values(image, "R") &&
+  return np_image_search_attribute(image, scale_attribute) && neph_image_get_values(image, "R") &&
          neph_image_get_values(image, "G") && neph_image_get_values(image, "B") &&
          is_median_below(image, half_normal_min);
 }

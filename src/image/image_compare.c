@@ -40,7 +40,7 @@ static neph_result allocate_planes(comparison *pair, unsigned count) {
   return pair->names && pair->values && pair->reference && pair->noise ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-static const float *find_noise(const neph_image *reference, const char *name) {
+static const float *get_noise(const neph_image *reference, const char *name) {
   char channel[NP_IMAGE_NAME_MAX + 1];
   const int length = snprintf(channel, sizeof channel, "standard_error.%s", name);
   return length < (int)sizeof channel ? neph_image_get_values(reference, channel) : NULL;
@@ -55,7 +55,7 @@ static neph_result choose_planes(comparison *pair, const neph_image *image, cons
     const np_image_channel *channel = &reference->channels[indices[c]];
     pair->names[c] = channel->name;
     pair->reference[c] = channel->values;
-    pair->noise[c] = find_noise(reference, channel->name);
+    pair->noise[c] = get_noise(reference, channel->name);
     pair->values[c] = neph_image_get_values(image, channel->name);
     if (!pair->values[c])
       result = np_fail(pair->context, NEPH_ERROR_INVALID_ARGUMENT,
@@ -88,7 +88,7 @@ static neph_result check_spaces(neph_context *context, const neph_image *image, 
 }
 
 /* ε, so that black pixels weigh no more than dim ones. */
-static double find_epsilon(const comparison *pair) {
+static double compute_epsilon(const comparison *pair) {
   size_t count = (size_t)pair->width * pair->height, finite_count = 0;
   double sum = 0;
   for (unsigned c = 0; c < pair->channel_count; c++)
@@ -110,7 +110,7 @@ static neph_result begin_comparison(neph_context *context, const neph_image *ima
   neph_result result = check_spaces(context, image, reference);
   if (!result) result = choose_planes(out, image, reference);
   if (!result) result = check_finite(out);
-  if (!result) out->epsilon = find_epsilon(out);
+  if (!result) out->epsilon = compute_epsilon(out);
   return result;
 }
 
@@ -130,11 +130,11 @@ static value_sums sum_values(const comparison *pair) {
   double epsilon2 = pair->epsilon * pair->epsilon;
   for (unsigned c = 0; c < pair->channel_count; c++)
     for (size_t i = 0; i < count; i++) {
-      double truth = (double)pair->reference[c][i], difference = (double)pair->values[c][i] - truth;
-      if (!isfinite(truth)) continue;
+      double reference = (double)pair->reference[c][i], difference = (double)pair->values[c][i] - reference;
+      if (!isfinite(reference)) continue;
       double squared = difference * difference;
       sums.squared += squared;
-      sums.relative_squared += divide(squared, truth * truth + epsilon2);
+      sums.relative_squared += divide(squared, reference * reference + epsilon2);
       sums.largest = fmax(sums.largest, fabs(difference));
       sums.count++;
     }
@@ -167,7 +167,7 @@ static float select_rank(float *values, size_t count, size_t rank) {
   return values[rank];
 }
 
-static neph_result find_percentile(const comparison *pair, uint64_t value_count, double *out_percentile) {
+static neph_result compute_percentile(const comparison *pair, uint64_t value_count, double *out_percentile) {
   *out_percentile = 0;
   if (value_count == 0) return NEPH_OK;
   float *relative = np_alloc(pair->context, value_count, sizeof *relative);
@@ -175,9 +175,9 @@ static neph_result find_percentile(const comparison *pair, uint64_t value_count,
   size_t count = (size_t)pair->width * pair->height, next = 0;
   for (unsigned c = 0; c < pair->channel_count; c++)
     for (size_t i = 0; i < count; i++) {
-      double truth = (double)pair->reference[c][i];
-      if (!isfinite(truth)) continue;
-      relative[next++] = (float)divide(fabs((double)pair->values[c][i] - truth), fabs(truth) + pair->epsilon);
+      double reference = (double)pair->reference[c][i];
+      if (!isfinite(reference)) continue;
+      relative[next++] = (float)divide(fabs((double)pair->values[c][i] - reference), fabs(reference) + pair->epsilon);
     }
   size_t rank = (size_t)ceil(0.999 * (double)value_count);
   *out_percentile = (double)select_rank(relative, value_count, rank - 1);
@@ -230,7 +230,7 @@ static block_sum add_block(const comparison *pair, unsigned left, unsigned top, 
 
 /* The bias is a ratio of sums r = ΣP/ΣR over n blocks; its variance n/(n−1)·Σ(P − rR)²/(ΣR)² (Cochran 1977, "Sampling
  * Techniques", eq. 6.13, without the correction for a finite population). */
-static double find_bias_interval(const block_sum *blocks, size_t count, const block_sums *sums) {
+static double compute_bias_interval(const block_sum *blocks, size_t count, const block_sums *sums) {
   if (count < 2) return (double)NAN;
   double ratio = sums->values / sums->reference, residual2 = 0;
   for (size_t i = 0; i < count; i++) {
@@ -297,7 +297,7 @@ static neph_result measure_blocks(const comparison *pair, neph_image_difference 
     blocks[i] = add_block(pair, (unsigned)(i % columns) * BLOCK_PIXELS, (unsigned)(i / columns) * BLOCK_PIXELS, &sums);
   out->bias = divide(sums.values - sums.reference, sums.reference);
   out->bias_interval =
-      sums.values == sums.reference && sums.squared == 0 ? 0 : find_bias_interval(blocks, columns * rows, &sums);
+      sums.values == sums.reference && sums.squared == 0 ? 0 : compute_bias_interval(blocks, columns * rows, &sums);
   out->block_rms = sqrt(divide(sums.squared, sums.reference_squared));
   measure_noise(pair, &sums, out->value_count, out);
   np_alloc_free(pair->context, blocks);
@@ -337,7 +337,7 @@ neph_result neph_image_compare(neph_context *context, const neph_image *image, c
     difference.rmse = sqrt(sums.squared / count);
     difference.max_absolute = sums.largest;
     difference.value_count = sums.count;
-    result = find_percentile(&pair, sums.count, &difference.p999_relative);
+    result = compute_percentile(&pair, sums.count, &difference.p999_relative);
   }
   if (!result) result = measure_blocks(&pair, &difference);
   if (!result) difference.differing_count = count_differing(image, reference);
@@ -368,10 +368,10 @@ static neph_result create_difference_image(const comparison *pair, neph_image **
 }
 
 /* Not finite in the reference, or against a reference black throughout: shown as no difference, and as full. */
-static float find_relative(const comparison *pair, unsigned c, size_t i) {
-  double truth = (double)pair->reference[c][i];
-  if (!isfinite(truth)) return 0;
-  double relative = divide((double)pair->values[c][i] - truth, fabs(truth) + pair->epsilon);
+static float compute_relative(const comparison *pair, unsigned c, size_t i) {
+  double reference = (double)pair->reference[c][i];
+  if (!isfinite(reference)) return 0;
+  double relative = divide((double)pair->values[c][i] - reference, fabs(reference) + pair->epsilon);
   return (float)fmax(-1e30, fmin(1e30, relative));
 }
 
@@ -380,7 +380,7 @@ static void fill_difference(const comparison *pair, neph_image *image) {
   for (size_t i = 0; i < count; i++) {
     double sum = 0;
     for (unsigned c = 0; c < pair->channel_count; c++) {
-      float relative = find_relative(pair, c, i);
+      float relative = compute_relative(pair, c, i);
       image->channels[3 + c].values[i] = relative;
       sum += (double)relative;
     }

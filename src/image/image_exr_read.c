@@ -258,7 +258,7 @@ static neph_result check_kind(exr_reader *reader) {
   return NEPH_OK;
 }
 
-static neph_result find_chunks(exr_reader *reader) {
+static neph_result count_chunks(exr_reader *reader) {
   np_exr_file *file = &reader->file;
   exr_attr_box2i_t window;
   int32_t tile_width = 0, tile_height = 0, lines = 0;
@@ -278,7 +278,7 @@ static neph_result find_chunks(exr_reader *reader) {
   return NEPH_OK;
 }
 
-static exr_result_t find_chunk(const exr_reader *reader, int column, int row, exr_chunk_info_t *out_info) {
+static exr_result_t read_chunk_info(const exr_reader *reader, int column, int row, exr_chunk_info_t *out_info) {
   exr_const_context_t exr = reader->file.exr;
   if (reader->is_tiled) return exr_read_tile_chunk_info(exr, 0, column, row, 0, 0, out_info);
   return exr_read_scanline_chunk_info(exr, 0, reader->first_line + row * reader->chunk_height, out_info);
@@ -310,7 +310,7 @@ static exr_result_t decode_chunk(const exr_reader *reader, int column, int row) 
   exr_const_context_t exr = reader->file.exr;
   exr_chunk_info_t info;
   exr_decode_pipeline_t pipeline = EXR_DECODE_PIPELINE_INITIALIZER;
-  exr_result_t code = find_chunk(reader, column, row, &info);
+  exr_result_t code = read_chunk_info(reader, column, row, &info);
   if (!code) code = exr_decoding_initialize(exr, 0, &info, &pipeline);
   if (code) return code;
   code = point_into_image(reader, column, row, &pipeline);
@@ -341,10 +341,10 @@ static neph_result read_file(exr_reader *reader, np_monitor *monitor) {
   exr_chunk_info_t first;
   neph_result result = open_file(&reader->file);
   if (!result) result = check_kind(reader);
-  if (!result) result = find_chunks(reader);
+  if (!result) result = count_chunks(reader);
   if (result) return result;
   /* Makes the library check its table of chunks against the size of the file before the picture is allocated. */
-  exr_result_t code = find_chunk(reader, 0, 0, &first);
+  exr_result_t code = read_chunk_info(reader, 0, 0, &first);
   if (code) return fail_read(&reader->file, code);
   result = read_header(&reader->file, true, &reader->image);
   return result ? result : read_pixels(reader, monitor);

@@ -52,7 +52,7 @@ neph_result np_image_create(neph_context *context, unsigned width, unsigned heig
 neph_result np_image_load_exr(neph_context *context, const char *path, np_monitor *monitor, neph_image **out_image);
 neph_result np_image_load_png(neph_context *context, const char *path, np_monitor *monitor, neph_image **out_image);
 
-const np_image_attribute *np_image_find_attribute(const neph_image *image, const char *name);
+const np_image_attribute *np_image_search_attribute(const neph_image *image, const char *name);
 
 /* Numbers, which OpenEXR files keep as such: `int` and `float`. */
 neph_result np_image_set_integer(neph_image *image, const char *name, int32_t value);

@@ -32,7 +32,7 @@ typedef struct preview_planes {
 } preview_planes;
 
 /* Primaries without a header are Rec.709's, as OpenEXR has it; so are those of bands, which are none. */
-static void find_primaries(const neph_image *image, preview_planes *out) {
+static void choose_primaries(const neph_image *image, preview_planes *out) {
   const float *own = image->header.chromaticities;
   const float *rec709 = np_color_space_get_chromaticities(NP_COLOR_REC709);
   np_color_matrix matrix;
@@ -51,14 +51,14 @@ static void convert_primaries(const preview_planes *planes, float rgb[3]) {
   }
 }
 
-static bool find_planes(const neph_image *image, preview_planes *out) {
+static bool get_planes(const neph_image *image, preview_planes *out) {
   static const char *const colours[3] = {"R", "G", "B"};
   for (int c = 0; c < 3; c++) {
     out->plane[c] = neph_image_get_values(image, colours[c]);
     if (!out->plane[c]) out->plane[c] = neph_image_get_values(image, "Y");
     if (!out->plane[c]) return false;
   }
-  find_primaries(image, out);
+  choose_primaries(image, out);
   return true;
 }
 
@@ -88,7 +88,7 @@ static void fill_histogram(const preview_planes *planes, size_t pixel_count, lum
 }
 
 /* The bin below or in which a fraction of the pixels lies. */
-static int find_bin(const luminance_histogram *histogram, double fraction) {
+static int search_bin(const luminance_histogram *histogram, double fraction) {
   uint64_t below = 0;
   int bin = 0;
   for (; bin < BIN_COUNT - 1; bin++) {
@@ -123,16 +123,16 @@ static double choose_exposure(const preview_planes *planes, size_t pixel_count) 
   luminance_histogram histogram;
   fill_histogram(planes, pixel_count, &histogram);
   if (histogram.count == 0) return 1.0;
-  int bright = find_bin(&histogram, 0.99);
+  int bright = search_bin(&histogram, 0.99);
   drop_below(&histogram, bright - LIT_STOPS * BINS_PER_STOP);
-  bright = find_bin(&histogram, 0.99);
-  double average = average_stops(&histogram, find_bin(&histogram, 0.10), bright);
+  bright = search_bin(&histogram, 0.99);
+  double average = average_stops(&histogram, search_bin(&histogram, 0.10), bright);
   return fmin(average_to / exp2(average), bright_to_at_most / exp2(get_bin_stops(bright)));
 }
 
 double np_preview_choose_exposure(const neph_image *image, const double white[3]) {
   preview_planes planes;
-  if (!find_planes(image, &planes)) return 1.0;
+  if (!get_planes(image, &planes)) return 1.0;
   for (int c = 0; c < 3; c++) planes.factor[c] = (float)(1.0 / white[c]);
   return choose_exposure(&planes, (size_t)image->width * image->height);
 }
@@ -158,14 +158,14 @@ static float apply_curve(tone_curve curve, float x) {
 }
 
 /* How much of the hue-keeping half is left at a brightness: all of it up to 1, none from the top of the range. */
-static float find_hue_weight(float peak) {
+static float compute_hue_weight(float peak) {
   float t = fminf(fmaxf(log2f(peak) / log2f(brightest), 0.0f), 1.0f);
   return 0.5f * (1.0f - t * t * (3.0f - 2.0f * t));
 }
 
 static void map_tone(tone_curve curve, const float exposed[3], float out_display[3]) {
   float peak = fmaxf(exposed[0], fmaxf(exposed[1], exposed[2]));
-  float hue_weight = peak > 0 ? find_hue_weight(peak) : 0.0f;
+  float hue_weight = peak > 0 ? compute_hue_weight(peak) : 0.0f;
   float hue_scale = peak > 0 ? apply_curve(curve, peak) / peak : 0.0f;
   for (int c = 0; c < 3; c++) {
     float kept = fmaxf(exposed[c], 0.0f) * hue_scale;
@@ -262,7 +262,7 @@ neph_result np_preview_render(const neph_image *image, const neph_preview_desc *
   preview_job job = {.image = image, .curve = solve_curve(), .rgb = out_rgb};
   neph_result result = check_desc(image->context, desc);
   if (result) return result;
-  if (!find_planes(image, &job.planes))
+  if (!get_planes(image, &job.planes))
     return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT, "a preview needs the channels R, G and B, or Y");
   double exposure = exp2(desc->exposure_ev);
   if (desc->is_exposure_auto) exposure *= np_preview_choose_exposure(image, desc->white);

@@ -33,7 +33,7 @@ static void pattern_toggle(pattern *p, int pixel) {
 }
 
 /* The set pixel with the most neighbours, or the clear one with the fewest. */
-static int pattern_find(const pattern *p, bool is_set) {
+static int search_pixel(const pattern *p, bool is_set) {
   int best = -1;
   for (int i = 0; i < COUNT; i++) {
     if (p->is_set[i] != is_set) continue;
@@ -53,9 +53,9 @@ static void pattern_start(pattern *p) {
     set++;
   }
   for (int round = 0; round < COUNT; round++) {
-    const int cluster = pattern_find(p, true);
+    const int cluster = search_pixel(p, true);
     pattern_toggle(p, cluster);
-    const int hole = pattern_find(p, false);
+    const int hole = search_pixel(p, false);
     pattern_toggle(p, hole);
     if (hole == cluster) break;
   }
@@ -66,13 +66,13 @@ void np_blue_noise_fill(float out_tile[COUNT]) {
   pattern_start(&initial);
   p = initial;
   for (int rank = INITIAL - 1; rank >= 0; rank--) {
-    const int pixel = pattern_find(&p, true);
+    const int pixel = search_pixel(&p, true);
     out_tile[pixel] = (float)rank / COUNT;
     pattern_toggle(&p, pixel);
   }
   p = initial;
   for (int rank = INITIAL; rank < COUNT; rank++) {
-    const int pixel = pattern_find(&p, false);
+    const int pixel = search_pixel(&p, false);
     out_tile[pixel] = (float)rank / COUNT;
     pattern_toggle(&p, pixel);
   }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light of what glows along a ray, ∫ j·T ds: walked through the glows' cells, with the clouds' optical depth followed
- * beside. T is exact at every place that is looked at, so that glows may lie in cloud, around it or apart from it, and
- * where the extinction is 0 nothing is divided by it.
+/* Light of emission along a ray, ∫ j·T ds: walked through the emitters' cells, with the clouds' optical depth
+ * followed beside. T is exact at every place that is looked at, so that emitters may lie in cloud, around it or apart
+ * from it, and where the extinction is 0 nothing is divided by it.
  */
 #ifndef NP_INTEGRATE_EMISSION_RAYS_H
 #define NP_INTEGRATE_EMISSION_RAYS_H
@@ -11,28 +11,29 @@
 #include "volume/depth_cursor.h"
 #include "world/emission.h"
 
-/* ---- Steps through a glow ---- */
+/* ---- Steps through an emitter ---- */
 
-/* A glow along a ray, cell by cell, and each cell in even steps. */
-typedef struct np_glow_walk {
-  const np_glow *glow;
+/* An emitter along a ray, cell by cell, and each cell in even steps. */
+typedef struct np_emitter_walk {
+  const np_emitter *emitter;
   np_dvec3 origin;
   np_vec3 direction;
   np_brick_walk walk;
   np_brick_span span;
   double steps_per_m;
   int step, count;
-} np_glow_walk;
+} np_emitter_walk;
 
-static inline void np_glow_walk_start(np_glow_walk *w, const np_glow *glow, np_dvec3 origin, np_vec3 direction,
-                                      double distance_end, float step_voxels) {
-  *w = (np_glow_walk){.glow = glow, .origin = origin, .direction = direction};
-  const np_dvec3 along = np_affine_vector(&glow->world_to_index, np_vec3_to_double(direction));
-  np_brick_walk_start(&w->walk, glow->bricks, np_affine_point(&glow->world_to_index, origin), along, 0.0, distance_end);
+static inline void np_emitter_walk_start(np_emitter_walk *w, const np_emitter *emitter, np_dvec3 origin,
+                                         np_vec3 direction, double distance_end, float step_voxels) {
+  *w = (np_emitter_walk){.emitter = emitter, .origin = origin, .direction = direction};
+  const np_dvec3 along = np_affine_vector(&emitter->world_to_index, np_vec3_to_double(direction));
+  np_brick_walk_start(&w->walk, emitter->bricks, np_affine_point(&emitter->world_to_index, origin), along, 0.0,
+                      distance_end);
   w->steps_per_m = np_dvec3_length(along) / (double)step_voxels;
 }
 
-static inline bool np_glow_walk_next(np_glow_walk *w, double *out_begin, double *out_end) {
+static inline bool np_emitter_walk_next(np_emitter_walk *w, double *out_begin, double *out_end) {
   if (++w->step > w->count) {
     if (!np_brick_walk_next(&w->walk, &w->span)) return false;
     w->step = 1;
@@ -45,11 +46,11 @@ static inline bool np_glow_walk_next(np_glow_walk *w, double *out_begin, double 
 }
 
 /* j at a place of the present step. */
-static inline np_spectrum np_glow_walk_eval(const np_glow_walk *w, const np_emission *emission, double t) {
-  const float value = w->span.brick == NP_BRICK_NONE
-                          ? w->span.range.min
-                          : np_brick_sample(w->glow->bricks, w->span.brick, np_brick_walk_local(&w->walk, &w->span, t));
-  return np_glow_eval(emission, w->glow, np_dvec3_along(w->origin, w->direction, t), value);
+static inline np_spectrum np_emitter_walk_eval(const np_emitter_walk *w, const np_emission *emission, double t) {
+  const float value = w->span.brick == NP_BRICK_NONE ? w->span.range.min
+                                                     : np_brick_sample(w->emitter->bricks, w->span.brick,
+                                                                       np_brick_walk_local(&w->walk, &w->span, t));
+  return np_emitter_eval(emission, w->emitter, np_dvec3_along(w->origin, w->direction, t), value);
 }
 
 /* ---- Without bias ---- */
@@ -66,13 +67,13 @@ static inline np_spectrum np_emission_collect(const np_world *world, np_dvec3 or
                                               double distance_end, float step_voxels, bool has_air, np_random *random) {
   const np_emission *emission = world->emission;
   np_spectrum sum = np_spectrum_grey(0.0f);
-  for (unsigned g = 0; g < emission->glow_count; g++) {
-    np_glow_walk w;
+  for (unsigned g = 0; g < emission->emitter_count; g++) {
+    np_emitter_walk w;
     double begin, end;
-    np_glow_walk_start(&w, &emission->glows[g], origin, direction, distance_end, step_voxels);
-    while (np_glow_walk_next(&w, &begin, &end)) {
+    np_emitter_walk_start(&w, &emission->emitters[g], origin, direction, distance_end, step_voxels);
+    while (np_emitter_walk_next(&w, &begin, &end)) {
       const double t = begin + (end - begin) * np_random_double(random);
-      np_spectrum light = np_glow_walk_eval(&w, emission, t);
+      np_spectrum light = np_emitter_walk_eval(&w, emission, t);
       if (has_air && !np_spectrum_is_zero(light)) light = np_emission_dim(world, origin, direction, t, light);
       sum = np_spectrum_add_scaled(sum, (float)(end - begin), light);
     }
@@ -101,12 +102,12 @@ static inline np_spectrum np_emission_along(const np_world *world, np_dvec3 orig
                                             double distance_end, float step_voxels, bool has_air, np_random *random) {
   np_spectrum sum = np_spectrum_grey(0.0f);
   np_depth_cursors clouds;
-  for (unsigned g = 0; g < world->emission->glow_count; g++) {
-    np_glow_walk w;
+  for (unsigned g = 0; g < world->emission->emitter_count; g++) {
+    np_emitter_walk w;
     double begin, end, forgiven = 0.0;
-    np_glow_walk_start(&w, &world->emission->glows[g], origin, direction, distance_end, step_voxels);
+    np_emitter_walk_start(&w, &world->emission->emitters[g], origin, direction, distance_end, step_voxels);
     np_depth_cursors_start(&clouds, &world->clouds, origin, direction, distance_end);
-    while (np_glow_walk_next(&w, &begin, &end)) {
+    while (np_emitter_walk_next(&w, &begin, &end)) {
       const float extinction =
           np_instances_extinction(&world->clouds, np_dvec3_along(origin, direction, 0.5 * (begin + end)));
       double weight, drawn_depth;
@@ -116,7 +117,7 @@ static inline np_spectrum np_emission_along(const np_world *world, np_dvec3 orig
       const double before = depth;
       if (!np_track_roulette(&depth, np_track_faint_depth, random)) break;
       forgiven += before - depth;
-      np_spectrum light = np_glow_walk_eval(&w, world->emission, t);
+      np_spectrum light = np_emitter_walk_eval(&w, world->emission, t);
       if (np_spectrum_is_zero(light)) continue;
       if (has_air) light = np_emission_dim(world, origin, direction, t, light);
       sum = np_spectrum_add_scaled(sum, (float)(weight * exp(drawn_depth - depth)), light);
@@ -158,19 +159,19 @@ static inline void np_emission_march(const np_world *world, const np_camera_ray 
                                      const np_spectrum *factors, np_spectrum *out_straight, np_spectrum *out_scaled) {
   *out_straight = *out_scaled = np_spectrum_grey(0.0f);
   np_depth_cursors clouds;
-  for (unsigned g = 0; g < world->emission->glow_count; g++) {
-    np_glow_walk w;
+  for (unsigned g = 0; g < world->emission->emitter_count; g++) {
+    np_emitter_walk w;
     double begin, end;
-    np_glow_walk_start(&w, &world->emission->glows[g], ray->origin, ray->direction, distance_end,
-                       np_emission_march_step_voxels);
+    np_emitter_walk_start(&w, &world->emission->emitters[g], ray->origin, ray->direction, distance_end,
+                          np_emission_march_step_voxels);
     np_depth_cursors_start(&clouds, &world->clouds, ray->origin, ray->direction, distance_end);
-    while (np_glow_walk_next(&w, &begin, &end)) {
+    while (np_emitter_walk_next(&w, &begin, &end)) {
       np_depth_cursors_advance(&clouds, begin);
       const np_spectrum straight = np_emission_get_depth(&clouds, NULL);
       const np_spectrum scaled = np_emission_get_depth(&clouds, factors);
       if (np_spectrum_max(np_spectrum_exp_negative(scaled)) < np_emission_faint_transmittance) break;
       const double middle = 0.5 * (begin + end);
-      np_spectrum light = np_glow_walk_eval(&w, world->emission, middle);
+      np_spectrum light = np_emitter_walk_eval(&w, world->emission, middle);
       if (np_spectrum_is_zero(light)) continue;
       light = np_spectrum_multiply(
           light, np_world_air(world, world->camera_sky, ray->origin, ray->direction, middle).transmittance);
@@ -197,7 +198,7 @@ static inline double np_emission_get_end(const np_world *world, np_dvec3 origin,
   return np_world_intersect_ground(world, origin, direction, &hit) ? hit.distance_m : HUGE_VAL;
 }
 
-/* A direction towards something that glows, `u` choosing what, and its density; false where there is none. */
+/* A direction towards an emitter, `u` choosing which, and its density; false where there is none. */
 static inline bool np_emission_draw_direction(const np_world *world, np_dvec3 origin, double u, np_random *random,
                                               np_vec3 *out_direction, float *out_density) {
   np_dvec3 place;
@@ -210,7 +211,7 @@ static inline bool np_emission_draw_direction(const np_world *world, np_dvec3 or
   return *out_density > 0.0f;
 }
 
-/* Irradiance of what glows on a plane, through cloud and past ground: one direction, `u` choosing the lamp. */
+/* Irradiance of emission on a plane, through cloud and past ground: one direction, `u` choosing the cell. */
 static inline np_spectrum np_emission_irradiance_along(const np_world *world, np_dvec3 position, np_vec3 normal,
                                                        double u, np_random *random) {
   np_vec3 direction;
@@ -225,7 +226,7 @@ static inline np_spectrum np_emission_irradiance_along(const np_world *world, np
   return np_spectrum_scale(light, cosine / density);
 }
 
-/* The mean of several directions, to lamps of equal shares of the power. */
+/* The mean of several directions, to cells of equal shares of the power. */
 static inline np_spectrum np_emission_irradiance(const np_world *world, np_dvec3 position, np_vec3 normal,
                                                  np_random *random) {
   enum { DIRECTIONS = 4 };

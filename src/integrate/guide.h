@@ -12,7 +12,7 @@
  *
  * How far: flights collide at the rate κ, per depth, instead of 1 (Dwivedi 1982, "A new importance biasing scheme for
  * deep-penetration Monte Carlo"). By the equation's first moment the mean grows along â by γ = (1 − ϖg)·a/(1 + 2b/5) a
- * depth. Where the cloud absorbs, what it throws grows as e^{βs}, β = γ·c, to which κ = 1 − β belongs; where it does
+ * depth. Where the cloud absorbs, what it scatters grows as e^{βs}, β = γ·c, to which κ = 1 − β belongs; where it does
  * not absorb, as 1 + βs, β = γ·c/ℓ′: then flights have the mean 1/κ for κ = 1 − β/(1 + 2β). What is between goes by
  * k/γ, k = √(3(1 − ϖ)(1 − ϖg)) the rate of diffuse light.
  *
@@ -38,7 +38,7 @@ typedef struct np_guide {
   float asymmetry, second; /* χ₁ = g, χ₂ */
   float growth;            /* γ, per depth */
   float steady;            /* how much of it is exponential: 0 to 1 */
-  float light;             /* K: what a collision throws on at a throughput of 1, but for the sun's own */
+  float light;             /* K: what a collision scatters at a throughput of 1, but for the sun's own */
   float noise;             /* likewise: twice about the standard deviation of what the next step brings */
 } np_guide;
 
@@ -79,9 +79,9 @@ static inline void np_guide_set_medium(np_guide *guide, const np_scaled_cloud *c
 }
 
 /* About twice the standard deviation of what the next step brings, over the light, that directions and flights make
- * which are not quite what they should be; where the light ends nearby, its bend is not that of steady growth (by the
- * equation's second moment). Fitted to single steps in slabs of depth 64 to 1024, mostly within a factor of two; but
- * for the last two terms, which bound how many paths one may come to stand for. */
+ * which are not quite what they should be; where the light ends nearby, its curvature is not that of steady growth (by
+ * the equation's second moment). Fitted to single steps in slabs of depth 64 to 1024, mostly within a factor of two;
+ * but for the last two terms, which bound how many paths one may come to stand for. */
 static inline float np_guide_estimate_noise(const np_guide *guide, float albedo) {
   const float fade = 1.0f - albedo * guide->asymmetry, rise = 1.0f - guide->steady;
   const float square = guide->linear * guide->linear, turn = fade * fade * square / (1.0f + square);
@@ -90,7 +90,7 @@ static inline float np_guide_estimate_noise(const np_guide *guide, float albedo)
          0.03f * guide->linear + 2e-5f;
 }
 
-/* The same of sunlight that is here, or may be come to: the more the sharper the peak that throws it, here after a
+/* The same of sunlight that is here, or may be come to: the more the sharper the peak that scatters it, here after a
  * scattering more; but where light is dim against it, as at the rim of a cloud before the sun, to split for all of it
  * costs more than it brings. */
 static inline float np_guide_estimate_sun_noise(const np_guide *guide, float lit, float versine) {
@@ -111,7 +111,7 @@ static inline bool np_guide_make(const np_world *world, const np_scattering_fiel
   np_guide_set_medium(out, &medium->clouds[volume - world->clouds.at], albedo);
   out->light = here.mean * np_guide_outgoing(out, direction);
   out->noise = out->light * np_guide_estimate_noise(out, albedo) +
-               np_guide_estimate_sun_noise(out, here.lit, np_versine(d.x, d.y, d.z, s.x, s.y, s.z));
+               np_guide_estimate_sun_noise(out, here.lit, np_vec3_versine(d, s));
   return true;
 }
 

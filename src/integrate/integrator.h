@@ -18,8 +18,8 @@ typedef enum np_component {
   NP_COMPONENT_SUN,        /* sunlight scattered once in cloud */
   NP_COMPONENT_SKY,        /* skylight scattered once in cloud */
   NP_COMPONENT_GROUND,     /* light from the ground scattered once in cloud */
-  NP_COMPONENT_MULTIPLE,   /* light scattered more than once in cloud, or scattered there and glowing by itself */
-  NP_COMPONENT_EMISSION,   /* light of what glows in cloud, not scattered */
+  NP_COMPONENT_MULTIPLE,   /* multiple scattering in cloud, and all scattered light of emission */
+  NP_COMPONENT_EMISSION,   /* emission in cloud, not scattered */
   NP_COMPONENT_COUNT
 } np_component;
 

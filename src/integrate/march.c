@@ -20,7 +20,7 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
                                 np_integrator_sample *out);
 double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_ray *ray, double distance_max);
 
-/* What glows, seen through the clouds; what the forward peak of their scattering brings beyond that, as if it had come
+/* Emission seen through the clouds; what the forward peak of their scattering brings beyond that, as if it had come
  * straight, counts as scattered. */
 static void add_emission(np_march *m, double distance_end) {
   np_spectrum factors[NP_INSTANCES_MAX], straight, scaled;
@@ -84,20 +84,20 @@ static void pass_piece(np_march *m, const np_ray_intervals *all, const np_ray_in
 }
 
 /* What one metre of a cloud of the view counts for in a step's hiding, over its extinction. */
-static float find_hiding(const np_march *m, const np_instance *volume) {
+static float get_extinction_scale(const np_march *m, const np_instance *volume) {
   if (!m->medium) return 1.0f;
   return np_scaled_cloud_get_scale(&m->medium->clouds[volume - m->world->clouds.at], volume->albedo);
 }
 
 /* The same of all that is active in a stretch, at the densest points of its cells. */
-static float find_bound(const np_ray_intervals *all, const np_ray_interval *s, const float *hiding) {
+static float compute_bound(const np_ray_intervals *all, const np_ray_interval *s, const float *hiding) {
   float sum = 0.0f;
   for (unsigned i = 0; i < s->count; i++) sum += hiding[i] * np_ray_instance_bound(&all->instance[s->active[i]]);
   return sum;
 }
 
 /* The cloud of a stretch whose voxels are smallest. */
-static const np_ray_instance *find_finest(const np_ray_intervals *all, const np_ray_interval *s) {
+static const np_ray_instance *search_finest(const np_ray_intervals *all, const np_ray_interval *s) {
   const np_ray_instance *finest = &all->instance[s->active[0]];
   for (unsigned i = 1; i < s->count; i++)
     if (all->instance[s->active[i]].voxels_per_m > finest->voxels_per_m) finest = &all->instance[s->active[i]];
@@ -112,7 +112,7 @@ static int count_pieces(const np_march *m, const np_ray_intervals *all, const np
   float variation = 0.0f;
   for (unsigned i = 0; i < s->count; i++)
     variation += hiding[i] * np_ray_instance_variation(&all->instance[s->active[i]]) * length;
-  const float sheet = bound / find_finest(all, s)->voxels_per_m;
+  const float sheet = bound / search_finest(all, s)->voxels_per_m;
   const float hidden = np_minf(np_maxf(1.0f - m->carry + m->carry * sheet, np_march_opacity_least), 1.0f);
   const int count = np_track_count_samples(2.0f * variation * m->carry / (m->settings->tolerance * hidden));
   return count > 1 ? count : 1;
@@ -128,9 +128,9 @@ static int fill_middles(int first, int count, float length, float middle[NP_BRIC
 /* Cuts a stretch into equal pieces, and those into steps. */
 static void cross(np_march *m, const np_ray_intervals *all, const np_ray_interval *s) {
   float hiding[NP_INSTANCES_MAX], found[NP_INSTANCES_MAX][NP_BRICK_LINE], middle[NP_BRICK_LINE];
-  for (unsigned i = 0; i < s->count; i++) hiding[i] = find_hiding(m, all->instance[s->active[i]].volume);
+  for (unsigned i = 0; i < s->count; i++) hiding[i] = get_extinction_scale(m, all->instance[s->active[i]].volume);
   if (!np_step_goes_on(&m->step, all, s)) break_step(m);
-  const float bound = find_bound(all, s, hiding);
+  const float bound = compute_bound(all, s, hiding);
   const int count = count_pieces(m, all, s, hiding, bound);
   const float length = (float)(s->end - s->begin) / (float)count;
   for (int first = 0; first < count && m->carry > 0.0f; first += NP_BRICK_LINE) {
@@ -146,7 +146,7 @@ static void cross(np_march *m, const np_ray_intervals *all, const np_ray_interva
 }
 
 /* The longest step, m: of that cloud whose voxels are smallest. */
-static float find_step_length(const np_march *m, const np_ray_intervals *all) {
+static float compute_step_length(const np_march *m, const np_ray_intervals *all) {
   float voxels_per_m = 0.0f;
   for (unsigned i = 0; i < all->count; i++) voxels_per_m = np_maxf(voxels_per_m, all->instance[i].voxels_per_m);
   return m->settings->step_voxels / voxels_per_m;
@@ -185,7 +185,7 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
   if (all.count > 0) {
     m.to_sun = np_world_sample_sun(world, np_random_float(random), np_random_float(random));
     (m.field ? NP_KERNEL(np_march_start_scaled) : NP_KERNEL(np_march_start_approximation))(&m);
-    m.step_length_m = find_step_length(&m, &all);
+    m.step_length_m = compute_step_length(&m, &all);
     set_knot(&m, ray->jitter);
     np_ray_interval s;
     while (m.carry > 0.0f && np_ray_intervals_next(&all, &s)) cross(&m, &all, &s);

@@ -38,12 +38,13 @@ typedef struct np_march {
   const np_approximation_row *method;  /* where there is no solution, and its */
   unsigned term_count;
   bool has_outgoing;
-  bool is_grey;               /* all clouds are of one albedo in all bands */
-  np_spectrum scaled;         /* transmittance of the scaled medium; grey 1 stays where there is none */
-  np_spectrum peak_depth;     /* optical depth that the scaled medium has less */
-  float sun_rate;             /* how much faster light changes along the ray than its depth tells; at least 1 */
-  float sun_depth, sun_place; /* towards the sun where a step was last lit, and of the ray up to there, scaled */
-  float passed;               /* depth of the steps that have been lit, scaled */
+  bool is_grey;           /* all clouds are of one albedo in all bands */
+  np_spectrum scaled;     /* transmittance of the scaled medium; grey 1 stays where there is none */
+  np_spectrum peak_depth; /* optical depth that the scaled medium has less */
+  float sun_rate;         /* how much faster light changes along the ray than its depth tells; at least 1 */
+  float sun_optical_depth,
+      sun_place; /* towards the sun where a step was last lit, and of the ray up to there, scaled */
+  float passed;  /* depth of the steps that have been lit, scaled */
 
   /* Of each cloud of the view, as the angle to the sun is the same all along the ray. */
   union {
@@ -55,8 +56,9 @@ typedef struct np_march {
   } sun;
 } np_march;
 
-/* Light a step: what it throws to the camera is added, and the ray carried past it. `scaled` in the medium of the
- * multiple scattering's solution, `approximation` with light that is scattered once, and what stands for more. */
+/* Light a step: the light that it scatters to the camera is added, and the ray carried past it. `scaled` in the medium
+ * of the multiple scattering's solution, `approximation` with light that is scattered once, and what stands for more.
+ */
 void NP_KERNEL(np_march_start_scaled)(np_march *m);
 void NP_KERNEL(np_march_light_scaled)(np_march *m, const np_step *s);
 void NP_KERNEL(np_march_start_approximation)(np_march *m);
@@ -75,7 +77,7 @@ float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *light
 /* 1 − cos of the angle between the ray and the way to the sun. */
 static inline float np_march_get_sun_versine(const np_march *m) {
   const np_vec3 d = m->ray->direction;
-  return np_versine(d.x, d.y, d.z, m->to_sun.x, m->to_sun.y, m->to_sun.z);
+  return np_vec3_versine(d, m->to_sun);
 }
 
 static inline void np_march_add(np_march *m, np_component component, float scale, np_spectrum radiance) {
@@ -92,7 +94,7 @@ static inline float np_march_roulette(float weight, float least, np_random *rand
 /* Where the ray enters a cloud nothing is known of how fast its light changes. */
 static inline void np_march_forget_sun(np_march *m) {
   m->sun_rate = 1.0f;
-  m->sun_depth = NP_SUN_DEPTH_UNKNOWN;
+  m->sun_optical_depth = NP_SUN_OPTICAL_DEPTH_UNKNOWN;
 }
 
 /* Opacity of a ray below which its error need not shrink with it. */

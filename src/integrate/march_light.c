@@ -6,14 +6,14 @@
 #include "integrate/surroundings.h"
 
 /* What depths let through, found once where they are the same in all bands. */
-static np_spectrum find_transmittance(const np_march *m, np_spectrum depth) {
+static np_spectrum compute_transmittance(const np_march *m, np_spectrum depth) {
   const float first = np_transmittance(depth.band[0]);
   if (m->is_grey) return np_spectrum_grey(first);
   return np_spectrum_make(first, np_transmittance(depth.band[1]), np_transmittance(depth.band[2]));
 }
 
 /* What they hide. */
-static np_spectrum find_opacity(const np_march *m, np_spectrum depth) {
+static np_spectrum compute_opacity(const np_march *m, np_spectrum depth) {
   const float first = np_opacity(depth.band[0]);
   if (m->is_grey) return np_spectrum_grey(first);
   return np_spectrum_make(first, np_opacity(depth.band[1]), np_opacity(depth.band[2]));
@@ -65,22 +65,22 @@ typedef struct sunlight {
   np_peak_place place[NP_BAND_COUNT];
 } sunlight;
 
-static void find_sunlight(const np_march *m, np_dvec3 position, float error, sunlight *out) {
-  out->depth = NP_SUN_DEPTH_UNKNOWN;
+static void compute_sunlight(const np_march *m, np_dvec3 position, float error, sunlight *out) {
+  out->depth = NP_SUN_OPTICAL_DEPTH_UNKNOWN;
   out->outside = out->irradiance = np_world_sunlight(m->world, position, m->to_sun);
   if (np_spectrum_is_zero(out->outside)) return;
   sun_depths depths;
   out->depth = track_depths(m, position, error, &depths);
-  const np_spectrum passed = find_transmittance(m, depths.scaled);
+  const np_spectrum passed = compute_transmittance(m, depths.scaled);
   out->irradiance = np_spectrum_multiply(out->outside, passed);
-  out->arriving = find_transmittance(m, depths.peak);
+  out->arriving = compute_transmittance(m, depths.peak);
   if (m->medium->has_delta_m_residual)
-    out->delta_m_residual = np_spectrum_subtract(find_transmittance(m, depths.least), passed);
+    out->delta_m_residual = np_spectrum_subtract(compute_transmittance(m, depths.least), passed);
   for (int b = 0; b < NP_BAND_COUNT; b++)
     out->place[b] = b > 0 && m->is_grey ? out->place[0] : np_peak_place_get(depths.peak.band[b]);
 }
 
-/* Sunlight thrown towards the camera by each cloud of a step; `scattering` is its ϖτ times what one unit of that counts
+/* Sunlight scattered to the camera by each cloud of a step; `scattering` is its ϖτ times what one unit of that counts
  * for. Scattered once it is T·p·e^{−τ}, which is part of D. `leaving` is what the peak's depth lets through from here
  * to the camera. */
 static void add_sun(np_march *m, const np_step *s, const sunlight *sun, const np_spectrum *scattering,
@@ -114,7 +114,7 @@ typedef struct solution {
   np_light_moments moments;
 } solution;
 
-static void find_solution(np_march *m, const np_step *s, np_dvec3 position, solution *out) {
+static void sample_solution(np_march *m, const np_step *s, np_dvec3 position, solution *out) {
   out->is_prepared = m->viewer_light && np_step_middle(s) >= m->viewer_light->distance_min;
   if (out->is_prepared) {
     np_scattering_field_gather_cells(m->field, position, &out->cells);
@@ -136,7 +136,7 @@ static const float straightness = 0.75f;
 
 /* Sunlight scattered narrowly is what differs most from place to place within a cell: what the step has of it, less
  * what the solution has. */
-static np_spectrum find_detail(const np_march *m, const solution *at, const sunlight *sun) {
+static np_spectrum compute_detail(const np_march *m, const solution *at, const sunlight *sun) {
   np_spectrum detail = np_spectrum_grey(0.0f);
   if (!m->medium->has_delta_m_residual || np_spectrum_is_zero(sun->outside)) return detail;
   const float *mean = at->is_prepared ? at->cells.delta_m_residual : at->moments.delta_m_residual;
@@ -148,8 +148,8 @@ static np_spectrum find_detail(const np_march *m, const solution *at, const sunl
 static void add_solution(np_march *m, np_dvec3 position, const np_step *s, const sunlight *sun,
                          const np_spectrum *scattering) {
   solution at;
-  find_solution(m, s, position, &at);
-  const np_spectrum detail = find_detail(m, &at, sun);
+  sample_solution(m, s, position, &at);
+  const np_spectrum detail = compute_detail(m, &at, sun);
   for (unsigned i = 0; i < s->count; i++) {
     const unsigned cloud = (unsigned)(s->volume[i] - m->world->clouds.at);
     np_spectrum light = eval_solution(m, &at, cloud);
@@ -176,7 +176,7 @@ typedef struct step_optics {
   np_spectrum scattering[NP_INSTANCES_MAX], all_scattering, peak, scaled_opacity;
 } step_optics;
 
-static void find_optics(const np_march *m, const np_step *s, step_optics *out) {
+static void compute_optics(const np_march *m, const np_step *s, step_optics *out) {
   out->depth = 0.0f;
   out->all_scattering = out->peak = np_spectrum_grey(0.0f);
   for (unsigned i = 0; i < s->count; i++) {
@@ -187,7 +187,7 @@ static void find_optics(const np_march *m, const np_step *s, step_optics *out) {
     out->depth += s->depth[i];
   }
   out->opacity = np_opacity(out->depth);
-  out->scaled_opacity = find_opacity(m, np_spectrum_subtract(np_spectrum_grey(out->depth), out->peak));
+  out->scaled_opacity = compute_opacity(m, np_spectrum_subtract(np_spectrum_grey(out->depth), out->peak));
 }
 
 /* What is let through of sunlight that is worth finer steps; rates at which steps are right already, and which they do
@@ -220,14 +220,14 @@ static unsigned count_parts(np_march *m, const np_step *s, float depth, float er
 /* Learns from a step that is lit. */
 static void learn_sun_rate(np_march *m, const np_step *s, float depth) {
   const float place = m->passed + 0.5f * s->hiding;
-  if (is_sun_low(m) && depth >= 0.0f && m->sun_depth >= 0.0f)
-    set_sun_rate(m, m->sun_depth, depth, place - m->sun_place);
-  m->sun_depth = depth;
+  if (is_sun_low(m) && depth >= 0.0f && m->sun_optical_depth >= 0.0f)
+    set_sun_rate(m, m->sun_optical_depth, depth, place - m->sun_place);
+  m->sun_optical_depth = depth;
   m->sun_place = place;
   m->passed += s->hiding;
 }
 
-static np_dvec3 find_middle(const np_march *m, const np_step *s) {
+static np_dvec3 compute_middle(const np_march *m, const np_step *s) {
   return np_dvec3_along(m->ray->origin, m->ray->direction, np_step_middle(s));
 }
 
@@ -242,7 +242,7 @@ static void light(np_march *m, const np_step *s, step_optics *optics, const sunl
       m->out, hidden,
       &(np_opaque){.distance_m = middle,
                    .albedo = np_spectrum_scale(optics->all_scattering, 1.0f / optics->depth),
-                   .sun_share = np_surroundings_get_sun_share(m->world, m->lighting, m->settings, find_middle(m, s),
+                   .sun_share = np_surroundings_get_sun_share(m->world, m->lighting, m->settings, compute_middle(m, s),
                                                               NP_KERNEL(np_march_sun_transmittance), m->random)});
 
   const np_spectrum half_peak = np_spectrum_scale(optics->peak, 0.5f);
@@ -253,8 +253,8 @@ static void light(np_march *m, const np_step *s, step_optics *optics, const sunl
     weight.band[b] *= depth > 1e-6f ? optics->scaled_opacity.band[b] / depth : 1.0f;
   }
   for (unsigned i = 0; i < s->count; i++) optics->scattering[i] = np_spectrum_multiply(optics->scattering[i], weight);
-  add_solution(m, find_middle(m, s), s, sun, optics->scattering);
-  add_sun(m, s, sun, optics->scattering, find_transmittance(m, m->peak_depth));
+  add_solution(m, compute_middle(m, s), s, sun, optics->scattering);
+  add_sun(m, s, sun, optics->scattering, compute_transmittance(m, m->peak_depth));
 
   m->peak_depth = np_spectrum_add(m->peak_depth, half_peak);
   m->scaled = np_spectrum_multiply(m->scaled, np_spectrum_subtract(np_spectrum_grey(1.0f), optics->scaled_opacity));
@@ -263,22 +263,22 @@ static void light(np_march *m, const np_step *s, step_optics *optics, const sunl
   roulette(m);
 }
 
-static float find_error(const np_march *m, const step_optics *optics) {
+static float compute_error(const np_march *m, const step_optics *optics) {
   return np_march_get_light_error(m, m->carry * np_spectrum_max(optics->scaled_opacity));
 }
 
 void NP_KERNEL(np_march_light_scaled)(np_march *m, const np_step *s) {
   step_optics optics;
   sunlight sun;
-  find_optics(m, s, &optics);
-  const float error = find_error(m, &optics);
-  find_sunlight(m, find_middle(m, s), error, &sun);
-  const unsigned count = m->sun_depth < 0.0f ? count_parts(m, s, sun.depth, error) : 1;
+  compute_optics(m, s, &optics);
+  const float error = compute_error(m, &optics);
+  compute_sunlight(m, compute_middle(m, s), error, &sun);
+  const unsigned count = m->sun_optical_depth < 0.0f ? count_parts(m, s, sun.depth, error) : 1;
   if (count == 1) light(m, s, &optics, &sun);
   for (unsigned n = 0; n < count && count > 1 && m->carry > 0.0f; n++) {
     const np_step part = np_step_split(s, n, count);
-    find_optics(m, &part, &optics);
-    find_sunlight(m, find_middle(m, &part), find_error(m, &optics), &sun);
+    compute_optics(m, &part, &optics);
+    compute_sunlight(m, compute_middle(m, &part), compute_error(m, &optics), &sun);
     light(m, &part, &optics, &sun);
   }
 }

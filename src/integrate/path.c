@@ -7,8 +7,8 @@
  * (hero.h). At every vertex a path is weighted by the albedo, gathers the sun through an unbiased transmittance, and
  * goes on in a direction drawn from the phase function, or from Lambert's cosine. Those that leave the planet see what
  * shines beyond the air. The sun's disk is met both ways, by aiming at it and by chance, each weighed by the other
- * (balance heuristic, Veach and Guibas 1995); so is what glows, and, where it pays, the sky (skyward.h). So the mean
- * over samples is the solution of the equation of transfer.
+ * (balance heuristic, Veach and Guibas 1995); so is emission, and, where it pays, the sky (sky_next_event.h). So the
+ * mean over samples is the solution of the equation of transfer.
  *
  * With the air from tables, paths live in the clouds alone; where one leaves them it sees the sky or ground that the
  * world describes, and ends. Compiled once per instruction-set level.
@@ -41,13 +41,13 @@ static void meet_outside(const np_tracer *t, np_path_state *path, bool is_ground
 /* ---- Clouds ---- */
 
 /* The share of the sun's light that a ray brings. */
-static float find_sunlight(const np_tracer *t, const np_sun_ray *sun) {
+static float compute_sunlight(const np_tracer *t, const np_sun_ray *sun) {
   return sun->transmittance * np_spectrum_max(sun->irradiance) / np_spectrum_max(t->world->sun_irradiance);
 }
 
 static float eval_towards(const np_path_state *path, np_vec3 axis) {
   const np_vec3 d = path->direction;
-  return np_phase_eval(&path->volume->phase, np_versine(d.x, d.y, d.z, axis.x, axis.y, axis.z));
+  return np_phase_eval(&path->volume->phase, np_vec3_versine(d, axis));
 }
 
 /* The phase function towards a direction, and the density with which paths and branches take it. */
@@ -64,14 +64,14 @@ static void gather_in_cloud(const np_tracer *t, const np_path_state *path, np_su
   float density, expected_gain;
   np_sun_ray sun;
   if (np_path_aim_at_sun(t, path->position, np_sun_branching_faint_depth(branching), &sun)) {
-    if (may_branch(path)) np_sun_branching_choose(branching, find_sunlight(t, &sun));
+    if (may_branch(path)) np_sun_branching_choose(branching, compute_sunlight(t, &sun));
     const float phase = eval_cloud(path, branching, sun.direction, &density, &expected_gain);
     np_path_gather_sun(t, path, &sun, np_spectrum_grey(phase), density);
   }
-  np_glow_ray glow;
-  if (np_path_aim_at_glow(t, path->position, &glow)) {
-    const float phase = eval_cloud(path, branching, glow.direction, &density, &expected_gain);
-    np_path_gather_glow(t, path, &glow, np_spectrum_grey(phase), density);
+  np_emitter_ray emitter;
+  if (np_path_aim_at_emitter(t, path->position, &emitter)) {
+    const float phase = eval_cloud(path, branching, emitter.direction, &density, &expected_gain);
+    np_path_gather_emission(t, path, &emitter, np_spectrum_grey(phase), density);
   }
   np_sky_next_event sky;
   if (np_sky_next_event_sample(t, path, &sky)) {
@@ -121,7 +121,7 @@ static void scatter_in_cloud(const np_tracer *t, np_path_state *path, const np_s
 }
 
 /* Has a path be guided from here on; false where nothing is known. */
-static bool find_guide(const np_tracer *t, np_path_state *path) {
+static bool build_guide(const np_tracer *t, np_path_state *path) {
   const float throughput = np_spectrum_max(path->throughput);
   if (!np_path_may_be_guided(t) || !(throughput > 0.0f)) return false;
   if (!np_guide_make(t->world, t->lighting->scattering, path->volume, path->position, path->direction, &path->guide))
@@ -160,7 +160,7 @@ static bool meet_cloud(const np_tracer *t, np_path_state *path) {
   path->order++;
   path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
   if (!path->has_component) path->component = path->order == 1 ? NP_COMPONENT_SUN : NP_COMPONENT_MULTIPLE;
-  path->is_guided = find_guide(t, path);
+  path->is_guided = build_guide(t, path);
   path->has_sky_next_event = t->lighting->sky_guide && may_branch(path);
   np_sun_branching branching = np_sun_branching_make(t->world, &path->volume->phase);
   gather_in_cloud(t, path, &branching);
@@ -180,10 +180,10 @@ static void meet_air(const np_tracer *t, np_path_state *path) {
     const np_air_choice towards = np_air_scatterer_eval(&scatterer, sun.direction);
     np_path_gather_sun(t, path, &sun, towards.value, np_hero_mean(&path->hero, towards.density));
   }
-  np_glow_ray glow;
-  if (np_path_aim_at_glow(t, path->position, &glow)) {
-    const np_air_choice towards = np_air_scatterer_eval(&scatterer, glow.direction);
-    np_path_gather_glow(t, path, &glow, towards.value, np_hero_mean(&path->hero, towards.density));
+  np_emitter_ray emitter;
+  if (np_path_aim_at_emitter(t, path->position, &emitter)) {
+    const np_air_choice towards = np_air_scatterer_eval(&scatterer, emitter.direction);
+    np_path_gather_emission(t, path, &emitter, towards.value, np_hero_mean(&path->hero, towards.density));
   }
   np_air_choice choice;
   path->direction = np_air_scatterer_sample(&scatterer, path->hero.band, t->random, &choice);
@@ -204,7 +204,7 @@ static np_vec3 sample_cosine(np_vec3 normal, np_random *random, float *out_cosin
   return np_vec3_normalize(direction);
 }
 
-/* What Lambert's ground throws towards a direction, and the density with which a path takes it. */
+/* Radiance that Lambert's ground reflects in a direction, and the density with which a path takes it. */
 static float eval_ground(const np_path_state *path, np_vec3 direction) {
   return fmaxf(np_vec3_dot(path->ground.normal, direction), 0.0f) * (1.0f / NP_PI_F);
 }
@@ -218,9 +218,10 @@ static void meet_ground(const np_tracer *t, np_path_state *path) {
   const bool is_lit = np_path_aim_at_sun(t, path->position, np_track_faint_depth, &sun);
   const float to_sun = is_lit ? eval_ground(path, sun.direction) : 0.0f;
   if (to_sun > 0.0f) np_path_gather_sun(t, path, &sun, np_spectrum_grey(to_sun), to_sun);
-  np_glow_ray glow;
-  const float to_glow = np_path_aim_at_glow(t, path->position, &glow) ? eval_ground(path, glow.direction) : 0.0f;
-  if (to_glow > 0.0f) np_path_gather_glow(t, path, &glow, np_spectrum_grey(to_glow), to_glow);
+  np_emitter_ray emitter;
+  const float to_emitter =
+      np_path_aim_at_emitter(t, path->position, &emitter) ? eval_ground(path, emitter.direction) : 0.0f;
+  if (to_emitter > 0.0f) np_path_gather_emission(t, path, &emitter, np_spectrum_grey(to_emitter), to_emitter);
   np_sky_next_event sky;
   const float to_sky = np_sky_next_event_sample(t, path, &sky) ? eval_ground(path, sky.direction) : 0.0f;
   if (to_sky > 0.0f) gather_sky(t, path, &sky, to_sky, to_sky);
@@ -300,7 +301,7 @@ static bool collide_with_air(const np_tracer *t, np_path_state *path, np_path_ev
 }
 
 /* Finds the ground before a distance, if it is there. */
-static bool find_ground(const np_tracer *t, np_path_state *path, double distance) {
+static bool intersect_ground(const np_tracer *t, np_path_state *path, double distance) {
   const np_dvec3 next = np_dvec3_along(path->position, path->direction, distance);
   return np_world_may_meet_ground(t->world, path->position, next) &&
          np_world_intersect_ground(t->world, path->position, path->direction, &path->ground) &&
@@ -351,12 +352,12 @@ static double fly_through_clouds(const np_tracer *t, np_path_state *path) {
 static np_path_event fly(const np_tracer *t, np_path_state *path) {
   double distance = fly_through_clouds(t, path);
   np_path_event event = isinf(distance) ? NP_PATH_SPACE : NP_PATH_CLOUD;
-  path->is_ground_ahead = (event != NP_PATH_SPACE || t->settings->is_air_traced) && find_ground(t, path, distance);
+  path->is_ground_ahead = (event != NP_PATH_SPACE || t->settings->is_air_traced) && intersect_ground(t, path, distance);
   if (path->is_ground_ahead) {
     event = NP_PATH_GROUND;
     distance = path->ground.distance_m;
   }
-  if (t->world->emission) np_path_collect_glow(t, path, distance);
+  if (t->world->emission) np_path_collect_emission(t, path, distance);
   if (!t->settings->is_air_traced && (event == NP_PATH_SPACE || event == NP_PATH_GROUND)) return NP_PATH_SURROUNDINGS;
   event = fly_through_air(t, path, event, &distance);
   if (event != NP_PATH_SPACE) path->position = np_dvec3_along(path->position, path->direction, distance);
@@ -365,7 +366,7 @@ static np_path_event fly(const np_tracer *t, np_path_state *path) {
 
 /* Goes straight on to what is past the clouds, as dim as they make it. */
 static np_path_event fly_past_clouds(const np_tracer *t, np_path_state *path) {
-  path->is_ground_ahead = find_ground(t, path, INFINITY);
+  path->is_ground_ahead = intersect_ground(t, path, INFINITY);
   double distance = path->is_ground_ahead ? path->ground.distance_m : HUGE_VAL;
   const np_path_event end = path->is_ground_ahead ? NP_PATH_GROUND : NP_PATH_SPACE;
   const np_path_event event = fly_through_air(t, path, end, &distance);

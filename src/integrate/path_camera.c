@@ -48,7 +48,7 @@ static np_flight guide_flight(const np_tracer *t, const np_camera_ray *ray, floa
 /* A ray of little depth M, counted in the clouds' bounds, has a tentative collision with probability 1 − e^{−M}. It is
  * given one, with that weight, and passes with the weight e^{−M}: a veil of depth 1e-8 has as little relative noise as
  * any. */
-static cloud_hit find_cloud(const np_tracer *t, const np_camera_ray *ray, double distance_end) {
+static cloud_hit sample_cloud(const np_tracer *t, const np_camera_ray *ray, double distance_end) {
   cloud_hit hit = {.distance = HUGE_VAL, .weight = 1.0f};
   const np_flight whole = np_flight_start(0.0, 0.0);
   const double bound =
@@ -102,7 +102,7 @@ static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const c
 /* Into how many panels a ray through all of the air is cut: more than elsewhere, for there is one such ray a sample. */
 enum { CAMERA_PANELS = 20 };
 
-/* The air from the camera to a distance: what it lets through, and, added to a component, what it throws back. */
+/* The air from the camera to a distance: its transmittance, and, added to a component, its in-scatter. */
 static np_spectrum look_through_air(const np_tracer *t, const np_camera_ray *ray, double distance,
                                     np_component component, bool is_seen) {
   if (!t->world->atmosphere) return np_spectrum_grey(1.0f);
@@ -183,7 +183,7 @@ void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lightin
   if (world->emission)
     np_path_add(out, NP_COMPONENT_EMISSION,
                 np_emission_along(world, ray->origin, ray->direction, distance_end, 1.0f, true, random));
-  const cloud_hit cloud = find_cloud(&t, ray, distance_end);
+  const cloud_hit cloud = sample_cloud(&t, ray, distance_end);
   if (!isinf(cloud.distance)) add_opaque_cloud(&t, ray, &cloud);
   if (out->is_ground_behind)
     np_surroundings_add_opaque_ground(world, lighting, settings, &ground, out->transmittance, np_path_shadow, random,

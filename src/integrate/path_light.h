@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light that is aimed at from a path's vertices, and that its flights meet by chance: the sun's disk and what glows.
+/* Light that is aimed at from a path's vertices, and that its flights meet by chance: the sun's disk and emitters.
  * Both ways are weighed by their densities (balance heuristic). */
 #ifndef NP_INTEGRATE_PATH_LIGHT_H
 #define NP_INTEGRATE_PATH_LIGHT_H
@@ -16,7 +16,7 @@ static inline void np_path_add_light(const np_tracer *t, const np_path_state *pa
     np_path_add(t->out, component, radiance);
 }
 
-/* What light counts as that clouds scatter again and again, or that glows. */
+/* The component of multiple scattering in clouds, and of emission. */
 static inline np_component np_path_name_multiple(const np_path_state *path) {
   return path->has_component ? path->component : NP_COMPONENT_MULTIPLE;
 }
@@ -42,7 +42,7 @@ static inline bool np_path_aim_at_sun(const np_tracer *t, np_dvec3 position, dou
   return true;
 }
 
-/* Sunlight thrown on by the present vertex, `share` of it per steradian, which would have met the disk by chance with
+/* Sunlight scattered by the present vertex, `share` of it per steradian, which would have met the disk by chance with
  * this density. */
 static inline void np_path_gather_sun(const np_tracer *t, const np_path_state *path, const np_sun_ray *sun,
                                       np_spectrum share, float density) {
@@ -60,32 +60,32 @@ static inline void np_path_meet_sun(const np_tracer *t, const np_path_state *pat
                     np_spectrum_scale(irradiance, path->density / (1.0f + path->density * t->sun_sr)));
 }
 
-/* ---- What glows ---- */
+/* ---- Emission ---- */
 
-/* A ray towards something that glows, and the density of drawing it. */
-typedef struct np_glow_ray {
+/* A ray towards an emitter, and the density of drawing it. */
+typedef struct np_emitter_ray {
   np_vec3 direction;
   float density;
-} np_glow_ray;
+} np_emitter_ray;
 
-static inline bool np_path_aim_at_glow(const np_tracer *t, np_dvec3 position, np_glow_ray *out) {
+static inline bool np_path_aim_at_emitter(const np_tracer *t, np_dvec3 position, np_emitter_ray *out) {
   return t->world->emission && np_emission_draw_direction(t->world, position, np_random_double(t->random), t->random,
                                                           &out->direction, &out->density);
 }
 
-/* Light of what glows thrown on by the present vertex, `share` of it per steradian; `density` is that with which the
+/* Emission scattered by the present vertex, `share` of it per steradian; `density` is that with which the
  * path may take the same direction, on whose flight it collects the other way's part (balance heuristic). */
-static inline void np_path_gather_glow(const np_tracer *t, const np_path_state *path, const np_glow_ray *glow,
-                                       np_spectrum share, float density) {
-  const double end = np_emission_get_end(t->world, path->position, glow->direction);
-  const np_spectrum light = np_emission_along(t->world, path->position, glow->direction, end,
+static inline void np_path_gather_emission(const np_tracer *t, const np_path_state *path, const np_emitter_ray *emitter,
+                                           np_spectrum share, float density) {
+  const double end = np_emission_get_end(t->world, path->position, emitter->direction);
+  const np_spectrum light = np_emission_along(t->world, path->position, emitter->direction, end,
                                               np_emission_far_step_voxels, t->settings->is_air_traced, t->random);
   np_path_add_light(t, path, np_path_name_multiple(path),
-                    np_spectrum_scale(np_spectrum_multiply(light, share), 1.0f / (glow->density + density)));
+                    np_spectrum_scale(np_spectrum_multiply(light, share), 1.0f / (emitter->density + density)));
 }
 
-/* Collects what glows along a flight among clouds. */
-static inline void np_path_collect_glow(const np_tracer *t, const np_path_state *path, double distance) {
+/* Collects emission along a flight among clouds. */
+static inline void np_path_collect_emission(const np_tracer *t, const np_path_state *path, double distance) {
   const bool is_traced = t->settings->is_air_traced;
   const double end =
       isinf(distance) && !is_traced ? np_emission_get_end(t->world, path->position, path->direction) : distance;

@@ -31,8 +31,8 @@ static inline bool np_sky_next_event_sample(const np_tracer *t, const np_path_st
 }
 
 /* The ray as a path of its own; false ends it, by Russian roulette on what it promises: the radiance there, times what
- * the vertex throws on of it, `share` per steradian. `density` is that of the path's own directions. The sun and what
- * glows are aimed at on their own: a density of 0 keeps them out. */
+ * the vertex scatters of it, `share` per steradian. `density` is that of the path's own directions. The sun and what
+ * emitters are aimed at on their own: a density of 0 keeps them out. */
 static inline bool np_sky_next_event_start(const np_path_state *path, const np_sky_next_event *sky, float share,
                                            float density, np_random *random, np_path_state *out_ray) {
   const float weight = share / (sky->density + density);

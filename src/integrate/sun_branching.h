@@ -2,7 +2,7 @@
 /* Branches towards the sun: what tames the light that a forward peak brings.
  *
  * Through a forward peak, a path that happens to fly towards the sun brings rare and blinding light: for droplets of
- * 20 µm, thousands of times what it brings elsewhere. So a scattering that the sun reaches throws a second path, whose
+ * 20 µm, thousands of times what it brings elsewhere. So a scattering that the sun reaches starts a second path, whose
  * direction is drawn about the sun: from the phase function, for the scattering that follows, and where that is very
  * sharp also from a broader lobe, for the one after it. Of directions ω a scattering then draws a(ω) + b(ω) per
  * steradian, a from the phase function about the path's own direction and b by branches. Each path is weighted by
@@ -23,7 +23,7 @@ typedef struct np_sun_branching {
   const np_phase *phase;
   np_vec3 to_sun;
   float peak;        /* of the phase function, 1/sr; 0 without a sun */
-  float share;       /* branches a scattering throws that are drawn from the phase function; 0: none */
+  float share;       /* branches that a scattering starts, those drawn from the phase function; 0: none */
   float broad_share; /* those of the broader lobe */
   np_phase broad;
 } np_sun_branching;
@@ -40,7 +40,7 @@ static inline np_sun_branching np_sun_branching_make(const np_world *world, cons
       .phase = phase, .to_sun = world->to_sun, .peak = has_sun ? np_phase_eval(phase, 0.0f) : 0.0f};
 }
 
-/* The depth towards the sun beyond which even the peak throws on little: rays that go on may be thinned out. */
+/* The depth towards the sun beyond which even the peak scatters little: rays that go on may be thinned out. */
 static inline double np_sun_branching_faint_depth(const np_sun_branching *branching) {
   return np_track_faint_depth + (double)logf(np_maxf(branching->peak, 1.0f));
 }
@@ -64,14 +64,14 @@ static inline float np_sun_branching_eval(const np_sun_branching *branching, np_
   *out_expected_gain = 0.0f;
   if (branching->share <= 0.0f) return 0.0f;
   const np_vec3 d = direction, s = branching->to_sun;
-  const float versine = np_versine(d.x, d.y, d.z, s.x, s.y, s.z);
+  const float versine = np_vec3_versine(d, s);
   const float delta_m_residual = np_phase_eval(branching->phase, versine);
   const float broad = branching->broad_share > 0.0f ? np_phase_eval(&branching->broad, versine) : 0.0f;
   *out_expected_gain = 4.0f * NP_PI_F * fmaxf(delta_m_residual, broad);
   return branching->share * delta_m_residual + branching->broad_share * broad;
 }
 
-/* Whether this scattering throws a branch, and where to. */
+/* Whether this scattering starts a branch, and where to. */
 static inline bool np_sun_branching_sample(const np_sun_branching *branching, np_random *random,
                                            np_vec3 *out_direction) {
   if (branching->share <= 0.0f) return false;

@@ -35,7 +35,7 @@ static inline void np_surroundings_add_opaque_ground(const np_world *world, cons
   np_integrator_add_opaque(out, weight, &(np_opaque){hit->distance_m, hit->albedo, hit->normal, sun_share});
 }
 
-/* Radiance of Lambert ground under sun, clouds' shadow, sky and what glows. */
+/* Radiance of Lambert ground under sun, clouds' shadow, sky and emission. */
 static inline np_spectrum np_surroundings_ground(const np_world *world, const np_lighting *lighting,
                                                  const np_integrator_settings *settings, const np_ground_hit *hit,
                                                  np_cloud_shadow_fn shadow, np_random *random) {
@@ -89,7 +89,7 @@ static inline void np_surroundings_add_behind(const np_world *world, const np_li
 }
 
 /* Adds what lies behind the clouds and reaches the camera by scattering in the forward peak alone, as if it had gone
- * straight on: `weight` of it. The sun's disk has no part in it; its peak is in what the clouds themselves throw. */
+ * straight on: `weight` of it. The sun's disk has no part in it; its peak is in what the clouds themselves scatter. */
 static inline void np_surroundings_add_peak(const np_world *world, const np_lighting *lighting,
                                             const np_integrator_settings *settings, const np_camera_ray *ray,
                                             const np_ground_hit *hit, np_spectrum weight, np_cloud_shadow_fn shadow,

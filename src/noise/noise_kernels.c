@@ -77,7 +77,7 @@ typedef struct cell_axis {
   float fraction;
 } cell_axis;
 
-LANE cell_axis find_cell(const grid *g, int axis, float x, bool is_binary) {
+LANE cell_axis compute_cell(const grid *g, int axis, float x, bool is_binary) {
   const int32_t period = g->period[axis];
   const uint32_t step = axis_steps[axis], last = (uint32_t)(period - 1) * step;
   float scaled = x * g->frequency + g->shift;
@@ -130,7 +130,7 @@ LANE float larger(float a, float b) { return a > b ? a : b; }
 /* Uniform in the unit ball: the largest of three uniform numbers has the density 3r² of the distance from the centre,
  * and heights on a sphere are uniform (Archimedes). Of the hash's bits six lead each of the three numbers, seven the
  * height, five a quarter turn of azimuth, set half a step off its ends to be even; two choose the quarter. */
-LANE gradient find_gradient(uint32_t point, float dx, float dy, float dz) {
+LANE gradient compute_gradient(uint32_t point, float dx, float dy, float dz) {
   uint32_t hash = scatter(point);
   float radius = larger(larger(take_from(hash, 0), take_from(hash, 6)), take_from(hash, 12)) - 1.0f;
   float height = 2.0f * take_from(hash, 18) - 3.0f, turn = take_from(hash & ~3u, 25) - (1.0f - 0x1p-6f);
@@ -146,15 +146,16 @@ LANE gradient find_gradient(uint32_t point, float dx, float dy, float dz) {
 static const float gradient_length = 1.15f;
 
 LANE float eval_perlin(const grid *g, float px, float py, float pz, bool is_binary) {
-  cell_axis x = find_cell(g, 0, px, is_binary), y = find_cell(g, 1, py, is_binary), z = find_cell(g, 2, pz, is_binary);
+  cell_axis x = compute_cell(g, 0, px, is_binary), y = compute_cell(g, 1, py, is_binary),
+            z = compute_cell(g, 2, pz, is_binary);
   float u = fade(x.fraction), v = fade(y.fraction), w = fade(z.fraction);
   float x0 = x.fraction, y0 = y.fraction, z0 = z.fraction, x1 = x0 - 1.0f, y1 = y0 - 1.0f, z1 = z0 - 1.0f;
   uint32_t p0 = g->seed + x.low, p1 = g->seed + x.high;
   uint32_t p00 = p0 + y.low, p01 = p0 + y.high, p10 = p1 + y.low, p11 = p1 + y.high;
-  float n000 = find_gradient(p00 + z.low, x0, y0, z0).dot, n001 = find_gradient(p00 + z.high, x0, y0, z1).dot;
-  float n010 = find_gradient(p01 + z.low, x0, y1, z0).dot, n011 = find_gradient(p01 + z.high, x0, y1, z1).dot;
-  float n100 = find_gradient(p10 + z.low, x1, y0, z0).dot, n101 = find_gradient(p10 + z.high, x1, y0, z1).dot;
-  float n110 = find_gradient(p11 + z.low, x1, y1, z0).dot, n111 = find_gradient(p11 + z.high, x1, y1, z1).dot;
+  float n000 = compute_gradient(p00 + z.low, x0, y0, z0).dot, n001 = compute_gradient(p00 + z.high, x0, y0, z1).dot;
+  float n010 = compute_gradient(p01 + z.low, x0, y1, z0).dot, n011 = compute_gradient(p01 + z.high, x0, y1, z1).dot;
+  float n100 = compute_gradient(p10 + z.low, x1, y0, z0).dot, n101 = compute_gradient(p10 + z.high, x1, y0, z1).dot;
+  float n110 = compute_gradient(p11 + z.low, x1, y1, z0).dot, n111 = compute_gradient(p11 + z.high, x1, y1, z1).dot;
   float low = lerp(lerp(n000, n001, w), lerp(n010, n011, w), v);
   float high = lerp(lerp(n100, n101, w), lerp(n110, n111, w), v);
   return lerp(low, high, u) * gradient_length;
@@ -163,7 +164,8 @@ LANE float eval_perlin(const grid *g, float px, float py, float pz, bool is_bina
 LANE float value_at(uint32_t point) { return take_first(scatter(point)); }
 
 LANE float eval_value(const grid *g, float px, float py, float pz, bool is_binary) {
-  cell_axis x = find_cell(g, 0, px, is_binary), y = find_cell(g, 1, py, is_binary), z = find_cell(g, 2, pz, is_binary);
+  cell_axis x = compute_cell(g, 0, px, is_binary), y = compute_cell(g, 1, py, is_binary),
+            z = compute_cell(g, 2, pz, is_binary);
   float u = fade(x.fraction), v = fade(y.fraction), w = fade(z.fraction);
   uint32_t p0 = g->seed + x.low, p1 = g->seed + x.high;
   uint32_t p00 = p0 + y.low, p01 = p0 + y.high, p10 = p1 + y.low, p11 = p1 + y.high;
@@ -185,15 +187,16 @@ LANE float blend(float n000, float n001, float n010, float n011, float n100, flo
 
 /* ∇(Σ weight·dot) = Σ weight·gradient + Σ ∇weight·dot: exact, so that the cross product of two has no divergence. */
 LANE slope eval_perlin_slope(const grid *g, float px, float py, float pz, bool is_binary) {
-  cell_axis x = find_cell(g, 0, px, is_binary), y = find_cell(g, 1, py, is_binary), z = find_cell(g, 2, pz, is_binary);
+  cell_axis x = compute_cell(g, 0, px, is_binary), y = compute_cell(g, 1, py, is_binary),
+            z = compute_cell(g, 2, pz, is_binary);
   float u = fade(x.fraction), v = fade(y.fraction), w = fade(z.fraction);
   float x0 = x.fraction, y0 = y.fraction, z0 = z.fraction, x1 = x0 - 1.0f, y1 = y0 - 1.0f, z1 = z0 - 1.0f;
   uint32_t p0 = g->seed + x.low, p1 = g->seed + x.high;
   uint32_t p00 = p0 + y.low, p01 = p0 + y.high, p10 = p1 + y.low, p11 = p1 + y.high;
-  gradient a = find_gradient(p00 + z.low, x0, y0, z0), b = find_gradient(p00 + z.high, x0, y0, z1);
-  gradient c = find_gradient(p01 + z.low, x0, y1, z0), d = find_gradient(p01 + z.high, x0, y1, z1);
-  gradient e = find_gradient(p10 + z.low, x1, y0, z0), f = find_gradient(p10 + z.high, x1, y0, z1);
-  gradient k = find_gradient(p11 + z.low, x1, y1, z0), l = find_gradient(p11 + z.high, x1, y1, z1);
+  gradient a = compute_gradient(p00 + z.low, x0, y0, z0), b = compute_gradient(p00 + z.high, x0, y0, z1);
+  gradient c = compute_gradient(p01 + z.low, x0, y1, z0), d = compute_gradient(p01 + z.high, x0, y1, z1);
+  gradient e = compute_gradient(p10 + z.low, x1, y0, z0), f = compute_gradient(p10 + z.high, x1, y0, z1);
+  gradient k = compute_gradient(p11 + z.low, x1, y1, z0), l = compute_gradient(p11 + z.high, x1, y1, z1);
   float along_x = lerp(lerp(e.dot - a.dot, f.dot - b.dot, w), lerp(k.dot - c.dot, l.dot - d.dot, w), v);
   float along_y = lerp(lerp(c.dot - a.dot, d.dot - b.dot, w), lerp(k.dot - e.dot, l.dot - f.dot, w), u);
   float along_z = lerp(lerp(b.dot - a.dot, d.dot - c.dot, v), lerp(f.dot - e.dot, l.dot - k.dot, v), u);
@@ -229,7 +232,8 @@ LANE float search_sheet(uint32_t point, cell_axis y, cell_axis z, float dx, floa
 }
 
 LANE float eval_worley(const grid *g, float px, float py, float pz, bool is_binary) {
-  cell_axis x = find_cell(g, 0, px, is_binary), y = find_cell(g, 1, py, is_binary), z = find_cell(g, 2, pz, is_binary);
+  cell_axis x = compute_cell(g, 0, px, is_binary), y = compute_cell(g, 1, py, is_binary),
+            z = compute_cell(g, 2, pz, is_binary);
   float dx = -1.0f - x.fraction, dy = -1.0f - y.fraction, dz = -1.0f - z.fraction, best = 1.0f;
   best = search_sheet(g->seed + x.previous, y, z, dx - 1.0f, dy, dz, best);
   best = search_sheet(g->seed + x.low, y, z, dx, dy, dz, best);
@@ -290,7 +294,7 @@ static void fill_worley(const np_noise_lattice *lattice, const np_noise_points *
 }
 
 /* Amplitude of each octave, adding up to 1. */
-static void find_amplitudes(const np_noise_octaves *octaves, float out_amplitudes[NP_NOISE_OCTAVES_MAX]) {
+static void compute_amplitudes(const np_noise_octaves *octaves, float out_amplitudes[NP_NOISE_OCTAVES_MAX]) {
   float amplitude = 1.0f, sum = 0.0f;
   for (unsigned k = 0; k < octaves->count; k++, amplitude *= octaves->gain) sum += amplitude;
   amplitude = 1.0f / sum;
@@ -304,7 +308,7 @@ typedef void (*add_fn)(const np_noise_lattice *lattice, unsigned octave, float a
 static void fill_octaves(const np_noise_lattice *lattice, const np_noise_octaves *octaves, add_fn add, float start,
                          float sign, float low, const np_noise_points *points, float *out) {
   float amplitudes[NP_NOISE_OCTAVES_MAX];
-  find_amplitudes(octaves, amplitudes);
+  compute_amplitudes(octaves, amplitudes);
   set_all(out, points->count, start);
   for (unsigned k = 0; k < octaves->count; k++) add(lattice, k, sign * amplitudes[k], points, out);
   for (size_t i = 0; i < points->count; i++) out[i] = clip(out[i], low, 1.0f);

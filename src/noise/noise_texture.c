@@ -103,7 +103,7 @@ typedef struct texel_axis {
   float fraction;
 } texel_axis;
 
-static texel_axis find_texels(const neph_noise_texture *texture, float x) {
+static texel_axis compute_texels(const neph_noise_texture *texture, float x) {
   const float scaled = x * (float)texture->size;
   int32_t i = (int32_t)scaled;
   i -= scaled < (float)i;
@@ -112,7 +112,7 @@ static texel_axis find_texels(const neph_noise_texture *texture, float x) {
 }
 
 float neph_noise_texture_sample(const neph_noise_texture *texture, float x, float y, float z) {
-  const texel_axis u = find_texels(texture, x), v = find_texels(texture, y), w = find_texels(texture, z);
+  const texel_axis u = compute_texels(texture, x), v = compute_texels(texture, y), w = compute_texels(texture, z);
   const size_t size = (size_t)texture->size;
   const float *low = texture->values + w.low * size * size, *high = texture->values + w.high * size * size;
   const float *ll = low + v.low * size, *lh = low + v.high * size;

@@ -68,7 +68,7 @@ np_vec3 np_phase_sample(const np_phase *phase, np_vec3 forward, const float u[3]
 /* Mean cosine, exact for lobes, to 1e-9 for tables. */
 double np_phase_mean_cosine(const np_phase *phase);
 
-/* Legendre moments χ_0 … χ_{count−1}, likewise. */
+/* Legendre moments χ_0 … χ_{count−1}, of the same phase function. */
 void np_phase_get_moments(const np_phase *phase, unsigned count, double *out_moments);
 
 /* The same phase function broadened: every lobe's g and α times `factor`, so that a factor of 0 is isotropic (octaves

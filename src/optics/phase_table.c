@@ -56,9 +56,9 @@ static neph_result allocate(neph_context *context, size_t count, np_phase_table 
 }
 
 static neph_result read_table(const np_csv *csv, np_phase_table *out) {
-  int position = np_csv_find_column(csv, "angle_deg");
-  if (position == NP_CSV_NO_COLUMN) position = np_csv_find_column(csv, "cosine");
-  const int value = np_csv_find_column(csv, "value");
+  int position = np_csv_search_column(csv, "angle_deg");
+  if (position == NP_CSV_NO_COLUMN) position = np_csv_search_column(csv, "cosine");
+  const int value = np_csv_search_column(csv, "value");
   if (position == NP_CSV_NO_COLUMN || value == NP_CSV_NO_COLUMN)
     return np_fail(csv->context, NEPH_ERROR_BAD_FILE,
                    "%s:%u: a phase function needs the columns value and angle_deg or cosine", csv->path,

@@ -24,7 +24,7 @@ static neph_result open_phase_table(const neph_scene *scene, const np_scene_clou
 }
 
 static neph_result open_stars(const neph_scene *scene) {
-  if (!scene->stars.is_there || !scene->stars.catalogue) return NEPH_OK;
+  if (!scene->stars.is_enabled || !scene->stars.catalogue) return NEPH_OK;
   np_star_catalogue stars;
   neph_result result = np_star_catalogue_load(scene->context, scene->stars.catalogue, scene->stars.faintest, &stars);
   if (!result) np_star_catalogue_clear(&stars);
@@ -70,7 +70,7 @@ static neph_result open_field(const cloud_file *file, const char *name, const ch
 
 static neph_result open_emission(const cloud_file *file) {
   const np_scene_emission *emission = &file->scene->clouds[file->index].emission;
-  if (!emission->is_there) return NEPH_OK;
+  if (!emission->is_enabled) return NEPH_OK;
   neph_result result = open_field(file, emission->temperature, "temperature", true);
   return result ? result : open_field(file, emission->flame, "flame", false);
 }

@@ -22,8 +22,8 @@ static np_affine make_turn(np_axis_up up, double rotation_rad, double scale) {
   return up == NP_UP_Y ? np_affine_compose(&turn, &y_to_z) : turn;
 }
 
-void np_placement_find_bounds(const np_affine *index_to_world, const neph_volume *volume, np_dvec3 *out_min,
-                              np_dvec3 *out_max) {
+void np_placement_compute_bounds(const np_affine *index_to_world, const neph_volume *volume, np_dvec3 *out_min,
+                                 np_dvec3 *out_max) {
   *out_min = np_dvec3_make(DBL_MAX, DBL_MAX, DBL_MAX);
   *out_max = np_dvec3_make(-DBL_MAX, -DBL_MAX, -DBL_MAX);
   for (int corner = 0; corner < 8; corner++) {
@@ -40,7 +40,7 @@ void np_placement_find_bounds(const np_affine *index_to_world, const neph_volume
 static void move_to(np_affine *file_to_world, const neph_volume *volume, const double position_m[3]) {
   const np_affine index_to_world = np_affine_compose(file_to_world, &volume->index_to_world);
   np_dvec3 low, high;
-  np_placement_find_bounds(&index_to_world, volume, &low, &high);
+  np_placement_compute_bounds(&index_to_world, volume, &low, &high);
   file_to_world->m[0][3] += position_m[0] - 0.5 * (low.x + high.x);
   file_to_world->m[1][3] += position_m[1] - 0.5 * (low.y + high.y);
   file_to_world->m[2][3] += position_m[2] - low.z;
@@ -96,7 +96,7 @@ neph_result np_placement_make(const np_scene_cloud *cloud, const np_anchor *anch
                               np_monitor *monitor, np_placement *out_placement) {
   const np_affine index_to_world = np_affine_compose(&anchor->file_to_world, &volume->index_to_world);
   *out_placement = (np_placement){.index_to_world = index_to_world};
-  np_placement_find_bounds(&index_to_world, volume, &out_placement->bounds_min, &out_placement->bounds_max);
+  np_placement_compute_bounds(&index_to_world, volume, &out_placement->bounds_min, &out_placement->bounds_max);
   np_instance *world = &out_placement->world;
   world->bricks = &volume->bricks;
   world->phase = cloud->phase;

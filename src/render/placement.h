@@ -14,8 +14,8 @@ typedef struct np_placement {
 } np_placement;
 
 /* World box of a volume's active samples. */
-void np_placement_find_bounds(const np_affine *index_to_world, const neph_volume *volume, np_dvec3 *out_min,
-                              np_dvec3 *out_max);
+void np_placement_compute_bounds(const np_affine *index_to_world, const neph_volume *volume, np_dvec3 *out_min,
+                                 np_dvec3 *out_max);
 
 /* Whether a cloud's voxel, position or optical_depth go by what a volume holds. */
 bool np_placement_needs_reference(const np_scene_cloud *cloud);

@@ -53,62 +53,66 @@ static neph_result read_desc(const neph_scene *scene, const neph_render_desc *de
 
 static bool is_positive(const double spectrum[3]) { return spectrum[0] > 0 || spectrum[1] > 0 || spectrum[2] > 0; }
 
-static void find_sun_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, np_scene_facts *f) {
-  f->has_sun = is_positive(scene->sun.irradiance_w_m2_nm) && !(are_known && glow->is_sun_dark);
+static void compute_sun_facts(const neph_scene *scene, bool are_known, const np_scene_light_levels *levels,
+                              np_scene_facts *f) {
+  f->has_sun = is_positive(scene->sun.irradiance_w_m2_nm) && !(are_known && levels->is_sun_dark);
   if (!is_positive(scene->sun.irradiance_w_m2_nm))
     snprintf(f->no_sun, sizeof f->no_sun, "sun.irradiance is 0");
   else
     snprintf(f->no_sun, sizeof f->no_sun, "the sun is %.1f deg below the horizon seen, and from 19 on its sky is dark",
-             -glow->sun_height_deg);
+             -levels->sun_height_deg);
 }
 
-static void find_moon_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, np_scene_facts *f) {
-  const bool shines = scene->moon.is_there && scene->moon.brightness > 0 && is_positive(scene->sun.irradiance_w_m2_nm);
-  f->has_moon = shines && !(are_known && glow->is_moon_outshone);
-  if (!scene->moon.is_there)
+static void compute_moon_facts(const neph_scene *scene, bool are_known, const np_scene_light_levels *levels,
+                               np_scene_facts *f) {
+  const bool shines =
+      scene->moon.is_enabled && scene->moon.brightness > 0 && is_positive(scene->sun.irradiance_w_m2_nm);
+  f->has_moon = shines && !(are_known && levels->is_moon_outshone);
+  if (!scene->moon.is_enabled)
     snprintf(f->no_moon, sizeof f->no_moon, "the scene has no moon");
   else if (!shines)
     snprintf(f->no_moon, sizeof f->no_moon, "moon.brightness or sun.irradiance is 0");
-  else if (glow->moon_lux > 1e-3 * glow->sun_lux)
+  else if (levels->moon_lux > 1e-3 * levels->sun_lux)
     snprintf(f->no_moon, sizeof f->no_moon, "set: %.1f deg below the horizon seen, and from 6 on it is dark",
-             -glow->moon_height_deg);
+             -levels->moon_height_deg);
   else
     snprintf(f->no_moon, sizeof f->no_moon,
              "outshone: %.2g lx against the sun's %.2g, of which it is less than a thousandth; its disk is seen",
-             glow->moon_lux, glow->sun_lux);
+             levels->moon_lux, levels->sun_lux);
 }
 
-static void find_night_facts(const neph_scene *scene, bool are_known, const np_scene_glow *glow, np_scene_facts *f) {
-  const bool has_glow = scene->airglow.is_there || (scene->stars.is_there && scene->stars.map);
-  f->has_glow = has_glow && !(are_known && glow->is_airglow_outshone);
-  f->has_stars = scene->stars.is_there && !(are_known && glow->are_stars_outshone);
+static void compute_night_facts(const neph_scene *scene, bool are_known, const np_scene_light_levels *levels,
+                                np_scene_facts *f) {
+  const bool has_airglow = scene->airglow.is_enabled || (scene->stars.is_enabled && scene->stars.map);
+  f->has_airglow = has_airglow && !(are_known && levels->is_airglow_outshone);
+  f->has_stars = scene->stars.is_enabled && !(are_known && levels->are_stars_outshone);
   static const char outshone[] = "outshone: less than a thousandth of the sky's light at %.1f deg of sun";
-  snprintf(f->no_glow, sizeof f->no_glow, has_glow ? outshone : "the scene has no airglow and no map of the stars",
-           glow->sun_height_deg);
-  snprintf(f->no_stars, sizeof f->no_stars, scene->stars.is_there ? outshone : "the scene has no stars",
-           glow->sun_height_deg);
+  snprintf(f->no_airglow, sizeof f->no_airglow,
+           has_airglow ? outshone : "the scene has no airglow and no map of the stars", levels->sun_height_deg);
+  snprintf(f->no_stars, sizeof f->no_stars, scene->stars.is_enabled ? outshone : "the scene has no stars",
+           levels->sun_height_deg);
 }
 
 /* Solid angle of a pixel in the middle of the picture. */
-static double find_pixel_sr(const neph_scene *scene, unsigned width) {
+static double compute_pixel_sr(const neph_scene *scene, unsigned width) {
   const double edge = 2.0 * tan(0.5 * scene->camera.fov_rad) / width;
   return edge * edge;
 }
 
-static const char *find_darkness(const neph_scene *scene, const np_scene_facts *f) {
+static const char *describe_darkness(const neph_scene *scene, const np_scene_facts *f) {
   if (!f->wants_light) return "no light is wanted: no output shows any";
-  if (f->has_sun || f->has_environment || f->has_moon || f->has_glow || f->has_stars || f->has_emission) return NULL;
+  if (f->has_sun || f->has_environment || f->has_moon || f->has_airglow || f->has_stars || f->has_emission) return NULL;
   return is_positive(scene->sun.irradiance_w_m2_nm) ? "nothing shines: the sun is below the horizon by more than 19 deg"
                                                     : "nothing shines: sun and environment are 0";
 }
 
 static bool has_emission(const neph_scene *scene) {
-  bool is_there = false;
-  for (unsigned i = 0; i < scene->cloud_count; i++) is_there = is_there || scene->clouds[i].emission.is_there;
-  return is_there;
+  bool has_any = false;
+  for (unsigned i = 0; i < scene->cloud_count; i++) has_any = has_any || scene->clouds[i].emission.is_enabled;
+  return has_any;
 }
 
-static np_scene_facts find_facts(const neph_scene *scene, const np_plan *plan) {
+static np_scene_facts compute_facts(const neph_scene *scene, const np_plan *plan) {
   np_scene_facts facts = {
       .wants_light = scene->output.has_beauty || np_aovs_need_light(scene->output.aovs),
       .has_environment = is_positive(scene->environment.radiance_w_m2_sr_nm),
@@ -118,13 +122,14 @@ static np_scene_facts find_facts(const neph_scene *scene, const np_plan *plan) {
       .has_terrain = scene->terrain.kind != NP_TERRAIN_NONE,
       .has_planet = scene->environment.has_planet,
   };
-  np_scene_glow glow = {0};
-  if (plan->are_lights_known) glow = np_scene_glow_find(scene, &plan->lights, find_pixel_sr(scene, plan->desc.width));
-  facts.is_dusk = facts.has_air && plan->are_lights_known && glow.sun_height_deg < 0.0;
-  find_sun_facts(scene, plan->are_lights_known, &glow, &facts);
-  find_moon_facts(scene, plan->are_lights_known, &glow, &facts);
-  find_night_facts(scene, plan->are_lights_known, &glow, &facts);
-  facts.dark = find_darkness(scene, &facts);
+  np_scene_light_levels levels = {0};
+  if (plan->are_lights_known)
+    levels = np_scene_light_levels_compute(scene, &plan->lights, compute_pixel_sr(scene, plan->desc.width));
+  facts.is_dusk = facts.has_air && plan->are_lights_known && levels.sun_height_deg < 0.0;
+  compute_sun_facts(scene, plan->are_lights_known, &levels, &facts);
+  compute_moon_facts(scene, plan->are_lights_known, &levels, &facts);
+  compute_night_facts(scene, plan->are_lights_known, &levels, &facts);
+  facts.dark = describe_darkness(scene, &facts);
   return facts;
 }
 
@@ -151,10 +156,10 @@ static neph_result check_samples(const np_plan *plan) {
 }
 
 /* Where sun and moon stand, unless only the height field, not read yet, knows the place. */
-static neph_result find_lights(np_plan *plan, const neph_scene *scene) {
-  plan->are_lights_known = scene->has_place || (!scene->sun.time && !scene->stars.is_there);
+static neph_result compute_lights(np_plan *plan, const neph_scene *scene) {
+  plan->are_lights_known = scene->has_place || (!scene->sun.time && !scene->stars.is_enabled);
   if (!plan->are_lights_known) return NEPH_OK;
-  return np_scene_lights_find(scene, scene->latitude_rad, scene->longitude_rad, &plan->lights);
+  return np_scene_lights_compute(scene, scene->latitude_rad, scene->longitude_rad, &plan->lights);
 }
 
 /* Decides what is not decided yet. */
@@ -178,15 +183,15 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   *out_plan = (np_plan){.has_beauty = scene->output.has_beauty, .aovs = scene->output.aovs};
   neph_result result = begin(scene, desc, out_plan);
   if (!result) result = check_samples(out_plan);
-  if (!result) result = find_lights(out_plan, scene);
+  if (!result) result = compute_lights(out_plan, scene);
   if (result) return result;
   count_work(out_plan);
-  const np_scene_facts facts = find_facts(scene, out_plan);
+  const np_scene_facts facts = compute_facts(scene, out_plan);
   return decide_stages(out_plan, scene, &facts);
 }
 
 neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan) {
-  np_scene_facts facts = find_facts(scene, plan);
+  np_scene_facts facts = compute_facts(scene, plan);
   facts.has_clouds = false;
   memset(plan->stages, 0, sizeof plan->stages);
   snprintf(plan->stages[NP_STAGE_VOLUMES].reason, sizeof plan->stages->reason, "no cloud holds anything in this frame");
@@ -196,12 +201,12 @@ neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan) {
 neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan) {
   *out_plan = (np_plan){.has_beauty = true, .is_sky_alone = true};
   neph_result result = begin(scene, NULL, out_plan);
-  if (!result) result = find_lights(out_plan, scene);
+  if (!result) result = compute_lights(out_plan, scene);
   if (result) return result;
   out_plan->desc.atmosphere = NEPH_RENDER_ATMOSPHERE_TABLES; /* whatever integrator the scene's pictures take */
-  np_scene_facts facts = find_facts(scene, out_plan);
+  np_scene_facts facts = compute_facts(scene, out_plan);
   facts.wants_light = true;
-  facts.dark = find_darkness(scene, &facts);
+  facts.dark = describe_darkness(scene, &facts);
   facts.has_clouds = facts.has_terrain = false;
   return decide_stages(out_plan, scene, &facts);
 }

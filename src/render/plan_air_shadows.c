@@ -15,7 +15,7 @@ static const double elevation_least_rad = -4.0 * NP_PI / 180.0;
 static const double relief_unread_m = 1000.0;
 
 /* Of the densest air there is, at 550 nm, 1/m. */
-static double find_scattering(const neph_atmosphere_desc *air) {
+static double compute_scattering(const neph_atmosphere_desc *air) {
   double sum = 0.0;
   for (unsigned i = 0; i < air->layer_count; i++) {
     const neph_atmosphere_layer *layer = &air->layers[i];
@@ -35,8 +35,8 @@ static double compute_given_length(const np_scene_cloud *cloud) {
   return cloud->scale * hypot(high[0] - low[0], high[1] - low[1]);
 }
 
-/* As long as what throws the shadows; of files, which are not read yet, without bound. */
-static double find_cloud_shadow(const neph_scene *scene) {
+/* As long as the clouds that cast the shadows; of files, which are not read yet, without bound. */
+static double compute_cloud_shadow(const neph_scene *scene) {
   double length = 0.0;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const np_scene_cloud *cloud = &scene->clouds[i];
@@ -54,7 +54,7 @@ static double get_relief(const np_scene_terrain *terrain) {
 }
 
 /* As long as a summit's on the level. */
-static double find_hill_shadow(const neph_scene *scene, double elevation_rad) {
+static double compute_hill_shadow(const neph_scene *scene, double elevation_rad) {
   if (scene->terrain.kind == NP_TERRAIN_NONE) return 0.0;
   return elevation_rad > 0.0 ? get_relief(&scene->terrain) / tan(elevation_rad) : HUGE_VAL;
 }
@@ -81,8 +81,8 @@ bool np_plan_choose_air_shadows(const np_plan *plan, const neph_scene *scene, ch
              -elevation / NP_DEGREE, plan->has_sun ? "sun" : "moon");
     return false;
   }
-  const double clouds = find_cloud_shadow(scene), hills = find_hill_shadow(scene, elevation);
-  const double depth = find_scattering(&scene->atmosphere) * fmax(clouds, hills);
+  const double clouds = compute_cloud_shadow(scene), hills = compute_hill_shadow(scene, elevation);
+  const double depth = compute_scattering(&scene->atmosphere) * fmax(clouds, hills);
   const double share = -expm1(-depth);
   snprintf(out_reason, reason_size, "%s may shade air that scatters up to %.2g %% of a ray's light%s",
            clouds >= hills ? "clouds" : "hills", 100.0 * share,

@@ -14,7 +14,7 @@ typedef enum np_stage {
   NP_STAGE_MOON,          /* its skies, and its light on clouds and ground */
   NP_STAGE_LIGHTS,        /* sun, moon and stars in their places */
   NP_STAGE_VOLUMES,       /* files read and clouds baked, made into bricks */
-  NP_STAGE_EMISSION,      /* of clouds: grids of what glows, and a list of the lights they are */
+  NP_STAGE_EMISSION,      /* of clouds: grids of emitters, and their cells by power */
   NP_STAGE_ATMOSPHERE,    /* optical depths and moments of the air */
   NP_STAGE_CAMERA_SKY,    /* the sky and the air seen from the camera */
   NP_STAGE_CLOUD_SKY,     /* the sky seen from the clouds */
@@ -24,7 +24,7 @@ typedef enum np_stage {
   NP_STAGE_GROUND_LIGHT,  /* reflected to the clouds */
   NP_STAGE_WORLD,         /* geometry, media, lights and night, for each light */
   NP_STAGE_SKY_GUIDE,     /* where sky and ground are bright, for paths to aim at */
-  NP_STAGE_SUN_DEPTH,     /* of the clouds, filled in once, for march and shadows */
+  NP_STAGE_SUN_OPTICAL_DEPTH,     /* of the clouds, filled in once, for march and shadows */
   NP_STAGE_ORDINATES,     /* multiple scattering solved for on coarse cells */
   NP_STAGE_VIEWER_LIGHT,  /* of that solution, towards the camera */
   NP_STAGE_GROUND_CLOUDS, /* light from the clouds on the ground */

@@ -30,7 +30,7 @@ static const double traceable_depth_max = 1e4;
 typedef struct slab_row {
   np_slab_case case_;
   bool is_flux, is_answered;
-  np_slab_question questions[2];
+  np_slab_query queries[2];
   np_slab_answer answers[2]; /* R and T, or L alone */
 } slab_row;
 
@@ -65,11 +65,11 @@ static neph_result read_case(const slab_probe *p, size_t row, np_slab_case *out)
   return result || out->is_diffuse ? result : get_real(p, row, COLUMN_MU0, 1e-4, 1.0, &out->mu0);
 }
 
-static neph_result read_direction(const slab_probe *p, size_t row, bool is_top, np_slab_question *out) {
+static neph_result read_direction(const slab_probe *p, size_t row, bool is_top, np_slab_query *out) {
   double mu = 0.0, phi_deg = 0.0;
   neph_result result = get_real(p, row, COLUMN_MU_VIEW, is_top ? 1e-4 : -1.0, is_top ? 1.0 : -1e-4, &mu);
   if (!result) result = get_real(p, row, COLUMN_PHI, -360.0, 360.0, &phi_deg);
-  *out = (np_slab_question){.is_top = is_top, .mu_view = fabs(mu), .phi_rad = phi_deg * NP_DEGREE};
+  *out = (np_slab_query){.is_top = is_top, .mu_view = fabs(mu), .phi_rad = phi_deg * NP_DEGREE};
   return result;
 }
 
@@ -82,9 +82,9 @@ static neph_result read_row(const slab_probe *p, size_t row, slab_row *out) {
                    "%s:%u: quantity is '%s', must be flux, radiance_top_up or radiance_bottom_down", p->csv.path,
                    p->csv.rows[row].line, quantity);
   neph_result result = read_case(p, row, &out->case_);
-  if (result || !out->is_flux) return result ? result : read_direction(p, row, is_top, &out->questions[0]);
-  out->questions[0] = (np_slab_question){.is_flux = true, .is_top = true};
-  out->questions[1] = (np_slab_question){.is_flux = true, .is_top = false};
+  if (result || !out->is_flux) return result ? result : read_direction(p, row, is_top, &out->queries[0]);
+  out->queries[0] = (np_slab_query){.is_flux = true, .is_top = true};
+  out->queries[1] = (np_slab_query){.is_flux = true, .is_top = false};
   return NEPH_OK;
 }
 
@@ -92,7 +92,7 @@ static neph_result read_rows(void *slabs) {
   slab_probe *p = slabs;
   p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
   neph_result result = p->rows ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) result = np_csv_find_columns(&p->csv, column_names, COLUMN_COUNT, columns_needed, p->columns);
+  if (!result) result = np_csv_search_columns(&p->csv, column_names, COLUMN_COUNT, columns_needed, p->columns);
   for (size_t i = 0; !result && i < p->csv.row_count; i++) result = read_row(p, i, &p->rows[i]);
   return result;
 }
@@ -117,7 +117,7 @@ static void warn_of_unknown_error(const slab_probe *p, size_t row, int query) {
 static neph_result ask(slab_probe *p, size_t row, np_slab *slab, int query) {
   slab_row *r = &p->rows[row];
   neph_result result =
-      np_slab_ask(slab, &r->questions[query], (uint32_t)(2 * row) + (uint32_t)query, &p->monitor, &r->answers[query]);
+      np_slab_ask(slab, &r->queries[query], (uint32_t)(2 * row) + (uint32_t)query, &p->monitor, &r->answers[query]);
   if (!result) warn_of_unknown_error(p, row, query);
   return result;
 }

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-#include "atmosphere/sky_question.h"
+#include "atmosphere/sky_query.h"
 #include "core/alloc.h"
 #include "core/file.h"
 #include "render/probe_run.h"
@@ -47,7 +47,7 @@ static const struct {
 
 typedef struct earth {
   const char *name;
-  np_truth_light light;
+  np_reference_light light;
   double sun_angular_radius_rad, irradiance_w_m2_nm[3];
   neph_atmosphere_desc medium;
   neph_atmosphere_layer layers[NEPH_EARTH_LAYER_COUNT]; /* the medium's, where they are not the Earth's own */
@@ -78,7 +78,7 @@ static neph_result describe_earths(neph_context *context, earth out[NAMED_COUNT]
     neph_result result = neph_atmosphere_get_preset(context, presets[i], &out[i].medium, &distance_au);
     if (result) return result;
     out[i].name = presets[i];
-    out[i].light = i < 2 ? NP_TRUTH_POINT : NP_TRUTH_DISK;
+    out[i].light = i < 2 ? NP_REFERENCE_POINT : NP_REFERENCE_DISK;
     out[i].sun_angular_radius_rad = sun.sun_angular_radius_rad / distance_au;
     for (int b = 0; b < 3; b++)
       out[i].irradiance_w_m2_nm[b] = i == 1 ? 1.0 : sun.sun_irradiance_w_m2_nm[b] / (distance_au * distance_au);
@@ -92,7 +92,7 @@ static neph_result describe_earths(neph_context *context, earth out[NAMED_COUNT]
 
 /* The air and the sun of a scene. */
 static void describe_scene(const neph_scene *scene, const char *name, earth *out) {
-  *out = (earth){.name = name, .light = NP_TRUTH_DISK, .medium = scene->atmosphere};
+  *out = (earth){.name = name, .light = NP_REFERENCE_DISK, .medium = scene->atmosphere};
   out->sun_angular_radius_rad = scene->sun.angular_radius_rad;
   memcpy(out->irradiance_w_m2_nm, scene->sun.irradiance_w_m2_nm, sizeof out->irradiance_w_m2_nm);
 }
@@ -101,8 +101,8 @@ static void describe_scene(const neph_scene *scene, const char *name, earth *out
 
 typedef struct sky_row {
   int earth;
-  np_sky_question query;
-  np_truth_value answer;
+  np_sky_query query;
+  np_reference_value answer;
 } sky_row;
 
 typedef struct sky_probe {
@@ -173,7 +173,7 @@ static neph_result read_earth(sky_probe *p, size_t row, int *out) {
                  p->csv.path, p->csv.rows[row].line, text);
 }
 
-static neph_result read_order(const sky_probe *p, size_t row, np_sky_question *q) {
+static neph_result read_order(const sky_probe *p, size_t row, np_sky_query *q) {
   q->order_max = q->quantity == NP_SKY_SINGLE_SCATTER_RADIANCE ? 1 : NP_ORDERS_ALL;
   if (q->quantity == NP_SKY_SINGLE_SCATTER_RADIANCE || !*get_text(p, row, COLUMN_MAX_ORDER)) return NEPH_OK;
   double order;
@@ -186,7 +186,7 @@ static neph_result read_order(const sky_probe *p, size_t row, np_sky_question *q
 }
 
 static neph_result read_row(sky_probe *p, size_t row, sky_row *out) {
-  np_sky_question *q = &out->query;
+  np_sky_query *q = &out->query;
   double altitude_km = 0.0, sun_deg = 0.0, view_deg = 0.0, azimuth_deg = 0.0, distance_km = 0.0;
   neph_result result = read_quantity(p, row, &q->quantity);
   if (!result) result = read_earth(p, row, &out->earth);
@@ -210,7 +210,7 @@ static neph_result read_rows(void *skies) {
   sky_probe *p = skies;
   p->rows = np_alloc(p->context, p->csv.row_count, sizeof *p->rows);
   neph_result result = p->rows ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) result = np_csv_find_columns(&p->csv, column_names, COLUMN_COUNT, columns_needed, p->columns);
+  if (!result) result = np_csv_search_columns(&p->csv, column_names, COLUMN_COUNT, columns_needed, p->columns);
   for (size_t i = 0; !result && i < p->csv.row_count; i++) result = read_row(p, i, &p->rows[i]);
   return result;
 }
@@ -223,8 +223,8 @@ static void dismiss_witness(sky_probe *p) {
   p->witness.atmosphere = NULL;
 }
 
-/* One that has the tables for the question, the last one's kept where they do. What needs no tables of scattered light
- * is asked of those of order 1, which are soonest made. */
+/* One that has the tables for the query; the last one's are reused where they have them. What needs no tables of
+ * scattered light is asked of those of order 1, which are soonest made. */
 static neph_result call_witness(sky_probe *p, const sky_row *row) {
   const bool has_tables = p->desc.method != NEPH_SKY_METHOD_TRACE && np_sky_quantity_is_scattered(row->query.quantity);
   const unsigned orders = has_tables && row->query.order_max > 1 ? row->query.order_max : 1;
@@ -238,7 +238,7 @@ static neph_result call_witness(sky_probe *p, const sky_row *row) {
   memcpy(p->witness.irradiance_w_m2_nm, e->irradiance_w_m2_nm, sizeof p->witness.irradiance_w_m2_nm);
   p->witness_earth = row->earth;
   p->witness_orders = orders;
-  return np_atmosphere_create_orders(p->context, &e->medium, orders, e->light == NP_TRUTH_POINT, &p->monitor,
+  return np_atmosphere_create_orders(p->context, &e->medium, orders, e->light == NP_REFERENCE_POINT, &p->monitor,
                                      &p->witness.atmosphere);
 }
 
@@ -264,10 +264,10 @@ static void print_rows(FILE *out, const void *user) {
   const sky_probe *p = user;
   fprintf(out, "%s,r,g,b,r_se,g_se,b_se\n", p->csv.header.text);
   for (size_t i = 0; i < p->csv.row_count; i++) {
-    const np_truth_value *a = &p->rows[i].answer;
+    const np_reference_value *a = &p->rows[i].answer;
     fputs(p->csv.rows[i].text, out);
-    for (int b = 0; b < NP_TRUTH_BANDS; b++) fprintf(out, ",%.9g", a->mean[b]);
-    for (int b = 0; b < NP_TRUTH_BANDS; b++) fprintf(out, ",%.3g", a->error[b]);
+    for (int b = 0; b < NP_REFERENCE_BANDS; b++) fprintf(out, ",%.9g", a->mean[b]);
+    for (int b = 0; b < NP_REFERENCE_BANDS; b++) fprintf(out, ",%.3g", a->error[b]);
     fputc('\n', out);
   }
 }

@@ -136,7 +136,7 @@ static neph_result solve(np_slab *slab, bool has_importance) {
   desc.cells.bounds_min = np_dvec3_make(0.0, 0.0, -1.0);
   desc.cells.bounds_max = np_dvec3_make(1.0, 1.0, slab->sample_count);
   desc.has_importance = has_importance;
-  const np_sun_depth_source depths = np_sun_depths_get_source(&slab->lighting.sun_depths);
+  const np_sun_optical_depth_source depths = np_sun_depths_get_source(&slab->lighting.sun_depths);
   neph_result result = np_scattering_field_build(slab->context, &slab->world, &depths, &desc, NULL, &slab->scattering);
   slab->lighting.scattering = slab->scattering;
   return result;
@@ -188,7 +188,7 @@ typedef struct batch {
 
 typedef struct inquiry {
   const np_slab *slab;
-  const np_slab_question *query;
+  const np_slab_query *query;
   np_integrator_settings settings;
   uint32_t stream;
   uint32_t run; /* the last counts, those before are pilots */
@@ -227,7 +227,7 @@ static double measure_radiance(const inquiry *q, const np_camera_ray *ray, np_ra
 }
 
 static double measure_ray(const inquiry *q, unsigned index, const double offset[2], np_random *random) {
-  const np_slab_question *query = q->query;
+  const np_slab_query *query = q->query;
   double mu = query->mu_view, phi_rad = query->phi_rad, weight = 1.0;
   if (query->is_flux) {
     mu = invert_share(turn(offset[0], 0.7548776662466927, index));
@@ -374,7 +374,7 @@ static neph_result measure_scattered(inquiry *q, np_slab_answer *out_answer) {
   return result;
 }
 
-neph_result np_slab_ask(const np_slab *slab, const np_slab_question *query, uint32_t stream, np_monitor *monitor,
+neph_result np_slab_ask(const np_slab *slab, const np_slab_query *query, uint32_t stream, np_monitor *monitor,
                         np_slab_answer *out_answer) {
   inquiry q = {.slab = slab, .query = query, .settings = slab->settings, .stream = stream, .monitor = monitor};
   neph_result result = measure_scattered(&q, out_answer);

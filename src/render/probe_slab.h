@@ -15,11 +15,11 @@ typedef struct np_slab_case {
 } np_slab_case;
 
 /* One number about it: a flux through a face, or the scattered radiance that leaves a face in one direction. */
-typedef struct np_slab_question {
+typedef struct np_slab_query {
   bool is_flux, is_top;
   double mu_view; /* magnitude */
   double phi_rad; /* between the directions of flight of the beam and of the leaving light */
-} np_slab_question;
+} np_slab_query;
 
 /* Fewer contributions say nothing of an answer's error. */
 #define NP_SLAB_CONTRIBUTIONS_MIN 16.0
@@ -36,7 +36,7 @@ neph_result np_slab_create(neph_context *context, const np_slab_case *case_, con
 void np_slab_destroy(np_slab *slab);
 
 /* `stream` tells the random numbers of one question from those of another. */
-neph_result np_slab_ask(const np_slab *slab, const np_slab_question *query, uint32_t stream, np_monitor *monitor,
+neph_result np_slab_ask(const np_slab *slab, const np_slab_query *query, uint32_t stream, np_monitor *monitor,
                         np_slab_answer *out_answer);
 
 #endif

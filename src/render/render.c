@@ -47,7 +47,7 @@ static void add_quality(np_scattering_quality own, light_quality *q) {
   q->cut_width = own.cut_width > q->cut_width ? own.cut_width : q->cut_width;
 }
 
-static light_quality find_light_quality(const np_assembly *assembly) {
+static light_quality compute_light_quality(const np_assembly *assembly) {
   light_quality q = {.is_solved = false};
   for (unsigned p = 0; p < assembly->packet_count; p++)
     for (unsigned i = 0; i < assembly->packets[p].light_count; i++) {
@@ -81,7 +81,7 @@ static neph_result describe_cut(const neph_render_desc *desc, const light_qualit
 }
 
 static neph_result describe_light(const np_assembly *assembly, const neph_render_desc *desc, neph_image *image) {
-  const light_quality q = find_light_quality(assembly);
+  const light_quality q = compute_light_quality(assembly);
   if (!q.is_solved) return NEPH_OK;
   neph_result result = np_image_set_real(image, "nephos:lightResidual", q.residual);
   if (!result) result = np_image_set_real(image, "nephos:lightError", q.error);

@@ -32,7 +32,7 @@ static np_camera_ray make_ray(const np_frame *f, unsigned x, unsigned y, unsigne
 }
 
 /* Distance along the ray of the pixel's centre to where cloud hides half, or to ground; infinite past both. */
-static double find_distance(const np_frame *f, unsigned x, unsigned y, np_vec3 *out_direction) {
+static double compute_distance(const np_frame *f, unsigned x, unsigned y, np_vec3 *out_direction) {
   const np_camera *camera = &f->assembly->camera;
   *out_direction = np_camera_direction(camera, (float)x + 0.5f, (float)y + 0.5f);
   const np_camera_ray ray = {.origin = camera->origin, .direction = *out_direction};
@@ -118,7 +118,7 @@ static neph_result sample_pixel(const np_frame *f, const unsigned at[2], uint32_
 static bool has_limit(const np_frame *f) { return isfinite(f->desc->time_limit_s); }
 
 /* The largest of the bands' standard errors for one sample, over the pixel's radiance or the dim one. */
-static double find_relative_spread(const np_frame *f, const np_spread *spread) {
+static double compute_relative_spread(const np_frame *f, const np_spread *spread) {
   double worst = 0.0;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
     const double level = fmax(fabs(spread->mean[b]), f->dim[b]);
@@ -184,7 +184,7 @@ static void finish_pixel(const np_frame *f, const unsigned at[2], const np_pixel
                          np_tile_total *total) {
   np_pixel_facts facts = {.spread = p->spread};
   np_vec3 direction;
-  facts.distance = find_distance(f, at[0], at[1], &direction);
+  facts.distance = compute_distance(f, at[0], at[1], &direction);
   facts.depth = isinf(facts.distance) ? facts.distance
                                       : -facts.distance * (double)np_vec3_dot(direction, f->assembly->camera.back);
   float values[NP_CHANNELS_MAX];
@@ -197,7 +197,7 @@ static void finish_pixel(const np_frame *f, const unsigned at[2], const np_pixel
     total->lost[b] += p->lost[b] / p->spread.count;
   }
   total->samples += p->spread.count;
-  total->squares += pow(find_relative_spread(f, &p->spread), 2.0) / p->spread.count;
+  total->squares += pow(compute_relative_spread(f, &p->spread), 2.0) / p->spread.count;
 }
 
 /* Without a time limit: all of a pixel at once. */
@@ -355,7 +355,7 @@ static neph_result run_pilots(np_frame *f) {
 }
 
 /* Of what is left of a time limit a quarter is for pilots. A pixel without any gets the least number of samples. */
-static neph_result find_pilots(np_frame *f) {
+static neph_result sample_pilots(np_frame *f) {
   neph_context *context = f->assembly->context;
   f->pilots = np_alloc(context, (size_t)(f->width + 2) * (f->height + 2), sizeof *f->pilots);
   if (!f->pilots) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -365,23 +365,23 @@ static neph_result find_pilots(np_frame *f) {
   return run_until(f, now_s + 0.25 * left_s, run_pilots, &is_cut);
 }
 
-/* Mean radiance of what glows, over the box of the clouds: seen from all sides its area is a quarter of its surface. */
-static np_spectrum find_mean_emission(const np_assembly *a, const np_packet *packet) {
+/* Mean radiance of emission, over the box of the clouds: seen from all sides its area is a quarter of its surface. */
+static np_spectrum compute_mean_emission(const np_assembly *a, const np_packet *packet) {
   const np_dvec3 size = np_dvec3_subtract(a->clouds_max, a->clouds_min);
   const double area = 0.5 * (size.x * size.y + size.y * size.z + size.z * size.x);
   const np_spectrum dark = np_spectrum_grey(0.0f);
-  return packet->emission.glow_count > 0 && area > 0.0
+  return packet->emission.emitter_count > 0 && area > 0.0
              ? np_spectrum_scale(packet->emission.power_w_sr_nm, (float)(1.0 / area))
              : dark;
 }
 
-/* A hundredth of a white wall in full light, and of what glows: in darker places an error relative to them would cost
+/* A hundredth of a white wall in full light, and of emission: in darker places an error relative to them would cost
  * much and show little. */
-static void find_dim(np_frame *f) {
+static void compute_dim(np_frame *f) {
   const np_assembly *a = f->assembly;
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (unsigned p = 0; p < a->packet_count; p++) {
-    np_spectrum light = find_mean_emission(a, &a->packets[p]);
+    np_spectrum light = compute_mean_emission(a, &a->packets[p]);
     for (unsigned l = 0; l < a->packets[p].light_count; l++) {
       const np_world *world = &a->packets[p].lights[l].world;
       light = np_spectrum_add(
@@ -393,12 +393,12 @@ static void find_dim(np_frame *f) {
 }
 
 neph_result np_frame_sample(np_frame *f) {
-  find_dim(f);
+  compute_dim(f);
   np_blue_noise_fill(f->blue_noise);
   const np_monitor_part whole = np_monitor_get_part(f->monitor);
   const double pilots_end = np_frame_has_target(f) ? 0.2 : 0.0;
   np_monitor_set_part(f->monitor, whole, 0.0, pilots_end);
-  neph_result result = np_frame_has_target(f) ? find_pilots(f) : NEPH_OK;
+  neph_result result = np_frame_has_target(f) ? sample_pilots(f) : NEPH_OK;
   np_monitor_set_part(f->monitor, whole, pilots_end, 1.0);
   np_monitor_set_stage(f->monitor, "rendering");
   if (!result) result = has_limit(f) ? render_passes(f) : show_tiles(f, render_pixel, true);

@@ -24,7 +24,7 @@ static np_vec3 direction_of(const sky_image *s, double x, double y) {
 }
 
 /* Skies of all lights and the night, without the disks and what is a point. */
-static np_spectrum find_sky(const np_assembly *a, const np_packet *packet, np_vec3 direction) {
+static np_spectrum compute_sky(const np_assembly *a, const np_packet *packet, np_vec3 direction) {
   np_spectrum radiance = np_spectrum_grey(0.0f);
   for (unsigned l = 0; l < packet->light_count; l++) {
     const np_packet_light *light = &packet->lights[l];
@@ -35,16 +35,16 @@ static np_spectrum find_sky(const np_assembly *a, const np_packet *packet, np_ve
 }
 
 /* The same in the picture's colours. */
-static np_spectrum find_color(const void *user, np_vec3 direction) {
+static np_spectrum compute_color(const void *user, np_vec3 direction) {
   const np_assembly *a = user;
   np_spectrum color = np_spectrum_grey(0.0f);
   for (unsigned p = 0; p < a->packet_count; p++)
-    color = np_packet_add_color(&a->packets[p], color, find_sky(a, &a->packets[p], direction));
+    color = np_packet_add_color(&a->packets[p], color, compute_sky(a, &a->packets[p], direction));
   return color;
 }
 
 /* What the air lets through of the disks. */
-static np_spectrum find_disks(const np_assembly *a, np_vec3 direction) {
+static np_spectrum compute_disks(const np_assembly *a, np_vec3 direction) {
   np_spectrum color = np_spectrum_grey(0.0f);
   for (unsigned p = 0; p < a->packet_count; p++) {
     const np_packet *packet = &a->packets[p];
@@ -74,15 +74,15 @@ static np_spectrum average_disks(const sky_image *s, unsigned x, size_t y) {
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (int i = 0; i < n * n; i++) {
     const double column = x + (i % n + 0.5) / n, row = (double)y + (i / n + 0.5) / n;
-    sum = np_spectrum_add(sum, find_disks(s->assembly, direction_of(s, column, row)));
+    sum = np_spectrum_add(sum, compute_disks(s->assembly, direction_of(s, column, row)));
   }
   return n ? np_spectrum_scale(sum, 1.0f / (float)(n * n)) : sum;
 }
 
 /* The sky and its stars at one pixel. */
-static np_spectrum find_pixel(const sky_image *s, unsigned x, size_t y) {
+static np_spectrum compute_pixel(const sky_image *s, unsigned x, size_t y) {
   const np_assembly *a = s->assembly;
-  np_spectrum color = find_color(a, direction_of(s, x + 0.5, (double)y + 0.5));
+  np_spectrum color = compute_color(a, direction_of(s, x + 0.5, (double)y + 0.5));
   for (unsigned p = 0; p < a->packet_count; p++)
     color = np_packet_add_color(&a->packets[p], color, np_star_field_get(&a->packets[p].stars, x, (unsigned)y));
   return color;
@@ -93,7 +93,7 @@ static neph_result fill_rows(void *user, size_t begin, size_t end, unsigned thre
   const sky_image *s = user;
   for (size_t y = begin; y < end; y++)
     for (unsigned x = 0; x < s->width; x++) {
-      const np_spectrum sky = find_pixel(s, x, y), disks = average_disks(s, x, y);
+      const np_spectrum sky = compute_pixel(s, x, y), disks = average_disks(s, x, y);
       for (int c = 0; c < NP_BAND_COUNT; c++) {
         s->planes[c][y * s->width + x] = sky.band[c];
         s->planes[NP_BAND_COUNT + c][y * s->width + x] = disks.band[c];
@@ -118,7 +118,7 @@ typedef struct sky_irradiance {
   np_spectrum sun, moon, sky;
 } sky_irradiance;
 
-static sky_irradiance find_irradiance(const np_packet *packet) {
+static sky_irradiance compute_irradiance(const np_packet *packet) {
   sky_irradiance out = {.sky = packet->night.ground_irradiance};
   for (unsigned l = 0; l < packet->light_count; l++) {
     const np_packet_light *light = &packet->lights[l];
@@ -136,7 +136,7 @@ static neph_result describe_irradiances(const np_assembly *assembly, neph_image 
   sky_irradiance color = {.sun = np_spectrum_grey(0.0f)};
   for (unsigned p = 0; p < assembly->packet_count; p++) {
     const np_packet *packet = &assembly->packets[p];
-    const sky_irradiance bands = find_irradiance(packet);
+    const sky_irradiance bands = compute_irradiance(packet);
     color.sun = np_packet_add_color(packet, color.sun, bands.sun);
     color.moon = np_packet_add_color(packet, color.moon, bands.moon);
     color.sky = np_packet_add_color(packet, color.sky, bands.sky);
@@ -149,7 +149,7 @@ static neph_result describe_irradiances(const np_assembly *assembly, neph_image 
 /* Nine triples: every coefficient's R, G, B. */
 static neph_result describe_harmonics(const np_assembly *assembly, neph_image *image) {
   double harmonics[NP_SKY_HARMONICS][NP_BAND_COUNT];
-  np_sky_harmonics_project(find_color, assembly, harmonics);
+  np_sky_harmonics_project(compute_color, assembly, harmonics);
   char text[1024];
   size_t length = 0;
   for (int i = 0; i < NP_SKY_HARMONICS * NP_BAND_COUNT; i++)

@@ -18,26 +18,26 @@ enum { DECADES = 4 };
 typedef struct drawing {
   unsigned width, height, dot;
   bool is_logarithmic;
-  np_bands (*find)(const np_packet *packet, unsigned x, unsigned y);
+  np_bands (*get)(const np_packet *packet, unsigned x, unsigned y);
 } drawing;
 
 static const np_table_sizes *get_sizes(const np_packet *packet) { return &packet->atmosphere->sizes; }
 
 /* Altitude grows upwards, the distance to the top of the air to the right: from the zenith to the level. */
-static np_bands find_transmittance(const np_packet *packet, unsigned x, unsigned y) {
+static np_bands get_transmittance(const np_packet *packet, unsigned x, unsigned y) {
   const np_depth_table *t = &packet->atmosphere->depths;
   return np_bands_exp(-t->texels[((unsigned)t->rows - 1 - y) * (unsigned)t->columns + x]);
 }
 
 /* M: altitude grows upwards, the sun's cosine to the right. */
-static np_bands find_scattering(const np_packet *packet, unsigned x, unsigned y) {
+static np_bands get_scattering(const np_packet *packet, unsigned x, unsigned y) {
   const np_moment_table *t = &packet->atmosphere->moments;
   return np_moment_table_at_row(t, t->rows - 1 - (int)y)[x];
 }
 
 /* The aerosol's source over M: a tile for each altitude (upwards) and sun (to the right) of directions seen: up is up,
  * azimuth from the sun's to the right. */
-static np_bands find_gather(const np_packet *packet, unsigned x, unsigned y) {
+static np_bands get_gather(const np_packet *packet, unsigned x, unsigned y) {
   const np_gather_kernel *kernel = &packet->atmosphere->kernel;
   const unsigned cosines = (unsigned)kernel->cosines, azimuths = (unsigned)kernel->azimuths;
   const unsigned altitude = (unsigned)kernel->altitude_count - 1 - y / cosines;
@@ -61,7 +61,7 @@ static np_bands put_phase(const np_packet *packet, const np_sky_layout *layout, 
   return light.smooth + np_aerosol_phase(&packet->atmosphere->medium, (float)fmax(1.0 - to_sun, 0.0)) * light.peak;
 }
 
-static np_bands find_view(const np_packet *packet, unsigned x, unsigned y) {
+static np_bands get_view(const np_packet *packet, unsigned x, unsigned y) {
   const np_sky_layout layout = np_sky_view_layout(packet->lights[0].camera_sky);
   const unsigned row = row_from_zenith(&get_sizes(packet)->view, y);
   const np_scattered *s = &packet->lights[0].camera_sky->view[row * (unsigned)layout.azimuths + x];
@@ -74,7 +74,7 @@ static np_bands find_view(const np_packet *packet, unsigned x, unsigned y) {
 enum { AERIAL_TILES = 8 }; /* side by side */
 
 /* In-scatter to every far plane: a tile for each slice, line by line, of directions as in the view. */
-static np_bands find_aerial(const np_packet *packet, unsigned x, unsigned y) {
+static np_bands get_aerial(const np_packet *packet, unsigned x, unsigned y) {
   const np_view_sizes *n = &get_sizes(packet)->aerial;
   const np_sky_layout layout = np_sky_aerial_layout(packet->lights[0].camera_sky);
   const unsigned rows = (unsigned)(n->up + n->down), azimuths = (unsigned)n->azimuths, slices = (unsigned)n->points;
@@ -95,29 +95,29 @@ static drawing plan_drawing(const np_packet *packet, neph_sky_table table) {
   const unsigned aerial_lines = ((unsigned)n->aerial.points + AERIAL_TILES - 1) / AERIAL_TILES;
   switch (table) {
   case NEPH_SKY_TABLE_TRANSMITTANCE:
-    return (drawing){(unsigned)n->depth.columns, (unsigned)n->depth.rows, 4, false, find_transmittance};
+    return (drawing){(unsigned)n->depth.columns, (unsigned)n->depth.rows, 4, false, get_transmittance};
   case NEPH_SKY_TABLE_SCATTERING:
-    return (drawing){(unsigned)n->moments.columns, (unsigned)n->moments.rows, 4, true, find_scattering};
+    return (drawing){(unsigned)n->moments.columns, (unsigned)n->moments.rows, 4, true, get_scattering};
   case NEPH_SKY_TABLE_AEROSOL:
     return (drawing){(unsigned)(packet->lights[0].camera_sky->gather.sun_count * packet->atmosphere->kernel.azimuths),
                      (unsigned)(packet->atmosphere->kernel.altitude_count * packet->atmosphere->kernel.cosines), 8,
-                     false, find_gather};
+                     false, get_gather};
   case NEPH_SKY_TABLE_VIEW:
-    return (drawing){(unsigned)n->view.azimuths, (unsigned)(n->view.up + n->view.down), 6, false, find_view};
+    return (drawing){(unsigned)n->view.azimuths, (unsigned)(n->view.up + n->view.down), 6, false, get_view};
   case NEPH_SKY_TABLE_AERIAL:
     return (drawing){AERIAL_TILES * (unsigned)n->aerial.azimuths,
-                     aerial_lines * (unsigned)(n->aerial.up + n->aerial.down), 3, false, find_aerial};
+                     aerial_lines * (unsigned)(n->aerial.up + n->aerial.down), 3, false, get_aerial};
   case NEPH_SKY_TABLE_COUNT:
     break;
   }
   return (drawing){0};
 }
 
-static float find_greatest(const np_packet *packet, const drawing *d) {
+static float compute_maximum(const np_packet *packet, const drawing *d) {
   float greatest = 0.0f;
   for (unsigned y = 0; y < d->height; y++)
     for (unsigned x = 0; x < d->width; x++) {
-      const np_bands value = d->find(packet, x, y);
+      const np_bands value = d->get(packet, x, y);
       for (int b = 0; b < NP_BAND_COUNT; b++) greatest = np_maxf(greatest, value[b]);
     }
   return greatest;
@@ -130,13 +130,13 @@ static float shade(const drawing *d, float value, float greatest) {
 
 static void draw(const np_packet *packet, const drawing *d, neph_image *image) {
   static const char *const names[NP_BAND_COUNT] = {"R", "G", "B"};
-  const float greatest = find_greatest(packet, d);
+  const float greatest = compute_maximum(packet, d);
   const size_t width = (size_t)d->width * d->dot;
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     float *plane = neph_image_get_channel(image, names[b]);
     for (size_t y = 0; y < (size_t)d->height * d->dot; y++)
       for (size_t x = 0; x < width; x++)
-        plane[y * width + x] = shade(d, d->find(packet, (unsigned)(x / d->dot), (unsigned)(y / d->dot))[b], greatest);
+        plane[y * width + x] = shade(d, d->get(packet, (unsigned)(x / d->dot), (unsigned)(y / d->dot))[b], greatest);
   }
 }
 

@@ -15,7 +15,7 @@ static void print_error(FILE *out, const char *name, const np_sky_error *e) {
   fprintf(out, "%-20s %6.3f %6.3f %6.3f %%  worst %.3g %.3g %.3g %%", name, 100.0 * e->rms[0], 100.0 * e->rms[1],
           100.0 * e->rms[2], 100.0 * e->worst[0], 100.0 * e->worst[1], 100.0 * e->worst[2]);
   if (e->noise[0] > 0.0)
-    fprintf(out, "  (noise of the truth %.2g %.2g %.2g %%)", 100.0 * e->noise[0], 100.0 * e->noise[1],
+    fprintf(out, "  (noise of the reference %.2g %.2g %.2g %%)", 100.0 * e->noise[0], 100.0 * e->noise[1],
             100.0 * e->noise[2]);
   fputc('\n', out);
 }

@@ -11,7 +11,7 @@
 static const double samples_per_voxel = 729.0 / 512.0;
 
 /* Of the nodes for a voxel with cloud: 18 to 100 in five scenes. */
-static const double sun_depth_bytes = 50.0;
+static const double sun_optical_depth_bytes = 50.0;
 
 static double count_worlds(const np_plan *plan) { return (double)plan->packet_count * np_plan_count_lights(plan); }
 
@@ -33,9 +33,9 @@ np_stage_cost np_stage_predict_volumes(const np_plan *plan, const neph_scene *sc
       .bytes = samples_per_voxel * (double)sample_bytes * plan->cloud_voxel_count};
 }
 
-np_stage_cost np_stage_predict_sun_depth(const np_plan *plan, const neph_scene *scene) {
+np_stage_cost np_stage_predict_sun_optical_depth(const np_plan *plan, const neph_scene *scene) {
   const np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
-  const double bytes = fmin(sun_depth_bytes * plan->cloud_voxel_count, (double)desc.bytes_max);
+  const double bytes = fmin(sun_optical_depth_bytes * plan->cloud_voxel_count, (double)desc.bytes_max);
   return (np_stage_cost){.seconds = np_plan_count_lights(plan) * 0.5 * np_plan_predict_filling(plan, scene),
                          .bytes = np_plan_count_lights(plan) * bytes};
 }
@@ -57,7 +57,7 @@ np_stage_cost np_stage_predict_air_shadows(const np_plan *plan, const neph_scene
 /* Of one sample; where there are clouds and no volume of depths the march goes towards the sun from every step. */
 static double guess_ray(const np_plan *plan) {
   if (plan->desc.integrator == NEPH_INTEGRATOR_PATH) return 1e-4;
-  return np_plan_needs(plan, NP_STAGE_VOLUMES) && !np_plan_needs(plan, NP_STAGE_SUN_DEPTH) ? 3e-5 : 4e-6;
+  return np_plan_needs(plan, NP_STAGE_VOLUMES) && !np_plan_needs(plan, NP_STAGE_SUN_OPTICAL_DEPTH) ? 3e-5 : 4e-6;
 }
 
 double np_stage_predict_one_sample(const np_plan *plan) {

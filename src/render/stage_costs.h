@@ -7,7 +7,7 @@
 
 typedef np_stage_cost np_stage_predict_fn(const np_plan *plan, const neph_scene *scene);
 
-np_stage_predict_fn np_stage_predict_volumes, np_stage_predict_sun_depth, np_stage_predict_ordinates,
+np_stage_predict_fn np_stage_predict_volumes, np_stage_predict_sun_optical_depth, np_stage_predict_ordinates,
     np_stage_predict_air_shadows, np_stage_predict_integrator;
 
 /* Seconds for one sample of each pixel. */

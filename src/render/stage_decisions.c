@@ -97,7 +97,7 @@ static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np
                                 size_t size) {
   static const char *const deeds[] = {[NP_CLOUD_SOURCE_FILE] = "read from",
                                       [NP_CLOUD_SOURCE_BAKE] = "baked to",
-                                      [NP_CLOUD_SOURCE_REBAKE] = "baked anew, for its parameters have changed, to",
+                                      [NP_CLOUD_SOURCE_REBAKE] = "rebaked, because its parameters have changed, to",
                                       [NP_CLOUD_SOURCE_GIVEN] = "given"};
   char *file = cloud->vdb ? np_file_frame_name(plan->context, cloud->vdb, plan->desc.frame) : NULL;
   if (cloud->vdb && !file) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -201,7 +201,7 @@ void np_stage_decide_stars(np_decision *d, np_plan_stage *out) {
 }
 
 void np_stage_decide_airglow(np_decision *d, np_plan_stage *out) {
-  decide_unless(out, d->facts->dark, d->facts->has_glow ? NULL : d->facts->no_glow, "the floor of the night sky");
+  decide_unless(out, d->facts->dark, d->facts->has_airglow ? NULL : d->facts->no_airglow, "the floor of the night sky");
 }
 
 static const char *get_targetless(const np_decision *d) {
@@ -215,7 +215,7 @@ void np_stage_decide_sun_light(np_decision *d, np_plan_stage *out) {
 
 void np_stage_decide_sky_light(np_decision *d, np_plan_stage *out) {
   const np_scene_facts *f = d->facts;
-  const bool has_sky = f->has_environment || f->has_glow || (f->has_air && (f->has_sun || f->has_moon));
+  const bool has_sky = f->has_environment || f->has_airglow || (f->has_air && (f->has_sun || f->has_moon));
   decide_unless(out, f->dark, has_sky ? get_targetless(d) : "neither air nor environment shines",
                 "the sky shines on clouds and ground");
 }
@@ -227,7 +227,7 @@ void np_stage_decide_ground_light(np_decision *d, np_plan_stage *out) {
 
 /* ---- Caches of light ---- */
 
-void np_stage_decide_sun_depth(np_decision *d, np_plan_stage *out) {
+void np_stage_decide_sun_optical_depth(np_decision *d, np_plan_stage *out) {
   const np_plan *plan = d->plan;
   d->get(d, NP_STAGE_VOLUMES);
   d->get(d, NP_STAGE_AIR_SHADOWS);

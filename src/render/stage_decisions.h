@@ -10,8 +10,8 @@ typedef struct np_scene_facts {
   bool has_sun, has_environment, has_air, has_clouds, has_terrain, has_planet;
   bool has_emission;
   bool is_dusk;                                                /* the sun is down, and its light is the sky's */
-  bool has_moon, has_glow, has_stars;                          /* of the moon, its light; its disk costs nothing */
-  char no_sun[120], no_moon[160], no_glow[120], no_stars[120]; /* why not */
+  bool has_moon, has_airglow, has_stars;                          /* of the moon, its light; its disk costs nothing */
+  char no_sun[120], no_moon[160], no_airglow[120], no_stars[120]; /* why not */
   const char *dark;                                            /* why there is no light to compute; NULL: there is */
 } np_scene_facts;
 
@@ -43,7 +43,7 @@ typedef void np_stage_decide_fn(np_decision *decision, np_plan_stage *out);
 np_stage_decide_fn np_stage_decide_color, np_stage_decide_terrain, np_stage_decide_moon, np_stage_decide_lights,
     np_stage_decide_volumes, np_stage_decide_emission, np_stage_decide_atmosphere, np_stage_decide_camera_sky,
     np_stage_decide_cloud_sky, np_stage_decide_airglow, np_stage_decide_sun_light, np_stage_decide_sky_light,
-    np_stage_decide_ground_light, np_stage_decide_world, np_stage_decide_sky_guide, np_stage_decide_sun_depth,
+    np_stage_decide_ground_light, np_stage_decide_world, np_stage_decide_sky_guide, np_stage_decide_sun_optical_depth,
     np_stage_decide_ordinates, np_stage_decide_viewer_light, np_stage_decide_ground_clouds,
     np_stage_decide_air_shadows, np_stage_decide_approximation, np_stage_decide_stars, np_stage_decide_lighting,
     np_stage_decide_integrator;

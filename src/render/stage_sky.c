@@ -18,11 +18,11 @@ neph_result np_stage_build_lights(const np_stage_part *in) {
   out->places = plan->lights;
   if (!plan->are_lights_known) {
     if (!scene->has_place && in->made->terrain) (void)np_terrain_get_place(in->made->terrain, &latitude, &longitude);
-    result = np_scene_lights_find(scene, latitude, longitude, &out->places);
+    result = np_scene_lights_compute(scene, latitude, longitude, &out->places);
   }
   if (np_plan_has_sun_world(plan)) out->light_count++;
   if (np_plan_needs(plan, NP_STAGE_MOON)) out->lights[out->light_count++].is_moon = true;
-  if (!result && plan->has_beauty && scene->moon.is_there && scene->moon.map)
+  if (!result && plan->has_beauty && scene->moon.is_enabled && scene->moon.map)
     result = np_sphere_map_load(out->context, "moon.map", scene->moon.map, false, &out->moon_map);
   return result;
 }
@@ -44,7 +44,7 @@ neph_result np_stage_build_packet_lights(const np_stage_part *in) {
   const np_spectrum sunlight = np_packet_convert(out, NP_BAND_SUN, in->scene->sun.irradiance_w_m2_nm);
   np_spectrum moonlight = np_spectrum_grey(0.0f);
   out->night = (np_night){.turn = places->turn};
-  if (in->scene->moon.is_there) out->night.moon = make_moon(in, out, sunlight, &moonlight);
+  if (in->scene->moon.is_enabled) out->night.moon = make_moon(in, out, sunlight, &moonlight);
   for (unsigned i = 0; i < a->light_count; i++) {
     np_packet_light *light = &out->lights[out->light_count++];
     *light = (np_packet_light){.index = i,
@@ -202,7 +202,7 @@ const np_stage_reuse np_stage_reuse_cloud_sky = {
 neph_result np_stage_build_star_map(const np_stage_part *in) {
   np_assembly *out = in->made;
   const np_scene_stars *stars = &in->scene->stars;
-  if (!stars->is_there || !stars->map) return NEPH_OK;
+  if (!stars->is_enabled || !stars->map) return NEPH_OK;
   return np_sphere_map_load(out->context, "stars.map", stars->map, true, &out->star_map);
 }
 
@@ -222,11 +222,11 @@ static void set_map(const np_stage_part *in, const np_packet *packet, np_night *
 neph_result np_stage_build_airglow(const np_stage_part *in) {
   np_packet *out = in->packet;
   np_night *night = &out->night;
-  const np_scene_airglow *glow = &in->scene->airglow;
-  night->has_airglow = glow->is_there;
-  if (glow->is_there)
+  const np_scene_airglow *airglow = &in->scene->airglow;
+  night->has_airglow = airglow->is_enabled;
+  if (airglow->is_enabled)
     night->airglow =
-        np_airglow_make(glow->magnitude, in->scene->atmosphere.planet_radius_m, glow->altitude_m, out->bands.nm);
+        np_airglow_make(airglow->magnitude, in->scene->atmosphere.planet_radius_m, airglow->altitude_m, out->bands.nm);
   if (in->made->star_map.texels) set_map(in, out, night);
   night->ground_irradiance = np_night_compute_irradiance(night, out->atmosphere, np_dvec3_make(0, 0, 0));
   return NEPH_OK;

@@ -37,7 +37,7 @@ static bool project(const np_star_field_desc *d, np_dvec3 direction, film_point 
 }
 
 /* A pinhole's pixels lie on a plane: their solid angle goes with the cosine's cube. */
-static double find_solid_angle(const np_star_field_desc *d, unsigned x, unsigned y) {
+static double compute_solid_angle(const np_star_field_desc *d, unsigned x, unsigned y) {
   const np_camera *camera = d->camera;
   if (!camera) return 2.0 * NP_PI / d->width * (cos(NP_PI * y / d->height) - cos(NP_PI * (y + 1.0) / d->height));
   const np_vec3 direction = np_camera_direction(camera, (float)x + 0.5f, (float)y + 0.5f);
@@ -48,7 +48,7 @@ static double find_solid_angle(const np_star_field_desc *d, unsigned x, unsigned
 
 /* ---- How bright it is there ---- */
 
-static float find_twinkle(const np_star_field_desc *d, size_t index, np_vec3 direction) {
+static float compute_twinkle(const np_star_field_desc *d, size_t index, np_vec3 direction) {
   if (!(d->twinkling > 0.0)) return 1.0f;
   np_random random = np_random_start(d->seed, (uint32_t)d->frame, (uint32_t)index, UINT32_MAX, UINT32_MAX);
   const double u = 1.0 - np_random_double(&random), v = np_random_double(&random);
@@ -57,7 +57,7 @@ static float find_twinkle(const np_star_field_desc *d, size_t index, np_vec3 dir
   return np_star_twinkle((float)d->twinkling, np_vec3_dot(direction, up), (float)gaussian);
 }
 
-static np_spectrum find_irradiance(const np_star_field_desc *d, size_t index, np_vec3 direction) {
+static np_spectrum compute_irradiance(const np_star_field_desc *d, size_t index, np_vec3 direction) {
   const np_world *world = d->world;
   np_ground_hit ground;
   if (np_disk_covers(&world->night->moon, direction)) return np_spectrum_grey(0.0f);
@@ -67,7 +67,7 @@ static np_spectrum find_irradiance(const np_star_field_desc *d, size_t index, np
   if (world->atmosphere)
     irradiance =
         np_spectrum_multiply(irradiance, np_atmosphere_transmittance_to_space(world->atmosphere, d->origin, direction));
-  return np_spectrum_scale(irradiance, find_twinkle(d, index, direction));
+  return np_spectrum_scale(irradiance, compute_twinkle(d, index, direction));
 }
 
 /* ---- Pixels ---- */
@@ -77,7 +77,7 @@ static void add_pixel(const np_star_field_desc *d, long x, long y, double share,
   if (!d->camera) x = (x + (long)d->width) % (long)d->width;
   if (!d->camera) y = y < 0 ? 0 : y >= (long)d->height ? (long)d->height - 1 : y;
   if (!(share > 0.0) || x < 0 || y < 0 || x >= (long)d->width || y >= (long)d->height) return;
-  const double scale = share / find_solid_angle(d, (unsigned)x, (unsigned)y);
+  const double scale = share / compute_solid_angle(d, (unsigned)x, (unsigned)y);
   field->pixels[field->count++] =
       (np_star_pixel){(unsigned)x, (unsigned)y, np_spectrum_scale(irradiance, (float)scale)};
 }
@@ -86,7 +86,7 @@ static void add_star(const np_star_field_desc *d, size_t index, np_star_field *f
   film_point at;
   const np_dvec3 direction = np_celestial_apply(&d->world->night->turn, np_star_direction(&d->catalogue->stars[index]));
   if (!project(d, direction, &at)) return;
-  const np_spectrum irradiance = find_irradiance(d, index, np_dvec3_to_float(direction));
+  const np_spectrum irradiance = compute_irradiance(d, index, np_dvec3_to_float(direction));
   if (np_spectrum_is_zero(irradiance)) return;
   const double left = floor(at.x - 0.5), top = floor(at.y - 0.5), u = at.x - 0.5 - left, v = at.y - 0.5 - top;
   for (int i = 0; i < 4; i++)

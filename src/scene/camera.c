@@ -7,14 +7,14 @@
 #include "scene/scene_private.h"
 
 /* Unit; `look_at` differs from `position`, which np_scene_check has seen to. */
-static np_dvec3 find_back(const np_scene_camera *camera) {
+static np_dvec3 compute_back(const np_scene_camera *camera) {
   const double *p = camera->position_m, *q = camera->look_at_m;
   return np_dvec3_normalize(np_dvec3_make(p[0] - q[0], p[1] - q[1], p[2] - q[2]));
 }
 
 /* Horizontal and unit. Straight up or down, where no direction is to the right, the top of the picture is north (down)
  * or south (up), as when the camera had been tilted there while facing north. */
-static np_dvec3 find_level_right(np_dvec3 back) {
+static np_dvec3 compute_level_right(np_dvec3 back) {
   double horizontal = hypot(back.x, back.y);
   if (horizontal < 1e-9) return np_dvec3_make(1, 0, 0);
   return np_dvec3_make(-back.y / horizontal, back.x / horizontal, 0);
@@ -25,7 +25,7 @@ neph_result np_camera_init(const neph_scene *scene, unsigned width, unsigned hei
   if (width < 1 || height < 1 || width > 65536 || height > 65536)
     return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT,
                    "the picture is %u x %u pixels, must be 1 to 65536 each way", width, height);
-  np_dvec3 back = find_back(camera), level_right = find_level_right(back);
+  np_dvec3 back = compute_back(camera), level_right = compute_level_right(back);
   np_dvec3 level_up = np_dvec3_cross(back, level_right);
   double c = cos(camera->roll_rad), s = sin(camera->roll_rad);
   np_dvec3 right = np_dvec3_subtract(np_dvec3_scale(level_right, c), np_dvec3_scale(level_up, s));

@@ -100,7 +100,7 @@ static void derive_given(neph_scene *scene, neph_atmosphere *given) {
 neph_result np_scene_air_derive(neph_scene *scene) {
   enum { OWN = 3 };
   np_scene_air *air = &scene->air;
-  const np_node *node = np_node_find(scene->document, "atmosphere");
+  const np_node *node = np_node_search(scene->document, "atmosphere");
   scene->has_atmosphere = air->preset != NP_AIR_NONE;
   derive_sun(scene);
   if (node && node->assets.atmosphere) return derive_given(scene, node->assets.atmosphere), NEPH_OK;
@@ -118,7 +118,7 @@ neph_result np_scene_air_derive(neph_scene *scene) {
 }
 
 /* Lowest altitude at which there may be any of a layer. */
-static double find_begin(const np_scene_layer *layer) {
+static double compute_begin(const np_scene_layer *layer) {
   const neph_atmosphere_layer *desc = &layer->desc;
   const double low = desc->profile == NEPH_LAYER_TABLE  ? layer->rows.values[0]
                      : desc->profile == NEPH_LAYER_TENT ? desc->center_m - desc->width_m
@@ -132,23 +132,23 @@ static neph_result check_layer(const neph_scene *scene, unsigned index, const np
   if (!(layer->desc.top_m > layer->desc.bottom_m))
     return np_scene_fail_at(problems, node, "atmosphere.layers[%u].top is %g m, must be above its bottom, %g m", index,
                             layer->desc.top_m, layer->desc.bottom_m);
-  if (find_begin(layer) < scene->atmosphere.top_altitude_m) return NEPH_OK;
+  if (compute_begin(layer) < scene->atmosphere.top_altitude_m) return NEPH_OK;
   return np_scene_fail_at(problems, node,
                           "atmosphere.layers[%u] begins at %g m, must do so below atmosphere.top_altitude, %g m", index,
-                          find_begin(layer), scene->atmosphere.top_altitude_m);
+                          compute_begin(layer), scene->atmosphere.top_altitude_m);
 }
 
 neph_result np_scene_air_check(const neph_scene *scene, np_scene_problems *problems) {
   const double *scattering = scene->air.aerosol.scattering_per_m, *extinction = scene->air.aerosol_extinction_per_m;
-  const np_node *air = np_node_find(scene->document, "atmosphere");
+  const np_node *air = np_node_search(scene->document, "atmosphere");
   if (!air) return NEPH_OK;
-  const np_node *key = np_node_find(air, "mie_extinction");
+  const np_node *key = np_node_search(air, "mie_extinction");
   for (int i = 0; i < 3; i++)
     if (extinction[i] < scattering[i])
       return np_scene_fail_at(problems, key ? key : air,
                               "atmosphere.mie_extinction is %g 1/m, must not be below mie_scattering, %g 1/m",
                               extinction[i], scattering[i]);
-  const np_node *list = np_node_find(air, "layers"), *node = list ? list->first : NULL;
+  const np_node *list = np_node_search(air, "layers"), *node = list ? list->first : NULL;
   neph_result result = NEPH_OK;
   for (unsigned i = 0; node && i < scene->air.layer_count; i++, node = node->next)
     np_scene_goes_on(problems, check_layer(scene, i, node, problems), &result);

@@ -130,7 +130,7 @@ static bool is_word(const np_key *key, const np_node *node) {
   return key->word && node->kind == NP_NODE_SCALAR && !strcmp(node->text, key->word);
 }
 
-static const np_choice *find_choice(const np_key *key, const np_node *node) {
+static const np_choice *search_choice(const np_key *key, const np_node *node) {
   if (node->kind != NP_NODE_SCALAR) return NULL;
   const np_choice *choice = key->choices;
   while (choice->name && strcmp(choice->name, node->text)) choice++;
@@ -138,7 +138,7 @@ static const np_choice *find_choice(const np_key *key, const np_node *node) {
 }
 
 static neph_result apply_choice(key_applier *applier, const np_key *key, void *base, const np_node *node) {
-  const np_choice *choice = find_choice(key, node);
+  const np_choice *choice = search_choice(key, node);
   if (!choice) return fail_value(applier, key, node);
   store_unsigned(base, key->field, choice->value);
   return key->is_air_preset ? np_scene_air_start(applier->scene) : NEPH_OK;
@@ -148,7 +148,7 @@ static neph_result apply_flags(key_applier *applier, const np_key *key, void *ba
   if (node->kind != NP_NODE_SEQUENCE) return fail_value(applier, key, node);
   unsigned flags = 0, index = 0;
   for (const np_node *item = node->first; item; item = item->next, index++) {
-    const np_choice *choice = find_choice(key, item);
+    const np_choice *choice = search_choice(key, item);
     if (!choice) return fail_item(applier, key, item, index);
     flags |= choice->value;
   }
@@ -342,7 +342,7 @@ static neph_result check_siblings(const key_applier *applier, const np_key *sect
                                   const np_key *key, const np_node *node) {
   const char *path = applier->path, *dot = *path ? "." : "";
   for (const np_node *other = parent->first; other != node; other = other->next) {
-    const np_key *other_key = np_key_find(section, other->key);
+    const np_key *other_key = np_key_search(section, other->key);
     if (other_key == key)
       return np_scene_fail_key(applier->problems, node, "%s%s%s is given twice, first on line %u", path, dot, node->key,
                                other->key_line);
@@ -355,7 +355,7 @@ static neph_result check_siblings(const key_applier *applier, const np_key *sect
 
 static neph_result apply_entry(key_applier *applier, const np_key *section, void *base, const np_node *parent,
                                const np_node *node, bool is_preset_turn) {
-  const np_key *key = np_key_find(section, node->key);
+  const np_key *key = np_key_search(section, node->key);
   if (!key) return is_preset_turn ? NEPH_OK : fail_unknown(applier, section, node);
   const bool is_preset = key->type == NP_KEY_PRESET || (key->is_air_preset && key->type == NP_KEY_CHOICE);
   if (is_preset != is_preset_turn) return NEPH_OK;
@@ -392,7 +392,7 @@ static void derive_given_terrain(neph_scene *scene, neph_terrain *given) {
 }
 
 static void derive_terrain(neph_scene *scene) {
-  const np_node *node = np_node_find(scene->document, "terrain");
+  const np_node *node = np_node_search(scene->document, "terrain");
   if (node && node->assets.terrain) derive_given_terrain(scene, node->assets.terrain);
   scene->terrain.desc.planet_radius_m = scene->atmosphere.planet_radius_m;
   scene->terrain.desc.has_place = scene->has_place;
@@ -433,7 +433,7 @@ static void clear_texts(neph_context *context, const np_key *list, void *base) {
 }
 
 void np_scene_clear(neph_scene *scene) {
-  const np_key *clouds = np_key_find(NULL, "clouds");
+  const np_key *clouds = np_key_search(NULL, "clouds");
   for (unsigned i = 0; i < scene->cloud_count; i++) clear_texts(scene->context, clouds, &scene->clouds[i]);
   np_alloc_free(scene->context, scene->clouds);
   np_scene_air_clear(scene);

@@ -60,7 +60,7 @@ static void put_word(section_writer *w, const char *name, const char *word) {
 
 /* Puts an empty mapping in the place of a section of the document, or behind its keys. NULL: no memory. */
 static np_node *renew_section(section_writer *w) {
-  np_node *old = np_node_find(w->document, w->prefix);
+  np_node *old = np_node_search(w->document, w->prefix);
   np_node *section = np_node_create(w->context, NP_NODE_MAPPING, NULL, w->prefix);
   if (section && old)
     np_node_replace(w->context, w->document, old, section);
@@ -204,7 +204,7 @@ static neph_result read_placement(neph_context *context, const neph_placement_de
 
 /* The list of clouds, made where there is none; NULL: no memory. */
 static np_node *open_clouds(section_writer *w) {
-  np_node *clouds = np_node_find(w->document, "clouds");
+  np_node *clouds = np_node_search(w->document, "clouds");
   if (clouds) return clouds;
   clouds = np_node_create(w->context, NP_NODE_SEQUENCE, NULL, "clouds");
   if (clouds) np_node_append(w->document, clouds);

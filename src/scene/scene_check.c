@@ -11,15 +11,15 @@
 
 /* The node of a key in a section of the document, the section's when the key was not given, or the document. */
 static const np_node *locate(const neph_scene *scene, const char *section, const char *key) {
-  const np_node *parent = np_node_find(scene->document, section);
-  const np_node *node = parent ? np_node_find(parent, key) : NULL;
+  const np_node *parent = np_node_search(scene->document, section);
+  const np_node *node = parent ? np_node_search(parent, key) : NULL;
   return node ? node : parent;
 }
 
 static neph_result check_place(const neph_scene *scene, np_scene_problems *problems) {
-  const np_node *place = np_node_find(scene->document, "place");
+  const np_node *place = np_node_search(scene->document, "place");
   if (!scene->has_place || !place) return NEPH_OK;
-  bool has_both = np_node_find(place, "latitude") && np_node_find(place, "longitude");
+  bool has_both = np_node_search(place, "latitude") && np_node_search(place, "longitude");
   return has_both ? NEPH_OK : np_scene_fail_at(problems, place, "place needs both latitude and longitude");
 }
 
@@ -31,23 +31,23 @@ static neph_result check_sun(const neph_scene *scene, np_scene_problems *problem
 
 static neph_result check_moon(const neph_scene *scene, np_scene_problems *problems) {
   const np_scene_moon *moon = &scene->moon;
-  if (!moon->is_there) return NEPH_OK;
+  if (!moon->is_enabled) return NEPH_OK;
   if (moon->has_angles != moon->has_azimuth)
-    return np_scene_fail_at(problems, np_node_find(scene->document, "moon"),
+    return np_scene_fail_at(problems, np_node_search(scene->document, "moon"),
                             "moon has one of elevation and azimuth, must have both or neither");
   if (moon->has_angles || scene->sun.time) return NEPH_OK;
-  return np_scene_fail_at(problems, np_node_find(scene->document, "moon"),
+  return np_scene_fail_at(problems, np_node_search(scene->document, "moon"),
                           "moon has no place, must have elevation and azimuth, or a sun.time to be found by");
 }
 
 static neph_result check_stars(const neph_scene *scene, np_scene_problems *problems) {
   const np_scene_stars *stars = &scene->stars;
-  if (!stars->is_there) return NEPH_OK;
+  if (!stars->is_enabled) return NEPH_OK;
   if (!stars->has_sidereal && !scene->sun.time)
-    return np_scene_fail_at(problems, np_node_find(scene->document, "stars"),
+    return np_scene_fail_at(problems, np_node_search(scene->document, "stars"),
                             "stars are not turned, must have sidereal_time, or a sun.time to be found by");
   if (scene->has_place || scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD) return NEPH_OK;
-  return np_scene_fail_at(problems, np_node_find(scene->document, "stars"),
+  return np_scene_fail_at(problems, np_node_search(scene->document, "stars"),
                           "stars need the latitude, must come with place or terrain.heightfield");
 }
 
@@ -63,7 +63,7 @@ static neph_result check_camera(const neph_scene *scene, np_scene_problems *prob
 static bool has_density(const np_node *cloud) {
   static const char *const names[] = {"extinction", "mean_free_path", "optical_depth", "liquid_water"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-    if (np_node_find(cloud, names[i])) return true;
+    if (np_node_search(cloud, names[i])) return true;
   return false;
 }
 
@@ -71,8 +71,8 @@ static bool has_density(const np_node *cloud) {
 static neph_result check_volume(unsigned index, const np_node *node, np_scene_problems *problems) {
   static const char *const names[] = {"vdb", "grid", "import", "precision", "bake", "emission"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-    if (np_node_find(node, names[i]))
-      return np_scene_fail_at(problems, np_node_find(node, names[i]),
+    if (np_node_search(node, names[i]))
+      return np_scene_fail_at(problems, np_node_search(node, names[i]),
                               "clouds[%u].%s goes with a file or a bake: this cloud is a volume that a call has added",
                               index, names[i]);
   return NEPH_OK;
@@ -90,8 +90,8 @@ static neph_result check_source(const neph_scene *scene, unsigned index, const n
                             "clouds[%u] has no unit for the values of its file, must have one of extinction, "
                             "mean_free_path, optical_depth, liquid_water",
                             index);
-  const np_node *water = np_node_find(node, "liquid_water");
-  if (water && !np_node_find(water, "r_eff"))
+  const np_node *water = np_node_search(node, "liquid_water");
+  if (water && !np_node_search(water, "r_eff"))
     return np_scene_fail_at(problems, water,
                             "clouds[%u].liquid_water has no r_eff, the effective radius of the droplets", index);
   return NEPH_OK;
@@ -101,7 +101,7 @@ static neph_result check_reference_frame(const neph_scene *scene, unsigned index
                                          np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   if (!cloud->has_reference_frame || np_scene_cloud_is_sequence(cloud)) return NEPH_OK;
-  return np_scene_fail_at(problems, np_node_find(node, "reference_frame"),
+  return np_scene_fail_at(problems, np_node_search(node, "reference_frame"),
                           "clouds[%u].reference_frame is %u, but %s: it goes with a vdb that has # for the frame",
                           index, cloud->reference_frame,
                           cloud->is_baked ? "the cloud is baked" : "its vdb is the same file in every frame");
@@ -110,7 +110,7 @@ static neph_result check_reference_frame(const neph_scene *scene, unsigned index
 static neph_result check_name(const neph_scene *scene, unsigned index, const np_node *node,
                               np_scene_problems *problems) {
   const char *name = scene->clouds[index].name;
-  const np_node *name_node = np_node_find(node, "name");
+  const np_node *name_node = np_node_search(node, "name");
   if (strchr(name, '/'))
     return np_scene_fail_at(problems, name_node,
                             "clouds[%u].name is %.64s, must not hold a slash: files are named by it", index, name);
@@ -126,12 +126,12 @@ static neph_result check_map(const neph_scene *scene, unsigned index, const np_n
                              np_scene_problems *problems) {
   (void)scene;
   static const char *const quantities[] = {"coverage", "type", "base", "thickness", "precipitation"};
-  const np_node *bake = np_node_find(node, "bake"), *map = bake ? np_node_find(bake, "map") : NULL;
+  const np_node *bake = np_node_search(node, "bake"), *map = bake ? np_node_search(bake, "map") : NULL;
   if (!map || map->kind != NP_NODE_MAPPING) return NEPH_OK;
-  if (!np_node_find(map, "image"))
+  if (!np_node_search(map, "image"))
     return np_scene_fail_at(problems, map, "clouds[%u].bake.map has no image, must name an EXR or PNG picture", index);
   for (size_t i = 0; i < sizeof quantities / sizeof *quantities; i++)
-    if (np_node_find(map, quantities[i])) return NEPH_OK;
+    if (np_node_search(map, quantities[i])) return NEPH_OK;
   return np_scene_fail_at(problems, map,
                           "clouds[%u].bake.map uses no channel of its image, must have one of coverage, type, base, "
                           "thickness, precipitation",
@@ -141,7 +141,7 @@ static neph_result check_map(const neph_scene *scene, unsigned index, const np_n
 static neph_result check_top(const neph_scene *scene, unsigned index, const np_node *node,
                              np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
-  const np_node *bake = np_node_find(node, "bake"), *top = bake ? np_node_find(bake, "top") : NULL;
+  const np_node *bake = np_node_search(node, "bake"), *top = bake ? np_node_search(bake, "top") : NULL;
   if (!top || cloud->top_m > cloud->bake.base_altitude_m) return NEPH_OK;
   return np_scene_fail_at(problems, top, "clouds[%u].bake.top is %g m, must be above base, %g m", index, cloud->top_m,
                           cloud->bake.base_altitude_m);
@@ -150,7 +150,7 @@ static neph_result check_top(const neph_scene *scene, unsigned index, const np_n
 static neph_result check_profile(const neph_scene *scene, unsigned index, const np_node *node,
                                  np_scene_problems *problems) {
   const neph_cloud_desc *desc = &scene->clouds[index].bake;
-  const np_node *bake = np_node_find(node, "bake"), *profile = bake ? np_node_find(bake, "profile") : NULL;
+  const np_node *bake = np_node_search(node, "bake"), *profile = bake ? np_node_search(bake, "profile") : NULL;
   for (int i = 1; i < NEPH_CLOUD_PROFILE_POINTS && profile; i++)
     if (desc->profile[i] < desc->profile[i - 1])
       return np_scene_fail_at(problems, profile, "clouds[%u].bake.profile[%d] is %g after %g, must not fall", index, i,
@@ -162,8 +162,8 @@ static neph_result check_profile(const neph_scene *scene, unsigned index, const 
 static neph_result check_emission(const neph_scene *scene, unsigned index, const np_node *node,
                                   np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
-  const np_node *emission = np_node_find(node, "emission");
-  if (!cloud->emission.is_there || !emission) return NEPH_OK;
+  const np_node *emission = np_node_search(node, "emission");
+  if (!cloud->emission.is_enabled || !emission) return NEPH_OK;
   if (cloud->is_baked)
     return np_scene_fail_at(problems, emission, "clouds[%u].emission goes with vdb alone: a baked cloud has no fire",
                             index);
@@ -177,7 +177,7 @@ static neph_result check_emission(const neph_scene *scene, unsigned index, const
 static neph_result check_clouds(const neph_scene *scene, np_scene_problems *problems) {
   static neph_result (*const cloud_checks[])(const neph_scene *, unsigned, const np_node *, np_scene_problems *) = {
       check_source, check_reference_frame, check_name, check_map, check_top, check_profile, check_emission};
-  const np_node *list = np_node_find(scene->document, "clouds");
+  const np_node *list = np_node_search(scene->document, "clouds");
   const np_node *node = list ? list->first : NULL;
   neph_result result = NEPH_OK;
   for (unsigned i = 0; node && i < scene->cloud_count; i++, node = node->next) {
@@ -207,7 +207,7 @@ static neph_result check_given_terrain(const neph_scene *scene, const np_node *n
 
 static neph_result check_terrain(const neph_scene *scene, np_scene_problems *problems) {
   const np_scene_terrain *terrain = &scene->terrain;
-  const np_node *node = np_node_find(scene->document, "terrain");
+  const np_node *node = np_node_search(scene->document, "terrain");
   if (terrain->given) return check_given_terrain(scene, node, problems);
   if (node && node->kind == NP_NODE_MAPPING && terrain->kind == NP_TERRAIN_NONE)
     return np_scene_fail_at(problems, node,
@@ -249,7 +249,7 @@ static neph_result check_output(const neph_scene *scene, np_scene_problems *prob
 
 static neph_result check_air(const neph_scene *scene, np_scene_problems *problems) {
   if (!scene->air.given) return np_scene_air_check(scene, problems);
-  return check_no_keys(np_node_find(scene->document, "atmosphere"), problems);
+  return check_no_keys(np_node_search(scene->document, "atmosphere"), problems);
 }
 
 /* A check is left out where a key that it reads, or a key below that, has an error already. */
@@ -274,8 +274,8 @@ static const struct {
 static bool is_readable(const neph_scene *scene, size_t check, const np_scene_problems *problems) {
   for (int i = 0; i < 4 && checks[check].reads[i].section; i++) {
     const char *key = checks[check].reads[i].key;
-    const np_node *node = np_node_find(scene->document, checks[check].reads[i].section);
-    if (node && key && node->kind == NP_NODE_MAPPING) node = np_node_find(node, key);
+    const np_node *node = np_node_search(scene->document, checks[check].reads[i].section);
+    if (node && key && node->kind == NP_NODE_MAPPING) node = np_node_search(node, key);
     if (np_scene_has_problem_in(problems, node)) return false;
   }
   return true;

@@ -42,7 +42,7 @@ static bool is_zero(const np_key *key, const void *base) {
   return !(value > 0 || value < 0);
 }
 
-static const char *find_choice_name(const np_key *key, unsigned value) {
+static const char *get_choice_name(const np_key *key, unsigned value) {
   for (const np_choice *choice = key->choices; choice && choice->name; choice++)
     if (choice->value == value) return choice->name;
   return NULL;
@@ -50,8 +50,8 @@ static const char *find_choice_name(const np_key *key, unsigned value) {
 
 /* Whether one word says all about a section: "terrain: none". Not where a key in it tells the same. */
 static bool is_word_for_section(const np_key *section, const void *base) {
-  if (!section->choices || np_key_find(section, "preset")) return false;
-  return find_choice_name(section, load_unsigned(base, section->field));
+  if (!section->choices || np_key_search(section, "preset")) return false;
+  return get_choice_name(section, load_unsigned(base, section->field));
 }
 
 static bool is_section_in_force(const np_key *section, const void *base) {
@@ -157,7 +157,7 @@ static void add_value(np_text *out, const np_key *key, const void *base) {
     return;
   case NP_KEY_SECTION:
   case NP_KEY_CHOICE:
-    np_text_add(out, "%s", find_choice_name(key, load_unsigned(base, key->field)));
+    np_text_add(out, "%s", get_choice_name(key, load_unsigned(base, key->field)));
     return;
   case NP_KEY_FLAGS:
     add_flags(out, key, load_unsigned(base, key->field));

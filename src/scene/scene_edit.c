@@ -56,7 +56,7 @@ static void remove_excluded(neph_context *context, np_node *mapping, const np_ke
   np_node *next;
   for (np_node *child = mapping->first; child; child = next) {
     next = child->next;
-    const np_key *other = np_key_find(section, child->key);
+    const np_key *other = np_key_search(section, child->key);
     if (!other || !np_key_excludes(key, other)) continue;
     np_node_remove(mapping, child);
     np_node_destroy(context, child);
@@ -65,7 +65,7 @@ static void remove_excluded(neph_context *context, np_node *mapping, const np_ke
 
 /* The child of that name and kind, made where it is missing or of another kind. NULL: no memory. */
 static np_node *open_child(neph_context *context, np_node *mapping, const char *name, np_node_kind kind) {
-  np_node *child = np_node_find(mapping, name);
+  np_node *child = np_node_search(mapping, name);
   if (child && child->kind == kind) return child;
   np_node *made = np_node_create(context, kind, NULL, name);
   if (!made) return NULL;
@@ -136,7 +136,7 @@ neph_result np_scene_edit(neph_context *context, np_node *document, const char *
   const np_key *section = NULL;
   for (unsigned i = 0; !result && i < count; i++) {
     take_new_name(&editor, section, &steps[i]);
-    const np_key *step_key = np_key_find(section, steps[i].name);
+    const np_key *step_key = np_key_search(section, steps[i].name);
     if (step_key) remove_excluded(context, mapping, section, step_key);
     np_node *none = NULL;
     result = take_down(&editor, &steps[i], &mapping, i + 1 == count ? &value : &none);

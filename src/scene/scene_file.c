@@ -158,7 +158,7 @@ static neph_result read_node(document_reader *reader, const yaml_event_t *event,
 /* ---- Documents ---- */
 
 /* Skips what opens the stream and its first document; `*event` is then the root's, or the stream's end. */
-static neph_result find_root(document_reader *reader, yaml_event_t *event) {
+static neph_result read_root(document_reader *reader, yaml_event_t *event) {
   for (;;) {
     neph_result result = next_event(reader, event);
     if (result) return result;
@@ -182,7 +182,7 @@ static neph_result check_end(document_reader *reader) {
 
 static neph_result read_document(document_reader *reader, np_node **out_node) {
   yaml_event_t event;
-  neph_result result = find_root(reader, &event);
+  neph_result result = read_root(reader, &event);
   if (result) return result;
   if (event.type == YAML_STREAM_END_EVENT)
     result = fail_at(reader, event.start_mark, "nothing is here, must be a mapping of keys");

@@ -119,7 +119,7 @@ static const np_node *search_node(const place *at, const char *path) {
     char name[32];
     const size_t length = strcspn(path, ".");
     snprintf(name, sizeof name, "%.*s", (int)length, path);
-    node = np_node_find(node, name);
+    node = np_node_search(node, name);
     path += length + (path[length] == '.');
   }
   return node;
@@ -213,7 +213,7 @@ static void check_rule(const place *at, const np_ignore_rule *rule) {
 }
 
 void np_scene_warn_of_ignored(const neph_scene *scene) {
-  const np_node *list = np_node_find(scene->document, "clouds");
+  const np_node *list = np_node_search(scene->document, "clouds");
   for (size_t i = 0; i < RULE_COUNT; i++) {
     place at = {.scene = scene, .clouds_node = list ? list->first : NULL};
     if (!is_of_cloud(rules[i].keys[0])) {

@@ -23,8 +23,8 @@ static neph_result check_file(const neph_scene *scene, const np_node *node, cons
 neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, const char *path) {
   char key[PATH_SIZE];
   snprintf(key, sizeof key, "clouds[%u].vdb", index);
-  const np_node *cloud = np_node_get(np_node_find(scene->document, "clouds"), index);
-  return check_file(scene, np_node_find(cloud, "vdb"), key, path);
+  const np_node *cloud = np_node_get(np_node_search(scene->document, "clouds"), index);
+  return check_file(scene, np_node_search(cloud, "vdb"), key, path);
 }
 
 /* A key being looked up in the document, element by element of the lists on the way. */
@@ -58,7 +58,7 @@ static neph_result check_elements(lookup *l, const np_node *list, const char *re
 static neph_result check_below(lookup *l, const np_node *node, const char *rest) {
   const size_t length = strlen(l->path), count = strcspn(rest, ".[");
   snprintf(l->path + length, sizeof l->path - length, "%.*s", (int)count, rest);
-  const np_node *child = node->kind == NP_NODE_MAPPING ? np_node_find(node, l->path + length) : NULL;
+  const np_node *child = node->kind == NP_NODE_MAPPING ? np_node_search(node, l->path + length) : NULL;
   if (!child) return NEPH_OK;
   if (rest[count] == '[') return check_elements(l, child, rest + count + strlen("[]."));
   if (rest[count] == '\0') return check_node(l, child);

@@ -41,7 +41,7 @@ const np_key *np_key_get_parent(const np_key *key) {
   return NULL;
 }
 
-const np_key *np_key_find(const np_key *section, const char *name) {
+const np_key *np_key_search(const np_key *section, const char *name) {
   for (size_t i = 0; i < np_key_count(); i++)
     if (!strcmp(np_key_get_name(np_key_get(i)), name) && is_child(np_key_get(i), section)) return np_key_get(i);
   return NULL;

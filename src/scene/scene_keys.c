@@ -40,7 +40,8 @@ static const np_choice path_guidings[] = {
 static const np_choice scatterings[] = {NP_MULTIPLE_SCATTERING_ROWS(SCATTERING){NULL, 0}};
 #undef SCATTERING
 static const np_choice sun_depths[] = {
-    {"auto", NP_SUN_DEPTH_AUTO}, {"volume", NP_SUN_DEPTH_VOLUME}, {"march", NP_SUN_DEPTH_MARCH}, {NULL, 0}};
+    {"auto", NP_SUN_OPTICAL_DEPTH_AUTO}, {"volume", NP_SUN_OPTICAL_DEPTH_VOLUME},
+    {"march", NP_SUN_OPTICAL_DEPTH_MARCH}, {NULL, 0}};
 static const np_choice air_shadows[] = {
     {"auto", NP_AIR_SHADOWS_AUTO}, {"false", NP_AIR_SHADOWS_FALSE}, {"true", NP_AIR_SHADOWS_TRUE}, {NULL, 0}};
 static const np_choice models[] = {
@@ -102,8 +103,8 @@ static const np_key keys[] = {
     {.path = "sun.limb_darkening", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(sun.has_limb_darkening),
      .fallback = "true", .meaning = "true: the disk darkens towards its edge, as the sun's does"},
 
-    {.path = "moon", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(moon.is_there),
-     .tag = SCENE(moon.is_there), .tag_value = true,
+    {.path = "moon", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(moon.is_enabled),
+     .tag = SCENE(moon.is_enabled), .tag_value = true,
      .meaning = "the moon, at the sun's time, or by elevation and azimuth; its phase follows from the sun's "
                 "position"},
     {.path = "moon.elevation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(moon.elevation_rad),
@@ -120,8 +121,8 @@ static const np_key keys[] = {
      .meaning = "OpenEXR picture of its albedo by longitude and latitude, longitude 0 in the middle, east to the "
                 "right; changes the pattern, not the brightness"},
 
-    {.path = "stars", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(stars.is_there),
-     .tag = SCENE(stars.is_there), .tag_value = true,
+    {.path = "stars", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(stars.is_enabled),
+     .tag = SCENE(stars.is_enabled), .tag_value = true,
      .meaning = "turned by the sun's time and place, or by sidereal_time"},
     {.path = "stars.catalogue", .type = NP_KEY_FILE, .is_input = true, .field = SCENE(stars.catalogue),
      .meaning = "CSV with columns ra_deg, dec_deg, v_mag and b_v; without it, the brightest stars"},
@@ -138,8 +139,8 @@ static const np_key keys[] = {
     {.path = "stars.twinkling", .type = NP_KEY_REAL, .field = SCENE(stars.twinkling), .range = WITHIN(0, 1),
      .fallback = "0", .meaning = "relative spread of a star's light at the zenith from frame to frame; more below"},
 
-    {.path = "airglow", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(airglow.is_there),
-     .tag = SCENE(airglow.is_there), .tag_value = true,
+    {.path = "airglow", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(airglow.is_enabled),
+     .tag = SCENE(airglow.is_enabled), .tag_value = true,
      .meaning = "the floor of the night sky: all that it holds beside single stars"},
     {.path = "airglow.magnitude", .type = NP_KEY_REAL, .field = SCENE(airglow.magnitude), .range = WITHIN(0, 40),
      .fallback = "22",
@@ -327,7 +328,7 @@ static const np_key keys[] = {
     {.path = "clouds[].phase.table", .type = NP_KEY_FILE, .is_input = true, .field = CLOUD(phase_table),
      .tag = CLOUD(phase_source.kind), .tag_value = NP_PHASE_TABLE, .group = GROUP_PHASE, .alternative = 5,
      .meaning = "CSV of angle_deg or cosine, and value in 1/sr"},
-    {.path = "clouds[].emission", .type = NP_KEY_SECTION, .tag = CLOUD(emission.is_there), .tag_value = true,
+    {.path = "clouds[].emission", .type = NP_KEY_SECTION, .tag = CLOUD(emission.is_enabled), .tag_value = true,
      .meaning = "emission of the file's fire, as a black body"},
     {.path = "clouds[].emission.temperature", .type = NP_KEY_TEXT, .field = CLOUD(emission.temperature),
      .meaning = "name of the grid of temperatures; without it, temperature; none: it is offset everywhere"},
@@ -535,7 +536,7 @@ static const np_key keys[] = {
     {.path = "render.transmittance_end", .type = NP_KEY_REAL, .field = SCENE(render.transmittance_end),
      .range = WITHIN(0, 0.5), .fallback = "0.001", .meaning = "transmittance below which the march ends a ray"},
     {.path = "render.sun_optical_depth", .type = NP_KEY_CHOICE, .choices = sun_depths,
-     .field = SCENE(render.sun_depth), .fallback = "auto",
+     .field = SCENE(render.sun_optical_depth), .fallback = "auto",
      .meaning = "source of the march's optical depth from cloud to sun: volume, filled once and looked up, or march, "
                 "at every step; auto takes the cheaper one"},
     {.path = "render.air_shadows", .type = NP_KEY_CHOICE, .choices = air_shadows, .field = SCENE(render.air_shadows),

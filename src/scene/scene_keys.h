@@ -83,7 +83,7 @@ const char *np_key_get_name(const np_key *key);
 const np_key *np_key_get_parent(const np_key *key);
 
 /* The key of a name in a section (NULL: at the top), or NULL. */
-const np_key *np_key_find(const np_key *section, const char *name);
+const np_key *np_key_search(const np_key *section, const char *name);
 
 /* The list whose elements a key is a part of; NULL: none. */
 const np_key *np_key_get_list(const np_key *key);

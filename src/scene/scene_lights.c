@@ -31,7 +31,7 @@ static np_dvec3 get_up(const neph_scene *scene) {
 }
 
 /* Elevation over the horizon of the sphere, which lies the deeper the higher the camera. */
-static double find_height_deg(const neph_scene *scene, np_dvec3 direction) {
+static double compute_height_deg(const neph_scene *scene, np_dvec3 direction) {
   const double radius = scene->atmosphere.planet_radius_m, *p = scene->camera.position_m;
   const double altitude = fmax(np_altitude(np_dvec3_make(p[0], p[1], p[2]), radius), 0.0);
   const double elevation = asin(np_clamp(np_dvec3_dot(get_up(scene), direction), -1.0, 1.0));
@@ -40,9 +40,9 @@ static double find_height_deg(const neph_scene *scene, np_dvec3 direction) {
 
 static bool has_air(const neph_scene *scene) { return scene->has_atmosphere && scene->environment.has_planet; }
 
-static double find_sun_factor(const neph_scene *scene, np_dvec3 to_sun) {
+static double compute_sun_factor(const neph_scene *scene, np_dvec3 to_sun) {
   if (!has_air(scene)) return 1.0;
-  const double t = np_clamp(find_height_deg(scene, to_sun) - sun_dark_deg, 0.0, 1.0);
+  const double t = np_clamp(compute_height_deg(scene, to_sun) - sun_dark_deg, 0.0, 1.0);
   return t * t * (3.0 - 2.0 * t);
 }
 
@@ -53,7 +53,7 @@ static neph_result read_time(const neph_scene *scene, double *out_unix_s) {
   return result ? NEPH_ERROR_BAD_SCENE : NEPH_OK;
 }
 
-neph_result np_scene_lights_find(const neph_scene *scene, double latitude_rad, double longitude_rad,
+neph_result np_scene_lights_compute(const neph_scene *scene, double latitude_rad, double longitude_rad,
                                  np_scene_lights *out_lights) {
   double unix_s, sun[3];
   neph_result result = read_time(scene, &unix_s);
@@ -61,20 +61,20 @@ neph_result np_scene_lights_find(const neph_scene *scene, double latitude_rad, d
   if (result) return result;
   np_scene_lights *l = out_lights;
   *l = (np_scene_lights){.to_sun = np_dvec3_make(sun[0], sun[1], sun[2])};
-  l->sun_factor = find_sun_factor(scene, l->to_sun);
-  if (scene->moon.is_there) {
+  l->sun_factor = compute_sun_factor(scene, l->to_sun);
+  if (scene->moon.is_enabled) {
     l->moon = scene->moon.has_angles
                   ? np_moon_place_between(make_direction(scene->moon.elevation_rad, scene->moon.azimuth_rad), l->to_sun)
                   : np_celestial_moon(unix_s, latitude_rad, longitude_rad, false);
     l->moon_ratio = np_moon_irradiance_ratio(&l->moon, 550.0) * scene->moon.brightness;
   }
-  if (scene->stars.is_there)
+  if (scene->stars.is_enabled)
     l->turn = scene->stars.has_sidereal ? np_celestial_turn_by_angle(scene->stars.sidereal_rad, latitude_rad)
                                         : np_celestial_turn_by_time(unix_s, latitude_rad, longitude_rad);
   return NEPH_OK;
 }
 
-static double find_sun_lux(double elevation_deg) {
+static double compute_sun_lux(double elevation_deg) {
   static const double degrees[] = {-18, -15, -12, -10, -8, -6, -4, -2, -0.8, 0, 5, 10, 15, 20, 30, 40, 60, 90};
   static const double lux[] = {6.5e-4, 1.3e-3, 8.3e-3, 4.6e-2, 0.45,  3.4,   28,     140,   450,
                                730,    4800,   10900,  18700,  27300, 47000, 66700, 102000, 124000};
@@ -87,29 +87,30 @@ static double find_sun_lux(double elevation_deg) {
 }
 
 /* The sun's light on ground and air about the camera; none where nothing stands between it and the night. */
-static double find_lux(const neph_scene *scene, double sun_height_deg) {
+static double compute_lux(const neph_scene *scene, double sun_height_deg) {
   const double *e = scene->sun.irradiance_w_m2_nm, default_at_550 = 1.8504;
   if (!has_air(scene)) return 0.0;
-  return find_sun_lux(sun_height_deg) * e[1] / default_at_550;
+  return compute_sun_lux(sun_height_deg) * e[1] / default_at_550;
 }
 
 /* Luminance of the sky falls with the air that is left above. */
-static double find_sky_luminance(const neph_scene *scene, double lux) {
+static double compute_sky_luminance(const neph_scene *scene, double lux) {
   const double altitude = fmax(scene->camera.position_m[2], 0.0);
   return lux / NP_PI * exp(-altitude / air_height_m);
 }
 
-np_scene_glow np_scene_glow_find(const neph_scene *scene, const np_scene_lights *lights, double pixel_sr) {
-  np_scene_glow g = {.sun_height_deg = find_height_deg(scene, lights->to_sun)};
+np_scene_light_levels np_scene_light_levels_compute(const neph_scene *scene, const np_scene_lights *lights,
+                                                    double pixel_sr) {
+  np_scene_light_levels g = {.sun_height_deg = compute_height_deg(scene, lights->to_sun)};
   g.is_sun_dark = has_air(scene) && lights->sun_factor <= 0.0;
-  g.sun_lux = g.is_sun_dark ? 0.0 : find_lux(scene, g.sun_height_deg);
+  g.sun_lux = g.is_sun_dark ? 0.0 : compute_lux(scene, g.sun_height_deg);
   if (lights->moon_ratio > 0.0) {
     const double *e = scene->sun.irradiance_w_m2_nm, default_at_550 = 1.8504;
-    g.moon_height_deg = find_height_deg(scene, lights->moon.direction);
+    g.moon_height_deg = compute_height_deg(scene, lights->moon.direction);
     g.moon_lux = sun_lux_outside_air * lights->moon_ratio * e[1] / default_at_550;
   }
   const bool is_set = g.moon_height_deg < (has_air(scene) ? moon_dark_deg : -0.3);
-  const double sky = find_sky_luminance(scene, g.sun_lux);
+  const double sky = compute_sky_luminance(scene, g.sun_lux);
   g.is_moon_outshone = is_set || g.moon_lux <= negligible * g.sun_lux;
   g.is_airglow_outshone = airglow_lux * pow(10.0, -0.4 * (scene->airglow.magnitude - 22.0)) < negligible * sky * NP_PI;
   g.are_stars_outshone = star_lux * pow(10.0, -0.4 * brightest_star) < negligible * sky * pixel_sr;

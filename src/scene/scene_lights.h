@@ -15,11 +15,11 @@ typedef struct np_scene_lights {
 } np_scene_lights;
 
 /* Finds them from angles, or from time and place. */
-neph_result np_scene_lights_find(const neph_scene *scene, double latitude_rad, double longitude_rad,
-                                 np_scene_lights *out_lights);
+neph_result np_scene_lights_compute(const neph_scene *scene, double latitude_rad, double longitude_rad,
+                                    np_scene_lights *out_lights);
 
 /* What outshines what; every bound is a thousandth. */
-typedef struct np_scene_glow {
+typedef struct np_scene_light_levels {
   double sun_height_deg;  /* above the horizon that the camera sees */
   double moon_height_deg; /* likewise */
   double sun_lux;         /* on the ground, of sun and clear sky */
@@ -28,8 +28,9 @@ typedef struct np_scene_glow {
   bool is_moon_outshone;  /* or below its own twilight: only its disk is to be seen */
   bool is_airglow_outshone;
   bool are_stars_outshone; /* for pixels of this solid angle */
-} np_scene_glow;
+} np_scene_light_levels;
 
-np_scene_glow np_scene_glow_find(const neph_scene *scene, const np_scene_lights *lights, double pixel_sr);
+np_scene_light_levels np_scene_light_levels_compute(const neph_scene *scene, const np_scene_lights *lights,
+                                                    double pixel_sr);
 
 #endif

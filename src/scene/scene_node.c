@@ -87,7 +87,7 @@ np_node *np_node_copy(neph_context *context, const np_node *node) {
 }
 
 /* The pointer that points to `child`, or, when it is NULL, the one at the end. */
-static np_node **find_link(np_node *parent, const np_node *child) {
+static np_node **search_link(np_node *parent, const np_node *child) {
   np_node **link = &parent->first;
   while (*link != child) link = &(*link)->next;
   return link;
@@ -95,16 +95,16 @@ static np_node **find_link(np_node *parent, const np_node *child) {
 
 void np_node_append(np_node *parent, np_node *child) {
   child->next = NULL;
-  *find_link(parent, NULL) = child;
+  *search_link(parent, NULL) = child;
 }
 
 void np_node_remove(np_node *parent, np_node *child) {
-  *find_link(parent, child) = child->next;
+  *search_link(parent, child) = child->next;
   child->next = NULL;
 }
 
 void np_node_replace(neph_context *context, np_node *parent, np_node *child, np_node *node) {
-  np_node **link = find_link(parent, child);
+  np_node **link = search_link(parent, child);
   char *key = node->key;
   node->key = child->key;
   child->key = key;
@@ -114,7 +114,7 @@ void np_node_replace(neph_context *context, np_node *parent, np_node *child, np_
   np_node_destroy(context, child);
 }
 
-np_node *np_node_find(const np_node *mapping, const char *key) {
+np_node *np_node_search(const np_node *mapping, const char *key) {
   if (mapping->kind != NP_NODE_MAPPING) return NULL;
   for (np_node *child = mapping->first; child; child = child->next)
     if (!strcmp(child->key, key)) return child;

@@ -58,7 +58,7 @@ void np_node_remove(np_node *parent, np_node *child);
 void np_node_replace(neph_context *context, np_node *parent, np_node *child, np_node *node);
 
 /* NULL when there is none. */
-np_node *np_node_find(const np_node *mapping, const char *key);
+np_node *np_node_search(const np_node *mapping, const char *key);
 np_node *np_node_get(const np_node *sequence, size_t index);
 
 size_t np_node_count(const np_node *node);

@@ -62,7 +62,7 @@ typedef struct np_scene_air {
 } np_scene_air;
 
 typedef struct np_scene_moon {
-  bool is_there;
+  bool is_enabled;
   bool has_angles, has_azimuth; /* else where it stands at the sun's time */
   double elevation_rad, azimuth_rad;
   double brightness;
@@ -71,7 +71,7 @@ typedef struct np_scene_moon {
 } np_scene_moon;
 
 typedef struct np_scene_stars {
-  bool is_there;
+  bool is_enabled;
   char *catalogue; /* file, resolved; NULL: the built-in one */
   char *map;       /* likewise; NULL: none */
   double map_radiance;
@@ -82,7 +82,7 @@ typedef struct np_scene_stars {
 } np_scene_stars;
 
 typedef struct np_scene_airglow {
-  bool is_there;
+  bool is_enabled;
   double magnitude; /* in V, of a square arc second at the zenith */
   double altitude_m;
 } np_scene_airglow;
@@ -105,7 +105,7 @@ typedef enum np_axis_up { NP_UP_Z, NP_UP_Y } np_axis_up;
 
 /* The emission of a cloud's file. */
 typedef struct np_scene_emission {
-  bool is_there;
+  bool is_enabled;
   char *temperature, *flame; /* names of grids; "none"; NULL: the usual name, a flame only where there is one */
   double kelvin_per_value, offset_k;
   double absorption_per_m; /* where the flame's grid holds 1 */
@@ -156,7 +156,11 @@ static inline np_terrain_source np_scene_terrain_get_source(const np_scene_terra
 }
 
 /* Source of the march's sun optical depth. */
-typedef enum np_sun_depth { NP_SUN_DEPTH_AUTO, NP_SUN_DEPTH_VOLUME, NP_SUN_DEPTH_MARCH } np_sun_depth;
+typedef enum np_sun_optical_depth_method {
+  NP_SUN_OPTICAL_DEPTH_AUTO,
+  NP_SUN_OPTICAL_DEPTH_VOLUME,
+  NP_SUN_OPTICAL_DEPTH_MARCH
+} np_sun_optical_depth_method;
 
 /* Whether clouds and hills cast shadows into the air before the camera. */
 typedef enum np_air_shadows { NP_AIR_SHADOWS_AUTO, NP_AIR_SHADOWS_FALSE, NP_AIR_SHADOWS_TRUE } np_air_shadows;
@@ -176,7 +180,7 @@ typedef struct np_scene_render {
   double tolerance;         /* of the march's steps, as a share of a ray's light */
   double step_voxels;       /* longest step of the march, in voxels */
   double transmittance_end; /* a ray ends below this */
-  np_sun_depth sun_depth;
+  np_sun_optical_depth_method sun_optical_depth;
   np_air_shadows air_shadows;
 } np_scene_render;
 

@@ -29,7 +29,7 @@ static neph_result rename_in(const neph_scene *scene, const np_key *section, np_
   for (np_node *node = mapping->first; !result && node; node = node->next) {
     const np_key_rename *rename = np_key_get_rename(section, node->key);
     if (rename) result = rename_entry(scene, node, rename);
-    const np_key *key = result ? NULL : np_key_find(section, node->key);
+    const np_key *key = result ? NULL : np_key_search(section, node->key);
     if (key) result = rename_below(scene, key, node);
   }
   return result;

@@ -19,7 +19,7 @@ static size_t min3(size_t a, size_t b, size_t c) {
 
 /* Insertions, deletions, replacements and swaps of neighbours that lead from `a` to `b` (Damerau-Levenshtein, each
  * stretch edited once); SIZE_MAX when one of them is too long to be a slip. */
-static size_t find_edit_distance(const char *a, const char *b) {
+static size_t compute_edit_distance(const char *a, const char *b) {
   size_t m = strlen(a), n = strlen(b);
   if (m > NAME_MAX_LENGTH || n > NAME_MAX_LENGTH) return SIZE_MAX;
   size_t distance[NAME_MAX_LENGTH + 1][NAME_MAX_LENGTH + 1];
@@ -41,7 +41,7 @@ static const np_key *guess_in_section(const np_key *section, const char *name) {
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
     if (np_key_get_parent(key) != section) continue;
-    size_t distance = find_edit_distance(name, np_key_get_name(key));
+    size_t distance = compute_edit_distance(name, np_key_get_name(key));
     if (distance >= best_distance) continue;
     best = key;
     best_distance = distance;

@@ -92,7 +92,7 @@ static const char *skip_spaces(const char *text) { return text + strspn(text, " 
 
 /* The end of a decimal number at the start of `text`, or NULL: what strtod takes beyond that (hexadecimal, "inf",
  * "nan") a scene does not. */
-static const char *find_number_end(const char *text) {
+static const char *skip_number(const char *text) {
   const char *c = text + (*text == '+' || *text == '-');
   const char *whole_end = skip_digits(c), *end = whole_end;
   size_t digit_count = (size_t)(whole_end - c);
@@ -109,17 +109,17 @@ static const char *find_number_end(const char *text) {
   return end;
 }
 
-static const unit_row *find_unit(const char *name, dimension wanted) {
+static const unit_row *search_unit(const char *name, dimension wanted) {
   for (size_t i = 0; i < sizeof units / sizeof *units; i++)
     if (units[i].dimension == wanted && !strcmp(units[i].name, name)) return &units[i];
   return NULL;
 }
 
 bool np_value_parse_real(const char *text, np_unit unit, double *out_value_si) {
-  const char *end = find_number_end(text);
+  const char *end = skip_number(text);
   if (!end) return false;
   const char *name = skip_spaces(end);
-  const unit_row *given = *name ? find_unit(name, units[unit].dimension) : &units[unit];
+  const unit_row *given = *name ? search_unit(name, units[unit].dimension) : &units[unit];
   if (!given) return false;
   *out_value_si = convert_to_si(given, strtod(text, NULL));
   return isfinite(*out_value_si);

@@ -208,7 +208,7 @@ static float measure_distance(const np_erosion *erosion, uint32_t from, uint32_t
 }
 
 /* The neighbour down the steepest of eight ways; the sample itself in a pit and on the rim. */
-static uint32_t find_receiver(const np_erosion *erosion, unsigned column, unsigned row) {
+static uint32_t choose_receiver(const np_erosion *erosion, unsigned column, unsigned row) {
   const uint32_t here = row * erosion->side + column;
   if (is_on_rim(erosion, column, row)) return here;
   uint32_t receiver = here;
@@ -232,7 +232,7 @@ static neph_result route_rows(void *user, size_t begin, size_t end, unsigned thr
   for (size_t row = begin; row < end; row++)
     for (unsigned column = 0; column < erosion->side; column++) {
       const size_t here = row * erosion->side + column;
-      erosion->receiver[here] = find_receiver(erosion, column, (unsigned)row);
+      erosion->receiver[here] = choose_receiver(erosion, column, (unsigned)row);
       erosion->donors[here] = 0;
     }
   return NEPH_OK;

@@ -93,7 +93,7 @@ neph_result np_heightfield_load_hgt(neph_context *context, const char *path, np_
 }
 
 /* The channel that holds heights: Y, else Z, of at most two, or the only one. NULL: the picture is of other things. */
-static const float *find_heights(neph_image *image) {
+static const float *choose_heights(neph_image *image) {
   const unsigned count = neph_image_get_channel_count(image);
   const float *values = neph_image_get_channel(image, "Y");
   if (!values) values = neph_image_get_channel(image, "Z");
@@ -130,7 +130,7 @@ static neph_result check_picture_size(neph_context *context, const char *path, u
 /* Elevations from a loaded picture: `low_m` for value 0, `scale_m` more for value 1. */
 static neph_result read_picture(neph_context *context, const char *path, neph_image *image, double low_m,
                                 double scale_m, const neph_terrain_desc *desc, np_heightfield *out_field) {
-  const float *heights = find_heights(image);
+  const float *heights = choose_heights(image);
   if (!heights) return fail_channels(context, path, image);
   const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);
   neph_result result = check_picture_size(context, path, width, height);

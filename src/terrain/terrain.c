@@ -85,7 +85,7 @@ static neph_result raise_rows(void *user, size_t begin, size_t end, unsigned thr
 
 static size_t count_samples(const np_heightfield *field) { return (size_t)field->width * field->height; }
 
-static void find_bounds(neph_terrain *terrain) {
+static void compute_bounds(neph_terrain *terrain) {
   float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
   float elevation_min = INFINITY, elevation_max = -INFINITY;
   for (size_t i = 0; i < count_samples(&terrain->field); i++) {
@@ -184,7 +184,7 @@ static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc 
   np_monitor_set_stage(monitor, "placing terrain");
   result = np_parallel_for(context, monitor, terrain->field.height, 16, raise_rows, terrain);
   if (result) return result;
-  find_bounds(terrain);
+  compute_bounds(terrain);
   np_monitor_set_part(monitor, np_monitor_whole, 0.7, 1.0);
   np_monitor_set_stage(monitor, "building terrain");
   build_job job = {terrain, monitor};

@@ -12,7 +12,8 @@ enum {
   ALL = NP_OCTANT_COUNT * OCTANT
 };
 
-static np_spectrum find_ground(const np_world *world, const np_sun_depth_source *depths, const np_ground_hit *hit) {
+static np_spectrum compute_ground_radiance(const np_world *world, const np_sun_optical_depth_source *depths,
+                                           const np_ground_hit *hit) {
   np_spectrum irradiance = np_spectrum_scale(np_world_level_irradiance(world, hit), np_world_get_sky_share(world, hit));
   const float cosine = np_vec3_dot(hit->normal, world->to_sun);
   if (cosine > 0.0f) {
@@ -24,17 +25,18 @@ static np_spectrum find_ground(const np_world *world, const np_sun_depth_source 
   return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
 }
 
-np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_depth_source *depths, np_dvec3 position,
-                                         np_vec3 towards) {
+np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_optical_depth_source *depths,
+                                         np_dvec3 position, np_vec3 towards) {
   np_ground_hit hit;
   if (!np_world_intersect_ground(world, position, towards, &hit))
     return np_world_sky_radiance(world, world->cloud_sky, position, towards);
   const np_aerial_perspective air = np_world_air(world, world->cloud_sky, position, towards, hit.distance_m);
-  return np_spectrum_add(np_spectrum_multiply(find_ground(world, depths, &hit), air.transmittance), air.inscatter);
+  return np_spectrum_add(np_spectrum_multiply(compute_ground_radiance(world, depths, &hit), air.transmittance),
+                         air.inscatter);
 }
 
 /* Number of the ordinate nearest to a direction of flight. */
-static unsigned find_nearest(const np_ordinates *o, np_vec3 d) {
+static unsigned search_nearest(const np_ordinates *o, np_vec3 d) {
   const unsigned octant = (d.x < 0.0f ? 1u : 0u) | (d.y < 0.0f ? 2u : 0u) | (d.z < 0.0f ? 4u : 0u);
   unsigned best = 0;
   float best_cosine = -1.0f;
@@ -52,7 +54,7 @@ static unsigned find_nearest(const np_ordinates *o, np_vec3 d) {
 /* Sums by ordinate. */
 typedef struct boundary_samples {
   const np_world *world;
-  const np_sun_depth_source *depths;
+  const np_sun_optical_depth_source *depths;
   np_dvec3 low, size; /* of the clouds' box */
   unsigned taken, counts[ALL];
   double sums[NP_BAND_COUNT][ALL];
@@ -76,7 +78,7 @@ static void sample_sphere(boundary_samples *o, const np_ordinates *ordinates) {
     const double z = 1.0 - (2.0 * i + 1.0) / count, azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
     const float r = (float)sqrt(1.0 - z * z);
     const np_vec3 towards = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
-    look(o, towards, find_nearest(ordinates, np_vec3_scale(towards, -1.0f)));
+    look(o, towards, search_nearest(ordinates, np_vec3_scale(towards, -1.0f)));
   }
 }
 
@@ -107,8 +109,9 @@ static void fill_octant(const boundary_samples *o, const np_ordinates *ordinates
   for (unsigned n = 0; n < ordinates->count && found > 0.0; n++) out[n] *= (float)(sum / count * weight / found);
 }
 
-void np_boundary_radiance_fill(const np_world *world, const np_sun_depth_source *depths, const np_transport_desc *cells,
-                               const np_ordinates *ordinates, np_boundary_radiance out) {
+void np_boundary_radiance_fill(const np_world *world, const np_sun_optical_depth_source *depths,
+                               const np_transport_desc *cells, const np_ordinates *ordinates,
+                               np_boundary_radiance out) {
   boundary_samples o = {.world = world,
                         .depths = depths,
                         .low = cells->bounds_min,

@@ -44,7 +44,7 @@ static double get_flux(const balance_column *c, int32_t i) {
   return sqrt(4.0 * NP_PI / 3.0) * (double)moments_of(c, i)[FLUX];
 }
 
-static double find_shape(const balance_column *c, int32_t i) {
+static double compute_shape(const balance_column *c, int32_t i) {
   const double mean = (double)moments_of(c, i)[0], second = (double)moments_of(c, i)[SECOND];
   if (!(mean > 0.0)) return 1.0 / 3.0;
   return np_clamp((1.0 + 2.0 / sqrt(5.0) * second / mean) / 3.0, 0.01, 0.99);
@@ -61,7 +61,7 @@ static void add_half(const balance_column *c, int32_t cell, double *slant, doubl
 }
 
 static void fill_coefficients(const balance_column *c) {
-  for (int32_t i = 0; i < c->size; i++) c->shape[i] = find_shape(c, i);
+  for (int32_t i = 0; i < c->size; i++) c->shape[i] = compute_shape(c, i);
   for (int32_t i = 0; i + 1 < c->size; i++) {
     c->slant[i] = 1e-9; /* two empty cells side by side keep a finite, if large, exchange */
     c->drive[i] = 0.0;
@@ -71,7 +71,7 @@ static void fill_coefficients(const balance_column *c) {
 }
 
 /* φ and flux, towards the inside, of what enters at the bottom or the top. */
-static void find_inflow(const balance_column *c, bool is_top, double *out_phi, double *out_flux) {
+static void compute_boundary_flux(const balance_column *c, bool is_top, double *out_phi, double *out_flux) {
   const np_ordinates *o = c->lights->ordinates;
   *out_phi = *out_flux = 0.0;
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++) {
@@ -86,7 +86,7 @@ static void find_inflow(const balance_column *c, bool is_top, double *out_phi, d
 }
 
 /* J_out = rate·(φ − φ_in) in the empty cell beyond a face. */
-static double find_outflow_rate(const balance_column *c, bool is_top, double phi_in, double flux_in) {
+static double compute_outflow_rate(const balance_column *c, bool is_top, double phi_in, double flux_in) {
   const int32_t cell = is_top ? c->size - 1 : 0;
   const double flux = (is_top ? 1.0 : -1.0) * get_flux(c, cell) + flux_in, phi = get_phi(c, cell) - phi_in;
   return phi > 1e-5 * phi_in && phi > 0.0 ? np_clamp(flux / phi, 0.01, 1.0) : 0.5;
@@ -99,7 +99,7 @@ static void fill_rows(const balance_column *c) {
     const double width = np_transport_grid_width(g, AXIS, i), ratio = (double)g->ratio[(size_t)i * (g->degree + 1)];
     c->diagonal[i] = width * (1.0 - ratio) * (double)g->extinction[i];
     c->right[i] = width * ratio * (double)c->level->sun[i];
-    if (c->level->glow) c->right[i] += width * sqrt(4.0 * NP_PI) * (double)c->level->glow[i];
+    if (c->level->emission) c->right[i] += width * sqrt(4.0 * NP_PI) * (double)c->level->emission[i];
     for (int32_t face = i - 1; face <= i; face++) {
       if (face < 0 || face + 1 >= c->size) continue;
       c->diagonal[i] += c->shape[i] / c->slant[face];
@@ -109,8 +109,8 @@ static void fill_rows(const balance_column *c) {
   for (int top = 0; top < 2; top++) {
     const int32_t cell = top ? c->size - 1 : 0;
     double phi, flux;
-    find_inflow(c, top, &phi, &flux);
-    const double rate = find_outflow_rate(c, top, phi, flux);
+    compute_boundary_flux(c, top, &phi, &flux);
+    const double rate = compute_outflow_rate(c, top, phi, flux);
     c->diagonal[cell] += rate;
     c->right[cell] += rate * phi + flux;
   }
@@ -129,14 +129,15 @@ static void solve_rows(const balance_column *c) {
   }
 }
 
-static double find_face_flux(const balance_column *c, int32_t face) {
+static double compute_face_flux(const balance_column *c, int32_t face) {
   return (c->shape[face] * c->answer[face] - c->shape[face + 1] * c->answer[face + 1] + c->drive[face]) /
          c->slant[face];
 }
 
 static void keep_answer(const balance_column *c) {
   for (int32_t i = 0; i < c->size; i++) {
-    const double below = find_face_flux(c, i > 0 ? i - 1 : 0), above = find_face_flux(c, i + 1 < c->size ? i : i - 1);
+    const double below = compute_face_flux(c, i > 0 ? i - 1 : 0),
+                 above = compute_face_flux(c, i + 1 < c->size ? i : i - 1);
     moments_of(c, i)[0] = (float)(fmax(0.0, c->answer[i]) / sqrt(4.0 * NP_PI));
     moments_of(c, i)[FLUX] = (float)(0.5 * (below + above) * sqrt(0.75 / NP_PI));
   }

@@ -2,7 +2,7 @@
 /* Where sunlight first collides.
  *
  * A cell's source is even in it, while sunlight collides first on the side of the cell that the sun shines on: what is
- * thrown back from there has less cloud before it. So the first moments of what a cell takes are counted too, and a
+ * scattered back from there has less cloud before it. So the first moments of what a cell takes are counted too, and a
  * share goes over to the neighbours, such that the centre of all that is taken stays where it is. Without that clouds
  * that are seen from where the sun stands are too dark, by as much as the cells are large. */
 #include "core/alloc.h"
@@ -22,7 +22,7 @@ static np_parallel_fn get_kernel(const neph_context *context) {
   return kernels[neph_context_get_isa(context)];
 }
 
-static double find_sine(const np_first_rays *r, int axis) {
+static double compute_sine(const np_first_rays *r, int axis) {
   return sqrt(fmax(0.0, 1.0 - r->direction[axis] * r->direction[axis]));
 }
 
@@ -30,13 +30,13 @@ static double find_sine(const np_first_rays *r, int axis) {
  * the sun sees them. */
 static size_t count_along(const np_first_rays *r, int axis, int other) {
   const int32_t size = r->grid->size[axis];
-  const double stretch = find_sine(r, axis) / fmax(find_sine(r, other), 1e-6);
+  const double stretch = compute_sine(r, axis) / fmax(compute_sine(r, other), 1e-6);
   const int per_edge = r->grid->is_fine ? RAYS_PER_FINE_EDGE : RAYS_PER_EDGE;
   const double density = per_edge * sqrt(fabs(r->direction[r->face_axis]) * stretch);
   return (size_t)fmax(ceil((double)size * density), size == 1 ? 8.0 : 1.0);
 }
 
-static double find_volume(const np_transport_grid *g, int32_t cell) {
+static double compute_volume(const np_transport_grid *g, int32_t cell) {
   int32_t at[3];
   double volume = 1.0;
   np_transport_grid_split(g, cell, at);
@@ -45,7 +45,7 @@ static double find_volume(const np_transport_grid *g, int32_t cell) {
 }
 
 /* Between the middles of neighbours, also through a wrapped side. */
-static double find_distance(const np_transport_grid *g, int axis, size_t a, int32_t b) {
+static double compute_distance(const np_transport_grid *g, int axis, size_t a, int32_t b) {
   int32_t first[3], second[3];
   np_transport_grid_split(g, g->cell[a], first);
   np_transport_grid_split(g, g->cell[b], second);
@@ -91,7 +91,7 @@ static void shift_along(const np_transport_grid *g, size_t active, int axis, dou
   const int32_t from = np_transport_grid_neighbour(g, at, axis, -step);
   if (to < 0 || from < 0) return;
   const double wanted = fabs(moment) * np_transport_grid_width(g, axis, at[axis]);
-  const double ahead = find_distance(g, axis, active, to), behind = find_distance(g, axis, active, from);
+  const double ahead = compute_distance(g, axis, active, to), behind = compute_distance(g, axis, active, from);
   const double across = fmin(wanted / (ahead + behind), (double)power[from] / 8.0);
   const double out = np_clamp((wanted - across * (ahead + behind)) / ahead, 0.0, 0.25 * (double)power[active]);
   first_collision_source[from] -= (float)across;
@@ -108,7 +108,7 @@ static void spread(const np_transport_grid *g, const np_first_medium *m, float *
         shift_along(g, active, a, (double)m->moment[3 * active + a], m->power, first_collision_source);
   for (size_t active = 0; active < g->active_count; active++)
     first_collision_source[active] =
-        fmaxf(0.0f, first_collision_source[active]) / (float)find_volume(g, g->cell[active]);
+        fmaxf(0.0f, first_collision_source[active]) / (float)compute_volume(g, g->cell[active]);
 }
 
 static neph_result start_medium(np_first_rays *r, float **out_deposit) {
@@ -123,7 +123,7 @@ static neph_result start_medium(np_first_rays *r, float **out_deposit) {
 }
 
 /* The grid's own, and that of the lower degree. */
-static void find_scales(np_first_rays *r, unsigned band, unsigned broad_degree) {
+static void compute_scales(np_first_rays *r, unsigned band, unsigned broad_degree) {
   for (unsigned v = 0; v < r->world->clouds.count; v++) {
     const np_instance *volume = &r->world->clouds.at[v];
     r->media[0].scale[v] = r->grid->scale[v];
@@ -151,7 +151,7 @@ static void clear_medium(const np_transport_grid *g, np_first_medium *m) {
   np_alloc_free(g->context, m->moment);
 }
 
-static void find_direction(np_first_rays *r, np_vec3 to_sun, double length) {
+static void set_direction(np_first_rays *r, np_vec3 to_sun, double length) {
   r->direction[0] = -(double)to_sun.x / length;
   r->direction[1] = -(double)to_sun.y / length;
   r->direction[2] = -(double)to_sun.z / length;
@@ -170,8 +170,8 @@ neph_result np_transport_grid_light(const np_world *world, np_monitor *monitor, 
   const double length = (double)np_vec3_length(world->to_sun);
   const bool has_broad = broad_degree < grid->degree;
   if (!(length > 0.0)) return NEPH_OK;
-  find_direction(&r, world->to_sun, length);
-  find_scales(&r, band, broad_degree);
+  set_direction(&r, world->to_sun, length);
+  compute_scales(&r, band, broad_degree);
   neph_result result = start_medium(&r, &grid->first_collision_source);
   if (!result && has_broad) result = start_medium(&r, &grid->low_order_source);
   if (!result && has_broad) result = start_surpluses(&r, grid);

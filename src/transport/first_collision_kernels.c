@@ -50,7 +50,7 @@ typedef struct collision_block {
 
 /* ------------------------------------------------------------------------------------------- where the steps are */
 
-static double find_exit(const np_transport_grid *g, const double p[3], const double d[3]) {
+static double compute_exit(const np_transport_grid *g, const double p[3], const double d[3]) {
   double exit = INFINITY;
   for (int a = 0; a < 3; a++) {
     if (g->is_wrapped[a] || fabs(d[a]) < 1e-12) continue;
@@ -61,7 +61,7 @@ static double find_exit(const np_transport_grid *g, const double p[3], const dou
 }
 
 /* The cell of a coordinate along an axis, held inside the grid, looked for from `near` on. */
-static int32_t find_cell(const np_transport_grid *g, int axis, double x, int32_t near) {
+static int32_t search_cell(const np_transport_grid *g, int axis, double x, int32_t near) {
   const double *edge = g->edge_m[axis];
   x = np_transport_grid_wrap(g, axis, x);
   while (near > 0 && x < edge[near]) near--;
@@ -70,13 +70,13 @@ static int32_t find_cell(const np_transport_grid *g, int axis, double x, int32_t
 }
 
 /* Where cells differ: a step from `t` on, no longer than half of one. */
-static double find_step(collision_ray *r, double t) {
+static double choose_step(collision_ray *r, double t) {
   const np_transport_grid *g = r->all->grid;
   double step = r->all->step_m;
   for (int a = 0; a < 3; a++) {
     const double speed = fabs(r->all->direction[a]);
     if (g->even_m[a] > 0.0 || speed < 1e-9) continue;
-    r->near[a] = find_cell(g, a, r->start[a] + t * r->all->direction[a], r->near[a]);
+    r->near[a] = search_cell(g, a, r->start[a] + t * r->all->direction[a], r->near[a]);
     const double half = 0.5 * np_transport_grid_width(g, a, r->near[a]);
     if (half < step * speed) step = half / speed;
   }
@@ -100,7 +100,7 @@ static double place_even_steps(const collision_ray *r, double t, collision_block
 static double place_steps(collision_ray *r, double t, collision_block *b) {
   b->count = 0;
   for (int k = 0; k < STEPS; k++) {
-    const double step = find_step(r, t), left = r->exit_m - t, length = left < step ? left : step;
+    const double step = choose_step(r, t), left = r->exit_m - t, length = left < step ? left : step;
     b->middle_m[k] = t + 0.5 * length;
     b->length_m[k] = (float)length;
     b->count += length > 0.0;
@@ -125,7 +125,7 @@ static void locate_along(const collision_ray *r, int axis, const collision_block
   } else {
     int32_t near = r->near[axis];
     for (int k = 0; k < STEPS; k++)
-      at[k] = near = find_cell(g, axis, r->start[axis] + b->middle_m[k] * r->all->direction[axis], near);
+      at[k] = near = search_cell(g, axis, r->start[axis] + b->middle_m[k] * r->all->direction[axis], near);
   }
 }
 
@@ -144,14 +144,14 @@ static bool locate_steps(const collision_ray *r, collision_block *b) {
 }
 
 /* Where in its cell the ray is at `t`, from the middle over the width. */
-static double find_offset(const collision_ray *r, int axis, double t) {
+static double compute_offset(const collision_ray *r, int axis, double t) {
   const np_transport_grid *g = r->all->grid;
   if (g->even_m[axis] > 0.0) {
     const double cell = r->cell[axis] + t * r->cells_per_m[axis];
     return cell - floor(cell) - 0.5;
   }
   const double x = np_transport_grid_wrap(g, axis, r->start[axis] + t * r->all->direction[axis]);
-  const int32_t at = find_cell(g, axis, x, r->near[axis]);
+  const int32_t at = search_cell(g, axis, x, r->near[axis]);
   return np_clamp((x - np_transport_grid_middle(g, axis, at)) / np_transport_grid_width(g, axis, at), -0.5, 0.5);
 }
 
@@ -194,7 +194,7 @@ static void advance(cloud *c) {
 }
 
 /* The first step, from `k` on, whose middle does not lie before `t`. */
-static int find_first(const collision_block *b, int k, double t) {
+static int search_first(const collision_block *b, int k, double t) {
   while (k < b->count && b->middle_m[k] < t) k++;
   return k;
 }
@@ -203,8 +203,8 @@ static int find_first(const collision_block *b, int k, double t) {
 static void add_depths(cloud *c, const collision_block *b, float depth[NP_FIRST_MEDIA][STEPS]) {
   float value[STEPS] = {0.0f};
   for (int end = 0; end < b->count;) {
-    const int begin = find_first(b, end, c->span.t_begin);
-    end = find_first(b, begin, c->span.t_end);
+    const int begin = search_first(b, end, c->span.t_begin);
+    end = search_first(b, begin, c->span.t_end);
     if (begin < end) fill_values(c, b, begin, end, value);
     if (end < b->count) advance(c);
   }
@@ -214,7 +214,7 @@ static void add_depths(cloud *c, const collision_block *b, float depth[NP_FIRST_
       depth[m][k] += c->scale[m] * c->volume->extinction_per_value * b->length_m[k] * value[k];
 }
 
-static void find_opacities(collision_ray *r, collision_block *b) {
+static void compute_opacities(collision_ray *r, collision_block *b) {
   float depth[NP_FIRST_MEDIA][STEPS] = {{0.0f}};
   for (unsigned i = 0; i < r->cloud_count; i++) add_depths(&r->clouds[i], b, depth);
   for (unsigned m = 0; m < NP_FIRST_MEDIA; m++)
@@ -234,7 +234,7 @@ static void count_loss(const collision_ray *r, unsigned medium) {
   np_first_loss *l = &r->all->media[medium].losses[r->crossing.active];
   add(&l->sum, lost + 0.5);
   for (int a = 0; a < 3; a++)
-    if (r->all->grid->size[a] > 1) add(&l->moment[a], find_offset(r, a, mean_m) * lost);
+    if (r->all->grid->size[a] > 1) add(&l->moment[a], compute_offset(r, a, mean_m) * lost);
 }
 
 /* Ends the crossing of a cell, and begins that of another. */
@@ -284,7 +284,7 @@ static void follow_ray(collision_ray *r) {
   for (double t = 0.0; is_left && t < r->exit_m;) {
     t = r->all->has_even_steps ? place_even_steps(r, t, &b) : place_steps(r, t, &b);
     if (locate_steps(r, &b)) {
-      find_opacities(r, &b);
+      compute_opacities(r, &b);
       is_left = cross_steps(r, &b);
     } else {
       change_cell(r, NP_TRANSPORT_CELL_NONE);
@@ -310,7 +310,7 @@ static void start_ray(collision_ray *r, const np_first_rays *all, int axis, size
   const np_transport_grid *g = all->grid;
   r->all = all;
   place_start(all, axis, number, r->start);
-  r->exit_m = find_exit(g, r->start, all->direction);
+  r->exit_m = compute_exit(g, r->start, all->direction);
   for (int a = 0; a < 3; a++) {
     const double per_m = g->even_m[a] > 0.0 ? 1.0 / g->even_m[a] : 0.0;
     const int32_t at = np_transport_grid_locate(g, a, r->start[a]);

@@ -92,7 +92,7 @@ static void solve_small(unsigned n, double a[DEPTH][DEPTH], double b[DEPTH]) {
 }
 
 /* Weights that minimise ‖Σ α_j·f_j‖: α for the older ones from the normal equations of f_j − f_newest. */
-static void find_weights(const history *past, double weight[DEPTH]) {
+static void compute_weights(const history *past, double weight[DEPTH]) {
   const unsigned n = past->count - 1;
   double a[DEPTH][DEPTH], b[DEPTH], trace = 0.0;
   for (unsigned i = 0; i < n; i++) {
@@ -214,7 +214,7 @@ static neph_result approach(np_fixed_point *problem, history *past, pass *p) {
     if (!(problem->residual < 2.0 * before)) forget(past);
     before = problem->residual;
     watch_for_stall(past, problem->residual, &best, &idle);
-    find_weights(past, p->weight);
+    compute_weights(past, p->weight);
     result = np_parallel_for(problem->context, problem->monitor, count_chunks(problem), 1, combine_chunks, p);
     if (result) return result;
   }

@@ -21,7 +21,7 @@ void np_importance_add(const np_transport_level *finest, const float *moments, f
 
 /* What a path makes of what it may come to from a cell along an axis: less than there by the rate of diffuse light, and
  * by the chance to come so far without having been split on the way. */
-static float find_fall(const np_transport_grid *g, const int32_t at[3], int axis, size_t active) {
+static float compute_fall(const np_transport_grid *g, const int32_t at[3], int axis, size_t active) {
   const float *ratio = g->ratio + active * (g->degree + 1), width = (float)np_transport_grid_width(g, axis, at[axis]);
   const float transport = sqrtf(fmaxf(1.0f - ratio[1], 0.0f)), loss = sqrtf(3.0f * fmaxf(1.0f - ratio[0], 0.0f));
   return expf(-(0.35f + loss * transport) * g->extinction[active] * width);
@@ -32,7 +32,7 @@ static void spread_from(const np_transport_grid *g, const int32_t at[3], int axi
                         np_importance *importance) {
   const int32_t next = np_transport_grid_neighbour(g, at, axis, step);
   if (next < 0 || !(importance[next].lit > importance[active].lit)) return;
-  importance[active].lit = fmaxf(importance[active].lit, importance[next].lit * find_fall(g, at, axis, active));
+  importance[active].lit = fmaxf(importance[active].lit, importance[next].lit * compute_fall(g, at, axis, active));
 }
 
 /* Lets sunlight be known of where paths may come to it from: cell by cell, on and back, and again round corners. */

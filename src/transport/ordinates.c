@@ -95,7 +95,7 @@ static void add_direction(np_ordinates *o, double x, double y, double z, double 
 }
 
 /* The i-th of n points of Gauss on [0, 1], by Newton's method on P_n. */
-static void find_gauss(unsigned n, unsigned i, double *out_point, double *out_weight) {
+static void compute_gauss(unsigned n, unsigned i, double *out_point, double *out_weight) {
   double x = cos(NP_PI * (i + 0.75) / (n + 0.5)), slope = 1.0;
   for (int step = 0; step < 20; step++) {
     double now = 1.0, before = 0.0;
@@ -115,9 +115,9 @@ static void add_product(np_ordinates *o, product_set set) {
   for (unsigned i = 0; i < set.points; i++) {
     double z, weight;
     if (set.is_halved) {
-      find_gauss(set.points, i, &z, &weight);
+      compute_gauss(set.points, i, &z, &weight);
     } else {
-      find_gauss(2 * set.points, i, &z, &weight);
+      compute_gauss(2 * set.points, i, &z, &weight);
       z = fabs(2.0 * z - 1.0);
       weight *= 2.0;
     }

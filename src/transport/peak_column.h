@@ -23,9 +23,10 @@ typedef struct np_peak_place {
   float share; /* of the next node */
 } np_peak_place;
 
-static inline np_peak_place np_peak_place_get(float sun_depth) {
+static inline np_peak_place np_peak_place_get(float sun_optical_depth) {
   const float end = (float)(NP_PEAK_DEPTHS - 1);
-  const float x = np_minf(logf(1.0f + sun_depth * (1.0f / NP_PEAK_DEPTH_SCALE)) * (1.0f / NP_PEAK_DEPTH_RATE), end);
+  const float x =
+      np_minf(logf(1.0f + sun_optical_depth * (1.0f / NP_PEAK_DEPTH_SCALE)) * (1.0f / NP_PEAK_DEPTH_RATE), end);
   const unsigned lower = x < end - 1.0f ? (unsigned)x : NP_PEAK_DEPTHS - 2;
   return (np_peak_place){lower, x - (float)lower};
 }
@@ -39,8 +40,8 @@ static inline float np_peak_column_mix(const np_peak_column *column, np_peak_pla
   return np_maxf(column->broad + leaving * (arriving * column->sharp + peak), 0.0f);
 }
 
-static inline float np_peak_column_eval(const np_peak_column *column, float sun_depth, float view_depth) {
-  return np_peak_column_mix(column, np_peak_place_get(sun_depth), np_transmittance(sun_depth),
+static inline float np_peak_column_eval(const np_peak_column *column, float sun_optical_depth, float view_depth) {
+  return np_peak_column_mix(column, np_peak_place_get(sun_optical_depth), np_transmittance(sun_optical_depth),
                             np_transmittance(view_depth));
 }
 

@@ -64,9 +64,9 @@ neph_result np_scattering_desc_add_to_hash(neph_context *context, const np_world
                                            np_hash *hash);
 
 /* Solves for the world's sun, sky and ground. NULL on failure. */
-neph_result np_scattering_field_build(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
-                                      const np_scattering_desc *desc, np_monitor *monitor,
-                                      np_scattering_field **out_field);
+neph_result np_scattering_field_build(neph_context *context, const np_world *world,
+                                      const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
+                                      np_monitor *monitor, np_scattering_field **out_field);
 void np_scattering_field_destroy(np_scattering_field *field);
 
 /* Borrows the phase tables of another world, of equal clouds. */

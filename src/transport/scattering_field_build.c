@@ -118,7 +118,7 @@ static void choose_bands(np_scattering_solver *s) {
   s->out->medium.colour = c.is_one ? c.colour : np_spectrum_grey(1.0f);
 }
 
-static neph_result find_sun(void *user, size_t begin, size_t end, unsigned thread) {
+static neph_result compute_direct_irradiance(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const np_scattering_solver *s = user;
   const np_transport_grid *g = &s->levels[0].grid;
@@ -133,7 +133,7 @@ static neph_result start_bands(np_scattering_solver *s) {
   const np_transport_grid *g = &s->levels[0].grid;
   s->sun = np_alloc(s->context, g->active_count, sizeof *s->sun);
   if (!s->sun) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = np_parallel_for(s->context, s->monitor, g->active_count, CHUNK, find_sun, s);
+  neph_result result = np_parallel_for(s->context, s->monitor, g->active_count, CHUNK, compute_direct_irradiance, s);
   if (result) return result;
   choose_bands(s);
   s->out->moments = np_alloc(s->context, count_moments(g), s->out->medium.band_count * sizeof *s->out->moments);
@@ -259,9 +259,9 @@ static void finish(np_scattering_solver *s) {
   report(s->world, s->desc->tolerance, s->out);
 }
 
-neph_result np_scattering_field_build(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
-                                      const np_scattering_desc *desc, np_monitor *monitor,
-                                      np_scattering_field **out_field) {
+neph_result np_scattering_field_build(neph_context *context, const np_world *world,
+                                      const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
+                                      np_monitor *monitor, np_scattering_field **out_field) {
   *out_field = NULL;
   np_scattering_field *field = create(context);
   if (!field) return NEPH_ERROR_OUT_OF_MEMORY;

@@ -186,8 +186,8 @@ neph_result np_scattering_solver_build_levels(np_scattering_solver *s) {
   return result;
 }
 
-/* What glows in a cell is even, and has the moment j·∫Y₀₀ dΩ = j·√(4π). */
-static neph_result average_glow(void *user, size_t begin, size_t end, unsigned thread) {
+/* Emission in a cell is even, and has the moment j·∫Y₀₀ dΩ = j·√(4π). */
+static neph_result average_emission(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const np_scattering_solver *s = user;
   const np_transport_level *finest = &s->levels[0];
@@ -195,7 +195,7 @@ static neph_result average_glow(void *user, size_t begin, size_t end, unsigned t
   for (size_t active = begin; active < end; active++) {
     int32_t at[3];
     np_transport_grid_split(&finest->grid, finest->grid.cell[active], at);
-    finest->glow[active] =
+    finest->emission[active] =
         sqrtf(4.0f * NP_PI_F) * np_transport_grid_average_emission(&finest->grid, s->world->emission, at, s->band);
   }
   return NEPH_OK;
@@ -211,11 +211,12 @@ static void restrict_level(const np_scattering_solver *s, unsigned to, const flo
   }
 }
 
-static neph_result fill_glow(np_scattering_solver *s) {
+static neph_result fill_emission(np_scattering_solver *s) {
   if (!s->world->emission) return NEPH_OK;
-  neph_result result = np_parallel_for(s->context, s->monitor, s->levels[0].grid.active_count, 256, average_glow, s);
+  neph_result result =
+      np_parallel_for(s->context, s->monitor, s->levels[0].grid.active_count, 256, average_emission, s);
   for (unsigned n = 1; n < s->level_count && !result; n++)
-    restrict_level(s, n, s->levels[n - 1].glow, s->levels[n].glow);
+    restrict_level(s, n, s->levels[n - 1].emission, s->levels[n].emission);
   return result;
 }
 
@@ -255,7 +256,7 @@ static neph_result light_levels(np_scattering_solver *s, double *out_sum) {
   const np_transport_level *level = &s->levels[iterated];
   *out_sum = 0.0;
   for (size_t active = 0; active < level->grid.active_count; active++)
-    *out_sum += (double)level->sun[active] + (level->glow ? (double)level->glow[active] : 0.0);
+    *out_sum += (double)level->sun[active] + (level->emission ? (double)level->emission[active] : 0.0);
   const float *boundary = &s->broad->boundary[s->band][0][0][0];
   for (size_t i = 0; i < sizeof s->broad->boundary[0] / sizeof(float); i++) *out_sum += (double)boundary[i];
   return NEPH_OK;
@@ -272,7 +273,7 @@ static void scale_solution(np_scattering_solver *s, double factor) {
 
 neph_result np_scattering_solver_solve_band(np_scattering_solver *s, bool is_first, double *sum) {
   const double before = *sum;
-  neph_result result = fill_glow(s);
+  neph_result result = fill_emission(s);
   if (!result) result = light_levels(s, sum);
   if (result || *sum <= 0.0) return result;
   set_part(s, solving_begin, 1.0);

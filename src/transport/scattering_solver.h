@@ -26,7 +26,7 @@ typedef struct np_scattering_reach {
 typedef struct np_scattering_solver {
   neph_context *context;
   const np_world *world;
-  const np_sun_depth_source *depths;
+  const np_sun_optical_depth_source *depths;
   const np_scattering_desc *desc;
   np_monitor *monitor;
   np_scattering_field *out;

@@ -43,7 +43,7 @@ static neph_result fill_widths(np_sweep *s, int axis) {
 }
 
 /* Cells of a row up to its last with cloud, in the order in which light passes them. */
-static int32_t find_last_live(const np_transport_grid *g, unsigned octant, int32_t row) {
+static int32_t count_to_last_active(const np_transport_grid *g, unsigned octant, int32_t row) {
   const int32_t width = g->size[0], *active = g->active + (size_t)row * (size_t)width;
   int32_t n = width;
   while (n > 0 && active[octant & 1u ? width - n : n - 1] < 0) n--;
@@ -62,7 +62,7 @@ static neph_result fill_reach(np_sweep *s, unsigned octant) {
   for (int32_t m = layers; m-- > 0;)
     for (int32_t n = rows; n-- > 0;) {
       const int32_t row = (octant & 4u ? layers - 1 - m : m) * rows + (octant & 2u ? rows - 1 - n : n);
-      int32_t most = is_wrapped ? g->size[0] : find_last_live(g, octant, row);
+      int32_t most = is_wrapped ? g->size[0] : count_to_last_active(g, octant, row);
       if (n + 1 < rows && reach[row + next_row] > most) most = reach[row + next_row];
       if (m + 1 < layers && reach[row + next_layer] > most) most = reach[row + next_layer];
       reach[row] = most;

@@ -26,7 +26,7 @@ typedef struct flow {
   lanes *x, *y, *z;     /* faces, as in np_sweep_faces */
 } flow;
 
-/* What cells of a row throw into the two octants of a pair; then what shines through them. */
+/* Outgoing radiance of the cells of a row in the two octants of a pair; then what shines through them. */
 typedef struct twin {
   lanes up, down;
 } twin;
@@ -250,7 +250,7 @@ typedef struct tile_rows {
   int32_t begin, end;
 } tile_rows;
 
-static tile_rows find_rows(int32_t size, int32_t tile, bool is_down) {
+static tile_rows compute_rows(int32_t size, int32_t tile, bool is_down) {
   const int32_t low = NP_SWEEP_TILE * (is_down ? (size - 1) / NP_SWEEP_TILE - tile : tile);
   const int32_t high = low + NP_SWEEP_TILE < size ? low + NP_SWEEP_TILE : size;
   return is_down ? (tile_rows){size - high, size - low} : (tile_rows){low, high};
@@ -261,7 +261,7 @@ void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile
   const np_transport_grid *grid = sweep->grid;
   const int32_t *size = grid->size;
   const bool is_down_y = pair & 1u, is_down_z = pair & 2u;
-  const tile_rows y = find_rows(size[1], tile_y, is_down_y), z = find_rows(size[2], tile_z, is_down_z);
+  const tile_rows y = compute_rows(size[1], tile_y, is_down_y), z = compute_rows(size[2], tile_z, is_down_z);
   sweep_block blocks[NP_ORDINATE_BLOCKS_MAX];
   const unsigned count = sweep->ordinates->block_count;
   for (unsigned number = 0; number < count; number++) start_block(sweep, pair, number, thread, &blocks[number]);

@@ -17,7 +17,7 @@ typedef struct grid_fill {
   np_transport_grid *grid;
   double voxel_m[3];
   float *extinction; /* [cell][cloud], live or not, of no scaled medium */
-  bool *holds;       /* of each cell: cloud, or something that glows; then, or touches one that does */
+  bool *holds;       /* of each cell: cloud, or an emitter; then, or touches one that does */
 } grid_fill;
 
 float np_transport_grid_average_emission(const np_transport_grid *grid, const struct np_emission *emission,
@@ -169,8 +169,8 @@ bool np_transport_grid_can_coarsen(const np_transport_grid *grid) {
 }
 
 /* The coarse cell that holds a fine one, and what part of it that one is. */
-static size_t find_parent(const np_transport_grid *fine, const np_transport_grid *coarse, int32_t cell,
-                          float *out_share) {
+static size_t compute_parent(const np_transport_grid *fine, const np_transport_grid *coarse, int32_t cell,
+                             float *out_share) {
   int32_t at[3];
   double share = 1.0;
   np_transport_grid_split(fine, cell, at);
@@ -188,14 +188,14 @@ void np_transport_grid_restrict(const np_transport_grid *fine, const float *valu
   memset(out, 0, coarse->active_count * sizeof *out);
   for (size_t i = 0; i < fine->active_count; i++) {
     float share;
-    const size_t parent = (size_t)coarse->active[find_parent(fine, coarse, fine->cell[i], &share)];
+    const size_t parent = (size_t)coarse->active[compute_parent(fine, coarse, fine->cell[i], &share)];
     out[parent] += share * values[i];
   }
 }
 
 static void number_parents(const np_transport_grid *fine, np_transport_grid *out) {
   float share;
-  for (size_t i = 0; i < fine->active_count; i++) out->active[find_parent(fine, out, fine->cell[i], &share)] = 1;
+  for (size_t i = 0; i < fine->active_count; i++) out->active[compute_parent(fine, out, fine->cell[i], &share)] = 1;
   for (size_t c = 0; c < np_transport_grid_count(out); c++)
     out->active[c] = out->active[c] ? (int32_t)out->active_count++ : NP_TRANSPORT_CELL_NONE;
 }
@@ -207,7 +207,7 @@ static void average_children(const np_transport_grid *fine, np_transport_grid *o
     if (out->active[c] >= 0) out->cell[out->active[c]] = (int32_t)c;
   for (size_t i = 0; i < fine->active_count; i++) {
     float share;
-    const size_t parent = (size_t)out->active[find_parent(fine, out, fine->cell[i], &share)];
+    const size_t parent = (size_t)out->active[compute_parent(fine, out, fine->cell[i], &share)];
     const float before = out->extinction[parent], added = share * fine->extinction[i];
     const float t = added > 0.0f ? added / (before + added) : before > 0.0f ? 0.0f : 1.0f;
     for (unsigned l = 0; l < count; l++)

@@ -49,11 +49,11 @@ double np_transport_count_iterated_bytes(unsigned degree);
 double np_transport_count_swept_bytes(unsigned degree);
 
 /* Averages the clouds' extinction and scattering over the cells, for the albedo of one band. `phases` have the degree
- * of the grid. Cells that glow are live too. */
+ * of the grid. Cells that emit are active too. */
 neph_result np_transport_grid_fill(const np_world *world, const np_scaled_phase *phases, unsigned band,
                                    np_monitor *monitor, np_transport_grid *grid);
 
-/* The mean j of what glows in a cell. */
+/* The mean j of the emission in a cell. */
 float np_transport_grid_average_emission(const np_transport_grid *grid, const struct np_emission *emission,
                                          const int32_t at[3], unsigned band);
 

@@ -18,17 +18,17 @@ enum {
 
 static size_t count_moments(const np_transport_grid *g) { return g->active_count * np_harmonics_count(g->degree); }
 
-neph_result np_transport_level_allocate(np_transport_level *level, bool glows) {
+neph_result np_transport_level_allocate(np_transport_level *level, bool is_emitting) {
   neph_context *context = level->grid.context;
   level->sun = np_alloc(context, level->grid.active_count, sizeof *level->sun);
   level->phi = np_alloc(context, count_moments(&level->grid), sizeof *level->phi);
-  if (glows) level->glow = np_alloc(context, level->grid.active_count, sizeof *level->glow);
-  return level->sun && level->phi && (level->glow || !glows) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  if (is_emitting) level->emission = np_alloc(context, level->grid.active_count, sizeof *level->emission);
+  return level->sun && level->phi && (level->emission || !is_emitting) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 void np_transport_level_clear(np_transport_level *level) {
   np_alloc_free(level->grid.context, level->sun);
-  np_alloc_free(level->grid.context, level->glow);
+  np_alloc_free(level->grid.context, level->emission);
   np_alloc_free(level->grid.context, level->phi);
   np_transport_grid_clear(&level->grid);
   *level = (np_transport_level){0};
@@ -61,7 +61,7 @@ static neph_result fill_source(void *user, size_t begin, size_t end, unsigned th
     for (unsigned l = 0, i = 0; l <= g->degree; l++)
       for (; i < (l + 1) * (l + 1); i++)
         source[place[i]] = ratio[l] * (extinction * x[i] + sun * lights->sun_harmonics[i]);
-    if (it->level->glow) source[place[0]] += it->level->glow[active];
+    if (it->level->emission) source[place[0]] += it->level->emission[active];
     memcpy(it->source + active * count, source, count * sizeof *source);
   }
   return NEPH_OK;
@@ -188,7 +188,7 @@ neph_result np_transport_level_prolong(const np_transport_level *coarse, np_moni
 }
 
 /* Sunlight in a cell that has gone straight on, weighted by extinction: first collisions over it. */
-static float find_straight(const np_transport_level *level, size_t active) {
+static float compute_direct_irradiance(const np_transport_level *level, size_t active) {
   const float extinction = level->grid.extinction[active];
   return extinction > 0.0f ? level->sun[active] / extinction : 0.0f;
 }
@@ -201,7 +201,7 @@ void np_transport_level_resolve(const np_transport_lights *lights, const np_tran
   const unsigned peak = broad->grid.degree + 1;
   for (size_t active = 0; active < fine->grid.active_count; active++) {
     const float *ratio = fine->grid.ratio + active * (fine->grid.degree + 1);
-    const float more = fmaxf(0.0f, find_straight(broad, active) - find_straight(fine, active));
+    const float more = fmaxf(0.0f, compute_direct_irradiance(broad, active) - compute_direct_irradiance(fine, active));
     float *phi = fine->phi + active * count;
     for (unsigned l = 0, i = 0; l <= fine->grid.degree; l++) {
       const float share = l <= peak ? 1.0f : ratio[peak] > 0.0f ? np_clampf(ratio[l] / ratio[peak], 0.0f, 1.0f) : 0.0f;
@@ -212,7 +212,7 @@ void np_transport_level_resolve(const np_transport_lights *lights, const np_tran
 }
 
 /* Shares of the second differences: an eighth for even cells; elsewhere φ″ by the parabola through three middles. */
-static void find_shares(const np_transport_grid *g, int axis, int32_t at, float *out_down, float *out_up) {
+static void compute_shares(const np_transport_grid *g, int axis, int32_t at, float *out_down, float *out_up) {
   *out_down = *out_up = 0.125f;
   if (g->even_m[axis] > 0.0) return;
   const double width = np_transport_grid_width(g, axis, at);
@@ -242,7 +242,7 @@ static void sharpen_line(const np_transport_grid *g, int axis, const int32_t fir
     if (below >= 0 && above >= 0) {
       const float *next = at[axis] + 1 < size ? values + (size_t)above * count : begin;
       float down, up;
-      find_shares(g, axis, at[axis], &down, &up);
+      compute_shares(g, axis, at[axis], &down, &up);
       for (unsigned i = 0; i < count; i++) middle[i] -= down * (before[i] - own[i]) + up * (next[i] - own[i]);
     }
     memcpy(before, own, bytes);

@@ -7,9 +7,9 @@
 
 typedef struct np_transport_level {
   np_transport_grid grid;
-  float *sun;  /* of each live cell: first collisions times irradiance, W m⁻³ nm⁻¹ */
-  float *glow; /* of each live cell: the moment l = 0 of what it emits; NULL: nothing glows */
-  float *phi;  /* the solution: [active][harmonic] */
+  float *sun;      /* of each active cell: first collisions times irradiance, W m⁻³ nm⁻¹ */
+  float *emission; /* of each active cell: the moment l = 0 of what it emits; NULL: nothing emits */
+  float *phi;      /* the solution: [active][harmonic] */
 } np_transport_level;
 
 /* What all grids of a solution share. */
@@ -22,7 +22,7 @@ typedef struct np_transport_lights {
 } np_transport_lights;
 
 /* Sources and solution of a grid that is filled; all 0. */
-neph_result np_transport_level_allocate(np_transport_level *level, bool glows);
+neph_result np_transport_level_allocate(np_transport_level *level, bool is_emitting);
 void np_transport_level_clear(np_transport_level *level);
 
 typedef struct np_transport_effort {

@@ -23,7 +23,7 @@ enum { COARSEST = 8 };
 /* ---- What the clouds are like ---- */
 
 /* The index axis that a world axis runs along alone; −1 when the volume is turned. */
-static int find_index_axis(const np_instance *volume, int world_axis) {
+static int search_index_axis(const np_instance *volume, int world_axis) {
   int found = -1;
   for (int a = 0; a < 3; a++) {
     double others = 0.0;
@@ -44,7 +44,7 @@ double np_transport_get_voxel(const np_world *world, int axis) {
 }
 
 /* (1−g)·σ at the densest point. */
-static double find_transport_extinction(const np_world *world) {
+static double compute_transport_extinction(const np_world *world) {
   double densest = 0.0;
   for (unsigned v = 0; v < world->clouds.count; v++) {
     const np_instance *volume = &world->clouds.at[v];
@@ -57,7 +57,7 @@ static double find_transport_extinction(const np_world *world) {
 static bool is_wrapped_along(const np_world *world, int axis, double *out_period_m) {
   if (world->clouds.count != 1) return false;
   const np_instance *volume = &world->clouds.at[0];
-  const int a = find_index_axis(volume, axis);
+  const int a = search_index_axis(volume, axis);
   if (a < 0 || a > 1 || !volume->bricks->is_periodic[a]) return false;
   *out_period_m = volume->bricks->period[a] / fabs(volume->world_to_index.m[a][axis]);
   return true;
@@ -73,12 +73,12 @@ typedef struct even_axis {
 
 /* One axis, with cells of `edge_voxels`: lines of cells on samples of the first cloud, one empty cell at either end,
  * and a count that three coarser grids divide. A period of up to a brick becomes one cell. */
-static even_axis find_even_axis(const np_world *world, const np_transport_desc *desc, int axis, double edge_voxels) {
+static even_axis compute_even_axis(const np_world *world, const np_transport_desc *desc, int axis, double edge_voxels) {
   const double low[3] = {desc->bounds_min.x, desc->bounds_min.y, desc->bounds_min.z};
   const double high[3] = {desc->bounds_max.x, desc->bounds_max.y, desc->bounds_max.z};
   const double voxel = np_transport_get_voxel(world, axis), edge = edge_voxels * voxel;
   const np_instance *first = &world->clouds.at[0];
-  const int a = find_index_axis(first, axis);
+  const int a = search_index_axis(first, axis);
   const double base = a < 0 ? low[axis] : -first->world_to_index.m[a][3] / first->world_to_index.m[a][axis];
   double period;
   if (is_wrapped_along(world, axis, &period)) {
@@ -92,25 +92,25 @@ static even_axis find_even_axis(const np_world *world, const np_transport_desc *
   return (even_axis){(int32_t)fmin(ceil(cells / COARSEST) * COARSEST, 1e6), origin, edge, false};
 }
 
-static double find_even_axes(const np_world *world, const np_transport_desc *desc, double edge_voxels,
-                             even_axis out[3]) {
+static double compute_even_axes(const np_world *world, const np_transport_desc *desc, double edge_voxels,
+                                even_axis out[3]) {
   double cells = 1.0;
   for (int axis = 0; axis < 3; axis++) {
-    out[axis] = find_even_axis(world, desc, axis, edge_voxels);
+    out[axis] = compute_even_axis(world, desc, axis, edge_voxels);
     cells *= out[axis].size;
   }
   return cells;
 }
 
 /* (1−g)·σ over the longest edge of a voxel; an axis of a single cell does not count. */
-static double find_voxel_depth(const np_world *world) {
+static double compute_voxel_depth(const np_world *world) {
   double longest = 0.0, period;
   for (int axis = 0; axis < 3; axis++) {
     const double voxel = np_transport_get_voxel(world, axis);
     const bool is_single = is_wrapped_along(world, axis, &period) && period <= NP_BRICK_EDGE * 1.001 * voxel;
     if (!is_single) longest = fmax(longest, voxel);
   }
-  return find_transport_extinction(world) * longest;
+  return compute_transport_extinction(world) * longest;
 }
 
 static double round_edge(double edge) { return edge > 2.0 ? ceil(4.0 * edge) * 0.25 : edge; }
@@ -118,7 +118,7 @@ static double round_edge(double edge) { return edge > 2.0 ? ceil(4.0 * edge) * 0
 /* Edge in voxels that the clouds want; within `cell_count_max` where there is nobody to be near to. */
 static double choose_edge(const np_world *world, const np_transport_desc *desc, bool *out_is_fine) {
   even_axis axes[3];
-  const double voxel_depth = find_voxel_depth(world), cells = find_even_axes(world, desc, 1.0, axes);
+  const double voxel_depth = compute_voxel_depth(world), cells = compute_even_axes(world, desc, 1.0, axes);
   *out_is_fine = cells > (double)desc->cell_count_cheap && cells <= (double)desc->cell_count_fine;
   double edge = cells <= (double)desc->cell_count_cheap || *out_is_fine ? 1.0 : 2.0;
   while (edge < 8.0 && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
@@ -137,7 +137,7 @@ typedef struct grading {
 enum { GRADING_STEPS = 512, GRADING_MOST = 8 };
 
 /* From the viewer to that part of the clouds' box which has a coordinate along an axis. */
-static double find_distance(const np_transport_desc *desc, int axis, double coordinate) {
+static double compute_distance(const np_transport_desc *desc, int axis, double coordinate) {
   const double low[3] = {desc->bounds_min.x, desc->bounds_min.y, desc->bounds_min.z};
   const double high[3] = {desc->bounds_max.x, desc->bounds_max.y, desc->bounds_max.z};
   const double at[3] = {desc->viewer.x, desc->viewer.y, desc->viewer.z};
@@ -154,7 +154,7 @@ static void count_graded(const grading *g, int axis, const even_axis *even, doub
   const double step = even->size * even->edge_m / GRADING_STEPS;
   out[0] = 0.0;
   for (int i = 0; i < GRADING_STEPS; i++) {
-    const double distance = find_distance(g->desc, axis, even->origin_m + (i + 0.5) * step);
+    const double distance = compute_distance(g->desc, axis, even->origin_m + (i + 0.5) * step);
     out[i + 1] = out[i] + step / even->edge_m / fmax(1.0, distance / g->near_m);
   }
 }
@@ -171,12 +171,12 @@ static double count_all_graded(const grading *g, const even_axis axes[3]) {
 }
 
 /* The largest `near_m` with which the cells are few enough; 0 where that would take cells that grow too much. */
-static double find_near(const np_transport_desc *desc, const even_axis axes[3]) {
+static double search_near(const np_transport_desc *desc, const even_axis axes[3]) {
   double farthest = 0.0;
   for (int axis = 0; axis < 3; axis++)
     for (int end = 0; end < 2; end++)
       farthest =
-          fmax(farthest, find_distance(desc, axis, axes[axis].origin_m + end * axes[axis].size * axes[axis].edge_m));
+          fmax(farthest, compute_distance(desc, axis, axes[axis].origin_m + end * axes[axis].size * axes[axis].edge_m));
   for (double near = 0.95 * farthest; near > farthest / GRADING_MOST; near *= 0.95)
     if (count_all_graded(&(grading){desc, near}, axes) <= (double)desc->cell_count_max) return near;
   return 0.0;
@@ -185,9 +185,9 @@ static double find_near(const np_transport_desc *desc, const even_axis axes[3]) 
 /* Cells as the clouds want them; where that is too many, graded ones; where these would be too many, larger ones. */
 static grading choose_axes(const np_world *world, const np_transport_desc *desc, even_axis out[3], bool *out_is_fine) {
   for (double edge = choose_edge(world, desc, out_is_fine);; edge *= 1.25) {
-    if (find_even_axes(world, desc, round_edge(edge), out) <= (double)desc->cell_count_max)
+    if (compute_even_axes(world, desc, round_edge(edge), out) <= (double)desc->cell_count_max)
       return (grading){desc, HUGE_VAL};
-    const double near = desc->has_viewer ? find_near(desc, out) : 0.0;
+    const double near = desc->has_viewer ? search_near(desc, out) : 0.0;
     if (near > 0.0) return (grading){desc, near};
   }
 }
@@ -234,7 +234,7 @@ typedef struct thickness {
 } thickness;
 
 /* The axis along which a grid is a column, or −1. */
-static int find_column_axis(const even_axis axes[3]) {
+static int search_column_axis(const even_axis axes[3]) {
   for (int axis = 0; axis < 3; axis++) {
     const even_axis *b = &axes[(axis + 1) % 3], *c = &axes[(axis + 2) % 3];
     if (b->is_wrapped && c->is_wrapped && b->size == 1 && c->size == 1 && !axes[axis].is_wrapped) return axis;
@@ -272,7 +272,7 @@ static neph_result measure_profile(neph_context *context, const np_world *world,
 }
 
 /* Where an optical depth is reached; extinction that rises by b along a step from a gives a·s + b·s²/2. */
-static double find_depth(const profile *p, double depth) {
+static double compute_distance_to_depth(const profile *p, double depth) {
   int32_t k = 0;
   while (k + 2 < p->count && p->depth[k + 1] <= depth) k++;
   const double a = p->extinction[k], slope = (p->extinction[k + 1] - a) / p->step_m;
@@ -299,7 +299,7 @@ static double count_to_depth(double depth, thickness t) {
   return depth <= end ? count : count + (depth - end) / (growth * end);
 }
 
-static double find_depth_of_count(double count, thickness t) {
+static double compute_depth_of_count(double count, thickness t) {
   const double even = t.first / growth, end = fmax(even, t.most / growth), end_count = count_to_depth(end, t);
   if (count <= 1.0 / growth) return count * t.first;
   if (count <= end_count) return even * exp(count * growth - 1.0);
@@ -313,8 +313,8 @@ static void place_column_planes(const profile *p, thickness t, np_transport_grid
   for (int32_t i = 0; i <= inner; i++) {
     const double cells = 2.0 * half * i / inner;
     const double below =
-        cells <= half ? find_depth_of_count(cells, t) : depth - find_depth_of_count(2.0 * half - cells, t);
-    edge[i + 1] = find_depth(p, below);
+        cells <= half ? compute_depth_of_count(cells, t) : depth - compute_depth_of_count(2.0 * half - cells, t);
+    edge[i + 1] = compute_distance_to_depth(p, below);
   }
   edge[0] = 2.0 * edge[1] - edge[2];
   edge[inner + 2] = 2.0 * edge[inner + 1] - edge[inner];
@@ -347,7 +347,7 @@ neph_result np_transport_grid_place(neph_context *context, const np_world *world
   *out = (np_transport_grid){.context = context};
   even_axis axes[3];
   const grading g = choose_axes(world, desc, axes, &out->is_fine);
-  const int column = find_column_axis(axes);
+  const int column = search_column_axis(axes);
   neph_result result = NEPH_OK;
   for (int axis = 0; axis < 3 && !result; axis++) {
     if (axis == column) {
@@ -377,8 +377,8 @@ void np_transport_grid_compute_depths(const np_world *world, const np_transport_
     least = fmax(least, delta_m_residual);
     most = fmax(most, wide);
   }
-  *out_least = least * find_transport_extinction(world);
-  *out_most = most * find_transport_extinction(world);
+  *out_least = least * compute_transport_extinction(world);
+  *out_most = most * compute_transport_extinction(world);
 }
 
 double np_transport_expect_error(double cell_depth) {

@@ -381,7 +381,7 @@ typedef struct np_brick_block {
 
 static inline bool np_brick_range_is_zero(np_brick_range range) { return range.min == 0.0f && range.max == 0.0f; }
 
-static inline void np_brick_walk_find_block(const np_brick_walk *walk, np_brick_block *out_block) {
+static inline void np_brick_walk_get_block(const np_brick_walk *walk, np_brick_block *out_block) {
   const np_bricks *bricks = walk->bricks;
   int32_t inside[3], cell[3];
   for (int a = 0; a < 3; a++) {
@@ -466,7 +466,7 @@ static inline void np_brick_walk_leave_cell(np_brick_walk *walk) {
 static inline bool np_brick_walk_next(np_brick_walk *walk, np_brick_span *out_span) {
   while (walk->t < walk->t_end) {
     np_brick_block block;
-    np_brick_walk_find_block(walk, &block);
+    np_brick_walk_get_block(walk, &block);
     double t_begin = walk->t;
     for (int a = 0; a < 3; a++) out_span->cell[a] = walk->cell[a];
     if (block.is_empty) {

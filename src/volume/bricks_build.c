@@ -52,7 +52,7 @@ static void extend(int64_t low[3], int64_t high[3], const int32_t origin[3], int
 }
 
 /* Cells that hold leaves or tiles; the cell at index 0 when nothing does. */
-static void find_content(const np_sparse_grid *grid, int64_t low[3], int64_t high[3]) {
+static void compute_content(const np_sparse_grid *grid, int64_t low[3], int64_t high[3]) {
   for (int a = 0; a < 3; a++) {
     low[a] = INT32_MAX;
     high[a] = INT32_MIN;
@@ -93,7 +93,7 @@ static neph_result set_size(builder *b) {
   np_bricks *bricks = b->bricks;
   int64_t low[3], high[3];
   uint64_t cell_count = 1;
-  find_content(b->grid, low, high);
+  compute_content(b->grid, low, high);
   for (int a = 0; a < 3; a++) {
     const bool is_periodic = a < 2 && bricks->is_periodic[a];
     int64_t period = is_periodic ? bricks->period[a] / 8 : 0;
@@ -128,7 +128,7 @@ static neph_result allocate_table(builder *b) {
 
 /* ---- Lattice ---- */
 
-static uint32_t *find_block(const builder *b, const int32_t at[3]) {
+static uint32_t *get_block(const builder *b, const int32_t at[3]) {
   return &b->blocks[((size_t)at[0] * (size_t)b->block_size[1] + (size_t)at[1]) * (size_t)b->block_size[2] +
                     (size_t)at[2]];
 }
@@ -144,7 +144,7 @@ static void fill_blocks(const builder *b, const int32_t origin[3], int32_t edge,
   }
   for (at[0] = low[0]; at[0] < high[0]; at[0]++)
     for (at[1] = low[1]; at[1] < high[1]; at[1]++)
-      for (at[2] = low[2]; at[2] < high[2]; at[2]++) *find_block(b, at) = block;
+      for (at[2] = low[2]; at[2] < high[2]; at[2]++) *get_block(b, at) = block;
 }
 
 /* The layer beyond the end of a period is the first one. */
@@ -155,7 +155,7 @@ static void wrap_blocks(const builder *b) {
       for (at[2] = 0; at[2] < b->block_size[2]; at[2]++) {
         for (int a = 0; a < 3; a++)
           from[a] = a < 2 && b->bricks->is_periodic[a] ? at[a] % b->bricks->size[0][a] : at[a];
-        *find_block(b, at) = *find_block(b, from);
+        *get_block(b, at) = *get_block(b, from);
       }
 }
 
@@ -197,7 +197,7 @@ static void gather_block(const np_sparse_grid *grid, uint32_t block, const int b
 /* The eight blocks that a cell's window reaches into; the first is the cell's own. */
 static void list_blocks(const builder *b, const int32_t cell[3], uint32_t out_blocks[8]) {
   for (int n = 0; n < 8; n++)
-    out_blocks[n] = *find_block(b, (const int32_t[3]){cell[0] + (n >> 2), cell[1] + (n >> 1 & 1), cell[2] + (n & 1)});
+    out_blocks[n] = *get_block(b, (const int32_t[3]){cell[0] + (n >> 2), cell[1] + (n >> 1 & 1), cell[2] + (n & 1)});
 }
 
 static bool are_blocks_constant(const np_sparse_grid *grid, const uint32_t blocks[8]) {
@@ -217,7 +217,7 @@ static void gather_window(const builder *b, const uint32_t blocks[8], float wind
     for (int n = 0; n < NP_BRICK_VOLUME; n++) window[n] = round_to_half(b, window[n]);
 }
 
-static np_brick_range find_range(const float window[NP_BRICK_VOLUME]) {
+static np_brick_range compute_range(const float window[NP_BRICK_VOLUME]) {
   np_brick_range range = {window[0], window[0]};
   for (int n = 1; n < NP_BRICK_VOLUME; n++) {
     range.min = window[n] < range.min ? window[n] : range.min;
@@ -252,7 +252,7 @@ static neph_result classify_rows(void *user, size_t begin, size_t end, unsigned 
         range.min = range.max = b->is_half ? round_to_half(b, value) : value;
       } else {
         gather_window(b, blocks, window);
-        range = find_range(window);
+        range = compute_range(window);
       }
       bool is_constant = range.min == range.max;
       b->bricks->table[offset] = is_constant ? NP_BRICK_NONE : 0u;
@@ -314,21 +314,21 @@ static neph_result allocate_bricks(builder *b) {
 /* ---- Scale ---- */
 
 /* Magnitudes of floats are ordered as their bits are, with infinities and NaN on top. */
-static uint32_t find_magnitude_bits(float value) {
+static uint32_t get_magnitude_bits(float value) {
   uint32_t bits;
   memcpy(&bits, &value, sizeof bits);
   return bits & 0x7fffffffu;
 }
 
-static float find_magnitude_max(const np_sparse_grid *grid) {
-  uint32_t max = find_magnitude_bits(grid->background);
+static float compute_magnitude_max(const np_sparse_grid *grid) {
+  uint32_t max = get_magnitude_bits(grid->background);
   for (size_t i = 0; i < grid->leaf_count; i++)
     for (int n = 0; n < NP_LEAF_SIZE; n++) {
-      uint32_t bits = find_magnitude_bits(grid->leaves[i].values[n]);
+      uint32_t bits = get_magnitude_bits(grid->leaves[i].values[n]);
       max = bits > max ? bits : max;
     }
   for (size_t i = 0; i < grid->tile_count; i++) {
-    uint32_t bits = find_magnitude_bits(grid->tiles[i].value);
+    uint32_t bits = get_magnitude_bits(grid->tiles[i].value);
     max = bits > max ? bits : max;
   }
   float magnitude;
@@ -337,7 +337,7 @@ static float find_magnitude_max(const np_sparse_grid *grid) {
 }
 
 static neph_result set_scale(builder *b) {
-  float max = find_magnitude_max(b->grid);
+  float max = compute_magnitude_max(b->grid);
   if (!isfinite(max))
     return np_fail(b->bricks->context, NEPH_ERROR_INVALID_ARGUMENT, "%s%sgrid '%s' holds values that are not finite",
                    NP_SPARSE_GRID_LABEL(b->grid));

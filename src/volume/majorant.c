@@ -7,7 +7,7 @@ static np_brick_range unite(np_brick_range a, np_brick_range b) {
 }
 
 /* Range of a cell of `level`, from those of its cells of the level below that exist. */
-static np_brick_range find_range(const np_bricks *bricks, int level, const int32_t cell[3]) {
+static np_brick_range compute_range(const np_bricks *bricks, int level, const int32_t cell[3]) {
   int32_t low[3], high[3];
   for (int a = 0; a < 3; a++) {
     low[a] = cell[a] << NP_BRICK_LEVEL_SHIFT;
@@ -29,7 +29,7 @@ void np_bricks_build_coarse_ranges(np_bricks *bricks) {
     np_brick_range *range = bricks->ranges[level];
     for (cell[0] = 0; cell[0] < bricks->size[level][0]; cell[0]++)
       for (cell[1] = 0; cell[1] < bricks->size[level][1]; cell[1]++)
-        for (cell[2] = 0; cell[2] < bricks->size[level][2]; cell[2]++) *range++ = find_range(bricks, level, cell);
+        for (cell[2] = 0; cell[2] < bricks->size[level][2]; cell[2]++) *range++ = compute_range(bricks, level, cell);
   }
   np_brick_range all = {bricks->background, bricks->background};
   size_t count = np_bricks_count_cells(bricks, NP_BRICK_LEVELS - 1);

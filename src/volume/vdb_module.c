@@ -72,7 +72,7 @@ static void try_folder(search *s, const char *folder, const char *below) {
 }
 
 /* The folder of the library, or program, that this function is part of. False when it cannot be told. */
-static bool find_own_folder(char out_folder[PATH_MAX]) {
+static bool get_own_folder(char out_folder[PATH_MAX]) {
   Dl_info info;
   static const char anchor;
   if (!dladdr(&anchor, &info) || !info.dli_fname) return false;
@@ -86,7 +86,7 @@ static bool find_own_folder(char out_folder[PATH_MAX]) {
 static search search_module(const neph_context *context) {
   search s = {0};
   char folder[PATH_MAX];
-  if (find_own_folder(folder)) {
+  if (get_own_folder(folder)) {
     try_folder(&s, folder, "/nephos");
     try_folder(&s, folder, "/../lib/nephos");
   }

@@ -110,7 +110,7 @@ static neph_result check_dense(neph_context *context, const neph_volume_dense_de
 }
 
 /* The least multiple of the size that is one of 8 too. */
-static int32_t find_period(unsigned size) {
+static int32_t compute_period(unsigned size) {
   unsigned period = size;
   while (period % NP_BRICK_EDGE) period += size;
   return (int32_t)period;
@@ -153,8 +153,8 @@ static neph_result fill_grid(const neph_volume_dense_desc *desc, const int32_t p
 static neph_result create_dense(neph_context *context, const neph_volume_dense_desc *desc, neph_volume **out_volume) {
   np_grid_extent extent;
   np_sparse_grid grid = {0};
-  const int32_t period[2] = {desc->is_periodic_x ? find_period(desc->size[0]) : 0,
-                             desc->is_periodic_y ? find_period(desc->size[1]) : 0};
+  const int32_t period[2] = {desc->is_periodic_x ? compute_period(desc->size[0]) : 0,
+                             desc->is_periodic_y ? compute_period(desc->size[1]) : 0};
   neph_result result = check_dense_values(context, desc, &extent);
   if (!result) result = np_sparse_grid_init(context, desc->name, &grid);
   memcpy(grid.index_to_world.m, desc->index_to_world, sizeof desc->index_to_world);

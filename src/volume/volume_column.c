@@ -25,7 +25,7 @@ typedef struct volume_columns {
 static double get_component(np_dvec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
 /* The next crossing of an integer plane behind `t`, at most `t_end`. */
-static double find_crossing(const np_brick_walk *walk, double t, double t_end) {
+static double compute_crossing(const np_brick_walk *walk, double t, double t_end) {
   double crossing = t_end;
   for (int a = 0; a < 3; a++) {
     if (walk->inverse[a] == 0.0) continue;
@@ -48,7 +48,7 @@ static double integrate_span(const np_brick_walk *walk, const np_brick_span *spa
   if (span->brick == NP_BRICK_NONE) return (double)span->range.min * (span->t_end - span->t_begin);
   double sum = 0.0;
   for (double t = span->t_begin; t < span->t_end;) {
-    double next = find_crossing(walk, t, span->t_end), center = 0.5 * (t + next), half = 0.5 * (next - t);
+    double next = compute_crossing(walk, t, span->t_end), center = 0.5 * (t + next), half = 0.5 * (next - t);
     sum += half * (sample_span(walk, span, center - gauss * half) + sample_span(walk, span, center + gauss * half));
     t = next;
   }

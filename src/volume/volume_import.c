@@ -46,7 +46,7 @@ static kind classify(float value, float max) {
 
 /* ---- Passes ---- */
 
-static neph_result find_max(void *user, size_t begin, size_t end, unsigned thread) {
+static neph_result compute_max(void *user, size_t begin, size_t end, unsigned thread) {
   const import *i = user;
   float max = i->tallies[thread].max;
   for (size_t leaf = begin; leaf < end; leaf++)
@@ -93,7 +93,7 @@ static void unite(tally *all, const tally *t) {
 
 /* ---- Report ---- */
 
-static void find_voxel(const np_sparse_grid *grid, uint64_t place, int32_t out_voxel[3]) {
+static void compute_voxel(const np_sparse_grid *grid, uint64_t place, int32_t out_voxel[3]) {
   size_t leaf = place / NP_LEAF_SIZE, n = place % NP_LEAF_SIZE;
   bool is_tile = leaf >= grid->leaf_count;
   const int32_t *origin =
@@ -105,7 +105,7 @@ static void find_voxel(const np_sparse_grid *grid, uint64_t place, int32_t out_v
 static void report(neph_context *context, neph_log_level level, const char *path, const np_sparse_grid *grid,
                    const tally *t, kind k, const char *consequence) {
   int32_t voxel[3];
-  find_voxel(grid, t->first[k], voxel);
+  compute_voxel(grid, t->first[k], voxel);
   np_log(context, level, "%s: grid '%s': %llu values are %s, the first (%g) at voxel (%d, %d, %d); %s", path,
          grid->name, (unsigned long long)t->counts[k], kind_names[k], (double)t->first_value[k], voxel[0], voxel[1],
          voxel[2], consequence);
@@ -132,7 +132,7 @@ import i = {.grid = grid };
   if (!i.tallies) return NEPH_ERROR_OUT_OF_MEMORY;
   np_monitor_set_stage(monitor, "checking values");
   np_monitor_set_range(monitor, 0.0, 0.3);
-  neph_result result = np_parallel_for(context, monitor, grid->leaf_count, LEAVES_PER_PIECE, find_max, &i);
+  neph_result result = np_parallel_for(context, monitor, grid->leaf_count, LEAVES_PER_PIECE, compute_max, &i);
   for (unsigned n = 0; n < context->thread_count; n++) i.max = fmaxf(i.max, i.tallies[n].max);
   for (size_t n = 0; n < grid->tile_count; n++)
     if (grid->tiles[n].value <= FLT_MAX) i.max = fmaxf(i.max, grid->tiles[n].value);

@@ -43,8 +43,8 @@ typedef struct matches {
 } matches;
 
 /* Grids of a name (NULL: any), scalar ones alone if wanted; `index` is that of number `wanted` among them. */
-static matches find_grids(const np_volume_file *file, const char *name, size_t name_length, bool is_scalar_wanted,
-                          size_t wanted) {
+static matches search_grids(const np_volume_file *file, const char *name, size_t name_length, bool is_scalar_wanted,
+                            size_t wanted) {
   matches found = {0, SIZE_MAX};
   size_t count = file->module->count(file->vdb);
   for (size_t i = 0; i < count; i++) {
@@ -68,9 +68,9 @@ static bool split_name(const char *text, size_t *out_length, size_t *out_number)
 
 static neph_result choose_by_name(const np_volume_file *file, const char *name, size_t *out_index) {
   size_t length, number;
-  matches found = find_grids(file, name, strlen(name), false, 0);
+  matches found = search_grids(file, name, strlen(name), false, 0);
   if (!found.count && split_name(name, &length, &number)) {
-    found = find_grids(file, name, length, false, number);
+    found = search_grids(file, name, length, false, number);
     found.count = found.index != SIZE_MAX;
   }
   *out_index = found.index;
@@ -83,9 +83,9 @@ static neph_result choose_by_name(const np_volume_file *file, const char *name, 
 
 static neph_result choose(const np_volume_file *file, const char *name, size_t *out_index) {
   if (name) return choose_by_name(file, name, out_index);
-  matches density = find_grids(file, "density", strlen("density"), false, 0);
+  matches density = search_grids(file, "density", strlen("density"), false, 0);
   if (density.count) return choose_by_name(file, "density", out_index);
-  matches scalar = find_grids(file, NULL, 0, true, 0);
+  matches scalar = search_grids(file, NULL, 0, true, 0);
   *out_index = scalar.index;
   if (scalar.count == 1) return NEPH_OK;
   const char *reason = scalar.count ? "no grid 'density', and several others" : "no float grid";
@@ -137,7 +137,7 @@ typedef struct load_job {
 static neph_result read_chosen(load_job *job, const np_volume_file *file) {
   size_t index;
   const char *name = job->grid_name;
-  job->is_in_file = job->is_required || find_grids(file, name, strlen(name), false, 0).count > 0;
+  job->is_in_file = job->is_required || search_grids(file, name, strlen(name), false, 0).count > 0;
   if (!job->is_in_file) return NEPH_OK;
   neph_result result = choose(file, job->grid_name, &index);
   if (result) return result;
@@ -178,15 +178,15 @@ static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_v
   np_monitor_set_stage(&monitor, "loading");
   job->grid_name = desc->grid;
   job->monitor = &monitor;
-  bool is_there = false;
+  bool has_content = false;
   neph_result result = np_parallel_run(context, &monitor, run_load, job);
-  if (!result) result = check_content(job, &is_there);
+  if (!result) result = check_content(job, &has_content);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.5, 0.7);
-  if (is_there) result = np_volume_import_values(context, job->path, &job->grid, desc->policy, &monitor);
+  if (has_content) result = np_volume_import_values(context, job->path, &job->grid, desc->policy, &monitor);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.7, 1.0);
-  if (is_there && !result)
+  if (has_content && !result)
     result = np_volume_create_from_grid(context, &job->grid, desc->precision, &monitor, out_volume);
-  if (is_there && !result) (*out_volume)->grid_bytes = job->tree_bytes;
+  if (has_content && !result) (*out_volume)->grid_bytes = job->tree_bytes;
   np_sparse_grid_clear(&job->grid);
   return result;
 }
@@ -248,7 +248,7 @@ static void read_voxel_count(void *user, const char *name, const char *text) {
 static neph_result read_header(const np_volume_file *file, const char *grid, bool is_required,
                                np_grid_state *out_state) {
   size_t index;
-  if (!is_required && !find_grids(file, grid, strlen(grid), false, 0).count) return NEPH_OK;
+  if (!is_required && !search_grids(file, grid, strlen(grid), false, 0).count) return NEPH_OK;
   neph_result result = choose(file, grid, &index);
   if (result) return result;
   np_vdb_grid_info info = describe(file, index);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light of the night through the air.
  *
- * Stars, and what a map has of them, lose what the air scatters. A glow all over the sky gets most of that back from
+ * Stars, and what a map has of them, lose what the air scatters. Airglow, all over the sky, gets most of that back from
  * its other parts: its effective depth is f times that of the zenith, f = 1.669·log₁₀X − 0.146 at the air mass X (Noll
  * et al. 2012, "An atmospheric radiation model for Cerro Paranal", A&A 543, equation 24), slightly less than nothing
  * at the zenith and 2.5 at the horizon, where the direct light is dimmed 38-fold in depth. Rays of larger air masses,
@@ -23,29 +23,29 @@ static np_spectrum look_up_map(const np_night *night, np_vec3 direction) {
   return out;
 }
 
-/* Effective depth of a glow over that of the zenith. Seen from the ground the air's mass is 38 at the most, low haze's
+/* Effective depth of airglow over that of the zenith. Seen from the ground the air's mass is 38 at the most, low haze's
  * 90. */
-static float find_glow_factor(float mass) {
+static float compute_airglow_factor(float mass) {
   static const float most = 120.0f;
   const float regained = 1.669f * log10f(np_clampf(mass, 1.0f, most)) - 0.146f;
   return np_mixf(regained, mass, np_smoothstepf((mass - most) / most));
 }
 
-static float dim_glow(float upward, float along) {
+static float dim_airglow(float upward, float along) {
   const float least = 1e-30f, zenith_depth = -logf(np_maxf(upward, least)), depth = -logf(np_maxf(along, least));
   if (zenith_depth <= 1e-6f) return along;
-  return expf(-zenith_depth * find_glow_factor(depth / zenith_depth));
+  return expf(-zenith_depth * compute_airglow_factor(depth / zenith_depth));
 }
 
 /* Airglow seen through air that it lights itself. */
 static np_spectrum see_airglow(const np_night *night, const neph_atmosphere *atmosphere, np_dvec3 origin,
                                np_vec3 direction, np_spectrum transmittance) {
-  np_spectrum glow = np_airglow_radiance(&night->airglow, origin, direction);
-  if (!atmosphere) return glow;
+  np_spectrum airglow = np_airglow_radiance(&night->airglow, origin, direction);
+  if (!atmosphere) return airglow;
   const np_vec3 up = np_zenith(origin, np_atmosphere_get_planet_radius(atmosphere));
   const np_spectrum upward = np_atmosphere_transmittance_to_space(atmosphere, origin, up);
-  for (int b = 0; b < NP_BAND_COUNT; b++) glow.band[b] *= dim_glow(upward.band[b], transmittance.band[b]);
-  return glow;
+  for (int b = 0; b < NP_BAND_COUNT; b++) airglow.band[b] *= dim_airglow(upward.band[b], transmittance.band[b]);
+  return airglow;
 }
 
 np_spectrum np_night_radiance(const np_night *night, const neph_atmosphere *atmosphere, np_dvec3 origin,
@@ -61,13 +61,13 @@ np_spectrum np_night_radiance(const np_night *night, const neph_atmosphere *atmo
 }
 
 np_spectrum np_night_compute_irradiance(const np_night *night, const neph_atmosphere *atmosphere, np_dvec3 origin) {
-  enum { RINGS = 24, TURNS = 48 };
+  enum { RINGS = 24, AZIMUTHS = 48 };
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (int i = 0; i < RINGS; i++) /* even in the squared sine, of which the cosine's weight is the differential */
-    for (int k = 0; k < TURNS; k++) {
-      const double s2 = (i + 0.5) / RINGS, s = sqrt(s2), turn = 2.0 * NP_PI * (k + 0.5) / TURNS;
+    for (int k = 0; k < AZIMUTHS; k++) {
+      const double s2 = (i + 0.5) / RINGS, s = sqrt(s2), turn = 2.0 * NP_PI * (k + 0.5) / AZIMUTHS;
       const np_vec3 d = np_vec3_make((float)(s * cos(turn)), (float)(s * sin(turn)), (float)sqrt(1.0 - s2));
       sum = np_spectrum_add(sum, np_night_radiance(night, atmosphere, origin, d));
     }
-  return np_spectrum_scale(sum, NP_PI_F / (RINGS * TURNS));
+  return np_spectrum_scale(sum, NP_PI_F / (RINGS * AZIMUTHS));
 }

@@ -39,7 +39,7 @@ typedef struct np_world {
   np_spectrum terrain_albedo;
   np_spectrum ground_albedo; /* of the sphere */
 
-  const np_emission *emission; /* NULL: nothing glows, or it does in another world */
+  const np_emission *emission; /* NULL: no emission, or that of another world */
 } np_world;
 
 /* Whether each cloud's albedo is the same in all bands. */
@@ -111,9 +111,9 @@ np_spectrum np_world_level_irradiance(const np_world *world, const np_ground_hit
 
 /* Optical depth of all clouds from a point towards the sun, whoever knows it; what lies beyond `depth_max` is not
  * looked at. */
-typedef struct np_sun_depth_source {
+typedef struct np_sun_optical_depth_source {
   const void *user;
   float (*get)(const void *user, np_dvec3 position, np_vec3 to_sun, float depth_max);
-} np_sun_depth_source;
+} np_sun_optical_depth_source;
 
 #endif

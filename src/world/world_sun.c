@@ -14,7 +14,7 @@ float np_world_sun_solid_angle(const np_world *world) { return 2.0f * NP_PI_F * 
 
 bool np_world_sun_covers(const np_world *world, np_vec3 direction) {
   const np_vec3 s = world->to_sun;
-  return np_versine(s.x, s.y, s.z, direction.x, direction.y, direction.z) < disk_versine(world);
+  return np_vec3_versine(s, direction) < disk_versine(world);
 }
 
 np_vec3 np_world_sample_sun(const np_world *world, float u, float v) {

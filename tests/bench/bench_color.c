@@ -56,7 +56,7 @@ static neph_scene *load(neph_context *context, const char *path, unsigned count)
 
 /* ---- Colours ---- */
 
-static void find_lab(const double rgb[3], double out[3]) {
+static void compute_lab(const double rgb[3], double out[3]) {
   static const double xyz_from_rgb[3][3] = {
       {0.4124564, 0.3575761, 0.1804375}, {0.2126729, 0.7151522, 0.0721750}, {0.0193339, 0.1191920, 0.9503041}};
   static const double white[3] = {0.95047, 1.0, 1.08883};
@@ -71,12 +71,12 @@ static void find_lab(const double rgb[3], double out[3]) {
   out[2] = 200.0 * (f[1] - f[2]);
 }
 
-static double find_luminance(const double rgb[3]) {
+static double compute_luminance(const double rgb[3]) {
   return 0.2126729 * rgb[0] + 0.7151522 * rgb[1] + 0.072175 * rgb[2];
 }
 
 static void add_error(error *e, const double rgb[3], const double reference[3]) {
-  const double luminance = find_luminance(reference);
+  const double luminance = compute_luminance(reference);
   if (!(luminance > 0.0)) return;
   double own[3], exact[3], own_lab[3], exact_lab[3], largest = 0.0, delta = 0.0;
   for (int c = 0; c < 3; c++) {
@@ -84,8 +84,8 @@ static void add_error(error *e, const double rgb[3], const double reference[3]) 
     exact[c] = 0.4 * reference[c] / luminance;
     largest = fmax(largest, exact[c]);
   }
-  find_lab(own, own_lab);
-  find_lab(exact, exact_lab);
+  compute_lab(own, own_lab);
+  compute_lab(exact, exact_lab);
   for (int c = 0; c < 3; c++) {
     e->squares[c] += pow((own[c] - exact[c]) / largest, 2.0);
     delta += pow(own_lab[c] - exact_lab[c], 2.0);
@@ -124,7 +124,7 @@ static matrix fit(const colors *bands, const colors *reference, const double ban
       double x[3], y[3];
       divide(is_sun ? bands_sun : bands->rgb[i], bands_sun, x);
       divide(is_sun ? sun : reference->rgb[i], sun, y);
-      const double luminance = find_luminance(y), weight = (is_sun ? sun_weight : 1.0) / (luminance * luminance);
+      const double luminance = compute_luminance(y), weight = (is_sun ? sun_weight : 1.0) / (luminance * luminance);
       for (int r = 0; luminance > 0.0 && r < 3; r++) {
         for (int k = 0; k < 3; k++) a[r][k] += weight * x[r] * x[k];
         a[r][3] += weight * x[r] * y[c];
@@ -148,7 +148,7 @@ static void map(const matrix *m, const double bands_sun[3], const double sun[3],
 }
 
 /* The sun above the air, in the picture's colours. */
-static void find_sun(const np_assembly *a, double out[3]) {
+static void compute_sun(const np_assembly *a, double out[3]) {
   np_spectrum color = np_spectrum_grey(0.0f);
   for (unsigned p = 0; p < a->packet_count; p++)
     color = np_packet_add_color(&a->packets[p], color, a->packets[p].lights[0].world.sun_irradiance);
@@ -200,7 +200,7 @@ static void look_at_skies(neph_scene *scene, colors *out, double out_sun[3]) {
     check(np_plan_make_sky(scene, &plan));
     check(np_assembly_build(scene, &plan, &monitor, &assembly));
     look(&assembly, out->rgb + (size_t)e * LOOKS);
-    find_sun(&assembly, out_sun);
+    compute_sun(&assembly, out_sun);
     np_assembly_clear(&assembly);
   }
   out->count = (size_t)ELEVATIONS * LOOKS;

@@ -4,8 +4,8 @@
  * Usage: bench_sky TRACED.csv [ISA]: tests/data/sky_traced.csv; x86-64, x86-64-v3 or x86-64-v4 at the most. The error
  * of the depths is against quadrature; of moments and gather, of radiances marched over them against those over tables
  * five times as fine; of sky view and aerial perspective, of what is read from them against a march over the same
- * sources; of all of it, against the tracer's rows, the truth's own noise taken off. Relative rms in percent, the worst
- * band. Time is CPU time of one thread, the best of several. Not a test: it prints, and the reader judges.
+ * sources; of all of it, against the tracer's rows, the reference's own noise taken off. Relative rms in percent, the
+ * worst band. Time is CPU time of one thread, the best of several. Not a test: it prints, and the reader judges.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,7 +13,7 @@
 
 #include "atmosphere/medium_check.h"
 #include "atmosphere/moment_builder.h"
-#include "atmosphere/sky_question.h"
+#include "atmosphere/sky_query.h"
 #include "core/csv.h"
 
 enum { REPEATS = 5, SUNS = 5, HEIGHTS = 3, VIEWS = 24 };
@@ -86,41 +86,41 @@ typedef struct error_sum {
   unsigned count;
 } error_sum;
 
-static void add_error(error_sum *e, const double value[3], const double truth[3]) {
+static void add_error(error_sum *e, const double value[3], const double reference[3]) {
   for (int b = 0; b < 3; b++)
-    if (truth[b] > 0.0) e->square[b] += (value[b] / truth[b] - 1.0) * (value[b] / truth[b] - 1.0);
+    if (reference[b] > 0.0) e->square[b] += (value[b] / reference[b] - 1.0) * (value[b] / reference[b] - 1.0);
   e->count++;
 }
 
-static double find_worst(const error_sum *e) {
+static double compute_worst(const error_sum *e) {
   return 100.0 * sqrt(fmax(e->square[0], fmax(e->square[1], e->square[2])) / e->count);
 }
 
-static void ask(np_sky_witness *w, np_sky_method method, const np_sky_question *q, double out[3]) {
-  np_truth_value value;
+static void ask(np_sky_witness *w, np_sky_method method, const np_sky_query *q, double out[3]) {
+  np_reference_value value;
   w->method = method;
   require(np_sky_ask(w, q, 0, NULL, &value));
   for (int b = 0; b < 3; b++) out[b] = value.mean[b];
 }
 
 /* The i-th of the questions about one sun and height, spread over the sphere by the golden ratio. */
-static np_sky_question make_question(int i, double sun_deg, double height_m, bool is_aerial) {
+static np_sky_query make_query(int i, double sun_deg, double height_m, bool is_aerial) {
   const double cosine = 1.0 - 2.0 * (i + 0.5) / VIEWS, distance = 1000.0 * pow(2.0, i % 8);
-  return (np_sky_question){is_aerial ? NP_SKY_AP_INSCATTER : NP_SKY_RADIANCE,
-                           NP_ORDERS_ALL,
-                           height_m,
-                           0.0,
-                           sun_deg * NP_DEGREE,
-                           acos(cosine),
-                           NP_PI * fmod(i * 0.6180339887, 1.0),
-                           distance};
+  return (np_sky_query){is_aerial ? NP_SKY_AP_INSCATTER : NP_SKY_RADIANCE,
+                        NP_ORDERS_ALL,
+                        height_m,
+                        0.0,
+                        sun_deg * NP_DEGREE,
+                        acos(cosine),
+                        NP_PI * fmod(i * 0.6180339887, 1.0),
+                        distance};
 }
 
 typedef struct errors {
   double depths, sources, view, aerial;
 } errors;
 
-static double find_depth_error(const neph_atmosphere *a) {
+static double compute_depth_error(const neph_atmosphere *a) {
   error_sum sum = {0};
   for (int i = 0; i < 4096; i++) {
     const double u = (i + 0.5) / 4096, v = fmod(i * 0.6180339887, 1.0), h = 40e3 * u * u;
@@ -128,14 +128,14 @@ static double find_depth_error(const neph_atmosphere *a) {
     const np_ray ray = np_ray_on_side(&a->medium, h, cosine, false);
     const np_depth_row row = np_depth_table_row(&a->depths, h);
     const np_bands table = np_depth_row_lookup(&row, (float)cosine);
-    const np_bands truth = np_ray_optical_depth(&a->medium, &ray, 0.0, ray.length_m);
+    const np_bands reference = np_ray_optical_depth(&a->medium, &ray, 0.0, ray.length_m);
     add_error(&sum, (double[]){(double)table[0], (double)table[1], (double)table[2]},
-              (double[]){(double)truth[0], (double)truth[1], (double)truth[2]});
+              (double[]){(double)reference[0], (double)reference[1], (double)reference[2]});
   }
-  return find_worst(&sum);
+  return compute_worst(&sum);
 }
 
-static errors find_errors(neph_atmosphere *a, neph_atmosphere *fine) {
+static errors compute_errors(neph_atmosphere *a, neph_atmosphere *fine) {
   np_sky_witness own = {.atmosphere = a, .sun_angular_radius_rad = 0.00467396, .irradiance_w_m2_nm = {1, 1, 1}};
   np_sky_witness best = own;
   best.atmosphere = fine;
@@ -143,25 +143,25 @@ static errors find_errors(neph_atmosphere *a, neph_atmosphere *fine) {
   for (int s = 0; s < SUNS; s++)
     for (int h = 0; h < HEIGHTS; h++)
       for (int i = 0; i < VIEWS; i++) {
-        double table[3], marched[3], truth[3];
-        np_sky_question q = make_question(i, suns_deg[s], heights_m[h], false);
+        double table[3], marched[3], reference[3];
+        np_sky_query q = make_query(i, suns_deg[s], heights_m[h], false);
         ask(&own, NP_SKY_LUT, &q, table);
         ask(&own, NP_SKY_MARCH, &q, marched);
-        ask(&best, NP_SKY_MARCH, &q, truth);
+        ask(&best, NP_SKY_MARCH, &q, reference);
         add_error(&view, table, marched);
-        add_error(&sources, marched, truth);
-        q = make_question(i, suns_deg[s], heights_m[h], true);
+        add_error(&sources, marched, reference);
+        q = make_query(i, suns_deg[s], heights_m[h], true);
         ask(&own, NP_SKY_LUT, &q, table);
         ask(&own, NP_SKY_MARCH, &q, marched);
         add_error(&aerial, table, marched);
       }
   np_sky_witness_clear(&own);
   np_sky_witness_clear(&best);
-  return (errors){find_depth_error(a), find_worst(&sources), find_worst(&view), find_worst(&aerial)};
+  return (errors){compute_depth_error(a), compute_worst(&sources), compute_worst(&view), compute_worst(&aerial)};
 }
 
 /* Against the tracer's rows under suns from `sun_min` to `sun_max`, up to 10 km. */
-static double find_total_error(neph_atmosphere *a, const np_csv *traced, double sun_min, double sun_max) {
+static double compute_total_error(neph_atmosphere *a, const np_csv *traced, double sun_min, double sun_max) {
   np_sky_witness w = {.atmosphere = a, .sun_angular_radius_rad = 0.00467396};
   const neph_sky_desc sun = NEPH_SKY_DESC_DEFAULT;
   for (int b = 0; b < 3; b++) w.irradiance_w_m2_nm[b] = sun.sun_irradiance_w_m2_nm[b];
@@ -173,12 +173,12 @@ static double find_total_error(neph_atmosphere *a, const np_csv *traced, double 
     const double height_km = field[3], sun_deg = field[5];
     if (strcmp(np_csv_get_field(traced, i, 0), "sky_radiance") != 0 || height_km > 10.0) continue;
     if (sun_deg < sun_min || sun_deg > sun_max) continue;
-    const np_sky_question q = {.quantity = NP_SKY_RADIANCE,
-                               .order_max = NP_ORDERS_ALL,
-                               .altitude_m = 1000.0 * height_km,
-                               .sun_zenith_rad = sun_deg * NP_DEGREE,
-                               .view_zenith_rad = field[6] * NP_DEGREE,
-                               .azimuth_rad = field[7] * NP_DEGREE};
+    const np_sky_query q = {.quantity = NP_SKY_RADIANCE,
+                            .order_max = NP_ORDERS_ALL,
+                            .altitude_m = 1000.0 * height_km,
+                            .sun_zenith_rad = sun_deg * NP_DEGREE,
+                            .view_zenith_rad = field[6] * NP_DEGREE,
+                            .azimuth_rad = field[7] * NP_DEGREE};
     double value[3];
     ask(&w, NP_SKY_LUT, &q, value);
     add_error(&sum, value, field + 9);
@@ -186,7 +186,7 @@ static double find_total_error(neph_atmosphere *a, const np_csv *traced, double 
   }
   np_sky_witness_clear(&w);
   for (int b = 0; b < 3; b++) sum.square[b] = fmax(sum.square[b] - noise[b], 0.0);
-  return find_worst(&sum);
+  return compute_worst(&sum);
 }
 
 /* ---- Sweep ---- */
@@ -207,13 +207,13 @@ static void run_tolerance(neph_context *context, double tolerance, neph_atmosphe
   require(neph_sky_create(a, &desc, &sky));
   const cost c[5] = {measure(build_depths, a), measure(build_moments, a), measure(build_gather, sky),
                      measure(build_view, sky), measure(build_aerial, sky)};
-  const errors e = find_errors(a, fine);
+  const errors e = compute_errors(a, fine);
   double total = 0.0;
   for (int i = 0; i < 5; i++) total += c[i].seconds;
   printf(
       "\ntolerance %.2g %%: %.1f ms in all; against the tracer %.2f %% to 90 degrees, %.2f %% at 93, %.2f %% at 96\n\n",
-      100.0 * tolerance, 1e3 * total, find_total_error(a, traced, 0, 90), find_total_error(a, traced, 93, 93),
-      find_total_error(a, traced, 96, 96));
+      100.0 * tolerance, 1e3 * total, compute_total_error(a, traced, 0, 90), compute_total_error(a, traced, 93, 93),
+      compute_total_error(a, traced, 96, 96));
   char size[64];
   printf("| table | size | evaluations | ms | error %% |\n| --- | --- | --- | --- | --- |\n");
   (void)snprintf(size, sizeof size, "%d × %d + %d", n.depth.rows, n.depth.columns, n.depth.levels);

@@ -37,9 +37,9 @@ static double read_clock(void) {
 
 /* ---- Frames ---- */
 
-static double render(neph_scene *scene, const char *sun_depth) {
+static double render(neph_scene *scene, const char *sun_optical_depth) {
   neph_image *image = NULL;
-  check(neph_scene_set(scene, "render.sun_optical_depth", sun_depth));
+  check(neph_scene_set(scene, "render.sun_optical_depth", sun_optical_depth));
   const double begin = read_clock();
   check(neph_render_image(scene, NULL, &image));
   const double seconds = read_clock() - begin;
@@ -58,7 +58,7 @@ static void print_plan(neph_scene *scene) {
   char *text = NULL;
   check(neph_scene_set(scene, "render.sun_optical_depth", "auto"));
   check(neph_render_explain(scene, NULL, NEPH_TEXT_PLAIN, &text));
-  const char *line = strstr(text, "sun depth volume");
+  const char *line = strstr(text, "sun optical depth");
   if (line) printf("plan    %.*s\n", (int)strcspn(line, "\n"), line);
   neph_text_destroy(scene->context, text);
 }
@@ -127,7 +127,7 @@ static double time_look_ups(const np_sun_optical_depth *cache, np_vec3 to_sun, c
     *unknown = 0;
     for (int n = 0; n < PLACES; n++) {
       const float depth = np_sun_lattice_get(cache->lattices, cache->depth_end, p->at[n], to_sun);
-      *unknown += depth == NP_SUN_DEPTH_UNKNOWN;
+      *unknown += depth == NP_SUN_OPTICAL_DEPTH_UNKNOWN;
       *sum += (double)depth;
     }
     best = fmin(best, read_clock() - begin);

@@ -21,7 +21,7 @@ nephos=$1 cloud=$2 folder=$3 pattern=${4:-*} samples=${5:-16} resolution=${6:-19
 mkdir -p "$folder"
 . "$(dirname "$0")/disney_scenes.sh"
 
-find_error() { # PICTURE TRUTH
+compute_error() { # PICTURE REFERENCE
   "$nephos" compare "$1" "$2" --json | tr -d '{}",' | tr ' ' '\n' | awk '
     sub(":$", "") {key = $0; next}
     {value[key] = $0}
@@ -34,7 +34,7 @@ measure() { # NAME
     --resolution "$resolution" --set 'output.aovs=[standard_error]'
   render "$march.cpu" "$scene" "$march" --integrator march --samples 1 --resolution "$resolution" --seed 1
   render "$path.cpu" "$scene" "$path" --integrator path --samples 1 --resolution "$resolution" --seed 2
-  echo "$1" "$(cat "$march.cpu")" "$(find_error "$march" "$reference")" "$(cat "$path.cpu")" "$(find_error "$path" "$reference")" |
+  echo "$1" "$(cat "$march.cpu")" "$(compute_error "$march" "$reference")" "$(cat "$path.cpu")" "$(compute_error "$path" "$reference")" |
     awk '{printf "| %s | %.1f | %.1f %% | %.1f | %.1f %% | %.0f |\n", $1, $2, 100 * $3, $4, 100 * $5, $4 / $2 * ($5 / $3) ^ 2}'
 }
 

@@ -19,6 +19,7 @@ scripts=$(find $folders -type f \( -name '*.sh' -o -name '*.cmake' -o -name CMak
 
 complain 'two files of one name' "$(echo "$sources" | grep -E '^(src|cli)/.*\.(c|cpp)$' | sed 's|.*/||; s|\.[^.]*$||' | sort | uniq -d)"
 complain 'names that say nothing' "$(echo "$sources" | grep -E '/(util|utils|common|misc|helpers?)\.' || true)"
+complain 'names with a verb that says nothing' "$(grep -nowE '([a-z]+_)*find(_[a-z0-9_]+)?\(' $sources || true)"
 complain 'no SPDX line first' "$(for file in $sources; do
   head -n 1 "$file" | grep -qx '/\* SPDX-License-Identifier: Apache-2.0 \*/' || echo "$file"
 done)"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rows of a question to the sky, its truth, and an answer: tables of traced rows, asked again. */
-#ifndef NP_TEST_TRUTH_ROWS_H
-#define NP_TEST_TRUTH_ROWS_H
+/* Rows of a question to the sky, its reference, and an answer: tables of traced rows, asked again. */
+#ifndef NP_TEST_REFERENCE_ROWS_H
+#define NP_TEST_REFERENCE_ROWS_H
 
 #include <stdlib.h>
 
@@ -12,9 +12,9 @@
 #include "test_support.h"
 
 /* After the columns of the question r, g, b and their standard errors, then as many of the answer. */
-enum { TEST_TRUTH = 9, TEST_ANSWER = TEST_TRUTH + 6 };
+enum { TEST_REFERENCE = 9, TEST_ANSWER = TEST_REFERENCE + 6 };
 
-/* A number of a row; truth and answer have columns of one name, so the place is counted. */
+/* A number of a row; reference and answer have columns of one name, so the place is counted. */
 static inline double test_row_get(const np_csv *csv, size_t row, int column) {
   double value;
   assert_int_equal(np_csv_get_real(csv, row, column, -1e9, 1e9, &value), NEPH_OK);
@@ -45,8 +45,9 @@ static inline void test_rows_trace_anew(neph_context *context, const char *cases
   double square = 0.0;
   for (size_t i = 0; i < csv.row_count; i++)
     for (int b = 0; b < 3; b++) {
-      const double stored = test_row_get(&csv, i, TEST_TRUTH + b), again = test_row_get(&csv, i, TEST_ANSWER + b);
-      const double error = hypot(test_row_get(&csv, i, TEST_TRUTH + 3 + b), test_row_get(&csv, i, TEST_ANSWER + 3 + b));
+      const double stored = test_row_get(&csv, i, TEST_REFERENCE + b), again = test_row_get(&csv, i, TEST_ANSWER + b);
+      const double error =
+          hypot(test_row_get(&csv, i, TEST_REFERENCE + 3 + b), test_row_get(&csv, i, TEST_ANSWER + 3 + b));
       square += (again - stored) * (again - stored) / (error * error);
       assert_near(again, stored, 5.0 * error);
     }

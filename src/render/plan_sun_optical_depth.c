@@ -23,7 +23,7 @@ static const double brick_s = 90e-9;
 /* To look a depth up, known or not: 36 to 50 ns. */
 static const double look_up_s = 45e-9;
 /* Questions that a ray of the march has, whatever it meets: 2.1 to 3. */
-static const double ray_questions = 2.4;
+static const double queries_per_ray = 2.4;
 /* Bricks that they need not walk through, as parts of the way through a thin cloud. */
 static const double ray_ways = 1.9;
 /* A thicker cloud is dark after a part of it, though it has more steps, where sunlight falls off. */
@@ -38,7 +38,7 @@ static const double depth_unread = 40.0;
 /* The least sine of the light's elevation: level light does not run through a layer for ever. */
 static const double sine_least = 0.1;
 
-static double find_sine(const np_plan *plan) {
+static double compute_sine(const np_plan *plan) {
   if (!plan->are_lights_known) return 0.5;
   const np_dvec3 to_light = plan->has_sun ? plan->lights.to_sun : plan->lights.moon.direction;
   return fmax(to_light.z, sine_least);
@@ -49,26 +49,26 @@ typedef struct ray_passage {
   double bricks, depth;
 } ray_passage;
 
-static ray_passage find_passage(const np_plan *plan, const np_scene_cloud *cloud) {
+static ray_passage compute_passage(const np_plan *plan, const np_scene_cloud *cloud) {
   const neph_cloud_desc *bake = &cloud->bake;
   if (!cloud->is_baked) {
     const bool is_known = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
     return (ray_passage){cbrt(plan->cloud_voxel_count) / 8.0, is_known ? cloud->density_value : depth_unread};
   }
-  const double way_m = fmin(bake->thickness_m / find_sine(plan), hypot(bake->extent_m[0], bake->extent_m[1]));
+  const double way_m = fmin(bake->thickness_m / compute_sine(plan), hypot(bake->extent_m[0], bake->extent_m[1]));
   return (ray_passage){way_m / (8.0 * bake->voxel_m), bake->extinction_per_m * bake->thickness_m};
 }
 
 /* In the mean over the clouds: what a voxel takes to fill, and what a ray of the march saves. */
-static void find_costs(const np_plan *plan, const neph_scene *scene, double *out_fill_s, double *out_saving_s) {
+static void compute_costs(const np_plan *plan, const neph_scene *scene, double *out_fill_s, double *out_saving_s) {
   double fill = 0.0, bricks = 0.0;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
-    const ray_passage p = find_passage(plan, &scene->clouds[i]);
+    const ray_passage p = compute_passage(plan, &scene->clouds[i]);
     fill += (fill_s + (fill_steep_s - fill_s) * fmin(p.depth / fmax(p.bricks, 1.0), 1.0)) / scene->cloud_count;
     bricks += ray_ways * p.bricks / (1.0 + p.depth / thick_depth) / scene->cloud_count;
   }
   *out_fill_s = fill;
-  *out_saving_s = fmax(bricks * brick_s - ray_questions * look_up_s, 0.0);
+  *out_saving_s = fmax(bricks * brick_s - queries_per_ray * look_up_s, 0.0);
 }
 
 /* Of the whole picture, whatever of it is asked for: a part has the bits of the whole. */
@@ -91,23 +91,23 @@ static bool is_sequence_of_still_clouds(const neph_scene *scene) {
 
 double np_plan_predict_filling(const np_plan *plan, const neph_scene *scene) {
   double voxel_s, ray_s;
-  find_costs(plan, scene, &voxel_s, &ray_s);
+  compute_costs(plan, scene, &voxel_s, &ray_s);
   return voxel_s * plan->cloud_voxel_count;
 }
 
 bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size) {
-  const np_sun_depth wanted = scene->render.sun_depth;
-  if (wanted != NP_SUN_DEPTH_AUTO) {
+  const np_sun_optical_depth_method wanted = scene->render.sun_optical_depth;
+  if (wanted != NP_SUN_OPTICAL_DEPTH_AUTO) {
     snprintf(out_reason, reason_size, "render.sun_optical_depth is %s",
-             wanted == NP_SUN_DEPTH_VOLUME ? "volume" : "march");
-    return wanted == NP_SUN_DEPTH_VOLUME;
+             wanted == NP_SUN_OPTICAL_DEPTH_VOLUME ? "volume" : "march");
+    return wanted == NP_SUN_OPTICAL_DEPTH_VOLUME;
   }
   if (scene->sun.angular_radius_rad > disk_radius_max_rad) {
     snprintf(out_reason, reason_size, "sun.angular_radius is above 1 deg: its disk is marched for");
     return false;
   }
   double voxel_s, ray_s;
-  find_costs(plan, scene, &voxel_s, &ray_s);
+  compute_costs(plan, scene, &voxel_s, &ray_s);
   const double filling = voxel_s * plan->cloud_voxel_count, saving = ray_s * count_rays(plan);
   const bool is_sequence = is_sequence_of_still_clouds(scene);
   snprintf(out_reason, reason_size, "filling it takes some %.1g s of one core%s and spares some %.1g s of marching",

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "atmosphere/atmosphere_tables.h"
-#include "atmosphere/sky_truth.h"
+#include "atmosphere/sky_reference.h"
 #include "core/random.h"
 
 static int create_context(void **state) {
@@ -21,7 +21,7 @@ static int destroy_context(void **state) {
 /* Four standard errors of 64 batches: one value in 6000 lies beyond by chance; the seeds are fixed, so none does. */
 static const double sigmas = 4.0;
 
-static void assert_within_errors(const np_truth_value *value, const double expected[3]) {
+static void assert_within_errors(const np_reference_value *value, const double expected[3]) {
   for (int b = 0; b < 3; b++) {
     assert_true(value->error[b] > 0.0);
     assert_near(value->mean[b], expected[b], sigmas * value->error[b]);
@@ -45,19 +45,19 @@ static neph_atmosphere *create_white(neph_context *context) {
 static void furnace_is_white(void **state) {
   neph_context *context = *state;
   neph_atmosphere *white = create_white(context);
-  const np_truth_scene scene = {
-      .medium = &white->medium, .light = NP_TRUTH_FURNACE, .order_min = 1, .order_max = NP_TRUTH_ORDERS_ALL};
+  const np_reference_scene scene = {
+      .medium = &white->medium, .light = NP_REFERENCE_FURNACE, .order_min = 1, .order_max = NP_REFERENCE_ORDERS_ALL};
   const double zeniths[] = {20.0, 88.0, 91.0, 150.0}, heights[] = {0.0, 3e3, 40e3, 1e3};
   for (int i = 0; i < 4; i++) {
-    const np_truth_query query = test_query(heights[i], zeniths[i], 30.0);
+    const np_reference_query query = test_query(heights[i], zeniths[i], 30.0);
     const np_ray ray = np_ray_make(&white->medium, heights[i], cos(zeniths[i] * NP_DEGREE));
-    np_truth_path path;
-    np_truth_path_build(&white->medium, &ray, 20, &path);
+    np_reference_path path;
+    np_reference_path_build(&white->medium, &ray, 20, &path);
     double expected[3];
-    np_truth_path_transmit(&path, expected);
+    np_reference_path_transmit(&path, expected);
     for (int b = 0; b < 3; b++) expected[b] = 1.0 - expected[b];
-    np_truth_value value;
-    assert_int_equal(np_truth_radiance(context, NULL, &scene, &query, 6000, 1, &value), NEPH_OK);
+    np_reference_value value;
+    assert_int_equal(np_reference_radiance(context, NULL, &scene, &query, 6000, 1, &value), NEPH_OK);
     for (int b = 0; b < 3; b++)
       print_message("furnace, zenith %g deg, band %d: %.5f +- %.5f, expected %.5f\n", zeniths[i], b, value.mean[b],
                     value.error[b], expected[b]);
@@ -71,7 +71,7 @@ static void furnace_is_white(void **state) {
  * independent, and tell the error of their mean. */
 enum { REPLICATES = 24, RAYS = 96 };
 
-static void average_top(neph_context *context, np_truth_scene *scene, int replicate, double out[3]) {
+static void average_top(neph_context *context, np_reference_scene *scene, int replicate, double out[3]) {
   static const double step[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
   np_random random = np_random_start(3, 0, 0, (uint32_t)replicate, 0);
   double shift[3];
@@ -82,11 +82,11 @@ static void average_top(neph_context *context, np_truth_scene *scene, int replic
     for (int k = 0; k < 3; k++) u[k] = fmod(shift[k] + (i + 1) * step[k], 1.0);
     /* The observer stands still, the sun turns: the same by symmetry. */
     scene->to_sun = test_direction(acos(2.0 * u[0] - 1.0) / NP_DEGREE, 0.0);
-    const np_truth_query query =
+    const np_reference_query query =
         test_query(scene->medium->top_m, 180.0 - acos(sqrt(u[1])) / NP_DEGREE, 360.0 * u[2]);
-    np_truth_value value;
+    np_reference_value value;
     const uint64_t seed = (uint64_t)(replicate * RAYS + i);
-    assert_int_equal(np_truth_trace(context, NULL, scene, &query, 1, seed, &value), NEPH_OK);
+    assert_int_equal(np_reference_trace(context, NULL, scene, &query, 1, seed, &value), NEPH_OK);
     for (int b = 0; b < 3; b++) out[b] += value.mean[b] / RAYS;
   }
 }
@@ -99,11 +99,11 @@ static void energy_is_kept(void **state) {
   neph_atmosphere *white = create_white(context);
   const np_medium *medium = &white->medium;
   const double radius = medium->planet_radius_m, top = radius + medium->top_m;
-  np_truth_scene scene = {.medium = medium,
-                          .light = NP_TRUTH_DISK,
+  np_reference_scene scene = {.medium = medium,
+                          .light = NP_REFERENCE_DISK,
                           .sun_angular_radius_rad = 0.00467396,
                           .order_min = 1,
-                          .order_max = NP_TRUTH_ORDERS_ALL,
+                          .order_max = NP_REFERENCE_ORDERS_ALL,
                           .has_ground = true};
   double sum[3] = {0}, square[3] = {0};
   for (int i = 0; i < REPLICATES; i++) {
@@ -120,7 +120,7 @@ static void energy_is_kept(void **state) {
     for (int i = 0; i < LIMB; i++) {
       const double height = medium->top_m * (i + 0.5) / LIMB, r = radius + height;
       double t[3];
-      np_truth_transmit_to_space(medium, height, 0.0, t);
+      np_reference_transmit_to_space(medium, height, 0.0, t);
       through += 2.0 * r * medium->top_m / LIMB / (top * top) * t[b] * t[b];
     }
     const double out = 4.0 * NP_PI * sum[b];
@@ -133,13 +133,13 @@ static void energy_is_kept(void **state) {
 
 /* ---- Against another tracer ---- */
 
-typedef struct truth_row {
+typedef struct reference_row {
   double altitude_km, sun_deg, zenith_deg, azimuth_deg;
   int band;
   double first, second, all, error;
-} truth_row;
+} reference_row;
 
-static bool read_row(FILE *file, truth_row *row) {
+static bool read_row(FILE *file, reference_row *row) {
   char line[256];
   while (fgets(line, sizeof line, file))
     if (sscanf(line, "%lf,%lf,%lf,%lf,%d,%lf,%lf,%lf,%lf", &row->altitude_km, &row->sun_deg, &row->zenith_deg,
@@ -151,31 +151,31 @@ static bool read_row(FILE *file, truth_row *row) {
 /* What our tracer says of a row's ray. */
 typedef struct traced {
   double first[3];
-  np_truth_value all;
+  np_reference_value all;
 } traced;
 
-static traced trace_row(neph_context *context, const neph_atmosphere *earth, const truth_row *row, uint64_t seed) {
-  const np_truth_scene scene = {.medium = &earth->medium,
-                                .light = NP_TRUTH_POINT,
+static traced trace_row(neph_context *context, const neph_atmosphere *earth, const reference_row *row, uint64_t seed) {
+  const np_reference_scene scene = {.medium = &earth->medium,
+                                .light = NP_REFERENCE_POINT,
                                 .to_sun = test_direction(row->sun_deg, 0.0),
                                 .sun_angular_radius_rad = 0.004675,
                                 .order_min = 1,
                                 .order_max = 64,
                                 .guide = &earth->depths};
-  const np_truth_query query = test_query(row->altitude_km * NP_KILOMETRE, row->zenith_deg, row->azimuth_deg);
+  const np_reference_query query = test_query(row->altitude_km * NP_KILOMETRE, row->zenith_deg, row->azimuth_deg);
   traced t;
-  np_truth_first_order(&scene, &query, 1e-5, t.first);
-  assert_int_equal(np_truth_radiance(context, NULL, &scene, &query, 2000, seed, &t.all), NEPH_OK);
+  np_reference_first_order(&scene, &query, 1e-5, t.first);
+  assert_int_equal(np_reference_radiance(context, NULL, &scene, &query, 2000, seed, &t.all), NEPH_OK);
   return t;
 }
 
-/* Every ninth direction of tests/data/sky_truth.csv, whose bands follow each other: order 1 to 1e-4, which is what its
- * own quadrature is good to, all orders within four standard errors of both. */
+/* Every ninth direction of tests/data/sky_reference.csv, whose bands follow each other: order 1 to 1e-4, the accuracy
+ * of its own quadrature, all orders within four standard errors of both. */
 static void independent_tracer_agrees(void **state) {
   neph_atmosphere *earth = test_atmosphere_create(*state, NULL);
-  FILE *file = fopen(NEPHOS_TEST_SOURCE_DIR "/data/sky_truth.csv", "r");
+  FILE *file = fopen(NEPHOS_TEST_SOURCE_DIR "/data/sky_reference.csv", "r");
   assert_non_null(file);
-  truth_row row;
+  reference_row row;
   traced ours;
   double worst_first = 0.0, square = 0.0;
   unsigned count = 0;
