@@ -244,10 +244,10 @@ static void assert_refused(fixture *f, const char *emission, const char *message
 
 /* Said, and all finite, none negative. */
 static void assert_repaired(fixture *f, const char *grid) {
-  neph_scene *scene = load(f, "", "repair");
-  assert_int_equal(neph_scene_set(scene, "atmosphere", "none"), NEPH_OK);
-  assert_int_equal(neph_scene_set(scene, "render.samples", "4"), NEPH_OK);
   for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
+    neph_scene *scene = load(f, "", "repair"); /* anew: a second picture of one scene reuses its volumes */
+    assert_int_equal(neph_scene_set(scene, "atmosphere", "none"), NEPH_OK);
+    assert_int_equal(neph_scene_set(scene, "render.samples", "4"), NEPH_OK);
     test_log_clear(&f->log);
     neph_image *image = render(scene, i);
     assert_non_null(strstr(f->log.text, grid));
@@ -258,8 +258,8 @@ static void assert_repaired(fixture *f, const char *grid) {
       for (size_t p = 0; p < 400; p++) assert_true(values[p] >= 0.0f && (isfinite(values[p]) || *name == 'Z'));
     }
     neph_image_destroy(image);
+    neph_scene_destroy(scene);
   }
-  neph_scene_destroy(scene);
 }
 
 static void bad_values_are_refused_or_repaired(void **state) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light in clouds and depths towards the sun over a sequence: built once, the same bits as without reuse, and rebuilt
+/* Light in clouds and sun optical depth over a sequence: built once, the same bits as without reuse, and rebuilt
  * when their inputs change. */
 #include <nephos/nephos.h>
 
@@ -69,11 +69,11 @@ static void two_frames_under_one_sun_share_their_depths(void **state) {
   set_up_depths(&other);
   alone = *(fixture *)other;
   neph_image_destroy(render(f, f->scene));
-  assert_non_null(strstr(f->log.text, "sun depth volume: built"));
+  assert_non_null(strstr(f->log.text, "sun optical depth: built"));
   set(f, "camera.position", "[200 m, -2.8 km, 450 m]");
   set(&alone, "camera.position", "[200 m, -2.8 km, 450 m]");
   neph_image *one = render(&alone, alone.scene), *two = render(f, f->scene);
-  assert_non_null(strstr(f->log.text, "sun depth volume: reused"));
+  assert_non_null(strstr(f->log.text, "sun optical depth: reused"));
   assert_same_bits(one, two);
   neph_image_destroy(one);
   neph_image_destroy(two);
@@ -98,13 +98,13 @@ static void depths_are_rebuilt_for_another_sun_or_cloud(void **state) {
   neph_image_destroy(render(f, f->scene));
   for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {
     render_changed(f, changes[i].key, changes[i].value);
-    const char *found = strstr(f->log.text, "sun depth volume: ");
+    const char *found = strstr(f->log.text, "sun optical depth: ");
     if (!changes[i].said) {
       assert_null(found);
       continue;
     }
     assert_non_null(found);
-    assert_memory_equal(found + strlen("sun depth volume: "), changes[i].said, strlen(changes[i].said));
+    assert_memory_equal(found + strlen("sun optical depth: "), changes[i].said, strlen(changes[i].said));
   }
 }
 

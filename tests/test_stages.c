@@ -45,7 +45,7 @@ static void rows_are_whole(void **state) {
     for (int kind = 0; kind < NP_PART_KINDS; kind++) assert_true(row->build[kind] || !row->clear[kind]);
     assert_true(has_builder(row) || (!row->reuse && !row->revise));
     if (!row->reuse) continue;
-    assert_non_null(row->reuse->kept_while);
+    assert_non_null(row->reuse->reused_while);
     assert_true(row->reuse->get_key && row->reuse->adapt && row->reuse->exchange);
     assert_true(row->reuse->make && row->reuse->destroy);
   }
@@ -127,7 +127,7 @@ static void assert_built(neph_context *context, const char *text, unsigned expec
   assert_int_equal(!packet->atmosphere, !np_plan_needs(&b.plan, NP_STAGE_ATMOSPHERE));
   assert_int_equal(!light->camera_sky, !np_plan_needs(&b.plan, NP_STAGE_CAMERA_SKY));
   assert_int_equal(!light->cloud_sky, !np_plan_needs(&b.plan, NP_STAGE_CLOUD_SKY));
-  assert_int_equal(!b.assembly.lights[0].sun_depth, !np_plan_needs(&b.plan, NP_STAGE_SUN_DEPTH));
+  assert_int_equal(!b.assembly.lights[0].sun_optical_depth, !np_plan_needs(&b.plan, NP_STAGE_SUN_OPTICAL_DEPTH));
   assert_int_equal(!light->scattering, !np_plan_needs(&b.plan, NP_STAGE_ORDINATES));
   assert_int_equal(!light->viewer_light.outgoing, !np_plan_needs(&b.plan, NP_STAGE_VIEWER_LIGHT));
   assert_int_equal(!light->ground_light.points, !np_plan_needs(&b.plan, NP_STAGE_GROUND_CLOUDS));
@@ -192,7 +192,8 @@ static void fingerprint(const building *b, np_stage stage, char out_hex[33]) {
   if (stage == NP_STAGE_LIGHTS) np_hash_add(hash, &a->places, sizeof a->places);
   if (stage == NP_STAGE_LIGHTS) add_spectrum(hash, packet->lights[0].irradiance);
   if (stage == NP_STAGE_VOLUMES) np_hash_add(hash, &a->clouds_max, sizeof a->clouds_max);
-  if (stage == NP_STAGE_SUN_DEPTH) np_hash_add(hash, a->lights[0].sun_depth->level_cells, sizeof(uint64_t));
+  if (stage == NP_STAGE_SUN_OPTICAL_DEPTH)
+    np_hash_add(hash, a->lights[0].sun_optical_depth->level_cells, sizeof(uint64_t));
   if (packet) add_sky_result(hash, packet, &packet->lights[0], stage);
   if (packet) add_light_result(hash, &packet->lights[0], stage);
   np_hash_finish(hash, out_hex);

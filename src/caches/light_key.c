@@ -49,7 +49,7 @@ static void add_cloud(np_hash *hash, const np_instance *v) {
   np_hash_add(hash, moments, sizeof moments);
 }
 
-static void add_glow(np_hash *hash, const np_glow *g) {
+static void add_emitter(np_hash *hash, const np_emitter *g) {
   add_bricks(hash, g->bricks);
   np_hash_add(hash, &g->world_to_index, sizeof g->world_to_index);
   np_hash_add(hash, &g->absorption_per_value, sizeof g->absorption_per_value);
@@ -60,15 +60,15 @@ static void add_glow(np_hash *hash, const np_glow *g) {
   np_hash_add(hash, &g->world_to_temperature, sizeof g->world_to_temperature);
 }
 
-static neph_result find_fingerprint(neph_context *context, const np_world *world, const np_scattering_desc *desc,
-                                    char out[33]) {
+static neph_result compute_fingerprint(neph_context *context, const np_world *world, const np_scattering_desc *desc,
+                                       char out[33]) {
   np_hash *hash = np_hash_create(context);
   if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = np_scattering_desc_add_to_hash(context, world, desc, hash);
   for (unsigned v = 0; v < world->clouds.count; v++) add_cloud(hash, &world->clouds.at[v]);
   if (world->emission) {
     np_hash_add(hash, &world->emission->black_body, sizeof world->emission->black_body);
-    for (unsigned i = 0; i < world->emission->glow_count; i++) add_glow(hash, &world->emission->glows[i]);
+    for (unsigned i = 0; i < world->emission->emitter_count; i++) add_emitter(hash, &world->emission->emitters[i]);
   }
   np_hash_finish(hash, out);
   np_hash_destroy(hash);
@@ -76,8 +76,9 @@ static neph_result find_fingerprint(neph_context *context, const np_world *world
 }
 
 /* The least ordinates are enough to tell one sky from another. */
-static neph_result find_surroundings(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
-                                     const np_transport_desc *cells, np_boundary_radiance out) {
+static neph_result compute_surroundings(neph_context *context, const np_world *world,
+                                        const np_sun_optical_depth_source *depths, const np_transport_desc *cells,
+                                        np_boundary_radiance out) {
   np_ordinates *ordinates = np_alloc(context, 1, sizeof *ordinates);
   if (!ordinates) return NEPH_ERROR_OUT_OF_MEMORY;
   np_ordinates_init(NP_DEGREE_MIN, false, ordinates);
@@ -86,7 +87,7 @@ static neph_result find_surroundings(neph_context *context, const np_world *worl
   return NEPH_OK;
 }
 
-static void find_sunlight(const np_world *world, const np_transport_desc *cells, np_light_key *key) {
+static void compute_sunlight(const np_world *world, const np_transport_desc *cells, np_light_key *key) {
   const np_dvec3 low = cells->bounds_min, size = np_dvec3_subtract(cells->bounds_max, low);
   for (unsigned i = 0; i < NP_LIGHT_KEY_PLACES; i++) {
     /* Steps of the three-dimensional low-discrepancy sequence of the root of x⁴ = x + 1. */
@@ -97,12 +98,12 @@ static void find_sunlight(const np_world *world, const np_transport_desc *cells,
   }
 }
 
-neph_result np_light_key_fill(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
+neph_result np_light_key_fill(neph_context *context, const np_world *world, const np_sun_optical_depth_source *depths,
                               np_light_key *key) {
   key->to_sun = world->to_sun;
-  find_sunlight(world, &key->desc.cells, key);
-  neph_result result = find_surroundings(context, world, depths, &key->desc.cells, key->surroundings);
-  return result ? result : find_fingerprint(context, world, &key->desc, key->clouds);
+  compute_sunlight(world, &key->desc.cells, key);
+  neph_result result = compute_surroundings(context, world, depths, &key->desc.cells, key->surroundings);
+  return result ? result : compute_fingerprint(context, world, &key->desc, key->clouds);
 }
 
 /* Sums of what is different and of what there is. */

@@ -27,7 +27,7 @@ typedef struct np_depth_key {
 } np_depth_key;
 
 /* Fills all but the description, by which the key is made. */
-neph_result np_light_key_fill(neph_context *context, const np_world *world, const np_sun_depth_source *depths,
+neph_result np_light_key_fill(neph_context *context, const np_world *world, const np_sun_optical_depth_source *depths,
                               np_light_key *key);
 neph_result np_depth_key_make(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
                               np_depth_key *out);

@@ -9,8 +9,8 @@
 
 extern np_approximation_rows NP_KERNEL(np_approximation_rows);
 
-static float get_sun_depth(const np_lighting *lighting, np_dvec3 position, np_vec3 to_sun,
-                           const np_depth_query *query) {
+static float get_sun_optical_depth(const np_lighting *lighting, np_dvec3 position, np_vec3 to_sun,
+                                   const np_depth_query *query) {
   float depth = 0.0f;
   for (unsigned v = 0; v < lighting->sun_depths.clouds->count && query->fade * depth < NP_TRACK_DEPTH_MAX; v++)
     depth += np_lighting_get_cloud_depth(lighting, v, position, to_sun, query, query->fade * depth);
@@ -22,7 +22,7 @@ float NP_KERNEL(np_march_sun_transmittance)(const np_world *world, const np_ligh
                                             np_random *random) {
   (void)world, (void)random;
   const np_depth_query query = {.fade = 1.0f, .error = settings->tolerance};
-  return np_transmittance(get_sun_depth(lighting, position, to_sun, &query));
+  return np_transmittance(get_sun_optical_depth(lighting, position, to_sun, &query));
 }
 
 /* Sunlight through the clouds on the ground. Where the clouds' own light on it is known, what the forward peak lets
@@ -112,7 +112,7 @@ static void add_sun(np_march *m, np_dvec3 position, const np_step *s, const np_s
     transmittances[0] = m->method->get_slope(a, m->world, position, m->to_sun);
   } else {
     const np_depth_query query = {m->method->get_fade(a), error};
-    m->method->fill_transmittances(a, get_sun_depth(m->lighting, position, m->to_sun, &query), transmittances);
+    m->method->fill_transmittances(a, get_sun_optical_depth(m->lighting, position, m->to_sun, &query), transmittances);
   }
   for (unsigned i = 0; i < s->count; i++) {
     const np_instance *volume = s->volume[i];
@@ -147,7 +147,7 @@ static np_vec3 draw_direction(const np_phase *phase, np_vec3 forward, np_random 
   } else {
     const float z = 1.0f - 2.0f * u[0], r = sqrtf(np_maxf(0.0f, 1.0f - z * z)), azimuth = 2.0f * NP_PI_F * u[1];
     direction = np_vec3_make(r * cosf(azimuth), r * sinf(azimuth), z);
-    value = np_phase_eval(phase, np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z));
+    value = np_phase_eval(phase, np_vec3_versine(forward, direction));
   }
   *out_pdf = 0.5f * (value + even);
   return direction;
@@ -170,8 +170,8 @@ static void add_surroundings(np_march *m, np_dvec3 position, const np_step *s, c
   float transmittances[NP_APPROXIMATION_TERMS_MAX];
   np_march_terms terms;
   fill_transmittances(m, position, direction, error, transmittances);
-  fill_terms(m, (unsigned)(s->volume[chosen] - m->world->clouds.at), false,
-             np_versine(forward.x, forward.y, forward.z, direction.x, direction.y, direction.z), &terms);
+  fill_terms(m, (unsigned)(s->volume[chosen] - m->world->clouds.at), false, np_vec3_versine(forward, direction),
+             &terms);
   light = np_spectrum_scale(light, draw_weight / pdf);
   add_terms(m, is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY, &terms, transmittances, light);
 }

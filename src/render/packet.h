@@ -7,7 +7,7 @@
 
 #include "atmosphere/band_set.h"
 #include "caches/lighting.h"
-#include "render/cloud_glow.h"
+#include "render/cloud_emission.h"
 #include "render/schedule.h"
 #include "render/star_field.h"
 
@@ -16,7 +16,7 @@ enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */
 /* What one light makes for all packets. */
 typedef struct np_light_caches {
   bool is_moon;
-  np_sun_optical_depth *sun_depth;  /* NULL when not needed */
+  np_sun_optical_depth *sun_optical_depth; /* NULL when not needed */
   np_air_visibility air_visibility; /* empty when not needed */
 } np_light_caches;
 
@@ -44,7 +44,7 @@ typedef struct np_packet {
   float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
   neph_atmosphere *atmosphere;
   np_instance *placed;  /* the clouds that hold anything */
-  np_emission emission; /* of all clouds; without glows where there is none */
+  np_emission emission; /* of all clouds; without emitters where there is none */
   np_cloud_gain *gains; /* of each of `placed`; NULL: no approximation, or the scene has a gain for it */
   unsigned light_count; /* the first one's view has what is not of any light: environment, disks, night */
   np_packet_light lights[NP_LIGHTS_MAX];
@@ -56,7 +56,7 @@ typedef struct np_packet {
 typedef struct np_cloud_parts {
   neph_volume *volume;        /* NULL: it holds nothing */
   np_instance placed;         /* as the scene has it; each packet has its own */
-  np_cloud_glow glow;         /* most often nothing */
+  np_cloud_emission emission; /* most often nothing */
   np_phase_table phase_table; /* empty where its phase function is none */
 } np_cloud_parts;
 

@@ -86,7 +86,7 @@ static void put_stage(np_json *json, const np_plan_stage *stage, const np_stage_
   np_json_put_text(json, "reason", stage->reason);
   if (stage->cost.seconds > 0.0) np_json_put_real(json, "seconds", stage->cost.seconds);
   if (stage->cost.bytes > 0.0) np_json_put_real(json, "bytes", stage->cost.bytes);
-  if (stage->is_needed && row->reuse) np_json_put_text(json, "kept_while", row->reuse->kept_while);
+  if (stage->is_needed && row->reuse) np_json_put_text(json, "reused_while", row->reuse->reused_while);
 }
 
 static neph_result describe_json(const np_plan *plan, char **out_text) {

@@ -27,7 +27,7 @@ static void add_common(const np_stage_part *in, np_world *world) {
   const np_scene_environment *environment = &in->scene->environment;
   world->disk = make_sun_disk(in);
   world->night = &packet->night;
-  world->emission = packet->emission.glow_count > 0 ? &packet->emission : NULL;
+  world->emission = packet->emission.emitter_count > 0 ? &packet->emission : NULL;
   world->environment_radiance = np_packet_convert(packet, NP_BAND_LINEAR, environment->radiance_w_m2_sr_nm);
   world->is_environment_upper_only = environment->is_upper_only;
 }
@@ -77,7 +77,7 @@ neph_result np_stage_build_sky_guide(const np_stage_part *in) {
   if (!out->cloud_sky) return NEPH_OK;
   const float cost = np_plan_traces_air(in->plan) ? np_sky_guide_traced_cost : 1.0f;
   const np_sun_depths depths = {.clouds = &out->world.clouds};
-  const np_sun_depth_source source = np_sun_depths_get_source(&depths);
+  const np_sun_optical_depth_source source = np_sun_depths_get_source(&depths);
   np_sky_guide_build(&out->world, &source, np_assembly_get_clouds_middle(in->made), cost, &out->sky_guide);
   return NEPH_OK;
 }
@@ -90,7 +90,7 @@ static const np_packet_light *get_first(const np_stage_part *in) {
 }
 
 static np_sun_depths get_depths(const np_stage_part *in, const np_packet_light *light) {
-  return (np_sun_depths){&light->world.clouds, in->made->lights[light->index].sun_depth};
+  return (np_sun_depths){&light->world.clouds, in->made->lights[light->index].sun_optical_depth};
 }
 
 /* The least rate at which depths count: in the scaled medium, or in the slowest octave. */
@@ -124,17 +124,17 @@ static neph_result adapt_depth(const np_stage_part *in, void *kept, const void *
   return NEPH_OK;
 }
 
-NP_STAGE_EXCHANGE(exchange_depth, in->caches->sun_depth)
+NP_STAGE_EXCHANGE(exchange_depth, in->caches->sun_optical_depth)
 
 static neph_result make_depth(const np_stage_part *in) {
   neph_context *context = in->made->context;
   const np_depth_key *key = in->key;
-  np_sun_optical_depth *cache = in->caches->sun_depth = np_alloc(context, 1, sizeof *cache);
+  np_sun_optical_depth *cache = in->caches->sun_optical_depth = np_alloc(context, 1, sizeof *cache);
   if (!cache) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = np_sun_optical_depth_build(context, &get_first(in)->world, &key->desc, in->monitor, cache);
   if (!result) return NEPH_OK;
   np_alloc_free(context, cache);
-  in->caches->sun_depth = NULL;
+  in->caches->sun_optical_depth = NULL;
   return result;
 }
 
@@ -146,7 +146,7 @@ static void destroy_depth(void *result) {
   np_alloc_free(context, cache);
 }
 
-const np_stage_reuse np_stage_reuse_sun_depth = {
+const np_stage_reuse np_stage_reuse_sun_optical_depth = {
     "the clouds' extinction and the direction of the light stay, to the bit",
     NP_PER_LIGHT, false, get_depth_key, adapt_depth, exchange_depth, make_depth, destroy_depth};
 
@@ -171,7 +171,7 @@ static neph_result get_light_key(const np_stage_part *in, void **out_key) {
   key->desc.cells.viewer = get_viewer(a);
   key->desc.has_importance = in->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
   const np_sun_depths depths = get_depths(in, in->light);
-  const np_sun_depth_source source = np_sun_depths_get_source(&depths);
+  const np_sun_optical_depth_source source = np_sun_depths_get_source(&depths);
   return np_light_key_fill(a->context, &in->light->world, &source, key);
 }
 
@@ -193,7 +193,7 @@ static neph_result make_solution(const np_stage_part *in) {
   np_scattering_desc desc = ((const np_light_key *)in->key)->desc;
   desc.seconds_max = np_schedule_take_solve(&in->made->schedule, in->monitor);
   const np_sun_depths depths = get_depths(in, in->light);
-  const np_sun_depth_source source = np_sun_depths_get_source(&depths);
+  const np_sun_optical_depth_source source = np_sun_depths_get_source(&depths);
   return np_scattering_field_build(in->made->context, &in->light->world, &source, &desc, in->monitor,
                                    &in->light->scattering);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Terrain and clouds: read or made, put in their places, and what glows in them. */
+/* Terrain and clouds: read or made, put in their places, and their emission. */
 #include <stdio.h>
 #include <string.h>
 
@@ -192,7 +192,7 @@ static neph_result load_or_bake(const np_stage_part *in, const np_scene_cloud *c
   neph_result result = NEPH_OK;
   if (!path) return obtain_baked(in, cloud, out_volume);
   if (source == NP_CLOUD_SOURCE_REBAKE)
-    np_log(in->scene->context, NEPH_LOG_WARNING, "%s: was baked from other parameters than the scene's, is baked anew",
+    np_log(in->scene->context, NEPH_LOG_WARNING, "%s: rebaked: it was baked from other parameters than the scene's",
            path);
   const np_monitor_part whole = np_monitor_get_part(in->monitor);
   np_monitor_set_part(in->monitor, whole, 0.0, 0.8);
@@ -283,13 +283,13 @@ static neph_result place_volume(cloud_build *c) {
 }
 
 static bool has_emission(const cloud_build *c) {
-  return c->cloud->emission.is_there && np_plan_needs(c->in->plan, NP_STAGE_EMISSION);
+  return c->cloud->emission.is_enabled && np_plan_needs(c->in->plan, NP_STAGE_EMISSION);
 }
 
-/* What glows in a cloud's file. */
-static neph_result build_glow(cloud_build *c) {
+/* Emission of a cloud's file. */
+static neph_result build_emission(cloud_build *c) {
   neph_context *context = c->in->made->context;
-  np_cloud_glow *glow = &c->parts->glow;
+  np_cloud_emission *emission = &c->parts->emission;
   if (!c->is_anchored) {
     np_log(context, NEPH_LOG_WARNING,
            "cloud %s: its emission is left out of frame %d: position, voxel and optical_depth go by its density, which "
@@ -298,18 +298,18 @@ static neph_result build_glow(cloud_build *c) {
     return NEPH_OK;
   }
   const neph_volume_load_desc load = describe_load(c->in, c->cloud);
-  const np_cloud_glow_source source = {context,          c->cloud, c->path, &c->anchor.file_to_world,
+  const np_cloud_emission_source source = {context,          c->cloud, c->path, &c->anchor.file_to_world,
                                        c->parts->volume, &load};
-  neph_result result = np_cloud_glow_load(&source, glow);
-  if (result || !glow->flame) return result;
+  neph_result result = np_cloud_emission_load(&source, emission);
+  if (result || !emission->flame) return result;
   np_dvec3 low, high;
-  np_placement_find_bounds(&glow->glow.index_to_world, glow->flame, &low, &high);
+  np_placement_compute_bounds(&emission->emitter.index_to_world, emission->flame, &low, &high);
   include_box(&c->low, &c->high, low, high);
   return NEPH_OK;
 }
 
 /* Nothing goes by the anchor of a cloud that holds nothing and does not glow. */
-static neph_result find_anchor(cloud_build *c) {
+static neph_result get_anchor(cloud_build *c) {
   neph_volume *volume = c->parts->volume;
   if (!volume && !has_emission(c)) return NEPH_OK;
   const neph_volume_load_desc load = describe_load(c->in, c->cloud);
@@ -325,10 +325,10 @@ static neph_result place_cloud(cloud_build *c) {
   const np_monitor_part whole = np_monitor_get_part(monitor);
   np_monitor_set_part(monitor, whole, 0.7, 0.9);
   np_monitor_set_stage(monitor, "placing clouds");
-  neph_result result = find_anchor(c);
+  neph_result result = get_anchor(c);
   if (!result && c->parts->volume) result = place_volume(c);
   np_monitor_set_part(monitor, whole, 0.9, 1.0);
-  if (!result && has_emission(c)) result = build_glow(c);
+  if (!result && has_emission(c)) result = build_emission(c);
   if (result || c->low.x > c->high.x) return result;
   include_box(&a->clouds_min, &a->clouds_max, c->low, c->high);
   np_placement_check(a->context, c->cloud, &a->camera, c->low, c->high);
@@ -349,25 +349,25 @@ neph_result np_stage_build_cloud(const np_stage_part *in) {
 
 void np_stage_clear_cloud(const np_stage_part *in) {
   np_phase_table_clear(&in->made->clouds[in->cloud].phase_table);
-  np_cloud_glow_clear(&in->made->clouds[in->cloud].glow);
+  np_cloud_emission_clear(&in->made->clouds[in->cloud].emission);
 }
 
 neph_result np_stage_revise_volumes(const np_assembly *made, const neph_scene *scene, np_plan *plan) {
   return made->volume_count > 0 ? NEPH_OK : np_plan_leave_out_clouds(scene, plan);
 }
 
-/* All that glows in the clouds, for the packet's wavelengths. */
+/* Emission of the clouds, for the packet's wavelengths. */
 neph_result np_stage_build_emission(const np_stage_part *in) {
   const np_assembly *a = in->made;
-  np_glow glows[NP_INSTANCES_MAX];
+  np_emitter emitters[NP_INSTANCES_MAX];
   unsigned count = 0;
   for (unsigned i = 0; i < a->cloud_count; i++) {
     const np_instance placed = np_packet_place(in->packet, in->scene, a, i);
-    if (a->clouds[i].glow.is_there) glows[count++] = np_cloud_glow_get(&a->clouds[i].glow, &placed);
+    if (a->clouds[i].emission.is_enabled) emitters[count++] = np_cloud_emission_get(&a->clouds[i].emission, &placed);
   }
   if (count == 0) return NEPH_OK;
-  np_monitor_set_stage(in->monitor, "finding what glows");
-  return np_emission_build(a->context, glows, count, in->packet->bands.nm, in->monitor, &in->packet->emission);
+  np_monitor_set_stage(in->monitor, "listing emitters");
+  return np_emission_build(a->context, emitters, count, in->packet->bands.nm, in->monitor, &in->packet->emission);
 }
 
 void np_stage_clear_emission(const np_stage_part *in) { np_emission_clear(&in->packet->emission); }

@@ -42,7 +42,7 @@ enum { NP_REASON_SIZE = 128 };
 /* How later pictures reuse the results of a stage. The walk takes them from the stores and gives them back; changes are
  * counted from when a result was made, so that small steps do not add up unseen. */
 typedef struct np_stage_reuse {
-  const char *kept_while; /* the key in words */
+  const char *reused_while; /* the key in words */
   np_part_kind kind;
   bool is_of_content; /* any part's result serves any other of equal key */
 
@@ -67,7 +67,7 @@ typedef struct np_stage_reuse {
   }
 
 extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_stage_reuse_atmosphere,
-    np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_sun_depth, np_stage_reuse_ordinates;
+    np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_sun_optical_depth, np_stage_reuse_ordinates;
 
 np_stage_build_fn np_stage_build_packets, np_stage_build_lights, np_stage_build_packet_lights, np_stage_build_cloud,
     np_stage_build_star_map, np_stage_build_catalogue, np_stage_build_visibility, np_stage_build_emission,
