@@ -135,7 +135,7 @@ static unsigned draw_cloud(const np_spectrum *share, unsigned count, np_random *
 }
 
 /* A direction from an even mixture of the phase function and the whole sphere: the first finds what shines through the
- * cloud, the second what shines on it from the side that the cloud does not throw forward. */
+ * cloud, the second what shines on it from the side into which the cloud does not scatter forward. */
 static np_vec3 draw_direction(const np_phase *phase, np_vec3 forward, np_random *random, float *out_pdf) {
   const float choice = np_random_float(random);
   const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};

@@ -17,7 +17,7 @@ enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */
 typedef struct np_light_caches {
   bool is_moon;
   np_sun_optical_depth *sun_optical_depth; /* NULL when not needed */
-  np_air_visibility air_visibility; /* empty when not needed */
+  np_air_visibility air_visibility;        /* empty when not needed */
 } np_light_caches;
 
 /* What one light makes of a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so
@@ -66,8 +66,8 @@ typedef struct np_assembly {
   uint32_t built;        /* bits of the stages that were */
   np_schedule schedule;  /* done but for the pixels once it is built */
   np_camera camera;
-  unsigned cloud_count;            /* of the scene */
-  unsigned volume_count;           /* of the clouds that hold anything in the frame */
+  unsigned cloud_count;  /* of the scene */
+  unsigned volume_count; /* of the clouds that hold anything in the frame */
   np_cloud_parts *clouds;
   np_dvec3 clouds_min, clouds_max; /* world box of all that the clouds hold */
   neph_terrain *terrain;

@@ -308,7 +308,7 @@ static neph_result build_emission(cloud_build *c) {
   return NEPH_OK;
 }
 
-/* Nothing goes by the anchor of a cloud that holds nothing and does not glow. */
+/* Nothing goes by the anchor of a cloud that holds nothing and does not emit. */
 static neph_result get_anchor(cloud_build *c) {
   neph_volume *volume = c->parts->volume;
   if (!volume && !has_emission(c)) return NEPH_OK;
