@@ -120,7 +120,7 @@ static void what_has_changed_is_made_again(void **state) {
   neph_renderer_destroy(renderer);
 }
 
-/* Two clouds of one file share a volume; a file that was written over is read again. */
+/* Two clouds of one file each reuse their volume; a file that was written over is read again. */
 static void files_are_read_again_when_they_have_changed(void **state) {
   fixture *f = *state;
   char *folder = test_folder_create(), *path = test_path(folder, "cloud.vdb");

@@ -33,8 +33,8 @@ typedef enum neph_path_guiding {
   NEPH_PATH_GUIDING_AUTO     /**< of neph_probe_slab alone: the one that takes less time to the same error, by pilots */
 } neph_path_guiding;
 
-/** How the march answers for light scattered more than once in a cloud. All but the ordinates are artist's lights:
- * looks, with errors of tens of per cent (docs/accuracy.md). */
+/** Multiple scattering in a cloud, of the march. All but the ordinates are approximations of it, with errors of tens of
+ * per cent (docs/results/approximations.md). */
 typedef enum neph_multiple_scattering {
   NEPH_MULTIPLE_SCATTERING_NONE,          /**< not at all: for comparisons */
   NEPH_MULTIPLE_SCATTERING_OCTAVES,       /**< damped octaves of the single scattering */

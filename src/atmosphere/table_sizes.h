@@ -43,7 +43,7 @@ enum {
   NP_AERIAL_SLICES_MAX = 128
 };
 
-/* Sizes for a tolerance; measured by bench_sky, docs/accuracy.md. */
+/* Sizes for a tolerance; measured by bench_sky, docs/results/sky.md. */
 np_table_sizes np_table_sizes_make(double tolerance);
 
 /* For air of which half the points are drawn to a part (ray_warp.h): so many that both halves are as good; and where

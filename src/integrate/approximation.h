@@ -4,7 +4,7 @@
  * Each answers with up to NP_APPROXIMATION_TERMS_MAX terms, a phase value times a function of the optical depth towards
  * the light. The first is single scattering, p·e^{−τ}; the others are what the approximation adds to it. Rows, sources
  * and equations are in approximation.c, compiled once per instruction-set level; errors against the tracer are in
- * docs/accuracy.md.
+ * docs/results/approximations.md.
  */
 #ifndef NP_INTEGRATE_APPROXIMATION_H
 #define NP_INTEGRATE_APPROXIMATION_H

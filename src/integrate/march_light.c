@@ -131,7 +131,7 @@ static np_spectrum eval_solution(const np_march *m, const solution *at, unsigned
 }
 
 /* How much of the light that was scattered narrowly follows the depth of the straight way to the sun within a cell:
- * measured where clouds are lit from behind (docs/accuracy.md). */
+ * measured where clouds are lit from behind (docs/results/march.md). */
 static const float straightness = 0.75f;
 
 /* Sunlight scattered narrowly is what differs most from place to place within a cell: what the step has of it, less
