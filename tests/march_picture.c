@@ -153,7 +153,7 @@ void march_picture_init(march_picture *p, const np_bricks *bricks, float extinct
                                  .albedo = np_spectrum_grey(1.0f),
                                  .phase = np_phase_henyey_greenstein(0.85f)},
                        .world = {.clouds = {1, &p->cloud}, .sun_irradiance = np_spectrum_grey(1.0f)},
-                       .lighting.sun_depths.clouds = &p->world.clouds};
+                       .lighting.sun_optical_depths.clouds = &p->world.clouds};
 }
 
 /* A pinhole on the side, looking level at the middle of the cloud's box. */

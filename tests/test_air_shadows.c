@@ -117,8 +117,8 @@ static void cast(block *b, int32_t half_width) {
   const np_air_casters casters = {.count = 1,
                                   .low = {{block_m - half_width_m, -half_width_m, 3000.0 - half_width_m}},
                                   .high = {{block_m + half_width_m, half_width_m, 3000.0 + half_width_m}}};
-  assert_int_equal(np_air_visibility_build(b->base.context, &b->base.world, &lighting->sun_depths, &rays, &casters,
-                                           NULL, &b->visibility),
+  assert_int_equal(np_air_visibility_build(b->base.context, &b->base.world, &lighting->sun_optical_depths, &rays,
+                                           &casters, NULL, &b->visibility),
                    NEPH_OK);
   assert_int_equal(np_air_shadow_build(&b->visibility, &b->base.world, lighting->ground_light, NULL, &b->shadow),
                    NEPH_OK);
@@ -234,9 +234,9 @@ static void without_casters_nothing_is_kept(void **state) {
   np_air_visibility none;
   const np_air_rays rays = b.visibility.rays;
   const np_air_casters nothing = {.count = 0};
-  assert_int_equal(
-      np_air_visibility_build(air->context, &b.base.world, &b.base.lighting.sun_depths, &rays, &nothing, NULL, &none),
-      NEPH_OK);
+  assert_int_equal(np_air_visibility_build(air->context, &b.base.world, &b.base.lighting.sun_optical_depths, &rays,
+                                           &nothing, NULL, &none),
+                   NEPH_OK);
   assert_null(none.seen);
   clear_block(&b);
 }

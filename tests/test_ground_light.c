@@ -19,7 +19,7 @@ static neph_result build_caches(fixture *f) {
   neph_result result = test_world_solve(c);
   if (result) return result;
   const np_ground_light_desc desc = {.world = &c->world,
-                                     .depths = &c->lighting.sun_depths,
+                                     .depths = &c->lighting.sun_optical_depths,
                                      .scattering = c->scattering,
                                      .bounds_min = c->desc.cells.bounds_min,
                                      .bounds_max = c->desc.cells.bounds_max};

@@ -115,7 +115,7 @@ static void cancelling_leaves_nothing(void **state) {
   np_monitor_start(&monitor, w.context, NULL, NULL);
   atomic_store(&monitor.is_cancelled, true);
   w.world.sun_irradiance = np_spectrum_grey(1.0f);
-  const np_sun_optical_depth_source depths = np_sun_depths_get_source(&w.lighting.sun_depths);
+  const np_sun_optical_depth_source depths = np_sun_optical_depths_get_source(&w.lighting.sun_optical_depths);
   assert_int_equal(np_scattering_field_build(w.context, &w.world, &depths, &w.desc, &monitor, &w.scattering),
                    NEPH_ERROR_CANCELLED);
   assert_null(w.scattering);
@@ -137,7 +137,7 @@ static void solve_in_ticks(test_world *w, double ticks) {
   monitor.start_s = monitor.last_report_s = 0.0;
   np_scattering_field_destroy(w->scattering);
   w->desc.seconds_max = ticks;
-  const np_sun_optical_depth_source depths = np_sun_depths_get_source(&w->lighting.sun_depths);
+  const np_sun_optical_depth_source depths = np_sun_optical_depths_get_source(&w->lighting.sun_optical_depths);
   assert_int_equal(np_scattering_field_build(w->context, &w->world, &depths, &w->desc, &monitor, &w->scattering),
                    NEPH_OK);
   assert_false(np_monitor_is_cancelled(&monitor));

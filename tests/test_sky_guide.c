@@ -26,7 +26,7 @@ static void add_ground(fixture *f, float albedo) {
 }
 
 static void build_guide(fixture *f) {
-  const np_sun_optical_depth_source depths = np_sun_depths_get_source(&f->cloud.lighting.sun_depths);
+  const np_sun_optical_depth_source depths = np_sun_optical_depths_get_source(&f->cloud.lighting.sun_optical_depths);
   np_sky_guide_build(&f->cloud.world, &depths, np_dvec3_make(0, 0, f->height_m), 1.0f, &f->guide);
 }
 

@@ -180,7 +180,7 @@ static void add_light_result(np_hash *hash, const np_packet_light *l, np_stage s
   if (stage == NP_STAGE_AIR_SHADOWS) add_spectrum(hash, np_air_shadow_get_lost(&l->air_shadow, ahead, INFINITY));
   if (stage != NP_STAGE_LIGHTING) return;
   const bool answers[] = {l->lighting.scattering,   l->lighting.viewer_light, l->lighting.ground_light,
-                          l->lighting.air_shadow,   l->lighting.sky_guide,    l->lighting.sun_depths.cache};
+                          l->lighting.air_shadow,   l->lighting.sky_guide,    l->lighting.sun_optical_depths.cache};
   np_hash_add(hash, answers, sizeof answers);
 }
 

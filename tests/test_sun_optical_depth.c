@@ -53,13 +53,13 @@ static void end(fixture *f) {
 }
 
 static float walk(const fixture *f, np_dvec3 position, np_vec3 to_sun) {
-  const np_sun_depths depths = {.clouds = &f->base.world.clouds};
-  return np_sun_depths_get(&depths, position, to_sun, 100.0f);
+  const np_sun_optical_depths depths = {.clouds = &f->base.world.clouds};
+  return np_sun_optical_depths_get(&depths, position, to_sun, 100.0f);
 }
 
 static float look_up(const fixture *f, np_dvec3 position, np_vec3 to_sun) {
-  const np_sun_depths depths = {.clouds = &f->base.world.clouds, .cache = &f->cache};
-  return np_sun_depths_get(&depths, position, to_sun, 100.0f);
+  const np_sun_optical_depths depths = {.clouds = &f->base.world.clouds, .cache = &f->cache};
+  return np_sun_optical_depths_get(&depths, position, to_sun, 100.0f);
 }
 
 static np_dvec3 draw_place(np_random *random, double low, double high) {

@@ -49,7 +49,7 @@ typedef struct test_world {
 static inline void test_world_init(test_world *w, neph_context *context) {
   *w = (test_world){.context = context,
                     .world = {.clouds.at = w->placed, .to_sun = {0, 0, 1}},
-                    .lighting.sun_depths.clouds = &w->world.clouds,
+                    .lighting.sun_optical_depths.clouds = &w->world.clouds,
                     .settings = test_integrator_settings(),
                     .desc = NP_SCATTERING_DESC_DEFAULT};
 }
@@ -80,7 +80,7 @@ static inline void test_world_create(test_world *w, unsigned threads, test_cloud
 
 /* Multiple scattering under the present light. */
 static inline neph_result test_world_solve(test_world *w) {
-  const np_sun_optical_depth_source depths = np_sun_depths_get_source(&w->lighting.sun_depths);
+  const np_sun_optical_depth_source depths = np_sun_optical_depths_get_source(&w->lighting.sun_optical_depths);
   const neph_result result = np_scattering_field_build(w->context, &w->world, &depths, &w->desc, NULL, &w->scattering);
   w->lighting.scattering = w->scattering;
   return result;

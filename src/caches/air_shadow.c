@@ -55,7 +55,7 @@ typedef struct shaft {
 
 typedef struct shadow_probe {
   const np_world *world;
-  const np_sun_depths *depths;
+  const np_sun_optical_depths *depths;
   np_air_visibility *out;
   np_dvec3 axis[3];
   shaft shafts[2];
@@ -152,7 +152,7 @@ static double compute_reach(const shadow_probe *p) {
 
 static float see_sun(const shadow_probe *p, np_dvec3 position, np_vec3 to_sun) {
   if (np_world_is_behind_terrain(p->world, position, to_sun)) return 0.0f;
-  return np_transmittance(np_sun_depths_get_scaled(p->depths, position, to_sun, p->fade, 12.0f));
+  return np_transmittance(np_sun_optical_depths_get_scaled(p->depths, position, to_sun, p->fade, 12.0f));
 }
 
 static float turn(double value) { return (float)(value - floor(value)); }
@@ -250,7 +250,7 @@ static void place_shafts(shadow_probe *p, const np_air_casters *casters) {
   for (unsigned i = 0; i < casters->count; i++) p->shafts[i] = make_shaft(p, casters->low[i], casters->high[i]);
 }
 
-neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_sun_depths *depths,
+neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_sun_optical_depths *depths,
                                     const np_air_rays *rays, const np_air_casters *casters, np_monitor *monitor,
                                     np_air_visibility *out) {
   *out = (np_air_visibility){.context = context, .rays = *rays};

@@ -59,7 +59,7 @@ typedef struct np_air_visibility {
 
 /* For the world's light and its camera sky, which says how far to look. Same bits for any number of threads, and of a
  * node whatever others are there. On failure nothing is left. */
-neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_sun_depths *depths,
+neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_sun_optical_depths *depths,
                                     const np_air_rays *rays, const np_air_casters *casters, np_monitor *monitor,
                                     np_air_visibility *out);
 void np_air_visibility_clear(np_air_visibility *visibility);

@@ -78,7 +78,7 @@ static float compute_source(const gather *g, const gather_direction *d, np_dvec3
   if (!(scaled > 0.0f)) return 0.0f;
   np_light_moments moments;
   np_scattering_field_gather(g->desc->scattering, position, &moments);
-  const float depth = np_sun_depths_get_scaled(g->desc->depths, position, world->to_sun, g->cache->fade, 16.0f);
+  const float depth = np_sun_optical_depths_get_scaled(g->desc->depths, position, world->to_sun, g->cache->fade, 16.0f);
   const np_spectrum sun = np_spectrum_scale(np_world_sunlight(world, position, world->to_sun), np_transmittance(depth));
   *out_source = np_spectrum_grey(0.0f);
   for (unsigned v = 0; v < world->clouds.count; v++) {

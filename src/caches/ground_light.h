@@ -28,7 +28,7 @@ typedef struct np_ground_light {
 
 typedef struct np_ground_light_desc {
   const np_world *world;
-  const np_sun_depths *depths;
+  const np_sun_optical_depths *depths;
   const np_scattering_field *scattering;
   np_dvec3 bounds_min, bounds_max; /* of the clouds */
 } np_ground_light_desc;

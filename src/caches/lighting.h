@@ -15,7 +15,7 @@
 #include "volume/tracking.h"
 
 typedef struct np_lighting {
-  np_sun_depths sun_depths;
+  np_sun_optical_depths sun_optical_depths;
   const np_scattering_field *scattering; /* NULL: not solved for */
   const np_viewer_light *viewer_light;   /* of that solution, for rays from its viewer; NULL: not prepared */
   const np_ground_light *ground_light;   /* NULL: the sky over the ground is taken as clear */
@@ -43,11 +43,12 @@ np_spectrum np_lighting_ground_irradiance(const np_lighting *lighting, const np_
 /* Optical depth of one cloud towards the sun: looked up where a cache knows it, else integrated for the query. */
 static inline float np_lighting_get_cloud_depth(const np_lighting *lighting, unsigned cloud, np_dvec3 position,
                                                 np_vec3 to_sun, const np_depth_query *query, float faded) {
-  const np_sun_optical_depth *cache = lighting->sun_depths.cache;
+  const np_sun_optical_depth *cache = lighting->sun_optical_depths.cache;
   const float known = cache ? np_sun_lattice_get(&cache->lattices[cloud], cache->depth_end, position, to_sun)
                             : NP_SUN_OPTICAL_DEPTH_UNKNOWN;
   if (known != NP_SUN_OPTICAL_DEPTH_UNKNOWN) return known;
-  return np_track_volume_depth(&lighting->sun_depths.clouds->at[cloud], position, to_sun, INFINITY, query, faded);
+  return np_track_volume_depth(&lighting->sun_optical_depths.clouds->at[cloud], position, to_sun, INFINITY, query,
+                               faded);
 }
 
 #endif

@@ -355,7 +355,7 @@ static float walk(const np_instance *volume, np_dvec3 position, np_vec3 to_sun, 
   return depth;
 }
 
-static float compute_depth(const np_sun_depths *depths, np_dvec3 position, np_vec3 to_sun, const float *fade,
+static float compute_depth(const np_sun_optical_depths *depths, np_dvec3 position, np_vec3 to_sun, const float *fade,
                            float depth_max) {
   const np_sun_optical_depth *cache = depths->cache;
   float depth = 0.0f;
@@ -370,19 +370,20 @@ static float compute_depth(const np_sun_depths *depths, np_dvec3 position, np_ve
   return depth;
 }
 
-float np_sun_depths_get(const np_sun_depths *depths, np_dvec3 position, np_vec3 to_sun, float depth_max) {
+float np_sun_optical_depths_get(const np_sun_optical_depths *depths, np_dvec3 position, np_vec3 to_sun,
+                                float depth_max) {
   return compute_depth(depths, position, to_sun, NULL, depth_max);
 }
 
-float np_sun_depths_get_scaled(const np_sun_depths *depths, np_dvec3 position, np_vec3 to_sun,
-                               const float fade[NP_INSTANCES_MAX], float depth_max) {
+float np_sun_optical_depths_get_scaled(const np_sun_optical_depths *depths, np_dvec3 position, np_vec3 to_sun,
+                                       const float fade[NP_INSTANCES_MAX], float depth_max) {
   return compute_depth(depths, position, to_sun, fade, depth_max);
 }
 
 static float get_from(const void *depths, np_dvec3 position, np_vec3 to_sun, float depth_max) {
-  return np_sun_depths_get(depths, position, to_sun, depth_max);
+  return np_sun_optical_depths_get(depths, position, to_sun, depth_max);
 }
 
-np_sun_optical_depth_source np_sun_depths_get_source(const np_sun_depths *depths) {
+np_sun_optical_depth_source np_sun_optical_depths_get_source(const np_sun_optical_depths *depths) {
   return (np_sun_optical_depth_source){depths, get_from};
 }

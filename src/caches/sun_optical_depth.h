@@ -77,20 +77,21 @@ neph_result np_sun_optical_depth_build(neph_context *context, const np_world *wo
 void np_sun_optical_depth_clear(np_sun_optical_depth *cache);
 
 /* Depths of all clouds towards the sun: by the cache where there is one and it knows, else by steps of a voxel. */
-typedef struct np_sun_depths {
+typedef struct np_sun_optical_depths {
   const np_instances *clouds;
   const np_sun_optical_depth *cache; /* NULL: none */
-} np_sun_depths;
+} np_sun_optical_depths;
 
 /* From a point; what lies beyond `depth_max` is not looked at. */
-float np_sun_depths_get(const np_sun_depths *depths, np_dvec3 position, np_vec3 to_sun, float depth_max);
+float np_sun_optical_depths_get(const np_sun_optical_depths *depths, np_dvec3 position, np_vec3 to_sun,
+                                float depth_max);
 
 /* The same with each cloud's depth counted `fade` times. */
-float np_sun_depths_get_scaled(const np_sun_depths *depths, np_dvec3 position, np_vec3 to_sun,
-                               const float fade[NP_INSTANCES_MAX], float depth_max);
+float np_sun_optical_depths_get_scaled(const np_sun_optical_depths *depths, np_dvec3 position, np_vec3 to_sun,
+                                       const float fade[NP_INSTANCES_MAX], float depth_max);
 
-/* np_sun_depths_get(), for the modules below; `depths` is borrowed. */
-np_sun_optical_depth_source np_sun_depths_get_source(const np_sun_depths *depths);
+/* np_sun_optical_depths_get(), for the modules below; `depths` is borrowed. */
+np_sun_optical_depth_source np_sun_optical_depths_get_source(const np_sun_optical_depths *depths);
 
 /* ---- Inside: one column of cells ---- */
 

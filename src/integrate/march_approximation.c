@@ -12,7 +12,7 @@ extern np_approximation_rows NP_KERNEL(np_approximation_rows);
 static float get_sun_optical_depth(const np_lighting *lighting, np_dvec3 position, np_vec3 to_sun,
                                    const np_depth_query *query) {
   float depth = 0.0f;
-  for (unsigned v = 0; v < lighting->sun_depths.clouds->count && query->fade * depth < NP_TRACK_DEPTH_MAX; v++)
+  for (unsigned v = 0; v < lighting->sun_optical_depths.clouds->count && query->fade * depth < NP_TRACK_DEPTH_MAX; v++)
     depth += np_lighting_get_cloud_depth(lighting, v, position, to_sun, query, query->fade * depth);
   return depth;
 }

@@ -31,13 +31,13 @@ void NP_KERNEL(np_march_start_scaled)(np_march *m) {
 
 /* Optical depths from a point to the sun: of the scaled medium, of its forward peak, and of the medium whose peak is
  * that of the least degree. */
-typedef struct sun_depths {
+typedef struct sun_optical_depths {
   np_spectrum scaled, peak, least;
-} sun_depths;
+} sun_optical_depths;
 
 /* Returns the scaled depth of the band that is let through best. */
-static float track_depths(const np_march *m, np_dvec3 position, float error, sun_depths *out) {
-  *out = (sun_depths){0};
+static float track_depths(const np_march *m, np_dvec3 position, float error, sun_optical_depths *out) {
+  *out = (sun_optical_depths){0};
   float faded = 0.0f;
   for (unsigned v = 0; v < m->world->clouds.count && faded < NP_TRACK_DEPTH_MAX; v++) {
     const np_instance *volume = &m->world->clouds.at[v];
@@ -69,7 +69,7 @@ static void compute_sunlight(const np_march *m, np_dvec3 position, float error, 
   out->depth = NP_SUN_OPTICAL_DEPTH_UNKNOWN;
   out->outside = out->irradiance = np_world_sunlight(m->world, position, m->to_sun);
   if (np_spectrum_is_zero(out->outside)) return;
-  sun_depths depths;
+  sun_optical_depths depths;
   out->depth = track_depths(m, position, error, &depths);
   const np_spectrum passed = compute_transmittance(m, depths.scaled);
   out->irradiance = np_spectrum_multiply(out->outside, passed);
@@ -211,7 +211,7 @@ static void set_sun_rate(np_march *m, float before, float after, float apart) {
 static unsigned count_parts(np_march *m, const np_step *s, float depth, float error) {
   const float half = 0.5f * s->hiding;
   if (!is_sun_low(m) || depth < 2.0f * sun_rate_least * half) return 1;
-  sun_depths depths;
+  sun_optical_depths depths;
   const np_dvec3 begin = np_dvec3_along(m->ray->origin, m->ray->direction, s->begin);
   set_sun_rate(m, track_depths(m, begin, error, &depths), depth, half);
   return (unsigned)ceilf(cbrtf(m->sun_rate * m->sun_rate));

@@ -105,7 +105,7 @@ static void fill_view(np_slab *slab) {
       .phase = np_phase_henyey_greenstein((float)c->asymmetry),
   };
   slab->world = (np_world){.clouds.count = 1, .clouds.at = &slab->placed, .to_sun = {0.0f, 0.0f, 1.0f}};
-  slab->lighting = (np_lighting){.sun_depths.clouds = &slab->world.clouds};
+  slab->lighting = (np_lighting){.sun_optical_depths.clouds = &slab->world.clouds};
   if (c->is_diffuse) {
     slab->world.environment_radiance = np_spectrum_grey((float)(1.0 / NP_PI));
     slab->world.is_environment_upper_only = true;
@@ -136,7 +136,7 @@ static neph_result solve(np_slab *slab, bool has_importance) {
   desc.cells.bounds_min = np_dvec3_make(0.0, 0.0, -1.0);
   desc.cells.bounds_max = np_dvec3_make(1.0, 1.0, slab->sample_count);
   desc.has_importance = has_importance;
-  const np_sun_optical_depth_source depths = np_sun_depths_get_source(&slab->lighting.sun_depths);
+  const np_sun_optical_depth_source depths = np_sun_optical_depths_get_source(&slab->lighting.sun_optical_depths);
   neph_result result = np_scattering_field_build(slab->context, &slab->world, &depths, &desc, NULL, &slab->scattering);
   slab->lighting.scattering = slab->scattering;
   return result;

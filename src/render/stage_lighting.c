@@ -76,8 +76,8 @@ neph_result np_stage_build_sky_guide(const np_stage_part *in) {
   np_packet_light *out = in->light;
   if (!out->cloud_sky) return NEPH_OK;
   const float cost = np_plan_traces_air(in->plan) ? np_sky_guide_traced_cost : 1.0f;
-  const np_sun_depths depths = {.clouds = &out->world.clouds};
-  const np_sun_optical_depth_source source = np_sun_depths_get_source(&depths);
+  const np_sun_optical_depths depths = {.clouds = &out->world.clouds};
+  const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
   np_sky_guide_build(&out->world, &source, np_assembly_get_clouds_middle(in->made), cost, &out->sky_guide);
   return NEPH_OK;
 }
@@ -89,8 +89,8 @@ static const np_packet_light *get_first(const np_stage_part *in) {
   return &in->made->packets[0].lights[in->caches - in->made->lights];
 }
 
-static np_sun_depths get_depths(const np_stage_part *in, const np_packet_light *light) {
-  return (np_sun_depths){&light->world.clouds, in->made->lights[light->index].sun_optical_depth};
+static np_sun_optical_depths get_depths(const np_stage_part *in, const np_packet_light *light) {
+  return (np_sun_optical_depths){&light->world.clouds, in->made->lights[light->index].sun_optical_depth};
 }
 
 /* The least rate at which depths count: in the scaled medium, or in the slowest octave. */
@@ -170,8 +170,8 @@ static neph_result get_light_key(const np_stage_part *in, void **out_key) {
   key->desc.cells.has_viewer = true;
   key->desc.cells.viewer = get_viewer(a);
   key->desc.has_importance = in->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
-  const np_sun_depths depths = get_depths(in, in->light);
-  const np_sun_optical_depth_source source = np_sun_depths_get_source(&depths);
+  const np_sun_optical_depths depths = get_depths(in, in->light);
+  const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
   return np_light_key_fill(a->context, &in->light->world, &source, key);
 }
 
@@ -192,8 +192,8 @@ NP_STAGE_EXCHANGE(exchange_solution, in->light->scattering)
 static neph_result make_solution(const np_stage_part *in) {
   np_scattering_desc desc = ((const np_light_key *)in->key)->desc;
   desc.seconds_max = np_schedule_take_solve(&in->made->schedule, in->monitor);
-  const np_sun_depths depths = get_depths(in, in->light);
-  const np_sun_optical_depth_source source = np_sun_depths_get_source(&depths);
+  const np_sun_optical_depths depths = get_depths(in, in->light);
+  const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
   return np_scattering_field_build(in->made->context, &in->light->world, &source, &desc, in->monitor,
                                    &in->light->scattering);
 }
@@ -217,7 +217,7 @@ void np_stage_clear_viewer_light(const np_stage_part *in) { np_viewer_light_clea
 neph_result np_stage_build_ground_clouds(const np_stage_part *in) {
   np_packet_light *out = in->light;
   const np_assembly *a = in->made;
-  const np_sun_depths depths = get_depths(in, out);
+  const np_sun_optical_depths depths = get_depths(in, out);
   const np_ground_light_desc desc = {.world = &out->world,
                                      .depths = &depths,
                                      .scattering = out->scattering,
@@ -270,7 +270,7 @@ neph_result np_stage_build_visibility(const np_stage_part *in) {
   if (!first->camera_sky) return NEPH_OK;
   const np_air_rays rays = make_air_rays(&a->camera, in->plan);
   const np_air_casters casters = get_casters(a);
-  const np_sun_depths depths = get_depths(in, first);
+  const np_sun_optical_depths depths = get_depths(in, first);
   return np_air_visibility_build(a->context, &first->world, &depths, &rays, &casters, in->monitor,
                                  &out->air_visibility);
 }
@@ -315,7 +315,7 @@ void np_stage_clear_approximation(const np_stage_part *in) {
 neph_result np_stage_build_lighting(const np_stage_part *in) {
   np_packet_light *out = in->light;
   out->lighting = (np_lighting){
-      .sun_depths = get_depths(in, out),
+      .sun_optical_depths = get_depths(in, out),
       .scattering = out->scattering,
       .viewer_light = np_plan_needs(in->plan, NP_STAGE_VIEWER_LIGHT) ? &out->viewer_light : NULL,
       .ground_light = np_plan_needs(in->plan, NP_STAGE_GROUND_CLOUDS) ? &out->ground_light : NULL,

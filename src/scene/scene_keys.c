@@ -39,7 +39,7 @@ static const np_choice path_guidings[] = {
 #define SCATTERING(id, name, needs) {name, NEPH_MULTIPLE_SCATTERING_##id},
 static const np_choice scatterings[] = {NP_MULTIPLE_SCATTERING_ROWS(SCATTERING){NULL, 0}};
 #undef SCATTERING
-static const np_choice sun_depths[] = {
+static const np_choice sun_optical_depths[] = {
     {"auto", NP_SUN_OPTICAL_DEPTH_AUTO}, {"volume", NP_SUN_OPTICAL_DEPTH_VOLUME},
     {"march", NP_SUN_OPTICAL_DEPTH_MARCH}, {NULL, 0}};
 static const np_choice air_shadows[] = {
@@ -535,7 +535,7 @@ static const np_key keys[] = {
      .meaning = "longest step of the march, however little there is to see"},
     {.path = "render.transmittance_end", .type = NP_KEY_REAL, .field = SCENE(render.transmittance_end),
      .range = WITHIN(0, 0.5), .fallback = "0.001", .meaning = "transmittance below which the march ends a ray"},
-    {.path = "render.sun_optical_depth", .type = NP_KEY_CHOICE, .choices = sun_depths,
+    {.path = "render.sun_optical_depth", .type = NP_KEY_CHOICE, .choices = sun_optical_depths,
      .field = SCENE(render.sun_optical_depth), .fallback = "auto",
      .meaning = "source of the march's optical depth from cloud to sun: volume, filled once and looked up, or march, "
                 "at every step; auto takes the cheaper one"},

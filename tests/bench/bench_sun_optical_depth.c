@@ -138,7 +138,7 @@ static double time_look_ups(const np_sun_optical_depth *cache, np_vec3 to_sun, c
 static void time_parts(const np_plan *plan, const np_assembly *a) {
   const np_packet_light *light = &a->packets[0].lights[0];
   const np_world *world = &light->world;
-  const np_sun_optical_depth *cache = light->lighting.sun_depths.cache;
+  const np_sun_optical_depth *cache = light->lighting.sun_optical_depths.cache;
   static places p;
   draw_places(a, &p);
   /* Half of it is what the scaled medium fades by, and a tenth what most steps may be wrong by. */
