@@ -32,7 +32,7 @@ typedef struct cli_verb {
   const char *files;       /* endings of files that arguments name, parted by blanks; NULL: none */
   unsigned exits;          /* CLI_MAY of codes, besides those that any verb may end with */
   cli_verb_option options[CLI_VERB_OPTIONS_MAX]; /* up to one without a name; besides those of every verb */
-  cli_example examples[CLI_EXAMPLES_MAX];        /* likewise */
+  cli_example examples[CLI_EXAMPLES_MAX];        /* up to one without a command */
 } cli_verb;
 
 #define CLI_MAY(code) (1u << (code))

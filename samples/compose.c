@@ -68,7 +68,7 @@ static neph_result build_scene(neph_context *context, neph_scene **out_scene) {
   return result ? result : add_clouds(context, *out_scene);
 }
 
-/* How far the picture has come, on one line. */
+/* Prints the progress of the picture, on one line. */
 static bool show_progress(void *user, const neph_progress *progress) {
   (void)user;
   fprintf(stderr, "\r%-40s %3.0f %%", progress->stage, 100.0 * progress->fraction);
@@ -84,8 +84,8 @@ static neph_result save(const neph_image *image, const char *folder, int frame) 
   return result ? result : neph_image_save_png(image, path, NULL);
 }
 
-/* A wide picture, and a near one through a longer lens. Light in clouds is solved for on cells that are finer near the
- * camera: it is taken over while that stays where it is. */
+/* A wide picture, and a near one through a longer lens. Multiple scattering is solved on cells that are finer near the
+ * camera: it is reused while the camera stays where it is. */
 static neph_result render_frame(neph_renderer *renderer, neph_scene *scene, int frame, const char *folder) {
   neph_camera_desc camera = NEPH_CAMERA_DESC_DEFAULT;
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
@@ -116,7 +116,7 @@ int main(int argc, char **argv) {
   neph_context *context = NULL;
   neph_scene *scene = NULL;
   neph_renderer *renderer = NULL;
-  neph_result result = neph_context_create(NULL, &context); /* what goes wrong is said on stderr */
+  neph_result result = neph_context_create(NULL, &context); /* errors are printed to stderr */
   if (!result) result = build_scene(context, &scene);
   if (!result) result = neph_renderer_create(context, &renderer);
   for (int frame = 1; frame <= 2 && !result; frame++) result = render_frame(renderer, scene, frame, argv[1]);

@@ -131,7 +131,7 @@ static void assert_built(neph_context *context, const char *text, unsigned expec
   assert_int_equal(!light->scattering, !np_plan_needs(&b.plan, NP_STAGE_ORDINATES));
   assert_int_equal(!light->viewer_light.outgoing, !np_plan_needs(&b.plan, NP_STAGE_VIEWER_LIGHT));
   assert_int_equal(!light->ground_light.points, !np_plan_needs(&b.plan, NP_STAGE_GROUND_CLOUDS));
-  assert_int_equal(!light->air_shadow.kept, !np_plan_needs(&b.plan, NP_STAGE_AIR_SHADOWS));
+  assert_int_equal(!light->air_shadow.visible_fraction, !np_plan_needs(&b.plan, NP_STAGE_AIR_SHADOWS));
   assert_int_equal(!packet->gains, !np_plan_needs(&b.plan, NP_STAGE_APPROXIMATION));
   assert_int_equal(!packet->stars.count, !np_plan_needs(&b.plan, NP_STAGE_STARS));
   clear(&b);

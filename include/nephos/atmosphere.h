@@ -18,14 +18,14 @@ typedef struct neph_atmosphere neph_atmosphere;
 /** One atmosphere under one light, seen by one observer. */
 typedef struct neph_sky neph_sky;
 
-/** How a layer's density goes with altitude. Density has no unit: coefficients are those where it is 1. */
+/** Density of a layer as a function of altitude. Density has no unit: coefficients are those where it is 1. */
 typedef enum neph_layer_profile {
   NEPH_LAYER_EXPONENTIAL, /**< exp(−(h − bottom_m)/height_m) */
   NEPH_LAYER_TENT,        /**< 1 − |h − center_m|/width_m, where that is positive */
   NEPH_LAYER_TABLE        /**< linear between rows, none below the first and above the last */
 } neph_layer_profile;
 
-/** How a layer scatters. */
+/** Phase function of a layer. */
 typedef enum neph_layer_phase {
   NEPH_LAYER_RAYLEIGH,
   NEPH_LAYER_CORNETTE_SHANKS,   /**< by `asymmetry` */
@@ -34,7 +34,7 @@ typedef enum neph_layer_phase {
                                  *   light by `second_asymmetry` */
 } neph_layer_phase;
 
-/** How a layer's absorption goes on between and beyond the three bands, where a picture has more wavelengths. */
+/** Absorption of a layer between and beyond the three bands, where a picture has more wavelengths. */
 typedef enum neph_layer_absorber {
   NEPH_LAYER_SMOOTH, /**< as a power of the wavelength; so does scattering */
   NEPH_LAYER_OZONE   /**< as ozone's Chappuis bands do, through the values in the three */
@@ -50,10 +50,10 @@ typedef struct neph_atmosphere_layer {
   const double *table_density;    /**< ≥ 0 */
   unsigned table_rows;            /**< at least 2 */
   double scattering_per_m[3];     /**< where the density is 1; ≥ 0 */
-  double absorption_per_m[3];     /**< likewise */
+  double absorption_per_m[3];     /**< where the density is 1; ≥ 0 */
   neph_layer_phase phase;         /**< not read where nothing scatters */
   double asymmetry[3];            /**< g in each band, −0.9999 to 0.9999 */
-  double second_asymmetry[3];     /**< likewise, of the second lobe */
+  double second_asymmetry[3];     /**< g of the second lobe, −0.9999 to 0.9999 */
   double second_weight[3];        /**< 0 to 1 */
   neph_layer_absorber absorber;
 } neph_atmosphere_layer;

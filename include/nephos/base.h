@@ -62,7 +62,7 @@ NEPH_API const char *neph_version_get_text(void);
 /** Version of the library in use as a number that grows with it, as NEPHOS_VERSION_NUMBER is that of the headers. */
 NEPH_API unsigned neph_version_get_number(void);
 
-/** How far a call has come. Valid only during the callback. */
+/** Progress of a call. Valid only during the callback. */
 typedef struct neph_progress {
   const char *stage; /**< what is being done, a few words: "baking", "rendering"; never NULL */
   double fraction;   /**< of the call, by a guess of what each stage takes: 0 to 1, never less than before */
@@ -77,7 +77,7 @@ typedef struct neph_progress {
  */
 typedef bool (*neph_progress_fn)(void *user, const neph_progress *progress);
 
-/** How a description is written out as text. */
+/** Format of a description as text. */
 typedef enum neph_text_format {
   NEPH_TEXT_PLAIN, /**< aligned lines for people */
   NEPH_TEXT_JSON   /**< one JSON value for programs */

@@ -9,14 +9,14 @@
 extern "C" {
 #endif
 
-/** How a cloud is shaped. */
+/** Model of the shape of a cloud. */
 typedef enum neph_cloud_model {
   NEPH_CLOUD_MODEL_CELLS, /**< cells that tower over a flat base: Perlin-Worley billows, Worley erosion, curl */
   NEPH_CLOUD_MODEL_SLAB,  /**< a sheet with soft edges, of value noise: cheap, for decks, veils and streaks */
   NEPH_CLOUD_MODEL_HERO   /**< one cloud in the middle of the field, otherwise like cells: needs no weather map */
 } neph_cloud_model;
 
-/** What a picture may say of a place. Its values, from 0 to 1, are shares of what the description says. */
+/** Quantity that a picture gives for each place. Its values, from 0 to 1, are shares of that of the description. */
 typedef enum neph_cloud_map_quantity {
   NEPH_CLOUD_MAP_COVERAGE,      /**< of the coverage: 0 is clear sky */
   NEPH_CLOUD_MAP_TYPE,          /**< of the type */
@@ -28,7 +28,7 @@ typedef enum neph_cloud_map_quantity {
 
 enum { NEPH_CLOUD_PROFILE_POINTS = 5 };
 
-/** What grows: a weather map, a height profile, and noise, as the model says. Altitudes are above sea level. */
+/** A procedural cloud: a weather map, a height profile, and noise, by its model. Altitudes are above sea level. */
 typedef struct neph_cloud_desc {
   size_t struct_size;
   uint64_t seed;           /**< any (default 0) */
@@ -109,7 +109,7 @@ typedef struct neph_bake_loss {
   double depth_rms, depth_max;
 } neph_bake_loss;
 
-/** What a bake lost against its model evaluated directly, with all its detail.
+/** Error of a bake against its model evaluated directly, with all its detail.
  *
  * Found along NEPH_BAKE_ERROR_RAYS random lines through the cloud's box, as likely to pass through one point as another
  * and in one direction as another, in steps of half a voxel; between voxels the grid is trilinear. Squares are summed

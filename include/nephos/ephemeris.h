@@ -13,7 +13,7 @@ extern "C" {
 typedef struct neph_ephemeris {
   size_t struct_size;
   double sun_direction[3];        /**< towards the centre of the sun, from sea level; within 0.001° */
-  double moon_direction[3];       /**< of the moon, likewise; within 0.005° */
+  double moon_direction[3];       /**< towards the centre of the moon, from sea level; within 0.005° */
   double moon_distance_m;         /**< from the place to its centre */
   double moon_angular_radius_rad; /**< of its disk */
   double moon_phase_angle_rad;    /**< at the moon, between place and sun: 0 is full, π new */

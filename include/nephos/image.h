@@ -93,7 +93,7 @@ NEPH_API neph_result neph_image_save_png(const neph_image *image, const char *pa
 NEPH_API neph_result neph_image_describe_file(neph_context *context, const char *path, neph_text_format format,
                                               char **out_text) NEPH_NODISCARD;
 
-/** How far a picture lies from a reference, over the channels R, G, B (or all, where those are missing). L is the
+/** The difference of a picture from a reference, over the channels R, G, B (or all, where those are missing). L is the
  * reference, d the picture minus it. Values that are not finite in the reference are left out. */
 typedef struct neph_image_difference {
   size_t struct_size;
@@ -107,7 +107,7 @@ typedef struct neph_image_difference {
   double max_absolute;      /**< largest |d| */
   double noise_rmse;        /**< the reference's own part in rmse, root of mean σ², from its channels standard_error.*;
                                  NaN, as all three are, where it lacks one */
-  double noise_block_rms;   /**< likewise its part in block_rms: the picture's is √(block_rms² − noise_block_rms²) */
+  double noise_block_rms;   /**< its own part in block_rms: the picture's is √(block_rms² − noise_block_rms²) */
   double noise_bias;        /**< standard error of bias that the reference brings, its channels taken as of the same
                                  samples */
   uint64_t value_count;     /**< values compared */

@@ -17,14 +17,14 @@ typedef enum neph_integrator {
   NEPH_INTEGRATOR_PATH   /**< unbiased */
 } neph_integrator;
 
-/** How paths see air and ground. The march always takes tables. */
+/** Air and ground of paths. The march always takes tables. */
 typedef enum neph_render_atmosphere {
   NEPH_RENDER_ATMOSPHERE_TRACED, /**< they fly through the air, and from the ground, as through clouds; the default */
   NEPH_RENDER_ATMOSPHERE_TABLES  /**< they end where they leave the clouds, in tables: faster, without clouds' shadows
                                       in the air and their light on the ground (docs/transport.md) */
 } neph_render_atmosphere;
 
-/** How paths in clouds are guided, split, and ended by Russian roulette. */
+/** Guiding, splitting and Russian roulette of paths in clouds. */
 typedef enum neph_path_guiding {
   NEPH_PATH_GUIDING_NONE,    /**< by chance, and ended where they carry little; the default */
   NEPH_PATH_GUIDING_ADJOINT, /**< guided, split and ended by the light that they are expected to bring, by the march's
@@ -123,8 +123,9 @@ NEPH_API neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_re
 NEPH_API neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc,
                                        neph_image **out_image) NEPH_NODISCARD;
 
-/** What a render would do and leave out, and why: the plan, as text to be freed with neph_text_destroy. Opens every
- * file that the frame is rendered from, and fails where one is missing, damaged at its head, or of another kind. */
+/** The plan of a render, with the stages that it needs and leaves out, and why, as text to be freed with
+ * neph_text_destroy. Opens every file that the frame is rendered from, and fails where one is missing, damaged at its
+ * head, or of another kind. */
 NEPH_API neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc, neph_text_format format,
                                          char **out_text) NEPH_NODISCARD;
 
@@ -135,7 +136,7 @@ typedef struct neph_memory_estimate {
   uint64_t program_bytes; /**< the library, and OpenVDB where a file is read or written */
   uint64_t terrain_bytes; /**< heights and the ray-tracing structure; 0 for one that a call has set */
   uint64_t volume_bytes;  /**< bricks */
-  uint64_t light_bytes;   /**< light in clouds while it is solved for, depths towards the sun, shadows in the air */
+  uint64_t light_bytes;   /**< multiple scattering while it is solved, sun optical depth, air shadows */
   uint64_t film_bytes;    /**< the picture's channels */
 } neph_memory_estimate;
 
@@ -173,7 +174,7 @@ typedef struct neph_sky_image_desc {
 NEPH_API neph_result neph_render_sky(neph_scene *scene, const neph_sky_image_desc *desc,
                                      neph_image **out_image) NEPH_NODISCARD;
 
-/** What skies are looked up in. */
+/** A table of an atmosphere or of a sky. */
 typedef enum neph_sky_table {
   NEPH_SKY_TABLE_TRANSMITTANCE, /**< to the top of the air */
   NEPH_SKY_TABLE_SCATTERING,    /**< light from all directions, at every altitude under every sun */

@@ -9,8 +9,8 @@
 extern "C" {
 #endif
 
-/** What pictures leave to the next, whatever scene that is of: volumes and terrain while their files and settings are
- * the same, tables of air and sky, light in clouds, depths towards the sun. One owner; one picture at a time. */
+/** The caches that pictures share, of one scene or of several: volumes and terrain while their files and settings are
+ * the same, tables of air and sky, multiple scattering, sun optical depth. One owner; one picture at a time. */
 typedef struct neph_renderer neph_renderer;
 
 NEPH_API neph_result neph_renderer_create(neph_context *context, neph_renderer **out_renderer) NEPH_NODISCARD;
@@ -18,11 +18,11 @@ NEPH_API neph_result neph_renderer_create(neph_context *context, neph_renderer *
 /** Ends a renderer, and frees what it keeps. NULL is allowed. */
 NEPH_API void neph_renderer_destroy(neph_renderer *renderer);
 
-/** Renders one picture as neph_render_image does, from what the pictures before have left.
+/** Renders one picture as neph_render_image does, and reuses caches of earlier pictures.
  *
- * A picture is that of the scene alone where what it takes over was made for the same scene; where lights or air have
- * moved a little, tables are taken over within the tolerances that they were sized for (atmosphere.tolerance, and a
- * thousandth for light in clouds), as in a sequence. What is taken over, and what is made again and why, is logged.
+ * A picture has the bits of the scene rendered alone where the caches were built for the same scene; where lights or
+ * air have moved a little, tables are reused within the tolerances that they were sized for (atmosphere.tolerance, and
+ * a thousandth for multiple scattering), as in a sequence. The log names what is reused, and what is rebuilt and why.
  *
  * @param scene      of the renderer's context.
  * @param desc       NULL: the scene's own settings.

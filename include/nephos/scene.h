@@ -61,7 +61,7 @@ NEPH_API neph_result neph_scene_describe(const neph_scene *scene, neph_text_form
 typedef struct neph_output {
   size_t struct_size;
   const char *image;          /**< OpenEXR name, '#' for the frame; resolved; NULL: none wanted */
-  const char *preview;        /**< PNG name, likewise */
+  const char *preview;        /**< PNG name, '#' for the frame; resolved; NULL: none wanted */
   neph_pixel_type pixel_type; /**< of colour (default NEPH_PIXEL_HALF) */
   neph_preview_desc preview_desc; /**< stays the last, so that it can grow */
 } neph_output;

@@ -60,7 +60,7 @@ typedef struct neph_sun_desc {
 /** Puts the sun in a place, in the stead of a sun.time too. @param desc  NULL for the defaults. */
 NEPH_API neph_result neph_scene_set_sun(neph_scene *scene, const neph_sun_desc *desc) NEPH_NODISCARD;
 
-/** What a value of a volume means. */
+/** Meaning of the values of a volume. */
 typedef enum neph_density_unit {
   NEPH_DENSITY_EXTINCTION,     /**< density_value: extinction in 1/m of a value of 1 */
   NEPH_DENSITY_MEAN_FREE_PATH, /**< m, where the value is 1 */
@@ -68,7 +68,7 @@ typedef enum neph_density_unit {
   NEPH_DENSITY_LIQUID_WATER    /**< values are g/m³ of water; density_value: effective radius of the droplets in m */
 } neph_density_unit;
 
-/** How a cloud scatters. */
+/** Phase function of a cloud. */
 typedef enum neph_cloud_phase {
   NEPH_CLOUD_DROPLETS,          /**< fit to Mie theory, by `droplet_diameter_m` */
   NEPH_CLOUD_HENYEY_GREENSTEIN, /**< by `asymmetry` */

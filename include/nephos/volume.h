@@ -12,13 +12,13 @@ extern "C" {
 /** One scalar grid with its transform: what OpenVDB calls a FloatGrid of class fog volume. */
 typedef struct neph_volume neph_volume;
 
-/** How samples are held in memory. */
+/** Precision of samples in memory. */
 typedef enum neph_precision {
   NEPH_PRECISION_HALF, /**< 16 bits beside a power of two per volume: relative error ≤ 2⁻¹¹ */
   NEPH_PRECISION_FLOAT /**< 32 bits */
 } neph_precision;
 
-/** What to do with values that a cloud cannot have: NaN, infinite, negative beyond rounding. */
+/** Policy for values that a cloud cannot have: NaN, infinite, negative beyond rounding. */
 typedef enum neph_import_policy {
   NEPH_IMPORT_REFUSE, /**< fail, naming grid, voxel and count */
   NEPH_IMPORT_REPAIR  /**< take them as 0, counted in a warning */

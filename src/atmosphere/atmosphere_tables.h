@@ -54,7 +54,7 @@ typedef struct np_sky_frame {
 struct neph_sky {
   neph_atmosphere *atmosphere;
   const np_sun_visibility *visibility; /* while the tables are built; NULL: clear */
-  np_monitor *monitor;                 /* likewise; may be NULL */
+  np_monitor *monitor;                 /* while the tables are built; may be NULL */
   np_view_sizes view_sizes, aerial_sizes;
   double azimuth_end; /* of the tables: π, which a clear sky mirrors, or 2π */
   np_spectrum irradiance;
@@ -67,8 +67,9 @@ struct neph_sky {
   np_gather_table gather;
   np_scattered *view;   /* NULL in the dark: rows × azimuths: logarithms, per unit of sun irradiance */
   np_bands *depth;      /* aerial rows × slices: optical depth from the observer to the far plane, over the distance */
-  np_scattered *aerial; /* likewise: aerial rows × azimuths × slices: in-scatter likewise, per unit of sun irradiance */
-  np_bands *molecules; /* of that, what molecules scattered once; the aerosol's is its peak */
+  np_scattered *aerial; /* NULL in the dark: aerial rows × azimuths × slices: logarithms of in-scatter, per unit of sun
+                           irradiance */
+  np_bands *molecules;  /* of that, what molecules scattered once; the aerosol's is its peak */
 };
 
 /* Moves a sky to another light and observer if its tables stand for them within their tolerance; else false, and why,
@@ -130,7 +131,7 @@ np_ray np_aerial_ray(const np_medium *medium, const np_sky_frame *frame, double 
 
 /* How slices of aerial perspective divide a ray. One that does not meet the ground: evenly in the signed root w of the
  * distance from a center, t = center + w·|w|. One that does: t = L·((1 − 2k)·s² + 2k·s), s even from 0 to 1; k goes
- * from 0, where t is as s² and slices crowd about the observer, to 1, where they crowd about the ground likewise. */
+ * from 0, where t is as s² and slices crowd about the observer, to 1, where they crowd about the ground. */
 typedef struct np_aerial_scale {
   bool hits_ground;
   double center_m;

@@ -16,7 +16,7 @@ typedef struct np_sky_error {
 typedef struct np_sky_errors {
   np_sky_error depths; /* to the top, against integrals */
   np_sky_error view;   /* against a march over the same sources */
-  np_sky_error aerial; /* likewise, to 1 to 128 km */
+  np_sky_error aerial; /* against the same march, to 1 to 128 km */
   np_sky_error all;    /* radiances as pictures have them, against the tracer */
 } np_sky_errors;
 

@@ -332,7 +332,7 @@ static void lose_node(const loss_job *job, size_t node) {
   const np_vec3 direction =
       compute_direction(r, (float)(r->begin[0] + (int)(node % width)), (float)(r->begin[1] + (int)(node / width)));
   const double ground = (double)v->ground_m[node];
-  uint16_t(*out)[NP_BAND_COUNT] = &job->out->kept[node * PLANES];
+  uint16_t(*out)[NP_BAND_COUNT] = &job->out->visible_fraction[node * PLANES];
   np_spectrum lost = np_spectrum_grey(0.0f);
   reach_light before = {lost, lost};
   double begin = 0.0;
@@ -364,8 +364,8 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_wo
                                 const np_ground_light *ground_light, np_monitor *monitor, np_air_shadow *out) {
   *out = (np_air_shadow){.context = visibility->context, .visibility = visibility};
   const size_t count = count_nodes(&visibility->rays);
-  out->kept = np_alloc(out->context, count * PLANES, sizeof *out->kept);
-  if (!out->kept) return NEPH_ERROR_OUT_OF_MEMORY;
+  out->visible_fraction = np_alloc(out->context, count * PLANES, sizeof *out->visible_fraction);
+  if (!out->visible_fraction) return NEPH_ERROR_OUT_OF_MEMORY;
   loss_job job = {visibility, world, ground_light, HUGE_VAL, -HUGE_VAL, out};
   for (unsigned i = 0; i < world->clouds.count; i++) {
     job.bottom_m = fmin(job.bottom_m, world->clouds.at[i].bottom_m);
@@ -378,7 +378,7 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_wo
 }
 
 void np_air_shadow_clear(np_air_shadow *shadow) {
-  np_alloc_free(shadow->context, shadow->kept);
+  np_alloc_free(shadow->context, shadow->visible_fraction);
   *shadow = (np_air_shadow){0};
 }
 
@@ -427,7 +427,7 @@ np_spectrum np_air_shadow_get_lost(const np_air_shadow *shadow, np_vec3 directio
     const size_t node = (size_t)(lower[1] + j) * width + (size_t)(lower[0] + i);
     const float weight =
         (i ? part[0] : 1.0f - part[0]) * (j ? part[1] : 1.0f - part[1]) * compute_weight(v->ground_m[node], within);
-    const uint16_t *near = shadow->kept[node * PLANES + (size_t)plane], *far = near + NP_BAND_COUNT;
+    const uint16_t *near = shadow->visible_fraction[node * PLANES + (size_t)plane], *far = near + NP_BAND_COUNT;
     for (int b = 0; b < NP_BAND_COUNT; b++)
       sum.band[b] += weight * mix_losses(near[b], far[b], along, plane >= CELLS - 1);
     weights += weight;

@@ -69,9 +69,9 @@ void np_air_visibility_clear(np_air_visibility *visibility);
 #define NP_AIR_SHADOW_UNIT 13107.0f
 
 typedef struct np_air_shadow {
-  neph_context *context;               /* borrowed */
-  const np_air_visibility *visibility; /* borrowed */
-  uint16_t (*kept)[NP_BAND_COUNT];     /* nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
+  neph_context *context;                       /* borrowed */
+  const np_air_visibility *visibility;         /* borrowed */
+  uint16_t (*visible_fraction)[NP_BAND_COUNT]; /* nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
 } np_air_shadow;
 
 /* Of the world's camera sky; with the clouds' light on the air below, where `ground_light` knows it, else NULL. */

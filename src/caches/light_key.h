@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The keys of light in clouds and of depths towards lights: all that they depend on. They are the same while the clouds
+/* The keys of multiple scattering and of sun optical depth: all that they depend on. They are the same while the clouds
  * are, to the bit, and what shines on them within a thousandth; for depths where it stands, to the bit. The camera does
  * not matter to them. */
 #ifndef NP_CACHES_LIGHT_KEY_H

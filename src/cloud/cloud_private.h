@@ -85,7 +85,7 @@ typedef struct np_landscape {
   uint64_t seed;
   double cell_m, lives;
   double drift[2];      /* of the air, in cell spacings */
-  float half_extent[2]; /* of the field, likewise */
+  float half_extent[2]; /* of the field, in cell spacings */
   float radius_m; /* a lone cell is a − r²/radius²: its outline at waterline t is a circle of radius·√(a − t) */
   float shore_depth, sheet_shrink, anvil, swirl;
   float heading[2], shear[2]; /* unit vectors; `shear` is 0 without skew */

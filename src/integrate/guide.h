@@ -39,7 +39,7 @@ typedef struct np_guide {
   float growth;            /* γ, per depth */
   float steady;            /* how much of it is exponential: 0 to 1 */
   float light;             /* K: what a collision scatters at a throughput of 1, but for the sun's own */
-  float noise;             /* likewise: twice about the standard deviation of what the next step brings */
+  float noise;             /* at a throughput of 1: twice about the standard deviation of what the next step brings */
 } np_guide;
 
 /* The part of degree 2 at a direction. */

@@ -33,7 +33,7 @@ typedef struct np_march {
   np_integrator_sample *out;
 
   const np_scattering_field *field;    /* the solved multiple scattering; NULL: an approximation stands for it */
-  const np_scattering_medium *medium;  /* of it; NULL likewise */
+  const np_scattering_medium *medium;  /* of `field`; NULL without one */
   const np_viewer_light *viewer_light; /* of it, for this ray; NULL: none */
   const np_approximation_row *method;  /* where there is no solution, and its */
   unsigned term_count;
@@ -69,7 +69,7 @@ float NP_KERNEL(np_march_sun_transmittance)(const np_world *world, const np_ligh
                                             const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
                                             np_random *random);
 
-/* Sunlight through the clouds on the ground, likewise. */
+/* Sunlight through the clouds on the ground, with the same arguments. */
 float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *lighting,
                                  const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
                                  np_random *random);

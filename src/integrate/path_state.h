@@ -47,8 +47,8 @@ typedef struct np_path_state {
   bool is_guided;          /* from its last vertex on, by `guide` */
   bool is_ground_ahead;
   const np_instance *volume; /* the cloud of the present collision */
-  np_reference_air air;      /* the air, likewise */
-  np_ground_hit ground;      /* the ground, likewise */
+  np_reference_air air;      /* the air of the present collision */
+  np_ground_hit ground;      /* the ground of the present collision */
   np_guide guide;
 } np_path_state;
 

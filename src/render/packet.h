@@ -31,9 +31,9 @@ typedef struct np_packet_light {
   neph_sky *camera_sky, *cloud_sky;
   np_scattering_field *scattering; /* NULL when not needed */
   np_viewer_light viewer_light;    /* empty when not needed */
-  np_ground_light ground_light;    /* likewise */
-  np_air_shadow air_shadow;        /* likewise */
-  np_sky_guide sky_guide;          /* likewise */
+  np_ground_light ground_light;    /* empty when not needed */
+  np_air_shadow air_shadow;        /* empty when not needed */
+  np_sky_guide sky_guide;          /* empty when not needed */
   np_world world;
   np_lighting lighting;
 } np_packet_light;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The cells that light in clouds will be solved on, before there are clouds. */
+/* The cells on which multiple scattering will be solved, before there are clouds. */
 #ifndef NP_RENDER_PLAN_CELLS_H
 #define NP_RENDER_PLAN_CELLS_H
 

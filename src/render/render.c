@@ -29,7 +29,7 @@ static neph_result describe_render(const neph_scene *scene, const neph_render_de
   return result ? result : np_image_set_real(image, "renderTime", seconds);
 }
 
-/* How well the light in clouds is solved for: the worst of all lights and packets. */
+/* Accuracy of the solved multiple scattering: the worst of all lights and packets. */
 typedef struct light_quality {
   bool is_solved, is_cut;
   double residual, error;

@@ -15,7 +15,7 @@ typedef struct np_schedule {
   double all_s;                   /* of all there is to do */
   double before_s, stage_s;       /* of the stages that are done, and of the one under way, … */
   double done_s;                  /* … with what of that is done */
-  double indispensable_s;         /* of what must follow the light in clouds: with one sample a pixel */
+  double indispensable_s;         /* of what must follow the multiple scattering: with one sample a pixel */
   double limit_s;                 /* by which samples end; earlier where files are large */
   double first_samples_s;         /* by which those end that each pixel should have */
   double deadline_s;

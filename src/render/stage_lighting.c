@@ -319,7 +319,7 @@ neph_result np_stage_build_lighting(const np_stage_part *in) {
       .scattering = out->scattering,
       .viewer_light = np_plan_needs(in->plan, NP_STAGE_VIEWER_LIGHT) ? &out->viewer_light : NULL,
       .ground_light = np_plan_needs(in->plan, NP_STAGE_GROUND_CLOUDS) ? &out->ground_light : NULL,
-      .air_shadow = out->air_shadow.kept ? &out->air_shadow : NULL,
+      .air_shadow = out->air_shadow.visible_fraction ? &out->air_shadow : NULL,
       .sky_guide = out->sky_guide.rate > 0.0f ? &out->sky_guide : NULL,
       .gains = in->packet->gains,
   };

@@ -70,18 +70,17 @@ static neph_result add_bake(np_hash *hash, const neph_scene *scene, const np_sce
   return NEPH_OK;
 }
 
-/* The fingerprint of a cloud that is made, or of its file as it is now. */
-static neph_result compute_key(const neph_scene *scene, unsigned index, int frame, source_key *out_key) {
-  const np_scene_cloud *cloud = &scene->clouds[index];
-  np_hash *hash = np_hash_create(scene->context);
-  char *path = cloud->vdb ? np_file_frame_name(scene->context, cloud->vdb, frame) : NULL;
-  neph_result result = hash && (path || !cloud->vdb) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result && path)
+/* The fingerprint of a cloud without a `path`, which is made, or of its file as it is now. */
+static neph_result compute_key(const np_stage_part *in, const char *path, source_key *out_key) {
+  const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
+  np_hash *hash = np_hash_create(in->made->context);
+  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = NEPH_OK;
+  if (path)
     add_file(hash, cloud, path);
-  else if (!result)
-    result = add_bake(hash, scene, cloud, frame);
+  else
+    result = add_bake(hash, in->scene, cloud, in->plan->desc.frame);
   if (!result) np_hash_finish(hash, out_key->hash);
-  np_alloc_free(scene->context, path);
   np_hash_destroy(hash);
   return result;
 }
@@ -146,9 +145,14 @@ static neph_result make_terrain(const np_stage_part *in) {
 
 static void destroy_terrain(void *terrain) { neph_terrain_release(terrain); }
 
-const np_stage_reuse np_stage_reuse_terrain = {
-    "its file or its parameters stay",
-    NP_PER_PICTURE, false, get_terrain_key, adapt_source, exchange_terrain, make_terrain, destroy_terrain};
+const np_stage_reuse np_stage_reuse_terrain = {"its file or its parameters stay",
+                                               NP_PER_PICTURE,
+                                               false,
+                                               get_terrain_key,
+                                               adapt_source,
+                                               exchange_terrain,
+                                               make_terrain,
+                                               destroy_terrain};
 
 /* A bake reports, and is stopped, as a part of the picture. */
 static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
@@ -211,14 +215,13 @@ static neph_result get_path(const np_stage_part *in, char **out_path) {
 
 static neph_result get_volume_key(const np_stage_part *in, void **out_key) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
-  const int frame = in->plan->desc.frame;
   if (cloud->volume) return NEPH_OK;
   source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
   char *path;
   neph_result result = key ? get_path(in, &path) : NEPH_ERROR_OUT_OF_MEMORY;
   if (result) return result;
-  result = np_plan_choose_source(in->scene, cloud, path, frame, &key->source);
-  if (!result && (!path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(in->scene, in->cloud, frame, key);
+  result = np_plan_choose_source(in->scene, cloud, path, in->plan->desc.frame, &key->source);
+  if (!result && (!path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(in, path, key);
   np_alloc_free(in->made->context, path);
   return result;
 }
@@ -237,16 +240,21 @@ static neph_result make_volume(const np_stage_part *in) {
   np_monitor_set_part(in->monitor, whole, 0.0, 0.7);
   if (!result) result = load_or_bake(in, cloud, path, key->source, out);
   np_monitor_set_part(in->monitor, whole, 0.0, 1.0);
-  if (!result && !key->hash[0]) result = compute_key(in->scene, in->cloud, in->plan->desc.frame, key);
+  if (!result && !key->hash[0]) result = compute_key(in, path, key);
   np_alloc_free(in->made->context, path);
   return result;
 }
 
 static void destroy_volume(void *volume) { neph_volume_release(volume); }
 
-const np_stage_reuse np_stage_reuse_volumes = {
-    "their files or their parameters stay",
-    NP_PER_CLOUD, true, get_volume_key, adapt_source, exchange_volume, make_volume, destroy_volume};
+const np_stage_reuse np_stage_reuse_volumes = {"their files or their parameters stay",
+                                               NP_PER_CLOUD,
+                                               true,
+                                               get_volume_key,
+                                               adapt_source,
+                                               exchange_volume,
+                                               make_volume,
+                                               destroy_volume};
 
 /* A cloud being placed. */
 typedef struct cloud_build {
@@ -299,7 +307,7 @@ static neph_result build_emission(cloud_build *c) {
   }
   const neph_volume_load_desc load = describe_load(c->in, c->cloud);
   const np_cloud_emission_source source = {context,          c->cloud, c->path, &c->anchor.file_to_world,
-                                       c->parts->volume, &load};
+                                           c->parts->volume, &load};
   neph_result result = np_cloud_emission_load(&source, emission);
   if (result || !emission->flame) return result;
   np_dvec3 low, high;
@@ -314,8 +322,8 @@ static neph_result get_anchor(cloud_build *c) {
   if (!volume && !has_emission(c)) return NEPH_OK;
   const neph_volume_load_desc load = describe_load(c->in, c->cloud);
   const np_stage_part *in = c->in;
-  const np_frame_cloud of = {&in->made->stores->references, in->scene, in->cloud, in->plan->desc.frame, volume, &load,
-                             in->monitor};
+  const np_frame_cloud of = {
+      &in->made->stores->references, in->scene, in->cloud, in->plan->desc.frame, volume, &load, in->monitor};
   return np_reference_frame_get_anchor(&of, &c->anchor, &c->is_anchored);
 }
 

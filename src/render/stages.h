@@ -23,7 +23,7 @@ typedef struct np_stage_row {
   np_stage_predict_fn *predict; /* NULL: by the above */
   np_stage_build_fn *build[NP_PART_KINDS];
   np_stage_clear_fn *clear[NP_PART_KINDS];
-  const np_stage_reuse *reuse;  /* by later pictures; NULL: built for each */
+  const np_stage_reuse *reuse; /* by later pictures; NULL: built for each */
   np_stage_revise_fn *revise; /* NULL: always what was planned */
 } np_stage_row;
 

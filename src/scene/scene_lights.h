@@ -21,7 +21,7 @@ neph_result np_scene_lights_compute(const neph_scene *scene, double latitude_rad
 /* What outshines what; every bound is a thousandth. */
 typedef struct np_scene_light_levels {
   double sun_height_deg;  /* above the horizon that the camera sees */
-  double moon_height_deg; /* likewise */
+  double moon_height_deg; /* above the same horizon */
   double sun_lux;         /* on the ground, of sun and clear sky */
   double moon_lux;        /* of the moon, at the zenith */
   bool is_sun_dark;       /* its sky and its light need not be built */

@@ -16,7 +16,7 @@ typedef enum np_node_kind { NP_NODE_SCALAR, NP_NODE_SEQUENCE, NP_NODE_MAPPING } 
 typedef struct np_node_assets {
   neph_volume *volume;         /* of a cloud */
   neph_terrain *terrain;       /* of the section of that name */
-  neph_atmosphere *atmosphere; /* likewise */
+  neph_atmosphere *atmosphere; /* of the section of that name */
 } np_node_assets;
 
 typedef struct np_node np_node;

@@ -73,7 +73,7 @@ typedef struct np_scene_moon {
 typedef struct np_scene_stars {
   bool is_enabled;
   char *catalogue; /* file, resolved; NULL: the built-in one */
-  char *map;       /* likewise; NULL: none */
+  char *map;       /* file, resolved; NULL: none */
   double map_radiance;
   double faintest; /* magnitude */
   bool has_sidereal;

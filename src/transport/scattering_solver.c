@@ -14,7 +14,7 @@
  * Small clouds are solved to a high degree from the start. Larger ones get the least degree, and where the memory
  * allows it that solution is then resolved into more: a high degree counts less of the sun's light as having gone
  * straight on, the rest is in φ, and from there on sweeps do but what is local, which they do well. So is what large
- * pictures show within cells: fine ones, half as wide, start from there and are swept likewise.
+ * pictures show within cells: fine ones, half as wide, start from there and are swept in the same way.
  *
  * A band starts from the one before it, in proportion to their sources. Where the clouds are grey and the lights of one
  * colour, that is the solution: one band is solved for, and kept.

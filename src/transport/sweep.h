@@ -26,7 +26,7 @@ typedef struct np_sweep {
   np_sweep_faces faces[NP_OCTANT_PAIRS];
   float *rows;                /* scratch of each thread: of the cells along x, two octants' lanes */
   float *out[NP_SWEEP_PARTS]; /* [active][harmonic], in the ordinates' order */
-  const float *source;        /* likewise: moments of what is emitted and scattered, per metre */
+  const float *source;        /* [active][harmonic]: moments of what is emitted and scattered, per metre */
   float (*boundary)[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* radiance from outside, [octant][block][lane] */
 } np_sweep;
 
