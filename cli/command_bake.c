@@ -39,7 +39,7 @@ typedef struct cloud_job {
   int frame;
 } cloud_job;
 
-/* To be freed: where --output says, else the cloud's own file, else NAME.vdb. NULL: no memory. */
+/* Output path, to be freed: --output's, else the cloud's own file, else NAME.vdb. NULL: no memory. */
 static char *choose_pattern(const cloud_job *job) {
   const cli_options *options = job->session->options;
   const char *name = neph_scene_get_cloud_name(job->scene, job->cloud);

@@ -45,7 +45,7 @@ static cli_exit check_pattern(const cli_options *options, const char *pattern) {
   return CLI_USAGE;
 }
 
-/* To be freed: the pattern, or, for a tile, "out/frame.####.tile2of4.exr". NULL: no memory. */
+/* Output path, to be freed: the pattern, or, for a tile, "out/frame.####.tile2of4.exr". NULL: no memory. */
 static char *name_tile(const cli_options *options, const char *pattern) {
   const size_t length = strlen(pattern), ending = strlen(".exr");
   if (!options->tile_count || options->output_count || length <= ending) return strdup(pattern);

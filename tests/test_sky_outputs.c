@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What `nephos sky` hands out: harmonics, the disk in its layer, tables as pictures, their measured errors. */
+/* Outputs of `nephos sky`: harmonics, the disk in its layer, tables as pictures, their measured errors. */
 #include "test_support.h"
 
 #include <stdlib.h>

@@ -35,8 +35,7 @@ static void any_two_parts_of_a_scene_meet(void **state) {
     for (int b = 0; b < a; b++) {
       unsigned met = 0;
       for (int i = 0; i < SETTING_COUNT; i++) {
-        const bool part[4] = {settings[i].is_path, settings[i].has_air, settings[i].has_terrain,
-                              settings[i].has_cloud};
+        const bool part[4] = {settings[i].is_path, settings[i].has_air, settings[i].has_terrain, settings[i].has_cloud};
         met |= 1u << (2 * part[a] + part[b]);
       }
       assert_int_equal(met, 0xf);
@@ -55,7 +54,7 @@ static setting suit(const np_key *key, setting s) {
 
 /* ---- Scenes ---- */
 
-/* What else is set before a key whose path begins with `start`, for `word` alone unless that is NULL. */
+/* Settings made before a key whose path begins with `start`, for `word` alone unless that is NULL. */
 typedef struct companion {
   const char *start, *word, *key, *value;
 } companion;

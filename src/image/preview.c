@@ -114,7 +114,7 @@ static double average_stops(const luminance_histogram *histogram, int first_bin,
   return sum / count;
 }
 
-/* What lies twelve stops under the brightest hundredth is not lit. The log-average of what is, without its darkest
+/* Pixels twelve stops under the brightest hundredth count as unlit. The log-average of the lit, without its darkest
  * tenth and brightest hundredth, comes a little above middle grey, unless that puts the brightest hundredth where the
  * curve is flat. */
 static double choose_exposure(const preview_planes *planes, size_t pixel_count) {
@@ -157,7 +157,7 @@ static float apply_curve(tone_curve curve, float x) {
   return fminf(powered / (curve.b * powf(clipped, contrast * shoulder) + curve.c), 1.0f);
 }
 
-/* How much of the hue-keeping half is left at a brightness: all of it up to 1, none from the top of the range. */
+/* Weight of the hue-keeping half at a brightness: all of it up to 1, none from the top of the range. */
 static float compute_hue_weight(float peak) {
   float t = fminf(fmaxf(log2f(peak) / log2f(brightest), 0.0f), 1.0f);
   return 0.5f * (1.0f - t * t * (3.0f - 2.0f * t));

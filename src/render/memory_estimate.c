@@ -7,10 +7,10 @@
 #include "render/plan.h"
 #include "render/stages.h"
 
-/* Of a program with the library alone, and what OpenVDB and the libraries that come with it add. */
+/* Memory of a program with the library alone, and that of OpenVDB and the libraries that come with it. */
 static const double program_bytes = 14e6, vdb_bytes = 31e6;
 
-/* Of a height: itself, its vertex, and Embree's tree. */
+/* Memory of a height: itself, its vertex, and Embree's tree. */
 static const double height_bytes = 38.0;
 
 static bool is_hgt(const char *path) {
@@ -18,7 +18,7 @@ static bool is_hgt(const char *path) {
   return dot && !strcmp(dot, ".hgt");
 }
 
-/* Of a terrain to be made; one that was given is there already. */
+/* Memory of a terrain to be made; one that was given is there already. */
 static neph_result count_heights(const neph_scene *scene, double *out_count) {
   const np_scene_terrain *terrain = &scene->terrain;
   unsigned size[2] = {0, 0};
@@ -41,8 +41,7 @@ neph_result neph_render_estimate_memory(neph_scene *scene, const neph_render_des
                                         neph_memory_estimate *out_estimate) {
   np_plan plan;
   double heights;
-  neph_result result =
-      np_desc_check_size(scene->context, "neph_memory_estimate", out_estimate, sizeof *out_estimate);
+  neph_result result = np_desc_check_size(scene->context, "neph_memory_estimate", out_estimate, sizeof *out_estimate);
   if (!result) result = np_plan_make(scene, desc, &plan);
   if (!result) result = count_heights(scene, &heights);
   if (result) return result;

@@ -48,7 +48,7 @@ static const char *get_choice_name(const np_key *key, unsigned value) {
   return NULL;
 }
 
-/* Whether one word says all about a section: "terrain: none". Not where a key in it tells the same. */
+/* Whether one word says all about a section: "terrain: none". False where a key in it says the same. */
 static bool is_word_for_section(const np_key *section, const void *base) {
   if (!section->choices || np_key_search(section, "preset")) return false;
   return get_choice_name(section, load_unsigned(base, section->field));
