@@ -106,6 +106,7 @@ static void choose_effort(render_job *job) {
   const cli_options *options = job->session->options;
   if (options->target_error > 0.0) job->desc.target_error = options->target_error;
   if (options->has_time_limit) job->desc.time_limit_s = options->time_limit_s;
+  if (options->has_memory_max) job->desc.memory_max_bytes = options->memory_max_bytes;
 }
 
 /* ---- Which pixels ---- */
@@ -268,6 +269,7 @@ const cli_verb cli_verb_render = {
                 {"--path-guiding"},
                 {"--target-error"},
                 {"--time-limit"},
+                {"--max-memory", "refuse, with exit code 6, a render that may need more"},
                 {"--explain"},
                 {"--dry-run"},
                 {"--progress"}},

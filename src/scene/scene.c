@@ -165,6 +165,7 @@ neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc
       .atmosphere = scene->render.atmosphere,
       .path_guiding = scene->render.path_guiding,
       .scattering_max = scene->render.scattering_max,
+      .memory_max_bytes = NEPH_MEMORY_UNLIMITED,
   };
   return np_desc_write(scene->context, "neph_render_desc", &desc, sizeof desc, out_desc);
 }
