@@ -22,6 +22,14 @@ typedef struct neph_terrain_desc {
   double height_min_m;       /**< elevation of value 0 in PNG; EXR is in metres (default 0) */
   double height_max_m;       /**< elevation of value 1 in PNG (default 2000) */
   double ground_albedo[3];   /**< Lambert, 0 to 1 (default 0.2 each) */
+  const char *albedo_image;  /**< PNG (sRGB) or EXR (linear) in its place, north up, over the field (default NULL) */
+  bool has_rock;             /**< rock on steep slopes (default false) */
+  double rock_albedo[3];     /**< 0 to 1 (default 0.13, 0.12, 0.11) */
+  double rock_slope_rad;     /**< slope above which rock lies bare, 0 to π/2 (default 35°) */
+  bool has_snow;             /**< snow on high ground (default false) */
+  double snow_albedo[3];     /**< 0 to 1 (default 0.86, 0.88, 0.9) */
+  double snow_level_m;       /**< elevation above which snow lies (default 1500) */
+  double snow_slope_rad;     /**< slope above which none stays, 0 to π/2 (default 50°) */
   neph_progress_fn progress; /**< default NULL */
   void *progress_user;       /**< default NULL */
 } neph_terrain_desc;
@@ -30,7 +38,9 @@ typedef struct neph_terrain_desc {
   {                                                                                                                    \
     .struct_size = sizeof(neph_terrain_desc), .planet_radius_m = 6360000.0, .has_place = false, .latitude_rad = 0,     \
     .longitude_rad = 0, .width_m = 30000.0, .height_min_m = 0, .height_max_m = 2000.0,                                 \
-    .ground_albedo = {0.2, 0.2, 0.2}, .progress = NULL, .progress_user = NULL                                          \
+    .ground_albedo = {0.2, 0.2, 0.2}, .albedo_image = NULL, .has_rock = false, .rock_albedo = {0.13, 0.12, 0.11},      \
+    .rock_slope_rad = 0.6108652381980153, .has_snow = false, .snow_albedo = {0.86, 0.88, 0.9}, .snow_level_m = 1500.0, \
+    .snow_slope_rad = 0.8726646259971648, .progress = NULL, .progress_user = NULL                                      \
   }
 
 /** Reads SRTM .hgt (a name that starts with the corner), 16-bit grey PNG, or EXR of one channel (or Y or Z beside one

@@ -16,13 +16,20 @@
 
 typedef struct np_lighting {
   np_sun_optical_depths sun_optical_depths;
-  const np_scattering_field *scattering; /* NULL: not solved for */
-  const np_viewer_light *viewer_light;   /* of that solution, for rays from its viewer; NULL: not prepared */
-  const np_ground_light *ground_light;   /* NULL: the sky over the ground is taken as clear */
-  const np_air_shadow *air_shadow;       /* of the camera's sky; NULL: clear */
-  const np_sky_guide *sky_guide;         /* NULL: sky and ground are met by chance alone */
-  const np_cloud_gain *gains;            /* of an approximation in each cloud; NULL: the settings' for all */
+  const np_scattering_field *scattering;  /* NULL: not solved for */
+  const np_viewer_light *viewer_light;    /* of that solution, for rays from its viewer; NULL: not prepared */
+  const np_ground_light *ground_light;    /* NULL: the sky over the ground is taken as clear */
+  const np_air_shadow *air_shadow;        /* of the camera's sky; NULL: clear */
+  const np_sky_guide *sky_guide;          /* NULL: sky and ground are met by chance alone */
+  const np_cloud_gain *gains;             /* of an approximation in each cloud; NULL: the settings' for all */
+  const struct np_reflection *reflection; /* for rays that water reflects; NULL: there is none */
 } np_lighting;
+
+/* The world and its light as a ray sees it that water reflects: under the sky over the water. */
+typedef struct np_reflection {
+  np_world world;
+  np_lighting lighting;
+} np_reflection;
 
 /* Radiance of sky, night and environment along a camera's ray that meets no ground, in the clouds' and hills' shadow.
  */

@@ -42,6 +42,7 @@ typedef struct np_camera_ray {
   np_vec3 direction; /* unit */
   float jitter;      /* 0 to 1: where in its step the march samples */
   float choice;      /* 0 to 1, even over all seeds: where the tracer looks first in the air */
+  bool is_reflected; /* of the march, by water: it sees no disks, and other water as ground of its albedo */
 } np_camera_ray;
 
 typedef struct np_integrator_sample {

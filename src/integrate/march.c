@@ -171,6 +171,47 @@ static void start(np_march *m, const np_world *world, const np_lighting *lightin
   m->out = out;
 }
 
+/* A reflection may err by more the less of it is seen, but no more than this. */
+static const float reflection_tolerance = 0.2f;
+
+/* Light along one ray that the waves reflect: clouds, terrain and sky, without disks. */
+static np_spectrum march_reflection(const np_lighting *lighting, const np_integrator_settings *settings,
+                                    const np_camera_ray *ray, const np_ground_hit *hit, np_random *random) {
+  float weight;
+  np_camera_ray reflected = {.origin = hit->position, .jitter = ray->jitter, .is_reflected = true};
+  const float u = np_random_float(random), v = np_random_float(random);
+  reflected.direction = np_water_sample(hit->water, hit->normal, np_vec3_scale(ray->direction, -1.0f), u, v, &weight);
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  if (!(weight > 0.0f)) return sum;
+  np_integrator_settings own = *settings;
+  own.tolerance = np_minf(settings->tolerance / weight, np_maxf(settings->tolerance, reflection_tolerance));
+  own.has_sun_share = false;
+  np_integrator_sample sample;
+  NP_KERNEL(np_march_sample)
+  (&lighting->reflection->world, &lighting->reflection->lighting, &own, &reflected, random, &sample);
+  for (int c = 0; c < NP_COMPONENT_COUNT; c++) sum = np_spectrum_add(sum, sample.component[c]);
+  return np_spectrum_scale(sum, weight);
+}
+
+/* Adds what lies behind the clouds. */
+static void add_behind(np_march *m, const np_ground_hit *hit) {
+  np_behind behind = {.hit = hit};
+  np_spectrum water;
+  const np_spectrum peak = np_spectrum_subtract(m->scaled, np_spectrum_grey(m->transmittance));
+  const bool is_seen = m->transmittance > 0.0f || (m->field && np_spectrum_max(peak) >= np_surroundings_peak_least);
+  if (hit && hit->water && m->lighting->reflection && !m->ray->is_reflected && is_seen) {
+    water = march_reflection(m->lighting, m->settings, m->ray, hit, m->random);
+    water = np_surroundings_water(m->world, m->lighting, m->settings, hit, np_vec3_scale(m->ray->direction, -1.0f),
+                                  water, NP_KERNEL(np_march_shadow), m->random);
+    behind.water = &water;
+  }
+  np_surroundings_add_behind(m->world, m->lighting, m->settings, m->ray, &behind, m->transmittance,
+                             NP_KERNEL(np_march_shadow), m->random, m->out);
+  if (m->field)
+    np_surroundings_add_peak(m->world, m->lighting, m->settings, m->ray, &behind, peak, NP_KERNEL(np_march_shadow),
+                             m->random, m->out);
+}
+
 void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighting,
                                 const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
                                 np_integrator_sample *out) {
@@ -196,12 +237,7 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
   if (out->is_ground_behind)
     np_surroundings_add_opaque_ground(world, lighting, settings, &hit, m.transmittance,
                                       NP_KERNEL(np_march_sun_transmittance), random, out);
-  np_surroundings_add_behind(world, lighting, settings, ray, out->is_ground_behind ? &hit : NULL, m.transmittance,
-                             NP_KERNEL(np_march_shadow), random, out);
-  if (m.field)
-    np_surroundings_add_peak(world, lighting, settings, ray, out->is_ground_behind ? &hit : NULL,
-                             np_spectrum_subtract(m.scaled, np_spectrum_grey(m.transmittance)),
-                             NP_KERNEL(np_march_shadow), random, out);
+  add_behind(&m, out->is_ground_behind ? &hit : NULL);
 }
 
 double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_ray *ray, double distance_max) {

@@ -163,8 +163,8 @@ static void add_surroundings(np_march *m, np_dvec3 position, const np_step *s, c
   const np_vec3 forward = m->ray->direction;
   const np_vec3 direction = draw_direction(phase, forward, m->random, &pdf);
   bool is_ground;
-  np_spectrum light = np_surroundings_incoming(m->world, m->lighting, m->settings, position, direction,
-                                               NP_KERNEL(np_march_shadow), m->random, &is_ground);
+  np_spectrum light = np_surroundings_incoming(m->world, m->lighting, m->settings, m->world->cloud_sky, position,
+                                               direction, NP_KERNEL(np_march_shadow), m->random, &is_ground);
   light = np_spectrum_multiply(light, np_spectrum_multiply(weight, share[chosen]));
   if (np_spectrum_is_zero(light)) return;
   float transmittances[NP_APPROXIMATION_TERMS_MAX];

@@ -5,7 +5,8 @@
  * tracked against their bricks' bounds (Woodcock, Murphy, Hemmings and Longworth 1965; tracking.h), air as
  * atmosphere/air_flight.h says. Clouds are grey; where bands part, in the air, one of them leads and all are weighed
  * (hero.h). At every vertex a path is weighted by the albedo, gathers the sun through an unbiased transmittance, and
- * goes on in a direction drawn from the phase function, or from Lambert's cosine. Those that leave the planet see what
+ * goes on in a direction drawn from the phase function, from Lambert's cosine, or by
+ * the waves of water. Those that leave the planet see what
  * shines beyond the air. The sun's disk is met both ways, by aiming at it and by chance, each weighed by the other
  * (balance heuristic, Veach and Guibas 1995); so is emission, and, where it pays, the sky (sky_next_event.h). So the
  * mean over samples is the solution of the equation of transfer.
@@ -13,6 +14,7 @@
  * With the air from tables, paths live in the clouds alone; where one leaves them it sees the sky or ground that the
  * world describes, and ends. Compiled once per instruction-set level.
  */
+#include "integrate/ground_scatter.h"
 #include "integrate/path_light.h"
 #include "integrate/sky_next_event.h"
 #include "integrate/sun_branching.h"
@@ -192,43 +194,38 @@ static void meet_air(const np_tracer *t, np_path_state *path) {
   np_hero_choose(&path->hero, &path->throughput, choice.value, choice.density);
 }
 
-/* A direction about a normal, distributed as its cosine. */
-static np_vec3 sample_cosine(np_vec3 normal, np_random *random, float *out_cosine) {
-  const float u = np_random_float(random), azimuth = 2.0f * NP_PI_F * np_random_float(random), sine = sqrtf(u);
-  np_vec3 tangent, bitangent;
-  np_frame_around(normal, &tangent, &bitangent);
-  *out_cosine = sqrtf(1.0f - u);
-  np_vec3 direction = np_vec3_scale(normal, *out_cosine);
-  direction = np_vec3_add(direction, np_vec3_scale(tangent, sine * cosf(azimuth)));
-  direction = np_vec3_add(direction, np_vec3_scale(bitangent, sine * sinf(azimuth)));
-  return np_vec3_normalize(direction);
+/* The sky's light, past the clouds; where water tells the bands apart, the throughput takes their ratios. */
+static void gather_sky_on_ground(const np_tracer *t, const np_path_state *path, const np_ground_scatter *scatter) {
+  np_sky_next_event sky;
+  if (!np_sky_next_event_sample(t, path, &sky)) return;
+  const np_ground_choice choice = np_ground_scatter_eval(scatter, sky.direction);
+  const float share = np_spectrum_max(choice.value);
+  if (!(share > 0.0f)) return;
+  np_path_state tinted = *path;
+  if (path->ground.water)
+    tinted.throughput = np_spectrum_multiply(path->throughput, np_spectrum_scale(choice.value, 1.0f / share));
+  gather_sky(t, &tinted, &sky, share, choice.density);
 }
 
-/* Radiance that Lambert's ground reflects in a direction, and the density with which a path takes it. */
-static float eval_ground(const np_path_state *path, np_vec3 direction) {
-  return fmaxf(np_vec3_dot(path->ground.normal, direction), 0.0f) * (1.0f / NP_PI_F);
-}
-
-static void meet_ground(const np_tracer *t, np_path_state *path) {
+/* False where the path is ended. */
+static bool meet_ground(const np_tracer *t, np_path_state *path) {
   meet_outside(t, path, true);
   path->position = path->ground.position;
-  path->throughput = np_spectrum_multiply(path->throughput, path->ground.albedo);
+  const np_ground_scatter scatter = np_ground_scatter_make(&path->ground, path->direction, &path->throughput);
   path->has_sky_next_event = t->lighting->sky_guide && may_branch(path);
   np_sun_ray sun;
-  const bool is_lit = np_path_aim_at_sun(t, path->position, np_track_faint_depth, &sun);
-  const float to_sun = is_lit ? eval_ground(path, sun.direction) : 0.0f;
-  if (to_sun > 0.0f) np_path_gather_sun(t, path, &sun, np_spectrum_grey(to_sun), to_sun);
+  if (np_path_aim_at_sun(t, path->position, np_track_faint_depth, &sun)) {
+    const np_ground_choice choice = np_ground_scatter_eval(&scatter, sun.direction);
+    if (choice.density > 0.0f) np_path_gather_sun(t, path, &sun, choice.value, choice.density);
+  }
   np_emitter_ray emitter;
-  const float to_emitter =
-      np_path_aim_at_emitter(t, path->position, &emitter) ? eval_ground(path, emitter.direction) : 0.0f;
-  if (to_emitter > 0.0f) np_path_gather_emission(t, path, &emitter, np_spectrum_grey(to_emitter), to_emitter);
-  np_sky_next_event sky;
-  const float to_sky = np_sky_next_event_sample(t, path, &sky) ? eval_ground(path, sky.direction) : 0.0f;
-  if (to_sky > 0.0f) gather_sky(t, path, &sky, to_sky, to_sky);
-  float cosine;
-  path->direction = sample_cosine(path->ground.normal, t->random, &cosine);
-  path->density = cosine * (1.0f / NP_PI_F);
+  if (np_path_aim_at_emitter(t, path->position, &emitter)) {
+    const np_ground_choice choice = np_ground_scatter_eval(&scatter, emitter.direction);
+    if (choice.density > 0.0f) np_path_gather_emission(t, path, &emitter, choice.value, choice.density);
+  }
+  gather_sky_on_ground(t, path, &scatter);
   path->expected_gain = 1.0f;
+  return np_ground_scatter_sample(&scatter, t->random, &path->throughput, &path->direction, &path->density);
 }
 
 static void meet_space(const np_tracer *t, np_path_state *path) {
@@ -237,9 +234,12 @@ static void meet_space(const np_tracer *t, np_path_state *path) {
   np_path_add_light(t, path, path->component, np_world_space_radiance(t->world, path->position, path->direction));
 }
 
+/* Under the sky over the water where only that has scattered the path. */
 static void meet_surroundings(const np_tracer *t, np_path_state *path) {
   bool is_ground;
-  const np_spectrum incoming = np_surroundings_incoming(t->world, t->lighting, t->settings, path->position,
+  const np_reflection *reflection = path->order == 0 ? t->lighting->reflection : NULL;
+  const neph_sky *sky = reflection ? reflection->world.camera_sky : t->world->cloud_sky;
+  const np_spectrum incoming = np_surroundings_incoming(t->world, t->lighting, t->settings, sky, path->position,
                                                         path->direction, np_path_shadow, t->random, &is_ground);
   if (!is_ground) np_path_meet_sun(t, path);
   meet_outside(t, path, is_ground);
@@ -418,7 +418,7 @@ void NP_KERNEL(np_path_follow)(const np_tracer *t, np_path_state *path, np_path_
       meet_air(t, path);
       break;
     case NP_PATH_GROUND:
-      meet_ground(t, path);
+      if (!meet_ground(t, path)) return;
       break;
     case NP_PATH_SPACE:
       meet_space(t, path);

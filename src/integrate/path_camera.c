@@ -92,10 +92,29 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
   np_path_add(t->out, NP_COMPONENT_AIR, np_spectrum_scale(air.inscatter, hit->weight));
 }
 
+/* Light that water scatters, and the air before it, from the camera's table. */
+static void add_water_by_tables(const np_tracer *t, const np_camera_ray *ray, const np_ground_hit *water) {
+  if (!(t->out->transmittance > 0.0f)) return;
+  const np_aerial_perspective air =
+      np_lighting_camera_air(t->lighting, t->world, ray->origin, ray->direction, water->distance_m);
+  np_path_add(t->out, NP_COMPONENT_AIR, np_spectrum_scale(air.inscatter, t->out->transmittance));
+  np_path_state path = start_path(ray, water->distance_m, np_spectrum_scale(air.transmittance, t->out->transmittance));
+  path.component = NP_COMPONENT_TERRAIN;
+  path.has_component = true;
+  path.ground = *water;
+  path.hero = np_path_draw_hero(t);
+  if (path.weight > 0.0f) NP_KERNEL(np_path_follow)(t, &path, NP_PATH_GROUND);
+}
+
 static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud,
                            const np_ground_hit *ground) {
   if (!isinf(cloud->distance)) add_cloud_by_tables(t, ray, cloud);
-  np_surroundings_add_behind(t->world, t->lighting, t->settings, ray, ground, t->out->transmittance, np_path_shadow,
+  if (ground && ground->water) {
+    add_water_by_tables(t, ray, ground);
+    return;
+  }
+  const np_behind behind = {.hit = ground};
+  np_surroundings_add_behind(t->world, t->lighting, t->settings, ray, &behind, t->out->transmittance, np_path_shadow,
                              t->random, t->out);
 }
 

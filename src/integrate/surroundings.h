@@ -53,59 +53,99 @@ static inline np_spectrum np_surroundings_ground(const np_world *world, const np
   return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
 }
 
-/* Radiance that arrives at a cloud from outside along `direction`, the sun's disk excluded. */
+/* Radiance of water: the sun's glint under the clouds' shadow, light that has been in the water, and what its waves
+ * reflect along `reflected`, of which `radiance` is seen and `weight` counts. */
+static inline np_spectrum np_surroundings_water(const np_world *world, const np_lighting *lighting,
+                                                const np_integrator_settings *settings, const np_ground_hit *hit,
+                                                np_vec3 to_viewer, np_spectrum reflected, np_cloud_shadow_fn shadow,
+                                                np_random *random) {
+  const np_water *water = hit->water;
+  np_spectrum irradiance = np_lighting_ground_irradiance(lighting, world, hit);
+  if (world->emission)
+    irradiance = np_spectrum_add(irradiance, np_emission_irradiance(world, hit->position, hit->normal, random));
+  const float left = 1.0f - np_water_reflectance(water, np_vec3_dot(hit->normal, to_viewer));
+  np_spectrum out =
+      np_spectrum_add_scaled(reflected, left * (1.0f / NP_PI_F), np_spectrum_multiply(irradiance, water->albedo));
+  const np_vec3 to_sun = np_world_sample_sun(world, np_random_float(random), np_random_float(random));
+  const np_water_value glint = np_water_eval(water, hit->normal, to_viewer, to_sun);
+  if (!(glint.density > 0.0f)) return out;
+  const np_spectrum sun = np_world_sunlight(world, hit->position, to_sun);
+  if (np_spectrum_is_zero(sun)) return out;
+  const float passed = shadow(world, lighting, settings, hit->position, to_sun, random);
+  return np_spectrum_add_scaled(out, passed, np_spectrum_multiply(sun, glint.scattered));
+}
+
+/* Radiance that arrives at a cloud from outside along `direction`, in the air and under the sky of one observer, the
+ * sun's disk excluded. Water counts as ground of its albedo. */
 static inline np_spectrum np_surroundings_incoming(const np_world *world, const np_lighting *lighting,
-                                                   const np_integrator_settings *settings, np_dvec3 position,
-                                                   np_vec3 direction, np_cloud_shadow_fn shadow, np_random *random,
-                                                   bool *out_is_ground) {
+                                                   const np_integrator_settings *settings, const neph_sky *sky,
+                                                   np_dvec3 position, np_vec3 direction, np_cloud_shadow_fn shadow,
+                                                   np_random *random, bool *out_is_ground) {
   np_ground_hit hit;
   *out_is_ground = np_world_intersect_ground(world, position, direction, &hit);
-  if (!*out_is_ground) return np_world_sky_radiance(world, world->cloud_sky, position, direction);
+  if (!*out_is_ground) return np_world_sky_radiance(world, sky, position, direction);
   const np_spectrum ground = np_surroundings_ground(world, lighting, settings, &hit, shadow, random);
-  const np_aerial_perspective air = np_world_air(world, world->cloud_sky, position, direction, hit.distance_m);
+  const np_aerial_perspective air = np_world_air(world, sky, position, direction, hit.distance_m);
   return np_spectrum_add(np_spectrum_multiply(ground, air.transmittance), air.inscatter);
 }
 
-/* Adds what the camera sees behind the clouds, seen through `transmittance` of them. `hit` NULL: sky. */
+/* What the camera sees behind the clouds. */
+typedef struct np_behind {
+  const np_ground_hit *hit; /* NULL: sky */
+  const np_spectrum *water; /* radiance of water, which is not computed twice; NULL: it is land, or taken for such */
+} np_behind;
+
+static inline np_spectrum np_surroundings_get_ground(const np_world *world, const np_lighting *lighting,
+                                                     const np_integrator_settings *settings, const np_behind *behind,
+                                                     np_cloud_shadow_fn shadow, np_random *random) {
+  return behind->water ? *behind->water
+                       : np_surroundings_ground(world, lighting, settings, behind->hit, shadow, random);
+}
+
+/* Adds it, seen through `transmittance` of the clouds. */
 static inline void np_surroundings_add_behind(const np_world *world, const np_lighting *lighting,
                                               const np_integrator_settings *settings, const np_camera_ray *ray,
-                                              const np_ground_hit *hit, float transmittance, np_cloud_shadow_fn shadow,
+                                              const np_behind *behind, float transmittance, np_cloud_shadow_fn shadow,
                                               np_random *random, np_integrator_sample *out) {
   if (transmittance <= 0.0f) return;
-  if (hit) {
+  if (behind->hit) {
     const np_aerial_perspective air =
-        np_lighting_camera_air(lighting, world, ray->origin, ray->direction, hit->distance_m);
-    const np_spectrum ground =
-        np_spectrum_multiply(np_surroundings_ground(world, lighting, settings, hit, shadow, random), air.transmittance);
+        np_lighting_camera_air(lighting, world, ray->origin, ray->direction, behind->hit->distance_m);
+    const np_spectrum ground = np_spectrum_multiply(
+        np_surroundings_get_ground(world, lighting, settings, behind, shadow, random), air.transmittance);
     out->component[NP_COMPONENT_TERRAIN] =
         np_spectrum_add_scaled(out->component[NP_COMPONENT_TERRAIN], transmittance, ground);
     out->component[NP_COMPONENT_AIR] =
         np_spectrum_add_scaled(out->component[NP_COMPONENT_AIR], transmittance, air.inscatter);
     return;
   }
+  const np_spectrum background = (ray->is_reflected ? np_lighting_camera_sky : np_lighting_background)(
+      lighting, world, ray->origin, ray->direction);
   out->component[NP_COMPONENT_BACKGROUND] =
-      np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], transmittance,
-                             np_lighting_background(lighting, world, ray->origin, ray->direction));
+      np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], transmittance, background);
 }
+
+/* A forward peak that brings less of it is left out. */
+static const float np_surroundings_peak_least = 1e-5f;
 
 /* Adds what lies behind the clouds and reaches the camera by scattering in the forward peak alone, as if it had gone
  * straight on: `weight` of it. The sun's disk has no part in it; its peak is in what the clouds themselves scatter. */
 static inline void np_surroundings_add_peak(const np_world *world, const np_lighting *lighting,
                                             const np_integrator_settings *settings, const np_camera_ray *ray,
-                                            const np_ground_hit *hit, np_spectrum weight, np_cloud_shadow_fn shadow,
+                                            const np_behind *behind, np_spectrum weight, np_cloud_shadow_fn shadow,
                                             np_random *random, np_integrator_sample *out) {
-  if (np_spectrum_max(weight) < 1e-5f) return;
+  if (np_spectrum_max(weight) < np_surroundings_peak_least) return;
   np_spectrum radiance;
-  if (hit) {
+  if (behind->hit) {
     const np_aerial_perspective air =
-        np_lighting_camera_air(lighting, world, ray->origin, ray->direction, hit->distance_m);
-    radiance =
-        np_spectrum_multiply(np_surroundings_ground(world, lighting, settings, hit, shadow, random), air.transmittance);
+        np_lighting_camera_air(lighting, world, ray->origin, ray->direction, behind->hit->distance_m);
+    radiance = np_spectrum_multiply(np_surroundings_get_ground(world, lighting, settings, behind, shadow, random),
+                                    air.transmittance);
     radiance = np_spectrum_add(radiance, air.inscatter);
   } else {
     radiance = np_lighting_camera_sky(lighting, world, ray->origin, ray->direction);
   }
-  const np_component component = hit ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
+  const np_component component = behind->hit ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
   out->component[component] = np_spectrum_add(out->component[component], np_spectrum_multiply(weight, radiance));
 }
 

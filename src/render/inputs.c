@@ -11,6 +11,7 @@
 #include "optics/phase_table.h"
 #include "render/placement.h"
 #include "scene/scene_inputs.h"
+#include "terrain/ground_cover.h"
 #include "volume/volume_private.h"
 
 /* ---- Tables and pictures ---- */
@@ -43,7 +44,9 @@ static neph_result open_sphere_map(const neph_scene *scene, const char *what, co
 static neph_result open_terrain(const neph_scene *scene) {
   const np_terrain_source source = np_scene_terrain_get_source(&scene->terrain);
   const np_terrain_row *row = &np_terrain_rows[source.kind];
-  return row->check ? row->check(scene->context, &source) : NEPH_OK;
+  const char *image = scene->terrain.albedo_image;
+  neph_result result = row->check ? row->check(scene->context, &source) : NEPH_OK;
+  return result || !image ? result : np_ground_cover_check_image(scene->context, image);
 }
 
 /* ---- Clouds ---- */

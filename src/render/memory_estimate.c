@@ -18,7 +18,7 @@ static bool is_hgt(const char *path) {
   return dot && !strcmp(dot, ".hgt");
 }
 
-/* Memory of a terrain to be made; one that was given is there already. */
+/* Heights of a terrain to be made; one that was given is there already. */
 static neph_result count_heights(const neph_scene *scene, double *out_count) {
   const np_scene_terrain *terrain = &scene->terrain;
   unsigned size[2] = {0, 0};
@@ -31,6 +31,17 @@ static neph_result count_heights(const neph_scene *scene, double *out_count) {
   return result;
 }
 
+/* With three floats for each texel of a picture of its albedo. */
+static neph_result count_terrain_bytes(const neph_scene *scene, double *out_bytes) {
+  double heights;
+  unsigned size[2] = {0, 0};
+  neph_result result = count_heights(scene, &heights);
+  if (!result && scene->terrain.albedo_image)
+    result = np_image_read_size(scene->context, scene->terrain.albedo_image, size);
+  *out_bytes = height_bytes * heights + 3.0 * sizeof(float) * (double)size[0] * size[1];
+  return result;
+}
+
 static bool has_vdb(const neph_scene *scene) {
   bool has = false;
   for (unsigned i = 0; i < scene->cloud_count; i++) has = has || scene->clouds[i].vdb;
@@ -38,13 +49,13 @@ static bool has_vdb(const neph_scene *scene) {
 }
 
 static neph_result estimate(const neph_scene *scene, const np_plan *plan, neph_memory_estimate *out) {
-  double heights;
-  neph_result result = count_heights(scene, &heights);
+  double terrain;
+  neph_result result = count_terrain_bytes(scene, &terrain);
   if (result) return result;
   const double film = plan->stages[NP_STAGE_INTEGRATOR].cost.bytes, volumes = plan->stages[NP_STAGE_VOLUMES].cost.bytes;
   neph_memory_estimate e = {.struct_size = sizeof e,
                             .program_bytes = (uint64_t)(program_bytes + (has_vdb(scene) ? vdb_bytes : 0.0)),
-                            .terrain_bytes = (uint64_t)(height_bytes * heights),
+                            .terrain_bytes = (uint64_t)terrain,
                             .volume_bytes = (uint64_t)volumes,
                             .light_bytes = (uint64_t)(np_stages_count_cost(plan).bytes - film - volumes),
                             .film_bytes = (uint64_t)film};

@@ -28,14 +28,16 @@ typedef struct np_packet_light {
   np_dvec3 direction;
   double angular_radius_rad;
   np_spectrum irradiance; /* above the atmosphere */
-  neph_sky *camera_sky, *cloud_sky;
+  neph_sky *camera_sky, *cloud_sky, *water_sky;
   np_scattering_field *scattering; /* NULL when not needed */
   np_viewer_light viewer_light;    /* empty when not needed */
   np_ground_light ground_light;    /* empty when not needed */
   np_air_shadow air_shadow;        /* empty when not needed */
   np_sky_guide sky_guide;          /* empty when not needed */
+  np_water water;                  /* of the world; none where the scene has none */
   np_world world;
   np_lighting lighting;
+  np_reflection reflection; /* in the water; empty when not needed */
 } np_packet_light;
 
 /* Wavelength-dependent data: air, lights, and what else shines in the sky, in three bands. */

@@ -18,6 +18,7 @@ typedef enum np_stage {
   NP_STAGE_ATMOSPHERE,        /* optical depths and moments of the air */
   NP_STAGE_CAMERA_SKY,        /* the sky and the air seen from the camera */
   NP_STAGE_CLOUD_SKY,         /* the sky seen from the clouds */
+  NP_STAGE_WATER_SKY,         /* the sky that water reflects */
   NP_STAGE_AIRGLOW,           /* and the map of the stars */
   NP_STAGE_SUN_LIGHT,         /* on clouds and ground */
   NP_STAGE_SKY_LIGHT,         /* on clouds and ground, the environment's included */

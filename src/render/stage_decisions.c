@@ -172,6 +172,12 @@ void np_stage_decide_cloud_sky(np_decision *d, np_plan_stage *out) {
   decide_unless(out, d->facts->dark, against ? against : get_cloudless(d), why);
 }
 
+void np_stage_decide_water_sky(np_decision *d, np_plan_stage *out) {
+  const char *against = np_scene_has_water(d->scene) ? get_skyless(d) : "the scene has no water";
+  if (!against && np_plan_traces_air(d->plan)) against = traced;
+  decide_unless(out, d->facts->dark, against, "sky behind, and air before, what the water reflects");
+}
+
 void np_stage_decide_sky_guide(np_decision *d, np_plan_stage *out) {
   decide_unless(out, is_path(d) ? NULL : "the march aims at nothing", get_against(d, NP_STAGE_CLOUD_SKY),
                 "paths aim at where sky and ground are bright");

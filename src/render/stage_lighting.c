@@ -44,6 +44,29 @@ neph_result np_stage_build_instances(const np_stage_part *in) {
 
 void np_stage_clear_instances(const np_stage_part *in) { np_alloc_free(in->made->context, in->packet->placed); }
 
+/* What does not differ from light to light. */
+static void add_ground(const np_stage_part *in, np_packet_light *out) {
+  const np_packet *packet = in->packet;
+  const neph_scene *scene = in->scene;
+  np_world *world = &out->world;
+  double albedo[NP_BAND_COUNT];
+  np_stage_get_ground_albedo(in, albedo);
+  world->ground_albedo = np_packet_convert(packet, NP_BAND_LINEAR, albedo);
+  world->terrain = in->made->terrain;
+  if (world->terrain) {
+    np_terrain_get_bounds(world->terrain, &world->terrain_min, &world->terrain_max);
+    world->terrain_albedo = np_packet_convert(packet, NP_BAND_LINEAR, np_terrain_get_mean_albedo(world->terrain));
+  }
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const double unit[NP_BAND_COUNT] = {b == 0, b == 1, b == 2};
+    world->terrain_basis[b] = np_packet_convert(packet, NP_BAND_LINEAR, unit);
+  }
+  if (!np_scene_has_water(scene)) return;
+  out->water = np_water_make(scene->water.level_m, scene->water.wind_m_s,
+                             np_packet_convert(packet, NP_BAND_LINEAR, scene->water.albedo));
+  world->water = &out->water;
+}
+
 neph_result np_stage_build_world(const np_stage_part *in) {
   np_packet_light *out = in->light;
   const np_assembly *a = in->made;
@@ -57,14 +80,11 @@ neph_result np_stage_build_world(const np_stage_part *in) {
       .sun_irradiance = out->irradiance,
       .atmosphere = packet->atmosphere,
       .camera_sky = out->camera_sky,
-      .cloud_sky = out->cloud_sky,
+      .cloud_sky = out->cloud_sky ? out->cloud_sky : out->water_sky,
       .has_planet = scene->environment.has_planet,
       .planet_radius_m = scene->atmosphere.planet_radius_m,
-      .terrain = a->terrain,
-      .terrain_albedo = np_packet_convert(packet, NP_BAND_LINEAR, scene->terrain.desc.ground_albedo),
-      .ground_albedo = np_packet_convert(packet, NP_BAND_LINEAR, np_scene_get_ground_albedo(scene)),
   };
-  if (a->terrain) np_terrain_get_bounds(a->terrain, &out->world.terrain_min, &out->world.terrain_max);
+  add_ground(in, out);
   if (out->index == 0) add_common(in, &out->world);
   return NEPH_OK;
 }
@@ -335,5 +355,12 @@ neph_result np_stage_build_lighting(const np_stage_part *in) {
       .sky_guide = out->sky_guide.rate > 0.0f ? &out->sky_guide : NULL,
       .gains = in->packet->gains,
   };
+  if (!out->world.water) return NEPH_OK;
+  /* Shadows in the air are known along the camera's rays alone. */
+  out->reflection = (np_reflection){out->world, out->lighting};
+  out->reflection.world.camera_sky = out->water_sky;
+  out->reflection.lighting.air_shadow = NULL;
+  out->reflection.lighting.viewer_light = NULL;
+  out->lighting.reflection = &out->reflection;
   return NEPH_OK;
 }

@@ -35,7 +35,10 @@ typedef struct terrain_facts {
   int64_t time_ns;
   double planet_radius_m, latitude_rad, longitude_rad, width_m, height_min_m, height_max_m, ground_albedo[3];
   double relief_m, ridge_m;
-  int32_t kind, has_place;
+  double rock_albedo[3], rock_slope_rad, snow_albedo[3], snow_slope_rad, snow_level_m;
+  uint64_t image_bytes;
+  int64_t image_time_ns;
+  int32_t kind, has_place, has_rock, has_snow;
   uint32_t sample_count;
 } terrain_facts;
 
@@ -85,6 +88,21 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
   return result;
 }
 
+static void add_cover(np_hash *hash, const neph_terrain_desc *desc, terrain_facts *facts) {
+  memcpy(facts->ground_albedo, desc->ground_albedo, sizeof facts->ground_albedo);
+  facts->has_rock = desc->has_rock;
+  memcpy(facts->rock_albedo, desc->rock_albedo, sizeof facts->rock_albedo);
+  facts->rock_slope_rad = desc->rock_slope_rad;
+  facts->has_snow = desc->has_snow;
+  memcpy(facts->snow_albedo, desc->snow_albedo, sizeof facts->snow_albedo);
+  facts->snow_slope_rad = desc->snow_slope_rad;
+  facts->snow_level_m = desc->snow_level_m;
+  if (!desc->albedo_image) return;
+  facts->image_bytes = np_file_get_size(desc->albedo_image);
+  facts->image_time_ns = np_file_get_time_ns(desc->albedo_image);
+  add_text(hash, desc->albedo_image);
+}
+
 static neph_result compute_terrain_key(const neph_scene *scene, char out_key[33]) {
   const np_scene_terrain *terrain = &scene->terrain;
   terrain_facts facts;
@@ -99,7 +117,7 @@ static neph_result compute_terrain_key(const neph_scene *scene, char out_key[33]
   facts.width_m = terrain->desc.width_m;
   facts.height_min_m = terrain->desc.height_min_m;
   facts.height_max_m = terrain->desc.height_max_m;
-  memcpy(facts.ground_albedo, terrain->desc.ground_albedo, sizeof facts.ground_albedo);
+  add_cover(hash, &terrain->desc, &facts);
   if (terrain->kind == NP_TERRAIN_RIDGES) {
     facts.seed = terrain->ridges.seed;
     facts.sample_count = terrain->ridges.sample_count;

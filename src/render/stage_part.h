@@ -67,7 +67,11 @@ typedef struct np_stage_reuse {
   }
 
 extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_stage_reuse_atmosphere,
-    np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_sun_optical_depth, np_stage_reuse_ordinates;
+    np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_water_sky, np_stage_reuse_sun_optical_depth,
+    np_stage_reuse_ordinates;
+
+/* Albedo of the planet, in the scene's reference bands. */
+void np_stage_get_ground_albedo(const np_stage_part *in, double out[NP_BAND_COUNT]);
 
 np_stage_build_fn np_stage_build_packets, np_stage_build_lights, np_stage_build_packet_lights, np_stage_build_cloud,
     np_stage_build_star_map, np_stage_build_catalogue, np_stage_build_visibility, np_stage_build_emission,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The sky: where its lights stand, the air, the skies of sun and moon, and what else shines at night. */
 #include <stdio.h>
+#include <string.h>
 
 #include "atmosphere/atmosphere_tables.h"
 #include "atmosphere/moon.h"
@@ -62,6 +63,21 @@ neph_result np_stage_build_packet_lights(const np_stage_part *in) {
 
 /* ---- Air ---- */
 
+/* Of the planet's surface: of water where there is a sea, else the terrain's mean. */
+void np_stage_get_ground_albedo(const np_stage_part *in, double out[NP_BAND_COUNT]) {
+  const neph_scene *scene = in->scene;
+  const neph_terrain *terrain = in->made->terrain;
+  const double *given = np_scene_get_ground_albedo(scene);
+  const bool is_given = scene->has_ground_albedo;
+  if (!is_given && terrain) given = np_terrain_get_mean_albedo(terrain);
+  memcpy(out, given, NP_BAND_COUNT * sizeof *out);
+  if (is_given || !np_scene_has_water(scene) || scene->water.level_m < 0.0) return;
+  const double *albedo = scene->water.albedo;
+  const np_water water = np_water_make(scene->water.level_m, scene->water.wind_m_s,
+                                       np_spectrum_make((float)albedo[0], (float)albedo[1], (float)albedo[2]));
+  for (int b = 0; b < NP_BAND_COUNT; b++) out[b] = (double)np_water_get_albedo(&water).band[b];
+}
+
 /* Share of the tolerance: along the long paths of the horizon a coefficient counts ten times. */
 static const double medium_share = 0.1;
 
@@ -76,8 +92,9 @@ static neph_result get_air_key(const np_stage_part *in, void **out_key) {
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
   key->desc = *air;
   key->desc.layers = key->layers;
-  np_band_set_convert(&in->packet->bands, NP_BAND_LINEAR, np_scene_get_ground_albedo(in->scene),
-                      key->desc.ground_albedo);
+  double albedo[NP_BAND_COUNT];
+  np_stage_get_ground_albedo(in, albedo);
+  np_band_set_convert(&in->packet->bands, NP_BAND_LINEAR, albedo, key->desc.ground_albedo);
   for (unsigned i = 0; i < air->layer_count; i++)
     key->layers[i] = np_band_set_convert_layer(&in->packet->bands, &air->layers[i]);
   return NEPH_OK;
@@ -147,6 +164,8 @@ const np_stage_reuse np_stage_reuse_atmosphere = {"the air stays, within a tenth
 
 /* ---- Skies ---- */
 
+static const double water_sky_height_m = 10.0;
+
 static neph_result get_sky_key(const np_stage_part *in, np_dvec3 observer, void **out_key) {
   const np_packet_light *light = in->light;
   if (np_spectrum_is_zero(light->irradiance)) return NEPH_OK;
@@ -169,6 +188,14 @@ static neph_result get_cloud_sky_key(const np_stage_part *in, void **out_key) {
   return get_sky_key(in, np_assembly_get_clouds_middle(in->made), out_key);
 }
 
+/* Above the water below the camera. */
+static neph_result get_water_sky_key(const np_stage_part *in, void **out_key) {
+  const double radius = in->scene->atmosphere.planet_radius_m, level = in->scene->water.level_m;
+  const np_dvec3 camera = in->made->camera.origin, up = np_dvec3_zenith(camera, radius);
+  const double height = np_altitude(camera, radius) - fmax(level, 0.0) - water_sky_height_m;
+  return get_sky_key(in, np_dvec3_subtract(camera, np_dvec3_scale(up, height)), out_key);
+}
+
 /* A cached sky is moved to the light and the observer wanted. */
 static neph_result adapt_sky(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
   (void)cached_key;
@@ -181,6 +208,7 @@ static neph_result adapt_sky(const np_stage_part *in, void *cached, const void *
 
 NP_STAGE_EXCHANGE(exchange_camera_sky, in->light->camera_sky)
 NP_STAGE_EXCHANGE(exchange_cloud_sky, in->light->cloud_sky)
+NP_STAGE_EXCHANGE(exchange_water_sky, in->light->water_sky)
 
 static neph_result make_sky(const np_stage_part *in, neph_sky **out_sky) {
   if (!in->key) return NEPH_OK;
@@ -191,6 +219,8 @@ static neph_result make_sky(const np_stage_part *in, neph_sky **out_sky) {
 static neph_result make_camera_sky(const np_stage_part *in) { return make_sky(in, &in->light->camera_sky); }
 
 static neph_result make_cloud_sky(const np_stage_part *in) { return make_sky(in, &in->light->cloud_sky); }
+
+static neph_result make_water_sky(const np_stage_part *in) { return make_sky(in, &in->light->water_sky); }
 
 static void destroy_sky(void *sky) { neph_sky_destroy(sky); }
 
@@ -212,6 +242,15 @@ const np_stage_reuse np_stage_reuse_cloud_sky = {
     exchange_cloud_sky,
     make_cloud_sky,
     destroy_sky};
+
+const np_stage_reuse np_stage_reuse_water_sky = {"air, light and camera stay, within atmosphere.tolerance",
+                                                 NP_PER_PACKET_LIGHT,
+                                                 false,
+                                                 get_water_sky_key,
+                                                 adapt_sky,
+                                                 exchange_water_sky,
+                                                 make_water_sky,
+                                                 destroy_sky};
 
 /* ---- Night ---- */
 

@@ -6,7 +6,8 @@
 #define BIT(stage) (1u << NP_STAGE_##stage)
 
 /* All that a world is made of, but for its lights. */
-#define MATTER (BIT(TERRAIN) | BIT(VOLUMES) | BIT(EMISSION) | BIT(ATMOSPHERE) | BIT(CAMERA_SKY) | BIT(CLOUD_SKY))
+#define MATTER                                                                                                         \
+  (BIT(TERRAIN) | BIT(VOLUMES) | BIT(EMISSION) | BIT(ATMOSPHERE) | BIT(CAMERA_SKY) | BIT(CLOUD_SKY) | BIT(WATER_SKY))
 
 /* Functions by the names of what they decide, predict, build and clear. */
 #define DECIDE(what) .decide = np_stage_decide_##what
@@ -26,12 +27,14 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
     BUILD_CLEAR(CLOUD, cloud), .revise = np_stage_revise_volumes},
   [NP_STAGE_EMISSION] = {"emission", BIT(COLOR) | BIT(VOLUMES), DECIDE(emission), .part_seconds = 0.2,
     BUILD_CLEAR(PACKET, emission)},
-  [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR), .is_of_sky = true, DECIDE(atmosphere), .part_seconds = 0.1,
+  [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR) | BIT(TERRAIN), .is_of_sky = true, DECIDE(atmosphere), .part_seconds = 0.1,
     REUSE(atmosphere)},
   [NP_STAGE_CAMERA_SKY] = {"camera sky", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true,
     DECIDE(camera_sky), .part_seconds = 0.05, REUSE(camera_sky)},
   [NP_STAGE_CLOUD_SKY] = {"cloud sky", BIT(COLOR) | BIT(LIGHTS) | BIT(VOLUMES) | BIT(ATMOSPHERE), .is_of_sky = true,
     DECIDE(cloud_sky), .part_seconds = 0.05, REUSE(cloud_sky)},
+  [NP_STAGE_WATER_SKY] = {"water sky", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), DECIDE(water_sky),
+    .part_seconds = 0.05, REUSE(water_sky)},
   [NP_STAGE_AIRGLOW] = {"airglow", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true, DECIDE(airglow),
     BUILD_CLEAR(PICTURE, star_map), BUILD(PACKET, airglow)},
   [NP_STAGE_SUN_LIGHT] = {"sun light", 0, DECIDE(sun_light)},
@@ -57,8 +60,8 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
   [NP_STAGE_STARS] = {"stars", BIT(COLOR) | BIT(WORLD), .is_of_sky = true, DECIDE(stars),
     BUILD_CLEAR(PICTURE, catalogue), BUILD_CLEAR(PACKET, stars)},
   [NP_STAGE_LIGHTING] = {"lighting",
-    BIT(WORLD) | BIT(SKY_GUIDE) | BIT(SUN_OPTICAL_DEPTH) | BIT(ORDINATES) | BIT(VIEWER_LIGHT) | BIT(GROUND_CLOUDS) |
-    BIT(AIR_SHADOWS) | BIT(APPROXIMATION), DECIDE(lighting), BUILD(PACKET_LIGHT, lighting)},
+    BIT(WATER_SKY) | BIT(WORLD) | BIT(SKY_GUIDE) | BIT(SUN_OPTICAL_DEPTH) | BIT(ORDINATES) | BIT(VIEWER_LIGHT) |
+    BIT(GROUND_CLOUDS) | BIT(AIR_SHADOWS) | BIT(APPROXIMATION), DECIDE(lighting), BUILD(PACKET_LIGHT, lighting)},
   [NP_STAGE_INTEGRATOR] = {"integrator",
     BIT(COLOR) | BIT(LIGHTS) | BIT(SUN_LIGHT) | BIT(SKY_LIGHT) | BIT(MOON) | BIT(WORLD) | BIT(APPROXIMATION) |
     BIT(STARS) | BIT(LIGHTING), DECIDE(integrator), PREDICT(integrator)},

@@ -390,13 +390,13 @@ static void derive_given_terrain(neph_scene *scene, neph_terrain *given) {
   terrain->kind = NP_TERRAIN_GIVEN;
   terrain->given = given;
   memcpy(terrain->desc.ground_albedo, np_terrain_get_ground_albedo(given), sizeof terrain->desc.ground_albedo);
-  if (!scene->has_place)
-    scene->has_place = np_terrain_get_place(given, &scene->latitude_rad, &scene->longitude_rad);
+  if (!scene->has_place) scene->has_place = np_terrain_get_place(given, &scene->latitude_rad, &scene->longitude_rad);
 }
 
 static void derive_terrain(neph_scene *scene) {
   const np_node *node = np_node_search(scene->document, "terrain");
   if (node && node->assets.terrain) derive_given_terrain(scene, node->assets.terrain);
+  scene->terrain.desc.albedo_image = scene->terrain.albedo_image;
   scene->terrain.desc.planet_radius_m = scene->atmosphere.planet_radius_m;
   scene->terrain.desc.has_place = scene->has_place;
   scene->terrain.desc.latitude_rad = scene->latitude_rad;

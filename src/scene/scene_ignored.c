@@ -26,6 +26,8 @@
 
 /* No two rules warn of one key of a scene: each but the first of a key says when it applies. */
 static const np_ignore_rule rules[] = {
+    {.keys = {"water.level", "water.wind", "water.albedo"}, .counts = WITH_PLANET,
+     .reason = "on which the water lies"},
     {.keys = {"terrain.width"}, .counts = {"terrain.heightfield", BUT(NP_GIVEN_HGT)},
      .reason = "a tile whose name and size say how wide it is"},
     {.keys = {"terrain.height_min", "terrain.height_max"},

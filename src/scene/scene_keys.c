@@ -3,19 +3,26 @@
 
 #include "image/wavelengths.h"
 
-#define SCENE(member) {offsetof(neph_scene, member), sizeof(((neph_scene *)0)->member)}
-#define LAYER(member) {offsetof(np_scene_layer, member), sizeof(((np_scene_layer *)0)->member)}
-#define CLOUD(member) {offsetof(np_scene_cloud, member), sizeof(((np_scene_cloud *)0)->member)}
+#define SCENE(member)                                                                                                  \
+  { offsetof(neph_scene, member), sizeof(((neph_scene *)0)->member) }
+#define LAYER(member)                                                                                                  \
+  { offsetof(np_scene_layer, member), sizeof(((np_scene_layer *)0)->member) }
+#define CLOUD(member)                                                                                                  \
+  { offsetof(np_scene_cloud, member), sizeof(((np_scene_cloud *)0)->member) }
 #define MAP(quantity) CLOUD(bake.map_channels[NEPH_CLOUD_MAP_##quantity])
 
 /* Lengths stay below a million kilometres, so that no square of one overflows a float. */
-#define WITHIN(a, b) {a, b}
-#define ANYWHERE {-1e9, 1e9}
-#define SIZE {1e-6, 1e9}
-#define ASYMMETRY {-0.999999, 0.999999}
+#define WITHIN(a, b)                                                                                                   \
+  { a, b }
+#define ANYWHERE                                                                                                       \
+  { -1e9, 1e9 }
+#define SIZE                                                                                                           \
+  { 1e-6, 1e9 }
+#define ASYMMETRY                                                                                                      \
+  { -0.999999, 0.999999 }
 
 /* Groups of keys that exclude each other. */
-enum { GROUP_SUN = 1, GROUP_DENSITY, GROUP_PHASE, GROUP_TERRAIN, GROUP_PROFILE, GROUP_TOP };
+enum { GROUP_SUN = 1, GROUP_DENSITY, GROUP_PHASE, GROUP_TERRAIN, GROUP_PROFILE, GROUP_TOP, GROUP_ALBEDO };
 
 static const np_choice booleans[] = {{"false", 0}, {"true", 1}, {NULL, 0}};
 static const np_choice atmospheres[] = {{"earth", NP_AIR_EARTH}, {"earth-hazy", NP_AIR_EARTH_HAZY},
@@ -39,23 +46,24 @@ static const np_choice path_guidings[] = {
 #define SCATTERING(id, name, needs) {name, NEPH_MULTIPLE_SCATTERING_##id},
 static const np_choice scatterings[] = {NP_MULTIPLE_SCATTERING_ROWS(SCATTERING){NULL, 0}};
 #undef SCATTERING
-static const np_choice sun_optical_depths[] = {
-    {"auto", NP_SUN_OPTICAL_DEPTH_AUTO}, {"volume", NP_SUN_OPTICAL_DEPTH_VOLUME},
-    {"march", NP_SUN_OPTICAL_DEPTH_MARCH}, {NULL, 0}};
+static const np_choice sun_optical_depths[] = {{"auto", NP_SUN_OPTICAL_DEPTH_AUTO},
+                                               {"volume", NP_SUN_OPTICAL_DEPTH_VOLUME},
+                                               {"march", NP_SUN_OPTICAL_DEPTH_MARCH},
+                                               {NULL, 0}};
 static const np_choice air_shadows[] = {
     {"auto", NP_AIR_SHADOWS_AUTO}, {"false", NP_AIR_SHADOWS_FALSE}, {"true", NP_AIR_SHADOWS_TRUE}, {NULL, 0}};
 static const np_choice models[] = {
-    {"cells", NEPH_CLOUD_MODEL_CELLS},
-    {"slab", NEPH_CLOUD_MODEL_SLAB},
-    {"hero", NEPH_CLOUD_MODEL_HERO},
-    {NULL, 0}};
+    {"cells", NEPH_CLOUD_MODEL_CELLS}, {"slab", NEPH_CLOUD_MODEL_SLAB}, {"hero", NEPH_CLOUD_MODEL_HERO}, {NULL, 0}};
 static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
 static const np_choice exposures[] = {{"auto", NEPH_EXPOSURE_AUTO}, {"meter", NEPH_EXPOSURE_METER}, {NULL, 0}};
 static const np_choice views[] = {
     {"filmic", NEPH_VIEW_FILMIC}, {"standard", NEPH_VIEW_STANDARD}, {"raw", NEPH_VIEW_RAW}, {NULL, 0}};
 static const np_choice preview_bits[] = {{"8", 8}, {"16", 16}, {NULL, 0}};
-static const np_choice color_spaces[] = {{"auto", NP_SCENE_COLOR_AUTO}, {"bands", NP_SCENE_BANDS},
-                                         {"rec709", NP_SCENE_REC709},   {"acescg", NP_SCENE_ACESCG}, {NULL, 0}};
+static const np_choice color_spaces[] = {{"auto", NP_SCENE_COLOR_AUTO},
+                                         {"bands", NP_SCENE_BANDS},
+                                         {"rec709", NP_SCENE_REC709},
+                                         {"acescg", NP_SCENE_ACESCG},
+                                         {NULL, 0}};
 #define AOV(id, name, parts, needs_light, samples_min) {name, NP_AOV_##id},
 static const np_choice aovs[] = {NP_AOV_ROWS(AOV){NULL, 0}};
 #undef AOV
@@ -456,8 +464,28 @@ static const np_key keys[] = {
      .field = SCENE(terrain.ridges.ridge_m), .range = WITHIN(1, 1e7), .fallback = "9 km",
      .meaning = "distance from one large ridge to the next"},
     {.path = "terrain.albedo", .type = NP_KEY_REAL, .field = SCENE(terrain.desc.ground_albedo),
-     .is_grey_allowed = true, .range = WITHIN(0, 1), .fallback = "0.2",
+     .is_grey_allowed = true, .range = WITHIN(0, 1), .fallback = "0.2", .group = GROUP_ALBEDO, .alternative = 1,
      .meaning = "share of the light that the ground reflects, at 680, 550 and 440 nm"},
+    {.path = "terrain.albedo_image", .type = NP_KEY_FILE, .is_input = true, .field = SCENE(terrain.albedo_image),
+     .group = GROUP_ALBEDO, .alternative = 2,
+     .meaning = "picture of the albedo over the whole field, north up; PNG is taken as sRGB, EXR as linear"},
+    {.path = "terrain.rock", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(terrain.desc.has_rock),
+     .tag = SCENE(terrain.desc.has_rock), .tag_value = true, .meaning = "bare rock on steep slopes"},
+    {.path = "terrain.rock.albedo", .type = NP_KEY_REAL, .field = SCENE(terrain.desc.rock_albedo),
+     .is_grey_allowed = true, .range = WITHIN(0, 1), .fallback = "0.13, 0.12, 0.11", .meaning = "of the rock"},
+    {.path = "terrain.rock.slope", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
+     .field = SCENE(terrain.desc.rock_slope_rad), .range = WITHIN(0, 90), .fallback = "35 deg",
+     .meaning = "slope above which it lies bare"},
+    {.path = "terrain.snow", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(terrain.desc.has_snow),
+     .tag = SCENE(terrain.desc.has_snow), .tag_value = true, .meaning = "snow on high ground"},
+    {.path = "terrain.snow.albedo", .type = NP_KEY_REAL, .field = SCENE(terrain.desc.snow_albedo),
+     .is_grey_allowed = true, .range = WITHIN(0, 1), .fallback = "0.86, 0.88, 0.9", .meaning = "of the snow"},
+    {.path = "terrain.snow.level", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(terrain.desc.snow_level_m), .range = WITHIN(-1e5, 1e5), .fallback = "1.5 km",
+     .meaning = "elevation above which it lies"},
+    {.path = "terrain.snow.slope", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
+     .field = SCENE(terrain.desc.snow_slope_rad), .range = WITHIN(0, 90), .fallback = "50 deg",
+     .meaning = "slope above which none stays"},
     {.path = "terrain.width", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(terrain.desc.width_m),
      .range = WITHIN(1, 1e7), .fallback = "30 km", .meaning = "width along x, of pictures and ridges"},
     {.path = "terrain.height_min", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
@@ -466,6 +494,17 @@ static const np_key keys[] = {
     {.path = "terrain.height_max", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
      .field = SCENE(terrain.desc.height_max_m), .range = WITHIN(-1e5, 1e5), .fallback = "2 km",
      .meaning = "elevation of white in a PNG"},
+
+    {.path = "water", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(water.is_enabled),
+     .tag = SCENE(water.is_enabled), .tag_value = true,
+     .meaning = "open water over all ground below its level; from sea level up it covers the planet beyond the terrain"},
+    {.path = "water.level", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(water.level_m),
+     .range = WITHIN(-1e4, 1e4), .fallback = "0 m", .meaning = "its elevation"},
+    {.path = "water.wind", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE_PER_SECOND, .field = SCENE(water.wind_m_s),
+     .range = WITHIN(0, 40), .fallback = "5 m/s", .meaning = "wind that roughens it"},
+    {.path = "water.albedo", .type = NP_KEY_REAL, .field = SCENE(water.albedo), .is_grey_allowed = true,
+     .range = WITHIN(0, 1), .fallback = "0.002, 0.008, 0.02",
+     .meaning = "of the light that enters it, the share that comes back out"},
 
     {.path = "render", .type = NP_KEY_SECTION, .meaning = "rendering of the picture"},
     {.path = "render.integrator", .type = NP_KEY_CHOICE, .choices = integrators, .field = SCENE(render.integrator),

@@ -147,6 +147,7 @@ typedef struct np_scene_terrain {
   np_terrain_kind kind;
   neph_terrain *given; /* the document's; NULL: none */
   char *heightfield;   /* file, resolved */
+  char *albedo_image;  /* file, resolved; NULL: none */
   neph_terrain_desc desc;
   neph_ridges_desc ridges;
 } np_scene_terrain;
@@ -154,6 +155,11 @@ typedef struct np_scene_terrain {
 static inline np_terrain_source np_scene_terrain_get_source(const np_scene_terrain *terrain) {
   return (np_terrain_source){.kind = terrain->kind, .file = terrain->heightfield, .ridges = &terrain->ridges};
 }
+
+typedef struct np_scene_water {
+  bool is_enabled;
+  double level_m, wind_m_s, albedo[3];
+} np_scene_water;
 
 /* Source of the march's sun optical depth. */
 typedef enum np_sun_optical_depth_method {
@@ -229,6 +235,7 @@ struct neph_scene {
   unsigned cloud_count;
   np_scene_cloud *clouds;
   np_scene_terrain terrain;
+  np_scene_water water;
   np_scene_render render;
   np_scene_output output;
   np_scene_attachment *attachment; /* kept from picture to picture: one scene renders one picture at a time */
@@ -249,6 +256,11 @@ np_color_space np_scene_get_color_space(const neph_scene *scene);
 /* Radiance of R, G, B that a preview shows as neutral: the sun's in bands, green being 1; (1, 1, 1) where nothing, or
  * not all of it, shines, and in a space that has its own white. */
 void np_scene_get_white(const neph_scene *scene, double out_white[3]);
+
+/* Water lies on a planet. */
+static inline bool np_scene_has_water(const neph_scene *scene) {
+  return scene->water.is_enabled && scene->environment.has_planet;
+}
 
 /* Albedo of the planet: the terrain's, unless it was given. */
 const double *np_scene_get_ground_albedo(const neph_scene *scene);

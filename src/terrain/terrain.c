@@ -7,12 +7,14 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include <embree3/rtcore.h>
 
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "core/units.h"
+#include "terrain/ground_cover.h"
 #include "terrain/heightfield.h"
 
 /* A place farther than this from its height field is a mistake: nothing would be seen of it. */
@@ -31,6 +33,8 @@ struct neph_terrain {
   np_dvec3 bounds_min, bounds_max;
   double elevation_min_m, elevation_max_m;
   double planet_radius_m, ground_albedo[3]; /* as described */
+  np_ground_cover cover;
+  double mean_albedo[3];
   RTCDevice device;
   RTCScene scene;
 };
@@ -102,6 +106,76 @@ static void compute_bounds(neph_terrain *terrain) {
   terrain->elevation_max_m = (double)elevation_max;
 }
 
+static np_dvec3 get_vertex(const neph_terrain *terrain, size_t column, size_t row) {
+  const float *vertex = terrain->vertices + 3 * (row * terrain->field.width + column);
+  return np_dvec3_make((double)vertex[0], (double)vertex[1], (double)vertex[2]);
+}
+
+static size_t clamp_cell(double cell, unsigned samples) { return (size_t)np_clamp(cell, 0, samples - 2); }
+
+/* Normal of one sample by central differences, one-sided at the rim. */
+static np_vec3 get_sample_normal(const neph_terrain *terrain, size_t column, size_t row) {
+  const size_t width = terrain->field.width, height = terrain->field.height;
+  const size_t west = column ? column - 1 : 0, east = column + 1 < width ? column + 1 : column;
+  const size_t south = row ? row - 1 : 0, north = row + 1 < height ? row + 1 : row;
+  const np_dvec3 eastward = np_dvec3_subtract(get_vertex(terrain, east, row), get_vertex(terrain, west, row));
+  const np_dvec3 northward = np_dvec3_subtract(get_vertex(terrain, column, north), get_vertex(terrain, column, south));
+  return np_dvec3_to_float(np_dvec3_normalize(np_dvec3_cross(eastward, northward)));
+}
+
+static np_vec3 mix_normals(np_vec3 a, np_vec3 b, float t) {
+  return np_vec3_add(np_vec3_scale(a, 1.0f - t), np_vec3_scale(b, t));
+}
+
+/* Bilinear in the normals of a cell's four samples. */
+static np_vec3 get_smooth_normal(const neph_terrain *terrain, np_field_position position) {
+  const size_t column = clamp_cell(position.column, terrain->field.width);
+  const size_t row = clamp_cell(position.row, terrain->field.height);
+  const float east = np_clampf((float)(position.column - (double)column), 0, 1);
+  const float north = np_clampf((float)(position.row - (double)row), 0, 1);
+  const np_vec3 south_side =
+      mix_normals(get_sample_normal(terrain, column, row), get_sample_normal(terrain, column + 1, row), east);
+  const np_vec3 north_side =
+      mix_normals(get_sample_normal(terrain, column, row + 1), get_sample_normal(terrain, column + 1, row + 1), east);
+  return np_vec3_normalize(mix_normals(south_side, north_side, north));
+}
+
+/* ---- ground ---- */
+
+static void eval_albedo(const neph_terrain *terrain, np_field_position position, np_vec3 normal, float out[3]) {
+  const np_heightfield *field = &terrain->field;
+  const double columns = field->width - 1, rows = field->height - 1, radius = terrain->planet_radius_m;
+  const double latitude = field->south_rad + position.row * field->step_north_rad;
+  const np_dvec3 sea_level =
+      np_globe_to_world(&terrain->globe, latitude, field->west_rad + position.column * field->step_east_rad, 0.0);
+  const float up = np_vec3_dot(normal, np_zenith(sea_level, radius));
+  const np_cover_place place = {.east = (float)(position.column / columns),
+                                .north = (float)(position.row / rows),
+                                .east_m = position.column * field->step_east_rad * radius *
+                                          cos(field->has_place ? latitude : 0.0),
+                                .north_m = position.row * field->step_north_rad * radius,
+                                .elevation_m = (float)np_heightfield_get_elevation(field, position),
+                                .slope_rad = acosf(np_clampf(up, -1.0f, 1.0f))};
+  np_ground_cover_eval(&terrain->cover, &place, out);
+}
+
+/* Places along each side at which the mean albedo is taken. */
+enum { MEAN_PLACES = 128 };
+
+static void compute_mean_albedo(neph_terrain *terrain) {
+  double sum[3] = {0.0};
+  memcpy(terrain->mean_albedo, terrain->ground_albedo, sizeof sum);
+  if (!np_ground_cover_varies(&terrain->cover)) return;
+  for (int n = 0; n < MEAN_PLACES * MEAN_PLACES; n++) {
+    const np_field_position position = {(n % MEAN_PLACES + 0.5) / MEAN_PLACES * (terrain->field.width - 1),
+                                        (n / MEAN_PLACES + 0.5) / MEAN_PLACES * (terrain->field.height - 1)};
+    float albedo[3];
+    eval_albedo(terrain, position, get_smooth_normal(terrain, position), albedo);
+    for (int b = 0; b < 3; b++) sum[b] += (double)albedo[b];
+  }
+  for (int b = 0; b < 3; b++) terrain->mean_albedo[b] = sum[b] / (MEAN_PLACES * MEAN_PLACES);
+}
+
 /* Embree asks from threads whose joining ThreadSanitizer cannot see: it would report our stack's next use as a race. */
 __attribute__((no_sanitize("thread"))) static bool continue_build(void *user, double fraction) {
   (void)fraction;
@@ -153,6 +227,7 @@ static void destroy_terrain(neph_terrain *terrain) {
   if (terrain->scene) rtcReleaseScene(terrain->scene);
   if (terrain->device) rtcReleaseDevice(terrain->device);
   np_alloc_free(context, terrain->vertices);
+  np_ground_cover_destroy(&terrain->cover);
   np_heightfield_destroy(context, &terrain->field);
   np_alloc_free(context, terrain);
   np_context_release(context);
@@ -175,6 +250,7 @@ static neph_terrain *adopt_field(neph_context *context, np_heightfield *field) {
 static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc *desc, np_monitor *monitor) {
   neph_context *context = terrain->context;
   neph_result result = set_place(terrain, desc);
+  if (!result) result = np_ground_cover_create(context, desc, monitor, &terrain->cover);
   if (result) return result;
   np_heightfield_blend_to_sphere(&terrain->field);
   /* One float more, since Embree reads each vertex as four. */
@@ -185,6 +261,7 @@ static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc 
   result = np_parallel_for(context, monitor, terrain->field.height, 16, raise_rows, terrain);
   if (result) return result;
   compute_bounds(terrain);
+  compute_mean_albedo(terrain);
   np_monitor_set_part(monitor, np_monitor_whole, 0.7, 1.0);
   np_monitor_set_stage(monitor, "building terrain");
   build_job job = {terrain, monitor};
@@ -225,6 +302,10 @@ void np_terrain_get_bounds(const neph_terrain *terrain, np_dvec3 *out_min, np_dv
   *out_min = terrain->bounds_min;
   *out_max = terrain->bounds_max;
 }
+
+bool np_terrain_has_cover(const neph_terrain *terrain) { return np_ground_cover_varies(&terrain->cover); }
+
+const double *np_terrain_get_mean_albedo(const neph_terrain *terrain) { return terrain->mean_albedo; }
 
 bool np_terrain_covers(const neph_terrain *terrain, double x_m, double y_m) {
   np_field_position position;
@@ -289,11 +370,6 @@ static struct RTCRay make_embree_ray(const neph_terrain *terrain, np_dvec3 origi
                          .mask = 0xffffffffu};
 }
 
-static np_dvec3 get_vertex(const neph_terrain *terrain, size_t column, size_t row) {
-  const float *vertex = terrain->vertices + 3 * (row * terrain->field.width + column);
-  return np_dvec3_make((double)vertex[0], (double)vertex[1], (double)vertex[2]);
-}
-
 /* Intersection of a ray with the plane of one triangle: the lower one of a cell has its right angle in the south-west,
  * the upper one in the north-east. Position east and north in the cell, [0, 1] inside. */
 typedef struct facet_meeting {
@@ -319,8 +395,6 @@ static bool meet_facet(const neph_terrain *terrain, size_t column, size_t row, b
   out->north = is_upper ? 1.0 - b : b;
   return true;
 }
-
-static size_t clamp_cell(double cell, unsigned samples) { return (size_t)np_clamp(cell, 0, samples - 2); }
 
 /* Embree's u and v locate a hit to a few ten-thousandths of a cell, so near an edge they may name its neighbour: from
  * there the exact ray walks to the triangle that holds its meeting with the plane, two steps at most on any but a
@@ -349,33 +423,6 @@ static bool refine_hit(const neph_terrain *terrain, np_dvec3 origin, np_vec3 dir
   return is_met;
 }
 
-/* Normal of one sample by central differences, one-sided at the rim. */
-static np_vec3 get_sample_normal(const neph_terrain *terrain, size_t column, size_t row) {
-  const size_t width = terrain->field.width, height = terrain->field.height;
-  const size_t west = column ? column - 1 : 0, east = column + 1 < width ? column + 1 : column;
-  const size_t south = row ? row - 1 : 0, north = row + 1 < height ? row + 1 : row;
-  const np_dvec3 eastward = np_dvec3_subtract(get_vertex(terrain, east, row), get_vertex(terrain, west, row));
-  const np_dvec3 northward = np_dvec3_subtract(get_vertex(terrain, column, north), get_vertex(terrain, column, south));
-  return np_dvec3_to_float(np_dvec3_normalize(np_dvec3_cross(eastward, northward)));
-}
-
-static np_vec3 mix_normals(np_vec3 a, np_vec3 b, float t) {
-  return np_vec3_add(np_vec3_scale(a, 1.0f - t), np_vec3_scale(b, t));
-}
-
-/* Bilinear in the normals of a cell's four samples. */
-static np_vec3 get_smooth_normal(const neph_terrain *terrain, np_field_position position) {
-  const size_t column = clamp_cell(position.column, terrain->field.width);
-  const size_t row = clamp_cell(position.row, terrain->field.height);
-  const float east = np_clampf((float)(position.column - (double)column), 0, 1);
-  const float north = np_clampf((float)(position.row - (double)row), 0, 1);
-  const np_vec3 south_side =
-      mix_normals(get_sample_normal(terrain, column, row), get_sample_normal(terrain, column + 1, row), east);
-  const np_vec3 north_side =
-      mix_normals(get_sample_normal(terrain, column, row + 1), get_sample_normal(terrain, column + 1, row + 1), east);
-  return np_vec3_normalize(mix_normals(south_side, north_side, north));
-}
-
 bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max,
                           np_terrain_hit *out_hit) {
   ray_span span;
@@ -394,8 +441,13 @@ bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 
   if (!refine_hit(terrain, origin, direction, guess, &meeting, &position)) return false;
   *out_hit = (np_terrain_hit){.distance = np_clamp(meeting.distance, 0, distance_max),
                               .normal = get_smooth_normal(terrain, position),
-                              .facet = np_dvec3_to_float(np_dvec3_normalize(meeting.normal))};
+                              .facet = np_dvec3_to_float(np_dvec3_normalize(meeting.normal)),
+                              .position = position};
   return true;
+}
+
+void np_terrain_eval_albedo(const neph_terrain *terrain, const np_terrain_hit *hit, float out_albedo[3]) {
+  eval_albedo(terrain, hit->position, hit->normal, out_albedo);
 }
 
 bool np_terrain_is_occluded(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max) {

@@ -24,6 +24,7 @@ typedef struct np_terrain_hit {
   double distance; /* along the ray, m */
   np_vec3 normal;  /* unit, smooth, facing up */
   np_vec3 facet;   /* unit, of the triangle, facing up */
+  np_field_position position;
 } np_terrain_hit;
 
 neph_context *np_terrain_get_context(const neph_terrain *terrain);
@@ -31,6 +32,15 @@ neph_context *np_terrain_get_context(const neph_terrain *terrain);
 /* As its description has them. */
 double np_terrain_get_planet_radius_m(const neph_terrain *terrain);
 const double *np_terrain_get_ground_albedo(const neph_terrain *terrain);
+
+/* Whether the albedo differs from place to place (ground_cover.h). */
+bool np_terrain_has_cover(const neph_terrain *terrain);
+
+/* Albedo at a hit, in a scene's reference bands. */
+void np_terrain_eval_albedo(const neph_terrain *terrain, const np_terrain_hit *hit, float out_albedo[3]);
+
+/* Mean of the albedo over the field. */
+const double *np_terrain_get_mean_albedo(const neph_terrain *terrain);
 
 /* The ground of a field, which it takes over whatever the outcome. */
 neph_result np_terrain_create_from_field(neph_context *context, np_heightfield *field, const neph_terrain_desc *desc,

@@ -34,6 +34,19 @@ const np_terrain_row np_terrain_rows[NP_TERRAIN_KIND_COUNT] = {
 
 /* ---- All kinds ---- */
 
+static neph_result check_albedo(neph_context *context, const char *name, const double albedo[3]) {
+  for (int band = 0; band < 3; band++)
+    if (!(albedo[band] >= 0 && albedo[band] <= 1))
+      return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain %s[%d] is %g, must be in [0, 1]", name, band,
+                     albedo[band]);
+  return NEPH_OK;
+}
+
+static neph_result check_slope(neph_context *context, const char *name, double slope_rad) {
+  if (slope_rad >= 0 && slope_rad <= 0.5 * NP_PI) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain %s is %g, must be in [0, pi/2]", name, slope_rad);
+}
+
 static neph_result check_desc(neph_context *context, const neph_terrain_desc *desc) {
   if (!(desc->planet_radius_m >= 1e3 && desc->planet_radius_m <= 1e9))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain planet_radius_m is %g, must be in [1e3, 1e9]",
@@ -48,11 +61,14 @@ static neph_result check_desc(neph_context *context, const neph_terrain_desc *de
   if (!(fabs(desc->height_min_m) <= 1e5 && fabs(desc->height_max_m) <= 1e5))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain heights are %g to %g m, must be within 100 km of 0",
                    desc->height_min_m, desc->height_max_m);
-  for (int band = 0; band < 3; band++)
-    if (!(desc->ground_albedo[band] >= 0 && desc->ground_albedo[band] <= 1))
-      return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain ground_albedo[%d] is %g, must be in [0, 1]", band,
-                     desc->ground_albedo[band]);
-  return NEPH_OK;
+  neph_result result = check_albedo(context, "ground_albedo", desc->ground_albedo);
+  if (!result) result = check_albedo(context, "rock_albedo", desc->rock_albedo);
+  if (!result) result = check_albedo(context, "snow_albedo", desc->snow_albedo);
+  if (!result) result = check_slope(context, "rock_slope_rad", desc->rock_slope_rad);
+  if (!result) result = check_slope(context, "snow_slope_rad", desc->snow_slope_rad);
+  if (result || fabs(desc->snow_level_m) <= 1e5) return result;
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain snow_level_m is %g, must be within 100 km of 0",
+                 desc->snow_level_m);
 }
 
 static neph_result read_desc(neph_context *context, const neph_terrain_desc *desc, neph_terrain_desc *out) {

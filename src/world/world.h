@@ -14,6 +14,7 @@
 #include "volume/instance.h"
 #include "world/emission.h"
 #include "world/night.h"
+#include "world/water.h"
 
 typedef struct np_world {
   np_instances clouds;
@@ -36,8 +37,10 @@ typedef struct np_world {
   double planet_radius_m;
   const neph_terrain *terrain; /* NULL: the sphere alone */
   np_dvec3 terrain_min, terrain_max;
-  np_spectrum terrain_albedo;
-  np_spectrum ground_albedo; /* of the sphere */
+  np_spectrum terrain_albedo;               /* its mean, where it varies */
+  np_spectrum terrain_basis[NP_BAND_COUNT]; /* what one unit of each reference band is, where it varies */
+  np_spectrum ground_albedo;                /* of the sphere */
+  const np_water *water;                    /* at its level, over all lower ground; NULL: none */
 
   const np_emission *emission; /* NULL: no emission, or that of another world */
 } np_world;
@@ -88,18 +91,20 @@ np_aerial_perspective np_world_air(const np_world *world, const neph_sky *sky, n
 
 typedef struct np_ground_hit {
   double distance_m;
-  np_dvec3 position; /* lifted off the surface, so that rays may start there */
-  np_vec3 normal;    /* unit */
-  np_spectrum albedo;
+  np_dvec3 position;     /* lifted off the surface, so that rays may start there */
+  np_vec3 normal;        /* unit */
+  np_spectrum albedo;    /* of water: under an even sky */
+  const np_water *water; /* NULL: land, by Lambert's law */
 } np_ground_hit;
 
-/* Nearest terrain or sphere along a ray. */
+/* Nearest terrain, water or sphere along a ray. */
 bool np_world_intersect_ground(const np_world *world, np_dvec3 origin, np_vec3 direction, np_ground_hit *out_hit);
 
 /* Whether a segment can be cut by ground at all: both ends above every summit cannot. */
 static inline bool np_world_may_meet_ground(const np_world *world, np_dvec3 from, np_dvec3 to) {
   if (!world->has_planet && !world->terrain) return false;
-  const double summit = world->terrain ? fmax(world->terrain_max.z, 0.0) : 0.0;
+  double summit = world->terrain ? fmax(world->terrain_max.z, 0.0) : 0.0;
+  if (world->water) summit = fmax(summit, world->water->level_m + NP_WATER_LIFT_M);
   return from.z <= summit || to.z <= summit;
 }
 

@@ -3,14 +3,14 @@
 #include "core/units.h"
 #include "world/world.h"
 
-/* First meeting with the sphere from outside or on it, in the form that cancels nothing (numerics: 4.5e-7 where the
- * textbook quadratic errs by 19 % at grazing incidence). Negative when there is none. */
-static double intersect_sphere(const np_world *world, np_dvec3 origin, np_vec3 direction) {
+/* First meeting with the sphere `level_m` above the planet's, from outside or on it, in the form that cancels nothing
+ * (numerics: 4.5e-7 where the textbook quadratic errs by 19 % at grazing incidence). Negative when there is none. */
+static double intersect_sphere(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction) {
   const double radius = world->planet_radius_m;
   const np_dvec3 d = np_vec3_to_double(direction);
   const np_dvec3 from_centre = np_dvec3_make(origin.x, origin.y, origin.z + radius);
-  const double altitude = np_altitude(origin, radius);
-  const double b = np_dvec3_dot(from_centre, d), c = altitude * (2.0 * radius + altitude);
+  const double altitude = np_altitude(origin, radius) - level_m;
+  const double b = np_dvec3_dot(from_centre, d), c = altitude * (2.0 * (radius + level_m) + altitude);
   if (b >= 0.0) return c < 0.0 ? 0.0 : -1.0;
   const double discriminant = b * b - c * np_dvec3_dot(d, d);
   if (discriminant < 0.0) return -1.0;
@@ -18,14 +18,37 @@ static double intersect_sphere(const np_world *world, np_dvec3 origin, np_vec3 d
 }
 
 /* Who is under the ground sees it at once, in the light of the surface above: no path has to climb out. */
-static void set_sphere_hit(const np_world *world, np_dvec3 origin, np_vec3 direction, double distance_m,
+static void set_sphere_hit(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction, double distance_m,
                            np_ground_hit *out) {
   out->distance_m = distance_m;
   out->position = np_dvec3_along(origin, direction, distance_m);
   out->normal = np_zenith(out->position, world->planet_radius_m);
   out->albedo = world->ground_albedo;
-  const double altitude = distance_m > 0.0 ? 0.0 : np_altitude(origin, world->planet_radius_m);
+  out->water = NULL;
+  const double altitude = distance_m > 0.0 ? 0.0 : np_altitude(origin, world->planet_radius_m) - level_m;
   if (altitude < 0.0) out->position = np_dvec3_along(out->position, out->normal, -altitude);
+}
+
+static void set_water_hit(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction, double distance_m,
+                          np_ground_hit *out) {
+  set_sphere_hit(world, level_m, origin, direction, distance_m, out);
+  out->albedo = np_water_get_albedo(world->water);
+  out->water = world->water;
+}
+
+static void set_terrain_hit(const np_world *world, np_dvec3 origin, np_vec3 direction, const np_terrain_hit *terrain,
+                            np_ground_hit *out) {
+  out->distance_m = terrain->distance;
+  out->position = np_dvec3_along(origin, direction, terrain->distance);
+  out->normal = terrain->normal;
+  out->albedo = world->terrain_albedo;
+  out->water = NULL;
+  if (!np_terrain_has_cover(world->terrain)) return;
+  float albedo[NP_BAND_COUNT];
+  np_terrain_eval_albedo(world->terrain, terrain, albedo);
+  out->albedo = np_spectrum_grey(0.0f);
+  for (int b = 0; b < NP_BAND_COUNT; b++)
+    out->albedo = np_spectrum_add_scaled(out->albedo, albedo[b], world->terrain_basis[b]);
 }
 
 /* Whether a place under the sphere is in the open, over land of the height field that is lower than the sea: not where
@@ -38,11 +61,11 @@ static bool may_meet_terrain(const np_world *world, np_dvec3 origin, np_vec3 dir
   return world->terrain && !(origin.z > world->terrain_max.z && direction.z >= 0.0f);
 }
 
-bool np_world_intersect_ground(const np_world *world, np_dvec3 origin, np_vec3 direction, np_ground_hit *out_hit) {
+static bool intersect_land(const np_world *world, np_dvec3 origin, np_vec3 direction, np_ground_hit *out_hit) {
   np_terrain_hit terrain;
   const bool has_terrain = may_meet_terrain(world, origin, direction) &&
                            np_terrain_intersect(world->terrain, origin, direction, INFINITY, &terrain);
-  const double sphere = world->has_planet ? intersect_sphere(world, origin, direction) : -1.0;
+  const double sphere = world->has_planet ? intersect_sphere(world, 0.0, origin, direction) : -1.0;
   bool is_sphere = sphere >= 0.0;
   /* Land below sea level lies under the sphere: where the height field reaches, it alone is the ground. */
   const bool is_below = is_sphere && np_altitude(origin, world->planet_radius_m) < 0.0;
@@ -51,18 +74,51 @@ bool np_world_intersect_ground(const np_world *world, np_dvec3 origin, np_vec3 d
     const np_dvec3 p = np_dvec3_along(origin, direction, sphere);
     is_sphere = sphere < terrain.distance && !np_terrain_covers(world->terrain, p.x, p.y);
   }
-  if (is_sphere) {
-    set_sphere_hit(world, origin, direction, sphere, out_hit);
-  } else if (has_terrain) {
-    out_hit->distance_m = terrain.distance;
-    out_hit->position = np_dvec3_along(origin, direction, terrain.distance);
-    out_hit->normal = terrain.normal;
-    out_hit->albedo = world->terrain_albedo;
-  } else {
-    return false;
-  }
-  out_hit->position = np_dvec3_along(out_hit->position, out_hit->normal, NP_TERRAIN_LIFT_M);
+  if (is_sphere)
+    set_sphere_hit(world, 0.0, origin, direction, sphere, out_hit);
+  else if (has_terrain)
+    set_terrain_hit(world, origin, direction, &terrain, out_hit);
+  return is_sphere || has_terrain;
+}
+
+/* The sea, from which the terrain stands out, and which hides the planet's sphere. */
+static bool intersect_sea(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction,
+                          np_ground_hit *out_hit) {
+  np_terrain_hit terrain;
+  const double water = intersect_sphere(world, level_m, origin, direction);
+  const bool is_land =
+      water != 0.0 && may_meet_terrain(world, origin, direction) &&
+      np_terrain_intersect(world->terrain, origin, direction, water > 0.0 ? water : HUGE_VAL, &terrain);
+  if (is_land)
+    set_terrain_hit(world, origin, direction, &terrain, out_hit);
+  else if (water >= 0.0)
+    set_water_hit(world, level_m, origin, direction, water, out_hit);
+  return is_land || water >= 0.0;
+}
+
+/* A lake below the sphere, in hollows of the terrain. */
+static bool intersect_lake(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction,
+                           np_ground_hit *out_hit) {
+  const bool is_land = intersect_land(world, origin, direction, out_hit);
+  const double water = intersect_sphere(world, level_m, origin, direction);
+  if (water < 0.0 || (is_land && water >= out_hit->distance_m)) return is_land;
+  const np_dvec3 p = np_dvec3_along(origin, direction, water);
+  if (!world->terrain || !np_terrain_covers(world->terrain, p.x, p.y)) return is_land;
+  set_water_hit(world, level_m, origin, direction, water, out_hit);
   return true;
+}
+
+bool np_world_intersect_ground(const np_world *world, np_dvec3 origin, np_vec3 direction, np_ground_hit *out_hit) {
+  bool is_met;
+  if (world->water && world->has_planet) {
+    const double level_m = world->water->level_m + NP_WATER_LIFT_M;
+    is_met =
+        (world->water->level_m >= 0.0 ? intersect_sea : intersect_lake)(world, level_m, origin, direction, out_hit);
+  } else {
+    is_met = intersect_land(world, origin, direction, out_hit);
+  }
+  if (is_met) out_hit->position = np_dvec3_along(out_hit->position, out_hit->normal, NP_TERRAIN_LIFT_M);
+  return is_met;
 }
 
 float np_world_get_sky_share(const np_world *world, const np_ground_hit *hit) {

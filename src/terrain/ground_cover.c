@@ -1,0 +1,192 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "terrain/ground_cover.h"
+
+#include <math.h>
+#include <string.h>
+#include <strings.h>
+
+#include "core/alloc.h"
+#include "core/context_private.h"
+#include "core/units.h"
+#include "image/image_private.h"
+
+/* ---- Picture ---- */
+
+static const char *get_ending(const char *path) {
+  const char *slash = strrchr(path, '/'), *ending = strrchr(slash ? slash : path, '.');
+  return ending ? ending : "";
+}
+
+static neph_result fail_ending(neph_context *context, const char *path) {
+  return np_fail(context, NEPH_ERROR_UNSUPPORTED, "%s: pictures of albedo are read from .exr and .png, not from \"%s\"",
+                 path, get_ending(path));
+}
+
+static bool is_png(const char *path) { return !strcasecmp(get_ending(path), ".png"); }
+
+neph_result np_ground_cover_check_image(neph_context *context, const char *path) {
+  unsigned size[2];
+  if (!is_png(path) && strcasecmp(get_ending(path), ".exr") != 0) return fail_ending(context, path);
+  return np_image_read_size(context, path, size);
+}
+
+static neph_result load_image(neph_context *context, const char *path, np_monitor *monitor, neph_image **out_image) {
+  if (is_png(path)) return np_image_load_png(context, path, monitor, out_image);
+  if (!strcasecmp(get_ending(path), ".exr")) return np_image_load_exr(context, path, monitor, out_image);
+  return fail_ending(context, path);
+}
+
+/* Linear value of an sRGB code value (IEC 61966-2-1). */
+static float decode_srgb(float code) { return code <= 0.04045f ? code / 12.92f : powf((code + 0.055f) / 1.055f, 2.4f); }
+
+/* The plane of R, G or B; of a grey picture its only one. NULL: the picture is of other things. */
+static const float *get_plane(neph_image *image, int channel) {
+  static const char *const names[3] = {"R", "G", "B"};
+  const float *plane = neph_image_get_channel(image, names[channel]);
+  return plane ? plane : neph_image_get_channel(image, "Y");
+}
+
+static neph_result copy_plane(np_ground_cover *cover, const char *path, const float *plane, int channel) {
+  const size_t count = (size_t)cover->width * cover->height;
+  const bool is_coded = is_png(path);
+  for (size_t i = 0; i < count; i++) {
+    const float value = is_coded ? decode_srgb(plane[i]) : plane[i];
+    if (!(value >= 0.0f && value <= 1.0f))
+      return np_fail(cover->context, NEPH_ERROR_BAD_FILE, "%s: albedo is %g at column %zu, row %zu, must be in [0, 1]",
+                     path, (double)plane[i], i % cover->width, i / cover->width);
+    cover->texels[i][channel] = value;
+  }
+  return NEPH_OK;
+}
+
+static neph_result copy_image(np_ground_cover *cover, const char *path, neph_image *image) {
+  cover->width = neph_image_get_width(image);
+  cover->height = neph_image_get_height(image);
+  cover->texels = np_alloc(cover->context, (size_t)cover->width * cover->height, sizeof *cover->texels);
+  if (!cover->texels) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = NEPH_OK;
+  for (int c = 0; c < 3 && !result; c++) {
+    const float *plane = get_plane(image, c);
+    if (!plane)
+      return np_fail(cover->context, NEPH_ERROR_BAD_FILE, "%s: a picture of albedo must have channels R, G and B, or Y",
+                     path);
+    result = copy_plane(cover, path, plane, c);
+  }
+  return result;
+}
+
+/* ---- Making ---- */
+
+static np_cover_layer make_layer(bool is_there, const double albedo[3], double slope_rad, double level_m) {
+  return (np_cover_layer){.is_there = is_there,
+                          .albedo = {(float)albedo[0], (float)albedo[1], (float)albedo[2]},
+                          .slope_rad = (float)slope_rad,
+                          .level_m = (float)level_m};
+}
+
+neph_result np_ground_cover_create(neph_context *context, const neph_terrain_desc *desc, np_monitor *monitor,
+                                   np_ground_cover *out) {
+  *out = (np_ground_cover){
+      .context = context,
+      .noise = np_noise_get_table(context->isa),
+      .albedo = {(float)desc->ground_albedo[0], (float)desc->ground_albedo[1], (float)desc->ground_albedo[2]},
+      .rock = make_layer(desc->has_rock, desc->rock_albedo, desc->rock_slope_rad, 0.0),
+      .snow = make_layer(desc->has_snow, desc->snow_albedo, desc->snow_slope_rad, desc->snow_level_m)};
+  if (!desc->albedo_image) return NEPH_OK;
+  neph_image *image;
+  neph_result result = load_image(context, desc->albedo_image, monitor, &image);
+  if (result) return result;
+  result = copy_image(out, desc->albedo_image, image);
+  neph_image_destroy(image);
+  if (result) np_ground_cover_destroy(out);
+  return result;
+}
+
+void np_ground_cover_destroy(np_ground_cover *cover) {
+  if (cover->texels) np_alloc_free(cover->context, cover->texels);
+  *cover = (np_ground_cover){0};
+}
+
+/* ---- Look-up ---- */
+
+/* The two texels around a position along one axis, whose first texel's centre lies at ½, and the place between. */
+typedef struct texel_pair {
+  size_t low, high;
+  float fraction;
+} texel_pair;
+
+static texel_pair compute_texels(float position, unsigned size) {
+  const float last = (float)(size - 1), at = np_clampf(position * (float)size - 0.5f, 0.0f, last);
+  const size_t low = (size_t)at;
+  return (texel_pair){low, low + 1 < size ? low + 1 : low, at - (float)low};
+}
+
+static void sample_image(const np_ground_cover *cover, const np_cover_place *place, float out[3]) {
+  const texel_pair u = compute_texels(place->east, cover->width);
+  const texel_pair v = compute_texels(1.0f - place->north, cover->height);
+  const float(*upper)[3] = (const float(*)[3])cover->texels + v.low * cover->width;
+  const float(*lower)[3] = (const float(*)[3])cover->texels + v.high * cover->width;
+  for (int c = 0; c < 3; c++)
+    out[c] = np_mixf(np_mixf(upper[u.low][c], upper[u.high][c], u.fraction),
+                     np_mixf(lower[u.low][c], lower[u.high][c], u.fraction), v.fraction);
+}
+
+/* The longest wave of the noise that breaks the borders, and its octaves, down to some 6 m. */
+static const double noise_length_m = 400.0;
+enum { NOISE_OCTAVES = 7 };
+static const float noise_gain = 0.62f;
+
+/* Widths of the borders, and the sway that noise gives them per unit of its own: it is within ±0.5, rms 0.1. */
+static const float slope_width_rad = 0.12f, slope_sway_rad = 1.2f;
+static const float level_width_m = 60.0f, level_sway_m = 900.0f;
+static const float noise_max = 0.6f;
+
+static float eval_noise(const np_ground_cover *cover, const np_cover_place *place) {
+  const np_noise_lattice lattice = {.seed = 24, .period = {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, 1}};
+  const np_noise_octaves octaves = {NOISE_OCTAVES, noise_gain};
+  const float x = (float)(place->east_m / noise_length_m), y = (float)(place->north_m / noise_length_m), z = 0.5f;
+  float value;
+  cover->noise->perlin_fbm(&lattice, &octaves, &(np_noise_points){1, &x, &y, &z}, &value);
+  return value;
+}
+
+/* Share of a layer where `excess` over its border is given, in units of the border's width. */
+static float eval_border(float excess) { return np_smoothstepf(excess + 0.5f); }
+
+/* Whether noise can matter to a border. */
+static bool is_near_border(float excess, float width, float sway) {
+  return fabsf(excess) < 0.5f * width + noise_max * sway;
+}
+
+typedef struct cover_shares {
+  float rock, snow;
+} cover_shares;
+
+static cover_shares eval_shares(const np_ground_cover *cover, const np_cover_place *place) {
+  const np_cover_layer *rock = &cover->rock, *snow = &cover->snow;
+  const float steep = place->slope_rad - rock->slope_rad, bare = place->slope_rad - snow->slope_rad;
+  const float high = place->elevation_m - snow->level_m;
+  const bool is_rocky = rock->is_there && is_near_border(steep, slope_width_rad, slope_sway_rad);
+  const bool is_snowy = snow->is_there && (is_near_border(high, level_width_m, level_sway_m) ||
+                                           (high > 0.0f && is_near_border(bare, slope_width_rad, slope_sway_rad)));
+  const float noise = is_rocky || is_snowy ? eval_noise(cover, place) : 0.0f;
+  cover_shares out = {0.0f, 0.0f};
+  if (rock->is_there) out.rock = eval_border((steep + slope_sway_rad * noise) / slope_width_rad);
+  if (snow->is_there)
+    out.snow = eval_border((high - level_sway_m * noise) / level_width_m) *
+               (1.0f - eval_border((bare + slope_sway_rad * noise) / slope_width_rad));
+  return out;
+}
+
+void np_ground_cover_eval(const np_ground_cover *cover, const np_cover_place *place, float out_albedo[3]) {
+  if (cover->texels)
+    sample_image(cover, place, out_albedo);
+  else
+    memcpy(out_albedo, cover->albedo, sizeof cover->albedo);
+  if (!cover->rock.is_there && !cover->snow.is_there) return;
+  const cover_shares share = eval_shares(cover, place);
+  for (int c = 0; c < 3; c++) {
+    const float land = np_mixf(out_albedo[c], cover->rock.albedo[c], share.rock);
+    out_albedo[c] = np_mixf(land, cover->snow.albedo[c], share.snow);
+  }
+}

@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Albedo of a terrain from place to place: a picture over the field, rock where it is steep, snow where it is high.
+ *
+ * Values are those of a scene's lists of three, in its reference bands: R, G and B of a picture as well. Rock replaces
+ * the picture (or the one albedo), snow both. Borders are soft, and broken by noise of some metres to some hundreds.
+ */
+#ifndef NP_TERRAIN_GROUND_COVER_H
+#define NP_TERRAIN_GROUND_COVER_H
+
+#include <nephos/terrain.h>
+
+#include "core/math.h"
+#include "core/parallel.h"
+#include "noise/noise.h"
+
+typedef struct np_cover_layer {
+  bool is_there;
+  float albedo[3];
+  float slope_rad; /* from there on: of rock where it begins, of snow where it ends */
+  float level_m;   /* of snow */
+} np_cover_layer;
+
+typedef struct np_ground_cover {
+  neph_context *context; /* borrowed */
+  const np_noise_table *noise;
+  float albedo[3];        /* where there is no picture */
+  unsigned width, height; /* of the picture */
+  float (*texels)[3];     /* from the north-western corner, row by row; NULL: none */
+  np_cover_layer rock, snow;
+} np_ground_cover;
+
+/* A place on the ground. */
+typedef struct np_cover_place {
+  float east, north;      /* share of the field's extent, 0 to 1 from its south-western corner */
+  double east_m, north_m; /* from there */
+  float elevation_m, slope_rad;
+} np_cover_place;
+
+/* Reads the picture, if there is one. On failure nothing is left. */
+neph_result np_ground_cover_create(neph_context *context, const neph_terrain_desc *desc, np_monitor *monitor,
+                                   np_ground_cover *out);
+void np_ground_cover_destroy(np_ground_cover *cover);
+
+/* Whether a file can be a picture of albedo, by its name and header alone. */
+neph_result np_ground_cover_check_image(neph_context *context, const char *path);
+
+/* Whether the albedo differs from place to place. */
+static inline bool np_ground_cover_varies(const np_ground_cover *cover) {
+  return cover->texels || cover->rock.is_there || cover->snow.is_there;
+}
+
+void np_ground_cover_eval(const np_ground_cover *cover, const np_cover_place *place, float out_albedo[3]);
+
+#endif

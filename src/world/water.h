@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The surface of open water: a rough dielectric, and light that comes back out of the water.
+ *
+ * Waves are facets of Gaussian slopes, whose mean square grows with the wind (Cox and Munk 1954, "Measurement of the
+ * roughness of the sea surface from photographs of the sun's glitter", their fit without direction):
+ *
+ *     s² = 0.003 + 0.00512·U,   U the wind in m/s
+ *
+ * which is Beckmann's distribution of roughness α = s. Reflection is the microfacet model of Walter, Marschner, Li and
+ * Torrance 2007 with Fresnel's equations for n = 1.33 and Smith's height-correlated shadowing; light reflected twice is
+ * left out. What is not reflected enters the water, `albedo` of it comes back out, evenly but for the surface:
+ *
+ *     f = F·D·G/(4·cosθi·cosθo) + albedo·T(θi)·T(θo)/(π·T̄),   T = 1 − R
+ *
+ * with R(θ) the share that the waves reflect and T̄ the mean of T under an even sky: no energy is made. */
+#ifndef NP_WORLD_WATER_H
+#define NP_WORLD_WATER_H
+
+#include "core/math.h"
+#include "core/spectrum.h"
+
+enum { NP_WATER_NODES = 33 };
+
+/* Water stands this much above its level: land that a height field has at the level, as SRTM has the sea, is under it.
+ */
+#define NP_WATER_LIFT_M 0.1
+
+typedef struct np_water {
+  double level_m;                    /* above the planet's sphere */
+  float roughness;                   /* α */
+  np_spectrum albedo;                /* of light that has entered, what comes back out */
+  float reflectance[NP_WATER_NODES]; /* R, at even steps of √cosθ */
+  float mean_transmittance;          /* T̄ */
+} np_water;
+
+np_water np_water_make(double level_m, double wind_m_s, np_spectrum albedo);
+
+/* Reflectance of flat water for light at a cosine to its normal. */
+float np_water_fresnel(float cosine);
+
+/* R for light, or a view, at a cosine to the zenith. */
+float np_water_reflectance(const np_water *water, float cosine);
+
+/* Albedo under an even sky. */
+np_spectrum np_water_get_albedo(const np_water *water);
+
+/* Light between two directions away from the water, both unit. */
+typedef struct np_water_value {
+  np_spectrum scattered; /* BRDF times the cosine of the light, 1/sr */
+  float reflected;       /* the part of the waves' reflection in it, the same in all bands */
+  float density;         /* with which np_water_sample draws the light's direction, 1/sr */
+} np_water_value;
+
+np_water_value np_water_eval(const np_water *water, np_vec3 zenith, np_vec3 to_viewer, np_vec3 to_light);
+
+/* Direction from which the waves reflect light to the viewer, by the facets that the viewer sees (Heitz and d'Eon 2014,
+ * Jakob 2014); `*out_weight` is BRDF times cosine over density, 0 where the direction leads below the surface. */
+np_vec3 np_water_sample(const np_water *water, np_vec3 zenith, np_vec3 to_viewer, float u, float v, float *out_weight);
+
+#endif
