@@ -178,9 +178,10 @@ static const float reflection_tolerance = 0.2f;
 static np_spectrum march_reflection(const np_lighting *lighting, const np_integrator_settings *settings,
                                     const np_camera_ray *ray, const np_ground_hit *hit, np_random *random) {
   float weight;
-  np_camera_ray reflected = {.origin = hit->position, .jitter = ray->jitter, .is_reflected = true};
-  const float u = np_random_float(random), v = np_random_float(random);
-  reflected.direction = np_water_sample(hit->water, hit->normal, np_vec3_scale(ray->direction, -1.0f), u, v, &weight);
+  np_camera_ray reflected = {.origin = hit->position, .jitter = ray->choice, .is_reflected = true};
+  /* How far the facet tilts along the view counts most: it is spread over samples and pixels. */
+  reflected.direction = np_water_sample(hit->water, hit->normal, np_vec3_scale(ray->direction, -1.0f), ray->jitter,
+                                        np_random_float(random), &weight);
   np_spectrum sum = np_spectrum_grey(0.0f);
   if (!(weight > 0.0f)) return sum;
   np_integrator_settings own = *settings;

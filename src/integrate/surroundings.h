@@ -53,8 +53,8 @@ static inline np_spectrum np_surroundings_ground(const np_world *world, const np
   return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
 }
 
-/* Radiance of water: the sun's glint under the clouds' shadow, light that has been in the water, and what its waves
- * reflect along `reflected`, of which `radiance` is seen and `weight` counts. */
+/* Radiance of water: the sun's glint under the clouds' shadow, light that has been in the water, and `reflected`,
+ * what its waves reflect of all else. */
 static inline np_spectrum np_surroundings_water(const np_world *world, const np_lighting *lighting,
                                                 const np_integrator_settings *settings, const np_ground_hit *hit,
                                                 np_vec3 to_viewer, np_spectrum reflected, np_cloud_shadow_fn shadow,
@@ -68,7 +68,7 @@ static inline np_spectrum np_surroundings_water(const np_world *world, const np_
       np_spectrum_add_scaled(reflected, left * (1.0f / NP_PI_F), np_spectrum_multiply(irradiance, water->albedo));
   const np_vec3 to_sun = np_world_sample_sun(world, np_random_float(random), np_random_float(random));
   const np_water_value glint = np_water_eval(water, hit->normal, to_viewer, to_sun);
-  if (!(glint.density > 0.0f)) return out;
+  if (np_spectrum_is_zero(glint.scattered)) return out;
   const np_spectrum sun = np_world_sunlight(world, hit->position, to_sun);
   if (np_spectrum_is_zero(sun)) return out;
   const float passed = shadow(world, lighting, settings, hit->position, to_sun, random);

@@ -131,20 +131,21 @@ static void sample_image(const np_ground_cover *cover, const np_cover_place *pla
                      np_mixf(lower[u.low][c], lower[u.high][c], u.fraction), v.fraction);
 }
 
-/* The longest wave of the noise that breaks the borders, and its octaves, down to some 6 m. */
-static const double noise_length_m = 400.0;
-enum { NOISE_OCTAVES = 7 };
-static const float noise_gain = 0.62f;
+/* The longest waves of the noise that breaks the borders, of rock and of snow, and its octaves, down to some 3 m. */
+static const double rock_length_m = 150.0, snow_length_m = 400.0;
+enum { ROCK_OCTAVES = 6, SNOW_OCTAVES = 8 };
+static const float rock_gain = 0.75f, snow_gain = 0.65f;
 
 /* Widths of the borders, and the sway that noise gives them per unit of its own: it is within ±0.5, rms 0.1. */
-static const float slope_width_rad = 0.12f, slope_sway_rad = 1.2f;
-static const float level_width_m = 60.0f, level_sway_m = 900.0f;
+static const float slope_width_rad = 0.09f, slope_sway_rad = 1.5f;
+static const float level_width_m = 40.0f, level_sway_m = 1000.0f;
 static const float noise_max = 0.6f;
 
-static float eval_noise(const np_ground_cover *cover, const np_cover_place *place) {
-  const np_noise_lattice lattice = {.seed = 24, .period = {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, 1}};
-  const np_noise_octaves octaves = {NOISE_OCTAVES, noise_gain};
-  const float x = (float)(place->east_m / noise_length_m), y = (float)(place->north_m / noise_length_m), z = 0.5f;
+static float eval_noise(const np_ground_cover *cover, const np_cover_place *place, bool is_snow) {
+  const np_noise_lattice lattice = {.seed = is_snow, .period = {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, 1}};
+  const np_noise_octaves octaves = {is_snow ? SNOW_OCTAVES : ROCK_OCTAVES, is_snow ? snow_gain : rock_gain};
+  const double length = is_snow ? snow_length_m : rock_length_m;
+  const float x = (float)(place->east_m / length), y = (float)(place->north_m / length), z = 0.5f;
   float value;
   cover->noise->perlin_fbm(&lattice, &octaves, &(np_noise_points){1, &x, &y, &z}, &value);
   return value;
@@ -158,24 +159,22 @@ static bool is_near_border(float excess, float width, float sway) {
   return fabsf(excess) < 0.5f * width + noise_max * sway;
 }
 
-typedef struct cover_shares {
-  float rock, snow;
-} cover_shares;
+static float eval_rock(const np_ground_cover *cover, const np_cover_place *place) {
+  const float steep = place->slope_rad - cover->rock.slope_rad;
+  const bool is_broken = is_near_border(steep, slope_width_rad, slope_sway_rad);
+  const float noise = is_broken ? eval_noise(cover, place, false) : 0.0f;
+  return eval_border((steep + slope_sway_rad * noise) / slope_width_rad);
+}
 
-static cover_shares eval_shares(const np_ground_cover *cover, const np_cover_place *place) {
-  const np_cover_layer *rock = &cover->rock, *snow = &cover->snow;
-  const float steep = place->slope_rad - rock->slope_rad, bare = place->slope_rad - snow->slope_rad;
-  const float high = place->elevation_m - snow->level_m;
-  const bool is_rocky = rock->is_there && is_near_border(steep, slope_width_rad, slope_sway_rad);
-  const bool is_snowy = snow->is_there && (is_near_border(high, level_width_m, level_sway_m) ||
-                                           (high > 0.0f && is_near_border(bare, slope_width_rad, slope_sway_rad)));
-  const float noise = is_rocky || is_snowy ? eval_noise(cover, place) : 0.0f;
-  cover_shares out = {0.0f, 0.0f};
-  if (rock->is_there) out.rock = eval_border((steep + slope_sway_rad * noise) / slope_width_rad);
-  if (snow->is_there)
-    out.snow = eval_border((high - level_sway_m * noise) / level_width_m) *
-               (1.0f - eval_border((bare + slope_sway_rad * noise) / slope_width_rad));
-  return out;
+/* Where it is high enough, less where it is too steep. */
+static float eval_snow(const np_ground_cover *cover, const np_cover_place *place) {
+  const float high = place->elevation_m - cover->snow.level_m, steep = place->slope_rad - cover->snow.slope_rad;
+  if (high < -0.5f * level_width_m - noise_max * level_sway_m) return 0.0f;
+  const bool is_broken =
+      is_near_border(high, level_width_m, level_sway_m) || is_near_border(steep, slope_width_rad, slope_sway_rad);
+  const float noise = is_broken ? eval_noise(cover, place, true) : 0.0f;
+  return eval_border((high + level_sway_m * noise) / level_width_m) *
+         (1.0f - eval_border((steep - slope_sway_rad * noise) / slope_width_rad));
 }
 
 void np_ground_cover_eval(const np_ground_cover *cover, const np_cover_place *place, float out_albedo[3]) {
@@ -183,10 +182,8 @@ void np_ground_cover_eval(const np_ground_cover *cover, const np_cover_place *pl
     sample_image(cover, place, out_albedo);
   else
     memcpy(out_albedo, cover->albedo, sizeof cover->albedo);
-  if (!cover->rock.is_there && !cover->snow.is_there) return;
-  const cover_shares share = eval_shares(cover, place);
-  for (int c = 0; c < 3; c++) {
-    const float land = np_mixf(out_albedo[c], cover->rock.albedo[c], share.rock);
-    out_albedo[c] = np_mixf(land, cover->snow.albedo[c], share.snow);
-  }
+  const float rock = cover->rock.is_there ? eval_rock(cover, place) : 0.0f;
+  const float snow = cover->snow.is_there ? eval_snow(cover, place) : 0.0f;
+  for (int c = 0; c < 3; c++)
+    out_albedo[c] = np_mixf(np_mixf(out_albedo[c], cover->rock.albedo[c], rock), cover->snow.albedo[c], snow);
 }

@@ -423,6 +423,32 @@ static bool refine_hit(const neph_terrain *terrain, np_dvec3 origin, np_vec3 dir
   return is_met;
 }
 
+/* A facet hides the sun from itself before its smooth normals turn from it: the shadow's edge would be as jagged as the
+ * facets are. Light is asked for on the curved surface instead, the mean of the planes through the facet's vertices
+ * that lie above it (Hanika 2021, "Hacking the Shadow Terminator", in Ray Tracing Gems II). */
+static np_vec3 compute_rise(const neph_terrain *terrain, np_field_position position, np_dvec3 local) {
+  const size_t column = clamp_cell(position.column, terrain->field.width);
+  const size_t row = clamp_cell(position.row, terrain->field.height);
+  const double east = np_clamp(position.column - (double)column, 0, 1);
+  const double north = np_clamp(position.row - (double)row, 0, 1);
+  const bool is_upper = east + north > 1.0;
+  const double u = is_upper ? 1.0 - east : east, v = is_upper ? 1.0 - north : north;
+  const struct {
+    size_t column, row;
+    double weight;
+  } corners[3] = {{column + is_upper, row + is_upper, fmax(1.0 - u - v, 0.0)},
+                  {column + !is_upper, row + is_upper, u},
+                  {column + is_upper, row + !is_upper, v}};
+  np_vec3 rise = {0.0f, 0.0f, 0.0f};
+  for (int k = 0; k < 3; k++) {
+    const np_vec3 normal = get_sample_normal(terrain, corners[k].column, corners[k].row);
+    const np_dvec3 offset = np_dvec3_subtract(local, get_vertex(terrain, corners[k].column, corners[k].row));
+    const float below = np_minf(np_vec3_dot(np_dvec3_to_float(offset), normal), 0.0f);
+    rise = np_vec3_subtract(rise, np_vec3_scale(normal, (float)corners[k].weight * below));
+  }
+  return rise;
+}
+
 bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max,
                           np_terrain_hit *out_hit) {
   ray_span span;
@@ -443,6 +469,8 @@ bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 
                               .normal = get_smooth_normal(terrain, position),
                               .facet = np_dvec3_to_float(np_dvec3_normalize(meeting.normal)),
                               .position = position};
+  const np_dvec3 local = np_dvec3_subtract(origin, terrain->anchor);
+  out_hit->rise = compute_rise(terrain, position, np_dvec3_along(local, direction, out_hit->distance));
   return true;
 }
 

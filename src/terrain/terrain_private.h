@@ -24,6 +24,7 @@ typedef struct np_terrain_hit {
   double distance; /* along the ray, m */
   np_vec3 normal;  /* unit, smooth, facing up */
   np_vec3 facet;   /* unit, of the triangle, facing up */
+  np_vec3 rise;    /* from the facet to the curved surface that the smooth normals belong to, m */
   np_field_position position;
 } np_terrain_hit;
 

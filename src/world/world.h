@@ -91,7 +91,7 @@ np_aerial_perspective np_world_air(const np_world *world, const neph_sky *sky, n
 
 typedef struct np_ground_hit {
   double distance_m;
-  np_dvec3 position;     /* lifted off the surface, so that rays may start there */
+  np_dvec3 position;     /* lifted off the surface, so that rays may start there; of terrain, on its smooth one */
   np_vec3 normal;        /* unit */
   np_spectrum albedo;    /* of water: under an even sky */
   const np_water *water; /* NULL: land, by Lambert's law */

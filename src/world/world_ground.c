@@ -40,6 +40,7 @@ static void set_terrain_hit(const np_world *world, np_dvec3 origin, np_vec3 dire
                             np_ground_hit *out) {
   out->distance_m = terrain->distance;
   out->position = np_dvec3_along(origin, direction, terrain->distance);
+  out->position = np_dvec3_add(out->position, np_vec3_to_double(terrain->rise));
   out->normal = terrain->normal;
   out->albedo = world->terrain_albedo;
   out->water = NULL;
