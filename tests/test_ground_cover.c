@@ -37,10 +37,15 @@ static neph_terrain_desc make_desc(const char *image) {
   return desc;
 }
 
-static neph_terrain *make_flat(neph_context *context, const neph_terrain_desc *desc) {
+static neph_ridges_desc make_ridges_desc(void) {
   neph_ridges_desc ridges = NEPH_RIDGES_DESC_DEFAULT;
   ridges.sample_count = 65;
   ridges.relief_m = 0.0;
+  return ridges;
+}
+
+static neph_terrain *make_flat(neph_context *context, const neph_terrain_desc *desc) {
+  const neph_ridges_desc ridges = make_ridges_desc();
   neph_terrain *terrain = NULL;
   assert_int_equal(neph_terrain_create_ridges(context, &ridges, desc, &terrain), NEPH_OK);
   return terrain;
@@ -153,9 +158,10 @@ static void slopes_are_rock_and_heights_snow(void **state) {
 /* ---- Errors ---- */
 
 static void assert_refused(test_fixture *f, const neph_terrain_desc *desc, const char *text) {
+  const neph_ridges_desc ridges = make_ridges_desc();
   neph_terrain *terrain = NULL;
   test_log_clear(&f->log);
-  assert_int_not_equal(neph_terrain_create_ridges(f->context, NULL, desc, &terrain), NEPH_OK);
+  assert_int_not_equal(neph_terrain_create_ridges(f->context, &ridges, desc, &terrain), NEPH_OK);
   assert_null(terrain);
   assert_one_error(&f->log, text);
 }
