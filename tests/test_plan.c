@@ -33,26 +33,27 @@ static void assert_plan(test_fixture *f, const char *text, const char *needed) {
 
 #define CLOUD "clouds: [{vdb: a.vdb, optical_depth: 40}]\n"
 
-/* colour terrain moon lights volumes emission atmosphere camera-sky cloud-sky airglow sun sky ground world sky-guide
- * sun-depth multiple viewer clouds-on-ground air-shadows approximation stars lighting integrator */
+/* colour terrain moon lights volumes emission atmosphere camera-sky cloud-sky water-sky airglow sun sky ground world
+ * sky-guide sun-depth multiple viewer clouds-on-ground air-shadows approximation stars lighting integrator */
 static void test_only_what_is_needed_runs(void **state) {
-  assert_plan(*state, "version: 1", "x--x--xx--xx-x--------xx");
-  assert_plan(*state, CLOUD, "x--xx-xxx-xxxx--xxxx--xx");
-  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xx-xx-xxx-xxxx--xxxx--xx");
-  assert_plan(*state, "terrain: {ridges: {}}", "xx-x--xx--xx-x-----x--xx");
-  assert_plan(*state, CLOUD "atmosphere: none", "x--xx-----x-xx--xxx---xx");
-  assert_plan(*state, CLOUD "environment: {planet: none}", "x--xx-----x--x--xx----xx");
+  assert_plan(*state, "version: 1", "x--x--xx---xx-x--------xx");
+  assert_plan(*state, "water: {}", "x--x--xx-x-xx-x--------xx");
+  assert_plan(*state, CLOUD, "x--xx-xxx--xxxx--xxxx--xx");
+  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xx-xx-xxx--xxxx--xxxx--xx");
+  assert_plan(*state, "terrain: {ridges: {}}", "xx-x--xx---xx-x-----x--xx");
+  assert_plan(*state, CLOUD "atmosphere: none", "x--xx------x-xx--xxx---xx");
+  assert_plan(*state, CLOUD "environment: {planet: none}", "x--xx------x--x--xx----xx");
   assert_plan(*state, CLOUD "environment: {planet: none, radiance: 1}\nsun: {irradiance: 0}",
-              "x--xx------x-x--xx----xx");
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x--xx-x----xxx--xxx---xx");
-  assert_plan(*state, CLOUD "render: {integrator: path}", "x--xx-x---xxxx--------xx");
-  assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x--xx-x-x-xxxxx-------xx");
-  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x--xx-xxx-xxxxx----x--xx");
-  assert_plan(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", "x--xx-x-x-xxxxx-x-----xx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x--xx-xxx-xxxx-----x--xx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x--xx-xxx-xxxx-----xx-xx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x--xx-xxx-xxxx-----xx-xx");
-  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x--xx-xxx-xxxx-----x--xx");
+              "x--xx-------x-x--xx----xx");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x--xx-x-----xxx--xxx---xx");
+  assert_plan(*state, CLOUD "render: {integrator: path}", "x--xx-x----xxxx--------xx");
+  assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x--xx-x-x--xxxxx-------xx");
+  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x--xx-xxx--xxxxx----x--xx");
+  assert_plan(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", "x--xx-x-x--xxxxx-x-----xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x--xx-xxx--xxxx-----x--xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x--xx-xxx--xxxx-----xx-xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x--xx-xxx--xxxx-----xx-xx");
+  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x--xx-xxx--xxxx-----x--xx");
 }
 
 static void assert_air_light(test_fixture *f, const char *text, bool has_light) {
@@ -79,12 +80,12 @@ static void test_light_in_the_air_is_known_to_who_asks(void **state) {
 
 static void test_no_light_where_none_is_wanted(void **state) {
   assert_plan(*state, CLOUD "terrain: {ridges: {}}\noutput: {beauty: false, aovs: [depth, transmittance, distance]}",
-              "xx-xx--------x--------xx");
-  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x--xx-xxx-xxxx--xxxx--xx");
+              "xx-xx---------x--------xx");
+  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x--xx-xxx--xxxx--xxxx--xx");
 }
 
 static void test_no_light_where_nothing_shines(void **state) {
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x--xx--------x--------xx");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x--xx---------x--------xx");
 }
 
 static void assert_sky_alone(test_fixture *f, const char *text) {

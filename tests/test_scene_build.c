@@ -12,7 +12,9 @@ static const char as_file[] =
     "          resolution: [48, 27]},"
     " sun: {elevation: 31 deg, azimuth: 250 deg, irradiance: [1.5, 1.8, 1.9], angular_radius: 0.3 deg},"
     " atmosphere: {preset: earth-hazy, ground_albedo: 0.2},"
-    " terrain: {ridges: {seed: 4, samples: 65, relief: 500 m}, albedo: [0.1, 0.2, 0.15], width: 20 km},"
+    " terrain: {ridges: {seed: 4, samples: 65, relief: 500 m}, albedo: [0.1, 0.2, 0.15], width: 20 km,"
+    "           rock: {albedo: 0.1}, snow: {level: 400 m}},"
+    " water: {level: 100 m, wind: 7 m/s, albedo: 0.03},"
     " clouds: [{bake: {seed: 3, extent: 3 km, voxel: 100 m, thickness: 900 m}, position: [200 m, 300 m, 900 m],"
     "           rotation: 20 deg, scale: 1.25, optical_depth: 12, albedo: [0.9, 0.95, 0.99],"
     "           phase: {two_lobe: {forward: 0.8, backward: -0.2, weight: 0.15}}}],"
@@ -36,6 +38,11 @@ static neph_result make_assets(neph_context *context, assets *a) {
   cloud.thickness_m = 900;
   ground.width_m = 20000;
   memcpy(ground.ground_albedo, (double[]){0.1, 0.2, 0.15}, sizeof ground.ground_albedo);
+  ground.has_rock = ground.has_snow = true;
+  memcpy(ground.rock_albedo, (double[]){0.1, 0.1, 0.1}, sizeof ground.rock_albedo);
+  ground.rock_slope_rad = 35 * NP_PI / 180;
+  ground.snow_slope_rad = 50 * NP_PI / 180;
+  ground.snow_level_m = 400;
   ridges.seed = 4;
   ridges.sample_count = 65;
   ridges.relief_m = 500;
@@ -89,11 +96,20 @@ static neph_sun_desc describe_sun(void) {
   return sun;
 }
 
+static neph_water_desc describe_water(void) {
+  neph_water_desc water = NEPH_WATER_DESC_DEFAULT;
+  water.level_m = 100;
+  water.wind_m_s = 7;
+  memcpy(water.albedo, (double[]){0.03, 0.03, 0.03}, sizeof water.albedo);
+  return water;
+}
+
 /* The scene of `as_file` but for its render keys. */
 static neph_result build(neph_context *context, neph_scene **out_scene) {
   assets a;
   const neph_camera_desc camera = describe_camera();
   const neph_sun_desc sun = describe_sun();
+  const neph_water_desc water = describe_water();
   neph_placement_desc placement = describe_placement();
   placement.rotation_rad = 20 * NP_PI / 180;
   *out_scene = NULL;
@@ -103,6 +119,7 @@ static neph_result build(neph_context *context, neph_scene **out_scene) {
   if (!result) result = neph_scene_set_sun(*out_scene, &sun);
   if (!result) result = neph_scene_set_atmosphere(*out_scene, a.atmosphere);
   if (!result) result = neph_scene_set_terrain(*out_scene, a.terrain);
+  if (!result) result = neph_scene_set_water(*out_scene, &water);
   if (!result) result = neph_scene_add_volume(*out_scene, a.volume, &placement, NULL);
   release_assets(&a);
   return result;

@@ -234,6 +234,8 @@ static void write_document(const np_key *key, const char *value, char *out, size
   char inner[TEXT_SIZE * 2], outer[TEXT_SIZE * 2];
   const bool has_file = !strncmp(key->path, "clouds[].emission", strlen("clouds[].emission")) ||
                         !strcmp(key->path, "clouds[].reference_frame");
+  const bool needs_ridges = !strncmp(key->path, "terrain.rock.", strlen("terrain.rock.")) ||
+                            !strncmp(key->path, "terrain.snow.", strlen("terrain.snow."));
   const char *source = has_file ? ", vdb: a.#.vdb, extinction: 1" : ", bake: {}";
   snprintf(inner, sizeof inner, "%s: %s%s", np_key_get_name(key), value, get_companion(key));
   for (const np_key *section = np_key_get_parent(key); section; section = np_key_get_parent(section)) {
@@ -242,7 +244,8 @@ static void write_document(const np_key *key, const char *value, char *out, size
     if (section->type == NP_KEY_LIST)
       snprintf(outer, sizeof outer, "%s: [{%.300s%s}]", name, inner, is_complete ? "" : source);
     else
-      snprintf(outer, sizeof outer, "%s: {%.300s}", name, inner);
+      snprintf(outer, sizeof outer, "%s: {%.300s%s}", name, inner,
+               needs_ridges && !strcmp(name, "terrain") ? ", ridges: {}" : "");
     snprintf(inner, sizeof inner, "%s", outer);
   }
   const bool needs_place = key->type == NP_KEY_TIME || !strncmp(key->path, "stars.", strlen("stars."));

@@ -75,7 +75,7 @@ static void the_rows_of_a_sky_are_enough(void **state) {
 
 static const char nothing[] = "{version: 1, atmosphere: none, environment: {planet: none}, sun: {irradiance: 0}}";
 static const char day[] = "{" CAMERA AIR CLOUD "sun: {elevation: 30 deg, azimuth: 140 deg},"
-                          " terrain: {ridges: {samples: 33, relief: 200 m}, width: 10 km},"
+                          " terrain: {ridges: {samples: 33, relief: 200 m}, width: 10 km}, water: {level: 50 m},"
                           " render: {samples: 1, sun_optical_depth: volume, air_shadows: true}}";
 static const char night[] = "{" CAMERA AIR CLOUD NIGHT " render: {integrator: path, samples: 1, splitting: adjoint}}";
 static const char colours[] = "{" CAMERA AIR CLOUD "sun: {elevation: 30 deg, azimuth: 140 deg},"

@@ -30,7 +30,10 @@ typedef struct neph_camera_desc {
 #define NEPH_CAMERA_DESC_DEFAULT                                                                                       \
   {                                                                                                                    \
     .struct_size = sizeof(neph_camera_desc), .position_m = {0, -6000, 400}, .look_at_m = {0, 0, 1800},                 \
-    .fov_rad = 0.87266462599716477, .roll_rad = 0, .resolution = {960, 540}                                            \
+    .fov_rad = 0.87266462599716477, .roll_rad = 0, .resolution = {                                                     \
+      960,                                                                                                             \
+      540                                                                                                              \
+    }                                                                                                                  \
   }
 
 /** @param desc  NULL for the defaults. */
@@ -38,15 +41,15 @@ NEPH_API neph_result neph_scene_set_camera(neph_scene *scene, const neph_camera_
 
 typedef struct neph_sun_desc {
   size_t struct_size;
-  bool has_direction;               /**< by its direction, not by the two angles (default false) */
-  double direction[3];              /**< towards the sun, of any length above 0 (default 0, 0, 1) */
-  double elevation_rad;             /**< above the horizontal at the world's origin (default 35°) */
-  double azimuth_rad;               /**< clockwise from north (default 120°) */
-  bool has_irradiance;              /**< else as from the planet (default false) */
-  double irradiance_w_m2_nm[3];     /**< above the atmosphere, per band (default 1.474, 1.8504, 1.91198) */
-  bool has_angular_radius;          /**< else as from the planet (default false) */
-  double angular_radius_rad;        /**< of the disk (default 0.00467396) */
-  bool has_limb_darkening;          /**< the disk darkens towards its edge (default true) */
+  bool has_direction;           /**< by its direction, not by the two angles (default false) */
+  double direction[3];          /**< towards the sun, of any length above 0 (default 0, 0, 1) */
+  double elevation_rad;         /**< above the horizontal at the world's origin (default 35°) */
+  double azimuth_rad;           /**< clockwise from north (default 120°) */
+  bool has_irradiance;          /**< else as from the planet (default false) */
+  double irradiance_w_m2_nm[3]; /**< above the atmosphere, per band (default 1.474, 1.8504, 1.91198) */
+  bool has_angular_radius;      /**< else as from the planet (default false) */
+  double angular_radius_rad;    /**< of the disk (default 0.00467396) */
+  bool has_limb_darkening;      /**< the disk darkens towards its edge (default true) */
 } neph_sun_desc;
 
 #define NEPH_SUN_DESC_DEFAULT                                                                                          \
@@ -82,20 +85,20 @@ typedef enum neph_cloud_phase {
 /** A volume in its place, and what its values mean. */
 typedef struct neph_placement_desc {
   size_t struct_size;
-  const char *name;      /**< in messages, copied; NULL: cloud0, cloud1, … (default NULL) */
-  bool has_position;     /**< else where the volume's own transform puts it (default false) */
-  double position_m[3];  /**< where the middle of the bottom of its box goes (default 0, 0, 0) */
-  double rotation_rad;   /**< about the vertical, counter-clockwise seen from above (default 0) */
-  double scale;          /**< enlarges it; > 0 (default 1) */
+  const char *name;               /**< in messages, copied; NULL: cloud0, cloud1, … (default NULL) */
+  bool has_position;              /**< else where the volume's own transform puts it (default false) */
+  double position_m[3];           /**< where the middle of the bottom of its box goes (default 0, 0, 0) */
+  double rotation_rad;            /**< about the vertical, counter-clockwise seen from above (default 0) */
+  double scale;                   /**< enlarges it; > 0 (default 1) */
   neph_density_unit density_unit; /**< (default NEPH_DENSITY_EXTINCTION) */
-  double density_value;  /**< (default 1: values are extinction in 1/m, as baked clouds have them) */
-  double albedo[3];      /**< share of the light that scattering leaves (default 0.999995 each) */
-  neph_cloud_phase phase;     /**< (default NEPH_CLOUD_DROPLETS) */
-  double droplet_diameter_m; /**< (default 20e-6) */
-  double asymmetry;          /**< g (default 0.85) */
-  double second_asymmetry;   /**< g of the second lobe (default −0.25) */
-  double second_weight;      /**< 0 to 1 (default 0.1) */
-  double draine_alpha;       /**< 0 is Henyey-Greenstein, 1 Cornette-Shanks (default 1) */
+  double density_value;           /**< (default 1: values are extinction in 1/m, as baked clouds have them) */
+  double albedo[3];               /**< share of the light that scattering leaves (default 0.999995 each) */
+  neph_cloud_phase phase;         /**< (default NEPH_CLOUD_DROPLETS) */
+  double droplet_diameter_m;      /**< (default 20e-6) */
+  double asymmetry;               /**< g (default 0.85) */
+  double second_asymmetry;        /**< g of the second lobe (default −0.25) */
+  double second_weight;           /**< 0 to 1 (default 0.1) */
+  double draine_alpha;            /**< 0 is Henyey-Greenstein, 1 Cornette-Shanks (default 1) */
 } neph_placement_desc;
 
 #define NEPH_PLACEMENT_DESC_DEFAULT                                                                                    \
@@ -121,6 +124,22 @@ NEPH_API neph_result neph_scene_set_placement(neph_scene *scene, unsigned index,
 /** Makes a terrain of the same context, which the scene retains, the ground; NULL: none. It stands on the planet of its
  * own description, which must be as large as the scene's. */
 NEPH_API neph_result neph_scene_set_terrain(neph_scene *scene, neph_terrain *terrain) NEPH_NODISCARD;
+
+/** Open water over all ground below its level. */
+typedef struct neph_water_desc {
+  size_t struct_size;
+  double level_m;   /**< elevation, within ±10 km; from 0 up it covers the planet beyond the terrain (default 0) */
+  double wind_m_s;  /**< that roughens it, 0 to 40 (default 5) */
+  double albedo[3]; /**< of the light that enters it, the share that comes back out (default 0.002, 0.008, 0.02) */
+} neph_water_desc;
+
+#define NEPH_WATER_DESC_DEFAULT                                                                                        \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_water_desc), .level_m = 0, .wind_m_s = 5, .albedo = { 0.002, 0.008, 0.02 }              \
+  }
+
+/** @param desc  NULL: no water. */
+NEPH_API neph_result neph_scene_set_water(neph_scene *scene, const neph_water_desc *desc) NEPH_NODISCARD;
 
 /** Makes an atmosphere of the same context, which the scene retains, planet and air; NULL: no air. Pictures of three
  * bands use its tables. */

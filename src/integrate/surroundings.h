@@ -89,7 +89,7 @@ static inline np_spectrum np_surroundings_incoming(const np_world *world, const 
   return np_spectrum_add(np_spectrum_multiply(ground, air.transmittance), air.inscatter);
 }
 
-/* What the camera sees behind the clouds. */
+/* Ground, water or sky that the camera sees behind the clouds. */
 typedef struct np_behind {
   const np_ground_hit *hit; /* NULL: sky */
   const np_spectrum *water; /* radiance of water, which is not computed twice; NULL: it is land, or taken for such */

@@ -174,6 +174,7 @@ void np_stage_decide_cloud_sky(np_decision *d, np_plan_stage *out) {
 
 void np_stage_decide_water_sky(np_decision *d, np_plan_stage *out) {
   const char *against = np_scene_has_water(d->scene) ? get_skyless(d) : "the scene has no water";
+  if (!against && d->plan->is_sky_alone) against = "only the sky is wanted";
   if (!against && np_plan_traces_air(d->plan)) against = traced;
   decide_unless(out, d->facts->dark, against, "sky behind, and air before, what the water reflects");
 }

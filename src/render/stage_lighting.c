@@ -44,7 +44,7 @@ neph_result np_stage_build_instances(const np_stage_part *in) {
 
 void np_stage_clear_instances(const np_stage_part *in) { np_alloc_free(in->made->context, in->packet->placed); }
 
-/* What does not differ from light to light. */
+/* Planet, terrain and water, the same under each light. */
 static void add_ground(const np_stage_part *in, np_packet_light *out) {
   const np_packet *packet = in->packet;
   const neph_scene *scene = in->scene;

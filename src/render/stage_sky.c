@@ -63,7 +63,7 @@ neph_result np_stage_build_packet_lights(const np_stage_part *in) {
 
 /* ---- Air ---- */
 
-/* Of the planet's surface: of water where there is a sea, else the terrain's mean. */
+/* The water's where there is a sea, else the terrain's mean. */
 void np_stage_get_ground_albedo(const np_stage_part *in, double out[NP_BAND_COUNT]) {
   const neph_scene *scene = in->scene;
   const neph_terrain *terrain = in->made->terrain;

@@ -244,8 +244,7 @@ neph_result neph_scene_add_volume(neph_scene *scene, neph_volume *volume, const 
                                   unsigned *out_index) {
   neph_placement_desc placement;
   const unsigned index = scene->cloud_count;
-  if (!volume)
-    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "neph_scene_add_volume: the volume is NULL");
+  if (!volume) return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "neph_scene_add_volume: the volume is NULL");
   neph_result result = check_context(scene, np_volume_get_context(volume), "volume");
   if (!result) result = read_placement(scene->context, desc, &placement);
   if (!result) result = set_cloud(scene, index, volume, &placement);
@@ -263,7 +262,7 @@ neph_result neph_scene_set_placement(neph_scene *scene, unsigned index, const ne
   return result ? result : set_cloud(scene, index, volume, &placement);
 }
 
-/* ---- Terrain and atmosphere ---- */
+/* ---- Terrain, water and atmosphere ---- */
 
 /* Makes a section stand for an asset, or "none" where there is none. */
 static neph_result set_asset(neph_scene *scene, const char *name, np_node_assets assets) {
@@ -285,8 +284,22 @@ neph_result neph_scene_set_terrain(neph_scene *scene, neph_terrain *terrain) {
   return result ? result : set_asset(scene, "terrain", (np_node_assets){.terrain = terrain});
 }
 
+static void put_water(section_writer *w, const void *desc) {
+  const neph_water_desc *water = desc;
+  put_real(w, "level", water->level_m, "m");
+  put_real(w, "wind", water->wind_m_s, "m/s");
+  put_reals(w, "albedo", water->albedo, 3, "");
+}
+
+neph_result neph_scene_set_water(neph_scene *scene, const neph_water_desc *desc) {
+  static const neph_water_desc defaults = NEPH_WATER_DESC_DEFAULT;
+  neph_water_desc water;
+  if (!desc) return set_asset(scene, "water", (np_node_assets){0});
+  neph_result result = np_desc_read(scene->context, "neph_water_desc", &defaults, sizeof defaults, desc, &water);
+  return result ? result : set_section(scene, "water", put_water, &water);
+}
+
 neph_result neph_scene_set_atmosphere(neph_scene *scene, neph_atmosphere *atmosphere) {
-  neph_result result =
-      atmosphere ? check_context(scene, np_atmosphere_get_context(atmosphere), "atmosphere") : NEPH_OK;
+  neph_result result = atmosphere ? check_context(scene, np_atmosphere_get_context(atmosphere), "atmosphere") : NEPH_OK;
   return result ? result : set_asset(scene, "atmosphere", (np_node_assets){.atmosphere = atmosphere});
 }

@@ -497,7 +497,8 @@ static const np_key keys[] = {
 
     {.path = "water", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(water.is_enabled),
      .tag = SCENE(water.is_enabled), .tag_value = true,
-     .meaning = "open water over all ground below its level; from sea level up it covers the planet beyond the terrain"},
+     .meaning = "open water over all ground below its level; from sea level up it covers the planet beyond the "
+                "terrain"},
     {.path = "water.level", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(water.level_m),
      .range = WITHIN(-1e4, 1e4), .fallback = "0 m", .meaning = "its elevation"},
     {.path = "water.wind", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE_PER_SECOND, .field = SCENE(water.wind_m_s),

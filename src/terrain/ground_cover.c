@@ -110,20 +110,20 @@ void np_ground_cover_destroy(np_ground_cover *cover) {
 /* ---- Look-up ---- */
 
 /* The two texels around a position along one axis, whose first texel's centre lies at ½, and the place between. */
-typedef struct texel_pair {
+typedef struct albedo_texels {
   size_t low, high;
   float fraction;
-} texel_pair;
+} albedo_texels;
 
-static texel_pair compute_texels(float position, unsigned size) {
+static albedo_texels compute_texels(float position, unsigned size) {
   const float last = (float)(size - 1), at = np_clampf(position * (float)size - 0.5f, 0.0f, last);
   const size_t low = (size_t)at;
-  return (texel_pair){low, low + 1 < size ? low + 1 : low, at - (float)low};
+  return (albedo_texels){low, low + 1 < size ? low + 1 : low, at - (float)low};
 }
 
 static void sample_image(const np_ground_cover *cover, const np_cover_place *place, float out[3]) {
-  const texel_pair u = compute_texels(place->east, cover->width);
-  const texel_pair v = compute_texels(1.0f - place->north, cover->height);
+  const albedo_texels u = compute_texels(place->east, cover->width);
+  const albedo_texels v = compute_texels(1.0f - place->north, cover->height);
   const float(*upper)[3] = (const float(*)[3])cover->texels + v.low * cover->width;
   const float(*lower)[3] = (const float(*)[3])cover->texels + v.high * cover->width;
   for (int c = 0; c < 3; c++)
@@ -166,7 +166,7 @@ static float eval_rock(const np_ground_cover *cover, const np_cover_place *place
   return eval_border((steep + slope_sway_rad * noise) / slope_width_rad);
 }
 
-/* Where it is high enough, less where it is too steep. */
+/* Snow lies high enough, less on steep slopes. */
 static float eval_snow(const np_ground_cover *cover, const np_cover_place *place) {
   const float high = place->elevation_m - cover->snow.level_m, steep = place->slope_rad - cover->snow.slope_rad;
   if (high < -0.5f * level_width_m - noise_max * level_sway_m) return 0.0f;
