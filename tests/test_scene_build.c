@@ -230,6 +230,7 @@ static void nothing_given_is_nothing_there(void **state) {
   assert_int_equal(build(f->context, &scene), NEPH_OK);
   assert_int_equal(neph_scene_set(scene, "clouds", "[]"), NEPH_OK);
   assert_int_equal(neph_scene_set_terrain(scene, NULL), NEPH_OK);
+  assert_int_equal(neph_scene_set_water(scene, NULL), NEPH_OK);
   assert_int_equal(neph_scene_set_atmosphere(scene, NULL), NEPH_OK);
   assert_int_equal(neph_scene_set_camera(scene, NULL), NEPH_OK);
   assert_int_equal(neph_scene_set_sun(scene, NULL), NEPH_OK);

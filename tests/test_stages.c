@@ -142,7 +142,7 @@ static void what_is_needed_is_built_and_nothing_else(void **state) {
   fixture *f = *state;
   assert_built(f->context, nothing, 4);
   assert_built(f->context, "{version: 1}", 6);
-  assert_built(f->context, day, 14);
+  assert_built(f->context, day, 15);
   assert_built(f->context, night, 11);
   assert_built(f->context, colours, 10);
 }
@@ -244,7 +244,7 @@ static void what_rows_say_is_kept_is(void **state) {
   for (const char *at = f->log.text; (at = strstr(at, ": reused")); at++) kept++;
   for (int i = 0; i < NP_STAGE_COUNT; i++)
     if (np_plan_needs(&b.plan, (np_stage)i) && np_stage_get_row((np_stage)i)->reuse) expected++;
-  assert_int_equal(expected, 7); /* terrain, volumes, air, two skies, sun optical depth, multiple scattering */
+  assert_int_equal(expected, 8); /* terrain, volumes, air, three skies, sun optical depth, multiple scattering */
   assert_int_equal(kept, expected);
   clear(&b);
 }
