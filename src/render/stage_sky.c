@@ -75,7 +75,10 @@ void np_stage_get_ground_albedo(const np_stage_part *in, double out[NP_BAND_COUN
   const double *albedo = scene->water.albedo;
   const np_water water = np_water_make(scene->water.level_m, scene->water.wind_m_s,
                                        np_spectrum_make((float)albedo[0], (float)albedo[1], (float)albedo[2]));
-  for (int b = 0; b < NP_BAND_COUNT; b++) out[b] = (double)np_water_get_albedo(&water).band[b];
+  const np_scene_lights *places = &in->made->places;
+  const np_dvec3 to_light = np_plan_has_sun_world(in->plan) ? places->to_sun : places->moon.direction;
+  const np_spectrum albedo_under_light = np_water_get_air_albedo(&water, (float)to_light.z);
+  for (int b = 0; b < NP_BAND_COUNT; b++) out[b] = (double)albedo_under_light.band[b];
 }
 
 /* Share of the tolerance: along the long paths of the horizon a coefficient counts ten times. */

@@ -27,7 +27,7 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
     BUILD_CLEAR(CLOUD, cloud), .revise = np_stage_revise_volumes},
   [NP_STAGE_EMISSION] = {"emission", BIT(COLOR) | BIT(VOLUMES), DECIDE(emission), .part_seconds = 0.2,
     BUILD_CLEAR(PACKET, emission)},
-  [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR) | BIT(TERRAIN), .is_of_sky = true, DECIDE(atmosphere),
+  [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR) | BIT(TERRAIN) | BIT(LIGHTS), .is_of_sky = true, DECIDE(atmosphere),
     .part_seconds = 0.1, REUSE(atmosphere)},
   [NP_STAGE_CAMERA_SKY] = {"camera sky", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true,
     DECIDE(camera_sky), .part_seconds = 0.05, REUSE(camera_sky)},

@@ -123,45 +123,77 @@ static float reflect(float roughness, np_vec3 viewer, np_vec3 facet, np_vec3 *ou
 /* Facets over which R is averaged. */
 enum { FACETS = 512 };
 
-static float compute_reflectance(float roughness, float cosine) {
+static void fill_node(np_water *water, int node) {
+  const float root = (float)node / (NP_WATER_NODES - 1), cosine = np_maxf(root * root, cosine_least);
   const np_vec3 viewer = np_vec3_make(sqrtf(np_maxf(1.0f - cosine * cosine, 0.0f)), 0.0f, cosine);
-  double sum = 0.0;
+  double reflected = 0.0, actinic = 0.0;
   for (int k = 0; k < FACETS; k++) {
     np_vec3 light;
     const double v = 0.6180339887498949 * k;
-    sum += (double)reflect(roughness, viewer,
-                           sample_facet(roughness, viewer, ((float)k + 0.5f) / FACETS, (float)(v - floor(v))), &light);
+    const np_vec3 facet = sample_facet(water->roughness, viewer, ((float)k + 0.5f) / FACETS, (float)(v - floor(v)));
+    const float weight = reflect(water->roughness, viewer, facet, &light);
+    reflected += (double)weight / FACETS;
+    if (weight > 0.0f) actinic += 0.5 * (double)(weight / np_maxf(light.z, 0.02f)) / FACETS;
   }
-  return (float)(sum / FACETS);
+  water->reflectance[node] = (float)reflected;
+  water->actinic[node] = (float)actinic;
+}
+
+static float look_up(const float table[NP_WATER_NODES], float cosine) {
+  const float place = sqrtf(np_clampf(cosine, 0.0f, 1.0f)) * (NP_WATER_NODES - 1);
+  const int i = place < NP_WATER_NODES - 2 ? (int)place : NP_WATER_NODES - 2;
+  return np_mixf(table[i], table[i + 1], place - (float)i);
 }
 
 np_water np_water_make(double level_m, double wind_m_s, np_spectrum albedo) {
   np_water water = {.level_m = level_m, .roughness = (float)sqrt(0.003 + 0.00512 * wind_m_s), .albedo = albedo};
-  for (int i = 0; i < NP_WATER_NODES; i++) {
-    const float root = (float)i / (NP_WATER_NODES - 1);
-    water.reflectance[i] = compute_reflectance(water.roughness, np_maxf(root * root, cosine_least));
-  }
-  double sum = 0.0;
+  for (int i = 0; i < NP_WATER_NODES; i++) fill_node(&water, i);
   enum { STEPS = 256 };
+  double transmitted = 0.0, actinic = 0.0;
   for (int k = 0; k < STEPS; k++) {
-    const double cosine = (k + 0.5) / STEPS;
-    sum += 2.0 * cosine * (1.0 - (double)np_water_reflectance(&water, (float)cosine)) / STEPS;
+    const double cosine = (k + 0.5) / STEPS, weight = 2.0 * cosine / STEPS;
+    transmitted += weight * (1.0 - (double)look_up(water.reflectance, (float)cosine));
+    actinic += weight * (double)look_up(water.actinic, (float)cosine);
   }
-  water.mean_transmittance = (float)sum;
+  water.mean_transmittance = (float)transmitted;
+  water.mean_actinic = (float)actinic;
   return water;
 }
 
 /* ---- Asking ---- */
 
-float np_water_reflectance(const np_water *water, float cosine) {
-  const float place = sqrtf(np_clampf(cosine, 0.0f, 1.0f)) * (NP_WATER_NODES - 1);
-  const int i = place < NP_WATER_NODES - 2 ? (int)place : NP_WATER_NODES - 2;
-  return np_mixf(water->reflectance[i], water->reflectance[i + 1], place - (float)i);
+float np_water_reflectance(const np_water *water, float cosine) { return look_up(water->reflectance, cosine); }
+
+/* Optical depths of clear air at 680, 550 and 440 nm, near enough for other bands, and the share of the light it
+ * scatters that goes down. */
+static const float air_depth[NP_BAND_COUNT] = {0.13f, 0.2f, 0.34f}, air_downward = 0.6f;
+
+/* A value under sun and sky, by their shares of the light. */
+static float mix_light(int band, float sun_cosine, float under_sun, float under_sky) {
+  if (!(sun_cosine > 0.0f)) return under_sky;
+  const float passed = expf(-air_depth[band] / sun_cosine), scattered = air_downward * (1.0f - passed);
+  return np_mixf(under_sun, under_sky, scattered / (scattered + passed));
 }
 
-np_spectrum np_water_get_albedo(const np_water *water) {
-  const float transmittance = water->mean_transmittance;
-  return np_spectrum_add_scaled(np_spectrum_grey(1.0f - transmittance), transmittance, water->albedo);
+np_spectrum np_water_get_albedo(const np_water *water, float sun_cosine) {
+  np_spectrum out;
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float entered =
+        mix_light(b, sun_cosine, 1.0f - np_water_reflectance(water, sun_cosine), water->mean_transmittance);
+    out.band[b] = 1.0f - entered + entered * water->albedo.band[b];
+  }
+  return out;
+}
+
+np_spectrum np_water_get_air_albedo(const np_water *water, float sun_cosine) {
+  np_spectrum out;
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    const float entered =
+        mix_light(b, sun_cosine, 1.0f - np_water_reflectance(water, sun_cosine), water->mean_transmittance);
+    const float actinic = mix_light(b, sun_cosine, look_up(water->actinic, sun_cosine), water->mean_actinic);
+    out.band[b] = np_minf(actinic + entered * water->albedo.band[b], 1.0f);
+  }
+  return out;
 }
 
 np_water_value np_water_eval(const np_water *water, np_vec3 zenith, np_vec3 to_viewer, np_vec3 to_light) {

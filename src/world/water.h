@@ -30,7 +30,9 @@ typedef struct np_water {
   float roughness;                   /* α */
   np_spectrum albedo;                /* of light that has entered, what comes back out */
   float reflectance[NP_WATER_NODES]; /* R, at even steps of √cosθ */
+  float actinic[NP_WATER_NODES];     /* at the same cosines: half of R over the cosine of the light reflected */
   float mean_transmittance;          /* T̄ */
+  float mean_actinic;                /* under an even sky */
 } np_water;
 
 np_water np_water_make(double level_m, double wind_m_s, np_spectrum albedo);
@@ -41,8 +43,13 @@ float np_water_fresnel(float cosine);
 /* R for light, or a view, at a cosine to the zenith. */
 float np_water_reflectance(const np_water *water, float cosine);
 
-/* Albedo under an even sky. */
-np_spectrum np_water_get_albedo(const np_water *water);
+/* Albedo under a sun at a cosine to the zenith and an even sky, which counts as it does in clear air: for what takes
+ * water as Lambertian ground. */
+np_spectrum np_water_get_albedo(const np_water *water, float sun_cosine);
+
+/* The albedo of Lambertian ground that lights the air above it as much: by actinic flux, since light that leaves at a
+ * low angle stays long in the air. */
+np_spectrum np_water_get_air_albedo(const np_water *water, float sun_cosine);
 
 /* Light between two directions away from the water, both unit. */
 typedef struct np_water_value {

@@ -93,7 +93,7 @@ typedef struct np_ground_hit {
   double distance_m;
   np_dvec3 position;     /* lifted off the surface, so that rays may start there; of terrain, on its smooth one */
   np_vec3 normal;        /* unit */
-  np_spectrum albedo;    /* of water: under an even sky */
+  np_spectrum albedo;    /* of water: as Lambertian ground */
   const np_water *water; /* NULL: land, by Lambert's law */
 } np_ground_hit;
 

@@ -32,7 +32,7 @@ static void set_sphere_hit(const np_world *world, double level_m, np_dvec3 origi
 static void set_water_hit(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction, double distance_m,
                           np_ground_hit *out) {
   set_sphere_hit(world, level_m, origin, direction, distance_m, out);
-  out->albedo = np_water_get_albedo(world->water);
+  out->albedo = np_water_get_albedo(world->water, np_vec3_dot(out->normal, world->to_sun));
   out->water = world->water;
 }
 
