@@ -137,7 +137,7 @@ static double compute_first(const block *b, np_vec3 direction, double distance_m
   return (double)first.band[band];
 }
 
-/* What is lost is the light between the planes of the shadow's sides, before it nothing. 4 %: the block's faces are
+/* The light lost is that between the planes of the shadow's sides, before it nothing. 4 %: the block's faces are
  * soft over half a voxel at each side. */
 static void what_is_lost_lies_in_the_shadow(void **state) {
   neph_atmosphere *air = *state;

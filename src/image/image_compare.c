@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How far a picture lies from a reference: the measures that docs/accuracy.md speaks of. Sums run in double over pixels
- * in order, so that the figures repeat. */
+/* Difference of a picture from a reference: the measures that docs/accuracy.md speaks of. Sums run in double over
+ * pixels in order, so that the figures repeat. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -39,7 +39,7 @@ static inline np_spectrum np_black_body_get_factor(const np_black_body *body, fl
                           low[2] + t * (high[2] - low[2]));
 }
 
-/* Where e^{hc/λkT} would overflow there is no light that a float could hold. */
+/* The radiance is below a float's range where e^{hc/λkT} would overflow. */
 static inline np_spectrum np_black_body_eval(const np_black_body *body, float temperature_k) {
   np_spectrum radiance = np_spectrum_grey(0.0f);
   if (!(temperature_k > 0.0f)) return radiance;

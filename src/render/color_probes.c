@@ -7,7 +7,7 @@ enum { PACKETS = NP_COLOR_PROBE_BAND_COUNT / NP_BAND_COUNT };
 
 /* ---- Skies ---- */
 
-/* Of the picture's bands and of the others of probes, by light; NULL: none. */
+/* Skies of the picture's bands and of the others of probes, by light; NULL: none. */
 typedef struct probe_skies {
   unsigned light_count;
   neph_sky *sky[PACKETS][NP_LIGHTS_MAX];

@@ -14,14 +14,14 @@
 
 enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */
 
-/* What one light makes for all packets. */
+/* Results of one light for all packets. */
 typedef struct np_light_caches {
   bool is_moon;
   np_sun_optical_depth *sun_optical_depth; /* NULL when not needed */
   np_air_visibility air_visibility;        /* empty when not needed */
 } np_light_caches;
 
-/* What one light makes of a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so
+/* Results of one light for a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so
  * do the pictures of a scene under each of its lights. */
 typedef struct np_packet_light {
   unsigned index; /* of the light in the assembly */
@@ -39,7 +39,7 @@ typedef struct np_packet_light {
   np_lighting lighting;
 } np_packet_light;
 
-/* What depends on wavelength: air, lights, and what else shines in the sky, in three bands. */
+/* Wavelength-dependent data: air, lights, and what else shines in the sky, in three bands. */
 typedef struct np_packet {
   np_band_set bands;
   float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
@@ -53,7 +53,7 @@ typedef struct np_packet {
   np_star_field stars; /* of the camera's picture; empty: none */
 } np_packet;
 
-/* What is made of a cloud of the scene. */
+/* Volume and media made from a cloud of the scene. */
 typedef struct np_cloud_parts {
   neph_volume *volume;        /* NULL: it holds nothing */
   np_instance placed;         /* as the scene has it; each packet has its own */
@@ -61,7 +61,7 @@ typedef struct np_cloud_parts {
   np_phase_table phase_table; /* empty where its phase function is none */
 } np_cloud_parts;
 
-/* How the bands of a picture in colour become X, Y and Z: fitted to the scene's light. */
+/* The way from the bands of a picture in colour to X, Y and Z: fitted to the scene's light. */
 typedef struct np_picture_color {
   bool is_fitted; /* else the bands have weights of their own */
   np_color_weights weights;
@@ -84,7 +84,7 @@ typedef struct np_assembly {
   np_sphere_map star_map, moon_map; /* empty: none */
   unsigned light_count;
   np_light_caches lights[NP_LIGHTS_MAX]; /* sun first */
-  bool is_of_bands; /* its bands are the picture's channels */
+  bool is_of_bands;                      /* its bands are the picture's channels */
   unsigned packet_count;
   unsigned probe_packet_count; /* after those, with bands that the colours are fitted by: 1 or 0 */
   np_packet *packets;

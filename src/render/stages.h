@@ -16,8 +16,8 @@
 /* A row without builders is a decision that others ask. */
 typedef struct np_stage_row {
   const char *name;
-  uint32_t needs; /* bits of the stages whose results it reads */
-  bool is_of_sky; /* wanted for a sky alone, too */
+  uint32_t needs;    /* bits of the stages whose results it reads */
+  bool is_of_sky;    /* wanted for a sky alone, too */
   bool is_of_probes; /* built in the bands that colours are fitted by, too */
   np_stage_decide_fn *decide;
   double part_seconds;          /* predicted for each time it is built; memory next to nothing */
@@ -25,7 +25,7 @@ typedef struct np_stage_row {
   np_stage_build_fn *build[NP_PART_KINDS];
   np_stage_clear_fn *clear[NP_PART_KINDS];
   const np_stage_reuse *reuse; /* by later pictures; NULL: built for each */
-  np_stage_revise_fn *revise; /* NULL: always what was planned */
+  np_stage_revise_fn *revise;  /* NULL: always what was planned */
 } np_stage_row;
 
 const np_stage_row *np_stage_get_row(np_stage stage);
@@ -49,7 +49,7 @@ neph_result np_stages_decide(np_plan *plan, const neph_scene *scene, const np_sc
 /* Predicts the costs of the stages that are needed. */
 void np_stages_predict(np_plan *plan, const neph_scene *scene);
 
-/* What they all take, as predicted. */
+/* Predicted cost of all stages. */
 np_stage_cost np_stages_count_cost(const np_plan *plan);
 
 #endif

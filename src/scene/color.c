@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the colours of a scene's pictures mean. */
+/* Meaning of the colours of a scene's pictures. */
 #include "scene/scene_private.h"
 
 /* Sun and sky of noon make 1.4 to 1.7 W m⁻² nm⁻¹ on level ground, whose π-th part a white diffuser reflects. */

@@ -50,9 +50,16 @@ static const np_choice models[] = {
     {"hero", NEPH_CLOUD_MODEL_HERO},
     {NULL, 0}};
 static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
-static const np_choice color_spaces[] = {{"rec709", NP_COLOR_REC709}, {"acescg", NP_COLOR_ACESCG},
-                                         {"rec2020", NP_COLOR_REC2020}, {"xyz", NP_COLOR_XYZ},
-                                         {"bands", NP_COLOR_BANDS},     {NULL, 0}};
+static const np_choice exposures[] = {{"auto", NEPH_EXPOSURE_AUTO}, {"meter", NEPH_EXPOSURE_METER}, {NULL, 0}};
+static const np_choice views[] = {
+    {"filmic", NEPH_VIEW_FILMIC}, {"standard", NEPH_VIEW_STANDARD}, {"raw", NEPH_VIEW_RAW}, {NULL, 0}};
+static const np_choice preview_bits[] = {{"8", 8}, {"16", 16}, {NULL, 0}};
+static const np_choice color_spaces[] = {{"rec709", NP_COLOR_REC709},
+                                         {"acescg", NP_COLOR_ACESCG},
+                                         {"rec2020", NP_COLOR_REC2020},
+                                         {"xyz", NP_COLOR_XYZ},
+                                         {"bands", NP_COLOR_BANDS},
+                                         {NULL, 0}};
 #define AOV(id, name, parts, needs_light, samples_min) {name, NP_AOV_##id},
 static const np_choice aovs[] = {NP_AOV_ROWS(AOV){NULL, 0}};
 #undef AOV
@@ -567,9 +574,14 @@ static const np_key keys[] = {
      .meaning = "factor on every radiance, a power of two, stated in the header; auto is 1 for bands and 2 for "
                 "colours, by which a perfect diffuser in the sun and sky of noon is near 1"},
     {.path = "output.exposure", .type = NP_KEY_REAL, .unit = NP_UNIT_STOP, .field = SCENE(output.exposure_ev),
-     .range = WITHIN(-40, 40), .fallback = "auto", .word = "auto", .word_value = 0,
-     .tag = SCENE(output.is_exposure_auto),
-     .tag_value = false, .word_tag_value = true, .meaning = "exposure of the preview; auto goes by the picture"},
+     .range = WITHIN(-40, 40), .fallback = "auto", .choices = exposures, .tag = SCENE(output.exposure),
+     .tag_value = NEPH_EXPOSURE_FIXED,
+     .meaning = "exposure of the preview, stops on the picture's values; auto exposes for its highlights, meter by the "
+                "light on the scene, so that frames and tiles match and night stays dark"},
+    {.path = "output.view", .type = NP_KEY_CHOICE, .choices = views, .field = SCENE(output.view), .fallback = "filmic",
+     .meaning = "from light to the preview: filmic has a soft shoulder, standard clips, raw is linear, as the EXR"},
+    {.path = "output.preview_bits", .type = NP_KEY_CHOICE, .choices = preview_bits,
+     .field = SCENE(output.preview_bits), .fallback = "8", .meaning = "bits of each component of the preview"},
     {.path = "output.film", .type = NP_KEY_SECTION, .meaning = "light that the film takes in"},
     {.path = "output.film.background", .type = NP_KEY_CHOICE, .choices = booleans,
      .field = SCENE(output.has_background),

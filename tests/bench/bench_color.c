@@ -133,7 +133,7 @@ static void print_row(const char *name, const colors *all, size_t begin) {
 }
 
 static void print_head(const char *first) {
-  printf("| %s | bands, as previews | 3 | 6 | 9 | 15 | 30 |\n| --- | --- | --- | --- | --- | --- | --- |\n", first);
+  printf("| %s | bands | 3 | 6 | 9 | 15 | 30 |\n| --- | --- | --- | --- | --- | --- | --- |\n", first);
 }
 
 static neph_scene *create_sky(neph_context *context, const char *air, double height_m) {
