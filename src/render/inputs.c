@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/inputs.h"
+#include "render/plan.h"
 
 #include <string.h>
 

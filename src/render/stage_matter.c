@@ -7,7 +7,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/hash.h"
-#include "render/placement_check.h"
+#include "render/placement.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
 #include "render/stage_decisions.h"
@@ -131,8 +131,6 @@ static neph_result adapt_source(const np_stage_part *in, void *cached, const voi
   return NEPH_OK;
 }
 
-NP_STAGE_EXCHANGE(exchange_terrain, in->made->terrain)
-
 static neph_result make_terrain(const np_stage_part *in) {
   const np_scene_terrain *terrain = &in->scene->terrain;
   if (terrain->given) return in->made->terrain = neph_terrain_retain(terrain->given), NEPH_OK;
@@ -145,14 +143,8 @@ static neph_result make_terrain(const np_stage_part *in) {
 
 static void destroy_terrain(void *terrain) { neph_terrain_release(terrain); }
 
-const np_stage_reuse np_stage_reuse_terrain = {"its file or its parameters stay",
-                                               NP_PER_PICTURE,
-                                               false,
-                                               get_terrain_key,
-                                               adapt_source,
-                                               exchange_terrain,
-                                               make_terrain,
-                                               destroy_terrain};
+NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain,
+               "its file or its parameters stay");
 
 /* A bake reports, and is stopped, as a part of the picture. */
 static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
@@ -213,7 +205,7 @@ static neph_result get_path(const np_stage_part *in, char **out_path) {
   return vdb && !*out_path ? NEPH_ERROR_OUT_OF_MEMORY : NEPH_OK;
 }
 
-static neph_result get_volume_key(const np_stage_part *in, void **out_key) {
+static neph_result get_volumes_key(const np_stage_part *in, void **out_key) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   if (cloud->volume) return NEPH_OK;
   source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
@@ -226,10 +218,8 @@ static neph_result get_volume_key(const np_stage_part *in, void **out_key) {
   return result;
 }
 
-NP_STAGE_EXCHANGE(exchange_volume, in->made->clouds[in->cloud].volume)
-
 /* The key of a cloud that is baked to a file is that of the file once it is written. */
-static neph_result make_volume(const np_stage_part *in) {
+static neph_result make_volumes(const np_stage_part *in) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   neph_volume **out = &in->made->clouds[in->cloud].volume;
   source_key *key = in->key;
@@ -247,14 +237,8 @@ static neph_result make_volume(const np_stage_part *in) {
 
 static void destroy_volume(void *volume) { neph_volume_release(volume); }
 
-const np_stage_reuse np_stage_reuse_volumes = {"their files or their parameters stay",
-                                               NP_PER_CLOUD,
-                                               true,
-                                               get_volume_key,
-                                               adapt_source,
-                                               exchange_volume,
-                                               make_volume,
-                                               destroy_volume};
+NP_STAGE_REUSE(volumes, in->made->clouds[in->cloud].volume, NP_PER_CLOUD, true, adapt_source, destroy_volume,
+               "their files or their parameters stay");
 
 /* A cloud being placed. */
 typedef struct cloud_build {
