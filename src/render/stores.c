@@ -59,13 +59,9 @@ neph_result np_stores_get(const neph_scene *scene, np_stores **out_stores) {
 
 static neph_result compute_fingerprint(neph_context *context, const np_scene_cloud *cloud, char out_hex[33]) {
   np_hash *hash = np_hash_create(context);
-  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
-  const char *grid = cloud->grid ? cloud->grid : "";
-  np_hash_add(hash, cloud->vdb, strlen(cloud->vdb) + 1);
-  np_hash_add(hash, grid, strlen(grid) + 1);
-  np_hash_finish(hash, out_hex);
-  np_hash_destroy(hash);
-  return NEPH_OK;
+  np_hash_add_text(hash, cloud->vdb);
+  np_hash_add_text(hash, cloud->grid);
+  return np_hash_finish(hash, out_hex);
 }
 
 neph_result np_reference_store_get(np_reference_store *store, const neph_scene *scene, unsigned index,
