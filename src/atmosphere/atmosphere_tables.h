@@ -53,10 +53,7 @@ typedef struct np_sky_frame {
 
 struct neph_sky {
   neph_atmosphere *atmosphere;
-  const np_sun_visibility *visibility; /* while the tables are built; NULL: clear */
-  np_monitor *monitor;                 /* while the tables are built; may be NULL */
-  np_view_sizes view_sizes, aerial_sizes;
-  double azimuth_end; /* of the tables: π, which a clear sky mirrors, or 2π */
+  np_monitor *monitor; /* while the tables are built; may be NULL */
   np_spectrum irradiance;
   np_vec3 sun;
   float sun_angular_radius;
@@ -96,22 +93,21 @@ typedef struct np_sky_place {
   bool is_in_air; /* false: the ray passes the atmosphere by */
 } np_sky_place;
 
-/* Rows above the true horizon, rows below it, azimuths to `azimuth_end` (both ends included), and how rows crowd about
- * the horizon: θ = θ_h + (θ_end − θ_h)·vᵖ, v even; p is 3 below it, above it 2, or what the frame says for aerial
- * perspective. */
+/* Rows above the true horizon, rows below it, azimuths on the half circle from the sun (both ends included), and how
+ * rows crowd about the horizon: θ = θ_h + (θ_end − θ_h)·vᵖ, v even; p is 3 below it, above it 2, or what the frame says
+ * for aerial perspective. */
 typedef struct np_sky_layout {
   int up, down, azimuths;
-  double azimuth_end;
   bool is_aerial;
 } np_sky_layout;
 
 static inline np_sky_layout np_sky_view_layout(const neph_sky *sky) {
-  const np_view_sizes *n = &sky->view_sizes;
-  return (np_sky_layout){n->up, n->down, n->azimuths, sky->azimuth_end, false};
+  const np_view_sizes *n = &sky->atmosphere->sizes.view;
+  return (np_sky_layout){n->up, n->down, n->azimuths, false};
 }
 static inline np_sky_layout np_sky_aerial_layout(const neph_sky *sky) {
-  const np_view_sizes *n = &sky->aerial_sizes;
-  return (np_sky_layout){n->up, n->down, n->azimuths, sky->azimuth_end, true};
+  const np_view_sizes *n = &sky->atmosphere->sizes.aerial;
+  return (np_sky_layout){n->up, n->down, n->azimuths, true};
 }
 
 /* Cosine of the zenith angle of a row. Rows below the horizon follow those above, each half starting at the horizon. */

@@ -9,10 +9,7 @@
 #include "atmosphere/fan.h"
 #include "atmosphere/ray_path.h"
 
-enum {
-  NP_MOMENT_AZIMUTHS = 4, /* on the half circle */
-  NP_MOMENT_HALVES = 2    /* above the true horizon and below it */
-};
+enum { NP_MOMENT_AZIMUTHS = 4 }; /* on the half circle */
 
 /* Least radiance moment told from nothing, per unit irradiance. */
 static const float np_moment_least = 1e-13f;
@@ -41,7 +38,6 @@ typedef struct np_moment_builder {
   np_moment_direction *directions;                           /* node rows × directions */
   np_bands *gathered, *total;                                /* nodes × NP_MOMENT_COUNT: this order, and the sum */
   np_bands *last;                                            /* nodes: M of the order before */
-  np_bands *half, *half_total;                               /* nodes × NP_MOMENT_HALVES */
   np_bands *irradiance, *irradiance_total, *irradiance_last; /* node columns */
   np_bands *quantity, *refined_rows, *refined;               /* one of them at the nodes, along node rows, everywhere */
 } np_moment_builder;

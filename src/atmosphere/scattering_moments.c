@@ -10,7 +10,6 @@ float np_sun_scale_cosine(const np_sun_scale *sun, double fraction) {
 
 void np_moment_table_free(neph_context *context, np_moment_table *table) {
   np_alloc_free(context, table->moments);
-  np_alloc_free(context, table->hemisphere);
   np_alloc_free(context, table->irradiance);
   *table = (np_moment_table){0};
 }
