@@ -2,7 +2,6 @@
 /* An atmosphere: its description checked, its tables built, and what others ask of it. */
 #include "atmosphere/atmosphere_tables.h"
 
-#include "atmosphere/delta_scaling.h"
 #include "atmosphere/moment_builder.h"
 #include "core/alloc.h"
 #include "core/parallel.h"

@@ -5,8 +5,8 @@
 
 #include <stdatomic.h>
 
-#include "atmosphere/air_shells.h"
 #include "atmosphere/atmosphere_private.h"
+#include "atmosphere/medium.h"
 #include "atmosphere/sky_trace.h"
 
 struct neph_atmosphere {

@@ -8,6 +8,7 @@
 
 #include "atmosphere/fan.h"
 #include "atmosphere/ray_path.h"
+#include "atmosphere/scattering_moments.h"
 
 enum { NP_MOMENT_AZIMUTHS = 4 }; /* on the half circle */
 
@@ -83,5 +84,9 @@ neph_result np_moment_table_build(neph_context *context, const np_depth_table *d
 /* Adds, as scattered light from the sun's direction, what sunlight `brighter` air lets through beyond `darker`. */
 void np_moment_table_add_beam(np_moment_table *table, const np_depth_table *brighter, const np_depth_table *darker,
                               bool has_point_sun);
+
+/* np_moment_table_build of all orders, by way of scaled air. */
+neph_result np_delta_moments_build(neph_context *context, const np_depth_table *depths, const np_table_sizes *sizes,
+                                   bool has_point_sun, np_monitor *monitor, np_moment_table *out_table);
 
 #endif

@@ -28,4 +28,22 @@ void np_scene_clear(neph_scene *scene);
  * excludes go. An old name of a key is taken, with a warning. */
 neph_result np_scene_edit(neph_context *context, np_node *document, const char *key, np_node *value);
 
+/* ---- The air: presets, listed layers, and the description that follows from both ---- */
+
+/* Starts the air from `scene->air.preset`. */
+neph_result np_scene_air_start(neph_scene *scene);
+
+/* Reads a list of pairs, altitude and density, into new memory; `path` names it in messages. */
+neph_result np_scene_air_read_rows(np_scene_problems *problems, const char *path, const np_key *key,
+                                   const np_node *node, np_scene_rows *out_rows);
+
+/* Makes scene->layers and scene->atmosphere, and the sun as it is from the planet where it was not given. */
+neph_result np_scene_air_derive(neph_scene *scene);
+
+/* Checks across the keys of the air. */
+neph_result np_scene_air_check(const neph_scene *scene, np_scene_problems *problems);
+
+/* Frees everything above. */
+void np_scene_air_clear(neph_scene *scene);
+
 #endif

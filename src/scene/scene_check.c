@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "image/wavelengths.h"
-#include "scene/scene_air.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_ignored.h"
 #include "terrain/terrain_private.h"

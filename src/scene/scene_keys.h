@@ -47,7 +47,7 @@ typedef struct np_key {
   np_unit unit;
   np_range range; /* of REAL and INTEGER */
   np_field field;
-  bool is_input;          /* of FILE: the same in every frame, and read */
+  bool is_input;        /* of FILE: the same in every frame, and read */
   bool is_air_preset;   /* of CHOICE and SECTION: an air that fills the section before any other key does */
   bool is_grey_allowed; /* one number may stand for the whole list */
   unsigned group;       /* keys of one section and one group, not 0, exclude each other … */
@@ -105,8 +105,5 @@ void np_key_describe_item(const np_key *key, char *out, size_t size);
 
 /* The text behind "NAME is not a key": ", did you mean camera.fov? camera has position, look_at, …". */
 void np_key_describe_hint(const np_key *section, const char *name, char *out, size_t size);
-
-/* The names of a section's keys, parted by ", "; of one group only unless `group` is 0. */
-void np_key_list_names(const np_key *section, unsigned group, char *out, size_t size);
 
 #endif

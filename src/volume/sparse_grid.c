@@ -177,7 +177,3 @@ neph_result np_sparse_grid_hash_all(const np_sparse_grid *const *grids, size_t c
   for (size_t i = 0; i < count; i++) add_grid_to_hash(hash, grids[i], is_half);
   return np_hash_finish(hash, out_hex);
 }
-
-neph_result np_sparse_grid_hash(const np_sparse_grid *grid, char out_hex[33]) {
-  return np_sparse_grid_hash_all(&grid, 1, false, out_hex);
-}
