@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "optics/phase_source.h"
+#include "optics/phase.h"
 
 /* ---- Layers ---- */
 

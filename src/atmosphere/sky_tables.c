@@ -12,7 +12,6 @@
  * sample in the middle of a slice stands for its source; the transmittance across it is taken in closed form.
  */
 #include "atmosphere/atmosphere_tables.h"
-#include "atmosphere/mie_gather_build.h"
 
 #include "atmosphere/spline.h"
 #include "core/alloc.h"

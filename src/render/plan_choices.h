@@ -20,6 +20,7 @@ bool np_plan_choose_air_shadows(const np_plan *plan, const neph_scene *scene, ch
  * that is less. */
 unsigned np_plan_choose_air_spacing(const np_plan *plan, const neph_scene *scene);
 
+/* The cells on which multiple scattering will be solved, before there are clouds. */
 struct np_scattering_desc;
 
 /* As many cells as render.light_memory allows, were there cloud in all of them, and fine ones for the whole picture,

@@ -15,7 +15,7 @@
 #include "image/aov.h"
 #include "image/color_space.h"
 #include "optics/multiple_scattering.h"
-#include "optics/phase_source.h"
+#include "optics/phase.h"
 #include "scene/scene_node.h"
 #include "terrain/terrain_source.h"
 

@@ -3,7 +3,6 @@
 #ifndef NP_TRANSPORT_SCATTERING_SOLVER_H
 #define NP_TRANSPORT_SCATTERING_SOLVER_H
 
-#include "transport/boundary_radiance.h"
 #include "transport/scattering_field.h"
 #include "transport/scattering_field_private.h"
 #include "transport/transport_level.h"

@@ -16,6 +16,7 @@
 #include "volume/instance.h"
 #include "world/emission.h"
 
+/* Lights of the sky beside the view's own: the moon's disk, airglow, a map of the stars. */
 typedef struct np_night {
   np_disk moon; /* of versine 0: none */
   bool has_airglow;
