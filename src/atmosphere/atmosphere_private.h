@@ -30,6 +30,9 @@ np_spectrum np_atmosphere_transmittance_to_sun(const neph_atmosphere *atmosphere
 /* Transmittance between two points in sight of each other, marched. */
 np_spectrum np_atmosphere_transmittance_between(const neph_atmosphere *atmosphere, np_dvec3 from, np_dvec3 to);
 
+/* Whether its scattered light is known: false for air that paths trace. */
+bool np_atmosphere_has_moments(const neph_atmosphere *atmosphere);
+
 /* Irradiance of the sky (sun's disk excluded) on a horizontal plane facing up, per unit of sun irradiance above the
  * atmosphere, on the sphere at a place whose zenith makes `sun_cosine` with the sun. */
 np_spectrum np_atmosphere_ground_irradiance(const neph_atmosphere *atmosphere, float sun_cosine);

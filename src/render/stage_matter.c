@@ -112,6 +112,7 @@ static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, co
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = in->scene->atmosphere.planet_radius_m;
   desc.precision = cloud->precision;
+  desc.memory_max_bytes = in->plan->desc.memory_max_bytes;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   neph_context *context = in->scene->context;

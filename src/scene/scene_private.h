@@ -196,7 +196,9 @@ typedef struct np_scene_output {
   unsigned aovs;       /* of np_aov */
   bool has_background; /* film.background: sky and disk in the picture */
   double exposure_ev;
-  bool is_exposure_auto;
+  neph_exposure exposure;
+  neph_view view;
+  unsigned preview_bits;
 } np_scene_output;
 
 /* Data that others attach to a scene, destroyed with it. */
