@@ -15,7 +15,8 @@
 #include "image/aov.h"
 #include "image/color_space.h"
 #include "optics/multiple_scattering.h"
-#include "optics/phase_source.h"
+#include "optics/phase.h"
+#include "scene/scene_node.h"
 #include "terrain/terrain_source.h"
 
 typedef struct np_scene_camera {
@@ -269,5 +270,9 @@ np_vec3 np_camera_direction(const np_camera *camera, float x, float y);
 bool np_camera_sees_box(const np_camera *camera, np_dvec3 low, np_dvec3 high);
 /* Row-vector matrices of OpenEXR's worldToCamera and worldToNDC. */
 void np_camera_get_matrices(const np_camera *camera, float out_world_to_camera[16], float out_world_to_ndc[16]);
+
+/* Whether a cloud's file of one frame can be opened; fails at the cloud's vdb in the scene. neph_scene_check_files is
+ * the same of the files that have one name in all frames. */
+neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, const char *path);
 
 #endif
