@@ -22,7 +22,7 @@ static void clear_skies(probe_skies *skies) {
 /* Pictures whose air is traced have no sky, and get one for this alone: their colours are those of any other. */
 static neph_result get_skies(const np_stage_part *in, probe_skies *out) {
   np_assembly *a = in->made;
-  *out = (probe_skies){.light_count = a->light_count, .is_owned = !np_plan_needs(in->plan, NP_STAGE_CAMERA_SKY)};
+  *out = (probe_skies){.light_count = a->light_count, .is_owned = np_plan_traces_air(in->plan)};
   neph_result result = NEPH_OK;
   for (unsigned p = 0; p < PACKETS; p++)
     for (unsigned l = 0; l < a->light_count && !result; l++) {
@@ -31,7 +31,7 @@ static neph_result get_skies(const np_stage_part *in, probe_skies *out) {
       part.light = &part.packet->lights[l];
       if (!out->is_owned)
         out->sky[p][l] = part.light->camera_sky;
-      else if (np_plan_needs(in->plan, NP_STAGE_ATMOSPHERE))
+      else if (np_plan_needs(in->plan, NP_STAGE_ATMOSPHERE) && (part.light->is_moon || in->plan->has_sun))
         result = np_stage_create_sky(&part, &out->sky[p][l]);
     }
   if (result) clear_skies(out);
