@@ -149,8 +149,9 @@ static void glint_is_the_same_in_both_integrators(void **state) {
   assert_near_relative(mean[0], mean[1], 0.03);
 }
 
-/* A sea under clouds, sky and sun, with an island: clouds, sky and land are mirrored. The march's sky takes
- * the sea for Lambert's, and its reflection has no shadows in the air: 0.5 % here; 2 leave room for the noise. */
+/* A sea under clouds, sky and sun, with an island: clouds, sky and land are mirrored. The march's air takes the sea for
+ * Lambert's, lit by all of the sun, and its reflection has no shadows in the air: 2.5 % here; 4 leave room for noise.
+ */
 static void march_is_near_the_path_over_a_sea(void **state) {
   test_fixture *f = *state;
   static const char text[] =
@@ -168,7 +169,7 @@ static void march_is_near_the_path_over_a_sea(void **state) {
   for (int c = 0; c < 3; c++) {
     const double a = compute_mean(march, channels[c]), b = compute_mean(path, channels[c]);
     print_message("sea, %s: march %.5f, path %.5f, %+.2f %%\n", channels[c], a, b, 100.0 * (a / b - 1.0));
-    assert_near_relative(a, b, 0.02);
+    assert_near_relative(a, b, 0.04);
   }
   neph_image_destroy(march);
   neph_image_destroy(path);

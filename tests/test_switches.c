@@ -75,8 +75,6 @@ static const companion companions[] = {
     {"terrain.rock", NULL, "terrain.rock", "{slope: 5 deg}"},
     {"terrain.snow", NULL, "terrain.snow", "{level: 100 m}"},
     {"water", NULL, "water", "{level: 150 m}"},
-    {"output.color_space", "rec709", "render.wavelengths", "6"},
-    {"output.color_space", "acescg", "render.wavelengths", "6"},
 };
 
 /* Keys that change no pixel here, whatever they say. */

@@ -8,7 +8,7 @@
 #include "integrate/approximation.h"
 #include "integrate/approximation_gain.h"
 #include "render/integrator_choice.h"
-#include "render/plan_cells.h"
+#include "render/plan_choices.h"
 #include "render/stage_part.h"
 
 /* ---- World ---- */
@@ -44,6 +44,18 @@ neph_result np_stage_build_instances(const np_stage_part *in) {
 
 void np_stage_clear_instances(const np_stage_part *in) { np_alloc_free(in->made->context, in->packet->placed); }
 
+/* Albedos in a packet are linear in those of a scene, up to their limits, and grey stays grey: so a little of each
+ * reference band is added to a grey that is far from them. */
+static void set_basis(const np_stage_part *in, np_spectrum out_basis[NP_BAND_COUNT]) {
+  static const double grey = 0.5, little = 0.25;
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    double tinted[NP_BAND_COUNT] = {grey, grey, grey};
+    tinted[b] += little;
+    const np_spectrum own = np_packet_convert_albedo(in->packet, in->made, tinted);
+    out_basis[b] = np_spectrum_scale(np_spectrum_subtract(own, np_spectrum_grey((float)grey)), (float)(1.0 / little));
+  }
+}
+
 /* Planet, terrain and water, the same under each light. */
 static void add_ground(const np_stage_part *in, np_packet_light *out) {
   const np_packet *packet = in->packet;
@@ -51,19 +63,16 @@ static void add_ground(const np_stage_part *in, np_packet_light *out) {
   np_world *world = &out->world;
   double albedo[NP_BAND_COUNT];
   np_stage_get_ground_albedo(in, albedo);
-  world->ground_albedo = np_packet_convert(packet, NP_BAND_LINEAR, albedo);
+  world->ground_albedo = np_packet_convert_albedo(packet, in->made, albedo);
   world->terrain = in->made->terrain;
   if (world->terrain) {
     np_terrain_get_bounds(world->terrain, &world->terrain_min, &world->terrain_max);
-    world->terrain_albedo = np_packet_convert(packet, NP_BAND_LINEAR, np_terrain_get_mean_albedo(world->terrain));
+    world->terrain_albedo = np_packet_convert_albedo(packet, in->made, np_terrain_get_mean_albedo(world->terrain));
   }
-  for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const double unit[NP_BAND_COUNT] = {b == 0, b == 1, b == 2};
-    world->terrain_basis[b] = np_packet_convert(packet, NP_BAND_LINEAR, unit);
-  }
+  set_basis(in, world->terrain_basis);
   if (!np_scene_has_water(scene)) return;
   out->water = np_water_make(scene->water.level_m, scene->water.wind_m_s,
-                             np_packet_convert(packet, NP_BAND_LINEAR, scene->water.albedo));
+                             np_packet_convert_albedo(packet, in->made, scene->water.albedo));
   world->water = &out->water;
 }
 
@@ -127,7 +136,7 @@ static float compute_sun_rate(const np_stage_part *in, const np_instances *cloud
   return fmaxf(rate, 0.05f);
 }
 
-static neph_result get_depth_key(const np_stage_part *in, void **out_key) {
+static neph_result get_sun_optical_depth_key(const np_stage_part *in, void **out_key) {
   const np_world *world = &get_first(in)->world;
   np_depth_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -144,9 +153,7 @@ static neph_result adapt_depth(const np_stage_part *in, void *cached, const void
   return NEPH_OK;
 }
 
-NP_STAGE_EXCHANGE(exchange_depth, in->caches->sun_optical_depth)
-
-static neph_result make_depth(const np_stage_part *in) {
+static neph_result make_sun_optical_depth(const np_stage_part *in) {
   neph_context *context = in->made->context;
   const np_depth_key *key = in->key;
   np_sun_optical_depth *cache = in->caches->sun_optical_depth = np_alloc(context, 1, sizeof *cache);
@@ -166,15 +173,8 @@ static void destroy_depth(void *result) {
   np_alloc_free(context, cache);
 }
 
-const np_stage_reuse np_stage_reuse_sun_optical_depth = {
-    "the clouds' extinction and the direction of the light stay, to the bit",
-    NP_PER_LIGHT,
-    false,
-    get_depth_key,
-    adapt_depth,
-    exchange_depth,
-    make_depth,
-    destroy_depth};
+NP_STAGE_REUSE(sun_optical_depth, in->caches->sun_optical_depth, NP_PER_LIGHT, false, adapt_depth, destroy_depth,
+               "the clouds' extinction and the direction of the light stay, to the bit");
 
 /* ---- Multiple scattering ---- */
 
@@ -186,7 +186,7 @@ static np_dvec3 get_viewer(const np_assembly *a) {
                     : at;
 }
 
-static neph_result get_light_key(const np_stage_part *in, void **out_key) {
+static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
   const np_assembly *a = in->made;
   np_light_key *key = *out_key = np_alloc(a->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -213,9 +213,7 @@ static neph_result adapt_solution(const np_stage_part *in, void *cached, const v
   return NEPH_OK;
 }
 
-NP_STAGE_EXCHANGE(exchange_solution, in->light->scattering)
-
-static neph_result make_solution(const np_stage_part *in) {
+static neph_result make_ordinates(const np_stage_part *in) {
   np_scattering_desc desc = ((const np_light_key *)in->key)->desc;
   desc.seconds_max = np_schedule_take_solve(&in->made->schedule, in->monitor);
   const np_sun_optical_depths depths = get_depths(in, in->light);
@@ -226,15 +224,8 @@ static neph_result make_solution(const np_stage_part *in) {
 
 static void destroy_solution(void *solution) { np_scattering_field_destroy(solution); }
 
-const np_stage_reuse np_stage_reuse_ordinates = {
-    "the clouds stay, to the bit, and the light on them, within a thousandth",
-    NP_PER_PACKET_LIGHT,
-    false,
-    get_light_key,
-    adapt_solution,
-    exchange_solution,
-    make_solution,
-    destroy_solution};
+NP_STAGE_REUSE(ordinates, in->light->scattering, NP_PER_PACKET_LIGHT, false, adapt_solution, destroy_solution,
+               "the clouds stay, to the bit, and the light on them, within a thousandth");
 
 neph_result np_stage_build_viewer_light(const np_stage_part *in) {
   np_packet_light *out = in->light;

@@ -9,7 +9,6 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "volume/instance.h"
-#include "scene/scene_air.h"
 #include "terrain/terrain_private.h"
 
 enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, HINT_SIZE = 768 };

@@ -15,7 +15,8 @@
 #include "image/aov.h"
 #include "image/color_space.h"
 #include "optics/multiple_scattering.h"
-#include "optics/phase_source.h"
+#include "optics/phase.h"
+#include "scene/scene_node.h"
 #include "terrain/terrain_source.h"
 
 typedef struct np_scene_camera {
@@ -190,13 +191,11 @@ typedef struct np_scene_render {
   np_air_shadows air_shadows;
 } np_scene_render;
 
-typedef enum np_scene_color { NP_SCENE_COLOR_AUTO, NP_SCENE_BANDS, NP_SCENE_REC709, NP_SCENE_ACESCG } np_scene_color;
-
 typedef struct np_scene_output {
   char *image, *preview; /* patterns, resolved; NULL: none */
   neph_pixel_type pixel_type;
-  double scale; /* power of two */
-  np_scene_color color;
+  double scale; /* power of two; 0: the colour space's own */
+  np_color_space color_space;
   bool has_beauty;     /* R, G, B */
   unsigned aovs;       /* of np_aov */
   bool has_background; /* film.background: sky and disk in the picture */
@@ -250,8 +249,9 @@ bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud);
 /* The bake of a cloud as it is in a frame; 1 is at the bake's own time. */
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame);
 
-/* The space of a scene's pictures: unless it is said, bands for three wavelengths and Rec.709 for more. */
-np_color_space np_scene_get_color_space(const neph_scene *scene);
+/* Factor on radiances in pictures: unless it is given, 1 for bands and 2 for colours, by which a perfect diffuser in
+ * the sun and sky of noon is near 1. */
+double np_scene_get_scale(const neph_scene *scene);
 
 /* Radiance of R, G, B that a preview shows as neutral: the sun's in bands, green being 1; (1, 1, 1) where nothing, or
  * not all of it, shines, and in a space that has its own white. */
@@ -282,5 +282,9 @@ np_vec3 np_camera_direction(const np_camera *camera, float x, float y);
 bool np_camera_sees_box(const np_camera *camera, np_dvec3 low, np_dvec3 high);
 /* Row-vector matrices of OpenEXR's worldToCamera and worldToNDC. */
 void np_camera_get_matrices(const np_camera *camera, float out_world_to_camera[16], float out_world_to_ndc[16]);
+
+/* Whether a cloud's file of one frame can be opened; fails at the cloud's vdb in the scene. neph_scene_check_files is
+ * the same of the files that have one name in all frames. */
+neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, const char *path);
 
 #endif

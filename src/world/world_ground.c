@@ -50,6 +50,7 @@ static void set_terrain_hit(const np_world *world, np_dvec3 origin, np_vec3 dire
   out->albedo = np_spectrum_grey(0.0f);
   for (int b = 0; b < NP_BAND_COUNT; b++)
     out->albedo = np_spectrum_add_scaled(out->albedo, albedo[b], world->terrain_basis[b]);
+  for (int b = 0; b < NP_BAND_COUNT; b++) out->albedo.band[b] = np_clampf(out->albedo.band[b], 0.0f, 1.0f);
 }
 
 /* Whether a place under the sphere is in the open, over land of the height field that is lower than the sea: not where
