@@ -44,6 +44,13 @@ typedef enum neph_multiple_scattering {
   NEPH_MULTIPLE_SCATTERING_DERIVATIVE     /**< one look-up towards the sun: a slope of density is lit like a wall */
 } neph_multiple_scattering;
 
+/** Where a picture is seen from. */
+typedef enum neph_eye {
+  NEPH_EYE_CENTRE, /**< the camera's position; the default */
+  NEPH_EYE_LEFT,   /**< of a stereo camera, half the interaxial distance to the left */
+  NEPH_EYE_RIGHT
+} neph_eye;
+
 /** Part of a picture under way. Valid only during the callback. */
 typedef struct neph_tile {
   unsigned min[2], max[2]; /**< its first pixel in `image`, from the top left, and one past its last */
@@ -93,6 +100,8 @@ typedef struct neph_render_desc {
   void *progress_user;       /**< default NULL */
   neph_tile_fn tile;         /**< default NULL */
   void *tile_user;           /**< default NULL */
+  neph_eye eye;              /**< of a stereo camera; neph_scene_get_render_desc has its camera.stereo.eye, and the left
+                                  one where that is both; others have NEPH_EYE_CENTRE */
 } neph_render_desc;
 
 #define NEPH_RENDER_DESC_DEFAULT                                                                                       \
@@ -102,7 +111,7 @@ typedef struct neph_render_desc {
     .target_error = NEPH_UNLIMITED, .time_limit_s = NEPH_UNLIMITED, .seed = 0, .frame = 1,                             \
     .multiple_scattering = NEPH_MULTIPLE_SCATTERING_ORDINATES, .atmosphere = NEPH_RENDER_ATMOSPHERE_TRACED,            \
     .path_guiding = NEPH_PATH_GUIDING_NONE, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL,                  \
-    .progress_user = NULL, .tile = NULL, .tile_user = NULL                                                             \
+    .progress_user = NULL, .tile = NULL, .tile_user = NULL, .eye = NEPH_EYE_CENTRE                                     \
   }
 
 /** The scene's own render settings, to start from.

@@ -56,6 +56,7 @@ struct neph_sky {
   const np_sun_visibility *visibility; /* while the tables are built; NULL: clear */
   np_monitor *monitor;                 /* while the tables are built; may be NULL */
   np_view_sizes view_sizes, aerial_sizes;
+  np_path_rule ray_rule; /* of a row of the view, for rays from elsewhere */
   double azimuth_end; /* of the tables: π, which a clear sky mirrors, or 2π */
   np_spectrum irradiance;
   np_vec3 sun;

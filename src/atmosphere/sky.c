@@ -88,6 +88,7 @@ static void set_sizes(neph_sky *sky) {
   sky->view_sizes = sky->visibility ? go_round(n->view) : n->view;
   sky->aerial_sizes = sky->visibility ? go_round(n->aerial) : n->aerial;
   sky->azimuth_end = sky->visibility ? 2.0 * NP_PI : NP_PI;
+  sky->ray_rule = np_path_rule_make(sky->view_sizes.points);
 }
 
 neph_result neph_sky_create(neph_atmosphere *atmosphere, const neph_sky_desc *desc, neph_sky **out_sky) {

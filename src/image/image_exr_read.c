@@ -115,12 +115,12 @@ static neph_result read_windows(np_exr_file *file, np_image_header *header) {
 static void read_matrices(const np_exr_file *file, np_image_header *header) {
   exr_attr_m44f_t camera, ndc;
   exr_attr_chromaticities_t chromaticities;
-  if (!exr_attr_get_m44f(file->exr, 0, "worldToCamera", &camera) &&
-      !exr_attr_get_m44f(file->exr, 0, "worldToNDC", &ndc)) {
-    memcpy(header->world_to_camera, &camera, sizeof camera);
-    memcpy(header->world_to_ndc, &ndc, sizeof ndc);
-    header->has_camera = true;
-  }
+  exr_envmap_t map;
+  header->has_camera = !exr_attr_get_m44f(file->exr, 0, "worldToCamera", &camera);
+  header->has_ndc = header->has_camera && !exr_attr_get_m44f(file->exr, 0, "worldToNDC", &ndc);
+  if (header->has_camera) memcpy(header->world_to_camera, &camera, sizeof camera);
+  if (header->has_ndc) memcpy(header->world_to_ndc, &ndc, sizeof ndc);
+  header->is_latlong = !exr_attr_get_envmap(file->exr, 0, "envmap", &map) && map == EXR_ENVMAP_LATLONG;
   if (!exr_attr_get_chromaticities(file->exr, 0, "chromaticities", &chromaticities)) {
     memcpy(header->chromaticities, &chromaticities, sizeof chromaticities);
     header->has_chromaticities = true;

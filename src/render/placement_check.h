@@ -3,7 +3,7 @@
 #ifndef NP_RENDER_PLACEMENT_CHECK_H
 #define NP_RENDER_PLACEMENT_CHECK_H
 
-#include "scene/scene_private.h"
+#include "scene/camera.h"
 
 /* Warns of a cloud whose world box is wholly outside the camera's view, under 10 m or over 1000 km across. What stands
  * before it does not count. */

@@ -47,8 +47,8 @@ static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, np_tr
   np_instance *volume = &o->volumes[i];
   o->bricks[i].value_max = 1.0f;
   *volume = (np_instance){.bricks = &o->bricks[i],
-                             .extinction_per_value = (float)(core_gain_max * bake->extinction_per_m),
-                             .phase = cloud->phase};
+                          .extinction_per_value = (float)(core_gain_max * bake->extinction_per_m),
+                          .phase = cloud->phase};
   for (int a = 0; a < 3; a++) {
     volume->world_to_index.m[a][a] = 1.0 / bake->voxel_m;
     volume->world_to_index.m[a][3] = -low[a] / bake->voxel_m;
@@ -66,7 +66,7 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   const double *camera = scene->camera.position_m;
   desc.cells.bounds_min = np_dvec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
   desc.cells.bounds_max = np_dvec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
-  desc.cells.has_viewer = true;
+  desc.cells.has_viewer = scene->camera.kind != NEPH_CAMERA_ORTHOGRAPHIC;
   desc.cells.viewer = np_dvec3_make(camera[0], camera[1], camera[2]);
   for (unsigned i = 0; i < scene->cloud_count; i++) add_cloud(o, i, &scene->clouds[i], &desc.cells);
   const np_world world = {.clouds.count = scene->cloud_count, .clouds.at = o->volumes};

@@ -28,8 +28,8 @@ static np_spectrum compute_sky(const np_assembly *a, const np_packet *packet, np
   np_spectrum radiance = np_spectrum_grey(0.0f);
   for (unsigned l = 0; l < packet->light_count; l++) {
     const np_packet_light *light = &packet->lights[l];
-    radiance =
-        np_spectrum_add(radiance, np_lighting_camera_sky(&light->lighting, &light->world, a->camera.origin, direction));
+    const np_view_ray view = {.eye = a->camera.origin, .direction = direction};
+    radiance = np_spectrum_add(radiance, np_lighting_camera_sky(&light->lighting, &light->world, &view));
   }
   return radiance;
 }
@@ -177,6 +177,7 @@ static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc
   if (result) return result;
   result = neph_image_create(scene->context, desc->width, desc->height, CHANNELS, channel_names, out_image);
   if (!result) {
+    (*out_image)->header.is_latlong = true;
     sky_image s = {.assembly = &assembly, .width = desc->width, .height = desc->height};
     for (int c = 0; c < CHANNELS; c++) s.planes[c] = neph_image_get_channel(*out_image, channel_names[c]);
     np_schedule_begin(&assembly.schedule, &monitor, NP_STAGE_INTEGRATOR, 0, 1);

@@ -67,9 +67,7 @@ static double count_voxels(const neph_cloud_desc *bake) {
 /* A cloud with a file and parameters is baked to that file unless it is there and holds this very cloud. */
 neph_result np_plan_choose_source(const neph_scene *scene, const np_scene_cloud *cloud, const char *file, int frame,
                                   np_cloud_source *out_source) {
-  *out_source = file            ? NP_CLOUD_SOURCE_FILE
-                : cloud->volume ? NP_CLOUD_SOURCE_GIVEN
-                                : NP_CLOUD_SOURCE_BAKE;
+  *out_source = file ? NP_CLOUD_SOURCE_FILE : cloud->volume ? NP_CLOUD_SOURCE_GIVEN : NP_CLOUD_SOURCE_BAKE;
   if (!file || !cloud->is_baked) return NEPH_OK;
   if (!np_file_exists(file)) return *out_source = NP_CLOUD_SOURCE_BAKE, NEPH_OK;
   const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
@@ -240,9 +238,12 @@ void np_stage_decide_sun_optical_depth(np_decision *d, np_plan_stage *out) {
     out->is_needed = np_plan_choose_sun_volume(plan, d->scene, out->reason, sizeof out->reason);
 }
 
+static const char parallel[] = "camera.kind is orthographic: its rays have no common eye";
+
 void np_stage_decide_air_shadows(np_decision *d, np_plan_stage *out) {
   const char *against = get_against(d, NP_STAGE_CAMERA_SKY);
   if (!against && !d->facts->has_clouds && !d->facts->has_terrain) against = "there are neither clouds nor hills";
+  if (!against && d->scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) against = parallel;
   if (against)
     decide(out, false, against);
   else
@@ -296,8 +297,9 @@ void np_stage_decide_ordinates(np_decision *d, np_plan_stage *out) {
 }
 
 void np_stage_decide_viewer_light(np_decision *d, np_plan_stage *out) {
-  decide_unless(out, is_path(d) ? "paths ask for light in all directions" : NULL, get_against(d, NP_STAGE_ORDINATES),
-                "the march asks for light towards the camera alone");
+  const char *against = is_path(d) ? "paths ask for light in all directions" : NULL;
+  if (!against && d->scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) against = parallel;
+  decide_unless(out, against, get_against(d, NP_STAGE_ORDINATES), "the march asks for light towards the camera alone");
 }
 
 void np_stage_decide_ground_clouds(np_decision *d, np_plan_stage *out) {

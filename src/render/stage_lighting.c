@@ -57,6 +57,7 @@ neph_result np_stage_build_world(const np_stage_part *in) {
       .sun_irradiance = out->irradiance,
       .atmosphere = packet->atmosphere,
       .camera_sky = out->camera_sky,
+      .has_parallel_view = !np_camera_has_centre(&a->camera),
       .cloud_sky = out->cloud_sky,
       .has_planet = scene->environment.has_planet,
       .planet_radius_m = scene->atmosphere.planet_radius_m,
@@ -148,7 +149,13 @@ static void destroy_depth(void *result) {
 
 const np_stage_reuse np_stage_reuse_sun_optical_depth = {
     "the clouds' extinction and the direction of the light stay, to the bit",
-    NP_PER_LIGHT, false, get_depth_key, adapt_depth, exchange_depth, make_depth, destroy_depth};
+    NP_PER_LIGHT,
+    false,
+    get_depth_key,
+    adapt_depth,
+    exchange_depth,
+    make_depth,
+    destroy_depth};
 
 /* ---- Multiple scattering ---- */
 
@@ -167,8 +174,8 @@ static neph_result get_light_key(const np_stage_part *in, void **out_key) {
   np_plan_choose_cells(in->plan, in->scene, &key->desc);
   key->desc.cells.bounds_min = a->clouds_min;
   key->desc.cells.bounds_max = a->clouds_max;
-  key->desc.cells.has_viewer = true;
-  key->desc.cells.viewer = get_viewer(a);
+  key->desc.cells.has_viewer = np_camera_has_centre(&a->camera);
+  if (key->desc.cells.has_viewer) key->desc.cells.viewer = get_viewer(a);
   key->desc.has_importance = in->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
   const np_sun_optical_depths depths = get_depths(in, in->light);
   const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
@@ -202,7 +209,13 @@ static void destroy_solution(void *solution) { np_scattering_field_destroy(solut
 
 const np_stage_reuse np_stage_reuse_ordinates = {
     "the clouds stay, to the bit, and the light on them, within a thousandth",
-    NP_PER_PACKET_LIGHT, false, get_light_key, adapt_solution, exchange_solution, make_solution, destroy_solution};
+    NP_PER_PACKET_LIGHT,
+    false,
+    get_light_key,
+    adapt_solution,
+    exchange_solution,
+    make_solution,
+    destroy_solution};
 
 neph_result np_stage_build_viewer_light(const np_stage_part *in) {
   np_packet_light *out = in->light;
@@ -230,6 +243,13 @@ void np_stage_clear_ground_clouds(const np_stage_part *in) { np_ground_light_cle
 
 /* ---- Shadows in the air ---- */
 
+/* Beyond the rim of a picture its angles go on. */
+static np_vec3 get_film_direction(const void *camera, float x, float y) {
+  np_vec3 direction;
+  (void)np_camera_get_direction(camera, x, y, &direction);
+  return direction;
+}
+
 /* Rays through every so many pixels of the picture; those about the crop, and two more, of which neighbours and
  * pixels' filters take part. */
 static np_air_rays make_air_rays(const np_camera *c, const np_plan *plan) {
@@ -240,9 +260,13 @@ static np_air_rays make_air_rays(const np_camera *c, const np_plan *plan) {
                       .forward = np_vec3_scale(c->back, -1.0f),
                       .right = np_vec3_scale(c->right, step),
                       .down = np_vec3_scale(c->up, -step)};
+  if (c->kind != NEPH_CAMERA_PERSPECTIVE)
+    rays.film = (np_air_film){.camera = c, .get_direction = get_film_direction, .spacing = (float)spacing};
   const unsigned whole[2] = {c->width, c->height};
+  const float aside[2] = {c->shift[0], -c->shift[1]};
   for (int k = 0; k < 2; k++) {
     rays.middle[k] = 0.5f * (float)whole[k] / (float)spacing;
+    if (aside[k] != 0.0f) rays.middle[k] -= aside[k] / step;
     rays.begin[k] = (int32_t)(desc->crop_min[k] / spacing) - 2;
     rays.end[k] = (int32_t)(desc->crop_max[k] / spacing) + 4;
     rays.whole_end[k] = (int32_t)(whole[k] / spacing) + 1;

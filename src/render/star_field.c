@@ -13,13 +13,10 @@ typedef struct film_point {
   double x, y; /* pixels from the top left */
 } film_point;
 
-static bool project_pinhole(const np_camera *camera, np_dvec3 direction, film_point *out) {
-  const np_dvec3 right = np_vec3_to_double(camera->right), up = np_vec3_to_double(camera->up);
-  const double depth = -np_dvec3_dot(direction, np_vec3_to_double(camera->back));
-  if (depth <= 1e-6) return false;
-  const double across = np_dvec3_dot(direction, right) / depth / (double)camera->tan_half_width;
-  const double upward = np_dvec3_dot(direction, up) / depth / (double)camera->tan_half_height;
-  *out = (film_point){0.5 * (1.0 + across) * camera->width, 0.5 * (1.0 - upward) * camera->height};
+static bool project_on_film(const np_camera *camera, np_dvec3 direction, film_point *out) {
+  double at[2];
+  if (!np_camera_project_direction(camera, direction, at)) return false;
+  *out = (film_point){at[0], at[1]};
   return out->x > -1.0 && out->y > -1.0 && out->x < camera->width + 1.0 && out->y < camera->height + 1.0;
 }
 
@@ -31,19 +28,19 @@ static film_point project_sphere(const np_star_field_desc *d, np_dvec3 direction
 }
 
 static bool project(const np_star_field_desc *d, np_dvec3 direction, film_point *out) {
-  if (d->camera) return project_pinhole(d->camera, direction, out);
+  if (d->camera) return project_on_film(d->camera, direction, out);
   *out = project_sphere(d, direction);
   return true;
 }
 
-/* A pinhole's pixels lie on a plane: their solid angle goes with the cosine's cube. */
+/* A picture whose right edge is its left one. */
+static bool is_round(const np_star_field_desc *d) {
+  return !d->camera || d->camera->kind == NEPH_CAMERA_EQUIRECTANGULAR;
+}
+
 static double compute_solid_angle(const np_star_field_desc *d, unsigned x, unsigned y) {
-  const np_camera *camera = d->camera;
-  if (!camera) return 2.0 * NP_PI / d->width * (cos(NP_PI * y / d->height) - cos(NP_PI * (y + 1.0) / d->height));
-  const np_vec3 direction = np_camera_direction(camera, (float)x + 0.5f, (float)y + 0.5f);
-  const double cosine = -(double)np_vec3_dot(direction, camera->back);
-  return 4.0 * (double)camera->tan_half_width * (double)camera->tan_half_height * cosine * cosine * cosine /
-         ((double)camera->width * camera->height);
+  if (d->camera) return np_camera_get_pixel_sr(d->camera, x, y);
+  return 2.0 * NP_PI / d->width * (cos(NP_PI * y / d->height) - cos(NP_PI * (y + 1.0) / d->height));
 }
 
 /* ---- How bright it is there ---- */
@@ -74,10 +71,12 @@ static np_spectrum compute_irradiance(const np_star_field_desc *d, size_t index,
 
 static void add_pixel(const np_star_field_desc *d, long x, long y, double share, np_spectrum irradiance,
                       np_star_field *field) {
-  if (!d->camera) x = (x + (long)d->width) % (long)d->width;
-  if (!d->camera) y = y < 0 ? 0 : y >= (long)d->height ? (long)d->height - 1 : y;
+  if (is_round(d)) x = (x + (long)d->width) % (long)d->width;
+  if (is_round(d)) y = y < 0 ? 0 : y >= (long)d->height ? (long)d->height - 1 : y;
   if (!(share > 0.0) || x < 0 || y < 0 || x >= (long)d->width || y >= (long)d->height) return;
-  const double scale = share / compute_solid_angle(d, (unsigned)x, (unsigned)y);
+  const double sr = compute_solid_angle(d, (unsigned)x, (unsigned)y);
+  if (!(sr > 0.0)) return;
+  const double scale = share / sr;
   field->pixels[field->count++] =
       (np_star_pixel){(unsigned)x, (unsigned)y, np_spectrum_scale(irradiance, (float)scale)};
 }

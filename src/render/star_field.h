@@ -10,8 +10,8 @@
 
 #include "atmosphere/magnitudes.h"
 #include "atmosphere/stars.h"
+#include "scene/camera.h"
 #include "world/world.h"
-#include "scene/scene_private.h"
 
 /* Radiance that stars add to one pixel. */
 typedef struct np_star_pixel {
@@ -27,7 +27,7 @@ typedef struct np_star_field {
 
 typedef struct np_star_field_desc {
   const np_star_catalogue *catalogue;
-  const np_world *world;   /* air, planet and moon, which dim and hide them; its night has their turn */
+  const np_world *world;       /* air, planet and moon, which dim and hide them; its night has their turn */
   const np_camera *camera;     /* NULL: a latitude-longitude picture … */
   unsigned width, height;      /* … of this size … */
   np_dvec3 origin;             /* … seen from here */

@@ -2,16 +2,12 @@
 #include "scene/scene_keys.h"
 
 #include "image/wavelengths.h"
+#include "scene/scene_key_rows.h"
 
-#define SCENE(member) {offsetof(neph_scene, member), sizeof(((neph_scene *)0)->member)}
 #define LAYER(member) {offsetof(np_scene_layer, member), sizeof(((np_scene_layer *)0)->member)}
 #define CLOUD(member) {offsetof(np_scene_cloud, member), sizeof(((np_scene_cloud *)0)->member)}
 #define MAP(quantity) CLOUD(bake.map_channels[NEPH_CLOUD_MAP_##quantity])
 
-/* Lengths stay below a million kilometres, so that no square of one overflows a float. */
-#define WITHIN(a, b) {a, b}
-#define ANYWHERE {-1e9, 1e9}
-#define SIZE {1e-6, 1e9}
 #define ASYMMETRY {-0.999999, 0.999999}
 
 /* Groups of keys that exclude each other. */
@@ -57,7 +53,7 @@ static const np_choice aovs[] = {NP_AOV_ROWS(AOV){NULL, 0}};
 #undef AOV
 
 /* clang-format off */
-static const np_key keys[] = {
+static const np_key first_keys[] = {
     {.path = "version", .type = NP_KEY_INTEGER, .field = SCENE(version), .range = WITHIN(1, 1), .fallback = "1",
      .meaning = "version of the scene format"},
 
@@ -67,20 +63,9 @@ static const np_key keys[] = {
      .tag = SCENE(has_place), .tag_value = true, .range = WITHIN(-90, 90), .meaning = "north is positive"},
     {.path = "place.longitude", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(longitude_rad),
      .tag = SCENE(has_place), .tag_value = true, .range = WITHIN(-180, 180), .meaning = "east is positive"},
+};
 
-    {.path = "camera", .type = NP_KEY_SECTION, .meaning = "a pinhole; x points east, y north, z up"},
-    {.path = "camera.position", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(camera.position_m),
-     .range = ANYWHERE, .fallback = "0 m, -6 km, 400 m", .meaning = "x, y, z of the pinhole"},
-    {.path = "camera.look_at", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(camera.look_at_m),
-     .range = ANYWHERE, .fallback = "0 m, 0 m, 1800 m", .meaning = "x, y, z of the point in the middle of the picture"},
-    {.path = "camera.fov", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(camera.fov_rad),
-     .range = WITHIN(0.01, 170), .fallback = "50 deg", .meaning = "horizontal angle of view"},
-    {.path = "camera.roll", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(camera.roll_rad),
-     .range = WITHIN(-360, 360), .fallback = "0 deg",
-     .meaning = "turns the camera clockwise about its view, and what it sees the other way"},
-    {.path = "camera.resolution", .type = NP_KEY_INTEGER, .field = SCENE(camera.resolution), .range = WITHIN(1, 65536),
-     .fallback = "960, 540", .meaning = "width and height of the picture in pixels"},
-
+static const np_key keys[] = {
     {.path = "sun", .type = NP_KEY_SECTION, .meaning = "the sun, by elevation and azimuth, or by time"},
     {.path = "sun.elevation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(sun.elevation_rad),
      .range = WITHIN(-90, 90), .fallback = "35 deg", .group = GROUP_SUN, .alternative = 1,
@@ -584,8 +569,27 @@ size_t np_key_rename_count(void) { return sizeof renames / sizeof *renames; }
 
 const np_key_rename *np_key_rename_at(size_t index) { return &renames[index]; }
 
-static const size_t key_count = sizeof keys / sizeof *keys;
+/* The order of the schema. */
+enum { TABLES = 3 };
 
-size_t np_key_count(void) { return key_count; }
+static void fill_tables(np_key_table out[TABLES]) {
+  out[0] = (np_key_table){first_keys, sizeof first_keys / sizeof *first_keys};
+  out[1] = np_keys_get_camera();
+  out[2] = (np_key_table){keys, sizeof keys / sizeof *keys};
+}
 
-const np_key *np_key_get(size_t index) { return &keys[index]; }
+size_t np_key_count(void) {
+  np_key_table tables[TABLES];
+  fill_tables(tables);
+  size_t count = 0;
+  for (int t = 0; t < TABLES; t++) count += tables[t].count;
+  return count;
+}
+
+const np_key *np_key_get(size_t index) {
+  np_key_table tables[TABLES];
+  fill_tables(tables);
+  int t = 0;
+  for (; index >= tables[t].count; t++) index -= tables[t].count;
+  return &tables[t].keys[index];
+}

@@ -27,6 +27,7 @@ typedef struct np_world {
 
   const neph_atmosphere *atmosphere; /* NULL: no air */
   const neph_sky *camera_sky;        /* seen from the camera; NULL without air */
+  bool has_parallel_view;            /* the camera's rays have no common eye: its sky is traced along each */
   const neph_sky *cloud_sky;         /* seen from the middle of the clouds; NULL without air or without clouds */
 
   np_spectrum environment_radiance; /* uniform, from infinitely far, W m⁻² sr⁻¹ nm⁻¹ */
