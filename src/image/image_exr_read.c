@@ -144,8 +144,7 @@ static neph_result read_attribute(neph_image *image, const exr_attribute_t *attr
 
 /* What OpenEXR itself lives by is not ours to carry from file to file. */
 static bool is_structural(const char *name) {
-  static const char *const names[] = {
-      "name", "type", "version", "chunkCount", "view", "pixelAspectRatio", "screenWindowWidth"};
+  static const char *const names[] = {"name", "type", "version", "chunkCount", "pixelAspectRatio", "screenWindowWidth"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
     if (!strcmp(names[i], name)) return true;
   return false;

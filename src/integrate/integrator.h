@@ -58,11 +58,11 @@ static inline np_view_ray np_camera_ray_get_view(const np_camera_ray *ray) {
 
 static inline double np_camera_ray_get_end(const np_camera_ray *ray) { return ray->has_end ? ray->end_m : HUGE_VAL; }
 
-/* The ground that a camera's ray shows; distances from its origin. */
+/* The ground that a camera's ray shows; distances from its origin. One that begins in the ground shows none. */
 static inline bool np_camera_ray_intersect_ground(const np_world *world, const np_camera_ray *ray,
                                                   np_ground_hit *out_hit) {
   return np_world_intersect_ground(world, ray->origin, ray->direction, out_hit) &&
-         !(out_hit->distance_m > np_camera_ray_get_end(ray));
+         !(out_hit->distance_m > np_camera_ray_get_end(ray)) && !(ray->begin_m > 0.0 && out_hit->distance_m <= 0.0);
 }
 
 /* The air between the eye and a point so far from the origin, in shadow where there is any. */

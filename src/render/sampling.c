@@ -79,7 +79,7 @@ static void integrate_packet(const np_frame *f, const np_packet *packet, const n
       out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
     out->lost = np_spectrum_add(out->lost, more.lost);
   }
-  if (packet->stars.count && !out->is_ground_behind)
+  if ((packet->stars.count || packet->stars.blurred) && !out->is_ground_behind)
     out->component[NP_COMPONENT_BACKGROUND] =
         np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], out->transmittance,
                                np_star_field_get(&packet->stars, pixel[0], pixel[1]));

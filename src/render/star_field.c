@@ -7,6 +7,9 @@
 #include "core/random.h"
 #include "core/units.h"
 
+/* Circles of confusion from here on, in pixels, are points no more. */
+static const double blur_least = 0.5;
+
 /* ---- Where a star falls ---- */
 
 typedef struct film_point {
@@ -17,7 +20,8 @@ static bool project_on_film(const np_camera *camera, np_dvec3 direction, film_po
   double at[2];
   if (!np_camera_project_direction(camera, direction, at)) return false;
   *out = (film_point){at[0], at[1]};
-  return out->x > -1.0 && out->y > -1.0 && out->x < camera->width + 1.0 && out->y < camera->height + 1.0;
+  const double rim = 1.0 + 0.5 * np_camera_get_confusion(camera, INFINITY);
+  return out->x > -rim && out->y > -rim && out->x < camera->width + rim && out->y < camera->height + rim;
 }
 
 static film_point project_sphere(const np_star_field_desc *d, np_dvec3 direction) {
@@ -76,9 +80,37 @@ static void add_pixel(const np_star_field_desc *d, long x, long y, double share,
   if (!(share > 0.0) || x < 0 || y < 0 || x >= (long)d->width || y >= (long)d->height) return;
   const double sr = compute_solid_angle(d, (unsigned)x, (unsigned)y);
   if (!(sr > 0.0)) return;
-  const double scale = share / sr;
-  field->pixels[field->count++] =
-      (np_star_pixel){(unsigned)x, (unsigned)y, np_spectrum_scale(irradiance, (float)scale)};
+  const np_spectrum radiance = np_spectrum_scale(irradiance, (float)(share / sr));
+  if (field->blurred) {
+    np_spectrum *sum = &field->blurred[(size_t)y * d->width + (size_t)x];
+    *sum = np_spectrum_add(*sum, radiance);
+    return;
+  }
+  field->pixels[field->count++] = (np_star_pixel){(unsigned)x, (unsigned)y, radiance};
+}
+
+/* A share of a star's light, among the four pixels about a place. */
+static void add_point(const np_star_field_desc *d, film_point at, double share, np_spectrum irradiance,
+                      np_star_field *field) {
+  const double left = floor(at.x - 0.5), top = floor(at.y - 0.5), u = at.x - 0.5 - left, v = at.y - 0.5 - top;
+  for (int i = 0; i < 4; i++)
+    add_pixel(d, (long)left + (i & 1), (long)top + (i >> 1), share * (i & 1 ? u : 1.0 - u) * (i >> 1 ? v : 1.0 - v),
+              irradiance, field);
+}
+
+enum { BOKEH_POINTS_MIN = 16, BOKEH_POINTS_MAX = 1024 };
+
+/* A star out of focus: the aperture's picture, by points of the plastic number (Roberts 2018), four to a pixel. */
+static void add_bokeh(const np_star_field_desc *d, film_point middle, np_spectrum irradiance, np_star_field *field) {
+  const double diameter = np_camera_get_confusion(d->camera, INFINITY);
+  const int count = (int)np_clamp(NP_PI * diameter * diameter, BOKEH_POINTS_MIN, BOKEH_POINTS_MAX);
+  for (int i = 0; i < count; i++) {
+    const double u = 0.7548776662466927 * i, v = 0.5698402909980532 * i;
+    float lens[2];
+    np_camera_sample_aperture(d->camera, (float)(u - floor(u)), (float)(v - floor(v)), lens);
+    const film_point at = {middle.x + 0.5 * diameter * (double)lens[0], middle.y - 0.5 * diameter * (double)lens[1]};
+    add_point(d, at, 1.0 / count, irradiance, field);
+  }
 }
 
 static void add_star(const np_star_field_desc *d, size_t index, np_star_field *field) {
@@ -87,10 +119,10 @@ static void add_star(const np_star_field_desc *d, size_t index, np_star_field *f
   if (!project(d, direction, &at)) return;
   const np_spectrum irradiance = compute_irradiance(d, index, np_dvec3_to_float(direction));
   if (np_spectrum_is_zero(irradiance)) return;
-  const double left = floor(at.x - 0.5), top = floor(at.y - 0.5), u = at.x - 0.5 - left, v = at.y - 0.5 - top;
-  for (int i = 0; i < 4; i++)
-    add_pixel(d, (long)left + (i & 1), (long)top + (i >> 1), (i & 1 ? u : 1.0 - u) * (i >> 1 ? v : 1.0 - v), irradiance,
-              field);
+  if (field->blurred)
+    add_bokeh(d, at, irradiance, field);
+  else
+    add_point(d, at, 1.0, irradiance, field);
 }
 
 static int compare_pixels(const void *a, const void *b) {
@@ -122,8 +154,12 @@ static void merge_pixels(np_star_field *field) {
 neph_result np_star_field_build(neph_context *context, const np_star_field_desc *desc, np_star_field *out_field) {
   *out_field = (np_star_field){.context = context};
   const size_t stars = desc->catalogue->count;
-  out_field->pixels = np_alloc(context, stars ? 4 * stars : 1, sizeof *out_field->pixels);
-  if (!out_field->pixels) return NEPH_ERROR_OUT_OF_MEMORY;
+  out_field->width = desc->width;
+  if (desc->camera && np_camera_get_confusion(desc->camera, INFINITY) > blur_least)
+    out_field->blurred = np_alloc(context, (size_t)desc->width * desc->height, sizeof *out_field->blurred);
+  else
+    out_field->pixels = np_alloc(context, stars ? 4 * stars : 1, sizeof *out_field->pixels);
+  if (!out_field->pixels && !out_field->blurred) return NEPH_ERROR_OUT_OF_MEMORY;
   for (size_t i = 0; i < stars; i++) add_star(desc, i, out_field);
   if (out_field->count) merge_pixels(out_field);
   return NEPH_OK;
@@ -131,10 +167,12 @@ neph_result np_star_field_build(neph_context *context, const np_star_field_desc 
 
 void np_star_field_clear(np_star_field *field) {
   if (field->pixels) np_alloc_free(field->context, field->pixels);
+  if (field->blurred) np_alloc_free(field->context, field->blurred);
   *field = (np_star_field){0};
 }
 
 np_spectrum np_star_field_get(const np_star_field *field, unsigned x, unsigned y) {
+  if (field->blurred) return field->blurred[(size_t)y * field->width + x];
   if (!field->count) return np_spectrum_grey(0.0f);
   const np_star_pixel key = {.x = x, .y = y};
   const np_star_pixel *found = bsearch(&key, field->pixels, field->count, sizeof key, compare_pixels);

@@ -3,7 +3,7 @@
  *
  * A star's irradiance is shared among the four pixels about it by the tent that the film reconstructs with, and divided
  * by the solid angle of each: radiance times solid angle adds up to its irradiance at any resolution, wherever in a
- * pixel it falls.
+ * pixel it falls. Out of focus it is the picture of the aperture.
  */
 #ifndef NP_RENDER_STAR_FIELD_H
 #define NP_RENDER_STAR_FIELD_H
@@ -23,6 +23,8 @@ typedef struct np_star_field {
   neph_context *context;
   size_t count;
   np_star_pixel *pixels; /* by rows, each once */
+  unsigned width;
+  np_spectrum *blurred; /* of every pixel, where stars are out of focus; NULL: `pixels` are all */
 } np_star_field;
 
 typedef struct np_star_field_desc {

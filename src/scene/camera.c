@@ -113,13 +113,17 @@ static void sample_polygon(unsigned corners, float u, float v, float out[2]) {
   out[1] = r * ((1.0f - part) * cosf(a) + part * cosf(b));
 }
 
+void np_camera_sample_aperture(const np_camera *camera, float u, float v, float out[2]) {
+  if (camera->blade_count)
+    sample_polygon(camera->blade_count, u, v, out);
+  else
+    sample_disk(u, v, out);
+}
+
 /* Moves a ray from the middle of the lens to a place of it, so that it still meets the place in focus. */
 static void pass_lens(const np_camera *camera, float u, float v, np_film_ray *ray) {
   float at[2];
-  if (camera->blade_count)
-    sample_polygon(camera->blade_count, u, v, at);
-  else
-    sample_disk(u, v, at);
+  np_camera_sample_aperture(camera, u, v, at);
   const np_vec3 offset = np_vec3_add(np_vec3_scale(camera->right, camera->lens_radius_m * at[0]),
                                      np_vec3_scale(camera->up, camera->lens_radius_m * at[1]));
   const float reach = -camera->focus_m / np_vec3_dot(ray->direction, camera->back);

@@ -20,6 +20,9 @@ neph_result np_camera_init(const neph_scene *scene, unsigned width, unsigned hei
 /* Ray through a film position and a place of the lens, `u` and `v` even in [0, 1). False: no light falls there. */
 bool np_camera_start_ray(const np_camera *camera, float x, float y, float u, float v, np_film_ray *out_ray);
 
+/* A place of the aperture, right and up in radii of its corners, even over it for `u` and `v` even in [0, 1). */
+void np_camera_sample_aperture(const np_camera *camera, float u, float v, float out[2]);
+
 /* Depth of a place so far along a ray: along the view where the picture is flat, else from the eye. */
 double np_camera_get_depth(const np_camera *camera, np_vec3 direction, double distance_m);
 
