@@ -141,7 +141,7 @@ static np_spectrum get_lost(const block *b, np_vec3 direction, double distance_m
   return np_air_shadow_get_lost(&b->shadow, &(np_view_ray){.direction = direction}, distance_m);
 }
 
-/* What is lost is the light between the planes of the shadow's sides, before it nothing. 4 %: the block's faces are
+/* The light lost is that between the planes of the shadow's sides, before it nothing. 4 %: the block's faces are
  * soft over half a voxel at each side. */
 static void what_is_lost_lies_in_the_shadow(void **state) {
   neph_atmosphere *air = *state;

@@ -10,7 +10,7 @@
 
 static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 
-/* What a check of a scene says, which must pass. */
+/* Messages of the check of a scene, which must pass. */
 static void check(test_fixture *f, const char *text) {
   neph_scene *scene;
   test_log_clear(&f->log);

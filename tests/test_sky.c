@@ -147,7 +147,7 @@ static void radiance_has_no_seams_around_the_horizon(void **state) {
   neph_sky_destroy(sky);
 }
 
-/* Where the tables change their rules with the observer's altitude, a step of 0.2 % in it must change nothing: 0.5 %,
+/* Altitudes at which the tables change their rules: a step of 0.2 % in it must change nothing: 0.5 %,
  * which is what the quadratures on either side differ by at the most. */
 static void radiance_is_continuous_in_altitude(void **state) {
   const double thresholds[] = {300.0, 3000.0, 10000.0, 50000.0, 100000.0};
@@ -257,7 +257,7 @@ static void farther_is_dimmer(void **state) {
       const np_aerial_perspective here = np_sky_aerial_perspective(sky, direction_of(zenith, 40.0), distance);
       for (int b = 0; b < NP_BAND_COUNT; b++) {
         assert_true(here.transmittance.band[b] <= before.transmittance.band[b]);
-        /* To rounding: a float sum of 30 terms. */
+        /* Tolerance: rounding of a float sum of 30 terms. */
         assert_true(here.inscatter.band[b] >= before.inscatter.band[b] * (1.0f - 4e-6f));
       }
       before = here;
@@ -266,7 +266,8 @@ static void farther_is_dimmer(void **state) {
   neph_sky_destroy(sky);
 }
 
-/* To the end of the air both tables hold the same light: 1 %. Never is a ray without end, or one that is no number. */
+/* Both tables hold the same light up to the end of the air: 1 %. Never is a ray without end, or one that is no number.
+ * */
 static void far_end_is_the_sky(void **state) {
   neph_sky *sky = create_sky(*state, 500.0, 60.0);
   for (int zenith = 0; zenith <= 90; zenith += 5)
@@ -279,7 +280,7 @@ static void far_end_is_the_sky(void **state) {
   neph_sky_destroy(sky);
 }
 
-/* What users see first is a line at the horizon on whatever stands there. Things 20 km away just above and just below
+/* Users would first see a line at the horizon on objects there. Things 20 km away just above and just below
  * it are behind the same air: 1 %. */
 static void no_line_at_the_horizon(void **state) {
   neph_sky *sky = create_sky(*state, 500.0, 80.0);

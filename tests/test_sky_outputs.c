@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What `nephos sky` hands out: harmonics, the disk in its layer, tables as pictures, their measured errors. */
+/* Outputs of `nephos sky`: harmonics, the disk in its layer, tables as pictures, their measured errors. */
 #include "test_support.h"
 
 #include <stdlib.h>
@@ -7,6 +7,7 @@
 #include <nephos/nephos.h>
 
 #include "core/units.h"
+#include "image/exposure.h"
 #include "image/preview.h"
 #include "render/sky_harmonics.h"
 
@@ -166,7 +167,7 @@ static double measure_banding(neph_context *context, neph_image *image, const ch
   neph_image *loaded;
   assert_int_equal(neph_image_save_png(image, path, &desc), NEPH_OK);
   assert_int_equal(neph_image_load_png(context, path, &loaded), NEPH_OK);
-  const double exposure = np_preview_choose_exposure(image, desc.white) * exp2(exposure_ev);
+  const double exposure = np_exposure_choose_by_picture(image, desc.white) * exp2(exposure_ev);
   const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);
   const float *planes[3], *shown[3];
   for (int b = 0; b < 3; b++) {

@@ -35,7 +35,7 @@ static float see_within(const void *user, np_dvec3 position) {
   return np_dvec3_length(np_dvec3_subtract(position, observer)) < limit_m ? 1.0f : 0.0f;
 }
 
-/* Where everything sees the sun the sky is the clear one, on either side of the sun. Between azimuths the clear one is
+/* An unshadowed sky is the clear one, on either side of the sun. Between azimuths the clear one is
  * a spline, of which the whole circle keeps every place: 0.2 % on its steepest slope, by the aureole. */
 static void a_shadow_of_nothing_is_none(void **state) {
   neph_context *context = test_context_create(2, NULL);
@@ -91,8 +91,8 @@ static void shadows_are_not_mirrored(void **state) {
   neph_sky_destroy(clear);
 }
 
-/* Where the light of a row of the tables ends, seen past a wall: a slice has one sample, in its middle, by which all of
- * it lies before the wall or behind. */
+/* Distance at which the light of a row of the tables ends, seen past a wall: a slice has one sample, in its middle, by
+ * which all of it lies before the wall or behind. */
 static double compute_end_m(const neph_sky *sky, const np_sky_layout *layout, int row, double wall_m) {
   const double cosine = np_sky_row_cosine(&sky->frame, layout, row), count = sky->aerial_sizes.points;
   const np_ray ray = np_aerial_ray(&sky->atmosphere->medium, &sky->frame, cosine, row >= layout->up);

@@ -151,7 +151,7 @@ static void what_is_needed_is_built_and_nothing_else(void **state) {
 
 static void add_spectrum(np_hash *hash, np_spectrum s) { np_hash_add(hash, &s, sizeof s); }
 
-/* Of the first packet's first light; what no light of it has is left out. */
+/* Parts of the first packet's first light; those that it lacks are left out. */
 static void add_sky_result(np_hash *hash, const np_packet *p, const np_packet_light *l, np_stage stage) {
   const np_vec3 up = np_vec3_make(0.0f, 0.6f, 0.8f);
   const np_dvec3 origin = np_dvec3_make(0.0, -3000.0, 900.0);
@@ -180,8 +180,8 @@ static void add_light_result(np_hash *hash, const np_packet_light *l, np_stage s
   if (stage == NP_STAGE_AIR_SHADOWS)
     add_spectrum(hash, np_air_shadow_get_lost(&l->air_shadow, &(np_view_ray){.direction = ahead}, INFINITY));
   if (stage != NP_STAGE_LIGHTING) return;
-  const bool answers[] = {l->lighting.scattering,   l->lighting.viewer_light, l->lighting.ground_light,
-                          l->lighting.air_shadow,   l->lighting.sky_guide,    l->lighting.sun_optical_depths.cache};
+  const bool answers[] = {l->lighting.scattering, l->lighting.viewer_light, l->lighting.ground_light,
+                          l->lighting.air_shadow, l->lighting.sky_guide,    l->lighting.sun_optical_depths.cache};
   np_hash_add(hash, answers, sizeof answers);
 }
 

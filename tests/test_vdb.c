@@ -26,8 +26,7 @@ static void assert_load_fails(neph_context *context, test_log *log, const char *
 static neph_result save(neph_context *context, const char *path, const np_sparse_grid *grid, int is_half) {
   const np_vdb_attribute attributes[] = {{.name = "nephos:seed", .number = 7},
                                          {.name = "nephos:unit", .text = "extinction 1/m"}};
-  const np_vdb_write_grid output = {
-      .grid = grid, .is_half = is_half, .attributes = attributes, .attribute_count = 2};
+  const np_vdb_write_grid output = {.grid = grid, .is_half = is_half, .attributes = attributes, .attribute_count = 2};
   return np_volume_save_grids(context, path, &output, 1, NULL);
 }
 
@@ -475,7 +474,7 @@ static neph_result load_and_release(neph_context *context, void *path) {
   return result;
 }
 
-/* Of what nephos allocates, within OpenVDB's reading too. */
+/* Peak of nephos's own allocations, within OpenVDB's reading too. */
 static void failed_allocations_are_survived(void **state) {
   (void)state;
   disk d;

@@ -177,6 +177,8 @@ np_spectrum np_atmosphere_transmittance_between(const neph_atmosphere *atmospher
   return np_bands_to_spectrum(np_bands_exp(-np_ray_optical_depth(&atmosphere->medium, &ray, 0.0, end)));
 }
 
+bool np_atmosphere_has_moments(const neph_atmosphere *atmosphere) { return atmosphere->order_max > 1; }
+
 np_spectrum np_atmosphere_ground_irradiance(const neph_atmosphere *atmosphere, float sun_cosine) {
   return np_bands_to_spectrum(np_moment_table_irradiance(&atmosphere->moments, sun_cosine));
 }

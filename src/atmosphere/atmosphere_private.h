@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the light and integrate modules ask of an atmosphere and of a sky. All in float spectra, world positions. */
+/* Interface of atmosphere and sky to world and integrators, in float spectra and world positions. */
 #ifndef NP_ATMOSPHERE_ATMOSPHERE_PRIVATE_H
 #define NP_ATMOSPHERE_ATMOSPHERE_PRIVATE_H
 
@@ -11,7 +11,7 @@
 
 neph_context *np_atmosphere_get_context(const neph_atmosphere *atmosphere);
 
-/* What it was made of; valid as long as the atmosphere. */
+/* Description of the atmosphere; valid as long as it is. */
 const neph_atmosphere_desc *np_atmosphere_get_desc(const neph_atmosphere *atmosphere);
 
 double np_atmosphere_get_planet_radius(const neph_atmosphere *atmosphere);
@@ -30,6 +30,9 @@ np_spectrum np_atmosphere_transmittance_to_sun(const neph_atmosphere *atmosphere
 /* Transmittance between two points in sight of each other, marched. */
 np_spectrum np_atmosphere_transmittance_between(const neph_atmosphere *atmosphere, np_dvec3 from, np_dvec3 to);
 
+/* Whether its scattered light is known: false for air that paths trace. */
+bool np_atmosphere_has_moments(const neph_atmosphere *atmosphere);
+
 /* Irradiance of the sky (sun's disk excluded) on a horizontal plane facing up, per unit of sun irradiance above the
  * atmosphere, on the sphere at a place whose zenith makes `sun_cosine` with the sun. */
 np_spectrum np_atmosphere_ground_irradiance(const neph_atmosphere *atmosphere, float sun_cosine);
@@ -46,8 +49,8 @@ typedef struct np_aerial_perspective {
   np_spectrum inscatter; /* W m⁻² sr⁻¹ nm⁻¹ */
 } np_aerial_perspective;
 
-/* What part of the sun's disk clouds and hills leave to be seen from a point, in [0, 1]; air and the planet's sphere
- * are not counted. Asked from many threads at once. */
+/* Fraction of the sun's disk that clouds and hills leave visible from a point, in [0, 1]; air and the planet's sphere
+ * are not counted. Called from many threads at once. */
 typedef struct np_sun_visibility {
   float (*find)(const void *user, np_dvec3 position);
   const void *user;

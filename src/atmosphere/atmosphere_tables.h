@@ -77,7 +77,7 @@ struct neph_sky {
  * to follow on "since". Rows and azimuths are laid from the horizon and the sun, so that they move along. */
 bool np_sky_move(neph_sky *sky, const neph_sky_desc *desc, char *out_reason, size_t reason_size);
 
-/* What the rays of a sky are traced with, once it has its gather. */
+/* Inputs of a sky's rays, once it has its gather. */
 np_sky_light np_sky_light_make(const neph_sky *sky);
 
 /* Fills the tables of a sky whose frame and light are set. */
@@ -121,7 +121,7 @@ double np_sky_row_cosine(const np_sky_frame *frame, const np_sky_layout *layout,
 /* In-scatter to the ray's end, as the view table has it, per unit of sun irradiance. */
 np_scattered np_sky_view_lookup(const neph_sky *sky, const np_sky_place *place, float length_m);
 
-/* What the view table's light was divided by: the length of a ray to the ground, by which its light goes near the
+/* Divisor of the view table's radiances: the length of a ray to the ground, by which its light goes near the
  * horizon; one above it. */
 float np_sky_view_length(const neph_sky *sky, double cosine, bool is_below);
 
@@ -130,7 +130,7 @@ np_sky_place np_sky_locate(const np_sky_frame *frame, np_vec3 direction, const n
 /* Ray from the observer for aerial perspective: to the ground it goes on below sea level, where valleys may lie. */
 np_ray np_aerial_ray(const np_medium *medium, const np_sky_frame *frame, double cosine, bool is_below);
 
-/* How slices of aerial perspective divide a ray. One that does not meet the ground: evenly in the signed root w of the
+/* Slices of aerial perspective along a ray. One that does not meet the ground: evenly in the signed root w of the
  * distance from a center, t = center + w·|w|. One that does: t = L·((1 − 2k)·s² + 2k·s), s even from 0 to 1; k goes
  * from 0, where t is as s² and slices crowd about the observer, to 1, where they crowd about the ground. */
 typedef struct np_aerial_scale {

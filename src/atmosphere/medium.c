@@ -55,7 +55,7 @@ static bool assign_aerosols(np_medium *medium, np_layer *layer, const neph_atmos
   return true;
 }
 
-/* Where a layer is at all: a tent ends with its feet, a table with its rows, and all end with the air. */
+/* Altitudes of a layer: a tent ends with its feet, a table with its rows, and all end with the air. */
 static void set_range(np_layer *layer, const neph_atmosphere_layer *desc, double top_m) {
   double low = -INFINITY, high = INFINITY;
   if (desc->profile == NEPH_LAYER_TENT) {
@@ -190,7 +190,7 @@ static void share_depth(np_medium *medium) {
 
 /* ---- What asks for more care ---- */
 
-/* What goes nearly straight on counts from this vertical depth, or this part of all that is scattered. */
+/* Forward scattering counts from this vertical depth, or this share of all scattering. */
 static const float thick_depth = 0.02f, thick_part = 0.25f;
 
 static float compute_maximum(np_bands value) { return np_maxf(value[0], np_maxf(value[1], value[2])); }

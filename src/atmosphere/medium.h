@@ -32,7 +32,7 @@ static inline float np_phase_rayleigh_eval(float cosine) {
   return (float)(3.0 / (16.0 * NP_PI)) * (1.0f + cosine * cosine);
 }
 
-/* What scatters by one phase function, Rayleigh's apart. */
+/* Constituents that share a phase function, other than Rayleigh's. */
 typedef struct np_aerosol {
   np_phase phase;
   float moment[4]; /* χ_0 = 1, χ_1, χ_2, χ_3 */
@@ -161,7 +161,7 @@ static inline void np_extinction_at_four(const np_medium *medium, np_bands altit
   }
 }
 
-/* What a layer scatters where its density is 1. */
+/* Scattering coefficient of a layer at density 1. */
 static inline np_bands np_layer_scattering(const np_layer *layer) {
   np_bands scattering = layer->rayleigh;
   for (int k = 0; k < layer->part_count; k++) scattering += layer->part[k].scattering;

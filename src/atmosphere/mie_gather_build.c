@@ -81,7 +81,7 @@ static void gather_altitude(const gather_job *job, int sun, int altitude) {
   np_bands phase[NP_GATHER_INPUTS_MAX];
   const float sun_cosine = job->table->sun_cosine[sun];
   trace_dome(job, altitude, sun_cosine, dome, phase);
-  /* Where the moments hold no light there is none to scale: a quotient bounded, not the noise of two zeros. */
+  /* Moments without light have none to scale: the quotient is bounded, not the noise of two zeros. */
   const np_bands total = np_bands_max(np_moment_table_total(job->moments, kernel->altitude_m[altitude], sun_cosine),
                                       np_bands_grey(1e-12f));
   for (int out = 0; out < (int)np_gather_kernel_count_outputs(kernel); out++) {

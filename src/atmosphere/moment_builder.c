@@ -79,7 +79,7 @@ void np_moment_fan_make(const np_moment_builder *b, const np_moment_direction *d
 
 /* ---- Orders ---- */
 
-/* What the last order is multiplied by to stand for all that follow it, itself included. */
+/* Factor that makes the last order the sum of itself and all that follow it. */
 static np_bands sum_series(np_bands last, np_bands before) {
   const np_bands ratio =
       np_bands_min(last / np_bands_max(before, np_bands_grey(np_moment_least)), np_bands_grey(ratio_max));

@@ -24,7 +24,7 @@ static const float light_floor = 1e-20f;
 /* A step of aerial perspective spans no more of altitude than this part of where it is, or of the atmosphere's height:
  * 2.4 km on the Earth. So many at the most to a slice. */
 static const double step_altitudes = 0.5, step_heights = 0.024, steps_max = 8.0;
-/* How far aerial perspective follows a ray below sea level, in heights of the atmosphere: 10 km on the Earth. */
+/* Reach of aerial perspective along a ray below sea level, in heights of the atmosphere: 10 km on the Earth. */
 static const double below_sea_level = 0.1;
 
 np_sky_light np_sky_light_make(const neph_sky *sky) {

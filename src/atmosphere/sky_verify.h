@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How wrong the tables of one sky are, found by asking them and what they stand for. */
+/* Error of the tables of one sky, by comparing look-ups with the reference. */
 #ifndef NP_ATMOSPHERE_SKY_VERIFY_H
 #define NP_ATMOSPHERE_SKY_VERIFY_H
 

@@ -7,7 +7,7 @@
 
 enum { CELLS = NP_AIR_SHADOW_CELLS, PLANES = NP_AIR_SHADOW_PLANES };
 
-/* What is beyond so little of the light of a ray need not be in the shade. */
+/* Share of a ray's light behind which shadows are neglected. */
 static const float light_rest = 0.01f;
 /* A cell longer than this is asked at two places. */
 static const double cell_long_m = 250.0;
@@ -121,7 +121,7 @@ static np_spectrum compute_first_order(const neph_sky *sky, np_vec3 direction, d
   return first;
 }
 
-/* Where no more than `light_rest` of a ray's light is still to come. */
+/* Distance beyond which no more than `light_rest` of a ray's light is still to come. */
 static double search_light_end(const neph_sky *sky, np_vec3 direction, double end) {
   const float all = np_spectrum_max(compute_first_order(sky, direction, end));
   double low = 0.0, high = fmin(end, 3e6);
@@ -134,7 +134,7 @@ static double search_light_end(const neph_sky *sky, np_vec3 direction, double en
 
 enum { REACH_RAYS = 9 };
 
-/* How far any ray of the whole picture has to be looked along. */
+/* Greatest distance along any ray of the whole picture at which shadows count. */
 static double compute_reach(const shadow_probe *p) {
   const np_air_rays *r = &p->out->rays;
   double reach = 0.0;
@@ -316,8 +316,8 @@ static np_spectrum compute_diffuse(const loss_job *job, np_dvec3 position, float
 
 static void keep(np_spectrum lost, np_spectrum all, uint16_t out[NP_BAND_COUNT]) {
   for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const float kept = all.band[b] > 0.0f ? 1.0f - lost.band[b] / all.band[b] : 1.0f;
-    out[b] = (uint16_t)(NP_AIR_SHADOW_UNIT * np_clampf(kept, 0.0f, 5.0f) + 0.5f);
+    const float visible = all.band[b] > 0.0f ? 1.0f - lost.band[b] / all.band[b] : 1.0f;
+    out[b] = (uint16_t)(NP_AIR_SHADOW_UNIT * np_clampf(visible, 0.0f, 5.0f) + 0.5f);
   }
 }
 
@@ -386,7 +386,7 @@ void np_air_shadow_clear(np_air_shadow *shadow) {
 
 /* ---- Asking ---- */
 
-/* What a ray that ends at `ground_m` has to say of what lies beyond. */
+/* Values beyond its end of a ray that ends at `ground_m`. */
 static float compute_weight(float ground_m, double distance_m) {
   if ((double)ground_m >= distance_m) return 1.0f;
   const float ratio = (float)((double)ground_m / distance_m), square = ratio * ratio;

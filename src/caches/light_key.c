@@ -14,8 +14,8 @@ static const double tolerance = 1e-3;
 
 static const char clouds_changed[] = "the clouds changed";
 
-static void describe_turn(np_vec3 kept, np_vec3 wanted, char *out, size_t size) {
-  const double turned = (double)np_vec3_length(np_vec3_subtract(kept, wanted));
+static void describe_turn(np_vec3 cached, np_vec3 wanted, char *out, size_t size) {
+  const double turned = (double)np_vec3_length(np_vec3_subtract(cached, wanted));
   (void)snprintf(out, size, "the light turned by %.3g degrees", turned / NP_DEGREE);
 }
 
@@ -33,7 +33,7 @@ static void add_bricks(np_hash *hash, const np_bricks *b) {
   np_hash_add(hash, &b->background, sizeof b->background);
 }
 
-/* What there is of extinction, and where. */
+/* Extinction of the clouds, and its place. */
 static void add_extinction(np_hash *hash, const np_instance *v) {
   add_bricks(hash, v->bricks);
   np_hash_add(hash, &v->world_to_index, sizeof v->world_to_index);
@@ -116,10 +116,10 @@ static void compare(const float *a, const float *b, size_t count, double *differ
 }
 
 /* Sun and surroundings are each compared with all the light there is, the sun counting as the sky of its irradiance. */
-static void compare_light(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
+static void compare_light(const np_light_key *cached, const np_light_key *wanted, char *reason, size_t size) {
   double sun, sun_sum, around, around_sum;
-  compare(kept->sun[0].band, wanted->sun[0].band, (size_t)NP_LIGHT_KEY_PLACES * NP_BAND_COUNT, &sun, &sun_sum);
-  compare(&kept->surroundings[0][0][0][0], &wanted->surroundings[0][0][0][0],
+  compare(cached->sun[0].band, wanted->sun[0].band, (size_t)NP_LIGHT_KEY_PLACES * NP_BAND_COUNT, &sun, &sun_sum);
+  compare(&cached->surroundings[0][0][0][0], &wanted->surroundings[0][0][0][0],
           sizeof(np_boundary_radiance) / sizeof(float), &around, &around_sum);
   sun /= NP_LIGHT_KEY_PLACES, sun_sum /= NP_LIGHT_KEY_PLACES;
   const double solid_angle = 4.0 * NP_PI / np_ordinates_count(NP_DEGREE_MIN, false),
@@ -131,13 +131,13 @@ static void compare_light(const np_light_key *kept, const np_light_key *wanted, 
                    100.0 * solid_angle * around / all);
 }
 
-void np_light_key_compare(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
-  if (strcmp(kept->clouds, wanted->clouds) != 0)
+void np_light_key_compare(const np_light_key *cached, const np_light_key *wanted, char *reason, size_t size) {
+  if (strcmp(cached->clouds, wanted->clouds) != 0)
     (void)snprintf(reason, size, "%s", clouds_changed);
-  else if ((double)np_vec3_length(np_vec3_subtract(kept->to_sun, wanted->to_sun)) > tolerance)
-    describe_turn(kept->to_sun, wanted->to_sun, reason, size);
+  else if ((double)np_vec3_length(np_vec3_subtract(cached->to_sun, wanted->to_sun)) > tolerance)
+    describe_turn(cached->to_sun, wanted->to_sun, reason, size);
   else
-    compare_light(kept, wanted, reason, size);
+    compare_light(cached, wanted, reason, size);
 }
 
 neph_result np_depth_key_make(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
@@ -151,13 +151,13 @@ neph_result np_depth_key_make(neph_context *context, const np_world *world, cons
   return NEPH_OK;
 }
 
-/* To the bit, so that a picture is that of the scene alone. */
-void np_depth_key_compare(const np_depth_key *kept, const np_depth_key *wanted, char *reason, size_t size) {
-  const np_sun_optical_depth_desc *a = &kept->desc, *b = &wanted->desc;
-  if (strcmp(kept->clouds, wanted->clouds) != 0)
+/* Exact bits, so that a picture is that of the scene alone. */
+void np_depth_key_compare(const np_depth_key *cached, const np_depth_key *wanted, char *reason, size_t size) {
+  const np_sun_optical_depth_desc *a = &cached->desc, *b = &wanted->desc;
+  if (strcmp(cached->clouds, wanted->clouds) != 0)
     (void)snprintf(reason, size, "%s", clouds_changed);
-  else if (!np_vec3_is_equal(kept->to_sun, wanted->to_sun))
-    describe_turn(kept->to_sun, wanted->to_sun, reason, size);
+  else if (!np_vec3_is_equal(cached->to_sun, wanted->to_sun))
+    describe_turn(cached->to_sun, wanted->to_sun, reason, size);
   else if (a->tolerance != b->tolerance || a->rate != b->rate || a->bytes_max != b->bytes_max)
     (void)snprintf(reason, size, "what they may err by changed");
 }

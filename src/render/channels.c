@@ -90,7 +90,7 @@ static double finish_opaque_distance(const np_channel *channel, double sum, doub
   return opaque > 0.0 ? sum / opaque : HUGE_VAL;
 }
 
-/* Where nothing is opaque nothing is in shadow. */
+/* A pixel without anything opaque has no shadow. */
 static double finish_opaque_share(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts) {
   (void)channel, (void)facts;
   return opaque > 0.0 ? sum / opaque : 1.0;
@@ -122,7 +122,8 @@ static double finish_count(const np_channel *channel, double sum, double opaque,
 
 /* ---- Which there are ---- */
 
-#define LIGHT(component) {read_light, finish_mean, 1u << (component)}
+#define LIGHT(component)                                                                                               \
+  { read_light, finish_mean, 1u << (component) }
 
 static const np_channel_kind aov_kinds[NP_AOV_COUNT] = {
     [NP_AOV_INDEX_BACKGROUND] = LIGHT(NP_COMPONENT_BACKGROUND),

@@ -36,7 +36,7 @@ void np_placement_compute_bounds(const np_affine *index_to_world, const neph_vol
   }
 }
 
-/* What puts the centre of the bottom face of a volume's box at `position_m`. */
+/* Translation that puts the centre of the bottom face of a volume's box at `position_m`. */
 static void move_to(np_affine *file_to_world, const neph_volume *volume, const double position_m[3]) {
   const np_affine index_to_world = np_affine_compose(file_to_world, &volume->index_to_world);
   np_dvec3 low, high;

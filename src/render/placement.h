@@ -20,7 +20,7 @@ void np_placement_compute_bounds(const np_affine *index_to_world, const neph_vol
 /* Whether a cloud's voxel, position or optical_depth go by what a volume holds. */
 bool np_placement_needs_reference(const np_scene_cloud *cloud);
 
-/* Where a cloud's keys put its files: up axis, voxel edge, scale, rotation, position; and the extinction that
+/* Placement of a cloud's files by its keys: up axis, voxel edge, scale, rotation, position; and the extinction that
  * optical_depth asks for. `reference` is the volume that they go by; NULL where they need none. */
 neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *reference, np_monitor *monitor,
                                 np_anchor *out_anchor);

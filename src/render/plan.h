@@ -9,6 +9,9 @@
 /* Checks scene and description, and decides. `desc` NULL: the scene's own. */
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
 
+/* NEPH_ERROR_LIMIT, with a message, when the plan is predicted to need more memory than its description allows. */
+neph_result np_plan_check_memory(const neph_scene *scene, const np_plan *plan);
+
 /* Decides anew for a frame in which no cloud holds anything: what only clouds need is left out. */
 neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan);
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What shadows in the air may take from a ray: the light that is scattered once along the stretch that lies in them. */
+/* Light that shadows in the air may take from a ray: the light that is scattered once along the stretch that lies in
+ * them. */
 #include <math.h>
 #include <stdio.h>
 
@@ -11,13 +12,13 @@
 static const double share_least = 0.005;
 /* A sun lower than this shines over all clouds and hills of a planet like the Earth. */
 static const double elevation_least_rad = -4.0 * NP_PI / 180.0;
-/* What is taken for hills that are not read yet, m. */
+/* Height assumed for hills that are not read yet, m. */
 static const double relief_unread_m = 1000.0;
 
 /* Between rays: half of the sun's disk; of panoramas, which have many, all of it. */
 static const double flat_step_rad = 0.25 * NP_PI / 180.0, round_step_rad = 0.5 * NP_PI / 180.0;
 
-/* Of the densest air there is, at 550 nm, 1/m. */
+/* Extinction of the densest air, at 550 nm, 1/m. */
 static double compute_scattering(const neph_atmosphere_desc *air) {
   double sum = 0.0;
   for (unsigned i = 0; i < air->layer_count; i++) {
@@ -30,7 +31,7 @@ static double compute_scattering(const neph_atmosphere_desc *air) {
   return sum;
 }
 
-/* Of a volume that was given, which way it is turned being the same. */
+/* Extent of a volume that was given, however it is turned. */
 static double compute_given_length(const np_scene_cloud *cloud) {
   neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
   if (cloud->voxel_m > 0.0 || neph_volume_get_info(cloud->volume, &info)) return HUGE_VAL;

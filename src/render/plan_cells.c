@@ -10,9 +10,9 @@
 /* The core's extinction grows with height, by this much at the most. */
 static const double core_gain_max = 1.2;
 
-/* Of a cell that holds cloud: 1.6 to 2.0 kB more in the peak of four sample scenes than without a solution. */
+/* Memory of a cell that holds cloud: 1.6 to 2.0 kB more in the peak of four sample scenes than without a solution. */
 static const double cell_bytes = 1700.0;
-/* Of the box of a bake, in cells; of the voxels of files, whose cells are twice as wide. */
+/* Share of cells with cloud: of the box of a bake; of the voxels of files, whose cells are twice as wide. */
 static const double filled_share = 0.4, cells_per_voxel = 1.0 / 8.0;
 
 static double get_memory(const neph_scene *scene) {

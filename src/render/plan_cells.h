@@ -12,7 +12,7 @@ struct np_scattering_desc;
  * whatever of it is rendered. */
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, struct np_scattering_desc *out);
 
-/* What is to be expected of them. Not known where clouds or their phase functions are files that have not been read. */
+/* Expected cells. Unknown where clouds or their phase functions are files that have not been read. */
 typedef struct np_cells_forecast {
   bool is_known;
   np_scattering_forecast cells;

@@ -7,7 +7,7 @@
 
 #include "core/csv.h"
 
-/* What a kind of probe does, `probe` being its own. */
+/* Functions of a kind of probe, `probe` being its own. */
 typedef struct np_probe_kind {
   neph_result (*read)(void *probe); /* all cases of the table */
   neph_result (*answer)(void *probe);

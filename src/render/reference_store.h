@@ -9,7 +9,7 @@
 #include "volume/instance.h"
 #include "scene/scene_private.h"
 
-/* Where the files of a cloud stand in the world, and what their values mean. */
+/* Placement of a cloud's files in the world, and the meaning of their values. */
 typedef struct np_anchor {
   np_affine file_to_world;
   float extinction_per_value; /* 1/m; of optical_depth alone, else 0: then it does not go by any frame */
@@ -17,7 +17,7 @@ typedef struct np_anchor {
 
 typedef struct np_reference {
   char sequence[33]; /* fingerprint of the files that it is a frame of; empty: none yet */
-  bool has_frame; /* the first asked for that holds anything is known */
+  bool has_frame;    /* the first asked for that holds anything is known */
   int frame;
   char key[33]; /* fingerprint of all that the anchor depends on; empty: not computed yet */
   np_anchor anchor;

@@ -160,7 +160,7 @@ void np_stage_decide_camera_sky(np_decision *d, np_plan_stage *out) {
                 "sky behind, and air before, what the camera sees");
 }
 
-/* What multiple scattering is solved for under, it asks of the tables, whoever traces the air. */
+/* The solution of multiple scattering takes its light from the tables, even where paths trace the air. */
 void np_stage_decide_cloud_sky(np_decision *d, np_plan_stage *out) {
   const char *against = get_skyless(d), *why = "the sky shines on the clouds";
   if (!against && np_plan_traces_air(d->plan)) {
@@ -251,7 +251,7 @@ void np_stage_decide_air_shadows(np_decision *d, np_plan_stage *out) {
   d->plan->air_ray_spacing = out->is_needed ? np_plan_choose_air_spacing(d->plan, d->scene) : 0;
 }
 
-/* Of the errors, as far as they can be told before a file is read. */
+/* Errors that are known before a file is read. */
 static void describe_ordinates(np_decision *d, char *out, size_t size) {
   np_cells_forecast f;
   d->result = np_plan_forecast_cells(d->plan, d->scene, &f);

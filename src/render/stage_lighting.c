@@ -21,7 +21,7 @@ static np_disk make_sun_disk(const np_stage_part *in) {
   return np_disk_make_sun(direction, sun->angular_radius_rad, irradiance, in->packet->bands.nm);
 }
 
-/* What is not of any light is in the world of the first: it must be added once. */
+/* Emission and night are in the world of the first light: they must be added once. */
 static void add_common(const np_stage_part *in, np_world *world) {
   const np_packet *packet = in->packet;
   const np_scene_environment *environment = &in->scene->environment;
@@ -72,7 +72,7 @@ neph_result np_stage_build_world(const np_stage_part *in) {
 
 /* ---- Sky guide ---- */
 
-/* Where the light around the clouds is known: that of air which is traced is, at dusk, and where paths are guided. */
+/* True if the light around the clouds is known: with traced air at dusk, and where paths are guided. */
 neph_result np_stage_build_sky_guide(const np_stage_part *in) {
   np_packet_light *out = in->light;
   if (!out->cloud_sky) return NEPH_OK;
@@ -119,9 +119,9 @@ static neph_result get_depth_key(const np_stage_part *in, void **out_key) {
   return np_depth_key_make(in->made->context, world, &desc, key);
 }
 
-static neph_result adapt_depth(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
-  (void)kept;
-  np_depth_key_compare(kept_key, in->key, out_reason, NP_REASON_SIZE);
+static neph_result adapt_depth(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
+  (void)cached;
+  np_depth_key_compare(cached_key, in->key, out_reason, NP_REASON_SIZE);
   return NEPH_OK;
 }
 
@@ -183,13 +183,13 @@ static neph_result get_light_key(const np_stage_part *in, void **out_key) {
 }
 
 /* A solution borrows the phase tables of its picture; those of the next, whose clouds are the same, are equal. */
-static neph_result adapt_solution(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
-  if (np_scattering_field_get_quality(kept).is_cut)
+static neph_result adapt_solution(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
+  if (np_scattering_field_get_quality(cached).is_cut)
     (void)snprintf(out_reason, NP_REASON_SIZE, "a time limit cut it short");
   else
-    np_light_key_compare(kept_key, in->key, out_reason, NP_REASON_SIZE);
+    np_light_key_compare(cached_key, in->key, out_reason, NP_REASON_SIZE);
   if (out_reason[0]) return NEPH_OK;
-  np_scattering_field_set_world(kept, &in->light->world);
+  np_scattering_field_set_world(cached, &in->light->world);
   in->made->schedule.solves_left--;
   return NEPH_OK;
 }

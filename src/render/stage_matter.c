@@ -124,9 +124,9 @@ static neph_result get_terrain_key(const np_stage_part *in, void **out_key) {
   return key ? compute_terrain_key(in->scene, key->hash) : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-static neph_result adapt_source(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
-  (void)kept;
-  if (strcmp(((const source_key *)kept_key)->hash, ((const source_key *)in->key)->hash) != 0)
+static neph_result adapt_source(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
+  (void)cached;
+  if (strcmp(((const source_key *)cached_key)->hash, ((const source_key *)in->key)->hash) != 0)
     (void)snprintf(out_reason, NP_REASON_SIZE, "its source changed");
   return NEPH_OK;
 }
@@ -160,6 +160,7 @@ static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, co
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = in->scene->atmosphere.planet_radius_m;
   desc.precision = cloud->precision;
+  desc.memory_max_bytes = in->plan->desc.memory_max_bytes;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   neph_context *context = in->scene->context;

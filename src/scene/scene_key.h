@@ -41,7 +41,8 @@ typedef struct np_key {
   const char *path; /* "clouds[].bake.voxel" */
   const char *meaning;
   const char *fallback;     /* the default as a file would say it, list items parted by ", "; NULL: not set */
-  const np_choice *choices; /* of CHOICE and FLAGS; also a word that a section takes in place of a mapping */
+  const np_choice *choices; /* of CHOICE and FLAGS; also words that a section takes in place of a mapping, and a tagged
+                               number in place of it: its tag takes their value */
   np_key_type type;
   np_unit unit;
   np_range range; /* of REAL and INTEGER */
@@ -53,9 +54,8 @@ typedef struct np_key {
   unsigned alternative; /* … unless they are of the same alternative */
   np_field tag;         /* bool or enumeration that takes `tag_value` when the key is given … */
   unsigned tag_value;
-  const char *word; /* … or `word_tag_value` when this word is given in place of a number, */
-  unsigned word_tag_value;
-  double word_value; /* which then stands for this one */
+  const char *word;  /* given in place of a number, … */
+  double word_value; /* … it stands for this one */
 } np_key;
 
 /* Rows of one file, in their order. */

@@ -107,8 +107,8 @@ typedef struct np_scene_emission {
 
 typedef struct np_scene_cloud {
   char *name;
-  neph_volume *volume; /* given, the document's; NULL: from a file or baked */
-  char *vdb;  /* file pattern, resolved; NULL when only baked */
+  neph_volume *volume;      /* given, the document's; NULL: from a file or baked */
+  char *vdb;                /* file pattern, resolved; NULL when only baked */
   bool has_reference_frame; /* else the first asked for that holds anything */
   unsigned reference_frame;
   char *grid; /* NULL: chosen by neph_volume_load */
@@ -118,7 +118,7 @@ typedef struct np_scene_cloud {
   char *preset; /* of the bake; NULL: none */
   neph_cloud_desc bake;
   char bake_name[24]; /* its key, for messages: "clouds[0].bake" */
-  bool has_top; /* then the thickness of the bake follows from it */
+  bool has_top;       /* then the thickness of the bake follows from it */
   double top_m;
   double frame_time_s; /* of the bake, from frame to frame */
   np_axis_up up;
@@ -139,7 +139,7 @@ typedef struct np_scene_cloud {
 typedef struct np_scene_terrain {
   np_terrain_kind kind;
   neph_terrain *given; /* the document's; NULL: none */
-  char *heightfield; /* file, resolved */
+  char *heightfield;   /* file, resolved */
   neph_terrain_desc desc;
   neph_ridges_desc ridges;
 } np_scene_terrain;
@@ -170,9 +170,9 @@ typedef struct np_scene_render {
   np_approximation approximation;
   unsigned scattering_max;
   double light_memory_bytes; /* while the multiple scattering is solved for; infinite: a quarter of the machine's */
-  double tolerance;         /* of the march's steps, as a share of a ray's light */
-  double step_voxels;       /* longest step of the march, in voxels */
-  double transmittance_end; /* a ray ends below this */
+  double tolerance;          /* of the march's steps, as a share of a ray's light */
+  double step_voxels;        /* longest step of the march, in voxels */
+  double transmittance_end;  /* a ray ends below this */
   np_sun_optical_depth_method sun_optical_depth;
   np_air_shadows air_shadows;
 } np_scene_render;
@@ -188,10 +188,12 @@ typedef struct np_scene_output {
   unsigned aovs;       /* of np_aov */
   bool has_background; /* film.background: sky and disk in the picture */
   double exposure_ev;
-  bool is_exposure_auto;
+  neph_exposure exposure;
+  neph_view view;
+  unsigned preview_bits;
 } np_scene_output;
 
-/* What others keep with a scene, and how it is destroyed with it. */
+/* Data that others attach to a scene, destroyed with it. */
 typedef struct np_scene_attachment {
   void *data; /* NULL: nothing */
   void (*destroy)(neph_context *context, void *data);

@@ -104,9 +104,12 @@ static void describe_numbers(const np_key *key, char *out, size_t size) {
     snprintf(out, size, "%s, or %s such", one, list);
   else
     snprintf(out, size, "%s, each %s", list, one);
-  if (!key->word) return;
+  if (!key->word && !key->choices) return;
   append(out, size, ", or ");
-  append(out, size, key->word);
+  if (key->choices)
+    append_choices(key, " or ", out, size);
+  else
+    append(out, size, key->word);
 }
 
 void np_key_describe_values(const np_key *key, char *out, size_t size) {

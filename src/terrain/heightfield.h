@@ -72,7 +72,7 @@ np_globe np_globe_make(double radius_m, double latitude_rad, double longitude_ra
 /* World position of a point above (or below) the sphere. */
 np_dvec3 np_globe_to_world(const np_globe *globe, double latitude_rad, double longitude_rad, double elevation_m);
 
-/* Where in the field the ground at a world x, y lies, on the near half of the planet; false beyond the field. */
+/* Place in the field of the ground at a world x, y, on the near half of the planet; false beyond the field. */
 bool np_heightfield_locate(const np_heightfield *field, const np_globe *globe, double x_m, double y_m,
                            np_field_position *out_position);
 

@@ -181,7 +181,7 @@ static void keep_image(np_fixed_point *problem, const history *past, unsigned in
   problem->residual = past->relative[index];
 }
 
-/* Where nothing is remembered x is what the last image was, or what it was at the start. */
+/* Without a history x is the last image, or the start. */
 static void keep_best(np_fixed_point *problem, const history *past, float *x) {
   unsigned best = 0;
   for (unsigned j = 1; j < past->count; j++)
@@ -190,7 +190,7 @@ static void keep_best(np_fixed_point *problem, const history *past, float *x) {
   problem->is_cut = true;
 }
 
-/* Of the calls that it will take, those that are done: the residual goes on falling as it has since the first. */
+/* Fraction done of the expected calls: the residual goes on falling as it has since the first. */
 static double estimate_done(const np_fixed_point *problem, double first_residual) {
   const double done = problem->calls, at_least = done / problem->calls_max;
   const double fallen = log(first_residual / problem->residual), needed = log(first_residual / problem->tolerance);

@@ -17,7 +17,7 @@ typedef struct np_peak_column {
   float peak[NP_PEAK_DEPTHS];
 } np_peak_column;
 
-/* Where between the nodes of its peak a column is asked for. */
+/* Place between the nodes of a column's peak. */
 typedef struct np_peak_place {
   unsigned lower;
   float share; /* of the next node */

@@ -128,7 +128,7 @@ void np_scattering_field_fill_outgoing(const np_scattering_field *field, unsigne
 /* Moments of the radiance at one point, [band][harmonic], of the bands that are solved for. */
 typedef struct np_light_moments {
   float value[NP_BAND_COUNT * NP_HARMONIC_COUNT_MAX];
-  /* Of the moments, those of sunlight that was scattered narrowly, over its irradiance and harmonics. */
+  /* Moments of sunlight in the forward peak, over its irradiance and harmonics. */
   float delta_m_residual[NP_BAND_COUNT];
 } np_light_moments;
 

@@ -37,10 +37,10 @@ static bool is_resolved(const np_scattering_solver *s) { return s->fine != s->br
 
 /* ---- Time and progress ---- */
 
-/* Of a band's work, where sweeps begin and where they give way to the last ones. */
+/* Fractions of a band's work at which sweeps begin and the last ones begin. */
 static const double solving_begin = 0.15, resolving_begin = 0.85, keeping_begin = 0.95;
 
-/* What follows is [begin, end] of the band's work. */
+/* Sets the next steps to be [begin, end] of the band's work. */
 static void set_part(const np_scattering_solver *s, double begin, double end) {
   const double count = s->out->medium.band_count;
   np_monitor_set_part(s->monitor, s->whole, (s->band + begin) / count, (s->band + end) / count);
@@ -117,7 +117,8 @@ static neph_result solve_nested(np_scattering_solver *s) {
   for (unsigned n = s->level_count; n-- > finest && !result;) {
     if (n + 1 < s->level_count) result = prolong(s, n);
     if (result || !s->has_time) continue;
-    /* What crosses a thick cloud slowly, and shows late in the residual, is found on coarse cells: they are cheap. */
+    /* Light that crosses a thick cloud slowly, and shows late in the residual, is solved on coarse cells: they are
+     * cheap. */
     result = solve_level(s, n, n > finest ? 0.03 * s->desc->tolerance : s->desc->tolerance);
   }
   return result;

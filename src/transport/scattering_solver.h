@@ -16,7 +16,7 @@ typedef struct np_scattering_angles {
   np_transport_lights lights;
 } np_scattering_angles;
 
-/* How far the solution of a band has come. */
+/* Progress of the solution of a band. */
 typedef struct np_scattering_reach {
   unsigned level;  /* the last that was swept; the number of levels: none */
   unsigned sweeps; /* of that level, where they were cut; 0: up to its tolerance */

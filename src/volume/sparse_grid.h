@@ -57,7 +57,7 @@ void np_sparse_grid_sort(np_sparse_grid *grid);
 
 uint64_t np_sparse_grid_count_active(const np_sparse_grid *grid);
 
-/* What the active samples span. */
+/* Box of the active samples. */
 typedef struct np_grid_extent {
   int32_t min[3], max[3]; /* index box, both ends inside it */
   float value_min, value_max;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What shines in the sky beside the view's own light: the moon's disk, airglow, a map of the stars. */
+/* Lights of the sky beside the view's own: the moon's disk, airglow, a map of the stars. */
 #ifndef NP_WORLD_NIGHT_H
 #define NP_WORLD_NIGHT_H
 
