@@ -6,6 +6,7 @@
 
 #include "atmosphere/sky_along.h"
 #include "core/units.h"
+#include "image/exposure.h"
 #include "test_cumulus_scene.h"
 #include "test_support.h"
 
@@ -278,6 +279,30 @@ static void stars_out_of_focus_keep_their_light(void **state) {
   neph_image_destroy(soft);
 }
 
+/* 1.2·2^EV cd/m² come to 1 (ISO 12232): a light of which the meter says how many of them a value
+ * is. */
+static void a_preview_may_be_exposed_by_the_camera(void **state) {
+  test_fixture *f = *state;
+  neph_image *image = render(f,
+                             "{camera: {resolution: [2, 1], f_stop: 4, shutter: 0.0625 s, iso: 100}, atmosphere: none,"
+                             " environment: {radiance: 1, planet: none}, sun: {irradiance: 0}, render: {samples: 1}}",
+                             (change[]){{NULL, NULL}}, NULL);
+  assert_int_equal(neph_image_set_attribute(image, "nephos:meter", "0.5"), NEPH_OK);
+  assert_int_equal(neph_image_set_attribute(image, "nephos:meterLuminance", "76.8"), NEPH_OK);
+  neph_preview_desc desc = NEPH_PREVIEW_DESC_DEFAULT;
+  desc.exposure = NEPH_EXPOSURE_CAMERA;
+  double factor;
+  assert_int_equal(np_exposure_choose(image, desc.exposure, desc.white, &factor), NEPH_OK);
+  assert_near_relative(factor, 76.8 / 0.5 / (1.2 * 256.0), 1e-9);
+  neph_image_destroy(image);
+  neph_scene *scene;
+  assert_int_equal(neph_scene_load_text(f->context, "{output: {exposure: camera}}", "test.yaml", &scene), NEPH_OK);
+  test_log_clear(&f->log);
+  assert_int_equal(neph_scene_check(scene), NEPH_ERROR_BAD_SCENE);
+  assert_one_error(&f->log, "output.exposure is camera, must come with camera.f_stop, shutter and iso", "");
+  neph_scene_destroy(scene);
+}
+
 static void the_header_says_what_was_used(void **state) {
   neph_image *image = render(*state,
                              "{camera: {resolution: [2, 1], f_stop: 16, shutter: 0.0078125 s, iso: 100,"
@@ -302,6 +327,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(traced_air_is_that_of_the_tables, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(parallel_rays_see_air_of_their_height, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(stars_out_of_focus_keep_their_light, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_preview_may_be_exposed_by_the_camera, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(the_header_says_what_was_used, set_up, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/camera_header.h"
 
+#include "image/exposure.h"
+
 /* Photographic exposure (ISO 2720): EV at ISO 100. */
 static neph_result write_exposure(const np_scene_camera *camera, neph_image *image) {
   double ev100;
   neph_result result = camera->has_shutter ? np_image_set_real(image, "expTime", camera->shutter_s) : NEPH_OK;
   if (!result && camera->has_iso) result = np_image_set_real(image, "isoSpeed", camera->iso);
-  if (!result && np_scene_camera_get_ev100(camera, &ev100)) result = np_image_set_real(image, "nephos:EV100", ev100);
+  if (!result && np_scene_camera_get_ev100(camera, &ev100)) result = np_image_set_real(image, NP_EXPOSURE_EV100, ev100);
   return result;
 }
 

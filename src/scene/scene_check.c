@@ -257,6 +257,7 @@ static const struct {
     {check_stars, {{"stars", NULL}, {"sun", "time"}, {"place", NULL}, {"terrain", NULL}}},
     {np_scene_check_view, {{"camera", "position"}, {"camera", "look_at"}}},
     {np_scene_check_camera, {{"camera", NULL}}},
+    {np_scene_check_exposure, {{"camera", NULL}, {"output", "exposure"}}},
     {check_air, {{"atmosphere", NULL}}},
     {check_clouds, {{NULL, NULL}}}, /* cloud by cloud */
     {check_terrain, {{"terrain", NULL}}},

@@ -56,6 +56,14 @@ static neph_result check_stereo(const neph_scene *scene, np_scene_problems *prob
                           "camera.stereo goes with camera.kind perspective alone: leave one of them out");
 }
 
+neph_result np_scene_check_exposure(const neph_scene *scene, np_scene_problems *problems) {
+  double ev100;
+  if (scene->output.exposure != NEPH_EXPOSURE_CAMERA || np_scene_camera_get_ev100(&scene->camera, &ev100))
+    return NEPH_OK;
+  return np_scene_fail_at(problems, np_node_search(scene->document, "output"),
+                          "output.exposure is camera, must come with camera.f_stop, shutter and iso");
+}
+
 neph_result np_scene_check_camera(const neph_scene *scene, np_scene_problems *problems) {
   neph_result result = check_angle(scene, problems);
   if (np_scene_goes_on(problems, check_clipping(scene, problems), &result) &&

@@ -8,6 +8,9 @@
 /* Of position and look_at. */
 neph_result np_scene_check_view(const neph_scene *scene, np_scene_problems *problems);
 
+/* Of the exposure of previews by the camera. */
+neph_result np_scene_check_exposure(const neph_scene *scene, np_scene_problems *problems);
+
 /* Of the others. */
 neph_result np_scene_check_camera(const neph_scene *scene, np_scene_problems *problems);
 

@@ -46,7 +46,8 @@ static const np_choice models[] = {
     {"hero", NEPH_CLOUD_MODEL_HERO},
     {NULL, 0}};
 static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
-static const np_choice exposures[] = {{"auto", NEPH_EXPOSURE_AUTO}, {"meter", NEPH_EXPOSURE_METER}, {NULL, 0}};
+static const np_choice exposures[] = {{"auto", NEPH_EXPOSURE_AUTO}, {"meter", NEPH_EXPOSURE_METER},
+                                       {"camera", NEPH_EXPOSURE_CAMERA}, {NULL, 0}};
 static const np_choice views[] = {
     {"filmic", NEPH_VIEW_FILMIC}, {"standard", NEPH_VIEW_STANDARD}, {"raw", NEPH_VIEW_RAW}, {NULL, 0}};
 static const np_choice preview_bits[] = {{"8", 8}, {"16", 16}, {NULL, 0}};
@@ -556,7 +557,8 @@ static const np_key keys[] = {
      .range = WITHIN(-40, 40), .fallback = "auto", .choices = exposures, .tag = SCENE(output.exposure),
      .tag_value = NEPH_EXPOSURE_FIXED,
      .meaning = "exposure of the preview, stops on the picture's values; auto exposes for its highlights, meter by the "
-                "light on the scene, so that frames and tiles match and night stays dark"},
+                "light on the scene, so that frames and tiles match and night stays dark; camera by its f_stop, shutter "
+                "and iso"},
     {.path = "output.view", .type = NP_KEY_CHOICE, .choices = views, .field = SCENE(output.view), .fallback = "filmic",
      .meaning = "from light to the preview: filmic has a soft shoulder, standard clips, raw is linear, as the EXR"},
     {.path = "output.preview_bits", .type = NP_KEY_CHOICE, .choices = preview_bits,
