@@ -52,7 +52,7 @@ static cli_exit check_pattern(const render_job *job, const char *pattern) {
   return CLI_USAGE;
 }
 
-/* To be freed: the pattern with the name of the eye in the place of its mark. NULL: no memory. */
+/* Pattern, to be freed, with the name of the eye in the place of its mark. NULL: no memory. */
 static char *name_eye(const render_job *job, const char *pattern) {
   const char *mark = strstr(pattern, eye_mark);
   if (!mark || job->desc.eye == NEPH_EYE_CENTRE) return strdup(pattern);

@@ -84,7 +84,7 @@ static void orthographic_rays_are_parallel(void **state) {
   assert_false(np_camera_has_centre(&camera));
 }
 
-/* What a ray goes through is seen where the ray came from, at the depth it has there. */
+/* Places along a ray are seen where the ray came from, at the depth they have there. */
 static void places_fall_where_their_rays_came_from(void **state) {
   fixture *f = *state;
   set(f, "camera.look_at", "[3 km, 4 km, 1 km]");

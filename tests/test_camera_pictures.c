@@ -105,7 +105,7 @@ static void the_sun_out_of_focus_is_the_aperture(void **state) {
       assert_near(s.x, 24.0, 0.1);
       assert_near(s.y, 24.0, 0.1);
       assert_near_relative(s.square, shape[b] + sun * sun / 8.0 + 2.0 / 6.0, 0.03);
-      /* What the sun's irradiance is in a pinhole's pixels near the middle. */
+      /* The sun's irradiance, in a pinhole's pixels near the middle. */
       assert_near_relative(s.sum / (per_tangent * per_tangent), 1.8504, 0.03);
       neph_image_destroy(image);
     }

@@ -401,7 +401,7 @@ static float mix_losses(uint16_t near, uint16_t far, float part, bool is_past) {
   return a * b / np_mixf(b, a, part);
 }
 
-/* Where a ray meets the grid, in nodes: on a plane by its direction, which a lens may have bent. */
+/* Place of a ray in the grid, in nodes: on a plane by its direction, which a lens may have bent. */
 static void compute_node(const np_air_rays *r, const np_view_ray *view, float out[2]) {
   const float depth = np_maxf(np_vec3_dot(view->direction, r->forward), 1e-6f);
   const np_vec3 step[2] = {r->right, r->down};

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the header of a picture says of its camera. */
+/* Camera of a picture in its header. */
 #ifndef NP_RENDER_CAMERA_HEADER_H
 #define NP_RENDER_CAMERA_HEADER_H
 

@@ -19,7 +19,7 @@ static float turn(float offset, double step, unsigned index) {
   return (float)(x - floor(x));
 }
 
-/* What the lens makes of a ray to the film; the clipping planes of the camera are its ends. */
+/* Ray of the integrators from one of the lens; the clipping planes of the camera are its ends. */
 static np_camera_ray clip_ray(const np_film_ray *ray, const float film[2]) {
   const bool is_near = ray->near_m > 0.0;
   return (np_camera_ray){.origin = is_near ? np_dvec3_along(ray->origin, ray->direction, ray->near_m) : ray->origin,

@@ -26,6 +26,7 @@ static void add_common(const np_stage_part *in, np_world *world) {
   const np_packet *packet = in->packet;
   const np_scene_environment *environment = &in->scene->environment;
   world->disk = make_sun_disk(in);
+  world->has_no_disks = !in->scene->output.has_disks && !in->plan->is_sky_alone;
   world->night = &packet->night;
   world->emission = packet->emission.emitter_count > 0 ? &packet->emission : NULL;
   world->environment_radiance = np_packet_convert(packet, NP_BAND_LINEAR, environment->radiance_w_m2_sr_nm);

@@ -25,7 +25,8 @@ static bool project_on_film(const np_camera *camera, np_dvec3 direction, film_po
 }
 
 static film_point project_sphere(const np_star_field_desc *d, np_dvec3 direction) {
-  const double azimuth = atan2(direction.x, direction.y);
+  const double edge = d->center_rad - NP_PI;
+  const double azimuth = remainder(atan2(direction.x, direction.y) - edge, 2.0 * NP_PI);
   const double zenith = atan2(hypot(direction.x, direction.y), direction.z);
   return (film_point){(azimuth < 0.0 ? azimuth + 2.0 * NP_PI : azimuth) / (2.0 * NP_PI) * d->width,
                       zenith / NP_PI * d->height};

@@ -32,6 +32,7 @@ typedef struct np_star_field_desc {
   const np_world *world;       /* air, planet and moon, which dim and hide them; its night has their turn */
   const np_camera *camera;     /* NULL: a latitude-longitude picture … */
   unsigned width, height;      /* … of this size … */
+  double center_rad;           /* … about this azimuth … */
   np_dvec3 origin;             /* … seen from here */
   const double *wavelength_nm; /* of the bands */
   double twinkling;

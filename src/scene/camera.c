@@ -56,9 +56,9 @@ static void set_perspective(const np_scene_camera *camera, np_camera *out) {
 }
 
 static void set_orthographic(const np_scene_camera *camera, np_camera *out) {
-  out->half_width_m = (float)(0.5 * camera->width_m);
-  out->half_height_m = (float)(0.5 * camera->width_m * out->height / out->width);
-  for (int a = 0; a < 2; a++) out->shift[a] = (float)(camera->width_m * camera->shift[a]);
+  out->half_width_m = (float)(0.5 * camera->orthographic_width_m);
+  out->half_height_m = (float)(0.5 * camera->orthographic_width_m * out->height / out->width);
+  for (int a = 0; a < 2; a++) out->shift[a] = (float)(camera->orthographic_width_m * camera->shift[a]);
 }
 
 /* Eyes stand beside each other and look straight ahead; their pictures are shifted so that they show the place of

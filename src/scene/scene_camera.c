@@ -22,7 +22,7 @@ double np_scene_camera_get_focal_length_m(const np_scene_camera *camera) {
 double np_scene_camera_get_pixel_rad(const np_scene_camera *camera, unsigned width, unsigned height) {
   switch (camera->kind) {
   case NEPH_CAMERA_ORTHOGRAPHIC:
-    return camera->width_m / width / np_scene_camera_get_target_m(camera);
+    return camera->orthographic_width_m / width / np_scene_camera_get_target_m(camera);
   case NEPH_CAMERA_EQUIRECTANGULAR:
     return 2.0 * NP_PI / width;
   case NEPH_CAMERA_FISHEYE:

@@ -15,7 +15,7 @@ typedef struct np_scene_camera {
   double fisheye_fov_rad; /* across the circle */
   bool has_focal_length;
   double focal_length_m, sensor_m; /* of a sensor as wide as the picture */
-  double width_m;                  /* of an orthographic picture, in the world */
+  double orthographic_width_m;                  /* of an orthographic picture, in the world */
   double shift[2];                 /* of the picture, to the right and up, in its widths */
   double near_m, far_m;            /* clouds and ground outside are not seen */
   bool has_lens;                   /* f_stop was given: else a pinhole */
@@ -29,7 +29,7 @@ typedef struct np_scene_camera {
   unsigned resolution[2];
 } np_scene_camera;
 
-/* Of a scene's camera, before there is a picture: angle between neighbouring pixels, in the middle. Of parallel rays,
+/* Angle between neighbouring pixels, in the middle, before there is a picture. Of parallel rays,
  * as if seen from as far away as look_at. */
 double np_scene_camera_get_pixel_rad(const np_scene_camera *camera, unsigned width, unsigned height);
 

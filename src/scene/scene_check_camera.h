@@ -5,13 +5,13 @@
 
 #include "scene/scene_fail.h"
 
-/* Of position and look_at. */
+/* Checks position and look_at. */
 neph_result np_scene_check_view(const neph_scene *scene, np_scene_problems *problems);
 
-/* Of the exposure of previews by the camera. */
+/* Checks that previews can be exposed by the camera. */
 neph_result np_scene_check_exposure(const neph_scene *scene, np_scene_problems *problems);
 
-/* Of the others. */
+/* Checks the other keys. */
 neph_result np_scene_check_camera(const neph_scene *scene, np_scene_problems *problems);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the rows of the key table are written with, and the tables that are in files of their own. */
+/* Macros that the rows of the key table are written with, and the tables that are in files of their own. */
 #ifndef NP_SCENE_SCENE_KEY_ROWS_H
 #define NP_SCENE_SCENE_KEY_ROWS_H
 

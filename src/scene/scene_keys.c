@@ -557,8 +557,8 @@ static const np_key keys[] = {
      .range = WITHIN(-40, 40), .fallback = "auto", .choices = exposures, .tag = SCENE(output.exposure),
      .tag_value = NEPH_EXPOSURE_FIXED,
      .meaning = "exposure of the preview, stops on the picture's values; auto exposes for its highlights, meter by the "
-                "light on the scene, so that frames and tiles match and night stays dark; camera by its f_stop, shutter "
-                "and iso"},
+                "light on the scene, so that frames and tiles match and night stays dark; camera by its f_stop, "
+                "shutter and iso"},
     {.path = "output.view", .type = NP_KEY_CHOICE, .choices = views, .field = SCENE(output.view), .fallback = "filmic",
      .meaning = "from light to the preview: filmic has a soft shoulder, standard clips, raw is linear, as the EXR"},
     {.path = "output.preview_bits", .type = NP_KEY_CHOICE, .choices = preview_bits,
@@ -567,6 +567,9 @@ static const np_key keys[] = {
     {.path = "output.film.background", .type = NP_KEY_CHOICE, .choices = booleans,
      .field = SCENE(output.has_background),
      .fallback = "true", .meaning = "false leaves out the sky and the sun's disk behind everything"},
+    {.path = "output.film.disks", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(output.has_disks),
+     .fallback = "true",
+     .meaning = "false leaves out the disks of sun and moon, as for a dome beside a sun of its own; they still light"},
 };
 /* clang-format on */
 

@@ -187,6 +187,7 @@ typedef struct np_scene_output {
   bool has_beauty;     /* R, G, B */
   unsigned aovs;       /* of np_aov */
   bool has_background; /* film.background: sky and disk in the picture */
+  bool has_disks;      /* film.disks: of sun and moon, in the background */
   double exposure_ev;
   neph_exposure exposure;
   neph_view view;

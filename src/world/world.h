@@ -23,6 +23,7 @@ typedef struct np_world {
   float sun_angular_radius_rad;
   np_spectrum sun_irradiance; /* above the atmosphere, W m⁻² nm⁻¹ */
   np_disk disk;               /* of the sun, as it is seen */
+  bool has_no_disks;          /* neither the sun's nor the moon's is seen, whatever they light */
   const np_night *night;      /* NULL: nothing else shines, or it is in another view */
 
   const neph_atmosphere *atmosphere; /* NULL: no air */
