@@ -5,7 +5,7 @@
 
 #include "core/random.h"
 #include "core/stable.h"
-#include "optics/phase_source.h"
+#include "optics/phase.h"
 #include "test_support.h"
 
 static double eval(const np_phase *phase, double versine) { return (double)np_phase_eval(phase, (float)versine); }

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "test_support.h"
 
+#include "render/plan_choices.h"
 #include "transport/scattering_field.h"
 #include "render/plan.h"
 #include "render/stages.h"
-#include "render/plan_cells.h"
 
 static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 

@@ -197,8 +197,7 @@ static void fingerprint(const building *b, np_stage stage, char out_hex[33]) {
     np_hash_add(hash, a->lights[0].sun_optical_depth->level_cells, sizeof(uint64_t));
   if (packet) add_sky_result(hash, packet, &packet->lights[0], stage);
   if (packet) add_light_result(hash, &packet->lights[0], stage);
-  np_hash_finish(hash, out_hex);
-  np_hash_destroy(hash);
+  assert_int_equal(np_hash_finish(hash, out_hex), NEPH_OK);
 }
 
 /* A stage and all that it needs, and what that needs. */

@@ -5,8 +5,8 @@
 
 #include <stdatomic.h>
 
-#include "atmosphere/air_shells.h"
 #include "atmosphere/atmosphere_private.h"
+#include "atmosphere/medium.h"
 #include "atmosphere/sky_trace.h"
 
 struct neph_atmosphere {
@@ -53,11 +53,8 @@ typedef struct np_sky_frame {
 
 struct neph_sky {
   neph_atmosphere *atmosphere;
-  const np_sun_visibility *visibility; /* while the tables are built; NULL: clear */
-  np_monitor *monitor;                 /* while the tables are built; may be NULL */
-  np_view_sizes view_sizes, aerial_sizes;
+  np_monitor *monitor; /* while the tables are built; may be NULL */
   np_path_rule ray_rule; /* of a row of the view, for rays from elsewhere */
-  double azimuth_end; /* of the tables: π, which a clear sky mirrors, or 2π */
   np_spectrum irradiance;
   np_vec3 sun;
   float sun_angular_radius;
@@ -97,22 +94,21 @@ typedef struct np_sky_place {
   bool is_in_air; /* false: the ray passes the atmosphere by */
 } np_sky_place;
 
-/* Rows above the true horizon, rows below it, azimuths to `azimuth_end` (both ends included), and how rows crowd about
- * the horizon: θ = θ_h + (θ_end − θ_h)·vᵖ, v even; p is 3 below it, above it 2, or what the frame says for aerial
- * perspective. */
+/* Rows above the true horizon, rows below it, azimuths on the half circle from the sun (both ends included), and how
+ * rows crowd about the horizon: θ = θ_h + (θ_end − θ_h)·vᵖ, v even; p is 3 below it, above it 2, or what the frame says
+ * for aerial perspective. */
 typedef struct np_sky_layout {
   int up, down, azimuths;
-  double azimuth_end;
   bool is_aerial;
 } np_sky_layout;
 
 static inline np_sky_layout np_sky_view_layout(const neph_sky *sky) {
-  const np_view_sizes *n = &sky->view_sizes;
-  return (np_sky_layout){n->up, n->down, n->azimuths, sky->azimuth_end, false};
+  const np_view_sizes *n = &sky->atmosphere->sizes.view;
+  return (np_sky_layout){n->up, n->down, n->azimuths, false};
 }
 static inline np_sky_layout np_sky_aerial_layout(const neph_sky *sky) {
-  const np_view_sizes *n = &sky->aerial_sizes;
-  return (np_sky_layout){n->up, n->down, n->azimuths, sky->azimuth_end, true};
+  const np_view_sizes *n = &sky->atmosphere->sizes.aerial;
+  return (np_sky_layout){n->up, n->down, n->azimuths, true};
 }
 
 /* Cosine of the zenith angle of a row. Rows below the horizon follow those above, each half starting at the horizon. */
@@ -171,5 +167,13 @@ typedef struct np_aerial_sample {
  * `out_molecules`, where that is not NULL. */
 np_aerial_sample np_sky_aerial_lookup(const neph_sky *sky, const np_sky_place *place, const np_ray *ray,
                                       double distance_m, np_bands *out_molecules);
+
+/* Gathers for suns evenly spread over zenith angles `sun_zenith_rad` ± `spread_rad`: in passes, so that each
+ * sees the aerosol's light as the one before found it. `dome_moments` are those of the sky that is gathered: `moments`
+ * themselves or, where orders are limited, one order less, NULL for none. `disk` is the sun's. */
+neph_result np_gather_table_build(neph_context *context, const np_depth_table *depths, const np_moment_table *moments,
+                                  const np_moment_table *dome_moments, const np_gather_kernel *kernel,
+                                  double sun_zenith_rad, double spread_rad, np_sun_disk disk, np_monitor *monitor,
+                                  np_gather_table *out_table);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "atmosphere/medium_check.h"
+#include "atmosphere/medium.h"
 
 #include <math.h>
 #include <stdbool.h>

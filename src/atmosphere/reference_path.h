@@ -22,7 +22,6 @@ void np_reference_air_at(const np_medium *medium, double altitude_m, np_referenc
 /* Extinction of all constituents together, of the air at a place and at an altitude. */
 void np_reference_air_sum(const np_medium *medium, const np_reference_air *air,
                           double out_scattering[NP_REFERENCE_BANDS]);
-void np_reference_scattering_at(const np_medium *medium, double altitude_m, double out_scattering[NP_REFERENCE_BANDS]);
 
 /* Scattering of the air by an angle, 1/(m·sr): the sum of coefficients times phase functions. */
 void np_reference_air_eval(const np_medium *medium, const np_reference_air *air, double versine,

@@ -23,7 +23,4 @@ typedef struct np_sky_errors {
 /* Looks at 64 directions of the observer's, and traces 24 of them with `paths` paths each. */
 neph_result np_sky_verify(neph_sky *sky, unsigned paths, uint64_t seed, np_monitor *monitor, np_sky_errors *out_errors);
 
-/* The depths alone. */
-np_sky_error np_depth_table_verify(const np_depth_table *table);
-
 #endif

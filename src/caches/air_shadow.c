@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "caches/air_shadow.h"
 
-#include "atmosphere/sky_orders.h"
+#include "atmosphere/atmosphere_private.h"
 #include "core/alloc.h"
 #include "core/units.h"
 

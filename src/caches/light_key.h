@@ -6,7 +6,7 @@
 #define NP_CACHES_LIGHT_KEY_H
 
 #include "caches/sun_optical_depth.h"
-#include "transport/boundary_radiance.h"
+#include "transport/scattering_field.h"
 
 enum { NP_LIGHT_KEY_PLACES = 64 };
 

@@ -4,8 +4,9 @@
 #define NP_RENDER_PLACEMENT_H
 
 #include "core/parallel.h"
+#include "render/stores.h"
+#include "scene/camera.h"
 #include "volume/instance.h"
-#include "render/reference_store.h"
 
 typedef struct np_placement {
   np_instance world;
@@ -28,5 +29,10 @@ neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *
 /* Places a volume of a cloud's file. */
 neph_result np_placement_make(const np_scene_cloud *cloud, const np_anchor *anchor, const neph_volume *volume,
                               np_monitor *monitor, np_placement *out_placement);
+
+/* Warns of a cloud whose world box is wholly outside the camera's view, under 10 m or over 1000 km across. What stands
+ * before it does not count. */
+void np_placement_check(neph_context *context, const np_scene_cloud *cloud, const np_camera *camera, np_dvec3 low,
+                        np_dvec3 high);
 
 #endif

@@ -21,4 +21,9 @@ neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan);
 /* The plan as text, to be freed with neph_text_destroy. */
 neph_result np_plan_describe(const np_plan *plan, neph_text_format format, char **out_text);
 
+/* Opens every file that the scene names, the .vdb of the plan's frame and of its reference frames among them, without
+ * reading it, so that errors are known before the first frame. Notes the reference frames in the plan. Warns of grids
+ * that are empty by their headers. */
+neph_result np_inputs_open(const neph_scene *scene, np_plan *plan);
+
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/plan_cells.h"
+#include "render/plan_choices.h"
 
 #include <math.h>
 

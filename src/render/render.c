@@ -6,8 +6,8 @@
 #include "image/image_private.h"
 #include "render/color_header.h"
 #include "render/frame.h"
-#include "render/inputs.h"
 #include "render/light_meter.h"
+#include "render/plan.h"
 
 static neph_result describe_render(const neph_scene *scene, const neph_render_desc *desc, double seconds,
                                    neph_image *image) {

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/schedule.h"
-
-#include "render/stage_costs.h"
+#include "render/stage_decisions.h"
 
 /* Share of the rest of a limit, at the most and, unless nothing is left, at the least. */
 static const double solving_share = 0.6, solving_share_min = 0.1;

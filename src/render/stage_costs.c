@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/stage_costs.h"
+#include "render/stage_decisions.h"
 
 #include <math.h>
 
 #include "caches/air_shadow.h"
-#include "render/plan_cells.h"
 #include "render/plan_choices.h"
 
 /* Samples of a brick for each voxel that it answers for. */

@@ -9,7 +9,6 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/units.h"
-#include "render/plan_cells.h"
 #include "render/plan_choices.h"
 #include "volume/volume_private.h"
 

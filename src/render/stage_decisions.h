@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Decisions, each with its reason: a function for each row of the stage table. */
+/* Decisions, each with its reason, and predicted time and memory: functions for the rows of the stage table. */
 #ifndef NP_RENDER_STAGE_DECISIONS_H
 #define NP_RENDER_STAGE_DECISIONS_H
 
@@ -46,5 +46,13 @@ np_stage_decide_fn np_stage_decide_color, np_stage_decide_terrain, np_stage_deci
     np_stage_decide_ground_light, np_stage_decide_world, np_stage_decide_sky_guide, np_stage_decide_sun_optical_depth,
     np_stage_decide_ordinates, np_stage_decide_viewer_light, np_stage_decide_ground_clouds, np_stage_decide_air_shadows,
     np_stage_decide_approximation, np_stage_decide_stars, np_stage_decide_lighting, np_stage_decide_integrator;
+
+typedef np_stage_cost np_stage_predict_fn(const np_plan *plan, const neph_scene *scene);
+
+np_stage_predict_fn np_stage_predict_volumes, np_stage_predict_sun_optical_depth, np_stage_predict_ordinates,
+    np_stage_predict_air_shadows, np_stage_predict_integrator;
+
+/* Seconds for one sample of each pixel. */
+double np_stage_predict_one_sample(const np_plan *plan);
 
 #endif

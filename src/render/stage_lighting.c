@@ -8,7 +8,7 @@
 #include "integrate/approximation.h"
 #include "integrate/approximation_gain.h"
 #include "render/integrator_choice.h"
-#include "render/plan_cells.h"
+#include "render/plan_choices.h"
 #include "render/stage_part.h"
 
 /* ---- World ---- */
@@ -109,7 +109,7 @@ static float compute_sun_rate(const np_stage_part *in, const np_instances *cloud
   return fmaxf(rate, 0.05f);
 }
 
-static neph_result get_depth_key(const np_stage_part *in, void **out_key) {
+static neph_result get_sun_optical_depth_key(const np_stage_part *in, void **out_key) {
   const np_world *world = &get_first(in)->world;
   np_depth_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -126,9 +126,7 @@ static neph_result adapt_depth(const np_stage_part *in, void *cached, const void
   return NEPH_OK;
 }
 
-NP_STAGE_EXCHANGE(exchange_depth, in->caches->sun_optical_depth)
-
-static neph_result make_depth(const np_stage_part *in) {
+static neph_result make_sun_optical_depth(const np_stage_part *in) {
   neph_context *context = in->made->context;
   const np_depth_key *key = in->key;
   np_sun_optical_depth *cache = in->caches->sun_optical_depth = np_alloc(context, 1, sizeof *cache);
@@ -148,15 +146,8 @@ static void destroy_depth(void *result) {
   np_alloc_free(context, cache);
 }
 
-const np_stage_reuse np_stage_reuse_sun_optical_depth = {
-    "the clouds' extinction and the direction of the light stay, to the bit",
-    NP_PER_LIGHT,
-    false,
-    get_depth_key,
-    adapt_depth,
-    exchange_depth,
-    make_depth,
-    destroy_depth};
+NP_STAGE_REUSE(sun_optical_depth, in->caches->sun_optical_depth, NP_PER_LIGHT, false, adapt_depth, destroy_depth,
+               "the clouds' extinction and the direction of the light stay, to the bit");
 
 /* ---- Multiple scattering ---- */
 
@@ -168,7 +159,7 @@ static np_dvec3 get_viewer(const np_assembly *a) {
                     : at;
 }
 
-static neph_result get_light_key(const np_stage_part *in, void **out_key) {
+static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
   const np_assembly *a = in->made;
   np_light_key *key = *out_key = np_alloc(a->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -195,9 +186,7 @@ static neph_result adapt_solution(const np_stage_part *in, void *cached, const v
   return NEPH_OK;
 }
 
-NP_STAGE_EXCHANGE(exchange_solution, in->light->scattering)
-
-static neph_result make_solution(const np_stage_part *in) {
+static neph_result make_ordinates(const np_stage_part *in) {
   np_scattering_desc desc = ((const np_light_key *)in->key)->desc;
   desc.seconds_max = np_schedule_take_solve(&in->made->schedule, in->monitor);
   const np_sun_optical_depths depths = get_depths(in, in->light);
@@ -208,15 +197,8 @@ static neph_result make_solution(const np_stage_part *in) {
 
 static void destroy_solution(void *solution) { np_scattering_field_destroy(solution); }
 
-const np_stage_reuse np_stage_reuse_ordinates = {
-    "the clouds stay, to the bit, and the light on them, within a thousandth",
-    NP_PER_PACKET_LIGHT,
-    false,
-    get_light_key,
-    adapt_solution,
-    exchange_solution,
-    make_solution,
-    destroy_solution};
+NP_STAGE_REUSE(ordinates, in->light->scattering, NP_PER_PACKET_LIGHT, false, adapt_solution, destroy_solution,
+               "the clouds stay, to the bit, and the light on them, within a thousandth");
 
 neph_result np_stage_build_viewer_light(const np_stage_part *in) {
   np_packet_light *out = in->light;

@@ -58,13 +58,15 @@ typedef struct np_stage_reuse {
   void (*destroy)(void *result);                            /* NULL changes nothing */
 } np_stage_reuse;
 
-/* Defines the function that exchanges the result at a place. */
-#define NP_STAGE_EXCHANGE(name, place)                                                                                 \
-  static void *name(const np_stage_part *in, void *result) {                                                           \
+/* Defines the reuse of a stage whose result is at `place` of its part, by the functions get_NAME_key and make_NAME. */
+#define NP_STAGE_REUSE(name, place, kind, is_of_content, adapt, destroy, reused_while)                                 \
+  static void *exchange_##name(const np_stage_part *in, void *result) {                                                \
     void *old = place;                                                                                                 \
     place = result;                                                                                                    \
     return old;                                                                                                        \
-  }
+  }                                                                                                                    \
+  const np_stage_reuse np_stage_reuse_##name = {reused_while,    kind,        is_of_content, get_##name##_key, adapt,  \
+                                                exchange_##name, make_##name, destroy}
 
 extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_stage_reuse_atmosphere,
     np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_sun_optical_depth, np_stage_reuse_ordinates;

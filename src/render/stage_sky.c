@@ -70,7 +70,7 @@ typedef struct air_key {
   neph_atmosphere_layer layers[]; /* of `desc` */
 } air_key;
 
-static neph_result get_air_key(const np_stage_part *in, void **out_key) {
+static neph_result get_atmosphere_key(const np_stage_part *in, void **out_key) {
   const neph_atmosphere_desc *air = &in->scene->atmosphere;
   air_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key + air->layer_count * sizeof *key->layers);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -123,9 +123,7 @@ static neph_result adapt_air(const np_stage_part *in, void *cached, const void *
   return result || out_reason[0] ? result : compare_air(in, cached, out_reason);
 }
 
-NP_STAGE_EXCHANGE(exchange_air, in->packet->atmosphere)
-
-static neph_result make_air(const np_stage_part *in) {
+static neph_result make_atmosphere(const np_stage_part *in) {
   neph_atmosphere *given, **out = &in->packet->atmosphere;
   np_monitor_set_stage(in->monitor, "building the atmosphere");
   neph_result result = get_given_air(in, &given);
@@ -136,14 +134,8 @@ static neph_result make_air(const np_stage_part *in) {
 
 static void destroy_air(void *atmosphere) { neph_atmosphere_release(atmosphere); }
 
-const np_stage_reuse np_stage_reuse_atmosphere = {"the air stays, within a tenth of atmosphere.tolerance",
-                                                  NP_PER_PACKET,
-                                                  false,
-                                                  get_air_key,
-                                                  adapt_air,
-                                                  exchange_air,
-                                                  make_air,
-                                                  destroy_air};
+NP_STAGE_REUSE(atmosphere, in->packet->atmosphere, NP_PER_PACKET, false, adapt_air, destroy_air,
+               "the air stays, within a tenth of atmosphere.tolerance");
 
 /* ---- Skies ---- */
 
@@ -179,9 +171,6 @@ static neph_result adapt_sky(const np_stage_part *in, void *cached, const void *
   return NEPH_OK;
 }
 
-NP_STAGE_EXCHANGE(exchange_camera_sky, in->light->camera_sky)
-NP_STAGE_EXCHANGE(exchange_cloud_sky, in->light->cloud_sky)
-
 static neph_result make_sky(const np_stage_part *in, neph_sky **out_sky) {
   if (!in->key) return NEPH_OK;
   np_monitor_set_stage(in->monitor, "building the sky");
@@ -194,24 +183,11 @@ static neph_result make_cloud_sky(const np_stage_part *in) { return make_sky(in,
 
 static void destroy_sky(void *sky) { neph_sky_destroy(sky); }
 
-const np_stage_reuse np_stage_reuse_camera_sky = {"air, light and camera stay, within atmosphere.tolerance",
-                                                  NP_PER_PACKET_LIGHT,
-                                                  false,
-                                                  get_camera_sky_key,
-                                                  adapt_sky,
-                                                  exchange_camera_sky,
-                                                  make_camera_sky,
-                                                  destroy_sky};
+NP_STAGE_REUSE(camera_sky, in->light->camera_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky,
+               "air, light and camera stay, within atmosphere.tolerance");
 
-const np_stage_reuse np_stage_reuse_cloud_sky = {
-    "air, light and the middle of the clouds stay, within atmosphere.tolerance",
-    NP_PER_PACKET_LIGHT,
-    false,
-    get_cloud_sky_key,
-    adapt_sky,
-    exchange_cloud_sky,
-    make_cloud_sky,
-    destroy_sky};
+NP_STAGE_REUSE(cloud_sky, in->light->cloud_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky,
+               "air, light and the middle of the clouds stay, within atmosphere.tolerance");
 
 /* ---- Night ---- */
 

@@ -9,7 +9,6 @@
 #ifndef NP_RENDER_STAGES_H
 #define NP_RENDER_STAGES_H
 
-#include "render/stage_costs.h"
 #include "render/stage_decisions.h"
 #include "render/stage_part.h"
 

@@ -5,7 +5,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "scene/scene_apply.h"
-#include "scene/scene_file.h"
+#include "scene/scene_node.h"
 
 /* A scene that has its document, which it takes over, and nothing else. */
 static neph_result create_bare(neph_context *context, const char *file, np_node *document, neph_scene **out_scene) {

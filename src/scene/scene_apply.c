@@ -9,7 +9,6 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "volume/instance.h"
-#include "scene/scene_air.h"
 #include "terrain/terrain_private.h"
 
 enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, HINT_SIZE = 768 };
@@ -390,8 +389,7 @@ static void derive_given_terrain(neph_scene *scene, neph_terrain *given) {
   terrain->kind = NP_TERRAIN_GIVEN;
   terrain->given = given;
   memcpy(terrain->desc.ground_albedo, np_terrain_get_ground_albedo(given), sizeof terrain->desc.ground_albedo);
-  if (!scene->has_place)
-    scene->has_place = np_terrain_get_place(given, &scene->latitude_rad, &scene->longitude_rad);
+  if (!scene->has_place) scene->has_place = np_terrain_get_place(given, &scene->latitude_rad, &scene->longitude_rad);
 }
 
 static void derive_terrain(neph_scene *scene) {

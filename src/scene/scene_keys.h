@@ -53,7 +53,4 @@ void np_key_describe_item(const np_key *key, char *out, size_t size);
 /* The text behind "NAME is not a key": ", did you mean camera.fov? camera has position, look_at, …". */
 void np_key_describe_hint(const np_key *section, const char *name, char *out, size_t size);
 
-/* The names of a section's keys, parted by ", "; of one group only unless `group` is 0. */
-void np_key_list_names(const np_key *section, unsigned group, char *out, size_t size);
-
 #endif

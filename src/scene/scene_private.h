@@ -15,8 +15,9 @@
 #include "image/aov.h"
 #include "image/color_space.h"
 #include "optics/multiple_scattering.h"
-#include "optics/phase_source.h"
+#include "optics/phase.h"
 #include "scene/scene_camera.h"
+#include "scene/scene_node.h"
 #include "terrain/terrain_source.h"
 
 typedef struct np_scene_sun {
@@ -249,5 +250,9 @@ const double *np_scene_get_ground_albedo(const neph_scene *scene);
 
 /* Unit vector towards the sun, from angles (azimuth clockwise from north) or from time and place. */
 neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad, double out[3]);
+
+/* Whether a cloud's file of one frame can be opened; fails at the cloud's vdb in the scene. neph_scene_check_files is
+ * the same of the files that have one name in all frames. */
+neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, const char *path);
 
 #endif

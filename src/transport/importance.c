@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "transport/importance.h"
+#include "transport/scattering_solver.h"
 
 /* Forward-scattered sunlight is where it first collides, per extinction. */
 void np_importance_add(const np_transport_level *finest, const float *moments, float share, float whole,

@@ -40,9 +40,4 @@ static inline float np_peak_column_mix(const np_peak_column *column, np_peak_pla
   return np_maxf(column->broad + leaving * (arriving * column->sharp + peak), 0.0f);
 }
 
-static inline float np_peak_column_eval(const np_peak_column *column, float sun_optical_depth, float view_depth) {
-  return np_peak_column_mix(column, np_peak_place_get(sun_optical_depth), np_transmittance(sun_optical_depth),
-                            np_transmittance(view_depth));
-}
-
 #endif

@@ -8,7 +8,6 @@
 
 #include "core/alloc.h"
 #include "core/isa.h"
-#include "transport/importance.h"
 
 enum { CHUNK = 4096 };
 
