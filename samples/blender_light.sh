@@ -13,12 +13,13 @@ camera: {position: [0, 0, 100 m], look_at: [0, 1 km, 100 m]}
 sun: {elevation: 40 deg, azimuth: 90 deg}
 END
 "$nephos" sky "$work/scene.yaml" -q -o "$work/sky.exr" --center 90 --resolution 2048x1024 >"$work/irradiance"
+scale=$("$nephos" info "$work/sky.exr" | awk '$1 == "nephos:scale" { print $2 }')
 blender -b -P "$here/blender_light.py" -- "$work/sky.exr" >"$work/blender.log" 2>&1 || {
   cat "$work/blender.log"
   exit 1
 }
-grep '^cycles irradiance' "$work/blender.log" | cat - "$work/irradiance" | awk '
-  /^cycles/ { for (c = 1; c <= 3; c++) cycles[c] = $(c + 2) }
+grep '^cycles irradiance' "$work/blender.log" | cat - "$work/irradiance" | awk -v scale="$scale" '
+  /^cycles/ { for (c = 1; c <= 3; c++) cycles[c] = $(c + 2) / scale }
   /^(sun|sky) irradiance/ { for (c = 1; c <= 3; c++) own[c] += $(c + 2) }
   END {
     for (c = 1; c <= 3; c++) {

@@ -44,7 +44,8 @@ static neph_image *render(test_fixture *f, const char *text, const change *chang
 static void a_uniform_environment_stays_uniform(void **state) {
   static const char text[] = "{camera: {position: [0, 0, 0], look_at: [0, 10, 3], f_stop: 1.4, blades: 5, fov: 40 deg,"
                              " focus_distance: 2 m, resolution: [16, 16]}, atmosphere: none,"
-                             " environment: {radiance: 0.5, planet: none}, sun: {irradiance: 0}, render: {samples: 8}}";
+                             " environment: {radiance: 0.5, planet: none}, sun: {irradiance: 0}, render: {samples: 8},"
+                             " output: {color_space: bands}}";
   for (int k = 0; k < 4; k++)
     for (int i = 0; i < 2; i++) {
       neph_image *image =
@@ -90,7 +91,7 @@ static spot measure_spot(neph_image *image) {
 static void the_sun_out_of_focus_is_the_aperture(void **state) {
   static const char text[] = "{camera: {position: [0, 0, 0], look_at: [0, 100, 0], focal_length: 51 mm, sensor: 36 mm,"
                              " f_stop: 0.02, focus_distance: 12.5 m, resolution: [48, 48]}, atmosphere: none,"
-                             " environment: {planet: none}, render: {samples: 128},"
+                             " environment: {planet: none}, render: {samples: 128}, output: {color_space: bands},"
                              " sun: {elevation: 0 deg, azimuth: 0 deg, angular_radius: 3 deg, limb_darkening: false}}";
   const double per_tangent = 48.0 * 51.0 / 36.0, blur = 0.051 / 0.02 / 12.5 * per_tangent;
   const double sun = 2.0 * tan(3.0 * NP_DEGREE) * per_tangent;

@@ -4,7 +4,8 @@
  * The stage is Z up, in metres. A DomeLight's latitude-longitude texture follows OpenEXR: +Z of its own space in the
  * middle, +X a quarter in, +Y at the top (UsdLux, DomeLight). A quarter turn about x puts the middle south and the
  * quarter east, where pictures of skies have them by default; other middles turn it about the vertical. Its values are
- * radiances. A DistantLight whose `normalize` is set has the irradiance of its colour; it shines along its −Z.
+ * radiances times the picture's scale, and so are the irradiances of lights. A DistantLight whose `normalize` is set
+ * has the irradiance of its colour; it shines along its −Z.
  */
 #include <nephos/render.h>
 #include <stdio.h>
@@ -48,16 +49,18 @@ static void add_dome(np_text *out, const char *texture, double center_rad) {
 }
 
 static void add_distant(np_text *out, const neph_image *sky, const char *light, const char *name) {
-  double color[3], direction[3], radius;
+  double color[3], direction[3], radius, scale = 1.0;
   if (!read_numbers(sky, light, "NormalIrradiance", 3, color) || !read_numbers(sky, light, "Direction", 3, direction) ||
       !read_numbers(sky, light, "AngularRadius", 1, &radius))
     return;
+  (void)read_numbers(sky, "", "scale", 1, &scale);
   const np_vec3 z = np_dvec3_to_float(np_dvec3_make(direction[0], direction[1], direction[2]));
   np_vec3 x, y;
   np_frame_around(z, &x, &y);
   np_text_add(out, "  def DistantLight \"%s\"\n  {\n", name);
   np_text_add(out, "    float inputs:angle = %.6g\n", 2.0 * radius / NP_DEGREE);
-  np_text_add(out, "    color3f inputs:color = (%.6g, %.6g, %.6g)\n", color[0], color[1], color[2]);
+  np_text_add(out, "    color3f inputs:color = (%.6g, %.6g, %.6g)\n", scale * color[0], scale * color[1],
+              scale * color[2]);
   np_text_add(out, "    float inputs:intensity = 1\n    bool inputs:normalize = 1\n");
   add_transform(out, x, y, z, np_dvec3_make(0, 0, 0));
   np_text_add(out, "  }\n\n");

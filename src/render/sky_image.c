@@ -16,6 +16,7 @@ typedef struct sky_image {
   unsigned width, height;
   neph_sky_disks disks;
   double edge_rad; /* azimuth of the left edge */
+  float scale;     /* on radiances */
   float *planes[CHANNELS];
 } sky_image;
 
@@ -99,8 +100,8 @@ static neph_result fill_rows(void *user, size_t begin, size_t end, unsigned thre
       if (s->disks != NEPH_SKY_DISKS_NONE) disks = average_disks(s, x, y);
       if (s->disks == NEPH_SKY_DISKS_INCLUDE) sky = np_spectrum_add(sky, disks);
       for (int c = 0; c < NP_BAND_COUNT; c++) {
-        s->planes[c][y * s->width + x] = sky.band[c];
-        if (s->disks == NEPH_SKY_DISKS_LAYER) s->planes[NP_BAND_COUNT + c][y * s->width + x] = disks.band[c];
+        s->planes[c][y * s->width + x] = s->scale * sky.band[c];
+        if (s->disks == NEPH_SKY_DISKS_LAYER) s->planes[NP_BAND_COUNT + c][y * s->width + x] = s->scale * disks.band[c];
       }
     }
   return NEPH_OK;
@@ -135,7 +136,7 @@ static sky_irradiance compute_irradiance(const np_packet *packet) {
   return out;
 }
 
-/* In the picture's colours, as its pixels are. */
+/* In the picture's colours and in physical units: not by its scale. */
 static neph_result describe_irradiances(const np_assembly *assembly, neph_image *image) {
   sky_irradiance color = {.sun = np_spectrum_grey(0.0f)};
   for (unsigned p = 0; p < assembly->packet_count; p++) {
@@ -191,8 +192,8 @@ static neph_result describe_layout(const neph_sky_image_desc *desc, neph_image *
   return result ? result : np_image_set_real(image, "nephos:centerAzimuth", desc->center_azimuth_rad);
 }
 
-static neph_result describe_sky(const np_plan *plan, const np_assembly *assembly, neph_image *image) {
-  neph_result result = np_color_header_write(plan, assembly, 1.0, image);
+static neph_result describe_sky(const np_plan *plan, const np_assembly *assembly, double scale, neph_image *image) {
+  neph_result result = np_color_header_write(plan, assembly, scale, image);
   if (!result) result = describe_harmonics(assembly, image);
   for (unsigned i = 0; !result && i < assembly->light_count; i++) result = describe_light(assembly, i, image);
   const bool has_sky = assembly->packets[0].atmosphere && np_plan_needs(plan, NP_STAGE_ATMOSPHERE);
@@ -204,7 +205,7 @@ static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc
   np_monitor_start(&monitor, scene->context, desc->progress, desc->progress_user);
   np_plan plan;
   np_assembly assembly;
-  neph_result result = np_plan_make_sky(scene, &plan);
+  neph_result result = np_plan_make_sky(scene, false, &plan);
   plan.sphere_size[0] = desc->width;
   plan.sphere_size[1] = desc->height;
   plan.sphere_center_rad = desc->center_azimuth_rad;
@@ -216,6 +217,7 @@ static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc
     sky_image s = {.assembly = &assembly,
                    .width = desc->width,
                    .height = desc->height,
+                   .scale = (float)np_scene_get_scale(scene),
                    .disks = desc->disks,
                    .edge_rad = desc->center_azimuth_rad - NP_PI};
     for (unsigned c = 0; c < count; c++) s.planes[c] = neph_image_get_channel(*out_image, channel_names[c]);
@@ -223,7 +225,7 @@ static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc
     np_monitor_set_stage(&monitor, "sky");
     result = np_parallel_for(scene->context, &monitor, desc->height, 4, fill_rows, &s);
   }
-  if (!result) result = describe_sky(&plan, &assembly, *out_image);
+  if (!result) result = describe_sky(&plan, &assembly, np_scene_get_scale(scene), *out_image);
   if (!result) result = describe_layout(desc, *out_image);
   np_assembly_clear(&assembly);
   return result;

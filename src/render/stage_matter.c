@@ -320,7 +320,8 @@ neph_result np_stage_build_emission(const np_stage_part *in) {
   }
   if (count == 0) return NEPH_OK;
   np_monitor_set_stage(in->monitor, "listing emitters");
-  return np_emission_build(a->context, emitters, count, in->packet->bands.nm, in->monitor, &in->packet->emission);
+  const np_black_body body = np_packet_make_black_body(in->packet, a);
+  return np_emission_build(a->context, emitters, count, &body, in->monitor, &in->packet->emission);
 }
 
 void np_stage_clear_emission(const np_stage_part *in) { np_emission_clear(&in->packet->emission); }

@@ -7,8 +7,8 @@
 #include "core/random.h"
 #include "core/units.h"
 
-/* Circles of confusion from here on, in pixels, are points no more. */
-static const double blur_least = 0.5;
+/* Circles of confusion from here on, in pixels, are points no more; wider than this, stars are no light to speak of. */
+static const double blur_least = 0.5, bokeh_radius_max = 1024.0;
 
 /* ---- Where a star falls ---- */
 
@@ -99,19 +99,13 @@ static void add_point(const np_star_field_desc *d, film_point at, double share, 
               irradiance, field);
 }
 
-enum { BOKEH_POINTS_MIN = 16, BOKEH_POINTS_MAX = 1024 };
-
-/* A star out of focus: the aperture's picture, by points of the plastic number (Roberts 2018), four to a pixel. */
+/* A star out of focus: the aperture's picture about its place. */
 static void add_bokeh(const np_star_field_desc *d, film_point middle, np_spectrum irradiance, np_star_field *field) {
-  const double diameter = np_camera_get_confusion(d->camera, INFINITY);
-  const int count = (int)np_clamp(NP_PI * diameter * diameter, BOKEH_POINTS_MIN, BOKEH_POINTS_MAX);
-  for (int i = 0; i < count; i++) {
-    const double u = 0.7548776662466927 * i, v = 0.5698402909980532 * i;
-    float lens[2];
-    np_camera_sample_aperture(d->camera, (float)(u - floor(u)), (float)(v - floor(v)), lens);
-    const film_point at = {middle.x + 0.5 * diameter * (double)lens[0], middle.y - 0.5 * diameter * (double)lens[1]};
-    add_point(d, at, 1.0 / count, irradiance, field);
-  }
+  const int reach = field->bokeh_reach, width = 2 * reach + 1;
+  for (int i = 0; i < width * width; i++)
+    if (field->bokeh[i] > 0.0f)
+      add_point(d, (film_point){middle.x + i % width - reach, middle.y + i / width - reach}, (double)field->bokeh[i],
+                irradiance, field);
 }
 
 static void add_star(const np_star_field_desc *d, size_t index, np_star_field *field) {
@@ -152,15 +146,39 @@ static void merge_pixels(np_star_field *field) {
   field->count = kept;
 }
 
+enum { BOKEH_POINTS_MIN = 4096, BOKEH_POINTS_MAX = 1 << 23, BOKEH_POINTS_PER_PIXEL = 64 };
+
+/* The circle of confusion on whole pixels: shares of points of the plastic number (Roberts 2018) on the aperture. */
+static neph_result build_bokeh(neph_context *context, const np_star_field_desc *d, np_star_field *field) {
+  const double radius = fmin(0.5 * np_camera_get_confusion(d->camera, INFINITY), bokeh_radius_max);
+  const int reach = field->bokeh_reach = (int)ceil(radius), width = 2 * reach + 1;
+  field->bokeh = np_alloc(context, (size_t)width * (size_t)width, sizeof *field->bokeh);
+  field->blurred = np_alloc(context, (size_t)d->width * d->height, sizeof *field->blurred);
+  if (!field->bokeh || !field->blurred) return NEPH_ERROR_OUT_OF_MEMORY;
+  const int count = (int)np_clamp(BOKEH_POINTS_PER_PIXEL * 4.0 * radius * radius, BOKEH_POINTS_MIN, BOKEH_POINTS_MAX);
+  for (int i = 0; i < count; i++) {
+    const double u = 0.7548776662466927 * i, v = 0.5698402909980532 * i;
+    float lens[2];
+    np_camera_sample_aperture(d->camera, (float)(u - floor(u)), (float)(v - floor(v)), lens);
+    const int x = reach + (int)round(radius * (double)lens[0]), y = reach - (int)round(radius * (double)lens[1]);
+    field->bokeh[y * width + x] += 1.0f / (float)count;
+  }
+  return NEPH_OK;
+}
+
 neph_result np_star_field_build(neph_context *context, const np_star_field_desc *desc, np_star_field *out_field) {
   *out_field = (np_star_field){.context = context};
   const size_t stars = desc->catalogue->count;
   out_field->width = desc->width;
+  neph_result result = NEPH_OK;
   if (desc->camera && np_camera_get_confusion(desc->camera, INFINITY) > blur_least)
-    out_field->blurred = np_alloc(context, (size_t)desc->width * desc->height, sizeof *out_field->blurred);
-  else
-    out_field->pixels = np_alloc(context, stars ? 4 * stars : 1, sizeof *out_field->pixels);
-  if (!out_field->pixels && !out_field->blurred) return NEPH_ERROR_OUT_OF_MEMORY;
+    result = build_bokeh(context, desc, out_field);
+  else if (!(out_field->pixels = np_alloc(context, stars ? 4 * stars : 1, sizeof *out_field->pixels)))
+    result = NEPH_ERROR_OUT_OF_MEMORY;
+  if (result) {
+    np_star_field_clear(out_field);
+    return result;
+  }
   for (size_t i = 0; i < stars; i++) add_star(desc, i, out_field);
   if (out_field->count) merge_pixels(out_field);
   return NEPH_OK;
@@ -169,6 +187,7 @@ neph_result np_star_field_build(neph_context *context, const np_star_field_desc 
 void np_star_field_clear(np_star_field *field) {
   if (field->pixels) np_alloc_free(field->context, field->pixels);
   if (field->blurred) np_alloc_free(field->context, field->blurred);
+  if (field->bokeh) np_alloc_free(field->context, field->bokeh);
   *field = (np_star_field){0};
 }
 

@@ -24,6 +24,8 @@ typedef struct np_star_field {
   size_t count;
   np_star_pixel *pixels; /* by rows, each once */
   unsigned width;
+  int bokeh_reach;      /* pixels from the middle of a star out of focus to the edge of … */
+  float *bokeh;         /* … its light's shares */
   np_spectrum *blurred; /* of every pixel, where stars are out of focus; NULL: `pixels` are all */
 } np_star_field;
 
