@@ -307,6 +307,46 @@ static void boxes_are_seen_by_every_kind(void **state) {
   }
 }
 
+/* Calls and keys make one camera. */
+static void a_described_camera_is_that_of_keys(void **state) {
+  fixture *f = *state;
+  neph_camera_desc desc = NEPH_CAMERA_DESC_DEFAULT;
+  desc.has_focal_length = true;
+  desc.focal_length_m = 0.035;
+  desc.sensor_m = 0.024;
+  desc.shift[1] = 0.25;
+  desc.near_m = 2.0;
+  desc.far_m = 3000.0;
+  desc.f_stop = 2.8;
+  desc.focus_distance_m = 12.0;
+  desc.blade_count = 7;
+  desc.has_exposure = true;
+  desc.is_stereo = true;
+  desc.convergence_m = 20.0;
+  assert_int_equal(neph_scene_set_camera(f->scene, &desc), NEPH_OK);
+  const np_scene_camera *camera = &f->scene->camera;
+  double ev;
+  assert_near_relative(np_scene_camera_get_fov_rad(camera), 2.0 * atan(12.0 / 35.0), 1e-12);
+  assert_near(camera->shift[1], 0.25, 0.0);
+  assert_true(camera->has_lens && camera->is_stereo && neph_scene_is_stereo(f->scene));
+  assert_near(camera->far_m - camera->near_m, 2998.0, 0.0);
+  assert_near(camera->focus_distance_m, 12.0, 0.0);
+  assert_int_equal(camera->blade_count, 7);
+  assert_near(camera->interaxial_m + camera->convergence_m, 20.065, 1e-12);
+  assert_true(np_scene_camera_get_ev100(camera, &ev));
+  desc = (neph_camera_desc)NEPH_CAMERA_DESC_DEFAULT;
+  desc.kind = NEPH_CAMERA_FISHEYE;
+  desc.fisheye_fov_rad = 3.5;
+  assert_int_equal(neph_scene_set_camera(f->scene, &desc), NEPH_OK);
+  assert_near(f->scene->camera.fisheye_fov_rad, 3.5, 1e-12);
+  assert_false(f->scene->camera.has_lens || f->scene->camera.is_stereo);
+  desc.kind = (neph_camera_kind)9;
+  test_log_clear(&f->log);
+  assert_int_equal(neph_scene_set_camera(f->scene, &desc), NEPH_ERROR_BAD_SCENE);
+  assert_one_error(&f->log, "camera.kind is unknown, must be perspective, orthographic, equirectangular or fisheye",
+                   "");
+}
+
 static void nonsense_is_refused(void **state) {
   fixture *f = *state;
   static const struct {
@@ -350,6 +390,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(eyes_see_disparity, set_up, tear_down),
       cmocka_unit_test_setup_teardown(exposure_is_photographic, set_up, tear_down),
       cmocka_unit_test_setup_teardown(boxes_are_seen_by_every_kind, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(a_described_camera_is_that_of_keys, set_up, tear_down),
       cmocka_unit_test_setup_teardown(nonsense_is_refused, set_up, tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
