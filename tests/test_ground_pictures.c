@@ -150,7 +150,7 @@ static void glint_is_the_same_in_both_integrators(void **state) {
 }
 
 /* A sea under clouds, sky and sun, with an island: clouds, sky and land are mirrored. The march's air takes the sea for
- * Lambert's, lit by all of the sun, and its reflection has no shadows in the air: 2.5 % here; 4 leave room for noise.
+ * Lambert's, lit by all of the sun, and its reflection has no shadows in the air: 3.4 % here, with noise.
  */
 static void march_is_near_the_path_over_a_sea(void **state) {
   test_fixture *f = *state;

@@ -84,8 +84,7 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
   path.volume = hit->volume;
   path.reference = hit->expected;
   NP_KERNEL(np_path_follow)(&inner, &path, NP_PATH_CLOUD);
-  const np_aerial_perspective air =
-      np_lighting_camera_air(t->lighting, t->world, ray->origin, ray->direction, hit->distance);
+  const np_aerial_perspective air = np_camera_ray_get_air(t->lighting, t->world, ray, hit->distance);
   for (int c = 0; c < NP_COMPONENT_COUNT; c++)
     np_path_add(t->out, (np_component)c, np_spectrum_multiply(scattered.component[c], air.transmittance));
   t->out->lost = np_spectrum_multiply(scattered.lost, air.transmittance);
@@ -95,8 +94,7 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
 /* Light that water scatters, and the air before it, from the camera's table. */
 static void add_water_by_tables(const np_tracer *t, const np_camera_ray *ray, const np_ground_hit *water) {
   if (!(t->out->transmittance > 0.0f)) return;
-  const np_aerial_perspective air =
-      np_lighting_camera_air(t->lighting, t->world, ray->origin, ray->direction, water->distance_m);
+  const np_aerial_perspective air = np_camera_ray_get_air(t->lighting, t->world, ray, water->distance_m);
   np_path_add(t->out, NP_COMPONENT_AIR, np_spectrum_scale(air.inscatter, t->out->transmittance));
   np_path_state path = start_path(ray, water->distance_m, np_spectrum_scale(air.transmittance, t->out->transmittance));
   path.component = NP_COMPONENT_TERRAIN;
@@ -121,19 +119,20 @@ static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const c
 /* Into how many panels a ray through all of the air is cut: more than elsewhere, for there is one such ray a sample. */
 enum { CAMERA_PANELS = 20 };
 
-/* The air from the camera to a distance: its transmittance, and, added to a component, its in-scatter. */
+/* The air from the eye to a distance from the origin: its transmittance, and, added to a component, its in-scatter. */
 static np_spectrum look_through_air(const np_tracer *t, const np_camera_ray *ray, double distance,
                                     np_component component, bool is_seen) {
   if (!t->world->atmosphere) return np_spectrum_grey(1.0f);
   np_air_flight flight;
-  np_air_flight_build(t->world->atmosphere, &t->air_light, ray->origin, ray->direction, distance, CAMERA_PANELS,
+  const np_dvec3 eye = np_camera_ray_get_view(ray).eye;
+  np_air_flight_build(t->world->atmosphere, &t->air_light, eye, ray->direction, ray->begin_m + distance, CAMERA_PANELS,
                       &flight);
   if (!is_seen || !flight.path.panel_count) return flight.transmittance;
   double place;
   const np_hero hero = np_hero_choose_first((double)ray->choice, &place);
   np_air_collision collision;
   np_air_flight_collide(&flight, hero.band, place, &collision);
-  np_path_state path = start_path(ray, collision.distance_m, np_spectrum_grey(1.0f));
+  np_path_state path = start_path(ray, collision.distance_m - ray->begin_m, np_spectrum_grey(1.0f));
   path.component = component;
   path.has_component = true;
   path.air = collision.air;
@@ -159,7 +158,8 @@ static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_gr
   const np_spectrum air = look_through_air(t, ray, ground ? ground->distance_m : HUGE_VAL, component, is_air_seen);
   const np_spectrum transmittance = np_spectrum_scale(air, t->out->transmittance);
   if (!ground) {
-    const np_spectrum light = np_spectrum_add(np_world_space_radiance(t->world, ray->origin, ray->direction),
+    const np_dvec3 eye = np_camera_ray_get_view(ray).eye;
+    const np_spectrum light = np_spectrum_add(np_world_space_radiance(t->world, eye, ray->direction),
                                               np_world_disk_radiance(t->world, ray->direction));
     np_path_add(t->out, component, np_spectrum_multiply(transmittance, light));
     return;
@@ -185,8 +185,8 @@ static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *
 /* The sun's disk outshines what hides it: whether a ray's flight happens to pass the clouds is no measure of it. */
 static void look_for_disks(const np_tracer *t, const np_camera_ray *ray) {
   if (np_spectrum_is_zero(np_world_disk_radiance(t->world, ray->direction))) return;
-  t->out->transmittance =
-      np_track_transmittance(&t->world->clouds, ray->origin, ray->direction, INFINITY, np_track_faint_depth, t->random);
+  t->out->transmittance = np_track_transmittance(&t->world->clouds, ray->origin, ray->direction,
+                                                 np_camera_ray_get_end(ray), np_track_faint_depth, t->random);
 }
 
 void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lighting,
@@ -197,11 +197,11 @@ void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lightin
   const np_tracer t = {
       world, lighting, settings, random, out, {world->to_sun, has_sun}, np_world_sun_solid_angle(world)};
   np_ground_hit ground;
-  out->is_ground_behind = np_world_intersect_ground(world, ray->origin, ray->direction, &ground);
-  const double distance_end = out->is_ground_behind ? ground.distance_m : HUGE_VAL;
+  out->is_ground_behind = np_camera_ray_intersect_ground(world, ray, &ground);
+  const double distance_end = out->is_ground_behind ? ground.distance_m : np_camera_ray_get_end(ray);
   if (world->emission)
     np_path_add(out, NP_COMPONENT_EMISSION,
-                np_emission_along(world, ray->origin, ray->direction, distance_end, 1.0f, true, random));
+                np_emission_along(world, ray->origin, ray->direction, distance_end, 1.0f, true, ray->begin_m, random));
   const cloud_hit cloud = sample_cloud(&t, ray, distance_end);
   if (!isinf(cloud.distance)) add_opaque_cloud(&t, ray, &cloud);
   if (out->is_ground_behind)

@@ -109,8 +109,7 @@ static inline void np_surroundings_add_behind(const np_world *world, const np_li
                                               np_random *random, np_integrator_sample *out) {
   if (transmittance <= 0.0f) return;
   if (behind->hit) {
-    const np_aerial_perspective air =
-        np_lighting_camera_air(lighting, world, ray->origin, ray->direction, behind->hit->distance_m);
+    const np_aerial_perspective air = np_camera_ray_get_air(lighting, world, ray, behind->hit->distance_m);
     const np_spectrum ground = np_spectrum_multiply(
         np_surroundings_get_ground(world, lighting, settings, behind, shadow, random), air.transmittance);
     out->component[NP_COMPONENT_TERRAIN] =
@@ -119,8 +118,9 @@ static inline void np_surroundings_add_behind(const np_world *world, const np_li
         np_spectrum_add_scaled(out->component[NP_COMPONENT_AIR], transmittance, air.inscatter);
     return;
   }
-  const np_spectrum background = (ray->is_reflected ? np_lighting_camera_sky : np_lighting_background)(
-      lighting, world, ray->origin, ray->direction);
+  const np_view_ray view = np_camera_ray_get_view(ray);
+  const np_spectrum background =
+      (ray->is_reflected ? np_lighting_camera_sky : np_lighting_background)(lighting, world, &view);
   out->component[NP_COMPONENT_BACKGROUND] =
       np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], transmittance, background);
 }
@@ -137,13 +137,13 @@ static inline void np_surroundings_add_peak(const np_world *world, const np_ligh
   if (np_spectrum_max(weight) < np_surroundings_peak_least) return;
   np_spectrum radiance;
   if (behind->hit) {
-    const np_aerial_perspective air =
-        np_lighting_camera_air(lighting, world, ray->origin, ray->direction, behind->hit->distance_m);
+    const np_aerial_perspective air = np_camera_ray_get_air(lighting, world, ray, behind->hit->distance_m);
     radiance = np_spectrum_multiply(np_surroundings_get_ground(world, lighting, settings, behind, shadow, random),
                                     air.transmittance);
     radiance = np_spectrum_add(radiance, air.inscatter);
   } else {
-    radiance = np_lighting_camera_sky(lighting, world, ray->origin, ray->direction);
+    const np_view_ray view = np_camera_ray_get_view(ray);
+    radiance = np_lighting_camera_sky(lighting, world, &view);
   }
   const np_component component = behind->hit ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
   out->component[component] = np_spectrum_add(out->component[component], np_spectrum_multiply(weight, radiance));

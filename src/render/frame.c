@@ -3,6 +3,7 @@
 
 #include "core/alloc.h"
 #include "image/image_private.h"
+#include "render/camera_header.h"
 #include "render/frame.h"
 #include "render/frame_state.h"
 #include "render/integrator_choice.h"
@@ -37,8 +38,6 @@ static void choose_integrator(np_frame *f, const np_plan *plan, const np_scene_r
 
 static void fill_header(const np_frame *f, neph_image *image) {
   np_image_header *header = &image->header;
-  header->has_camera = true;
-  np_camera_get_matrices(&f->assembly->camera, header->world_to_camera, header->world_to_ndc);
   header->has_window = true;
   for (int a = 0; a < 2; a++) {
     header->data_min[a] = (int)f->desc->crop_min[a];
@@ -156,6 +155,7 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   np_channels_choose(plan, scene->output.has_background, (float)np_scene_get_scale(scene), &f->channels);
   choose_integrator(f, plan, &scene->render);
   neph_result result = create_image(f, out_image);
+  if (!result) result = np_camera_header_write(scene, &assembly->camera, desc->eye, *out_image);
   if (!result) result = integrate_frame(f, *out_image);
   if (result) {
     neph_image_destroy(*out_image);

@@ -63,6 +63,7 @@ typedef struct np_plan {
   struct np_tile_feed *feed; /* borrowed: to whom tiles are shown; NULL: nobody */
   neph_render_desc desc;     /* the caller's over the scene's, checked */
   unsigned sphere_size[2];   /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
+  double sphere_center_rad;  /* azimuth of its middle */
   bool is_sky_alone;         /* without clouds and terrain */
   bool is_of_bands;          /* at 680, 550 and 440 nm, whatever the scene's pictures are */
   bool has_beauty;

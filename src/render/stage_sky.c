@@ -296,6 +296,7 @@ neph_result np_stage_build_stars(const np_stage_part *in) {
                                    .camera = is_sphere ? NULL : &a->camera,
                                    .width = is_sphere ? plan->sphere_size[0] : a->camera.width,
                                    .height = is_sphere ? plan->sphere_size[1] : a->camera.height,
+                                   .center_rad = plan->sphere_center_rad,
                                    .origin = a->camera.origin,
                                    .wavelength_nm = out->bands.nm,
                                    .twinkling = in->scene->stars.twinkling,
