@@ -60,6 +60,11 @@ typedef struct companion {
 } companion;
 
 static const companion companions[] = {
+    {"camera.f_stop", NULL, "camera.f_stop", "0.001"},
+    {"camera.stereo", NULL, "camera.stereo", "{interaxial: 200 m}"},
+    {"output.exposure", "camera", "camera.f_stop", "8"},
+    {"output.exposure", "camera", "camera.shutter", "0.01 s"},
+    {"output.exposure", "camera", "camera.iso", "100"},
     {"moon", NULL, "sun.elevation", "-30 deg"},
     {"moon", NULL, "moon", "{elevation: 15 deg, azimuth: -10 deg}"},
     {"moon.earthshine", NULL, "camera.look_at", "[-168 m, -548 m, 1159 m]"}, /* the moon */
