@@ -28,7 +28,11 @@
   ROW(POSITION, "position", "XYZ", false, 1)                                                                           \
   ROW(EMISSION, "emission", "RGB", true, 1)                                                                            \
   ROW(NORMAL, "normal", "XYZ", false, 1)                                                                               \
-  ROW(SHADOW, "shadow", "", false, 1)
+  ROW(SHADOW, "shadow", "", false, 1)                                                                                  \
+  ROW(CLOUDS, "clouds", "RGBA", true, 1) /* over black */                                                              \
+  ROW(CLOUD_AIR, "cloud_air", "RGB", true, 1)                                                                          \
+  ROW(GROUND_AIR, "ground_air", "RGB", true, 1)                                                                        \
+  ROW(OPTICAL_DEPTH, "optical_depth", "", false, 1)
 
 #define NP_AOV_INDEX(id, name, parts, needs_light, samples_min) NP_AOV_INDEX_##id,
 typedef enum np_aov_index { NP_AOV_ROWS(NP_AOV_INDEX) NP_AOV_COUNT } np_aov_index;

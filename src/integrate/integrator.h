@@ -20,8 +20,17 @@ typedef enum np_component {
   NP_COMPONENT_GROUND,     /* light from the ground scattered once in cloud */
   NP_COMPONENT_MULTIPLE,   /* multiple scattering in cloud, and all scattered light of emission */
   NP_COMPONENT_EMISSION,   /* emission in cloud, not scattered */
-  NP_COMPONENT_COUNT
+  NP_COMPONENT_COUNT,
+
+  NP_COMPONENT_GROUND_AIR = NP_COMPONENT_COUNT, /* the part of AIR before ground; the rest is before cloud */
+  NP_COMPONENT_ALL
 } np_component;
+
+enum {
+  NP_COMPONENTS_OF_BEAUTY = (1 << NP_COMPONENT_COUNT) - 1,
+  NP_COMPONENTS_OF_CLOUDS = 1 << NP_COMPONENT_SUN | 1 << NP_COMPONENT_SKY | 1 << NP_COMPONENT_GROUND |
+                            1 << NP_COMPONENT_MULTIPLE | 1 << NP_COMPONENT_EMISSION
+};
 
 typedef struct np_integrator_settings {
   unsigned scattering_max; /* scatterings in cloud along a path; 0xffffffff: no limit */
@@ -45,16 +54,18 @@ typedef struct np_camera_ray {
 } np_camera_ray;
 
 typedef struct np_integrator_sample {
-  np_spectrum component[NP_COMPONENT_COUNT]; /* W m⁻² sr⁻¹ nm⁻¹ */
-  np_spectrum lost;                          /* estimate of what the limit on scatterings took from them */
-  float transmittance;                       /* through cloud alone, to what lies behind */
+  np_spectrum component[NP_COMPONENT_ALL]; /* W m⁻² sr⁻¹ nm⁻¹ */
+  np_spectrum lost;                        /* estimate of what the limit on scatterings took from them */
+  float transmittance;                     /* through cloud alone, to what lies behind */
   bool is_ground_behind;
-  /* Sums over what hides what lies behind it, cloud and ground, each weighted by how much it hides: 1 − transmittance
-   * in all, 1 with ground. */
+  /* Sums over what hides what lies behind it, cloud and ground, each weighted by how much it hides: in the mean
+   * 1 − transmittance in all, 1 with ground. */
+  float opaque_weight;
   float opaque_distance; /* m */
   np_spectrum opaque_albedo;
   np_vec3 opaque_normal;
   float opaque_sun_share;
+  float optical_depth; /* of all clouds to ground or space, where the picture asks for it */
 } np_integrator_sample;
 
 /* Facts of a place, in cloud or on the ground, that hides what lies behind it. */
@@ -67,6 +78,7 @@ typedef struct np_opaque {
 
 /* Counts `weight` of opacity. */
 static inline void np_integrator_add_opaque(np_integrator_sample *sample, float weight, const np_opaque *opaque) {
+  sample->opaque_weight += weight;
   sample->opaque_distance += weight * (float)opaque->distance_m;
   sample->opaque_albedo = np_spectrum_add_scaled(sample->opaque_albedo, weight, opaque->albedo);
   sample->opaque_normal = np_vec3_add(sample->opaque_normal, np_vec3_scale(opaque->normal, weight));

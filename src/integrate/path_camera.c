@@ -137,7 +137,9 @@ static void add_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_
 
 static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_ground_hit *ground, bool is_air_seen) {
   const np_component component = ground ? NP_COMPONENT_AIR : NP_COMPONENT_BACKGROUND;
+  const np_spectrum before = t->out->component[component];
   const np_spectrum air = look_through_air(t, ray, ground ? ground->distance_m : HUGE_VAL, component, is_air_seen);
+  if (ground) t->out->component[NP_COMPONENT_GROUND_AIR] = np_spectrum_subtract(t->out->component[component], before);
   const np_spectrum transmittance = np_spectrum_scale(air, t->out->transmittance);
   if (!ground) {
     const np_spectrum light = np_spectrum_add(np_world_space_radiance(t->world, ray->origin, ray->direction),

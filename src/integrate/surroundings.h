@@ -81,6 +81,7 @@ static inline void np_surroundings_add_behind(const np_world *world, const np_li
         np_spectrum_add_scaled(out->component[NP_COMPONENT_TERRAIN], transmittance, ground);
     out->component[NP_COMPONENT_AIR] =
         np_spectrum_add_scaled(out->component[NP_COMPONENT_AIR], transmittance, air.inscatter);
+    out->component[NP_COMPONENT_GROUND_AIR] = np_spectrum_scale(air.inscatter, transmittance);
     return;
   }
   out->component[NP_COMPONENT_BACKGROUND] =

@@ -6,7 +6,7 @@
 #include "integrate/integrator.h"
 #include "render/plan.h"
 
-enum { NP_CHANNELS_MAX = 64, NP_CHANNEL_NAME_MAX = 32 };
+enum { NP_CHANNELS_MAX = 512, NP_CHANNEL_NAME_MAX = 256, NP_CHANNEL_NONE = NP_CHANNELS_MAX };
 
 typedef struct np_channels np_channels;
 typedef struct np_channel np_channel;
@@ -28,26 +28,31 @@ typedef struct np_channel_kind {
   /* What one sample adds to the sum; NULL: nothing. */
   float (*read)(const np_channels *channels, const np_channel *channel, const np_camera_ray *ray,
                 const np_integrator_sample *sample);
-  /* A pixel's value from its sum; `opaque` is the sum of A. */
-  double (*finish)(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts);
-  unsigned components; /* bit c: component c is part of it */
+  /* A pixel's value from the sums of all channels. */
+  double (*finish)(const np_channels *channels, const np_channel *channel, const double *sums,
+                   const np_pixel_facts *facts);
+  unsigned components;  /* bit c: component c is part of it */
+  bool is_over_opacity; /* a mean weighted by opacity, whose sum is needed too */
+  unsigned alpha;       /* of read_alpha: a neph_alpha */
 } np_channel_kind;
 
 struct np_channel {
   char name[NP_CHANNEL_NAME_MAX];
   np_channel_kind kind;
-  unsigned part; /* band, or axis */
+  unsigned part, index; /* band or axis; number among the sums */
 };
 
 struct np_channels {
-  unsigned count, alpha; /* `alpha`: number of the channel A */
+  unsigned count;     /* of the picture */
+  unsigned sum_count; /* the same, and sums behind them that the picture's channels divide by */
+  unsigned opaque;    /* number of the sum of the opacity; NP_CHANNEL_NONE: nobody asks */
   np_channel channel[NP_CHANNELS_MAX];
   unsigned beauty; /* components of the picture */
   float scale;     /* on radiances */
 };
 
 /* The picture's own channels and the plan's AOVs. */
-void np_channels_choose(const np_plan *plan, bool has_background, float scale, np_channels *out);
+void np_channels_choose(const np_plan *plan, const np_scene_output *output, np_channels *out);
 
 /* What one sample adds to the sum of each channel. */
 void np_channels_read(const np_channels *channels, const np_camera_ray *ray, const np_integrator_sample *sample,

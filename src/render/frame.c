@@ -150,10 +150,11 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->feed = plan->feed ? plan->feed : &nobody;
   f->assembly = assembly;
   f->desc = desc;
+  f->aovs = plan->aovs;
   f->monitor = monitor;
   f->width = desc->crop_max[0] - desc->crop_min[0];
   f->height = desc->crop_max[1] - desc->crop_min[1];
-  np_channels_choose(plan, scene->output.has_background, (float)scene->output.scale, &f->channels);
+  np_channels_choose(plan, &scene->output, &f->channels);
   choose_integrator(f, plan, &scene->render);
   neph_result result = create_image(f, out_image);
   if (!result) result = integrate_frame(f, *out_image);

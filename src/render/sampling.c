@@ -5,6 +5,7 @@
 #include "core/alloc.h"
 #include "image/film.h"
 #include "render/frame_state.h"
+#include "volume/depth_cursor.h"
 
 /* ---- One sample ---- */
 
@@ -43,6 +44,18 @@ static double compute_distance(const np_frame *f, unsigned x, unsigned y, np_vec
   return fmin(f->half_distance(&f->assembly->packets[0].lights[0].world, &ray, ground), ground);
 }
 
+/* Of all clouds up to the ground, whatever an integrator saw of them. */
+static float compute_optical_depth(const np_frame *f, const np_camera_ray *ray) {
+  const np_world *world = &f->assembly->packets[0].lights[0].world;
+  np_ground_hit hit;
+  const bool is_ground = np_world_intersect_ground(world, ray->origin, ray->direction, &hit);
+  const double end = is_ground ? hit.distance_m : HUGE_VAL;
+  np_depth_cursors clouds;
+  np_depth_cursors_start(&clouds, &world->clouds, ray->origin, ray->direction, end);
+  np_depth_cursors_advance(&clouds, end);
+  return (float)np_depth_cursors_sum(&clouds);
+}
+
 /* Light adds up: a scene under sun and moon is the scene under the one and under the other. Stars shine through what
  * the sample finds before them. */
 static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray,
@@ -51,7 +64,7 @@ static void integrate_packet(const np_frame *f, const np_packet *packet, const n
   for (unsigned l = 1; l < packet->light_count; l++) {
     np_integrator_sample more;
     f->integrate(&packet->lights[l].world, &packet->lights[l].lighting, &f->settings, ray, random, &more);
-    for (int c = 0; c < NP_COMPONENT_COUNT; c++)
+    for (int c = 0; c < NP_COMPONENT_ALL; c++)
       out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
     out->lost = np_spectrum_add(out->lost, more.lost);
   }
@@ -75,11 +88,13 @@ static void integrate(const np_frame *f, const np_camera_ray *ray, const unsigne
   for (unsigned p = 0; p < a->packet_count; p++) {
     np_random same_random = *random;
     if (p > 0) integrate_packet(f, &a->packets[p], ray, pixel, &same_random, &sample);
-    for (int c = 0; c < NP_COMPONENT_COUNT; c++)
+    for (int c = 0; c < NP_COMPONENT_ALL; c++)
       out->component[c] = np_packet_add_color(&a->packets[p], out->component[c], sample.component[c]);
     out->lost = np_packet_add_color(&a->packets[p], out->lost, sample.lost);
   }
 }
+
+static void clear_sums(const np_frame *f, double *sums) { memset(sums, 0, f->channels.sum_count * sizeof *sums); }
 
 static np_random start_random(const np_frame *f, const unsigned at[2], uint32_t sample) {
   return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, at[0], at[1], sample);
@@ -91,7 +106,7 @@ static neph_result sample_pixel(const np_frame *f, const unsigned at[2], uint32_
                                 double *sums) {
   np_film_accumulator accumulator;
   const uint32_t begun = p->next % NP_FILM_LEAF_SAMPLES;
-  np_film_accumulator_begin(&accumulator, f->channels.count, p->next - begun);
+  np_film_accumulator_begin(&accumulator, f->channels.sum_count, p->next - begun);
   if (begun) (void)np_film_accumulator_add_node(&accumulator, &(np_film_node){p->next - begun, begun, sums});
   np_random shift = start_random(f, at, UINT32_MAX);
   const float offset[3] = {np_random_float(&shift), np_random_float(&shift), np_random_float(&shift)};
@@ -100,6 +115,7 @@ static neph_result sample_pixel(const np_frame *f, const unsigned at[2], uint32_
     const np_camera_ray ray = make_ray(f, at[0], at[1], p->next, offset);
     np_integrator_sample sample;
     integrate(f, &ray, at, &random, &sample);
+    if (f->aovs & NP_AOV_OPTICAL_DEPTH) sample.optical_depth = compute_optical_depth(f, &ray);
     if (np_monitor_is_cancelled(f->monitor)) break;
     float values[NP_CHANNELS_MAX];
     np_channels_read(&f->channels, &ray, &sample, values);
@@ -109,7 +125,7 @@ static neph_result sample_pixel(const np_frame *f, const unsigned at[2], uint32_
   }
   double added[NP_CHANNELS_MAX];
   np_film_accumulator_finish(&accumulator, added);
-  for (unsigned c = 0; c < f->channels.count; c++) sums[c] = begun ? added[c] : sums[c] + added[c];
+  for (unsigned c = 0; c < f->channels.sum_count; c++) sums[c] = begun ? added[c] : sums[c] + added[c];
   return p->next < end ? NEPH_ERROR_CANCELLED : NEPH_OK;
 }
 
@@ -146,7 +162,8 @@ static neph_result fly_pilots(void *user, size_t begin, size_t end, unsigned thr
       const unsigned at[2] = {d->crop_min[0] + column - 1u, d->crop_min[1] + (unsigned)row - 1u};
       if (at[0] >= d->width || at[1] >= d->height) continue;
       np_pixel_state p = {.next = 0};
-      double unused[NP_CHANNELS_MAX] = {0};
+      double unused[NP_CHANNELS_MAX];
+      clear_sums(f, unused);
       neph_result result = sample_pixel(f, at, d->sample_count, &p, unused);
       if (result) return result;
       f->pilots[row * (f->width + 2) + column] = p.spread;
@@ -204,7 +221,8 @@ static void finish_pixel(const np_frame *f, const unsigned at[2], const np_pixel
 static neph_result render_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
   (void)index;
   np_pixel_state p = start_pixel(f, at);
-  double sums[NP_CHANNELS_MAX] = {0};
+  double sums[NP_CHANNELS_MAX];
+  clear_sums(f, sums);
   neph_result result = sample_pixel(f, at, p.end, &p, sums);
   if (!result) finish_pixel(f, at, &p, sums, total);
   return result;
@@ -218,11 +236,11 @@ static neph_result extend_pixel(const np_frame *f, const unsigned at[2], size_t 
   if (p->next >= p->end) return NEPH_OK;
   const uint32_t leaf_end = (p->next / NP_FILM_LEAF_SAMPLES + 1) * NP_FILM_LEAF_SAMPLES;
   const uint32_t end = f->is_first_pass ? p->next + 1 : leaf_end;
-  return sample_pixel(f, at, end < p->end ? end : p->end, p, f->sums + index * f->channels.count);
+  return sample_pixel(f, at, end < p->end ? end : p->end, p, f->sums + index * f->channels.sum_count);
 }
 
 static neph_result close_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
-  finish_pixel(f, at, &f->pixels[index], f->sums + index * f->channels.count, total);
+  finish_pixel(f, at, &f->pixels[index], f->sums + index * f->channels.sum_count, total);
   return NEPH_OK;
 }
 
@@ -340,7 +358,7 @@ static neph_result render_passes(np_frame *f) {
   neph_context *context = f->assembly->context;
   const size_t count = (size_t)f->width * f->height;
   f->pixels = np_alloc(context, count, sizeof *f->pixels);
-  f->sums = np_alloc(context, count, f->channels.count * sizeof *f->sums);
+  f->sums = np_alloc(context, count, f->channels.sum_count * sizeof *f->sums);
   neph_result result = f->pixels && f->sums ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) result = run_passes(f);
   np_monitor_set_range(f->monitor, 1.0, 1.0);

@@ -50,6 +50,11 @@ static const np_choice models[] = {
     {"hero", NEPH_CLOUD_MODEL_HERO},
     {NULL, 0}};
 static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
+static const np_choice alphas[] = {{"clouds", NP_ALPHA_CLOUDS},
+                                   {"clouds_and_ground", NP_ALPHA_CLOUDS_AND_GROUND},
+                                   {"scene", NP_ALPHA_SCENE},
+                                   {NULL, 0}};
+static const np_choice cloud_airs[] = {{"kept", NP_CLOUD_AIR_KEPT}, {"apart", NP_CLOUD_AIR_APART}, {NULL, 0}};
 static const np_choice color_spaces[] = {{"auto", NP_SCENE_COLOR_AUTO}, {"bands", NP_SCENE_BANDS},
                                          {"rec709", NP_SCENE_REC709},   {"acescg", NP_SCENE_ACESCG}, {NULL, 0}};
 #define AOV(id, name, parts, needs_light, samples_min) {name, NP_AOV_##id},
@@ -553,6 +558,14 @@ static const np_key keys[] = {
      .fallback = "true", .meaning = "true: the picture itself is written, R, G and B, besides A, Z and the AOVs"},
     {.path = "output.aovs", .type = NP_KEY_FLAGS, .choices = aovs, .field = SCENE(output.aovs),
      .meaning = "further channels; depth is Z, which every picture has"},
+    {.path = "output.alpha", .type = NP_KEY_CHOICE, .choices = alphas, .field = SCENE(output.alpha),
+     .fallback = "clouds_and_ground",
+     .meaning = "coverage in A: by clouds alone, by clouds and ground, or by all that the picture shows, sky included; "
+                "air does not count in the first two"},
+    {.path = "output.cloud_air", .type = NP_KEY_CHOICE, .choices = cloud_airs, .field = SCENE(output.cloud_air),
+     .fallback = "kept",
+     .meaning = "light of the air before the clouds, in the layer clouds and in deep pictures: kept on them, or apart, "
+                "in the layer cloud_air alone"},
     {.path = "output.pixel_type", .type = NP_KEY_CHOICE, .choices = pixel_types, .field = SCENE(output.pixel_type),
      .fallback = "half",
      .meaning = "type of colour in the OpenEXR file; float, with a warning, where a value overflows halves or the "

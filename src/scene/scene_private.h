@@ -186,6 +186,12 @@ typedef struct np_scene_render {
 
 typedef enum np_scene_color { NP_SCENE_COLOR_AUTO, NP_SCENE_BANDS, NP_SCENE_REC709, NP_SCENE_ACESCG } np_scene_color;
 
+/* What the channel A covers. */
+typedef enum np_scene_alpha { NP_ALPHA_CLOUDS, NP_ALPHA_CLOUDS_AND_GROUND, NP_ALPHA_SCENE } np_scene_alpha;
+
+/* The light that the air before them adds to the layer of the clouds: in it, or in a layer of its own alone. */
+typedef enum np_cloud_air { NP_CLOUD_AIR_KEPT, NP_CLOUD_AIR_APART } np_cloud_air;
+
 typedef struct np_scene_output {
   char *image, *preview; /* patterns, resolved; NULL: none */
   neph_pixel_type pixel_type;
@@ -193,6 +199,8 @@ typedef struct np_scene_output {
   np_scene_color color;
   bool has_beauty;     /* R, G, B */
   unsigned aovs;       /* of np_aov */
+  np_scene_alpha alpha;
+  np_cloud_air cloud_air;
   bool has_background; /* film.background: sky and disk in the picture */
   double exposure_ev;
   bool is_exposure_auto;
