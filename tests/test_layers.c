@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Layers of a comp, in both integrators: coverage as A has it, clouds with the air before them or without it, optical
- * depth, and means that no weight takes out of their range. */
+/* Layers of a comp, in both integrators: coverage as A has it, clouds with the air before them or without it, overscan,
+ * optical depth, and means that no weight takes out of their range. */
+#include "image/image_private.h"
 #include "test_layers.h"
 
 /* Sums of floats of the size of the layers. */
@@ -93,6 +94,53 @@ static void layers_merge_to_the_beauty(void **state) {
   }
 }
 
+/* ---- Overscan ---- */
+
+/* The pixels of the picture keep their bits. */
+static void overscan_widens_the_data_window(void **state) {
+  fixture *f = *state;
+  enum { WIDTH = 32, HEIGHT = 20, EDGE = 5 };
+  for (int i = 0; i < 2; i++) {
+    neph_image *plain = render_layers(f, integrators[i], "[clouds]");
+    set(f, "camera.overscan", "5");
+    neph_image *wide = render_layers(f, integrators[i], "[clouds]");
+    assert_int_equal(neph_image_get_width(wide), WIDTH + 2 * EDGE);
+    assert_int_equal(neph_image_get_height(wide), HEIGHT + 2 * EDGE);
+    assert_int_equal(wide->header.data_min[0], -EDGE);
+    assert_int_equal(wide->header.data_max[1], HEIGHT + EDGE - 1);
+    assert_int_equal(wide->header.display_min[0], 0);
+    assert_int_equal(wide->header.display_max[0], WIDTH - 1);
+    for (size_t p = 0; p < count_pixels(plain); p++) {
+      const size_t at = (p / WIDTH + EDGE) * (WIDTH + 2 * EDGE) + p % WIDTH + EDGE;
+      for (int c = 0; c < 3; c++) assert_near(get_color(wide, "", c, at), get_color(plain, "", c, p), 0.0);
+    }
+    neph_image_destroy(plain);
+    neph_image_destroy(wide);
+    set(f, "camera.overscan", "0");
+  }
+}
+
+/* Parts of the frame cover the overscan once: each has that beyond the edges it lies on. */
+static void crops_take_the_overscan_at_the_edges(void **state) {
+  fixture *f = *state;
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  neph_image *top = NULL, *inner = NULL;
+  set(f, "camera.overscan", "5");
+  assert_int_equal(neph_scene_get_render_desc(f->scene, &desc), NEPH_OK);
+  desc.crop_max[1] = 8;
+  assert_int_equal(neph_render_image(f->scene, &desc, &top), NEPH_OK);
+  assert_int_equal(neph_image_get_width(top), 42);
+  assert_int_equal(neph_image_get_height(top), 13);
+  desc.crop_min[0] = desc.crop_min[1] = 4;
+  desc.crop_max[0] = 12;
+  assert_int_equal(neph_render_image(f->scene, &desc, &inner), NEPH_OK);
+  assert_int_equal(neph_image_get_width(inner), 8);
+  assert_int_equal(neph_image_get_height(inner), 4);
+  neph_image_destroy(top);
+  neph_image_destroy(inner);
+  set(f, "camera.overscan", "0");
+}
+
 /* ---- Means ---- */
 
 /* Along one ray a pixel the march lets through e^{−τ}, to its tolerance of 2 %, or ends at 0.001; the depth is that of
@@ -141,10 +189,9 @@ static void albedo_never_exceeds_one(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(alpha_covers_what_is_asked),
-      cmocka_unit_test(layers_merge_to_the_beauty),
-      cmocka_unit_test(optical_depth_is_that_of_the_ray),
-      cmocka_unit_test(albedo_never_exceeds_one),
+      cmocka_unit_test(alpha_covers_what_is_asked),       cmocka_unit_test(layers_merge_to_the_beauty),
+      cmocka_unit_test(overscan_widens_the_data_window),  cmocka_unit_test(crops_take_the_overscan_at_the_edges),
+      cmocka_unit_test(optical_depth_is_that_of_the_ray), cmocka_unit_test(albedo_never_exceeds_one),
   };
   return cmocka_run_group_tests(tests, set_up_layers, tear_down);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
+#include <string.h>
 
 #include "core/alloc.h"
 #include "image/image_private.h"
@@ -35,14 +36,22 @@ static void choose_integrator(np_frame *f, const np_plan *plan, const np_scene_r
   f->settings.monitor = f->monitor;
 }
 
+static void set_window(np_frame *f, const np_plan *plan) {
+  memcpy(f->min, plan->window_min, sizeof f->min);
+  memcpy(f->view_min, plan->view_min, sizeof f->view_min);
+  memcpy(f->view_max, plan->view_max, sizeof f->view_max);
+  f->width = (unsigned)(plan->window_max[0] - plan->window_min[0]);
+  f->height = (unsigned)(plan->window_max[1] - plan->window_min[1]);
+}
+
 static void fill_header(const np_frame *f, neph_image *image) {
   np_image_header *header = &image->header;
   header->has_camera = true;
   np_camera_get_matrices(&f->assembly->camera, header->world_to_camera, header->world_to_ndc);
   header->has_window = true;
   for (int a = 0; a < 2; a++) {
-    header->data_min[a] = (int)f->desc->crop_min[a];
-    header->data_max[a] = (int)f->desc->crop_max[a] - 1;
+    header->data_min[a] = f->min[a];
+    header->data_max[a] = f->min[a] + (int)(a == 0 ? f->width : f->height) - 1;
     header->display_max[a] = (int)(a == 0 ? f->desc->width : f->desc->height) - 1;
   }
 }
@@ -152,8 +161,7 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->desc = desc;
   f->aovs = plan->aovs;
   f->monitor = monitor;
-  f->width = desc->crop_max[0] - desc->crop_min[0];
-  f->height = desc->crop_max[1] - desc->crop_min[1];
+  set_window(f, plan);
   np_channels_choose(plan, &scene->output, &f->channels);
   choose_integrator(f, plan, &scene->render);
   neph_result result = create_image(f, out_image);

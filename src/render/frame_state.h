@@ -35,12 +35,14 @@ typedef struct np_frame {
   float *planes[NP_CHANNELS_MAX];
   np_tile_total *totals;
   double dim[NP_BAND_COUNT]; /* radiances below this need not be as exact, relatively */
-  np_spread *pilots;         /* with a target error: those of the crop and one pixel around it */
-  np_pixel_state *pixels;    /* with a time limit: those of the crop */
+  np_spread *pilots;         /* with a target error: those rendered, and one pixel around them */
+  np_pixel_state *pixels;    /* with a time limit: those rendered */
   double *sums;              /* of each of them: [channel] */
   bool is_first_pass;
   bool is_cut;            /* by the time limit, before all samples were taken */
-  unsigned width, height; /* of the crop */
+  int min[2];             /* first pixel that is rendered */
+  int view_min[2], view_max[2]; /* of the whole picture with its overscan */
+  unsigned width, height;       /* of what is rendered */
   float blue_noise[NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE];
 } np_frame;
 

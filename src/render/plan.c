@@ -135,10 +135,22 @@ static np_scene_facts compute_facts(const neph_scene *scene, const np_plan *plan
 
 /* ---- Resources ---- */
 
-static void count_work(np_plan *plan) {
+/* An edge of the crop that is one of the picture's goes out by the overscan, so that tiles cover that too. */
+static void set_windows(np_plan *plan, const neph_scene *scene) {
   const neph_render_desc *desc = &plan->desc;
-  const uint64_t pixels = (uint64_t)(desc->crop_max[0] - desc->crop_min[0]) * (desc->crop_max[1] - desc->crop_min[1]);
-  plan->ray_count = pixels * desc->sample_count;
+  const unsigned size[2] = {desc->width, desc->height};
+  const int overscan = (int)scene->camera.overscan;
+  for (int k = 0; k < 2; k++) {
+    plan->view_min[k] = -overscan;
+    plan->view_max[k] = (int)size[k] + overscan;
+    plan->window_min[k] = desc->crop_min[k] == 0 ? plan->view_min[k] : (int)desc->crop_min[k];
+    plan->window_max[k] = desc->crop_max[k] == size[k] ? plan->view_max[k] : (int)desc->crop_max[k];
+  }
+}
+
+static void count_work(np_plan *plan) {
+  const uint64_t pixels = np_plan_count_pixels(plan);
+  plan->ray_count = pixels * plan->desc.sample_count;
   plan->film_bytes = pixels * (2 + (plan->has_beauty ? 3 : 0) + np_aovs_count_channels(plan->aovs)) * sizeof(float);
 }
 
@@ -176,6 +188,7 @@ static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, 
   neph_result result = np_scene_check(scene);
   if (!result) result = np_stores_get(scene, &plan->stores);
   if (!result) result = read_desc(scene, desc, &plan->desc);
+  if (!result) set_windows(plan, scene);
   return result;
 }
 

@@ -60,6 +60,8 @@ typedef struct np_plan {
   np_stores *stores;     /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
   struct np_tile_feed *feed; /* borrowed: to whom tiles are shown; NULL: nobody */
   neph_render_desc desc; /* the caller's over the scene's, checked */
+  int view_min[2], view_max[2];     /* pixels of the picture and its overscan; view_max is one past the last */
+  int window_min[2], window_max[2]; /* those of them that are rendered: the data window */
   unsigned sphere_size[2]; /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
   bool is_sky_alone;       /* without clouds and terrain */
   bool has_beauty;
@@ -79,6 +81,10 @@ typedef struct np_plan {
   double cloud_voxel_count; /* that hold cloud: a guess, by which work is judged */
   double light_cell_count;  /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;
+
+static inline uint64_t np_plan_count_pixels(const np_plan *plan) {
+  return (uint64_t)(plan->window_max[0] - plan->window_min[0]) * (uint64_t)(plan->window_max[1] - plan->window_min[1]);
+}
 
 static inline bool np_plan_needs(const np_plan *plan, np_stage stage) { return plan->stages[stage].is_needed; }
 

@@ -20,9 +20,10 @@ static float turn(float offset, double step, unsigned index) {
   return (float)(x - floor(x));
 }
 
-static np_camera_ray make_ray(const np_frame *f, unsigned x, unsigned y, unsigned sample, const float offset[3]) {
+static np_camera_ray make_ray(const np_frame *f, int x, int y, unsigned sample, const float offset[3]) {
   const float u = turn(offset[0], 0.7548776662466927, sample), v = turn(offset[1], 0.5698402909980532, sample);
-  const float noise = f->blue_noise[y % NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE + x % NP_BLUE_NOISE_EDGE];
+  const float noise =
+      f->blue_noise[(unsigned)y % NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE + (unsigned)x % NP_BLUE_NOISE_EDGE];
   const np_camera *camera = &f->assembly->camera;
   return (np_camera_ray){
       .origin = camera->origin,
@@ -33,7 +34,7 @@ static np_camera_ray make_ray(const np_frame *f, unsigned x, unsigned y, unsigne
 }
 
 /* Distance along the ray of the pixel's centre to where cloud hides half, or to ground; infinite past both. */
-static double compute_distance(const np_frame *f, unsigned x, unsigned y, np_vec3 *out_direction) {
+static double compute_distance(const np_frame *f, int x, int y, np_vec3 *out_direction) {
   const np_camera *camera = &f->assembly->camera;
   *out_direction = np_camera_direction(camera, (float)x + 0.5f, (float)y + 0.5f);
   const np_camera_ray ray = {.origin = camera->origin, .direction = *out_direction};
@@ -58,8 +59,8 @@ static float compute_optical_depth(const np_frame *f, const np_camera_ray *ray) 
 
 /* Light adds up: a scene under sun and moon is the scene under the one and under the other. Stars shine through what
  * the sample finds before them. */
-static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray,
-                             const unsigned pixel[2], np_random *random, np_integrator_sample *out) {
+static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray, const int pixel[2],
+                             np_random *random, np_integrator_sample *out) {
   f->integrate(&packet->lights[0].world, &packet->lights[0].lighting, &f->settings, ray, random, out);
   for (unsigned l = 1; l < packet->light_count; l++) {
     np_integrator_sample more;
@@ -76,7 +77,7 @@ static void integrate_packet(const np_frame *f, const np_packet *packet, const n
 
 /* One sample of the picture: every packet along the same path, its bands added up to colours before anything is
  * squared. What does not depend on wavelength is the first packet's. */
-static void integrate(const np_frame *f, const np_camera_ray *ray, const unsigned pixel[2], const np_random *random,
+static void integrate(const np_frame *f, const np_camera_ray *ray, const int pixel[2], const np_random *random,
                       np_integrator_sample *out) {
   const np_assembly *a = f->assembly;
   np_random first_random = *random;
@@ -96,14 +97,13 @@ static void integrate(const np_frame *f, const np_camera_ray *ray, const unsigne
 
 static void clear_sums(const np_frame *f, double *sums) { memset(sums, 0, f->channels.sum_count * sizeof *sums); }
 
-static np_random start_random(const np_frame *f, const unsigned at[2], uint32_t sample) {
-  return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, at[0], at[1], sample);
+static np_random start_random(const np_frame *f, const int at[2], uint32_t sample) {
+  return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, (uint32_t)at[0], (uint32_t)at[1], sample);
 }
 
 /* The pixel's samples up to `end`, added to `sums` and to its spread: fewer where the monitor stops it, which makes the
  * one under way void. A leaf that the pixel has begun, its first, is all of its sums, and is gone on with. */
-static neph_result sample_pixel(const np_frame *f, const unsigned at[2], uint32_t end, np_pixel_state *p,
-                                double *sums) {
+static neph_result sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p, double *sums) {
   np_film_accumulator accumulator;
   const uint32_t begun = p->next % NP_FILM_LEAF_SAMPLES;
   np_film_accumulator_begin(&accumulator, f->channels.sum_count, p->next - begun);
@@ -152,15 +152,18 @@ static uint32_t round_up_to_leaf(double count) {
  * spread of a first set of samples, the pilot, says how many the second needs, and only the second is kept. A pixel
  * that stopped when its own samples happened to agree would be too dark where bright ones are rare; this one knows
  * nothing of them. A pilot speaks for the pixels around it too, since a cloud's edge may hide from sixteen samples. */
+static bool is_in_view(const np_frame *f, const int at[2]) {
+  return at[0] >= f->view_min[0] && at[0] < f->view_max[0] && at[1] >= f->view_min[1] && at[1] < f->view_max[1];
+}
+
 static neph_result fly_pilots(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const np_frame *f = user;
   const neph_render_desc *d = f->desc;
   for (size_t row = begin; row < end; row++)
     for (unsigned column = 0; column < f->width + 2; column++) {
-      /* One less than the crop's first pixel wraps around to a number beyond any picture. */
-      const unsigned at[2] = {d->crop_min[0] + column - 1u, d->crop_min[1] + (unsigned)row - 1u};
-      if (at[0] >= d->width || at[1] >= d->height) continue;
+      const int at[2] = {f->min[0] + (int)column - 1, f->min[1] + (int)row - 1};
+      if (!is_in_view(f, at)) continue;
       np_pixel_state p = {.next = 0};
       double unused[NP_CHANNELS_MAX];
       clear_sums(f, unused);
@@ -172,9 +175,9 @@ static neph_result fly_pilots(void *user, size_t begin, size_t end, unsigned thr
 }
 
 /* Samples that a pixel needs by the pilots of itself and its neighbours; 0 where there are none. */
-static double count_needed(const np_frame *f, const unsigned at[2]) {
+static double count_needed(const np_frame *f, const int at[2]) {
   double mean[NP_BAND_COUNT] = {0}, variance[NP_BAND_COUNT] = {0}, worst = 0.0;
-  const size_t x = at[0] - f->desc->crop_min[0], y = at[1] - f->desc->crop_min[1];
+  const size_t x = (size_t)(at[0] - f->min[0]), y = (size_t)(at[1] - f->min[1]);
   unsigned count = 0;
   for (size_t n = 0; n < 9; n++) {
     const np_spread *pilot = &f->pilots[(y + n / 3) * (f->width + 2) + x + n % 3];
@@ -189,7 +192,7 @@ static double count_needed(const np_frame *f, const unsigned at[2]) {
   return worst / (f->desc->target_error * f->desc->target_error);
 }
 
-static np_pixel_state start_pixel(const np_frame *f, const unsigned at[2]) {
+static np_pixel_state start_pixel(const np_frame *f, const int at[2]) {
   const neph_render_desc *d = f->desc;
   if (!np_frame_has_target(f)) return (np_pixel_state){.end = d->sample_count};
   const uint32_t begin = round_up_to_leaf(d->sample_count);
@@ -197,7 +200,7 @@ static np_pixel_state start_pixel(const np_frame *f, const unsigned at[2]) {
   return (np_pixel_state){.next = begin, .end = begin + round_up_to_leaf(count)};
 }
 
-static void finish_pixel(const np_frame *f, const unsigned at[2], const np_pixel_state *p, const double *sums,
+static void finish_pixel(const np_frame *f, const int at[2], const np_pixel_state *p, const double *sums,
                          np_tile_total *total) {
   np_pixel_facts facts = {.spread = p->spread};
   np_vec3 direction;
@@ -206,7 +209,7 @@ static void finish_pixel(const np_frame *f, const unsigned at[2], const np_pixel
                                       : -facts.distance * (double)np_vec3_dot(direction, f->assembly->camera.back);
   float values[NP_CHANNELS_MAX];
   np_channels_finish(&f->channels, sums, &facts, values);
-  const size_t index = (size_t)(at[1] - f->desc->crop_min[1]) * f->width + (at[0] - f->desc->crop_min[0]);
+  const size_t index = (size_t)(at[1] - f->min[1]) * f->width + (size_t)(at[0] - f->min[0]);
   for (unsigned c = 0; c < f->channels.count; c++) f->planes[c][index] = values[c];
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
     total->sum[b] += p->spread.mean[b];
@@ -218,7 +221,7 @@ static void finish_pixel(const np_frame *f, const unsigned at[2], const np_pixel
 }
 
 /* Without a time limit: all of a pixel at once. */
-static neph_result render_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
+static neph_result render_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   (void)index;
   np_pixel_state p = start_pixel(f, at);
   double sums[NP_CHANNELS_MAX];
@@ -229,7 +232,7 @@ static neph_result render_pixel(const np_frame *f, const unsigned at[2], size_t 
 }
 
 /* With one: a sample of every pixel, then the rest of its first leaf, then leaf after leaf. */
-static neph_result extend_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
+static neph_result extend_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   (void)total;
   np_pixel_state *p = &f->pixels[index];
   if (f->is_first_pass) *p = start_pixel(f, at);
@@ -239,14 +242,14 @@ static neph_result extend_pixel(const np_frame *f, const unsigned at[2], size_t 
   return sample_pixel(f, at, end < p->end ? end : p->end, p, f->sums + index * f->channels.sum_count);
 }
 
-static neph_result close_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
+static neph_result close_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   finish_pixel(f, at, &f->pixels[index], f->sums + index * f->channels.sum_count, total);
   return NEPH_OK;
 }
 
 /* ---- Tiles ---- */
 
-typedef neph_result pixel_step_fn(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total);
+typedef neph_result pixel_step_fn(const np_frame *f, const int at[2], size_t index, np_tile_total *total);
 
 typedef struct tile_job {
   const np_frame *f;
@@ -264,7 +267,7 @@ static neph_result render_tiles(void *user, size_t begin, size_t end, unsigned t
     const unsigned y0 = (unsigned)(tile / tiles_across) * NP_TILE_EDGE;
     for (unsigned y = y0; y < y0 + NP_TILE_EDGE && y < f->height; y++)
       for (unsigned x = x0; x < x0 + NP_TILE_EDGE && x < f->width; x++) {
-        const unsigned at[2] = {f->desc->crop_min[0] + x, f->desc->crop_min[1] + y};
+        const int at[2] = {f->min[0] + (int)x, f->min[1] + (int)y};
         neph_result result = job->step(f, at, (size_t)y * f->width + x, &f->totals[tile]);
         if (result) return result;
       }
@@ -315,7 +318,7 @@ static neph_result run_until(np_frame *f, double end_s, neph_result (*run)(np_fr
 static neph_result run_pass(np_frame *f) { return run_tiles(f, extend_pixel, false); }
 
 /* What the samples so far make of a pixel, for who looks on. */
-static neph_result preview_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
+static neph_result preview_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   (void)total;
   np_tile_total unused = {.samples = 0};
   return close_pixel(f, at, index, &unused);

@@ -84,7 +84,7 @@ static np_spectrum compute_pixel(const sky_image *s, unsigned x, size_t y) {
   const np_assembly *a = s->assembly;
   np_spectrum color = compute_color(a, direction_of(s, x + 0.5, (double)y + 0.5));
   for (unsigned p = 0; p < a->packet_count; p++)
-    color = np_packet_add_color(&a->packets[p], color, np_star_field_get(&a->packets[p].stars, x, (unsigned)y));
+    color = np_packet_add_color(&a->packets[p], color, np_star_field_get(&a->packets[p].stars, (int)x, (int)y));
   return color;
 }
 

@@ -233,7 +233,6 @@ void np_stage_clear_ground_clouds(const np_stage_part *in) { np_ground_light_cle
 /* Rays through every so many pixels of the picture; those about the crop, and two more, of which neighbours and
  * pixels' filters take part. */
 static np_air_rays make_air_rays(const np_camera *c, const np_plan *plan) {
-  const neph_render_desc *desc = &plan->desc;
   const unsigned spacing = plan->air_ray_spacing;
   const float step = 2.0f * c->tan_half_width * (float)spacing / (float)c->width;
   np_air_rays rays = {.origin = c->origin,
@@ -243,8 +242,8 @@ static np_air_rays make_air_rays(const np_camera *c, const np_plan *plan) {
   const unsigned whole[2] = {c->width, c->height};
   for (int k = 0; k < 2; k++) {
     rays.middle[k] = 0.5f * (float)whole[k] / (float)spacing;
-    rays.begin[k] = (int32_t)(desc->crop_min[k] / spacing) - 2;
-    rays.end[k] = (int32_t)(desc->crop_max[k] / spacing) + 4;
+    rays.begin[k] = (int32_t)floor((double)plan->window_min[k] / spacing) - 2;
+    rays.end[k] = (int32_t)floor((double)plan->window_max[k] / spacing) + 4;
     rays.whole_end[k] = (int32_t)(whole[k] / spacing) + 1;
   }
   return rays;

@@ -13,14 +13,16 @@ typedef struct film_point {
   double x, y; /* pixels from the top left */
 } film_point;
 
-static bool project_pinhole(const np_camera *camera, np_dvec3 direction, film_point *out) {
+static bool project_pinhole(const np_star_field_desc *d, np_dvec3 direction, film_point *out) {
+  const np_camera *camera = d->camera;
   const np_dvec3 right = np_vec3_to_double(camera->right), up = np_vec3_to_double(camera->up);
   const double depth = -np_dvec3_dot(direction, np_vec3_to_double(camera->back));
   if (depth <= 1e-6) return false;
   const double across = np_dvec3_dot(direction, right) / depth / (double)camera->tan_half_width;
   const double upward = np_dvec3_dot(direction, up) / depth / (double)camera->tan_half_height;
   *out = (film_point){0.5 * (1.0 + across) * camera->width, 0.5 * (1.0 - upward) * camera->height};
-  return out->x > -1.0 && out->y > -1.0 && out->x < camera->width + 1.0 && out->y < camera->height + 1.0;
+  const double beyond = d->overscan + 1.0;
+  return out->x > -beyond && out->y > -beyond && out->x < camera->width + beyond && out->y < camera->height + beyond;
 }
 
 static film_point project_sphere(const np_star_field_desc *d, np_dvec3 direction) {
@@ -31,13 +33,13 @@ static film_point project_sphere(const np_star_field_desc *d, np_dvec3 direction
 }
 
 static bool project(const np_star_field_desc *d, np_dvec3 direction, film_point *out) {
-  if (d->camera) return project_pinhole(d->camera, direction, out);
+  if (d->camera) return project_pinhole(d, direction, out);
   *out = project_sphere(d, direction);
   return true;
 }
 
 /* A pinhole's pixels lie on a plane: their solid angle goes with the cosine's cube. */
-static double compute_solid_angle(const np_star_field_desc *d, unsigned x, unsigned y) {
+static double compute_solid_angle(const np_star_field_desc *d, int x, int y) {
   const np_camera *camera = d->camera;
   if (!camera) return 2.0 * NP_PI / d->width * (cos(NP_PI * y / d->height) - cos(NP_PI * (y + 1.0) / d->height));
   const np_vec3 direction = np_camera_direction(camera, (float)x + 0.5f, (float)y + 0.5f);
@@ -76,10 +78,10 @@ static void add_pixel(const np_star_field_desc *d, long x, long y, double share,
                       np_star_field *field) {
   if (!d->camera) x = (x + (long)d->width) % (long)d->width;
   if (!d->camera) y = y < 0 ? 0 : y >= (long)d->height ? (long)d->height - 1 : y;
-  if (!(share > 0.0) || x < 0 || y < 0 || x >= (long)d->width || y >= (long)d->height) return;
-  const double scale = share / compute_solid_angle(d, (unsigned)x, (unsigned)y);
-  field->pixels[field->count++] =
-      (np_star_pixel){(unsigned)x, (unsigned)y, np_spectrum_scale(irradiance, (float)scale)};
+  const long low = -d->overscan, right = (long)d->width + d->overscan, bottom = (long)d->height + d->overscan;
+  if (!(share > 0.0) || x < low || y < low || x >= right || y >= bottom) return;
+  const double scale = share / compute_solid_angle(d, (int)x, (int)y);
+  field->pixels[field->count++] = (np_star_pixel){(int)x, (int)y, np_spectrum_scale(irradiance, (float)scale)};
 }
 
 static void add_star(const np_star_field_desc *d, size_t index, np_star_field *field) {
@@ -135,7 +137,7 @@ void np_star_field_clear(np_star_field *field) {
   *field = (np_star_field){0};
 }
 
-np_spectrum np_star_field_get(const np_star_field *field, unsigned x, unsigned y) {
+np_spectrum np_star_field_get(const np_star_field *field, int x, int y) {
   if (!field->count) return np_spectrum_grey(0.0f);
   const np_star_pixel key = {.x = x, .y = y};
   const np_star_pixel *found = bsearch(&key, field->pixels, field->count, sizeof key, compare_pixels);

@@ -85,6 +85,10 @@ static const np_key keys[] = {
      .meaning = "turns the camera clockwise about its view, and what it sees the other way"},
     {.path = "camera.resolution", .type = NP_KEY_INTEGER, .field = SCENE(camera.resolution), .range = WITHIN(1, 65536),
      .fallback = "960, 540", .meaning = "width and height of the picture in pixels"},
+    {.path = "camera.overscan", .type = NP_KEY_INTEGER, .field = SCENE(camera.overscan), .range = WITHIN(0, 8192),
+     .fallback = "0",
+     .meaning = "pixels rendered beyond each edge of the picture: the data window is larger than the display window, "
+                "in which nothing changes"},
 
     {.path = "sun", .type = NP_KEY_SECTION, .meaning = "the sun, by elevation and azimuth, or by time"},
     {.path = "sun.elevation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(sun.elevation_rad),

@@ -24,6 +24,7 @@ typedef struct np_scene_camera {
   double roll_rad;
   double fov_rad; /* horizontal */
   unsigned resolution[2];
+  unsigned overscan; /* pixels rendered beyond each edge of the picture */
 } np_scene_camera;
 
 typedef struct np_scene_sun {
