@@ -130,7 +130,7 @@ unsigned np_image_choose_channels(const neph_image *image, unsigned *out_indices
 
 bool np_image_is_float_channel(const char *name) {
   static const char *const names[] = {"Z", "depth", "distance", "mean_distance", "position", "sample_count"};
-  static const char *const layers[] = {"P.", "position.", "variance."};
+  static const char *const layers[] = {"P.", "position.", "variance.", "Crypto"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
     if (!strcmp(name, names[i])) return true;
   for (size_t i = 0; i < sizeof layers / sizeof *layers; i++)

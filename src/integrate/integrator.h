@@ -37,6 +37,8 @@ typedef struct np_integrator_settings {
   float lost_share;        /* of the paths that this limit cuts, those followed to learn what is lost; 0: none */
   bool is_split;           /* paths are guided and split by the view's solution of the multiple scattering */
   bool has_sun_share;      /* the picture asks for np_opaque's */
+  bool has_holdout;        /* some cloud is held out */
+  bool is_ground_held_out; /* it hides what is behind it, and does not show */
   bool is_air_traced;      /* paths go on through air and from ground; else tables answer for both */
   neph_multiple_scattering multiple_scattering; /* of the march, where it is not solved for */
   np_approximation approximation;
@@ -46,17 +48,24 @@ typedef struct np_integrator_settings {
   const np_monitor *monitor; /* ends paths under way, whose samples are then void, when it is cancelled; may be NULL */
 } np_integrator_settings;
 
+/* Facts of a ray that few pictures ask for, added up beside its sample. */
+typedef struct np_integrator_layers {
+  float cloud_opacity[NP_INSTANCES_MAX]; /* of each cloud of the scene that is not held out, as it is seen */
+} np_integrator_layers;
+
 typedef struct np_camera_ray {
   np_dvec3 origin;
   np_vec3 direction; /* unit */
   float jitter;      /* 0 to 1: where in its step the march samples */
   float choice;      /* 0 to 1, even over all seeds: where the tracer looks first in the air */
+  np_integrator_layers *layers; /* NULL: not asked for */
 } np_camera_ray;
 
 typedef struct np_integrator_sample {
   np_spectrum component[NP_COMPONENT_ALL]; /* W m⁻² sr⁻¹ nm⁻¹ */
   np_spectrum lost;                        /* estimate of what the limit on scatterings took from them */
   float transmittance;                     /* through cloud alone, to what lies behind */
+  float held_out;                          /* share of the ray that clouds hide which do not show */
   bool is_ground_behind;
   /* Sums over what hides what lies behind it, cloud and ground, each weighted by how much it hides: in the mean
    * 1 − transmittance in all, 1 with ground. */
@@ -83,6 +92,11 @@ static inline void np_integrator_add_opaque(np_integrator_sample *sample, float 
   sample->opaque_albedo = np_spectrum_add_scaled(sample->opaque_albedo, weight, opaque->albedo);
   sample->opaque_normal = np_vec3_add(sample->opaque_normal, np_vec3_scale(opaque->normal, weight));
   sample->opaque_sun_share += weight * opaque->sun_share;
+}
+
+/* Counts `weight` of the opacity of one cloud. */
+static inline void np_integrator_add_cloud(const np_camera_ray *ray, const np_instance *cloud, float weight) {
+  if (ray->layers && !cloud->is_held_out) ray->layers->cloud_opacity[cloud->number] += weight;
 }
 
 typedef void (*np_integrator_fn)(const np_world *world, const np_lighting *lighting,

@@ -171,6 +171,14 @@ static void start(np_march *m, const np_world *world, const np_lighting *lightin
   m->out = out;
 }
 
+/* What lies behind and is seen by the forward peak alone; of all clouds' peaks, those that show. */
+static np_spectrum get_peak_weight(const np_march *m) {
+  const np_spectrum weight = np_spectrum_subtract(m->scaled, np_spectrum_grey(m->transmittance));
+  if (!m->settings->has_holdout) return weight;
+  const float shown = m->out->opaque_weight, all = shown + m->out->held_out;
+  return np_spectrum_scale(weight, all > 0.0f ? shown / all : 0.0f);
+}
+
 void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighting,
                                 const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
                                 np_integrator_sample *out) {
@@ -193,14 +201,14 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
   }
   if (world->emission) add_emission(&m, out->is_ground_behind ? hit.distance_m : HUGE_VAL);
   out->transmittance = m.transmittance;
+  const np_spectrum peak_weight = get_peak_weight(&m);
   if (out->is_ground_behind)
     np_surroundings_add_opaque_ground(world, lighting, settings, &hit, m.transmittance,
                                       NP_KERNEL(np_march_sun_transmittance), random, out);
   np_surroundings_add_behind(world, lighting, settings, ray, out->is_ground_behind ? &hit : NULL, m.transmittance,
                              NP_KERNEL(np_march_shadow), random, out);
   if (m.field)
-    np_surroundings_add_peak(world, lighting, settings, ray, out->is_ground_behind ? &hit : NULL,
-                             np_spectrum_subtract(m.scaled, np_spectrum_grey(m.transmittance)),
+    np_surroundings_add_peak(world, lighting, settings, ray, out->is_ground_behind ? &hit : NULL, peak_weight,
                              NP_KERNEL(np_march_shadow), random, out);
 }
 

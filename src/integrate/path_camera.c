@@ -66,7 +66,14 @@ static cloud_hit sample_cloud(const np_tracer *t, const np_camera_ray *ray, doub
   return hit;
 }
 
+static bool is_shown(const cloud_hit *hit) { return !isinf(hit->distance) && !hit->volume->is_held_out; }
+
 static void add_opaque_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit) {
+  if (hit->volume->is_held_out) {
+    t->out->held_out = hit->weight;
+    return;
+  }
+  np_integrator_add_cloud(ray, hit->volume, hit->weight);
   const np_dvec3 position = np_dvec3_along(ray->origin, ray->direction, hit->distance);
   const float sun_share =
       np_surroundings_get_sun_share(t->world, t->lighting, t->settings, position, np_path_shadow, t->random);
@@ -94,7 +101,7 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
 
 static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud,
                            const np_ground_hit *ground) {
-  if (!isinf(cloud->distance)) add_cloud_by_tables(t, ray, cloud);
+  if (is_shown(cloud)) add_cloud_by_tables(t, ray, cloud);
   np_surroundings_add_behind(t->world, t->lighting, t->settings, ray, ground, t->out->transmittance, np_path_shadow,
                              t->random, t->out);
 }
@@ -161,8 +168,8 @@ static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_gr
 static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud, const np_ground_hit *ground) {
   const bool is_cloud = !isinf(cloud->distance), is_behind = t->out->transmittance > 0.0f;
   const bool is_cloud_end = is_cloud && (!is_behind || np_random_float(t->random) < cloud->weight);
-  if (is_cloud) add_cloud(t, ray, cloud, is_cloud_end);
-  if (is_behind) add_behind(t, ray, ground, !is_cloud_end);
+  if (is_shown(cloud)) add_cloud(t, ray, cloud, is_cloud_end);
+  if (is_behind && !(ground && t->settings->is_ground_held_out)) add_behind(t, ray, ground, !is_cloud_end);
 }
 
 /* The sun's disk outshines what hides it: whether a ray's flight happens to pass the clouds is no measure of it. */
@@ -170,6 +177,15 @@ static void look_for_disks(const np_tracer *t, const np_camera_ray *ray) {
   if (np_spectrum_is_zero(np_world_disk_radiance(t->world, ray->direction))) return;
   t->out->transmittance =
       np_track_transmittance(&t->world->clouds, ray->origin, ray->direction, INFINITY, np_track_faint_depth, t->random);
+}
+
+static void look_at_emission(const np_tracer *t, const np_camera_ray *ray, double distance_end) {
+  const np_emission *emission = t->world->emission;
+  for (unsigned g = 0; g < emission->emitter_count; g++)
+    if (!emission->emitters[g].is_held_out)
+      np_path_add(t->out, NP_COMPONENT_EMISSION,
+                  np_emitter_along(t->world, &emission->emitters[g], ray->origin, ray->direction, distance_end, 1.0f,
+                                   true, t->random));
 }
 
 void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lighting,
@@ -182,9 +198,7 @@ void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lightin
   np_ground_hit ground;
   out->is_ground_behind = np_world_intersect_ground(world, ray->origin, ray->direction, &ground);
   const double distance_end = out->is_ground_behind ? ground.distance_m : HUGE_VAL;
-  if (world->emission)
-    np_path_add(out, NP_COMPONENT_EMISSION,
-                np_emission_along(world, ray->origin, ray->direction, distance_end, 1.0f, true, random));
+  if (world->emission) look_at_emission(&t, ray, distance_end);
   const cloud_hit cloud = sample_cloud(&t, ray, distance_end);
   if (!isinf(cloud.distance)) add_opaque_cloud(&t, ray, &cloud);
   if (out->is_ground_behind)

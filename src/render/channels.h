@@ -43,16 +43,27 @@ struct np_channel {
 };
 
 struct np_channels {
-  unsigned count;     /* of the picture */
-  unsigned sum_count; /* the same, and sums behind them that the picture's channels divide by */
-  unsigned opaque;    /* number of the sum of the opacity; NP_CHANNEL_NONE: nobody asks */
+  unsigned count;                        /* of the picture */
+  unsigned sum_count;                    /* the same, and sums behind them that the picture's channels divide by */
+  unsigned opaque;                       /* number of the sum of the opacity; NP_CHANNEL_NONE: nobody asks */
+  unsigned mattes, matte_count;          /* number of the first matte's sum; of all, the ground's last; 0: none */
+  float matte_ids[NP_INSTANCES_MAX + 1]; /* identifiers of a Cryptomatte */
+  bool is_ground_held_out;
   np_channel channel[NP_CHANNELS_MAX];
   unsigned beauty; /* components of the picture */
   float scale;     /* on radiances */
 };
 
-/* The picture's own channels and the plan's AOVs. */
-void np_channels_choose(const np_plan *plan, const np_scene_output *output, np_channels *out);
+/* A sum; a channel of the picture too where it has a name. */
+void np_channels_add(np_channels *channels, const char *name, np_channel_kind kind, unsigned part);
+
+/* A band of some components of a sample, bits of them set. */
+float np_channels_sum_components(const np_channels *channels, unsigned components, unsigned band,
+                                 const np_integrator_sample *sample);
+
+/* The mean over the samples, as a channel's `finish`. */
+double np_channel_finish_mean(const np_channels *channels, const np_channel *channel, const double *sums,
+                              const np_pixel_facts *facts);
 
 /* What one sample adds to the sum of each channel. */
 void np_channels_read(const np_channels *channels, const np_camera_ray *ray, const np_integrator_sample *sample,

@@ -4,6 +4,8 @@
 
 #include "core/alloc.h"
 #include "image/image_private.h"
+#include "render/channel_mattes.h"
+#include "render/channel_table.h"
 #include "render/frame.h"
 #include "render/frame_state.h"
 #include "render/integrator_choice.h"
@@ -21,14 +23,17 @@ static bool has_limit(const np_frame *f, const np_plan *plan) {
   return is_lit(plan) && f->desc->integrator == NEPH_INTEGRATOR_PATH && f->desc->scattering_max != NEPH_SCATTERINGS_ALL;
 }
 
-static void choose_integrator(np_frame *f, const np_plan *plan, const np_scene_render *render) {
+static void choose_integrator(np_frame *f, const np_plan *plan, const neph_scene *scene) {
   const bool is_approximated = np_plan_needs(plan, NP_STAGE_APPROXIMATION);
-  np_integrator_choice_make(render, is_approximated ? f->desc->multiple_scattering : NEPH_MULTIPLE_SCATTERING_NONE,
-                            &f->settings);
+  np_integrator_choice_make(
+      &scene->render, is_approximated ? f->desc->multiple_scattering : NEPH_MULTIPLE_SCATTERING_NONE, &f->settings);
   f->settings.scattering_max = is_lit(plan) ? f->desc->scattering_max : 0;
   f->settings.is_split = f->desc->path_guiding == NEPH_PATH_GUIDING_ADJOINT && np_plan_needs(plan, NP_STAGE_ORDINATES);
   f->settings.is_air_traced = is_lit(plan) && np_plan_traces_air(plan);
   f->settings.has_sun_share = plan->aovs & NP_AOV_SHADOW;
+  for (unsigned i = 0; i < f->assembly->cloud_count; i++)
+    f->settings.has_holdout = f->settings.has_holdout || scene->clouds[i].is_held_out;
+  f->settings.is_ground_held_out = f->channels.is_ground_held_out;
   f->settings.lost_share = has_limit(f, plan) ? lost_share : 0.0f;
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->assembly->context));
   f->integrate = f->desc->integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;
@@ -160,11 +165,13 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->assembly = assembly;
   f->desc = desc;
   f->aovs = plan->aovs;
+  f->has_layers = plan->aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE);
   f->monitor = monitor;
   set_window(f, plan);
-  np_channels_choose(plan, &scene->output, &f->channels);
-  choose_integrator(f, plan, &scene->render);
+  np_channels_choose(plan, scene, &f->channels);
+  choose_integrator(f, plan, scene);
   neph_result result = create_image(f, out_image);
+  if (!result && plan->aovs & NP_AOV_CRYPTOMATTE) result = np_channels_write_manifest(scene, *out_image);
   if (!result) result = integrate_frame(f, *out_image);
   if (result) {
     neph_image_destroy(*out_image);

@@ -31,6 +31,7 @@ typedef struct np_frame {
   np_integrator_fn integrate;
   np_half_distance_fn half_distance;
   unsigned aovs; /* of np_aov */
+  bool has_layers; /* beside its samples: np_integrator_layers */
   np_channels channels;
   float *planes[NP_CHANNELS_MAX];
   np_tile_total *totals;

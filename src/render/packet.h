@@ -100,6 +100,8 @@ static inline np_spectrum np_packet_convert(const np_packet *packet, np_band_rul
 static inline np_instance np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly,
                                           unsigned cloud) {
   np_instance placed = assembly->clouds[cloud].placed;
+  placed.number = cloud;
+  placed.is_held_out = scene->clouds[cloud].is_held_out;
   placed.albedo = np_packet_convert(packet, NP_BAND_LINEAR, scene->clouds[cloud].albedo);
   return placed;
 }

@@ -148,10 +148,11 @@ static void set_windows(np_plan *plan, const neph_scene *scene) {
   }
 }
 
-static void count_work(np_plan *plan) {
+static void count_work(np_plan *plan, const neph_scene *scene) {
   const uint64_t pixels = np_plan_count_pixels(plan);
   plan->ray_count = pixels * plan->desc.sample_count;
-  plan->film_bytes = pixels * (2 + (plan->has_beauty ? 3 : 0) + np_aovs_count_channels(plan->aovs)) * sizeof(float);
+  const unsigned own = plan->has_beauty ? 5 : 2;
+  plan->film_bytes = pixels * (own + np_aovs_count_channels(plan->aovs, scene->cloud_count)) * sizeof(float);
 }
 
 /* One sample says nothing about its error. */
@@ -198,7 +199,7 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   if (!result) result = check_samples(out_plan);
   if (!result) result = compute_lights(out_plan, scene);
   if (result) return result;
-  count_work(out_plan);
+  count_work(out_plan, scene);
   const np_scene_facts facts = compute_facts(scene, out_plan);
   return decide_stages(out_plan, scene, &facts);
 }

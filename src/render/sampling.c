@@ -62,9 +62,11 @@ static float compute_optical_depth(const np_frame *f, const np_camera_ray *ray) 
 static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray, const int pixel[2],
                              np_random *random, np_integrator_sample *out) {
   f->integrate(&packet->lights[0].world, &packet->lights[0].lighting, &f->settings, ray, random, out);
+  np_camera_ray same = *ray;
+  same.layers = NULL;
   for (unsigned l = 1; l < packet->light_count; l++) {
     np_integrator_sample more;
-    f->integrate(&packet->lights[l].world, &packet->lights[l].lighting, &f->settings, ray, random, &more);
+    f->integrate(&packet->lights[l].world, &packet->lights[l].lighting, &f->settings, &same, random, &more);
     for (int c = 0; c < NP_COMPONENT_ALL; c++)
       out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
     out->lost = np_spectrum_add(out->lost, more.lost);
@@ -97,6 +99,11 @@ static void integrate(const np_frame *f, const np_camera_ray *ray, const int pix
 
 static void clear_sums(const np_frame *f, double *sums) { memset(sums, 0, f->channels.sum_count * sizeof *sums); }
 
+static np_integrator_layers *clear_layers(np_integrator_layers *layers) {
+  memset(layers->cloud_opacity, 0, sizeof layers->cloud_opacity);
+  return layers;
+}
+
 static np_random start_random(const np_frame *f, const int at[2], uint32_t sample) {
   return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, (uint32_t)at[0], (uint32_t)at[1], sample);
 }
@@ -112,7 +119,9 @@ static neph_result sample_pixel(const np_frame *f, const int at[2], uint32_t end
   const float offset[3] = {np_random_float(&shift), np_random_float(&shift), np_random_float(&shift)};
   for (; p->next < end; p->next++) {
     const np_random random = start_random(f, at, p->next);
-    const np_camera_ray ray = make_ray(f, at[0], at[1], p->next, offset);
+    np_integrator_layers layers;
+    np_camera_ray ray = make_ray(f, at[0], at[1], p->next, offset);
+    if (f->has_layers) ray.layers = clear_layers(&layers);
     np_integrator_sample sample;
     integrate(f, &ray, at, &random, &sample);
     if (f->aovs & NP_AOV_OPTICAL_DEPTH) sample.optical_depth = compute_optical_depth(f, &ray);

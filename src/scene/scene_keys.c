@@ -355,6 +355,9 @@ static const np_key keys[] = {
     {.path = "clouds[].emission.strength", .type = NP_KEY_REAL, .field = CLOUD(emission.strength),
      .range = WITHIN(0, 1e12), .fallback = "1", .meaning = "factor on the emission"},
 
+    {.path = "clouds[].holdout", .type = NP_KEY_CHOICE, .choices = booleans, .field = CLOUD(is_held_out),
+     .fallback = "false",
+     .meaning = "true: the cloud hides what is behind it and lights and shades the others, and does not show itself"},
     {.path = "clouds[].bake", .type = NP_KEY_SECTION, .tag = CLOUD(is_baked), .tag_value = true,
      .meaning = "a cloud from noise; its values are extinction in 1/m"},
     {.path = "clouds[].bake.preset", .type = NP_KEY_PRESET, .field = CLOUD(preset),
@@ -463,6 +466,8 @@ static const np_key keys[] = {
     {.path = "terrain.albedo", .type = NP_KEY_REAL, .field = SCENE(terrain.desc.ground_albedo),
      .is_grey_allowed = true, .range = WITHIN(0, 1), .fallback = "0.2",
      .meaning = "share of the light that the ground reflects, at 680, 550 and 440 nm"},
+    {.path = "terrain.holdout", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(terrain.is_held_out),
+     .fallback = "false", .meaning = "true: the ground hides what is behind it, and does not show itself"},
     {.path = "terrain.width", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(terrain.desc.width_m),
      .range = WITHIN(1, 1e7), .fallback = "30 km", .meaning = "width along x, of pictures and ridges"},
     {.path = "terrain.height_min", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,

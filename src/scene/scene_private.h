@@ -142,6 +142,7 @@ typedef struct np_scene_cloud {
   char *phase_table; /* file, resolved */
   np_phase phase;    /* of the source; isotropic for a table, until it is read */
   np_scene_emission emission;
+  bool is_held_out; /* hides, and does not show */
 } np_scene_cloud;
 
 typedef struct np_scene_terrain {
@@ -150,6 +151,7 @@ typedef struct np_scene_terrain {
   char *heightfield; /* file, resolved */
   neph_terrain_desc desc;
   neph_ridges_desc ridges;
+  bool is_held_out; /* the ground, the sphere's too: hides, and does not show */
 } np_scene_terrain;
 
 static inline np_terrain_source np_scene_terrain_get_source(const np_scene_terrain *terrain) {
