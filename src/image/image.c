@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "image/deep.h"
 #include "image/image_private.h"
 
 #include <string.h>
@@ -82,6 +83,7 @@ void neph_image_destroy(neph_image *image) {
     np_alloc_free(context, image->attributes[i].name);
     np_alloc_free(context, image->attributes[i].value);
   }
+  np_image_clear_deep(image);
   np_alloc_free(context, image->channels);
   np_alloc_free(context, image->attributes);
   np_alloc_free(context, image);

@@ -42,6 +42,7 @@ struct neph_image {
   np_image_channel *channels;
   np_image_attribute *attributes;
   np_image_header header;
+  struct np_deep_pixel *deep; /* of each pixel; NULL: the image is flat */
 };
 
 /* As neph_image_create; without values only a header can be kept. */

@@ -96,11 +96,17 @@ static inline double np_emission_draw_place(double begin, double end, double ext
   return begin + *out_depth / extinction;
 }
 
+/* Emission has no opacity. */
+static inline void np_emission_record(np_integrator_layers *layers, double begin, double end, np_spectrum light) {
+  np_integrator_add_depth(layers, (np_depth_record){.begin = (float)begin, .end = (float)end, .light = light});
+}
+
 /* ∫ j·T ds of one emitter along a ray, T through clouds, and, where `has_air`, through air: the camera's, or what is
- * traced. In each step one place; what is faint is ended by Russian roulette. */
+ * traced. In each step one place; what is faint is ended by Russian roulette. Recorded by depth in `layers`, unless it
+ * is NULL. */
 static inline np_spectrum np_emitter_along(const np_world *world, const np_emitter *emitter, np_dvec3 origin,
                                            np_vec3 direction, double distance_end, float step_voxels, bool has_air,
-                                           np_random *random) {
+                                           np_random *random, np_integrator_layers *layers) {
   np_spectrum sum = np_spectrum_grey(0.0f);
   np_depth_cursors clouds;
   np_emitter_walk w;
@@ -120,7 +126,9 @@ static inline np_spectrum np_emitter_along(const np_world *world, const np_emitt
     np_spectrum light = np_emitter_walk_eval(&w, world->emission, t);
     if (np_spectrum_is_zero(light)) continue;
     if (has_air) light = np_emission_dim(world, origin, direction, t, light);
-    sum = np_spectrum_add_scaled(sum, (float)(weight * exp(drawn_depth - depth)), light);
+    light = np_spectrum_scale(light, (float)(weight * exp(drawn_depth - depth)));
+    sum = np_spectrum_add(sum, light);
+    if (layers) np_emission_record(layers, begin, end, light);
   }
   return sum;
 }
@@ -131,7 +139,7 @@ static inline np_spectrum np_emission_along(const np_world *world, np_dvec3 orig
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (unsigned g = 0; g < world->emission->emitter_count; g++)
     sum = np_spectrum_add(sum, np_emitter_along(world, &world->emission->emitters[g], origin, direction, distance_end,
-                                                step_voxels, has_air, random));
+                                                step_voxels, has_air, random, NULL));
   return sum;
 }
 
@@ -191,6 +199,8 @@ static inline void np_emission_march(const np_world *world, const np_camera_ray 
       const np_spectrum scaled_weight = np_emission_weigh_step(scaled, np_emission_get_depth(&clouds, factors));
       *out_straight = np_spectrum_add(*out_straight, np_spectrum_multiply(straight_weight, light));
       *out_scaled = np_spectrum_add(*out_scaled, np_spectrum_multiply(scaled_weight, light));
+      if (np_integrator_has_depths(ray))
+        np_emission_record(ray->layers, begin, end, np_spectrum_multiply(scaled_weight, light));
     }
   }
 }

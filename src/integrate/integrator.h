@@ -48,9 +48,21 @@ typedef struct np_integrator_settings {
   const np_monitor *monitor; /* ends paths under way, whose samples are then void, when it is cancelled; may be NULL */
 } np_integrator_settings;
 
+/* What a stretch of the camera's ray adds to it as it is seen. */
+typedef struct np_depth_record {
+  float begin, end; /* m */
+  float opacity;
+  np_spectrum light;
+} np_depth_record;
+
+enum { NP_DEPTH_RECORDS_MAX = 512 };
+
 /* Facts of a ray that few pictures ask for, added up beside its sample. */
 typedef struct np_integrator_layers {
   float cloud_opacity[NP_INSTANCES_MAX]; /* of each cloud of the scene that is not held out, as it is seen */
+  unsigned depth_components;             /* whose light is recorded by depth, bits of them; 0: no records */
+  unsigned depth_count;
+  np_depth_record depths[NP_DEPTH_RECORDS_MAX]; /* in order, but those of emission by themselves */
 } np_integrator_layers;
 
 typedef struct np_camera_ray {
@@ -92,6 +104,52 @@ static inline void np_integrator_add_opaque(np_integrator_sample *sample, float 
   sample->opaque_albedo = np_spectrum_add_scaled(sample->opaque_albedo, weight, opaque->albedo);
   sample->opaque_normal = np_vec3_add(sample->opaque_normal, np_vec3_scale(opaque->normal, weight));
   sample->opaque_sun_share += weight * opaque->sun_share;
+}
+
+/* Light of some components, bits of them set. */
+static inline np_spectrum np_integrator_sum_light(const np_integrator_sample *sample, unsigned components) {
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  for (unsigned c = 0; c < NP_COMPONENT_COUNT; c++)
+    if (components & 1u << c) sum = np_spectrum_add(sum, sample->component[c]);
+  return sum;
+}
+
+static inline bool np_integrator_has_depths(const np_camera_ray *ray) {
+  return ray->layers && ray->layers->depth_components;
+}
+
+/* Records a stretch. Where there is no room, pairs of neighbours become one. */
+static inline void np_integrator_add_depth(np_integrator_layers *layers, np_depth_record record) {
+  if (layers->depth_count == NP_DEPTH_RECORDS_MAX) {
+    layers->depth_count /= 2;
+    for (unsigned i = 0; i < layers->depth_count; i++) {
+      const np_depth_record *a = &layers->depths[2 * i], *b = a + 1;
+      layers->depths[i] = (np_depth_record){np_minf(a->begin, b->begin), np_maxf(a->end, b->end),
+                                            a->opacity + b->opacity, np_spectrum_add(a->light, b->light)};
+    }
+  }
+  layers->depths[layers->depth_count++] = record;
+}
+
+/* Adds what another light does along the same ray: its records' light, without their opacity. */
+static inline void np_integrator_append_light(np_integrator_layers *layers, const np_integrator_layers *more) {
+  for (unsigned i = 0; i < more->depth_count; i++) {
+    np_depth_record record = more->depths[i];
+    record.opacity = 0.0f;
+    np_integrator_add_depth(layers, record);
+  }
+}
+
+/* The stretch since a sample was as `before`, which has added to it all that it has more. */
+static inline void np_integrator_record_depth(const np_camera_ray *ray, const np_integrator_sample *before,
+                                              const np_integrator_sample *after, double begin, double end) {
+  const unsigned components = ray->layers->depth_components;
+  np_integrator_add_depth(
+      ray->layers, (np_depth_record){.begin = (float)begin,
+                                     .end = (float)end,
+                                     .opacity = after->opaque_weight - before->opaque_weight,
+                                     .light = np_spectrum_subtract(np_integrator_sum_light(after, components),
+                                                                   np_integrator_sum_light(before, components))});
 }
 
 /* Counts `weight` of the opacity of one cloud. */

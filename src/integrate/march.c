@@ -40,10 +40,19 @@ static void set_knot(np_march *m, float share) {
   m->knot = (np_step_knot){.budget = share * share * share * budget, .distance = share * m->step_length_m};
 }
 
+static void light_step(np_march *m) {
+  (m->field ? NP_KERNEL(np_march_light_scaled) : NP_KERNEL(np_march_light_approximation))(m, &m->step);
+}
+
+static void record_step(np_march *m) {
+  const np_integrator_sample before = *m->out;
+  light_step(m);
+  np_integrator_record_depth(m->ray, &before, m->out, m->step.begin, m->step.begin + (double)m->step.length);
+}
+
 /* Lights what has been gathered. */
 static void close_step(np_march *m) {
-  if (m->step.count > 0 && m->step.hiding > 0.0f)
-    (m->field ? NP_KERNEL(np_march_light_scaled) : NP_KERNEL(np_march_light_approximation))(m, &m->step);
+  if (m->step.count > 0 && m->step.hiding > 0.0f) (np_integrator_has_depths(m->ray) ? record_step : light_step)(m);
   m->step.count = 0;
 }
 

@@ -99,13 +99,6 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
   np_path_add(t->out, NP_COMPONENT_AIR, np_spectrum_scale(air.inscatter, hit->weight));
 }
 
-static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud,
-                           const np_ground_hit *ground) {
-  if (is_shown(cloud)) add_cloud_by_tables(t, ray, cloud);
-  np_surroundings_add_behind(t->world, t->lighting, t->settings, ray, ground, t->out->transmittance, np_path_shadow,
-                             t->random, t->out);
-}
-
 /* Into how many panels a ray through all of the air is cut: more than elsewhere, for there is one such ray a sample. */
 enum { CAMERA_PANELS = 20 };
 
@@ -132,7 +125,7 @@ static np_spectrum look_through_air(const np_tracer *t, const np_camera_ray *ray
   return flight.transmittance;
 }
 
-static void add_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit, bool is_air_seen) {
+static void add_traced_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit, bool is_air_seen) {
   const np_spectrum air = look_through_air(t, ray, hit->distance, NP_COMPONENT_AIR, is_air_seen);
   np_path_state path = start_path(ray, hit->distance, np_spectrum_scale(air, hit->weight));
   if (!(path.weight > 0.0f)) return;
@@ -140,6 +133,28 @@ static void add_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_
   path.reference = hit->expected * np_spectrum_max(air);
   path.hero = np_path_draw_hero(t);
   NP_KERNEL(np_path_follow)(t, &path, NP_PATH_CLOUD);
+}
+
+static void add_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit, bool is_air_seen) {
+  if (!t->settings->is_air_traced)
+    add_cloud_by_tables(t, ray, hit);
+  else
+    add_traced_cloud(t, ray, hit, is_air_seen);
+}
+
+/* The one place that the ray has seen of the clouds. */
+static void record_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit, bool is_air_seen) {
+  const np_integrator_sample before = *t->out;
+  add_cloud(t, ray, hit, is_air_seen);
+  np_integrator_record_depth(ray, &before, t->out, hit->distance, hit->distance);
+  ray->layers->depths[ray->layers->depth_count - 1].opacity = hit->weight;
+}
+
+static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud,
+                           const np_ground_hit *ground) {
+  if (is_shown(cloud)) (np_integrator_has_depths(ray) ? record_cloud : add_cloud)(t, ray, cloud, true);
+  np_surroundings_add_behind(t->world, t->lighting, t->settings, ray, ground, t->out->transmittance, np_path_shadow,
+                             t->random, t->out);
 }
 
 static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_ground_hit *ground, bool is_air_seen) {
@@ -168,7 +183,7 @@ static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_gr
 static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud, const np_ground_hit *ground) {
   const bool is_cloud = !isinf(cloud->distance), is_behind = t->out->transmittance > 0.0f;
   const bool is_cloud_end = is_cloud && (!is_behind || np_random_float(t->random) < cloud->weight);
-  if (is_shown(cloud)) add_cloud(t, ray, cloud, is_cloud_end);
+  if (is_shown(cloud)) (np_integrator_has_depths(ray) ? record_cloud : add_cloud)(t, ray, cloud, is_cloud_end);
   if (is_behind && !(ground && t->settings->is_ground_held_out)) add_behind(t, ray, ground, !is_cloud_end);
 }
 
@@ -185,7 +200,7 @@ static void look_at_emission(const np_tracer *t, const np_camera_ray *ray, doubl
     if (!emission->emitters[g].is_held_out)
       np_path_add(t->out, NP_COMPONENT_EMISSION,
                   np_emitter_along(t->world, &emission->emitters[g], ray->origin, ray->direction, distance_end, 1.0f,
-                                   true, t->random));
+                                   true, t->random, np_integrator_has_depths(ray) ? ray->layers : NULL));
 }
 
 void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lighting,

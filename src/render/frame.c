@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "image/deep.h"
 #include "image/image_private.h"
 #include "render/channel_mattes.h"
 #include "render/channel_table.h"
@@ -49,6 +50,13 @@ static void set_window(np_frame *f, const np_plan *plan) {
   f->height = (unsigned)(plan->window_max[1] - plan->window_min[1]);
 }
 
+/* The light of deep pixels: that of the layer of the clouds, where light is computed at all. */
+static unsigned choose_depth_components(const np_plan *plan, const np_scene_output *output) {
+  if (!output->deep || plan->is_sky_alone) return 0;
+  const bool has_air = output->cloud_air == NP_CLOUD_AIR_KEPT;
+  return NP_COMPONENTS_OF_CLOUDS | (has_air ? 1u << NP_COMPONENT_AIR : 0u);
+}
+
 static void fill_header(const np_frame *f, neph_image *image) {
   np_image_header *header = &image->header;
   header->has_camera = true;
@@ -69,7 +77,8 @@ static neph_result create_image(np_frame *f, neph_image **out_image) {
   if (result) return result;
   for (unsigned c = 0; c < count; c++) f->planes[c] = neph_image_get_channel(*out_image, names[c]);
   fill_header(f, *out_image);
-  return NEPH_OK;
+  f->image = *out_image;
+  return f->depth_components ? np_image_add_deep(f->image) : NEPH_OK;
 }
 
 static neph_result set_triple(neph_image *image, const char *name, const double values[NP_BAND_COUNT]) {
@@ -165,7 +174,8 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->assembly = assembly;
   f->desc = desc;
   f->aovs = plan->aovs;
-  f->has_layers = plan->aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE);
+  f->depth_components = choose_depth_components(plan, &scene->output);
+  f->has_layers = f->depth_components || plan->aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE);
   f->monitor = monitor;
   set_window(f, plan);
   np_channels_choose(plan, scene, &f->channels);

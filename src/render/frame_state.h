@@ -5,6 +5,7 @@
 
 #include "render/assembly.h"
 #include "render/channels.h"
+#include "render/deep_pixels.h"
 #include "render/tile_feed.h"
 
 /* Over a tile's pixels: the sums of their means, and of the squares of the means' standard errors. */
@@ -20,6 +21,7 @@ typedef struct np_pixel_state {
   uint32_t next, end;
   np_spread spread;
   double lost[NP_BAND_COUNT]; /* Σ over the samples */
+  np_deep_kept deep;          /* what its samples found along their rays, where it is asked for */
 } np_pixel_state;
 
 typedef struct np_frame {
@@ -32,6 +34,8 @@ typedef struct np_frame {
   np_half_distance_fn half_distance;
   unsigned aovs; /* of np_aov */
   bool has_layers; /* beside its samples: np_integrator_layers */
+  unsigned depth_components; /* whose light deep pixels have, bits of them; 0: none are asked for */
+  neph_image *image;
   np_channels channels;
   float *planes[NP_CHANNELS_MAX];
   np_tile_total *totals;

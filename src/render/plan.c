@@ -114,7 +114,7 @@ static bool has_emission(const neph_scene *scene) {
 
 static np_scene_facts compute_facts(const neph_scene *scene, const np_plan *plan) {
   np_scene_facts facts = {
-      .wants_light = scene->output.has_beauty || np_aovs_need_light(scene->output.aovs),
+      .wants_light = scene->output.has_beauty || scene->output.deep || np_aovs_need_light(scene->output.aovs),
       .has_environment = is_positive(scene->environment.radiance_w_m2_sr_nm),
       .has_air = scene->has_atmosphere && scene->environment.has_planet,
       .has_clouds = scene->cloud_count > 0,
@@ -148,11 +148,15 @@ static void set_windows(np_plan *plan, const neph_scene *scene) {
   }
 }
 
+/* Of a deep pixel: 16 samples, where all the picture is cloud. */
+static const uint64_t deep_bytes = 16 * 24;
+
 static void count_work(np_plan *plan, const neph_scene *scene) {
   const uint64_t pixels = np_plan_count_pixels(plan);
   plan->ray_count = pixels * plan->desc.sample_count;
   const unsigned own = plan->has_beauty ? 5 : 2;
   plan->film_bytes = pixels * (own + np_aovs_count_channels(plan->aovs, scene->cloud_count)) * sizeof(float);
+  if (scene->output.deep) plan->film_bytes += pixels * deep_bytes;
 }
 
 /* One sample says nothing about its error. */

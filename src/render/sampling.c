@@ -4,7 +4,7 @@
 
 #include "core/alloc.h"
 #include "image/film.h"
-#include "render/frame_state.h"
+#include "render/frame_layers.h"
 #include "volume/depth_cursor.h"
 
 /* ---- One sample ---- */
@@ -62,11 +62,13 @@ static float compute_optical_depth(const np_frame *f, const np_camera_ray *ray) 
 static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray, const int pixel[2],
                              np_random *random, np_integrator_sample *out) {
   f->integrate(&packet->lights[0].world, &packet->lights[0].lighting, &f->settings, ray, random, out);
-  np_camera_ray same = *ray;
-  same.layers = NULL;
   for (unsigned l = 1; l < packet->light_count; l++) {
     np_integrator_sample more;
+    np_integrator_layers layers;
+    np_camera_ray same = *ray;
+    if (ray->layers) same.layers = np_frame_start_layers(f, &layers);
     f->integrate(&packet->lights[l].world, &packet->lights[l].lighting, &f->settings, &same, random, &more);
+    if (ray->layers) np_integrator_append_light(ray->layers, &layers);
     for (int c = 0; c < NP_COMPONENT_ALL; c++)
       out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
     out->lost = np_spectrum_add(out->lost, more.lost);
@@ -90,7 +92,12 @@ static void integrate(const np_frame *f, const np_camera_ray *ray, const int pix
   out->lost = np_spectrum_grey(0.0f);
   for (unsigned p = 0; p < a->packet_count; p++) {
     np_random same_random = *random;
-    if (p > 0) integrate_packet(f, &a->packets[p], ray, pixel, &same_random, &sample);
+    np_integrator_layers layers;
+    np_camera_ray same = *ray;
+    if (ray->layers && p > 0) same.layers = np_frame_start_layers(f, &layers);
+    if (p > 0) integrate_packet(f, &a->packets[p], &same, pixel, &same_random, &sample);
+    if (ray->layers) np_frame_convert_layers(&a->packets[p], same.layers);
+    if (ray->layers && p > 0) np_integrator_append_light(ray->layers, &layers);
     for (int c = 0; c < NP_COMPONENT_ALL; c++)
       out->component[c] = np_packet_add_color(&a->packets[p], out->component[c], sample.component[c]);
     out->lost = np_packet_add_color(&a->packets[p], out->lost, sample.lost);
@@ -98,11 +105,6 @@ static void integrate(const np_frame *f, const np_camera_ray *ray, const int pix
 }
 
 static void clear_sums(const np_frame *f, double *sums) { memset(sums, 0, f->channels.sum_count * sizeof *sums); }
-
-static np_integrator_layers *clear_layers(np_integrator_layers *layers) {
-  memset(layers->cloud_opacity, 0, sizeof layers->cloud_opacity);
-  return layers;
-}
 
 static np_random start_random(const np_frame *f, const int at[2], uint32_t sample) {
   return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, (uint32_t)at[0], (uint32_t)at[1], sample);
@@ -117,21 +119,25 @@ static neph_result sample_pixel(const np_frame *f, const int at[2], uint32_t end
   if (begun) (void)np_film_accumulator_add_node(&accumulator, &(np_film_node){p->next - begun, begun, sums});
   np_random shift = start_random(f, at, UINT32_MAX);
   const float offset[3] = {np_random_float(&shift), np_random_float(&shift), np_random_float(&shift)};
+  np_deep_bins bins;
+  if (f->depth_components) np_deep_bins_load(&p->deep, &bins);
   for (; p->next < end; p->next++) {
     const np_random random = start_random(f, at, p->next);
     np_integrator_layers layers;
     np_camera_ray ray = make_ray(f, at[0], at[1], p->next, offset);
-    if (f->has_layers) ray.layers = clear_layers(&layers);
+    if (f->has_layers) ray.layers = np_frame_start_layers(f, &layers);
     np_integrator_sample sample;
     integrate(f, &ray, at, &random, &sample);
     if (f->aovs & NP_AOV_OPTICAL_DEPTH) sample.optical_depth = compute_optical_depth(f, &ray);
     if (np_monitor_is_cancelled(f->monitor)) break;
     float values[NP_CHANNELS_MAX];
     np_channels_read(&f->channels, &ray, &sample, values);
+    if (f->depth_components) np_frame_add_deep(f, &sample, &layers, &bins);
     np_film_accumulator_add(&accumulator, values);
     np_spread_add(&f->channels, &sample, &p->spread);
     for (unsigned b = 0; b < NP_BAND_COUNT; b++) p->lost[b] += (double)(sample.lost.band[b] * f->channels.scale);
   }
+  if (f->depth_components && np_deep_bins_keep(f->assembly->context, &bins, &p->deep)) return NEPH_ERROR_OUT_OF_MEMORY;
   double added[NP_CHANNELS_MAX];
   np_film_accumulator_finish(&accumulator, added);
   for (unsigned c = 0; c < f->channels.sum_count; c++) sums[c] = begun ? added[c] : sums[c] + added[c];
@@ -177,6 +183,7 @@ static neph_result fly_pilots(void *user, size_t begin, size_t end, unsigned thr
       double unused[NP_CHANNELS_MAX];
       clear_sums(f, unused);
       neph_result result = sample_pixel(f, at, d->sample_count, &p, unused);
+      np_alloc_free(f->assembly->context, p.deep.at);
       if (result) return result;
       f->pilots[row * (f->width + 2) + column] = p.spread;
     }
@@ -209,13 +216,13 @@ static np_pixel_state start_pixel(const np_frame *f, const int at[2]) {
   return (np_pixel_state){.next = begin, .end = begin + round_up_to_leaf(count)};
 }
 
-static void finish_pixel(const np_frame *f, const int at[2], const np_pixel_state *p, const double *sums,
-                         np_tile_total *total) {
+static neph_result finish_pixel(const np_frame *f, const int at[2], const np_pixel_state *p, const double *sums,
+                                np_tile_total *total) {
   np_pixel_facts facts = {.spread = p->spread};
   np_vec3 direction;
   facts.distance = compute_distance(f, at[0], at[1], &direction);
-  facts.depth = isinf(facts.distance) ? facts.distance
-                                      : -facts.distance * (double)np_vec3_dot(direction, f->assembly->camera.back);
+  const double cosine = -(double)np_vec3_dot(direction, f->assembly->camera.back);
+  facts.depth = isinf(facts.distance) ? facts.distance : facts.distance * cosine;
   float values[NP_CHANNELS_MAX];
   np_channels_finish(&f->channels, sums, &facts, values);
   const size_t index = (size_t)(at[1] - f->min[1]) * f->width + (size_t)(at[0] - f->min[0]);
@@ -227,6 +234,7 @@ static void finish_pixel(const np_frame *f, const int at[2], const np_pixel_stat
   }
   total->samples += p->spread.count;
   total->squares += pow(compute_relative_spread(f, &p->spread), 2.0) / p->spread.count;
+  return f->depth_components ? np_frame_set_deep(f, p, index, cosine) : NEPH_OK;
 }
 
 /* Without a time limit: all of a pixel at once. */
@@ -236,7 +244,8 @@ static neph_result render_pixel(const np_frame *f, const int at[2], size_t index
   double sums[NP_CHANNELS_MAX];
   clear_sums(f, sums);
   neph_result result = sample_pixel(f, at, p.end, &p, sums);
-  if (!result) finish_pixel(f, at, &p, sums, total);
+  if (!result) result = finish_pixel(f, at, &p, sums, total);
+  np_alloc_free(f->assembly->context, p.deep.at);
   return result;
 }
 
@@ -252,8 +261,7 @@ static neph_result extend_pixel(const np_frame *f, const int at[2], size_t index
 }
 
 static neph_result close_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
-  finish_pixel(f, at, &f->pixels[index], f->sums + index * f->channels.sum_count, total);
-  return NEPH_OK;
+  return finish_pixel(f, at, &f->pixels[index], f->sums + index * f->channels.sum_count, total);
 }
 
 /* ---- Tiles ---- */
@@ -375,6 +383,7 @@ static neph_result render_passes(np_frame *f) {
   if (!result) result = run_passes(f);
   np_monitor_set_range(f->monitor, 1.0, 1.0);
   if (!result) result = show_tiles(f, close_pixel, true);
+  for (size_t i = 0; f->pixels && i < count; i++) np_alloc_free(context, f->pixels[i].deep.at);
   np_alloc_free(context, f->pixels);
   np_alloc_free(context, f->sums);
   return result;

@@ -196,7 +196,7 @@ typedef enum np_scene_alpha { NP_ALPHA_CLOUDS, NP_ALPHA_CLOUDS_AND_GROUND, NP_AL
 typedef enum np_cloud_air { NP_CLOUD_AIR_KEPT, NP_CLOUD_AIR_APART } np_cloud_air;
 
 typedef struct np_scene_output {
-  char *image, *preview; /* patterns, resolved; NULL: none */
+  char *image, *preview, *deep; /* patterns, resolved; NULL: none */
   neph_pixel_type pixel_type;
   double scale; /* power of two */
   np_scene_color color;
