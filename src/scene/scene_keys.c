@@ -564,8 +564,8 @@ static const np_key keys[] = {
     {.path = "output.preview", .type = NP_KEY_FILE, .field = SCENE(output.preview),
      .meaning = "PNG file, # for the frame"},
     {.path = "output.deep", .type = NP_KEY_FILE, .field = SCENE(output.deep),
-     .meaning = "deep OpenEXR file of the clouds, # for the frame, at most 32 samples a pixel; it flattens to the layer "
-                "clouds"},
+     .meaning = "deep OpenEXR file of the clouds, # for the frame; at most 32 samples a pixel, which flatten to the "
+                "layer clouds"},
     {.path = "output.beauty", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(output.has_beauty),
      .fallback = "true", .meaning = "true: the picture itself is written, R, G and B, besides A, Z and the AOVs"},
     {.path = "output.aovs", .type = NP_KEY_FLAGS, .choices = aovs, .field = SCENE(output.aovs),
