@@ -39,7 +39,7 @@ typedef struct cloud_job {
   int frame;
 } cloud_job;
 
-/* To be freed: where --output says, else the cloud's own file, else NAME.vdb. NULL: no memory. */
+/* Output path, to be freed: --output's, else the cloud's own file, else NAME.vdb. NULL: no memory. */
 static char *choose_pattern(const cloud_job *job) {
   const cli_options *options = job->session->options;
   const char *name = neph_scene_get_cloud_name(job->scene, job->cloud);
@@ -129,8 +129,7 @@ static neph_bake_desc make_desc(cli_session *session) {
   desc.has_region = options->has_region;
   memcpy(desc.region_min_m, options->region_m, sizeof desc.region_min_m);
   memcpy(desc.region_max_m, options->region_m + 3, sizeof desc.region_max_m);
-  if (options->has_memory_max && options->memory_max_gb < 1e9)
-    desc.memory_max_bytes = (uint64_t)(options->memory_max_gb * 1e9);
+  if (options->has_memory_max) desc.memory_max_bytes = options->memory_max_bytes;
   desc.progress = cli_progress_report;
   desc.progress_user = &session->progress;
   return desc;
@@ -240,7 +239,8 @@ const cli_verb cli_verb_bake = {
                 {"--prune"},
                 {"--levels"},
                 {"--region"},
-                {"--max-memory"},
+                {"--max-memory",
+                 "refuse, with exit code 6, a bake that may need more, as one that may need more than the machine has"},
                 {"--velocity"},
                 {"--error"},
                 {"--verify",

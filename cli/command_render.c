@@ -46,7 +46,7 @@ static cli_exit check_pattern(const cli_options *options, const char *pattern) {
   return CLI_USAGE;
 }
 
-/* To be freed: the pattern, or, for a tile, "out/frame.####.tile2of4.exr". NULL: no memory. */
+/* Output path, to be freed: the pattern, or, for a tile, "out/frame.####.tile2of4.exr". NULL: no memory. */
 static char *name_tile(const cli_options *options, const char *pattern) {
   const size_t length = strlen(pattern), ending = strlen(".exr");
   if (!options->tile_count || options->output_count || length <= ending) return strdup(pattern);
@@ -104,12 +104,23 @@ static cli_exit check_targets(render_job *job) {
   return exit;
 }
 
+/* Parts of a picture, and frames of a sequence, must match: what none of them shows alone cannot expose them. */
+static void choose_exposure(render_job *job) {
+  const neph_render_desc *desc = &job->desc;
+  neph_preview_desc *preview = &job->output.preview_desc;
+  const bool is_part =
+      desc->crop_max[0] - desc->crop_min[0] < desc->width || desc->crop_max[1] - desc->crop_min[1] < desc->height;
+  const bool is_of_sequence = job->output.preview && strchr(job->output.preview, '#');
+  if (preview->exposure == NEPH_EXPOSURE_AUTO && (is_part || is_of_sequence)) preview->exposure = NEPH_EXPOSURE_METER;
+}
+
 /* ---- How long ---- */
 
 static void choose_effort(render_job *job) {
   const cli_options *options = job->session->options;
   if (options->target_error > 0.0) job->desc.target_error = options->target_error;
   if (options->has_time_limit) job->desc.time_limit_s = options->time_limit_s;
+  if (options->has_memory_max) job->desc.memory_max_bytes = options->memory_max_bytes;
 }
 
 /* ---- Which pixels ---- */
@@ -235,6 +246,7 @@ static cli_exit run(render_job *job) {
   cli_exit exit = choose_pixels(job);
   if (!exit && options->wants_plan) return for_each_frame(job, render_frame);
   if (!exit) exit = choose_outputs(job);
+  if (!exit) choose_exposure(job);
   if (!exit) exit = check_pattern(options, job->output.image);
   if (!exit) exit = check_pattern(options, job->output.preview);
   if (!exit) exit = check_pattern(options, job->output.deep);
@@ -281,6 +293,7 @@ const cli_verb cli_verb_render = {
                 {"--path-guiding"},
                 {"--target-error"},
                 {"--time-limit"},
+                {"--max-memory", "refuse, with exit code 6, a render that may need more"},
                 {"--explain"},
                 {"--dry-run"},
                 {"--progress"}},

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include <nephos/cloud.h>
+
 #include "option_table.h"
 
 #include <stdio.h>
@@ -135,8 +137,11 @@ static bool take_region(cli_options *out, const cli_option *option, const char *
 
 static bool take_max_memory(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
+  double gb;
+  if (!cli_read_real(argument, &gb)) return false;
   out->has_memory_max = true;
-  return cli_read_real(argument, &out->memory_max_gb);
+  out->memory_max_bytes = gb < 1e9 ? (uint64_t)(gb * 1e9) : NEPH_MEMORY_UNLIMITED;
+  return true;
 }
 
 static bool take_time_limit(cli_options *out, const cli_option *option, const char *argument) {
@@ -228,7 +233,7 @@ static const cli_option options[] = {
      .range = "six numbers, the first three below the last", .fallback = "the whole field",
      .meaning = "bake this box of the world alone, in metres"},
     {.name = "--max-memory", .argument = "GB", .take = take_max_memory, .range = "a number from 0",
-     .fallback = "the machine's", .meaning = "refuse, with exit code 6, a bake that may need more"},
+     .fallback = "none", .meaning = "refuse, with exit code 6, more memory than this"},
     {.name = "--velocity", .take = take_flag, .field = INTO(wants_velocity),
      .meaning = "add a grid `vel`: velocities of the cloud by wind and growth, in m/s"},
     {.name = "--error", .take = take_flag, .field = INTO(wants_error),

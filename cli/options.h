@@ -68,7 +68,8 @@ typedef struct cli_options {
   bool has_relative_mse_max;
   double relative_mse_max;
   bool is_half, has_region, has_memory_max, wants_velocity, wants_error, is_verifying;
-  double prune_per_m, region_m[6], memory_max_gb;
+  double prune_per_m, region_m[6];
+  uint64_t memory_max_bytes;
   unsigned level_count; /* 0: not given */
   cli_progress_mode progress;
   neph_log_level log_level;

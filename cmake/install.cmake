@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What `cmake --install` lays down beside the modules (src/volume) and the program (cli): libraries, headers, a CMake
+# Files that `cmake --install` adds beside the modules (src/volume) and the program (cli): libraries, headers, a CMake
 # package and nephos.pc.
 include(CMakePackageConfigHelpers)
 

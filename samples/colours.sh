@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# What three bands make of colours, above, and fifteen wavelengths, below: the sky at noon, clouds under a sun of 40
+# Colours of three bands, above, and fifteen wavelengths, below: the sky at noon, clouds under a sun of 40
 # degrees, the sun two degrees up, and the clouds with the sun three degrees up. Into samples/out/colours; where
 # ImageMagick's montage is installed they become one sheet, colours.png there.
 set -eu

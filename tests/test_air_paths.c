@@ -6,6 +6,7 @@
 #include "core/csv.h"
 #include "test_skies.h"
 #include "test_reference_rows.h"
+#include "test_sum.h"
 #include "test_world.h"
 
 /* Four standard errors: one value in 16,000 lies beyond by chance; the seeds are fixed, so none does. */
@@ -49,23 +50,23 @@ static void end(scene *s) {
 
 /* Means over samples, of each band, and their standard errors. */
 typedef struct estimate {
-  np_sum sum[3], square[3];
+  test_sum sum[3], square[3];
   int count;
   double mean[3], error[3];
 } estimate;
 
 static void estimate_add(estimate *e, const double value[3]) {
   for (int b = 0; b < 3; b++) {
-    np_sum_add(&e->sum[b], value[b]);
-    np_sum_add(&e->square[b], value[b] * value[b]);
+    test_sum_add(&e->sum[b], value[b]);
+    test_sum_add(&e->square[b], value[b] * value[b]);
   }
   e->count++;
 }
 
 static void estimate_finish(estimate *e) {
   for (int b = 0; b < 3; b++) {
-    e->mean[b] = np_sum_total(&e->sum[b]) / e->count;
-    const double variance = np_sum_total(&e->square[b]) / e->count - e->mean[b] * e->mean[b];
+    e->mean[b] = test_sum_total(&e->sum[b]) / e->count;
+    const double variance = test_sum_total(&e->square[b]) / e->count - e->mean[b] * e->mean[b];
     e->error[b] = sqrt(fmax(variance, 0.0) / (e->count - 1));
   }
 }

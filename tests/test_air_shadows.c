@@ -6,7 +6,6 @@
 #include <nephos/nephos.h>
 
 #include "atmosphere/atmosphere_tables.h"
-#include "atmosphere/sky_orders.h"
 
 #define CAMERA "version: 1\ncamera: {position: [0, -8 km, 900 m], look_at: [0, 0, 900 m], resolution: [24, 14]}\n"
 #define LOW_SUN "sun: {elevation: 4 deg, azimuth: 60 deg}\n"
@@ -137,7 +136,7 @@ static double compute_first(const block *b, np_vec3 direction, double distance_m
   return (double)first.band[band];
 }
 
-/* What is lost is the light between the planes of the shadow's sides, before it nothing. 4 %: the block's faces are
+/* The light lost is that between the planes of the shadow's sides, before it nothing. 4 %: the block's faces are
  * soft over half a voxel at each side. */
 static void what_is_lost_lies_in_the_shadow(void **state) {
   neph_atmosphere *air = *state;
@@ -181,7 +180,7 @@ static void clouds_light_the_air_below_them(void **state) {
   neph_atmosphere *air = *state;
   block b;
   place_block(&b, air);
-  const np_spectrum sun = np_sky_get_sun_irradiance(b.sky);
+  const np_spectrum sun = b.sky->irradiance;
   np_ground_light_value light = {np_spectrum_grey(1.0f), np_spectrum_scale(sun, 0.1f)},
                         points[4] = {light, light, light, light};
   const np_ground_light cache = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
@@ -216,7 +215,7 @@ static void even_light_is_scattered_without_a_phase_function(void **state) {
   neph_sky *sky = test_sky_create(air, camera_m, 40.0);
   for (int i = 0; i < 12; i++) {
     const np_vec3 d = np_dvec3_to_float(test_direction(15.0 * i, 25.0 * i));
-    const double cosine = (double)np_vec3_dot(d, np_sky_get_sun_direction(sky));
+    const double cosine = (double)np_vec3_dot(d, sky->sun);
     np_spectrum first;
     const np_spectrum even = np_sky_even_inscatter(sky, d, 400.0, &first);
     for (int band = 0; band < 3; band++)

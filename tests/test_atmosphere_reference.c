@@ -205,7 +205,7 @@ static void irradiance_agrees_with_reference(void **state) {
 
 /* ---- Between points ---- */
 
-/* To a point and on to space is to space: 1e-5, the rounding of float transmittances. */
+/* Transmittance to a point times that on to space is that to space: 1e-5, the rounding of float transmittances. */
 static void transmittances_multiply(void **state) {
   const neph_atmosphere *atmosphere = *state;
   const np_dvec3 from = np_dvec3_make(3000.0, -2000.0, 1200.0);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a bake can be asked for, and files of it. */
+/* Options of a bake, and its files. */
 #include "test_support.h"
 
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a bake says it lost, against losses that are known. */
+/* Stated error of a bake, against known errors. */
 #include "test_support.h"
 
 #include <stdlib.h>
@@ -126,7 +126,7 @@ static void threads_and_kernels_do_not_change_the_figures(void **state) {
   }
 }
 
-/* What was asked for only to be measured is written as it would have been. */
+/* Levels asked for only to be measured are written as without. */
 static void measuring_does_not_change_the_file(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);

@@ -86,7 +86,7 @@ static void compare_moments(neph_context *context, const moment *now, const mome
   *out_still = sqrt(still / (double)count);
 }
 
-/* How many times better the velocity does than standing still. */
+/* Error of standing still over that of the velocity. */
 static double compute_gain(neph_context *context, neph_cloud_desc desc, double dt_s) {
   moment now = bake_moment(context, &desc, 800); /* wider by what may flow in */
   desc.time_s += dt_s;

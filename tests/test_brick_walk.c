@@ -99,7 +99,7 @@ static void spans_tile_every_ray(void **state) {
   clear(&m);
 }
 
-/* Where nothing is empty nothing is skipped: spans join without a gap and add up to the way through the table. */
+/* A full grid has nothing to skip: spans join without a gap and add up to the way through the table. */
 static void spans_join_where_nothing_is_empty(void **state) {
   (void)state;
   neph_context *context = test_context_create(1, NULL);

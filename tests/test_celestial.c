@@ -164,7 +164,7 @@ static void polaris_marks_the_pole(void **state) {
   }
 }
 
-/* What the library's users are told is what scenes are lit by: the eclipse of 2017 again. */
+/* Public positions are those that light scenes: the eclipse of 2017 again. */
 static void the_ephemeris_tells_the_same(void **state) {
   (void)state;
   test_log log;

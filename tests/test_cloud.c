@@ -261,7 +261,7 @@ static void threads_and_levels_give_the_same_bits(void **state) {
   np_sparse_grid grid = test_bake(context, &desc);
   assert_true(grid.leaf_count > 100);
   char hash[33];
-  assert_int_equal(np_sparse_grid_hash(&grid, hash), NEPH_OK);
+  assert_int_equal(np_sparse_grid_hash_all(&(const np_sparse_grid *){&grid}, 1, false, hash), NEPH_OK);
   np_sparse_grid_clear(&grid);
   neph_context_destroy(context);
   for (neph_isa isa = NEPH_ISA_X86_64; isa <= NEPH_ISA_X86_64_V4; isa++) test_check_hash(2, isa, &desc, hash);
@@ -432,7 +432,7 @@ static void a_baked_file_holds_the_cloud_and_how_it_was_made(void **state) {
 
   np_sparse_grid grid = test_bake(context, &desc);
   char hash[33], *text = NULL;
-  assert_int_equal(np_sparse_grid_hash(&grid, hash), NEPH_OK);
+  assert_int_equal(np_sparse_grid_hash_all(&(const np_sparse_grid *){&grid}, 1, false, hash), NEPH_OK);
   assert_int_equal(neph_volume_describe_file(context, path, NEPH_TEXT_JSON, &text), NEPH_OK);
   const char *words[] = {hash, "fog volume", "nephos:params", "coverage", "nephos:seed", "18446744073709551615", "1/m"};
   for (size_t i = 0; i < sizeof words / sizeof *words; i++)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a bake leaves out on the word of a bound. */
+/* Leaves that a bake skips by their bound. */
 #include "test_clouds.h"
 
 #include <nephos/image.h>
@@ -21,7 +21,7 @@ static bool has_cloud(const np_cloud_model *model, const np_cloud_box *box) {
   return false;
 }
 
-/* Of the first 500 boxes. */
+/* Counts of the first 500 boxes. */
 typedef struct box_count {
   int called_empty, clear;
 } box_count;
@@ -96,8 +96,7 @@ static void write_picture(neph_context *context, const char *path) {
   assert_int_equal(neph_image_create(context, SIDE, SIDE, NEPH_CLOUD_MAP_QUANTITY_COUNT, names, &image), NEPH_OK);
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++)
     for (int i = 0; i < SIDE * SIDE; i++)
-      neph_image_get_channel(image, names[q])[i] =
-          np_maxf(0.0f, np_minf(1.0f, 1.6f * np_random_float(&random) - 0.3f));
+      neph_image_get_channel(image, names[q])[i] = np_maxf(0.0f, np_minf(1.0f, 1.6f * np_random_float(&random) - 0.3f));
   assert_int_equal(neph_image_save_exr(image, path, NEPH_PIXEL_FLOAT), NEPH_OK);
   neph_image_destroy(image);
 }

@@ -100,7 +100,7 @@ static inline void test_check_hash(unsigned thread_count, neph_isa isa, const ne
   assert_int_equal(neph_context_create(&context_desc, &context), NEPH_OK);
   np_sparse_grid grid = test_bake(context, desc);
   char hash[33];
-  assert_int_equal(np_sparse_grid_hash(&grid, hash), NEPH_OK);
+  assert_int_equal(np_sparse_grid_hash_all(&(const np_sparse_grid *){&grid}, 1, false, hash), NEPH_OK);
   assert_string_equal(hash, expected);
   np_sparse_grid_clear(&grid);
   neph_context_destroy(context);

@@ -133,7 +133,7 @@ static double compute_error(unsigned count, double (*spectrum)(double nm), bool 
   return error / largest;
 }
 
-/* What fifteen promise is what docs/results/colour.md says of them; sixty are the reference there, ten times better. */
+/* The error of fifteen is that of docs/results/colour.md; sixty are the reference there, ten times better. */
 static void more_wavelengths_converge(void **state) {
   (void)state;
   static const struct {

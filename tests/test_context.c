@@ -82,7 +82,7 @@ static void log_delivers_what_is_urgent_enough(void **state) {
   neph_context_destroy(context);
 }
 
-/* What `call` writes to stderr. */
+/* Text that `call` writes to stderr. */
 static void read_stderr(void (*call)(void), char *out, size_t size) {
   FILE *file = tmpfile();
   assert_non_null(file);

@@ -119,13 +119,11 @@ static void the_disk_adds_up_to_its_magnitude(void **state) {
     for (int earthshine = 0; earthshine < 2; earthshine++) {
       const np_moon_place moon = moon_at_elongation(degrees);
       np_spectrum irradiance;
-      const np_disk disk =
-          np_moon_make_disk(&moon, np_spectrum_grey(1.0f), bands_nm, earthshine, NULL, &irradiance);
+      const np_disk disk = np_moon_make_disk(&moon, np_spectrum_grey(1.0f), bands_nm, earthshine, NULL, &irradiance);
       double seen[NP_BAND_COUNT];
       integrate(&disk, moon_radius, 256, 256, seen);
       for (int b = 0; b < NP_BAND_COUNT; b++) assert_near_relative(seen[b], (double)irradiance.band[b], 5e-3);
-      if (!earthshine)
-        assert_near_relative((double)irradiance.band[1], np_moon_irradiance_ratio(&moon, 550.0), 1e-5);
+      if (!earthshine) assert_near_relative((double)irradiance.band[1], np_moon_irradiance_ratio(&moon, 550.0), 1e-5);
     }
 }
 
@@ -166,7 +164,7 @@ static void a_map_changes_the_pattern_and_not_the_flux(void **state) {
   np_spectrum texels[8], irradiance, plain;
   for (int i = 0; i < 8; i++) texels[i] = np_spectrum_grey(i % 4 == 2 ? 3.0f : 1.0f); /* longitudes 0 to 90 east */
   const np_sphere_map map = {.width = 4, .height = 2, .texels = texels, .east = 1.0f};
-  /* To the south, so that its north is up and its east, where its sun rises, is to the west of the sky. */
+  /* Camera to the south, so that its north is up and its east, where its sun rises, is to the west of the sky. */
   const np_moon_place moon = np_moon_place_between(np_dvec3_make(0, -1, 0), np_dvec3_make(0, 1, 0));
   const np_disk disk = np_moon_make_disk(&moon, np_spectrum_grey(1.0f), bands_nm, false, &map, &irradiance);
   (void)np_moon_make_disk(&moon, np_spectrum_grey(1.0f), bands_nm, false, NULL, &plain);

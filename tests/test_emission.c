@@ -96,7 +96,7 @@ static test_tally measure(const fixture *f, bool is_path, int count, int band, b
   return s;
 }
 
-/* Where nothing is extinguished: j times the way through the trilinear box, its 23 m and half of the voxel on either
+/* Radiance without extinction: j times the way through the trilinear box, its 23 m and half of the voxel on either
  * side. Every ray, to float rounding: places drawn in the outer voxels leave the tracer some noise. */
 static void a_flame_without_smoke_is_j_times_its_depth(void **state) {
   (void)state;

@@ -12,7 +12,7 @@ enum { EDGE = 24 };
 
 /* ---- Files ---- */
 
-/* What a grid holds; nothing where its radius is 0. */
+/* Content of a grid; nothing if its radius is 0. */
 typedef struct recipe {
   const char *name;
   float inside;             /* in the middle, falling to 0 at `radius` */
@@ -151,7 +151,7 @@ static void integrators_agree_on_emission(void **state) {
   assert_near_relative(march, path, 0.02);
 }
 
-/* What the keys say is what shines: twice the absorption or the strength is twice the light; 273.15 K of offset with
+/* The keys set the emission: twice the absorption or the strength is twice the light; 273.15 K of offset with
  * that much less in the grid is the same light; a constant temperature is the black body's ratio of colours. */
 static void keys_mean_what_they_say(void **state) {
   const fixture *f = *state;

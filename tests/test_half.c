@@ -2,11 +2,9 @@
 #include "test_support.h"
 
 #include <immintrin.h>
-#include <stdlib.h>
 
 #include "core/half.h"
 #include "core/isa.h"
-#include "core/parallel.h"
 
 enum { HALVES = 1 << 16, BATCH = 4096 };
 
@@ -126,37 +124,6 @@ static void kernels_scale_before_they_round(void **state) {
   }
 }
 
-/* ---- Bounds ---- */
-
-static void check_bounds(float value) {
-  const uint16_t below = np_half_below(value), above = np_half_above(value);
-  const float low = np_half_to_float(below), high = np_half_to_float(above);
-  if (!(low <= value && value <= high)) fail_msg("%a is not in [%a, %a]", (double)value, (double)low, (double)high);
-  /* And no wider than one step of a half. */
-  const int steps = abs((below & 0x8000 ? -(below & 0x7fff) : below) - (above & 0x8000 ? -(above & 0x7fff) : above));
-  assert_true(steps <= 1);
-}
-
-static void check_all_bounds(void) {
-  for (uint32_t bits = 0; bits < 0x7f800000u; bits += 40009) {
-    check_bounds(make_float(bits));
-    check_bounds(make_float(bits | 0x80000000u));
-  }
-  for (unsigned half = 0; half < 0x7c00; half++) {
-    check_bounds(np_half_to_float((uint16_t)half));
-    check_bounds(nextafterf(np_half_to_float((uint16_t)half), 1e9f));
-    check_bounds(-nextafterf(np_half_to_float((uint16_t)half), -1e9f));
-  }
-}
-
-static void bounds_enclose_every_value(void **state) {
-  (void)state;
-  check_all_bounds();
-  const unsigned saved = np_float_mode_enter();
-  check_all_bounds();
-  np_float_mode_leave(saved);
-}
-
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(each_half_has_the_value_of_its_definition),
@@ -166,7 +133,6 @@ int main(void) {
       cmocka_unit_test(halfway_cases_go_to_even),
       cmocka_unit_test(ends_of_the_range_are_kept),
       cmocka_unit_test(kernels_scale_before_they_round),
-      cmocka_unit_test(bounds_enclose_every_value),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -141,7 +141,7 @@ static neph_result load_and_destroy(neph_context *context, const char *path) {
   return result;
 }
 
-/* What a damaged file may end in, as there is memory enough. */
+/* Results allowed for a damaged file, with memory enough. */
 static neph_result load_damaged(neph_context *context, const char *path) {
   const neph_result result = load_and_destroy(context, path);
   if (result && result != NEPH_ERROR_BAD_FILE && result != NEPH_ERROR_UNSUPPORTED)

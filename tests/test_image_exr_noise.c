@@ -130,7 +130,7 @@ static void require_oiiotool(void) {
   skip();
 }
 
-/* Of the last picture a tall one: its chunks are small and many. */
+/* A tall version of the last picture: its chunks are small and many. */
 static neph_image *create_picture(neph_context *context, unsigned index, neph_pixel_type type) {
   const bool is_tall = index == PICTURE_COUNT;
   return create_noise(context, is_tall ? 1 : widths[index / HEIGHT_COUNT],

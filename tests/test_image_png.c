@@ -7,6 +7,7 @@
 
 #include "core/random.h"
 #include "image/color_space.h"
+#include "image/exposure.h"
 #include "image/preview.h"
 
 static int set_up(void **state) { return test_set_up(state, 2, "picture.png"); }
@@ -230,7 +231,7 @@ static void set_pixel(neph_image *image, int i, float r, float g, float b) {
 
 static neph_preview_desc make_plain_desc(void) {
   neph_preview_desc desc = NEPH_PREVIEW_DESC_DEFAULT;
-  desc.is_exposure_auto = false;
+  desc.exposure = NEPH_EXPOSURE_FIXED;
   return desc;
 }
 
@@ -259,7 +260,7 @@ static void middle_grey_shows_as_the_curve_says(void **state) {
   test_fixture *f = *state;
   neph_preview_desc desc = make_plain_desc();
   neph_image *image = create_colour(f->context, 0.18f, 0.18f, 0.18f), *loaded = save_and_load(f, image, &desc);
-  for (unsigned c = 0; c < 3; c++) assert_near(average(loaded, c), encode_srgb(0.2), dithered_mean_tolerance);
+  for (unsigned c = 0; c < 3; c++) assert_near(average(loaded, c), encode_srgb(0.18), dithered_mean_tolerance);
   neph_image_destroy(loaded);
   neph_image_destroy(image);
 }
@@ -385,44 +386,99 @@ static void exposure_undoes_any_scale(void **state) {
   test_fixture *f = *state;
   neph_image *bright = create_colour(f->context, 0.1f, 0.2f, 0.4f),
              *dim = create_colour(f->context, 1e-7f, 2e-7f, 4e-7f);
-  double of_bright = np_preview_choose_exposure(bright, plain_white),
-         of_dim = np_preview_choose_exposure(dim, plain_white);
+  double of_bright = np_exposure_choose_by_picture(bright, plain_white),
+         of_dim = np_exposure_choose_by_picture(dim, plain_white);
   assert_near_relative(of_dim / of_bright, 1e6, 2 * bin_tolerance);
   neph_image_destroy(dim);
   neph_image_destroy(bright);
 }
 
-/* Neither nine tenths of black, nor of almost black, nor a sun of 30 pixels in 4096, changes what a lit patch gets. */
+/* Neither nine tenths of black, nor of almost black, nor a sun of 25 pixels in 4096, changes what a lit patch gets. */
 static void black_borders_and_the_sun_do_not_turn_the_exposure(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 0.3f, 0.3f, 0.3f);
-  double expected = np_preview_choose_exposure(image, plain_white);
-  for (int i = 0; i < 30; i++) set_pixel(image, 100 + i, 3e4f, 3e4f, 3e4f);
-  assert_near_relative(np_preview_choose_exposure(image, plain_white), expected, 2 * bin_tolerance);
+  double expected = np_exposure_choose_by_picture(image, plain_white);
+  for (int i = 0; i < 25; i++) set_pixel(image, 100 + i, 3e4f, 3e4f, 3e4f);
+  assert_near_relative(np_exposure_choose_by_picture(image, plain_white), expected, 2 * bin_tolerance);
   neph_image *dark = create_colour(f->context, 0, 0, 0);
   for (int i = 0; i < SIDE * SIDE / 10; i++) set_pixel(dark, i, 0.3f, 0.3f, 0.3f);
-  assert_near_relative(np_preview_choose_exposure(dark, plain_white), expected, 2 * bin_tolerance);
+  assert_near_relative(np_exposure_choose_by_picture(dark, plain_white), expected, 2 * bin_tolerance);
   for (int i = SIDE * SIDE / 10; i < SIDE * SIDE; i++) set_pixel(dark, i, 1e-6f, 1e-6f, NAN);
-  assert_near_relative(np_preview_choose_exposure(dark, plain_white), expected, 2 * bin_tolerance);
+  assert_near_relative(np_exposure_choose_by_picture(dark, plain_white), expected, 2 * bin_tolerance);
   for (int i = SIDE * SIDE / 10; i < SIDE * SIDE; i++) set_pixel(dark, i, 1e-6f, 1e-6f, 1e-6f);
-  assert_near_relative(np_preview_choose_exposure(dark, plain_white), expected, 2 * bin_tolerance);
+  assert_near_relative(np_exposure_choose_by_picture(dark, plain_white), expected, 2 * bin_tolerance);
   neph_image_destroy(dark);
   neph_image_destroy(image);
 }
 
-/* A white cloud over a tenth of a dark picture keeps its drawing: it comes below the flat end of the curve at 16. */
-static void bright_areas_lower_the_exposure(void **state) {
+/* A white cloud over a tenth of a picture keeps its drawing: it comes to 0.92, below the end of the shoulder, whatever
+ * is around it, unless nearly all of that would be black: then the rest has 0.08 in the mean of logarithms. */
+static void highlights_set_the_exposure(void **state) {
   test_fixture *f = *state;
-  neph_image *image = create_colour(f->context, 0.001f, 0.001f, 0.001f);
+  neph_image *image = create_colour(f->context, 0.2f, 0.2f, 0.2f);
   for (int i = 0; i < SIDE * SIDE / 10; i++) set_pixel(image, i, 1, 1, 1);
-  assert_true(np_preview_choose_exposure(image, plain_white) <= 4.0 * (1 + bin_tolerance));
+  assert_near_relative(np_exposure_choose_by_picture(image, plain_white), 0.92, 2 * bin_tolerance);
+  neph_image_destroy(image);
+  image = create_colour(f->context, 0.01f, 0.01f, 0.01f);
+  for (int i = 0; i < SIDE * SIDE / 50; i++) set_pixel(image, i, 1, 1, 1);
+  const double rest = exp2((0.88 * log2(0.01) + 0.02 * log2(1.0)) / 0.9); /* without the darkest tenth */
+  assert_near_relative(np_exposure_choose_by_picture(image, plain_white), 0.08 / rest, 3 * bin_tolerance);
+  neph_image_destroy(image);
+}
+
+/* The meter takes the light from the header: a white diffuser of noon shows as 0.8 whatever the picture is; one a
+ * million times dimmer, by moonlight, stays some stops darker; and a picture without the attributes is refused. */
+static void the_meter_keeps_night_dark(void **state) {
+  test_fixture *f = *state;
+  neph_preview_desc desc = NEPH_PREVIEW_DESC_DEFAULT;
+  desc.exposure = NEPH_EXPOSURE_METER;
+  neph_image *image = create_colour(f->context, 1, 1, 1);
+  assert_int_equal(neph_image_save_png(image, f->path, &desc), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "no attribute nephos:meter");
+  double factor[2];
+  static const char *const luminances[] = {"30000", "0.03"};
+  for (int i = 0; i < 2; i++) {
+    assert_int_equal(neph_image_set_attribute(image, NP_EXPOSURE_METER, "0.5"), NEPH_OK);
+    assert_int_equal(neph_image_set_attribute(image, NP_EXPOSURE_METER_LUMINANCE, luminances[i]), NEPH_OK);
+    assert_int_equal(np_exposure_choose(image, NEPH_EXPOSURE_METER, plain_white, &factor[i]), NEPH_OK);
+  }
+  assert_near_relative(factor[0], 0.8 / 0.5, 1e-12);
+  assert_true(factor[1] < factor[0] / 8.0 && factor[1] > factor[0] / 64.0); /* between 3 and 6 stops */
+  neph_image_destroy(image);
+}
+
+/* A ramp from black to four times white through each view, in 16 bits: the standard one clips at 1, the raw one is
+ * linear as well and not exposed, the filmic one is the standard up to 0.75 and is not white by 1.5. */
+static void views_map_light_as_they_say(void **state) {
+  test_fixture *f = *state;
+  neph_image *image = create_colour(f->context, 0, 0, 0);
+  for (int i = 0; i < SIDE * SIDE; i++) set_pixel(image, i, (float)i / 1024, (float)i / 1024, (float)i / 1024);
+  neph_preview_desc desc = make_plain_desc();
+  neph_image *shown[3];
+  desc.bits = 16;
+  for (int view = NEPH_VIEW_FILMIC; view <= NEPH_VIEW_RAW; view++) {
+    desc.view = (neph_view)view;
+    desc.exposure = view == NEPH_VIEW_RAW ? NEPH_EXPOSURE_AUTO : NEPH_EXPOSURE_FIXED;
+    shown[view] = save_and_load(f, image, &desc);
+  }
+  const double step = 2.0 / 65535.0; /* rounding, and a step of dither */
+  for (int i = 0; i < SIDE * SIDE; i++) {
+    const double light = i / 1024.0, clipped = fmin(light, 1.0);
+    const double filmic = (double)shown[NEPH_VIEW_FILMIC]->channels[1].values[i];
+    const double standard = (double)shown[NEPH_VIEW_STANDARD]->channels[1].values[i];
+    assert_near(standard, encode_srgb(clipped), step);
+    assert_near((double)shown[NEPH_VIEW_RAW]->channels[1].values[i], clipped, step);
+    if (light <= 0.75) assert_near(filmic, standard, 2 * step);
+    if (light > 0.8 && light < 1.5) assert_true(filmic < fmin(standard, 0.9985));
+  }
+  for (int view = 0; view < 3; view++) neph_image_destroy(shown[view]);
   neph_image_destroy(image);
 }
 
 static void picture_without_light_is_black(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 0, 0, 0);
-  assert_true(np_preview_choose_exposure(image, plain_white) == 1.0);
+  assert_true(np_exposure_choose_by_picture(image, plain_white) == 1.0);
   neph_image *loaded = save_and_load(f, image, NULL);
   for (unsigned c = 0; c < 3; c++) assert_true(average(loaded, c) == 0);
   neph_image_destroy(loaded);
@@ -443,6 +499,14 @@ static void bad_descriptions_are_refused(void **state) {
   desc.exposure_ev = (double)NAN;
   assert_int_equal(neph_image_save_png(image, f->path, &desc), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "exposure", "[-64, 64]");
+  desc = (neph_preview_desc)NEPH_PREVIEW_DESC_DEFAULT;
+  desc.bits = 12;
+  assert_int_equal(neph_image_save_png(image, f->path, &desc), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "bits are 12", "8 or 16");
+  desc = (neph_preview_desc)NEPH_PREVIEW_DESC_DEFAULT;
+  desc.view = (neph_view)3;
+  assert_int_equal(neph_image_save_png(image, f->path, &desc), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "view is 3", "raw (2)");
   assert_int_equal(neph_image_create(f->context, 4, 4, 1, names, &depth), NEPH_OK);
   assert_int_equal(neph_image_save_png(depth, f->path, NULL), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "R, G and B, or Y");
@@ -508,7 +572,9 @@ int main(void) {
       PNG_TEST(previews_repeat),
       PNG_TEST(exposure_undoes_any_scale),
       PNG_TEST(black_borders_and_the_sun_do_not_turn_the_exposure),
-      PNG_TEST(bright_areas_lower_the_exposure),
+      PNG_TEST(highlights_set_the_exposure),
+      PNG_TEST(the_meter_keeps_night_dark),
+      PNG_TEST(views_map_light_as_they_say),
       PNG_TEST(picture_without_light_is_black),
       PNG_TEST(bad_descriptions_are_refused),
       PNG_TEST(missing_folder_is_an_error),

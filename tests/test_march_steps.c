@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where the march looks: thin sheets are found, errors follow the tolerance, and look-ups are few. */
+/* Steps of the march: thin sheets are found, errors follow the tolerance, and look-ups are few. */
 #include "march_count.h"
 
 #include "march_picture.h"

@@ -158,7 +158,7 @@ static void airglow_brightens_towards_the_horizon(void **state) {
   neph_image_destroy(image);
 }
 
-/* To 18° there is a sky; by 19° it has faded to nothing, and never brightens on the way. */
+/* A sky down to 18°; by 19° it has faded to nothing, and never brightens on the way. */
 static void the_sky_fades_out_by_nineteen_degrees(void **state) {
   test_fixture *f = *state;
   double before = INFINITY;

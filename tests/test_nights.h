@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the tests of the night sky share: a context with a log and a folder, and pictures of scenes given as text. */
+/* Fixture of the tests of the night sky: a context with a log and a folder, and pictures of scenes given as text. */
 #ifndef NP_TEST_NIGHTS_H
 #define NP_TEST_NIGHTS_H
 

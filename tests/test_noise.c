@@ -117,7 +117,7 @@ static statistics gather_statistics(noise_kind kind, uint32_t seed) {
   return s;
 }
 
-/* What noise.h promises. Tolerances: a mean of 2²⁰ values has a standard error of 1e-3 deviations, so 0.005 deviations
+/* Promises of noise.h. Tolerances: a mean of 2²⁰ values has a standard error of 1e-3 deviations, so 0.005 deviations
  * is five of them; the documented figures are rounded to a hundredth, which adds 0.005. */
 static void assert_statistics(noise_kind kind, double min, double max, double mean, double deviation) {
   for (uint32_t seed = 0; seed < 3; seed++) {
@@ -244,7 +244,7 @@ static double fade(double t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 /* Bits `first`, counted from the highest, and those after it, up to 23: a number in [0, 1). */
 static double take_bits(uint32_t hash, int first) { return (hash << first >> 9) * 0x1p-23; }
 
-/* Of the ball of radius 1.15. */
+/* Volume of the ball of radius 1.15. */
 static void reference_gradient(uint32_t hash, double out[3]) {
   const double radius = 1.15 * fmax(take_bits(hash, 0), fmax(take_bits(hash, 6), take_bits(hash, 12)));
   const double height = 2 * take_bits(hash, 18) - 1, across = radius * sqrt(1 - height * height);

@@ -5,12 +5,12 @@
 
 #include "core/random.h"
 #include "core/stable.h"
-#include "optics/phase_source.h"
+#include "optics/phase.h"
 #include "test_support.h"
 
 static double eval(const np_phase *phase, double versine) { return (double)np_phase_eval(phase, (float)versine); }
 
-/* Of each kind, narrow and wide, forward and backward. A table has tests of its own. */
+/* Cases of each kind, narrow and wide, forward and backward. A table has tests of its own. */
 static const np_phase_source examples[] = {
     {.kind = NP_PHASE_ISOTROPIC},
     {.kind = NP_PHASE_RAYLEIGH},
@@ -94,7 +94,7 @@ static void mean_cosine_and_moments_agree_with_quadrature(void **state) {
   }
 }
 
-/* To the four digits printed for the fit. */
+/* Tolerance: the four digits printed for the fit. */
 static void droplets_have_the_published_mean_cosine(void **state) {
   (void)state;
   const double diameter_um[] = {5, 10, 20, 50}, published[] = {0.8434, 0.8642, 0.8793, 0.8912};
@@ -104,7 +104,7 @@ static void droplets_have_the_published_mean_cosine(void **state) {
   }
 }
 
-/* To the two digits known. */
+/* Tolerance: the two digits known. */
 static void droplets_have_the_known_peak(void **state) {
   (void)state;
   np_phase phase = np_phase_droplets(50e-6);

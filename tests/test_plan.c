@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "test_support.h"
 
+#include "render/plan_choices.h"
 #include "transport/scattering_field.h"
 #include "render/plan.h"
 #include "render/stages.h"
-#include "render/plan_cells.h"
 
 static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 
@@ -126,8 +126,7 @@ static void test_sun_volume_is_filled_where_it_pays(void **state) {
   assert_sun_volume(*state, MOVING SMALL "output: {image: a.##.exr}", false, "s of one core and spares");
   assert_sun_volume(*state, BAKE "render: {sun_optical_depth: march}", false, "render.sun_optical_depth is march");
   assert_sun_volume(*state, BAKE "camera: {resolution: [20, 10]}\nrender: {samples: 1, sun_optical_depth: volume}",
-                    true,
-                    "render.sun_optical_depth is volume");
+                    true, "render.sun_optical_depth is volume");
   assert_sun_volume(*state, BAKE "sun: {angular_radius: 2 deg}", false, "its disk is marched for");
   assert_sun_volume(*state, BAKE "render: {integrator: path}", false, "the tracer");
   assert_sun_volume(*state, "version: 1", false, "no clouds");
@@ -183,7 +182,7 @@ static void assert_light_errors(test_fixture *f, const char *text, const char *r
   neph_scene_destroy(scene);
 }
 
-/* Where the memory is enough all cells are alike; of 2 GB most go to what is near, and the far ones grow. */
+/* All cells are alike with memory enough; of 2 GB most go to what is near, and the far ones grow. */
 static void test_errors_of_light_are_foretold_near_and_far(void **state) {
 #define FIELD "clouds: [{bake: {extent: 16 km, thickness: 2 km, voxel: 15 m}}]\n"
   assert_light_errors(*state, FIELD "render: {light_memory: 100 GB}",

@@ -73,7 +73,7 @@ static void judge_answers(const fixture *f, bool is_flux, verdict *v) {
   np_csv_clear(&csv);
 }
 
-/* What all errors that are asked for are multiplied by: to see long runs through in a part of their time. */
+/* Factor on all target errors: to see long runs through in a part of their time. */
 static double error_factor = 1.0;
 
 /* No answer further off than four standard errors, of which one in 16,000 is by chance; and the mean of z² within four
@@ -129,7 +129,8 @@ static void fluxes_are_those_of_discrete_ordinates(void **state) {
   assert_right(*state, true, 2 * 41, 5e-3);
 }
 
-/* Where few paths come through, or few turn back, 0.5 % would take minutes: fewer paths, whose error is as honest. */
+/* Slabs that few paths come through, or few turn back in, would take minutes at 0.5 %: fewer paths, whose error is as
+ * honest. */
 static void fluxes_of_thick_slabs_are_right(void **state) {
   static const pick picks[] = {
       {"0", "1", "16", "1", NULL, NULL},
@@ -152,7 +153,7 @@ static void radiances_of_isotropic_slabs_are_right(void **state) {
   assert_right(*state, false, 8, 5e-3);
 }
 
-/* Of depth 10, directions that a million paths settle to 0.5 %; the others are of the long runs. */
+/* Directions at depth 10 that a million paths settle to 0.5 %; the others are of the long runs. */
 static void radiances_of_peaked_slabs_are_right(void **state) {
   static const pick picks[] = {
       {"0.75", NULL, NULL, NULL, "-1", "0"},    {"0.75", NULL, NULL, NULL, "-0.5", "90"},
@@ -170,7 +171,7 @@ static void radiances_of_peaked_slabs_are_right(void **state) {
   assert_right(*state, false, 20, 5e-3);
 }
 
-/* What comes through slabs that absorb, down to 7·10⁻⁶ of what falls in, and through white ones of up to 1024: without
+/* Transmission of slabs that absorb, down to 7·10⁻⁶ of what falls in, and through white ones of up to 1024: without
  * a solution to be guided by, few paths or none find it. */
 static void guided_paths_measure_transmitted_light(void **state) {
   static const pick picks[] = {
@@ -210,8 +211,8 @@ static void read_answers(const fixture *f, neph_path_guiding path_guiding, doubl
   np_csv_clear(&csv);
 }
 
-/* Of what comes through an absorbing slab of depth 64, 7.48e-6 and 3.62e-7 (slab_flux.csv), 8192 unguided paths find
- * nothing, or next to nothing. Where nothing can be scattered there is no error, and none is warned of. */
+/* 8192 unguided paths sample nothing, or next to nothing, of the fluxes through an absorbing slab of depth 64, 7.48e-6
+ * and 3.62e-7 (slab_flux.csv). Where nothing can be scattered there is no error, and none is warned of. */
 static void errors_of_few_paths_are_not_known(void **state) {
   fixture *f = *state;
   double answers[4][6];
@@ -361,7 +362,7 @@ static void every_flux_of_depth_8_to_a_thousandth(void **state) {
   assert_right(*state, true, 2 * 18, 1e-3);
 }
 
-/* What comes through a deep slab is found by guided paths, some minutes a row; others scatter depth squared times. */
+/* Light through a deep slab is sampled by guided paths, some minutes a row; others scatter depth squared times. */
 static void probe_deep_fluxes(void **state, const char *g, const char *tau, unsigned row_count) {
   const pick picks[] = {{.g = g, .tau = tau}};
   probe_guided_picks(*state, "data/slab_flux.csv", picks, COUNT(picks), UINT_MAX, 1e-3);

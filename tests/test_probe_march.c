@@ -93,7 +93,7 @@ static void albedos_are_within_six_percent(void **state) {
   assert_albedos(*state, COUNT(picks));
 }
 
-/* What comes through a thick layer that absorbs nothing: T = (4/3)·K(μ0)/((1−g)·τ + 2q′), K and 2q′ of exact solutions
+/* Transmission of a thick layer that absorbs nothing: T = (4/3)·K(μ0)/((1−g)·τ + 2q′), K and 2q′ of exact solutions
  * (van de Hulst 1980, "Multiple Light Scattering"). 1 % is what is promised, and three standard errors. */
 static void assert_asymptotic_law(const fixture *f, unsigned path_count) {
   static const struct {

@@ -5,8 +5,8 @@
 
 #include "test_support.h"
 
-#include "core/stable.h"
 #include "integrate/integrator.h"
+#include "test_sum.h"
 
 /* No limit to scattering, and steps finer than a picture needs. */
 static inline np_integrator_settings test_integrator_settings(void) {
@@ -37,21 +37,21 @@ static inline double test_sum_components(const np_integrator_sample *sample, int
 
 /* A sum of random numbers, of which mean and standard error are wanted. */
 typedef struct test_tally {
-  np_sum value, square;
+  test_sum value, square;
   int count;
 } test_tally;
 
 static inline void test_tally_add(test_tally *t, double x) {
-  np_sum_add(&t->value, x);
-  np_sum_add(&t->square, x * x);
+  test_sum_add(&t->value, x);
+  test_sum_add(&t->square, x * x);
   t->count++;
 }
 
-static inline double test_tally_mean(const test_tally *t) { return np_sum_total(&t->value) / t->count; }
+static inline double test_tally_mean(const test_tally *t) { return test_sum_total(&t->value) / t->count; }
 
 static inline double test_tally_error(const test_tally *t) {
   const double mean = test_tally_mean(t);
-  return sqrt(fmax(np_sum_total(&t->square) / t->count - mean * mean, 0.0) / (t->count - 1));
+  return sqrt(fmax(test_sum_total(&t->square) / t->count - mean * mean, 0.0) / (t->count - 1));
 }
 
 #endif

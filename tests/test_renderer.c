@@ -316,8 +316,7 @@ static void another_thread_cancels_within_half_a_second(void **state) {
 static neph_memory_estimate estimate(neph_scene *scene, const neph_render_desc *desc) {
   neph_memory_estimate e = NEPH_MEMORY_ESTIMATE_DEFAULT;
   assert_int_equal(neph_render_estimate_memory(scene, desc, &e), NEPH_OK);
-  assert_int_equal(e.total_bytes,
-                   e.program_bytes + e.terrain_bytes + e.volume_bytes + e.light_bytes + e.film_bytes);
+  assert_int_equal(e.total_bytes, e.program_bytes + e.terrain_bytes + e.volume_bytes + e.light_bytes + e.film_bytes);
   return e;
 }
 
@@ -335,6 +334,23 @@ static void memory_goes_with_the_picture(void **state) {
   assert_true(estimate(f->scene, &desc).light_bytes < wide.light_bytes);
   set(f, "terrain", "none");
   assert_int_equal(estimate(f->scene, &desc).terrain_bytes, 0);
+}
+
+/* A limit at the estimate is kept; one below it refuses the render, and its explanation, before anything is built. */
+static void memory_is_limited(void **state) {
+  fixture *f = *state;
+  neph_render_desc desc = describe(f, 1);
+  neph_image *image;
+  char *text;
+  desc.memory_max_bytes = estimate(f->scene, &desc).total_bytes;
+  assert_int_equal(neph_render_image(f->scene, &desc, &image), NEPH_OK);
+  neph_image_destroy(image);
+  desc.memory_max_bytes--;
+  assert_int_equal(neph_render_image(f->scene, &desc, &image), NEPH_ERROR_LIMIT);
+  assert_null(image);
+  assert_non_null(strstr(f->log.text, "the render needs about"));
+  assert_int_equal(neph_render_explain(f->scene, &desc, NEPH_TEXT_PLAIN, &text), NEPH_ERROR_LIMIT);
+  assert_null(text);
 }
 
 /* The library's own memory at its peak is a third to twice of what is predicted beside the program's: light in clouds,
@@ -428,6 +444,7 @@ int main(void) {
       TEST(a_tile_may_cancel),
       TEST(another_thread_cancels_within_half_a_second),
       TEST(memory_goes_with_the_picture),
+      TEST(memory_is_limited),
       cmocka_unit_test(memory_is_of_the_size_that_is_predicted),
       TEST(a_scene_of_another_context_is_refused),
       cmocka_unit_test(rendering_survives_each_failed_allocation),

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How many samples a pixel gets, and what the picture says of them: target error, time limit, and the channels about
+/* Samples of a pixel, and the picture's record of them: target error, time limit, and the channels about
  * samples and about what hides what. */
 #include <nephos/nephos.h>
 

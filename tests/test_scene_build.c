@@ -6,7 +6,7 @@
 
 #include "core/units.h"
 
-/* What the calls of `build` say, as a file. */
+/* The file that equals the calls of `build`. */
 static const char as_file[] =
     "{camera: {position: [-1.2 km, -3.1 km, 700 m], look_at: [0, 100 m, 1500 m], fov: 47 deg, roll: 3 deg,"
     "          resolution: [48, 27]},"
@@ -174,7 +174,7 @@ static void a_sun_of_a_direction_stands_there(void **state) {
   neph_scene *scene = create(f), *wanted = create(f);
   neph_sun_desc sun = NEPH_SUN_DESC_DEFAULT;
   sun.has_direction = true;
-  memcpy(sun.direction, (double[]){0, -7, 7}, sizeof sun.direction); /* south, halfway up */
+  memcpy(sun.direction, (double[]){0, -7, 7}, sizeof sun.direction);                 /* south, halfway up */
   assert_int_equal(neph_scene_set(scene, "sun.time", "2026-06-21T16:00Z"), NEPH_OK); /* gives way */
   assert_int_equal(neph_scene_set_sun(scene, &sun), NEPH_OK);
   assert_int_equal(neph_scene_set(wanted, "sun", "{elevation: 45 deg, azimuth: 180 deg}"), NEPH_OK);

@@ -1,16 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A key that another rules out is told of, where it stands, with both names; a key that counts is not. */
+#include "scene/scene_apply.h"
 #include "test_support.h"
 
 #include <stdlib.h>
 
 #include <nephos/scene.h>
 
-#include "scene/scene_ignored.h"
-
 static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 
-/* What a check of a scene says, which must pass. */
+/* Messages of the check of a scene, which must pass. */
 static void check(test_fixture *f, const char *text) {
   neph_scene *scene;
   test_log_clear(&f->log);

@@ -203,7 +203,7 @@ static void choose_value(const np_key *key, char *out, size_t size) {
   }
 }
 
-/* What else a file needs so that it may hold the key. */
+/* Other keys that a file needs to be allowed the key. */
 static const char *get_companion(const np_key *key) {
   static const char *const companions[][2] = {{"place.latitude", ", longitude: 1"},
                                               {"place.longitude", ", latitude: 1"},

@@ -98,7 +98,7 @@ static void test_syntax_errors_come_alone(void **state) {
   assert_one_error(&f->log, "s.yaml:3:1: not valid YAML");
 }
 
-/* What was set key by key is checked as a whole; a single key has a single message. */
+/* Keys set one by one are checked as a whole; a single key has a single message. */
 static void test_checks_of_a_scene_come_together(void **state) {
   static const char *const messages[] = {"place needs both", "terrain has no source", "output.scale is 3",
                                          "scene has 3 errors"};

@@ -163,7 +163,7 @@ static void test_settings_read_out(void **state) {
   assert_null(output.image);
   assert_string_equal(output.preview, "dir/p.png");
   assert_int_equal(output.pixel_type, NEPH_PIXEL_FLOAT);
-  assert_false(output.preview_desc.is_exposure_auto);
+  assert_int_equal(output.preview_desc.exposure, NEPH_EXPOSURE_FIXED);
   assert_near(output.preview_desc.exposure_ev, -1.5, 0);
   set(f, "render.max_scatterings", "all");
   assert_int_equal(neph_scene_get_render_desc(f->scene, &desc), NEPH_OK);

@@ -69,7 +69,7 @@ static neph_result try_render(neph_scene *scene, int frame) {
   return result;
 }
 
-/* Of the mean of R, G and B, along a ray. */
+/* Optical depth of the mean of R, G and B, along a ray. */
 static const float *get_transmittance(neph_image *image) { return neph_image_get_channel(image, "transmittance"); }
 
 static void assert_same_bits(neph_image *a, neph_image *b) {
@@ -100,7 +100,7 @@ static unsigned search_block(neph_image *image) {
   return column + 3;
 }
 
-/* Where the block begins, in pixels: the columns before `inside` that are as clear as the sky. */
+/* Start of the block, in pixels: the columns before `inside` that are as clear as the sky. */
 static double measure_left_edge(neph_image *image, unsigned inside) {
   const double thick = 1.0 - measure_column(image, inside);
   double covered = 0.0;
@@ -155,7 +155,7 @@ static void optical_depth_is_that_of_the_reference_frame(void **state) {
   neph_scene_destroy(scene);
 }
 
-/* To the bit where there is no sky, whose tables are kept over a sequence within atmosphere.tolerance. */
+/* Exact without a sky, whose tables are kept over a sequence within atmosphere.tolerance. */
 static void a_frame_alone_is_that_of_the_sequence(void **state) {
   const test_fixture *f = *state;
   char keys[256];

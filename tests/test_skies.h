@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the tests of skies share: Earths, directions and suns in degrees, questions to the tracer. */
+/* Fixture of the tests of skies: Earths, directions and suns in degrees, questions to the tracer. */
 #ifndef NP_TEST_SKIES_H
 #define NP_TEST_SKIES_H
 

@@ -35,7 +35,7 @@ static double measure(const np_csv *csv, const bound *g, int band, double *out_d
   return square / count - noise / count;
 }
 
-/* What is held, in round figures above what was measured (docs/results/sky.md). Twice the doubt that the reference's
+/* Limits, in round figures above the measured errors (docs/results/sky.md). Twice the doubt that the reference's
  * noise leaves comes on top. */
 static void tables_agree_with_the_tracer(void **state) {
   (void)state;

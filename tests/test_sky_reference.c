@@ -100,11 +100,11 @@ static void energy_is_kept(void **state) {
   const np_medium *medium = &white->medium;
   const double radius = medium->planet_radius_m, top = radius + medium->top_m;
   np_reference_scene scene = {.medium = medium,
-                          .light = NP_REFERENCE_DISK,
-                          .sun_angular_radius_rad = 0.00467396,
-                          .order_min = 1,
-                          .order_max = NP_REFERENCE_ORDERS_ALL,
-                          .has_ground = true};
+                              .light = NP_REFERENCE_DISK,
+                              .sun_angular_radius_rad = 0.00467396,
+                              .order_min = 1,
+                              .order_max = NP_REFERENCE_ORDERS_ALL,
+                              .has_ground = true};
   double sum[3] = {0}, square[3] = {0};
   for (int i = 0; i < REPLICATES; i++) {
     double mean[3];
@@ -148,7 +148,7 @@ static bool read_row(FILE *file, reference_row *row) {
   return false;
 }
 
-/* What our tracer says of a row's ray. */
+/* The tracer's radiance of a row's ray. */
 typedef struct traced {
   double first[3];
   np_reference_value all;
@@ -156,12 +156,12 @@ typedef struct traced {
 
 static traced trace_row(neph_context *context, const neph_atmosphere *earth, const reference_row *row, uint64_t seed) {
   const np_reference_scene scene = {.medium = &earth->medium,
-                                .light = NP_REFERENCE_POINT,
-                                .to_sun = test_direction(row->sun_deg, 0.0),
-                                .sun_angular_radius_rad = 0.004675,
-                                .order_min = 1,
-                                .order_max = 64,
-                                .guide = &earth->depths};
+                                    .light = NP_REFERENCE_POINT,
+                                    .to_sun = test_direction(row->sun_deg, 0.0),
+                                    .sun_angular_radius_rad = 0.004675,
+                                    .order_min = 1,
+                                    .order_max = 64,
+                                    .guide = &earth->depths};
   const np_reference_query query = test_query(row->altitude_km * NP_KILOMETRE, row->zenith_deg, row->azimuth_deg);
   traced t;
   np_reference_first_order(&scene, &query, 1e-5, t.first);

@@ -31,7 +31,7 @@ static void look(const neph_sky *sky, bool is_up, double out[VIEWS][3]) {
   }
 }
 
-/* Where the sun stands and how high the observer is, at a part of the way. */
+/* Direction of the sun and altitude of the observer at a part of the way. */
 typedef struct stop {
   double altitude_m, sun_deg, allowed;
 } stop;

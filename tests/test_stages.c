@@ -151,7 +151,7 @@ static void what_is_needed_is_built_and_nothing_else(void **state) {
 
 static void add_spectrum(np_hash *hash, np_spectrum s) { np_hash_add(hash, &s, sizeof s); }
 
-/* Of the first packet's first light; what no light of it has is left out. */
+/* Parts of the first packet's first light; those that it lacks are left out. */
 static void add_sky_result(np_hash *hash, const np_packet *p, const np_packet_light *l, np_stage stage) {
   const np_vec3 up = np_vec3_make(0.0f, 0.6f, 0.8f);
   const np_dvec3 origin = np_dvec3_make(0.0, -3000.0, 900.0);
@@ -179,8 +179,8 @@ static void add_light_result(np_hash *hash, const np_packet_light *l, np_stage s
     np_hash_add(hash, ground->points, (size_t)ground->size[0] * (size_t)ground->size[1] * sizeof *ground->points);
   if (stage == NP_STAGE_AIR_SHADOWS) add_spectrum(hash, np_air_shadow_get_lost(&l->air_shadow, ahead, INFINITY));
   if (stage != NP_STAGE_LIGHTING) return;
-  const bool answers[] = {l->lighting.scattering,   l->lighting.viewer_light, l->lighting.ground_light,
-                          l->lighting.air_shadow,   l->lighting.sky_guide,    l->lighting.sun_optical_depths.cache};
+  const bool answers[] = {l->lighting.scattering, l->lighting.viewer_light, l->lighting.ground_light,
+                          l->lighting.air_shadow, l->lighting.sky_guide,    l->lighting.sun_optical_depths.cache};
   np_hash_add(hash, answers, sizeof answers);
 }
 
@@ -196,8 +196,7 @@ static void fingerprint(const building *b, np_stage stage, char out_hex[33]) {
     np_hash_add(hash, a->lights[0].sun_optical_depth->level_cells, sizeof(uint64_t));
   if (packet) add_sky_result(hash, packet, &packet->lights[0], stage);
   if (packet) add_light_result(hash, &packet->lights[0], stage);
-  np_hash_finish(hash, out_hex);
-  np_hash_destroy(hash);
+  assert_int_equal(np_hash_finish(hash, out_hex), NEPH_OK);
 }
 
 /* A stage and all that it needs, and what that needs. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What many tests need: cmocka itself, a log that can be read, an allocator that counts and fails, a folder that goes
+/* Fixtures of many tests: cmocka itself, a log that can be read, an allocator that counts and fails, a folder that goes
  * away, and comparisons of numbers that say what both were. */
 #ifndef NP_TEST_SUPPORT_H
 #define NP_TEST_SUPPORT_H
@@ -89,7 +89,7 @@ char *test_hgt_write(const char *folder, const char *name, unsigned side,
 
 /* ---- Fixture ---- */
 
-/* What most tests share: a log, a context that logs to it, a folder, empty at first, and a path in it. */
+/* Fixture of most tests: a log, a context that logs to it, a folder, empty at first, and a path in it. */
 typedef struct test_fixture {
   test_log log;
   neph_context *context;

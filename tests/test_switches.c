@@ -35,8 +35,7 @@ static void any_two_parts_of_a_scene_meet(void **state) {
     for (int b = 0; b < a; b++) {
       unsigned met = 0;
       for (int i = 0; i < SETTING_COUNT; i++) {
-        const bool part[4] = {settings[i].is_path, settings[i].has_air, settings[i].has_terrain,
-                              settings[i].has_cloud};
+        const bool part[4] = {settings[i].is_path, settings[i].has_air, settings[i].has_terrain, settings[i].has_cloud};
         met |= 1u << (2 * part[a] + part[b]);
       }
       assert_int_equal(met, 0xf);
@@ -55,7 +54,7 @@ static setting suit(const np_key *key, setting s) {
 
 /* ---- Scenes ---- */
 
-/* What else is set before a key whose path begins with `start`, for `word` alone unless that is NULL. */
+/* Settings made before a key whose path begins with `start`, for `word` alone unless that is NULL. */
 typedef struct companion {
   const char *start, *word, *key, *value;
 } companion;
@@ -168,6 +167,25 @@ static uint64_t check_picture(const neph_scene *scene, neph_image *image, const 
   return sum;
 }
 
+static bool is_of_preview(const np_key *key) {
+  return begins_with(key->path, "output.exposure") || begins_with(key->path, "output.view") ||
+         begins_with(key->path, "output.preview");
+}
+
+/* The same of a picture as it is shown. */
+static uint64_t check_preview(test_fixture *f, const neph_scene *scene, const neph_image *image) {
+  neph_output output = NEPH_OUTPUT_DEFAULT;
+  neph_image *shown;
+  char *path = test_path(f->folder, "preview.png");
+  assert_int_equal(neph_scene_get_output(scene, &output), NEPH_OK);
+  assert_int_equal(neph_image_save_png(image, path, &output.preview_desc), NEPH_OK);
+  assert_int_equal(neph_image_load_png(f->context, path, &shown), NEPH_OK);
+  const uint64_t sum = check_picture(scene, shown, "the preview");
+  neph_image_destroy(shown);
+  free(path);
+  return sum;
+}
+
 static uint64_t render(test_fixture *f, const np_key *key, const char *word, setting s) {
   char what[256];
   snprintf(what, sizeof what, "%s: %s, %s%s%s%s", key->path, word ? word : "not set", s.is_path ? "path" : "march",
@@ -176,10 +194,11 @@ static uint64_t render(test_fixture *f, const np_key *key, const char *word, set
   test_log_clear(&f->log);
   neph_scene *scene = create_scene(f, key, word, s);
   if (neph_render_image(scene, NULL, &image)) fail_msg("%s: %s", what, f->log.text);
-  const uint64_t sum = check_picture(scene, image, what);
+  const uint64_t sum = check_picture(scene, image, what),
+                 shown = is_of_preview(key) ? check_preview(f, scene, image) : 0;
   neph_image_destroy(image);
   neph_scene_destroy(scene);
-  return sum;
+  return sum ^ shown;
 }
 
 /* ---- Words ---- */
@@ -230,7 +249,7 @@ static bool has_companion(const np_key *key) {
 
 static uint64_t render_without(test_fixture *f, const np_key *key, setting s, plain_pictures *plain) {
   const unsigned i = s.is_path + 2u * s.has_air + 4u * s.has_terrain + 8u * s.has_cloud;
-  if (has_companion(key)) return render(f, key, NULL, s);
+  if (has_companion(key) || is_of_preview(key)) return render(f, key, NULL, s);
   if (!plain->is_known[i]) plain->sum[i] = render(f, key, NULL, s);
   plain->is_known[i] = true;
   return plain->sum[i];

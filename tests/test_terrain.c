@@ -244,7 +244,7 @@ static void lifted_rays_leave_the_ground(void **state) {
   neph_terrain_release(terrain);
 }
 
-/* What A cannot see of B, B cannot see of A. Floats may differ on a ray that touches a ridge within millimetres: 5 of
+/* Visibility is mutual. Floats may differ on a ray that touches a ridge within millimetres: 5 of
  * 5000 is a share that a fault would exceed. */
 static void occlusion_is_mutual(void **state) {
   test_fixture *f = *state;
@@ -307,16 +307,11 @@ static void threads_do_not_change_hits(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      TEST(flat_ground_is_the_sphere),
-      TEST(far_ground_lies_below_the_tangent_plane),
-      TEST(a_slope_has_its_normal),
-      TEST(a_hill_stands_where_it_should),
-      TEST(rays_and_elevations_agree),
-      TEST(rays_agree_with_every_triangle),
-      TEST(distances_are_respected),
-      TEST(lifted_rays_leave_the_ground),
-      TEST(occlusion_is_mutual),
-      TEST(odd_rays_do_no_harm),
+      TEST(flat_ground_is_the_sphere),  TEST(far_ground_lies_below_the_tangent_plane),
+      TEST(a_slope_has_its_normal),     TEST(a_hill_stands_where_it_should),
+      TEST(rays_and_elevations_agree),  TEST(rays_agree_with_every_triangle),
+      TEST(distances_are_respected),    TEST(lifted_rays_leave_the_ground),
+      TEST(occlusion_is_mutual),        TEST(odd_rays_do_no_harm),
       TEST(threads_do_not_change_hits),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

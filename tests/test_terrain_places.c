@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where ground lies and ends, and how making it fails. */
+/* Place and border of the ground, and failures in making it. */
 #include "test_terrains.h"
 
 #include <png.h>

@@ -139,7 +139,7 @@ static double sample_opacity(const test_world *w, const np_camera_ray *ray, np_r
   return -expm1(-depth);
 }
 
-/* What leaves in all directions, spread evenly over the sphere, is what the clouds take from the sun. */
+/* Outgoing light over the sphere is the light that the clouds take from the sun. */
 static void assert_conserved(test_world *w, bool is_solved, double tolerance) {
   enum { DIRECTIONS = 256 };
   light(w, np_vec3_make(0.6f, 0.0f, 0.8f), is_solved);

@@ -231,7 +231,7 @@ static void resolving_a_solution_matches_the_higher_degree(void **state) {
   assert_near_relative(sums[0], sums[1], 0.01);
 }
 
-/* Where volumes overlap, extinctions and scattering moments add up, each cloud's scaled by its own peak; and so they do
+/* Extinctions of overlapping volumes and scattering moments add up, each cloud's scaled by its own peak; and so they do
  * where what is scaled is scaled once more, to fewer degrees. */
 static void phase_functions_mix_by_extinction(void **state) {
   (void)state;

@@ -66,7 +66,7 @@ static void require(const char *command, const char *package) {
   skip();
 }
 
-/* What a command prints; it must succeed. To be freed. */
+/* Output of a command, which must succeed; to be freed. */
 static char *run(const char *command, const char *argument) {
   char *line = NULL, *text = NULL;
   size_t size = 0;
@@ -118,7 +118,7 @@ static void vdb_print_lists_the_grids(void **state) {
 
 /* ---- Values, by OpenVDB's Python module ---- */
 
-/* Of an active voxel in memory; NaN, which is near to nothing, when there is none. */
+/* Value of an active voxel in memory; NaN, which is near to nothing, when there is none. */
 static double get_value(const np_sparse_grid *grid, const int at[3]) {
   for (size_t l = 0; l < grid->leaf_count; l++) {
     int offset = 0;

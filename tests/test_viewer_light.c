@@ -155,7 +155,7 @@ static void cancelling_leaves_nothing(void **state) {
   test_world_destroy(&w);
 }
 
-/* Of a solution that stands: what it was built with may fail elsewhere (test_scattering_field.c). */
+/* Failures with a finished solution: those of its inputs are elsewhere (test_scattering_field.c). */
 static neph_result attempt(neph_context *context, void *solved) {
   const test_world *w = solved;
   np_viewer_light light;

@@ -54,12 +54,12 @@ typedef struct neph_cloud_desc {
   double anvil;            /**< how far the tops of the largest cells spread, 0 to 1 (default 0) */
   double precipitation;    /**< rain below the base: 1 reaches sea level, less evaporates, 0 to 1 (default 0) */
   bool has_profile;        /**< the profile below takes the place of what `type` says (default false) */
-  /** Of the largest cell's strength, how much is needed at 0, ¼, ½, ¾ and 1 of the thickness: from 0 to 1, never
-   * falling (default 0, 0.06, 0.25, 0.56, 1, a dome). */
+  /** Cell strength, over that of the largest cell, that is needed at 0, ¼, ½, ¾ and 1 of the thickness: from 0 to 1,
+   * never falling (default 0, 0.06, 0.25, 0.56, 1, a dome). */
   double profile[NEPH_CLOUD_PROFILE_POINTS];
-  double wind_m_s[2]; /**< that moves the clouds through the extent, x and y; ±200 (default 0, 0) */
-  double time_s;      /**< since the seed's own moment; ±1e6 (default 0) */
-  double lifetime_s;  /**< over which a cell grows and decays, and its billows turn over; > 0 (default 2400) */
+  double wind_m_s[2];   /**< that moves the clouds through the extent, x and y; ±200 (default 0, 0) */
+  double time_s;        /**< since the seed's own moment; ±1e6 (default 0) */
+  double lifetime_s;    /**< over which a cell grows and decays, and its billows turn over; > 0 (default 2400) */
   const char *map_file; /**< EXR or PNG to lay over the landscape, borrowed; NULL: none (default NULL) */
   /** The picture's channel for each quantity, borrowed; NULL: not from the picture (default all NULL). */
   const char *map_channels[NEPH_CLOUD_MAP_QUANTITY_COUNT];
@@ -125,7 +125,7 @@ typedef struct neph_bake_error {
   neph_bake_loss sampling;  /**< what is left, on voxels with straight lines between them */
   neph_bake_loss half;      /**< by halves in the file */
   neph_bake_loss pruning;
-  neph_bake_loss total;     /**< by all of these */
+  neph_bake_loss total; /**< by all of these */
 } neph_bake_error;
 
 #define NEPH_BAKE_ERROR_DEFAULT                                                                                        \

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where sun, moon and stars stand. */
+/* Positions of sun, moon and stars. */
 #ifndef NEPHOS_EPHEMERIS_H
 #define NEPHOS_EPHEMERIS_H
 

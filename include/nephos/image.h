@@ -76,24 +76,42 @@ NEPH_API neph_result neph_image_load_exr(neph_context *context, const char *path
 NEPH_API neph_result neph_image_load_png(neph_context *context, const char *path,
                                          neph_image **out_image) NEPH_NODISCARD;
 
+/** From linear light to the values of a preview. */
+typedef enum neph_view {
+  NEPH_VIEW_FILMIC,   /**< linear up to 0.75, a shoulder above that keeps hue and fades to white, sRGB; the default */
+  NEPH_VIEW_STANDARD, /**< clipped at 1, sRGB */
+  NEPH_VIEW_RAW       /**< R, G and B times exposure_ev alone, clipped at 1; no sRGB, no conversion of primaries */
+} neph_view;
+
+/** Base exposure of a preview. */
+typedef enum neph_exposure {
+  NEPH_EXPOSURE_AUTO,  /**< for the highlights of the picture: the 99.3rd percentile of luminance comes to 0.92, and
+                            the log-average of the rest to 0.08 at least; the default */
+  NEPH_EXPOSURE_METER, /**< by the light on the scene, from the attributes nephos:meter and nephos:meterLuminance
+                            of a render: a white diffuser comes to 0.8 by day and to less in the dark, the same for all
+                            parts of a picture */
+  NEPH_EXPOSURE_FIXED  /**< none: the picture times 2^exposure_ev */
+} neph_exposure;
+
 typedef struct neph_preview_desc {
   size_t struct_size;
-  double exposure_ev;      /**< stops added to the automatic or base exposure, −64 to 64 (default 0) */
-  bool is_exposure_auto;   /**< choose the base exposure from the lit part of the picture (default true); else 1 */
-  double white[3];         /**< radiance of R, G, B that shows as neutral (default 1, 1, 1); each > 0 */
+  double exposure_ev;     /**< stops added to the base exposure, −64 to 64 (default 0) */
+  neph_exposure exposure; /**< default NEPH_EXPOSURE_AUTO */
+  double white[3];        /**< radiance of R, G, B that shows as neutral (default 1, 1, 1); each > 0 */
+  neph_view view;         /**< default NEPH_VIEW_FILMIC */
+  unsigned bits;          /**< of a component: 8 (the default) or 16 */
 } neph_preview_desc;
 
 #define NEPH_PREVIEW_DESC_DEFAULT                                                                                      \
   {                                                                                                                    \
-    .struct_size = sizeof(neph_preview_desc), .exposure_ev = 0, .is_exposure_auto = true, .white = {1, 1, 1}           \
+    .struct_size = sizeof(neph_preview_desc), .exposure_ev = 0, .exposure = NEPH_EXPOSURE_AUTO, .white = {1, 1, 1},    \
+    .view = NEPH_VIEW_FILMIC, .bits = 8                                                                                \
   }
 
-/** Writes an 8-bit sRGB PNG of channels R, G, B, or of Y alone: exposure, filmic curve, dither.
+/** Writes a PNG of channels R, G, B, or of Y alone: exposure, view, dither.
  *
- * The automatic exposure is the log-average of the lit pixels without the darkest tenth and the brightest hundredth, so
- * that neither black borders nor the sun's disk turn it, lowered where bright areas would lose their drawing. Primaries
- * that the header names are converted to sRGB's, white to white. Negative values show as 0, infinite ones as white, NaN
- * as magenta.
+ * The automatic exposure leaves out what is not lit, so that black borders do not turn it. Primaries that the header
+ * names are converted to sRGB's, white to white. Negative values show as 0, infinite ones as white, NaN as magenta.
  *
  * @param desc  NULL for the defaults.
  */
@@ -108,20 +126,20 @@ NEPH_API neph_result neph_image_describe_file(neph_context *context, const char 
  * reference, d the picture minus it. Values that are not finite in the reference are left out. */
 typedef struct neph_image_difference {
   size_t struct_size;
-  double relative_mse;      /**< mean of d²/(L² + ε²), ε = 0.01·mean |L| */
-  double rmse;              /**< root of mean d² */
-  double bias;              /**< Σ picture / Σ reference − 1 */
-  double bias_interval;     /**< half width of the bias's 95 % confidence interval, from 8×8-pixel blocks taken as
-                                 independent; NaN for less than two of them */
-  double block_rms;         /**< √(Σ d² / Σ L²) over 8×8-pixel means */
-  double p999_relative;     /**< 99.9th percentile of |d|/(|L| + ε) */
-  double max_absolute;      /**< largest |d| */
-  double noise_rmse;        /**< the reference's own part in rmse, root of mean σ², from its channels standard_error.*;
-                                 NaN, as all three are, where it lacks one */
-  double noise_block_rms;   /**< its own part in block_rms: the picture's is √(block_rms² − noise_block_rms²) */
-  double noise_bias;        /**< standard error of bias that the reference brings, its channels taken as of the same
-                                 samples */
-  uint64_t value_count;     /**< values compared */
+  double relative_mse;    /**< mean of d²/(L² + ε²), ε = 0.01·mean |L| */
+  double rmse;            /**< root of mean d² */
+  double bias;            /**< Σ picture / Σ reference − 1 */
+  double bias_interval;   /**< half width of the bias's 95 % confidence interval, from 8×8-pixel blocks taken as
+                               independent; NaN for less than two of them */
+  double block_rms;       /**< √(Σ d² / Σ L²) over 8×8-pixel means */
+  double p999_relative;   /**< 99.9th percentile of |d|/(|L| + ε) */
+  double max_absolute;    /**< largest |d| */
+  double noise_rmse;      /**< the reference's own part in rmse, root of mean σ², from its channels standard_error.*;
+                               NaN, as all three are, where it lacks one */
+  double noise_block_rms; /**< its own part in block_rms: the picture's is √(block_rms² − noise_block_rms²) */
+  double noise_bias;      /**< standard error of bias that the reference brings, its channels taken as of the same
+                               samples */
+  uint64_t value_count;   /**< values compared */
   uint64_t differing_count; /**< values whose bits differ, every channel counted; a channel that only one of the
                                  pictures has differs everywhere */
 } neph_image_difference;

@@ -93,6 +93,8 @@ typedef struct neph_render_desc {
   void *progress_user;       /**< default NULL */
   neph_tile_fn tile;         /**< default NULL */
   void *tile_user;           /**< default NULL */
+  uint64_t memory_max_bytes; /**< a render that neph_render_estimate_memory predicts to need more is refused, as are
+                                  bakes within it, with NEPH_ERROR_LIMIT (default NEPH_MEMORY_UNLIMITED) */
 } neph_render_desc;
 
 #define NEPH_RENDER_DESC_DEFAULT                                                                                       \
@@ -102,7 +104,7 @@ typedef struct neph_render_desc {
     .target_error = NEPH_UNLIMITED, .time_limit_s = NEPH_UNLIMITED, .seed = 0, .frame = 1,                             \
     .multiple_scattering = NEPH_MULTIPLE_SCATTERING_ORDINATES, .atmosphere = NEPH_RENDER_ATMOSPHERE_TRACED,            \
     .path_guiding = NEPH_PATH_GUIDING_NONE, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL,                  \
-    .progress_user = NULL, .tile = NULL, .tile_user = NULL                                                             \
+    .progress_user = NULL, .tile = NULL, .tile_user = NULL, .memory_max_bytes = NEPH_MEMORY_UNLIMITED                  \
   }
 
 /** The scene's own render settings, to start from.

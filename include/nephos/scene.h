@@ -57,13 +57,13 @@ NEPH_API neph_result neph_schema_describe(neph_context *context, const char *key
 NEPH_API neph_result neph_scene_describe(const neph_scene *scene, neph_text_format format,
                                          char **out_text) NEPH_NODISCARD;
 
-/** Where a scene wants its pictures, and how. Texts are valid until the scene changes. */
+/** Output files of a scene and their format. Texts are valid until the scene changes. */
 typedef struct neph_output {
   size_t struct_size;
-  const char *image;          /**< OpenEXR name, '#' for the frame; resolved; NULL: none wanted */
-  const char *preview;        /**< PNG name, '#' for the frame; resolved; NULL: none wanted */
-  const char *deep;           /**< deep OpenEXR name, '#' for the frame; resolved; NULL: none wanted */
-  neph_pixel_type pixel_type; /**< of colour (default NEPH_PIXEL_HALF) */
+  const char *image;              /**< OpenEXR name, '#' for the frame; resolved; NULL: none wanted */
+  const char *preview;            /**< PNG name, '#' for the frame; resolved; NULL: none wanted */
+  const char *deep;               /**< deep OpenEXR name, '#' for the frame; resolved; NULL: none wanted */
+  neph_pixel_type pixel_type;     /**< of colour (default NEPH_PIXEL_HALF) */
   neph_preview_desc preview_desc; /**< stays the last, so that it can grow */
 } neph_output;
 

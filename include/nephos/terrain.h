@@ -11,19 +11,19 @@ extern "C" {
 
 typedef struct neph_terrain neph_terrain;
 
-/** Where a height field lies and what it is made of. */
+/** Position and material of a height field. */
 typedef struct neph_terrain_desc {
   size_t struct_size;
-  double planet_radius_m;         /**< heights stand on this sphere; > 0 (default 6360 km) */
-  bool has_place;                 /**< whether latitude and longitude are given (default false: the file's centre) */
-  double latitude_rad;            /**< of the world origin, −π/2 to π/2 (default 0) */
-  double longitude_rad;           /**< of the world origin (default 0) */
-  double width_m;                 /**< along x, of pictures and procedural fields; > 0 (default 30 km) */
-  double height_min_m;            /**< elevation of value 0 in PNG; EXR is in metres (default 0) */
-  double height_max_m;            /**< elevation of value 1 in PNG (default 2000) */
-  double ground_albedo[3];        /**< Lambert, 0 to 1 (default 0.2 each) */
-  neph_progress_fn progress;      /**< default NULL */
-  void *progress_user;            /**< default NULL */
+  double planet_radius_m;    /**< heights stand on this sphere; > 0 (default 6360 km) */
+  bool has_place;            /**< whether latitude and longitude are given (default false: the file's centre) */
+  double latitude_rad;       /**< of the world origin, −π/2 to π/2 (default 0) */
+  double longitude_rad;      /**< of the world origin (default 0) */
+  double width_m;            /**< along x, of pictures and procedural fields; > 0 (default 30 km) */
+  double height_min_m;       /**< elevation of value 0 in PNG; EXR is in metres (default 0) */
+  double height_max_m;       /**< elevation of value 1 in PNG (default 2000) */
+  double ground_albedo[3];   /**< Lambert, 0 to 1 (default 0.2 each) */
+  neph_progress_fn progress; /**< default NULL */
+  void *progress_user;       /**< default NULL */
 } neph_terrain_desc;
 
 #define NEPH_TERRAIN_DESC_DEFAULT                                                                                      \
@@ -40,16 +40,14 @@ NEPH_API neph_result neph_terrain_load(neph_context *context, const char *path, 
 
 typedef struct neph_ridges_desc {
   size_t struct_size;
-  uint64_t seed;          /**< any (default 1) */
-  unsigned sample_count;  /**< samples along each side, 2 to 16385 (default 1025) */
-  double relief_m;        /**< from valleys to summits; ≥ 0 (default 1400) */
-  double ridge_m;         /**< spacing of the largest ridges; > 0 (default 9 km) */
+  uint64_t seed;         /**< any (default 1) */
+  unsigned sample_count; /**< samples along each side, 2 to 16385 (default 1025) */
+  double relief_m;       /**< from valleys to summits; ≥ 0 (default 1400) */
+  double ridge_m;        /**< spacing of the largest ridges; > 0 (default 9 km) */
 } neph_ridges_desc;
 
 #define NEPH_RIDGES_DESC_DEFAULT                                                                                       \
-  {                                                                                                                    \
-    .struct_size = sizeof(neph_ridges_desc), .seed = 1, .sample_count = 1025, .relief_m = 1400.0, .ridge_m = 9000.0    \
-  }
+  { .struct_size = sizeof(neph_ridges_desc), .seed = 1, .sample_count = 1025, .relief_m = 1400.0, .ridge_m = 9000.0 }
 
 /** Makes ridged mountains from noise, so that a scene needs no file. */
 NEPH_API neph_result neph_terrain_create_ridges(neph_context *context, const neph_ridges_desc *ridges,

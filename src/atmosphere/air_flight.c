@@ -30,11 +30,10 @@ static shell_walk start_walk(const neph_atmosphere *atmosphere, const np_ray *ra
 /* Half the chord of the ray within an altitude, squared. */
 static double compute_chord(const shell_walk *walk, double altitude_m) {
   const double h = walk->ray.altitude_m;
-  return walk->middle * walk->middle -
-         (h - altitude_m) * (2.0 * walk->medium->planet_radius_m + h + altitude_m);
+  return walk->middle * walk->middle - (h - altitude_m) * (2.0 * walk->medium->planet_radius_m + h + altitude_m);
 }
 
-/* Where the ray leaves the present shell, and by which side. */
+/* Exit of the ray from its shell, and the side. */
 static double compute_exit(shell_walk *walk, int *out_next) {
   if (!walk->is_rising) {
     const double chord = walk->shell > 0 ? compute_chord(walk, walk->shells->floor_m[walk->shell]) : -1.0;
@@ -49,7 +48,7 @@ static double compute_exit(shell_walk *walk, int *out_next) {
 }
 
 static void compute_shares(const np_medium *medium, double altitude_m, double bound_per_m,
-                        double out_share[NP_BAND_COUNT]) {
+                           double out_share[NP_BAND_COUNT]) {
   for (int b = 0; b < NP_BAND_COUNT; b++) out_share[b] = 0.0;
   for (int i = 0; i < medium->layer_count; i++) {
     const np_layer *layer = &medium->layers[i];
@@ -219,9 +218,7 @@ np_air_scatterer np_air_scatterer_make(const neph_atmosphere *atmosphere, const 
   return s;
 }
 
-static double versine_between(np_vec3 a, np_vec3 b) {
-  return fmin((double)np_vec3_versine(a, b), 2.0);
-}
+static double versine_between(np_vec3 a, np_vec3 b) { return fmin((double)np_vec3_versine(a, b), 2.0); }
 
 np_air_choice np_air_scatterer_eval(const np_air_scatterer *s, np_vec3 direction) {
   const double versine = versine_between(s->forward, direction);

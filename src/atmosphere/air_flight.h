@@ -21,13 +21,13 @@ typedef struct np_air_choice {
   np_spectrum value, density;
 } np_air_choice;
 
-/* What shines on the air. `has_sun` false: nothing that would be worth looking for. */
+/* Light on the air. `has_sun` false: none worth sampling. */
 typedef struct np_air_light {
   np_vec3 to_sun;
   bool has_sun;
 } np_air_light;
 
-/* Where a path collides with the air. */
+/* Collision of a path with the air. */
 typedef struct np_air_collision {
   np_air_choice choice; /* of the distance and of the collision: scattering coefficient times transmittance, 1/m */
   double distance_m;
@@ -43,9 +43,9 @@ bool np_air_track(const neph_atmosphere *atmosphere, np_dvec3 origin, np_vec3 di
 /* ---- Flights of known transmittance ---- */
 
 typedef struct np_air_flight {
-  np_reference_path path; /* no panels: no air */
+  np_reference_path path;                                     /* no panels: no air */
   double probability[NP_BAND_COUNT][NP_REFERENCE_PANELS_MAX]; /* of a collision in each panel */
-  np_spectrum transmittance;                              /* of it all */
+  np_spectrum transmittance;                                  /* of it all */
 } np_air_flight;
 
 /* Whether a light stands so low over a place that flights from there are best made this way. */

@@ -2,7 +2,6 @@
 /* An atmosphere: its description checked, its tables built, and what others ask of it. */
 #include "atmosphere/atmosphere_tables.h"
 
-#include "atmosphere/delta_scaling.h"
 #include "atmosphere/moment_builder.h"
 #include "core/alloc.h"
 #include "core/parallel.h"
@@ -177,26 +176,10 @@ np_spectrum np_atmosphere_transmittance_between(const neph_atmosphere *atmospher
   return np_bands_to_spectrum(np_bands_exp(-np_ray_optical_depth(&atmosphere->medium, &ray, 0.0, end)));
 }
 
+bool np_atmosphere_has_moments(const neph_atmosphere *atmosphere) { return atmosphere->order_max > 1; }
+
 np_spectrum np_atmosphere_ground_irradiance(const neph_atmosphere *atmosphere, float sun_cosine) {
   return np_bands_to_spectrum(np_moment_table_irradiance(&atmosphere->moments, sun_cosine));
-}
-
-void np_atmosphere_sky_light(const neph_atmosphere *atmosphere, np_dvec3 position, np_vec3 to_sun,
-                             np_spectrum *out_upper_mean_radiance, np_spectrum *out_lower_mean_radiance) {
-  const np_medium *medium = &atmosphere->medium;
-  const np_moment_table *table = &atmosphere->moments;
-  const double h = np_clamp(compute_altitude(medium, position), 0.0, medium->top_m);
-  const float sun = (float)compute_cosine(medium, position, to_sun), horizon = (float)np_horizon_cosine(medium, h);
-  float upper, f;
-  const int row = np_moment_table_row(table, h, &upper);
-  const int column = np_sun_scale_split(&table->sun, np_sun_scale_column(&table->sun, sun), &f);
-  const np_bands *low = table->hemisphere + (size_t)(row * table->sun.columns + column) * 2;
-  const np_bands *high = low + (size_t)table->sun.columns * 2;
-  const np_bands above = np_bands_mix(np_bands_mix(low[0], low[2], f), np_bands_mix(high[0], high[2], f), upper);
-  const np_bands below = np_bands_mix(np_bands_mix(low[1], low[3], f), np_bands_mix(high[1], high[3], f), upper);
-  const float solid_above = 2.0f * NP_PI_F * (1.0f - horizon), solid_below = 2.0f * NP_PI_F * (1.0f + horizon);
-  *out_upper_mean_radiance = np_bands_to_spectrum(above / solid_above);
-  *out_lower_mean_radiance = np_bands_to_spectrum(below / solid_below);
 }
 
 void neph_atmosphere_get_transmittance(const neph_atmosphere *atmosphere, const double position_m[3],

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where rays enter and leave the air, and how high they are on their way.
+/* Entry and exit of rays through the air, and their altitude between.
  *
  * A ray is given by the altitude h of its start and the cosine μ of its angle with the zenith there. Altitudes are
  * never formed as r − R. With b = r·μ the sphere of radius R + a is met at the roots of t² + 2bt + c = 0, c = (h −

@@ -22,7 +22,7 @@
 
 #include "core/context_private.h"
 
-/* What all of the Earth's airs share. */
+/* Properties that all airs of the Earth share. */
 #define EARTH_MOLECULES                                                                                                \
   {                                                                                                                    \
     .profile = NEPH_LAYER_EXPONENTIAL, .top_m = (double)INFINITY, .height_m = 8000.0,                                  \

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the light and integrate modules ask of an atmosphere and of a sky. All in float spectra, world positions. */
+/* Interface of atmosphere and sky to world and integrators, in float spectra and world positions. */
 #ifndef NP_ATMOSPHERE_ATMOSPHERE_PRIVATE_H
 #define NP_ATMOSPHERE_ATMOSPHERE_PRIVATE_H
 
@@ -11,7 +11,7 @@
 
 neph_context *np_atmosphere_get_context(const neph_atmosphere *atmosphere);
 
-/* What it was made of; valid as long as the atmosphere. */
+/* Description of the atmosphere; valid as long as it is. */
 const neph_atmosphere_desc *np_atmosphere_get_desc(const neph_atmosphere *atmosphere);
 
 double np_atmosphere_get_planet_radius(const neph_atmosphere *atmosphere);
@@ -30,35 +30,17 @@ np_spectrum np_atmosphere_transmittance_to_sun(const neph_atmosphere *atmosphere
 /* Transmittance between two points in sight of each other, marched. */
 np_spectrum np_atmosphere_transmittance_between(const neph_atmosphere *atmosphere, np_dvec3 from, np_dvec3 to);
 
+/* Whether its scattered light is known: false for air that paths trace. */
+bool np_atmosphere_has_moments(const neph_atmosphere *atmosphere);
+
 /* Irradiance of the sky (sun's disk excluded) on a horizontal plane facing up, per unit of sun irradiance above the
  * atmosphere, on the sphere at a place whose zenith makes `sun_cosine` with the sun. */
 np_spectrum np_atmosphere_ground_irradiance(const neph_atmosphere *atmosphere, float sun_cosine);
-
-/* Mean radiance of the directions above and below the true horizon at a point, per unit of sun irradiance above the
- * atmosphere: sky above, air and the planet's ground below; all orders, the sun's own rays excluded. Half spaces as
- * they are gathered, not split from moments; the aureole is smeared over a few tens of degrees. Points in space see the
- * top of the air. */
-void np_atmosphere_sky_light(const neph_atmosphere *atmosphere, np_dvec3 position, np_vec3 to_sun,
-                             np_spectrum *out_upper_mean_radiance, np_spectrum *out_lower_mean_radiance);
 
 typedef struct np_aerial_perspective {
   np_spectrum transmittance;
   np_spectrum inscatter; /* W m⁻² sr⁻¹ nm⁻¹ */
 } np_aerial_perspective;
-
-/* What part of the sun's disk clouds and hills leave to be seen from a point, in [0, 1]; air and the planet's sphere
- * are not counted. Asked from many threads at once. */
-typedef struct np_sun_visibility {
-  float (*find)(const void *user, np_dvec3 position);
-  const void *user;
-} np_sun_visibility;
-
-/* A sky whose air lies in a shadow that is known before the tables are: sunlight that is scattered once counts by the
- * visibility of the sun where it is scattered, one look-up a slice and azimuth (pictures have it finer:
- * caches/air_shadow.h); light that is scattered more often is that of a clear sky. Nothing mirrors a shadow, so that
- * the tables go round the whole circle of azimuths. NULL: neph_sky_create. */
-neph_result np_sky_create_shadowed(neph_atmosphere *atmosphere, const neph_sky_desc *desc,
-                                   const np_sun_visibility *visibility, neph_sky **out_sky);
 
 /* In-scatter along the whole ray from the observer, to space or to the sphere of the planet; disk and ground excluded.
  */
@@ -71,9 +53,9 @@ np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 dir
 np_aerial_perspective np_sky_aerial_orders(const neph_sky *sky, np_vec3 direction, double distance_m,
                                            np_spectrum *out_first);
 
-/* Sun irradiance above the atmosphere and direction, as built. */
-np_spectrum np_sky_get_sun_irradiance(const neph_sky *sky);
-np_vec3 np_sky_get_sun_direction(const neph_sky *sky);
-np_dvec3 np_sky_get_observer(const neph_sky *sky);
+/* Light that the air between the observer and a distance would scatter towards it if all of the sunlight that reaches
+ * it came evenly from all around: (1/4π)·∫ T·T_sun·σ dt times the sun's irradiance above the air. `out_first` is what
+ * it does scatter of that light, once. */
+np_spectrum np_sky_even_inscatter(const neph_sky *sky, np_vec3 direction, double distance_m, np_spectrum *out_first);
 
 #endif

@@ -5,8 +5,8 @@
 
 #include <stdatomic.h>
 
-#include "atmosphere/air_shells.h"
 #include "atmosphere/atmosphere_private.h"
+#include "atmosphere/medium.h"
 #include "atmosphere/sky_trace.h"
 
 struct neph_atmosphere {
@@ -53,10 +53,7 @@ typedef struct np_sky_frame {
 
 struct neph_sky {
   neph_atmosphere *atmosphere;
-  const np_sun_visibility *visibility; /* while the tables are built; NULL: clear */
-  np_monitor *monitor;                 /* while the tables are built; may be NULL */
-  np_view_sizes view_sizes, aerial_sizes;
-  double azimuth_end; /* of the tables: π, which a clear sky mirrors, or 2π */
+  np_monitor *monitor; /* while the tables are built; may be NULL */
   np_spectrum irradiance;
   np_vec3 sun;
   float sun_angular_radius;
@@ -76,7 +73,7 @@ struct neph_sky {
  * to follow on "since". Rows and azimuths are laid from the horizon and the sun, so that they move along. */
 bool np_sky_move(neph_sky *sky, const neph_sky_desc *desc, char *out_reason, size_t reason_size);
 
-/* What the rays of a sky are traced with, once it has its gather. */
+/* Inputs of a sky's rays, once it has its gather. */
 np_sky_light np_sky_light_make(const neph_sky *sky);
 
 /* Fills the tables of a sky whose frame and light are set. */
@@ -96,22 +93,21 @@ typedef struct np_sky_place {
   bool is_in_air; /* false: the ray passes the atmosphere by */
 } np_sky_place;
 
-/* Rows above the true horizon, rows below it, azimuths to `azimuth_end` (both ends included), and how rows crowd about
- * the horizon: θ = θ_h + (θ_end − θ_h)·vᵖ, v even; p is 3 below it, above it 2, or what the frame says for aerial
- * perspective. */
+/* Rows above the true horizon, rows below it, azimuths on the half circle from the sun (both ends included), and how
+ * rows crowd about the horizon: θ = θ_h + (θ_end − θ_h)·vᵖ, v even; p is 3 below it, above it 2, or what the frame says
+ * for aerial perspective. */
 typedef struct np_sky_layout {
   int up, down, azimuths;
-  double azimuth_end;
   bool is_aerial;
 } np_sky_layout;
 
 static inline np_sky_layout np_sky_view_layout(const neph_sky *sky) {
-  const np_view_sizes *n = &sky->view_sizes;
-  return (np_sky_layout){n->up, n->down, n->azimuths, sky->azimuth_end, false};
+  const np_view_sizes *n = &sky->atmosphere->sizes.view;
+  return (np_sky_layout){n->up, n->down, n->azimuths, false};
 }
 static inline np_sky_layout np_sky_aerial_layout(const neph_sky *sky) {
-  const np_view_sizes *n = &sky->aerial_sizes;
-  return (np_sky_layout){n->up, n->down, n->azimuths, sky->azimuth_end, true};
+  const np_view_sizes *n = &sky->atmosphere->sizes.aerial;
+  return (np_sky_layout){n->up, n->down, n->azimuths, true};
 }
 
 /* Cosine of the zenith angle of a row. Rows below the horizon follow those above, each half starting at the horizon. */
@@ -120,7 +116,7 @@ double np_sky_row_cosine(const np_sky_frame *frame, const np_sky_layout *layout,
 /* In-scatter to the ray's end, as the view table has it, per unit of sun irradiance. */
 np_scattered np_sky_view_lookup(const neph_sky *sky, const np_sky_place *place, float length_m);
 
-/* What the view table's light was divided by: the length of a ray to the ground, by which its light goes near the
+/* Divisor of the view table's radiances: the length of a ray to the ground, by which its light goes near the
  * horizon; one above it. */
 float np_sky_view_length(const neph_sky *sky, double cosine, bool is_below);
 
@@ -129,7 +125,7 @@ np_sky_place np_sky_locate(const np_sky_frame *frame, np_vec3 direction, const n
 /* Ray from the observer for aerial perspective: to the ground it goes on below sea level, where valleys may lie. */
 np_ray np_aerial_ray(const np_medium *medium, const np_sky_frame *frame, double cosine, bool is_below);
 
-/* How slices of aerial perspective divide a ray. One that does not meet the ground: evenly in the signed root w of the
+/* Slices of aerial perspective along a ray. One that does not meet the ground: evenly in the signed root w of the
  * distance from a center, t = center + w·|w|. One that does: t = L·((1 − 2k)·s² + 2k·s), s even from 0 to 1; k goes
  * from 0, where t is as s² and slices crowd about the observer, to 1, where they crowd about the ground. */
 typedef struct np_aerial_scale {
@@ -170,5 +166,13 @@ typedef struct np_aerial_sample {
  * `out_molecules`, where that is not NULL. */
 np_aerial_sample np_sky_aerial_lookup(const neph_sky *sky, const np_sky_place *place, const np_ray *ray,
                                       double distance_m, np_bands *out_molecules);
+
+/* Gathers for suns evenly spread over zenith angles `sun_zenith_rad` ± `spread_rad`: in passes, so that each
+ * sees the aerosol's light as the one before found it. `dome_moments` are those of the sky that is gathered: `moments`
+ * themselves or, where orders are limited, one order less, NULL for none. `disk` is the sun's. */
+neph_result np_gather_table_build(neph_context *context, const np_depth_table *depths, const np_moment_table *moments,
+                                  const np_moment_table *dome_moments, const np_gather_kernel *kernel,
+                                  double sun_zenith_rad, double spread_rad, np_sun_disk disk, np_monitor *monitor,
+                                  np_gather_table *out_table);
 
 #endif

@@ -53,7 +53,7 @@ static double interpolate_linear(const double values[NP_BAND_COUNT], double nm) 
   return values[i] + fmin(fmax(place, 0.0), 1.0) * (values[i + 1] - values[i]);
 }
 
-/* Where one of two values is 0 there is no power, and it goes as above. */
+/* A power law needs two values above 0; else linear, as above. */
 static double interpolate_power(const double values[NP_BAND_COUNT], double nm) {
   const int i = choose_segment(nm);
   if (!(values[i] > 0.0 && values[i + 1] > 0.0)) return interpolate_linear(values, nm);

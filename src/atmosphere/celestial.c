@@ -147,7 +147,7 @@ static const double astronomical_unit_m = 149597870700.0, moon_radius_m = 173740
 /* libnova keeps the last position it computed in static variables. */
 static pthread_mutex_t nova_lock = PTHREAD_MUTEX_INITIALIZER;
 
-/* What turns the sphere of J2000 into that of a moment; radians. */
+/* Angles of precession from J2000 to a moment; radians. */
 typedef struct sphere_state {
   double along, across; /* nutation in longitude and in obliquity */
   double obliquity;     /* mean, of date */
@@ -308,9 +308,8 @@ static void compute_axes(double julian_day, const sphere_state *state, np_dvec3 
 static np_dvec3 compute_observer(double local_sidereal, double latitude_rad) {
   static const double equator_m = 6378140.0, pole_over_equator = 0.99664719;
   const double u = atan2(pole_over_equator * sin(latitude_rad), cos(latitude_rad));
-  return np_dvec3_scale(np_dvec3_make(cos(u) * cos(local_sidereal), cos(u) * sin(local_sidereal),
-                                      pole_over_equator * sin(u)),
-                        equator_m);
+  return np_dvec3_scale(
+      np_dvec3_make(cos(u) * cos(local_sidereal), cos(u) * sin(local_sidereal), pole_over_equator * sin(u)), equator_m);
 }
 
 np_moon_place np_celestial_moon(double unix_s, double latitude_rad, double longitude_rad, bool is_geocentric) {

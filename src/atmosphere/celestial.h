@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where sun, moon and stars stand at a time and a place. */
+/* Positions of sun, moon and stars at a time and a place. */
 #ifndef NP_ATMOSPHERE_CELESTIAL_H
 #define NP_ATMOSPHERE_CELESTIAL_H
 

@@ -9,7 +9,6 @@
  * What goes straight on is part of the scattered light all the same: sunlight through the scaled air less sunlight
  * through the air as it is, from the sun's direction. It is added to the moments in the end.
  */
-#include "atmosphere/delta_scaling.h"
 
 #include <string.h>
 

@@ -12,7 +12,7 @@
 
 #include "core/units.h"
 
-/* Of Aₖ: constant, factors of 1/λ and of 1/λ⁵, λ in µm. */
+/* Coefficients Aₖ: constant, factors of 1/λ and of 1/λ⁵, λ in µm. */
 typedef struct limb_fit {
   double least_nm;
   double coefficient[NP_LIMB_TERMS][3];

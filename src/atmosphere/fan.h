@@ -18,20 +18,11 @@ enum { NP_FAN_STEP = 8, NP_FAN_MAX = 4 * NP_MOMENT_NODE_COLUMNS_MAX };
 /* The rays of which there are; arrays are laid out for whole steps. */
 static inline int np_fan_count_steps(int count) { return (count + NP_FAN_STEP - 1) / NP_FAN_STEP; }
 
-/* Clouds' and hills' shadow on a fan's rays. */
-typedef struct np_fan_shadow {
-  const np_sun_visibility *visibility;
-  np_dvec3 observer;
-  double offset_m; /* from the observer to where the rays begin */
-  np_vec3 direction[NP_FAN_MAX];
-} np_fan_shadow;
-
 typedef struct np_fan {
   int count;
   float r;                        /* where the rays begin */
   float sun_cosine[NP_FAN_MAX];   /* there */
   float angle_cosine[NP_FAN_MAX]; /* between ray and sun */
-  const np_fan_shadow *shadow;    /* NULL: nothing but air and planet is between these rays and the sun */
 } np_fan;
 
 /* Makes of the rays after the last, up to a whole step, others like it. */

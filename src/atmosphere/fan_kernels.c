@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a fan's rays ask of the tables at one point: sunlight, and the light that the air there scatters on.
+/* Table look-ups of a fan's rays at one point: sunlight, and the light that the air there scatters on.
  *
  * Along a fan the ray's zenith cosine ωz, the altitude and all coefficients are the same. So the source of later orders
  *

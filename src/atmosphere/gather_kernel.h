@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the aerosol's gather (mie_gather.h) needs of the medium alone: directions, paths along them, and the phase
- * functions between them.
+/* Inputs of the aerosol's gather (mie_gather.h) that depend on the medium alone: directions, paths along them, and the
+ * phase functions between them.
  */
 #ifndef NP_ATMOSPHERE_GATHER_KERNEL_H
 #define NP_ATMOSPHERE_GATHER_KERNEL_H
@@ -18,8 +18,8 @@ enum {
   NP_GATHER_INPUTS_MAX = NP_GATHER_ROWS_MAX * 16
 };
 
-/* What depends on the medium alone: the directions gathered from at each altitude, their paths, and the phase functions
- * between each of them and each direction of the table. */
+/* Inputs that depend on the medium alone: the directions gathered from at each altitude, their paths, and the phase
+ * functions between each of them and each direction of the table. */
 typedef struct np_gather_kernel {
   const np_medium *medium;
   int altitude_count;

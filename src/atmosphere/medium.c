@@ -5,9 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "atmosphere/medium_check.h"
 #include "core/alloc.h"
-#include "optics/phase_source.h"
+#include "optics/phase.h"
 
 /* ---- Layers ---- */
 
@@ -55,7 +54,7 @@ static bool assign_aerosols(np_medium *medium, np_layer *layer, const neph_atmos
   return true;
 }
 
-/* Where a layer is at all: a tent ends with its feet, a table with its rows, and all end with the air. */
+/* Altitudes of a layer: a tent ends with its feet, a table with its rows, and all end with the air. */
 static void set_range(np_layer *layer, const neph_atmosphere_layer *desc, double top_m) {
   double low = -INFINITY, high = INFINITY;
   if (desc->profile == NEPH_LAYER_TENT) {
@@ -153,7 +152,8 @@ static double integrate_exponential(const np_layer *layer, double low, double hi
   return -layer->height_m * base * expm1(-(end - begin) / layer->height_m);
 }
 
-double np_layer_column(const np_medium *medium, const np_layer *layer, double altitude_m) {
+/* Integral of a layer's density from an altitude to the top, m. */
+static double compute_column(const np_medium *medium, const np_layer *layer, double altitude_m) {
   if (layer->profile == NEPH_LAYER_EXPONENTIAL) return integrate_exponential(layer, altitude_m, medium->top_m);
   double column = 0.0, low = altitude_m;
   for (int i = 0; i <= medium->kink_count; i++) {
@@ -170,7 +170,7 @@ np_bands np_aerosol_column(const np_medium *medium, int aerosol, double altitude
   for (int i = 0; i < medium->layer_count; i++)
     for (int k = 0; k < medium->layers[i].part_count; k++)
       if (medium->layers[i].part[k].aerosol == aerosol)
-        column += (float)np_layer_column(medium, &medium->layers[i], altitude_m) * medium->layers[i].part[k].scattering;
+        column += (float)compute_column(medium, &medium->layers[i], altitude_m) * medium->layers[i].part[k].scattering;
   return column;
 }
 
@@ -190,7 +190,7 @@ static void share_depth(np_medium *medium) {
 
 /* ---- What asks for more care ---- */
 
-/* What goes nearly straight on counts from this vertical depth, or this part of all that is scattered. */
+/* Forward scattering counts from this vertical depth, or this share of all scattering. */
 static const float thick_depth = 0.02f, thick_part = 0.25f;
 
 static float compute_maximum(np_bands value) { return np_maxf(value[0], np_maxf(value[1], value[2])); }
@@ -206,7 +206,7 @@ static void classify(np_medium *medium) {
     forward += np_maxf(medium->aerosol[i].moment[3], 0.0f) * np_aerosol_column(medium, i, 0.0);
   for (int i = 0; i < medium->layer_count; i++) {
     const np_layer *layer = &medium->layers[i];
-    const float column = (float)np_layer_column(medium, layer, 0.0);
+    const float column = (float)compute_column(medium, layer, 0.0);
     depth += column * layer->extinction;
     scattering += column * np_layer_scattering(layer);
     medium->has_profile_kinks |= np_layer_has_profile_kinks(layer);
@@ -303,4 +303,39 @@ void np_medium_free(neph_context *context, np_medium *medium) {
   np_alloc_free(context, medium->layers);
   np_alloc_free(context, medium->kink_m);
   *medium = (np_medium){0};
+}
+
+/* ---- Shells ---- */
+
+/* Largest density of a layer between two altitudes. */
+static double bound_density(const np_layer *layer, double low, double high) {
+  low = fmax(low, layer->bottom_m);
+  high = fmin(high, layer->top_m);
+  if (low > high) return 0.0;
+  double most = fmax(np_layer_density_exact(layer, low), np_layer_density_exact(layer, high));
+  if (layer->profile == NEPH_LAYER_TENT && layer->center_m > low && layer->center_m < high) most = 1.0;
+  for (int i = 0; i < layer->row_count; i++)
+    if (layer->altitude_m[i] > low && layer->altitude_m[i] < high) most = fmax(most, layer->density[i]);
+  return most;
+}
+
+/* Floors go up as 0, 1, 2, 3, 4, 6, 8, 12, … 384 and, the top, 512 parts of 512 of the air's height, for aerosol of a
+ * small scale height lies low. */
+static double floor_of_shell(const np_medium *medium, int shell) {
+  const double step = medium->top_m / 512.0;
+  if (shell < 4) return shell * step;
+  return ldexp(shell % 2 ? 6.0 : 4.0, shell / 2 - 2) * step;
+}
+
+void np_air_shells_build(const np_medium *medium, np_air_shells *out) {
+  for (int k = 0; k <= NP_AIR_SHELLS; k++) out->floor_m[k] = floor_of_shell(medium, k);
+  for (int k = 0; k < NP_AIR_SHELLS; k++) {
+    double extinction[NP_BAND_COUNT] = {0};
+    for (int i = 0; i < medium->layer_count; i++) {
+      const double density = bound_density(&medium->layers[i], out->floor_m[k], out->floor_m[k + 1]);
+      for (int b = 0; b < NP_BAND_COUNT; b++) extinction[b] += density * (double)medium->layers[i].extinction[b];
+    }
+    /* A hair above, for altitudes are rounded. */
+    out->bound_per_m[k] = 1.000001 * fmax(extinction[0], fmax(extinction[1], extinction[2]));
+  }
 }

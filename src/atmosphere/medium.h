@@ -32,7 +32,7 @@ static inline float np_phase_rayleigh_eval(float cosine) {
   return (float)(3.0 / (16.0 * NP_PI)) * (1.0f + cosine * cosine);
 }
 
-/* What scatters by one phase function, Rayleigh's apart. */
+/* Constituents that share a phase function, other than Rayleigh's. */
 typedef struct np_aerosol {
   np_phase phase;
   float moment[4]; /* χ_0 = 1, χ_1, χ_2, χ_3 */
@@ -74,9 +74,6 @@ void np_medium_free(neph_context *context, np_medium *medium);
 
 /* Largest relative difference of a number of two media, and whose it is; infinite where they differ in kind. */
 double np_medium_compare(const np_medium *a, const np_medium *b, const char **out_what);
-
-/* Integral of a layer's density from an altitude to the top, m. */
-double np_layer_column(const np_medium *medium, const np_layer *layer, double altitude_m);
 
 /* Whether a layer scatters, and by a profile that is no plain exponential. */
 bool np_layer_has_profile_kinks(const np_layer *layer);
@@ -161,7 +158,7 @@ static inline void np_extinction_at_four(const np_medium *medium, np_bands altit
   }
 }
 
-/* What a layer scatters where its density is 1. */
+/* Scattering coefficient of a layer at density 1. */
 static inline np_bands np_layer_scattering(const np_layer *layer) {
   np_bands scattering = layer->rayleigh;
   for (int k = 0; k < layer->part_count; k++) scattering += layer->part[k].scattering;
@@ -212,5 +209,24 @@ static inline np_bands np_aerosol_peak(const np_medium *medium, const np_scatter
   }
   return light / mean;
 }
+
+/* Relative rms error that tables may make: what is asked for by default, and what can be asked for. */
+#define NP_SKY_TOLERANCE_DEFAULT 0.007
+#define NP_SKY_TOLERANCE_MIN 0.003
+#define NP_SKY_TOLERANCE_MAX 0.1
+
+/* Whether every number of a description is allowed; if not, says which is not and what is. */
+neph_result np_medium_check(neph_context *context, const neph_atmosphere_desc *desc);
+
+/* ---- Bounds of the air's extinction, for tracking paths through it (air_flight.h) ---- */
+
+enum { NP_AIR_SHELLS = 18 };
+
+/* Shells of altitude, the lowest from sea level down, and in each the largest extinction of any band, 1/m. */
+typedef struct np_air_shells {
+  double floor_m[NP_AIR_SHELLS + 1], bound_per_m[NP_AIR_SHELLS];
+} np_air_shells;
+
+void np_air_shells_build(const np_medium *medium, np_air_shells *out_shells);
 
 #endif

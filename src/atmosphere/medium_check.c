@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "atmosphere/medium_check.h"
+#include "atmosphere/medium.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -71,7 +71,7 @@ static neph_result check_profile(neph_context *context, const char *where, const
                  where, (int)layer->profile);
 }
 
-/* Where a layer begins must lie below where it, and the air, end. */
+/* A layer must begin below its end and that of the air. */
 static neph_result check_range(neph_context *context, const char *where, const neph_atmosphere_layer *layer,
                                double top_m) {
   const bounded bottom = {"bottom_m", layer->bottom_m, -INFINITY, INFINITY, false};

@@ -8,6 +8,7 @@
  */
 #include "atmosphere/moment_builder.h"
 
+#include "atmosphere/scattering_moments.h"
 #include "core/alloc.h"
 
 enum { SERIES_ORDER = 4 }; /* the last that is gathered; the rest is a series */
@@ -67,7 +68,6 @@ void np_moment_fan_make(const np_moment_builder *b, const np_moment_direction *d
   const float sine = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f));
   out_fan->count = b->n->node_columns * NP_MOMENT_AZIMUTHS;
   out_fan->r = (float)d->ray.r;
-  out_fan->shadow = NULL;
   for (int i = 0; i < out_fan->count; i++) {
     const int column = i / NP_MOMENT_AZIMUTHS;
     out_fan->sun_cosine[i] = b->sun_cosine[column];
@@ -79,7 +79,7 @@ void np_moment_fan_make(const np_moment_builder *b, const np_moment_direction *d
 
 /* ---- Orders ---- */
 
-/* What the last order is multiplied by to stand for all that follow it, itself included. */
+/* Factor that makes the last order the sum of itself and all that follow it. */
 static np_bands sum_series(np_bands last, np_bands before) {
   const np_bands ratio =
       np_bands_min(last / np_bands_max(before, np_bands_grey(np_moment_least)), np_bands_grey(ratio_max));
@@ -94,8 +94,6 @@ static void add_order(np_moment_builder *b) {
     const np_bands factor = is_last ? sum_series(m, b->last[i]) : np_bands_grey(1.0f);
     for (size_t k = 0; k < NP_MOMENT_COUNT; k++)
       b->total[i * NP_MOMENT_COUNT + k] += factor * b->gathered[i * NP_MOMENT_COUNT + k];
-    for (size_t k = 0; k < NP_MOMENT_HALVES; k++)
-      b->half_total[i * NP_MOMENT_HALVES + k] += factor * b->half[i * NP_MOMENT_HALVES + k];
     b->last[i] = m;
   }
   for (int i = 0; i < b->n->node_columns; i++) {
@@ -109,7 +107,6 @@ static neph_result sum_orders(np_moment_builder *b) {
   for (b->order = 1; b->order <= b->order_max; b->order++) {
     np_monitor_set_range(b->monitor, (b->order - 1.0) / b->order_max, (double)b->order / b->order_max);
     memset(b->gathered, 0, b->node_count * NP_MOMENT_COUNT * sizeof(np_bands));
-    memset(b->half, 0, b->node_count * NP_MOMENT_HALVES * sizeof(np_bands));
     memset(b->irradiance, 0, (size_t)b->n->node_columns * sizeof(np_bands));
     neph_result result = b->order == 1 ? np_moment_gather_first(b) : np_moment_gather_later(b);
     if (result) return result;
@@ -126,8 +123,7 @@ static size_t count_texels(const np_moment_table *table) { return (size_t)table-
 static bool allocate_table(neph_context *context, np_moment_table *table) {
   const size_t count = count_texels(table);
   table->moments = np_alloc(context, count * NP_MOMENT_COUNT + 1, sizeof(np_bands));
-  if (table->moments) table->hemisphere = np_alloc(context, count * NP_MOMENT_HALVES, sizeof(np_bands));
-  if (table->hemisphere) table->irradiance = np_alloc(context, (size_t)table->sun.columns, sizeof(np_bands));
+  if (table->moments) table->irradiance = np_alloc(context, (size_t)table->sun.columns, sizeof(np_bands));
   return table->irradiance;
 }
 
@@ -135,15 +131,13 @@ static bool allocate_table(neph_context *context, np_moment_table *table) {
 static np_bands *allocate_work(np_moment_builder *b) {
   const size_t nodes = b->node_count, columns = (size_t)b->n->node_columns;
   const size_t refined_rows = (size_t)b->n->node_rows * (size_t)b->table->sun.columns;
-  const size_t each = 2 * NP_MOMENT_COUNT + 2 * NP_MOMENT_HALVES + 2;
+  const size_t each = 2 * NP_MOMENT_COUNT + 2;
   const size_t count = nodes * each + 3 * columns + refined_rows + count_texels(b->table);
   np_bands *work = np_alloc(b->context, count, sizeof(np_bands));
   if (!work) return NULL;
   b->gathered = work;
   b->total = b->gathered + nodes * NP_MOMENT_COUNT;
-  b->half = b->total + nodes * NP_MOMENT_COUNT;
-  b->half_total = b->half + nodes * NP_MOMENT_HALVES;
-  b->last = b->half_total + nodes * NP_MOMENT_HALVES;
+  b->last = b->total + nodes * NP_MOMENT_COUNT;
   b->irradiance = b->last + nodes;
   b->irradiance_total = b->irradiance + columns;
   b->irradiance_last = b->irradiance_total + columns;
@@ -194,7 +188,6 @@ static void add_beam(np_moment_table *table, int row, int column, np_bands light
   for (int k = 0; k < NP_MOMENT_COUNT; k++) moments[k] = at[k * columns];
   np_moment_add(moments, light, sqrtf(np_maxf(1.0f - wz * wz, 0.0f)), wz);
   for (int k = 0; k < NP_MOMENT_COUNT; k++) at[k * columns] = moments[k];
-  table->hemisphere[(size_t)(row * columns + column) * NP_MOMENT_HALVES] += light;
 }
 
 void np_moment_table_add_beam(np_moment_table *table, const np_depth_table *brighter, const np_depth_table *darker,
@@ -212,4 +205,23 @@ void np_moment_table_add_beam(np_moment_table *table, const np_depth_table *brig
       if (row == 0) table->irradiance[i] += np_maxf(sun, 0.0f) * light;
     }
   }
+}
+
+/* ---- Look-ups ---- */
+
+float np_sun_scale_cosine(const np_sun_scale *sun, double fraction) {
+  const float y = sun->first + (float)(fraction * (sun->columns - 1)) / sun->columns_per_unit;
+  return np_clampf(sun->center + sun->spread * y / (1.0f - fabsf(y)), sun->lowest, 1.0f);
+}
+
+void np_moment_table_free(neph_context *context, np_moment_table *table) {
+  np_alloc_free(context, table->moments);
+  np_alloc_free(context, table->irradiance);
+  *table = (np_moment_table){0};
+}
+
+np_bands np_moment_table_irradiance(const np_moment_table *table, float sun_cosine) {
+  float f;
+  const int i = np_sun_scale_split(&table->sun, np_sun_scale_column(&table->sun, sun_cosine), &f);
+  return np_bands_mix(table->irradiance[i], table->irradiance[i + 1], f);
 }

@@ -8,11 +8,9 @@
 
 #include "atmosphere/fan.h"
 #include "atmosphere/ray_path.h"
+#include "atmosphere/scattering_moments.h"
 
-enum {
-  NP_MOMENT_AZIMUTHS = 4, /* on the half circle */
-  NP_MOMENT_HALVES = 2    /* above the true horizon and below it */
-};
+enum { NP_MOMENT_AZIMUTHS = 4 }; /* on the half circle */
 
 /* Least radiance moment told from nothing, per unit irradiance. */
 static const float np_moment_least = 1e-13f;
@@ -41,7 +39,6 @@ typedef struct np_moment_builder {
   np_moment_direction *directions;                           /* node rows × directions */
   np_bands *gathered, *total;                                /* nodes × NP_MOMENT_COUNT: this order, and the sum */
   np_bands *last;                                            /* nodes: M of the order before */
-  np_bands *half, *half_total;                               /* nodes × NP_MOMENT_HALVES */
   np_bands *irradiance, *irradiance_total, *irradiance_last; /* node columns */
   np_bands *quantity, *refined_rows, *refined;               /* one of them at the nodes, along node rows, everywhere */
 } np_moment_builder;
@@ -87,5 +84,9 @@ neph_result np_moment_table_build(neph_context *context, const np_depth_table *d
 /* Adds, as scattered light from the sun's direction, what sunlight `brighter` air lets through beyond `darker`. */
 void np_moment_table_add_beam(np_moment_table *table, const np_depth_table *brighter, const np_depth_table *darker,
                               bool has_point_sun);
+
+/* np_moment_table_build of all orders, by way of scaled air. */
+neph_result np_delta_moments_build(neph_context *context, const np_depth_table *depths, const np_table_sizes *sizes,
+                                   bool has_point_sun, np_monitor *monitor, np_moment_table *out_table);
 
 #endif

@@ -56,28 +56,8 @@ static np_bands cut_aerosol_light(const np_medium *medium, const first_order *fi
                                   2.5f * (3.0f * c * c - 1.0f) * np_aerosol_sum(medium, &light, 2));
 }
 
-/* Phase functions of every aerosol along the rays of every direction of a node row, and at each node the inverse of
- * their integral by the directions' own rule: what the halves are multiplied by, so that the forward peak, which the
- * rule cannot resolve, brings neither more nor less light than there is. */
-static void invert_phase_sums(const np_moment_builder *b, size_t row, float (*out_scale)[NP_AEROSOLS_MAX]) {
-  memset(out_scale, 0, (size_t)b->n->node_columns * sizeof *out_scale);
-  for (int k = 0; k < np_moment_count_directions(b); k++) {
-    const np_moment_direction *d = np_moment_direction_at(b, row, k);
-    np_fan fan;
-    np_moment_fan_make(b, d, &fan);
-    for (int ray = 0; ray < fan.count; ray++)
-      for (int i = 0; i < b->medium->aerosol_count; i++)
-        out_scale[ray / NP_MOMENT_AZIMUTHS][i] +=
-            d->weight * np_phase_eval(&b->medium->aerosol[i].phase, 1.0f - fan.angle_cosine[ray]);
-  }
-  for (int column = 0; column < b->n->node_columns; column++)
-    for (int i = 0; i < b->medium->aerosol_count; i++)
-      out_scale[column][i] = 1.0f / np_maxf(out_scale[column][i], 1e-6f);
-}
-
 /* Adds one direction's light to the nodes of a row. */
-static void reduce_first_order(np_moment_builder *b, size_t row, int k, const np_fan *fan,
-                               float (*phase_scale)[NP_AEROSOLS_MAX], const first_order *first) {
+static void reduce_first_order(np_moment_builder *b, size_t row, int k, const np_fan *fan, const first_order *first) {
   const np_medium *medium = b->medium;
   const np_moment_direction *d = np_moment_direction_at(b, row, k);
   const float sine = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f));
@@ -91,27 +71,21 @@ static void reduce_first_order(np_moment_builder *b, size_t row, int k, const np
     if (d->ray.hits_ground) light += ground[ray];
     const np_bands cut = light + cut_aerosol_light(medium, first, ray, c);
     np_moment_add(b->gathered + node * NP_MOMENT_COUNT, d->weight * cut, wx, d->wz);
-    for (int i = 0; i < medium->aerosol_count; i++)
-      light += phase_scale[column][i] * np_phase_eval(&medium->aerosol[i].phase, 1.0f - c) * first->aerosol[i][ray];
-    b->half[node * NP_MOMENT_HALVES + (size_t)(k >= b->n->up)] += d->weight * light;
   }
 }
 
 static neph_result gather_rows(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   np_moment_builder *b = user;
-  for (size_t row = begin; row < end; row++) {
-    float phase_scale[NP_MOMENT_NODE_COLUMNS_MAX][NP_AEROSOLS_MAX];
-    invert_phase_sums(b, row, phase_scale);
+  for (size_t row = begin; row < end; row++)
     for (int k = 0; k < np_moment_count_directions(b); k++) {
       const np_moment_direction *d = np_moment_direction_at(b, row, k);
       np_fan fan;
       first_order first;
       np_moment_fan_make(b, d, &fan);
       sum_first_order(b, &d->path, &fan, &first);
-      reduce_first_order(b, row, k, &fan, phase_scale, &first);
+      reduce_first_order(b, row, k, &fan, &first);
     }
-  }
   return NEPH_OK;
 }
 

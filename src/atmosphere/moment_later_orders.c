@@ -27,7 +27,7 @@ static void compute_radiance(const np_moment_builder *b, const np_moment_directi
   if (d->ray.hits_ground) add_ground_light(b, d, fan, out_radiance);
 }
 
-/* Reduces the radiance along one direction to every sun's moments, halves and irradiance. */
+/* Reduces the radiance along one direction to every sun's moments and irradiance. */
 static void reduce_direction(np_moment_builder *b, size_t row, int k, const np_bands *radiance) {
   const np_moment_direction *d = np_moment_direction_at(b, row, k);
   const float sine = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f));
@@ -36,7 +36,6 @@ static void reduce_direction(np_moment_builder *b, size_t row, int k, const np_b
     for (int p = 0; p < NP_MOMENT_AZIMUTHS; p++, radiance++) {
       const np_bands light = d->weight * np_bands_max(*radiance, np_bands_grey(0.0f));
       np_moment_add(b->gathered + node * NP_MOMENT_COUNT, light, sine * b->cos_azimuth[p], d->wz);
-      b->half[node * NP_MOMENT_HALVES + (size_t)(k >= b->n->up)] += light;
       if (row == 0 && k < b->n->up) b->irradiance[column] += d->wz * light;
     }
   }

@@ -21,13 +21,11 @@ static void refine(const np_moment_builder *b, const np_bands *nodes) {
 
 static np_bands log_of(np_bands value) { return np_bands_log(np_bands_max(value, np_bands_grey(np_moment_least))); }
 
-/* Refines the k-th of `stride` quantities at the nodes: as a logarithm, or as its ratio to the first of them. */
-static void refine_quantity(const np_moment_builder *b, const np_bands *values, size_t stride, size_t k,
-                            bool is_ratio) {
+/* Refines a moment at the nodes: M as a logarithm, the others as ratios to it. */
+static void refine_moment(const np_moment_builder *b, const np_bands *values, size_t k) {
   for (size_t i = 0; i < b->node_count; i++) {
-    const np_bands value = values[i * stride + k];
-    b->quantity[i] =
-        is_ratio ? value / np_bands_max(values[i * stride], np_bands_grey(np_moment_least)) : log_of(value);
+    const np_bands value = values[i * NP_MOMENT_COUNT + k], whole = values[i * NP_MOMENT_COUNT];
+    b->quantity[i] = k == NP_MOMENT_M ? log_of(value) : value / np_bands_max(whole, np_bands_grey(np_moment_least));
   }
   refine(b, b->quantity);
 }
@@ -41,7 +39,7 @@ static float fade_at(const np_sun_scale *sun, int column) {
 static void refine_moments(const np_moment_builder *b, const np_bands *values) {
   const int columns = b->table->sun.columns;
   for (int k = 0; k < NP_MOMENT_COUNT; k++) {
-    refine_quantity(b, values, NP_MOMENT_COUNT, (size_t)k, k != NP_MOMENT_M);
+    refine_moment(b, values, (size_t)k);
     for (int row = 0; row < b->table->rows; row++) {
       const np_bands *fine = b->refined + row * columns;
       np_bands *total = b->table->moments + (size_t)(row * NP_MOMENT_COUNT * columns), *out = total + k * columns;
@@ -56,16 +54,6 @@ static void fade_moments(const np_moment_builder *b) {
     const float fade = fade_at(&b->table->sun, i);
     for (int run = 0; fade < 1.0f && run < b->table->rows * NP_MOMENT_COUNT; run++)
       b->table->moments[run * columns + i] *= fade;
-  }
-}
-
-static void refine_halves(const np_moment_builder *b) {
-  const int columns = b->table->sun.columns;
-  for (int k = 0; k < NP_MOMENT_HALVES; k++) {
-    refine_quantity(b, b->half_total, NP_MOMENT_HALVES, (size_t)k, false);
-    for (int i = 0; i < b->table->rows * columns; i++)
-      b->table->hemisphere[i * NP_MOMENT_HALVES + k] =
-          np_bands_exp(b->refined[i]) * fade_at(&b->table->sun, i % columns);
   }
 }
 
@@ -88,6 +76,5 @@ void np_moment_refine_order(np_moment_builder *b) {
 void np_moment_refine_total(np_moment_builder *b) {
   refine_moments(b, b->total);
   fade_moments(b);
-  refine_halves(b);
   refine_irradiance(b, b->irradiance_total, true);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How bright the moon is, as a whole and from point to point. */
+/* Brightness of the moon, as a whole and from point to point. */
 #ifndef NP_ATMOSPHERE_MOON_H
 #define NP_ATMOSPHERE_MOON_H
 

@@ -91,7 +91,7 @@ static inline float np_acos_coarse(float x) {
   return x < 0.0f ? NP_PI_F - angle : angle;
 }
 
-/* How a disk cut by the horizon shines through the air: by the part of it that is seen and by two of its heights, whose
+/* Transmittance of a disk cut by the horizon: by the part of it that is seen and by two of its heights, whose
  * mean and spread are those of that part. Heights in disk radii above its centre. */
 typedef struct np_disk_rule {
   float visible, low, high;

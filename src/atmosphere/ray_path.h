@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where a ray is sampled: places, weights, the air there and the transmittance up to there.
+/* Samples of a ray: places, weights, the air there and the transmittance up to there.
  *
  * Gauss points in a variable that follows the air: t = L·u² for a ray to space, which starts in the densest air; half
  * the points on each side of the perigee, squared away from it, for a ray along the limb; evenly to the ground from low
@@ -14,7 +14,7 @@
 
 enum { NP_PATH_MAX = NP_QUADRATURE_MAX };
 
-/* How many points, and the two rules they come from. */
+/* Number of points, and the two rules they come from. */
 typedef struct np_path_rule {
   np_quadrature whole, half;
 } np_path_rule;

@@ -59,9 +59,9 @@ static void sum_slopes(warp *w) {
 static double invert(const warp *w, double value, double *out_slope) {
   int i = 0;
   while (i + 2 < w->count && w->sum[i + 1] < value) i++;
-  const double step = w->u[i + 1] - w->u[i], bend = (w->slope[i + 1] - w->slope[i]) / fmax(step, 1e-300);
+  const double step = w->u[i + 1] - w->u[i], curvature = (w->slope[i + 1] - w->slope[i]) / fmax(step, 1e-300);
   const double rest = fmax(value - w->sum[i], 0.0), slope = w->slope[i];
-  const double root = sqrt(fmax(slope * slope + 2.0 * bend * rest, 0.0));
+  const double root = sqrt(fmax(slope * slope + 2.0 * curvature * rest, 0.0));
   *out_slope = root;
   return fmin(w->u[i] + 2.0 * rest / (slope + root), w->u[i + 1]);
 }

@@ -37,7 +37,7 @@ void np_reference_air_sum(const np_medium *medium, const np_reference_air *air,
   }
 }
 
-void np_reference_scattering_at(const np_medium *medium, double altitude_m, double out_scattering[NP_REFERENCE_BANDS]) {
+static void compute_scattering(const np_medium *medium, double altitude_m, double out_scattering[NP_REFERENCE_BANDS]) {
   np_reference_air air;
   np_reference_air_at(medium, altitude_m, &air);
   np_reference_air_sum(medium, &air, out_scattering);
@@ -150,7 +150,7 @@ void np_reference_path_weigh(const np_reference_path *path, const np_reference_g
   for (int i = 0; i < path->panel_count; i++) {
     const double t = np_reference_path_distance(path, 0.5 * (path->edge[i] + path->edge[i + 1]));
     double scattering[NP_REFERENCE_BANDS];
-    np_reference_scattering_at(path->medium, np_ray_altitude(&path->ray, t), scattering);
+    compute_scattering(path->medium, np_ray_altitude(&path->ray, t), scattering);
     const np_bands sun = guide->depths ? guide_to_sun(path, guide, i) : np_bands_grey(1.0f);
     for (int b = 0; b < NP_REFERENCE_BANDS; b++) {
       const double transmittance = exp(-0.5 * (path->depth[i][b] + path->depth[i + 1][b]));

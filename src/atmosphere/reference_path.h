@@ -19,12 +19,11 @@ typedef struct np_reference_air {
 
 void np_reference_air_at(const np_medium *medium, double altitude_m, np_reference_air *out_air);
 
-/* Of all constituents together: of the air at a place, and at an altitude. */
+/* Extinction of all constituents together, of the air at a place and at an altitude. */
 void np_reference_air_sum(const np_medium *medium, const np_reference_air *air,
                           double out_scattering[NP_REFERENCE_BANDS]);
-void np_reference_scattering_at(const np_medium *medium, double altitude_m, double out_scattering[NP_REFERENCE_BANDS]);
 
-/* What the air scatters by an angle, 1/(m·sr): the sum of coefficients times phase functions. */
+/* Scattering of the air by an angle, 1/(m·sr): the sum of coefficients times phase functions. */
 void np_reference_air_eval(const np_medium *medium, const np_reference_air *air, double versine,
                            double out_scattering[NP_REFERENCE_BANDS]);
 
@@ -33,10 +32,10 @@ static inline double np_reference_rayleigh(double versine) {
   return 3.0 / (16.0 * NP_PI) * (1.0 + (1.0 - versine) * (1.0 - versine));
 }
 
-/* Where from a point the sky is brightest: the sun, or, below the horizon, the arch of twilight over it. */
+/* Brightest direction of the sky from a point: the sun, or, below the horizon, the arch of twilight over it. */
 np_dvec3 np_reference_compute_bright_direction(np_dvec3 zenith, np_dvec3 to_sun);
 
-/* How often a direction is best drawn about there instead of from a phase function: the more the more it outshines the
+/* Best probability to sample about there instead of from the phase function: larger the more it outshines the
  * rest. */
 double np_reference_bright_share(np_dvec3 zenith, np_dvec3 to_sun);
 
@@ -71,7 +70,7 @@ void np_reference_path_transmit_to(const np_reference_path *path, int panel, dou
 void np_reference_transmit_to_space(const np_medium *medium, double altitude_m, double cosine,
                                     double out_transmittance[NP_REFERENCE_BANDS]);
 
-/* What tells where along a ray sunlight is to be found. `depths` may be NULL: no telling. */
+/* Guide to sunlight along a ray. `depths` may be NULL: none. */
 typedef struct np_reference_guide {
   const np_depth_table *depths;
   double sun_cosine;   /* at the start of the ray's part in the air */

@@ -42,7 +42,6 @@ typedef struct np_moment_table {
   np_sun_scale sun;
   int rows;             /* even in √altitude */
   np_bands *moments;    /* rows × NP_MOMENT_COUNT × columns */
-  np_bands *hemisphere; /* as many pairs: ∫L over the directions above the true horizon, and over those below */
   np_bands *irradiance; /* a column each: of the sky on the ground */
 } np_moment_table;
 

@@ -4,7 +4,6 @@
 
 #include <stdio.h>
 
-#include "atmosphere/sky_orders.h"
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "core/stable.h"
@@ -76,26 +75,12 @@ static void set_light(neph_sky *sky, const neph_sky_desc *d) {
   sky->frame = make_frame(&sky->atmosphere->medium, sky->observer, sun);
 }
 
-/* Shadows are sharper than the sky: azimuths twice as dense, and each of them traced. */
-static np_view_sizes go_round(np_view_sizes half) {
-  const int whole = 4 * half.azimuths - 3;
-  half.azimuths = half.node_azimuths = whole < NP_VIEW_AZIMUTHS_MAX ? whole : NP_VIEW_AZIMUTHS_MAX;
-  return half;
-}
-
-static void set_sizes(neph_sky *sky) {
-  const np_table_sizes *n = &sky->atmosphere->sizes;
-  sky->view_sizes = sky->visibility ? go_round(n->view) : n->view;
-  sky->aerial_sizes = sky->visibility ? go_round(n->aerial) : n->aerial;
-  sky->azimuth_end = sky->visibility ? 2.0 * NP_PI : NP_PI;
-}
-
 neph_result neph_sky_create(neph_atmosphere *atmosphere, const neph_sky_desc *desc, neph_sky **out_sky) {
   return np_sky_create_monitored(atmosphere, desc, NULL, out_sky);
 }
 
-static neph_result create_sky(neph_atmosphere *atmosphere, const neph_sky_desc *desc,
-                              const np_sun_visibility *visibility, np_monitor *monitor, neph_sky **out_sky) {
+neph_result np_sky_create_monitored(neph_atmosphere *atmosphere, const neph_sky_desc *desc, np_monitor *monitor,
+                                    neph_sky **out_sky) {
   *out_sky = NULL;
   neph_context *context = atmosphere->context;
   const neph_sky_desc defaults = NEPH_SKY_DESC_DEFAULT;
@@ -106,16 +91,13 @@ static neph_result create_sky(neph_atmosphere *atmosphere, const neph_sky_desc *
   neph_sky *sky = np_alloc(context, 1, sizeof *sky);
   if (!sky) return NEPH_ERROR_OUT_OF_MEMORY;
   sky->atmosphere = neph_atmosphere_retain(atmosphere);
-  sky->visibility = visibility;
   sky->monitor = monitor;
-  set_sizes(sky);
   set_light(sky, &read);
   sky->built = sky->frame;
   sky->built_angular_radius = sky->sun_angular_radius;
   const unsigned mode = np_float_mode_enter();
   result = np_sky_tables_build(sky);
   np_float_mode_leave(mode);
-  sky->visibility = NULL;
   sky->monitor = NULL;
   if (result) {
     neph_sky_destroy(sky);
@@ -123,16 +105,6 @@ static neph_result create_sky(neph_atmosphere *atmosphere, const neph_sky_desc *
   }
   *out_sky = sky;
   return NEPH_OK;
-}
-
-neph_result np_sky_create_shadowed(neph_atmosphere *atmosphere, const neph_sky_desc *desc,
-                                   const np_sun_visibility *visibility, neph_sky **out_sky) {
-  return create_sky(atmosphere, desc, visibility, NULL, out_sky);
-}
-
-neph_result np_sky_create_monitored(neph_atmosphere *atmosphere, const neph_sky_desc *desc, np_monitor *monitor,
-                                    neph_sky **out_sky) {
-  return create_sky(atmosphere, desc, NULL, monitor, out_sky);
 }
 
 /* By the tolerance: twilight fades by e in a degree, of which half counts; haze thins by e in 1.2 km on the Earth, or
@@ -168,10 +140,6 @@ void neph_sky_destroy(neph_sky *sky) {
   np_alloc_free(atmosphere->context, sky);
   neph_atmosphere_release(atmosphere);
 }
-
-np_spectrum np_sky_get_sun_irradiance(const neph_sky *sky) { return sky->irradiance; }
-np_vec3 np_sky_get_sun_direction(const neph_sky *sky) { return sky->sun; }
-np_dvec3 np_sky_get_observer(const neph_sky *sky) { return sky->observer; }
 
 /* Puts the aerosol's phase function on the peak, and the sun's irradiance on both. */
 static np_spectrum shade(const neph_sky *sky, np_vec3 direction, np_scattered s) {

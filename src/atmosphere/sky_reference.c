@@ -139,7 +139,7 @@ typedef struct walker {
   double *sum;
 } walker;
 
-/* Where light comes from, and how much: times the phase function, or the cosine over π, it is an estimate of what
+/* Direction and amount of light: times the phase function, or the cosine over π, it is an estimate of what
  * reaches `position`. */
 typedef struct light_sample {
   np_dvec3 direction;
@@ -178,7 +178,7 @@ static void add_reflected_light(walker *w, np_dvec3 zenith) {
   for (int b = 0; b < NP_REFERENCE_BANDS; b++) w->sum[b] += w->weight[b] * cosine / NP_PI * s.light[b];
 }
 
-/* What part of the scattered light each constituent has, the mean of the bands: molecules, then aerosols. The last of
+/* Share of the scattered light that each constituent has, the mean of the bands: molecules, then aerosols. The last of
  * them has the rest. */
 static void share_scattering(const np_medium *medium, const np_reference_air *air,
                              double out_share[NP_AEROSOLS_MAX + 1]) {
@@ -234,7 +234,7 @@ static void scatter(walker *w, const np_reference_air *air) {
   w->direction = to;
 }
 
-/* How often a path goes on to the ground that ends its ray. */
+/* Probability that a path goes on to the ground that ends its ray. */
 static double ground_probability(const np_reference_path *path, const double transmittance[NP_REFERENCE_BANDS]) {
   double albedo = 0.0, seen = 0.0;
   for (int b = 0; b < NP_REFERENCE_BANDS; b++) {

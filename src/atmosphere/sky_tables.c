@@ -2,8 +2,8 @@
 /* The sky around one observer: radiance to the end of every ray, and depth and in-scatter along it.
  *
  * Rows of constant zenith angle crowd about the true horizon from both sides, θ = θ_h + (θ_end − θ_h)·v², and end
- * there: the sky's are never mixed with the ground's. Azimuth runs over the half circle from the sun, which a clear sky
- * mirrors, or over the whole one where clouds and hills cast shadows into the air. The view table keeps logarithms, for
+ * there: the sky's are never mixed with the ground's. Azimuth runs over the half circle from the sun, which the
+ * other mirrors. The view table keeps logarithms, for
  * a sky spans decades in a few degrees of twilight; it is split into what is smooth and the aerosol's first order
  * without its phase function, which the reader multiplies on.
  *
@@ -12,7 +12,6 @@
  * sample in the middle of a slice stands for its source; the transmittance across it is taken in closed form.
  */
 #include "atmosphere/atmosphere_tables.h"
-#include "atmosphere/mie_gather_build.h"
 
 #include "atmosphere/spline.h"
 #include "core/alloc.h"
@@ -24,7 +23,7 @@ static const float light_floor = 1e-20f;
 /* A step of aerial perspective spans no more of altitude than this part of where it is, or of the atmosphere's height:
  * 2.4 km on the Earth. So many at the most to a slice. */
 static const double step_altitudes = 0.5, step_heights = 0.024, steps_max = 8.0;
-/* How far aerial perspective follows a ray below sea level, in heights of the atmosphere: 10 km on the Earth. */
+/* Reach of aerial perspective along a ray below sea level, in heights of the atmosphere: 10 km on the Earth. */
 static const double below_sea_level = 0.1;
 
 np_sky_light np_sky_light_make(const neph_sky *sky) {
@@ -38,32 +37,15 @@ np_sky_light np_sky_light_make(const neph_sky *sky) {
                         np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun)};
 }
 
-static void cast_shadow(const neph_sky *sky, const np_ray *ray, float cosine, int count, np_fan_shadow *out_shadow) {
-  const np_sky_frame *frame = &sky->frame;
-  const float sine = sqrtf(np_maxf(1.0f - cosine * cosine, 0.0f));
-  out_shadow->visibility = sky->visibility;
-  out_shadow->observer = sky->observer;
-  out_shadow->offset_m = ray->offset_m;
-  for (int i = 0; i < count; i++) {
-    const double azimuth = sky->azimuth_end * i / (count - 1);
-    const np_vec3 level = np_vec3_add(np_vec3_scale(frame->toward, (float)cos(azimuth)),
-                                      np_vec3_scale(frame->across, (float)sin(azimuth)));
-    out_shadow->direction[i] = np_vec3_add(np_vec3_scale(frame->up, cosine), np_vec3_scale(level, sine));
-  }
-}
-
 /* The rays of a row: `count` azimuths from the sun's on. */
-static void make_fan(const neph_sky *sky, const np_ray *ray, float cosine, int count, np_fan_shadow *shadow,
-                     np_fan *out_fan) {
+static void make_fan(const neph_sky *sky, const np_ray *ray, float cosine, int count, np_fan *out_fan) {
   const np_sky_frame *frame = &sky->frame;
   const float sine = sqrtf(np_maxf(1.0f - cosine * cosine, 0.0f));
   const double r = sky->atmosphere->medium.planet_radius_m + frame->altitude_m;
   out_fan->count = count;
   out_fan->r = (float)ray->r;
-  out_fan->shadow = sky->visibility ? shadow : NULL;
-  if (out_fan->shadow) cast_shadow(sky, ray, cosine, count, shadow);
   for (int i = 0; i < count; i++) {
-    const float turn = (float)cos(sky->azimuth_end * i / (count - 1));
+    const float turn = (float)cos(NP_PI * i / (count - 1));
     const float angle = np_clampf(cosine * frame->sun_cosine + sine * frame->sun_sine * turn, -1.0f, 1.0f);
     const double at_entry = (r * (double)frame->sun_cosine + ray->offset_m * (double)angle) / ray->r;
     out_fan->angle_cosine[i] = angle;
@@ -119,16 +101,15 @@ typedef struct table_job {
 static void build_view_row(const table_job *job, int row) {
   const neph_sky *sky = job->sky;
   const np_medium *medium = job->light.medium;
-  const np_view_sizes *n = &sky->view_sizes;
+  const np_view_sizes *n = &sky->atmosphere->sizes.view;
   const np_sky_layout layout = np_sky_view_layout(sky);
   const double cosine = np_sky_row_cosine(&sky->frame, &layout, row);
   const np_ray ray = np_ray_on_side(medium, sky->frame.altitude_m, cosine, row >= n->up);
   np_path path;
   np_fan fan;
-  np_fan_shadow shadow;
   np_scattered light[NP_FAN_MAX];
   np_path_build(medium, &ray, &job->rule, &path);
-  make_fan(sky, &ray, (float)cosine, n->node_azimuths, &shadow, &fan);
+  make_fan(sky, &ray, (float)cosine, n->node_azimuths, &fan);
   np_sky_trace(&job->light, &fan, &ray, &path, false, light);
   const float scale = 1.0f / np_sky_view_length(sky, cosine, row >= n->up);
   for (int i = 0; i < fan.count; i++) light[i] = log_scattered(light[i], scale);
@@ -176,7 +157,6 @@ typedef struct aerial_row {
   np_ray ray;
   np_aerial_scale scale;
   np_fan fan;
-  np_fan_shadow shadow;
   np_bands depth;
   np_scattered sum[NP_VIEW_AZIMUTHS_MAX];
   np_bands molecules[NP_VIEW_AZIMUTHS_MAX]; /* of it, what they scattered once */
@@ -229,12 +209,12 @@ static void build_slices(aerial_row *row, const np_view_sizes *n, const azimuth_
 static void build_aerial_row(const table_job *job, int at) {
   const neph_sky *sky = job->sky;
   const np_sky_light *light = &job->light;
-  const np_view_sizes *n = &sky->aerial_sizes;
+  const np_view_sizes *n = &sky->atmosphere->sizes.aerial;
   const np_sky_layout layout = np_sky_aerial_layout(sky);
   const double cosine = np_sky_row_cosine(&sky->frame, &layout, at);
   aerial_row row = {.light = light, .ray = np_aerial_ray(light->medium, &sky->frame, cosine, at >= n->up)};
   row.scale = np_aerial_scale_make(&row.ray, &sky->frame);
-  if (sky->aerial) make_fan(sky, &row.ray, (float)cosine, n->node_azimuths, &row.shadow, &row.fan);
+  if (sky->aerial) make_fan(sky, &row.ray, (float)cosine, n->node_azimuths, &row.fan);
   const size_t first = (size_t)(at * n->azimuths) * (size_t)n->points;
   np_scattered *planes = sky->aerial ? sky->aerial + first : NULL;
   build_slices(&row, n, &job->splines, sky->depth + at * n->points, planes,
@@ -267,13 +247,13 @@ neph_result np_sky_gather_build(neph_sky *sky) {
 }
 
 neph_result np_sky_view_build(neph_sky *sky) {
-  const np_view_sizes *n = &sky->view_sizes;
+  const np_view_sizes *n = &sky->atmosphere->sizes.view;
   table_job job = {sky, np_sky_light_make(sky), np_path_rule_make(n->points), make_splines(n)};
   return np_parallel_for(sky->atmosphere->context, sky->monitor, (size_t)(n->up + n->down), 4, build_view_rows, &job);
 }
 
 neph_result np_sky_aerial_build(neph_sky *sky) {
-  const np_view_sizes *n = &sky->aerial_sizes;
+  const np_view_sizes *n = &sky->atmosphere->sizes.aerial;
   table_job job = {.sky = sky, .light = np_sky_light_make(sky), .splines = make_splines(n)};
   return np_parallel_for(sky->atmosphere->context, sky->monitor, (size_t)(n->up + n->down), 2, build_aerial_rows, &job);
 }
@@ -282,7 +262,7 @@ neph_result np_sky_aerial_build(neph_sky *sky) {
 neph_result np_sky_tables_build(neph_sky *sky) {
   neph_atmosphere *a = sky->atmosphere;
   neph_context *context = a->context;
-  const np_view_sizes *view = &sky->view_sizes, *aerial = &sky->aerial_sizes;
+  const np_view_sizes *view = &sky->atmosphere->sizes.view, *aerial = &sky->atmosphere->sizes.aerial;
   const size_t view_rows = (size_t)(view->up + view->down), aerial_rows = (size_t)(aerial->up + aerial->down);
   const size_t slices = (size_t)aerial->points;
   const bool is_dark = !(sky->frame.twilight > 0.0f);
@@ -336,9 +316,7 @@ np_sky_place np_sky_locate(const np_sky_frame *frame, np_vec3 direction, const n
   const int i = v < (float)(rows - 2) ? (int)v : rows - 2;
   place.row = (place.is_below ? layout->up : 0) + i;
   place.row_upper = v - (float)i;
-  const bool is_half = layout->azimuth_end < 2.0 * NP_PI;
-  const float azimuth = atan2f(is_half ? fabsf(y) : y, x), turn = azimuth < 0.0f ? azimuth + 2.0f * NP_PI_F : azimuth;
-  const float u = turn * (float)((layout->azimuths - 1) / layout->azimuth_end);
+  const float u = atan2f(fabsf(y), x) * (float)((layout->azimuths - 1) / NP_PI);
   place.azimuth = u < (float)(layout->azimuths - 2) ? (int)u : layout->azimuths - 2;
   place.azimuth_upper = np_clampf(u - (float)place.azimuth, 0.0f, 1.0f);
   return place;
@@ -355,7 +333,7 @@ static np_bands undo_log(np_bands logarithm) {
 }
 
 np_scattered np_sky_view_lookup(const neph_sky *sky, const np_sky_place *place, float length_m) {
-  const int azimuths = sky->view_sizes.azimuths;
+  const int azimuths = sky->atmosphere->sizes.view.azimuths;
   const np_scattered *low = sky->view + place->row * azimuths + place->azimuth, *high = low + azimuths;
   const np_scattered s = mix_scattered(mix_scattered(low[0], low[1], place->azimuth_upper),
                                        mix_scattered(high[0], high[1], place->azimuth_upper), place->row_upper);
@@ -366,7 +344,7 @@ np_scattered np_sky_view_lookup(const neph_sky *sky, const np_sky_place *place, 
 static np_aerial_sample lookup_plane(const neph_sky *sky, const np_sky_place *place, int slice, double distance_m) {
   if (slice < 0) return (np_aerial_sample){0};
   const float t = (float)distance_m;
-  const np_view_sizes *n = &sky->aerial_sizes;
+  const np_view_sizes *n = &sky->atmosphere->sizes.aerial;
   const np_bands *rows = sky->depth + place->row * n->points + slice;
   const np_bands depth = t * np_bands_mix(rows[0], rows[n->points], place->row_upper);
   if (!sky->aerial) return (np_aerial_sample){.depth = depth};
@@ -380,7 +358,7 @@ static np_aerial_sample lookup_plane(const neph_sky *sky, const np_sky_place *pl
 /* The same of light that molecules scattered once. */
 static np_bands lookup_molecules(const neph_sky *sky, const np_sky_place *place, int slice, double distance_m) {
   if (slice < 0 || !sky->molecules) return np_bands_grey(0.0f);
-  const np_view_sizes *n = &sky->aerial_sizes;
+  const np_view_sizes *n = &sky->atmosphere->sizes.aerial;
   const np_bands *low = sky->molecules + (place->row * n->azimuths + place->azimuth) * n->points + slice;
   const np_bands *high = low + n->azimuths * n->points;
   const np_bands logarithm =
@@ -403,7 +381,7 @@ static np_bands part_of_slice(np_bands depth, float x) {
 np_aerial_sample np_sky_aerial_lookup(const neph_sky *sky, const np_sky_place *place, const np_ray *ray,
                                       double distance_m, np_bands *out_molecules) {
   const np_aerial_scale scale = np_aerial_scale_make(ray, &sky->frame);
-  const int count = sky->aerial_sizes.points;
+  const int count = sky->atmosphere->sizes.aerial.points;
   const double t = np_clamp(distance_m - ray->offset_m, 0.0, 2.0 * ray->length_m), within = fmin(t, ray->length_m);
   const double s = np_clamp(np_aerial_scale_fraction(&scale, within), 0.0, 1.0) * count;
   const int slice = s < count - 1 ? (int)s : count - 1;

@@ -17,21 +17,12 @@ static void add_ground(const np_sky_light *light, const np_fan *fan, const np_ra
     sums[i].smooth += transmittance * compute_ground_light(light, &ground, point.sun_cosine[i]);
 }
 
-static void shade_sunlight(const np_fan *fan, double t, np_bands *sunlight) {
-  const np_fan_shadow *shadow = fan->shadow;
-  for (int i = 0; i < fan->count; i++) {
-    const np_dvec3 at = np_dvec3_along(shadow->observer, shadow->direction[i], shadow->offset_m + t);
-    sunlight[i] *= shadow->visibility->find(shadow->visibility->user, at);
-  }
-}
-
 static void add_first_order(const np_sky_light *light, const np_fan *fan, const np_path_node *at, np_bands weight,
                             const np_fan_point *point, np_scattered *sums, np_bands *molecules) {
   const np_depth_row row = np_depth_table_row(light->depths, (double)at->altitude_m);
   const np_bands rayleigh = weight * at->air.rayleigh;
   np_bands sunlight[NP_FAN_MAX];
   light->kernels->compute_sunlight(&row, light->disk, point, sunlight);
-  if (fan->shadow) shade_sunlight(fan, at->t, sunlight);
   for (int i = 0; i < fan->count; i++) {
     const float c = fan->angle_cosine[i];
     const np_bands scattered = np_phase_rayleigh_eval(c) * sunlight[i] * rayleigh;

@@ -12,7 +12,7 @@
 #include "atmosphere/fan.h"
 #include "atmosphere/mie_gather.h"
 
-/* What lights the air. `gather` may be NULL: the aerosol then scatters what the moments hold; so may `moments`:
+/* Light on the air. `gather` may be NULL: the aerosol then scatters what the moments hold; so may `moments`:
  * order 1. */
 typedef struct np_sky_light {
   const np_fan_kernels *kernels;

@@ -25,7 +25,8 @@ static void finish(np_sky_error *e) {
   }
 }
 
-np_sky_error np_depth_table_verify(const np_depth_table *table) {
+/* The depths alone. */
+static np_sky_error verify_depths(const np_depth_table *table) {
   const np_medium *medium = table->medium;
   np_sky_error e = {0};
   for (int i = 0; i < DEPTHS; i++) {
@@ -90,7 +91,7 @@ neph_result np_sky_verify(neph_sky *sky, unsigned paths, uint64_t seed, np_monit
                       .sun_angular_radius_rad = (double)sky->sun_angular_radius,
                       .irradiance_w_m2_nm = {1.0, 1.0, 1.0},
                       .paths = paths};
-  out_errors->depths = np_depth_table_verify(&a->depths);
+  out_errors->depths = verify_depths(&a->depths);
   neph_result result = compare(&w, sky, NP_SKY_RADIANCE, NP_SKY_MARCH, VIEWS, 0, NULL, &out_errors->view);
   if (!result) result = compare(&w, sky, NP_SKY_AP_INSCATTER, NP_SKY_MARCH, VIEWS, 0, NULL, &out_errors->aerial);
   if (!result) result = compare(&w, sky, NP_SKY_RADIANCE, NP_SKY_TRACE, TRACED, seed, monitor, &out_errors->all);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How wrong the tables of one sky are, found by asking them and what they stand for. */
+/* Error of the tables of one sky, by comparing look-ups with the reference. */
 #ifndef NP_ATMOSPHERE_SKY_VERIFY_H
 #define NP_ATMOSPHERE_SKY_VERIFY_H
 
@@ -22,8 +22,5 @@ typedef struct np_sky_errors {
 
 /* Looks at 64 directions of the observer's, and traces 24 of them with `paths` paths each. */
 neph_result np_sky_verify(neph_sky *sky, unsigned paths, uint64_t seed, np_monitor *monitor, np_sky_errors *out_errors);
-
-/* The depths alone. */
-np_sky_error np_depth_table_verify(const np_depth_table *table);
 
 #endif

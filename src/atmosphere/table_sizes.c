@@ -7,7 +7,7 @@
  */
 #include "atmosphere/table_sizes.h"
 
-#include "atmosphere/medium_check.h"
+#include "atmosphere/medium.h"
 #include "atmosphere/ray_warp.h"
 
 /* A number of things at the default tolerance, times `scale`, between bounds. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How large the tables of an atmosphere and of its skies are, for the error that they may make. */
+/* Sizes of the tables of an atmosphere and of its skies, by the error that they may make. */
 #ifndef NP_ATMOSPHERE_TABLE_SIZES_H
 #define NP_ATMOSPHERE_TABLE_SIZES_H
 

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "caches/air_shadow.h"
 
-#include "atmosphere/sky_orders.h"
+#include "atmosphere/atmosphere_private.h"
 #include "core/alloc.h"
 #include "core/units.h"
 
 enum { CELLS = NP_AIR_SHADOW_CELLS, PLANES = NP_AIR_SHADOW_PLANES };
 
-/* What is beyond so little of the light of a ray need not be in the shade. */
+/* Share of a ray's light behind which shadows are neglected. */
 static const float light_rest = 0.01f;
 /* A cell longer than this is asked at two places. */
 static const double cell_long_m = 250.0;
@@ -119,7 +119,7 @@ static np_spectrum compute_first_order(const neph_sky *sky, np_vec3 direction, d
   return first;
 }
 
-/* Where no more than `light_rest` of a ray's light is still to come. */
+/* Distance beyond which no more than `light_rest` of a ray's light is still to come. */
 static double search_light_end(const neph_sky *sky, np_vec3 direction, double end) {
   const float all = np_spectrum_max(compute_first_order(sky, direction, end));
   double low = 0.0, high = fmin(end, 3e6);
@@ -132,7 +132,7 @@ static double search_light_end(const neph_sky *sky, np_vec3 direction, double en
 
 enum { REACH_RAYS = 9 };
 
-/* How far any ray of the whole picture has to be looked along. */
+/* Greatest distance along any ray of the whole picture at which shadows count. */
 static double compute_reach(const shadow_probe *p) {
   const np_air_rays *r = &p->out->rays;
   double reach = 0.0;
@@ -314,8 +314,8 @@ static np_spectrum compute_diffuse(const loss_job *job, np_dvec3 position, float
 
 static void keep(np_spectrum lost, np_spectrum all, uint16_t out[NP_BAND_COUNT]) {
   for (int b = 0; b < NP_BAND_COUNT; b++) {
-    const float kept = all.band[b] > 0.0f ? 1.0f - lost.band[b] / all.band[b] : 1.0f;
-    out[b] = (uint16_t)(NP_AIR_SHADOW_UNIT * np_clampf(kept, 0.0f, 5.0f) + 0.5f);
+    const float visible = all.band[b] > 0.0f ? 1.0f - lost.band[b] / all.band[b] : 1.0f;
+    out[b] = (uint16_t)(NP_AIR_SHADOW_UNIT * np_clampf(visible, 0.0f, 5.0f) + 0.5f);
   }
 }
 
@@ -384,7 +384,7 @@ void np_air_shadow_clear(np_air_shadow *shadow) {
 
 /* ---- Asking ---- */
 
-/* What a ray that ends at `ground_m` has to say of what lies beyond. */
+/* Values beyond its end of a ray that ends at `ground_m`. */
 static float compute_weight(float ground_m, double distance_m) {
   if ((double)ground_m >= distance_m) return 1.0f;
   const float ratio = (float)((double)ground_m / distance_m), square = ratio * ratio;
@@ -399,7 +399,7 @@ static float mix_losses(uint16_t near, uint16_t far, float part, bool is_past) {
   return a * b / np_mixf(b, a, part);
 }
 
-/* Where a direction meets the grid: lower neighbours among the nodes that are there, and parts. */
+/* Place of a direction in the grid: lower neighbours among its nodes, and fractions. */
 static void locate(const np_air_rays *r, np_vec3 direction, int32_t out_lower[2], float out_part[2]) {
   const float depth = np_maxf(np_vec3_dot(direction, r->forward), 1e-6f);
   const np_vec3 step[2] = {r->right, r->down};

@@ -42,7 +42,7 @@ typedef struct np_air_rays {
   int32_t whole_begin[2], whole_end[2]; /* and those of the whole picture */
 } np_air_rays;
 
-/* What casts shadows: boxes of the world. */
+/* Shadow casters: boxes of the world. */
 typedef struct np_air_casters {
   unsigned count;
   np_dvec3 low[2], high[2];
@@ -64,7 +64,7 @@ neph_result np_air_visibility_build(neph_context *context, const np_world *world
                                     np_air_visibility *out);
 void np_air_visibility_clear(np_air_visibility *visibility);
 
-/* What is left, as the camera sees it in three bands, over the light of the first order: so many stand for all of it,
+/* Shadowed light as the camera sees it in three bands, over the light of the first order: so many stand for all of it,
  * and five times as much is the most that is kept. */
 #define NP_AIR_SHADOW_UNIT 13107.0f
 
@@ -74,7 +74,8 @@ typedef struct np_air_shadow {
   uint16_t (*visible_fraction)[NP_BAND_COUNT]; /* nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
 } np_air_shadow;
 
-/* Of the world's camera sky; with the clouds' light on the air below, where `ground_light` knows it, else NULL. */
+/* Shadows in the air of the world's camera sky; with the clouds' light on the air below, where `ground_light` knows it,
+ * else NULL. */
 neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world,
                                 const np_ground_light *ground_light, np_monitor *monitor, np_air_shadow *out);
 void np_air_shadow_clear(np_air_shadow *shadow);

@@ -11,7 +11,7 @@
 #include "caches/sun_optical_depth.h"
 #include "transport/scattering_field.h"
 
-/* What the light of a clear sky becomes at one place: `open`·E + `added`, on level ground. */
+/* Irradiance of level ground at one place from that of a clear sky, E: `open`·E + `added`. */
 typedef struct np_ground_light_value {
   np_spectrum open;  /* share of the sky's light that comes through */
   np_spectrum added; /* irradiance from the clouds, W m⁻² nm⁻¹ */

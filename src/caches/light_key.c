@@ -14,30 +14,30 @@ static const double tolerance = 1e-3;
 
 static const char clouds_changed[] = "the clouds changed";
 
-static void describe_turn(np_vec3 kept, np_vec3 wanted, char *out, size_t size) {
-  const double turned = (double)np_vec3_length(np_vec3_subtract(kept, wanted));
+static void describe_turn(np_vec3 cached, np_vec3 wanted, char *out, size_t size) {
+  const double turned = (double)np_vec3_length(np_vec3_subtract(cached, wanted));
   (void)snprintf(out, size, "the light turned by %.3g degrees", turned / NP_DEGREE);
 }
 
 static void add_bricks(np_hash *hash, const np_bricks *b) {
   const size_t cells = np_bricks_count_cells(b, 0), samples = b->brick_count * NP_BRICK_STRIDE;
-  np_hash_add(hash, b->origin, sizeof b->origin);
-  np_hash_add(hash, b->size[0], sizeof b->size[0]);
+  NP_HASH_ADD(hash, b->origin);
+  NP_HASH_ADD(hash, b->size[0]);
   np_hash_add(hash, b->table, cells * sizeof *b->table);
   np_hash_add(hash, b->ranges[0], cells * sizeof *b->ranges[0]);
   if (b->halves) np_hash_add(hash, b->halves, samples * sizeof *b->halves);
   if (b->floats) np_hash_add(hash, b->floats, samples * sizeof *b->floats);
-  np_hash_add(hash, &b->scale, sizeof b->scale);
-  np_hash_add(hash, b->is_periodic, sizeof b->is_periodic);
-  np_hash_add(hash, b->period, sizeof b->period);
-  np_hash_add(hash, &b->background, sizeof b->background);
+  NP_HASH_ADD(hash, b->scale);
+  NP_HASH_ADD(hash, b->is_periodic);
+  NP_HASH_ADD(hash, b->period);
+  NP_HASH_ADD(hash, b->background);
 }
 
-/* What there is of extinction, and where. */
+/* Extinction of the clouds, and its place. */
 static void add_extinction(np_hash *hash, const np_instance *v) {
   add_bricks(hash, v->bricks);
-  np_hash_add(hash, &v->world_to_index, sizeof v->world_to_index);
-  np_hash_add(hash, &v->extinction_per_value, sizeof v->extinction_per_value);
+  NP_HASH_ADD(hash, v->world_to_index);
+  NP_HASH_ADD(hash, v->extinction_per_value);
 }
 
 /* A phase function is told by its moments: tables are loaded anew for every picture. */
@@ -45,34 +45,32 @@ static void add_cloud(np_hash *hash, const np_instance *v) {
   double moments[64];
   np_phase_get_moments(&v->phase, sizeof moments / sizeof *moments, moments);
   add_extinction(hash, v);
-  np_hash_add(hash, &v->albedo, sizeof v->albedo);
-  np_hash_add(hash, moments, sizeof moments);
+  NP_HASH_ADD(hash, v->albedo);
+  NP_HASH_ADD(hash, moments);
 }
 
 static void add_emitter(np_hash *hash, const np_emitter *g) {
   add_bricks(hash, g->bricks);
-  np_hash_add(hash, &g->world_to_index, sizeof g->world_to_index);
-  np_hash_add(hash, &g->absorption_per_value, sizeof g->absorption_per_value);
-  np_hash_add(hash, &g->kelvin_per_value, sizeof g->kelvin_per_value);
-  np_hash_add(hash, &g->offset_k, sizeof g->offset_k);
+  NP_HASH_ADD(hash, g->world_to_index);
+  NP_HASH_ADD(hash, g->absorption_per_value);
+  NP_HASH_ADD(hash, g->kelvin_per_value);
+  NP_HASH_ADD(hash, g->offset_k);
   if (!g->temperature) return;
   add_bricks(hash, g->temperature);
-  np_hash_add(hash, &g->world_to_temperature, sizeof g->world_to_temperature);
+  NP_HASH_ADD(hash, g->world_to_temperature);
 }
 
 static neph_result compute_fingerprint(neph_context *context, const np_world *world, const np_scattering_desc *desc,
                                        char out[33]) {
   np_hash *hash = np_hash_create(context);
-  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = np_scattering_desc_add_to_hash(context, world, desc, hash);
   for (unsigned v = 0; v < world->clouds.count; v++) add_cloud(hash, &world->clouds.at[v]);
   if (world->emission) {
-    np_hash_add(hash, &world->emission->black_body, sizeof world->emission->black_body);
+    NP_HASH_ADD(hash, world->emission->black_body);
     for (unsigned i = 0; i < world->emission->emitter_count; i++) add_emitter(hash, &world->emission->emitters[i]);
   }
-  np_hash_finish(hash, out);
-  np_hash_destroy(hash);
-  return result;
+  const neph_result finished = np_hash_finish(hash, out);
+  return result ? result : finished;
 }
 
 /* The least ordinates are enough to tell one sky from another. */
@@ -116,10 +114,10 @@ static void compare(const float *a, const float *b, size_t count, double *differ
 }
 
 /* Sun and surroundings are each compared with all the light there is, the sun counting as the sky of its irradiance. */
-static void compare_light(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
+static void compare_light(const np_light_key *cached, const np_light_key *wanted, char *reason, size_t size) {
   double sun, sun_sum, around, around_sum;
-  compare(kept->sun[0].band, wanted->sun[0].band, (size_t)NP_LIGHT_KEY_PLACES * NP_BAND_COUNT, &sun, &sun_sum);
-  compare(&kept->surroundings[0][0][0][0], &wanted->surroundings[0][0][0][0],
+  compare(cached->sun[0].band, wanted->sun[0].band, (size_t)NP_LIGHT_KEY_PLACES * NP_BAND_COUNT, &sun, &sun_sum);
+  compare(&cached->surroundings[0][0][0][0], &wanted->surroundings[0][0][0][0],
           sizeof(np_boundary_radiance) / sizeof(float), &around, &around_sum);
   sun /= NP_LIGHT_KEY_PLACES, sun_sum /= NP_LIGHT_KEY_PLACES;
   const double solid_angle = 4.0 * NP_PI / np_ordinates_count(NP_DEGREE_MIN, false),
@@ -131,33 +129,30 @@ static void compare_light(const np_light_key *kept, const np_light_key *wanted, 
                    100.0 * solid_angle * around / all);
 }
 
-void np_light_key_compare(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size) {
-  if (strcmp(kept->clouds, wanted->clouds) != 0)
+void np_light_key_compare(const np_light_key *cached, const np_light_key *wanted, char *reason, size_t size) {
+  if (strcmp(cached->clouds, wanted->clouds) != 0)
     (void)snprintf(reason, size, "%s", clouds_changed);
-  else if ((double)np_vec3_length(np_vec3_subtract(kept->to_sun, wanted->to_sun)) > tolerance)
-    describe_turn(kept->to_sun, wanted->to_sun, reason, size);
+  else if ((double)np_vec3_length(np_vec3_subtract(cached->to_sun, wanted->to_sun)) > tolerance)
+    describe_turn(cached->to_sun, wanted->to_sun, reason, size);
   else
-    compare_light(kept, wanted, reason, size);
+    compare_light(cached, wanted, reason, size);
 }
 
 neph_result np_depth_key_make(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
                               np_depth_key *out) {
   *out = (np_depth_key){.to_sun = world->to_sun, .desc = *desc};
   np_hash *hash = np_hash_create(context);
-  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned v = 0; v < world->clouds.count; v++) add_extinction(hash, &world->clouds.at[v]);
-  np_hash_finish(hash, out->clouds);
-  np_hash_destroy(hash);
-  return NEPH_OK;
+  return np_hash_finish(hash, out->clouds);
 }
 
-/* To the bit, so that a picture is that of the scene alone. */
-void np_depth_key_compare(const np_depth_key *kept, const np_depth_key *wanted, char *reason, size_t size) {
-  const np_sun_optical_depth_desc *a = &kept->desc, *b = &wanted->desc;
-  if (strcmp(kept->clouds, wanted->clouds) != 0)
+/* Exact bits, so that a picture is that of the scene alone. */
+void np_depth_key_compare(const np_depth_key *cached, const np_depth_key *wanted, char *reason, size_t size) {
+  const np_sun_optical_depth_desc *a = &cached->desc, *b = &wanted->desc;
+  if (strcmp(cached->clouds, wanted->clouds) != 0)
     (void)snprintf(reason, size, "%s", clouds_changed);
-  else if (!np_vec3_is_equal(kept->to_sun, wanted->to_sun))
-    describe_turn(kept->to_sun, wanted->to_sun, reason, size);
+  else if (!np_vec3_is_equal(cached->to_sun, wanted->to_sun))
+    describe_turn(cached->to_sun, wanted->to_sun, reason, size);
   else if (a->tolerance != b->tolerance || a->rate != b->rate || a->bytes_max != b->bytes_max)
     (void)snprintf(reason, size, "what they may err by changed");
 }

@@ -6,11 +6,11 @@
 #define NP_CACHES_LIGHT_KEY_H
 
 #include "caches/sun_optical_depth.h"
-#include "transport/boundary_radiance.h"
+#include "transport/scattering_field.h"
 
 enum { NP_LIGHT_KEY_PLACES = 64 };
 
-/* Of a solution. What shines on the clouds stands for sky, ground, air, terrain and their own place. */
+/* Key of a solution. The light on the clouds stands for sky, ground, air, terrain and their own place. */
 typedef struct np_light_key {
   np_scattering_desc desc;
   char clouds[33]; /* fingerprint of grids, places, optics, glows, and of how cells are chosen */
@@ -19,7 +19,7 @@ typedef struct np_light_key {
   np_boundary_radiance surroundings;
 } np_light_key;
 
-/* Of depths: not what else the clouds do to light, nor the size of what shines. */
+/* Key of optical depths: extinction alone, neither albedo nor phase nor the size of the light. */
 typedef struct np_depth_key {
   char clouds[33]; /* fingerprint of grids, places and extinction */
   np_vec3 to_sun;
@@ -32,8 +32,8 @@ neph_result np_light_key_fill(neph_context *context, const np_world *world, cons
 neph_result np_depth_key_make(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
                               np_depth_key *out);
 
-/* Write why what was kept does not serve any more; nothing where it does. */
-void np_light_key_compare(const np_light_key *kept, const np_light_key *wanted, char *reason, size_t size);
-void np_depth_key_compare(const np_depth_key *kept, const np_depth_key *wanted, char *reason, size_t size);
+/* Write the reason why a cached result is out of date; nothing if it is not. */
+void np_light_key_compare(const np_light_key *cached, const np_light_key *wanted, char *reason, size_t size);
+void np_depth_key_compare(const np_depth_key *cached, const np_depth_key *wanted, char *reason, size_t size);
 
 #endif

@@ -2,7 +2,7 @@
 #include "caches/sky_guide.h"
 
 #include "core/units.h"
-#include "transport/boundary_radiance.h"
+#include "transport/scattering_field.h"
 
 /* Sine of the height at which a row begins. */
 static float compute_sine(float row) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where sky and ground are bright, for the tracer to aim at.
+/* Bright parts of sky and ground, for the tracer to aim at.
  *
  * Light from around that is alike everywhere is met by chance without any noise: every path leaves the clouds once, and
  * sees it (the white furnace). Aiming at it would add noise, of how often a path comes near the clouds' rim. So only
@@ -24,7 +24,7 @@ enum {
 
 static const float np_sky_guide_bright = 2.0f, np_sky_guide_least_rate = 0.05f;
 
-/* What a ray through air that is traced costs, in rays to the tables. */
+/* Cost of a ray through traced air, in rays to the tables. */
 static const float np_sky_guide_traced_cost = 2.5f;
 
 typedef struct np_sky_guide {

@@ -143,7 +143,7 @@ static np_sun_column start_column(const lattice_fill *f, size_t n, unsigned thre
                          .cells = l->cells + n * (size_t)l->size[2]};
 }
 
-/* What was decided for each cell, copied from the rays to `nodes`. */
+/* Decision of each cell, copied from the rays to `nodes`. */
 static void keep_nodes(const np_sun_column *column, float *nodes) {
   const size_t count = (size_t)column->lattice->size[2] * NP_SUN_CELL_EDGE + 1;
   for (int32_t k = 0; k < column->lattice->size[2]; k++) {
@@ -252,8 +252,8 @@ static neph_result refine_lattice(np_sun_optical_depth *cache, const np_world *w
   return run_kernel(&f, kernels[neph_context_get_isa(cache->context)].refine, stride, refine_columns, monitor);
 }
 
-/* What the cells keep, for the log and whoever judges them. */
-static void count_kept(np_sun_optical_depth *cache) {
+/* Statistics of the cells, for the log and tests. */
+static void count_cell_kinds(np_sun_optical_depth *cache) {
   cache->bytes = 0;
   cache->steep_cells = cache->dark_cells = 0;
   for (unsigned level = 0; level < NP_SUN_CELL_LEVELS; level++) cache->level_cells[level] = 0;
@@ -282,7 +282,7 @@ static void report(const np_sun_optical_depth *c) {
          (unsigned long long)c->steep_cells, (unsigned long long)c->dark_cells);
 }
 
-/* Of all clouds, or of the steep cells of them. */
+/* Optical depth of all clouds, or of their steep cells. */
 static neph_result fill_lattices(np_sun_optical_depth *cache, const np_world *world,
                                  const np_sun_optical_depth_desc *desc, bool is_fine, np_monitor *monitor) {
   neph_result result = NEPH_OK;
@@ -292,7 +292,7 @@ static neph_result fill_lattices(np_sun_optical_depth *cache, const np_world *wo
     np_monitor_set_range(monitor, begin, begin + share);
     result = (is_fine ? refine_lattice : fill_lattice)(cache, world, v, desc, monitor);
   }
-  if (!result) count_kept(cache);
+  if (!result) count_cell_kinds(cache);
   return result;
 }
 

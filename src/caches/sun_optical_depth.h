@@ -40,7 +40,7 @@ static inline bool np_sun_cell_keeps(uint32_t cell) { return cell < NP_SUN_CELL_
 
 static inline uint32_t np_sun_cell_get_level(uint32_t cell) { return cell & ((1u << NP_SUN_CELL_LEVEL_BITS) - 1); }
 
-/* What is not known and must be walked for. */
+/* Cells without a stored depth, which rays walk through. */
 #define NP_SUN_OPTICAL_DEPTH_UNKNOWN (-1.0f)
 
 typedef struct np_sun_lattice {

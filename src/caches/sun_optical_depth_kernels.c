@@ -156,19 +156,19 @@ void NP_KERNEL(np_sun_column_fill)(np_sun_column *c) {
   for (int32_t k = 0; k < c->lattice->size[2]; k++) {
     float cell[CELL];
     gather_cell(c, k, cell);
-    const uint32_t kept = choose(c, cell);
-    c->cells[k] = kept;
-    if (kept >= NP_SUN_CELL_STEEP) continue;
-    c->cells[k] = (uint32_t)c->node_count << NP_SUN_CELL_LEVEL_BITS | kept;
-    c->node_count += np_sun_level_count_nodes(kept);
+    const uint32_t level = choose(c, cell);
+    c->cells[k] = level;
+    if (level >= NP_SUN_CELL_STEEP) continue;
+    c->cells[k] = (uint32_t)c->node_count << NP_SUN_CELL_LEVEL_BITS | level;
+    c->node_count += np_sun_level_count_nodes(level);
   }
 }
 
 /* ---- Steep cells ---- */
 
-/* Where the second differences of 17³ nodes exceed more tolerances than that it is walked: what they miss is a third of
+/* Second differences of 17³ nodes, in tolerances, above which a cell is walked: what they miss is a third of
  * it, as much as the picture's whole tolerance, and walking takes ten times as long. */
-static const float steep_bend = 16.0f;
+static const float steep_curvature = 16.0f;
 
 static void follow_fine_rays(const np_sun_column *c, size_t count) {
   const double half = 0.5 * c->lattice->spacing_m;
@@ -187,7 +187,7 @@ void NP_KERNEL(np_sun_column_refine)(np_sun_column *c) {
     if (c->cells[k] != NP_SUN_CELL_STEEP) continue;
     const size_t stride = np_sun_column_count_fine(c);
     const node_block b = {np_sun_column_get_fine(c, k), {NP_SUN_FINE_RAYS * stride, stride, 1}, NP_SUN_FINE_EDGE};
-    if (compute_curvature(&b, 1, c->desc->rate) > steep_bend * c->desc->tolerance) continue;
+    if (compute_curvature(&b, 1, c->desc->rate) > steep_curvature * c->desc->tolerance) continue;
     c->cells[k] = (uint32_t)c->node_count << NP_SUN_CELL_LEVEL_BITS;
     c->node_count += np_sun_level_count_nodes(0);
   }

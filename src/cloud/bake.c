@@ -150,7 +150,7 @@ static neph_result mark_leaves(void *user, size_t begin, size_t end, unsigned th
   return NEPH_OK;
 }
 
-/* How many of the marked leaves do hold cloud, by evaluating some of them, evenly spread. */
+/* Number of marked leaves that hold cloud, by evaluating some of them, evenly spread. */
 static neph_result sample_share(bake_job *job) {
   const size_t box_count = np_bake_count_box(job->bake), marked = job->marks.cloudy_count;
   const size_t wanted = marked < SAMPLE_LEAVES ? marked : SAMPLE_LEAVES;

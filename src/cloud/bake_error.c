@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a bake lost against the model evaluated directly, cause by cause.
+/* Error of a bake against the model evaluated directly, cause by cause.
  *
  * What: the rms and the largest difference of extinction at points, and of optical depth along rays. Method: isotropic
  * uniform random lines through the field's box (a direction uniform on the sphere, an offset uniform in the disc that

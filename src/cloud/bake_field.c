@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where the voxels of a bake are: samples sit in the middle of voxels, leaves of 8³ of them count from the index
+/* Places of the voxels of a bake: samples sit in the middle of voxels, leaves of 8³ of them count from the index
  * origin, and a region cuts voxels off. */
 #include "cloud/bake_private.h"
 
@@ -43,7 +43,7 @@ static neph_result refuse_box(const np_bake *bake) {
                  (unsigned long long)BOX_LEAVES_MAX);
 }
 
-/* How far the planet curves down at the far corner of the field. */
+/* Drop of the planet's surface at the far corner of the field. */
 static double compute_drop_m(const np_bake *bake) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   double far2 = 0;

@@ -8,7 +8,7 @@
 #include "volume/volume_file.h"
 #include "volume/volume_private.h"
 
-/* What a file is made of: levels of detail, and, behind them, the components of the velocity. */
+/* Grids of a file: levels of detail, and, behind them, the components of the velocity. */
 enum { GRIDS_MAX = NEPH_BAKE_LEVELS_MAX + 3 };
 
 typedef struct bake_grids {
@@ -26,7 +26,7 @@ static neph_result measure(const np_bake *bake, np_sparse_grid *grid) {
   return result;
 }
 
-/* To be cleared whatever the outcome. */
+/* The caller clears it whatever the outcome. */
 static neph_result make_grids(np_bake *bake, const char *name, bake_grids *out_grids) {
   np_sparse_grid *levels = out_grids->levels;
   np_monitor_set_part(bake->monitor, np_monitor_whole, 0.05, 0.6);
@@ -94,7 +94,7 @@ neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *c
 
 enum { HASH_BYTES = 33 };
 
-/* What a file says it was baked from. */
+/* Parameters that a file was baked from. */
 typedef struct bake_record {
   neph_context *context;
   char *params;
@@ -105,7 +105,7 @@ static void take_attribute(void *user, const char *name, const char *text) {
   if (!strcmp(name, "nephos:params") && !record->params) record->params = np_alloc_text(record->context, text);
 }
 
-/* What a cloud would be recorded as, with the pruning and the region that the file has. */
+/* Parameters of a cloud, with the pruning and the region that the file has. */
 static neph_result compare_record(const bake_record *record, const char *path, const neph_cloud_desc *cloud,
                                   double planet_radius_m, bool *out_is_same) {
   neph_cloud_desc recorded;
@@ -173,7 +173,7 @@ static neph_result hash_baked(const bake_grids *grids, const neph_bake_desc *des
   return np_sparse_grid_hash_all(all, is_velocity ? 3 : 1, desc->file_precision == NEPH_PRECISION_HALF, out_hash);
 }
 
-/* What of a bake shows in the grids of its file: levels, and then perhaps a velocity. */
+/* Grids of a bake's file: levels, and then perhaps a velocity. */
 static neph_result read_layout(const np_volume_file *file, char name[256], neph_bake_desc *desc) {
   np_vdb_grid_info info;
   const size_t count = file->module->count(file->vdb);

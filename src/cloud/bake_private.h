@@ -6,7 +6,7 @@
 
 #include "cloud/cloud_private.h"
 
-/* What comes of the grid, which decides how much memory is needed besides it. */
+/* Use of the grid, which decides how much memory is needed besides it. */
 typedef enum np_bake_use {
   NP_BAKE_FOR_GRID, /* it is looked at and thrown away */
   NP_BAKE_FOR_BRICKS,
@@ -40,7 +40,7 @@ size_t np_bake_count_box(const np_bake *bake); /* leaves */
 /* Offsets between which the cloud lies, rain and the curve of the planet included, whatever its voxels and region. */
 void np_bake_compute_field(const np_bake *bake, double out_low_m[3], double out_high_m[3]);
 
-/* Of a voxel index, or a place between two. */
+/* World position of a voxel index, or of a place between two. */
 static inline double np_bake_compute_offset_m(const np_bake *bake, int axis, double index) {
   const double voxel_m = bake->model.desc.voxel_m;
   return axis == 2 ? (index + 0.5) * voxel_m : (index - 0.5 * (bake->voxels[axis] - 1)) * voxel_m;
@@ -87,7 +87,7 @@ neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks
 
 /* ---- bake_error.c ---- */
 
-/* What a grid that was not pruned yet lost, and will, against the model. */
+/* Error of a grid not pruned yet against the model, before and after pruning. */
 neph_result np_bake_measure_error(const np_bake *bake, const np_sparse_grid *grid, neph_bake_error *out_error);
 
 /* ---- bake_velocity.c ---- */

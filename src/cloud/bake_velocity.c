@@ -155,7 +155,7 @@ static neph_result build_moment(const velocity_job *job, double time_s, np_cloud
 neph_result np_bake_make_velocity(const np_bake *bake, const np_sparse_grid *density, np_sparse_grid out_velocity[3]) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   velocity_job job = {.bake = bake, .density = density, .velocity = out_velocity};
-  /* What rises fastest, a billow in a third of its life, moves half a voxel and more in this time; what seems to move
+  /* The fastest, a billow in a third of its life, rises by half a voxel and more in this time; what seems to move
    * two voxels does not move, but comes and goes. */
   job.span_s = cloud->voxel_m * cloud->lifetime_s / (8 * cloud->billow_m);
   job.speed_max_m_s = 2 * cloud->voxel_m / job.span_s;

@@ -43,10 +43,10 @@ static float eval_tower(const np_cloud_model *model, float s, float type) {
   return shape * (1.0f + model->base_gain_max + model->detail_gain_max);
 }
 
-/* How far the faces of a slab's sublayers are soft, in sublayers. */
+/* Softness of the faces of a slab's sublayers, in sublayers. */
 static float get_face(const np_cloud_model *model) { return 0.12f + 0.38f * (float)model->desc.softness; }
 
-/* Where in its sublayer a height is. */
+/* Place of a height in its sublayer. */
 static float compute_place_in_sublayer(const np_cloud_model *model, float s) {
   const float scaled = s * (float)model->desc.sublayers;
   return scaled - (float)(int)scaled;
@@ -98,7 +98,7 @@ static float compute_skew_share(const np_cloud_model *model, float height_m) {
   return is_slab(model) ? t * fabsf(t) : t;
 }
 
-/* What has grown since time 0 stays below the top. */
+/* Growth since time 0 stays below the top. */
 static float scale_strength(const np_cloud_model *model, float value) {
   return np_minf(value * model->depth_scale + model->depth_offset, 1.0f);
 }
@@ -113,9 +113,9 @@ static float sample_plane(const np_cloud_model *model, neph_cloud_map_quantity q
 
 np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, float y_m, float height_m) {
   const neph_cloud_desc *desc = &model->desc;
-  const float lean = compute_skew_share(model, height_m), top_m = (float)desc->thickness_m;
+  const float share = compute_skew_share(model, height_m), top_m = (float)desc->thickness_m;
   const float border = eval_border(model, x_m, y_m);
-  np_cloud_column c = {.x_m = x_m - (float)desc->skew_m[0] * lean, .y_m = y_m - (float)desc->skew_m[1] * lean};
+  np_cloud_column c = {.x_m = x_m - (float)desc->skew_m[0] * share, .y_m = y_m - (float)desc->skew_m[1] * share};
   c.strength =
       np_minf(scale_strength(model, np_weather_map_sample(&model->map, model->map.values, c.x_m, c.y_m)), border);
   if (model->map.anvils)
@@ -163,11 +163,11 @@ typedef struct columns {
 } columns;
 
 static columns compute_columns(const np_cloud_model *model, const np_cloud_box *box, float low_m, float high_m) {
-  const float lean_low = compute_skew_share(model, low_m), lean_high = compute_skew_share(model, high_m);
+  const float share_low = compute_skew_share(model, low_m), share_high = compute_skew_share(model, high_m);
   columns c;
   for (int i = 0; i < 2; i++) {
-    const float skew_low = (float)model->desc.skew_m[i] * lean_low,
-                skew_high = (float)model->desc.skew_m[i] * lean_high;
+    const float skew_low = (float)model->desc.skew_m[i] * share_low,
+                skew_high = (float)model->desc.skew_m[i] * share_high;
     c.min_m[i] = box->min_m[i] - fmaxf(skew_low, skew_high);
     c.max_m[i] = box->max_m[i] - fminf(skew_low, skew_high);
   }

@@ -106,7 +106,7 @@ static void choose_noises(np_cloud_model *model) {
     choose_detail(model, detail_size * billow_m);
 }
 
-/* Where the air has gone to since time 0. */
+/* Displacement of the air since time 0. */
 static void set_time(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
   for (int i = 0; i < 2; i++) model->drift_m[i] = (float)(desc->wind_m_s[i] * desc->time_s);

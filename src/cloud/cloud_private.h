@@ -26,7 +26,7 @@ typedef enum np_cloud_stream {
 
 /* ---- Descriptions: cloud_desc.c ---- */
 
-/* What messages begin with: "clouds[0].bake". */
+/* Start of messages: "clouds[0].bake". */
 static inline const char *np_cloud_desc_name(const neph_cloud_desc *desc) { return desc->name ? desc->name : "cloud"; }
 
 /* Copies a caller's description (NULL: the defaults) and checks every field. */
@@ -61,7 +61,7 @@ typedef struct np_weather_picture {
   bool is_tiling; /* else its border goes on beyond it */
 } np_weather_picture;
 
-/* Of a description without a picture, an empty one. */
+/* Weather map of a description; empty without a picture. */
 neph_result np_weather_picture_load(neph_context *context, const neph_cloud_desc *desc,
                                     np_weather_picture *out_picture);
 void np_weather_picture_clear(np_weather_picture *picture); /* a zeroed picture is allowed */
@@ -72,7 +72,7 @@ float np_weather_picture_sample(const np_weather_picture *picture, neph_cloud_ma
 
 const char *np_cloud_map_quantity_get_name(neph_cloud_map_quantity quantity);
 
-/* Of the file's bytes. */
+/* Hash of the file's bytes. */
 neph_result np_cloud_map_hash(neph_context *context, const char *file, char out_hex[33]);
 
 /* ---- Landscape: landscape.c ---- */
@@ -137,7 +137,7 @@ void np_weather_map_clear(np_weather_map *map); /* a zeroed map is allowed */
 /* In memory. */
 double np_weather_map_count_bytes(const np_weather_map *map);
 
-/* Of `values`, `anvils` or a plane, bilinear; the border's value beyond it. */
+/* Bilinear value of `values`, `anvils` or a plane; the border's value beyond it. */
 float np_weather_map_sample(const np_weather_map *map, const float *values, float x_m, float y_m);
 
 /* Every sample in the rectangle lies within, but for rounding. */
@@ -202,7 +202,7 @@ typedef struct np_cloud_state {
 
 np_cloud_state np_cloud_column_eval(const np_cloud_model *model, const np_cloud_column *column, float height_m);
 
-/* How strongly rain falls at a height below the column's base, in [0, 1]. */
+/* Strength of rain at a height below the column's base, in [0, 1]. */
 float np_cloud_column_eval_rain(const np_cloud_model *model, const np_cloud_column *column, float height_m);
 
 typedef struct np_cloud_box {

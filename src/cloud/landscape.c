@@ -24,7 +24,7 @@ static const float sheet_height = 2.45f;                    /* of a slab's noise
 /* Anvils: of cells at least this high, this much wider at anvil 1, and blown off their towers by so much of it. */
 static const float anvil_from = 0.5f, anvil_spread = 4.0f, anvil_drag = 0.8f;
 
-/* Of a hero, in half the shorter side of its field. */
+/* Radius of a hero, in half the shorter side of its field. */
 static const float hero_radius = 0.8f, hero_reach = 0.62f;
 enum { HERO_PARTS = 11 };
 

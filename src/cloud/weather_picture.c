@@ -117,11 +117,7 @@ neph_result np_cloud_map_hash(neph_context *context, const char *file, char out_
   neph_result result = np_file_read(context, file, &bytes, &size);
   if (result) return result;
   np_hash *hash = np_hash_create(context);
-  if (hash) {
-    np_hash_add(hash, bytes, size);
-    np_hash_finish(hash, out_hex);
-  }
-  np_hash_destroy(hash);
+  np_hash_add(hash, bytes, size);
   np_alloc_free(context, bytes);
-  return hash ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  return np_hash_finish(hash, out_hex);
 }

@@ -57,7 +57,7 @@ static neph_result check_desc(neph_context *context, const neph_context_desc *de
   return NEPH_OK;
 }
 
-/* What of a context follows from its description alone, enough to log and to allocate with. */
+/* Parts of a context that follow from its description alone, enough to log and to allocate with. */
 static void fill_from_desc(neph_context *context, const neph_context_desc *desc) {
   atomic_init(&context->references, 1);
   atomic_init(&context->allocated_bytes, 0);

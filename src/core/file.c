@@ -125,7 +125,7 @@ static neph_result create_temporary(np_file_write *write) {
   return fail_write(write->context, write->target, errno);
 }
 
-/* Where the file will stand: behind symbolic links, whether or not there is a file at their end. */
+/* Final path of the file: behind symbolic links, whether or not there is a file at their end. */
 static neph_result follow_links(neph_context *context, const char *path, char **out_target) {
   char link[PATH_MAX];
   char *target = np_alloc_text(context, path);
@@ -172,7 +172,7 @@ static neph_result check_folder(const np_file_write *write, const char *path) {
   return result;
 }
 
-/* To be freed by free_names, whatever the outcome. */
+/* The caller frees them by free_names, whatever the outcome. */
 static neph_result choose_target(neph_context *context, const char *path, np_file_write *out_write) {
   *out_write = (np_file_write){.context = context};
   neph_result result = follow_links(context, path, &out_write->target);

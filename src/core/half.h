@@ -56,21 +56,6 @@ static inline uint16_t np_half_from_float(float value) {
 #endif
 }
 
-/* The half not above, and the half not below, a finite value: for bounds. */
-static inline uint16_t np_half_below(float value) {
-  uint16_t half = np_half_from_float(value);
-  if (np_half_to_float(half) > value)
-    half = half & 0x8000u ? (uint16_t)(half + 1) : half != 0 ? (uint16_t)(half - 1) : 0x8001u;
-  return half;
-}
-
-static inline uint16_t np_half_above(float value) {
-  uint16_t half = np_half_from_float(value);
-  if (np_half_to_float(half) < value)
-    half = !(half & 0x8000u) ? (uint16_t)(half + 1) : half != 0x8000u ? (uint16_t)(half - 1) : 0x0001u;
-  return half;
-}
-
 /* Halves of values times a factor, by the kernel of a level. */
 void np_half_encode(neph_isa isa, const float *values, size_t count, float factor, uint16_t *out_halves);
 

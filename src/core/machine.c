@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What of the machine this process may use: CPUs by its affinity mask, memory by what there is and what the shell
+/* Share of the machine that this process may use: CPUs by its affinity mask, memory by what there is and what the shell
  * allows, and both by the quotas of its control group, which is what a container or a batch system sets. */
 #include <limits.h>
 #include <sched.h>

@@ -29,8 +29,11 @@ static inline np_vec3 np_vec3_cross(np_vec3 a, np_vec3 b) {
 }
 static inline float np_vec3_length(np_vec3 a) { return sqrtf(np_vec3_dot(a, a)); }
 
-/* 1 − cos of the angle between two unit vectors. */
-static inline float np_vec3_versine(np_vec3 a, np_vec3 b) { return np_versine(a.x, a.y, a.z, b.x, b.y, b.z); }
+/* 1 − cos of the angle between two unit vectors, exact where they nearly agree: ½|a − b|². */
+static inline float np_vec3_versine(np_vec3 a, np_vec3 b) {
+  const np_vec3 d = np_vec3_subtract(a, b);
+  return 0.5f * np_vec3_dot(d, d);
+}
 static inline np_vec3 np_vec3_normalize(np_vec3 a) { return np_vec3_scale(a, 1.0f / np_vec3_length(a)); }
 static inline bool np_vec3_is_equal(np_vec3 a, np_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
@@ -61,9 +64,7 @@ typedef struct np_affine {
   double m[3][4];
 } np_affine;
 
-static inline np_affine np_affine_identity(void) {
-  return (np_affine){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-}
+static inline np_affine np_affine_identity(void) { return (np_affine){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}; }
 static inline np_dvec3 np_affine_point(const np_affine *a, np_dvec3 p) {
   return np_dvec3_make(a->m[0][0] * p.x + a->m[0][1] * p.y + a->m[0][2] * p.z + a->m[0][3],
                        a->m[1][0] * p.x + a->m[1][1] * p.y + a->m[1][2] * p.z + a->m[1][3],
@@ -98,8 +99,7 @@ static inline bool np_affine_invert(const np_affine *a, np_affine *out) {
       int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
       r.m[i][j] = (a->m[j1][i1] * a->m[j2][i2] - a->m[j1][i2] * a->m[j2][i1]) / d;
     }
-  for (int i = 0; i < 3; i++)
-    r.m[i][3] = -(r.m[i][0] * a->m[0][3] + r.m[i][1] * a->m[1][3] + r.m[i][2] * a->m[2][3]);
+  for (int i = 0; i < 3; i++) r.m[i][3] = -(r.m[i][0] * a->m[0][3] + r.m[i][1] * a->m[1][3] + r.m[i][2] * a->m[2][3]);
   *out = r;
   return true;
 }

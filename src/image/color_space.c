@@ -75,7 +75,7 @@ static bool compute_xyz_from_rgb(const float chromaticity[8], np_color_matrix *o
   return true;
 }
 
-/* What a colour seen under one white is under another. */
+/* Chromatic adaptation of a colour from one white to another. */
 static np_color_matrix adapt(const float from_white[2], const float to_white[2]) {
   double from[3], to[3], from_cones[3], to_cones[3];
   compute_xyz(from_white, from);

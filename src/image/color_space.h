@@ -30,7 +30,7 @@ const float *np_color_space_get_chromaticities(np_color_space space);
  * are adapted to it by the Bradford transform. Not for bands. */
 np_color_matrix np_color_space_from_xyz(np_color_space space);
 
-/* What a radiance of 1 W m⁻² sr⁻¹ nm⁻¹ adds to R, G and B, of a wavelength whose weights are these. */
+/* R, G and B of a radiance of 1 W m⁻² sr⁻¹ nm⁻¹ at a wavelength whose weights are these. */
 void np_color_space_weigh(np_color_space space, const double xyz_nm[3], double out_rgb[3]);
 
 /* From the linear R, G, B of a picture's chromaticities to Rec.709 with its white adapted to D65. False when they span

@@ -15,7 +15,7 @@ static double get_scale(const neph_image *image) {
   return value > 0 ? value : 1.0;
 }
 
-/* What a scan of one channel found. */
+/* Result of the scan of one channel. */
 typedef struct channel_scan {
   size_t infinite_at, nan_at, largest_at; /* the first; SIZE_MAX: none */
   size_t infinite_count, nan_count;

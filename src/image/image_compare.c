@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How far a picture lies from a reference: the measures that docs/accuracy.md speaks of. Sums run in double over pixels
- * in order, so that the figures repeat. */
+/* Difference of a picture from a reference: the measures that docs/accuracy.md speaks of. Sums run in double over
+ * pixels in order, so that the figures repeat. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -342,8 +342,7 @@ neph_result neph_image_compare(neph_context *context, const neph_image *image, c
   if (!result) result = measure_blocks(&pair, &difference);
   if (!result) difference.differing_count = count_differing(image, reference);
   free_planes(&pair);
-  if (!result)
-    result = np_desc_write(context, "neph_image_difference", &difference, sizeof difference, out_difference);
+  if (!result) result = np_desc_write(context, "neph_image_difference", &difference, sizeof difference, out_difference);
   return result;
 }
 

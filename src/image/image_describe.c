@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What an OpenEXR file says of itself, as text. */
+/* Header of an OpenEXR file as text. */
 #include <stdio.h>
 #include <string.h>
 

@@ -142,7 +142,7 @@ static neph_result read_attribute(neph_image *image, const exr_attribute_t *attr
   }
 }
 
-/* What OpenEXR itself lives by is not ours to carry from file to file. */
+/* Attributes that OpenEXR requires are not carried from file to file. */
 static bool is_structural(const char *name) {
   static const char *const names[] = {
       "name", "type", "version", "chunkCount", "view", "pixelAspectRatio", "screenWindowWidth"};

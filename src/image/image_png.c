@@ -17,27 +17,84 @@ static neph_result fail_write(neph_context *context, const char *path, const cha
   return np_fail(context, NEPH_ERROR_IO, "%s: cannot be written: %s", path, why);
 }
 
-static neph_result write_rgb(const neph_image *image, const char *path, const char *temporary, const uint8_t *rgb) {
-  png_image png = {
-      .version = PNG_IMAGE_VERSION, .width = image->width, .height = image->height, .format = PNG_FORMAT_RGB};
+typedef struct png_picture {
+  const neph_image *image;
+  const neph_preview_desc *desc;
+  uint16_t *rgb;
+} png_picture;
+
+/* A row as it stands in the file: 16 bits with the high byte first. */
+static void pack_row(const png_picture *picture, const uint16_t *rgb, uint8_t *out) {
+  const size_t count = 3 * (size_t)picture->image->width;
+  for (size_t i = 0; i < count; i++)
+    if (picture->desc->bits == 8)
+      out[i] = (uint8_t)rgb[i];
+    else
+      out[2 * i] = (uint8_t)(rgb[i] >> 8), out[2 * i + 1] = (uint8_t)rgb[i];
+}
+
+static void write_header(png_structp png, png_infop info, const png_picture *picture) {
+  const neph_image *image = picture->image;
+  png_set_IHDR(png, info, image->width, image->height, (int)picture->desc->bits, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  if (picture->desc->view == NEPH_VIEW_RAW)
+    png_set_gAMA(png, info, 1.0);
+  else
+    png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+  png_write_info(png, info);
+}
+
+/* The message of an error that libpng left by its jump. */
+static void keep_message(png_structp png, png_const_charp message) {
+  snprintf(png_get_error_ptr(png), 128, "%s", message);
+  png_longjmp(png, 1);
+}
+
+static void ignore_warning(png_structp png, png_const_charp message) { (void)png, (void)message; }
+
+static bool write_rows(png_structp png, png_infop info, const png_picture *picture, FILE *file, uint8_t *row) {
+  if (setjmp(png_jmpbuf(png))) return false;
+  png_init_io(png, file);
+  write_header(png, info, picture);
+  for (size_t y = 0; y < picture->image->height; y++) {
+    pack_row(picture, picture->rgb + 3 * y * picture->image->width, row);
+    png_write_row(png, row);
+  }
+  png_write_end(png, info);
+  return fflush(file) == 0;
+}
+
+/* Whether the whole picture went into the file. `row` holds one of its rows. */
+static bool write_stream(const png_picture *picture, FILE *file, uint8_t *row, char message[128]) {
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, message, keep_message, ignore_warning);
+  png_infop info = png ? png_create_info_struct(png) : NULL;
+  const bool is_written = info && write_rows(png, info, picture, file, row);
+  png_destroy_write_struct(&png, &info);
+  return is_written;
+}
+
+static neph_result write_rgb(const png_picture *picture, const char *path, const char *temporary) {
+  neph_context *context = picture->image->context;
+  char message[128] = "out of memory";
+  uint8_t *row = np_alloc(context, picture->image->width, 6);
+  if (!row) return NEPH_ERROR_OUT_OF_MEMORY;
   FILE *file = fopen(temporary, "wb");
-  if (!file) return fail_write(image->context, path, strerror(errno));
-  errno = 0;
-  bool is_written = png_image_write_to_stdio(&png, file, 0, rgb, 0, NULL) && fflush(file) == 0;
+  errno = file ? 0 : errno;
+  bool is_written = file && write_stream(picture, file, row, message);
   int error = errno;
-  if (fclose(file) != 0 && is_written) {
+  np_alloc_free(context, row);
+  if (file && fclose(file) != 0 && is_written) {
     is_written = false;
     error = errno;
   }
-  if (is_written) return NEPH_OK;
-  return fail_write(image->context, path, error ? strerror(error) : png.message);
+  return is_written ? NEPH_OK : fail_write(context, path, error ? strerror(error) : message);
 }
 
-static neph_result write_file(const neph_image *image, const char *path, const uint8_t *rgb) {
+static neph_result write_file(const png_picture *picture, const char *path) {
   np_file_write write;
-  neph_result result = np_file_write_begin(image->context, path, &write);
+  neph_result result = np_file_write_begin(picture->image->context, path, &write);
   if (result) return result;
-  result = write_rgb(image, path, write.temporary, rgb);
+  result = write_rgb(picture, path, write.temporary);
   if (!result) return np_file_write_commit(&write);
   np_file_write_abandon(&write);
   return result;
@@ -48,11 +105,11 @@ neph_result neph_image_save_png(const neph_image *image, const char *path, const
   neph_preview_desc wanted;
   neph_result result = np_desc_read(image->context, "neph_preview_desc", &defaults, sizeof defaults, desc, &wanted);
   if (result) return result;
-  uint8_t *rgb = np_alloc(image->context, (size_t)image->width * image->height, 3);
-  if (!rgb) return NEPH_ERROR_OUT_OF_MEMORY;
-  result = np_preview_render(image, &wanted, rgb);
-  if (!result) result = write_file(image, path, rgb);
-  np_alloc_free(image->context, rgb);
+  png_picture picture = {image, &wanted, np_alloc(image->context, (size_t)image->width * image->height, 6)};
+  if (!picture.rgb) return NEPH_ERROR_OUT_OF_MEMORY;
+  result = np_preview_render(image, &wanted, picture.rgb);
+  if (!result) result = write_file(&picture, path);
+  np_alloc_free(image->context, picture.rgb);
   return result;
 }
 
@@ -94,8 +151,6 @@ static void jump_out(png_structp png, png_const_charp message) {
   snprintf(reader->message, sizeof reader->message, "%s", message);
   png_longjmp(png, 1);
 }
-
-static void ignore_warning(png_structp png, png_const_charp message) { (void)png, (void)message; }
 
 /* Rows of the widest picture, and texts that are longer than they are stored. */
 static const png_alloc_size_t block_bytes_free = 8000000;

@@ -7,7 +7,7 @@
 
 #include "core/parallel.h"
 
-/* What an image may be, made or claimed by a file. */
+/* Limits of an image, made or claimed by a file. */
 enum { NP_IMAGE_SIDE_MAX = 65536, NP_IMAGE_CHANNELS_MAX = 1024, NP_IMAGE_NAME_MAX = 255 };
 #define NP_IMAGE_BYTES_MAX (UINT64_C(16) << 30) /* of all channels in memory */
 
@@ -77,7 +77,7 @@ neph_pixel_type np_image_choose_pixel_type(const neph_image *image, const char *
 neph_result np_image_check_claims(neph_context *context, const char *path, int64_t width, int64_t height,
                                   int channel_count);
 
-/* What an OpenEXR file says of itself beside what an image keeps. */
+/* Header of an OpenEXR file beside what an image stores. */
 typedef struct np_image_exr_info {
   const char *storage, *compression;
   int part_count;

@@ -98,7 +98,7 @@ static span locate_albedo(double albedo) {
 }
 
 /* Linear in the logarithm of the gain. */
-static float get_gain(const np_gain_table table, const span place[3], int angle) {
+static float get_gain(const np_gain_table table, const span place[3], int angle, double gain_max) {
   double sum = 0.0;
   for (int corner = 0; corner < 8; corner++) {
     double share = 1.0;
@@ -110,7 +110,7 @@ static float get_gain(const np_gain_table table, const span place[3], int angle)
     }
     sum += share * log((double)table[node[0]][node[1]][node[2]][angle]);
   }
-  return (float)exp(sum);
+  return (float)fmin(exp(sum), gain_max);
 }
 
 static const np_gain_table *get_table(neph_multiple_scattering method, bool is_sun) {
@@ -130,6 +130,11 @@ static const np_gain_table *get_table(neph_multiple_scattering method, bool is_s
   return &np_gain_table_none;
 }
 
+/* The derivative is darkened alone: its gains above 1 stand for slopes that clouds have and the calibration's lack. */
+static double get_gain_max(neph_multiple_scattering method, bool is_sun) {
+  return method == NEPH_MULTIPLE_SCATTERING_DERIVATIVE && is_sun ? 1.0 : (double)INFINITY;
+}
+
 void np_cloud_gain_fill(neph_multiple_scattering method, const np_instance *cloud, float depth, np_cloud_gain *out) {
   const double asymmetry = np_phase_mean_cosine(&cloud->phase);
   *out = (np_cloud_gain){.depth = depth, .phase = np_phase_henyey_greenstein((float)asymmetry)};
@@ -137,8 +142,8 @@ void np_cloud_gain_fill(neph_multiple_scattering method, const np_instance *clou
     const span place[3] = {locate(asymmetry, np_gain_asymmetries, NP_GAIN_ASYMMETRIES), locate_depth((double)depth),
                            locate_albedo((double)cloud->albedo.band[b])};
     for (int angle = 0; angle < NP_GAIN_ANGLES; angle++) {
-      out->sun[angle].band[b] = get_gain(*get_table(method, true), place, angle);
-      out->surroundings[angle].band[b] = get_gain(*get_table(method, false), place, angle);
+      out->sun[angle].band[b] = get_gain(*get_table(method, true), place, angle, get_gain_max(method, true));
+      out->surroundings[angle].band[b] = get_gain(*get_table(method, false), place, angle, get_gain_max(method, false));
     }
   }
 }

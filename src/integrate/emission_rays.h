@@ -211,7 +211,7 @@ static inline void np_emission_march(const np_world *world, const np_camera_ray 
  * order than that of the directions. */
 static const float np_emission_far_step_voxels = 2.0f;
 
-/* How far a ray goes before it meets ground. */
+/* Distance of a ray to the ground. */
 static inline double np_emission_get_end(const np_world *world, np_dvec3 origin, np_vec3 direction) {
   np_ground_hit hit;
   if (!world->has_planet && !world->terrain) return HUGE_VAL;

@@ -157,7 +157,7 @@ static inline double np_guide_get_stretch_fraction(const np_guide *guide, np_vec
   return (double)np_minf(growth / (1.0f + 2.0f * growth * rise), 0.9f);
 }
 
-/* How many paths are to go on for each: a whole number to split it into, or less than one, the probability of going on.
+/* Number of paths that go on for each: a whole number to split it into, or less than one, the probability of going on.
  * `reference`: the light of the ray that it is part of. */
 static inline float np_guide_count(const np_guide *guide, float throughput, float reference) {
   const float share = throughput * guide->noise / reference;

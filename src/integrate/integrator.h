@@ -10,7 +10,7 @@
 #include "optics/multiple_scattering.h"
 #include "caches/lighting.h"
 
-/* What the beauty is made of: the components add up to it. */
+/* Components of the beauty, which add up to it. */
 typedef enum np_component {
   NP_COMPONENT_BACKGROUND, /* sky and sun's disk behind everything */
   NP_COMPONENT_TERRAIN,    /* ground that the camera sees */

@@ -92,7 +92,7 @@ static void pass_piece(np_march *m, const np_ray_intervals *all, const np_ray_in
   }
 }
 
-/* What one metre of a cloud of the view counts for in a step's hiding, over its extinction. */
+/* Weight of one metre of a cloud of the view in a step's scaled extinction, over its extinction. */
 static float get_extinction_scale(const np_march *m, const np_instance *volume) {
   if (!m->medium) return 1.0f;
   return np_scaled_cloud_get_scale(&m->medium->clouds[volume - m->world->clouds.at], volume->albedo);

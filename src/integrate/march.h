@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the parts of the march share: a ray on its way, and depths towards the sun. Inline, or compiled once per
+/* Types that the parts of the march share: a ray on its way, and sun optical depths. Inline, or compiled once per
  * instruction-set level. */
 #ifndef NP_INTEGRATE_MARCH_H
 #define NP_INTEGRATE_MARCH_H
@@ -46,7 +46,7 @@ typedef struct np_march {
       sun_place; /* towards the sun where a step was last lit, and of the ray up to there, scaled */
   float passed;  /* depth of the steps that have been lit, scaled */
 
-  /* Of each cloud of the view, as the angle to the sun is the same all along the ray. */
+  /* Phase of each cloud of the view: the angle to the sun is the same all along the ray. */
   union {
     np_march_terms terms[NP_INSTANCES_MAX]; /* of the approximation */
     struct {
@@ -102,7 +102,7 @@ static inline float np_march_roulette(float weight, float least, np_random *rand
   return np_random_float(random) * least < weight ? least : 0.0f;
 }
 
-/* Where the ray enters a cloud nothing is known of how fast its light changes. */
+/* The rate at which light changes is unknown where the ray enters a cloud. */
 static inline void np_march_forget_sun(np_march *m) {
   m->sun_rate = 1.0f;
   m->sun_optical_depth = NP_SUN_OPTICAL_DEPTH_UNKNOWN;
@@ -111,7 +111,7 @@ static inline void np_march_forget_sun(np_march *m) {
 /* Opacity of a ray below which its error need not shrink with it. */
 static const float np_march_opacity_least = 1e-4f;
 
-/* What the light of a step that hides `opacity` may be wrong by, so that the ray's is right to the tolerance: with
+/* Error allowed in the light of a step of that `opacity`, so that the ray's is right to the tolerance: with
  * look-ups that go as error^{−½}, the fewest are needed where it is as opacity^{−⅔}. A step hides a quarter of its ray
  * or so. */
 static inline float np_march_get_light_error(const np_march *m, float opacity) {

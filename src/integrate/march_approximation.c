@@ -92,7 +92,7 @@ static void add_terms(np_march *m, np_component single, const np_march_terms *te
                np_spectrum_multiply(light, add_excess(multiple, smooth, terms->excess)));
 }
 
-/* What of the light from `direction` the clouds let through. */
+/* Transmittance of the clouds towards `direction`. */
 static void fill_transmittances(const np_march *m, np_dvec3 position, np_vec3 direction, float error,
                                 float out[NP_APPROXIMATION_TERMS_MAX]) {
   const np_approximation *a = &m->settings->approximation;

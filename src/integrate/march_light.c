@@ -5,14 +5,14 @@
 #include "integrate/march.h"
 #include "integrate/surroundings.h"
 
-/* What depths let through, found once where they are the same in all bands. */
+/* Transmittance of optical depths, computed once where they are the same in all bands. */
 static np_spectrum compute_transmittance(const np_march *m, np_spectrum depth) {
   const float first = np_transmittance(depth.band[0]);
   if (m->is_grey) return np_spectrum_grey(first);
   return np_spectrum_make(first, np_transmittance(depth.band[1]), np_transmittance(depth.band[2]));
 }
 
-/* What they hide. */
+/* Opacity of optical depths. */
 static np_spectrum compute_opacity(const np_march *m, np_spectrum depth) {
   const float first = np_opacity(depth.band[0]);
   if (m->is_grey) return np_spectrum_grey(first);
@@ -130,8 +130,8 @@ static np_spectrum eval_solution(const np_march *m, const solution *at, unsigned
   return np_scattering_field_get_outgoing(m->field, &at->moments, m->sun.peak[cloud].outgoing);
 }
 
-/* How much of the light that was scattered narrowly follows the depth of the straight way to the sun within a cell:
- * measured where clouds are lit from behind (docs/results/march.md). */
+/* Share of the light scattered into the forward peak that follows the depth of the straight way to the sun within a
+ * cell: measured where clouds are lit from behind (docs/results/march.md). */
 static const float straightness = 0.75f;
 
 /* Sunlight scattered narrowly is what differs most from place to place within a cell: what the step has of it, less
@@ -190,7 +190,7 @@ static void compute_optics(const np_march *m, const np_step *s, step_optics *out
   out->scaled_opacity = compute_opacity(m, np_spectrum_subtract(np_spectrum_grey(out->depth), out->peak));
 }
 
-/* What is let through of sunlight that is worth finer steps; rates at which steps are right already, and which they do
+/* Least transmittance of sunlight that is worth finer steps; rates at which steps are right already, and which they do
  * not follow any further. */
 static const float sunlight_least = 0.02f, sun_rate_least = 2.0f, sun_rate_max = 12.0f;
 
@@ -240,7 +240,7 @@ static void leave_out_held(const np_step *s, np_spectrum *scattering) {
     if (s->volume[i]->is_held_out) scattering[i] = np_spectrum_grey(0.0f);
 }
 
-/* What a step sees of the peak's depth is that at its middle. */
+/* A step takes the peak's depth at its middle. */
 static void light(np_march *m, const np_step *s, step_optics *optics, const sunlight *sun) {
   const double middle = np_step_middle(s);
   const np_aerial_perspective air =

@@ -19,7 +19,7 @@
 
 /* ---- Sky and ground ---- */
 
-/* Of the stack; a path that waits for as many others is followed without branches, and not split. */
+/* Size of the stack; a path that waits for as many others is followed without branches, and not split. */
 enum { BRANCH_DEPTH_MAX = 64, SPLIT_DEPTH_MAX = 256 };
 
 static bool may_branch(const np_path_state *path) { return path->depth < BRANCH_DEPTH_MAX; }
@@ -254,7 +254,7 @@ static const double leap_m = 2e3;
 /* Into how many panels a ray through all of the air is cut. */
 enum { PANELS = 12 };
 
-/* How likely each band passes the air to what is behind: in proportion to what may come from there and, taken as
+/* Probability of each band to pass the air to what is behind: in proportion to what may come from there and, taken as
  * white, from the air. */
 static np_spectrum choose_end(const np_tracer *t, const np_path_state *path, np_path_event end,
                               np_spectrum transmittance) {
@@ -308,7 +308,7 @@ static bool intersect_ground(const np_tracer *t, np_path_state *path, double dis
          path->ground.distance_m < distance;
 }
 
-/* What a flight ends with: this, or the air before it. */
+/* End of a flight: this, or the air before it. */
 static np_path_event fly_through_air(const np_tracer *t, np_path_state *path, np_path_event end, double *distance) {
   np_air_collision collision;
   if (!t->settings->is_air_traced || !t->world->atmosphere || !collide_with_air(t, path, end, *distance, &collision))
@@ -327,7 +327,7 @@ static bool is_dark_outside(const np_world *world) {
 /* Bounds of clouds are looked for as far as this: beyond, one flight in four hundred leaves. */
 static const double rim_depth = 6.0;
 
-/* Of guided paths whose flight would see but darkness outside, none leaves by a rim nearby: each collides before, and
+/* Guided paths whose flight would see but darkness outside never leave by a rim nearby: each collides before, and
  * weighs as much as that was likely. A path that leaves is a path lost, and what noise guided paths had left in slabs
  * was mostly that. */
 static np_flight start_flight(const np_tracer *t, const np_path_state *path) {

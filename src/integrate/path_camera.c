@@ -21,7 +21,7 @@ static np_path_state start_path(const np_camera_ray *ray, double distance, np_sp
                          .expected_gain = 1.0f};
 }
 
-/* Where a ray first collides with a cloud, if it does. `weight`: of the sample that does. */
+/* First collision of a ray with a cloud, if there is one. `weight`: of the sample that collides. */
 typedef struct cloud_hit {
   double distance; /* infinite: nowhere */
   const np_instance *volume;
@@ -178,7 +178,7 @@ static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_gr
   NP_KERNEL(np_path_follow)(t, &path, NP_PATH_GROUND);
 }
 
-/* Where clouds are thin, one ray sees two ends, the cloud and what is behind it; the air before either counts as often
+/* A ray through thin cloud has two ends, the cloud and what is behind it; the air before either counts as often
  * as the ray would have ended there. */
 static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud, const np_ground_hit *ground) {
   const bool is_cloud = !isinf(cloud->distance), is_behind = t->out->transmittance > 0.0f;

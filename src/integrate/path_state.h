@@ -9,7 +9,7 @@
 #include "integrate/hero.h"
 #include "integrate/surroundings.h"
 
-/* What all paths of a sample share. */
+/* State that all paths of a sample share. */
 typedef struct np_tracer {
   const np_world *world;
   const np_lighting *lighting;
@@ -20,7 +20,7 @@ typedef struct np_tracer {
   float sun_sr; /* solid angle of the sun's disk */
 } np_tracer;
 
-/* What a flight ends with. */
+/* End of a flight. */
 typedef enum np_path_event {
   NP_PATH_CLOUD,
   NP_PATH_AIR,

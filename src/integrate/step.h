@@ -17,7 +17,7 @@
 
 #include "volume/ray_intervals.h"
 
-/* What has been gathered for one lighting. */
+/* Light gathered from one lighting. */
 typedef struct np_step {
   double begin;
   float length;
@@ -28,7 +28,7 @@ typedef struct np_step {
   float weight, moment;          /* sums of what is hidden, and of that times the distance from `begin` */
 } np_step;
 
-/* Where a step ends: what it may still gather. */
+/* Ends of a step: what it may still gather. */
 typedef struct np_step_knot {
   float distance;      /* m */
   float budget;        /* of hiding times bound squared */
@@ -86,9 +86,9 @@ static inline np_step np_step_split(const np_step *step, unsigned number, unsign
   return part;
 }
 
-/* How far into a piece, at rates of both a metre, until hiding times bound squared has used up a knot's budget, which
- * the whole piece would: Newton's method from above, where it cannot miss, from the piece's end or what a new step
- * would take. */
+/* Distance into a segment, at rates of both a metre, until opacity times bound squared has used up a knot's budget,
+ * which the whole piece would: Newton's method from above, where it cannot miss, from the piece's end or what a new
+ * step would take. */
 static inline float np_step_room(const np_step_knot *knot, float hiding, float bound, float length) {
   const float whole = hiding * bound * bound * length * length * length;
   float x = whole > 4.0f * knot->budget ? length * np_cbrtf_rough(knot->budget / whole) : length;

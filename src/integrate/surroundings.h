@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a ray meets outside the clouds: ground, air, sky and the sun's disk. Shared by both integrators, which differ in
- * how they find the clouds' shadow on the ground. */
+/* Surroundings of a ray outside the clouds: ground, air, sky and the sun's disk. Shared by both integrators, which
+ * differ in how they find the clouds' shadow on the ground. */
 #ifndef NP_INTEGRATE_SURROUNDINGS_H
 #define NP_INTEGRATE_SURROUNDINGS_H
 

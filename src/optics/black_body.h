@@ -20,7 +20,7 @@ typedef struct np_black_body {
 
 np_black_body np_black_body_make(const double wavelength_nm[NP_BAND_COUNT]);
 
-/* Where e^{hc/λkT} would overflow there is no light that a float could hold. */
+/* The radiance is below a float's range where e^{hc/λkT} would overflow. */
 static inline np_spectrum np_black_body_eval(const np_black_body *body, float temperature_k) {
   np_spectrum radiance = np_spectrum_grey(0.0f);
   if (!(temperature_k > 0.0f)) return radiance;

@@ -94,16 +94,16 @@ static neph_result take_part(const np_stage_row *row, const np_stage_part *part)
   if (result) np_alloc_free(part->made->context, wanted.key);
   if (result || !wanted.key) return result;
   char reason[NP_REASON_SIZE] = "";
-  np_stored_result *own = np_stores_search(stores, reuse, part->slot), *kept = own;
+  np_stored_result *own = np_stores_search(stores, reuse, part->slot), *cached = own;
   if (own) result = reuse->adapt(&wanted, own->result, own->key, reason);
-  if (reason[0]) kept = search_content(reuse, &wanted);
-  if (kept && !result) {
+  if (reason[0]) cached = search_content(reuse, &wanted);
+  if (cached && !result) {
     tell(row, part, "reused", "");
     np_alloc_free(part->made->context, wanted.key);
-    (void)reuse->exchange(part, kept->result);
-    kept->result = NULL;
-    if (kept != own && own) own->slot = kept->slot;
-    kept->slot = part->slot;
+    (void)reuse->exchange(part, cached->result);
+    cached->result = NULL;
+    if (cached != own && own) own->slot = cached->slot;
+    cached->slot = part->slot;
     return NEPH_OK;
   }
   tell(row, part, own ? "rebuilt" : "built", reason);
@@ -142,7 +142,7 @@ static void give_part(const np_stage_reuse *reuse, const np_stage_part *part) {
 
 /* Before anything is built the stores release what this picture has no use for, so that it needs no more memory than it
  * would alone. */
-static neph_result take_kept(const np_stage_row *row, const np_stage_part *walk) {
+static neph_result take_cached(const np_stage_row *row, const np_stage_part *walk) {
   np_assembly *a = walk->made;
   neph_result result = NEPH_OK;
   np_stores_drop(a->context, a->stores, row->reuse, true);
@@ -167,7 +167,7 @@ static neph_result build_stage(np_stage stage, const np_stage_part *walk) {
   const unsigned all = np_stage_count_parts(row, &before);
   unsigned done = 0;
   if (all > 0) a->built |= 1u << stage;
-  neph_result result = row->reuse ? take_kept(row, walk) : NEPH_OK;
+  neph_result result = row->reuse ? take_cached(row, walk) : NEPH_OK;
   for (int kind = 0; kind < NP_PART_KINDS; kind++) {
     if (!np_stage_has_kind(row, (np_part_kind)kind)) continue;
     for (unsigned i = 0; i < count_parts(a).of[kind] && !result; i++) {

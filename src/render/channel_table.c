@@ -109,7 +109,7 @@ static double finish_opaque_distance(const np_channels *c, const np_channel *cha
   return divide_by_opacity(c, channel, sums, HUGE_VAL);
 }
 
-/* Where nothing is opaque nothing is in shadow. */
+/* A pixel without anything opaque has no shadow. */
 static double finish_opaque_share(const np_channels *c, const np_channel *channel, const double *sums,
                                   const np_pixel_facts *facts) {
   (void)facts;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the channels of a picture hold: from samples to sums, from a pixel's sums to its values. */
+/* Channels of a picture: from samples to sums, from a pixel's sums to its values. */
 #ifndef NP_RENDER_CHANNELS_H
 #define NP_RENDER_CHANNELS_H
 
@@ -17,15 +17,15 @@ typedef struct np_spread {
   double mean[NP_BAND_COUNT], squares[NP_BAND_COUNT]; /* Σ(x − mean)² */
 } np_spread;
 
-/* Of a pixel as a whole. */
+/* Values of a pixel as a whole. */
 typedef struct np_pixel_facts {
   double distance, depth; /* to where half is hidden; along the ray, along the camera's axis */
   np_spread spread;
 } np_pixel_facts;
 
-/* How channels are filled. */
+/* Rules by which channels are filled. */
 typedef struct np_channel_kind {
-  /* What one sample adds to the sum; NULL: nothing. */
+  /* Adds one sample to the sum; NULL: nothing. */
   float (*read)(const np_channels *channels, const np_channel *channel, const np_camera_ray *ray,
                 const np_integrator_sample *sample);
   /* A pixel's value from the sums of all channels. */
@@ -65,7 +65,7 @@ float np_channels_sum_components(const np_channels *channels, unsigned component
 double np_channel_finish_mean(const np_channels *channels, const np_channel *channel, const double *sums,
                               const np_pixel_facts *facts);
 
-/* What one sample adds to the sum of each channel. */
+/* Adds one sample to the sum of each channel. */
 void np_channels_read(const np_channels *channels, const np_camera_ray *ray, const np_integrator_sample *sample,
                       float out_values[NP_CHANNELS_MAX]);
 

@@ -14,7 +14,7 @@ typedef struct np_cloud_emission {
   float strength;
 } np_cloud_emission;
 
-/* Where the grids of a cloud's emission are read from, and what they stand beside. */
+/* Source of the grids of a cloud's emission, and the volume beside them. */
 typedef struct np_cloud_emission_source {
   neph_context *context;
   const np_scene_cloud *cloud;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the header of a picture says of its colours: the space, its primaries, and what (1, 1, 1) is. */
+/* Colour attributes of a picture's header: the space, its primaries, and the meaning of (1, 1, 1). */
 #ifndef NP_RENDER_COLOR_HEADER_H
 #define NP_RENDER_COLOR_HEADER_H
 

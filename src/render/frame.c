@@ -16,7 +16,7 @@ static bool is_lit(const np_plan *plan) {
          np_plan_needs(plan, NP_STAGE_MOON) || np_plan_needs(plan, NP_STAGE_EMISSION);
 }
 
-/* Of the paths that a limit on scatterings cuts, those followed to tell what it loses: one in sixty-four costs a
+/* Share of the paths cut by a limit on scatterings that are followed to measure the loss: one in sixty-four costs a
  * fraction of a picture, and a frame of 480 x 270 pixels has thousands. */
 static const float lost_share = 1.0f / 64.0f;
 
@@ -104,7 +104,7 @@ static neph_result describe_mean(const np_frame *f, neph_image *image) {
   return set_triple(image, "nephos:meanStandardError", error);
 }
 
-/* What the limit on scatterings took from the picture: its mean, and the share of what would have been. */
+/* Light lost to the limit on scatterings: its mean, and its share of the whole. */
 static neph_result describe_loss(const np_frame *f, neph_image *image) {
   if (!(f->settings.lost_share > 0.0f)) return NEPH_OK;
   const double pixels = (double)f->width * f->height;
@@ -122,7 +122,7 @@ static neph_result describe_loss(const np_frame *f, neph_image *image) {
   return set_triple(image, "nephos:lostMean", lost);
 }
 
-/* Of a target error nobody knows how many samples it would have been. */
+/* The number of samples that a target error needs is unknown before. */
 static neph_result describe_cut(const np_frame *f, double samples, neph_image *image) {
   char text[96];
   if (np_frame_has_target(f))
@@ -133,7 +133,7 @@ static neph_result describe_cut(const np_frame *f, double samples, neph_image *i
   return neph_image_set_attribute(image, "nephos:sampling", text);
 }
 
-/* How many samples there were, and what error the pixels have with them. */
+/* Number of samples, and the error of the pixels with them. */
 static neph_result describe_samples(const np_frame *f, neph_image *image) {
   const double pixels = (double)f->width * f->height;
   uint64_t samples = 0;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/inputs.h"
+#include "render/plan.h"
 
 #include <string.h>
 
@@ -10,7 +10,7 @@
 #include "image/image_private.h"
 #include "optics/phase_table.h"
 #include "render/placement.h"
-#include "scene/scene_inputs.h"
+#include "scene/scene_private.h"
 #include "volume/volume_private.h"
 
 /* ---- Tables and pictures ---- */

@@ -7,10 +7,10 @@
 #include "render/plan.h"
 #include "render/stages.h"
 
-/* Of a program with the library alone, and what OpenVDB and the libraries that come with it add. */
+/* Memory of a program with the library alone, and that of OpenVDB and the libraries that come with it. */
 static const double program_bytes = 14e6, vdb_bytes = 31e6;
 
-/* Of a height: itself, its vertex, and Embree's tree. */
+/* Memory of a height: itself, its vertex, and Embree's tree. */
 static const double height_bytes = 38.0;
 
 static bool is_hgt(const char *path) {
@@ -18,7 +18,7 @@ static bool is_hgt(const char *path) {
   return dot && !strcmp(dot, ".hgt");
 }
 
-/* Of a terrain to be made; one that was given is there already. */
+/* Memory of a terrain to be made; one that was given is there already. */
 static neph_result count_heights(const neph_scene *scene, double *out_count) {
   const np_scene_terrain *terrain = &scene->terrain;
   unsigned size[2] = {0, 0};
@@ -37,22 +37,42 @@ static bool has_vdb(const neph_scene *scene) {
   return has;
 }
 
-neph_result neph_render_estimate_memory(neph_scene *scene, const neph_render_desc *desc,
-                                        neph_memory_estimate *out_estimate) {
-  np_plan plan;
+static neph_result estimate(const neph_scene *scene, const np_plan *plan, neph_memory_estimate *out) {
   double heights;
-  neph_result result =
-      np_desc_check_size(scene->context, "neph_memory_estimate", out_estimate, sizeof *out_estimate);
-  if (!result) result = np_plan_make(scene, desc, &plan);
-  if (!result) result = count_heights(scene, &heights);
+  neph_result result = count_heights(scene, &heights);
   if (result) return result;
-  const double film = plan.stages[NP_STAGE_INTEGRATOR].cost.bytes, volumes = plan.stages[NP_STAGE_VOLUMES].cost.bytes;
+  const double film = plan->stages[NP_STAGE_INTEGRATOR].cost.bytes, volumes = plan->stages[NP_STAGE_VOLUMES].cost.bytes;
   neph_memory_estimate e = {.struct_size = sizeof e,
                             .program_bytes = (uint64_t)(program_bytes + (has_vdb(scene) ? vdb_bytes : 0.0)),
                             .terrain_bytes = (uint64_t)(height_bytes * heights),
                             .volume_bytes = (uint64_t)volumes,
-                            .light_bytes = (uint64_t)(np_stages_count_cost(&plan).bytes - film - volumes),
+                            .light_bytes = (uint64_t)(np_stages_count_cost(plan).bytes - film - volumes),
                             .film_bytes = (uint64_t)film};
   e.total_bytes = e.program_bytes + e.terrain_bytes + e.volume_bytes + e.light_bytes + e.film_bytes;
-  return np_desc_write(scene->context, "neph_memory_estimate", &e, sizeof e, out_estimate);
+  *out = e;
+  return NEPH_OK;
+}
+
+neph_result neph_render_estimate_memory(neph_scene *scene, const neph_render_desc *desc,
+                                        neph_memory_estimate *out_estimate) {
+  np_plan plan;
+  neph_memory_estimate e;
+  neph_result result = np_desc_check_size(scene->context, "neph_memory_estimate", out_estimate, sizeof *out_estimate);
+  if (!result) result = np_plan_make(scene, desc, &plan);
+  if (!result) result = estimate(scene, &plan, &e);
+  return result ? result : np_desc_write(scene->context, "neph_memory_estimate", &e, sizeof e, out_estimate);
+}
+
+neph_result np_plan_check_memory(const neph_scene *scene, const np_plan *plan) {
+  const uint64_t allowed = plan->desc.memory_max_bytes;
+  if (allowed == NEPH_MEMORY_UNLIMITED) return NEPH_OK;
+  neph_memory_estimate e;
+  neph_result result = estimate(scene, plan, &e);
+  if (result || e.total_bytes <= allowed) return result;
+  return np_fail(
+      scene->context, NEPH_ERROR_LIMIT,
+      "the render needs about %.3g GB (volumes %.2g, light %.2g, terrain %.2g, picture %.2g), must be at most "
+      "%.3g GB: lessen the resolution, enlarge clouds[].bake.voxel, or render in tiles",
+      1e-9 * (double)e.total_bytes, 1e-9 * (double)e.volume_bytes, 1e-9 * (double)e.light_bytes,
+      1e-9 * (double)e.terrain_bytes, 1e-9 * (double)e.film_bytes, 1e-9 * (double)allowed);
 }

@@ -13,14 +13,14 @@
 
 enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */
 
-/* What one light makes for all packets. */
+/* Results of one light for all packets. */
 typedef struct np_light_caches {
   bool is_moon;
   np_sun_optical_depth *sun_optical_depth; /* NULL when not needed */
   np_air_visibility air_visibility;        /* empty when not needed */
 } np_light_caches;
 
-/* What one light makes of a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so
+/* Results of one light for a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so
  * do the pictures of a scene under each of its lights. */
 typedef struct np_packet_light {
   unsigned index; /* of the light in the assembly */
@@ -38,7 +38,7 @@ typedef struct np_packet_light {
   np_lighting lighting;
 } np_packet_light;
 
-/* What depends on wavelength: air, lights, and what else shines in the sky, in three bands. */
+/* Wavelength-dependent data: air, lights, and what else shines in the sky, in three bands. */
 typedef struct np_packet {
   np_band_set bands;
   float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
@@ -52,7 +52,7 @@ typedef struct np_packet {
   np_star_field stars; /* of the camera's picture; empty: none */
 } np_packet;
 
-/* What is made of a cloud of the scene. */
+/* Volume and media made from a cloud of the scene. */
 typedef struct np_cloud_parts {
   neph_volume *volume;        /* NULL: it holds nothing */
   np_instance placed;         /* as the scene has it; each packet has its own */

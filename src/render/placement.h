@@ -4,8 +4,9 @@
 #define NP_RENDER_PLACEMENT_H
 
 #include "core/parallel.h"
+#include "render/stores.h"
+#include "scene/scene_private.h"
 #include "volume/instance.h"
-#include "render/reference_store.h"
 
 typedef struct np_placement {
   np_instance world;
@@ -20,7 +21,7 @@ void np_placement_compute_bounds(const np_affine *index_to_world, const neph_vol
 /* Whether a cloud's voxel, position or optical_depth go by what a volume holds. */
 bool np_placement_needs_reference(const np_scene_cloud *cloud);
 
-/* Where a cloud's keys put its files: up axis, voxel edge, scale, rotation, position; and the extinction that
+/* Placement of a cloud's files by its keys: up axis, voxel edge, scale, rotation, position; and the extinction that
  * optical_depth asks for. `reference` is the volume that they go by; NULL where they need none. */
 neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *reference, np_monitor *monitor,
                                 np_anchor *out_anchor);
@@ -28,5 +29,10 @@ neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *
 /* Places a volume of a cloud's file. */
 neph_result np_placement_make(const np_scene_cloud *cloud, const np_anchor *anchor, const neph_volume *volume,
                               np_monitor *monitor, np_placement *out_placement);
+
+/* Warns of a cloud whose world box is wholly outside the camera's view, under 10 m or over 1000 km across. What stands
+ * before it does not count. */
+void np_placement_check(neph_context *context, const np_scene_cloud *cloud, const np_camera *camera, np_dvec3 low,
+                        np_dvec3 high);
 
 #endif

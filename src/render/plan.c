@@ -172,7 +172,7 @@ static neph_result check_samples(const np_plan *plan) {
                  "render.samples is 1, must be at least 2 for render.target_error");
 }
 
-/* Where sun and moon stand, unless only the height field, not read yet, knows the place. */
+/* Directions of sun and moon, unless only the height field, not read yet, has the place. */
 static neph_result compute_lights(np_plan *plan, const neph_scene *scene) {
   plan->are_lights_known = scene->has_place || (!scene->sun.time && !scene->stars.is_enabled);
   if (!plan->are_lights_known) return NEPH_OK;
@@ -187,7 +187,7 @@ static neph_result decide_stages(np_plan *plan, const neph_scene *scene, const n
   return result;
 }
 
-/* What every plan begins with. */
+/* Start of every plan. */
 static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, np_plan *plan) {
   plan->context = scene->context;
   neph_result result = np_scene_check(scene);

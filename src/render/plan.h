@@ -9,6 +9,9 @@
 /* Checks scene and description, and decides. `desc` NULL: the scene's own. */
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
 
+/* NEPH_ERROR_LIMIT, with a message, when the plan is predicted to need more memory than its description allows. */
+neph_result np_plan_check_memory(const neph_scene *scene, const np_plan *plan);
+
 /* Decides anew for a frame in which no cloud holds anything: what only clouds need is left out. */
 neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan);
 
@@ -17,5 +20,10 @@ neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan);
 
 /* The plan as text, to be freed with neph_text_destroy. */
 neph_result np_plan_describe(const np_plan *plan, neph_text_format format, char **out_text);
+
+/* Opens every file that the scene names, the .vdb of the plan's frame and of its reference frames among them, without
+ * reading it, so that errors are known before the first frame. Notes the reference frames in the plan. Warns of grids
+ * that are empty by their headers. */
+neph_result np_inputs_open(const neph_scene *scene, np_plan *plan);
 
 #endif

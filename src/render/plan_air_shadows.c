@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What shadows in the air may take from a ray: the light that is scattered once along the stretch that lies in them. */
+/* Light that shadows in the air may take from a ray: the light that is scattered once along the stretch that lies in
+ * them. */
 #include <math.h>
 #include <stdio.h>
 
@@ -11,10 +12,10 @@
 static const double share_least = 0.005;
 /* A sun lower than this shines over all clouds and hills of a planet like the Earth. */
 static const double elevation_least_rad = -4.0 * NP_PI / 180.0;
-/* What is taken for hills that are not read yet, m. */
+/* Height assumed for hills that are not read yet, m. */
 static const double relief_unread_m = 1000.0;
 
-/* Of the densest air there is, at 550 nm, 1/m. */
+/* Extinction of the densest air, at 550 nm, 1/m. */
 static double compute_scattering(const neph_atmosphere_desc *air) {
   double sum = 0.0;
   for (unsigned i = 0; i < air->layer_count; i++) {
@@ -27,7 +28,7 @@ static double compute_scattering(const neph_atmosphere_desc *air) {
   return sum;
 }
 
-/* Of a volume that was given, which way it is turned being the same. */
+/* Extent of a volume that was given, however it is turned. */
 static double compute_given_length(const np_scene_cloud *cloud) {
   neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
   if (cloud->voxel_m > 0.0 || neph_volume_get_info(cloud->volume, &info)) return HUGE_VAL;
@@ -41,8 +42,9 @@ static double compute_cloud_shadow(const neph_scene *scene) {
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const np_scene_cloud *cloud = &scene->clouds[i];
     const double *extent = cloud->bake.extent_m;
-    length = fmax(length, cloud->volume ? compute_given_length(cloud)
-                                        : cloud->is_baked ? hypot(extent[0], extent[1]) : HUGE_VAL);
+    length = fmax(length, cloud->volume     ? compute_given_length(cloud)
+                          : cloud->is_baked ? hypot(extent[0], extent[1])
+                                            : HUGE_VAL);
   }
   return length;
 }

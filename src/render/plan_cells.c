@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/plan_cells.h"
+#include "render/plan_choices.h"
 
 #include <math.h>
 
@@ -10,9 +10,9 @@
 /* The core's extinction grows with height, by this much at the most. */
 static const double core_gain_max = 1.2;
 
-/* Of a cell that holds cloud: 1.6 to 2.0 kB more in the peak of four sample scenes than without a solution. */
+/* Memory of a cell that holds cloud: 1.6 to 2.0 kB more in the peak of four sample scenes than without a solution. */
 static const double cell_bytes = 1700.0;
-/* Of the box of a bake, in cells; of the voxels of files, whose cells are twice as wide. */
+/* Share of cells with cloud: of the box of a bake; of the voxels of files, whose cells are twice as wide. */
 static const double filled_share = 0.4, cells_per_voxel = 1.0 / 8.0;
 
 static double get_memory(const neph_scene *scene) {
@@ -47,8 +47,8 @@ static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, np_tr
   np_instance *volume = &o->volumes[i];
   o->bricks[i].value_max = 1.0f;
   *volume = (np_instance){.bricks = &o->bricks[i],
-                             .extinction_per_value = (float)(core_gain_max * bake->extinction_per_m),
-                             .phase = cloud->phase};
+                          .extinction_per_value = (float)(core_gain_max * bake->extinction_per_m),
+                          .phase = cloud->phase};
   for (int a = 0; a < 3; a++) {
     volume->world_to_index.m[a][a] = 1.0 / bake->voxel_m;
     volume->world_to_index.m[a][3] = -low[a] / bake->voxel_m;

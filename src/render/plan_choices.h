@@ -3,6 +3,7 @@
 #ifndef NP_RENDER_PLAN_CHOICES_H
 #define NP_RENDER_PLAN_CHOICES_H
 
+#include "caches/lighting.h"
 #include "render/plan_stages.h"
 
 /* Decides between filling a volume of depths towards the sun and marching for each, for a plan whose rays and voxels
@@ -18,5 +19,23 @@ bool np_plan_choose_air_shadows(const np_plan *plan, const neph_scene *scene, ch
 /* Pixels between the rays along which they are looked for: a quarter of a degree, half the sun's disk, or two where
  * that is less. */
 unsigned np_plan_choose_air_spacing(const np_plan *plan, const neph_scene *scene);
+
+/* The cells on which multiple scattering will be solved, before there are clouds. */
+struct np_scattering_desc;
+
+/* As many cells as render.light_memory allows, were there cloud in all of them, and fine ones for the whole picture,
+ * whatever of it is rendered. */
+void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, struct np_scattering_desc *out);
+
+/* Expected cells. Unknown where clouds or their phase functions are files that have not been read. */
+typedef struct np_cells_forecast {
+  bool is_known;
+  np_scattering_forecast cells;
+} np_cells_forecast;
+
+neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene, np_cells_forecast *out);
+
+/* Bytes that a solution takes while it is computed, of a plan that has its forecast. */
+double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene);
 
 #endif

@@ -80,7 +80,7 @@ static void put_references(np_json *json, const np_plan *plan) {
   np_json_end(json);
 }
 
-/* What is predicted to take next to nothing has no numbers. */
+/* Stages predicted to take next to nothing have no numbers. */
 static void put_stage(np_json *json, const np_plan_stage *stage, const np_stage_row *row) {
   np_json_put_text(json, "stage", row->name);
   np_json_put_bool(json, "needed", stage->is_needed);

@@ -9,34 +9,34 @@
 
 /* In the order in which they are built; stages.c has a row for each. */
 typedef enum np_stage {
-  NP_STAGE_COLOR,         /* packets of three bands, added up as the eye does */
-  NP_STAGE_TERRAIN,       /* height field and its ray-tracing structure */
-  NP_STAGE_MOON,          /* its skies, and its light on clouds and ground */
-  NP_STAGE_LIGHTS,        /* sun, moon and stars in their places */
-  NP_STAGE_VOLUMES,       /* files read and clouds baked, made into bricks */
-  NP_STAGE_EMISSION,      /* of clouds: grids of emitters, and their cells by power */
-  NP_STAGE_ATMOSPHERE,    /* optical depths and moments of the air */
-  NP_STAGE_CAMERA_SKY,    /* the sky and the air seen from the camera */
-  NP_STAGE_CLOUD_SKY,     /* the sky seen from the clouds */
-  NP_STAGE_AIRGLOW,       /* and the map of the stars */
-  NP_STAGE_SUN_LIGHT,     /* on clouds and ground */
-  NP_STAGE_SKY_LIGHT,     /* on clouds and ground, the environment's included */
-  NP_STAGE_GROUND_LIGHT,  /* reflected to the clouds */
-  NP_STAGE_WORLD,         /* geometry, media, lights and night, for each light */
-  NP_STAGE_SKY_GUIDE,     /* where sky and ground are bright, for paths to aim at */
-  NP_STAGE_SUN_OPTICAL_DEPTH,     /* of the clouds, filled in once, for march and shadows */
-  NP_STAGE_ORDINATES,     /* multiple scattering solved for on coarse cells */
-  NP_STAGE_VIEWER_LIGHT,  /* of that solution, towards the camera */
-  NP_STAGE_GROUND_CLOUDS, /* light from the clouds on the ground */
-  NP_STAGE_AIR_SHADOWS,   /* of clouds and hills, in the air before the camera */
-  NP_STAGE_APPROXIMATION, /* multiple scattering approximated from single scattering */
-  NP_STAGE_STARS,         /* of the catalogue, in the picture */
-  NP_STAGE_LIGHTING,      /* the caches that answer the integrator */
+  NP_STAGE_COLOR,             /* packets of three bands, added up as the eye does */
+  NP_STAGE_TERRAIN,           /* height field and its ray-tracing structure */
+  NP_STAGE_MOON,              /* its skies, and its light on clouds and ground */
+  NP_STAGE_LIGHTS,            /* sun, moon and stars in their places */
+  NP_STAGE_VOLUMES,           /* files read and clouds baked, made into bricks */
+  NP_STAGE_EMISSION,          /* of clouds: grids of emitters, and their cells by power */
+  NP_STAGE_ATMOSPHERE,        /* optical depths and moments of the air */
+  NP_STAGE_CAMERA_SKY,        /* the sky and the air seen from the camera */
+  NP_STAGE_CLOUD_SKY,         /* the sky seen from the clouds */
+  NP_STAGE_AIRGLOW,           /* and the map of the stars */
+  NP_STAGE_SUN_LIGHT,         /* on clouds and ground */
+  NP_STAGE_SKY_LIGHT,         /* on clouds and ground, the environment's included */
+  NP_STAGE_GROUND_LIGHT,      /* reflected to the clouds */
+  NP_STAGE_WORLD,             /* geometry, media, lights and night, for each light */
+  NP_STAGE_SKY_GUIDE,         /* where sky and ground are bright, for paths to aim at */
+  NP_STAGE_SUN_OPTICAL_DEPTH, /* of the clouds, filled in once, for march and shadows */
+  NP_STAGE_ORDINATES,         /* multiple scattering solved for on coarse cells */
+  NP_STAGE_VIEWER_LIGHT,      /* of that solution, towards the camera */
+  NP_STAGE_GROUND_CLOUDS,     /* light from the clouds on the ground */
+  NP_STAGE_AIR_SHADOWS,       /* of clouds and hills, in the air before the camera */
+  NP_STAGE_APPROXIMATION,     /* multiple scattering approximated from single scattering */
+  NP_STAGE_STARS,             /* of the catalogue, in the picture */
+  NP_STAGE_LIGHTING,          /* the caches that answer the integrator */
   NP_STAGE_INTEGRATOR,
   NP_STAGE_COUNT
 } np_stage;
 
-/* What a stage takes, predicted: seconds on two cores, within a factor of two or three of what sample scenes take, and
+/* Predicted cost of a stage: seconds on two cores, within a factor of two or three of what sample scenes take, and
  * bytes that stay while the picture is rendered. 0: next to nothing, or not known. */
 typedef struct np_stage_cost {
   double seconds, bytes;
@@ -56,14 +56,14 @@ typedef struct np_plan_reference {
 } np_plan_reference;
 
 typedef struct np_plan {
-  neph_context *context; /* borrowed */
-  np_stores *stores;     /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
+  neph_context *context;     /* borrowed */
+  np_stores *stores;         /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
   struct np_tile_feed *feed; /* borrowed: to whom tiles are shown; NULL: nobody */
-  neph_render_desc desc; /* the caller's over the scene's, checked */
-  int view_min[2], view_max[2];     /* pixels of the picture and its overscan; view_max is one past the last */
+  neph_render_desc desc;     /* the caller's over the scene's, checked */
+  int view_min[2], view_max[2]; /* pixels of the picture and its overscan; view_max is one past the last */
   int window_min[2], window_max[2]; /* those of them that are rendered: the data window */
-  unsigned sphere_size[2]; /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
-  bool is_sky_alone;       /* without clouds and terrain */
+  unsigned sphere_size[2];   /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
+  bool is_sky_alone;         /* without clouds and terrain */
   bool has_beauty;
   unsigned aovs; /* of np_aov */
   np_color_space color_space;
@@ -74,10 +74,10 @@ typedef struct np_plan {
   np_plan_stage stages[NP_STAGE_COUNT];
   unsigned reference_count; /* noted where the inputs are opened */
   np_plan_reference references[NP_INSTANCES_MAX];
-  uint64_t ray_count;      /* of the camera: pixels of the crop times samples */
-  uint64_t film_bytes;     /* of the film's channels in float */
+  uint64_t ray_count;       /* of the camera: pixels of the crop times samples */
+  uint64_t film_bytes;      /* of the film's channels in float */
   unsigned air_ray_spacing; /* pixels between rays along which shadows in the air are looked for; 0: none */
-  double bake_voxel_count; /* in the boxes of the clouds to bake: an upper bound of what is kept */
+  double bake_voxel_count;  /* in the boxes of the clouds to bake: an upper bound of what is kept */
   double cloud_voxel_count; /* that hold cloud: a guess, by which work is judged */
   double light_cell_count;  /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;

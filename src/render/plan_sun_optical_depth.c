@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the sun optical-depth volume costs, and what it saves, in seconds of one core.
+/* Cost and saving of the sun optical-depth volume, in seconds of one core.
  *
  * Times and counts are medians over six clouds, thick and thin, heaped and flat, measured by bench_sun_optical_depth
  * and with look-ups counted; their ratios matter alone. docs/transport.md has the table and what the choice makes of
@@ -15,12 +15,12 @@
 /* Beyond this the middle of the sun's disk does not stand for all of it inside a cloud. */
 static const double disk_radius_max_rad = NP_PI / 180.0;
 
-/* To fill a voxel's share of the lattice: 92 ns where a brick hides next to nothing; 260 to 490 where it may hide much,
+/* Time to fill a voxel's share of the lattice: 92 ns for a transparent brick; 260 to 490 for one that may be opaque,
  * for nodes half a voxel apart. */
 static const double fill_s = 90e-9, fill_steep_s = 340e-9;
-/* To walk through one brick: 81 to 131 ns alone, 90 and 95 as part of a picture. */
+/* Time to walk through one brick: 81 to 131 ns alone, 90 and 95 as part of a picture. */
 static const double brick_s = 90e-9;
-/* To look a depth up, known or not: 36 to 50 ns. */
+/* Time to look a depth up, known or not: 36 to 50 ns. */
 static const double look_up_s = 45e-9;
 /* Questions that a ray of the march has, whatever it meets: 2.1 to 3. */
 static const double queries_per_ray = 2.4;
@@ -33,7 +33,7 @@ static const double air_ray_factor = 10.0;
 
 /* Frames of a sequence, at the least, that share a volume. */
 static const double sequence_frames = 16.0;
-/* What is taken for the depth of clouds whose grids are not read yet: a cumulus'. */
+/* Optical depth assumed for clouds whose grids are not read yet: a cumulus'. */
 static const double depth_unread = 40.0;
 /* The least sine of the light's elevation: level light does not run through a layer for ever. */
 static const double sine_least = 0.1;
@@ -71,7 +71,7 @@ static void compute_costs(const np_plan *plan, const neph_scene *scene, double *
   *out_saving_s = fmax(bricks * brick_s - queries_per_ray * look_up_s, 0.0);
 }
 
-/* Of the whole picture, whatever of it is asked for: a part has the bits of the whole. */
+/* Counts of the whole picture, whatever part of it is rendered: a part has the bits of the whole. */
 static double count_rays(const np_plan *plan) {
   const double spacing = plan->air_ray_spacing, pixels = (double)plan->desc.width * plan->desc.height;
   const double air_rays = spacing > 0.0 ? pixels / (spacing * spacing) : 0.0;

@@ -5,9 +5,10 @@
 
 #include <stdio.h>
 
+#include "core/context_private.h"
 #include "core/csv.h"
 
-/* What a kind of probe does, `probe` being its own. */
+/* Functions of a kind of probe, `probe` being its own. */
 typedef struct np_probe_kind {
   neph_result (*read)(void *probe); /* all cases of the table */
   neph_result (*answer)(void *probe);
@@ -18,5 +19,9 @@ typedef struct np_probe_kind {
  * neph_text_destroy. The table is cleared at the end. */
 neph_result np_probe_run(neph_context *context, const char *path, const np_probe_kind *kind, void *probe, np_csv *csv,
                          char **out_text);
+
+/* Collects what `print` writes, to be freed with neph_text_destroy. */
+neph_result np_probe_write_text(neph_context *context, void (*print)(FILE *out, const void *user), const void *user,
+                                char **out_text);
 
 #endif

@@ -180,7 +180,7 @@ void np_slab_destroy(np_slab *slab) {
 
 /* ---- Questions ---- */
 
-/* What the rays of a batch brought. */
+/* Sums of the rays of a batch. */
 typedef struct batch {
   double mean, magnitudes, squares; /* of their radiances; sums of their magnitudes and squares */
   uint64_t draws;
@@ -312,7 +312,7 @@ static neph_result choose_guiding(inquiry *q) {
   return result;
 }
 
-/* How many rays the target takes, by a pilot of fewer: a fifth more than it finds, for it knows its own error to a
+/* Number of rays for the target, by a pilot of fewer: a fifth more than it finds, for it knows its own error to a
  * tenth at best. */
 static double count_rays(const np_slab_answer *pilot, double pilot_count, double target_error) {
   if (!(pilot->value > 0.0)) return HUGE_VAL;
@@ -326,9 +326,8 @@ static bool is_noisy(const np_slab_answer *answer, double target_error) {
 
 /* Sends pilots to find how many rays are enough, and then as many. Where rare rays bring much, few rays know their own
  * error badly: so one that asks for far more than itself is followed by a larger one, and an answer that is noisier
- * than was asked for is but a pilot. Answers of pilots are not used, which keeps the number of rays from having to do
- * with the answer; that one is kept for being quiet may lean it, where light and noise go together, by a part of its
- * error. */
+ * than was asked for is but a pilot. Answers of pilots are not used, so that the number of rays is independent
+ * of the answer; choosing a quiet one may bias it, where light and noise are correlated, by a part of its error. */
 static neph_result measure_to_target(inquiry *q, double ray_count_max, np_slab_answer *out_answer) {
   const double target_error = q->slab->target_error;
   double count = fmin(PILOT_RAY_COUNT, ray_count_max);

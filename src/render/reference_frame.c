@@ -9,39 +9,25 @@
 #include "scene/scene_apply.h"
 #include "volume/volume_private.h"
 
-/* All that an anchor depends on, but for names. Zeroed before it is filled, padding too, for it is hashed as bytes. */
-typedef struct anchor_facts {
-  uint64_t file_bytes;
-  int64_t file_time_ns;
-  double scale, voxel_m, rotation_rad, position_m[3], density_value;
-  int32_t policy, precision, up, density_unit, has_position, frame;
-} anchor_facts;
-
+/* All that an anchor depends on, but for names. */
 static neph_result compute_key(const np_frame_cloud *of, const np_reference *reference, int frame, const char *path,
                                char out_hex[33]) {
   const np_scene_cloud *cloud = &of->scene->clouds[of->index];
   np_hash *hash = np_hash_create(of->scene->context);
-  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
-  anchor_facts facts;
-  memset(&facts, 0, sizeof facts);
-  facts.file_bytes = np_file_get_size(path);
-  facts.file_time_ns = np_file_get_time_ns(path);
-  facts.scale = cloud->scale;
-  facts.voxel_m = cloud->voxel_m;
-  facts.rotation_rad = cloud->rotation_rad;
-  memcpy(facts.position_m, cloud->position_m, sizeof facts.position_m);
-  facts.density_value = cloud->density_value;
-  facts.policy = (int32_t)cloud->policy;
-  facts.precision = (int32_t)cloud->precision;
-  facts.up = (int32_t)cloud->up;
-  facts.density_unit = (int32_t)cloud->density_unit;
-  facts.has_position = cloud->has_position;
-  facts.frame = frame;
-  np_hash_add(hash, reference->sequence, sizeof reference->sequence);
-  np_hash_add(hash, &facts, sizeof facts);
-  np_hash_finish(hash, out_hex);
-  np_hash_destroy(hash);
-  return NEPH_OK;
+  NP_HASH_ADD(hash, reference->sequence);
+  NP_HASH_ADD(hash, frame);
+  np_hash_add_file(hash, path);
+  NP_HASH_ADD(hash, cloud->policy);
+  NP_HASH_ADD(hash, cloud->precision);
+  NP_HASH_ADD(hash, cloud->scale);
+  NP_HASH_ADD(hash, cloud->voxel_m);
+  NP_HASH_ADD(hash, cloud->up);
+  NP_HASH_ADD(hash, cloud->rotation_rad);
+  NP_HASH_ADD(hash, cloud->has_position);
+  NP_HASH_ADD(hash, cloud->position_m);
+  NP_HASH_ADD(hash, cloud->density_unit);
+  NP_HASH_ADD(hash, cloud->density_value);
+  return np_hash_finish(hash, out_hex);
 }
 
 /* The reference frame's own volume: the one at hand, or read. */

@@ -6,7 +6,8 @@
 #include "image/image_private.h"
 #include "render/color_header.h"
 #include "render/frame.h"
-#include "render/inputs.h"
+#include "render/light_meter.h"
+#include "render/plan.h"
 
 static neph_result describe_render(const neph_scene *scene, const neph_render_desc *desc, double seconds,
                                    neph_image *image) {
@@ -104,6 +105,7 @@ static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *mo
   np_schedule_begin(&assembly.schedule, monitor, NP_STAGE_INTEGRATOR, 0, 1);
   result = np_frame_render(scene, plan, &assembly, monitor, out_image);
   if (!result) result = np_color_header_write(plan, &assembly, scene->output.scale, *out_image);
+  if (!result) result = np_light_meter_write(&assembly, scene->output.scale, *out_image);
   if (!result) result = describe_light(&assembly, &plan->desc, *out_image);
   np_assembly_clear(&assembly);
   if (!result) result = describe_render(scene, &plan->desc, np_monitor_get_seconds(monitor), *out_image);
@@ -132,6 +134,7 @@ neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc,
   np_plan plan;
   neph_result result = np_plan_make(scene, desc, &plan);
   if (!result) result = np_inputs_open(scene, &plan);
+  if (!result) result = np_plan_check_memory(scene, &plan);
   return result ? result : np_plan_describe(&plan, format, out_text);
 }
 

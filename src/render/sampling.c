@@ -334,7 +334,7 @@ static neph_result run_until(np_frame *f, double end_s, neph_result (*run)(np_fr
 
 static neph_result run_pass(np_frame *f) { return run_tiles(f, extend_pixel, false); }
 
-/* What the samples so far make of a pixel, for who looks on. */
+/* Value of a pixel by the samples so far, for a live view. */
 static neph_result preview_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   (void)total;
   np_tile_total unused = {.samples = 0};
@@ -393,7 +393,7 @@ static neph_result run_pilots(np_frame *f) {
   return np_parallel_for(f->assembly->context, f->monitor, f->height + 2, 1, fly_pilots, f);
 }
 
-/* Of what is left of a time limit a quarter is for pilots. A pixel without any gets the least number of samples. */
+/* A quarter of the rest of a time limit is for pilots. A pixel without any gets the least number of samples. */
 static neph_result sample_pilots(np_frame *f) {
   neph_context *context = f->assembly->context;
   f->pilots = np_alloc(context, (size_t)(f->width + 2) * (f->height + 2), sizeof *f->pilots);

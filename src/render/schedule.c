@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/schedule.h"
+#include "render/stage_decisions.h"
 
-#include "render/stage_costs.h"
-
-/* Of what is left of a limit, at the most and, unless nothing is left, at the least. */
+/* Share of the rest of a limit, at the most and, unless nothing is left, at the least. */
 static const double solving_share = 0.6, solving_share_min = 0.1;
 
 /* Bytes of film that a second makes into files, on two cores: half of it to an .exr, half to a .png. */
@@ -31,7 +30,7 @@ void np_schedule_make(const np_plan *plan, np_schedule *out) {
   set_limits(plan, out);
 }
 
-/* What was kept from the frame before takes no time, and leaves its part behind all the same. */
+/* A reused stage takes no time, and its part of the progress is done. */
 void np_schedule_begin(np_schedule *s, np_monitor *monitor, np_stage stage, unsigned index, unsigned count) {
   if (index == 0) {
     s->before_s += s->stage_s;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How the time of a picture is divided: which part of its progress each stage is, and what each may take of a limit. */
+/* Division of a picture's time: the part of its progress that each stage is, and the share of a limit it may take. */
 #ifndef NP_RENDER_SCHEDULE_H
 #define NP_RENDER_SCHEDULE_H
 
@@ -25,7 +25,7 @@ typedef struct np_schedule {
 /* For a plan that is made. */
 void np_schedule_make(const np_plan *plan, np_schedule *out);
 
-/* What follows is the `index`-th of `count` equal shares of a stage; they come in order. */
+/* Begins the `index`-th of `count` equal shares of a stage; they come in order. */
 void np_schedule_begin(np_schedule *schedule, np_monitor *monitor, np_stage stage, unsigned index, unsigned count);
 
 /* Seconds that the next solution of the multiple scattering may take: at most six tenths of what is left of the limit,

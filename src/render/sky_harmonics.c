@@ -7,8 +7,8 @@
 
 enum { ROWS = 256, COLUMNS = 256 };
 
-static void eval_harmonics(np_vec3 d, double out[NP_SKY_HARMONICS]) {
-  const double x = (double)d.x, y = (double)d.y, z = (double)d.z;
+void np_sky_harmonics_eval(np_vec3 direction, double out[NP_SKY_HARMONICS]) {
+  const double x = (double)direction.x, y = (double)direction.y, z = (double)direction.z;
   const double c1 = sqrt(3.0 / (4.0 * NP_PI)), c2 = sqrt(15.0 / (4.0 * NP_PI));
   const double all[NP_SKY_HARMONICS] = {0.5 / sqrt(NP_PI),
                                         c1 * y,
@@ -33,20 +33,9 @@ void np_sky_harmonics_project(np_radiance_fn radiance, const void *user, double 
           np_vec3_make((float)(sin(zenith) * sin(azimuth)), (float)(sin(zenith) * cos(azimuth)), (float)cos(zenith));
       const np_spectrum light = radiance(user, d);
       double harmonic[NP_SKY_HARMONICS];
-      eval_harmonics(d, harmonic);
+      np_sky_harmonics_eval(d, harmonic);
       for (int k = 0; k < NP_SKY_HARMONICS; k++)
         for (int b = 0; b < NP_BAND_COUNT; b++) out[k][b] += solid_angle * harmonic[k] * (double)light.band[b];
     }
-  }
-}
-
-void np_sky_harmonics_irradiance(double harmonics[NP_SKY_HARMONICS][NP_BAND_COUNT], np_vec3 normal,
-                                 double out[NP_BAND_COUNT]) {
-  double harmonic[NP_SKY_HARMONICS];
-  eval_harmonics(normal, harmonic);
-  memset(out, 0, NP_BAND_COUNT * sizeof *out);
-  for (int k = 0; k < NP_SKY_HARMONICS; k++) {
-    const double weight = k == 0 ? NP_PI : k < 4 ? 2.0 * NP_PI / 3.0 : NP_PI / 4.0;
-    for (int b = 0; b < NP_BAND_COUNT; b++) out[b] += weight * harmonics[k][b] * harmonic[k];
   }
 }

@@ -22,8 +22,7 @@ typedef np_spectrum (*np_radiance_fn)(const void *user, np_vec3 direction);
 /* Integrates over the whole sphere by the midpoints of a grid of directions, half of which lie above the horizon. */
 void np_sky_harmonics_project(np_radiance_fn radiance, const void *user, double out[NP_SKY_HARMONICS][NP_BAND_COUNT]);
 
-/* Irradiance on a surface that faces `normal`: Σ Aₗ·Lk·Yk(normal), A = π, 2π/3, π/4. */
-void np_sky_harmonics_irradiance(double harmonics[NP_SKY_HARMONICS][NP_BAND_COUNT], np_vec3 normal,
-                                 double out[NP_BAND_COUNT]);
+/* Yk of a direction. */
+void np_sky_harmonics_eval(np_vec3 direction, double out[NP_SKY_HARMONICS]);
 
 #endif

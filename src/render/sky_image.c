@@ -43,7 +43,7 @@ static np_spectrum compute_color(const void *user, np_vec3 direction) {
   return color;
 }
 
-/* What the air lets through of the disks. */
+/* Transmittance of the air towards the disks. */
 static np_spectrum compute_disks(const np_assembly *a, np_vec3 direction) {
   np_spectrum color = np_spectrum_grey(0.0f);
   for (unsigned p = 0; p < a->packet_count; p++) {
@@ -58,7 +58,7 @@ static np_spectrum compute_disks(const np_assembly *a, np_vec3 direction) {
   return color;
 }
 
-/* How finely a disk that may reach into a pixel is looked for: by an eighth of its radius. */
+/* Sample distance for a disk that may reach into a pixel: an eighth of its radius. */
 static int count_probes(const sky_image *s, const np_disk *disk, np_vec3 middle) {
   const double radius = acos(1.0 - (double)disk->versine), pixel = NP_PI / fmin(s->height, 0.5 * s->width);
   const double reach = fmin(radius + pixel, NP_PI);

@@ -56,7 +56,7 @@ static np_bands put_phase(const np_packet *packet, const np_sky_layout *layout, 
                           np_scattered light) {
   const neph_sky *sky = packet->lights[0].camera_sky;
   const double cosine = np_sky_row_cosine(&sky->frame, layout, (int)row), sine = sqrt(fmax(1.0 - cosine * cosine, 0.0));
-  const double turn = layout->azimuth_end * azimuth / (layout->azimuths - 1);
+  const double turn = NP_PI * azimuth / (layout->azimuths - 1);
   const double to_sun = cosine * (double)sky->frame.sun_cosine + sine * (double)sky->frame.sun_sine * cos(turn);
   return light.smooth + np_aerosol_phase(&packet->atmosphere->medium, (float)fmax(1.0 - to_sun, 0.0)) * light.peak;
 }

@@ -2,7 +2,7 @@
 /* The errors of a scene's sky, measured and written down. */
 #include "atmosphere/sky_verify.h"
 #include "render/assembly.h"
-#include "render/probe_text.h"
+#include "render/probe_run.h"
 
 typedef struct report {
   neph_text_format format;

@@ -9,7 +9,6 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/units.h"
-#include "render/plan_cells.h"
 #include "render/plan_choices.h"
 #include "volume/volume_private.h"
 
@@ -67,9 +66,7 @@ static double count_voxels(const neph_cloud_desc *bake) {
 /* A cloud with a file and parameters is baked to that file unless it is there and holds this very cloud. */
 neph_result np_plan_choose_source(const neph_scene *scene, const np_scene_cloud *cloud, const char *file, int frame,
                                   np_cloud_source *out_source) {
-  *out_source = file            ? NP_CLOUD_SOURCE_FILE
-                : cloud->volume ? NP_CLOUD_SOURCE_GIVEN
-                                : NP_CLOUD_SOURCE_BAKE;
+  *out_source = file ? NP_CLOUD_SOURCE_FILE : cloud->volume ? NP_CLOUD_SOURCE_GIVEN : NP_CLOUD_SOURCE_BAKE;
   if (!file || !cloud->is_baked) return NEPH_OK;
   if (!np_file_exists(file)) return *out_source = NP_CLOUD_SOURCE_BAKE, NEPH_OK;
   const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
@@ -162,7 +159,7 @@ void np_stage_decide_camera_sky(np_decision *d, np_plan_stage *out) {
                 "sky behind, and air before, what the camera sees");
 }
 
-/* What multiple scattering is solved for under, it asks of the tables, whoever traces the air. */
+/* The solution of multiple scattering takes its light from the tables, even where paths trace the air. */
 void np_stage_decide_cloud_sky(np_decision *d, np_plan_stage *out) {
   const char *against = get_skyless(d), *why = "the sky shines on the clouds";
   if (!against && np_plan_traces_air(d->plan)) {
@@ -250,7 +247,7 @@ void np_stage_decide_air_shadows(np_decision *d, np_plan_stage *out) {
   d->plan->air_ray_spacing = out->is_needed ? np_plan_choose_air_spacing(d->plan, d->scene) : 0;
 }
 
-/* Of the errors, as far as they can be told before a file is read. */
+/* Errors that are known before a file is read. */
 static void describe_ordinates(np_decision *d, char *out, size_t size) {
   np_cells_forecast f;
   d->result = np_plan_forecast_cells(d->plan, d->scene, &f);

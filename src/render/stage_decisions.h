@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Whether a stage is needed, and why: a function for each row of the stage table. */
+/* Decisions, each with its reason, and predicted time and memory: functions for the rows of the stage table. */
 #ifndef NP_RENDER_STAGE_DECISIONS_H
 #define NP_RENDER_STAGE_DECISIONS_H
 
@@ -9,16 +9,16 @@ typedef struct np_scene_facts {
   bool wants_light; /* the outputs hold radiance */
   bool has_sun, has_environment, has_air, has_clouds, has_terrain, has_planet;
   bool has_emission;
-  bool is_dusk;                                                /* the sun is down, and its light is the sky's */
+  bool is_dusk;                                                   /* the sun is down, and its light is the sky's */
   bool has_moon, has_airglow, has_stars;                          /* of the moon, its light; its disk costs nothing */
   char no_sun[120], no_moon[160], no_airglow[120], no_stars[120]; /* why not */
-  const char *dark;                                            /* why there is no light to compute; NULL: there is */
+  const char *dark;                                               /* why there is no light to compute; NULL: there is */
 } np_scene_facts;
 
-/* Where a cloud comes from. */
+/* Source of a cloud. */
 typedef enum np_cloud_source {
-  NP_CLOUD_SOURCE_FILE,  /* read */
-  NP_CLOUD_SOURCE_BAKE,  /* baked; to its file where it has one, which is not there yet */
+  NP_CLOUD_SOURCE_FILE,   /* read */
+  NP_CLOUD_SOURCE_BAKE,   /* baked; to its file where it has one, which is not there yet */
   NP_CLOUD_SOURCE_REBAKE, /* its file holds another cloud, and is baked anew */
   NP_CLOUD_SOURCE_GIVEN   /* a volume that a call has added */
 } np_cloud_source;
@@ -33,7 +33,7 @@ struct np_decision {
   np_plan *plan;
   const neph_scene *scene;
   const np_scene_facts *facts;
-  neph_result result; /* the first failure */
+  neph_result result;                                                 /* the first failure */
   const np_plan_stage *(*get)(np_decision *decision, np_stage stage); /* what is decided of a stage, first if need be */
 };
 
@@ -44,8 +44,15 @@ np_stage_decide_fn np_stage_decide_color, np_stage_decide_terrain, np_stage_deci
     np_stage_decide_volumes, np_stage_decide_emission, np_stage_decide_atmosphere, np_stage_decide_camera_sky,
     np_stage_decide_cloud_sky, np_stage_decide_airglow, np_stage_decide_sun_light, np_stage_decide_sky_light,
     np_stage_decide_ground_light, np_stage_decide_world, np_stage_decide_sky_guide, np_stage_decide_sun_optical_depth,
-    np_stage_decide_ordinates, np_stage_decide_viewer_light, np_stage_decide_ground_clouds,
-    np_stage_decide_air_shadows, np_stage_decide_approximation, np_stage_decide_stars, np_stage_decide_lighting,
-    np_stage_decide_integrator;
+    np_stage_decide_ordinates, np_stage_decide_viewer_light, np_stage_decide_ground_clouds, np_stage_decide_air_shadows,
+    np_stage_decide_approximation, np_stage_decide_stars, np_stage_decide_lighting, np_stage_decide_integrator;
+
+typedef np_stage_cost np_stage_predict_fn(const np_plan *plan, const neph_scene *scene);
+
+np_stage_predict_fn np_stage_predict_volumes, np_stage_predict_sun_optical_depth, np_stage_predict_ordinates,
+    np_stage_predict_air_shadows, np_stage_predict_integrator;
+
+/* Seconds for one sample of each pixel. */
+double np_stage_predict_one_sample(const np_plan *plan);
 
 #endif

@@ -8,7 +8,7 @@
 #include "integrate/approximation.h"
 #include "integrate/approximation_gain.h"
 #include "render/integrator_choice.h"
-#include "render/plan_cells.h"
+#include "render/plan_choices.h"
 #include "render/stage_part.h"
 
 /* ---- World ---- */
@@ -21,7 +21,7 @@ static np_disk make_sun_disk(const np_stage_part *in) {
   return np_disk_make_sun(direction, sun->angular_radius_rad, irradiance, in->packet->bands.nm);
 }
 
-/* What is not of any light is in the world of the first: it must be added once. */
+/* Emission and night are in the world of the first light: they must be added once. */
 static void add_common(const np_stage_part *in, np_world *world) {
   const np_packet *packet = in->packet;
   const np_scene_environment *environment = &in->scene->environment;
@@ -71,7 +71,7 @@ neph_result np_stage_build_world(const np_stage_part *in) {
 
 /* ---- Sky guide ---- */
 
-/* Where the light around the clouds is known: that of air which is traced is, at dusk, and where paths are guided. */
+/* True if the light around the clouds is known: with traced air at dusk, and where paths are guided. */
 neph_result np_stage_build_sky_guide(const np_stage_part *in) {
   np_packet_light *out = in->light;
   if (!out->cloud_sky) return NEPH_OK;
@@ -107,7 +107,7 @@ static float compute_sun_rate(const np_stage_part *in, const np_instances *cloud
   return fmaxf(rate, 0.05f);
 }
 
-static neph_result get_depth_key(const np_stage_part *in, void **out_key) {
+static neph_result get_sun_optical_depth_key(const np_stage_part *in, void **out_key) {
   const np_world *world = &get_first(in)->world;
   np_depth_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -118,15 +118,13 @@ static neph_result get_depth_key(const np_stage_part *in, void **out_key) {
   return np_depth_key_make(in->made->context, world, &desc, key);
 }
 
-static neph_result adapt_depth(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
-  (void)kept;
-  np_depth_key_compare(kept_key, in->key, out_reason, NP_REASON_SIZE);
+static neph_result adapt_depth(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
+  (void)cached;
+  np_depth_key_compare(cached_key, in->key, out_reason, NP_REASON_SIZE);
   return NEPH_OK;
 }
 
-NP_STAGE_EXCHANGE(exchange_depth, in->caches->sun_optical_depth)
-
-static neph_result make_depth(const np_stage_part *in) {
+static neph_result make_sun_optical_depth(const np_stage_part *in) {
   neph_context *context = in->made->context;
   const np_depth_key *key = in->key;
   np_sun_optical_depth *cache = in->caches->sun_optical_depth = np_alloc(context, 1, sizeof *cache);
@@ -146,9 +144,8 @@ static void destroy_depth(void *result) {
   np_alloc_free(context, cache);
 }
 
-const np_stage_reuse np_stage_reuse_sun_optical_depth = {
-    "the clouds' extinction and the direction of the light stay, to the bit",
-    NP_PER_LIGHT, false, get_depth_key, adapt_depth, exchange_depth, make_depth, destroy_depth};
+NP_STAGE_REUSE(sun_optical_depth, in->caches->sun_optical_depth, NP_PER_LIGHT, false, adapt_depth, destroy_depth,
+               "the clouds' extinction and the direction of the light stay, to the bit");
 
 /* ---- Multiple scattering ---- */
 
@@ -160,7 +157,7 @@ static np_dvec3 get_viewer(const np_assembly *a) {
                     : at;
 }
 
-static neph_result get_light_key(const np_stage_part *in, void **out_key) {
+static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
   const np_assembly *a = in->made;
   np_light_key *key = *out_key = np_alloc(a->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -176,20 +173,18 @@ static neph_result get_light_key(const np_stage_part *in, void **out_key) {
 }
 
 /* A solution borrows the phase tables of its picture; those of the next, whose clouds are the same, are equal. */
-static neph_result adapt_solution(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
-  if (np_scattering_field_get_quality(kept).is_cut)
+static neph_result adapt_solution(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
+  if (np_scattering_field_get_quality(cached).is_cut)
     (void)snprintf(out_reason, NP_REASON_SIZE, "a time limit cut it short");
   else
-    np_light_key_compare(kept_key, in->key, out_reason, NP_REASON_SIZE);
+    np_light_key_compare(cached_key, in->key, out_reason, NP_REASON_SIZE);
   if (out_reason[0]) return NEPH_OK;
-  np_scattering_field_set_world(kept, &in->light->world);
+  np_scattering_field_set_world(cached, &in->light->world);
   in->made->schedule.solves_left--;
   return NEPH_OK;
 }
 
-NP_STAGE_EXCHANGE(exchange_solution, in->light->scattering)
-
-static neph_result make_solution(const np_stage_part *in) {
+static neph_result make_ordinates(const np_stage_part *in) {
   np_scattering_desc desc = ((const np_light_key *)in->key)->desc;
   desc.seconds_max = np_schedule_take_solve(&in->made->schedule, in->monitor);
   const np_sun_optical_depths depths = get_depths(in, in->light);
@@ -200,9 +195,8 @@ static neph_result make_solution(const np_stage_part *in) {
 
 static void destroy_solution(void *solution) { np_scattering_field_destroy(solution); }
 
-const np_stage_reuse np_stage_reuse_ordinates = {
-    "the clouds stay, to the bit, and the light on them, within a thousandth",
-    NP_PER_PACKET_LIGHT, false, get_light_key, adapt_solution, exchange_solution, make_solution, destroy_solution};
+NP_STAGE_REUSE(ordinates, in->light->scattering, NP_PER_PACKET_LIGHT, false, adapt_solution, destroy_solution,
+               "the clouds stay, to the bit, and the light on them, within a thousandth");
 
 neph_result np_stage_build_viewer_light(const np_stage_part *in) {
   np_packet_light *out = in->light;

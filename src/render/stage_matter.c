@@ -7,7 +7,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/hash.h"
-#include "render/placement_check.h"
+#include "render/placement.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
 #include "render/stage_decisions.h"
@@ -23,49 +23,22 @@ typedef struct source_key {
   np_cloud_source source;
 } source_key;
 
-/* Zeroed before they are filled, padding too, for they are hashed as bytes. */
-typedef struct file_facts {
-  uint64_t bytes;
-  int64_t time_ns;
-  int32_t policy, precision;
-} file_facts;
-
-typedef struct terrain_facts {
-  uint64_t bytes, seed;
-  int64_t time_ns;
-  double planet_radius_m, latitude_rad, longitude_rad, width_m, height_min_m, height_max_m, ground_albedo[3];
-  double relief_m, ridge_m;
-  int32_t kind, has_place;
-  uint32_t sample_count;
-} terrain_facts;
-
-static void add_text(np_hash *hash, const char *text) {
-  const char *added = text ? text : "";
-  np_hash_add(hash, added, strlen(added) + 1);
-}
-
 static void add_file(np_hash *hash, const np_scene_cloud *cloud, const char *path) {
-  file_facts facts;
-  memset(&facts, 0, sizeof facts);
-  facts.bytes = np_file_get_size(path);
-  facts.time_ns = np_file_get_time_ns(path);
-  facts.policy = (int32_t)cloud->policy;
-  facts.precision = (int32_t)cloud->precision;
-  add_text(hash, path);
-  add_text(hash, cloud->grid);
-  np_hash_add(hash, &facts, sizeof facts);
+  np_hash_add_file(hash, path);
+  np_hash_add_text(hash, cloud->grid);
+  NP_HASH_ADD(hash, cloud->policy);
+  NP_HASH_ADD(hash, cloud->precision);
 }
 
 static neph_result add_bake(np_hash *hash, const neph_scene *scene, const np_scene_cloud *cloud, int frame) {
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = scene->atmosphere.planet_radius_m;
   const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
-  const int32_t precision = (int32_t)cloud->precision;
   char *text;
   neph_result result = np_cloud_desc_to_json(scene->context, &at_frame, &desc, &text);
   if (result) return result;
-  add_text(hash, text);
-  np_hash_add(hash, &precision, sizeof precision);
+  np_hash_add_text(hash, text);
+  NP_HASH_ADD(hash, cloud->precision);
   np_alloc_free(scene->context, text);
   return NEPH_OK;
 }
@@ -74,46 +47,33 @@ static neph_result add_bake(np_hash *hash, const neph_scene *scene, const np_sce
 static neph_result compute_key(const np_stage_part *in, const char *path, source_key *out_key) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   np_hash *hash = np_hash_create(in->made->context);
-  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = NEPH_OK;
   if (path)
     add_file(hash, cloud, path);
   else
     result = add_bake(hash, in->scene, cloud, in->plan->desc.frame);
-  if (!result) np_hash_finish(hash, out_key->hash);
-  np_hash_destroy(hash);
-  return result;
+  const neph_result finished = np_hash_finish(hash, out_key->hash);
+  return result ? result : finished;
 }
 
 static neph_result compute_terrain_key(const neph_scene *scene, char out_key[33]) {
   const np_scene_terrain *terrain = &scene->terrain;
-  terrain_facts facts;
   np_hash *hash = np_hash_create(scene->context);
-  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
-  memset(&facts, 0, sizeof facts);
-  facts.kind = (int32_t)terrain->kind;
-  facts.planet_radius_m = terrain->desc.planet_radius_m;
-  facts.has_place = terrain->desc.has_place;
-  facts.latitude_rad = terrain->desc.latitude_rad;
-  facts.longitude_rad = terrain->desc.longitude_rad;
-  facts.width_m = terrain->desc.width_m;
-  facts.height_min_m = terrain->desc.height_min_m;
-  facts.height_max_m = terrain->desc.height_max_m;
-  memcpy(facts.ground_albedo, terrain->desc.ground_albedo, sizeof facts.ground_albedo);
-  if (terrain->kind == NP_TERRAIN_RIDGES) {
-    facts.seed = terrain->ridges.seed;
-    facts.sample_count = terrain->ridges.sample_count;
-    facts.relief_m = terrain->ridges.relief_m;
-    facts.ridge_m = terrain->ridges.ridge_m;
-  } else {
-    facts.bytes = np_file_get_size(terrain->heightfield);
-    facts.time_ns = np_file_get_time_ns(terrain->heightfield);
-    add_text(hash, terrain->heightfield);
-  }
-  np_hash_add(hash, &facts, sizeof facts);
-  np_hash_finish(hash, out_key);
-  np_hash_destroy(hash);
-  return NEPH_OK;
+  NP_HASH_ADD(hash, terrain->kind);
+  NP_HASH_ADD(hash, terrain->desc.planet_radius_m);
+  NP_HASH_ADD(hash, terrain->desc.has_place);
+  NP_HASH_ADD(hash, terrain->desc.latitude_rad);
+  NP_HASH_ADD(hash, terrain->desc.longitude_rad);
+  NP_HASH_ADD(hash, terrain->desc.width_m);
+  NP_HASH_ADD(hash, terrain->desc.height_min_m);
+  NP_HASH_ADD(hash, terrain->desc.height_max_m);
+  NP_HASH_ADD(hash, terrain->desc.ground_albedo);
+  NP_HASH_ADD(hash, terrain->ridges.seed);
+  NP_HASH_ADD(hash, terrain->ridges.sample_count);
+  NP_HASH_ADD(hash, terrain->ridges.relief_m);
+  NP_HASH_ADD(hash, terrain->ridges.ridge_m);
+  np_hash_add_file(hash, terrain->heightfield);
+  return np_hash_finish(hash, out_key);
 }
 
 /* ---- Terrain ---- */
@@ -124,14 +84,12 @@ static neph_result get_terrain_key(const np_stage_part *in, void **out_key) {
   return key ? compute_terrain_key(in->scene, key->hash) : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-static neph_result adapt_source(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
-  (void)kept;
-  if (strcmp(((const source_key *)kept_key)->hash, ((const source_key *)in->key)->hash) != 0)
+static neph_result adapt_source(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
+  (void)cached;
+  if (strcmp(((const source_key *)cached_key)->hash, ((const source_key *)in->key)->hash) != 0)
     (void)snprintf(out_reason, NP_REASON_SIZE, "its source changed");
   return NEPH_OK;
 }
-
-NP_STAGE_EXCHANGE(exchange_terrain, in->made->terrain)
 
 static neph_result make_terrain(const np_stage_part *in) {
   const np_scene_terrain *terrain = &in->scene->terrain;
@@ -145,14 +103,8 @@ static neph_result make_terrain(const np_stage_part *in) {
 
 static void destroy_terrain(void *terrain) { neph_terrain_release(terrain); }
 
-const np_stage_reuse np_stage_reuse_terrain = {"its file or its parameters stay",
-                                               NP_PER_PICTURE,
-                                               false,
-                                               get_terrain_key,
-                                               adapt_source,
-                                               exchange_terrain,
-                                               make_terrain,
-                                               destroy_terrain};
+NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain,
+               "its file or its parameters stay");
 
 /* A bake reports, and is stopped, as a part of the picture. */
 static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
@@ -160,6 +112,7 @@ static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, co
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = in->scene->atmosphere.planet_radius_m;
   desc.precision = cloud->precision;
+  desc.memory_max_bytes = in->plan->desc.memory_max_bytes;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   neph_context *context = in->scene->context;
@@ -213,7 +166,7 @@ static neph_result get_path(const np_stage_part *in, char **out_path) {
   return vdb && !*out_path ? NEPH_ERROR_OUT_OF_MEMORY : NEPH_OK;
 }
 
-static neph_result get_volume_key(const np_stage_part *in, void **out_key) {
+static neph_result get_volumes_key(const np_stage_part *in, void **out_key) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   if (cloud->volume) return NEPH_OK;
   source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
@@ -226,10 +179,8 @@ static neph_result get_volume_key(const np_stage_part *in, void **out_key) {
   return result;
 }
 
-NP_STAGE_EXCHANGE(exchange_volume, in->made->clouds[in->cloud].volume)
-
 /* The key of a cloud that is baked to a file is that of the file once it is written. */
-static neph_result make_volume(const np_stage_part *in) {
+static neph_result make_volumes(const np_stage_part *in) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   neph_volume **out = &in->made->clouds[in->cloud].volume;
   source_key *key = in->key;
@@ -247,14 +198,8 @@ static neph_result make_volume(const np_stage_part *in) {
 
 static void destroy_volume(void *volume) { neph_volume_release(volume); }
 
-const np_stage_reuse np_stage_reuse_volumes = {"their files or their parameters stay",
-                                               NP_PER_CLOUD,
-                                               true,
-                                               get_volume_key,
-                                               adapt_source,
-                                               exchange_volume,
-                                               make_volume,
-                                               destroy_volume};
+NP_STAGE_REUSE(volumes, in->made->clouds[in->cloud].volume, NP_PER_CLOUD, true, adapt_source, destroy_volume,
+               "their files or their parameters stay");
 
 /* A cloud being placed. */
 typedef struct cloud_build {

@@ -39,7 +39,7 @@ typedef neph_result np_stage_revise_fn(const np_assembly *made, const neph_scene
 
 enum { NP_REASON_SIZE = 128 };
 
-/* How later pictures reuse the results of a stage. The walk takes them from the stores and gives them back; changes are
+/* Reuse of a stage's results by later pictures. The walk takes them from the stores and gives them back; changes are
  * counted from when a result was made, so that small steps do not add up unseen. */
 typedef struct np_stage_reuse {
   const char *reused_while; /* the key in words */
@@ -47,24 +47,26 @@ typedef struct np_stage_reuse {
   bool is_of_content; /* any part's result serves any other of equal key */
 
   /* Creates, as one block, the key of all that the result depends on; leaves it NULL where the result must not be
-   * kept. */
+   * cached. */
   neph_result (*get_key)(const np_stage_part *in, void **out_key);
 
-  /* Makes a kept result stand for `in->key`, or says why it cannot; `kept_key` is that of its making. */
-  neph_result (*adapt)(const np_stage_part *in, void *kept, const void *kept_key, char out_reason[NP_REASON_SIZE]);
+  /* Makes a cached result stand for `in->key`, or says why it cannot; `cached_key` is that of its making. */
+  neph_result (*adapt)(const np_stage_part *in, void *cached, const void *cached_key, char out_reason[NP_REASON_SIZE]);
 
   void *(*exchange)(const np_stage_part *in, void *result); /* puts a result, or NULL, in its place; returns the old */
-  np_stage_build_fn *make;                                  /* where none was kept */
+  np_stage_build_fn *make;                                  /* where none was cached */
   void (*destroy)(void *result);                            /* NULL changes nothing */
 } np_stage_reuse;
 
-/* Defines the function that exchanges the result at a place. */
-#define NP_STAGE_EXCHANGE(name, place)                                                                                 \
-  static void *name(const np_stage_part *in, void *result) {                                                           \
+/* Defines the reuse of a stage whose result is at `place` of its part, by the functions get_NAME_key and make_NAME. */
+#define NP_STAGE_REUSE(name, place, kind, is_of_content, adapt, destroy, reused_while)                                 \
+  static void *exchange_##name(const np_stage_part *in, void *result) {                                                \
     void *old = place;                                                                                                 \
     place = result;                                                                                                    \
     return old;                                                                                                        \
-  }
+  }                                                                                                                    \
+  const np_stage_reuse np_stage_reuse_##name = {reused_while,    kind,        is_of_content, get_##name##_key, adapt,  \
+                                                exchange_##name, make_##name, destroy}
 
 extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_stage_reuse_atmosphere,
     np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_sun_optical_depth, np_stage_reuse_ordinates;
@@ -72,9 +74,8 @@ extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_s
 np_stage_build_fn np_stage_build_packets, np_stage_build_lights, np_stage_build_packet_lights, np_stage_build_cloud,
     np_stage_build_star_map, np_stage_build_catalogue, np_stage_build_visibility, np_stage_build_emission,
     np_stage_build_airglow, np_stage_build_approximation, np_stage_build_stars, np_stage_build_instances,
-    np_stage_build_world,
-    np_stage_build_sky_guide, np_stage_build_viewer_light, np_stage_build_ground_clouds, np_stage_build_air_shadow,
-    np_stage_build_lighting;
+    np_stage_build_world, np_stage_build_sky_guide, np_stage_build_viewer_light, np_stage_build_ground_clouds,
+    np_stage_build_air_shadow, np_stage_build_lighting;
 
 np_stage_clear_fn np_stage_clear_packets, np_stage_clear_lights, np_stage_clear_cloud, np_stage_clear_star_map,
     np_stage_clear_catalogue, np_stage_clear_visibility, np_stage_clear_emission, np_stage_clear_approximation,

@@ -62,7 +62,7 @@ neph_result np_stage_build_packet_lights(const np_stage_part *in) {
 
 /* ---- Air ---- */
 
-/* Of the tolerance: through the long paths of the horizon a coefficient counts ten times. */
+/* Share of the tolerance: along the long paths of the horizon a coefficient counts ten times. */
 static const double medium_share = 0.1;
 
 typedef struct air_key {
@@ -70,7 +70,7 @@ typedef struct air_key {
   neph_atmosphere_layer layers[]; /* of `desc` */
 } air_key;
 
-static neph_result get_air_key(const np_stage_part *in, void **out_key) {
+static neph_result get_atmosphere_key(const np_stage_part *in, void **out_key) {
   const neph_atmosphere_desc *air = &in->scene->atmosphere;
   air_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key + air->layer_count * sizeof *key->layers);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -87,17 +87,17 @@ static neph_result get_air_key(const np_stage_part *in, void **out_key) {
 static unsigned get_order_max(const np_stage_part *in) { return np_plan_has_air_light(in->plan) ? NP_ORDERS_ALL : 1; }
 
 /* Why an atmosphere is not the one wanted. */
-static neph_result compare_air(const np_stage_part *in, const neph_atmosphere *kept, char *out_reason) {
+static neph_result compare_air(const np_stage_part *in, const neph_atmosphere *cached, char *out_reason) {
   const neph_atmosphere_desc *desc = &((const air_key *)in->key)->desc;
   np_medium wanted;
   neph_result result = np_medium_init(in->made->context, desc, &wanted);
   if (result) return result;
   const char *what;
-  const double change = np_medium_compare(&wanted, &kept->medium, &what);
+  const double change = np_medium_compare(&wanted, &cached->medium, &what);
   np_medium_free(in->made->context, &wanted);
-  if (kept->desc.tolerance != desc->tolerance)
+  if (cached->desc.tolerance != desc->tolerance)
     (void)snprintf(out_reason, NP_REASON_SIZE, "its tolerance changed");
-  else if (kept->order_max < get_order_max(in))
+  else if (cached->order_max < get_order_max(in))
     (void)snprintf(out_reason, NP_REASON_SIZE, "what is asked of it changed");
   else if (!isfinite(change))
     (void)snprintf(out_reason, NP_REASON_SIZE, "%s changed", what);
@@ -115,17 +115,15 @@ static neph_result get_given_air(const np_stage_part *in, neph_atmosphere **out_
   return result;
 }
 
-static neph_result adapt_air(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
-  (void)kept_key;
+static neph_result adapt_air(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
+  (void)cached_key;
   neph_atmosphere *given;
   neph_result result = get_given_air(in, &given);
-  if (given && given != kept) (void)snprintf(out_reason, NP_REASON_SIZE, "another was given");
-  return result || out_reason[0] ? result : compare_air(in, kept, out_reason);
+  if (given && given != cached) (void)snprintf(out_reason, NP_REASON_SIZE, "another was given");
+  return result || out_reason[0] ? result : compare_air(in, cached, out_reason);
 }
 
-NP_STAGE_EXCHANGE(exchange_air, in->packet->atmosphere)
-
-static neph_result make_air(const np_stage_part *in) {
+static neph_result make_atmosphere(const np_stage_part *in) {
   neph_atmosphere *given, **out = &in->packet->atmosphere;
   np_monitor_set_stage(in->monitor, "building the atmosphere");
   neph_result result = get_given_air(in, &given);
@@ -136,9 +134,8 @@ static neph_result make_air(const np_stage_part *in) {
 
 static void destroy_air(void *atmosphere) { neph_atmosphere_release(atmosphere); }
 
-const np_stage_reuse np_stage_reuse_atmosphere = {
-    "the air stays, within a tenth of atmosphere.tolerance",
-    NP_PER_PACKET, false, get_air_key, adapt_air, exchange_air, make_air, destroy_air};
+NP_STAGE_REUSE(atmosphere, in->packet->atmosphere, NP_PER_PACKET, false, adapt_air, destroy_air,
+               "the air stays, within a tenth of atmosphere.tolerance");
 
 /* ---- Skies ---- */
 
@@ -164,18 +161,15 @@ static neph_result get_cloud_sky_key(const np_stage_part *in, void **out_key) {
   return get_sky_key(in, np_assembly_get_clouds_middle(in->made), out_key);
 }
 
-/* A kept sky is moved to the light and the observer wanted. */
-static neph_result adapt_sky(const np_stage_part *in, void *kept, const void *kept_key, char *out_reason) {
-  (void)kept_key;
-  if (((neph_sky *)kept)->atmosphere != in->packet->atmosphere)
+/* A cached sky is moved to the light and the observer wanted. */
+static neph_result adapt_sky(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
+  (void)cached_key;
+  if (((neph_sky *)cached)->atmosphere != in->packet->atmosphere)
     (void)snprintf(out_reason, NP_REASON_SIZE, "the atmosphere was rebuilt");
-  else if (np_sky_move(kept, in->key, out_reason, NP_REASON_SIZE))
+  else if (np_sky_move(cached, in->key, out_reason, NP_REASON_SIZE))
     out_reason[0] = '\0';
   return NEPH_OK;
 }
-
-NP_STAGE_EXCHANGE(exchange_camera_sky, in->light->camera_sky)
-NP_STAGE_EXCHANGE(exchange_cloud_sky, in->light->cloud_sky)
 
 static neph_result make_sky(const np_stage_part *in, neph_sky **out_sky) {
   if (!in->key) return NEPH_OK;
@@ -189,13 +183,11 @@ static neph_result make_cloud_sky(const np_stage_part *in) { return make_sky(in,
 
 static void destroy_sky(void *sky) { neph_sky_destroy(sky); }
 
-const np_stage_reuse np_stage_reuse_camera_sky = {
-    "air, light and camera stay, within atmosphere.tolerance",
-    NP_PER_PACKET_LIGHT, false, get_camera_sky_key, adapt_sky, exchange_camera_sky, make_camera_sky, destroy_sky};
+NP_STAGE_REUSE(camera_sky, in->light->camera_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky,
+               "air, light and camera stay, within atmosphere.tolerance");
 
-const np_stage_reuse np_stage_reuse_cloud_sky = {
-    "air, light and the middle of the clouds stay, within atmosphere.tolerance",
-    NP_PER_PACKET_LIGHT, false, get_cloud_sky_key, adapt_sky, exchange_cloud_sky, make_cloud_sky, destroy_sky};
+NP_STAGE_REUSE(cloud_sky, in->light->cloud_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky,
+               "air, light and the middle of the clouds stay, within atmosphere.tolerance");
 
 /* ---- Night ---- */
 

@@ -9,7 +9,6 @@
 #ifndef NP_RENDER_STAGES_H
 #define NP_RENDER_STAGES_H
 
-#include "render/stage_costs.h"
 #include "render/stage_decisions.h"
 #include "render/stage_part.h"
 
@@ -24,7 +23,7 @@ typedef struct np_stage_row {
   np_stage_build_fn *build[NP_PART_KINDS];
   np_stage_clear_fn *clear[NP_PART_KINDS];
   const np_stage_reuse *reuse; /* by later pictures; NULL: built for each */
-  np_stage_revise_fn *revise; /* NULL: always what was planned */
+  np_stage_revise_fn *revise;  /* NULL: always what was planned */
 } np_stage_row;
 
 const np_stage_row *np_stage_get_row(np_stage stage);
@@ -48,7 +47,7 @@ neph_result np_stages_decide(np_plan *plan, const neph_scene *scene, const np_sc
 /* Predicts the costs of the stages that are needed. */
 void np_stages_predict(np_plan *plan, const neph_scene *scene);
 
-/* What they all take, as predicted. */
+/* Predicted cost of all stages. */
 np_stage_cost np_stages_count_cost(const np_plan *plan);
 
 #endif

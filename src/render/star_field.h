@@ -27,7 +27,7 @@ typedef struct np_star_field {
 
 typedef struct np_star_field_desc {
   const np_star_catalogue *catalogue;
-  const np_world *world;   /* air, planet and moon, which dim and hide them; its night has their turn */
+  const np_world *world;       /* air, planet and moon, which dim and hide them; its night has their turn */
   const np_camera *camera;     /* NULL: a latitude-longitude picture … */
   unsigned width, height;      /* … of this size … */
   int overscan;                /* of the camera's picture, pixels */

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/stores.h"
 
+#include <string.h>
+
 #include "core/alloc.h"
+#include "core/hash.h"
 
 np_stored_result *np_stores_search(const np_stores *stores, const void *stage, unsigned slot) {
   np_stored_result *at = stores->results;
@@ -52,4 +55,31 @@ neph_result np_stores_get(const neph_scene *scene, np_stores **out_stores) {
     *attachment = (np_scene_attachment){.data = np_alloc(scene->context, 1, sizeof **out_stores), .destroy = destroy};
   *out_stores = attachment->data;
   return *out_stores ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result compute_fingerprint(neph_context *context, const np_scene_cloud *cloud, char out_hex[33]) {
+  np_hash *hash = np_hash_create(context);
+  np_hash_add_text(hash, cloud->vdb);
+  np_hash_add_text(hash, cloud->grid);
+  return np_hash_finish(hash, out_hex);
+}
+
+neph_result np_reference_store_get(np_reference_store *store, const neph_scene *scene, unsigned index,
+                                   np_reference **out_reference) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  np_reference *reference = &store->list[index];
+  char sequence[33];
+  neph_result result = compute_fingerprint(scene->context, cloud, sequence);
+  if (result) return result;
+  if (strcmp(reference->sequence, sequence) != 0) {
+    *reference = (np_reference){.has_frame = false};
+    memcpy(reference->sequence, sequence, sizeof sequence);
+  }
+  *out_reference = reference;
+  return NEPH_OK;
+}
+
+bool np_reference_get_frame(const np_scene_cloud *cloud, const np_reference *reference, int *out_frame) {
+  *out_frame = cloud->has_reference_frame ? (int)cloud->reference_frame : reference->frame;
+  return cloud->has_reference_frame || reference->has_frame;
 }

@@ -1,19 +1,48 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* All that one picture leaves to the next: results of stages by their keys, and reference frames. One picture at a time
- * uses it. */
+ * uses it.
+ *
+ * A reference frame of an imported sequence gives position, scale and optical depth to all its frames: the first frame
+ * asked for goes on to serve the others, and its file is read once. */
 #ifndef NP_RENDER_STORES_H
 #define NP_RENDER_STORES_H
 
-#include "render/reference_store.h"
+#include "scene/scene_private.h"
+#include "volume/instance.h"
+
+/* Placement of a cloud's files in the world, and the meaning of their values. */
+typedef struct np_anchor {
+  np_affine file_to_world;
+  float extinction_per_value; /* 1/m; of optical_depth alone, else 0: then it does not go by any frame */
+} np_anchor;
+
+typedef struct np_reference {
+  char sequence[33]; /* fingerprint of the files that it is a frame of; empty: none yet */
+  bool has_frame;    /* the first asked for that holds anything is known */
+  int frame;
+  char key[33]; /* fingerprint of all that the anchor depends on; empty: not computed yet */
+  np_anchor anchor;
+} np_reference;
+
+typedef struct np_reference_store {
+  np_reference list[NP_INSTANCES_MAX]; /* of each cloud */
+} np_reference_store;
+
+/* The reference of a cloud that is a sequence; begun anew where the cloud's files have become others. */
+neph_result np_reference_store_get(np_reference_store *store, const neph_scene *scene, unsigned index,
+                                   np_reference **out_reference);
+
+/* The frame that the scene names, else the one that was chosen; false where there is neither yet. */
+bool np_reference_get_frame(const np_scene_cloud *cloud, const np_reference *reference, int *out_frame);
 
 /* A result of a part of a stage. It is lent: who takes it owns it, and gives it back for the next picture. */
 typedef struct np_stored_result {
   struct np_stored_result *next;
-  const void *stage;              /* by which it is told from those of others */
-  unsigned slot;                  /* of the part */
-  void *key;                      /* one block; owned */
-  void *result;                   /* NULL: lent, or not made yet */
-  void (*destroy)(void *result);  /* NULL changes nothing */
+  const void *stage;             /* by which it is told from those of others */
+  unsigned slot;                 /* of the part */
+  void *key;                     /* one block; owned */
+  void *result;                  /* NULL: lent, or not made yet */
+  void (*destroy)(void *result); /* NULL changes nothing */
 } np_stored_result;
 
 typedef struct np_stores {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the colours of a scene's pictures mean. */
+/* Meaning of the colours of a scene's pictures. */
 #include "scene/scene_private.h"
 
 np_color_space np_scene_get_color_space(const neph_scene *scene) {

@@ -5,7 +5,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "scene/scene_apply.h"
-#include "scene/scene_file.h"
+#include "scene/scene_node.h"
 
 /* A scene that has its document, which it takes over, and nothing else. */
 static neph_result create_bare(neph_context *context, const char *file, np_node *document, neph_scene **out_scene) {
@@ -144,7 +144,9 @@ neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_outp
   np_scene_get_white(scene, wanted.preview_desc.white);
   wanted.preview_desc.struct_size = get_preview_size(out_output);
   wanted.preview_desc.exposure_ev = output->exposure_ev;
-  wanted.preview_desc.is_exposure_auto = output->is_exposure_auto;
+  wanted.preview_desc.exposure = output->exposure;
+  wanted.preview_desc.view = output->view;
+  wanted.preview_desc.bits = output->preview_bits;
   return np_desc_write(scene->context, "neph_output", &wanted, sizeof wanted, out_output);
 }
 
@@ -166,6 +168,7 @@ neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc
       .atmosphere = scene->render.atmosphere,
       .path_guiding = scene->render.path_guiding,
       .scattering_max = scene->render.scattering_max,
+      .memory_max_bytes = NEPH_MEMORY_UNLIMITED,
   };
   return np_desc_write(scene->context, "neph_render_desc", &desc, sizeof desc, out_desc);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "scene/scene_air.h"
+#include "scene/scene_apply.h"
 
 #include <math.h>
 #include <string.h>

@@ -9,7 +9,6 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "volume/instance.h"
-#include "scene/scene_air.h"
 #include "terrain/terrain_private.h"
 
 enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, HINT_SIZE = 768 };
@@ -116,25 +115,28 @@ static neph_result apply_numbers(key_applier *applier, const np_key *key, void *
   return NEPH_OK;
 }
 
-/* The word that may stand in a number's place. */
-static void apply_word(const np_key *key, void *base) {
-  void *target = (char *)base + key->field.offset;
-  if (key->type == NP_KEY_REAL)
-    *(double *)target = key->word_value;
-  else
-    *(unsigned *)target = (unsigned)key->word_value;
-  store_unsigned(base, key->tag, key->word_tag_value);
-}
-
-static bool is_word(const np_key *key, const np_node *node) {
-  return key->word && node->kind == NP_NODE_SCALAR && !strcmp(node->text, key->word);
-}
-
 static const np_choice *search_choice(const np_key *key, const np_node *node) {
-  if (node->kind != NP_NODE_SCALAR) return NULL;
+  if (!key->choices || node->kind != NP_NODE_SCALAR) return NULL;
   const np_choice *choice = key->choices;
   while (choice->name && strcmp(choice->name, node->text)) choice++;
   return choice->name ? choice : NULL;
+}
+
+/* A word in a number's place. */
+static bool is_word(const np_key *key, const np_node *node) {
+  if (key->type != NP_KEY_REAL && key->type != NP_KEY_INTEGER) return false;
+  return search_choice(key, node) || (key->word && node->kind == NP_NODE_SCALAR && !strcmp(node->text, key->word));
+}
+
+static void apply_word(const np_key *key, void *base, const np_node *node) {
+  void *target = (char *)base + key->field.offset;
+  const np_choice *choice = search_choice(key, node);
+  if (choice)
+    store_unsigned(base, key->tag, choice->value);
+  else if (key->type == NP_KEY_REAL)
+    *(double *)target = key->word_value;
+  else
+    *(unsigned *)target = (unsigned)key->word_value;
 }
 
 static neph_result apply_choice(key_applier *applier, const np_key *key, void *base, const np_node *node) {
@@ -190,7 +192,7 @@ static neph_result apply_preset(key_applier *applier, const np_key *key, np_scen
 /* ---- Defaults ---- */
 
 static neph_result apply_value(key_applier *applier, const np_key *key, void *base, const np_node *node) {
-  if (is_word(key, node)) return apply_word(key, base), NEPH_OK;
+  if (is_word(key, node)) return apply_word(key, base, node), NEPH_OK;
   switch (key->type) {
   case NP_KEY_REAL:
   case NP_KEY_INTEGER:
@@ -387,8 +389,7 @@ static void derive_given_terrain(neph_scene *scene, neph_terrain *given) {
   terrain->kind = NP_TERRAIN_GIVEN;
   terrain->given = given;
   memcpy(terrain->desc.ground_albedo, np_terrain_get_ground_albedo(given), sizeof terrain->desc.ground_albedo);
-  if (!scene->has_place)
-    scene->has_place = np_terrain_get_place(given, &scene->latitude_rad, &scene->longitude_rad);
+  if (!scene->has_place) scene->has_place = np_terrain_get_place(given, &scene->latitude_rad, &scene->longitude_rad);
 }
 
 static void derive_terrain(neph_scene *scene) {

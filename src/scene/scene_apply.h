@@ -28,4 +28,46 @@ void np_scene_clear(neph_scene *scene);
  * excludes go. An old name of a key is taken, with a warning. */
 neph_result np_scene_edit(neph_context *context, np_node *document, const char *key, np_node *value);
 
+/* ---- The air: presets, listed layers, and the description that follows from both ---- */
+
+/* Starts the air from `scene->air.preset`. */
+neph_result np_scene_air_start(neph_scene *scene);
+
+/* Reads a list of pairs, altitude and density, into new memory; `path` names it in messages. */
+neph_result np_scene_air_read_rows(np_scene_problems *problems, const char *path, const np_key *key,
+                                   const np_node *node, np_scene_rows *out_rows);
+
+/* Makes scene->layers and scene->atmosphere, and the sun as it is from the planet where it was not given. */
+neph_result np_scene_air_derive(neph_scene *scene);
+
+/* Checks across the keys of the air. */
+neph_result np_scene_air_check(const neph_scene *scene, np_scene_problems *problems);
+
+/* Frees everything above. */
+void np_scene_air_clear(neph_scene *scene);
+
+/* ---- Keys without effect ---- */
+
+/* Values of a key that is no choice, as a scene gives it. */
+typedef enum np_given { NP_GIVEN_NOT, NP_GIVEN, NP_GIVEN_NONE, NP_GIVEN_HGT, NP_GIVEN_EXR, NP_GIVEN_PNG } np_given;
+
+/* A key, and the values of it that are meant: bits, of a choice those of its words, else of np_given. */
+typedef struct np_condition {
+  const char *key; /* path; NULL: always fulfilled */
+  unsigned values;
+} np_condition;
+
+typedef struct np_ignore_rule {
+  const char *keys[14]; /* paths; a section stands for all that it holds */
+  np_condition counts;  /* with this the keys count */
+  const char *reason;   /* why they do not, else; said of the deciding key and its value */
+  np_condition applies; /* the rule holds only with this */
+} np_ignore_rule;
+
+size_t np_ignore_rule_count(void);
+const np_ignore_rule *np_ignore_rule_get(size_t index);
+
+/* Warns once of each key that the scene's document gives and that another rules out. */
+void np_scene_warn_of_ignored(const neph_scene *scene);
+
 #endif

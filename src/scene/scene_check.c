@@ -4,9 +4,7 @@
 #include <string.h>
 
 #include "image/wavelengths.h"
-#include "scene/scene_air.h"
 #include "scene/scene_apply.h"
-#include "scene/scene_ignored.h"
 #include "terrain/terrain_private.h"
 
 /* The node of a key in a section of the document, the section's when the key was not given, or the document. */

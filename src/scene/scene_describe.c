@@ -48,7 +48,7 @@ static const char *get_choice_name(const np_key *key, unsigned value) {
   return NULL;
 }
 
-/* Whether one word says all about a section: "terrain: none". Not where a key in it tells the same. */
+/* Whether one word says all about a section: "terrain: none". False where a key in it says the same. */
 static bool is_word_for_section(const np_key *section, const void *base) {
   if (!section->choices || np_key_search(section, "preset")) return false;
   return get_choice_name(section, load_unsigned(base, section->field));
@@ -107,7 +107,6 @@ static void add_number(np_text *out, const np_key *key, const void *base, unsign
 
 static bool is_word_set(const np_key *key, const void *base) {
   if (!key->word) return false;
-  if (key->tag.size) return load_unsigned(base, key->tag) == key->word_tag_value;
   if (key->type != NP_KEY_REAL) return load_unsigned(base, key->field) == (unsigned)key->word_value;
   double value;
   memcpy(&value, (const char *)base + key->field.offset, sizeof value);
@@ -116,8 +115,10 @@ static bool is_word_set(const np_key *key, const void *base) {
 
 static void add_numbers(np_text *out, const np_key *key, const void *base) {
   unsigned count = np_key_count_values(key);
-  if (is_word_set(key, base)) {
-    np_text_add(out, "%s", key->word);
+  const char *word = is_word_set(key, base) ? key->word : NULL;
+  if (key->choices) word = get_choice_name(key, load_unsigned(base, key->tag));
+  if (word) {
+    np_text_add(out, "%s", word);
     return;
   }
   if (count > 1) np_text_add(out, "[");

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "scene/scene_file.h"
+#include "scene/scene_node.h"
 
 #include <stdio.h>
 #include <string.h>

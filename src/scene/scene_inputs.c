@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "scene/scene_inputs.h"
+#include "scene/scene_private.h"
 
 #include <stdio.h>
 #include <string.h>

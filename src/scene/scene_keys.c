@@ -55,6 +55,10 @@ static const np_choice alphas[] = {{"clouds", NP_ALPHA_CLOUDS},
                                    {"scene", NP_ALPHA_SCENE},
                                    {NULL, 0}};
 static const np_choice cloud_airs[] = {{"kept", NP_CLOUD_AIR_KEPT}, {"apart", NP_CLOUD_AIR_APART}, {NULL, 0}};
+static const np_choice exposures[] = {{"auto", NEPH_EXPOSURE_AUTO}, {"meter", NEPH_EXPOSURE_METER}, {NULL, 0}};
+static const np_choice views[] = {
+    {"filmic", NEPH_VIEW_FILMIC}, {"standard", NEPH_VIEW_STANDARD}, {"raw", NEPH_VIEW_RAW}, {NULL, 0}};
+static const np_choice preview_bits[] = {{"8", 8}, {"16", 16}, {NULL, 0}};
 static const np_choice color_spaces[] = {{"auto", NP_SCENE_COLOR_AUTO}, {"bands", NP_SCENE_BANDS},
                                          {"rec709", NP_SCENE_REC709},   {"acescg", NP_SCENE_ACESCG}, {NULL, 0}};
 #define AOV(id, name, parts, needs_light, samples_min) {name, NP_AOV_##id},
@@ -589,9 +593,14 @@ static const np_key keys[] = {
     {.path = "output.scale", .type = NP_KEY_REAL, .field = SCENE(output.scale), .range = WITHIN(0x1p-40, 0x1p40),
      .fallback = "1", .meaning = "factor on every radiance, a power of two, stated in the header"},
     {.path = "output.exposure", .type = NP_KEY_REAL, .unit = NP_UNIT_STOP, .field = SCENE(output.exposure_ev),
-     .range = WITHIN(-40, 40), .fallback = "auto", .word = "auto", .word_value = 0,
-     .tag = SCENE(output.is_exposure_auto),
-     .tag_value = false, .word_tag_value = true, .meaning = "exposure of the preview; auto goes by the picture"},
+     .range = WITHIN(-40, 40), .fallback = "auto", .choices = exposures, .tag = SCENE(output.exposure),
+     .tag_value = NEPH_EXPOSURE_FIXED,
+     .meaning = "exposure of the preview, stops on the picture's values; auto exposes for its highlights, meter by the "
+                "light on the scene, so that frames and tiles match and night stays dark"},
+    {.path = "output.view", .type = NP_KEY_CHOICE, .choices = views, .field = SCENE(output.view), .fallback = "filmic",
+     .meaning = "from light to the preview: filmic has a soft shoulder, standard clips, raw is linear, as the EXR"},
+    {.path = "output.preview_bits", .type = NP_KEY_CHOICE, .choices = preview_bits,
+     .field = SCENE(output.preview_bits), .fallback = "8", .meaning = "bits of each component of the preview"},
     {.path = "output.film", .type = NP_KEY_SECTION, .meaning = "light that the film takes in"},
     {.path = "output.film.background", .type = NP_KEY_CHOICE, .choices = booleans,
      .field = SCENE(output.has_background),

@@ -42,21 +42,21 @@ typedef struct np_key {
   const char *path; /* "clouds[].bake.voxel" */
   const char *meaning;
   const char *fallback;     /* the default as a file would say it, list items parted by ", "; NULL: not set */
-  const np_choice *choices; /* of CHOICE and FLAGS; also a word that a section takes in place of a mapping */
+  const np_choice *choices; /* of CHOICE and FLAGS; also words that a section takes in place of a mapping, and a tagged
+                               number in place of it: its tag takes their value */
   np_key_type type;
   np_unit unit;
   np_range range; /* of REAL and INTEGER */
   np_field field;
-  bool is_input;          /* of FILE: the same in every frame, and read */
+  bool is_input;        /* of FILE: the same in every frame, and read */
   bool is_air_preset;   /* of CHOICE and SECTION: an air that fills the section before any other key does */
   bool is_grey_allowed; /* one number may stand for the whole list */
   unsigned group;       /* keys of one section and one group, not 0, exclude each other … */
   unsigned alternative; /* … unless they are of the same alternative */
   np_field tag;         /* bool or enumeration that takes `tag_value` when the key is given … */
   unsigned tag_value;
-  const char *word; /* … or `word_tag_value` when this word is given in place of a number, */
-  unsigned word_tag_value;
-  double word_value; /* which then stands for this one */
+  const char *word;  /* given in place of a number, … */
+  double word_value; /* … it stands for this one */
 } np_key;
 
 /* A key that had another name, in the same section. */
@@ -105,8 +105,5 @@ void np_key_describe_item(const np_key *key, char *out, size_t size);
 
 /* The text behind "NAME is not a key": ", did you mean camera.fov? camera has position, look_at, …". */
 void np_key_describe_hint(const np_key *section, const char *name, char *out, size_t size);
-
-/* The names of a section's keys, parted by ", "; of one group only unless `group` is 0. */
-void np_key_list_names(const np_key *section, unsigned group, char *out, size_t size);
 
 #endif

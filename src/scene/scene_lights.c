@@ -8,8 +8,10 @@
  */
 #include "scene/scene_lights.h"
 
+#include "atmosphere/celestial.h"
 #include "atmosphere/moon.h"
 #include "core/units.h"
+#include "scene/scene_private.h"
 
 static const double sun_lux_outside_air = 128000.0, airglow_lux = 5e-4, star_lux = 2.54e-6, brightest_star = -1.46;
 static const double negligible = 1e-3, air_height_m = 8000.0;
@@ -54,7 +56,7 @@ static neph_result read_time(const neph_scene *scene, double *out_unix_s) {
 }
 
 neph_result np_scene_lights_compute(const neph_scene *scene, double latitude_rad, double longitude_rad,
-                                 np_scene_lights *out_lights) {
+                                    np_scene_lights *out_lights) {
   double unix_s, sun[3];
   neph_result result = read_time(scene, &unix_s);
   if (!result) result = np_scene_sun_direction(scene, latitude_rad, longitude_rad, sun);
@@ -76,7 +78,7 @@ neph_result np_scene_lights_compute(const neph_scene *scene, double latitude_rad
 
 static double compute_sun_lux(double elevation_deg) {
   static const double degrees[] = {-18, -15, -12, -10, -8, -6, -4, -2, -0.8, 0, 5, 10, 15, 20, 30, 40, 60, 90};
-  static const double lux[] = {6.5e-4, 1.3e-3, 8.3e-3, 4.6e-2, 0.45,  3.4,   28,     140,   450,
+  static const double lux[] = {6.5e-4, 1.3e-3, 8.3e-3, 4.6e-2, 0.45,  3.4,   28,    140,    450,
                                730,    4800,   10900,  18700,  27300, 47000, 66700, 102000, 124000};
   enum { COUNT = sizeof lux / sizeof *lux };
   if (elevation_deg <= degrees[0]) return elevation_deg < sun_dark_deg ? 0.0 : lux[0];
@@ -115,4 +117,20 @@ np_scene_light_levels np_scene_light_levels_compute(const neph_scene *scene, con
   g.is_airglow_outshone = airglow_lux * pow(10.0, -0.4 * (scene->airglow.magnitude - 22.0)) < negligible * sky * NP_PI;
   g.are_stars_outshone = star_lux * pow(10.0, -0.4 * brightest_star) < negligible * sky * pixel_sr;
   return g;
+}
+
+neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad, double out[3]) {
+  const np_scene_sun *sun = &scene->sun;
+  np_sun_angles angles = {sun->elevation_rad, sun->azimuth_rad};
+  if (sun->time) {
+    double unix_s = 0.0;
+    neph_result result = np_celestial_parse_time(scene->context, sun->time, &unix_s);
+    /* Its only failure: the text, and that is the scene's. */
+    if (result) return NEPH_ERROR_BAD_SCENE;
+    angles = np_celestial_sun(unix_s, latitude_rad, longitude_rad);
+  }
+  out[0] = cos(angles.elevation_rad) * sin(angles.azimuth_rad);
+  out[1] = cos(angles.elevation_rad) * cos(angles.azimuth_rad);
+  out[2] = sin(angles.elevation_rad);
+  return NEPH_OK;
 }

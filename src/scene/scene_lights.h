@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where a scene's sun, moon and stars stand, and which of them a picture is to know of. */
+/* Directions of a scene's sun, moon and stars, and which of them a picture needs. */
 #ifndef NP_SCENE_SCENE_LIGHTS_H
 #define NP_SCENE_SCENE_LIGHTS_H
 
@@ -18,7 +18,7 @@ typedef struct np_scene_lights {
 neph_result np_scene_lights_compute(const neph_scene *scene, double latitude_rad, double longitude_rad,
                                     np_scene_lights *out_lights);
 
-/* What outshines what; every bound is a thousandth. */
+/* Order of the lights by brightness; every bound is a thousandth. */
 typedef struct np_scene_light_levels {
   double sun_height_deg;  /* above the horizon that the camera sees */
   double moon_height_deg; /* above the same horizon */

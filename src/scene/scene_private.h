@@ -15,7 +15,8 @@
 #include "image/aov.h"
 #include "image/color_space.h"
 #include "optics/multiple_scattering.h"
-#include "optics/phase_source.h"
+#include "optics/phase.h"
+#include "scene/scene_node.h"
 #include "terrain/terrain_source.h"
 
 typedef struct np_scene_camera {
@@ -115,8 +116,8 @@ typedef struct np_scene_emission {
 
 typedef struct np_scene_cloud {
   char *name;
-  neph_volume *volume; /* given, the document's; NULL: from a file or baked */
-  char *vdb;  /* file pattern, resolved; NULL when only baked */
+  neph_volume *volume;      /* given, the document's; NULL: from a file or baked */
+  char *vdb;                /* file pattern, resolved; NULL when only baked */
   bool has_reference_frame; /* else the first asked for that holds anything */
   unsigned reference_frame;
   char *grid; /* NULL: chosen by neph_volume_load */
@@ -126,7 +127,7 @@ typedef struct np_scene_cloud {
   char *preset; /* of the bake; NULL: none */
   neph_cloud_desc bake;
   char bake_name[24]; /* its key, for messages: "clouds[0].bake" */
-  bool has_top; /* then the thickness of the bake follows from it */
+  bool has_top;       /* then the thickness of the bake follows from it */
   double top_m;
   double frame_time_s; /* of the bake, from frame to frame */
   np_axis_up up;
@@ -148,7 +149,7 @@ typedef struct np_scene_cloud {
 typedef struct np_scene_terrain {
   np_terrain_kind kind;
   neph_terrain *given; /* the document's; NULL: none */
-  char *heightfield; /* file, resolved */
+  char *heightfield;   /* file, resolved */
   neph_terrain_desc desc;
   neph_ridges_desc ridges;
   bool is_held_out; /* the ground, the sphere's too: hides, and does not show */
@@ -180,9 +181,9 @@ typedef struct np_scene_render {
   np_approximation approximation;
   unsigned scattering_max;
   double light_memory_bytes; /* while the multiple scattering is solved for; infinite: a quarter of the machine's */
-  double tolerance;         /* of the march's steps, as a share of a ray's light */
-  double step_voxels;       /* longest step of the march, in voxels */
-  double transmittance_end; /* a ray ends below this */
+  double tolerance;          /* of the march's steps, as a share of a ray's light */
+  double step_voxels;        /* longest step of the march, in voxels */
+  double transmittance_end;  /* a ray ends below this */
   np_sun_optical_depth_method sun_optical_depth;
   np_air_shadows air_shadows;
 } np_scene_render;
@@ -206,10 +207,12 @@ typedef struct np_scene_output {
   np_cloud_air cloud_air;
   bool has_background; /* film.background: sky and disk in the picture */
   double exposure_ev;
-  bool is_exposure_auto;
+  neph_exposure exposure;
+  neph_view view;
+  unsigned preview_bits;
 } np_scene_output;
 
-/* What others keep with a scene, and how it is destroyed with it. */
+/* Data that others attach to a scene, destroyed with it. */
 typedef struct np_scene_attachment {
   void *data; /* NULL: nothing */
   void (*destroy)(neph_context *context, void *data);
@@ -279,5 +282,9 @@ np_vec3 np_camera_direction(const np_camera *camera, float x, float y);
 bool np_camera_sees_box(const np_camera *camera, np_dvec3 low, np_dvec3 high);
 /* Row-vector matrices of OpenEXR's worldToCamera and worldToNDC. */
 void np_camera_get_matrices(const np_camera *camera, float out_world_to_camera[16], float out_world_to_ndc[16]);
+
+/* Whether a cloud's file of one frame can be opened; fails at the cloud's vdb in the scene. neph_scene_check_files is
+ * the same of the files that have one name in all frames. */
+neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, const char *path);
 
 #endif

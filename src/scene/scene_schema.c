@@ -62,11 +62,12 @@ static void append(char *out, size_t size, const char *text) {
   snprintf(out + length, size - length, "%s", text);
 }
 
-void np_key_list_names(const np_key *section, unsigned group, char *out, size_t size) {
+/* The names of a section's keys, parted by ", ". */
+static void list_names(const np_key *section, char *out, size_t size) {
   out[0] = '\0';
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
-    if (np_key_get_parent(key) != section || (group && key->group != group)) continue;
+    if (np_key_get_parent(key) != section) continue;
     if (*out) append(out, size, ", ");
     append(out, size, np_key_get_name(key));
   }
@@ -75,7 +76,7 @@ void np_key_list_names(const np_key *section, unsigned group, char *out, size_t 
 void np_key_describe_hint(const np_key *section, const char *name, char *out, size_t size) {
   const np_key *guess = np_key_guess(section, name);
   char names[512];
-  np_key_list_names(section, 0, names, sizeof names);
+  list_names(section, names, sizeof names);
   snprintf(out, size, "%s%s%s %s has %s", guess ? ", did you mean " : "", guess ? guess->path : "", guess ? "?" : ";",
            section ? section->path : "a scene", names);
 }
@@ -104,9 +105,12 @@ static void describe_numbers(const np_key *key, char *out, size_t size) {
     snprintf(out, size, "%s, or %s such", one, list);
   else
     snprintf(out, size, "%s, each %s", list, one);
-  if (!key->word) return;
+  if (!key->word && !key->choices) return;
   append(out, size, ", or ");
-  append(out, size, key->word);
+  if (key->choices)
+    append_choices(key, " or ", out, size);
+  else
+    append(out, size, key->word);
 }
 
 void np_key_describe_values(const np_key *key, char *out, size_t size) {

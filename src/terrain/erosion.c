@@ -24,7 +24,7 @@
  * holds up. */
 static const float smoothing = 0.25f;
 
-/* Of the water's surface in a filled basin. */
+/* Slope of the water's surface in a filled basin. */
 static const float basin_slope = 0.01f;
 
 /* Samples between two questions whether to stop. */

@@ -157,7 +157,7 @@ np_dvec3 np_globe_to_world(const np_globe *globe, double latitude_rad, double lo
                            globe->radius_m);
 }
 
-/* Where the vertical line through (x, y) meets the sphere of a radius, in samples; false when it passes by. */
+/* Intersection of the vertical line through (x, y) with the sphere of a radius, in samples; false when it misses. */
 static bool project(const np_heightfield *field, const np_globe *globe, double x_m, double y_m, double radius_m,
                     np_field_position *out) {
   const double east = x_m / radius_m, north = y_m / radius_m, up2 = 1.0 - east * east - north * north;

@@ -35,9 +35,6 @@ neph_result np_heightfield_load(neph_context *context, np_monitor *monitor, cons
 /* Whether a file is a height field, by its name, size or header alone. */
 neph_result np_heightfield_check(neph_context *context, const char *path);
 
-/* SRTM .hgt: 1201 or 3601 squared big-endian int16, the north-western sample first, −32768 for no value. */
-neph_result np_heightfield_load_hgt(neph_context *context, const char *path, np_heightfield *out_field);
-
 /* Ridged mountains from noise, of elevations 0 to relief. The same bits for any thread count and instruction set. */
 neph_result np_heightfield_make_ridges(neph_context *context, np_monitor *monitor, const neph_ridges_desc *ridges,
                                        const neph_terrain_desc *desc, np_heightfield *out_field);
@@ -72,7 +69,7 @@ np_globe np_globe_make(double radius_m, double latitude_rad, double longitude_ra
 /* World position of a point above (or below) the sphere. */
 np_dvec3 np_globe_to_world(const np_globe *globe, double latitude_rad, double longitude_rad, double elevation_m);
 
-/* Where in the field the ground at a world x, y lies, on the near half of the planet; false beyond the field. */
+/* Place in the field of the ground at a world x, y, on the near half of the planet; false beyond the field. */
 bool np_heightfield_locate(const np_heightfield *field, const np_globe *globe, double x_m, double y_m,
                            np_field_position *out_position);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a height-field file holds, in words or in JSON. */
+/* Description of a height-field file, in words or in JSON. */
 #include <string.h>
 
 #include "core/alloc.h"

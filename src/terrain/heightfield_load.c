@@ -69,7 +69,8 @@ static neph_result check_tile_size(neph_context *context, const char *path, size
                  2 * 1201 * 1201, 2 * 3601 * 3601);
 }
 
-neph_result np_heightfield_load_hgt(neph_context *context, const char *path, np_heightfield *out_field) {
+/* SRTM .hgt: 1201 or 3601 squared big-endian int16, the north-western sample first, −32768 for no value. */
+static neph_result load_hgt(neph_context *context, const char *path, np_heightfield *out_field) {
   *out_field = (np_heightfield){.has_place = true};
   void *bytes = NULL;
   size_t size = 0;
@@ -147,8 +148,8 @@ static neph_result check_png_samples(neph_context *context, const char *path, co
                  path, stored);
 }
 
-static neph_result load_png(neph_context *context, np_monitor *monitor, const char *path,
-                            const neph_terrain_desc *desc, np_heightfield *out_field) {
+static neph_result load_png(neph_context *context, np_monitor *monitor, const char *path, const neph_terrain_desc *desc,
+                            np_heightfield *out_field) {
   neph_image *image = NULL;
   neph_result result = np_image_load_png(context, path, monitor, &image);
   if (!result) result = check_png_samples(context, path, image);
@@ -159,8 +160,8 @@ static neph_result load_png(neph_context *context, np_monitor *monitor, const ch
   return result;
 }
 
-static neph_result load_exr(neph_context *context, np_monitor *monitor, const char *path,
-                            const neph_terrain_desc *desc, np_heightfield *out_field) {
+static neph_result load_exr(neph_context *context, np_monitor *monitor, const char *path, const neph_terrain_desc *desc,
+                            np_heightfield *out_field) {
   neph_image *image = NULL;
   neph_result result = np_image_load_exr(context, path, monitor, &image);
   if (!result) result = read_picture(context, path, image, 0.0, 1.0, desc, out_field);
@@ -189,7 +190,7 @@ neph_result np_heightfield_load(neph_context *context, np_monitor *monitor, cons
   if (!np_file_exists(path))
     result = np_fail(context, NEPH_ERROR_NOT_FOUND, "%s: no such file", path);
   else if (ending && !strcasecmp(ending, ".hgt"))
-    result = np_heightfield_load_hgt(context, path, out_field);
+    result = load_hgt(context, path, out_field);
   else if (ending && !strcasecmp(ending, ".png"))
     result = load_png(context, monitor, path, desc, out_field);
   else if (ending && !strcasecmp(ending, ".exr"))

@@ -120,7 +120,7 @@ typedef struct ridge_maker {
   np_erosion erosion; /* of the level at work */
 } ridge_maker;
 
-/* What a level starts from: the ground of the one before it, water led out of its basins, and what rises. */
+/* Start of a level: the ground of the one before it, water led out of its basins, and what rises. */
 static neph_result prepare_level(ridge_maker *maker, const np_erosion *coarser, np_erosion *level) {
   uplift_job job = {level, np_noise_get_table(maker->context->isa), maker->ridges.seed};
   neph_result result = np_parallel_for(maker->context, maker->monitor, level->side, 8, raise_rows, &job);

@@ -294,8 +294,8 @@ static np_dvec3 get_vertex(const neph_terrain *terrain, size_t column, size_t ro
   return np_dvec3_make((double)vertex[0], (double)vertex[1], (double)vertex[2]);
 }
 
-/* Where a ray meets the plane of one triangle: the lower one of a cell has its right angle in the south-west, the upper
- * one in the north-east. Position east and north in the cell, [0, 1] inside. */
+/* Intersection of a ray with the plane of one triangle: the lower one of a cell has its right angle in the south-west,
+ * the upper one in the north-east. Position east and north in the cell, [0, 1] inside. */
 typedef struct facet_meeting {
   double distance, east, north;
   np_dvec3 normal; /* up, not of unit length */

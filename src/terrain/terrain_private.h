@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the light and integrate modules ask of a terrain: rays. The planet's sphere beyond it is not part of it.
+/* Rays against a terrain, for world and integrators. The planet's sphere beyond it is not part of it.
  *
  * Rays have a double origin anywhere, even in orbit, and a unit direction. Embree finds the facet in floats about the
  * field's own middle; distances are then met with that facet in double, so that a hit lies within a micrometre or so of

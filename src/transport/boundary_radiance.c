@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "transport/boundary_radiance.h"
+#include "transport/scattering_field.h"
 
 #include <string.h>
 

@@ -24,7 +24,7 @@ bool np_transport_grid_is_column(const np_transport_grid *g) {
          g->size[AXIS] >= 3 && g->active_count == (size_t)g->size[AXIS];
 }
 
-/* Of one cell, or of the face above it. */
+/* Coefficients of one cell, or of the face above it. */
 typedef struct balance_column {
   const np_transport_level *level;
   const np_transport_lights *lights;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where sunlight first collides.
+/* First collisions of sunlight.
  *
  * A cell's source is even in it, while sunlight collides first on the side of the cell that the sun shines on: what is
  * scattered back from there has less cloud before it. So the first moments of what a cell takes are counted too, and a

@@ -5,8 +5,8 @@
 
 #include "transport/transport_grid.h"
 
-/* What a cell takes, in whole units of 2⁻³²: sums of integers come out the same in any order, whatever thread adds
- * them. The moments are about the cell's middle, over its widths. */
+/* Sunlight that a cell scatters first, in whole units of 2⁻³²: sums of integers come out the same in any order,
+ * whatever thread adds them. The moments are about the cell's middle, over its widths. */
 typedef struct np_first_loss {
   int64_t sum, moment[3];
 } np_first_loss;
@@ -21,8 +21,8 @@ typedef struct np_first_medium {
 
 enum { NP_FIRST_MEDIA = 2 };
 
-/* What the second medium lets through beyond the first in a live cell, times the length of ray that is lit by it, and
- * that length, in units of a loss times the longest step; the same of all faces' rays in m³. */
+/* Transmittance of the second medium beyond that of the first in an active cell, times the length of ray that is lit by
+ * it, and that length, in units of a loss times the longest step; the same of all faces' rays in m³. */
 typedef struct np_first_surplus {
   int64_t sum, length;
   double volume, of_volume;

@@ -69,7 +69,7 @@ static int32_t search_cell(const np_transport_grid *g, int axis, double x, int32
   return near;
 }
 
-/* Where cells differ: a step from `t` on, no longer than half of one. */
+/* Step from `t` on where cells differ, at most half a cell long. */
 static double choose_step(collision_ray *r, double t) {
   const np_transport_grid *g = r->all->grid;
   double step = r->all->step_m;
@@ -143,7 +143,7 @@ static bool locate_steps(const collision_ray *r, collision_block *b) {
   return last >= 0;
 }
 
-/* Where in its cell the ray is at `t`, from the middle over the width. */
+/* Place of the ray in its cell at `t`, from the middle over the width. */
 static double compute_offset(const collision_ray *r, int axis, double t) {
   const np_transport_grid *g = r->all->grid;
   if (g->even_m[axis] > 0.0) {
@@ -226,7 +226,7 @@ static void compute_opacities(collision_ray *r, collision_block *b) {
 
 static void add(int64_t *sum, double units) { (void)__atomic_fetch_add(sum, (int64_t)units, __ATOMIC_RELAXED); }
 
-/* What a cell takes lies, in the mean, in a place on the ray. */
+/* Mean place on the ray of the first collisions in a cell. */
 static void count_loss(const collision_ray *r, unsigned medium) {
   const double lost = r->crossing.lost[medium];
   if (!(lost > 0.0)) return;
@@ -251,7 +251,7 @@ static void change_cell(collision_ray *r, int32_t active) {
   r->crossing = (crossing){.active = active};
 }
 
-/* What the second medium has left beyond the first is counted in the middle of the step. */
+/* The difference of the two media's transmittances is taken in the middle of the step. */
 static void cross_step(collision_ray *r, const collision_block *b, int k) {
   crossing *c = &r->crossing;
   double middle[NP_FIRST_MEDIA];

@@ -154,10 +154,11 @@ static neph_result measure(pass *p, history *past) {
 }
 
 /* Counts the calls that have not brought the residual down, and after too many keeps but the newest image. */
-static void watch_for_stall(history *past, double residual, double *best, unsigned *idle) {
-  *idle = residual < 0.9 * *best ? 0 : *idle + 1;
-  *best = fmin(*best, residual);
-  if (*idle < STALL || past->depth == 1) return;
+static void watch_for_stall(np_fixed_point *problem, history *past, double *best, unsigned *idle) {
+  *idle = problem->residual < 0.9 * *best ? 0 : *idle + 1;
+  *best = fmin(*best, problem->residual);
+  if (*idle < STALL || problem->is_stalled) return;
+  problem->is_stalled = true;
   forget(past);
   past->depth = 1;
 }
@@ -181,7 +182,7 @@ static void keep_image(np_fixed_point *problem, const history *past, unsigned in
   problem->residual = past->relative[index];
 }
 
-/* Where nothing is remembered x is what the last image was, or what it was at the start. */
+/* Without a history x is the last image, or the start. */
 static void keep_best(np_fixed_point *problem, const history *past, float *x) {
   unsigned best = 0;
   for (unsigned j = 1; j < past->count; j++)
@@ -190,7 +191,7 @@ static void keep_best(np_fixed_point *problem, const history *past, float *x) {
   problem->is_cut = true;
 }
 
-/* Of the calls that it will take, those that are done: the residual goes on falling as it has since the first. */
+/* Fraction done of the expected calls: the residual goes on falling as it has since the first. */
 static double estimate_done(const np_fixed_point *problem, double first_residual) {
   const double done = problem->calls, at_least = done / problem->calls_max;
   const double fallen = log(first_residual / problem->residual), needed = log(first_residual / problem->tolerance);
@@ -213,7 +214,7 @@ static neph_result approach(np_fixed_point *problem, history *past, pass *p) {
     np_monitor_set_range(problem->monitor, done, done);
     if (!(problem->residual < 2.0 * before)) forget(past);
     before = problem->residual;
-    watch_for_stall(past, problem->residual, &best, &idle);
+    watch_for_stall(problem, past, &best, &idle);
     compute_weights(past, p->weight);
     result = np_parallel_for(problem->context, problem->monitor, count_chunks(problem), 1, combine_chunks, p);
     if (result) return result;
@@ -223,7 +224,7 @@ static neph_result approach(np_fixed_point *problem, history *past, pass *p) {
 static neph_result iterate(np_fixed_point *problem, history *past, pass *p) {
   problem->calls = 0;
   problem->residual = 1.0;
-  problem->is_cut = false;
+  problem->is_cut = problem->is_stalled = false;
   np_monitor_set_range(problem->monitor, 0.0, 0.0);
   const neph_result result = approach(problem, past, p);
   if (result != NEPH_ERROR_CANCELLED || !np_monitor_is_cut(problem->monitor)) return result;

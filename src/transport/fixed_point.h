@@ -18,6 +18,7 @@ typedef struct np_fixed_point {
   unsigned calls_max;
   double residual; /* out: reached; 1 when no call was finished */
   unsigned calls;  /* out: of the map */
+  bool is_stalled; /* out, for the map too: the residual does not fall any more, and plain iteration goes on */
   bool is_cut;     /* out: the monitor's budget ended it */
 } np_fixed_point;
 

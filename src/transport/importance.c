@@ -1,25 +1,25 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "transport/importance.h"
+#include "transport/scattering_solver.h"
 
-/* Where sunlight that went straight on first collides, per extinction, is what there is of it. */
+/* Forward-scattered sunlight is where it first collides, per extinction. */
 void np_importance_add(const np_transport_level *finest, const float *moments, float share, float whole,
                        np_importance *importance) {
   const size_t count = np_harmonics_count(finest->grid.degree);
   const float even = share * sqrtf(0.25f / NP_PI_F), linear = share * sqrtf(0.75f / NP_PI_F);
   const float quadratic = share * sqrtf(15.0f / 16.0f / NP_PI_F);
   static const unsigned harmonic_of_axis[3] = {3, 1, 2};
-  static const float bend_scale[5] = {2.0f, 2.0f, 0.57735027f, 2.0f, 1.0f}; /* √(1/3) */
+  static const float quadratic_scale[5] = {2.0f, 2.0f, 0.57735027f, 2.0f, 1.0f}; /* √(1/3) */
   for (size_t active = 0; active < finest->grid.active_count; active++) {
     np_importance *out = &importance[active];
     const float *phi = moments + active * count, extinction = finest->grid.extinction[active];
     out->mean += even * phi[0];
     for (int a = 0; a < 3; a++) out->linear[a] += linear * phi[harmonic_of_axis[a]];
-    for (int i = 0; i < 5; i++) out->quadratic[i] += quadratic * bend_scale[i] * phi[4 + i];
+    for (int i = 0; i < 5; i++) out->quadratic[i] += quadratic * quadratic_scale[i] * phi[4 + i];
     if (extinction > 0.0f) out->lit = fmaxf(out->lit, fminf(finest->sun[active] / extinction, whole));
   }
 }
 
-/* What a path makes of what it may come to from a cell along an axis: less than there by the rate of diffuse light, and
+/* Importance that a path gets from a cell along an axis: less than there by the rate of diffuse light, and
  * by the chance to come so far without having been split on the way. */
 static float compute_fall(const np_transport_grid *g, const int32_t at[3], int axis, size_t active) {
   const float *ratio = g->ratio + active * (g->degree + 1), width = (float)np_transport_grid_width(g, axis, at[axis]);

@@ -16,7 +16,7 @@ enum {
   NP_ORDINATE_BLOCKS_MAX = 9 /* of lanes: 72 directions an octant */
 };
 
-/* Of (l, m) up to a degree. Harmonic (l, m) is number l·(l + 1) + m. */
+/* Number of harmonics (l, m) up to a degree. Harmonic (l, m) is number l·(l + 1) + m. */
 static inline unsigned np_harmonics_count(unsigned degree) { return (degree + 1) * (degree + 1); }
 
 /* Real orthonormal spherical harmonics up to a degree at a unit direction. */
@@ -42,7 +42,7 @@ typedef struct np_ordinates {
  * without end need; degrees above the least have them in any case. */
 void np_ordinates_init(unsigned degree, bool is_layered, np_ordinates *out);
 
-/* How many np_ordinates_init() would take, in all octants. */
+/* Number of directions of np_ordinates_init(), in all octants. */
 unsigned np_ordinates_count(unsigned degree, bool is_layered);
 
 np_vec3 np_ordinates_direction(const np_ordinates *ordinates, unsigned octant, unsigned block, unsigned lane);

@@ -17,7 +17,7 @@ typedef struct np_peak_column {
   float peak[NP_PEAK_DEPTHS];
 } np_peak_column;
 
-/* Where between the nodes of its peak a column is asked for. */
+/* Place between the nodes of a column's peak. */
 typedef struct np_peak_place {
   unsigned lower;
   float share; /* of the next node */
@@ -38,11 +38,6 @@ static inline float np_peak_column_mix(const np_peak_column *column, np_peak_pla
   const float *node = column->peak + place.lower;
   const float peak = node[0] + place.share * (node[1] - node[0]);
   return np_maxf(column->broad + leaving * (arriving * column->sharp + peak), 0.0f);
-}
-
-static inline float np_peak_column_eval(const np_peak_column *column, float sun_optical_depth, float view_depth) {
-  return np_peak_column_mix(column, np_peak_place_get(sun_optical_depth), np_transmittance(sun_optical_depth),
-                            np_transmittance(view_depth));
 }
 
 #endif

@@ -74,9 +74,9 @@ neph_result np_scattering_desc_add_to_hash(neph_context *context, const np_world
   neph_result result = np_transport_grid_place(context, world, &desc->cells, &grid);
   if (result) return result;
   for (int a = 0; a < 3; a++) np_hash_add(hash, grid.edge_m[a], ((size_t)grid.size[a] + 1) * sizeof *grid.edge_m[a]);
-  np_hash_add(hash, &desc->work_max, sizeof desc->work_max);
-  np_hash_add(hash, &desc->tolerance, sizeof desc->tolerance);
-  np_hash_add(hash, &desc->has_importance, sizeof desc->has_importance);
+  NP_HASH_ADD(hash, desc->work_max);
+  NP_HASH_ADD(hash, desc->tolerance);
+  NP_HASH_ADD(hash, desc->has_importance);
   np_transport_grid_clear(&grid);
   return NEPH_OK;
 }

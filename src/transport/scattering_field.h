@@ -128,7 +128,7 @@ void np_scattering_field_fill_outgoing(const np_scattering_field *field, unsigne
 /* Moments of the radiance at one point, [band][harmonic], of the bands that are solved for. */
 typedef struct np_light_moments {
   float value[NP_BAND_COUNT * NP_HARMONIC_COUNT_MAX];
-  /* Of the moments, those of sunlight that was scattered narrowly, over its irradiance and harmonics. */
+  /* Moments of sunlight in the forward peak, over its irradiance and harmonics. */
   float delta_m_residual[NP_BAND_COUNT];
 } np_light_moments;
 
@@ -170,5 +170,16 @@ typedef struct np_importance {
 /* Means between the cells around a position; false where nothing is known, or all is dark. For a description with
  * `has_importance`. */
 bool np_scattering_field_get_importance(const np_scattering_field *field, np_dvec3 position, np_importance *out);
+
+/* ---- Light that comes to clouds from outside, the sun's disk excluded: sky above, ground below ---- */
+
+/* Radiance at a place among the clouds from the direction `towards`, which looks out. */
+np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_optical_depth_source *depths,
+                                         np_dvec3 position, np_vec3 towards);
+
+/* The same along the ordinates, averaged over the solid angle around each. */
+typedef float np_boundary_radiance[NP_BAND_COUNT][NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES];
+void np_boundary_radiance_fill(const np_world *world, const np_sun_optical_depth_source *depths,
+                               const np_transport_desc *cells, const np_ordinates *ordinates, np_boundary_radiance out);
 
 #endif

@@ -8,7 +8,6 @@
 
 #include "core/alloc.h"
 #include "core/isa.h"
-#include "transport/importance.h"
 
 enum { CHUNK = 4096 };
 
@@ -16,7 +15,7 @@ static size_t count_moments(const np_transport_grid *g) { return g->active_count
 
 /* ---- A band's result ---- */
 
-/* Of values of which the largest are to be between 2¹⁴ and 2¹⁵: what loses bits then is four billionths of them. */
+/* Scale that puts the largest values between 2¹⁴ and 2¹⁵: values that lose bits then are four billionths of them. */
 static float choose_scale(const float *values, size_t count) {
   float largest = 0.0f;
   for (size_t i = 0; i < count; i++) largest = fmaxf(largest, fabsf(values[i]));
@@ -42,7 +41,7 @@ static neph_result pack(void *user, size_t begin, size_t end, unsigned thread) {
   return NEPH_OK;
 }
 
-/* What is taken out where the march puts in what is exact: in means over cells, as the moments have it. */
+/* Light that the march replaces by the exact one: in means over cells, as the moments have it. */
 static neph_result store_delta_m_residual(const np_scattering_solver *s) {
   const np_transport_grid *g = &s->levels[0].grid;
   const size_t bands = s->out->medium.band_count;
@@ -107,7 +106,7 @@ static void visit_lights(const np_scattering_solver *s, void (*visit)(light_colo
   for (size_t i = 0; i < stride; i++) visit(colour, &s->fine->boundary[0][0][0][0] + i, stride);
 }
 
-/* Where clouds are grey and their lights are of one colour, the first band's solution is all bands'. */
+/* The first band's solution is all bands' where clouds are grey and their lights have one colour. */
 static void choose_bands(np_scattering_solver *s) {
   light_colour c = {.is_one = np_world_is_grey(s->world) && !s->world->emission, .colour = np_spectrum_grey(1.0f)};
   if (c.is_one) visit_lights(s, add_light, &c);
@@ -128,7 +127,7 @@ static neph_result compute_direct_irradiance(void *user, size_t begin, size_t en
   return NEPH_OK;
 }
 
-/* Where the first band's grid, on which the others' results must lie too, has cloud. */
+/* Cells with cloud of the first band's grid, on which the others' results must lie too. */
 static neph_result start_bands(np_scattering_solver *s) {
   const np_transport_grid *g = &s->levels[0].grid;
   s->sun = np_alloc(s->context, g->active_count, sizeof *s->sun);

@@ -8,8 +8,9 @@
  *     Ω·∇L + σ′L = Σ r_l·(σ′·φ_lm + d·E·Y_lm(s))·Y_lm(Ω),   φ_lm = ∫ L·Y_lm dΩ
  *
  * where d·E is what sunlight of direction s loses by first collisions, and sky and ground enter at the sides. A sweep
- * maps φ to the φ of its solution; Anderson acceleration finds the fixed point, on the coarsest grid first, then from
- * there on finer ones.
+ * maps φ to the φ of its solution, and a diffusion equation adds what it leaves out in thick clouds
+ * (diffusion_correction.c); Anderson acceleration finds the fixed point, on the coarsest grid first, then from there on
+ * finer ones.
  *
  * Small clouds are solved to a high degree from the start. Larger ones get the least degree, and where the memory
  * allows it that solution is then resolved into more: a high degree counts less of the sun's light as having gone
@@ -37,10 +38,10 @@ static bool is_resolved(const np_scattering_solver *s) { return s->fine != s->br
 
 /* ---- Time and progress ---- */
 
-/* Of a band's work, where sweeps begin and where they give way to the last ones. */
+/* Fractions of a band's work at which sweeps begin and the last ones begin. */
 static const double solving_begin = 0.15, resolving_begin = 0.85, keeping_begin = 0.95;
 
-/* What follows is [begin, end] of the band's work. */
+/* Sets the next steps to be [begin, end] of the band's work. */
 static void set_part(const np_scattering_solver *s, double begin, double end) {
   const double count = s->out->medium.band_count;
   np_monitor_set_part(s->monitor, s->whole, (s->band + begin) / count, (s->band + end) / count);
@@ -117,8 +118,7 @@ static neph_result solve_nested(np_scattering_solver *s) {
   for (unsigned n = s->level_count; n-- > finest && !result;) {
     if (n + 1 < s->level_count) result = prolong(s, n);
     if (result || !s->has_time) continue;
-    /* What crosses a thick cloud slowly, and shows late in the residual, is found on coarse cells: they are cheap. */
-    result = solve_level(s, n, n > finest ? 0.03 * s->desc->tolerance : s->desc->tolerance);
+    result = solve_level(s, n, n > finest ? 3.0 * s->desc->tolerance : s->desc->tolerance);
   }
   return result;
 }

@@ -3,7 +3,7 @@
 #ifndef NP_TRANSPORT_SCATTERING_SOLVER_H
 #define NP_TRANSPORT_SCATTERING_SOLVER_H
 
-#include "transport/boundary_radiance.h"
+#include "transport/scattering_field.h"
 #include "transport/scattering_field_private.h"
 #include "transport/transport_level.h"
 
@@ -16,7 +16,7 @@ typedef struct np_scattering_angles {
   np_transport_lights lights;
 } np_scattering_angles;
 
-/* How far the solution of a band has come. */
+/* Progress of the solution of a band. */
 typedef struct np_scattering_reach {
   unsigned level;  /* the last that was swept; the number of levels: none */
   unsigned sweeps; /* of that level, where they were cut; 0: up to its tolerance */
@@ -64,5 +64,15 @@ typedef struct np_scattering_degrees {
 
 np_scattering_degrees np_scattering_desc_choose_degrees(const np_scattering_desc *desc, double cells, bool is_layered,
                                                         bool is_fine_wanted);
+
+/* Importance of cells, which guides paths: integrate/guide.h says how. */
+
+/* Adds one band, of the share `share` in the mean, of a solution whose sharpened moments are [active][harmonic];
+ * `whole` is the sun's irradiance, of which no cell gets more. */
+void np_importance_add(const np_transport_level *finest, const float *moments, float share, float whole,
+                       np_importance *importance);
+
+/* Lets sunlight be known of where paths may come to it from. */
+void np_importance_spread(const np_transport_grid *grid, np_importance *importance);
 
 #endif

@@ -161,7 +161,7 @@ static inline void cross_cell(const np_transport_grid *grid, const lanes rate[3]
   solve_cell(rate, &source, grid->extinction[active], faces, light);
 }
 
-/* Where the light of one octant is on its way along a row, and how many cells it crosses. */
+/* Place of one octant's light along a row, and the number of cells it crosses. */
 typedef struct course {
   lanes *x, *y, *z;
   int32_t reach;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What the cells of the multiple scattering hold, and coarser ones made of them. */
+/* Cells of the multiple scattering, and coarser ones made of them. */
 #include "transport/transport_grid.h"
 
 #include <string.h>

@@ -93,7 +93,7 @@ static inline double np_transport_grid_width(const np_transport_grid *grid, int 
   return grid->edge_m[axis][index + 1] - grid->edge_m[axis][index];
 }
 
-/* Of all cells along an axis. */
+/* Extent of all cells along an axis. */
 static inline double np_transport_grid_length(const np_transport_grid *grid, int axis) {
   return grid->edge_m[axis][grid->size[axis]] - grid->edge_m[axis][0];
 }

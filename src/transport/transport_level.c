@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "transport/diffusion_correction.h"
 #include "transport/fixed_point.h"
 
 enum {
@@ -44,7 +45,9 @@ typedef struct iteration {
   float *source; /* [active][harmonic], in the order of the ordinates: `own_source`, or where x is */
   float *own_source;
   np_sweep sweep;
-  double *column; /* scratch; NULL: no column */
+  double *column;                /* scratch; NULL: no column */
+  np_diffusion diffusion;        /* empty: plain sweeps */
+  const np_fixed_point *problem; /* that they are part of; NULL: of none */
 } iteration;
 
 static neph_result fill_source(void *user, size_t begin, size_t end, unsigned thread) {
@@ -90,10 +93,12 @@ static neph_result map_moments(void *user, const float *x, float *out_image) {
   if (!result) result = np_sweep_run(&it->sweep);
   if (!result) result = np_parallel_for(lights->context, lights->monitor, g->active_count, CHUNK, add_parts, it);
   if (!result && it->column) np_column_balance(lights, it->level, it->column, out_image);
+  if (!result && it->problem && !it->problem->is_stalled) np_diffusion_correct(&it->diffusion, x, out_image);
   return result;
 }
 
 static void clear_iteration(iteration *it) {
+  np_diffusion_clear(&it->diffusion);
   np_alloc_free(it->lights->context, it->column);
   np_alloc_free(it->lights->context, it->own_source);
   np_sweep_clear(&it->sweep);
@@ -136,7 +141,9 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
                             .tolerance = is_cheap ? fmin(effort->tolerance, 2e-6) : effort->tolerance,
                             .calls_max = is_cheap || !effort->is_finest ? CHEAP_SWEEPS_MAX : SWEEPS_MAX};
   if (effort->sweeps_max) problem.calls_max = effort->sweeps_max;
-  result = np_fixed_point_solve(&problem, level->phi);
+  it.problem = &problem;
+  if (!it.column) result = np_diffusion_init(&level->grid, &it.diffusion);
+  if (!result) result = np_fixed_point_solve(&problem, level->phi);
   effort->residual = problem.residual;
   effort->sweeps = problem.calls;
   effort->is_cut = problem.is_cut;

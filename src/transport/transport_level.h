@@ -12,7 +12,7 @@ typedef struct np_transport_level {
   float *phi;      /* the solution: [active][harmonic] */
 } np_transport_level;
 
-/* What all grids of a solution share. */
+/* Data that all grids of a solution share. */
 typedef struct np_transport_lights {
   neph_context *context;
   np_monitor *monitor;
@@ -43,10 +43,10 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
 neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps,
                                      bool has_budget);
 
-/* What a finer grid starts from: the coarser solution between the middles of its cells. */
+/* Start of a finer grid: the coarser solution between the middles of its cells. */
 neph_result np_transport_level_prolong(const np_transport_level *coarse, np_monitor *monitor, np_transport_level *fine);
 
-/* What the same cells start from whose light is resolved into more degrees: `broad` with that light of the sun added
+/* Start of the same cells with light resolved into more degrees: `broad` with that light of the sun added
  * which only there counts as having gone straight on. */
 void np_transport_level_resolve(const np_transport_lights *lights, const np_transport_level *broad,
                                 np_transport_level *fine);

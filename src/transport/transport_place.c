@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where the cells of the multiple scattering lie.
+/* Placement of the cells of the multiple scattering.
  *
  * Their error grows with x = (1−g)·σ·edge, to some 2 % at 0.3 and 4 % at 1, so the densest cloud decides their size;
  * two voxels at least, since the field's own detail ends there, unless a single voxel is thicker than that, one voxel
@@ -266,12 +266,12 @@ static neph_result measure_profile(neph_context *context, const np_world *world,
     out->extinction[k] = (double)np_instance_extinction(&world->clouds.at[0], np_dvec3_make(at[0], at[1], at[2]));
     if (k > 0) out->depth[k] = out->depth[k - 1] + 0.5 * voxel * (out->extinction[k - 1] + out->extinction[k]);
   }
-  /* What is empty above would be as good an end as that of the cloud. */
+  /* An empty layer above would be as good an end as that of the cloud. */
   while (out->count > 2 && out->depth[out->count - 2] == out->depth[out->count - 1]) out->count--;
   return NEPH_OK;
 }
 
-/* Where an optical depth is reached; extinction that rises by b along a step from a gives a·s + b·s²/2. */
+/* Distance at which an optical depth is reached; extinction that rises by b along a step from a gives a·s + b·s²/2. */
 static double compute_distance_to_depth(const profile *p, double depth) {
   int32_t k = 0;
   while (k + 2 < p->count && p->depth[k + 1] <= depth) k++;
@@ -393,7 +393,7 @@ double np_transport_expect_error(double cell_depth) {
   return 1.0;
 }
 
-/* Where sunlight is followed to (first_collision.h), cells with and without cloud, and what is no moment. */
+/* Place that sunlight is followed to (first_collision.h), cells with and without cloud, and data beside the moments. */
 static const double other_bytes = 300.0;
 
 /* Vectors of moments: the solution, two parts of a sweep, and three bands kept as halves. */

@@ -442,7 +442,7 @@ static inline void np_brick_walk_leave(np_brick_walk *walk, const np_brick_block
   }
 }
 
-/* Where the ray meets a plane of the cells across an axis; never, where it does not move along that. */
+/* Distance at which the ray meets a plane of the cells across an axis; infinite, if it does not move along that. */
 static inline double np_brick_walk_meet(const np_brick_walk *walk, int axis, int32_t plane) {
   double t = ((double)plane * NP_BRICK_EDGE - walk->origin[axis]) * walk->inverse[axis];
   return walk->inverse[axis] != 0.0 ? t : HUGE_VAL;

@@ -12,7 +12,7 @@
 
 #include "core/alloc.h"
 
-/* What fills a block of 8³ voxels: a leaf, a tile, or the background. */
+/* Content of a block of 8³ voxels: a leaf, a tile, or the background. */
 #define BLOCK_BACKGROUND 0xffffffffu
 #define BLOCK_IS_TILE 0x80000000u
 

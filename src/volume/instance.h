@@ -34,7 +34,7 @@ static inline float np_instance_extinction(const np_instance *volume, np_dvec3 p
          np_bricks_sample(volume->bricks, np_affine_point(&volume->world_to_index, position));
 }
 
-/* Of all clouds, 1/m. */
+/* Majorant of all clouds, 1/m. */
 static inline float np_instances_extinction(const np_instances *clouds, np_dvec3 position) {
   float extinction = 0.0f;
   for (unsigned i = 0; i < clouds->count; i++) extinction += np_instance_extinction(&clouds->at[i], position);

@@ -145,42 +145,35 @@ static float round_if(float value, bool is_half) {
 
 /* Leaves and tiles are hashed field by field, so that padding does not count. */
 static void add_leaf_to_hash(np_hash *hash, const np_leaf *leaf, bool is_half) {
-  np_hash_add(hash, leaf->origin, sizeof leaf->origin);
-  np_hash_add(hash, leaf->active, sizeof leaf->active);
+  NP_HASH_ADD(hash, leaf->origin);
+  NP_HASH_ADD(hash, leaf->active);
   float values[NP_LEAF_SIZE];
   for (int n = 0; n < NP_LEAF_SIZE; n++) values[n] = round_if(leaf->values[n], is_half);
-  np_hash_add(hash, values, sizeof values);
+  NP_HASH_ADD(hash, values);
 }
 
 static void add_tile_to_hash(np_hash *hash, const np_tile *tile, bool is_half) {
   float value = round_if(tile->value, is_half);
   int32_t active = tile->is_active;
-  np_hash_add(hash, tile->origin, sizeof tile->origin);
-  np_hash_add(hash, &tile->edge, sizeof tile->edge);
-  np_hash_add(hash, &value, sizeof value);
-  np_hash_add(hash, &active, sizeof active);
+  NP_HASH_ADD(hash, tile->origin);
+  NP_HASH_ADD(hash, tile->edge);
+  NP_HASH_ADD(hash, value);
+  NP_HASH_ADD(hash, active);
 }
 
 static void add_grid_to_hash(np_hash *hash, const np_sparse_grid *grid, bool is_half) {
   const uint64_t counts[2] = {grid->leaf_count, grid->tile_count};
   const float background = round_if(grid->background, is_half);
-  np_hash_add(hash, grid->name, strlen(grid->name) + 1);
-  np_hash_add(hash, &grid->index_to_world, sizeof grid->index_to_world);
-  np_hash_add(hash, &background, sizeof background);
-  np_hash_add(hash, counts, sizeof counts);
+  np_hash_add_text(hash, grid->name);
+  NP_HASH_ADD(hash, grid->index_to_world);
+  NP_HASH_ADD(hash, background);
+  NP_HASH_ADD(hash, counts);
   for (size_t i = 0; i < grid->leaf_count; i++) add_leaf_to_hash(hash, &grid->leaves[i], is_half);
   for (size_t i = 0; i < grid->tile_count; i++) add_tile_to_hash(hash, &grid->tiles[i], is_half);
 }
 
 neph_result np_sparse_grid_hash_all(const np_sparse_grid *const *grids, size_t count, bool is_half, char out_hex[33]) {
   np_hash *hash = np_hash_create(grids[0]->context);
-  if (!hash) return NEPH_ERROR_OUT_OF_MEMORY;
   for (size_t i = 0; i < count; i++) add_grid_to_hash(hash, grids[i], is_half);
-  np_hash_finish(hash, out_hex);
-  np_hash_destroy(hash);
-  return NEPH_OK;
-}
-
-neph_result np_sparse_grid_hash(const np_sparse_grid *grid, char out_hex[33]) {
-  return np_sparse_grid_hash_all(&grid, 1, false, out_hex);
+  return np_hash_finish(hash, out_hex);
 }

@@ -57,7 +57,7 @@ void np_sparse_grid_sort(np_sparse_grid *grid);
 
 uint64_t np_sparse_grid_count_active(const np_sparse_grid *grid);
 
-/* What the active samples span. */
+/* Box of the active samples. */
 typedef struct np_grid_extent {
   int32_t min[3], max[3]; /* index box, both ends inside it */
   float value_min, value_max;
@@ -66,11 +66,8 @@ typedef struct np_grid_extent {
 /* False when nothing is active; `out_extent` is then zero. */
 bool np_sparse_grid_measure(const np_sparse_grid *grid, np_grid_extent *out_extent);
 
-/* 128-bit fingerprint of name, transform, background, topology and values, as 32 hex digits. */
-neph_result np_sparse_grid_hash(const np_sparse_grid *grid, char out_hex[33]);
-
-/* The same of several grids of one context, one after the other. `is_half`: of their values rounded to half, which is
- * what a file of halves gives back. */
+/* 128-bit fingerprint, as 32 hex digits, of the names, transforms, backgrounds, topologies and values of grids of one
+ * context, one after the other. `is_half`: of values rounded to half, which is what a file of halves gives back. */
 neph_result np_sparse_grid_hash_all(const np_sparse_grid *const *grids, size_t count, bool is_half, char out_hex[33]);
 
 #endif

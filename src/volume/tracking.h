@@ -85,7 +85,7 @@ static inline float np_track_span_integral(const np_bricks *bricks, const np_bri
 /* Beyond this optical depth, as light fades by it, nothing is worth walking for. */
 #define NP_TRACK_DEPTH_MAX 16.0f
 
-/* What a depth towards a light is asked for. */
+/* Use of a depth towards a light. */
 typedef struct np_depth_query {
   float fade;  /* the light fades with e^{−fade·τ} */
   float error; /* of that light which would do, over that of no depth at all */
@@ -190,7 +190,8 @@ static inline float np_track_transmittance(const np_instances *clouds, np_dvec3 
   return np_transmittance((float)depth);
 }
 
-/* What a flight leaves out of a cell's values: its share of the middle of their range, within what all of them have. */
+/* Extinction that a flight leaves out of a cell's values: its share of the middle of their range, at most their least.
+ * */
 static inline float np_flight_spare(const np_flight *flight, const np_brick_span *span) {
   const float least = span->range.min, middle = 0.5f * (least + span->range.max);
   return np_clampf((float)flight->stretch_fraction * middle, -2.0f * least, 0.9f * least);
@@ -214,9 +215,10 @@ static inline double np_flight_bound(const np_instances *clouds, np_dvec3 origin
   return depth;
 }
 
-/* Where a free flight collides inside one cell; infinite when it passes, `flight->left` then less by the cell's bound.
- * A flight against the cell's maximum is accepted with certainty in the share of its minimum, which costs no look-up
- * unless something is left out. Tentative collisions that are none weigh nothing, however loose the bound. */
+/* Distance of a free flight's collision inside one cell; infinite when it passes, `flight->left` then less by the
+ * cell's bound. A flight against the cell's maximum is accepted with certainty in the share of its minimum, which costs
+ * no look-up unless something is left out. Tentative collisions that are none weigh nothing, however loose the bound.
+ * */
 static inline double np_track_span_collision(const np_instance *volume, const np_brick_walk *walk,
                                              const np_brick_span *span, np_flight *flight, np_random *random) {
   const float spare = np_flight_spare(flight, span), bound = span->range.max - spare;

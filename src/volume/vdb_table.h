@@ -65,7 +65,8 @@ typedef struct np_vdb_source {
   neph_result (*check_tree)(void *user, size_t index, int is_half);
 } np_vdb_source;
 
-/* Where a grid goes that is read: functions of sparse_grid.h, handed over because a loaded module cannot link to them.
+/* Destination of a grid that is read: functions of sparse_grid.h, handed over because a loaded module cannot link to
+ * them.
  */
 typedef struct np_vdb_sink {
   np_sparse_grid *grid; /* initialised, empty */

@@ -104,7 +104,7 @@ static neph_result set_lines(volume_columns *c, const neph_volume *volume, const
     c->step[a] = get_component(step, a);
     if (fabs(c->step[a]) > fabs(c->step[c->axis])) c->axis = a;
   }
-  /* What rounding leaves of a right angle would make lines along the samples oblique. */
+  /* The rounding error of a right angle would make lines along the samples oblique. */
   for (int a = 0; a < 3; a++)
     if (fabs(c->step[a]) < 1e-12 * fabs(c->step[c->axis])) c->step[a] = 0.0;
   c->across[0] = c->axis == 0 ? 1 : 0;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What is in a .vdb file: each grid read, measured and written out, as lines for people or as JSON. */
+/* Description of a .vdb file: each grid read, measured and written out, as lines for people or as JSON. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

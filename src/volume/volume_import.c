@@ -18,7 +18,7 @@ typedef enum kind { KIND_NAN, KIND_INFINITE, KIND_NEGATIVE, KIND_ROUNDING, KIND_
 
 static const char *const kind_names[KIND_COUNT] = {"NaN", "infinite", "negative", "negative by rounding", "subnormal"};
 
-/* What one thread has met. `first` is leaf · 512 + voxel, or, past all leaves, a tile. */
+/* Findings of one thread. `first` is leaf · 512 + voxel, or, past all leaves, a tile. */
 typedef struct tally {
   float max;
   uint64_t counts[KIND_COUNT];

@@ -114,7 +114,7 @@ static neph_result check_density(const np_volume_file *file, const np_sparse_gri
                  file->path, grid->name, (double)grid->background);
 }
 
-/* Where a field ends it may be anything that is a number. */
+/* Trailing text of a field may be anything that is a number. */
 static neph_result check_field(const np_volume_file *file, const np_sparse_grid *grid) {
   if (isfinite(grid->background)) return NEPH_OK;
   return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' has background %g, must be finite", file->path,
@@ -169,7 +169,7 @@ static neph_result run_load(void *user) {
   return result;
 }
 
-/* What `job` asks for; nothing where that holds nothing. */
+/* Loads what `job` asks for; nothing if that is empty. */
 static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_volume **out_volume) {
   neph_context *context = job->context;
   np_monitor monitor;

@@ -26,7 +26,7 @@ neph_context *np_volume_get_context(const neph_volume *volume);
 neph_result np_volume_load_density(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                    neph_volume **out_volume);
 
-/* What a file's header says of a grid. */
+/* Description of a grid by the file's header. */
 typedef enum np_grid_state { NP_GRID_MISSING, NP_GRID_EMPTY, NP_GRID_FILLED } np_grid_state;
 
 /* Opens a file and finds a grid in it (NULL: as neph_volume_load does) without reading its values; fails where loading

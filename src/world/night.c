@@ -7,7 +7,7 @@
  * at the zenith and 2.5 at the horizon, where the direct light is dimmed 38-fold in depth. Rays of larger air masses,
  * which pass the air by from above, take their own depth.
  */
-#include "world/night.h"
+#include "world/world.h"
 
 #include "core/units.h"
 

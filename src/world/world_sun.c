@@ -47,7 +47,7 @@ bool np_world_is_sun_hidden(const np_world *world, np_dvec3 position, np_vec3 to
   return np_world_is_behind_terrain(world, position, to_sun);
 }
 
-/* What is left of sunlight that `transmittance` of it comes through the air, where there is any. */
+/* Sunlight behind air of that `transmittance`, where there is air. */
 static np_spectrum pass_ground(const np_world *world, np_dvec3 position, np_vec3 to_sun, np_spectrum transmittance) {
   const np_spectrum irradiance = np_spectrum_multiply(world->sun_irradiance, transmittance), none = {{0}};
   if (np_spectrum_is_zero(irradiance)) return none;

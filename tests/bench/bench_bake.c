@@ -16,7 +16,7 @@ extern const np_noise_table np_noise_kernels_scalar;
 
 enum { RUNS = 3 };
 
-/* What must be reached at the highest level: noise against noise without vectors, and the bake, beside the preparing,
+/* Limits at the highest level: noise against noise without vectors, and the bake, beside the preparing,
  * against its noise. */
 static const double noise_ratio_min = 6, bake_ratio_min = 0.5;
 

@@ -12,7 +12,7 @@
 
 enum { RAYS = 4000, STEPS = 256, REPEATS = 7 };
 
-/* Of this thread's processor time, so that a busy machine disturbs less. */
+/* Seconds of this thread's processor time, so that a busy machine disturbs less. */
 static double read_seconds(void) {
   struct timespec now;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

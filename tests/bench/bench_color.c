@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How wrong colours are by the number of wavelengths: the clear sky of a scene under several suns, or its picture.
+/* Error of colours by the number of wavelengths: the clear sky of a scene under several suns, or its picture.
  *
  * Usage: bench_color SCENE.yaml [picture]. The reference is 60 wavelengths, in linear Rec.709. Three bands have no
  * place there, and are mapped to it in three ways: by their white alone, as previews are; by the matrix that keeps the

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "atmosphere/medium_check.h"
+#include "atmosphere/medium.h"
 #include "atmosphere/moment_builder.h"
 #include "atmosphere/sky_query.h"
 #include "core/csv.h"

@@ -84,7 +84,7 @@ typedef struct places {
   np_dvec3 at[PLACES];
 } places;
 
-/* Where there is cloud. */
+/* True in cloud. */
 static void draw_places(const np_assembly *a, places *out) {
   np_random random = np_random_start(1, 2, 3, 4, 5);
   const np_dvec3 low = a->clouds_min, size = np_dvec3_subtract(a->clouds_max, low);

@@ -211,7 +211,7 @@ static double compute_exact(const bench *b, np_dvec3 origin, np_random *random) 
 
 /* ---- Measuring ---- */
 
-/* Of this thread's processor time, so that a busy machine disturbs less. */
+/* Seconds of this thread's processor time, so that a busy machine disturbs less. */
 static double read_seconds(void) {
   struct timespec now;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

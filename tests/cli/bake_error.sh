@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What was lost, for people and for programs; every number is written as N.
+# Stated error, for people and for programs; every number is written as N.
 cat >scene.yaml <<'END'
 clouds:
   - {name: low, bake: {preset: cumulus_humilis, extent: 1 km, voxel: 50 m, coverage: 0.8}}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What no cloud and no fire can be: refused, with what is allowed.
+# Values that no cloud and no fire can have: refused, with what is allowed.
 printf 'version: 1\nclouds: [{name: c, vdb: c.vdb, extinction: 1}]\n' >scene.yaml
 try() { if nephos render scene.yaml -n -o a.exr --set "clouds[0].$1"; then exit 99; else [ $? -eq 3 ]; fi; }
 try 'phase={hg: 1}'

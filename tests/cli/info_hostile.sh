@@ -13,7 +13,7 @@ for file in "$data"/hostile/*.vdb; do
   try info --json "$file"
 done
 
-# Of a format newer than is known OpenVDB would speak on standard output.
+# OpenVDB would print about a format newer than it knows on standard output.
 cp "$data/vdb/frustum.vdb" newer.vdb
 printf '\341' | dd of=newer.vdb bs=1 seek=8 conv=notrunc 2>/dev/null
 try info --json newer.vdb

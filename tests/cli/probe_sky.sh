@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What passes through, what is added; orders that do not exist; the same bits for any number of threads.
+# Transmittance and added light; orders that do not exist; the same bits for any number of threads.
 cat >cases.csv <<END
 quantity,earth,max_order,h_km,mu,sun_zenith_deg,view_zenith_deg,rel_azimuth_deg,distance_km,source
 transmittance_top,bruneton,0,0,1,,,,,"one, and ""two"""

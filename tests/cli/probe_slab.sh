@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What passes through, what is added, where it goes; a slab of depth 0 answers without noise.
+# Fluxes through, back and absorbed; a slab of depth 0 answers without noise.
 cat >cases.csv <<END
 # a comment
 quantity,g,albedo,tau,mu0,mu_view,phi_deg,source

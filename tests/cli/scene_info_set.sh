@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# What no single key can tell is checked after --set as well.
+# Errors of several keys together are checked after --set as well.
 cat >scene.yaml <<'END'
 clouds:
   - {name: low, bake: {preset: cumulus_humilis, extent: 1 km, voxel: 50 m}}

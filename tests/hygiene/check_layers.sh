@@ -39,12 +39,12 @@ for folder in src/*/; do
   done
 done
 
-# The solution of the multiple scattering is opaque: others include these headers of transport, which name no other.
-doors='transport/(scattering_field|boundary_radiance)\.h'
-bad=$(grep -rnE '^#include "transport/' src --include='*.[ch]' | grep -v '^src/transport/' | grep -vE "\"$doors\"" || true)
-[ -z "$bad" ] || complain "outside src/transport only scattering_field.h and boundary_radiance.h of it are included: $bad"
-bad=$(grep -nE '^#include "transport/' src/transport/scattering_field.h src/transport/boundary_radiance.h |
-  grep -vE '"transport/(scattering_field|ordinates|peak_column)\.h"' || true)
+# The solution of the multiple scattering is opaque: others include this header of transport.
+door='transport/scattering_field\.h'
+bad=$(grep -rnE '^#include "transport/' src --include='*.[ch]' | grep -v '^src/transport/' | grep -vE "\"$door\"" || true)
+[ -z "$bad" ] || complain "outside src/transport only scattering_field.h of it is included: $bad"
+bad=$(grep -nE '^#include "transport/' src/transport/scattering_field.h |
+  grep -vE '"transport/(ordinates|peak_column)\.h"' || true)
 [ -z "$bad" ] || complain "a public header of src/transport includes a private one: $bad"
 
 for folder in cli samples; do

@@ -65,7 +65,9 @@ list_commands() {
 
 check_commands() {
   list_commands | while read -r page first second rest; do
-    while [ "$first" = /usr/bin/time ] || [ "$first" = -v ]; do first=$second second=${rest%% *} rest=${rest#* }; done
+    while [ "$first" = /usr/bin/time ] || [ "$first" = -v ] || [ "$first" = valgrind ] || [ "$first" = --tool=callgrind ]; do
+      first=$second second=${rest%% *} rest=${rest#* }
+    done
     case $first in
     nephos) [ -f "cli/command_$second.c" ] || grep -rqs "\"$second\"" cli || echo "$page: nephos $second" ;;
     bench_*) [ -f "tests/bench/$first.c" ] || echo "$page: $first" ;;

@@ -30,6 +30,8 @@ complain 'more than 800 lines' "$(wc -l $sources | awk '$1 > 800 && $2 != "total
 complain 'more than 120 columns' "$(LC_ALL=C.UTF-8 grep -nE '^.{121}' $sources | cut -c 1-100 || true)"
 complain 'tabs or blanks at the end' "$(grep -nE "$(printf '\t')| \$" $sources || true)"
 complain 'comments of the other kind' "$(grep -nE '^([^"]*[ ;{}])?//' $sources || true)"
+complain 'comments that do not begin with what they are about' \
+  "$(grep -nE '/\*+<? ?(What|How much|How|That which|Of|Where|To) ' $sources || true)"
 complain 'marks of an unfinished merge' "$(grep -nE '^(<<<<<<<|>>>>>>>) ' $sources $scripts || true)"
 complain 'notes of unfinished work' "$(grep -nwE 'TODO|FIXME|XXX' $sources || true)"
 complain 'f() for f(void)' "$(grep -nE '^[a-z][a-z0-9_ *]*[a-z0-9_]+\(\) *[{;]' $(echo "$sources" | grep -v '\.cpp$') || true)"

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Exposure of a preview, a factor on radiance over white. */
+#ifndef NP_IMAGE_EXPOSURE_H
+#define NP_IMAGE_EXPOSURE_H
+
+#include "image/image_private.h"
+
+/* Attributes that a render leaves for the meter: luminance of a white diffuser that faces the light, in the units of
+ * the picture and in cd/m². */
+#define NP_EXPOSURE_METER "nephos:meter"
+#define NP_EXPOSURE_METER_LUMINANCE "nephos:meterLuminance"
+
+/* Luminance of one colour of a picture, 1 for its (1, 1, 1). */
+double np_exposure_get_luminance(const neph_image *image, const float rgb[3]);
+
+/* Fails for the meter where the picture has not its attributes. */
+neph_result np_exposure_choose(const neph_image *image, neph_exposure exposure, const double white[3],
+                               double *out_factor);
+
+/* The automatic choice; 1 for a picture without light. */
+double np_exposure_choose_by_picture(const neph_image *image, const double white[3]);
+
+#endif
