@@ -72,7 +72,7 @@ static size_t fill_counts(const np_exr_writer *writer, const np_deep_pixel *line
 
 /* ---- Chunks ---- */
 
-/* What the pipeline calls in place of its own packing: the pixels are in its buffer. */
+/* The pipeline calls this in place of its own packing: the pixels are in its buffer. */
 static exr_result_t keep_packed(exr_encode_pipeline_t *pipeline) {
   pipeline->packed_bytes = *(const size_t *)pipeline->encoding_user_data;
   return EXR_ERR_SUCCESS;

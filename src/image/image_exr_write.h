@@ -17,7 +17,7 @@ typedef struct np_exr_chunk {
   size_t counts_size, unpacked_size;
 } np_exr_chunk;
 
-/* How flat and deep parts differ. */
+/* The differences of flat and deep parts. */
 typedef struct np_exr_format {
   exr_storage_t storage;
   exr_compression_t compression;

@@ -48,7 +48,7 @@ typedef struct np_integrator_settings {
   const np_monitor *monitor; /* ends paths under way, whose samples are then void, when it is cancelled; may be NULL */
 } np_integrator_settings;
 
-/* What a stretch of the camera's ray adds to it as it is seen. */
+/* Opacity and light that a stretch of the camera's ray adds to it as it is seen. */
 typedef struct np_depth_record {
   float begin, end; /* m */
   float opacity;

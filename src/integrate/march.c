@@ -180,7 +180,7 @@ static void start(np_march *m, const np_world *world, const np_lighting *lightin
   m->out = out;
 }
 
-/* What lies behind and is seen by the forward peak alone; of all clouds' peaks, those that show. */
+/* Share of the light behind the clouds that is seen by the forward peak alone, of the clouds that show. */
 static np_spectrum get_peak_weight(const np_march *m) {
   const np_spectrum weight = np_spectrum_subtract(m->scaled, np_spectrum_grey(m->transmittance));
   if (!m->settings->has_holdout) return weight;

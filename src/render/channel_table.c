@@ -207,7 +207,7 @@ static void add_aov(np_channels *c, const neph_scene *scene, np_aov_index aov) {
   }
 }
 
-/* What means are divided by. */
+/* The sum by which means are divided. */
 static void add_divisor(np_channels *c) {
   bool is_asked = false;
   for (unsigned i = 0; i < c->count; i++) is_asked = is_asked || c->channel[i].kind.is_over_opacity;
@@ -215,7 +215,7 @@ static void add_divisor(np_channels *c) {
   if (is_asked) np_channels_add(c, NULL, opacity, 0);
 }
 
-/* What A covers: without its background, a picture is no more of the scene than clouds and ground. */
+/* Without its background, a picture shows no more of the scene than clouds and ground. */
 static np_channel_kind choose_alpha(const np_scene_output *output) {
   const bool is_whole = output->alpha == NP_ALPHA_SCENE && output->has_background;
   const np_scene_alpha alpha =

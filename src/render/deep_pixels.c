@@ -127,8 +127,8 @@ static void part(np_deep_bins *bins) {
   }
 }
 
-/* What is left before a stretch below which the next ones join it: they are not seen, and what Russian roulette left of
- * their light would be far too bright by itself. */
+/* Transmittance before a stretch below which the next ones join it: they are not seen, and what Russian roulette left
+ * of their light would be far too bright by itself. */
 static const float left_least = 2e-3f;
 
 unsigned np_deep_bins_finish(np_deep_bins *bins, unsigned sample_count, float scale, double cosine,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a frame has beside the sums of its channels: coverage by cloud, and deep pixels. */
+/* Results of a frame beside the sums of its channels: coverage by cloud, and deep pixels. */
 #ifndef NP_RENDER_FRAME_LAYERS_H
 #define NP_RENDER_FRAME_LAYERS_H
 

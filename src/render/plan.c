@@ -148,7 +148,7 @@ static void set_windows(np_plan *plan, const neph_scene *scene) {
   }
 }
 
-/* Of a deep pixel: 16 samples, where all the picture is cloud. */
+/* A deep pixel has 16 samples, where all the picture is cloud. */
 static const uint64_t deep_bytes = 16 * 24;
 
 static void count_work(np_plan *plan, const neph_scene *scene) {

@@ -45,7 +45,7 @@ static double compute_distance(const np_frame *f, int x, int y, np_vec3 *out_dir
   return fmin(f->half_distance(&f->assembly->packets[0].lights[0].world, &ray, ground), ground);
 }
 
-/* Of all clouds up to the ground, whatever an integrator saw of them. */
+/* Optical depth of all clouds up to the ground, whatever an integrator saw of them. */
 static float compute_optical_depth(const np_frame *f, const np_camera_ray *ray) {
   const np_world *world = &f->assembly->packets[0].lights[0].world;
   np_ground_hit hit;
