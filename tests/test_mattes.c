@@ -9,7 +9,7 @@ static const double rounding = 2e-6;
 
 /* ---- Mattes ---- */
 
-/* What covers a pixel is one of the clouds or the ground. */
+/* A pixel is covered by the clouds and the ground alone. */
 static void mattes_add_up_to_the_coverage(void **state) {
   fixture *f = *state;
   static const char *const methods[] = {"ordinates", "octaves", "ordinates"};
@@ -33,7 +33,7 @@ static void mattes_add_up_to_the_coverage(void **state) {
 
 /* ---- Cryptomatte ---- */
 
-/* Of the reference implementation (Appleby's SMHasher). */
+/* Values of the reference implementation (Appleby's SMHasher). */
 static void hashes_are_murmurs(void **state) {
   (void)state;
   assert_int_equal(np_murmur_hash(""), 0);

@@ -9,6 +9,7 @@ const np_aov_row np_aov_rows[NP_AOV_COUNT] = {NP_AOV_ROWS(ROW)};
 
 static unsigned count_parts(const char *parts, unsigned cloud_count) {
   if (*parts == '*') return cloud_count + 1;
+  if (*parts == '+') return 3 * (cloud_count + 3);
   return *parts ? (unsigned)strlen(parts) : 1;
 }
 

@@ -7,8 +7,8 @@
 #include <stdbool.h>
 
 /* ROW(id, name, parts, needs_light, samples_min): in a scene file and before the dot of its channels' names it is
- * `name`, after the dot a letter of `parts` ("": no dot, one channel; "*": one for each cloud and the ground);
- * `needs_light` where it is not geometry alone; `samples_min` a pixel. */
+ * `name`, after the dot a letter of `parts` ("": no dot, one channel; "*": one for each cloud and the ground; "+":
+ * three for each group of lights); `needs_light` where it is not geometry alone; `samples_min` a pixel. */
 #define NP_AOV_ROWS(ROW)                                                                                               \
   ROW(BACKGROUND, "background", "RGB", true, 1)                                                                        \
   ROW(TERRAIN, "terrain", "RGB", true, 1)                                                                              \
@@ -33,6 +33,7 @@
   ROW(CLOUD_AIR, "cloud_air", "RGB", true, 1)                                                                          \
   ROW(GROUND_AIR, "ground_air", "RGB", true, 1)                                                                        \
   ROW(OPTICAL_DEPTH, "optical_depth", "", false, 1)                                                                    \
+  ROW(LIGHTS, "lights", "+", true, 1)                                                                                  \
   ROW(MATTES, "mattes", "*", false, 1)                                                                                 \
   ROW(CRYPTOMATTE, "cryptomatte", "RGBARGBARGBA", false, 1)
 

@@ -60,6 +60,7 @@ enum { NP_DEPTH_RECORDS_MAX = 512 };
 /* Facts of a ray that few pictures ask for, added up beside its sample. */
 typedef struct np_integrator_layers {
   float cloud_opacity[NP_INSTANCES_MAX]; /* of each cloud of the scene that is not held out, as it is seen */
+  np_spectrum group[NP_LIGHT_GROUPS_MAX]; /* light of each group of lights */
   unsigned depth_components;             /* whose light is recorded by depth, bits of them; 0: no records */
   unsigned depth_count;
   np_depth_record depths[NP_DEPTH_RECORDS_MAX]; /* in order, but those of emission by themselves */
@@ -133,6 +134,8 @@ static inline void np_integrator_add_depth(np_integrator_layers *layers, np_dept
 
 /* Adds what another light does along the same ray: its records' light, without their opacity. */
 static inline void np_integrator_append_light(np_integrator_layers *layers, const np_integrator_layers *more) {
+  for (unsigned g = 0; g < NP_LIGHT_GROUPS_MAX; g++)
+    layers->group[g] = np_spectrum_add(layers->group[g], more->group[g]);
   for (unsigned i = 0; i < more->depth_count; i++) {
     np_depth_record record = more->depths[i];
     record.opacity = 0.0f;

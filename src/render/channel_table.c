@@ -29,6 +29,12 @@ static float read_before_ground(const np_channels *c, const np_channel *channel,
          np_channels_sum_components(c, 1u << NP_COMPONENT_GROUND_AIR, channel->part, sample);
 }
 
+static float read_group(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
+                        const np_integrator_sample *sample) {
+  (void)sample;
+  return ray->layers->group[channel->kind.group].band[channel->part] * c->scale;
+}
+
 static float read_alpha(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
                         const np_integrator_sample *sample) {
   (void)ray;
@@ -88,6 +94,13 @@ static float read_sun_share(const np_channels *c, const np_channel *channel, con
 }
 
 /* ---- What becomes of the sum ---- */
+
+/* Coverage of nothing, less what is held out, is 0 but for the rounding of its floats. */
+static double finish_coverage(const np_channels *c, const np_channel *channel, const double *sums,
+                              const np_pixel_facts *facts) {
+  const double mean = np_channel_finish_mean(c, channel, sums, facts);
+  return fabs(mean) < 1e-6 ? fmax(mean, 0.0) : mean;
+}
 
 static double divide_by_opacity(const np_channels *c, const np_channel *channel, const double *sums,
                                 double where_none) {
@@ -180,9 +193,7 @@ static const np_channel_kind aov_kinds[NP_AOV_COUNT] = {
     [NP_AOV_INDEX_OPTICAL_DEPTH] = {.read = read_optical_depth, .finish = np_channel_finish_mean},
 };
 
-static const np_channel_kind cloud_alpha = {.read = read_alpha,
-                                            .finish = np_channel_finish_mean,
-                                            .alpha = NP_ALPHA_CLOUDS},
+static const np_channel_kind cloud_alpha = {.read = read_alpha, .finish = finish_coverage, .alpha = NP_ALPHA_CLOUDS},
                              clouds_in_air = BEFORE_GROUND(NP_COMPONENTS_OF_CLOUDS | 1u << NP_COMPONENT_AIR),
                              opacity = {.read = read_opacity, .finish = np_channel_finish_mean};
 
@@ -191,6 +202,24 @@ static np_channel_kind choose_kind(const np_channels *c, const np_scene_output *
   if (aov == NP_AOV_INDEX_CLOUDS && output->cloud_air == NP_CLOUD_AIR_KEPT) kind = clouds_in_air;
   kind.components &= c->beauty | ~(unsigned)NP_COMPONENTS_OF_BEAUTY;
   return kind;
+}
+
+static void add_group(np_channels *c, const char *group, unsigned number) {
+  char name[NP_CHANNEL_NAME_MAX];
+  for (unsigned band = 0; band < NP_BAND_COUNT; band++) {
+    (void)snprintf(name, sizeof name, "light_%s.%c", group, "RGB"[band]);
+    np_channels_add(c, name, (np_channel_kind){.read = read_group, .finish = np_channel_finish_mean, .group = number},
+                    band);
+  }
+}
+
+/* Groups of lights, which add up to the picture. */
+static void add_groups(np_channels *c, const np_plan *plan, const neph_scene *scene) {
+  if (plan->has_sun) add_group(c, "sun", NP_LIGHT_GROUP_SUN);
+  add_group(c, "sky", NP_LIGHT_GROUP_SKY);
+  if (np_plan_needs(plan, NP_STAGE_MOON)) add_group(c, "moon", NP_LIGHT_GROUP_MOON);
+  for (unsigned i = 0; i < scene->cloud_count; i++)
+    if (scene->clouds[i].emission.is_enabled) add_group(c, scene->clouds[i].name, NP_LIGHT_GROUP_EMISSION + i);
 }
 
 static void add_aov(np_channels *c, const neph_scene *scene, np_aov_index aov) {
@@ -220,7 +249,7 @@ static np_channel_kind choose_alpha(const np_scene_output *output) {
   const bool is_whole = output->alpha == NP_ALPHA_SCENE && output->has_background;
   const np_scene_alpha alpha =
       output->alpha == NP_ALPHA_SCENE && !is_whole ? NP_ALPHA_CLOUDS_AND_GROUND : output->alpha;
-  return (np_channel_kind){.read = read_alpha, .finish = np_channel_finish_mean, .alpha = alpha};
+  return (np_channel_kind){.read = read_alpha, .finish = finish_coverage, .alpha = alpha};
 }
 
 void np_channels_choose(const np_plan *plan, const neph_scene *scene, np_channels *out) {
@@ -236,6 +265,7 @@ void np_channels_choose(const np_plan *plan, const neph_scene *scene, np_channel
   np_channels_add(out, "Z", (np_channel_kind){.finish = finish_depth}, 0);
   for (unsigned i = 0; i < NP_AOV_COUNT; i++)
     if (plan->aovs & ~(unsigned)NP_AOV_DEPTH & 1u << i) add_aov(out, scene, (np_aov_index)i);
+  if (plan->has_light_groups) add_groups(out, plan, scene);
   if (plan->aovs & NP_AOV_CRYPTOMATTE) np_channels_add_cryptomatte_sums(out, scene);
   add_divisor(out);
 }

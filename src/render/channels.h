@@ -33,6 +33,7 @@ typedef struct np_channel_kind {
                    const np_pixel_facts *facts);
   unsigned components;  /* bit c: component c is part of it */
   bool is_over_opacity; /* a mean weighted by opacity, whose sum is needed too */
+  unsigned group;       /* of lights */
   unsigned alpha;       /* of read_alpha: a neph_alpha */
 } np_channel_kind;
 

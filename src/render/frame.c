@@ -175,7 +175,8 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->desc = desc;
   f->aovs = plan->aovs;
   f->depth_components = choose_depth_components(plan, &scene->output);
-  f->has_layers = f->depth_components || plan->aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE);
+  f->has_light_groups = plan->has_light_groups;
+  f->has_layers = f->depth_components || f->has_light_groups || plan->aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE);
   f->monitor = monitor;
   set_window(f, plan);
   np_channels_choose(plan, scene, &f->channels);

@@ -7,6 +7,7 @@
 
 np_integrator_layers *np_frame_start_layers(const np_frame *f, np_integrator_layers *layers) {
   memset(layers->cloud_opacity, 0, sizeof layers->cloud_opacity);
+  memset(layers->group, 0, sizeof layers->group);
   layers->depth_components = f->depth_components;
   layers->depth_count = 0;
   return layers;
@@ -15,6 +16,14 @@ np_integrator_layers *np_frame_start_layers(const np_frame *f, np_integrator_lay
 void np_frame_convert_layers(const np_packet *packet, np_integrator_layers *layers) {
   for (unsigned i = 0; i < layers->depth_count; i++)
     layers->depths[i].light = np_packet_add_color(packet, np_spectrum_grey(0.0f), layers->depths[i].light);
+  for (unsigned g = 0; g < NP_LIGHT_GROUPS_MAX; g++)
+    layers->group[g] = np_packet_add_color(packet, np_spectrum_grey(0.0f), layers->group[g]);
+}
+
+void np_frame_add_group(const np_frame *f, const np_camera_ray *ray, unsigned group,
+                        const np_integrator_sample *sample) {
+  np_spectrum *light = &ray->layers->group[group];
+  *light = np_spectrum_add(*light, np_integrator_sum_light(sample, f->channels.beauty));
 }
 
 void np_frame_add_deep(const np_frame *f, const np_integrator_sample *sample, const np_integrator_layers *layers,

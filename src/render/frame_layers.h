@@ -11,6 +11,10 @@ np_integrator_layers *np_frame_start_layers(const np_frame *f, np_integrator_lay
 /* Light by depth, from a packet's bands to colours of the picture. */
 void np_frame_convert_layers(const np_packet *packet, np_integrator_layers *layers);
 
+/* Adds the light of a group to the layers of a ray. */
+void np_frame_add_group(const np_frame *f, const np_camera_ray *ray, unsigned group,
+                        const np_integrator_sample *sample);
+
 /* Adds what a sample found to a pixel's stretches. */
 void np_frame_add_deep(const np_frame *f, const np_integrator_sample *sample, const np_integrator_layers *layers,
                        np_deep_bins *bins);

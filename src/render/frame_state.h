@@ -33,6 +33,7 @@ typedef struct np_frame {
   np_integrator_fn integrate;
   np_half_distance_fn half_distance;
   unsigned aovs; /* of np_aov */
+  bool has_light_groups; /* their light is summed apart */
   bool has_layers; /* beside its samples: np_integrator_layers */
   unsigned depth_components; /* whose light deep pixels have, bits of them; 0: none are asked for */
   neph_image *image;

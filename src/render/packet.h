@@ -11,11 +11,11 @@
 #include "render/schedule.h"
 #include "render/star_field.h"
 
-enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */
+enum { NP_LIGHTS_MAX = NP_LIGHT_GROUPS_MAX }; /* sun and moon, or groups of lights */
 
 /* Results of one light for all packets. */
 typedef struct np_light_caches {
-  bool is_moon;
+  unsigned group;                          /* number of the group; of a picture without groups SUN or MOON */
   np_sun_optical_depth *sun_optical_depth; /* NULL when not needed */
   np_air_visibility air_visibility;        /* empty when not needed */
 } np_light_caches;
@@ -24,7 +24,7 @@ typedef struct np_light_caches {
  * do the pictures of a scene under each of its lights. */
 typedef struct np_packet_light {
   unsigned index; /* of the light in the assembly */
-  bool is_moon;
+  unsigned group; /* as there */
   np_dvec3 direction;
   double angular_radius_rad;
   np_spectrum irradiance; /* above the atmosphere */
@@ -45,6 +45,7 @@ typedef struct np_packet {
   neph_atmosphere *atmosphere;
   np_instance *placed;  /* the clouds that hold anything */
   np_emission emission; /* of all clouds; without emitters where there is none */
+  np_emission *emission_groups; /* of each cloud of the scene, for groups of lights; NULL: none are asked for */
   np_cloud_gain *gains; /* of each of `placed`; NULL: no approximation, or the scene has a gain for it */
   unsigned light_count; /* the first one's view has what is not of any light: environment, disks, night */
   np_packet_light lights[NP_LIGHTS_MAX];
@@ -74,6 +75,7 @@ typedef struct np_assembly {
   np_scene_lights places; /* of sun, moon and stars */
   np_star_catalogue stars;
   np_sphere_map star_map, moon_map; /* empty: none */
+  bool has_light_groups;            /* each light has a world with no other light in it */
   unsigned light_count;
   np_light_caches lights[NP_LIGHTS_MAX]; /* sun first */
   unsigned packet_count;

@@ -179,9 +179,17 @@ static neph_result compute_lights(np_plan *plan, const neph_scene *scene) {
   return np_scene_lights_compute(scene, scene->latitude_rad, scene->longitude_rad, &plan->lights);
 }
 
+static unsigned count_emission(const neph_scene *scene) {
+  unsigned count = 0;
+  for (unsigned i = 0; i < scene->cloud_count; i++) count += scene->clouds[i].emission.is_enabled;
+  return count;
+}
+
 /* Decides what is not decided yet. */
 static neph_result decide_stages(np_plan *plan, const neph_scene *scene, const np_scene_facts *facts) {
   plan->has_sun = facts->has_sun;
+  plan->has_light_groups = plan->aovs & NP_AOV_LIGHTS;
+  plan->emission_count = count_emission(scene);
   neph_result result = np_stages_decide(plan, scene, facts);
   if (!result) np_stages_predict(plan, scene);
   return result;

@@ -70,6 +70,8 @@ typedef struct np_plan {
   unsigned wavelength_count, packet_count; /* packets of three bands each */
   bool are_lights_known; /* not where only the height field tells the place, and with it where the sun stands */
   np_scene_lights lights;
+  bool has_light_groups;   /* each light has a world of its own, and is summed apart */
+  unsigned emission_count; /* clouds with emission */
   bool has_sun; /* its light matters; the moon's is a stage */
   np_plan_stage stages[NP_STAGE_COUNT];
   unsigned reference_count; /* noted where the inputs are opened */
@@ -106,6 +108,8 @@ static inline bool np_plan_has_sun_world(const np_plan *plan) {
 }
 
 static inline unsigned np_plan_count_lights(const np_plan *plan) {
+  if (plan->has_light_groups)
+    return (plan->has_sun ? 2u : 1u) + (np_plan_needs(plan, NP_STAGE_MOON) ? 1u : 0u) + plan->emission_count;
   return (np_plan_has_sun_world(plan) ? 1u : 0u) + (np_plan_needs(plan, NP_STAGE_MOON) ? 1u : 0u);
 }
 

@@ -62,6 +62,7 @@ static float compute_optical_depth(const np_frame *f, const np_camera_ray *ray) 
 static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray, const int pixel[2],
                              np_random *random, np_integrator_sample *out) {
   f->integrate(&packet->lights[0].world, &packet->lights[0].lighting, &f->settings, ray, random, out);
+  if (f->has_light_groups) np_frame_add_group(f, ray, packet->lights[0].group, out);
   for (unsigned l = 1; l < packet->light_count; l++) {
     np_integrator_sample more;
     np_integrator_layers layers;
@@ -69,14 +70,18 @@ static void integrate_packet(const np_frame *f, const np_packet *packet, const n
     if (ray->layers) same.layers = np_frame_start_layers(f, &layers);
     f->integrate(&packet->lights[l].world, &packet->lights[l].lighting, &f->settings, &same, random, &more);
     if (ray->layers) np_integrator_append_light(ray->layers, &layers);
+    if (f->has_light_groups) np_frame_add_group(f, ray, packet->lights[l].group, &more);
     for (int c = 0; c < NP_COMPONENT_ALL; c++)
       out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
     out->lost = np_spectrum_add(out->lost, more.lost);
   }
-  if (packet->stars.count && !out->is_ground_behind)
-    out->component[NP_COMPONENT_BACKGROUND] =
-        np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], out->transmittance,
-                               np_star_field_get(&packet->stars, pixel[0], pixel[1]));
+  if (!packet->stars.count || out->is_ground_behind) return;
+  const np_spectrum stars =
+      np_spectrum_scale(np_star_field_get(&packet->stars, pixel[0], pixel[1]), out->transmittance);
+  out->component[NP_COMPONENT_BACKGROUND] = np_spectrum_add(out->component[NP_COMPONENT_BACKGROUND], stars);
+  if (!f->has_light_groups || !(f->channels.beauty & 1u << NP_COMPONENT_BACKGROUND)) return;
+  np_spectrum *sky = &ray->layers->group[NP_LIGHT_GROUP_SKY];
+  *sky = np_spectrum_add(*sky, stars);
 }
 
 /* One sample of the picture: every packet along the same path, its bands added up to colours before anything is
@@ -423,8 +428,9 @@ static void compute_dim(np_frame *f) {
     np_spectrum light = compute_mean_emission(a, &a->packets[p]);
     for (unsigned l = 0; l < a->packets[p].light_count; l++) {
       const np_world *world = &a->packets[p].lights[l].world;
-      light = np_spectrum_add(
-          light, np_spectrum_add_scaled(world->environment_radiance, 1.0f / NP_PI_F, world->sun_irradiance));
+      light = np_spectrum_add(light, np_spectrum_add_scaled(world->environment_radiance, 1.0f / NP_PI_F,
+                                                            world->sun_scope == NP_SUN_SKY ? np_spectrum_grey(0.0f)
+                                                                                           : world->sun_irradiance));
     }
     sum = a->packet_count == 1 ? light : np_packet_add_color(&a->packets[p], sum, light);
   }

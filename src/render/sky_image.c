@@ -125,7 +125,7 @@ static sky_irradiance compute_irradiance(const np_packet *packet) {
     double disk[3], sky[3];
     if (!light->camera_sky) continue;
     neph_sky_get_irradiance(light->camera_sky, disk, sky);
-    *(light->is_moon ? &out.moon : &out.sun) = spectrum_of(disk);
+    *(light->group == NP_LIGHT_GROUP_MOON ? &out.moon : &out.sun) = spectrum_of(disk);
     out.sky = np_spectrum_add(out.sky, spectrum_of(sky));
   }
   return out;

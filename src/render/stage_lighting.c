@@ -21,15 +21,37 @@ static np_disk make_sun_disk(const np_stage_part *in) {
   return np_disk_make_sun(direction, sun->angular_radius_rad, irradiance, in->packet->bands.nm);
 }
 
-/* Emission and night are in the world of the first light: they must be added once. */
-static void add_common(const np_stage_part *in, np_world *world) {
-  const np_packet *packet = in->packet;
+/* Light beyond the air, and what of it is uniform. */
+static void add_surroundings(const np_stage_part *in, np_world *world) {
   const np_scene_environment *environment = &in->scene->environment;
-  world->disk = make_sun_disk(in);
-  world->night = &packet->night;
-  world->emission = packet->emission.emitter_count > 0 ? &packet->emission : NULL;
-  world->environment_radiance = np_packet_convert(packet, NP_BAND_LINEAR, environment->radiance_w_m2_sr_nm);
+  world->night = &in->packet->night;
+  world->environment_radiance = np_packet_convert(in->packet, NP_BAND_LINEAR, environment->radiance_w_m2_sr_nm);
   world->is_environment_upper_only = environment->is_upper_only;
+}
+
+static const np_emission *get_emission(const np_emission *emission) {
+  return emission->emitter_count > 0 ? emission : NULL;
+}
+
+/* Light of no one light is in the world of the first: it must be added once. */
+static void add_common(const np_stage_part *in, np_world *world) {
+  world->disk = make_sun_disk(in);
+  world->emission = get_emission(&in->packet->emission);
+  add_surroundings(in, world);
+}
+
+/* The same where each group has a world. */
+static void add_group(const np_stage_part *in, np_world *world) {
+  const np_packet_light *light = in->light;
+  const np_packet *packet = in->packet;
+  if (light->index == 0) world->disk = make_sun_disk(in);
+  if (light->group == NP_LIGHT_GROUP_SUN) world->sun_scope = NP_SUN_BEAM;
+  if (light->group == NP_LIGHT_GROUP_SKY) {
+    world->sun_scope = NP_SUN_SKY;
+    add_surroundings(in, world);
+  }
+  if (light->group >= NP_LIGHT_GROUP_EMISSION && packet->emission_groups)
+    world->emission = get_emission(&packet->emission_groups[light->group - NP_LIGHT_GROUP_EMISSION]);
 }
 
 /* The clouds that hold anything, with the albedo of a packet. */
@@ -65,7 +87,10 @@ neph_result np_stage_build_world(const np_stage_part *in) {
       .ground_albedo = np_packet_convert(packet, NP_BAND_LINEAR, np_scene_get_ground_albedo(scene)),
   };
   if (a->terrain) np_terrain_get_bounds(a->terrain, &out->world.terrain_min, &out->world.terrain_max);
-  if (out->index == 0) add_common(in, &out->world);
+  if (a->has_light_groups)
+    add_group(in, &out->world);
+  else if (out->index == 0)
+    add_common(in, &out->world);
   return NEPH_OK;
 }
 
@@ -127,6 +152,7 @@ static neph_result adapt_depth(const np_stage_part *in, void *cached, const void
 static neph_result make_sun_optical_depth(const np_stage_part *in) {
   neph_context *context = in->made->context;
   const np_depth_key *key = in->key;
+  if (np_spectrum_is_zero(get_first(in)->irradiance)) return NEPH_OK; /* a group without it */
   np_sun_optical_depth *cache = in->caches->sun_optical_depth = np_alloc(context, 1, sizeof *cache);
   if (!cache) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = np_sun_optical_depth_build(context, &get_first(in)->world, &key->desc, in->monitor, cache);

@@ -190,7 +190,7 @@ typedef struct np_scene_render {
 
 typedef enum np_scene_color { NP_SCENE_COLOR_AUTO, NP_SCENE_BANDS, NP_SCENE_REC709, NP_SCENE_ACESCG } np_scene_color;
 
-/* What the channel A covers. */
+/* Coverage in the channel A. */
 typedef enum np_scene_alpha { NP_ALPHA_CLOUDS, NP_ALPHA_CLOUDS_AND_GROUND, NP_ALPHA_SCENE } np_scene_alpha;
 
 /* The light that the air before them adds to the layer of the clouds: in it, or in a layer of its own alone. */
