@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Colours of three bands, above, and fifteen wavelengths, below: the sky at noon, clouds under a sun of 40
-# degrees, the sun two degrees up, and the clouds with the sun three degrees up. Into samples/out/colours; where
-# ImageMagick's montage is installed they become one sheet, colours.png there.
+# Radiances at 680, 550 and 440 nm, above, the colours of three bands, and those of 15 wavelengths, below: the sky at
+# noon, clouds under a sun of 40 degrees, the sun two degrees up, and the clouds with the sun three degrees up. Into
+# samples/out/colours; where ImageMagick's montage is installed they become one sheet, colours.png there.
 set -eu
 cd "$(dirname "$0")/.."
 program=${NEPHOS:-build/release/bin/nephos}
@@ -18,9 +18,10 @@ terrain: {ridges: {samples: 257, relief: 500 m}, width: 20 km, albedo: [0.12, 0.
 
 # show NAME SCENE ELEVATION AZIMUTH
 show() {
-  for count in 3 15; do
-    printf 'version: 1\n%s' "$2" | "$program" render - --resolution 240x135 --samples 8 -o "$out/$1.$count.png" \
-      --set "sun={elevation: $3 deg, azimuth: $4 deg}" --set "render.wavelengths=$count"
+  for row in bands-3 rec709-3 rec709-15; do
+    printf 'version: 1\n%s' "$2" | "$program" render - --resolution 240x135 --samples 8 -o "$out/$1.$row.png" \
+      --set "sun={elevation: $3 deg, azimuth: $4 deg}" \
+      --set "output.color_space=${row%-*}" --set "render.wavelengths=${row#*-}"
   done
 }
 
@@ -31,8 +32,8 @@ show evening "$clouds" 3 70
 
 command -v montage >/dev/null || exit 0
 set --
-for count in 3 15; do
-  for name in noon clouds sunset evening; do set -- "$@" "$out/$name.$count.png"; done
+for row in bands-3 rec709-3 rec709-15; do
+  for name in noon clouds sunset evening; do set -- "$@" "$out/$name.$row.png"; done
 done
 montage "$@" -tile 4x -geometry 240x135+2+2 -background black -strip -depth 8 "$out/colours.png"
 ls -l "$out/colours.png"

@@ -38,7 +38,8 @@ static void add_emission(fixture *f, const neph_volume *volume, float absorption
                         .world_to_temperature = heat ? heat->world_to_index : np_affine_identity(),
                         .kelvin_per_value = heat ? kelvin : 0.0f,
                         .offset_k = heat ? 0.0f : kelvin};
-  assert_int_equal(np_emission_build(f->smoke.context, &g, 1, bands_nm, NULL, &f->emission), NEPH_OK);
+  const np_black_body body = np_black_body_make(bands_nm);
+  assert_int_equal(np_emission_build(f->smoke.context, &g, 1, &body, NULL, &f->emission), NEPH_OK);
   f->smoke.world.emission = &f->emission;
 }
 
@@ -253,7 +254,8 @@ static void densities_of_directions_integrate_to_one(void **state) {
 
 static neph_result build_emission(neph_context *context, void *emitter) {
   np_emission emission;
-  neph_result result = np_emission_build(context, emitter, 1, bands_nm, NULL, &emission);
+  const np_black_body body = np_black_body_make(bands_nm);
+  neph_result result = np_emission_build(context, emitter, 1, &body, NULL, &emission);
   np_emission_clear(&emission);
   return result;
 }

@@ -6,6 +6,7 @@
 #include "core/units.h"
 #include "image/deep.h"
 #include "optics/black_body.h"
+#include "test_color_difference.h"
 #include "test_support.h"
 #include "volume/volume_private.h"
 
@@ -78,7 +79,7 @@ static const char format[] =
     "  - {name: fire, vdb: \"%s\", extinction: 0.3 1/m, albedo: [0.9, 0.85, 0.8], phase: {hg: 0.5},\n"
     "     position: [0, 0, 5 m], emission: {%s}, import: %s}\n"
     "render: {samples: 16}\n"
-    "output: {aovs: [background, terrain, air, sun, sky, ground, multiple, emission]}\n";
+    "output: {color_space: bands, aovs: [background, terrain, air, sun, sky, ground, multiple, emission]}\n";
 
 static neph_scene *load(const fixture *f, const char *emission, const char *import) {
   char text[2048];
@@ -271,6 +272,7 @@ static void fire_alone_lights_a_scene(void **state) {
     for (size_t c = 0; c < dark_count; c++) assert_true(compute_mean(image, dark[c]) == 0.0);
     neph_image_destroy(image);
     double means[2];
+    assert_int_equal(neph_scene_set(scene, "output.color_space", "rec709"), NEPH_OK);
     for (int n = 0; n < 2; n++) {
       assert_int_equal(neph_scene_set(scene, "render.wavelengths", n ? "30" : "6"), NEPH_OK);
       image = render(scene, NEPH_INTEGRATOR_MARCH);
@@ -279,6 +281,36 @@ static void fire_alone_lights_a_scene(void **state) {
     }
     assert_near_relative(means[0], means[1], 0.15);
     neph_scene_destroy(scene);
+  }
+}
+
+/* In three bands a body has the colour that 60 wavelengths give it, in all that the smoke lets through, for that hides
+ * all bands alike: 1 of ΔE, to which thin air and the smoke's own light of 60 wavelengths come. */
+static void fire_has_its_colour(void **state) {
+  static const char *const temperatures[] = {"1200 K", "1500 K", "1900 K", "4000 K"};
+  const fixture *f = *state;
+  for (size_t t = 0; t < sizeof temperatures / sizeof *temperatures; t++) {
+    char emission[64];
+    double rgb[2][3];
+    (void)snprintf(emission, sizeof emission, "temperature: none, offset: %s", temperatures[t]);
+    for (int n = 0; n < 2; n++) {
+      neph_scene *scene = load(f, emission, "refuse");
+      assert_int_equal(neph_scene_set(scene, "render.samples", "1"), NEPH_OK);
+      assert_int_equal(neph_scene_set(scene, "sun.irradiance", "0"), NEPH_OK);
+      assert_int_equal(neph_scene_set(scene, "output.color_space", "rec709"), NEPH_OK);
+      assert_int_equal(neph_scene_set(scene, "render.wavelengths", n ? "60" : "3"), NEPH_OK);
+      neph_image *image = render(scene, NEPH_INTEGRATOR_MARCH);
+      for (int c = 0; c < 3; c++) {
+        const char name[] = {'e', 'm', 'i', 's', 's', 'i', 'o', 'n', '.', "RGB"[c], '\0'};
+        rgb[n][c] = compute_mean(image, name);
+      }
+      neph_image_destroy(image);
+      neph_scene_destroy(scene);
+    }
+    color_difference d = {.count = 0};
+    color_difference_add(&d, rgb[0], rgb[1]);
+    print_message("%s: dE %.2f\n", temperatures[t], d.max);
+    assert_true(d.count == 1 && d.max < 1.0);
   }
 }
 
@@ -448,6 +480,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(deep_pixels_hold_the_flame, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_second_light_does_not_light_the_fire_twice, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(fire_alone_lights_a_scene, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(fire_has_its_colour, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(bad_values_are_refused_or_repaired, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(missing_grids_are_named, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(enormous_temperatures_are_refused, set_up, test_tear_down),

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Fixture of the tests of the night sky: a context with a log and a folder, and pictures of scenes given as text. */
+/* Fixture of the tests of the night sky: a context with a log and a folder, and pictures, in bands, of scenes given as
+ * text. */
 #ifndef NP_TEST_NIGHTS_H
 #define NP_TEST_NIGHTS_H
 
@@ -17,6 +18,7 @@ static inline int set_up(void **state) { return test_set_up(state, 2, "night.exr
 static inline neph_scene *load(test_fixture *f, const char *text) {
   neph_scene *scene;
   if (neph_scene_load_text(f->context, text, "night.yaml", &scene)) fail_msg("%s", f->log.text);
+  assert_int_equal(neph_scene_set(scene, "output.color_space", "bands"), NEPH_OK);
   return scene;
 }
 

@@ -33,26 +33,26 @@ static void assert_plan(test_fixture *f, const char *text, const char *needed) {
 
 #define CLOUD "clouds: [{vdb: a.vdb, optical_depth: 40}]\n"
 
-/* colour terrain moon lights volumes emission atmosphere camera-sky cloud-sky airglow sun sky ground world sky-guide
- * sun-depth multiple viewer clouds-on-ground air-shadows approximation stars lighting integrator */
+/* colour terrain moon lights volumes atmosphere camera-sky colour-matrix emission cloud-sky airglow sun sky ground
+ * world sky-guide sun-depth multiple viewer clouds-on-ground air-shadows approximation stars lighting integrator */
 static void test_only_what_is_needed_runs(void **state) {
-  assert_plan(*state, "version: 1", "x--x--xx--xx-x--------xx");
-  assert_plan(*state, CLOUD, "x--xx-xxx-xxxx--xxxx--xx");
-  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xx-xx-xxx-xxxx--xxxx--xx");
-  assert_plan(*state, "terrain: {ridges: {}}", "xx-x--xx--xx-x-----x--xx");
-  assert_plan(*state, CLOUD "atmosphere: none", "x--xx-----x-xx--xxx---xx");
-  assert_plan(*state, CLOUD "environment: {planet: none}", "x--xx-----x--x--xx----xx");
+  assert_plan(*state, "version: 1", "x--x-xxx---xx-x--------xx");
+  assert_plan(*state, CLOUD, "x--xxxxx-x-xxxx--xxxx--xx");
+  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xx-xxxxx-x-xxxx--xxxx--xx");
+  assert_plan(*state, "terrain: {ridges: {}}", "xx-x-xxx---xx-x-----x--xx");
+  assert_plan(*state, CLOUD "atmosphere: none", "x--xx--x---x-xx--xxx---xx");
+  assert_plan(*state, CLOUD "environment: {planet: none}", "x--xx--x---x--x--xx----xx");
   assert_plan(*state, CLOUD "environment: {planet: none, radiance: 1}\nsun: {irradiance: 0}",
-              "x--xx------x-x--xx----xx");
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x--xx-x----xxx--xxx---xx");
-  assert_plan(*state, CLOUD "render: {integrator: path}", "x--xx-x---xxxx--------xx");
-  assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x--xx-x-x-xxxxx-------xx");
-  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x--xx-xxx-xxxxx----x--xx");
-  assert_plan(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", "x--xx-x-x-xxxxx-x-----xx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x--xx-xxx-xxxx-----x--xx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x--xx-xxx-xxxx-----xx-xx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x--xx-xxx-xxxx-----xx-xx");
-  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x--xx-xxx-xxxx-----x--xx");
+              "x--xx--x----x-x--xx----xx");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x--xxx-x----xxx--xxx---xx");
+  assert_plan(*state, CLOUD "render: {integrator: path}", "x--xxx-x---xxxx--------xx");
+  assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x--xxx-x-x-xxxxx-------xx");
+  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x--xxxxx-x-xxxxx----x--xx");
+  assert_plan(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", "x--xxx-x-x-xxxxx-x-----xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x--xxxxx-x-xxxx-----x--xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x--xxxxx-x-xxxx-----xx-xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x--xxxxx-x-xxxx-----xx-xx");
+  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x--xxxxx-x-xxxx-----x--xx");
 }
 
 static void assert_air_light(test_fixture *f, const char *text, bool has_light) {
@@ -79,22 +79,22 @@ static void test_light_in_the_air_is_known_to_who_asks(void **state) {
 
 static void test_no_light_where_none_is_wanted(void **state) {
   assert_plan(*state, CLOUD "terrain: {ridges: {}}\noutput: {beauty: false, aovs: [depth, transmittance, distance]}",
-              "xx-xx--------x--------xx");
-  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x--xx-xxx-xxxx--xxxx--xx");
+              "xx-xx---------x--------xx");
+  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x--xxxxx-x-xxxx--xxxx--xx");
 }
 
 static void test_no_light_where_nothing_shines(void **state) {
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x--xx--------x--------xx");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x--xx---------x--------xx");
 }
 
 static void assert_sky_alone(test_fixture *f, const char *text) {
   neph_scene *scene = load(f, text);
   np_plan plan;
-  assert_int_equal(np_plan_make_sky(scene, &plan), NEPH_OK);
+  assert_int_equal(np_plan_make_sky(scene, false, &plan), NEPH_OK);
   for (int i = 0; i < NP_STAGE_COUNT; i++)
     assert_int_equal(plan.stages[i].is_needed, i == NP_STAGE_COLOR || i == NP_STAGE_LIGHTS ||
                                                    i == NP_STAGE_ATMOSPHERE || i == NP_STAGE_CAMERA_SKY ||
-                                                   i == NP_STAGE_WORLD);
+                                                   i == NP_STAGE_COLOR_FIT || i == NP_STAGE_WORLD);
   neph_scene_destroy(scene);
 }
 

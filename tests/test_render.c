@@ -9,10 +9,10 @@
 #include "test_render_once.h"
 #include "test_support.h"
 
-static const char scene_text[] =
-    TEST_CUMULUS_SCENE
+static const char scene_text[] = TEST_CUMULUS_SCENE
     "render: {samples: 17}\n"
-    "output: {aovs: [background, terrain, air, sun, sky, ground, multiple, transmittance, distance]}\n";
+    "output: {color_space: bands,\n"
+    "         aovs: [background, terrain, air, sun, sky, ground, multiple, transmittance, distance]}\n";
 
 static neph_scene *load(neph_context *context) {
   neph_scene *scene = NULL;

@@ -28,7 +28,8 @@ static neph_image *paint(neph_scene *scene, unsigned width) {
 }
 
 static const char day[] =
-    "{camera: {position: [0, 0, 5 m], look_at: [0, 100 m, 5 m]}, sun: {elevation: 35 deg, azimuth: 60 deg}}";
+    "{camera: {position: [0, 0, 5 m], look_at: [0, 100 m, 5 m]}, sun: {elevation: 35 deg, azimuth: 60 deg},"
+    " output: {color_space: bands}}";
 
 /* ---- Harmonics ---- */
 

@@ -141,9 +141,9 @@ static void assert_built(neph_context *context, const char *text, unsigned expec
 static void what_is_needed_is_built_and_nothing_else(void **state) {
   fixture *f = *state;
   assert_built(f->context, nothing, 4);
-  assert_built(f->context, "{version: 1}", 6);
-  assert_built(f->context, day, 14);
-  assert_built(f->context, night, 11);
+  assert_built(f->context, "{version: 1}", 7);
+  assert_built(f->context, day, 15);
+  assert_built(f->context, night, 12);
   assert_built(f->context, colours, 10);
 }
 
@@ -157,6 +157,7 @@ static void add_sky_result(np_hash *hash, const np_packet *p, const np_packet_li
   const np_dvec3 origin = np_dvec3_make(0.0, -3000.0, 900.0);
   if (stage == NP_STAGE_ATMOSPHERE) add_spectrum(hash, np_atmosphere_transmittance_to_space(p->atmosphere, origin, up));
   if (stage == NP_STAGE_CAMERA_SKY) add_spectrum(hash, np_sky_radiance(l->camera_sky, up));
+  if (stage == NP_STAGE_COLOR_FIT) np_hash_add(hash, p->color_weight, sizeof p->color_weight);
   if (stage == NP_STAGE_CLOUD_SKY) add_spectrum(hash, np_sky_radiance(l->cloud_sky, up));
   if (stage == NP_STAGE_AIRGLOW) add_spectrum(hash, p->night.ground_irradiance);
   if (stage == NP_STAGE_STARS) np_hash_add(hash, p->stars.pixels, p->stars.count * sizeof *p->stars.pixels);
@@ -231,7 +232,8 @@ static void a_stage_reads_what_it_names(void **state) {
 
 /* ---- Reuse ---- */
 
-/* Each of those stages says once that it was kept; no other does. */
+/* Each of those stages says once that it was kept, and once more in the bands that colours are fitted by; no other
+ * does. */
 static void what_rows_say_is_kept_is(void **state) {
   fixture *f = *state;
   building b;
@@ -242,8 +244,9 @@ static void what_rows_say_is_kept_is(void **state) {
   unsigned kept = 0, expected = 0;
   for (const char *at = f->log.text; (at = strstr(at, ": reused")); at++) kept++;
   for (int i = 0; i < NP_STAGE_COUNT; i++)
-    if (np_plan_needs(&b.plan, (np_stage)i) && np_stage_get_row((np_stage)i)->reuse) expected++;
-  assert_int_equal(expected, 7); /* terrain, volumes, air, two skies, sun optical depth, multiple scattering */
+    if (np_plan_needs(&b.plan, (np_stage)i) && np_stage_get_row((np_stage)i)->reuse)
+      expected += np_stage_get_row((np_stage)i)->is_of_probes ? 2 : 1;
+  assert_int_equal(expected, 9); /* terrain, volumes, airs, three skies, sun optical depth, multiple scattering */
   assert_int_equal(kept, expected);
   clear(&b);
 }

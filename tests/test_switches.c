@@ -72,8 +72,6 @@ static const companion companions[] = {
     {"atmosphere.layers[]", NULL, "atmosphere.layers", "[{scattering: 1e-4 1/m, absorption: 1e-5 1/m}]"},
     {"atmosphere.layers[].absorber", NULL, "render.wavelengths", "6"},
     {"clouds[].bake.map", NULL, "clouds[1].bake.map", "{image: map.exr, coverage: R, size: 300 m}"},
-    {"output.color_space", "rec709", "render.wavelengths", "6"},
-    {"output.color_space", "acescg", "render.wavelengths", "6"},
 };
 
 /* Keys that change no pixel here, whatever they say. */

@@ -120,7 +120,7 @@ NEPH_API neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_re
  *
  * @param desc       NULL: the scene's own settings.
  * @param out_image  R, G, B, A, Z and the wanted AOVs; owned by the caller; NULL on failure. Its header says
- *                   what colours are: radiances in three bands, or linear light of a space.
+ *                   what colours are: linear light of a space, or radiances in three bands.
  */
 NEPH_API neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc,
                                        neph_image **out_image) NEPH_NODISCARD;
@@ -171,7 +171,7 @@ typedef struct neph_sky_image_desc {
  * Text attributes hold irradiances on a level surface at the camera (nephos:sunIrradiance, nephos:skyIrradiance: three
  * numbers, where there is air) and spherical harmonics of order 2 of the sky without the disks (nephos:skyHarmonics:
  * nine coefficients of R, G, B each, real and orthonormal without the Condon-Shortley phase, in the order 1, y, z, x,
- * xy, yz, 3z²−1, xz, x²−y²; x east, y north, z up).
+ * xy, yz, 3z²−1, xz, x²−y²; x east, y north, z up). These are not multiplied by output.scale, as pixels are.
  */
 NEPH_API neph_result neph_render_sky(neph_scene *scene, const neph_sky_image_desc *desc,
                                      neph_image **out_image) NEPH_NODISCARD;

@@ -33,15 +33,20 @@ unsigned np_band_set_get_index(const np_wavelengths *wavelengths, unsigned packe
   return wavelengths->count - 1 - packet - band * (wavelengths->count / NP_BAND_COUNT);
 }
 
-np_band_set np_band_set_choose(const np_wavelengths *wavelengths, unsigned packet) {
+np_band_set np_band_set_choose_cells(const np_wavelengths *wavelengths, const unsigned index[NP_BAND_COUNT]) {
   np_band_set bands = {.is_reference = false};
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
-    const unsigned index = np_band_set_get_index(wavelengths, packet, b);
-    bands.nm[b] = wavelengths->nm[index];
+    bands.nm[b] = wavelengths->nm[index[b]];
     for (int rule = 0; rule < NP_BAND_RULE_COUNT; rule++)
-      bands.shape[rule][b] = np_wavelengths_mean(wavelengths, index, spectra[rule]);
+      bands.shape[rule][b] = np_wavelengths_mean(wavelengths, index[b], spectra[rule]);
   }
   return bands;
+}
+
+np_band_set np_band_set_choose(const np_wavelengths *wavelengths, unsigned packet) {
+  unsigned index[NP_BAND_COUNT];
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) index[b] = np_band_set_get_index(wavelengths, packet, b);
+  return np_band_set_choose_cells(wavelengths, index);
 }
 
 /* The pair of reference bands between which a wavelength lies, or nearest to it: its longer one. */
@@ -73,6 +78,20 @@ void np_band_set_convert(const np_band_set *bands, np_band_rule rule, const doub
   for (int b = 0; b < NP_BAND_COUNT; b++)
     out[b] = bands->shape[rule][b] *
              (is_power ? interpolate_power(ratio, bands->nm[b]) : interpolate_linear(ratio, bands->nm[b]));
+}
+
+void np_band_set_compute_xyz(const np_wavelengths *wavelengths, np_band_rule rule,
+                             const double reference[NP_BAND_COUNT], double out_xyz[3]) {
+  for (int c = 0; c < 3; c++) out_xyz[c] = 0.0;
+  for (unsigned packet = 0; packet < wavelengths->count / NP_BAND_COUNT; packet++) {
+    const np_band_set bands = np_band_set_choose(wavelengths, packet);
+    double value[NP_BAND_COUNT];
+    np_band_set_convert(&bands, rule, reference, value);
+    for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+      const double *weight = wavelengths->xyz_nm[np_band_set_get_index(wavelengths, packet, b)];
+      for (int c = 0; c < 3; c++) out_xyz[c] += value[b] * weight[c];
+    }
+  }
 }
 
 neph_atmosphere_layer np_band_set_convert_layer(const np_band_set *bands, const neph_atmosphere_layer *reference) {

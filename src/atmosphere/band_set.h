@@ -37,12 +37,19 @@ np_band_set np_band_set_reference(void);
 /* Packet `packet` of count/3: one band of each third of the wavelengths, the longest first. */
 np_band_set np_band_set_choose(const np_wavelengths *wavelengths, unsigned packet);
 
+/* The bands of three wavelengths by their indices. */
+np_band_set np_band_set_choose_cells(const np_wavelengths *wavelengths, const unsigned index[NP_BAND_COUNT]);
+
 /* The index in `wavelengths` of a band of a packet. */
 unsigned np_band_set_get_index(const np_wavelengths *wavelengths, unsigned packet, unsigned band);
 
 /* A scene's three values in these bands; never negative where the scene's are not. */
 void np_band_set_convert(const np_band_set *bands, np_band_rule rule, const double reference[NP_BAND_COUNT],
                          double out[NP_BAND_COUNT]);
+
+/* X, Y and Z, integrals over wavelength in nm, of a scene's three values. */
+void np_band_set_compute_xyz(const np_wavelengths *wavelengths, np_band_rule rule,
+                             const double reference[NP_BAND_COUNT], double out_xyz[3]);
 
 /* A layer of the air in these bands: molecules scatter by their own spectrum, all else as a power of the wavelength;
  * asymmetries are linear. A table stays where it is. */

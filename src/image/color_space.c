@@ -5,13 +5,17 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #include "image/matching.h"
 
-/* ITU-R BT.709-6, and SMPTE ST 2065-1 with the primaries AP1 of ACES S-2014-004. */
-static const float chromaticities[][8] = {
+/* ITU-R BT.709-6 and BT.2020-2; SMPTE ST 2065-1 with the primaries AP1 of ACES S-2014-004; those that make R, G and B
+ * X, Y and Z themselves (OpenEXR's, and white at equal energy). */
+static const float chromaticities[NP_COLOR_SPACE_COUNT][8] = {
     [NP_COLOR_REC709] = {0.640f, 0.330f, 0.300f, 0.600f, 0.150f, 0.060f, 0.3127f, 0.3290f},
     [NP_COLOR_ACESCG] = {0.713f, 0.293f, 0.165f, 0.830f, 0.128f, 0.044f, 0.32168f, 0.33767f},
+    [NP_COLOR_REC2020] = {0.708f, 0.292f, 0.170f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.3290f},
+    [NP_COLOR_XYZ] = {1.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 1.0f / 3.0f, 1.0f / 3.0f},
 };
 
 static const np_color_matrix bradford = {
@@ -90,14 +94,20 @@ static np_color_matrix adapt(const float from_white[2], const float to_white[2])
 }
 
 const char *np_color_space_get_name(np_color_space space) {
-  static const char *const names[] = {
-      [NP_COLOR_BANDS] = "nephos-bands", [NP_COLOR_REC709] = "rec709", [NP_COLOR_ACESCG] = "acescg"};
+  static const char *const names[NP_COLOR_SPACE_COUNT] = {[NP_COLOR_BANDS] = "nephos-bands",
+                                                          [NP_COLOR_REC709] = "rec709",
+                                                          [NP_COLOR_ACESCG] = "acescg",
+                                                          [NP_COLOR_REC2020] = "rec2020",
+                                                          [NP_COLOR_XYZ] = "xyz"};
   return names[space];
 }
 
 const float *np_color_space_get_chromaticities(np_color_space space) { return chromaticities[space]; }
 
+static bool is_xyz(const float own[8]) { return !memcmp(own, chromaticities[NP_COLOR_XYZ], sizeof *chromaticities); }
+
 np_color_matrix np_color_space_from_xyz(np_color_space space) {
+  if (space == NP_COLOR_XYZ) return (np_color_matrix){{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
   const float *own = chromaticities[space];
   const np_color_matrix adaptation = adapt(chromaticities[NP_COLOR_REC709] + 6, own + 6);
   np_color_matrix xyz_from_rgb, rgb_from_xyz;
@@ -114,6 +124,7 @@ void np_color_space_weigh(np_color_space space, const double xyz_nm[3], double o
 
 bool np_color_space_to_rec709(const float from[8], np_color_matrix *out_rec709_from_rgb) {
   np_color_matrix xyz_from_rgb;
+  if (is_xyz(from)) return *out_rec709_from_rgb = np_color_space_from_xyz(NP_COLOR_REC709), true;
   if (!compute_xyz_from_rgb(from, &xyz_from_rgb)) return false;
   const np_color_matrix adaptation = adapt(from + 6, chromaticities[NP_COLOR_REC709] + 6);
   const np_color_matrix rec709_from_xyz = np_color_space_from_xyz(NP_COLOR_REC709);

@@ -12,7 +12,10 @@
 typedef enum np_color_space {
   NP_COLOR_BANDS, /* R, G, B are the radiances in three bands */
   NP_COLOR_REC709,
-  NP_COLOR_ACESCG
+  NP_COLOR_ACESCG,
+  NP_COLOR_REC2020,
+  NP_COLOR_XYZ, /* X, Y, Z of CIE 1931 as they are: (0.9505, 1, 1.0891) is D65 */
+  NP_COLOR_SPACE_COUNT
 } np_color_space;
 
 /* Row by row: out[r] = Σ at[r][c] · in[c]. */
@@ -20,14 +23,14 @@ typedef struct np_color_matrix {
   double at[3][3];
 } np_color_matrix;
 
-/* "nephos-bands", "rec709", "acescg". */
+/* "nephos-bands", "rec709", "acescg", "rec2020", "xyz". */
 const char *np_color_space_get_name(np_color_space space);
 
 /* Chromaticities x, y of red, green, blue and white as OpenEXR keeps them; not for bands. */
 const float *np_color_space_get_chromaticities(np_color_space space);
 
 /* XYZ, white at D65, to linear R, G, B. Where a space's own white is another (ACEScg: x 0.32168, y 0.33767), colours
- * are adapted to it by the Bradford transform. Not for bands. */
+ * are adapted to it by the Bradford transform; X, Y, Z are not. Not for bands. */
 np_color_matrix np_color_space_from_xyz(np_color_space space);
 
 /* R, G and B of a radiance of 1 W m⁻² sr⁻¹ nm⁻¹ at a wavelength whose weights are these. */

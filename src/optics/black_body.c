@@ -21,10 +21,12 @@ double np_black_body_radiance(double wavelength_nm, double temperature_k) {
 }
 
 np_black_body np_black_body_make(const double wavelength_nm[NP_BAND_COUNT]) {
-  np_black_body body;
+  np_black_body body = {.has_factor = false};
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     body.front[b] = (float)compute_front(wavelength_nm[b]);
     body.exponent_k[b] = (float)compute_exponent_k(wavelength_nm[b]);
   }
   return body;
 }
+
+double np_black_body_get_knot_k(int knot) { return np_black_body_knots_per_k / (knot > 0 ? knot : 0.01); }

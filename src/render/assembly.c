@@ -5,43 +5,11 @@
 #include "core/alloc.h"
 #include "render/stages.h"
 
-/* ---- Packets ---- */
-
-static void set_weights(const np_wavelengths *wavelengths, np_color_space space, unsigned index, np_packet *packet) {
-  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
-    double rgb[3];
-    np_color_space_weigh(space, wavelengths->xyz_nm[np_band_set_get_index(wavelengths, index, b)], rgb);
-    for (int c = 0; c < 3; c++) packet->color_weight[c][b] = (float)rgb[c];
-  }
-}
-
-/* The bands of each, and their weights in the picture's colours. */
-neph_result np_stage_build_packets(const np_stage_part *in) {
-  np_assembly *out = in->made;
-  const np_plan *plan = in->plan;
-  out->packets = np_alloc(out->context, plan->packet_count, sizeof *out->packets);
-  if (!out->packets) return NEPH_ERROR_OUT_OF_MEMORY;
-  out->packet_count = plan->packet_count;
-  if (plan->packet_count == 1) {
-    out->packets->bands = np_band_set_reference();
-    for (int c = 0; c < 3; c++) out->packets->color_weight[c][c] = 1.0f;
-    return NEPH_OK;
-  }
-  np_wavelengths wavelengths;
-  np_wavelengths_choose(plan->wavelength_count, &wavelengths);
-  for (unsigned i = 0; i < plan->packet_count; i++) {
-    out->packets[i].bands = np_band_set_choose(&wavelengths, i);
-    set_weights(&wavelengths, plan->color_space, i, &out->packets[i]);
-  }
-  return NEPH_OK;
-}
-
-void np_stage_clear_packets(const np_stage_part *in) { np_alloc_free(in->made->context, in->made->packets); }
-
 /* ---- Parts ---- */
 
-static np_part_counts count_parts(const np_assembly *a) {
-  return np_part_counts_make(a->cloud_count, a->light_count, a->packet_count);
+static np_part_counts count_parts(const np_assembly *a, const np_stage_row *row) {
+  const unsigned packets = a->packet_count + (row->is_of_probes ? a->probe_packet_count : 0);
+  return np_part_counts_make(a->cloud_count, a->light_count, packets);
 }
 
 static np_stage_part get_part(const np_stage_part *walk, np_part_kind kind, unsigned index) {
@@ -147,7 +115,7 @@ static neph_result take_cached(const np_stage_row *row, const np_stage_part *wal
   np_assembly *a = walk->made;
   neph_result result = NEPH_OK;
   np_stores_drop(a->context, a->stores, row->reuse, true);
-  for (unsigned i = 0; i < count_parts(a).of[row->reuse->kind] && !result; i++) {
+  for (unsigned i = 0; i < count_parts(a, row).of[row->reuse->kind] && !result; i++) {
     const np_stage_part part = get_part(walk, row->reuse->kind, i);
     result = take_part(row, &part);
   }
@@ -164,14 +132,14 @@ static neph_result build_part(const np_stage_row *row, np_part_kind kind, const 
 static neph_result build_stage(np_stage stage, const np_stage_part *walk) {
   const np_stage_row *row = np_stage_get_row(stage);
   np_assembly *a = walk->made;
-  const np_part_counts before = count_parts(a);
+  const np_part_counts before = count_parts(a, row);
   const unsigned all = np_stage_count_parts(row, &before);
   unsigned done = 0;
   if (all > 0) a->built |= 1u << stage;
   neph_result result = row->reuse ? take_cached(row, walk) : NEPH_OK;
   for (int kind = 0; kind < NP_PART_KINDS; kind++) {
     if (!np_stage_has_kind(row, (np_part_kind)kind)) continue;
-    for (unsigned i = 0; i < count_parts(a).of[kind] && !result; i++) {
+    for (unsigned i = 0; i < count_parts(a, row).of[kind] && !result; i++) {
       const np_stage_part part = get_part(walk, (np_part_kind)kind, i);
       np_schedule_begin(&a->schedule, walk->monitor, stage, done++, all);
       result = build_part(row, (np_part_kind)kind, &part);
@@ -218,7 +186,7 @@ static void clear_part(const np_stage_row *row, np_part_kind kind, const np_stag
 static void clear_stage(const np_stage_row *row, np_assembly *a) {
   const np_stage_part walk = {.made = a};
   for (int kind = NP_PART_KINDS; kind-- > 0;) {
-    for (unsigned i = count_parts(a).of[kind]; i-- > 0;) {
+    for (unsigned i = count_parts(a, row).of[kind]; i-- > 0;) {
       const np_stage_part part = get_part(&walk, (np_part_kind)kind, i);
       clear_part(row, (np_part_kind)kind, &part);
     }

@@ -255,7 +255,7 @@ static np_channel_kind choose_alpha(const np_scene_output *output) {
 void np_channels_choose(const np_plan *plan, const neph_scene *scene, np_channels *out) {
   const np_scene_output *output = &scene->output;
   static const char *const colors[] = {"R", "G", "B"};
-  *out = (np_channels){.scale = (float)output->scale,
+  *out = (np_channels){.scale = (float)np_scene_get_scale(scene),
                        .beauty = NP_COMPONENTS_OF_BEAUTY,
                        .is_ground_held_out = scene->terrain.is_held_out};
   if (!output->has_background) out->beauty &= ~(1u << NP_COMPONENT_BACKGROUND);

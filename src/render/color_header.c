@@ -23,12 +23,25 @@ static neph_result write_space(np_color_space space, double scale, neph_image *i
   const double luminance = np_color_space_white_luminance() / scale;
   char white[160];
   (void)snprintf(white, sizeof white,
-                 "(1, 1, 1) is D65 of %.6g cd m^-2, the luminance of %g W m^-2 sr^-1 nm^-1 at every wavelength",
-                 luminance, 1.0 / scale);
+                 "%s is D65 of %.6g cd m^-2, the luminance of %g W m^-2 sr^-1 nm^-1 at every wavelength",
+                 space == NP_COLOR_XYZ ? "(0.9505, 1, 1.089)" : "(1, 1, 1)", luminance, 1.0 / scale);
   memcpy(image->header.chromaticities, np_color_space_get_chromaticities(space), sizeof image->header.chromaticities);
   image->header.has_chromaticities = true;
   neph_result result = neph_image_set_attribute(image, "nephos:white", white);
   return result ? result : np_image_set_real(image, "whiteLuminance", luminance);
+}
+
+/* The rows by which the bands, the longest first, make R, G and B: by its inverse the bands come back. */
+static neph_result write_matrix(const np_assembly *assembly, neph_image *image) {
+  char text[200];
+  size_t length = 0;
+  for (int i = 0; i < 3 * NP_BAND_COUNT; i++)
+    length += (size_t)snprintf(text + length, sizeof text - length, "%s%.7g",
+                               i == 0  ? ""
+                               : i % 3 ? " "
+                                       : " / ",
+                               (double)assembly->packets[0].color_weight[i / 3][i % 3]);
+  return neph_image_set_attribute(image, "nephos:bandMatrix", text);
 }
 
 neph_result np_color_header_write(const np_plan *plan, const np_assembly *assembly, double scale, neph_image *image) {
@@ -39,6 +52,7 @@ neph_result np_color_header_write(const np_plan *plan, const np_assembly *assemb
   if (!result) result = neph_image_set_attribute(image, is_bands ? "nephos:bands" : "nephos:wavelengths", wavelengths);
   if (!result) result = neph_image_set_attribute(image, "nephos:unit", "W m^-2 sr^-1 nm^-1");
   if (!result) result = np_image_set_real(image, "nephos:scale", scale);
+  if (!result && assembly->color.is_fitted) result = write_matrix(assembly, image);
   if (result) return result;
   return is_bands ? write_bands(scale, image) : write_space(plan->color_space, scale, image);
 }

@@ -7,6 +7,7 @@
 
 #include "atmosphere/band_set.h"
 #include "caches/lighting.h"
+#include "image/color_fit.h"
 #include "render/cloud_emission.h"
 #include "render/schedule.h"
 #include "render/star_field.h"
@@ -61,6 +62,13 @@ typedef struct np_cloud_parts {
   np_phase_table phase_table; /* empty where its phase function is none */
 } np_cloud_parts;
 
+/* The way from the bands of a picture in colour to X, Y and Z: fitted to the scene's light. */
+typedef struct np_picture_color {
+  bool is_fitted; /* else the bands have weights of their own */
+  np_color_weights weights;
+  double light_x[NP_COLOR_PROBE_BAND_COUNT]; /* total irradiance at the camera, over the default sun's; 0 in the dark */
+} np_picture_color;
+
 typedef struct np_assembly {
   neph_context *context; /* borrowed from the scene */
   np_stores *stores;     /* the plan's: some of what is built was taken from them, and goes back */
@@ -78,8 +86,11 @@ typedef struct np_assembly {
   bool has_light_groups;            /* each light has a world with no other light in it */
   unsigned light_count;
   np_light_caches lights[NP_LIGHTS_MAX]; /* sun first */
+  bool is_of_bands;                      /* its bands are the picture's channels */
   unsigned packet_count;
+  unsigned probe_packet_count; /* after those, with bands that the colours are fitted by: 1 or 0 */
   np_packet *packets;
+  np_picture_color color;
 } np_assembly;
 
 /* The box of nothing. */
@@ -98,13 +109,21 @@ static inline np_spectrum np_packet_convert(const np_packet *packet, np_band_rul
   return np_spectrum_make((float)values[0], (float)values[1], (float)values[2]);
 }
 
+/* A scene's albedo in a packet's bands. In those that colours are fitted by, such that the light at the camera gets the
+ * colour that it has after such a reflection. */
+np_spectrum np_packet_convert_albedo(const np_packet *packet, const np_assembly *assembly,
+                                     const double reference[NP_BAND_COUNT]);
+
+/* The law of black bodies in a packet's bands; in those that colours are fitted by, such that a body has its colour. */
+np_black_body np_packet_make_black_body(const np_packet *packet, const np_assembly *assembly);
+
 /* A cloud with the albedo of a packet. */
 static inline np_instance np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly,
                                           unsigned cloud) {
   np_instance placed = assembly->clouds[cloud].placed;
   placed.number = cloud;
   placed.is_held_out = scene->clouds[cloud].is_held_out;
-  placed.albedo = np_packet_convert(packet, NP_BAND_LINEAR, scene->clouds[cloud].albedo);
+  placed.albedo = np_packet_convert_albedo(packet, assembly, scene->clouds[cloud].albedo);
   return placed;
 }
 

@@ -224,8 +224,8 @@ neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan) {
   return decide_stages(plan, scene, &facts);
 }
 
-neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan) {
-  *out_plan = (np_plan){.has_beauty = true, .is_sky_alone = true};
+neph_result np_plan_make_sky(const neph_scene *scene, bool is_of_bands, np_plan *out_plan) {
+  *out_plan = (np_plan){.has_beauty = true, .is_sky_alone = true, .is_of_bands = is_of_bands};
   neph_result result = begin(scene, NULL, out_plan);
   if (!result) result = compute_lights(out_plan, scene);
   if (result) return result;

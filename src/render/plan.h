@@ -15,8 +15,9 @@ neph_result np_plan_check_memory(const neph_scene *scene, const np_plan *plan);
 /* Decides anew for a frame in which no cloud holds anything: what only clouds need is left out. */
 neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan);
 
-/* The same for a picture of the sky alone: no clouds, no terrain. */
-neph_result np_plan_make_sky(const neph_scene *scene, np_plan *out_plan);
+/* The same for a picture of the sky alone: no clouds, no terrain. is_of_bands: at 680, 550 and 440 nm, whatever the
+ * scene's pictures are. */
+neph_result np_plan_make_sky(const neph_scene *scene, bool is_of_bands, np_plan *out_plan);
 
 /* The plan as text, to be freed with neph_text_destroy. */
 neph_result np_plan_describe(const np_plan *plan, neph_text_format format, char **out_text);

@@ -14,9 +14,10 @@ typedef enum np_stage {
   NP_STAGE_MOON,              /* its skies, and its light on clouds and ground */
   NP_STAGE_LIGHTS,            /* sun, moon and stars in their places */
   NP_STAGE_VOLUMES,           /* files read and clouds baked, made into bricks */
-  NP_STAGE_EMISSION,          /* of clouds: grids of emitters, and their cells by power */
   NP_STAGE_ATMOSPHERE,        /* optical depths and moments of the air */
   NP_STAGE_CAMERA_SKY,        /* the sky and the air seen from the camera */
+  NP_STAGE_COLOR_FIT,         /* from three bands to colours, by the scene's own light */
+  NP_STAGE_EMISSION,          /* of clouds: grids of emitters, and their cells by power */
   NP_STAGE_CLOUD_SKY,         /* the sky seen from the clouds */
   NP_STAGE_AIRGLOW,           /* and the map of the stars */
   NP_STAGE_SUN_LIGHT,         /* on clouds and ground */
@@ -64,6 +65,7 @@ typedef struct np_plan {
   int window_min[2], window_max[2]; /* those of them that are rendered: the data window */
   unsigned sphere_size[2];   /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
   bool is_sky_alone;         /* without clouds and terrain */
+  bool is_of_bands;          /* at 680, 550 and 440 nm, whatever the scene's pictures are */
   bool has_beauty;
   unsigned aovs; /* of np_aov */
   np_color_space color_space;

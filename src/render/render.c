@@ -104,8 +104,8 @@ static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *mo
   warn_of_buried_camera(&assembly);
   np_schedule_begin(&assembly.schedule, monitor, NP_STAGE_INTEGRATOR, 0, 1);
   result = np_frame_render(scene, plan, &assembly, monitor, out_image);
-  if (!result) result = np_color_header_write(plan, &assembly, scene->output.scale, *out_image);
-  if (!result) result = np_light_meter_write(&assembly, scene->output.scale, *out_image);
+  if (!result) result = np_color_header_write(plan, &assembly, np_scene_get_scale(scene), *out_image);
+  if (!result) result = np_light_meter_write(&assembly, np_scene_get_scale(scene), *out_image);
   if (!result) result = describe_light(&assembly, &plan->desc, *out_image);
   np_assembly_clear(&assembly);
   if (!result) result = describe_render(scene, &plan->desc, np_monitor_get_seconds(monitor), *out_image);

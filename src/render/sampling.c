@@ -91,7 +91,7 @@ static void integrate(const np_frame *f, const np_camera_ray *ray, const int pix
   const np_assembly *a = f->assembly;
   np_random first_random = *random;
   integrate_packet(f, &a->packets[0], ray, pixel, &first_random, out);
-  if (a->packet_count == 1) return;
+  if (a->is_of_bands) return;
   np_integrator_sample sample = *out;
   memset(out->component, 0, sizeof out->component);
   out->lost = np_spectrum_grey(0.0f);
@@ -432,7 +432,7 @@ static void compute_dim(np_frame *f) {
                                                             world->sun_scope == NP_SUN_SKY ? np_spectrum_grey(0.0f)
                                                                                            : world->sun_irradiance));
     }
-    sum = a->packet_count == 1 ? light : np_packet_add_color(&a->packets[p], sum, light);
+    sum = a->is_of_bands ? light : np_packet_add_color(&a->packets[p], sum, light);
   }
   for (int b = 0; b < NP_BAND_COUNT; b++) f->dim[b] = 0.01 * (double)(sum.band[b] * f->channels.scale);
 }

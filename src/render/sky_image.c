@@ -14,6 +14,7 @@ static const char *const channel_names[CHANNELS] = {"R", "G", "B", "disk.R", "di
 typedef struct sky_image {
   const np_assembly *assembly;
   unsigned width, height;
+  float scale; /* on radiances */
   float *planes[CHANNELS];
 } sky_image;
 
@@ -95,8 +96,8 @@ static neph_result fill_rows(void *user, size_t begin, size_t end, unsigned thre
     for (unsigned x = 0; x < s->width; x++) {
       const np_spectrum sky = compute_pixel(s, x, y), disks = average_disks(s, x, y);
       for (int c = 0; c < NP_BAND_COUNT; c++) {
-        s->planes[c][y * s->width + x] = sky.band[c];
-        s->planes[NP_BAND_COUNT + c][y * s->width + x] = disks.band[c];
+        s->planes[c][y * s->width + x] = s->scale * sky.band[c];
+        s->planes[NP_BAND_COUNT + c][y * s->width + x] = s->scale * disks.band[c];
       }
     }
   return NEPH_OK;
@@ -131,7 +132,7 @@ static sky_irradiance compute_irradiance(const np_packet *packet) {
   return out;
 }
 
-/* In the picture's colours, as its pixels are. */
+/* In the picture's colours and in physical units: not by its scale. */
 static neph_result describe_irradiances(const np_assembly *assembly, neph_image *image) {
   sky_irradiance color = {.sun = np_spectrum_grey(0.0f)};
   for (unsigned p = 0; p < assembly->packet_count; p++) {
@@ -158,8 +159,8 @@ static neph_result describe_harmonics(const np_assembly *assembly, neph_image *i
   return neph_image_set_attribute(image, "nephos:skyHarmonics", text);
 }
 
-static neph_result describe_sky(const np_plan *plan, const np_assembly *assembly, neph_image *image) {
-  neph_result result = np_color_header_write(plan, assembly, 1.0, image);
+static neph_result describe_sky(const np_plan *plan, const np_assembly *assembly, double scale, neph_image *image) {
+  neph_result result = np_color_header_write(plan, assembly, scale, image);
   if (!result) result = describe_harmonics(assembly, image);
   const bool has_sky = assembly->packets[0].atmosphere && np_plan_needs(plan, NP_STAGE_ATMOSPHERE);
   return result || !has_sky ? result : describe_irradiances(assembly, image);
@@ -170,20 +171,21 @@ static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc
   np_monitor_start(&monitor, scene->context, desc->progress, desc->progress_user);
   np_plan plan;
   np_assembly assembly;
-  neph_result result = np_plan_make_sky(scene, &plan);
+  neph_result result = np_plan_make_sky(scene, false, &plan);
   plan.sphere_size[0] = desc->width;
   plan.sphere_size[1] = desc->height;
   if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
   if (result) return result;
   result = neph_image_create(scene->context, desc->width, desc->height, CHANNELS, channel_names, out_image);
   if (!result) {
-    sky_image s = {.assembly = &assembly, .width = desc->width, .height = desc->height};
+    sky_image s = {
+        .assembly = &assembly, .width = desc->width, .height = desc->height, .scale = (float)np_scene_get_scale(scene)};
     for (int c = 0; c < CHANNELS; c++) s.planes[c] = neph_image_get_channel(*out_image, channel_names[c]);
     np_schedule_begin(&assembly.schedule, &monitor, NP_STAGE_INTEGRATOR, 0, 1);
     np_monitor_set_stage(&monitor, "sky");
     result = np_parallel_for(scene->context, &monitor, desc->height, 4, fill_rows, &s);
   }
-  if (!result) result = describe_sky(&plan, &assembly, *out_image);
+  if (!result) result = describe_sky(&plan, &assembly, np_scene_get_scale(scene), *out_image);
   np_assembly_clear(&assembly);
   return result;
 }

@@ -167,7 +167,7 @@ neph_result neph_render_sky_table(neph_scene *scene, neph_sky_table table, neph_
   np_monitor_start(&monitor, scene->context, NULL, NULL);
   np_plan plan;
   np_assembly assembly;
-  neph_result result = np_plan_make_sky(scene, &plan);
+  neph_result result = np_plan_make_sky(scene, true, &plan);
   if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
   if (!result) {
     result = draw_table(scene, &assembly, table, out_image);

@@ -50,7 +50,7 @@ static neph_result verify(neph_scene *scene, const neph_sky_verify_desc *desc, r
   np_monitor_start(&monitor, scene->context, desc->progress, desc->progress_user);
   np_plan plan;
   np_assembly assembly;
-  neph_result result = np_plan_make_sky(scene, &plan);
+  neph_result result = np_plan_make_sky(scene, true, &plan);
   if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
   if (result) return result;
   neph_sky *sky = assembly.packets[0].lights[0].camera_sky;

@@ -42,14 +42,25 @@ static bool has_ground(const np_decision *d) { return d->facts->has_planet || d-
 /* Without light there is nothing that depends on wavelength. */
 void np_stage_decide_color(np_decision *d, np_plan_stage *out) {
   np_plan *plan = d->plan;
-  plan->color_space = np_scene_get_color_space(d->scene);
-  plan->wavelength_count = d->facts->dark ? 3 : d->scene->render.wavelength_count;
+  plan->color_space = plan->is_of_bands ? NP_COLOR_BANDS : d->scene->output.color_space;
+  plan->wavelength_count = d->facts->dark || plan->is_of_bands ? 3 : d->scene->render.wavelength_count;
   plan->packet_count = plan->wavelength_count / 3;
-  decide(out, true, "the three bands are the picture's channels");
+  decide(out, true, "the bands at 680, 550 and 440 nm are the picture's channels");
+  if (plan->color_space != NP_COLOR_BANDS)
+    snprintf(out->reason, sizeof out->reason, "bands at 612, 538 and 448 nm, from which %s follows by a matrix",
+             np_color_space_get_name(plan->color_space));
   if (plan->packet_count > 1)
     snprintf(out->reason, sizeof out->reason,
              "%u wavelengths, in %u packets of three, each with its own air and light, summed to %s",
              plan->wavelength_count, plan->packet_count, np_color_space_get_name(plan->color_space));
+}
+
+void np_stage_decide_color_fit(np_decision *d, np_plan_stage *out) {
+  d->get(d, NP_STAGE_COLOR);
+  const char *against = d->facts->dark;
+  if (!against && d->plan->color_space == NP_COLOR_BANDS) against = "output.color_space is bands";
+  decide_unless(out, against, d->plan->packet_count > 1 ? "enough wavelengths add up to colours" : NULL,
+                "fitted to sun and sky at the camera, in a dozen probes of six wavelengths");
 }
 
 void np_stage_decide_terrain(np_decision *d, np_plan_stage *out) {

@@ -83,8 +83,8 @@ neph_result np_stage_build_world(const np_stage_part *in) {
       .has_planet = scene->environment.has_planet,
       .planet_radius_m = scene->atmosphere.planet_radius_m,
       .terrain = a->terrain,
-      .terrain_albedo = np_packet_convert(packet, NP_BAND_LINEAR, scene->terrain.desc.ground_albedo),
-      .ground_albedo = np_packet_convert(packet, NP_BAND_LINEAR, np_scene_get_ground_albedo(scene)),
+      .terrain_albedo = np_packet_convert_albedo(packet, a, scene->terrain.desc.ground_albedo),
+      .ground_albedo = np_packet_convert_albedo(packet, a, np_scene_get_ground_albedo(scene)),
   };
   if (a->terrain) np_terrain_get_bounds(a->terrain, &out->world.terrain_min, &out->world.terrain_max);
   if (a->has_light_groups)

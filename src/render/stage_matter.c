@@ -315,10 +315,10 @@ static neph_result build_emission_groups(const np_stage_part *in, const np_emitt
   const np_assembly *a = in->made;
   np_packet *out = in->packet;
   out->emission_groups = np_alloc(a->context, a->cloud_count, sizeof *out->emission_groups);
+  const np_black_body body = np_packet_make_black_body(out, a);
   neph_result result = out->emission_groups ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned i = 0; !result && i < count; i++)
-    result =
-        np_emission_build(a->context, &emitters[i], 1, out->bands.nm, in->monitor, &out->emission_groups[clouds[i]]);
+    result = np_emission_build(a->context, &emitters[i], 1, &body, in->monitor, &out->emission_groups[clouds[i]]);
   return result;
 }
 
@@ -337,7 +337,8 @@ neph_result np_stage_build_emission(const np_stage_part *in) {
   np_monitor_set_stage(in->monitor, "listing emitters");
   neph_result result = a->has_light_groups ? build_emission_groups(in, emitters, clouds, count) : NEPH_OK;
   if (result) return result;
-  return np_emission_build(a->context, emitters, count, in->packet->bands.nm, in->monitor, &in->packet->emission);
+  const np_black_body body = np_packet_make_black_body(in->packet, a);
+  return np_emission_build(a->context, emitters, count, &body, in->monitor, &in->packet->emission);
 }
 
 void np_stage_clear_emission(const np_stage_part *in) {

@@ -72,10 +72,10 @@ extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_s
     np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_sun_optical_depth, np_stage_reuse_ordinates;
 
 np_stage_build_fn np_stage_build_packets, np_stage_build_lights, np_stage_build_packet_lights, np_stage_build_cloud,
-    np_stage_build_star_map, np_stage_build_catalogue, np_stage_build_visibility, np_stage_build_emission,
-    np_stage_build_airglow, np_stage_build_approximation, np_stage_build_stars, np_stage_build_instances,
-    np_stage_build_world, np_stage_build_sky_guide, np_stage_build_viewer_light, np_stage_build_ground_clouds,
-    np_stage_build_air_shadow, np_stage_build_lighting;
+    np_stage_build_color_fit, np_stage_build_star_map, np_stage_build_catalogue, np_stage_build_visibility,
+    np_stage_build_emission, np_stage_build_airglow, np_stage_build_approximation, np_stage_build_stars,
+    np_stage_build_instances, np_stage_build_world, np_stage_build_sky_guide, np_stage_build_viewer_light,
+    np_stage_build_ground_clouds, np_stage_build_air_shadow, np_stage_build_lighting;
 
 np_stage_clear_fn np_stage_clear_packets, np_stage_clear_lights, np_stage_clear_cloud, np_stage_clear_star_map,
     np_stage_clear_catalogue, np_stage_clear_visibility, np_stage_clear_emission, np_stage_clear_approximation,
@@ -83,5 +83,9 @@ np_stage_clear_fn np_stage_clear_packets, np_stage_clear_lights, np_stage_clear_
     np_stage_clear_air_shadow;
 
 np_stage_revise_fn np_stage_revise_volumes;
+
+/* The camera's sky by a part's light in its packet's bands, with all of the light in the air, where the picture traces
+ * that and has no tables of it. NULL: the light is dark. */
+neph_result np_stage_create_sky(const np_stage_part *in, neph_sky **out_sky);
 
 #endif

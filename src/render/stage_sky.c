@@ -196,6 +196,23 @@ static neph_result make_camera_sky(const np_stage_part *in) { return make_sky(in
 
 static neph_result make_cloud_sky(const np_stage_part *in) { return make_sky(in, &in->light->cloud_sky); }
 
+neph_result np_stage_create_sky(const np_stage_part *in, neph_sky **out_sky) {
+  void *air = NULL, *sky = NULL;
+  neph_atmosphere *atmosphere = NULL;
+  neph_context *context = in->made->context;
+  *out_sky = NULL;
+  neph_result result = get_camera_sky_key(in, &sky);
+  if (!result && sky) result = get_atmosphere_key(in, &air);
+  if (!result && sky)
+    result = np_atmosphere_create_orders(context, &((const air_key *)air)->desc, NP_ORDERS_ALL, false, in->monitor,
+                                         &atmosphere);
+  if (!result && sky) result = np_sky_create_monitored(atmosphere, sky, in->monitor, out_sky);
+  neph_atmosphere_release(atmosphere);
+  np_alloc_free(context, air);
+  np_alloc_free(context, sky);
+  return result;
+}
+
 static void destroy_sky(void *sky) { neph_sky_destroy(sky); }
 
 NP_STAGE_REUSE(camera_sky, in->light->camera_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky,

@@ -20,16 +20,19 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
   [NP_STAGE_COLOR] = {"colour", 0, .is_of_sky = true, DECIDE(color), BUILD_CLEAR(PICTURE, packets)},
   [NP_STAGE_TERRAIN] = {"terrain", 0, DECIDE(terrain), .part_seconds = 0.8, REUSE(terrain)},
   [NP_STAGE_MOON] = {"moon", 0, .is_of_sky = true, DECIDE(moon)},
-  [NP_STAGE_LIGHTS] = {"lights", BIT(COLOR) | BIT(TERRAIN) | BIT(MOON), .is_of_sky = true, DECIDE(lights),
+  [NP_STAGE_LIGHTS] = {"lights", BIT(COLOR) | BIT(TERRAIN) | BIT(MOON), .is_of_sky = true, .is_of_probes = true,
+    DECIDE(lights),
     BUILD_CLEAR(PICTURE, lights), BUILD(PACKET, packet_lights)},
   [NP_STAGE_VOLUMES] = {"volumes", BIT(COLOR), DECIDE(volumes), PREDICT(volumes), REUSE(volumes),
     BUILD_CLEAR(CLOUD, cloud), .revise = np_stage_revise_volumes},
-  [NP_STAGE_EMISSION] = {"emission", BIT(COLOR) | BIT(VOLUMES), DECIDE(emission), .part_seconds = 0.2,
-    BUILD_CLEAR(PACKET, emission)},
-  [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR), .is_of_sky = true, DECIDE(atmosphere), .part_seconds = 0.1,
-    REUSE(atmosphere)},
+  [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR), .is_of_sky = true, .is_of_probes = true, DECIDE(atmosphere),
+    .part_seconds = 0.1, REUSE(atmosphere)},
   [NP_STAGE_CAMERA_SKY] = {"camera sky", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true,
-    DECIDE(camera_sky), .part_seconds = 0.05, REUSE(camera_sky)},
+    .is_of_probes = true, DECIDE(camera_sky), .part_seconds = 0.05, REUSE(camera_sky)},
+  [NP_STAGE_COLOR_FIT] = {"colour matrix", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE) | BIT(CAMERA_SKY),
+    .is_of_sky = true, DECIDE(color_fit), BUILD(PICTURE, color_fit)},
+  [NP_STAGE_EMISSION] = {"emission", BIT(COLOR) | BIT(VOLUMES) | BIT(COLOR_FIT), DECIDE(emission), .part_seconds = 0.2,
+    BUILD_CLEAR(PACKET, emission)},
   [NP_STAGE_CLOUD_SKY] = {"cloud sky", BIT(COLOR) | BIT(LIGHTS) | BIT(VOLUMES) | BIT(ATMOSPHERE), .is_of_sky = true,
     DECIDE(cloud_sky), .part_seconds = 0.05, REUSE(cloud_sky)},
   [NP_STAGE_AIRGLOW] = {"airglow", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true, DECIDE(airglow),
@@ -37,7 +40,8 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
   [NP_STAGE_SUN_LIGHT] = {"sun light", 0, DECIDE(sun_light)},
   [NP_STAGE_SKY_LIGHT] = {"sky light", 0, DECIDE(sky_light)},
   [NP_STAGE_GROUND_LIGHT] = {"ground light", 0, DECIDE(ground_light)},
-  [NP_STAGE_WORLD] = {"world", MATTER | BIT(COLOR) | BIT(LIGHTS) | BIT(AIRGLOW), .is_of_sky = true, DECIDE(world),
+  [NP_STAGE_WORLD] = {"world", MATTER | BIT(COLOR) | BIT(LIGHTS) | BIT(COLOR_FIT) | BIT(AIRGLOW), .is_of_sky = true,
+    DECIDE(world),
     BUILD_CLEAR(PACKET, instances), BUILD(PACKET_LIGHT, world)},
   [NP_STAGE_SKY_GUIDE] = {"sky guide", BIT(VOLUMES) | BIT(CLOUD_SKY) | BIT(WORLD), DECIDE(sky_guide),
     BUILD(PACKET_LIGHT, sky_guide)},
@@ -60,7 +64,8 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
     BIT(WORLD) | BIT(SKY_GUIDE) | BIT(SUN_OPTICAL_DEPTH) | BIT(ORDINATES) | BIT(VIEWER_LIGHT) | BIT(GROUND_CLOUDS) |
     BIT(AIR_SHADOWS) | BIT(APPROXIMATION), DECIDE(lighting), BUILD(PACKET_LIGHT, lighting)},
   [NP_STAGE_INTEGRATOR] = {"integrator",
-    BIT(COLOR) | BIT(LIGHTS) | BIT(SUN_LIGHT) | BIT(SKY_LIGHT) | BIT(MOON) | BIT(WORLD) | BIT(APPROXIMATION) |
+    BIT(COLOR) | BIT(LIGHTS) | BIT(COLOR_FIT) |
+    BIT(SUN_LIGHT) | BIT(SKY_LIGHT) | BIT(MOON) | BIT(WORLD) | BIT(APPROXIMATION) |
     BIT(STARS) | BIT(LIGHTING), DECIDE(integrator), PREDICT(integrator)},
 };
 /* clang-format on */
@@ -99,9 +104,11 @@ unsigned np_stage_count_parts(const np_stage_row *row, const np_part_counts *cou
 }
 
 void np_stages_predict(np_plan *plan, const neph_scene *scene) {
-  const np_part_counts counts = np_part_counts_make(scene->cloud_count, np_plan_count_lights(plan), plan->packet_count);
+  const unsigned probes = np_plan_needs(plan, NP_STAGE_COLOR_FIT) ? 1 : 0, lights = np_plan_count_lights(plan);
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     if (!plan->stages[i].is_needed) continue;
+    const unsigned packets = plan->packet_count + (rows[i].is_of_probes ? probes : 0);
+    const np_part_counts counts = np_part_counts_make(scene->cloud_count, lights, packets);
     const double seconds = rows[i].part_seconds * np_stage_count_parts(&rows[i], &counts);
     plan->stages[i].cost = rows[i].predict ? rows[i].predict(plan, scene) : (np_stage_cost){.seconds = seconds};
   }

@@ -15,8 +15,9 @@
 /* A row without builders is a decision that others ask. */
 typedef struct np_stage_row {
   const char *name;
-  uint32_t needs; /* bits of the stages whose results it reads */
-  bool is_of_sky; /* wanted for a sky alone, too */
+  uint32_t needs;    /* bits of the stages whose results it reads */
+  bool is_of_sky;    /* wanted for a sky alone, too */
+  bool is_of_probes; /* built in the bands that colours are fitted by, too */
   np_stage_decide_fn *decide;
   double part_seconds;          /* predicted for each time it is built; memory next to nothing */
   np_stage_predict_fn *predict; /* NULL: by the above */

@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "image/wavelengths.h"
 #include "scene/scene_apply.h"
 #include "terrain/terrain_private.h"
 
@@ -218,26 +217,21 @@ static neph_result check_terrain(const neph_scene *scene, np_scene_problems *pro
 
 static neph_result check_colors(const neph_scene *scene, np_scene_problems *problems) {
   const unsigned count = scene->render.wavelength_count;
-  const np_scene_color color = scene->output.color;
   if (count % 3 != 0)
     return np_scene_fail_at(problems, locate(scene, "render", "wavelengths"),
                             "render.wavelengths is %u, must be a multiple of 3: the nearest are %u and %u", count,
                             count / 3 * 3, count / 3 * 3 + 3);
-  const bool is_summed = color == NP_SCENE_REC709 || color == NP_SCENE_ACESCG;
-  if (is_summed && count == 3)
+  if (scene->output.color_space == NP_COLOR_BANDS && count > 3)
     return np_scene_fail_at(problems, locate(scene, "output", "color_space"),
-                            "output.color_space is %s, must be bands for the 3 render.wavelengths: the eye's colours "
-                            "take %d or more, 15 for a picture",
-                            np_color_space_get_name(np_scene_get_color_space(scene)), NP_WAVELENGTHS_MIN);
-  if (color == NP_SCENE_BANDS && count > 3)
-    return np_scene_fail_at(problems, locate(scene, "output", "color_space"),
-                            "output.color_space is bands, must be rec709 or acescg for the %u render.wavelengths",
+                            "output.color_space is bands, which are 3, must be rec709, acescg, rec2020 or xyz for the "
+                            "%u render.wavelengths",
                             count);
   return NEPH_OK;
 }
 
 static neph_result check_output(const neph_scene *scene, np_scene_problems *problems) {
   int exponent;
+  if (scene->output.scale == 0.0) return NEPH_OK;
   double mantissa = frexp(scene->output.scale, &exponent);
   if (mantissa <= 0.5) return NEPH_OK; /* frexp gives [0.5, 1) */
   return np_scene_fail_at(problems, locate(scene, "output", "scale"),

@@ -59,8 +59,9 @@ static const np_choice exposures[] = {{"auto", NEPH_EXPOSURE_AUTO}, {"meter", NE
 static const np_choice views[] = {
     {"filmic", NEPH_VIEW_FILMIC}, {"standard", NEPH_VIEW_STANDARD}, {"raw", NEPH_VIEW_RAW}, {NULL, 0}};
 static const np_choice preview_bits[] = {{"8", 8}, {"16", 16}, {NULL, 0}};
-static const np_choice color_spaces[] = {{"auto", NP_SCENE_COLOR_AUTO}, {"bands", NP_SCENE_BANDS},
-                                         {"rec709", NP_SCENE_REC709},   {"acescg", NP_SCENE_ACESCG}, {NULL, 0}};
+static const np_choice color_spaces[] = {{"rec709", NP_COLOR_REC709},   {"acescg", NP_COLOR_ACESCG},
+                                         {"rec2020", NP_COLOR_REC2020}, {"xyz", NP_COLOR_XYZ},
+                                         {"bands", NP_COLOR_BANDS},     {NULL, 0}};
 #define AOV(id, name, parts, needs_light, samples_min) {name, NP_AOV_##id},
 static const np_choice aovs[] = {NP_AOV_ROWS(AOV){NULL, 0}};
 #undef AOV
@@ -486,8 +487,8 @@ static const np_key keys[] = {
      .fallback = "march", .meaning = "march is fast and biased, path is unbiased and noisy"},
     {.path = "render.wavelengths", .type = NP_KEY_INTEGER, .field = SCENE(render.wavelength_count),
      .range = WITHIN(3, NP_WAVELENGTHS_MAX), .fallback = "3",
-     .meaning = "a multiple of 3; three are the bands at 680, 550 and 440 nm, more are added up to colours as the eye "
-                "does"},
+     .meaning = "a multiple of 3; three are bands from which colours follow by a matrix that is fitted to the scene's "
+                "light, more are added up as the eye does"},
     {.path = "render.samples", .type = NP_KEY_INTEGER, .field = SCENE(render.sample_count),
      .range = WITHIN(1, 16777216),
      .fallback = "4", .meaning = "samples for each pixel"},
@@ -586,12 +587,14 @@ static const np_key keys[] = {
      .fallback = "half",
      .meaning = "type of colour in the OpenEXR file; float, with a warning, where a value overflows halves or the "
                 "median lit pixel is below 2^-14"},
-    {.path = "output.color_space", .type = NP_KEY_CHOICE, .choices = color_spaces, .field = SCENE(output.color),
-     .fallback = "auto",
-     .meaning = "meaning of R, G and B: radiances in three bands, or linear light in which (1, 1, 1) is D65; auto "
-                "is bands for three wavelengths and rec709 for more"},
+    {.path = "output.color_space", .type = NP_KEY_CHOICE, .choices = color_spaces, .field = SCENE(output.color_space),
+     .fallback = "rec709",
+     .meaning = "meaning of R, G and B: scene-linear light of these primaries, CIE 1931 X, Y and Z, or the radiances "
+                "at 680, 550 and 440 nm"},
     {.path = "output.scale", .type = NP_KEY_REAL, .field = SCENE(output.scale), .range = WITHIN(0x1p-40, 0x1p40),
-     .fallback = "1", .meaning = "factor on every radiance, a power of two, stated in the header"},
+     .fallback = "auto", .word = "auto", .word_value = 0,
+     .meaning = "factor on every radiance, a power of two, stated in the header; auto is 1 for bands and 2 for "
+                "colours, by which a perfect diffuser in the sun and sky of noon is near 1"},
     {.path = "output.exposure", .type = NP_KEY_REAL, .unit = NP_UNIT_STOP, .field = SCENE(output.exposure_ev),
      .range = WITHIN(-40, 40), .fallback = "auto", .choices = exposures, .tag = SCENE(output.exposure),
      .tag_value = NEPH_EXPOSURE_FIXED,

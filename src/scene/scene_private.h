@@ -188,8 +188,6 @@ typedef struct np_scene_render {
   np_air_shadows air_shadows;
 } np_scene_render;
 
-typedef enum np_scene_color { NP_SCENE_COLOR_AUTO, NP_SCENE_BANDS, NP_SCENE_REC709, NP_SCENE_ACESCG } np_scene_color;
-
 /* Coverage in the channel A. */
 typedef enum np_scene_alpha { NP_ALPHA_CLOUDS, NP_ALPHA_CLOUDS_AND_GROUND, NP_ALPHA_SCENE } np_scene_alpha;
 
@@ -199,8 +197,8 @@ typedef enum np_cloud_air { NP_CLOUD_AIR_KEPT, NP_CLOUD_AIR_APART } np_cloud_air
 typedef struct np_scene_output {
   char *image, *preview, *deep; /* patterns, resolved; NULL: none */
   neph_pixel_type pixel_type;
-  double scale; /* power of two */
-  np_scene_color color;
+  double scale; /* power of two; 0: the colour space's own */
+  np_color_space color_space;
   bool has_beauty;     /* R, G, B */
   unsigned aovs;       /* of np_aov */
   np_scene_alpha alpha;
@@ -255,8 +253,9 @@ bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud);
 /* The bake of a cloud as it is in a frame; 1 is at the bake's own time. */
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame);
 
-/* The space of a scene's pictures: unless it is said, bands for three wavelengths and Rec.709 for more. */
-np_color_space np_scene_get_color_space(const neph_scene *scene);
+/* Factor on radiances in pictures: unless it is given, 1 for bands and 2 for colours, by which a perfect diffuser in
+ * the sun and sky of noon is near 1. */
+double np_scene_get_scale(const neph_scene *scene);
 
 /* Radiance of R, G, B that a preview shows as neutral: the sun's in bands, green being 1; (1, 1, 1) where nothing, or
  * not all of it, shines, and in a space that has its own white. */

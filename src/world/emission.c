@@ -177,8 +177,8 @@ static void normalize(np_emission *e) {
 }
 
 neph_result np_emission_build(neph_context *context, const np_emitter *emitters, unsigned count,
-                              const double wavelength_nm[NP_BAND_COUNT], np_monitor *monitor, np_emission *out) {
-  *out = (np_emission){.context = context, .black_body = np_black_body_make(wavelength_nm)};
+                              const np_black_body *body, np_monitor *monitor, np_emission *out) {
+  *out = (np_emission){.context = context, .black_body = *body};
   out->emitters = np_alloc(context, count, sizeof *out->emitters);
   out->grids = np_alloc(context, count, sizeof *out->grids);
   neph_result result = out->emitters && out->grids ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;

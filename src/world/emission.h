@@ -58,7 +58,7 @@ typedef struct np_emission {
  * left.
  */
 neph_result np_emission_build(neph_context *context, const np_emitter *emitters, unsigned count,
-                              const double wavelength_nm[NP_BAND_COUNT], np_monitor *monitor, np_emission *out);
+                              const np_black_body *body, np_monitor *monitor, np_emission *out);
 void np_emission_clear(np_emission *emission);
 
 static inline float np_emitter_temperature(const np_emitter *emitter, np_dvec3 position) {

@@ -17,7 +17,7 @@ camera:
 sun: {elevation: $4 deg, azimuth: $5 deg}
 clouds: [{vdb: $cloud, up: y, optical_depth: $3, position: [0, 0, $height m], phase: $lobe}]
 render: {atmosphere: tables, air_shadows: false}
-output: {pixel_type: float, film: {background: false}}
+output: {pixel_type: float, color_space: bands, film: {background: false}}
 END
   [ "$1" != black ] || printf 'atmosphere: none\nenvironment: {planet: none}\n'
 }

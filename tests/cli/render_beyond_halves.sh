@@ -4,7 +4,7 @@ cat >scene.yaml <<'END'
 camera: {resolution: [4, 2]}
 atmosphere: none
 environment: {planet: none, radiance: 1e-6}
-output: {image: dim.exr}
+output: {image: dim.exr, color_space: bands}
 END
 nephos render scene.yaml -q
 nephos info dim.exr | grep channels
