@@ -72,6 +72,7 @@ static const companion companions[] = {
     {"atmosphere.layers[]", NULL, "atmosphere.layers", "[{scattering: 1e-4 1/m, absorption: 1e-5 1/m}]"},
     {"atmosphere.layers[].absorber", NULL, "render.wavelengths", "6"},
     {"clouds[].bake.map", NULL, "clouds[1].bake.map", "{image: map.exr, coverage: R, size: 300 m}"},
+    {"output.cloud_air", NULL, "output.aovs", "[clouds]"},
 };
 
 /* Keys that change no pixel here, whatever they say. */
