@@ -40,10 +40,27 @@ static cli_exit choose_outputs(render_job *job) {
   return CLI_USAGE;
 }
 
-static cli_exit check_pattern(const cli_options *options, const char *pattern) {
-  if (!pattern || cli_is_single_frame(options) || strchr(pattern, '#')) return CLI_DONE;
+/* Stands for the eye's name, as in Nuke. */
+static const char eye_mark[] = "%V";
+
+static cli_exit check_pattern(const render_job *job, const char *pattern) {
+  if (pattern && neph_scene_is_stereo(job->scene) && !strstr(pattern, eye_mark)) {
+    cli_complain("%s would be written for both eyes: put %s where left or right goes", pattern, eye_mark);
+    return CLI_USAGE;
+  }
+  if (!pattern || cli_is_single_frame(job->session->options) || strchr(pattern, '#')) return CLI_DONE;
   cli_complain("%s would be written for every frame: put # where the number goes", pattern);
   return CLI_USAGE;
+}
+
+/* Pattern, to be freed, with the name of the eye in the place of its mark. NULL: no memory. */
+static char *name_eye(const render_job *job, const char *pattern) {
+  const char *mark = strstr(pattern, eye_mark);
+  if (!mark || job->desc.eye == NEPH_EYE_CENTRE) return strdup(pattern);
+  char *named;
+  const int printed = asprintf(&named, "%.*s%s%s", (int)(mark - pattern), pattern,
+                               job->desc.eye == NEPH_EYE_LEFT ? "left" : "right", mark + strlen(eye_mark));
+  return printed < 0 ? NULL : named;
 }
 
 /* Output path, to be freed: the pattern, or, for a tile, "out/frame.####.tile2of4.exr". NULL: no memory. */
@@ -60,9 +77,10 @@ static char *name_tile(const cli_options *options, const char *pattern) {
 static neph_result name_target(const render_job *job, const char *pattern, char **out_path) {
   *out_path = NULL;
   if (!pattern) return NEPH_OK;
-  char *tiled = name_tile(job->session->options, pattern);
-  if (!tiled) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = neph_frame_get_path(job->session->context, tiled, job->desc.frame, out_path);
+  char *named = name_eye(job, pattern), *tiled = named ? name_tile(job->session->options, named) : NULL;
+  neph_result result = NEPH_ERROR_OUT_OF_MEMORY;
+  if (tiled) result = neph_frame_get_path(job->session->context, tiled, job->desc.frame, out_path);
+  free(named);
   free(tiled);
   return result;
 }
@@ -225,7 +243,18 @@ static cli_exit render_frame(render_job *job) {
   return exit;
 }
 
-/* Calls `step` for each frame until one fails or the process is interrupted. */
+/* Calls `step` for each picture of a frame. */
+static cli_exit for_each_eye(render_job *job, cli_exit (*step)(render_job *job)) {
+  if (!neph_scene_is_stereo(job->scene)) return step(job);
+  cli_exit exit = CLI_DONE;
+  for (neph_eye eye = NEPH_EYE_LEFT; !exit && eye <= NEPH_EYE_RIGHT; eye++) {
+    job->desc.eye = eye;
+    exit = cli_is_interrupted() ? CLI_INTERRUPTED : step(job);
+  }
+  return exit;
+}
+
+/* Calls `step` for each picture of each frame until one fails or the process is interrupted. */
 static cli_exit for_each_frame(render_job *job, cli_exit (*step)(render_job *job)) {
   static const cli_frame_range only_first = {1, 1, 1};
   const cli_options *options = job->session->options;
@@ -235,7 +264,7 @@ static cli_exit for_each_frame(render_job *job, cli_exit (*step)(render_job *job
   for (size_t i = 0; i < count; i++)
     for (int64_t frame = ranges[i].first; !exit && frame <= ranges[i].last; frame += ranges[i].step) {
       job->desc.frame = (int)frame;
-      exit = cli_is_interrupted() ? CLI_INTERRUPTED : step(job);
+      exit = cli_is_interrupted() ? CLI_INTERRUPTED : for_each_eye(job, step);
     }
   return exit;
 }
@@ -247,9 +276,9 @@ static cli_exit run(render_job *job) {
   if (!exit && options->wants_plan) return for_each_frame(job, render_frame);
   if (!exit) exit = choose_outputs(job);
   if (!exit) choose_exposure(job);
-  if (!exit) exit = check_pattern(options, job->output.image);
-  if (!exit) exit = check_pattern(options, job->output.preview);
-  if (!exit) exit = check_pattern(options, job->output.deep);
+  if (!exit) exit = check_pattern(job, job->output.image);
+  if (!exit) exit = check_pattern(job, job->output.preview);
+  if (!exit) exit = check_pattern(job, job->output.deep);
   if (!exit) exit = for_each_frame(job, check_targets);
   return exit ? exit : for_each_frame(job, render_frame);
 }
@@ -278,7 +307,8 @@ const cli_verb cli_verb_render = {
     .files = "yaml yml",
     .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT),
     .description = "Renders frames. The file names come from the scene's `output`; the last run of # in them is the "
-                   "frame's number. Everything that can be checked is checked before the first pixel: the scene, the "
+                   "frame's number, and %V, of a stereo camera, the eye's name, left or right. Everything that can be "
+                   "checked is checked before the first pixel: the scene, the "
                    "names, whether their folders can be written.",
     .options = {{"--output", "write to FILE, an .exr or a .png, or, given twice, one of each, and nothing else",
                  .files = "exr png"},

@@ -14,6 +14,34 @@ static cli_exit check_output(const cli_session *session) {
   return CLI_USAGE;
 }
 
+/* The layer names the picture, and so wants one. */
+static cli_exit check_usd(const cli_session *session) {
+  const cli_options *options = session->options;
+  if (!options->usd_path) return CLI_DONE;
+  if (!cli_has_extension(options->usd_path, ".usda") || !options->output_count) {
+    cli_complain(options->output_count ? "--usd is %s, must be a .usda" : "--usd %s needs --output, the dome's picture",
+                 options->usd_path);
+    return CLI_USAGE;
+  }
+  return cli_check_target(session, options->usd_path);
+}
+
+/* In a layer the sun is a light of its own, unless it is asked for. */
+static neph_sky_disks choose_disks(const cli_options *options) {
+  const char *disks = options->disks ? options->disks : options->usd_path ? "none" : "include";
+  if (!strcmp(disks, "layer")) return NEPH_SKY_DISKS_LAYER;
+  return !strcmp(disks, "none") ? NEPH_SKY_DISKS_NONE : NEPH_SKY_DISKS_INCLUDE;
+}
+
+/* The picture's name as seen from the layer's folder; its own where they are in different ones. */
+static const char *get_texture(const cli_options *options) {
+  const char *picture = options->outputs[0], *layer = options->usd_path;
+  const char *picture_end = strrchr(picture, '/'), *layer_end = strrchr(layer, '/');
+  const size_t folder = picture_end ? (size_t)(picture_end - picture) + 1 : 0;
+  const size_t layer_folder = layer_end ? (size_t)(layer_end - layer) + 1 : 0;
+  return folder == layer_folder && !strncmp(picture, layer, folder) ? picture + folder : picture;
+}
+
 /* Folder, name and ending as one path, to be freed; NULL without memory. */
 static char *join_path(const char *folder, const char *name, const char *ending) {
   const size_t size = strlen(folder) + strlen(name) + strlen(ending) + 2;
@@ -92,6 +120,9 @@ static neph_result render_sky(cli_session *session, neph_scene *scene, neph_imag
     desc.width = scene_desc.width;
     desc.height = scene_desc.height;
   }
+  desc.disks = choose_disks(session->options);
+  if (session->options->has_center)
+    desc.center_azimuth_rad = session->options->center_deg * 3.14159265358979323846 / 180.0;
   desc.progress = cli_progress_report;
   desc.progress_user = &session->progress;
   result = neph_render_sky(scene, &desc, out_image);
@@ -140,6 +171,7 @@ static cli_exit rehearse(const cli_options *options, const neph_scene *scene) {
   neph_result result = neph_scene_check_files(scene);
   if (result) return cli_exit_of(result);
   if (options->output_count) printf("%s\n", options->outputs[0]);
+  if (options->usd_path) printf("%s\n", options->usd_path);
   for (int i = 0; options->table_folder && i < NEPH_SKY_TABLE_COUNT; i++)
     printf("%s/%s.exr\n%s/%s.png\n", options->table_folder, neph_sky_table_get_name((neph_sky_table)i),
            options->table_folder, neph_sky_table_get_name((neph_sky_table)i));
@@ -152,6 +184,7 @@ static cli_exit run(cli_session *session, neph_scene *scene) {
   neph_image *image = NULL;
   neph_result result = render_sky(session, scene, &image);
   if (!result && options->output_count) result = neph_image_save_exr(image, options->outputs[0], NEPH_PIXEL_FLOAT);
+  if (!result && options->usd_path) result = neph_scene_save_usd(scene, image, get_texture(options), options->usd_path);
   if (!result && options->table_folder) result = save_tables(session, scene);
   if (!result && options->is_verifying) result = verify(session, scene);
   if (!result && !options->is_verifying) print_irradiances(session, image);
@@ -162,6 +195,7 @@ static cli_exit run(cli_session *session, neph_scene *scene) {
 static cli_exit run_sky(cli_session *session) {
   neph_scene *scene;
   cli_exit exit = check_output(session);
+  if (!exit) exit = check_usd(session);
   if (!exit) exit = cli_load_scene(session, session->options->files[0], &scene);
   if (exit) return exit;
   cli_catch_interrupts();
@@ -182,16 +216,22 @@ const cli_verb cli_verb_sky = {
     .description =
         "Prints the irradiance of sun and sky on a level plane at the camera, and spherical harmonics of order "
         "2 of the sky.\n\n"
-        "With --output it writes the sky as a latitude-longitude picture: north at the left edge, east a "
-        "quarter in, the zenith at the top; the disks of sun and moon are in a layer `disk`.",
+        "With --output it writes the sky as a latitude-longitude picture, R, G and B alone: azimuth grows to the "
+        "right, "
+        "the zenith is at the top, and the middle is south, as USD has it for a stage with Z up; Blender has it in the "
+        "east, --center 90. --usd adds a layer with the lights and the camera, in which the sun is a light of its own.",
     .options = {{"--output", "write the sky to FILE, an .exr", .files = "exr"},
                 {"--set"},
                 {"--resolution", "size of the picture in pixels"},
+                {"--disks"},
+                {"--center"},
+                {"--usd"},
                 {"--tables"},
                 {"--verify", "measure the tables against integrals and, along 24 rays, against the tracer"},
                 {"--paths", "with --verify: paths of the tracer along each ray", "4096"},
                 {"--dry-run"},
                 {"--progress"}},
     .examples = {{"nephos sky clear.yaml", "print the irradiances"},
-                 {"nephos sky clear.yaml -o sky.exr --resolution 64x32", "write the sky as a picture"}},
+                 {"nephos sky clear.yaml -o sky.exr --resolution 64x32", "write the sky as a picture"},
+                 {"nephos sky clear.yaml -o dome.exr --usd dome.usda --resolution 64x32", "write lights and camera"}},
 };

@@ -150,6 +150,12 @@ static bool take_time_limit(cli_options *out, const cli_option *option, const ch
   return cli_read_real(argument, &out->time_limit_s);
 }
 
+static bool take_center(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  out->has_center = true;
+  return cli_read_real(argument, &out->center_deg) && out->center_deg <= 360.0;
+}
+
 static bool take_relative_mse(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
   out->has_relative_mse_max = true;
@@ -182,6 +188,7 @@ static bool take_quiet(cli_options *out, const cli_option *option, const char *a
 
 static const char *const integrators[] = {"march", "path", NULL};
 static const char *const guidings[] = {"none", "adjoint", NULL};
+static const char *const sky_disks[] = {"include", "layer", "none", NULL};
 static const char *const sky_methods[] = {"lut", "march", "trace", NULL};
 static const char *const isa_levels[] = {
     [NEPH_ISA_X86_64] = "x86-64", [NEPH_ISA_X86_64_V3] = "x86-64-v3", [NEPH_ISA_X86_64_V4] = "x86-64-v4", NULL};
@@ -242,6 +249,12 @@ static const cli_option options[] = {
      .meaning = "compare with a second computation"},
     {.name = "--tables", .argument = "DIR", .take = take_text, .field = INTO(table_folder), .files = "/",
      .meaning = "write each table of air and sky as a picture, .exr and .png, into the folder DIR"},
+    {.name = "--disks", .argument = "WHERE", .take = take_choice, .field = INTO(disks), .words = sky_disks,
+     .fallback = "include", .meaning = "disks of sun and moon: in R, G, B; in a layer `disk`; left out"},
+    {.name = "--center", .argument = "AZIMUTH", .take = take_center, .range = "a number in [0, 360]",
+     .fallback = "180", .meaning = "azimuth in the middle of the picture, degrees clockwise from north"},
+    {.name = "--usd", .argument = "FILE", .take = take_text, .field = INTO(usd_path), .files = "usda",
+     .meaning = "write the sky's picture as a dome light, sun, moon and camera to FILE, a .usda"},
     {.name = "--explain", .take = take_flag, .field = INTO(wants_plan),
      .meaning = "print the stages that would run, and the reasons, and stop"},
     {.name = "--dry-run", .letter = 'n', .take = take_flag, .field = INTO(is_dry_run),

@@ -61,6 +61,10 @@ typedef struct cli_options {
   bool is_json, is_exact, wants_plan, is_dry_run;
   const char *method;       /* of a probe; NULL: not given */
   const char *table_folder; /* of a sky; NULL: not given */
+  const char *disks;        /* of a sky; NULL: not given */
+  const char *usd_path;     /* of a sky; NULL: not given */
+  bool has_center;
+  double center_deg; /* azimuth in the middle of a sky's picture */
   unsigned path_count;      /* of a probe or a sky; 0: not given */
   double target_error;      /* 0: not given */
   bool has_time_limit;

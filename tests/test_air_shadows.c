@@ -136,6 +136,10 @@ static double compute_first(const block *b, np_vec3 direction, double distance_m
   return (double)first.band[band];
 }
 
+static np_spectrum get_lost(const block *b, np_vec3 direction, double distance_m) {
+  return np_air_shadow_get_lost(&b->shadow, &(np_view_ray){.direction = direction}, distance_m);
+}
+
 /* The light lost is that between the planes of the shadow's sides, before it nothing. 4 %: the block's faces are
  * soft over half a voxel at each side. */
 static void what_is_lost_lies_in_the_shadow(void **state) {
@@ -151,10 +155,10 @@ static void what_is_lost_lies_in_the_shadow(void **state) {
         if (d.z < 0.0f && isinf(ends[e])) continue; /* there is ground */
         const double near = (block_m - half_width_m) / (double)d.x, far = (block_m + half_width_m) / (double)d.x;
         const double lost = compute_first(&b, d, far, band) - compute_first(&b, d, near, band);
-        const double found = (double)np_air_shadow_get_lost(&b.shadow, d, ends[e]).band[band];
+        const double found = (double)get_lost(&b, d, ends[e]).band[band];
         assert_near_relative(found * compute_first(&b, d, ends[e], band), lost, 0.04);
       }
-    assert_near((double)np_spectrum_max(np_air_shadow_get_lost(&b.shadow, d, 4.4e3)), 0.0, 1e-4);
+    assert_near((double)np_spectrum_max(get_lost(&b, d, 4.4e3)), 0.0, 1e-4);
   }
   clear_block(&b);
 }
@@ -168,7 +172,7 @@ static void beside_the_shadow_nothing_is_lost(void **state) {
   const np_vec3 rays[] = {{1.0f, 0.35f, 0.0f}, {1.0f, -0.35f, 0.1f}};
   for (int i = 0; i < 2; i++) {
     const np_vec3 d = np_vec3_normalize(rays[i]);
-    assert_near((double)np_spectrum_max(np_air_shadow_get_lost(&b.shadow, d, INFINITY)), 0.0, 1e-4);
+    assert_near((double)np_spectrum_max(get_lost(&b, d, INFINITY)), 0.0, 1e-4);
   }
   clear_block(&b);
 }
@@ -198,7 +202,7 @@ static void clouds_light_the_air_below_them(void **state) {
   const np_spectrum even = np_sky_even_inscatter(b.sky, d, 6e3, &first);
   for (int band = 0; band < 3; band++) {
     const double gain = 0.1 * 1.3 / (2.0 * NP_PI) / (double)through.band[band];
-    const double found = -(double)np_air_shadow_get_lost(&b.shadow, d, 6e3).band[band] * (double)first.band[band];
+    const double found = -(double)get_lost(&b, d, 6e3).band[band] * (double)first.band[band];
     assert_near_relative(found, gain * (double)even.band[band], 0.01);
   }
   clear_block(&b);

@@ -147,7 +147,7 @@ static void fill_header(np_image_header *header) {
     header->world_to_ndc[i] = (float)-i;
   }
   for (int i = 0; i < 8; i++) header->chromaticities[i] = 0.125f * (float)i;
-  header->has_camera = header->has_chromaticities = header->has_window = true;
+  header->has_camera = header->has_ndc = header->is_latlong = header->has_chromaticities = header->has_window = true;
   const int min[2] = {100, 200}, max[2] = {100 + WIDTH - 1, 200 + HEIGHT - 1}, display_max[2] = {959, 539};
   memcpy(header->data_min, min, sizeof min);
   memcpy(header->data_max, max, sizeof max);

@@ -284,7 +284,9 @@ static void test_unknown_keys(void **state) {
       {"camra: {}", "1:1: camra is not a key, did you mean camera? a scene has version, place, camera,"},
       {"fov: 3", "1:1: fov is not a key, did you mean camera.fov? a scene has"},
       {"camera: {xyzzy: 3}",
-       "1:10: camera.xyzzy is not a key; camera has position, look_at, fov, roll, resolution, overscan\n"},
+       "1:10: camera.xyzzy is not a key; camera has kind, position, look_at, fov, focal_length, sensor, "
+       "orthographic_width, fisheye_fov, shift, roll, near, far, f_stop, focus_distance, blades, shutter, iso, stereo, "
+       "resolution, overscan\n"},
       {"clouds: [{bake: {covrage: 1}}]",
        "1:18: clouds[0].bake.covrage is not a key, did you mean clouds[].bake.coverage?"},
       {"\"a\\nb\": 3", "1:1: a?b is not a key"},

@@ -178,7 +178,8 @@ static void add_light_result(np_hash *hash, const np_packet_light *l, np_stage s
   if (stage == NP_STAGE_VIEWER_LIGHT) np_hash_add(hash, l->viewer_light.outgoing, 8 * sizeof(float));
   if (stage == NP_STAGE_GROUND_CLOUDS)
     np_hash_add(hash, ground->points, (size_t)ground->size[0] * (size_t)ground->size[1] * sizeof *ground->points);
-  if (stage == NP_STAGE_AIR_SHADOWS) add_spectrum(hash, np_air_shadow_get_lost(&l->air_shadow, ahead, INFINITY));
+  if (stage == NP_STAGE_AIR_SHADOWS)
+    add_spectrum(hash, np_air_shadow_get_lost(&l->air_shadow, &(np_view_ray){.direction = ahead}, INFINITY));
   if (stage != NP_STAGE_LIGHTING) return;
   const bool answers[] = {l->lighting.scattering, l->lighting.viewer_light, l->lighting.ground_light,
                           l->lighting.air_shadow, l->lighting.sky_guide,    l->lighting.sun_optical_depths.cache};

@@ -90,7 +90,9 @@ typedef enum neph_exposure {
   NEPH_EXPOSURE_METER, /**< by the light on the scene, from the attributes nephos:meter and nephos:meterLuminance
                             of a render: a white diffuser comes to 0.8 by day and to less in the dark, the same for all
                             parts of a picture */
-  NEPH_EXPOSURE_FIXED  /**< none: the picture times 2^exposure_ev */
+  NEPH_EXPOSURE_FIXED, /**< none: the picture times 2^exposure_ev */
+  NEPH_EXPOSURE_CAMERA /**< by f-stop, shutter and ISO, from the attribute nephos:EV100 and the meter's: 1.2·2^EV cd/m²
+                            comes to 1 */
 } neph_exposure;
 
 typedef struct neph_preview_desc {

@@ -44,6 +44,13 @@ typedef enum neph_multiple_scattering {
   NEPH_MULTIPLE_SCATTERING_DERIVATIVE     /**< one look-up towards the sun: a slope of density is lit like a wall */
 } neph_multiple_scattering;
 
+/** Eye of a stereo camera that a picture is seen by. */
+typedef enum neph_eye {
+  NEPH_EYE_CENTRE, /**< the camera's position; the default */
+  NEPH_EYE_LEFT,   /**< of a stereo camera, half the interaxial distance to the left */
+  NEPH_EYE_RIGHT
+} neph_eye;
+
 /** Part of a picture under way. Valid only during the callback. */
 typedef struct neph_tile {
   unsigned min[2], max[2]; /**< its first pixel in `image`, from the top left, and one past its last */
@@ -93,6 +100,8 @@ typedef struct neph_render_desc {
   void *progress_user;       /**< default NULL */
   neph_tile_fn tile;         /**< default NULL */
   void *tile_user;           /**< default NULL */
+  neph_eye eye;              /**< of a stereo camera; neph_scene_get_render_desc has its camera.stereo.eye, and the left
+                                  one where that is both; others have NEPH_EYE_CENTRE */
   uint64_t memory_max_bytes; /**< a render that neph_render_estimate_memory predicts to need more is refused, as are
                                   bakes within it, with NEPH_ERROR_LIMIT (default NEPH_MEMORY_UNLIMITED) */
 } neph_render_desc;
@@ -104,7 +113,8 @@ typedef struct neph_render_desc {
     .target_error = NEPH_UNLIMITED, .time_limit_s = NEPH_UNLIMITED, .seed = 0, .frame = 1,                             \
     .multiple_scattering = NEPH_MULTIPLE_SCATTERING_ORDINATES, .atmosphere = NEPH_RENDER_ATMOSPHERE_TRACED,            \
     .path_guiding = NEPH_PATH_GUIDING_NONE, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL,                  \
-    .progress_user = NULL, .tile = NULL, .tile_user = NULL, .memory_max_bytes = NEPH_MEMORY_UNLIMITED                  \
+    .progress_user = NULL, .tile = NULL, .tile_user = NULL, .eye = NEPH_EYE_CENTRE,                                    \
+    .memory_max_bytes = NEPH_MEMORY_UNLIMITED                                                                          \
   }
 
 /** The scene's own render settings, to start from.
@@ -154,27 +164,53 @@ typedef struct neph_memory_estimate {
 NEPH_API neph_result neph_render_estimate_memory(neph_scene *scene, const neph_render_desc *desc,
                                                  neph_memory_estimate *out_estimate) NEPH_NODISCARD;
 
+/** Disks of sun and moon in a picture of the sky. */
+typedef enum neph_sky_disks {
+  NEPH_SKY_DISKS_LAYER,   /**< in channels of their own, disk.R, disk.G and disk.B; the default */
+  NEPH_SKY_DISKS_INCLUDE, /**< in R, G and B, which are all channels */
+  NEPH_SKY_DISKS_NONE     /**< left out: R, G and B of the sky alone */
+} neph_sky_disks;
+
 typedef struct neph_sky_image_desc {
   size_t struct_size;
   unsigned width, height;    /**< of the latitude-longitude picture, ≥ 2 (default 1024 × 512) */
   neph_progress_fn progress; /**< default NULL */
   void *progress_user;       /**< default NULL */
+  neph_sky_disks disks;      /**< default NEPH_SKY_DISKS_LAYER */
+  double center_azimuth_rad; /**< azimuth of the picture's middle, clockwise from north (default π: south) */
 } neph_sky_image_desc;
 
 #define NEPH_SKY_IMAGE_DESC_DEFAULT                                                                                    \
-  { .struct_size = sizeof(neph_sky_image_desc), .width = 1024, .height = 512, .progress = NULL, .progress_user = NULL }
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_sky_image_desc), .width = 1024, .height = 512, .progress = NULL, .progress_user = NULL, \
+    .disks = NEPH_SKY_DISKS_LAYER, .center_azimuth_rad = 3.14159265358979323846                                        \
+  }
 
-/** The scene's sky from its camera as a latitude-longitude picture: north at the left edge, east a quarter in, zenith
- * at the top; channels R, G, B without the disks of sun and moon, which are in disk.R, disk.G, disk.B, averaged over
- * each pixel.
+/** The scene's sky from its camera as a latitude-longitude picture: azimuth grows to the right, by default from north
+ at
+ * the left edge over east a quarter in, zenith at the top; channels R, G, B, and the disks of sun and moon, averaged
+ * over each pixel, as `disks` says. The header's envmap says that it is one.
  *
- * Text attributes hold irradiances on a level surface at the camera (nephos:sunIrradiance, nephos:skyIrradiance: three
+ * Text attributes hold the direction of the sun and of a moon that shines, their angular radius and their irradiance on
+ * a plane that faces them (nephos:sunDirection, nephos:sunAngularRadius, nephos:sunNormalIrradiance and so on),
+ irradiances on a level surface at the camera (nephos:sunIrradiance, nephos:skyIrradiance: three
  * numbers, where there is air) and spherical harmonics of order 2 of the sky without the disks (nephos:skyHarmonics:
  * nine coefficients of R, G, B each, real and orthonormal without the Condon-Shortley phase, in the order 1, y, z, x,
  * xy, yz, 3z²−1, xz, x²−y²; x east, y north, z up). These are not multiplied by output.scale, as pixels are.
  */
 NEPH_API neph_result neph_render_sky(neph_scene *scene, const neph_sky_image_desc *desc,
                                      neph_image **out_image) NEPH_NODISCARD;
+
+/** Lights and camera of a scene as a USD layer (.usda): a DomeLight with a picture of the sky, DistantLights for sun
+ * and moon where the picture has not their disks, and the camera where it has a counterpart, a perspective or an
+ * orthographic one. Z up, metres.
+ *
+ * @param sky       what neph_render_sky has made of the scene, or its header.
+ * @param texture   asset path of that picture, as the layer is to name it.
+ * @param path      file to write, replaced when all of it is there.
+ */
+NEPH_API neph_result neph_scene_save_usd(const neph_scene *scene, const neph_image *sky, const char *texture,
+                                         const char *path) NEPH_NODISCARD;
 
 /** A table of an atmosphere or of a sky. */
 typedef enum neph_sky_table {

@@ -73,6 +73,9 @@ typedef struct neph_output {
 /** @param out_output  starts from NEPH_OUTPUT_DEFAULT; unchanged on failure. */
 NEPH_API neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_output) NEPH_NODISCARD;
 
+/** Whether each frame has two pictures, of a left and a right eye: camera.stereo is given, and its eye is both. */
+NEPH_API bool neph_scene_is_stereo(const neph_scene *scene);
+
 /** Number of clouds in a scene. */
 NEPH_API unsigned neph_scene_get_cloud_count(const neph_scene *scene);
 

@@ -8,6 +8,8 @@
 #ifndef NEPHOS_SCENE_BUILD_H
 #define NEPHOS_SCENE_BUILD_H
 
+#include <math.h>
+
 #include <nephos/atmosphere.h>
 #include <nephos/scene.h>
 #include <nephos/terrain.h>
@@ -17,20 +19,55 @@
 extern "C" {
 #endif
 
-/** A pinhole; x points east, y north, z up. */
+/** Projection of a camera. */
+typedef enum neph_camera_kind {
+  NEPH_CAMERA_PERSPECTIVE,     /**< a plane before the eye; the default */
+  NEPH_CAMERA_ORTHOGRAPHIC,    /**< parallel rays, as of a satellite */
+  NEPH_CAMERA_EQUIRECTANGULAR, /**< longitude and latitude of the whole sphere, level, look_at's azimuth in the middle
+                                */
+  NEPH_CAMERA_FISHEYE          /**< a circle as wide or high as the picture; angles go evenly with distances */
+} neph_camera_kind;
+
+/** No aperture; everything is in focus. */
+#define NEPH_PINHOLE HUGE_VAL
+
+/** The distance from the camera to the point that it looks at. */
+#define NEPH_AT_TARGET HUGE_VAL
+
+/** x points east, y north, z up. */
 typedef struct neph_camera_desc {
   size_t struct_size;
-  double position_m[3];   /**< of the pinhole (default 0, −6000, 400) */
-  double look_at_m[3];    /**< the point in the middle of the picture (default 0, 0, 1800) */
-  double fov_rad;         /**< horizontal angle of view (default 50°) */
-  double roll_rad;        /**< clockwise about the view (default 0) */
-  unsigned resolution[2]; /**< width and height of the picture in pixels (default 960 × 540) */
+  double position_m[3];        /**< of the eye (default 0, −6000, 400) */
+  double look_at_m[3];         /**< the point in the middle of the picture (default 0, 0, 1800) */
+  double fov_rad;              /**< horizontal angle of view of a perspective (default 50°) */
+  double roll_rad;             /**< clockwise about the view (default 0) */
+  unsigned resolution[2];      /**< width and height of the picture in pixels (default 960 × 540) */
+  neph_camera_kind kind;       /**< (default NEPH_CAMERA_PERSPECTIVE) */
+  double fisheye_fov_rad;      /**< angle across a fisheye's circle (default 180°) */
+  bool has_focal_length;       /**< in place of fov_rad (default false) */
+  double focal_length_m;       /**< gives, with the sensor, the angle of view (default 0.05) */
+  double sensor_m;             /**< width of the sensor (default 0.036) */
+  double orthographic_width_m; /**< of an orthographic picture in the world (default 10000) */
+  double shift[2];             /**< of the picture in its plane, right and up, in its widths (default 0, 0) */
+  double near_m, far_m;        /**< depths outside of which clouds and ground are not seen (default 0, HUGE_VAL) */
+  double f_stop;               /**< focal length over the aperture's diameter (default NEPH_PINHOLE) */
+  double focus_distance_m;     /**< depth of the plane in focus (default NEPH_AT_TARGET) */
+  unsigned blade_count;        /**< of the aperture, 3 to 32; 0: it is round (default 0) */
+  bool has_exposure;           /**< with the next two and f_stop: photographic exposure (default false) */
+  double shutter_s, iso;       /**< (default 1/125, 100) */
+  bool is_stereo;              /**< a picture for each of two eyes: neph_render_desc.eye (default false) */
+  double interaxial_m;         /**< between the eyes (default 0.065) */
+  double convergence_m;        /**< depth of what both see at the same place (default NEPH_AT_TARGET) */
 } neph_camera_desc;
 
 #define NEPH_CAMERA_DESC_DEFAULT                                                                                       \
   {                                                                                                                    \
     .struct_size = sizeof(neph_camera_desc), .position_m = {0, -6000, 400}, .look_at_m = {0, 0, 1800},                 \
-    .fov_rad = 0.87266462599716477, .roll_rad = 0, .resolution = {960, 540}                                            \
+    .fov_rad = 0.87266462599716477, .roll_rad = 0, .resolution = {960, 540}, .kind = NEPH_CAMERA_PERSPECTIVE,          \
+    .fisheye_fov_rad = 3.1415926535897931, .has_focal_length = false, .focal_length_m = 0.05, .sensor_m = 0.036,       \
+    .orthographic_width_m = 10000, .shift = {0, 0}, .near_m = 0, .far_m = HUGE_VAL, .f_stop = NEPH_PINHOLE,            \
+    .focus_distance_m = NEPH_AT_TARGET, .blade_count = 0, .has_exposure = false, .shutter_s = 0.008, .iso = 100,       \
+    .is_stereo = false, .interaxial_m = 0.065, .convergence_m = NEPH_AT_TARGET                                         \
   }
 
 /** @param desc  NULL for the defaults. */
@@ -38,15 +75,15 @@ NEPH_API neph_result neph_scene_set_camera(neph_scene *scene, const neph_camera_
 
 typedef struct neph_sun_desc {
   size_t struct_size;
-  bool has_direction;               /**< by its direction, not by the two angles (default false) */
-  double direction[3];              /**< towards the sun, of any length above 0 (default 0, 0, 1) */
-  double elevation_rad;             /**< above the horizontal at the world's origin (default 35°) */
-  double azimuth_rad;               /**< clockwise from north (default 120°) */
-  bool has_irradiance;              /**< else as from the planet (default false) */
-  double irradiance_w_m2_nm[3];     /**< above the atmosphere, per band (default 1.474, 1.8504, 1.91198) */
-  bool has_angular_radius;          /**< else as from the planet (default false) */
-  double angular_radius_rad;        /**< of the disk (default 0.00467396) */
-  bool has_limb_darkening;          /**< the disk darkens towards its edge (default true) */
+  bool has_direction;           /**< by its direction, not by the two angles (default false) */
+  double direction[3];          /**< towards the sun, of any length above 0 (default 0, 0, 1) */
+  double elevation_rad;         /**< above the horizontal at the world's origin (default 35°) */
+  double azimuth_rad;           /**< clockwise from north (default 120°) */
+  bool has_irradiance;          /**< else as from the planet (default false) */
+  double irradiance_w_m2_nm[3]; /**< above the atmosphere, per band (default 1.474, 1.8504, 1.91198) */
+  bool has_angular_radius;      /**< else as from the planet (default false) */
+  double angular_radius_rad;    /**< of the disk (default 0.00467396) */
+  bool has_limb_darkening;      /**< the disk darkens towards its edge (default true) */
 } neph_sun_desc;
 
 #define NEPH_SUN_DESC_DEFAULT                                                                                          \
@@ -82,20 +119,20 @@ typedef enum neph_cloud_phase {
 /** A volume in its place, and what its values mean. */
 typedef struct neph_placement_desc {
   size_t struct_size;
-  const char *name;      /**< in messages, copied; NULL: cloud0, cloud1, … (default NULL) */
-  bool has_position;     /**< else where the volume's own transform puts it (default false) */
-  double position_m[3];  /**< where the middle of the bottom of its box goes (default 0, 0, 0) */
-  double rotation_rad;   /**< about the vertical, counter-clockwise seen from above (default 0) */
-  double scale;          /**< enlarges it; > 0 (default 1) */
+  const char *name;               /**< in messages, copied; NULL: cloud0, cloud1, … (default NULL) */
+  bool has_position;              /**< else where the volume's own transform puts it (default false) */
+  double position_m[3];           /**< where the middle of the bottom of its box goes (default 0, 0, 0) */
+  double rotation_rad;            /**< about the vertical, counter-clockwise seen from above (default 0) */
+  double scale;                   /**< enlarges it; > 0 (default 1) */
   neph_density_unit density_unit; /**< (default NEPH_DENSITY_EXTINCTION) */
-  double density_value;  /**< (default 1: values are extinction in 1/m, as baked clouds have them) */
-  double albedo[3];      /**< share of the light that scattering leaves (default 0.999995 each) */
-  neph_cloud_phase phase;     /**< (default NEPH_CLOUD_DROPLETS) */
-  double droplet_diameter_m; /**< (default 20e-6) */
-  double asymmetry;          /**< g (default 0.85) */
-  double second_asymmetry;   /**< g of the second lobe (default −0.25) */
-  double second_weight;      /**< 0 to 1 (default 0.1) */
-  double draine_alpha;       /**< 0 is Henyey-Greenstein, 1 Cornette-Shanks (default 1) */
+  double density_value;           /**< (default 1: values are extinction in 1/m, as baked clouds have them) */
+  double albedo[3];               /**< share of the light that scattering leaves (default 0.999995 each) */
+  neph_cloud_phase phase;         /**< (default NEPH_CLOUD_DROPLETS) */
+  double droplet_diameter_m;      /**< (default 20e-6) */
+  double asymmetry;               /**< g (default 0.85) */
+  double second_asymmetry;        /**< g of the second lobe (default −0.25) */
+  double second_weight;           /**< 0 to 1 (default 0.1) */
+  double draine_alpha;            /**< 0 is Henyey-Greenstein, 1 Cornette-Shanks (default 1) */
 } neph_placement_desc;
 
 #define NEPH_PLACEMENT_DESC_DEFAULT                                                                                    \

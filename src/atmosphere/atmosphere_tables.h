@@ -54,6 +54,7 @@ typedef struct np_sky_frame {
 struct neph_sky {
   neph_atmosphere *atmosphere;
   np_monitor *monitor; /* while the tables are built; may be NULL */
+  np_path_rule ray_rule; /* of a row of the view, for rays from elsewhere */
   np_spectrum irradiance;
   np_vec3 sun;
   float sun_angular_radius;

@@ -92,6 +92,7 @@ neph_result np_sky_create_monitored(neph_atmosphere *atmosphere, const neph_sky_
   if (!sky) return NEPH_ERROR_OUT_OF_MEMORY;
   sky->atmosphere = neph_atmosphere_retain(atmosphere);
   sky->monitor = monitor;
+  sky->ray_rule = np_path_rule_make(atmosphere->sizes.view.points);
   set_light(sky, &read);
   sky->built = sky->frame;
   sky->built_angular_radius = sky->sun_angular_radius;

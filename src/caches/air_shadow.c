@@ -19,6 +19,8 @@ static size_t count_nodes(const np_air_rays *rays) {
 }
 
 static np_vec3 compute_direction(const np_air_rays *rays, float i, float j) {
+  const np_air_film *film = &rays->film;
+  if (film->camera) return film->get_direction(film->camera, i * film->spacing, j * film->spacing);
   const np_vec3 level = np_vec3_add(rays->forward, np_vec3_scale(rays->right, i - rays->middle[0]));
   return np_vec3_normalize(np_vec3_add(level, np_vec3_scale(rays->down, j - rays->middle[1])));
 }
@@ -399,12 +401,22 @@ static float mix_losses(uint16_t near, uint16_t far, float part, bool is_past) {
   return a * b / np_mixf(b, a, part);
 }
 
-/* Place of a direction in the grid: lower neighbours among its nodes, and fractions. */
-static void locate(const np_air_rays *r, np_vec3 direction, int32_t out_lower[2], float out_part[2]) {
-  const float depth = np_maxf(np_vec3_dot(direction, r->forward), 1e-6f);
+/* Place of a ray in the grid, in nodes: on a plane by its direction, which a lens may have bent. */
+static void compute_node(const np_air_rays *r, const np_view_ray *view, float out[2]) {
+  const float depth = np_maxf(np_vec3_dot(view->direction, r->forward), 1e-6f);
   const np_vec3 step[2] = {r->right, r->down};
+  for (int a = 0; a < 2; a++)
+    out[a] = r->film.camera
+                 ? view->film[a] / r->film.spacing
+                 : r->middle[a] + np_vec3_dot(view->direction, step[a]) / (depth * np_vec3_dot(step[a], step[a]));
+}
+
+/* Lower neighbours of a ray among the nodes that are there, and parts. */
+static void locate(const np_air_rays *r, const np_view_ray *view, int32_t out_lower[2], float out_part[2]) {
+  float node[2];
+  compute_node(r, view, node);
   for (int a = 0; a < 2; a++) {
-    const float x = r->middle[a] + np_vec3_dot(direction, step[a]) / (depth * np_vec3_dot(step[a], step[a]));
+    const float x = node[a];
     const float inside = np_clampf(x, (float)r->begin[a], (float)(r->end[a] - 1)), below = floorf(inside);
     const int32_t lower = (int32_t)below < r->end[a] - 2 ? (int32_t)below : r->end[a] - 2;
     out_lower[a] = lower - r->begin[a];
@@ -412,12 +424,12 @@ static void locate(const np_air_rays *r, np_vec3 direction, int32_t out_lower[2]
   }
 }
 
-np_spectrum np_air_shadow_get_lost(const np_air_shadow *shadow, np_vec3 direction, double distance_m) {
+np_spectrum np_air_shadow_get_lost(const np_air_shadow *shadow, const np_view_ray *view, double distance_m) {
   const np_air_visibility *v = shadow->visibility;
   const np_air_rays *r = &v->rays;
   int32_t lower[2];
   float part[2], along, weights = 0.0f;
-  locate(r, direction, lower, part);
+  locate(r, view, lower, part);
   const int plane = compute_plane_before(v->reach_m, distance_m, &along);
   const double within = fmin(distance_m, 1e9);
   const size_t width = (size_t)(r->end[0] - r->begin[0]);

@@ -32,9 +32,25 @@
  * these, and at infinity. */
 enum { NP_AIR_SHADOW_CELLS = 48, NP_AIR_SHADOW_PLANES = NP_AIR_SHADOW_CELLS + 4 };
 
+/* A ray of the camera, as its air is asked for: from the eye, through a place of the film in pixels. */
+typedef struct np_view_ray {
+  np_dvec3 eye;
+  np_vec3 direction;
+  float film[2];
+} np_view_ray;
+
+/* A picture that is not in a plane: direction through a place of its film. */
+typedef struct np_air_film {
+  const void *camera; /* borrowed */
+  np_vec3 (*get_direction)(const void *camera, float x, float y);
+  float spacing; /* of nodes, in pixels */
+} np_air_film;
+
 /* Rays through the nodes of a grid: direction(i, j) goes along forward + (i − middle[0])·right + (j − middle[1])·down,
- * which are square to each other. Nodes are counted as in the whole picture, whatever part of it is there. */
+ * which are square to each other, or as the film has it. Nodes are counted as in the whole picture, whatever part of it
+ * is there. */
 typedef struct np_air_rays {
+  np_air_film film; /* `camera` NULL: a plane */
   np_dvec3 origin;
   np_vec3 forward, right, down;
   float middle[2];
@@ -82,6 +98,6 @@ void np_air_shadow_clear(np_air_shadow *shadow);
 
 /* Share of the first order's in-scatter up to a distance, infinity allowed, that is lost; below 0 where clouds give the
  * air more than they take. */
-np_spectrum np_air_shadow_get_lost(const np_air_shadow *shadow, np_vec3 direction, double distance_m);
+np_spectrum np_air_shadow_get_lost(const np_air_shadow *shadow, const np_view_ray *view, double distance_m);
 
 #endif

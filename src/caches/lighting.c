@@ -3,40 +3,39 @@
 
 /* Takes from light that air scattered up to a distance what clouds and hills keep from it; `first` of it is of the
  * first order. Never negative: tables of the whole and of the first order are interpolated apart. */
-static np_spectrum shade(const np_air_shadow *shadow, np_vec3 direction, double distance_m, np_spectrum light,
+static np_spectrum shade(const np_air_shadow *shadow, const np_view_ray *view, double distance_m, np_spectrum light,
                          np_spectrum first) {
-  const np_spectrum lost = np_air_shadow_get_lost(shadow, direction, distance_m);
+  const np_spectrum lost = np_air_shadow_get_lost(shadow, view, distance_m);
   for (int b = 0; b < NP_BAND_COUNT; b++) light.band[b] = fmaxf(light.band[b] - lost.band[b] * first.band[b], 0.0f);
   return light;
 }
 
-np_spectrum np_lighting_camera_sky(const np_lighting *lighting, const np_world *world, np_dvec3 origin,
-                                   np_vec3 direction) {
+np_spectrum np_lighting_camera_sky(const np_lighting *lighting, const np_world *world, const np_view_ray *view) {
   if (!lighting->air_shadow || !world->camera_sky)
-    return np_world_sky_radiance(world, world->camera_sky, origin, direction);
+    return np_world_sky_radiance(world, world->camera_sky, view->eye, view->direction);
   np_spectrum first;
-  (void)np_sky_aerial_orders(world->camera_sky, direction, INFINITY, &first);
-  const np_spectrum clear = np_sky_radiance(world->camera_sky, direction);
-  return np_world_add_beyond(world, origin, direction, shade(lighting->air_shadow, direction, INFINITY, clear, first));
+  (void)np_sky_aerial_orders(world->camera_sky, view->direction, INFINITY, &first);
+  const np_spectrum clear = np_sky_radiance(world->camera_sky, view->direction);
+  return np_world_add_beyond(world, view->eye, view->direction,
+                             shade(lighting->air_shadow, view, INFINITY, clear, first));
 }
 
-np_spectrum np_lighting_background(const np_lighting *lighting, const np_world *world, np_dvec3 origin,
-                                   np_vec3 direction) {
-  const np_spectrum sky = np_lighting_camera_sky(lighting, world, origin, direction);
-  const np_spectrum disk = np_world_disk_radiance(world, direction);
+np_spectrum np_lighting_background(const np_lighting *lighting, const np_world *world, const np_view_ray *view) {
+  const np_spectrum sky = np_lighting_camera_sky(lighting, world, view);
+  const np_spectrum disk = np_world_disk_radiance(world, view->direction);
   if (np_spectrum_is_zero(disk)) return sky;
   if (!world->atmosphere) return np_spectrum_add(sky, disk);
-  return np_spectrum_add(
-      sky, np_spectrum_multiply(disk, np_atmosphere_transmittance_to_space(world->atmosphere, origin, direction)));
+  return np_spectrum_add(sky, np_spectrum_multiply(disk, np_atmosphere_transmittance_to_space(
+                                                             world->atmosphere, view->eye, view->direction)));
 }
 
-np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const np_world *world, np_dvec3 origin,
-                                             np_vec3 direction, double distance_m) {
+np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const np_world *world,
+                                             const np_view_ray *view, double distance_m) {
   const neph_sky *sky = world->camera_sky;
-  if (!lighting->air_shadow || !sky) return np_world_air(world, sky, origin, direction, distance_m);
+  if (!lighting->air_shadow || !sky) return np_world_air(world, sky, view->eye, view->direction, distance_m);
   np_spectrum first;
-  np_aerial_perspective air = np_sky_aerial_orders(sky, direction, distance_m, &first);
-  air.inscatter = shade(lighting->air_shadow, direction, distance_m, air.inscatter, first);
+  np_aerial_perspective air = np_sky_aerial_orders(sky, view->direction, distance_m, &first);
+  air.inscatter = shade(lighting->air_shadow, view, distance_m, air.inscatter, first);
   return air;
 }
 

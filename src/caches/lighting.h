@@ -26,16 +26,14 @@ typedef struct np_lighting {
 
 /* Radiance of sky, night and environment along a camera's ray that meets no ground, in the clouds' and hills' shadow.
  */
-np_spectrum np_lighting_camera_sky(const np_lighting *lighting, const np_world *world, np_dvec3 origin,
-                                   np_vec3 direction);
+np_spectrum np_lighting_camera_sky(const np_lighting *lighting, const np_world *world, const np_view_ray *view);
 
 /* The same with the disks of sun and moon, through the air. */
-np_spectrum np_lighting_background(const np_lighting *lighting, const np_world *world, np_dvec3 origin,
-                                   np_vec3 direction);
+np_spectrum np_lighting_background(const np_lighting *lighting, const np_world *world, const np_view_ray *view);
 
-/* The air between the camera and a point along its ray, in the same shadow. */
-np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const np_world *world, np_dvec3 origin,
-                                             np_vec3 direction, double distance_m);
+/* The air between the eye and a point along its ray, in the same shadow. */
+np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const np_world *world,
+                                             const np_view_ray *view, double distance_m);
 
 /* Irradiance of sky and clouds on the ground, free of hills. */
 np_spectrum np_lighting_ground_irradiance(const np_lighting *lighting, const np_world *world, const np_ground_hit *hit);

@@ -27,6 +27,12 @@ neph_result np_viewer_light_build(neph_context *context, const np_scattering_fie
                                   np_monitor *monitor, np_viewer_light *out);
 void np_viewer_light_clear(np_viewer_light *light);
 
+/* Whether it stands for an eye: the viewer's, or one so near, in an aperture, that directions are the same. */
+static inline bool np_viewer_light_serves(const np_viewer_light *light, np_dvec3 eye) {
+  if (np_dvec3_is_equal(light->viewer, eye)) return true;
+  return np_dvec3_length(np_dvec3_subtract(light->viewer, eye)) < 1e-3 * light->distance_min;
+}
+
 /* Light that clouds of a phase function scatter out to the viewer, from the cells around a point. */
 static inline np_spectrum np_viewer_light_outgoing(const np_viewer_light *light, const np_scattering_cells *cells,
                                                    unsigned phase_kind) {

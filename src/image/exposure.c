@@ -91,18 +91,35 @@ static double compute_key(double luminance) {
   return fmin(key / key_of_noon, 1.0);
 }
 
+static neph_result get_number(const neph_image *image, const char *exposure, const char *name, double *out) {
+  const char *value = neph_image_get_attribute(image, name);
+  if (!value)
+    return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "the picture has no attribute %s, by which the %s exposes it: choose another exposure", name,
+                   exposure);
+  *out = strtod(value, NULL);
+  return NEPH_OK;
+}
+
 /* A white diffuser in the light of the scene comes to 0.8 by day, and to less in the dark. */
 static neph_result choose_by_light(const neph_image *image, double *out) {
   static const double diffuser_to = 0.8;
-  const char *value = neph_image_get_attribute(image, NP_EXPOSURE_METER);
-  const char *luminance = neph_image_get_attribute(image, NP_EXPOSURE_METER_LUMINANCE);
-  if (!value || !luminance)
-    return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "the picture has no attribute %s, by which the meter exposes it: choose another exposure",
-                   NP_EXPOSURE_METER);
-  const double diffuser = strtod(value, NULL);
-  *out = diffuser > 0.0 ? diffuser_to * compute_key(strtod(luminance, NULL)) / diffuser : 1.0;
-  return NEPH_OK;
+  double diffuser = 0.0, luminance = 0.0;
+  neph_result result = get_number(image, "meter", NP_EXPOSURE_METER, &diffuser);
+  if (!result) result = get_number(image, "meter", NP_EXPOSURE_METER_LUMINANCE, &luminance);
+  if (!result) *out = diffuser > 0.0 ? diffuser_to * compute_key(luminance) / diffuser : 1.0;
+  return result;
+}
+
+/* Saturation-based sensitivity (ISO 12232): 78/(100·0.65)·2^EV100 cd/m² saturate a sensor behind a lens that transmits
+ * 0.65 of the light (Lagarde and de Rousiers 2014, "Moving Frostbite to Physically Based Rendering", 5.1). */
+static neph_result choose_by_camera(const neph_image *image, double *out) {
+  double diffuser = 0.0, luminance = 0.0, ev100 = 0.0;
+  neph_result result = get_number(image, "camera", NP_EXPOSURE_EV100, &ev100);
+  if (!result) result = get_number(image, "camera", NP_EXPOSURE_METER, &diffuser);
+  if (!result) result = get_number(image, "camera", NP_EXPOSURE_METER_LUMINANCE, &luminance);
+  if (!result) *out = diffuser > 0.0 ? luminance / diffuser / (1.2 * exp2(ev100)) : 1.0;
+  return result;
 }
 
 double np_exposure_get_luminance(const neph_image *image, const float rgb[3]) {
@@ -123,6 +140,7 @@ neph_result np_exposure_choose(const neph_image *image, neph_exposure exposure, 
                                double *out_factor) {
   *out_factor = 1.0;
   if (exposure == NEPH_EXPOSURE_METER) return choose_by_light(image, out_factor);
+  if (exposure == NEPH_EXPOSURE_CAMERA) return choose_by_camera(image, out_factor);
   if (exposure == NEPH_EXPOSURE_AUTO) *out_factor = np_exposure_choose_by_picture(image, white);
   return NEPH_OK;
 }

@@ -10,10 +10,13 @@
 #define NP_EXPOSURE_METER "nephos:meter"
 #define NP_EXPOSURE_METER_LUMINANCE "nephos:meterLuminance"
 
+/* Exposure value at ISO 100 of a camera whose f-stop, shutter and ISO were given. */
+#define NP_EXPOSURE_EV100 "nephos:EV100"
+
 /* Luminance of one colour of a picture, 1 for its (1, 1, 1). */
 double np_exposure_get_luminance(const neph_image *image, const float rgb[3]);
 
-/* Fails for the meter where the picture has not its attributes. */
+/* Fails for meter and camera where the picture has not their attributes. */
 neph_result np_exposure_choose(const neph_image *image, neph_exposure exposure, const double white[3],
                                double *out_factor);
 

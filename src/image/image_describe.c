@@ -52,7 +52,7 @@ static void append_header(growing_text *out, const np_image_header *header) {
   append_window(out, "display window", header->display_min, header->display_max);
   if (header->has_camera) {
     append_matrix(out, "worldToCamera", header->world_to_camera);
-    append_matrix(out, "worldToNDC", header->world_to_ndc);
+    if (header->has_ndc) append_matrix(out, "worldToNDC", header->world_to_ndc);
   }
   if (!header->has_chromaticities) return;
   append(out, "  %-24s", "chromaticities");
@@ -106,7 +106,7 @@ static void put_header(np_json *json, const np_image_header *header) {
   put_window(json, "display_window", header->display_min, header->display_max);
   if (header->has_camera) {
     put_floats(json, "worldToCamera", header->world_to_camera, 16);
-    put_floats(json, "worldToNDC", header->world_to_ndc, 16);
+    if (header->has_ndc) put_floats(json, "worldToNDC", header->world_to_ndc, 16);
   }
   if (header->has_chromaticities) put_floats(json, "chromaticities", header->chromaticities, 8);
 }

@@ -115,12 +115,12 @@ static neph_result read_windows(np_exr_file *file, np_image_header *header) {
 static void read_matrices(const np_exr_file *file, np_image_header *header) {
   exr_attr_m44f_t camera, ndc;
   exr_attr_chromaticities_t chromaticities;
-  if (!exr_attr_get_m44f(file->exr, 0, "worldToCamera", &camera) &&
-      !exr_attr_get_m44f(file->exr, 0, "worldToNDC", &ndc)) {
-    memcpy(header->world_to_camera, &camera, sizeof camera);
-    memcpy(header->world_to_ndc, &ndc, sizeof ndc);
-    header->has_camera = true;
-  }
+  exr_envmap_t map;
+  header->has_camera = !exr_attr_get_m44f(file->exr, 0, "worldToCamera", &camera);
+  header->has_ndc = header->has_camera && !exr_attr_get_m44f(file->exr, 0, "worldToNDC", &ndc);
+  if (header->has_camera) memcpy(header->world_to_camera, &camera, sizeof camera);
+  if (header->has_ndc) memcpy(header->world_to_ndc, &ndc, sizeof ndc);
+  header->is_latlong = !exr_attr_get_envmap(file->exr, 0, "envmap", &map) && map == EXR_ENVMAP_LATLONG;
   if (!exr_attr_get_chromaticities(file->exr, 0, "chromaticities", &chromaticities)) {
     memcpy(header->chromaticities, &chromaticities, sizeof chromaticities);
     header->has_chromaticities = true;
@@ -144,8 +144,7 @@ static neph_result read_attribute(neph_image *image, const exr_attribute_t *attr
 
 /* Attributes that OpenEXR requires are not carried from file to file. */
 static bool is_structural(const char *name) {
-  static const char *const names[] = {
-      "name", "type", "version", "chunkCount", "view", "pixelAspectRatio", "screenWindowWidth"};
+  static const char *const names[] = {"name", "type", "version", "chunkCount", "pixelAspectRatio", "screenWindowWidth"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
     if (!strcmp(names[i], name)) return true;
   return false;

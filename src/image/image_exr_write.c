@@ -69,7 +69,7 @@ static exr_result_t set_camera(exr_context_t exr, const np_image_header *header)
   memcpy(&camera, header->world_to_camera, sizeof camera);
   memcpy(&ndc, header->world_to_ndc, sizeof ndc);
   exr_result_t code = exr_attr_set_m44f(exr, 0, "worldToCamera", &camera);
-  return code ? code : exr_attr_set_m44f(exr, 0, "worldToNDC", &ndc);
+  return code || !header->has_ndc ? code : exr_attr_set_m44f(exr, 0, "worldToNDC", &ndc);
 }
 
 static exr_result_t set_attribute(exr_context_t exr, const np_image_attribute *attribute) {
@@ -90,6 +90,7 @@ static exr_result_t set_optional(exr_context_t exr, const neph_image *image) {
   snprintf(software, sizeof software, "nephos %s", neph_version_get_text());
   exr_result_t code = exr_attr_set_string(exr, 0, "software", software);
   if (!code && image->header.has_camera) code = set_camera(exr, &image->header);
+  if (!code && image->header.is_latlong) code = exr_attr_set_envmap(exr, 0, "envmap", EXR_ENVMAP_LATLONG);
   if (!code && image->header.has_chromaticities) {
     exr_attr_chromaticities_t chromaticities;
     memcpy(&chromaticities, image->header.chromaticities, sizeof chromaticities);

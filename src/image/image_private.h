@@ -27,7 +27,8 @@ typedef struct np_image_attribute {
 
 /* Typed header entries of a rendered picture; written to EXR when their flag is set. */
 typedef struct np_image_header {
-  bool has_camera;
+  bool has_camera, has_ndc; /* the first matrix, and the second: of pictures in a plane */
+  bool is_latlong;          /* longitude and latitude of the whole sphere */
   float world_to_camera[16], world_to_ndc[16]; /* row-vector convention of OpenEXR's standard attributes: p·M */
   bool has_chromaticities;
   float chromaticities[8];

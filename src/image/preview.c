@@ -132,8 +132,8 @@ static neph_result check_desc(neph_context *context, const neph_preview_desc *de
   const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
   if (!(fabs(desc->exposure_ev) <= 64))
     return np_fail(context, bad, "preview exposure is %g stops, must be in [-64, 64]", desc->exposure_ev);
-  if ((unsigned)desc->exposure > NEPH_EXPOSURE_FIXED)
-    return np_fail(context, bad, "preview exposure is %d, must be auto (0), meter (1) or fixed (2)",
+  if ((unsigned)desc->exposure > NEPH_EXPOSURE_CAMERA)
+    return np_fail(context, bad, "preview exposure is %d, must be auto (0), meter (1), fixed (2) or camera (3)",
                    (int)desc->exposure);
   if ((unsigned)desc->view >= VIEW_COUNT)
     return np_fail(context, bad, "preview view is %d, must be filmic (0), standard (1) or raw (2)", (int)desc->view);

@@ -55,10 +55,13 @@ static inline np_spectrum np_emitter_walk_eval(const np_emitter_walk *w, const n
 
 /* ---- Without bias ---- */
 
-/* Light from a place on a ray, behind the air before it where there is any. */
-static inline np_spectrum np_emission_dim(const np_world *world, np_dvec3 origin, np_vec3 direction, double distance,
-                                          np_spectrum light) {
-  return np_spectrum_multiply(light, np_world_air(world, world->camera_sky, origin, direction, distance).transmittance);
+/* Light from a place on a ray, behind the air before it where there is any, which begins `air_begin_m` before the
+ * ray's origin. */
+static inline np_spectrum np_emission_dim(const np_world *world, np_dvec3 origin, np_vec3 direction, double air_begin_m,
+                                          double distance, np_spectrum light) {
+  const np_dvec3 eye = np_dvec3_along(origin, direction, -air_begin_m);
+  return np_spectrum_multiply(
+      light, np_world_air(world, world->camera_sky, eye, direction, air_begin_m + distance).transmittance);
 }
 
 /* ∫ j ds up to a free flight's end among clouds, which makes ∫ j·T ds in the mean: one place, drawn evenly, in each
@@ -74,7 +77,7 @@ static inline np_spectrum np_emission_collect(const np_world *world, np_dvec3 or
     while (np_emitter_walk_next(&w, &begin, &end)) {
       const double t = begin + (end - begin) * np_random_double(random);
       np_spectrum light = np_emitter_walk_eval(&w, emission, t);
-      if (has_air && !np_spectrum_is_zero(light)) light = np_emission_dim(world, origin, direction, t, light);
+      if (has_air && !np_spectrum_is_zero(light)) light = np_emission_dim(world, origin, direction, 0.0, t, light);
       sum = np_spectrum_add_scaled(sum, (float)(end - begin), light);
     }
   }
@@ -102,11 +105,12 @@ static inline void np_emission_record(np_integrator_layers *layers, double begin
 }
 
 /* ∫ j·T ds of one emitter along a ray, T through clouds, and, where `has_air`, through air: the camera's, or what is
- * traced. In each step one place; what is faint is ended by Russian roulette. Recorded by depth in `layers`, unless it
- * is NULL. */
+ * traced, which begins `air_begin_m` before the origin. In each step one place; what is faint is ended by Russian
+ * roulette. Recorded by depth in `layers`, unless it is NULL. */
 static inline np_spectrum np_emitter_along(const np_world *world, const np_emitter *emitter, np_dvec3 origin,
                                            np_vec3 direction, double distance_end, float step_voxels, bool has_air,
-                                           np_random *random, np_integrator_layers *layers) {
+                                           double air_begin_m, np_random *random,
+                                           np_integrator_layers *layers) {
   np_spectrum sum = np_spectrum_grey(0.0f);
   np_depth_cursors clouds;
   np_emitter_walk w;
@@ -125,7 +129,7 @@ static inline np_spectrum np_emitter_along(const np_world *world, const np_emitt
     forgiven += before - depth;
     np_spectrum light = np_emitter_walk_eval(&w, world->emission, t);
     if (np_spectrum_is_zero(light)) continue;
-    if (has_air) light = np_emission_dim(world, origin, direction, t, light);
+    if (has_air) light = np_emission_dim(world, origin, direction, air_begin_m, t, light);
     light = np_spectrum_scale(light, (float)(weight * exp(drawn_depth - depth)));
     sum = np_spectrum_add(sum, light);
     if (layers) np_emission_record(layers, begin, end, light);
@@ -135,11 +139,12 @@ static inline np_spectrum np_emitter_along(const np_world *world, const np_emitt
 
 /* The same of all emitters. */
 static inline np_spectrum np_emission_along(const np_world *world, np_dvec3 origin, np_vec3 direction,
-                                            double distance_end, float step_voxels, bool has_air, np_random *random) {
+                                            double distance_end, float step_voxels, bool has_air, double air_begin_m,
+                                            np_random *random) {
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (unsigned g = 0; g < world->emission->emitter_count; g++)
     sum = np_spectrum_add(sum, np_emitter_along(world, &world->emission->emitters[g], origin, direction, distance_end,
-                                                step_voxels, has_air, random, NULL));
+                                                step_voxels, has_air, air_begin_m, random, NULL));
   return sum;
 }
 
@@ -191,8 +196,7 @@ static inline void np_emission_march(const np_world *world, const np_camera_ray 
       const double middle = 0.5 * (begin + end);
       np_spectrum light = np_emitter_walk_eval(&w, world->emission, middle);
       if (np_spectrum_is_zero(light)) continue;
-      light = np_spectrum_multiply(
-          light, np_world_air(world, world->camera_sky, ray->origin, ray->direction, middle).transmittance);
+      light = np_emission_dim(world, ray->origin, ray->direction, ray->begin_m, middle, light);
       light = np_spectrum_scale(light, (float)(end - begin));
       np_depth_cursors_advance(&clouds, end);
       const np_spectrum straight_weight = np_emission_weigh_step(straight, np_emission_get_depth(&clouds, NULL));
@@ -242,7 +246,7 @@ static inline np_spectrum np_emission_irradiance_along(const np_world *world, np
   if (cosine <= 0.0f) return dark;
   const double end = np_emission_get_end(world, position, direction);
   const np_spectrum light =
-      np_emission_along(world, position, direction, end, np_emission_far_step_voxels, false, random);
+      np_emission_along(world, position, direction, end, np_emission_far_step_voxels, false, 0.0, random);
   return np_spectrum_scale(light, cosine / density);
 }
 

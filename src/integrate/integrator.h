@@ -67,12 +67,40 @@ typedef struct np_integrator_layers {
 } np_integrator_layers;
 
 typedef struct np_camera_ray {
-  np_dvec3 origin;
+  np_dvec3 origin;   /* before it clouds and ground are not seen */
   np_vec3 direction; /* unit */
   float jitter;      /* 0 to 1: where in its step the march samples */
   float choice;      /* 0 to 1, even over all seeds: where the tracer looks first in the air */
   np_integrator_layers *layers; /* NULL: not asked for */
+  float film[2];     /* place of the film, in pixels */
+  double begin_m;    /* to the origin from the eye, between which there is air */
+  bool has_end;      /* beyond it, too, clouds and ground are not seen: */
+  double end_m;      /* from the origin */
 } np_camera_ray;
+
+/* The ray as its air is asked for, at distances from the eye. */
+static inline np_view_ray np_camera_ray_get_view(const np_camera_ray *ray) {
+  return (np_view_ray){.eye = ray->begin_m > 0.0 ? np_dvec3_along(ray->origin, ray->direction, -ray->begin_m)
+                                                 : ray->origin,
+                       .direction = ray->direction,
+                       .film = {ray->film[0], ray->film[1]}};
+}
+
+static inline double np_camera_ray_get_end(const np_camera_ray *ray) { return ray->has_end ? ray->end_m : HUGE_VAL; }
+
+/* The ground that a camera's ray shows; distances from its origin. One that begins in the ground shows none. */
+static inline bool np_camera_ray_intersect_ground(const np_world *world, const np_camera_ray *ray,
+                                                  np_ground_hit *out_hit) {
+  return np_world_intersect_ground(world, ray->origin, ray->direction, out_hit) &&
+         !(out_hit->distance_m > np_camera_ray_get_end(ray)) && !(ray->begin_m > 0.0 && out_hit->distance_m <= 0.0);
+}
+
+/* The air between the eye and a point so far from the origin, in shadow where there is any. */
+static inline np_aerial_perspective np_camera_ray_get_air(const np_lighting *lighting, const np_world *world,
+                                                          const np_camera_ray *ray, double distance_m) {
+  const np_view_ray view = np_camera_ray_get_view(ray);
+  return np_lighting_camera_air(lighting, world, &view, ray->begin_m + distance_m);
+}
 
 typedef struct np_integrator_sample {
   np_spectrum component[NP_COMPONENT_ALL]; /* W m⁻² sr⁻¹ nm⁻¹ */
@@ -92,7 +120,7 @@ typedef struct np_integrator_sample {
 
 /* Facts of a place, in cloud or on the ground, that hides what lies behind it. */
 typedef struct np_opaque {
-  double distance_m; /* along the camera's ray */
+  double distance_m; /* along the camera's ray, from its origin */
   np_spectrum albedo;
   np_vec3 normal;  /* of ground, in the world; 0 in cloud */
   float sun_share; /* of the sun's light, what clouds, hills and planet let through; 0 where it is not asked for */
@@ -164,7 +192,7 @@ typedef void (*np_integrator_fn)(const np_world *world, const np_lighting *light
                                  const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
                                  np_integrator_sample *out);
 
-/* Distance at which the transmittance from the ray's origin through cloud falls below one half; infinite when it does
+/* Distance from the ray's origin at which the transmittance through cloud falls below one half; infinite when it does
  * not before `distance_max`. */
 typedef double (*np_half_distance_fn)(const np_world *world, const np_camera_ray *ray, double distance_max);
 

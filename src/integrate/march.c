@@ -193,12 +193,12 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
                                 np_integrator_sample *out) {
   *out = (np_integrator_sample){.transmittance = 1.0f};
   np_ground_hit hit;
-  out->is_ground_behind = np_world_intersect_ground(world, ray->origin, ray->direction, &hit);
+  out->is_ground_behind = np_camera_ray_intersect_ground(world, ray, &hit);
+  const double distance_end = out->is_ground_behind ? hit.distance_m : np_camera_ray_get_end(ray);
   np_march m; /* member by member: its tables are large, and filled for the clouds there are */
   start(&m, world, lighting, settings, ray, random, out);
   np_ray_intervals all;
-  np_ray_intervals_start(&all, &world->clouds, ray->origin, ray->direction,
-                         out->is_ground_behind ? hit.distance_m : HUGE_VAL);
+  np_ray_intervals_start(&all, &world->clouds, ray->origin, ray->direction, distance_end);
   if (all.count > 0) {
     m.to_sun = np_world_sample_sun(world, np_random_float(random), np_random_float(random));
     (m.field ? NP_KERNEL(np_march_start_scaled) : NP_KERNEL(np_march_start_approximation))(&m);
@@ -208,7 +208,7 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
     while (m.carry > 0.0f && np_ray_intervals_next(&all, &s)) cross(&m, &all, &s);
     close_step(&m);
   }
-  if (world->emission) add_emission(&m, out->is_ground_behind ? hit.distance_m : HUGE_VAL);
+  if (world->emission) add_emission(&m, distance_end);
   out->transmittance = m.transmittance;
   const np_spectrum peak_weight = get_peak_weight(&m);
   if (out->is_ground_behind)

@@ -24,7 +24,7 @@ void NP_KERNEL(np_march_start_scaled)(np_march *m) {
   for (unsigned i = 0; i < m->world->clouds.count; i++)
     np_scattering_field_fill_column(m->field, i, versine, &m->sun.peak[i].column);
   const np_viewer_light *prepared = m->lighting->viewer_light;
-  m->viewer_light = prepared && np_dvec3_is_equal(prepared->viewer, m->ray->origin) ? prepared : NULL;
+  m->viewer_light = prepared && np_viewer_light_serves(prepared, np_camera_ray_get_view(m->ray).eye) ? prepared : NULL;
   m->has_outgoing = false;
   m->is_grey = np_world_is_grey(m->world);
 }
@@ -115,7 +115,7 @@ typedef struct solution {
 } solution;
 
 static void sample_solution(np_march *m, const np_step *s, np_dvec3 position, solution *out) {
-  out->is_prepared = m->viewer_light && np_step_middle(s) >= m->viewer_light->distance_min;
+  out->is_prepared = m->viewer_light && m->ray->begin_m + np_step_middle(s) >= m->viewer_light->distance_min;
   if (out->is_prepared) {
     np_scattering_field_gather_cells(m->field, position, &out->cells);
     return;
@@ -243,8 +243,7 @@ static void leave_out_held(const np_step *s, np_spectrum *scattering) {
 /* A step takes the peak's depth at its middle. */
 static void light(np_march *m, const np_step *s, step_optics *optics, const sunlight *sun) {
   const double middle = np_step_middle(s);
-  const np_aerial_perspective air =
-      np_lighting_camera_air(m->lighting, m->world, m->ray->origin, m->ray->direction, middle);
+  const np_aerial_perspective air = np_camera_ray_get_air(m->lighting, m->world, m->ray, middle);
   const float hidden = m->transmittance * optics->opacity, shown = hidden * np_march_get_shown_share(m, s);
   m->out->held_out += hidden - shown;
   if (m->ray->layers) add_opacities(m, s, hidden / optics->depth);

@@ -91,8 +91,7 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
   path.volume = hit->volume;
   path.reference = hit->expected;
   NP_KERNEL(np_path_follow)(&inner, &path, NP_PATH_CLOUD);
-  const np_aerial_perspective air =
-      np_lighting_camera_air(t->lighting, t->world, ray->origin, ray->direction, hit->distance);
+  const np_aerial_perspective air = np_camera_ray_get_air(t->lighting, t->world, ray, hit->distance);
   for (int c = 0; c < NP_COMPONENT_COUNT; c++)
     np_path_add(t->out, (np_component)c, np_spectrum_multiply(scattered.component[c], air.transmittance));
   t->out->lost = np_spectrum_multiply(scattered.lost, air.transmittance);
@@ -102,19 +101,20 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
 /* Into how many panels a ray through all of the air is cut: more than elsewhere, for there is one such ray a sample. */
 enum { CAMERA_PANELS = 20 };
 
-/* The air from the camera to a distance: its transmittance, and, added to a component, its in-scatter. */
+/* The air from the eye to a distance from the origin: its transmittance, and, added to a component, its in-scatter. */
 static np_spectrum look_through_air(const np_tracer *t, const np_camera_ray *ray, double distance,
                                     np_component component, bool is_seen) {
   if (!t->world->atmosphere) return np_spectrum_grey(1.0f);
   np_air_flight flight;
-  np_air_flight_build(t->world->atmosphere, &t->air_light, ray->origin, ray->direction, distance, CAMERA_PANELS,
+  const np_dvec3 eye = np_camera_ray_get_view(ray).eye;
+  np_air_flight_build(t->world->atmosphere, &t->air_light, eye, ray->direction, ray->begin_m + distance, CAMERA_PANELS,
                       &flight);
   if (!is_seen || !flight.path.panel_count) return flight.transmittance;
   double place;
   const np_hero hero = np_hero_choose_first((double)ray->choice, &place);
   np_air_collision collision;
   np_air_flight_collide(&flight, hero.band, place, &collision);
-  np_path_state path = start_path(ray, collision.distance_m, np_spectrum_grey(1.0f));
+  np_path_state path = start_path(ray, collision.distance_m - ray->begin_m, np_spectrum_grey(1.0f));
   path.component = component;
   path.has_component = true;
   path.air = collision.air;
@@ -164,7 +164,8 @@ static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_gr
   if (ground) t->out->component[NP_COMPONENT_GROUND_AIR] = np_spectrum_subtract(t->out->component[component], before);
   const np_spectrum transmittance = np_spectrum_scale(air, t->out->transmittance);
   if (!ground) {
-    const np_spectrum light = np_spectrum_add(np_world_space_radiance(t->world, ray->origin, ray->direction),
+    const np_dvec3 eye = np_camera_ray_get_view(ray).eye;
+    const np_spectrum light = np_spectrum_add(np_world_space_radiance(t->world, eye, ray->direction),
                                               np_world_disk_radiance(t->world, ray->direction));
     np_path_add(t->out, component, np_spectrum_multiply(transmittance, light));
     return;
@@ -190,8 +191,8 @@ static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *
 /* The sun's disk outshines what hides it: whether a ray's flight happens to pass the clouds is no measure of it. */
 static void look_for_disks(const np_tracer *t, const np_camera_ray *ray) {
   if (np_spectrum_is_zero(np_world_disk_radiance(t->world, ray->direction))) return;
-  t->out->transmittance =
-      np_track_transmittance(&t->world->clouds, ray->origin, ray->direction, INFINITY, np_track_faint_depth, t->random);
+  t->out->transmittance = np_track_transmittance(&t->world->clouds, ray->origin, ray->direction,
+                                                 np_camera_ray_get_end(ray), np_track_faint_depth, t->random);
 }
 
 static void look_at_emission(const np_tracer *t, const np_camera_ray *ray, double distance_end) {
@@ -200,7 +201,7 @@ static void look_at_emission(const np_tracer *t, const np_camera_ray *ray, doubl
     if (!emission->emitters[g].is_held_out)
       np_path_add(t->out, NP_COMPONENT_EMISSION,
                   np_emitter_along(t->world, &emission->emitters[g], ray->origin, ray->direction, distance_end, 1.0f,
-                                   true, t->random, np_integrator_has_depths(ray) ? ray->layers : NULL));
+                                   true, ray->begin_m, t->random, np_integrator_has_depths(ray) ? ray->layers : NULL));
 }
 
 void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lighting,
@@ -211,8 +212,8 @@ void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lightin
   const np_tracer t = {
       world, lighting, settings, random, out, {world->to_sun, has_sun}, np_world_sun_solid_angle(world)};
   np_ground_hit ground;
-  out->is_ground_behind = np_world_intersect_ground(world, ray->origin, ray->direction, &ground);
-  const double distance_end = out->is_ground_behind ? ground.distance_m : HUGE_VAL;
+  out->is_ground_behind = np_camera_ray_intersect_ground(world, ray, &ground);
+  const double distance_end = out->is_ground_behind ? ground.distance_m : np_camera_ray_get_end(ray);
   if (world->emission) look_at_emission(&t, ray, distance_end);
   const cloud_hit cloud = sample_cloud(&t, ray, distance_end);
   if (!isinf(cloud.distance)) add_opaque_cloud(&t, ray, &cloud);

@@ -86,7 +86,7 @@ static inline void np_path_gather_emission(const np_tracer *t, const np_path_sta
                                            np_spectrum share, float density) {
   const double end = np_emission_get_end(t->world, path->position, emitter->direction);
   const np_spectrum light = np_emission_along(t->world, path->position, emitter->direction, end,
-                                              np_emission_far_step_voxels, t->settings->is_air_traced, t->random);
+                                              np_emission_far_step_voxels, t->settings->is_air_traced, 0.0, t->random);
   np_path_add_light(t, path, np_path_name_multiple(path),
                     np_spectrum_scale(np_spectrum_multiply(light, share), 1.0f / (emitter->density + density)));
 }

@@ -73,8 +73,7 @@ static inline void np_surroundings_add_behind(const np_world *world, const np_li
                                               np_random *random, np_integrator_sample *out) {
   if (transmittance <= 0.0f || (hit && settings->is_ground_held_out)) return;
   if (hit) {
-    const np_aerial_perspective air =
-        np_lighting_camera_air(lighting, world, ray->origin, ray->direction, hit->distance_m);
+    const np_aerial_perspective air = np_camera_ray_get_air(lighting, world, ray, hit->distance_m);
     const np_spectrum ground =
         np_spectrum_multiply(np_surroundings_ground(world, lighting, settings, hit, shadow, random), air.transmittance);
     out->component[NP_COMPONENT_TERRAIN] =
@@ -84,9 +83,9 @@ static inline void np_surroundings_add_behind(const np_world *world, const np_li
     out->component[NP_COMPONENT_GROUND_AIR] = np_spectrum_scale(air.inscatter, transmittance);
     return;
   }
-  out->component[NP_COMPONENT_BACKGROUND] =
-      np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], transmittance,
-                             np_lighting_background(lighting, world, ray->origin, ray->direction));
+  const np_view_ray view = np_camera_ray_get_view(ray);
+  out->component[NP_COMPONENT_BACKGROUND] = np_spectrum_add_scaled(
+      out->component[NP_COMPONENT_BACKGROUND], transmittance, np_lighting_background(lighting, world, &view));
 }
 
 /* Adds what lies behind the clouds and reaches the camera by scattering in the forward peak alone, as if it had gone
@@ -98,13 +97,13 @@ static inline void np_surroundings_add_peak(const np_world *world, const np_ligh
   if (np_spectrum_max(weight) < 1e-5f) return;
   np_spectrum radiance;
   if (hit) {
-    const np_aerial_perspective air =
-        np_lighting_camera_air(lighting, world, ray->origin, ray->direction, hit->distance_m);
+    const np_aerial_perspective air = np_camera_ray_get_air(lighting, world, ray, hit->distance_m);
     radiance =
         np_spectrum_multiply(np_surroundings_ground(world, lighting, settings, hit, shadow, random), air.transmittance);
     radiance = np_spectrum_add(radiance, air.inscatter);
   } else {
-    radiance = np_lighting_camera_sky(lighting, world, ray->origin, ray->direction);
+    const np_view_ray view = np_camera_ray_get_view(ray);
+    radiance = np_lighting_camera_sky(lighting, world, &view);
   }
   const np_component component = hit ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
   out->component[component] = np_spectrum_add(out->component[component], np_spectrum_multiply(weight, radiance));

@@ -157,7 +157,7 @@ static neph_result start(const neph_scene *scene, const np_plan *plan, np_assemb
                      .clouds_max = np_nowhere_high};
   np_schedule_make(plan, &a->schedule);
   if (!a->clouds) return NEPH_ERROR_OUT_OF_MEMORY;
-  return np_camera_init(scene, plan->desc.width, plan->desc.height, &a->camera);
+  return np_camera_init(scene, plan->desc.width, plan->desc.height, plan->desc.eye, &a->camera);
 }
 
 neph_result np_assembly_build_some(const neph_scene *scene, np_plan *plan, uint32_t stages, np_monitor *monitor,

@@ -5,6 +5,7 @@
 #include "core/alloc.h"
 #include "image/deep.h"
 #include "image/image_private.h"
+#include "render/camera_header.h"
 #include "render/channel_mattes.h"
 #include "render/channel_table.h"
 #include "render/frame.h"
@@ -59,8 +60,6 @@ static unsigned choose_depth_components(const np_plan *plan, const np_scene_outp
 
 static void fill_header(const np_frame *f, neph_image *image) {
   np_image_header *header = &image->header;
-  header->has_camera = true;
-  np_camera_get_matrices(&f->assembly->camera, header->world_to_camera, header->world_to_ndc);
   header->has_window = true;
   for (int a = 0; a < 2; a++) {
     header->data_min[a] = f->min[a];
@@ -183,6 +182,7 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   choose_integrator(f, plan, scene);
   neph_result result = create_image(f, out_image);
   if (!result && plan->aovs & NP_AOV_CRYPTOMATTE) result = np_channels_write_manifest(scene, *out_image);
+  if (!result) result = np_camera_header_write(scene, &assembly->camera, desc->eye, *out_image);
   if (!result) result = integrate_frame(f, *out_image);
   if (result) {
     neph_image_destroy(*out_image);

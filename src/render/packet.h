@@ -11,6 +11,7 @@
 #include "render/cloud_emission.h"
 #include "render/schedule.h"
 #include "render/star_field.h"
+#include "scene/camera.h"
 
 enum { NP_LIGHTS_MAX = NP_LIGHT_GROUPS_MAX }; /* sun and moon, or groups of lights */
 

@@ -5,7 +5,7 @@
 
 #include "core/parallel.h"
 #include "render/stores.h"
-#include "scene/scene_private.h"
+#include "scene/camera.h"
 #include "volume/instance.h"
 
 typedef struct np_placement {

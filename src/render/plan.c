@@ -14,6 +14,14 @@ enum { SIZE_LIMIT = 65536 };
 #define NAME(id, name, needs) " " name
 #define NAMES NP_MULTIPLE_SCATTERING_ROWS(NAME)
 
+static neph_result check_eye(const neph_scene *scene, const neph_render_desc *desc) {
+  if (desc->eye == NEPH_EYE_CENTRE || (scene->camera.is_stereo && (unsigned)desc->eye <= NEPH_EYE_RIGHT))
+    return NEPH_OK;
+  return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "eye is %d, must be centre (0), or, of a scene with camera.stereo, left (1) or right (2)",
+                 (int)desc->eye);
+}
+
 static neph_result check_desc(neph_context *context, const neph_render_desc *desc) {
   const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
   if (desc->width < 1 || desc->height < 1 || desc->width > SIZE_LIMIT || desc->height > SIZE_LIMIT)
@@ -46,6 +54,7 @@ static neph_result read_desc(const neph_scene *scene, const neph_render_desc *de
   neph_render_desc own = NEPH_RENDER_DESC_DEFAULT;
   neph_result result = neph_scene_get_render_desc(scene, &own);
   if (!result) result = np_desc_read(scene->context, "neph_render_desc", &own, sizeof own, desc, out_desc);
+  if (!result) result = check_eye(scene, out_desc);
   return result ? result : check_desc(scene->context, out_desc);
 }
 
@@ -94,8 +103,8 @@ static void compute_night_facts(const neph_scene *scene, bool are_known, const n
 }
 
 /* Solid angle of a pixel in the middle of the picture. */
-static double compute_pixel_sr(const neph_scene *scene, unsigned width) {
-  const double edge = 2.0 * tan(0.5 * scene->camera.fov_rad) / width;
+static double compute_pixel_sr(const neph_scene *scene, unsigned width, unsigned height) {
+  const double edge = np_scene_camera_get_pixel_rad(&scene->camera, width, height);
   return edge * edge;
 }
 
@@ -124,7 +133,8 @@ static np_scene_facts compute_facts(const neph_scene *scene, const np_plan *plan
   };
   np_scene_light_levels levels = {0};
   if (plan->are_lights_known)
-    levels = np_scene_light_levels_compute(scene, &plan->lights, compute_pixel_sr(scene, plan->desc.width));
+    levels = np_scene_light_levels_compute(scene, &plan->lights,
+                                           compute_pixel_sr(scene, plan->desc.width, plan->desc.height));
   facts.is_dusk = facts.has_air && plan->are_lights_known && levels.sun_height_deg < 0.0;
   compute_sun_facts(scene, plan->are_lights_known, &levels, &facts);
   compute_moon_facts(scene, plan->are_lights_known, &levels, &facts);

@@ -15,6 +15,9 @@ static const double elevation_least_rad = -4.0 * NP_PI / 180.0;
 /* Height assumed for hills that are not read yet, m. */
 static const double relief_unread_m = 1000.0;
 
+/* Between rays: half of the sun's disk; of panoramas, which have many, all of it. */
+static const double flat_step_rad = 0.25 * NP_PI / 180.0, round_step_rad = 0.5 * NP_PI / 180.0;
+
 /* Extinction of the densest air, at 550 nm, 1/m. */
 static double compute_scattering(const neph_atmosphere_desc *air) {
   double sum = 0.0;
@@ -62,8 +65,10 @@ static double compute_hill_shadow(const neph_scene *scene, double elevation_rad)
 }
 
 unsigned np_plan_choose_air_spacing(const np_plan *plan, const neph_scene *scene) {
-  const double pixel = 2.0 * tan(0.5 * scene->camera.fov_rad) / plan->desc.width;
-  return (unsigned)fmin(fmax(round(0.25 * NP_DEGREE / pixel), 2.0), 1024.0);
+  const np_scene_camera *camera = &scene->camera;
+  const double pixel = np_scene_camera_get_pixel_rad(camera, plan->desc.width, plan->desc.height);
+  const bool is_flat = camera->kind == NEPH_CAMERA_PERSPECTIVE;
+  return (unsigned)fmin(fmax(round((is_flat ? flat_step_rad : round_step_rad) / pixel), 2.0), 1024.0);
 }
 
 bool np_plan_choose_air_shadows(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size) {

@@ -66,7 +66,7 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   const double *camera = scene->camera.position_m;
   desc.cells.bounds_min = np_dvec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
   desc.cells.bounds_max = np_dvec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
-  desc.cells.has_viewer = true;
+  desc.cells.has_viewer = scene->camera.kind != NEPH_CAMERA_ORTHOGRAPHIC;
   desc.cells.viewer = np_dvec3_make(camera[0], camera[1], camera[2]);
   for (unsigned i = 0; i < scene->cloud_count; i++) add_cloud(o, i, &scene->clouds[i], &desc.cells);
   const np_world world = {.clouds.count = scene->cloud_count, .clouds.at = o->volumes};

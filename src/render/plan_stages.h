@@ -64,6 +64,7 @@ typedef struct np_plan {
   int view_min[2], view_max[2]; /* pixels of the picture and its overscan; view_max is one past the last */
   int window_min[2], window_max[2]; /* those of them that are rendered: the data window */
   unsigned sphere_size[2];   /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
+  double sphere_center_rad;  /* azimuth of its middle */
   bool is_sky_alone;         /* without clouds and terrain */
   bool is_of_bands;          /* at 680, 550 and 440 nm, whatever the scene's pictures are */
   bool has_beauty;

@@ -20,37 +20,61 @@ static float turn(float offset, double step, unsigned index) {
   return (float)(x - floor(x));
 }
 
-static np_camera_ray make_ray(const np_frame *f, int x, int y, unsigned sample, const float offset[3]) {
+/* Ray of the integrators from one of the lens; the clipping planes of the camera are its ends. */
+static np_camera_ray clip_ray(const np_film_ray *ray, const float film[2]) {
+  const bool is_near = ray->near_m > 0.0;
+  return (np_camera_ray){.origin = is_near ? np_dvec3_along(ray->origin, ray->direction, ray->near_m) : ray->origin,
+                         .direction = ray->direction,
+                         .film = {film[0], film[1]},
+                         .begin_m = ray->near_m,
+                         .has_end = isfinite(ray->far_m),
+                         .end_m = ray->far_m - ray->near_m};
+}
+
+/* Offsets of a pixel's sequences from sample to sample. */
+enum { OFFSETS = 5 };
+
+/* False: no light falls there. */
+static bool make_ray(const np_frame *f, int x, int y, unsigned sample, const float offset[OFFSETS],
+                     np_camera_ray *out) {
   const float u = turn(offset[0], 0.7548776662466927, sample), v = turn(offset[1], 0.5698402909980532, sample);
   const float noise =
       f->blue_noise[(unsigned)y % NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE + (unsigned)x % NP_BLUE_NOISE_EDGE];
-  const np_camera *camera = &f->assembly->camera;
-  return (np_camera_ray){
-      .origin = camera->origin,
-      .direction = np_camera_direction(camera, (float)x + 0.5f + tent(u), (float)y + 0.5f + tent(v)),
-      .jitter = turn(noise, 0.6180339887498949, sample),
-      .choice = turn(offset[2], 0.6180339887498949, sample),
-  };
+  const float film[2] = {(float)x + 0.5f + tent(u), (float)y + 0.5f + tent(v)};
+  np_film_ray ray;
+  if (!np_camera_start_ray(&f->assembly->camera, film[0], film[1], turn(offset[3], 0.8191725133961645, sample),
+                           turn(offset[4], 0.6710436067037893, sample), &ray))
+    return false;
+  *out = clip_ray(&ray, film);
+  out->jitter = turn(noise, 0.6180339887498949, sample);
+  out->choice = turn(offset[2], 0.6180339887498949, sample);
+  return true;
 }
 
-/* Distance along the ray of the pixel's centre to where cloud hides half, or to ground; infinite past both. */
+/* Distance along the ray of the pixel's centre, through that of the lens, to where cloud hides half, or to ground;
+ * infinite past both. */
 static double compute_distance(const np_frame *f, int x, int y, np_vec3 *out_direction) {
   const np_camera *camera = &f->assembly->camera;
-  *out_direction = np_camera_direction(camera, (float)x + 0.5f, (float)y + 0.5f);
-  const np_camera_ray ray = {.origin = camera->origin, .direction = *out_direction};
+  const np_world *world = &f->assembly->packets[0].lights[0].world;
+  const float film[2] = {(float)x + 0.5f, (float)y + 0.5f};
+  np_film_ray middle;
+  const bool has_ray = np_camera_start_ray(camera, film[0], film[1], 0.5f, 0.0f, &middle);
+  *out_direction = middle.direction;
+  if (!has_ray) return HUGE_VAL;
+  const np_camera_ray ray = clip_ray(&middle, film);
   np_ground_hit hit;
-  const bool is_ground =
-      np_world_intersect_ground(&f->assembly->packets[0].lights[0].world, ray.origin, ray.direction, &hit);
-  const double ground = is_ground ? hit.distance_m : HUGE_VAL;
-  return fmin(f->half_distance(&f->assembly->packets[0].lights[0].world, &ray, ground), ground);
+  const bool is_ground = np_camera_ray_intersect_ground(world, &ray, &hit);
+  const double end = is_ground ? hit.distance_m : np_camera_ray_get_end(&ray);
+  const double cloud = f->half_distance(world, &ray, end);
+  return ray.begin_m + fmin(cloud, is_ground ? end : HUGE_VAL);
 }
 
 /* Optical depth of all clouds up to the ground, whatever an integrator saw of them. */
 static float compute_optical_depth(const np_frame *f, const np_camera_ray *ray) {
   const np_world *world = &f->assembly->packets[0].lights[0].world;
   np_ground_hit hit;
-  const bool is_ground = np_world_intersect_ground(world, ray->origin, ray->direction, &hit);
-  const double end = is_ground ? hit.distance_m : HUGE_VAL;
+  const bool is_ground = np_camera_ray_intersect_ground(world, ray, &hit);
+  const double end = is_ground ? hit.distance_m : np_camera_ray_get_end(ray);
   np_depth_cursors clouds;
   np_depth_cursors_start(&clouds, &world->clouds, ray->origin, ray->direction, end);
   np_depth_cursors_advance(&clouds, end);
@@ -75,7 +99,7 @@ static void integrate_packet(const np_frame *f, const np_packet *packet, const n
       out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
     out->lost = np_spectrum_add(out->lost, more.lost);
   }
-  if (!packet->stars.count || out->is_ground_behind) return;
+  if ((!packet->stars.count && !packet->stars.blurred) || out->is_ground_behind) return;
   const np_spectrum stars =
       np_spectrum_scale(np_star_field_get(&packet->stars, pixel[0], pixel[1]), out->transmittance);
   out->component[NP_COMPONENT_BACKGROUND] = np_spectrum_add(out->component[NP_COMPONENT_BACKGROUND], stars);
@@ -123,17 +147,19 @@ static neph_result sample_pixel(const np_frame *f, const int at[2], uint32_t end
   np_film_accumulator_begin(&accumulator, f->channels.sum_count, p->next - begun);
   if (begun) (void)np_film_accumulator_add_node(&accumulator, &(np_film_node){p->next - begun, begun, sums});
   np_random shift = start_random(f, at, UINT32_MAX);
-  const float offset[3] = {np_random_float(&shift), np_random_float(&shift), np_random_float(&shift)};
+  float offset[OFFSETS];
+  for (int i = 0; i < OFFSETS; i++) offset[i] = np_random_float(&shift);
   np_deep_bins bins;
   if (f->depth_components) np_deep_bins_load(&p->deep, &bins);
   for (; p->next < end; p->next++) {
     const np_random random = start_random(f, at, p->next);
     np_integrator_layers layers;
-    np_camera_ray ray = make_ray(f, at[0], at[1], p->next, offset);
+    np_camera_ray ray = {.begin_m = 0.0};
+    np_integrator_sample sample = {.transmittance = 1.0f};
+    const bool has_ray = make_ray(f, at[0], at[1], p->next, offset, &ray);
     if (f->has_layers) ray.layers = np_frame_start_layers(f, &layers);
-    np_integrator_sample sample;
-    integrate(f, &ray, at, &random, &sample);
-    if (f->aovs & NP_AOV_OPTICAL_DEPTH) sample.optical_depth = compute_optical_depth(f, &ray);
+    if (has_ray) integrate(f, &ray, at, &random, &sample);
+    if (has_ray && f->aovs & NP_AOV_OPTICAL_DEPTH) sample.optical_depth = compute_optical_depth(f, &ray);
     if (np_monitor_is_cancelled(f->monitor)) break;
     float values[NP_CHANNELS_MAX];
     np_channels_read(&f->channels, &ray, &sample, values);
@@ -226,8 +252,7 @@ static neph_result finish_pixel(const np_frame *f, const int at[2], const np_pix
   np_pixel_facts facts = {.spread = p->spread};
   np_vec3 direction;
   facts.distance = compute_distance(f, at[0], at[1], &direction);
-  const double cosine = -(double)np_vec3_dot(direction, f->assembly->camera.back);
-  facts.depth = isinf(facts.distance) ? facts.distance : facts.distance * cosine;
+  facts.depth = np_camera_get_depth(&f->assembly->camera, direction, facts.distance);
   float values[NP_CHANNELS_MAX];
   np_channels_finish(&f->channels, sums, &facts, values);
   const size_t index = (size_t)(at[1] - f->min[1]) * f->width + (size_t)(at[0] - f->min[0]);
@@ -239,7 +264,8 @@ static neph_result finish_pixel(const np_frame *f, const int at[2], const np_pix
   }
   total->samples += p->spread.count;
   total->squares += pow(compute_relative_spread(f, &p->spread), 2.0) / p->spread.count;
-  return f->depth_components ? np_frame_set_deep(f, p, index, cosine) : NEPH_OK;
+  if (!f->depth_components) return NEPH_OK;
+  return np_frame_set_deep(f, p, index, np_camera_get_depth(&f->assembly->camera, direction, 1.0));
 }
 
 /* Without a time limit: all of a pixel at once. */

@@ -7,20 +7,22 @@
 #include "render/color_header.h"
 #include "render/sky_harmonics.h"
 
-/* R, G, B of the sky, and of the disks of sun and moon in a layer of their own. */
+/* R, G, B of the sky, and, where they are a layer of their own, of the disks of sun and moon. */
 enum { CHANNELS = 2 * NP_BAND_COUNT };
 static const char *const channel_names[CHANNELS] = {"R", "G", "B", "disk.R", "disk.G", "disk.B"};
 
 typedef struct sky_image {
   const np_assembly *assembly;
   unsigned width, height;
-  float scale; /* on radiances */
+  neph_sky_disks disks;
+  double edge_rad; /* azimuth of the left edge */
+  float scale;     /* on radiances */
   float *planes[CHANNELS];
 } sky_image;
 
-/* North at the left edge, east a quarter in, zenith at the top; x and y from the top left, in pixels. */
+/* Azimuth grows to the right, zenith at the top; x and y from the top left, in pixels. */
 static np_vec3 direction_of(const sky_image *s, double x, double y) {
-  const double azimuth = 2.0 * NP_PI * x / s->width, zenith = NP_PI * y / s->height;
+  const double azimuth = s->edge_rad + 2.0 * NP_PI * x / s->width, zenith = NP_PI * y / s->height;
   return np_vec3_make((float)(sin(zenith) * sin(azimuth)), (float)(sin(zenith) * cos(azimuth)), (float)cos(zenith));
 }
 
@@ -29,8 +31,8 @@ static np_spectrum compute_sky(const np_assembly *a, const np_packet *packet, np
   np_spectrum radiance = np_spectrum_grey(0.0f);
   for (unsigned l = 0; l < packet->light_count; l++) {
     const np_packet_light *light = &packet->lights[l];
-    radiance =
-        np_spectrum_add(radiance, np_lighting_camera_sky(&light->lighting, &light->world, a->camera.origin, direction));
+    const np_view_ray view = {.eye = a->camera.origin, .direction = direction};
+    radiance = np_spectrum_add(radiance, np_lighting_camera_sky(&light->lighting, &light->world, &view));
   }
   return radiance;
 }
@@ -94,10 +96,12 @@ static neph_result fill_rows(void *user, size_t begin, size_t end, unsigned thre
   const sky_image *s = user;
   for (size_t y = begin; y < end; y++)
     for (unsigned x = 0; x < s->width; x++) {
-      const np_spectrum sky = compute_pixel(s, x, y), disks = average_disks(s, x, y);
+      np_spectrum sky = compute_pixel(s, x, y), disks = np_spectrum_grey(0.0f);
+      if (s->disks != NEPH_SKY_DISKS_NONE) disks = average_disks(s, x, y);
+      if (s->disks == NEPH_SKY_DISKS_INCLUDE) sky = np_spectrum_add(sky, disks);
       for (int c = 0; c < NP_BAND_COUNT; c++) {
         s->planes[c][y * s->width + x] = s->scale * sky.band[c];
-        s->planes[NP_BAND_COUNT + c][y * s->width + x] = s->scale * disks.band[c];
+        if (s->disks == NEPH_SKY_DISKS_LAYER) s->planes[NP_BAND_COUNT + c][y * s->width + x] = s->scale * disks.band[c];
       }
     }
   return NEPH_OK;
@@ -159,9 +163,39 @@ static neph_result describe_harmonics(const np_assembly *assembly, neph_image *i
   return neph_image_set_attribute(image, "nephos:skyHarmonics", text);
 }
 
+/* A light as it arrives: where from, how wide, and its irradiance on a plane that faces it. */
+static neph_result describe_light(const np_assembly *assembly, unsigned index, neph_image *image) {
+  np_spectrum color = np_spectrum_grey(0.0f);
+  const np_packet_light *first = &assembly->packets[0].lights[index];
+  for (unsigned p = 0; p < assembly->packet_count; p++) {
+    const np_packet *packet = &assembly->packets[p];
+    const np_world *world = &packet->lights[index].world;
+    const np_spectrum light = np_world_sunlight(world, assembly->camera.origin, world->to_sun);
+    color = np_packet_add_color(packet, color, light);
+  }
+  const char *name = first->group == NP_LIGHT_GROUP_MOON ? "moon" : "sun";
+  char key[40], text[96];
+  (void)snprintf(key, sizeof key, "nephos:%sNormalIrradiance", name);
+  neph_result result = set_irradiance(image, key, color);
+  (void)snprintf(key, sizeof key, "nephos:%sAngularRadius", name);
+  if (!result) result = np_image_set_real(image, key, first->angular_radius_rad);
+  (void)snprintf(key, sizeof key, "nephos:%sDirection", name);
+  (void)snprintf(text, sizeof text, "%.9g %.9g %.9g", first->direction.x, first->direction.y, first->direction.z);
+  return result ? result : neph_image_set_attribute(image, key, text);
+}
+
+/* Layout of the picture. */
+static neph_result describe_layout(const neph_sky_image_desc *desc, neph_image *image) {
+  static const char *const names[] = {"layer", "include", "none"};
+  image->header.is_latlong = true;
+  neph_result result = neph_image_set_attribute(image, "nephos:disks", names[desc->disks]);
+  return result ? result : np_image_set_real(image, "nephos:centerAzimuth", desc->center_azimuth_rad);
+}
+
 static neph_result describe_sky(const np_plan *plan, const np_assembly *assembly, double scale, neph_image *image) {
   neph_result result = np_color_header_write(plan, assembly, scale, image);
   if (!result) result = describe_harmonics(assembly, image);
+  for (unsigned i = 0; !result && i < assembly->light_count; i++) result = describe_light(assembly, i, image);
   const bool has_sky = assembly->packets[0].atmosphere && np_plan_needs(plan, NP_STAGE_ATMOSPHERE);
   return result || !has_sky ? result : describe_irradiances(assembly, image);
 }
@@ -174,18 +208,25 @@ static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc
   neph_result result = np_plan_make_sky(scene, false, &plan);
   plan.sphere_size[0] = desc->width;
   plan.sphere_size[1] = desc->height;
+  plan.sphere_center_rad = desc->center_azimuth_rad;
   if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
   if (result) return result;
-  result = neph_image_create(scene->context, desc->width, desc->height, CHANNELS, channel_names, out_image);
+  const unsigned count = desc->disks == NEPH_SKY_DISKS_LAYER ? CHANNELS : NP_BAND_COUNT;
+  result = neph_image_create(scene->context, desc->width, desc->height, count, channel_names, out_image);
   if (!result) {
-    sky_image s = {
-        .assembly = &assembly, .width = desc->width, .height = desc->height, .scale = (float)np_scene_get_scale(scene)};
-    for (int c = 0; c < CHANNELS; c++) s.planes[c] = neph_image_get_channel(*out_image, channel_names[c]);
+    sky_image s = {.assembly = &assembly,
+                   .width = desc->width,
+                   .height = desc->height,
+                   .scale = (float)np_scene_get_scale(scene),
+                   .disks = desc->disks,
+                   .edge_rad = desc->center_azimuth_rad - NP_PI};
+    for (unsigned c = 0; c < count; c++) s.planes[c] = neph_image_get_channel(*out_image, channel_names[c]);
     np_schedule_begin(&assembly.schedule, &monitor, NP_STAGE_INTEGRATOR, 0, 1);
     np_monitor_set_stage(&monitor, "sky");
     result = np_parallel_for(scene->context, &monitor, desc->height, 4, fill_rows, &s);
   }
   if (!result) result = describe_sky(&plan, &assembly, np_scene_get_scale(scene), *out_image);
+  if (!result) result = describe_layout(desc, *out_image);
   np_assembly_clear(&assembly);
   return result;
 }
@@ -199,6 +240,11 @@ neph_result neph_render_sky(neph_scene *scene, const neph_sky_image_desc *desc, 
   if (own.width < 2 || own.height < 2 || own.width > 65536 || own.height > 65536)
     return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "sky: size is %u x %u, must be 2 x 2 to 65536 x 65536",
                    own.width, own.height);
+  if ((unsigned)own.disks > NEPH_SKY_DISKS_NONE || !isfinite(own.center_azimuth_rad))
+    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "sky: disks is %d, must be layer (0), include (1) or none (2); center_azimuth_rad is %g, must be "
+                   "finite",
+                   (int)own.disks, own.center_azimuth_rad);
   const unsigned mode = np_float_mode_enter();
   result = render_sky(scene, &own, out_image);
   np_float_mode_leave(mode);

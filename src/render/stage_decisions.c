@@ -252,9 +252,12 @@ void np_stage_decide_sun_optical_depth(np_decision *d, np_plan_stage *out) {
     out->is_needed = np_plan_choose_sun_volume(plan, d->scene, out->reason, sizeof out->reason);
 }
 
+static const char parallel[] = "camera.kind is orthographic: its rays have no common eye";
+
 void np_stage_decide_air_shadows(np_decision *d, np_plan_stage *out) {
   const char *against = get_against(d, NP_STAGE_CAMERA_SKY);
   if (!against && !d->facts->has_clouds && !d->facts->has_terrain) against = "there are neither clouds nor hills";
+  if (!against && d->scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) against = parallel;
   if (against)
     decide(out, false, against);
   else
@@ -308,8 +311,9 @@ void np_stage_decide_ordinates(np_decision *d, np_plan_stage *out) {
 }
 
 void np_stage_decide_viewer_light(np_decision *d, np_plan_stage *out) {
-  decide_unless(out, is_path(d) ? "paths ask for light in all directions" : NULL, get_against(d, NP_STAGE_ORDINATES),
-                "the march asks for light towards the camera alone");
+  const char *against = is_path(d) ? "paths ask for light in all directions" : NULL;
+  if (!against && d->scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) against = parallel;
+  decide_unless(out, against, get_against(d, NP_STAGE_ORDINATES), "the march asks for light towards the camera alone");
 }
 
 void np_stage_decide_ground_clouds(np_decision *d, np_plan_stage *out) {

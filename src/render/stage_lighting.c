@@ -36,6 +36,7 @@ static const np_emission *get_emission(const np_emission *emission) {
 /* Light of no one light is in the world of the first: it must be added once. */
 static void add_common(const np_stage_part *in, np_world *world) {
   world->disk = make_sun_disk(in);
+  world->has_no_disks = !in->scene->output.has_disks && !in->plan->is_sky_alone;
   world->emission = get_emission(&in->packet->emission);
   add_surroundings(in, world);
 }
@@ -45,6 +46,7 @@ static void add_group(const np_stage_part *in, np_world *world) {
   const np_packet_light *light = in->light;
   const np_packet *packet = in->packet;
   if (light->index == 0) world->disk = make_sun_disk(in);
+  world->has_no_disks = !in->scene->output.has_disks;
   if (light->group == NP_LIGHT_GROUP_SUN) world->sun_scope = NP_SUN_BEAM;
   if (light->group == NP_LIGHT_GROUP_SKY) {
     world->sun_scope = NP_SUN_SKY;
@@ -79,6 +81,7 @@ neph_result np_stage_build_world(const np_stage_part *in) {
       .sun_irradiance = out->irradiance,
       .atmosphere = packet->atmosphere,
       .camera_sky = out->camera_sky,
+      .has_parallel_view = !np_camera_has_centre(&a->camera),
       .cloud_sky = out->cloud_sky,
       .has_planet = scene->environment.has_planet,
       .planet_radius_m = scene->atmosphere.planet_radius_m,
@@ -190,8 +193,8 @@ static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
   np_plan_choose_cells(in->plan, in->scene, &key->desc);
   key->desc.cells.bounds_min = a->clouds_min;
   key->desc.cells.bounds_max = a->clouds_max;
-  key->desc.cells.has_viewer = true;
-  key->desc.cells.viewer = get_viewer(a);
+  key->desc.cells.has_viewer = np_camera_has_centre(&a->camera);
+  if (key->desc.cells.has_viewer) key->desc.cells.viewer = get_viewer(a);
   key->desc.has_importance = in->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
   const np_sun_optical_depths depths = get_depths(in, in->light);
   const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
@@ -250,6 +253,13 @@ void np_stage_clear_ground_clouds(const np_stage_part *in) { np_ground_light_cle
 
 /* ---- Shadows in the air ---- */
 
+/* Beyond the rim of a picture its angles go on. */
+static np_vec3 get_film_direction(const void *camera, float x, float y) {
+  np_vec3 direction;
+  (void)np_camera_get_direction(camera, x, y, &direction);
+  return direction;
+}
+
 /* Rays through every so many pixels of the picture; those about the crop, and two more, of which neighbours and
  * pixels' filters take part. */
 static np_air_rays make_air_rays(const np_camera *c, const np_plan *plan) {
@@ -259,9 +269,13 @@ static np_air_rays make_air_rays(const np_camera *c, const np_plan *plan) {
                       .forward = np_vec3_scale(c->back, -1.0f),
                       .right = np_vec3_scale(c->right, step),
                       .down = np_vec3_scale(c->up, -step)};
+  if (c->kind != NEPH_CAMERA_PERSPECTIVE)
+    rays.film = (np_air_film){.camera = c, .get_direction = get_film_direction, .spacing = (float)spacing};
   const unsigned whole[2] = {c->width, c->height};
+  const float aside[2] = {c->shift[0], -c->shift[1]};
   for (int k = 0; k < 2; k++) {
     rays.middle[k] = 0.5f * (float)whole[k] / (float)spacing;
+    if (aside[k] != 0.0f) rays.middle[k] -= aside[k] / step;
     rays.begin[k] = (int32_t)floor((double)plan->window_min[k] / spacing) - 2;
     rays.end[k] = (int32_t)floor((double)plan->window_max[k] / spacing) + 4;
     rays.whole_end[k] = (int32_t)(whole[k] / spacing) + 1;

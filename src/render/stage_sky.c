@@ -277,6 +277,7 @@ neph_result np_stage_build_stars(const np_stage_part *in) {
                                    .width = is_sphere ? plan->sphere_size[0] : a->camera.width,
                                    .height = is_sphere ? plan->sphere_size[1] : a->camera.height,
                                    .overscan = is_sphere ? 0 : (int)in->scene->camera.overscan,
+                                   .center_rad = plan->sphere_center_rad,
                                    .origin = a->camera.origin,
                                    .wavelength_nm = out->bands.nm,
                                    .twinkling = in->scene->stars.twinkling,

@@ -3,15 +3,15 @@
  *
  * A star's irradiance is shared among the four pixels about it by the tent that the film reconstructs with, and divided
  * by the solid angle of each: radiance times solid angle adds up to its irradiance at any resolution, wherever in a
- * pixel it falls.
+ * pixel it falls. Out of focus it is the picture of the aperture.
  */
 #ifndef NP_RENDER_STAR_FIELD_H
 #define NP_RENDER_STAR_FIELD_H
 
 #include "atmosphere/magnitudes.h"
 #include "atmosphere/stars.h"
+#include "scene/camera.h"
 #include "world/world.h"
-#include "scene/scene_private.h"
 
 /* Radiance that stars add to one pixel. */
 typedef struct np_star_pixel {
@@ -23,6 +23,11 @@ typedef struct np_star_field {
   neph_context *context;
   size_t count;
   np_star_pixel *pixels; /* by rows, each once */
+  unsigned width; /* with the overscan on both sides */
+  int overscan;
+  int bokeh_reach;      /* pixels from the middle of a star out of focus to the edge of … */
+  float *bokeh;         /* … its light's shares */
+  np_spectrum *blurred; /* of every pixel, where stars are out of focus; NULL: `pixels` are all */
 } np_star_field;
 
 typedef struct np_star_field_desc {
@@ -31,6 +36,7 @@ typedef struct np_star_field_desc {
   const np_camera *camera;     /* NULL: a latitude-longitude picture … */
   unsigned width, height;      /* … of this size … */
   int overscan;                /* of the camera's picture, pixels */
+  double center_rad;           /* … about this azimuth … */
   np_dvec3 origin;             /* … seen from here */
   const double *wavelength_nm; /* of the bands */
   double twinkling;

@@ -1,10 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The pinhole camera.
+/* Cameras: how a film position becomes a ray.
  *
- * It looks along −back; `right` and `up` span the picture, whose width fills the horizontal angle of view. Directions
- * are formed from the frame alone, never from world positions, so that no place in the world costs precision.
+ * A camera looks along −back; `right` and `up` span the picture. Directions are formed from the frame alone, never from
+ * world positions, so that no place in the world costs precision. A perspective with an aperture is a thin lens: all
+ * rays of a film position meet in the plane of focus, and leave the lens where the aperture lets them. An
+ * equirectangular picture stays level, whatever is looked at: its middle is there by azimuth.
  */
-#include "scene/scene_private.h"
+#include "scene/camera.h"
+
+#include "core/units.h"
+
+/* ---- The frame ---- */
 
 /* Unit; `look_at` differs from `position`, which np_scene_check has seen to. */
 static np_dvec3 compute_back(const np_scene_camera *camera) {
@@ -20,119 +26,128 @@ static np_dvec3 compute_level_right(np_dvec3 back) {
   return np_dvec3_make(-back.y / horizontal, back.x / horizontal, 0);
 }
 
-neph_result np_camera_init(const neph_scene *scene, unsigned width, unsigned height, np_camera *out_camera) {
+static void set_frame(const np_scene_camera *camera, np_camera *out) {
+  np_dvec3 back = compute_back(camera), level_right = compute_level_right(back);
+  if (camera->kind == NEPH_CAMERA_EQUIRECTANGULAR) back = np_dvec3_cross(level_right, np_dvec3_make(0, 0, 1));
+  np_dvec3 level_up = np_dvec3_cross(back, level_right);
+  const double roll = camera->kind == NEPH_CAMERA_EQUIRECTANGULAR ? 0.0 : camera->roll_rad;
+  double c = cos(roll), s = sin(roll);
+  np_dvec3 right = np_dvec3_subtract(np_dvec3_scale(level_right, c), np_dvec3_scale(level_up, s));
+  np_dvec3 up = np_dvec3_add(np_dvec3_scale(level_right, s), np_dvec3_scale(level_up, c));
+  out->origin = np_dvec3_make(camera->position_m[0], camera->position_m[1], camera->position_m[2]);
+  out->right = np_dvec3_to_float(right);
+  out->up = np_dvec3_to_float(up);
+  out->back = np_dvec3_to_float(back);
+}
+
+/* ---- Setting up ---- */
+
+/* The frustum of a perspective, and its lens. */
+static void set_perspective(const np_scene_camera *camera, np_camera *out) {
+  const double tan_half_width = tan(0.5 * np_scene_camera_get_fov_rad(camera));
+  out->tan_half_width = (float)tan_half_width;
+  out->tan_half_height = (float)(tan_half_width * out->height / out->width);
+  for (int a = 0; a < 2; a++) out->shift[a] = (float)(2.0 * tan_half_width * camera->shift[a]);
+  if (!camera->has_lens) return;
+  const double focus = camera->focus_distance_m;
+  out->lens_radius_m = (float)(0.5 * np_scene_camera_get_focal_length_m(camera) / camera->f_stop);
+  out->focus_m = (float)(isfinite(focus) ? focus : np_scene_camera_get_target_m(camera));
+  out->blade_count = camera->blade_count;
+}
+
+static void set_orthographic(const np_scene_camera *camera, np_camera *out) {
+  out->half_width_m = (float)(0.5 * camera->orthographic_width_m);
+  out->half_height_m = (float)(0.5 * camera->orthographic_width_m * out->height / out->width);
+  for (int a = 0; a < 2; a++) out->shift[a] = (float)(camera->orthographic_width_m * camera->shift[a]);
+}
+
+/* Eyes stand beside each other and look straight ahead; their pictures are shifted so that they show the place of
+ * convergence at the same place. */
+static void set_eye(const np_scene_camera *camera, neph_eye eye, np_camera *out) {
+  if (!camera->is_stereo || eye == NEPH_EYE_CENTRE) return;
+  const double aside = (eye == NEPH_EYE_LEFT ? -0.5 : 0.5) * camera->interaxial_m;
+  const double convergence =
+      isfinite(camera->convergence_m) ? camera->convergence_m : np_scene_camera_get_target_m(camera);
+  out->origin = np_dvec3_along(out->origin, out->right, aside);
+  out->shift[0] -= (float)(aside / convergence);
+}
+
+neph_result np_camera_init(const neph_scene *scene, unsigned width, unsigned height, neph_eye eye,
+                           np_camera *out_camera) {
   const np_scene_camera *camera = &scene->camera;
   if (width < 1 || height < 1 || width > 65536 || height > 65536)
     return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT,
                    "the picture is %u x %u pixels, must be 1 to 65536 each way", width, height);
-  np_dvec3 back = compute_back(camera), level_right = compute_level_right(back);
-  np_dvec3 level_up = np_dvec3_cross(back, level_right);
-  double c = cos(camera->roll_rad), s = sin(camera->roll_rad);
-  np_dvec3 right = np_dvec3_subtract(np_dvec3_scale(level_right, c), np_dvec3_scale(level_up, s));
-  np_dvec3 up = np_dvec3_add(np_dvec3_scale(level_right, s), np_dvec3_scale(level_up, c));
-  double tan_half_width = tan(0.5 * camera->fov_rad);
-  *out_camera = (np_camera){
-      .origin = np_dvec3_make(camera->position_m[0], camera->position_m[1], camera->position_m[2]),
-      .right = np_dvec3_to_float(right),
-      .up = np_dvec3_to_float(up),
-      .back = np_dvec3_to_float(back),
-      .tan_half_width = (float)tan_half_width,
-      .tan_half_height = (float)(tan_half_width * height / width),
-      .width = width,
-      .height = height,
-  };
+  *out_camera = (np_camera){.row = np_camera_get_row(camera->kind),
+                            .kind = camera->kind,
+                            .near_m = camera->near_m,
+                            .far_m = camera->far_m,
+                            .width = width,
+                            .height = height};
+  set_frame(camera, out_camera);
+  if (camera->kind == NEPH_CAMERA_PERSPECTIVE) set_perspective(camera, out_camera);
+  if (camera->kind == NEPH_CAMERA_ORTHOGRAPHIC) set_orthographic(camera, out_camera);
+  out_camera->half_angle = (float)(0.5 * camera->fisheye_fov_rad);
+  out_camera->radius = 0.5f * (float)(width < height ? width : height);
+  set_eye(camera, eye, out_camera);
   return NEPH_OK;
 }
 
-np_vec3 np_camera_direction(const np_camera *camera, float x, float y) {
-  float across = (2.0f * x / (float)camera->width - 1.0f) * camera->tan_half_width;
-  float upward = (1.0f - 2.0f * y / (float)camera->height) * camera->tan_half_height;
-  np_vec3 direction = np_vec3_add(np_vec3_scale(camera->right, across), np_vec3_scale(camera->up, upward));
-  return np_vec3_normalize(np_vec3_subtract(direction, camera->back));
+/* ---- Rays ---- */
+
+/* Even over a disk (Shirley and Chiu 1997, "A Low Distortion Map between Disk and Square"). */
+static void sample_disk(float u, float v, float out[2]) {
+  const float a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f;
+  const bool is_wide = fabsf(a) > fabsf(b);
+  const float r = is_wide ? a : b, other = is_wide ? b : a;
+  const float angle = r == 0.0f ? 0.0f : 0.25f * NP_PI_F * (other / r);
+  out[0] = r * (is_wide ? cosf(angle) : sinf(angle));
+  out[1] = r * (is_wide ? sinf(angle) : cosf(angle));
 }
 
-/* ---- What is seen ---- */
-
-/* A plane adds one corner to a polygon that is convex, and half as many as there are to one that rounding has bent. */
-enum { FACE_CORNERS = 4, PLANES = 4, POLYGON_CORNERS = 20 };
-
-/* A convex polygon in camera space: x to the right, y up, z along the view. */
-typedef struct polygon {
-  int count;
-  np_dvec3 corner[POLYGON_CORNERS];
-} polygon;
-
-/* Above 0 on the picture's side of one of the four planes that bound it. */
-static double get_side(const np_camera *camera, int plane, np_dvec3 p) {
-  const double extent = (double)(plane < 2 ? camera->tan_half_width : camera->tan_half_height) * p.z;
-  const double at = plane < 2 ? p.x : p.y;
-  return plane % 2 ? extent - at : extent + at;
+/* Even over a regular polygon whose first corner is up: one of its triangles about the middle, then a place in it. */
+static void sample_polygon(unsigned corners, float u, float v, float out[2]) {
+  const float turn = u * (float)corners, first = floorf(turn), part = turn - first, r = sqrtf(v);
+  const float step = 2.0f * NP_PI_F / (float)corners, a = first * step, b = a + step;
+  out[0] = r * ((1.0f - part) * sinf(a) + part * sinf(b));
+  out[1] = r * ((1.0f - part) * cosf(a) + part * cosf(b));
 }
 
-/* Cuts off what is beyond a plane (Sutherland and Hodgman 1974). */
-static polygon clip(const np_camera *camera, int plane, const polygon *in) {
-  polygon out = {0};
-  for (int i = 0; i < in->count; i++) {
-    const np_dvec3 from = in->corner[i], to = in->corner[(i + 1) % in->count];
-    const double side = get_side(camera, plane, from), next = get_side(camera, plane, to);
-    if (side >= 0.0) out.corner[out.count++] = from;
-    if ((side > 0.0 && next < 0.0) || (side < 0.0 && next > 0.0))
-      out.corner[out.count++] = np_dvec3_add(from, np_dvec3_scale(np_dvec3_subtract(to, from), side / (side - next)));
-  }
-  return out;
+void np_camera_sample_aperture(const np_camera *camera, float u, float v, float out[2]) {
+  if (camera->blade_count)
+    sample_polygon(camera->blade_count, u, v, out);
+  else
+    sample_disk(u, v, out);
 }
 
-static np_dvec3 to_camera_space(const np_camera *camera, np_dvec3 p) {
-  const np_dvec3 d = np_dvec3_subtract(p, camera->origin), right = np_vec3_to_double(camera->right),
-                 up = np_vec3_to_double(camera->up), back = np_vec3_to_double(camera->back);
-  return np_dvec3_make(np_dvec3_dot(d, right), np_dvec3_dot(d, up), -np_dvec3_dot(d, back));
+/* Moves a ray from the middle of the lens to a place of it, so that it still meets the place in focus. */
+static void pass_lens(const np_camera *camera, float u, float v, np_film_ray *ray) {
+  float at[2];
+  np_camera_sample_aperture(camera, u, v, at);
+  const np_vec3 offset = np_vec3_add(np_vec3_scale(camera->right, camera->lens_radius_m * at[0]),
+                                     np_vec3_scale(camera->up, camera->lens_radius_m * at[1]));
+  const float reach = -camera->focus_m / np_vec3_dot(ray->direction, camera->back);
+  ray->origin = np_dvec3_add(ray->origin, np_vec3_to_double(offset));
+  ray->direction = np_vec3_normalize(np_vec3_subtract(np_vec3_scale(ray->direction, reach), offset));
 }
 
-/* The face of a box across an axis, on its low or its high side. */
-static bool is_face_seen(const np_camera *camera, const double box[2][3], int axis, int side) {
-  polygon face = {.count = FACE_CORNERS};
-  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  for (int i = 0; i < FACE_CORNERS; i++) {
-    double at[3];
-    at[axis] = box[side][axis];
-    at[u] = box[i == 1 || i == 2][u];
-    at[v] = box[i >= 2][v];
-    face.corner[i] = to_camera_space(camera, np_dvec3_make(at[0], at[1], at[2]));
-  }
-  for (int plane = 0; plane < PLANES; plane++) face = clip(camera, plane, &face);
-  return face.count > 0;
+bool np_camera_start_ray(const np_camera *camera, float x, float y, float u, float v, np_film_ray *out_ray) {
+  *out_ray = (np_film_ray){.origin = camera->origin, .direction = np_vec3_scale(camera->back, -1.0f)};
+  if (!camera->row->start(camera, x, y, &out_ray->origin, &out_ray->direction)) return false;
+  if (camera->lens_radius_m > 0.0f) pass_lens(camera, u, v, out_ray);
+  const double depth = np_camera_get_depth(camera, out_ray->direction, 1.0);
+  out_ray->near_m = camera->near_m / depth;
+  out_ray->far_m = camera->far_m / depth;
+  return true;
 }
 
-/* The view has no end: a box that it meets is met in a face, from outside and from within. */
-bool np_camera_sees_box(const np_camera *camera, np_dvec3 low, np_dvec3 high) {
-  const double box[2][3] = {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
-  for (int face = 0; face < 6; face++)
-    if (is_face_seen(camera, box, face / 2, face % 2)) return true;
-  return false;
+double np_camera_get_depth(const np_camera *camera, np_vec3 direction, double distance_m) {
+  if (isinf(distance_m) || !camera->row->is_flat) return distance_m;
+  return -distance_m * (double)np_vec3_dot(direction, camera->back);
 }
 
-/* ---- For the file's header ---- */
-
-/* OpenEXR (ImfStandardAttributes.h) wants a left-handed camera space: x right, y up, z along the view. NDC runs from
- * (0, 0) at the upper left to (1, 1) at the lower right of the display window; z is left as it is, w is the depth. */
-void np_camera_get_matrices(const np_camera *camera, float out_world_to_camera[16], float out_world_to_ndc[16]) {
-  const np_vec3 axes[3] = {camera->right, camera->up, np_vec3_scale(camera->back, -1.0f)};
-  double to_camera[4][4] = {{0}};
-  for (int column = 0; column < 3; column++) {
-    np_dvec3 axis = np_vec3_to_double(axes[column]);
-    to_camera[0][column] = axis.x;
-    to_camera[1][column] = axis.y;
-    to_camera[2][column] = axis.z;
-    to_camera[3][column] = -np_dvec3_dot(camera->origin, axis);
-  }
-  to_camera[3][3] = 1;
-  for (int row = 0; row < 4; row++) {
-    const double *p = to_camera[row];
-    const float ndc[4] = {(float)(0.5 * (p[0] / (double)camera->tan_half_width + p[2])),
-                          (float)(0.5 * (p[2] - p[1] / (double)camera->tan_half_height)), (float)p[2], (float)p[2]};
-    for (int column = 0; column < 4; column++) {
-      out_world_to_camera[4 * row + column] = (float)p[column];
-      out_world_to_ndc[4 * row + column] = ndc[column];
-    }
-  }
+double np_camera_get_confusion(const np_camera *camera, double depth_m) {
+  const double pixels_per_tangent = 0.5 * camera->width / (double)camera->tan_half_width;
+  if (!(camera->lens_radius_m > 0.0f)) return 0.0;
+  return 2.0 * (double)camera->lens_radius_m * fabs(1.0 / (double)camera->focus_m - 1.0 / depth_m) * pixels_per_tangent;
 }

@@ -150,6 +150,15 @@ neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_outp
   return np_desc_write(scene->context, "neph_output", &wanted, sizeof wanted, out_output);
 }
 
+bool neph_scene_is_stereo(const neph_scene *scene) {
+  return scene->camera.is_stereo && scene->camera.eye == NEPH_EYE_CENTRE;
+}
+
+static neph_eye get_eye(const np_scene_camera *camera) {
+  if (!camera->is_stereo) return NEPH_EYE_CENTRE;
+  return camera->eye == NEPH_EYE_RIGHT ? NEPH_EYE_RIGHT : NEPH_EYE_LEFT;
+}
+
 neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc *out_desc) {
   const unsigned *resolution = scene->camera.resolution;
   const neph_render_desc desc = {
@@ -168,6 +177,7 @@ neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc
       .atmosphere = scene->render.atmosphere,
       .path_guiding = scene->render.path_guiding,
       .scattering_max = scene->render.scattering_max,
+      .eye = get_eye(&scene->camera),
       .memory_max_bytes = NEPH_MEMORY_UNLIMITED,
   };
   return np_desc_write(scene->context, "neph_render_desc", &desc, sizeof desc, out_desc);

@@ -97,14 +97,50 @@ static neph_result set_section(neph_scene *scene, const char *prefix, void (*put
 
 /* ---- Camera and sun ---- */
 
+/* A number, or infinity for the word that the key has by default. */
+static void put_finite(section_writer *w, const char *name, double value, const char *unit) {
+  if (value != HUGE_VAL) put_real(w, name, value, unit);
+}
+
+static void put_lens(section_writer *w, const neph_camera_desc *camera) {
+  put_finite(w, "f_stop", camera->f_stop, "");
+  put_finite(w, "focus_distance", camera->focus_distance_m, "m");
+  if (camera->blade_count) put_real(w, "blades", camera->blade_count, "");
+  if (!camera->has_exposure) return;
+  put_real(w, "shutter", camera->shutter_s, "s");
+  put_real(w, "iso", camera->iso, "");
+}
+
+static void put_projection(section_writer *w, const neph_camera_desc *camera) {
+  static const char *const kinds[] = {"perspective", "orthographic", "equirectangular", "fisheye"};
+  if (camera->kind) put_word(w, "kind", (unsigned)camera->kind < 4 ? kinds[camera->kind] : "unknown");
+  if (camera->has_focal_length)
+    put_real(w, "focal_length", camera->focal_length_m, "m");
+  else if (camera->kind == NEPH_CAMERA_PERSPECTIVE)
+    put_real(w, "fov", camera->fov_rad, "rad");
+  if (camera->kind == NEPH_CAMERA_FISHEYE) put_real(w, "fisheye_fov", camera->fisheye_fov_rad, "rad");
+  if (camera->has_focal_length || isfinite(camera->f_stop)) put_real(w, "sensor", camera->sensor_m, "m");
+  if (camera->kind == NEPH_CAMERA_ORTHOGRAPHIC) put_real(w, "orthographic_width", camera->orthographic_width_m, "m");
+  if (camera->shift[0] != 0.0 || camera->shift[1] != 0.0) put_reals(w, "shift", camera->shift, 2, "");
+  if (camera->kind != NEPH_CAMERA_EQUIRECTANGULAR) put_real(w, "roll", camera->roll_rad, "rad");
+  if (camera->near_m != 0.0) put_real(w, "near", camera->near_m, "m");
+  put_finite(w, "far", camera->far_m, "m");
+}
+
+static void put_stereo(section_writer *w, const neph_camera_desc *camera) {
+  put_real(w, "stereo.interaxial", camera->interaxial_m, "m");
+  put_finite(w, "stereo.convergence", camera->convergence_m, "m");
+}
+
 static void put_camera(section_writer *w, const void *desc) {
   const neph_camera_desc *camera = desc;
   char resolution[KEY_SIZE];
   (void)snprintf(resolution, sizeof resolution, "%u, %u", camera->resolution[0], camera->resolution[1]);
   put_reals(w, "position", camera->position_m, 3, "m");
   put_reals(w, "look_at", camera->look_at_m, 3, "m");
-  put_real(w, "fov", camera->fov_rad, "rad");
-  put_real(w, "roll", camera->roll_rad, "rad");
+  put_projection(w, camera);
+  put_lens(w, camera);
+  if (camera->is_stereo) put_stereo(w, camera);
   put_node(w, "resolution", np_node_create_value(w->context, resolution));
 }
 
@@ -244,8 +280,7 @@ neph_result neph_scene_add_volume(neph_scene *scene, neph_volume *volume, const 
                                   unsigned *out_index) {
   neph_placement_desc placement;
   const unsigned index = scene->cloud_count;
-  if (!volume)
-    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "neph_scene_add_volume: the volume is NULL");
+  if (!volume) return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "neph_scene_add_volume: the volume is NULL");
   neph_result result = check_context(scene, np_volume_get_context(volume), "volume");
   if (!result) result = read_placement(scene->context, desc, &placement);
   if (!result) result = set_cloud(scene, index, volume, &placement);
@@ -286,7 +321,6 @@ neph_result neph_scene_set_terrain(neph_scene *scene, neph_terrain *terrain) {
 }
 
 neph_result neph_scene_set_atmosphere(neph_scene *scene, neph_atmosphere *atmosphere) {
-  neph_result result =
-      atmosphere ? check_context(scene, np_atmosphere_get_context(atmosphere), "atmosphere") : NEPH_OK;
+  neph_result result = atmosphere ? check_context(scene, np_atmosphere_get_context(atmosphere), "atmosphere") : NEPH_OK;
   return result ? result : set_asset(scene, "atmosphere", (np_node_assets){.atmosphere = atmosphere});
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "scene/scene_apply.h"
+#include "scene/scene_check_camera.h"
 #include "terrain/terrain_private.h"
 
 /* The node of a key in a section of the document, the section's when the key was not given, or the document. */
@@ -46,15 +47,6 @@ static neph_result check_stars(const neph_scene *scene, np_scene_problems *probl
   if (scene->has_place || scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD) return NEPH_OK;
   return np_scene_fail_at(problems, np_node_search(scene->document, "stars"),
                           "stars need the latitude, must come with place or terrain.heightfield");
-}
-
-static neph_result check_camera(const neph_scene *scene, np_scene_problems *problems) {
-  const np_scene_camera *camera = &scene->camera;
-  double distance = 0;
-  for (int i = 0; i < 3; i++) distance = fmax(distance, fabs(camera->look_at_m[i] - camera->position_m[i]));
-  if (distance >= 1e-3) return NEPH_OK;
-  return np_scene_fail_at(problems, locate(scene, "camera", "look_at"),
-                          "camera.look_at is camera.position, must be at least 1 mm away");
 }
 
 static bool has_density(const np_node *cloud) {
@@ -255,7 +247,9 @@ static const struct {
     {check_sun, {{"sun", NULL}, {"place", NULL}, {"terrain", NULL}}},
     {check_moon, {{"moon", NULL}, {"sun", "time"}}},
     {check_stars, {{"stars", NULL}, {"sun", "time"}, {"place", NULL}, {"terrain", NULL}}},
-    {check_camera, {{"camera", "position"}, {"camera", "look_at"}}},
+    {np_scene_check_view, {{"camera", "position"}, {"camera", "look_at"}}},
+    {np_scene_check_camera, {{"camera", NULL}}},
+    {np_scene_check_exposure, {{"camera", NULL}, {"output", "exposure"}}},
     {check_air, {{"atmosphere", NULL}}},
     {check_clouds, {{NULL, NULL}}}, /* cloud by cloud */
     {check_terrain, {{"terrain", NULL}}},

@@ -18,6 +18,7 @@
   "atmosphere.rayleigh_scattering", "atmosphere.rayleigh_height", "atmosphere.mie_scattering",                         \
   "atmosphere.mie_extinction", "atmosphere.mie_height", "atmosphere.mie_asymmetry", "atmosphere.ozone_absorption",     \
   "atmosphere.ozone_center", "atmosphere.ozone_width"
+#define IN_PERSPECTIVE {"camera.kind", ONLY(NEPH_CAMERA_PERSPECTIVE)}
 #define WITH_PLANET {"environment.planet", ONLY(1)}
 #define IN_TOWERS {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB)}
 #define IN_MARCH {"render.integrator", ONLY(NEPH_INTEGRATOR_MARCH)}
@@ -25,6 +26,20 @@
 
 /* No two rules warn of one key of a scene: each but the first of a key says when it applies. */
 static const np_ignore_rule rules[] = {
+    {.keys = {"camera.fov", "camera.focal_length", "camera.focus_distance", "camera.blades", "camera.sensor"},
+     .counts = IN_PERSPECTIVE, .reason = "and only a perspective asks for it"},
+    {.keys = {"camera.focus_distance", "camera.blades"}, .counts = {"camera.f_stop", ONLY(NP_GIVEN)},
+     .reason = "a pinhole, with all in focus", .applies = IN_PERSPECTIVE},
+    {.keys = {"camera.fisheye_fov"}, .counts = {"camera.kind", ONLY(NEPH_CAMERA_FISHEYE)},
+     .reason = "which is no circle"},
+    {.keys = {"camera.orthographic_width"}, .counts = {"camera.kind", ONLY(NEPH_CAMERA_ORTHOGRAPHIC)},
+     .reason = "and only parallel rays ask for it"},
+    {.keys = {"camera.shift"},
+     .counts = {"camera.kind", ONLY(NEPH_CAMERA_PERSPECTIVE) | ONLY(NEPH_CAMERA_ORTHOGRAPHIC)},
+     .reason = "whose picture is in no plane"},
+    {.keys = {"camera.roll"}, .counts = {"camera.kind", BUT(NEPH_CAMERA_EQUIRECTANGULAR)},
+     .reason = "which stays level"},
+
     {.keys = {"terrain.width"}, .counts = {"terrain.heightfield", BUT(NP_GIVEN_HGT)},
      .reason = "a tile whose name and size say how wide it is"},
     {.keys = {"terrain.height_min", "terrain.height_max"},

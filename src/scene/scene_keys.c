@@ -2,16 +2,12 @@
 #include "scene/scene_keys.h"
 
 #include "image/wavelengths.h"
+#include "scene/scene_key_rows.h"
 
-#define SCENE(member) {offsetof(neph_scene, member), sizeof(((neph_scene *)0)->member)}
 #define LAYER(member) {offsetof(np_scene_layer, member), sizeof(((np_scene_layer *)0)->member)}
 #define CLOUD(member) {offsetof(np_scene_cloud, member), sizeof(((np_scene_cloud *)0)->member)}
 #define MAP(quantity) CLOUD(bake.map_channels[NEPH_CLOUD_MAP_##quantity])
 
-/* Lengths stay below a million kilometres, so that no square of one overflows a float. */
-#define WITHIN(a, b) {a, b}
-#define ANYWHERE {-1e9, 1e9}
-#define SIZE {1e-6, 1e9}
 #define ASYMMETRY {-0.999999, 0.999999}
 
 /* Groups of keys that exclude each other. */
@@ -55,7 +51,8 @@ static const np_choice alphas[] = {{"clouds", NP_ALPHA_CLOUDS},
                                    {"scene", NP_ALPHA_SCENE},
                                    {NULL, 0}};
 static const np_choice cloud_airs[] = {{"kept", NP_CLOUD_AIR_KEPT}, {"apart", NP_CLOUD_AIR_APART}, {NULL, 0}};
-static const np_choice exposures[] = {{"auto", NEPH_EXPOSURE_AUTO}, {"meter", NEPH_EXPOSURE_METER}, {NULL, 0}};
+static const np_choice exposures[] = {{"auto", NEPH_EXPOSURE_AUTO}, {"meter", NEPH_EXPOSURE_METER},
+                                       {"camera", NEPH_EXPOSURE_CAMERA}, {NULL, 0}};
 static const np_choice views[] = {
     {"filmic", NEPH_VIEW_FILMIC}, {"standard", NEPH_VIEW_STANDARD}, {"raw", NEPH_VIEW_RAW}, {NULL, 0}};
 static const np_choice preview_bits[] = {{"8", 8}, {"16", 16}, {NULL, 0}};
@@ -67,7 +64,7 @@ static const np_choice aovs[] = {NP_AOV_ROWS(AOV){NULL, 0}};
 #undef AOV
 
 /* clang-format off */
-static const np_key keys[] = {
+static const np_key first_keys[] = {
     {.path = "version", .type = NP_KEY_INTEGER, .field = SCENE(version), .range = WITHIN(1, 1), .fallback = "1",
      .meaning = "version of the scene format"},
 
@@ -77,24 +74,9 @@ static const np_key keys[] = {
      .tag = SCENE(has_place), .tag_value = true, .range = WITHIN(-90, 90), .meaning = "north is positive"},
     {.path = "place.longitude", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(longitude_rad),
      .tag = SCENE(has_place), .tag_value = true, .range = WITHIN(-180, 180), .meaning = "east is positive"},
+};
 
-    {.path = "camera", .type = NP_KEY_SECTION, .meaning = "a pinhole; x points east, y north, z up"},
-    {.path = "camera.position", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(camera.position_m),
-     .range = ANYWHERE, .fallback = "0 m, -6 km, 400 m", .meaning = "x, y, z of the pinhole"},
-    {.path = "camera.look_at", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(camera.look_at_m),
-     .range = ANYWHERE, .fallback = "0 m, 0 m, 1800 m", .meaning = "x, y, z of the point in the middle of the picture"},
-    {.path = "camera.fov", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(camera.fov_rad),
-     .range = WITHIN(0.01, 170), .fallback = "50 deg", .meaning = "horizontal angle of view"},
-    {.path = "camera.roll", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(camera.roll_rad),
-     .range = WITHIN(-360, 360), .fallback = "0 deg",
-     .meaning = "turns the camera clockwise about its view, and what it sees the other way"},
-    {.path = "camera.resolution", .type = NP_KEY_INTEGER, .field = SCENE(camera.resolution), .range = WITHIN(1, 65536),
-     .fallback = "960, 540", .meaning = "width and height of the picture in pixels"},
-    {.path = "camera.overscan", .type = NP_KEY_INTEGER, .field = SCENE(camera.overscan), .range = WITHIN(0, 8192),
-     .fallback = "0",
-     .meaning = "pixels rendered beyond each edge of the picture: the data window is larger than the display window, "
-                "in which nothing changes"},
-
+static const np_key keys[] = {
     {.path = "sun", .type = NP_KEY_SECTION, .meaning = "the sun, by elevation and azimuth, or by time"},
     {.path = "sun.elevation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(sun.elevation_rad),
      .range = WITHIN(-90, 90), .fallback = "35 deg", .group = GROUP_SUN, .alternative = 1,
@@ -599,7 +581,8 @@ static const np_key keys[] = {
      .range = WITHIN(-40, 40), .fallback = "auto", .choices = exposures, .tag = SCENE(output.exposure),
      .tag_value = NEPH_EXPOSURE_FIXED,
      .meaning = "exposure of the preview, stops on the picture's values; auto exposes for its highlights, meter by the "
-                "light on the scene, so that frames and tiles match and night stays dark"},
+                "light on the scene, so that frames and tiles match and night stays dark; camera by its f_stop, "
+                "shutter and iso"},
     {.path = "output.view", .type = NP_KEY_CHOICE, .choices = views, .field = SCENE(output.view), .fallback = "filmic",
      .meaning = "from light to the preview: filmic has a soft shoulder, standard clips, raw is linear, as the EXR"},
     {.path = "output.preview_bits", .type = NP_KEY_CHOICE, .choices = preview_bits,
@@ -608,6 +591,9 @@ static const np_key keys[] = {
     {.path = "output.film.background", .type = NP_KEY_CHOICE, .choices = booleans,
      .field = SCENE(output.has_background),
      .fallback = "true", .meaning = "false leaves out the sky and the sun's disk behind everything"},
+    {.path = "output.film.disks", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(output.has_disks),
+     .fallback = "true",
+     .meaning = "false leaves out the disks of sun and moon, as for a dome beside a sun of its own; they still light"},
 };
 /* clang-format on */
 
@@ -621,8 +607,27 @@ size_t np_key_rename_count(void) { return sizeof renames / sizeof *renames; }
 
 const np_key_rename *np_key_rename_at(size_t index) { return &renames[index]; }
 
-static const size_t key_count = sizeof keys / sizeof *keys;
+/* The order of the schema. */
+enum { TABLES = 3 };
 
-size_t np_key_count(void) { return key_count; }
+static void fill_tables(np_key_table out[TABLES]) {
+  out[0] = (np_key_table){first_keys, sizeof first_keys / sizeof *first_keys};
+  out[1] = np_keys_get_camera();
+  out[2] = (np_key_table){keys, sizeof keys / sizeof *keys};
+}
 
-const np_key *np_key_get(size_t index) { return &keys[index]; }
+size_t np_key_count(void) {
+  np_key_table tables[TABLES];
+  fill_tables(tables);
+  size_t count = 0;
+  for (int t = 0; t < TABLES; t++) count += tables[t].count;
+  return count;
+}
+
+const np_key *np_key_get(size_t index) {
+  np_key_table tables[TABLES];
+  fill_tables(tables);
+  int t = 0;
+  for (; index >= tables[t].count; t++) index -= tables[t].count;
+  return &tables[t].keys[index];
+}

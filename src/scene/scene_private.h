@@ -16,17 +16,9 @@
 #include "image/color_space.h"
 #include "optics/multiple_scattering.h"
 #include "optics/phase.h"
+#include "scene/scene_camera.h"
 #include "scene/scene_node.h"
 #include "terrain/terrain_source.h"
-
-typedef struct np_scene_camera {
-  double position_m[3];
-  double look_at_m[3];
-  double roll_rad;
-  double fov_rad; /* horizontal */
-  unsigned resolution[2];
-  unsigned overscan; /* pixels rendered beyond each edge of the picture */
-} np_scene_camera;
 
 typedef struct np_scene_sun {
   double elevation_rad, azimuth_rad;       /* airless; used when `time` is NULL */
@@ -204,6 +196,7 @@ typedef struct np_scene_output {
   np_scene_alpha alpha;
   np_cloud_air cloud_air;
   bool has_background; /* film.background: sky and disk in the picture */
+  bool has_disks;      /* film.disks: of sun and moon, in the background */
   double exposure_ev;
   neph_exposure exposure;
   neph_view view;
@@ -266,21 +259,6 @@ const double *np_scene_get_ground_albedo(const neph_scene *scene);
 
 /* Unit vector towards the sun, from angles (azimuth clockwise from north) or from time and place. */
 neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad, double out[3]);
-
-/* Pinhole of a scene for one picture. World rays: origin, and direction(x, y) for pixel positions from the top left. */
-typedef struct np_camera {
-  np_dvec3 origin;
-  np_vec3 right, up, back; /* unit; the view is along −back */
-  float tan_half_width, tan_half_height;
-  unsigned width, height;
-} np_camera;
-
-neph_result np_camera_init(const neph_scene *scene, unsigned width, unsigned height, np_camera *out_camera);
-np_vec3 np_camera_direction(const np_camera *camera, float x, float y);
-/* Whether any of a world box is in the picture, whatever stands before it. */
-bool np_camera_sees_box(const np_camera *camera, np_dvec3 low, np_dvec3 high);
-/* Row-vector matrices of OpenEXR's worldToCamera and worldToNDC. */
-void np_camera_get_matrices(const np_camera *camera, float out_world_to_camera[16], float out_world_to_ndc[16]);
 
 /* Whether a cloud's file of one frame can be opened; fails at the cloud's vdb in the scene. neph_scene_check_files is
  * the same of the files that have one name in all frames. */

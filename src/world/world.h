@@ -57,10 +57,12 @@ typedef struct np_world {
   np_spectrum sun_irradiance; /* above the atmosphere, W m⁻² nm⁻¹ */
   np_sun_scope sun_scope;
   np_disk disk;               /* of the sun, as it is seen */
+  bool has_no_disks;          /* neither the sun's nor the moon's is seen, whatever they light */
   const np_night *night;      /* NULL: nothing else shines, or it is in another view */
 
   const neph_atmosphere *atmosphere; /* NULL: no air */
   const neph_sky *camera_sky;        /* seen from the camera; NULL without air */
+  bool has_parallel_view;            /* the camera's rays have no common eye: its sky is traced along each */
   const neph_sky *cloud_sky;         /* seen from the middle of the clouds; NULL without air or without clouds */
 
   np_spectrum environment_radiance; /* uniform, from infinitely far, W m⁻² sr⁻¹ nm⁻¹ */

@@ -1,6 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light from the sky, and the air between two points. */
+#include "atmosphere/sky_along.h"
 #include "world/world.h"
+
+/* Whether a sky's tables do not stand for a ray. */
+static bool is_traced(const np_world *world, const neph_sky *sky) {
+  return world->has_parallel_view && sky && sky == world->camera_sky;
+}
 
 static np_spectrum see_environment(const np_world *world, np_vec3 direction) {
   const bool is_hidden = world->is_environment_upper_only && direction.z < 0.0f;
@@ -20,11 +26,17 @@ np_spectrum np_world_add_beyond(const np_world *world, np_dvec3 origin, np_vec3 
 }
 
 np_spectrum np_world_sky_radiance(const np_world *world, const neph_sky *sky, np_dvec3 origin, np_vec3 direction) {
-  return np_world_add_beyond(world, origin, direction, sky ? np_sky_radiance(sky, direction) : np_spectrum_grey(0.0f));
+  np_spectrum radiance = np_spectrum_grey(0.0f);
+  if (is_traced(world, sky))
+    radiance = np_sky_trace_air(sky, origin, direction, INFINITY).inscatter;
+  else if (sky)
+    radiance = np_sky_radiance(sky, direction);
+  return np_world_add_beyond(world, origin, direction, radiance);
 }
 
 np_aerial_perspective np_world_air(const np_world *world, const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
                                    double distance_m) {
+  if (is_traced(world, sky)) return np_sky_trace_air(sky, origin, direction, distance_m);
   if (sky) return np_sky_aerial_perspective(sky, direction, distance_m);
   np_aerial_perspective air = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
   if (world->atmosphere)

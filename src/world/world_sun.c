@@ -74,6 +74,7 @@ np_spectrum np_world_sunlight_exact(const np_world *world, np_dvec3 position, np
 }
 
 np_spectrum np_world_disk_radiance(const np_world *world, np_vec3 direction) {
+  if (world->has_no_disks) return np_spectrum_grey(0.0f);
   if (world->night && np_disk_covers(&world->night->moon, direction))
     return np_disk_radiance(&world->night->moon, direction);
   return np_disk_radiance(&world->disk, direction);

@@ -12,7 +12,7 @@ nephos render --path-guiding \tadj\t
 nephos probe --path-guiding au\tsl\tca\t
 nephos render fo\tde\t
 nephos render scene.yaml -o frame.e\t
-nephos render --set camera.f\t30
+nephos render --set camera.ro\t30
 nephos bake --set clouds[0].bake.vox\t
 nephos --isa x86-64-v4 compare fra\t
 nephos info no\t

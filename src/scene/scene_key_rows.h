@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Macros that the rows of the key table are written with, and the tables that are in files of their own. */
+#ifndef NP_SCENE_SCENE_KEY_ROWS_H
+#define NP_SCENE_SCENE_KEY_ROWS_H
+
+#include "scene/scene_key.h"
+
+#define SCENE(member)                                                                                                  \
+  { offsetof(neph_scene, member), sizeof(((neph_scene *)0)->member) }
+
+/* Lengths stay below a million kilometres, so that no square of one overflows a float. */
+#define WITHIN(a, b)                                                                                                   \
+  { a, b }
+#define ANYWHERE                                                                                                       \
+  { -1e9, 1e9 }
+#define SIZE                                                                                                           \
+  { 1e-6, 1e9 }
+
+np_key_table np_keys_get_camera(void);
+
+#endif

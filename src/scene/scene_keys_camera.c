@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Keys of the camera. */
+#include "scene/scene_key_rows.h"
+
+/* Keys that exclude each other. */
+enum { GROUP_ANGLE = 1 };
+
+static const np_choice kinds[] = {{"perspective", NEPH_CAMERA_PERSPECTIVE},
+                                  {"orthographic", NEPH_CAMERA_ORTHOGRAPHIC},
+                                  {"equirectangular", NEPH_CAMERA_EQUIRECTANGULAR},
+                                  {"fisheye", NEPH_CAMERA_FISHEYE},
+                                  {NULL, 0}};
+static const np_choice absences[] = {{"none", 0}, {NULL, 0}};
+static const np_choice eyes[] = {
+    {"both", NEPH_EYE_CENTRE}, {"left", NEPH_EYE_LEFT}, {"right", NEPH_EYE_RIGHT}, {NULL, 0}};
+
+/* clang-format off */
+static const np_key keys[] = {
+    {.path = "camera", .type = NP_KEY_SECTION, .meaning = "the camera; x points east, y north, z up"},
+    {.path = "camera.kind", .type = NP_KEY_CHOICE, .choices = kinds, .field = SCENE(camera.kind),
+     .fallback = "perspective",
+     .meaning = "projection: a perspective; parallel rays; longitude and latitude of the whole sphere; an equidistant "
+                "circle as high or wide as the picture"},
+    {.path = "camera.position", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(camera.position_m),
+     .range = ANYWHERE, .fallback = "0 m, -6 km, 400 m",
+     .meaning = "x, y, z of the eye; of parallel rays, of the middle of the plane that they start from"},
+    {.path = "camera.look_at", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(camera.look_at_m),
+     .range = ANYWHERE, .fallback = "0 m, 0 m, 1800 m",
+     .meaning = "x, y, z of the point in the middle of the picture; of an equirectangular one, which stays level, its "
+                "azimuth alone counts"},
+    {.path = "camera.fov", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(camera.fov_rad),
+     .tag = SCENE(camera.has_focal_length), .tag_value = false, .group = GROUP_ANGLE, .alternative = 1,
+     .range = WITHIN(0.01, 170), .fallback = "50 deg", .meaning = "horizontal angle of view of a perspective"},
+    {.path = "camera.focal_length", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(camera.focal_length_m), .tag = SCENE(camera.has_focal_length), .tag_value = true,
+     .group = GROUP_ANGLE, .alternative = 2, .range = WITHIN(0.0005, 10),
+     .meaning = "gives, with the sensor, the angle of view"},
+    {.path = "camera.sensor", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(camera.sensor_m),
+     .range = WITHIN(0.0005, 10), .fallback = "0.036 m", .meaning = "width of the sensor, which the picture fills"},
+    {.path = "camera.orthographic_width", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(camera.orthographic_width_m), .range = WITHIN(0.001, 1e9), .fallback = "10 km",
+     .meaning = "width of an orthographic picture in the world"},
+    {.path = "camera.fisheye_fov", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
+     .field = SCENE(camera.fisheye_fov_rad), .range = WITHIN(0.01, 360), .fallback = "180 deg",
+     .meaning = "angle across a fisheye's circle"},
+    {.path = "camera.shift", .type = NP_KEY_REAL, .field = SCENE(camera.shift), .range = WITHIN(-10, 10),
+     .fallback = "0, 0", .meaning = "shift of the picture in its plane, right and up, in widths of the picture"},
+    {.path = "camera.roll", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(camera.roll_rad),
+     .range = WITHIN(-360, 360), .fallback = "0 deg",
+     .meaning = "turns the camera clockwise about its view, and what it sees the other way"},
+    {.path = "camera.near", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(camera.near_m),
+     .range = WITHIN(0, 1e9), .fallback = "0 m",
+     .meaning = "depth, along the view or from the eye of a panorama, before which clouds and ground are not seen; "
+                "they still cast shadows"},
+    {.path = "camera.far", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(camera.far_m),
+     .range = WITHIN(1e-3, 1e9), .fallback = "none", .word = "none", .word_value = INFINITY,
+     .meaning = "the depth behind which they are not"},
+    {.path = "camera.f_stop", .type = NP_KEY_REAL, .field = SCENE(camera.f_stop), .range = WITHIN(1e-6, 1e6),
+     .fallback = "none", .choices = absences, .tag = SCENE(camera.has_lens), .tag_value = true,
+     .meaning = "focal length over the diameter of the aperture: what is out of focus blurs; none is a pinhole"},
+    {.path = "camera.focus_distance", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(camera.focus_distance_m), .range = WITHIN(0.001, 1e9), .fallback = "auto", .word = "auto",
+     .word_value = INFINITY, .meaning = "depth of the plane in focus; auto is that of look_at"},
+    {.path = "camera.blades", .type = NP_KEY_INTEGER, .field = SCENE(camera.blade_count), .range = WITHIN(3, 32),
+     .fallback = "round", .word = "round", .word_value = 0,
+     .meaning = "blades of the aperture: corners of the bokeh, the first one up"},
+    {.path = "camera.shutter", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = SCENE(camera.shutter_s),
+     .tag = SCENE(camera.has_shutter), .tag_value = true, .range = WITHIN(1e-6, 1e6),
+     .meaning = "exposure time; with f_stop and iso it gives the photographic exposure"},
+    {.path = "camera.iso", .type = NP_KEY_REAL, .field = SCENE(camera.iso), .tag = SCENE(camera.has_iso),
+     .tag_value = true, .range = WITHIN(0.1, 1e8), .meaning = "speed of the film, ISO 12232"},
+    {.path = "camera.stereo", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(camera.is_stereo),
+     .tag = SCENE(camera.is_stereo), .tag_value = true,
+     .meaning = "two eyes beside each other, which look straight ahead, with a picture each"},
+    {.path = "camera.stereo.interaxial", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(camera.interaxial_m), .range = WITHIN(1e-6, 1e6), .fallback = "0.065 m",
+     .meaning = "distance between the eyes"},
+    {.path = "camera.stereo.convergence", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(camera.convergence_m), .range = WITHIN(0.001, 1e9), .fallback = "auto", .word = "auto",
+     .word_value = INFINITY,
+     .meaning = "depth of what both pictures show at the same place, by shift; auto is that of look_at"},
+    {.path = "camera.stereo.eye", .type = NP_KEY_CHOICE, .choices = eyes, .field = SCENE(camera.eye),
+     .fallback = "both", .meaning = "which picture; both: two files, for which %V in output names left and right"},
+    {.path = "camera.resolution", .type = NP_KEY_INTEGER, .field = SCENE(camera.resolution), .range = WITHIN(1, 65536),
+     .fallback = "960, 540", .meaning = "width and height of the picture in pixels"},
+    {.path = "camera.overscan", .type = NP_KEY_INTEGER, .field = SCENE(camera.overscan), .range = WITHIN(0, 8192),
+     .fallback = "0",
+     .meaning = "pixels rendered beyond each edge of the picture: the data window is larger than the display window, "
+                "in which nothing changes"},
+};
+/* clang-format on */
+
+np_key_table np_keys_get_camera(void) { return (np_key_table){keys, sizeof keys / sizeof *keys}; }
