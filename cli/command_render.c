@@ -8,7 +8,7 @@
 
 /* The files of one frame; NULL: not wanted. */
 typedef struct targets {
-  char *image, *preview;
+  char *image, *preview, *deep;
 } targets;
 
 typedef struct render_job {
@@ -20,7 +20,8 @@ typedef struct render_job {
 
 /* ---- Where to ---- */
 
-/* --output replaces what the scene says: once or twice, a picture and a preview. */
+/* --output replaces what the scene says: once or twice, a picture and a preview. Deep pictures are the scene's alone.
+ */
 static cli_exit choose_outputs(render_job *job) {
   const cli_options *options = job->session->options;
   if (options->output_count) job->output.image = job->output.preview = NULL;
@@ -34,7 +35,7 @@ static cli_exit choose_outputs(render_job *job) {
     }
     *place = path;
   }
-  if (job->output.image || job->output.preview) return CLI_DONE;
+  if (job->output.image || job->output.preview || job->output.deep) return CLI_DONE;
   cli_complain("%s names no output: give output.image in it, or --output", options->files[0]);
   return CLI_USAGE;
 }
@@ -87,12 +88,14 @@ static neph_result name_target(const render_job *job, const char *pattern, char 
 static void free_targets(const render_job *job, targets *t) {
   neph_text_destroy(job->session->context, t->image);
   neph_text_destroy(job->session->context, t->preview);
+  neph_text_destroy(job->session->context, t->deep);
 }
 
 static neph_result name_targets(const render_job *job, targets *out) {
-  *out = (targets){NULL, NULL};
+  *out = (targets){NULL, NULL, NULL};
   neph_result result = name_target(job, job->output.image, &out->image);
   if (!result) result = name_target(job, job->output.preview, &out->preview);
+  if (!result) result = name_target(job, job->output.deep, &out->deep);
   return result;
 }
 
@@ -113,6 +116,7 @@ static cli_exit check_targets(render_job *job) {
   cli_exit exit = cli_exit_of(result);
   if (!exit && t.image) exit = cli_check_target(job->session, t.image);
   if (!exit && t.preview) exit = cli_check_target(job->session, t.preview);
+  if (!exit && t.deep) exit = cli_check_target(job->session, t.deep);
   for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(job->scene); i++) exit = check_cloud(job, i);
   free_targets(job, &t);
   return exit;
@@ -169,14 +173,20 @@ static double get_time_s(void) {
 
 static void print_frame(const render_job *job, const targets *t, double seconds) {
   if (!job->session->options->is_json) {
-    const char *join = t->image && t->preview ? ", " : "";
-    printf("frame %d: %s%s%s, %.2f s\n", job->desc.frame, t->image ? t->image : "", join, t->preview ? t->preview : "",
-           seconds);
+    const char *const names[] = {t->image, t->preview, t->deep}, *join = "";
+    printf("frame %d: ", job->desc.frame);
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+      if (!names[i]) continue;
+      printf("%s%s", join, names[i]);
+      join = ", ";
+    }
+    printf(", %.2f s\n", seconds);
     return;
   }
   printf("{\"frame\": %d", job->desc.frame);
   if (t->image) printf(", \"image\": "), cli_print_json_text(t->image);
   if (t->preview) printf(", \"preview\": "), cli_print_json_text(t->preview);
+  if (t->deep) printf(", \"deep\": "), cli_print_json_text(t->deep);
   printf(", \"seconds\": %.3f}\n", seconds);
 }
 
@@ -184,6 +194,7 @@ static neph_result save_frame(const render_job *job, const neph_image *image, co
   neph_result result = NEPH_OK;
   if (t->image) result = neph_image_save_exr(image, t->image, job->output.pixel_type);
   if (!result && t->preview) result = neph_image_save_png(image, t->preview, &job->output.preview_desc);
+  if (!result && t->deep) result = neph_image_save_deep_exr(image, t->deep, job->output.pixel_type);
   return result;
 }
 
@@ -218,6 +229,7 @@ static cli_exit rehearse(render_job *job, const targets *t) {
   neph_text_destroy(job->session->context, text);
   if (t->image) printf("%s\n", t->image);
   if (t->preview) printf("%s\n", t->preview);
+  if (t->deep) printf("%s\n", t->deep);
   return CLI_DONE;
 }
 
@@ -266,6 +278,7 @@ static cli_exit run(render_job *job) {
   if (!exit) choose_exposure(job);
   if (!exit) exit = check_pattern(job, job->output.image);
   if (!exit) exit = check_pattern(job, job->output.preview);
+  if (!exit) exit = check_pattern(job, job->output.deep);
   if (!exit) exit = for_each_frame(job, check_targets);
   return exit ? exit : for_each_frame(job, render_frame);
 }

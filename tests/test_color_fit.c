@@ -113,9 +113,8 @@ static color_difference compare(neph_image *image, neph_image *reference, unsign
 /* The sky down to 87 degrees from the zenith. docs/results/colour.md has all suns against 60 wavelengths; 30 are within
  * 0.06 of those, and half the work. */
 static void skies_have_their_colours(void **state) {
-  static const char *const cases[][3] = {{"earth", "500 m", "60 deg"},
-                                         {"earth-hazy", "500 m", "2 deg"},
-                                         {"earth", "10 km", "-6 deg"}};
+  static const char *const cases[][3] = {
+      {"earth", "500 m", "60 deg"}, {"earth-hazy", "500 m", "2 deg"}, {"earth", "10 km", "-6 deg"}};
   neph_context *context = *state;
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     char text[200];

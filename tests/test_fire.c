@@ -4,6 +4,7 @@
 #include <nephos/nephos.h>
 
 #include "core/units.h"
+#include "image/deep.h"
 #include "optics/black_body.h"
 #include "test_color_difference.h"
 #include "test_support.h"
@@ -186,6 +187,57 @@ static void without_a_flame_the_cloud_emits_by_its_absorption(void **state) {
   assert_true(compute_mean(image, "emission.R") == 0.0);
   neph_image_destroy(image);
   neph_scene_destroy(scene);
+}
+
+static double compute_group_sum(neph_image *image) {
+  return compute_mean(image, "light_sun.R") + compute_mean(image, "light_sky.R") + compute_mean(image, "light_fire.R");
+}
+
+/* Each emission is a group of lights: with the others it adds up, and it is the picture with no other light. The march
+ * errs by its tolerance, the mean of 1600 paths by 5 %. */
+static void a_fire_is_a_group_of_lights(void **state) {
+  const fixture *f = *state;
+  for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
+    neph_scene *scene = load(f, "", "refuse");
+    assert_int_equal(neph_scene_set(scene, "camera.resolution", "[10, 10]"), NEPH_OK);
+    assert_int_equal(neph_scene_set(scene, "output.aovs", "[lights]"), NEPH_OK);
+    neph_image *groups = render(scene, i);
+    assert_near_relative(compute_group_sum(groups), compute_mean(groups, "R"), 1e-5);
+    assert_int_equal(neph_scene_set(scene, "output.aovs", "[]"), NEPH_OK);
+    assert_int_equal(neph_scene_set(scene, "sun.irradiance", "0"), NEPH_OK);
+    neph_image *alone = render(scene, i);
+    assert_near_relative(compute_mean(groups, "light_fire.R"), compute_mean(alone, "R"),
+                         i == NEPH_INTEGRATOR_MARCH ? 0.01 : 0.05);
+    neph_image_destroy(groups);
+    neph_image_destroy(alone);
+    neph_scene_destroy(scene);
+  }
+}
+
+static double flatten(const np_deep_pixel *pixel) {
+  double sum = 0.0, left = 1.0;
+  for (unsigned s = 0; s < pixel->count; s++) {
+    sum += left * (double)pixel->samples[s].color[0];
+    left *= 1.0 - (double)pixel->samples[s].alpha;
+  }
+  return sum;
+}
+
+/* Emission has light and no opacity, and may be where no smoke is. */
+static void deep_pixels_hold_the_flame(void **state) {
+  const fixture *f = *state;
+  for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
+    neph_scene *scene = load(f, "", "refuse");
+    assert_int_equal(neph_scene_set(scene, "camera.resolution", "[10, 10]"), NEPH_OK);
+    assert_int_equal(neph_scene_set(scene, "output.aovs", "[clouds, emission]"), NEPH_OK);
+    assert_int_equal(neph_scene_set(scene, "output.deep", "deep.exr"), NEPH_OK);
+    neph_image *image = render(scene, i);
+    const float *clouds = neph_image_get_channel(image, "clouds.R");
+    for (size_t p = 0; p < 100; p++)
+      assert_near(flatten(&image->deep[p]), (double)clouds[p], 1e-3 * fmax((double)clouds[p], 1e-3));
+    neph_image_destroy(image);
+    neph_scene_destroy(scene);
+  }
 }
 
 /* Sun and moon are two views of one scene; a fire is in one of them. */
@@ -424,6 +476,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(integrators_agree_on_emission, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(keys_mean_what_they_say, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(without_a_flame_the_cloud_emits_by_its_absorption, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_fire_is_a_group_of_lights, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(deep_pixels_hold_the_flame, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_second_light_does_not_light_the_fire_twice, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(fire_alone_lights_a_scene, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(fire_has_its_colour, set_up, test_tear_down),

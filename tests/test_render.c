@@ -9,8 +9,7 @@
 #include "test_render_once.h"
 #include "test_support.h"
 
-static const char scene_text[] =
-    TEST_CUMULUS_SCENE
+static const char scene_text[] = TEST_CUMULUS_SCENE
     "render: {samples: 17}\n"
     "output: {color_space: bands,\n"
     "         aovs: [background, terrain, air, sun, sky, ground, multiple, transmittance, distance]}\n";

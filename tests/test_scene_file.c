@@ -249,7 +249,7 @@ static void test_wrong_values(void **state) {
       {"output: {aovs: sun}", "1:16: output.aovs is sun, must be a list of: background, terrain"},
       {"output: {aovs: [sun, moon]}", "1:22: output.aovs[1] is moon, must be background, terrain"},
       {"output: {exposure: bright}",
-       "1:20: output.exposure is bright, must be a number of stops in [-40, 40] EV, or auto or meter\n"},
+       "1:20: output.exposure is bright, must be a number of stops in [-40, 40] EV, or auto, meter or camera\n"},
       {"output: {image: ''}", "1:17: output.image is empty, must be a file name\n"},
       {"camera: {position: [1, 2]}", "1:20: camera.position is a list of 2, must be a list of 3, each a length in"},
       {"camera: {position: [1, 2, 3, 4]}", "1:20: camera.position is a list of 4, must be"},
@@ -286,7 +286,7 @@ static void test_unknown_keys(void **state) {
       {"camera: {xyzzy: 3}",
        "1:10: camera.xyzzy is not a key; camera has kind, position, look_at, fov, focal_length, sensor, "
        "orthographic_width, fisheye_fov, shift, roll, near, far, f_stop, focus_distance, blades, shutter, iso, stereo, "
-       "resolution\n"},
+       "resolution, overscan\n"},
       {"clouds: [{bake: {covrage: 1}}]",
        "1:18: clouds[0].bake.covrage is not a key, did you mean clouds[].bake.coverage?"},
       {"\"a\\nb\": 3", "1:1: a?b is not a key"},

@@ -80,6 +80,7 @@ static const companion companions[] = {
     {"terrain.rock", NULL, "terrain.rock", "{slope: 5 deg}"},
     {"terrain.snow", NULL, "terrain.snow", "{level: 100 m}"},
     {"water", NULL, "water", "{level: 150 m}"},
+    {"output.cloud_air", NULL, "output.aovs", "[clouds]"},
 };
 
 /* Keys that change no pixel here, whatever they say. */
@@ -147,11 +148,11 @@ static bool may_be_infinite(const char *channel) {
          begins_with(channel, "position") || begins_with(channel, "mean_distance");
 }
 
-/* Normals have any sign. Of the march no light is negative, but as the eye's colours: of a hue outside of what the
- * primaries span. */
+/* Normals and identifiers have any sign. Of the march no light is negative, but as the eye's colours: of a hue outside
+ * of what the primaries span. */
 static bool may_be_negative(const neph_scene *scene, const char *channel) {
   return scene->render.integrator == NEPH_INTEGRATOR_PATH || scene->render.wavelength_count > 3 ||
-         may_be_infinite(channel) || begins_with(channel, "normal");
+         may_be_infinite(channel) || begins_with(channel, "normal") || begins_with(channel, "Crypto");
 }
 
 /* Checks every value of a picture; returns a number that tells it from others. */

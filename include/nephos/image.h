@@ -53,6 +53,17 @@ typedef enum neph_pixel_type { NEPH_PIXEL_HALF, NEPH_PIXEL_FLOAT } neph_pixel_ty
 NEPH_API neph_result neph_image_save_exr(const neph_image *image, const char *path,
                                          neph_pixel_type pixel_type) NEPH_NODISCARD;
 
+/** Whether an image has deep pixels, which a picture has whose scene names a file for them (output.deep). */
+NEPH_API bool neph_image_has_deep(const neph_image *image);
+
+/** Writes the deep pixels of an image as OpenEXR (deep scan lines, ZIPS), atomically: channels R, G, B, A, Z and ZBack,
+ * at most 32 samples a pixel. Z, ZBack and A are always float.
+ *
+ * Fails with NEPH_ERROR_INVALID_ARGUMENT where the image has none.
+ */
+NEPH_API neph_result neph_image_save_deep_exr(const neph_image *image, const char *path,
+                                              neph_pixel_type pixel_type) NEPH_NODISCARD;
+
 /** Reads a scan-line or tiled OpenEXR, first part and full resolution, every channel to float.
  *
  * Text, int, float and double attributes are kept; numbers are given as text. Sub-sampled channels and deep pictures

@@ -62,6 +62,7 @@ typedef struct neph_output {
   size_t struct_size;
   const char *image;              /**< OpenEXR name, '#' for the frame; resolved; NULL: none wanted */
   const char *preview;            /**< PNG name, '#' for the frame; resolved; NULL: none wanted */
+  const char *deep;               /**< deep OpenEXR name, '#' for the frame; resolved; NULL: none wanted */
   neph_pixel_type pixel_type;     /**< of colour (default NEPH_PIXEL_HALF) */
   neph_preview_desc preview_desc; /**< stays the last, so that it can grow */
 } neph_output;

@@ -7,11 +7,16 @@
 const np_aov_row np_aov_rows[NP_AOV_COUNT] = {NP_AOV_ROWS(ROW)};
 #undef ROW
 
-unsigned np_aovs_count_channels(unsigned aovs) {
+static unsigned count_parts(const char *parts, unsigned cloud_count) {
+  if (*parts == '*') return cloud_count + 1;
+  if (*parts == '+') return 3 * (cloud_count + 3);
+  return *parts ? (unsigned)strlen(parts) : 1;
+}
+
+unsigned np_aovs_count_channels(unsigned aovs, unsigned cloud_count) {
   unsigned count = 0;
   for (unsigned i = 0; i < NP_AOV_COUNT; i++)
-    if (aovs & ~(unsigned)NP_AOV_DEPTH & 1u << i)
-      count += *np_aov_rows[i].parts ? (unsigned)strlen(np_aov_rows[i].parts) : 1;
+    if (aovs & ~(unsigned)NP_AOV_DEPTH & 1u << i) count += count_parts(np_aov_rows[i].parts, cloud_count);
   return count;
 }
 

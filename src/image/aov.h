@@ -7,8 +7,8 @@
 #include <stdbool.h>
 
 /* ROW(id, name, parts, needs_light, samples_min): in a scene file and before the dot of its channels' names it is
- * `name`, after the dot a letter of `parts` ("": no dot, one channel); `needs_light` where it is not geometry alone;
- * `samples_min` a pixel. */
+ * `name`, after the dot a letter of `parts` ("": no dot, one channel; "*": one for each cloud and the ground; "+":
+ * three for each group of lights); `needs_light` where it is not geometry alone; `samples_min` a pixel. */
 #define NP_AOV_ROWS(ROW)                                                                                               \
   ROW(BACKGROUND, "background", "RGB", true, 1)                                                                        \
   ROW(TERRAIN, "terrain", "RGB", true, 1)                                                                              \
@@ -28,7 +28,14 @@
   ROW(POSITION, "position", "XYZ", false, 1)                                                                           \
   ROW(EMISSION, "emission", "RGB", true, 1)                                                                            \
   ROW(NORMAL, "normal", "XYZ", false, 1)                                                                               \
-  ROW(SHADOW, "shadow", "", false, 1)
+  ROW(SHADOW, "shadow", "", false, 1)                                                                                  \
+  ROW(CLOUDS, "clouds", "RGBA", true, 1) /* over black */                                                              \
+  ROW(CLOUD_AIR, "cloud_air", "RGB", true, 1)                                                                          \
+  ROW(GROUND_AIR, "ground_air", "RGB", true, 1)                                                                        \
+  ROW(OPTICAL_DEPTH, "optical_depth", "", false, 1)                                                                    \
+  ROW(LIGHTS, "lights", "+", true, 1)                                                                                  \
+  ROW(MATTES, "mattes", "*", false, 1)                                                                                 \
+  ROW(CRYPTOMATTE, "cryptomatte", "RGBARGBARGBA", false, 1)
 
 #define NP_AOV_INDEX(id, name, parts, needs_light, samples_min) NP_AOV_INDEX_##id,
 typedef enum np_aov_index { NP_AOV_ROWS(NP_AOV_INDEX) NP_AOV_COUNT } np_aov_index;
@@ -48,7 +55,7 @@ typedef struct np_aov_row {
 extern const np_aov_row np_aov_rows[NP_AOV_COUNT];
 
 /* The channels that a set adds to a picture. */
-unsigned np_aovs_count_channels(unsigned aovs);
+unsigned np_aovs_count_channels(unsigned aovs, unsigned cloud_count);
 
 /* Whether any of a set needs light. */
 bool np_aovs_need_light(unsigned aovs);

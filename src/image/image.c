@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "image/deep.h"
 #include "image/image_private.h"
 
 #include <string.h>
@@ -82,6 +83,7 @@ void neph_image_destroy(neph_image *image) {
     np_alloc_free(context, image->attributes[i].name);
     np_alloc_free(context, image->attributes[i].value);
   }
+  np_image_clear_deep(image);
   np_alloc_free(context, image->channels);
   np_alloc_free(context, image->attributes);
   np_alloc_free(context, image);
@@ -130,7 +132,7 @@ unsigned np_image_choose_channels(const neph_image *image, unsigned *out_indices
 
 bool np_image_is_float_channel(const char *name) {
   static const char *const names[] = {"Z", "depth", "distance", "mean_distance", "position", "sample_count"};
-  static const char *const layers[] = {"P.", "position.", "variance."};
+  static const char *const layers[] = {"P.", "position.", "variance.", "Crypto"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
     if (!strcmp(name, names[i])) return true;
   for (size_t i = 0; i < sizeof layers / sizeof *layers; i++)

@@ -1,17 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Writing OpenEXR: one part of scan lines, ZIP. Chunks are compressed on the context's threads and written in order. */
+/* Writing OpenEXR: one part of scan lines, ZIP, or of a format that its writer describes. */
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <openexr_encode.h>
-
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/parallel.h"
-#include "image/image_exr.h"
+#include "image/image_exr_write.h"
 
 enum { ZIP_LEVEL = 4, SHORT_NAME_MAX = 31 };
 
@@ -42,7 +40,7 @@ static exr_attr_box2i_t make_box(const int min[2], const int max[2]) {
   return box;
 }
 
-static exr_result_t set_required(exr_context_t exr, const neph_image *image) {
+static exr_result_t set_required(exr_context_t exr, const neph_image *image, exr_compression_t compression) {
   const np_image_header *header = &image->header;
   const int zero[2] = {0, 0}, last[2] = {(int)image->width - 1, (int)image->height - 1};
   exr_attr_box2i_t data = make_box(zero, last), display = data;
@@ -53,7 +51,7 @@ static exr_result_t set_required(exr_context_t exr, const neph_image *image) {
   exr_attr_v2f_t centre;
   centre.x = centre.y = 0.0f;
   exr_result_t code = exr_initialize_required_attr(exr, 0, &display, &data, 1.0f, &centre, 1.0f,
-                                                   EXR_LINEORDER_INCREASING_Y, EXR_COMPRESSION_ZIP);
+                                                   EXR_LINEORDER_INCREASING_Y, compression);
   return code ? code : exr_set_zip_compression_level(exr, 0, ZIP_LEVEL);
 }
 
@@ -102,32 +100,27 @@ static exr_result_t set_optional(exr_context_t exr, const neph_image *image) {
   return code;
 }
 
-static exr_result_t write_header(exr_context_t exr, const neph_image *image, neph_pixel_type pixel_type) {
+static exr_result_t write_header(exr_context_t exr, const np_exr_writer *writer) {
+  const neph_image *image = writer->image;
+  const np_exr_format *format = writer->format;
   int part;
   exr_result_t code = exr_set_longname_support(exr, has_long_names(image));
-  if (!code) code = exr_add_part(exr, NULL, EXR_STORAGE_SCANLINE, &part);
-  if (!code) code = set_required(exr, image);
-  for (unsigned c = 0; !code && c < image->channel_count; c++)
-    code = exr_add_channel(exr, 0, image->channels[c].name, choose_pixel_type(&image->channels[c], pixel_type),
-                           EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
+  if (!code) code = exr_add_part(exr, NULL, format->storage, &part);
+  if (!code) code = set_required(exr, image, format->compression);
+  if (!code) code = format->add_channels(exr, image, writer->pixel_type);
   if (!code) code = set_optional(exr, image);
   return code ? code : exr_write_header(exr);
 }
 
-/* ---- Writing the pixels ---- */
+/* ---- Flat pixels ---- */
 
-/* A chunk as the file has it, waiting to be written in its turn. */
-typedef struct exr_chunk {
-  void *bytes;
-  size_t size;
-} exr_chunk;
-
-typedef struct exr_writer {
-  np_exr_file file;
-  const neph_image *image;
-  exr_chunk *chunks;
-  int chunk_count, lines_per_chunk;
-} exr_writer;
+static exr_result_t add_channels(exr_context_t exr, const neph_image *image, neph_pixel_type pixel_type) {
+  exr_result_t code = EXR_ERR_SUCCESS;
+  for (unsigned c = 0; !code && c < image->channel_count; c++)
+    code = exr_add_channel(exr, 0, image->channels[c].name, choose_pixel_type(&image->channels[c], pixel_type),
+                           EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
+  return code;
+}
 
 /* The file's channels are sorted by name, the image's need not be. */
 static void point_to_values(const neph_image *image, size_t first, exr_encode_pipeline_t *pipeline) {
@@ -139,7 +132,7 @@ static void point_to_values(const neph_image *image, size_t first, exr_encode_pi
 }
 
 /* Leaves the compressed bytes in the pipeline, to be ended whatever the outcome. */
-static exr_result_t run_pipeline(const exr_writer *writer, int line, exr_encode_pipeline_t *pipeline) {
+static exr_result_t run_pipeline(const np_exr_writer *writer, int line, exr_encode_pipeline_t *pipeline) {
   exr_context_t exr = writer->file.exr;
   exr_chunk_info_t info;
   exr_result_t code = exr_write_scanline_chunk_info(exr, 0, np_image_get_data_min(writer->image, 1) + line, &info);
@@ -154,50 +147,62 @@ static exr_result_t run_pipeline(const exr_writer *writer, int line, exr_encode_
 
 /* Readers take a chunk that is as long as its pixels for raw: compression that saves no byte is none. The library keeps
  * that rule only where it lengthens. */
-static neph_result keep_chunk(neph_context *context, const exr_encode_pipeline_t *pipeline, exr_chunk *out_chunk) {
+neph_result np_exr_keep_chunk(neph_context *context, const exr_encode_pipeline_t *pipeline, np_exr_chunk *out_chunk) {
   const bool is_raw = pipeline->compressed_bytes >= pipeline->packed_bytes;
   const size_t size = is_raw ? pipeline->packed_bytes : pipeline->compressed_bytes;
   out_chunk->bytes = np_alloc(context, size, 1);
   if (!out_chunk->bytes) return NEPH_ERROR_OUT_OF_MEMORY;
   memcpy(out_chunk->bytes, is_raw ? pipeline->packed_buffer : pipeline->compressed_buffer, size);
   out_chunk->size = size;
+  out_chunk->unpacked_size = pipeline->packed_bytes;
   return NEPH_OK;
 }
 
-static neph_result compress_chunk(exr_writer *writer, int index) {
+static neph_result encode_chunk(np_exr_writer *writer, int index) {
   exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
   exr_result_t code = run_pipeline(writer, index * writer->lines_per_chunk, &pipeline);
   neph_result result = code ? np_exr_remember_failure(&writer->file, code)
-                            : keep_chunk(writer->file.context, &pipeline, &writer->chunks[index]);
+                            : np_exr_keep_chunk(writer->file.context, &pipeline, &writer->chunks[index]);
   exr_encoding_destroy(writer->file.exr, &pipeline);
   return result;
 }
 
-static neph_result compress_chunks(void *user, size_t begin, size_t end, unsigned thread) {
+static exr_result_t write_chunk(np_exr_writer *writer, int line, const np_exr_chunk *chunk) {
+  return exr_write_scanline_chunk(writer->file.exr, 0, line, chunk->bytes, chunk->size);
+}
+
+static const np_exr_format flat = {EXR_STORAGE_SCANLINE, EXR_COMPRESSION_ZIP, add_channels, encode_chunk, write_chunk};
+
+/* ---- Writing the pixels ---- */
+
+static neph_result encode_chunks(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
+  np_exr_writer *writer = user;
   neph_result result = NEPH_OK;
-  for (size_t i = begin; !result && i < end; i++) result = compress_chunk(user, (int)i);
+  for (size_t i = begin; !result && i < end; i++) result = writer->format->encode_chunk(writer, (int)i);
   return result;
 }
 
-static neph_result write_pixels(exr_writer *writer) {
+static neph_result write_pixels(np_exr_writer *writer) {
   np_exr_file *file = &writer->file;
   exr_result_t code = exr_get_scanlines_per_chunk(file->exr, 0, &writer->lines_per_chunk);
   if (!code) code = exr_get_chunk_count(file->exr, 0, &writer->chunk_count);
   if (code) return fail_write(file, code);
   writer->chunks = np_alloc(file->context, (size_t)writer->chunk_count, sizeof *writer->chunks);
   if (!writer->chunks) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = np_parallel_for(file->context, NULL, (size_t)writer->chunk_count, 1, compress_chunks, writer);
+  neph_result result = np_parallel_for(file->context, NULL, (size_t)writer->chunk_count, 1, encode_chunks, writer);
   if (result) return atomic_load(&file->worker_error) ? fail_write(file, atomic_load(&file->worker_error)) : result;
   for (int i = 0; !code && i < writer->chunk_count; i++)
-    code = exr_write_scanline_chunk(file->exr, 0, np_image_get_data_min(writer->image, 1) + i * writer->lines_per_chunk,
-                                    writer->chunks[i].bytes, writer->chunks[i].size);
+    code = writer->format->write_chunk(writer, np_image_get_data_min(writer->image, 1) + i * writer->lines_per_chunk,
+                                       &writer->chunks[i]);
   return code ? fail_write(file, code) : NEPH_OK;
 }
 
-static void free_chunks(exr_writer *writer) {
-  for (int i = 0; writer->chunks && i < writer->chunk_count; i++)
+static void free_chunks(np_exr_writer *writer) {
+  for (int i = 0; writer->chunks && i < writer->chunk_count; i++) {
     np_alloc_free(writer->file.context, writer->chunks[i].bytes);
+    np_alloc_free(writer->file.context, writer->chunks[i].counts);
+  }
   np_alloc_free(writer->file.context, writer->chunks);
 }
 
@@ -212,7 +217,7 @@ static neph_result finish_file(np_exr_file *file) {
   return fail_write(file, EXR_ERR_WRITE_IO);
 }
 
-static neph_result write_file(exr_writer *writer, const char *temporary, neph_pixel_type pixel_type) {
+static neph_result write_file(np_exr_writer *writer, const char *temporary) {
   np_exr_file *file = &writer->file;
   file->descriptor = open(temporary, O_WRONLY | O_CLOEXEC);
   if (file->descriptor < 0) {
@@ -224,7 +229,7 @@ static neph_result write_file(exr_writer *writer, const char *temporary, neph_pi
   initializer.user_data = file;
   initializer.write_fn = np_exr_write;
   exr_result_t code = exr_start_write(&file->exr, temporary, EXR_WRITE_FILE_DIRECTLY, &initializer);
-  if (!code) code = write_header(file->exr, writer->image, pixel_type);
+  if (!code) code = write_header(file->exr, writer);
   neph_result result = code ? fail_write(file, code) : write_pixels(writer);
   free_chunks(writer);
   if (!result) result = finish_file(file);
@@ -232,13 +237,21 @@ static neph_result write_file(exr_writer *writer, const char *temporary, neph_pi
   return result;
 }
 
-neph_result neph_image_save_exr(const neph_image *image, const char *path, neph_pixel_type pixel_type) {
+neph_result np_exr_save(const neph_image *image, const char *path, neph_pixel_type pixel_type,
+                        const np_exr_format *format) {
   np_file_write write;
   neph_result result = np_file_write_begin(image->context, path, &write);
   if (result) return result;
-  exr_writer writer = {.file = {.context = image->context, .path = path, .descriptor = -1}, .image = image};
-  result = write_file(&writer, write.temporary, np_image_choose_pixel_type(image, path, pixel_type));
+  np_exr_writer writer = {.file = {.context = image->context, .path = path, .descriptor = -1},
+                          .image = image,
+                          .format = format,
+                          .pixel_type = pixel_type};
+  result = write_file(&writer, write.temporary);
   if (!result) return np_file_write_commit(&write);
   np_file_write_abandon(&write);
   return result;
+}
+
+neph_result neph_image_save_exr(const neph_image *image, const char *path, neph_pixel_type pixel_type) {
+  return np_exr_save(image, path, np_image_choose_pixel_type(image, path, pixel_type), &flat);
 }

@@ -43,6 +43,7 @@ struct neph_image {
   np_image_channel *channels;
   np_image_attribute *attributes;
   np_image_header header;
+  struct np_deep_pixel *deep; /* of each pixel; NULL: the image is flat */
 };
 
 /* As neph_image_create; without values only a header can be kept. */
@@ -59,7 +60,7 @@ const np_image_attribute *np_image_search_attribute(const neph_image *image, con
 neph_result np_image_set_integer(neph_image *image, const char *name, int32_t value);
 neph_result np_image_set_real(neph_image *image, const char *name, double value);
 
-/* Whether half precision would not do: depth, distance and position. */
+/* Whether half precision would not do: depth, distance, position and Cryptomatte. */
 bool np_image_is_float_channel(const char *name);
 
 /* The channels that statistics and previews look at: R, G, B where there are all three, else every one. `out_indices`

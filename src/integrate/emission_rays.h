@@ -99,34 +99,52 @@ static inline double np_emission_draw_place(double begin, double end, double ext
   return begin + *out_depth / extinction;
 }
 
-/* ∫ j·T ds along a ray, T through clouds, and, where `has_air`, through air, the camera's or what is traced, which
- * begins `air_begin_m` before the origin. In each step one place; what is faint is ended by Russian roulette. */
+/* Emission has no opacity. */
+static inline void np_emission_record(np_integrator_layers *layers, double begin, double end, np_spectrum light) {
+  np_integrator_add_depth(layers, (np_depth_record){.begin = (float)begin, .end = (float)end, .light = light});
+}
+
+/* ∫ j·T ds of one emitter along a ray, T through clouds, and, where `has_air`, through air: the camera's, or what is
+ * traced, which begins `air_begin_m` before the origin. In each step one place; what is faint is ended by Russian
+ * roulette. Recorded by depth in `layers`, unless it is NULL. */
+static inline np_spectrum np_emitter_along(const np_world *world, const np_emitter *emitter, np_dvec3 origin,
+                                           np_vec3 direction, double distance_end, float step_voxels, bool has_air,
+                                           double air_begin_m, np_random *random,
+                                           np_integrator_layers *layers) {
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  np_depth_cursors clouds;
+  np_emitter_walk w;
+  double begin, end, forgiven = 0.0;
+  np_emitter_walk_start(&w, emitter, origin, direction, distance_end, step_voxels);
+  np_depth_cursors_start(&clouds, &world->clouds, origin, direction, distance_end);
+  while (np_emitter_walk_next(&w, &begin, &end)) {
+    const float extinction =
+        np_instances_extinction(&world->clouds, np_dvec3_along(origin, direction, 0.5 * (begin + end)));
+    double weight, drawn_depth;
+    const double t = np_emission_draw_place(begin, end, (double)extinction, random, &weight, &drawn_depth);
+    np_depth_cursors_advance(&clouds, t);
+    double depth = np_depth_cursors_sum(&clouds) - forgiven;
+    const double before = depth;
+    if (!np_track_roulette(&depth, np_track_faint_depth, random)) break;
+    forgiven += before - depth;
+    np_spectrum light = np_emitter_walk_eval(&w, world->emission, t);
+    if (np_spectrum_is_zero(light)) continue;
+    if (has_air) light = np_emission_dim(world, origin, direction, air_begin_m, t, light);
+    light = np_spectrum_scale(light, (float)(weight * exp(drawn_depth - depth)));
+    sum = np_spectrum_add(sum, light);
+    if (layers) np_emission_record(layers, begin, end, light);
+  }
+  return sum;
+}
+
+/* The same of all emitters. */
 static inline np_spectrum np_emission_along(const np_world *world, np_dvec3 origin, np_vec3 direction,
                                             double distance_end, float step_voxels, bool has_air, double air_begin_m,
                                             np_random *random) {
   np_spectrum sum = np_spectrum_grey(0.0f);
-  np_depth_cursors clouds;
-  for (unsigned g = 0; g < world->emission->emitter_count; g++) {
-    np_emitter_walk w;
-    double begin, end, forgiven = 0.0;
-    np_emitter_walk_start(&w, &world->emission->emitters[g], origin, direction, distance_end, step_voxels);
-    np_depth_cursors_start(&clouds, &world->clouds, origin, direction, distance_end);
-    while (np_emitter_walk_next(&w, &begin, &end)) {
-      const float extinction =
-          np_instances_extinction(&world->clouds, np_dvec3_along(origin, direction, 0.5 * (begin + end)));
-      double weight, drawn_depth;
-      const double t = np_emission_draw_place(begin, end, (double)extinction, random, &weight, &drawn_depth);
-      np_depth_cursors_advance(&clouds, t);
-      double depth = np_depth_cursors_sum(&clouds) - forgiven;
-      const double before = depth;
-      if (!np_track_roulette(&depth, np_track_faint_depth, random)) break;
-      forgiven += before - depth;
-      np_spectrum light = np_emitter_walk_eval(&w, world->emission, t);
-      if (np_spectrum_is_zero(light)) continue;
-      if (has_air) light = np_emission_dim(world, origin, direction, air_begin_m, t, light);
-      sum = np_spectrum_add_scaled(sum, (float)(weight * exp(drawn_depth - depth)), light);
-    }
-  }
+  for (unsigned g = 0; g < world->emission->emitter_count; g++)
+    sum = np_spectrum_add(sum, np_emitter_along(world, &world->emission->emitters[g], origin, direction, distance_end,
+                                                step_voxels, has_air, air_begin_m, random, NULL));
   return sum;
 }
 
@@ -157,8 +175,8 @@ static inline np_spectrum np_emission_weigh_step(np_spectrum before, np_spectrum
   return weight;
 }
 
-/* ∫ j·T ds by the midpoint rule for j, twice: through the clouds, and through them where each cloud's extinction counts
- * `factors` times. */
+/* ∫ j·T ds of what the camera sees, by the midpoint rule for j, twice: through the clouds, and through them where each
+ * cloud's extinction counts `factors` times. */
 static inline void np_emission_march(const np_world *world, const np_camera_ray *ray, double distance_end,
                                      const np_spectrum *factors, np_spectrum *out_straight, np_spectrum *out_scaled) {
   *out_straight = *out_scaled = np_spectrum_grey(0.0f);
@@ -166,6 +184,7 @@ static inline void np_emission_march(const np_world *world, const np_camera_ray 
   for (unsigned g = 0; g < world->emission->emitter_count; g++) {
     np_emitter_walk w;
     double begin, end;
+    if (world->emission->emitters[g].is_held_out) continue;
     np_emitter_walk_start(&w, &world->emission->emitters[g], ray->origin, ray->direction, distance_end,
                           np_emission_march_step_voxels);
     np_depth_cursors_start(&clouds, &world->clouds, ray->origin, ray->direction, distance_end);
@@ -184,6 +203,8 @@ static inline void np_emission_march(const np_world *world, const np_camera_ray 
       const np_spectrum scaled_weight = np_emission_weigh_step(scaled, np_emission_get_depth(&clouds, factors));
       *out_straight = np_spectrum_add(*out_straight, np_spectrum_multiply(straight_weight, light));
       *out_scaled = np_spectrum_add(*out_scaled, np_spectrum_multiply(scaled_weight, light));
+      if (np_integrator_has_depths(ray))
+        np_emission_record(ray->layers, begin, end, np_spectrum_multiply(scaled_weight, light));
     }
   }
 }

@@ -20,14 +20,25 @@ typedef enum np_component {
   NP_COMPONENT_GROUND,     /* light from the ground scattered once in cloud */
   NP_COMPONENT_MULTIPLE,   /* multiple scattering in cloud, and all scattered light of emission */
   NP_COMPONENT_EMISSION,   /* emission in cloud, not scattered */
-  NP_COMPONENT_COUNT
+  NP_COMPONENT_COUNT,
+
+  NP_COMPONENT_GROUND_AIR = NP_COMPONENT_COUNT, /* the part of AIR before ground; the rest is before cloud */
+  NP_COMPONENT_ALL
 } np_component;
+
+enum {
+  NP_COMPONENTS_OF_BEAUTY = (1 << NP_COMPONENT_COUNT) - 1,
+  NP_COMPONENTS_OF_CLOUDS = 1 << NP_COMPONENT_SUN | 1 << NP_COMPONENT_SKY | 1 << NP_COMPONENT_GROUND |
+                            1 << NP_COMPONENT_MULTIPLE | 1 << NP_COMPONENT_EMISSION
+};
 
 typedef struct np_integrator_settings {
   unsigned scattering_max; /* scatterings in cloud along a path; 0xffffffff: no limit */
   float lost_share;        /* of the paths that this limit cuts, those followed to learn what is lost; 0: none */
   bool is_split;           /* paths are guided and split by the view's solution of the multiple scattering */
   bool has_sun_share;      /* the picture asks for np_opaque's */
+  bool has_holdout;        /* some cloud is held out */
+  bool is_ground_held_out; /* it hides what is behind it, and does not show */
   bool is_air_traced;      /* paths go on through air and from ground; else tables answer for both */
   neph_multiple_scattering multiple_scattering; /* of the march, where it is not solved for */
   np_approximation approximation;
@@ -37,11 +48,30 @@ typedef struct np_integrator_settings {
   const np_monitor *monitor; /* ends paths under way, whose samples are then void, when it is cancelled; may be NULL */
 } np_integrator_settings;
 
+/* Opacity and light that a stretch of the camera's ray adds to it as it is seen. */
+typedef struct np_depth_record {
+  float begin, end; /* m */
+  float opacity;
+  np_spectrum light;
+} np_depth_record;
+
+enum { NP_DEPTH_RECORDS_MAX = 512 };
+
+/* Facts of a ray that few pictures ask for, added up beside its sample. */
+typedef struct np_integrator_layers {
+  float cloud_opacity[NP_INSTANCES_MAX]; /* of each cloud of the scene that is not held out, as it is seen */
+  np_spectrum group[NP_LIGHT_GROUPS_MAX]; /* light of each group of lights */
+  unsigned depth_components;             /* whose light is recorded by depth, bits of them; 0: no records */
+  unsigned depth_count;
+  np_depth_record depths[NP_DEPTH_RECORDS_MAX]; /* in order, but those of emission by themselves */
+} np_integrator_layers;
+
 typedef struct np_camera_ray {
   np_dvec3 origin;   /* before it clouds and ground are not seen */
   np_vec3 direction; /* unit */
   float jitter;      /* 0 to 1: where in its step the march samples */
   float choice;      /* 0 to 1, even over all seeds: where the tracer looks first in the air */
+  np_integrator_layers *layers; /* NULL: not asked for */
   float film[2];     /* place of the film, in pixels */
   double begin_m;    /* to the origin from the eye, between which there is air */
   bool has_end;      /* beyond it, too, clouds and ground are not seen: */
@@ -74,16 +104,19 @@ static inline np_aerial_perspective np_camera_ray_get_air(const np_lighting *lig
 }
 
 typedef struct np_integrator_sample {
-  np_spectrum component[NP_COMPONENT_COUNT]; /* W m⁻² sr⁻¹ nm⁻¹ */
-  np_spectrum lost;                          /* estimate of what the limit on scatterings took from them */
-  float transmittance;                       /* through cloud alone, to what lies behind */
+  np_spectrum component[NP_COMPONENT_ALL]; /* W m⁻² sr⁻¹ nm⁻¹ */
+  np_spectrum lost;                        /* estimate of what the limit on scatterings took from them */
+  float transmittance;                     /* through cloud alone, to what lies behind */
+  float held_out;                          /* share of the ray that clouds hide which do not show */
   bool is_ground_behind;
-  /* Sums over what hides what lies behind it, cloud and ground, each weighted by how much it hides: 1 − transmittance
-   * in all, 1 with ground. */
+  /* Sums over what hides what lies behind it, cloud and ground, each weighted by how much it hides: in the mean
+   * 1 − transmittance in all, 1 with ground. */
+  float opaque_weight;
   float opaque_distance; /* m */
   np_spectrum opaque_albedo;
   np_vec3 opaque_normal;
   float opaque_sun_share;
+  float optical_depth; /* of all clouds to ground or space, where the picture asks for it */
 } np_integrator_sample;
 
 /* Facts of a place, in cloud or on the ground, that hides what lies behind it. */
@@ -96,10 +129,64 @@ typedef struct np_opaque {
 
 /* Counts `weight` of opacity. */
 static inline void np_integrator_add_opaque(np_integrator_sample *sample, float weight, const np_opaque *opaque) {
+  sample->opaque_weight += weight;
   sample->opaque_distance += weight * (float)opaque->distance_m;
   sample->opaque_albedo = np_spectrum_add_scaled(sample->opaque_albedo, weight, opaque->albedo);
   sample->opaque_normal = np_vec3_add(sample->opaque_normal, np_vec3_scale(opaque->normal, weight));
   sample->opaque_sun_share += weight * opaque->sun_share;
+}
+
+/* Light of some components, bits of them set. */
+static inline np_spectrum np_integrator_sum_light(const np_integrator_sample *sample, unsigned components) {
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  for (unsigned c = 0; c < NP_COMPONENT_COUNT; c++)
+    if (components & 1u << c) sum = np_spectrum_add(sum, sample->component[c]);
+  return sum;
+}
+
+static inline bool np_integrator_has_depths(const np_camera_ray *ray) {
+  return ray->layers && ray->layers->depth_components;
+}
+
+/* Records a stretch. Where there is no room, pairs of neighbours become one. */
+static inline void np_integrator_add_depth(np_integrator_layers *layers, np_depth_record record) {
+  if (layers->depth_count == NP_DEPTH_RECORDS_MAX) {
+    layers->depth_count /= 2;
+    for (unsigned i = 0; i < layers->depth_count; i++) {
+      const np_depth_record *a = &layers->depths[2 * i], *b = a + 1;
+      layers->depths[i] = (np_depth_record){np_minf(a->begin, b->begin), np_maxf(a->end, b->end),
+                                            a->opacity + b->opacity, np_spectrum_add(a->light, b->light)};
+    }
+  }
+  layers->depths[layers->depth_count++] = record;
+}
+
+/* Adds what another light does along the same ray: its records' light, without their opacity. */
+static inline void np_integrator_append_light(np_integrator_layers *layers, const np_integrator_layers *more) {
+  for (unsigned g = 0; g < NP_LIGHT_GROUPS_MAX; g++)
+    layers->group[g] = np_spectrum_add(layers->group[g], more->group[g]);
+  for (unsigned i = 0; i < more->depth_count; i++) {
+    np_depth_record record = more->depths[i];
+    record.opacity = 0.0f;
+    np_integrator_add_depth(layers, record);
+  }
+}
+
+/* The stretch since a sample was as `before`, which has added to it all that it has more. */
+static inline void np_integrator_record_depth(const np_camera_ray *ray, const np_integrator_sample *before,
+                                              const np_integrator_sample *after, double begin, double end) {
+  const unsigned components = ray->layers->depth_components;
+  np_integrator_add_depth(
+      ray->layers, (np_depth_record){.begin = (float)begin,
+                                     .end = (float)end,
+                                     .opacity = after->opaque_weight - before->opaque_weight,
+                                     .light = np_spectrum_subtract(np_integrator_sum_light(after, components),
+                                                                   np_integrator_sum_light(before, components))});
+}
+
+/* Counts `weight` of the opacity of one cloud. */
+static inline void np_integrator_add_cloud(const np_camera_ray *ray, const np_instance *cloud, float weight) {
+  if (ray->layers && !cloud->is_held_out) ray->layers->cloud_opacity[cloud->number] += weight;
 }
 
 typedef void (*np_integrator_fn)(const np_world *world, const np_lighting *lighting,

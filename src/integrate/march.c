@@ -40,10 +40,19 @@ static void set_knot(np_march *m, float share) {
   m->knot = (np_step_knot){.budget = share * share * share * budget, .distance = share * m->step_length_m};
 }
 
+static void light_step(np_march *m) {
+  (m->field ? NP_KERNEL(np_march_light_scaled) : NP_KERNEL(np_march_light_approximation))(m, &m->step);
+}
+
+static void record_step(np_march *m) {
+  const np_integrator_sample before = *m->out;
+  light_step(m);
+  np_integrator_record_depth(m->ray, &before, m->out, m->step.begin, m->step.begin + (double)m->step.length);
+}
+
 /* Lights what has been gathered. */
 static void close_step(np_march *m) {
-  if (m->step.count > 0 && m->step.hiding > 0.0f)
-    (m->field ? NP_KERNEL(np_march_light_scaled) : NP_KERNEL(np_march_light_approximation))(m, &m->step);
+  if (m->step.count > 0 && m->step.hiding > 0.0f) (np_integrator_has_depths(m->ray) ? record_step : light_step)(m);
   m->step.count = 0;
 }
 
@@ -171,6 +180,14 @@ static void start(np_march *m, const np_world *world, const np_lighting *lightin
   m->out = out;
 }
 
+/* Share of the light behind the clouds that is seen by the forward peak alone, of the clouds that show. */
+static np_spectrum get_peak_weight(const np_march *m) {
+  const np_spectrum weight = np_spectrum_subtract(m->scaled, np_spectrum_grey(m->transmittance));
+  if (!m->settings->has_holdout) return weight;
+  const float shown = m->out->opaque_weight, all = shown + m->out->held_out;
+  return np_spectrum_scale(weight, all > 0.0f ? shown / all : 0.0f);
+}
+
 /* A reflection may err by more the less of it is seen, but no more than this. */
 static const float reflection_tolerance = 0.2f;
 
@@ -186,7 +203,7 @@ static np_spectrum march_reflection(const np_lighting *lighting, const np_integr
   if (!(weight > 0.0f)) return sum;
   np_integrator_settings own = *settings;
   own.tolerance = np_minf(settings->tolerance / weight, np_maxf(settings->tolerance, reflection_tolerance));
-  own.has_sun_share = false;
+  own.has_sun_share = own.is_ground_held_out = false;
   np_integrator_sample sample;
   NP_KERNEL(np_march_sample)
   (&lighting->reflection->world, &lighting->reflection->lighting, &own, &reflected, random, &sample);
@@ -194,12 +211,12 @@ static np_spectrum march_reflection(const np_lighting *lighting, const np_integr
   return np_spectrum_scale(sum, weight);
 }
 
-/* Adds what lies behind the clouds. */
-static void add_behind(np_march *m, const np_ground_hit *hit) {
+/* Adds what lies behind the clouds, `peak` of it by their forward peak alone. */
+static void add_behind(np_march *m, const np_ground_hit *hit, np_spectrum peak) {
   np_behind behind = {.hit = hit};
   np_spectrum water;
-  const np_spectrum peak = np_spectrum_subtract(m->scaled, np_spectrum_grey(m->transmittance));
-  const bool is_seen = m->transmittance > 0.0f || (m->field && np_spectrum_max(peak) >= np_surroundings_peak_least);
+  const bool is_seen = !m->settings->is_ground_held_out &&
+                       (m->transmittance > 0.0f || (m->field && np_spectrum_max(peak) >= np_surroundings_peak_least));
   if (hit && hit->water && m->lighting->reflection && !m->ray->is_reflected && is_seen) {
     water = march_reflection(m->lighting, m->settings, m->ray, hit, m->random);
     water = np_surroundings_water(m->world, m->lighting, m->settings, hit, np_vec3_scale(m->ray->direction, -1.0f),
@@ -235,10 +252,11 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
   }
   if (world->emission) add_emission(&m, distance_end);
   out->transmittance = m.transmittance;
+  const np_spectrum peak_weight = get_peak_weight(&m);
   if (out->is_ground_behind)
     np_surroundings_add_opaque_ground(world, lighting, settings, &hit, m.transmittance,
                                       NP_KERNEL(np_march_sun_transmittance), random, out);
-  add_behind(&m, out->is_ground_behind ? &hit : NULL);
+  add_behind(&m, out->is_ground_behind ? &hit : NULL, peak_weight);
 }
 
 double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_ray *ray, double distance_max) {

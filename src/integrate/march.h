@@ -84,6 +84,17 @@ static inline void np_march_add(np_march *m, np_component component, float scale
   m->out->component[component] = np_spectrum_add_scaled(m->out->component[component], scale, radiance);
 }
 
+/* Share of a step's depth that is of clouds which show. */
+static inline float np_march_get_shown_share(const np_march *m, const np_step *s) {
+  if (!m->settings->has_holdout) return 1.0f;
+  float shown = 0.0f, all = 0.0f;
+  for (unsigned i = 0; i < s->count; i++) {
+    all += s->depth[i];
+    if (!s->volume[i]->is_held_out) shown += s->depth[i];
+  }
+  return all > 0.0f ? shown / all : 0.0f;
+}
+
 /* A weight below `least` becomes `least` with that probability which keeps its mean, or nothing: so that a light which
  * counts for little is seldom walked for. */
 static inline float np_march_roulette(float weight, float least, np_random *random) {

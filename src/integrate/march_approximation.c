@@ -183,7 +183,9 @@ void NP_KERNEL(np_march_light_approximation)(np_march *m, const np_step *s) {
   for (unsigned i = 0; i < s->count; i++) total += s->depth[i];
   const np_aerial_perspective air = np_camera_ray_get_air(m->lighting, m->world, m->ray, middle);
   const float opacity = np_opacity(total), loss = m->transmittance * opacity, error = np_march_get_light_error(m, loss);
-  np_march_add(m, NP_COMPONENT_AIR, loss, air.inscatter);
+  const float shown_share = np_march_get_shown_share(m, s);
+  np_march_add(m, NP_COMPONENT_AIR, loss * shown_share, air.inscatter);
+  m->out->held_out += loss - loss * shown_share;
   m->carry = m->transmittance =
       np_march_roulette(m->transmittance * (1.0f - opacity), m->settings->transmittance_end, m->random);
   const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
@@ -191,6 +193,9 @@ void NP_KERNEL(np_march_light_approximation)(np_march *m, const np_step *s) {
                                                         NP_KERNEL(np_march_sun_transmittance), m->random);
   np_spectrum share[NP_INSTANCES_MAX];
   for (unsigned i = 0; i < s->count; i++) {
+    share[i] = np_spectrum_grey(0.0f);
+    if (s->volume[i]->is_held_out) continue;
+    np_integrator_add_cloud(m->ray, s->volume[i], loss * s->depth[i] / total);
     share[i] = np_spectrum_scale(s->volume[i]->albedo, s->depth[i] / total);
     np_integrator_add_opaque(
         m->out, loss * s->depth[i] / total,

@@ -231,14 +231,25 @@ static np_dvec3 compute_middle(const np_march *m, const np_step *s) {
   return np_dvec3_along(m->ray->origin, m->ray->direction, np_step_middle(s));
 }
 
+static void add_opacities(const np_march *m, const np_step *s, float weight) {
+  for (unsigned i = 0; i < s->count; i++) np_integrator_add_cloud(m->ray, s->volume[i], weight * s->depth[i]);
+}
+
+static void leave_out_held(const np_step *s, np_spectrum *scattering) {
+  for (unsigned i = 0; i < s->count; i++)
+    if (s->volume[i]->is_held_out) scattering[i] = np_spectrum_grey(0.0f);
+}
+
 /* A step takes the peak's depth at its middle. */
 static void light(np_march *m, const np_step *s, step_optics *optics, const sunlight *sun) {
   const double middle = np_step_middle(s);
   const np_aerial_perspective air = np_camera_ray_get_air(m->lighting, m->world, m->ray, middle);
-  const float hidden = m->transmittance * optics->opacity;
-  np_march_add(m, NP_COMPONENT_AIR, hidden, air.inscatter);
+  const float hidden = m->transmittance * optics->opacity, shown = hidden * np_march_get_shown_share(m, s);
+  m->out->held_out += hidden - shown;
+  if (m->ray->layers) add_opacities(m, s, hidden / optics->depth);
+  np_march_add(m, NP_COMPONENT_AIR, shown, air.inscatter);
   np_integrator_add_opaque(
-      m->out, hidden,
+      m->out, shown,
       &(np_opaque){.distance_m = middle,
                    .albedo = np_spectrum_scale(optics->all_scattering, 1.0f / optics->depth),
                    .sun_share = np_surroundings_get_sun_share(m->world, m->lighting, m->settings, compute_middle(m, s),
@@ -252,6 +263,7 @@ static void light(np_march *m, const np_step *s, step_optics *optics, const sunl
     weight.band[b] *= depth > 1e-6f ? optics->scaled_opacity.band[b] / depth : 1.0f;
   }
   for (unsigned i = 0; i < s->count; i++) optics->scattering[i] = np_spectrum_multiply(optics->scattering[i], weight);
+  if (m->settings->has_holdout) leave_out_held(s, optics->scattering);
   add_solution(m, compute_middle(m, s), s, sun, optics->scattering);
   add_sun(m, s, sun, optics->scattering, compute_transmittance(m, m->peak_depth));
 

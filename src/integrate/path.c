@@ -65,7 +65,7 @@ static float eval_cloud(const np_path_state *path, const np_sun_branching *branc
 static void gather_in_cloud(const np_tracer *t, const np_path_state *path, np_sun_branching *branching) {
   float density, expected_gain;
   np_sun_ray sun;
-  if (np_path_aim_at_sun(t, path->position, np_sun_branching_faint_depth(branching), &sun)) {
+  if (np_path_aim_at_sun(t, path, np_sun_branching_faint_depth(branching), &sun)) {
     if (may_branch(path)) np_sun_branching_choose(branching, compute_sunlight(t, &sun));
     const float phase = eval_cloud(path, branching, sun.direction, &density, &expected_gain);
     np_path_gather_sun(t, path, &sun, np_spectrum_grey(phase), density);
@@ -175,10 +175,11 @@ static bool meet_cloud(const np_tracer *t, np_path_state *path) {
 
 static void meet_air(const np_tracer *t, np_path_state *path) {
   meet_outside(t, path, path->is_ground_ahead);
+  path->is_through_air = true;
   const np_air_scatterer scatterer =
       np_air_scatterer_make(t->world->atmosphere, &t->air_light, &path->air, path->position, path->direction);
   np_sun_ray sun;
-  if (np_path_aim_at_sun(t, path->position, np_track_faint_depth, &sun)) {
+  if (np_path_aim_at_sun(t, path, np_track_faint_depth, &sun)) {
     const np_air_choice towards = np_air_scatterer_eval(&scatterer, sun.direction);
     np_path_gather_sun(t, path, &sun, towards.value, np_hero_mean(&path->hero, towards.density));
   }
@@ -214,7 +215,7 @@ static bool meet_ground(const np_tracer *t, np_path_state *path) {
   const np_ground_scatter scatter = np_ground_scatter_make(&path->ground, path->direction, &path->throughput);
   path->has_sky_next_event = t->lighting->sky_guide && may_branch(path);
   np_sun_ray sun;
-  if (np_path_aim_at_sun(t, path->position, np_track_faint_depth, &sun)) {
+  if (np_path_aim_at_sun(t, path, np_track_faint_depth, &sun)) {
     const np_ground_choice choice = np_ground_scatter_eval(&scatter, sun.direction);
     if (choice.density > 0.0f) np_path_gather_sun(t, path, &sun, choice.value, choice.density);
   }
@@ -415,6 +416,7 @@ void NP_KERNEL(np_path_follow)(const np_tracer *t, np_path_state *path, np_path_
       if (is_ended(t, path) || !meet_cloud(t, path)) return;
       break;
     case NP_PATH_AIR:
+      if (t->world->sun_scope == NP_SUN_BEAM) return;
       meet_air(t, path);
       break;
     case NP_PATH_GROUND:

@@ -66,7 +66,14 @@ static cloud_hit sample_cloud(const np_tracer *t, const np_camera_ray *ray, doub
   return hit;
 }
 
+static bool is_shown(const cloud_hit *hit) { return !isinf(hit->distance) && !hit->volume->is_held_out; }
+
 static void add_opaque_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit) {
+  if (hit->volume->is_held_out) {
+    t->out->held_out = hit->weight;
+    return;
+  }
+  np_integrator_add_cloud(ray, hit->volume, hit->weight);
   const np_dvec3 position = np_dvec3_along(ray->origin, ray->direction, hit->distance);
   const float sun_share =
       np_surroundings_get_sun_share(t->world, t->lighting, t->settings, position, np_path_shadow, t->random);
@@ -93,27 +100,17 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
 
 /* Light that water scatters, and the air before it, from the camera's table. */
 static void add_water_by_tables(const np_tracer *t, const np_camera_ray *ray, const np_ground_hit *water) {
-  if (!(t->out->transmittance > 0.0f)) return;
+  if (!(t->out->transmittance > 0.0f) || t->settings->is_ground_held_out) return;
   const np_aerial_perspective air = np_camera_ray_get_air(t->lighting, t->world, ray, water->distance_m);
-  np_path_add(t->out, NP_COMPONENT_AIR, np_spectrum_scale(air.inscatter, t->out->transmittance));
+  const np_spectrum inscatter = np_spectrum_scale(air.inscatter, t->out->transmittance);
+  np_path_add(t->out, NP_COMPONENT_AIR, inscatter);
+  t->out->component[NP_COMPONENT_GROUND_AIR] = inscatter;
   np_path_state path = start_path(ray, water->distance_m, np_spectrum_scale(air.transmittance, t->out->transmittance));
   path.component = NP_COMPONENT_TERRAIN;
   path.has_component = true;
   path.ground = *water;
   path.hero = np_path_draw_hero(t);
   if (path.weight > 0.0f) NP_KERNEL(np_path_follow)(t, &path, NP_PATH_GROUND);
-}
-
-static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud,
-                           const np_ground_hit *ground) {
-  if (!isinf(cloud->distance)) add_cloud_by_tables(t, ray, cloud);
-  if (ground && ground->water) {
-    add_water_by_tables(t, ray, ground);
-    return;
-  }
-  const np_behind behind = {.hit = ground};
-  np_surroundings_add_behind(t->world, t->lighting, t->settings, ray, &behind, t->out->transmittance, np_path_shadow,
-                             t->random, t->out);
 }
 
 /* Into how many panels a ray through all of the air is cut: more than elsewhere, for there is one such ray a sample. */
@@ -143,7 +140,7 @@ static np_spectrum look_through_air(const np_tracer *t, const np_camera_ray *ray
   return flight.transmittance;
 }
 
-static void add_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit, bool is_air_seen) {
+static void add_traced_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit, bool is_air_seen) {
   const np_spectrum air = look_through_air(t, ray, hit->distance, NP_COMPONENT_AIR, is_air_seen);
   np_path_state path = start_path(ray, hit->distance, np_spectrum_scale(air, hit->weight));
   if (!(path.weight > 0.0f)) return;
@@ -153,9 +150,38 @@ static void add_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_
   NP_KERNEL(np_path_follow)(t, &path, NP_PATH_CLOUD);
 }
 
+static void add_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit, bool is_air_seen) {
+  if (!t->settings->is_air_traced)
+    add_cloud_by_tables(t, ray, hit);
+  else
+    add_traced_cloud(t, ray, hit, is_air_seen);
+}
+
+/* The one place that the ray has seen of the clouds. */
+static void record_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit, bool is_air_seen) {
+  const np_integrator_sample before = *t->out;
+  add_cloud(t, ray, hit, is_air_seen);
+  np_integrator_record_depth(ray, &before, t->out, hit->distance, hit->distance);
+  ray->layers->depths[ray->layers->depth_count - 1].opacity = hit->weight;
+}
+
+static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud,
+                           const np_ground_hit *ground) {
+  if (is_shown(cloud)) (np_integrator_has_depths(ray) ? record_cloud : add_cloud)(t, ray, cloud, true);
+  if (ground && ground->water) {
+    add_water_by_tables(t, ray, ground);
+    return;
+  }
+  const np_behind behind = {.hit = ground};
+  np_surroundings_add_behind(t->world, t->lighting, t->settings, ray, &behind, t->out->transmittance, np_path_shadow,
+                             t->random, t->out);
+}
+
 static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_ground_hit *ground, bool is_air_seen) {
   const np_component component = ground ? NP_COMPONENT_AIR : NP_COMPONENT_BACKGROUND;
+  const np_spectrum before = t->out->component[component];
   const np_spectrum air = look_through_air(t, ray, ground ? ground->distance_m : HUGE_VAL, component, is_air_seen);
+  if (ground) t->out->component[NP_COMPONENT_GROUND_AIR] = np_spectrum_subtract(t->out->component[component], before);
   const np_spectrum transmittance = np_spectrum_scale(air, t->out->transmittance);
   if (!ground) {
     const np_dvec3 eye = np_camera_ray_get_view(ray).eye;
@@ -178,8 +204,8 @@ static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_gr
 static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud, const np_ground_hit *ground) {
   const bool is_cloud = !isinf(cloud->distance), is_behind = t->out->transmittance > 0.0f;
   const bool is_cloud_end = is_cloud && (!is_behind || np_random_float(t->random) < cloud->weight);
-  if (is_cloud) add_cloud(t, ray, cloud, is_cloud_end);
-  if (is_behind) add_behind(t, ray, ground, !is_cloud_end);
+  if (is_shown(cloud)) (np_integrator_has_depths(ray) ? record_cloud : add_cloud)(t, ray, cloud, is_cloud_end);
+  if (is_behind && !(ground && t->settings->is_ground_held_out)) add_behind(t, ray, ground, !is_cloud_end);
 }
 
 /* The sun's disk outshines what hides it: whether a ray's flight happens to pass the clouds is no measure of it. */
@@ -187,6 +213,15 @@ static void look_for_disks(const np_tracer *t, const np_camera_ray *ray) {
   if (np_spectrum_is_zero(np_world_disk_radiance(t->world, ray->direction))) return;
   t->out->transmittance = np_track_transmittance(&t->world->clouds, ray->origin, ray->direction,
                                                  np_camera_ray_get_end(ray), np_track_faint_depth, t->random);
+}
+
+static void look_at_emission(const np_tracer *t, const np_camera_ray *ray, double distance_end) {
+  const np_emission *emission = t->world->emission;
+  for (unsigned g = 0; g < emission->emitter_count; g++)
+    if (!emission->emitters[g].is_held_out)
+      np_path_add(t->out, NP_COMPONENT_EMISSION,
+                  np_emitter_along(t->world, &emission->emitters[g], ray->origin, ray->direction, distance_end, 1.0f,
+                                   true, ray->begin_m, t->random, np_integrator_has_depths(ray) ? ray->layers : NULL));
 }
 
 void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lighting,
@@ -199,9 +234,7 @@ void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lightin
   np_ground_hit ground;
   out->is_ground_behind = np_camera_ray_intersect_ground(world, ray, &ground);
   const double distance_end = out->is_ground_behind ? ground.distance_m : np_camera_ray_get_end(ray);
-  if (world->emission)
-    np_path_add(out, NP_COMPONENT_EMISSION,
-                np_emission_along(world, ray->origin, ray->direction, distance_end, 1.0f, true, ray->begin_m, random));
+  if (world->emission) look_at_emission(&t, ray, distance_end);
   const cloud_hit cloud = sample_cloud(&t, ray, distance_end);
   if (!isinf(cloud.distance)) add_opaque_cloud(&t, ray, &cloud);
   if (out->is_ground_behind)

@@ -30,9 +30,16 @@ typedef struct np_sun_ray {
   float transmittance;
 } np_sun_ray;
 
+/* Whether sunlight that comes along a path is of the world's. */
+static inline bool np_path_is_in_scope(const np_tracer *t, const np_path_state *path) {
+  return t->world->sun_scope == NP_SUN_WHOLE || (t->world->sun_scope == NP_SUN_SKY) == path->is_through_air;
+}
+
 /* False where no light comes: clouds are asked first, for in a thick one most rays end. */
-static inline bool np_path_aim_at_sun(const np_tracer *t, np_dvec3 position, double faint_depth, np_sun_ray *out) {
-  if (!t->air_light.has_sun) return false;
+static inline bool np_path_aim_at_sun(const np_tracer *t, const np_path_state *path, double faint_depth,
+                                      np_sun_ray *out) {
+  const np_dvec3 position = path->position;
+  if (!t->air_light.has_sun || !np_path_is_in_scope(t, path)) return false;
   out->direction = np_world_sample_sun(t->world, np_random_float(t->random), np_random_float(t->random));
   out->transmittance =
       np_track_transmittance(&t->world->clouds, position, out->direction, INFINITY, faint_depth, t->random);
@@ -52,7 +59,7 @@ static inline void np_path_gather_sun(const np_tracer *t, const np_path_state *p
 
 /* Sunlight met by chance, on a way to space. */
 static inline void np_path_meet_sun(const np_tracer *t, const np_path_state *path) {
-  if (!np_world_sun_covers(t->world, path->direction)) return;
+  if (!np_world_sun_covers(t->world, path->direction) || !np_path_is_in_scope(t, path)) return;
   const np_spectrum irradiance = t->settings->is_air_traced
                                      ? t->world->sun_irradiance /* the flight has met what is in the way */
                                      : np_world_sunlight(t->world, path->position, path->direction);

@@ -43,6 +43,7 @@ typedef struct np_path_state {
   np_component component;
   bool has_component;      /* it is given by what the camera sees, not by what the clouds do */
   bool has_sky_next_event; /* its last vertex did: what it meets outside the clouds has a share of the weight */
+  bool is_through_air;     /* one of its vertices was in the air */
   bool is_cut;             /* beyond the limit on scatterings: its light is lost */
   bool is_guided;          /* from its last vertex on, by `guide` */
   bool is_ground_ahead;

@@ -29,7 +29,7 @@ static inline void np_surroundings_add_opaque_ground(const np_world *world, cons
                                                      const np_integrator_settings *settings, const np_ground_hit *hit,
                                                      float weight, np_cloud_shadow_fn transmittance,
                                                      const np_random *random, np_integrator_sample *out) {
-  if (weight <= 0.0f) return;
+  if (weight <= 0.0f || settings->is_ground_held_out) return;
   const float sun_share =
       np_surroundings_get_sun_share(world, lighting, settings, hit->position, transmittance, random);
   np_integrator_add_opaque(out, weight, &(np_opaque){hit->distance_m, hit->albedo, hit->normal, sun_share});
@@ -107,7 +107,7 @@ static inline void np_surroundings_add_behind(const np_world *world, const np_li
                                               const np_integrator_settings *settings, const np_camera_ray *ray,
                                               const np_behind *behind, float transmittance, np_cloud_shadow_fn shadow,
                                               np_random *random, np_integrator_sample *out) {
-  if (transmittance <= 0.0f) return;
+  if (transmittance <= 0.0f || (behind->hit && settings->is_ground_held_out)) return;
   if (behind->hit) {
     const np_aerial_perspective air = np_camera_ray_get_air(lighting, world, ray, behind->hit->distance_m);
     const np_spectrum ground = np_spectrum_multiply(
@@ -116,6 +116,7 @@ static inline void np_surroundings_add_behind(const np_world *world, const np_li
         np_spectrum_add_scaled(out->component[NP_COMPONENT_TERRAIN], transmittance, ground);
     out->component[NP_COMPONENT_AIR] =
         np_spectrum_add_scaled(out->component[NP_COMPONENT_AIR], transmittance, air.inscatter);
+    out->component[NP_COMPONENT_GROUND_AIR] = np_spectrum_scale(air.inscatter, transmittance);
     return;
   }
   const np_view_ray view = np_camera_ray_get_view(ray);

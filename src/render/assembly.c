@@ -19,13 +19,13 @@ static np_stage_part get_part(const np_stage_part *walk, np_part_kind kind, unsi
   if (kind == NP_PER_CLOUD) part.cloud = index;
   if (kind == NP_PER_LIGHT) {
     part.caches = &a->lights[index];
-    part.slot = part.caches->is_moon ? 1 : 0;
+    part.slot = part.caches->group;
   }
   if (kind == NP_PER_PACKET) part.packet = &a->packets[index];
   if (kind == NP_PER_PACKET_LIGHT) {
     part.packet = &a->packets[index / a->light_count];
     part.light = &part.packet->lights[index % a->light_count];
-    part.slot = index / a->light_count * NP_LIGHTS_MAX + (part.light->is_moon ? 1 : 0);
+    part.slot = index / a->light_count * NP_LIGHTS_MAX + part.light->group;
   }
   return part;
 }
@@ -35,7 +35,8 @@ static np_stage_part get_part(const np_stage_part *walk, np_part_kind kind, unsi
 static void tell(const np_stage_row *row, const np_stage_part *part, const char *deed, const char *reason) {
   const np_stage_reuse *reuse = row->reuse;
   const bool is_cloud = reuse->kind == NP_PER_CLOUD;
-  const bool is_moon = (part->caches && part->caches->is_moon) || (part->light && part->light->is_moon);
+  const unsigned group = part->caches ? part->caches->group : part->light ? part->light->group : NP_LIGHT_GROUP_SUN;
+  const bool is_moon = group == NP_LIGHT_GROUP_MOON;
   np_log(part->made->context, reason[0] ? NEPH_LOG_INFO : NEPH_LOG_DEBUG, "%s%s%s: %s%s%s", is_cloud ? "cloud " : "",
          is_cloud ? part->scene->clouds[part->cloud].name : row->name, is_moon ? " by moonlight" : "", deed,
          reason[0] ? ": " : "", reason);

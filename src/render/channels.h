@@ -6,7 +6,7 @@
 #include "integrate/integrator.h"
 #include "render/plan.h"
 
-enum { NP_CHANNELS_MAX = 64, NP_CHANNEL_NAME_MAX = 32 };
+enum { NP_CHANNELS_MAX = 512, NP_CHANNEL_NAME_MAX = 256, NP_CHANNEL_NONE = NP_CHANNELS_MAX };
 
 typedef struct np_channels np_channels;
 typedef struct np_channel np_channel;
@@ -28,26 +28,43 @@ typedef struct np_channel_kind {
   /* Adds one sample to the sum; NULL: nothing. */
   float (*read)(const np_channels *channels, const np_channel *channel, const np_camera_ray *ray,
                 const np_integrator_sample *sample);
-  /* A pixel's value from its sum; `opaque` is the sum of A. */
-  double (*finish)(const np_channel *channel, double sum, double opaque, const np_pixel_facts *facts);
-  unsigned components; /* bit c: component c is part of it */
+  /* A pixel's value from the sums of all channels. */
+  double (*finish)(const np_channels *channels, const np_channel *channel, const double *sums,
+                   const np_pixel_facts *facts);
+  unsigned components;  /* bit c: component c is part of it */
+  bool is_over_opacity; /* a mean weighted by opacity, whose sum is needed too */
+  unsigned group;       /* of lights */
+  unsigned alpha;       /* of read_alpha: a neph_alpha */
 } np_channel_kind;
 
 struct np_channel {
   char name[NP_CHANNEL_NAME_MAX];
   np_channel_kind kind;
-  unsigned part; /* band, or axis */
+  unsigned part, index; /* band or axis; number among the sums */
 };
 
 struct np_channels {
-  unsigned count, alpha; /* `alpha`: number of the channel A */
+  unsigned count;                        /* of the picture */
+  unsigned sum_count;                    /* the same, and sums behind them that the picture's channels divide by */
+  unsigned opaque;                       /* number of the sum of the opacity; NP_CHANNEL_NONE: nobody asks */
+  unsigned mattes, matte_count;          /* number of the first matte's sum; of all, the ground's last; 0: none */
+  float matte_ids[NP_INSTANCES_MAX + 1]; /* identifiers of a Cryptomatte */
+  bool is_ground_held_out;
   np_channel channel[NP_CHANNELS_MAX];
   unsigned beauty; /* components of the picture */
   float scale;     /* on radiances */
 };
 
-/* The picture's own channels and the plan's AOVs. */
-void np_channels_choose(const np_plan *plan, bool has_background, float scale, np_channels *out);
+/* A sum; a channel of the picture too where it has a name. */
+void np_channels_add(np_channels *channels, const char *name, np_channel_kind kind, unsigned part);
+
+/* A band of some components of a sample, bits of them set. */
+float np_channels_sum_components(const np_channels *channels, unsigned components, unsigned band,
+                                 const np_integrator_sample *sample);
+
+/* The mean over the samples, as a channel's `finish`. */
+double np_channel_finish_mean(const np_channels *channels, const np_channel *channel, const double *sums,
+                              const np_pixel_facts *facts);
 
 /* Adds one sample to the sum of each channel. */
 void np_channels_read(const np_channels *channels, const np_camera_ray *ray, const np_integrator_sample *sample,

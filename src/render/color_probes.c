@@ -19,6 +19,12 @@ static void clear_skies(probe_skies *skies) {
     for (unsigned l = 0; l < skies->light_count; l++) neph_sky_destroy(skies->sky[p][l]);
 }
 
+/* A beam of groups of lights has none, for they have a group of their own. */
+static bool has_sky(const np_stage_part *in, unsigned group) {
+  const unsigned of_sun = in->made->has_light_groups ? NP_LIGHT_GROUP_SKY : NP_LIGHT_GROUP_SUN;
+  return group == NP_LIGHT_GROUP_MOON || (group == of_sun && in->plan->has_sun);
+}
+
 /* Pictures whose air is traced have no sky, and get one for this alone: their colours are those of any other. */
 static neph_result get_skies(const np_stage_part *in, probe_skies *out) {
   np_assembly *a = in->made;
@@ -31,7 +37,7 @@ static neph_result get_skies(const np_stage_part *in, probe_skies *out) {
       part.light = &part.packet->lights[l];
       if (!out->is_owned)
         out->sky[p][l] = part.light->camera_sky;
-      else if (np_plan_needs(in->plan, NP_STAGE_ATMOSPHERE) && (part.light->is_moon || in->plan->has_sun))
+      else if (np_plan_needs(in->plan, NP_STAGE_ATMOSPHERE) && has_sky(in, part.light->group))
         result = np_stage_create_sky(&part, &out->sky[p][l]);
     }
   if (result) clear_skies(out);
@@ -105,7 +111,8 @@ static void add_irradiances(const np_assembly *a, const probe_skies *skies, np_c
     for (unsigned l = 0; l < skies->light_count; l++) {
       double sun[NP_BAND_COUNT], sky[NP_BAND_COUNT];
       if (!skies->sky[p][l]) {
-        if (!a->packets[p].atmosphere) add_spectrum(a->packets[p].lights[l].irradiance, p, &direct);
+        const bool is_beam = a->packets[p].lights[l].group != NP_LIGHT_GROUP_SKY;
+        if (!a->packets[p].atmosphere && is_beam) add_spectrum(a->packets[p].lights[l].irradiance, p, &direct);
         continue;
       }
       neph_sky_get_irradiance(skies->sky[p][l], sun, sky);

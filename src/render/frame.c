@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
+#include <string.h>
 
 #include "core/alloc.h"
+#include "image/deep.h"
 #include "image/image_private.h"
 #include "render/camera_header.h"
+#include "render/channel_mattes.h"
+#include "render/channel_table.h"
 #include "render/frame.h"
 #include "render/frame_state.h"
 #include "render/integrator_choice.h"
@@ -21,14 +25,17 @@ static bool has_limit(const np_frame *f, const np_plan *plan) {
   return is_lit(plan) && f->desc->integrator == NEPH_INTEGRATOR_PATH && f->desc->scattering_max != NEPH_SCATTERINGS_ALL;
 }
 
-static void choose_integrator(np_frame *f, const np_plan *plan, const np_scene_render *render) {
+static void choose_integrator(np_frame *f, const np_plan *plan, const neph_scene *scene) {
   const bool is_approximated = np_plan_needs(plan, NP_STAGE_APPROXIMATION);
-  np_integrator_choice_make(render, is_approximated ? f->desc->multiple_scattering : NEPH_MULTIPLE_SCATTERING_NONE,
-                            &f->settings);
+  np_integrator_choice_make(
+      &scene->render, is_approximated ? f->desc->multiple_scattering : NEPH_MULTIPLE_SCATTERING_NONE, &f->settings);
   f->settings.scattering_max = is_lit(plan) ? f->desc->scattering_max : 0;
   f->settings.is_split = f->desc->path_guiding == NEPH_PATH_GUIDING_ADJOINT && np_plan_needs(plan, NP_STAGE_ORDINATES);
   f->settings.is_air_traced = is_lit(plan) && np_plan_traces_air(plan);
   f->settings.has_sun_share = plan->aovs & NP_AOV_SHADOW;
+  for (unsigned i = 0; i < f->assembly->cloud_count; i++)
+    f->settings.has_holdout = f->settings.has_holdout || scene->clouds[i].is_held_out;
+  f->settings.is_ground_held_out = f->channels.is_ground_held_out;
   f->settings.lost_share = has_limit(f, plan) ? lost_share : 0.0f;
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->assembly->context));
   f->integrate = f->desc->integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;
@@ -36,12 +43,27 @@ static void choose_integrator(np_frame *f, const np_plan *plan, const np_scene_r
   f->settings.monitor = f->monitor;
 }
 
+static void set_window(np_frame *f, const np_plan *plan) {
+  memcpy(f->min, plan->window_min, sizeof f->min);
+  memcpy(f->view_min, plan->view_min, sizeof f->view_min);
+  memcpy(f->view_max, plan->view_max, sizeof f->view_max);
+  f->width = (unsigned)(plan->window_max[0] - plan->window_min[0]);
+  f->height = (unsigned)(plan->window_max[1] - plan->window_min[1]);
+}
+
+/* The light of deep pixels: that of the layer of the clouds, where light is computed at all. */
+static unsigned choose_depth_components(const np_plan *plan, const np_scene_output *output) {
+  if (!output->deep || plan->is_sky_alone) return 0;
+  const bool has_air = output->cloud_air == NP_CLOUD_AIR_KEPT;
+  return NP_COMPONENTS_OF_CLOUDS | (has_air ? 1u << NP_COMPONENT_AIR : 0u);
+}
+
 static void fill_header(const np_frame *f, neph_image *image) {
   np_image_header *header = &image->header;
   header->has_window = true;
   for (int a = 0; a < 2; a++) {
-    header->data_min[a] = (int)f->desc->crop_min[a];
-    header->data_max[a] = (int)f->desc->crop_max[a] - 1;
+    header->data_min[a] = f->min[a];
+    header->data_max[a] = f->min[a] + (int)(a == 0 ? f->width : f->height) - 1;
     header->display_max[a] = (int)(a == 0 ? f->desc->width : f->desc->height) - 1;
   }
 }
@@ -54,7 +76,8 @@ static neph_result create_image(np_frame *f, neph_image **out_image) {
   if (result) return result;
   for (unsigned c = 0; c < count; c++) f->planes[c] = neph_image_get_channel(*out_image, names[c]);
   fill_header(f, *out_image);
-  return NEPH_OK;
+  f->image = *out_image;
+  return f->depth_components ? np_image_add_deep(f->image) : NEPH_OK;
 }
 
 static neph_result set_triple(neph_image *image, const char *name, const double values[NP_BAND_COUNT]) {
@@ -149,12 +172,16 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->feed = plan->feed ? plan->feed : &nobody;
   f->assembly = assembly;
   f->desc = desc;
+  f->aovs = plan->aovs;
+  f->depth_components = choose_depth_components(plan, &scene->output);
+  f->has_light_groups = plan->has_light_groups;
+  f->has_layers = f->depth_components || f->has_light_groups || plan->aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE);
   f->monitor = monitor;
-  f->width = desc->crop_max[0] - desc->crop_min[0];
-  f->height = desc->crop_max[1] - desc->crop_min[1];
-  np_channels_choose(plan, scene->output.has_background, (float)np_scene_get_scale(scene), &f->channels);
-  choose_integrator(f, plan, &scene->render);
+  set_window(f, plan);
+  np_channels_choose(plan, scene, &f->channels);
+  choose_integrator(f, plan, scene);
   neph_result result = create_image(f, out_image);
+  if (!result && plan->aovs & NP_AOV_CRYPTOMATTE) result = np_channels_write_manifest(scene, *out_image);
   if (!result) result = np_camera_header_write(scene, &assembly->camera, desc->eye, *out_image);
   if (!result) result = integrate_frame(f, *out_image);
   if (result) {

@@ -5,6 +5,7 @@
 
 #include "render/assembly.h"
 #include "render/channels.h"
+#include "render/deep_pixels.h"
 #include "render/tile_feed.h"
 
 /* Over a tile's pixels: the sums of their means, and of the squares of the means' standard errors. */
@@ -20,6 +21,7 @@ typedef struct np_pixel_state {
   uint32_t next, end;
   np_spread spread;
   double lost[NP_BAND_COUNT]; /* Σ over the samples */
+  np_deep_kept deep;          /* what its samples found along their rays, where it is asked for */
 } np_pixel_state;
 
 typedef struct np_frame {
@@ -30,16 +32,23 @@ typedef struct np_frame {
   np_integrator_settings settings;
   np_integrator_fn integrate;
   np_half_distance_fn half_distance;
+  unsigned aovs; /* of np_aov */
+  bool has_light_groups; /* their light is summed apart */
+  bool has_layers; /* beside its samples: np_integrator_layers */
+  unsigned depth_components; /* whose light deep pixels have, bits of them; 0: none are asked for */
+  neph_image *image;
   np_channels channels;
   float *planes[NP_CHANNELS_MAX];
   np_tile_total *totals;
   double dim[NP_BAND_COUNT]; /* radiances below this need not be as exact, relatively */
-  np_spread *pilots;         /* with a target error: those of the crop and one pixel around it */
-  np_pixel_state *pixels;    /* with a time limit: those of the crop */
+  np_spread *pilots;         /* with a target error: those rendered, and one pixel around them */
+  np_pixel_state *pixels;    /* with a time limit: those rendered */
   double *sums;              /* of each of them: [channel] */
   bool is_first_pass;
   bool is_cut;            /* by the time limit, before all samples were taken */
-  unsigned width, height; /* of the crop */
+  int min[2];             /* first pixel that is rendered */
+  int view_min[2], view_max[2]; /* of the whole picture with its overscan */
+  unsigned width, height;       /* of what is rendered */
   float blue_noise[NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE];
 } np_frame;
 

@@ -21,6 +21,14 @@ static np_spectrum compute_skylight(const np_world *world, np_dvec3 at, np_spect
   return np_spectrum_scale(np_spectrum_subtract(world->sun_irradiance, sunlight), 0.5f * cosine);
 }
 
+/* A world of groups of lights: the sun's light is all in its beam's. */
+static np_world get_whole(const np_world *world) {
+  np_world whole = *world;
+  whole.sun_scope = NP_SUN_WHOLE;
+  if (world->sun_scope == NP_SUN_SKY) whole.sun_irradiance = np_spectrum_grey(0.0f);
+  return whole;
+}
+
 /* Irradiance of a plane that faces the sun, past clouds and hills. */
 static np_spectrum compute_irradiance(const np_world *world, np_dvec3 at) {
   const np_spectrum sunlight = np_world_sunlight(world, at, world->to_sun);
@@ -34,8 +42,8 @@ static np_spectrum compute_diffuser(const np_assembly *assembly) {
     const np_packet *packet = &assembly->packets[p];
     np_spectrum sum = np_spectrum_grey(0.0f);
     for (unsigned i = 0; i < packet->light_count; i++) {
-      const np_world *world = &packet->lights[i].world;
-      sum = np_spectrum_add(sum, compute_irradiance(world, get_place(assembly, world)));
+      const np_world world = get_whole(&packet->lights[i].world);
+      sum = np_spectrum_add(sum, compute_irradiance(&world, get_place(assembly, &world)));
     }
     color = np_packet_add_color(packet, color, np_spectrum_scale(sum, 1.0f / NP_PI_F));
   }

@@ -13,11 +13,11 @@
 #include "render/star_field.h"
 #include "scene/camera.h"
 
-enum { NP_LIGHTS_MAX = 2 }; /* sun and moon */
+enum { NP_LIGHTS_MAX = NP_LIGHT_GROUPS_MAX }; /* sun and moon, or groups of lights */
 
 /* Results of one light for all packets. */
 typedef struct np_light_caches {
-  bool is_moon;
+  unsigned group;                          /* number of the group; of a picture without groups SUN or MOON */
   np_sun_optical_depth *sun_optical_depth; /* NULL when not needed */
   np_air_visibility air_visibility;        /* empty when not needed */
 } np_light_caches;
@@ -26,7 +26,7 @@ typedef struct np_light_caches {
  * do the pictures of a scene under each of its lights. */
 typedef struct np_packet_light {
   unsigned index; /* of the light in the assembly */
-  bool is_moon;
+  unsigned group; /* as there */
   np_dvec3 direction;
   double angular_radius_rad;
   np_spectrum irradiance; /* above the atmosphere */
@@ -49,6 +49,7 @@ typedef struct np_packet {
   neph_atmosphere *atmosphere;
   np_instance *placed;  /* the clouds that hold anything */
   np_emission emission; /* of all clouds; without emitters where there is none */
+  np_emission *emission_groups; /* of each cloud of the scene, for groups of lights; NULL: none are asked for */
   np_cloud_gain *gains; /* of each of `placed`; NULL: no approximation, or the scene has a gain for it */
   unsigned light_count; /* the first one's view has what is not of any light: environment, disks, night */
   np_packet_light lights[NP_LIGHTS_MAX];
@@ -85,6 +86,7 @@ typedef struct np_assembly {
   np_scene_lights places; /* of sun, moon and stars */
   np_star_catalogue stars;
   np_sphere_map star_map, moon_map; /* empty: none */
+  bool has_light_groups;            /* each light has a world with no other light in it */
   unsigned light_count;
   np_light_caches lights[NP_LIGHTS_MAX]; /* sun first */
   bool is_of_bands;                      /* its bands are the picture's channels */
@@ -122,6 +124,8 @@ np_black_body np_packet_make_black_body(const np_packet *packet, const np_assemb
 static inline np_instance np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly,
                                           unsigned cloud) {
   np_instance placed = assembly->clouds[cloud].placed;
+  placed.number = cloud;
+  placed.is_held_out = scene->clouds[cloud].is_held_out;
   placed.albedo = np_packet_convert_albedo(packet, assembly, scene->clouds[cloud].albedo);
   return placed;
 }

@@ -123,7 +123,7 @@ static bool has_emission(const neph_scene *scene) {
 
 static np_scene_facts compute_facts(const neph_scene *scene, const np_plan *plan) {
   np_scene_facts facts = {
-      .wants_light = scene->output.has_beauty || np_aovs_need_light(scene->output.aovs),
+      .wants_light = scene->output.has_beauty || scene->output.deep || np_aovs_need_light(scene->output.aovs),
       .has_environment = is_positive(scene->environment.radiance_w_m2_sr_nm),
       .has_air = scene->has_atmosphere && scene->environment.has_planet,
       .has_clouds = scene->cloud_count > 0,
@@ -145,11 +145,28 @@ static np_scene_facts compute_facts(const neph_scene *scene, const np_plan *plan
 
 /* ---- Resources ---- */
 
-static void count_work(np_plan *plan) {
+/* An edge of the crop that is one of the picture's goes out by the overscan, so that tiles cover that too. */
+static void set_windows(np_plan *plan, const neph_scene *scene) {
   const neph_render_desc *desc = &plan->desc;
-  const uint64_t pixels = (uint64_t)(desc->crop_max[0] - desc->crop_min[0]) * (desc->crop_max[1] - desc->crop_min[1]);
-  plan->ray_count = pixels * desc->sample_count;
-  plan->film_bytes = pixels * (2 + (plan->has_beauty ? 3 : 0) + np_aovs_count_channels(plan->aovs)) * sizeof(float);
+  const unsigned size[2] = {desc->width, desc->height};
+  const int overscan = (int)scene->camera.overscan;
+  for (int k = 0; k < 2; k++) {
+    plan->view_min[k] = -overscan;
+    plan->view_max[k] = (int)size[k] + overscan;
+    plan->window_min[k] = desc->crop_min[k] == 0 ? plan->view_min[k] : (int)desc->crop_min[k];
+    plan->window_max[k] = desc->crop_max[k] == size[k] ? plan->view_max[k] : (int)desc->crop_max[k];
+  }
+}
+
+/* A deep pixel has 16 samples, where all the picture is cloud. */
+static const uint64_t deep_bytes = 16 * 24;
+
+static void count_work(np_plan *plan, const neph_scene *scene) {
+  const uint64_t pixels = np_plan_count_pixels(plan);
+  plan->ray_count = pixels * plan->desc.sample_count;
+  const unsigned own = plan->has_beauty ? 5 : 2;
+  plan->film_bytes = pixels * (own + np_aovs_count_channels(plan->aovs, scene->cloud_count)) * sizeof(float);
+  if (scene->output.deep) plan->film_bytes += pixels * deep_bytes;
 }
 
 /* One sample says nothing about its error. */
@@ -172,9 +189,17 @@ static neph_result compute_lights(np_plan *plan, const neph_scene *scene) {
   return np_scene_lights_compute(scene, scene->latitude_rad, scene->longitude_rad, &plan->lights);
 }
 
+static unsigned count_emission(const neph_scene *scene) {
+  unsigned count = 0;
+  for (unsigned i = 0; i < scene->cloud_count; i++) count += scene->clouds[i].emission.is_enabled;
+  return count;
+}
+
 /* Decides what is not decided yet. */
 static neph_result decide_stages(np_plan *plan, const neph_scene *scene, const np_scene_facts *facts) {
   plan->has_sun = facts->has_sun;
+  plan->has_light_groups = plan->aovs & NP_AOV_LIGHTS;
+  plan->emission_count = count_emission(scene);
   neph_result result = np_stages_decide(plan, scene, facts);
   if (!result) np_stages_predict(plan, scene);
   return result;
@@ -186,6 +211,7 @@ static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, 
   neph_result result = np_scene_check(scene);
   if (!result) result = np_stores_get(scene, &plan->stores);
   if (!result) result = read_desc(scene, desc, &plan->desc);
+  if (!result) set_windows(plan, scene);
   return result;
 }
 
@@ -195,7 +221,7 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   if (!result) result = check_samples(out_plan);
   if (!result) result = compute_lights(out_plan, scene);
   if (result) return result;
-  count_work(out_plan);
+  count_work(out_plan, scene);
   const np_scene_facts facts = compute_facts(scene, out_plan);
   return decide_stages(out_plan, scene, &facts);
 }

@@ -30,10 +30,10 @@ static void add_cost(np_text *text, const np_stage_cost *cost) {
 
 static neph_result describe_plain(const np_plan *plan, char **out_text) {
   const neph_render_desc *desc = &plan->desc;
+  const int *min = plan->window_min, *max = plan->window_max;
   np_text text = {.context = plan->context};
-  np_text_add(&text, "%-20s %u x %u pixels, %u,%u to %u,%u of them, %u samples each, frame %d\n", "picture",
-              desc->width, desc->height, desc->crop_min[0], desc->crop_min[1], desc->crop_max[0], desc->crop_max[1],
-              desc->sample_count, desc->frame);
+  np_text_add(&text, "%-20s %u x %u pixels, %d,%d to %d,%d of them, %u samples each, frame %d\n", "picture",
+              desc->width, desc->height, min[0], min[1], max[0], max[1], desc->sample_count, desc->frame);
   np_text_add(&text, "%-20s %llu camera rays, film of %.3g MB", "work", (unsigned long long)plan->ray_count,
               (double)plan->film_bytes * 1e-6);
   if (plan->bake_voxel_count > 0) np_text_add(&text, ", at most %.3g voxels to bake", plan->bake_voxel_count);
@@ -56,12 +56,13 @@ static neph_result describe_plain(const np_plan *plan, char **out_text) {
   return np_text_finish(&text, out_text);
 }
 
-static void put_picture(np_json *json, const neph_render_desc *desc) {
+static void put_picture(np_json *json, const np_plan *plan) {
+  const neph_render_desc *desc = &plan->desc;
   np_json_begin_object(json, "picture");
   np_json_put_integer(json, "width", desc->width);
   np_json_put_integer(json, "height", desc->height);
   np_json_begin_array(json, "crop");
-  for (int i = 0; i < 4; i++) np_json_put_integer(json, NULL, i < 2 ? desc->crop_min[i] : desc->crop_max[i - 2]);
+  for (int i = 0; i < 4; i++) np_json_put_integer(json, NULL, i < 2 ? plan->window_min[i] : plan->window_max[i - 2]);
   np_json_end(json);
   np_json_put_integer(json, "samples", desc->sample_count);
   np_json_put_integer(json, "frame", desc->frame);
@@ -92,7 +93,7 @@ static void put_stage(np_json *json, const np_plan_stage *stage, const np_stage_
 static neph_result describe_json(const np_plan *plan, char **out_text) {
   np_json *json = np_json_create(plan->context);
   if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
-  put_picture(json, &plan->desc);
+  put_picture(json, plan);
   np_json_put_integer(json, "wavelength_count", plan->wavelength_count);
   np_json_put_integer(json, "packet_count", plan->packet_count);
   np_json_put_text(json, "color_space", np_color_space_get_name(plan->color_space));

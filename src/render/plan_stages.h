@@ -62,6 +62,8 @@ typedef struct np_plan {
   np_stores *stores;         /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
   struct np_tile_feed *feed; /* borrowed: to whom tiles are shown; NULL: nobody */
   neph_render_desc desc;     /* the caller's over the scene's, checked */
+  int view_min[2], view_max[2]; /* pixels of the picture and its overscan; view_max is one past the last */
+  int window_min[2], window_max[2]; /* those of them that are rendered: the data window */
   unsigned sphere_size[2];   /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
   double sphere_center_rad;  /* azimuth of its middle */
   bool is_sky_alone;         /* without clouds and terrain */
@@ -72,6 +74,8 @@ typedef struct np_plan {
   unsigned wavelength_count, packet_count; /* packets of three bands each */
   bool are_lights_known; /* not where only the height field tells the place, and with it where the sun stands */
   np_scene_lights lights;
+  bool has_light_groups;   /* each light has a world of its own, and is summed apart */
+  unsigned emission_count; /* clouds with emission */
   bool has_sun; /* its light matters; the moon's is a stage */
   np_plan_stage stages[NP_STAGE_COUNT];
   unsigned reference_count; /* noted where the inputs are opened */
@@ -83,6 +87,10 @@ typedef struct np_plan {
   double cloud_voxel_count; /* that hold cloud: a guess, by which work is judged */
   double light_cell_count;  /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;
+
+static inline uint64_t np_plan_count_pixels(const np_plan *plan) {
+  return (uint64_t)(plan->window_max[0] - plan->window_min[0]) * (uint64_t)(plan->window_max[1] - plan->window_min[1]);
+}
 
 static inline bool np_plan_needs(const np_plan *plan, np_stage stage) { return plan->stages[stage].is_needed; }
 
@@ -104,6 +112,8 @@ static inline bool np_plan_has_sun_world(const np_plan *plan) {
 }
 
 static inline unsigned np_plan_count_lights(const np_plan *plan) {
+  if (plan->has_light_groups)
+    return (plan->has_sun ? 2u : 1u) + (np_plan_needs(plan, NP_STAGE_MOON) ? 1u : 0u) + plan->emission_count;
   return (np_plan_has_sun_world(plan) ? 1u : 0u) + (np_plan_needs(plan, NP_STAGE_MOON) ? 1u : 0u);
 }
 

@@ -4,7 +4,8 @@
 
 #include "core/alloc.h"
 #include "image/film.h"
-#include "render/frame_state.h"
+#include "render/frame_layers.h"
+#include "volume/depth_cursor.h"
 
 /* ---- One sample ---- */
 
@@ -34,10 +35,11 @@ static np_camera_ray clip_ray(const np_film_ray *ray, const float film[2]) {
 enum { OFFSETS = 5 };
 
 /* False: no light falls there. */
-static bool make_ray(const np_frame *f, unsigned x, unsigned y, unsigned sample, const float offset[OFFSETS],
+static bool make_ray(const np_frame *f, int x, int y, unsigned sample, const float offset[OFFSETS],
                      np_camera_ray *out) {
   const float u = turn(offset[0], 0.7548776662466927, sample), v = turn(offset[1], 0.5698402909980532, sample);
-  const float noise = f->blue_noise[y % NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE + x % NP_BLUE_NOISE_EDGE];
+  const float noise =
+      f->blue_noise[(unsigned)y % NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE + (unsigned)x % NP_BLUE_NOISE_EDGE];
   const float film[2] = {(float)x + 0.5f + tent(u), (float)y + 0.5f + tent(v)};
   np_film_ray ray;
   if (!np_camera_start_ray(&f->assembly->camera, film[0], film[1], turn(offset[3], 0.8191725133961645, sample),
@@ -51,7 +53,7 @@ static bool make_ray(const np_frame *f, unsigned x, unsigned y, unsigned sample,
 
 /* Distance along the ray of the pixel's centre, through that of the lens, to where cloud hides half, or to ground;
  * infinite past both. */
-static double compute_distance(const np_frame *f, unsigned x, unsigned y, np_vec3 *out_direction) {
+static double compute_distance(const np_frame *f, int x, int y, np_vec3 *out_direction) {
   const np_camera *camera = &f->assembly->camera;
   const np_world *world = &f->assembly->packets[0].lights[0].world;
   const float film[2] = {(float)x + 0.5f, (float)y + 0.5f};
@@ -67,27 +69,48 @@ static double compute_distance(const np_frame *f, unsigned x, unsigned y, np_vec
   return ray.begin_m + fmin(cloud, is_ground ? end : HUGE_VAL);
 }
 
+/* Optical depth of all clouds up to the ground, whatever an integrator saw of them. */
+static float compute_optical_depth(const np_frame *f, const np_camera_ray *ray) {
+  const np_world *world = &f->assembly->packets[0].lights[0].world;
+  np_ground_hit hit;
+  const bool is_ground = np_camera_ray_intersect_ground(world, ray, &hit);
+  const double end = is_ground ? hit.distance_m : np_camera_ray_get_end(ray);
+  np_depth_cursors clouds;
+  np_depth_cursors_start(&clouds, &world->clouds, ray->origin, ray->direction, end);
+  np_depth_cursors_advance(&clouds, end);
+  return (float)np_depth_cursors_sum(&clouds);
+}
+
 /* Light adds up: a scene under sun and moon is the scene under the one and under the other. Stars shine through what
  * the sample finds before them. */
-static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray,
-                             const unsigned pixel[2], np_random *random, np_integrator_sample *out) {
+static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray, const int pixel[2],
+                             np_random *random, np_integrator_sample *out) {
   f->integrate(&packet->lights[0].world, &packet->lights[0].lighting, &f->settings, ray, random, out);
+  if (f->has_light_groups) np_frame_add_group(f, ray, packet->lights[0].group, out);
   for (unsigned l = 1; l < packet->light_count; l++) {
     np_integrator_sample more;
-    f->integrate(&packet->lights[l].world, &packet->lights[l].lighting, &f->settings, ray, random, &more);
-    for (int c = 0; c < NP_COMPONENT_COUNT; c++)
+    np_integrator_layers layers;
+    np_camera_ray same = *ray;
+    if (ray->layers) same.layers = np_frame_start_layers(f, &layers);
+    f->integrate(&packet->lights[l].world, &packet->lights[l].lighting, &f->settings, &same, random, &more);
+    if (ray->layers) np_integrator_append_light(ray->layers, &layers);
+    if (f->has_light_groups) np_frame_add_group(f, ray, packet->lights[l].group, &more);
+    for (int c = 0; c < NP_COMPONENT_ALL; c++)
       out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
     out->lost = np_spectrum_add(out->lost, more.lost);
   }
-  if ((packet->stars.count || packet->stars.blurred) && !out->is_ground_behind)
-    out->component[NP_COMPONENT_BACKGROUND] =
-        np_spectrum_add_scaled(out->component[NP_COMPONENT_BACKGROUND], out->transmittance,
-                               np_star_field_get(&packet->stars, pixel[0], pixel[1]));
+  if ((!packet->stars.count && !packet->stars.blurred) || out->is_ground_behind) return;
+  const np_spectrum stars =
+      np_spectrum_scale(np_star_field_get(&packet->stars, pixel[0], pixel[1]), out->transmittance);
+  out->component[NP_COMPONENT_BACKGROUND] = np_spectrum_add(out->component[NP_COMPONENT_BACKGROUND], stars);
+  if (!f->has_light_groups || !(f->channels.beauty & 1u << NP_COMPONENT_BACKGROUND)) return;
+  np_spectrum *sky = &ray->layers->group[NP_LIGHT_GROUP_SKY];
+  *sky = np_spectrum_add(*sky, stars);
 }
 
 /* One sample of the picture: every packet along the same path, its bands added up to colours before anything is
  * squared. What does not depend on wavelength is the first packet's. */
-static void integrate(const np_frame *f, const np_camera_ray *ray, const unsigned pixel[2], const np_random *random,
+static void integrate(const np_frame *f, const np_camera_ray *ray, const int pixel[2], const np_random *random,
                       np_integrator_sample *out) {
   const np_assembly *a = f->assembly;
   np_random first_random = *random;
@@ -98,43 +121,57 @@ static void integrate(const np_frame *f, const np_camera_ray *ray, const unsigne
   out->lost = np_spectrum_grey(0.0f);
   for (unsigned p = 0; p < a->packet_count; p++) {
     np_random same_random = *random;
-    if (p > 0) integrate_packet(f, &a->packets[p], ray, pixel, &same_random, &sample);
-    for (int c = 0; c < NP_COMPONENT_COUNT; c++)
+    np_integrator_layers layers;
+    np_camera_ray same = *ray;
+    if (ray->layers && p > 0) same.layers = np_frame_start_layers(f, &layers);
+    if (p > 0) integrate_packet(f, &a->packets[p], &same, pixel, &same_random, &sample);
+    if (ray->layers) np_frame_convert_layers(&a->packets[p], same.layers);
+    if (ray->layers && p > 0) np_integrator_append_light(ray->layers, &layers);
+    for (int c = 0; c < NP_COMPONENT_ALL; c++)
       out->component[c] = np_packet_add_color(&a->packets[p], out->component[c], sample.component[c]);
     out->lost = np_packet_add_color(&a->packets[p], out->lost, sample.lost);
   }
 }
 
-static np_random start_random(const np_frame *f, const unsigned at[2], uint32_t sample) {
-  return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, at[0], at[1], sample);
+static void clear_sums(const np_frame *f, double *sums) { memset(sums, 0, f->channels.sum_count * sizeof *sums); }
+
+static np_random start_random(const np_frame *f, const int at[2], uint32_t sample) {
+  return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, (uint32_t)at[0], (uint32_t)at[1], sample);
 }
 
 /* The pixel's samples up to `end`, added to `sums` and to its spread: fewer where the monitor stops it, which makes the
  * one under way void. A leaf that the pixel has begun, its first, is all of its sums, and is gone on with. */
-static neph_result sample_pixel(const np_frame *f, const unsigned at[2], uint32_t end, np_pixel_state *p,
-                                double *sums) {
+static neph_result sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p, double *sums) {
   np_film_accumulator accumulator;
   const uint32_t begun = p->next % NP_FILM_LEAF_SAMPLES;
-  np_film_accumulator_begin(&accumulator, f->channels.count, p->next - begun);
+  np_film_accumulator_begin(&accumulator, f->channels.sum_count, p->next - begun);
   if (begun) (void)np_film_accumulator_add_node(&accumulator, &(np_film_node){p->next - begun, begun, sums});
   np_random shift = start_random(f, at, UINT32_MAX);
   float offset[OFFSETS];
   for (int i = 0; i < OFFSETS; i++) offset[i] = np_random_float(&shift);
+  np_deep_bins bins;
+  if (f->depth_components) np_deep_bins_load(&p->deep, &bins);
   for (; p->next < end; p->next++) {
     const np_random random = start_random(f, at, p->next);
+    np_integrator_layers layers;
     np_camera_ray ray = {.begin_m = 0.0};
     np_integrator_sample sample = {.transmittance = 1.0f};
-    if (make_ray(f, at[0], at[1], p->next, offset, &ray)) integrate(f, &ray, at, &random, &sample);
+    const bool has_ray = make_ray(f, at[0], at[1], p->next, offset, &ray);
+    if (f->has_layers) ray.layers = np_frame_start_layers(f, &layers);
+    if (has_ray) integrate(f, &ray, at, &random, &sample);
+    if (has_ray && f->aovs & NP_AOV_OPTICAL_DEPTH) sample.optical_depth = compute_optical_depth(f, &ray);
     if (np_monitor_is_cancelled(f->monitor)) break;
     float values[NP_CHANNELS_MAX];
     np_channels_read(&f->channels, &ray, &sample, values);
+    if (f->depth_components) np_frame_add_deep(f, &sample, &layers, &bins);
     np_film_accumulator_add(&accumulator, values);
     np_spread_add(&f->channels, &sample, &p->spread);
     for (unsigned b = 0; b < NP_BAND_COUNT; b++) p->lost[b] += (double)(sample.lost.band[b] * f->channels.scale);
   }
+  if (f->depth_components && np_deep_bins_keep(f->assembly->context, &bins, &p->deep)) return NEPH_ERROR_OUT_OF_MEMORY;
   double added[NP_CHANNELS_MAX];
   np_film_accumulator_finish(&accumulator, added);
-  for (unsigned c = 0; c < f->channels.count; c++) sums[c] = begun ? added[c] : sums[c] + added[c];
+  for (unsigned c = 0; c < f->channels.sum_count; c++) sums[c] = begun ? added[c] : sums[c] + added[c];
   return p->next < end ? NEPH_ERROR_CANCELLED : NEPH_OK;
 }
 
@@ -161,18 +198,23 @@ static uint32_t round_up_to_leaf(double count) {
  * spread of a first set of samples, the pilot, says how many the second needs, and only the second is kept. A pixel
  * that stopped when its own samples happened to agree would be too dark where bright ones are rare; this one knows
  * nothing of them. A pilot speaks for the pixels around it too, since a cloud's edge may hide from sixteen samples. */
+static bool is_in_view(const np_frame *f, const int at[2]) {
+  return at[0] >= f->view_min[0] && at[0] < f->view_max[0] && at[1] >= f->view_min[1] && at[1] < f->view_max[1];
+}
+
 static neph_result fly_pilots(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const np_frame *f = user;
   const neph_render_desc *d = f->desc;
   for (size_t row = begin; row < end; row++)
     for (unsigned column = 0; column < f->width + 2; column++) {
-      /* One less than the crop's first pixel wraps around to a number beyond any picture. */
-      const unsigned at[2] = {d->crop_min[0] + column - 1u, d->crop_min[1] + (unsigned)row - 1u};
-      if (at[0] >= d->width || at[1] >= d->height) continue;
+      const int at[2] = {f->min[0] + (int)column - 1, f->min[1] + (int)row - 1};
+      if (!is_in_view(f, at)) continue;
       np_pixel_state p = {.next = 0};
-      double unused[NP_CHANNELS_MAX] = {0};
+      double unused[NP_CHANNELS_MAX];
+      clear_sums(f, unused);
       neph_result result = sample_pixel(f, at, d->sample_count, &p, unused);
+      np_alloc_free(f->assembly->context, p.deep.at);
       if (result) return result;
       f->pilots[row * (f->width + 2) + column] = p.spread;
     }
@@ -180,9 +222,9 @@ static neph_result fly_pilots(void *user, size_t begin, size_t end, unsigned thr
 }
 
 /* Samples that a pixel needs by the pilots of itself and its neighbours; 0 where there are none. */
-static double count_needed(const np_frame *f, const unsigned at[2]) {
+static double count_needed(const np_frame *f, const int at[2]) {
   double mean[NP_BAND_COUNT] = {0}, variance[NP_BAND_COUNT] = {0}, worst = 0.0;
-  const size_t x = at[0] - f->desc->crop_min[0], y = at[1] - f->desc->crop_min[1];
+  const size_t x = (size_t)(at[0] - f->min[0]), y = (size_t)(at[1] - f->min[1]);
   unsigned count = 0;
   for (size_t n = 0; n < 9; n++) {
     const np_spread *pilot = &f->pilots[(y + n / 3) * (f->width + 2) + x + n % 3];
@@ -197,7 +239,7 @@ static double count_needed(const np_frame *f, const unsigned at[2]) {
   return worst / (f->desc->target_error * f->desc->target_error);
 }
 
-static np_pixel_state start_pixel(const np_frame *f, const unsigned at[2]) {
+static np_pixel_state start_pixel(const np_frame *f, const int at[2]) {
   const neph_render_desc *d = f->desc;
   if (!np_frame_has_target(f)) return (np_pixel_state){.end = d->sample_count};
   const uint32_t begin = round_up_to_leaf(d->sample_count);
@@ -205,15 +247,15 @@ static np_pixel_state start_pixel(const np_frame *f, const unsigned at[2]) {
   return (np_pixel_state){.next = begin, .end = begin + round_up_to_leaf(count)};
 }
 
-static void finish_pixel(const np_frame *f, const unsigned at[2], const np_pixel_state *p, const double *sums,
-                         np_tile_total *total) {
+static neph_result finish_pixel(const np_frame *f, const int at[2], const np_pixel_state *p, const double *sums,
+                                np_tile_total *total) {
   np_pixel_facts facts = {.spread = p->spread};
   np_vec3 direction;
   facts.distance = compute_distance(f, at[0], at[1], &direction);
   facts.depth = np_camera_get_depth(&f->assembly->camera, direction, facts.distance);
   float values[NP_CHANNELS_MAX];
   np_channels_finish(&f->channels, sums, &facts, values);
-  const size_t index = (size_t)(at[1] - f->desc->crop_min[1]) * f->width + (at[0] - f->desc->crop_min[0]);
+  const size_t index = (size_t)(at[1] - f->min[1]) * f->width + (size_t)(at[0] - f->min[0]);
   for (unsigned c = 0; c < f->channels.count; c++) f->planes[c][index] = values[c];
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
     total->sum[b] += p->spread.mean[b];
@@ -222,37 +264,40 @@ static void finish_pixel(const np_frame *f, const unsigned at[2], const np_pixel
   }
   total->samples += p->spread.count;
   total->squares += pow(compute_relative_spread(f, &p->spread), 2.0) / p->spread.count;
+  if (!f->depth_components) return NEPH_OK;
+  return np_frame_set_deep(f, p, index, np_camera_get_depth(&f->assembly->camera, direction, 1.0));
 }
 
 /* Without a time limit: all of a pixel at once. */
-static neph_result render_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
+static neph_result render_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   (void)index;
   np_pixel_state p = start_pixel(f, at);
-  double sums[NP_CHANNELS_MAX] = {0};
+  double sums[NP_CHANNELS_MAX];
+  clear_sums(f, sums);
   neph_result result = sample_pixel(f, at, p.end, &p, sums);
-  if (!result) finish_pixel(f, at, &p, sums, total);
+  if (!result) result = finish_pixel(f, at, &p, sums, total);
+  np_alloc_free(f->assembly->context, p.deep.at);
   return result;
 }
 
 /* With one: a sample of every pixel, then the rest of its first leaf, then leaf after leaf. */
-static neph_result extend_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
+static neph_result extend_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   (void)total;
   np_pixel_state *p = &f->pixels[index];
   if (f->is_first_pass) *p = start_pixel(f, at);
   if (p->next >= p->end) return NEPH_OK;
   const uint32_t leaf_end = (p->next / NP_FILM_LEAF_SAMPLES + 1) * NP_FILM_LEAF_SAMPLES;
   const uint32_t end = f->is_first_pass ? p->next + 1 : leaf_end;
-  return sample_pixel(f, at, end < p->end ? end : p->end, p, f->sums + index * f->channels.count);
+  return sample_pixel(f, at, end < p->end ? end : p->end, p, f->sums + index * f->channels.sum_count);
 }
 
-static neph_result close_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
-  finish_pixel(f, at, &f->pixels[index], f->sums + index * f->channels.count, total);
-  return NEPH_OK;
+static neph_result close_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
+  return finish_pixel(f, at, &f->pixels[index], f->sums + index * f->channels.sum_count, total);
 }
 
 /* ---- Tiles ---- */
 
-typedef neph_result pixel_step_fn(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total);
+typedef neph_result pixel_step_fn(const np_frame *f, const int at[2], size_t index, np_tile_total *total);
 
 typedef struct tile_job {
   const np_frame *f;
@@ -270,7 +315,7 @@ static neph_result render_tiles(void *user, size_t begin, size_t end, unsigned t
     const unsigned y0 = (unsigned)(tile / tiles_across) * NP_TILE_EDGE;
     for (unsigned y = y0; y < y0 + NP_TILE_EDGE && y < f->height; y++)
       for (unsigned x = x0; x < x0 + NP_TILE_EDGE && x < f->width; x++) {
-        const unsigned at[2] = {f->desc->crop_min[0] + x, f->desc->crop_min[1] + y};
+        const int at[2] = {f->min[0] + (int)x, f->min[1] + (int)y};
         neph_result result = job->step(f, at, (size_t)y * f->width + x, &f->totals[tile]);
         if (result) return result;
       }
@@ -321,7 +366,7 @@ static neph_result run_until(np_frame *f, double end_s, neph_result (*run)(np_fr
 static neph_result run_pass(np_frame *f) { return run_tiles(f, extend_pixel, false); }
 
 /* Value of a pixel by the samples so far, for a live view. */
-static neph_result preview_pixel(const np_frame *f, const unsigned at[2], size_t index, np_tile_total *total) {
+static neph_result preview_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   (void)total;
   np_tile_total unused = {.samples = 0};
   return close_pixel(f, at, index, &unused);
@@ -364,11 +409,12 @@ static neph_result render_passes(np_frame *f) {
   neph_context *context = f->assembly->context;
   const size_t count = (size_t)f->width * f->height;
   f->pixels = np_alloc(context, count, sizeof *f->pixels);
-  f->sums = np_alloc(context, count, f->channels.count * sizeof *f->sums);
+  f->sums = np_alloc(context, count, f->channels.sum_count * sizeof *f->sums);
   neph_result result = f->pixels && f->sums ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) result = run_passes(f);
   np_monitor_set_range(f->monitor, 1.0, 1.0);
   if (!result) result = show_tiles(f, close_pixel, true);
+  for (size_t i = 0; f->pixels && i < count; i++) np_alloc_free(context, f->pixels[i].deep.at);
   np_alloc_free(context, f->pixels);
   np_alloc_free(context, f->sums);
   return result;
@@ -408,8 +454,9 @@ static void compute_dim(np_frame *f) {
     np_spectrum light = compute_mean_emission(a, &a->packets[p]);
     for (unsigned l = 0; l < a->packets[p].light_count; l++) {
       const np_world *world = &a->packets[p].lights[l].world;
-      light = np_spectrum_add(
-          light, np_spectrum_add_scaled(world->environment_radiance, 1.0f / NP_PI_F, world->sun_irradiance));
+      light = np_spectrum_add(light, np_spectrum_add_scaled(world->environment_radiance, 1.0f / NP_PI_F,
+                                                            world->sun_scope == NP_SUN_SKY ? np_spectrum_grey(0.0f)
+                                                                                           : world->sun_irradiance));
     }
     sum = a->is_of_bands ? light : np_packet_add_color(&a->packets[p], sum, light);
   }

@@ -87,7 +87,7 @@ static np_spectrum compute_pixel(const sky_image *s, unsigned x, size_t y) {
   const np_assembly *a = s->assembly;
   np_spectrum color = compute_color(a, direction_of(s, x + 0.5, (double)y + 0.5));
   for (unsigned p = 0; p < a->packet_count; p++)
-    color = np_packet_add_color(&a->packets[p], color, np_star_field_get(&a->packets[p].stars, x, (unsigned)y));
+    color = np_packet_add_color(&a->packets[p], color, np_star_field_get(&a->packets[p].stars, (int)x, (int)y));
   return color;
 }
 
@@ -130,7 +130,7 @@ static sky_irradiance compute_irradiance(const np_packet *packet) {
     double disk[3], sky[3];
     if (!light->camera_sky) continue;
     neph_sky_get_irradiance(light->camera_sky, disk, sky);
-    *(light->is_moon ? &out.moon : &out.sun) = spectrum_of(disk);
+    *(light->group == NP_LIGHT_GROUP_MOON ? &out.moon : &out.sun) = spectrum_of(disk);
     out.sky = np_spectrum_add(out.sky, spectrum_of(sky));
   }
   return out;
@@ -173,7 +173,7 @@ static neph_result describe_light(const np_assembly *assembly, unsigned index, n
     const np_spectrum light = np_world_sunlight(world, assembly->camera.origin, world->to_sun);
     color = np_packet_add_color(packet, color, light);
   }
-  const char *name = first->is_moon ? "moon" : "sun";
+  const char *name = first->group == NP_LIGHT_GROUP_MOON ? "moon" : "sun";
   char key[40], text[96];
   (void)snprintf(key, sizeof key, "nephos:%sNormalIrradiance", name);
   neph_result result = set_irradiance(image, key, color);

@@ -14,10 +14,7 @@ static const double sun_optical_depth_bytes = 50.0;
 
 static double count_worlds(const np_plan *plan) { return (double)plan->packet_count * np_plan_count_lights(plan); }
 
-static double count_pixels(const np_plan *plan) {
-  const neph_render_desc *desc = &plan->desc;
-  return (double)(desc->crop_max[0] - desc->crop_min[0]) * (desc->crop_max[1] - desc->crop_min[1]);
-}
+static double count_pixels(const np_plan *plan) { return (double)np_plan_count_pixels(plan); }
 
 static double count_air_rays(const np_plan *plan) {
   return plan->air_ray_spacing ? count_pixels(plan) / ((double)plan->air_ray_spacing * plan->air_ray_spacing) : 0.0;

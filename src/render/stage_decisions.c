@@ -203,6 +203,10 @@ void np_stage_decide_lights(np_decision *d, np_plan_stage *out) {
     snprintf(out->reason, sizeof out->reason, "the sun's elevation is %.3g deg, its azimuth %.3g deg",
              asin(np_clamp(to_sun.z, -1.0, 1.0)) / NP_DEGREE,
              fmod(atan2(to_sun.x, to_sun.y) / NP_DEGREE + 360.0, 360.0));
+  const size_t length = strlen(out->reason);
+  if (d->plan->has_light_groups)
+    snprintf(out->reason + length, sizeof out->reason - length,
+             "; %u groups of lights, each solved for and traced apart", np_plan_count_lights(d->plan));
 }
 
 void np_stage_decide_moon(np_decision *d, np_plan_stage *out) {

@@ -21,16 +21,39 @@ static np_disk make_sun_disk(const np_stage_part *in) {
   return np_disk_make_sun(direction, sun->angular_radius_rad, irradiance, in->packet->bands.nm);
 }
 
-/* Emission and night are in the world of the first light: they must be added once. */
-static void add_common(const np_stage_part *in, np_world *world) {
-  const np_packet *packet = in->packet;
+/* Light beyond the air, and what of it is uniform. */
+static void add_surroundings(const np_stage_part *in, np_world *world) {
   const np_scene_environment *environment = &in->scene->environment;
+  world->night = &in->packet->night;
+  world->environment_radiance = np_packet_convert(in->packet, NP_BAND_LINEAR, environment->radiance_w_m2_sr_nm);
+  world->is_environment_upper_only = environment->is_upper_only;
+}
+
+static const np_emission *get_emission(const np_emission *emission) {
+  return emission->emitter_count > 0 ? emission : NULL;
+}
+
+/* Light of no one light is in the world of the first: it must be added once. */
+static void add_common(const np_stage_part *in, np_world *world) {
   world->disk = make_sun_disk(in);
   world->has_no_disks = !in->scene->output.has_disks && !in->plan->is_sky_alone;
-  world->night = &packet->night;
-  world->emission = packet->emission.emitter_count > 0 ? &packet->emission : NULL;
-  world->environment_radiance = np_packet_convert(packet, NP_BAND_LINEAR, environment->radiance_w_m2_sr_nm);
-  world->is_environment_upper_only = environment->is_upper_only;
+  world->emission = get_emission(&in->packet->emission);
+  add_surroundings(in, world);
+}
+
+/* The same where each group has a world. */
+static void add_group(const np_stage_part *in, np_world *world) {
+  const np_packet_light *light = in->light;
+  const np_packet *packet = in->packet;
+  if (light->index == 0) world->disk = make_sun_disk(in);
+  world->has_no_disks = !in->scene->output.has_disks;
+  if (light->group == NP_LIGHT_GROUP_SUN) world->sun_scope = NP_SUN_BEAM;
+  if (light->group == NP_LIGHT_GROUP_SKY) {
+    world->sun_scope = NP_SUN_SKY;
+    add_surroundings(in, world);
+  }
+  if (light->group >= NP_LIGHT_GROUP_EMISSION && packet->emission_groups)
+    world->emission = get_emission(&packet->emission_groups[light->group - NP_LIGHT_GROUP_EMISSION]);
 }
 
 /* The clouds that hold anything, with the albedo of a packet. */
@@ -96,7 +119,10 @@ neph_result np_stage_build_world(const np_stage_part *in) {
       .planet_radius_m = scene->atmosphere.planet_radius_m,
   };
   add_ground(in, out);
-  if (out->index == 0) add_common(in, &out->world);
+  if (a->has_light_groups)
+    add_group(in, &out->world);
+  else if (out->index == 0)
+    add_common(in, &out->world);
   return NEPH_OK;
 }
 
@@ -158,6 +184,7 @@ static neph_result adapt_depth(const np_stage_part *in, void *cached, const void
 static neph_result make_sun_optical_depth(const np_stage_part *in) {
   neph_context *context = in->made->context;
   const np_depth_key *key = in->key;
+  if (np_spectrum_is_zero(get_first(in)->irradiance)) return NEPH_OK; /* a group without it */
   np_sun_optical_depth *cache = in->caches->sun_optical_depth = np_alloc(context, 1, sizeof *cache);
   if (!cache) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = np_sun_optical_depth_build(context, &get_first(in)->world, &key->desc, in->monitor, cache);
@@ -265,7 +292,6 @@ static np_vec3 get_film_direction(const void *camera, float x, float y) {
 /* Rays through every so many pixels of the picture; those about the crop, and two more, of which neighbours and
  * pixels' filters take part. */
 static np_air_rays make_air_rays(const np_camera *c, const np_plan *plan) {
-  const neph_render_desc *desc = &plan->desc;
   const unsigned spacing = plan->air_ray_spacing;
   const float step = 2.0f * c->tan_half_width * (float)spacing / (float)c->width;
   np_air_rays rays = {.origin = c->origin,
@@ -279,8 +305,8 @@ static np_air_rays make_air_rays(const np_camera *c, const np_plan *plan) {
   for (int k = 0; k < 2; k++) {
     rays.middle[k] = 0.5f * (float)whole[k] / (float)spacing;
     if (aside[k] != 0.0f) rays.middle[k] -= aside[k] / step;
-    rays.begin[k] = (int32_t)(desc->crop_min[k] / spacing) - 2;
-    rays.end[k] = (int32_t)(desc->crop_max[k] / spacing) + 4;
+    rays.begin[k] = (int32_t)floor((double)plan->window_min[k] / spacing) - 2;
+    rays.end[k] = (int32_t)floor((double)plan->window_max[k] / spacing) + 4;
     rays.whole_end[k] = (int32_t)(whole[k] / spacing) + 1;
   }
   return rays;

@@ -321,19 +321,43 @@ neph_result np_stage_revise_volumes(const np_assembly *made, const neph_scene *s
   return made->volume_count > 0 ? NEPH_OK : np_plan_leave_out_clouds(scene, plan);
 }
 
+/* The emission of each cloud by itself, for groups of lights. */
+static neph_result build_emission_groups(const np_stage_part *in, const np_emitter *emitters, const unsigned *clouds,
+                                         unsigned count) {
+  const np_assembly *a = in->made;
+  np_packet *out = in->packet;
+  out->emission_groups = np_alloc(a->context, a->cloud_count, sizeof *out->emission_groups);
+  const np_black_body body = np_packet_make_black_body(out, a);
+  neph_result result = out->emission_groups ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned i = 0; !result && i < count; i++)
+    result = np_emission_build(a->context, &emitters[i], 1, &body, in->monitor, &out->emission_groups[clouds[i]]);
+  return result;
+}
+
 /* Emission of the clouds, for the packet's wavelengths. */
 neph_result np_stage_build_emission(const np_stage_part *in) {
   const np_assembly *a = in->made;
   np_emitter emitters[NP_INSTANCES_MAX];
-  unsigned count = 0;
+  unsigned clouds[NP_INSTANCES_MAX], count = 0;
   for (unsigned i = 0; i < a->cloud_count; i++) {
     const np_instance placed = np_packet_place(in->packet, in->scene, a, i);
-    if (a->clouds[i].emission.is_enabled) emitters[count++] = np_cloud_emission_get(&a->clouds[i].emission, &placed);
+    if (!a->clouds[i].emission.is_enabled) continue;
+    clouds[count] = i;
+    emitters[count++] = np_cloud_emission_get(&a->clouds[i].emission, &placed);
   }
   if (count == 0) return NEPH_OK;
   np_monitor_set_stage(in->monitor, "listing emitters");
+  neph_result result = a->has_light_groups ? build_emission_groups(in, emitters, clouds, count) : NEPH_OK;
+  if (result) return result;
   const np_black_body body = np_packet_make_black_body(in->packet, a);
   return np_emission_build(a->context, emitters, count, &body, in->monitor, &in->packet->emission);
 }
 
-void np_stage_clear_emission(const np_stage_part *in) { np_emission_clear(&in->packet->emission); }
+void np_stage_clear_emission(const np_stage_part *in) {
+  np_packet *packet = in->packet;
+  for (unsigned i = 0; packet->emission_groups && i < in->made->cloud_count; i++)
+    np_emission_clear(&packet->emission_groups[i]);
+  np_alloc_free(in->made->context, packet->emission_groups);
+  packet->emission_groups = NULL;
+  np_emission_clear(&packet->emission);
+}

@@ -10,6 +10,20 @@
 
 /* ---- Sun and moon ---- */
 
+static void add_light(np_assembly *a, unsigned group) { a->lights[a->light_count++].group = group; }
+
+/* Sun and moon, or, where the picture asks for them, groups. */
+static void add_lights(const np_stage_part *in) {
+  np_assembly *a = in->made;
+  const np_plan *plan = in->plan;
+  a->has_light_groups = plan->has_light_groups;
+  if (plan->has_light_groups ? plan->has_sun : np_plan_has_sun_world(plan)) add_light(a, NP_LIGHT_GROUP_SUN);
+  if (plan->has_light_groups) add_light(a, NP_LIGHT_GROUP_SKY);
+  if (np_plan_needs(plan, NP_STAGE_MOON)) add_light(a, NP_LIGHT_GROUP_MOON);
+  for (unsigned i = 0; i < in->scene->cloud_count && plan->has_light_groups; i++)
+    if (in->scene->clouds[i].emission.is_enabled) add_light(a, NP_LIGHT_GROUP_EMISSION + i);
+}
+
 neph_result np_stage_build_lights(const np_stage_part *in) {
   np_assembly *out = in->made;
   const neph_scene *scene = in->scene;
@@ -21,8 +35,7 @@ neph_result np_stage_build_lights(const np_stage_part *in) {
     if (!scene->has_place && in->made->terrain) (void)np_terrain_get_place(in->made->terrain, &latitude, &longitude);
     result = np_scene_lights_compute(scene, latitude, longitude, &out->places);
   }
-  if (np_plan_has_sun_world(plan)) out->light_count++;
-  if (np_plan_needs(plan, NP_STAGE_MOON)) out->lights[out->light_count++].is_moon = true;
+  add_lights(in);
   if (!result && plan->has_beauty && scene->moon.is_enabled && scene->moon.map)
     result = np_sphere_map_load(out->context, "moon.map", scene->moon.map, false, &out->moon_map);
   return result;
@@ -52,8 +65,9 @@ neph_result np_stage_build_packet_lights(const np_stage_part *in) {
                                .direction = places->to_sun,
                                .angular_radius_rad = in->scene->sun.angular_radius_rad,
                                .irradiance = np_spectrum_scale(sunlight, (float)places->sun_factor)};
-    if (!a->lights[i].is_moon) continue;
-    light->is_moon = true;
+    light->group = a->lights[i].group;
+    if (light->group >= NP_LIGHT_GROUP_EMISSION) light->irradiance = np_spectrum_grey(0.0f);
+    if (light->group != NP_LIGHT_GROUP_MOON) continue;
     light->direction = places->moon.direction;
     light->angular_radius_rad = places->moon.angular_radius_rad;
     light->irradiance = moonlight;
@@ -163,7 +177,8 @@ static const double water_sky_height_m = 10.0;
 
 static neph_result get_sky_key(const np_stage_part *in, np_dvec3 observer, void **out_key) {
   const np_packet_light *light = in->light;
-  if (np_spectrum_is_zero(light->irradiance)) return NEPH_OK;
+  const bool is_beam = in->made->has_light_groups && light->group == NP_LIGHT_GROUP_SUN;
+  if (np_spectrum_is_zero(light->irradiance) || is_beam) return NEPH_OK;
   neph_sky_desc *desc = *out_key = np_alloc(in->made->context, 1, sizeof *desc);
   if (!desc) return NEPH_ERROR_OUT_OF_MEMORY;
   *desc = (neph_sky_desc)NEPH_SKY_DESC_DEFAULT;
@@ -296,6 +311,7 @@ neph_result np_stage_build_stars(const np_stage_part *in) {
                                    .camera = is_sphere ? NULL : &a->camera,
                                    .width = is_sphere ? plan->sphere_size[0] : a->camera.width,
                                    .height = is_sphere ? plan->sphere_size[1] : a->camera.height,
+                                   .overscan = is_sphere ? 0 : (int)in->scene->camera.overscan,
                                    .center_rad = plan->sphere_center_rad,
                                    .origin = a->camera.origin,
                                    .wavelength_nm = out->bands.nm,

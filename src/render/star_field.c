@@ -16,11 +16,12 @@ typedef struct film_point {
   double x, y; /* pixels from the top left */
 } film_point;
 
-static bool project_on_film(const np_camera *camera, np_dvec3 direction, film_point *out) {
+static bool project_on_film(const np_star_field_desc *d, np_dvec3 direction, film_point *out) {
+  const np_camera *camera = d->camera;
   double at[2];
   if (!np_camera_project_direction(camera, direction, at)) return false;
   *out = (film_point){at[0], at[1]};
-  const double rim = 1.0 + 0.5 * np_camera_get_confusion(camera, INFINITY);
+  const double rim = d->overscan + 1.0 + 0.5 * np_camera_get_confusion(camera, INFINITY);
   return out->x > -rim && out->y > -rim && out->x < camera->width + rim && out->y < camera->height + rim;
 }
 
@@ -33,7 +34,7 @@ static film_point project_sphere(const np_star_field_desc *d, np_dvec3 direction
 }
 
 static bool project(const np_star_field_desc *d, np_dvec3 direction, film_point *out) {
-  if (d->camera) return project_on_film(d->camera, direction, out);
+  if (d->camera) return project_on_film(d, direction, out);
   *out = project_sphere(d, direction);
   return true;
 }
@@ -43,7 +44,7 @@ static bool is_round(const np_star_field_desc *d) {
   return !d->camera || d->camera->kind == NEPH_CAMERA_EQUIRECTANGULAR;
 }
 
-static double compute_solid_angle(const np_star_field_desc *d, unsigned x, unsigned y) {
+static double compute_solid_angle(const np_star_field_desc *d, int x, int y) {
   if (d->camera) return np_camera_get_pixel_sr(d->camera, x, y);
   return 2.0 * NP_PI / d->width * (cos(NP_PI * y / d->height) - cos(NP_PI * (y + 1.0) / d->height));
 }
@@ -74,20 +75,25 @@ static np_spectrum compute_irradiance(const np_star_field_desc *d, size_t index,
 
 /* ---- Pixels ---- */
 
+static size_t get_index(const np_star_field *field, int x, int y) {
+  return (size_t)(y + field->overscan) * field->width + (size_t)(x + field->overscan);
+}
+
 static void add_pixel(const np_star_field_desc *d, long x, long y, double share, np_spectrum irradiance,
                       np_star_field *field) {
   if (is_round(d)) x = (x + (long)d->width) % (long)d->width;
   if (is_round(d)) y = y < 0 ? 0 : y >= (long)d->height ? (long)d->height - 1 : y;
-  if (!(share > 0.0) || x < 0 || y < 0 || x >= (long)d->width || y >= (long)d->height) return;
-  const double sr = compute_solid_angle(d, (unsigned)x, (unsigned)y);
+  const long low = -d->overscan, right = (long)d->width + d->overscan, bottom = (long)d->height + d->overscan;
+  if (!(share > 0.0) || x < low || y < low || x >= right || y >= bottom) return;
+  const double sr = compute_solid_angle(d, (int)x, (int)y);
   if (!(sr > 0.0)) return;
   const np_spectrum radiance = np_spectrum_scale(irradiance, (float)(share / sr));
   if (field->blurred) {
-    np_spectrum *sum = &field->blurred[(size_t)y * d->width + (size_t)x];
+    np_spectrum *sum = &field->blurred[get_index(field, (int)x, (int)y)];
     *sum = np_spectrum_add(*sum, radiance);
     return;
   }
-  field->pixels[field->count++] = (np_star_pixel){(unsigned)x, (unsigned)y, radiance};
+  field->pixels[field->count++] = (np_star_pixel){(int)x, (int)y, radiance};
 }
 
 /* A share of a star's light, among the four pixels about a place. */
@@ -153,7 +159,8 @@ static neph_result build_bokeh(neph_context *context, const np_star_field_desc *
   const double radius = fmin(0.5 * np_camera_get_confusion(d->camera, INFINITY), bokeh_radius_max);
   const int reach = field->bokeh_reach = (int)ceil(radius), width = 2 * reach + 1;
   field->bokeh = np_alloc(context, (size_t)width * (size_t)width, sizeof *field->bokeh);
-  field->blurred = np_alloc(context, (size_t)d->width * d->height, sizeof *field->blurred);
+  const size_t height = d->height + 2u * (unsigned)d->overscan;
+  field->blurred = np_alloc(context, field->width * height, sizeof *field->blurred);
   if (!field->bokeh || !field->blurred) return NEPH_ERROR_OUT_OF_MEMORY;
   const int count = (int)np_clamp(BOKEH_POINTS_PER_PIXEL * 4.0 * radius * radius, BOKEH_POINTS_MIN, BOKEH_POINTS_MAX);
   for (int i = 0; i < count; i++) {
@@ -169,7 +176,8 @@ static neph_result build_bokeh(neph_context *context, const np_star_field_desc *
 neph_result np_star_field_build(neph_context *context, const np_star_field_desc *desc, np_star_field *out_field) {
   *out_field = (np_star_field){.context = context};
   const size_t stars = desc->catalogue->count;
-  out_field->width = desc->width;
+  out_field->overscan = desc->overscan;
+  out_field->width = desc->width + 2u * (unsigned)desc->overscan;
   neph_result result = NEPH_OK;
   if (desc->camera && np_camera_get_confusion(desc->camera, INFINITY) > blur_least)
     result = build_bokeh(context, desc, out_field);
@@ -191,8 +199,8 @@ void np_star_field_clear(np_star_field *field) {
   *field = (np_star_field){0};
 }
 
-np_spectrum np_star_field_get(const np_star_field *field, unsigned x, unsigned y) {
-  if (field->blurred) return field->blurred[(size_t)y * field->width + x];
+np_spectrum np_star_field_get(const np_star_field *field, int x, int y) {
+  if (field->blurred) return field->blurred[get_index(field, x, y)];
   if (!field->count) return np_spectrum_grey(0.0f);
   const np_star_pixel key = {.x = x, .y = y};
   const np_star_pixel *found = bsearch(&key, field->pixels, field->count, sizeof key, compare_pixels);

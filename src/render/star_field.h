@@ -15,7 +15,7 @@
 
 /* Radiance that stars add to one pixel. */
 typedef struct np_star_pixel {
-  unsigned x, y;
+  int x, y;
   np_spectrum radiance;
 } np_star_pixel;
 
@@ -23,7 +23,8 @@ typedef struct np_star_field {
   neph_context *context;
   size_t count;
   np_star_pixel *pixels; /* by rows, each once */
-  unsigned width;
+  unsigned width; /* with the overscan on both sides */
+  int overscan;
   int bokeh_reach;      /* pixels from the middle of a star out of focus to the edge of … */
   float *bokeh;         /* … its light's shares */
   np_spectrum *blurred; /* of every pixel, where stars are out of focus; NULL: `pixels` are all */
@@ -34,6 +35,7 @@ typedef struct np_star_field_desc {
   const np_world *world;       /* air, planet and moon, which dim and hide them; its night has their turn */
   const np_camera *camera;     /* NULL: a latitude-longitude picture … */
   unsigned width, height;      /* … of this size … */
+  int overscan;                /* of the camera's picture, pixels */
   double center_rad;           /* … about this azimuth … */
   np_dvec3 origin;             /* … seen from here */
   const double *wavelength_nm; /* of the bands */
@@ -46,6 +48,6 @@ typedef struct np_star_field_desc {
 neph_result np_star_field_build(neph_context *context, const np_star_field_desc *desc, np_star_field *out_field);
 void np_star_field_clear(np_star_field *field);
 
-np_spectrum np_star_field_get(const np_star_field *field, unsigned x, unsigned y);
+np_spectrum np_star_field_get(const np_star_field *field, int x, int y);
 
 #endif

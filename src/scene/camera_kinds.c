@@ -46,7 +46,7 @@ static bool project_perspective(const np_camera *camera, np_dvec3 p, bool is_inf
 }
 
 /* Pixels lie on a plane: their solid angle goes with the cosine's cube. */
-static double get_perspective_sr(const np_camera *camera, unsigned x, unsigned y) {
+static double get_perspective_sr(const np_camera *camera, int x, int y) {
   np_vec3 direction;
   (void)np_camera_get_direction(camera, (float)x + 0.5f, (float)y + 0.5f, &direction);
   const double cosine = -(double)np_vec3_dot(direction, camera->back);
@@ -78,7 +78,7 @@ static bool project_orthographic(const np_camera *camera, np_dvec3 p, bool is_in
   return true;
 }
 
-static double get_no_sr(const np_camera *camera, unsigned x, unsigned y) {
+static double get_no_sr(const np_camera *camera, int x, int y) {
   (void)camera, (void)x, (void)y;
   return 0.0;
 }
@@ -107,7 +107,7 @@ static bool project_equirectangular(const np_camera *camera, np_dvec3 p, bool is
   return true;
 }
 
-static double get_equirectangular_sr(const np_camera *camera, unsigned x, unsigned y) {
+static double get_equirectangular_sr(const np_camera *camera, int x, int y) {
   (void)x;
   const double height = camera->height;
   return 2.0 * NP_PI / camera->width * (cos(NP_PI * y / height) - cos(NP_PI * (y + 1.0) / height));
@@ -135,7 +135,7 @@ static bool project_fisheye(const np_camera *camera, np_dvec3 p, bool is_infinit
   return true;
 }
 
-static double get_fisheye_sr(const np_camera *camera, unsigned x, unsigned y) {
+static double get_fisheye_sr(const np_camera *camera, int x, int y) {
   const double across = x + 0.5 - 0.5 * camera->width, upward = y + 0.5 - 0.5 * camera->height;
   const double step = (double)camera->half_angle / (double)camera->radius, angle = hypot(across, upward) * step;
   if (angle > (double)camera->half_angle) return 0.0;
@@ -179,7 +179,7 @@ bool np_camera_project(const np_camera *camera, np_dvec3 point, double out_film[
   return camera->row->project(camera, p, false, out_film);
 }
 
-double np_camera_get_pixel_sr(const np_camera *camera, unsigned x, unsigned y) {
+double np_camera_get_pixel_sr(const np_camera *camera, int x, int y) {
   return camera->row->get_pixel_sr(camera, x, y);
 }
 

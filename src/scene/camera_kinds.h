@@ -11,7 +11,7 @@ typedef struct np_camera_row {
   bool (*start)(const np_camera *camera, float x, float y, np_dvec3 *origin, np_vec3 *out_direction);
   /* Film position of an offset from the eye, right, up and along the view; infinitely far: a direction. False: none. */
   bool (*project)(const np_camera *camera, np_dvec3 offset, bool is_infinite, double out_film[2]);
-  double (*get_pixel_sr)(const np_camera *camera, unsigned x, unsigned y);
+  double (*get_pixel_sr)(const np_camera *camera, int x, int y);
   bool (*sees_box)(const np_camera *camera, np_dvec3 low, np_dvec3 high);
   /* Columns of worldToNDC, x, y, z, w, in a row of the world's, whose camera space is `p`; NULL: there is none. */
   void (*fill_ndc)(const np_camera *camera, const double p[4], float out[4]);
@@ -30,7 +30,7 @@ bool np_camera_project_direction(const np_camera *camera, np_dvec3 direction, do
 bool np_camera_project(const np_camera *camera, np_dvec3 point, double out_film[2], double *out_depth_m);
 
 /* Solid angle of a pixel; 0 where it has none: of parallel rays, or outside a fisheye's circle. */
-double np_camera_get_pixel_sr(const np_camera *camera, unsigned x, unsigned y);
+double np_camera_get_pixel_sr(const np_camera *camera, int x, int y);
 
 /* Whether any of a world box may be in the picture, whatever stands before it. */
 bool np_camera_sees_box(const np_camera *camera, np_dvec3 low, np_dvec3 high);

@@ -137,6 +137,7 @@ neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_outp
       .struct_size = sizeof wanted,
       .image = output->image,
       .preview = output->preview,
+      .deep = output->deep,
       .pixel_type = output->pixel_type,
       .preview_desc = preview,
   };

@@ -27,6 +27,7 @@ typedef struct np_scene_camera {
   neph_eye eye;                       /* that is rendered; centre: both */
   double interaxial_m, convergence_m; /* infinite: the distance of look_at */
   unsigned resolution[2];
+  unsigned overscan; /* pixels rendered beyond each edge of the picture */
 } np_scene_camera;
 
 /* Angle between neighbouring pixels, in the middle, before there is a picture. Of parallel rays,

@@ -46,17 +46,19 @@ static const np_choice models[] = {
     {"hero", NEPH_CLOUD_MODEL_HERO},
     {NULL, 0}};
 static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
+static const np_choice alphas[] = {{"clouds", NP_ALPHA_CLOUDS},
+                                   {"clouds_and_ground", NP_ALPHA_CLOUDS_AND_GROUND},
+                                   {"scene", NP_ALPHA_SCENE},
+                                   {NULL, 0}};
+static const np_choice cloud_airs[] = {{"kept", NP_CLOUD_AIR_KEPT}, {"apart", NP_CLOUD_AIR_APART}, {NULL, 0}};
 static const np_choice exposures[] = {{"auto", NEPH_EXPOSURE_AUTO}, {"meter", NEPH_EXPOSURE_METER},
                                        {"camera", NEPH_EXPOSURE_CAMERA}, {NULL, 0}};
 static const np_choice views[] = {
     {"filmic", NEPH_VIEW_FILMIC}, {"standard", NEPH_VIEW_STANDARD}, {"raw", NEPH_VIEW_RAW}, {NULL, 0}};
 static const np_choice preview_bits[] = {{"8", 8}, {"16", 16}, {NULL, 0}};
-static const np_choice color_spaces[] = {{"rec709", NP_COLOR_REC709},
-                                         {"acescg", NP_COLOR_ACESCG},
-                                         {"rec2020", NP_COLOR_REC2020},
-                                         {"xyz", NP_COLOR_XYZ},
-                                         {"bands", NP_COLOR_BANDS},
-                                         {NULL, 0}};
+static const np_choice color_spaces[] = {{"rec709", NP_COLOR_REC709},   {"acescg", NP_COLOR_ACESCG},
+                                         {"rec2020", NP_COLOR_REC2020}, {"xyz", NP_COLOR_XYZ},
+                                         {"bands", NP_COLOR_BANDS},     {NULL, 0}};
 #define AOV(id, name, parts, needs_light, samples_min) {name, NP_AOV_##id},
 static const np_choice aovs[] = {NP_AOV_ROWS(AOV){NULL, 0}};
 #undef AOV
@@ -340,6 +342,9 @@ static const np_key keys[] = {
     {.path = "clouds[].emission.strength", .type = NP_KEY_REAL, .field = CLOUD(emission.strength),
      .range = WITHIN(0, 1e12), .fallback = "1", .meaning = "factor on the emission"},
 
+    {.path = "clouds[].holdout", .type = NP_KEY_CHOICE, .choices = booleans, .field = CLOUD(is_held_out),
+     .fallback = "false",
+     .meaning = "true: the cloud hides what is behind it and lights and shades the others, and does not show itself"},
     {.path = "clouds[].bake", .type = NP_KEY_SECTION, .tag = CLOUD(is_baked), .tag_value = true,
      .meaning = "a cloud from noise; its values are extinction in 1/m"},
     {.path = "clouds[].bake.preset", .type = NP_KEY_PRESET, .field = CLOUD(preset),
@@ -468,6 +473,8 @@ static const np_key keys[] = {
     {.path = "terrain.snow.slope", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
      .field = SCENE(terrain.desc.snow_slope_rad), .range = WITHIN(0, 90), .fallback = "50 deg",
      .meaning = "slope above which none stays"},
+    {.path = "terrain.holdout", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(terrain.is_held_out),
+     .fallback = "false", .meaning = "true: the ground hides what is behind it, and does not show itself"},
     {.path = "terrain.width", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(terrain.desc.width_m),
      .range = WITHIN(1, 1e7), .fallback = "30 km", .meaning = "width along x, of pictures and ridges"},
     {.path = "terrain.height_min", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
@@ -575,10 +582,21 @@ static const np_key keys[] = {
      .meaning = "OpenEXR file, # for the frame"},
     {.path = "output.preview", .type = NP_KEY_FILE, .field = SCENE(output.preview),
      .meaning = "PNG file, # for the frame"},
+    {.path = "output.deep", .type = NP_KEY_FILE, .field = SCENE(output.deep),
+     .meaning = "deep OpenEXR file of the clouds, # for the frame; at most 32 samples a pixel, which flatten to the "
+                "layer clouds"},
     {.path = "output.beauty", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(output.has_beauty),
      .fallback = "true", .meaning = "true: the picture itself is written, R, G and B, besides A, Z and the AOVs"},
     {.path = "output.aovs", .type = NP_KEY_FLAGS, .choices = aovs, .field = SCENE(output.aovs),
      .meaning = "further channels; depth is Z, which every picture has"},
+    {.path = "output.alpha", .type = NP_KEY_CHOICE, .choices = alphas, .field = SCENE(output.alpha),
+     .fallback = "clouds_and_ground",
+     .meaning = "coverage in A: by clouds alone, by clouds and ground, or by all that the picture shows, sky included; "
+                "air does not count in the first two"},
+    {.path = "output.cloud_air", .type = NP_KEY_CHOICE, .choices = cloud_airs, .field = SCENE(output.cloud_air),
+     .fallback = "kept",
+     .meaning = "light of the air before the clouds, in the layer clouds and in deep pictures: kept on them, or apart, "
+                "in the layer cloud_air alone"},
     {.path = "output.pixel_type", .type = NP_KEY_CHOICE, .choices = pixel_types, .field = SCENE(output.pixel_type),
      .fallback = "half",
      .meaning = "type of colour in the OpenEXR file; float, with a warning, where a value overflows halves or the "

@@ -83,6 +83,10 @@ static const np_key keys[] = {
      .fallback = "both", .meaning = "which picture; both: two files, for which %V in output names left and right"},
     {.path = "camera.resolution", .type = NP_KEY_INTEGER, .field = SCENE(camera.resolution), .range = WITHIN(1, 65536),
      .fallback = "960, 540", .meaning = "width and height of the picture in pixels"},
+    {.path = "camera.overscan", .type = NP_KEY_INTEGER, .field = SCENE(camera.overscan), .range = WITHIN(0, 8192),
+     .fallback = "0",
+     .meaning = "pixels rendered beyond each edge of the picture: the data window is larger than the display window, "
+                "in which nothing changes"},
 };
 /* clang-format on */
 

@@ -135,6 +135,7 @@ typedef struct np_scene_cloud {
   char *phase_table; /* file, resolved */
   np_phase phase;    /* of the source; isotropic for a table, until it is read */
   np_scene_emission emission;
+  bool is_held_out; /* hides, and does not show */
 } np_scene_cloud;
 
 typedef struct np_scene_terrain {
@@ -144,6 +145,7 @@ typedef struct np_scene_terrain {
   char *albedo_image;  /* file, resolved; NULL: none */
   neph_terrain_desc desc;
   neph_ridges_desc ridges;
+  bool is_held_out; /* the ground, the sphere's too: hides, and does not show */
 } np_scene_terrain;
 
 static inline np_terrain_source np_scene_terrain_get_source(const np_scene_terrain *terrain) {
@@ -184,13 +186,21 @@ typedef struct np_scene_render {
   np_air_shadows air_shadows;
 } np_scene_render;
 
+/* Coverage in the channel A. */
+typedef enum np_scene_alpha { NP_ALPHA_CLOUDS, NP_ALPHA_CLOUDS_AND_GROUND, NP_ALPHA_SCENE } np_scene_alpha;
+
+/* The light that the air before them adds to the layer of the clouds: in it, or in a layer of its own alone. */
+typedef enum np_cloud_air { NP_CLOUD_AIR_KEPT, NP_CLOUD_AIR_APART } np_cloud_air;
+
 typedef struct np_scene_output {
-  char *image, *preview; /* patterns, resolved; NULL: none */
+  char *image, *preview, *deep; /* patterns, resolved; NULL: none */
   neph_pixel_type pixel_type;
   double scale; /* power of two; 0: the colour space's own */
   np_color_space color_space;
   bool has_beauty;     /* R, G, B */
   unsigned aovs;       /* of np_aov */
+  np_scene_alpha alpha;
+  np_cloud_air cloud_air;
   bool has_background; /* film.background: sky and disk in the picture */
   bool has_disks;      /* film.disks: of sun and moon, in the background */
   double exposure_ev;

@@ -18,6 +18,8 @@ typedef struct np_instance {
   np_spectrum albedo;
   np_phase phase;
   double bottom_m, top_m; /* of its bounds, in the world */
+  unsigned number;        /* among the scene's clouds */
+  bool is_held_out;       /* it hides what is behind it from the camera, and does not show */
 } np_instance;
 
 /* All clouds of a world. */

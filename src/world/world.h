@@ -35,6 +35,20 @@ np_spectrum np_night_radiance(const np_night *night, const neph_atmosphere *atmo
 /* Its integral over the upper half of the sky at a point. */
 np_spectrum np_night_compute_irradiance(const np_night *night, const neph_atmosphere *atmosphere, np_dvec3 origin);
 
+/* The sunlight that a world has: all, or, where groups of lights are asked for, that which no air scatters, or that
+ * which air does. */
+typedef enum np_sun_scope { NP_SUN_WHOLE, NP_SUN_BEAM, NP_SUN_SKY } np_sun_scope;
+
+/* Groups of lights: the sun's beam; the sky, with environment and night; the moon with its sky; and, from
+ * NP_LIGHT_GROUP_EMISSION on, the emission of each cloud. */
+enum {
+  NP_LIGHT_GROUP_SUN,
+  NP_LIGHT_GROUP_SKY,
+  NP_LIGHT_GROUP_MOON,
+  NP_LIGHT_GROUP_EMISSION,
+  NP_LIGHT_GROUPS_MAX = NP_LIGHT_GROUP_EMISSION + NP_INSTANCES_MAX
+};
+
 typedef struct np_world {
   np_instances clouds;
 
@@ -42,6 +56,7 @@ typedef struct np_world {
   np_vec3 to_sun;
   float sun_angular_radius_rad;
   np_spectrum sun_irradiance; /* above the atmosphere, W m⁻² nm⁻¹ */
+  np_sun_scope sun_scope;
   np_disk disk;               /* of the sun, as it is seen */
   bool has_no_disks;          /* neither the sun's nor the moon's is seen, whatever they light */
   const np_night *night;      /* NULL: nothing else shines, or it is in another view */

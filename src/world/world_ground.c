@@ -130,7 +130,7 @@ float np_world_get_sky_share(const np_world *world, const np_ground_hit *hit) {
 np_spectrum np_world_level_irradiance(const np_world *world, const np_ground_hit *hit) {
   np_spectrum irradiance = np_spectrum_scale(world->environment_radiance, NP_PI_F);
   if (world->night) irradiance = np_spectrum_add(irradiance, world->night->ground_irradiance);
-  if (!world->atmosphere) return irradiance;
+  if (!world->atmosphere || world->sun_scope == NP_SUN_BEAM) return irradiance;
   const np_vec3 zenith = np_zenith(hit->position, world->planet_radius_m);
   const np_spectrum unit = np_atmosphere_ground_irradiance(world->atmosphere, np_vec3_dot(zenith, world->to_sun));
   return np_spectrum_add(irradiance, np_spectrum_multiply(unit, world->sun_irradiance));

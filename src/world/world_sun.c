@@ -58,6 +58,7 @@ static np_spectrum pass_ground(const np_world *world, np_dvec3 position, np_vec3
 
 np_spectrum np_world_sunlight(const np_world *world, np_dvec3 position, np_vec3 to_sun) {
   if (np_spectrum_is_zero(world->sun_irradiance)) return world->sun_irradiance;
+  if (world->sun_scope == NP_SUN_SKY) return np_spectrum_grey(0.0f);
   np_spectrum transmittance = np_spectrum_grey(1.0f);
   if (world->atmosphere)
     transmittance =
