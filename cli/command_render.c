@@ -283,11 +283,21 @@ static cli_exit run(render_job *job) {
   return exit ? exit : for_each_frame(job, render_frame);
 }
 
+static neph_result set_resolution(const cli_options *options, neph_scene *scene) {
+  char value[32];
+  if (!options->has_resolution) return NEPH_OK;
+  snprintf(value, sizeof value, "[%u, %u]", options->resolution[0], options->resolution[1]);
+  const neph_result result = neph_scene_set(scene, "camera.resolution", value);
+  /* A wrong value of an option is the command line's fault, not the scene's. */
+  return result == NEPH_ERROR_BAD_SCENE ? NEPH_ERROR_INVALID_ARGUMENT : result;
+}
+
 static cli_exit run_render(cli_session *session) {
   render_job job = {.session = session, .desc = NEPH_RENDER_DESC_DEFAULT, .output = NEPH_OUTPUT_DEFAULT};
   cli_exit exit = cli_load_scene(session, session->options->files[0], &job.scene);
   if (exit) return exit;
-  neph_result result = neph_scene_get_render_desc(job.scene, &job.desc);
+  neph_result result = set_resolution(session->options, job.scene);
+  if (!result) result = neph_scene_get_render_desc(job.scene, &job.desc);
   if (!result) result = neph_scene_get_output(job.scene, &job.output);
   job.desc.progress = cli_progress_report;
   job.desc.progress_user = &session->progress;

@@ -113,19 +113,16 @@ static void print_irradiances(const cli_session *session, const neph_image *imag
 
 static neph_result render_sky(cli_session *session, neph_scene *scene, neph_image **out_image) {
   neph_sky_image_desc desc = NEPH_SKY_IMAGE_DESC_DEFAULT;
-  neph_render_desc scene_desc = NEPH_RENDER_DESC_DEFAULT;
-  neph_result result = neph_scene_get_render_desc(scene, &scene_desc);
-  if (result) return result;
   if (session->options->has_resolution) {
-    desc.width = scene_desc.width;
-    desc.height = scene_desc.height;
+    desc.width = session->options->resolution[0];
+    desc.height = session->options->resolution[1];
   }
   desc.disks = choose_disks(session->options);
   if (session->options->has_center)
     desc.center_azimuth_rad = session->options->center_deg * 3.14159265358979323846 / 180.0;
   desc.progress = cli_progress_report;
   desc.progress_user = &session->progress;
-  result = neph_render_sky(scene, &desc, out_image);
+  const neph_result result = neph_render_sky(scene, &desc, out_image);
   cli_progress_finish(&session->progress);
   return result;
 }

@@ -11,11 +11,11 @@
 
 /* ---- Takers ---- */
 
-/* Storage for a changed copy of an argument, with room for what add_resolution adds. */
+/* Storage for a changed copy of an argument. */
 static char *copy_argument(cli_options *out, const char *argument) {
   char *copy = out->storage;
   strcpy(copy, argument);
-  out->storage += strlen(argument) + 8;
+  out->storage += strlen(argument) + 1;
   return copy;
 }
 
@@ -53,14 +53,6 @@ static bool add_assignment(cli_options *out, char *text) {
   if (!mark || mark == text) return false;
   *mark = '\0';
   return add_setting(out, NULL, text, mark + 1);
-}
-
-/* WxH as the list that camera.resolution takes. */
-static bool add_resolution(cli_options *out, const char *option, char *text, const char *original) {
-  unsigned size[2];
-  if (!cli_read_list(original, 'x', 2, size)) return false;
-  sprintf(text, "[%u, %u]", size[0], size[1]);
-  return add_setting(out, option, "camera.resolution", text);
 }
 
 static void *get_field(cli_options *out, const cli_option *option) { return (char *)out + option->field; }
@@ -109,8 +101,9 @@ static bool take_assignment(cli_options *out, const cli_option *option, const ch
 }
 
 static bool take_resolution(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
   out->has_resolution = true;
-  return add_resolution(out, option->name, copy_argument(out, argument), argument);
+  return cli_read_list(argument, 'x', 2, out->resolution);
 }
 
 static bool take_crop(cli_options *out, const cli_option *option, const char *argument) {

@@ -101,7 +101,7 @@ static cli_exit check_command(const cli_options *out) {
 /* Lists as long as the command line: no argument adds more than one element. */
 static bool allocate_lists(cli_options *out, int argc, char **argv, char **out_storage) {
   size_t count = (size_t)argc + 1, bytes = 1;
-  for (int i = 0; i < argc; i++) bytes += strlen(argv[i]) + 8;
+  for (int i = 0; i < argc; i++) bytes += strlen(argv[i]) + 1;
   out->files = calloc(count, sizeof *out->files);
   out->settings = calloc(count, sizeof *out->settings);
   out->outputs = calloc(count, sizeof *out->outputs);

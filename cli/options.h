@@ -56,6 +56,7 @@ typedef struct cli_options {
   unsigned thread_count;
   neph_isa isa;
   bool has_resolution, has_crop;
+  unsigned resolution[2];          /* width, height */
   unsigned crop[4];                /* x0, y0, x1, y1 */
   unsigned tile_index, tile_count; /* from 1; 0 of 0: no tile */
   bool is_json, is_exact, wants_plan, is_dry_run;

@@ -78,12 +78,14 @@ static void deep_pixels_flatten_to_the_clouds(void **state) {
 }
 
 /* Before 3.2 km stands the right cloud alone, behind it the left one: a cut there is the right one's matte. 0.01:
- * the march's Russian roulette, whose opacities are scaled to the coverage. */
+ * the march's Russian roulette, whose opacities are scaled to the coverage. Depths count from the eye, wherever the near
+ * plane is. */
 static void a_cut_between_two_clouds_has_the_first(void **state) {
   fixture *f = *state;
   set(f, "output.deep", "deep.exr");
-  for (int i = 0; i < 2; i++) {
-    neph_image *image = render_layers(f, integrators[i], "[mattes]");
+  for (int i = 0; i < 4; i++) {
+    set(f, "camera.near", i < 2 ? "0 m" : "1 km");
+    neph_image *image = render_layers(f, integrators[i % 2], "[mattes]");
     unsigned both = 0;
     for (size_t p = 0; p < count_pixels(image); p++) {
       double cut[4];
@@ -95,6 +97,7 @@ static void a_cut_between_two_clouds_has_the_first(void **state) {
     assert_true(both > 0);
     neph_image_destroy(image);
   }
+  set(f, "camera.near", "0 m");
 }
 
 static void without_a_file_there_are_none(void **state) {

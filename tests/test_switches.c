@@ -80,6 +80,7 @@ static const companion companions[] = {
     {"terrain.rock", NULL, "terrain.rock", "{slope: 5 deg}"},
     {"terrain.snow", NULL, "terrain.snow", "{level: 100 m}"},
     {"water", NULL, "water", "{level: 150 m}"},
+    {"output.film.disks", NULL, "camera.look_at", "[195 m, -581 m, 1242 m]"}, /* the sun */
     {"output.cloud_air", NULL, "output.aovs", "[clouds]"},
 };
 

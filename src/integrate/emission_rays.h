@@ -109,8 +109,7 @@ static inline void np_emission_record(np_integrator_layers *layers, double begin
  * roulette. Recorded by depth in `layers`, unless it is NULL. */
 static inline np_spectrum np_emitter_along(const np_world *world, const np_emitter *emitter, np_dvec3 origin,
                                            np_vec3 direction, double distance_end, float step_voxels, bool has_air,
-                                           double air_begin_m, np_random *random,
-                                           np_integrator_layers *layers) {
+                                           double air_begin_m, np_random *random, np_integrator_layers *layers) {
   np_spectrum sum = np_spectrum_grey(0.0f);
   np_depth_cursors clouds;
   np_emitter_walk w;
@@ -132,7 +131,7 @@ static inline np_spectrum np_emitter_along(const np_world *world, const np_emitt
     if (has_air) light = np_emission_dim(world, origin, direction, air_begin_m, t, light);
     light = np_spectrum_scale(light, (float)(weight * exp(drawn_depth - depth)));
     sum = np_spectrum_add(sum, light);
-    if (layers) np_emission_record(layers, begin, end, light);
+    if (layers) np_emission_record(layers, air_begin_m + begin, air_begin_m + end, light);
   }
   return sum;
 }
@@ -204,7 +203,8 @@ static inline void np_emission_march(const np_world *world, const np_camera_ray 
       *out_straight = np_spectrum_add(*out_straight, np_spectrum_multiply(straight_weight, light));
       *out_scaled = np_spectrum_add(*out_scaled, np_spectrum_multiply(scaled_weight, light));
       if (np_integrator_has_depths(ray))
-        np_emission_record(ray->layers, begin, end, np_spectrum_multiply(scaled_weight, light));
+        np_emission_record(ray->layers, ray->begin_m + begin, ray->begin_m + end,
+                           np_spectrum_multiply(scaled_weight, light));
     }
   }
 }

@@ -50,7 +50,7 @@ typedef struct np_integrator_settings {
 
 /* Opacity and light that a stretch of the camera's ray adds to it as it is seen. */
 typedef struct np_depth_record {
-  float begin, end; /* m */
+  float begin, end; /* m, from the eye */
   float opacity;
   np_spectrum light;
 } np_depth_record;
@@ -59,24 +59,24 @@ enum { NP_DEPTH_RECORDS_MAX = 512 };
 
 /* Facts of a ray that few pictures ask for, added up beside its sample. */
 typedef struct np_integrator_layers {
-  float cloud_opacity[NP_INSTANCES_MAX]; /* of each cloud of the scene that is not held out, as it is seen */
+  float cloud_opacity[NP_INSTANCES_MAX];  /* of each cloud of the scene that is not held out, as it is seen */
   np_spectrum group[NP_LIGHT_GROUPS_MAX]; /* light of each group of lights */
-  unsigned depth_components;             /* whose light is recorded by depth, bits of them; 0: no records */
+  unsigned depth_components;              /* whose light is recorded by depth, bits of them; 0: no records */
   unsigned depth_count;
   np_depth_record depths[NP_DEPTH_RECORDS_MAX]; /* in order, but those of emission by themselves */
 } np_integrator_layers;
 
 typedef struct np_camera_ray {
-  np_dvec3 origin;   /* before it clouds and ground are not seen */
-  np_vec3 direction; /* unit */
-  float jitter;      /* 0 to 1: where in its step the march samples */
-  float choice;      /* 0 to 1, even over all seeds: where the tracer looks first in the air */
+  np_dvec3 origin;              /* before it clouds and ground are not seen */
+  np_vec3 direction;            /* unit */
+  float jitter;                 /* 0 to 1: where in its step the march samples */
+  float choice;                 /* 0 to 1, even over all seeds: where the tracer looks first in the air */
   np_integrator_layers *layers; /* NULL: not asked for */
-  float film[2];     /* place of the film, in pixels */
-  double begin_m;    /* to the origin from the eye, between which there is air */
-  bool has_end;      /* beyond it, too, clouds and ground are not seen: */
-  double end_m;      /* from the origin */
-  bool is_reflected; /* of the march, by water: it sees no disks, and other water as ground of its albedo */
+  float film[2];                /* place of the film, in pixels */
+  double begin_m;               /* to the origin from the eye, between which there is air */
+  bool has_end;                 /* beyond it, too, clouds and ground are not seen: */
+  double end_m;                 /* from the origin */
+  bool is_reflected;            /* of the march, by water: it sees no disks, and other water as ground of its albedo */
 } np_camera_ray;
 
 /* The ray as its air is asked for, at distances from the eye. */
@@ -177,8 +177,8 @@ static inline void np_integrator_record_depth(const np_camera_ray *ray, const np
                                               const np_integrator_sample *after, double begin, double end) {
   const unsigned components = ray->layers->depth_components;
   np_integrator_add_depth(
-      ray->layers, (np_depth_record){.begin = (float)begin,
-                                     .end = (float)end,
+      ray->layers, (np_depth_record){.begin = (float)(ray->begin_m + begin),
+                                     .end = (float)(ray->begin_m + end),
                                      .opacity = after->opaque_weight - before->opaque_weight,
                                      .light = np_spectrum_subtract(np_integrator_sum_light(after, components),
                                                                    np_integrator_sum_light(before, components))});

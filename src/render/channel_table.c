@@ -67,8 +67,8 @@ static float read_albedo(const np_channels *c, const np_channel *channel, const 
 
 static float read_distance(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
                            const np_integrator_sample *sample) {
-  (void)c, (void)channel, (void)ray;
-  return sample->opaque_distance;
+  (void)c, (void)channel;
+  return (float)(ray->begin_m * (double)sample->opaque_weight) + sample->opaque_distance;
 }
 
 static float read_position(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
