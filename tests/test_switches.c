@@ -81,6 +81,7 @@ static const companion companions[] = {
     {"terrain.snow", NULL, "terrain.snow", "{level: 100 m}"},
     {"water", NULL, "water", "{level: 150 m}"},
     {"output.film.disks", NULL, "camera.look_at", "[195 m, -581 m, 1242 m]"}, /* the sun */
+    {"output.film.disks", NULL, "sun.angular_radius", "8 deg"},
     {"output.cloud_air", NULL, "output.aovs", "[clouds]"},
 };
 
