@@ -78,8 +78,8 @@ static void deep_pixels_flatten_to_the_clouds(void **state) {
 }
 
 /* Before 3.2 km stands the right cloud alone, behind it the left one: a cut there is the right one's matte. 0.01:
- * the march's Russian roulette, whose opacities are scaled to the coverage. Depths count from the eye, wherever the near
- * plane is. */
+ * the march's Russian roulette, whose opacities are scaled to the coverage. Depths count from the eye, wherever the
+ * near plane is. */
 static void a_cut_between_two_clouds_has_the_first(void **state) {
   fixture *f = *state;
   set(f, "output.deep", "deep.exr");
