@@ -7,7 +7,7 @@
 #include "render/frame.h"
 #include "test_scenes.h"
 
-/* Every stage that takes time: a height field, a baked cloud, air, depths towards the sun, light in clouds, on the
+/* Every stage that takes time: a height field, a baked cloud, air, sun optical depth, multiple scattering, on the
  * ground and in the air, and the noise of the picture. */
 static const char everything[] =
     "{place: {latitude: 45 deg, longitude: 0 deg}, sun: {elevation: 30 deg, azimuth: 140 deg},"
@@ -100,7 +100,7 @@ static void every_stage_is_there(void **state) {
                                          "measuring columns",
                                          "building the atmosphere",
                                          "building the sky",
-                                         "finding depths towards the sun",
+                                         "computing sun optical depth",
                                          "averaging clouds",
                                          "lighting clouds",
                                          "solving multiple scattering",

@@ -2,8 +2,8 @@
 /* Light on the ground under clouds: their opacity to the sky, and the light that they scatter down.
  *
  * Found once at the points of a level grid over the clouds and around them, each at the ground's height, and
- * interpolated; towards the grid's rim it becomes that of a clear sky. Depends on all that the light in clouds depends
- * on, and on the ground's height; not on the camera.
+ * interpolated; towards the grid's rim it becomes that of a clear sky. Depends on all that the multiple scattering
+ * depends on, and on the ground's height; not on the camera.
  */
 #ifndef NP_CACHES_GROUND_LIGHT_H
 #define NP_CACHES_GROUND_LIGHT_H

@@ -275,7 +275,7 @@ static void count_cell_kinds(np_sun_optical_depth *cache) {
 static void report(const np_sun_optical_depth *c) {
   const uint64_t *cells = c->level_cells;
   np_log(c->context, NEPH_LOG_DEBUG,
-         "depths towards the sun: %.3g MB; cells of 17, 9, 5, 3 and 2 nodes an edge: %llu, %llu, %llu, %llu, %llu; "
+         "sun optical depth: %.3g MB; cells of 17, 9, 5, 3 and 2 nodes an edge: %llu, %llu, %llu, %llu, %llu; "
          "steep %llu, dark %llu",
          (double)c->bytes * 1e-6, (unsigned long long)cells[0], (unsigned long long)cells[1],
          (unsigned long long)cells[2], (unsigned long long)cells[3], (unsigned long long)cells[4],
@@ -307,7 +307,7 @@ neph_result np_sun_optical_depth_build(neph_context *context, const np_world *wo
   out->volume_count = world->clouds.count;
   for (unsigned v = 0; v < world->clouds.count; v++)
     place(&world->clouds.at[v], world->to_sun, coarsening, &out->lattices[v]);
-  np_monitor_set_stage(monitor, "finding depths towards the sun");
+  np_monitor_set_stage(monitor, "computing sun optical depth");
   neph_result result = fill_lattices(out, world, desc, false, monitor);
   const size_t fine_bytes = np_sun_level_count_nodes(0) * sizeof(float);
   if (!result && out->steep_cells > 0 && out->bytes + out->steep_cells * fine_bytes <= desc->bytes_max)

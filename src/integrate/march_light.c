@@ -194,11 +194,11 @@ static void compute_optics(const np_march *m, const np_step *s, step_optics *out
  * not follow any further. */
 static const float sunlight_least = 0.02f, sun_rate_least = 2.0f, sun_rate_max = 12.0f;
 
-/* In a level layer the depth towards the sun changes no faster than the sun is low: under a high one there is nothing
+/* In a level layer the sun optical depth changes no faster than the sun is low: under a high one there is nothing
  * to learn. */
 static bool is_sun_low(const np_march *m) { return fabsf(m->to_sun.z) * sun_rate_least < 1.0f; }
 
-/* Sets how fast sunlight changes along the ray from the depths towards the sun at two places on it, `apart` of its own
+/* Sets how fast sunlight changes along the ray from the sun optical depths at two places on it, `apart` of its own
  * depth. */
 static void set_sun_rate(np_march *m, float before, float after, float apart) {
   const bool is_lit = np_transmittance(np_minf(before, after)) > sunlight_least;

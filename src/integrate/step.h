@@ -7,7 +7,7 @@
  *
  * What then is left is of the order T·u·v², T the transmittance to the step, u its depth, and v what the light changes
  * by along it, for which stands the depth that the step would have at the densest points of its cells: thin stretches
- * next to dense ones are lit unevenly; it counts for more where the depth towards the sun changes faster than that, as
+ * next to dense ones are lit unevenly; it counts for more where the sun optical depth changes faster than that, as
  * under a grazing sun. A step ends where this has used up a budget in proportion to the tolerance. In
  * an even cloud steps are of equal depth, but grow as T^{−⅓} while the ray fades. A step also ends where it is as long
  * as a step may be, and where there is nothing.

@@ -40,7 +40,7 @@ static inline np_sun_branching np_sun_branching_make(const np_world *world, cons
       .phase = phase, .to_sun = world->to_sun, .peak = has_sun ? np_phase_eval(phase, 0.0f) : 0.0f};
 }
 
-/* The depth towards the sun beyond which even the peak scatters little: rays that go on may be thinned out. */
+/* Sun optical depth beyond which even the peak scatters little: rays that go on may be thinned out. */
 static inline double np_sun_branching_faint_depth(const np_sun_branching *branching) {
   return np_track_faint_depth + (double)logf(np_maxf(branching->peak, 1.0f));
 }

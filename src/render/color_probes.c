@@ -71,7 +71,7 @@ static void add_probe(const np_assembly *a, const probe *p, double weight, np_co
   np_color_fit_add(fit, x, xyz, weight);
 }
 
-static probe look(const probe_skies *skies, np_dvec3 direction) {
+static probe sample_sky(const probe_skies *skies, np_dvec3 direction) {
   const double towards[3] = {direction.x, direction.y, direction.z};
   probe sum = {{0}};
   for (unsigned p = 0; p < PACKETS; p++)
@@ -96,7 +96,8 @@ static void add_directions(const np_stage_part *in, const probe_skies *skies, np
     for (size_t a = 0; a < sizeof azimuth_deg / sizeof *azimuth_deg; a++) {
       const double zenith = zenith_deg[z] * NP_DEGREE, azimuth = azimuth_deg[a] * NP_DEGREE;
       const np_dvec3 level = np_dvec3_add(np_dvec3_scale(ahead, cos(azimuth)), np_dvec3_scale(aside, sin(azimuth)));
-      const probe p = look(skies, np_dvec3_add(np_dvec3_scale(up, cos(zenith)), np_dvec3_scale(level, sin(zenith))));
+      const probe p =
+          sample_sky(skies, np_dvec3_add(np_dvec3_scale(up, cos(zenith)), np_dvec3_scale(level, sin(zenith))));
       add_probe(in->made, &p, 1.0, fit);
     }
 }
@@ -104,7 +105,7 @@ static void add_directions(const np_stage_part *in, const probe_skies *skies, np
 /* White clouds and white ground have the colour of both together, and are more of most pictures than a direction. */
 static const double total_weight = 3.0;
 
-/* On level ground; without air that of the lights themselves. */
+/* Irradiances of level ground; without air those of the lights themselves. */
 static void add_irradiances(const np_assembly *a, const probe_skies *skies, np_color_fit *fit, probe *total) {
   probe direct = {{0}}, diffuse = {{0}};
   for (unsigned p = 0; p < PACKETS; p++)
@@ -128,7 +129,7 @@ static void add_irradiances(const np_assembly *a, const probe_skies *skies, np_c
   add_probe(a, total, total_weight, fit);
 }
 
-/* Its spectrum is known between the bands, too. */
+/* The spectrum of the environment is known between the bands, too. */
 static void add_environment(const np_stage_part *in, np_color_fit *fit, probe *total) {
   const double *radiance = in->scene->environment.radiance_w_m2_sr_nm;
   const np_assembly *a = in->made;
@@ -149,14 +150,14 @@ static void add_environment(const np_stage_part *in, np_color_fit *fit, probe *t
 
 static void add_airglow(const np_stage_part *in, np_color_fit *fit) {
   const np_scene_airglow *airglow = &in->scene->airglow;
-  probe glow = {{0}};
+  probe sum = {{0}};
   if (!airglow->is_enabled || !np_plan_needs(in->plan, NP_STAGE_AIRGLOW)) return;
   for (unsigned p = 0; p < PACKETS; p++) {
     const np_airglow made = np_airglow_make(airglow->magnitude, in->scene->atmosphere.planet_radius_m,
                                             airglow->altitude_m, in->made->packets[p].bands.nm);
-    add_spectrum(made.zenith_radiance, p, &glow);
+    add_spectrum(made.zenith_radiance, p, &sum);
   }
-  add_probe(in->made, &glow, 1.0, fit);
+  add_probe(in->made, &sum, 1.0, fit);
 }
 
 neph_result np_color_probes_add(const np_stage_part *in, np_color_fit *fit,

@@ -55,16 +55,16 @@ static void join_by_opacity(np_deep_bins *bins) {
   for (unsigned i = 0; i < bins->count; i++) all += bins->at[i].opacity;
   const float most = 2.0f * all / PAIRED_MAX;
   const float gap = 2.0f * (bins->at[bins->count - 1].end - bins->at[0].begin) / PAIRED_MAX;
-  unsigned kept = 0;
+  unsigned joined = 0;
   for (unsigned i = 1; i < bins->count; i++) {
-    np_depth_record *last = &bins->at[kept];
+    np_depth_record *last = &bins->at[joined];
     const bool is_near = bins->at[i].begin - last->end <= gap;
     if (is_near && last->opacity + bins->at[i].opacity <= most)
       join(last, &bins->at[i]);
     else
-      bins->at[++kept] = bins->at[i];
+      bins->at[++joined] = bins->at[i];
   }
-  bins->count = kept + 1;
+  bins->count = joined + 1;
 }
 
 /* The error of a cut through a pair that is joined: its opacity, times how long it is. */
@@ -93,23 +93,23 @@ void np_deep_bins_reduce(np_deep_bins *bins, unsigned count_max) {
   while (bins->count > count_max) join_least_pair(bins);
 }
 
-/* ---- Keeping ---- */
+/* ---- Storing ---- */
 
-void np_deep_bins_load(const np_deep_kept *kept, np_deep_bins *out) {
-  out->count = kept->count;
-  out->alpha = kept->alpha;
-  if (kept->count) memcpy(out->at, kept->at, kept->count * sizeof *kept->at);
+void np_deep_bins_load(const np_deep_stored *stored, np_deep_bins *out) {
+  out->count = stored->count;
+  out->alpha = stored->alpha;
+  if (stored->count) memcpy(out->at, stored->at, stored->count * sizeof *stored->at);
 }
 
-neph_result np_deep_bins_keep(neph_context *context, np_deep_bins *bins, np_deep_kept *kept) {
+neph_result np_deep_bins_store(neph_context *context, np_deep_bins *bins, np_deep_stored *stored) {
   np_deep_bins_reduce(bins, NP_DEEP_SAMPLES_MAX);
-  np_alloc_free(context, kept->at);
-  *kept = (np_deep_kept){.alpha = bins->alpha};
+  np_alloc_free(context, stored->at);
+  *stored = (np_deep_stored){.alpha = bins->alpha};
   if (bins->count == 0) return NEPH_OK;
-  kept->at = np_alloc(context, bins->count, sizeof *kept->at);
-  if (!kept->at) return NEPH_ERROR_OUT_OF_MEMORY;
-  memcpy(kept->at, bins->at, bins->count * sizeof *kept->at);
-  kept->count = bins->count;
+  stored->at = np_alloc(context, bins->count, sizeof *stored->at);
+  if (!stored->at) return NEPH_ERROR_OUT_OF_MEMORY;
+  memcpy(stored->at, bins->at, bins->count * sizeof *stored->at);
+  stored->count = bins->count;
   return NEPH_OK;
 }
 

@@ -21,14 +21,14 @@ typedef struct np_deep_bins {
 } np_deep_bins;
 
 /* The same of a pixel that waits for more samples. */
-typedef struct np_deep_kept {
+typedef struct np_deep_stored {
   unsigned count;
   float alpha;
   np_depth_record *at; /* NULL without any */
-} np_deep_kept;
+} np_deep_stored;
 
-void np_deep_bins_load(const np_deep_kept *kept, np_deep_bins *out);
-neph_result np_deep_bins_keep(neph_context *context, np_deep_bins *bins, np_deep_kept *kept);
+void np_deep_bins_load(const np_deep_stored *stored, np_deep_bins *out);
+neph_result np_deep_bins_store(neph_context *context, np_deep_bins *bins, np_deep_stored *stored);
 
 /* Adds what one sample found. `light` and `alpha` are the sample's in all: light that belongs to no place is spread
  * over its stretches by their opacity. */

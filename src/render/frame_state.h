@@ -21,7 +21,7 @@ typedef struct np_pixel_state {
   uint32_t next, end;
   np_spread spread;
   double lost[NP_BAND_COUNT]; /* Σ over the samples */
-  np_deep_kept deep;          /* what its samples found along their rays, where it is asked for */
+  np_deep_stored deep;        /* what its samples found along their rays, where it is asked for */
 } np_pixel_state;
 
 typedef struct np_frame {
@@ -32,9 +32,9 @@ typedef struct np_frame {
   np_integrator_settings settings;
   np_integrator_fn integrate;
   np_half_distance_fn half_distance;
-  unsigned aovs; /* of np_aov */
-  bool has_light_groups; /* their light is summed apart */
-  bool has_layers; /* beside its samples: np_integrator_layers */
+  unsigned aovs;             /* of np_aov */
+  bool has_light_groups;     /* their light is summed apart */
+  bool has_layers;           /* beside its samples: np_integrator_layers */
   unsigned depth_components; /* whose light deep pixels have, bits of them; 0: none are asked for */
   neph_image *image;
   np_channels channels;
@@ -45,8 +45,8 @@ typedef struct np_frame {
   np_pixel_state *pixels;    /* with a time limit: those rendered */
   double *sums;              /* of each of them: [channel] */
   bool is_first_pass;
-  bool is_cut;            /* by the time limit, before all samples were taken */
-  int min[2];             /* first pixel that is rendered */
+  bool is_cut;                  /* by the time limit, before all samples were taken */
+  int min[2];                   /* first pixel that is rendered */
   int view_min[2], view_max[2]; /* of the whole picture with its overscan */
   unsigned width, height;       /* of what is rendered */
   float blue_noise[NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE];

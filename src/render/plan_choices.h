@@ -6,7 +6,7 @@
 #include "caches/lighting.h"
 #include "render/plan_stages.h"
 
-/* Decides between filling a volume of depths towards the sun and marching for each, for a plan whose rays and voxels
+/* Decides between filling a volume of sun optical depths and marching for each, for a plan whose rays and voxels
  * are counted; says why. */
 bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size);
 

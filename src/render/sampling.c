@@ -168,7 +168,7 @@ static neph_result sample_pixel(const np_frame *f, const int at[2], uint32_t end
     np_spread_add(&f->channels, &sample, &p->spread);
     for (unsigned b = 0; b < NP_BAND_COUNT; b++) p->lost[b] += (double)(sample.lost.band[b] * f->channels.scale);
   }
-  if (f->depth_components && np_deep_bins_keep(f->assembly->context, &bins, &p->deep)) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (f->depth_components && np_deep_bins_store(f->assembly->context, &bins, &p->deep)) return NEPH_ERROR_OUT_OF_MEMORY;
   double added[NP_CHANNELS_MAX];
   np_film_accumulator_finish(&accumulator, added);
   for (unsigned c = 0; c < f->channels.sum_count; c++) sums[c] = begun ? added[c] : sums[c] + added[c];

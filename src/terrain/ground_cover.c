@@ -77,8 +77,8 @@ static neph_result copy_image(np_ground_cover *cover, const char *path, neph_ima
 
 /* ---- Making ---- */
 
-static np_cover_layer make_layer(bool is_there, const double albedo[3], double slope_rad, double level_m) {
-  return (np_cover_layer){.is_there = is_there,
+static np_cover_layer make_layer(bool is_enabled, const double albedo[3], double slope_rad, double level_m) {
+  return (np_cover_layer){.is_enabled = is_enabled,
                           .albedo = {(float)albedo[0], (float)albedo[1], (float)albedo[2]},
                           .slope_rad = (float)slope_rad,
                           .level_m = (float)level_m};
@@ -182,8 +182,8 @@ void np_ground_cover_eval(const np_ground_cover *cover, const np_cover_place *pl
     sample_image(cover, place, out_albedo);
   else
     memcpy(out_albedo, cover->albedo, sizeof cover->albedo);
-  const float rock = cover->rock.is_there ? eval_rock(cover, place) : 0.0f;
-  const float snow = cover->snow.is_there ? eval_snow(cover, place) : 0.0f;
+  const float rock = cover->rock.is_enabled ? eval_rock(cover, place) : 0.0f;
+  const float snow = cover->snow.is_enabled ? eval_snow(cover, place) : 0.0f;
   for (int c = 0; c < 3; c++)
     out_albedo[c] = np_mixf(np_mixf(out_albedo[c], cover->rock.albedo[c], rock), cover->snow.albedo[c], snow);
 }

@@ -14,7 +14,7 @@
 #include "noise/noise.h"
 
 typedef struct np_cover_layer {
-  bool is_there;
+  bool is_enabled;
   float albedo[3];
   float slope_rad; /* from there on: of rock where it begins, of snow where it ends */
   float level_m;   /* of snow */
@@ -46,7 +46,7 @@ neph_result np_ground_cover_check_image(neph_context *context, const char *path)
 
 /* Whether the albedo differs from place to place. */
 static inline bool np_ground_cover_varies(const np_ground_cover *cover) {
-  return cover->texels || cover->rock.is_there || cover->snow.is_there;
+  return cover->texels || cover->rock.is_enabled || cover->snow.is_enabled;
 }
 
 void np_ground_cover_eval(const np_ground_cover *cover, const np_cover_place *place, float out_albedo[3]);

@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Keys of the output. */
+#include "scene/scene_key_rows.h"
+
+static const np_choice booleans[] = {{"false", 0}, {"true", 1}, {NULL, 0}};
+static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
+static const np_choice alphas[] = {{"clouds", NP_ALPHA_CLOUDS},
+                                   {"clouds_and_ground", NP_ALPHA_CLOUDS_AND_GROUND},
+                                   {"scene", NP_ALPHA_SCENE},
+                                   {NULL, 0}};
+static const np_choice cloud_airs[] = {{"kept", NP_CLOUD_AIR_KEPT}, {"apart", NP_CLOUD_AIR_APART}, {NULL, 0}};
+static const np_choice exposures[] = {{"auto", NEPH_EXPOSURE_AUTO}, {"meter", NEPH_EXPOSURE_METER},
+                                       {"camera", NEPH_EXPOSURE_CAMERA}, {NULL, 0}};
+static const np_choice views[] = {
+    {"filmic", NEPH_VIEW_FILMIC}, {"standard", NEPH_VIEW_STANDARD}, {"raw", NEPH_VIEW_RAW}, {NULL, 0}};
+static const np_choice preview_bits[] = {{"8", 8}, {"16", 16}, {NULL, 0}};
+static const np_choice color_spaces[] = {{"rec709", NP_COLOR_REC709},   {"acescg", NP_COLOR_ACESCG},
+                                         {"rec2020", NP_COLOR_REC2020}, {"xyz", NP_COLOR_XYZ},
+                                         {"bands", NP_COLOR_BANDS},     {NULL, 0}};
+#define AOV(id, name, parts, needs_light, samples_min) {name, NP_AOV_##id},
+static const np_choice aovs[] = {NP_AOV_ROWS(AOV){NULL, 0}};
+#undef AOV
+
+/* clang-format off */
+static const np_key keys[] = {
+    {.path = "output", .type = NP_KEY_SECTION, .meaning = "files to write, and their contents"},
+    {.path = "output.image", .type = NP_KEY_FILE, .field = SCENE(output.image),
+     .meaning = "OpenEXR file, # for the frame"},
+    {.path = "output.preview", .type = NP_KEY_FILE, .field = SCENE(output.preview),
+     .meaning = "PNG file, # for the frame"},
+    {.path = "output.deep", .type = NP_KEY_FILE, .field = SCENE(output.deep),
+     .meaning = "deep OpenEXR file of the clouds, # for the frame; at most 32 samples a pixel, which flatten to the "
+                "layer clouds"},
+    {.path = "output.beauty", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(output.has_beauty),
+     .fallback = "true", .meaning = "true: the picture itself is written, R, G and B, besides A, Z and the AOVs"},
+    {.path = "output.aovs", .type = NP_KEY_FLAGS, .choices = aovs, .field = SCENE(output.aovs),
+     .meaning = "further channels; depth is Z, which every picture has"},
+    {.path = "output.alpha", .type = NP_KEY_CHOICE, .choices = alphas, .field = SCENE(output.alpha),
+     .fallback = "clouds_and_ground",
+     .meaning = "coverage in A: by clouds alone, by clouds and ground, or by all that the picture shows, sky included; "
+                "air does not count in the first two"},
+    {.path = "output.cloud_air", .type = NP_KEY_CHOICE, .choices = cloud_airs, .field = SCENE(output.cloud_air),
+     .fallback = "kept",
+     .meaning = "light of the air before the clouds, in the layer clouds and in deep pictures: kept on them, or apart, "
+                "in the layer cloud_air alone"},
+    {.path = "output.pixel_type", .type = NP_KEY_CHOICE, .choices = pixel_types, .field = SCENE(output.pixel_type),
+     .fallback = "half",
+     .meaning = "type of colour in the OpenEXR file; float, with a warning, where a value overflows halves or the "
+                "median lit pixel is below 2^-14"},
+    {.path = "output.color_space", .type = NP_KEY_CHOICE, .choices = color_spaces, .field = SCENE(output.color_space),
+     .fallback = "rec709",
+     .meaning = "meaning of R, G and B: scene-linear light of these primaries, CIE 1931 X, Y and Z, or the radiances "
+                "at 680, 550 and 440 nm"},
+    {.path = "output.scale", .type = NP_KEY_REAL, .field = SCENE(output.scale), .range = WITHIN(0x1p-40, 0x1p40),
+     .fallback = "auto", .word = "auto", .word_value = 0,
+     .meaning = "factor on every radiance, a power of two, stated in the header; auto is 1 for bands and 2 for "
+                "colours, by which a perfect diffuser in the sun and sky of noon is near 1"},
+    {.path = "output.exposure", .type = NP_KEY_REAL, .unit = NP_UNIT_STOP, .field = SCENE(output.exposure_ev),
+     .range = WITHIN(-40, 40), .fallback = "auto", .choices = exposures, .tag = SCENE(output.exposure),
+     .tag_value = NEPH_EXPOSURE_FIXED,
+     .meaning = "exposure of the preview, stops on the picture's values; auto exposes for its highlights, meter by the "
+                "light on the scene, so that frames and tiles match and night stays dark; camera by its f_stop, "
+                "shutter and iso"},
+    {.path = "output.view", .type = NP_KEY_CHOICE, .choices = views, .field = SCENE(output.view), .fallback = "filmic",
+     .meaning = "from light to the preview: filmic has a soft shoulder, standard clips, raw is linear, as the EXR"},
+    {.path = "output.preview_bits", .type = NP_KEY_CHOICE, .choices = preview_bits,
+     .field = SCENE(output.preview_bits), .fallback = "8", .meaning = "bits of each component of the preview"},
+    {.path = "output.film", .type = NP_KEY_SECTION, .meaning = "light that the film takes in"},
+    {.path = "output.film.background", .type = NP_KEY_CHOICE, .choices = booleans,
+     .field = SCENE(output.has_background),
+     .fallback = "true", .meaning = "false leaves out the sky and the sun's disk behind everything"},
+    {.path = "output.film.disks", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(output.has_disks),
+     .fallback = "true",
+     .meaning = "false leaves out the disks of sun and moon, as for a dome beside a sun of its own; they still light"},
+};
+/* clang-format on */
+
+np_key_table np_keys_get_output(void) { return (np_key_table){keys, sizeof keys / sizeof *keys}; }
