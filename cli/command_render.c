@@ -329,6 +329,7 @@ const cli_verb cli_verb_render = {
                 {"--tile"},
                 {"--samples"},
                 {"--seed"},
+                {"--quality"},
                 {"--integrator"},
                 {"--path-guiding"},
                 {"--target-error"},
