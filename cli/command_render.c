@@ -335,6 +335,8 @@ const cli_verb cli_verb_render = {
                 {"--target-error"},
                 {"--time-limit"},
                 {"--max-memory", "refuse, with exit code 6, a render that may need more"},
+                {"--cache"},
+                {"--cache-size"},
                 {"--explain"},
                 {"--dry-run"},
                 {"--progress"}},

@@ -265,7 +265,7 @@ static neph_result build_phase(const np_world *world, unsigned cloud, unsigned d
   return result;
 }
 
-static neph_result build_phases(const np_world *world, unsigned degree, np_scattering_field *out) {
+neph_result np_scattering_field_build_phases(const np_world *world, unsigned degree, np_scattering_field *out) {
   out->phases = np_alloc(out->context, world->clouds.count, sizeof *out->phases);
   neph_result result = out->phases ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned v = 0; v < world->clouds.count && !result; v++) {
@@ -298,7 +298,7 @@ static neph_result start(np_scattering_solver *s) {
   result = start_angles(s, d.iterated, is_layered, &s->broad);
   if (!result && d.resolved != d.iterated) result = start_angles(s, d.resolved, is_layered, &s->fine);
   if (!s->fine) s->fine = s->broad;
-  return result ? result : build_phases(s->world, d.resolved, s->out);
+  return result ? result : np_scattering_field_build_phases(s->world, d.resolved, s->out);
 }
 
 static void report(const np_world *world, double tolerance, np_scattering_field *field) {
@@ -321,7 +321,7 @@ static void report(const np_world *world, double tolerance, np_scattering_field 
 
 extern const np_scattering_lookup np_scattering_lookup_v1, np_scattering_lookup_v3, np_scattering_lookup_v4;
 
-static np_scattering_field *create(neph_context *context) {
+np_scattering_field *np_scattering_field_create(neph_context *context) {
   static const np_scattering_lookup *const lookups[NP_ISA_COUNT] = {&np_scattering_lookup_v1, &np_scattering_lookup_v3,
                                                                     &np_scattering_lookup_v4};
   np_scattering_field *field = np_alloc(context, 1, sizeof *field);
@@ -343,7 +343,7 @@ neph_result np_scattering_field_build(neph_context *context, const np_world *wor
                                       const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
                                       np_monitor *monitor, np_scattering_field **out_field) {
   *out_field = NULL;
-  np_scattering_field *field = create(context);
+  np_scattering_field *field = np_scattering_field_create(context);
   if (!field) return NEPH_ERROR_OUT_OF_MEMORY;
   np_scattering_solver s = {
       .context = context, .world = world, .depths = depths, .desc = desc, .monitor = monitor, .out = field};

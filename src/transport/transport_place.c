@@ -416,6 +416,6 @@ double np_transport_count_swept_bytes(unsigned degree) {
 /* Besides: the source, six vectors of Anderson's, the first band, a copy that is sharpened, and the diffusion equation.
  * Coarser grids have a seventh. */
 double np_transport_count_iterated_bytes(unsigned degree) {
-  return 8.0 / 7.0 * (9.0 * sizeof(float) * np_harmonics_count(degree) + diffusion_bytes +
-                      np_transport_count_swept_bytes(degree));
+  return 8.0 / 7.0 *
+         (9.0 * sizeof(float) * np_harmonics_count(degree) + diffusion_bytes + np_transport_count_swept_bytes(degree));
 }
