@@ -11,11 +11,21 @@ typedef struct targets {
   char *image, *preview, *deep;
 } targets;
 
+enum { FAILED_TEXT_SIZE = 256 };
+
+/* The frames of a batch. */
+typedef struct batch {
+  unsigned count, failed_count;
+  bool is_stopped;               /* the rest would fail as well: what is done cannot be written */
+  char failed[FAILED_TEXT_SIZE]; /* their numbers, or the first of them */
+} batch;
+
 typedef struct render_job {
   cli_session *session;
   neph_scene *scene;
   neph_render_desc desc;
   neph_output output;
+  batch batch;
 } render_job;
 
 /* ---- Where to ---- */
@@ -205,7 +215,7 @@ static cli_exit render_to(render_job *job, const targets *t) {
   cli_progress_set_call(progress, 0.97);
   neph_result result = neph_render_image(job->scene, &job->desc, &image);
   if (!result) cli_progress_set_stage(progress, "writing", 0.97);
-  if (!result) result = save_frame(job, image, t);
+  if (!result) job->batch.is_stopped = (result = save_frame(job, image, t)) != NEPH_OK;
   if (!result) cli_progress_set_stage(progress, "writing", 1.0);
   cli_progress_finish(progress);
   neph_image_destroy(image);
@@ -254,7 +264,7 @@ static cli_exit for_each_eye(render_job *job, cli_exit (*step)(render_job *job))
   return exit;
 }
 
-/* Calls `step` for each picture of each frame until one fails or the process is interrupted. */
+/* Calls `step` for each frame until one fails or the process is interrupted. */
 static cli_exit for_each_frame(render_job *job, cli_exit (*step)(render_job *job)) {
   static const cli_frame_range only_first = {1, 1, 1};
   const cli_options *options = job->session->options;
@@ -264,23 +274,66 @@ static cli_exit for_each_frame(render_job *job, cli_exit (*step)(render_job *job
   for (size_t i = 0; i < count; i++)
     for (int64_t frame = ranges[i].first; !exit && frame <= ranges[i].last; frame += ranges[i].step) {
       job->desc.frame = (int)frame;
-      exit = cli_is_interrupted() ? CLI_INTERRUPTED : for_each_eye(job, step);
+      exit = cli_is_interrupted() ? CLI_INTERRUPTED : step(job);
     }
   return exit;
+}
+
+static cli_exit count_frame(render_job *job) {
+  job->batch.count++;
+  return CLI_DONE;
+}
+
+static cli_exit check_eyes(render_job *job) { return for_each_eye(job, check_targets); }
+
+static void note_failure(render_job *job, cli_exit exit) {
+  batch *b = &job->batch;
+  const size_t length = strlen(b->failed);
+  char number[16];
+  snprintf(number, sizeof number, "%s%d", b->failed_count ? ", " : "", job->desc.frame);
+  b->failed_count++;
+  if (length + strlen(number) + sizeof ", ..." <= sizeof b->failed)
+    strcpy(b->failed + length, number);
+  else if (length < 4 || strcmp(b->failed + length - 3, "..."))
+    strcpy(b->failed + length, ", ...");
+  if (job->session->options->is_json) printf("{\"frame\": %d, \"exit\": %d}\n", job->desc.frame, (int)exit);
+}
+
+/* A frame that fails, of more than one, lets the rest go on. */
+static cli_exit render_eyes(render_job *job) {
+  const cli_exit exit = for_each_eye(job, render_frame);
+  if (!exit || exit == CLI_INTERRUPTED || job->batch.count == 1) return exit;
+  note_failure(job, exit);
+  return job->batch.is_stopped ? exit : CLI_DONE;
+}
+
+/* Says which frames failed. `exit` is of what ended the batch before its last frame. */
+static cli_exit end_batch(const render_job *job, cli_exit exit) {
+  const batch *b = &job->batch;
+  if (!b->failed_count) return exit;
+  cli_complain("%u of %u frames failed: %s%s", b->failed_count, b->count, b->failed,
+               b->is_stopped ? "; those after it were not begun" : "");
+  return exit ? exit : CLI_SOME_FAILED;
+}
+
+static cli_exit render_batch(render_job *job) {
+  cli_exit exit = for_each_frame(job, count_frame);
+  if (!exit) exit = for_each_frame(job, render_eyes);
+  return end_batch(job, exit);
 }
 
 static cli_exit run(render_job *job) {
   const cli_options *options = job->session->options;
   choose_effort(job);
   cli_exit exit = choose_pixels(job);
-  if (!exit && options->wants_plan) return for_each_frame(job, render_frame);
+  if (!exit && options->wants_plan) return render_batch(job);
   if (!exit) exit = choose_outputs(job);
   if (!exit) choose_exposure(job);
   if (!exit) exit = check_pattern(job, job->output.image);
   if (!exit) exit = check_pattern(job, job->output.preview);
   if (!exit) exit = check_pattern(job, job->output.deep);
-  if (!exit) exit = for_each_frame(job, check_targets);
-  return exit ? exit : for_each_frame(job, render_frame);
+  if (!exit) exit = for_each_frame(job, check_eyes);
+  return exit ? exit : render_batch(job);
 }
 
 static neph_result set_resolution(const cli_options *options, neph_scene *scene) {
@@ -315,7 +368,7 @@ const cli_verb cli_verb_render = {
     .argument_max = 1,
     .run = run_render,
     .files = "yaml yml",
-    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT),
+    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT) | CLI_MAY(CLI_SOME_FAILED),
     .description = "Renders frames. The file names come from the scene's `output`; the last run of # in them is the "
                    "frame's number, and %V, of a stereo camera, the eye's name, left or right. Everything that can be "
                    "checked is checked before the first pixel: the scene, the "
