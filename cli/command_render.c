@@ -253,6 +253,7 @@ const cli_verb cli_verb_render = {
                 {"--tile"},
                 {"--samples"},
                 {"--seed"},
+                {"--quality"},
                 {"--integrator"},
                 {"--path-guiding"},
                 {"--target-error"},

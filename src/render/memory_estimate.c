@@ -5,6 +5,7 @@
 #include "core/file.h"
 #include "image/image_private.h"
 #include "render/plan.h"
+#include "render/plan_detail.h"
 #include "render/stages.h"
 
 /* Memory of a program with the library alone, and that of OpenVDB and the libraries that come with it. */
@@ -19,11 +20,11 @@ static bool is_hgt(const char *path) {
 }
 
 /* Heights of a terrain to be made; one that was given is there already. */
-static neph_result count_heights(const neph_scene *scene, double *out_count) {
+static neph_result count_heights(const neph_scene *scene, const np_plan *plan, double *out_count) {
   const np_scene_terrain *terrain = &scene->terrain;
   unsigned size[2] = {0, 0};
   neph_result result = NEPH_OK;
-  if (terrain->kind == NP_TERRAIN_RIDGES) size[0] = size[1] = terrain->ridges.sample_count;
+  if (terrain->kind == NP_TERRAIN_RIDGES) size[0] = size[1] = np_plan_get_ridges(plan, scene).sample_count;
   const bool is_file = terrain->kind == NP_TERRAIN_HEIGHTFIELD;
   if (is_file && !is_hgt(terrain->heightfield)) result = np_image_read_size(scene->context, terrain->heightfield, size);
   *out_count = (double)size[0] * size[1];
@@ -32,10 +33,10 @@ static neph_result count_heights(const neph_scene *scene, double *out_count) {
 }
 
 /* With three floats for each texel of a picture of its albedo. */
-static neph_result count_terrain_bytes(const neph_scene *scene, double *out_bytes) {
+static neph_result count_terrain_bytes(const neph_scene *scene, const np_plan *plan, double *out_bytes) {
   double heights;
   unsigned size[2] = {0, 0};
-  neph_result result = count_heights(scene, &heights);
+  neph_result result = count_heights(scene, plan, &heights);
   if (!result && scene->terrain.albedo_image)
     result = np_image_read_size(scene->context, scene->terrain.albedo_image, size);
   *out_bytes = height_bytes * heights + 3.0 * sizeof(float) * (double)size[0] * size[1];
@@ -50,7 +51,7 @@ static bool has_vdb(const neph_scene *scene) {
 
 static neph_result estimate(const neph_scene *scene, const np_plan *plan, neph_memory_estimate *out) {
   double terrain;
-  neph_result result = count_terrain_bytes(scene, &terrain);
+  neph_result result = count_terrain_bytes(scene, plan, &terrain);
   if (result) return result;
   const double film = plan->stages[NP_STAGE_INTEGRATOR].cost.bytes, volumes = plan->stages[NP_STAGE_VOLUMES].cost.bytes;
   neph_memory_estimate e = {.struct_size = sizeof e,
