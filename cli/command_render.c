@@ -258,7 +258,7 @@ const cli_verb cli_verb_render = {
                 {"--path-guiding"},
                 {"--target-error"},
                 {"--time-limit"},
-                {"--max-memory", "refuse, with exit code 6, a render that may need more"},
+                {"--max-memory", "save memory where a render may need more, or refuse it with exit code 6"},
                 {"--explain"},
                 {"--dry-run"},
                 {"--progress"}},
