@@ -98,6 +98,8 @@ static void integrate_packet(const np_frame *f, const np_packet *packet, const n
     for (int c = 0; c < NP_COMPONENT_ALL; c++)
       out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
     out->lost = np_spectrum_add(out->lost, more.lost);
+    out->cut_count += more.cut_count;
+    out->followed_count += more.followed_count;
   }
   if ((!packet->stars.count && !packet->stars.blurred) || out->is_ground_behind) return;
   const np_spectrum stars =
@@ -167,6 +169,8 @@ static neph_result sample_pixel(const np_frame *f, const int at[2], uint32_t end
     np_film_accumulator_add(&accumulator, values);
     np_spread_add(&f->channels, &sample, &p->spread);
     for (unsigned b = 0; b < NP_BAND_COUNT; b++) p->lost[b] += (double)(sample.lost.band[b] * f->channels.scale);
+    p->cut_count += sample.cut_count;
+    p->followed_count += sample.followed_count;
   }
   if (f->depth_components && np_deep_bins_store(f->assembly->context, &bins, &p->deep)) return NEPH_ERROR_OUT_OF_MEMORY;
   double added[NP_CHANNELS_MAX];
@@ -262,6 +266,8 @@ static neph_result finish_pixel(const np_frame *f, const int at[2], const np_pix
     total->variance[b] += np_spread_variance(&p->spread, b);
     total->lost[b] += p->lost[b] / p->spread.count;
   }
+  total->cut_count += p->cut_count;
+  total->followed_count += p->followed_count;
   total->samples += p->spread.count;
   total->squares += pow(compute_relative_spread(f, &p->spread), 2.0) / p->spread.count;
   if (!f->depth_components) return NEPH_OK;
