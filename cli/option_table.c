@@ -256,6 +256,8 @@ static const cli_option options[] = {
      .meaning = "fail, with exit code 7, when any value of any channel differs"},
     {.name = "--max-rel-mse", .argument = "X", .take = take_relative_mse, .range = "a number from 0",
      .meaning = "fail, with exit code 7, when the relative mean square error is above X"},
+    {.name = "--second", .argument = "FILE", .take = take_text, .field = INTO(second), .files = "exr",
+     .meaning = "tell noise from bias by FILE, the same picture with another seed"},
     {.name = "--man", .take = take_flag, .field = INTO(wants_man), .meaning = "print as a man page"},
     {.name = "--completion", .argument = "SHELL", .take = take_choice, .field = INTO(shell), .words = shells,
      .meaning = "print a script that completes the command line in a shell"},

@@ -72,6 +72,7 @@ typedef struct cli_options {
   double time_limit_s;
   bool has_relative_mse_max;
   double relative_mse_max;
+  const char *second; /* picture with another seed; NULL: not given */
   bool is_half, has_region, has_memory_max, wants_velocity, wants_error, is_verifying;
   double prune_per_m, region_m[6];
   uint64_t memory_max_bytes;

@@ -124,6 +124,11 @@ NEPH_API neph_result neph_image_save_png(const neph_image *image, const char *pa
 NEPH_API neph_result neph_image_describe_file(neph_context *context, const char *path, neph_text_format format,
                                               char **out_text) NEPH_NODISCARD;
 
+/** A figure with its 95 % bounds; NaN where it is unknown. */
+typedef struct neph_bounded {
+  double value, min, max;
+} neph_bounded;
+
 /** The difference of a picture from a reference, over the channels R, G, B (or all, where those are missing). L is the
  * reference, d the picture minus it. Values that are not finite in the reference are left out. */
 typedef struct neph_image_difference {
@@ -144,6 +149,13 @@ typedef struct neph_image_difference {
   uint64_t value_count;   /**< values compared */
   uint64_t differing_count; /**< values whose bits differ, every channel counted; a channel that only one of the
                                  pictures has differs everywhere */
+  neph_bounded pixel_error; /**< relative rms difference of luminance from the reference's, over the pixels brighter
+                               than a hundredth of its mean (docs/error.md); the reference's own noise is taken off
+                               where it has standard_error.* */
+  neph_bounded pixel_noise; /**< its random part; NaN, as is the bias, where neither a second picture nor
+                                 standard_error.* of the picture nor its header states it */
+  neph_bounded pixel_bias;  /**< its part that stays with every seed: error² = noise² + bias² */
+  uint64_t pixel_count;     /**< pixels that these three are of */
 } neph_image_difference;
 
 #define NEPH_IMAGE_DIFFERENCE_DEFAULT                                                                                  \
@@ -156,6 +168,12 @@ typedef struct neph_image_difference {
  */
 NEPH_API neph_result neph_image_compare(neph_context *context, const neph_image *image, const neph_image *reference,
                                         neph_image_difference *out_difference) NEPH_NODISCARD;
+
+/** As neph_image_compare, with the noise from a second picture that differs from the first in its seed alone, of the
+ * same size. */
+NEPH_API neph_result neph_image_compare_seeds(neph_context *context, const neph_image *image, const neph_image *second,
+                                              const neph_image *reference,
+                                              neph_image_difference *out_difference) NEPH_NODISCARD;
 
 /** A picture of the difference, to be saved as EXR, or as PNG without automatic exposure.
  *
