@@ -65,11 +65,14 @@ typedef struct cli_options {
   const char *disks;        /* of a sky; NULL: not given */
   const char *usd_path;     /* of a sky; NULL: not given */
   bool has_center;
-  double center_deg; /* azimuth in the middle of a sky's picture */
-  unsigned path_count;      /* of a probe or a sky; 0: not given */
-  double target_error;      /* 0: not given */
+  double center_deg;   /* azimuth in the middle of a sky's picture */
+  unsigned path_count; /* of a probe or a sky; 0: not given */
+  double target_error; /* 0: not given */
   bool has_time_limit;
   double time_limit_s;
+  double budget_s;       /* of a report; 0: not given */
+  const char *reference; /* of a report; NULL: not given */
+  bool is_quick;
   bool has_relative_mse_max;
   double relative_mse_max;
   const char *second; /* picture with another seed; NULL: not given */
