@@ -84,8 +84,9 @@ NEPH_API neph_result neph_report_get_row(const neph_report *report, unsigned ind
 NEPH_API neph_result neph_report_describe(const neph_report *report, neph_text_format format,
                                           char **out_text) NEPH_NODISCARD;
 
-/** Writes report.csv, report.json and report.html, one page that needs no other file, into a folder that exists; each
- * appears complete or not at all. Plots are gnuplot's, where it is installed; else the page has its tables alone. */
+/** Writes report.csv, report.json and report.html, one page that needs no other file, and reference.exr, unless it was
+ * given, into a folder that exists; each appears complete or not at all, the page last. Plots are gnuplot's, where it
+ * is installed; else the page has its tables alone. */
 NEPH_API neph_result neph_report_save(const neph_report *report, const char *folder) NEPH_NODISCARD;
 
 #ifdef __cplusplus

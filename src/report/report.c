@@ -40,6 +40,16 @@ static void choose_size(neph_report *report, const unsigned resolution[2]) {
   desc->height = (unsigned)fmax(round((double)desc->width * resolution[1] / resolution[0]), 1.0);
 }
 
+/* Automatic exposure would differ from picture to picture. */
+static neph_result choose_preview(neph_report *report, const neph_scene *scene) {
+  neph_output output = NEPH_OUTPUT_DEFAULT;
+  neph_result result = neph_scene_get_output(scene, &output);
+  report->preview = output.preview_desc;
+  report->preview.bits = 8;
+  if (report->preview.exposure == NEPH_EXPOSURE_AUTO) report->preview.exposure = NEPH_EXPOSURE_METER;
+  return result;
+}
+
 /* A reference that is given has its size, and goes by it. */
 static neph_result take_reference(neph_report *report) {
   neph_report_desc *desc = &report->desc;
@@ -65,8 +75,9 @@ static neph_result prepare(neph_report *report) {
   if (!result) result = np_report_load(report, NULL, &scene);
   if (result) return result;
   choose_size(report, scene->camera.resolution);
+  result = choose_preview(report, scene);
   neph_scene_destroy(scene);
-  return np_report_list(report);
+  return result ? result : np_report_list(report);
 }
 
 neph_result neph_report_create(neph_context *context, const neph_report_desc *desc, neph_report **out_report) {

@@ -118,9 +118,10 @@ neph_result np_report_measure(const neph_report *report, np_setting *setting) {
   return NEPH_OK;
 }
 
-neph_result np_report_measure_effect(const neph_report *report, const np_setting *finest, np_setting *setting) {
+neph_result np_report_measure_effect(const neph_report *report, const np_setting *finest, const np_setting *setting,
+                                     neph_bounded *out_effect) {
   neph_image_difference d = NEPH_IMAGE_DIFFERENCE_DEFAULT;
   neph_result result = compare_exactly(report, setting->pictures, finest->pictures, &d);
-  if (!result) setting->effect = d.pixel_bias;
+  if (!result) *out_effect = d.pixel_bias;
   return result;
 }

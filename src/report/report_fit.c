@@ -113,6 +113,6 @@ np_order_fit np_fit_order(const np_fit_point *points, unsigned count, double fin
   c.scale = exp(logarithms / fit.point_count);
   const double misfit = search_order(&c, &fit);
   bound_order(&c, compute_limit(misfit, fit.point_count), &fit);
-  fit.is_known = true;
+  fit.is_known = isfinite(fit.order_min) && isfinite(fit.order_max);
   return fit;
 }

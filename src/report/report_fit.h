@@ -12,8 +12,9 @@ typedef struct np_fit_point {
 
 /* error = factor·|valueᵒʳᵈᵉʳ − finestᵒʳᵈᵉʳ|; without a finest, factor·valueᵒʳᵈᵉʳ. */
 typedef struct np_order_fit {
-  bool is_known;                      /* two points at least, above their noise */
-  double order, order_min, order_max; /* 95 %; 0 or infinite where an end is beyond a sixth or six times the expected */
+  bool is_known;                      /* of two points at least, above their noise, and bounded */
+  double order, order_min, order_max; /* 95 %; an end beyond a sixth of the expected order is 0, beyond six times it
+                                         infinite */
   double factor;
   unsigned point_count; /* that took part */
 } np_order_fit;

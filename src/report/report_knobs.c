@@ -71,7 +71,7 @@ static const np_knob knobs[] = {
     {.name = "samples", .key = "render.samples", .few = "1 4 16", .more = "2 8 32 64", .order = -0.5,
      .theory = "independent samples", .of = NP_KNOB_OF_MARCH, .get_number = get_samples},
     {.name = "step tolerance", .key = "render.tolerance", .few = "0.2 0.05 0.005", .more = "0.1 0.02 0.01",
-     .order = 1.0, .theory = "steps of tolerance^1/3, second order", .of = NP_KNOB_OF_MARCH,
+     .order = 1.0, .theory = "steps of second order, as long as the cube root of the tolerance", .of = NP_KNOB_OF_MARCH,
      .stages = STAGE(VOLUMES), .get_number = get_tolerance},
     {.name = "sun optical depth", .key = "render.sun_optical_depth", .few = "volume march", .is_word = true,
      .of = NP_KNOB_OF_MARCH, .stages = STAGE(VOLUMES), .is_applicable = has_sun, .get_word = get_sun_optical_depth},

@@ -71,6 +71,7 @@ struct neph_report {
   np_curve curves[NP_REPORT_CURVES_MAX];
   np_target targets[NP_REPORT_TARGETS];
   np_report_reference reference;
+  neph_preview_desc preview;      /* of all pictures, by one exposure */
   neph_image *yardstick;          /* pixels that errors are relative to */
   np_stores stores;               /* of the family that was rendered last, or, in a quick report, of all */
   unsigned stored_family;         /* whose, from 1 */
@@ -128,11 +129,33 @@ neph_result np_report_make_yardstick(neph_report *report, neph_image *const marc
 neph_result np_report_measure(const neph_report *report, np_setting *setting);
 
 /* Effect of a setting, against that of its knob's finest value. */
-neph_result np_report_measure_effect(const neph_report *report, const np_setting *finest, np_setting *setting);
+neph_result np_report_measure_effect(const neph_report *report, const np_setting *finest, const np_setting *setting,
+                                     neph_bounded *out_effect);
+
+/* ---- Curves: report_curves.c ---- */
+
+/* A measured value of a knob. */
+typedef struct np_curve_point {
+  unsigned index; /* of its setting */
+  double value;
+} np_curve_point;
+
+/* Lists the measured values of a knob, the scene's own among them; returns their number. There is room for
+ * NP_REPORT_SETTINGS_MAX. */
+unsigned np_curve_collect(const neph_report *report, const np_curve *curve, np_curve_point *out_points);
+
+/* The value that costs most: the smallest, or, where more is better, the largest. */
+double np_curve_get_finest(const np_curve *curve, const np_curve_point *points, unsigned count);
+
+/* What converges: of samples the noise, of others the difference from the finest, which has none. */
+neph_bounded np_curve_get_effect(const neph_report *report, const np_curve *curve, const np_curve_point *point);
+
+/* Measures effects and fits orders. */
+neph_result np_report_fit_curves(neph_report *report);
 
 /* ---- Results: report_results.c ---- */
 
-/* Effects and orders of knobs, the Pareto front and the targets, from all that was measured. */
+/* Curves, the Pareto front and the targets, from all that was measured. */
 neph_result np_report_conclude(neph_report *report);
 
 /* Median CPU time of a picture, and the least or the most. NaN: it was left out. */
