@@ -40,13 +40,11 @@ static void choose_size(neph_report *report, const unsigned resolution[2]) {
   desc->height = (unsigned)fmax(round((double)desc->width * resolution[1] / resolution[0]), 1.0);
 }
 
-/* Automatic exposure would differ from picture to picture. */
 static neph_result choose_preview(neph_report *report, const neph_scene *scene) {
   neph_output output = NEPH_OUTPUT_DEFAULT;
   neph_result result = neph_scene_get_output(scene, &output);
   report->preview = output.preview_desc;
   report->preview.bits = 8;
-  if (report->preview.exposure == NEPH_EXPOSURE_AUTO) report->preview.exposure = NEPH_EXPOSURE_METER;
   return result;
 }
 
@@ -120,6 +118,8 @@ void neph_report_destroy(neph_report *report) {
 
 /* ---- Running ---- */
 
+static const double first_deadline = 2.0; /* budgets */
+
 /* Each round turns through all settings: a machine that is slow for a while is so for all. */
 static neph_result run_round(neph_report *report, unsigned round) {
   neph_result result = NEPH_OK;
@@ -130,13 +130,26 @@ static neph_result run_round(neph_report *report, unsigned round) {
     report->stage = setting->knob ? setting->knob->name : "the scene's own";
     result = np_report_visit(report, setting, round);
   }
+  if (result == NEPH_ERROR_CANCELLED && report->is_late) result = NEPH_OK; /* that setting is left out */
   return result;
 }
 
-static neph_result run_all(neph_report *report) {
-  neph_result result = np_report_make_reference(report, np_report_get_reference_share(report) * report->desc.budget_s);
+/* The reference and the first setting, without which there is nothing to tell, may use up what is left. */
+static neph_result run_first(neph_report *report) {
+  const double budget_s = report->desc.budget_s;
+  report->deadline_s = first_deadline * budget_s;
+  neph_result result = np_report_make_reference(report, np_report_get_reference_share(report) * budget_s);
   report->stage = "the scene's own";
   if (!result) result = np_report_visit(report, report->guide, 0);
+  if (result != NEPH_ERROR_CANCELLED || !report->is_late) return result;
+  return np_fail(report->context, NEPH_ERROR_LIMIT,
+                 "the budget of %g s ended before a setting was measured: allow more time, or ask for fewer pixels",
+                 budget_s);
+}
+
+static neph_result run_all(neph_report *report) {
+  neph_result result = run_first(report);
+  report->deadline_s = report->desc.budget_s;
   for (unsigned round = 0; !result && round < NP_REPORT_VISITS_MAX; round++) {
     result = run_round(report, round);
     if (!result) report->round_count = round + 1;

@@ -32,7 +32,7 @@ double np_report_predict_visit(const neph_report *report, const np_setting *sett
   return setting->predicted_s * (slowness > 0.0 ? slowness : pictures_per_visit);
 }
 
-/* What was not visited may take longer than its prediction by this. */
+/* A prediction that no visit has confirmed may be short by this. */
 static const double caution = 1.5;
 
 bool np_report_has_time(const neph_report *report, const np_setting *setting) {

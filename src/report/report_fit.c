@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The error of a setting against the finest of its knob is C·|hᵖ − h₀ᵖ|: the error C·hᵖ of each but for that of the
- * finest. p is searched on a line, C follows from it. */
+/* The difference of a setting from the finest of its knob is C·|hᵖ − h₀ᵖ|: its own error C·hᵖ less that of the finest.
+ * p is searched on a line, C follows from it. */
 #include "report/report_fit.h"
 
 #include <math.h>
@@ -20,13 +20,6 @@ typedef struct curve {
   double expected; /* order, with its sign */
 } curve;
 
-double np_student_t(unsigned freedom) {
-  static const double table[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
-  if (freedom == 0) return HUGE_VAL;
-  if (freedom <= sizeof table / sizeof *table) return table[freedom - 1];
-  return 1.96 + 2.4 / freedom; /* within 0.03 */
-}
-
 static bool is_of_fit(const curve *c, const np_fit_point *p) {
   const bool is_finest = c->has_finest && p->value == c->finest;
   return !is_finest && isfinite(p->error) && p->error > 0.0 && p->error > sigmas_min * p->sigma;
@@ -38,7 +31,7 @@ static double get_law(const curve *c, double value, double order) {
   return log(c->has_finest ? fabs(power - pow(c->finest / c->scale, order)) : power);
 }
 
-/* Of a logarithm: relative, and no better than one in a thousand. */
+/* A logarithm has the relative error, no better than one in a thousand here. */
 static double get_weight(const np_fit_point *p) {
   const double relative = fmax(p->sigma / p->error, 1e-3);
   return 1.0 / (relative * relative);
@@ -92,12 +85,10 @@ static void bound_order(const curve *c, double limit, np_order_fit *fit) {
   fit->order_max = is_falling ? -low : high;
 }
 
-/* By the points' own errors, or by their scatter about the law where that is more. */
+/* By the points' own errors, widened where they scatter more than these say (Birge 1932, Phys. Rev. 40, 207). */
 static double compute_limit(double misfit, unsigned count) {
-  const double normal = 1.96 * 1.96;
-  if (count < 3) return misfit + normal;
-  const double t = np_student_t(count - 2), scatter = misfit / (count - 2);
-  return misfit + fmax(normal, t * t * scatter);
+  const double normal = 1.96 * 1.96, scatter = count > 2 ? misfit / (count - 2) : 1.0;
+  return misfit + normal * fmax(scatter, 1.0);
 }
 
 np_order_fit np_fit_order(const np_fit_point *points, unsigned count, double finest, bool has_finest, double expected) {

@@ -24,7 +24,4 @@ typedef struct np_order_fit {
  * is searched about `expected`, whose sign it has. */
 np_order_fit np_fit_order(const np_fit_point *points, unsigned count, double finest, bool has_finest, double expected);
 
-/* The 97.5th percentile of Student's t. */
-double np_student_t(unsigned freedom);
-
 #endif

@@ -16,8 +16,7 @@
 
 /* Whether gnuplot ran, and found nothing wrong. Its messages are lost. */
 static bool run(int script, int drawing) {
-  static char name[] = "gnuplot", option[] = "-d"; /* without the user's own settings */
-  static char variable[] = "LC_ALL=C";
+  char name[] = "gnuplot", option[] = "-d", variable[] = "LC_ALL=C"; /* without the user's own settings */
   char *const arguments[] = {name, option, NULL}, *const environment[] = {variable, NULL};
   posix_spawn_file_actions_t actions;
   pid_t process;
@@ -81,9 +80,11 @@ static void replace(np_text *out, const char *svg, const char *name, const renam
 
 neph_result np_gnuplot_draw(neph_context *context, const char *script, const char *name, char **out_svg) {
   static const rename_row rows[] = {
-      {"\"black\"", "\"currentColor\""}, {"'black'", "'currentColor'"},  {"id='gp", "id='%gp"},
-      {"href='#gp", "href='#%gp"},       {"id='textbox'", "id='%text'"}, {"id='greybox'", "id='%grey'"},
-      {"id=\"gnuplot", "id=\"%gnuplot"}, {"<title>Gnuplot</title>", ""},
+      {"\"black\"", "\"currentColor\""}, {"'black'", "'currentColor'"},
+      {"color='white'", "opacity='0'"},  {"id='gp", "id='%gp"},
+      {"href='#gp", "href='#%gp"},       {"id='textbox'", "id='%text'"},
+      {"id='greybox'", "id='%grey'"},    {"id=\"gnuplot", "id=\"%gnuplot"},
+      {"<title>Gnuplot</title>", ""},
   };
   *out_svg = NULL;
   char *svg = draw(context, script);

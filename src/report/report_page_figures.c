@@ -79,7 +79,7 @@ static neph_result add_curve(np_text *text, const neph_report *report, unsigned 
 
 neph_result np_page_add_curves(np_text *text, const neph_report *report) {
   neph_result result = NEPH_OK;
-  np_text_add(text, "<div class=\"curves\">\n");
+  np_text_add(text, "<figure><div class=\"curves\">\n");
   for (unsigned i = 0; !result && i < report->curve_count; i++) result = add_curve(text, report, i);
   np_text_add(
       text,
@@ -88,8 +88,9 @@ neph_result np_page_add_curves(np_text *text, const neph_report *report) {
       "<li><i class=\"line\" style=\"color:var(--march)\"></i>fit</li>"
       "<li><i class=\"line\" style=\"color:var(--grey);border-top-style:dotted\"></i>theory</li>"
       "<li><i style=\"border:1.5px solid var(--grey)\"></i>whole error, against the reference</li></ul>\n"
-      "<p class=\"quiet\"><b>Figure 2.</b> Convergence of each knob, the others as the scene has them. Where "
-      "the whole error stays above the knob’s own, other errors dominate, and a finer value buys nothing.</p>\n");
+      "<figcaption><b>Figure 2.</b> Convergence of each knob, the others as the scene has them. Where "
+      "the whole error stays above the knob’s own, other errors dominate, and a finer value buys "
+      "nothing.</figcaption></figure>\n");
   return result;
 }
 
@@ -140,7 +141,7 @@ static neph_result add_reference(np_text *text, const neph_report *report) {
 /* The scene's own, and settings of the front from the fastest. */
 neph_result np_page_add_pictures(np_text *text, const neph_report *report) {
   unsigned count = 0;
-  np_text_add(text, "<div class=\"pictures\">\n");
+  np_text_add(text, "<figure><div class=\"pictures\">\n");
   neph_result result = add_reference(text, report);
   for (unsigned i = 0; !result && i < report->setting_count && count < PICTURES_MAX; i++) {
     const np_setting *s = &report->settings[i];
@@ -148,11 +149,11 @@ neph_result np_page_add_pictures(np_text *text, const neph_report *report) {
     result = add_pair(text, report, s);
     count++;
   }
-  np_text_add(
-      text,
-      "</div>\n<p class=\"quiet\"><b>Figure 3.</b> Pictures with one exposure, means of the runs, and beside each its "
-      "difference from the reference, over squares of 5 × 5 pixels: −%.0f %%<span class=\"ramp\"></span>+%.0f "
-      "%%.</p>\n",
-      100.0 * NP_REPORT_DIFFERENCE_MAX, 100.0 * NP_REPORT_DIFFERENCE_MAX);
+  np_text_add(text,
+              "</div>\n<figcaption><b>Figure 3.</b> Pictures with one exposure, means of the runs, and beside "
+              "each its "
+              "difference from the reference, over squares of 5 × 5 pixels: −%.0f %%<span class=\"ramp\"></span>+%.0f "
+              "%%.</figcaption></figure>\n",
+              100.0 * NP_REPORT_DIFFERENCE_MAX, 100.0 * NP_REPORT_DIFFERENCE_MAX);
   return result;
 }

@@ -40,7 +40,7 @@ void np_page_add_order(np_text *text, double order) {
 
 void np_page_add_bounded(np_text *text, neph_bounded b) {
   np_page_add_percent(text, b.value);
-  if (!isfinite(b.value)) return;
+  if (!isfinite(b.value) || !isfinite(b.max)) return;
   np_text_add(text, " <span class=\"quiet\">(");
   np_page_add_percent(text, b.min);
   np_text_add(text, "–");
@@ -95,25 +95,26 @@ static void add_target(np_text *text, const np_target *t) {
   np_text_add(text, "<td class=\"quiet\">");
   np_page_add_seconds(text, t->cpu_min_s);
   np_text_add(text, " – ");
-  if (isfinite(t->cpu_max_s))
-    np_page_add_seconds(text, t->cpu_max_s);
-  else
+  if (isinf(t->cpu_max_s))
     np_text_add(text, "out of reach");
+  else
+    np_page_add_seconds(text, t->cpu_max_s);
   np_text_add(text, "</td><td class=\"text\">");
   add_keys(text, t->setting, t->sample_count);
   np_text_add(text, "%s</td></tr>\n", t->is_extrapolated ? " <span class=\"quiet\">extrapolated</span>" : "");
 }
 
 void np_page_add_targets(np_text *text, const neph_report *report) {
-  np_text_add(text, "<div class=\"scroll\"><table>\n<thead><tr><th>error a pixel</th><th>CPU time</th><th>95 %%</th>"
-                    "<th class=\"text\">settings, besides the scene’s own</th></tr></thead>\n<tbody>\n");
+  np_text_add(text,
+              "<figure><div class=\"scroll\"><table>\n<thead><tr><th>error a pixel</th><th>CPU time</th><th>95 %%</th>"
+              "<th class=\"text\">settings, besides the scene’s own</th></tr></thead>\n<tbody>\n");
   for (int i = 0; i < NP_REPORT_TARGETS; i++) add_target(text, &report->targets[i]);
-  np_text_add(
-      text, "</tbody>\n<caption>Cheapest settings for an error. Time and samples follow from the stages, the time of a "
-            "sample, the noise and the bias that were measured: error² = bias² + noise² · n<sup>2p</sup>, with p the "
-            "observed order of the noise in the samples n. “Extrapolated” is more than twice the samples that were "
-            "measured. A bias whose bounds reach beyond the error leaves the time without an upper end. Paths are "
-            "taken as free of bias.</caption>\n</table></div>\n");
+  np_text_add(text, "</tbody>\n</table></div>\n<figcaption>Cheapest settings for an error. Time and samples follow "
+                    "from the stages, the time of a sample, the noise and the bias that were measured: error² = "
+                    "bias² + noise² · n<sup>2p</sup>, with p the observed order of the noise in the samples n. "
+                    "“Extrapolated” is more than twice the samples that were measured. A bias that noise hides is "
+                    "taken as half of its bound; where its bounds reach beyond the error, that may be out of reach. "
+                    "Paths are taken as free of bias.</figcaption></figure>\n");
 }
 
 /* ---- Orders ---- */
@@ -134,13 +135,15 @@ static void add_order(np_text *text, const np_curve *curve) {
 }
 
 void np_page_add_orders(np_text *text, const neph_report *report) {
-  np_text_add(text, "<div class=\"scroll\"><table>\n<thead><tr><th>knob</th><th class=\"text\">key</th><th>observed "
-                    "order</th><th>95 %%</th><th>in theory</th><th class=\"text\">because of</th><th>points</th></tr>"
-                    "</thead>\n<tbody>\n");
+  np_text_add(text,
+              "<figure><div class=\"scroll\"><table>\n<thead><tr><th>knob</th><th class=\"text\">key</th><th>observed "
+              "order</th><th>95 %%</th><th>in theory</th><th class=\"text\">because of</th><th>points</th></tr>"
+              "</thead>\n<tbody>\n");
   for (unsigned i = 0; i < report->curve_count; i++) add_order(text, &report->curves[i]);
-  np_text_add(text, "</tbody>\n<caption>Orders of convergence p: the error that a knob causes goes as its value to the "
-                    "power p. Values whose error does not rise two standard errors above its own noise are left out of "
-                    "a fit; with fewer than two there is none.</caption>\n</table></div>\n");
+  np_text_add(text, "</tbody>\n</table></div>\n<figcaption>Orders of convergence p: the error that a knob causes "
+                    "goes as its value to the power p. Values whose error does not rise two standard errors above "
+                    "its own noise are left out of a fit; with fewer than two others, or bounds without an end, "
+                    "there is none.</figcaption></figure>\n");
 }
 
 /* ---- Settings ---- */
@@ -161,16 +164,15 @@ static void add_setting(np_text *text, const neph_report *report, const np_setti
 
 void np_page_add_settings(np_text *text, const neph_report *report) {
   np_text_add(text,
-              "<div class=\"scroll\"><table>\n<thead><tr><th>setting</th><th>integrator</th><th>samples</th>"
+              "<figure><div class=\"scroll\"><table>\n<thead><tr><th>setting</th><th>integrator</th><th>samples</th>"
               "<th>CPU time</th><th>stages</th><th>error, %%</th><th>noise, %%</th><th>bias, %%</th><th>runs</th></tr>"
               "</thead>\n<tbody>\n");
   for (unsigned i = 0; i < report->setting_count; i++)
     if (report->settings[i].run_count) add_setting(text, report, &report->settings[i]);
-  np_text_add(
-      text,
-      "</tbody>\n<caption>Every setting that was measured, one knob turned at a time; ● is on the Pareto "
-      "front. CPU time is the median over runs, all threads together, with the stages before the first "
-      "sample beside it. In brackets are 95 %% bounds. report.csv has the keys of each.</caption>\n</table></div>\n");
+  np_text_add(text, "</tbody>\n</table></div>\n<figcaption>Every setting that was measured, one knob turned at a "
+                    "time; ● is on the Pareto front. CPU time is the median over runs, all threads together, with "
+                    "the stages before the first sample beside it. In brackets are 95 %% bounds. report.csv has the "
+                    "keys of each.</figcaption></figure>\n");
 }
 
 void np_page_add_omitted(np_text *text, const neph_report *report) {

@@ -4,7 +4,7 @@
 #include <math.h>
 
 #include "core/alloc.h"
-#include "image/image_private.h"
+#include "image/exposure.h"
 
 const float np_report_difference_colors[3][3] = {{0.13f, 0.40f, 0.67f}, {0.93f, 0.93f, 0.91f}, {0.70f, 0.09f, 0.17f}};
 
@@ -39,9 +39,19 @@ static neph_result add_image(np_text *text, const neph_image *image, const neph_
 
 /* ---- Previews ---- */
 
-/* Exposure goes by the light meter of the march's picture, which a file may lack. */
+/* Automatic exposure is that of the march's picture for all. */
+static neph_preview_desc get_preview(const neph_report *report) {
+  neph_preview_desc desc = report->preview;
+  const neph_image *picture = report->guide->pictures[0];
+  if (desc.exposure != NEPH_EXPOSURE_AUTO || !picture) return desc;
+  desc.exposure = NEPH_EXPOSURE_FIXED;
+  desc.exposure_ev += log2(np_exposure_choose_by_picture(picture, desc.white));
+  return desc;
+}
+
+/* Other exposures go by its attributes, which a file may lack. */
 static neph_result copy_header(const neph_report *report, neph_image *out) {
-  const neph_image *from = report->guide && report->guide->pictures[0] ? report->guide->pictures[0] : NULL;
+  const neph_image *from = report->guide->pictures[0];
   neph_result result = NEPH_OK;
   if (from) out->header = from->header;
   for (unsigned i = 0; from && !result && i < from->attribute_count; i++)
@@ -60,7 +70,8 @@ static neph_result add_mean(np_text *text, const neph_report *report, const neph
     for (size_t i = 0; i < (size_t)first->width * first->height; i++) out[i] = 0.5f * (a[i] + b[i]);
   }
   result = copy_header(report, shown);
-  if (!result) result = add_image(text, shown, &report->preview, alt);
+  const neph_preview_desc desc = get_preview(report);
+  if (!result) result = add_image(text, shown, &desc, alt);
   neph_image_destroy(shown);
   return result;
 }

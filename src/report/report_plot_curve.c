@@ -4,7 +4,7 @@
 #include "report/report_axes.h"
 #include "report/report_plots.h"
 
-/* Of all values, the finest too. */
+/* All values count, the finest too. */
 static void include_points(const neph_report *report, const np_curve *curve, const np_curve_point *points,
                            unsigned count, np_axis axes[2]) {
   for (unsigned i = 0; i < count; i++) {

@@ -80,6 +80,8 @@ struct neph_report {
   double start_s, spent_s; /* wall time: when the run began, and what it took */
   double fraction;         /* reported last */
   const char *stage;       /* told with progress */
+  double deadline_s;       /* of the picture under way, which is given up then */
+  bool is_late;            /* that was past */
   bool is_complete, is_cancelled;
 };
 
@@ -147,7 +149,7 @@ unsigned np_curve_collect(const neph_report *report, const np_curve *curve, np_c
 /* The value that costs most: the smallest, or, where more is better, the largest. */
 double np_curve_get_finest(const np_curve *curve, const np_curve_point *points, unsigned count);
 
-/* What converges: of samples the noise, of others the difference from the finest, which has none. */
+/* The error that converges: of samples the noise, of others the difference from the finest, which has none. */
 neph_bounded np_curve_get_effect(const neph_report *report, const np_curve *curve, const np_curve_point *point);
 
 /* Measures effects and fits orders. */

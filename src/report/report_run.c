@@ -34,8 +34,9 @@ void np_report_clear_stores(neph_report *report) {
 static bool tell(void *user, const neph_progress *progress) {
   neph_report *report = user;
   (void)progress;
-  if (!report->desc.progress) return true;
   const double elapsed_s = np_report_get_seconds(report), budget_s = report->desc.budget_s;
+  report->is_late = elapsed_s > report->deadline_s;
+  if (report->is_late || !report->desc.progress) return !report->is_late;
   report->fraction = fmax(report->fraction, fmin(elapsed_s / budget_s, 0.99));
   const neph_progress whole = {report->stage, report->fraction, elapsed_s, fmax(budget_s - elapsed_s, 0.0)};
   return report->desc.progress(report->desc.progress_user, &whole);

@@ -164,8 +164,9 @@ static void add_target(np_text *text, const np_target *t) {
     np_text_add(text, "not reached by what was measured\n");
     return;
   }
-  np_text_add(text, "%.3g CPU s (%.3g to ", t->cpu_s, t->cpu_min_s);
-  np_text_add(text, isfinite(t->cpu_max_s) ? "%.3g)" : "any)", t->cpu_max_s);
+  np_text_add(text, "%.3g CPU s", t->cpu_s);
+  if (isfinite(t->cpu_max_s)) np_text_add(text, " (%.3g to %.3g)", t->cpu_min_s, t->cpu_max_s);
+  if (isinf(t->cpu_max_s)) np_text_add(text, " (%.3g, or out of reach)", t->cpu_min_s);
   np_text_add(text, ", %s, %u samples, %s%s\n", np_setting_get_integrator(t->setting), t->sample_count,
               t->setting->knob && !np_knob_is_of_samples(t->setting->knob) ? t->setting->text : "the scene's settings",
               t->is_extrapolated ? "; extrapolated" : "");

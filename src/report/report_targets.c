@@ -28,6 +28,7 @@ void np_report_mark_front(neph_report *report) {
 /* ---- Targets ---- */
 
 double np_cost_model_count_samples(const np_cost_model *model, double error) {
+  if (isnan(model->noise) || isnan(model->bias)) return (double)NAN;
   const double room = error * error - model->bias * model->bias;
   if (!(room > 0.0)) return HUGE_VAL;
   const double share = sqrt(room) / model->noise; /* of one sample's noise */
@@ -46,6 +47,9 @@ static np_cost_model make_model(const np_setting *s, double order, double noise,
                          .noise = noise * pow(s->sample_count, -order),
                          .order = order};
 }
+
+/* A bias that noise hides is taken as half of its bound. */
+static double get_bias(neph_bounded bias) { return bias.min > 0.0 ? bias.value : fmax(bias.value, 0.5 * bias.max); }
 
 /* Order of the noise in the samples, by the curve of its integrator. */
 static double get_order(const neph_report *report, const np_setting *setting) {
@@ -75,7 +79,7 @@ static double predict(const np_cost_model *model, double error, double *out_samp
 /* Offers a setting to a target: the cheapest stays. */
 static void offer(const neph_report *report, const np_setting *s, np_target *target) {
   const double order = get_order(report, s);
-  const np_cost_model middle = make_model(s, order, s->noise.value, s->bias.value),
+  const np_cost_model middle = make_model(s, order, s->noise.value, get_bias(s->bias)),
                       low = make_model(s, order, s->noise.min, s->bias.min),
                       high = make_model(s, order, s->noise.max, s->bias.max);
   double samples, ignored;

@@ -18,7 +18,7 @@ typedef struct np_cost_model {
   double order; /* of the noise, −½ */
 } np_cost_model;
 
-/* Samples to an error, at least 1; infinite where the bias alone is more. */
+/* Samples to an error, at least 1; infinite where the bias alone is more, NaN where noise or bias is unknown. */
 double np_cost_model_count_samples(const np_cost_model *model, double error);
 
 #endif
