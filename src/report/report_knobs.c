@@ -31,8 +31,21 @@ static double get_samples(const neph_scene *scene, const np_plan *plan) {
 static double get_tolerance(const neph_scene *scene, const np_plan *plan) {
   return (void)plan, scene->render.tolerance;
 }
-static double get_light_memory(const neph_scene *scene, const np_plan *plan) {
-  return (void)scene, 1e-9 * plan->stages[NP_STAGE_ORDINATES].cost.bytes;
+static double get_light_depth(const neph_scene *scene, const np_plan *plan) {
+  return (void)plan, scene->render.light_depth;
+}
+static double get_light_residual(const neph_scene *scene, const np_plan *plan) {
+  return (void)plan, scene->render.light_residual;
+}
+static const char *get_light_degree(const neph_scene *scene, const np_plan *plan) {
+  return (void)plan, scene->render.light_degree == 3 ? "3" : scene->render.light_degree == 7 ? "7" : "11";
+}
+static const char *get_quality(const neph_scene *scene, const np_plan *plan) {
+  static const char *const names[] = {[NP_QUALITY_DRAFT] = "draft",
+                                      [NP_QUALITY_PREVIEW] = "preview",
+                                      [NP_QUALITY_FINAL] = "final",
+                                      [NP_QUALITY_REFERENCE] = "reference"};
+  return (void)plan, names[scene->render.quality];
 }
 static double get_table_tolerance(const neph_scene *scene, const np_plan *plan) {
   return (void)plan, scene->atmosphere.tolerance;
@@ -57,10 +70,6 @@ static bool has_bake(const neph_scene *scene, const np_plan *plan) { return (voi
 static bool has_sun(const neph_scene *scene, const np_plan *plan) {
   return (void)scene, plan->has_sun || np_plan_needs(plan, NP_STAGE_MOON);
 }
-static bool has_cells(const neph_scene *scene, const np_plan *plan) {
-  return (void)scene, plan->stages[NP_STAGE_ORDINATES].cost.bytes > 0.0;
-}
-
 /* ---- The table ---- */
 
 #define STAGE(name) (1u << NP_STAGE_##name)
@@ -80,14 +89,20 @@ static const np_knob knobs[] = {
     {.name = "method", .key = "render.multiple_scattering", .few = "octaves none",
      .more = "softened_beer powder derivative ordinates", .is_word = true, .of = NP_KNOB_OF_MARCH,
      .stages = STAGE(VOLUMES), .get_word = get_method},
+    {.name = "quality", .key = "render.quality", .few = "draft preview", .more = "final", .is_word = true,
+     .is_whole = true, .of = NP_KNOB_OF_MARCH, .get_word = get_quality},
     {.name = "path samples", .key = "render.samples", .few = "1 4", .more = "16 64", .order = -0.5,
      .theory = "independent samples", .of = NP_KNOB_OF_PATH, .get_number = get_samples},
     {.name = "path guiding", .key = "render.path_guiding", .few = "none adjoint", .is_word = true,
      .of = NP_KNOB_OF_PATH, .stages = STAGE(VOLUMES), .get_word = get_guiding},
-    {.name = "cells", .key = "render.light_memory", .unit = " GB", .few = "0.125 0.015625", .more = "0.5 0.03125",
-     .is_factor = true, .min = 0.001, .order = -2.0 / 3.0,
-     .theory = "diamond difference, second order in the cell's edge",
-     .of = NP_KNOB_OF_MARCH, .stages = STAGE(ORDINATES), .is_applicable = has_cells, .get_number = get_light_memory},
+    {.name = "cells", .key = "render.light_depth", .few = "1.4 0.7", .more = "2.8 0.175", .order = 2.0,
+     .theory = "diamond difference, second order in the cell's edge", .of = NP_KNOB_OF_MARCH,
+     .stages = STAGE(ORDINATES), .get_number = get_light_depth},
+    {.name = "degree", .key = "render.light_degree", .few = "3 7", .more = "11", .is_word = true,
+     .of = NP_KNOB_OF_MARCH, .stages = STAGE(ORDINATES), .get_word = get_light_degree},
+    {.name = "residual", .key = "render.light_residual", .few = "0.1 0.01", .more = "0.03 0.003 0.00003", .order = 1.0,
+     .theory = "iterations that contract by a factor each", .of = NP_KNOB_OF_MARCH, .stages = STAGE(ORDINATES),
+     .get_number = get_light_residual},
     {.name = "bake voxel", .key = "clouds[].bake.voxel", .unit = " m", .few = "2 4", .more = "1.41 2.83",
      .is_factor = true, .order = 2.0, .theory = "trilinear interpolation of a smooth field", .of = NP_KNOB_OF_MARCH,
      .stages = STAGE(VOLUMES), .is_applicable = has_bake, .get_number = get_voxel},

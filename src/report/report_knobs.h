@@ -18,7 +18,7 @@ typedef struct np_knob {
   const char *more;   /* and those that others have besides; NULL: none */
   bool is_word;       /* values have no order */
   bool is_factor;     /* values are factors on the scene's own */
-  double min;         /* smaller values are left out */
+  bool is_whole;      /* samples and integrator follow from it, unless the scene gives them */
   double order;       /* of the error in the value as theory has it, negative where more is better; 0: none */
   const char *theory; /* its reason */
   np_knob_integrator of;

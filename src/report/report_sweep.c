@@ -78,6 +78,10 @@ static neph_result predict(const neph_report *report, np_setting *setting) {
   np_plan plan;
   neph_result result = np_report_load(report, setting, &scene);
   if (result) return result;
+  if (setting->knob && setting->knob->is_whole) {
+    setting->integrator = scene->render.integrator;
+    setting->sample_count = scene->render.sample_count;
+  }
   result = np_report_describe_run(scene, setting->integrator, setting->sample_count, &desc);
   if (!result) result = np_plan_make(scene, &desc, &plan);
   if (!result) setting->predicted_s = np_stages_count_cost(&plan).seconds;
@@ -135,7 +139,7 @@ static neph_result add_knob(const sweep *s, const np_knob *knob, bool is_quick) 
   neph_result result = NEPH_OK;
   for (unsigned i = 0; !result && np_knob_get_value(knob, s->scene, plan, i, &value); i++) {
     const bool is_known = !is_base && is_own(&value, &own);
-    if (value.is_quick != is_quick || is_known || value.number < knob->min) continue;
+    if (value.is_quick != is_quick || is_known) continue;
     result = add_value(s, knob, &value);
   }
   return result;
