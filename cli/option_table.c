@@ -151,6 +151,11 @@ static bool take_time_limit(cli_options *out, const cli_option *option, const ch
   return cli_read_real(argument, &out->time_limit_s);
 }
 
+static bool take_budget(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  return cli_read_duration(argument, &out->budget_s);
+}
+
 static bool take_center(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
   out->has_center = true;
@@ -263,6 +268,12 @@ static const cli_option options[] = {
      .fallback = "180", .meaning = "azimuth in the middle of the picture, degrees clockwise from north"},
     {.name = "--usd", .argument = "FILE", .take = take_text, .field = INTO(usd_path), .files = "usda",
      .meaning = "write the sky's picture as a dome light, sun, moon and camera to FILE, a .usda"},
+    {.name = "--budget", .argument = "TIME", .take = take_budget, .range = "a number above 0, with s, m or h",
+     .fallback = "10m", .meaning = "time for all of it; what does not fit is left out, and named"},
+    {.name = "--reference", .argument = "FILE", .take = take_text, .field = INTO(reference), .files = "exr",
+     .fallback = "one is made", .meaning = "picture of the scene to measure against, best with standard_error"},
+    {.name = "--quick", .take = take_flag, .field = INTO(is_quick),
+     .meaning = "measure few values of each knob, within a minute"},
     {.name = "--explain", .take = take_flag, .field = INTO(wants_plan),
      .meaning = "print the stages that would run, and the reasons, and stop"},
     {.name = "--dry-run", .letter = 'n', .take = take_flag, .field = INTO(is_dry_run),

@@ -71,6 +71,9 @@ typedef struct cli_options {
   double target_error; /* 0: not given */
   bool has_time_limit;
   double time_limit_s;
+  double budget_s;       /* of a report; 0: not given */
+  const char *reference; /* of a report; NULL: not given */
+  bool is_quick;
   bool has_relative_mse_max;
   double relative_mse_max;
   const char *second; /* picture with another seed; NULL: not given */
