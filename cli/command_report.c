@@ -67,6 +67,7 @@ static neph_result load_scene(void *user, neph_scene **out_scene) {
   case CLI_INTERNAL:
   case CLI_LIMIT:
   case CLI_DIFFERENT:
+  case CLI_SOME_FAILED:
   case CLI_INTERRUPTED:
   default:
     return NEPH_ERROR_INTERNAL;
