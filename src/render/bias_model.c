@@ -26,7 +26,7 @@ static const double emission_bias = 0.05;
 /* Figures of the clouds and their lights, the worst of all. */
 typedef struct cloud_light {
   double cell_error; /* of the solved multiple scattering; 0: it is not solved */
-  double albedo;     /* the highest */
+  double albedo;     /* the highest of all clouds, the mean of its bands */
   double sine;       /* of the lights' elevation, the lowest above the horizon */
   bool has_emission;
 } cloud_light;
@@ -35,8 +35,10 @@ static void add_light(const np_packet_light *light, cloud_light *out) {
   const np_scattering_field *field = light->lighting.scattering;
   const np_world *world = &light->world;
   if (field) out->cell_error = fmax(out->cell_error, np_scattering_field_get_quality(field).error);
-  for (unsigned i = 0; i < world->clouds.count; i++)
-    out->albedo = fmax(out->albedo, (double)np_spectrum_max(world->clouds.at[i].albedo));
+  for (unsigned i = 0; i < world->clouds.count; i++) {
+    const np_spectrum albedo = world->clouds.at[i].albedo;
+    out->albedo = fmax(out->albedo, (double)(albedo.band[0] + albedo.band[1] + albedo.band[2]) / NP_BAND_COUNT);
+  }
   if (world->sun_scope != NP_SUN_SKY && np_spectrum_max(world->sun_irradiance) > 0.0f)
     out->sine = fmin(out->sine, fmax(light->direction.z, sine_min));
 }
