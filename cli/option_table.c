@@ -180,6 +180,7 @@ static bool take_quiet(cli_options *out, const cli_option *option, const char *a
 #define INTO(member) offsetof(cli_options, member)
 
 static const char *const integrators[] = {"march", "path", NULL};
+static const char *const qualities[] = {"draft", "preview", "final", "reference", NULL};
 static const char *const guidings[] = {"none", "adjoint", NULL};
 static const char *const sky_disks[] = {"include", "layer", "none", NULL};
 static const char *const sky_methods[] = {"lut", "march", "trace", NULL};
@@ -212,6 +213,8 @@ static const cli_option options[] = {
      .meaning = "seed of all random numbers"},
     {.name = "--integrator", .argument = "NAME", .take = take_setting, .key = "render.integrator",
      .words = integrators, .meaning = "march is fast and biased, path is unbiased and noisy"},
+    {.name = "--quality", .argument = "NAME", .take = take_setting, .key = "render.quality", .words = qualities,
+     .meaning = "settings that keys which are given win over: draft for the eye, reference without bias"},
     {.name = "--path-guiding", .argument = "NAME", .take = take_setting, .key = "render.path_guiding",
      .words = guidings, .meaning = "adjoint guides, splits and ends paths in clouds by the march's solution"},
     {.name = "--method", .argument = "NAME", .take = take_choice, .field = INTO(method), .words = sky_methods,

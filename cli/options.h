@@ -17,6 +17,7 @@ typedef enum cli_exit {
   CLI_IO = 5,
   CLI_LIMIT = 6,
   CLI_DIFFERENT = 7,
+  CLI_SOME_FAILED = 8,
   CLI_INTERRUPTED = 130
 } cli_exit;
 

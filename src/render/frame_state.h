@@ -58,7 +58,6 @@ typedef struct np_frame {
   int min[2];                   /* first pixel that is rendered */
   int view_min[2], view_max[2]; /* of the whole picture with its overscan */
   unsigned width, height;       /* of what is rendered */
-  float blue_noise[NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE];
 } np_frame;
 
 static inline bool np_frame_has_target(const np_frame *f) { return isfinite(f->desc->target_error); }

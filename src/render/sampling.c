@@ -4,6 +4,7 @@
 
 #include "core/alloc.h"
 #include "image/film.h"
+#include "integrate/blue_noise_table.h"
 #include "render/frame_layers.h"
 #include "volume/depth_cursor.h"
 
@@ -38,15 +39,13 @@ enum { OFFSETS = 5 };
 static bool make_ray(const np_frame *f, int x, int y, unsigned sample, const float offset[OFFSETS],
                      np_camera_ray *out) {
   const float u = turn(offset[0], 0.7548776662466927, sample), v = turn(offset[1], 0.5698402909980532, sample);
-  const float noise =
-      f->blue_noise[(unsigned)y % NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE + (unsigned)x % NP_BLUE_NOISE_EDGE];
   const float film[2] = {(float)x + 0.5f + tent(u), (float)y + 0.5f + tent(v)};
   np_film_ray ray;
   if (!np_camera_start_ray(&f->assembly->camera, film[0], film[1], turn(offset[3], 0.8191725133961645, sample),
                            turn(offset[4], 0.6710436067037893, sample), &ray))
     return false;
   *out = clip_ray(&ray, film);
-  out->jitter = turn(noise, 0.6180339887498949, sample);
+  out->jitter = turn(np_blue_noise_get(x, y), 0.6180339887498949, sample);
   out->choice = turn(offset[2], 0.6180339887498949, sample);
   return true;
 }
@@ -483,7 +482,6 @@ static void compute_dim(np_frame *f) {
 
 neph_result np_frame_sample(np_frame *f) {
   compute_dim(f);
-  np_blue_noise_fill(f->blue_noise);
   const np_monitor_part whole = np_monitor_get_part(f->monitor);
   const double pilots_end = np_frame_has_target(f) ? 0.2 : 0.0;
   np_monitor_set_part(f->monitor, whole, 0.0, pilots_end);

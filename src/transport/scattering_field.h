@@ -25,6 +25,7 @@ typedef struct np_transport_desc {
   size_t cell_count_cheap;         /* cells of one voxel where so many are enough */
   size_t cell_count_fine;          /* else where so many will do if light is iterated on cells twice as wide */
   double cell_depth_max;           /* of a cell, (1−g)·σ·edge, where the memory allows */
+  double edge_min_m;               /* no cells are smaller, whatever their depth; 0: no limit */
   bool has_viewer;
   np_dvec3 viewer;
 } np_transport_desc;
@@ -32,6 +33,7 @@ typedef struct np_transport_desc {
 typedef struct np_scattering_desc {
   np_transport_desc cells;
   double work_max; /* cells × directions × harmonics of a sweep, up to which angles are resolved beyond the least */
+  unsigned degree_max; /* most that angles are resolved into */
   double tolerance;
   double seconds_max;  /* after which sweeps end, whatever the residual; infinite: no limit */
   bool has_importance; /* paths can be guided: importance is kept beside the moments */
@@ -41,7 +43,7 @@ typedef struct np_scattering_desc {
 #define NP_SCATTERING_DESC_DEFAULT                                                                                     \
   {                                                                                                                    \
     .cells = {.cell_count_max = 1500000, .cell_count_cheap = 60000, .cell_depth_max = 0.35}, .work_max = 3e7,          \
-    .tolerance = 3e-4, .seconds_max = HUGE_VAL                                                                         \
+    .degree_max = NP_DEGREE_MAX, .tolerance = 3e-4, .seconds_max = HUGE_VAL                                            \
   }
 
 /* Allows as many cells as so much memory holds. */

@@ -115,6 +115,13 @@ static double compute_voxel_depth(const np_world *world) {
 
 static double round_edge(double edge) { return edge > 2.0 ? ceil(4.0 * edge) * 0.25 : edge; }
 
+/* Larger by powers of √2 up to the least edge, so that a moving viewer seldom changes it. */
+static double enlarge_edge(const np_world *world, const np_transport_desc *desc, double edge) {
+  const double voxel = fmax(np_transport_get_voxel(world, 0), np_transport_get_voxel(world, 2));
+  while (edge * voxel * 1.41421356 <= desc->edge_min_m) edge *= 1.41421356;
+  return edge;
+}
+
 /* Edge in voxels that the clouds want; within `cell_count_max` where there is nobody to be near to. */
 static double choose_edge(const np_world *world, const np_transport_desc *desc, bool *out_is_fine) {
   even_axis axes[3];
@@ -123,7 +130,9 @@ static double choose_edge(const np_world *world, const np_transport_desc *desc, 
   double edge = cells <= (double)desc->cell_count_cheap || *out_is_fine ? 1.0 : 2.0;
   while (edge < 8.0 && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
   while (edge > 0.1 && edge * voxel_depth > 3.5 * desc->cell_depth_max) edge *= 0.5;
-  return edge;
+  const double enlarged = enlarge_edge(world, desc, edge);
+  if (enlarged > edge) *out_is_fine = false;
+  return enlarged;
 }
 
 /* ---- Graded cells ---- */
