@@ -90,5 +90,9 @@ np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan) {
   const double cells = count_cells(&light), steps = steps_share * (double)f->settings.tolerance;
   const double method = sqrt(compute_cover(f)) * method_bias[f->desc->multiple_scattering];
   const double rest = hypot(has_air ? air_bias : 0.0, light.has_emission ? emission_bias : 0.0);
+  np_log(
+      f->assembly->context, NEPH_LOG_DEBUG,
+      "model of the bias: cells %.2g, steps %.2g, method %.2g, air and fire %.2g; cells err by %.2g, clouds cover %.2g",
+      cells, steps, method, rest, light.cell_error, compute_cover(f));
   return (np_bias_model){hypot(hypot(cells, steps), hypot(method, rest)), light.has_emission ? 3.0 : 1.8};
 }
