@@ -151,6 +151,11 @@ static bool take_time_limit(cli_options *out, const cli_option *option, const ch
   return cli_read_real(argument, &out->time_limit_s);
 }
 
+static bool take_budget(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  return cli_read_duration(argument, &out->budget_s);
+}
+
 static bool take_center(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
   out->has_center = true;
@@ -263,6 +268,12 @@ static const cli_option options[] = {
      .fallback = "180", .meaning = "azimuth in the middle of the picture, degrees clockwise from north"},
     {.name = "--usd", .argument = "FILE", .take = take_text, .field = INTO(usd_path), .files = "usda",
      .meaning = "write the sky's picture as a dome light, sun, moon and camera to FILE, a .usda"},
+    {.name = "--budget", .argument = "TIME", .take = take_budget, .range = "a number above 0, with s, m or h",
+     .fallback = "10m", .meaning = "time for all of it; what does not fit is left out, and named"},
+    {.name = "--reference", .argument = "FILE", .take = take_text, .field = INTO(reference), .files = "exr",
+     .fallback = "one is made", .meaning = "picture of the scene to measure against, best with standard_error"},
+    {.name = "--quick", .take = take_flag, .field = INTO(is_quick),
+     .meaning = "measure few values of each knob, within a minute"},
     {.name = "--explain", .take = take_flag, .field = INTO(wants_plan),
      .meaning = "print the stages that would run, and the reasons, and stop"},
     {.name = "--dry-run", .letter = 'n', .take = take_flag, .field = INTO(is_dry_run),
@@ -271,6 +282,8 @@ static const cli_option options[] = {
      .meaning = "fail, with exit code 7, when any value of any channel differs"},
     {.name = "--max-rel-mse", .argument = "X", .take = take_relative_mse, .range = "a number from 0",
      .meaning = "fail, with exit code 7, when the relative mean square error is above X"},
+    {.name = "--second", .argument = "FILE", .take = take_text, .field = INTO(second), .files = "exr",
+     .meaning = "tell noise from bias by FILE, the same picture with another seed"},
     {.name = "--man", .take = take_flag, .field = INTO(wants_man), .meaning = "print as a man page"},
     {.name = "--completion", .argument = "SHELL", .take = take_choice, .field = INTO(shell), .words = shells,
      .meaning = "print a script that completes the command line in a shell"},

@@ -154,7 +154,7 @@ static bool is_built_as_told(neph_context *context, const row *r, const char *na
   return !(r->built & ~a.built) && !(r->absent & a.built) && libraries == r->libraries;
 }
 
-/* What the child allocates goes with it. */
+/* All that the child allocates goes with it. */
 static bool try_row(const row *r, const char *name) {
   const pid_t child = fork();
   if (child == 0) {
