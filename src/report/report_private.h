@@ -22,11 +22,12 @@ typedef struct np_setting {
   char text[96];      /* as --set takes it */
   unsigned run_count;
   double cpu_s[NP_REPORT_RUNS_MAX];
-  double stage_s;          /* of them before the first sample, the least */
+  double stage_s;          /* of them besides the samples, the least: stages, and the estimate of the error */
   double visit_s;          /* wall time of a visit, the longest */
   neph_image *pictures[2]; /* means over visits, of the first seed of each and of the second; NULL: left out */
   unsigned visit_count;
   neph_bounded error, noise, bias, effect;
+  neph_bounded stated; /* error by the picture's header */
   bool is_on_front;
 } np_setting;
 
