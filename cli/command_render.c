@@ -326,6 +326,8 @@ const cli_verb cli_verb_render = {
                 {"--target-error"},
                 {"--time-limit"},
                 {"--max-memory", "save memory where a render may need more, or refuse it with exit code 6"},
+                {"--cache"},
+                {"--cache-size"},
                 {"--explain"},
                 {"--dry-run"},
                 {"--progress"}},

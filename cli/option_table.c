@@ -137,6 +137,14 @@ static bool take_max_memory(cli_options *out, const cli_option *option, const ch
   return true;
 }
 
+static bool take_cache_size(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  double gb;
+  if (!cli_read_real(argument, &gb)) return false;
+  out->cache_size_max_bytes = gb < 1e9 ? (uint64_t)(gb * 1e9) : UINT64_MAX;
+  return true;
+}
+
 static bool take_time_limit(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
   out->has_time_limit = true;
@@ -242,6 +250,10 @@ static const cli_option options[] = {
      .meaning = "bake this box of the world alone, in metres"},
     {.name = "--max-memory", .argument = "GB", .take = take_max_memory, .range = "a number from 0",
      .fallback = "none", .meaning = "refuse, with exit code 6, more memory than this"},
+    {.name = "--cache", .argument = "DIR", .take = take_text, .field = INTO(cache_dir), .files = "/",
+     .meaning = "keep the light in clouds, bakes and tables of the air in the folder DIR, for renders to come"},
+    {.name = "--cache-size", .argument = "GB", .take = take_cache_size, .range = "a number from 0", .fallback = "4",
+     .meaning = "remove from the folder of --cache what was not used for longest, beyond this size"},
     {.name = "--velocity", .take = take_flag, .field = INTO(wants_velocity),
      .meaning = "add a grid `vel`: velocities of the cloud by wind and growth, in m/s"},
     {.name = "--error", .take = take_flag, .field = INTO(wants_error),

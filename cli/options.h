@@ -79,8 +79,9 @@ typedef struct cli_options {
   const char *second; /* picture with another seed; NULL: not given */
   bool is_half, has_region, has_memory_max, wants_velocity, wants_error, is_verifying;
   double prune_per_m, region_m[6];
-  uint64_t memory_max_bytes;
-  unsigned level_count; /* 0: not given */
+  uint64_t memory_max_bytes, cache_size_max_bytes;
+  const char *cache_dir; /* NULL: not given */
+  unsigned level_count;  /* 0: not given */
   cli_progress_mode progress;
   neph_log_level log_level;
   bool *given;   /* for each option of the table, in its order */

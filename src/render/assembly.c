@@ -76,7 +76,8 @@ static neph_result take_part(const np_stage_row *row, np_stage stage, const np_s
     cached->slot = part->slot;
     return NEPH_OK;
   }
-  tell(row, part, own ? "rebuilt" : "built", reason);
+  const bool is_loaded = !result && np_stage_disk_load(reuse, &wanted);
+  tell(row, part, is_loaded ? "read from the cache" : own ? "rebuilt" : "built", is_loaded ? "" : reason);
   if (own) own->slot = UINT32_MAX; /* for another part, or nobody */
   const np_stored_result added = {.stage = reuse, .slot = part->slot, .key = wanted.key, .destroy = reuse->destroy};
   const neph_result failed = np_stores_add(part->made->context, stores, added);
@@ -95,7 +96,9 @@ static neph_result make_part(const np_stage_reuse *reuse, const np_stage_part *p
   const np_stored_result *own = np_stores_search(part->made->stores, reuse, part->slot);
   np_stage_part keyed = *part;
   keyed.key = own ? own->key : NULL;
-  return reuse->make(&keyed);
+  const neph_result result = reuse->make(&keyed);
+  if (!result && keyed.key && is_made(reuse, part)) np_stage_disk_save(reuse, &keyed);
+  return result;
 }
 
 /* Gives the result of a part back to the stores, or destroys it where it has no key. */

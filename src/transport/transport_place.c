@@ -405,13 +405,17 @@ double np_transport_expect_error(double cell_depth) {
 /* Place that sunlight is followed to (first_collision.h), cells with and without cloud, and data beside the moments. */
 static const double other_bytes = 300.0;
 
+/* Unknowns of the diffusion equation, their links and vectors, on all of its grids. */
+static const double diffusion_bytes = 100.0;
+
 /* Vectors of moments: the solution, two parts of a sweep, and three bands kept as halves. */
 double np_transport_count_swept_bytes(unsigned degree) {
   return 4.5 * sizeof(float) * np_harmonics_count(degree) + other_bytes;
 }
 
-/* Besides: the source, ten vectors of Anderson's and a copy that is sharpened, before which the diffusion equation has
- * its place: 100 bytes a cell of one grid at a time, 2 % of all more than that copy. Coarser grids have a seventh. */
+/* Besides: the source, six vectors of Anderson's, the first band, a copy that is sharpened, and the diffusion equation.
+ * Coarser grids have a seventh. */
 double np_transport_count_iterated_bytes(unsigned degree) {
-  return 8.0 / 7.0 * (12.0 * sizeof(float) * np_harmonics_count(degree) + np_transport_count_swept_bytes(degree));
+  return 8.0 / 7.0 *
+         (9.0 * sizeof(float) * np_harmonics_count(degree) + diffusion_bytes + np_transport_count_swept_bytes(degree));
 }
