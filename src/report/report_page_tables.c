@@ -3,7 +3,6 @@
 
 #include "report/report_page.h"
 #include "report/report_plots.h"
-#include "report/report_words.h"
 
 /* ---- Cells ---- */
 
@@ -153,7 +152,7 @@ static void add_setting(np_text *text, const neph_report *report, const np_setti
   np_setting_print_label(s, label, sizeof label);
   np_text_add(text, "<tr class=\"%s%s\"><td>", s == &report->settings[0] ? "own " : "", s->is_on_front ? "front" : "");
   np_page_add_escaped(text, label);
-  np_text_add(text, "</td><td>%s</td><td>%u</td>", np_setting_get_integrator(s), s->sample_count);
+  np_text_add(text, "</td><td>%u</td>", s->sample_count);
   add_cell_seconds(text, np_setting_get_cpu_s(s));
   add_cell_seconds(text, s->stage_s);
   add_cell_bounded(text, s->error);
@@ -164,11 +163,10 @@ static void add_setting(np_text *text, const neph_report *report, const np_setti
 }
 
 void np_page_add_settings(np_text *text, const neph_report *report) {
-  np_text_add(text,
-              "<figure><div class=\"scroll\"><table>\n<thead><tr><th>setting</th><th>integrator</th><th>samples</th>"
-              "<th>CPU time</th><th>without samples</th><th>error, %%</th><th>stated</th><th>noise, %%</th><th>bias, "
-              "%%</th><th>runs</th></tr>"
-              "</thead>\n<tbody>\n");
+  np_text_add(text, "<figure><div class=\"scroll\"><table>\n<thead><tr><th>setting</th><th>samples</th>"
+                    "<th>CPU time</th><th>stages</th><th>error, %%</th><th>stated</th><th>noise, %%</th><th>bias, "
+                    "%%</th><th>runs</th></tr>"
+                    "</thead>\n<tbody>\n");
   for (unsigned i = 0; i < report->setting_count; i++)
     if (report->settings[i].run_count) add_setting(text, report, &report->settings[i]);
   np_text_add(text, "</tbody>\n</table></div>\n<figcaption>Every setting that was measured, one knob turned at a time; "

@@ -120,6 +120,9 @@ void np_report_clear_stores(neph_report *report);
 /* Makes it within `seconds` of wall time, unless it is given. */
 neph_result np_report_make_reference(neph_report *report, double seconds);
 
+/* The picture of the reference from its halves. */
+neph_result np_report_join_halves(neph_report *report);
+
 /* Takes a picture into the mean of `count` others. */
 void np_report_average(neph_image *mean, unsigned count, const neph_image *picture);
 
