@@ -14,7 +14,7 @@
 
 #include "core/alloc.h"
 
-/* To be raised with every change of what entries hold. */
+/* Raised with every change of what entries hold. */
 enum { FORMAT = 1 };
 
 static const char magic[16] = "nephos cache\n", ending[] = ".cache", temporary_start[] = ".writing.";

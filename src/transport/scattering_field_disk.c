@@ -4,7 +4,7 @@
 #include "core/disk_cache.h"
 #include "transport/scattering_field_private.h"
 
-/* What is not in blocks. */
+/* All but the blocks. */
 typedef struct field_header {
   int32_t size[3];
   uint32_t degree, band_count, sweeps;

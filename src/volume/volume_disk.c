@@ -6,7 +6,7 @@
 #include "core/disk_cache.h"
 #include "volume/volume_private.h"
 
-/* What is not in blocks. */
+/* All but the blocks. */
 typedef struct volume_header {
   np_affine index_to_world, world_to_index;
   int32_t active_min[3], active_max[3];
