@@ -14,7 +14,6 @@ typedef struct report_job {
   cli_session *session;
   char *folder; /* owned */
   bool is_made; /* the folder, by this run */
-  bool is_told; /* what a scene has to say was said when it was first loaded */
   neph_report *report;
 } report_job;
 
@@ -53,25 +52,7 @@ static cli_exit check_folder(const report_job *job) {
 
 static neph_result load_scene(void *user, neph_scene **out_scene) {
   const report_job *job = user;
-  switch (cli_load_scene(job->session, job->session->options->files[0], out_scene)) {
-  case CLI_DONE:
-    return NEPH_OK;
-  case CLI_USAGE:
-    return NEPH_ERROR_INVALID_ARGUMENT;
-  case CLI_BAD_SCENE:
-    return NEPH_ERROR_BAD_SCENE;
-  case CLI_NOT_FOUND:
-    return NEPH_ERROR_NOT_FOUND;
-  case CLI_IO:
-    return NEPH_ERROR_IO;
-  case CLI_INTERNAL:
-  case CLI_LIMIT:
-  case CLI_DIFFERENT:
-  case CLI_SOME_FAILED:
-  case CLI_INTERRUPTED:
-  default:
-    return NEPH_ERROR_INTERNAL;
-  }
+  return cli_read_scene(job->session, job->session->options->files[0], out_scene);
 }
 
 static neph_result create(report_job *job) {
@@ -146,7 +127,7 @@ static cli_exit run_report(cli_session *session) {
 const cli_verb cli_verb_report = {
     .name = "report",
     .arguments = "SCENE",
-    .summary = "measure error against run time for a scene, over all settings that matter for it",
+    .summary = "measure error against run time for a scene",
     .argument_min = 1,
     .argument_max = 1,
     .run = run_report,
@@ -168,6 +149,6 @@ const cli_verb cli_verb_report = {
                 {"--reference"},
                 {"--quick"},
                 {"--progress"}},
-    .examples = {{"nephos report scene.yaml --quick --resolution 32x18 --budget 5s", "see what a minute can tell"},
-                 {"nephos report scene.yaml -o out/report --budget 30m", "measure every knob several times"}},
+    .examples = {{"nephos report scene.yaml --quick --resolution 32x18 --budget 2s", "measure what two seconds allow"},
+                 {"nephos report scene.yaml --resolution 32x18 --budget 3s -o measured --json", "print the figures"}},
 };

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "core/alloc.h"
+#include "core/random.h"
 #include "report/report_budget.h"
 #include "report/report_knobs.h"
 #include "report/report_page.h"
@@ -13,6 +14,8 @@
 static int set_up(void **state) { return test_set_up(state, 2, NULL); }
 
 static const char sky[] = "{camera: {resolution: [16, 16]}, sun: {elevation: 30 deg}}";
+static const char furnace[] = "{camera: {resolution: [16, 16], look_at: [0, 1 km, 1 km]}, atmosphere: none,"
+                              " sun: {irradiance: 0}, environment: {radiance: 1, planet: none}}";
 static const char studio[] = "{camera: {resolution: [8, 4], position: [0, -3 km, 800 m], look_at: [0, 0, 1500 m]},"
                              " sun: {elevation: 40 deg}, atmosphere: none,"
                              " clouds: [{bake: {preset: cumulus_humilis, extent: [2 km, 2 km], voxel: 200 m}}]}";
@@ -193,17 +196,19 @@ static void test_pages_of_nothing(void **state) {
   neph_report_destroy(report);
 }
 
-/* A sky has no noise, and the march little bias in it. */
-static void test_a_sky_is_measured(void **state) {
+/* Uniform light and nothing in it: both integrators see it exactly. */
+static void test_a_furnace_has_no_error(void **state) {
   test_fixture *f = *state;
   source s;
-  neph_report *report = create(f, &s, sky, 1.5);
+  neph_report *report = create(f, &s, furnace, 1.0);
   assert_int_equal(neph_report_run(report), NEPH_OK);
   neph_report_row row = NEPH_REPORT_ROW_DEFAULT;
   assert_int_equal(neph_report_get_row(report, 0, &row), NEPH_OK);
   assert_true(row.run_count >= 2 && row.cpu_s > 0.0 && row.cpu_min_s <= row.cpu_s && row.cpu_s <= row.cpu_max_s);
   assert_true(row.stage_s < row.cpu_s);
-  assert_true(row.bias.min < 0.05); /* 0.4 % by day, below the noise of a reference of half a second */
+  /* Means of floats are rounded to 6e-8. */
+  assert_near(row.error.value, 0.0, 1e-6);
+  assert_near(row.bias.max, 0.0, 1e-6);
   char *page = print(report, np_report_to_html), *text;
   assert_null(strstr(page, "incomplete"));
   np_alloc_free(f->context, page);
@@ -212,6 +217,66 @@ static void test_a_sky_is_measured(void **state) {
   neph_text_destroy(f->context, text);
   assert_int_equal(neph_report_get_row(report, 999, &row), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "row 999");
+  assert_int_equal(neph_report_run(report), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "has run");
+  neph_report_destroy(report);
+}
+
+/* ---- Errors ---- */
+
+/* A picture of a pattern times `gain`, with normal noise of a relative size. */
+static neph_image *make_picture(test_fixture *f, double gain, double noise, uint64_t seed) {
+  static const char *const names[] = {"R", "G", "B"};
+  enum { SIDE = 64 };
+  neph_image *image;
+  assert_int_equal(neph_image_create(f->context, SIDE, SIDE, 3, names, &image), NEPH_OK);
+  for (unsigned i = 0; i < SIDE * SIDE; i++) {
+    np_random random = np_random_start(seed, 0, i, 0, 0);
+    double normal = -6.0; /* twelve uniform numbers have a variance of 1 */
+    for (int k = 0; k < 12; k++) normal += np_random_double(&random);
+    const double pattern = 1.0 + 0.5 * sin(0.3 * (i % SIDE)) * cos(0.2 * (i / SIDE));
+    for (int c = 0; c < 3; c++) neph_image_get_channel(image, names[c])[i] = (float)(pattern * (gain + noise * normal));
+  }
+  return image;
+}
+
+/* Noise of 20 %, a bias of 3 %, and a reference of 30 %, ten times the bias: its noise is not taken for bias. */
+static void test_noise_and_bias_come_apart(void **state) {
+  test_fixture *f = *state;
+  source s;
+  neph_report *report = create(f, &s, furnace, 1.0);
+  np_report_reference *reference = &report->reference;
+  double bias2 = 0.0, noise2 = 0.0;
+  unsigned covered = 0;
+  enum { TRIALS = 16 };
+  for (unsigned trial = 0; trial < TRIALS; trial++) {
+    np_setting *own = &report->settings[0];
+    for (unsigned k = 0; k < 2; k++) {
+      reference->halves[k] = make_picture(f, 1.0, 0.3 * sqrt(2.0), 10 * trial + k);
+      own->pictures[k] = make_picture(f, 1.03, 0.2, 10 * trial + 2 + k);
+    }
+    assert_int_equal(np_report_join_halves(report), NEPH_OK);
+    reference->noise = (neph_bounded){0.3, 0.3, 0.3};
+    assert_int_equal(np_report_make_yardstick(report, own->pictures), NEPH_OK);
+    own->visit_count = 1;
+    assert_int_equal(np_report_measure(report, own), NEPH_OK);
+    bias2 += own->bias.value * own->bias.value / TRIALS;
+    noise2 += own->noise.value * own->noise.value / TRIALS;
+    covered += own->bias.min <= 0.03 && own->bias.max >= 0.03;
+    for (unsigned k = 0; k < 2; k++) {
+      neph_image_destroy(reference->halves[k]);
+      neph_image_destroy(own->pictures[k]);
+      reference->halves[k] = own->pictures[k] = NULL;
+    }
+    neph_image_destroy(reference->picture);
+    neph_image_destroy(report->yardstick);
+    reference->picture = report->yardstick = NULL;
+  }
+  /* A product of differences of 0.47 each, over 4096 pixels and 16 trials: 0.47² / 256 = 9e-4, as much as the bias²;
+   * what is below 0 counts as 0. */
+  assert_true(sqrt(bias2) < 0.06);
+  assert_true(covered >= 13);                   /* of 16 intervals of 95 %: fewer in one of a thousand */
+  assert_near_relative(sqrt(noise2), 0.2, 0.1); /* relative to a yardstick that has noise of its own */
   neph_report_destroy(report);
 }
 
@@ -271,7 +336,8 @@ int main(void) {
       WITH_CONTEXT(test_front_and_targets),
       cmocka_unit_test(test_samples_of_a_model),
       WITH_CONTEXT(test_pages_of_nothing),
-      WITH_CONTEXT(test_a_sky_is_measured),
+      WITH_CONTEXT(test_a_furnace_has_no_error),
+      WITH_CONTEXT(test_noise_and_bias_come_apart),
       WITH_CONTEXT(test_cancelled),
       WITH_CONTEXT(test_bad_descriptions),
   };

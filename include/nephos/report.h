@@ -45,7 +45,7 @@ NEPH_API neph_result neph_report_create(neph_context *context, const neph_report
 /** Ends a report. NULL is allowed. */
 NEPH_API void neph_report_destroy(neph_report *report);
 
-/** Renders the reference, then all settings in turn, again and again while the budget lasts.
+/** Renders the reference, then all settings in turn, again and again while the budget lasts. Once for a report.
  *
  * Time is CPU time of the process, its median over runs: nothing else should compute in it. While it runs, the
  * context's log has warnings of the scene once, and errors.
@@ -65,8 +65,9 @@ typedef struct neph_report_row {
   unsigned run_count; /**< pictures rendered; 0: left out, all that follows is NaN */
   double cpu_s;       /**< CPU seconds of a picture with all its stages, median over runs */
   double cpu_min_s, cpu_max_s;
-  double stage_s;                  /**< of them before the first sample */
+  double stage_s;                  /**< of them besides the samples: stages, and the estimate of the error */
   neph_bounded error, noise, bias; /**< of docs/error.md, of one picture */
+  neph_bounded stated;             /**< error that the picture's header states */
   neph_bounded effect; /**< rms difference from the knob's finest value, over the reference; NaN for words */
   bool is_on_front;    /**< no other setting is both faster and of less error */
 } neph_report_row;

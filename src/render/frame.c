@@ -181,7 +181,9 @@ static void choose_luminance(np_frame *f, const np_plan *plan) {
 
 static neph_result estimate_error(const np_frame *f, const np_plan *plan, neph_image *image) {
   np_frame_error error;
+  const double start_s = plan->times ? np_cpu_time_s() : 0.0;
   neph_result result = np_frame_estimate_error(f, plan, &error);
+  if (plan->times) plan->times->error_s = np_cpu_time_s() - start_s;
   return result ? result : np_frame_error_write(&error, image);
 }
 

@@ -54,6 +54,7 @@ typedef struct np_plan_stage {
 typedef struct np_stage_times {
   double cpu_s[NP_STAGE_COUNT];
   bool is_reused[NP_STAGE_COUNT]; /* a part of it was taken from the stores */
+  double error_s;                 /* the estimate of the picture's error */
 } np_stage_times;
 
 /* The frame by which a sequence's frames are placed and scaled. */

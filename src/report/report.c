@@ -118,7 +118,7 @@ void neph_report_destroy(neph_report *report) {
 
 /* ---- Running ---- */
 
-static const double first_deadline = 2.0; /* budgets */
+static const double first_deadline = 4.0; /* budgets */
 
 /* Each round turns through all settings: a machine that is slow for a while is so for all. */
 static neph_result run_round(neph_report *report, unsigned round) {
@@ -167,6 +167,8 @@ static neph_result run_quietly(neph_report *report) {
 }
 
 neph_result neph_report_run(neph_report *report) {
+  if (report->spent_s > 0.0)
+    return np_fail(report->context, NEPH_ERROR_INVALID_ARGUMENT, "the report has run: create another");
   locale_t saved = np_values_enter();
   np_report_start_clock(report);
   neph_result result = run_quietly(report);
@@ -201,6 +203,7 @@ neph_result neph_report_get_row(const neph_report *report, unsigned index, neph_
                          .error = s->error,
                          .noise = s->noise,
                          .bias = s->bias,
+                         .stated = s->stated,
                          .effect = s->effect,
                          .is_on_front = s->is_on_front};
   return np_desc_write(report->context, "neph_report_row", &row, sizeof row, out_row);

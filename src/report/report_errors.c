@@ -55,7 +55,9 @@ neph_result np_report_make_yardstick(neph_report *report, neph_image *const marc
   const bool has_noise = isfinite(report->reference.noise.value);
   const float share = get_march_share(report);
   const int count = has_noise ? COLOURS_AND_ERRORS : COLOURS;
-  neph_result result = create_picture(report, (unsigned)count, &report->yardstick);
+  neph_image_difference ignored = NEPH_IMAGE_DIFFERENCE_DEFAULT; /* a file may not match the scene */
+  neph_result result = neph_image_compare(report->context, march[0], reference, &ignored);
+  if (!result) result = create_picture(report, (unsigned)count, &report->yardstick);
   for (int c = 0; !result && c < count; c++) {
     float *out = neph_image_get_channel(report->yardstick, channels[c]);
     const float *r = neph_image_get_values(reference, channels[c]);

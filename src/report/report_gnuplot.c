@@ -80,10 +80,10 @@ static void replace(np_text *out, const char *svg, const char *name, const renam
 
 neph_result np_gnuplot_draw(neph_context *context, const char *script, const char *name, char **out_svg) {
   static const rename_row rows[] = {
-      {"\"black\"", "\"currentColor\""}, {"'black'", "'currentColor'"},
-      {"color='white'", "opacity='0'"},  {"id='gp", "id='%gp"},
-      {"href='#gp", "href='#%gp"},       {"id='textbox'", "id='%text'"},
-      {"id='greybox'", "id='%grey'"},    {"id=\"gnuplot", "id=\"%gnuplot"},
+      {"\"black\"", "\"currentColor\""},  {"'black'", "'currentColor'"},
+      {" color='white'", " opacity='0'"}, {"id='gp", "id='%gp"},
+      {"href='#gp", "href='#%gp"},        {"id='textbox'", "id='%text'"},
+      {"id='greybox'", "id='%grey'"},     {"id=\"gnuplot", "id=\"%gnuplot"},
       {"<title>Gnuplot</title>", ""},
   };
   *out_svg = NULL;

@@ -7,6 +7,7 @@
 #include "report/report_page.h"
 #include "report/report_pictures.h"
 #include "report/report_plots.h"
+#include "report/report_targets.h"
 
 /* ---- Plots ---- */
 
@@ -96,7 +97,7 @@ neph_result np_page_add_curves(np_text *text, const neph_report *report) {
 
 /* ---- Pictures ---- */
 
-enum { PICTURES_MAX = 5 };
+enum { PICTURES_MAX = 6 };
 
 static void add_picture_caption(np_text *text, const np_setting *s) {
   char label[64];
@@ -138,16 +139,20 @@ static neph_result add_reference(np_text *text, const neph_report *report) {
   return result;
 }
 
-/* The scene's own, and settings of the front from the fastest. */
+/* Pictures that say something: the scene's own, and those of the front, from the fastest, that are none of noise. */
+static const double error_shown_max = 0.5;
+
 neph_result np_page_add_pictures(np_text *text, const neph_report *report) {
-  unsigned count = 0;
+  const np_setting *front[NP_REPORT_SETTINGS_MAX], *own = &report->settings[0];
+  const unsigned count = np_report_list_front(report, front);
+  unsigned shown = 0;
   np_text_add(text, "<figure><div class=\"pictures\">\n");
   neph_result result = add_reference(text, report);
-  for (unsigned i = 0; !result && i < report->setting_count && count < PICTURES_MAX; i++) {
-    const np_setting *s = &report->settings[i];
-    if (!s->run_count || (i > 0 && !s->is_on_front)) continue;
-    result = add_pair(text, report, s);
-    count++;
+  if (!result && own->run_count) result = add_pair(text, report, own);
+  for (unsigned i = 0; !result && i < count && shown < PICTURES_MAX; i++) {
+    if (front[i] == own || !(front[i]->error.value < error_shown_max)) continue;
+    result = add_pair(text, report, front[i]);
+    shown++;
   }
   np_text_add(text,
               "</div>\n<figcaption><b>Figure 3.</b> Pictures with one exposure, means of the runs, and beside "

@@ -3,7 +3,6 @@
 
 #include "report/report_page.h"
 #include "report/report_plots.h"
-#include "report/report_words.h"
 
 /* ---- Cells ---- */
 
@@ -153,26 +152,28 @@ static void add_setting(np_text *text, const neph_report *report, const np_setti
   np_setting_print_label(s, label, sizeof label);
   np_text_add(text, "<tr class=\"%s%s\"><td>", s == &report->settings[0] ? "own " : "", s->is_on_front ? "front" : "");
   np_page_add_escaped(text, label);
-  np_text_add(text, "</td><td>%s</td><td>%u</td>", np_setting_get_integrator(s), s->sample_count);
+  np_text_add(text, "</td><td>%u</td>", s->sample_count);
   add_cell_seconds(text, np_setting_get_cpu_s(s));
   add_cell_seconds(text, s->stage_s);
   add_cell_bounded(text, s->error);
+  np_text_add(text, "<td>"), np_page_add_percent(text, s->stated.value), np_text_add(text, "</td>");
   add_cell_bounded(text, s->noise);
   add_cell_bounded(text, s->bias);
   np_text_add(text, "<td>%u</td></tr>\n", s->run_count);
 }
 
 void np_page_add_settings(np_text *text, const neph_report *report) {
-  np_text_add(text,
-              "<figure><div class=\"scroll\"><table>\n<thead><tr><th>setting</th><th>integrator</th><th>samples</th>"
-              "<th>CPU time</th><th>stages</th><th>error, %%</th><th>noise, %%</th><th>bias, %%</th><th>runs</th></tr>"
-              "</thead>\n<tbody>\n");
+  np_text_add(text, "<figure><div class=\"scroll\"><table>\n<thead><tr><th>setting</th><th>samples</th>"
+                    "<th>CPU time</th><th>stages</th><th>error, %%</th><th>stated</th><th>noise, %%</th><th>bias, "
+                    "%%</th><th>runs</th></tr>"
+                    "</thead>\n<tbody>\n");
   for (unsigned i = 0; i < report->setting_count; i++)
     if (report->settings[i].run_count) add_setting(text, report, &report->settings[i]);
-  np_text_add(text, "</tbody>\n</table></div>\n<figcaption>Every setting that was measured, one knob turned at a "
-                    "time; ● is on the Pareto front. CPU time is the median over runs, all threads together, with "
-                    "the stages before the first sample beside it. In brackets are 95 %% bounds. report.csv has the "
-                    "keys of each.</figcaption></figure>\n");
+  np_text_add(text, "</tbody>\n</table></div>\n<figcaption>Every setting that was measured, one knob turned at a time; "
+                    "● is on the Pareto front. CPU time is the median over runs, all threads together; beside it is "
+                    "the share that samples do not add to, stages and the estimate of the error. “Stated” is the error "
+                    "by that estimate. In brackets are 95 %% bounds. report.csv has the keys of "
+                    "each.</figcaption></figure>\n");
 }
 
 void np_page_add_omitted(np_text *text, const neph_report *report) {

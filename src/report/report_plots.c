@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "report/report_axes.h"
+#include "report/report_targets.h"
 
 enum { SERIES_MARCH, SERIES_APPROXIMATION, SERIES_PATH, SERIES_COUNT };
 
@@ -35,19 +36,6 @@ static int get_series(const np_setting *s) {
 }
 
 static bool is_shown(const np_setting *s) { return s->run_count && s->error.value > 0.0; }
-
-/* Settings of the front by time, fastest first. */
-static unsigned sort_front(const neph_report *report, const np_setting **out) {
-  unsigned count = 0;
-  for (unsigned i = 0; i < report->setting_count; i++) {
-    const np_setting *s = &report->settings[i];
-    if (!s->is_on_front || !is_shown(s)) continue;
-    unsigned at = count++;
-    for (; at > 0 && np_setting_get_cpu_s(out[at - 1]) > np_setting_get_cpu_s(s); at--) out[at] = out[at - 1];
-    out[at] = s;
-  }
-  return count;
-}
 
 static void add_front(np_text *text, const np_setting *const *front, unsigned count, const np_axis x) {
   np_text_add(text, "$front << E\n");
@@ -143,7 +131,7 @@ neph_result np_plot_front(const neph_report *report, char **out_script) {
   np_plot_begin(&text, 900, 480, "CPU time of a picture, s", "error a pixel, %");
   np_axis_print(&text, 'x', &axes[0]);
   np_axis_print(&text, 'y', &axes[1]);
-  const unsigned count = sort_front(report, front);
+  const unsigned count = np_report_list_front(report, front);
   add_front(&text, front, count, axes[0]);
   add_labels(&text, report, front, count, axes);
   add_series(&text, report);

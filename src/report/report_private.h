@@ -22,11 +22,12 @@ typedef struct np_setting {
   char text[96];      /* as --set takes it */
   unsigned run_count;
   double cpu_s[NP_REPORT_RUNS_MAX];
-  double stage_s;          /* of them before the first sample, the least */
+  double stage_s;          /* of them besides the samples, the least: stages, and the estimate of the error */
   double visit_s;          /* wall time of a visit, the longest */
   neph_image *pictures[2]; /* means over visits, of the first seed of each and of the second; NULL: left out */
   unsigned visit_count;
   neph_bounded error, noise, bias, effect;
+  neph_bounded stated; /* error by the picture's header */
   bool is_on_front;
 } np_setting;
 
@@ -118,6 +119,9 @@ void np_report_clear_stores(neph_report *report);
 
 /* Makes it within `seconds` of wall time, unless it is given. */
 neph_result np_report_make_reference(neph_report *report, double seconds);
+
+/* The picture of the reference from its halves. */
+neph_result np_report_join_halves(neph_report *report);
 
 /* Takes a picture into the mean of `count` others. */
 void np_report_average(neph_image *mean, unsigned count, const neph_image *picture);

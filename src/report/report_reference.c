@@ -73,7 +73,7 @@ static neph_result make_halves(making *m) {
 
 /* Mean of the halves, whose standard error is half their difference: of one pixel a guess, of many right in the mean of
  * squares. */
-static neph_result join_halves(neph_report *report) {
+neph_result np_report_join_halves(neph_report *report) {
   static const char *const names[] = {"R", "G", "B", "standard_error.R", "standard_error.G", "standard_error.B"};
   np_report_reference *reference = &report->reference;
   const neph_image *first = reference->halves[0], *second = reference->halves[1];
@@ -102,7 +102,7 @@ static neph_result make(neph_report *report, double seconds) {
   result = make_halves(&m);
   np_report_clear_stores(report);
   neph_scene_destroy(m.scene);
-  return result ? result : join_halves(report);
+  return result ? result : np_report_join_halves(report);
 }
 
 /* ---- Both ---- */

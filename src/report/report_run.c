@@ -2,6 +2,7 @@
 /* Pictures of a report, and the CPU time that each takes. Stages that pictures share are built once, and their time is
  * added to that of each. */
 #include <math.h>
+#include <stdlib.h>
 #include <time.h>
 
 #include "core/parallel.h"
@@ -68,7 +69,8 @@ static void add_run(neph_report *report, const np_plan *plan, const run_times *t
   if (!setting || setting->run_count == NP_REPORT_RUNS_MAX) return;
   const bool is_first = setting->run_count == 0;
   setting->cpu_s[setting->run_count++] = times->cpu_s - own_s + stages_s;
-  setting->stage_s = is_first ? stages_s : fmin(setting->stage_s, stages_s);
+  const double fixed_s = stages_s + times->stages.error_s;
+  setting->stage_s = is_first ? fixed_s : fmin(setting->stage_s, fixed_s);
 }
 
 neph_result np_report_render(neph_report *report, neph_scene *scene, const neph_render_desc *desc, np_setting *setting,
@@ -106,6 +108,7 @@ static void keep_picture(np_setting *setting, unsigned which, neph_image *pictur
 static neph_result render_pair(neph_report *report, np_setting *setting, neph_scene *scene, unsigned visit) {
   neph_render_desc desc;
   neph_image *pictures[2] = {NULL, NULL};
+  const unsigned run_count = setting->run_count;
   neph_result result = np_report_describe_run(scene, setting->integrator, setting->sample_count, &desc);
   for (unsigned i = 0; !result && i < 2; i++) {
     desc.seed = FIRST_SEED + 2 * visit + i;
@@ -116,8 +119,22 @@ static neph_result render_pair(neph_report *report, np_setting *setting, neph_sc
       neph_image_destroy(pictures[i]);
     else
       keep_picture(setting, i, pictures[i]);
-  if (!result) setting->visit_count++;
+  if (result)
+    setting->run_count = run_count;
+  else
+    setting->visit_count++;
   return result;
+}
+
+static double get_number(const neph_image *image, const char *name) {
+  const char *text = neph_image_get_attribute(image, name);
+  return text ? strtod(text, NULL) : (double)NAN;
+}
+
+/* The error that a picture's header states: of the first that was averaged. */
+static neph_bounded get_stated(const neph_image *image) {
+  return (neph_bounded){get_number(image, "nephos:error"), get_number(image, "nephos:errorMin"),
+                        get_number(image, "nephos:errorMax")};
 }
 
 neph_result np_report_visit(neph_report *report, np_setting *setting, unsigned visit) {
@@ -129,6 +146,7 @@ neph_result np_report_visit(neph_report *report, np_setting *setting, unsigned v
   report->stored_family = setting->family + 1;
   result = render_pair(report, setting, scene, visit);
   neph_scene_destroy(scene);
+  if (!result) setting->stated = get_stated(setting->pictures[0]);
   setting->visit_s = fmax(setting->visit_s, np_report_get_seconds(report) - before_s);
   if (!result && !report->yardstick) result = np_report_make_yardstick(report, setting->pictures);
   return result ? result : np_report_measure(report, setting);

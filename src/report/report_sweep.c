@@ -14,6 +14,7 @@
 static void strip(neph_scene *scene) {
   scene->output.has_beauty = true;
   scene->output.aovs = 0;
+  scene->camera.overscan = 0;
   np_alloc_free(scene->context, scene->output.deep);
   scene->output.deep = NULL;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
@@ -104,7 +105,7 @@ static neph_result add_setting(neph_report *report, np_setting setting) {
   if (report->setting_count == NP_REPORT_SETTINGS_MAX) return NEPH_ERROR_INTERNAL;
   const neph_bounded unknown = {(double)NAN, (double)NAN, (double)NAN};
   name_setting(&setting);
-  setting.error = setting.noise = setting.bias = setting.effect = unknown;
+  setting.error = setting.noise = setting.bias = setting.effect = setting.stated = unknown;
   neph_result result = predict(report, &setting);
   if (!result) report->settings[report->setting_count++] = setting;
   return result;

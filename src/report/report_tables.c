@@ -33,6 +33,7 @@ static void add_csv_row(np_text *text, const np_setting *s) {
   add_bounded(text, s->error);
   add_bounded(text, s->noise);
   add_bounded(text, s->bias);
+  add_bounded(text, s->stated);
   add_bounded(text, s->effect);
   np_text_add(text, ",%d\n", s->is_on_front);
 }
@@ -41,7 +42,8 @@ neph_result np_report_to_csv(const neph_report *report, char **out_text) {
   np_text text = {.context = report->context};
   if (!report->is_complete) np_text_add(&text, "# incomplete: %s\n", np_report_get_state(report));
   np_text_add(&text, "knob,setting,integrator,samples,runs,cpu_s,cpu_min_s,cpu_max_s,stage_s,error,error_min,error_max,"
-                     "noise,noise_min,noise_max,bias,bias_min,bias_max,effect,effect_min,effect_max,on_front\n");
+                     "noise,noise_min,noise_max,bias,bias_min,bias_max,stated,stated_min,stated_max,effect,effect_min,"
+                     "effect_max,on_front\n");
   for (unsigned i = 0; i < report->setting_count; i++) add_csv_row(&text, &report->settings[i]);
   return np_text_finish(&text, out_text);
 }
@@ -69,6 +71,7 @@ static void put_setting(np_json *json, const np_setting *s) {
     put_bounded(json, "error", s->error);
     put_bounded(json, "noise", s->noise);
     put_bounded(json, "bias", s->bias);
+    if (isfinite(s->stated.value)) put_bounded(json, "stated", s->stated);
     if (isfinite(s->effect.value)) put_bounded(json, "effect", s->effect);
     np_json_put_bool(json, "on_front", s->is_on_front);
   }

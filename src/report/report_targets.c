@@ -25,6 +25,18 @@ void np_report_mark_front(neph_report *report) {
   }
 }
 
+unsigned np_report_list_front(const neph_report *report, const np_setting **out) {
+  unsigned count = 0;
+  for (unsigned i = 0; i < report->setting_count; i++) {
+    const np_setting *s = &report->settings[i];
+    if (!s->is_on_front) continue;
+    unsigned at = count++;
+    for (; at > 0 && np_setting_get_cpu_s(out[at - 1]) > np_setting_get_cpu_s(s); at--) out[at] = out[at - 1];
+    out[at] = s;
+  }
+  return count;
+}
+
 /* ---- Targets ---- */
 
 double np_cost_model_count_samples(const np_cost_model *model, double error) {

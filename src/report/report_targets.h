@@ -8,6 +8,9 @@
 /* Marks settings that no other beats in both time and error. */
 void np_report_mark_front(neph_report *report);
 
+/* The marked settings, fastest first; returns their number. There is room for NP_REPORT_SETTINGS_MAX. */
+unsigned np_report_list_front(const neph_report *report, const np_setting **out_settings);
+
 /* Settings for 10, 3, 1 and 0.3 %. */
 void np_report_choose_targets(neph_report *report);
 
