@@ -16,6 +16,9 @@ enum {
   CHEAP_DEPTH = NP_FIXED_POINT_DEPTH_MAX
 };
 
+/* Residual beyond which nobody wants to be that exact. */
+static const double cheap_tolerance_max = 2e-3;
+
 static size_t count_moments(const np_transport_grid *g) { return g->active_count * np_harmonics_count(g->degree); }
 
 neph_result np_transport_level_allocate(np_transport_level *level, bool is_emitting) {
@@ -128,7 +131,7 @@ static neph_result start_iteration(const np_transport_lights *lights, np_transpo
 neph_result np_transport_level_solve(const np_transport_lights *lights, np_transport_level *level,
                                      np_transport_effort *effort) {
   const size_t moments = count_moments(&level->grid);
-  const bool is_cheap = moments <= CHEAP_MOMENTS;
+  const bool is_cheap = moments <= CHEAP_MOMENTS && effort->tolerance <= cheap_tolerance_max;
   const unsigned depth = np_transport_grid_is_column(&level->grid) ? 1 : is_cheap ? CHEAP_DEPTH : DEPTH;
   iteration it;
   neph_result result = start_iteration(lights, level, true, 2 * depth, &it);

@@ -115,10 +115,14 @@ static double compute_voxel_depth(const np_world *world) {
 
 static double round_edge(double edge) { return edge > 2.0 ? ceil(4.0 * edge) * 0.25 : edge; }
 
-/* Larger by powers of √2 up to the least edge, so that a moving viewer seldom changes it. */
+/* Larger by powers of √2 up to the least edge, so that a moving viewer seldom changes it; but no cell that is so thick
+ * that its light is wrong by tens of per cent. */
 static double enlarge_edge(const np_world *world, const np_transport_desc *desc, double edge) {
+  static const double step = 1.41421356, thickest = 4.0;
   const double voxel = fmax(np_transport_get_voxel(world, 0), np_transport_get_voxel(world, 2));
-  while (edge * voxel * 1.41421356 <= desc->edge_min_m) edge *= 1.41421356;
+  const double depth = compute_voxel_depth(world);
+  while (step * edge * voxel <= desc->edge_min_m && step * edge * depth <= thickest * desc->cell_depth_max)
+    edge *= step;
   return edge;
 }
 

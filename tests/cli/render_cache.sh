@@ -20,20 +20,20 @@ stages $moved -o moved.exr
 same cold.exr alone.exr
 same warm.exr alone.exr
 same moved.exr moved_alone.exr
-ls c | sed 's/-.*//' | sort
+ls c | sed 's/-.*//' | sort -u
 
 echo 'another sun'
 stages --set sun.elevation=20deg -o sun.exr
 
 echo 'damaged'
 for n in c/*; do head -c 4000 "$n" >cut && mv cut "$n"; done
-quietly --cache c -o cut.exr 2>err && sed 's/-[0-9a-f]\{32\}//' err | sort
+quietly --cache c -o cut.exr 2>err && sed 's/-[0-9a-f]\{32\}//' err | sort -u
 same cut.exr alone.exr
 for n in c/*; do printf x | dd of="$n" bs=1 seek=3000 conv=notrunc 2>dd.err; done
-quietly --cache c -o flipped.exr 2>err && sed 's/-[0-9a-f]\{32\}//' err | sort
+quietly --cache c -o flipped.exr 2>err && sed 's/-[0-9a-f]\{32\}//' err | sort -u
 same flipped.exr alone.exr
 for n in c/*; do : >"$n"; done
-quietly --cache c -o empty.exr 2>err && sed 's/-[0-9a-f]\{32\}//' err | sort
+quietly --cache c -o empty.exr 2>err && sed 's/-[0-9a-f]\{32\}//' err | sort -u
 same empty.exr alone.exr
 
 echo 'two at once, and some that are killed'
@@ -54,7 +54,7 @@ quietly --cache c -o after.exr
 same after.exr alone.exr
 
 echo 'bounded'
-nephos render scene.yaml --progress none --cache small --cache-size 0.00001 -o small.exr 2>&1 | grep kept | sed -E 's/-[0-9a-f]{32}//; s/takes [0-9.e-]+/takes N/'
+nephos render scene.yaml --progress none --cache small --cache-size 0.00001 -o small.exr 2>&1 | grep kept | sed -E 's/-[0-9a-f]{32}//; s/takes [0-9.e-]+/takes N/' | sort -u
 ls small
 same small.exr alone.exr
 
