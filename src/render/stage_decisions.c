@@ -100,7 +100,7 @@ static void count_cloud(np_plan *plan, const neph_scene *scene, const np_scene_c
   } else {
     const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
     plan->bake_voxel_count += count_voxels(&bake);
-    plan->cloud_voxel_count += 0.4 * count_voxels(&bake);
+    plan->cloud_voxel_count += plan->filled_share * count_voxels(&bake);
   }
 }
 
