@@ -14,7 +14,6 @@ static void print_measures(const cli_session *session, const measure *measures, 
                            const neph_image_difference *difference) {
   const bool is_json = session->options->is_json;
   const unsigned long long values = difference->value_count, differing = difference->differing_count;
-  if (is_json) printf("{");
   for (size_t i = 0; i < count; i++) {
     const double value = measures[i].value;
     if (!is_json && measures[i].is_optional && isnan(value)) continue;
@@ -31,6 +30,34 @@ static void print_measures(const cli_session *session, const measure *measures, 
     printf("%-22s %llu\n%-22s %llu\n", "values compared", values, "values that differ", differing);
 }
 
+/* A figure of a pixel with its bounds. */
+static void print_bounded(bool is_json, const char *name, const char *label, const neph_bounded *figure) {
+  const struct {
+    const char *ending;
+    double value;
+  } parts[] = {{"", figure->value}, {"_min", figure->min}, {"_max", figure->max}};
+  for (size_t i = 0; is_json && i < sizeof parts / sizeof *parts; i++)
+    if (isfinite(parts[i].value))
+      printf("\"%s%s\": %.9g, ", name, parts[i].ending, parts[i].value);
+    else
+      printf("\"%s%s\": null, ", name, parts[i].ending);
+  if (is_json) return;
+  if (isnan(figure->value))
+    printf("%-22s unknown\n", label);
+  else if (isnan(figure->min))
+    printf("%-22s %.3g %%\n", label, 100.0 * figure->value);
+  else
+    printf("%-22s %.3g %% (%.3g to %.3g)\n", label, 100.0 * figure->value, 100.0 * figure->min, 100.0 * figure->max);
+}
+
+static void print_errors(const cli_session *session, const neph_image_difference *difference) {
+  const bool is_json = session->options->is_json;
+  print_bounded(is_json, "pixel_error", "error a pixel", &difference->pixel_error);
+  print_bounded(is_json, "pixel_noise", "error a pixel: noise", &difference->pixel_noise);
+  print_bounded(is_json, "pixel_bias", "error a pixel: bias", &difference->pixel_bias);
+  if (is_json) printf("\"pixel_count\": %llu, ", (unsigned long long)difference->pixel_count);
+}
+
 static void print_difference(const cli_session *session, const neph_image_difference *difference) {
   const measure measures[] = {
       {"relative_mse", "relative MSE", difference->relative_mse, false},
@@ -44,6 +71,8 @@ static void print_difference(const cli_session *session, const neph_image_differ
       {"p999_relative", "99.9 % relative", difference->p999_relative, false},
       {"max_absolute", "largest difference", difference->max_absolute, false},
   };
+  if (session->options->is_json) printf("{");
+  print_errors(session, difference);
   print_measures(session, measures, sizeof measures / sizeof *measures, difference);
 }
 
@@ -79,10 +108,12 @@ static cli_exit check_output(const cli_session *session) {
   return CLI_USAGE;
 }
 
-static cli_exit compare_images(cli_session *session, const neph_image *image, const neph_image *reference) {
+static cli_exit compare_images(cli_session *session, const neph_image *image, const neph_image *second,
+                               const neph_image *reference) {
   const cli_options *options = session->options;
   neph_image_difference difference = NEPH_IMAGE_DIFFERENCE_DEFAULT;
-  neph_result result = neph_image_compare(session->context, image, reference, &difference);
+  neph_result result = second ? neph_image_compare_seeds(session->context, image, second, reference, &difference)
+                              : neph_image_compare(session->context, image, reference, &difference);
   if (!result && options->output_count) result = save_difference(session, image, reference, options->outputs[0]);
   if (result) return cli_exit_of(result);
   print_difference(session, &difference);
@@ -91,13 +122,15 @@ static cli_exit compare_images(cli_session *session, const neph_image *image, co
 
 static cli_exit run_compare(cli_session *session) {
   const cli_options *options = session->options;
-  neph_image *image = NULL, *reference = NULL;
+  neph_image *image = NULL, *second = NULL, *reference = NULL;
   cli_exit exit = check_output(session);
   if (exit) return exit;
   neph_result result = neph_image_load_exr(session->context, options->files[0], &image);
   if (!result) result = neph_image_load_exr(session->context, options->files[1], &reference);
-  exit = result ? cli_exit_of(result) : compare_images(session, image, reference);
+  if (!result && options->second) result = neph_image_load_exr(session->context, options->second, &second);
+  exit = result ? cli_exit_of(result) : compare_images(session, image, second, reference);
   neph_image_destroy(image);
+  neph_image_destroy(second);
   neph_image_destroy(reference);
   return exit;
 }
@@ -111,9 +144,14 @@ const cli_verb cli_verb_compare = {
     .run = run_compare,
     .files = "exr",
     .exits = CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_DIFFERENT),
-    .description = "Prints measures of the difference. Where the reference has channels `standard_error.*`, lines that "
-                   "begin with `noise:` give the part of the differences that is its own noise.",
+    .description =
+        "Prints measures of the difference. The error a pixel is the relative rms difference of luminance over "
+        "the pixels brighter than a hundredth of the mean, with 95 % bounds; noise and bias are told apart by "
+        "--second, by the picture's channels `standard_error.*`, or by its header. Where the reference has channels "
+        "`standard_error.*`, lines that "
+        "begin with `noise:` give the part of the differences that is its own noise.",
     .options = {{"--output", "write a picture of the difference to FILE, an .exr", .files = "exr"},
+                {"--second"},
                 {"--exact"},
                 {"--max-rel-mse"}},
     .examples = {{"nephos compare frame.exr reference.exr", "print the measures"},

@@ -1,126 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <time.h>
-#include <unistd.h>
 
+#include "render_job.h"
 #include "verbs.h"
-
-/* The files of one frame; NULL: not wanted. */
-typedef struct targets {
-  char *image, *preview, *deep;
-} targets;
-
-typedef struct render_job {
-  cli_session *session;
-  neph_scene *scene;
-  neph_render_desc desc;
-  neph_output output;
-} render_job;
-
-/* ---- Where to ---- */
-
-/* --output replaces what the scene says: once or twice, a picture and a preview. Deep pictures are the scene's alone.
- */
-static cli_exit choose_outputs(render_job *job) {
-  const cli_options *options = job->session->options;
-  if (options->output_count) job->output.image = job->output.preview = NULL;
-  for (size_t i = 0; i < options->output_count; i++) {
-    const char *path = options->outputs[i];
-    const bool is_preview = cli_has_extension(path, ".png");
-    const char **place = is_preview ? &job->output.preview : &job->output.image;
-    if ((!is_preview && !cli_has_extension(path, ".exr")) || *place) {
-      cli_complain("--output is %s, must be one .exr, one .png, or one of each", path);
-      return CLI_USAGE;
-    }
-    *place = path;
-  }
-  if (job->output.image || job->output.preview || job->output.deep) return CLI_DONE;
-  cli_complain("%s names no output: give output.image in it, or --output", options->files[0]);
-  return CLI_USAGE;
-}
-
-/* Stands for the eye's name, as in Nuke. */
-static const char eye_mark[] = "%V";
-
-static cli_exit check_pattern(const render_job *job, const char *pattern) {
-  if (pattern && neph_scene_is_stereo(job->scene) && !strstr(pattern, eye_mark)) {
-    cli_complain("%s would be written for both eyes: put %s where left or right goes", pattern, eye_mark);
-    return CLI_USAGE;
-  }
-  if (!pattern || cli_is_single_frame(job->session->options) || strchr(pattern, '#')) return CLI_DONE;
-  cli_complain("%s would be written for every frame: put # where the number goes", pattern);
-  return CLI_USAGE;
-}
-
-/* Pattern, to be freed, with the name of the eye in the place of its mark. NULL: no memory. */
-static char *name_eye(const render_job *job, const char *pattern) {
-  const char *mark = strstr(pattern, eye_mark);
-  if (!mark || job->desc.eye == NEPH_EYE_CENTRE) return strdup(pattern);
-  char *named;
-  const int printed = asprintf(&named, "%.*s%s%s", (int)(mark - pattern), pattern,
-                               job->desc.eye == NEPH_EYE_LEFT ? "left" : "right", mark + strlen(eye_mark));
-  return printed < 0 ? NULL : named;
-}
-
-/* Output path, to be freed: the pattern, or, for a tile, "out/frame.####.tile2of4.exr". NULL: no memory. */
-static char *name_tile(const cli_options *options, const char *pattern) {
-  const size_t length = strlen(pattern), ending = strlen(".exr");
-  if (!options->tile_count || options->output_count || length <= ending) return strdup(pattern);
-  char *tiled;
-  const int stem = (int)(length - ending);
-  const int printed =
-      asprintf(&tiled, "%.*s.tile%uof%u%s", stem, pattern, options->tile_index, options->tile_count, pattern + stem);
-  return printed < 0 ? NULL : tiled;
-}
-
-static neph_result name_target(const render_job *job, const char *pattern, char **out_path) {
-  *out_path = NULL;
-  if (!pattern) return NEPH_OK;
-  char *named = name_eye(job, pattern), *tiled = named ? name_tile(job->session->options, named) : NULL;
-  neph_result result = NEPH_ERROR_OUT_OF_MEMORY;
-  if (tiled) result = neph_frame_get_path(job->session->context, tiled, job->desc.frame, out_path);
-  free(named);
-  free(tiled);
-  return result;
-}
-
-static void free_targets(const render_job *job, targets *t) {
-  neph_text_destroy(job->session->context, t->image);
-  neph_text_destroy(job->session->context, t->preview);
-  neph_text_destroy(job->session->context, t->deep);
-}
-
-static neph_result name_targets(const render_job *job, targets *out) {
-  *out = (targets){NULL, NULL, NULL};
-  neph_result result = name_target(job, job->output.image, &out->image);
-  if (!result) result = name_target(job, job->output.preview, &out->preview);
-  if (!result) result = name_target(job, job->output.deep, &out->deep);
-  return result;
-}
-
-/* A cloud that is not on disk is baked to its file before the first pixel. */
-static cli_exit check_cloud(const render_job *job, unsigned index) {
-  const char *pattern = neph_scene_get_cloud_file(job->scene, index);
-  if (!pattern || !neph_scene_is_cloud_baked(job->scene, index)) return CLI_DONE;
-  char *path;
-  cli_exit exit = cli_exit_of(neph_frame_get_path(job->session->context, pattern, job->desc.frame, &path));
-  if (!exit && access(path, F_OK)) exit = cli_check_target(job->session, path);
-  neph_text_destroy(job->session->context, path);
-  return exit;
-}
-
-static cli_exit check_targets(render_job *job) {
-  targets t;
-  neph_result result = name_targets(job, &t);
-  cli_exit exit = cli_exit_of(result);
-  if (!exit && t.image) exit = cli_check_target(job->session, t.image);
-  if (!exit && t.preview) exit = cli_check_target(job->session, t.preview);
-  if (!exit && t.deep) exit = cli_check_target(job->session, t.deep);
-  for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(job->scene); i++) exit = check_cloud(job, i);
-  free_targets(job, &t);
-  return exit;
-}
 
 /* Parts of a picture, and frames of a sequence, must match: what none of them shows alone cannot expose them. */
 static void choose_exposure(render_job *job) {
@@ -171,7 +57,79 @@ static double get_time_s(void) {
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-static void print_frame(const render_job *job, const targets *t, double seconds) {
+/* A frame that is done. */
+typedef struct frame_facts {
+  double seconds;
+  neph_image_error error;
+} frame_facts;
+
+/* Most memory that the process has had so far. */
+static double get_memory_bytes(void) {
+  struct rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return 1024.0 * (double)usage.ru_maxrss;
+}
+
+/* "2.6", "12", "0.04": shares as per cent, to two digits. */
+static void print_percent(double share) {
+  const double percent = 100.0 * share;
+  printf(percent >= 9.95 || percent == 0.0 ? "%.0f" : percent >= 0.995 ? "%.1f" : "%.2g", percent);
+}
+
+static void print_memory(double bytes) {
+  if (bytes >= 1e9)
+    printf("%.1f GB", 1e-9 * bytes);
+  else
+    printf("%.0f MB", 1e-6 * bytes);
+}
+
+static void print_bias(const neph_image_error *error) {
+  if (error->bias.value == 0.0) {
+    printf("no bias)");
+    return;
+  }
+  printf("bias about ");
+  print_percent(error->bias.value);
+  printf("%s%s)", isnan(error->error.value) ? " %" : "", error->bias_source == NEPH_BIAS_BY_MODEL ? " by model" : "");
+}
+
+/* "error 2.6 % a pixel (noise 1.1, bias about 2.4)" */
+static void print_error(const neph_image_error *error) {
+  if (isnan(error->bias.value)) return;
+  printf("; error ");
+  if (isnan(error->error.value)) {
+    printf("unknown (noise unknown, ");
+  } else {
+    print_percent(error->error.value);
+    printf(" %% a pixel (noise ");
+    print_percent(error->noise.value);
+    printf(", ");
+  }
+  print_bias(error);
+}
+
+static void print_json_bounded(const char *name, const neph_bounded *figure) {
+  const struct {
+    const char *ending;
+    double value;
+  } parts[] = {{"", figure->value}, {"_min", figure->min}, {"_max", figure->max}};
+  for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+    if (isnan(parts[i].value))
+      printf(", \"%s%s\": null", name, parts[i].ending);
+    else
+      printf(", \"%s%s\": %.4g", name, parts[i].ending, parts[i].value);
+}
+
+static void print_json_facts(const frame_facts *facts) {
+  static const char *const sources[] = {"null", "\"model\"", "\"measured\""};
+  printf(", \"seconds\": %.3f, \"memory_bytes\": %.0f", facts->seconds, get_memory_bytes());
+  print_json_bounded("error", &facts->error.error);
+  print_json_bounded("noise", &facts->error.noise);
+  print_json_bounded("bias", &facts->error.bias);
+  printf(", \"bias_source\": %s}\n", sources[facts->error.bias_source]);
+}
+
+static void print_frame(const render_job *job, const render_targets *t, const frame_facts *facts) {
   if (!job->session->options->is_json) {
     const char *const names[] = {t->image, t->preview, t->deep}, *join = "";
     printf("frame %d: ", job->desc.frame);
@@ -180,17 +138,20 @@ static void print_frame(const render_job *job, const targets *t, double seconds)
       printf("%s%s", join, names[i]);
       join = ", ";
     }
-    printf(", %.2f s\n", seconds);
+    printf(", %.2f s, ", facts->seconds);
+    print_memory(get_memory_bytes());
+    print_error(&facts->error);
+    printf("\n");
     return;
   }
   printf("{\"frame\": %d", job->desc.frame);
   if (t->image) printf(", \"image\": "), cli_print_json_text(t->image);
   if (t->preview) printf(", \"preview\": "), cli_print_json_text(t->preview);
   if (t->deep) printf(", \"deep\": "), cli_print_json_text(t->deep);
-  printf(", \"seconds\": %.3f}\n", seconds);
+  print_json_facts(facts);
 }
 
-static neph_result save_frame(const render_job *job, const neph_image *image, const targets *t) {
+static neph_result save_frame(const render_job *job, const neph_image *image, const render_targets *t) {
   neph_result result = NEPH_OK;
   if (t->image) result = neph_image_save_exr(image, t->image, job->output.pixel_type);
   if (!result && t->preview) result = neph_image_save_png(image, t->preview, &job->output.preview_desc);
@@ -198,18 +159,20 @@ static neph_result save_frame(const render_job *job, const neph_image *image, co
   return result;
 }
 
-static cli_exit render_to(render_job *job, const targets *t) {
+static cli_exit render_to(render_job *job, const render_targets *t) {
   neph_image *image = NULL;
   cli_progress *progress = &job->session->progress;
   double start_s = get_time_s();
   cli_progress_set_call(progress, 0.97);
   neph_result result = neph_render_image(job->scene, &job->desc, &image);
   if (!result) cli_progress_set_stage(progress, "writing", 0.97);
-  if (!result) result = save_frame(job, image, t);
+  if (!result) job->batch.is_stopped = (result = save_frame(job, image, t)) != NEPH_OK;
   if (!result) cli_progress_set_stage(progress, "writing", 1.0);
   cli_progress_finish(progress);
+  frame_facts facts = {.seconds = get_time_s() - start_s, .error = NEPH_IMAGE_ERROR_DEFAULT};
+  if (!result) result = neph_image_get_error(image, &facts.error);
   neph_image_destroy(image);
-  if (!result) print_frame(job, t, get_time_s() - start_s);
+  if (!result) print_frame(job, t, &facts);
   fflush(stdout);
   return cli_exit_of(result);
 }
@@ -222,7 +185,7 @@ static cli_exit explain(render_job *job) {
 }
 
 /* A dry run refuses all that a render refuses before its first pixel. */
-static cli_exit rehearse(render_job *job, const targets *t) {
+static cli_exit rehearse(render_job *job, const render_targets *t) {
   char *text;
   neph_result result = neph_render_explain(job->scene, &job->desc, NEPH_TEXT_PLAIN, &text);
   if (result) return cli_exit_of(result);
@@ -236,10 +199,10 @@ static cli_exit rehearse(render_job *job, const targets *t) {
 static cli_exit render_frame(render_job *job) {
   const cli_options *options = job->session->options;
   if (options->wants_plan) return explain(job);
-  targets t;
-  cli_exit exit = cli_exit_of(name_targets(job, &t));
+  render_targets t;
+  cli_exit exit = cli_exit_of(render_job_name_targets(job, &t));
   if (!exit) exit = options->is_dry_run ? rehearse(job, &t) : render_to(job, &t);
-  free_targets(job, &t);
+  render_job_free_targets(job, &t);
   return exit;
 }
 
@@ -254,7 +217,7 @@ static cli_exit for_each_eye(render_job *job, cli_exit (*step)(render_job *job))
   return exit;
 }
 
-/* Calls `step` for each picture of each frame until one fails or the process is interrupted. */
+/* Calls `step` for each frame until one fails or the process is interrupted. */
 static cli_exit for_each_frame(render_job *job, cli_exit (*step)(render_job *job)) {
   static const cli_frame_range only_first = {1, 1, 1};
   const cli_options *options = job->session->options;
@@ -264,23 +227,63 @@ static cli_exit for_each_frame(render_job *job, cli_exit (*step)(render_job *job
   for (size_t i = 0; i < count; i++)
     for (int64_t frame = ranges[i].first; !exit && frame <= ranges[i].last; frame += ranges[i].step) {
       job->desc.frame = (int)frame;
-      exit = cli_is_interrupted() ? CLI_INTERRUPTED : for_each_eye(job, step);
+      exit = cli_is_interrupted() ? CLI_INTERRUPTED : step(job);
     }
   return exit;
+}
+
+static cli_exit count_frame(render_job *job) {
+  job->batch.count++;
+  return CLI_DONE;
+}
+
+static cli_exit check_eyes(render_job *job) { return for_each_eye(job, render_job_check_targets); }
+
+static void note_failure(render_job *job, cli_exit exit) {
+  frame_batch *b = &job->batch;
+  const size_t length = strlen(b->failed);
+  char number[16];
+  snprintf(number, sizeof number, "%s%d", b->failed_count ? ", " : "", job->desc.frame);
+  b->failed_count++;
+  if (length + strlen(number) + sizeof ", ..." <= sizeof b->failed)
+    strcpy(b->failed + length, number);
+  else if (length < 4 || strcmp(b->failed + length - 3, "..."))
+    strcpy(b->failed + length, ", ...");
+  if (job->session->options->is_json) printf("{\"frame\": %d, \"exit\": %d}\n", job->desc.frame, (int)exit);
+}
+
+/* A frame that fails, of more than one, lets the rest go on. */
+static cli_exit render_eyes(render_job *job) {
+  const cli_exit exit = for_each_eye(job, render_frame);
+  if (!exit || exit == CLI_INTERRUPTED || job->batch.count == 1) return exit;
+  note_failure(job, exit);
+  return job->batch.is_stopped ? exit : CLI_DONE;
+}
+
+/* Says which frames failed. `exit` is of what ended the batch before its last frame. */
+static cli_exit end_batch(const render_job *job, cli_exit exit) {
+  const frame_batch *b = &job->batch;
+  if (!b->failed_count) return exit;
+  cli_complain("%u of %u frames failed: %s%s", b->failed_count, b->count, b->failed,
+               b->is_stopped ? "; those after it were not begun" : "");
+  return exit ? exit : CLI_SOME_FAILED;
+}
+
+static cli_exit render_batch(render_job *job) {
+  cli_exit exit = for_each_frame(job, count_frame);
+  if (!exit) exit = for_each_frame(job, render_eyes);
+  return end_batch(job, exit);
 }
 
 static cli_exit run(render_job *job) {
   const cli_options *options = job->session->options;
   choose_effort(job);
   cli_exit exit = choose_pixels(job);
-  if (!exit && options->wants_plan) return for_each_frame(job, render_frame);
-  if (!exit) exit = choose_outputs(job);
+  if (!exit && options->wants_plan) return render_batch(job);
+  if (!exit) exit = render_job_choose_outputs(job);
   if (!exit) choose_exposure(job);
-  if (!exit) exit = check_pattern(job, job->output.image);
-  if (!exit) exit = check_pattern(job, job->output.preview);
-  if (!exit) exit = check_pattern(job, job->output.deep);
-  if (!exit) exit = for_each_frame(job, check_targets);
-  return exit ? exit : for_each_frame(job, render_frame);
+  if (!exit) exit = for_each_frame(job, check_eyes);
+  return exit ? exit : render_batch(job);
 }
 
 static neph_result set_resolution(const cli_options *options, neph_scene *scene) {
@@ -315,7 +318,7 @@ const cli_verb cli_verb_render = {
     .argument_max = 1,
     .run = run_render,
     .files = "yaml yml",
-    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT),
+    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT) | CLI_MAY(CLI_SOME_FAILED),
     .description = "Renders frames. The file names come from the scene's `output`; the last run of # in them is the "
                    "frame's number, and %V, of a stereo camera, the eye's name, left or right. Everything that can be "
                    "checked is checked before the first pixel: the scene, the "
@@ -329,11 +332,14 @@ const cli_verb cli_verb_render = {
                 {"--tile"},
                 {"--samples"},
                 {"--seed"},
+                {"--quality"},
                 {"--integrator"},
                 {"--path-guiding"},
                 {"--target-error"},
                 {"--time-limit"},
-                {"--max-memory", "refuse, with exit code 6, a render that may need more"},
+                {"--max-memory", "save memory where a render may need more, or refuse it with exit code 6"},
+                {"--cache"},
+                {"--cache-size"},
                 {"--explain"},
                 {"--dry-run"},
                 {"--progress"}},

@@ -18,6 +18,7 @@ static const struct {
     {CLI_IO, true, "reading or writing failed, or a file is damaged"},
     {CLI_LIMIT, false, "a limit was reached, and there is no result"},
     {CLI_DIFFERENT, false, "a difference was found"},
+    {CLI_SOME_FAILED, false, "some frames of a batch failed; the others are there"},
     {CLI_INTERRUPTED, true, "interrupted by SIGINT, SIGTERM, SIGHUP or a closed standard output"},
 };
 

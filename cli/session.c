@@ -38,6 +38,8 @@ cli_exit cli_session_start(const cli_options *options, cli_session *session) {
   desc.log = cli_progress_log;
   desc.log_user = &session->progress;
   desc.log_level_max = options->log_level;
+  desc.cache_dir = options->cache_dir;
+  desc.cache_size_max_bytes = options->cache_size_max_bytes;
   return cli_exit_of(neph_context_create(&desc, &session->context));
 }
 

@@ -159,6 +159,94 @@ static void noise_of_the_reference_is_stated(void **state) {
   neph_image_destroy(image);
 }
 
+/* Pictures of a bias of ± `bias` by columns of eight pixels and of noise, relative to a reference that spans a factor
+ * of nine. R, G and B are of one sample: their noise is the same. */
+typedef struct made_picture {
+  unsigned side;
+  double bias, noise;
+} made_picture;
+
+static double get_made_reference(const made_picture *m, unsigned i) {
+  return 1.0 + 0.8 * sin(0.11 * (double)(i % m->side) + 0.07 * (double)(i / m->side));
+}
+
+static void fill_made(const made_picture *m, uint32_t seed, double bias, double noise, neph_image *out) {
+  np_random random = np_random_start(9, seed, 0, 0, 0);
+  for (unsigned i = 0; i < m->side * m->side; i++) {
+    const double sign = i % m->side / 8 % 2 ? 1.0 : -1.0;
+    const double value = get_made_reference(m, i), factor = 1.0 + sign * bias + noise * draw_normal(&random);
+    for (int c = 0; c < 3; c++) out->channels[c].values[i] = (float)(value * factor);
+    for (unsigned c = 3; c < out->channel_count; c++) out->channels[c].values[i] = (float)(value * noise);
+  }
+}
+
+static bool holds(neph_bounded figure, double value) { return figure.min <= value && value <= figure.max; }
+
+static const char *const rgb_with_errors[] = {
+    "R", "G", "B", "standard_error.R", "standard_error.G", "standard_error.B"};
+
+static const made_picture made = {64, 0.02, 0.03};
+
+/* A noisy reference, whose own noise is taken off; noise of the picture by its channels, and by a second seed. */
+static void made_errors_come_back_within_their_bounds(void **state) {
+  test_fixture *f = *state;
+  enum { PICTURES = 100 };
+  neph_image *image[2], *reference;
+  for (int k = 0; k < 2; k++)
+    assert_int_equal(neph_image_create(f->context, made.side, made.side, 6, rgb_with_errors, &image[k]), NEPH_OK);
+  assert_int_equal(neph_image_create(f->context, made.side, made.side, 6, rgb_with_errors, &reference), NEPH_OK);
+  int held[6] = {0};
+  for (uint32_t k = 0; k < PICTURES; k++) {
+    fill_made(&made, 3 * k, made.bias, made.noise, image[0]);
+    fill_made(&made, 3 * k + 1, made.bias, made.noise, image[1]);
+    fill_made(&made, 3 * k + 2, 0.0, 0.02, reference);
+    neph_image_difference by_pair = NEPH_IMAGE_DIFFERENCE_DEFAULT, d = compare(f, image[0], reference);
+    assert_int_equal(neph_image_compare_seeds(f->context, image[0], image[1], reference, &by_pair), NEPH_OK);
+    held[0] += holds(d.pixel_error, hypot(made.bias, made.noise));
+    held[1] +=
+        fabs(d.pixel_noise.value / made.noise - 1.0) < 0.01; /* stated by channels: known to the reference's 2 % */
+    held[2] += holds(d.pixel_bias, made.bias);
+    held[3] += holds(by_pair.pixel_error, hypot(made.bias, made.noise));
+    held[4] += holds(by_pair.pixel_noise, made.noise);
+    held[5] += holds(by_pair.pixel_bias, made.bias);
+  }
+  /* 95 of 100 have a standard deviation of 2.2; four of them, as six counts are looked at and squares are skewed. */
+  for (int i = 0; i < 6; i++) assert_in_range(held[i], 86, 100);
+  for (int k = 0; k < 2; k++) neph_image_destroy(image[k]);
+  neph_image_destroy(reference);
+}
+
+/* Noise stated by the header, else nothing is known of it; pixels below a hundredth of the mean are left out. */
+static void noise_is_unknown_where_nothing_states_it(void **state) {
+  test_fixture *f = *state;
+  neph_image *image = create_flat(f, 16, 16, 1.05f), *reference = create_flat(f, 16, 16, 1.0f);
+  for (int c = 0; c < 3; c++) reference->channels[c].values[0] = 0.001f;
+  neph_image_difference d = compare(f, image, reference);
+  assert_int_equal(d.pixel_count, 255);
+  assert_near(d.pixel_error.value, 0.05, 1e-6); /* floats near 1 */
+  assert_true(isnan(d.pixel_noise.value) && isnan(d.pixel_bias.value) && isnan(d.pixel_bias.max));
+  assert_int_equal(neph_image_set_attribute(image, "nephos:noise", "0.03"), NEPH_OK);
+  assert_int_equal(neph_image_set_attribute(image, "nephos:noiseMax", "0.031"), NEPH_OK);
+  d = compare(f, image, reference);
+  assert_near(d.pixel_noise.value, 0.03, 1e-12);
+  assert_near(d.pixel_bias.value, 0.04, 2e-6);
+  assert_true(holds(d.pixel_bias, 0.04) && d.pixel_bias.min < d.pixel_bias.value);
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+}
+
+/* A green of +10 % alone: 7.15 % of Rec.709's luminance, a third in bands. */
+static void error_is_that_of_luminance(void **state) {
+  test_fixture *f = *state;
+  neph_image *image = create_flat(f, 16, 16, 1.0f), *reference = create_flat(f, 16, 16, 1.0f);
+  for (int i = 0; i < 256; i++) image->channels[1].values[i] = 1.1f;
+  assert_near(compare(f, image, reference).pixel_error.value, 0.0715, 1e-4); /* 0.7152 by the primaries' digits */
+  assert_int_equal(neph_image_set_attribute(reference, "nephos:colorSpace", "nephos-bands"), NEPH_OK);
+  assert_near(compare(f, image, reference).pixel_error.value, 0.1 / 3.0, 1e-6);
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+}
+
 static void black_references_give_no_nan(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_flat(f, 16, 16, 0), *reference = create_flat(f, 16, 16, 0);
@@ -256,7 +344,7 @@ static neph_result compare_two(neph_context *context, void *user) {
   neph_image_difference difference = NEPH_IMAGE_DIFFERENCE_DEFAULT;
   neph_result result = neph_image_create(context, 9, 9, 4, rgbz, &image);
   if (!result) result = neph_image_create(context, 9, 9, 4, rgbz, &reference);
-  if (!result) result = neph_image_compare(context, image, reference, &difference);
+  if (!result) result = neph_image_compare_seeds(context, image, image, reference, &difference);
   if (!result) result = neph_image_create_difference(context, image, reference, &out);
   neph_image_destroy(out);
   neph_image_destroy(reference);
@@ -280,6 +368,9 @@ int main(void) {
       COMPARE_TEST(confidence_interval_holds_the_bias_as_often_as_it_says),
       COMPARE_TEST(block_rms_looks_past_the_noise_of_pixels),
       COMPARE_TEST(noise_of_the_reference_is_stated),
+      COMPARE_TEST(made_errors_come_back_within_their_bounds),
+      COMPARE_TEST(noise_is_unknown_where_nothing_states_it),
+      COMPARE_TEST(error_is_that_of_luminance),
       COMPARE_TEST(black_references_give_no_nan),
       COMPARE_TEST(values_without_a_finite_reference_are_left_out),
       COMPARE_TEST(unmeasurable_pictures_are_refused),

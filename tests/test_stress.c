@@ -330,8 +330,8 @@ static neph_image *render_cut(unsigned threads, const char *samples, test_log *l
   return image;
 }
 
-/* Where too few of the cut paths are followed for the loss to be known, it is infinite, and said so; and threads change
- * no bit of it. */
+/* The loss is infinite, and said to be, where too few of the cut paths are followed for it to be known. Threads change no
+ * bit of the picture. */
 static void a_cut_picture_states_an_infinite_loss(void **state) {
   (void)state;
   static test_log log;

@@ -139,7 +139,7 @@ static triangle_soup make_soup(neph_context *context, unsigned samples) {
   for (unsigned row = 0; row + 1 < samples; row++)
     for (unsigned column = 0; column + 1 < samples; column++) {
       np_dvec3 quad[4];
-      for (unsigned i = 0; i < 4; i++) quad[i] = np_heightfield_get_point(&field, &globe, column + i % 2, row + i / 2);
+      for (unsigned i = 0; i < 4; i++) quad[i] = place_sample(&field, &globe, column + i % 2, row + i / 2);
       memcpy(soup.corners[soup.count++], quad, 3 * sizeof *quad);
       memcpy(soup.corners[soup.count++], quad + 1, 3 * sizeof *quad);
     }

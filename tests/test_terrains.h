@@ -35,6 +35,12 @@ static inline neph_terrain *make_ridges(neph_context *context, unsigned sample_c
   return terrain;
 }
 
+static inline np_dvec3 place_sample(const np_heightfield *field, const np_globe *globe, unsigned column, unsigned row) {
+  return np_globe_to_world(globe, field->south_rad + row * field->step_north_rad,
+                           field->west_rad + column * field->step_east_rad,
+                           (double)field->elevation_m[(size_t)row * field->width + column]);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
 #endif

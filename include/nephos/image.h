@@ -124,6 +124,37 @@ NEPH_API neph_result neph_image_save_png(const neph_image *image, const char *pa
 NEPH_API neph_result neph_image_describe_file(neph_context *context, const char *path, neph_text_format format,
                                               char **out_text) NEPH_NODISCARD;
 
+/** A figure with its 95 % bounds; NaN where it is unknown. */
+typedef struct neph_bounded {
+  double value, min, max;
+} neph_bounded;
+
+/** Origin of a stated bias. */
+typedef enum neph_bias_source {
+  NEPH_BIAS_UNKNOWN,
+  NEPH_BIAS_BY_MODEL, /**< by the scene and the settings alone (docs/error.md) */
+  NEPH_BIAS_MEASURED  /**< by the tracer too, at some pixels */
+} neph_bias_source;
+
+/** Error of a picture as its render estimated it: relative rms of luminance over pixels above a hundredth of the mean
+ * (docs/error.md). */
+typedef struct neph_image_error {
+  size_t struct_size;
+  neph_bounded error; /**< error² = noise² + bias² */
+  neph_bounded noise, bias;
+  neph_bias_source bias_source;
+} neph_image_error;
+
+#define NEPH_IMAGE_ERROR_DEFAULT                                                                                       \
+  { .struct_size = sizeof(neph_image_error) }
+
+/** The error that the header of a rendered picture, made or loaded, states (nephos:error, nephos:noise, nephos:bias,
+ * and each with Min and Max behind it).
+ *
+ * @param out_error  starts from NEPH_IMAGE_ERROR_DEFAULT; figures that the header lacks become NaN.
+ */
+NEPH_API neph_result neph_image_get_error(const neph_image *image, neph_image_error *out_error) NEPH_NODISCARD;
+
 /** The difference of a picture from a reference, over the channels R, G, B (or all, where those are missing). L is the
  * reference, d the picture minus it. Values that are not finite in the reference are left out. */
 typedef struct neph_image_difference {
@@ -144,6 +175,13 @@ typedef struct neph_image_difference {
   uint64_t value_count;   /**< values compared */
   uint64_t differing_count; /**< values whose bits differ, every channel counted; a channel that only one of the
                                  pictures has differs everywhere */
+  neph_bounded pixel_error; /**< relative rms difference of luminance from the reference's, over the pixels brighter
+                               than a hundredth of its mean (docs/error.md); the reference's own noise is taken off
+                               where it has standard_error.* */
+  neph_bounded pixel_noise; /**< its random part; NaN, as is the bias, where neither a second picture nor
+                                 standard_error.* of the picture nor its header states it */
+  neph_bounded pixel_bias;  /**< its part that stays with every seed: error² = noise² + bias² */
+  uint64_t pixel_count;     /**< pixels that these three are of */
 } neph_image_difference;
 
 #define NEPH_IMAGE_DIFFERENCE_DEFAULT                                                                                  \
@@ -156,6 +194,12 @@ typedef struct neph_image_difference {
  */
 NEPH_API neph_result neph_image_compare(neph_context *context, const neph_image *image, const neph_image *reference,
                                         neph_image_difference *out_difference) NEPH_NODISCARD;
+
+/** As neph_image_compare, with the noise from a second picture that differs from the first in its seed alone, of the
+ * same size. */
+NEPH_API neph_result neph_image_compare_seeds(neph_context *context, const neph_image *image, const neph_image *second,
+                                              const neph_image *reference,
+                                              neph_image_difference *out_difference) NEPH_NODISCARD;
 
 /** A picture of the difference, to be saved as EXR, or as PNG without automatic exposure.
  *

@@ -20,6 +20,7 @@ struct neph_context {
   neph_reallocate_fn reallocate;
   void *reallocate_user;
   char *module_dir; /* NULL when none was given */
+  struct np_disk_cache *disk_cache; /* its folder is NULL where none is wanted */
   np_pool *pool;
   atomic_size_t allocated_bytes, allocated_bytes_peak;
 };
@@ -29,6 +30,10 @@ void np_context_release(neph_context *context);
 
 /* The log of a context that was given none: errors and warnings as lines on stderr. */
 void np_log_print(void *user, neph_log_level level, const char *message);
+
+static inline bool np_log_is_wanted(const neph_context *context, neph_log_level level) {
+  return level <= context->log_level_max;
+}
 
 /* Delivers a message if its level is wanted. */
 void np_log(neph_context *context, neph_log_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));

@@ -14,7 +14,7 @@ static void replace_controls(char *message) {
 }
 
 static void deliver(neph_context *context, neph_log_level level, const char *format, va_list arguments) {
-  if (!context || level > context->log_level_max) return;
+  if (!context || !np_log_is_wanted(context, level)) return;
   char message[MESSAGE_BYTES];
   int length = vsnprintf(message, sizeof message, format, arguments);
   if (length < 0) return;

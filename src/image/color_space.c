@@ -133,4 +133,11 @@ bool np_color_space_to_rec709(const float from[8], np_color_matrix *out_rec709_f
   return true;
 }
 
+bool np_color_space_get_luminances(const float chromaticities_of_rgb[8], double out[3]) {
+  np_color_matrix xyz_from_rgb = {{{0.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 0.0}}};
+  if (!is_xyz(chromaticities_of_rgb) && !compute_xyz_from_rgb(chromaticities_of_rgb, &xyz_from_rgb)) return false;
+  for (int c = 0; c < 3; c++) out[c] = xyz_from_rgb.at[1][c];
+  return true;
+}
+
 double np_color_space_white_luminance(void) { return NP_LUMENS_PER_WATT * np_matching_luminous_width_nm(); }

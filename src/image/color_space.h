@@ -40,6 +40,9 @@ void np_color_space_weigh(np_color_space space, const double xyz_nm[3], double o
  * no space. */
 bool np_color_space_to_rec709(const float chromaticities[8], np_color_matrix *out_rec709_from_rgb);
 
+/* Shares of R, G and B of a picture's chromaticities in its luminance, 1 in all. False when they span no space. */
+bool np_color_space_get_luminances(const float chromaticities[8], double out[3]);
+
 /* Luminance of (1, 1, 1), cd/m². */
 double np_color_space_white_luminance(void);
 

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "image/image_private.h"
+#include "image/image_error.h"
 
 enum { BLOCK_PIXELS = 8 };
 
@@ -326,25 +326,40 @@ static uint64_t count_differing(const neph_image *image, const neph_image *refer
 
 /* ---- Public ---- */
 
-neph_result neph_image_compare(neph_context *context, const neph_image *image, const neph_image *reference,
-                               neph_image_difference *out_difference) {
-  comparison pair;
+static neph_result measure(const comparison *pair, neph_image_difference *out) {
+  const value_sums sums = sum_values(pair);
+  const double count = sums.count ? (double)sums.count : 1;
+  out->relative_mse = sums.relative_squared / count;
+  out->rmse = sqrt(sums.squared / count);
+  out->max_absolute = sums.largest;
+  out->value_count = sums.count;
+  neph_result result = compute_percentile(pair, sums.count, &out->p999_relative);
+  return result ? result : measure_blocks(pair, out);
+}
+
+static neph_result compare(neph_context *context, const neph_image *image, const neph_image *second,
+                           const neph_image *reference, neph_image_difference *out_difference) {
+  comparison pair, second_pair = {.context = context};
   neph_image_difference difference = NEPH_IMAGE_DIFFERENCE_DEFAULT;
   neph_result result = begin_comparison(context, image, reference, &pair);
-  if (!result) {
-    value_sums sums = sum_values(&pair);
-    double count = sums.count ? (double)sums.count : 1;
-    difference.relative_mse = sums.relative_squared / count;
-    difference.rmse = sqrt(sums.squared / count);
-    difference.max_absolute = sums.largest;
-    difference.value_count = sums.count;
-    result = compute_percentile(&pair, sums.count, &difference.p999_relative);
-  }
-  if (!result) result = measure_blocks(&pair, &difference);
+  if (!result && second) result = begin_comparison(context, second, reference, &second_pair);
+  if (!result) result = measure(&pair, &difference);
+  if (!result) result = np_image_measure_error(context, image, second, reference, &difference);
   if (!result) difference.differing_count = count_differing(image, reference);
   free_planes(&pair);
+  free_planes(&second_pair);
   if (!result) result = np_desc_write(context, "neph_image_difference", &difference, sizeof difference, out_difference);
   return result;
+}
+
+neph_result neph_image_compare(neph_context *context, const neph_image *image, const neph_image *reference,
+                               neph_image_difference *out_difference) {
+  return compare(context, image, NULL, reference, out_difference);
+}
+
+neph_result neph_image_compare_seeds(neph_context *context, const neph_image *image, const neph_image *second,
+                                     const neph_image *reference, neph_image_difference *out_difference) {
+  return compare(context, image, second, reference, out_difference);
 }
 
 /* ---- The difference picture ---- */

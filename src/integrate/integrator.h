@@ -206,9 +206,4 @@ typedef struct np_integrator_kernels {
 
 const np_integrator_kernels *np_integrator_get_kernels(neph_isa isa);
 
-enum { NP_BLUE_NOISE_EDGE = 64 };
-
-/* A tile of blue noise: each of the 64² pixels holds a distinct multiple of 1/4096, equal levels far apart. */
-void np_blue_noise_fill(float out_tile[NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE]);
-
 #endif

@@ -22,9 +22,16 @@ typedef struct np_pixel_state {
   uint32_t next, end;
   np_spread spread;
   double lost[NP_BAND_COUNT]; /* Σ over the samples */
+  double opacity;             /* of clouds, Σ over the samples */
   uint64_t cut_count, followed_count;
   np_deep_stored deep; /* what its samples found along their rays, where it is asked for */
 } np_pixel_state;
+
+/* Luminance of a pixel, and the variance of it by its samples as of independent ones. */
+typedef struct np_pixel_luminance {
+  float value, variance, count;
+  float opacity; /* of clouds */
+} np_pixel_luminance;
 
 typedef struct np_frame {
   const np_assembly *assembly;
@@ -42,16 +49,17 @@ typedef struct np_frame {
   np_channels channels;
   float *planes[NP_CHANNELS_MAX];
   np_tile_total *totals;
-  double dim[NP_BAND_COUNT]; /* radiances below this need not be as exact, relatively */
-  np_spread *pilots;         /* with a target error: those rendered, and one pixel around them */
-  np_pixel_state *pixels;    /* with a time limit: those rendered */
-  double *sums;              /* of each of them: [channel] */
+  np_pixel_luminance *luminances;          /* of each pixel, for the estimate of its error; NULL: none is wanted */
+  double luminance_weights[NP_BAND_COUNT]; /* of the picture's R, G and B */
+  double dim[NP_BAND_COUNT];               /* radiances below this need not be as exact, relatively */
+  np_spread *pilots;                       /* with a target error: those rendered, and one pixel around them */
+  np_pixel_state *pixels;                  /* with a time limit: those rendered */
+  double *sums;                            /* of each of them: [channel] */
   bool is_first_pass;
   bool is_cut;                  /* by the time limit, before all samples were taken */
   int min[2];                   /* first pixel that is rendered */
   int view_min[2], view_max[2]; /* of the whole picture with its overscan */
   unsigned width, height;       /* of what is rendered */
-  float blue_noise[NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE];
 } np_frame;
 
 static inline bool np_frame_has_target(const np_frame *f) { return isfinite(f->desc->target_error); }
@@ -60,6 +68,15 @@ static inline bool np_frame_has_target(const np_frame *f) { return isfinite(f->d
 enum { NP_TILE_EDGE = 8 };
 
 size_t np_frame_count_tiles(const np_frame *f);
+
+/* The pixel's samples up to `end`, added to `sums` and to its spread: fewer where the monitor stops it, which makes the
+ * one under way void. A leaf that the pixel has begun, its first, is all of its sums, and is gone on with. */
+neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p, double *sums);
+
+/* Number of a pixel's first sample: those before it are a pilot's. */
+uint32_t np_frame_get_first_sample(const np_frame *f);
+
+np_pixel_luminance np_frame_get_luminance(const np_frame *f, const np_spread *spread);
 
 /* Samples every pixel and fills planes and totals, which has room for all tiles. */
 neph_result np_frame_sample(np_frame *f);

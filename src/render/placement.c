@@ -46,11 +46,21 @@ static void move_to(np_affine *file_to_world, const neph_volume *volume, const d
   file_to_world->m[2][3] += position_m[2] - low.z;
 }
 
-/* Extinction of a value of 1, and what comes of it in a volume, which is logged. */
+static void log_extinction(const np_scene_cloud *cloud, const neph_volume *volume, double extinction, double column) {
+  const double densest = extinction * (double)volume->value_max;
+  np_log(volume->context, NEPH_LOG_INFO,
+         "cloud %s: extinction %.4g 1/m at its densest, mean free path %.4g m, optical depth %.4g", cloud->name,
+         densest, 1.0 / densest, extinction * column);
+}
+
+/* Extinction of a value of 1. The densest column is measured for who asks for it, or reads the log. */
 static neph_result compute_extinction(const np_scene_cloud *cloud, const neph_volume *volume,
                                       const np_affine *index_to_world, np_monitor *monitor, float *out_per_value) {
+  const bool is_told = np_log_is_wanted(volume->context, NEPH_LOG_INFO);
   double extinction = cloud->density_value, column = 0.0;
-  neph_result result = np_volume_get_column_max(volume, index_to_world, monitor, &column);
+  neph_result result = NEPH_OK;
+  if (is_told || cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH)
+    result = np_volume_get_column_max(volume, index_to_world, monitor, &column);
   if (result) return result;
   switch (cloud->density_unit) {
   case NP_DENSITY_EXTINCTION:
@@ -69,10 +79,7 @@ static neph_result compute_extinction(const np_scene_cloud *cloud, const neph_vo
     break;
   }
   *out_per_value = (float)extinction;
-  const double densest = extinction * (double)volume->value_max;
-  np_log(volume->context, NEPH_LOG_INFO,
-         "cloud %s: extinction %.4g 1/m at its densest, mean free path %.4g m, optical depth %.4g", cloud->name,
-         densest, 1.0 / densest, extinction * column);
+  if (is_told) log_extinction(cloud, volume, extinction, column);
   return NEPH_OK;
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/parallel.h"
+#include "render/plan_detail.h"
 #include "transport/scattering_field.h"
 
 /* The core's extinction grows with height, by this much at the most. */
@@ -15,20 +16,18 @@ static const double cell_bytes = 1700.0;
 /* Share of cells with cloud: of the box of a bake; of the voxels of files, whose cells are twice as wide. */
 static const double filled_share = 0.4, cells_per_voxel = 1.0 / 8.0;
 
-static double get_memory(const neph_scene *scene) {
-  const double asked = scene->render.light_memory_bytes;
-  return isfinite(asked) ? asked : 0.25 * (double)np_memory_size();
-}
-
-double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) {
+double np_plan_predict_cell_bytes(const np_plan *plan) {
   const double boxed = filled_share * plan->light_cell_count, read = cells_per_voxel * plan->cloud_voxel_count;
-  return fmin(cell_bytes * (boxed > 0.0 ? boxed : read), get_memory(scene));
+  return fmin(cell_bytes * (boxed > 0.0 ? boxed : read), plan->light_bytes_max);
 }
 
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_scattering_desc *out) {
   const neph_render_desc *desc = &plan->desc;
   *out = (np_scattering_desc)NP_SCATTERING_DESC_DEFAULT;
-  np_scattering_desc_set_memory(out, get_memory(scene));
+  np_scattering_desc_set_memory(out, plan->light_bytes_max);
+  out->cells.cell_depth_max = scene->render.light_depth;
+  out->tolerance = scene->render.light_residual;
+  out->degree_max = scene->render.light_degree;
   if (desc->integrator == NEPH_INTEGRATOR_MARCH)
     np_scattering_desc_set_rays(out, (double)desc->width * desc->height * desc->sample_count);
 }
@@ -39,8 +38,8 @@ typedef struct outline {
   np_instance volumes[NP_INSTANCES_MAX];
 } outline;
 
-static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, np_transport_desc *cells) {
-  const neph_cloud_desc *bake = &cloud->bake;
+static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, const neph_cloud_desc *bake,
+                      np_transport_desc *cells) {
   const double low[3] = {bake->center_m[0] - 0.5 * bake->extent_m[0], bake->center_m[1] - 0.5 * bake->extent_m[1],
                          bake->base_altitude_m};
   const double size[3] = {bake->extent_m[0], bake->extent_m[1], bake->thickness_m};
@@ -68,7 +67,11 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   desc.cells.bounds_max = np_dvec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
   desc.cells.has_viewer = scene->camera.kind != NEPH_CAMERA_ORTHOGRAPHIC;
   desc.cells.viewer = np_dvec3_make(camera[0], camera[1], camera[2]);
-  for (unsigned i = 0; i < scene->cloud_count; i++) add_cloud(o, i, &scene->clouds[i], &desc.cells);
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    const neph_cloud_desc bake = np_plan_get_bake(plan, scene, &scene->clouds[i]);
+    add_cloud(o, i, &scene->clouds[i], &bake, &desc.cells);
+  }
+  desc.cells.edge_min_m = np_plan_get_light_edge(plan, scene, desc.cells.bounds_min, desc.cells.bounds_max);
   const np_world world = {.clouds.count = scene->cloud_count, .clouds.at = o->volumes};
   const neph_result result = np_scattering_desc_forecast(scene->context, &world, &desc, &out->cells);
   out->is_known = !result;

@@ -50,6 +50,12 @@ typedef struct np_plan_stage {
   np_stage_cost cost;
 } np_plan_stage;
 
+/* CPU time of the stages that a picture built, seconds. */
+typedef struct np_stage_times {
+  double cpu_s[NP_STAGE_COUNT];
+  bool is_reused[NP_STAGE_COUNT]; /* a part of it was taken from the stores */
+} np_stage_times;
+
 /* The frame by which a sequence's frames are placed and scaled. */
 typedef struct np_plan_reference {
   const char *cloud; /* borrowed from the scene */
@@ -58,16 +64,17 @@ typedef struct np_plan_reference {
 } np_plan_reference;
 
 typedef struct np_plan {
-  neph_context *context;     /* borrowed */
-  np_stores *stores;         /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
-  struct np_tile_feed *feed; /* borrowed: to whom tiles are shown; NULL: nobody */
-  neph_render_desc desc;     /* the caller's over the scene's, checked */
+  neph_context *context;        /* borrowed */
+  np_stores *stores;            /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
+  np_stage_times *times;        /* borrowed: filled while the stages are built; NULL: nobody asks */
+  struct np_tile_feed *feed;    /* borrowed: to whom tiles are shown; NULL: nobody */
+  neph_render_desc desc;        /* the caller's over the scene's, checked */
   int view_min[2], view_max[2]; /* pixels of the picture and its overscan; view_max is one past the last */
   int window_min[2], window_max[2]; /* those of them that are rendered: the data window */
-  unsigned sphere_size[2];   /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
-  double sphere_center_rad;  /* azimuth of its middle */
-  bool is_sky_alone;         /* without clouds and terrain */
-  bool is_of_bands;          /* at 680, 550 and 440 nm, whatever the scene's pictures are */
+  unsigned sphere_size[2];          /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
+  double sphere_center_rad;         /* azimuth of its middle */
+  bool is_sky_alone;                /* without clouds and terrain */
+  bool is_of_bands;                 /* at 680, 550 and 440 nm, whatever the scene's pictures are */
   bool has_beauty;
   unsigned aovs; /* of np_aov */
   np_color_space color_space;
@@ -76,7 +83,7 @@ typedef struct np_plan {
   np_scene_lights lights;
   bool has_light_groups;   /* each light has a world of its own, and is summed apart */
   unsigned emission_count; /* clouds with emission */
-  bool has_sun; /* its light matters; the moon's is a stage */
+  bool has_sun;            /* its light matters; the moon's is a stage */
   np_plan_stage stages[NP_STAGE_COUNT];
   unsigned reference_count; /* noted where the inputs are opened */
   np_plan_reference references[NP_INSTANCES_MAX];
@@ -85,6 +92,9 @@ typedef struct np_plan {
   unsigned air_ray_spacing; /* pixels between rays along which shadows in the air are looked for; 0: none */
   double bake_voxel_count;  /* in the boxes of the clouds to bake: an upper bound of what is kept */
   double cloud_voxel_count; /* that hold cloud: a guess, by which work is judged */
+  double light_bytes_max;   /* of multiple scattering while it is solved for */
+  bool are_halves;          /* volumes in memory, whatever their clouds' precision */
+  char savings[160];        /* what was given up to stay within the limit on memory; empty: nothing */
   double light_cell_count;  /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;
 
@@ -104,6 +114,11 @@ static inline bool np_plan_traces_air(const np_plan *plan) {
 static inline bool np_plan_has_air_light(const np_plan *plan) {
   return !np_plan_traces_air(plan) || np_plan_needs(plan, NP_STAGE_CLOUD_SKY) ||
          np_plan_needs(plan, NP_STAGE_ORDINATES);
+}
+
+/* Precision of a cloud's values in memory. */
+static inline neph_precision np_plan_get_precision(const np_plan *plan, const np_scene_cloud *cloud) {
+  return plan->are_halves ? NEPH_PRECISION_HALF : cloud->precision;
 }
 
 /* Lights with a world of their own: sun, moon or both; the sun, without light, where neither shines. */

@@ -11,6 +11,7 @@
 
 #include "core/units.h"
 #include "render/plan_choices.h"
+#include "render/plan_detail.h"
 
 /* Beyond this the middle of the sun's disk does not stand for all of it inside a cloud. */
 static const double disk_radius_max_rad = NP_PI / 180.0;
@@ -49,21 +50,21 @@ typedef struct ray_passage {
   double bricks, depth;
 } ray_passage;
 
-static ray_passage compute_passage(const np_plan *plan, const np_scene_cloud *cloud) {
-  const neph_cloud_desc *bake = &cloud->bake;
+static ray_passage compute_passage(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
   if (!cloud->is_baked) {
     const bool is_known = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
     return (ray_passage){cbrt(plan->cloud_voxel_count) / 8.0, is_known ? cloud->density_value : depth_unread};
   }
-  const double way_m = fmin(bake->thickness_m / compute_sine(plan), hypot(bake->extent_m[0], bake->extent_m[1]));
-  return (ray_passage){way_m / (8.0 * bake->voxel_m), bake->extinction_per_m * bake->thickness_m};
+  const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
+  const double way_m = fmin(bake.thickness_m / compute_sine(plan), hypot(bake.extent_m[0], bake.extent_m[1]));
+  return (ray_passage){way_m / (8.0 * bake.voxel_m), bake.extinction_per_m * bake.thickness_m};
 }
 
 /* In the mean over the clouds: what a voxel takes to fill, and what a ray of the march saves. */
 static void compute_costs(const np_plan *plan, const neph_scene *scene, double *out_fill_s, double *out_saving_s) {
   double fill = 0.0, bricks = 0.0;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
-    const ray_passage p = compute_passage(plan, &scene->clouds[i]);
+    const ray_passage p = compute_passage(plan, scene, &scene->clouds[i]);
     fill += (fill_s + (fill_steep_s - fill_s) * fmin(p.depth / fmax(p.bricks, 1.0), 1.0)) / scene->cloud_count;
     bricks += ray_ways * p.bricks / (1.0 + p.depth / thick_depth) / scene->cloud_count;
   }

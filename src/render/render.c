@@ -9,8 +9,8 @@
 #include "render/light_meter.h"
 #include "render/plan.h"
 
-static neph_result describe_render(const neph_scene *scene, const neph_render_desc *desc, double seconds,
-                                   neph_image *image) {
+static neph_result describe_render(const neph_scene *scene, const np_plan *plan, double seconds, neph_image *image) {
+  const neph_render_desc *desc = &plan->desc;
   const bool is_path = desc->integrator == NEPH_INTEGRATOR_PATH;
   char seed[24];
   (void)snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
@@ -23,6 +23,7 @@ static neph_result describe_render(const neph_scene *scene, const neph_render_de
                                       np_multiple_scattering_get_row(desc->multiple_scattering)->name);
   if (!result && desc->scattering_max != NEPH_SCATTERINGS_ALL)
     result = np_image_set_integer(image, "nephos:scatteringMax", desc->scattering_max);
+  if (!result && plan->savings[0]) result = neph_image_set_attribute(image, "nephos:memorySavings", plan->savings);
   if (!result) result = neph_image_set_attribute(image, "nephos:seed", seed);
   if (!result) result = np_image_set_integer(image, "nephos:frame", desc->frame);
   const neph_isa isa = neph_context_get_isa(scene->context);
@@ -108,7 +109,7 @@ static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *mo
   if (!result) result = np_light_meter_write(&assembly, np_scene_get_scale(scene), *out_image);
   if (!result) result = describe_light(&assembly, &plan->desc, *out_image);
   np_assembly_clear(&assembly);
-  if (!result) result = describe_render(scene, &plan->desc, np_monitor_get_seconds(monitor), *out_image);
+  if (!result) result = describe_render(scene, plan, np_monitor_get_seconds(monitor), *out_image);
   return result;
 }
 
@@ -134,7 +135,7 @@ neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc,
   np_plan plan;
   neph_result result = np_plan_make(scene, desc, &plan);
   if (!result) result = np_inputs_open(scene, &plan);
-  if (!result) result = np_plan_check_memory(scene, &plan);
+  if (!result) result = np_plan_fit_memory(scene, &plan);
   return result ? result : np_plan_describe(&plan, format, out_text);
 }
 

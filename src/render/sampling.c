@@ -4,6 +4,7 @@
 
 #include "core/alloc.h"
 #include "image/film.h"
+#include "integrate/blue_noise_table.h"
 #include "render/frame_layers.h"
 #include "volume/depth_cursor.h"
 
@@ -38,15 +39,13 @@ enum { OFFSETS = 5 };
 static bool make_ray(const np_frame *f, int x, int y, unsigned sample, const float offset[OFFSETS],
                      np_camera_ray *out) {
   const float u = turn(offset[0], 0.7548776662466927, sample), v = turn(offset[1], 0.5698402909980532, sample);
-  const float noise =
-      f->blue_noise[(unsigned)y % NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE + (unsigned)x % NP_BLUE_NOISE_EDGE];
   const float film[2] = {(float)x + 0.5f + tent(u), (float)y + 0.5f + tent(v)};
   np_film_ray ray;
   if (!np_camera_start_ray(&f->assembly->camera, film[0], film[1], turn(offset[3], 0.8191725133961645, sample),
                            turn(offset[4], 0.6710436067037893, sample), &ray))
     return false;
   *out = clip_ray(&ray, film);
-  out->jitter = turn(noise, 0.6180339887498949, sample);
+  out->jitter = turn(np_blue_noise_get(x, y), 0.6180339887498949, sample);
   out->choice = turn(offset[2], 0.6180339887498949, sample);
   return true;
 }
@@ -141,9 +140,7 @@ static np_random start_random(const np_frame *f, const int at[2], uint32_t sampl
   return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, (uint32_t)at[0], (uint32_t)at[1], sample);
 }
 
-/* The pixel's samples up to `end`, added to `sums` and to its spread: fewer where the monitor stops it, which makes the
- * one under way void. A leaf that the pixel has begun, its first, is all of its sums, and is gone on with. */
-static neph_result sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p, double *sums) {
+neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p, double *sums) {
   np_film_accumulator accumulator;
   const uint32_t begun = p->next % NP_FILM_LEAF_SAMPLES;
   np_film_accumulator_begin(&accumulator, f->channels.sum_count, p->next - begun);
@@ -168,6 +165,7 @@ static neph_result sample_pixel(const np_frame *f, const int at[2], uint32_t end
     if (f->depth_components) np_frame_add_deep(f, &sample, &layers, &bins);
     np_film_accumulator_add(&accumulator, values);
     np_spread_add(&f->channels, &sample, &p->spread);
+    p->opacity += 1.0 - (double)sample.transmittance;
     for (unsigned b = 0; b < NP_BAND_COUNT; b++) p->lost[b] += (double)(sample.lost.band[b] * f->channels.scale);
     p->cut_count += sample.cut_count;
     p->followed_count += sample.followed_count;
@@ -198,6 +196,10 @@ static uint32_t round_up_to_leaf(double count) {
   return (uint32_t)(ceil(count / NP_FILM_LEAF_SAMPLES) * NP_FILM_LEAF_SAMPLES);
 }
 
+uint32_t np_frame_get_first_sample(const np_frame *f) {
+  return np_frame_has_target(f) ? round_up_to_leaf(f->desc->sample_count) : 0;
+}
+
 /* Two stages (Stein 1945, "A Two-Sample Test for a Linear Hypothesis Whose Power is Independent of the Variance"): the
  * spread of a first set of samples, the pilot, says how many the second needs, and only the second is kept. A pixel
  * that stopped when its own samples happened to agree would be too dark where bright ones are rare; this one knows
@@ -217,7 +219,7 @@ static neph_result fly_pilots(void *user, size_t begin, size_t end, unsigned thr
       np_pixel_state p = {.next = 0};
       double unused[NP_CHANNELS_MAX];
       clear_sums(f, unused);
-      neph_result result = sample_pixel(f, at, d->sample_count, &p, unused);
+      neph_result result = np_frame_sample_pixel(f, at, d->sample_count, &p, unused);
       np_alloc_free(f->assembly->context, p.deep.at);
       if (result) return result;
       f->pilots[row * (f->width + 2) + column] = p.spread;
@@ -245,10 +247,21 @@ static double count_needed(const np_frame *f, const int at[2]) {
 
 static np_pixel_state start_pixel(const np_frame *f, const int at[2]) {
   const neph_render_desc *d = f->desc;
+  const uint32_t begin = np_frame_get_first_sample(f);
   if (!np_frame_has_target(f)) return (np_pixel_state){.end = d->sample_count};
-  const uint32_t begin = round_up_to_leaf(d->sample_count);
   const double count = fmin(fmax(count_needed(f, at), d->sample_count), d->sample_count_max);
   return (np_pixel_state){.next = begin, .end = begin + round_up_to_leaf(count)};
+}
+
+np_pixel_luminance np_frame_get_luminance(const np_frame *f, const np_spread *spread) {
+  np_pixel_luminance out = {.count = (float)spread->count};
+  double deviation = 0.0;
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    out.value += (float)(f->luminance_weights[b] * spread->mean[b]);
+    deviation += f->luminance_weights[b] * sqrt(np_spread_variance(spread, b));
+  }
+  out.variance = (float)(deviation * deviation);
+  return out;
 }
 
 static neph_result finish_pixel(const np_frame *f, const int at[2], const np_pixel_state *p, const double *sums,
@@ -269,6 +282,10 @@ static neph_result finish_pixel(const np_frame *f, const int at[2], const np_pix
   total->cut_count += p->cut_count;
   total->followed_count += p->followed_count;
   total->samples += p->spread.count;
+  if (f->luminances) {
+    f->luminances[index] = np_frame_get_luminance(f, &p->spread);
+    f->luminances[index].opacity = (float)(p->opacity / p->spread.count);
+  }
   total->squares += pow(compute_relative_spread(f, &p->spread), 2.0) / p->spread.count;
   if (!f->depth_components) return NEPH_OK;
   return np_frame_set_deep(f, p, index, np_camera_get_depth(&f->assembly->camera, direction, 1.0));
@@ -280,7 +297,7 @@ static neph_result render_pixel(const np_frame *f, const int at[2], size_t index
   np_pixel_state p = start_pixel(f, at);
   double sums[NP_CHANNELS_MAX];
   clear_sums(f, sums);
-  neph_result result = sample_pixel(f, at, p.end, &p, sums);
+  neph_result result = np_frame_sample_pixel(f, at, p.end, &p, sums);
   if (!result) result = finish_pixel(f, at, &p, sums, total);
   np_alloc_free(f->assembly->context, p.deep.at);
   return result;
@@ -294,7 +311,7 @@ static neph_result extend_pixel(const np_frame *f, const int at[2], size_t index
   if (p->next >= p->end) return NEPH_OK;
   const uint32_t leaf_end = (p->next / NP_FILM_LEAF_SAMPLES + 1) * NP_FILM_LEAF_SAMPLES;
   const uint32_t end = f->is_first_pass ? p->next + 1 : leaf_end;
-  return sample_pixel(f, at, end < p->end ? end : p->end, p, f->sums + index * f->channels.sum_count);
+  return np_frame_sample_pixel(f, at, end < p->end ? end : p->end, p, f->sums + index * f->channels.sum_count);
 }
 
 static neph_result close_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
@@ -471,7 +488,6 @@ static void compute_dim(np_frame *f) {
 
 neph_result np_frame_sample(np_frame *f) {
   compute_dim(f);
-  np_blue_noise_fill(f->blue_noise);
   const np_monitor_part whole = np_monitor_get_part(f->monitor);
   const double pilots_end = np_frame_has_target(f) ? 0.2 : 0.0;
   np_monitor_set_part(f->monitor, whole, 0.0, pilots_end);

@@ -10,6 +10,7 @@
 #include "core/file.h"
 #include "core/units.h"
 #include "render/plan_choices.h"
+#include "render/plan_detail.h"
 #include "volume/volume_private.h"
 
 static void decide(np_plan_stage *out, bool is_needed, const char *reason) {
@@ -90,15 +91,23 @@ neph_result np_plan_choose_source(const neph_scene *scene, const np_scene_cloud 
 
 /* Voxels in bricks: those of a bake take 0.9 to 1.1 bytes on disk, other files' 1.4 to 3; bricks fill some two fifths
  * of the box of a bake. */
-static void count_cloud(np_plan *plan, const np_scene_cloud *cloud, np_cloud_source source, const char *file) {
+static void count_cloud(np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud, np_cloud_source source,
+                        const char *file) {
   if (source == NP_CLOUD_SOURCE_GIVEN) { /* 8³ voxels a brick */
     plan->cloud_voxel_count += 512.0 * (double)cloud->volume->bricks.brick_count;
   } else if (source == NP_CLOUD_SOURCE_FILE) {
     plan->cloud_voxel_count += (cloud->is_baked ? 1.0 : 0.5) * (double)np_file_get_size(file);
   } else {
-    plan->bake_voxel_count += count_voxels(&cloud->bake);
-    plan->cloud_voxel_count += 0.4 * count_voxels(&cloud->bake);
+    const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
+    plan->bake_voxel_count += count_voxels(&bake);
+    plan->cloud_voxel_count += 0.4 * count_voxels(&bake);
   }
+}
+
+/* A coarse bake stays in memory. */
+static void describe_voxels(double voxel_m, const np_scene_cloud *cloud, char *out, size_t size) {
+  snprintf(out, size, "%s is baked with voxels of %.3g m for %.3g, by render.detail", cloud->name, voxel_m,
+           cloud->bake.voxel_m);
 }
 
 static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud, char *out,
@@ -107,14 +116,17 @@ static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np
                                       [NP_CLOUD_SOURCE_BAKE] = "baked to",
                                       [NP_CLOUD_SOURCE_REBAKE] = "rebaked, because its parameters have changed, to",
                                       [NP_CLOUD_SOURCE_GIVEN] = "given"};
-  char *file = cloud->vdb ? np_file_frame_name(plan->context, cloud->vdb, plan->desc.frame) : NULL;
-  if (cloud->vdb && !file) return NEPH_ERROR_OUT_OF_MEMORY;
+  const bool is_coarsened = np_plan_is_coarsened(plan, scene, cloud);
+  const char *vdb = is_coarsened ? NULL : cloud->vdb;
+  char *file = vdb ? np_file_frame_name(plan->context, vdb, plan->desc.frame) : NULL;
+  if (vdb && !file) return NEPH_ERROR_OUT_OF_MEMORY;
   np_cloud_source source;
   neph_result result = np_plan_choose_source(scene, cloud, file, plan->desc.frame, &source);
-  if (!result) count_cloud(plan, cloud, source, file);
+  if (!result) count_cloud(plan, scene, cloud, source, file);
   if (!result)
     snprintf(out, size, "%s is %s%s%s", cloud->name, file || cloud->volume ? deeds[source] : "baked", file ? " " : "",
              file ? file : "");
+  if (!result && is_coarsened) describe_voxels(np_plan_get_bake(plan, scene, cloud).voxel_m, cloud, out, size);
   np_alloc_free(plan->context, file);
   return result;
 }

@@ -9,6 +9,7 @@
 #include "core/hash.h"
 #include "render/placement.h"
 #include "render/plan.h"
+#include "render/plan_detail.h"
 #include "render/reference_frame.h"
 #include "render/stage_decisions.h"
 #include "render/stage_part.h"
@@ -23,22 +24,24 @@ typedef struct source_key {
   np_cloud_source source;
 } source_key;
 
-static void add_file(np_hash *hash, const np_scene_cloud *cloud, const char *path) {
+static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *cloud, const char *path) {
   np_hash_add_file(hash, path);
   np_hash_add_text(hash, cloud->grid);
   NP_HASH_ADD(hash, cloud->policy);
-  NP_HASH_ADD(hash, cloud->precision);
+  const neph_precision precision = np_plan_get_precision(plan, cloud);
+  NP_HASH_ADD(hash, precision);
 }
 
-static neph_result add_bake(np_hash *hash, const neph_scene *scene, const np_scene_cloud *cloud, int frame) {
+static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = scene->atmosphere.planet_radius_m;
-  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
+  const neph_cloud_desc at_frame = np_plan_get_bake(plan, scene, cloud);
   char *text;
   neph_result result = np_cloud_desc_to_json(scene->context, &at_frame, &desc, &text);
   if (result) return result;
   np_hash_add_text(hash, text);
-  NP_HASH_ADD(hash, cloud->precision);
+  const neph_precision precision = np_plan_get_precision(plan, cloud);
+  NP_HASH_ADD(hash, precision);
   np_alloc_free(scene->context, text);
   return NEPH_OK;
 }
@@ -49,9 +52,9 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
   np_hash *hash = np_hash_create(in->made->context);
   neph_result result = NEPH_OK;
   if (path)
-    add_file(hash, cloud, path);
+    add_file(hash, in->plan, cloud, path);
   else
-    result = add_bake(hash, in->scene, cloud, in->plan->desc.frame);
+    result = add_bake(hash, in->plan, in->scene, cloud);
   const neph_result finished = np_hash_finish(hash, out_key->hash);
   return result ? result : finished;
 }
@@ -68,8 +71,9 @@ static void add_cover(np_hash *hash, const neph_terrain_desc *desc) {
   np_hash_add_file(hash, desc->albedo_image);
 }
 
-static neph_result compute_terrain_key(const neph_scene *scene, char out_key[33]) {
+static neph_result compute_terrain_key(const np_plan *plan, const neph_scene *scene, char out_key[33]) {
   const np_scene_terrain *terrain = &scene->terrain;
+  const neph_ridges_desc ridges = np_plan_get_ridges(plan, scene);
   np_hash *hash = np_hash_create(scene->context);
   NP_HASH_ADD(hash, terrain->kind);
   NP_HASH_ADD(hash, terrain->desc.planet_radius_m);
@@ -80,10 +84,10 @@ static neph_result compute_terrain_key(const neph_scene *scene, char out_key[33]
   NP_HASH_ADD(hash, terrain->desc.height_min_m);
   NP_HASH_ADD(hash, terrain->desc.height_max_m);
   add_cover(hash, &terrain->desc);
-  NP_HASH_ADD(hash, terrain->ridges.seed);
-  NP_HASH_ADD(hash, terrain->ridges.sample_count);
-  NP_HASH_ADD(hash, terrain->ridges.relief_m);
-  NP_HASH_ADD(hash, terrain->ridges.ridge_m);
+  NP_HASH_ADD(hash, ridges.seed);
+  NP_HASH_ADD(hash, ridges.sample_count);
+  NP_HASH_ADD(hash, ridges.relief_m);
+  NP_HASH_ADD(hash, ridges.ridge_m);
   np_hash_add_file(hash, terrain->heightfield);
   return np_hash_finish(hash, out_key);
 }
@@ -93,7 +97,7 @@ static neph_result compute_terrain_key(const neph_scene *scene, char out_key[33]
 static neph_result get_terrain_key(const np_stage_part *in, void **out_key) {
   if (in->scene->terrain.given) return NEPH_OK;
   source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
-  return key ? compute_terrain_key(in->scene, key->hash) : NEPH_ERROR_OUT_OF_MEMORY;
+  return key ? compute_terrain_key(in->plan, in->scene, key->hash) : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 static neph_result adapt_source(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
@@ -109,13 +113,22 @@ static neph_result make_terrain(const np_stage_part *in) {
   neph_terrain_desc desc = terrain->desc;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
-  const np_terrain_source source = np_scene_terrain_get_source(terrain);
+  const neph_ridges_desc ridges = np_plan_get_ridges(in->plan, in->scene);
+  np_terrain_source source = np_scene_terrain_get_source(terrain);
+  source.ridges = &ridges;
   return np_terrain_create(in->scene->context, &source, &desc, &in->made->terrain);
+}
+
+bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key) {
+  char hash[33];
+  if (in->scene->terrain.given || compute_terrain_key(in->plan, in->scene, hash)) return false;
+  np_hash_add_text(key, hash);
+  return true;
 }
 
 static void destroy_terrain(void *terrain) { neph_terrain_release(terrain); }
 
-NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain,
+NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain, NULL,
                "its file or its parameters stay");
 
 /* A bake reports, and is stopped, as a part of the picture. */
@@ -123,12 +136,12 @@ static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, co
                         neph_volume **out_volume) {
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = in->scene->atmosphere.planet_radius_m;
-  desc.precision = cloud->precision;
+  desc.precision = np_plan_get_precision(in->plan, cloud);
   desc.memory_max_bytes = in->plan->desc.memory_max_bytes;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   neph_context *context = in->scene->context;
-  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, in->plan->desc.frame);
+  const neph_cloud_desc at_frame = np_plan_get_bake(in->plan, in->scene, cloud);
   if (!path) return neph_cloud_bake(context, &at_frame, &desc, out_volume);
   return neph_cloud_bake_file(context, &at_frame, &desc, "density", path);
 }
@@ -136,7 +149,7 @@ static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, co
 static neph_volume_load_desc describe_load(const np_stage_part *in, const np_scene_cloud *cloud) {
   neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   desc.grid = cloud->grid;
-  desc.precision = cloud->precision;
+  desc.precision = np_plan_get_precision(in->plan, cloud);
   desc.policy = cloud->policy;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
@@ -171,9 +184,10 @@ static neph_result load_or_bake(const np_stage_part *in, const np_scene_cloud *c
   return result ? result : np_volume_load_density(in->scene->context, path, &desc, out_volume);
 }
 
-/* The file of a cloud in this frame; NULL: it has none. */
+/* The file of a cloud in this frame; NULL: it has none, or none as coarse. */
 static neph_result get_path(const np_stage_part *in, char **out_path) {
-  const char *vdb = in->scene->clouds[in->cloud].vdb;
+  const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
+  const char *vdb = np_plan_is_coarsened(in->plan, in->scene, cloud) ? NULL : cloud->vdb;
   *out_path = vdb ? np_file_frame_name(in->made->context, vdb, in->plan->desc.frame) : NULL;
   return vdb && !*out_path ? NEPH_ERROR_OUT_OF_MEMORY : NEPH_OK;
 }
@@ -208,10 +222,30 @@ static neph_result make_volumes(const np_stage_part *in) {
   return result;
 }
 
+/* A bake that goes to no file, with the picture of its map. */
+static bool add_volumes_key(const np_stage_part *in, np_hash *key) {
+  const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
+  const source_key *own = in->key;
+  if (!cloud->is_baked || own->source != NP_CLOUD_SOURCE_BAKE || !own->hash[0]) return false;
+  np_hash_add_text(key, own->hash);
+  np_hash_add_file(key, cloud->bake.map_file);
+  return true;
+}
+
+static void save_volume(const np_stage_part *in, np_cache_entry *entry) {
+  np_volume_save_to_cache(in->made->clouds[in->cloud].volume, entry);
+}
+
+static neph_result load_volume(const np_stage_part *in, np_cache_entry *entry) {
+  return np_volume_load_from_cache(in->made->context, entry, &in->made->clouds[in->cloud].volume);
+}
+
+static const np_stage_disk volumes_disk = {"bake", false, add_volumes_key, save_volume, load_volume};
+
 static void destroy_volume(void *volume) { neph_volume_release(volume); }
 
 NP_STAGE_REUSE(volumes, in->made->clouds[in->cloud].volume, NP_PER_CLOUD, true, adapt_source, destroy_volume,
-               "their files or their parameters stay");
+               &volumes_disk, "their files or their parameters stay");
 
 /* A cloud being placed. */
 typedef struct cloud_build {

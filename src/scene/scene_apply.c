@@ -21,6 +21,7 @@ typedef struct key_applier {
 } key_applier;
 
 static neph_result apply_section(key_applier *applier, const np_key *section, void *base, const np_node *node);
+static neph_result apply_quality(key_applier *applier);
 
 /* ---- Messages ---- */
 
@@ -143,6 +144,7 @@ static neph_result apply_choice(key_applier *applier, const np_key *key, void *b
   const np_choice *choice = search_choice(key, node);
   if (!choice) return fail_value(applier, key, node);
   store_unsigned(base, key->field, choice->value);
+  if (key->is_quality) return apply_quality(applier);
   return key->is_air_preset ? np_scene_air_start(applier->scene) : NEPH_OK;
 }
 
@@ -218,13 +220,27 @@ static neph_result apply_value(key_applier *applier, const np_key *key, void *ba
   return fail_value(applier, key, node);
 }
 
-/* The default goes the way of any value. */
-static neph_result apply_fallback(key_applier *applier, const np_key *key, void *base) {
-  np_node *node = np_node_create_value(applier->context, key->fallback);
+/* A default goes the way of any value. */
+static neph_result apply_text_value(key_applier *applier, const np_key *key, void *base, const char *text) {
+  np_node *node = np_node_create_value(applier->context, text);
   if (!node) return NEPH_ERROR_OUT_OF_MEMORY;
   snprintf(applier->path, sizeof applier->path, "%s", key->path);
   neph_result result = apply_value(applier, key, base, node);
   np_node_destroy(applier->context, node);
+  return result;
+}
+
+/* Keys that are given come later, and win. */
+static neph_result apply_quality(key_applier *applier) {
+  char path[PATH_SIZE];
+  memcpy(path, applier->path, sizeof path);
+  neph_result result = NEPH_OK;
+  for (size_t i = 0; !result && i < np_quality_knob_count(); i++) {
+    const np_quality_knob *knob = np_quality_knob_at(i);
+    const char *text = knob->value[applier->scene->render.quality];
+    result = apply_text_value(applier, np_key_search_path(knob->key), applier->scene, text);
+  }
+  memcpy(applier->path, path, sizeof path);
   return result;
 }
 
@@ -233,7 +249,7 @@ static neph_result apply_fallbacks(key_applier *applier, const np_key *list, voi
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
-    if (key->fallback && np_key_get_list(key) == list) result = apply_fallback(applier, key, base);
+    if (key->fallback && np_key_get_list(key) == list) result = apply_text_value(applier, key, base, key->fallback);
   }
   applier->path[0] = '\0';
   return result;
@@ -359,7 +375,8 @@ static neph_result apply_entry(key_applier *applier, const np_key *section, void
                                const np_node *node, bool is_preset_turn) {
   const np_key *key = np_key_search(section, node->key);
   if (!key) return is_preset_turn ? NEPH_OK : fail_unknown(applier, section, node);
-  const bool is_preset = key->type == NP_KEY_PRESET || (key->is_air_preset && key->type == NP_KEY_CHOICE);
+  const bool is_preset =
+      key->type == NP_KEY_PRESET || key->is_quality || (key->is_air_preset && key->type == NP_KEY_CHOICE);
   if (is_preset != is_preset_turn) return NEPH_OK;
   neph_result result = check_siblings(applier, section, parent, key, node);
   if (result) return result;

@@ -23,6 +23,8 @@
 #define IN_TOWERS {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB)}
 #define IN_MARCH {"render.integrator", ONLY(NEPH_INTEGRATOR_MARCH)}
 #define IN_PATHS {"render.integrator", ONLY(NEPH_INTEGRATOR_PATH)}
+#define LIGHT_KEYS                                                                                                     \
+  "render.light_memory", "render.light_detail", "render.light_depth", "render.light_degree", "render.light_residual"
 
 /* No two rules warn of one key of a scene: each but the first of a key says when it applies. */
 static const np_ignore_rule rules[] = {
@@ -87,9 +89,9 @@ static const np_ignore_rule rules[] = {
      .applies = {"render.atmosphere", ONLY(NEPH_RENDER_ATMOSPHERE_TRACED)}},
     {.keys = {"render.air_shadows"}, .counts = {"render.atmosphere", ONLY(NEPH_RENDER_ATMOSPHERE_TABLES)},
      .reason = "which has its shadows in any case", .applies = IN_PATHS},
-    {.keys = {"render.light_memory"}, .counts = {"render.multiple_scattering", MULTIPLE(ORDINATES)},
+    {.keys = {LIGHT_KEYS}, .counts = {"render.multiple_scattering", MULTIPLE(ORDINATES)},
      .reason = "for which nothing is solved", .applies = IN_MARCH},
-    {.keys = {"render.light_memory"}, .counts = {"render.path_guiding", ONLY(NEPH_PATH_GUIDING_ADJOINT)},
+    {.keys = {LIGHT_KEYS}, .counts = {"render.path_guiding", ONLY(NEPH_PATH_GUIDING_ADJOINT)},
      .reason = "for which nothing is solved", .applies = IN_PATHS},
     {.keys = {"render.approximation_gain"}, .counts = {"render.multiple_scattering", APPROXIMATIONS},
      .reason = "which takes none", .applies = IN_MARCH},
@@ -149,12 +151,6 @@ static void write_path(const place *at, const char *path, char *out, size_t size
     snprintf(out, size, "%s", path);
 }
 
-static const np_key *get_key(const char *path) {
-  size_t i = 0;
-  while (strcmp(np_key_get(i)->path, path) != 0) i++;
-  return np_key_get(i);
-}
-
 static np_given get_given(const np_node *node) {
   if (!node) return NP_GIVEN_NOT;
   if (node->kind != NP_NODE_SCALAR) return NP_GIVEN;
@@ -176,7 +172,7 @@ static unsigned get_choice(const place *at, const np_key *key) {
 }
 
 static unsigned get_value(const place *at, const char *path) {
-  const np_key *key = get_key(path);
+  const np_key *key = np_key_search_path(path);
   return key->type == NP_KEY_CHOICE ? get_choice(at, key) : get_given(search_node(at, path));
 }
 
@@ -186,7 +182,7 @@ static bool is_fulfilled(const place *at, const np_condition *condition) {
 
 /* "is path", "is N44W072.hgt", "is given", "is not given" */
 static void write_value(const place *at, const char *path, char *out, size_t size) {
-  const np_key *key = get_key(path);
+  const np_key *key = np_key_search_path(path);
   const np_node *node = search_node(at, path);
   if (key->type == NP_KEY_CHOICE) {
     const np_choice *choice = key->choices;

@@ -49,6 +49,7 @@ typedef struct np_key {
   np_field field;
   bool is_input;        /* of FILE: the same in every frame, and read */
   bool is_air_preset;   /* of CHOICE and SECTION: an air that fills the section before any other key does */
+  bool is_quality;      /* of CHOICE: its value chooses those of keys (quality.h) before any other key does */
   bool is_grey_allowed; /* one number may stand for the whole list */
   unsigned group;       /* keys of one section and one group, not 0, exclude each other … */
   unsigned alternative; /* … unless they are of the same alternative */

@@ -47,6 +47,12 @@ const np_key *np_key_search(const np_key *section, const char *name) {
   return NULL;
 }
 
+const np_key *np_key_search_path(const char *path) {
+  size_t i = 0;
+  while (strcmp(np_key_get(i)->path, path) != 0) i++;
+  return np_key_get(i);
+}
+
 const np_key *np_key_get_list(const np_key *key) {
   const char *brackets = strstr(key->path, "[].");
   for (size_t i = 0; brackets && i < np_key_count(); i++) {

@@ -17,6 +17,7 @@
   { 1e-6, 1e9 }
 
 np_key_table np_keys_get_camera(void);
+np_key_table np_keys_get_quality(void);
 np_key_table np_keys_get_output(void);
 
 #endif

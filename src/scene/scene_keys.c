@@ -573,13 +573,14 @@ size_t np_key_rename_count(void) { return sizeof renames / sizeof *renames; }
 const np_key_rename *np_key_rename_at(size_t index) { return &renames[index]; }
 
 /* The order of the schema. */
-enum { TABLES = 4 };
+enum { TABLES = 5 };
 
 static void fill_tables(np_key_table out[TABLES]) {
   out[0] = (np_key_table){first_keys, sizeof first_keys / sizeof *first_keys};
   out[1] = np_keys_get_camera();
   out[2] = (np_key_table){keys, sizeof keys / sizeof *keys};
-  out[3] = np_keys_get_output();
+  out[3] = np_keys_get_quality();
+  out[4] = np_keys_get_output();
 }
 
 size_t np_key_count(void) {

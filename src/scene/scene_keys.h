@@ -32,6 +32,9 @@ const np_key *np_key_get_parent(const np_key *key);
 /* The key of a name in a section (NULL: at the top), or NULL. */
 const np_key *np_key_search(const np_key *section, const char *name);
 
+/* The key of a path that the table has. */
+const np_key *np_key_search_path(const char *path);
+
 /* The list whose elements a key is a part of; NULL: none. */
 const np_key *np_key_get_list(const np_key *key);
 bool np_key_is_text(const np_key *key); /* TEXT, FILE, TIME or PRESET: its field owns a text */

@@ -16,6 +16,7 @@
 #include "image/color_space.h"
 #include "optics/multiple_scattering.h"
 #include "optics/phase.h"
+#include "scene/quality.h"
 #include "scene/scene_camera.h"
 #include "scene/scene_node.h"
 #include "terrain/terrain_source.h"
@@ -168,6 +169,7 @@ typedef enum np_sun_optical_depth_method {
 typedef enum np_air_shadows { NP_AIR_SHADOWS_AUTO, NP_AIR_SHADOWS_FALSE, NP_AIR_SHADOWS_TRUE } np_air_shadows;
 
 typedef struct np_scene_render {
+  np_quality quality; /* of which the fields below follow that no key was given for */
   neph_integrator integrator;
   unsigned wavelength_count; /* 3: the bands that the scene is given in */
   unsigned sample_count, sample_count_max;
@@ -184,6 +186,11 @@ typedef struct np_scene_render {
   double transmittance_end;  /* a ray ends below this */
   np_sun_optical_depth_method sun_optical_depth;
   np_air_shadows air_shadows;
+  double detail_px;       /* pixels that a baked voxel, or two made heights, cover at least; 0: none are left out */
+  double light_detail_px; /* the same of a cell of multiple scattering */
+  double light_depth;     /* of such a cell, (1−g)·σ·edge */
+  unsigned light_degree;  /* most that angles are resolved into */
+  double light_residual;
 } np_scene_render;
 
 /* Coverage in the channel A. */
@@ -197,8 +204,8 @@ typedef struct np_scene_output {
   neph_pixel_type pixel_type;
   double scale; /* power of two; 0: the colour space's own */
   np_color_space color_space;
-  bool has_beauty;     /* R, G, B */
-  unsigned aovs;       /* of np_aov */
+  bool has_beauty; /* R, G, B */
+  unsigned aovs;   /* of np_aov */
   np_scene_alpha alpha;
   np_cloud_air cloud_air;
   bool has_background; /* film.background: sky and disk in the picture */

@@ -93,14 +93,16 @@ neph_result np_heightfield_finish(neph_context *context, const char *path, np_he
   field->elevation_max_m = -INFINITY;
   for (size_t i = 0; i < count; i++) {
     float elevation = field->elevation_m[i];
-    if (isnan(elevation))
+    if (isnan(elevation)) {
       field->void_count++;
-    else if (fabsf(elevation) > elevation_limit_m)
+      continue;
+    }
+    if (fabsf(elevation) > elevation_limit_m)
       return np_fail(context, NEPH_ERROR_BAD_FILE,
                      "%s: elevation %g m in column %zu, row %zu, must be within 100 km of 0", path, (double)elevation,
                      i % field->width, field->height - 1 - i / field->width);
-    field->elevation_min_m = fminf(field->elevation_min_m, elevation);
-    field->elevation_max_m = fmaxf(field->elevation_max_m, elevation);
+    field->elevation_min_m = np_minf(field->elevation_min_m, elevation);
+    field->elevation_max_m = np_maxf(field->elevation_max_m, elevation);
   }
   if (field->void_count == count)
     return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: none of its %zu samples has a value", path, count);
@@ -148,13 +150,8 @@ np_globe np_globe_make(double radius_m, double latitude_rad, double longitude_ra
 }
 
 np_dvec3 np_globe_to_world(const np_globe *globe, double latitude_rad, double longitude_rad, double elevation_m) {
-  const double longitude = longitude_rad - globe->longitude_rad, radius = globe->radius_m + elevation_m;
-  const double along_axis = sin(latitude_rad), from_axis = cos(latitude_rad);
-  const double to_meridian = from_axis * cos(longitude);
-  return np_dvec3_make(radius * from_axis * sin(longitude),
-                       radius * (globe->cos_latitude * along_axis - globe->sin_latitude * to_meridian),
-                       radius * (globe->sin_latitude * along_axis + globe->cos_latitude * to_meridian) -
-                           globe->radius_m);
+  return np_globe_place(globe, np_globe_angle_make(latitude_rad),
+                        np_globe_angle_make(longitude_rad - globe->longitude_rad), elevation_m);
 }
 
 /* Intersection of the vertical line through (x, y) with the sphere of a radius, in samples; false when it misses. */
@@ -186,10 +183,4 @@ bool np_heightfield_locate(const np_heightfield *field, const np_globe *globe, d
     if (!project(field, globe, x_m, y_m, radius_m, out_position)) return false;
   }
   return true;
-}
-
-np_dvec3 np_heightfield_get_point(const np_heightfield *field, const np_globe *globe, unsigned column, unsigned row) {
-  return np_globe_to_world(globe, field->south_rad + row * field->step_north_rad,
-                           field->west_rad + column * field->step_east_rad,
-                           (double)field->elevation_m[(size_t)row * field->width + column]);
 }

@@ -66,14 +66,30 @@ typedef struct np_globe {
 
 np_globe np_globe_make(double radius_m, double latitude_rad, double longitude_rad);
 
-/* World position of a point above (or below) the sphere. */
+/* Sine and cosine of a latitude, or of a longitude from the globe's own. */
+typedef struct np_globe_angle {
+  double sin, cos;
+} np_globe_angle;
+
+static inline np_globe_angle np_globe_angle_make(double angle_rad) {
+  return (np_globe_angle){sin(angle_rad), cos(angle_rad)};
+}
+
+/* World position of a point above (or below) the sphere, on a parallel and a meridian. */
+static inline np_dvec3 np_globe_place(const np_globe *globe, np_globe_angle parallel, np_globe_angle meridian,
+                                      double elevation_m) {
+  const double radius = globe->radius_m + elevation_m, to_meridian = parallel.cos * meridian.cos;
+  return np_dvec3_make(radius * parallel.cos * meridian.sin,
+                       radius * (globe->cos_latitude * parallel.sin - globe->sin_latitude * to_meridian),
+                       radius * (globe->sin_latitude * parallel.sin + globe->cos_latitude * to_meridian) -
+                           globe->radius_m);
+}
+
+/* The same by latitude and longitude. */
 np_dvec3 np_globe_to_world(const np_globe *globe, double latitude_rad, double longitude_rad, double elevation_m);
 
 /* Place in the field of the ground at a world x, y, on the near half of the planet; false beyond the field. */
 bool np_heightfield_locate(const np_heightfield *field, const np_globe *globe, double x_m, double y_m,
                            np_field_position *out_position);
-
-/* World position of a sample. */
-np_dvec3 np_heightfield_get_point(const np_heightfield *field, const np_globe *globe, unsigned column, unsigned row);
 
 #endif

@@ -71,20 +71,41 @@ static neph_result set_place(neph_terrain *terrain, const neph_terrain_desc *des
                  place_distance_max_m / NP_KILOMETRE);
 }
 
+typedef struct raise_job {
+  neph_terrain *terrain;
+  np_globe_angle *meridians; /* of the columns */
+} raise_job;
+
 static neph_result raise_rows(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  neph_terrain *terrain = user;
+  const raise_job *job = user;
+  const neph_terrain *terrain = job->terrain;
   const np_heightfield *field = &terrain->field;
   float *vertex = terrain->vertices + 3 * begin * field->width;
-  for (size_t row = begin; row < end; row++)
-    for (unsigned column = 0; column < field->width; column++, vertex += 3) {
-      np_dvec3 point = np_heightfield_get_point(field, &terrain->globe, column, (unsigned)row);
-      np_vec3 local = np_dvec3_to_float(np_dvec3_subtract(point, terrain->anchor));
+  const float *elevation = field->elevation_m + begin * field->width;
+  for (size_t row = begin; row < end; row++) {
+    const np_globe_angle parallel = np_globe_angle_make(field->south_rad + (double)row * field->step_north_rad);
+    for (unsigned column = 0; column < field->width; column++, vertex += 3, elevation++) {
+      const np_dvec3 point = np_globe_place(&terrain->globe, parallel, job->meridians[column], (double)*elevation);
+      const np_vec3 local = np_dvec3_to_float(np_dvec3_subtract(point, terrain->anchor));
       vertex[0] = local.x;
       vertex[1] = local.y;
       vertex[2] = local.z;
     }
+  }
   return NEPH_OK;
+}
+
+static neph_result raise_vertices(neph_terrain *terrain, np_monitor *monitor) {
+  const np_heightfield *field = &terrain->field;
+  raise_job job = {terrain, np_alloc(terrain->context, field->width, sizeof *job.meridians)};
+  if (!job.meridians) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned column = 0; column < field->width; column++)
+    job.meridians[column] =
+        np_globe_angle_make(field->west_rad + column * field->step_east_rad - terrain->globe.longitude_rad);
+  const neph_result result = np_parallel_for(terrain->context, monitor, field->height, 16, raise_rows, &job);
+  np_alloc_free(terrain->context, job.meridians);
+  return result;
 }
 
 static size_t count_samples(const np_heightfield *field) { return (size_t)field->width * field->height; }
@@ -94,11 +115,11 @@ static void compute_bounds(neph_terrain *terrain) {
   float elevation_min = INFINITY, elevation_max = -INFINITY;
   for (size_t i = 0; i < count_samples(&terrain->field); i++) {
     for (int axis = 0; axis < 3; axis++) {
-      low[axis] = fminf(low[axis], terrain->vertices[3 * i + axis]);
-      high[axis] = fmaxf(high[axis], terrain->vertices[3 * i + axis]);
+      low[axis] = np_minf(low[axis], terrain->vertices[3 * i + axis]);
+      high[axis] = np_maxf(high[axis], terrain->vertices[3 * i + axis]);
     }
-    elevation_min = fminf(elevation_min, terrain->field.elevation_m[i]);
-    elevation_max = fmaxf(elevation_max, terrain->field.elevation_m[i]);
+    elevation_min = np_minf(elevation_min, terrain->field.elevation_m[i]);
+    elevation_max = np_maxf(elevation_max, terrain->field.elevation_m[i]);
   }
   terrain->bounds_min = np_dvec3_add(terrain->anchor, np_vec3_to_double(np_vec3_make(low[0], low[1], low[2])));
   terrain->bounds_max = np_dvec3_add(terrain->anchor, np_vec3_to_double(np_vec3_make(high[0], high[1], high[2])));
@@ -258,7 +279,7 @@ static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc 
   if (!terrain->vertices) return NEPH_ERROR_OUT_OF_MEMORY;
   np_monitor_set_part(monitor, np_monitor_whole, 0.6, 0.7);
   np_monitor_set_stage(monitor, "placing terrain");
-  result = np_parallel_for(context, monitor, terrain->field.height, 16, raise_rows, terrain);
+  result = raise_vertices(terrain, monitor);
   if (result) return result;
   compute_bounds(terrain);
   compute_mean_albedo(terrain);

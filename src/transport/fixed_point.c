@@ -253,7 +253,8 @@ neph_result np_fixed_point_solve(np_fixed_point *problem, float *x) {
   neph_context *context = problem->context;
   history past = {.depth = problem->depth};
   pass p = {.problem = problem, .past = &past, .x = x};
-  float *vectors = np_alloc(context, problem->count, 2 * past.depth * sizeof *vectors);
+  float *own = problem->vectors ? NULL : np_alloc(context, problem->count, 2 * past.depth * sizeof *own);
+  float *vectors = own ? own : problem->vectors;
   p.sums = np_alloc(context, count_chunks(problem), sizeof *p.sums);
   neph_result result = vectors && p.sums ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned j = 0; j < past.depth && !result; j++) {
@@ -262,6 +263,6 @@ neph_result np_fixed_point_solve(np_fixed_point *problem, float *x) {
   }
   if (!result) result = iterate(problem, &past, &p);
   np_alloc_free(context, p.sums);
-  np_alloc_free(context, vectors);
+  np_alloc_free(context, own);
   return result;
 }

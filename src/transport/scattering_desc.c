@@ -11,11 +11,12 @@ enum { RESOLVED_DEGREE = 7 };
 static const double cells_per_ray = 1.5;
 
 /* The highest degree, of those whose harmonics fill whole vectors, that the cells' number allows. */
-static unsigned choose_degree(double cells, bool is_layered, double work_max) {
+static unsigned choose_degree(double cells, bool is_layered, const np_scattering_desc *desc) {
   static const unsigned degrees[] = {NP_DEGREE_MAX, 7};
   for (size_t i = 0; i < sizeof degrees / sizeof *degrees; i++) {
     const double directions = np_ordinates_count(degrees[i], is_layered);
-    if (cells * directions * np_harmonics_count(degrees[i]) <= work_max) return degrees[i];
+    const bool is_cheap = cells * directions * np_harmonics_count(degrees[i]) <= desc->work_max;
+    if (is_cheap && degrees[i] <= desc->degree_max) return degrees[i];
   }
   return NP_DEGREE_MIN;
 }
@@ -36,9 +37,10 @@ static double count_bytes_max(const np_transport_desc *cells) {
 
 /* The degree that a solution of the least degree is resolved into, where the memory that so many cells of the least
  * degree could take is enough. */
-static unsigned choose_resolved(double cells, bool is_fine_wanted, unsigned degree, const np_transport_desc *desc) {
+static unsigned choose_resolved(double cells, bool is_fine_wanted, unsigned degree, const np_scattering_desc *desc) {
   const double bytes = cells * (is_fine_wanted ? count_fine_bytes() : count_resolved_bytes());
-  return degree == NP_DEGREE_MIN && bytes <= count_bytes_max(desc) ? RESOLVED_DEGREE : degree;
+  const bool is_resolved = degree == NP_DEGREE_MIN && desc->degree_max >= RESOLVED_DEGREE;
+  return is_resolved && bytes <= count_bytes_max(&desc->cells) ? RESOLVED_DEGREE : degree;
 }
 
 void np_scattering_desc_set_rays(np_scattering_desc *desc, double rays) {
@@ -51,8 +53,8 @@ void np_scattering_desc_set_memory(np_scattering_desc *desc, double bytes) {
 
 np_scattering_degrees np_scattering_desc_choose_degrees(const np_scattering_desc *desc, double cells, bool is_layered,
                                                         bool is_fine_wanted) {
-  const unsigned degree = choose_degree(cells, is_layered, desc->work_max);
-  return (np_scattering_degrees){degree, choose_resolved(cells, is_fine_wanted, degree, &desc->cells)};
+  const unsigned degree = choose_degree(cells, is_layered, desc);
+  return (np_scattering_degrees){degree, choose_resolved(cells, is_fine_wanted, degree, desc)};
 }
 
 neph_result np_scattering_desc_forecast(neph_context *context, const np_world *world, const np_scattering_desc *desc,
@@ -75,6 +77,7 @@ neph_result np_scattering_desc_add_to_hash(neph_context *context, const np_world
   if (result) return result;
   for (int a = 0; a < 3; a++) np_hash_add(hash, grid.edge_m[a], ((size_t)grid.size[a] + 1) * sizeof *grid.edge_m[a]);
   NP_HASH_ADD(hash, desc->work_max);
+  NP_HASH_ADD(hash, desc->degree_max);
   NP_HASH_ADD(hash, desc->tolerance);
   NP_HASH_ADD(hash, desc->has_importance);
   np_transport_grid_clear(&grid);

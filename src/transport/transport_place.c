@@ -115,6 +115,13 @@ static double compute_voxel_depth(const np_world *world) {
 
 static double round_edge(double edge) { return edge > 2.0 ? ceil(4.0 * edge) * 0.25 : edge; }
 
+/* Larger by powers of √2 up to the least edge, so that a moving viewer seldom changes it. */
+static double enlarge_edge(const np_world *world, const np_transport_desc *desc, double edge) {
+  const double voxel = fmax(np_transport_get_voxel(world, 0), np_transport_get_voxel(world, 2));
+  while (edge * voxel * 1.41421356 <= desc->edge_min_m) edge *= 1.41421356;
+  return edge;
+}
+
 /* Edge in voxels that the clouds want; within `cell_count_max` where there is nobody to be near to. */
 static double choose_edge(const np_world *world, const np_transport_desc *desc, bool *out_is_fine) {
   even_axis axes[3];
@@ -123,7 +130,9 @@ static double choose_edge(const np_world *world, const np_transport_desc *desc, 
   double edge = cells <= (double)desc->cell_count_cheap || *out_is_fine ? 1.0 : 2.0;
   while (edge < 8.0 && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
   while (edge > 0.1 && edge * voxel_depth > 3.5 * desc->cell_depth_max) edge *= 0.5;
-  return edge;
+  const double enlarged = enlarge_edge(world, desc, edge);
+  if (enlarged > edge) *out_is_fine = false;
+  return enlarged;
 }
 
 /* ---- Graded cells ---- */
@@ -396,13 +405,17 @@ double np_transport_expect_error(double cell_depth) {
 /* Place that sunlight is followed to (first_collision.h), cells with and without cloud, and data beside the moments. */
 static const double other_bytes = 300.0;
 
+/* Unknowns of the diffusion equation, their links and vectors, on all of its grids. */
+static const double diffusion_bytes = 100.0;
+
 /* Vectors of moments: the solution, two parts of a sweep, and three bands kept as halves. */
 double np_transport_count_swept_bytes(unsigned degree) {
   return 4.5 * sizeof(float) * np_harmonics_count(degree) + other_bytes;
 }
 
-/* Besides: the source, ten vectors of Anderson's and a copy that is sharpened, before which the diffusion equation has
- * its place: 100 bytes a cell of one grid at a time, 2 % of all more than that copy. Coarser grids have a seventh. */
+/* Besides: the source, six vectors of Anderson's, the first band, a copy that is sharpened, and the diffusion equation.
+ * Coarser grids have a seventh. */
 double np_transport_count_iterated_bytes(unsigned degree) {
-  return 8.0 / 7.0 * (12.0 * sizeof(float) * np_harmonics_count(degree) + np_transport_count_swept_bytes(degree));
+  return 8.0 / 7.0 *
+         (9.0 * sizeof(float) * np_harmonics_count(degree) + diffusion_bytes + np_transport_count_swept_bytes(degree));
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Blue noise by void and cluster (Ulichney 1993, "The void-and-cluster method for dither array generation"), on a
- * torus.
+/* Prints src/integrate/blue_noise_table.c: blue noise by void and cluster (Ulichney 1993, "The void-and-cluster method
+ * for dither array generation"), on a torus.
  *
  * Every pixel gets a rank. An initial pattern of a tenth of the pixels is evened out by moving its tightest cluster
  * into its largest void until nothing moves; ranks below it are found by taking clusters away, ranks above it by
@@ -9,10 +9,11 @@
  */
 #include <math.h>
 #include <stdbool.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "core/random.h"
-#include "integrate/integrator.h"
+#include "integrate/blue_noise_table.h"
 
 enum { EDGE = NP_BLUE_NOISE_EDGE, COUNT = EDGE * EDGE, INITIAL = COUNT / 10, REACH = 9 };
 
@@ -61,19 +62,35 @@ static void pattern_start(pattern *p) {
   }
 }
 
-void np_blue_noise_fill(float out_tile[COUNT]) {
+static void rank_pixels(int out_ranks[COUNT]) {
   pattern p, initial;
   pattern_start(&initial);
   p = initial;
   for (int rank = INITIAL - 1; rank >= 0; rank--) {
     const int pixel = search_pixel(&p, true);
-    out_tile[pixel] = (float)rank / COUNT;
+    out_ranks[pixel] = rank;
     pattern_toggle(&p, pixel);
   }
   p = initial;
   for (int rank = INITIAL; rank < COUNT; rank++) {
     const int pixel = search_pixel(&p, false);
-    out_tile[pixel] = (float)rank / COUNT;
+    out_ranks[pixel] = rank;
     pattern_toggle(&p, pixel);
   }
+}
+
+int main(void) {
+  int ranks[COUNT];
+  rank_pixels(ranks);
+  printf("/* SPDX-License-Identifier: Apache-2.0 */\n"
+         "/* Ranks of a tile of blue noise, row by row. Printed by a benchmark:\n"
+         " *\n"
+         " *   bench_blue_noise >src/integrate/blue_noise_table.c\n"
+         " */\n"
+         "#include \"integrate/blue_noise_table.h\"\n\n"
+         "/* clang-format off */\n\n"
+         "const uint16_t np_blue_noise_ranks[NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE] = {");
+  for (int i = 0; i < COUNT; i++) printf("%s%d,", i % 20 ? " " : "\n  ", ranks[i]);
+  printf("\n};\n");
+  return 0;
 }

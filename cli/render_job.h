@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A run of `nephos render`: its scene, its frames and their files. */
+#ifndef NEPHOS_CLI_RENDER_JOB_H
+#define NEPHOS_CLI_RENDER_JOB_H
+
+#include "session.h"
+
+/* The files of one frame; NULL: not wanted. */
+typedef struct render_targets {
+  char *image, *preview, *deep;
+} render_targets;
+
+enum { FAILED_TEXT_SIZE = 256 };
+
+/* The frames of a batch. */
+typedef struct frame_batch {
+  unsigned count, failed_count;
+  bool is_stopped;               /* the rest would fail as well: what is done cannot be written */
+  char failed[FAILED_TEXT_SIZE]; /* their numbers, or the first of them */
+} frame_batch;
+
+typedef struct render_job {
+  cli_session *session;
+  neph_scene *scene;
+  neph_render_desc desc;
+  neph_output output;
+  frame_batch batch;
+} render_job;
+
+/* Output files, by --output or the scene, whose names tell eyes and frames apart; CLI_USAGE, after a message, where
+ * there is none, or they do not. */
+cli_exit render_job_choose_outputs(render_job *job);
+
+/* The names of the job's frame and eye, to be freed. */
+neph_result render_job_name_targets(const render_job *job, render_targets *out);
+void render_job_free_targets(const render_job *job, render_targets *t);
+
+/* Whether the files of the job's frame can be written, and of its clouds that are baked to files. */
+cli_exit render_job_check_targets(render_job *job);
+
+#endif

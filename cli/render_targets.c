@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The files of a frame: named by the scene or --output, and checked before the first pixel. */
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "render_job.h"
+
+/* Stands for the eye's name, as in Nuke. */
+static const char eye_mark[] = "%V";
+
+static cli_exit check_pattern(const render_job *job, const char *pattern) {
+  if (pattern && neph_scene_is_stereo(job->scene) && !strstr(pattern, eye_mark)) {
+    cli_complain("%s would be written for both eyes: put %s where left or right goes", pattern, eye_mark);
+    return CLI_USAGE;
+  }
+  if (!pattern || cli_is_single_frame(job->session->options) || strchr(pattern, '#')) return CLI_DONE;
+  cli_complain("%s would be written for every frame: put # where the number goes", pattern);
+  return CLI_USAGE;
+}
+
+/* --output replaces what the scene says: once or twice, a picture and a preview. Deep pictures are the scene's alone.
+ */
+static cli_exit choose_outputs(render_job *job) {
+  const cli_options *options = job->session->options;
+  if (options->output_count) job->output.image = job->output.preview = NULL;
+  for (size_t i = 0; i < options->output_count; i++) {
+    const char *path = options->outputs[i];
+    const bool is_preview = cli_has_extension(path, ".png");
+    const char **place = is_preview ? &job->output.preview : &job->output.image;
+    if ((!is_preview && !cli_has_extension(path, ".exr")) || *place) {
+      cli_complain("--output is %s, must be one .exr, one .png, or one of each", path);
+      return CLI_USAGE;
+    }
+    *place = path;
+  }
+  if (job->output.image || job->output.preview || job->output.deep) return CLI_DONE;
+  cli_complain("%s names no output: give output.image in it, or --output", options->files[0]);
+  return CLI_USAGE;
+}
+
+cli_exit render_job_choose_outputs(render_job *job) {
+  cli_exit exit = choose_outputs(job);
+  if (!exit) exit = check_pattern(job, job->output.image);
+  if (!exit) exit = check_pattern(job, job->output.preview);
+  return exit ? exit : check_pattern(job, job->output.deep);
+}
+
+/* Pattern, to be freed, with the name of the eye in the place of its mark. NULL: no memory. */
+static char *name_eye(const render_job *job, const char *pattern) {
+  const char *mark = strstr(pattern, eye_mark);
+  if (!mark || job->desc.eye == NEPH_EYE_CENTRE) return strdup(pattern);
+  char *named;
+  const int printed = asprintf(&named, "%.*s%s%s", (int)(mark - pattern), pattern,
+                               job->desc.eye == NEPH_EYE_LEFT ? "left" : "right", mark + strlen(eye_mark));
+  return printed < 0 ? NULL : named;
+}
+
+/* Output path, to be freed: the pattern, or, for a tile, "out/frame.####.tile2of4.exr". NULL: no memory. */
+static char *name_tile(const cli_options *options, const char *pattern) {
+  const size_t length = strlen(pattern), ending = strlen(".exr");
+  if (!options->tile_count || options->output_count || length <= ending) return strdup(pattern);
+  char *tiled;
+  const int stem = (int)(length - ending);
+  const int printed =
+      asprintf(&tiled, "%.*s.tile%uof%u%s", stem, pattern, options->tile_index, options->tile_count, pattern + stem);
+  return printed < 0 ? NULL : tiled;
+}
+
+static neph_result name_target(const render_job *job, const char *pattern, char **out_path) {
+  *out_path = NULL;
+  if (!pattern) return NEPH_OK;
+  char *named = name_eye(job, pattern), *tiled = named ? name_tile(job->session->options, named) : NULL;
+  neph_result result = NEPH_ERROR_OUT_OF_MEMORY;
+  if (tiled) result = neph_frame_get_path(job->session->context, tiled, job->desc.frame, out_path);
+  free(named);
+  free(tiled);
+  return result;
+}
+
+void render_job_free_targets(const render_job *job, render_targets *t) {
+  neph_text_destroy(job->session->context, t->image);
+  neph_text_destroy(job->session->context, t->preview);
+  neph_text_destroy(job->session->context, t->deep);
+}
+
+neph_result render_job_name_targets(const render_job *job, render_targets *out) {
+  *out = (render_targets){NULL, NULL, NULL};
+  neph_result result = name_target(job, job->output.image, &out->image);
+  if (!result) result = name_target(job, job->output.preview, &out->preview);
+  if (!result) result = name_target(job, job->output.deep, &out->deep);
+  return result;
+}
+
+/* A cloud that is not on disk is baked to its file before the first pixel. */
+static cli_exit check_cloud(const render_job *job, unsigned index) {
+  const char *pattern = neph_scene_get_cloud_file(job->scene, index);
+  if (!pattern || !neph_scene_is_cloud_baked(job->scene, index)) return CLI_DONE;
+  char *path;
+  cli_exit exit = cli_exit_of(neph_frame_get_path(job->session->context, pattern, job->desc.frame, &path));
+  if (!exit && access(path, F_OK)) exit = cli_check_target(job->session, path);
+  neph_text_destroy(job->session->context, path);
+  return exit;
+}
+
+cli_exit render_job_check_targets(render_job *job) {
+  render_targets t;
+  neph_result result = render_job_name_targets(job, &t);
+  cli_exit exit = cli_exit_of(result);
+  if (!exit && t.image) exit = cli_check_target(job->session, t.image);
+  if (!exit && t.preview) exit = cli_check_target(job->session, t.preview);
+  if (!exit && t.deep) exit = cli_check_target(job->session, t.deep);
+  for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(job->scene); i++) exit = check_cloud(job, i);
+  render_job_free_targets(job, &t);
+  return exit;
+}

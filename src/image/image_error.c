@@ -1,0 +1,246 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Error of a picture, its noise and its bias apart (docs/error.md): means over pixels of squares relative to the
+ * reference, each with bounds from the spread of 8×8 blocks, which are taken as independent. */
+#include "image/image_error.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "image/color_space.h"
+
+enum { BLOCK_PIXELS = 8 };
+
+static const double dim_of_mean = 0.01;
+static const double normal_quantile_975 = 1.959963984540054; /* of a two-sided 95 % interval */
+
+static const neph_bounded unknown = {(double)NAN, (double)NAN, (double)NAN};
+
+/* ---- Luminance ---- */
+
+/* Channels of a luminance and their weights. */
+typedef struct luminance {
+  unsigned count;
+  const unsigned *indices; /* channels of the reference */
+  double weights[3];       /* of R, G, B; others are averaged */
+} luminance;
+
+static bool is_colour(const neph_image *image, const luminance *l) {
+  const char *space = neph_image_get_attribute(image, "nephos:colorSpace");
+  const bool is_of_bands = space && !strcmp(space, np_color_space_get_name(NP_COLOR_BANDS));
+  return l->count == 3 && !strcmp(image->channels[l->indices[0]].name, "R") && !is_of_bands;
+}
+
+/* OpenEXR's primaries are Rec.709's where a header names none. */
+static luminance choose_luminance(const neph_image *reference, unsigned *indices) {
+  luminance l = {.count = np_image_choose_channels(reference, indices), .indices = indices};
+  if (!is_colour(reference, &l)) return l;
+  const bool is_named = reference->header.has_chromaticities;
+  const float *own = is_named ? reference->header.chromaticities : np_color_space_get_chromaticities(NP_COLOR_REC709);
+  if (!np_color_space_get_luminances(own, l.weights)) l.weights[0] = 0.0;
+  return l;
+}
+
+static double get_weight(const luminance *l, unsigned c) {
+  const bool is_weighted = l->count == 3 && l->weights[0] + l->weights[1] + l->weights[2] > 0.0;
+  return is_weighted ? l->weights[c] : 1.0 / l->count;
+}
+
+/* Adds weighted planes of `prefix` and the channels' names. False where one is missing. */
+static bool add_planes(const neph_image *image, const neph_image *reference, const luminance *l, const char *prefix,
+                       double *out) {
+  const size_t count = (size_t)reference->width * reference->height;
+  for (unsigned c = 0; c < l->count; c++) {
+    char name[NP_IMAGE_NAME_MAX + 1];
+    const int length = snprintf(name, sizeof name, "%s%s", prefix, reference->channels[l->indices[c]].name);
+    const float *values = length < (int)sizeof name ? neph_image_get_values(image, name) : NULL;
+    if (!values) return false;
+    const double weight = get_weight(l, c);
+    for (size_t i = 0; i < count; i++) out[i] += weight * (double)values[i];
+  }
+  return true;
+}
+
+/* ---- Pixels ---- */
+
+/* Luminances, and their standard errors where the pictures state them: NULL where they do not. A pixel's channels are
+ * of the same samples, so that their standard errors add up. */
+typedef struct planes {
+  neph_context *context;
+  unsigned width, height;
+  double *picture, *second, *reference, *picture_error, *reference_error;
+  double dim; /* pixels below it are left out */
+} planes;
+
+static void free_planes(planes *p) {
+  double *const all[] = {p->picture, p->second, p->reference, p->picture_error, p->reference_error};
+  for (size_t i = 0; i < sizeof all / sizeof *all; i++) np_alloc_free(p->context, all[i]);
+}
+
+static neph_result fill_plane(const planes *p, const neph_image *image, const neph_image *reference, const luminance *l,
+                              const char *prefix, double **out) {
+  *out = np_alloc(p->context, (size_t)p->width * p->height, sizeof **out);
+  if (!*out) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (add_planes(image, reference, l, prefix, *out)) return NEPH_OK;
+  np_alloc_free(p->context, *out);
+  *out = NULL;
+  return NEPH_OK;
+}
+
+static double compute_dim(const planes *p) {
+  double sum = 0.0;
+  size_t finite_count = 0;
+  for (size_t i = 0; i < (size_t)p->width * p->height; i++)
+    if (isfinite(p->reference[i])) sum += p->reference[i], finite_count++;
+  return finite_count ? dim_of_mean * fmax(sum / (double)finite_count, 0.0) : 0.0;
+}
+
+static neph_result fill_planes(planes *p, const neph_image *image, const neph_image *second,
+                               const neph_image *reference) {
+  unsigned *indices = np_alloc(p->context, reference->channel_count, sizeof *indices);
+  if (!indices) return NEPH_ERROR_OUT_OF_MEMORY;
+  const luminance l = choose_luminance(reference, indices);
+  neph_result result = fill_plane(p, image, reference, &l, "", &p->picture);
+  if (!result) result = fill_plane(p, reference, reference, &l, "", &p->reference);
+  if (!result && second) result = fill_plane(p, second, reference, &l, "", &p->second);
+  if (!result) result = fill_plane(p, image, reference, &l, "standard_error.", &p->picture_error);
+  if (!result) result = fill_plane(p, reference, reference, &l, "standard_error.", &p->reference_error);
+  if (!result) p->dim = compute_dim(p);
+  np_alloc_free(p->context, indices);
+  return result;
+}
+
+/* ---- Squares ---- */
+
+/* Σ over pixels of squares over that of the reference. */
+typedef struct squares {
+  double error, noise, bias;
+  uint64_t count;
+} squares;
+
+static void add_pixel(const planes *p, size_t i, squares *sums) {
+  const double reference = p->reference[i], difference = p->picture[i] - reference;
+  if (!isfinite(reference) || !(reference > p->dim)) return;
+  const double own = p->reference_error && isfinite(p->reference_error[i]) ? p->reference_error[i] : 0.0;
+  const double by = 1.0 / (reference * reference), error = (difference * difference - own * own) * by;
+  sums->error += error;
+  sums->count++;
+  if (p->second) {
+    sums->noise += 0.5 * pow(p->picture[i] - p->second[i], 2.0) * by;
+    sums->bias += (difference * (p->second[i] - reference) - own * own) * by;
+  } else if (p->picture_error) {
+    const double noise = isfinite(p->picture_error[i]) ? pow(p->picture_error[i], 2.0) * by : 0.0;
+    sums->noise += noise;
+    sums->bias += error - noise;
+  }
+}
+
+static squares sum_block(const planes *p, unsigned left, unsigned top) {
+  squares sums = {0.0, 0.0, 0.0, 0};
+  for (unsigned y = top; y < top + BLOCK_PIXELS && y < p->height; y++)
+    for (unsigned x = left; x < left + BLOCK_PIXELS && x < p->width; x++) add_pixel(p, (size_t)y * p->width + x, &sums);
+  return sums;
+}
+
+/* Mean of squares and the variance of that mean: a ratio of sums over blocks (Cochran 1977, "Sampling Techniques",
+ * eq. 6.13, without the correction for a finite population). */
+typedef struct moments {
+  double mean, variance;
+} moments;
+
+static moments compute_moments(const squares *blocks, size_t count, size_t member) {
+  double sum = 0.0, pixels = 0.0, residual2 = 0.0;
+  size_t filled = 0;
+  for (size_t i = 0; i < count; i++) {
+    sum += *(const double *)((const char *)&blocks[i] + member);
+    pixels += (double)blocks[i].count;
+    filled += blocks[i].count > 0;
+  }
+  const double mean = pixels > 0.0 ? sum / pixels : (double)NAN;
+  for (size_t i = 0; i < count; i++) {
+    const double block = *(const double *)((const char *)&blocks[i] + member);
+    residual2 += pow(block - mean * (double)blocks[i].count, 2.0);
+  }
+  const double n = (double)filled;
+  return (moments){mean, filled > 1 ? residual2 * n / (n - 1.0) / (pixels * pixels) : (double)NAN};
+}
+
+static double take_root(double square) { return isnan(square) ? square : sqrt(fmax(square, 0.0)); }
+
+static neph_bounded bound_root(moments m) {
+  const double half = normal_quantile_975 * sqrt(m.variance);
+  return (neph_bounded){take_root(m.mean), take_root(m.mean - half), take_root(m.mean + half)};
+}
+
+/* ---- Figures that the header states ---- */
+
+static double get_number(const neph_image *image, const char *name, const char *ending) {
+  char full[32];
+  (void)snprintf(full, sizeof full, "%s%s", name, ending);
+  const char *text = neph_image_get_attribute(image, full);
+  return text ? strtod(text, NULL) : (double)NAN;
+}
+
+static neph_bounded get_bounded(const neph_image *image, const char *name) {
+  return (neph_bounded){get_number(image, name, ""), get_number(image, name, "Min"), get_number(image, name, "Max")};
+}
+
+static neph_bias_source get_bias_source(const neph_image *image) {
+  const char *source = neph_image_get_attribute(image, "nephos:biasSource");
+  if (!source) return NEPH_BIAS_UNKNOWN;
+  return strcmp(source, "measured") ? NEPH_BIAS_BY_MODEL : NEPH_BIAS_MEASURED;
+}
+
+neph_result neph_image_get_error(const neph_image *image, neph_image_error *out_error) {
+  const neph_image_error error = {.struct_size = sizeof error,
+                                  .error = get_bounded(image, "nephos:error"),
+                                  .noise = get_bounded(image, "nephos:noise"),
+                                  .bias = get_bounded(image, "nephos:bias"),
+                                  .bias_source = get_bias_source(image)};
+  return np_desc_write(image->context, "neph_image_error", &error, sizeof error, out_error);
+}
+
+static bool get_stated_noise(const neph_image *image, moments *out) {
+  const neph_bounded noise = get_bounded(image, "nephos:noise");
+  const double square = noise.value * noise.value;
+  *out = (moments){square, pow((noise.max * noise.max - square) / normal_quantile_975, 2.0)};
+  return isfinite(out->mean) && isfinite(out->variance);
+}
+
+/* ---- Measures ---- */
+
+static neph_result measure(const planes *p, const neph_image *image, neph_image_difference *out) {
+  const unsigned columns = (p->width + BLOCK_PIXELS - 1) / BLOCK_PIXELS;
+  const size_t count = (size_t)columns * ((p->height + BLOCK_PIXELS - 1) / BLOCK_PIXELS);
+  squares *blocks = np_alloc(p->context, count, sizeof *blocks);
+  if (!blocks) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (size_t i = 0; i < count; i++) {
+    blocks[i] = sum_block(p, (unsigned)(i % columns) * BLOCK_PIXELS, (unsigned)(i / columns) * BLOCK_PIXELS);
+    out->pixel_count += blocks[i].count;
+  }
+  const moments error = compute_moments(blocks, count, offsetof(squares, error));
+  moments stated;
+  out->pixel_error = bound_root(error);
+  out->pixel_noise = out->pixel_bias = unknown;
+  if (p->second || p->picture_error) {
+    out->pixel_noise = bound_root(compute_moments(blocks, count, offsetof(squares, noise)));
+    out->pixel_bias = bound_root(compute_moments(blocks, count, offsetof(squares, bias)));
+  } else if (get_stated_noise(image, &stated)) {
+    out->pixel_noise = bound_root(stated);
+    out->pixel_bias = bound_root((moments){error.mean - stated.mean, error.variance + stated.variance});
+  }
+  np_alloc_free(p->context, blocks);
+  return NEPH_OK;
+}
+
+neph_result np_image_measure_error(neph_context *context, const neph_image *image, const neph_image *second,
+                                   const neph_image *reference, neph_image_difference *out) {
+  planes p = {.context = context, .width = reference->width, .height = reference->height};
+  out->pixel_count = 0;
+  neph_result result = fill_planes(&p, image, second, reference);
+  if (!result) result = measure(&p, image, out);
+  free_planes(&p);
+  return result;
+}

@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Error of a picture, its noise and its bias apart, by a reference. */
+#ifndef NP_IMAGE_IMAGE_ERROR_H
+#define NP_IMAGE_IMAGE_ERROR_H
+
+#include "image/image_private.h"
+
+/* Fills pixel_error, pixel_noise, pixel_bias and pixel_count. `second` is the picture with another seed, or NULL; all
+ * are of one size and have the reference's channels. */
+neph_result np_image_measure_error(neph_context *context, const neph_image *image, const neph_image *second,
+                                   const neph_image *reference, neph_image_difference *out);
+
+#endif

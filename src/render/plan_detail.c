@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/plan_detail.h"
+
+#include <math.h>
+
+/* A camera among the clouds, or on the ground, is as far from them as this share of their extent. */
+static const double near_share = 1.0 / 16.0, terrain_near_share = 1.0 / 4.0;
+
+/* Voxels across the least extent of a cloud that are left of it, however small it is in the picture. */
+static const double voxels_min = 24.0;
+
+enum { RIDGES_MIN = 64 };
+
+static double get_pixel_rad(const np_plan *plan, const neph_scene *scene) {
+  return np_scene_camera_get_pixel_rad(&scene->camera, plan->desc.width, plan->desc.height);
+}
+
+/* Distance at which a box is seen nearest; parallel rays see all at that of their target. */
+static double compute_distance(const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
+  const double *camera = scene->camera.position_m;
+  const np_dvec3 outside = {fmax(fmax(low.x - camera[0], camera[0] - high.x), 0.0),
+                            fmax(fmax(low.y - camera[1], camera[1] - high.y), 0.0),
+                            fmax(fmax(low.z - camera[2], camera[2] - high.z), 0.0)};
+  if (scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) return np_scene_camera_get_target_m(&scene->camera);
+  return fmax(np_dvec3_length(outside), near_share * np_dvec3_length(np_dvec3_subtract(high, low)));
+}
+
+/* The largest power of √2 that is no more than a number, and no less than 1. */
+static double round_factor(double factor) { return exp2(0.5 * floor(2.0 * log2(fmax(factor, 1.0)) + 1e-9)); }
+
+static double compute_cloud_distance(const neph_scene *scene, const np_scene_cloud *cloud,
+                                     const neph_cloud_desc *bake) {
+  const double *at = cloud->position_m,
+               half[2] = {0.5 * cloud->scale * bake->extent_m[0], 0.5 * cloud->scale * bake->extent_m[1]};
+  const np_dvec3 middle = cloud->has_position
+                              ? np_dvec3_make(at[0], at[1], at[2])
+                              : np_dvec3_make(bake->center_m[0], bake->center_m[1], bake->base_altitude_m);
+  return compute_distance(
+      scene, np_dvec3_make(middle.x - half[0], middle.y - half[1], middle.z),
+      np_dvec3_make(middle.x + half[0], middle.y + half[1], middle.z + cloud->scale * bake->thickness_m));
+}
+
+static double compute_factor(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud,
+                             const neph_cloud_desc *bake) {
+  const double detail_px = scene->render.detail_px;
+  if (!(detail_px > 0.0) || !cloud->is_baked || cloud->voxel_m > 0.0) return 1.0;
+  const double wanted_m = detail_px * get_pixel_rad(plan, scene) * compute_cloud_distance(scene, cloud, bake);
+  const double least_m = fmin(fmin(bake->extent_m[0], bake->extent_m[1]), bake->thickness_m) / voxels_min;
+  return round_factor(fmin(wanted_m / cloud->scale, least_m) / bake->voxel_m);
+}
+
+neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+  neph_cloud_desc bake = np_scene_cloud_get_frame(cloud, plan->desc.frame);
+  bake.voxel_m *= compute_factor(plan, scene, cloud, &bake);
+  return bake;
+}
+
+bool np_plan_is_coarsened(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+  return compute_factor(plan, scene, cloud, &cloud->bake) > 1.0;
+}
+
+neph_ridges_desc np_plan_get_ridges(const np_plan *plan, const neph_scene *scene) {
+  neph_ridges_desc ridges = scene->terrain.ridges;
+  const double detail_px = scene->render.detail_px, width_m = scene->terrain.desc.width_m;
+  const np_dvec3 high = {0.5 * width_m, 0.5 * width_m, ridges.relief_m}, low = {-high.x, -high.y, 0.0};
+  const double distance = fmax(compute_distance(scene, low, high), terrain_near_share * width_m);
+  const double wanted_m = detail_px * get_pixel_rad(plan, scene) * distance;
+  unsigned steps = ridges.sample_count - 1;
+  while (steps / 2 >= RIDGES_MIN && 2.0 * width_m <= steps * wanted_m) steps /= 2;
+  ridges.sample_count = steps + 1;
+  return ridges;
+}
+
+double np_plan_get_light_edge(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
+  const double detail_px = scene->render.light_detail_px;
+  if (!(detail_px > 0.0) || !(low.x <= high.x)) return 0.0;
+  return detail_px * get_pixel_rad(plan, scene) * compute_distance(scene, low, high);
+}

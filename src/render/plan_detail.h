@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Detail of clouds and mountains that a picture can show: `render.detail` pixels wide at least. */
+#ifndef NP_RENDER_PLAN_DETAIL_H
+#define NP_RENDER_PLAN_DETAIL_H
+
+#include "render/plan_stages.h"
+
+/* A cloud to bake, in the plan's frame. Voxels are enlarged by powers of √2, so that a moving camera seldom changes
+ * them. */
+neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+
+/* Whether those voxels are larger than the scene's: then the cloud is baked to memory, and its file left alone. */
+bool np_plan_is_coarsened(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+
+/* Made mountains, with half, a quarter and so on of the scene's heights along a side. */
+neph_ridges_desc np_plan_get_ridges(const np_plan *plan, const neph_scene *scene);
+
+/* Least width of the cells of multiple scattering, of which `render.light_detail` speaks; 0: none. */
+double np_plan_get_light_edge(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high);
+
+#endif

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The table of qualities. `final` has the keys' own defaults.
+ *
+ * draft is for the eye: all that is computed before the first sample follows the picture's size. preview is between
+ * draft and final. reference has no bias.
+ */
+#include "scene/quality.h"
+
+/* clang-format off */
+static const np_quality_knob knobs[] = {
+    /* key                        draft     preview   final     reference */
+    {"render.integrator",        {"march",  "march",  "march",  "path"}},
+    {"render.samples",           {"1",      "2",      "4",      "256"}},
+    {"render.tolerance",         {"0.1",    "0.04",   "0.02",   "0.005"}},
+    {"render.transmittance_end", {"0.01",   "0.003",  "0.001",  "0.0001"}},
+    {"render.detail",            {"2",      "1",      "0",      "0"}},
+    {"render.light_detail",      {"4",      "2",      "0",      "0"}},
+    {"render.light_depth",       {"1.4",    "0.6",    "0.35",   "0.35"}},
+    {"render.light_degree",      {"3",      "7",      "11",     "11"}},
+    {"render.light_residual",    {"0.03",   "0.003",  "0.0005", "0.0003"}},
+};
+/* clang-format on */
+
+size_t np_quality_knob_count(void) { return sizeof knobs / sizeof *knobs; }
+
+const np_quality_knob *np_quality_knob_at(size_t index) { return &knobs[index]; }
