@@ -330,8 +330,8 @@ static neph_image *render_cut(unsigned threads, const char *samples, test_log *l
   return image;
 }
 
-/* The loss is infinite, and said to be, where too few of the cut paths are followed for it to be known. Threads change no
- * bit of the picture. */
+/* The loss is infinite, and said to be, where too few of the cut paths are followed for it to be known. Threads change
+ * no bit of the picture. */
 static void a_cut_picture_states_an_infinite_loss(void **state) {
   (void)state;
   static test_log log;
