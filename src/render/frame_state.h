@@ -49,10 +49,11 @@ typedef struct np_frame {
   np_tile_total *totals;
   np_pixel_luminance *luminances;          /* of each pixel, for the estimate of its error; NULL: none is wanted */
   double luminance_weights[NP_BAND_COUNT]; /* of the picture's R, G and B */
-  double dim[NP_BAND_COUNT]; /* radiances below this need not be as exact, relatively */
-  np_spread *pilots;         /* with a target error: those rendered, and one pixel around them */
-  np_pixel_state *pixels;    /* with a time limit: those rendered */
-  double *sums;              /* of each of them: [channel] */
+  double dim[NP_BAND_COUNT];               /* radiances below this need not be as exact, relatively */
+  double noise_target;                     /* of each pixel, of the target error; infinite: none */
+  np_spread *pilots;                       /* with a target error: those rendered, and one pixel around them */
+  np_pixel_state *pixels;                  /* with a time limit: those rendered */
+  double *sums;                            /* of each of them: [channel] */
   bool is_first_pass;
   bool is_cut;                  /* by the time limit, before all samples were taken */
   int min[2];                   /* first pixel that is rendered */
