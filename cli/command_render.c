@@ -362,6 +362,8 @@ const cli_verb cli_verb_render = {
                 {"--time-limit",
                  "choose a quality that is fast enough, and end each frame then, with the samples it has"},
                 {"--max-memory", "save memory where a render may need more, or refuse it with exit code 6"},
+                {"--cache"},
+                {"--cache-size"},
                 {"--explain"},
                 {"--dry-run"},
                 {"--progress"}},

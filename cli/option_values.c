@@ -47,6 +47,19 @@ bool cli_read_real(const char *text, double *out_value) {
   return end != text && !*end && *out_value >= 0;
 }
 
+bool cli_read_duration(const char *text, double *out_s) {
+  static const struct {
+    const char *name;
+    double seconds;
+  } units[] = {{"", 1.0}, {"s", 1.0}, {"m", 60.0}, {"h", 3600.0}};
+  char *end;
+  const double number = strtod(text, &end);
+  if (end == text || !(number > 0.0 && number <= 1e9)) return false;
+  for (size_t i = 0; i < sizeof units / sizeof *units; i++)
+    if (!strcmp(end, units[i].name)) return *out_s = number * units[i].seconds, true;
+  return false;
+}
+
 bool cli_read_region(const char *text, double out[6]) {
   for (int i = 0; i < 6; i++) {
     char *end;

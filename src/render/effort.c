@@ -125,7 +125,7 @@ static neph_result choose(const choice *c, neph_effort *out) {
 static void report(const choice *c, const neph_effort *e) {
   const double target = c->desc->target_error;
   const bool is_march = e->integrator == NEPH_INTEGRATOR_MARCH;
-  if (isfinite(target) && is_march && e->bias > target)
+  if (isfinite(target) && is_march && e->bias > target && !isfinite(c->desc->time_limit_s))
     np_log(c->scene->context, NEPH_LOG_WARNING,
            "the target error of %.2g %% is below the bias of the march here, about %.2g %% a pixel: set "
            "render.integrator to path",

@@ -11,7 +11,8 @@
 /* Over a tile's pixels: the sums of their means, and of the squares of the means' standard errors. */
 typedef struct np_tile_total {
   double sum[NP_BAND_COUNT], variance[NP_BAND_COUNT];
-  double lost[NP_BAND_COUNT]; /* the sum of the means that a limit on scatterings took from them */
+  double lost[NP_BAND_COUNT];         /* the sum of the means that a limit on scatterings took from them */
+  uint64_t cut_count, followed_count; /* paths that met the limit; those of them that were followed */
   uint64_t samples;
   double squares; /* of the pixels' relative errors */
 } np_tile_total;
@@ -22,7 +23,8 @@ typedef struct np_pixel_state {
   np_spread spread;
   double lost[NP_BAND_COUNT]; /* Σ over the samples */
   double opacity;             /* of clouds, Σ over the samples */
-  np_deep_stored deep;        /* what its samples found along their rays, where it is asked for */
+  uint64_t cut_count, followed_count;
+  np_deep_stored deep; /* what its samples found along their rays, where it is asked for */
 } np_pixel_state;
 
 /* Luminance of a pixel, and the variance of it by its samples as of independent ones. */

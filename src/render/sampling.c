@@ -97,6 +97,8 @@ static void integrate_packet(const np_frame *f, const np_packet *packet, const n
     for (int c = 0; c < NP_COMPONENT_ALL; c++)
       out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
     out->lost = np_spectrum_add(out->lost, more.lost);
+    out->cut_count += more.cut_count;
+    out->followed_count += more.followed_count;
   }
   if ((!packet->stars.count && !packet->stars.blurred) || out->is_ground_behind) return;
   const np_spectrum stars =
@@ -165,6 +167,8 @@ neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t e
     np_spread_add(&f->channels, &sample, &p->spread);
     p->opacity += 1.0 - (double)sample.transmittance;
     for (unsigned b = 0; b < NP_BAND_COUNT; b++) p->lost[b] += (double)(sample.lost.band[b] * f->channels.scale);
+    p->cut_count += sample.cut_count;
+    p->followed_count += sample.followed_count;
   }
   if (f->depth_components && np_deep_bins_store(f->assembly->context, &bins, &p->deep)) return NEPH_ERROR_OUT_OF_MEMORY;
   double added[NP_CHANNELS_MAX];
@@ -275,6 +279,8 @@ static neph_result finish_pixel(const np_frame *f, const int at[2], const np_pix
     total->variance[b] += np_spread_variance(&p->spread, b);
     total->lost[b] += p->lost[b] / p->spread.count;
   }
+  total->cut_count += p->cut_count;
+  total->followed_count += p->followed_count;
   total->samples += p->spread.count;
   if (f->luminances) {
     f->luminances[index] = np_frame_get_luminance(f, &p->spread);

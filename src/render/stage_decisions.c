@@ -293,7 +293,7 @@ static void describe_ordinates(np_decision *d, char *out, size_t size) {
   d->result = np_plan_forecast_cells(d->plan, d->scene, &f);
   d->plan->light_cell_count = f.cells.cell_count;
   d->plan->light_error =
-      f.is_known ? f.cells.errors[1] : error_of_files * fmax(d->scene->render.light_depth / 0.35, 1.0);
+      f.is_known ? f.cells.errors[1] : error_of_files * sqrt(fmax(d->scene->render.light_depth / 0.35, 1.0));
   const char *what = "solved for once while clouds and lights stay, within render.light_memory";
   if (f.is_known)
     snprintf(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells", what,
