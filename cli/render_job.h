@@ -23,6 +23,8 @@ typedef struct render_job {
   cli_session *session;
   neph_scene *scene;
   neph_render_desc desc;
+  neph_effort effort; /* chosen for a target error or a time limit */
+  bool has_effort;
   neph_output output;
   frame_batch batch;
 } render_job;

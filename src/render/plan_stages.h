@@ -98,6 +98,7 @@ typedef struct np_plan {
   double light_bytes_max;  /* of multiple scattering while it is solved for */
   bool are_halves;         /* volumes in memory, whatever their clouds' precision */
   char savings[160];       /* what was given up to stay within the limit on memory; empty: nothing */
+  double light_error;      /* expected of the largest cells of multiple scattering; 0: it is not solved */
   double light_cell_count; /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;
 

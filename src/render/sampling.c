@@ -242,7 +242,7 @@ static double count_needed(const np_frame *f, const int at[2]) {
   }
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
     if (variance[b] > 0.0) worst = fmax(worst, variance[b] / count / pow(fmax(fabs(mean[b]) / count, f->dim[b]), 2.0));
-  return worst / (f->desc->target_error * f->desc->target_error);
+  return worst / (f->noise_target * f->noise_target);
 }
 
 static np_pixel_state start_pixel(const np_frame *f, const int at[2]) {
@@ -250,7 +250,7 @@ static np_pixel_state start_pixel(const np_frame *f, const int at[2]) {
   const uint32_t begin = np_frame_get_first_sample(f);
   if (!np_frame_has_target(f)) return (np_pixel_state){.end = d->sample_count};
   const double count = fmin(fmax(count_needed(f, at), d->sample_count), d->sample_count_max);
-  return (np_pixel_state){.next = begin, .end = begin + round_up_to_leaf(count)};
+  return (np_pixel_state){.next = begin, .end = begin + (uint32_t)ceil(count)};
 }
 
 np_pixel_luminance np_frame_get_luminance(const np_frame *f, const np_spread *spread) {
