@@ -13,7 +13,7 @@ static const double core_gain_max = 1.2;
 
 /* Memory of a cell that holds cloud: 1.6 to 2.0 kB more in the peak of four sample scenes than without a solution. */
 static const double cell_bytes = 1700.0;
-/* Of files, whose cells are twice as wide as voxels. */
+/* In files, where cells are twice as wide as voxels. */
 static const double cells_per_voxel = 1.0 / 8.0;
 
 double np_plan_predict_cell_bytes(const np_plan *plan) {
