@@ -70,6 +70,9 @@ typedef bool (*neph_tile_fn)(void *user, const neph_tile *tile);
 /** No target error, no time limit. */
 #define NEPH_UNLIMITED HUGE_VAL
 
+/** Samples up to the last. */
+#define NEPH_SAMPLES_ALL 0xffffffffu
+
 /** No limit on the number of scatterings along a path. */
 #define NEPH_SCATTERINGS_ALL 0xffffffffu
 
@@ -104,6 +107,20 @@ typedef struct neph_render_desc {
                                   one where that is both; others have NEPH_EYE_CENTRE */
   uint64_t memory_max_bytes; /**< a render that neph_render_estimate_memory predicts to need more is refused, as are
                                   bakes within it, with NEPH_ERROR_LIMIT (default NEPH_MEMORY_UNLIMITED) */
+  unsigned tile_index;       /**< of the crop's tiles, bands of whole rows from the top, from 0 (default 0) */
+  unsigned tile_count;       /**< of them; 1 to the crop's rows (default 1) */
+  uint32_t sample_begin;     /**< first of the samples that are taken, a multiple of 16 (default 0) */
+  uint32_t sample_end;       /**< one past the last: a multiple of 16, or sample_count, which NEPH_SAMPLES_ALL stands
+                                  for too (default NEPH_SAMPLES_ALL). A range of samples takes neither a target error nor
+                                  a time limit, nor has it deep pixels */
+  const char *part_path; /**< file for the part of the whole picture that is rendered, for neph_parts_merge; not with
+                              deep pixels or a time limit (default NULL) */
+  const char *checkpoint_path;  /**< file for the part as far as it is rendered; not removed. It may be part_path
+                                     (default NULL) */
+  double checkpoint_interval_s; /**< seconds from one checkpoint to the next; one is written in any case when the call
+                                   is cancelled (default NEPH_UNLIMITED) */
+  bool is_resumed;              /**< what the checkpoint has of the same picture is not rendered again; one that is
+                                     missing, damaged or of another picture changes nothing (default false) */
 } neph_render_desc;
 
 #define NEPH_RENDER_DESC_DEFAULT                                                                                       \
@@ -114,7 +131,9 @@ typedef struct neph_render_desc {
     .multiple_scattering = NEPH_MULTIPLE_SCATTERING_ORDINATES, .atmosphere = NEPH_RENDER_ATMOSPHERE_TRACED,            \
     .path_guiding = NEPH_PATH_GUIDING_NONE, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL,                  \
     .progress_user = NULL, .tile = NULL, .tile_user = NULL, .eye = NEPH_EYE_CENTRE,                                    \
-    .memory_max_bytes = NEPH_MEMORY_UNLIMITED                                                                          \
+    .memory_max_bytes = NEPH_MEMORY_UNLIMITED, .tile_index = 0, .tile_count = 1, .sample_begin = 0,                    \
+    .sample_end = NEPH_SAMPLES_ALL, .part_path = NULL, .checkpoint_path = NULL,                                        \
+    .checkpoint_interval_s = NEPH_UNLIMITED, .is_resumed = false                                                       \
   }
 
 /** The scene's own render settings, to start from.
@@ -134,6 +153,31 @@ NEPH_API neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_re
  */
 NEPH_API neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc,
                                        neph_image **out_image) NEPH_NODISCARD;
+
+/** Length of a hash as text, its end included. */
+#define NEPH_HASH_SIZE 33
+
+/** Fingerprint of all that the bits of a picture follow from: scene, contents of its files, settings, frame, eye, seed,
+ * version of nephos and instruction-set level. Tiles and ranges of samples of one picture have the same. Finished
+ * pictures bear it as the attribute nephos:sceneHash. Reads every file that the frame is rendered from.
+ *
+ * @param desc      NULL: the scene's own settings.
+ * @param out_hash  empty on failure, and where the scene has an object that a call gave to it.
+ */
+NEPH_API neph_result neph_render_compute_hash(neph_scene *scene, const neph_render_desc *desc,
+                                              char out_hash[NEPH_HASH_SIZE]) NEPH_NODISCARD;
+
+/** Joins parts of one picture, tiles and ranges of samples, to the bits of the whole.
+ *
+ * Parts are files of neph_render_desc.part_path, and .exr files of tiles. Fails with NEPH_ERROR_INVALID_ARGUMENT where
+ * parts are of different pictures or overlap, with NEPH_ERROR_NOT_FOUND where some are missing, whose list is in the
+ * message, with NEPH_ERROR_BAD_FILE where one is damaged.
+ *
+ * @param out_pixel_type  of the file that the picture is for; NULL is allowed.
+ * @param out_image       owned by the caller; NULL on failure.
+ */
+NEPH_API neph_result neph_parts_merge(neph_context *context, const char *const *paths, size_t path_count,
+                                      neph_pixel_type *out_pixel_type, neph_image **out_image) NEPH_NODISCARD;
 
 /** The plan of a render, with the stages that it needs and leaves out, and why, as text to be freed with
  * neph_text_destroy. Opens every file that the frame is rendered from, and fails where one is missing, damaged at its

@@ -5,12 +5,13 @@
 #include "core/alloc.h"
 #include "image/deep.h"
 #include "image/image_private.h"
-#include "render/camera_header.h"
 #include "render/channel_mattes.h"
 #include "render/channel_table.h"
 #include "render/frame.h"
 #include "render/frame_state.h"
 #include "render/integrator_choice.h"
+#include "render/part_film.h"
+#include "render/render_header.h"
 
 static bool is_lit(const np_plan *plan) {
   return np_plan_needs(plan, NP_STAGE_SUN_LIGHT) || np_plan_needs(plan, NP_STAGE_SKY_LIGHT) ||
@@ -150,6 +151,12 @@ static neph_result describe_samples(const np_frame *f, neph_image *image) {
   return np_image_set_real(image, "nephos:pixelError", error);
 }
 
+neph_result np_frame_describe(const np_frame *f, neph_image *image) {
+  neph_result result = describe_samples(f, image);
+  if (!result) result = describe_loss(f, image);
+  return result ? result : describe_mean(f, image);
+}
+
 static neph_result integrate_frame(np_frame *f, neph_image *image) {
   neph_context *context = f->assembly->context;
   f->totals = np_alloc(context, np_frame_count_tiles(f), sizeof *f->totals);
@@ -157,9 +164,8 @@ static neph_result integrate_frame(np_frame *f, neph_image *image) {
   neph_result result = np_tile_feed_open(f->feed, context, image, NP_TILE_EDGE);
   if (!result) result = np_frame_sample(f);
   np_tile_feed_close(f->feed);
-  if (!result) result = describe_samples(f, image);
-  if (!result) result = describe_loss(f, image);
-  return result ? result : describe_mean(f, image);
+  if (!result) result = np_image_set_real(image, "renderTime", np_monitor_get_seconds(f->monitor));
+  return result ? result : np_frame_describe(f, image);
 }
 
 neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
@@ -182,8 +188,10 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   choose_integrator(f, plan, scene);
   neph_result result = create_image(f, out_image);
   if (!result && plan->aovs & NP_AOV_CRYPTOMATTE) result = np_channels_write_manifest(scene, *out_image);
-  if (!result) result = np_camera_header_write(scene, &assembly->camera, desc->eye, *out_image);
-  if (!result) result = integrate_frame(f, *out_image);
+  if (!result) result = np_render_header_write(scene, plan, assembly, *out_image);
+  if (!result) result = np_part_film_open(scene, plan, f, &f->feed->part);
+  if (!result) result = np_part_film_finish(f->feed->part, integrate_frame(f, *out_image));
+  f->feed->part = NULL;
   if (result) {
     neph_image_destroy(*out_image);
     *out_image = NULL;

@@ -16,12 +16,11 @@ typedef struct np_tile_total {
   double squares; /* of the pixels' relative errors */
 } np_tile_total;
 
-/* A pixel's samples so far, and those that it is to get: from `next` to `end`. */
+/* A pixel's samples so far, from `begin` to `next`, and those that it is to get, up to `end`. */
 typedef struct np_pixel_state {
-  uint32_t next, end;
-  np_spread spread;
-  double lost[NP_BAND_COUNT]; /* Σ over the samples */
-  np_deep_stored deep;        /* what its samples found along their rays, where it is asked for */
+  uint32_t begin, next, end;
+  np_deep_stored deep; /* what its samples found along their rays, where it is asked for */
+  double *record;      /* of a part or a checkpoint, to be filled; NULL: none is kept */
 } np_pixel_state;
 
 typedef struct np_frame {
@@ -43,7 +42,7 @@ typedef struct np_frame {
   double dim[NP_BAND_COUNT]; /* radiances below this need not be as exact, relatively */
   np_spread *pilots;         /* with a target error: those rendered, and one pixel around them */
   np_pixel_state *pixels;    /* with a time limit: those rendered */
-  double *sums;              /* of each of them: [channel] */
+  double *numbers;           /* of each of them, np_channels_count_numbers */
   bool is_first_pass;
   bool is_cut;                  /* by the time limit, before all samples were taken */
   int min[2];                   /* first pixel that is rendered */
@@ -60,5 +59,12 @@ size_t np_frame_count_tiles(const np_frame *f);
 
 /* Samples every pixel and fills planes and totals, which has room for all tiles. */
 neph_result np_frame_sample(np_frame *f);
+
+/* Fills a pixel's values by its numbers, and adds it to its tile. */
+void np_frame_develop_pixel(const np_frame *f, size_t index, const np_pixel_facts *facts, const double *numbers,
+                            np_tile_total *total);
+
+/* Says in the header how many samples the pixels have, and how exact they are, by the totals. */
+neph_result np_frame_describe(const np_frame *f, neph_image *image);
 
 #endif

@@ -58,16 +58,18 @@ typedef struct np_plan_reference {
 } np_plan_reference;
 
 typedef struct np_plan {
-  neph_context *context;     /* borrowed */
-  np_stores *stores;         /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
-  struct np_tile_feed *feed; /* borrowed: to whom tiles are shown; NULL: nobody */
-  neph_render_desc desc;     /* the caller's over the scene's, checked */
+  neph_context *context;        /* borrowed */
+  np_stores *stores;            /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
+  struct np_tile_feed *feed;    /* borrowed: to whom tiles are shown; NULL: nobody */
+  neph_render_desc desc;        /* the caller's over the scene's, checked */
   int view_min[2], view_max[2]; /* pixels of the picture and its overscan; view_max is one past the last */
   int window_min[2], window_max[2]; /* those of them that are rendered: the data window */
-  unsigned sphere_size[2];   /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
-  double sphere_center_rad;  /* azimuth of its middle */
-  bool is_sky_alone;         /* without clouds and terrain */
-  bool is_of_bands;          /* at 680, 550 and 440 nm, whatever the scene's pictures are */
+  int whole_min[2], whole_max[2];   /* the window that this is a tile of */
+  char hash[33];                    /* of the picture, once its files may be read; empty: none */
+  unsigned sphere_size[2];          /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
+  double sphere_center_rad;         /* azimuth of its middle */
+  bool is_sky_alone;                /* without clouds and terrain */
+  bool is_of_bands;                 /* at 680, 550 and 440 nm, whatever the scene's pictures are */
   bool has_beauty;
   unsigned aovs; /* of np_aov */
   np_color_space color_space;
@@ -76,7 +78,7 @@ typedef struct np_plan {
   np_scene_lights lights;
   bool has_light_groups;   /* each light has a world of its own, and is summed apart */
   unsigned emission_count; /* clouds with emission */
-  bool has_sun; /* its light matters; the moon's is a stage */
+  bool has_sun;            /* its light matters; the moon's is a stage */
   np_plan_stage stages[NP_STAGE_COUNT];
   unsigned reference_count; /* noted where the inputs are opened */
   np_plan_reference references[NP_INSTANCES_MAX];
