@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <time.h>
 
 #include "render_job.h"
@@ -55,7 +57,67 @@ static double get_time_s(void) {
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-static void print_frame(const render_job *job, const render_targets *t, double seconds) {
+/* A frame that is done. */
+typedef struct frame_facts {
+  double seconds;
+  neph_image_error error;
+} frame_facts;
+
+/* Most memory that the process has had so far. */
+static double get_memory_bytes(void) {
+  struct rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return 1024.0 * (double)usage.ru_maxrss;
+}
+
+/* "2.6", "12", "0.04": shares as per cent, to two digits. */
+static void print_percent(double share) {
+  const double percent = 100.0 * share;
+  printf(percent >= 9.95 || percent == 0.0 ? "%.0f" : percent >= 0.995 ? "%.1f" : "%.2g", percent);
+}
+
+static void print_memory(double bytes) {
+  if (bytes >= 1e9)
+    printf("%.1f GB", 1e-9 * bytes);
+  else
+    printf("%.0f MB", 1e-6 * bytes);
+}
+
+/* "error 2.6 % a pixel (noise 1.1, bias about 2.4)" */
+static void print_error(const neph_image_error *error) {
+  if (isnan(error->bias.value)) return;
+  printf("; error ");
+  if (isnan(error->error.value))
+    printf("unknown (noise unknown");
+  else
+    print_percent(error->error.value), printf(" %% a pixel (noise "), print_percent(error->noise.value);
+  printf(", bias about ");
+  print_percent(error->bias.value);
+  printf(isnan(error->error.value) ? " %%%s)" : "%s)", error->bias_source == NEPH_BIAS_BY_MODEL ? " by model" : "");
+}
+
+static void print_json_bounded(const char *name, const neph_bounded *figure) {
+  const struct {
+    const char *ending;
+    double value;
+  } parts[] = {{"", figure->value}, {"_min", figure->min}, {"_max", figure->max}};
+  for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+    if (isnan(parts[i].value))
+      printf(", \"%s%s\": null", name, parts[i].ending);
+    else
+      printf(", \"%s%s\": %.4g", name, parts[i].ending, parts[i].value);
+}
+
+static void print_json_facts(const frame_facts *facts) {
+  static const char *const sources[] = {"null", "\"model\"", "\"measured\""};
+  printf(", \"seconds\": %.3f, \"memory_bytes\": %.0f", facts->seconds, get_memory_bytes());
+  print_json_bounded("error", &facts->error.error);
+  print_json_bounded("noise", &facts->error.noise);
+  print_json_bounded("bias", &facts->error.bias);
+  printf(", \"bias_source\": %s}\n", sources[facts->error.bias_source]);
+}
+
+static void print_frame(const render_job *job, const render_targets *t, const frame_facts *facts) {
   if (!job->session->options->is_json) {
     const char *const names[] = {t->image, t->preview, t->deep}, *join = "";
     printf("frame %d: ", job->desc.frame);
@@ -64,14 +126,17 @@ static void print_frame(const render_job *job, const render_targets *t, double s
       printf("%s%s", join, names[i]);
       join = ", ";
     }
-    printf(", %.2f s\n", seconds);
+    printf(", %.2f s, ", facts->seconds);
+    print_memory(get_memory_bytes());
+    print_error(&facts->error);
+    printf("\n");
     return;
   }
   printf("{\"frame\": %d", job->desc.frame);
   if (t->image) printf(", \"image\": "), cli_print_json_text(t->image);
   if (t->preview) printf(", \"preview\": "), cli_print_json_text(t->preview);
   if (t->deep) printf(", \"deep\": "), cli_print_json_text(t->deep);
-  printf(", \"seconds\": %.3f}\n", seconds);
+  print_json_facts(facts);
 }
 
 static neph_result save_frame(const render_job *job, const neph_image *image, const render_targets *t) {
@@ -92,8 +157,10 @@ static cli_exit render_to(render_job *job, const render_targets *t) {
   if (!result) job->batch.is_stopped = (result = save_frame(job, image, t)) != NEPH_OK;
   if (!result) cli_progress_set_stage(progress, "writing", 1.0);
   cli_progress_finish(progress);
+  frame_facts facts = {.seconds = get_time_s() - start_s, .error = NEPH_IMAGE_ERROR_DEFAULT};
+  if (!result) result = neph_image_get_error(image, &facts.error);
   neph_image_destroy(image);
-  if (!result) print_frame(job, t, get_time_s() - start_s);
+  if (!result) print_frame(job, t, &facts);
   fflush(stdout);
   return cli_exit_of(result);
 }
@@ -258,7 +325,7 @@ const cli_verb cli_verb_render = {
                 {"--path-guiding"},
                 {"--target-error"},
                 {"--time-limit"},
-                {"--max-memory", "refuse, with exit code 6, a render that may need more"},
+                {"--max-memory", "save memory where a render may need more, or refuse it with exit code 6"},
                 {"--explain"},
                 {"--dry-run"},
                 {"--progress"}},

@@ -27,9 +27,7 @@ static neph_result fill_ephemeris(const objects *o, void *out) {
 
 static neph_result fill_render_desc(const objects *o, void *out) { return neph_scene_get_render_desc(o->scene, out); }
 
-static neph_result fill_memory(const objects *o, void *out) {
-  return neph_render_estimate_memory(o->scene, NULL, out);
-}
+static neph_result fill_memory(const objects *o, void *out) { return neph_render_estimate_memory(o->scene, NULL, out); }
 
 static neph_result fill_output(const objects *o, void *out) { return neph_scene_get_output(o->scene, out); }
 
@@ -38,6 +36,8 @@ static neph_result fill_volume_info(const objects *o, void *out) { return neph_v
 static neph_result fill_difference(const objects *o, void *out) {
   return neph_image_compare(o->context, o->image, o->image, out);
 }
+
+static neph_result fill_image_error(const objects *o, void *out) { return neph_image_get_error(o->image, out); }
 
 static neph_result fill_bake_error(const objects *o, void *out) {
   char *folder = test_folder_create(), *path = test_path(folder, "cloud.vdb");
@@ -65,6 +65,7 @@ static const struct {
     {"neph_output", sizeof(neph_output), fill_output},
     {"neph_volume_info", sizeof(neph_volume_info), fill_volume_info},
     {"neph_image_difference", sizeof(neph_image_difference), fill_difference},
+    {"neph_image_error", sizeof(neph_image_error), fill_image_error},
     {"neph_bake_error", sizeof(neph_bake_error), fill_bake_error},
 };
 

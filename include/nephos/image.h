@@ -129,6 +129,32 @@ typedef struct neph_bounded {
   double value, min, max;
 } neph_bounded;
 
+/** Origin of a stated bias. */
+typedef enum neph_bias_source {
+  NEPH_BIAS_UNKNOWN,
+  NEPH_BIAS_BY_MODEL, /**< by the scene and the settings alone (docs/error.md) */
+  NEPH_BIAS_MEASURED  /**< by the tracer too, at some pixels */
+} neph_bias_source;
+
+/** Error of a picture as its render estimated it: relative rms of luminance over pixels above a hundredth of the mean
+ * (docs/error.md). */
+typedef struct neph_image_error {
+  size_t struct_size;
+  neph_bounded error; /**< error² = noise² + bias² */
+  neph_bounded noise, bias;
+  neph_bias_source bias_source;
+} neph_image_error;
+
+#define NEPH_IMAGE_ERROR_DEFAULT                                                                                       \
+  { .struct_size = sizeof(neph_image_error) }
+
+/** The error that the header of a rendered picture, made or loaded, states (nephos:error, nephos:noise, nephos:bias,
+ * and each with Min and Max behind it).
+ *
+ * @param out_error  starts from NEPH_IMAGE_ERROR_DEFAULT; figures that the header lacks become NaN.
+ */
+NEPH_API neph_result neph_image_get_error(const neph_image *image, neph_image_error *out_error) NEPH_NODISCARD;
+
 /** The difference of a picture from a reference, over the channels R, G, B (or all, where those are missing). L is the
  * reference, d the picture minus it. Values that are not finite in the reference are left out. */
 typedef struct neph_image_difference {

@@ -174,19 +174,39 @@ static neph_bounded bound_root(moments m) {
   return (neph_bounded){take_root(m.mean), take_root(m.mean - half), take_root(m.mean + half)};
 }
 
-/* ---- Noise that the header states ---- */
+/* ---- Figures that the header states ---- */
 
-static bool get_number(const neph_image *image, const char *name, double *out) {
-  const char *text = neph_image_get_attribute(image, name);
-  if (text) *out = strtod(text, NULL);
-  return text && isfinite(*out);
+static double get_number(const neph_image *image, const char *name, const char *ending) {
+  char full[32];
+  (void)snprintf(full, sizeof full, "%s%s", name, ending);
+  const char *text = neph_image_get_attribute(image, full);
+  return text ? strtod(text, NULL) : (double)NAN;
+}
+
+static neph_bounded get_bounded(const neph_image *image, const char *name) {
+  return (neph_bounded){get_number(image, name, ""), get_number(image, name, "Min"), get_number(image, name, "Max")};
+}
+
+static neph_bias_source get_bias_source(const neph_image *image) {
+  const char *source = neph_image_get_attribute(image, "nephos:biasSource");
+  if (!source) return NEPH_BIAS_UNKNOWN;
+  return strcmp(source, "measured") ? NEPH_BIAS_BY_MODEL : NEPH_BIAS_MEASURED;
+}
+
+neph_result neph_image_get_error(const neph_image *image, neph_image_error *out_error) {
+  const neph_image_error error = {.struct_size = sizeof error,
+                                  .error = get_bounded(image, "nephos:error"),
+                                  .noise = get_bounded(image, "nephos:noise"),
+                                  .bias = get_bounded(image, "nephos:bias"),
+                                  .bias_source = get_bias_source(image)};
+  return np_desc_write(image->context, "neph_image_error", &error, sizeof error, out_error);
 }
 
 static bool get_stated_noise(const neph_image *image, moments *out) {
-  double noise, most;
-  if (!get_number(image, "nephos:noise", &noise) || !get_number(image, "nephos:noiseMax", &most)) return false;
-  *out = (moments){noise * noise, pow((most * most - noise * noise) / normal_quantile_975, 2.0)};
-  return true;
+  const neph_bounded noise = get_bounded(image, "nephos:noise");
+  const double square = noise.value * noise.value;
+  *out = (moments){square, pow((noise.max * noise.max - square) / normal_quantile_975, 2.0)};
+  return isfinite(out->mean) && isfinite(out->variance);
 }
 
 /* ---- Measures ---- */

@@ -44,7 +44,8 @@ void np_channels_finish(const np_channels *channels, const double *sums, const n
 void np_channels_read_numbers(const np_channels *channels, const np_camera_ray *ray, const np_integrator_sample *sample,
                               float out_values[NP_PIXEL_NUMBERS_MAX]) {
   np_channels_read(channels, ray, sample, out_values);
-  float *lost = out_values + channels->sum_count, *color = lost + NP_BAND_COUNT;
+  float *lost = out_values + channels->sum_count, *color = lost + NP_PIXEL_SUMS_OWN;
+  lost[NP_BAND_COUNT] = 1.0f - sample->transmittance;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
     lost[b] = sample->lost.band[b] * channels->scale;
     color[b] = np_channels_sum_components(channels, channels->beauty, b, sample);
@@ -52,7 +53,7 @@ void np_channels_read_numbers(const np_channels *channels, const np_camera_ray *
 }
 
 np_spread np_channels_get_spread(const np_channels *channels, const double *numbers, unsigned count) {
-  const double *mean = np_channels_get_lost(channels, numbers) + NP_BAND_COUNT;
+  const double *mean = np_channels_get_lost(channels, numbers) + NP_PIXEL_SUMS_OWN;
   np_spread spread = {.count = count};
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
     spread.mean[b] = mean[b];

@@ -8,9 +8,12 @@
 
 enum { NP_CHANNELS_MAX = 512, NP_CHANNEL_NAME_MAX = 256, NP_CHANNEL_NONE = NP_CHANNELS_MAX };
 
-/* Numbers that the film keeps of a pixel: the sums of the channels; the light that a limit on scatterings took, by
- * bands; mean and squared distances of the picture's R, G and B (image/film.h). */
-enum { NP_PIXEL_NUMBERS_MAX = NP_CHANNELS_MAX + 3 * NP_BAND_COUNT };
+/* Numbers that the film keeps of a pixel: the sums of the channels, of the light that a limit on scatterings took, by
+ * bands, and of the opacity of clouds; mean and squared distances of the picture's R, G and B (image/film.h). */
+enum {
+  NP_PIXEL_SUMS_OWN = NP_BAND_COUNT + 1, /* besides those of the channels */
+  NP_PIXEL_NUMBERS_MAX = NP_CHANNELS_MAX + NP_PIXEL_SUMS_OWN + 2 * NP_BAND_COUNT
+};
 
 typedef struct np_channels np_channels;
 typedef struct np_channel np_channel;
@@ -83,12 +86,16 @@ void np_channels_read_numbers(const np_channels *channels, const np_camera_ray *
                               float out_values[NP_PIXEL_NUMBERS_MAX]);
 
 static inline unsigned np_channels_count_numbers(const np_channels *channels) {
-  return channels->sum_count + 3 * NP_BAND_COUNT;
+  return channels->sum_count + NP_PIXEL_SUMS_OWN + 2 * NP_BAND_COUNT;
 }
 
 /* The sums of the light that is lost, among a pixel's numbers. */
 static inline const double *np_channels_get_lost(const np_channels *channels, const double *numbers) {
   return numbers + channels->sum_count;
+}
+
+static inline double np_channels_get_opacity(const np_channels *channels, const double *numbers) {
+  return numbers[channels->sum_count + NP_BAND_COUNT];
 }
 
 /* The spread of `count` samples, by a pixel's numbers. */

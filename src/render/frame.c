@@ -6,7 +6,9 @@
 #include "image/deep.h"
 #include "image/image_private.h"
 #include "render/channel_mattes.h"
+#include "image/color_space.h"
 #include "render/channel_table.h"
+#include "render/error_estimate.h"
 #include "render/frame.h"
 #include "render/frame_state.h"
 #include "render/integrator_choice.h"
@@ -157,13 +159,28 @@ neph_result np_frame_describe(const np_frame *f, neph_image *image) {
   return result ? result : describe_mean(f, image);
 }
 
-static neph_result integrate_frame(np_frame *f, neph_image *image) {
+static void choose_luminance(np_frame *f, const np_plan *plan) {
+  for (int b = 0; b < NP_BAND_COUNT; b++) f->luminance_weights[b] = 1.0 / NP_BAND_COUNT;
+  if (plan->color_space == NP_COLOR_BANDS) return;
+  (void)np_color_space_get_luminances(np_color_space_get_chromaticities(plan->color_space), f->luminance_weights);
+}
+
+static neph_result estimate_error(const np_frame *f, const np_plan *plan, neph_image *image) {
+  np_frame_error error;
+  neph_result result = np_frame_estimate_error(f, plan, &error);
+  return result ? result : np_frame_error_write(&error, image);
+}
+
+static neph_result integrate_frame(np_frame *f, const np_plan *plan, neph_image *image) {
   neph_context *context = f->assembly->context;
   f->totals = np_alloc(context, np_frame_count_tiles(f), sizeof *f->totals);
-  if (!f->totals) return NEPH_ERROR_OUT_OF_MEMORY;
+  f->luminances = np_alloc(context, (size_t)f->width * f->height, sizeof *f->luminances);
+  if (!f->totals || !f->luminances) return NEPH_ERROR_OUT_OF_MEMORY;
+  choose_luminance(f, plan);
   neph_result result = np_tile_feed_open(f->feed, context, image, NP_TILE_EDGE);
   if (!result) result = np_frame_sample(f);
   np_tile_feed_close(f->feed);
+  if (!result) result = estimate_error(f, plan, image);
   if (!result) result = np_image_set_real(image, "renderTime", np_monitor_get_seconds(f->monitor));
   return result ? result : np_frame_describe(f, image);
 }
@@ -190,13 +207,14 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   if (!result && plan->aovs & NP_AOV_CRYPTOMATTE) result = np_channels_write_manifest(scene, *out_image);
   if (!result) result = np_render_header_write(scene, plan, assembly, *out_image);
   if (!result) result = np_part_film_open(scene, plan, f, &f->feed->part);
-  if (!result) result = np_part_film_finish(f->feed->part, integrate_frame(f, *out_image));
+  if (!result) result = np_part_film_finish(f->feed->part, integrate_frame(f, plan, *out_image));
   f->feed->part = NULL;
   if (result) {
     neph_image_destroy(*out_image);
     *out_image = NULL;
   }
   np_alloc_free(context, f->totals);
+  np_alloc_free(context, f->luminances);
   np_alloc_free(context, f);
   return result;
 }

@@ -15,6 +15,17 @@ static double compute_relative_spread(const np_frame *f, const np_spread *spread
   return worst;
 }
 
+np_pixel_luminance np_frame_get_luminance(const np_frame *f, const np_spread *spread) {
+  np_pixel_luminance out = {.count = (float)spread->count};
+  double deviation = 0.0;
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    out.value += (float)(f->luminance_weights[b] * spread->mean[b]);
+    deviation += f->luminance_weights[b] * sqrt(np_spread_variance(spread, b));
+  }
+  out.variance = (float)(deviation * deviation);
+  return out;
+}
+
 void np_frame_develop_pixel(const np_frame *f, size_t index, const np_pixel_facts *facts, const double *numbers,
                             np_tile_total *total) {
   const np_spread *spread = &facts->spread;
@@ -28,5 +39,9 @@ void np_frame_develop_pixel(const np_frame *f, size_t index, const np_pixel_fact
     total->lost[b] += lost[b] / spread->count;
   }
   total->samples += spread->count;
+  if (f->luminances) {
+    f->luminances[index] = np_frame_get_luminance(f, spread);
+    f->luminances[index].opacity = (float)(np_channels_get_opacity(&f->channels, numbers) / spread->count);
+  }
   total->squares += pow(compute_relative_spread(f, spread), 2.0) / spread->count;
 }

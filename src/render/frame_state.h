@@ -23,6 +23,12 @@ typedef struct np_pixel_state {
   double *record;      /* of a part or a checkpoint, to be filled; NULL: none is kept */
 } np_pixel_state;
 
+/* Luminance of a pixel, and the variance of it by its samples as of independent ones. */
+typedef struct np_pixel_luminance {
+  float value, variance, count;
+  float opacity; /* of clouds */
+} np_pixel_luminance;
+
 typedef struct np_frame {
   const np_assembly *assembly;
   const neph_render_desc *desc;
@@ -39,6 +45,8 @@ typedef struct np_frame {
   np_channels channels;
   float *planes[NP_CHANNELS_MAX];
   np_tile_total *totals;
+  np_pixel_luminance *luminances;          /* of each pixel, for the estimate of its error; NULL: none is wanted */
+  double luminance_weights[NP_BAND_COUNT]; /* of the picture's R, G and B */
   double dim[NP_BAND_COUNT]; /* radiances below this need not be as exact, relatively */
   np_spread *pilots;         /* with a target error: those rendered, and one pixel around them */
   np_pixel_state *pixels;    /* with a time limit: those rendered */
@@ -56,6 +64,16 @@ static inline bool np_frame_has_target(const np_frame *f) { return isfinite(f->d
 enum { NP_TILE_EDGE = 8 };
 
 size_t np_frame_count_tiles(const np_frame *f);
+
+/* The pixel's samples up to `end`, added to `numbers`, as many as np_channels_count_numbers: fewer where the monitor
+ * stops it, which makes the one under way void. A leaf that the pixel has begun, its first, is all of its numbers, and
+ * is gone on with. */
+neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p, double *numbers);
+
+/* Number of a pixel's first sample: those before it are a pilot's. */
+uint32_t np_frame_get_first_sample(const np_frame *f);
+
+np_pixel_luminance np_frame_get_luminance(const np_frame *f, const np_spread *spread);
 
 /* Samples every pixel and fills planes and totals, which has room for all tiles. */
 neph_result np_frame_sample(np_frame *f);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Memory of a picture, predicted from its plan. */
+#include <stdio.h>
 #include <string.h>
 
 #include "core/file.h"
@@ -75,16 +76,66 @@ neph_result neph_render_estimate_memory(neph_scene *scene, const neph_render_des
   return result ? result : np_desc_write(scene->context, "neph_memory_estimate", &e, sizeof e, out_estimate);
 }
 
-neph_result np_plan_check_memory(const neph_scene *scene, const np_plan *plan) {
+/* ---- Fitting a limit ---- */
+
+static bool has_floats(const neph_scene *scene, const np_plan *plan) {
+  for (unsigned i = 0; i < scene->cloud_count; i++)
+    if (np_plan_get_precision(plan, &scene->clouds[i]) == NEPH_PRECISION_FLOAT) return true;
+  return false;
+}
+
+/* Least share of its memory with which multiple scattering is solved for at all: cells four times as wide. */
+static const double light_share_min = 1.0 / 64.0;
+
+/* Notes what is given up, and decides anew. */
+static neph_result give_up(const neph_scene *scene, np_plan *plan, const char *what, neph_memory_estimate *e) {
+  const size_t length = strlen(plan->savings);
+  snprintf(plan->savings + length, sizeof plan->savings - length, "%s%s", length ? ", and " : "", what);
+  neph_result result = np_plan_revise(scene, plan);
+  return result ? result : estimate(scene, plan, e);
+}
+
+static neph_result fit_light(const neph_scene *scene, np_plan *plan, neph_memory_estimate *e) {
+  const double light = plan->stages[NP_STAGE_ORDINATES].cost.bytes;
+  const double left = light - ((double)e->total_bytes - (double)plan->desc.memory_max_bytes);
+  char text[96];
+  if (!(left > light_share_min * light)) return NEPH_OK;
+  plan->light_bytes_max = left;
+  snprintf(text, sizeof text, "multiple scattering is solved for on coarser cells, in %.3g of %.3g GB", 1e-9 * left,
+           1e-9 * light);
+  return give_up(scene, plan, text, e);
+}
+
+static neph_result fit(const neph_scene *scene, np_plan *plan, neph_memory_estimate *e) {
   const uint64_t allowed = plan->desc.memory_max_bytes;
-  if (allowed == NEPH_MEMORY_UNLIMITED) return NEPH_OK;
-  neph_memory_estimate e;
-  neph_result result = estimate(scene, plan, &e);
-  if (result || e.total_bytes <= allowed) return result;
+  neph_result result = NEPH_OK;
+  if (e->total_bytes > allowed && has_floats(scene, plan)) {
+    plan->are_halves = true;
+    result = give_up(scene, plan, "volumes are kept in halves instead of floats", e);
+  }
+  return result || e->total_bytes <= allowed ? result : fit_light(scene, plan, e);
+}
+
+static neph_result refuse(const neph_scene *scene, const np_plan *plan, const neph_memory_estimate *e) {
   return np_fail(
       scene->context, NEPH_ERROR_LIMIT,
       "the render needs about %.3g GB (volumes %.2g, light %.2g, terrain %.2g, picture %.2g), must be at most "
       "%.3g GB: lessen the resolution, enlarge clouds[].bake.voxel, or render in tiles",
-      1e-9 * (double)e.total_bytes, 1e-9 * (double)e.volume_bytes, 1e-9 * (double)e.light_bytes,
-      1e-9 * (double)e.terrain_bytes, 1e-9 * (double)e.film_bytes, 1e-9 * (double)allowed);
+      1e-9 * (double)e->total_bytes, 1e-9 * (double)e->volume_bytes, 1e-9 * (double)e->light_bytes,
+      1e-9 * (double)e->terrain_bytes, 1e-9 * (double)e->film_bytes, 1e-9 * (double)plan->desc.memory_max_bytes);
+}
+
+neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan) {
+  const uint64_t allowed = plan->desc.memory_max_bytes;
+  if (allowed == NEPH_MEMORY_UNLIMITED) return NEPH_OK;
+  neph_memory_estimate e, least;
+  neph_result result = estimate(scene, plan, &e);
+  if (result || e.total_bytes <= allowed) return result;
+  least = e;
+  result = fit(scene, plan, &least);
+  if (result) return result;
+  if (least.total_bytes > allowed) return refuse(scene, plan, &e);
+  np_log(scene->context, NEPH_LOG_WARNING, "to stay within %.3g GB of memory, %s", 1e-9 * (double)allowed,
+         plan->savings);
+  return NEPH_OK;
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/parallel.h"
 #include "render/merge_cover.h"
 #include "render/render_header.h"
 
@@ -225,8 +226,10 @@ neph_result neph_parts_merge(neph_context *context, const char *const *paths, si
   *out_image = NULL;
   if (path_count == 0) return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "no parts are given: must be one or more");
   merging m = {.context = context};
+  const unsigned mode = np_float_mode_enter(); /* as where the samples were taken */
   neph_result result = open_parts(&m, paths, path_count);
   if (!result) result = merge(&m);
+  np_float_mode_leave(mode);
   if (!result && out_pixel_type) *out_pixel_type = get_pixel_type(choose_model(&m));
   clear(&m);
   if (result)

@@ -184,7 +184,7 @@ unsigned np_part_header_count_reals(const np_part_header *header) {
 }
 
 void np_part_record_begin(const np_part_header *header, np_film_accumulator *accumulator) {
-  np_film_accumulator_begin_moments(accumulator, header->channels.sum_count + NP_BAND_COUNT, NP_BAND_COUNT,
+  np_film_accumulator_begin_moments(accumulator, header->channels.sum_count + NP_PIXEL_SUMS_OWN, NP_BAND_COUNT,
                                     header->sample_begin);
 }
 

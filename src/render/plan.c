@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/parallel.h"
 #include "render/part_check.h"
 #include "render/stages.h"
 
@@ -222,8 +223,11 @@ static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, 
   neph_result result = np_scene_check(scene);
   if (!result) result = np_stores_get(scene, &plan->stores);
   if (!result) result = read_desc(scene, desc, &plan->desc);
-  if (!result) set_windows(plan, scene);
-  return result;
+  if (result) return result;
+  const double asked = scene->render.light_memory_bytes;
+  plan->light_bytes_max = isfinite(asked) ? asked : 0.25 * (double)np_memory_size();
+  set_windows(plan, scene);
+  return NEPH_OK;
 }
 
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan) {
@@ -236,6 +240,13 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   count_work(out_plan, scene);
   const np_scene_facts facts = compute_facts(scene, out_plan);
   return decide_stages(out_plan, scene, &facts);
+}
+
+neph_result np_plan_revise(const neph_scene *scene, np_plan *plan) {
+  const np_scene_facts facts = compute_facts(scene, plan);
+  memset(plan->stages, 0, sizeof plan->stages);
+  plan->bake_voxel_count = plan->cloud_voxel_count = plan->light_cell_count = 0.0;
+  return decide_stages(plan, scene, &facts);
 }
 
 neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan) {

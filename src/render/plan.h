@@ -9,8 +9,13 @@
 /* Checks scene and description, and decides. `desc` NULL: the scene's own. */
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
 
-/* NEPH_ERROR_LIMIT, with a message, when the plan is predicted to need more memory than its description allows. */
-neph_result np_plan_check_memory(const neph_scene *scene, const np_plan *plan);
+/* Chooses halves for volumes and, if that is not enough, coarser cells for multiple scattering, in a plan that is
+ * predicted to need more memory than its description allows; says which in a warning and in `savings`.
+ * NEPH_ERROR_LIMIT, with a message, when both are not enough. */
+neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan);
+
+/* Decides anew, after a choice of the plan has changed. */
+neph_result np_plan_revise(const neph_scene *scene, np_plan *plan);
 
 /* Decides anew for a frame in which no cloud holds anything: what only clouds need is left out. */
 neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan);

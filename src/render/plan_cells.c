@@ -16,20 +16,15 @@ static const double cell_bytes = 1700.0;
 /* Share of cells with cloud: of the box of a bake; of the voxels of files, whose cells are twice as wide. */
 static const double filled_share = 0.4, cells_per_voxel = 1.0 / 8.0;
 
-static double get_memory(const neph_scene *scene) {
-  const double asked = scene->render.light_memory_bytes;
-  return isfinite(asked) ? asked : 0.25 * (double)np_memory_size();
-}
-
-double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) {
+double np_plan_predict_cell_bytes(const np_plan *plan) {
   const double boxed = filled_share * plan->light_cell_count, read = cells_per_voxel * plan->cloud_voxel_count;
-  return fmin(cell_bytes * (boxed > 0.0 ? boxed : read), get_memory(scene));
+  return fmin(cell_bytes * (boxed > 0.0 ? boxed : read), plan->light_bytes_max);
 }
 
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_scattering_desc *out) {
   const neph_render_desc *desc = &plan->desc;
   *out = (np_scattering_desc)NP_SCATTERING_DESC_DEFAULT;
-  np_scattering_desc_set_memory(out, get_memory(scene));
+  np_scattering_desc_set_memory(out, plan->light_bytes_max);
   out->cells.cell_depth_max = scene->render.light_depth;
   out->tolerance = scene->render.light_residual;
   out->degree_max = scene->render.light_degree;

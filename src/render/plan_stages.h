@@ -87,6 +87,9 @@ typedef struct np_plan {
   unsigned air_ray_spacing; /* pixels between rays along which shadows in the air are looked for; 0: none */
   double bake_voxel_count;  /* in the boxes of the clouds to bake: an upper bound of what is kept */
   double cloud_voxel_count; /* that hold cloud: a guess, by which work is judged */
+  double light_bytes_max;   /* of multiple scattering while it is solved for */
+  bool are_halves;          /* volumes in memory, whatever their clouds' precision */
+  char savings[160];        /* what was given up to stay within the limit on memory; empty: nothing */
   double light_cell_count;  /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;
 
@@ -106,6 +109,11 @@ static inline bool np_plan_traces_air(const np_plan *plan) {
 static inline bool np_plan_has_air_light(const np_plan *plan) {
   return !np_plan_traces_air(plan) || np_plan_needs(plan, NP_STAGE_CLOUD_SKY) ||
          np_plan_needs(plan, NP_STAGE_ORDINATES);
+}
+
+/* Precision of a cloud's values in memory. */
+static inline neph_precision np_plan_get_precision(const np_plan *plan, const np_scene_cloud *cloud) {
+  return plan->are_halves ? NEPH_PRECISION_HALF : cloud->precision;
 }
 
 /* Lights with a world of their own: sun, moon or both; the sun, without light, where neither shines. */

@@ -62,6 +62,7 @@ neph_result neph_render_compute_hash(neph_scene *scene, const neph_render_desc *
   out_hash[0] = '\0';
   np_plan plan;
   neph_result result = np_plan_make(scene, desc, &plan);
+  if (!result) result = np_plan_fit_memory(scene, &plan);
   return result ? result : np_scene_hash_compute(scene, &plan, out_hash);
 }
 
@@ -71,7 +72,7 @@ neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc,
   np_plan plan;
   neph_result result = np_plan_make(scene, desc, &plan);
   if (!result) result = np_inputs_open(scene, &plan);
-  if (!result) result = np_plan_check_memory(scene, &plan);
+  if (!result) result = np_plan_fit_memory(scene, &plan);
   return result ? result : np_plan_describe(&plan, format, out_text);
 }
 

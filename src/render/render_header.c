@@ -9,7 +9,8 @@
 #include "render/light_meter.h"
 #include "render/part_check.h"
 
-static neph_result describe_render(const neph_scene *scene, const neph_render_desc *desc, neph_image *image) {
+static neph_result describe_render(const neph_scene *scene, const np_plan *plan, neph_image *image) {
+  const neph_render_desc *desc = &plan->desc;
   const bool is_path = desc->integrator == NEPH_INTEGRATOR_PATH;
   char seed[24];
   (void)snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
@@ -22,6 +23,7 @@ static neph_result describe_render(const neph_scene *scene, const neph_render_de
                                       np_multiple_scattering_get_row(desc->multiple_scattering)->name);
   if (!result && desc->scattering_max != NEPH_SCATTERINGS_ALL)
     result = np_image_set_integer(image, "nephos:scatteringMax", desc->scattering_max);
+  if (!result && plan->savings[0]) result = neph_image_set_attribute(image, "nephos:memorySavings", plan->savings);
   if (!result) result = neph_image_set_attribute(image, "nephos:seed", seed);
   if (!result) result = np_image_set_integer(image, "nephos:frame", desc->frame);
   const neph_isa isa = neph_context_get_isa(scene->context);
@@ -97,6 +99,6 @@ neph_result np_render_header_write(const neph_scene *scene, const np_plan *plan,
   if (!result) result = np_color_header_write(plan, assembly, scale, image);
   if (!result) result = np_light_meter_write(assembly, scale, image);
   if (!result) result = describe_light(assembly, &plan->desc, image);
-  if (!result) result = describe_render(scene, &plan->desc, image);
+  if (!result) result = describe_render(scene, plan, image);
   return result ? result : describe_part(plan, image);
 }

@@ -37,7 +37,7 @@ static neph_result render_picture(neph_scene *scene, picture_call *call, neph_im
   call->plan.feed = &call->feed;
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, tell, call);
-  neph_result result = np_plan_check_memory(scene, &call->plan);
+  neph_result result = np_plan_fit_memory(scene, &call->plan);
   return result ? result : np_render_image(scene, &call->plan, &monitor, out_image);
 }
 

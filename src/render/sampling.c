@@ -138,12 +138,11 @@ static np_random start_random(const np_frame *f, const int at[2], uint32_t sampl
   return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, (uint32_t)at[0], (uint32_t)at[1], sample);
 }
 
-/* The pixel's samples up to `end`, added to `numbers`: fewer where the monitor stops it, which makes the one under way
- * void. A leaf that the pixel has begun, its first, is all of its numbers, and is gone on with. */
-static neph_result sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p, double *numbers) {
+neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p,
+                                  double *numbers) {
   np_film_accumulator accumulator;
   const uint32_t begun = p->next % NP_FILM_LEAF_SAMPLES, before = p->next - begun - p->begin;
-  np_film_accumulator_begin_moments(&accumulator, f->channels.sum_count + NP_BAND_COUNT, NP_BAND_COUNT,
+  np_film_accumulator_begin_moments(&accumulator, f->channels.sum_count + NP_PIXEL_SUMS_OWN, NP_BAND_COUNT,
                                     p->next - begun);
   if (begun) (void)np_film_accumulator_add_node(&accumulator, &(np_film_node){p->next - begun, begun, numbers});
   np_random shift = start_random(f, at, UINT32_MAX);
@@ -183,6 +182,10 @@ static uint32_t round_up_to_leaf(double count) {
   return (uint32_t)(ceil(count / NP_FILM_LEAF_SAMPLES) * NP_FILM_LEAF_SAMPLES);
 }
 
+uint32_t np_frame_get_first_sample(const np_frame *f) {
+  return np_frame_has_target(f) ? round_up_to_leaf(f->desc->sample_count) : f->desc->sample_begin;
+}
+
 /* Two stages (Stein 1945, "A Two-Sample Test for a Linear Hypothesis Whose Power is Independent of the Variance"): the
  * spread of a first set of samples, the pilot, says how many the second needs, and only the second is kept. A pixel
  * that stopped when its own samples happened to agree would be too dark where bright ones are rare; this one knows
@@ -201,7 +204,7 @@ static neph_result fly_pilots(void *user, size_t begin, size_t end, unsigned thr
       if (!is_in_view(f, at)) continue;
       np_pixel_state p = {.next = 0};
       double numbers[NP_PIXEL_NUMBERS_MAX];
-      neph_result result = sample_pixel(f, at, d->sample_count, &p, numbers);
+      neph_result result = np_frame_sample_pixel(f, at, d->sample_count, &p, numbers);
       np_alloc_free(f->assembly->context, p.deep.at);
       if (result) return result;
       f->pilots[row * (f->width + 2) + column] = np_channels_get_spread(&f->channels, numbers, p.next);
@@ -229,9 +232,8 @@ static double count_needed(const np_frame *f, const int at[2]) {
 
 static np_pixel_state start_pixel(const np_frame *f, const int at[2]) {
   const neph_render_desc *d = f->desc;
-  if (!np_frame_has_target(f))
-    return (np_pixel_state){.begin = d->sample_begin, .next = d->sample_begin, .end = d->sample_end};
-  const uint32_t begin = round_up_to_leaf(d->sample_count);
+  const uint32_t begin = np_frame_get_first_sample(f);
+  if (!np_frame_has_target(f)) return (np_pixel_state){.begin = begin, .next = begin, .end = d->sample_end};
   const double count = fmin(fmax(count_needed(f, at), d->sample_count), d->sample_count_max);
   return (np_pixel_state){.begin = begin, .next = begin, .end = begin + round_up_to_leaf(count)};
 }
@@ -258,7 +260,7 @@ static neph_result render_pixel(const np_frame *f, const int at[2], size_t index
   double numbers[NP_PIXEL_NUMBERS_MAX];
   if (f->feed->part && np_part_film_develop(f->feed->part, f, index, total)) return NEPH_OK;
   if (f->feed->part) p.record = np_part_film_get_record(f->feed->part, index);
-  neph_result result = sample_pixel(f, at, p.end, &p, numbers);
+  neph_result result = np_frame_sample_pixel(f, at, p.end, &p, numbers);
   if (!result) result = finish_pixel(f, at, &p, numbers, total);
   np_alloc_free(f->assembly->context, p.deep.at);
   return result;
@@ -272,8 +274,8 @@ static neph_result extend_pixel(const np_frame *f, const int at[2], size_t index
   if (p->next >= p->end) return NEPH_OK;
   const uint32_t leaf_end = (p->next / NP_FILM_LEAF_SAMPLES + 1) * NP_FILM_LEAF_SAMPLES;
   const uint32_t end = f->is_first_pass ? p->next + 1 : leaf_end;
-  return sample_pixel(f, at, end < p->end ? end : p->end, p,
-                      f->numbers + index * np_channels_count_numbers(&f->channels));
+  return np_frame_sample_pixel(f, at, end < p->end ? end : p->end, p,
+                               f->numbers + index * np_channels_count_numbers(&f->channels));
 }
 
 static neph_result close_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {

@@ -114,7 +114,8 @@ static void add_references(hash_writer *w) {
 
 /* ---- Settings ---- */
 
-static void add_settings(np_hash *hash, const neph_scene *scene, const neph_render_desc *d) {
+static void add_settings(np_hash *hash, const neph_scene *scene, const np_plan *plan) {
+  const neph_render_desc *d = &plan->desc;
   const unsigned words[] = {d->integrator,
                             d->width,
                             d->height,
@@ -136,6 +137,7 @@ static void add_settings(np_hash *hash, const neph_scene *scene, const neph_rend
   NP_HASH_ADD(hash, reals);
   NP_HASH_ADD(hash, d->seed);
   np_hash_add_text(hash, neph_version_get_text());
+  np_hash_add_text(hash, plan->savings);
   /* A sequence may have other caches than a still (plan_sun_optical_depth.c). */
   const bool is_sequence = scene->output.image && strchr(scene->output.image, '#');
   NP_HASH_ADD(hash, is_sequence);
@@ -148,7 +150,7 @@ neph_result np_scene_hash_compute(const neph_scene *scene, const np_plan *plan, 
   if (!w.hash) return NEPH_ERROR_OUT_OF_MEMORY;
   if (scene->document) add_node(&w, scene->document, NULL);
   add_references(&w);
-  add_settings(w.hash, scene, &plan->desc);
+  add_settings(w.hash, scene, plan);
   neph_result result = np_hash_finish(w.hash, out_hex);
   if (w.result) out_hex[0] = '\0';
   return w.result ? w.result : result;

@@ -23,7 +23,7 @@ static double count_air_rays(const np_plan *plan) {
 np_stage_cost np_stage_predict_volumes(const np_plan *plan, const neph_scene *scene) {
   size_t sample_bytes = sizeof(uint16_t);
   for (unsigned i = 0; i < scene->cloud_count; i++)
-    if (scene->clouds[i].precision == NEPH_PRECISION_FLOAT) sample_bytes = sizeof(float);
+    if (np_plan_get_precision(plan, &scene->clouds[i]) == NEPH_PRECISION_FLOAT) sample_bytes = sizeof(float);
   return (np_stage_cost){.seconds =
                              0.1 * scene->cloud_count + 2e-8 * plan->bake_voxel_count + 5e-8 * plan->cloud_voxel_count,
                          .bytes = samples_per_voxel * (double)sample_bytes * plan->cloud_voxel_count};
@@ -37,8 +37,9 @@ np_stage_cost np_stage_predict_sun_optical_depth(const np_plan *plan, const neph
 }
 
 np_stage_cost np_stage_predict_ordinates(const np_plan *plan, const neph_scene *scene) {
+  (void)scene;
   return (np_stage_cost){.seconds = count_worlds(plan) * fmin(0.3 + 4e-6 * plan->cloud_voxel_count, 8.0),
-                         .bytes = np_plan_predict_cell_bytes(plan, scene)};
+                         .bytes = np_plan_predict_cell_bytes(plan)};
 }
 
 np_stage_cost np_stage_predict_air_shadows(const np_plan *plan, const neph_scene *scene) {

@@ -24,11 +24,12 @@ typedef struct source_key {
   np_cloud_source source;
 } source_key;
 
-static void add_file(np_hash *hash, const np_scene_cloud *cloud, const char *path) {
+static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *cloud, const char *path) {
   np_hash_add_file(hash, path);
   np_hash_add_text(hash, cloud->grid);
   NP_HASH_ADD(hash, cloud->policy);
-  NP_HASH_ADD(hash, cloud->precision);
+  const neph_precision precision = np_plan_get_precision(plan, cloud);
+  NP_HASH_ADD(hash, precision);
 }
 
 static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
@@ -39,7 +40,8 @@ static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene
   neph_result result = np_cloud_desc_to_json(scene->context, &at_frame, &desc, &text);
   if (result) return result;
   np_hash_add_text(hash, text);
-  NP_HASH_ADD(hash, cloud->precision);
+  const neph_precision precision = np_plan_get_precision(plan, cloud);
+  NP_HASH_ADD(hash, precision);
   np_alloc_free(scene->context, text);
   return NEPH_OK;
 }
@@ -50,7 +52,7 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
   np_hash *hash = np_hash_create(in->made->context);
   neph_result result = NEPH_OK;
   if (path)
-    add_file(hash, cloud, path);
+    add_file(hash, in->plan, cloud, path);
   else
     result = add_bake(hash, in->plan, in->scene, cloud);
   const neph_result finished = np_hash_finish(hash, out_key->hash);
@@ -127,7 +129,7 @@ static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, co
                         neph_volume **out_volume) {
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = in->scene->atmosphere.planet_radius_m;
-  desc.precision = cloud->precision;
+  desc.precision = np_plan_get_precision(in->plan, cloud);
   desc.memory_max_bytes = in->plan->desc.memory_max_bytes;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
@@ -140,7 +142,7 @@ static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, co
 static neph_volume_load_desc describe_load(const np_stage_part *in, const np_scene_cloud *cloud) {
   neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   desc.grid = cloud->grid;
-  desc.precision = cloud->precision;
+  desc.precision = np_plan_get_precision(in->plan, cloud);
   desc.policy = cloud->policy;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;

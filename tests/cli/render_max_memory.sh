@@ -11,3 +11,13 @@ nephos render scene.yaml --max-memory 0.01 || echo "exit $?"
 nephos render scene.yaml --max-memory 0.01 -q --dry-run || echo "exit $?"
 ls
 nephos render scene.yaml --max-memory 1 -q >/dev/null && ls
+cat >cloud.yaml <<'YAML'
+camera: {resolution: [32, 18]}
+atmosphere: none
+environment: {radiance: 0.1}
+clouds: [{precision: float, bake: {extent: 3 km, voxel: 40 m, model: hero}}]
+render: {samples: 1}
+output: {image: b.exr}
+YAML
+nephos render cloud.yaml --max-memory 0.03 -q >/dev/null && nephos info b.exr | grep memorySavings
+nephos render cloud.yaml --max-memory 0.0142 -q || echo "exit $?"

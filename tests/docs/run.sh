@@ -3,7 +3,8 @@
 # Runs the examples of documents: run.sh PROGRAM PAGE.md…
 # In a page's fenced blocks, ```yaml NAME and ```csv NAME are the file NAME, and ```console is a session: lines that
 # begin with "$ " are commands, the lines behind one are what it prints on both outputs. A line "..." stands for whatever
-# follows; seconds and times are not compared. All of a page runs in one empty folder, with `nephos` in the path.
+# follows; seconds, memory and errors of frames are not compared. All of a page runs in one empty folder, with `nephos`
+# in the path.
 set -u
 program=$(cd "$(dirname "$1")" && pwd)/$(basename "$1")
 shift
@@ -28,7 +29,7 @@ split_page() {
   ' "$1"
 }
 
-without_times() { sed -E 's/[0-9.]+ s\b/N s/g; s/"seconds": [0-9.]+/"seconds": N/'; }
+without_times() { sed -E 's/[0-9.]+ s(, [0-9.]+ [MG]B(; error .*)?)?$/N s/; s/[0-9.]+ s\b/N s/g; s/, "memory_bytes": .*\}$/}/; s/"seconds": [0-9.]+/"seconds": N/'; }
 
 # Compares two files up to a last line "..." of the first.
 matches() {

@@ -1,0 +1,204 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Noise from the samples' spread, corrected by pixels sampled again; bias from a model, and from pixels traced. */
+#include "render/error_estimate.h"
+
+#include <stdio.h>
+
+#include "core/alloc.h"
+#include "image/image_private.h"
+#include "render/bias_model.h"
+#include "render/stages.h"
+
+static const double normal_quantile_975 = 1.959963984540054;
+
+static const neph_bounded unknown = {(double)NAN, (double)NAN, (double)NAN};
+
+/* A square with its standard deviation. */
+typedef struct uncertain {
+  double value, deviation;
+} uncertain;
+
+/* Root of a square whose logarithm is spread normally. */
+static neph_bounded take_root(uncertain square) {
+  if (!(square.value > 0.0))
+    return (neph_bounded){square.value == 0.0 ? 0.0 : (double)NAN, 0.0, sqrt(square.deviation)};
+  const double factor = exp(0.5 * normal_quantile_975 * square.deviation / square.value), root = sqrt(square.value);
+  return (neph_bounded){root, root / factor, root * factor};
+}
+
+/* ---- Noise ---- */
+
+/* Samples of a pixel are spread evenly over it, by low-discrepancy points, which takes from their variance what their
+ * count as independent ones does not know: the share left is this, times or over 2 (12 scenes). */
+static const double evenness_share = 0.55, evenness_deviation = 0.4;
+
+enum { PROBES_MIN = 8 };
+
+static double get_mean(const np_error_probe *p) { return 0.5 * (p->half[0] + p->half[1]); }
+
+/* Σ share·value over Σ share, over the probes that count, and its standard deviation. */
+typedef double measure_fn(const np_error_probe *p);
+
+static uncertain average(const np_error_probes *probes, unsigned count, measure_fn *measure) {
+  double sum = 0.0, shares = 0.0, residual2 = 0.0, n = 0.0;
+  for (unsigned i = 0; i < count; i++) {
+    const np_error_probe *p = &probes->probe[i];
+    if (!(get_mean(p) > probes->dim)) continue;
+    sum += p->share * measure(p);
+    shares += p->share;
+    n += 1.0;
+  }
+  const double mean = shares > 0.0 ? sum / shares : (double)NAN;
+  for (unsigned i = 0; i < count; i++) {
+    const np_error_probe *p = &probes->probe[i];
+    if (get_mean(p) > probes->dim) residual2 += pow(p->share * (measure(p) - mean) / shares, 2.0);
+  }
+  return (uncertain){mean, sqrt(residual2 * n / fmax(n - 1.0, 1.0))};
+}
+
+static double get_noise(const np_error_probe *p) { return p->variance / (get_mean(p) * get_mean(p)); }
+
+static neph_bounded estimate_noise(const np_error_probes *probes) {
+  if (probes->count >= PROBES_MIN) return take_root(average(probes, probes->count, get_noise));
+  if (!(probes->by_samples > 0.0)) return unknown;
+  return take_root((uncertain){evenness_share * probes->by_samples, evenness_deviation * probes->by_samples});
+}
+
+/* ---- Bias ---- */
+
+/* Mean of (P₁ − M₁)(P₂ − M₂)/T², P by the tracer and M by the frame: the noise of the four is independent and does
+ * not stay. */
+static double get_bias(const np_error_probe *p) {
+  const double mean = 0.5 * (get_mean(p) + 0.5 * (p->traced[0] + p->traced[1]));
+  return (p->traced[0] - p->half[0]) * (p->traced[1] - p->half[1]) / (mean * mean);
+}
+
+enum { BIAS_STEPS = 400 };
+
+/* Weight of a square b² by the model, whose logarithm is spread normally, and by what was measured, whose spread few
+ * products know only roughly: Student's distribution of four degrees. */
+static double weigh_bias(double b2, const np_bias_model *model, const uncertain *measured) {
+  const double model_z = log(b2 / (model->bias * model->bias)) / (2.0 * log(model->factor));
+  const double z = measured->deviation > 0.0 ? (measured->value - b2) / measured->deviation : 0.0;
+  return exp(-0.5 * model_z * model_z) * pow(1.0 + 0.25 * z * z, -2.5);
+}
+
+/* Mean of log b and its bounds, over four decades of b². */
+static neph_bounded combine(const np_bias_model *model, const uncertain *measured) {
+  double weight[BIAS_STEPS], all = 0.0, mean = 0.0, below = 0.0;
+  const double lowest = log(model->bias) - log(1e2), step = 2.0 * log(1e2) / BIAS_STEPS;
+  for (int i = 0; i < BIAS_STEPS; i++) {
+    weight[i] = weigh_bias(exp(2.0 * (lowest + i * step)), model, measured);
+    all += weight[i];
+    mean += weight[i] * (lowest + i * step);
+  }
+  neph_bounded out = {exp(mean / all), exp(lowest), exp(lowest)};
+  for (int i = 0; i < BIAS_STEPS; i++) {
+    if (below < 0.025 * all) out.min = exp(lowest + i * step);
+    if (below < 0.975 * all) out.max = exp(lowest + i * step);
+    below += weight[i];
+  }
+  return out;
+}
+
+/* A measure that says less than the model is of no weight; without one the model is alone. */
+static neph_bounded estimate_bias(const np_bias_model *model, const np_error_probes *probes, bool *out_is_measured) {
+  *out_is_measured = false;
+  if (!(model->bias > 0.0)) return (neph_bounded){0.0, 0.0, 0.0};
+  uncertain measured = {0.0, 0.0};
+  if (probes->traced_count >= PROBES_MIN) measured = average(probes, probes->traced_count, get_bias);
+  *out_is_measured = measured.deviation > 0.0 && measured.deviation < 2.0 * model->bias * model->bias;
+  return combine(model, &measured);
+}
+
+/* ---- Both ---- */
+
+static neph_bounded add_squares(const neph_bounded *a, const neph_bounded *b) {
+  if (isnan(a->value)) return unknown;
+  const double square = a->value * a->value + b->value * b->value;
+  const double more = hypot(a->max * a->max - a->value * a->value, b->max * b->max - b->value * b->value);
+  const double less = hypot(a->value * a->value - a->min * a->min, b->value * b->value - b->min * b->min);
+  return (neph_bounded){sqrt(square), sqrt(fmax(square - less, 0.0)), sqrt(square + more)};
+}
+
+/* Samples for each predicted second of the frame that the march takes again, and the tracer: some 2 % of its time
+ * each. */
+static const double samples_per_s = 1100.0, traced_per_s = 250.0;
+
+/* Share of the frame's own samples, where those are what takes the time. */
+static const double samples_share = 0.02;
+
+enum { PROBES_MAX = 256, TRACED_PROBES_MAX = 32, TRACED_SAMPLES_PER_PROBE = 60, SEEDS_MIN = 8, SAMPLES_MIN = 32 };
+
+/* Seeds by which a pixel of so many samples shows its variance and its mean. */
+static unsigned count_seeds(double samples) {
+  return samples * SEEDS_MIN >= SAMPLES_MIN ? SEEDS_MIN : (unsigned)(SAMPLES_MIN / samples);
+}
+
+static double get_mean_samples(const np_frame *f) {
+  double sum = 0.0;
+  const size_t count = (size_t)f->width * f->height;
+  for (size_t i = 0; i < count; i++) sum += (double)f->luminances[i].count;
+  return fmax(sum / (double)count, 1.0);
+}
+
+static neph_result sample_probes(const np_frame *f, const np_plan *plan, np_error_probes *out) {
+  const double samples = get_mean_samples(f), pixels = (double)f->width * f->height;
+  const double all_s = np_stages_count_cost(plan).seconds * (f->desc->integrator == NEPH_INTEGRATOR_PATH ? 0.1 : 1.0);
+  const double allowed = samples_per_s * all_s + samples_share * pixels * samples;
+  const unsigned seeds = count_seeds(samples);
+  const double count = f->is_cut ? 0.0 : fmin(allowed / (seeds * samples), PROBES_MAX);
+  neph_result result = np_error_probes_choose(f, count < PROBES_MIN ? 0 : (unsigned)count, out);
+  return result || !out->count ? result : np_error_probes_sample(f, seeds, out);
+}
+
+/* The tracer is stopped at a tenth of what the frame took. */
+static neph_result trace_probes(const np_frame *f, const np_plan *plan, np_error_probes *probes) {
+  const double samples = traced_per_s * np_stages_count_cost(plan).seconds / plan->packet_count;
+  const double count = fmin(fmin(samples / TRACED_SAMPLES_PER_PROBE, TRACED_PROBES_MAX), probes->count);
+  if (f->desc->integrator == NEPH_INTEGRATOR_PATH || count < PROBES_MIN) return NEPH_OK;
+  np_monitor_begin_budget(f->monitor, fmin(1.1 * np_monitor_get_seconds(f->monitor), f->assembly->schedule.limit_s));
+  neph_result result = np_error_probes_trace(f, (unsigned)count, (unsigned)(0.5 * samples / floor(count)), probes);
+  const bool is_cut = np_monitor_end_budget(f->monitor);
+  if (is_cut) probes->traced_count = 0;
+  return is_cut && result == NEPH_ERROR_CANCELLED ? NEPH_OK : result;
+}
+
+neph_result np_frame_estimate_error(const np_frame *f, const np_plan *plan, np_frame_error *out) {
+  *out = (np_frame_error){unknown, unknown, unknown, false};
+  np_error_probes probes;
+  neph_result result = sample_probes(f, plan, &probes);
+  if (!result) result = trace_probes(f, plan, &probes);
+  if (!result && probes.pixel_count > 0.0) {
+    const np_bias_model model = np_bias_model_make(f, plan);
+    out->noise = estimate_noise(&probes);
+    out->bias = estimate_bias(&model, &probes, &out->is_bias_measured);
+    out->total = add_squares(&out->noise, &out->bias);
+  }
+  np_error_probes_clear(f, &probes);
+  return result;
+}
+
+/* ---- Header ---- */
+
+static neph_result write_bounded(neph_image *image, const char *name, const neph_bounded *figure) {
+  const struct {
+    const char *ending;
+    double value;
+  } parts[] = {{"", figure->value}, {"Min", figure->min}, {"Max", figure->max}};
+  neph_result result = NEPH_OK;
+  for (size_t i = 0; i < sizeof parts / sizeof *parts && !result; i++) {
+    char full[32];
+    (void)snprintf(full, sizeof full, "%s%s", name, parts[i].ending);
+    if (isfinite(parts[i].value)) result = np_image_set_real(image, full, parts[i].value);
+  }
+  return result;
+}
+
+neph_result np_frame_error_write(const np_frame_error *error, neph_image *image) {
+  neph_result result = write_bounded(image, "nephos:error", &error->total);
+  if (!result) result = write_bounded(image, "nephos:noise", &error->noise);
+  if (!result) result = write_bounded(image, "nephos:bias", &error->bias);
+  if (result || isnan(error->bias.value)) return result;
+  return neph_image_set_attribute(image, "nephos:biasSource", error->is_bias_measured ? "measured" : "model");
+}
