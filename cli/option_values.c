@@ -47,6 +47,21 @@ bool cli_read_real(const char *text, double *out_value) {
   return end != text && !*end && *out_value >= 0;
 }
 
+bool cli_read_seconds(const char *text, double *out_value) {
+  static const struct {
+    const char *unit;
+    double seconds;
+  } units[] = {{"", 1.0}, {"s", 1.0}, {"m", 60.0}, {"h", 3600.0}};
+  char *end;
+  const double value = strtod(text, &end);
+  for (size_t i = 0; i < sizeof units / sizeof *units; i++) {
+    if (end == text || strcmp(end, units[i].unit) != 0) continue;
+    *out_value = value * units[i].seconds;
+    return value > 0.0 && value < 1e9;
+  }
+  return false;
+}
+
 bool cli_read_region(const char *text, double out[6]) {
   for (int i = 0; i < 6; i++) {
     char *end;

@@ -11,6 +11,9 @@ bool cli_read_whole(const char *text, unsigned *out_value);
 /* `count` whole numbers parted by `mark`. */
 bool cli_read_list(const char *text, char mark, unsigned count, unsigned *out_values);
 
+/* A time such as 90s, 5m or 1h, above 0. */
+bool cli_read_seconds(const char *text, double *out_value);
+
 /* A number of at least 0. */
 bool cli_read_real(const char *text, double *out_value);
 

@@ -6,12 +6,12 @@
 
 #include "test_support.h"
 
-enum { WIDTH = 24, HEIGHT = 18, PARTS_MAX = 12 };
+enum { WIDTH = 12, HEIGHT = 18, PARTS_MAX = 12 };
 
 /* A small cumulus in the void, with a channel of each rule by which pixels are finished. */
 static const char scene_text[] =
     "version: 1\n"
-    "camera: {position: [0 m, -3 km, 1100 m], look_at: [0 m, 0 m, 1500 m], fov: 60 deg, resolution: [24, 18]}\n"
+    "camera: {position: [0 m, -3 km, 1100 m], look_at: [0 m, 0 m, 1500 m], fov: 60 deg, resolution: [12, 18]}\n"
     "sun: {elevation: 50 deg, azimuth: 110 deg}\n"
     "atmosphere: {preset: none}\n"
     "environment: {planet: none}\n"

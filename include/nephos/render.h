@@ -169,6 +169,14 @@ NEPH_API neph_result neph_render_image(neph_scene *scene, const neph_render_desc
 NEPH_API neph_result neph_render_compute_hash(neph_scene *scene, const neph_render_desc *desc,
                                               char out_hash[NEPH_HASH_SIZE]) NEPH_NODISCARD;
 
+/** Whether a file is the finished picture, or, with desc.part_path, the part, that a render would write, by the hash,
+ * the tile and the range of samples in its header; false where there is none.
+ *
+ * @param desc  NULL: the scene's own settings.
+ */
+NEPH_API neph_result neph_render_is_done(neph_scene *scene, const neph_render_desc *desc, const char *path,
+                                         bool *out_is_done) NEPH_NODISCARD;
+
 /** Joins parts of one picture, tiles and ranges of samples, to the bits of the whole.
  *
  * Parts are files of neph_render_desc.part_path, and .exr files of tiles. Fails with NEPH_ERROR_INVALID_ARGUMENT where

@@ -6,6 +6,7 @@
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "render/merge_cover.h"
+#include "render/merge_error.h"
 #include "render/render_header.h"
 
 typedef struct merging {
@@ -42,7 +43,7 @@ static const np_merge_part *choose_model(const merging *m) {
 static neph_result copy_attribute(neph_image *image, const np_image_attribute *a) {
   static const char *const own[] = {NP_HEADER_TILE, NP_HEADER_WHOLE, NP_HEADER_RANGE, "software"};
   for (size_t i = 0; i < sizeof own / sizeof *own; i++)
-    if (!strcmp(a->name, own[i])) return NEPH_OK;
+    if (!strcmp(a->name, own[i]) || np_merge_error_has(a->name)) return NEPH_OK;
   if (a->type == NP_IMAGE_INTEGER) return np_image_set_integer(image, a->name, (int32_t)a->number);
   if (a->type == NP_IMAGE_REAL) return np_image_set_real(image, a->name, a->number);
   return neph_image_set_attribute(image, a->name, a->value);
@@ -69,6 +70,7 @@ static neph_result copy_header(merging *m, const np_merge_part *model) {
   for (unsigned a = 0; a < model->image->attribute_count && !result; a++)
     result = copy_attribute(image, &model->image->attributes[a]);
   if (!result) result = neph_image_set_attribute(image, "nephos:sceneHash", model->hash);
+  if (!result) result = np_merge_error_write(m->parts, m->count, image);
   return result ? result : set_render_time(m);
 }
 
