@@ -370,7 +370,7 @@ const cli_verb cli_verb_render = {
     .examples = {{"nephos render scene.yaml --frames 1-3x2", "render the frames 1 and 3"},
                  {"nephos render scene.yaml -o look.png --samples 1 --resolution 32x18", "render a small preview"},
                  {"nephos render scene.yaml --tile 2/4", "render the second of four bands, for a farm"},
-                 {"nephos render scene.yaml --frames 1-100 --checkpoint 60s --resume --skip-existing",
+                 {"nephos render scene.yaml --frames 1-3 --checkpoint 60s --resume --skip-existing",
                   "start, or start again, a batch that may be stopped"},
                  {"nephos render scene.yaml --explain", "print the plan"}},
 };

@@ -81,7 +81,7 @@ void np_channels_read(const np_channels *channels, const np_camera_ray *ray, con
 void np_channels_finish(const np_channels *channels, const double *sums, const np_pixel_facts *facts,
                         float out_values[NP_CHANNELS_MAX]);
 
-/* What one sample adds to the numbers of the film: as many as `np_channels_count_numbers` but for the squares. */
+/* Values of one sample for the film: as many as np_channels_count_numbers, but for the squares. */
 void np_channels_read_numbers(const np_channels *channels, const np_camera_ray *ray, const np_integrator_sample *sample,
                               float out_values[NP_PIXEL_NUMBERS_MAX]);
 

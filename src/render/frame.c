@@ -185,6 +185,19 @@ static neph_result integrate_frame(np_frame *f, const np_plan *plan, neph_image 
   return result ? result : np_frame_describe(f, image);
 }
 
+static void keep_part(void *film, double seconds) { np_part_film_write_when_due(film, seconds); }
+
+/* Samples the frame, and keeps what the plan wants of it in files. */
+static neph_result integrate_part(np_frame *f, const neph_scene *scene, const np_plan *plan) {
+  neph_result result = np_part_film_open(scene, plan, f, &f->part);
+  if (result) return result;
+  f->feed->keep = f->part ? keep_part : NULL;
+  f->feed->keeper = f->part;
+  result = integrate_frame(f, plan, f->image);
+  f->feed->keep = NULL;
+  return np_part_film_finish(f->part, result);
+}
+
 neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
                             np_monitor *monitor, neph_image **out_image) {
   const neph_render_desc *desc = &plan->desc;
@@ -206,9 +219,7 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   neph_result result = create_image(f, out_image);
   if (!result && plan->aovs & NP_AOV_CRYPTOMATTE) result = np_channels_write_manifest(scene, *out_image);
   if (!result) result = np_render_header_write(scene, plan, assembly, *out_image);
-  if (!result) result = np_part_film_open(scene, plan, f, &f->feed->part);
-  if (!result) result = np_part_film_finish(f->feed->part, integrate_frame(f, plan, *out_image));
-  f->feed->part = NULL;
+  if (!result) result = integrate_part(f, scene, plan);
   if (result) {
     neph_image_destroy(*out_image);
     *out_image = NULL;

@@ -34,6 +34,7 @@ typedef struct np_frame {
   const neph_render_desc *desc;
   np_monitor *monitor;
   np_tile_feed *feed;
+  struct np_part_film *part; /* NULL: none is kept */
   np_integrator_settings settings;
   np_integrator_fn integrate;
   np_half_distance_fn half_distance;
@@ -47,10 +48,10 @@ typedef struct np_frame {
   np_tile_total *totals;
   np_pixel_luminance *luminances;          /* of each pixel, for the estimate of its error; NULL: none is wanted */
   double luminance_weights[NP_BAND_COUNT]; /* of the picture's R, G and B */
-  double dim[NP_BAND_COUNT]; /* radiances below this need not be as exact, relatively */
-  np_spread *pilots;         /* with a target error: those rendered, and one pixel around them */
-  np_pixel_state *pixels;    /* with a time limit: those rendered */
-  double *numbers;           /* of each of them, np_channels_count_numbers */
+  double dim[NP_BAND_COUNT];               /* radiances below this need not be as exact, relatively */
+  np_spread *pilots;                       /* with a target error: those rendered, and one pixel around them */
+  np_pixel_state *pixels;                  /* with a time limit: those rendered */
+  double *numbers;                         /* of each of them, np_channels_count_numbers */
   bool is_first_pass;
   bool is_cut;                  /* by the time limit, before all samples were taken */
   int min[2];                   /* first pixel that is rendered */

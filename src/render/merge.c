@@ -3,6 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include <nephos/parts.h>
+
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "render/merge_cover.h"

@@ -79,7 +79,7 @@ static void load_tiles(np_part_film *film, np_part_file *file) {
          np_part_file_get_path(file), 100.0 * (double)loaded / (double)count);
 }
 
-/* What cannot be taken over is rendered: a checkpoint never stands in the way. */
+/* A checkpoint never stands in the way: a frame that cannot go on from it begins anew. */
 static void resume(np_part_film *film) {
   np_part_file *file;
   if (!film->checkpoint_path || !np_file_exists(film->checkpoint_path)) return;

@@ -54,7 +54,7 @@ static void put_text(field_stream *s, const char *text) {
   if (!s->has_failed) s->at += length;
 }
 
-/* To be freed with np_alloc_free; NULL: failed. */
+/* A text, to be freed with np_alloc_free; NULL: failed. */
 static char *get_text(field_stream *s) {
   uint32_t length = 0;
   PASS(s, length);

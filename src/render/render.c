@@ -2,6 +2,8 @@
 /* From scene to image: plan, assemble, integrate. */
 #include <stdio.h>
 
+#include <nephos/parts.h>
+
 #include "core/parallel.h"
 #include "image/image_private.h"
 #include "render/frame.h"

@@ -3,6 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include <nephos/parts.h>
+
 #include "core/file.h"
 #include "image/image_private.h"
 #include "render/part_file.h"

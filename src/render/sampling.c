@@ -170,7 +170,7 @@ neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t e
   np_film_accumulator_finish(&accumulator, added);
   if (before) np_film_accumulator_join(&accumulator, numbers, before, added, p->next - p->begin - before);
   memcpy(numbers, added, np_channels_count_numbers(&f->channels) * sizeof *numbers);
-  if (p->record && p->next == end) np_part_film_keep(f->feed->part, p->record, &accumulator, added, end - p->begin);
+  if (p->record && p->next == end) np_part_film_keep(f->part, p->record, &accumulator, added, end - p->begin);
   return p->next < end ? NEPH_ERROR_CANCELLED : NEPH_OK;
 }
 
@@ -258,8 +258,8 @@ static neph_result finish_pixel(const np_frame *f, const int at[2], const np_pix
 static neph_result render_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   np_pixel_state p = start_pixel(f, at);
   double numbers[NP_PIXEL_NUMBERS_MAX];
-  if (f->feed->part && np_part_film_develop(f->feed->part, f, index, total)) return NEPH_OK;
-  if (f->feed->part) p.record = np_part_film_get_record(f->feed->part, index);
+  if (f->part && np_part_film_develop(f->part, f, index, total)) return NEPH_OK;
+  if (f->part) p.record = np_part_film_get_record(f->part, index);
   neph_result result = np_frame_sample_pixel(f, at, p.end, &p, numbers);
   if (!result) result = finish_pixel(f, at, &p, numbers, total);
   np_alloc_free(f->assembly->context, p.deep.at);
@@ -306,6 +306,7 @@ static neph_result render_tiles(void *user, size_t begin, size_t end, unsigned t
         neph_result result = job->step(f, at, (size_t)y * f->width + x, &f->totals[tile]);
         if (result) return result;
       }
+    if (job->is_shown && f->part) np_part_film_mark(f->part, tile);
     if (job->is_shown) np_tile_feed_mark(f->feed, tile);
   }
   return NEPH_OK;

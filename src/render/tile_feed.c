@@ -2,7 +2,6 @@
 #include "render/tile_feed.h"
 
 #include "core/alloc.h"
-#include "render/part_film.h"
 
 static unsigned count_along(unsigned pixels, unsigned edge) { return (pixels + edge - 1) / edge; }
 
@@ -18,7 +17,6 @@ neph_result np_tile_feed_open(np_tile_feed *feed, neph_context *context, const n
 }
 
 void np_tile_feed_mark(np_tile_feed *feed, size_t tile) {
-  if (feed->part) np_part_film_mark(feed->part, tile);
   if (feed->image) atomic_store_explicit(&feed->are_done[tile], true, memory_order_release);
 }
 
@@ -40,7 +38,7 @@ static bool hand_over(const np_tile_feed *feed, unsigned row, unsigned begin, un
 }
 
 bool np_tile_feed_deliver(np_tile_feed *feed, double seconds) {
-  if (feed->part) np_part_film_write_when_due(feed->part, seconds);
+  if (feed->keep) feed->keep(feed->keeper, seconds);
   if (!feed->image) return true;
   const unsigned across = count_along(neph_image_get_width(feed->image), feed->edge);
   const unsigned down = count_along(neph_image_get_height(feed->image), feed->edge);

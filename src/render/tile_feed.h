@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Finished tiles on their way to the caller, and to the file of a part: threads of the pool mark them, the calling
- * thread hands them over. */
+/* Finished tiles on their way to the caller: threads of the pool mark them, the calling thread hands them over. */
 #ifndef NP_RENDER_TILE_FEED_H
 #define NP_RENDER_TILE_FEED_H
 
@@ -16,8 +15,9 @@ typedef struct np_tile_feed {
   unsigned edge;           /* of a tile in pixels */
   unsigned pass_index;
   bool is_final;
-  struct np_part_film *part; /* NULL: none is kept */
-  atomic_bool *are_done;     /* of the pass; row by row; true from when a tile is finished to when it is handed over */
+  void (*keep)(void *keeper, double seconds); /* on the calling thread, before tiles are handed over; NULL: nobody */
+  void *keeper;
+  atomic_bool *are_done; /* of the pass; row by row; true from when a tile is finished to when it is handed over */
 } np_tile_feed;
 
 /* Begins the passes over an image, by tiles of `edge` pixels. Does nothing where nobody listens. */
