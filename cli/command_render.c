@@ -87,17 +87,29 @@ static void print_memory(double bytes) {
     printf("%.0f MB", 1e-6 * bytes);
 }
 
+static void print_bias(const neph_image_error *error) {
+  if (error->bias.value == 0.0) {
+    printf("no bias)");
+    return;
+  }
+  printf("bias about ");
+  print_percent(error->bias.value);
+  printf("%s%s)", isnan(error->error.value) ? " %" : "", error->bias_source == NEPH_BIAS_BY_MODEL ? " by model" : "");
+}
+
 /* "error 2.6 % a pixel (noise 1.1, bias about 2.4)" */
 static void print_error(const neph_image_error *error) {
   if (isnan(error->bias.value)) return;
   printf("; error ");
-  if (isnan(error->error.value))
-    printf("unknown (noise unknown");
-  else
-    print_percent(error->error.value), printf(" %% a pixel (noise "), print_percent(error->noise.value);
-  printf(", bias about ");
-  print_percent(error->bias.value);
-  printf(isnan(error->error.value) ? " %%%s)" : "%s)", error->bias_source == NEPH_BIAS_BY_MODEL ? " by model" : "");
+  if (isnan(error->error.value)) {
+    printf("unknown (noise unknown, ");
+  } else {
+    print_percent(error->error.value);
+    printf(" %% a pixel (noise ");
+    print_percent(error->noise.value);
+    printf(", ");
+  }
+  print_bias(error);
 }
 
 static void print_json_bounded(const char *name, const neph_bounded *figure) {
@@ -364,6 +376,8 @@ const cli_verb cli_verb_render = {
                 {"--target-error"},
                 {"--time-limit"},
                 {"--max-memory", "save memory where a render may need more, or refuse it with exit code 6"},
+                {"--cache"},
+                {"--cache-size"},
                 {"--explain"},
                 {"--dry-run"},
                 {"--progress"}},

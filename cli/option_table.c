@@ -120,7 +120,7 @@ static bool take_sample_range(cli_options *out, const cli_option *option, const 
 
 static bool take_checkpoint(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
-  return cli_read_seconds(argument, &out->checkpoint_s);
+  return cli_read_duration(argument, &out->checkpoint_s);
 }
 
 static bool take_prune(cli_options *out, const cli_option *option, const char *argument) {
@@ -148,10 +148,23 @@ static bool take_max_memory(cli_options *out, const cli_option *option, const ch
   return true;
 }
 
+static bool take_cache_size(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  double gb;
+  if (!cli_read_real(argument, &gb)) return false;
+  out->cache_size_max_bytes = gb < 1e9 ? (uint64_t)(gb * 1e9) : UINT64_MAX;
+  return true;
+}
+
 static bool take_time_limit(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
   out->has_time_limit = true;
   return cli_read_real(argument, &out->time_limit_s);
+}
+
+static bool take_budget(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  return cli_read_duration(argument, &out->budget_s);
 }
 
 static bool take_center(cli_options *out, const cli_option *option, const char *argument) {
@@ -257,6 +270,10 @@ static const cli_option options[] = {
      .meaning = "bake this box of the world alone, in metres"},
     {.name = "--max-memory", .argument = "GB", .take = take_max_memory, .range = "a number from 0",
      .fallback = "none", .meaning = "refuse, with exit code 6, more memory than this"},
+    {.name = "--cache", .argument = "DIR", .take = take_text, .field = INTO(cache_dir), .files = "/",
+     .meaning = "keep the light in clouds, bakes and tables of the air in the folder DIR, for renders to come"},
+    {.name = "--cache-size", .argument = "GB", .take = take_cache_size, .range = "a number from 0", .fallback = "4",
+     .meaning = "remove from the folder of --cache what was not used for longest, beyond this size"},
     {.name = "--velocity", .take = take_flag, .field = INTO(wants_velocity),
      .meaning = "add a grid `vel`: velocities of the cloud by wind and growth, in m/s"},
     {.name = "--error", .take = take_flag, .field = INTO(wants_error),
@@ -271,6 +288,12 @@ static const cli_option options[] = {
      .fallback = "180", .meaning = "azimuth in the middle of the picture, degrees clockwise from north"},
     {.name = "--usd", .argument = "FILE", .take = take_text, .field = INTO(usd_path), .files = "usda",
      .meaning = "write the sky's picture as a dome light, sun, moon and camera to FILE, a .usda"},
+    {.name = "--budget", .argument = "TIME", .take = take_budget, .range = "a number above 0, with s, m or h",
+     .fallback = "10m", .meaning = "time for all of it; what does not fit is left out, and named"},
+    {.name = "--reference", .argument = "FILE", .take = take_text, .field = INTO(reference), .files = "exr",
+     .fallback = "one is made", .meaning = "picture of the scene to measure against, best with standard_error"},
+    {.name = "--quick", .take = take_flag, .field = INTO(is_quick),
+     .meaning = "measure few values of each knob, within a minute"},
     {.name = "--explain", .take = take_flag, .field = INTO(wants_plan),
      .meaning = "print the stages that would run, and the reasons, and stop"},
     {.name = "--dry-run", .letter = 'n', .take = take_flag, .field = INTO(is_dry_run),

@@ -47,18 +47,16 @@ bool cli_read_real(const char *text, double *out_value) {
   return end != text && !*end && *out_value >= 0;
 }
 
-bool cli_read_seconds(const char *text, double *out_value) {
+bool cli_read_duration(const char *text, double *out_s) {
   static const struct {
-    const char *unit;
+    const char *name;
     double seconds;
   } units[] = {{"", 1.0}, {"s", 1.0}, {"m", 60.0}, {"h", 3600.0}};
   char *end;
-  const double value = strtod(text, &end);
-  for (size_t i = 0; i < sizeof units / sizeof *units; i++) {
-    if (end == text || strcmp(end, units[i].unit) != 0) continue;
-    *out_value = value * units[i].seconds;
-    return value > 0.0 && value < 1e9;
-  }
+  const double number = strtod(text, &end);
+  if (end == text || !(number > 0.0 && number <= 1e9)) return false;
+  for (size_t i = 0; i < sizeof units / sizeof *units; i++)
+    if (!strcmp(end, units[i].name)) return *out_s = number * units[i].seconds, true;
   return false;
 }
 

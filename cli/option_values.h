@@ -11,8 +11,8 @@ bool cli_read_whole(const char *text, unsigned *out_value);
 /* `count` whole numbers parted by `mark`. */
 bool cli_read_list(const char *text, char mark, unsigned count, unsigned *out_values);
 
-/* A time such as 90s, 5m or 1h, above 0. */
-bool cli_read_seconds(const char *text, double *out_value);
+/* Seconds: a number above 0, with s, m or h behind it, or nothing for seconds. */
+bool cli_read_duration(const char *text, double *out_s);
 
 /* A number of at least 0. */
 bool cli_read_real(const char *text, double *out_value);

@@ -129,7 +129,10 @@ static cli_exit read_arguments(cli_options *out, int argc, char **argv) {
 }
 
 cli_exit cli_options_read(int argc, char **argv, cli_options *out) {
-  *out = (cli_options){.thread_count = NEPH_THREADS_ALL, .isa = NEPH_ISA_X86_64_V4, .log_level = NEPH_LOG_INFO};
+  *out = (cli_options){.thread_count = NEPH_THREADS_ALL,
+                       .isa = NEPH_ISA_X86_64_V4,
+                       .log_level = NEPH_LOG_INFO,
+                       .cache_size_max_bytes = UINT64_C(4000000000)};
   char *storage = NULL;
   if (!allocate_lists(out, argc, argv, &storage)) {
     cli_complain("out of memory");

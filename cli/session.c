@@ -38,6 +38,8 @@ cli_exit cli_session_start(const cli_options *options, cli_session *session) {
   desc.log = cli_progress_log;
   desc.log_user = &session->progress;
   desc.log_level_max = options->log_level;
+  desc.cache_dir = options->cache_dir;
+  desc.cache_size_max_bytes = options->cache_size_max_bytes;
   return cli_exit_of(neph_context_create(&desc, &session->context));
 }
 
@@ -54,15 +56,19 @@ static neph_result apply_settings(const cli_options *options, neph_scene *scene)
   return result;
 }
 
-cli_exit cli_load_scene(cli_session *session, const char *path, neph_scene **out_scene) {
+neph_result cli_read_scene(cli_session *session, const char *path, neph_scene **out_scene) {
   neph_result result = neph_scene_load(session->context, path, out_scene);
-  if (result) return cli_exit_of(result);
+  if (result) return result;
   result = apply_settings(session->options, *out_scene);
   if (!result) result = neph_scene_check(*out_scene);
-  if (!result) return CLI_DONE;
+  if (!result) return NEPH_OK;
   neph_scene_destroy(*out_scene);
   *out_scene = NULL;
-  return cli_exit_of(result);
+  return result;
+}
+
+cli_exit cli_load_scene(cli_session *session, const char *path, neph_scene **out_scene) {
+  return cli_exit_of(cli_read_scene(session, path, out_scene));
 }
 
 cli_exit cli_check_target(const cli_session *session, const char *path) {

@@ -25,6 +25,7 @@ cli_exit cli_exit_of(neph_result result);
 
 /* Loads a scene and sets what the command line says. */
 cli_exit cli_load_scene(cli_session *session, const char *path, neph_scene **out_scene);
+neph_result cli_read_scene(cli_session *session, const char *path, neph_scene **out_scene);
 
 /* Whether a file can be made at `path`, which is not tried by making one. CLI_IO, after a message, when not. */
 cli_exit cli_check_target(const cli_session *session, const char *path);

@@ -52,7 +52,7 @@ static double compute_difference(const float *a, const float *b, size_t count) {
   return sqrt(squares / all);
 }
 
-/* At the default residual, 3e-4, the field is within 1e-3 of one whose residual is a hundred times less, at any depth:
+/* At the default residual, 5e-4, the field is within 1e-3 of one whose residual is a hundred times less, at any depth:
  * without the correction it is 1 % off at a depth of 110, and 10 % at 1000. Halves round it by 2e-4. Sweeps: those of
  * the last grid, where plain Anderson acceleration takes up to 17. */
 static void a_small_residual_is_a_small_error(void **state) {
@@ -64,12 +64,12 @@ static void a_small_residual_is_a_small_error(void **state) {
     start(&w, 2, depths[d]);
     solve(&w, 3e-6);
     float *converged = copy_means(w.scattering);
-    solve(&w, 3e-4);
+    solve(&w, 5e-4);
     float *means = copy_means(w.scattering);
     const double error = compute_difference(means, converged, w.scattering->grid.active_count);
     print_message("depth %g: residual %.2g, %u sweeps, error %.2g\n", depths[d], w.scattering->quality.residual,
                   w.scattering->sweeps, error);
-    assert_true(w.scattering->quality.residual <= 3e-4);
+    assert_true(w.scattering->quality.residual <= 5e-4);
     assert_true(error <= 1e-3);
     assert_true(w.scattering->sweeps <= sweeps_max[d]);
     free(means);
@@ -95,10 +95,61 @@ static void threads_change_no_bit(void **state) {
   free(means[1]);
 }
 
+/* Mean radiances of a band, times their scale. */
+static float *copy_band(const np_scattering_field *field, unsigned band) {
+  const size_t count = np_harmonics_count(field->grid.degree), harmonics = count * field->medium.band_count;
+  float *out = malloc(field->grid.active_count * sizeof *out);
+  for (size_t i = 0; i < field->grid.active_count; i++)
+    out[i] = np_half_to_float(field->moments[i * harmonics + band * count]) * field->scale[band];
+  return out;
+}
+
+static void colour(test_world *w, np_spectrum sun) {
+  w->world.sun_irradiance = sun;
+  w->world.environment_radiance = (np_spectrum){{0.02f, 0.04f, 0.09f}};
+  w->desc.cells.cell_count_max = 1000000;
+}
+
+/* The first band is resolved, and others take the change from it, where the sun makes most of the light; importance
+ * wants each for itself. The sky is a quarter of the light in the bluest band. */
+static void assert_transfer(np_spectrum sun, double error_max) {
+  test_world w;
+  float *bands[2][NP_BAND_COUNT];
+  start(&w, 2, 110.0);
+  colour(&w, sun);
+  for (int i = 0; i < 2; i++) {
+    w.desc.has_importance = i;
+    solve(&w, 3e-3); /* both from the same moments */
+    assert_int_equal(w.scattering->grid.degree, 7);
+    assert_int_equal(w.scattering->medium.band_count, NP_BAND_COUNT);
+    for (unsigned b = 0; b < NP_BAND_COUNT; b++) bands[i][b] = copy_band(w.scattering, b);
+  }
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    const double error = compute_difference(bands[0][b], bands[1][b], w.scattering->grid.active_count);
+    print_message("band %u: %.2g from one that is resolved for itself\n", b, error);
+    assert_true(error <= error_max);
+    for (int i = 0; i < 2; i++) free(bands[i][b]);
+  }
+  test_world_destroy(&w);
+}
+
+static void bands_share_what_resolving_changes(void **state) {
+  (void)state;
+  assert_transfer((np_spectrum){{1.0f, 0.95f, 0.85f}}, 2e-3);
+}
+
+/* Little sun: nothing is shared, and the bits are those of bands for themselves. */
+static void bands_of_little_sun_share_nothing(void **state) {
+  (void)state;
+  assert_transfer((np_spectrum){{0.05f, 0.03f, 0.01f}}, 0.0);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_small_residual_is_a_small_error),
       cmocka_unit_test(threads_change_no_bit),
+      cmocka_unit_test(bands_share_what_resolving_changes),
+      cmocka_unit_test(bands_of_little_sun_share_nothing),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

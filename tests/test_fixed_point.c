@@ -115,11 +115,40 @@ static void a_cut_first_call_leaves_the_start(void **state) {
   for (size_t i = 0; i < COUNT; i++) assert_near((double)x[i], 0.0, 0.0);
 }
 
+/* Doubles x until it overflows, for as long as it is accelerated; else halves the distance to 1. */
+typedef struct wild {
+  const np_fixed_point *problem;
+} wild;
+
+static neph_result map_wild(void *user, const float *x, float *out) {
+  const wild *w = user;
+  for (size_t i = 0; i < COUNT; i++) out[i] = w->problem->is_stalled ? 0.5f * x[i] + 0.5f : 1e30f * (x[i] + 1.0f);
+  return NEPH_OK;
+}
+
+/* An image that is no number is no solution, whatever its residual: plain iteration starts from the dark. */
+static void an_overflow_is_no_solution(void **state) {
+  (void)state;
+  static float x[COUNT];
+  neph_context *context = test_context_create(1, NULL);
+  wild w;
+  np_fixed_point f = {
+      .context = context, .map = map_wild, .user = &w, .count = COUNT, .depth = 5, .tolerance = 1e-4, .calls_max = 100};
+  w.problem = &f;
+  for (size_t i = 0; i < COUNT; i++) x[i] = 0.0f;
+  assert_int_equal(np_fixed_point_solve(&f, x), NEPH_OK);
+  assert_true(f.is_stalled);
+  assert_true(f.residual <= 1e-4);
+  for (size_t i = 0; i < COUNT; i++) assert_near((double)x[i], 1.0, 2e-4); /* twice the residual, at a rate of ½ */
+  neph_context_destroy(context);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_budget_that_lasts_changes_nothing),
       cmocka_unit_test(a_cut_leaves_the_best_image),
       cmocka_unit_test(a_cut_first_call_leaves_the_start),
+      cmocka_unit_test(an_overflow_is_no_solution),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

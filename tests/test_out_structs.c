@@ -39,6 +39,20 @@ static neph_result fill_difference(const objects *o, void *out) {
 
 static neph_result fill_image_error(const objects *o, void *out) { return neph_image_get_error(o->image, out); }
 
+static neph_result load_nothing(void *user, neph_scene **out_scene) { return neph_scene_create(user, out_scene); }
+
+static neph_result fill_report_row(const objects *o, void *out) {
+  neph_report_desc desc = NEPH_REPORT_DESC_DEFAULT;
+  neph_report *report;
+  desc.load = load_nothing;
+  desc.load_user = o->context;
+  desc.is_quick = true;
+  assert_int_equal(neph_report_create(o->context, &desc, &report), NEPH_OK);
+  neph_result result = neph_report_get_row(report, 0, out);
+  neph_report_destroy(report);
+  return result;
+}
+
 static neph_result fill_bake_error(const objects *o, void *out) {
   char *folder = test_folder_create(), *path = test_path(folder, "cloud.vdb");
   neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
@@ -66,6 +80,7 @@ static const struct {
     {"neph_volume_info", sizeof(neph_volume_info), fill_volume_info},
     {"neph_image_difference", sizeof(neph_image_difference), fill_difference},
     {"neph_image_error", sizeof(neph_image_error), fill_image_error},
+    {"neph_report_row", sizeof(neph_report_row), fill_report_row},
     {"neph_bake_error", sizeof(neph_bake_error), fill_bake_error},
 };
 

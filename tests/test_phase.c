@@ -230,6 +230,17 @@ static void extremes_give_finite_unit_directions(void **state) {
 }
 
 /* Broadening scales each lobe's g, and ends in isotropy. */
+/* A versine rounded above 2, as directions in float give it, is 2: no peak backwards is the root of less than nothing.
+ */
+static void a_backward_peak_is_finite_past_its_end(void **state) {
+  (void)state;
+  const np_phase phase = np_phase_henyey_greenstein(-0.999999f);
+  for (float versine = 2.0f; versine < 2.000001f; versine = nextafterf(versine, 3.0f)) {
+    const float value = np_phase_eval(&phase, versine);
+    assert_true(isfinite(value) && value > 0.0f);
+  }
+}
+
 static void broadening_ends_isotropic(void **state) {
   (void)state;
   np_phase droplets = np_phase_droplets(20e-6), none = np_phase_broaden(&droplets, 0);
@@ -346,6 +357,7 @@ int main(void) {
       cmocka_unit_test(samples_follow_the_function),
       cmocka_unit_test(sample_value_is_eval),
       cmocka_unit_test(extremes_give_finite_unit_directions),
+      cmocka_unit_test(a_backward_peak_is_finite_past_its_end),
       cmocka_unit_test(broadening_ends_isotropic),
       cmocka_unit_test_setup_teardown(a_fine_table_is_its_function, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_coarse_table_is_linear_in_the_cosine, set_up, test_tear_down),

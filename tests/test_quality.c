@@ -44,7 +44,7 @@ static void test_quality_chooses(void **state) {
   neph_scene *scene = load(f, "render: {quality: draft}");
   assert_int_equal(scene->render.sample_count, 1);
   assert_int_equal(scene->render.light_degree, 3);
-  assert_near(scene->render.detail_px, 2, 0);
+  assert_near(scene->render.detail_px, 3, 0);
   assert_int_equal(neph_scene_set(scene, "render.quality", "reference"), NEPH_OK);
   assert_int_equal(scene->render.integrator, NEPH_INTEGRATOR_PATH);
   assert_near(scene->render.detail_px, 0, 0);

@@ -3,6 +3,8 @@
 #ifndef NEPHOS_CONTEXT_H
 #define NEPHOS_CONTEXT_H
 
+#include <stdint.h>
+
 #include <nephos/base.h>
 
 #ifdef __cplusplus
@@ -43,13 +45,16 @@ typedef struct neph_context_desc {
   neph_reallocate_fn reallocate; /**< NULL (default): the C library's allocator */
   void *reallocate_user;         /**< handed to `reallocate` (default NULL) */
   const char *module_dir;        /**< folder of nephos_vdb.so, searched last (default NULL) */
+  const char *cache_dir; /**< folder that keeps the light in clouds, bakes and tables of air and sky from process
+                              to process; made where it is missing (default NULL: none) */
+  uint64_t cache_size_max_bytes; /**< of that folder's files; those not used for longest go first (default 4 GB) */
 } neph_context_desc;
 
 #define NEPH_CONTEXT_DESC_DEFAULT                                                                                      \
   {                                                                                                                    \
     .struct_size = sizeof(neph_context_desc), .thread_count = NEPH_THREADS_ALL, .isa_max = NEPH_ISA_X86_64_V4,         \
     .log = NULL, .log_user = NULL, .log_level_max = NEPH_LOG_INFO, .reallocate = NULL, .reallocate_user = NULL,        \
-    .module_dir = NULL                                                                                                 \
+    .module_dir = NULL, .cache_dir = NULL, .cache_size_max_bytes = UINT64_C(4000000000)                                \
   }
 
 /** Creates a context and starts its threads.

@@ -31,6 +31,7 @@
 #include <nephos/probe.h>
 #include <nephos/render.h>
 #include <nephos/renderer.h>
+#include <nephos/report.h>
 #include <nephos/scene.h>
 #include <nephos/scene_build.h>
 #include <nephos/terrain.h>

@@ -3,10 +3,11 @@
 #include "atmosphere/atmosphere_tables.h"
 
 #include "atmosphere/moment_builder.h"
+#include "atmosphere/tables_disk.h"
 #include "core/alloc.h"
 #include "core/parallel.h"
 
-static neph_result build_tables(neph_atmosphere *a, np_monitor *monitor) {
+static neph_result compute_tables(neph_atmosphere *a, np_monitor *monitor) {
   np_monitor_set_range(monitor, 0.0, 0.05);
   neph_result result = np_depth_table_build(a->context, &a->medium, &a->sizes.depth, monitor, &a->depths);
   const bool is_limited = a->order_max != NP_ORDERS_ALL;
@@ -18,6 +19,12 @@ static neph_result build_tables(neph_atmosphere *a, np_monitor *monitor) {
   if (!result && is_limited && a->order_max > 2)
     result = np_moment_table_build(a->context, &a->depths, &a->sizes.moments, a->order_max - 2, a->has_point_sun,
                                    monitor, &a->dome_moments);
+  if (!result) np_atmosphere_save_tables(a);
+  return result;
+}
+
+static neph_result build_tables(neph_atmosphere *a, np_monitor *monitor) {
+  neph_result result = np_atmosphere_load_tables(a) ? NEPH_OK : compute_tables(a, monitor);
   np_air_shells_build(&a->medium, &a->air_shells);
   if (!result && a->order_max > 1) result = np_gather_kernel_build(a->context, &a->medium, &a->kernel);
   return result;

@@ -14,6 +14,7 @@
 #include "atmosphere/atmosphere_tables.h"
 
 #include "atmosphere/spline.h"
+#include "atmosphere/tables_disk.h"
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "core/stable.h"
@@ -259,6 +260,19 @@ neph_result np_sky_aerial_build(neph_sky *sky) {
 }
 
 /* In the dark, depths alone are wanted. */
+/* In the dark there are optical depths alone. */
+static neph_result compute_tables(neph_sky *sky, bool is_dark) {
+  if (np_sky_load_tables(sky)) return NEPH_OK;
+  np_monitor_set_range(sky->monitor, 0.0, 0.4);
+  neph_result result = is_dark ? NEPH_OK : np_sky_gather_build(sky);
+  np_monitor_set_range(sky->monitor, 0.4, 0.6);
+  if (!result && !is_dark) result = np_sky_view_build(sky);
+  np_monitor_set_range(sky->monitor, 0.6, 1.0);
+  if (!result) result = np_sky_aerial_build(sky);
+  if (!result) np_sky_save_tables(sky);
+  return result;
+}
+
 neph_result np_sky_tables_build(neph_sky *sky) {
   neph_atmosphere *a = sky->atmosphere;
   neph_context *context = a->context;
@@ -268,18 +282,13 @@ neph_result np_sky_tables_build(neph_sky *sky) {
   const bool is_dark = !(sky->frame.twilight > 0.0f);
   sky->depth = np_alloc(context, aerial_rows * slices, sizeof *sky->depth);
   if (!sky->depth) return NEPH_ERROR_OUT_OF_MEMORY;
-  if (is_dark) return np_sky_aerial_build(sky);
+  if (is_dark) return compute_tables(sky, true);
   sky->view = np_alloc(context, view_rows * (size_t)view->azimuths, sizeof *sky->view);
   if (!sky->view) return NEPH_ERROR_OUT_OF_MEMORY;
   sky->aerial = np_alloc(context, aerial_rows * (size_t)aerial->azimuths * slices, sizeof *sky->aerial);
   sky->molecules = np_alloc(context, aerial_rows * (size_t)aerial->azimuths * slices, sizeof *sky->molecules);
   if (!sky->aerial || !sky->molecules) return NEPH_ERROR_OUT_OF_MEMORY;
-  np_monitor_set_range(sky->monitor, 0.0, 0.4);
-  neph_result result = np_sky_gather_build(sky);
-  np_monitor_set_range(sky->monitor, 0.4, 0.6);
-  if (!result) result = np_sky_view_build(sky);
-  np_monitor_set_range(sky->monitor, 0.6, 1.0);
-  return result ? result : np_sky_aerial_build(sky);
+  return compute_tables(sky, false);
 }
 
 void np_sky_tables_free(neph_sky *sky) {

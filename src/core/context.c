@@ -3,6 +3,7 @@
 
 #include "core/alloc.h"
 #include "core/context_private.h"
+#include "core/disk_cache.h"
 #include "core/file.h"
 #include "core/isa.h"
 #include "core/parallel.h"
@@ -84,7 +85,10 @@ static neph_result fill_owned(neph_context *context, const neph_context_desc *de
     context->module_dir = np_alloc_text(context, desc->module_dir);
     if (!context->module_dir) return NEPH_ERROR_OUT_OF_MEMORY;
   }
-  return np_pool_create(context, context->thread_count, &context->pool);
+  context->disk_cache = np_alloc(context, 1, sizeof *context->disk_cache);
+  if (!context->disk_cache) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = np_disk_cache_open(context, desc->cache_dir, desc->cache_size_max_bytes, context->disk_cache);
+  return result ? result : np_pool_create(context, context->thread_count, &context->pool);
 }
 
 neph_result neph_context_create(const neph_context_desc *desc, neph_context **out_context) {
@@ -119,6 +123,8 @@ void np_context_retain(neph_context *context) { atomic_fetch_add(&context->refer
 void np_context_release(neph_context *context) {
   if (atomic_fetch_sub(&context->references, 1) != 1) return;
   np_pool_destroy(context, context->pool);
+  if (context->disk_cache) np_disk_cache_close(context, context->disk_cache);
+  np_alloc_free(context, context->disk_cache);
   np_alloc_free(context, context->module_dir);
   np_alloc_free(context, context);
 }

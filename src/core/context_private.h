@@ -20,6 +20,7 @@ struct neph_context {
   neph_reallocate_fn reallocate;
   void *reallocate_user;
   char *module_dir; /* NULL when none was given */
+  struct np_disk_cache *disk_cache; /* its folder is NULL where none is wanted */
   np_pool *pool;
   atomic_size_t allocated_bytes, allocated_bytes_peak;
 };

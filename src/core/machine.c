@@ -67,6 +67,13 @@ unsigned np_cpu_count(void) {
   return (unsigned)(quota < affinity ? quota : affinity);
 }
 
+double np_cpu_time_s(void) {
+  struct rusage usage;
+  if (getrusage(RUSAGE_SELF, &usage)) return 0.0;
+  const struct timeval *user = &usage.ru_utime, *kernel = &usage.ru_stime;
+  return (double)(user->tv_sec + kernel->tv_sec) + 1e-6 * (double)(user->tv_usec + kernel->tv_usec);
+}
+
 /* ---- Memory ---- */
 
 /* Bytes that the cgroup-2 file `path` grants; UINT64_MAX when it sets no quota. */

@@ -92,6 +92,9 @@ neph_result np_parallel_run(neph_context *context, np_monitor *monitor, neph_res
 /* CPUs that the process may use: its affinity mask, cut to the quota of its control group. At least 1. */
 unsigned np_cpu_count(void);
 
+/* CPU time of the process, all threads, seconds. */
+double np_cpu_time_s(void);
+
 /* Bytes of memory that the process may use: what the machine has, cut to the quota of its control group and to its own
  * limit on address space. */
 uint64_t np_memory_size(void);

@@ -4,6 +4,7 @@
 #include <png.h>
 #include <setjmp.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -109,6 +110,33 @@ neph_result neph_image_save_png(const neph_image *image, const char *path, const
   if (!picture.rgb) return NEPH_ERROR_OUT_OF_MEMORY;
   result = np_preview_render(image, &wanted, picture.rgb);
   if (!result) result = write_file(&picture, path);
+  np_alloc_free(image->context, picture.rgb);
+  return result;
+}
+
+static neph_result encode(const png_picture *picture, void **out_bytes, size_t *out_size) {
+  neph_context *context = picture->image->context;
+  char message[128] = "out of memory", *stream_bytes = NULL;
+  size_t size = 0;
+  uint8_t *row = np_alloc(context, picture->image->width, 6);
+  FILE *stream = row ? open_memstream(&stream_bytes, &size) : NULL;
+  bool is_written = stream && write_stream(picture, stream, row, message);
+  if (stream && fclose(stream)) is_written = false;
+  void *bytes = is_written ? np_alloc(context, size, 1) : NULL;
+  if (bytes) *out_bytes = memcpy(bytes, stream_bytes, size);
+  *out_size = size;
+  free(stream_bytes);
+  np_alloc_free(context, row);
+  return bytes ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+neph_result np_image_encode_png(const neph_image *image, const neph_preview_desc *desc, void **out_bytes,
+                                size_t *out_size) {
+  *out_bytes = NULL;
+  png_picture picture = {image, desc, np_alloc(image->context, (size_t)image->width * image->height, 6)};
+  if (!picture.rgb) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = np_preview_render(image, desc, picture.rgb);
+  if (!result) result = encode(&picture, out_bytes, out_size);
   np_alloc_free(image->context, picture.rgb);
   return result;
 }

@@ -54,6 +54,10 @@ neph_result np_image_create(neph_context *context, unsigned width, unsigned heig
 neph_result np_image_load_exr(neph_context *context, const char *path, np_monitor *monitor, neph_image **out_image);
 neph_result np_image_load_png(neph_context *context, const char *path, np_monitor *monitor, neph_image **out_image);
 
+/* The bytes of the .png that neph_image_save_png writes, to be freed with np_alloc_free. */
+neph_result np_image_encode_png(const neph_image *image, const neph_preview_desc *desc, void **out_bytes,
+                                size_t *out_size);
+
 const np_image_attribute *np_image_search_attribute(const neph_image *image, const char *name);
 
 /* Numbers, which OpenEXR files keep as such: `int` and `float`. */

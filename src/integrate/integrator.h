@@ -106,6 +106,7 @@ static inline np_aerial_perspective np_camera_ray_get_air(const np_lighting *lig
 typedef struct np_integrator_sample {
   np_spectrum component[NP_COMPONENT_ALL]; /* W m⁻² sr⁻¹ nm⁻¹ */
   np_spectrum lost;                        /* estimate of what the limit on scatterings took from them */
+  unsigned cut_count, followed_count;      /* paths that met the limit; those of them that were followed */
   float transmittance;                     /* through cloud alone, to what lies behind */
   float held_out;                          /* share of the ray that clouds hide which do not show */
   bool is_ground_behind;

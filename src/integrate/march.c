@@ -113,15 +113,20 @@ static const np_ray_instance *search_finest(const np_ray_intervals *all, const n
   return finest;
 }
 
+/* Pieces are chosen in the scaled medium. Where a forward peak leaves less of it than this the true transmittance,
+ * which is a channel of its own, would be missed. */
+static const float scale_least = 0.1f;
+
 /* Pieces of a stretch whose error is small against what the ray has hidden with them. The depth counts for more than
  * one towards a light, as all that lies behind is seen through it. */
-static int count_pieces(const np_march *m, const np_ray_intervals *all, const np_ray_interval *s, const float *hiding,
-                        float bound) {
+static int count_pieces(const np_march *m, const np_ray_intervals *all, const np_ray_interval *s, const float *hiding) {
   const float length = (float)(s->end - s->begin);
-  float variation = 0.0f;
-  for (unsigned i = 0; i < s->count; i++)
-    variation += hiding[i] * np_ray_instance_variation(&all->instance[s->active[i]]) * length;
-  const float sheet = bound / search_finest(all, s)->voxels_per_m;
+  float variation = 0.0f, weight[NP_INSTANCES_MAX];
+  for (unsigned i = 0; i < s->count; i++) {
+    weight[i] = np_maxf(hiding[i], scale_least);
+    variation += weight[i] * np_ray_instance_variation(&all->instance[s->active[i]]) * length;
+  }
+  const float sheet = compute_bound(all, s, weight) / search_finest(all, s)->voxels_per_m;
   const float hidden = np_minf(np_maxf(1.0f - m->carry + m->carry * sheet, np_march_opacity_least), 1.0f);
   const int count = np_track_count_samples(2.0f * variation * m->carry / (m->settings->tolerance * hidden));
   return count > 1 ? count : 1;
@@ -134,13 +139,48 @@ static int fill_middles(int first, int count, float length, float middle[NP_BRIC
   return count - first < NP_BRICK_LINE ? count - first : NP_BRICK_LINE;
 }
 
+/* Look-ups above which a stretch is cut voxel by voxel; depth of the pieces then. */
+static const int deep_count = 256;
+static const double deep_piece = 0.125;
+
+/* Cuts a voxel into pieces of equal depth, as long as the ray has not faded. */
+static void cross_voxel(np_march *m, const np_ray_intervals *all, const np_ray_interval *s,
+                        const np_voxel_segment *voxel, float hiding) {
+  const double per_value = (double)all->instance[s->active[0]].volume->extinction_per_value;
+  const double whole = np_voxel_segment_integral(voxel, 1.0), depth = (double)hiding * per_value * whole;
+  const double count = fmax(ceil(depth / deep_piece), 1.0);
+  double begin = 0.0;
+  for (double k = 1.0; k <= count && m->carry > 0.0f; k++) {
+    const double end = k < count ? np_voxel_segment_invert(voxel, whole * (k / count), 0.0) : 1.0;
+    const double length = (end - begin) * voxel->length;
+    const float extinction = length > 0.0 ? (float)(per_value * (whole / count) / length) : 0.0f;
+    const float rate = hiding * extinction; /* light fades along the ray and towards the sun */
+    pass_piece(m, all, s, &extinction, voxel->begin + begin * voxel->length, (float)length, rate, 2.0f * rate);
+    begin = end;
+  }
+}
+
+/* A stretch that equal pieces would be too coarse for, of one cloud: voxel by voxel. */
+static void cross_deep(np_march *m, const np_ray_intervals *all, const np_ray_interval *s, float hiding) {
+  const np_ray_instance *cloud = &all->instance[s->active[0]];
+  np_voxel_walk walk;
+  np_voxel_segment voxel;
+  np_voxel_walk_start(&walk, &cloud->walk, &cloud->span, s->begin, s->end);
+  while (m->carry > 0.0f && np_voxel_walk_next(&walk, cloud->volume->bricks, cloud->span.brick, &voxel))
+    cross_voxel(m, all, s, &voxel, hiding);
+}
+
 /* Cuts a stretch into equal pieces, and those into steps. */
 static void cross(np_march *m, const np_ray_intervals *all, const np_ray_interval *s) {
   float hiding[NP_INSTANCES_MAX], found[NP_INSTANCES_MAX][NP_BRICK_LINE], middle[NP_BRICK_LINE];
   for (unsigned i = 0; i < s->count; i++) hiding[i] = get_extinction_scale(m, all->instance[s->active[i]].volume);
   if (!np_step_goes_on(&m->step, all, s)) break_step(m);
   const float bound = compute_bound(all, s, hiding);
-  const int count = count_pieces(m, all, s, hiding, bound);
+  const int count = count_pieces(m, all, s, hiding);
+  if (count > deep_count && s->count == 1) {
+    cross_deep(m, all, s, hiding[0]);
+    return;
+  }
   const float length = (float)(s->end - s->begin) / (float)count;
   for (int first = 0; first < count && m->carry > 0.0f; first += NP_BRICK_LINE) {
     const int some = fill_middles(first, count, length, middle);

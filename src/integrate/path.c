@@ -396,12 +396,23 @@ static bool survive(np_path_state *path, np_random *random) {
   return true;
 }
 
+/* Scatterings beyond the limit after which a path that is followed ends too: what it would have brought is not known.
+ */
+enum { FOLLOWED_MAX = 1 << 20 };
+
 /* The limit on scatterings ends a path; some are followed all the same, for what would have come of them. */
 static bool is_ended(const np_tracer *t, np_path_state *path) {
-  if (path->is_cut || path->order < t->settings->scattering_max) return false;
+  if (path->order < t->settings->scattering_max) return false;
+  if (path->is_cut) {
+    const bool is_lost = path->order - t->settings->scattering_max > FOLLOWED_MAX;
+    if (is_lost) t->out->lost = np_spectrum_grey(INFINITY);
+    return is_lost;
+  }
+  t->out->cut_count++;
   const float share = t->settings->lost_share;
   if (!(np_random_float(t->random) < share)) return true;
   path->is_cut = true;
+  t->out->followed_count++;
   path->throughput = np_spectrum_scale(path->throughput, 1.0f / share);
   path->weight /= share;
   path->reference /= share;

@@ -95,6 +95,8 @@ static void add_cloud_by_tables(const np_tracer *t, const np_camera_ray *ray, co
   for (int c = 0; c < NP_COMPONENT_COUNT; c++)
     np_path_add(t->out, (np_component)c, np_spectrum_multiply(scattered.component[c], air.transmittance));
   t->out->lost = np_spectrum_multiply(scattered.lost, air.transmittance);
+  t->out->cut_count = scattered.cut_count;
+  t->out->followed_count = scattered.followed_count;
   np_path_add(t->out, NP_COMPONENT_AIR, np_spectrum_scale(air.inscatter, hit->weight));
 }
 

@@ -38,9 +38,10 @@ np_phase np_phase_tabulated(const np_phase_table *table);
 np_phase np_phase_droplets(double diameter_m);
 
 /* D(μ) = (1/4π)·(1−g²)/(1+g²−2gμ)^1.5·(1+αμ²)/(1+α(1+2g²)/3), with 1+g²−2gμ written as (1−g)² + 2g·versine, which
- * cancels nowhere for g > 0. A lobe with g < 0 is the mirror image of its positive twin. */
+ * cancels nowhere for g > 0. A lobe with g < 0 is the mirror image of its positive twin; a versine rounded above 2
+ * is 2. */
 static inline float np_phase_eval_lobe(np_phase_lobe lobe, float versine) {
-  float g = fabsf(lobe.asymmetry), v = lobe.asymmetry < 0 ? 2.0f - versine : versine, mu = 1.0f - v;
+  float g = fabsf(lobe.asymmetry), v = lobe.asymmetry < 0 ? np_maxf(2.0f - versine, 0.0f) : versine, mu = 1.0f - v;
   float distance2 = (1.0f - g) * (1.0f - g) + 2.0f * g * v;
   float norm = 4.0f * NP_PI_F * (1.0f + lobe.alpha * (1.0f + 2.0f * g * g) * (1.0f / 3.0f));
   return (1.0f - g) * (1.0f + g) * (1.0f + lobe.alpha * mu * mu) / (norm * distance2 * sqrtf(distance2));

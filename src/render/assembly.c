@@ -55,7 +55,7 @@ static np_stored_result *search_content(const np_stage_reuse *reuse, const np_st
 }
 
 /* Takes from the stores what serves a part of this picture; what is to be rebuilt, and why, is logged. */
-static neph_result take_part(const np_stage_row *row, const np_stage_part *part) {
+static neph_result take_part(const np_stage_row *row, np_stage stage, const np_stage_part *part) {
   const np_stage_reuse *reuse = row->reuse;
   np_stores *stores = part->made->stores;
   np_stage_part wanted = *part;
@@ -68,6 +68,7 @@ static neph_result take_part(const np_stage_row *row, const np_stage_part *part)
   if (reason[0]) cached = search_content(reuse, &wanted);
   if (cached && !result) {
     tell(row, part, "reused", "");
+    if (part->plan->times) part->plan->times->is_reused[stage] = true;
     np_alloc_free(part->made->context, wanted.key);
     (void)reuse->exchange(part, cached->result);
     cached->result = NULL;
@@ -75,7 +76,8 @@ static neph_result take_part(const np_stage_row *row, const np_stage_part *part)
     cached->slot = part->slot;
     return NEPH_OK;
   }
-  tell(row, part, own ? "rebuilt" : "built", reason);
+  const bool is_loaded = !result && np_stage_disk_load(reuse, &wanted);
+  tell(row, part, is_loaded ? "read from the cache" : own ? "rebuilt" : "built", is_loaded ? "" : reason);
   if (own) own->slot = UINT32_MAX; /* for another part, or nobody */
   const np_stored_result added = {.stage = reuse, .slot = part->slot, .key = wanted.key, .destroy = reuse->destroy};
   const neph_result failed = np_stores_add(part->made->context, stores, added);
@@ -94,7 +96,9 @@ static neph_result make_part(const np_stage_reuse *reuse, const np_stage_part *p
   const np_stored_result *own = np_stores_search(part->made->stores, reuse, part->slot);
   np_stage_part keyed = *part;
   keyed.key = own ? own->key : NULL;
-  return reuse->make(&keyed);
+  const neph_result result = reuse->make(&keyed);
+  if (!result && keyed.key && is_made(reuse, part)) np_stage_disk_save(reuse, &keyed);
+  return result;
 }
 
 /* Gives the result of a part back to the stores, or destroys it where it has no key. */
@@ -111,13 +115,13 @@ static void give_part(const np_stage_reuse *reuse, const np_stage_part *part) {
 
 /* Before anything is built the stores release what this picture has no use for, so that it needs no more memory than it
  * would alone. */
-static neph_result take_cached(const np_stage_row *row, const np_stage_part *walk) {
+static neph_result take_cached(const np_stage_row *row, np_stage stage, const np_stage_part *walk) {
   np_assembly *a = walk->made;
   neph_result result = NEPH_OK;
   np_stores_drop(a->context, a->stores, row->reuse, true);
   for (unsigned i = 0; i < count_parts(a, row).of[row->reuse->kind] && !result; i++) {
     const np_stage_part part = get_part(walk, row->reuse->kind, i);
-    result = take_part(row, &part);
+    result = take_part(row, stage, &part);
   }
   np_stores_drop(a->context, a->stores, row->reuse, false);
   return result;
@@ -136,7 +140,7 @@ static neph_result build_stage(np_stage stage, const np_stage_part *walk) {
   const unsigned all = np_stage_count_parts(row, &before);
   unsigned done = 0;
   if (all > 0) a->built |= 1u << stage;
-  neph_result result = row->reuse ? take_cached(row, walk) : NEPH_OK;
+  neph_result result = row->reuse ? take_cached(row, stage, walk) : NEPH_OK;
   for (int kind = 0; kind < NP_PART_KINDS; kind++) {
     if (!np_stage_has_kind(row, (np_part_kind)kind)) continue;
     for (unsigned i = 0; i < count_parts(a, row).of[kind] && !result; i++) {
@@ -166,7 +170,9 @@ neph_result np_assembly_build_some(const neph_scene *scene, np_plan *plan, uint3
   neph_result result = start(scene, plan, out_assembly);
   for (int i = 0; i < NP_STAGE_COUNT && !result; i++) {
     if (!np_plan_needs(plan, (np_stage)i) || !(stages & 1u << i)) continue;
+    const double start_s = plan->times ? np_cpu_time_s() : 0.0;
     result = build_stage((np_stage)i, &walk);
+    if (plan->times) plan->times->cpu_s[i] = np_cpu_time_s() - start_s;
     const np_stage_row *row = np_stage_get_row((np_stage)i);
     if (!result && row->revise) result = row->revise(out_assembly, scene, plan);
   }

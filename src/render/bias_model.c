@@ -26,7 +26,7 @@ static const double emission_bias = 0.05;
 /* Figures of the clouds and their lights, the worst of all. */
 typedef struct cloud_light {
   double cell_error; /* of the solved multiple scattering; 0: it is not solved */
-  double albedo;     /* the highest */
+  double albedo;     /* the highest of all clouds, the mean of its bands */
   double sine;       /* of the lights' elevation, the lowest above the horizon */
   bool has_emission;
 } cloud_light;
@@ -35,8 +35,10 @@ static void add_light(const np_packet_light *light, cloud_light *out) {
   const np_scattering_field *field = light->lighting.scattering;
   const np_world *world = &light->world;
   if (field) out->cell_error = fmax(out->cell_error, np_scattering_field_get_quality(field).error);
-  for (unsigned i = 0; i < world->clouds.count; i++)
-    out->albedo = fmax(out->albedo, (double)np_spectrum_max(world->clouds.at[i].albedo));
+  for (unsigned i = 0; i < world->clouds.count; i++) {
+    const np_spectrum albedo = world->clouds.at[i].albedo;
+    out->albedo = fmax(out->albedo, (double)(albedo.band[0] + albedo.band[1] + albedo.band[2]) / NP_BAND_COUNT);
+  }
   if (world->sun_scope != NP_SUN_SKY && np_spectrum_max(world->sun_irradiance) > 0.0f)
     out->sine = fmin(out->sine, fmax(light->direction.z, sine_min));
 }
@@ -88,5 +90,9 @@ np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan) {
   const double cells = count_cells(&light), steps = steps_share * (double)f->settings.tolerance;
   const double method = sqrt(compute_cover(f)) * method_bias[f->desc->multiple_scattering];
   const double rest = hypot(has_air ? air_bias : 0.0, light.has_emission ? emission_bias : 0.0);
+  np_log(
+      f->assembly->context, NEPH_LOG_DEBUG,
+      "model of the bias: cells %.2g, steps %.2g, method %.2g, air and fire %.2g; cells err by %.2g, clouds cover %.2g",
+      cells, steps, method, rest, light.cell_error, compute_cover(f));
   return (np_bias_model){hypot(hypot(cells, steps), hypot(method, rest)), light.has_emission ? 3.0 : 1.8};
 }

@@ -46,6 +46,8 @@ void np_channels_read_numbers(const np_channels *channels, const np_camera_ray *
   np_channels_read(channels, ray, sample, out_values);
   float *lost = out_values + channels->sum_count, *color = lost + NP_PIXEL_SUMS_OWN;
   lost[NP_BAND_COUNT] = 1.0f - sample->transmittance;
+  lost[NP_BAND_COUNT + 1] = (float)sample->cut_count;
+  lost[NP_BAND_COUNT + 2] = (float)sample->followed_count;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
     lost[b] = sample->lost.band[b] * channels->scale;
     color[b] = np_channels_sum_components(channels, channels->beauty, b, sample);

@@ -9,9 +9,10 @@
 enum { NP_CHANNELS_MAX = 512, NP_CHANNEL_NAME_MAX = 256, NP_CHANNEL_NONE = NP_CHANNELS_MAX };
 
 /* Numbers that the film keeps of a pixel: the sums of the channels, of the light that a limit on scatterings took, by
- * bands, and of the opacity of clouds; mean and squared distances of the picture's R, G and B (image/film.h). */
+ * bands, of the opacity of clouds, and of paths cut and followed; mean and squared distances of the picture's R, G and B
+ * (image/film.h). */
 enum {
-  NP_PIXEL_SUMS_OWN = NP_BAND_COUNT + 1, /* besides those of the channels */
+  NP_PIXEL_SUMS_OWN = NP_BAND_COUNT + 3, /* besides those of the channels */
   NP_PIXEL_NUMBERS_MAX = NP_CHANNELS_MAX + NP_PIXEL_SUMS_OWN + 2 * NP_BAND_COUNT
 };
 
@@ -96,6 +97,11 @@ static inline const double *np_channels_get_lost(const np_channels *channels, co
 
 static inline double np_channels_get_opacity(const np_channels *channels, const double *numbers) {
   return numbers[channels->sum_count + NP_BAND_COUNT];
+}
+
+/* Paths that met the limit on scatterings, and those of them that were followed. */
+static inline const double *np_channels_get_cuts(const np_channels *channels, const double *numbers) {
+  return numbers + channels->sum_count + NP_BAND_COUNT + 1;
 }
 
 /* The spread of `count` samples, by a pixel's numbers. */

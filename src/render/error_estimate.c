@@ -58,9 +58,10 @@ static uncertain average(const np_error_probes *probes, unsigned count, measure_
 
 static double get_noise(const np_error_probe *p) { return p->variance / (get_mean(p) * get_mean(p)); }
 
-static neph_bounded estimate_noise(const np_error_probes *probes) {
+/* Single samples tell nothing of their spread. */
+static neph_bounded estimate_noise(const np_error_probes *probes, double samples) {
   if (probes->count >= PROBES_MIN) return take_root(average(probes, probes->count, get_noise));
-  if (!(probes->by_samples > 0.0)) return unknown;
+  if (samples < 2.0) return unknown;
   return take_root((uncertain){evenness_share * probes->by_samples, evenness_deviation * probes->by_samples});
 }
 
@@ -171,7 +172,7 @@ neph_result np_frame_estimate_error(const np_frame *f, const np_plan *plan, np_f
   if (!result) result = trace_probes(f, plan, &probes);
   if (!result && probes.pixel_count > 0.0) {
     const np_bias_model model = np_bias_model_make(f, plan);
-    out->noise = estimate_noise(&probes);
+    out->noise = estimate_noise(&probes, get_mean_samples(f));
     out->bias = estimate_bias(&model, &probes, &out->is_bias_measured);
     out->total = add_squares(&out->noise, &out->bias);
   }

@@ -106,21 +106,42 @@ static neph_result describe_mean(const np_frame *f, neph_image *image) {
   return set_triple(image, "nephos:meanStandardError", error);
 }
 
-/* Light lost to the limit on scatterings: its mean, and its share of the whole. */
+/* Followed paths below which the light that a limit took is not known: as in probes (render/probe_slab.c). */
+enum { FOLLOWED_LEAST = 16 };
+
+/* Light lost to the limit on scatterings: its mean in a pixel, infinite where too few paths were followed to know it.
+ */
+static void compute_loss(const np_frame *f, double lost[NP_BAND_COUNT]) {
+  const double pixels = (double)f->width * f->height;
+  uint64_t cut_count = 0, followed_count = 0;
+  for (size_t tile = 0; tile < np_frame_count_tiles(f); tile++) {
+    for (int b = 0; b < NP_BAND_COUNT; b++) lost[b] += f->totals[tile].lost[b] / pixels;
+    cut_count += f->totals[tile].cut_count;
+    followed_count += f->totals[tile].followed_count;
+  }
+  const bool is_finite = isfinite(lost[0] + lost[1] + lost[2]); /* none of them was given up */
+  if (is_finite && (cut_count == 0 || followed_count >= FOLLOWED_LEAST)) return;
+  for (int b = 0; b < NP_BAND_COUNT; b++) lost[b] = HUGE_VAL;
+  np_log(f->assembly->context, NEPH_LOG_WARNING,
+         "render.max_scatterings %u ended %llu paths, of which %llu were followed%s: the light that is lost is not "
+         "known; render more samples, or raise the limit",
+         f->desc->scattering_max, (unsigned long long)cut_count, (unsigned long long)followed_count,
+         is_finite ? ", must be 16" : ", not all of them to the end");
+}
+
+/* The loss and its share of the whole. */
 static neph_result describe_loss(const np_frame *f, neph_image *image) {
   if (!(f->settings.lost_share > 0.0f)) return NEPH_OK;
-  const double pixels = (double)f->width * f->height;
   double lost[NP_BAND_COUNT] = {0}, kept = 0.0, all = 0.0;
+  compute_loss(f, lost);
   for (size_t tile = 0; tile < np_frame_count_tiles(f); tile++)
-    for (int b = 0; b < NP_BAND_COUNT; b++) {
-      lost[b] += f->totals[tile].lost[b] / pixels;
-      kept += f->totals[tile].sum[b] / pixels;
-    }
+    for (int b = 0; b < NP_BAND_COUNT; b++) kept += f->totals[tile].sum[b] / ((double)f->width * f->height);
   for (int b = 0; b < NP_BAND_COUNT; b++) all += lost[b];
   all += kept;
-  np_log(f->assembly->context, NEPH_LOG_INFO,
-         "render.max_scatterings %u lost a mean of %.4g, %.4g, %.4g in R, G, B: %.3g %% of the light",
-         f->desc->scattering_max, lost[0], lost[1], lost[2], all > 0.0 ? 100.0 * (1.0 - kept / all) : 0.0);
+  if (isfinite(all))
+    np_log(f->assembly->context, NEPH_LOG_INFO,
+           "render.max_scatterings %u lost a mean of %.4g, %.4g, %.4g in R, G, B: %.3g %% of the light",
+           f->desc->scattering_max, lost[0], lost[1], lost[2], all > 0.0 ? 100.0 * (1.0 - kept / all) : 0.0);
   return set_triple(image, "nephos:lostMean", lost);
 }
 
@@ -167,7 +188,9 @@ static void choose_luminance(np_frame *f, const np_plan *plan) {
 
 static neph_result estimate_error(const np_frame *f, const np_plan *plan, neph_image *image) {
   np_frame_error error;
+  const double start_s = plan->times ? np_cpu_time_s() : 0.0;
   neph_result result = np_frame_estimate_error(f, plan, &error);
+  if (plan->times) plan->times->error_s = np_cpu_time_s() - start_s;
   return result ? result : np_frame_error_write(&error, image);
 }
 

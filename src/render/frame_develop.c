@@ -38,6 +38,8 @@ void np_frame_develop_pixel(const np_frame *f, size_t index, const np_pixel_fact
     total->variance[b] += np_spread_variance(spread, b);
     total->lost[b] += lost[b] / spread->count;
   }
+  total->cut_count += (uint64_t)np_channels_get_cuts(&f->channels, numbers)[0];
+  total->followed_count += (uint64_t)np_channels_get_cuts(&f->channels, numbers)[1];
   total->samples += spread->count;
   if (f->luminances) {
     f->luminances[index] = np_frame_get_luminance(f, spread);

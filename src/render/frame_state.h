@@ -11,7 +11,8 @@
 /* Over a tile's pixels: the sums of their means, and of the squares of the means' standard errors. */
 typedef struct np_tile_total {
   double sum[NP_BAND_COUNT], variance[NP_BAND_COUNT];
-  double lost[NP_BAND_COUNT]; /* the sum of the means that a limit on scatterings took from them */
+  double lost[NP_BAND_COUNT];         /* the sum of the means that a limit on scatterings took from them */
+  uint64_t cut_count, followed_count; /* paths that met the limit; those of them that were followed */
   uint64_t samples;
   double squares; /* of the pixels' relative errors */
 } np_tile_total;

@@ -12,7 +12,8 @@ neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, c
 /* Whether those voxels are larger than the scene's: then the cloud is baked to memory, and its file left alone. */
 bool np_plan_is_coarsened(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
 
-/* Made mountains, with half, a quarter and so on of the scene's heights along a side. */
+/* Made mountains, with half, a quarter and so on of the scene's heights along a side.
+ */
 neph_ridges_desc np_plan_get_ridges(const np_plan *plan, const neph_scene *scene);
 
 /* Least width of the cells of multiple scattering, of which `render.light_detail` speaks; 0: none. */

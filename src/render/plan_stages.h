@@ -50,6 +50,13 @@ typedef struct np_plan_stage {
   np_stage_cost cost;
 } np_plan_stage;
 
+/* CPU time of the stages that a picture built, seconds. */
+typedef struct np_stage_times {
+  double cpu_s[NP_STAGE_COUNT];
+  bool is_reused[NP_STAGE_COUNT]; /* a part of it was taken from the stores */
+  double error_s;                 /* the estimate of the picture's error */
+} np_stage_times;
+
 /* The frame by which a sequence's frames are placed and scaled. */
 typedef struct np_plan_reference {
   const char *cloud; /* borrowed from the scene */
@@ -60,6 +67,7 @@ typedef struct np_plan_reference {
 typedef struct np_plan {
   neph_context *context;        /* borrowed */
   np_stores *stores;            /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
+  np_stage_times *times;        /* borrowed: filled while the stages are built; NULL: nobody asks */
   struct np_tile_feed *feed;    /* borrowed: to whom tiles are shown; NULL: nobody */
   neph_render_desc desc;        /* the caller's over the scene's, checked */
   int view_min[2], view_max[2]; /* pixels of the picture and its overscan; view_max is one past the last */

@@ -99,6 +99,8 @@ static void integrate_packet(const np_frame *f, const np_packet *packet, const n
     for (int c = 0; c < NP_COMPONENT_ALL; c++)
       out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
     out->lost = np_spectrum_add(out->lost, more.lost);
+    out->cut_count += more.cut_count;
+    out->followed_count += more.followed_count;
   }
   if ((!packet->stars.count && !packet->stars.blurred) || out->is_ground_behind) return;
   const np_spectrum stars =

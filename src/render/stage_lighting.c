@@ -203,7 +203,7 @@ static void destroy_depth(void *result) {
   np_alloc_free(context, cache);
 }
 
-NP_STAGE_REUSE(sun_optical_depth, in->caches->sun_optical_depth, NP_PER_LIGHT, false, adapt_depth, destroy_depth,
+NP_STAGE_REUSE(sun_optical_depth, in->caches->sun_optical_depth, NP_PER_LIGHT, false, adapt_depth, destroy_depth, NULL,
                "the clouds' extinction and the direction of the light stay, to the bit");
 
 /* ---- Multiple scattering ---- */
@@ -253,10 +253,31 @@ static neph_result make_ordinates(const np_stage_part *in) {
                                    &in->light->scattering);
 }
 
+static bool add_ordinates_key(const np_stage_part *in, np_hash *key) {
+  const np_light_key *own = in->key;
+  NP_HASH_ADD(key, own->clouds);
+  NP_HASH_ADD(key, own->to_sun);
+  NP_HASH_ADD(key, own->sun);
+  NP_HASH_ADD(key, own->surroundings);
+  NP_HASH_ADD(key, own->desc.cells.cell_count_max);
+  return !isfinite(in->plan->desc.time_limit_s) && np_stage_add_terrain_key(in, key);
+}
+
+static void save_solution(const np_stage_part *in, np_cache_entry *entry) {
+  np_scattering_field_save(in->light->scattering, entry);
+}
+
+static neph_result load_solution(const np_stage_part *in, np_cache_entry *entry) {
+  return np_scattering_field_load(in->made->context, &in->light->world, entry, &in->light->scattering);
+}
+
+/* A solution that a time limit may cut is not kept. */
+static const np_stage_disk ordinates_disk = {"light", true, add_ordinates_key, save_solution, load_solution};
+
 static void destroy_solution(void *solution) { np_scattering_field_destroy(solution); }
 
 NP_STAGE_REUSE(ordinates, in->light->scattering, NP_PER_PACKET_LIGHT, false, adapt_solution, destroy_solution,
-               "the clouds stay, to the bit, and the light on them, within a thousandth");
+               &ordinates_disk, "the clouds stay, to the bit, and the light on them, within a thousandth");
 
 neph_result np_stage_build_viewer_light(const np_stage_part *in) {
   np_packet_light *out = in->light;

@@ -119,9 +119,16 @@ static neph_result make_terrain(const np_stage_part *in) {
   return np_terrain_create(in->scene->context, &source, &desc, &in->made->terrain);
 }
 
+bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key) {
+  char hash[33];
+  if (in->scene->terrain.given || compute_terrain_key(in->plan, in->scene, hash)) return false;
+  np_hash_add_text(key, hash);
+  return true;
+}
+
 static void destroy_terrain(void *terrain) { neph_terrain_release(terrain); }
 
-NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain,
+NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain, NULL,
                "its file or its parameters stay");
 
 /* A bake reports, and is stopped, as a part of the picture. */
@@ -215,10 +222,30 @@ static neph_result make_volumes(const np_stage_part *in) {
   return result;
 }
 
+/* A bake that goes to no file, with the picture of its map. */
+static bool add_volumes_key(const np_stage_part *in, np_hash *key) {
+  const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
+  const source_key *own = in->key;
+  if (!cloud->is_baked || own->source != NP_CLOUD_SOURCE_BAKE || !own->hash[0]) return false;
+  np_hash_add_text(key, own->hash);
+  np_hash_add_file(key, cloud->bake.map_file);
+  return true;
+}
+
+static void save_volume(const np_stage_part *in, np_cache_entry *entry) {
+  np_volume_save_to_cache(in->made->clouds[in->cloud].volume, entry);
+}
+
+static neph_result load_volume(const np_stage_part *in, np_cache_entry *entry) {
+  return np_volume_load_from_cache(in->made->context, entry, &in->made->clouds[in->cloud].volume);
+}
+
+static const np_stage_disk volumes_disk = {"bake", false, add_volumes_key, save_volume, load_volume};
+
 static void destroy_volume(void *volume) { neph_volume_release(volume); }
 
 NP_STAGE_REUSE(volumes, in->made->clouds[in->cloud].volume, NP_PER_CLOUD, true, adapt_source, destroy_volume,
-               "their files or their parameters stay");
+               &volumes_disk, "their files or their parameters stay");
 
 /* A cloud being placed. */
 typedef struct cloud_build {

@@ -3,6 +3,7 @@
 #ifndef NP_RENDER_STAGE_PART_H
 #define NP_RENDER_STAGE_PART_H
 
+#include "core/disk_cache.h"
 #include "render/packet.h"
 
 /* The parts of a stage: one for the picture, or one for each of these. */
@@ -39,6 +40,17 @@ typedef neph_result np_stage_revise_fn(const np_assembly *made, const neph_scene
 
 enum { NP_REASON_SIZE = 128 };
 
+/* Keeping of a stage's results on disk, for other processes. */
+typedef struct np_stage_disk {
+  const char *kind;
+  bool has_isa; /* their bits depend on the instruction set */
+
+  /* Adds to a key all that the bits of a result depend on; false: it is not to be kept. */
+  bool (*add_key)(const np_stage_part *in, np_hash *key);
+  void (*save)(const np_stage_part *in, np_cache_entry *entry);        /* the result in its place */
+  neph_result (*load)(const np_stage_part *in, np_cache_entry *entry); /* to its place, if the entry is whole */
+} np_stage_disk;
+
 /* Reuse of a stage's results by later pictures. The walk takes them from the stores and gives them back; changes are
  * counted from when a result was made, so that small steps do not add up unseen. */
 typedef struct np_stage_reuse {
@@ -56,21 +68,31 @@ typedef struct np_stage_reuse {
   void *(*exchange)(const np_stage_part *in, void *result); /* puts a result, or NULL, in its place; returns the old */
   np_stage_build_fn *make;                                  /* where none was cached */
   void (*destroy)(void *result);                            /* NULL changes nothing */
+  const np_stage_disk *disk;                                /* NULL: kept in memory alone */
 } np_stage_reuse;
 
 /* Defines the reuse of a stage whose result is at `place` of its part, by the functions get_NAME_key and make_NAME. */
-#define NP_STAGE_REUSE(name, place, kind, is_of_content, adapt, destroy, reused_while)                                 \
+#define NP_STAGE_REUSE(name, place, kind, is_of_content, adapt, destroy, disk, reused_while)                           \
   static void *exchange_##name(const np_stage_part *in, void *result) {                                                \
     void *old = place;                                                                                                 \
     place = result;                                                                                                    \
     return old;                                                                                                        \
   }                                                                                                                    \
-  const np_stage_reuse np_stage_reuse_##name = {reused_while,    kind,        is_of_content, get_##name##_key, adapt,  \
-                                                exchange_##name, make_##name, destroy}
+  const np_stage_reuse np_stage_reuse_##name = {                                                                       \
+      reused_while, kind, is_of_content, get_##name##_key, adapt, exchange_##name, make_##name, destroy, disk}
 
 extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_stage_reuse_atmosphere,
     np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_water_sky, np_stage_reuse_sun_optical_depth,
     np_stage_reuse_ordinates;
+
+/* Takes a part's result from disk to its place, where it is kept there; a part whose key is not known has none. */
+bool np_stage_disk_load(const np_stage_reuse *reuse, const np_stage_part *part);
+
+/* Keeps it there, where a cache is wanted. */
+void np_stage_disk_save(const np_stage_reuse *reuse, const np_stage_part *part);
+
+/* Adds the terrain to a key; false: it was made by calls, and nothing tells it. */
+bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key);
 
 /* Albedo of the planet, in the scene's reference bands. */
 void np_stage_get_ground_albedo(const np_stage_part *in, double out[NP_BAND_COUNT]);

@@ -75,10 +75,14 @@ static float get_ratio(const np_transport_grid *g, int32_t active, unsigned degr
   return g->ratio[(size_t)active * (g->degree + 1) + degree];
 }
 
+/* Transport depth of a cell beyond which the diffusion equation corrects more than diamond differences carry, and
+ * grows: with links that no longer fall it converges, in more sweeps. */
+static const float link_depth_max = 3.0f;
+
 /* Transport depth of half of a cell's way, times two. */
 static float compute_depth(const np_transport_grid *g, int32_t active, int axis, int32_t at) {
   const float width = (float)np_transport_grid_width(g, axis, at);
-  return (1.0f - get_ratio(g, active, 1)) * g->extinction[active] * width;
+  return fminf((1.0f - get_ratio(g, active, 1)) * g->extinction[active] * width, link_depth_max);
 }
 
 /* One face of an unknown; `number` maps active cells to unknowns. */

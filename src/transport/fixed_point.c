@@ -149,7 +149,8 @@ static neph_result measure(pass *p, history *past) {
     past->gram[newest][j] = past->gram[j][newest] = sum;
   }
   for (size_t c = 0; c < count_chunks(problem); c++) image += p->sums[c][DEPTH];
-  past->relative[newest] = image > 0.0 ? sqrt(past->gram[newest][newest] / image) : 0.0;
+  const double square = past->gram[newest][newest];
+  past->relative[newest] = isfinite(square) && isfinite(image) ? sqrt(square / fmax(image, 1e-300)) : HUGE_VAL;
   return NEPH_OK;
 }
 
@@ -188,7 +189,6 @@ static void keep_best(np_fixed_point *problem, const history *past, float *x) {
   for (unsigned j = 1; j < past->count; j++)
     if (past->relative[j] < past->relative[best]) best = j;
   if (past->count > 0) keep_image(problem, past, best, x);
-  problem->is_cut = true;
 }
 
 /* Fraction done of the expected calls: the residual goes on falling as it has since the first. */
@@ -198,6 +198,17 @@ static double estimate_done(const np_fixed_point *problem, double first_residual
   return isfinite(fallen) && needed > 0.0 ? fmin(fmax(fallen / needed, at_least), done / (done + 1.0)) : at_least;
 }
 
+/* An image that has overflowed is none: plain iteration goes on from the best before, or from the dark. */
+static void restart(np_fixed_point *problem, history *past, float *x) {
+  past->count--;
+  memset(x, 0, problem->count * sizeof *x);
+  problem->residual = 1.0;
+  if (past->count > 0) keep_best(problem, past, x);
+  past->count = 0;
+  past->depth = 1;
+  problem->is_stalled = true;
+}
+
 /* Up to the tolerance, or to the last call. */
 static neph_result approach(np_fixed_point *problem, history *past, pass *p) {
   double before = INFINITY, best = INFINITY, first = 0.0;
@@ -205,6 +216,11 @@ static neph_result approach(np_fixed_point *problem, history *past, pass *p) {
   for (;;) {
     neph_result result = add_image(problem, past, p);
     if (result) return result;
+    if (!isfinite(problem->residual)) {
+      restart(problem, past, p->x);
+      if (problem->calls >= problem->calls_max) return NEPH_OK;
+      continue;
+    }
     if (problem->residual <= problem->tolerance || problem->calls >= problem->calls_max) {
       keep_image(problem, past, past->count - 1, p->x);
       return NEPH_OK;
@@ -229,6 +245,7 @@ static neph_result iterate(np_fixed_point *problem, history *past, pass *p) {
   const neph_result result = approach(problem, past, p);
   if (result != NEPH_ERROR_CANCELLED || !np_monitor_is_cut(problem->monitor)) return result;
   keep_best(problem, past, p->x);
+  problem->is_cut = true;
   return NEPH_OK;
 }
 
@@ -236,7 +253,8 @@ neph_result np_fixed_point_solve(np_fixed_point *problem, float *x) {
   neph_context *context = problem->context;
   history past = {.depth = problem->depth};
   pass p = {.problem = problem, .past = &past, .x = x};
-  float *vectors = np_alloc(context, problem->count, 2 * past.depth * sizeof *vectors);
+  float *own = problem->vectors ? NULL : np_alloc(context, problem->count, 2 * past.depth * sizeof *own);
+  float *vectors = own ? own : problem->vectors;
   p.sums = np_alloc(context, count_chunks(problem), sizeof *p.sums);
   neph_result result = vectors && p.sums ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned j = 0; j < past.depth && !result; j++) {
@@ -245,6 +263,6 @@ neph_result np_fixed_point_solve(np_fixed_point *problem, float *x) {
   }
   if (!result) result = iterate(problem, &past, &p);
   np_alloc_free(context, p.sums);
-  np_alloc_free(context, vectors);
+  np_alloc_free(context, own);
   return result;
 }

@@ -9,6 +9,7 @@
 #ifndef NP_TRANSPORT_SCATTERING_FIELD_H
 #define NP_TRANSPORT_SCATTERING_FIELD_H
 
+#include "core/disk_cache.h"
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "transport/ordinates.h"
@@ -43,7 +44,7 @@ typedef struct np_scattering_desc {
 #define NP_SCATTERING_DESC_DEFAULT                                                                                     \
   {                                                                                                                    \
     .cells = {.cell_count_max = 1500000, .cell_count_cheap = 60000, .cell_depth_max = 0.35}, .work_max = 3e7,          \
-    .degree_max = NP_DEGREE_MAX, .tolerance = 3e-4, .seconds_max = HUGE_VAL                                            \
+    .degree_max = NP_DEGREE_MAX, .tolerance = 5e-4, .seconds_max = HUGE_VAL                                            \
   }
 
 /* Allows as many cells as so much memory holds. */
@@ -70,6 +71,13 @@ neph_result np_scattering_field_build(neph_context *context, const np_world *wor
                                       const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
                                       np_monitor *monitor, np_scattering_field **out_field);
 void np_scattering_field_destroy(np_scattering_field *field);
+
+/* Keeps a field on disk. */
+void np_scattering_field_save(const np_scattering_field *field, np_cache_entry *entry);
+
+/* One that was kept, for the world that it was solved for. NULL where the entry holds less than that. */
+neph_result np_scattering_field_load(neph_context *context, const np_world *world, np_cache_entry *entry,
+                                     np_scattering_field **out_field);
 
 /* Borrows the phase tables of another world, of equal clouds. */
 void np_scattering_field_set_world(np_scattering_field *field, const np_world *world);

@@ -7,9 +7,13 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/half.h"
 #include "core/isa.h"
 
 enum { CHUNK = 4096 };
+
+/* Share of the sun in the light of each band from which on one band is resolved for all. */
+static const double sun_share_min = 0.6;
 
 static size_t count_moments(const np_transport_grid *g) { return g->active_count * np_harmonics_count(g->degree); }
 
@@ -78,6 +82,46 @@ static neph_result keep_band(np_scattering_solver *s) {
   return result || !finest->grid.delta_m_residual ? result : store_delta_m_residual(s);
 }
 
+/* Resolved moments of a band: the first one's times the ratio of their sunlight, and the difference that is left to the
+ * least degree. */
+typedef struct transfer {
+  const np_scattering_solver *s;
+  const float *difference; /* [active][harmonic] of the least degree */
+  double ratio;
+} transfer;
+
+static neph_result add_transfer(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const transfer *t = user;
+  const np_scattering_solver *s = t->s;
+  const unsigned count = np_harmonics_count(s->levels[0].grid.degree);
+  const float first_scale = s->out->scale[0], inverse_scale = 1.0f / s->out->scale[s->band], ratio = (float)t->ratio;
+  for (size_t active = begin; active < end; active++) {
+    const uint16_t *first = s->out->moments + active * s->out->medium.band_count * count;
+    uint16_t *to = s->out->moments + (active * s->out->medium.band_count + s->band) * count;
+    for (unsigned i = 0; i < count; i++) {
+      const float own = i < NP_HARMONIC_COUNT_MIN ? t->difference[active * NP_HARMONIC_COUNT_MIN + i] : 0.0f;
+      to[i] = np_half_from_float(inverse_scale * (ratio * first_scale * np_half_to_float(first[i]) + own));
+    }
+  }
+  return NEPH_OK;
+}
+
+/* The scale leaves room for the sum of both parts. */
+static neph_result keep_transferred_band(np_scattering_solver *s) {
+  const np_transport_level *iterated = &s->levels[np_scattering_solver_get_iterated(s)];
+  const np_transport_grid *g = &iterated->grid;
+  const size_t floats = g->active_count * NP_HARMONIC_COUNT_MIN;
+  float *difference = s->levels[0].phi;
+  transfer t = {s, difference, s->sunlight[s->band] / s->sunlight[0]};
+  for (size_t i = 0; i < floats; i++) difference[i] = iterated->phi[i] - (float)t.ratio * s->first_phi[i];
+  neph_result result = np_transport_grid_sharpen(g, NP_HARMONIC_COUNT_MIN, s->monitor, difference);
+  const double room = choose_scale(difference, floats) + (float)t.ratio * s->out->scale[0];
+  s->out->scale[s->band] = (float)exp2(ceil(log2(room)));
+  if (!result) result = np_parallel_for(s->context, s->monitor, g->active_count, CHUNK, add_transfer, &t);
+  return result || !s->levels[0].grid.delta_m_residual ? result : store_delta_m_residual(s);
+}
+
 /* ---- Bands ---- */
 
 /* Sums over what shines on the clouds, and whether all of it is the first band's times `colour`. */
@@ -117,6 +161,41 @@ static void choose_bands(np_scattering_solver *s) {
   s->out->medium.colour = c.is_one ? c.colour : np_spectrum_grey(1.0f);
 }
 
+/* The sun's irradiance on the cells that it reaches, and on a sphere of what comes from around. */
+static void measure_light(np_scattering_solver *s, unsigned band) {
+  const np_ordinates *o = &s->broad->ordinates;
+  size_t sunlit = 0;
+  for (size_t active = 0; active < s->levels[0].grid.active_count; active++) {
+    sunlit += s->sun[active].band[0] > 0.0f;
+    s->sunlight[band] += (double)s->sun[active].band[band];
+  }
+  s->sunlight[band] /= (double)(sunlit ? sunlit : 1);
+  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
+    for (unsigned i = 0; i < o->count; i++) {
+      const unsigned block = i / NP_ORDINATE_LANES, lane = i % NP_ORDINATE_LANES;
+      s->surroundings[band] += 0.25 * (double)(o->weight[block][lane] * s->broad->boundary[band][octant][block][lane]);
+    }
+}
+
+/* Resolving changes sunlight first of all, and that alike in all bands: where most light is the sun's the other bands
+ * take it from the first. */
+static bool can_transfer(const np_scattering_solver *s) {
+  bool can = s->fine != s->broad && !s->levels[0].grid.is_fine && !s->desc->has_importance && !s->world->emission;
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++)
+    can = can && s->sunlight[b] >= sun_share_min * (s->sunlight[b] + s->surroundings[b]);
+  return can;
+}
+
+/* Bands of grey clouds differ in their light alone. */
+static neph_result relate_bands(np_scattering_solver *s) {
+  const np_transport_grid *g = &s->levels[np_scattering_solver_get_iterated(s)].grid;
+  if (s->out->medium.band_count == 1 || !np_world_is_grey(s->world)) return NEPH_OK;
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) measure_light(s, b);
+  s->is_transferred = can_transfer(s);
+  s->first_phi = np_alloc(s->context, g->active_count, np_harmonics_count(g->degree) * sizeof *s->first_phi);
+  return s->first_phi ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
 static neph_result compute_direct_irradiance(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const np_scattering_solver *s = user;
@@ -142,19 +221,20 @@ static neph_result start_bands(np_scattering_solver *s) {
         np_alloc(s->context, g->active_count, s->out->medium.band_count * sizeof *s->out->delta_m_residual);
   const bool has_all = s->out->moments && (s->out->importance || !s->desc->has_importance) &&
                        (s->out->delta_m_residual || !g->delta_m_residual);
-  return has_all ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  return has_all ? relate_bands(s) : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 static neph_result solve_bands(np_scattering_solver *s) {
   const bool has_one_grid = np_world_is_grey(s->world);
   double sum = 0.0;
   s->out->medium.band_count = NP_BAND_COUNT;
-  for (s->band = 0; s->band < s->out->medium.band_count; s->band++) {
-    const bool is_first = s->band == 0 || !has_one_grid;
+  for (s->turn = 0; s->turn < s->out->medium.band_count; s->turn++) {
+    s->band = np_scattering_band_order[s->turn];
+    const bool is_first = s->turn == 0 || !has_one_grid;
     neph_result result = is_first ? np_scattering_solver_build_levels(s) : NEPH_OK;
-    if (!result && s->band == 0) result = start_bands(s);
+    if (!result && s->turn == 0) result = start_bands(s);
     if (!result) result = np_scattering_solver_solve_band(s, is_first, &sum);
-    if (!result && sum > 0.0) result = keep_band(s);
+    if (!result && sum > 0.0) result = s->is_transferred && s->turn > 0 ? keep_transferred_band(s) : keep_band(s);
     if (result) return result;
   }
   if (s->out->importance) np_importance_spread(&s->levels[0].grid, s->out->importance);
@@ -185,7 +265,7 @@ static neph_result build_phase(const np_world *world, unsigned cloud, unsigned d
   return result;
 }
 
-static neph_result build_phases(const np_world *world, unsigned degree, np_scattering_field *out) {
+neph_result np_scattering_field_build_phases(const np_world *world, unsigned degree, np_scattering_field *out) {
   out->phases = np_alloc(out->context, world->clouds.count, sizeof *out->phases);
   neph_result result = out->phases ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned v = 0; v < world->clouds.count && !result; v++) {
@@ -201,7 +281,8 @@ static neph_result start_angles(np_scattering_solver *s, unsigned degree, bool i
   np_scattering_angles *a = *out;
   np_ordinates_init(degree, is_layered, &a->ordinates);
   np_boundary_radiance_fill(s->world, s->depths, &s->desc->cells, &a->ordinates, a->boundary);
-  a->lights = (np_transport_lights){.context = s->context, .monitor = s->monitor, .ordinates = &a->ordinates};
+  a->lights = (np_transport_lights){
+      .context = s->context, .monitor = s->monitor, .ordinates = &a->ordinates, .workspace = &s->workspace};
   np_harmonics_eval(degree, np_vec3_scale(s->world->to_sun, -1.0f), a->lights.sun_harmonics);
   return NEPH_OK;
 }
@@ -217,7 +298,7 @@ static neph_result start(np_scattering_solver *s) {
   result = start_angles(s, d.iterated, is_layered, &s->broad);
   if (!result && d.resolved != d.iterated) result = start_angles(s, d.resolved, is_layered, &s->fine);
   if (!s->fine) s->fine = s->broad;
-  return result ? result : build_phases(s->world, d.resolved, s->out);
+  return result ? result : np_scattering_field_build_phases(s->world, d.resolved, s->out);
 }
 
 static void report(const np_world *world, double tolerance, np_scattering_field *field) {
@@ -240,7 +321,7 @@ static void report(const np_world *world, double tolerance, np_scattering_field 
 
 extern const np_scattering_lookup np_scattering_lookup_v1, np_scattering_lookup_v3, np_scattering_lookup_v4;
 
-static np_scattering_field *create(neph_context *context) {
+np_scattering_field *np_scattering_field_create(neph_context *context) {
   static const np_scattering_lookup *const lookups[NP_ISA_COUNT] = {&np_scattering_lookup_v1, &np_scattering_lookup_v3,
                                                                     &np_scattering_lookup_v4};
   np_scattering_field *field = np_alloc(context, 1, sizeof *field);
@@ -262,16 +343,19 @@ neph_result np_scattering_field_build(neph_context *context, const np_world *wor
                                       const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
                                       np_monitor *monitor, np_scattering_field **out_field) {
   *out_field = NULL;
-  np_scattering_field *field = create(context);
+  np_scattering_field *field = np_scattering_field_create(context);
   if (!field) return NEPH_ERROR_OUT_OF_MEMORY;
   np_scattering_solver s = {
       .context = context, .world = world, .depths = depths, .desc = desc, .monitor = monitor, .out = field};
+  s.workspace.context = context;
   s.whole = np_monitor_get_part(monitor);
   s.end_s = isfinite(desc->seconds_max) ? np_monitor_get_seconds(monitor) + desc->seconds_max : HUGE_VAL;
   neph_result result = start(&s);
   if (!result) result = solve_bands(&s);
   if (!result) finish(&s);
   np_scattering_solver_clear_levels(&s);
+  np_workspace_clear(&s.workspace);
+  np_alloc_free(context, s.first_phi);
   np_alloc_free(context, s.sun);
   if (s.fine != s.broad) np_alloc_free(context, s.fine);
   np_alloc_free(context, s.broad);

@@ -32,4 +32,10 @@ struct np_scattering_field {
   unsigned sweeps; /* of the finest grid, all bands together */
 };
 
+/* One without cells and light; NULL: no memory. */
+np_scattering_field *np_scattering_field_create(neph_context *context);
+
+/* Tables of the clouds' phase functions, resolved into a degree. */
+neph_result np_scattering_field_build_phases(const np_world *world, unsigned degree, np_scattering_field *out);
+
 #endif

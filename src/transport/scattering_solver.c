@@ -36,6 +36,9 @@ enum {
 static bool is_fine(const np_scattering_solver *s) { return s->levels[0].grid.is_fine; }
 static bool is_resolved(const np_scattering_solver *s) { return s->fine != s->broad; }
 
+/* Least determinant of a blend, over the sum of its products: two bands of one colour say nothing of a third. */
+static const double blend_least = 0.02;
+
 /* ---- Time and progress ---- */
 
 /* Fractions of a band's work at which sweeps begin and the last ones begin. */
@@ -44,7 +47,7 @@ static const double solving_begin = 0.15, resolving_begin = 0.85, keeping_begin 
 /* Sets the next steps to be [begin, end] of the band's work. */
 static void set_part(const np_scattering_solver *s, double begin, double end) {
   const double count = s->out->medium.band_count;
-  np_monitor_set_part(s->monitor, s->whole, (s->band + begin) / count, (s->band + end) / count);
+  np_monitor_set_part(s->monitor, s->whole, (s->turn + begin) / count, (s->turn + end) / count);
 }
 
 /* A level takes time as it has cells. */
@@ -71,7 +74,7 @@ static void note_cut(np_scattering_solver *s) {
 /* The band's share of the time that is left; a little less for those before the last, which come as far as the first
  * was cut, that they can. */
 static void begin_budget(np_scattering_solver *s, bool is_nested) {
-  const unsigned bands_left = s->out->medium.band_count - s->band;
+  const unsigned bands_left = s->out->medium.band_count - s->turn;
   s->has_time = true;
   if (is_nested) s->reached = (np_scattering_reach){.level = s->level_count, .residual = 1.0};
   if (!isfinite(s->end_s)) return;
@@ -262,11 +265,40 @@ static neph_result light_levels(np_scattering_solver *s, double *out_sum) {
   return NEPH_OK;
 }
 
-/* The start of a further band of grey clouds. */
-static void scale_solution(np_scattering_solver *s, double factor) {
+/* Factors on the solutions of the first band and of the last. */
+typedef struct blend {
+  double first, last;
+} blend;
+
+/* The blend of two bands that has as much sunlight as a third, and as much light from around. */
+static bool compute_blend(const np_scattering_solver *s, blend *out) {
+  const unsigned first = np_scattering_band_order[0], last = np_scattering_band_order[1];
+  const double *sun = s->sunlight, *around = s->surroundings;
+  const double first_last = sun[first] * around[last], last_first = sun[last] * around[first];
+  const double determinant = first_last - last_first;
+  if (s->turn < 2 || !s->first_phi || s->world->emission) return false;
+  if (!(fabs(determinant) > blend_least * (first_last + last_first))) return false;
+  out->first = (sun[s->band] * around[last] - sun[last] * around[s->band]) / determinant;
+  out->last = (sun[first] * around[s->band] - sun[s->band] * around[first]) / determinant;
+  return true;
+}
+
+/* The start of a further band of grey clouds: at least in proportion to the sources, by `factor`. */
+static void blend_solution(np_scattering_solver *s, double factor) {
   np_transport_level *iterated = &s->levels[np_scattering_solver_get_iterated(s)];
   const size_t count = iterated->grid.active_count * np_harmonics_count(iterated->grid.degree);
-  for (size_t i = 0; i < count; i++) iterated->phi[i] *= (float)factor;
+  blend b = {0.0, factor};
+  const bool has_both = compute_blend(s, &b);
+  for (size_t i = 0; i < count; i++) {
+    iterated->phi[i] *= (float)b.last;
+    if (has_both) iterated->phi[i] += (float)b.first * s->first_phi[i];
+  }
+}
+
+static void remember_first(np_scattering_solver *s) {
+  const np_transport_level *iterated = &s->levels[np_scattering_solver_get_iterated(s)];
+  const size_t count = iterated->grid.active_count * np_harmonics_count(iterated->grid.degree);
+  if (s->first_phi) memcpy(s->first_phi, iterated->phi, count * sizeof *s->first_phi);
 }
 
 /* ---- All of a band ---- */
@@ -284,10 +316,11 @@ neph_result np_scattering_solver_solve_band(np_scattering_solver *s, bool is_fir
   if (is_nested) {
     result = solve_nested(s);
   } else {
-    scale_solution(s, *sum / before);
+    blend_solution(s, *sum / before);
     if (s->has_time) result = solve_level(s, np_scattering_solver_get_iterated(s), s->desc->tolerance);
   }
-  if (!result) result = resolve(s);
+  if (!result && s->turn == 0) remember_first(s);
+  if (!result && !(s->is_transferred && s->turn > 0)) result = resolve(s);
   end_budget(s);
   set_part(s, keeping_begin, 1.0);
   return result;

@@ -31,14 +31,18 @@ typedef struct np_scattering_solver {
   np_monitor *monitor;
   np_scattering_field *out;
   np_scattering_angles *fine,
-      *broad;       /* of the result, and of what is iterated; the same where nothing is to be resolved further */
-  np_spectrum *sun; /* irradiance at each live cell of the finest grid */
-  double end_s;     /* of the monitor's seconds, for the sweeps of all bands; infinite: no limit */
-  bool has_time;    /* the present band's share of them is not used up */
+      *broad; /* of the result, and of what is iterated; the same where nothing is to be resolved further */
+  np_workspace workspace;
+  float *first_phi;    /* of the first band, before it was resolved; NULL where others have nothing to do with it */
+  bool is_transferred; /* other bands take from the first how light differs once it is resolved */
+  double sunlight[NP_BAND_COUNT], surroundings[NP_BAND_COUNT]; /* irradiance on a sphere of either, means over cells */
+  np_spectrum *sun;                                            /* irradiance at each live cell of the finest grid */
+  double end_s;  /* of the monitor's seconds, for the sweeps of all bands; infinite: no limit */
+  bool has_time; /* the present band's share of them is not used up */
   np_scattering_reach reached,
       cut; /* by the present band; and by the last one that was cut, past which no other goes */
   np_monitor_part whole;
-  unsigned level_count, band;
+  unsigned level_count, band, turn; /* the band, and its place in the order of solving */
   /* The result's; where its cells are fine, those twice as wide; then the same in the degree that is iterated, if that
    * is another; then coarser ones. */
   np_transport_level levels[NP_SCATTERING_LEVELS_MAX];
@@ -48,6 +52,9 @@ typedef struct np_scattering_solver {
 static inline unsigned np_scattering_solver_get_iterated(const np_scattering_solver *s) {
   return (s->levels[0].grid.is_fine ? 1u : 0u) + (s->fine != s->broad ? 1u : 0u);
 }
+
+/* The outermost bands of grey clouds first: the one in the middle starts from both. */
+static const unsigned char np_scattering_band_order[NP_BAND_COUNT] = {0, 2, 1};
 
 /* The grids for the present band's albedo, on the cells that were placed. */
 neph_result np_scattering_solver_build_levels(np_scattering_solver *s);

@@ -26,11 +26,6 @@ static neph_result allocate_faces(np_sweep *s, unsigned pair) {
   return f->x && f->y && f->z ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-static neph_result allocate_part(np_sweep *s, unsigned part) {
-  s->out[part] = np_alloc(s->context, s->grid->active_count, np_harmonics_count(s->grid->degree) * sizeof(float));
-  return s->out[part] ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-}
-
 /* A period of a single cell has no width: what leaves it enters it. */
 static neph_result fill_widths(np_sweep *s, int axis) {
   const np_transport_grid *g = s->grid;
@@ -77,7 +72,6 @@ neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_t
   for (int axis = 0; axis < 3 && !result; axis++) result = fill_widths(out, axis);
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT && !result; octant++) result = fill_reach(out, octant);
   for (unsigned pair = 0; pair < NP_OCTANT_PAIRS && !result; pair++) result = allocate_faces(out, pair);
-  for (unsigned part = 0; part < NP_SWEEP_PARTS && !result; part++) result = allocate_part(out, part);
   const size_t lanes = 2 * (size_t)grid->size[0] * neph_context_get_thread_count(context);
   out->rows = result ? NULL : np_alloc(context, lanes, NP_ORDINATE_LANES * sizeof *out->rows);
   if (!result && !out->rows) result = NEPH_ERROR_OUT_OF_MEMORY;
@@ -91,7 +85,6 @@ void np_sweep_clear(np_sweep *s) {
     np_alloc_free(s->context, s->faces[pair].y);
     np_alloc_free(s->context, s->faces[pair].z);
   }
-  for (unsigned part = 0; part < NP_SWEEP_PARTS; part++) np_alloc_free(s->context, s->out[part]);
   np_alloc_free(s->context, s->rows);
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++) np_alloc_free(s->context, s->reach[octant]);
   for (int axis = 0; axis < 3; axis++) np_alloc_free(s->context, s->inverse_m[axis]);

@@ -30,7 +30,7 @@ typedef struct np_sweep {
   float (*boundary)[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* radiance from outside, [octant][block][lane] */
 } np_sweep;
 
-/* On failure nothing is left. `source` and `inflow` are the caller's to set. */
+/* On failure nothing is left. `source`, `boundary` and `out` are the caller's to set. */
 neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_transport_grid *grid,
                           const np_ordinates *ordinates, np_sweep *out);
 void np_sweep_clear(np_sweep *sweep);

@@ -105,6 +105,23 @@ static neph_result allocate_live(np_transport_grid *g) {
   return g->cell && g->extinction && g->ratio ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
+/* Edge of a cell in transport mean free paths, 1/(σ′ − Σ ϖσ(χ₁ − f)), beyond which it is a wall, which reflects the
+ * same whatever its depth: there its extinction is limited, and albedo and first collisions stay as they are. The layer
+ * that reflects is thinner than such a cell, whose mean is of light that has gone as far as its middle: too bright by
+ * its depth, where that is not limited. */
+static const double cell_depth_max = 4.0;
+
+static float limit_extinction(const np_transport_grid *g, size_t cell, float extinction, float transport) {
+  int32_t at[3];
+  double widest = 0.0;
+  if (g->size[0] == 1 && g->size[1] == 1) return extinction; /* a column, whose balance is exact */
+  np_transport_grid_split(g, (int32_t)cell, at);
+  for (int a = 0; a < 3; a++)
+    if (g->size[a] > 1) widest = fmax(widest, np_transport_grid_width(g, a, at[a]));
+  const double depth = (double)transport * widest;
+  return depth > cell_depth_max ? (float)((double)extinction * (cell_depth_max / depth)) : extinction;
+}
+
 /* Cells without cloud get the ratios of the first cloud: what is multiplied by them is 0. */
 static void keep_material(const grid_fill *f, size_t active, size_t cell) {
   np_transport_grid *g = f->grid;
@@ -117,7 +134,7 @@ static void keep_material(const grid_fill *f, size_t active, size_t cell) {
       scattering[l] += own[v] * f->world->clouds.at[v].albedo.band[f->band] * f->phases[v].moments[l];
   }
   const float albedo = f->world->clouds.at[0].albedo.band[f->band];
-  g->extinction[active] = extinction;
+  g->extinction[active] = limit_extinction(g, cell, extinction, extinction - scattering[1]);
   for (unsigned l = 0; l < count; l++)
     g->ratio[active * count + l] =
         extinction > 0.0f ? scattering[l] / extinction : albedo * f->phases[0].moments[l] / g->scale[0];

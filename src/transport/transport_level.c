@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "transport/diffusion_correction.h"
 #include "transport/fixed_point.h"
 
 enum {
@@ -13,9 +12,12 @@ enum {
   SWEEPS_MAX = 60,
   CHEAP_SWEEPS_MAX = 200,
   CHEAP_MOMENTS = 1 << 18, /* for which a solution costs so little that it is driven to the end of floats */
-  DEPTH = 5,
+  DEPTH = 3,
   CHEAP_DEPTH = NP_FIXED_POINT_DEPTH_MAX
 };
+
+/* Residual beyond which nobody wants to be that exact. */
+static const double cheap_tolerance_max = 2e-3;
 
 static size_t count_moments(const np_transport_grid *g) { return g->active_count * np_harmonics_count(g->degree); }
 
@@ -28,6 +30,7 @@ neph_result np_transport_level_allocate(np_transport_level *level, bool is_emitt
 }
 
 void np_transport_level_clear(np_transport_level *level) {
+  np_diffusion_clear(&level->diffusion);
   np_alloc_free(level->grid.context, level->sun);
   np_alloc_free(level->grid.context, level->emission);
   np_alloc_free(level->grid.context, level->phi);
@@ -42,11 +45,10 @@ typedef struct iteration {
   const np_transport_level *level;
   const float *x;
   float *image;
-  float *source; /* [active][harmonic], in the order of the ordinates: `own_source`, or where x is */
-  float *own_source;
+  float *source; /* [active][harmonic], in the order of the ordinates; or where x is */
   np_sweep sweep;
   double *column;                /* scratch; NULL: no column */
-  np_diffusion diffusion;        /* empty: plain sweeps */
+  np_diffusion *diffusion;       /* NULL: plain sweeps */
   const np_fixed_point *problem; /* that they are part of; NULL: of none */
 } iteration;
 
@@ -93,56 +95,60 @@ static neph_result map_moments(void *user, const float *x, float *out_image) {
   if (!result) result = np_sweep_run(&it->sweep);
   if (!result) result = np_parallel_for(lights->context, lights->monitor, g->active_count, CHUNK, add_parts, it);
   if (!result && it->column) np_column_balance(lights, it->level, it->column, out_image);
-  if (!result && it->problem && !it->problem->is_stalled) np_diffusion_correct(&it->diffusion, x, out_image);
+  if (!result && it->diffusion && !it->problem->is_stalled) np_diffusion_correct(it->diffusion, x, out_image);
   return result;
 }
 
 static void clear_iteration(iteration *it) {
-  np_diffusion_clear(&it->diffusion);
   np_alloc_free(it->lights->context, it->column);
-  np_alloc_free(it->lights->context, it->own_source);
   np_sweep_clear(&it->sweep);
 }
 
-/* Sweeps get a source of their own, or one in the place of `phi`. On failure nothing is left. */
+/* Sweeps get a source of their own, or one in the place of `phi`; `vectors` like `phi` are left in the workspace for
+ * others. On failure nothing is left. */
 static neph_result start_iteration(const np_transport_lights *lights, np_transport_level *level, bool has_own_source,
-                                   iteration *out) {
+                                   unsigned vectors, iteration *out) {
   neph_context *context = lights->context;
   const np_transport_grid *g = &level->grid;
   const bool is_column = np_transport_grid_is_column(g);
   *out = (iteration){.lights = lights, .level = level};
   neph_result result = np_sweep_init(context, lights->monitor, g, lights->ordinates, &out->sweep);
   if (result) return result;
-  if (has_own_source) out->own_source = np_alloc(context, count_moments(g), sizeof *out->own_source);
-  if (is_column) out->column = np_alloc(context, g->active_count, NP_COLUMN_SCRATCH * sizeof *out->column);
-  out->source = has_own_source ? out->own_source : level->phi;
+  const size_t floats = count_moments(g);
+  const unsigned blocks = NP_SWEEP_PARTS + (has_own_source ? 1 : 0);
+  result = np_workspace_begin(lights->workspace, floats * (blocks + vectors), blocks + 1);
+  if (!result && is_column) out->column = np_alloc(context, g->active_count, NP_COLUMN_SCRATCH * sizeof *out->column);
+  if (!result && is_column && !out->column) result = NEPH_ERROR_OUT_OF_MEMORY;
+  if (result) return clear_iteration(out), result;
+  for (unsigned part = 0; part < NP_SWEEP_PARTS; part++)
+    out->sweep.out[part] = np_workspace_take(lights->workspace, floats);
+  out->source = has_own_source ? np_workspace_take(lights->workspace, floats) : level->phi;
   out->sweep.source = out->source;
   out->sweep.boundary = lights->boundary;
-  if (out->source && (out->column || !is_column)) return NEPH_OK;
-  clear_iteration(out);
-  return NEPH_ERROR_OUT_OF_MEMORY;
+  return NEPH_OK;
 }
 
 neph_result np_transport_level_solve(const np_transport_lights *lights, np_transport_level *level,
                                      np_transport_effort *effort) {
   const size_t moments = count_moments(&level->grid);
-  const bool is_cheap = moments <= CHEAP_MOMENTS;
+  const bool is_cheap = moments <= CHEAP_MOMENTS && effort->tolerance <= cheap_tolerance_max;
+  const unsigned depth = np_transport_grid_is_column(&level->grid) ? 1 : is_cheap ? CHEAP_DEPTH : DEPTH;
   iteration it;
-  neph_result result = start_iteration(lights, level, true, &it);
+  neph_result result = start_iteration(lights, level, true, 2 * depth, &it);
   if (result) return result;
   np_fixed_point problem = {.context = lights->context,
                             .monitor = lights->monitor,
                             .map = map_moments,
                             .user = &it,
                             .count = moments,
-                            .depth = it.column  ? 1
-                                     : is_cheap ? CHEAP_DEPTH
-                                                : DEPTH,
+                            .depth = depth,
+                            .vectors = np_workspace_take(lights->workspace, 2 * depth * moments),
                             .tolerance = is_cheap ? fmin(effort->tolerance, 2e-6) : effort->tolerance,
                             .calls_max = is_cheap || !effort->is_finest ? CHEAP_SWEEPS_MAX : SWEEPS_MAX};
   if (effort->sweeps_max) problem.calls_max = effort->sweeps_max;
   it.problem = &problem;
-  if (!it.column) result = np_diffusion_init(&level->grid, &it.diffusion);
+  if (!it.column) it.diffusion = &level->diffusion;
+  if (!it.column && !level->diffusion.grid) result = np_diffusion_init(&level->grid, &level->diffusion);
   if (!result) result = np_fixed_point_solve(&problem, level->phi);
   effort->residual = problem.residual;
   effort->sweeps = problem.calls;
@@ -154,7 +160,7 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
 neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps,
                                      bool has_budget) {
   iteration it;
-  neph_result result = start_iteration(lights, level, has_budget, &it);
+  neph_result result = start_iteration(lights, level, has_budget, 0, &it);
   if (result) return result;
   for (unsigned n = 0; n < sweeps && !result; n++) {
     np_monitor_set_range(lights->monitor, (double)n / sweeps, (double)n / sweeps);

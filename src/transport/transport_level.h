@@ -3,13 +3,16 @@
 #ifndef NP_TRANSPORT_TRANSPORT_LEVEL_H
 #define NP_TRANSPORT_TRANSPORT_LEVEL_H
 
+#include "transport/diffusion_correction.h"
 #include "transport/sweep.h"
+#include "transport/workspace.h"
 
 typedef struct np_transport_level {
   np_transport_grid grid;
-  float *sun;      /* of each active cell: first collisions times irradiance, W m⁻³ nm⁻¹ */
-  float *emission; /* of each active cell: the moment l = 0 of what it emits; NULL: nothing emits */
-  float *phi;      /* the solution: [active][harmonic] */
+  float *sun;             /* of each active cell: first collisions times irradiance, W m⁻³ nm⁻¹ */
+  float *emission;        /* of each active cell: the moment l = 0 of what it emits; NULL: nothing emits */
+  float *phi;             /* the solution: [active][harmonic] */
+  np_diffusion diffusion; /* of the grid, once light has been iterated on it */
 } np_transport_level;
 
 /* Data that all grids of a solution share. */
@@ -17,6 +20,7 @@ typedef struct np_transport_lights {
   neph_context *context;
   np_monitor *monitor;
   const np_ordinates *ordinates;
+  np_workspace *workspace;
   float sun_harmonics[NP_HARMONIC_COUNT_MAX];                   /* towards where sunlight flies */
   float (*boundary)[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* radiance from outside, [octant][block][lane] */
 } np_transport_lights;

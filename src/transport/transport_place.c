@@ -115,10 +115,14 @@ static double compute_voxel_depth(const np_world *world) {
 
 static double round_edge(double edge) { return edge > 2.0 ? ceil(4.0 * edge) * 0.25 : edge; }
 
-/* Larger by powers of √2 up to the least edge, so that a moving viewer seldom changes it. */
+/* Larger by powers of √2 up to the least edge, so that a moving viewer seldom changes it; but no cell that is so thick
+ * that its light is wrong by tens of per cent. */
 static double enlarge_edge(const np_world *world, const np_transport_desc *desc, double edge) {
+  static const double step = 1.41421356, thickest = 4.0;
   const double voxel = fmax(np_transport_get_voxel(world, 0), np_transport_get_voxel(world, 2));
-  while (edge * voxel * 1.41421356 <= desc->edge_min_m) edge *= 1.41421356;
+  const double depth = compute_voxel_depth(world);
+  while (step * edge * voxel <= desc->edge_min_m && step * edge * depth <= thickest * desc->cell_depth_max)
+    edge *= step;
   return edge;
 }
 
@@ -405,13 +409,17 @@ double np_transport_expect_error(double cell_depth) {
 /* Place that sunlight is followed to (first_collision.h), cells with and without cloud, and data beside the moments. */
 static const double other_bytes = 300.0;
 
+/* Unknowns of the diffusion equation, their links and vectors, on all of its grids. */
+static const double diffusion_bytes = 100.0;
+
 /* Vectors of moments: the solution, two parts of a sweep, and three bands kept as halves. */
 double np_transport_count_swept_bytes(unsigned degree) {
   return 4.5 * sizeof(float) * np_harmonics_count(degree) + other_bytes;
 }
 
-/* Besides: the source, ten vectors of Anderson's and a copy that is sharpened, before which the diffusion equation has
- * its place: 100 bytes a cell of one grid at a time, 2 % of all more than that copy. Coarser grids have a seventh. */
+/* Besides: the source, six vectors of Anderson's, the first band, a copy that is sharpened, and the diffusion equation.
+ * Coarser grids have a seventh. */
 double np_transport_count_iterated_bytes(unsigned degree) {
-  return 8.0 / 7.0 * (12.0 * sizeof(float) * np_harmonics_count(degree) + np_transport_count_swept_bytes(degree));
+  return 8.0 / 7.0 *
+         (9.0 * sizeof(float) * np_harmonics_count(degree) + diffusion_bytes + np_transport_count_swept_bytes(degree));
 }

@@ -11,6 +11,7 @@
 #include "core/random.h"
 #include "core/stable.h"
 #include "volume/instance.h"
+#include "volume/voxel_walk.h"
 
 static inline void np_track_start(np_brick_walk *walk, const np_instance *volume, np_dvec3 origin, np_vec3 direction,
                                   double distance_begin, double distance_end) {
@@ -215,6 +216,38 @@ static inline double np_flight_bound(const np_instances *clouds, np_dvec3 origin
   return depth;
 }
 
+/* Null collisions in a cell above which its depth is inverted instead. */
+static const double np_track_null_max = 512.0;
+
+/* Whether tracking a cell against its maximum may take that many: it is deep, and may be thin where the ray passes. */
+static inline bool np_track_is_stiff(const np_brick_span *span, double depth) {
+  return depth > np_track_null_max && (double)span->range.max > np_track_null_max * (double)span->range.min;
+}
+
+/* Distance of a flight's collision inside one cell by its exact depth, voxel by voxel: what is left of a flight is
+ * exponential wherever one begins to count. */
+static inline double np_track_span_invert(const np_instance *volume, const np_brick_walk *walk,
+                                          const np_brick_span *span, np_flight *flight, float spare) {
+  const double extinction = (double)volume->extinction_per_value, begin = span->t_begin;
+  np_voxel_walk voxels;
+  np_voxel_segment s;
+  np_voxel_walk_start(&voxels, walk, span, span->t_begin, span->t_end);
+  while (np_voxel_walk_next(&voxels, volume->bricks, span->brick, &s)) {
+    const double depth = extinction * (np_voxel_segment_integral(&s, 1.0) - (double)spare * s.length);
+    if (flight->left < depth) {
+      const double t = s.begin + s.length * np_voxel_segment_invert(&s, flight->left / extinction, (double)spare);
+      const float value = (float)np_voxel_segment_value(&s, (t - s.begin) / s.length);
+      flight->left = 0.0;
+      flight->depth += extinction * (double)spare * (t - begin);
+      if (spare != 0.0f) flight->weight *= (double)(value / (value - spare));
+      return t;
+    }
+    flight->left -= fmax(depth, 0.0);
+  }
+  flight->depth += extinction * (double)spare * (span->t_end - begin);
+  return INFINITY;
+}
+
 /* Distance of a free flight's collision inside one cell; infinite when it passes, `flight->left` then less by the
  * cell's bound. A flight against the cell's maximum is accepted with certainty in the share of its minimum, which costs
  * no look-up unless something is left out. Tentative collisions that are none weigh nothing, however loose the bound.
@@ -225,6 +258,8 @@ static inline double np_track_span_collision(const np_instance *volume, const np
   const double majorant = (double)(volume->extinction_per_value * bound);
   const double stretch_fraction = (double)(volume->extinction_per_value * spare);
   double t = span->t_begin;
+  if (np_track_is_stiff(span, majorant * (span->t_end - t)))
+    return np_track_span_invert(volume, walk, span, flight, spare);
   while (flight->left < majorant * (span->t_end - t)) {
     const double step = flight->left / majorant;
     t += step;

@@ -63,6 +63,11 @@ void np_volume_bound_box(const np_affine *affine, const int32_t low[3], const in
 /* The table of the module, loaded on first need; fails with a message that says where it was looked for. */
 neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_module);
 
+/* Keeps a volume on disk, and takes it from there; NULL where the entry holds less than one. */
+struct np_cache_entry;
+void np_volume_save_to_cache(const neph_volume *volume, struct np_cache_entry *entry);
+neph_result np_volume_load_from_cache(neph_context *context, struct np_cache_entry *entry, neph_volume **out_volume);
+
 /* Whether np_vdb_module_get has it to give; logs nothing. */
 bool np_vdb_module_is_present(neph_context *context);
 

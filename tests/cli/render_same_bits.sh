@@ -7,4 +7,5 @@ terrain: {ridges: {samples: 65}}
 END
 nephos render scene.yaml -q -t 1 -o a.exr
 nephos render scene.yaml -q -t 2 -o b.exr
-nephos compare a.exr b.exr --exact
+nephos compare a.exr b.exr --exact >compared
+sed 1,3d compared

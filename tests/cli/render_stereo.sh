@@ -6,9 +6,9 @@ atmosphere: none
 render: {samples: 1}
 output: {image: "shot.%V.##.exr"}
 END
-nephos render scene.yaml -q | sed 's/, [0-9.]* s$//'
+nephos render scene.yaml -q | sed 's/, [0-9.]* s, .*//'
 nephos info shot.left.01.exr | grep -w view
 nephos info shot.right.01.exr | grep -w view
-nephos render scene.yaml -q --set camera.stereo.eye=right -o one.%V.exr | sed 's/, [0-9.]* s$//'
+nephos render scene.yaml -q --set camera.stereo.eye=right -o one.%V.exr | sed 's/, [0-9.]* s, .*//'
 nephos render scene.yaml -q -o one.exr || echo $?
 nephos render scene.yaml -q --frames 1-2 -n --set "output.image=f.%V.#.exr"

@@ -29,7 +29,7 @@ split_page() {
   ' "$1"
 }
 
-without_times() { sed -E 's/[0-9.]+ s(, [0-9.]+ [MG]B(; error .*)?)?$/N s/; s/[0-9.]+ s\b/N s/g; s/, "memory_bytes": .*\}$/}/; s/"seconds": [0-9.]+/"seconds": N/'; }
+without_times() { sed -E 's/^(frame .*) [0-9.]+ s, [0-9.]+ [MG]B(; error .*)?$/\1 N s/; s/[0-9.]+ s\b/N s/g; s/, "memory_bytes": .*\}$/}/; s/"seconds": [0-9.]+/"seconds": N/'; }
 
 # Compares two files up to a last line "..." of the first.
 matches() {

@@ -20,7 +20,8 @@ transport: optics noise volume atmosphere terrain world
 caches: optics noise volume atmosphere terrain world transport
 integrate: optics noise volume atmosphere terrain world transport caches
 scene: optics noise volume image cloud terrain atmosphere
-render: optics noise volume image cloud terrain atmosphere world transport caches integrate scene'
+render: optics noise volume image cloud terrain atmosphere world transport caches integrate scene
+report: optics noise volume image cloud terrain atmosphere world transport caches integrate scene render'
 
 for folder in src/*/; do
   module=$(basename "$folder")

@@ -9,8 +9,9 @@ trap 'rm -rf "$folder"' EXIT
 fail=0
 
 # Declarations one a line, of which those of functions have a name before their parenthesis, those of tables before a bracket.
+# A pointer to a function is a type.
 "$compiler" -E -P -D'__attribute__(x)=' -I "$source/include" "$source/include/nephos/nephos.h" | tr '\n' ' ' |
-  tr ';{}' '\n\n\n' | grep -oE '\bneph_[a-z0-9_]+ *[([]' | tr -d ' ([' | sort -u >"$folder/declared"
+  tr ';{}' '\n\n\n' | sed -E 's/neph_[a-z0-9_]+ *\(\*//g' | grep -oE '\bneph_[a-z0-9_]+ *[([]' | tr -d ' ([' | sort -u >"$folder/declared"
 grep -rhoE '^NEPH_API [^([]*[([]' "$source/include/nephos" | grep -oE 'neph_[a-z0-9_]+[([]$' | tr -d '([' | sort -u >"$folder/marked"
 nm -D --defined-only "$shared" | awk '{print $3}' | sed 's/@.*//' | sort -u >"$folder/exported"
 

@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "verbs.h"
+
+static const double budget_s = 600.0, quick_budget_s = 60.0;
+
+typedef struct report_job {
+  cli_session *session;
+  char *folder; /* owned */
+  bool is_made; /* the folder, by this run */
+  neph_report *report;
+} report_job;
+
+/* ---- The folder ---- */
+
+/* "scene.report" of "dir/scene.yaml", in the current folder. */
+static char *name_folder(const cli_options *options) {
+  if (options->output_count) return strdup(options->outputs[0]);
+  const char *path = options->files[0], *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+  const char *dot = strrchr(name, '.');
+  char *folder;
+  const int printed = asprintf(&folder, "%.*s.report", dot ? (int)(dot - name) : (int)strlen(name), name);
+  return printed < 0 ? NULL : folder;
+}
+
+static cli_exit make_folder(report_job *job) {
+  struct stat status;
+  if (!stat(job->folder, &status) && S_ISDIR(status.st_mode)) return CLI_DONE;
+  if (mkdir(job->folder, 0777)) {
+    cli_complain("%s: the folder cannot be made: %s", job->folder, strerror(errno));
+    return CLI_IO;
+  }
+  job->is_made = true;
+  return CLI_DONE;
+}
+
+static cli_exit check_folder(const report_job *job) {
+  char *page;
+  if (asprintf(&page, "%s/report.html", job->folder) < 0) return CLI_INTERNAL;
+  const cli_exit exit = cli_check_target(job->session, page);
+  free(page);
+  return exit;
+}
+
+/* ---- The report ---- */
+
+static neph_result load_scene(void *user, neph_scene **out_scene) {
+  const report_job *job = user;
+  return cli_read_scene(job->session, job->session->options->files[0], out_scene);
+}
+
+static neph_result create(report_job *job) {
+  const cli_options *options = job->session->options;
+  const char *path = options->files[0], *slash = strrchr(path, '/');
+  neph_report_desc desc = NEPH_REPORT_DESC_DEFAULT;
+  desc.name = slash ? slash + 1 : path;
+  desc.load = load_scene;
+  desc.load_user = job;
+  if (options->has_resolution) desc.width = options->resolution[0], desc.height = options->resolution[1];
+  desc.reference = options->reference;
+  desc.is_quick = options->is_quick;
+  desc.budget_s = options->budget_s > 0.0 ? options->budget_s : options->is_quick ? quick_budget_s : budget_s;
+  desc.progress = cli_progress_report;
+  desc.progress_user = &job->session->progress;
+  return neph_report_create(job->session->context, &desc, &job->report);
+}
+
+/* A setting was measured at the least. */
+static bool has_rows(const neph_report *report) {
+  neph_report_row row = NEPH_REPORT_ROW_DEFAULT;
+  return !neph_report_get_row(report, 0, &row) && row.run_count > 0;
+}
+
+static neph_result save(report_job *job) {
+  char *text;
+  neph_result result = neph_report_save(job->report, job->folder);
+  if (!result) result = neph_report_describe(job->report, cli_text_format(job->session), &text);
+  if (result) return result;
+  cli_print_text(job->session, text);
+  if (!job->session->options->is_json) printf("%s/report.html\n", job->folder);
+  return NEPH_OK;
+}
+
+/* A report that was cancelled is saved as far as it went, marked. */
+static neph_result run(report_job *job) {
+  neph_result result = create(job);
+  if (result) return result;
+  result = neph_report_run(job->report);
+  cli_progress_finish(&job->session->progress);
+  const bool is_worth = !result || (result == NEPH_ERROR_CANCELLED && has_rows(job->report));
+  const neph_result saved = is_worth ? save(job) : NEPH_OK;
+  if (result && is_worth && !saved)
+    cli_complain("cancelled: %s/report.html has what was measured by then", job->folder);
+  return result ? result : saved;
+}
+
+static cli_exit check_options(const cli_options *options) {
+  if (options->output_count > 1) {
+    cli_complain("--output of nephos report is given %zu times, must be one folder", options->output_count);
+    return CLI_USAGE;
+  }
+  if (strcmp(options->files[0], "-")) return CLI_DONE;
+  cli_complain("nephos report loads its scene again for each setting: give a file, not standard input");
+  return CLI_USAGE;
+}
+
+static cli_exit run_report(cli_session *session) {
+  report_job job = {.session = session, .folder = name_folder(session->options)};
+  if (!job.folder) return CLI_INTERNAL;
+  cli_catch_interrupts();
+  cli_exit exit = check_options(session->options);
+  if (!exit) exit = make_folder(&job);
+  if (!exit) exit = check_folder(&job);
+  if (!exit) exit = cli_exit_of(run(&job));
+  if (exit && job.is_made) (void)rmdir(job.folder); /* does nothing to one that holds anything */
+  neph_report_destroy(job.report);
+  free(job.folder);
+  return exit;
+}
+
+const cli_verb cli_verb_report = {
+    .name = "report",
+    .arguments = "SCENE",
+    .summary = "measure error against run time for a scene",
+    .argument_min = 1,
+    .argument_max = 1,
+    .run = run_report,
+    .files = "yaml yml",
+    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT),
+    .description =
+        "Renders a reference by the integrator path, and then the scene with one setting changed at a time: samples, "
+        "step tolerance, method and cells of the multiple scattering, tables, precision, voxels. For each it measures "
+        "CPU time and error, noise and bias apart.\n\n"
+        "report.html is one page: the Pareto front of error against time, a curve for each setting with its order of "
+        "convergence, pictures, and the cheapest settings for errors of 10, 3, 1 and 0.3 %. report.csv and "
+        "report.json have the figures. The curves are drawn by gnuplot, where it is installed. A report that is "
+        "interrupted is written as far as it went, and says so.",
+    .options = {{"--output", "write report.html, report.csv and report.json into the folder FILE", "SCENE.report", NULL,
+                 "/"},
+                {"--set"},
+                {"--resolution", "size of the pictures in pixels", "160 wide, or that of the reference"},
+                {"--budget", NULL, "10m, with --quick 1m"},
+                {"--reference"},
+                {"--quick"},
+                {"--progress"}},
+    .examples = {{"nephos report scene.yaml --quick --resolution 32x18 --budget 2s", "measure what two seconds allow"},
+                 {"nephos report scene.yaml --resolution 32x18 --budget 3s -o measured --json", "print the figures"}},
+};

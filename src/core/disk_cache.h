@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Results kept on disk, from process to process, under a key of all that they depend on.
+ *
+ * An entry is a file of the cache's folder: a header with a format number, the size and a checksum, then the bytes of
+ * the result. It is written under a temporary name, synced and renamed, so that it is there whole or not at all,
+ * whatever ends the process. Processes may share a folder: each writes files of its own, and one that reads an entry
+ * keeps it open when another removes it. A damaged entry is none, with a warning. Nothing that goes wrong with a cache
+ * stops a render.
+ */
+#ifndef NP_CORE_DISK_CACHE_H
+#define NP_CORE_DISK_CACHE_H
+
+#include "core/context_private.h"
+#include "core/hash.h"
+
+typedef struct np_disk_cache {
+  char *folder; /* NULL: none is wanted */
+  uint64_t size_max_bytes;
+} np_disk_cache;
+
+/* Makes the folder where it is missing; fails where files cannot be written to it. Removes what writers that were
+ * killed have left. A NULL folder is none. */
+neph_result np_disk_cache_open(neph_context *context, const char *folder, uint64_t size_max_bytes,
+                               np_disk_cache *out_cache);
+void np_disk_cache_close(neph_context *context, np_disk_cache *cache);
+
+/* An entry being read or written. Calls after a failure do nothing. */
+typedef struct np_cache_entry {
+  neph_context *context;
+  char *path, *temporary; /* the latter of one that is written */
+  int file;
+  unsigned char *bytes; /* of one that is read: all of the file */
+  size_t size, at;
+  np_hash *hash;
+  bool is_good;
+} np_cache_entry;
+
+/* Starts to write. `key` is 32 hexadecimal digits, `kind` a word. Ends with one of the two below. */
+void np_cache_write_begin(neph_context *context, const char *kind, const char *key, np_cache_entry *out_entry);
+void np_cache_write(np_cache_entry *entry, const void *bytes, size_t size);
+
+/* Puts the entry in its place, and removes those that were not used for longest while the cache is too large. */
+void np_cache_write_commit(np_cache_entry *entry);
+void np_cache_write_abandon(np_cache_entry *entry);
+
+/* Starts to read; false: there is no such entry. */
+bool np_cache_read_begin(neph_context *context, const char *kind, const char *key, np_cache_entry *out_entry);
+
+/* The next bytes. False: there are not so many. */
+bool np_cache_read(np_cache_entry *entry, void *out_bytes, size_t size);
+
+/* The next `count` elements in memory of their own, to be freed with np_alloc_free; NULL: there are not so many, or no
+ * memory. */
+void *np_cache_read_block(np_cache_entry *entry, size_t count, size_t size);
+
+/* True if all of it was read, and nothing failed. Else the entry is removed, with a warning. */
+bool np_cache_read_end(np_cache_entry *entry);
+
+/* Whether the context keeps results. */
+static inline bool np_disk_cache_is_wanted(const neph_context *context) { return context->disk_cache->folder; }
+
+/* Starts a key of a kind of entries: with the format of their contents, and, where that makes their bits, the context's
+ * instruction-set level. */
+void np_cache_key_begin(neph_context *context, const char *kind, bool has_isa, np_hash *key);
+
+/* A variable without pointers. */
+#define NP_CACHE_WRITE(entry, variable) np_cache_write(entry, &(variable), sizeof(variable))
+#define NP_CACHE_READ(entry, variable) np_cache_read(entry, &(variable), sizeof(variable))
+
+#endif

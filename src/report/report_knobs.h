@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Knobs of a report: settings of a scene that trade error for time. A new one is a row in report_knobs.c. */
+#ifndef NP_REPORT_KNOBS_H
+#define NP_REPORT_KNOBS_H
+
+#include "render/plan.h"
+
+/* Integrators whose pictures a knob changes. */
+typedef enum np_knob_integrator { NP_KNOB_OF_MARCH, NP_KNOB_OF_PATH } np_knob_integrator;
+
+enum { NP_KNOB_VALUE_SIZE = 40 };
+
+typedef struct np_knob {
+  const char *name;
+  const char *key;    /* as --set takes it; clouds[] stands for every cloud that is baked */
+  const char *unit;   /* written behind a number, with its blank; NULL: none */
+  const char *few;    /* values of a quick report, parted by blanks, */
+  const char *more;   /* and those that others have besides; NULL: none */
+  bool is_word;       /* values have no order */
+  bool is_factor;     /* values are factors on the scene's own */
+  bool is_whole;      /* samples and integrator follow from it, unless the scene gives them */
+  double order;       /* of the error in the value as theory has it, negative where more is better; 0: none */
+  const char *theory; /* its reason */
+  np_knob_integrator of;
+  uint32_t stages; /* bits: the knob matters where the plan needs one of them; 0: always */
+
+  /* Whether a scene has it beyond what the stages say; NULL: yes. */
+  bool (*is_applicable)(const neph_scene *scene, const np_plan *plan);
+
+  /* The scene's own value: a number in the key's unit, or, of words, a word. */
+  double (*get_number)(const neph_scene *scene, const np_plan *plan);
+  const char *(*get_word)(const neph_scene *scene, const np_plan *plan);
+} np_knob;
+
+unsigned np_knob_count(void);
+const np_knob *np_knob_at(unsigned index);
+
+/* Whether it is the number of samples, which share their stages. */
+bool np_knob_is_of_samples(const np_knob *knob);
+
+/* Whether a knob changes pictures of a scene, by the plan of its integrator. */
+bool np_knob_applies(const np_knob *knob, const neph_scene *scene, const np_plan *plan);
+
+/* The `index`-th value, as the scene's key takes it, its number (NaN: a word), and whether a quick report has it.
+ * False: there are no more. */
+typedef struct np_knob_value {
+  char text[NP_KNOB_VALUE_SIZE];
+  double number;
+  bool is_quick;
+} np_knob_value;
+
+bool np_knob_get_value(const np_knob *knob, const neph_scene *scene, const np_plan *plan, unsigned index,
+                       np_knob_value *out_value);
+
+/* The scene's own value. */
+np_knob_value np_knob_get_own(const np_knob *knob, const neph_scene *scene, const np_plan *plan);
+
+/* Sets a knob of a scene. */
+neph_result np_knob_set(const np_knob *knob, neph_scene *scene, const char *value);
+
+#endif

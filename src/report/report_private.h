@@ -1,0 +1,171 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The inside of a report. */
+#ifndef NP_REPORT_REPORT_PRIVATE_H
+#define NP_REPORT_REPORT_PRIVATE_H
+
+#include <nephos/report.h>
+
+#include "report/report_fit.h"
+#include "report/report_knobs.h"
+
+/* Runs of a setting that count, two for each visit. */
+enum { NP_REPORT_VISITS_MAX = 5, NP_REPORT_RUNS_MAX = 2 * NP_REPORT_VISITS_MAX };
+
+/* One point of the sweep: the scene's settings with one knob turned. */
+typedef struct np_setting {
+  const np_knob *knob; /* NULL: the scene's own */
+  np_knob_value value;
+  neph_integrator integrator;
+  unsigned sample_count;
+  unsigned family;    /* settings of equal number differ in samples alone, and share their stages */
+  double predicted_s; /* by the plan, of two cores */
+  char text[96];      /* as --set takes it */
+  unsigned run_count;
+  double cpu_s[NP_REPORT_RUNS_MAX];
+  double stage_s;          /* of them besides the samples, the least: stages, and the estimate of the error */
+  double visit_s;          /* wall time of a visit, the longest */
+  neph_image *pictures[2]; /* means over visits, of the first seed of each and of the second; NULL: left out */
+  unsigned visit_count;
+  neph_bounded error, noise, bias, effect;
+  neph_bounded stated; /* error by the picture's header */
+  bool is_on_front;
+} np_setting;
+
+/* A knob in the report: the settings that turn it, and the scene's own between them. */
+typedef struct np_curve {
+  const np_knob *knob;
+  const np_setting *own; /* by the knob's integrator; NULL: not listed */
+  np_knob_value own_value;
+  neph_bounded own_effect;
+  np_order_fit fit;
+} np_curve;
+
+enum { NP_REPORT_SETTINGS_MAX = 96, NP_REPORT_CURVES_MAX = 24, NP_REPORT_TARGETS = 4 };
+
+/* The cheapest way to an error, by the noise, the bias and the time of a family. */
+typedef struct np_target {
+  double error;              /* wanted */
+  const np_setting *setting; /* NULL: none reaches it */
+  unsigned sample_count;
+  double cpu_s, cpu_min_s, cpu_max_s; /* 95 %; infinite: the bias may be above the error */
+  bool is_extrapolated;               /* to more than twice the samples that were measured */
+} np_target;
+
+typedef struct np_report_reference {
+  neph_image *picture;   /* with standard_error.*, where its error is known */
+  neph_image *halves[2]; /* that it is the mean of; NULL: given */
+  bool is_given;
+  unsigned sample_count; /* 0: not stated */
+  double cpu_s, wall_s;
+  neph_bounded noise; /* its own error a pixel; NaN: not stated */
+} np_report_reference;
+
+struct neph_report {
+  neph_context *context; /* retained */
+  char *name, *reference_path;
+  neph_report_desc desc; /* with those texts */
+  neph_integrator own_integrator;
+  unsigned sample_counts[2]; /* of each integrator, where no knob says another */
+  unsigned setting_count, family_count, curve_count;
+  np_setting settings[NP_REPORT_SETTINGS_MAX];
+  np_setting *guide; /* of the march without a knob turned but for samples: visited first */
+  np_curve curves[NP_REPORT_CURVES_MAX];
+  np_target targets[NP_REPORT_TARGETS];
+  np_report_reference reference;
+  neph_preview_desc preview;      /* of all pictures, by one exposure */
+  neph_image *yardstick;          /* pixels that errors are relative to */
+  np_stores stores;               /* of the family that was rendered last, or, in a quick report, of all */
+  unsigned stored_family;         /* whose, from 1 */
+  double stage_s[NP_STAGE_COUNT]; /* CPU time of what lies there */
+  unsigned round_count;
+  double start_s, spent_s; /* wall time: when the run began, and what it took */
+  double fraction;         /* reported last */
+  const char *stage;       /* told with progress */
+  double deadline_s;       /* of the picture under way, which is given up then */
+  bool is_late;            /* that was past */
+  bool is_complete, is_cancelled;
+};
+
+/* ---- Sweep: report_sweep.c ---- */
+
+/* Loads the scene, and changes it to a setting (NULL: none) at the report's size, with no other output than the
+ * picture. The scene's baked clouds are baked in memory, so that no file of the user's is touched. */
+neph_result np_report_load(const neph_report *report, const np_setting *setting, neph_scene **out_scene);
+
+/* Description of a setting's runs: no limit of the scene's cuts them. */
+neph_result np_report_describe_run(const neph_scene *scene, neph_integrator integrator, unsigned sample_count,
+                                   neph_render_desc *out_desc);
+
+/* Lists the settings to measure, those of a quick report first. */
+neph_result np_report_list(neph_report *report);
+
+/* ---- Runs: report_run.c ---- */
+
+/* One picture of a setting; adds its times to the setting unless that is NULL, and keeps its stages. */
+neph_result np_report_render(neph_report *report, neph_scene *scene, const neph_render_desc *desc, np_setting *setting,
+                             neph_image **out_image);
+
+/* Wall time since the clock was started. */
+void np_report_start_clock(neph_report *report);
+double np_report_get_seconds(const neph_report *report);
+
+/* Two pictures of a setting by two seeds, which no other visit has. */
+neph_result np_report_visit(neph_report *report, np_setting *setting, unsigned visit);
+
+/* Forgets stored stages. */
+void np_report_clear_stores(neph_report *report);
+
+/* ---- Reference: report_reference.c ---- */
+
+/* Makes it within `seconds` of wall time, unless it is given. */
+neph_result np_report_make_reference(neph_report *report, double seconds);
+
+/* The picture of the reference from its halves. */
+neph_result np_report_join_halves(neph_report *report);
+
+/* Takes a picture into the mean of `count` others. */
+void np_report_average(neph_image *mean, unsigned count, const neph_image *picture);
+
+/* ---- Errors: report_errors.c ---- */
+
+/* The pictures that errors are relative to, from the reference and two of the march. */
+neph_result np_report_make_yardstick(neph_report *report, neph_image *const march[2]);
+
+/* Error, noise and bias of a setting, by the means of its pictures. */
+neph_result np_report_measure(const neph_report *report, np_setting *setting);
+
+/* Effect of a setting, against that of its knob's finest value. */
+neph_result np_report_measure_effect(const neph_report *report, const np_setting *finest, const np_setting *setting,
+                                     neph_bounded *out_effect);
+
+/* ---- Curves: report_curves.c ---- */
+
+/* A measured value of a knob. */
+typedef struct np_curve_point {
+  unsigned index; /* of its setting */
+  double value;
+} np_curve_point;
+
+/* Lists the measured values of a knob, the scene's own among them; returns their number. There is room for
+ * NP_REPORT_SETTINGS_MAX. */
+unsigned np_curve_collect(const neph_report *report, const np_curve *curve, np_curve_point *out_points);
+
+/* The value that costs most: the smallest, or, where more is better, the largest. */
+double np_curve_get_finest(const np_curve *curve, const np_curve_point *points, unsigned count);
+
+/* The error that converges: of samples the noise, of others the difference from the finest, which has none. */
+neph_bounded np_curve_get_effect(const neph_report *report, const np_curve *curve, const np_curve_point *point);
+
+/* Measures effects and fits orders. */
+neph_result np_report_fit_curves(neph_report *report);
+
+/* ---- Results: report_results.c ---- */
+
+/* Curves, the Pareto front and the targets, from all that was measured. */
+neph_result np_report_conclude(neph_report *report);
+
+/* Median CPU time of a picture, and the least or the most. NaN: it was left out. */
+double np_setting_get_cpu_s(const np_setting *setting);
+double np_setting_get_extreme_s(const np_setting *setting, bool is_most);
+
+#endif

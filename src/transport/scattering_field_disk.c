@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Solutions kept on disk: cells and moments. Phase tables are made anew, of the same clouds. */
+#include "core/alloc.h"
+#include "core/disk_cache.h"
+#include "transport/scattering_field_private.h"
+
+/* All but the blocks. */
+typedef struct field_header {
+  int32_t size[3];
+  uint32_t degree, band_count, sweeps;
+  uint64_t active_count;
+  double even_m[3], residual, error;
+  float colour[NP_BAND_COUNT], scale[NP_BAND_COUNT];
+  uint8_t is_wrapped[3], is_fine, has_delta_m_residual, has_importance, padding[2];
+} field_header;
+
+static size_t count_moments(const np_scattering_field *field) {
+  return field->grid.active_count * np_harmonics_count(field->grid.degree) * field->medium.band_count;
+}
+
+static field_header fill_header(const np_scattering_field *field) {
+  const np_transport_grid *g = &field->grid;
+  field_header h = {.degree = g->degree,
+                    .band_count = field->medium.band_count,
+                    .sweeps = field->sweeps,
+                    .active_count = g->active_count,
+                    .residual = field->quality.residual,
+                    .error = field->quality.error,
+                    .is_fine = g->is_fine,
+                    .has_delta_m_residual = field->delta_m_residual != NULL,
+                    .has_importance = field->importance != NULL};
+  for (int a = 0; a < 3; a++) {
+    h.size[a] = g->size[a];
+    h.even_m[a] = g->even_m[a];
+    h.is_wrapped[a] = g->is_wrapped[a];
+  }
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    h.colour[b] = field->medium.colour.band[b];
+    h.scale[b] = field->scale[b];
+  }
+  return h;
+}
+
+void np_scattering_field_save(const np_scattering_field *field, np_cache_entry *entry) {
+  const np_transport_grid *g = &field->grid;
+  const field_header h = fill_header(field);
+  NP_CACHE_WRITE(entry, h);
+  for (int a = 0; a < 3; a++) np_cache_write(entry, g->edge_m[a], ((size_t)g->size[a] + 1) * sizeof *g->edge_m[a]);
+  np_cache_write(entry, g->cell, g->active_count * sizeof *g->cell);
+  np_cache_write(entry, field->moments, count_moments(field) * sizeof *field->moments);
+  if (h.has_delta_m_residual)
+    np_cache_write(entry, field->delta_m_residual,
+                   g->active_count * field->medium.band_count * sizeof *field->delta_m_residual);
+  if (h.has_importance) np_cache_write(entry, field->importance, g->active_count * sizeof *field->importance);
+}
+
+static void take_header(const field_header *h, np_scattering_field *field) {
+  np_transport_grid *g = &field->grid;
+  *g = (np_transport_grid){
+      .context = field->context, .degree = h->degree, .active_count = (size_t)h->active_count, .is_fine = h->is_fine};
+  for (int a = 0; a < 3; a++) {
+    g->size[a] = h->size[a];
+    g->even_m[a] = h->even_m[a];
+    g->is_wrapped[a] = h->is_wrapped[a];
+  }
+  field->medium.band_count = h->band_count;
+  field->medium.has_delta_m_residual = h->has_delta_m_residual;
+  field->sweeps = h->sweeps;
+  field->quality = (np_scattering_quality){.residual = h->residual, .error = h->error};
+  for (int b = 0; b < NP_BAND_COUNT; b++) {
+    field->medium.colour.band[b] = h->colour[b];
+    field->scale[b] = h->scale[b];
+  }
+}
+
+/* Numbers of the active cells, by the cells that they are. */
+static bool number_cells(np_transport_grid *g) {
+  const size_t count = np_transport_grid_count(g);
+  g->active = np_alloc(g->context, count, sizeof *g->active);
+  if (!g->active) return false;
+  for (size_t i = 0; i < count; i++) g->active[i] = NP_TRANSPORT_CELL_NONE;
+  for (size_t active = 0; active < g->active_count; active++) {
+    if (g->cell[active] < 0 || (size_t)g->cell[active] >= count) return false;
+    g->active[g->cell[active]] = (int32_t)active;
+  }
+  return true;
+}
+
+static bool load_blocks(const field_header *h, np_cache_entry *entry, np_scattering_field *field) {
+  np_transport_grid *g = &field->grid;
+  const size_t cells = g->active_count, bands = field->medium.band_count;
+  for (int a = 0; a < 3; a++) {
+    g->edge_m[a] = np_cache_read_block(entry, (size_t)g->size[a] + 1, sizeof *g->edge_m[a]);
+    if (!g->edge_m[a]) return false;
+  }
+  g->cell = np_cache_read_block(entry, cells, sizeof *g->cell);
+  if (!g->cell || !number_cells(g)) return false;
+  field->moments = np_cache_read_block(entry, count_moments(field), sizeof *field->moments);
+  if (h->has_delta_m_residual)
+    field->delta_m_residual = np_cache_read_block(entry, cells * bands, sizeof *field->delta_m_residual);
+  if (h->has_importance) field->importance = np_cache_read_block(entry, cells, sizeof *field->importance);
+  return field->moments && (field->delta_m_residual || !h->has_delta_m_residual) &&
+         (field->importance || !h->has_importance);
+}
+
+neph_result np_scattering_field_load(neph_context *context, const np_world *world, np_cache_entry *entry,
+                                     np_scattering_field **out_field) {
+  field_header h;
+  *out_field = NULL;
+  if (!NP_CACHE_READ(entry, h) || h.degree > NP_DEGREE_MAX || h.band_count > NP_BAND_COUNT) return NEPH_OK;
+  np_scattering_field *field = np_scattering_field_create(context);
+  if (!field) return NEPH_ERROR_OUT_OF_MEMORY;
+  take_header(&h, field);
+  neph_result result = np_scattering_field_build_phases(world, h.degree, field);
+  if (!result && load_blocks(&h, entry, field))
+    *out_field = field;
+  else
+    np_scattering_field_destroy(field);
+  return result;
+}

@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Volumes kept on disk as they are in memory, bricks and all. */
+#include <stdio.h>
+
+#include "core/alloc.h"
+#include "core/disk_cache.h"
+#include "volume/volume_private.h"
+
+/* All but the blocks. */
+typedef struct volume_header {
+  np_affine index_to_world, world_to_index;
+  int32_t active_min[3], active_max[3];
+  int32_t origin[3], size[NP_BRICK_LEVELS][3], period[2], reach_low[3], reach_high[3];
+  float value_min, value_max, scale, background, bound;
+  uint32_t is_half, is_periodic[2];
+  uint64_t active_voxel_count, grid_bytes, brick_count;
+  char name[64];
+} volume_header;
+
+void np_volume_save_to_cache(const neph_volume *volume, np_cache_entry *entry) {
+  const np_bricks *b = &volume->bricks;
+  volume_header h;
+  memset(&h, 0, sizeof h); /* its padding too: the same volume makes the same file */
+  h.index_to_world = volume->index_to_world, h.world_to_index = volume->world_to_index;
+  memcpy(h.active_min, volume->active_min, sizeof h.active_min);
+  memcpy(h.active_max, volume->active_max, sizeof h.active_max);
+  memcpy(h.origin, b->origin, sizeof h.origin);
+  memcpy(h.size, b->size, sizeof h.size);
+  memcpy(h.period, b->period, sizeof h.period);
+  memcpy(h.reach_low, b->reach_low, sizeof h.reach_low);
+  memcpy(h.reach_high, b->reach_high, sizeof h.reach_high);
+  h.value_min = volume->value_min, h.value_max = volume->value_max;
+  h.scale = b->scale, h.background = b->background, h.bound = b->value_max;
+  h.is_half = b->halves != NULL;
+  for (int a = 0; a < 2; a++) h.is_periodic[a] = b->is_periodic[a];
+  h.active_voxel_count = volume->active_voxel_count, h.grid_bytes = volume->grid_bytes, h.brick_count = b->brick_count;
+  (void)snprintf(h.name, sizeof h.name, "%s", volume->name);
+  NP_CACHE_WRITE(entry, h);
+  np_cache_write(entry, b->table, np_bricks_count_cells(b, 0) * sizeof *b->table);
+  for (int l = 0; l < NP_BRICK_LEVELS; l++)
+    np_cache_write(entry, b->ranges[l], np_bricks_count_cells(b, l) * sizeof *b->ranges[l]);
+  const size_t samples = b->brick_count * NP_BRICK_STRIDE;
+  if (b->halves) np_cache_write(entry, b->halves, samples * sizeof *b->halves);
+  if (b->floats) np_cache_write(entry, b->floats, samples * sizeof *b->floats);
+}
+
+static void take_header(const volume_header *h, neph_volume *volume) {
+  np_bricks *b = &volume->bricks;
+  volume->index_to_world = h->index_to_world, volume->world_to_index = h->world_to_index;
+  memcpy(volume->active_min, h->active_min, sizeof h->active_min);
+  memcpy(volume->active_max, h->active_max, sizeof h->active_max);
+  memcpy(b->origin, h->origin, sizeof h->origin);
+  memcpy(b->size, h->size, sizeof h->size);
+  memcpy(b->period, h->period, sizeof h->period);
+  memcpy(b->reach_low, h->reach_low, sizeof h->reach_low);
+  memcpy(b->reach_high, h->reach_high, sizeof h->reach_high);
+  volume->value_min = h->value_min, volume->value_max = h->value_max;
+  b->scale = h->scale, b->background = h->background, b->value_max = h->bound;
+  for (int a = 0; a < 2; a++) b->is_periodic[a] = h->is_periodic[a];
+  volume->active_voxel_count = h->active_voxel_count, volume->grid_bytes = h->grid_bytes;
+  b->brick_count = (size_t)h->brick_count;
+}
+
+static bool load_blocks(const volume_header *h, np_cache_entry *entry, np_bricks *b) {
+  b->table = np_cache_read_block(entry, np_bricks_count_cells(b, 0), sizeof *b->table);
+  bool has_all = b->table;
+  for (int l = 0; has_all && l < NP_BRICK_LEVELS; l++) {
+    b->ranges[l] = np_cache_read_block(entry, np_bricks_count_cells(b, l), sizeof *b->ranges[l]);
+    has_all = b->ranges[l];
+  }
+  if (!has_all) return false;
+  const size_t samples = b->brick_count * NP_BRICK_STRIDE;
+  if (h->is_half)
+    b->halves = np_cache_read_block(entry, samples, sizeof *b->halves);
+  else
+    b->floats = np_cache_read_block(entry, samples, sizeof *b->floats);
+  return b->halves || b->floats;
+}
+
+neph_result np_volume_load_from_cache(neph_context *context, np_cache_entry *entry, neph_volume **out_volume) {
+  volume_header h;
+  *out_volume = NULL;
+  if (!NP_CACHE_READ(entry, h)) return NEPH_OK;
+  neph_volume *volume = np_alloc(context, 1, sizeof *volume);
+  if (!volume) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_context_retain(context);
+  atomic_init(&volume->references, 1);
+  volume->context = volume->bricks.context = context;
+  volume->name = np_alloc_printf(context, "%.64s", h.name);
+  take_header(&h, volume);
+  const bool has_all = volume->name && load_blocks(&h, entry, &volume->bricks);
+  if (has_all)
+    *out_volume = volume;
+  else
+    neph_volume_release(volume);
+  return NEPH_OK;
+}

@@ -1,0 +1,216 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Errors that pictures state of themselves: against other seeds, and against the tracer. */
+#include <math.h>
+
+#include <nephos/nephos.h>
+
+#include "test_support.h"
+
+enum { WIDTH = 32, HEIGHT = 18 };
+
+/* A small cumulus, in the void and under sky over ground; an empty world of even light. */
+static const char void_scene[] =
+    "camera: {position: [0 m, -3 km, 1100 m], look_at: [0 m, 0 m, 1500 m], fov: 60 deg, resolution: [32, 18]}\n"
+    "sun: {elevation: 50 deg, azimuth: 110 deg}\n"
+    "atmosphere: none\n"
+    "environment: {radiance: 0.05, planet: none}\n"
+    "clouds:\n"
+    "  - bake: {preset: cumulus_mediocris, seed: 4, extent: [3 km, 3 km], base: 1200 m, voxel: 90 m, coverage: 0.6}\n"
+    "    albedo: 0.9\n"
+    "    phase: {hg: 0.6}\n";
+
+static const char sky_scene[] =
+    "camera: {position: [0 m, -3 km, 1100 m], look_at: [0 m, 0 m, 1500 m], fov: 60 deg, resolution: [32, 18]}\n"
+    "sun: {elevation: 30 deg, azimuth: 200 deg}\n"
+    "clouds:\n"
+    "  - bake: {preset: cumulus_humilis, seed: 4, extent: [3 km, 3 km], base: 1200 m, voxel: 90 m}\n";
+
+static const char even_scene[] = "camera: {position: [0, 0, 1 km], look_at: [0, 1 km, 1 km], resolution: [32, 18]}\n"
+                                 "atmosphere: none\n"
+                                 "environment: {radiance: 0.1, planet: none}\n";
+
+typedef struct wish {
+  const char *scene;
+  neph_integrator integrator;
+  neph_multiple_scattering method;
+  unsigned samples, threads, scattering_max;
+  uint64_t seed;
+} wish;
+
+static neph_image *render(neph_context *context, const wish *w) {
+  neph_scene *scene;
+  neph_image *image;
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  assert_int_equal(neph_scene_load_text(context, w->scene, "test.yaml", &scene), NEPH_OK);
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  desc.integrator = w->integrator;
+  desc.multiple_scattering = w->method;
+  desc.sample_count = w->samples;
+  if (w->scattering_max) desc.scattering_max = w->scattering_max;
+  desc.seed = w->seed;
+  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+  neph_scene_destroy(scene);
+  return image;
+}
+
+static neph_image_error get_error(const neph_image *image) {
+  neph_image_error error = NEPH_IMAGE_ERROR_DEFAULT;
+  assert_int_equal(neph_image_get_error(image, &error), NEPH_OK);
+  return error;
+}
+
+static neph_image_error render_error(const wish *w) {
+  neph_context *context = test_context_create(w->threads, NULL);
+  neph_image *image = render(context, w);
+  const neph_image_error error = get_error(image);
+  neph_image_destroy(image);
+  neph_context_destroy(context);
+  return error;
+}
+
+static double get_luminance(neph_image *image, size_t i) {
+  return 0.2126 * (double)neph_image_get_channel(image, "R")[i] +
+         0.7152 * (double)neph_image_get_channel(image, "G")[i] +
+         0.0722 * (double)neph_image_get_channel(image, "B")[i];
+}
+
+/* Root of the mean of Var/T² over pixels above a hundredth of the mean, by pictures of different seeds. */
+static double measure_noise(const wish *w, unsigned seed_count, double *out_stated) {
+  static double sum[WIDTH * HEIGHT], squares[WIDTH * HEIGHT];
+  neph_context *context = test_context_create(2, NULL);
+  double mean = 0.0, noise = 0.0, count = 0.0, n = seed_count;
+  *out_stated = 0.0;
+  for (size_t i = 0; i < WIDTH * HEIGHT; i++) sum[i] = squares[i] = 0.0;
+  for (unsigned k = 0; k < seed_count; k++) {
+    wish own = *w;
+    own.seed = k;
+    neph_image *image = render(context, &own);
+    *out_stated += pow(get_error(image).noise.value, 2.0) / n;
+    for (size_t i = 0; i < WIDTH * HEIGHT; i++) {
+      const double value = get_luminance(image, i);
+      sum[i] += value;
+      squares[i] += value * value;
+      mean += value / n / (WIDTH * HEIGHT);
+    }
+    neph_image_destroy(image);
+  }
+  for (size_t i = 0; i < WIDTH * HEIGHT; i++) {
+    const double own = sum[i] / n;
+    if (!(own > 0.01 * mean)) continue;
+    noise += (squares[i] / n - own * own) * n / (n - 1.0) / (own * own);
+    count += 1.0;
+  }
+  neph_context_destroy(context);
+  *out_stated = sqrt(*out_stated);
+  return sqrt(noise / count);
+}
+
+/* Stated by probes where the frame can pay for them, by its samples where it cannot: each within a factor of 1.5 of six
+ * pictures' spread, whose own figure is good to some 10 % and the probes' to 15 %. */
+static void stated_noise_is_that_of_other_seeds(void **state) {
+  (void)state;
+  static const struct {
+    wish w;
+    double factor;
+  } rows[] = {
+      {{sky_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 2, 0, 0}, 1.5},
+      {{sky_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 1, 2, 0, 0}, 1.5},
+      {{void_scene, NEPH_INTEGRATOR_PATH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 32, 2, 0, 0}, 1.5},
+  };
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    double stated;
+    const double noise = measure_noise(&rows[i].w, 6, &stated);
+    assert_true(stated < rows[i].factor * noise && noise < rows[i].factor * stated);
+  }
+}
+
+/* Error against two references by the tracer, their own noise taken out as in bench_error. */
+static double measure_error(neph_context *context, neph_image *image, const char *scene, unsigned samples) {
+  neph_image *reference[2];
+  double mean = 0.0, sum = 0.0, count = 0.0;
+  for (unsigned k = 0; k < 2; k++)
+    reference[k] =
+        render(context, &(wish){scene, NEPH_INTEGRATOR_PATH, NEPH_MULTIPLE_SCATTERING_NONE, samples, 2, 0, 100 + k});
+  for (size_t i = 0; i < WIDTH * HEIGHT; i++)
+    mean += 0.5 * (get_luminance(reference[0], i) + get_luminance(reference[1], i)) / (WIDTH * HEIGHT);
+  for (size_t i = 0; i < WIDTH * HEIGHT; i++) {
+    const double a = get_luminance(reference[0], i), b = get_luminance(reference[1], i), t = 0.5 * (a + b);
+    const double own = get_luminance(image, i);
+    if (!(t > 0.01 * mean)) continue;
+    sum += (own - a) * (own - b) / (t * t);
+    count += 1.0;
+  }
+  for (unsigned k = 0; k < 2; k++) neph_image_destroy(reference[k]);
+  return sqrt(fmax(sum / count, 0.0));
+}
+
+/* The model of the bias is good to a factor of 1.8, one standard deviation; these pictures have 576 pixels. */
+static void stated_error_is_near_the_true_one(void **state) {
+  (void)state;
+  static const wish rows[] = {
+      {sky_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 2, 0, 3},
+      {void_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_OCTAVES, 4, 2, 0, 3},
+  };
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    neph_context *context = test_context_create(2, NULL);
+    neph_image *image = render(context, &rows[i]);
+    const double stated = get_error(image).error.value, error = measure_error(context, image, rows[i].scene, 64);
+    assert_true(stated < 2.2 * error && error < 2.2 * stated);
+    neph_image_destroy(image);
+    neph_context_destroy(context);
+  }
+}
+
+/* Even light has no noise, no air and no cloud: every sample is the same number. */
+static void even_light_has_no_error(void **state) {
+  (void)state;
+  const neph_image_error e =
+      render_error(&(wish){even_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 2, 0, 0});
+  assert_true(e.noise.value < 1e-6); /* floats added up */
+  assert_true(e.bias.value == 0.0 && e.error.value < 1e-6);
+}
+
+/* One sample and no time for probes: noise is unknown, and is said to be. */
+static void unknown_noise_is_not_stated(void **state) {
+  (void)state;
+  const neph_image_error e =
+      render_error(&(wish){even_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 1, 2, 0, 0});
+  assert_true(isnan(e.noise.value) && isnan(e.error.value) && isnan(e.error.max));
+  assert_true(e.bias.value == 0.0);
+}
+
+static void bias_follows_the_method(void **state) {
+  (void)state;
+  wish w = {void_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_NONE, 2, 2, 0, 0};
+  const neph_image_error none = render_error(&w);
+  assert_int_equal(none.bias_source, NEPH_BIAS_BY_MODEL);
+  w.integrator = NEPH_INTEGRATOR_PATH;
+  const neph_image_error path = render_error(&w);
+  w.scattering_max = 4;
+  const neph_image_error limited = render_error(&w);
+  assert_true(none.bias.value > 0.1 && none.bias.min < none.bias.value && none.bias.value < none.bias.max);
+  assert_true(path.bias.value == 0.0 && path.bias.max == 0.0);
+  assert_in_range((int)(1000.0 * limited.bias.value), 10, 900); /* the light that more than four scatterings bring */
+}
+
+static void threads_do_not_change_the_estimate(void **state) {
+  (void)state;
+  wish w = {sky_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 1, 0, 0};
+  const neph_image_error one = render_error(&w);
+  w.threads = 3;
+  const neph_image_error three = render_error(&w);
+  assert_memory_equal(&one.noise, &three.noise, sizeof one.noise);
+  assert_true(one.bias_source == three.bias_source && one.bias.value == three.bias.value);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(stated_noise_is_that_of_other_seeds),
+      cmocka_unit_test(stated_error_is_near_the_true_one),
+      cmocka_unit_test(even_light_has_no_error),
+      cmocka_unit_test(unknown_noise_is_not_stated),
+      cmocka_unit_test(bias_follows_the_method),
+      cmocka_unit_test(threads_do_not_change_the_estimate),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
