@@ -9,8 +9,8 @@
 enum { NP_CHANNELS_MAX = 512, NP_CHANNEL_NAME_MAX = 256, NP_CHANNEL_NONE = NP_CHANNELS_MAX };
 
 /* Numbers that the film keeps of a pixel: the sums of the channels, of the light that a limit on scatterings took, by
- * bands, of the opacity of clouds, and of paths cut and followed; mean and squared distances of the picture's R, G and B
- * (image/film.h). */
+ * bands, of the opacity of clouds, and of paths cut and followed; mean and squared distances of the picture's R, G and
+ * B (image/film.h). */
 enum {
   NP_PIXEL_SUMS_OWN = NP_BAND_COUNT + 3, /* besides those of the channels */
   NP_PIXEL_NUMBERS_MAX = NP_CHANNELS_MAX + NP_PIXEL_SUMS_OWN + 2 * NP_BAND_COUNT
