@@ -20,11 +20,21 @@ static void choose_exposure(render_job *job) {
 
 /* ---- How long ---- */
 
-static void choose_effort(render_job *job) {
+/* Target, limit and memory of the command, and the settings that follow from the first two. */
+static neph_result choose_effort(render_job *job) {
   const cli_options *options = job->session->options;
-  if (options->target_error > 0.0) job->desc.target_error = options->target_error;
-  if (options->has_time_limit) job->desc.time_limit_s = options->time_limit_s;
-  if (options->has_memory_max) job->desc.memory_max_bytes = options->memory_max_bytes;
+  neph_render_desc *desc = &job->desc, chosen = NEPH_RENDER_DESC_DEFAULT;
+  if (options->target_error > 0.0) desc->target_error = options->target_error;
+  if (options->has_time_limit) desc->time_limit_s = options->time_limit_s;
+  if (options->has_memory_max) desc->memory_max_bytes = options->memory_max_bytes;
+  if (!isfinite(desc->target_error) && !isfinite(desc->time_limit_s)) return NEPH_OK;
+  neph_result result = neph_scene_choose_effort(job->scene, desc, &job->effort);
+  if (!result) result = neph_scene_get_render_desc(job->scene, &chosen);
+  if (result) return result;
+  desc->integrator = chosen.integrator;
+  desc->sample_count = chosen.sample_count;
+  job->has_effort = true;
+  return NEPH_OK;
 }
 
 /* ---- Which pixels ---- */
@@ -206,8 +216,17 @@ static cli_exit render_or_skip(render_job *job, render_targets *t) {
   return CLI_DONE;
 }
 
+/* The choice, before the plan that it led to. */
+static void print_effort(const neph_effort *e) {
+  printf("%-20s %s, %s, some %.0f samples a pixel; error about %.2g %% a pixel (noise %.2g, bias %.2g)\n", "effort",
+         e->quality ? e->quality : "the scene's quality", e->integrator == NEPH_INTEGRATOR_PATH ? "path" : "march",
+         e->samples, 100.0 * e->error, 100.0 * e->noise, 100.0 * e->bias);
+  printf("%-20s %.2g s on two cores, within a factor of three\n", "all of the frame", e->seconds);
+}
+
 static cli_exit explain(render_job *job) {
   char *text;
+  if (job->has_effort && !job->session->options->is_json) print_effort(&job->effort);
   neph_result result = neph_render_explain(job->scene, &job->desc, cli_text_format(job->session), &text);
   if (!result) cli_print_text(job->session, text);
   return cli_exit_of(result);
@@ -306,8 +325,8 @@ static cli_exit render_batch(render_job *job) {
 
 static cli_exit run(render_job *job) {
   const cli_options *options = job->session->options;
-  choose_effort(job);
   cli_exit exit = choose_pixels(job);
+  if (!exit) exit = cli_exit_of(choose_effort(job));
   if (!exit && options->wants_plan) return render_batch(job);
   if (!exit) exit = render_job_choose_outputs(job);
   if (!exit) choose_exposure(job);
@@ -325,7 +344,10 @@ static neph_result set_resolution(const cli_options *options, neph_scene *scene)
 }
 
 static cli_exit run_render(cli_session *session) {
-  render_job job = {.session = session, .desc = NEPH_RENDER_DESC_DEFAULT, .output = NEPH_OUTPUT_DEFAULT};
+  render_job job = {.session = session,
+                    .desc = NEPH_RENDER_DESC_DEFAULT,
+                    .effort = NEPH_EFFORT_DEFAULT,
+                    .output = NEPH_OUTPUT_DEFAULT};
   cli_exit exit = cli_load_scene(session, session->options->files[0], &job.scene);
   if (exit) return exit;
   neph_result result = set_resolution(session->options, job.scene);
@@ -373,8 +395,10 @@ const cli_verb cli_verb_render = {
                 {"--quality"},
                 {"--integrator"},
                 {"--path-guiding"},
-                {"--target-error"},
-                {"--time-limit"},
+                {"--target-error", "choose quality, integrator and samples that the scene does not give for an error a "
+                                   "pixel of X, noise and bias together"},
+                {"--time-limit",
+                 "choose a quality that is fast enough, and end each frame then, with the samples it has"},
                 {"--max-memory", "save memory where a render may need more, or refuse it with exit code 6"},
                 {"--cache"},
                 {"--cache-size"},

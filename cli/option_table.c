@@ -256,7 +256,7 @@ static const cli_option options[] = {
      .range = "a whole number from 1",
      .meaning = "camera rays for each number asked for, rounded up to a multiple of 64"},
     {.name = "--target-error", .argument = "X", .take = take_target_error, .range = "a number above 0",
-     .meaning = "take as many samples as give each pixel a relative standard error of X"},
+     .meaning = "take as many samples as reach a relative error of X"},
     {.name = "--time-limit", .argument = "SECONDS", .take = take_time_limit, .range = "a number from 0",
      .fallback = "that of the scene", .meaning = "end each frame then, with the samples it has"},
     {.name = "--half", .take = take_flag, .field = INTO(is_half),

@@ -29,6 +29,8 @@ static neph_result fill_render_desc(const objects *o, void *out) { return neph_s
 
 static neph_result fill_memory(const objects *o, void *out) { return neph_render_estimate_memory(o->scene, NULL, out); }
 
+static neph_result fill_effort(const objects *o, void *out) { return neph_scene_choose_effort(o->scene, NULL, out); }
+
 static neph_result fill_output(const objects *o, void *out) { return neph_scene_get_output(o->scene, out); }
 
 static neph_result fill_volume_info(const objects *o, void *out) { return neph_volume_get_info(o->volume, out); }
@@ -75,6 +77,7 @@ static const struct {
     {"neph_atmosphere_desc", sizeof(neph_atmosphere_desc), fill_atmosphere_preset},
     {"neph_ephemeris", sizeof(neph_ephemeris), fill_ephemeris},
     {"neph_render_desc", sizeof(neph_render_desc), fill_render_desc},
+    {"neph_effort", sizeof(neph_effort), fill_effort},
     {"neph_memory_estimate", sizeof(neph_memory_estimate), fill_memory},
     {"neph_output", sizeof(neph_output), fill_output},
     {"neph_volume_info", sizeof(neph_volume_info), fill_volume_info},

@@ -200,7 +200,7 @@ static void test_pages_of_nothing(void **state) {
 static void test_a_furnace_has_no_error(void **state) {
   test_fixture *f = *state;
   source s;
-  neph_report *report = create(f, &s, furnace, 1.0);
+  neph_report *report = create(f, &s, furnace, 0.6);
   assert_int_equal(neph_report_run(report), NEPH_OK);
   neph_report_row row = NEPH_REPORT_ROW_DEFAULT;
   assert_int_equal(neph_report_get_row(report, 0, &row), NEPH_OK);
@@ -280,6 +280,23 @@ static void test_noise_and_bias_come_apart(void **state) {
   neph_report_destroy(report);
 }
 
+/* All that a report makes goes with it. */
+static void test_nothing_leaks(void **state) {
+  (void)state;
+  test_log log;
+  test_allocator allocator = {0};
+  test_log_start(&log);
+  test_fixture f = {.context = test_context_create_counted(1, &log, &allocator)};
+  source s;
+  neph_report *report = create(&f, &s, furnace, 0.3);
+  assert_int_equal(neph_report_run(report), NEPH_OK);
+  np_alloc_free(f.context, print(report, np_report_to_html));
+  np_alloc_free(f.context, print(report, np_report_to_json));
+  neph_report_destroy(report);
+  neph_context_destroy(f.context);
+  assert_int_equal(atomic_load(&allocator.live_blocks), 0);
+}
+
 static bool refuse(void *user, const neph_progress *progress) {
   (void)progress;
   return ++*(unsigned *)user < 3;
@@ -338,6 +355,7 @@ int main(void) {
       WITH_CONTEXT(test_pages_of_nothing),
       WITH_CONTEXT(test_a_furnace_has_no_error),
       WITH_CONTEXT(test_noise_and_bias_come_apart),
+      cmocka_unit_test(test_nothing_leaks),
       WITH_CONTEXT(test_cancelled),
       WITH_CONTEXT(test_bad_descriptions),
   };

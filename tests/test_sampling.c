@@ -88,7 +88,7 @@ static void a_target_error_is_reached_without_bias(void **state) {
   (void)state;
   neph_image *adaptive = render(&(effort){2, 16, {0}, 0.1, NEPH_UNLIMITED, 1});
   neph_image *even = render(&(effort){2, 256, {0}, NEPH_UNLIMITED, NEPH_UNLIMITED, 2});
-  assert_in_range((int)(1000.0 * get_number(adaptive, "nephos:pixelError")), 50, 130);
+  assert_in_range((int)(1000.0 * get_number(adaptive, "nephos:error")), 50, 130);
   const float *counts = neph_image_get_channel(adaptive, "sample_count");
   float least = INFINITY, most = 0.0f;
   for (size_t p = 0; p < pixel_count; p++) {

@@ -13,7 +13,7 @@
 #include "test_stability_page.h"
 #include "test_stress_world.h"
 
-#include <nephos/scene.h>
+#include <nephos/nephos.h>
 
 #include "transport/scattering_field_private.h"
 
@@ -272,7 +272,7 @@ static void every_case_is_sound(void **state) {
   }
   test_page_add_fact(&page, "March: %u cases. Path: %zu cases, of which %zu have paths cut after %d scatterings.\n",
                      cases.count - (unsigned)paths, paths, cut, SCATTERINGS);
-  test_page_add_figure(&page, "| kind | worst | tolerated or in |\n| --- | --- | --- |");
+  test_page_add_figure(&page, "| kind | worst | case, or limit |\n| --- | --- | --- |");
   for (int k = 0; k < KINDS; k++)
     test_page_add_figure(&page, "| %s | %.2g %s | %s |", worst[k].kind, worst[k].value, worst[k].unit, worst[k].name);
   compare_cost("look-ups of density a ray", lookups, marched);
@@ -299,6 +299,53 @@ static void threads_change_no_bit(void **state) {
     count++;
   }
   test_page_add_fact(&page, "\nThe %u marches have the same bits with one thread and with two.\n", count);
+}
+
+/* ---- Pictures ---- */
+
+/* A white wall of 1e5 a voxel, whose paths leave after as many scatterings, by `path` with a limit. */
+static neph_image *render_cut(unsigned threads, const char *samples, test_log *log) {
+  float values[STRESS_EDGE * STRESS_EDGE * STRESS_EDGE];
+  const neph_volume_dense_desc desc = stress_describe(STRESS_CONSTANT, values);
+  neph_context *context = test_context_create(threads, log);
+  neph_scene *scene;
+  neph_volume *volume;
+  neph_image *image;
+  assert_int_equal(
+      neph_scene_load_text(context,
+                           "{camera: {position: [0, -40, 0], look_at: [0, 0, 0], fov: 20 deg, resolution: [8, 8]},"
+                           " atmosphere: {preset: none}, environment: {planet: none, radiance: 1},"
+                           " render: {integrator: path, max_scatterings: 20}}",
+                           "scene.yaml", &scene),
+      NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "render.samples", samples), NEPH_OK);
+  assert_int_equal(neph_volume_create_dense(context, &desc, &volume), NEPH_OK);
+  neph_placement_desc placement = NEPH_PLACEMENT_DESC_DEFAULT;
+  placement.density_value = 1e5;
+  assert_int_equal(neph_scene_add_volume(scene, volume, &placement, NULL), NEPH_OK);
+  assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
+  neph_volume_release(volume);
+  neph_scene_destroy(scene);
+  neph_context_destroy(context);
+  return image;
+}
+
+/* The loss is infinite, and said to be, where too few of the cut paths are followed for it to be known. Threads change
+ * no bit of the picture. */
+static void a_cut_picture_states_an_infinite_loss(void **state) {
+  (void)state;
+  static test_log log;
+  neph_image *images[2];
+  for (unsigned threads = 1; threads <= 2; threads++) {
+    test_log_start(&log);
+    images[threads - 1] = render_cut(threads, "1", &log);
+    assert_string_equal(neph_image_get_attribute(images[threads - 1], "nephos:lostMean"), "inf inf inf");
+    assert_non_null(strstr(log.text, "render.max_scatterings 20 ended"));
+    assert_non_null(strstr(log.text, "the light that is lost is not known"));
+  }
+  const size_t bytes = 64 * sizeof(float);
+  assert_memory_equal(neph_image_get_values(images[0], "G"), neph_image_get_values(images[1], "G"), bytes);
+  for (int i = 0; i < 2; i++) neph_image_destroy(images[i]);
 }
 
 /* ---- Refusals ---- */
@@ -362,6 +409,7 @@ int main(int argc, char **argv) {
       cmocka_unit_test(every_pair_of_levels_is_in_a_case),
       cmocka_unit_test(every_case_is_sound),
       cmocka_unit_test(threads_change_no_bit),
+      cmocka_unit_test(a_cut_picture_states_an_infinite_loss),
       cmocka_unit_test(others_are_refused_with_a_message),
   };
   page = test_page_open(argc, argv);

@@ -84,9 +84,10 @@ typedef struct neph_render_desc {
   unsigned crop_max[2];                         /**< one past the last; 0 < crop_max ≤ size */
   unsigned sample_count;                        /**< per pixel, ≥ 1; with a target error: at least */
   unsigned sample_count_max;                    /**< with a target error: at most; ≥ 16 (default 65536) */
-  double target_error;                          /**< of each pixel, its standard error over its radiance or, where
-                                                     that is more, a hundredth of a lit white wall's; > 0 (default
-                                                     NEPH_UNLIMITED) */
+  double target_error;                          /**< of the picture, error a pixel (docs/error.md); what the expected
+                                                     bias leaves of it is each pixel's standard error over its radiance
+                                                     or, where that is more, a hundredth of a lit white wall's; > 0
+                                                     (default NEPH_UNLIMITED) */
   double time_limit_s;                          /**< for all of it, ≥ 0: the call ends by then and a tenth of it, or
                                                      one second where that is more, with the samples it has and
                                                      attributes nephos:sampling and nephos:lightSolve that say what
@@ -143,6 +144,32 @@ typedef struct neph_render_desc {
  * @param out_desc  starts from NEPH_RENDER_DESC_DEFAULT; unchanged on failure.
  */
 NEPH_API neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc *out_desc) NEPH_NODISCARD;
+
+/** Settings that a target error or a time limit chose, and a prediction of the picture by them. */
+typedef struct neph_effort {
+  size_t struct_size;
+  const char *quality; /**< render.quality that was set; NULL: the scene gives it, or nothing was asked for */
+  neph_integrator integrator;
+  double samples;            /**< a pixel, in the mean, by a model; those of a target follow from pilots */
+  double seconds;            /**< on two cores, within a factor of three */
+  uint64_t bytes;            /**< that stay while the picture is rendered */
+  double error, noise, bias; /**< a pixel (docs/error.md), by models */
+  double bias_floor;         /**< least bias of the march, where a target asked for it; else 0 */
+} neph_effort;
+
+#define NEPH_EFFORT_DEFAULT                                                                                            \
+  { .struct_size = sizeof(neph_effort) }
+
+/** Chooses render.quality, render.integrator and render.samples of a scene for `desc->target_error` and
+ * `desc->time_limit_s`, as `nephos render` does, and sets them. Keys that the scene gives stay. For a target it is the
+ * cheapest quality whose bias leaves room for noise, or the integrator path where no march is good enough; a time limit
+ * then lowers it until the prediction is fast enough. Ask for the scene's render settings again after it.
+ *
+ * @param desc        picture, target and limit; NULL: the scene's own.
+ * @param out_effort  starts from NEPH_EFFORT_DEFAULT; unchanged on failure.
+ */
+NEPH_API neph_result neph_scene_choose_effort(neph_scene *scene, const neph_render_desc *desc,
+                                              neph_effort *out_effort) NEPH_NODISCARD;
 
 /** Renders one picture. The scene keeps what its next one may use; a neph_renderer keeps it for several scenes.
  *

@@ -122,6 +122,9 @@ static bool compute_need(const np_bake *bake, const np_bake_marks *marks, memory
   return true;
 }
 
+/* Less is no news. */
+static const double told_bytes = 1e7;
+
 neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks) {
   memory_need need;
   if (!compute_need(bake, marks, &need)) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -130,8 +133,9 @@ neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks
   const double likely =
       share * need.leaves + fmax(need.work, fmax(library + share * (need.tree - library), share * need.bricks));
   const neph_cloud_desc *cloud = &bake->model.desc;
-  np_log(bake->context, NEPH_LOG_INFO, "%s: needs about %.2g GB of memory, at most %.2g GB", np_cloud_desc_name(cloud),
-         likely * 1e-9, bytes * 1e-9);
+  if (bytes > told_bytes)
+    np_log(bake->context, NEPH_LOG_INFO, "%s: needs about %.2g GB of memory, at most %.2g GB",
+           np_cloud_desc_name(cloud), likely * 1e-9, bytes * 1e-9);
   const double machine = (double)np_memory_size(), asked = (double)bake->desc.memory_max_bytes;
   if (bytes <= fmin(machine, asked)) return NEPH_OK;
   return np_fail(bake->context, NEPH_ERROR_LIMIT,

@@ -82,17 +82,48 @@ static double count_cells(const cloud_light *light) {
   return cells_to_pixels * light->cell_error * pow(light->albedo, 4.0) * hypot(1.0, low_sun / light->sine);
 }
 
+/* Bias of a march. */
+static double combine(const np_plan *plan, const cloud_light *light, double tolerance, double cover) {
+  const bool has_air = np_plan_needs(plan, NP_STAGE_ATMOSPHERE);
+  if (!np_plan_needs(plan, NP_STAGE_VOLUMES)) return has_air ? clear_air_bias : 0.0;
+  const double cells = count_cells(light), steps = steps_share * tolerance;
+  const double method = sqrt(cover) * method_bias[plan->desc.multiple_scattering];
+  const double rest = hypot(has_air ? air_bias : 0.0, light->has_emission ? emission_bias : 0.0);
+  np_log(
+      plan->context, NEPH_LOG_DEBUG,
+      "model of the bias: cells %.2g, steps %.2g, method %.2g, air and fire %.2g; cells err by %.2g, clouds cover %.2g",
+      cells, steps, method, rest, light->cell_error, cover);
+  return hypot(hypot(cells, steps), hypot(method, rest));
+}
+
 np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan) {
   if (f->desc->integrator == NEPH_INTEGRATOR_PATH) return make_of_path(f, plan);
-  const bool has_air = np_plan_needs(plan, NP_STAGE_ATMOSPHERE);
-  if (!np_plan_needs(plan, NP_STAGE_VOLUMES)) return (np_bias_model){has_air ? clear_air_bias : 0.0, 2.0};
   const cloud_light light = look_at_light(f->assembly);
-  const double cells = count_cells(&light), steps = steps_share * (double)f->settings.tolerance;
-  const double method = sqrt(compute_cover(f)) * method_bias[f->desc->multiple_scattering];
-  const double rest = hypot(has_air ? air_bias : 0.0, light.has_emission ? emission_bias : 0.0);
-  np_log(
-      f->assembly->context, NEPH_LOG_DEBUG,
-      "model of the bias: cells %.2g, steps %.2g, method %.2g, air and fire %.2g; cells err by %.2g, clouds cover %.2g",
-      cells, steps, method, rest, light.cell_error, compute_cover(f));
-  return (np_bias_model){hypot(hypot(cells, steps), hypot(method, rest)), light.has_emission ? 3.0 : 1.8};
+  return (np_bias_model){combine(plan, &light, (double)f->settings.tolerance, compute_cover(f)),
+                         light.has_emission ? 3.0 : 1.8};
+}
+
+/* ---- Before anything is built ---- */
+
+/* Cover of clouds that nobody has seen yet. */
+static const double usual_cover = 0.3;
+
+double np_bias_model_forecast(const neph_scene *scene, const np_plan *plan) {
+  if (plan->desc.integrator == NEPH_INTEGRATOR_PATH)
+    return np_plan_has_air_light(plan) && !np_plan_traces_air(plan) ? air_bias : 0.0;
+  cloud_light light = {.cell_error = np_plan_needs(plan, NP_STAGE_ORDINATES) ? plan->light_error : 0.0, .sine = 1.0};
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    const double *albedo = scene->clouds[i].albedo;
+    light.albedo = fmax(light.albedo, (albedo[0] + albedo[1] + albedo[2]) / 3.0);
+    light.has_emission = light.has_emission || scene->clouds[i].emission.is_enabled;
+  }
+  if (plan->has_sun && plan->are_lights_known) light.sine = fmax(plan->lights.to_sun.z, sine_min);
+  return combine(plan, &light, scene->render.tolerance, usual_cover);
+}
+
+double np_bias_model_choose_noise(const neph_scene *scene, const np_plan *plan) {
+  const double target = plan->desc.target_error;
+  if (!isfinite(target)) return HUGE_VAL;
+  const double bias = np_bias_model_forecast(scene, plan);
+  return sqrt(fmax(target * target - bias * bias, 0.25 * target * target));
 }

@@ -4,11 +4,19 @@
 #define NP_RENDER_BIAS_MODEL_H
 
 #include "render/frame_state.h"
+#include "scene/scene_private.h"
 
 typedef struct np_bias_model {
   double bias;   /* share of a pixel's luminance; 0: none */
   double factor; /* by which it may be more or less, one standard deviation */
 } np_bias_model;
+
+/* The same before anything is built. */
+double np_bias_model_forecast(const neph_scene *scene, const np_plan *plan);
+
+/* Noise that the target error of a plan leaves beside that bias, and half of the target at least; infinite: there is no
+ * target. */
+double np_bias_model_choose_noise(const neph_scene *scene, const np_plan *plan);
 
 np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan);
 

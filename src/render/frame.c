@@ -5,6 +5,7 @@
 #include "core/alloc.h"
 #include "image/deep.h"
 #include "image/image_private.h"
+#include "render/bias_model.h"
 #include "render/channel_mattes.h"
 #include "image/color_space.h"
 #include "render/channel_table.h"
@@ -186,12 +187,33 @@ static void choose_luminance(np_frame *f, const np_plan *plan) {
   (void)np_color_space_get_luminances(np_color_space_get_chromaticities(plan->color_space), f->luminance_weights);
 }
 
+/* An estimate that is no more than this above the target is as good as it. */
+static const double target_slack = 1.3;
+
+/* A target that was missed, and what missed it. */
+static void warn_of_target(const np_frame *f, const np_frame_error *e) {
+  const double target = f->desc->target_error;
+  if (!np_frame_has_target(f) || isnan(e->total.value) || e->total.value <= target_slack * target) return;
+  char why[128] = "";
+  if (f->is_cut)
+    (void)snprintf(why, sizeof why, "the time limit of %g s came first", f->desc->time_limit_s);
+  else if (e->bias.value > target)
+    (void)snprintf(why, sizeof why, "the march errs by that much here: set render.integrator to path");
+  else
+    (void)snprintf(why, sizeof why, "raise render.max_samples or lower the target");
+  np_log(f->assembly->context, NEPH_LOG_WARNING,
+         "the error reached is %.2g %% a pixel (noise %.2g, bias about %.2g), the target is %.2g %%: %s",
+         100.0 * e->total.value, 100.0 * e->noise.value, 100.0 * e->bias.value, 100.0 * target, why);
+}
+
 static neph_result estimate_error(const np_frame *f, const np_plan *plan, neph_image *image) {
   np_frame_error error;
   const double start_s = plan->times ? np_cpu_time_s() : 0.0;
   neph_result result = np_frame_estimate_error(f, plan, &error);
   if (plan->times) plan->times->error_s = np_cpu_time_s() - start_s;
-  return result ? result : np_frame_error_write(&error, image);
+  if (result) return result;
+  warn_of_target(f, &error);
+  return np_frame_error_write(&error, image);
 }
 
 static neph_result integrate_frame(np_frame *f, const np_plan *plan, neph_image *image) {
@@ -232,6 +254,7 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->assembly = assembly;
   f->desc = desc;
   f->aovs = plan->aovs;
+  f->noise_target = np_bias_model_choose_noise(scene, plan);
   f->depth_components = choose_depth_components(plan, &scene->output);
   f->has_light_groups = plan->has_light_groups;
   f->has_layers = f->depth_components || f->has_light_groups || plan->aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE);

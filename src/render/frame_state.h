@@ -50,6 +50,7 @@ typedef struct np_frame {
   np_pixel_luminance *luminances;          /* of each pixel, for the estimate of its error; NULL: none is wanted */
   double luminance_weights[NP_BAND_COUNT]; /* of the picture's R, G and B */
   double dim[NP_BAND_COUNT];               /* radiances below this need not be as exact, relatively */
+  double noise_target;                     /* of each pixel, of the target error; infinite: none */
   np_spread *pilots;                       /* with a target error: those rendered, and one pixel around them */
   np_pixel_state *pixels;                  /* with a time limit: those rendered */
   double *numbers;                         /* of each of them, np_channels_count_numbers */

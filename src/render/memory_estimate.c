@@ -72,6 +72,7 @@ neph_result neph_render_estimate_memory(neph_scene *scene, const neph_render_des
   neph_memory_estimate e;
   neph_result result = np_desc_check_size(scene->context, "neph_memory_estimate", out_estimate, sizeof *out_estimate);
   if (!result) result = np_plan_make(scene, desc, &plan);
+  if (!result) result = np_plan_measure_fill(scene, &plan);
   if (!result) result = estimate(scene, &plan, &e);
   return result ? result : np_desc_write(scene->context, "neph_memory_estimate", &e, sizeof e, out_estimate);
 }
@@ -129,7 +130,8 @@ neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan) {
   const uint64_t allowed = plan->desc.memory_max_bytes;
   if (allowed == NEPH_MEMORY_UNLIMITED) return NEPH_OK;
   neph_memory_estimate e, least;
-  neph_result result = estimate(scene, plan, &e);
+  neph_result result = np_plan_measure_fill(scene, plan);
+  if (!result) result = estimate(scene, plan, &e);
   if (result || e.total_bytes <= allowed) return result;
   least = e;
   result = fit(scene, plan, &least);

@@ -225,6 +225,7 @@ static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, 
   if (!result) result = read_desc(scene, desc, &plan->desc);
   if (result) return result;
   const double asked = scene->render.light_memory_bytes;
+  plan->filled_share = 0.4;
   plan->light_bytes_max = isfinite(asked) ? asked : 0.25 * (double)np_memory_size();
   set_windows(plan, scene);
   return NEPH_OK;

@@ -13,11 +13,11 @@ static const double core_gain_max = 1.2;
 
 /* Memory of a cell that holds cloud: 1.6 to 2.0 kB more in the peak of four sample scenes than without a solution. */
 static const double cell_bytes = 1700.0;
-/* Share of cells with cloud: of the box of a bake; of the voxels of files, whose cells are twice as wide. */
-static const double filled_share = 0.4, cells_per_voxel = 1.0 / 8.0;
+/* Of files, whose cells are twice as wide as voxels. */
+static const double cells_per_voxel = 1.0 / 8.0;
 
 double np_plan_predict_cell_bytes(const np_plan *plan) {
-  const double boxed = filled_share * plan->light_cell_count, read = cells_per_voxel * plan->cloud_voxel_count;
+  const double boxed = plan->filled_share * plan->light_cell_count, read = cells_per_voxel * plan->cloud_voxel_count;
   return fmin(cell_bytes * (boxed > 0.0 ? boxed : read), plan->light_bytes_max);
 }
 

@@ -95,10 +95,13 @@ typedef struct np_plan {
   unsigned air_ray_spacing; /* pixels between rays along which shadows in the air are looked for; 0: none */
   double bake_voxel_count;  /* in the boxes of the clouds to bake: an upper bound of what is kept */
   double cloud_voxel_count; /* that hold cloud: a guess, by which work is judged */
-  double light_bytes_max;   /* of multiple scattering while it is solved for */
-  bool are_halves;          /* volumes in memory, whatever their clouds' precision */
-  char savings[160];        /* what was given up to stay within the limit on memory; empty: nothing */
-  double light_cell_count;  /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
+  double filled_share;      /* of the boxes of clouds that are baked; a guess until … */
+  bool is_fill_measured;
+  double light_bytes_max;  /* of multiple scattering while it is solved for */
+  bool are_halves;         /* volumes in memory, whatever their clouds' precision */
+  char savings[160];       /* what was given up to stay within the limit on memory; empty: nothing */
+  double light_error;      /* expected of the largest cells of multiple scattering; 0: it is not solved */
+  double light_cell_count; /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;
 
 static inline uint64_t np_plan_count_pixels(const np_plan *plan) {

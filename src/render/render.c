@@ -74,6 +74,7 @@ neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc,
   np_plan plan;
   neph_result result = np_plan_make(scene, desc, &plan);
   if (!result) result = np_inputs_open(scene, &plan);
+  if (!result) result = np_plan_measure_fill(scene, &plan);
   if (!result) result = np_plan_fit_memory(scene, &plan);
   return result ? result : np_plan_describe(&plan, format, out_text);
 }

@@ -229,7 +229,7 @@ static double count_needed(const np_frame *f, const int at[2]) {
   }
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
     if (variance[b] > 0.0) worst = fmax(worst, variance[b] / count / pow(fmax(fabs(mean[b]) / count, f->dim[b]), 2.0));
-  return worst / (f->desc->target_error * f->desc->target_error);
+  return worst / (f->noise_target * f->noise_target);
 }
 
 static np_pixel_state start_pixel(const np_frame *f, const int at[2]) {
@@ -237,7 +237,7 @@ static np_pixel_state start_pixel(const np_frame *f, const int at[2]) {
   const uint32_t begin = np_frame_get_first_sample(f);
   if (!np_frame_has_target(f)) return (np_pixel_state){.begin = begin, .next = begin, .end = d->sample_end};
   const double count = fmin(fmax(count_needed(f, at), d->sample_count), d->sample_count_max);
-  return (np_pixel_state){.begin = begin, .next = begin, .end = begin + round_up_to_leaf(count)};
+  return (np_pixel_state){.begin = begin, .next = begin, .end = begin + (uint32_t)ceil(count)};
 }
 
 static neph_result finish_pixel(const np_frame *f, const int at[2], const np_pixel_state *p, const double *numbers,

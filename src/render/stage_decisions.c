@@ -100,7 +100,7 @@ static void count_cloud(np_plan *plan, const neph_scene *scene, const np_scene_c
   } else {
     const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
     plan->bake_voxel_count += count_voxels(&bake);
-    plan->cloud_voxel_count += 0.4 * count_voxels(&bake);
+    plan->cloud_voxel_count += plan->filled_share * count_voxels(&bake);
   }
 }
 
@@ -284,11 +284,16 @@ void np_stage_decide_air_shadows(np_decision *d, np_plan_stage *out) {
   d->plan->air_ray_spacing = out->is_needed ? np_plan_choose_air_spacing(d->plan, d->scene) : 0;
 }
 
+/* The middle of those of clouds from files, whose density is not known yet. */
+static const double error_of_files = 0.03;
+
 /* Errors that are known before a file is read. */
 static void describe_ordinates(np_decision *d, char *out, size_t size) {
   np_cells_forecast f;
   d->result = np_plan_forecast_cells(d->plan, d->scene, &f);
   d->plan->light_cell_count = f.cells.cell_count;
+  d->plan->light_error =
+      f.is_known ? f.cells.errors[1] : error_of_files * sqrt(fmax(d->scene->render.light_depth / 0.35, 1.0));
   const char *what = "solved for once while clouds and lights stay, within render.light_memory";
   if (f.is_known)
     snprintf(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells", what,

@@ -40,6 +40,13 @@ static double get_light_residual(const neph_scene *scene, const np_plan *plan) {
 static const char *get_light_degree(const neph_scene *scene, const np_plan *plan) {
   return (void)plan, scene->render.light_degree == 3 ? "3" : scene->render.light_degree == 7 ? "7" : "11";
 }
+static const char *get_detail(const neph_scene *scene, const np_plan *plan) {
+  static const char *const words[] = {"0", "1", "2", "4"};
+  (void)plan;
+  for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+    if (scene->render.detail_px == strtod(words[i], NULL)) return words[i];
+  return "the scene's";
+}
 static const char *get_quality(const neph_scene *scene, const np_plan *plan) {
   static const char *const names[] = {[NP_QUALITY_DRAFT] = "draft",
                                       [NP_QUALITY_PREVIEW] = "preview",
@@ -103,6 +110,8 @@ static const np_knob knobs[] = {
     {.name = "residual", .key = "render.light_residual", .few = "0.1 0.01", .more = "0.03 0.003 0.00003", .order = 1.0,
      .theory = "iterations that contract by a factor each", .of = NP_KNOB_OF_MARCH, .stages = STAGE(ORDINATES),
      .get_number = get_light_residual},
+    {.name = "detail", .key = "render.detail", .few = "2", .more = "1 4 0", .is_word = true, .of = NP_KNOB_OF_MARCH,
+     .stages = STAGE(VOLUMES) | STAGE(TERRAIN), .get_word = get_detail},
     {.name = "bake voxel", .key = "clouds[].bake.voxel", .unit = " m", .few = "2 4", .more = "1.41 2.83",
      .is_factor = true, .order = 2.0, .theory = "trilinear interpolation of a smooth field", .of = NP_KNOB_OF_MARCH,
      .stages = STAGE(VOLUMES), .is_applicable = has_bake, .get_number = get_voxel},

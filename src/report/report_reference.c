@@ -97,6 +97,7 @@ static neph_result make(neph_report *report, double seconds) {
   making m = {.report = report, .seconds = seconds};
   neph_result result = np_report_load(report, NULL, &m.scene);
   if (result) return result;
+  m.scene->render.detail_px = 0.0; /* whatever is left out of quick pictures */
   report->stage = "reference";
   np_report_clear_stores(report);
   result = make_halves(&m);

@@ -4,11 +4,14 @@
 #include "image/wavelengths.h"
 #include "scene/scene_key_rows.h"
 
-#define LAYER(member) {offsetof(np_scene_layer, member), sizeof(((np_scene_layer *)0)->member)}
-#define CLOUD(member) {offsetof(np_scene_cloud, member), sizeof(((np_scene_cloud *)0)->member)}
+#define LAYER(member)                                                                                                  \
+  { offsetof(np_scene_layer, member), sizeof(((np_scene_layer *)0)->member) }
+#define CLOUD(member)                                                                                                  \
+  { offsetof(np_scene_cloud, member), sizeof(((np_scene_cloud *)0)->member) }
 #define MAP(quantity) CLOUD(bake.map_channels[NEPH_CLOUD_MAP_##quantity])
 
-#define ASYMMETRY {-0.999999, 0.999999}
+#define ASYMMETRY                                                                                                      \
+  { -0.999999, 0.999999 }
 
 /* Groups of keys that exclude each other. */
 enum { GROUP_SUN = 1, GROUP_DENSITY, GROUP_PHASE, GROUP_TERRAIN, GROUP_PROFILE, GROUP_TOP, GROUP_ALBEDO };
@@ -35,16 +38,14 @@ static const np_choice path_guidings[] = {
 #define SCATTERING(id, name, needs) {name, NEPH_MULTIPLE_SCATTERING_##id},
 static const np_choice scatterings[] = {NP_MULTIPLE_SCATTERING_ROWS(SCATTERING){NULL, 0}};
 #undef SCATTERING
-static const np_choice sun_optical_depths[] = {
-    {"auto", NP_SUN_OPTICAL_DEPTH_AUTO}, {"volume", NP_SUN_OPTICAL_DEPTH_VOLUME},
-    {"march", NP_SUN_OPTICAL_DEPTH_MARCH}, {NULL, 0}};
+static const np_choice sun_optical_depths[] = {{"auto", NP_SUN_OPTICAL_DEPTH_AUTO},
+                                               {"volume", NP_SUN_OPTICAL_DEPTH_VOLUME},
+                                               {"march", NP_SUN_OPTICAL_DEPTH_MARCH},
+                                               {NULL, 0}};
 static const np_choice air_shadows[] = {
     {"auto", NP_AIR_SHADOWS_AUTO}, {"false", NP_AIR_SHADOWS_FALSE}, {"true", NP_AIR_SHADOWS_TRUE}, {NULL, 0}};
 static const np_choice models[] = {
-    {"cells", NEPH_CLOUD_MODEL_CELLS},
-    {"slab", NEPH_CLOUD_MODEL_SLAB},
-    {"hero", NEPH_CLOUD_MODEL_HERO},
-    {NULL, 0}};
+    {"cells", NEPH_CLOUD_MODEL_CELLS}, {"slab", NEPH_CLOUD_MODEL_SLAB}, {"hero", NEPH_CLOUD_MODEL_HERO}, {NULL, 0}};
 
 /* clang-format off */
 static const np_key first_keys[] = {
@@ -491,7 +492,8 @@ static const np_key keys[] = {
      .fallback = "4", .meaning = "samples for each pixel"},
     {.path = "render.target_error", .type = NP_KEY_REAL, .field = SCENE(render.target_error),
      .range = WITHIN(1e-6, 10), .fallback = "none", .word = "none", .word_value = INFINITY,
-     .meaning = "standard error that each pixel's samples, render.samples or more, are to reach, over its radiance"},
+     .meaning = "error a pixel that the picture is to have at most: what the march's expected bias leaves of it is "
+                "each pixel's standard error over its radiance, for which it gets render.samples or more"},
     {.path = "render.max_samples", .type = NP_KEY_INTEGER, .field = SCENE(render.sample_count_max),
      .range = WITHIN(16, 16777216), .fallback = "65536",
      .meaning = "most samples for a pixel, whatever the target error"},

@@ -40,6 +40,7 @@ try nephos report scene.yaml -q --set render.samples=0
 stop() {
   stage=$1
   shift
+  : >log
   nephos report scene.yaml --progress lines --budget 1h "$@" 2>log >/dev/null &
   until grep -q "^nephos: $stage" log; do sleep 0.02; done
   kill -TERM $!

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The share of their boxes that clouds fill. */
+#include <math.h>
+
+#include "render/plan.h"
+#include "render/plan_detail.h"
+
+/* Cells and bricks that hold some cloud, over the cloud's voxels: 1.48 to 1.78 in three fields. */
+static const double surface_factor = 1.65;
+
+/* Voxels of a trial bake: a tenth of a second or less. */
+static const double trial_voxels = 4e5;
+
+/* A cloud's box in voxels of its own, and those of them that hold cloud, by a trial. */
+static neph_result measure_bake(const neph_scene *scene, const np_plan *plan, const np_scene_cloud *cloud,
+                                double *box_voxels, double *filled_voxels) {
+  neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
+  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
+  neph_volume *volume;
+  const double own_m = bake.voxel_m, volume_m3 = bake.extent_m[0] * bake.extent_m[1] * bake.thickness_m;
+  bake.voxel_m = fmax(own_m, cbrt(volume_m3 / trial_voxels));
+  desc.planet_radius_m = scene->atmosphere.planet_radius_m;
+  neph_result result = neph_cloud_bake(scene->context, &bake, &desc, &volume);
+  if (!result) result = neph_volume_get_info(volume, &info);
+  neph_volume_release(volume);
+  if (result) return result;
+  *box_voxels += volume_m3 / pow(own_m, 3.0);
+  *filled_voxels += (double)info.active_voxel_count * pow(bake.voxel_m / own_m, 3.0);
+  return NEPH_OK;
+}
+
+neph_result np_plan_measure_fill(const neph_scene *scene, np_plan *plan) {
+  double box_voxels = 0.0, filled_voxels = 0.0;
+  neph_result result = NEPH_OK;
+  if (plan->is_fill_measured) return NEPH_OK;
+  for (unsigned i = 0; !result && i < scene->cloud_count; i++)
+    if (scene->clouds[i].is_baked) result = measure_bake(scene, plan, &scene->clouds[i], &box_voxels, &filled_voxels);
+  plan->is_fill_measured = true;
+  if (result || !(box_voxels > 0.0)) return result;
+  plan->filled_share = fmin(surface_factor * filled_voxels / box_voxels, 1.0);
+  return np_plan_revise(scene, plan);
+}
