@@ -12,8 +12,8 @@
 static void choose_exposure(render_job *job) {
   const neph_render_desc *desc = &job->desc;
   neph_preview_desc *preview = &job->output.preview_desc;
-  const bool is_part =
-      desc->crop_max[0] - desc->crop_min[0] < desc->width || desc->crop_max[1] - desc->crop_min[1] < desc->height;
+  const bool is_part = desc->tile_count > 1 || desc->crop_max[0] - desc->crop_min[0] < desc->width ||
+                       desc->crop_max[1] - desc->crop_min[1] < desc->height;
   const bool is_of_sequence = job->output.preview && strchr(job->output.preview, '#');
   if (preview->exposure == NEPH_EXPOSURE_AUTO && (is_part || is_of_sequence)) preview->exposure = NEPH_EXPOSURE_METER;
 }
@@ -46,6 +46,10 @@ static cli_exit choose_pixels(render_job *job) {
     desc->crop_min[i] = options->crop[i];
     desc->crop_max[i] = options->crop[i + 2];
   }
+  if (options->has_sample_range) {
+    desc->sample_begin = options->sample_range[0];
+    desc->sample_end = options->sample_range[1];
+  }
   if (!options->tile_count) return CLI_DONE;
   const unsigned top = desc->crop_min[1], bottom = desc->crop_max[1];
   const uint64_t rows = bottom > top ? bottom - top : 0;
@@ -54,8 +58,8 @@ static cli_exit choose_pixels(render_job *job) {
                  options->tile_count, (unsigned)rows);
     return CLI_USAGE;
   }
-  desc->crop_min[1] = top + (unsigned)(rows * (options->tile_index - 1) / options->tile_count);
-  desc->crop_max[1] = top + (unsigned)(rows * options->tile_index / options->tile_count);
+  desc->tile_index = options->tile_index - 1;
+  desc->tile_count = options->tile_count;
   return CLI_DONE;
 }
 
@@ -163,13 +167,24 @@ static void print_frame(const render_job *job, const render_targets *t, const fr
 
 static neph_result save_frame(const render_job *job, const neph_image *image, const render_targets *t) {
   neph_result result = NEPH_OK;
-  if (t->image) result = neph_image_save_exr(image, t->image, job->output.pixel_type);
+  if (t->image && !t->is_part) result = neph_image_save_exr(image, t->image, job->output.pixel_type);
   if (!result && t->preview) result = neph_image_save_png(image, t->preview, &job->output.preview_desc);
   if (!result && t->deep) result = neph_image_save_deep_exr(image, t->deep, job->output.pixel_type);
   return result;
 }
 
-static cli_exit render_to(render_job *job, const render_targets *t) {
+static void print_skipped(const render_job *job, const render_targets *t) {
+  const char *name = t->image ? t->image : t->preview ? t->preview : t->deep;
+  if (!job->session->options->is_json) {
+    printf("frame %d: %s is there\n", job->desc.frame, name);
+    return;
+  }
+  printf("{\"frame\": %d, \"image\": ", job->desc.frame);
+  cli_print_json_text(name);
+  printf(", \"skipped\": true}\n");
+}
+
+static cli_exit render_to(render_job *job, render_targets *t) {
   neph_image *image = NULL;
   cli_progress *progress = &job->session->progress;
   double start_s = get_time_s();
@@ -177,6 +192,7 @@ static cli_exit render_to(render_job *job, const render_targets *t) {
   neph_result result = neph_render_image(job->scene, &job->desc, &image);
   if (!result) cli_progress_set_stage(progress, "writing", 0.97);
   if (!result) job->batch.is_stopped = (result = save_frame(job, image, t)) != NEPH_OK;
+  if (!result && t->checkpoint && !t->is_part) remove(t->checkpoint);
   if (!result) cli_progress_set_stage(progress, "writing", 1.0);
   cli_progress_finish(progress);
   frame_facts facts = {.seconds = get_time_s() - start_s, .error = NEPH_IMAGE_ERROR_DEFAULT};
@@ -185,6 +201,19 @@ static cli_exit render_to(render_job *job, const render_targets *t) {
   if (!result) print_frame(job, t, &facts);
   fflush(stdout);
   return cli_exit_of(result);
+}
+
+/* A frame that is there is skipped; its checkpoint has done its duty. */
+static cli_exit render_or_skip(render_job *job, render_targets *t) {
+  bool is_done = false;
+  neph_result result = render_job_set_restart(job, t);
+  if (!result && job->session->options->skips_existing) result = render_job_check_done(job, t, &is_done);
+  if (result) return cli_exit_of(result);
+  if (!is_done) return render_to(job, t);
+  if (t->checkpoint && !t->is_part) remove(t->checkpoint);
+  print_skipped(job, t);
+  fflush(stdout);
+  return CLI_DONE;
 }
 
 /* The choice, before the plan that it led to. */
@@ -220,7 +249,7 @@ static cli_exit render_frame(render_job *job) {
   if (options->wants_plan) return explain(job);
   render_targets t;
   cli_exit exit = cli_exit_of(render_job_name_targets(job, &t));
-  if (!exit) exit = options->is_dry_run ? rehearse(job, &t) : render_to(job, &t);
+  if (!exit) exit = options->is_dry_run ? rehearse(job, &t) : render_or_skip(job, &t);
   render_job_free_targets(job, &t);
   return exit;
 }
@@ -327,7 +356,9 @@ static cli_exit run_render(cli_session *session) {
   job.desc.progress = cli_progress_report;
   job.desc.progress_user = &session->progress;
   cli_catch_interrupts();
+  cli_catch_snapshots();
   exit = result ? cli_exit_of(result) : run(&job);
+  exit = render_job_end_restart(&job, exit);
   neph_scene_destroy(job.scene);
   return exit;
 }
@@ -340,18 +371,25 @@ const cli_verb cli_verb_render = {
     .argument_max = 1,
     .run = run_render,
     .files = "yaml yml",
-    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT) | CLI_MAY(CLI_SOME_FAILED),
+    .exits =
+        CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT) | CLI_MAY(CLI_SOME_FAILED) | CLI_MAY_STOP,
     .description = "Renders frames. The file names come from the scene's `output`; the last run of # in them is the "
                    "frame's number, and %V, of a stereo camera, the eye's name, left or right. Everything that can be "
                    "checked is checked before the first pixel: the scene, the "
                    "names, whether their folders can be written.",
-    .options = {{"--output", "write to FILE, an .exr or a .png, or, given twice, one of each, and nothing else",
-                 .files = "exr png"},
+    .options = {{"--output",
+                 "write to FILE, an .exr or a .png, or, given twice, one of each, and nothing else; an .npart is a "
+                 "part, for nephos merge",
+                 .files = "exr png npart"},
                 {"--set"},
                 {"--frames", "frames to render"},
                 {"--resolution"},
                 {"--crop"},
                 {"--tile"},
+                {"--sample-range"},
+                {"--checkpoint"},
+                {"--resume"},
+                {"--skip-existing"},
                 {"--samples"},
                 {"--seed"},
                 {"--quality"},
@@ -370,5 +408,7 @@ const cli_verb cli_verb_render = {
     .examples = {{"nephos render scene.yaml --frames 1-3x2", "render the frames 1 and 3"},
                  {"nephos render scene.yaml -o look.png --samples 1 --resolution 32x18", "render a small preview"},
                  {"nephos render scene.yaml --tile 2/4", "render the second of four bands, for a farm"},
+                 {"nephos render scene.yaml --frames 1-3 --checkpoint 60s --resume --skip-existing",
+                  "start, or start again, a batch that may be stopped"},
                  {"nephos render scene.yaml --explain", "print the plan"}},
 };

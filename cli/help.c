@@ -19,8 +19,14 @@ static const struct {
     {CLI_LIMIT, false, "a limit was reached, and there is no result"},
     {CLI_DIFFERENT, false, "a difference was found"},
     {CLI_SOME_FAILED, false, "some frames of a batch failed; the others are there"},
+    {CLI_STOPPED, false, "stopped by SIGTERM at a checkpoint, from which --resume goes on"},
     {CLI_INTERRUPTED, true, "interrupted by SIGINT, SIGTERM, SIGHUP or a closed standard output"},
 };
+
+/* Codes beyond the bits have one of their own. */
+static unsigned get_exit_bit(cli_exit code) {
+  return code == CLI_STOPPED ? CLI_MAY_STOP : code < 31 ? CLI_MAY(code) : 0;
+}
 
 static void add_exits(const cli_page *page, unsigned wanted) {
   cli_page_add_section(page, page->is_man ? "exit status" : "exit codes");
@@ -28,7 +34,8 @@ static void add_exits(const cli_page *page, unsigned wanted) {
     const unsigned code = (unsigned)exits[i].code;
     char term[8];
     snprintf(term, sizeof term, "%u", code);
-    if (exits[i].is_common || (code < 32 && wanted >> code & 1u)) cli_page_add_item(page, term, exits[i].meaning);
+    if (exits[i].is_common || (wanted & get_exit_bit((cli_exit)exits[i].code)))
+      cli_page_add_item(page, term, exits[i].meaning);
   }
 }
 

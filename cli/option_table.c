@@ -112,6 +112,17 @@ static bool take_crop(cli_options *out, const cli_option *option, const char *ar
   return cli_read_list(argument, ',', 4, out->crop);
 }
 
+static bool take_sample_range(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  out->has_sample_range = true;
+  return cli_read_list(argument, '-', 2, out->sample_range) && out->sample_range[0] < out->sample_range[1];
+}
+
+static bool take_checkpoint(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  return cli_read_duration(argument, &out->checkpoint_s);
+}
+
 static bool take_prune(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
   return cli_read_real(argument, &out->prune_per_m) && out->prune_per_m <= 100;
@@ -220,6 +231,15 @@ static const cli_option options[] = {
      .meaning = "render these pixels alone, from the top left, the last two excluded"},
     {.name = "--tile", .argument = "I/N", .take = take_tile, .range = "I from 1 to N",
      .meaning = "render the I-th of N bands of rows, 1 at the top"},
+    {.name = "--sample-range", .argument = "A-B", .take = take_sample_range,
+     .range = "two whole numbers, the first below the second",
+     .meaning = "render the samples from A, a multiple of 16, up to B, which is excluded, into a part"},
+    {.name = "--checkpoint", .argument = "TIME", .take = take_checkpoint, .range = "a time above 0, as 60s, 5m or 1h",
+     .meaning = "keep what is rendered of a frame every TIME, and when stopped by SIGTERM, in an .npart beside it"},
+    {.name = "--resume", .take = take_flag, .field = INTO(is_resumed),
+     .meaning = "go on from a frame's checkpoint, where there is one of the same scene and settings"},
+    {.name = "--skip-existing", .take = take_flag, .field = INTO(skips_existing),
+     .meaning = "leave out frames whose file is finished and of the same scene and settings, by its header"},
     {.name = "--samples", .argument = "N", .take = take_setting, .key = "render.samples",
      .meaning = "samples for each pixel"},
     {.name = "--seed", .argument = "N", .take = take_setting, .key = "render.seed",

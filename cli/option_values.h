@@ -11,10 +11,10 @@ bool cli_read_whole(const char *text, unsigned *out_value);
 /* `count` whole numbers parted by `mark`. */
 bool cli_read_list(const char *text, char mark, unsigned count, unsigned *out_values);
 
-/* A number of at least 0. */
 /* Seconds: a number above 0, with s, m or h behind it, or nothing for seconds. */
 bool cli_read_duration(const char *text, double *out_s);
 
+/* A number of at least 0. */
 bool cli_read_real(const char *text, double *out_value);
 
 /* N, N-N or N-NxN at the start of `*text`, which moves behind it. */

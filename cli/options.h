@@ -18,6 +18,7 @@ typedef enum cli_exit {
   CLI_LIMIT = 6,
   CLI_DIFFERENT = 7,
   CLI_SOME_FAILED = 8,
+  CLI_STOPPED = 75,
   CLI_INTERRUPTED = 130
 } cli_exit;
 
@@ -60,6 +61,10 @@ typedef struct cli_options {
   unsigned resolution[2];          /* width, height */
   unsigned crop[4];                /* x0, y0, x1, y1 */
   unsigned tile_index, tile_count; /* from 1; 0 of 0: no tile */
+  bool has_sample_range;
+  unsigned sample_range[2]; /* the second excluded */
+  double checkpoint_s;      /* 0: none */
+  bool is_resumed, skips_existing;
   bool is_json, is_exact, wants_plan, is_dry_run;
   const char *method;       /* of a probe; NULL: not given */
   const char *table_folder; /* of a sky; NULL: not given */

@@ -17,12 +17,14 @@ bool cli_open_streams(void) {
 
 /* ---- Signals ---- */
 
-/* The one variable that outlives a call: a signal handler can reach no other. */
-static volatile sig_atomic_t is_interrupted;
+/* The variables that outlive a call: a signal handler can reach no others. The first is the signal's number. */
+static volatile sig_atomic_t interrupted_by, wants_snapshot;
 
-static void note_interrupt(int signal_number) {
+static void note_interrupt(int signal_number) { interrupted_by = signal_number; }
+
+static void note_snapshot(int signal_number) {
   (void)signal_number;
-  is_interrupted = 1;
+  wants_snapshot = 1;
 }
 
 static void catch_signal(int number) {
@@ -39,4 +41,18 @@ void cli_catch_interrupts(void) {
   for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) catch_signal(numbers[i]);
 }
 
-bool cli_is_interrupted(void) { return is_interrupted; }
+bool cli_is_interrupted(void) { return interrupted_by; }
+
+bool cli_is_terminated(void) { return interrupted_by == SIGTERM; }
+
+void cli_catch_snapshots(void) {
+  struct sigaction action = {.sa_handler = note_snapshot, .sa_flags = SA_RESTART};
+  sigemptyset(&action.sa_mask);
+  sigaction(SIGUSR1, &action, NULL);
+}
+
+bool cli_take_snapshot(void) {
+  const bool wants = wants_snapshot;
+  wants_snapshot = 0;
+  return wants;
+}

@@ -18,5 +18,10 @@ void cli_ignore_size_signal(void);
  * started to ignore, as under nohup, stay ignored. */
 void cli_catch_interrupts(void);
 bool cli_is_interrupted(void);
+bool cli_is_terminated(void); /* by SIGTERM */
+
+/* From here on SIGUSR1 asks for a snapshot; whether one was asked for since the last call. */
+void cli_catch_snapshots(void);
+bool cli_take_snapshot(void);
 
 #endif

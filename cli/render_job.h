@@ -8,6 +8,8 @@
 /* The files of one frame; NULL: not wanted. */
 typedef struct render_targets {
   char *image, *preview, *deep;
+  bool is_part;                /* `image` is the file of a part */
+  char *checkpoint, *snapshot; /* NULL: none is kept; none can be taken */
 } render_targets;
 
 enum { FAILED_TEXT_SIZE = 256 };
@@ -27,6 +29,7 @@ typedef struct render_job {
   bool has_effort;
   neph_output output;
   frame_batch batch;
+  const char *snapshot; /* of the frame under way; NULL: none can be taken */
 } render_job;
 
 /* Output files, by --output or the scene, whose names tell eyes and frames apart; CLI_USAGE, after a message, where
@@ -36,6 +39,15 @@ cli_exit render_job_choose_outputs(render_job *job);
 /* The names of the job's frame and eye, to be freed. */
 neph_result render_job_name_targets(const render_job *job, render_targets *out);
 void render_job_free_targets(const render_job *job, render_targets *t);
+
+/* Names and settings of a frame's part, checkpoint and snapshots, for the names that it has; `desc` borrows them. */
+neph_result render_job_set_restart(render_job *job, render_targets *t);
+
+/* Whether the frame's files are all there, and those of the same picture. */
+neph_result render_job_check_done(const render_job *job, const render_targets *t, bool *out_is_done);
+
+/* The exit code of a run that keeps checkpoints, of one that may have been stopped. */
+cli_exit render_job_end_restart(const render_job *job, cli_exit exit);
 
 /* Whether the files of the job's frame can be written, and of its clouds that are baked to files. */
 cli_exit render_job_check_targets(render_job *job);

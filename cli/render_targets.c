@@ -26,14 +26,19 @@ static cli_exit choose_outputs(render_job *job) {
   if (options->output_count) job->output.image = job->output.preview = NULL;
   for (size_t i = 0; i < options->output_count; i++) {
     const char *path = options->outputs[i];
-    const bool is_preview = cli_has_extension(path, ".png");
+    const bool is_preview = cli_has_extension(path, ".png"), is_part = cli_has_extension(path, ".npart");
     const char **place = is_preview ? &job->output.preview : &job->output.image;
-    if ((!is_preview && !cli_has_extension(path, ".exr")) || *place) {
-      cli_complain("--output is %s, must be one .exr, one .png, or one of each", path);
+    if ((!is_preview && !is_part && !cli_has_extension(path, ".exr")) || *place) {
+      cli_complain("--output is %s, must be one .exr, one .png, or one of each; or a part, .npart", path);
+      return CLI_USAGE;
+    }
+    if (options->has_sample_range && !is_part) {
+      cli_complain("--output is %s, must be an .npart: --sample-range renders a part", path);
       return CLI_USAGE;
     }
     *place = path;
   }
+  if (options->has_sample_range) job->output.preview = NULL;
   if (job->output.image || job->output.preview || job->output.deep) return CLI_DONE;
   cli_complain("%s names no output: give output.image in it, or --output", options->files[0]);
   return CLI_USAGE;
@@ -56,15 +61,19 @@ static char *name_eye(const render_job *job, const char *pattern) {
   return printed < 0 ? NULL : named;
 }
 
-/* Output path, to be freed: the pattern, or, for a tile, "out/frame.####.tile2of4.exr". NULL: no memory. */
+/* Output path, to be freed: the pattern, or, for a tile, "out/frame.####.tile2of4.exr", and for a range of samples
+ * "out/frame.####.samples0to64.npart". NULL: no memory. */
 static char *name_tile(const cli_options *options, const char *pattern) {
   const size_t length = strlen(pattern), ending = strlen(".exr");
-  if (!options->tile_count || options->output_count || length <= ending) return strdup(pattern);
-  char *tiled;
+  const bool is_whole = !options->tile_count && !options->has_sample_range;
+  if (is_whole || options->output_count || length <= ending) return strdup(pattern);
+  char tile[48] = "", range[48] = "", *named;
   const int stem = (int)(length - ending);
-  const int printed =
-      asprintf(&tiled, "%.*s.tile%uof%u%s", stem, pattern, options->tile_index, options->tile_count, pattern + stem);
-  return printed < 0 ? NULL : tiled;
+  if (options->tile_count) snprintf(tile, sizeof tile, ".tile%uof%u", options->tile_index, options->tile_count);
+  if (options->has_sample_range)
+    snprintf(range, sizeof range, ".samples%uto%u", options->sample_range[0], options->sample_range[1]);
+  const int printed = asprintf(&named, "%.*s%s%s%s", stem, pattern, tile, range, *range ? ".npart" : pattern + stem);
+  return printed < 0 ? NULL : named;
 }
 
 static neph_result name_target(const render_job *job, const char *pattern, char **out_path) {
@@ -82,10 +91,12 @@ void render_job_free_targets(const render_job *job, render_targets *t) {
   neph_text_destroy(job->session->context, t->image);
   neph_text_destroy(job->session->context, t->preview);
   neph_text_destroy(job->session->context, t->deep);
+  free(t->checkpoint);
+  free(t->snapshot);
 }
 
 neph_result render_job_name_targets(const render_job *job, render_targets *out) {
-  *out = (render_targets){NULL, NULL, NULL};
+  *out = (render_targets){.image = NULL};
   neph_result result = name_target(job, job->output.image, &out->image);
   if (!result) result = name_target(job, job->output.preview, &out->preview);
   if (!result) result = name_target(job, job->output.deep, &out->deep);

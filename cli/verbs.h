@@ -8,7 +8,7 @@
 #include "session.h"
 
 #define CLI_VERBS(ROW)                                                                                                 \
-  ROW(bake) ROW(render) ROW(info) ROW(sky) ROW(probe) ROW(compare) ROW(report) ROW(schema) ROW(help)
+  ROW(bake) ROW(render) ROW(info) ROW(sky) ROW(probe) ROW(compare) ROW(merge) ROW(report) ROW(schema) ROW(help)
 
 /* An option as a verb takes it; NULL: as the option's own row has it. */
 typedef struct cli_verb_option {
@@ -22,7 +22,7 @@ typedef struct cli_example {
   const char *command, *meaning;
 } cli_example;
 
-enum { CLI_VERB_OPTIONS_MAX = 20, CLI_EXAMPLES_MAX = 5 };
+enum { CLI_VERB_OPTIONS_MAX = 24, CLI_EXAMPLES_MAX = 6 };
 
 typedef struct cli_verb {
   const char *name, *arguments, *summary;
@@ -37,6 +37,7 @@ typedef struct cli_verb {
 } cli_verb;
 
 #define CLI_MAY(code) (1u << (code))
+#define CLI_MAY_STOP (1u << 31) /* CLI_STOPPED */
 
 #define CLI_DECLARE_VERB(name) extern const cli_verb cli_verb_##name;
 CLI_VERBS(CLI_DECLARE_VERB)

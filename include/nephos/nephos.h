@@ -27,6 +27,7 @@
 #include <nephos/ephemeris.h>
 #include <nephos/image.h>
 #include <nephos/noise_texture.h>
+#include <nephos/parts.h>
 #include <nephos/probe.h>
 #include <nephos/render.h>
 #include <nephos/renderer.h>

@@ -70,6 +70,9 @@ typedef bool (*neph_tile_fn)(void *user, const neph_tile *tile);
 /** No target error, no time limit. */
 #define NEPH_UNLIMITED HUGE_VAL
 
+/** Samples up to the last. */
+#define NEPH_SAMPLES_ALL 0xffffffffu
+
 /** No limit on the number of scatterings along a path. */
 #define NEPH_SCATTERINGS_ALL 0xffffffffu
 
@@ -107,6 +110,20 @@ typedef struct neph_render_desc {
                                   halves and its multiple scattering on coarser cells, with a warning and
                                   `nephos:memorySavings`; where that is not enough it is refused, as are bakes within
                                   it, with NEPH_ERROR_LIMIT (default NEPH_MEMORY_UNLIMITED) */
+  unsigned tile_index;       /**< of the crop's tiles, bands of whole rows from the top, from 0 (default 0) */
+  unsigned tile_count;       /**< of them; 1 to the crop's rows (default 1) */
+  uint32_t sample_begin;     /**< first of the samples that are taken, a multiple of 16 (default 0) */
+  uint32_t sample_end;       /**< one past the last: a multiple of 16, or sample_count, which NEPH_SAMPLES_ALL stands
+                                  for too (default NEPH_SAMPLES_ALL). With a range of samples there is no target error,
+                                  no time limit, and no deep pixel */
+  const char *part_path; /**< file for the part of the whole picture that is rendered, for neph_parts_merge; not with
+                              deep pixels or a time limit (default NULL) */
+  const char *checkpoint_path;  /**< file for the part as far as it is rendered; not removed. It may be part_path
+                                     (default NULL) */
+  double checkpoint_interval_s; /**< seconds from one checkpoint to the next; one is written in any case when the call
+                                   is cancelled (default NEPH_UNLIMITED) */
+  bool is_resumed;              /**< what the checkpoint has of the same picture is not rendered again; one that is
+                                     missing, damaged or of another picture changes nothing (default false) */
 } neph_render_desc;
 
 #define NEPH_RENDER_DESC_DEFAULT                                                                                       \
@@ -117,7 +134,9 @@ typedef struct neph_render_desc {
     .multiple_scattering = NEPH_MULTIPLE_SCATTERING_ORDINATES, .atmosphere = NEPH_RENDER_ATMOSPHERE_TRACED,            \
     .path_guiding = NEPH_PATH_GUIDING_NONE, .scattering_max = NEPH_SCATTERINGS_ALL, .progress = NULL,                  \
     .progress_user = NULL, .tile = NULL, .tile_user = NULL, .eye = NEPH_EYE_CENTRE,                                    \
-    .memory_max_bytes = NEPH_MEMORY_UNLIMITED                                                                          \
+    .memory_max_bytes = NEPH_MEMORY_UNLIMITED, .tile_index = 0, .tile_count = 1, .sample_begin = 0,                    \
+    .sample_end = NEPH_SAMPLES_ALL, .part_path = NULL, .checkpoint_path = NULL,                                        \
+    .checkpoint_interval_s = NEPH_UNLIMITED, .is_resumed = false                                                       \
   }
 
 /** The scene's own render settings, to start from.

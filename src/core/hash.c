@@ -58,3 +58,5 @@ neph_result np_hash_finish(np_hash *hash, char out_hex[33]) {
   np_alloc_free(hash->context, hash);
   return NEPH_OK;
 }
+
+uint64_t np_hash_block(const void *bytes, size_t size) { return XXH3_64bits(bytes, size); }

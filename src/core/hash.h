@@ -18,4 +18,7 @@ void np_hash_add_file(np_hash *hash, const char *path); /* path, size and time o
 /* Writes 32 hexadecimal digits and a zero, and destroys the hash; fails where there was no memory for it. */
 neph_result np_hash_finish(np_hash *hash, char out_hex[33]);
 
+/* 64 bits of one block: for checksums. */
+uint64_t np_hash_block(const void *bytes, size_t size);
+
 #endif

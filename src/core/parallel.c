@@ -300,12 +300,25 @@ static neph_result run_on_pool(np_pool *pool, loop *l) {
   return result;
 }
 
+/* A caller of the library that saves a picture while it is told of a loop's progress does it alone: the pool has work.
+ */
+static bool is_alone(np_pool *pool, const np_monitor *monitor) {
+  if (monitor) return false;
+  pthread_mutex_lock(&pool->lock);
+  const bool is_busy = pool->first;
+  pthread_mutex_unlock(&pool->lock);
+  return is_busy;
+}
+
 neph_result np_parallel_for(neph_context *context, np_monitor *monitor, size_t count, size_t grain, np_parallel_fn work,
                             void *user) {
   loop l = {.work = work, .user = user, .monitor = monitor, .count = count, .grain = grain ? grain : 1};
   const worker *self = search_worker(context->pool);
   neph_result result = NEPH_OK;
-  if (count) result = self ? work_on_loop(&l, self->index) : run_on_pool(context->pool, &l);
+  if (count && (self || is_alone(context->pool, monitor)))
+    result = work_on_loop(&l, self ? self->index : 0);
+  else if (count)
+    result = run_on_pool(context->pool, &l);
   return result ? result : np_monitor_is_cancelled(monitor) ? NEPH_ERROR_CANCELLED : NEPH_OK;
 }
 

@@ -8,9 +8,25 @@ static void copy_sums(unsigned channel_count, double *to, const double *from) {
   memcpy(to, from, channel_count * sizeof *to);
 }
 
+static unsigned get_sum_count(const np_film_accumulator *accumulator) {
+  return accumulator->channel_count - 2 * accumulator->moment_count;
+}
+
+static void join_moments(unsigned count, const double *left, double left_count, double *right, double right_count) {
+  const double all = left_count + right_count;
+  for (unsigned m = 0; m < count; m++) {
+    const double distance = right[m] - left[m];
+    right[count + m] = left[count + m] + right[count + m] + distance * distance * (left_count * right_count / all);
+    right[m] = left[m] + distance * (right_count / all);
+  }
+}
+
 /* The left child is the first operand wherever two nodes meet, and this is the only place where they do. */
-static void add_to_left(unsigned channel_count, const double *left, double *right) {
-  for (unsigned c = 0; c < channel_count; c++) right[c] = left[c] + right[c];
+void np_film_accumulator_join(const np_film_accumulator *accumulator, const double *left, uint32_t left_count,
+                              double *right, uint32_t right_count) {
+  const unsigned sums = get_sum_count(accumulator);
+  for (unsigned c = 0; c < sums; c++) right[c] = left[c] + right[c];
+  join_moments(accumulator->moment_count, left + sums, left_count, right + sums, right_count);
 }
 
 static uint32_t get_ragged_count(const np_film_accumulator *accumulator) {
@@ -20,7 +36,8 @@ static uint32_t get_ragged_count(const np_film_accumulator *accumulator) {
 /* Stores a complete node, joined with the siblings that wait for it; destroys `sums`. */
 static void store_node(np_film_accumulator *accumulator, unsigned level, uint32_t index, double *sums) {
   for (; index & accumulator->pending >> level & 1u; level++, index >>= 1) {
-    add_to_left(accumulator->channel_count, accumulator->pending_node[level], sums);
+    const uint32_t count = (uint32_t)NP_FILM_LEAF_SAMPLES << level;
+    np_film_accumulator_join(accumulator, accumulator->pending_node[level], count, sums, count);
     accumulator->pending &= ~(1u << level);
   }
   bool is_odd = index & 1u;
@@ -31,14 +48,34 @@ static void store_node(np_film_accumulator *accumulator, unsigned level, uint32_
 void np_film_accumulator_begin(np_film_accumulator *accumulator, unsigned channel_count, uint32_t sample_begin) {
   assert(channel_count <= NP_FILM_CHANNELS_MAX && sample_begin % NP_FILM_LEAF_SAMPLES == 0);
   accumulator->channel_count = channel_count;
+  accumulator->moment_count = 0;
   accumulator->sample_begin = accumulator->sample_next = sample_begin;
   accumulator->pending = accumulator->edge = 0;
 }
 
+void np_film_accumulator_begin_moments(np_film_accumulator *accumulator, unsigned sum_count, unsigned moment_count,
+                                       uint32_t sample_begin) {
+  np_film_accumulator_begin(accumulator, sum_count + 2 * moment_count, sample_begin);
+  accumulator->moment_count = moment_count;
+}
+
+/* The leaf's `count`-th sample. */
+static void add_moments(np_film_accumulator *accumulator, const float *values, uint32_t count) {
+  const unsigned moments = accumulator->moment_count;
+  double *mean = accumulator->leaf + get_sum_count(accumulator), *squares = mean + moments;
+  for (unsigned m = 0; m < moments; m++) {
+    const double x = (double)values[m], before = count == 1 ? 0.0 : mean[m], distance = x - before;
+    mean[m] = before + distance / count;
+    squares[m] = (count == 1 ? 0.0 : squares[m]) + distance * (x - mean[m]);
+  }
+}
+
 void np_film_accumulator_add(np_film_accumulator *accumulator, const float *values) {
   bool is_first = get_ragged_count(accumulator) == 0;
-  for (unsigned c = 0; c < accumulator->channel_count; c++)
+  const unsigned sums = get_sum_count(accumulator);
+  for (unsigned c = 0; c < sums; c++)
     accumulator->leaf[c] = is_first ? (double)values[c] : accumulator->leaf[c] + (double)values[c];
+  add_moments(accumulator, values + sums, get_ragged_count(accumulator) + 1);
   accumulator->sample_next++;
   if (get_ragged_count(accumulator) == 0)
     store_node(accumulator, 0, accumulator->sample_next / NP_FILM_LEAF_SAMPLES - 1, accumulator->leaf);
@@ -57,6 +94,18 @@ bool np_film_accumulator_add_node(np_film_accumulator *accumulator, const np_fil
   while ((uint32_t)NP_FILM_LEAF_SAMPLES << level < count) level++;
   store_node(accumulator, level, node->sample_begin / count, accumulator->leaf);
   return true;
+}
+
+unsigned np_film_list_nodes(uint32_t begin, uint32_t end, np_film_node out[NP_FILM_NODES_MAX]) {
+  unsigned count = 0;
+  while (begin < end) {
+    uint32_t samples = NP_FILM_LEAF_SAMPLES, left = end - begin;
+    while (begin % (2 * samples) == 0 && left / 2 >= samples) samples *= 2;
+    if (samples > left) samples = left;
+    out[count++] = (np_film_node){begin, samples, NULL};
+    begin += samples;
+  }
+  return count;
 }
 
 /* Going right, nodes grow while their siblings lie before the range, then shrink. */
@@ -86,5 +135,7 @@ void np_film_accumulator_finish(const np_film_accumulator *accumulator, double *
     return;
   }
   copy_sums(accumulator->channel_count, out_sums, nodes[count - 1].sums);
-  for (unsigned i = count - 1; i-- > 0;) add_to_left(accumulator->channel_count, nodes[i].sums, out_sums);
+  uint32_t right_count = nodes[count - 1].sample_count;
+  for (unsigned i = count - 1; i-- > 0; right_count += nodes[i].sample_count)
+    np_film_accumulator_join(accumulator, nodes[i].sums, nodes[i].sample_count, out_sums, right_count);
 }

@@ -18,21 +18,10 @@
 
 enum {
   NP_FILM_LEAF_SAMPLES = 16,
-  NP_FILM_CHANNELS_MAX = 512,
+  NP_FILM_CHANNELS_MAX = 528,
   NP_FILM_LEVELS = 28,                       /* a node of the last holds 2³¹ samples */
   NP_FILM_NODES_MAX = 2 * NP_FILM_LEVELS + 1 /* a left and a right one of each level, and a ragged leaf */
 };
-
-/* The sum over one pixel's samples, in progress. Reused from pixel to pixel. */
-typedef struct np_film_accumulator {
-  unsigned channel_count;
-  uint32_t sample_begin, sample_next;
-  uint32_t pending; /* bit l: an even node of level l (16·2ˡ samples) is complete and waits for its sibling */
-  uint32_t edge;    /* bit l: an odd node of level l whose sibling lies before sample_begin */
-  double leaf[NP_FILM_CHANNELS_MAX];
-  double pending_node[NP_FILM_LEVELS][NP_FILM_CHANNELS_MAX];
-  double edge_node[NP_FILM_LEVELS][NP_FILM_CHANNELS_MAX];
-} np_film_accumulator;
 
 /* A complete node, or a ragged leaf. */
 typedef struct np_film_node {
@@ -41,8 +30,27 @@ typedef struct np_film_node {
   const double *sums;    /* channel_count of them */
 } np_film_node;
 
+/* The maximal nodes of a range, without their sums, in ascending order; returns how many. */
+unsigned np_film_list_nodes(uint32_t sample_begin, uint32_t sample_end, np_film_node out[NP_FILM_NODES_MAX]);
+
+/* The sum over one pixel's samples, in progress. Reused from pixel to pixel. */
+typedef struct np_film_accumulator {
+  unsigned channel_count; /* numbers of a node: sums, means, sums of squares */
+  unsigned moment_count;  /* of those, means, and as many sums of squares behind them */
+  uint32_t sample_begin, sample_next;
+  uint32_t pending; /* bit l: an even node of level l (16·2ˡ samples) is complete and waits for its sibling */
+  uint32_t edge;    /* bit l: an odd node of level l whose sibling lies before sample_begin */
+  double leaf[NP_FILM_CHANNELS_MAX];
+  double pending_node[NP_FILM_LEVELS][NP_FILM_CHANNELS_MAX];
+  double edge_node[NP_FILM_LEVELS][NP_FILM_CHANNELS_MAX];
+} np_film_accumulator;
+
 /* `sample_begin` is a multiple of 16. */
 void np_film_accumulator_begin(np_film_accumulator *accumulator, unsigned channel_count, uint32_t sample_begin);
+
+/* The same with moments: of a sample's `sum_count + moment_count` values the last have mean and squares in a node. */
+void np_film_accumulator_begin_moments(np_film_accumulator *accumulator, unsigned sum_count, unsigned moment_count,
+                                       uint32_t sample_begin);
 void np_film_accumulator_add(np_film_accumulator *accumulator, const float *values);
 
 /* Continues with a node of a part. False, and nothing changed, when it does not begin where the samples so far end, or
@@ -54,5 +62,9 @@ unsigned np_film_accumulator_get_nodes(const np_film_accumulator *accumulator, n
 
 /* The sum of everything added, folded from the last maximal node to the first. */
 void np_film_accumulator_finish(const np_film_accumulator *accumulator, double *out_sums);
+
+/* Joins the numbers of `left_count` samples with those of the `right_count` that follow, into `right`. */
+void np_film_accumulator_join(const np_film_accumulator *accumulator, const double *left, uint32_t left_count,
+                              double *right, uint32_t right_count);
 
 #endif

@@ -49,8 +49,8 @@ static unsigned search_rank(const np_channels *c, const double *sums, unsigned r
   return best;
 }
 
-static double finish_rank(const np_channels *c, const np_channel *channel, const double *sums,
-                          const np_pixel_facts *facts) {
+double np_channel_finish_rank(const np_channels *c, const np_channel *channel, const double *sums,
+                              const np_pixel_facts *facts) {
   const unsigned rank = channel->part / 2, best = search_rank(c, sums, rank);
   const double coverage = rank < c->matte_count ? sums[c->mattes + best] / facts->spread.count : 0.0;
   if (!(coverage > 0.0)) return 0.0;
@@ -61,7 +61,7 @@ void np_channels_add_cryptomatte(np_channels *c) {
   char name[NP_CHANNEL_NAME_MAX];
   for (unsigned i = 0; i < NP_CRYPTOMATTE_CHANNELS; i++) {
     np_cryptomatte_name_channel(i, name, sizeof name);
-    np_channels_add(c, name, (np_channel_kind){.finish = finish_rank}, i);
+    np_channels_add(c, name, (np_channel_kind){.finish = np_channel_finish_rank}, i);
   }
 }
 

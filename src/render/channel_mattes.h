@@ -15,4 +15,8 @@ void np_channels_add_cryptomatte_sums(np_channels *channels, const neph_scene *s
 /* Names and identifiers, into a picture that has such channels. */
 neph_result np_channels_write_manifest(const neph_scene *scene, neph_image *image);
 
+/* Identifier or coverage of the matte of a rank, by the channel's part. */
+double np_channel_finish_rank(const np_channels *c, const np_channel *channel, const double *sums,
+                              const np_pixel_facts *facts);
+
 #endif

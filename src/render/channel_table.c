@@ -158,6 +158,37 @@ static double finish_count(const np_channels *c, const np_channel *channel, cons
   return facts->spread.count;
 }
 
+/* ---- Names of the rules ---- */
+
+static const struct {
+  const char *name;
+  np_channel_finish_fn finish;
+} finishes[] = {{"mean", np_channel_finish_mean},
+                {"coverage", finish_coverage},
+                {"over opacity", finish_opaque},
+                {"distance over opacity", finish_opaque_distance},
+                {"share over opacity", finish_opaque_share},
+                {"depth", finish_depth},
+                {"distance", finish_distance},
+                {"variance", finish_variance},
+                {"standard error", finish_error},
+                {"sample count", finish_count},
+                {"rank", np_channel_finish_rank}};
+
+enum { FINISH_COUNT = sizeof finishes / sizeof *finishes };
+
+np_channel_finish_fn np_channel_finish_get(const char *name) {
+  for (unsigned i = 0; i < FINISH_COUNT; i++)
+    if (!strcmp(finishes[i].name, name)) return finishes[i].finish;
+  return NULL;
+}
+
+const char *np_channel_finish_get_name(np_channel_finish_fn finish) {
+  for (unsigned i = 0; i < FINISH_COUNT; i++)
+    if (finishes[i].finish == finish) return finishes[i].name;
+  return "";
+}
+
 /* ---- Which there are ---- */
 
 #define LIGHTS(some)                                                                                                   \

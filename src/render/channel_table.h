@@ -8,4 +8,10 @@
 /* The picture's own channels and the plan's AOVs. */
 void np_channels_choose(const np_plan *plan, const neph_scene *scene, np_channels *out);
 
+/* Rules by which pixels are finished, by names that parts of pictures keep. NULL: none of that name. */
+typedef double (*np_channel_finish_fn)(const np_channels *channels, const np_channel *channel, const double *sums,
+                                       const np_pixel_facts *facts);
+np_channel_finish_fn np_channel_finish_get(const char *name);
+const char *np_channel_finish_get_name(np_channel_finish_fn finish);
+
 #endif

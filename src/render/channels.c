@@ -41,14 +41,27 @@ void np_channels_finish(const np_channels *channels, const double *sums, const n
   }
 }
 
-void np_spread_add(const np_channels *channels, const np_integrator_sample *sample, np_spread *spread) {
-  spread->count++;
+void np_channels_read_numbers(const np_channels *channels, const np_camera_ray *ray, const np_integrator_sample *sample,
+                              float out_values[NP_PIXEL_NUMBERS_MAX]) {
+  np_channels_read(channels, ray, sample, out_values);
+  float *lost = out_values + channels->sum_count, *color = lost + NP_PIXEL_SUMS_OWN;
+  lost[NP_BAND_COUNT] = 1.0f - sample->transmittance;
+  lost[NP_BAND_COUNT + 1] = (float)sample->cut_count;
+  lost[NP_BAND_COUNT + 2] = (float)sample->followed_count;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
-    const double x = (double)np_channels_sum_components(channels, channels->beauty, b, sample),
-                 distance = x - spread->mean[b];
-    spread->mean[b] += distance / spread->count;
-    spread->squares[b] += distance * (x - spread->mean[b]);
+    lost[b] = sample->lost.band[b] * channels->scale;
+    color[b] = np_channels_sum_components(channels, channels->beauty, b, sample);
   }
+}
+
+np_spread np_channels_get_spread(const np_channels *channels, const double *numbers, unsigned count) {
+  const double *mean = np_channels_get_lost(channels, numbers) + NP_PIXEL_SUMS_OWN;
+  np_spread spread = {.count = count};
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    spread.mean[b] = mean[b];
+    spread.squares[b] = mean[NP_BAND_COUNT + b];
+  }
+  return spread;
 }
 
 double np_spread_variance(const np_spread *spread, unsigned band) {

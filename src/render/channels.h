@@ -8,10 +8,18 @@
 
 enum { NP_CHANNELS_MAX = 512, NP_CHANNEL_NAME_MAX = 256, NP_CHANNEL_NONE = NP_CHANNELS_MAX };
 
+/* Numbers that the film keeps of a pixel: the sums of the channels, of the light that a limit on scatterings took, by
+ * bands, of the opacity of clouds, and of paths cut and followed; mean and squared distances of the picture's R, G and
+ * B (image/film.h). */
+enum {
+  NP_PIXEL_SUMS_OWN = NP_BAND_COUNT + 3, /* besides those of the channels */
+  NP_PIXEL_NUMBERS_MAX = NP_CHANNELS_MAX + NP_PIXEL_SUMS_OWN + 2 * NP_BAND_COUNT
+};
+
 typedef struct np_channels np_channels;
 typedef struct np_channel np_channel;
 
-/* The spread of a pixel's samples about their mean (Welford 1962), in R, G and B. */
+/* The spread of a pixel's samples about their mean, in R, G and B. */
 typedef struct np_spread {
   unsigned count;
   double mean[NP_BAND_COUNT], squares[NP_BAND_COUNT]; /* Σ(x − mean)² */
@@ -74,7 +82,30 @@ void np_channels_read(const np_channels *channels, const np_camera_ray *ray, con
 void np_channels_finish(const np_channels *channels, const double *sums, const np_pixel_facts *facts,
                         float out_values[NP_CHANNELS_MAX]);
 
-void np_spread_add(const np_channels *channels, const np_integrator_sample *sample, np_spread *spread);
+/* Values of one sample for the film: as many as np_channels_count_numbers, but for the squares. */
+void np_channels_read_numbers(const np_channels *channels, const np_camera_ray *ray, const np_integrator_sample *sample,
+                              float out_values[NP_PIXEL_NUMBERS_MAX]);
+
+static inline unsigned np_channels_count_numbers(const np_channels *channels) {
+  return channels->sum_count + NP_PIXEL_SUMS_OWN + 2 * NP_BAND_COUNT;
+}
+
+/* The sums of the light that is lost, among a pixel's numbers. */
+static inline const double *np_channels_get_lost(const np_channels *channels, const double *numbers) {
+  return numbers + channels->sum_count;
+}
+
+static inline double np_channels_get_opacity(const np_channels *channels, const double *numbers) {
+  return numbers[channels->sum_count + NP_BAND_COUNT];
+}
+
+/* Paths that met the limit on scatterings, and those of them that were followed. */
+static inline const double *np_channels_get_cuts(const np_channels *channels, const double *numbers) {
+  return numbers + channels->sum_count + NP_BAND_COUNT + 1;
+}
+
+/* The spread of `count` samples, by a pixel's numbers. */
+np_spread np_channels_get_spread(const np_channels *channels, const double *numbers, unsigned count);
 
 /* Squared standard error of the mean as of independent samples: the spread of their points over the pixel makes it
  * less, never more. 0 where one sample tells nothing. */

@@ -107,12 +107,13 @@ static neph_result sample_probes(void *user, size_t begin, size_t end, unsigned 
   const probe_job *job = user;
   for (size_t i = begin; i < end; i++) {
     np_error_probe *probe = &job->probe[i];
-    np_pixel_state p = {.next = job->begin};
-    double sums[1] = {0.0};
+    np_pixel_state p = {.begin = job->begin, .next = job->begin};
+    double numbers[NP_PIXEL_NUMBERS_MAX];
     const uint32_t count = job->count ? job->count : (uint32_t)probe->count;
-    neph_result result = np_frame_sample_pixel(job->frame, probe->at, job->begin + count, &p, sums);
+    neph_result result = np_frame_sample_pixel(job->frame, probe->at, job->begin + count, &p, numbers);
     if (result) return result;
-    job->take(probe, job->seed, (double)np_frame_get_luminance(job->frame, &p.spread).value);
+    const np_spread spread = np_channels_get_spread(&job->frame->channels, numbers, count);
+    job->take(probe, job->seed, (double)np_frame_get_luminance(job->frame, &spread).value);
   }
   return NEPH_OK;
 }

@@ -6,7 +6,6 @@
 #include "image/deep.h"
 #include "image/image_private.h"
 #include "render/bias_model.h"
-#include "render/camera_header.h"
 #include "render/channel_mattes.h"
 #include "image/color_space.h"
 #include "render/channel_table.h"
@@ -14,6 +13,8 @@
 #include "render/frame.h"
 #include "render/frame_state.h"
 #include "render/integrator_choice.h"
+#include "render/part_film.h"
+#include "render/render_header.h"
 
 static bool is_lit(const np_plan *plan) {
   return np_plan_needs(plan, NP_STAGE_SUN_LIGHT) || np_plan_needs(plan, NP_STAGE_SKY_LIGHT) ||
@@ -174,6 +175,12 @@ static neph_result describe_samples(const np_frame *f, neph_image *image) {
   return np_image_set_real(image, "nephos:pixelError", error);
 }
 
+neph_result np_frame_describe(const np_frame *f, neph_image *image) {
+  neph_result result = describe_samples(f, image);
+  if (!result) result = describe_loss(f, image);
+  return result ? result : describe_mean(f, image);
+}
+
 static void choose_luminance(np_frame *f, const np_plan *plan) {
   for (int b = 0; b < NP_BAND_COUNT; b++) f->luminance_weights[b] = 1.0 / NP_BAND_COUNT;
   if (plan->color_space == NP_COLOR_BANDS) return;
@@ -219,9 +226,21 @@ static neph_result integrate_frame(np_frame *f, const np_plan *plan, neph_image 
   if (!result) result = np_frame_sample(f);
   np_tile_feed_close(f->feed);
   if (!result) result = estimate_error(f, plan, image);
-  if (!result) result = describe_samples(f, image);
-  if (!result) result = describe_loss(f, image);
-  return result ? result : describe_mean(f, image);
+  if (!result) result = np_image_set_real(image, "renderTime", np_monitor_get_seconds(f->monitor));
+  return result ? result : np_frame_describe(f, image);
+}
+
+static void keep_part(void *film, double seconds) { np_part_film_write_when_due(film, seconds); }
+
+/* Samples the frame, and keeps what the plan wants of it in files. */
+static neph_result integrate_part(np_frame *f, const neph_scene *scene, const np_plan *plan) {
+  neph_result result = np_part_film_open(scene, plan, f, &f->part);
+  if (result) return result;
+  f->feed->keep = f->part ? keep_part : NULL;
+  f->feed->keeper = f->part;
+  result = integrate_frame(f, plan, f->image);
+  f->feed->keep = NULL;
+  return np_part_film_finish(f->part, result);
 }
 
 neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
@@ -245,8 +264,8 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   choose_integrator(f, plan, scene);
   neph_result result = create_image(f, out_image);
   if (!result && plan->aovs & NP_AOV_CRYPTOMATTE) result = np_channels_write_manifest(scene, *out_image);
-  if (!result) result = np_camera_header_write(scene, &assembly->camera, desc->eye, *out_image);
-  if (!result) result = integrate_frame(f, plan, *out_image);
+  if (!result) result = np_render_header_write(scene, plan, assembly, *out_image);
+  if (!result) result = integrate_part(f, scene, plan);
   if (result) {
     neph_image_destroy(*out_image);
     *out_image = NULL;

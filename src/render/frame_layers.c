@@ -38,6 +38,6 @@ neph_result np_frame_set_deep(const np_frame *f, const np_pixel_state *p, size_t
   np_deep_bins bins;
   np_deep_sample samples[NP_DEEP_SAMPLES_MAX];
   np_deep_bins_load(&p->deep, &bins);
-  const unsigned count = np_deep_bins_finish(&bins, p->spread.count, f->channels.scale, cosine, samples);
+  const unsigned count = np_deep_bins_finish(&bins, p->next - p->begin, f->channels.scale, cosine, samples);
   return np_image_set_deep(f->image, index, samples, count);
 }

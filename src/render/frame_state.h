@@ -17,14 +17,11 @@ typedef struct np_tile_total {
   double squares; /* of the pixels' relative errors */
 } np_tile_total;
 
-/* A pixel's samples so far, and those that it is to get: from `next` to `end`. */
+/* A pixel's samples so far, from `begin` to `next`, and those that it is to get, up to `end`. */
 typedef struct np_pixel_state {
-  uint32_t next, end;
-  np_spread spread;
-  double lost[NP_BAND_COUNT]; /* Σ over the samples */
-  double opacity;             /* of clouds, Σ over the samples */
-  uint64_t cut_count, followed_count;
+  uint32_t begin, next, end;
   np_deep_stored deep; /* what its samples found along their rays, where it is asked for */
+  double *record;      /* of a part or a checkpoint, to be filled; NULL: none is kept */
 } np_pixel_state;
 
 /* Luminance of a pixel, and the variance of it by its samples as of independent ones. */
@@ -38,6 +35,7 @@ typedef struct np_frame {
   const neph_render_desc *desc;
   np_monitor *monitor;
   np_tile_feed *feed;
+  struct np_part_film *part; /* NULL: none is kept */
   np_integrator_settings settings;
   np_integrator_fn integrate;
   np_half_distance_fn half_distance;
@@ -55,7 +53,7 @@ typedef struct np_frame {
   double noise_target;                     /* of each pixel, of the target error; infinite: none */
   np_spread *pilots;                       /* with a target error: those rendered, and one pixel around them */
   np_pixel_state *pixels;                  /* with a time limit: those rendered */
-  double *sums;                            /* of each of them: [channel] */
+  double *numbers;                         /* of each of them, np_channels_count_numbers */
   bool is_first_pass;
   bool is_cut;                  /* by the time limit, before all samples were taken */
   int min[2];                   /* first pixel that is rendered */
@@ -70,9 +68,10 @@ enum { NP_TILE_EDGE = 8 };
 
 size_t np_frame_count_tiles(const np_frame *f);
 
-/* The pixel's samples up to `end`, added to `sums` and to its spread: fewer where the monitor stops it, which makes the
- * one under way void. A leaf that the pixel has begun, its first, is all of its sums, and is gone on with. */
-neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p, double *sums);
+/* The pixel's samples up to `end`, added to `numbers`, as many as np_channels_count_numbers: fewer where the monitor
+ * stops it, which makes the one under way void. A leaf that the pixel has begun, its first, is all of its numbers, and
+ * is gone on with. */
+neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p, double *numbers);
 
 /* Number of a pixel's first sample: those before it are a pilot's. */
 uint32_t np_frame_get_first_sample(const np_frame *f);
@@ -81,5 +80,12 @@ np_pixel_luminance np_frame_get_luminance(const np_frame *f, const np_spread *sp
 
 /* Samples every pixel and fills planes and totals, which has room for all tiles. */
 neph_result np_frame_sample(np_frame *f);
+
+/* Fills a pixel's values by its numbers, and adds it to its tile. */
+void np_frame_develop_pixel(const np_frame *f, size_t index, const np_pixel_facts *facts, const double *numbers,
+                            np_tile_total *total);
+
+/* Says in the header how many samples the pixels have, and how exact they are, by the totals. */
+neph_result np_frame_describe(const np_frame *f, neph_image *image);
 
 #endif

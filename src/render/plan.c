@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "core/parallel.h"
+#include "render/part_check.h"
 #include "render/stages.h"
 
 enum { SIZE_LIMIT = 65536 };
@@ -32,6 +33,9 @@ static neph_result check_desc(neph_context *context, const neph_render_desc *des
   if (min[0] >= max[0] || min[1] >= max[1] || max[0] > desc->width || max[1] > desc->height)
     return np_fail(context, bad, "the crop is %u,%u to %u,%u, must not be empty and lie within %u x %u pixels", min[0],
                    min[1], max[0], max[1], desc->width, desc->height);
+  if (desc->tile_index >= desc->tile_count || desc->tile_count > max[1] - min[1])
+    return np_fail(context, bad, "tile %u of %u is asked for, must be one of 1 to %u, the rows of the crop",
+                   desc->tile_index + 1, desc->tile_count, max[1] - min[1]);
   if (desc->sample_count < 1) return np_fail(context, bad, "samples is 0, must be at least 1");
   if (!(desc->target_error > 0.0))
     return np_fail(context, bad, "target_error is %g, must be above 0", desc->target_error);
@@ -56,6 +60,7 @@ static neph_result read_desc(const neph_scene *scene, const neph_render_desc *de
   neph_result result = neph_scene_get_render_desc(scene, &own);
   if (!result) result = np_desc_read(scene->context, "neph_render_desc", &own, sizeof own, desc, out_desc);
   if (!result) result = check_eye(scene, out_desc);
+  if (out_desc->sample_end > out_desc->sample_count) out_desc->sample_end = out_desc->sample_count;
   return result ? result : check_desc(scene->context, out_desc);
 }
 
@@ -146,17 +151,22 @@ static np_scene_facts compute_facts(const neph_scene *scene, const np_plan *plan
 
 /* ---- Resources ---- */
 
-/* An edge of the crop that is one of the picture's goes out by the overscan, so that tiles cover that too. */
+/* An edge of the crop that is one of the picture's goes out by the overscan, and so do the first and the last tile. */
 static void set_windows(np_plan *plan, const neph_scene *scene) {
   const neph_render_desc *desc = &plan->desc;
+  const uint64_t rows = desc->crop_max[1] - desc->crop_min[1];
   const unsigned size[2] = {desc->width, desc->height};
   const int overscan = (int)scene->camera.overscan;
   for (int k = 0; k < 2; k++) {
     plan->view_min[k] = -overscan;
     plan->view_max[k] = (int)size[k] + overscan;
-    plan->window_min[k] = desc->crop_min[k] == 0 ? plan->view_min[k] : (int)desc->crop_min[k];
-    plan->window_max[k] = desc->crop_max[k] == size[k] ? plan->view_max[k] : (int)desc->crop_max[k];
+    plan->whole_min[k] = plan->window_min[k] = desc->crop_min[k] == 0 ? plan->view_min[k] : (int)desc->crop_min[k];
+    plan->whole_max[k] = plan->window_max[k] =
+        desc->crop_max[k] == size[k] ? plan->view_max[k] : (int)desc->crop_max[k];
   }
+  if (desc->tile_index > 0) plan->window_min[1] = (int)(desc->crop_min[1] + rows * desc->tile_index / desc->tile_count);
+  if (desc->tile_index + 1 < desc->tile_count)
+    plan->window_max[1] = (int)(desc->crop_min[1] + rows * (desc->tile_index + 1) / desc->tile_count);
 }
 
 /* A deep pixel has 16 samples, where all the picture is cloud. */
@@ -164,9 +174,10 @@ static const uint64_t deep_bytes = 16 * 24;
 
 static void count_work(np_plan *plan, const neph_scene *scene) {
   const uint64_t pixels = np_plan_count_pixels(plan);
-  plan->ray_count = pixels * plan->desc.sample_count;
+  plan->ray_count = pixels * (plan->desc.sample_end - plan->desc.sample_begin);
   const unsigned own = plan->has_beauty ? 5 : 2;
   plan->film_bytes = pixels * (own + np_aovs_count_channels(plan->aovs, scene->cloud_count)) * sizeof(float);
+  if (plan->desc.part_path || plan->desc.checkpoint_path) plan->film_bytes += 3 * plan->film_bytes;
   if (scene->output.deep) plan->film_bytes += pixels * deep_bytes;
 }
 
@@ -224,6 +235,7 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   *out_plan = (np_plan){.has_beauty = scene->output.has_beauty, .aovs = scene->output.aovs};
   neph_result result = begin(scene, desc, out_plan);
   if (!result) result = check_samples(out_plan);
+  if (!result) result = np_part_check(scene, out_plan);
   if (!result) result = compute_lights(out_plan, scene);
   if (result) return result;
   count_work(out_plan, scene);

@@ -72,6 +72,8 @@ typedef struct np_plan {
   neph_render_desc desc;        /* the caller's over the scene's, checked */
   int view_min[2], view_max[2]; /* pixels of the picture and its overscan; view_max is one past the last */
   int window_min[2], window_max[2]; /* those of them that are rendered: the data window */
+  int whole_min[2], whole_max[2];   /* the window that this is a tile of */
+  char hash[33];                    /* of the picture, once its files may be read; empty: none */
   unsigned sphere_size[2];          /* of a latitude-longitude picture, set by who paints one; 0: the camera's */
   double sphere_center_rad;         /* azimuth of its middle */
   bool is_sky_alone;                /* without clouds and terrain */

@@ -1,63 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From scene to image: plan, assemble, integrate, and say in the header what was done. */
+/* From scene to image: plan, assemble, integrate. */
 #include <stdio.h>
+
+#include <nephos/parts.h>
 
 #include "core/parallel.h"
 #include "image/image_private.h"
-#include "render/color_header.h"
 #include "render/frame.h"
-#include "render/light_meter.h"
+#include "render/part_check.h"
 #include "render/plan.h"
-
-static neph_result describe_render(const neph_scene *scene, const np_plan *plan, double seconds, neph_image *image) {
-  const neph_render_desc *desc = &plan->desc;
-  const bool is_path = desc->integrator == NEPH_INTEGRATOR_PATH;
-  char seed[24];
-  (void)snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
-  neph_result result = neph_image_set_attribute(image, "nephos:integrator", is_path ? "path" : "march");
-  const bool is_traced = desc->atmosphere == NEPH_RENDER_ATMOSPHERE_TRACED;
-  if (!result && is_path)
-    result = neph_image_set_attribute(image, "nephos:atmosphere", is_traced ? "traced" : "tables");
-  if (!result && !is_path)
-    result = neph_image_set_attribute(image, "nephos:multipleScattering",
-                                      np_multiple_scattering_get_row(desc->multiple_scattering)->name);
-  if (!result && desc->scattering_max != NEPH_SCATTERINGS_ALL)
-    result = np_image_set_integer(image, "nephos:scatteringMax", desc->scattering_max);
-  if (!result && plan->savings[0]) result = neph_image_set_attribute(image, "nephos:memorySavings", plan->savings);
-  if (!result) result = neph_image_set_attribute(image, "nephos:seed", seed);
-  if (!result) result = np_image_set_integer(image, "nephos:frame", desc->frame);
-  const neph_isa isa = neph_context_get_isa(scene->context);
-  if (!result) result = neph_image_set_attribute(image, "nephos:isa", neph_isa_get_name(isa));
-  return result ? result : np_image_set_real(image, "renderTime", seconds);
-}
-
-/* Accuracy of the solved multiple scattering: the worst of all lights and packets. */
-typedef struct light_quality {
-  bool is_solved, is_cut;
-  double residual, error;
-  unsigned cut_width; /* of those that are cut, the widest cells and */
-  double cut_residual;
-} light_quality;
-
-static void add_quality(np_scattering_quality own, light_quality *q) {
-  q->is_solved = true;
-  q->residual = fmax(q->residual, own.residual);
-  q->error = fmax(q->error, own.error);
-  if (!own.is_cut) return;
-  q->is_cut = true;
-  q->cut_residual = fmax(q->cut_residual, own.residual);
-  q->cut_width = own.cut_width > q->cut_width ? own.cut_width : q->cut_width;
-}
-
-static light_quality compute_light_quality(const np_assembly *assembly) {
-  light_quality q = {.is_solved = false};
-  for (unsigned p = 0; p < assembly->packet_count; p++)
-    for (unsigned i = 0; i < assembly->packets[p].light_count; i++) {
-      const np_scattering_field *field = assembly->packets[p].lights[i].lighting.scattering;
-      if (field) add_quality(np_scattering_field_get_quality(field), &q);
-    }
-  return q;
-}
+#include "render/scene_hash.h"
 
 /* Seen from above, nothing is in the zenith. */
 static void warn_of_buried_camera(const np_assembly *a) {
@@ -71,25 +23,6 @@ static void warn_of_buried_camera(const np_assembly *a) {
          "camera.position is %.4g m below the ground, and sees nothing but ground: raise it by more than that", depth);
 }
 
-static neph_result describe_cut(const neph_render_desc *desc, const light_quality *q, neph_image *image) {
-  char where[48] = "", text[96];
-  if (q->cut_width > 1) (void)snprintf(where, sizeof where, " on cells %u times as wide", q->cut_width);
-  (void)snprintf(text, sizeof text, "cut at residual %.2g%s", q->cut_residual, where);
-  np_log(image->context, NEPH_LOG_WARNING,
-         "the time limit of %g s ended the solution of the multiple scattering, %s: clouds may be too dark; allow more "
-         "time, or set render.multiple_scattering to octaves, which takes none",
-         desc->time_limit_s, text);
-  return neph_image_set_attribute(image, "nephos:lightSolve", text);
-}
-
-static neph_result describe_light(const np_assembly *assembly, const neph_render_desc *desc, neph_image *image) {
-  const light_quality q = compute_light_quality(assembly);
-  if (!q.is_solved) return NEPH_OK;
-  neph_result result = np_image_set_real(image, "nephos:lightResidual", q.residual);
-  if (!result) result = np_image_set_real(image, "nephos:lightError", q.error);
-  return result || !q.is_cut ? result : describe_cut(desc, &q, image);
-}
-
 static neph_result fail_late(const neph_render_desc *desc, const np_monitor *monitor) {
   return np_fail(
       monitor->context, NEPH_ERROR_LIMIT,
@@ -100,17 +33,15 @@ static neph_result fail_late(const neph_render_desc *desc, const np_monitor *mon
 
 static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *monitor, neph_image **out_image) {
   np_assembly assembly;
-  neph_result result = np_assembly_build(scene, plan, monitor, &assembly);
+  neph_result result = np_scene_hash_compute(scene, plan, plan->hash);
+  if (!result) result = np_part_check_hash(plan);
+  if (!result) result = np_assembly_build(scene, plan, monitor, &assembly);
   if (result) return result;
   warn_of_buried_camera(&assembly);
   np_schedule_begin(&assembly.schedule, monitor, NP_STAGE_INTEGRATOR, 0, 1);
   result = np_frame_render(scene, plan, &assembly, monitor, out_image);
-  if (!result) result = np_color_header_write(plan, &assembly, np_scene_get_scale(scene), *out_image);
-  if (!result) result = np_light_meter_write(&assembly, np_scene_get_scale(scene), *out_image);
-  if (!result) result = describe_light(&assembly, &plan->desc, *out_image);
   np_assembly_clear(&assembly);
-  if (!result) result = describe_render(scene, plan, np_monitor_get_seconds(monitor), *out_image);
-  return result;
+  return result || !*plan->hash ? result : neph_image_set_attribute(*out_image, NP_SCENE_HASH, plan->hash);
 }
 
 neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image) {
@@ -127,6 +58,14 @@ neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monito
     *out_image = NULL;
   }
   return result;
+}
+
+neph_result neph_render_compute_hash(neph_scene *scene, const neph_render_desc *desc, char out_hash[NEPH_HASH_SIZE]) {
+  out_hash[0] = '\0';
+  np_plan plan;
+  neph_result result = np_plan_make(scene, desc, &plan);
+  if (!result) result = np_plan_fit_memory(scene, &plan);
+  return result ? result : np_scene_hash_compute(scene, &plan, out_hash);
 }
 
 neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc, neph_text_format format,

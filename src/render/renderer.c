@@ -25,7 +25,7 @@ typedef struct picture_call {
 static bool tell(void *user, const neph_progress *progress) {
   picture_call *call = user;
   if (call->is_cancelled && atomic_load(call->is_cancelled)) return false;
-  if (!np_tile_feed_deliver(&call->feed)) return false;
+  if (!np_tile_feed_deliver(&call->feed, progress->elapsed_s)) return false;
   return !call->progress || call->progress(call->progress_user, progress);
 }
 

@@ -6,6 +6,8 @@
 #include "image/film.h"
 #include "integrate/blue_noise_table.h"
 #include "render/frame_layers.h"
+#include "render/part_film.h"
+#include "render/part_header.h"
 #include "volume/depth_cursor.h"
 
 /* ---- One sample ---- */
@@ -134,17 +136,17 @@ static void integrate(const np_frame *f, const np_camera_ray *ray, const int pix
   }
 }
 
-static void clear_sums(const np_frame *f, double *sums) { memset(sums, 0, f->channels.sum_count * sizeof *sums); }
-
 static np_random start_random(const np_frame *f, const int at[2], uint32_t sample) {
   return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, (uint32_t)at[0], (uint32_t)at[1], sample);
 }
 
-neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p, double *sums) {
+neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p,
+                                  double *numbers) {
   np_film_accumulator accumulator;
-  const uint32_t begun = p->next % NP_FILM_LEAF_SAMPLES;
-  np_film_accumulator_begin(&accumulator, f->channels.sum_count, p->next - begun);
-  if (begun) (void)np_film_accumulator_add_node(&accumulator, &(np_film_node){p->next - begun, begun, sums});
+  const uint32_t begun = p->next % NP_FILM_LEAF_SAMPLES, before = p->next - begun - p->begin;
+  np_film_accumulator_begin_moments(&accumulator, f->channels.sum_count + NP_PIXEL_SUMS_OWN, NP_BAND_COUNT,
+                                    p->next - begun);
+  if (begun) (void)np_film_accumulator_add_node(&accumulator, &(np_film_node){p->next - begun, begun, numbers});
   np_random shift = start_random(f, at, UINT32_MAX);
   float offset[OFFSETS];
   for (int i = 0; i < OFFSETS; i++) offset[i] = np_random_float(&shift);
@@ -160,20 +162,17 @@ neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t e
     if (has_ray) integrate(f, &ray, at, &random, &sample);
     if (has_ray && f->aovs & NP_AOV_OPTICAL_DEPTH) sample.optical_depth = compute_optical_depth(f, &ray);
     if (np_monitor_is_cancelled(f->monitor)) break;
-    float values[NP_CHANNELS_MAX];
-    np_channels_read(&f->channels, &ray, &sample, values);
+    float values[NP_PIXEL_NUMBERS_MAX];
+    np_channels_read_numbers(&f->channels, &ray, &sample, values);
     if (f->depth_components) np_frame_add_deep(f, &sample, &layers, &bins);
     np_film_accumulator_add(&accumulator, values);
-    np_spread_add(&f->channels, &sample, &p->spread);
-    p->opacity += 1.0 - (double)sample.transmittance;
-    for (unsigned b = 0; b < NP_BAND_COUNT; b++) p->lost[b] += (double)(sample.lost.band[b] * f->channels.scale);
-    p->cut_count += sample.cut_count;
-    p->followed_count += sample.followed_count;
   }
   if (f->depth_components && np_deep_bins_store(f->assembly->context, &bins, &p->deep)) return NEPH_ERROR_OUT_OF_MEMORY;
-  double added[NP_CHANNELS_MAX];
+  double added[NP_PIXEL_NUMBERS_MAX];
   np_film_accumulator_finish(&accumulator, added);
-  for (unsigned c = 0; c < f->channels.sum_count; c++) sums[c] = begun ? added[c] : sums[c] + added[c];
+  if (before) np_film_accumulator_join(&accumulator, numbers, before, added, p->next - p->begin - before);
+  memcpy(numbers, added, np_channels_count_numbers(&f->channels) * sizeof *numbers);
+  if (p->record && p->next == end) np_part_film_keep(f->part, p->record, &accumulator, added, end - p->begin);
   return p->next < end ? NEPH_ERROR_CANCELLED : NEPH_OK;
 }
 
@@ -181,23 +180,12 @@ neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t e
 
 static bool has_limit(const np_frame *f) { return isfinite(f->desc->time_limit_s); }
 
-/* The largest of the bands' standard errors for one sample, over the pixel's radiance or the dim one. */
-static double compute_relative_spread(const np_frame *f, const np_spread *spread) {
-  double worst = 0.0;
-  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
-    const double level = fmax(fabs(spread->mean[b]), f->dim[b]);
-    const double deviation = sqrt(np_spread_variance(spread, b) * spread->count);
-    if (deviation > 0.0) worst = fmax(worst, deviation / level);
-  }
-  return worst;
-}
-
 static uint32_t round_up_to_leaf(double count) {
   return (uint32_t)(ceil(count / NP_FILM_LEAF_SAMPLES) * NP_FILM_LEAF_SAMPLES);
 }
 
 uint32_t np_frame_get_first_sample(const np_frame *f) {
-  return np_frame_has_target(f) ? round_up_to_leaf(f->desc->sample_count) : 0;
+  return np_frame_has_target(f) ? round_up_to_leaf(f->desc->sample_count) : f->desc->sample_begin;
 }
 
 /* Two stages (Stein 1945, "A Two-Sample Test for a Linear Hypothesis Whose Power is Independent of the Variance"): the
@@ -217,12 +205,11 @@ static neph_result fly_pilots(void *user, size_t begin, size_t end, unsigned thr
       const int at[2] = {f->min[0] + (int)column - 1, f->min[1] + (int)row - 1};
       if (!is_in_view(f, at)) continue;
       np_pixel_state p = {.next = 0};
-      double unused[NP_CHANNELS_MAX];
-      clear_sums(f, unused);
-      neph_result result = np_frame_sample_pixel(f, at, d->sample_count, &p, unused);
+      double numbers[NP_PIXEL_NUMBERS_MAX];
+      neph_result result = np_frame_sample_pixel(f, at, d->sample_count, &p, numbers);
       np_alloc_free(f->assembly->context, p.deep.at);
       if (result) return result;
-      f->pilots[row * (f->width + 2) + column] = p.spread;
+      f->pilots[row * (f->width + 2) + column] = np_channels_get_spread(&f->channels, numbers, p.next);
     }
   return NEPH_OK;
 }
@@ -248,57 +235,35 @@ static double count_needed(const np_frame *f, const int at[2]) {
 static np_pixel_state start_pixel(const np_frame *f, const int at[2]) {
   const neph_render_desc *d = f->desc;
   const uint32_t begin = np_frame_get_first_sample(f);
-  if (!np_frame_has_target(f)) return (np_pixel_state){.end = d->sample_count};
+  if (!np_frame_has_target(f)) return (np_pixel_state){.begin = begin, .next = begin, .end = d->sample_end};
   const double count = fmin(fmax(count_needed(f, at), d->sample_count), d->sample_count_max);
-  return (np_pixel_state){.next = begin, .end = begin + (uint32_t)ceil(count)};
+  return (np_pixel_state){.begin = begin, .next = begin, .end = begin + (uint32_t)ceil(count)};
 }
 
-np_pixel_luminance np_frame_get_luminance(const np_frame *f, const np_spread *spread) {
-  np_pixel_luminance out = {.count = (float)spread->count};
-  double deviation = 0.0;
-  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
-    out.value += (float)(f->luminance_weights[b] * spread->mean[b]);
-    deviation += f->luminance_weights[b] * sqrt(np_spread_variance(spread, b));
-  }
-  out.variance = (float)(deviation * deviation);
-  return out;
-}
-
-static neph_result finish_pixel(const np_frame *f, const int at[2], const np_pixel_state *p, const double *sums,
+static neph_result finish_pixel(const np_frame *f, const int at[2], const np_pixel_state *p, const double *numbers,
                                 np_tile_total *total) {
-  np_pixel_facts facts = {.spread = p->spread};
+  np_pixel_facts facts = {.spread = np_channels_get_spread(&f->channels, numbers, p->next - p->begin)};
   np_vec3 direction;
   facts.distance = compute_distance(f, at[0], at[1], &direction);
   facts.depth = np_camera_get_depth(&f->assembly->camera, direction, facts.distance);
-  float values[NP_CHANNELS_MAX];
-  np_channels_finish(&f->channels, sums, &facts, values);
   const size_t index = (size_t)(at[1] - f->min[1]) * f->width + (size_t)(at[0] - f->min[0]);
-  for (unsigned c = 0; c < f->channels.count; c++) f->planes[c][index] = values[c];
-  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
-    total->sum[b] += p->spread.mean[b];
-    total->variance[b] += np_spread_variance(&p->spread, b);
-    total->lost[b] += p->lost[b] / p->spread.count;
+  if (p->record) {
+    p->record[NP_PART_RECORD_DISTANCE] = facts.distance;
+    p->record[NP_PART_RECORD_DEPTH] = facts.depth;
   }
-  total->cut_count += p->cut_count;
-  total->followed_count += p->followed_count;
-  total->samples += p->spread.count;
-  if (f->luminances) {
-    f->luminances[index] = np_frame_get_luminance(f, &p->spread);
-    f->luminances[index].opacity = (float)(p->opacity / p->spread.count);
-  }
-  total->squares += pow(compute_relative_spread(f, &p->spread), 2.0) / p->spread.count;
+  np_frame_develop_pixel(f, index, &facts, numbers, total);
   if (!f->depth_components) return NEPH_OK;
   return np_frame_set_deep(f, p, index, np_camera_get_depth(&f->assembly->camera, direction, 1.0));
 }
 
 /* Without a time limit: all of a pixel at once. */
 static neph_result render_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
-  (void)index;
   np_pixel_state p = start_pixel(f, at);
-  double sums[NP_CHANNELS_MAX];
-  clear_sums(f, sums);
-  neph_result result = np_frame_sample_pixel(f, at, p.end, &p, sums);
-  if (!result) result = finish_pixel(f, at, &p, sums, total);
+  double numbers[NP_PIXEL_NUMBERS_MAX];
+  if (f->part && np_part_film_develop(f->part, f, index, total)) return NEPH_OK;
+  if (f->part) p.record = np_part_film_get_record(f->part, index);
+  neph_result result = np_frame_sample_pixel(f, at, p.end, &p, numbers);
+  if (!result) result = finish_pixel(f, at, &p, numbers, total);
   np_alloc_free(f->assembly->context, p.deep.at);
   return result;
 }
@@ -311,11 +276,12 @@ static neph_result extend_pixel(const np_frame *f, const int at[2], size_t index
   if (p->next >= p->end) return NEPH_OK;
   const uint32_t leaf_end = (p->next / NP_FILM_LEAF_SAMPLES + 1) * NP_FILM_LEAF_SAMPLES;
   const uint32_t end = f->is_first_pass ? p->next + 1 : leaf_end;
-  return np_frame_sample_pixel(f, at, end < p->end ? end : p->end, p, f->sums + index * f->channels.sum_count);
+  return np_frame_sample_pixel(f, at, end < p->end ? end : p->end, p,
+                               f->numbers + index * np_channels_count_numbers(&f->channels));
 }
 
 static neph_result close_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
-  return finish_pixel(f, at, &f->pixels[index], f->sums + index * f->channels.sum_count, total);
+  return finish_pixel(f, at, &f->pixels[index], f->numbers + index * np_channels_count_numbers(&f->channels), total);
 }
 
 /* ---- Tiles ---- */
@@ -342,6 +308,7 @@ static neph_result render_tiles(void *user, size_t begin, size_t end, unsigned t
         neph_result result = job->step(f, at, (size_t)y * f->width + x, &f->totals[tile]);
         if (result) return result;
       }
+    if (job->is_shown && f->part) np_part_film_mark(f->part, tile);
     if (job->is_shown) np_tile_feed_mark(f->feed, tile);
   }
   return NEPH_OK;
@@ -360,7 +327,7 @@ static neph_result run_tiles(np_frame *f, pixel_step_fn *step, bool is_shown) {
 static neph_result show_tiles(np_frame *f, pixel_step_fn *step, bool is_final) {
   f->feed->is_final = is_final;
   neph_result result = run_tiles(f, step, true);
-  if (!result && !np_tile_feed_deliver(f->feed)) result = NEPH_ERROR_CANCELLED;
+  if (!result && !np_tile_feed_deliver(f->feed, np_monitor_get_seconds(f->monitor))) result = NEPH_ERROR_CANCELLED;
   f->feed->pass_index++;
   return result;
 }
@@ -432,14 +399,14 @@ static neph_result render_passes(np_frame *f) {
   neph_context *context = f->assembly->context;
   const size_t count = (size_t)f->width * f->height;
   f->pixels = np_alloc(context, count, sizeof *f->pixels);
-  f->sums = np_alloc(context, count, f->channels.sum_count * sizeof *f->sums);
-  neph_result result = f->pixels && f->sums ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  f->numbers = np_alloc(context, count, np_channels_count_numbers(&f->channels) * sizeof *f->numbers);
+  neph_result result = f->pixels && f->numbers ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) result = run_passes(f);
   np_monitor_set_range(f->monitor, 1.0, 1.0);
   if (!result) result = show_tiles(f, close_pixel, true);
   for (size_t i = 0; f->pixels && i < count; i++) np_alloc_free(context, f->pixels[i].deep.at);
   np_alloc_free(context, f->pixels);
-  np_alloc_free(context, f->sums);
+  np_alloc_free(context, f->numbers);
   return result;
 }
 

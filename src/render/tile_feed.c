@@ -37,7 +37,8 @@ static bool hand_over(const np_tile_feed *feed, unsigned row, unsigned begin, un
   return feed->fn(feed->user, &tile);
 }
 
-bool np_tile_feed_deliver(np_tile_feed *feed) {
+bool np_tile_feed_deliver(np_tile_feed *feed, double seconds) {
+  if (feed->keep) feed->keep(feed->keeper, seconds);
   if (!feed->image) return true;
   const unsigned across = count_along(neph_image_get_width(feed->image), feed->edge);
   const unsigned down = count_along(neph_image_get_height(feed->image), feed->edge);

@@ -15,6 +15,8 @@ typedef struct np_tile_feed {
   unsigned edge;           /* of a tile in pixels */
   unsigned pass_index;
   bool is_final;
+  void (*keep)(void *keeper, double seconds); /* on the calling thread, before tiles are handed over; NULL: nobody */
+  void *keeper;
   atomic_bool *are_done; /* of the pass; row by row; true from when a tile is finished to when it is handed over */
 } np_tile_feed;
 
@@ -24,8 +26,9 @@ neph_result np_tile_feed_open(np_tile_feed *feed, neph_context *context, const n
 /* From any thread: a tile of the pass is in the image. */
 void np_tile_feed_mark(np_tile_feed *feed, size_t tile);
 
-/* On the calling thread: hands over what is marked, neighbours in a row as one. False: the caller wants no more. */
-bool np_tile_feed_deliver(np_tile_feed *feed);
+/* On the calling thread, `seconds` after the call's start: hands over what is marked, neighbours in a row as one.
+ * False: the caller wants no more. */
+bool np_tile_feed_deliver(np_tile_feed *feed, double seconds);
 
 void np_tile_feed_close(np_tile_feed *feed);
 

@@ -179,6 +179,9 @@ neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc
       .scattering_max = scene->render.scattering_max,
       .eye = get_eye(&scene->camera),
       .memory_max_bytes = NEPH_MEMORY_UNLIMITED,
+      .tile_count = 1,
+      .sample_end = NEPH_SAMPLES_ALL,
+      .checkpoint_interval_s = NEPH_UNLIMITED,
   };
   return np_desc_write(scene->context, "neph_render_desc", &desc, sizeof desc, out_desc);
 }

@@ -17,6 +17,10 @@ printf 'quantity,g,albedo,tau,mu0\nflux,0.85,1,0,diffuse\n' >slabs.csv
 printf 'quantity,earth,max_order,h_km,mu,sun_zenith_deg\ntransmittance_top,earth,,0,1,\n' >skies.csv
 nephos render scene.yaml -q -o frame.exr >log
 cp frame.exr reference.exr
+for half in 1 2; do
+  nephos render scene.yaml -q --tile $half/2 -o frame.tile$half.exr >log
+  nephos render scene.yaml -q --samples 32 --sample-range $((16 * half - 16))-$((16 * half)) -o frame.samples$half.npart >log
+done
 for verb in $(nephos --help | sed -n '/^verbs:/,/^$/s/^  \([a-z]*\) .*/\1/p'); do
   nephos help "$verb" | sed -n '/^examples:/,$s/^  \(nephos .*\)/\1/p' >examples
   [ -s examples ]

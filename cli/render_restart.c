@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Parts, checkpoints, snapshots, and frames that are there already. */
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "render_job.h"
+
+/* The frame's first name with another ending, to be freed. NULL: no memory. */
+static char *name_beside(const render_targets *t, const char *ending) {
+  const char *name = t->image ? t->image : t->preview ? t->preview : t->deep, *dot = strrchr(name, '.');
+  char *named;
+  return asprintf(&named, "%.*s%s", dot ? (int)(dot - name) : (int)strlen(name), name, ending) < 0 ? NULL : named;
+}
+
+static bool keeps_checkpoints(const cli_options *options) { return options->checkpoint_s > 0.0 || options->is_resumed; }
+
+/* Tiles that are not finished are black in a snapshot. */
+static bool save_snapshot(void *user, const neph_tile *tile) {
+  const render_job *job = user;
+  if (!cli_take_snapshot() || neph_image_save_exr(tile->image, job->snapshot, job->output.pixel_type)) return true;
+  cli_progress_log(&job->session->progress, NEPH_LOG_INFO, "a snapshot is written:");
+  cli_progress_log(&job->session->progress, NEPH_LOG_INFO, job->snapshot);
+  return true;
+}
+
+neph_result render_job_set_restart(render_job *job, render_targets *t) {
+  const cli_options *options = job->session->options;
+  neph_render_desc *desc = &job->desc;
+  const bool has_limit = desc->time_limit_s < NEPH_UNLIMITED;
+  t->is_part = t->image && cli_has_extension(t->image, ".npart");
+  if (keeps_checkpoints(options)) t->checkpoint = t->is_part ? strdup(t->image) : name_beside(t, ".npart");
+  t->snapshot = name_beside(t, ".snapshot.exr");
+  if (!t->snapshot || (keeps_checkpoints(options) && !t->checkpoint)) return NEPH_ERROR_OUT_OF_MEMORY;
+  desc->part_path = t->is_part ? t->image : NULL;
+  desc->checkpoint_path = t->checkpoint;
+  desc->checkpoint_interval_s = options->checkpoint_s > 0.0 ? options->checkpoint_s : NEPH_UNLIMITED;
+  desc->is_resumed = options->is_resumed;
+  job->snapshot = t->snapshot;
+  desc->tile = has_limit ? NULL : save_snapshot; /* passes would be shown to it, each of which takes time */
+  desc->tile_user = job;
+  return NEPH_OK;
+}
+
+neph_result render_job_check_done(const render_job *job, const render_targets *t, bool *out_is_done) {
+  *out_is_done = false;
+  if (!t->image || (t->preview && access(t->preview, R_OK)) || (t->deep && access(t->deep, R_OK))) return NEPH_OK;
+  return neph_render_is_done(job->scene, &job->desc, t->image, out_is_done);
+}
+
+cli_exit render_job_end_restart(const render_job *job, cli_exit exit) {
+  if (exit != CLI_INTERRUPTED || !cli_is_terminated() || !keeps_checkpoints(job->session->options)) return exit;
+  cli_complain("stopped by SIGTERM: --resume goes on");
+  return CLI_STOPPED;
+}

@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Whether parts cover a picture: each row of pixels, and each of its samples, once. */
+#ifndef NP_RENDER_MERGE_COVER_H
+#define NP_RENDER_MERGE_COVER_H
+
+#include "render/merge_part.h"
+
+/* NEPH_ERROR_INVALID_ARGUMENT where parts overlap, NEPH_ERROR_NOT_FOUND where some are missing, with a message that
+ * lists them. Leaves the parts in the order of their samples. */
+neph_result np_merge_cover_check(np_merge_part *parts, size_t count);
+
+#endif

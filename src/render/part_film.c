@@ -1,0 +1,194 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/part_film.h"
+
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+#include "render/part_check.h"
+#include "render/part_file.h"
+
+struct np_part_film {
+  neph_context *context;
+  const np_frame *frame;
+  np_part_header header;
+  np_part_grid grid;
+  size_t reals; /* of a record */
+  double *records;
+  atomic_bool *done; /* of each tile */
+  const char *part_path, *checkpoint_path;
+  double interval_s, last_s;
+};
+
+/* ---- Beginning ---- */
+
+static void fill_header(const neph_scene *scene, const np_plan *plan, const np_frame *f, np_part_header *h) {
+  const neph_render_desc *d = &plan->desc;
+  *h = (np_part_header){.tile_index = d->tile_index,
+                        .tile_count = d->tile_count,
+                        .sample_begin = d->sample_begin,
+                        .sample_end = d->sample_end,
+                        .sample_count = d->sample_count,
+                        .is_complete = !np_part_is_range(d),
+                        .pixel_type = scene->output.pixel_type,
+                        .scattering_max = d->scattering_max,
+                        .target_error = d->target_error,
+                        .lost_share = (double)f->settings.lost_share,
+                        .channels = f->channels,
+                        .image = f->image};
+  memcpy(h->hash, plan->hash, sizeof h->hash);
+  (void)strncpy(h->version, neph_version_get_text(), sizeof h->version - 1);
+  memcpy(h->min, plan->window_min, sizeof h->min);
+  memcpy(h->max, plan->window_max, sizeof h->max);
+  memcpy(h->whole_min, plan->whole_min, sizeof h->whole_min);
+  memcpy(h->whole_max, plan->whole_max, sizeof h->whole_max);
+}
+
+static neph_result allocate(np_part_film *film) {
+  film->grid = np_part_grid_make(&film->header);
+  film->reals = np_part_header_count_reals(&film->header);
+  film->records =
+      np_alloc(film->context, (size_t)film->grid.width * film->grid.height, film->reals * sizeof *film->records);
+  film->done = np_alloc(film->context, np_part_grid_count(&film->grid), sizeof *film->done);
+  return film->records && film->done ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* ---- Resuming ---- */
+
+static bool is_same_part(const np_part_header *a, const np_part_header *b) {
+  return !strcmp(a->hash, b->hash) && !memcmp(a->min, b->min, sizeof a->min) &&
+         !memcmp(a->max, b->max, sizeof a->max) && a->sample_begin == b->sample_begin &&
+         a->sample_end == b->sample_end && a->channels.sum_count == b->channels.sum_count &&
+         a->is_complete == b->is_complete;
+}
+
+/* A tile that is damaged is rendered again. */
+static void load_tiles(np_part_film *film, np_part_file *file) {
+  const size_t count = np_part_grid_count(&film->grid);
+  size_t loaded = 0;
+  for (size_t tile = 0; tile < count; tile++) {
+    if (!np_part_file_has_tile(file, tile)) continue;
+    size_t pixels;
+    double *first = film->records + np_part_grid_get_first(&film->grid, tile, &pixels) * film->reals;
+    if (np_part_file_read_tile(file, tile, first))
+      memset(first, 0, pixels * film->reals * sizeof *first);
+    else
+      loaded++, np_part_film_mark(film, tile);
+  }
+  np_log(film->context, NEPH_LOG_INFO, "%s: resumed with %.3g %% of the picture's pixels rendered",
+         np_part_file_get_path(file), 100.0 * (double)loaded / (double)count);
+}
+
+/* A checkpoint never stands in the way: a frame that cannot go on from it begins anew. */
+static void resume(np_part_film *film) {
+  np_part_file *file;
+  if (!film->checkpoint_path || !np_file_exists(film->checkpoint_path)) return;
+  if (np_part_file_open(film->context, film->checkpoint_path, &file)) return;
+  if (is_same_part(&film->header, np_part_file_get_header(file)))
+    load_tiles(film, file);
+  else
+    np_log(film->context, NEPH_LOG_WARNING,
+           "%s: the checkpoint is of another scene, other settings or another version of nephos: it is not taken up, "
+           "and will be replaced",
+           film->checkpoint_path);
+  np_part_file_close(file);
+}
+
+neph_result np_part_film_open(const neph_scene *scene, const np_plan *plan, const np_frame *f,
+                              np_part_film **out_film) {
+  *out_film = NULL;
+  const neph_render_desc *d = &plan->desc;
+  if (!d->part_path && !d->checkpoint_path) return NEPH_OK;
+  np_part_film *film = np_alloc(scene->context, 1, sizeof *film);
+  if (!film) return NEPH_ERROR_OUT_OF_MEMORY;
+  film->context = scene->context;
+  film->frame = f;
+  film->part_path = d->part_path;
+  film->checkpoint_path = d->checkpoint_path;
+  film->interval_s = d->checkpoint_interval_s;
+  film->last_s = np_monitor_get_seconds(f->monitor);
+  fill_header(scene, plan, f, &film->header);
+  neph_result result = allocate(film);
+  if (!result && d->is_resumed) resume(film);
+  if (result)
+    np_part_film_close(film);
+  else
+    *out_film = film;
+  return result;
+}
+
+void np_part_film_close(np_part_film *film) {
+  if (!film) return;
+  np_alloc_free(film->context, film->records);
+  np_alloc_free(film->context, film->done);
+  np_alloc_free(film->context, film);
+}
+
+/* ---- Records ---- */
+
+double *np_part_film_get_record(const np_part_film *film, size_t index) {
+  const unsigned width = film->grid.width;
+  return film->records +
+         np_part_grid_get_index(&film->grid, (unsigned)(index % width), (unsigned)(index / width)) * film->reals;
+}
+
+bool np_part_film_develop(const np_part_film *film, const np_frame *f, size_t index, np_tile_total *total) {
+  const double *record = np_part_film_get_record(film, index);
+  const uint32_t count = (uint32_t)record[NP_PART_RECORD_COUNT];
+  if (count == 0) return false;
+  np_film_accumulator accumulator;
+  double numbers[NP_PIXEL_NUMBERS_MAX];
+  np_part_record_begin(&film->header, &accumulator);
+  if (film->header.is_complete)
+    memcpy(numbers, record + NP_PART_RECORD_NUMBERS, np_channels_count_numbers(&f->channels) * sizeof *numbers);
+  else if (np_part_record_add(&film->header, record, &accumulator))
+    np_film_accumulator_finish(&accumulator, numbers);
+  const np_pixel_facts facts = {.spread = np_channels_get_spread(&f->channels, numbers, count),
+                                .distance = record[NP_PART_RECORD_DISTANCE],
+                                .depth = record[NP_PART_RECORD_DEPTH]};
+  np_frame_develop_pixel(f, index, &facts, numbers, total);
+  return true;
+}
+
+void np_part_film_keep(const np_part_film *film, double *record, const np_film_accumulator *accumulator,
+                       const double *numbers, uint32_t count) {
+  const unsigned length = np_channels_count_numbers(&film->header.channels);
+  record[NP_PART_RECORD_COUNT] = count;
+  if (film->header.is_complete) {
+    memcpy(record + NP_PART_RECORD_NUMBERS, numbers, length * sizeof *numbers);
+    return;
+  }
+  np_film_node nodes[NP_FILM_NODES_MAX];
+  const unsigned node_count = np_film_accumulator_get_nodes(accumulator, nodes);
+  for (unsigned n = 0; n < node_count; n++)
+    memcpy(record + NP_PART_RECORD_NUMBERS + n * length, nodes[n].sums, length * sizeof *numbers);
+}
+
+void np_part_film_mark(np_part_film *film, size_t tile) {
+  atomic_store_explicit(&film->done[tile], true, memory_order_release);
+}
+
+/* ---- Writing ---- */
+
+static neph_result write_part(np_part_film *film, const char *path) {
+  memcpy(film->header.dim, film->frame->dim, sizeof film->header.dim);
+  return np_part_file_write(film->context, path, &film->header, film->done, film->records);
+}
+
+/* A checkpoint that cannot be written does not end the render: its message says that there is none. */
+void np_part_film_write_when_due(np_part_film *film, double seconds) {
+  if (!film->checkpoint_path || !(seconds - film->last_s >= film->interval_s)) return;
+  film->last_s = seconds;
+  if (write_part(film, film->checkpoint_path)) return;
+  np_log(film->context, NEPH_LOG_DEBUG, "%s: checkpoint written", film->checkpoint_path);
+}
+
+neph_result np_part_film_finish(np_part_film *film, neph_result result) {
+  if (!film) return result;
+  const bool is_stopped = result == NEPH_ERROR_CANCELLED && film->checkpoint_path;
+  const char *path = is_stopped ? film->checkpoint_path : !result ? film->part_path : NULL;
+  neph_result written = NEPH_OK;
+  if (path) written = write_part(film, path);
+  np_part_film_close(film);
+  return written ? written : result;
+}

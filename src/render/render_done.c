@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Whether a file is what a render would write. */
+#include <stdio.h>
+#include <string.h>
+
+#include <nephos/parts.h>
+
+#include "core/file.h"
+#include "image/image_private.h"
+#include "render/part_file.h"
+#include "render/plan.h"
+#include "render/render_header.h"
+#include "render/scene_hash.h"
+
+static bool is_attribute(const neph_image *image, const char *name, const char *value) {
+  const char *own = neph_image_get_attribute(image, name);
+  return !strcmp(own ? own : "", value);
+}
+
+/* A picture that a time limit cut is finished as well: another run would do no better. */
+static neph_result check_picture(const np_plan *plan, const char *path, bool *out_is_done) {
+  const neph_render_desc *d = &plan->desc;
+  np_image_exr_info info;
+  neph_image *image = NULL;
+  char tile[32] = "";
+  neph_result result = np_image_read_exr_header(plan->context, path, &info, &image);
+  if (result) return NEPH_OK; /* after a message; it is replaced */
+  if (d->tile_count > 1) (void)snprintf(tile, sizeof tile, "%u/%u", d->tile_index + 1, d->tile_count);
+  *out_is_done = is_attribute(image, NP_SCENE_HASH, plan->hash) && is_attribute(image, NP_HEADER_TILE, tile) &&
+                 is_attribute(image, NP_HEADER_RANGE, "");
+  neph_image_destroy(image);
+  return NEPH_OK;
+}
+
+static neph_result check_part(const np_plan *plan, const char *path, bool *out_is_done) {
+  np_part_file *file;
+  if (np_part_file_open(plan->context, path, &file)) return NEPH_OK; /* after a message; it is replaced */
+  const np_part_header *h = np_part_file_get_header(file);
+  const np_part_grid grid = np_part_grid_make(h);
+  *out_is_done = !strcmp(h->hash, plan->hash) && !memcmp(h->min, plan->window_min, sizeof h->min) &&
+                 !memcmp(h->max, plan->window_max, sizeof h->max) && h->sample_begin == plan->desc.sample_begin &&
+                 h->sample_end == plan->desc.sample_end && np_part_file_count_tiles(file) == np_part_grid_count(&grid);
+  np_part_file_close(file);
+  return NEPH_OK;
+}
+
+neph_result neph_render_is_done(neph_scene *scene, const neph_render_desc *desc, const char *path, bool *out_is_done) {
+  *out_is_done = false;
+  np_plan plan;
+  neph_result result = np_plan_make(scene, desc, &plan);
+  if (result || !np_file_exists(path)) return result;
+  result = np_plan_fit_memory(scene, &plan);
+  if (!result) result = np_scene_hash_compute(scene, &plan, plan.hash);
+  if (result || !*plan.hash) return result;
+  return plan.desc.part_path ? check_part(&plan, path, out_is_done) : check_picture(&plan, path, out_is_done);
+}

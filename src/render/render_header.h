@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Header of a picture, as far as it is known before its samples. */
+#ifndef NP_RENDER_RENDER_HEADER_H
+#define NP_RENDER_RENDER_HEADER_H
+
+#include "render/assembly.h"
+
+/* Attributes of a picture that is one tile, or one range of samples, of the whole. */
+#define NP_HEADER_TILE "nephos:tile"
+#define NP_HEADER_WHOLE "nephos:wholeWindow"
+#define NP_HEADER_RANGE "nephos:sampleRange"
+
+neph_result np_render_header_write(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
+                                   neph_image *image);
+
+#endif

@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/scene_hash.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+#include "core/hash.h"
+#include "scene/scene_keys.h"
+
+typedef struct hash_writer {
+  const neph_scene *scene;
+  int frame;
+  np_hash *hash;
+  neph_result result;
+} hash_writer;
+
+/* ---- Files ---- */
+
+/* The contents, so that a copy elsewhere is the same; the size first, so that no two lists of files run together. */
+static neph_result add_contents(neph_context *context, np_hash *hash, const char *path) {
+  enum { BLOCK = 1 << 18 };
+  const uint64_t size = np_file_get_size(path);
+  NP_HASH_ADD(hash, size);
+  FILE *file = fopen(path, "rb");
+  char *block = file ? np_alloc(context, 1, BLOCK) : NULL;
+  size_t count = 0;
+  while (block && (count = fread(block, 1, BLOCK, file)) > 0) np_hash_add(hash, block, count);
+  const neph_result result = file && !block ? NEPH_ERROR_OUT_OF_MEMORY : NEPH_OK;
+  np_alloc_free(context, block);
+  if (file) fclose(file);
+  return result;
+}
+
+/* A file that is missing has no contents: the render says so. */
+static void add_file(hash_writer *w, const char *text) {
+  neph_context *context = w->scene->context;
+  char *path = np_file_resolve(context, w->scene->file, text);
+  char *named = path ? np_file_frame_name(context, path, w->frame) : NULL;
+  if (!named)
+    w->result = NEPH_ERROR_OUT_OF_MEMORY;
+  else if (!w->result)
+    w->result = add_contents(context, w->hash, named);
+  np_alloc_free(context, named);
+  np_alloc_free(context, path);
+}
+
+/* ---- The document ---- */
+
+/* Keys that no value of a picture follows from. */
+static bool is_left_out(const char *path) {
+  static const char *const paths[] = {"output.image",    "output.preview", "output.deep",
+                                      "output.exposure", "output.view",    "output.preview_bits"};
+  for (size_t i = 0; i < sizeof paths / sizeof *paths; i++)
+    if (!strcmp(paths[i], path)) return true;
+  return false;
+}
+
+static const np_node *search_next(const np_node *mapping, const np_node *before) {
+  const np_node *best = NULL;
+  for (const np_node *child = mapping->first; child; child = child->next)
+    if ((!before || strcmp(child->key, before->key) > 0) && (!best || strcmp(child->key, best->key) < 0)) best = child;
+  return best;
+}
+
+static void add_node(hash_writer *w, const np_node *node, const np_key *key);
+
+/* A file that a cloud is baked to is no input. */
+static bool is_bake_target(const np_node *mapping, const np_key *key) {
+  return !strcmp(key->path, "clouds[].vdb") && np_node_search(mapping, "bake");
+}
+
+/* By the names of the keys, whatever their order. */
+static void add_mapping(hash_writer *w, const np_node *mapping, const np_key *section) {
+  for (const np_node *child = search_next(mapping, NULL); child; child = search_next(mapping, child)) {
+    const np_key *key = np_key_search(section, child->key);
+    if (key && (is_left_out(key->path) || is_bake_target(mapping, key))) continue;
+    np_hash_add_text(w->hash, child->key);
+    add_node(w, child, key);
+  }
+}
+
+static void add_node(hash_writer *w, const np_node *node, const np_key *key) {
+  const unsigned kind = node->kind;
+  NP_HASH_ADD(w->hash, kind);
+  if (node->kind == NP_NODE_MAPPING) add_mapping(w, node, key);
+  for (const np_node *item = node->first; item && node->kind == NP_NODE_SEQUENCE; item = item->next)
+    add_node(w, item, key);
+  if (node->kind != NP_NODE_SCALAR) return;
+  const bool is_file = key && key->type == NP_KEY_FILE && node->text;
+  const char *slash = is_file ? strrchr(node->text, '/') : NULL;
+  np_hash_add_text(w->hash, slash ? slash + 1 : node->text);
+  if (is_file) add_file(w, node->text);
+}
+
+static bool has_given_assets(const neph_scene *scene) {
+  bool has = scene->air.given || scene->terrain.given;
+  for (unsigned i = 0; i < scene->cloud_count; i++) has = has || scene->clouds[i].volume;
+  return has;
+}
+
+/* Its files are placed by that of another frame. */
+static void add_references(hash_writer *w) {
+  for (unsigned i = 0; i < w->scene->cloud_count; i++) {
+    const np_scene_cloud *cloud = &w->scene->clouds[i];
+    if (!np_scene_cloud_is_sequence(cloud) || !cloud->has_reference_frame) continue;
+    hash_writer reference = *w;
+    reference.frame = (int)cloud->reference_frame;
+    add_file(&reference, cloud->vdb);
+    w->result = reference.result;
+  }
+}
+
+/* ---- Settings ---- */
+
+static void add_settings(np_hash *hash, const neph_scene *scene, const np_plan *plan) {
+  const neph_render_desc *d = &plan->desc;
+  const unsigned words[] = {d->integrator,
+                            d->width,
+                            d->height,
+                            d->crop_min[0],
+                            d->crop_min[1],
+                            d->crop_max[0],
+                            d->crop_max[1],
+                            d->sample_count,
+                            d->multiple_scattering,
+                            d->sample_count_max,
+                            d->atmosphere,
+                            d->path_guiding,
+                            d->scattering_max,
+                            d->eye,
+                            (unsigned)d->frame,
+                            neph_context_get_isa(scene->context)};
+  const double reals[] = {d->target_error, d->time_limit_s};
+  NP_HASH_ADD(hash, words);
+  NP_HASH_ADD(hash, reals);
+  NP_HASH_ADD(hash, d->seed);
+  np_hash_add_text(hash, neph_version_get_text());
+  np_hash_add_text(hash, plan->savings);
+  /* A sequence may have other caches than a still (plan_sun_optical_depth.c). */
+  const bool is_sequence = scene->output.image && strchr(scene->output.image, '#');
+  NP_HASH_ADD(hash, is_sequence);
+}
+
+neph_result np_scene_hash_compute(const neph_scene *scene, const np_plan *plan, char out_hex[33]) {
+  out_hex[0] = '\0';
+  if (has_given_assets(scene)) return NEPH_OK;
+  hash_writer w = {.scene = scene, .frame = plan->desc.frame, .hash = np_hash_create(scene->context)};
+  if (!w.hash) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (scene->document) add_node(&w, scene->document, NULL);
+  add_references(&w);
+  add_settings(w.hash, scene, plan);
+  neph_result result = np_hash_finish(w.hash, out_hex);
+  if (w.result) out_hex[0] = '\0';
+  return w.result ? w.result : result;
+}
