@@ -345,10 +345,13 @@ static bool stop_at(void *user, const neph_tile *tile) { return tile->max[1] < (
 static void a_cancelled_frame_is_resumed_to_the_same_bits(void **state) {
   test_fixture *f = *state;
   char *path = test_path(f->folder, "check.npart");
-  neph_image *whole = render_whole(f, NEPH_INTEGRATOR_PATH, 48), *image = NULL;
+  neph_image *whole = NULL, *image = NULL;
   order o = plain;
   stopper at = {.rows = 8};
   o.integrator = NEPH_INTEGRATOR_PATH;
+  o.key = "camera.resolution"; /* so high that tiles are left when the first are shown */
+  o.value = "[12, 240]";
+  assert_int_equal(render(f, &o, &whole), NEPH_OK);
   o.checkpoint = path;
   o.tile = stop_at;
   o.user = &at;

@@ -473,6 +473,12 @@ void fill_output(const np_vdb_write_grid &output, const Canceller &canceller, op
     fill_scalar(*output.grid, canceller, static_cast<openvdb::FloatGrid &>(grid));
 }
 
+/* Blosc does not survive a failed allocation, of which it makes some 100 kB on each of TBB's threads. */
+constexpr std::size_t compression_room_bytes = std::size_t(8) << 20;
+
+/* Throws where there is no such room. */
+void check_compression_room() { ::operator delete(::operator new(compression_room_bytes)); }
+
 void write_stream(const char *path, const openvdb::GridCPtrVec &outputs, const Canceller &canceller) {
   errno = 0;
   PolledFile buffer(canceller);
@@ -480,6 +486,7 @@ void write_stream(const char *path, const openvdb::GridCPtrVec &outputs, const C
   stream.exceptions(std::ios_base::failbit | std::ios_base::badbit);
   if (!buffer.open(path, std::ios_base::out | std::ios_base::binary | std::ios_base::trunc))
     throw Failure{NEPH_ERROR_IO, std::string("cannot write: ") + std::strerror(errno)};
+  check_compression_room();
   Archive().write(stream, outputs, /*seekable=*/true, openvdb::MetaMap());
   stream.flush();
   if (!buffer.close()) throw Failure{NEPH_ERROR_IO, std::string("cannot write: ") + std::strerror(errno)};
