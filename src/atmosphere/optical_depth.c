@@ -130,8 +130,11 @@ static neph_result build_levels(void *user, size_t begin, size_t end, unsigned t
   return NEPH_OK;
 }
 
-/* Depths fall by decades in altitude, so that their logarithms are refined; the floor keeps the top finite. */
-static np_bands log_depth(np_bands depth) { return np_bands_log(depth + depth_floor); }
+/* Depths fall by decades in altitude, so that their logarithms are refined; the floor keeps the top finite. Between
+ * nodes of very thin air a spline may go below 0. */
+static np_bands log_depth(np_bands depth) {
+  return np_bands_log(np_bands_max(depth, np_bands_grey(0.0f)) + depth_floor);
+}
 static np_bands undo_log(np_bands logarithm) {
   return np_bands_max(np_bands_exp(logarithm) - depth_floor, np_bands_grey(0.0f));
 }
