@@ -54,7 +54,7 @@ static neph_result copy_attribute(neph_image *image, const np_image_attribute *a
 static neph_result set_render_time(const merging *m) {
   double seconds = 0.0;
   for (size_t i = 0; i < m->count; i++) {
-    const np_image_attribute *time = np_image_search_attribute(m->parts[i].image, "renderTime");
+    const np_image_attribute *time = np_image_search_attribute(m->parts[i].header.image, "renderTime");
     seconds += time ? time->number : 0.0;
   }
   return np_image_set_real(m->image, "renderTime", seconds);
@@ -62,28 +62,28 @@ static neph_result set_render_time(const merging *m) {
 
 static neph_result copy_header(merging *m, const np_merge_part *model) {
   neph_image *image = m->image;
-  image->header = model->image->header;
+  image->header = model->header.image->header;
   image->header.has_window = true;
   for (int k = 0; k < 2; k++) {
-    image->header.data_min[k] = model->whole_min[k];
-    image->header.data_max[k] = model->whole_max[k] - 1;
+    image->header.data_min[k] = model->header.whole_min[k];
+    image->header.data_max[k] = model->header.whole_max[k] - 1;
   }
   neph_result result = NEPH_OK;
-  for (unsigned a = 0; a < model->image->attribute_count && !result; a++)
-    result = copy_attribute(image, &model->image->attributes[a]);
-  if (!result) result = neph_image_set_attribute(image, "nephos:sceneHash", model->hash);
+  for (unsigned a = 0; a < model->header.image->attribute_count && !result; a++)
+    result = copy_attribute(image, &model->header.image->attributes[a]);
+  if (!result) result = neph_image_set_attribute(image, "nephos:sceneHash", model->header.hash);
   if (!result) result = np_merge_error_write(m->parts, m->count, image);
   return result ? result : set_render_time(m);
 }
 
 static neph_result create_image(merging *m, const np_merge_part *model) {
-  const neph_image *of = model->image;
+  const neph_image *of = model->header.image;
   const char **names = np_alloc(m->context, of->channel_count, sizeof *names);
   if (!names) return NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned c = 0; c < of->channel_count; c++) names[c] = of->channels[c].name;
-  neph_result result =
-      neph_image_create(m->context, (unsigned)(model->whole_max[0] - model->whole_min[0]),
-                        (unsigned)(model->whole_max[1] - model->whole_min[1]), of->channel_count, names, &m->image);
+  neph_result result = neph_image_create(
+      m->context, (unsigned)(model->header.whole_max[0] - model->header.whole_min[0]),
+      (unsigned)(model->header.whole_max[1] - model->header.whole_min[1]), of->channel_count, names, &m->image);
   np_alloc_free(m->context, names);
   return result ? result : copy_header(m, model);
 }
@@ -94,14 +94,14 @@ static neph_result create_frame(merging *m, const np_merge_part *model) {
   m->film = np_alloc(m->context, 1, sizeof *m->film);
   if (!f || !m->assembly || !m->film) return NEPH_ERROR_OUT_OF_MEMORY;
   m->assembly->context = m->context;
-  const bool has_error = neph_image_get_attribute(model->image, "nephos:pixelError");
+  const bool has_error = neph_image_get_attribute(model->header.image, "nephos:pixelError");
   m->desc = (neph_render_desc)NEPH_RENDER_DESC_DEFAULT;
   m->desc.sample_count = has_error ? 2 : 1;
   f->assembly = m->assembly;
   f->desc = &m->desc;
   f->width = m->image->width;
   f->height = m->image->height;
-  memcpy(f->min, model->whole_min, sizeof f->min);
+  memcpy(f->min, model->header.whole_min, sizeof f->min);
   f->totals = np_alloc(m->context, np_frame_count_tiles(f), sizeof *f->totals);
   if (!f->totals || !model->file) return f->totals ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   const np_part_header *h = np_part_file_get_header(model->file);
@@ -150,7 +150,7 @@ static void copy_row(const merging *m, const np_merge_part *part, int y) {
   for (unsigned c = 0; c < m->image->channel_count; c++) {
     const float *from = neph_image_get_values(part->tile, m->image->channels[c].name);
     float *to = m->image->channels[c].values + (size_t)(y - m->frame->min[1]) * m->image->width;
-    memcpy(to, from + (size_t)(y - part->min[1]) * part->tile->width, part->tile->width * sizeof *to);
+    memcpy(to, from + (size_t)(y - part->header.min[1]) * part->tile->width, part->tile->width * sizeof *to);
   }
 }
 
@@ -165,7 +165,7 @@ static void finish_pixel(const merging *m, int x, int y) {
   bool is_whole = false;
   for (size_t i = 0; i < m->count; i++) {
     const np_merge_part *part = &m->parts[i];
-    if (y < part->min[1] || y >= part->max[1]) continue;
+    if (y < part->header.min[1] || y >= part->header.max[1]) continue;
     const np_part_header *h = np_part_file_get_header(part->file);
     const double *record = np_merge_part_get_record(part, x, y);
     if (count == 0) np_part_record_begin(h, m->film);
@@ -190,7 +190,7 @@ static neph_result merge_row(merging *m, int y) {
   neph_result result = NEPH_OK;
   for (size_t i = 0; i < m->count && !result; i++) {
     np_merge_part *part = &m->parts[i];
-    if (y < part->min[1] || y >= part->max[1]) continue;
+    if (y < part->header.min[1] || y >= part->header.max[1]) continue;
     if (part->tile) return copy_row(m, part, y), NEPH_OK;
     result = np_merge_part_load_row(part, y);
   }
@@ -203,7 +203,7 @@ static neph_result merge(merging *m) {
   const np_merge_part *model = choose_model(m);
   neph_result result = create_image(m, model);
   if (!result) result = create_frame(m, model);
-  for (int y = model->whole_min[1]; y < model->whole_max[1] && !result; y++) result = merge_row(m, y);
+  for (int y = model->header.whole_min[1]; y < model->header.whole_max[1] && !result; y++) result = merge_row(m, y);
   for (size_t i = 0; i < m->count && !result; i++)
     if (m->parts[i].tile) add_tile_totals(&m->parts[i], &m->frame->totals[0]);
   return result ? result : np_frame_describe(m->frame, m->image);

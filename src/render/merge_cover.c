@@ -25,18 +25,18 @@ typedef struct band {
 
 static int compare_samples(const void *a, const void *b) {
   const np_merge_part *p = a, *q = b;
-  if (p->sample_begin != q->sample_begin) return p->sample_begin < q->sample_begin ? -1 : 1;
-  return p->min[1] < q->min[1] ? -1 : p->min[1] > q->min[1];
+  if (p->header.sample_begin != q->header.sample_begin) return p->header.sample_begin < q->header.sample_begin ? -1 : 1;
+  return p->header.min[1] < q->header.min[1] ? -1 : p->header.min[1] > q->header.min[1];
 }
 
 /* First row of a tile, of the picture without its overscan, as plan.c cuts them. */
 static int get_tile_begin(const cover *c, unsigned tile) {
   const np_merge_part *part = &c->parts[0];
-  const np_image_header *h = &part->image->header;
-  if (tile == 0) return part->whole_min[1];
-  if (tile == c->tile_count) return part->whole_max[1];
-  const int begin = part->whole_min[1] > h->display_min[1] ? part->whole_min[1] : h->display_min[1];
-  const int end = part->whole_max[1] < h->display_max[1] + 1 ? part->whole_max[1] : h->display_max[1] + 1;
+  const np_image_header *h = &part->header.image->header;
+  if (tile == 0) return part->header.whole_min[1];
+  if (tile == c->tile_count) return part->header.whole_max[1];
+  const int begin = part->header.whole_min[1] > h->display_min[1] ? part->header.whole_min[1] : h->display_min[1];
+  const int end = part->header.whole_max[1] < h->display_max[1] + 1 ? part->header.whole_max[1] : h->display_max[1] + 1;
   return begin + (int)((int64_t)(end - begin) * tile / c->tile_count);
 }
 
@@ -60,7 +60,7 @@ static void note_missing(cover *c, band rows, uint32_t begin, uint32_t end) {
 }
 
 static bool has_rows(const np_merge_part *part, band rows) {
-  return part->min[1] <= rows.begin && part->max[1] >= rows.end;
+  return part->header.min[1] <= rows.begin && part->header.max[1] >= rows.end;
 }
 
 static neph_result fail_overlap(const cover *c, const np_merge_part *part, const np_merge_part *before, band rows) {
@@ -77,15 +77,16 @@ static neph_result check_band(cover *c, band rows) {
   for (size_t i = 0; i < c->count; i++) {
     const np_merge_part *part = &c->parts[i];
     if (!has_rows(part, rows)) continue;
-    if (before && (part->is_complete || before->is_complete || part->sample_begin < next))
+    if (before && (part->header.is_complete || before->header.is_complete || part->header.sample_begin < next))
       return fail_overlap(c, part, before, rows);
-    samples = part->sample_count;
-    if (!part->is_complete && part->sample_begin > next) note_missing(c, rows, next, part->sample_begin);
-    next = part->sample_end;
+    samples = part->header.sample_count;
+    if (!part->header.is_complete && part->header.sample_begin > next)
+      note_missing(c, rows, next, part->header.sample_begin);
+    next = part->header.sample_end;
     before = part;
   }
   if (!before) note_missing(c, rows, 0, 0);
-  if (before && !before->is_complete && next < samples) note_missing(c, rows, next, samples);
+  if (before && !before->header.is_complete && next < samples) note_missing(c, rows, next, samples);
   return NEPH_OK;
 }
 
@@ -95,8 +96,8 @@ static int compare_rows(const void *a, const void *b) { return *(const int *)a -
 static neph_result check_bands(cover *c, int *edges) {
   size_t count = 0;
   for (size_t i = 0; i < c->count; i++) {
-    edges[count++] = c->parts[i].min[1];
-    edges[count++] = c->parts[i].max[1];
+    edges[count++] = c->parts[i].header.min[1];
+    edges[count++] = c->parts[i].header.max[1];
   }
   for (unsigned tile = 0; tile <= c->tile_count; tile++) edges[count++] = get_tile_begin(c, tile);
   qsort(edges, count, sizeof *edges, compare_rows);
@@ -110,7 +111,7 @@ neph_result np_merge_cover_check(np_merge_part *parts, size_t count) {
   qsort(parts, count, sizeof *parts, compare_samples);
   cover c = {.context = parts[0].context, .parts = parts, .count = count, .tile_count = 1};
   for (size_t i = 0; i < count; i++)
-    if (parts[i].tile_count > c.tile_count) c.tile_count = parts[i].tile_count;
+    if (parts[i].header.tile_count > c.tile_count) c.tile_count = parts[i].header.tile_count;
   int *edges = np_alloc(c.context, 2 * count + c.tile_count + 1, sizeof *edges);
   if (!edges) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = check_bands(&c, edges);

@@ -16,7 +16,9 @@ bool np_merge_error_has(const char *name) {
 
 /* Share of all samples that a part has of its pixels. */
 static double get_share(const np_merge_part *part) {
-  return part->is_complete ? 1.0 : (double)(part->sample_end - part->sample_begin) / part->sample_count;
+  return part->header.is_complete
+             ? 1.0
+             : (double)(part->header.sample_end - part->header.sample_begin) / part->header.sample_count;
 }
 
 static double get_pixels(const int min[2], const int max[2]) {
@@ -30,12 +32,13 @@ static bool add_squares(const np_merge_part *parts, size_t count, const char *fi
   (void)snprintf(name, sizeof name, "nephos:%s%s", figure, ending);
   *out = 0.0;
   for (size_t i = 0; i < count; i++) {
-    const np_image_attribute *a = np_image_search_attribute(parts[i].image, name);
+    const np_image_attribute *a = np_image_search_attribute(parts[i].header.image, name);
     const double share = get_share(&parts[i]);
     if (!a) return false;
-    *out += share * get_pixels(parts[i].min, parts[i].max) * a->number * a->number * (falls_with_samples ? share : 1.0);
+    *out += share * get_pixels(parts[i].header.min, parts[i].header.max) * a->number * a->number *
+            (falls_with_samples ? share : 1.0);
   }
-  *out /= get_pixels(parts[0].whole_min, parts[0].whole_max);
+  *out /= get_pixels(parts[0].header.whole_min, parts[0].header.whole_max);
   return true;
 }
 

@@ -14,19 +14,7 @@ static neph_result read_part(np_merge_part *p) {
   neph_result result = np_part_file_open(p->context, p->path, &p->file);
   if (result) return result;
   const np_part_header *h = np_part_file_get_header(p->file);
-  p->image = h->image;
-  p->is_complete = h->is_complete;
-  p->tile_index = h->tile_index;
-  p->tile_count = h->tile_count;
-  p->sample_begin = h->sample_begin;
-  p->sample_end = h->sample_end;
-  p->sample_count = h->sample_count;
-  memcpy(p->version, h->version, sizeof p->version);
-  memcpy(p->hash, h->hash, sizeof p->hash);
-  memcpy(p->min, h->min, sizeof p->min);
-  memcpy(p->max, h->max, sizeof p->max);
-  memcpy(p->whole_min, h->whole_min, sizeof p->whole_min);
-  memcpy(p->whole_max, h->whole_max, sizeof p->whole_max);
+  p->header = *h;
   p->grid = np_part_grid_make(h);
   const size_t done = np_part_file_count_tiles(p->file), count = np_part_grid_count(&p->grid);
   if (done < count)
@@ -60,24 +48,26 @@ static void read_window(np_merge_part *p) {
   const char *whole = neph_image_get_attribute(p->tile, NP_HEADER_WHOLE);
   const unsigned size[2] = {p->tile->width, p->tile->height};
   for (int k = 0; k < 2; k++) {
-    p->min[k] = p->whole_min[k] = h->has_window ? h->data_min[k] : 0;
-    p->max[k] = p->whole_max[k] = p->min[k] + (int)size[k];
+    p->header.min[k] = p->header.whole_min[k] = h->has_window ? h->data_min[k] : 0;
+    p->header.max[k] = p->header.whole_max[k] = p->header.min[k] + (int)size[k];
   }
-  p->tile_count = 1;
-  if (!tile || !whole || sscanf(tile, "%u/%u", &p->tile_index, &p->tile_count) != 2) return;
-  (void)sscanf(whole, "%d %d %d %d", &p->whole_min[0], &p->whole_min[1], &p->whole_max[0], &p->whole_max[1]);
-  p->tile_index--;
+  p->header.tile_count = 1;
+  if (!tile || !whole || sscanf(tile, "%u/%u", &p->header.tile_index, &p->header.tile_count) != 2) return;
+  (void)sscanf(whole, "%d %d %d %d", &p->header.whole_min[0], &p->header.whole_min[1], &p->header.whole_max[0],
+               &p->header.whole_max[1]);
+  p->header.tile_index--;
 }
 
 static neph_result read_tile(np_merge_part *p) {
   neph_result result = np_image_load_exr(p->context, p->path, NULL, &p->tile);
   if (!result) result = check_tile(p);
   if (result) return result;
-  p->image = p->tile;
-  p->is_complete = true;
+  p->header.image = p->tile;
+  p->header.is_complete = true;
   const char *software = neph_image_get_attribute(p->tile, "software");
-  if (software && !strncmp(software, "nephos ", 7)) (void)snprintf(p->version, sizeof p->version, "%s", software + 7);
-  (void)snprintf(p->hash, sizeof p->hash, "%s", neph_image_get_attribute(p->tile, NP_SCENE_HASH));
+  if (software && !strncmp(software, "nephos ", 7))
+    (void)snprintf(p->header.version, sizeof p->header.version, "%s", software + 7);
+  (void)snprintf(p->header.hash, sizeof p->header.hash, "%s", neph_image_get_attribute(p->tile, NP_SCENE_HASH));
   read_window(p);
   return NEPH_OK;
 }
@@ -109,7 +99,8 @@ void np_merge_part_close(np_merge_part *part) {
 
 static neph_result compare_attribute(const np_merge_part *part, const np_merge_part *first, const char *name,
                                      const char *meaning) {
-  const char *a = neph_image_get_attribute(part->image, name), *b = neph_image_get_attribute(first->image, name);
+  const char *a = neph_image_get_attribute(part->header.image, name),
+             *b = neph_image_get_attribute(first->header.image, name);
   if (!strcmp(a ? a : "", b ? b : "")) return NEPH_OK;
   return np_fail(part->context, NEPH_ERROR_INVALID_ARGUMENT,
                  "%s: its %s is %s, that of %s is %s: parts must be of one "
@@ -118,21 +109,23 @@ static neph_result compare_attribute(const np_merge_part *part, const np_merge_p
 }
 
 static neph_result compare_windows(const np_merge_part *part, const np_merge_part *first) {
-  if (!memcmp(part->whole_min, first->whole_min, sizeof part->whole_min) &&
-      !memcmp(part->whole_max, first->whole_max, sizeof part->whole_max))
+  if (!memcmp(part->header.whole_min, first->header.whole_min, sizeof part->header.whole_min) &&
+      !memcmp(part->header.whole_max, first->header.whole_max, sizeof part->header.whole_max))
     return NEPH_OK;
   return np_fail(part->context, NEPH_ERROR_INVALID_ARGUMENT,
                  "%s: it is part of a picture of %d x %d pixels, that of %s has %d x %d", part->path,
-                 part->whole_max[0] - part->whole_min[0], part->whole_max[1] - part->whole_min[1], first->path,
-                 first->whole_max[0] - first->whole_min[0], first->whole_max[1] - first->whole_min[1]);
+                 part->header.whole_max[0] - part->header.whole_min[0],
+                 part->header.whole_max[1] - part->header.whole_min[1], first->path,
+                 first->header.whole_max[0] - first->header.whole_min[0],
+                 first->header.whole_max[1] - first->header.whole_min[1]);
 }
 
 static neph_result compare_channels(const np_merge_part *part, const np_merge_part *first) {
-  bool is_same = part->image->channel_count == first->image->channel_count;
-  for (unsigned i = 0; i < first->image->channel_count && is_same; i++) {
+  bool is_same = part->header.image->channel_count == first->header.image->channel_count;
+  for (unsigned i = 0; i < first->header.image->channel_count && is_same; i++) {
     bool has = false;
-    for (unsigned j = 0; j < part->image->channel_count; j++)
-      has = has || !strcmp(part->image->channels[j].name, first->image->channels[i].name);
+    for (unsigned j = 0; j < part->header.image->channel_count; j++)
+      has = has || !strcmp(part->header.image->channels[j].name, first->header.image->channels[i].name);
     is_same = has;
   }
   return is_same ? NEPH_OK
@@ -145,18 +138,18 @@ static neph_result compare_channels(const np_merge_part *part, const np_merge_pa
 neph_result np_merge_part_compare(const np_merge_part *part, const np_merge_part *first) {
   static const char *const named[][2] = {
       {"nephos:frame", "frame"}, {"nephos:seed", "seed"}, {"nephos:isa", "instruction-set level"}};
-  if (*part->version && *first->version && strcmp(part->version, first->version) != 0)
+  if (*part->header.version && *first->header.version && strcmp(part->header.version, first->header.version) != 0)
     return np_fail(part->context, NEPH_ERROR_INVALID_ARGUMENT,
                    "%s: it was rendered by nephos %s, %s by nephos %s: parts must be of one version", part->path,
-                   part->version, first->path, first->version);
+                   part->header.version, first->path, first->header.version);
   neph_result result = NEPH_OK;
   for (size_t i = 0; i < sizeof named / sizeof *named && !result; i++)
     result = compare_attribute(part, first, named[i][0], named[i][1]);
   if (!result) result = compare_windows(part, first);
-  if (!result && strcmp(part->hash, first->hash) != 0)
+  if (!result && strcmp(part->header.hash, first->header.hash) != 0)
     result = np_fail(part->context, NEPH_ERROR_INVALID_ARGUMENT,
                      "%s: its scene, input files or settings are others than those of %s: the hash is %s, not %s",
-                     part->path, first->path, part->hash, first->hash);
+                     part->path, first->path, part->header.hash, first->header.hash);
   if (!result) result = compare_channels(part, first);
   if (!result) result = compare_attribute(part, first, "nephos:lightResidual", "residual of multiple scattering");
   return result ? result : compare_attribute(part, first, "nephos:lightError", "error of multiple scattering");
@@ -165,7 +158,7 @@ neph_result np_merge_part_compare(const np_merge_part *part, const np_merge_part
 /* ---- Records ---- */
 
 neph_result np_merge_part_load_row(np_merge_part *part, int y) {
-  const int row = (y - part->min[1]) / NP_TILE_EDGE;
+  const int row = (y - part->header.min[1]) / NP_TILE_EDGE;
   if (!part->file || part->row == row) return NEPH_OK;
   const size_t reals = np_part_header_count_reals(np_part_file_get_header(part->file));
   const size_t first_tile = (size_t)row * part->grid.across;
@@ -181,7 +174,7 @@ neph_result np_merge_part_load_row(np_merge_part *part, int y) {
 
 const double *np_merge_part_get_record(const np_merge_part *part, int x, int y) {
   const size_t reals = np_part_header_count_reals(np_part_file_get_header(part->file));
-  const unsigned column = (unsigned)(x - part->min[0]), line = (unsigned)(y - part->min[1]);
+  const unsigned column = (unsigned)(x - part->header.min[0]), line = (unsigned)(y - part->header.min[1]);
   size_t pixels;
   const size_t first = np_part_grid_get_first(&part->grid, (size_t)part->row * part->grid.across, &pixels);
   return part->rows + (np_part_grid_get_index(&part->grid, column, line) - first) * reals;

@@ -8,15 +8,10 @@
 
 typedef struct np_merge_part {
   neph_context *context;
-  const char *path;        /* borrowed */
-  np_part_file *file;      /* NULL: */
-  neph_image *tile;        /* finished pixels */
-  const neph_image *image; /* with the header of either */
-  char version[32], hash[33];
-  int min[2], max[2], whole_min[2], whole_max[2];
-  unsigned tile_index, tile_count;
-  bool is_complete; /* has all samples of its pixels; else: */
-  uint32_t sample_begin, sample_end, sample_count;
+  const char *path;      /* borrowed */
+  np_part_file *file;    /* NULL: */
+  neph_image *tile;      /* finished pixels */
+  np_part_header header; /* of a tile: as far as its picture tells */
   np_part_grid grid;
   double *rows; /* records of one row of tiles of a file */
   int row;      /* number of that row; -1: none yet */
