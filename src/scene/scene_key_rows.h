@@ -16,7 +16,16 @@
 #define SIZE                                                                                                           \
   { 1e-6, 1e9 }
 
+#define ASYMMETRY                                                                                                      \
+  { -0.999999, 0.999999 }
+
+/* Groups of keys that exclude each other. */
+enum { GROUP_SUN = 1, GROUP_DENSITY, GROUP_PHASE, GROUP_TERRAIN, GROUP_PROFILE, GROUP_TOP, GROUP_ALBEDO };
+
+extern const np_choice np_booleans[]; /* false, true */
+
 np_key_table np_keys_get_camera(void);
+np_key_table np_keys_get_clouds(void);
 np_key_table np_keys_get_quality(void);
 np_key_table np_keys_get_output(void);
 

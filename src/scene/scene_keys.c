@@ -6,17 +6,8 @@
 
 #define LAYER(member)                                                                                                  \
   { offsetof(np_scene_layer, member), sizeof(((np_scene_layer *)0)->member) }
-#define CLOUD(member)                                                                                                  \
-  { offsetof(np_scene_cloud, member), sizeof(((np_scene_cloud *)0)->member) }
-#define MAP(quantity) CLOUD(bake.map_channels[NEPH_CLOUD_MAP_##quantity])
+const np_choice np_booleans[] = {{"false", 0}, {"true", 1}, {NULL, 0}};
 
-#define ASYMMETRY                                                                                                      \
-  { -0.999999, 0.999999 }
-
-/* Groups of keys that exclude each other. */
-enum { GROUP_SUN = 1, GROUP_DENSITY, GROUP_PHASE, GROUP_TERRAIN, GROUP_PROFILE, GROUP_TOP, GROUP_ALBEDO };
-
-static const np_choice booleans[] = {{"false", 0}, {"true", 1}, {NULL, 0}};
 static const np_choice atmospheres[] = {{"earth", NP_AIR_EARTH}, {"earth-hazy", NP_AIR_EARTH_HAZY},
                                         {"mars", NP_AIR_MARS},   {"empty", NP_AIR_EMPTY},
                                         {"none", NP_AIR_NONE},   {NULL, 0}};
@@ -25,10 +16,6 @@ static const np_choice layer_phases[] = {{"rayleigh", NEPH_LAYER_RAYLEIGH}, {NUL
 static const np_choice absences[] = {{"none", 0}, {NULL, 0}};
 static const np_choice hemispheres[] = {{"both", 0}, {"upper", 1}, {NULL, 0}};
 static const np_choice planets[] = {{"sphere", 1}, {"none", 0}, {NULL, 0}};
-static const np_choice axes[] = {{"z", NP_UP_Z}, {"y", NP_UP_Y}, {NULL, 0}};
-static const np_choice policies[] = {{"refuse", NEPH_IMPORT_REFUSE}, {"repair", NEPH_IMPORT_REPAIR}, {NULL, 0}};
-static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
-static const np_choice phases[] = {{"rayleigh", NP_PHASE_RAYLEIGH}, {"isotropic", NP_PHASE_ISOTROPIC}, {NULL, 0}};
 static const np_choice terrains[] = {{"none", NP_TERRAIN_NONE}, {NULL, 0}};
 static const np_choice integrators[] = {{"march", NEPH_INTEGRATOR_MARCH}, {"path", NEPH_INTEGRATOR_PATH}, {NULL, 0}};
 static const np_choice airs_of_paths[] = {
@@ -44,8 +31,6 @@ static const np_choice sun_optical_depths[] = {{"auto", NP_SUN_OPTICAL_DEPTH_AUT
                                                {NULL, 0}};
 static const np_choice air_shadows[] = {
     {"auto", NP_AIR_SHADOWS_AUTO}, {"false", NP_AIR_SHADOWS_FALSE}, {"true", NP_AIR_SHADOWS_TRUE}, {NULL, 0}};
-static const np_choice models[] = {
-    {"cells", NEPH_CLOUD_MODEL_CELLS}, {"slab", NEPH_CLOUD_MODEL_SLAB}, {"hero", NEPH_CLOUD_MODEL_HERO}, {NULL, 0}};
 
 /* clang-format off */
 static const np_key first_keys[] = {
@@ -60,7 +45,7 @@ static const np_key first_keys[] = {
      .tag = SCENE(has_place), .tag_value = true, .range = WITHIN(-180, 180), .meaning = "east is positive"},
 };
 
-static const np_key keys[] = {
+static const np_key sky_keys[] = {
     {.path = "sun", .type = NP_KEY_SECTION, .meaning = "the sun, by elevation and azimuth, or by time"},
     {.path = "sun.elevation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(sun.elevation_rad),
      .range = WITHIN(-90, 90), .fallback = "35 deg", .group = GROUP_SUN, .alternative = 1,
@@ -80,7 +65,8 @@ static const np_key keys[] = {
      .fallback = "1.474, 1.8504, 1.91198",
      .meaning = "above the atmosphere, on a plane facing the sun, at 680, 550 and 440 nm"},
 
-    {.path = "sun.limb_darkening", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(sun.has_limb_darkening),
+    {.path = "sun.limb_darkening", .type = NP_KEY_CHOICE, .choices = np_booleans,
+     .field = SCENE(sun.has_limb_darkening),
      .fallback = "true", .meaning = "true: the disk darkens towards its edge, as the sun's does"},
 
     {.path = "moon", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(moon.is_enabled),
@@ -95,7 +81,7 @@ static const np_key keys[] = {
      .meaning = "clockwise from north; goes with elevation"},
     {.path = "moon.brightness", .type = NP_KEY_REAL, .field = SCENE(moon.brightness), .range = WITHIN(0, 1e6),
      .fallback = "1", .meaning = "factor on its light, 1 being the moon's own"},
-    {.path = "moon.earthshine", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(moon.has_earthshine),
+    {.path = "moon.earthshine", .type = NP_KEY_CHOICE, .choices = np_booleans, .field = SCENE(moon.has_earthshine),
      .fallback = "true", .meaning = "true: the Earth lights its dark side"},
     {.path = "moon.map", .type = NP_KEY_FILE, .is_input = true, .field = SCENE(moon.map),
      .meaning = "OpenEXR picture of its albedo by longitude and latitude, longitude 0 in the middle, east to the "
@@ -234,189 +220,9 @@ static const np_key keys[] = {
      .field = SCENE(environment.is_upper_only), .fallback = "both", .meaning = "directions that it comes from"},
     {.path = "environment.planet", .type = NP_KEY_CHOICE, .choices = planets, .field = SCENE(environment.has_planet),
      .fallback = "sphere", .meaning = "none leaves out the planet, and the air with it"},
+};
 
-    {.path = "clouds", .type = NP_KEY_LIST, .field = SCENE(clouds),
-     .meaning = "each from a file, or baked, or baked to a file"},
-    {.path = "clouds[].name", .type = NP_KEY_TEXT, .field = CLOUD(name),
-     .meaning = "name in messages and in names of baked files; without it, cloud0, cloud1, …"},
-    {.path = "clouds[].vdb", .type = NP_KEY_FILE, .field = CLOUD(vdb), .meaning = "OpenVDB file, # for the frame"},
-    {.path = "clouds[].reference_frame", .type = NP_KEY_INTEGER, .field = CLOUD(reference_frame),
-     .tag = CLOUD(has_reference_frame), .tag_value = true, .range = WITHIN(0, 1e9),
-     .meaning = "frame of a numbered vdb by whose box, voxels and densest column position, voxel and optical_depth "
-                "go in all frames; without it, the first frame asked for that holds anything"},
-    {.path = "clouds[].grid", .type = NP_KEY_TEXT, .field = CLOUD(grid),
-     .meaning = "name of a scalar grid in it; without it, density or the only one there is"},
-    {.path = "clouds[].import", .type = NP_KEY_CHOICE, .choices = policies, .field = CLOUD(policy),
-     .fallback = "refuse", .meaning = "policy for values that no cloud has, such as NaN; repair takes them as 0"},
-    {.path = "clouds[].precision", .type = NP_KEY_CHOICE, .choices = precisions, .field = CLOUD(precision),
-     .fallback = "half", .meaning = "precision of the values in memory"},
-    {.path = "clouds[].up", .type = NP_KEY_CHOICE, .choices = axes, .field = CLOUD(up), .fallback = "z",
-     .meaning = "axis of the file that points up"},
-    {.path = "clouds[].voxel", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(voxel_m), .range = SIZE,
-     .meaning = "largest edge of a voxel; without it, as the file has it"},
-    {.path = "clouds[].scale", .type = NP_KEY_REAL, .field = CLOUD(scale), .range = WITHIN(1e-6, 1e6), .fallback = "1",
-     .meaning = "enlarges the cloud after that"},
-    {.path = "clouds[].rotation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = CLOUD(rotation_rad),
-     .range = WITHIN(-360, 360), .fallback = "0 deg",
-     .meaning = "about the vertical, counter-clockwise seen from above"},
-    {.path = "clouds[].position", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(position_m),
-     .tag = CLOUD(has_position), .tag_value = true, .range = ANYWHERE,
-     .meaning = "place of the middle of the bottom of the cloud's box; without it, as the file has it"},
-    {.path = "clouds[].extinction", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE, .field = CLOUD(density_value),
-     .tag = CLOUD(density_unit), .tag_value = NP_DENSITY_EXTINCTION, .range = WITHIN(0, 1e6), .fallback = "1 1/m",
-     .group = GROUP_DENSITY, .alternative = 1, .meaning = "extinction of a value of 1; baked clouds hold 1/m already"},
-    {.path = "clouds[].mean_free_path", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(density_value),
-     .tag = CLOUD(density_unit), .tag_value = NP_DENSITY_MEAN_FREE_PATH, .range = WITHIN(1e-6, 1e9),
-     .group = GROUP_DENSITY, .alternative = 2, .meaning = "mean free path of light at a value of 1"},
-    {.path = "clouds[].optical_depth", .type = NP_KEY_REAL, .field = CLOUD(density_value), .tag = CLOUD(density_unit),
-     .tag_value = NP_DENSITY_OPTICAL_DEPTH, .range = WITHIN(0, 1e9), .group = GROUP_DENSITY, .alternative = 3,
-     .meaning = "optical depth of the densest vertical column"},
-    {.path = "clouds[].liquid_water", .type = NP_KEY_SECTION, .group = GROUP_DENSITY, .alternative = 4,
-     .meaning = "values are grams of water in a cubic metre"},
-    {.path = "clouds[].liquid_water.r_eff", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
-     .field = CLOUD(density_value), .tag = CLOUD(density_unit), .tag_value = NP_DENSITY_LIQUID_WATER,
-     .range = WITHIN(0.01, 1e4), .meaning = "effective radius of the droplets"},
-    {.path = "clouds[].albedo", .type = NP_KEY_REAL, .field = CLOUD(albedo), .is_grey_allowed = true,
-     .range = WITHIN(0, 1), .fallback = "0.999995",
-     .meaning = "share of the light that scattering leaves"},
-    {.path = "clouds[].phase", .type = NP_KEY_SECTION, .choices = phases, .field = CLOUD(phase_source.kind),
-     .meaning = "phase function: one of the keys below, or rayleigh or isotropic in their place"},
-    {.path = "clouds[].phase.droplets", .type = NP_KEY_SECTION, .tag = CLOUD(phase_source.kind),
-     .tag_value = NP_PHASE_DROPLETS, .group = GROUP_PHASE, .alternative = 1,
-     .meaning = "fit to Mie theory; the default"},
-    {.path = "clouds[].phase.droplets.diameter", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
-     .field = CLOUD(phase_source.diameter_m), .range = WITHIN(5, 50), .fallback = "20 um",
-     .meaning = "diameter of the droplets"},
-    {.path = "clouds[].phase.hg", .type = NP_KEY_REAL, .field = CLOUD(phase_source.asymmetry),
-     .tag = CLOUD(phase_source.kind), .tag_value = NP_PHASE_HENYEY_GREENSTEIN, .range = ASYMMETRY,
-     .group = GROUP_PHASE, .alternative = 2, .meaning = "g of the Henyey-Greenstein phase function"},
-    {.path = "clouds[].phase.two_lobe", .type = NP_KEY_SECTION, .tag = CLOUD(phase_source.kind),
-     .tag_value = NP_PHASE_TWO_LOBE, .group = GROUP_PHASE, .alternative = 3, .meaning = "two of them, added"},
-    {.path = "clouds[].phase.two_lobe.forward", .type = NP_KEY_REAL, .field = CLOUD(phase_source.forward),
-     .range = ASYMMETRY, .fallback = "0.85", .meaning = "g of the first"},
-    {.path = "clouds[].phase.two_lobe.backward", .type = NP_KEY_REAL, .field = CLOUD(phase_source.backward),
-     .range = ASYMMETRY, .fallback = "-0.25", .meaning = "g of the second"},
-    {.path = "clouds[].phase.two_lobe.weight", .type = NP_KEY_REAL, .field = CLOUD(phase_source.backward_weight),
-     .range = WITHIN(0, 1), .fallback = "0.1", .meaning = "share of the second"},
-    {.path = "clouds[].phase.draine", .type = NP_KEY_SECTION, .tag = CLOUD(phase_source.kind),
-     .tag_value = NP_PHASE_DRAINE, .group = GROUP_PHASE, .alternative = 4,
-     .meaning = "Henyey-Greenstein times 1 + alpha times the squared cosine"},
-    {.path = "clouds[].phase.draine.g", .type = NP_KEY_REAL, .field = CLOUD(phase_source.draine_asymmetry),
-     .range = ASYMMETRY, .fallback = "0.8", .meaning = "g of its Henyey-Greenstein part"},
-    {.path = "clouds[].phase.draine.alpha", .type = NP_KEY_REAL, .field = CLOUD(phase_source.alpha),
-     .range = WITHIN(0, 1e6), .fallback = "1", .meaning = "0 is Henyey-Greenstein, 1 Cornette-Shanks"},
-    {.path = "clouds[].phase.table", .type = NP_KEY_FILE, .is_input = true, .field = CLOUD(phase_table),
-     .tag = CLOUD(phase_source.kind), .tag_value = NP_PHASE_TABLE, .group = GROUP_PHASE, .alternative = 5,
-     .meaning = "CSV of angle_deg or cosine, and value in 1/sr"},
-    {.path = "clouds[].emission", .type = NP_KEY_SECTION, .tag = CLOUD(emission.is_enabled), .tag_value = true,
-     .meaning = "emission of the file's fire, as a black body"},
-    {.path = "clouds[].emission.temperature", .type = NP_KEY_TEXT, .field = CLOUD(emission.temperature),
-     .meaning = "name of the grid of temperatures; without it, temperature; none: it is offset everywhere"},
-    {.path = "clouds[].emission.kelvin", .type = NP_KEY_REAL, .unit = NP_UNIT_KELVIN,
-     .field = CLOUD(emission.kelvin_per_value), .range = WITHIN(0, 1e6), .fallback = "1 K",
-     .meaning = "temperature that a value of 1 in that grid adds to offset"},
-    {.path = "clouds[].emission.offset", .type = NP_KEY_REAL, .unit = NP_UNIT_KELVIN, .field = CLOUD(emission.offset_k),
-     .range = WITHIN(-1e5, 1e5), .fallback = "0 K", .meaning = "temperature where that grid holds 0"},
-    {.path = "clouds[].emission.flame", .type = NP_KEY_TEXT, .field = CLOUD(emission.flame),
-     .meaning = "name of the grid of flames; without it, flame if the file has one; none: the cloud emits by its "
-                "own absorption"},
-    {.path = "clouds[].emission.absorption", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
-     .field = CLOUD(emission.absorption_per_m), .range = WITHIN(0, 1e6), .fallback = "1 1/m",
-     .meaning = "absorption of a flame of 1, by which it emits; it hides nothing"},
-    {.path = "clouds[].emission.strength", .type = NP_KEY_REAL, .field = CLOUD(emission.strength),
-     .range = WITHIN(0, 1e12), .fallback = "1", .meaning = "factor on the emission"},
-
-    {.path = "clouds[].holdout", .type = NP_KEY_CHOICE, .choices = booleans, .field = CLOUD(is_held_out),
-     .fallback = "false",
-     .meaning = "true: the cloud hides what is behind it and lights and shades the others, and does not show itself"},
-    {.path = "clouds[].bake", .type = NP_KEY_SECTION, .tag = CLOUD(is_baked), .tag_value = true,
-     .meaning = "a cloud from noise; its values are extinction in 1/m"},
-    {.path = "clouds[].bake.preset", .type = NP_KEY_PRESET, .field = CLOUD(preset),
-     .meaning = "named values for all keys of bake, over which the others go wherever they stand"},
-    {.path = "clouds[].bake.seed", .type = NP_KEY_SEED, .field = CLOUD(bake.seed), .fallback = "0",
-     .meaning = "seed of the noise: another seed, another cloud of the same kind"},
-    {.path = "clouds[].bake.extent", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.extent_m),
-     .is_grey_allowed = true, .range = SIZE, .fallback = "8 km", .meaning = "size of the field along x and y"},
-    {.path = "clouds[].bake.center", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.center_m),
-     .range = ANYWHERE, .fallback = "0 m, 0 m", .meaning = "x and y of the middle of the field"},
-    {.path = "clouds[].bake.base", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.base_altitude_m),
-     .range = WITHIN(-1e6, 1e6), .fallback = "1.2 km", .meaning = "altitude of the flat cloud base above sea level"},
-    {.path = "clouds[].bake.thickness", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.thickness_m),
-     .range = SIZE, .fallback = "1.2 km", .group = GROUP_TOP, .alternative = 1,
-     .meaning = "height from the base to the highest top"},
-    {.path = "clouds[].bake.top", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(top_m),
-     .tag = CLOUD(has_top), .tag_value = true, .range = WITHIN(-1e6, 1e6), .group = GROUP_TOP, .alternative = 2,
-     .meaning = "altitude of the highest top, in place of the thickness"},
-    {.path = "clouds[].bake.voxel", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.voxel_m),
-     .range = SIZE, .fallback = "20 m", .meaning = "edge of a voxel"},
-    {.path = "clouds[].bake.coverage", .type = NP_KEY_REAL, .field = CLOUD(bake.coverage), .range = WITHIN(0, 1),
-     .fallback = "0.35", .meaning = "fraction of the sky that is covered"},
-    {.path = "clouds[].bake.cell", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.cell_m),
-     .range = SIZE, .fallback = "1.8 km", .meaning = "typical distance from cloud to cloud"},
-    {.path = "clouds[].bake.type", .type = NP_KEY_REAL, .field = CLOUD(bake.type), .range = WITHIN(0, 1),
-     .fallback = "0.5", .meaning = "kind of tower, from 0, flat humilis, to 1, tall congestus"},
-    {.path = "clouds[].bake.billow", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.billow_m),
-     .range = SIZE, .fallback = "450 m", .meaning = "size of the largest billows"},
-    {.path = "clouds[].bake.billowiness", .type = NP_KEY_REAL, .field = CLOUD(bake.billowiness),
-     .range = WITHIN(0, 1), .fallback = "0.5",
-     .meaning = "reach of the largest billows beyond the shape; not of a slab"},
-    {.path = "clouds[].bake.erosion", .type = NP_KEY_REAL, .field = CLOUD(bake.erosion), .range = WITHIN(0, 1),
-     .fallback = "0.4", .meaning = "depth to which detail eats into the shape"},
-    {.path = "clouds[].bake.wispiness", .type = NP_KEY_REAL, .field = CLOUD(bake.wispiness), .range = WITHIN(0, 1),
-     .fallback = "0.3", .meaning = "share of wispy rather than billowy detail at the base"},
-    {.path = "clouds[].bake.turbulence", .type = NP_KEY_REAL, .field = CLOUD(bake.turbulence), .range = WITHIN(0, 1),
-     .fallback = "0.3", .meaning = "strength of the curls of detail"},
-    {.path = "clouds[].bake.skew", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.skew_m),
-     .range = ANYWHERE, .fallback = "0 m, 0 m", .meaning = "x and y by which wind moves the top against the base"},
-    {.path = "clouds[].bake.extinction", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
-     .field = CLOUD(bake.extinction_per_m), .range = WITHIN(1e-9, 1e6), .fallback = "0.06 1/m",
-     .meaning = "extinction in the core of the cloud"},
-    {.path = "clouds[].bake.model", .type = NP_KEY_CHOICE, .choices = models, .field = CLOUD(bake.model),
-     .fallback = "cells",
-     .meaning = "cells tower over a flat base; a slab is a sheet with soft edges, and cheap; a hero is one cloud"},
-    {.path = "clouds[].bake.sublayers", .type = NP_KEY_INTEGER, .field = CLOUD(bake.sublayers),
-     .range = WITHIN(1, 16), .fallback = "1", .meaning = "sheets over each other that a slab is made of"},
-    {.path = "clouds[].bake.softness", .type = NP_KEY_REAL, .field = CLOUD(bake.softness), .range = WITHIN(0, 1),
-     .fallback = "0", .meaning = "softness of edges, from crisp, 0, to a fade over the whole cloud, 1"},
-    {.path = "clouds[].bake.stretch", .type = NP_KEY_REAL, .field = CLOUD(bake.stretch), .range = WITHIN(1, 100),
-     .fallback = "1", .meaning = "factor on a slab's pattern along the wind, or along x in calm"},
-    {.path = "clouds[].bake.anvil", .type = NP_KEY_REAL, .field = CLOUD(bake.anvil), .range = WITHIN(0, 1),
-     .fallback = "0", .meaning = "spread of the tops of the largest cells"},
-    {.path = "clouds[].bake.precipitation", .type = NP_KEY_REAL, .field = CLOUD(bake.precipitation),
-     .range = WITHIN(0, 1), .fallback = "0", .meaning = "rain below the base: 1 reaches sea level, less evaporates"},
-    {.path = "clouds[].bake.profile", .type = NP_KEY_REAL, .field = CLOUD(bake.profile),
-     .tag = CLOUD(bake.has_profile), .tag_value = true, .range = WITHIN(0, 1),
-     .meaning = "strength that a cell must have to reach 0, 1/4, 1/2, 3/4 and 1 of the thickness, never falling; "
-                "without it, type decides"},
-    {.path = "clouds[].bake.wind", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE_PER_SECOND,
-     .field = CLOUD(bake.wind_m_s), .range = WITHIN(-200, 200), .fallback = "0 m/s, 0 m/s",
-     .meaning = "x and y of the wind that moves the clouds through the extent"},
-    {.path = "clouds[].bake.time", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = CLOUD(bake.time_s),
-     .range = WITHIN(-1e6, 1e6), .fallback = "0 s",
-     .meaning = "time from the seed's own moment; clouds change steadily with it"},
-    {.path = "clouds[].bake.frame_time", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = CLOUD(frame_time_s),
-     .range = WITHIN(-1e4, 1e4), .fallback = "0 s", .meaning = "time from one frame to the next; frame 1 is at time"},
-    {.path = "clouds[].bake.lifetime", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = CLOUD(bake.lifetime_s),
-     .range = WITHIN(1, 1e9), .fallback = "2400 s", .meaning = "time over which a cell grows and decays"},
-    {.path = "clouds[].bake.map", .type = NP_KEY_SECTION,
-     .meaning = "a picture as weather map: 0 to 1 in a channel is a share of the key of that name"},
-    {.path = "clouds[].bake.map.image", .type = NP_KEY_FILE, .is_input = true, .field = CLOUD(bake.map_file),
-     .meaning = "EXR or PNG, north up"},
-    {.path = "clouds[].bake.map.coverage", .type = NP_KEY_TEXT, .field = MAP(COVERAGE),
-     .meaning = "channel of the picture, such as R or Y: where it is 0 the sky is clear"},
-    {.path = "clouds[].bake.map.type", .type = NP_KEY_TEXT, .field = MAP(TYPE), .meaning = "channel of the type"},
-    {.path = "clouds[].bake.map.base", .type = NP_KEY_TEXT, .field = MAP(BASE),
-     .meaning = "channel of the share of the thickness by which bases lie higher; tops stay below that of the field"},
-    {.path = "clouds[].bake.map.thickness", .type = NP_KEY_TEXT, .field = MAP(THICKNESS),
-     .meaning = "channel of the thickness"},
-    {.path = "clouds[].bake.map.precipitation", .type = NP_KEY_TEXT, .field = MAP(PRECIPITATION),
-     .meaning = "channel of the precipitation"},
-    {.path = "clouds[].bake.map.size", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.map_size_m),
-     .tag = CLOUD(bake.has_map_size), .tag_value = true, .is_grey_allowed = true, .range = WITHIN(1e-6, 1e7),
-     .meaning = "size of the picture along x and y, in the middle of the field; without it, the extent"},
-    {.path = "clouds[].bake.map.tiling", .type = NP_KEY_CHOICE, .choices = booleans, .field = CLOUD(bake.is_map_tiling),
-     .fallback = "false", .meaning = "the picture repeats; else its border goes on beyond it"},
-
+static const np_key last_keys[] = {
     {.path = "terrain", .type = NP_KEY_SECTION, .choices = terrains, .field = SCENE(terrain.kind),
      .meaning = "ground above the sphere, or none in place of the keys below"},
     {.path = "terrain.heightfield", .type = NP_KEY_FILE, .is_input = true, .field = SCENE(terrain.heightfield),
@@ -457,7 +263,7 @@ static const np_key keys[] = {
     {.path = "terrain.snow.slope", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
      .field = SCENE(terrain.desc.snow_slope_rad), .range = WITHIN(0, 90), .fallback = "50 deg",
      .meaning = "slope above which none stays"},
-    {.path = "terrain.holdout", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(terrain.is_held_out),
+    {.path = "terrain.holdout", .type = NP_KEY_CHOICE, .choices = np_booleans, .field = SCENE(terrain.is_held_out),
      .fallback = "false", .meaning = "true: the ground hides what is behind it, and does not show itself"},
     {.path = "terrain.width", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(terrain.desc.width_m),
      .range = WITHIN(1, 1e7), .fallback = "30 km", .meaning = "width along x, of pictures and ridges"},
@@ -575,14 +381,16 @@ size_t np_key_rename_count(void) { return sizeof renames / sizeof *renames; }
 const np_key_rename *np_key_rename_at(size_t index) { return &renames[index]; }
 
 /* The order of the schema. */
-enum { TABLES = 5 };
+enum { TABLES = 7 };
 
 static void fill_tables(np_key_table out[TABLES]) {
   out[0] = (np_key_table){first_keys, sizeof first_keys / sizeof *first_keys};
   out[1] = np_keys_get_camera();
-  out[2] = (np_key_table){keys, sizeof keys / sizeof *keys};
-  out[3] = np_keys_get_quality();
-  out[4] = np_keys_get_output();
+  out[2] = (np_key_table){sky_keys, sizeof sky_keys / sizeof *sky_keys};
+  out[3] = np_keys_get_clouds();
+  out[4] = (np_key_table){last_keys, sizeof last_keys / sizeof *last_keys};
+  out[5] = np_keys_get_quality();
+  out[6] = np_keys_get_output();
 }
 
 size_t np_key_count(void) {

@@ -2,7 +2,6 @@
 /* Keys of the output. */
 #include "scene/scene_key_rows.h"
 
-static const np_choice booleans[] = {{"false", 0}, {"true", 1}, {NULL, 0}};
 static const np_choice pixel_types[] = {{"half", NEPH_PIXEL_HALF}, {"float", NEPH_PIXEL_FLOAT}, {NULL, 0}};
 static const np_choice alphas[] = {{"clouds", NP_ALPHA_CLOUDS},
                                    {"clouds_and_ground", NP_ALPHA_CLOUDS_AND_GROUND},
@@ -31,7 +30,7 @@ static const np_key keys[] = {
     {.path = "output.deep", .type = NP_KEY_FILE, .field = SCENE(output.deep),
      .meaning = "deep OpenEXR file of the clouds, # for the frame; at most 32 samples a pixel, which flatten to the "
                 "layer clouds"},
-    {.path = "output.beauty", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(output.has_beauty),
+    {.path = "output.beauty", .type = NP_KEY_CHOICE, .choices = np_booleans, .field = SCENE(output.has_beauty),
      .fallback = "true", .meaning = "true: the picture itself is written, R, G and B, besides A, Z and the AOVs"},
     {.path = "output.aovs", .type = NP_KEY_FLAGS, .choices = aovs, .field = SCENE(output.aovs),
      .meaning = "further channels; depth is Z, which every picture has"},
@@ -66,10 +65,10 @@ static const np_key keys[] = {
     {.path = "output.preview_bits", .type = NP_KEY_CHOICE, .choices = preview_bits,
      .field = SCENE(output.preview_bits), .fallback = "8", .meaning = "bits of each component of the preview"},
     {.path = "output.film", .type = NP_KEY_SECTION, .meaning = "light that the film takes in"},
-    {.path = "output.film.background", .type = NP_KEY_CHOICE, .choices = booleans,
+    {.path = "output.film.background", .type = NP_KEY_CHOICE, .choices = np_booleans,
      .field = SCENE(output.has_background),
      .fallback = "true", .meaning = "false leaves out the sky and the sun's disk behind everything"},
-    {.path = "output.film.disks", .type = NP_KEY_CHOICE, .choices = booleans, .field = SCENE(output.has_disks),
+    {.path = "output.film.disks", .type = NP_KEY_CHOICE, .choices = np_booleans, .field = SCENE(output.has_disks),
      .fallback = "true",
      .meaning = "false leaves out the disks of sun and moon, as for a dome beside a sun of its own; they still light"},
 };
