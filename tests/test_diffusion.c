@@ -52,7 +52,7 @@ static double compute_difference(const float *a, const float *b, size_t count) {
   return sqrt(squares / all);
 }
 
-/* At the default residual, 5e-4, the field is within 1e-3 of one whose residual is a hundred times less, at any depth:
+/* At the default residual, 3e-4, the field is within 1e-3 of one whose residual is a hundred times less, at any depth:
  * without the correction it is 1 % off at a depth of 110, and 10 % at 1000. Halves round it by 2e-4. Sweeps: those of
  * the last grid, where plain Anderson acceleration takes up to 17. */
 static void a_small_residual_is_a_small_error(void **state) {
@@ -64,12 +64,12 @@ static void a_small_residual_is_a_small_error(void **state) {
     start(&w, 2, depths[d]);
     solve(&w, 3e-6);
     float *converged = copy_means(w.scattering);
-    solve(&w, 5e-4);
+    solve(&w, 3e-4);
     float *means = copy_means(w.scattering);
     const double error = compute_difference(means, converged, w.scattering->grid.active_count);
     print_message("depth %g: residual %.2g, %u sweeps, error %.2g\n", depths[d], w.scattering->quality.residual,
                   w.scattering->sweeps, error);
-    assert_true(w.scattering->quality.residual <= 5e-4);
+    assert_true(w.scattering->quality.residual <= 3e-4);
     assert_true(error <= 1e-3);
     assert_true(w.scattering->sweeps <= sweeps_max[d]);
     free(means);

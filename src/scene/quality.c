@@ -17,7 +17,7 @@ static const np_quality_knob knobs[] = {
     {"render.light_detail",      {"6",      "3",      "0",      "0"}},
     {"render.light_depth",       {"1.4",    "0.6",    "0.35",   "0.35"}},
     {"render.light_degree",      {"3",      "7",      "11",     "11"}},
-    {"render.light_residual",    {"0.03",   "0.003",  "0.0005", "0.0003"}},
+    {"render.light_residual",    {"0.03",   "0.003",  "0.0003", "0.0003"}},
 };
 /* clang-format on */
 

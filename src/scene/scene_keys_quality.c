@@ -33,7 +33,7 @@ static const np_key keys[] = {
      .meaning = "highest degree of the harmonics that multiple scattering is resolved into; large clouds take 3 or 7"},
     {.path = "render.light_residual", .type = NP_KEY_REAL, .field = SCENE(render.light_residual),
      .range = WITHIN(1e-6, 0.5),
-     .fallback = "0.0005", .meaning = "relative residual at which the iteration of multiple scattering ends"},
+     .fallback = "0.0003", .meaning = "relative residual at which the iteration of multiple scattering ends"},
 };
 /* clang-format on */
 

@@ -44,7 +44,7 @@ typedef struct np_scattering_desc {
 #define NP_SCATTERING_DESC_DEFAULT                                                                                     \
   {                                                                                                                    \
     .cells = {.cell_count_max = 1500000, .cell_count_cheap = 60000, .cell_depth_max = 0.35}, .work_max = 3e7,          \
-    .degree_max = NP_DEGREE_MAX, .tolerance = 5e-4, .seconds_max = HUGE_VAL                                            \
+    .degree_max = NP_DEGREE_MAX, .tolerance = 3e-4, .seconds_max = HUGE_VAL                                            \
   }
 
 /* Allows as many cells as so much memory holds. */
