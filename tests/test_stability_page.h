@@ -29,13 +29,21 @@ static inline void test_page_close(test_page *page) {
   free(page->text);
 }
 
+enum { TEST_PAGE_LINE = 1024 };
+
+/* Text of a line, into `line`. */
+#define TEST_PAGE_PRINT(line, format)                                                                                  \
+  do {                                                                                                                 \
+    va_list values;                                                                                                    \
+    va_start(values, format);                                                                                          \
+    (void)vsnprintf(line, sizeof line, format, values);                                                                \
+    va_end(values);                                                                                                    \
+  } while (0)
+
 /* A line that any run must find on the page. */
 __attribute__((format(printf, 2, 3))) static inline void test_page_add_fact(test_page *page, const char *format, ...) {
-  char line[1024];
-  va_list values;
-  va_start(values, format);
-  (void)vsnprintf(line, sizeof line, format, values);
-  va_end(values);
+  char line[TEST_PAGE_LINE];
+  TEST_PAGE_PRINT(line, format);
   if (page->out)
     (void)fprintf(page->out, "%s\n", line);
   else if (!strstr((const char *)page->text, line))
@@ -45,11 +53,8 @@ __attribute__((format(printf, 2, 3))) static inline void test_page_add_fact(test
 /* A line of figures, which differ from machine to machine. */
 __attribute__((format(printf, 2, 3))) static inline void test_page_add_figure(test_page *page, const char *format,
                                                                               ...) {
-  char line[1024];
-  va_list values;
-  va_start(values, format);
-  (void)vsnprintf(line, sizeof line, format, values);
-  va_end(values);
+  char line[TEST_PAGE_LINE];
+  TEST_PAGE_PRINT(line, format);
   if (page->out)
     (void)fprintf(page->out, "%s\n", line);
   else

@@ -20,7 +20,7 @@ static neph_result measure_bake(const neph_scene *scene, const np_plan *plan, co
   neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
   neph_volume *volume;
   const double own_m = bake.voxel_m, volume_m3 = bake.extent_m[0] * bake.extent_m[1] * bake.thickness_m;
-  bake.voxel_m = fmax(own_m, cbrt(volume_m3 / trial_voxels));
+  bake.voxel_m = cbrt(volume_m3 / trial_voxels);
   desc.planet_radius_m = scene->atmosphere.planet_radius_m;
   neph_result result = neph_cloud_bake(scene->context, &bake, &desc, &volume);
   if (!result) result = neph_volume_get_info(volume, &info);
