@@ -289,14 +289,8 @@ static cli_exit check_eyes(render_job *job) { return for_each_eye(job, render_jo
 
 static void note_failure(render_job *job, cli_exit exit) {
   frame_batch *b = &job->batch;
-  const size_t length = strlen(b->failed);
-  char number[16];
-  snprintf(number, sizeof number, "%s%d", b->failed_count ? ", " : "", job->desc.frame);
+  if (b->failed_count < FAILED_LISTED) b->failed[b->failed_count] = job->desc.frame;
   b->failed_count++;
-  if (length + strlen(number) + sizeof ", ..." <= sizeof b->failed)
-    strcpy(b->failed + length, number);
-  else if (length < 4 || strcmp(b->failed + length - 3, "..."))
-    strcpy(b->failed + length, ", ...");
   if (job->session->options->is_json) printf("{\"frame\": %d, \"exit\": %d}\n", job->desc.frame, (int)exit);
 }
 
@@ -311,9 +305,12 @@ static cli_exit render_eyes(render_job *job) {
 /* Says which frames failed. `exit` is of what ended the batch before its last frame. */
 static cli_exit end_batch(const render_job *job, cli_exit exit) {
   const frame_batch *b = &job->batch;
+  char list[12 * FAILED_LISTED + 8] = "";
   if (!b->failed_count) return exit;
-  cli_complain("%u of %u frames failed: %s%s", b->failed_count, b->count, b->failed,
-               b->is_stopped ? "; those after it were not begun" : "");
+  for (unsigned i = 0; i < b->failed_count && i < FAILED_LISTED; i++)
+    snprintf(list + strlen(list), sizeof list - strlen(list), "%s%d", i ? ", " : "", b->failed[i]);
+  cli_complain("%u of %u frames failed: %s%s%s", b->failed_count, b->count, list,
+               b->failed_count > FAILED_LISTED ? ", ..." : "", b->is_stopped ? "; those after it were not begun" : "");
   return exit ? exit : CLI_SOME_FAILED;
 }
 

@@ -12,13 +12,13 @@ typedef struct render_targets {
   char *checkpoint, *snapshot; /* NULL: none is kept; none can be taken */
 } render_targets;
 
-enum { FAILED_TEXT_SIZE = 256 };
+enum { FAILED_LISTED = 20 };
 
 /* The frames of a batch. */
 typedef struct frame_batch {
   unsigned count, failed_count;
-  bool is_stopped;               /* the rest would fail as well: what is done cannot be written */
-  char failed[FAILED_TEXT_SIZE]; /* their numbers, or the first of them */
+  int failed[FAILED_LISTED]; /* numbers of the first of them */
+  bool is_stopped;           /* the rest would fail as well: what is done cannot be written */
 } frame_batch;
 
 typedef struct render_job {
