@@ -86,7 +86,7 @@ static inline float np_track_span_integral(const np_bricks *bricks, const np_bri
 /* Beyond this optical depth, as light fades by it, nothing is worth walking for. */
 #define NP_TRACK_DEPTH_MAX 16.0f
 
-/* Use of an optical depth towards a light. */
+/* Accuracy that is wanted of the optical depth between a point and a light. */
 typedef struct np_depth_query {
   float fade;  /* the light fades with e^{−fade·τ} */
   float error; /* of that light which would do, over that of no depth at all */
