@@ -220,10 +220,7 @@ static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
   const np_assembly *a = in->made;
   np_light_key *key = *out_key = np_alloc(a->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
-  np_plan_choose_cells(in->plan, in->scene, &key->desc);
-  key->desc.cells.bounds_min = a->clouds_min;
-  key->desc.cells.bounds_max = a->clouds_max;
-  key->desc.cells.edge_min_m = np_plan_get_light_edge(in->plan, in->scene, a->clouds_min, a->clouds_max);
+  np_plan_choose_cells(in->plan, in->scene, a->clouds_min, a->clouds_max, &key->desc);
   key->desc.cells.has_viewer = np_camera_has_centre(&a->camera);
   if (key->desc.cells.has_viewer) key->desc.cells.viewer = get_viewer(a);
   key->desc.has_importance = in->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
