@@ -145,7 +145,7 @@ static double get_mean_samples(const np_frame *f) {
 
 static neph_result sample_probes(const np_frame *f, const np_plan *plan, np_error_probes *out) {
   const double samples = get_mean_samples(f), pixels = (double)f->width * f->height;
-  const double all_s = np_stages_count_cost(plan).seconds * (f->desc->integrator == NEPH_INTEGRATOR_PATH ? 0.1 : 1.0);
+  const double all_s = plan->constant_s * (f->desc->integrator == NEPH_INTEGRATOR_PATH ? 0.3 : 1.0);
   const double allowed = samples_per_s * all_s + samples_share * pixels * samples;
   const unsigned seeds = count_seeds(samples);
   const double count = f->is_cut ? 0.0 : fmin(allowed / (seeds * samples), PROBES_MAX);
@@ -155,7 +155,7 @@ static neph_result sample_probes(const np_frame *f, const np_plan *plan, np_erro
 
 /* The tracer is stopped at a tenth of what the frame took. */
 static neph_result trace_probes(const np_frame *f, const np_plan *plan, np_error_probes *probes) {
-  const double samples = traced_per_s * np_stages_count_cost(plan).seconds / plan->packet_count;
+  const double samples = traced_per_s * plan->constant_s / plan->packet_count;
   const double count = fmin(fmin(samples / TRACED_SAMPLES_PER_PROBE, TRACED_PROBES_MAX), probes->count);
   if (f->desc->integrator == NEPH_INTEGRATOR_PATH || count < PROBES_MIN) return NEPH_OK;
   np_monitor_begin_budget(f->monitor, fmin(1.1 * np_monitor_get_seconds(f->monitor), f->assembly->schedule.limit_s));

@@ -254,7 +254,7 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->assembly = assembly;
   f->desc = desc;
   f->aovs = plan->aovs;
-  f->noise_target = np_bias_model_choose_noise(scene, plan);
+  f->noise_target = np_bias_model_choose_noise(plan);
   f->depth_components = choose_depth_components(plan, &scene->output);
   f->has_light_groups = plan->has_light_groups;
   f->has_layers = f->depth_components || f->has_light_groups || plan->aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE);

@@ -16,9 +16,13 @@ static const double cell_bytes = 1700.0;
 /* In files, where cells are twice as wide as voxels. */
 static const double cells_per_voxel = 1.0 / 8.0;
 
-double np_plan_predict_cell_bytes(const np_plan *plan) {
+double np_plan_predict_cells(const np_plan *plan) {
   const double boxed = plan->filled_share * plan->light_cell_count, read = cells_per_voxel * plan->cloud_voxel_count;
-  return fmin(cell_bytes * (boxed > 0.0 ? boxed : read), plan->light_bytes_max);
+  return boxed > 0.0 ? boxed : read;
+}
+
+double np_plan_predict_cell_bytes(const np_plan *plan) {
+  return fmin(cell_bytes * np_plan_predict_cells(plan), plan->light_bytes_max);
 }
 
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_scattering_desc *out) {

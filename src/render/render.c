@@ -10,6 +10,7 @@
 #include "render/part_check.h"
 #include "render/plan.h"
 #include "render/scene_hash.h"
+#include "render/stages.h"
 
 /* Seen from above, nothing is in the zenith. */
 static void warn_of_buried_camera(const np_assembly *a) {
@@ -31,6 +32,16 @@ static neph_result fail_late(const neph_render_desc *desc, const np_monitor *mon
       desc->time_limit_s, monitor->stage, np_monitor_get_seconds(monitor));
 }
 
+/* Predicted and measured CPU time of the stages. */
+static void log_times(const np_plan *plan) {
+  for (int i = 0; i < NP_STAGE_COUNT; i++) {
+    const double predicted_s = plan->stages[i].cost.seconds, measured_s = plan->times->cpu_s[i];
+    if (fmax(predicted_s, measured_s) < 0.01) continue;
+    np_log(plan->context, NEPH_LOG_DEBUG, "%s: predicted %.3g s of one core, measured %.3g s",
+           np_stage_get_row((np_stage)i)->name, predicted_s, measured_s);
+  }
+}
+
 static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *monitor, neph_image **out_image) {
   np_assembly assembly;
   neph_result result = np_scene_hash_compute(scene, plan, plan->hash);
@@ -39,14 +50,19 @@ static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *mo
   if (result) return result;
   warn_of_buried_camera(&assembly);
   np_schedule_begin(&assembly.schedule, monitor, NP_STAGE_INTEGRATOR, 0, 1);
+  const double start_s = np_cpu_time_s();
   result = np_frame_render(scene, plan, &assembly, monitor, out_image);
+  plan->times->cpu_s[NP_STAGE_INTEGRATOR] = np_cpu_time_s() - start_s - plan->times->error_s;
   np_assembly_clear(&assembly);
+  log_times(plan);
   return result || !*plan->hash ? result : neph_image_set_attribute(*out_image, NP_SCENE_HASH, plan->hash);
 }
 
 neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image) {
   *out_image = NULL;
   np_schedule schedule;
+  np_stage_times own = {.error_s = 0.0};
+  if (!plan->times) plan->times = &own;
   np_schedule_make(plan, &schedule);
   np_monitor_set_deadline(monitor, schedule.deadline_s);
   const unsigned mode = np_float_mode_enter();
@@ -76,7 +92,7 @@ neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc,
   if (!result) result = np_inputs_open(scene, &plan);
   if (!result) result = np_plan_measure_fill(scene, &plan);
   if (!result) result = np_plan_fit_memory(scene, &plan);
-  return result ? result : np_plan_describe(&plan, format, out_text);
+  return result ? result : np_plan_describe(scene, &plan, format, out_text);
 }
 
 neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int frame, const neph_bake_desc *desc,
