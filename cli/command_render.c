@@ -24,16 +24,16 @@ static void choose_exposure(render_job *job) {
 static neph_result choose_effort(render_job *job) {
   const cli_options *options = job->session->options;
   neph_render_desc *desc = &job->desc, chosen = NEPH_RENDER_DESC_DEFAULT;
+  neph_effort effort = NEPH_EFFORT_DEFAULT;
   if (options->target_error > 0.0) desc->target_error = options->target_error;
   if (options->has_time_limit) desc->time_limit_s = options->time_limit_s;
   if (options->has_memory_max) desc->memory_max_bytes = options->memory_max_bytes;
   if (!isfinite(desc->target_error) && !isfinite(desc->time_limit_s)) return NEPH_OK;
-  neph_result result = neph_scene_choose_effort(job->scene, desc, &job->effort);
+  neph_result result = neph_scene_choose_effort(job->scene, desc, &effort);
   if (!result) result = neph_scene_get_render_desc(job->scene, &chosen);
   if (result) return result;
   desc->integrator = chosen.integrator;
   desc->sample_count = chosen.sample_count;
-  job->has_effort = true;
   return NEPH_OK;
 }
 
@@ -75,6 +75,7 @@ static double get_time_s(void) {
 typedef struct frame_facts {
   double seconds;
   neph_image_error error;
+  const neph_image *image;
 } frame_facts;
 
 /* Most memory that the process has had so far. */
@@ -134,13 +135,28 @@ static void print_json_bounded(const char *name, const neph_bounded *figure) {
       printf(", \"%s%s\": %.4g", name, parts[i].ending, parts[i].value);
 }
 
+/* Predictions, and CPU time of one core, that the header has of a frame with a target error or a time limit. */
+static void print_json_predictions(const neph_image *image) {
+  static const struct {
+    const char *attribute, *name;
+  } rows[] = {{"nephos:predictedSeconds", "predicted_seconds"}, {"nephos:predictedBytes", "predicted_bytes"},
+              {"nephos:predictedError", "predicted_error"},     {"nephos:pilotSeconds", "pilot_seconds"},
+              {"nephos:pilotError", "pilot_error"},             {"nephos:cpuSeconds", "cpu_seconds"}};
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    const char *value = neph_image_get_attribute(image, rows[i].attribute);
+    if (value) printf(", \"%s\": %s", rows[i].name, value);
+  }
+}
+
 static void print_json_facts(const frame_facts *facts) {
   static const char *const sources[] = {"null", "\"model\"", "\"measured\""};
   printf(", \"seconds\": %.3f, \"memory_bytes\": %.0f", facts->seconds, get_memory_bytes());
   print_json_bounded("error", &facts->error.error);
   print_json_bounded("noise", &facts->error.noise);
   print_json_bounded("bias", &facts->error.bias);
-  printf(", \"bias_source\": %s}\n", sources[facts->error.bias_source]);
+  printf(", \"bias_source\": %s", sources[facts->error.bias_source]);
+  print_json_predictions(facts->image);
+  printf("}\n");
 }
 
 static void print_frame(const render_job *job, const render_targets *t, const frame_facts *facts) {
@@ -195,10 +211,10 @@ static cli_exit render_to(render_job *job, render_targets *t) {
   if (!result && t->checkpoint && !t->is_part) remove(t->checkpoint);
   if (!result) cli_progress_set_stage(progress, "writing", 1.0);
   cli_progress_finish(progress);
-  frame_facts facts = {.seconds = get_time_s() - start_s, .error = NEPH_IMAGE_ERROR_DEFAULT};
+  frame_facts facts = {.seconds = get_time_s() - start_s, .error = NEPH_IMAGE_ERROR_DEFAULT, .image = image};
   if (!result) result = neph_image_get_error(image, &facts.error);
-  neph_image_destroy(image);
   if (!result) print_frame(job, t, &facts);
+  neph_image_destroy(image);
   fflush(stdout);
   return cli_exit_of(result);
 }
@@ -216,17 +232,8 @@ static cli_exit render_or_skip(render_job *job, render_targets *t) {
   return CLI_DONE;
 }
 
-/* The choice, before the plan that it led to. */
-static void print_effort(const neph_effort *e) {
-  printf("%-20s %s, %s, some %.0f samples a pixel; error about %.2g %% a pixel (noise %.2g, bias %.2g)\n", "effort",
-         e->quality ? e->quality : "the scene's quality", e->integrator == NEPH_INTEGRATOR_PATH ? "path" : "march",
-         e->samples, 100.0 * e->error, 100.0 * e->noise, 100.0 * e->bias);
-  printf("%-20s %.2g s on two cores, within a factor of three\n", "all of the frame", e->seconds);
-}
-
 static cli_exit explain(render_job *job) {
   char *text;
-  if (job->has_effort && !job->session->options->is_json) print_effort(&job->effort);
   neph_result result = neph_render_explain(job->scene, &job->desc, cli_text_format(job->session), &text);
   if (!result) cli_print_text(job->session, text);
   return cli_exit_of(result);

@@ -180,15 +180,36 @@ double np_stage_expect_integrator(const np_plan *plan, const neph_scene *scene) 
 
 /* ---- Noise ---- */
 
-/* Relative noise of one sample a pixel, with clouds and without: of n it falls as their root. */
-static const double march_noise = 0.11, clear_march_noise = 0.035, path_noise = 1.0, clear_path_noise = 0.7;
+/* Relative noise of one sample a pixel, with clouds and without. */
+static const double march_noise = 0.12, clear_march_noise = 0.05, path_noise = 1.0, clear_path_noise = 0.7;
+
+/* Power of their number by which the variance of samples falls; even samples of a march do better than independent
+ * ones. */
+static const double march_exponent = 1.5, path_exponent = 1.0;
+
+/* Samples over those of a picture with the same number in each pixel, where each has its own (sample_counts.h). */
+static const double adaptive_share = 0.45;
 
 /* Least share of a target that is left to noise where the bias takes more. */
 static const double noise_share_min = 0.5;
 
-double np_bias_model_get_noise_of_one(const np_plan *plan) {
+static double get_noise_of_one(const np_plan *plan) {
   if (is_march(plan)) return has_clouds(plan) ? march_noise : clear_march_noise;
   return has_clouds(plan) ? path_noise : clear_path_noise;
+}
+
+static double get_exponent(const np_plan *plan) { return is_march(plan) ? march_exponent : path_exponent; }
+
+static bool is_adaptive(const np_plan *plan) { return isfinite(plan->desc.target_error); }
+
+double np_bias_model_get_noise(const np_plan *plan, double samples) {
+  const double even = fmax(samples / (is_adaptive(plan) ? adaptive_share : 1.0), 1.0);
+  return get_noise_of_one(plan) * pow(even, -0.5 * get_exponent(plan));
+}
+
+double np_bias_model_count_samples(const np_plan *plan, double noise) {
+  const double even = pow(get_noise_of_one(plan) / noise, 2.0 / get_exponent(plan));
+  return fmax((is_adaptive(plan) ? adaptive_share : 1.0) * even, 1.0);
 }
 
 double np_bias_model_choose_noise(const np_plan *plan) {
@@ -198,9 +219,9 @@ double np_bias_model_choose_noise(const np_plan *plan) {
 }
 
 void np_bias_model_predict_noise(np_plan *plan) {
-  const double wanted = np_bias_model_choose_noise(plan), one = np_bias_model_get_noise_of_one(plan);
-  const double least = plan->desc.sample_count;
+  const double wanted = np_bias_model_choose_noise(plan), least = plan->desc.sample_count;
   plan->sample_mean = (double)plan->ray_count / (double)np_plan_count_pixels(plan);
-  if (isfinite(wanted)) plan->sample_mean = fmin(fmax(pow(one / wanted, 2.0), least), plan->desc.sample_count_max);
-  plan->noise = one / sqrt(plan->sample_mean);
+  if (isfinite(wanted))
+    plan->sample_mean = fmin(fmax(np_bias_model_count_samples(plan, wanted), least), plan->desc.sample_count_max);
+  plan->noise = np_bias_model_get_noise(plan, plan->sample_mean);
 }

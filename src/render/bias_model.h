@@ -14,8 +14,9 @@ typedef struct np_bias_model {
 /* Predicted noise and samples a pixel of a plan, whose bias is predicted. */
 void np_bias_model_predict_noise(np_plan *plan);
 
-/* Relative noise of one sample a pixel. */
-double np_bias_model_get_noise_of_one(const np_plan *plan);
+/* Predicted noise of so many samples a pixel in the mean, and samples for a noise. */
+double np_bias_model_get_noise(const np_plan *plan, double samples);
+double np_bias_model_count_samples(const np_plan *plan, double noise);
 
 /* Noise that the target error of a plan leaves beside its bias, and half of the target at least; infinite: there is no
  * target. */

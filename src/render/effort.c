@@ -19,9 +19,6 @@ static const double bias_share = 0.95, limit_share = 0.8;
 /* Where no target is given, noise is worth no samples that is this share of the bias. */
 static const double noise_over_bias = 0.5;
 
-/* Least samples that a target's own follow from. */
-enum { LEAST_OF_MARCH = 4, LEAST_OF_PATH = 16 };
-
 /* ---- Keys that are searched ---- */
 
 /* From the cheapest. */
@@ -58,7 +55,6 @@ typedef struct choice {
   neph_scene *scene;
   const neph_render_desc *desc; /* the caller's: picture, target and limit */
   bool is_quality_open, is_integrator_open, are_samples_open;
-  double filled_share; /* of the clouds' boxes, measured once */
   np_plan plan;        /* of what was considered last */
   neph_effort best;
 } choice;
@@ -69,24 +65,17 @@ static neph_result make_plan(choice *c) {
   all.integrator = own.integrator;
   all.sample_count = own.sample_count;
   if (!result) result = np_plan_make(c->scene, &all, &c->plan);
-  if (!result && !(c->filled_share > 0.0)) {
-    result = np_plan_measure_fill(c->scene, &c->plan);
-    c->filled_share = c->plan.filled_share;
-  } else if (!result) {
-    c->plan.filled_share = c->filled_share;
-    c->plan.is_fill_measured = true;
-    result = np_plan_revise(c->scene, &c->plan);
-  }
-  return result;
+  return result ? result : np_plan_measure_fill(c->scene, &c->plan);
 }
 
 /* Samples a pixel: what a target takes, or what is worth taking; no more than fit into the limit. */
 static double count_samples(const choice *c, double fixed_s, double one_s) {
   const np_plan *plan = &c->plan;
-  const double one = np_bias_model_get_noise_of_one(plan), limit_s = limit_share * c->desc->time_limit_s;
+  const double limit_s = limit_share * c->desc->time_limit_s;
   double wanted = plan->sample_mean;
   if (!c->are_samples_open) return wanted;
-  if (!isfinite(c->desc->target_error)) wanted = fmax(wanted, pow(one / (noise_over_bias * plan->bias), 2.0));
+  if (!isfinite(c->desc->target_error))
+    wanted = fmax(wanted, np_bias_model_count_samples(plan, noise_over_bias * plan->bias));
   return fmax(fmin(fmin(wanted, (limit_s - fixed_s) / one_s), plan->desc.sample_count_max), 1.0);
 }
 
@@ -104,7 +93,7 @@ static neph_result predict(choice *c, neph_effort *out) {
   out->seconds = core_s * out->cpu_seconds;
   out->bytes = (uint64_t)bytes;
   out->bias = plan->bias;
-  out->noise = np_bias_model_get_noise_of_one(plan) / sqrt(out->samples);
+  out->noise = np_bias_model_get_noise(plan, out->samples);
   out->error = hypot(out->noise, out->bias);
   return NEPH_OK;
 }
@@ -133,10 +122,7 @@ static neph_result set_candidate(const choice *c, int candidate) {
   if (!result && c->is_integrator_open)
     result = neph_scene_set(c->scene, "render.integrator", candidates[candidate].integrator);
   if (result || !c->are_samples_open || !isfinite(c->desc->target_error)) return result;
-  char text[16];
-  const bool is_path = c->scene->render.integrator == NEPH_INTEGRATOR_PATH;
-  (void)snprintf(text, sizeof text, "%d", is_path ? LEAST_OF_PATH : LEAST_OF_MARCH);
-  return neph_scene_set(c->scene, "render.samples", text);
+  return neph_scene_set(c->scene, "render.samples", "1"); /* the least of a pixel */
 }
 
 /* The best of the candidates; it is set in the end. */

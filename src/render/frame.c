@@ -197,6 +197,8 @@ static void warn_of_target(const np_frame *f, const np_frame_error *e) {
   char why[128] = "";
   if (f->is_cut)
     (void)snprintf(why, sizeof why, "the time limit of %g s came first", f->desc->time_limit_s);
+  else if (isfinite(f->desc->time_limit_s))
+    (void)snprintf(why, sizeof why, "the time limit of %g s allowed no better settings", f->desc->time_limit_s);
   else if (e->bias.value > target)
     (void)snprintf(why, sizeof why, "the march errs by that much here: set render.integrator to path");
   else
@@ -208,9 +210,9 @@ static void warn_of_target(const np_frame *f, const np_frame_error *e) {
 
 static neph_result estimate_error(const np_frame *f, const np_plan *plan, neph_image *image) {
   np_frame_error error;
-  const double start_s = plan->times ? np_cpu_time_s() : 0.0;
+  const double start_s = np_cpu_time_s();
   neph_result result = np_frame_estimate_error(f, plan, &error);
-  if (plan->times) plan->times->error_s = np_cpu_time_s() - start_s;
+  plan->times->error_s = np_cpu_time_s() - start_s;
   if (result) return result;
   warn_of_target(f, &error);
   return np_frame_error_write(&error, image);
@@ -255,6 +257,7 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->desc = desc;
   f->aovs = plan->aovs;
   f->noise_target = np_bias_model_choose_noise(plan);
+  f->prediction = &plan->times->prediction;
   f->depth_components = choose_depth_components(plan, &scene->output);
   f->has_light_groups = plan->has_light_groups;
   f->has_layers = f->depth_components || f->has_light_groups || plan->aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE);

@@ -13,8 +13,8 @@ static const double core_gain_max = 1.2;
 
 /* Memory of a cell that holds cloud: 1.6 to 2.0 kB more in the peak of four sample scenes than without a solution. */
 static const double cell_bytes = 1700.0;
-/* In files, where cells are twice as wide as voxels. */
-static const double cells_per_voxel = 1.0 / 8.0;
+/* In files, where cells are twice as wide as voxels, and sizes tell voxels roughly. */
+static const double cells_per_voxel = 1.0 / 11.0;
 
 double np_plan_predict_cells(const np_plan *plan) {
   const double boxed = plan->filled_share * plan->light_cell_count, read = cells_per_voxel * plan->cloud_voxel_count;

@@ -9,8 +9,8 @@
 #include "render/frame.h"
 #include "render/part_check.h"
 #include "render/plan.h"
+#include "render/prediction.h"
 #include "render/scene_hash.h"
-#include "render/stages.h"
 
 /* Seen from above, nothing is in the zenith. */
 static void warn_of_buried_camera(const np_assembly *a) {
@@ -32,19 +32,10 @@ static neph_result fail_late(const neph_render_desc *desc, const np_monitor *mon
       desc->time_limit_s, monitor->stage, np_monitor_get_seconds(monitor));
 }
 
-/* Predicted and measured CPU time of the stages. */
-static void log_times(const np_plan *plan) {
-  for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    const double predicted_s = plan->stages[i].cost.seconds, measured_s = plan->times->cpu_s[i];
-    if (fmax(predicted_s, measured_s) < 0.01) continue;
-    np_log(plan->context, NEPH_LOG_DEBUG, "%s: predicted %.3g s of one core, measured %.3g s",
-           np_stage_get_row((np_stage)i)->name, predicted_s, measured_s);
-  }
-}
-
 static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *monitor, neph_image **out_image) {
   np_assembly assembly;
-  neph_result result = np_scene_hash_compute(scene, plan, plan->hash);
+  neph_result result = np_prediction_begin(scene, plan);
+  if (!result) result = np_scene_hash_compute(scene, plan, plan->hash);
   if (!result) result = np_part_check_hash(plan);
   if (!result) result = np_assembly_build(scene, plan, monitor, &assembly);
   if (result) return result;
@@ -54,20 +45,21 @@ static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *mo
   result = np_frame_render(scene, plan, &assembly, monitor, out_image);
   plan->times->cpu_s[NP_STAGE_INTEGRATOR] = np_cpu_time_s() - start_s - plan->times->error_s;
   np_assembly_clear(&assembly);
-  log_times(plan);
+  if (!result) result = np_prediction_end(plan, *out_image);
   return result || !*plan->hash ? result : neph_image_set_attribute(*out_image, NP_SCENE_HASH, plan->hash);
 }
 
 neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image) {
   *out_image = NULL;
   np_schedule schedule;
-  np_stage_times own = {.error_s = 0.0};
-  if (!plan->times) plan->times = &own;
+  np_stage_times own = {.error_s = 0.0}, *times = plan->times;
+  if (!times) plan->times = &own;
   np_schedule_make(plan, &schedule);
   np_monitor_set_deadline(monitor, schedule.deadline_s);
   const unsigned mode = np_float_mode_enter();
   neph_result result = render(plan, scene, monitor, out_image);
   np_float_mode_leave(mode);
+  plan->times = times;
   if (result == NEPH_ERROR_CANCELLED && np_monitor_is_late(monitor)) result = fail_late(&plan->desc, monitor);
   if (result) {
     neph_image_destroy(*out_image);

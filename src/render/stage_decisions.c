@@ -285,7 +285,7 @@ void np_stage_decide_air_shadows(np_decision *d, np_plan_stage *out) {
 }
 
 /* The middle of those of clouds from files, whose density is not known yet. */
-static const double error_of_files = 0.03;
+static const double error_of_files = 0.02;
 
 /* Errors that are known before a file is read. */
 static void describe_ordinates(np_decision *d, char *out, size_t size) {
