@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include <time.h>
 
+#include "calibration.h"
 #include "render_job.h"
 #include "verbs.h"
 
@@ -28,6 +29,7 @@ static neph_result choose_effort(render_job *job) {
   if (options->target_error > 0.0) desc->target_error = options->target_error;
   if (options->has_time_limit) desc->time_limit_s = options->time_limit_s;
   if (options->has_memory_max) desc->memory_max_bytes = options->memory_max_bytes;
+  desc->machine = &job->machine;
   if (!isfinite(desc->target_error) && !isfinite(desc->time_limit_s)) return NEPH_OK;
   neph_result result = neph_scene_choose_effort(job->scene, desc, &effort);
   if (!result) result = neph_scene_get_render_desc(job->scene, &chosen);
@@ -139,9 +141,12 @@ static void print_json_bounded(const char *name, const neph_bounded *figure) {
 static void print_json_predictions(const neph_image *image) {
   static const struct {
     const char *attribute, *name;
-  } rows[] = {{"nephos:predictedSeconds", "predicted_seconds"}, {"nephos:predictedBytes", "predicted_bytes"},
-              {"nephos:predictedError", "predicted_error"},     {"nephos:pilotSeconds", "pilot_seconds"},
-              {"nephos:pilotError", "pilot_error"},             {"nephos:cpuSeconds", "cpu_seconds"}};
+  } rows[] = {{"nephos:predictedSeconds", "predicted_seconds"},
+              {"nephos:predictedBytes", "predicted_bytes"},
+              {"nephos:predictedError", "predicted_error"},
+              {"nephos:pilotSeconds", "pilot_seconds"},
+              {"nephos:pilotError", "pilot_error"},
+              {"nephos:cpuSeconds", "cpu_seconds"}};
   for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
     const char *value = neph_image_get_attribute(image, rows[i].attribute);
     if (value) printf(", \"%s\": %s", rows[i].name, value);
@@ -330,6 +335,7 @@ static cli_exit render_batch(render_job *job) {
 static cli_exit run(render_job *job) {
   const cli_options *options = job->session->options;
   cli_exit exit = choose_pixels(job);
+  if (!exit) exit = cli_exit_of(cli_calibration_load(job->session, &job->machine));
   if (!exit) exit = cli_exit_of(choose_effort(job));
   if (!exit && options->wants_plan) return render_batch(job);
   if (!exit) exit = render_job_choose_outputs(job);
@@ -350,7 +356,7 @@ static neph_result set_resolution(const cli_options *options, neph_scene *scene)
 static cli_exit run_render(cli_session *session) {
   render_job job = {.session = session,
                     .desc = NEPH_RENDER_DESC_DEFAULT,
-                    .effort = NEPH_EFFORT_DEFAULT,
+                    .machine = NEPH_MACHINE_DEFAULT,
                     .output = NEPH_OUTPUT_DEFAULT};
   cli_exit exit = cli_load_scene(session, session->options->files[0], &job.scene);
   if (exit) return exit;
@@ -399,10 +405,11 @@ const cli_verb cli_verb_render = {
                 {"--quality"},
                 {"--integrator"},
                 {"--path-guiding"},
-                {"--target-error", "choose quality, integrator and samples that the scene does not give for an error a "
-                                   "pixel of X, noise and bias together"},
-                {"--time-limit",
-                 "choose a quality that is fast enough, and end each frame then, with the samples it has"},
+                {"--target-error", "choose all settings that the scene does not give for an error a pixel of X, noise "
+                                   "and bias together, in the least time"},
+                {"--time-limit", "choose all settings that the scene does not give for the least error in that time, "
+                                 "and end each frame then, with the samples it has"},
+                {"--machine"},
                 {"--max-memory", "save memory where a render may need more, or refuse it with exit code 6"},
                 {"--cache"},
                 {"--cache-size"},
@@ -414,5 +421,5 @@ const cli_verb cli_verb_render = {
                  {"nephos render scene.yaml --tile 2/4", "render the second of four bands, for a farm"},
                  {"nephos render scene.yaml --frames 1-3 --checkpoint 60s --resume --skip-existing",
                   "start, or start again, a batch that may be stopped"},
-                 {"nephos render scene.yaml --explain", "print the plan"}},
+                 {"nephos render scene.yaml --target-error 0.1 --explain", "print settings, time, memory and error"}},
 };

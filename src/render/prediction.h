@@ -5,8 +5,8 @@
 
 #include "render/plan.h"
 
-/* Before a picture with a target error or a time limit is begun: measures what clouds fill, by which its plan is revised.
- * Other pictures are left as they are. */
+/* Before a picture with a target error or a time limit is begun: measures what clouds fill, by which its plan is
+ * revised. Other pictures are left as they are. */
 neph_result np_prediction_prepare(const neph_scene *scene, np_plan *plan);
 
 /* Notes what the plan predicts, in its times. */
