@@ -187,7 +187,8 @@ static const double march_noise = 0.12, clear_march_noise = 0.05, path_noise = 1
  * ones. */
 static const double march_exponent = 1.5, path_exponent = 1.0;
 
-/* Samples over those of a picture with the same number in each pixel, where each has its own (sample_counts.h). */
+/* Samples beyond the first over those of a picture with the same number in each pixel, where each has its own
+ * (sample_counts.h). */
 static const double adaptive_share = 0.45;
 
 /* Least share of a target that is left to noise where the bias takes more. */
@@ -203,13 +204,13 @@ static double get_exponent(const np_plan *plan) { return is_march(plan) ? march_
 static bool is_adaptive(const np_plan *plan) { return isfinite(plan->desc.target_error); }
 
 double np_bias_model_get_noise(const np_plan *plan, double samples) {
-  const double even = fmax(samples / (is_adaptive(plan) ? adaptive_share : 1.0), 1.0);
+  const double even = 1.0 + fmax(samples - 1.0, 0.0) / (is_adaptive(plan) ? adaptive_share : 1.0);
   return get_noise_of_one(plan) * pow(even, -0.5 * get_exponent(plan));
 }
 
 double np_bias_model_count_samples(const np_plan *plan, double noise) {
   const double even = pow(get_noise_of_one(plan) / noise, 2.0 / get_exponent(plan));
-  return fmax((is_adaptive(plan) ? adaptive_share : 1.0) * even, 1.0);
+  return 1.0 + fmax(even - 1.0, 0.0) * (is_adaptive(plan) ? adaptive_share : 1.0);
 }
 
 double np_bias_model_choose_noise(const np_plan *plan) {

@@ -109,7 +109,7 @@ static bool is_better(const choice *c, const neph_effort *a, const neph_effort *
   const double limit_s = c->desc->time_limit_s;
   const bool has_target = isfinite(c->desc->target_error);
   if ((a->seconds > limit_s) != (b->seconds > limit_s)) return a->seconds <= limit_s;
-  if (a->seconds > limit_s) return a->seconds < b->seconds;
+  if (a->seconds > limit_s) return a->seconds < b->seconds && a->integrator == NEPH_INTEGRATOR_MARCH;
   if (has_target && is_reached(c, a) != is_reached(c, b)) return is_reached(c, a);
   return has_target && is_reached(c, a) ? a->seconds < b->seconds : a->error < b->error;
 }
@@ -133,6 +133,7 @@ static neph_result choose_quality(choice *c) {
   double floor = HUGE_VAL;
   neph_result result = NEPH_OK;
   for (int k = first; k <= last && !result; k++) {
+    if (k > BEST_MARCH && is_reached(c, &c->best)) break; /* paths are for what no march reaches */
     neph_effort e = NEPH_EFFORT_DEFAULT;
     result = set_candidate(c, k);
     if (!result) result = predict(c, &e);

@@ -16,13 +16,17 @@ static const double cell_bytes = 1700.0;
 /* In files, where cells are twice as wide as voxels, and sizes tell voxels roughly. */
 static const double cells_per_voxel = 1.0 / 11.0;
 
-double np_plan_predict_cells(const np_plan *plan) {
-  const double boxed = plan->filled_share * plan->light_cell_count, read = cells_per_voxel * plan->cloud_voxel_count;
-  return boxed > 0.0 ? boxed : read;
+/* A cloud from a file is taken to be so wide in the picture, and to fill this of its box. */
+static const double usual_width = 0.6, usual_fill = 0.3;
+
+double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene) {
+  const double boxed = plan->filled_share * plan->light_cell_count, detail_px = scene->render.light_detail_px;
+  const double across = detail_px > 0.0 ? usual_width * plan->desc.width / detail_px : HUGE_VAL;
+  return boxed > 0.0 ? boxed : fmin(cells_per_voxel * plan->cloud_voxel_count, usual_fill * pow(across, 3.0));
 }
 
-double np_plan_predict_cell_bytes(const np_plan *plan) {
-  return fmin(cell_bytes * np_plan_predict_cells(plan), plan->light_bytes_max);
+double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) {
+  return fmin(cell_bytes * np_plan_predict_cells(plan, scene), plan->light_bytes_max);
 }
 
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_scattering_desc *out) {

@@ -226,11 +226,11 @@ static void describe_pilots(const np_frame *f, const np_pilots *pilots) {
          0.5 * pilots->exponent, 100.0 * f->noise_target, pilots->samples, f->rule.min);
 }
 
-/* Time of the samples to come, by that of the pilots. */
+/* Time of the pilots, and by it that of the samples to come. */
 static void predict_sampling(np_frame *f, const np_pilots *pilots, double pilots_s) {
   const double pixels = (double)f->width * f->height;
   f->prediction->has_pilots = pilots->sample_count > 0;
-  f->prediction->sampling_s = pilots_s / (double)pilots->sample_count * pilots->samples * pixels;
+  f->prediction->sampling_s = pilots_s + pilots_s / (double)pilots->sample_count * pilots->samples * pixels;
   f->prediction->noise = pilots->noise;
 }
 

@@ -16,18 +16,19 @@ static double count_pixels(const np_plan *plan) { return (double)np_plan_count_p
 
 /* ---- Terrain ---- */
 
-/* A height that is made and eroded, or read; and its memory with vertex and Embree's tree. */
-static const double made_height_s = 7.2e-7, read_height_s = 1.5e-7, height_bytes = 38.0;
+/* A height that is made and eroded, or read; and its memory with vertex and Embree's tree, and that of Embree. */
+static const double made_height_s = 7.2e-7, read_height_s = 1.5e-7, height_bytes = 38.0, embree_bytes = 12e6;
 
 np_stage_cost np_stage_predict_terrain(const np_plan *plan, const neph_scene *scene) {
   const np_scene_terrain *terrain = &scene->terrain;
   if (terrain->kind == NP_TERRAIN_RIDGES) {
     const double side = np_plan_get_ridges(plan, scene).sample_count;
-    return (np_stage_cost){.seconds = 0.05 + made_height_s * side * side, .bytes = height_bytes * side * side};
+    return (np_stage_cost){.seconds = 0.05 + made_height_s * side * side,
+                           .bytes = embree_bytes + height_bytes * side * side};
   }
   if (terrain->kind != NP_TERRAIN_HEIGHTFIELD) return (np_stage_cost){.seconds = 0.0};
   const double heights = 0.5 * (double)np_file_get_size(terrain->heightfield);
-  return (np_stage_cost){.seconds = 0.02 + read_height_s * heights, .bytes = height_bytes * heights};
+  return (np_stage_cost){.seconds = 0.02 + read_height_s * heights, .bytes = embree_bytes + height_bytes * heights};
 }
 
 /* ---- Volumes ---- */
@@ -80,8 +81,21 @@ static unsigned count_bands(const neph_scene *scene) {
 np_stage_cost np_stage_predict_ordinates(const np_plan *plan, const neph_scene *scene) {
   const double once_s = scene->render.light_degree > 3 ? resolved_cell_s : cell_s;
   const double per_cell_s = once_s + cell_sweep_s * count_sweeps(scene->render.light_residual);
-  return (np_stage_cost){.seconds = count_worlds(plan) * count_bands(scene) * np_plan_predict_cells(plan) * per_cell_s,
-                         .bytes = np_plan_predict_cell_bytes(plan)};
+  return (np_stage_cost){.seconds =
+                             count_worlds(plan) * count_bands(scene) * np_plan_predict_cells(plan, scene) * per_cell_s,
+                         .bytes = np_plan_predict_cell_bytes(plan, scene)};
+}
+
+/* A cell's light towards the camera, and towards the ground, which has a grid of its own. */
+static const double viewed_cell_s = 3.8e-7, grounded_cell_s = 2.5e-7, ground_s = 0.04;
+
+np_stage_cost np_stage_predict_viewer_light(const np_plan *plan, const neph_scene *scene) {
+  return (np_stage_cost){.seconds = count_worlds(plan) * viewed_cell_s * np_plan_predict_cells(plan, scene)};
+}
+
+np_stage_cost np_stage_predict_ground_clouds(const np_plan *plan, const neph_scene *scene) {
+  return (np_stage_cost){.seconds =
+                             count_worlds(plan) * (ground_s + grounded_cell_s * np_plan_predict_cells(plan, scene))};
 }
 
 static double count_air_rays(const np_plan *plan) {
@@ -121,8 +135,17 @@ double np_stage_predict_one_sample(const np_plan *plan) {
   return count_worlds(plan) * predict_ray_s(plan) * count_pixels(plan);
 }
 
+/* Samples of pilots over the whole view, with a target error: pilots.c. */
+static const double pilots_share = 0.04, pilots_min = 3500.0, pilots_max = 2e5;
+
+static double count_pilots(const np_plan *plan) {
+  const double view = (double)(plan->view_max[0] - plan->view_min[0]) * (plan->view_max[1] - plan->view_min[1]);
+  if (!isfinite(plan->desc.target_error)) return 0.0;
+  return fmin(fmax(pilots_share * view * plan->sample_mean, pilots_min), pilots_max);
+}
+
 np_stage_cost np_stage_predict_integrator(const np_plan *plan, const neph_scene *scene) {
   (void)scene;
-  return (np_stage_cost){.seconds = plan->sample_mean * np_stage_predict_one_sample(plan),
-                         .bytes = (double)plan->film_bytes};
+  const double samples = plan->sample_mean + count_pilots(plan) / count_pixels(plan);
+  return (np_stage_cost){.seconds = samples * np_stage_predict_one_sample(plan), .bytes = (double)plan->film_bytes};
 }

@@ -51,7 +51,8 @@ np_stage_decide_fn np_stage_decide_color, np_stage_decide_terrain, np_stage_deci
 typedef np_stage_cost np_stage_predict_fn(const np_plan *plan, const neph_scene *scene);
 
 np_stage_predict_fn np_stage_predict_terrain, np_stage_predict_volumes, np_stage_predict_sun_optical_depth,
-    np_stage_predict_ordinates, np_stage_predict_air_shadows, np_stage_predict_integrator;
+    np_stage_predict_ordinates, np_stage_predict_viewer_light, np_stage_predict_ground_clouds,
+    np_stage_predict_air_shadows, np_stage_predict_integrator;
 
 /* Seconds of one core for one sample of each pixel. */
 double np_stage_predict_one_sample(const np_plan *plan);
