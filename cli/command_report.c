@@ -166,6 +166,5 @@ const cli_verb cli_verb_report = {
                 {"--calibrate"},
                 {"--progress"}},
     .examples = {{"nephos report scene.yaml --quick --resolution 32x18 --budget 2s", "measure what two seconds allow"},
-                 {"nephos report scene.yaml --resolution 32x18 --budget 3s -o measured --json", "print the figures"},
-                 {"nephos report --calibrate", "measure this machine, once"}},
+                 {"nephos report scene.yaml --resolution 32x18 --budget 3s -o measured --json", "print the figures"}},
 };

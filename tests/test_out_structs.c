@@ -88,6 +88,7 @@ static const struct {
     {"neph_ephemeris", sizeof(neph_ephemeris), fill_ephemeris},
     {"neph_render_desc", sizeof(neph_render_desc), fill_render_desc},
     {"neph_effort", sizeof(neph_effort), fill_effort},
+    {"neph_machine", sizeof(neph_machine), fill_machine},
     {"neph_memory_estimate", sizeof(neph_memory_estimate), fill_memory},
     {"neph_output", sizeof(neph_output), fill_output},
     {"neph_volume_info", sizeof(neph_volume_info), fill_volume_info},

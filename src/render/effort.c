@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "render/bias_model.h"
+#include "render/error_forecast.h"
 #include "render/plan.h"
 #include "render/plan_choices.h"
 #include "render/stages.h"
@@ -16,7 +16,7 @@
 /* Share of a target that the bias may take, and of a limit that a prediction may take. */
 static const double bias_share = 0.95, limit_share = 0.8;
 
-/* Where no target is given, noise is worth no samples that is this share of the bias. */
+/* Noise that is this share of the bias is worth no more samples, where no target is given. */
 static const double noise_over_bias = 0.5;
 
 /* ---- Keys that are searched ---- */
@@ -28,7 +28,7 @@ static const struct {
 
 enum { CANDIDATES = sizeof candidates / sizeof *candidates, BEST_MARCH = 2, VALUES_MAX = 4 };
 
-/* Of the march; from the cheapest. */
+/* Keys of the march, with values from the cheapest. */
 static const struct {
   const char *section, *name;
   np_stage stage; /* without which it does nothing */
@@ -75,7 +75,7 @@ static double count_samples(const choice *c, double fixed_s, double one_s) {
   double wanted = plan->sample_mean;
   if (!c->are_samples_open) return wanted;
   if (!isfinite(c->desc->target_error))
-    wanted = fmax(wanted, np_bias_model_count_samples(plan, noise_over_bias * plan->bias));
+    wanted = fmax(wanted, np_plan_count_samples(plan, noise_over_bias * plan->bias));
   return fmax(fmin(fmin(wanted, (limit_s - fixed_s) / one_s), plan->desc.sample_count_max), 1.0);
 }
 
@@ -93,7 +93,7 @@ static neph_result predict(choice *c, neph_effort *out) {
   out->seconds = core_s * out->cpu_seconds;
   out->bytes = (uint64_t)bytes;
   out->bias = plan->bias;
-  out->noise = np_bias_model_get_noise(plan, out->samples);
+  out->noise = np_plan_get_noise(plan, out->samples);
   out->error = hypot(out->noise, out->bias);
   return NEPH_OK;
 }

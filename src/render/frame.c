@@ -10,6 +10,7 @@
 #include "image/color_space.h"
 #include "render/channel_table.h"
 #include "render/error_estimate.h"
+#include "render/error_forecast.h"
 #include "render/frame.h"
 #include "render/frame_state.h"
 #include "render/integrator_choice.h"
@@ -256,7 +257,7 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->assembly = assembly;
   f->desc = desc;
   f->aovs = plan->aovs;
-  f->noise_target = np_bias_model_choose_noise(plan);
+  f->noise_target = np_plan_choose_noise(plan);
   f->prediction = &plan->times->prediction;
   f->depth_components = choose_depth_components(plan, &scene->output);
   f->has_light_groups = plan->has_light_groups;

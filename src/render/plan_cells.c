@@ -12,7 +12,7 @@
 static const double core_gain_max = 1.2;
 
 /* Memory of a cell that holds cloud: 1.6 to 2.0 kB more in the peak of four sample scenes than without a solution. */
-static const double cell_bytes = 1700.0;
+static const double cell_bytes = 1700.0, coarse_cell_bytes = 900.0; /* of degree 3 */
 /* In files, where cells are twice as wide as voxels, and sizes tell voxels roughly. */
 static const double cells_per_voxel = 1.0 / 11.0;
 
@@ -26,7 +26,8 @@ double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene) {
 }
 
 double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) {
-  return fmin(cell_bytes * np_plan_predict_cells(plan, scene), plan->light_bytes_max);
+  const double bytes = scene->render.light_degree > 3 ? cell_bytes : coarse_cell_bytes;
+  return fmin(bytes * np_plan_predict_cells(plan, scene), plan->light_bytes_max);
 }
 
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_scattering_desc *out) {

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "render/bias_model.h"
+#include "render/error_forecast.h"
 
 #define BIT(stage) (1u << NP_STAGE_##stage)
 
@@ -38,8 +38,8 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
     .is_of_probes = true, DECIDE(camera_sky), SECONDS(SKY, 0.009), REUSE(camera_sky)},
   [NP_STAGE_COLOR_FIT] = {"colour matrix", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE) | BIT(CAMERA_SKY),
     .is_of_sky = true, DECIDE(color_fit), BUILD(PICTURE, color_fit)},
-  [NP_STAGE_EMISSION] = {"emission", BIT(COLOR) | BIT(VOLUMES) | BIT(COLOR_FIT), DECIDE(emission), SECONDS(BAKE, 0.2), EXPECT(emission),
-    BUILD_CLEAR(PACKET, emission)},
+  [NP_STAGE_EMISSION] = {"emission", BIT(COLOR) | BIT(VOLUMES) | BIT(COLOR_FIT), DECIDE(emission),
+    SECONDS(BAKE, 0.2), EXPECT(emission), BUILD_CLEAR(PACKET, emission)},
   [NP_STAGE_CLOUD_SKY] = {"cloud sky", BIT(COLOR) | BIT(LIGHTS) | BIT(VOLUMES) | BIT(ATMOSPHERE), .is_of_sky = true,
     DECIDE(cloud_sky), SECONDS(SKY, 0.01), REUSE(cloud_sky)},
   [NP_STAGE_WATER_SKY] = {"water sky", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true,
@@ -64,7 +64,8 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
     DECIDE(ground_clouds), PREDICT(SOLVE, ground_clouds), BUILD_CLEAR(PACKET_LIGHT, ground_clouds)},
   [NP_STAGE_AIR_SHADOWS] = {"air shadows",
     BIT(TERRAIN) | BIT(VOLUMES) | BIT(CAMERA_SKY) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(GROUND_CLOUDS),
-    DECIDE(air_shadows), PREDICT(MARCH, air_shadows), BUILD_CLEAR(LIGHT, visibility), BUILD_CLEAR(PACKET_LIGHT, air_shadow)},
+    DECIDE(air_shadows), PREDICT(MARCH, air_shadows),
+    BUILD_CLEAR(LIGHT, visibility), BUILD_CLEAR(PACKET_LIGHT, air_shadow)},
   [NP_STAGE_APPROXIMATION] = {"approximation", BIT(COLOR) | BIT(VOLUMES), DECIDE(approximation),
     BUILD_CLEAR(PACKET, approximation)},
   [NP_STAGE_STARS] = {"stars", BIT(COLOR) | BIT(WORLD), .is_of_sky = true, DECIDE(stars),
@@ -126,7 +127,7 @@ static void predict_errors(np_plan *plan, const neph_scene *scene) {
     bias2 += stage->error * stage->error;
   }
   plan->bias = sqrt(bias2);
-  np_bias_model_predict_noise(plan);
+  np_plan_predict_noise(plan);
   plan->stages[NP_STAGE_INTEGRATOR].error = hypot(plan->stages[NP_STAGE_INTEGRATOR].error, plan->noise);
 }
 
