@@ -40,7 +40,7 @@ END
 [ -f machine.json ] || "$nephos" report --calibrate --threads 1 -q -o machine.json >/dev/null
 
 # FIELD of the JSON line on standard input; "-" where it is missing.
-get() { tr -d '{}"' | tr ',' '\n' | awk -v field="$1" -F': ' '{gsub(/^ /, "", $1)} $1 == field {print $2; found = 1} END {if (!found) print "-"}'; }
+get() { tr -d '{}"' | tr ',' '\n' | awk -v field="$1" -F': ' '{gsub(/^ +/, "", $1)} $1 == field {print $2; found = 1} END {if (!found) print "-"}'; }
 
 # Settings that were chosen, in few words.
 describe() {
@@ -48,17 +48,27 @@ describe() {
        sub(",", "", quality); sub(",", "", integrator); print quality " " integrator}'
 }
 
+# Predictions are by the plan (--explain); a picture of the same settings that is there is not rendered again.
 measure() { # SCENE SIZE TARGET
+  name=$1.$2.$3 width=${2%x*} height=${2#*x} strip=
+  printf '| %s | %s | %s %% |' "$1" "$2" "$(awk -v x="$3" 'BEGIN {print 100 * x}')"
   set -- "$1.yaml" --resolution "$2" --target-error "$3" --threads 1 --machine machine.json -q
-  plan=$("$nephos" render "$@" --explain)
-  choice=$(printf '%s\n' "$plan" | describe) strip= width=${3%x*} height=${3#*x}
+  "$nephos" render "$@" --explain >"$name.plan"
+  choice=$(describe <"$name.plan")
   case $choice in *path) strip=$((width * 3 / 8)),0,$((width * 7 / 16)),$height ;; esac
-  line=$("$nephos" render "$@" ${strip:+--crop $strip} --json -o part.exr)
-  printf '%s' "$line" >line
-  printf '| %s | %s | %s %% | %s%s |' "${1%.yaml}" "$3" "$(awk -v x="$5" 'BEGIN {print 100 * x}')" "$choice" "${strip:+, strip}"
-  awk -v ps="$(get predicted_seconds <line)" -v qs="$(get pilot_seconds <line)" -v s="$(get cpu_seconds <line)" \
-    -v pb="$(get predicted_bytes <line)" -v b="$(get memory_bytes <line)" -v pe="$(get predicted_error <line)" \
-    -v qe="$(get pilot_error <line)" -v e="$(get error <line)" -v n="$(get noise <line)" -v bias="$(get bias <line)" '
+  grep ^settings "$name.plan" | sed 's/[0-9.e+]* samples, //' >"$name.wanted"
+  "$nephos" render "$@" ${strip:+--crop $strip} --explain --json | tr -d '\n' >"$name.predicted"
+  if ! cmp -s "$name.wanted" "$name.settings"; then
+    "$nephos" render "$@" ${strip:+--crop $strip} --json -o part.exr >"$name.json"
+    mv "$name.wanted" "$name.settings"
+  fi
+  sed 's/.*"prediction": {\([^}]*\)}.*/\1/' "$name.predicted" >"$name.prediction"
+  printf ' %s%s |' "$choice" "${strip:+, strip}"
+  awk -v ps="$(get seconds <"$name.prediction")" -v qs="$(get pilot_seconds <"$name.json")" \
+    -v s="$(get cpu_seconds <"$name.json")" -v pb="$(get bytes <"$name.prediction")" \
+    -v b="$(get memory_bytes <"$name.json")" -v pe="$(get error <"$name.prediction")" \
+    -v qe="$(get pilot_error <"$name.json")" -v e="$(get error <"$name.json")" -v n="$(get noise <"$name.json")" \
+    -v bias="$(get bias <"$name.json")" '
     BEGIN {
       printf " %.3g | %.3g | %.3g | %.2f | %.0f | %.0f | %.2f | %.2g | %.2g | %.2g (%.2g, %.2g) | %.2f |\n", ps, qs, s, s / ps,
              pb / 1e6, b / 1e6, b / pb, 100 * pe, 100 * qe, 100 * e, 100 * n, 100 * bias, e / pe
@@ -67,8 +77,8 @@ measure() { # SCENE SIZE TARGET
 
 echo '| scene | size | target | choice | predicted, CPU s | by pilots | measured | ratio | predicted, MB | measured | ratio | predicted error, % | by pilots | stated (noise, bias) | ratio |'
 echo '| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |'
-for name in $scenes; do
+for scene in $scenes; do
   for size in $sizes; do
-    for target in $targets; do measure "$name" "$size" "$target"; done
+    for target in $targets; do measure "$scene" "$size" "$target"; done
   done
 done
