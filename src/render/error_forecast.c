@@ -10,7 +10,7 @@
 #include "render/plan_detail.h"
 #include "render/stage_decisions.h"
 
-const np_bias_term_table np_bias_terms = {.air = 0.01, .clear_air = 0.005, .steps = 0.15, .emission = 0.05};
+const np_bias_term_table np_bias_terms = {.air = 0.01, .clear_air = 0.005, .steps = 0.15, .emission = 0.15};
 
 /* The error that a solution expects of its cells is that of a mean: one of pixels is so many times as large under a
  * high sun, and grows as it sinks, as light goes through more cells: by the hypotenuse of 1 and this over its sine. */

@@ -12,8 +12,8 @@
 /* Memory of a program with the library alone, and that of OpenVDB and the libraries that come with it. */
 static const double program_bytes = 14e6, vdb_bytes = 31e6;
 
-/* Memory of a height: itself, its vertex, and Embree's tree; and of Embree. */
-static const double height_bytes = 38.0, embree_bytes = 12e6;
+/* Memory of a height: itself, its vertex, and Embree's tree. */
+static const double height_bytes = 38.0;
 
 static bool is_hgt(const char *path) {
   const char *dot = strrchr(path, '.');
@@ -41,7 +41,7 @@ static neph_result count_terrain_bytes(const neph_scene *scene, const np_plan *p
   if (!result && scene->terrain.albedo_image)
     result = np_image_read_size(scene->context, scene->terrain.albedo_image, size);
   *out_bytes =
-      (heights > 0.0 ? embree_bytes : 0.0) + height_bytes * heights + 3.0 * sizeof(float) * (double)size[0] * size[1];
+      height_bytes * heights + 3.0 * sizeof(float) * (double)size[0] * size[1];
   return result;
 }
 

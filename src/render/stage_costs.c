@@ -16,19 +16,19 @@ static double count_pixels(const np_plan *plan) { return (double)np_plan_count_p
 
 /* ---- Terrain ---- */
 
-/* A height that is made and eroded, or read; and its memory with vertex and Embree's tree, and that of Embree. */
-static const double made_height_s = 7.2e-7, read_height_s = 1.5e-7, height_bytes = 38.0, embree_bytes = 12e6;
+/* A height that is made and eroded, or read; and its memory with vertex and Embree's tree. */
+static const double made_height_s = 7.2e-7, read_height_s = 1.5e-7, height_bytes = 38.0;
 
 np_stage_cost np_stage_predict_terrain(const np_plan *plan, const neph_scene *scene) {
   const np_scene_terrain *terrain = &scene->terrain;
   if (terrain->kind == NP_TERRAIN_RIDGES) {
     const double side = np_plan_get_ridges(plan, scene).sample_count;
     return (np_stage_cost){.seconds = 0.05 + made_height_s * side * side,
-                           .bytes = embree_bytes + height_bytes * side * side};
+                           .bytes = height_bytes * side * side};
   }
   if (terrain->kind != NP_TERRAIN_HEIGHTFIELD) return (np_stage_cost){.seconds = 0.0};
   const double heights = 0.5 * (double)np_file_get_size(terrain->heightfield);
-  return (np_stage_cost){.seconds = 0.02 + read_height_s * heights, .bytes = embree_bytes + height_bytes * heights};
+  return (np_stage_cost){.seconds = 0.02 + read_height_s * heights, .bytes = height_bytes * heights};
 }
 
 /* ---- Volumes ---- */

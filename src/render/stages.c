@@ -33,9 +33,9 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
     BUILD_CLEAR(CLOUD, cloud), .revise = np_stage_revise_volumes},
   [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR) | BIT(TERRAIN) | BIT(LIGHTS), .is_of_sky = true,
     .is_of_probes = true, DECIDE(atmosphere),
-    SECONDS(SKY, 0.02), EXPECT(atmosphere), REUSE(atmosphere)},
+    SECONDS(SKY, 0.02), .part_bytes = 4e6, EXPECT(atmosphere), REUSE(atmosphere)},
   [NP_STAGE_CAMERA_SKY] = {"camera sky", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true,
-    .is_of_probes = true, DECIDE(camera_sky), SECONDS(SKY, 0.009), REUSE(camera_sky)},
+    .is_of_probes = true, DECIDE(camera_sky), SECONDS(SKY, 0.009), .part_bytes = 2e6, REUSE(camera_sky)},
   [NP_STAGE_COLOR_FIT] = {"colour matrix", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE) | BIT(CAMERA_SKY),
     .is_of_sky = true, DECIDE(color_fit), BUILD(PICTURE, color_fit)},
   [NP_STAGE_EMISSION] = {"emission", BIT(COLOR) | BIT(VOLUMES) | BIT(COLOR_FIT), DECIDE(emission),
@@ -141,7 +141,8 @@ void np_stages_predict(np_plan *plan, const neph_scene *scene) {
     if (!plan->stages[i].is_needed) continue;
     const unsigned packets = plan->packet_count + (rows[i].is_of_probes ? probes : 0);
     const np_part_counts counts = np_part_counts_make(scene->cloud_count, lights, packets);
-    cost->seconds = rows[i].part_seconds * np_stage_count_parts(&rows[i], &counts);
+    const double parts = np_stage_count_parts(&rows[i], &counts);
+    *cost = (np_stage_cost){rows[i].part_seconds * parts, rows[i].part_bytes * parts};
     if (rows[i].predict) *cost = rows[i].predict(plan, scene);
     plan->constant_s += cost->seconds;
     cost->seconds *= plan->work_factor[get_work(plan, (np_stage)i)];

@@ -20,7 +20,8 @@ typedef struct np_stage_row {
   bool is_of_probes; /* built in the bands that colours are fitted by, too */
   np_stage_decide_fn *decide;
   neph_work work;               /* by which its time goes */
-  double part_seconds;          /* predicted of one core for each time it is built; memory next to nothing */
+  double part_seconds;          /* predicted of one core for each time it is built, … */
+  double part_bytes;            /* … with the memory that it takes */
   np_stage_predict_fn *predict; /* NULL: by the above */
   np_stage_expect_fn *expect;   /* NULL: it adds no error */
   np_stage_build_fn *build[NP_PART_KINDS];
