@@ -15,8 +15,8 @@ static const double noise_of_march = 0.1, noise_of_path = 1.5;
 /* Share of the target that the bias may take: the rest of the squares is left to noise. */
 static const double bias_share = 0.75;
 
-/* Samples of the pilots that a target's samples follow from. */
-enum { PILOT_OF_MARCH = 4, PILOT_OF_PATH = 16 };
+/* Least samples of a pixel with a target: those that are needed follow from pilots. */
+enum { TARGET_SAMPLES_MIN = 1 };
 
 static bool is_given(const neph_scene *scene, const char *key) {
   const np_node *render = np_node_search(scene->document, "render");
@@ -78,8 +78,7 @@ static neph_result set_candidate(const choice *c, int candidate) {
     result = neph_scene_set(c->scene, "render.integrator", is_path ? "path" : "march");
   if (result || !c->are_samples_open || !isfinite(c->desc->target_error)) return result;
   char text[16];
-  const bool is_traced = c->scene->render.integrator == NEPH_INTEGRATOR_PATH;
-  (void)snprintf(text, sizeof text, "%d", is_traced ? PILOT_OF_PATH : PILOT_OF_MARCH);
+  (void)snprintf(text, sizeof text, "%d", TARGET_SAMPLES_MIN);
   return neph_scene_set(c->scene, "render.samples", text);
 }
 

@@ -181,17 +181,18 @@ static void count_work(np_plan *plan, const neph_scene *scene) {
   if (scene->output.deep) plan->film_bytes += pixels * deep_bytes;
 }
 
-/* One sample says nothing about its error. */
-static neph_result check_samples(const np_plan *plan) {
+/* One sample says nothing about its error: with a target error pixels get as many as the channels ask for. */
+static neph_result check_samples(np_plan *plan) {
   const unsigned samples = plan->desc.sample_count;
   const np_aov_row *aov = np_aovs_search_short(plan->aovs, samples);
-  if (aov)
-    return np_fail(plan->context, NEPH_ERROR_BAD_SCENE,
-                   "render.samples is %u, must be at least %u for the %s of output.aovs", samples, aov->samples_min,
-                   aov->name);
-  if (samples >= 2 || !isfinite(plan->desc.target_error)) return NEPH_OK;
+  if (!aov) return NEPH_OK;
+  if (isfinite(plan->desc.target_error)) {
+    plan->desc.sample_count = aov->samples_min;
+    return check_samples(plan);
+  }
   return np_fail(plan->context, NEPH_ERROR_BAD_SCENE,
-                 "render.samples is 1, must be at least 2 for render.target_error");
+                 "render.samples is %u, must be at least %u for the %s of output.aovs", samples, aov->samples_min,
+                 aov->name);
 }
 
 /* Directions of sun and moon, unless only the height field, not read yet, has the place. */
