@@ -143,6 +143,17 @@ static double get_mean_samples(const np_frame *f) {
   return fmax(sum / (double)count, 1.0);
 }
 
+/* Fewer probes where they have more than `allowed` samples for a seed: with a target error the noisy pixels, which are
+ * chosen more often, have more than the mean. */
+static neph_result limit_probes(const np_frame *f, double allowed, np_error_probes *probes) {
+  double samples = 0.0;
+  for (unsigned i = 0; i < probes->count; i++) samples += probes->probe[i].count;
+  if (!np_frame_has_target(f) || samples <= allowed) return NEPH_OK;
+  const double count = fmax(floor(probes->count * allowed / samples), PROBES_MIN);
+  np_error_probes_clear(f, probes);
+  return np_error_probes_choose(f, (unsigned)count, probes);
+}
+
 static neph_result sample_probes(const np_frame *f, const np_plan *plan, np_error_probes *out) {
   const double samples = get_mean_samples(f), pixels = (double)f->width * f->height;
   const double all_s = plan->constant_s * (f->desc->integrator == NEPH_INTEGRATOR_PATH ? 0.3 : 1.0);
@@ -150,6 +161,7 @@ static neph_result sample_probes(const np_frame *f, const np_plan *plan, np_erro
   const unsigned seeds = count_seeds(samples);
   const double count = f->is_cut ? 0.0 : fmin(allowed / (seeds * samples), PROBES_MAX);
   neph_result result = np_error_probes_choose(f, count < PROBES_MIN ? 0 : (unsigned)count, out);
+  if (!result) result = limit_probes(f, allowed / seeds, out);
   return result || !out->count ? result : np_error_probes_sample(f, seeds, out);
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -158,6 +159,25 @@ static neph_result describe_cut(const np_frame *f, double samples, neph_image *i
   return neph_image_set_attribute(image, "nephos:sampling", text);
 }
 
+static int compare_counts(const void *a, const void *b) {
+  const float *x = a, *y = b;
+  return (*x > *y) - (*x < *y);
+}
+
+/* The least, the median and the largest number that a target error chose. */
+static neph_result describe_counts(const np_frame *f) {
+  const size_t pixels = (size_t)f->width * f->height;
+  if (!np_frame_has_target(f) || !f->luminances) return NEPH_OK;
+  float *counts = np_alloc(f->assembly->context, pixels, sizeof *counts);
+  if (!counts) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (size_t i = 0; i < pixels; i++) counts[i] = f->luminances[i].count;
+  qsort(counts, pixels, sizeof *counts, compare_counts);
+  np_log(f->assembly->context, NEPH_LOG_INFO, "samples of a pixel: least %.0f, median %.0f, largest %.0f",
+         (double)counts[0], (double)counts[pixels / 2], (double)counts[pixels - 1]);
+  np_alloc_free(f->assembly->context, counts);
+  return NEPH_OK;
+}
+
 /* Number of samples, and the error of the pixels with them. */
 static neph_result describe_samples(const np_frame *f, neph_image *image) {
   const double pixels = (double)f->width * f->height;
@@ -168,6 +188,7 @@ static neph_result describe_samples(const np_frame *f, neph_image *image) {
     squares += f->totals[tile].squares;
   }
   neph_result result = np_image_set_real(image, "nephos:samples", (double)samples / pixels);
+  if (!result) result = describe_counts(f);
   if (!result && f->is_cut) result = describe_cut(f, (double)samples / pixels, image);
   if (result || f->desc->sample_count < 2) return result;
   const double error = sqrt(squares / pixels);

@@ -16,7 +16,6 @@ typedef struct np_pilots {
                           `first` is too many */
   double noise_of_one; /* of the picture with one sample a pixel */
   double exponent;     /* β: N samples for every pixel leave noise_of_one²·N^-β */
-  double uniform_samples; /* that every pixel would need for the same noise */
   unsigned point_count;
   uint64_t sample_count; /* that the pilots took */
 } np_pilots;

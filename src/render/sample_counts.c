@@ -4,9 +4,8 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* Degrees of freedom that the picture's mean has beside those of the neighbours: eight samples may miss a cloud's edge
- * altogether. */
-static const double usual_freedom = 0.25;
+/* Share of the picture's mean up to which a spread is that of a quiet place, which the mean tells nothing of. */
+static const double quiet_share = 0.02;
 
 enum { NEIGHBOURS = 9, MIDDLE = 4 };
 
@@ -19,16 +18,20 @@ static const np_pilot *get_neighbour(const np_pilot *at, size_t stride, int k) {
   return at + (ptrdiff_t)stride * (k / 3 - 1) + (k % 3 - 1);
 }
 
-/* Variance of samples about the mean of their pixel. */
+/* Variance of samples about the mean of their pixel. The largest of the neighbours' counts no more than the second: a
+ * single bright path is not told of by all pixels around it. */
 static estimate pool_within(const np_pilot *at, size_t stride) {
-  double squares = 0.0, freedom = 0.0;
+  double squares = 0.0, freedom = 0.0, largest = 0.0, second = 0.0;
   for (int k = 0; k < NEIGHBOURS; k++) {
     const np_pilot *p = get_neighbour(at, stride, k);
+    const double own = (double)p->squares;
     if (k == MIDDLE || !(p->count > 1.0f)) continue;
-    squares += (double)p->squares;
+    squares += own;
     freedom += (double)p->count - 1.0;
+    second = fmax(second, fmin(own, largest));
+    largest = fmax(largest, own);
   }
-  return (estimate){freedom > 0.0 ? squares / freedom : 0.0, freedom};
+  return (estimate){freedom > 0.0 ? (squares - largest + second) / freedom : 0.0, freedom};
 }
 
 /* Sums over neighbours at d from the pixel along an axis: of d, d², d·x. */
@@ -71,25 +74,43 @@ static estimate fit_plane(const np_pilot *at, size_t stride) {
   return (estimate){fmax(rest, 0.0) / freedom + within, freedom};
 }
 
-static double compute_level(const np_pilot *at, size_t stride) {
-  double sum = 0.0, count = 0.0;
+/* Mean luminances of the neighbours. */
+typedef struct levels {
+  double least, median, largest;
+} levels;
+
+static levels compute_levels(const np_pilot *at, size_t stride) {
+  double means[NEIGHBOURS];
+  int count = 0;
   for (int k = 0; k < NEIGHBOURS; k++) {
     const np_pilot *p = get_neighbour(at, stride, k);
     if (k == MIDDLE || !(p->count > 0.0f)) continue;
-    sum += (double)p->mean;
-    count += 1.0;
+    int place = count++;
+    for (; place > 0 && means[place - 1] > (double)p->mean; place--) means[place] = means[place - 1];
+    means[place] = (double)p->mean;
   }
-  return count > 0.0 ? sum / count : 0.0;
+  if (!count) return (levels){0.0, 0.0, 0.0};
+  return (levels){means[0], 0.5 * (means[(count - 1) / 2] + means[count / 2]), means[count - 1]};
+}
+
+/* The pixel may be as dark as most of its neighbours beside the sun's disk. A mixture of a and b has no larger (σ/T)²
+ * than (b − a)²/4ab, at T = 2ab/(a + b) (Bhatia and Davis 2000, "A Better Bound on the Variance"). */
+static double compute_relative(double variance, const levels *l, double dim) {
+  const double dark = fmax(fmax(l->least, dim), 1e-300), bright = fmax(l->largest, dark);
+  const double bound = (bright - dark) * (bright - dark) / (4.0 * dark * bright);
+  const double by_largest = variance / (bright * bright), by_median = variance / pow(fmax(l->median, dark), 2.0);
+  return fmin(by_median, fmax(by_largest, bound));
 }
 
 double np_sample_rule_estimate_spread(const np_sample_rule *rule, const np_pilot *at, size_t stride) {
   const estimate e = rule->first > 1 ? pool_within(at, stride) : fit_plane(at, stride);
-  const double level = compute_level(at, stride);
+  const levels l = compute_levels(at, stride);
   if (!(e.freedom > 0.0)) return rule->usual_spread;
-  if (!(level > 0.0)) return 0.0;
-  const double fade = level < rule->dim ? level / rule->dim : 1.0; /* its error does not count where it is dark */
-  const double own = e.variance * pow(fade / fmax(level, rule->dim), 2.0), weight = e.freedom + usual_freedom;
-  return (e.freedom * own + usual_freedom * fade * rule->usual_spread) / weight;
+  const double fade = fmin(fmax(l.largest, 0.0) / fmax(rule->dim, 1e-300), 1.0); /* no error counts where all is dark */
+  const double own = fade * fade * compute_relative(e.variance, &l, rule->dim);
+  if (!(own > 0.0)) return 0.0;
+  const double usual = rule->usual_spread * own / (own + quiet_share * rule->usual_spread);
+  return (e.freedom * own + rule->usual_freedom * usual) / (e.freedom + rule->usual_freedom);
 }
 
 double np_sample_rule_count(const np_sample_rule *rule, double spread) {

@@ -20,12 +20,13 @@ typedef struct np_pilot {
 
 /* The rule, the same for all pixels of a picture. */
 typedef struct np_sample_rule {
-  uint32_t first;      /* samples of a pilot, 1 to 16 */
-  uint32_t min, max;   /* of a pixel; min ≥ first */
-  double gain;         /* N = (gain·(σ/T)²)^power; 0: `min` for all */
-  double power;        /* 1/(1 + β) */
-  double dim;          /* luminance up to which a pixel's error does not count */
-  double usual_spread; /* mean of (σ/T)² over the picture */
+  uint32_t first;       /* samples of a pilot, 1 to 16 */
+  uint32_t min, max;    /* of a pixel; min ≥ first */
+  double gain;          /* N = (gain·(σ/T)²)^power; 0: `min` for all */
+  double power;         /* 1/(1 + β) */
+  double dim;           /* luminance up to which a pixel's error does not count */
+  double usual_spread;  /* mean of (σ/T)² over the picture, … */
+  double usual_freedom; /* … and the degrees of freedom that it has beside those of the neighbours */
 } np_sample_rule;
 
 /* (σ/T)² of the pixel `at`, by the eight around it in rows of `stride` pilots. */

@@ -150,14 +150,14 @@ static neph_result fly_pilot(const np_frame *f, const int at[2]) {
   return result;
 }
 
-typedef struct pilot_job {
+typedef struct row_job {
   const np_frame *f;
   unsigned begin; /* first of the grid's rows */
-} pilot_job;
+} row_job;
 
 static neph_result fly_rows(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  const pilot_job *job = user;
+  const row_job *job = user;
   const np_frame *f = job->f;
   neph_result result = NEPH_OK;
   for (size_t row = job->begin + begin; row < job->begin + end; row++)
@@ -197,7 +197,7 @@ static void advance_rows(np_frame *f) {
 enum { BAND_ROWS = 64 };
 
 static neph_result render_band(np_frame *f) {
-  pilot_job job = {f, f->rows.begin > 0 ? 2 : 0};
+  row_job job = {f, f->rows.begin > 0 ? 2 : 0};
   const unsigned begin = f->rows.begin, end = begin + f->rows.count < f->height ? begin + f->rows.count : f->height;
   const double share = 0.125, height = f->height;
   np_monitor_set_range(f->monitor, begin / height, (begin + share * (end - begin)) / height);
