@@ -62,11 +62,12 @@ static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, const
 static neph_result place(const np_plan *plan, const neph_scene *scene, outline *o, np_cells_forecast *out) {
   np_scattering_desc desc;
   np_plan_choose_cells(plan, scene, &desc);
-  const double *camera = scene->camera.position_m;
+  const double *near = scene->reach.camera_min_m, *far = scene->reach.camera_max_m;
   desc.cells.bounds_min = np_dvec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
   desc.cells.bounds_max = np_dvec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
   desc.cells.has_viewer = scene->camera.kind != NEPH_CAMERA_ORTHOGRAPHIC;
-  desc.cells.viewer = np_dvec3_make(camera[0], camera[1], camera[2]);
+  desc.cells.viewer = np_dvec3_make(near[0], near[1], near[2]);
+  desc.cells.viewer_reach = np_dvec3_make(far[0] - near[0], far[1] - near[1], far[2] - near[2]);
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const neph_cloud_desc bake = np_plan_get_bake(plan, scene, &scene->clouds[i]);
     add_cloud(o, i, &scene->clouds[i], &bake, &desc.cells);

@@ -44,7 +44,7 @@ static neph_result render_picture(neph_scene *scene, picture_call *call, neph_im
 neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc, neph_image **out_image) {
   picture_call call = {.is_cancelled = NULL};
   *out_image = NULL;
-  neph_result result = np_plan_make(scene, desc, &call.plan);
+  neph_result result = np_plan_make_frame(scene, desc, &call.plan);
   return result ? result : render_picture(scene, &call, out_image);
 }
 
@@ -86,6 +86,6 @@ neph_result neph_renderer_render(neph_renderer *renderer, neph_scene *scene, con
   if (scene->context != renderer->context)
     return np_fail(renderer->context, NEPH_ERROR_INVALID_ARGUMENT,
                    "the scene belongs to another context than the renderer: make it in the renderer's");
-  neph_result result = np_plan_make(scene, desc, &call.plan);
+  neph_result result = np_plan_make_frame(scene, desc, &call.plan);
   return result ? result : render_from_stores(renderer, scene, &call, out_image);
 }

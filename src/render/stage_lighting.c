@@ -11,6 +11,7 @@
 #include "render/plan_choices.h"
 #include "render/plan_detail.h"
 #include "render/stage_part.h"
+#include "scene/sequence.h"
 
 /* ---- World ---- */
 
@@ -216,6 +217,15 @@ static np_dvec3 get_viewer(const np_assembly *a) {
                     : at;
 }
 
+/* The camera, or the box of all its places where it moves. */
+static void set_viewer(const neph_scene *scene, const np_assembly *a, np_transport_desc *out) {
+  const double *near = scene->reach.camera_min_m, *far = scene->reach.camera_max_m;
+  out->viewer = get_viewer(a);
+  if (!scene->animation) return;
+  out->viewer = np_dvec3_make(near[0], near[1], near[2]);
+  out->viewer_reach = np_dvec3_make(far[0] - near[0], far[1] - near[1], far[2] - near[2]);
+}
+
 static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
   const np_assembly *a = in->made;
   np_light_key *key = *out_key = np_alloc(a->context, 1, sizeof *key);
@@ -225,7 +235,7 @@ static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
   key->desc.cells.bounds_max = a->clouds_max;
   key->desc.cells.edge_min_m = np_plan_get_light_edge(in->plan, in->scene, a->clouds_min, a->clouds_max);
   key->desc.cells.has_viewer = np_camera_has_centre(&a->camera);
-  if (key->desc.cells.has_viewer) key->desc.cells.viewer = get_viewer(a);
+  if (key->desc.cells.has_viewer) set_viewer(in->scene, a, &key->desc.cells);
   key->desc.has_importance = in->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
   const np_sun_optical_depths depths = get_depths(in, in->light);
   const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
@@ -237,7 +247,7 @@ static neph_result adapt_solution(const np_stage_part *in, void *cached, const v
   if (np_scattering_field_get_quality(cached).is_cut)
     (void)snprintf(out_reason, NP_REASON_SIZE, "a time limit cut it short");
   else
-    np_light_key_compare(cached_key, in->key, out_reason, NP_REASON_SIZE);
+    np_light_key_compare(cached_key, in->key, np_scene_is_sequence(in->scene), out_reason, NP_REASON_SIZE);
   if (out_reason[0]) return NEPH_OK;
   np_scattering_field_set_world(cached, &in->light->world);
   in->made->schedule.solves_left--;

@@ -28,7 +28,8 @@ typedef struct np_transport_desc {
   double cell_depth_max;           /* of a cell, (1−g)·σ·edge, where the memory allows */
   double edge_min_m;               /* no cells are smaller, whatever their depth; 0: no limit */
   bool has_viewer;
-  np_dvec3 viewer;
+  np_dvec3 viewer;       /* the nearest corner of the box that viewers are in, … */
+  np_dvec3 viewer_reach; /* … and its size; 0: one viewer */
 } np_transport_desc;
 
 typedef struct np_scattering_desc {
