@@ -104,6 +104,14 @@ neph_result np_light_key_fill(neph_context *context, const np_world *world, cons
   return result ? result : compute_fingerprint(context, world, &key->desc, key->clouds);
 }
 
+double np_light_key_sum(const np_light_key *key, unsigned band) {
+  double sun = 0.0, around = 0.0;
+  const float *ordinate = &key->surroundings[band][0][0][0];
+  for (size_t i = 0; i < sizeof key->surroundings[band] / sizeof *ordinate; i++) around += (double)ordinate[i];
+  for (unsigned i = 0; i < NP_LIGHT_KEY_PLACES; i++) sun += (double)key->sun[i].band[band];
+  return sun / NP_LIGHT_KEY_PLACES + 4.0 * NP_PI / np_ordinates_count(NP_DEGREE_MIN, false) * around;
+}
+
 /* Sums of what is different and of what there is. */
 static void compare(const float *a, const float *b, size_t count, double *difference, double *sum) {
   *difference = *sum = 0.0;

@@ -64,6 +64,12 @@ typedef struct np_plan_reference {
   int frame;
 } np_plan_reference;
 
+/* Frames between which the light in clouds is interpolated (light_anchors.h). */
+typedef struct np_light_span {
+  int frames[2]; /* equal: none, the light is that of the frame itself */
+  double share;  /* of the second */
+} np_light_span;
+
 typedef struct np_plan {
   neph_context *context;        /* borrowed */
   np_stores *stores;            /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
@@ -100,6 +106,7 @@ typedef struct np_plan {
   double light_bytes_max;  /* of multiple scattering while it is solved for */
   bool are_halves;         /* volumes in memory, whatever their clouds' precision */
   char savings[160];       /* what was given up to stay within the limit on memory; empty: nothing */
+  np_light_span light_span;
   double light_error;      /* expected of the largest cells of multiple scattering; 0: it is not solved */
   double light_cell_count; /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;

@@ -4,6 +4,7 @@
 
 #include "core/alloc.h"
 #include "render/frame.h"
+#include "render/light_anchors.h"
 #include "render/tile_feed.h"
 
 struct neph_renderer {
@@ -29,6 +30,17 @@ static bool tell(void *user, const neph_progress *progress) {
   return !call->progress || call->progress(call->progress_user, progress);
 }
 
+/* Solves, before the picture, for light between which it is interpolated; the scene is back in its frame then. */
+static neph_result prepare_light(neph_scene *scene, np_plan *plan, np_monitor *monitor) {
+  neph_result result = np_light_span_choose(scene, plan, &plan->light_span);
+  if (result || plan->light_span.frames[0] == plan->light_span.frames[1]) return result;
+  const unsigned mode = np_float_mode_enter();
+  result = np_light_anchors_solve(scene, plan, monitor);
+  np_float_mode_leave(mode);
+  const neph_result back = np_scene_set_frame(scene, plan->desc.frame);
+  return result ? result : back;
+}
+
 static neph_result render_picture(neph_scene *scene, picture_call *call, neph_image **out_image) {
   const neph_render_desc *desc = &call->plan.desc;
   call->progress = desc->progress;
@@ -38,6 +50,7 @@ static neph_result render_picture(neph_scene *scene, picture_call *call, neph_im
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, tell, call);
   neph_result result = np_plan_fit_memory(scene, &call->plan);
+  if (!result) result = prepare_light(scene, &call->plan, &monitor);
   return result ? result : np_render_image(scene, &call->plan, &monitor, out_image);
 }
 

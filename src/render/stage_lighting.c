@@ -8,6 +8,7 @@
 #include "integrate/approximation.h"
 #include "integrate/approximation_gain.h"
 #include "render/integrator_choice.h"
+#include "render/light_anchors.h"
 #include "render/plan_choices.h"
 #include "render/plan_detail.h"
 #include "render/stage_part.h"
@@ -226,7 +227,7 @@ static void set_viewer(const neph_scene *scene, const np_assembly *a, np_transpo
   out->viewer_reach = np_dvec3_make(far[0] - near[0], far[1] - near[1], far[2] - near[2]);
 }
 
-static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
+static neph_result make_light_key(const np_stage_part *in, np_light_key **out_key) {
   const np_assembly *a = in->made;
   np_light_key *key = *out_key = np_alloc(a->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -242,6 +243,13 @@ static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
   return np_light_key_fill(a->context, &in->light->world, &source, key);
 }
 
+/* A solution between those of two other frames is of this one alone, and is not kept. */
+static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
+  const np_light_solution *ends[2];
+  if (np_light_anchors_get(in->plan, in->slot, ends)) return NEPH_OK;
+  return make_light_key(in, (np_light_key **)out_key);
+}
+
 /* A solution borrows the phase tables of its picture; those of the next, whose clouds are the same, are equal. */
 static neph_result adapt_solution(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
   if (np_scattering_field_get_quality(cached).is_cut)
@@ -254,7 +262,26 @@ static neph_result adapt_solution(const np_stage_part *in, void *cached, const v
   return NEPH_OK;
 }
 
+/* All light of the frame, by which what lies between two others is brought to its brightness in each band. */
+static neph_result blend_ordinates(const np_stage_part *in, const np_light_solution *const ends[2]) {
+  const double share = in->plan->light_span.share;
+  np_scattering_blend blend = {.fields = {ends[0]->field, ends[1]->field}, .share = share};
+  np_light_key *key;
+  neph_result result = make_light_key(in, &key);
+  for (unsigned b = 0; b < NP_BAND_COUNT && !result; b++) {
+    const double between =
+        (1.0 - share) * np_light_key_sum(ends[0]->key, b) + share * np_light_key_sum(ends[1]->key, b);
+    blend.gain[b] = between > 0.0 ? np_light_key_sum(key, b) / between : 1.0;
+  }
+  np_alloc_free(in->made->context, key);
+  in->made->schedule.solves_left--;
+  if (result) return result;
+  return np_scattering_field_blend(&blend, &in->light->world, in->monitor, &in->light->scattering);
+}
+
 static neph_result make_ordinates(const np_stage_part *in) {
+  const np_light_solution *ends[2];
+  if (np_light_anchors_get(in->plan, in->slot, ends)) return blend_ordinates(in, ends);
   np_scattering_desc desc = ((const np_light_key *)in->key)->desc;
   desc.seconds_max = np_schedule_take_solve(&in->made->schedule, in->monitor);
   const np_sun_optical_depths depths = get_depths(in, in->light);

@@ -50,14 +50,14 @@ static neph_result fail_kind(const track_reader *r, const np_key *key) {
 }
 
 /* One part of a path: "clouds[0]". */
-typedef struct part {
+typedef struct path_part {
   char name[48];
   bool has_index;
   unsigned long index;
-} part;
+} path_part;
 
 /* Takes a part, and the dot behind it, off the front of a path. */
-static bool take_part(const char **path, part *out) {
+static bool take_part(const char **path, path_part *out) {
   const size_t length = strcspn(*path, ".[");
   if (length == 0 || length >= sizeof out->name) return false;
   (void)snprintf(out->name, sizeof out->name, "%.*s", (int)length, *path);
@@ -74,7 +74,7 @@ static bool take_part(const char **path, part *out) {
 }
 
 /* The element of a list, which the scene must have. */
-static neph_result check_element(const track_reader *r, const part *p, const np_node **at) {
+static neph_result check_element(const track_reader *r, const path_part *p, const np_node **at) {
   const np_node *list = *at ? np_node_search(*at, p->name) : NULL;
   const size_t count = list && list->kind == NP_NODE_SEQUENCE ? np_node_count(list) : 0;
   if (p->index >= count)
@@ -103,7 +103,7 @@ static neph_result read_path(const track_reader *r) {
   np_track *t = r->track;
   const char *path = r->entry->key, *begin = path;
   const np_node *at = r->document;
-  part p = {.has_index = false};
+  path_part p = {.has_index = false};
   neph_result result = NEPH_OK;
   while (!result && *path && !(t->key && is_numeric(t->key))) {
     const np_key *section = t->key;

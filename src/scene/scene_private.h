@@ -193,6 +193,7 @@ typedef struct np_scene_render {
   double light_depth;     /* of such a cell, (1−g)·σ·edge */
   unsigned light_degree;  /* most that angles are resolved into */
   double light_residual;
+  double light_reuse_rad; /* turn of the sun over which light is interpolated; 0: none is */
 } np_scene_render;
 
 /* Coverage in the channel A. */

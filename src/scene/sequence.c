@@ -27,6 +27,36 @@ bool np_scene_has_still_light(const neph_scene *scene) {
   return true;
 }
 
+static bool is_of_light_or_camera(const np_track *track) {
+  static const char *const paths[] = {"camera.",  "output.",        "sun.elevation", "sun.azimuth",
+                                      "sun.time", "moon.elevation", "moon.azimuth",  "stars.sidereal_time"};
+  for (size_t i = 0; i < sizeof paths / sizeof *paths; i++)
+    if (np_track_is_in(track, paths[i])) return true;
+  return false;
+}
+
+/* A track is what it is at its ends and at the keys between. */
+static bool stays(const np_track *track, double first, double last) {
+  bool is_same = true;
+  for (unsigned i = 0; i < track->value_count; i++) {
+    const double value = np_track_eval(track, i, first);
+    is_same = is_same && np_track_eval(track, i, last) == value;
+    for (unsigned k = 0; k < track->key_count; k++)
+      if (track->frames[k] > first && track->frames[k] < last)
+        is_same = is_same && track->values[k * track->value_count + i] == value;
+  }
+  return is_same;
+}
+
+bool np_scene_stays_between(const neph_scene *scene, int first, int last) {
+  if (has_moving_clouds(scene)) return false;
+  for (unsigned i = 0; scene->animation && i < scene->animation->count; i++) {
+    const np_track *track = &scene->animation->tracks[i];
+    if (!is_of_light_or_camera(track) && !stays(track, first, last)) return false;
+  }
+  return true;
+}
+
 /* ---- Reach of the camera ---- */
 
 /* The least and the greatest value of one number of a track: no interpolation goes beyond its keys. */

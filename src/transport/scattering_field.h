@@ -73,6 +73,19 @@ neph_result np_scattering_field_build(neph_context *context, const np_world *wor
                                       np_monitor *monitor, np_scattering_field **out_field);
 void np_scattering_field_destroy(np_scattering_field *field);
 
+/* A field between two: (1 − share) of the first and `share` of the second, times `gain` in each band. */
+typedef struct np_scattering_blend {
+  const np_scattering_field *fields[2];
+  double share, gain[NP_BAND_COUNT];
+} np_scattering_blend;
+
+/* Whether two fields have the same cells. */
+bool np_scattering_field_can_blend(const np_scattering_field *a, const np_scattering_field *b);
+
+/* For the world that it stands for; without importance. NULL on failure. */
+neph_result np_scattering_field_blend(const np_scattering_blend *desc, const np_world *world, np_monitor *monitor,
+                                      np_scattering_field **out_field);
+
 /* Keeps a field on disk. */
 void np_scattering_field_save(const np_scattering_field *field, np_cache_entry *entry);
 
