@@ -104,12 +104,26 @@ neph_result np_light_key_fill(neph_context *context, const np_world *world, cons
   return result ? result : compute_fingerprint(context, world, &key->desc, key->clouds);
 }
 
+static double sum_sun(const np_light_key *key, unsigned band) {
+  double sum = 0.0;
+  for (unsigned i = 0; i < NP_LIGHT_KEY_PLACES; i++) sum += (double)key->sun[i].band[band];
+  return sum / NP_LIGHT_KEY_PLACES;
+}
+
 double np_light_key_sum(const np_light_key *key, unsigned band) {
-  double sun = 0.0, around = 0.0;
+  double around = 0.0;
   const float *ordinate = &key->surroundings[band][0][0][0];
   for (size_t i = 0; i < sizeof key->surroundings[band] / sizeof *ordinate; i++) around += (double)ordinate[i];
-  for (unsigned i = 0; i < NP_LIGHT_KEY_PLACES; i++) sun += (double)key->sun[i].band[band];
-  return sun / NP_LIGHT_KEY_PLACES + 4.0 * NP_PI / np_ordinates_count(NP_DEGREE_MIN, false) * around;
+  return sum_sun(key, band) + 4.0 * NP_PI / np_ordinates_count(NP_DEGREE_MIN, false) * around;
+}
+
+double np_light_key_get_sun_share(const np_light_key *key) {
+  double sun = 0.0, all = 0.0;
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    sun += sum_sun(key, b);
+    all += np_light_key_sum(key, b);
+  }
+  return all > 0.0 ? sun / all : 0.0;
 }
 
 /* Sums of what is different and of what there is. */

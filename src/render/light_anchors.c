@@ -67,10 +67,14 @@ neph_result np_light_span_choose(neph_scene *scene, const np_plan *plan, np_ligh
     result = compute_turn(scene, first, first + block, &turn);
     if (result || turn > scene->render.light_reuse_rad) break;
     within = turn;
-    *out = (np_light_span){{first, first + block}, (double)(frame - first) / block};
+    *out = (np_light_span){{first, first + block}, 0.0};
   }
   /* While the sun rests every frame has the same light. */
-  if (within == 0.0) *out = (np_light_span){.frames = {frame, frame}};
+  if (within == 0.0)
+    *out = (np_light_span){.frames = {frame, frame}};
+  else if (!result)
+    result = compute_turn(scene, out->frames[0], frame, &out->share);
+  out->share = within > 0.0 ? fmin(out->share / within, 1.0) : 0.0;
   const neph_result back = np_scene_set_frame(scene, frame);
   return result ? result : back;
 }

@@ -67,7 +67,7 @@ typedef struct np_plan_reference {
 /* Frames between which the light in clouds is interpolated (light_anchors.h). */
 typedef struct np_light_span {
   int frames[2]; /* equal: none, the light is that of the frame itself */
-  double share;  /* of the second */
+  double share;  /* of the second, by the way of the light from one to the other */
 } np_light_span;
 
 typedef struct np_plan {
