@@ -100,6 +100,88 @@ static void time_goes_by_frames(void **state) {
   assert_near(np_scene_cloud_get_frame(&f->scene->clouds[0], 26).time_s, 0.0, 0.0);
 }
 
+/* ---- Cameras from files ---- */
+
+static neph_result load_camera(fixture *f, const char *name, const char *text, const char *keys, neph_scene **out) {
+  char *folder = test_folder_create(), *path = test_path(folder, name), scene[1024];
+  FILE *file = fopen(path, "w");
+  assert_non_null(file);
+  (void)fputs(text, file);
+  (void)fclose(file);
+  (void)snprintf(scene, sizeof scene, "{camera: {resolution: [20, 10], motion: {file: \"%s\"%s}}}", path, keys);
+  assert_int_equal(neph_scene_load_text(f->context, scene, "/scene.yaml", out), NEPH_OK);
+  const neph_result result = neph_scene_set_frame(*out, 2);
+  free(path);
+  test_folder_destroy(folder);
+  return result;
+}
+
+static void assert_vector(const double v[3], double x, double y, double z) {
+  assert_near(v[0], x, 1e-9);
+  assert_near(v[1], y, 1e-9);
+  assert_near(v[2], z, 1e-9);
+}
+
+/* Half way between a camera that looks north and one that has turned by 90 deg, to the west, about the axis up. */
+static void a_chan_moves_the_camera(void **state) {
+  fixture *f = *state;
+  neph_scene *scene;
+  assert_int_equal(
+      load_camera(f, "a.chan", "1 0 5 30 0 0 0 53.13010235\n\n3\t2 7 10 0 90 0 53.13010235\n", ", unit: 10 m", &scene),
+      NEPH_OK);
+  assert_vector(scene->camera.position_m, 10.0, -200.0, 60.0);
+  assert_int_equal(neph_scene_set_frame(scene, 1), NEPH_OK);
+  assert_vector(scene->camera.look_at_m, 0.0, 700.0, 50.0);
+  assert_near(tan(0.5 * scene->camera.fov_rad), 1.0, 1e-9); /* the vertical one's tangent is 1/2, of twice the height */
+  assert_int_equal(neph_scene_set_frame(scene, 3), NEPH_OK);
+  assert_vector(scene->camera.look_at_m, -980.0, -100.0, 70.0);
+  assert_int_equal(neph_scene_set(scene, "camera.fov", "20 deg"), NEPH_OK); /* wins over the file, which is gone */
+  assert_int_equal(neph_scene_set_frame(scene, 1), NEPH_ERROR_NOT_FOUND);
+  neph_scene_destroy(scene);
+}
+
+/* First about z, a roll, then up about x, then about the axis up. */
+static void rotations_have_an_order(void **state) {
+  fixture *f = *state;
+  neph_scene *scene;
+  assert_int_equal(load_camera(f, "a.chan", "1 0 0 0 30 90 20\n", "", &scene), NEPH_OK);
+  const double c = 1000.0 * cos(30.0 * NP_DEGREE);
+  assert_vector(scene->camera.look_at_m, -c, 0.0, 500.0);
+  assert_near(scene->camera.roll_rad, -20.0 * NP_DEGREE, 1e-12);
+  assert_near(scene->camera.fov_rad, 50.0 * NP_DEGREE, 1e-12); /* none in the file */
+  neph_scene_destroy(scene);
+}
+
+static void a_csv_names_its_columns(void **state) {
+  fixture *f = *state;
+  neph_scene *scene;
+  assert_int_equal(load_camera(f, "a.csv",
+                               "frame,x,y,z,look_x,look_y,look_z,roll,fov\n1,0,0,0,1,2,3,10,40\n3,4,0,0,1,2,3,30,20\n",
+                               ", up: z, offset: -1", &scene),
+                   NEPH_OK);
+  assert_vector(scene->camera.position_m, 4.0, 0.0, 0.0);
+  assert_vector(scene->camera.look_at_m, 1.0, 2.0, 3.0);
+  assert_near(scene->camera.roll_rad, 30.0 * NP_DEGREE, 1e-12);
+  assert_near(scene->camera.fov_rad, 20.0 * NP_DEGREE, 1e-12);
+  neph_scene_destroy(scene);
+}
+
+static void broken_cameras_are_refused(void **state) {
+  static const char *const files[][3] = {{"a.chan", "1 2 3\n", "7 or 8 numbers"},
+                                         {"a.chan", "1 0 0 0 0 0 0\n1 0 0 0 0 0 0\n", ":2: the frame is not behind"},
+                                         {"a.chan", "1 0 0 0 0 0 x\n", "7 or 8 numbers"},
+                                         {"a.chan", "# nothing\n", "no frame is in it"},
+                                         {"a.csv", "frame,x,y\n1,2,3\n", "a.csv"}};
+  fixture *f = *state;
+  for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+    neph_scene *scene;
+    test_log_clear(&f->log);
+    assert_int_equal(load_camera(f, files[i][0], files[i][1], "", &scene), NEPH_ERROR_BAD_FILE);
+    assert_non_null(strstr(f->log.text, files[i][2]));
+    neph_scene_destroy(scene);
+  }
+}
+
 /* ---- Pictures ---- */
 
 static neph_image *render(fixture *f, neph_scene *scene, int frame) {
@@ -196,6 +278,10 @@ int main(void) {
       cmocka_unit_test(smooth_values_do_not_overshoot),
       cmocka_unit_test_setup_teardown(a_scene_is_what_it_is_in_a_frame, set_up, tear_down),
       cmocka_unit_test_setup_teardown(time_goes_by_frames, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(a_chan_moves_the_camera, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(rotations_have_an_order, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(a_csv_names_its_columns, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(broken_cameras_are_refused, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_frame_alone_is_that_of_a_sequence, set_up, tear_down),
       cmocka_unit_test_setup_teardown(light_is_interpolated_under_a_moving_sun, set_up_rising, tear_down),
       cmocka_unit_test_setup_teardown(light_is_solved_for_at_the_ends_of_blocks_alone, set_up_rising, tear_down),

@@ -4,6 +4,7 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "scene/camera_motion.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_edit.h"
 #include "scene/scene_node.h"
@@ -135,8 +136,23 @@ neph_result np_scene_set_document(neph_scene *scene, np_node *document) {
   return result;
 }
 
+/* Reads the camera's file, when a frame is first asked for. */
+static neph_result read_motion(neph_scene *scene) {
+  if (!scene->motion.file || scene->motion.is_read) return NEPH_OK;
+  if (!scene->animation) scene->animation = np_alloc(scene->context, 1, sizeof *scene->animation);
+  if (!scene->animation) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result = np_camera_motion_load(scene, scene->animation);
+  if (result) return result;
+  scene->motion.is_read = true;
+  if (!scene->source) scene->source = np_node_copy(scene->context, scene->document);
+  return scene->source ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
 neph_result np_scene_set_frame(neph_scene *scene, double frame) {
-  if (!scene->animation || scene->frame == frame) return scene->frame = frame, NEPH_OK;
+  const bool is_to_read = scene->motion.file && !scene->motion.is_read;
+  neph_result result = read_motion(scene);
+  if (result) return result;
+  if (!scene->animation || (scene->frame == frame && !is_to_read)) return scene->frame = frame, NEPH_OK;
   neph_scene changed = {.context = scene->context,
                         .file = scene->file,
                         .source = scene->source,
@@ -144,9 +160,10 @@ neph_result np_scene_set_frame(neph_scene *scene, double frame) {
                         .frame = frame,
                         .attachment = scene->attachment};
   np_scene_problems problems = {.context = scene->context, .file = scene->file, .is_first_only = true};
-  neph_result result = np_animation_apply(scene->context, scene->animation, scene->source, frame, &changed.document);
+  result = np_animation_apply(scene->context, scene->animation, scene->source, frame, &changed.document);
   if (!result) result = np_scene_report(&problems, np_scene_apply_frame(&changed, &problems));
   if (!result) np_scene_keep_texts(scene, &changed);
+  changed.motion.is_read = scene->motion.is_read;
   neph_scene *loser = result ? &changed : scene;
   np_scene_clear(loser);
   np_node_destroy(scene->context, loser->document);
@@ -156,7 +173,9 @@ neph_result np_scene_set_frame(neph_scene *scene, double frame) {
 
 neph_result neph_scene_set_frame(neph_scene *scene, int frame) { return np_scene_set_frame(scene, frame); }
 
-bool neph_scene_is_animated(const neph_scene *scene) { return scene->animation && scene->animation->count > 0; }
+bool neph_scene_is_animated(const neph_scene *scene) {
+  return (scene->animation && scene->animation->count > 0) || scene->motion.file;
+}
 
 /* An older caller's preview description ends where its struct does. */
 static size_t get_preview_size(const neph_output *output) {

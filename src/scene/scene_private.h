@@ -21,6 +21,17 @@
 #include "scene/scene_node.h"
 #include "terrain/terrain_source.h"
 
+/* A camera of another program. */
+typedef struct np_scene_motion {
+  bool is_enabled;
+  char *file; /* resolved; NULL: none */
+  bool is_z_up;
+  unsigned order;     /* of rotations (camera_motion.c) */
+  double unit_m;      /* of its lengths */
+  double first_frame; /* added to its frames */
+  bool is_read;       /* into the animation */
+} np_scene_motion;
+
 typedef struct np_scene_sun {
   double elevation_rad, azimuth_rad;       /* airless; used when `time` is NULL */
   char *time;                              /* ISO 8601 */
@@ -248,6 +259,7 @@ struct neph_scene {
   double latitude_rad, longitude_rad;
   np_scene_camera camera;
   np_scene_reach reach;
+  np_scene_motion motion;
   np_scene_sun sun;
   np_scene_moon moon;
   np_scene_stars stars;
