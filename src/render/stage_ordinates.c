@@ -70,7 +70,7 @@ static double sum_light(const np_light_key *key) {
 /* The share of the second of two solutions. Where the sun's part in the light changes much from one to the other, as
  * while it rises, by that part; else by the frame's place between theirs. */
 static double choose_share(const np_light_solution *const ends[2], const np_light_key *key, double by_frame) {
-  static const double little = 0.02, much = 0.1;
+  static const double little = 0.004, much = 0.02;
   const double a = np_light_key_get_sun_share(ends[0]->key), b = np_light_key_get_sun_share(ends[1]->key);
   const double own = np_light_key_get_sun_share(key), change = fabs(b - a);
   if (change <= little) return by_frame;
