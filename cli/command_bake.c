@@ -181,17 +181,13 @@ static cli_exit bake_cloud(const cloud_job *job) {
 }
 
 static cli_exit bake_clouds(cli_session *session, neph_scene *scene) {
-  static const cli_frame_range only_first = {1, 1, 1};
-  const cli_options *options = session->options;
-  const cli_frame_range *ranges = options->frame_range_count ? options->frames : &only_first;
-  const size_t range_count = options->frame_range_count ? options->frame_range_count : 1;
-  cli_exit exit = check_output(options, count_baked(scene));
-  for (size_t r = 0; !exit && r < range_count; r++)
-    for (int64_t frame = ranges[r].first; !exit && frame <= ranges[r].last; frame += ranges[r].step)
-      for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(scene); i++) {
-        const cloud_job job = {session, scene, i, (int)frame};
-        exit = bake_cloud(&job);
-      }
+  cli_frame_walk walk = {0};
+  cli_exit exit = check_output(session->options, count_baked(scene));
+  for (int frame; !exit && cli_next_frame(session->options, &walk, &frame);)
+    for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(scene); i++) {
+      const cloud_job job = {session, scene, i, frame};
+      exit = bake_cloud(&job);
+    }
   return exit;
 }
 

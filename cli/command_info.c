@@ -68,7 +68,8 @@ const cli_verb cli_verb_info = {
         "Describes files, by their endings: .vdb grids, .hgt and .png height fields, .exr pictures, scenes. Of "
         "a scene it prints every key with its value, defaults and presets resolved, each as --set takes it. "
         "The exit code is that of the first file that fails.",
-    .options = {{"--set"}},
+    .options = {{"--set"}, {"--frame"}},
     .examples = {{"nephos info low.vdb frame.exr", "describe a cloud and a picture"},
+                 {"nephos info scene.yaml --frame 57", "print a scene as it is in a frame"},
                  {"nephos info scene.yaml --set camera.fov=30", "print a scene with a key changed"}},
 };

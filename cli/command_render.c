@@ -279,16 +279,10 @@ static cli_exit for_each_eye(render_job *job, cli_exit (*step)(render_job *job))
 
 /* Calls `step` for each frame until one fails or the process is interrupted. */
 static cli_exit for_each_frame(render_job *job, cli_exit (*step)(render_job *job)) {
-  static const cli_frame_range only_first = {1, 1, 1};
-  const cli_options *options = job->session->options;
-  const cli_frame_range *ranges = options->frame_range_count ? options->frames : &only_first;
-  const size_t count = options->frame_range_count ? options->frame_range_count : 1;
+  cli_frame_walk walk = {0};
   cli_exit exit = CLI_DONE;
-  for (size_t i = 0; i < count; i++)
-    for (int64_t frame = ranges[i].first; !exit && frame <= ranges[i].last; frame += ranges[i].step) {
-      job->desc.frame = (int)frame;
-      exit = cli_is_interrupted() ? CLI_INTERRUPTED : step(job);
-    }
+  while (!exit && cli_next_frame(job->session->options, &walk, &job->desc.frame))
+    exit = cli_is_interrupted() ? CLI_INTERRUPTED : step(job);
   return exit;
 }
 

@@ -219,6 +219,7 @@ const cli_verb cli_verb_sky = {
         "east, --center 90. --usd adds a layer with the lights and the camera, in which the sun is a light of its own.",
     .options = {{"--output", "write the sky to FILE, an .exr", .files = "exr"},
                 {"--set"},
+                {"--frame"},
                 {"--resolution", "size of the picture in pixels"},
                 {"--disks"},
                 {"--center"},

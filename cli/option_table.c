@@ -33,6 +33,14 @@ static bool take_frames(cli_options *out, const cli_option *option, const char *
   return !*text;
 }
 
+static bool take_frame(cli_options *out, const cli_option *option, const char *text) {
+  (void)option;
+  cli_frame_range range;
+  out->has_frame = cli_read_frame_range(&text, &range) && !*text && range.first == range.last;
+  out->frame = out->has_frame ? range.first : 0;
+  return out->has_frame;
+}
+
 static bool take_tile(cli_options *out, const cli_option *option, const char *text) {
   (void)option;
   unsigned tile[2];
@@ -223,8 +231,10 @@ static const cli_option options[] = {
      .range = "a key as `nephos schema` lists them, = and its value",
      .meaning = "set a key of the scene as if the file had it; may be repeated"},
     {.name = "--frames", .argument = "LIST", .take = take_frames, .fallback = "1",
-     .range = "numbers from 0, and ranges with or without a step, such as 1-100x2,120",
+     .range = "numbers, and ranges with or without a step, such as 1-100x2,120 or -10--1",
      .meaning = "frames to compute"},
+    {.name = "--frame", .argument = "N", .take = take_frame, .range = "a whole number", .fallback = "1",
+     .meaning = "frame in which keys that change take their values"},
     {.name = "--resolution", .argument = "WxH", .take = take_resolution, .range = "two whole numbers from 1 to 65536",
      .fallback = "that of the scene", .meaning = "size of the picture in pixels"},
     {.name = "--crop", .argument = "X0,Y0,X1,Y1", .take = take_crop, .range = "four whole numbers",

@@ -31,14 +31,24 @@ bool cli_read_list(const char *text, char mark, unsigned count, unsigned *out_va
   return !*text;
 }
 
+/* A whole number, with a sign where it is below 0, at the start of `text`. */
+static bool read_frame(const char **text, int *out_frame) {
+  const bool is_negative = **text == '-';
+  unsigned value;
+  if (!read_unsigned(*text + is_negative, text, &value) || value > INT_MAX) return false;
+  *out_frame = is_negative ? -(int)value : (int)value;
+  return true;
+}
+
 bool cli_read_frame_range(const char **text, cli_frame_range *out_range) {
-  unsigned first, last, step = 1;
-  if (!read_unsigned(*text, text, &first)) return false;
+  int first, last;
+  unsigned step = 1;
+  if (!read_frame(text, &first)) return false;
   last = first;
-  if (**text == '-' && !read_unsigned(*text + 1, text, &last)) return false;
+  if (**text == '-' && (++*text, !read_frame(text, &last))) return false;
   if (**text == 'x' && !read_unsigned(*text + 1, text, &step)) return false;
-  *out_range = (cli_frame_range){(int)first, (int)last, (int)step};
-  return first <= last && last <= INT_MAX && step >= 1 && step <= INT_MAX;
+  *out_range = (cli_frame_range){first, last, (int)step};
+  return first <= last && step >= 1 && step <= INT_MAX;
 }
 
 bool cli_read_real(const char *text, double *out_value) {

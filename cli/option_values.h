@@ -17,7 +17,7 @@ bool cli_read_duration(const char *text, double *out_s);
 /* A number of at least 0. */
 bool cli_read_real(const char *text, double *out_value);
 
-/* N, N-N or N-NxN at the start of `*text`, which moves behind it. */
+/* Each N with a sign where it is below 0: N, N-N or N-NxN at the start of `*text`, which moves behind it. */
 bool cli_read_frame_range(const char **text, cli_frame_range *out_range);
 
 /* X0,Y0,Z0,X1,Y1,Z1, the first three below the last. */

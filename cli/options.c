@@ -144,6 +144,32 @@ cli_exit cli_options_read(int argc, char **argv, cli_options *out) {
   return check_command(out);
 }
 
+/* ---- Frames ---- */
+
+static bool has_frame(const cli_frame_range *range, int64_t frame) {
+  return frame >= range->first && frame <= range->last && (frame - range->first) % range->step == 0;
+}
+
+static bool is_named_before(const cli_options *options, size_t range, int64_t frame) {
+  for (size_t i = 0; i < range; i++)
+    if (has_frame(&options->frames[i], frame)) return true;
+  return false;
+}
+
+bool cli_next_frame(const cli_options *options, cli_frame_walk *walk, int *out_frame) {
+  static const cli_frame_range only_first = {1, 1, 1};
+  const size_t count = options->frame_range_count ? options->frame_range_count : 1;
+  for (; walk->range < count; walk->range++, walk->next = 0) {
+    const cli_frame_range *range = options->frame_range_count ? &options->frames[walk->range] : &only_first;
+    for (int64_t frame; (frame = range->first + walk->next * range->step) <= range->last;) {
+      walk->next++;
+      *out_frame = (int)frame;
+      if (!is_named_before(options, walk->range, frame)) return true;
+    }
+  }
+  return false;
+}
+
 void cli_options_clear(cli_options *out) {
   free(out->files);
   free(out->settings);

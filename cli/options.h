@@ -5,6 +5,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include <nephos/context.h>
 
@@ -53,6 +54,8 @@ typedef struct cli_options {
   size_t setting_count;
   const char **outputs;
   size_t output_count;
+  bool has_frame;
+  int frame; /* of a scene that is described */
   cli_frame_range *frames;
   size_t frame_range_count;
   unsigned thread_count;
@@ -93,6 +96,15 @@ typedef struct cli_options {
   bool *given;   /* for each option of the table, in its order */
   char *storage; /* what settings point into */
 } cli_options;
+
+/* Numbers each frame of --frames once, in the order in which it is named first; frame 1 where none is. Begins with 0,
+ * and ends, false, behind the last. */
+typedef struct cli_frame_walk {
+  size_t range;
+  int64_t next; /* of that range, as steps from its first frame */
+} cli_frame_walk;
+
+bool cli_next_frame(const cli_options *options, cli_frame_walk *walk, int *out_frame);
 
 /* Reads the command line. CLI_USAGE, after a message on standard error, when it is wrong. */
 cli_exit cli_options_read(int argc, char **argv, cli_options *out_options);

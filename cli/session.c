@@ -60,6 +60,7 @@ neph_result cli_read_scene(cli_session *session, const char *path, neph_scene **
   neph_result result = neph_scene_load(session->context, path, out_scene);
   if (result) return result;
   result = apply_settings(session->options, *out_scene);
+  if (!result && session->options->has_frame) result = neph_scene_set_frame(*out_scene, session->options->frame);
   if (!result) result = neph_scene_check(*out_scene);
   if (!result) return NEPH_OK;
   neph_scene_destroy(*out_scene);
@@ -105,6 +106,7 @@ bool cli_has_extension(const char *path, const char *extension) {
 }
 
 bool cli_is_single_frame(const cli_options *options) {
-  const cli_frame_range *range = options->frames;
-  return !options->frame_range_count || (options->frame_range_count == 1 && range->last - range->first < range->step);
+  cli_frame_walk walk = {0};
+  int frame;
+  return cli_next_frame(options, &walk, &frame) && !cli_next_frame(options, &walk, &frame);
 }

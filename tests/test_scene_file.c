@@ -286,7 +286,7 @@ static void test_unknown_keys(void **state) {
       {"camera: {xyzzy: 3}",
        "1:10: camera.xyzzy is not a key; camera has kind, position, look_at, fov, focal_length, sensor, "
        "orthographic_width, fisheye_fov, shift, roll, near, far, f_stop, focus_distance, blades, shutter, iso, stereo, "
-       "resolution, overscan\n"},
+       "motion, resolution, overscan\n"},
       {"clouds: [{bake: {covrage: 1}}]",
        "1:18: clouds[0].bake.covrage is not a key, did you mean clouds[].bake.coverage?"},
       {"\"a\\nb\": 3", "1:1: a?b is not a key"},
@@ -328,8 +328,7 @@ static void test_incomplete_scenes(void **state) {
       {"camera: {look_at: [0, -6 km, 400 m]}", "1:19: camera.look_at is camera.position, must be at least 1 mm away\n"},
       {"atmosphere: {mie_scattering: 1}",
        "1:13: atmosphere.mie_extinction is 4.44e-06 1/m, must not be below mie_scattering, 1 1/m\n"},
-      {"sun: {time: 2026-06-21T16:00Z}",
-       "1:13: sun.time needs a place, must come with place or terrain"},
+      {"sun: {time: 2026-06-21T16:00Z}", "1:13: sun.time needs a place, must come with place or terrain"},
       {"output: {scale: 3}", "1:17: output.scale is 3, must be a power of two; the nearest below is 2\n"},
       {"clouds: [{bake: {preset: fog}}]", "1:26: clouds[0].bake.preset is fog, must be one of cumulus_humilis"},
       {"clouds: [{bake: {map: {coverage: R}}}]", "1:23: clouds[0].bake.map has no image, must name an EXR or PNG"},

@@ -60,6 +60,7 @@ typedef struct companion {
 } companion;
 
 static const companion companions[] = {
+    {"camera.motion", NULL, "camera.motion.file", "camera.chan"},
     {"camera.f_stop", NULL, "camera.f_stop", "0.001"},
     {"camera.stereo", NULL, "camera.stereo", "{interaxial: 200 m}"},
     {"output.exposure", "camera", "camera.f_stop", "8"},
@@ -339,8 +340,19 @@ static void write_map(const test_fixture *f) {
   neph_image_destroy(image);
 }
 
+/* A camera that is rolled. */
+static void write_motion(const test_fixture *f) {
+  char *path = test_path(f->folder, "camera.chan");
+  FILE *file = fopen(path, "w");
+  assert_non_null(file);
+  assert_true(fputs("1 0 0 0 20 30 10\n", file) > 0);
+  assert_int_equal(fclose(file), 0);
+  free(path);
+}
+
 static int set_up(void **state) {
   if (test_set_up(state, 2, "scene.yaml")) return -1;
+  write_motion(*state);
   write_cloud(*state);
   write_map(*state);
   return 0;

@@ -33,6 +33,13 @@ NEPH_API void neph_scene_destroy(neph_scene *scene);
  */
 NEPH_API neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) NEPH_NODISCARD;
 
+/** Makes a scene what it is in a frame: keys that `animate` has take their values of it. Renders and bakes do it
+ * themselves, by the frame that they are asked for. A new scene is at frame 1. Texts got from the scene stay valid. */
+NEPH_API neph_result neph_scene_set_frame(neph_scene *scene, int frame) NEPH_NODISCARD;
+
+/** Whether any key changes from frame to frame. */
+NEPH_API bool neph_scene_is_animated(const neph_scene *scene);
+
 /** Checks keys together: each cloud has a source and a density unit, a terrain its kind, a camera a direction, stars a
  * time and a place. All errors are logged, each by a message of its own, and their number where there are several.
  * Loading ends with it, and plans, renders and bakes begin with it; a scene that neph_scene_set is still putting

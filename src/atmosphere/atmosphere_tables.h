@@ -53,7 +53,7 @@ typedef struct np_sky_frame {
 
 struct neph_sky {
   neph_atmosphere *atmosphere;
-  np_monitor *monitor; /* while the tables are built; may be NULL */
+  np_monitor *monitor;   /* while the tables are built; may be NULL */
   np_path_rule ray_rule; /* of a row of the view, for rays from elsewhere */
   np_spectrum irradiance;
   np_vec3 sun;
@@ -73,6 +73,10 @@ struct neph_sky {
 /* Moves a sky to another light and observer if its tables stand for them within their tolerance; else false, and why,
  * to follow on "since". Rows and azimuths are laid from the horizon and the sun, so that they move along. */
 bool np_sky_move(neph_sky *sky, const neph_sky_desc *desc, char *out_reason, size_t reason_size);
+
+/* The light and observer nearby, on a lattice, whose tables stand for those of a description within the tolerance: the
+ * same whichever of its neighbours asks. */
+void np_sky_snap(const neph_atmosphere *atmosphere, const neph_sky_desc *desc, neph_sky_desc *out);
 
 /* Inputs of a sky's rays, once it has its gather. */
 np_sky_light np_sky_light_make(const neph_sky *sky);

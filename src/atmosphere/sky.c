@@ -108,8 +108,31 @@ neph_result np_sky_create_monitored(neph_atmosphere *atmosphere, const neph_sky_
   return NEPH_OK;
 }
 
-/* By the tolerance: twilight fades by e in a degree, of which half counts; haze thins by e in 1.2 km on the Earth, or
- * in as much of the height over the air as there are parts of it. */
+/* Changes within the tolerance: twilight fades by e in a degree, of which half counts; haze thins by e in 1.2 km on the
+ * Earth, or in as much of the height over the air as there are parts of it. */
+static double get_turn_max(const neph_atmosphere *a) {
+  return 0.5 * NP_DEGREE * a->desc.tolerance * np_twilight_scale(&a->medium) / 0.1753;
+}
+
+static double get_climb_max(const neph_atmosphere *a, double above_air_m) {
+  return a->desc.tolerance * fmax(0.012 * a->medium.top_m, 0.1 * above_air_m);
+}
+
+/* Steps of half of what the tolerance allows. The sun is put higher and the observer too: no light is lost to the
+ * night. */
+void np_sky_snap(const neph_atmosphere *a, const neph_sky_desc *desc, neph_sky_desc *out) {
+  const double *s = desc->sun_direction, *o = desc->observer_m, radius = a->medium.planet_radius_m;
+  const np_dvec3 observer = np_dvec3_make(o[0], o[1], o[2]), sun = np_dvec3_normalize(np_dvec3_make(s[0], s[1], s[2]));
+  const double altitude = fmax(np_altitude(observer, radius), 0.0), above = altitude - a->medium.top_m;
+  const double climb = 0.5 * get_climb_max(a, above > 1.0 ? exp2(floor(log2(above))) : 0.0),
+               turn = 0.5 * get_turn_max(a);
+  const double cosine = np_clamp(np_dvec3_dot(np_dvec3_zenith(observer, radius), sun), -1.0, 1.0);
+  const double angle = turn * floor(acos(cosine) / turn);
+  *out = *desc;
+  out->sun_direction[0] = sin(angle), out->sun_direction[1] = 0.0, out->sun_direction[2] = cos(angle);
+  out->observer_m[0] = out->observer_m[1] = 0.0, out->observer_m[2] = climb * ceil(altitude / climb);
+}
+
 bool np_sky_move(neph_sky *sky, const neph_sky_desc *desc, char *out_reason, size_t reason_size) {
   const neph_atmosphere *a = sky->atmosphere;
   const np_medium *medium = &a->medium;
@@ -121,9 +144,9 @@ bool np_sky_move(neph_sky *sky, const neph_sky_desc *desc, char *out_reason, siz
   const double above = fmax(sky->built.altitude_m - medium->top_m, 0.0);
   const double climb = fabs(frame.altitude_m - sky->built.altitude_m);
   const double radius = (double)sky->built_angular_radius;
-  if (turn > 0.5 * NP_DEGREE * a->desc.tolerance * np_twilight_scale(medium) / 0.1753)
+  if (turn > get_turn_max(a))
     (void)snprintf(out_reason, reason_size, "the sun stands %.3g degrees higher or lower", turn / NP_DEGREE);
-  else if (climb > a->desc.tolerance * fmax(0.012 * medium->top_m, 0.1 * above))
+  else if (climb > get_climb_max(a, above))
     (void)snprintf(out_reason, reason_size, "the observer stands %.3g m higher or lower", climb);
   else if (fabs(desc->sun_angular_radius_rad - radius) > a->desc.tolerance * radius)
     (void)snprintf(out_reason, reason_size, "the sun's size changed");

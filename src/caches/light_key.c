@@ -105,6 +105,28 @@ neph_result np_light_key_fill(neph_context *context, const np_world *world, cons
   return result ? result : compute_fingerprint(context, world, &key->desc, key->clouds);
 }
 
+static double sum_sun(const np_light_key *key, unsigned band) {
+  double sum = 0.0;
+  for (unsigned i = 0; i < NP_LIGHT_KEY_PLACES; i++) sum += (double)key->sun[i].band[band];
+  return sum / NP_LIGHT_KEY_PLACES;
+}
+
+double np_light_key_sum(const np_light_key *key, unsigned band) {
+  double around = 0.0;
+  const float *ordinate = &key->surroundings[band][0][0][0];
+  for (size_t i = 0; i < sizeof key->surroundings[band] / sizeof *ordinate; i++) around += (double)ordinate[i];
+  return sum_sun(key, band) + 4.0 * NP_PI / np_ordinates_count(NP_DEGREE_MIN, false) * around;
+}
+
+double np_light_key_get_sun_share(const np_light_key *key) {
+  double sun = 0.0, all = 0.0;
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    sun += sum_sun(key, b);
+    all += np_light_key_sum(key, b);
+  }
+  return all > 0.0 ? sun / all : 0.0;
+}
+
 /* Sums of what is different and of what there is. */
 static void compare(const float *a, const float *b, size_t count, double *difference, double *sum) {
   *difference = *sum = 0.0;
@@ -115,7 +137,8 @@ static void compare(const float *a, const float *b, size_t count, double *differ
 }
 
 /* Sun and surroundings are each compared with all the light there is, the sun counting as the sky of its irradiance. */
-static void compare_light(const np_light_key *cached, const np_light_key *wanted, char *reason, size_t size) {
+static void compare_light(const np_light_key *cached, const np_light_key *wanted, double limit, char *reason,
+                          size_t size) {
   double sun, sun_sum, around, around_sum;
   compare(cached->sun[0].band, wanted->sun[0].band, (size_t)NP_LIGHT_KEY_PLACES * NP_BAND_COUNT, &sun, &sun_sum);
   compare(&cached->surroundings[0][0][0][0], &wanted->surroundings[0][0][0][0],
@@ -123,20 +146,22 @@ static void compare_light(const np_light_key *cached, const np_light_key *wanted
   sun /= NP_LIGHT_KEY_PLACES, sun_sum /= NP_LIGHT_KEY_PLACES;
   const double solid_angle = 4.0 * NP_PI / np_ordinates_count(NP_DEGREE_MIN, false),
                all = sun_sum + solid_angle * around_sum;
-  if (sun > tolerance * all)
+  if (sun > limit * all)
     (void)snprintf(reason, size, "sunlight on the clouds changed by %.3g %%", 100.0 * sun / all);
-  else if (solid_angle * around > tolerance * all)
+  else if (solid_angle * around > limit * all)
     (void)snprintf(reason, size, "sky and ground around the clouds changed by %.3g %%",
                    100.0 * solid_angle * around / all);
 }
 
-void np_light_key_compare(const np_light_key *cached, const np_light_key *wanted, char *reason, size_t size) {
+void np_light_key_compare(const np_light_key *cached, const np_light_key *wanted, bool is_exact, char *reason,
+                          size_t size) {
+  const double limit = is_exact ? 0.0 : tolerance;
   if (strcmp(cached->clouds, wanted->clouds) != 0)
     (void)snprintf(reason, size, "%s", clouds_changed);
-  else if ((double)np_vec3_length(np_vec3_subtract(cached->to_sun, wanted->to_sun)) > tolerance)
+  else if ((double)np_vec3_length(np_vec3_subtract(cached->to_sun, wanted->to_sun)) > limit)
     describe_turn(cached->to_sun, wanted->to_sun, reason, size);
   else
-    compare_light(cached, wanted, reason, size);
+    compare_light(cached, wanted, limit, reason, size);
 }
 
 neph_result np_depth_key_make(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,

@@ -32,8 +32,16 @@ neph_result np_light_key_fill(neph_context *context, const np_world *world, cons
 neph_result np_depth_key_make(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
                               np_depth_key *out);
 
-/* Write the reason why a cached result is out of date; nothing if it is not. */
-void np_light_key_compare(const np_light_key *cached, const np_light_key *wanted, char *reason, size_t size);
+/* All that shines on the clouds in a band, the sun and what is around, as irradiances, in the mean over their box. */
+double np_light_key_sum(const np_light_key *key, unsigned band);
+
+/* The sun's share in that, of all bands. */
+double np_light_key_get_sun_share(const np_light_key *key);
+
+/* Write the reason why a cached result is out of date; nothing if it is not. is_exact: what shines must be the same to
+ * the bit. */
+void np_light_key_compare(const np_light_key *cached, const np_light_key *wanted, bool is_exact, char *reason,
+                          size_t size);
 void np_depth_key_compare(const np_depth_key *cached, const np_depth_key *wanted, char *reason, size_t size);
 
 #endif

@@ -246,6 +246,13 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   return decide_stages(out_plan, scene, &facts);
 }
 
+neph_result np_plan_make_frame(neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan) {
+  neph_render_desc wanted = NEPH_RENDER_DESC_DEFAULT;
+  neph_result result = read_desc(scene, desc, &wanted);
+  if (!result) result = np_scene_set_frame(scene, wanted.frame);
+  return result ? result : np_plan_make(scene, desc, out_plan);
+}
+
 neph_result np_plan_revise(const neph_scene *scene, np_plan *plan) {
   const np_scene_facts facts = compute_facts(scene, plan);
   memset(plan->stages, 0, sizeof plan->stages);

@@ -9,6 +9,9 @@
 /* Checks scene and description, and decides. `desc` NULL: the scene's own. */
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
 
+/* The same for a scene that is first made what it is in the description's frame. */
+neph_result np_plan_make_frame(neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
+
 /* Chooses halves for volumes and, if that is not enough, coarser cells for multiple scattering, in a plan that is
  * predicted to need more memory than its description allows; says which in a warning and in `savings`.
  * NEPH_ERROR_LIMIT, with a message, when both are not enough. */

@@ -76,7 +76,7 @@ static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, const
 
 static neph_result place(const np_plan *plan, const neph_scene *scene, outline *o, np_cells_forecast *out) {
   np_scattering_desc desc;
-  const double *camera = scene->camera.position_m;
+  const double *near = scene->reach.camera_min_m, *far = scene->reach.camera_max_m;
   o->low = np_dvec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
   o->high = np_dvec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
   for (unsigned i = 0; i < scene->cloud_count; i++) {
@@ -85,7 +85,8 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   }
   np_plan_choose_cells(plan, scene, o->low, o->high, &desc);
   desc.cells.has_viewer = scene->camera.kind != NEPH_CAMERA_ORTHOGRAPHIC;
-  desc.cells.viewer = np_dvec3_make(camera[0], camera[1], camera[2]);
+  desc.cells.viewer = np_dvec3_make(near[0], near[1], near[2]);
+  desc.cells.viewer_reach = np_dvec3_make(far[0] - near[0], far[1] - near[1], far[2] - near[2]);
   const np_world world = {.clouds.count = scene->cloud_count, .clouds.at = o->volumes};
   const neph_result result = np_scattering_desc_forecast(scene->context, &world, &desc, &out->cells);
   out->is_known = !result;

@@ -13,16 +13,16 @@ static const double voxels_min = 24.0;
 enum { RIDGES_MIN = 64 };
 
 static double get_pixel_rad(const np_plan *plan, const neph_scene *scene) {
-  return np_scene_camera_get_pixel_rad(&scene->camera, plan->desc.width, plan->desc.height);
+  return np_scene_camera_get_pixel_rad(&scene->reach.narrowest, plan->desc.width, plan->desc.height);
 }
 
-/* Distance at which a box is seen nearest; parallel rays see all at that of their target. */
+/* Distance at which a box is seen nearest in any frame; parallel rays see all at that of their target. */
 static double compute_distance(const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
-  const double *camera = scene->camera.position_m;
-  const np_dvec3 outside = {fmax(fmax(low.x - camera[0], camera[0] - high.x), 0.0),
-                            fmax(fmax(low.y - camera[1], camera[1] - high.y), 0.0),
-                            fmax(fmax(low.z - camera[2], camera[2] - high.z), 0.0)};
-  if (scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) return np_scene_camera_get_target_m(&scene->camera);
+  const double *near = scene->reach.camera_min_m, *far = scene->reach.camera_max_m;
+  const np_dvec3 outside = {fmax(fmax(low.x - far[0], near[0] - high.x), 0.0),
+                            fmax(fmax(low.y - far[1], near[1] - high.y), 0.0),
+                            fmax(fmax(low.z - far[2], near[2] - high.z), 0.0)};
+  if (scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) return np_scene_camera_get_target_m(&scene->reach.narrowest);
   return fmax(np_dvec3_length(outside), near_share * np_dvec3_length(np_dvec3_subtract(high, low)));
 }
 

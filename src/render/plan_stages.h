@@ -76,6 +76,12 @@ typedef struct np_plan_reference {
   int frame;
 } np_plan_reference;
 
+/* Frames between which the light in clouds is interpolated (light_anchors.h). */
+typedef struct np_light_span {
+  int frames[2]; /* equal: none, the light is that of the frame itself */
+  double share;  /* of the second, by the way of the light from one to the other */
+} np_light_span;
+
 typedef struct np_plan {
   neph_context *context;        /* borrowed */
   np_stores *stores;            /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
@@ -116,6 +122,7 @@ typedef struct np_plan {
   double sample_mean;                  /* predicted samples a pixel; with a target error it is what that takes */
   double work_factor[NEPH_WORK_COUNT]; /* time of each kind of work, over that of the machine of the constants */
   double constant_s;                   /* predicted for all stages without those factors: the same on every machine */
+  np_light_span light_span;
   double light_error;                  /* expected of the largest cells of multiple scattering; 0: it is not solved */
   double light_cell_count; /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;

@@ -12,6 +12,7 @@
 #include "core/units.h"
 #include "render/plan_choices.h"
 #include "render/plan_detail.h"
+#include "scene/sequence.h"
 
 /* Beyond this the middle of the sun's disk does not stand for all of it inside a cloud. */
 static const double disk_radius_max_rad = NP_PI / 180.0;
@@ -84,9 +85,8 @@ static bool is_numbered(const char *path) { return path && strchr(path, '#'); }
 
 /* Told by the scene alone, so that a frame has the same bits whatever others are rendered with it. */
 static bool is_sequence_of_still_clouds(const neph_scene *scene) {
-  bool is_still = true;
-  for (unsigned i = 0; i < scene->cloud_count; i++)
-    is_still = is_still && !is_numbered(scene->clouds[i].vdb) && scene->clouds[i].frame_time_s == 0.0;
+  bool is_still = np_scene_has_still_light(scene);
+  for (unsigned i = 0; i < scene->cloud_count; i++) is_still = is_still && !is_numbered(scene->clouds[i].vdb);
   return is_still && is_numbered(scene->output.image);
 }
 

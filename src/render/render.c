@@ -71,7 +71,7 @@ neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monito
 neph_result neph_render_compute_hash(neph_scene *scene, const neph_render_desc *desc, char out_hash[NEPH_HASH_SIZE]) {
   out_hash[0] = '\0';
   np_plan plan;
-  neph_result result = np_plan_make(scene, desc, &plan);
+  neph_result result = np_plan_make_frame(scene, desc, &plan);
   if (!result) result = np_plan_fit_memory(scene, &plan);
   return result ? result : np_scene_hash_compute(scene, &plan, out_hash);
 }
@@ -80,7 +80,7 @@ neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc,
                                 char **out_text) {
   *out_text = NULL;
   np_plan plan;
-  neph_result result = np_plan_make(scene, desc, &plan);
+  neph_result result = np_plan_make_frame(scene, desc, &plan);
   if (!result) result = np_inputs_open(scene, &plan);
   if (!result) result = np_plan_measure_fill(scene, &plan);
   if (!result) result = np_plan_fit_memory(scene, &plan);
@@ -96,6 +96,8 @@ neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int fr
                    cloud_index, scene->cloud_count);
   neph_result result = np_scene_check(scene);
   if (!result) result = np_desc_read(scene->context, "neph_bake_desc", &defaults, sizeof defaults, desc, &bake);
+  if (result) return result;
+  result = np_scene_set_frame(scene, frame);
   if (result) return result;
   const np_scene_cloud *cloud = &scene->clouds[cloud_index];
   const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);

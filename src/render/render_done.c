@@ -47,7 +47,7 @@ static neph_result check_part(const np_plan *plan, const char *path, bool *out_i
 neph_result neph_render_is_done(neph_scene *scene, const neph_render_desc *desc, const char *path, bool *out_is_done) {
   *out_is_done = false;
   np_plan plan;
-  neph_result result = np_plan_make(scene, desc, &plan);
+  neph_result result = np_plan_make_frame(scene, desc, &plan);
   if (result || !np_file_exists(path)) return result;
   result = np_plan_fit_memory(scene, &plan);
   if (!result) result = np_scene_hash_compute(scene, &plan, plan.hash);

@@ -4,6 +4,7 @@
 
 #include "core/alloc.h"
 #include "render/frame.h"
+#include "render/light_anchors.h"
 #include "render/prediction.h"
 #include "render/tile_feed.h"
 
@@ -30,6 +31,17 @@ static bool tell(void *user, const neph_progress *progress) {
   return !call->progress || call->progress(call->progress_user, progress);
 }
 
+/* Solves, before the picture, for light between which it is interpolated; the scene is back in its frame then. */
+static neph_result prepare_light(neph_scene *scene, np_plan *plan, np_monitor *monitor) {
+  neph_result result = np_light_span_choose(scene, plan, &plan->light_span);
+  if (result || plan->light_span.frames[0] == plan->light_span.frames[1]) return result;
+  const unsigned mode = np_float_mode_enter();
+  result = np_light_anchors_solve(scene, plan, monitor);
+  np_float_mode_leave(mode);
+  const neph_result back = np_scene_set_frame(scene, plan->desc.frame);
+  return result ? result : back;
+}
+
 static neph_result render_picture(neph_scene *scene, picture_call *call, neph_image **out_image) {
   const neph_render_desc *desc = &call->plan.desc;
   call->progress = desc->progress;
@@ -40,13 +52,14 @@ static neph_result render_picture(neph_scene *scene, picture_call *call, neph_im
   np_monitor_start(&monitor, scene->context, tell, call);
   neph_result result = np_prediction_prepare(scene, &call->plan);
   if (!result) result = np_plan_fit_memory(scene, &call->plan);
+  if (!result) result = prepare_light(scene, &call->plan, &monitor);
   return result ? result : np_render_image(scene, &call->plan, &monitor, out_image);
 }
 
 neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc, neph_image **out_image) {
   picture_call call = {.is_cancelled = NULL};
   *out_image = NULL;
-  neph_result result = np_plan_make(scene, desc, &call.plan);
+  neph_result result = np_plan_make_frame(scene, desc, &call.plan);
   return result ? result : render_picture(scene, &call, out_image);
 }
 
@@ -88,6 +101,6 @@ neph_result neph_renderer_render(neph_renderer *renderer, neph_scene *scene, con
   if (scene->context != renderer->context)
     return np_fail(renderer->context, NEPH_ERROR_INVALID_ARGUMENT,
                    "the scene belongs to another context than the renderer: make it in the renderer's");
-  neph_result result = np_plan_make(scene, desc, &call.plan);
+  neph_result result = np_plan_make_frame(scene, desc, &call.plan);
   return result ? result : render_from_stores(renderer, scene, &call, out_image);
 }

@@ -7,6 +7,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/hash.h"
+#include "scene/animation.h"
 #include "scene/scene_keys.h"
 
 typedef struct hash_writer {
@@ -148,7 +149,8 @@ neph_result np_scene_hash_compute(const neph_scene *scene, const np_plan *plan, 
   if (has_given_assets(scene)) return NEPH_OK;
   hash_writer w = {.scene = scene, .frame = plan->desc.frame, .hash = np_hash_create(scene->context)};
   if (!w.hash) return NEPH_ERROR_OUT_OF_MEMORY;
-  if (scene->document) add_node(&w, scene->document, NULL);
+  if (scene->document) add_node(&w, np_scene_get_source(scene), NULL);
+  if (scene->animation) np_animation_add_to_hash(scene->animation, w.hash);
   add_references(&w);
   add_settings(w.hash, scene, plan);
   neph_result result = np_hash_finish(w.hash, out_hex);

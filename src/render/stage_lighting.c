@@ -8,8 +8,6 @@
 #include "integrate/approximation.h"
 #include "integrate/approximation_gain.h"
 #include "render/integrator_choice.h"
-#include "render/plan_choices.h"
-#include "render/plan_detail.h"
 #include "render/stage_part.h"
 
 /* ---- World ---- */
@@ -147,7 +145,7 @@ static const np_packet_light *get_first(const np_stage_part *in) {
   return &in->made->packets[0].lights[in->caches - in->made->lights];
 }
 
-static np_sun_optical_depths get_depths(const np_stage_part *in, const np_packet_light *light) {
+np_sun_optical_depths np_stage_get_depths(const np_stage_part *in, const np_packet_light *light) {
   return (np_sun_optical_depths){&light->world.clouds, in->made->lights[light->index].sun_optical_depth};
 }
 
@@ -233,75 +231,7 @@ static const np_stage_disk depth_disk = {"depth", true, add_depth_key, save_dept
 NP_STAGE_REUSE(sun_optical_depth, in->caches->sun_optical_depth, NP_PER_LIGHT, false, adapt_depth, destroy_depth,
                &depth_disk, "the clouds' extinction and the direction of the light stay, to the bit");
 
-/* ---- Multiple scattering ---- */
-
-/* The camera, on a lattice of an eighth of the clouds' box, so that a solution outlives some steps of it. */
-static np_dvec3 get_viewer(const np_assembly *a) {
-  const double step = 0.125 * np_dvec3_length(np_dvec3_subtract(a->clouds_max, a->clouds_min));
-  const np_dvec3 at = a->camera.origin;
-  return step > 0.0 ? np_dvec3_scale(np_dvec3_make(round(at.x / step), round(at.y / step), round(at.z / step)), step)
-                    : at;
-}
-
-static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
-  const np_assembly *a = in->made;
-  np_light_key *key = *out_key = np_alloc(a->context, 1, sizeof *key);
-  if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
-  np_plan_choose_cells(in->plan, in->scene, a->clouds_min, a->clouds_max, &key->desc);
-  key->desc.cells.has_viewer = np_camera_has_centre(&a->camera);
-  if (key->desc.cells.has_viewer) key->desc.cells.viewer = get_viewer(a);
-  key->desc.has_importance = in->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
-  const np_sun_optical_depths depths = get_depths(in, in->light);
-  const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
-  return np_light_key_fill(a->context, &in->light->world, &source, key);
-}
-
-/* A solution borrows the phase tables of its picture; those of the next, whose clouds are the same, are equal. */
-static neph_result adapt_solution(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
-  if (np_scattering_field_get_quality(cached).is_cut)
-    (void)snprintf(out_reason, NP_REASON_SIZE, "a time limit cut it short");
-  else
-    np_light_key_compare(cached_key, in->key, out_reason, NP_REASON_SIZE);
-  if (out_reason[0]) return NEPH_OK;
-  np_scattering_field_set_world(cached, &in->light->world);
-  in->made->schedule.solves_left--;
-  return NEPH_OK;
-}
-
-static neph_result make_ordinates(const np_stage_part *in) {
-  np_scattering_desc desc = ((const np_light_key *)in->key)->desc;
-  desc.seconds_max = np_schedule_take_solve(&in->made->schedule, in->monitor);
-  const np_sun_optical_depths depths = get_depths(in, in->light);
-  const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
-  return np_scattering_field_build(in->made->context, &in->light->world, &source, &desc, in->monitor,
-                                   &in->light->scattering);
-}
-
-static bool add_ordinates_key(const np_stage_part *in, np_hash *key) {
-  const np_light_key *own = in->key;
-  NP_HASH_ADD(key, own->clouds);
-  NP_HASH_ADD(key, own->to_sun);
-  NP_HASH_ADD(key, own->sun);
-  NP_HASH_ADD(key, own->surroundings);
-  NP_HASH_ADD(key, own->desc.cells.cell_count_max);
-  return !isfinite(in->plan->desc.time_limit_s) && np_stage_add_terrain_key(in, key);
-}
-
-static void save_solution(const np_stage_part *in, np_cache_entry *entry) {
-  np_scattering_field_save(in->light->scattering, entry);
-}
-
-static neph_result load_solution(const np_stage_part *in, np_cache_entry *entry) {
-  return np_scattering_field_load(in->made->context, &in->light->world, entry, &in->light->scattering);
-}
-
-/* A solution that a time limit may cut is not kept. */
-static const np_stage_disk ordinates_disk = {"light", true, add_ordinates_key, save_solution, load_solution};
-
-static void destroy_solution(void *solution) { np_scattering_field_destroy(solution); }
-
-NP_STAGE_REUSE(ordinates, in->light->scattering, NP_PER_PACKET_LIGHT, false, adapt_solution, destroy_solution,
-               &ordinates_disk, "the clouds stay, to the bit, and the light on them, within a thousandth");
+/* ---- Light to the camera ---- */
 
 neph_result np_stage_build_viewer_light(const np_stage_part *in) {
   np_packet_light *out = in->light;
@@ -316,7 +246,7 @@ void np_stage_clear_viewer_light(const np_stage_part *in) { np_viewer_light_clea
 neph_result np_stage_build_ground_clouds(const np_stage_part *in) {
   np_packet_light *out = in->light;
   const np_assembly *a = in->made;
-  const np_sun_optical_depths depths = get_depths(in, out);
+  const np_sun_optical_depths depths = np_stage_get_depths(in, out);
   const np_ground_light_desc desc = {.world = &out->world,
                                      .depths = &depths,
                                      .scattering = out->scattering,
@@ -379,7 +309,7 @@ neph_result np_stage_build_visibility(const np_stage_part *in) {
   if (!first->camera_sky) return NEPH_OK;
   const np_air_rays rays = make_air_rays(&a->camera, in->plan);
   const np_air_casters casters = get_casters(a);
-  const np_sun_optical_depths depths = get_depths(in, first);
+  const np_sun_optical_depths depths = np_stage_get_depths(in, first);
   return np_air_visibility_build(a->context, &first->world, &depths, &rays, &casters, in->monitor,
                                  &out->air_visibility);
 }
@@ -424,7 +354,7 @@ void np_stage_clear_approximation(const np_stage_part *in) {
 neph_result np_stage_build_lighting(const np_stage_part *in) {
   np_packet_light *out = in->light;
   out->lighting = (np_lighting){
-      .sun_optical_depths = get_depths(in, out),
+      .sun_optical_depths = np_stage_get_depths(in, out),
       .scattering = out->scattering,
       .viewer_light = np_plan_needs(in->plan, NP_STAGE_VIEWER_LIGHT) ? &out->viewer_light : NULL,
       .ground_light = np_plan_needs(in->plan, NP_STAGE_GROUND_CLOUDS) ? &out->ground_light : NULL,

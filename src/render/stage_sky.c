@@ -7,6 +7,7 @@
 #include "atmosphere/moon.h"
 #include "core/alloc.h"
 #include "render/stage_part.h"
+#include "scene/sequence.h"
 
 /* ---- Sun and moon ---- */
 
@@ -135,7 +136,7 @@ static neph_result compare_air(const np_stage_part *in, const neph_atmosphere *c
     (void)snprintf(out_reason, NP_REASON_SIZE, "what is asked of it changed");
   else if (!isfinite(change))
     (void)snprintf(out_reason, NP_REASON_SIZE, "%s changed", what);
-  else if (change > medium_share * desc->tolerance)
+  else if (change > (np_scene_is_sequence(in->scene) ? 0.0 : medium_share * desc->tolerance))
     (void)snprintf(out_reason, NP_REASON_SIZE, "%s changed by %.3g %%", what, 100.0 * change);
   return NEPH_OK;
 }
@@ -175,18 +176,32 @@ NP_STAGE_REUSE(atmosphere, in->packet->atmosphere, NP_PER_PACKET, false, adapt_a
 
 static const double water_sky_height_m = 10.0;
 
+/* A frame of a sequence has skies whose tables are those of a place on a lattice, so that they depend on no other
+ * frame. */
+typedef struct sky_key {
+  neph_sky_desc desc, built;
+} sky_key;
+
+static bool is_same_place(const neph_sky_desc *a, const neph_sky_desc *b) {
+  return !memcmp(a->sun_direction, b->sun_direction, sizeof a->sun_direction) &&
+         !memcmp(a->observer_m, b->observer_m, sizeof a->observer_m);
+}
+
 static neph_result get_sky_key(const np_stage_part *in, np_dvec3 observer, void **out_key) {
   const np_packet_light *light = in->light;
   const bool is_beam = in->made->has_light_groups && light->group == NP_LIGHT_GROUP_SUN;
   if (np_spectrum_is_zero(light->irradiance) || is_beam) return NEPH_OK;
-  neph_sky_desc *desc = *out_key = np_alloc(in->made->context, 1, sizeof *desc);
-  if (!desc) return NEPH_ERROR_OUT_OF_MEMORY;
+  sky_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
+  if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_sky_desc *desc = &key->desc;
   *desc = (neph_sky_desc)NEPH_SKY_DESC_DEFAULT;
   const np_dvec3 to_light = light->direction;
   for (int b = 0; b < NP_BAND_COUNT; b++) desc->sun_irradiance_w_m2_nm[b] = (double)light->irradiance.band[b];
   desc->sun_direction[0] = to_light.x, desc->sun_direction[1] = to_light.y, desc->sun_direction[2] = to_light.z;
   desc->observer_m[0] = observer.x, desc->observer_m[1] = observer.y, desc->observer_m[2] = observer.z;
   desc->sun_angular_radius_rad = light->angular_radius_rad;
+  key->built = *desc;
+  if (in->packet->atmosphere && np_scene_is_sequence(in->scene)) np_sky_snap(in->packet->atmosphere, desc, &key->built);
   return NEPH_OK;
 }
 
@@ -208,18 +223,26 @@ static neph_result get_water_sky_key(const np_stage_part *in, void **out_key) {
 
 /* A cached sky is moved to the light and the observer wanted. */
 static neph_result adapt_sky(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
-  (void)cached_key;
+  const sky_key *own = cached_key, *wanted = in->key;
   if (((neph_sky *)cached)->atmosphere != in->packet->atmosphere)
     (void)snprintf(out_reason, NP_REASON_SIZE, "the atmosphere was rebuilt");
-  else if (np_sky_move(cached, in->key, out_reason, NP_REASON_SIZE))
+  else if (np_scene_is_sequence(in->scene) && !is_same_place(&own->built, &wanted->built))
+    (void)snprintf(out_reason, NP_REASON_SIZE, "light or observer stand higher or lower");
+  else if (np_sky_move(cached, &wanted->desc, out_reason, NP_REASON_SIZE))
     out_reason[0] = '\0';
   return NEPH_OK;
 }
 
 static neph_result make_sky(const np_stage_part *in, neph_sky **out_sky) {
-  if (!in->key) return NEPH_OK;
+  const sky_key *key = in->key;
+  char reason[NP_REASON_SIZE];
+  if (!key) return NEPH_OK;
   np_monitor_set_stage(in->monitor, "building the sky");
-  return np_sky_create_monitored(in->packet->atmosphere, in->key, in->monitor, out_sky);
+  neph_result result = np_sky_create_monitored(in->packet->atmosphere, &key->built, in->monitor, out_sky);
+  if (result || is_same_place(&key->built, &key->desc)) return result;
+  if (np_sky_move(*out_sky, &key->desc, reason, sizeof reason)) return NEPH_OK;
+  neph_sky_destroy(*out_sky);
+  return np_sky_create_monitored(in->packet->atmosphere, &key->desc, in->monitor, out_sky);
 }
 
 static neph_result make_camera_sky(const np_stage_part *in) { return make_sky(in, &in->light->camera_sky); }
@@ -238,7 +261,7 @@ neph_result np_stage_create_sky(const np_stage_part *in, neph_sky **out_sky) {
   if (!result && sky)
     result = np_atmosphere_create_orders(context, &((const air_key *)air)->desc, NP_ORDERS_ALL, false, in->monitor,
                                          &atmosphere);
-  if (!result && sky) result = np_sky_create_monitored(atmosphere, sky, in->monitor, out_sky);
+  if (!result && sky) result = np_sky_create_monitored(atmosphere, &((const sky_key *)sky)->desc, in->monitor, out_sky);
   neph_atmosphere_release(atmosphere);
   np_alloc_free(context, air);
   np_alloc_free(context, sky);

@@ -42,6 +42,8 @@ void np_stores_drop(neph_context *context, np_stores *stores, const void *stage,
 void np_stores_clear(neph_context *context, np_stores *stores) {
   while (stores->results) destroy_first(context, &stores->results);
   stores->references = (np_reference_store){0};
+  if (stores->light) stores->destroy_light(context, stores->light);
+  stores->light = NULL;
 }
 
 static void destroy(neph_context *context, void *stores) {

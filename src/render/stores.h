@@ -55,6 +55,8 @@ typedef struct np_stores {
   np_stored_result *results;
   np_reference_store references;
   np_stored_fill fill;
+  void *light; /* solutions between which a sequence is interpolated (light_anchors.h); NULL: none */
+  void (*destroy_light)(neph_context *context, void *light);
 } np_stores;
 
 /* Those that go with a scene: created when they are first asked for, destroyed with the scene. */

@@ -4,7 +4,9 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "scene/camera_motion.h"
 #include "scene/scene_apply.h"
+#include "scene/scene_edit.h"
 #include "scene/scene_node.h"
 
 /* A scene that has its document, which it takes over, and nothing else. */
@@ -17,6 +19,7 @@ static neph_result create_bare(neph_context *context, const char *file, np_node 
   np_context_retain(context);
   scene->context = context;
   scene->document = document;
+  scene->frame = 1.0;
   *out_scene = scene;
   scene->attachment = np_alloc(context, 1, sizeof *scene->attachment);
   if (!scene->attachment) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -75,13 +78,19 @@ neph_result neph_scene_load_text(neph_context *context, const char *text, const 
   return load_bytes(context, text, strlen(text), name ? name : "scene", out_scene);
 }
 
+static void destroy_documents(neph_scene *scene) {
+  np_node_destroy(scene->context, scene->document);
+  np_node_destroy(scene->context, scene->source);
+  np_animation_destroy(scene->context, scene->animation);
+}
+
 void neph_scene_destroy(neph_scene *scene) {
   if (!scene) return;
   neph_context *context = scene->context;
   np_scene_clear(scene);
   if (scene->attachment && scene->attachment->data) scene->attachment->destroy(context, scene->attachment->data);
   np_alloc_free(context, scene->attachment);
-  np_node_destroy(context, scene->document);
+  destroy_documents(scene);
   np_alloc_free(context, scene->file);
   np_alloc_free(context, scene);
   np_context_release(context);
@@ -92,7 +101,7 @@ static neph_result edit_copy(const neph_scene *scene, const char *key, const cha
   np_node *value_node;
   neph_result result = np_scene_parse(scene->context, value, strlen(value), key, true, &value_node);
   if (result) return result;
-  np_node *document = np_node_copy(scene->context, scene->document);
+  np_node *document = np_node_copy(scene->context, np_scene_get_source(scene));
   if (!document) {
     np_node_destroy(scene->context, value_node);
     return NEPH_ERROR_OUT_OF_MEMORY;
@@ -113,15 +122,59 @@ neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value
 }
 
 neph_result np_scene_set_document(neph_scene *scene, np_node *document) {
-  neph_scene changed = {
-      .context = scene->context, .file = scene->file, .document = document, .attachment = scene->attachment};
+  neph_scene changed = {.context = scene->context,
+                        .file = scene->file,
+                        .document = document,
+                        .frame = scene->frame,
+                        .attachment = scene->attachment};
   np_scene_problems problems = {.context = scene->context, .file = scene->file, .is_first_only = true};
   neph_result result = np_scene_report(&problems, np_scene_apply(&changed, &problems));
+  neph_scene *loser = result ? &changed : scene;
+  np_scene_clear(loser);
+  destroy_documents(loser);
+  if (!result) *scene = changed;
+  return result;
+}
+
+/* Reads the camera's file, when a frame is first asked for. */
+static neph_result read_motion(neph_scene *scene) {
+  if (!scene->motion.file || scene->motion.is_read) return NEPH_OK;
+  if (!scene->animation) scene->animation = np_alloc(scene->context, 1, sizeof *scene->animation);
+  if (!scene->animation) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result = np_camera_motion_load(scene, scene->animation);
+  if (result) return result;
+  scene->motion.is_read = true;
+  if (!scene->source) scene->source = np_node_copy(scene->context, scene->document);
+  return scene->source ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+neph_result np_scene_set_frame(neph_scene *scene, double frame) {
+  const bool is_to_read = scene->motion.file && !scene->motion.is_read;
+  neph_result result = read_motion(scene);
+  if (result) return result;
+  if (!scene->animation || (scene->frame == frame && !is_to_read)) return scene->frame = frame, NEPH_OK;
+  neph_scene changed = {.context = scene->context,
+                        .file = scene->file,
+                        .source = scene->source,
+                        .animation = scene->animation,
+                        .frame = frame,
+                        .attachment = scene->attachment};
+  np_scene_problems problems = {.context = scene->context, .file = scene->file, .is_first_only = true};
+  result = np_animation_apply(scene->context, scene->animation, scene->source, frame, &changed.document);
+  if (!result) result = np_scene_report(&problems, np_scene_apply_frame(&changed, &problems));
+  if (!result) np_scene_keep_texts(scene, &changed);
+  changed.motion.is_read = scene->motion.is_read;
   neph_scene *loser = result ? &changed : scene;
   np_scene_clear(loser);
   np_node_destroy(scene->context, loser->document);
   if (!result) *scene = changed;
   return result;
+}
+
+neph_result neph_scene_set_frame(neph_scene *scene, int frame) { return np_scene_set_frame(scene, frame); }
+
+bool neph_scene_is_animated(const neph_scene *scene) {
+  return (scene->animation && scene->animation->count > 0) || scene->motion.file;
 }
 
 /* An older caller's preview description ends where its struct does. */

@@ -8,6 +8,7 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
+#include "scene/sequence.h"
 #include "volume/instance.h"
 #include "terrain/terrain_private.h"
 
@@ -213,6 +214,8 @@ static neph_result apply_value(key_applier *applier, const np_key *key, void *ba
     return apply_preset(applier, key, base, node);
   case NP_KEY_ROWS:
     return np_scene_air_read_rows(applier->problems, applier->path, key, node, get_rows_field(key, base));
+  case NP_KEY_TRACKS:
+    return NEPH_OK;
   case NP_KEY_SECTION:
   case NP_KEY_LIST:
     break;
@@ -419,6 +422,11 @@ static void derive_terrain(neph_scene *scene) {
   scene->terrain.desc.longitude_rad = scene->longitude_rad;
 }
 
+static void derive_frame_times(neph_scene *scene) {
+  for (unsigned i = 0; i < scene->cloud_count && scene->frame_rate > 0.0; i++)
+    if (!scene->clouds[i].has_frame_time) scene->clouds[i].frame_time_s = 1.0 / scene->frame_rate;
+}
+
 static neph_result apply_document(neph_scene *scene, np_scene_problems *problems) {
   key_applier applier = {.context = scene->context, .scene = scene, .problems = problems};
   const np_node *document = scene->document;
@@ -428,15 +436,40 @@ static neph_result apply_document(neph_scene *scene, np_scene_problems *problems
   if (!result) result = apply_section(&applier, NULL, scene, document);
   if (!result) result = np_scene_air_derive(scene);
   if (!result) derive_terrain(scene);
+  if (!result) derive_frame_times(scene);
+  if (!result) np_scene_derive_reach(scene);
+  return result;
+}
+
+/* Puts the document of its frame in the place of a scene's source. */
+static neph_result apply_animation(neph_scene *scene, np_scene_problems *problems) {
+  neph_result result = np_animation_read(scene->context, scene->document, problems, &scene->animation);
+  if (result || !scene->animation) return result;
+  np_node *at_frame;
+  result = np_animation_apply(scene->context, scene->animation, scene->document, scene->frame, &at_frame);
+  if (result) return result;
+  scene->source = scene->document;
+  scene->document = at_frame;
+  return NEPH_OK;
+}
+
+neph_result np_scene_apply_frame(neph_scene *scene, np_scene_problems *problems) {
+  scene->terrain.desc = (neph_terrain_desc)NEPH_TERRAIN_DESC_DEFAULT;
+  scene->terrain.ridges = (neph_ridges_desc)NEPH_RIDGES_DESC_DEFAULT;
+  locale_t saved = np_values_enter();
+  neph_result result = apply_document(scene, problems);
+  np_values_leave(saved);
   return result;
 }
 
 neph_result np_scene_apply(neph_scene *scene, np_scene_problems *problems) {
-  scene->terrain.desc = (neph_terrain_desc)NEPH_TERRAIN_DESC_DEFAULT;
-  scene->terrain.ridges = (neph_ridges_desc)NEPH_RIDGES_DESC_DEFAULT;
   locale_t saved = np_values_enter();
   neph_result result = np_scene_rename_keys(scene);
-  if (!result) result = apply_document(scene, problems);
+  const neph_result animated = result ? NEPH_OK : apply_animation(scene, problems);
+  if (np_scene_goes_on(problems, animated, &result)) {
+    const neph_result applied = np_scene_apply_frame(scene, problems);
+    (void)np_scene_goes_on(problems, applied, &result);
+  }
   np_values_leave(saved);
   return result;
 }
@@ -459,4 +492,24 @@ void np_scene_clear(neph_scene *scene) {
   scene->clouds = NULL;
   scene->cloud_count = 0;
   clear_texts(scene->context, NULL, scene);
+}
+
+/* Texts that two scenes have alike, in a list's element or, for NULL, the scenes themselves, change places. */
+static void swap_texts(const np_key *list, void *a, void *b) {
+  for (size_t i = 0; i < np_key_count(); i++) {
+    const np_key *key = np_key_get(i);
+    if (!np_key_is_text(key) || np_key_get_list(key) != list) continue;
+    char **from = get_text_field(key, a), **to = get_text_field(key, b);
+    if (!*from || !*to || strcmp(*from, *to) != 0) continue;
+    char *kept = *from;
+    *from = *to;
+    *to = kept;
+  }
+}
+
+void np_scene_keep_texts(neph_scene *from, neph_scene *to) {
+  const np_key *clouds = np_key_search(NULL, "clouds");
+  swap_texts(NULL, from, to);
+  for (unsigned i = 0; i < from->cloud_count && i < to->cloud_count; i++)
+    swap_texts(clouds, &from->clouds[i], &to->clouds[i]);
 }

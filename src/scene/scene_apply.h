@@ -3,6 +3,7 @@
 #ifndef NP_SCENE_SCENE_APPLY_H
 #define NP_SCENE_SCENE_APPLY_H
 
+#include "scene/animation.h"
 #include "scene/scene_fail.h"
 #include "scene/scene_keys.h"
 #include "scene/scene_node.h"
@@ -10,6 +11,9 @@
 /* Fills a scene, of which only context, file and document are set, from its document. On failure it holds a part:
  * np_scene_clear takes it back. Errors of the document are added to `problems`. */
 neph_result np_scene_apply(neph_scene *scene, np_scene_problems *problems);
+
+/* The same of a scene whose document is that of its frame. */
+neph_result np_scene_apply_frame(neph_scene *scene, np_scene_problems *problems);
 
 /* Adds to `problems` the errors that no single key has, in a scene that np_scene_apply has filled. */
 void np_scene_check_all(const neph_scene *scene, np_scene_problems *problems);
@@ -21,12 +25,11 @@ neph_result np_scene_rename_keys(const neph_scene *scene);
  * nothing. */
 neph_result np_scene_set_document(neph_scene *scene, np_node *document);
 
+/* Gives a scene the texts of another that are equal to its own, which callers may hold. */
+void np_scene_keep_texts(neph_scene *from, neph_scene *to);
+
 /* Frees what np_scene_apply made; file and document stay. */
 void np_scene_clear(neph_scene *scene);
-
-/* Puts a value, which it takes over, into a document as if the file had it at `key`: "clouds[0].voxel". Keys that it
- * excludes go. An old name of a key is taken, with a warning. */
-neph_result np_scene_edit(neph_context *context, np_node *document, const char *key, np_node *value);
 
 /* ---- The air: presets, listed layers, and the description that follows from both ---- */
 

@@ -9,6 +9,7 @@
 #include "atmosphere/atmosphere_private.h"
 #include "core/alloc.h"
 #include "scene/scene_apply.h"
+#include "scene/scene_edit.h"
 #include "terrain/terrain_private.h"
 #include "volume/volume_private.h"
 
@@ -71,7 +72,7 @@ static np_node *renew_section(section_writer *w) {
 
 /* Begins to change a scene. */
 static section_writer open_writer(const neph_scene *scene, const char *prefix) {
-  section_writer w = {.context = scene->context, .document = np_node_copy(scene->context, scene->document)};
+  section_writer w = {.context = scene->context, .document = np_node_copy(scene->context, np_scene_get_source(scene))};
   (void)snprintf(w.prefix, sizeof w.prefix, "%s", prefix);
   w.result = w.document ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   return w;

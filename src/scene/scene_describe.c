@@ -64,7 +64,7 @@ static bool is_in_force(const np_key *key, const void *base) {
   if (!is_section_in_force(np_key_get_parent(key), base)) return false;
   if (np_key_is_text(key)) return load_text(key, base);
   if (key->type == NP_KEY_SECTION) return is_word_for_section(key, base);
-  if (key->type == NP_KEY_LIST) return false;
+  if (key->type == NP_KEY_LIST || key->type == NP_KEY_TRACKS) return false;
   if (key->type == NP_KEY_FLAGS) return load_unsigned(base, key->field);
   if (key->group && key->tag.size) return is_tag_set(key, base);
   if (key->group && is_excluded_by_text(key, base)) return false;
@@ -175,6 +175,7 @@ static void add_value(np_text *out, const np_key *key, const void *base) {
     add_quoted(out, load_text(key, base));
     return;
   case NP_KEY_LIST:
+  case NP_KEY_TRACKS:
     return;
   }
 }

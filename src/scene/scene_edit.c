@@ -4,7 +4,8 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "scene/scene_apply.h"
+#include "scene/scene_edit.h"
+#include "scene/scene_keys.h"
 
 enum { STEP_MAX = 8, NAME_SIZE = 64 };
 
@@ -127,6 +128,65 @@ static void take_new_name(const path_editor *editor, const np_key *section, path
   snprintf(step->name, sizeof step->name, "%s", np_path_get_name(rename->path));
 }
 
+/* ---- Tracks ---- */
+
+static const char animate[] = "animate";
+
+/* The key of a path, "clouds[0].position" or one number of it. NULL: none. */
+static const np_key *search_key(const char *path) {
+  path_step steps[STEP_MAX];
+  unsigned count;
+  const np_key *key = NULL;
+  if (!split_path(path, steps, &count)) return NULL;
+  for (unsigned i = 0; i < count; i++) {
+    const np_key *below = np_key_search(key, steps[i].name);
+    if (!below) return steps[i].name[0] >= '0' && steps[i].name[0] <= '9' ? key : NULL;
+    key = below;
+  }
+  return key;
+}
+
+static bool is_below(const char *path, const char *key) {
+  const size_t length = strlen(key);
+  return !strncmp(path, key, length) && (!path[length] || path[length] == '.' || path[length] == '[');
+}
+
+/* A key that is set is the same in all frames. */
+static void remove_tracks(neph_context *context, np_node *document, const char *path) {
+  np_node *tracks = np_node_search(document, animate), *next;
+  if (!tracks || tracks->kind != NP_NODE_MAPPING || is_below(path, animate)) return;
+  const np_key *key = search_key(path);
+  for (np_node *track = tracks->first; track; track = next) {
+    next = track->next;
+    const np_key *other = search_key(track->key);
+    if (!is_below(track->key, path) && !(key && other && np_key_excludes(key, other))) continue;
+    np_node_remove(tracks, track);
+    np_node_destroy(context, track);
+  }
+}
+
+/* "animate.camera.fov": the rest is one name. */
+static neph_result edit_track(neph_context *context, np_node *document, const char *path, np_node *value) {
+  np_node *tracks = open_child(context, document, animate, NP_NODE_MAPPING);
+  if (tracks && !put_value(context, tracks, path, value)) return NEPH_OK;
+  np_node_destroy(context, value);
+  return NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+const np_node *np_scene_get_node(const np_node *document, const char *key) {
+  path_step steps[STEP_MAX];
+  unsigned count = 0;
+  if (!split_path(key, steps, &count)) return NULL;
+  const np_node *at = document;
+  for (unsigned i = 0; at && i < count; i++) {
+    at = np_node_search(at, steps[i].name);
+    if (at && steps[i].has_index) at = np_node_get(at, steps[i].index);
+  }
+  return at;
+}
+
+/* ---- Edits ---- */
+
 neph_result np_scene_edit(neph_context *context, np_node *document, const char *key, np_node *value) {
   path_editor editor = {context, key};
   path_step steps[STEP_MAX];
@@ -134,6 +194,9 @@ neph_result np_scene_edit(neph_context *context, np_node *document, const char *
   neph_result result = split_path(key, steps, &count) ? NEPH_OK : fail_path(&editor);
   np_node *mapping = document;
   const np_key *section = NULL;
+  if (!strncmp(key, "animate.", strlen("animate.")))
+    return edit_track(context, document, key + strlen("animate."), value);
+  remove_tracks(context, document, key);
   for (unsigned i = 0; !result && i < count; i++) {
     take_new_name(&editor, section, &steps[i]);
     const np_key *step_key = np_key_search(section, steps[i].name);

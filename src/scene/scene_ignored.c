@@ -24,7 +24,8 @@
 #define IN_MARCH {"render.integrator", ONLY(NEPH_INTEGRATOR_MARCH)}
 #define IN_PATHS {"render.integrator", ONLY(NEPH_INTEGRATOR_PATH)}
 #define LIGHT_KEYS                                                                                                     \
-  "render.light_memory", "render.light_detail", "render.light_depth", "render.light_degree", "render.light_residual"
+  "render.light_memory", "render.light_detail", "render.light_depth", "render.light_degree",                           \
+      "render.light_residual", "render.light_reuse"
 
 /* No two rules warn of one key of a scene: each but the first of a key says when it applies. */
 static const np_ignore_rule rules[] = {
@@ -41,6 +42,8 @@ static const np_ignore_rule rules[] = {
      .reason = "whose picture is in no plane"},
     {.keys = {"camera.roll"}, .counts = {"camera.kind", BUT(NEPH_CAMERA_EQUIRECTANGULAR)},
      .reason = "which stays level"},
+
+    {.keys = {"sun.frame_time"}, .counts = {"sun.time", ONLY(NP_GIVEN)}, .reason = "from which it would go on"},
 
     {.keys = {"water.level", "water.wind", "water.albedo"}, .counts = WITH_PLANET,
      .reason = "on which the water lies"},

@@ -86,6 +86,7 @@ unsigned np_key_count_values(const np_key *key) {
   case NP_KEY_TIME:
   case NP_KEY_PRESET:
   case NP_KEY_ROWS:
+  case NP_KEY_TRACKS:
     break;
   }
   return 1;

@@ -28,5 +28,6 @@ np_key_table np_keys_get_camera(void);
 np_key_table np_keys_get_clouds(void);
 np_key_table np_keys_get_quality(void);
 np_key_table np_keys_get_output(void);
+np_key_table np_keys_get_frames(void);
 
 #endif

@@ -55,6 +55,9 @@ static const np_key sky_keys[] = {
      .meaning = "clockwise from north"},
     {.path = "sun.time", .type = NP_KEY_TIME, .field = SCENE(sun.time), .group = GROUP_SUN, .alternative = 2,
      .meaning = "puts the sun where it stands at the scene's place; UTC unless an offset is given"},
+    {.path = "sun.frame_time", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = SCENE(sun.frame_time_s),
+     .range = WITHIN(-1e6, 1e6),
+     .meaning = "time of sun, moon and stars from one frame to the next, with sun.time, which is that of frame 1"},
     {.path = "sun.angular_radius", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
      .field = SCENE(sun.angular_radius_rad), .tag = SCENE(sun.has_angular_radius), .tag_value = true,
      .range = WITHIN(0, 45), .fallback = "0.2678 deg",
@@ -381,7 +384,7 @@ size_t np_key_rename_count(void) { return sizeof renames / sizeof *renames; }
 const np_key_rename *np_key_rename_at(size_t index) { return &renames[index]; }
 
 /* The order of the schema. */
-enum { TABLES = 7 };
+enum { TABLES = 8 };
 
 static void fill_tables(np_key_table out[TABLES]) {
   out[0] = (np_key_table){first_keys, sizeof first_keys / sizeof *first_keys};
@@ -391,6 +394,7 @@ static void fill_tables(np_key_table out[TABLES]) {
   out[4] = (np_key_table){last_keys, sizeof last_keys / sizeof *last_keys};
   out[5] = np_keys_get_quality();
   out[6] = np_keys_get_output();
+  out[7] = np_keys_get_frames();
 }
 
 size_t np_key_count(void) {

@@ -10,6 +10,8 @@ static const np_choice kinds[] = {{"perspective", NEPH_CAMERA_PERSPECTIVE},
                                   {"equirectangular", NEPH_CAMERA_EQUIRECTANGULAR},
                                   {"fisheye", NEPH_CAMERA_FISHEYE},
                                   {NULL, 0}};
+static const np_choice ups[] = {{"y", 0}, {"z", 1}, {NULL, 0}};
+static const np_choice orders[] = {{"zxy", 0}, {"xyz", 1}, {"xzy", 2}, {"yxz", 3}, {"yzx", 4}, {"zyx", 5}, {NULL, 0}};
 static const np_choice absences[] = {{"none", 0}, {NULL, 0}};
 static const np_choice eyes[] = {
     {"both", NEPH_EYE_CENTRE}, {"left", NEPH_EYE_LEFT}, {"right", NEPH_EYE_RIGHT}, {NULL, 0}};
@@ -81,6 +83,19 @@ static const np_key keys[] = {
      .meaning = "depth of what both pictures show at the same place, by shift; auto is that of look_at"},
     {.path = "camera.stereo.eye", .type = NP_KEY_CHOICE, .choices = eyes, .field = SCENE(camera.eye),
      .fallback = "both", .meaning = "which picture; both: two files, for which %V in output names left and right"},
+    {.path = "camera.motion", .type = NP_KEY_SECTION, .tag = SCENE(motion.is_enabled), .tag_value = true,
+     .meaning = "position, look_at, roll and fov by frame from a file, but for those that the scene gives"},
+    {.path = "camera.motion.file", .type = NP_KEY_FILE, .is_input = true, .field = SCENE(motion.file),
+     .meaning = "Nuke's .chan, or a .csv with columns frame, x, y, z, and rx, ry, rz or look_x, look_y, look_z, roll; "
+                "fov or vfov"},
+    {.path = "camera.motion.up", .type = NP_KEY_CHOICE, .choices = ups, .field = SCENE(motion.is_z_up),
+     .fallback = "y", .meaning = "its axis that points up; with y, -z is north"},
+    {.path = "camera.motion.order", .type = NP_KEY_CHOICE, .choices = orders, .field = SCENE(motion.order),
+     .fallback = "zxy", .meaning = "order of its rotations: zxy is first about z, as Nuke's cameras turn by default"},
+    {.path = "camera.motion.unit", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(motion.unit_m),
+     .range = WITHIN(1e-6, 1e6), .fallback = "1 m", .meaning = "length of a unit of its positions"},
+    {.path = "camera.motion.offset", .type = NP_KEY_REAL, .field = SCENE(motion.first_frame),
+     .range = WITHIN(-1e6, 1e6), .fallback = "0", .meaning = "added to its frame numbers"},
     {.path = "camera.resolution", .type = NP_KEY_INTEGER, .field = SCENE(camera.resolution), .range = WITHIN(1, 65536),
      .fallback = "960, 540", .meaning = "width and height of the picture in pixels"},
     {.path = "camera.overscan", .type = NP_KEY_INTEGER, .field = SCENE(camera.overscan), .range = WITHIN(0, 8192),

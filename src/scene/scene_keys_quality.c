@@ -28,6 +28,10 @@ static const np_key keys[] = {
      .fallback = "0.35",
      .meaning = "(1-g) times the optical depth across a cell of multiple scattering, at the clouds' densest point; "
                 "cells have two voxels at least"},
+    {.path = "render.light_reuse", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(render.light_reuse_rad),
+     .range = WITHIN(0, 30), .fallback = "1 deg",
+     .meaning = "turn of a moving sun or moon over which multiple scattering is interpolated between two solutions of "
+                "a sequence; 0 deg solves for each frame"},
     {.path = "render.light_degree", .type = NP_KEY_CHOICE, .choices = degrees, .field = SCENE(render.light_degree),
      .fallback = "11",
      .meaning = "highest degree of the harmonics that multiple scattering is resolved into; large clouds take 3 or 7"},

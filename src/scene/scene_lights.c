@@ -51,7 +51,9 @@ static double compute_sun_factor(const neph_scene *scene, np_dvec3 to_sun) {
 /* Time of a scene that was checked to have one that can be read. */
 static neph_result read_time(const neph_scene *scene, double *out_unix_s) {
   *out_unix_s = 0.0;
-  const neph_result result = scene->sun.time ? np_celestial_parse_time(scene->context, scene->sun.time, out_unix_s) : 0;
+  if (!scene->sun.time) return NEPH_OK;
+  const neph_result result = np_celestial_parse_time(scene->context, scene->sun.time, out_unix_s);
+  *out_unix_s += scene->sun.frame_time_s * (scene->frame - 1.0);
   return result ? NEPH_ERROR_BAD_SCENE : NEPH_OK;
 }
 
@@ -124,9 +126,8 @@ neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad,
   np_sun_angles angles = {sun->elevation_rad, sun->azimuth_rad};
   if (sun->time) {
     double unix_s = 0.0;
-    neph_result result = np_celestial_parse_time(scene->context, sun->time, &unix_s);
-    /* Its only failure: the text, and that is the scene's. */
-    if (result) return NEPH_ERROR_BAD_SCENE;
+    neph_result result = read_time(scene, &unix_s);
+    if (result) return result;
     angles = np_celestial_sun(unix_s, latitude_rad, longitude_rad);
   }
   out[0] = cos(angles.elevation_rad) * sin(angles.azimuth_rad);

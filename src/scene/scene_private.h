@@ -21,9 +21,21 @@
 #include "scene/scene_node.h"
 #include "terrain/terrain_source.h"
 
+/* A camera of another program. */
+typedef struct np_scene_motion {
+  bool is_enabled;
+  char *file; /* resolved; NULL: none */
+  bool is_z_up;
+  unsigned order;     /* of rotations (camera_motion.c) */
+  double unit_m;      /* of its lengths */
+  double first_frame; /* added to its frames */
+  bool is_read;       /* into the animation */
+} np_scene_motion;
+
 typedef struct np_scene_sun {
   double elevation_rad, azimuth_rad;       /* airless; used when `time` is NULL */
   char *time;                              /* ISO 8601 */
+  double frame_time_s;                     /* from frame to frame, since frame 1 */
   bool has_angular_radius, has_irradiance; /* given: else the preset's distance from the sun tells */
   double angular_radius_rad;
   double irradiance_w_m2_nm[3];
@@ -122,6 +134,7 @@ typedef struct np_scene_cloud {
   char bake_name[24]; /* its key, for messages: "clouds[0].bake" */
   bool has_top;       /* then the thickness of the bake follows from it */
   double top_m;
+  bool has_frame_time; /* given: else by the frame rate */
   double frame_time_s; /* of the bake, from frame to frame */
   np_axis_up up;
   double voxel_m; /* largest edge; 0: the file's transform */
@@ -191,6 +204,7 @@ typedef struct np_scene_render {
   double light_depth;     /* of such a cell, (1−g)·σ·edge */
   unsigned light_degree;  /* most that angles are resolved into */
   double light_residual;
+  double light_reuse_rad; /* turn of the sun over which light is interpolated; 0: none is */
 } np_scene_render;
 
 /* Coverage in the channel A. */
@@ -223,15 +237,29 @@ typedef struct np_scene_attachment {
 } np_scene_attachment;
 
 struct np_node;
+struct np_animation;
+
+/* The camera over all key frames, by which cells of light and voxels are chosen, so that they are the same in all
+ * frames. Of a camera that stands still it is the camera. */
+typedef struct np_scene_reach {
+  double camera_min_m[3], camera_max_m[3]; /* box of its positions */
+  np_scene_camera narrowest;               /* with the narrowest of its angles of view */
+} np_scene_reach;
 
 struct neph_scene {
   neph_context *context;
-  char *file;               /* name for messages and relative paths; NULL: none */
-  struct np_node *document; /* the keys that were given; everything below follows from it (scene_apply.c) */
+  char *file;                     /* name for messages and relative paths; NULL: none */
+  struct np_node *document;       /* the keys in a frame; everything below follows from it (scene_apply.c) */
+  struct np_node *source;         /* the keys that were given; NULL: those, since no key changes from frame to frame */
+  struct np_animation *animation; /* of the keys that do; NULL: none */
+  double frame;
+  double frame_rate; /* 0: not given */
   unsigned version;
   bool has_place;
   double latitude_rad, longitude_rad;
   np_scene_camera camera;
+  np_scene_reach reach;
+  np_scene_motion motion;
   np_scene_sun sun;
   np_scene_moon moon;
   np_scene_stars stars;
@@ -250,6 +278,14 @@ struct neph_scene {
   np_scene_output output;
   np_scene_attachment *attachment; /* kept from picture to picture: one scene renders one picture at a time */
 };
+
+/* The keys as they were given. */
+static inline const struct np_node *np_scene_get_source(const neph_scene *scene) {
+  return scene->source ? scene->source : scene->document;
+}
+
+/* Makes a scene what it is in a frame, which may lie between two. Texts that stay are not moved. */
+neph_result np_scene_set_frame(neph_scene *scene, double frame);
 
 /* neph_scene_check without its warnings: before each plan, too. */
 neph_result np_scene_check(const neph_scene *scene);

@@ -143,6 +143,9 @@ void np_key_describe_values(const np_key *key, char *out, size_t size) {
   case NP_KEY_TIME:
     snprintf(out, size, "a time such as 2026-06-21T16:00Z");
     return;
+  case NP_KEY_TRACKS:
+    snprintf(out, size, "a mapping from keys to lists of [frame, value]");
+    return;
   case NP_KEY_ROWS:
     snprintf(out, size, "a list of at least 2 pairs of an altitude in m and a density in [%g, %g]", key->range.min,
              key->range.max);
@@ -267,6 +270,7 @@ static const char *get_type_name(np_key_type type) {
       [NP_KEY_INTEGER] = "integer", [NP_KEY_SEED] = "integer",  [NP_KEY_CHOICE] = "choice",
       [NP_KEY_FLAGS] = "flags",     [NP_KEY_TEXT] = "text",     [NP_KEY_FILE] = "file",
       [NP_KEY_TIME] = "time",       [NP_KEY_PRESET] = "preset", [NP_KEY_ROWS] = "rows",
+      [NP_KEY_TRACKS] = "tracks",
   };
   return names[type];
 }

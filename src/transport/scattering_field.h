@@ -28,7 +28,8 @@ typedef struct np_transport_desc {
   double cell_depth_max;           /* of a cell, (1−g)·σ·edge, where the memory allows */
   double edge_min_m;               /* no cells are smaller, whatever their depth; 0: no limit */
   bool has_viewer;
-  np_dvec3 viewer;
+  np_dvec3 viewer;       /* the nearest corner of the box that viewers are in, … */
+  np_dvec3 viewer_reach; /* … and its size; 0: one viewer */
 } np_transport_desc;
 
 typedef struct np_scattering_desc {
@@ -71,6 +72,19 @@ neph_result np_scattering_field_build(neph_context *context, const np_world *wor
                                       const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
                                       np_monitor *monitor, np_scattering_field **out_field);
 void np_scattering_field_destroy(np_scattering_field *field);
+
+/* A field between two: (1 − share) of the first and `share` of the second, times `gain` in each band. */
+typedef struct np_scattering_blend {
+  const np_scattering_field *fields[2];
+  double share, gain[NP_BAND_COUNT];
+} np_scattering_blend;
+
+/* Whether two fields have the same cells. */
+bool np_scattering_field_can_blend(const np_scattering_field *a, const np_scattering_field *b);
+
+/* For the world that it stands for; without importance. NULL on failure. */
+neph_result np_scattering_field_blend(const np_scattering_blend *desc, const np_world *world, np_monitor *monitor,
+                                      np_scattering_field **out_field);
 
 /* Keeps a field on disk. */
 void np_scattering_field_save(const np_scattering_field *field, np_cache_entry *entry);

@@ -154,10 +154,12 @@ static double compute_distance(const np_transport_desc *desc, int axis, double c
   const double low[3] = {desc->bounds_min.x, desc->bounds_min.y, desc->bounds_min.z};
   const double high[3] = {desc->bounds_max.x, desc->bounds_max.y, desc->bounds_max.z};
   const double at[3] = {desc->viewer.x, desc->viewer.y, desc->viewer.z};
+  const double reach[3] = {desc->viewer_reach.x, desc->viewer_reach.y, desc->viewer_reach.z};
   double square = 0.0;
   for (int a = 0; a < 3; a++) {
-    const double nearest = a == axis ? coordinate : np_clamp(at[a], low[a], high[a]);
-    square += (at[a] - nearest) * (at[a] - nearest);
+    const double from = a == axis ? coordinate : low[a], to = a == axis ? coordinate : high[a];
+    const double gap = fmax(fmax(from - (at[a] + reach[a]), at[a] - to), 0.0);
+    square += gap * gap;
   }
   return sqrt(square);
 }

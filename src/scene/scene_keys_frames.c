@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Keys of sequences. */
+#include "scene/scene_key_rows.h"
+
+/* clang-format off */
+static const np_key keys[] = {
+    {.path = "frame_rate", .type = NP_KEY_REAL, .field = SCENE(frame_rate), .range = WITHIN(1e-6, 1e6),
+     .meaning = "frames a second; baked clouds without a frame_time move by as much from frame to frame"},
+    {.path = "animate", .type = NP_KEY_TRACKS,
+     .meaning = "values by frame of keys that are numbers or times, or of one number of a list, as camera.position.0: "
+                "a list of [frame, value], linear between them, or {interpolation: step, linear or smooth, keys: "
+                "that list}; held before the first and behind the last"},
+};
+/* clang-format on */
+
+np_key_table np_keys_get_frames(void) { return (np_key_table){keys, sizeof keys / sizeof *keys}; }
