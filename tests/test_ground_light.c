@@ -2,9 +2,13 @@
 /* Light on the ground under a cloud: nothing changes in a furnace, light goes up with the sun, and it fails cleanly. */
 #include "test_world.h"
 
+#include "integrate/emission_rays.h"
+
 typedef struct fixture {
   test_world cloud;
   np_ground_light cache;
+  neph_volume *flame; /* NULL: none */
+  np_emission emission;
 } fixture;
 
 /* A ball from 10 m above the ground on, under a sun in the zenith. */
@@ -36,6 +40,8 @@ static void build(fixture *f) { assert_int_equal(build_caches(f), NEPH_OK); }
 
 static void end(fixture *f) {
   np_ground_light_clear(&f->cache);
+  np_emission_clear(&f->emission);
+  neph_volume_release(f->flame);
   test_world_destroy(&f->cloud);
 }
 
@@ -80,6 +86,58 @@ static void the_cloud_shines_on_what_is_below_it(void **state) {
   end(&f);
 }
 
+/* A ball of four voxels. */
+static float small_ball(double x, double y, double z) { return (float)fmax(0.0, 1.0 - (x * x + y * y + z * z) / 16.0); }
+
+static void light_flame(fixture *f, np_dvec3 middle_m) {
+  static const double bands_nm[NP_BAND_COUNT] = {680.0, 550.0, 440.0};
+  const np_black_body body = np_black_body_make(bands_nm);
+  test_world *c = &f->cloud;
+  assert_int_equal(test_volume_create(c->context, small_ball, TEST_EDGE, np_dvec3_make(1, 1, 1), middle_m, &f->flame),
+                   NEPH_OK);
+  const np_emitter emitter = {.bricks = &f->flame->bricks,
+                              .world_to_index = f->flame->world_to_index,
+                              .index_to_world = f->flame->index_to_world,
+                              .absorption_per_value = np_spectrum_grey(0.01f),
+                              .offset_k = 1900.0f};
+  assert_int_equal(np_emission_build(c->context, &emitter, 1, &body, NULL, &f->emission), NEPH_OK);
+  c->world.emission = &f->emission;
+}
+
+/* Irradiance that comes from the flame without being scattered. */
+static double compute_direct(const fixture *f, np_dvec3 position, np_random *random) {
+  const np_vec3 up = np_vec3_make(0, 0, 1);
+  double sum = 0.0;
+  for (int i = 0; i < 400; i++)
+    sum += (double)np_emission_irradiance(&f->cloud.world, position, up, random).band[0] / 400.0;
+  return sum;
+}
+
+/* White smoke only turns a flame's light around: what leaves a ball of it, P/4πr² at any distance, is what the flame
+ * sends out. 5 % for the cells of the solution beside the flame and for the directions; a set over the whole sky, which
+ * hits or misses it, is 35 % wrong at 55 m. */
+static void smoke_around_a_flame_lights_the_ground_evenly(void **state) {
+  (void)state;
+  fixture f = {0};
+  test_world_init(&f.cloud, test_context_create(2, NULL));
+  f.cloud.world.planet_radius_m = 6.36e6;
+  test_cloud smoke = test_cloud_make(test_soft_ball, 0.1f, np_phase_henyey_greenstein(0.0f));
+  smoke.middle_m = np_dvec3_make(0.0, 0.0, 30.0);
+  assert_int_equal(test_world_add(&f.cloud, smoke), NEPH_OK);
+  light_flame(&f, smoke.middle_m);
+  build(&f);
+  np_random random = np_random_start(5, 0, 0, 0, 0);
+  for (int i = 0; i < 12; i++) {
+    const double away = 5.0 * i, angle = 2.4 * i, square = away * away + 900.0;
+    const np_dvec3 position = np_dvec3_make(away * cos(angle), away * sin(angle), 0.0);
+    const double all = (double)f.emission.power_w_sr_nm.band[0] / square * 30.0 / sqrt(square);
+    const double direct = compute_direct(&f, position, &random);
+    const double scattered = (double)np_ground_light_get(&f.cache, position).added.band[0];
+    assert_near_relative(direct + scattered, all, 0.05);
+  }
+  end(&f);
+}
+
 static void threads_change_no_bit(void **state) {
   (void)state;
   fixture one = {0}, two = {0};
@@ -116,6 +174,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_white_cloud_casts_no_shade_in_a_furnace),
       cmocka_unit_test(the_cloud_shines_on_what_is_below_it),
+      cmocka_unit_test(smoke_around_a_flame_lights_the_ground_evenly),
       cmocka_unit_test(threads_change_no_bit),
       cmocka_unit_test(a_failed_allocation_leaves_nothing_behind),
   };

@@ -2,7 +2,10 @@
 /* Light on the ground under clouds, gathered from the solution of the multiple scattering.
  *
  * With the directions of one cosine-weighted set, the same at every point, so that neighbours differ by what they see
- * alone. Along each the equation of transfer is integrated in the scaled medium of transport/scattering_solver.c,
+ * alone. Smoke around a flame is bright in a small part of a dark sky, which such a set meets or misses: where there is
+ * emission, two more are drawn, towards it and towards the clouds' box, and all are weighted by the balance heuristic
+ * (Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering"). Along each the equation
+ * of transfer is integrated in the scaled medium of transport/scattering_solver.c,
  *
  *     L += T·S·(1 − e^{−σ′h})/σ′,   S = Σ ϖσ·((1−f)·p′·E·e^{−kτ} + Σ (χ_l − f)·φ_lm·Y_lm)
  *
@@ -16,7 +19,7 @@
 #include "core/units.h"
 #include "caches/sun_optical_depth.h"
 
-enum { DIRECTIONS = 96, POINTS_MAX = 40, STEPS_MAX = 96 };
+enum { DIRECTIONS = 96, TO_EMISSION = 48, TO_BOX = 64, POINTS_MAX = 40, STEPS_MAX = 96 };
 
 /* Beyond this many heights of the clouds' tops from them the sky is clear. */
 static const double reach_heights = 3.0;
@@ -35,17 +38,21 @@ typedef struct gather {
   gather_direction *directions;
 } gather;
 
-static void fill_direction(const np_world *world, const np_scattering_field *field, unsigned i, gather_direction *out) {
-  const double cosine = sqrt(1.0 - (i + 0.5) / DIRECTIONS), sine = sqrt(1.0 - cosine * cosine);
-  const double azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
-  out->towards = np_vec3_make((float)(sine * cos(azimuth)), (float)(sine * sin(azimuth)), (float)cosine);
-  np_scattering_field_fill_harmonics(field, np_vec3_scale(out->towards, -1.0f), out->harmonics);
-  const np_vec3 d = out->towards, s = world->to_sun;
-  for (unsigned v = 0; v < world->clouds.count; v++) {
+static void fill_direction(const np_ground_light_desc *desc, np_vec3 towards, gather_direction *out) {
+  out->towards = towards;
+  np_scattering_field_fill_harmonics(desc->scattering, np_vec3_scale(towards, -1.0f), out->harmonics);
+  for (unsigned v = 0; v < desc->world->clouds.count; v++) {
     np_peak_column column;
-    np_scattering_field_fill_column(field, v, np_vec3_versine(d, s), &column);
+    np_scattering_field_fill_column(desc->scattering, v, np_vec3_versine(towards, desc->world->to_sun), &column);
     out->broad[v] = fmaxf(0.0f, column.broad);
   }
+}
+
+/* One of DIRECTIONS, distributed as the cosine. */
+static np_vec3 get_even_direction(unsigned i) {
+  const double cosine = sqrt(1.0 - (i + 0.5) / DIRECTIONS), sine = sqrt(1.0 - cosine * cosine);
+  const double azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
+  return np_vec3_make((float)(sine * cos(azimuth)), (float)(sine * sin(azimuth)), (float)cosine);
 }
 
 /* The part of a ray inside the clouds' box; false when it passes. */
@@ -113,20 +120,74 @@ static float follow(const gather *g, const gather_direction *d, np_dvec3 origin,
   return transmittance;
 }
 
+/* Density per solid angle of the direction to a point of the clouds' box. */
+static double compute_box_density(const gather *g, np_dvec3 position, np_vec3 towards) {
+  const np_dvec3 size = np_dvec3_subtract(g->desc->bounds_max, g->desc->bounds_min);
+  double begin, end;
+  if (!clip(g, position, towards, &begin, &end)) return 0.0;
+  return (end * end * end - begin * begin * begin) / (3.0 * size.x * size.y * size.z);
+}
+
+/* Share of light from one direction that the even set is asked for, if all sets could have brought it; they differ in
+ * the density of their directions. */
+static float weigh(const gather *g, np_dvec3 position, np_vec3 towards) {
+  if (!g->world->emission) return 1.0f;
+  const double even = (double)towards.z * (DIRECTIONS / NP_PI);
+  const double to_emission = TO_EMISSION * (double)np_emission_direction_density(g->world->emission, position, towards);
+  return (float)(even / (even + to_emission + TO_BOX * compute_box_density(g, position, towards)));
+}
+
+/* Offset of the i-th direction's steps. */
+static double get_offset(unsigned i) { return fmod(0.5 + 0.6180339887498949 * i, 1.0); }
+
+/* The i-th point of a set that fills the clouds' box evenly (Roberts 2018, "The Unreasonable Effectiveness of
+ * Quasirandom Sequences"). */
+static np_dvec3 get_box_point(const np_ground_light_desc *desc, unsigned i) {
+  const np_dvec3 low = desc->bounds_min, size = np_dvec3_subtract(desc->bounds_max, low);
+  return np_dvec3_make(low.x + size.x * fmod(0.5 + 0.8191725133961645 * i, 1.0),
+                       low.y + size.y * fmod(0.5 + 0.6710436067037893 * i, 1.0),
+                       low.z + size.z * fmod(0.5 + 0.5497004779019703 * i, 1.0));
+}
+
+/* Adds light from the direction of a place. */
+static void gather_from(const gather *g, np_dvec3 position, np_dvec3 place, unsigned i, np_spectrum *sum) {
+  const np_vec3 away = np_dvec3_to_float(np_dvec3_subtract(place, position));
+  gather_direction d;
+  np_spectrum light;
+  if (!(away.z > 0.0f)) return;
+  fill_direction(g->desc, np_vec3_normalize(away), &d);
+  (void)follow(g, &d, position, get_offset(i), &light);
+  *sum = np_spectrum_add_scaled(*sum, weigh(g, position, d.towards), light);
+}
+
+/* Adds the light of the sets besides the even one to its sum: their weight over their density is that over the even
+ * one. */
+static void gather_emitted(const gather *g, np_dvec3 position, np_spectrum *sum) {
+  np_random random = np_random_start(0, 0, 0, 0, 0); /* the same at every point */
+  for (unsigned i = 0; i < TO_EMISSION; i++) {
+    np_dvec3 place;
+    if (np_emission_draw(g->world->emission, (i + 0.5) / TO_EMISSION, &random, &place))
+      gather_from(g, position, place, i, sum);
+  }
+  for (unsigned i = 0; i < TO_BOX; i++) gather_from(g, position, get_box_point(g->desc, i), i, sum);
+}
+
 static np_ground_light_value gather_at(const gather *g, np_dvec3 position) {
-  np_spectrum clear = np_spectrum_grey(0.0f), seen = clear, added = clear;
+  np_spectrum clear = np_spectrum_grey(0.0f), seen = clear;
+  np_ground_light_value out = {.added = clear};
   float open = 0.0f;
   for (unsigned i = 0; i < DIRECTIONS; i++) {
     const gather_direction *d = &g->directions[i];
     np_spectrum light;
-    const float transmittance = follow(g, d, position, fmod(0.5 + 0.6180339887498949 * i, 1.0), &light);
+    const float transmittance = follow(g, d, position, get_offset(i), &light);
     const np_spectrum sky = np_world_sky_radiance(g->world, g->world->cloud_sky, position, d->towards);
     clear = np_spectrum_add(clear, sky);
     seen = np_spectrum_add_scaled(seen, transmittance, sky);
-    added = np_spectrum_add(added, light);
+    out.added = np_spectrum_add_scaled(out.added, weigh(g, position, d->towards), light);
     open += transmittance / DIRECTIONS;
   }
-  np_ground_light_value out = {.added = np_spectrum_scale(added, NP_PI_F / DIRECTIONS)};
+  if (g->world->emission) gather_emitted(g, position, &out.added);
+  out.added = np_spectrum_scale(out.added, NP_PI_F / DIRECTIONS);
   for (int b = 0; b < NP_BAND_COUNT; b++) out.open.band[b] = clear.band[b] > 0.0f ? seen.band[b] / clear.band[b] : open;
   return out;
 }
@@ -191,7 +252,7 @@ neph_result np_ground_light_build(neph_context *context, const np_ground_light_d
   out->points = np_alloc(context, count, sizeof *out->points);
   g.directions = np_alloc(context, DIRECTIONS, sizeof *g.directions);
   neph_result result = out->points && g.directions ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  for (unsigned i = 0; !result && i < DIRECTIONS; i++) fill_direction(world, desc->scattering, i, &g.directions[i]);
+  for (unsigned i = 0; !result && i < DIRECTIONS; i++) fill_direction(desc, get_even_direction(i), &g.directions[i]);
   np_monitor_set_stage(monitor, "lighting the ground");
   if (!result) result = np_parallel_for(context, monitor, count, 8, gather_points, &g);
   np_alloc_free(context, g.directions);
