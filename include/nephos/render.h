@@ -85,10 +85,9 @@ typedef struct neph_render_desc {
   unsigned crop_max[2];                         /**< one past the last; 0 < crop_max ≤ size */
   unsigned sample_count;                        /**< per pixel, ≥ 1; with a target error: at least */
   unsigned sample_count_max;                    /**< with a target error: at most; ≥ 16 (default 65536) */
-  double target_error;                          /**< of the picture, error a pixel (docs/error.md); what the expected
-                                                     bias leaves of it is each pixel's standard error over its radiance
-                                                     or, where that is more, a hundredth of a lit white wall's; > 0
-                                                     (default NEPH_UNLIMITED) */
+  double target_error;                          /**< of the picture, error a pixel (docs/error.md): its noise is what
+                                                     the expected bias leaves of it, by numbers of samples that differ
+                                                     from pixel to pixel; > 0 (default NEPH_UNLIMITED) */
   double time_limit_s;                          /**< for all of it, ≥ 0: the call ends by then and a tenth of it, or
                                                      one second where that is more, with the samples it has and
                                                      attributes nephos:sampling and nephos:lightSolve that say what

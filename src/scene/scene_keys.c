@@ -301,8 +301,8 @@ static const np_key last_keys[] = {
      .fallback = "4", .meaning = "samples for each pixel"},
     {.path = "render.target_error", .type = NP_KEY_REAL, .field = SCENE(render.target_error),
      .range = WITHIN(1e-6, 10), .fallback = "none", .word = "none", .word_value = INFINITY,
-     .meaning = "error a pixel that the picture is to have at most: what the march's expected bias leaves of it is "
-                "each pixel's standard error over its radiance, for which it gets render.samples or more"},
+     .meaning = "error a pixel that the picture is to have: noise takes what the march's expected bias leaves of "
+                "it, by numbers of samples that differ from pixel to pixel, render.samples at least"},
     {.path = "render.max_samples", .type = NP_KEY_INTEGER, .field = SCENE(render.sample_count_max),
      .range = WITHIN(16, 16777216), .fallback = "65536",
      .meaning = "most samples for a pixel, whatever the target error"},
