@@ -54,8 +54,9 @@ static cli_exit choose_pixels(render_job *job) {
   const unsigned top = desc->crop_min[1], bottom = desc->crop_max[1];
   const uint64_t rows = bottom > top ? bottom - top : 0;
   if (rows < options->tile_count) {
-    cli_complain("--tile is %u/%u, must be at most as many bands as there are rows, %u", options->tile_index,
-                 options->tile_count, (unsigned)rows);
+    cli_progress_complain(&job->session->progress,
+                          "--tile is %u/%u, must be at most as many bands as there are rows, %u", options->tile_index,
+                          options->tile_count, (unsigned)rows);
     return CLI_USAGE;
   }
   desc->tile_index = options->tile_index - 1;
@@ -65,106 +66,6 @@ static cli_exit choose_pixels(render_job *job) {
 
 /* ---- Frames ---- */
 
-static double get_time_s(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-/* A frame that is done. */
-typedef struct frame_facts {
-  double seconds;
-  neph_image_error error;
-} frame_facts;
-
-/* Most memory that the process has had so far. */
-static double get_memory_bytes(void) {
-  struct rusage usage;
-  getrusage(RUSAGE_SELF, &usage);
-  return 1024.0 * (double)usage.ru_maxrss;
-}
-
-/* "2.6", "12", "0.04": shares as per cent, to two digits. */
-static void print_percent(double share) {
-  const double percent = 100.0 * share;
-  printf(percent >= 9.95 || percent == 0.0 ? "%.0f" : percent >= 0.995 ? "%.1f" : "%.2g", percent);
-}
-
-static void print_memory(double bytes) {
-  if (bytes >= 1e9)
-    printf("%.1f GB", 1e-9 * bytes);
-  else
-    printf("%.0f MB", 1e-6 * bytes);
-}
-
-static void print_bias(const neph_image_error *error) {
-  if (error->bias.value == 0.0) {
-    printf("no bias)");
-    return;
-  }
-  printf("bias about ");
-  print_percent(error->bias.value);
-  printf("%s%s)", isnan(error->error.value) ? " %" : "", error->bias_source == NEPH_BIAS_BY_MODEL ? " by model" : "");
-}
-
-/* "error 2.6 % a pixel (noise 1.1, bias about 2.4)" */
-static void print_error(const neph_image_error *error) {
-  if (isnan(error->bias.value)) return;
-  printf("; error ");
-  if (isnan(error->error.value)) {
-    printf("unknown (noise unknown, ");
-  } else {
-    print_percent(error->error.value);
-    printf(" %% a pixel (noise ");
-    print_percent(error->noise.value);
-    printf(", ");
-  }
-  print_bias(error);
-}
-
-static void print_json_bounded(const char *name, const neph_bounded *figure) {
-  const struct {
-    const char *ending;
-    double value;
-  } parts[] = {{"", figure->value}, {"_min", figure->min}, {"_max", figure->max}};
-  for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
-    if (isnan(parts[i].value))
-      printf(", \"%s%s\": null", name, parts[i].ending);
-    else
-      printf(", \"%s%s\": %.4g", name, parts[i].ending, parts[i].value);
-}
-
-static void print_json_facts(const frame_facts *facts) {
-  static const char *const sources[] = {"null", "\"model\"", "\"measured\""};
-  printf(", \"seconds\": %.3f, \"memory_bytes\": %.0f", facts->seconds, get_memory_bytes());
-  print_json_bounded("error", &facts->error.error);
-  print_json_bounded("noise", &facts->error.noise);
-  print_json_bounded("bias", &facts->error.bias);
-  printf(", \"bias_source\": %s}\n", sources[facts->error.bias_source]);
-}
-
-static void print_frame(const render_job *job, const render_targets *t, const frame_facts *facts) {
-  if (!job->session->options->is_json) {
-    const char *const names[] = {t->image, t->preview, t->deep}, *join = "";
-    printf("frame %d: ", job->desc.frame);
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-      if (!names[i]) continue;
-      printf("%s%s", join, names[i]);
-      join = ", ";
-    }
-    printf(", %.2f s, ", facts->seconds);
-    print_memory(get_memory_bytes());
-    print_error(&facts->error);
-    printf("\n");
-    return;
-  }
-  printf("{\"frame\": %d", job->desc.frame);
-  if (t->image) printf(", \"image\": "), cli_print_json_text(t->image);
-  if (t->preview) printf(", \"preview\": "), cli_print_json_text(t->preview);
-  if (t->deep) printf(", \"deep\": "), cli_print_json_text(t->deep);
-  print_json_facts(facts);
-}
-
 static neph_result save_frame(const render_job *job, const neph_image *image, const render_targets *t) {
   neph_result result = NEPH_OK;
   if (t->image && !t->is_part) result = neph_image_save_exr(image, t->image, job->output.pixel_type);
@@ -173,21 +74,9 @@ static neph_result save_frame(const render_job *job, const neph_image *image, co
   return result;
 }
 
-static void print_skipped(const render_job *job, const render_targets *t) {
-  const char *name = t->image ? t->image : t->preview ? t->preview : t->deep;
-  if (!job->session->options->is_json) {
-    printf("frame %d: %s is there\n", job->desc.frame, name);
-    return;
-  }
-  printf("{\"frame\": %d, \"image\": ", job->desc.frame);
-  cli_print_json_text(name);
-  printf(", \"skipped\": true}\n");
-}
-
 static cli_exit render_to(render_job *job, render_targets *t) {
   neph_image *image = NULL;
   cli_progress *progress = &job->session->progress;
-  double start_s = get_time_s();
   cli_progress_set_call(progress, 0.97);
   neph_result result = neph_render_image(job->scene, &job->desc, &image);
   if (!result) cli_progress_set_stage(progress, "writing", 0.97);
@@ -195,10 +84,12 @@ static cli_exit render_to(render_job *job, render_targets *t) {
   if (!result && t->checkpoint && !t->is_part) remove(t->checkpoint);
   if (!result) cli_progress_set_stage(progress, "writing", 1.0);
   cli_progress_finish(progress);
-  frame_facts facts = {.seconds = get_time_s() - start_s, .error = NEPH_IMAGE_ERROR_DEFAULT};
+  cli_progress_end_frame(progress, !result);
+  frame_facts facts = {.seconds = cli_progress_get_frame_s(progress), .error = NEPH_IMAGE_ERROR_DEFAULT};
   if (!result) result = neph_image_get_error(image, &facts.error);
+  if (!result) facts.hash = neph_image_get_attribute(image, "nephos:sceneHash");
+  if (!result) render_job_print_frame(job, t, &facts);
   neph_image_destroy(image);
-  if (!result) print_frame(job, t, &facts);
   fflush(stdout);
   return cli_exit_of(result);
 }
@@ -211,7 +102,7 @@ static cli_exit render_or_skip(render_job *job, render_targets *t) {
   if (result) return cli_exit_of(result);
   if (!is_done) return render_to(job, t);
   if (t->checkpoint && !t->is_part) remove(t->checkpoint);
-  print_skipped(job, t);
+  render_job_print_skipped(job, t);
   fflush(stdout);
   return CLI_DONE;
 }
@@ -285,18 +176,38 @@ static cli_exit count_frame(render_job *job) {
   return CLI_DONE;
 }
 
+/* Their ratio matters alone. */
+static neph_result predict_times(render_job *job) {
+  frame_batch *b = &job->batch;
+  neph_result result = neph_render_estimate_time(job->scene, &job->desc, &b->first_s, &b->next_s);
+  b->first_s = fmax(b->first_s, 1e-6);
+  b->next_s = fmax(b->next_s, 1e-6);
+  return result;
+}
+
 static cli_exit check_eyes(render_job *job) { return for_each_eye(job, render_job_check_targets); }
 
 static void note_failure(render_job *job, cli_exit exit) {
   frame_batch *b = &job->batch;
   if (b->failed_count < FAILED_LISTED) b->failed[b->failed_count] = job->desc.frame;
   b->failed_count++;
-  if (job->session->options->is_json) printf("{\"frame\": %d, \"exit\": %d}\n", job->desc.frame, (int)exit);
+  render_job_print_failed(job, exit);
+}
+
+/* The picture's part of the whole, by predicted time. */
+static cli_exit render_picture(render_job *job) {
+  frame_batch *b = &job->batch;
+  const unsigned eyes = neph_scene_is_stereo(job->scene) ? 2 : 1, i = b->begun_count++;
+  const double all_s = b->first_s + (b->count * eyes - 1) * b->next_s;
+  const double begin = i > 0 ? (b->first_s + (i - 1) * b->next_s) / all_s : 0.0;
+  const double end = (b->first_s + i * b->next_s) / all_s;
+  cli_progress_begin_frame(&job->session->progress, job->desc.frame, i / eyes, b->count, begin, end);
+  return render_frame(job);
 }
 
 /* A frame that fails, of more than one, lets the rest go on. */
 static cli_exit render_eyes(render_job *job) {
-  const cli_exit exit = for_each_eye(job, render_frame);
+  const cli_exit exit = for_each_eye(job, render_picture);
   if (!exit || exit == CLI_INTERRUPTED || job->batch.count == 1) return exit;
   note_failure(job, exit);
   return job->batch.is_stopped ? exit : CLI_DONE;
@@ -309,13 +220,15 @@ static cli_exit end_batch(const render_job *job, cli_exit exit) {
   if (!b->failed_count) return exit;
   for (unsigned i = 0; i < b->failed_count && i < FAILED_LISTED; i++)
     snprintf(list + strlen(list), sizeof list - strlen(list), "%s%d", i ? ", " : "", b->failed[i]);
-  cli_complain("%u of %u frames failed: %s%s%s", b->failed_count, b->count, list,
-               b->failed_count > FAILED_LISTED ? ", ..." : "", b->is_stopped ? "; those after it were not begun" : "");
+  cli_progress_complain(&job->session->progress, "%u of %u frames failed: %s%s%s", b->failed_count, b->count, list,
+                        b->failed_count > FAILED_LISTED ? ", ..." : "",
+                        b->is_stopped ? "; those after it were not begun" : "");
   return exit ? exit : CLI_SOME_FAILED;
 }
 
 static cli_exit render_batch(render_job *job) {
   cli_exit exit = for_each_frame(job, count_frame);
+  if (!exit && !job->session->options->wants_plan) exit = cli_exit_of(predict_times(job));
   if (!exit) exit = for_each_frame(job, render_eyes);
   return end_batch(job, exit);
 }

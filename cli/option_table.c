@@ -210,9 +210,10 @@ static const char *const sky_disks[] = {"include", "layer", "none", NULL};
 static const char *const sky_methods[] = {"lut", "march", "trace", NULL};
 static const char *const isa_levels[] = {
     [NEPH_ISA_X86_64] = "x86-64", [NEPH_ISA_X86_64_V3] = "x86-64-v3", [NEPH_ISA_X86_64_V4] = "x86-64-v4", NULL};
-static const char *const progress_modes[] = {
-    [CLI_PROGRESS_AUTO] = "auto", [CLI_PROGRESS_BAR] = "bar",   [CLI_PROGRESS_LINES] = "lines",
-    [CLI_PROGRESS_JSON] = "json", [CLI_PROGRESS_NONE] = "none", NULL};
+static const char *const progress_modes[] = {[CLI_PROGRESS_AUTO] = "auto",   [CLI_PROGRESS_BAR] = "bar",
+                                             [CLI_PROGRESS_LINES] = "lines", [CLI_PROGRESS_JSON] = "json",
+                                             [CLI_PROGRESS_ALF] = "alf",     [CLI_PROGRESS_OPENJD] = "openjd",
+                                             [CLI_PROGRESS_NONE] = "none",   NULL};
 static const char *const shells[] = {"bash", "fish", "zsh", NULL};
 
 /* clang-format off */
@@ -310,12 +311,15 @@ static const cli_option options[] = {
     {.name = "--json", .take = take_flag, .field = INTO(is_json), .is_common = true,
      .meaning = "print results as JSON"},
     {.name = "--threads", .letter = 't', .argument = "N", .take = take_count, .field = INTO(thread_count),
-     .is_common = true, .range = "a whole number from 1", .fallback = "the CPUs that the process may use",
+     .is_common = true, .range = "a whole number from 1",
+     .fallback = "SLURM_CPUS_PER_TASK, or the CPUs that the process may use",
      .meaning = "threads to work with"},
     {.name = "--isa", .argument = "LEVEL", .take = take_word, .field = INTO(isa), .words = isa_levels,
      .is_common = true, .fallback = "the machine's", .meaning = "highest instruction-set level of the kernels"},
     {.name = "--progress", .argument = "MODE", .take = take_word, .field = INTO(progress), .words = progress_modes,
      .fallback = "auto", .meaning = "progress on standard error; auto: a bar on a terminal, else lines"},
+    {.name = "--log", .argument = "FILE", .take = take_text, .field = INTO(log_path), .is_common = true, .files = "",
+     .meaning = "add messages, stages and results to FILE, each with its time in UTC"},
     {.name = "--verbose", .letter = 'v', .take = take_verbose, .is_common = true, .meaning = "print more messages"},
     {.name = "--quiet", .letter = 'q', .take = take_quiet, .is_common = true,
      .meaning = "print warnings and errors only, and no progress"},

@@ -24,12 +24,16 @@ typedef enum cli_exit {
 
 struct cli_verb;
 
+/* progress_styles.c has a row for each. */
 typedef enum cli_progress_mode {
-  CLI_PROGRESS_AUTO,
+  CLI_PROGRESS_AUTO, /* a bar on a terminal, lines elsewhere */
   CLI_PROGRESS_BAR,
   CLI_PROGRESS_LINES,
   CLI_PROGRESS_JSON,
-  CLI_PROGRESS_NONE
+  CLI_PROGRESS_ALF,
+  CLI_PROGRESS_OPENJD,
+  CLI_PROGRESS_NONE,
+  CLI_PROGRESS_COUNT
 } cli_progress_mode;
 
 /* Frames first, first + step, … up to last. */
@@ -88,6 +92,7 @@ typedef struct cli_options {
   const char *cache_dir; /* NULL: not given */
   unsigned level_count;  /* 0: not given */
   cli_progress_mode progress;
+  const char *log_path; /* NULL: no log file */
   neph_log_level log_level;
   bool *given;   /* for each option of the table, in its order */
   char *storage; /* what settings point into */
