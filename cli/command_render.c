@@ -8,16 +8,6 @@
 #include "render_job.h"
 #include "verbs.h"
 
-/* Parts of a picture, and frames of a sequence, must match: what none of them shows alone cannot expose them. */
-static void choose_exposure(render_job *job) {
-  const neph_render_desc *desc = &job->desc;
-  neph_preview_desc *preview = &job->output.preview_desc;
-  const bool is_part = desc->tile_count > 1 || desc->crop_max[0] - desc->crop_min[0] < desc->width ||
-                       desc->crop_max[1] - desc->crop_min[1] < desc->height;
-  const bool is_of_sequence = job->output.preview && strchr(job->output.preview, '#');
-  if (preview->exposure == NEPH_EXPOSURE_AUTO && (is_part || is_of_sequence)) preview->exposure = NEPH_EXPOSURE_METER;
-}
-
 /* ---- How long ---- */
 
 /* Target, limit and memory of the command, and the settings that follow from the first two. */
@@ -145,8 +135,7 @@ static cli_exit render_frame(render_job *job) {
   return exit;
 }
 
-/* Calls `step` for each picture of a frame. */
-static cli_exit for_each_eye(render_job *job, cli_exit (*step)(render_job *job)) {
+cli_exit render_job_for_each_eye(render_job *job, cli_exit (*step)(render_job *job)) {
   if (!neph_scene_is_stereo(job->scene)) return step(job);
   cli_exit exit = CLI_DONE;
   for (neph_eye eye = NEPH_EYE_LEFT; !exit && eye <= NEPH_EYE_RIGHT; eye++) {
@@ -156,8 +145,7 @@ static cli_exit for_each_eye(render_job *job, cli_exit (*step)(render_job *job))
   return exit;
 }
 
-/* Calls `step` for each frame until one fails or the process is interrupted. */
-static cli_exit for_each_frame(render_job *job, cli_exit (*step)(render_job *job)) {
+cli_exit render_job_for_each_frame(render_job *job, cli_exit (*step)(render_job *job)) {
   static const cli_frame_range only_first = {1, 1, 1};
   const cli_options *options = job->session->options;
   const cli_frame_range *ranges = options->frame_range_count ? options->frames : &only_first;
@@ -185,7 +173,7 @@ static neph_result predict_times(render_job *job) {
   return result;
 }
 
-static cli_exit check_eyes(render_job *job) { return for_each_eye(job, render_job_check_targets); }
+static cli_exit check_eyes(render_job *job) { return render_job_for_each_eye(job, render_job_check_targets); }
 
 static void note_failure(render_job *job, cli_exit exit) {
   frame_batch *b = &job->batch;
@@ -207,7 +195,7 @@ static cli_exit render_picture(render_job *job) {
 
 /* A frame that fails, of more than one, lets the rest go on. */
 static cli_exit render_eyes(render_job *job) {
-  const cli_exit exit = for_each_eye(job, render_picture);
+  const cli_exit exit = render_job_for_each_eye(job, render_picture);
   if (!exit || exit == CLI_INTERRUPTED || job->batch.count == 1) return exit;
   note_failure(job, exit);
   return job->batch.is_stopped ? exit : CLI_DONE;
@@ -227,10 +215,19 @@ static cli_exit end_batch(const render_job *job, cli_exit exit) {
 }
 
 static cli_exit render_batch(render_job *job) {
-  cli_exit exit = for_each_frame(job, count_frame);
+  cli_exit exit = render_job_for_each_frame(job, count_frame);
   if (!exit && !job->session->options->wants_plan) exit = cli_exit_of(predict_times(job));
-  if (!exit) exit = for_each_frame(job, render_eyes);
+  if (!exit) exit = render_job_for_each_frame(job, render_eyes);
   return end_batch(job, exit);
+}
+
+/* Parts of a picture, and frames of a sequence, must match: what none of them shows alone cannot expose them. */
+static void choose_exposure(render_job *job) {
+  const neph_render_desc *desc = &job->desc;
+  const bool is_part = desc->tile_count > 1 || desc->crop_max[0] - desc->crop_min[0] < desc->width ||
+                       desc->crop_max[1] - desc->crop_min[1] < desc->height;
+  const bool is_of_sequence = job->output.preview && strchr(job->output.preview, '#');
+  if (is_part || is_of_sequence) render_job_fix_exposure(job);
 }
 
 static cli_exit run(render_job *job) {
@@ -240,7 +237,7 @@ static cli_exit run(render_job *job) {
   if (!exit && options->wants_plan) return render_batch(job);
   if (!exit) exit = render_job_choose_outputs(job);
   if (!exit) choose_exposure(job);
-  if (!exit) exit = for_each_frame(job, check_eyes);
+  if (!exit) exit = render_job_for_each_frame(job, check_eyes);
   return exit ? exit : render_batch(job);
 }
 

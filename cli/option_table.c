@@ -120,6 +120,7 @@ static bool take_sample_range(cli_options *out, const cli_option *option, const 
 
 static bool take_checkpoint(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
+  out->checkpoint = argument;
   return cli_read_duration(argument, &out->checkpoint_s);
 }
 
@@ -232,6 +233,10 @@ static const cli_option options[] = {
      .meaning = "render these pixels alone, from the top left, the last two excluded"},
     {.name = "--tile", .argument = "I/N", .take = take_tile, .range = "I from 1 to N",
      .meaning = "render the I-th of N bands of rows, 1 at the top"},
+    {.name = "--tiles", .argument = "N", .take = take_count, .field = INTO(shard_count),
+     .range = "a whole number from 1", .fallback = "1", .meaning = "tiles of each frame"},
+    {.name = "--chunk", .argument = "N", .take = take_count, .field = INTO(chunk_size),
+     .range = "a whole number from 1", .fallback = "1", .meaning = "frames of a task"},
     {.name = "--sample-range", .argument = "A-B", .take = take_sample_range,
      .range = "two whole numbers, the first below the second",
      .meaning = "render the samples from A, a multiple of 16, up to B, which is excluded, into a part"},

@@ -67,7 +67,10 @@ typedef struct cli_options {
   unsigned tile_index, tile_count; /* from 1; 0 of 0: no tile */
   bool has_sample_range;
   unsigned sample_range[2]; /* the second excluded */
+  unsigned shard_count;     /* tiles of each frame of a job, or to merge; 0: not given */
+  unsigned chunk_size;      /* frames of a task of a job; 0: not given */
   double checkpoint_s;      /* 0: none */
+  const char *checkpoint;   /* the same, as it is given */
   bool is_resumed, skips_existing;
   bool is_json, is_exact, wants_plan, is_dry_run;
   const char *method;       /* of a probe; NULL: not given */

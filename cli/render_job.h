@@ -48,6 +48,13 @@ cli_exit render_job_choose_outputs(render_job *job);
 neph_result render_job_name_targets(const render_job *job, render_targets *out);
 void render_job_free_targets(const render_job *job, render_targets *t);
 
+/* Exposes previews by the light on the scene where they would be by the picture, so that parts and frames match. */
+void render_job_fix_exposure(render_job *job);
+
+/* Calls `step` for each frame, or each eye's picture of one, until one fails or the process is interrupted. */
+cli_exit render_job_for_each_frame(render_job *job, cli_exit (*step)(render_job *job));
+cli_exit render_job_for_each_eye(render_job *job, cli_exit (*step)(render_job *job));
+
 /* Names and settings of a frame's part, checkpoint and snapshots, for the names that it has; `desc` borrows them. */
 neph_result render_job_set_restart(render_job *job, render_targets *t);
 

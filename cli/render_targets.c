@@ -130,3 +130,8 @@ cli_exit render_job_check_targets(render_job *job) {
   render_job_free_targets(job, &t);
   return exit;
 }
+
+void render_job_fix_exposure(render_job *job) {
+  neph_preview_desc *preview = &job->output.preview_desc;
+  if (preview->exposure == NEPH_EXPOSURE_AUTO) preview->exposure = NEPH_EXPOSURE_METER;
+}
