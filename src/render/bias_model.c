@@ -21,7 +21,7 @@ static const double method_bias[] = {
 };
 
 /* Light of a fire on smoke and ground. */
-static const double emission_bias = 0.05;
+static const double emission_bias = 0.15;
 
 /* Figures of the clouds and their lights, the worst of all. */
 typedef struct cloud_light {
