@@ -309,6 +309,7 @@ const cli_verb cli_verb_render = {
                 {"--max-memory", "save memory where a render may need more, or refuse it with exit code 6"},
                 {"--cache"},
                 {"--cache-size"},
+                {"--path-mapping"},
                 {"--explain"},
                 {"--dry-run"},
                 {"--progress"}},

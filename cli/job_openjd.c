@@ -34,6 +34,12 @@ static void print_action(void) {
   printf("    script:\n      actions:\n        onRun:\n          command: nephos\n          args:\n");
 }
 
+/* Names within the scene are mapped by the rules that those of parameters are. */
+static void print_mapping(void) {
+  print_argument("--path-mapping");
+  print_argument("{{Session.PathMappingRulesFile}}");
+}
+
 static void print_step(const farm_job *job, const char *name, const char *needs) {
   printf("  - name: %s\n", name);
   if (needs) printf("    dependencies: [{dependsOn: %s}]\n", needs);
@@ -51,6 +57,7 @@ static void print_render(const farm_job *job) {
   print_action();
   farm_job_print_render(job, "{{Task.Param.Frames}}", tile, "openjd", print_argument);
   farm_job_print_threads(job, print_argument);
+  print_mapping();
   printf("          cancelation: {mode: NOTIFY_THEN_TERMINATE, notifyPeriodInSeconds: 60}\n");
 }
 
@@ -58,6 +65,7 @@ static void print_merge(const farm_job *job) {
   print_step(job, "merge", "render");
   print_action();
   farm_job_print_merge(job, "{{Task.Param.Frames}}", print_argument);
+  print_mapping();
 }
 
 static void print_job(const farm_job *job) {

@@ -323,6 +323,8 @@ static const cli_option options[] = {
      .is_common = true, .fallback = "the machine's", .meaning = "highest instruction-set level of the kernels"},
     {.name = "--progress", .argument = "MODE", .take = take_word, .field = INTO(progress), .words = progress_modes,
      .fallback = "auto", .meaning = "progress on standard error; auto: a bar on a terminal, else lines"},
+    {.name = "--path-mapping", .argument = "FILE", .take = take_text, .field = INTO(path_mapping), .files = "json",
+     .meaning = "map names of files in the scene by the rules in FILE, which Open Job Description writes"},
     {.name = "--log", .argument = "FILE", .take = take_text, .field = INTO(log_path), .is_common = true, .files = "",
      .meaning = "add messages, stages and results to FILE, each with its time in UTC"},
     {.name = "--verbose", .letter = 'v', .take = take_verbose, .is_common = true, .meaning = "print more messages"},

@@ -95,7 +95,8 @@ typedef struct cli_options {
   const char *cache_dir; /* NULL: not given */
   unsigned level_count;  /* 0: not given */
   cli_progress_mode progress;
-  const char *log_path; /* NULL: no log file */
+  const char *log_path;     /* NULL: no log file */
+  const char *path_mapping; /* rules for names of files; NULL: none */
   neph_log_level log_level;
   bool *given;   /* for each option of the table, in its order */
   char *storage; /* what settings point into */

@@ -39,6 +39,7 @@ cli_exit cli_session_start(const cli_options *options, cli_session *session) {
   desc.log_user = &session->progress;
   desc.log_level_max = options->log_path && options->log_level < NEPH_LOG_INFO ? NEPH_LOG_INFO : options->log_level;
   desc.cache_dir = options->cache_dir;
+  desc.path_mapping = options->path_mapping;
   desc.cache_size_max_bytes = options->cache_size_max_bytes;
   return cli_exit_of(neph_context_create(&desc, &session->context));
 }

@@ -22,7 +22,7 @@ typedef struct cli_example {
   const char *command, *meaning;
 } cli_example;
 
-enum { CLI_VERB_OPTIONS_MAX = 24, CLI_EXAMPLES_MAX = 6 };
+enum { CLI_VERB_OPTIONS_MAX = 32, CLI_EXAMPLES_MAX = 6 };
 
 typedef struct cli_verb {
   const char *name, *arguments, *summary;
