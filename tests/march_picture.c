@@ -67,7 +67,8 @@ static double look_up(const march_picture *p, euler *e, np_dvec3 position) {
   np_vec3 local;
   e->lookups++;
   if (!np_bricks_locate(p->cloud.bricks, position, cell, &local)) return 0.0;
-  e->useful += p->cloud.bricks->ranges[0][np_bricks_get_offset(p->cloud.bricks, 0, cell)].max > 0.0f;
+  const np_brick_place at = np_bricks_get_place(p->cloud.bricks, cell);
+  e->useful += np_bricks_get_range(p->cloud.bricks, &at, 0).max > 0.0f;
   return (double)np_instance_extinction(&p->cloud, position);
 }
 

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "test_grids.h"
 
+#include "volume/brick_walk.h"
+
 #include <float.h>
 
 /* No ray meets more cells than the table has planes, were nothing skipped. */
-static int count_planes(const np_bricks *bricks) {
-  return bricks->size[0][0] + bricks->size[0][1] + bricks->size[0][2] + 3;
-}
+static int count_planes(const np_bricks *bricks) { return bricks->size[0] + bricks->size[1] + bricks->size[2] + 3; }
 
 static np_dvec3 compute_position(np_dvec3 origin, np_dvec3 direction, double t) {
   return np_dvec3_add(origin, np_dvec3_scale(direction, t));

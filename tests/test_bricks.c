@@ -24,7 +24,7 @@ static double *make_points(const np_bricks *bricks, uint64_t seed) {
   np_random random = np_random_start(seed, 1, 0, 0, 0);
   for (size_t i = 0; i < 3 * POINTS; i++) {
     int axis = (int)(i % 3);
-    double low = 8.0 * bricks->origin[axis] - 4.0, high = low + 8.0 * bricks->size[0][axis] + 8.0;
+    double low = 8.0 * bricks->origin[axis] - 4.0, high = low + 8.0 * bricks->size[axis] + 8.0;
     points[i] = test_random_in(&random, low, high);
     if (i / 3 % 2) points[i] = 8.0 * floor(points[i] / 8.0) + test_random_in(&random, -1.0, 1.0);
   }
@@ -118,16 +118,16 @@ static void ranges_bound_the_interpolant(void **state) {
   np_random random = np_random_start(7, 2, 0, 0, 0);
   for (int i = 0; i < CHECKS; i++) {
     np_dvec3 at;
-    int32_t cell[3] = {0}, coarse[3];
+    int32_t cell[3] = {0};
     np_vec3 local;
     at.x = test_random_in(&random, -40, 31), at.y = test_random_in(&random, -40, 31);
     at.z = test_random_in(&random, -40, 31);
     if (i % 2) at.x = rint(at.x), at.y = rint(at.y), at.z = rint(at.z); /* where extremes are */
     float value = np_bricks_sample(&b.bricks, at);
     assert_true(np_bricks_locate(&b.bricks, at, cell, &local));
+    const np_brick_place place = np_bricks_get_place(&b.bricks, cell);
     for (int level = 0; level < NP_BRICK_LEVELS; level++) {
-      for (int a = 0; a < 3; a++) coarse[a] = cell[a] >> 2 * level;
-      np_brick_range range = b.bricks.ranges[level][np_bricks_get_offset(&b.bricks, level, coarse)];
+      const np_brick_range range = np_bricks_get_range(&b.bricks, &place, level);
       assert_true(range.min <= value && value <= range.max);
     }
   }
@@ -138,15 +138,17 @@ static void ranges_are_those_of_the_samples(void **state) {
   (void)state;
   built b;
   build(&b, 8, NEPH_PRECISION_HALF);
-  size_t cell_count = np_bricks_count_cells(&b.bricks, 0), brick_count = 0;
+  const size_t cell_count = b.bricks.node_count * NP_BRICK_NODE_CELLS;
+  size_t brick_count = 0;
   for (size_t i = 0; i < cell_count; i++) {
-    uint32_t brick = b.bricks.table[i];
-    np_brick_range range = b.bricks.ranges[0][i];
+    const np_brick_node *node = &b.bricks.nodes[i / NP_BRICK_NODE_CELLS];
+    uint32_t brick = node->brick[i % NP_BRICK_NODE_CELLS];
+    np_brick_range range = node->range[i % NP_BRICK_NODE_CELLS];
     if (brick == NP_BRICK_NONE) {
       assert_true(range.min == range.max);
       continue;
     }
-    assert_int_equal(brick, brick_count++); /* numbered in the order of cells */
+    assert_int_equal(brick, brick_count++); /* numbered in the order of nodes and cells */
     float min = INFINITY, max = -INFINITY;
     for (size_t n = 0; n < NP_BRICK_VOLUME; n++) {
       float value = np_half_to_float(b.bricks.halves[brick * (size_t)NP_BRICK_STRIDE + n]) * b.bricks.scale;
@@ -158,6 +160,55 @@ static void ranges_are_those_of_the_samples(void **state) {
   }
   assert_int_equal(brick_count, b.bricks.brick_count);
   clear(&b);
+}
+
+/* A tile of 4096³ has the bricks of its faces, edges and corners once each: 26 nodes. Values go from 2 to 0 in the
+ * voxel beyond its last samples. */
+static void a_large_tile_takes_little_memory(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  np_sparse_grid grid;
+  np_bricks bricks;
+  assert_int_equal(np_sparse_grid_init(context, "tile", &grid), NEPH_OK);
+  (void)np_sparse_grid_add_tile(&grid, (const int32_t[3]){0, 4096, -4096}, 4096, 2.0f, true);
+  assert_int_equal(np_bricks_build(context, &grid, NEPH_PRECISION_HALF, NULL, NULL, &bricks), NEPH_OK);
+  assert_int_equal(bricks.node_count, 26);
+  assert_true(np_bricks_get_bytes(&bricks) < 12000000);
+  np_random random = np_random_start(3, 0, 0, 0, 0);
+  for (int i = 0; i < 20000; i++) {
+    double at[3], expected = 2.0;
+    for (int a = 0; a < 3; a++) {
+      const double middle = 4096.0 * (a == 1) - 4096.0 * (a == 2);
+      at[a] =
+          i % 2 ? test_random_in(&random, -4.0, 4100.0) : 4095.0 * (i >> (a + 1) & 1) + test_random_in(&random, -2, 2);
+      expected *= fmax(0.0, fmin(1.0, fmin(at[a] + 1.0, 4096.0 - at[a])));
+      at[a] += middle;
+    }
+    assert_near(np_bricks_sample(&bricks, np_dvec3_make(at[0], at[1], at[2])), expected, 1e-5);
+  }
+  np_bricks_clear(&bricks);
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+}
+
+/* Two leaves 20,000 voxels apart along each axis: their own nodes, those before them, and a table of 158³. */
+static void a_stray_voxel_takes_little_memory(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  np_sparse_grid grid;
+  np_bricks bricks;
+  assert_int_equal(np_sparse_grid_init(context, "stray", &grid), NEPH_OK);
+  for (int32_t far = 0; far <= 20000; far += 20000) {
+    np_leaf *leaf = np_sparse_grid_add_leaf(&grid, (const int32_t[3]){far, far, far});
+    for (int n = 0; n < NP_LEAF_SIZE; n++) leaf->values[n] = 1.0f;
+  }
+  assert_int_equal(np_bricks_build(context, &grid, NEPH_PRECISION_HALF, NULL, NULL, &bricks), NEPH_OK);
+  assert_true(np_bricks_get_bytes(&bricks) < 50000000);
+  assert_near(np_bricks_sample(&bricks, np_dvec3_make(20003, 20003, 20003)), 1.0, 0.0);
+  assert_near(np_bricks_sample(&bricks, np_dvec3_make(10003, 10003, 10003)), 0.0, 0.0);
+  np_bricks_clear(&bricks);
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
 }
 
 /* Rounding to half keeps 11 bits: a maximum of 1e-5 must lose no more of them than one of 1. */
@@ -198,7 +249,8 @@ static void bits_do_not_depend_on_threads(void **state) {
   }
   assert_int_equal(bricks[0].brick_count, bricks[1].brick_count);
   assert_memory_equal(bricks[0].halves, bricks[1].halves, bricks[0].brick_count * NP_BRICK_STRIDE * 2);
-  assert_memory_equal(bricks[0].table, bricks[1].table, 4 * np_bricks_count_cells(&bricks[0], 0));
+  assert_memory_equal(bricks[0].table, bricks[1].table, 4 * np_bricks_count_table(&bricks[0]));
+  assert_memory_equal(bricks[0].nodes, bricks[1].nodes, bricks[0].node_count * sizeof *bricks[0].nodes);
   for (int i = 0; i < 2; i++) {
     np_bricks_clear(&bricks[i]);
     neph_context_destroy(contexts[i]);
@@ -218,7 +270,7 @@ static void what_is_too_large_is_refused_before_it_is_allocated(void **state) {
   (void)np_sparse_grid_add_leaf(&grid, (const int32_t[3]){INT32_MIN, 0, 0});
   (void)np_sparse_grid_add_leaf(&grid, (const int32_t[3]){INT32_MAX - 7, 8000, 8000});
   assert_int_equal(np_bricks_build(context, &grid, NEPH_PRECISION_HALF, NULL, NULL, &bricks), NEPH_ERROR_LIMIT);
-  assert_one_error(&log, "far", "-2147483648", "268435456");
+  assert_one_error(&log, "far", "-2147483648", "16777216");
   np_sparse_grid_clear(&grid);
   neph_context_destroy(context);
 }
@@ -254,6 +306,8 @@ int main(void) {
       cmocka_unit_test(bricks_agree_with_openvdb_on_a_real_cloud),
       cmocka_unit_test(ranges_bound_the_interpolant),
       cmocka_unit_test(ranges_are_those_of_the_samples),
+      cmocka_unit_test(a_large_tile_takes_little_memory),
+      cmocka_unit_test(a_stray_voxel_takes_little_memory),
       cmocka_unit_test(halves_are_scaled_by_a_power_of_two),
       cmocka_unit_test(bits_do_not_depend_on_threads),
       cmocka_unit_test(what_is_too_large_is_refused_before_it_is_allocated),

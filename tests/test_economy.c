@@ -11,6 +11,7 @@
 
 #include "render/assembly.h"
 #include "render/plan.h"
+#include "render/plan_choices.h"
 #include "render/stages.h"
 #include "test_scenes.h"
 
@@ -213,8 +214,37 @@ static void every_stage_is_seen_both_ways(void **state) {
   assert_int_equal(all & ~absent & ~(uint32_t)ALWAYS, 0);
 }
 
+/* ---- Cells ---- */
+
+static double count_cells(neph_context *context, const char *camera) {
+  char text[500];
+  neph_scene *scene;
+  np_plan plan;
+  np_cells_forecast forecast;
+  (void)snprintf(text, sizeof text,
+                 "camera: {position: [0, %s, 1 km], look_at: [0, 0, 1 km], fov: 40 deg, resolution: [400, 200]}\n"
+                 "clouds: [{bake: {extent: 2 km, base: 500 m, thickness: 1 km, voxel: 25 m, extinction: 0.05 1/m}}]\n",
+                 camera);
+  assert_int_equal(neph_scene_load_text(context, text, "scene.yaml", &scene), NEPH_OK);
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  assert_int_equal(np_plan_forecast_cells(&plan, scene, &forecast), NEPH_OK);
+  assert_true(forecast.is_known);
+  neph_scene_destroy(scene);
+  return forecast.cells.cell_count;
+}
+
+/* A cloud that fills the picture has cells of one voxel; one of 40 pixels, of two. */
+static void a_small_cloud_has_no_fine_cells(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(1, NULL);
+  const double near = count_cells(context, "-3 km"), far = count_cells(context, "-70 km");
+  assert_true(near > 4.0 * far); /* eight times as many, but for the rim of empty ones */
+  neph_context_destroy(context);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_small_cloud_has_no_fine_cells),
       cmocka_unit_test(every_stage_is_seen_both_ways),
       cmocka_unit_test(scenes_build_what_they_show),
   };

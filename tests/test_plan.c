@@ -2,6 +2,7 @@
 #include "test_support.h"
 
 #include "render/plan_choices.h"
+#include "render/plan_detail.h"
 #include "transport/scattering_field.h"
 #include "render/plan.h"
 #include "render/stages.h"
@@ -203,13 +204,39 @@ static void test_crops_have_the_cells_of_the_whole(void **state) {
   np_scattering_desc cells;
   desc.crop_max[0] = 10;
   assert_int_equal(np_plan_make(scene, &desc, &plan), NEPH_OK);
-  np_plan_choose_cells(&plan, scene, &cells);
+  const np_dvec3 around_low = {-1e6, -1e6, -1e6}, around_high = {1e6, 1e6, 1e6};
+  np_plan_choose_cells(&plan, scene, around_low, around_high, &cells);
   assert_int_equal(cells.cells.cell_count_fine, 1500000);
   desc.integrator = NEPH_INTEGRATOR_PATH;
   assert_int_equal(np_plan_make(scene, &desc, &plan), NEPH_OK);
-  np_plan_choose_cells(&plan, scene, &cells);
+  np_plan_choose_cells(&plan, scene, around_low, around_high, &cells);
   assert_int_equal(cells.cells.cell_count_fine, 0);
   neph_scene_destroy(scene);
+}
+
+/* A cube a tenth of the distance wide, straight ahead in a picture of 90°, has its near face in 0.0526² of it; of all
+ * kinds of camera one that looks away sees none, and one inside sees it everywhere. The lattice adds a square at most.
+ */
+static void test_rays_to_a_box_are_counted(void **state) {
+  static const char *const kinds[] = {"fov: 90 deg", "kind: orthographic, orthographic_width: 1000 m", "kind: fisheye",
+                                      "kind: equirectangular"};
+  for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+    char text[200];
+    snprintf(text, sizeof text, "camera: {position: [0, -1 km, 0], look_at: [0, 0, 0], resolution: [400, 400], %s}",
+             kinds[i]);
+    neph_scene *scene = load(*state, text);
+    np_plan plan = {.context = scene->context, .desc = NEPH_RENDER_DESC_DEFAULT};
+    plan.desc.width = plan.desc.height = 400;
+    const double all = 160000.0 * plan.desc.sample_count, square = all / 4096.0;
+    const np_dvec3 low = {-50, -50, -50}, high = {50, 50, 50}, behind = {-50, -1900, -50}, near = {50, -1800, 50};
+    const double seen = np_plan_count_rays_to(&plan, scene, low, high);
+    assert_true(seen > 0.0 && seen < 0.1 * all);
+    if (i == 0) assert_near(sqrt(seen / all), 100.0 / 1900.0, 2.0 / 64.0);
+    if (i < 3) assert_near(np_plan_count_rays_to(&plan, scene, behind, near), square, 1e-6 * all);
+    const np_dvec3 around_low = {-1e4, -1e4, -1e4}, around_high = {1e4, 1e4, 1e4};
+    if (i != 2) assert_near(np_plan_count_rays_to(&plan, scene, around_low, around_high), all, 1e-6 * all);
+    neph_scene_destroy(scene);
+  }
 }
 
 /* Light scattered more than once is solved for, but only to split paths: the ground takes no light from it. */
@@ -328,6 +355,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_rays_for_shadows_are_a_quarter_of_a_degree_apart, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_errors_of_light_are_foretold_near_and_far, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_crops_have_the_cells_of_the_whole, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_rays_to_a_box_are_counted, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_paths_are_split_by_the_solution, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_work_is_counted, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_bad_descriptions_are_refused, set_up, test_tear_down),

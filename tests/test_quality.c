@@ -42,9 +42,9 @@ static void test_values_are_those_that_keys_take(void **state) {
 static void test_quality_chooses(void **state) {
   test_fixture *f = *state;
   neph_scene *scene = load(f, "render: {quality: draft}");
-  assert_int_equal(scene->render.sample_count, 1);
+  assert_int_equal(scene->render.sample_count, 2);
   assert_int_equal(scene->render.light_degree, 3);
-  assert_near(scene->render.detail_px, 3, 0);
+  assert_near(scene->render.detail_px, 4, 0);
   assert_int_equal(neph_scene_set(scene, "render.quality", "reference"), NEPH_OK);
   assert_int_equal(scene->render.integrator, NEPH_INTEGRATOR_PATH);
   assert_near(scene->render.detail_px, 0, 0);
@@ -108,16 +108,19 @@ static void test_voxels_follow_pixels(void **state) {
   neph_scene_destroy(scene);
 }
 
-/* Heights 39 m apart, seen from a quarter of the width at least: from 10 km a pixel is 100 m wide. */
+/* Heights 39 m apart, seen from an eighth of the width at least: from 5 km a pixel is 50 m wide. Snow halves that. */
 static void test_heights_follow_pixels(void **state) {
   test_fixture *f = *state;
-  static const double detail[] = {0, 0.5, 1, 2, 1000};
-  static const unsigned samples[] = {1025, 1025, 513, 257, 65};
+  static const double detail[] = {0, 1, 2, 4, 1000};
+  static const unsigned samples[] = {1025, 1025, 513, 257, 65}, under_snow[] = {1025, 1025, 1025, 513, 65};
   neph_scene *scene = load(f, FIELD);
   const np_plan plan = plan_of(scene);
   for (int i = 0; i < 5; i++) {
     scene->render.detail_px = detail[i];
+    scene->terrain.desc.has_snow = false;
     assert_int_equal(np_plan_get_ridges(&plan, scene).sample_count, samples[i]);
+    scene->terrain.desc.has_snow = true;
+    assert_int_equal(np_plan_get_ridges(&plan, scene).sample_count, under_snow[i]);
   }
   neph_scene_destroy(scene);
 }

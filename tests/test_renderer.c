@@ -413,14 +413,14 @@ static void memory_is_saved_where_that_is_enough(void **state) {
   assert_true(coarse.peak_bytes < (double)(limit - e->program_bytes));
 }
 
-/* The library's own memory at its peak is a third to twice of what is predicted beside the program's: light in clouds,
- * its largest part, is bounded by what all cells of the clouds' boxes could take. 0.87 was measured. */
+/* The library's own memory at its peak is within a factor of 1.3 of what is predicted beside the program's, as
+ * docs/results/memory.md has it of whole pictures; 1.13 was measured. */
 static void memory_is_of_the_size_that_is_predicted(void **state) {
   (void)state;
   const measured_render whole = measure(0);
   const double predicted = (double)(whole.estimate.total_bytes - whole.estimate.program_bytes);
   print_message("%.3g MB of predicted %.3g MB\n", 1e-6 * whole.peak_bytes, 1e-6 * predicted);
-  assert_true(whole.peak_bytes > 0.3 * predicted && whole.peak_bytes < 2.0 * predicted);
+  assert_true(whole.peak_bytes > predicted / 1.3 && whole.peak_bytes < 1.3 * predicted);
 }
 
 /* ---- Failures ---- */

@@ -45,7 +45,7 @@ typedef struct neph_context_desc {
   neph_reallocate_fn reallocate; /**< NULL (default): the C library's allocator */
   void *reallocate_user;         /**< handed to `reallocate` (default NULL) */
   const char *module_dir;        /**< folder of nephos_vdb.so, searched last (default NULL) */
-  const char *cache_dir; /**< folder that keeps the light in clouds, bakes and tables of air and sky from process
+  const char *cache_dir; /**< folder that keeps the light in clouds, bakes, mountains and tables of air from process
                               to process; made where it is missing (default NULL: none) */
   uint64_t cache_size_max_bytes; /**< of that folder's files; those not used for longest go first (default 4 GB) */
   const char *path_mapping;      /**< rules for names of files in scenes: a JSON file of Open Job Description,

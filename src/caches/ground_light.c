@@ -160,7 +160,8 @@ static void gather_from(const gather *g, np_dvec3 position, np_dvec3 place, unsi
   *sum = np_spectrum_add_scaled(*sum, weigh(g, position, d.towards), light);
 }
 
-/* What the sets besides the even one add to its sum: their weight over their density is that over the even one. */
+/* Adds the light of the sets besides the even one to its sum: their weight over their density is that over the even
+ * one. */
 static void gather_emitted(const gather *g, np_dvec3 position, np_spectrum *sum) {
   np_random random = np_random_start(0, 0, 0, 0, 0); /* the same at every point */
   for (unsigned i = 0; i < TO_EMISSION; i++) {

@@ -20,11 +20,12 @@ static void describe_turn(np_vec3 cached, np_vec3 wanted, char *out, size_t size
 }
 
 static void add_bricks(np_hash *hash, const np_bricks *b) {
-  const size_t cells = np_bricks_count_cells(b, 0), samples = b->brick_count * NP_BRICK_STRIDE;
+  const size_t entries = np_bricks_count_table(b), samples = b->brick_count * NP_BRICK_STRIDE;
   NP_HASH_ADD(hash, b->origin);
-  NP_HASH_ADD(hash, b->size[0]);
-  np_hash_add(hash, b->table, cells * sizeof *b->table);
-  np_hash_add(hash, b->ranges[0], cells * sizeof *b->ranges[0]);
+  NP_HASH_ADD(hash, b->size);
+  np_hash_add(hash, b->table, entries * sizeof *b->table);
+  np_hash_add(hash, b->table_ranges, entries * sizeof *b->table_ranges);
+  np_hash_add(hash, b->nodes, b->node_count * sizeof *b->nodes);
   if (b->halves) np_hash_add(hash, b->halves, samples * sizeof *b->halves);
   if (b->floats) np_hash_add(hash, b->floats, samples * sizeof *b->floats);
   NP_HASH_ADD(hash, b->scale);

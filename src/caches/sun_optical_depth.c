@@ -6,6 +6,7 @@
 #include "core/isa.h"
 #include "core/stable.h"
 #include "core/units.h"
+#include "volume/brick_walk.h"
 
 /* ---- Kernels ---- */
 
@@ -58,7 +59,7 @@ static void bound(const np_instance *volume, const np_affine *axes, double low[3
   for (int corner = 0; corner < 8; corner++) {
     double index[3];
     for (int a = 0; a < 3; a++)
-      index[a] = (double)NP_BRICK_EDGE * (bricks->origin[a] + (corner >> a & 1 ? bricks->size[0][a] : 0));
+      index[a] = (double)NP_BRICK_EDGE * (bricks->origin[a] + (corner >> a & 1 ? bricks->size[a] : 0));
     const np_dvec3 p =
         np_affine_point(axes, np_affine_point(&index_to_world, np_dvec3_make(index[0], index[1], index[2])));
     const double along[3] = {p.x, p.y, p.z};

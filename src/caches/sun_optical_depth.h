@@ -20,6 +20,7 @@
 #ifndef NP_CACHES_SUN_OPTICAL_DEPTH_H
 #define NP_CACHES_SUN_OPTICAL_DEPTH_H
 
+#include "core/disk_cache.h"
 #include "world/world.h"
 
 enum {
@@ -75,6 +76,13 @@ neph_result np_sun_optical_depth_build(neph_context *context, const np_world *wo
                                        const np_sun_optical_depth_desc *desc, np_monitor *monitor,
                                        np_sun_optical_depth *out);
 void np_sun_optical_depth_clear(np_sun_optical_depth *cache);
+
+/* Keeps depths on disk. */
+void np_sun_optical_depth_save(const np_sun_optical_depth *cache, np_cache_entry *entry);
+
+/* Those that were kept, of the world's clouds; false, with nothing left, where the entry holds less than that. */
+bool np_sun_optical_depth_load(neph_context *context, const np_world *world, np_cache_entry *entry,
+                               np_sun_optical_depth *out);
 
 /* Depths of all clouds towards the sun: by the cache where there is one and it knows, else by steps of a voxel. */
 typedef struct np_sun_optical_depths {

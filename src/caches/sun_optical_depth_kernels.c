@@ -6,6 +6,7 @@
 #include "core/isa.h"
 #include "core/stable.h"
 #include "caches/sun_optical_depth.h"
+#include "volume/brick_walk.h"
 
 /* Follows the rays and decides for each cell what it keeps. */
 void NP_KERNEL(np_sun_column_fill)(np_sun_column *column);

@@ -115,9 +115,13 @@ static void get_corners(const np_bricks *bricks, np_dvec3 position, float out_co
   int32_t cell[3];
   np_vec3 local = {0, 0, 0};
   const bool is_inside = np_bricks_locate(bricks, position, cell, &local);
-  const size_t offset = is_inside ? np_bricks_get_offset(bricks, 0, cell) : 0;
-  const uint32_t brick = is_inside ? bricks->table[offset] : NP_BRICK_NONE;
-  const float constant = is_inside ? bricks->ranges[0][offset].min : bricks->background;
+  uint32_t brick = NP_BRICK_NONE;
+  float constant = bricks->background;
+  if (is_inside) {
+    const np_brick_place place = np_bricks_get_place(bricks, cell);
+    brick = np_bricks_get_brick(bricks, &place);
+    constant = np_bricks_get_range(bricks, &place, 0).min;
+  }
   const float at[3] = {local.x, local.y, local.z};
   size_t first = 0;
   for (int a = 0; a < 3; a++) {

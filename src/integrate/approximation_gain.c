@@ -23,7 +23,7 @@ static index_box get_box(const np_bricks *bricks) {
   index_box box;
   for (int a = 0; a < 3; a++) {
     box.low[a] = 8.0 * bricks->origin[a];
-    box.high[a] = box.low[a] + 8.0 * bricks->size[0][a];
+    box.high[a] = box.low[a] + 8.0 * bricks->size[a];
   }
   return box;
 }

@@ -68,7 +68,8 @@ unsigned np_plan_choose_air_spacing(const np_plan *plan, const neph_scene *scene
   const np_scene_camera *camera = &scene->camera;
   const double pixel = np_scene_camera_get_pixel_rad(camera, plan->desc.width, plan->desc.height);
   const bool is_flat = camera->kind == NEPH_CAMERA_PERSPECTIVE;
-  return (unsigned)fmin(fmax(round((is_flat ? flat_step_rad : round_step_rad) / pixel), 2.0), 1024.0);
+  const double least = fmax(scene->render.detail_px, 2.0);
+  return (unsigned)fmin(fmax(round((is_flat ? flat_step_rad : round_step_rad) / pixel), least), 1024.0);
 }
 
 bool np_plan_choose_air_shadows(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size) {

@@ -11,8 +11,8 @@
 /* The core's extinction grows with height, by this much at the most. */
 static const double core_gain_max = 1.2;
 
-/* Memory of a cell that holds cloud: 1.6 to 2.0 kB more in the peak of four sample scenes than without a solution. */
-static const double cell_bytes = 1700.0;
+/* Memory of a cell that holds cloud: 1.6 kB more in the peak of five sample scenes than without a solution. */
+static const double cell_bytes = 1600.0;
 /* In files, where cells are twice as wide as voxels. */
 static const double cells_per_voxel = 1.0 / 8.0;
 
@@ -21,25 +21,33 @@ double np_plan_predict_cell_bytes(const np_plan *plan) {
   return fmin(cell_bytes * (boxed > 0.0 ? boxed : read), plan->light_bytes_max);
 }
 
-void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_scattering_desc *out) {
+/* Cells of one voxel are for rays that see cloud: so many times those that meet the clouds' box, if that is fewer. */
+static const double rays_per_ray_to_clouds = 4.0;
+
+void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high,
+                          np_scattering_desc *out) {
   const neph_render_desc *desc = &plan->desc;
   *out = (np_scattering_desc)NP_SCATTERING_DESC_DEFAULT;
   np_scattering_desc_set_memory(out, plan->light_bytes_max);
   out->cells.cell_depth_max = scene->render.light_depth;
   out->tolerance = scene->render.light_residual;
   out->degree_max = scene->render.light_degree;
-  if (desc->integrator == NEPH_INTEGRATOR_MARCH)
-    np_scattering_desc_set_rays(out, (double)desc->width * desc->height * desc->sample_count);
+  out->cells.bounds_min = low;
+  out->cells.bounds_max = high;
+  out->cells.edge_min_m = np_plan_get_light_edge(plan, scene, low, high);
+  if (desc->integrator != NEPH_INTEGRATOR_MARCH) return;
+  const double rays = (double)desc->width * desc->height * desc->sample_count;
+  np_scattering_desc_set_rays(out, fmin(rays, rays_per_ray_to_clouds * np_plan_count_rays_to(plan, scene, low, high)));
 }
 
 /* Clouds as the choice of cells sees them: where they are, how fine, and how dense at the most. */
 typedef struct outline {
+  np_dvec3 low, high;
   np_bricks bricks[NP_INSTANCES_MAX];
   np_instance volumes[NP_INSTANCES_MAX];
 } outline;
 
-static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, const neph_cloud_desc *bake,
-                      np_transport_desc *cells) {
+static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, const neph_cloud_desc *bake) {
   const double low[3] = {bake->center_m[0] - 0.5 * bake->extent_m[0], bake->center_m[1] - 0.5 * bake->extent_m[1],
                          bake->base_altitude_m};
   const double size[3] = {bake->extent_m[0], bake->extent_m[1], bake->thickness_m};
@@ -52,26 +60,23 @@ static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, const
     volume->world_to_index.m[a][a] = 1.0 / bake->voxel_m;
     volume->world_to_index.m[a][3] = -low[a] / bake->voxel_m;
   }
-  cells->bounds_min = np_dvec3_make(fmin(cells->bounds_min.x, low[0]), fmin(cells->bounds_min.y, low[1]),
-                                    fmin(cells->bounds_min.z, low[2]));
-  cells->bounds_max =
-      np_dvec3_make(fmax(cells->bounds_max.x, low[0] + size[0]), fmax(cells->bounds_max.y, low[1] + size[1]),
-                    fmax(cells->bounds_max.z, low[2] + size[2]));
+  o->low = np_dvec3_make(fmin(o->low.x, low[0]), fmin(o->low.y, low[1]), fmin(o->low.z, low[2]));
+  o->high = np_dvec3_make(fmax(o->high.x, low[0] + size[0]), fmax(o->high.y, low[1] + size[1]),
+                          fmax(o->high.z, low[2] + size[2]));
 }
 
 static neph_result place(const np_plan *plan, const neph_scene *scene, outline *o, np_cells_forecast *out) {
   np_scattering_desc desc;
-  np_plan_choose_cells(plan, scene, &desc);
   const double *camera = scene->camera.position_m;
-  desc.cells.bounds_min = np_dvec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
-  desc.cells.bounds_max = np_dvec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
-  desc.cells.has_viewer = scene->camera.kind != NEPH_CAMERA_ORTHOGRAPHIC;
-  desc.cells.viewer = np_dvec3_make(camera[0], camera[1], camera[2]);
+  o->low = np_dvec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
+  o->high = np_dvec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const neph_cloud_desc bake = np_plan_get_bake(plan, scene, &scene->clouds[i]);
-    add_cloud(o, i, &scene->clouds[i], &bake, &desc.cells);
+    add_cloud(o, i, &scene->clouds[i], &bake);
   }
-  desc.cells.edge_min_m = np_plan_get_light_edge(plan, scene, desc.cells.bounds_min, desc.cells.bounds_max);
+  np_plan_choose_cells(plan, scene, o->low, o->high, &desc);
+  desc.cells.has_viewer = scene->camera.kind != NEPH_CAMERA_ORTHOGRAPHIC;
+  desc.cells.viewer = np_dvec3_make(camera[0], camera[1], camera[2]);
   const np_world world = {.clouds.count = scene->cloud_count, .clouds.at = o->volumes};
   const neph_result result = np_scattering_desc_forecast(scene->context, &world, &desc, &out->cells);
   out->is_known = !result;

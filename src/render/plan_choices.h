@@ -23,9 +23,10 @@ unsigned np_plan_choose_air_spacing(const np_plan *plan, const neph_scene *scene
 /* The cells on which multiple scattering will be solved, before there are clouds. */
 struct np_scattering_desc;
 
-/* As many cells as render.light_memory allows, were there cloud in all of them, and fine ones for the whole picture,
- * whatever of it is rendered. */
-void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, struct np_scattering_desc *out);
+/* For clouds in a world box: as many cells as render.light_memory allows, were there cloud in all of them, and fine
+ * ones for the rays of the whole picture that see the box, whatever of it is rendered. */
+void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high,
+                          struct np_scattering_desc *out);
 
 /* Expected cells. Unknown where clouds or their phase functions are files that have not been read. */
 typedef struct np_cells_forecast {

@@ -3,8 +3,9 @@
 
 #include <math.h>
 
-/* A camera among the clouds, or on the ground, is as far from them as this share of their extent. */
-static const double near_share = 1.0 / 16.0, terrain_near_share = 1.0 / 4.0;
+/* A camera among the clouds, or on the ground, is as far from them as this share of their extent. The edges of snow
+ * beside dark ground show where heights are missing from twice as far. */
+static const double near_share = 1.0 / 16.0, terrain_near_share = 1.0 / 8.0, snow_near_share = 1.0 / 16.0;
 
 /* Voxels across the least extent of a cloud that are left of it, however small it is in the picture. */
 static const double voxels_min = 24.0;
@@ -63,7 +64,8 @@ neph_ridges_desc np_plan_get_ridges(const np_plan *plan, const neph_scene *scene
   neph_ridges_desc ridges = scene->terrain.ridges;
   const double detail_px = scene->render.detail_px, width_m = scene->terrain.desc.width_m;
   const np_dvec3 high = {0.5 * width_m, 0.5 * width_m, ridges.relief_m}, low = {-high.x, -high.y, 0.0};
-  const double distance = fmax(compute_distance(scene, low, high), terrain_near_share * width_m);
+  const double share = scene->terrain.desc.has_snow ? snow_near_share : terrain_near_share;
+  const double distance = fmax(compute_distance(scene, low, high), share * width_m);
   const double wanted_m = detail_px * get_pixel_rad(plan, scene) * distance;
   unsigned steps = ridges.sample_count - 1;
   while (steps / 2 >= RIDGES_MIN && 2.0 * width_m <= steps * wanted_m) steps /= 2;

@@ -19,4 +19,7 @@ neph_ridges_desc np_plan_get_ridges(const np_plan *plan, const neph_scene *scene
 /* Least width of the cells of multiple scattering, of which `render.light_detail` speaks; 0: none. */
 double np_plan_get_light_edge(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high);
 
+/* Rays of the whole picture that meet a world box, whatever stands before it. */
+double np_plan_count_rays_to(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high);
+
 #endif

@@ -203,8 +203,35 @@ static void destroy_depth(void *result) {
   np_alloc_free(context, cache);
 }
 
-NP_STAGE_REUSE(sun_optical_depth, in->caches->sun_optical_depth, NP_PER_LIGHT, false, adapt_depth, destroy_depth, NULL,
-               "the clouds' extinction and the direction of the light stay, to the bit");
+static bool add_depth_key(const np_stage_part *in, np_hash *key) {
+  const np_depth_key *own = in->key;
+  np_hash_add_text(key, own->clouds);
+  NP_HASH_ADD(key, own->to_sun);
+  NP_HASH_ADD(key, own->desc.rate);
+  NP_HASH_ADD(key, own->desc.tolerance);
+  NP_HASH_ADD(key, own->desc.bytes_max);
+  return !np_spectrum_is_zero(get_first(in)->irradiance);
+}
+
+static void save_depth(const np_stage_part *in, np_cache_entry *entry) {
+  np_sun_optical_depth_save(in->caches->sun_optical_depth, entry);
+}
+
+static neph_result load_depth(const np_stage_part *in, np_cache_entry *entry) {
+  neph_context *context = in->made->context;
+  np_sun_optical_depth *cache = np_alloc(context, 1, sizeof *cache);
+  if (!cache) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (np_sun_optical_depth_load(context, &get_first(in)->world, entry, cache))
+    in->caches->sun_optical_depth = cache;
+  else
+    np_alloc_free(context, cache);
+  return NEPH_OK;
+}
+
+static const np_stage_disk depth_disk = {"depth", true, add_depth_key, save_depth, load_depth};
+
+NP_STAGE_REUSE(sun_optical_depth, in->caches->sun_optical_depth, NP_PER_LIGHT, false, adapt_depth, destroy_depth,
+               &depth_disk, "the clouds' extinction and the direction of the light stay, to the bit");
 
 /* ---- Multiple scattering ---- */
 
@@ -220,10 +247,7 @@ static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
   const np_assembly *a = in->made;
   np_light_key *key = *out_key = np_alloc(a->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
-  np_plan_choose_cells(in->plan, in->scene, &key->desc);
-  key->desc.cells.bounds_min = a->clouds_min;
-  key->desc.cells.bounds_max = a->clouds_max;
-  key->desc.cells.edge_min_m = np_plan_get_light_edge(in->plan, in->scene, a->clouds_min, a->clouds_max);
+  np_plan_choose_cells(in->plan, in->scene, a->clouds_min, a->clouds_max, &key->desc);
   key->desc.cells.has_viewer = np_camera_has_centre(&a->camera);
   if (key->desc.cells.has_viewer) key->desc.cells.viewer = get_viewer(a);
   key->desc.has_importance = in->plan->desc.integrator == NEPH_INTEGRATOR_PATH;

@@ -107,12 +107,17 @@ static neph_result adapt_source(const np_stage_part *in, void *cached, const voi
   return NEPH_OK;
 }
 
+static neph_terrain_desc describe_terrain(const np_stage_part *in) {
+  neph_terrain_desc desc = in->scene->terrain.desc;
+  desc.progress = np_monitor_relay;
+  desc.progress_user = in->monitor;
+  return desc;
+}
+
 static neph_result make_terrain(const np_stage_part *in) {
   const np_scene_terrain *terrain = &in->scene->terrain;
   if (terrain->given) return in->made->terrain = neph_terrain_retain(terrain->given), NEPH_OK;
-  neph_terrain_desc desc = terrain->desc;
-  desc.progress = np_monitor_relay;
-  desc.progress_user = in->monitor;
+  const neph_terrain_desc desc = describe_terrain(in);
   const neph_ridges_desc ridges = np_plan_get_ridges(in->plan, in->scene);
   np_terrain_source source = np_scene_terrain_get_source(terrain);
   source.ridges = &ridges;
@@ -126,9 +131,25 @@ bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key) {
   return true;
 }
 
+/* Heights of files are read as fast from there; of all of a terrain its heights alone are kept. */
+static bool add_heights_key(const np_stage_part *in, np_hash *key) {
+  return in->scene->terrain.kind == NP_TERRAIN_RIDGES && np_stage_add_terrain_key(in, key);
+}
+
+static void save_terrain(const np_stage_part *in, np_cache_entry *entry) {
+  np_heightfield_save_to_cache(np_terrain_get_field(in->made->terrain), entry);
+}
+
+static neph_result load_terrain(const np_stage_part *in, np_cache_entry *entry) {
+  const neph_terrain_desc desc = describe_terrain(in);
+  return np_terrain_load_from_cache(in->made->context, entry, &desc, &in->made->terrain);
+}
+
+static const np_stage_disk terrain_disk = {"terrain", false, add_heights_key, save_terrain, load_terrain};
+
 static void destroy_terrain(void *terrain) { neph_terrain_release(terrain); }
 
-NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain, NULL,
+NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain, &terrain_disk,
                "its file or its parameters stay");
 
 /* A bake reports, and is stopped, as a part of the picture. */

@@ -10,12 +10,12 @@
 static const np_quality_knob knobs[] = {
     /* key                        draft     preview   final     reference */
     {"render.integrator",        {"march",  "march",  "march",  "path"}},
-    {"render.samples",           {"1",      "2",      "4",      "256"}},
+    {"render.samples",           {"2",      "2",      "4",      "256"}},
     {"render.tolerance",         {"0.1",    "0.04",   "0.02",   "0.005"}},
     {"render.transmittance_end", {"0.01",   "0.003",  "0.001",  "0.0001"}},
-    {"render.detail",            {"3",      "1",      "0",      "0"}},
-    {"render.light_detail",      {"6",      "3",      "0",      "0"}},
-    {"render.light_depth",       {"1.4",    "0.6",    "0.35",   "0.35"}},
+    {"render.detail",            {"4",      "1",      "0",      "0"}},
+    {"render.light_detail",      {"8",      "3",      "0",      "0"}},
+    {"render.light_depth",       {"0.65",   "0.6",    "0.35",   "0.35"}},
     {"render.light_degree",      {"3",      "7",      "11",     "11"}},
     {"render.light_residual",    {"0.03",   "0.003",  "0.0003", "0.0003"}},
 };

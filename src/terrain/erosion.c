@@ -138,28 +138,34 @@ static bool is_stopped(const carve_job *job, size_t i) {
   return i % CANCEL_STRIDE == 0 && np_monitor_is_cancelled(job->monitor);
 }
 
-/* A heap of samples in `order`, the lowest at its root. */
+/* A heap of samples in `order`, the lowest at its root; their heights beside them, where no catchments are yet. */
 
-static bool is_lower(const np_erosion *erosion, uint32_t a, uint32_t b) {
-  return erosion->height[a] < erosion->height[b];
+static void put_sample(np_erosion *erosion, size_t place, uint32_t sample, float height) {
+  erosion->order[place] = sample;
+  erosion->catchment[place] = height;
+}
+
+static void move_sample(np_erosion *erosion, size_t to, size_t from) {
+  put_sample(erosion, to, erosion->order[from], erosion->catchment[from]);
 }
 
 static void push_sample(np_erosion *erosion, size_t *count, uint32_t sample) {
+  const float height = erosion->height[sample];
   size_t i = (*count)++;
-  for (; i > 0 && is_lower(erosion, sample, erosion->order[(i - 1) / 2]); i = (i - 1) / 2)
-    erosion->order[i] = erosion->order[(i - 1) / 2];
-  erosion->order[i] = sample;
+  for (; i > 0 && height < erosion->catchment[(i - 1) / 2]; i = (i - 1) / 2) move_sample(erosion, i, (i - 1) / 2);
+  put_sample(erosion, i, sample, height);
 }
 
 static uint32_t pop_sample(np_erosion *erosion, size_t *count) {
   const uint32_t lowest = erosion->order[0], last = erosion->order[--*count];
+  const float *heights = erosion->catchment, height = heights[*count];
   size_t i = 0;
   for (size_t child; (child = 2 * i + 1) < *count; i = child) {
-    if (child + 1 < *count && is_lower(erosion, erosion->order[child + 1], erosion->order[child])) child++;
-    if (!is_lower(erosion, erosion->order[child], last)) break;
-    erosion->order[i] = erosion->order[child];
+    if (child + 1 < *count && heights[child + 1] < heights[child]) child++;
+    if (!(heights[child] < height)) break;
+    move_sample(erosion, i, child);
   }
-  erosion->order[i] = last;
+  put_sample(erosion, i, last, height);
   return lowest;
 }
 
@@ -198,10 +204,8 @@ neph_result np_erosion_fill_basins(neph_context *context, np_monitor *monitor, n
   return np_parallel_run(context, monitor, flood, &job);
 }
 
-static float measure_distance(const np_erosion *erosion, uint32_t from, uint32_t to) {
-  const int32_t side = (int32_t)erosion->side;
-  const int32_t columns = (int32_t)(to % erosion->side) - (int32_t)(from % erosion->side);
-  const int32_t rows = ((int32_t)to - (int32_t)from - columns) / side;
+/* Between neighbours so many columns and rows apart. */
+static float measure_distance(const np_erosion *erosion, uint32_t from, uint32_t to, int columns, int rows) {
   const float x = (float)(256 * columns + erosion->place[to][0] - erosion->place[from][0]);
   const float y = (float)(256 * rows + erosion->place[to][1] - erosion->place[from][1]);
   return erosion->spacing * (1.0f / 256.0f) * sqrtf(x * x + y * y);
@@ -218,7 +222,7 @@ static uint32_t choose_receiver(const np_erosion *erosion, unsigned column, unsi
       const uint32_t there = (uint32_t)((int64_t)here + j * (int64_t)erosion->side + i);
       const float fall = erosion->height[here] - erosion->height[there];
       if (!(fall > 0)) continue;
-      const float slope = fall / measure_distance(erosion, here, there);
+      const float slope = fall / measure_distance(erosion, here, there, i, j);
       if (!(slope > steepest)) continue;
       steepest = slope;
       receiver = there;
@@ -259,6 +263,12 @@ static bool gather_catchments(const carve_job *job) {
   return true;
 }
 
+static float measure_receiver_distance(const np_erosion *erosion, uint32_t here, uint32_t receiver) {
+  const int32_t side = (int32_t)erosion->side, step = (int32_t)receiver - (int32_t)here;
+  const int rows = step > 1 ? 1 : step < -1 ? -1 : 0;
+  return measure_distance(erosion, here, receiver, step - rows * side, rows);
+}
+
 /* Backward Euler, receivers first: h = (h + U·t + F·h_receiver)/(1 + F) with F = √A·t/distance. */
 static bool cut_valleys(const carve_job *job) {
   np_erosion *erosion = job->erosion;
@@ -270,7 +280,7 @@ static bool cut_valleys(const carve_job *job) {
       erosion->height[here] = is_on_rim(erosion, here % erosion->side, here / erosion->side) ? 0 : risen;
       continue;
     }
-    const float distance = measure_distance(erosion, here, receiver);
+    const float distance = measure_receiver_distance(erosion, here, receiver);
     const float power = sqrtf(erosion->catchment[here] + erosion->hillslope_area) * job->time / distance;
     erosion->height[here] = (risen + power * erosion->height[receiver]) / (1.0f + power);
   }

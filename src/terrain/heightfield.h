@@ -5,6 +5,7 @@
 
 #include <nephos/terrain.h>
 
+#include "core/disk_cache.h"
 #include "core/math.h"
 #include "core/parallel.h"
 
@@ -42,6 +43,12 @@ neph_result np_heightfield_make_ridges(neph_context *context, np_monitor *monito
 /* An empty field of a picture's shape, centred on its own graticule. */
 neph_result np_heightfield_create_flat(neph_context *context, unsigned width, unsigned height,
                                        const neph_terrain_desc *desc, np_heightfield *out_field);
+
+/* Keeps a field on disk. */
+void np_heightfield_save_to_cache(const np_heightfield *field, np_cache_entry *entry);
+
+/* One that was kept; false, with nothing left, where the entry holds less than that. */
+bool np_heightfield_load_from_cache(np_cache_entry *entry, np_heightfield *out_field);
 
 /* Frees the samples. A zeroed field is allowed. */
 void np_heightfield_destroy(neph_context *context, np_heightfield *field);

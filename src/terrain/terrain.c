@@ -268,12 +268,13 @@ static neph_terrain *adopt_field(neph_context *context, np_heightfield *field) {
   return terrain;
 }
 
-static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc *desc, np_monitor *monitor) {
+static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc *desc, bool is_blended,
+                                 np_monitor *monitor) {
   neph_context *context = terrain->context;
   neph_result result = set_place(terrain, desc);
   if (!result) result = np_ground_cover_create(context, desc, monitor, &terrain->cover);
   if (result) return result;
-  np_heightfield_blend_to_sphere(&terrain->field);
+  if (!is_blended) np_heightfield_blend_to_sphere(&terrain->field);
   /* One float more, since Embree reads each vertex as four. */
   terrain->vertices = np_alloc(context, 3 * count_samples(&terrain->field) + 1, sizeof(float));
   if (!terrain->vertices) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -290,10 +291,10 @@ static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc 
 }
 
 neph_result np_terrain_create_from_field(neph_context *context, np_heightfield *field, const neph_terrain_desc *desc,
-                                         np_monitor *monitor, neph_terrain **out_terrain) {
+                                         bool is_blended, np_monitor *monitor, neph_terrain **out_terrain) {
   neph_terrain *terrain = adopt_field(context, field);
   if (!terrain) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = build_terrain(terrain, desc, monitor);
+  neph_result result = build_terrain(terrain, desc, is_blended, monitor);
   if (result)
     destroy_terrain(terrain);
   else
@@ -314,6 +315,8 @@ void neph_terrain_release(neph_terrain *terrain) {
 /* ---- asking ---- */
 
 neph_context *np_terrain_get_context(const neph_terrain *terrain) { return terrain->context; }
+
+const np_heightfield *np_terrain_get_field(const neph_terrain *terrain) { return &terrain->field; }
 
 double np_terrain_get_planet_radius_m(const neph_terrain *terrain) { return terrain->planet_radius_m; }
 

@@ -43,9 +43,12 @@ void np_terrain_eval_albedo(const neph_terrain *terrain, const np_terrain_hit *h
 /* Mean of the albedo over the field. */
 const double *np_terrain_get_mean_albedo(const neph_terrain *terrain);
 
-/* The ground of a field, which it takes over whatever the outcome. */
+/* The ground of a field, which it takes over whatever the outcome. `is_blended`: into the sphere already. */
 neph_result np_terrain_create_from_field(neph_context *context, np_heightfield *field, const neph_terrain_desc *desc,
-                                         np_monitor *monitor, neph_terrain **out_terrain);
+                                         bool is_blended, np_monitor *monitor, neph_terrain **out_terrain);
+
+/* Its field, blended into the sphere. */
+const np_heightfield *np_terrain_get_field(const neph_terrain *terrain);
 
 /* Nearest ground along a ray within `distance_max`, from above or below; safe from any number of threads. */
 bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max,

@@ -88,7 +88,22 @@ neph_result np_terrain_create(neph_context *context, const np_terrain_source *so
   np_monitor_start(&monitor, context, read.progress, read.progress_user);
   np_heightfield field;
   result = np_terrain_rows[source->kind].make_field(context, &monitor, source, &read, &field);
-  if (!result) result = np_terrain_create_from_field(context, &field, &read, &monitor, out_terrain);
+  if (!result) result = np_terrain_create_from_field(context, &field, &read, false, &monitor, out_terrain);
+  np_float_mode_leave(float_mode);
+  return result;
+}
+
+neph_result np_terrain_load_from_cache(neph_context *context, np_cache_entry *entry, const neph_terrain_desc *desc,
+                                       neph_terrain **out_terrain) {
+  *out_terrain = NULL;
+  neph_terrain_desc read;
+  np_heightfield field;
+  neph_result result = read_desc(context, desc, &read);
+  if (result || !np_heightfield_load_from_cache(entry, &field)) return result;
+  const unsigned float_mode = np_float_mode_enter();
+  np_monitor monitor;
+  np_monitor_start(&monitor, context, read.progress, read.progress_user);
+  result = np_terrain_create_from_field(context, &field, &read, true, &monitor, out_terrain);
   np_float_mode_leave(float_mode);
   return result;
 }

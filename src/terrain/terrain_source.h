@@ -37,4 +37,8 @@ extern const np_terrain_row np_terrain_rows[NP_TERRAIN_KIND_COUNT];
 neph_result np_terrain_create(neph_context *context, const np_terrain_source *source, const neph_terrain_desc *desc,
                               neph_terrain **out_terrain);
 
+/* The ground of heights that were kept on disk (np_heightfield_save_to_cache); NULL where the entry holds less. */
+neph_result np_terrain_load_from_cache(neph_context *context, np_cache_entry *entry, const neph_terrain_desc *desc,
+                                       neph_terrain **out_terrain);
+
 #endif

@@ -6,6 +6,7 @@
 #include "core/isa.h"
 #include "core/stable.h"
 #include "transport/first_collision.h"
+#include "volume/brick_walk.h"
 
 neph_result NP_KERNEL(np_first_rays_follow)(void *user, size_t begin, size_t end, unsigned thread);
 

@@ -3,15 +3,16 @@
  *
  * Sample i sits at integer index i. Brick b answers for index positions in [8b, 8b+8) and holds the window of 9³
  * samples that starts at 8b, so that a trilinear look-up touches one brick. Where that window is constant there is a
- * tile, no brick. Every cell of the table knows the minimum and maximum of the interpolant over it, and so do two
- * coarser levels of 4³ and 16³ cells, by which empty space is skipped and majorants are found.
+ * tile, no brick. Every cell knows the minimum and maximum of the interpolant over it, and so do two coarser levels of
+ * 4³ and 16³ cells, by which empty space is skipped and majorants are found. Cells are in nodes of 16³, which are those
+ * of OpenVDB's leaves; a node that is constant is an entry of the table and no more, and those that look alike beside
+ * large tiles are one. So memory goes with what a grid holds, however large its box.
  *
- * Look-ups and walks are inline, so that a kernel file takes them into its own instruction set.
+ * Look-ups are inline, so that a kernel file takes them into its own instruction set.
  */
 #ifndef NP_VOLUME_BRICKS_H
 #define NP_VOLUME_BRICKS_H
 
-#include <float.h>
 #include <immintrin.h>
 #include <string.h>
 
@@ -31,7 +32,11 @@ enum {
   NP_BRICK_VOLUME = 729,                   /* 9³, z fastest */
   NP_BRICK_STRIDE = 736,                   /* from one brick to the next: 729 rounded up to 16 */
   NP_BRICK_LEVELS = 3,                     /* cells of 1, 4 and 16 bricks */
-  NP_BRICK_LEVEL_SHIFT = 2                 /* a cell spans 2² cells of the level below, along each axis */
+  NP_BRICK_LEVEL_SHIFT = 2,                /* a cell spans 2² cells of the level below, along each axis */
+  NP_BRICK_NODE_SHIFT = 4,
+  NP_BRICK_NODE_EDGE = 16,    /* cells along an edge of a node */
+  NP_BRICK_NODE_CELLS = 4096, /* 16³, z fastest */
+  NP_BRICK_NODE_GROUPS = 64   /* of 4³ cells, z fastest */
 };
 
 #define NP_BRICK_NONE 0xffffffffu
@@ -41,12 +46,25 @@ typedef struct np_brick_range {
   float min, max;
 } np_brick_range;
 
+static inline bool np_brick_range_is_zero(np_brick_range range) { return range.min == 0.0f && range.max == 0.0f; }
+
+/* The cells of a node that is not constant. */
+typedef struct np_brick_node {
+  uint32_t brick[NP_BRICK_NODE_CELLS];       /* number of each cell's brick, or NP_BRICK_NONE: then it is constant */
+  np_brick_range range[NP_BRICK_NODE_CELLS]; /* a constant cell has min == max == its value */
+  np_brick_range group_range[NP_BRICK_NODE_GROUPS]; /* of groups of cells */
+  np_brick_range whole_range;
+} np_brick_node;
+
 typedef struct np_bricks {
-  neph_context *context;            /* borrowed */
-  int32_t origin[3];                /* brick coordinates of the table's first cell */
-  int32_t size[NP_BRICK_LEVELS][3]; /* cells of each level */
-  uint32_t *table;                  /* brick number of each cell of level 0, or NP_BRICK_NONE: then it is constant */
-  np_brick_range *ranges[NP_BRICK_LEVELS]; /* of each cell, z fastest; a constant cell has min == max == its value */
+  neph_context *context;        /* borrowed */
+  int32_t origin[3], size[3];   /* brick coordinates of the first cell, and cells that there are */
+  int32_t lead[3];              /* cells that the first node has before that */
+  int32_t table_size[3];        /* nodes that the cells lie in */
+  uint32_t *table;              /* of each, z fastest: its number among `nodes`, or NP_BRICK_NONE: it is constant */
+  np_brick_range *table_ranges; /* of each that is constant */
+  size_t node_count;
+  np_brick_node *nodes;
   size_t brick_count;
   uint16_t *halves;                    /* samples divided by `scale`, when half */
   float *floats;                       /* samples, when float; exactly one of the two is not NULL */
@@ -64,12 +82,7 @@ neph_result np_bricks_build(neph_context *context, const np_sparse_grid *grid, n
                             const int32_t period[2], np_monitor *monitor, np_bricks *out_bricks);
 void np_bricks_clear(np_bricks *bricks);
 size_t np_bricks_get_bytes(const np_bricks *bricks);
-size_t np_bricks_count_cells(const np_bricks *bricks, int level);
-
-/* Fills the ranges of the coarser levels, and value_max, from those of level 0. */
-void np_bricks_build_coarse_ranges(np_bricks *bricks);
-
-/* ------------------------------------------------------------------------------------------------- one sample */
+size_t np_bricks_count_table(const np_bricks *bricks);
 
 /* The eight samples around a position, as four pairs along z, each in the lower two lanes. The upper lanes hold what
  * lies next in the brick, for which its stride leaves room: loading four and ignoring two spares all shuffling. */
@@ -272,20 +285,48 @@ static inline double np_brick_floor(double x) {
   return whole > x ? whole - 1.0 : whole;
 }
 
-/* Position of a cell of a level in that level's arrays. */
-static inline size_t np_bricks_get_offset(const np_bricks *bricks, int level, const int32_t cell[3]) {
-  const int32_t *size = bricks->size[level];
-  return ((size_t)cell[0] * (size_t)size[1] + (size_t)cell[1]) * (size_t)size[2] + (size_t)cell[2];
+/* A cell by its place in its node. */
+typedef struct np_brick_place {
+  size_t entry;  /* of the table */
+  uint32_t node; /* or NP_BRICK_NONE */
+  uint32_t cell, group;
+} np_brick_place;
+
+/* Place of a cell, counted from the first. */
+static inline np_brick_place np_bricks_get_place(const np_bricks *bricks, const int32_t cell[3]) {
+  enum { MASK = NP_BRICK_NODE_EDGE - 1 };
+  const uint32_t x = (uint32_t)(cell[0] + bricks->lead[0]), y = (uint32_t)(cell[1] + bricks->lead[1]),
+                 z = (uint32_t)(cell[2] + bricks->lead[2]);
+  np_brick_place out;
+  out.entry = ((size_t)(x >> NP_BRICK_NODE_SHIFT) * (size_t)bricks->table_size[1] + (y >> NP_BRICK_NODE_SHIFT)) *
+                  (size_t)bricks->table_size[2] +
+              (z >> NP_BRICK_NODE_SHIFT);
+  out.node = bricks->table[out.entry];
+  out.cell = (x & MASK) << 8 | (y & MASK) << 4 | (z & MASK);
+  out.group = (x & MASK) >> 2 << 4 | (y & MASK) >> 2 << 2 | (z & MASK) >> 2;
+  return out;
 }
 
-/* Splits an index position into a cell of the table and the place in it. False outside the table, and for NaN. */
+/* Number of a cell's brick, or NP_BRICK_NONE: it is constant. */
+static inline uint32_t np_bricks_get_brick(const np_bricks *bricks, const np_brick_place *at) {
+  return at->node == NP_BRICK_NONE ? NP_BRICK_NONE : bricks->nodes[at->node].brick[at->cell];
+}
+
+/* Range of a cell of a level. */
+static inline np_brick_range np_bricks_get_range(const np_bricks *bricks, const np_brick_place *at, int level) {
+  if (at->node == NP_BRICK_NONE) return bricks->table_ranges[at->entry];
+  const np_brick_node *node = &bricks->nodes[at->node];
+  return level == 0 ? node->range[at->cell] : level == 1 ? node->group_range[at->group] : node->whole_range;
+}
+
+/* Splits an index position into a cell and the place in it. False outside the cells, and for NaN. */
 static inline bool np_bricks_locate(const np_bricks *bricks, np_dvec3 index_position, int32_t out_cell[3],
                                     np_vec3 *out_local) {
   const double position[3] = {index_position.x, index_position.y, index_position.z};
   float local[3];
   for (int a = 0; a < 3; a++) {
     double x = position[a] - (double)bricks->origin[a] * NP_BRICK_EDGE,
-           extent = (double)bricks->size[0][a] * NP_BRICK_EDGE;
+           extent = (double)bricks->size[a] * NP_BRICK_EDGE;
     if (a < 2 && bricks->is_periodic[a]) x = np_brick_wrap_position(x, extent);
     if (!(x >= 0.0 && x < extent)) return false;
     out_cell[a] = (int32_t)x / NP_BRICK_EDGE;
@@ -295,202 +336,14 @@ static inline bool np_bricks_locate(const np_bricks *bricks, np_dvec3 index_posi
   return true;
 }
 
-/* Value at an index position: the trilinear interpolant of the samples, the background outside the table. */
+/* Value at an index position: the trilinear interpolant of the samples, the background outside the cells. */
 static inline float np_bricks_sample(const np_bricks *bricks, np_dvec3 index_position) {
   int32_t cell[3];
   np_vec3 local;
   if (!np_bricks_locate(bricks, index_position, cell, &local)) return bricks->background;
-  size_t offset = np_bricks_get_offset(bricks, 0, cell);
-  uint32_t brick = bricks->table[offset];
-  return brick == NP_BRICK_NONE ? bricks->ranges[0][offset].min : np_brick_sample(bricks, brick, local);
-}
-
-/* --------------------------------------------------------------------------------------------- along a ray */
-
-/* The part of a ray inside one cell. */
-typedef struct np_brick_span {
-  double t_begin, t_end; /* half-open, t_begin < t_end */
-  uint32_t brick;        /* or NP_BRICK_NONE: constant `range.min` */
-  int32_t cell[3];       /* brick coordinates: index positions 8·cell to 8·cell + 8; not wrapped when periodic */
-  np_brick_range range;
-} np_brick_span;
-
-/* A walk along a ray through the cells of the table in order, leaving out those whose range is [0, 0].
- *
- * Amanatides and Woo 1987 on three levels, but nothing is accumulated: the plane at which a cell is left is computed
- * from the ray each time, so that spans join exactly. No coordinate ever steps back, which bounds the walk by the
- * cells. */
-typedef struct np_brick_walk {
-  const np_bricks *bricks;
-  double origin[3], direction[3], inverse[3]; /* inverse 0: the ray does not move along that axis */
-  double t, t_end;
-  int32_t cell[3];         /* the next to visit, in brick coordinates, not wrapped */
-  int32_t low[3], high[3]; /* cells that exist */
-} np_brick_walk;
-
-/* Cell of an index coordinate, held inside [low, high]. */
-static inline int32_t np_brick_walk_cell(double coordinate, int32_t low, int32_t high) {
-  double cell = coordinate * (1.0 / NP_BRICK_EDGE);
-  if (!(cell > (double)low)) return low;
-  return cell >= (double)high ? high : (int32_t)np_brick_floor(cell);
-}
-
-/* Starts a walk over [t_begin, t_end), where index_position(t) = origin + t·direction. The direction may have any
- * length and zeros; whatever is not a number makes the walk empty. */
-static inline void np_brick_walk_start(np_brick_walk *walk, const np_bricks *bricks, np_dvec3 origin,
-                                       np_dvec3 direction, double t_begin, double t_end) {
-  *walk = (np_brick_walk){.bricks = bricks,
-                          .origin = {origin.x, origin.y, origin.z},
-                          .direction = {direction.x, direction.y, direction.z},
-                          .t = t_begin,
-                          .t_end = t_end};
-  bool is_hit = true;
-  for (int a = 0; a < 3; a++) {
-    walk->low[a] = bricks->reach_low[a];
-    walk->high[a] = bricks->reach_high[a];
-    double low = (double)walk->low[a] * NP_BRICK_EDGE, high = (double)walk->high[a] * NP_BRICK_EDGE;
-    double o = walk->origin[a], inverse = 1.0 / walk->direction[a];
-    if (fabs(inverse) <= DBL_MAX) {
-      walk->inverse[a] = inverse;
-      double t_low = (low - o) * inverse, t_high = (high - o) * inverse;
-      double enter = t_low < t_high ? t_low : t_high, leave = t_low < t_high ? t_high : t_low;
-      walk->t = enter > walk->t ? enter : walk->t;
-      walk->t_end = leave < walk->t_end ? leave : walk->t_end;
-      is_hit = is_hit && enter <= leave; /* false for NaN */
-    } else {
-      is_hit = is_hit && walk->direction[a] == walk->direction[a] && o >= low && o < high;
-      walk->direction[a] = 0.0;
-    }
-  }
-  is_hit = is_hit && walk->t < walk->t_end;
-  if (!is_hit) walk->t = walk->t_end = 0.0;
-  for (int a = 0; a < 3 && is_hit; a++) {
-    double moved = walk->inverse[a] == 0.0 ? 0.0 : walk->t * walk->direction[a];
-    walk->cell[a] = np_brick_walk_cell(walk->origin[a] + moved, walk->low[a], walk->high[a] - 1);
-  }
-}
-
-/* The largest block of cells around the walk's cell that is of one kind: one cell that holds something, or a block of a
- * coarser level that holds nothing. */
-typedef struct np_brick_block {
-  int32_t low[3], high[3]; /* in brick coordinates, not wrapped; high is outside */
-  np_brick_range range;
-  uint32_t brick;
-  bool is_empty;
-} np_brick_block;
-
-static inline bool np_brick_range_is_zero(np_brick_range range) { return range.min == 0.0f && range.max == 0.0f; }
-
-static inline void np_brick_walk_get_block(const np_brick_walk *walk, np_brick_block *out_block) {
-  const np_bricks *bricks = walk->bricks;
-  int32_t inside[3], cell[3];
-  for (int a = 0; a < 3; a++) {
-    inside[a] = walk->cell[a] - bricks->origin[a];
-    if (a < 2 && bricks->is_periodic[a]) inside[a] = np_brick_wrap(inside[a], bricks->size[0][a]);
-  }
-  size_t offset = np_bricks_get_offset(bricks, 0, inside);
-  out_block->range = bricks->ranges[0][offset];
-  out_block->brick = bricks->table[offset];
-  out_block->is_empty = np_brick_range_is_zero(out_block->range);
-  if (!out_block->is_empty) {
-    for (int a = 0; a < 3; a++) out_block->high[a] = (out_block->low[a] = walk->cell[a]) + 1;
-    return;
-  }
-  int level = 0;
-  while (level + 1 < NP_BRICK_LEVELS) {
-    int shift = (level + 1) * NP_BRICK_LEVEL_SHIFT;
-    for (int a = 0; a < 3; a++) cell[a] = inside[a] >> shift;
-    if (!np_brick_range_is_zero(bricks->ranges[level + 1][np_bricks_get_offset(bricks, level + 1, cell)])) break;
-    level++;
-  }
-  for (int a = 0; a < 3; a++) {
-    int32_t low = inside[a] >> level * NP_BRICK_LEVEL_SHIFT << level * NP_BRICK_LEVEL_SHIFT;
-    int32_t high = low + (1 << level * NP_BRICK_LEVEL_SHIFT);
-    high = high < bricks->size[0][a] ? high : bricks->size[0][a];
-    out_block->low[a] = walk->cell[a] - inside[a] + low;
-    out_block->high[a] = walk->cell[a] - inside[a] + high;
-  }
-}
-
-/* Moves the walk to where it leaves an empty block. */
-static inline void np_brick_walk_leave(np_brick_walk *walk, const np_brick_block *block) {
-  double t_exit = walk->t_end;
-  int axis = -1;
-  for (int a = 0; a < 3; a++) {
-    if (walk->inverse[a] == 0.0) continue;
-    int32_t plane = walk->inverse[a] > 0.0 ? block->high[a] : block->low[a];
-    double t = ((double)plane * NP_BRICK_EDGE - walk->origin[a]) * walk->inverse[a];
-    if (t < t_exit) {
-      t_exit = t;
-      axis = a;
-    }
-  }
-  walk->t = t_exit > walk->t ? t_exit : walk->t;
-  if (axis < 0) {
-    walk->t = walk->t_end;
-    return;
-  }
-  for (int a = 0; a < 3; a++) {
-    bool is_forward = walk->inverse[a] > 0.0;
-    if (a == axis) {
-      walk->cell[a] = is_forward ? block->high[a] : block->low[a] - 1;
-      if (walk->cell[a] < walk->low[a] || walk->cell[a] >= walk->high[a]) walk->t = walk->t_end;
-    } else if (walk->inverse[a] != 0.0) {
-      int32_t low = is_forward ? walk->cell[a] : block->low[a], high = is_forward ? block->high[a] - 1 : walk->cell[a];
-      walk->cell[a] = np_brick_walk_cell(walk->origin[a] + walk->t * walk->direction[a], low, high);
-    }
-  }
-}
-
-/* Distance at which the ray meets a plane of the cells across an axis; infinite, if it does not move along that. */
-static inline double np_brick_walk_meet(const np_brick_walk *walk, int axis, int32_t plane) {
-  double t = ((double)plane * NP_BRICK_EDGE - walk->origin[axis]) * walk->inverse[axis];
-  return walk->inverse[axis] != 0.0 ? t : HUGE_VAL;
-}
-
-/* The same as np_brick_walk_leave() for a block of one cell, without branches that cannot be foreseen. */
-static inline void np_brick_walk_leave_cell(np_brick_walk *walk) {
-  double t[3];
-  for (int a = 0; a < 3; a++) t[a] = np_brick_walk_meet(walk, a, walk->cell[a] + (walk->inverse[a] > 0.0));
-  int axis = t[1] < t[0];
-  axis = t[2] < t[axis] ? 2 : axis;
-  double t_exit = t[axis];
-  bool is_end = !(t_exit < walk->t_end);
-  t_exit = is_end ? walk->t_end : t_exit;
-  walk->t = t_exit > walk->t ? t_exit : walk->t;
-  walk->cell[axis] += walk->inverse[axis] > 0.0 ? 1 : -1;
-  if (is_end || walk->cell[axis] < walk->low[axis] || walk->cell[axis] >= walk->high[axis]) walk->t = walk->t_end;
-}
-
-/* The next span that is not empty; false at the end. */
-static inline bool np_brick_walk_next(np_brick_walk *walk, np_brick_span *out_span) {
-  while (walk->t < walk->t_end) {
-    np_brick_block block;
-    np_brick_walk_get_block(walk, &block);
-    double t_begin = walk->t;
-    for (int a = 0; a < 3; a++) out_span->cell[a] = walk->cell[a];
-    if (block.is_empty) {
-      np_brick_walk_leave(walk, &block);
-      continue;
-    }
-    np_brick_walk_leave_cell(walk);
-    if (!(t_begin < walk->t)) continue;
-    out_span->t_begin = t_begin;
-    out_span->t_end = walk->t;
-    out_span->brick = block.brick;
-    out_span->range = block.range;
-    return true;
-  }
-  return false;
-}
-
-/* Place of the ray at `t` in the span's cell, in [0, 8]³ but for rounding. In double until the cell is subtracted, so
- * that nothing is lost far from index 0. */
-static inline np_vec3 np_brick_walk_local(const np_brick_walk *walk, const np_brick_span *span, double t) {
-  float local[3];
-  for (int a = 0; a < 3; a++)
-    local[a] = (float)(walk->origin[a] - (double)span->cell[a] * NP_BRICK_EDGE + t * walk->direction[a]);
-  return np_vec3_make(local[0], local[1], local[2]);
+  const np_brick_place at = np_bricks_get_place(bricks, cell);
+  const uint32_t brick = np_bricks_get_brick(bricks, &at);
+  return brick == NP_BRICK_NONE ? np_bricks_get_range(bricks, &at, 0).min : np_brick_sample(bricks, brick, local);
 }
 
 #endif

@@ -4,13 +4,16 @@
  * World-vertical lines are parallel in index space. They start from the samples of the layer in the middle of the
  * active box, across the axis that is closest to vertical; where the lines are oblique the layer is widened by the
  * shear, so that they cover the whole shadow of the box. Between two crossings of integer planes the trilinear field
- * along a line is a cubic, which Gauss-Legendre quadrature with two points integrates exactly.
+ * along a line is a cubic, which Gauss-Legendre quadrature with two points integrates exactly. Upright lines run along
+ * samples: sums of those tell which are the densest, and only they are integrated.
  */
 #include "volume/volume_private.h"
 
 #include <float.h>
+#include <string.h>
 
 #include "core/alloc.h"
+#include "volume/brick_walk.h"
 
 typedef struct volume_columns {
   const np_bricks *bricks;
@@ -20,6 +23,7 @@ typedef struct volume_columns {
   int32_t low[2];      /* first line of the layer along `across` */
   int32_t size[2];
   double *thread_max; /* the largest integral each thread has found */
+  double *row_max;    /* the largest sum of each row of cells of upright lines */
 } volume_columns;
 
 static double get_component(np_dvec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
@@ -68,6 +72,128 @@ static double integrate_column(const volume_columns *c, int32_t u, int32_t v) {
   while (np_brick_walk_next(&walk, &span)) sum += integrate_span(&walk, &span);
   return sum;
 }
+
+/* ---- Upright lines ---- */
+
+/* Share of the largest sum that rounding may take from the densest column's; and columns that are integrated, which
+ * matters where more are equal. */
+static const double sum_margin = 4e-6;
+enum { EQUAL_MAX = 64 };
+
+static bool is_upright(const volume_columns *c) { return c->step[c->across[0]] == 0.0 && c->step[c->across[1]] == 0.0; }
+
+static float get_sample(const np_bricks *b, size_t at) {
+  return b->halves ? np_half_to_float(b->halves[at]) * b->scale : b->floats[at];
+}
+
+enum { EDGE = NP_BRICK_EDGE };
+
+/* Adds the sums of a brick's samples along the axis, their ends counting half, for the lines through it. */
+static void add_brick(const volume_columns *c, uint32_t brick, double sums[EDGE][EDGE]) {
+  static const size_t strides[3] = {NP_BRICK_STRIDE_X, NP_BRICK_SAMPLES, 1};
+  const size_t along = strides[c->axis], first = (size_t)brick * NP_BRICK_STRIDE;
+  for (size_t i = 0; i < EDGE; i++)
+    for (size_t j = 0; j < EDGE; j++) {
+      const size_t at = first + i * strides[c->across[0]] + j * strides[c->across[1]];
+      double sum = 0.5 * ((double)get_sample(c->bricks, at) + (double)get_sample(c->bricks, at + EDGE * along));
+      for (size_t n = 1; n < EDGE; n++) sum += (double)get_sample(c->bricks, at + n * along);
+      sums[i][j] += sum;
+    }
+}
+
+/* The trapezoidal rule, in voxels, along the lines of a column of cells. */
+static void sum_lines(const volume_columns *c, const int32_t first[2], double sums[EDGE][EDGE]) {
+  const np_bricks *b = c->bricks;
+  const int32_t end = b->size[c->axis];
+  int32_t cell[3];
+  double constant = 0.0;
+  for (int n = 0; n < 2; n++) {
+    const int a = c->across[n];
+    cell[a] = first[n] - b->origin[a];
+    if (a < 2 && b->is_periodic[a]) cell[a] = np_brick_wrap(cell[a], b->size[a]);
+  }
+  memset(sums, 0, EDGE * EDGE * sizeof **sums);
+  for (int32_t at = 0, count; at < end; at += count) {
+    cell[c->axis] = at;
+    const np_brick_place place = np_bricks_get_place(b, cell);
+    const uint32_t brick = np_bricks_get_brick(b, &place);
+    const int32_t left = NP_BRICK_NODE_EDGE - ((at + b->lead[c->axis]) & (NP_BRICK_NODE_EDGE - 1));
+    count = place.node != NP_BRICK_NONE ? 1 : left < end - at ? left : end - at;
+    if (brick == NP_BRICK_NONE)
+      constant += (double)(EDGE * count) * (double)np_bricks_get_range(b, &place, 0).min;
+    else
+      add_brick(c, brick, sums);
+  }
+  for (int n = 0; n < EDGE * EDGE; n++) sums[n / EDGE][n % EDGE] += constant;
+}
+
+/* Columns of cells, from the first to the last that holds a line. */
+static int32_t get_first(const volume_columns *c, int n) { return c->low[n] >> 3; }
+static int32_t count_cells(const volume_columns *c, int n) {
+  return ((c->low[n] + c->size[n] - 1) >> 3) - get_first(c, n) + 1;
+}
+
+/* Calls back for the lines of one row of cells, with their sums. */
+typedef void (*line_fn)(const volume_columns *c, int32_t u, int32_t v, double sum, void *user);
+
+static void visit_row(const volume_columns *c, int32_t row, line_fn visit, void *user) {
+  double sums[EDGE][EDGE];
+  for (int32_t n = 0; n < count_cells(c, 1); n++) {
+    const int32_t cell[2] = {get_first(c, 0) + row, get_first(c, 1) + n};
+    sum_lines(c, cell, sums);
+    for (int32_t i = 0; i < EDGE; i++)
+      for (int32_t j = 0; j < EDGE; j++) {
+        const int32_t u = EDGE * cell[0] + i - c->low[0], v = EDGE * cell[1] + j - c->low[1];
+        if (u >= 0 && u < c->size[0] && v >= 0 && v < c->size[1]) visit(c, u, v, sums[i][j], user);
+      }
+  }
+}
+
+static void note_sum(const volume_columns *c, int32_t u, int32_t v, double sum, void *user) {
+  (void)c, (void)u, (void)v;
+  double *largest = user;
+  *largest = fmax(*largest, sum);
+}
+
+static neph_result sum_rows(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const volume_columns *c = user;
+  for (size_t row = begin; row < end; row++) visit_row(c, (int32_t)row, note_sum, &c->row_max[row]);
+  return NEPH_OK;
+}
+
+typedef struct densest {
+  double least, integral;
+  int left;
+} densest;
+
+static void integrate_if_dense(const volume_columns *c, int32_t u, int32_t v, double sum, void *user) {
+  densest *d = user;
+  if (sum < d->least || d->left-- <= 0) return;
+  d->integral = fmax(d->integral, integrate_column(c, u, v));
+}
+
+/* Integrates the columns of the largest sum. */
+static double integrate_densest(const volume_columns *c) {
+  double largest = 0.0;
+  const int32_t rows = count_cells(c, 0);
+  for (int32_t row = 0; row < rows; row++) largest = fmax(largest, c->row_max[row]);
+  densest d = {.least = largest * (1.0 - sum_margin), .left = EQUAL_MAX};
+  for (int32_t row = 0; row < rows && d.left > 0; row++)
+    if (c->row_max[row] >= d.least) visit_row(c, row, integrate_if_dense, &d);
+  return d.integral;
+}
+
+static neph_result measure_upright(volume_columns *c, neph_context *context, np_monitor *monitor, double *out_value_m) {
+  c->row_max = np_alloc(context, (size_t)count_cells(c, 0), sizeof *c->row_max);
+  if (!c->row_max) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result = np_parallel_for(context, monitor, (size_t)count_cells(c, 0), 1, sum_rows, c);
+  if (!result) *out_value_m = integrate_densest(c);
+  np_alloc_free(context, c->row_max);
+  return result;
+}
+
+/* ---- All lines ---- */
 
 static neph_result integrate_rows(void *user, size_t begin, size_t end, unsigned thread) {
   const volume_columns *c = user;
@@ -120,9 +246,10 @@ neph_result np_volume_get_column_max(const neph_volume *volume, const np_affine 
   neph_result result = set_lines(&c, volume, index_to_world);
   if (result) return result;
   set_layer(&c, volume);
+  np_monitor_set_stage(monitor, "measuring columns");
+  if (is_upright(&c)) return measure_upright(&c, context, monitor, out_value_m);
   c.thread_max = np_alloc(context, context->thread_count, sizeof *c.thread_max);
   if (!c.thread_max) return NEPH_ERROR_OUT_OF_MEMORY;
-  np_monitor_set_stage(monitor, "measuring columns");
   result = np_parallel_for(context, monitor, (size_t)c.size[0], 1, integrate_rows, &c);
   for (unsigned i = 0; i < context->thread_count && !result; i++) *out_value_m = fmax(*out_value_m, c.thread_max[i]);
   np_alloc_free(context, c.thread_max);

@@ -10,10 +10,10 @@
 typedef struct volume_header {
   np_affine index_to_world, world_to_index;
   int32_t active_min[3], active_max[3];
-  int32_t origin[3], size[NP_BRICK_LEVELS][3], period[2], reach_low[3], reach_high[3];
+  int32_t origin[3], size[3], lead[3], table_size[3], period[2], reach_low[3], reach_high[3];
   float value_min, value_max, scale, background, bound;
   uint32_t is_half, is_periodic[2];
-  uint64_t active_voxel_count, grid_bytes, brick_count;
+  uint64_t active_voxel_count, grid_bytes, brick_count, node_count;
   char name[64];
 } volume_header;
 
@@ -26,6 +26,8 @@ void np_volume_save_to_cache(const neph_volume *volume, np_cache_entry *entry) {
   memcpy(h.active_max, volume->active_max, sizeof h.active_max);
   memcpy(h.origin, b->origin, sizeof h.origin);
   memcpy(h.size, b->size, sizeof h.size);
+  memcpy(h.lead, b->lead, sizeof h.lead);
+  memcpy(h.table_size, b->table_size, sizeof h.table_size);
   memcpy(h.period, b->period, sizeof h.period);
   memcpy(h.reach_low, b->reach_low, sizeof h.reach_low);
   memcpy(h.reach_high, b->reach_high, sizeof h.reach_high);
@@ -33,12 +35,14 @@ void np_volume_save_to_cache(const neph_volume *volume, np_cache_entry *entry) {
   h.scale = b->scale, h.background = b->background, h.bound = b->value_max;
   h.is_half = b->halves != NULL;
   for (int a = 0; a < 2; a++) h.is_periodic[a] = b->is_periodic[a];
-  h.active_voxel_count = volume->active_voxel_count, h.grid_bytes = volume->grid_bytes, h.brick_count = b->brick_count;
+  h.active_voxel_count = volume->active_voxel_count, h.grid_bytes = volume->grid_bytes;
+  h.brick_count = b->brick_count, h.node_count = b->node_count;
   (void)snprintf(h.name, sizeof h.name, "%s", volume->name);
   NP_CACHE_WRITE(entry, h);
-  np_cache_write(entry, b->table, np_bricks_count_cells(b, 0) * sizeof *b->table);
-  for (int l = 0; l < NP_BRICK_LEVELS; l++)
-    np_cache_write(entry, b->ranges[l], np_bricks_count_cells(b, l) * sizeof *b->ranges[l]);
+  const size_t entries = np_bricks_count_table(b);
+  np_cache_write(entry, b->table, entries * sizeof *b->table);
+  np_cache_write(entry, b->table_ranges, entries * sizeof *b->table_ranges);
+  np_cache_write(entry, b->nodes, b->node_count * sizeof *b->nodes);
   const size_t samples = b->brick_count * NP_BRICK_STRIDE;
   if (b->halves) np_cache_write(entry, b->halves, samples * sizeof *b->halves);
   if (b->floats) np_cache_write(entry, b->floats, samples * sizeof *b->floats);
@@ -51,6 +55,8 @@ static void take_header(const volume_header *h, neph_volume *volume) {
   memcpy(volume->active_max, h->active_max, sizeof h->active_max);
   memcpy(b->origin, h->origin, sizeof h->origin);
   memcpy(b->size, h->size, sizeof h->size);
+  memcpy(b->lead, h->lead, sizeof h->lead);
+  memcpy(b->table_size, h->table_size, sizeof h->table_size);
   memcpy(b->period, h->period, sizeof h->period);
   memcpy(b->reach_low, h->reach_low, sizeof h->reach_low);
   memcpy(b->reach_high, h->reach_high, sizeof h->reach_high);
@@ -58,17 +64,15 @@ static void take_header(const volume_header *h, neph_volume *volume) {
   b->scale = h->scale, b->background = h->background, b->value_max = h->bound;
   for (int a = 0; a < 2; a++) b->is_periodic[a] = h->is_periodic[a];
   volume->active_voxel_count = h->active_voxel_count, volume->grid_bytes = h->grid_bytes;
-  b->brick_count = (size_t)h->brick_count;
+  b->brick_count = (size_t)h->brick_count, b->node_count = (size_t)h->node_count;
 }
 
 static bool load_blocks(const volume_header *h, np_cache_entry *entry, np_bricks *b) {
-  b->table = np_cache_read_block(entry, np_bricks_count_cells(b, 0), sizeof *b->table);
-  bool has_all = b->table;
-  for (int l = 0; has_all && l < NP_BRICK_LEVELS; l++) {
-    b->ranges[l] = np_cache_read_block(entry, np_bricks_count_cells(b, l), sizeof *b->ranges[l]);
-    has_all = b->ranges[l];
-  }
-  if (!has_all) return false;
+  const size_t entries = np_bricks_count_table(b);
+  b->table = np_cache_read_block(entry, entries, sizeof *b->table);
+  if (b->table) b->table_ranges = np_cache_read_block(entry, entries, sizeof *b->table_ranges);
+  if (b->table_ranges) b->nodes = np_cache_read_block(entry, b->node_count, sizeof *b->nodes);
+  if (!b->nodes) return false;
   const size_t samples = b->brick_count * NP_BRICK_STRIDE;
   if (h->is_half)
     b->halves = np_cache_read_block(entry, samples, sizeof *b->halves);

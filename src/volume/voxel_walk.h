@@ -6,7 +6,7 @@
 #ifndef NP_VOLUME_VOXEL_WALK_H
 #define NP_VOLUME_VOXEL_WALK_H
 
-#include "volume/bricks.h"
+#include "volume/brick_walk.h"
 
 typedef struct np_voxel_walk {
   np_vec3 begin, along; /* of the part, in voxels from the brick's first sample */

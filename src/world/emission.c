@@ -64,13 +64,14 @@ static np_spectrum probe_box(const np_emission *e, const np_emitter *emitter, np
 /* Narrows [low, high), in cells of the bricks' table, to those that shine. */
 static bool compute_emitting_box(const np_emission *e, const np_emitter *emitter, int32_t low[3], int32_t high[3]) {
   const np_bricks *bricks = emitter->bricks;
-  const int32_t *size = bricks->size[0];
+  const int32_t *size = bricks->size;
   bool is_bright = false;
   int32_t cell[3];
   for (cell[0] = 0; cell[0] < size[0]; cell[0]++)
     for (cell[1] = 0; cell[1] < size[1]; cell[1]++)
       for (cell[2] = 0; cell[2] < size[2]; cell[2]++) {
-        if (np_brick_range_is_zero(bricks->ranges[0][np_bricks_get_offset(bricks, 0, cell)])) continue;
+        const np_brick_place at = np_bricks_get_place(bricks, cell);
+        if (np_brick_range_is_zero(np_bricks_get_range(bricks, &at, 0))) continue;
         const np_dvec3 corner = np_dvec3_make((double)(bricks->origin[0] + cell[0]) * NP_BRICK_EDGE,
                                               (double)(bricks->origin[1] + cell[1]) * NP_BRICK_EDGE,
                                               (double)(bricks->origin[2] + cell[2]) * NP_BRICK_EDGE);

@@ -3,7 +3,7 @@
 #define NP_BENCH_BRICKS_KERNELS_H
 
 #include "core/isa.h"
-#include "volume/bricks.h"
+#include "volume/brick_walk.h"
 
 typedef struct bench_ray {
   np_dvec3 origin, direction; /* index position = origin + t·direction, t from 0 to 1 */

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-# Light and bakes on disk: same bits, no solving after a move of the camera, and nothing that can break them does.
+# Light, bakes and mountains on disk: same bits, no solving after a move of the camera, and nothing that can break them does.
 cat >scene.yaml <<'Y'
 version: 1
 camera: {position: [0 m, -2 km, 900 m], look_at: [0, 0, 1000 m], fov: 40 deg, resolution: [32, 18]}
 clouds: [{name: one, bake: {preset: cumulus_humilis, extent: 1600 m, voxel: 40 m, coverage: 0.6}}]
-render: {samples: 1}
+terrain: {ridges: {samples: 65, relief: 300 m}, width: 20 km}
+render: {samples: 1, sun_optical_depth: volume}
 Y
 moved='--set camera.position=[30m,-2km,900m]'
 quietly() { nephos render scene.yaml -q "$@" >/dev/null; }
-stages() { nephos render scene.yaml -v --cache c "$@" 2>&1 | grep -E '^nephos: (cloud one|multiple scattering): (built|read)'; }
+stages() { nephos render scene.yaml -v --cache c "$@" 2>&1 | grep -E '^nephos: (terrain|cloud one|sun optical depth|multiple scattering): (built|read)'; }
 same() { nephos compare --exact -q "$1" "$2" >/dev/null && echo "$1 is $2"; }
 quietly -o alone.exr
 quietly $moved -o moved_alone.exr

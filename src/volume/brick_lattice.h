@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Which leaf, tile or background fills each cell of 8³ voxels, while bricks are built. Nodes that one block fills have
+ * no cells of their own. */
+#ifndef NP_VOLUME_BRICK_LATTICE_H
+#define NP_VOLUME_BRICK_LATTICE_H
+
+#include "volume/bricks.h"
+
+/* A block that fills cells: the number of a leaf, or of a tile with NP_BLOCK_IS_TILE, or the background. */
+#define NP_BLOCK_BACKGROUND 0xffffffffu
+#define NP_BLOCK_IS_TILE 0x80000000u
+
+static inline bool np_block_is_leaf(uint32_t block) { return !(block & NP_BLOCK_IS_TILE); }
+
+/* Value of a block that is not a leaf. */
+static inline float np_block_get_constant(const np_sparse_grid *grid, uint32_t block) {
+  return block == NP_BLOCK_BACKGROUND ? grid->background : grid->tiles[block & ~NP_BLOCK_IS_TILE].value;
+}
+
+/* A node's block, or its own for each cell. */
+typedef struct np_lattice_node {
+  uint32_t block;
+  uint32_t cells; /* number among np_brick_lattice.cells, or NP_BRICK_NONE: the block fills the node */
+} np_lattice_node;
+
+typedef struct np_brick_lattice {
+  neph_context *context;
+  int32_t size[3]; /* in nodes: the bricks' table, and a layer of cells more along each axis */
+  np_lattice_node *nodes;
+  size_t count, capacity;
+  uint32_t *cells; /* [count][NP_BRICK_NODE_CELLS] */
+} np_brick_lattice;
+
+/* Fills the lattice of bricks that know their size. On failure nothing is left. */
+neph_result np_brick_lattice_build(const np_bricks *bricks, const np_sparse_grid *grid, np_brick_lattice *out);
+void np_brick_lattice_clear(np_brick_lattice *lattice);
+
+/* A node of the table and the seven beyond it, bit 2 of their number along x. */
+typedef struct np_lattice_view {
+  uint32_t block[8];
+  const uint32_t *cells[8]; /* NULL: the block fills the node */
+} np_lattice_view;
+
+np_lattice_view np_brick_lattice_get_view(const np_brick_lattice *lattice, const int32_t node[3]);
+
+/* The eight blocks that the window of a view's cell reaches into; the first is the cell's own. */
+void np_lattice_view_list_blocks(const np_lattice_view *view, const int cell[3], uint32_t out_blocks[8]);
+
+#endif
