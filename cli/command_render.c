@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include <time.h>
 
+#include "calibration.h"
 #include "render_job.h"
 #include "verbs.h"
 
@@ -14,16 +15,17 @@
 static neph_result choose_effort(render_job *job) {
   const cli_options *options = job->session->options;
   neph_render_desc *desc = &job->desc, chosen = NEPH_RENDER_DESC_DEFAULT;
+  neph_effort effort = NEPH_EFFORT_DEFAULT;
   if (options->target_error > 0.0) desc->target_error = options->target_error;
   if (options->has_time_limit) desc->time_limit_s = options->time_limit_s;
   if (options->has_memory_max) desc->memory_max_bytes = options->memory_max_bytes;
+  desc->machine = &job->machine;
   if (!isfinite(desc->target_error) && !isfinite(desc->time_limit_s)) return NEPH_OK;
-  neph_result result = neph_scene_choose_effort(job->scene, desc, &job->effort);
+  neph_result result = neph_scene_choose_effort(job->scene, desc, &effort);
   if (!result) result = neph_scene_get_render_desc(job->scene, &chosen);
   if (result) return result;
   desc->integrator = chosen.integrator;
   desc->sample_count = chosen.sample_count;
-  job->has_effort = true;
   return NEPH_OK;
 }
 
@@ -77,6 +79,7 @@ static cli_exit render_to(render_job *job, render_targets *t) {
   cli_progress_end_frame(progress, !result);
   frame_facts facts = {.seconds = cli_progress_get_frame_s(progress), .error = NEPH_IMAGE_ERROR_DEFAULT};
   if (!result) result = neph_image_get_error(image, &facts.error);
+  facts.image = image;
   if (!result) facts.hash = neph_image_get_attribute(image, "nephos:sceneHash");
   if (!result) render_job_print_frame(job, t, &facts);
   neph_image_destroy(image);
@@ -97,17 +100,8 @@ static cli_exit render_or_skip(render_job *job, render_targets *t) {
   return CLI_DONE;
 }
 
-/* The choice, before the plan that it led to. */
-static void print_effort(const neph_effort *e) {
-  printf("%-20s %s, %s, some %.0f samples a pixel; error about %.2g %% a pixel (noise %.2g, bias %.2g)\n", "effort",
-         e->quality ? e->quality : "the scene's quality", e->integrator == NEPH_INTEGRATOR_PATH ? "path" : "march",
-         e->samples, 100.0 * e->error, 100.0 * e->noise, 100.0 * e->bias);
-  printf("%-20s %.2g s on two cores, within a factor of three\n", "all of the frame", e->seconds);
-}
-
 static cli_exit explain(render_job *job) {
   char *text;
-  if (job->has_effort && !job->session->options->is_json) print_effort(&job->effort);
   neph_result result = neph_render_explain(job->scene, &job->desc, cli_text_format(job->session), &text);
   if (!result) cli_print_text(job->session, text);
   return cli_exit_of(result);
@@ -233,6 +227,7 @@ static void choose_exposure(render_job *job) {
 static cli_exit run(render_job *job) {
   const cli_options *options = job->session->options;
   cli_exit exit = choose_pixels(job);
+  if (!exit) exit = cli_exit_of(cli_calibration_load(job->session, &job->machine));
   if (!exit) exit = cli_exit_of(choose_effort(job));
   if (!exit && options->wants_plan) return render_batch(job);
   if (!exit) exit = render_job_choose_outputs(job);
@@ -253,7 +248,7 @@ static neph_result set_resolution(const cli_options *options, neph_scene *scene)
 static cli_exit run_render(cli_session *session) {
   render_job job = {.session = session,
                     .desc = NEPH_RENDER_DESC_DEFAULT,
-                    .effort = NEPH_EFFORT_DEFAULT,
+                    .machine = NEPH_MACHINE_DEFAULT,
                     .output = NEPH_OUTPUT_DEFAULT};
   cli_exit exit = cli_load_scene(session, session->options->files[0], &job.scene);
   if (exit) return exit;
@@ -302,10 +297,11 @@ const cli_verb cli_verb_render = {
                 {"--quality"},
                 {"--integrator"},
                 {"--path-guiding"},
-                {"--target-error", "choose quality, integrator and samples that the scene does not give for an error a "
-                                   "pixel of X, noise and bias together"},
-                {"--time-limit",
-                 "choose a quality that is fast enough, and end each frame then, with the samples it has"},
+                {"--target-error", "choose all settings that the scene does not give for an error a pixel of X, noise "
+                                   "and bias together, in the least time"},
+                {"--time-limit", "choose all settings that the scene does not give for the least error in that time, "
+                                 "and end each frame then, with the samples it has"},
+                {"--machine"},
                 {"--max-memory", "save memory where a render may need more, or refuse it with exit code 6"},
                 {"--cache"},
                 {"--cache-size"},
@@ -318,5 +314,5 @@ const cli_verb cli_verb_render = {
                  {"nephos render scene.yaml --tile 2/4", "render the second of four bands, for a farm"},
                  {"nephos render scene.yaml --frames 1-3 --checkpoint 60s --resume --skip-existing",
                   "start, or start again, a batch that may be stopped"},
-                 {"nephos render scene.yaml --explain", "print the plan"}},
+                 {"nephos render scene.yaml --target-error 0.1 --explain", "print settings, time, memory and error"}},
 };

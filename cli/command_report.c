@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "calibration.h"
 #include "verbs.h"
 
 static const double budget_s = 600.0, quick_budget_s = 60.0;
@@ -101,21 +102,26 @@ static neph_result run(report_job *job) {
 }
 
 static cli_exit check_options(const cli_options *options) {
+  const char *what = options->is_calibrating ? "file" : "folder";
   if (options->output_count > 1) {
-    cli_complain("--output of nephos report is given %zu times, must be one folder", options->output_count);
+    cli_complain("--output of nephos report is given %zu times, must be one %s", options->output_count, what);
     return CLI_USAGE;
   }
-  if (strcmp(options->files[0], "-")) return CLI_DONE;
-  cli_complain("nephos report loads its scene again for each setting: give a file, not standard input");
+  if (options->is_calibrating == (options->file_count == 0)) {
+    if (options->is_calibrating || strcmp(options->files[0], "-")) return CLI_DONE;
+    cli_complain("nephos report loads its scene again for each setting: give a file, not standard input");
+    return CLI_USAGE;
+  }
+  cli_complain(options->is_calibrating ? "nephos report --calibrate takes no SCENE, %zu are given"
+                                       : "nephos report takes a SCENE, or --calibrate; %zu are given",
+               options->file_count);
   return CLI_USAGE;
 }
 
-static cli_exit run_report(cli_session *session) {
+static cli_exit run_scene(cli_session *session) {
   report_job job = {.session = session, .folder = name_folder(session->options)};
   if (!job.folder) return CLI_INTERNAL;
-  cli_catch_interrupts();
-  cli_exit exit = check_options(session->options);
-  if (!exit) exit = make_folder(&job);
+  cli_exit exit = make_folder(&job);
   if (!exit) exit = check_folder(&job);
   if (!exit) exit = cli_exit_of(run(&job));
   if (exit && job.is_made) (void)rmdir(job.folder); /* does nothing to one that holds anything */
@@ -124,11 +130,18 @@ static cli_exit run_report(cli_session *session) {
   return exit;
 }
 
+static cli_exit run_report(cli_session *session) {
+  const cli_exit exit = check_options(session->options);
+  if (exit) return exit;
+  cli_catch_interrupts();
+  return session->options->is_calibrating ? cli_calibration_run(session) : run_scene(session);
+}
+
 const cli_verb cli_verb_report = {
     .name = "report",
-    .arguments = "SCENE",
-    .summary = "measure error against run time for a scene",
-    .argument_min = 1,
+    .arguments = "[SCENE]",
+    .summary = "measure error against run time for a scene, or the speed of a machine",
+    .argument_min = 0,
     .argument_max = 1,
     .run = run_report,
     .files = "yaml yml",
@@ -140,7 +153,9 @@ const cli_verb cli_verb_report = {
         "report.html is one page: the Pareto front of error against time, a curve for each setting with its order of "
         "convergence, pictures, and the cheapest settings for errors of 10, 3, 1 and 0.3 %. report.csv and "
         "report.json have the figures. The curves are drawn by gnuplot, where it is installed. A report that is "
-        "interrupted is written as far as it went, and says so.",
+        "interrupted is written as far as it went, and says so.\n\n"
+        "With --calibrate no scene is given: a few small built-in scenes are rendered, and the time of each kind of "
+        "work is written into a file that renders predict their time by.",
     .options = {{"--output", "write report.html, report.csv and report.json into the folder FILE", "SCENE.report", NULL,
                  "/"},
                 {"--set"},
@@ -148,6 +163,7 @@ const cli_verb cli_verb_report = {
                 {"--budget", NULL, "10m, with --quick 1m"},
                 {"--reference"},
                 {"--quick"},
+                {"--calibrate"},
                 {"--progress"}},
     .examples = {{"nephos report scene.yaml --quick --resolution 32x18 --budget 2s", "measure what two seconds allow"},
                  {"nephos report scene.yaml --resolution 32x18 --budget 3s -o measured --json", "print the figures"}},

@@ -85,7 +85,8 @@ typedef struct cli_options {
   double time_limit_s;
   double budget_s;       /* of a report; 0: not given */
   const char *reference; /* of a report; NULL: not given */
-  bool is_quick;
+  bool is_quick, is_calibrating;
+  const char *machine; /* file of a calibration; NULL: not given */
   bool has_relative_mse_max;
   double relative_mse_max;
   const char *second; /* picture with another seed; NULL: not given */

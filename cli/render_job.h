@@ -26,6 +26,7 @@ typedef struct frame_batch {
 typedef struct frame_facts {
   double seconds;
   neph_image_error error;
+  const neph_image *image;
   const char *hash; /* of the picture; NULL: it has none */
 } frame_facts;
 
@@ -33,8 +34,7 @@ typedef struct render_job {
   cli_session *session;
   neph_scene *scene;
   neph_render_desc desc;
-  neph_effort effort; /* chosen for a target error or a time limit */
-  bool has_effort;
+  neph_machine machine; /* what time is predicted by */
   neph_output output;
   frame_batch batch;
   const char *snapshot; /* of the frame under way; NULL: none can be taken */

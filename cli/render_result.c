@@ -62,6 +62,22 @@ static void print_json_bounded(const char *name, const neph_bounded *figure) {
       printf(", \"%s%s\": %.4g", name, parts[i].ending, parts[i].value);
 }
 
+/* Predictions, and CPU time of one core, that the header has of a frame with a target error or a time limit. */
+static void print_json_predictions(const neph_image *image) {
+  static const struct {
+    const char *attribute, *name;
+  } rows[] = {{"nephos:predictedSeconds", "predicted_seconds"},
+              {"nephos:predictedBytes", "predicted_bytes"},
+              {"nephos:predictedError", "predicted_error"},
+              {"nephos:pilotSeconds", "pilot_seconds"},
+              {"nephos:pilotError", "pilot_error"},
+              {"nephos:cpuSeconds", "cpu_seconds"}};
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    const char *value = neph_image_get_attribute(image, rows[i].attribute);
+    if (value) printf(", \"%s\": %s", rows[i].name, value);
+  }
+}
+
 static void print_json_text(const char *name, const char *text) {
   printf(", \"%s\": ", name);
   cli_print_json_text(text);
@@ -74,6 +90,7 @@ static void print_json_facts(const frame_facts *facts) {
   print_json_bounded("noise", &facts->error.noise);
   print_json_bounded("bias", &facts->error.bias);
   printf(", \"bias_source\": %s", sources[facts->error.bias_source]);
+  print_json_predictions(facts->image);
   if (facts->hash) print_json_text("hash", facts->hash);
   printf("}\n");
 }

@@ -31,6 +31,16 @@ static neph_result fill_memory(const objects *o, void *out) { return neph_render
 
 static neph_result fill_effort(const objects *o, void *out) { return neph_scene_choose_effort(o->scene, NULL, out); }
 
+static neph_result fill_machine(const objects *o, void *out) {
+  char *folder = test_folder_create(), *path = test_path(folder, "machine.json");
+  const neph_machine machine = NEPH_MACHINE_DEFAULT;
+  neph_result result = neph_machine_save(o->context, &machine, path);
+  if (!result) result = neph_machine_load(o->context, path, out);
+  free(path);
+  test_folder_destroy(folder);
+  return result;
+}
+
 static neph_result fill_output(const objects *o, void *out) { return neph_scene_get_output(o->scene, out); }
 
 static neph_result fill_volume_info(const objects *o, void *out) { return neph_volume_get_info(o->volume, out); }
@@ -78,6 +88,7 @@ static const struct {
     {"neph_ephemeris", sizeof(neph_ephemeris), fill_ephemeris},
     {"neph_render_desc", sizeof(neph_render_desc), fill_render_desc},
     {"neph_effort", sizeof(neph_effort), fill_effort},
+    {"neph_machine", sizeof(neph_machine), fill_machine},
     {"neph_memory_estimate", sizeof(neph_memory_estimate), fill_memory},
     {"neph_output", sizeof(neph_output), fill_output},
     {"neph_volume_info", sizeof(neph_volume_info), fill_volume_info},

@@ -313,8 +313,8 @@ static void test_plan_is_described(void **state) {
   np_plan plan;
   char *plain, *json;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_int_equal(np_plan_describe(&plan, NEPH_TEXT_PLAIN, &plain), NEPH_OK);
-  assert_int_equal(np_plan_describe(&plan, NEPH_TEXT_JSON, &json), NEPH_OK);
+  assert_int_equal(np_plan_describe(scene, &plan, NEPH_TEXT_PLAIN, &plain), NEPH_OK);
+  assert_int_equal(np_plan_describe(scene, &plan, NEPH_TEXT_JSON, &json), NEPH_OK);
   assert_non_null(strstr(plain, "hero is read from a.0001.vdb; low is baked"));
   assert_non_null(strstr(plain, "terrain              no   the scene has no terrain"));
   assert_non_null(strstr(json, "\"stage\": \"terrain\""));
@@ -329,7 +329,7 @@ static neph_result plan_and_describe(neph_context *context, void *user) {
   char *text = NULL;
   neph_result result = neph_scene_load_text(context, CLOUD, "scene.yaml", &scene);
   if (!result) result = np_plan_make(scene, NULL, &plan);
-  if (!result) result = np_plan_describe(&plan, *(neph_text_format *)user, &text);
+  if (!result) result = np_plan_describe(scene, &plan, *(neph_text_format *)user, &text);
   neph_text_destroy(context, text);
   neph_scene_destroy(scene);
   return result;

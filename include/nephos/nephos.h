@@ -26,6 +26,7 @@
 #include <nephos/context.h>
 #include <nephos/ephemeris.h>
 #include <nephos/image.h>
+#include <nephos/machine.h>
 #include <nephos/noise_texture.h>
 #include <nephos/parts.h>
 #include <nephos/probe.h>

@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include <nephos/cloud.h>
+#include <nephos/machine.h>
 #include <nephos/scene.h>
 
 #ifdef __cplusplus
@@ -124,6 +125,8 @@ typedef struct neph_render_desc {
                                    is cancelled (default NEPH_UNLIMITED) */
   bool is_resumed;              /**< what the checkpoint has of the same picture is not rendered again; one that is
                                      missing, damaged or of another picture changes nothing (default false) */
+  const neph_machine *machine;  /**< speed by which time is predicted; NULL: that of the machine which the constants
+                                     are from (default NULL) */
 } neph_render_desc;
 
 #define NEPH_RENDER_DESC_DEFAULT                                                                                       \
@@ -136,7 +139,7 @@ typedef struct neph_render_desc {
     .progress_user = NULL, .tile = NULL, .tile_user = NULL, .eye = NEPH_EYE_CENTRE,                                    \
     .memory_max_bytes = NEPH_MEMORY_UNLIMITED, .tile_index = 0, .tile_count = 1, .sample_begin = 0,                    \
     .sample_end = NEPH_SAMPLES_ALL, .part_path = NULL, .checkpoint_path = NULL,                                        \
-    .checkpoint_interval_s = NEPH_UNLIMITED, .is_resumed = false                                                       \
+    .checkpoint_interval_s = NEPH_UNLIMITED, .is_resumed = false, .machine = NULL                                      \
   }
 
 /** The scene's own render settings, to start from.
@@ -151,21 +154,25 @@ typedef struct neph_effort {
   const char *quality; /**< render.quality that was set; NULL: the scene gives it, or nothing was asked for */
   neph_integrator integrator;
   double samples;            /**< a pixel, in the mean, by a model; those of a target follow from pilots */
-  double seconds;            /**< on two cores, within a factor of three */
-  uint64_t bytes;            /**< that stay while the picture is rendered */
+  double seconds;            /**< on the context's threads */
+  uint64_t bytes;            /**< at the peak, of the process, as by neph_render_estimate_memory */
   double error, noise, bias; /**< a pixel (docs/error.md), by models */
   double bias_floor;         /**< least bias of the march, where a target asked for it; else 0 */
+  double cpu_seconds;        /**< of one core */
+  char settings[256];        /**< keys that were set, as --set takes them, parted by blanks */
 } neph_effort;
 
 #define NEPH_EFFORT_DEFAULT                                                                                            \
   { .struct_size = sizeof(neph_effort) }
 
-/** Chooses render.quality, render.integrator and render.samples of a scene for `desc->target_error` and
- * `desc->time_limit_s`, as `nephos render` does, and sets them. Keys that the scene gives stay. For a target it is the
- * cheapest quality whose bias leaves room for noise, or the integrator path where no march is good enough; a time limit
- * then lowers it until the prediction is fast enough. Ask for the scene's render settings again after it.
+/** Chooses settings of a scene for `desc->target_error` and `desc->time_limit_s`, as `nephos render` does, and sets
+ * them: render.quality, render.integrator and render.samples, and, where another value than that of the quality is
+ * better, the keys that the quality chooses and atmosphere.tolerance. Keys that the scene gives stay. A target takes
+ * what is predicted to reach it in the least time, the integrator path where no march does; a time limit what is
+ * predicted to err least within it, of the march unless a target asks for paths. The limit wins over the target. Ask
+ * for the scene's render settings again after it.
  *
- * @param desc        picture, target and limit; NULL: the scene's own.
+ * @param desc        picture, target, limit and machine; NULL: the scene's own.
  * @param out_effort  starts from NEPH_EFFORT_DEFAULT; unchanged on failure.
  */
 NEPH_API neph_result neph_scene_choose_effort(neph_scene *scene, const neph_render_desc *desc,

@@ -74,6 +74,29 @@ double np_cpu_time_s(void) {
   return (double)(user->tv_sec + kernel->tv_sec) + 1e-6 * (double)(user->tv_usec + kernel->tv_usec);
 }
 
+/* Value of a line "key : value" of /proc/cpuinfo; empty where another line is it. */
+static void read_fact(const char *line, const char *key, char *out, size_t size) {
+  const char *value = strchr(line, ':');
+  const size_t length = strlen(key);
+  if (*out || !value || strncmp(line, key, length) || (line[length] != '\t' && line[length] != ' ')) return;
+  value += 1 + strspn(value + 1, " ");
+  snprintf(out, size, "%.*s", (int)strcspn(value, "\n"), value);
+}
+
+void np_cpu_name(char *out, size_t size) {
+  char line[1024], name[48] = "", model[8] = "", step[8] = "";
+  out[0] = '\0';
+  FILE *file = fopen("/proc/cpuinfo", "r");
+  if (!file) return;
+  while (fgets(line, sizeof line, file) && !*step) {
+    read_fact(line, "model name", name, sizeof name);
+    read_fact(line, "model", model, sizeof model);
+    read_fact(line, "stepping", step, sizeof step);
+  }
+  fclose(file);
+  if (*name) snprintf(out, size, "%s, model %s.%s", name, model, step);
+}
+
 /* ---- Memory ---- */
 
 /* Bytes that the cgroup-2 file `path` grants; UINT64_MAX when it sets no quota. */

@@ -95,6 +95,9 @@ unsigned np_cpu_count(void);
 /* CPU time of the process, all threads, seconds. */
 double np_cpu_time_s(void);
 
+/* Model of the CPU; empty where it is unknown. */
+void np_cpu_name(char *out, size_t size);
+
 /* Bytes of memory that the process may use: what the machine has, cut to the quota of its control group and to its own
  * limit on address space. */
 uint64_t np_memory_size(void);

@@ -143,19 +143,31 @@ static double get_mean_samples(const np_frame *f) {
   return fmax(sum / (double)count, 1.0);
 }
 
+/* Fewer probes where they have more than `allowed` samples for a seed: with a target error the noisy pixels, which are
+ * chosen more often, have more than the mean. */
+static neph_result limit_probes(const np_frame *f, double allowed, np_error_probes *probes) {
+  double samples = 0.0;
+  for (unsigned i = 0; i < probes->count; i++) samples += probes->probe[i].count;
+  if (!np_frame_has_target(f) || samples <= allowed) return NEPH_OK;
+  const double count = fmax(floor(probes->count * allowed / samples), PROBES_MIN);
+  np_error_probes_clear(f, probes);
+  return np_error_probes_choose(f, (unsigned)count, probes);
+}
+
 static neph_result sample_probes(const np_frame *f, const np_plan *plan, np_error_probes *out) {
   const double samples = get_mean_samples(f), pixels = (double)f->width * f->height;
-  const double all_s = np_stages_count_cost(plan).seconds * (f->desc->integrator == NEPH_INTEGRATOR_PATH ? 0.1 : 1.0);
+  const double all_s = plan->constant_s * (f->desc->integrator == NEPH_INTEGRATOR_PATH ? 0.3 : 1.0);
   const double allowed = samples_per_s * all_s + samples_share * pixels * samples;
   const unsigned seeds = count_seeds(samples);
   const double count = f->is_cut ? 0.0 : fmin(allowed / (seeds * samples), PROBES_MAX);
   neph_result result = np_error_probes_choose(f, count < PROBES_MIN ? 0 : (unsigned)count, out);
+  if (!result) result = limit_probes(f, allowed / seeds, out);
   return result || !out->count ? result : np_error_probes_sample(f, seeds, out);
 }
 
 /* The tracer is stopped at a tenth of what the frame took. */
 static neph_result trace_probes(const np_frame *f, const np_plan *plan, np_error_probes *probes) {
-  const double samples = traced_per_s * np_stages_count_cost(plan).seconds / plan->packet_count;
+  const double samples = traced_per_s * plan->constant_s / plan->packet_count;
   const double count = fmin(fmin(samples / TRACED_SAMPLES_PER_PROBE, TRACED_PROBES_MAX), probes->count);
   if (f->desc->integrator == NEPH_INTEGRATOR_PATH || count < PROBES_MIN) return NEPH_OK;
   np_monitor_begin_budget(f->monitor, fmin(1.1 * np_monitor_get_seconds(f->monitor), f->assembly->schedule.limit_s));

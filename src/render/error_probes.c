@@ -118,21 +118,6 @@ static neph_result sample_probes(void *user, size_t begin, size_t end, unsigned 
   return NEPH_OK;
 }
 
-/* A copy of the frame that samples its luminance alone. */
-static np_frame *copy_frame(const np_frame *f, neph_render_desc *desc) {
-  np_frame *copy = np_alloc(f->assembly->context, 1, sizeof *copy);
-  if (!copy) return NULL;
-  *copy = *f;
-  *desc = *f->desc;
-  copy->desc = desc;
-  copy->channels.count = copy->channels.sum_count = 0;
-  copy->depth_components = copy->aovs = 0;
-  copy->has_layers = copy->has_light_groups = false;
-  copy->settings.lost_share = 0.0f;
-  copy->settings.has_sun_share = false;
-  return copy;
-}
-
 /* Samples the first probes with seeds that follow the frame's and those that were used before. */
 static neph_result sample_seeds(np_frame *copy, neph_render_desc *desc, unsigned first_seed, unsigned seed_count,
                                 size_t probe_count, probe_job *job) {
@@ -154,9 +139,9 @@ static void take_sample(np_error_probe *probe, unsigned seed, double luminance) 
 
 neph_result np_error_probes_sample(const np_frame *f, unsigned seed_count, np_error_probes *probes) {
   neph_render_desc desc;
-  np_frame *copy = copy_frame(f, &desc);
+  np_frame *copy = np_frame_copy_for_luminance(f, &desc);
   if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
-  probe_job job = {.frame = copy, .begin = np_frame_get_first_sample(f), .take = take_sample, .probe = probes->probe};
+  probe_job job = {.frame = copy, .begin = f->desc->sample_begin, .take = take_sample, .probe = probes->probe};
   neph_result result = sample_seeds(copy, &desc, 0, seed_count, probes->count, &job);
   for (unsigned i = 0; i < probes->count; i++) {
     np_error_probe *p = &probes->probe[i];
@@ -180,7 +165,7 @@ static void make_tracer(np_frame *f) {
 neph_result np_error_probes_trace(const np_frame *f, unsigned probe_count, unsigned sample_count,
                                   np_error_probes *probes) {
   neph_render_desc desc;
-  np_frame *copy = copy_frame(f, &desc);
+  np_frame *copy = np_frame_copy_for_luminance(f, &desc);
   if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
   put_traced_first(probes, probe_count);
   make_tracer(copy);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -10,6 +11,7 @@
 #include "image/color_space.h"
 #include "render/channel_table.h"
 #include "render/error_estimate.h"
+#include "render/error_forecast.h"
 #include "render/frame.h"
 #include "render/frame_state.h"
 #include "render/integrator_choice.h"
@@ -157,6 +159,25 @@ static neph_result describe_cut(const np_frame *f, double samples, neph_image *i
   return neph_image_set_attribute(image, "nephos:sampling", text);
 }
 
+static int compare_counts(const void *a, const void *b) {
+  const float *x = a, *y = b;
+  return (*x > *y) - (*x < *y);
+}
+
+/* The least, the median and the largest number that a target error chose. */
+static neph_result describe_counts(const np_frame *f) {
+  const size_t pixels = (size_t)f->width * f->height;
+  if (!np_frame_has_target(f) || !f->luminances) return NEPH_OK;
+  float *counts = np_alloc(f->assembly->context, pixels, sizeof *counts);
+  if (!counts) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (size_t i = 0; i < pixels; i++) counts[i] = f->luminances[i].count;
+  qsort(counts, pixels, sizeof *counts, compare_counts);
+  np_log(f->assembly->context, NEPH_LOG_INFO, "samples of a pixel: least %.0f, median %.0f, largest %.0f",
+         (double)counts[0], (double)counts[pixels / 2], (double)counts[pixels - 1]);
+  np_alloc_free(f->assembly->context, counts);
+  return NEPH_OK;
+}
+
 /* Number of samples, and the error of the pixels with them. */
 static neph_result describe_samples(const np_frame *f, neph_image *image) {
   const double pixels = (double)f->width * f->height;
@@ -167,6 +188,7 @@ static neph_result describe_samples(const np_frame *f, neph_image *image) {
     squares += f->totals[tile].squares;
   }
   neph_result result = np_image_set_real(image, "nephos:samples", (double)samples / pixels);
+  if (!result) result = describe_counts(f);
   if (!result && f->is_cut) result = describe_cut(f, (double)samples / pixels, image);
   if (result || f->desc->sample_count < 2) return result;
   const double error = sqrt(squares / pixels);
@@ -197,6 +219,8 @@ static void warn_of_target(const np_frame *f, const np_frame_error *e) {
   char why[128] = "";
   if (f->is_cut)
     (void)snprintf(why, sizeof why, "the time limit of %g s came first", f->desc->time_limit_s);
+  else if (isfinite(f->desc->time_limit_s))
+    (void)snprintf(why, sizeof why, "the time limit of %g s allowed no better settings", f->desc->time_limit_s);
   else if (e->bias.value > target)
     (void)snprintf(why, sizeof why, "the march errs by that much here: set render.integrator to path");
   else
@@ -208,9 +232,9 @@ static void warn_of_target(const np_frame *f, const np_frame_error *e) {
 
 static neph_result estimate_error(const np_frame *f, const np_plan *plan, neph_image *image) {
   np_frame_error error;
-  const double start_s = plan->times ? np_cpu_time_s() : 0.0;
+  const double start_s = np_cpu_time_s();
   neph_result result = np_frame_estimate_error(f, plan, &error);
-  if (plan->times) plan->times->error_s = np_cpu_time_s() - start_s;
+  plan->times->error_s = np_cpu_time_s() - start_s;
   if (result) return result;
   warn_of_target(f, &error);
   return np_frame_error_write(&error, image);
@@ -254,7 +278,8 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->assembly = assembly;
   f->desc = desc;
   f->aovs = plan->aovs;
-  f->noise_target = np_bias_model_choose_noise(scene, plan);
+  f->noise_target = np_plan_choose_noise(plan);
+  f->prediction = &plan->times->prediction;
   f->depth_components = choose_depth_components(plan, &scene->output);
   f->has_light_groups = plan->has_light_groups;
   f->has_layers = f->depth_components || f->has_light_groups || plan->aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE);

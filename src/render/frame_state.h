@@ -6,6 +6,7 @@
 #include "render/assembly.h"
 #include "render/channels.h"
 #include "render/deep_pixels.h"
+#include "render/sample_counts.h"
 #include "render/tile_feed.h"
 
 /* Over a tile's pixels: the sums of their means, and of the squares of the means' standard errors. */
@@ -30,6 +31,15 @@ typedef struct np_pixel_luminance {
   float opacity; /* of clouds */
 } np_pixel_luminance;
 
+/* Rows of pixels under way, and one pixel around them whose pilots tell of the noise: slots of a grid. */
+typedef struct np_pixel_rows {
+  unsigned begin, count; /* of the frame's rows, without those around */
+  size_t stride;         /* of slots; the frame's width and two */
+  np_pixel_state *states;
+  np_pilot *pilots; /* with a target error */
+  double *numbers;  /* of each slot, np_channels_count_numbers */
+} np_pixel_rows;
+
 typedef struct np_frame {
   const np_assembly *assembly;
   const neph_render_desc *desc;
@@ -50,10 +60,10 @@ typedef struct np_frame {
   np_pixel_luminance *luminances;          /* of each pixel, for the estimate of its error; NULL: none is wanted */
   double luminance_weights[NP_BAND_COUNT]; /* of the picture's R, G and B */
   double dim[NP_BAND_COUNT];               /* radiances below this need not be as exact, relatively */
-  double noise_target;                     /* of each pixel, of the target error; infinite: none */
-  np_spread *pilots;                       /* with a target error: those rendered, and one pixel around them */
-  np_pixel_state *pixels;                  /* with a time limit: those rendered */
-  double *numbers;                         /* of each of them, np_channels_count_numbers */
+  double noise_target;                     /* of the picture, of the target error; infinite: none */
+  np_sample_rule rule;                     /* with a target error */
+  np_prediction *prediction;               /* borrowed: completed by pilots */
+  np_pixel_rows rows;                      /* with a time limit all; with a target error alone some */
   bool is_first_pass;
   bool is_cut;                  /* by the time limit, before all samples were taken */
   int min[2];                   /* first pixel that is rendered */
@@ -73,8 +83,22 @@ size_t np_frame_count_tiles(const np_frame *f);
  * is gone on with. */
 neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p, double *numbers);
 
-/* Number of a pixel's first sample: those before it are a pilot's. */
-uint32_t np_frame_get_first_sample(const np_frame *f);
+/* Fills a pixel's values by its samples, and adds it to its tile. */
+neph_result np_frame_finish_pixel(const np_frame *f, const int at[2], const np_pixel_state *p, const double *numbers,
+                                  np_tile_total *total);
+
+bool np_frame_is_in_view(const np_frame *f, const int at[2]);
+
+/* The pilot of a pixel that has `count` samples, and one of samples that are not kept. */
+np_pilot np_frame_get_pilot(const np_frame *f, const double *numbers, uint32_t count);
+neph_result np_frame_fly_pilot(const np_frame *f, const int at[2], uint32_t count, np_pilot *out);
+
+/* A number of the pixel's own that its samples do not use, in [0, 1). */
+double np_frame_draw_rounding(const np_frame *f, const int at[2]);
+
+/* A copy that samples the luminance alone, with `desc` as its description; NULL: there is no memory. Freed by
+ * np_alloc_free. */
+np_frame *np_frame_copy_for_luminance(const np_frame *f, neph_render_desc *desc);
 
 np_pixel_luminance np_frame_get_luminance(const np_frame *f, const np_spread *spread);
 

@@ -40,7 +40,8 @@ static neph_result count_terrain_bytes(const neph_scene *scene, const np_plan *p
   neph_result result = count_heights(scene, plan, &heights);
   if (!result && scene->terrain.albedo_image)
     result = np_image_read_size(scene->context, scene->terrain.albedo_image, size);
-  *out_bytes = height_bytes * heights + 3.0 * sizeof(float) * (double)size[0] * size[1];
+  *out_bytes =
+      height_bytes * heights + 3.0 * sizeof(float) * (double)size[0] * size[1];
   return result;
 }
 
@@ -54,16 +55,25 @@ static neph_result estimate(const neph_scene *scene, const np_plan *plan, neph_m
   double terrain;
   neph_result result = count_terrain_bytes(scene, plan, &terrain);
   if (result) return result;
-  const double film = plan->stages[NP_STAGE_INTEGRATOR].cost.bytes, volumes = plan->stages[NP_STAGE_VOLUMES].cost.bytes;
+  const np_plan_stage *stages = plan->stages;
+  const double film = stages[NP_STAGE_INTEGRATOR].cost.bytes, volumes = stages[NP_STAGE_VOLUMES].cost.bytes;
+  const double heights = stages[NP_STAGE_TERRAIN].cost.bytes;
   neph_memory_estimate e = {.struct_size = sizeof e,
                             .program_bytes = (uint64_t)(program_bytes + (has_vdb(scene) ? vdb_bytes : 0.0)),
                             .terrain_bytes = (uint64_t)terrain,
                             .volume_bytes = (uint64_t)volumes,
-                            .light_bytes = (uint64_t)(np_stages_count_cost(plan).bytes - film - volumes),
+                            .light_bytes = (uint64_t)(np_stages_count_cost(plan).bytes - film - volumes - heights),
                             .film_bytes = (uint64_t)film};
   e.total_bytes = e.program_bytes + e.terrain_bytes + e.volume_bytes + e.light_bytes + e.film_bytes;
   *out = e;
   return NEPH_OK;
+}
+
+neph_result np_plan_predict_memory(const neph_scene *scene, const np_plan *plan, double *out_bytes) {
+  neph_memory_estimate e;
+  neph_result result = estimate(scene, plan, &e);
+  if (!result) *out_bytes = (double)e.total_bytes;
+  return result;
 }
 
 neph_result neph_render_estimate_memory(neph_scene *scene, const neph_render_desc *desc,

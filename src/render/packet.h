@@ -47,11 +47,11 @@ typedef struct np_packet {
   np_band_set bands;
   float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
   neph_atmosphere *atmosphere;
-  np_instance *placed;  /* the clouds that hold anything */
-  np_emission emission; /* of all clouds; without emitters where there is none */
+  np_instance *placed;          /* the clouds that hold anything */
+  np_emission emission;         /* of all clouds; without emitters where there is none */
   np_emission *emission_groups; /* of each cloud of the scene, for groups of lights; NULL: none are asked for */
-  np_cloud_gain *gains; /* of each of `placed`; NULL: no approximation, or the scene has a gain for it */
-  unsigned light_count; /* the first one's view has what is not of any light: environment, disks, night */
+  np_cloud_gain *gains;         /* of each of `placed`; NULL: no approximation, or the scene has a gain for it */
+  unsigned light_count;         /* the first one's view has what is not of any light: environment, disks, night */
   np_packet_light lights[NP_LIGHTS_MAX];
   np_night night;
   np_star_field stars; /* of the camera's picture; empty: none */

@@ -132,6 +132,10 @@ double *np_part_film_get_record(const np_part_film *film, size_t index) {
          np_part_grid_get_index(&film->grid, (unsigned)(index % width), (unsigned)(index / width)) * film->reals;
 }
 
+bool np_part_film_has(const np_part_film *film, size_t index) {
+  return np_part_film_get_record(film, index)[NP_PART_RECORD_COUNT] > 0.0;
+}
+
 bool np_part_film_develop(const np_part_film *film, const np_frame *f, size_t index, np_tile_total *total) {
   const double *record = np_part_film_get_record(film, index);
   const uint32_t count = (uint32_t)record[NP_PART_RECORD_COUNT];

@@ -17,6 +17,9 @@ void np_part_film_close(np_part_film *film); /* NULL is allowed */
 /* The record of a pixel, by its place in the image; a count of 0 is one that is not rendered yet. */
 double *np_part_film_get_record(const np_part_film *film, size_t index);
 
+/* Whether a pixel is rendered, by its place in the image. */
+bool np_part_film_has(const np_part_film *film, size_t index);
+
 /* Fills a pixel from its record; false where it is not rendered yet. */
 bool np_part_film_develop(const np_part_film *film, const np_frame *f, size_t index, np_tile_total *total);
 

@@ -181,17 +181,18 @@ static void count_work(np_plan *plan, const neph_scene *scene) {
   if (scene->output.deep) plan->film_bytes += pixels * deep_bytes;
 }
 
-/* One sample says nothing about its error. */
-static neph_result check_samples(const np_plan *plan) {
+/* One sample says nothing about its error: with a target error pixels get as many as the channels ask for. */
+static neph_result check_samples(np_plan *plan) {
   const unsigned samples = plan->desc.sample_count;
   const np_aov_row *aov = np_aovs_search_short(plan->aovs, samples);
-  if (aov)
-    return np_fail(plan->context, NEPH_ERROR_BAD_SCENE,
-                   "render.samples is %u, must be at least %u for the %s of output.aovs", samples, aov->samples_min,
-                   aov->name);
-  if (samples >= 2 || !isfinite(plan->desc.target_error)) return NEPH_OK;
+  if (!aov) return NEPH_OK;
+  if (isfinite(plan->desc.target_error)) {
+    plan->desc.sample_count = aov->samples_min;
+    return check_samples(plan);
+  }
   return np_fail(plan->context, NEPH_ERROR_BAD_SCENE,
-                 "render.samples is 1, must be at least 2 for render.target_error");
+                 "render.samples is %u, must be at least %u for the %s of output.aovs", samples, aov->samples_min,
+                 aov->name);
 }
 
 /* Directions of sun and moon, unless only the height field, not read yet, has the place. */
@@ -226,6 +227,8 @@ static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, 
   if (result) return result;
   const double asked = scene->render.light_memory_bytes;
   plan->filled_share = 0.4;
+  const neph_machine constants = NEPH_MACHINE_DEFAULT, *machine = plan->desc.machine;
+  memcpy(plan->work_factor, (machine ? machine : &constants)->factor, sizeof plan->work_factor);
   plan->light_bytes_max = isfinite(asked) ? asked : 0.25 * (double)np_memory_size();
   set_windows(plan, scene);
   return NEPH_OK;

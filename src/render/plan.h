@@ -14,6 +14,9 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
  * NEPH_ERROR_LIMIT, with a message, when both are not enough. */
 neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan);
 
+/* Peak of the process while the plan is rendered. */
+neph_result np_plan_predict_memory(const neph_scene *scene, const np_plan *plan, double *out_bytes);
+
 /* Measures by trial bakes of few voxels, a tenth of a second each, how much of their boxes clouds fill, for predictions
  * of memory and time; without it two fifths are taken. */
 neph_result np_plan_measure_fill(const neph_scene *scene, np_plan *plan);
@@ -29,7 +32,7 @@ neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan);
 neph_result np_plan_make_sky(const neph_scene *scene, bool is_of_bands, np_plan *out_plan);
 
 /* The plan as text, to be freed with neph_text_destroy. */
-neph_result np_plan_describe(const np_plan *plan, neph_text_format format, char **out_text);
+neph_result np_plan_describe(const neph_scene *scene, const np_plan *plan, neph_text_format format, char **out_text);
 
 /* Opens every file that the scene names, the .vdb of the plan's frame and of its reference frames among them, without
  * reading it, so that errors are known before the first frame. Notes the reference frames in the plan. Warns of grids

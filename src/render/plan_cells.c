@@ -12,13 +12,22 @@
 static const double core_gain_max = 1.2;
 
 /* Memory of a cell that holds cloud: 1.6 kB more in the peak of five sample scenes than without a solution. */
-static const double cell_bytes = 1600.0;
-/* In files, where cells are twice as wide as voxels. */
-static const double cells_per_voxel = 1.0 / 8.0;
+static const double cell_bytes = 1600.0, coarse_cell_bytes = 900.0; /* of degree 3 */
+/* In files, where cells are twice as wide as voxels, and sizes tell voxels roughly. */
+static const double cells_per_voxel = 1.0 / 11.0;
 
-double np_plan_predict_cell_bytes(const np_plan *plan) {
-  const double boxed = plan->filled_share * plan->light_cell_count, read = cells_per_voxel * plan->cloud_voxel_count;
-  return fmin(cell_bytes * (boxed > 0.0 ? boxed : read), plan->light_bytes_max);
+/* A cloud from a file is taken to be so wide in the picture, and to fill this of its box. */
+static const double usual_width = 0.6, usual_fill = 0.3;
+
+double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene) {
+  const double boxed = plan->filled_share * plan->light_cell_count, detail_px = scene->render.light_detail_px;
+  const double across = detail_px > 0.0 ? usual_width * plan->desc.width / detail_px : HUGE_VAL;
+  return boxed > 0.0 ? boxed : fmin(cells_per_voxel * plan->cloud_voxel_count, usual_fill * pow(across, 3.0));
+}
+
+double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) {
+  const double bytes = scene->render.light_degree > 3 ? cell_bytes : coarse_cell_bytes;
+  return fmin(bytes * np_plan_predict_cells(plan, scene), plan->light_bytes_max);
 }
 
 /* Cells of one voxel are for rays that see cloud: so many times those that meet the clouds' box, if that is fewer. */

@@ -36,7 +36,10 @@ typedef struct np_cells_forecast {
 
 neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene, np_cells_forecast *out);
 
+/* Cells with cloud of a solution, of a plan that has its forecast. */
+double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene);
+
 /* Bytes that a solution takes while it is computed, of a plan that has its forecast. */
-double np_plan_predict_cell_bytes(const np_plan *plan);
+double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene);
 
 #endif

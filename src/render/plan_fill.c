@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The share of their boxes that clouds fill. */
 #include <math.h>
+#include <string.h>
 
+#include "core/hash.h"
 #include "render/plan.h"
 #include "render/plan_detail.h"
 
@@ -31,14 +33,43 @@ static neph_result measure_bake(const neph_scene *scene, const np_plan *plan, co
   return NEPH_OK;
 }
 
-neph_result np_plan_measure_fill(const neph_scene *scene, np_plan *plan) {
+/* All that the trials depend on: the frame's bakes, whatever their voxels. */
+static neph_result compute_key(const neph_scene *scene, const np_plan *plan, char out_key[33]) {
+  np_hash *hash = np_hash_create(scene->context);
+  for (unsigned i = 0; hash && i < scene->cloud_count; i++) {
+    if (!scene->clouds[i].is_baked) continue;
+    neph_cloud_desc bake = np_scene_cloud_get_frame(&scene->clouds[i], plan->desc.frame);
+    np_hash_add_file(hash, bake.map_file);
+    for (int m = 0; m < NEPH_CLOUD_MAP_QUANTITY_COUNT; m++) {
+      np_hash_add_text(hash, bake.map_channels[m]);
+      bake.map_channels[m] = NULL;
+    }
+    bake.map_file = bake.name = NULL;
+    NP_HASH_ADD(hash, bake);
+  }
+  return np_hash_finish(hash, out_key);
+}
+
+static neph_result measure(const neph_scene *scene, const np_plan *plan, double *out_share) {
   double box_voxels = 0.0, filled_voxels = 0.0;
   neph_result result = NEPH_OK;
-  if (plan->is_fill_measured) return NEPH_OK;
   for (unsigned i = 0; !result && i < scene->cloud_count; i++)
     if (scene->clouds[i].is_baked) result = measure_bake(scene, plan, &scene->clouds[i], &box_voxels, &filled_voxels);
+  if (!result && box_voxels > 0.0) *out_share = pow(fmin(filled_voxels / box_voxels, 1.0), cell_exponent);
+  return result;
+}
+
+neph_result np_plan_measure_fill(const neph_scene *scene, np_plan *plan) {
+  if (plan->is_fill_measured) return NEPH_OK;
+  np_stored_fill *stored = &plan->stores->fill;
+  np_stored_fill fill = {.share = plan->filled_share};
+  neph_result result = compute_key(scene, plan, fill.key);
+  if (!result && strcmp(fill.key, stored->key)) {
+    result = measure(scene, plan, &fill.share);
+    if (!result) *stored = fill;
+  }
   plan->is_fill_measured = true;
-  if (result || !(box_voxels > 0.0)) return result;
-  plan->filled_share = pow(fmin(filled_voxels / box_voxels, 1.0), cell_exponent);
+  if (result || stored->share == plan->filled_share) return result;
+  plan->filled_share = stored->share;
   return np_plan_revise(scene, plan);
 }

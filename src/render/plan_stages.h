@@ -38,8 +38,8 @@ typedef enum np_stage {
   NP_STAGE_COUNT
 } np_stage;
 
-/* Predicted cost of a stage: seconds on two cores, within a factor of two or three of what sample scenes take, and
- * bytes that stay while the picture is rendered. 0: next to nothing, or not known. */
+/* Predicted cost of a stage: seconds of one core, and bytes that stay while the picture is rendered. 0: next to
+ * nothing, or not known. */
 typedef struct np_stage_cost {
   double seconds, bytes;
 } np_stage_cost;
@@ -48,13 +48,25 @@ typedef struct np_plan_stage {
   bool is_needed;
   char reason[240]; /* why, or why not; empty: not decided yet */
   np_stage_cost cost;
+  double
+      error; /* predicted share of a pixel's luminance that it is wrong by: a bias, of the integrator with its noise */
 } np_plan_stage;
+
+/* Cost and error of a picture, predicted: by its plan, before anything is built, and again by pilots, when all but its
+ * samples is there. Seconds are of one core, errors shares of a pixel's luminance. */
+typedef struct np_prediction {
+  bool is_wanted, has_pilots;
+  double seconds, bytes, error; /* by the plan */
+  double sampling_s, noise;     /* by pilots: of the samples that follow, and of the picture */
+  double start_s;               /* CPU time of the process when the picture was begun */
+} np_prediction;
 
 /* CPU time of the stages that a picture built, seconds. */
 typedef struct np_stage_times {
   double cpu_s[NP_STAGE_COUNT];
   bool is_reused[NP_STAGE_COUNT]; /* a part of it was taken from the stores */
   double error_s;                 /* the estimate of the picture's error */
+  np_prediction prediction;
 } np_stage_times;
 
 /* The frame by which a sequence's frames are placed and scaled. */
@@ -97,10 +109,14 @@ typedef struct np_plan {
   double cloud_voxel_count; /* that hold cloud: a guess, by which work is judged */
   double filled_share;      /* of the boxes of clouds that are baked: two fifths, or as measured */
   bool is_fill_measured;
-  double light_bytes_max;  /* of multiple scattering while it is solved for */
-  bool are_halves;         /* volumes in memory, whatever their clouds' precision */
-  char savings[160];       /* what was given up to stay within the limit on memory; empty: nothing */
-  double light_error;      /* expected of the largest cells of multiple scattering; 0: it is not solved */
+  double light_bytes_max;              /* of multiple scattering while it is solved for */
+  bool are_halves;                     /* volumes in memory, whatever their clouds' precision */
+  char savings[160];                   /* what was given up to stay within the limit on memory; empty: nothing */
+  double bias, noise;                  /* predicted of the picture: docs/error.md */
+  double sample_mean;                  /* predicted samples a pixel; with a target error it is what that takes */
+  double work_factor[NEPH_WORK_COUNT]; /* time of each kind of work, over that of the machine of the constants */
+  double constant_s;                   /* predicted for all stages without those factors: the same on every machine */
+  double light_error;                  /* expected of the largest cells of multiple scattering; 0: it is not solved */
   double light_cell_count; /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;
 
@@ -109,6 +125,11 @@ static inline uint64_t np_plan_count_pixels(const np_plan *plan) {
 }
 
 static inline bool np_plan_needs(const np_plan *plan, np_stage stage) { return plan->stages[stage].is_needed; }
+
+/* Seconds that its threads take for what one core takes a second for. */
+static inline double np_plan_get_core_s(const np_plan *plan) {
+  return 1.0 / neph_context_get_thread_count(plan->context);
+}
 
 /* Whether paths go on through the air and from the ground. */
 static inline bool np_plan_traces_air(const np_plan *plan) {

@@ -9,6 +9,7 @@
 #include "render/frame.h"
 #include "render/part_check.h"
 #include "render/plan.h"
+#include "render/prediction.h"
 #include "render/scene_hash.h"
 #include "render/stages.h"
 
@@ -34,25 +35,32 @@ static neph_result fail_late(const neph_render_desc *desc, const np_monitor *mon
 
 static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *monitor, neph_image **out_image) {
   np_assembly assembly;
-  neph_result result = np_scene_hash_compute(scene, plan, plan->hash);
+  neph_result result = np_prediction_begin(scene, plan);
+  if (!result) result = np_scene_hash_compute(scene, plan, plan->hash);
   if (!result) result = np_part_check_hash(plan);
   if (!result) result = np_assembly_build(scene, plan, monitor, &assembly);
   if (result) return result;
   warn_of_buried_camera(&assembly);
   np_schedule_begin(&assembly.schedule, monitor, NP_STAGE_INTEGRATOR, 0, 1);
+  const double start_s = np_cpu_time_s();
   result = np_frame_render(scene, plan, &assembly, monitor, out_image);
+  plan->times->cpu_s[NP_STAGE_INTEGRATOR] = np_cpu_time_s() - start_s - plan->times->error_s;
   np_assembly_clear(&assembly);
+  if (!result) result = np_prediction_end(plan, *out_image);
   return result || !*plan->hash ? result : neph_image_set_attribute(*out_image, NP_SCENE_HASH, plan->hash);
 }
 
 neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image) {
   *out_image = NULL;
   np_schedule schedule;
+  np_stage_times own = {.error_s = 0.0}, *times = plan->times;
+  if (!times) plan->times = &own;
   np_schedule_make(plan, &schedule);
   np_monitor_set_deadline(monitor, schedule.deadline_s);
   const unsigned mode = np_float_mode_enter();
   neph_result result = render(plan, scene, monitor, out_image);
   np_float_mode_leave(mode);
+  plan->times = times;
   if (result == NEPH_ERROR_CANCELLED && np_monitor_is_late(monitor)) result = fail_late(&plan->desc, monitor);
   if (result) {
     neph_image_destroy(*out_image);
@@ -98,7 +106,7 @@ neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc,
   if (!result) result = np_inputs_open(scene, &plan);
   if (!result) result = np_plan_measure_fill(scene, &plan);
   if (!result) result = np_plan_fit_memory(scene, &plan);
-  return result ? result : np_plan_describe(&plan, format, out_text);
+  return result ? result : np_plan_describe(scene, &plan, format, out_text);
 }
 
 neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int frame, const neph_bake_desc *desc,

@@ -4,6 +4,7 @@
 
 #include "core/alloc.h"
 #include "render/frame.h"
+#include "render/prediction.h"
 #include "render/tile_feed.h"
 
 struct neph_renderer {
@@ -37,7 +38,8 @@ static neph_result render_picture(neph_scene *scene, picture_call *call, neph_im
   call->plan.feed = &call->feed;
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, tell, call);
-  neph_result result = np_plan_fit_memory(scene, &call->plan);
+  neph_result result = np_prediction_prepare(scene, &call->plan);
+  if (!result) result = np_plan_fit_memory(scene, &call->plan);
   return result ? result : np_render_image(scene, &call->plan, &monitor, out_image);
 }
 

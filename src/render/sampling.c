@@ -1,288 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The samples of a frame's pixels: which rays, how many, in what order. */
+/* The samples of a frame: how many each pixel gets, and in what order. */
 #include <string.h>
 
 #include "core/alloc.h"
 #include "image/film.h"
-#include "integrate/blue_noise_table.h"
-#include "render/frame_layers.h"
+#include "image/image_private.h"
 #include "render/part_film.h"
-#include "render/part_header.h"
-#include "volume/depth_cursor.h"
-
-/* ---- One sample ---- */
-
-/* Offset from a pixel's centre, distributed as a tent one pixel to each side: the reconstruction filter, by sampling.
- */
-static float tent(float u) { return u < 0.5f ? sqrtf(2.0f * u) - 1.0f : 1.0f - sqrtf(2.0f - 2.0f * u); }
-
-/* Low-discrepancy points of the plastic number (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom
- * Sequences"), turned by a random offset per pixel; the golden ratio turns the blue noise from sample to sample. */
-static float turn(float offset, double step, unsigned index) {
-  const double x = (double)offset + step * (double)index;
-  return (float)(x - floor(x));
-}
-
-/* Ray of the integrators from one of the lens; the clipping planes of the camera are its ends. */
-static np_camera_ray clip_ray(const np_film_ray *ray, const float film[2]) {
-  const bool is_near = ray->near_m > 0.0;
-  return (np_camera_ray){.origin = is_near ? np_dvec3_along(ray->origin, ray->direction, ray->near_m) : ray->origin,
-                         .direction = ray->direction,
-                         .film = {film[0], film[1]},
-                         .begin_m = ray->near_m,
-                         .has_end = isfinite(ray->far_m),
-                         .end_m = ray->far_m - ray->near_m};
-}
-
-/* Offsets of a pixel's sequences from sample to sample. */
-enum { OFFSETS = 5 };
-
-/* False: no light falls there. */
-static bool make_ray(const np_frame *f, int x, int y, unsigned sample, const float offset[OFFSETS],
-                     np_camera_ray *out) {
-  const float u = turn(offset[0], 0.7548776662466927, sample), v = turn(offset[1], 0.5698402909980532, sample);
-  const float film[2] = {(float)x + 0.5f + tent(u), (float)y + 0.5f + tent(v)};
-  np_film_ray ray;
-  if (!np_camera_start_ray(&f->assembly->camera, film[0], film[1], turn(offset[3], 0.8191725133961645, sample),
-                           turn(offset[4], 0.6710436067037893, sample), &ray))
-    return false;
-  *out = clip_ray(&ray, film);
-  out->jitter = turn(np_blue_noise_get(x, y), 0.6180339887498949, sample);
-  out->choice = turn(offset[2], 0.6180339887498949, sample);
-  return true;
-}
-
-/* Distance along the ray of the pixel's centre, through that of the lens, to where cloud hides half, or to ground;
- * infinite past both. */
-static double compute_distance(const np_frame *f, int x, int y, np_vec3 *out_direction) {
-  const np_camera *camera = &f->assembly->camera;
-  const np_world *world = &f->assembly->packets[0].lights[0].world;
-  const float film[2] = {(float)x + 0.5f, (float)y + 0.5f};
-  np_film_ray middle;
-  const bool has_ray = np_camera_start_ray(camera, film[0], film[1], 0.5f, 0.0f, &middle);
-  *out_direction = middle.direction;
-  if (!has_ray) return HUGE_VAL;
-  const np_camera_ray ray = clip_ray(&middle, film);
-  np_ground_hit hit;
-  const bool is_ground = np_camera_ray_intersect_ground(world, &ray, &hit);
-  const double end = is_ground ? hit.distance_m : np_camera_ray_get_end(&ray);
-  const double cloud = f->half_distance(world, &ray, end);
-  return ray.begin_m + fmin(cloud, is_ground ? end : HUGE_VAL);
-}
-
-/* Optical depth of all clouds up to the ground, whatever an integrator saw of them. */
-static float compute_optical_depth(const np_frame *f, const np_camera_ray *ray) {
-  const np_world *world = &f->assembly->packets[0].lights[0].world;
-  np_ground_hit hit;
-  const bool is_ground = np_camera_ray_intersect_ground(world, ray, &hit);
-  const double end = is_ground ? hit.distance_m : np_camera_ray_get_end(ray);
-  np_depth_cursors clouds;
-  np_depth_cursors_start(&clouds, &world->clouds, ray->origin, ray->direction, end);
-  np_depth_cursors_advance(&clouds, end);
-  return (float)np_depth_cursors_sum(&clouds);
-}
-
-/* Light adds up: a scene under sun and moon is the scene under the one and under the other. Stars shine through what
- * the sample finds before them. */
-static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray, const int pixel[2],
-                             np_random *random, np_integrator_sample *out) {
-  f->integrate(&packet->lights[0].world, &packet->lights[0].lighting, &f->settings, ray, random, out);
-  if (f->has_light_groups) np_frame_add_group(f, ray, packet->lights[0].group, out);
-  for (unsigned l = 1; l < packet->light_count; l++) {
-    np_integrator_sample more;
-    np_integrator_layers layers;
-    np_camera_ray same = *ray;
-    if (ray->layers) same.layers = np_frame_start_layers(f, &layers);
-    f->integrate(&packet->lights[l].world, &packet->lights[l].lighting, &f->settings, &same, random, &more);
-    if (ray->layers) np_integrator_append_light(ray->layers, &layers);
-    if (f->has_light_groups) np_frame_add_group(f, ray, packet->lights[l].group, &more);
-    for (int c = 0; c < NP_COMPONENT_ALL; c++)
-      out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
-    out->lost = np_spectrum_add(out->lost, more.lost);
-    out->cut_count += more.cut_count;
-    out->followed_count += more.followed_count;
-  }
-  if ((!packet->stars.count && !packet->stars.blurred) || out->is_ground_behind) return;
-  const np_spectrum stars =
-      np_spectrum_scale(np_star_field_get(&packet->stars, pixel[0], pixel[1]), out->transmittance);
-  out->component[NP_COMPONENT_BACKGROUND] = np_spectrum_add(out->component[NP_COMPONENT_BACKGROUND], stars);
-  if (!f->has_light_groups || !(f->channels.beauty & 1u << NP_COMPONENT_BACKGROUND)) return;
-  np_spectrum *sky = &ray->layers->group[NP_LIGHT_GROUP_SKY];
-  *sky = np_spectrum_add(*sky, stars);
-}
-
-/* One sample of the picture: every packet along the same path, its bands added up to colours before anything is
- * squared. What does not depend on wavelength is the first packet's. */
-static void integrate(const np_frame *f, const np_camera_ray *ray, const int pixel[2], const np_random *random,
-                      np_integrator_sample *out) {
-  const np_assembly *a = f->assembly;
-  np_random first_random = *random;
-  integrate_packet(f, &a->packets[0], ray, pixel, &first_random, out);
-  if (a->is_of_bands) return;
-  np_integrator_sample sample = *out;
-  memset(out->component, 0, sizeof out->component);
-  out->lost = np_spectrum_grey(0.0f);
-  for (unsigned p = 0; p < a->packet_count; p++) {
-    np_random same_random = *random;
-    np_integrator_layers layers;
-    np_camera_ray same = *ray;
-    if (ray->layers && p > 0) same.layers = np_frame_start_layers(f, &layers);
-    if (p > 0) integrate_packet(f, &a->packets[p], &same, pixel, &same_random, &sample);
-    if (ray->layers) np_frame_convert_layers(&a->packets[p], same.layers);
-    if (ray->layers && p > 0) np_integrator_append_light(ray->layers, &layers);
-    for (int c = 0; c < NP_COMPONENT_ALL; c++)
-      out->component[c] = np_packet_add_color(&a->packets[p], out->component[c], sample.component[c]);
-    out->lost = np_packet_add_color(&a->packets[p], out->lost, sample.lost);
-  }
-}
-
-static np_random start_random(const np_frame *f, const int at[2], uint32_t sample) {
-  return np_random_start(f->desc->seed, (uint32_t)f->desc->frame, (uint32_t)at[0], (uint32_t)at[1], sample);
-}
-
-neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p,
-                                  double *numbers) {
-  np_film_accumulator accumulator;
-  const uint32_t begun = p->next % NP_FILM_LEAF_SAMPLES, before = p->next - begun - p->begin;
-  np_film_accumulator_begin_moments(&accumulator, f->channels.sum_count + NP_PIXEL_SUMS_OWN, NP_BAND_COUNT,
-                                    p->next - begun);
-  if (begun) (void)np_film_accumulator_add_node(&accumulator, &(np_film_node){p->next - begun, begun, numbers});
-  np_random shift = start_random(f, at, UINT32_MAX);
-  float offset[OFFSETS];
-  for (int i = 0; i < OFFSETS; i++) offset[i] = np_random_float(&shift);
-  np_deep_bins bins;
-  if (f->depth_components) np_deep_bins_load(&p->deep, &bins);
-  for (; p->next < end; p->next++) {
-    const np_random random = start_random(f, at, p->next);
-    np_integrator_layers layers;
-    np_camera_ray ray = {.begin_m = 0.0};
-    np_integrator_sample sample = {.transmittance = 1.0f};
-    const bool has_ray = make_ray(f, at[0], at[1], p->next, offset, &ray);
-    if (f->has_layers) ray.layers = np_frame_start_layers(f, &layers);
-    if (has_ray) integrate(f, &ray, at, &random, &sample);
-    if (has_ray && f->aovs & NP_AOV_OPTICAL_DEPTH) sample.optical_depth = compute_optical_depth(f, &ray);
-    if (np_monitor_is_cancelled(f->monitor)) break;
-    float values[NP_PIXEL_NUMBERS_MAX];
-    np_channels_read_numbers(&f->channels, &ray, &sample, values);
-    if (f->depth_components) np_frame_add_deep(f, &sample, &layers, &bins);
-    np_film_accumulator_add(&accumulator, values);
-  }
-  if (f->depth_components && np_deep_bins_store(f->assembly->context, &bins, &p->deep)) return NEPH_ERROR_OUT_OF_MEMORY;
-  double added[NP_PIXEL_NUMBERS_MAX];
-  np_film_accumulator_finish(&accumulator, added);
-  if (before) np_film_accumulator_join(&accumulator, numbers, before, added, p->next - p->begin - before);
-  memcpy(numbers, added, np_channels_count_numbers(&f->channels) * sizeof *numbers);
-  if (p->record && p->next == end) np_part_film_keep(f->part, p->record, &accumulator, added, end - p->begin);
-  return p->next < end ? NEPH_ERROR_CANCELLED : NEPH_OK;
-}
-
-/* ---- How many samples ---- */
+#include "render/pilots.h"
 
 static bool has_limit(const np_frame *f) { return isfinite(f->desc->time_limit_s); }
-
-static uint32_t round_up_to_leaf(double count) {
-  return (uint32_t)(ceil(count / NP_FILM_LEAF_SAMPLES) * NP_FILM_LEAF_SAMPLES);
-}
-
-uint32_t np_frame_get_first_sample(const np_frame *f) {
-  return np_frame_has_target(f) ? round_up_to_leaf(f->desc->sample_count) : f->desc->sample_begin;
-}
-
-/* Two stages (Stein 1945, "A Two-Sample Test for a Linear Hypothesis Whose Power is Independent of the Variance"): the
- * spread of a first set of samples, the pilot, says how many the second needs, and only the second is kept. A pixel
- * that stopped when its own samples happened to agree would be too dark where bright ones are rare; this one knows
- * nothing of them. A pilot speaks for the pixels around it too, since a cloud's edge may hide from sixteen samples. */
-static bool is_in_view(const np_frame *f, const int at[2]) {
-  return at[0] >= f->view_min[0] && at[0] < f->view_max[0] && at[1] >= f->view_min[1] && at[1] < f->view_max[1];
-}
-
-static neph_result fly_pilots(void *user, size_t begin, size_t end, unsigned thread) {
-  (void)thread;
-  const np_frame *f = user;
-  const neph_render_desc *d = f->desc;
-  for (size_t row = begin; row < end; row++)
-    for (unsigned column = 0; column < f->width + 2; column++) {
-      const int at[2] = {f->min[0] + (int)column - 1, f->min[1] + (int)row - 1};
-      if (!is_in_view(f, at)) continue;
-      np_pixel_state p = {.next = 0};
-      double numbers[NP_PIXEL_NUMBERS_MAX];
-      neph_result result = np_frame_sample_pixel(f, at, d->sample_count, &p, numbers);
-      np_alloc_free(f->assembly->context, p.deep.at);
-      if (result) return result;
-      f->pilots[row * (f->width + 2) + column] = np_channels_get_spread(&f->channels, numbers, p.next);
-    }
-  return NEPH_OK;
-}
-
-/* Samples that a pixel needs by the pilots of itself and its neighbours; 0 where there are none. */
-static double count_needed(const np_frame *f, const int at[2]) {
-  double mean[NP_BAND_COUNT] = {0}, variance[NP_BAND_COUNT] = {0}, worst = 0.0;
-  const size_t x = (size_t)(at[0] - f->min[0]), y = (size_t)(at[1] - f->min[1]);
-  unsigned count = 0;
-  for (size_t n = 0; n < 9; n++) {
-    const np_spread *pilot = &f->pilots[(y + n / 3) * (f->width + 2) + x + n % 3];
-    count += pilot->count > 0;
-    for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
-      mean[b] += pilot->mean[b];
-      variance[b] += np_spread_variance(pilot, b) * pilot->count;
-    }
-  }
-  for (unsigned b = 0; b < NP_BAND_COUNT; b++)
-    if (variance[b] > 0.0) worst = fmax(worst, variance[b] / count / pow(fmax(fabs(mean[b]) / count, f->dim[b]), 2.0));
-  return worst / (f->noise_target * f->noise_target);
-}
-
-static np_pixel_state start_pixel(const np_frame *f, const int at[2]) {
-  const neph_render_desc *d = f->desc;
-  const uint32_t begin = np_frame_get_first_sample(f);
-  if (!np_frame_has_target(f)) return (np_pixel_state){.begin = begin, .next = begin, .end = d->sample_end};
-  const double count = fmin(fmax(count_needed(f, at), d->sample_count), d->sample_count_max);
-  return (np_pixel_state){.begin = begin, .next = begin, .end = begin + (uint32_t)ceil(count)};
-}
-
-static neph_result finish_pixel(const np_frame *f, const int at[2], const np_pixel_state *p, const double *numbers,
-                                np_tile_total *total) {
-  np_pixel_facts facts = {.spread = np_channels_get_spread(&f->channels, numbers, p->next - p->begin)};
-  np_vec3 direction;
-  facts.distance = compute_distance(f, at[0], at[1], &direction);
-  facts.depth = np_camera_get_depth(&f->assembly->camera, direction, facts.distance);
-  const size_t index = (size_t)(at[1] - f->min[1]) * f->width + (size_t)(at[0] - f->min[0]);
-  if (p->record) {
-    p->record[NP_PART_RECORD_DISTANCE] = facts.distance;
-    p->record[NP_PART_RECORD_DEPTH] = facts.depth;
-  }
-  np_frame_develop_pixel(f, index, &facts, numbers, total);
-  if (!f->depth_components) return NEPH_OK;
-  return np_frame_set_deep(f, p, index, np_camera_get_depth(&f->assembly->camera, direction, 1.0));
-}
-
-/* Without a time limit: all of a pixel at once. */
-static neph_result render_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
-  np_pixel_state p = start_pixel(f, at);
-  double numbers[NP_PIXEL_NUMBERS_MAX];
-  if (f->part && np_part_film_develop(f->part, f, index, total)) return NEPH_OK;
-  if (f->part) p.record = np_part_film_get_record(f->part, index);
-  neph_result result = np_frame_sample_pixel(f, at, p.end, &p, numbers);
-  if (!result) result = finish_pixel(f, at, &p, numbers, total);
-  np_alloc_free(f->assembly->context, p.deep.at);
-  return result;
-}
-
-/* With one: a sample of every pixel, then the rest of its first leaf, then leaf after leaf. */
-static neph_result extend_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
-  (void)total;
-  np_pixel_state *p = &f->pixels[index];
-  if (f->is_first_pass) *p = start_pixel(f, at);
-  if (p->next >= p->end) return NEPH_OK;
-  const uint32_t leaf_end = (p->next / NP_FILM_LEAF_SAMPLES + 1) * NP_FILM_LEAF_SAMPLES;
-  const uint32_t end = f->is_first_pass ? p->next + 1 : leaf_end;
-  return np_frame_sample_pixel(f, at, end < p->end ? end : p->end, p,
-                               f->numbers + index * np_channels_count_numbers(&f->channels));
-}
-
-static neph_result close_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
-  return finish_pixel(f, at, &f->pixels[index], f->numbers + index * np_channels_count_numbers(&f->channels), total);
-}
 
 /* ---- Tiles ---- */
 
@@ -290,6 +16,7 @@ typedef neph_result pixel_step_fn(const np_frame *f, const int at[2], size_t ind
 
 typedef struct tile_job {
   const np_frame *f;
+  size_t begin; /* number of the first tile */
   pixel_step_fn *step;
   bool is_shown; /* its tiles are in the image */
 } tile_job;
@@ -299,7 +26,7 @@ static neph_result render_tiles(void *user, size_t begin, size_t end, unsigned t
   const tile_job *job = user;
   const np_frame *f = job->f;
   const size_t tiles_across = (f->width + NP_TILE_EDGE - 1) / NP_TILE_EDGE;
-  for (size_t tile = begin; tile < end; tile++) {
+  for (size_t tile = job->begin + begin; tile < job->begin + end; tile++) {
     const unsigned x0 = (unsigned)(tile % tiles_across) * NP_TILE_EDGE;
     const unsigned y0 = (unsigned)(tile / tiles_across) * NP_TILE_EDGE;
     for (unsigned y = y0; y < y0 + NP_TILE_EDGE && y < f->height; y++)
@@ -318,31 +45,204 @@ size_t np_frame_count_tiles(const np_frame *f) {
   return (size_t)((f->width + NP_TILE_EDGE - 1) / NP_TILE_EDGE) * ((f->height + NP_TILE_EDGE - 1) / NP_TILE_EDGE);
 }
 
-static neph_result run_tiles(np_frame *f, pixel_step_fn *step, bool is_shown) {
-  tile_job job = {f, step, is_shown};
-  return np_parallel_for(f->assembly->context, f->monitor, np_frame_count_tiles(f), 1, render_tiles, &job);
+/* The tiles of rows from `begin`, a multiple of a tile's edge, up to `end`. */
+static neph_result run_tiles(np_frame *f, unsigned begin, unsigned end, pixel_step_fn *step, bool is_shown) {
+  const size_t across = (f->width + NP_TILE_EDGE - 1) / NP_TILE_EDGE;
+  tile_job job = {f, across * (begin / NP_TILE_EDGE), step, is_shown};
+  const size_t count = across * ((end - begin + NP_TILE_EDGE - 1) / NP_TILE_EDGE);
+  return np_parallel_for(f->assembly->context, f->monitor, count, 1, render_tiles, &job);
+}
+
+static neph_result deliver_tiles(np_frame *f) {
+  const bool is_wanted = np_tile_feed_deliver(f->feed, np_monitor_get_seconds(f->monitor));
+  f->feed->pass_index++;
+  return is_wanted ? NEPH_OK : NEPH_ERROR_CANCELLED;
 }
 
 /* Tiles that go into the image, and on to who looks at it. */
 static neph_result show_tiles(np_frame *f, pixel_step_fn *step, bool is_final) {
   f->feed->is_final = is_final;
-  neph_result result = run_tiles(f, step, true);
-  if (!result && !np_tile_feed_deliver(f->feed, np_monitor_get_seconds(f->monitor))) result = NEPH_ERROR_CANCELLED;
-  f->feed->pass_index++;
+  const neph_result result = run_tiles(f, 0, f->height, step, true);
+  return result ? result : deliver_tiles(f);
+}
+
+/* ---- A number for all ---- */
+
+/* All of a pixel at once. */
+static neph_result render_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
+  np_pixel_state p = {.begin = f->desc->sample_begin, .next = f->desc->sample_begin};
+  double numbers[NP_PIXEL_NUMBERS_MAX];
+  if (f->part && np_part_film_develop(f->part, f, index, total)) return NEPH_OK;
+  if (f->part) p.record = np_part_film_get_record(f->part, index);
+  neph_result result = np_frame_sample_pixel(f, at, f->desc->sample_end, &p, numbers);
+  if (!result) result = np_frame_finish_pixel(f, at, &p, numbers, total);
+  np_alloc_free(f->assembly->context, p.deep.at);
   return result;
 }
 
-/* Passes that the pixel needs after the first one, and that one; or `passes` where those are more. */
-static uint32_t max_passes(const np_pixel_state *p, uint32_t passes) {
-  const uint32_t leaves = (p->end - 1) / NP_FILM_LEAF_SAMPLES - p->next / NP_FILM_LEAF_SAMPLES + 1;
-  const uint32_t needed = p->next < p->end ? 1 + leaves : 1;
-  return needed > passes ? needed : passes;
+/* ---- Pixels under way ---- */
+
+static size_t count_slots(const np_frame *f) { return f->rows.stride * (f->rows.count + 2); }
+
+static size_t get_slot(const np_frame *f, const int at[2]) {
+  const size_t y = (size_t)(at[1] - f->min[1] + 1) - f->rows.begin;
+  return y * f->rows.stride + (size_t)(at[0] - f->min[0] + 1);
 }
 
-static uint32_t count_passes(const np_frame *f) {
-  uint32_t passes = 1;
-  for (size_t i = 0; i < (size_t)f->width * f->height; i++) passes = max_passes(&f->pixels[i], passes);
-  return passes;
+static double *get_numbers(const np_frame *f, size_t slot) {
+  return f->rows.numbers + slot * np_channels_count_numbers(&f->channels);
+}
+
+static neph_result open_rows(np_frame *f, unsigned count) {
+  neph_context *context = f->assembly->context;
+  np_pixel_rows *rows = &f->rows;
+  *rows = (np_pixel_rows){.count = count, .stride = f->width + 2};
+  rows->states = np_alloc(context, count_slots(f), sizeof *rows->states);
+  rows->pilots = np_alloc(context, count_slots(f), sizeof *rows->pilots);
+  rows->numbers = np_alloc(context, count_slots(f), np_channels_count_numbers(&f->channels) * sizeof *rows->numbers);
+  return rows->states && rows->pilots && rows->numbers ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static void close_rows(np_frame *f) {
+  neph_context *context = f->assembly->context;
+  for (size_t i = 0; f->rows.states && i < count_slots(f); i++) np_alloc_free(context, f->rows.states[i].deep.at);
+  np_alloc_free(context, f->rows.states);
+  np_alloc_free(context, f->rows.pilots);
+  np_alloc_free(context, f->rows.numbers);
+  f->rows = (np_pixel_rows){.count = 0};
+}
+
+/* ---- A target error ---- */
+
+/* Two stages, as of Stein (1945, "A Two-Sample Test for a Linear Hypothesis Whose Power is Independent of the
+ * Variance"): a pilot of a few samples in each pixel, then the number that those around it ask for. A pixel that
+ * stopped when its own samples happened to agree would be too dark where bright ones are rare. */
+static uint32_t choose_end(const np_frame *f, const int at[2]) {
+  const np_pilot *pilot = &f->rows.pilots[get_slot(f, at)];
+  const double spread = np_sample_rule_estimate_spread(&f->rule, pilot, f->rows.stride);
+  return np_sample_rule_round(np_sample_rule_count(&f->rule, spread), np_frame_draw_rounding(f, at));
+}
+
+static bool is_in_window(const np_frame *f, const int at[2]) {
+  return at[0] >= f->min[0] && at[0] < f->min[0] + (int)f->width && at[1] >= f->min[1] &&
+         at[1] < f->min[1] + (int)f->height;
+}
+
+/* A pixel whose neighbours and itself are in a checkpoint needs no pilot. */
+static bool needs_pilot(const np_frame *f, const int at[2]) {
+  for (int k = 0; k < 9; k++) {
+    const int near[2] = {at[0] + k % 3 - 1, at[1] + k / 3 - 1};
+    const size_t index = (size_t)(near[1] - f->min[1]) * f->width + (size_t)(near[0] - f->min[0]);
+    if (is_in_window(f, near) && !(f->part && np_part_film_has(f->part, index))) return true;
+  }
+  return false;
+}
+
+static neph_result fly_pilot(const np_frame *f, const int at[2]) {
+  const size_t slot = get_slot(f, at);
+  np_pixel_state *p = &f->rows.states[slot];
+  *p = (np_pixel_state){.next = 0};
+  f->rows.pilots[slot] = (np_pilot){.count = 0.0f};
+  if (!np_frame_is_in_view(f, at) || !needs_pilot(f, at)) return NEPH_OK;
+  if (!is_in_window(f, at)) return np_frame_fly_pilot(f, at, f->rule.first, &f->rows.pilots[slot]);
+  const neph_result result = np_frame_sample_pixel(f, at, f->rule.first, p, get_numbers(f, slot));
+  if (!result) f->rows.pilots[slot] = np_frame_get_pilot(f, get_numbers(f, slot), p->next);
+  return result;
+}
+
+typedef struct row_job {
+  const np_frame *f;
+  unsigned begin; /* first of the grid's rows */
+} row_job;
+
+static neph_result fly_rows(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const row_job *job = user;
+  const np_frame *f = job->f;
+  neph_result result = NEPH_OK;
+  for (size_t row = job->begin + begin; row < job->begin + end; row++)
+    for (size_t column = 0; column < f->rows.stride && !result; column++) {
+      const int y = f->min[1] + (int)f->rows.begin + (int)row - 1;
+      result = fly_pilot(f, (const int[2]){f->min[0] + (int)column - 1, y});
+    }
+  return result;
+}
+
+/* The rest of a pixel that has its pilot. */
+static neph_result render_rest(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
+  const size_t slot = get_slot(f, at);
+  np_pixel_state *p = &f->rows.states[slot];
+  if (f->part && np_part_film_develop(f->part, f, index, total)) return NEPH_OK;
+  if (f->part) p->record = np_part_film_get_record(f->part, index);
+  neph_result result = np_frame_sample_pixel(f, at, choose_end(f, at), p, get_numbers(f, slot));
+  if (!result) result = np_frame_finish_pixel(f, at, p, get_numbers(f, slot), total);
+  np_alloc_free(f->assembly->context, p->deep.at);
+  p->deep = (np_deep_stored){.at = NULL};
+  return result;
+}
+
+/* The last of a band's rows, and the one behind it, are the first of the next grid. */
+static void advance_rows(np_frame *f) {
+  np_pixel_rows *rows = &f->rows;
+  const size_t kept = 2 * rows->stride, from = rows->count * rows->stride;
+  const size_t numbers = np_channels_count_numbers(&f->channels);
+  memmove(rows->states, rows->states + from, kept * sizeof *rows->states);
+  memset(rows->states + from, 0, kept * sizeof *rows->states);
+  memmove(rows->pilots, rows->pilots + from, kept * sizeof *rows->pilots);
+  memmove(rows->numbers, rows->numbers + from * numbers, kept * numbers * sizeof *rows->numbers);
+  rows->begin += rows->count;
+}
+
+/* Rows of a band, a multiple of a tile's edge. */
+enum { BAND_ROWS = 64 };
+
+static neph_result render_band(np_frame *f) {
+  row_job job = {f, f->rows.begin > 0 ? 2 : 0};
+  const unsigned begin = f->rows.begin, end = begin + f->rows.count < f->height ? begin + f->rows.count : f->height;
+  const double share = 0.125, height = f->height;
+  np_monitor_set_range(f->monitor, begin / height, (begin + share * (end - begin)) / height);
+  neph_result result =
+      np_parallel_for(f->assembly->context, f->monitor, end - begin + 2 - job.begin, 1, fly_rows, &job);
+  np_monitor_set_range(f->monitor, (begin + share * (end - begin)) / height, end / height);
+  return result ? result : run_tiles(f, begin, end, render_rest, true);
+}
+
+static neph_result render_bands(np_frame *f) {
+  f->feed->is_final = true;
+  neph_result result = open_rows(f, f->height < BAND_ROWS ? f->height : BAND_ROWS);
+  while (!result && f->rows.begin < f->height) {
+    result = render_band(f);
+    advance_rows(f);
+  }
+  close_rows(f);
+  return result ? result : deliver_tiles(f);
+}
+
+static void describe_pilots(const np_frame *f, const np_pilots *pilots) {
+  np_log(f->assembly->context, NEPH_LOG_INFO,
+         "%llu samples of %u pixels: the noise of one sample a pixel is %.3g %%, and falls as its %.2g-th power; for "
+         "%.3g %% a pixel needs %.4g samples in the mean, from %u up",
+         (unsigned long long)pilots->sample_count, pilots->point_count, 100.0 * pilots->noise_of_one,
+         0.5 * pilots->exponent, 100.0 * f->noise_target, pilots->samples, f->rule.min);
+}
+
+/* Time of the pilots, and by it that of the samples to come. */
+static void predict_sampling(np_frame *f, const np_pilots *pilots, double pilots_s) {
+  const double pixels = (double)f->width * f->height;
+  f->prediction->has_pilots = pilots->sample_count > 0;
+  f->prediction->sampling_s = pilots_s + pilots_s / (double)pilots->sample_count * pilots->samples * pixels;
+  f->prediction->noise = pilots->noise;
+}
+
+static neph_result fly_lattice(np_frame *f) {
+  np_pilots pilots;
+  const double start_s = np_cpu_time_s();
+  const neph_result result = np_pilots_fly(f, f->noise_target, &pilots);
+  if (result) return result;
+  f->rule = pilots.rule;
+  predict_sampling(f, &pilots, np_cpu_time_s() - start_s);
+  describe_pilots(f, &pilots);
+  return np_image_set_real(f->image, "nephos:targetNoise", f->noise_target);
 }
 
 /* Runs what may be cut until a time, and not at all where that is past. */
@@ -353,7 +253,64 @@ static neph_result run_until(np_frame *f, double end_s, neph_result (*run)(np_fr
   return *out_is_cut && result == NEPH_ERROR_CANCELLED ? NEPH_OK : result;
 }
 
-static neph_result run_pass(np_frame *f) { return run_tiles(f, extend_pixel, false); }
+/* A quarter of the rest of a time limit is for pilots. If it ends them, pixels get samples as long as there is time. */
+static neph_result sample_pilots(np_frame *f) {
+  np_monitor_set_stage(f->monitor, "sampling the picture's noise");
+  const double now_s = np_monitor_get_seconds(f->monitor), left_s = fmax(f->assembly->schedule.limit_s - now_s, 0.0);
+  const uint32_t most = f->desc->sample_count_max;
+  bool is_cut;
+  f->rule = (np_sample_rule){.first = 1, .min = most, .max = most};
+  return run_until(f, now_s + 0.25 * left_s, fly_lattice, &is_cut);
+}
+
+/* ---- A time limit ---- */
+
+/* A sample of every pixel, then the rest of its first leaf, then leaf after leaf. */
+static neph_result extend_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
+  (void)index, (void)total;
+  const size_t slot = get_slot(f, at);
+  np_pixel_state *p = &f->rows.states[slot];
+  if (f->is_first_pass) *p = (np_pixel_state){.end = np_frame_has_target(f) ? f->rule.first : f->desc->sample_end};
+  if (p->next >= p->end) return NEPH_OK;
+  const uint32_t leaf_end = (p->next / NP_FILM_LEAF_SAMPLES + 1) * NP_FILM_LEAF_SAMPLES;
+  const uint32_t end = f->is_first_pass ? p->next + 1 : leaf_end;
+  return np_frame_sample_pixel(f, at, end < p->end ? end : p->end, p, get_numbers(f, slot));
+}
+
+static neph_result close_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
+  (void)index;
+  const size_t slot = get_slot(f, at);
+  return np_frame_finish_pixel(f, at, &f->rows.states[slot], get_numbers(f, slot), total);
+}
+
+static neph_result keep_pilot(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
+  (void)index, (void)total;
+  const size_t slot = get_slot(f, at);
+  f->rows.pilots[slot] = np_frame_get_pilot(f, get_numbers(f, slot), f->rows.states[slot].next);
+  return NEPH_OK;
+}
+
+static neph_result set_end(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
+  (void)index, (void)total;
+  f->rows.states[get_slot(f, at)].end = choose_end(f, at);
+  return NEPH_OK;
+}
+
+/* Leaves that a pixel is short of. */
+static uint32_t count_leaves(const np_pixel_state *p) {
+  return p->next < p->end ? (p->end - 1) / NP_FILM_LEAF_SAMPLES - p->next / NP_FILM_LEAF_SAMPLES + 1 : 0;
+}
+
+static uint32_t count_passes(const np_frame *f) {
+  uint32_t passes = 0;
+  for (size_t i = 0; i < count_slots(f); i++) {
+    const uint32_t leaves = count_leaves(&f->rows.states[i]);
+    if (leaves > passes) passes = leaves;
+  }
+  return passes;
+}
+
+static neph_result run_pass(np_frame *f) { return run_tiles(f, 0, f->height, extend_pixel, false); }
 
 /* Value of a pixel by the samples so far, for a live view. */
 static neph_result preview_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
@@ -373,10 +330,32 @@ static void set_pass_range(const np_frame *f, double begin_s, uint32_t pass, dou
   np_monitor_set_range(f->monitor, begin, fmax((pass + 1) / passes, begin));
 }
 
-/* The first pass gives every pixel its sample, without which there is no picture: the call's deadline ends it, and from
- * then on need end nothing. The first leaf of samples may take some of the grace. */
-static neph_result run_passes(np_frame *f) {
+/* Passes from the `pass`-th on until each pixel has its samples, or time is up. The first leaf of samples may take some
+ * of the grace. */
+static neph_result extend_all(np_frame *f, double begin_s, uint32_t pass) {
   const np_schedule *schedule = &f->assembly->schedule;
+  const uint32_t passes = pass + count_passes(f);
+  neph_result result = NEPH_OK;
+  for (; pass < passes && !f->is_cut && !result; pass++) {
+    set_pass_range(f, begin_s, pass, passes);
+    result = run_until(f, pass == 1 ? schedule->first_samples_s : schedule->limit_s, run_pass, &f->is_cut);
+    if (!result && pass + 1 < passes) result = preview_pass(f);
+  }
+  return result;
+}
+
+/* Pixels have their pilots; those outside of the frame are not there. */
+static neph_result extend_to_target(np_frame *f, double begin_s) {
+  neph_result result = extend_all(f, begin_s, 1);
+  if (result || f->is_cut) return result;
+  result = run_tiles(f, 0, f->height, keep_pilot, false);
+  if (!result) result = run_tiles(f, 0, f->height, set_end, false);
+  return result ? result : extend_all(f, begin_s, 2);
+}
+
+/* The first pass gives every pixel its sample, without which there is no picture: the call's deadline ends it, and from
+ * then on need end nothing. */
+static neph_result run_passes(np_frame *f) {
   const double begin_s = np_monitor_get_seconds(f->monitor);
   f->is_first_pass = true;
   set_pass_range(f, begin_s, 0, 2.0 + f->desc->sample_count / NP_FILM_LEAF_SAMPLES);
@@ -385,45 +364,20 @@ static neph_result run_passes(np_frame *f) {
   if (result) return result;
   f->is_first_pass = false;
   np_monitor_set_deadline(f->monitor, HUGE_VAL);
-  const uint32_t passes = count_passes(f);
-  for (uint32_t pass = 1; pass < passes && !f->is_cut && !result; pass++) {
-    set_pass_range(f, begin_s, pass, passes);
-    result = run_until(f, pass == 1 ? schedule->first_samples_s : schedule->limit_s, run_pass, &f->is_cut);
-    if (!result && pass + 1 < passes) result = preview_pass(f);
-  }
-  return result;
+  return np_frame_has_target(f) ? extend_to_target(f, begin_s) : extend_all(f, begin_s, 1);
 }
 
 /* Whole passes, so that every pixel has its share when time is up. */
 static neph_result render_passes(np_frame *f) {
-  neph_context *context = f->assembly->context;
-  const size_t count = (size_t)f->width * f->height;
-  f->pixels = np_alloc(context, count, sizeof *f->pixels);
-  f->numbers = np_alloc(context, count, np_channels_count_numbers(&f->channels) * sizeof *f->numbers);
-  neph_result result = f->pixels && f->numbers ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = open_rows(f, f->height);
   if (!result) result = run_passes(f);
   np_monitor_set_range(f->monitor, 1.0, 1.0);
   if (!result) result = show_tiles(f, close_pixel, true);
-  for (size_t i = 0; f->pixels && i < count; i++) np_alloc_free(context, f->pixels[i].deep.at);
-  np_alloc_free(context, f->pixels);
-  np_alloc_free(context, f->numbers);
+  close_rows(f);
   return result;
 }
 
-static neph_result run_pilots(np_frame *f) {
-  return np_parallel_for(f->assembly->context, f->monitor, f->height + 2, 1, fly_pilots, f);
-}
-
-/* A quarter of the rest of a time limit is for pilots. A pixel without any gets the least number of samples. */
-static neph_result sample_pilots(np_frame *f) {
-  neph_context *context = f->assembly->context;
-  f->pilots = np_alloc(context, (size_t)(f->width + 2) * (f->height + 2), sizeof *f->pilots);
-  if (!f->pilots) return NEPH_ERROR_OUT_OF_MEMORY;
-  np_monitor_set_stage(f->monitor, "sampling the picture's noise");
-  const double now_s = np_monitor_get_seconds(f->monitor), left_s = fmax(f->assembly->schedule.limit_s - now_s, 0.0);
-  bool is_cut;
-  return run_until(f, now_s + 0.25 * left_s, run_pilots, &is_cut);
-}
+/* ---- The frame ---- */
 
 /* Mean radiance of emission, over the box of the clouds: seen from all sides its area is a quarter of its surface. */
 static np_spectrum compute_mean_emission(const np_assembly *a, const np_packet *packet) {
@@ -453,16 +407,18 @@ static void compute_dim(np_frame *f) {
   for (int b = 0; b < NP_BAND_COUNT; b++) f->dim[b] = 0.01 * (double)(sum.band[b] * f->channels.scale);
 }
 
+static neph_result sample_pixels(np_frame *f) {
+  if (has_limit(f)) return render_passes(f);
+  return np_frame_has_target(f) ? render_bands(f) : show_tiles(f, render_pixel, true);
+}
+
 neph_result np_frame_sample(np_frame *f) {
   compute_dim(f);
   const np_monitor_part whole = np_monitor_get_part(f->monitor);
-  const double pilots_end = np_frame_has_target(f) ? 0.2 : 0.0;
+  const double pilots_end = np_frame_has_target(f) ? 0.05 : 0.0;
   np_monitor_set_part(f->monitor, whole, 0.0, pilots_end);
   neph_result result = np_frame_has_target(f) ? sample_pilots(f) : NEPH_OK;
   np_monitor_set_part(f->monitor, whole, pilots_end, 1.0);
   np_monitor_set_stage(f->monitor, "rendering");
-  if (!result) result = has_limit(f) ? render_passes(f) : show_tiles(f, render_pixel, true);
-  np_alloc_free(f->assembly->context, f->pilots);
-  f->pilots = NULL;
-  return result;
+  return result ? result : sample_pixels(f);
 }

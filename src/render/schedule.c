@@ -20,9 +20,10 @@ static void set_limits(const np_plan *plan, np_schedule *s) {
 }
 
 void np_schedule_make(const np_plan *plan, np_schedule *out) {
-  *out = (np_schedule){.indispensable_s = np_stage_predict_one_sample(plan)};
+  const double core_s = np_plan_get_core_s(plan);
+  *out = (np_schedule){.indispensable_s = core_s * np_stage_predict_one_sample(plan)};
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    out->seconds[i] = plan->stages[i].cost.seconds;
+    out->seconds[i] = core_s * plan->stages[i].cost.seconds;
     out->all_s += out->seconds[i];
     if (i > NP_STAGE_ORDINATES && i != NP_STAGE_INTEGRATOR) out->indispensable_s += out->seconds[i];
   }

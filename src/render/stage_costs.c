@@ -1,68 +1,151 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+/* Predicted time and memory of stages. Seconds are those of one core, measured on the scenes of
+ * docs/results/targets.md; a machine's own factors come on top (np_stages_predict). */
 #include "render/stage_decisions.h"
 
 #include <math.h>
 
 #include "caches/air_shadow.h"
+#include "core/file.h"
 #include "render/plan_choices.h"
-
-/* Samples of a brick for each voxel that it answers for. */
-static const double samples_per_voxel = 729.0 / 512.0;
-
-/* Nodes for a voxel with cloud: 18 to 100 in five scenes. */
-static const double sun_optical_depth_bytes = 50.0;
+#include "render/plan_detail.h"
 
 static double count_worlds(const np_plan *plan) { return (double)plan->packet_count * np_plan_count_lights(plan); }
 
 static double count_pixels(const np_plan *plan) { return (double)np_plan_count_pixels(plan); }
 
-static double count_air_rays(const np_plan *plan) {
-  return plan->air_ray_spacing ? count_pixels(plan) / ((double)plan->air_ray_spacing * plan->air_ray_spacing) : 0.0;
+/* ---- Terrain ---- */
+
+/* A height that is made and eroded, or read; and its memory with vertex and Embree's tree. */
+static const double made_height_s = 7.2e-7, read_height_s = 1.5e-7, height_bytes = 38.0;
+
+np_stage_cost np_stage_predict_terrain(const np_plan *plan, const neph_scene *scene) {
+  const np_scene_terrain *terrain = &scene->terrain;
+  if (terrain->kind == NP_TERRAIN_RIDGES) {
+    const double side = np_plan_get_ridges(plan, scene).sample_count;
+    return (np_stage_cost){.seconds = 0.05 + made_height_s * side * side,
+                           .bytes = height_bytes * side * side};
+  }
+  if (terrain->kind != NP_TERRAIN_HEIGHTFIELD) return (np_stage_cost){.seconds = 0.0};
+  const double heights = 0.5 * (double)np_file_get_size(terrain->heightfield);
+  return (np_stage_cost){.seconds = 0.02 + read_height_s * heights, .bytes = height_bytes * heights};
 }
+
+/* ---- Volumes ---- */
+
+/* Samples of a brick for each voxel that it answers for. */
+static const double samples_per_voxel = 729.0 / 512.0;
+
+/* A bake's weather map and columns; a voxel of its box; one that holds cloud, baked or read. */
+static const double bake_s = 0.22, box_voxel_s = 2.8e-8, baked_voxel_s = 7e-8, read_voxel_s = 1e-7;
 
 np_stage_cost np_stage_predict_volumes(const np_plan *plan, const neph_scene *scene) {
   size_t sample_bytes = sizeof(uint16_t);
-  for (unsigned i = 0; i < scene->cloud_count; i++)
+  unsigned bakes = 0;
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    bakes += scene->clouds[i].is_baked;
     if (np_plan_get_precision(plan, &scene->clouds[i]) == NEPH_PRECISION_FLOAT) sample_bytes = sizeof(float);
-  return (np_stage_cost){.seconds =
-                             0.1 * scene->cloud_count + 2e-8 * plan->bake_voxel_count + 5e-8 * plan->cloud_voxel_count,
+  }
+  const bool is_made = plan->bake_voxel_count > 0.0;
+  return (np_stage_cost){.seconds = (is_made ? bake_s * bakes : 0.02) + box_voxel_s * plan->bake_voxel_count +
+                                    (is_made ? baked_voxel_s : read_voxel_s) * plan->cloud_voxel_count,
                          .bytes = samples_per_voxel * (double)sample_bytes * plan->cloud_voxel_count};
 }
+
+/* ---- Caches of light ---- */
+
+/* Nodes for a voxel with cloud: 18 to 100 in five scenes. */
+static const double sun_optical_depth_bytes = 50.0;
 
 np_stage_cost np_stage_predict_sun_optical_depth(const np_plan *plan, const neph_scene *scene) {
   const np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
   const double bytes = fmin(sun_optical_depth_bytes * plan->cloud_voxel_count, (double)desc.bytes_max);
-  return (np_stage_cost){.seconds = np_plan_count_lights(plan) * 0.5 * np_plan_predict_filling(plan, scene),
+  return (np_stage_cost){.seconds = np_plan_count_lights(plan) * 0.55 * np_plan_predict_filling(plan, scene),
                          .bytes = np_plan_count_lights(plan) * bytes};
 }
 
-np_stage_cost np_stage_predict_ordinates(const np_plan *plan, const neph_scene *scene) {
-  (void)scene;
-  return (np_stage_cost){.seconds = count_worlds(plan) * fmin(0.3 + 4e-6 * plan->cloud_voxel_count, 8.0),
-                         .bytes = np_plan_predict_cell_bytes(plan)};
+/* A cell with cloud in one sweep, and once: filled, lit, and resolved into the degree that it has in the end. */
+static const double cell_sweep_s = 6.5e-7, cell_s = 3e-6, resolved_cell_s = 5.5e-6;
+
+/* Sweeps to a residual: 8.5 to 0.03, 14 to 0.003, 21 to 0.0003. */
+static double count_sweeps(double residual) { return fmax(8.5 + 6.25 * log10(0.03 / residual), 3.0); }
+
+/* Bands of which none is a multiple of another are solved for one by one. */
+static unsigned count_bands(const neph_scene *scene) {
+  for (unsigned i = 0; i < scene->cloud_count; i++)
+    for (unsigned b = 1; b < NP_BAND_COUNT; b++)
+      if (scene->clouds[i].albedo[b] != scene->clouds[i].albedo[0]) return NP_BAND_COUNT;
+  return 1;
 }
 
+np_stage_cost np_stage_predict_ordinates(const np_plan *plan, const neph_scene *scene) {
+  const double once_s = scene->render.light_degree > 3 ? resolved_cell_s : cell_s;
+  const double per_cell_s = once_s + cell_sweep_s * count_sweeps(scene->render.light_residual);
+  return (np_stage_cost){.seconds =
+                             count_worlds(plan) * count_bands(scene) * np_plan_predict_cells(plan, scene) * per_cell_s,
+                         .bytes = np_plan_predict_cell_bytes(plan, scene)};
+}
+
+/* A cell's light towards the camera, and towards the ground, which has a grid of its own. */
+static const double viewed_cell_s = 3.8e-7, grounded_cell_s = 2.5e-7, ground_s = 0.04;
+
+np_stage_cost np_stage_predict_viewer_light(const np_plan *plan, const neph_scene *scene) {
+  return (np_stage_cost){.seconds = count_worlds(plan) * viewed_cell_s * np_plan_predict_cells(plan, scene)};
+}
+
+np_stage_cost np_stage_predict_ground_clouds(const np_plan *plan, const neph_scene *scene) {
+  return (np_stage_cost){.seconds =
+                             count_worlds(plan) * (ground_s + grounded_cell_s * np_plan_predict_cells(plan, scene))};
+}
+
+static double count_air_rays(const np_plan *plan) {
+  return plan->air_ray_spacing ? count_pixels(plan) / ((double)plan->air_ray_spacing * plan->air_ray_spacing) : 0.0;
+}
+
+/* A ray along which shadows of hills, and of clouds, are looked for. */
+static const double hill_ray_s = 1.4e-5, cloud_ray_s = 1.6e-5;
+
 np_stage_cost np_stage_predict_air_shadows(const np_plan *plan, const neph_scene *scene) {
-  (void)scene;
   const double visibility = NP_AIR_SHADOW_CELLS * sizeof(float),
                shadow = NP_AIR_SHADOW_PLANES * sizeof(uint16_t[NP_BAND_COUNT]);
-  return (np_stage_cost){.seconds = count_worlds(plan) * (0.1 + 3e-5 * count_air_rays(plan)),
+  const double ray_s = hill_ray_s + (scene->cloud_count ? cloud_ray_s : 0.0);
+  return (np_stage_cost){.seconds = count_worlds(plan) * ray_s * count_air_rays(plan),
                          .bytes = count_air_rays(plan) *
                                   (np_plan_count_lights(plan) * visibility + count_worlds(plan) * shadow)};
 }
 
-/* Time of one sample; with clouds and no volume of depths the march goes towards the sun from every step. */
-static double guess_ray(const np_plan *plan) {
-  if (plan->desc.integrator == NEPH_INTEGRATOR_PATH) return 1e-4;
-  return np_plan_needs(plan, NP_STAGE_VOLUMES) && !np_plan_needs(plan, NP_STAGE_SUN_OPTICAL_DEPTH) ? 3e-5 : 4e-6;
+/* ---- Samples ---- */
+
+/* A sample of sky and ground, and what is added to one that meets cloud: of the march with a volume of sun optical
+ * depths, of the march without, and of paths. */
+static const double clear_ray_s = 0.8e-6, looked_up_ray_s = 9e-6, marched_ray_s = 1.2e-5;
+static const double clear_path_s = 5.5e-6, cloud_path_s = 1.2e-4;
+
+/* Share of the samples that meet cloud, which nobody has seen yet. */
+static const double usual_cover = 0.22;
+
+static double predict_ray_s(const np_plan *plan) {
+  const bool is_path = plan->desc.integrator == NEPH_INTEGRATOR_PATH;
+  const double march_s = np_plan_needs(plan, NP_STAGE_SUN_OPTICAL_DEPTH) ? looked_up_ray_s : marched_ray_s;
+  const double cover = np_plan_needs(plan, NP_STAGE_VOLUMES) ? usual_cover : 0.0;
+  return (is_path ? clear_path_s : clear_ray_s) + cover * (is_path ? cloud_path_s : march_s);
 }
 
 double np_stage_predict_one_sample(const np_plan *plan) {
-  return count_worlds(plan) * guess_ray(plan) * count_pixels(plan);
+  return count_worlds(plan) * predict_ray_s(plan) * count_pixels(plan);
+}
+
+/* Samples of pilots over the whole view, with a target error: pilots.c. */
+static const double pilots_share = 0.04, pilots_min = 3500.0, pilots_max = 2e5;
+
+static double count_pilots(const np_plan *plan) {
+  const double view = (double)(plan->view_max[0] - plan->view_min[0]) * (plan->view_max[1] - plan->view_min[1]);
+  if (!isfinite(plan->desc.target_error)) return 0.0;
+  return fmin(fmax(pilots_share * view * plan->sample_mean, pilots_min), pilots_max);
 }
 
 np_stage_cost np_stage_predict_integrator(const np_plan *plan, const neph_scene *scene) {
   (void)scene;
-  return (np_stage_cost){.seconds = count_worlds(plan) * guess_ray(plan) * (double)plan->ray_count,
-                         .bytes = (double)plan->film_bytes};
+  const double samples = plan->sample_mean + count_pilots(plan) / count_pixels(plan);
+  return (np_stage_cost){.seconds = samples * np_stage_predict_one_sample(plan), .bytes = (double)plan->film_bytes};
 }

@@ -285,15 +285,17 @@ void np_stage_decide_air_shadows(np_decision *d, np_plan_stage *out) {
 }
 
 /* The middle of those of clouds from files, whose density is not known yet. */
-static const double error_of_files = 0.03;
+static const double error_of_files = 0.02,
+                    files_exponent = 0.25; /* their voxels set a least cell, whatever its depth */
 
 /* Errors that are known before a file is read. */
 static void describe_ordinates(np_decision *d, char *out, size_t size) {
   np_cells_forecast f;
   d->result = np_plan_forecast_cells(d->plan, d->scene, &f);
   d->plan->light_cell_count = f.cells.cell_count;
-  d->plan->light_error =
-      f.is_known ? f.cells.errors[1] : error_of_files * sqrt(fmax(d->scene->render.light_depth / 0.35, 1.0));
+  d->plan->light_error = f.is_known
+                             ? f.cells.errors[1]
+                             : error_of_files * pow(fmax(d->scene->render.light_depth / 0.35, 1.0), files_exponent);
   const char *what = "solved for once while clouds and lights stay, within render.light_memory";
   if (f.is_known)
     snprintf(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells", what,

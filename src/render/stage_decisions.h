@@ -50,10 +50,18 @@ np_stage_decide_fn np_stage_decide_color, np_stage_decide_terrain, np_stage_deci
 
 typedef np_stage_cost np_stage_predict_fn(const np_plan *plan, const neph_scene *scene);
 
-np_stage_predict_fn np_stage_predict_volumes, np_stage_predict_sun_optical_depth, np_stage_predict_ordinates,
+np_stage_predict_fn np_stage_predict_terrain, np_stage_predict_volumes, np_stage_predict_sun_optical_depth,
+    np_stage_predict_ordinates, np_stage_predict_viewer_light, np_stage_predict_ground_clouds,
     np_stage_predict_air_shadows, np_stage_predict_integrator;
 
-/* Seconds for one sample of each pixel. */
+/* Seconds of one core for one sample of each pixel. */
 double np_stage_predict_one_sample(const np_plan *plan);
+
+/* Predicted share of a pixel's luminance that a stage of a plan is wrong by, before anything is built. */
+typedef double np_stage_expect_fn(const np_plan *plan, const neph_scene *scene);
+
+np_stage_expect_fn np_stage_expect_volumes, np_stage_expect_atmosphere, np_stage_expect_emission,
+    np_stage_expect_sun_optical_depth, np_stage_expect_ordinates, np_stage_expect_approximation,
+    np_stage_expect_integrator;
 
 #endif

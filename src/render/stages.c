@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/stages.h"
 
+#include <math.h>
 #include <stdio.h>
+
+#include "render/error_forecast.h"
 
 #define BIT(stage) (1u << NP_STAGE_##stage)
 
@@ -11,7 +14,9 @@
 
 /* Functions by the names of what they decide, predict, build and clear. */
 #define DECIDE(what) .decide = np_stage_decide_##what
-#define PREDICT(what) .predict = np_stage_predict_##what
+#define PREDICT(kind, what) .work = NEPH_WORK_##kind, .predict = np_stage_predict_##what
+#define SECONDS(kind, value) .work = NEPH_WORK_##kind, .part_seconds = value
+#define EXPECT(what) .expect = np_stage_expect_##what
 #define BUILD(kind, what) .build[NP_PER_##kind] = np_stage_build_##what
 #define BUILD_CLEAR(kind, what) BUILD(kind, what), .clear[NP_PER_##kind] = np_stage_clear_##what
 #define REUSE(what) .reuse = &np_stage_reuse_##what
@@ -19,26 +24,26 @@
 /* clang-format off */
 static const np_stage_row rows[NP_STAGE_COUNT] = {
   [NP_STAGE_COLOR] = {"colour", 0, .is_of_sky = true, DECIDE(color), BUILD_CLEAR(PICTURE, packets)},
-  [NP_STAGE_TERRAIN] = {"terrain", 0, DECIDE(terrain), .part_seconds = 0.8, REUSE(terrain)},
+  [NP_STAGE_TERRAIN] = {"terrain", 0, DECIDE(terrain), PREDICT(TERRAIN, terrain), REUSE(terrain)},
   [NP_STAGE_MOON] = {"moon", 0, .is_of_sky = true, DECIDE(moon)},
   [NP_STAGE_LIGHTS] = {"lights", BIT(COLOR) | BIT(TERRAIN) | BIT(MOON), .is_of_sky = true, .is_of_probes = true,
     DECIDE(lights),
     BUILD_CLEAR(PICTURE, lights), BUILD(PACKET, packet_lights)},
-  [NP_STAGE_VOLUMES] = {"volumes", BIT(COLOR), DECIDE(volumes), PREDICT(volumes), REUSE(volumes),
+  [NP_STAGE_VOLUMES] = {"volumes", BIT(COLOR), DECIDE(volumes), PREDICT(BAKE, volumes), EXPECT(volumes), REUSE(volumes),
     BUILD_CLEAR(CLOUD, cloud), .revise = np_stage_revise_volumes},
   [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR) | BIT(TERRAIN) | BIT(LIGHTS), .is_of_sky = true,
     .is_of_probes = true, DECIDE(atmosphere),
-    .part_seconds = 0.1, REUSE(atmosphere)},
+    SECONDS(SKY, 0.02), .part_bytes = 4e6, EXPECT(atmosphere), REUSE(atmosphere)},
   [NP_STAGE_CAMERA_SKY] = {"camera sky", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true,
-    .is_of_probes = true, DECIDE(camera_sky), .part_seconds = 0.05, REUSE(camera_sky)},
+    .is_of_probes = true, DECIDE(camera_sky), SECONDS(SKY, 0.009), .part_bytes = 2e6, REUSE(camera_sky)},
   [NP_STAGE_COLOR_FIT] = {"colour matrix", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE) | BIT(CAMERA_SKY),
     .is_of_sky = true, DECIDE(color_fit), BUILD(PICTURE, color_fit)},
-  [NP_STAGE_EMISSION] = {"emission", BIT(COLOR) | BIT(VOLUMES) | BIT(COLOR_FIT), DECIDE(emission), .part_seconds = 0.2,
-    BUILD_CLEAR(PACKET, emission)},
+  [NP_STAGE_EMISSION] = {"emission", BIT(COLOR) | BIT(VOLUMES) | BIT(COLOR_FIT), DECIDE(emission),
+    SECONDS(BAKE, 0.2), EXPECT(emission), BUILD_CLEAR(PACKET, emission)},
   [NP_STAGE_CLOUD_SKY] = {"cloud sky", BIT(COLOR) | BIT(LIGHTS) | BIT(VOLUMES) | BIT(ATMOSPHERE), .is_of_sky = true,
-    DECIDE(cloud_sky), .part_seconds = 0.05, REUSE(cloud_sky)},
+    DECIDE(cloud_sky), SECONDS(SKY, 0.01), REUSE(cloud_sky)},
   [NP_STAGE_WATER_SKY] = {"water sky", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true,
-    DECIDE(water_sky), .part_seconds = 0.05, REUSE(water_sky)},
+    DECIDE(water_sky), SECONDS(SKY, 0.01), REUSE(water_sky)},
   [NP_STAGE_AIRGLOW] = {"airglow", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true, DECIDE(airglow),
     BUILD_CLEAR(PICTURE, star_map), BUILD(PACKET, airglow)},
   [NP_STAGE_SUN_LIGHT] = {"sun light", 0, DECIDE(sun_light)},
@@ -50,16 +55,17 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
   [NP_STAGE_SKY_GUIDE] = {"sky guide", BIT(VOLUMES) | BIT(CLOUD_SKY) | BIT(WORLD), DECIDE(sky_guide),
     BUILD(PACKET_LIGHT, sky_guide)},
   [NP_STAGE_SUN_OPTICAL_DEPTH] = {"sun optical depth", BIT(WORLD), DECIDE(sun_optical_depth),
-    PREDICT(sun_optical_depth), REUSE(sun_optical_depth)},
+    PREDICT(MARCH, sun_optical_depth), EXPECT(sun_optical_depth), REUSE(sun_optical_depth)},
   [NP_STAGE_ORDINATES] = {"multiple scattering", BIT(VOLUMES) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH), DECIDE(ordinates),
-    PREDICT(ordinates), REUSE(ordinates)},
-  [NP_STAGE_VIEWER_LIGHT] = {"light to camera", BIT(ORDINATES), DECIDE(viewer_light),
+    PREDICT(SOLVE, ordinates), EXPECT(ordinates), REUSE(ordinates)},
+  [NP_STAGE_VIEWER_LIGHT] = {"light to camera", BIT(ORDINATES), DECIDE(viewer_light), PREDICT(SOLVE, viewer_light),
     BUILD_CLEAR(PACKET_LIGHT, viewer_light)},
   [NP_STAGE_GROUND_CLOUDS] = {"clouds on ground", BIT(VOLUMES) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(ORDINATES),
-    DECIDE(ground_clouds), .part_seconds = 0.2, BUILD_CLEAR(PACKET_LIGHT, ground_clouds)},
+    DECIDE(ground_clouds), PREDICT(SOLVE, ground_clouds), BUILD_CLEAR(PACKET_LIGHT, ground_clouds)},
   [NP_STAGE_AIR_SHADOWS] = {"air shadows",
     BIT(TERRAIN) | BIT(VOLUMES) | BIT(CAMERA_SKY) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(GROUND_CLOUDS),
-    DECIDE(air_shadows), PREDICT(air_shadows), BUILD_CLEAR(LIGHT, visibility), BUILD_CLEAR(PACKET_LIGHT, air_shadow)},
+    DECIDE(air_shadows), PREDICT(MARCH, air_shadows),
+    BUILD_CLEAR(LIGHT, visibility), BUILD_CLEAR(PACKET_LIGHT, air_shadow)},
   [NP_STAGE_APPROXIMATION] = {"approximation", BIT(COLOR) | BIT(VOLUMES), DECIDE(approximation),
     BUILD_CLEAR(PACKET, approximation)},
   [NP_STAGE_STARS] = {"stars", BIT(COLOR) | BIT(WORLD), .is_of_sky = true, DECIDE(stars),
@@ -70,7 +76,7 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
   [NP_STAGE_INTEGRATOR] = {"integrator",
     BIT(COLOR) | BIT(LIGHTS) | BIT(COLOR_FIT) |
     BIT(SUN_LIGHT) | BIT(SKY_LIGHT) | BIT(MOON) | BIT(WORLD) | BIT(APPROXIMATION) |
-    BIT(STARS) | BIT(LIGHTING), DECIDE(integrator), PREDICT(integrator)},
+    BIT(STARS) | BIT(LIGHTING), DECIDE(integrator), PREDICT(MARCH, integrator), EXPECT(integrator)},
 };
 /* clang-format on */
 
@@ -107,14 +113,39 @@ unsigned np_stage_count_parts(const np_stage_row *row, const np_part_counts *cou
   return count;
 }
 
+/* The integrator's work is that of the paths or of the march. */
+static neph_work get_work(const np_plan *plan, np_stage stage) {
+  const bool is_path = stage == NP_STAGE_INTEGRATOR && plan->desc.integrator == NEPH_INTEGRATOR_PATH;
+  return is_path ? NEPH_WORK_PATH : rows[stage].work;
+}
+
+static void predict_errors(np_plan *plan, const neph_scene *scene) {
+  double bias2 = 0.0;
+  for (int i = 0; i < NP_STAGE_COUNT; i++) {
+    np_plan_stage *stage = &plan->stages[i];
+    stage->error = stage->is_needed && rows[i].expect ? rows[i].expect(plan, scene) : 0.0;
+    bias2 += stage->error * stage->error;
+  }
+  plan->bias = sqrt(bias2);
+  np_plan_predict_noise(plan);
+  plan->stages[NP_STAGE_INTEGRATOR].error = hypot(plan->stages[NP_STAGE_INTEGRATOR].error, plan->noise);
+}
+
 void np_stages_predict(np_plan *plan, const neph_scene *scene) {
   const unsigned probes = np_plan_needs(plan, NP_STAGE_COLOR_FIT) ? 1 : 0, lights = np_plan_count_lights(plan);
+  predict_errors(plan, scene);
+  plan->constant_s = 0.0;
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
+    np_stage_cost *cost = &plan->stages[i].cost;
+    *cost = (np_stage_cost){.seconds = 0.0};
     if (!plan->stages[i].is_needed) continue;
     const unsigned packets = plan->packet_count + (rows[i].is_of_probes ? probes : 0);
     const np_part_counts counts = np_part_counts_make(scene->cloud_count, lights, packets);
-    const double seconds = rows[i].part_seconds * np_stage_count_parts(&rows[i], &counts);
-    plan->stages[i].cost = rows[i].predict ? rows[i].predict(plan, scene) : (np_stage_cost){.seconds = seconds};
+    const double parts = np_stage_count_parts(&rows[i], &counts);
+    *cost = (np_stage_cost){rows[i].part_seconds * parts, rows[i].part_bytes * parts};
+    if (rows[i].predict) *cost = rows[i].predict(plan, scene);
+    plan->constant_s += cost->seconds;
+    cost->seconds *= plan->work_factor[get_work(plan, (np_stage)i)];
   }
 }
 

@@ -19,8 +19,11 @@ typedef struct np_stage_row {
   bool is_of_sky;    /* wanted for a sky alone, too */
   bool is_of_probes; /* built in the bands that colours are fitted by, too */
   np_stage_decide_fn *decide;
-  double part_seconds;          /* predicted for each time it is built; memory next to nothing */
+  neph_work work;               /* by which its time goes */
+  double part_seconds;          /* predicted of one core for each time it is built, … */
+  double part_bytes;            /* … with the memory that it takes */
   np_stage_predict_fn *predict; /* NULL: by the above */
+  np_stage_expect_fn *expect;   /* NULL: it adds no error */
   np_stage_build_fn *build[NP_PART_KINDS];
   np_stage_clear_fn *clear[NP_PART_KINDS];
   const np_stage_reuse *reuse; /* by later pictures; NULL: built for each */
@@ -45,7 +48,7 @@ unsigned np_stage_count_parts(const np_stage_row *row, const np_part_counts *cou
 /* Decides the stages of a plan that are not decided yet. */
 neph_result np_stages_decide(np_plan *plan, const neph_scene *scene, const np_scene_facts *facts);
 
-/* Predicts the costs of the stages that are needed. */
+/* Predicts errors and costs of the stages that are needed, the picture's bias and noise, and its samples. */
 void np_stages_predict(np_plan *plan, const neph_scene *scene);
 
 /* Predicted cost of all stages. */

@@ -23,7 +23,7 @@ typedef struct np_star_field {
   neph_context *context;
   size_t count;
   np_star_pixel *pixels; /* by rows, each once */
-  unsigned width; /* with the overscan on both sides */
+  unsigned width;        /* with the overscan on both sides */
   int overscan;
   int bokeh_reach;      /* pixels from the middle of a star out of focus to the edge of … */
   float *bokeh;         /* … its light's shares */

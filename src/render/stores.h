@@ -45,9 +45,16 @@ typedef struct np_stored_result {
   void (*destroy)(void *result); /* NULL changes nothing */
 } np_stored_result;
 
+/* The share of their boxes that baked clouds fill, as it was measured last. */
+typedef struct np_stored_fill {
+  char key[33]; /* of the clouds; empty: none was measured */
+  double share;
+} np_stored_fill;
+
 typedef struct np_stores {
   np_stored_result *results;
   np_reference_store references;
+  np_stored_fill fill;
 } np_stores;
 
 /* Those that go with a scene: created when they are first asked for, destroyed with the scene. */

@@ -18,7 +18,7 @@ typedef struct np_setting {
   neph_integrator integrator;
   unsigned sample_count;
   unsigned family;    /* settings of equal number differ in samples alone, and share their stages */
-  double predicted_s; /* by the plan, of two cores */
+  double predicted_s; /* by the plan */
   char text[96];      /* as --set takes it */
   unsigned run_count;
   double cpu_s[NP_REPORT_RUNS_MAX];

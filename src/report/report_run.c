@@ -53,7 +53,7 @@ typedef struct run_times {
 /* CPU time of all stages before the integrator: of one that was taken from the stores, its time when it was built. */
 static double count_stages(neph_report *report, const np_plan *plan, const np_stage_times *times, double *out_own_s) {
   double all_s = *out_own_s = 0.0;
-  for (int i = 0; i < NP_STAGE_COUNT; i++) {
+  for (int i = 0; i < NP_STAGE_INTEGRATOR; i++) {
     if (!np_plan_needs(plan, (np_stage)i)) continue;
     const double built_s = times->cpu_s[i] + (times->is_reused[i] ? report->stage_s[i] : 0.0);
     *out_own_s += times->cpu_s[i];

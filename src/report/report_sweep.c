@@ -85,7 +85,7 @@ static neph_result predict(const neph_report *report, np_setting *setting) {
   }
   result = np_report_describe_run(scene, setting->integrator, setting->sample_count, &desc);
   if (!result) result = np_plan_make(scene, &desc, &plan);
-  if (!result) setting->predicted_s = np_stages_count_cost(&plan).seconds;
+  if (!result) setting->predicted_s = np_plan_get_core_s(&plan) * np_stages_count_cost(&plan).seconds;
   neph_scene_destroy(scene);
   return result;
 }

@@ -13,7 +13,8 @@ trap 'rm -rf "$work"' EXIT
 mkdir "$work/bin"
 ln -s "$program" "$work/bin/nephos"
 PATH=$work/bin:$PATH
-export PATH
+XDG_CACHE_HOME=$work/cache # no calibration of this machine
+export PATH XDG_CACHE_HOME
 
 # Splits a page into steps: NNN.file with NNN.name, or NNN.command with NNN.expected.
 split_page() {

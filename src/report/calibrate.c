@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Speed of this machine: CPU time of the stages of fixed small scenes, over the time that they took where the constants
+ * of the cost model (render/stage_costs.c) are from. */
+#include <math.h>
+#include <stdio.h>
+
+#include <nephos/machine.h>
+
+#include "core/parallel.h"
+#include "render/frame.h"
+#include "render/stages.h"
+
+/* Runs of each scene, of which the least counts: others may compute meanwhile. */
+enum { RUNS = 3, SCENES = 4 };
+
+#define VIEW                                                                                                           \
+  "camera: {position: [0, -3 km, 900 m], look_at: [0, 0, 900 m], fov: 40 deg, resolution: [160, 90]}\n"                \
+  "sun: {elevation: 30 deg, azimuth: 140 deg}\n"
+#define HEAP "clouds: [{bake: {model: hero, seed: 3, extent: [600 m, 600 m], voxel: 5 m}, extinction: 0.05 1/m}]\n"
+
+static const char *const scenes[SCENES] = {
+    VIEW HEAP "render: {samples: 16, sun_optical_depth: volume}\n",
+    VIEW "terrain: {ridges: {samples: 513, relief: 200 m}, width: 10 km}\natmosphere: {tolerance: 0.003}\n"
+         "render: {samples: 1}\n",
+    VIEW HEAP "render: {integrator: path, samples: 4}\n",
+    VIEW "clouds: [{bake: {preset: cumulus_mediocris, seed: 3, extent: [5 km, 5 km], voxel: 40 m}}]\n"
+         "render: {samples: 1}\n",
+};
+
+/* Stages that are measured, and their seconds of one core with the constants: others are too short, or do several kinds
+ * of work. */
+static const struct {
+  unsigned scene;
+  np_stage stage;
+  neph_work work;
+  double constant_s;
+} rows[] = {
+    {1, NP_STAGE_TERRAIN, NEPH_WORK_TERRAIN, 0.225},  {0, NP_STAGE_VOLUMES, NEPH_WORK_BAKE, 0.302},
+    {1, NP_STAGE_ATMOSPHERE, NEPH_WORK_SKY, 0.079},   {1, NP_STAGE_CAMERA_SKY, NEPH_WORK_SKY, 0.032},
+    {3, NP_STAGE_ORDINATES, NEPH_WORK_SOLVE, 0.311},  {0, NP_STAGE_SUN_OPTICAL_DEPTH, NEPH_WORK_MARCH, 0.037},
+    {0, NP_STAGE_INTEGRATOR, NEPH_WORK_MARCH, 0.224}, {2, NP_STAGE_INTEGRATOR, NEPH_WORK_PATH, 0.34},
+};
+
+/* ---- One scene ---- */
+
+typedef struct calibration {
+  neph_context *context;
+  np_monitor monitor;
+  double least_s[SCENES][NP_STAGE_COUNT];
+} calibration;
+
+static neph_result render_once(calibration *c, unsigned scene, neph_scene *loaded) {
+  np_plan plan;
+  np_stage_times times = {.error_s = 0.0};
+  neph_image *image = NULL;
+  neph_result result = np_plan_make(loaded, NULL, &plan);
+  if (result) return result;
+  plan.times = &times;
+  result = np_render_image(loaded, &plan, &c->monitor, &image);
+  neph_image_destroy(image);
+  for (int i = 0; i < NP_STAGE_COUNT && !result; i++) c->least_s[scene][i] = fmin(c->least_s[scene][i], times.cpu_s[i]);
+  return result;
+}
+
+/* Each run begins with nothing stored. */
+static neph_result measure_scene(calibration *c, unsigned scene) {
+  const np_monitor_part whole = np_monitor_get_part(&c->monitor);
+  neph_result result = NEPH_OK;
+  for (int i = 0; i < NP_STAGE_COUNT; i++) c->least_s[scene][i] = HUGE_VAL;
+  for (unsigned run = 0; run < RUNS && !result; run++) {
+    neph_scene *loaded;
+    const double done = RUNS * scene + run;
+    np_monitor_set_part(&c->monitor, whole, done / (RUNS * SCENES), (done + 1.0) / (RUNS * SCENES));
+    result = neph_scene_load_text(c->context, scenes[scene], "calibration", &loaded);
+    if (!result) result = render_once(c, scene, loaded);
+    neph_scene_destroy(loaded);
+  }
+  np_monitor_set_part(&c->monitor, whole, 0.0, 1.0);
+  return result;
+}
+
+static void compute_factors(const calibration *c, neph_machine *out) {
+  double measured[NEPH_WORK_COUNT] = {0}, constant[NEPH_WORK_COUNT] = {0};
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    const double seconds = c->least_s[rows[i].scene][rows[i].stage];
+    measured[rows[i].work] += seconds;
+    constant[rows[i].work] += rows[i].constant_s;
+    np_log(c->context, NEPH_LOG_DEBUG, "calibration: %s of scene %u takes %.4g s of one core, by the constants %.4g s",
+           np_stage_get_row(rows[i].stage)->name, rows[i].scene, seconds, rows[i].constant_s);
+  }
+  for (int k = 0; k < NEPH_WORK_COUNT; k++) out->factor[k] = measured[k] / constant[k];
+}
+
+neph_result neph_machine_calibrate(neph_context *context, neph_progress_fn progress, void *user,
+                                   neph_machine *out_machine) {
+  calibration c = {.context = context};
+  neph_machine machine = NEPH_MACHINE_DEFAULT;
+  neph_result result = np_desc_check_size(context, "neph_machine", out_machine, sizeof machine);
+  if (result) return result;
+  np_monitor_start(&c.monitor, context, progress, user);
+  for (unsigned i = 0; i < SCENES && !result; i++) result = measure_scene(&c, i);
+  if (result) return result;
+  np_cpu_name(machine.cpu, sizeof machine.cpu);
+  compute_factors(&c, &machine);
+  return np_desc_write(context, "neph_machine", &machine, sizeof machine, out_machine);
+}
