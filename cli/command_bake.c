@@ -230,6 +230,7 @@ const cli_verb cli_verb_bake = {
     .options = {{"--output", "write to FILE, a .vdb, where the scene bakes one cloud, or into the folder FILE",
                  .files = "vdb"},
                 {"--set"},
+                {"--path-mapping"},
                 {"--frames", "bake a file for each frame, its number in place of #"},
                 {"--half"},
                 {"--prune"},

@@ -9,16 +9,6 @@
 #include "render_job.h"
 #include "verbs.h"
 
-/* Parts of a picture, and frames of a sequence, must match: what none of them shows alone cannot expose them. */
-static void choose_exposure(render_job *job) {
-  const neph_render_desc *desc = &job->desc;
-  neph_preview_desc *preview = &job->output.preview_desc;
-  const bool is_part = desc->tile_count > 1 || desc->crop_max[0] - desc->crop_min[0] < desc->width ||
-                       desc->crop_max[1] - desc->crop_min[1] < desc->height;
-  const bool is_of_sequence = job->output.preview && strchr(job->output.preview, '#');
-  if (preview->exposure == NEPH_EXPOSURE_AUTO && (is_part || is_of_sequence)) preview->exposure = NEPH_EXPOSURE_METER;
-}
-
 /* ---- How long ---- */
 
 /* Target, limit and memory of the command, and the settings that follow from the first two. */
@@ -56,8 +46,9 @@ static cli_exit choose_pixels(render_job *job) {
   const unsigned top = desc->crop_min[1], bottom = desc->crop_max[1];
   const uint64_t rows = bottom > top ? bottom - top : 0;
   if (rows < options->tile_count) {
-    cli_complain("--tile is %u/%u, must be at most as many bands as there are rows, %u", options->tile_index,
-                 options->tile_count, (unsigned)rows);
+    cli_progress_complain(&job->session->progress,
+                          "--tile is %u/%u, must be at most as many bands as there are rows, %u", options->tile_index,
+                          options->tile_count, (unsigned)rows);
     return CLI_USAGE;
   }
   desc->tile_index = options->tile_index - 1;
@@ -67,125 +58,6 @@ static cli_exit choose_pixels(render_job *job) {
 
 /* ---- Frames ---- */
 
-static double get_time_s(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-/* A frame that is done. */
-typedef struct frame_facts {
-  double seconds;
-  neph_image_error error;
-  const neph_image *image;
-} frame_facts;
-
-/* Most memory that the process has had so far. */
-static double get_memory_bytes(void) {
-  struct rusage usage;
-  getrusage(RUSAGE_SELF, &usage);
-  return 1024.0 * (double)usage.ru_maxrss;
-}
-
-/* "2.6", "12", "0.04": shares as per cent, to two digits. */
-static void print_percent(double share) {
-  const double percent = 100.0 * share;
-  printf(percent >= 9.95 || percent == 0.0 ? "%.0f" : percent >= 0.995 ? "%.1f" : "%.2g", percent);
-}
-
-static void print_memory(double bytes) {
-  if (bytes >= 1e9)
-    printf("%.1f GB", 1e-9 * bytes);
-  else
-    printf("%.0f MB", 1e-6 * bytes);
-}
-
-static void print_bias(const neph_image_error *error) {
-  if (error->bias.value == 0.0) {
-    printf("no bias)");
-    return;
-  }
-  printf("bias about ");
-  print_percent(error->bias.value);
-  printf("%s%s)", isnan(error->error.value) ? " %" : "", error->bias_source == NEPH_BIAS_BY_MODEL ? " by model" : "");
-}
-
-/* "error 2.6 % a pixel (noise 1.1, bias about 2.4)" */
-static void print_error(const neph_image_error *error) {
-  if (isnan(error->bias.value)) return;
-  printf("; error ");
-  if (isnan(error->error.value)) {
-    printf("unknown (noise unknown, ");
-  } else {
-    print_percent(error->error.value);
-    printf(" %% a pixel (noise ");
-    print_percent(error->noise.value);
-    printf(", ");
-  }
-  print_bias(error);
-}
-
-static void print_json_bounded(const char *name, const neph_bounded *figure) {
-  const struct {
-    const char *ending;
-    double value;
-  } parts[] = {{"", figure->value}, {"_min", figure->min}, {"_max", figure->max}};
-  for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
-    if (isnan(parts[i].value))
-      printf(", \"%s%s\": null", name, parts[i].ending);
-    else
-      printf(", \"%s%s\": %.4g", name, parts[i].ending, parts[i].value);
-}
-
-/* Predictions, and CPU time of one core, that the header has of a frame with a target error or a time limit. */
-static void print_json_predictions(const neph_image *image) {
-  static const struct {
-    const char *attribute, *name;
-  } rows[] = {{"nephos:predictedSeconds", "predicted_seconds"},
-              {"nephos:predictedBytes", "predicted_bytes"},
-              {"nephos:predictedError", "predicted_error"},
-              {"nephos:pilotSeconds", "pilot_seconds"},
-              {"nephos:pilotError", "pilot_error"},
-              {"nephos:cpuSeconds", "cpu_seconds"}};
-  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-    const char *value = neph_image_get_attribute(image, rows[i].attribute);
-    if (value) printf(", \"%s\": %s", rows[i].name, value);
-  }
-}
-
-static void print_json_facts(const frame_facts *facts) {
-  static const char *const sources[] = {"null", "\"model\"", "\"measured\""};
-  printf(", \"seconds\": %.3f, \"memory_bytes\": %.0f", facts->seconds, get_memory_bytes());
-  print_json_bounded("error", &facts->error.error);
-  print_json_bounded("noise", &facts->error.noise);
-  print_json_bounded("bias", &facts->error.bias);
-  printf(", \"bias_source\": %s", sources[facts->error.bias_source]);
-  print_json_predictions(facts->image);
-  printf("}\n");
-}
-
-static void print_frame(const render_job *job, const render_targets *t, const frame_facts *facts) {
-  if (!job->session->options->is_json) {
-    const char *const names[] = {t->image, t->preview, t->deep}, *join = "";
-    printf("frame %d: ", job->desc.frame);
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-      if (!names[i]) continue;
-      printf("%s%s", join, names[i]);
-      join = ", ";
-    }
-    printf(", %.2f s, ", facts->seconds);
-    print_memory(get_memory_bytes());
-    print_error(&facts->error);
-    printf("\n");
-    return;
-  }
-  printf("{\"frame\": %d", job->desc.frame);
-  if (t->image) printf(", \"image\": "), cli_print_json_text(t->image);
-  if (t->preview) printf(", \"preview\": "), cli_print_json_text(t->preview);
-  if (t->deep) printf(", \"deep\": "), cli_print_json_text(t->deep);
-  print_json_facts(facts);
-}
-
 static neph_result save_frame(const render_job *job, const neph_image *image, const render_targets *t) {
   neph_result result = NEPH_OK;
   if (t->image && !t->is_part) result = neph_image_save_exr(image, t->image, job->output.pixel_type);
@@ -194,21 +66,9 @@ static neph_result save_frame(const render_job *job, const neph_image *image, co
   return result;
 }
 
-static void print_skipped(const render_job *job, const render_targets *t) {
-  const char *name = t->image ? t->image : t->preview ? t->preview : t->deep;
-  if (!job->session->options->is_json) {
-    printf("frame %d: %s is there\n", job->desc.frame, name);
-    return;
-  }
-  printf("{\"frame\": %d, \"image\": ", job->desc.frame);
-  cli_print_json_text(name);
-  printf(", \"skipped\": true}\n");
-}
-
 static cli_exit render_to(render_job *job, render_targets *t) {
   neph_image *image = NULL;
   cli_progress *progress = &job->session->progress;
-  double start_s = get_time_s();
   cli_progress_set_call(progress, 0.97);
   neph_result result = neph_render_image(job->scene, &job->desc, &image);
   if (!result) cli_progress_set_stage(progress, "writing", 0.97);
@@ -216,9 +76,12 @@ static cli_exit render_to(render_job *job, render_targets *t) {
   if (!result && t->checkpoint && !t->is_part) remove(t->checkpoint);
   if (!result) cli_progress_set_stage(progress, "writing", 1.0);
   cli_progress_finish(progress);
-  frame_facts facts = {.seconds = get_time_s() - start_s, .error = NEPH_IMAGE_ERROR_DEFAULT, .image = image};
+  cli_progress_end_frame(progress, !result);
+  frame_facts facts = {.seconds = cli_progress_get_frame_s(progress), .error = NEPH_IMAGE_ERROR_DEFAULT};
   if (!result) result = neph_image_get_error(image, &facts.error);
-  if (!result) print_frame(job, t, &facts);
+  facts.image = image;
+  if (!result) facts.hash = neph_image_get_attribute(image, "nephos:sceneHash");
+  if (!result) render_job_print_frame(job, t, &facts);
   neph_image_destroy(image);
   fflush(stdout);
   return cli_exit_of(result);
@@ -232,7 +95,7 @@ static cli_exit render_or_skip(render_job *job, render_targets *t) {
   if (result) return cli_exit_of(result);
   if (!is_done) return render_to(job, t);
   if (t->checkpoint && !t->is_part) remove(t->checkpoint);
-  print_skipped(job, t);
+  render_job_print_skipped(job, t);
   fflush(stdout);
   return CLI_DONE;
 }
@@ -266,8 +129,7 @@ static cli_exit render_frame(render_job *job) {
   return exit;
 }
 
-/* Calls `step` for each picture of a frame. */
-static cli_exit for_each_eye(render_job *job, cli_exit (*step)(render_job *job)) {
+cli_exit render_job_for_each_eye(render_job *job, cli_exit (*step)(render_job *job)) {
   if (!neph_scene_is_stereo(job->scene)) return step(job);
   cli_exit exit = CLI_DONE;
   for (neph_eye eye = NEPH_EYE_LEFT; !exit && eye <= NEPH_EYE_RIGHT; eye++) {
@@ -277,8 +139,7 @@ static cli_exit for_each_eye(render_job *job, cli_exit (*step)(render_job *job))
   return exit;
 }
 
-/* Calls `step` for each frame until one fails or the process is interrupted. */
-static cli_exit for_each_frame(render_job *job, cli_exit (*step)(render_job *job)) {
+cli_exit render_job_for_each_frame(render_job *job, cli_exit (*step)(render_job *job)) {
   cli_frame_walk walk = {0};
   cli_exit exit = CLI_DONE;
   while (!exit && cli_next_frame(job->session->options, &walk, &job->desc.frame))
@@ -291,18 +152,38 @@ static cli_exit count_frame(render_job *job) {
   return CLI_DONE;
 }
 
-static cli_exit check_eyes(render_job *job) { return for_each_eye(job, render_job_check_targets); }
+/* Their ratio matters alone. */
+static neph_result predict_times(render_job *job) {
+  frame_batch *b = &job->batch;
+  neph_result result = neph_render_estimate_time(job->scene, &job->desc, &b->first_s, &b->next_s);
+  b->first_s = fmax(b->first_s, 1e-6);
+  b->next_s = fmax(b->next_s, 1e-6);
+  return result;
+}
+
+static cli_exit check_eyes(render_job *job) { return render_job_for_each_eye(job, render_job_check_targets); }
 
 static void note_failure(render_job *job, cli_exit exit) {
   frame_batch *b = &job->batch;
   if (b->failed_count < FAILED_LISTED) b->failed[b->failed_count] = job->desc.frame;
   b->failed_count++;
-  if (job->session->options->is_json) printf("{\"frame\": %d, \"exit\": %d}\n", job->desc.frame, (int)exit);
+  render_job_print_failed(job, exit);
+}
+
+/* The picture's part of the whole, by predicted time. */
+static cli_exit render_picture(render_job *job) {
+  frame_batch *b = &job->batch;
+  const unsigned eyes = neph_scene_is_stereo(job->scene) ? 2 : 1, i = b->begun_count++;
+  const double all_s = b->first_s + (b->count * eyes - 1) * b->next_s;
+  const double begin = i > 0 ? (b->first_s + (i - 1) * b->next_s) / all_s : 0.0;
+  const double end = (b->first_s + i * b->next_s) / all_s;
+  cli_progress_begin_frame(&job->session->progress, job->desc.frame, i / eyes, b->count, begin, end);
+  return render_frame(job);
 }
 
 /* A frame that fails, of more than one, lets the rest go on. */
 static cli_exit render_eyes(render_job *job) {
-  const cli_exit exit = for_each_eye(job, render_frame);
+  const cli_exit exit = render_job_for_each_eye(job, render_picture);
   if (!exit || exit == CLI_INTERRUPTED || job->batch.count == 1) return exit;
   note_failure(job, exit);
   return job->batch.is_stopped ? exit : CLI_DONE;
@@ -315,15 +196,26 @@ static cli_exit end_batch(const render_job *job, cli_exit exit) {
   if (!b->failed_count) return exit;
   for (unsigned i = 0; i < b->failed_count && i < FAILED_LISTED; i++)
     snprintf(list + strlen(list), sizeof list - strlen(list), "%s%d", i ? ", " : "", b->failed[i]);
-  cli_complain("%u of %u frames failed: %s%s%s", b->failed_count, b->count, list,
-               b->failed_count > FAILED_LISTED ? ", ..." : "", b->is_stopped ? "; those after it were not begun" : "");
+  cli_progress_complain(&job->session->progress, "%u of %u frames failed: %s%s%s", b->failed_count, b->count, list,
+                        b->failed_count > FAILED_LISTED ? ", ..." : "",
+                        b->is_stopped ? "; those after it were not begun" : "");
   return exit ? exit : CLI_SOME_FAILED;
 }
 
 static cli_exit render_batch(render_job *job) {
-  cli_exit exit = for_each_frame(job, count_frame);
-  if (!exit) exit = for_each_frame(job, render_eyes);
+  cli_exit exit = render_job_for_each_frame(job, count_frame);
+  if (!exit && !job->session->options->wants_plan) exit = cli_exit_of(predict_times(job));
+  if (!exit) exit = render_job_for_each_frame(job, render_eyes);
   return end_batch(job, exit);
+}
+
+/* Parts of a picture, and frames of a sequence, must match: what none of them shows alone cannot expose them. */
+static void choose_exposure(render_job *job) {
+  const neph_render_desc *desc = &job->desc;
+  const bool is_part = desc->tile_count > 1 || desc->crop_max[0] - desc->crop_min[0] < desc->width ||
+                       desc->crop_max[1] - desc->crop_min[1] < desc->height;
+  const bool is_of_sequence = job->output.preview && strchr(job->output.preview, '#');
+  if (is_part || is_of_sequence) render_job_fix_exposure(job);
 }
 
 static cli_exit run(render_job *job) {
@@ -334,7 +226,7 @@ static cli_exit run(render_job *job) {
   if (!exit && options->wants_plan) return render_batch(job);
   if (!exit) exit = render_job_choose_outputs(job);
   if (!exit) choose_exposure(job);
-  if (!exit) exit = for_each_frame(job, check_eyes);
+  if (!exit) exit = render_job_for_each_frame(job, check_eyes);
   return exit ? exit : render_batch(job);
 }
 
@@ -407,6 +299,7 @@ const cli_verb cli_verb_render = {
                 {"--max-memory", "save memory where a render may need more, or refuse it with exit code 6"},
                 {"--cache"},
                 {"--cache-size"},
+                {"--path-mapping"},
                 {"--explain"},
                 {"--dry-run"},
                 {"--progress"}},

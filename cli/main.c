@@ -15,6 +15,7 @@ static cli_exit run(const cli_options *options) {
   else if (!exit)
     exit = options->verb->run(&session);
   cli_progress_finish(&session.progress);
+  cli_progress_note(&session.progress, "end: exit code %d", (int)exit);
   cli_session_end(&session);
   return exit;
 }

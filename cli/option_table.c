@@ -128,6 +128,7 @@ static bool take_sample_range(cli_options *out, const cli_option *option, const 
 
 static bool take_checkpoint(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
+  out->checkpoint = argument;
   return cli_read_duration(argument, &out->checkpoint_s);
 }
 
@@ -218,9 +219,10 @@ static const char *const sky_disks[] = {"include", "layer", "none", NULL};
 static const char *const sky_methods[] = {"lut", "march", "trace", NULL};
 static const char *const isa_levels[] = {
     [NEPH_ISA_X86_64] = "x86-64", [NEPH_ISA_X86_64_V3] = "x86-64-v3", [NEPH_ISA_X86_64_V4] = "x86-64-v4", NULL};
-static const char *const progress_modes[] = {
-    [CLI_PROGRESS_AUTO] = "auto", [CLI_PROGRESS_BAR] = "bar",   [CLI_PROGRESS_LINES] = "lines",
-    [CLI_PROGRESS_JSON] = "json", [CLI_PROGRESS_NONE] = "none", NULL};
+static const char *const progress_modes[] = {[CLI_PROGRESS_AUTO] = "auto",   [CLI_PROGRESS_BAR] = "bar",
+                                             [CLI_PROGRESS_LINES] = "lines", [CLI_PROGRESS_JSON] = "json",
+                                             [CLI_PROGRESS_ALF] = "alf",     [CLI_PROGRESS_OPENJD] = "openjd",
+                                             [CLI_PROGRESS_NONE] = "none",   NULL};
 static const char *const shells[] = {"bash", "fish", "zsh", NULL};
 
 /* clang-format off */
@@ -241,6 +243,10 @@ static const cli_option options[] = {
      .meaning = "render these pixels alone, from the top left, the last two excluded"},
     {.name = "--tile", .argument = "I/N", .take = take_tile, .range = "I from 1 to N",
      .meaning = "render the I-th of N bands of rows, 1 at the top"},
+    {.name = "--tiles", .argument = "N", .take = take_count, .field = INTO(shard_count),
+     .range = "a whole number from 1", .fallback = "1", .meaning = "tiles of each frame"},
+    {.name = "--chunk", .argument = "N", .take = take_count, .field = INTO(chunk_size),
+     .range = "a whole number from 1", .fallback = "1", .meaning = "frames of a task"},
     {.name = "--sample-range", .argument = "A-B", .take = take_sample_range,
      .range = "two whole numbers, the first below the second",
      .meaning = "render the samples from A, a multiple of 16, up to B, which is excluded, into a part"},
@@ -281,7 +287,7 @@ static const cli_option options[] = {
     {.name = "--max-memory", .argument = "GB", .take = take_max_memory, .range = "a number from 0",
      .fallback = "none", .meaning = "refuse, with exit code 6, more memory than this"},
     {.name = "--cache", .argument = "DIR", .take = take_text, .field = INTO(cache_dir), .files = "/",
-     .meaning = "keep the light in clouds, bakes and tables of the air in the folder DIR, for renders to come"},
+     .meaning = "keep light in clouds, bakes, made terrain and tables of the air in the folder DIR, for renders to come"},
     {.name = "--cache-size", .argument = "GB", .take = take_cache_size, .range = "a number from 0", .fallback = "4",
      .meaning = "remove from the folder of --cache what was not used for longest, beyond this size"},
     {.name = "--velocity", .take = take_flag, .field = INTO(wants_velocity),
@@ -325,12 +331,17 @@ static const cli_option options[] = {
     {.name = "--json", .take = take_flag, .field = INTO(is_json), .is_common = true,
      .meaning = "print results as JSON"},
     {.name = "--threads", .letter = 't', .argument = "N", .take = take_count, .field = INTO(thread_count),
-     .is_common = true, .range = "a whole number from 1", .fallback = "the CPUs that the process may use",
+     .is_common = true, .range = "a whole number from 1",
+     .fallback = "SLURM_CPUS_PER_TASK, or the CPUs that the process may use",
      .meaning = "threads to work with"},
     {.name = "--isa", .argument = "LEVEL", .take = take_word, .field = INTO(isa), .words = isa_levels,
      .is_common = true, .fallback = "the machine's", .meaning = "highest instruction-set level of the kernels"},
     {.name = "--progress", .argument = "MODE", .take = take_word, .field = INTO(progress), .words = progress_modes,
      .fallback = "auto", .meaning = "progress on standard error; auto: a bar on a terminal, else lines"},
+    {.name = "--path-mapping", .argument = "FILE", .take = take_text, .field = INTO(path_mapping), .files = "json",
+     .meaning = "map names of files in the scene by the rules in FILE, which Open Job Description writes"},
+    {.name = "--log", .argument = "FILE", .take = take_text, .field = INTO(log_path), .is_common = true, .files = "",
+     .meaning = "add messages, stages and results to FILE, each with its time in UTC"},
     {.name = "--verbose", .letter = 'v', .take = take_verbose, .is_common = true, .meaning = "print more messages"},
     {.name = "--quiet", .letter = 'q', .take = take_quiet, .is_common = true,
      .meaning = "print warnings and errors only, and no progress"},

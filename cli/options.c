@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "option_table.h"
+#include "option_values.h"
 #include "suggest.h"
 #include "verbs.h"
 
@@ -128,8 +129,15 @@ static cli_exit read_arguments(cli_options *out, int argc, char **argv) {
   return CLI_DONE;
 }
 
+/* A task of Slurm uses the CPUs that it has been given. */
+static unsigned get_thread_count(void) {
+  const char *text = getenv("SLURM_CPUS_PER_TASK");
+  unsigned count;
+  return text && cli_read_whole(text, &count) && count >= 1 ? count : NEPH_THREADS_ALL;
+}
+
 cli_exit cli_options_read(int argc, char **argv, cli_options *out) {
-  *out = (cli_options){.thread_count = NEPH_THREADS_ALL,
+  *out = (cli_options){.thread_count = get_thread_count(),
                        .isa = NEPH_ISA_X86_64_V4,
                        .log_level = NEPH_LOG_INFO,
                        .cache_size_max_bytes = UINT64_C(4000000000)};

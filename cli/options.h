@@ -25,12 +25,16 @@ typedef enum cli_exit {
 
 struct cli_verb;
 
+/* progress_styles.c has a row for each. */
 typedef enum cli_progress_mode {
-  CLI_PROGRESS_AUTO,
+  CLI_PROGRESS_AUTO, /* a bar on a terminal, lines elsewhere */
   CLI_PROGRESS_BAR,
   CLI_PROGRESS_LINES,
   CLI_PROGRESS_JSON,
-  CLI_PROGRESS_NONE
+  CLI_PROGRESS_ALF,
+  CLI_PROGRESS_OPENJD,
+  CLI_PROGRESS_NONE,
+  CLI_PROGRESS_COUNT
 } cli_progress_mode;
 
 /* Frames first, first + step, … up to last. */
@@ -66,7 +70,10 @@ typedef struct cli_options {
   unsigned tile_index, tile_count; /* from 1; 0 of 0: no tile */
   bool has_sample_range;
   unsigned sample_range[2]; /* the second excluded */
+  unsigned shard_count;     /* tiles of each frame of a job, or to merge; 0: not given */
+  unsigned chunk_size;      /* frames of a task of a job; 0: not given */
   double checkpoint_s;      /* 0: none */
+  const char *checkpoint;   /* the same, as it is given */
   bool is_resumed, skips_existing;
   bool is_json, is_exact, wants_plan, is_dry_run;
   const char *method;       /* of a probe; NULL: not given */
@@ -92,6 +99,8 @@ typedef struct cli_options {
   const char *cache_dir; /* NULL: not given */
   unsigned level_count;  /* 0: not given */
   cli_progress_mode progress;
+  const char *log_path;     /* NULL: no log file */
+  const char *path_mapping; /* rules for names of files; NULL: none */
   neph_log_level log_level;
   bool *given;   /* for each option of the table, in its order */
   char *storage; /* what settings point into */

@@ -1,77 +1,161 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "progress.h"
 
-#include <stdio.h>
+#include <errno.h>
+#include <math.h>
+#include <stdarg.h>
 #include <string.h>
-#include <unistd.h>
+#include <time.h>
 
 #include "process.h"
+#include "progress_styles.h"
 
-void cli_progress_start(cli_progress *progress, cli_progress_mode mode) {
-  *progress = (cli_progress){.mode = mode, .call_end = 1.0};
-  if (mode != CLI_PROGRESS_AUTO) return;
-  progress->mode = isatty(STDERR_FILENO) ? CLI_PROGRESS_BAR : CLI_PROGRESS_LINES;
+static double get_clock_s(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-static void clear_bar(cli_progress *progress) {
-  if (progress->is_bar_drawn) fputs("\r\033[K", stderr);
-  progress->is_bar_drawn = false;
+static double get_elapsed_s(const cli_progress *progress) { return get_clock_s() - progress->start_s; }
+
+bool cli_progress_start(cli_progress *progress, const cli_options *options) {
+  *progress = (cli_progress){.style = cli_progress_style_get(options->progress),
+                             .level = options->log_level,
+                             .call_end = 1.0,
+                             .frame = {.end = 1.0},
+                             .start_s = get_clock_s()};
+  if (!options->log_path) return true;
+  progress->log = fopen(options->log_path, "ae");
+  if (progress->log) return true;
+  cli_complain("%s: the log cannot be opened: %s", options->log_path, strerror(errno));
+  return false;
 }
 
-static void draw_bar(cli_progress *progress, const neph_progress *report) {
-  enum { WIDTH = 32 };
-  static const char full[WIDTH + 1] = "################################",
-                                 empty[WIDTH + 1] = "................................";
-  int done = (int)(report->fraction * WIDTH);
-  fprintf(stderr, "\r%-24.24s [%.*s%.*s] %3.0f %%  %.1f s\033[K", report->stage, done, full, WIDTH - done, empty,
-          report->fraction * 100, report->elapsed_s);
-  fflush(stderr);
-  progress->is_bar_drawn = true;
+void cli_progress_end(cli_progress *progress) {
+  cli_progress_finish(progress);
+  if (progress->log) fclose(progress->log);
+  progress->log = NULL;
 }
 
-static void print_json(const neph_progress *report) {
-  fprintf(stderr, "{\"stage\": \"%s\", \"fraction\": %.4f, \"elapsed_s\": %.3f}\n", report->stage, report->fraction,
-          report->elapsed_s);
+/* ---- The log file ---- */
+
+/* A line, with its time. The last line of a job that is killed is whole. */
+static void write_log(cli_progress *progress, const char *kind, const char *text) {
+  struct tm utc;
+  char date[32];
+  const time_t now = time(NULL);
+  if (!progress->log) return;
+  strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &utc));
+  fprintf(progress->log, "%s %s%s\n", date, kind, text);
+  fflush(progress->log);
 }
 
-static void print_line(const neph_progress *report) {
-  fprintf(stderr, "nephos: %s %.0f %%, %.1f s\n", report->stage, report->fraction * 100, report->elapsed_s);
+void cli_progress_note(cli_progress *progress, const char *format, ...) {
+  char text[1024];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  write_log(progress, "", text);
 }
 
-/* A bar ten times a second; lines at each stage's begin, then at every tenth of it but no more than one a second. */
-static bool is_due(const cli_progress *progress, const neph_progress *report) {
-  if (strncmp(progress->stage, report->stage, sizeof progress->stage - 1)) return true;
-  double passed_s = report->elapsed_s - progress->shown_elapsed_s;
-  if (passed_s < 0) return true;
-  if (progress->mode == CLI_PROGRESS_BAR) return passed_s >= 0.1;
-  return passed_s >= 1 && report->fraction - progress->shown_fraction >= 0.1;
+/* ---- Fractions and times ---- */
+
+void cli_progress_begin_frame(cli_progress *progress, int number, unsigned index, unsigned count, double begin,
+                              double end) {
+  progress->call_end = 1.0;
+  progress->frame = (cli_progress_frame){number, index, count, begin, end, get_elapsed_s(progress)};
 }
 
-static void show(cli_progress *progress, const neph_progress *report) {
+double cli_progress_get_frame_s(const cli_progress *progress) {
+  return get_elapsed_s(progress) - progress->frame.start_s;
+}
+
+/* The first frame solves for what the others take over. */
+void cli_progress_end_frame(cli_progress *progress, bool is_timed) {
+  const cli_progress_frame *frame = &progress->frame;
+  if (is_timed && frame->index > 0) {
+    progress->timed_count++;
+    progress->timed_s += cli_progress_get_frame_s(progress);
+  }
+  progress->fraction = fmax(progress->fraction, frame->end);
+}
+
+/* By the mean of the frames that are done, where there are any, and else by the part of the whole that is done. */
+static double predict_left(const cli_progress *progress, double frame_fraction, double elapsed_s) {
+  const cli_progress_frame *frame = &progress->frame;
+  if (progress->timed_count > 0 && frame->count > frame->index) {
+    const double mean_s = progress->timed_s / progress->timed_count;
+    return mean_s * (frame->count - frame->index - frame_fraction);
+  }
+  return progress->fraction > 0.01 ? elapsed_s * (1.0 / progress->fraction - 1.0) : HUGE_VAL;
+}
+
+/* State of the whole job, with `fraction` of the frame done. */
+static cli_progress_state get_state(cli_progress *progress, const char *stage, double fraction) {
+  const cli_progress_frame *frame = &progress->frame;
+  const double elapsed_s = get_elapsed_s(progress);
+  progress->fraction = fmax(progress->fraction, frame->begin + fraction * (frame->end - frame->begin));
+  return (cli_progress_state){.stage = stage,
+                              .fraction = progress->fraction,
+                              .elapsed_s = elapsed_s,
+                              .left_s = predict_left(progress, fraction, elapsed_s),
+                              .frame = *frame};
+}
+
+/* ---- Reports ---- */
+
+static bool is_new_stage(const cli_progress *progress, const cli_progress_state *state) {
+  return progress->shown_frame != state->frame.number ||
+         strncmp(progress->stage, state->stage, sizeof progress->stage - 1);
+}
+
+static bool is_due(const cli_progress *progress, const cli_progress_state *state) {
+  const cli_progress_style *style = progress->style;
+  if (!style->show) return false;
+  if (style->has_stages && is_new_stage(progress, state)) return true;
+  const double passed_s = state->elapsed_s - progress->shown_elapsed_s;
+  return passed_s >= style->interval_s && state->fraction - progress->shown_fraction >= style->step;
+}
+
+static void show(cli_progress *progress, const cli_progress_state *state) {
   flockfile(stderr);
-  if (progress->mode == CLI_PROGRESS_BAR) draw_bar(progress, report);
-  if (progress->mode == CLI_PROGRESS_JSON) print_json(report);
-  if (progress->mode == CLI_PROGRESS_LINES) print_line(report);
-  snprintf(progress->stage, sizeof progress->stage, "%s", report->stage);
-  progress->shown_fraction = report->fraction;
-  progress->shown_elapsed_s = report->elapsed_s;
+  progress->style->show(state);
+  progress->is_bar_drawn = progress->style->is_bar;
+  progress->shown_fraction = state->fraction;
+  progress->shown_elapsed_s = state->elapsed_s;
   funlockfile(stderr);
+}
+
+static void note_stage(cli_progress *progress, const cli_progress_state *state) {
+  if (!is_new_stage(progress, state)) return;
+  if (state->frame.count > 0)
+    cli_progress_note(progress, "frame %d, %s: %.1f %%", state->frame.number, state->stage, 100.0 * state->fraction);
+  else
+    cli_progress_note(progress, "%s: %.1f %%", state->stage, 100.0 * state->fraction);
+  snprintf(progress->stage, sizeof progress->stage, "%s", state->stage);
+  progress->shown_frame = state->frame.number;
 }
 
 bool cli_progress_report(void *user, const neph_progress *report) {
   cli_progress *progress = user;
-  const neph_progress whole = {report->stage, report->fraction * progress->call_end, report->elapsed_s,
-                               report->remaining_s};
-  progress->elapsed_s = report->elapsed_s;
-  if (progress->mode != CLI_PROGRESS_NONE && is_due(progress, &whole)) show(progress, &whole);
+  const cli_progress_state state = get_state(progress, report->stage, report->fraction * progress->call_end);
+  if (is_due(progress, &state)) show(progress, &state);
+  note_stage(progress, &state);
   return !cli_is_interrupted();
 }
 
 void cli_progress_set_call(cli_progress *progress, double call_end) { progress->call_end = call_end; }
 
 void cli_progress_set_stage(cli_progress *progress, const char *stage, double fraction) {
-  const neph_progress whole = {.stage = stage, .fraction = fraction, .elapsed_s = progress->elapsed_s};
-  if (progress->mode != CLI_PROGRESS_NONE) show(progress, &whole);
+  const cli_progress_state state = get_state(progress, stage, fraction);
+  if (progress->style->show) show(progress, &state);
+  note_stage(progress, &state);
+}
+
+static void clear_bar(cli_progress *progress) {
+  if (progress->is_bar_drawn) fputs("\r\033[K", stderr);
+  progress->is_bar_drawn = false;
 }
 
 void cli_progress_finish(cli_progress *progress) {
@@ -81,10 +165,26 @@ void cli_progress_finish(cli_progress *progress) {
   progress->stage[0] = '\0';
 }
 
+/* ---- Messages ---- */
+
 void cli_progress_log(void *user, neph_log_level level, const char *message) {
   cli_progress *progress = user;
+  const cli_progress_state state = {.stage = progress->stage, .frame = progress->frame};
   flockfile(stderr);
-  clear_bar(progress);
-  fprintf(stderr, "nephos: %s%s\n", level == NEPH_LOG_WARNING ? "warning: " : "", message);
+  if (level == NEPH_LOG_ERROR) snprintf(progress->message, sizeof progress->message, "%s", message);
+  if (level <= progress->level) {
+    clear_bar(progress);
+    progress->style->say(&state, level, message);
+  }
+  write_log(progress, level == NEPH_LOG_ERROR ? "error: " : level == NEPH_LOG_WARNING ? "warning: " : "", message);
   funlockfile(stderr);
+}
+
+void cli_progress_complain(cli_progress *progress, const char *format, ...) {
+  char text[1024];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  cli_progress_log(progress, NEPH_LOG_ERROR, text);
 }

@@ -16,10 +16,19 @@ enum { FAILED_LISTED = 20 };
 
 /* The frames of a batch. */
 typedef struct frame_batch {
-  unsigned count, failed_count;
+  unsigned count, begun_count, failed_count;
+  double first_s, next_s;    /* predicted, of the first frame, and of those that follow it */
   int failed[FAILED_LISTED]; /* numbers of the first of them */
   bool is_stopped;           /* the rest would fail as well: what is done cannot be written */
 } frame_batch;
+
+/* A frame that is done. */
+typedef struct frame_facts {
+  double seconds;
+  neph_image_error error;
+  const neph_image *image;
+  const char *hash; /* of the picture; NULL: it has none */
+} frame_facts;
 
 typedef struct render_job {
   cli_session *session;
@@ -39,6 +48,13 @@ cli_exit render_job_choose_outputs(render_job *job);
 neph_result render_job_name_targets(const render_job *job, render_targets *out);
 void render_job_free_targets(const render_job *job, render_targets *t);
 
+/* Exposes previews by the light on the scene where they would be by the picture, so that parts and frames match. */
+void render_job_fix_exposure(render_job *job);
+
+/* Calls `step` for each frame, or each eye's picture of one, until one fails or the process is interrupted. */
+cli_exit render_job_for_each_frame(render_job *job, cli_exit (*step)(render_job *job));
+cli_exit render_job_for_each_eye(render_job *job, cli_exit (*step)(render_job *job));
+
 /* Names and settings of a frame's part, checkpoint and snapshots, for the names that it has; `desc` borrows them. */
 neph_result render_job_set_restart(render_job *job, render_targets *t);
 
@@ -47,6 +63,11 @@ neph_result render_job_check_done(const render_job *job, const render_targets *t
 
 /* The exit code of a run that keeps checkpoints, of one that may have been stopped. */
 cli_exit render_job_end_restart(const render_job *job, cli_exit exit);
+
+/* The line of a frame that is done, is there already, or failed, on standard output. */
+void render_job_print_frame(render_job *job, const render_targets *t, const frame_facts *facts);
+void render_job_print_skipped(render_job *job, const render_targets *t);
+void render_job_print_failed(render_job *job, cli_exit exit);
 
 /* Whether the files of the job's frame can be written, and of its clouds that are baked to files. */
 cli_exit render_job_check_targets(render_job *job);

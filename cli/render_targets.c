@@ -11,11 +11,13 @@ static const char eye_mark[] = "%V";
 
 static cli_exit check_pattern(const render_job *job, const char *pattern) {
   if (pattern && neph_scene_is_stereo(job->scene) && !strstr(pattern, eye_mark)) {
-    cli_complain("%s would be written for both eyes: put %s where left or right goes", pattern, eye_mark);
+    cli_progress_complain(&job->session->progress, "%s would be written for both eyes: put %s where left or right goes",
+                          pattern, eye_mark);
     return CLI_USAGE;
   }
   if (!pattern || cli_is_single_frame(job->session->options) || strchr(pattern, '#')) return CLI_DONE;
-  cli_complain("%s would be written for every frame: put # where the number goes", pattern);
+  cli_progress_complain(&job->session->progress, "%s would be written for every frame: put # where the number goes",
+                        pattern);
   return CLI_USAGE;
 }
 
@@ -29,18 +31,21 @@ static cli_exit choose_outputs(render_job *job) {
     const bool is_preview = cli_has_extension(path, ".png"), is_part = cli_has_extension(path, ".npart");
     const char **place = is_preview ? &job->output.preview : &job->output.image;
     if ((!is_preview && !is_part && !cli_has_extension(path, ".exr")) || *place) {
-      cli_complain("--output is %s, must be one .exr, one .png, or one of each; or a part, .npart", path);
+      cli_progress_complain(&job->session->progress,
+                            "--output is %s, must be one .exr, one .png, or one of each; or a part, .npart", path);
       return CLI_USAGE;
     }
     if (options->has_sample_range && !is_part) {
-      cli_complain("--output is %s, must be an .npart: --sample-range renders a part", path);
+      cli_progress_complain(&job->session->progress, "--output is %s, must be an .npart: --sample-range renders a part",
+                            path);
       return CLI_USAGE;
     }
     *place = path;
   }
   if (options->has_sample_range) job->output.preview = NULL;
   if (job->output.image || job->output.preview || job->output.deep) return CLI_DONE;
-  cli_complain("%s names no output: give output.image in it, or --output", options->files[0]);
+  cli_progress_complain(&job->session->progress, "%s names no output: give output.image in it, or --output",
+                        options->files[0]);
   return CLI_USAGE;
 }
 
@@ -124,4 +129,9 @@ cli_exit render_job_check_targets(render_job *job) {
   for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(job->scene); i++) exit = check_cloud(job, i);
   render_job_free_targets(job, &t);
   return exit;
+}
+
+void render_job_fix_exposure(render_job *job) {
+  neph_preview_desc *preview = &job->output.preview_desc;
+  if (preview->exposure == NEPH_EXPOSURE_AUTO) preview->exposure = NEPH_EXPOSURE_METER;
 }

@@ -31,19 +31,23 @@ cli_exit cli_exit_of(neph_result result) {
 
 cli_exit cli_session_start(const cli_options *options, cli_session *session) {
   *session = (cli_session){.options = options};
-  cli_progress_start(&session->progress, options->progress);
+  if (!cli_progress_start(&session->progress, options)) return CLI_IO;
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   desc.thread_count = options->thread_count;
   desc.isa_max = options->isa;
   desc.log = cli_progress_log;
   desc.log_user = &session->progress;
-  desc.log_level_max = options->log_level;
+  desc.log_level_max = options->log_path && options->log_level < NEPH_LOG_INFO ? NEPH_LOG_INFO : options->log_level;
   desc.cache_dir = options->cache_dir;
+  desc.path_mapping = options->path_mapping;
   desc.cache_size_max_bytes = options->cache_size_max_bytes;
   return cli_exit_of(neph_context_create(&desc, &session->context));
 }
 
-void cli_session_end(cli_session *session) { neph_context_destroy(session->context); }
+void cli_session_end(cli_session *session) {
+  neph_context_destroy(session->context);
+  cli_progress_end(&session->progress);
+}
 
 static neph_result apply_settings(const cli_options *options, neph_scene *scene) {
   neph_result result = NEPH_OK;
@@ -83,18 +87,20 @@ void cli_print_text(cli_session *session, char *text) {
   neph_text_destroy(session->context, text);
 }
 
-void cli_print_json_text(const char *text) {
-  putchar('"');
+void cli_put_json_text(FILE *out, const char *text) {
+  putc('"', out);
   for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
     if (*c == '"' || *c == '\\')
-      printf("\\%c", *c);
+      fprintf(out, "\\%c", *c);
     else if (*c < 0x20)
-      printf("\\u%04x", *c);
+      fprintf(out, "\\u%04x", *c);
     else
-      putchar(*c);
+      putc(*c, out);
   }
-  putchar('"');
+  putc('"', out);
 }
+
+void cli_print_json_text(const char *text) { cli_put_json_text(stdout, text); }
 
 neph_text_format cli_text_format(const cli_session *session) {
   return session->options->is_json ? NEPH_TEXT_JSON : NEPH_TEXT_PLAIN;

@@ -33,7 +33,8 @@ cli_exit cli_check_target(const cli_session *session, const char *path);
 /* Prints a text of the library and frees it. */
 void cli_print_text(cli_session *session, char *text);
 
-/* A JSON string, quotes included. */
+/* A JSON string, quotes included; printed on standard output. */
+void cli_put_json_text(FILE *out, const char *text);
 void cli_print_json_text(const char *text);
 
 /* PLAIN, or JSON with --json. */

@@ -8,7 +8,7 @@
 #include "session.h"
 
 #define CLI_VERBS(ROW)                                                                                                 \
-  ROW(bake) ROW(render) ROW(info) ROW(sky) ROW(probe) ROW(compare) ROW(merge) ROW(report) ROW(schema) ROW(help)
+  ROW(bake) ROW(render) ROW(info) ROW(sky) ROW(probe) ROW(compare) ROW(merge) ROW(job) ROW(report) ROW(schema) ROW(help)
 
 /* An option as a verb takes it; NULL: as the option's own row has it. */
 typedef struct cli_verb_option {
@@ -22,7 +22,7 @@ typedef struct cli_example {
   const char *command, *meaning;
 } cli_example;
 
-enum { CLI_VERB_OPTIONS_MAX = 28, CLI_EXAMPLES_MAX = 6 };
+enum { CLI_VERB_OPTIONS_MAX = 32, CLI_EXAMPLES_MAX = 6 };
 
 typedef struct cli_verb {
   const char *name, *arguments, *summary;

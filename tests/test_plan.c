@@ -335,6 +335,27 @@ static neph_result plan_and_describe(neph_context *context, void *user) {
   return result;
 }
 
+/* The frames of a job are weighed by it: those after the first take over its volumes and light, unless clouds move. */
+static void test_next_frames_take_over_the_light(void **state) {
+  const struct {
+    const char *text;
+    bool takes_over;
+  } cases[] = {{BAKE, true}, {MOVING, false}, {"clouds: [{vdb: a.####.vdb, extinction: 1}]\n", false}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    neph_scene *scene = load(*state, cases[i].text);
+    double first_s = 0.0, next_s = 0.0;
+    assert_int_equal(neph_render_estimate_time(scene, NULL, &first_s, &next_s), NEPH_OK);
+    assert_true(next_s > 0.0);
+    if (cases[i].takes_over)
+      assert_true(next_s < 0.9 * first_s);
+    else
+      assert_true(next_s == first_s);
+    assert_int_equal(neph_render_estimate_time(scene, NULL, &next_s, NULL), NEPH_OK);
+    assert_true(next_s == first_s);
+    neph_scene_destroy(scene);
+  }
+}
+
 static void test_failed_allocations(void **state) {
   (void)state;
   neph_text_format format = NEPH_TEXT_PLAIN;
@@ -361,6 +382,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_bad_descriptions_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_incomplete_scenes_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_plan_is_described, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_next_frames_take_over_the_light, set_up, test_tear_down),
       cmocka_unit_test(test_failed_allocations),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -220,23 +220,6 @@ static void a_bomb_is_refused(void **state) {
   end_disk(&d);
 }
 
-/* A few bytes of file for 6.9e10 voxels. */
-static void a_file_of_one_large_tile_is_loaded(void **state) {
-  (void)state;
-  disk d;
-  neph_volume *volume;
-  neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
-  start_disk(&d);
-  (void)np_sparse_grid_add_tile(&d.grid, (const int32_t[3]){4096, 4096, 4096}, 4096, 0.5f, true);
-  write_disk(&d);
-  assert_int_equal(load(d.context, d.path, NULL, &volume), NEPH_OK);
-  assert_int_equal(neph_volume_get_info(volume, &info), NEPH_OK);
-  assert_true(info.active_voxel_count >= UINT64_C(1) << 36);
-  assert_true(info.brick_bytes < 20000000);
-  neph_volume_release(volume);
-  end_disk(&d);
-}
-
 /* ---- Choice of a grid ---- */
 
 static void a_grid_is_chosen_by_name_and_number(void **state) {
@@ -510,7 +493,6 @@ int main(void) {
       cmocka_unit_test(what_is_rounding_is_clamped_and_counted),
       cmocka_unit_test(a_background_that_is_not_zero_is_refused),
       cmocka_unit_test(a_bomb_is_refused),
-      cmocka_unit_test(a_file_of_one_large_tile_is_loaded),
       cmocka_unit_test(a_grid_is_chosen_by_name_and_number),
       cmocka_unit_test(what_is_no_density_is_refused),
       cmocka_unit_test(the_disney_cloud_is_what_its_makers_say),

@@ -201,8 +201,9 @@ static void a_newer_format_is_a_warning(void **state) {
   assert_non_null(strstr(f->log.text, "version 225"));
 }
 
-/* A filled block of 4096³ in a file of a few hundred bytes: its faces alone take gigabytes. */
-static void tiles_out_of_proportion_are_refused(void **state) {
+/* A filled block of 4096³ in a file of a few hundred bytes: bricks of its faces, each made for itself, would take
+ * gigabytes. */
+static void a_large_tile_costs_little(void **state) {
   test_fixture *f = *state;
   np_sparse_grid grid;
   assert_int_equal(np_sparse_grid_init(f->context, "density", &grid), NEPH_OK);
@@ -210,7 +211,11 @@ static void tiles_out_of_proportion_are_refused(void **state) {
   const np_vdb_write_grid output = {.grid = &grid};
   assert_int_equal(np_volume_save_grids(f->context, f->path, &output, 1, NULL), NEPH_OK);
   np_sparse_grid_clear(&grid);
-  assert_refused(f, f->path, "too large, or damaged");
+  const long kilobytes = get_peak_kilobytes();
+  const clock_t start = clock();
+  assert_int_equal(describe(f->context, f->path, NEPH_TEXT_PLAIN), NEPH_OK);
+  assert_int_equal(load(f->context, f->path), NEPH_OK);
+  assert_within_bounds(kilobytes, start, 0);
 }
 
 int main(void) {
@@ -224,7 +229,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(names_of_any_bytes_are_described, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_message_is_one_line_whatever_a_grid_is_called, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_newer_format_is_a_warning, set_up, test_tear_down),
-      cmocka_unit_test_setup_teardown(tiles_out_of_proportion_are_refused, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_large_tile_costs_little, set_up, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -48,13 +48,15 @@ typedef struct neph_context_desc {
   const char *cache_dir; /**< folder that keeps the light in clouds, bakes, mountains and tables of air from process
                               to process; made where it is missing (default NULL: none) */
   uint64_t cache_size_max_bytes; /**< of that folder's files; those not used for longest go first (default 4 GB) */
+  const char *path_mapping;      /**< rules for names of files in scenes: a JSON file of Open Job Description,
+                                      "pathmapping-1.0" (default NULL: none) */
 } neph_context_desc;
 
 #define NEPH_CONTEXT_DESC_DEFAULT                                                                                      \
   {                                                                                                                    \
     .struct_size = sizeof(neph_context_desc), .thread_count = NEPH_THREADS_ALL, .isa_max = NEPH_ISA_X86_64_V4,         \
     .log = NULL, .log_user = NULL, .log_level_max = NEPH_LOG_INFO, .reallocate = NULL, .reallocate_user = NULL,        \
-    .module_dir = NULL, .cache_dir = NULL, .cache_size_max_bytes = UINT64_C(4000000000)                                \
+    .module_dir = NULL, .cache_dir = NULL, .cache_size_max_bytes = UINT64_C(4000000000), .path_mapping = NULL          \
   }
 
 /** Creates a context and starts its threads.

@@ -218,6 +218,17 @@ typedef struct neph_memory_estimate {
 NEPH_API neph_result neph_render_estimate_memory(neph_scene *scene, const neph_render_desc *desc,
                                                  neph_memory_estimate *out_estimate) NEPH_NODISCARD;
 
+/** Predicts the time of a render from its plan, before anything is loaded or built: seconds on two cores, within a
+ * factor of two or three.
+ *
+ * @param desc              NULL: the scene's own settings.
+ * @param out_seconds       of the picture by itself; unchanged on failure.
+ * @param out_next_seconds  of the next frame in the same process, which takes over what the scene keeps; NULL is
+ *                          allowed.
+ */
+NEPH_API neph_result neph_render_estimate_time(neph_scene *scene, const neph_render_desc *desc, double *out_seconds,
+                                               double *out_next_seconds) NEPH_NODISCARD;
+
 /** Disks of sun and moon in a picture of the sky. */
 typedef enum neph_sky_disks {
   NEPH_SKY_DISKS_LAYER,   /**< in channels of their own, disk.R, disk.G and disk.B; the default */

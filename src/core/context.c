@@ -7,6 +7,7 @@
 #include "core/file.h"
 #include "core/isa.h"
 #include "core/parallel.h"
+#include "core/path_map.h"
 
 enum { THREADS_MAX = 1024 };
 
@@ -88,6 +89,7 @@ static neph_result fill_owned(neph_context *context, const neph_context_desc *de
   context->disk_cache = np_alloc(context, 1, sizeof *context->disk_cache);
   if (!context->disk_cache) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = np_disk_cache_open(context, desc->cache_dir, desc->cache_size_max_bytes, context->disk_cache);
+  if (!result && desc->path_mapping) result = np_path_map_load(context, desc->path_mapping, &context->path_map);
   return result ? result : np_pool_create(context, context->thread_count, &context->pool);
 }
 
@@ -126,6 +128,7 @@ void np_context_release(neph_context *context) {
   if (context->disk_cache) np_disk_cache_close(context, context->disk_cache);
   np_alloc_free(context, context->disk_cache);
   np_alloc_free(context, context->module_dir);
+  np_path_map_destroy(context, context->path_map);
   np_alloc_free(context, context);
 }
 

@@ -19,7 +19,8 @@ struct neph_context {
   neph_log_level log_level_max;
   neph_reallocate_fn reallocate;
   void *reallocate_user;
-  char *module_dir; /* NULL when none was given */
+  char *module_dir;                 /* NULL when none was given */
+  struct np_path_map *path_map;     /* NULL: names stand as they are */
   struct np_disk_cache *disk_cache; /* its folder is NULL where none is wanted */
   np_pool *pool;
   atomic_size_t allocated_bytes, allocated_bytes_peak;

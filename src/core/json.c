@@ -145,6 +145,11 @@ const char *np_json_get_text(const np_json_value *value, const char *key) {
   return json_string_value(get_value(value, key));
 }
 
+const np_json_value *np_json_get_element(const np_json_value *value, const char *key, size_t index) {
+  const json_t *element = json_array_get(get_value(value, key), index);
+  return json_is_object(element) ? (const np_json_value *)(const void *)element : NULL;
+}
+
 bool np_json_get_reals(const np_json_value *value, const char *key, double *out, size_t count) {
   const json_t *found = get_value(value, key);
   if (count == 1 && json_is_number(found)) return *out = json_number_value(found), true;

@@ -33,6 +33,9 @@ void np_json_value_destroy(np_json_value *value); /* NULL is allowed */
 /* NULL: there is no such text. It lives as long as the object. */
 const char *np_json_get_text(const np_json_value *value, const char *key);
 
+/* Elements of an array of objects, which live as long as the object; NULL: there is no such element. */
+const np_json_value *np_json_get_element(const np_json_value *value, const char *key, size_t index);
+
 /* False, and `out` in an unknown state, when there is no such value of this kind and length. */
 bool np_json_get_reals(const np_json_value *value, const char *key, double *out, size_t count);
 bool np_json_get_bool(const np_json_value *value, const char *key, bool *out);

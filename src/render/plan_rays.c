@@ -38,7 +38,8 @@ double np_plan_count_rays_to(const np_plan *plan, const neph_scene *scene, np_dv
   const neph_render_desc *desc = &plan->desc;
   const double all = (double)desc->width * desc->height * desc->sample_count;
   np_camera camera;
-  if (scene->animation || !(low.x <= high.x) || np_camera_init(scene, desc->width, desc->height, NEPH_EYE_CENTRE, &camera)) return all;
+  if (scene->animation || !(low.x <= high.x)) return all;
+  if (np_camera_init(scene, desc->width, desc->height, NEPH_EYE_CENTRE, &camera)) return all;
   /* Half a square of the lattice more on each side: a box may lie between its rays. */
   const double side = (sqrt(count_met(&camera, low, high)) + 1.0) / LATTICE;
   return all * fmin(side * side, 1.0);

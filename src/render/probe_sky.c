@@ -7,6 +7,7 @@
 #include "atmosphere/sky_query.h"
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/path_map.h"
 #include "render/probe_run.h"
 #include "scene/scene_private.h"
 
@@ -151,7 +152,7 @@ static neph_result load_earth(sky_probe *p, size_t row, const char *name) {
     return np_fail(p->context, NEPH_ERROR_BAD_SCENE,
                    "%s:%u: the cases name more than %d scenes, must be at most so many", p->csv.path,
                    p->csv.rows[row].line, EARTHS_MAX - NAMED_COUNT);
-  char *path = np_file_resolve(p->context, p->csv.path, name);
+  char *path = np_path_map_resolve(p->context, p->csv.path, name);
   if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_scene *scene;
   neph_result result = neph_scene_load(p->context, path, &scene);

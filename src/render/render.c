@@ -11,6 +11,8 @@
 #include "render/plan.h"
 #include "render/prediction.h"
 #include "render/scene_hash.h"
+#include "render/stages.h"
+#include "scene/sequence.h"
 
 /* Seen from above, nothing is in the zenith. */
 static void warn_of_buried_camera(const np_assembly *a) {
@@ -74,6 +76,21 @@ neph_result neph_render_compute_hash(neph_scene *scene, const neph_render_desc *
   neph_result result = np_plan_make_frame(scene, desc, &plan);
   if (!result) result = np_plan_fit_memory(scene, &plan);
   return result ? result : np_scene_hash_compute(scene, &plan, out_hash);
+}
+
+neph_result neph_render_estimate_time(neph_scene *scene, const neph_render_desc *desc, double *out_seconds,
+                                      double *out_next_seconds) {
+  np_plan plan;
+  neph_result result = np_plan_make(scene, desc, &plan);
+  if (result) return result;
+  /* Where more than the camera moves, all that depends on it is built again. */
+  const bool is_moving = !np_scene_has_still_light(scene);
+  double next_s = 0.0;
+  for (int i = 0; i < NP_STAGE_COUNT; i++)
+    if (is_moving || !np_stage_get_row((np_stage)i)->reuse) next_s += plan.stages[i].cost.seconds;
+  *out_seconds = np_stages_count_cost(&plan).seconds;
+  if (out_next_seconds) *out_next_seconds = next_s;
+  return NEPH_OK;
 }
 
 neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc, neph_text_format format,

@@ -6,6 +6,7 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/path_map.h"
 #include "core/hash.h"
 #include "scene/animation.h"
 #include "scene/scene_keys.h"
@@ -37,7 +38,7 @@ static neph_result add_contents(neph_context *context, np_hash *hash, const char
 /* A file that is missing has no contents: the render says so. */
 static void add_file(hash_writer *w, const char *text) {
   neph_context *context = w->scene->context;
-  char *path = np_file_resolve(context, w->scene->file, text);
+  char *path = np_path_map_resolve(context, w->scene->file, text);
   char *named = path ? np_file_frame_name(context, path, w->frame) : NULL;
   if (!named)
     w->result = NEPH_ERROR_OUT_OF_MEMORY;

@@ -8,6 +8,7 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/path_map.h"
 #include "scene/sequence.h"
 #include "volume/instance.h"
 #include "terrain/terrain_private.h"
@@ -181,7 +182,7 @@ static neph_result apply_text(key_applier *applier, const np_key *key, void *bas
   if (node->kind != NP_NODE_SCALAR || is_empty(node) || !*node->text) return fail_value(applier, key, node);
   if (key->type == NP_KEY_TIME && !np_value_is_time(node->text)) return fail_value(applier, key, node);
   char **target = get_text_field(key, base);
-  *target = key->type == NP_KEY_FILE ? np_file_resolve(applier->context, applier->scene->file, node->text)
+  *target = key->type == NP_KEY_FILE ? np_path_map_resolve(applier->context, applier->scene->file, node->text)
                                      : np_alloc_text(applier->context, node->text);
   return *target ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }

@@ -6,6 +6,7 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/path_map.h"
 #include "scene/scene_keys.h"
 
 enum { PATH_SIZE = 160 };
@@ -35,7 +36,7 @@ typedef struct lookup {
 
 static neph_result check_node(const lookup *l, const np_node *node) {
   if (node->kind != NP_NODE_SCALAR) return NEPH_OK;
-  char *file = np_file_resolve(l->scene->context, l->scene->file, node->text);
+  char *file = np_path_map_resolve(l->scene->context, l->scene->file, node->text);
   neph_result result = file ? check_file(l->scene, node, l->path, file) : NEPH_ERROR_OUT_OF_MEMORY;
   np_alloc_free(l->scene->context, file);
   return result;

@@ -18,6 +18,7 @@ printf 'quantity,earth,max_order,h_km,mu,sun_zenith_deg\ntransmittance_top,earth
 nephos render scene.yaml -q -o frame.exr >log
 cp frame.exr reference.exr
 for half in 1 2; do
+  nephos render scene.yaml -q --tile $half/2 --frames 1-3 >log
   nephos render scene.yaml -q --tile $half/2 -o frame.tile$half.exr >log
   nephos render scene.yaml -q --samples 32 --sample-range $((16 * half - 16))-$((16 * half)) -o frame.samples$half.npart >log
 done

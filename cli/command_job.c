@@ -1,0 +1,178 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+#include <string.h>
+
+#include "job.h"
+#include "render_job.h"
+#include "verbs.h"
+
+#define ADDRESS(name) &farm_##name,
+static const farm *const farms[] = {CLI_FARMS(ADDRESS)};
+#undef ADDRESS
+
+enum { FARM_COUNT = sizeof farms / sizeof *farms };
+
+/* ---- What is asked for ---- */
+
+static const farm *choose_farm(const char *name) {
+  for (size_t i = 0; i < FARM_COUNT; i++)
+    if (!strcmp(farms[i]->name, name)) return farms[i];
+  cli_complain("%s is not a farm, must be slurm, openjd, opencue or parallel", name);
+  return NULL;
+}
+
+static int compare_frames(const void *a, const void *b) {
+  const int left = *(const int *)a, right = *(const int *)b;
+  return (left > right) - (left < right);
+}
+
+/* All frames of the list, in order, each once. */
+static cli_exit list_frames(const cli_options *options, farm_job *job) {
+  static const cli_frame_range first = {1, 1, 1};
+  const cli_frame_range *ranges = options->frame_range_count ? options->frames : &first;
+  const size_t range_count = options->frame_range_count ? options->frame_range_count : 1;
+  size_t count = 0, kept = 0;
+  for (size_t i = 0; i < range_count; i++) count += (size_t)((ranges[i].last - ranges[i].first) / ranges[i].step) + 1;
+  job->frames = calloc(count, sizeof *job->frames);
+  if (!job->frames) return CLI_INTERNAL;
+  count = 0;
+  for (size_t i = 0; i < range_count; i++)
+    for (int64_t frame = ranges[i].first; frame <= ranges[i].last; frame += ranges[i].step)
+      job->frames[count++] = (int)frame;
+  qsort(job->frames, count, sizeof *job->frames, compare_frames);
+  for (size_t i = 0; i < count; i++)
+    if (!kept || job->frames[i] != job->frames[kept - 1]) job->frames[kept++] = job->frames[i];
+  job->frame_count = kept;
+  return CLI_DONE;
+}
+
+/* "shots/dawn 2.yaml" is "dawn_2". */
+static void name_job(farm_job *job) {
+  const char *slash = strrchr(job->scene, '/'), *stem = slash ? slash + 1 : job->scene, *dot = strrchr(stem, '.');
+  snprintf(job->name, sizeof job->name, "%.*s", dot && dot > stem ? (int)(dot - stem) : (int)strlen(stem), stem);
+  for (char *c = job->name; *c; c++)
+    if (!strchr("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_", *c)) *c = '_';
+}
+
+/* ---- A trial ---- */
+
+/* The command line of a task, without its tile, which is read as nephos render reads it. */
+static cli_exit read_task(const cli_session *session, const farm_job *job, cli_options *out) {
+  const cli_options *options = session->options;
+  const char **words = calloc(job->argument_count + 4, sizeof *words);
+  size_t count = 0;
+  if (!words) return CLI_INTERNAL;
+  words[count++] = "nephos";
+  words[count++] = "render";
+  words[count++] = job->scene;
+  for (size_t i = 0; i < job->argument_count; i++) words[count++] = job->arguments[i];
+  cli_exit exit = cli_options_read((int)count, (char **)(uintptr_t)words, out);
+  free(words);
+  if (exit) return exit;
+  out->frames = calloc(options->frame_range_count + 1, sizeof *out->frames);
+  if (!out->frames) return CLI_INTERNAL;
+  memcpy(out->frames, options->frames, options->frame_range_count * sizeof *out->frames);
+  out->frame_range_count = options->frame_range_count;
+  return CLI_DONE;
+}
+
+/* Refuses what every task would refuse: options, scene, names. */
+static cli_exit check_task(cli_session *session, const farm_job *job, const cli_options *task) {
+  if (task->given[cli_option_get("--frames", strlen("--frames")) - cli_option_at(0)] || task->output_count ||
+      task->tile_count || task->has_sample_range || task->is_dry_run || task->wants_plan || task->has_time_limit) {
+    cli_complain("behind -- may not be --frames, --output, --tile, --sample-range, --time-limit, --explain or "
+                 "--dry-run: frames and tiles are the job's, names the scene's");
+    return CLI_USAGE;
+  }
+  cli_session trial = {.options = task, .context = session->context, .progress = session->progress};
+  render_job render = {.session = &trial, .output = NEPH_OUTPUT_DEFAULT};
+  cli_exit exit = cli_load_scene(&trial, job->scene, &render.scene);
+  if (exit) return exit;
+  exit = cli_exit_of(neph_scene_get_output(render.scene, &render.output));
+  if (!exit) exit = render_job_choose_outputs(&render);
+  if (!exit && job->tile_count > 1 && !render.output.image) {
+    cli_complain("%s has no output.image: tiles are merged by it", job->scene);
+    exit = CLI_USAGE;
+  }
+  neph_scene_destroy(render.scene);
+  return exit;
+}
+
+static cli_exit collect_settings(const cli_options *task, farm_job *job) {
+  job->settings = calloc(task->setting_count + 1, sizeof *job->settings);
+  for (size_t i = 0; job->settings && i < task->setting_count; i++) {
+    char *text;
+    if (task->settings[i].option) continue;
+    if (asprintf(&text, "%s=%s", task->settings[i].key, task->settings[i].value) < 0) return CLI_INTERNAL;
+    job->settings[job->setting_count++] = text;
+  }
+  return job->settings ? CLI_DONE : CLI_INTERNAL;
+}
+
+/* ---- The verb ---- */
+
+static cli_exit prepare_job(cli_session *session, farm_job *job) {
+  cli_options task;
+  cli_exit exit = list_frames(session->options, job);
+  if (exit) return exit;
+  name_job(job);
+  exit = read_task(session, job, &task);
+  if (!exit) exit = check_task(session, job, &task);
+  if (!exit) exit = collect_settings(&task, job);
+  cli_options_clear(&task);
+  return exit;
+}
+
+static void clear_job(farm_job *job) {
+  for (size_t i = 0; i < job->setting_count; i++) free((char *)(uintptr_t)job->settings[i]);
+  free(job->settings);
+  free(job->frames);
+}
+
+static cli_exit run_job(cli_session *session) {
+  const cli_options *options = session->options;
+  const farm *chosen = choose_farm(options->files[0]);
+  if (!chosen) return CLI_USAGE;
+  const bool has_threads = options->given[cli_option_get("--threads", strlen("--threads")) - cli_option_at(0)];
+  farm_job job = {.scene = options->files[1],
+                  .chunk_size = options->chunk_size ? options->chunk_size : 1,
+                  .tile_count = options->shard_count ? options->shard_count : 1,
+                  .thread_count = has_threads ? options->thread_count : 0,
+                  .checkpoint = options->checkpoint ? options->checkpoint : "60s",
+                  .arguments = options->files + 2,
+                  .argument_count = options->file_count - 2};
+  cli_exit exit = prepare_job(session, &job);
+  if (!exit && chosen->chunk_max && job.chunk_size > 1 && farm_job_count_chunks(&job) > chosen->chunk_max) {
+    cli_complain("%zu chunks of %u frames, must be at most %zu for %s: raise --chunk, or leave it at 1",
+                 farm_job_count_chunks(&job), job.chunk_size, chosen->chunk_max, chosen->name);
+    exit = CLI_USAGE;
+  }
+  if (!exit) chosen->print(&job);
+  clear_job(&job);
+  return exit;
+}
+
+const cli_verb cli_verb_job = {
+    .name = "job",
+    .arguments = "FARM SCENE [-- RENDER OPTION...]",
+    .summary = "print a job for a render farm",
+    .argument_min = 2,
+    .argument_max = (size_t)-1,
+    .run = run_job,
+    .words = "slurm openjd opencue parallel",
+    .files = "yaml yml",
+    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND),
+    .description =
+        "Prints a job that renders frames of a scene on a farm: a script for Slurm (slurm) or GNU parallel (parallel), "
+        "a template of Open Job Description (openjd), or a specification of OpenCue (opencue). Each task renders a "
+        "chunk of frames, or a tile of them, with --checkpoint, --resume and --skip-existing, so that it goes on where "
+        "it was when it is started again. Where there are tiles, each chunk is merged once all of its tiles are done. "
+        "Options behind -- are those of nephos render for every task. Scene and options are checked.",
+    .options = {{"--frames", "frames to render"},
+                {"--tiles", "tiles of each frame, which are merged"},
+                {"--chunk", "frames that one task renders, one after the other, with one solution of the light"},
+                {"--checkpoint", .fallback = "60s"}},
+    .examples = {{"nephos job slurm scene.yaml --frames 1-100 --chunk 10 -t 8 > job.sh",
+                  "ten tasks of ten frames, each on eight CPUs"},
+                 {"nephos job parallel scene.yaml --frames 1-4 --tiles 8 -- --samples 64", "tiles, with 64 samples"}},
+};
