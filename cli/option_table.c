@@ -287,7 +287,7 @@ static const cli_option options[] = {
     {.name = "--max-memory", .argument = "GB", .take = take_max_memory, .range = "a number from 0",
      .fallback = "none", .meaning = "refuse, with exit code 6, more memory than this"},
     {.name = "--cache", .argument = "DIR", .take = take_text, .field = INTO(cache_dir), .files = "/",
-     .meaning = "keep light in clouds, bakes, made terrain and tables of the air in the folder DIR, for renders to come"},
+     .meaning = "keep light, bakes, made terrain and tables of the air in the folder DIR, for renders to come"},
     {.name = "--cache-size", .argument = "GB", .take = take_cache_size, .range = "a number from 0", .fallback = "4",
      .meaning = "remove from the folder of --cache what was not used for longest, beyond this size"},
     {.name = "--velocity", .take = take_flag, .field = INTO(wants_velocity),

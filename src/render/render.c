@@ -83,7 +83,7 @@ neph_result neph_render_estimate_time(neph_scene *scene, const neph_render_desc 
   np_plan plan;
   neph_result result = np_plan_make(scene, desc, &plan);
   if (result) return result;
-  /* Where more than the camera moves, all that depends on it is built again. */
+  /* All that depends on what moves is built again, unless the camera alone does. */
   const bool is_moving = !np_scene_has_still_light(scene);
   double next_s = 0.0;
   for (int i = 0; i < NP_STAGE_COUNT; i++)
