@@ -12,7 +12,7 @@
 static const double core_gain_max = 1.2;
 
 /* Memory of a cell that holds cloud: 1.6 to 1.9 kB more in the peak of six scenes than without a solution. */
-static const double cell_bytes = 1700.0, coarse_cell_bytes = 900.0; /* of degree 3 */
+static const double cell_bytes = 1650.0, coarse_cell_bytes = 900.0; /* of degree 3 */
 /* In files, where cells are twice as wide as voxels, and sizes tell voxels roughly. */
 static const double cells_per_voxel = 1.0 / 11.0;
 
