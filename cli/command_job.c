@@ -71,8 +71,8 @@ static cli_exit read_task(const cli_session *session, const farm_job *job, cli_o
   if (exit) return exit;
   out->frames = calloc(options->frame_range_count + 1, sizeof *out->frames);
   if (!out->frames) return CLI_INTERNAL;
-  memcpy(out->frames, options->frames, options->frame_range_count * sizeof *out->frames);
-  out->frame_range_count = options->frame_range_count;
+  for (out->frame_range_count = 0; out->frame_range_count < options->frame_range_count; out->frame_range_count++)
+    out->frames[out->frame_range_count] = options->frames[out->frame_range_count];
   return CLI_DONE;
 }
 

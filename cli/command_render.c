@@ -224,6 +224,8 @@ static cli_exit run(render_job *job) {
   if (!exit) exit = cli_exit_of(cli_calibration_load(job->session, &job->machine));
   if (!exit) exit = cli_exit_of(choose_effort(job));
   if (!exit && options->wants_plan) return render_batch(job);
+  /* The scene's texts are those of its settings, which the effort has changed. */
+  if (!exit) exit = cli_exit_of(neph_scene_get_output(job->scene, &job->output));
   if (!exit) exit = render_job_choose_outputs(job);
   if (!exit) choose_exposure(job);
   if (!exit) exit = render_job_for_each_frame(job, check_eyes);
@@ -248,7 +250,6 @@ static cli_exit run_render(cli_session *session) {
   if (exit) return exit;
   neph_result result = set_resolution(session->options, job.scene);
   if (!result) result = neph_scene_get_render_desc(job.scene, &job.desc);
-  if (!result) result = neph_scene_get_output(job.scene, &job.output);
   job.desc.progress = cli_progress_report;
   job.desc.progress_user = &session->progress;
   cli_catch_interrupts();
