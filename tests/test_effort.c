@@ -48,6 +48,22 @@ static void quality_follows_the_target(void **state) {
   assert_true(choose(f, SCENE(""), 0.01, NEPH_UNLIMITED, &samples).bias_floor > 0.01);
 }
 
+/* Keys by frame go on changing behind a choice. */
+static void what_moves_goes_on_moving(void **state) {
+  test_fixture *f = *state;
+  neph_scene *scene;
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  neph_effort effort = NEPH_EFFORT_DEFAULT;
+  static const char text[] = SCENE("animate: {camera.fov: [[1, 40 deg], [3, 60 deg]]}\n");
+  assert_int_equal(neph_scene_load_text(f->context, text, "test.yaml", &scene), NEPH_OK);
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  desc.target_error = 0.2;
+  assert_int_equal(neph_scene_choose_effort(scene, &desc, &effort), NEPH_OK);
+  assert_int_equal(effort.integrator, NEPH_INTEGRATOR_MARCH); /* whose keys are searched one by one */
+  assert_true(neph_scene_is_animated(scene));
+  neph_scene_destroy(scene);
+}
+
 /* The time limit wins over the target; without either the scene stays as it is. */
 static void limit_lowers_the_quality(void **state) {
   test_fixture *f = *state;
@@ -75,6 +91,7 @@ static void given_keys_win(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       EFFORT_TEST(quality_follows_the_target),
+      EFFORT_TEST(what_moves_goes_on_moving),
       EFFORT_TEST(limit_lowers_the_quality),
       EFFORT_TEST(given_keys_win),
   };

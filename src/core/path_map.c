@@ -67,10 +67,8 @@ neph_result np_path_map_load(neph_context *context, const char *path, np_path_ma
   *out_map = NULL;
   neph_result result = np_file_read(context, path, &bytes, &size);
   if (result) return result;
-  char *text = np_alloc_printf(context, "%.*s", (int)size, (const char *)bytes);
   np_path_map *map = np_alloc(context, 1, sizeof *map);
-  result = text && map ? parse(context, path, text, map) : NEPH_ERROR_OUT_OF_MEMORY;
-  np_alloc_free(context, text);
+  result = map ? parse(context, path, bytes, map) : NEPH_ERROR_OUT_OF_MEMORY;
   np_alloc_free(context, bytes);
   if (!result)
     *out_map = map;

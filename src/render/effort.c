@@ -159,7 +159,7 @@ static neph_result choose_value(choice *c, size_t key) {
   (void)snprintf(path, sizeof path, "%s.%s", keys[key].section, keys[key].name);
   if (is_given(c->scene, keys[key].section, keys[key].name) || !np_plan_needs(&c->plan, keys[key].stage))
     return NEPH_OK;
-  np_node *before = np_node_copy(c->scene->context, c->scene->document);
+  np_node *before = np_node_copy(c->scene->context, np_scene_get_source(c->scene));
   neph_result result = before ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   for (int v = 0; v < VALUES_MAX && keys[key].values[v] && !result; v++) {
     neph_effort e = c->best;

@@ -51,9 +51,10 @@ static bool is_march(const np_plan *plan) { return plan->desc.integrator == NEPH
 static bool has_clouds(const np_plan *plan) { return np_plan_needs(plan, NP_STAGE_VOLUMES); }
 
 double np_stage_expect_atmosphere(const np_plan *plan, const neph_scene *scene) {
-  const double finer = fmax(scene->atmosphere.tolerance - NP_SKY_TOLERANCE_DEFAULT, 0.0);
+  const double excess = fmax(scene->atmosphere.tolerance - NP_SKY_TOLERANCE_DEFAULT, 0.0);
   if (!is_march(plan) && (!np_plan_has_air_light(plan) || np_plan_traces_air(plan))) return 0.0;
-  return hypot(has_clouds(plan) || !is_march(plan) ? np_bias_terms.air : np_bias_terms.clear_air, tables_share * finer);
+  return hypot(has_clouds(plan) || !is_march(plan) ? np_bias_terms.air : np_bias_terms.clear_air,
+               tables_share * excess);
 }
 
 double np_stage_expect_ordinates(const np_plan *plan, const neph_scene *scene) {

@@ -58,9 +58,9 @@ static neph_result read_values(neph_context *context, const char *path, const np
   (void)snprintf(out->cpu, sizeof out->cpu, "%s", cpu);
   for (int i = 0; i < NEPH_WORK_COUNT; i++) {
     char what[64];
-    const bool is_there = np_json_get_reals(json, names[i], &out->factor[i], 1);
+    const bool has_factor = np_json_get_reals(json, names[i], &out->factor[i], 1);
     (void)snprintf(what, sizeof what, "its factor of %s is missing or not in (0, %g]", names[i], factor_max);
-    if (!is_there || !(out->factor[i] > 0.0) || out->factor[i] > factor_max) return fail_damaged(context, path, what);
+    if (!has_factor || !(out->factor[i] > 0.0) || out->factor[i] > factor_max) return fail_damaged(context, path, what);
   }
   return NEPH_OK;
 }
@@ -83,11 +83,9 @@ neph_result neph_machine_load(neph_context *context, const char *path, neph_mach
   neph_result result = np_desc_check_size(context, "neph_machine", out_machine, sizeof machine);
   if (!result) result = np_file_read(context, path, &bytes, &size);
   if (result) return result;
-  char *text = np_alloc_printf(context, "%.*s", (int)(size < 65536 ? size : 65536), (const char *)bytes);
-  np_json_value *json = text ? np_json_read(text) : NULL;
-  result = text ? read_values(context, path, json, &machine) : NEPH_ERROR_OUT_OF_MEMORY;
+  np_json_value *json = np_json_read(bytes);
+  result = read_values(context, path, json, &machine);
   np_json_value_destroy(json);
-  np_alloc_free(context, text);
   np_alloc_free(context, bytes);
   if (result) return result;
   check_cpu(context, path, &machine);

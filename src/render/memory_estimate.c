@@ -40,8 +40,7 @@ static neph_result count_terrain_bytes(const neph_scene *scene, const np_plan *p
   neph_result result = count_heights(scene, plan, &heights);
   if (!result && scene->terrain.albedo_image)
     result = np_image_read_size(scene->context, scene->terrain.albedo_image, size);
-  *out_bytes =
-      height_bytes * heights + 3.0 * sizeof(float) * (double)size[0] * size[1];
+  *out_bytes = height_bytes * heights + 3.0 * sizeof(float) * (double)size[0] * size[1];
   return result;
 }
 

@@ -181,18 +181,16 @@ static void count_work(np_plan *plan, const neph_scene *scene) {
   if (scene->output.deep) plan->film_bytes += pixels * deep_bytes;
 }
 
-/* One sample says nothing about its error: with a target error pixels get as many as the channels ask for. */
-static neph_result check_samples(np_plan *plan) {
-  const unsigned samples = plan->desc.sample_count;
-  const np_aov_row *aov = np_aovs_search_short(plan->aovs, samples);
-  if (!aov) return NEPH_OK;
-  if (isfinite(plan->desc.target_error)) {
-    plan->desc.sample_count = aov->samples_min;
-    return check_samples(plan);
-  }
-  return np_fail(plan->context, NEPH_ERROR_BAD_SCENE,
-                 "render.samples is %u, must be at least %u for the %s of output.aovs", samples, aov->samples_min,
-                 aov->name);
+/* One sample says nothing about its error: with a target error pixels get as many as the channels need, else fewer are
+ * refused. */
+static neph_result require_samples(np_plan *plan) {
+  unsigned *samples = &plan->desc.sample_count;
+  for (const np_aov_row *aov; (aov = np_aovs_search_short(plan->aovs, *samples)); *samples = aov->samples_min)
+    if (!isfinite(plan->desc.target_error))
+      return np_fail(plan->context, NEPH_ERROR_BAD_SCENE,
+                     "render.samples is %u, must be at least %u for the %s of output.aovs", *samples, aov->samples_min,
+                     aov->name);
+  return NEPH_OK;
 }
 
 /* Directions of sun and moon, unless only the height field, not read yet, has the place. */
@@ -237,7 +235,7 @@ static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, 
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan) {
   *out_plan = (np_plan){.has_beauty = scene->output.has_beauty, .aovs = scene->output.aovs};
   neph_result result = begin(scene, desc, out_plan);
-  if (!result) result = check_samples(out_plan);
+  if (!result) result = require_samples(out_plan);
   if (!result) result = np_part_check(scene, out_plan);
   if (!result) result = compute_lights(out_plan, scene);
   if (result) return result;

@@ -184,12 +184,12 @@ static neph_result render_rest(const np_frame *f, const int at[2], size_t index,
 /* The last of a band's rows, and the one behind it, are the first of the next grid. */
 static void advance_rows(np_frame *f) {
   np_pixel_rows *rows = &f->rows;
-  const size_t kept = 2 * rows->stride, from = rows->count * rows->stride;
+  const size_t moved = 2 * rows->stride, from = rows->count * rows->stride;
   const size_t numbers = np_channels_count_numbers(&f->channels);
-  memmove(rows->states, rows->states + from, kept * sizeof *rows->states);
-  memset(rows->states + from, 0, kept * sizeof *rows->states);
-  memmove(rows->pilots, rows->pilots + from, kept * sizeof *rows->pilots);
-  memmove(rows->numbers, rows->numbers + from * numbers, kept * numbers * sizeof *rows->numbers);
+  memmove(rows->states, rows->states + from, moved * sizeof *rows->states);
+  memset(rows->states + from, 0, moved * sizeof *rows->states);
+  memmove(rows->pilots, rows->pilots + from, moved * sizeof *rows->pilots);
+  memmove(rows->numbers, rows->numbers + from * numbers, moved * numbers * sizeof *rows->numbers);
   rows->begin += rows->count;
 }
 

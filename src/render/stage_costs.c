@@ -23,8 +23,7 @@ np_stage_cost np_stage_predict_terrain(const np_plan *plan, const neph_scene *sc
   const np_scene_terrain *terrain = &scene->terrain;
   if (terrain->kind == NP_TERRAIN_RIDGES) {
     const double side = np_plan_get_ridges(plan, scene).sample_count;
-    return (np_stage_cost){.seconds = 0.05 + made_height_s * side * side,
-                           .bytes = height_bytes * side * side};
+    return (np_stage_cost){.seconds = 0.05 + made_height_s * side * side, .bytes = height_bytes * side * side};
   }
   if (terrain->kind != NP_TERRAIN_HEIGHTFIELD) return (np_stage_cost){.seconds = 0.0};
   const double heights = 0.5 * (double)np_file_get_size(terrain->heightfield);

@@ -110,7 +110,7 @@ np_stage_clear_fn np_stage_clear_packets, np_stage_clear_lights, np_stage_clear_
 
 np_stage_revise_fn np_stage_revise_volumes;
 
-/* Optical depths towards a light, from its cache where it has one. */
+/* Sun optical depths of a light, cached where the plan has a cache. */
 np_sun_optical_depths np_stage_get_depths(const np_stage_part *in, const np_packet_light *light);
 
 /* The camera's sky by a part's light in its packet's bands, with all of the light in the air, where the picture traces

@@ -119,8 +119,8 @@ np_lattice_view np_brick_lattice_get_view(const np_brick_lattice *l, const int32
   np_lattice_view out;
   for (int n = 0; n < 8; n++) {
     const int32_t at[3] = {node[0] + (n >> 2), node[1] + (n >> 1 & 1), node[2] + (n & 1)};
-    const bool is_there = at[0] < l->size[0] && at[1] < l->size[1] && at[2] < l->size[2];
-    const np_lattice_node own = is_there ? *get_node(l, at) : (np_lattice_node){NP_BLOCK_BACKGROUND, NP_BRICK_NONE};
+    const bool is_inside = at[0] < l->size[0] && at[1] < l->size[1] && at[2] < l->size[2];
+    const np_lattice_node own = is_inside ? *get_node(l, at) : (np_lattice_node){NP_BLOCK_BACKGROUND, NP_BRICK_NONE};
     out.block[n] = own.block;
     out.cells[n] = own.cells == NP_BRICK_NONE ? NULL : l->cells + own.cells * (size_t)NP_BRICK_NODE_CELLS;
   }

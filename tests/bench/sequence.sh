@@ -5,7 +5,7 @@
 #
 # Columns of the sunrise: render.light_reuse; solutions of multiple scattering; CPU seconds of the program; root mean
 # square and greatest error a pixel of 15 frames against the same frames with light_reuse 0, of the same seed.
-# Of the move: CPU seconds of 1 and of 100 frames, and of 100 that each solve for their light.
+# CPU seconds of the move: 1 frame, 100 frames, and 100 processes of a frame each.
 set -eu
 export LC_ALL=C
 nephos=$1
