@@ -28,21 +28,13 @@ static int compare_frames(const void *a, const void *b) {
 
 /* All frames of the list, in order, each once. */
 static cli_exit list_frames(const cli_options *options, farm_job *job) {
-  static const cli_frame_range first = {1, 1, 1};
-  const cli_frame_range *ranges = options->frame_range_count ? options->frames : &first;
-  const size_t range_count = options->frame_range_count ? options->frame_range_count : 1;
-  size_t count = 0, kept = 0;
-  for (size_t i = 0; i < range_count; i++) count += (size_t)((ranges[i].last - ranges[i].first) / ranges[i].step) + 1;
+  size_t count = 0;
+  int frame;
+  for (cli_frame_walk walk = {0}; cli_next_frame(options, &walk, &frame);) count++;
   job->frames = calloc(count, sizeof *job->frames);
   if (!job->frames) return CLI_INTERNAL;
-  count = 0;
-  for (size_t i = 0; i < range_count; i++)
-    for (int64_t frame = ranges[i].first; frame <= ranges[i].last; frame += ranges[i].step)
-      job->frames[count++] = (int)frame;
+  for (cli_frame_walk walk = {0}; cli_next_frame(options, &walk, &frame);) job->frames[job->frame_count++] = frame;
   qsort(job->frames, count, sizeof *job->frames, compare_frames);
-  for (size_t i = 0; i < count; i++)
-    if (!kept || job->frames[i] != job->frames[kept - 1]) job->frames[kept++] = job->frames[i];
-  job->frame_count = kept;
   return CLI_DONE;
 }
 

@@ -31,15 +31,11 @@ static neph_result merge_parts(cli_session *session, const char *const *parts, s
 /* One .exr, and perhaps a .png. */
 static cli_exit read_outputs(const cli_session *session, const char **out_image, const char **out_preview) {
   const cli_options *options = session->options;
-  bool is_wrong = false;
+  bool is_placed = true;
   *out_image = *out_preview = NULL;
-  for (size_t i = 0; i < options->output_count; i++) {
-    const bool is_preview = cli_has_extension(options->outputs[i], ".png");
-    const char **place = is_preview ? out_preview : out_image;
-    is_wrong = is_wrong || *place || (!is_preview && !cli_has_extension(options->outputs[i], ".exr"));
-    *place = options->outputs[i];
-  }
-  if (!is_wrong && *out_image) return CLI_DONE;
+  for (size_t i = 0; i < options->output_count && is_placed; i++)
+    is_placed = cli_place_output(options->outputs[i], ".exr", out_image, out_preview);
+  if (is_placed && *out_image) return CLI_DONE;
   cli_complain("--output of nephos merge must be one .exr, or one and a .png");
   return CLI_USAGE;
 }

@@ -28,9 +28,8 @@ static cli_exit choose_outputs(render_job *job) {
   if (options->output_count) job->output.image = job->output.preview = NULL;
   for (size_t i = 0; i < options->output_count; i++) {
     const char *path = options->outputs[i];
-    const bool is_preview = cli_has_extension(path, ".png"), is_part = cli_has_extension(path, ".npart");
-    const char **place = is_preview ? &job->output.preview : &job->output.image;
-    if ((!is_preview && !is_part && !cli_has_extension(path, ".exr")) || *place) {
+    const bool is_part = cli_has_extension(path, ".npart");
+    if (!cli_place_output(path, is_part ? ".npart" : ".exr", &job->output.image, &job->output.preview)) {
       cli_progress_complain(&job->session->progress,
                             "--output is %s, must be one .exr, one .png, or one of each; or a part, .npart", path);
       return CLI_USAGE;
@@ -40,7 +39,6 @@ static cli_exit choose_outputs(render_job *job) {
                             path);
       return CLI_USAGE;
     }
-    *place = path;
   }
   if (options->has_sample_range) job->output.preview = NULL;
   if (job->output.image || job->output.preview || job->output.deep) return CLI_DONE;

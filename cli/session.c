@@ -111,6 +111,14 @@ bool cli_has_extension(const char *path, const char *extension) {
   return length > tail && !strcasecmp(path + length - tail, extension);
 }
 
+bool cli_place_output(const char *path, const char *extension, const char **image, const char **preview) {
+  const bool is_preview = cli_has_extension(path, ".png");
+  const char **place = is_preview ? preview : image;
+  if (*place || (!is_preview && !cli_has_extension(path, extension))) return false;
+  *place = path;
+  return true;
+}
+
 bool cli_is_single_frame(const cli_options *options) {
   cli_frame_walk walk = {0};
   int frame;

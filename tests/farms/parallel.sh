@@ -16,16 +16,9 @@ fail() {
   cat "$work/log"
   exit 1
 }
-mkdir "$work/bin" "$work/my shots"
-cat >"$work/bin/nephos" <<PROGRAM
-#!/bin/sh
-case "\$*" in
-  *"render"*"--tile 2/2"*) [ -e "$work/failed" ] || { : >"$work/failed"; echo "made to fail" >&2; exit 5; } ;;
-esac
-exec "$program" "\$@"
-PROGRAM
-chmod +x "$work/bin/nephos"
-PATH=$work/bin:$PATH
+mkdir "$work/my shots"
+. "$(dirname "$0")/failing.sh"
+put_failing_program "--tile 2/2"
 cd "$work/my shots"
 cat >"a scene.yaml" <<'SCENE'
 camera: {resolution: [32, 18]}

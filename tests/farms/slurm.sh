@@ -35,7 +35,7 @@ fail() {
 # ---- The farm ----
 
 hostname farm
-mkdir "$work/bin" "$work/state" "$work/spool" "$work/shots"
+mkdir "$work/state" "$work/spool" "$work/shots"
 printf '127.0.0.1 localhost\n10.73.1.1 farm\n' >"$work/hosts"
 mount --bind "$work/hosts" /etc/hosts
 ip link set lo up
@@ -87,17 +87,8 @@ echo "a node is up"
 
 # ---- The job ----
 
-# The program, which fails for the first time that it renders frame 2.
-cat >"$work/bin/nephos" <<PROGRAM
-#!/bin/sh
-case "\$*" in
-  *"render"*"--frames 2 --tile 1/2"*) [ -e "$work/failed" ] || { : >"$work/failed"; echo "made to fail" >&2; exit 5; } ;;
-esac
-exec "$program" "\$@"
-PROGRAM
-chmod +x "$work/bin/nephos"
-PATH=$work/bin:$PATH
-export PATH
+. "$(dirname "$0")/failing.sh"
+put_failing_program "--frames 2 --tile 1/2"
 cd "$work/shots"
 cat >scene.yaml <<'SCENE'
 camera: {position: [0 m, -3 km, 1100 m], look_at: [0 m, 0 m, 1500 m], fov: 60 deg, resolution: [48, 27]}
