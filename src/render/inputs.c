@@ -64,7 +64,9 @@ static neph_result open_field(const cloud_file *file, const char *name, const ch
   np_grid_state state;
   if (name && !strcmp(name, "none")) return NEPH_OK;
   const char *grid = name ? name : usual;
-  neph_result result = np_volume_read_header(context, file->path, grid, is_required || name, &state);
+  neph_volume_load_desc load = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  load.grid = grid;
+  neph_result result = np_volume_read_header(context, file->path, &load, is_required || name, &state);
   if (!result && state == NP_GRID_EMPTY)
     np_log(context, NEPH_LOG_WARNING, "%s: grid '%s' is empty: it has no active voxels", file->path, grid);
   return result;
@@ -80,7 +82,10 @@ static neph_result open_emission(const cloud_file *file) {
 static neph_result open_density(const cloud_file *file, np_grid_state *out_state) {
   const np_scene_cloud *cloud = &file->scene->clouds[file->index];
   neph_result result = np_scene_check_cloud_file(file->scene, file->index, file->path);
-  if (!result) result = np_volume_read_header(file->scene->context, file->path, cloud->grid, true, out_state);
+  neph_volume_load_desc load = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  load.grid = cloud->grid;
+  load.level_set_voxels = cloud->level_set_voxels;
+  if (!result) result = np_volume_read_header(file->scene->context, file->path, &load, true, out_state);
   if (!result && *out_state == NP_GRID_EMPTY)
     np_log(file->scene->context, NEPH_LOG_WARNING, "%s: cloud %s is empty: its grid has no active voxels", file->path,
            cloud->name);

@@ -18,13 +18,18 @@ static neph_result compute_key(const np_frame_cloud *of, const np_reference *ref
   NP_HASH_ADD(hash, number);
   np_hash_add_file(hash, path);
   NP_HASH_ADD(hash, cloud->policy);
+  NP_HASH_ADD(hash, cloud->level_set_voxels);
+  NP_HASH_ADD(hash, cloud->ramp);
   NP_HASH_ADD(hash, cloud->precision);
   NP_HASH_ADD(hash, cloud->scale);
   NP_HASH_ADD(hash, cloud->voxel_m);
   NP_HASH_ADD(hash, cloud->up);
+  NP_HASH_ADD(hash, cloud->tilt_rad);
   NP_HASH_ADD(hash, cloud->rotation_rad);
   NP_HASH_ADD(hash, cloud->has_position);
   NP_HASH_ADD(hash, cloud->position_m);
+  NP_HASH_ADD(hash, cloud->pivot);
+  NP_HASH_ADD(hash, cloud->pivot_point);
   NP_HASH_ADD(hash, cloud->density_unit);
   NP_HASH_ADD(hash, cloud->density_value);
   return np_hash_finish(hash, out_hex);

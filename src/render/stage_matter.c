@@ -28,6 +28,8 @@ static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *c
   np_hash_add_file(hash, path);
   np_hash_add_text(hash, cloud->grid);
   NP_HASH_ADD(hash, cloud->policy);
+  NP_HASH_ADD(hash, cloud->level_set_voxels);
+  NP_HASH_ADD(hash, cloud->ramp);
   const neph_precision precision = np_plan_get_precision(plan, cloud);
   NP_HASH_ADD(hash, precision);
 }
@@ -174,6 +176,8 @@ static neph_volume_load_desc describe_load(const np_stage_part *in, const np_sce
   desc.grid = cloud->grid;
   desc.precision = np_plan_get_precision(in->plan, cloud);
   desc.policy = cloud->policy;
+  desc.level_set_voxels = cloud->level_set_voxels;
+  desc.ramp = cloud->ramp;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   return desc;

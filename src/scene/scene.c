@@ -258,6 +258,10 @@ bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud) {
   return cloud->vdb && !cloud->is_baked && np_frame_name_is_pattern(cloud->vdb);
 }
 
+double np_scene_cloud_get_scale(const np_scene_cloud *cloud) {
+  return fmax(fmax(fabs(cloud->scale[0]), fabs(cloud->scale[1])), fabs(cloud->scale[2]));
+}
+
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame) {
   neph_cloud_desc desc = cloud->bake;
   desc.time_s += cloud->frame_time_s * (frame - 1);
