@@ -122,6 +122,7 @@ typedef struct np_plan {
   double sample_mean;                  /* predicted samples a pixel; with a target error it is what that takes */
   double work_factor[NEPH_WORK_COUNT]; /* time of each kind of work, over that of the machine of the constants */
   double constant_s;                   /* predicted for all stages without those factors: the same on every machine */
+  double constant_common_s;            /* of that, what parts of a picture have in common: all but its samples */
   np_light_span light_span;
   double light_error;      /* expected of the largest cells of multiple scattering; 0: it is not solved */
   double light_cell_count; /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */

@@ -24,7 +24,8 @@
 /* A camera of another program. */
 typedef struct np_scene_motion {
   bool is_enabled;
-  char *file; /* resolved; NULL: none */
+  char *file;   /* resolved; NULL: none */
+  char *camera; /* name of that one in the file; NULL: the only one */
   bool is_z_up;
   unsigned order;     /* of rotations (camera_motion.c) */
   double unit_m;      /* of its lengths */
