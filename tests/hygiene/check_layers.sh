@@ -59,6 +59,7 @@ done
 doors='openvdb/ src/volume/vdb_shim.cpp
 tbb/ src/volume/vdb_shim.cpp
 embree src/terrain/terrain.c
+gdal/ src/terrain/gdal_reader.c
 openexr src/image/image_exr(_read|_write)?\.[ch]
 png\.h src/image/image_png.c
 yaml\.h src/scene/scene_file.c
