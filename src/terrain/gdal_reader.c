@@ -124,15 +124,11 @@ static GDALDatasetH open_dataset(const np_gdal_source *source) {
     CPLFree(name);
   }
   GDALDatasetH dataset = NULL;
-  char **options = CSLSetNameValue(NULL, "NUM_THREADS", CPLSPrintf("%u", source->thread_count));
-  if (!has_ending(source->paths[0], ".tif") && !has_ending(source->paths[0], ".tiff"))
-    CSLDestroy(options), options = NULL;
   if (CSLCount(names) == (int)source->path_count)
-    dataset = source->path_count == 1 ? GDALOpenEx(names[0], GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR, drivers,
-                                                   (const char *const *)options, NULL)
-                                      : open_mosaic(names, CSLCount(names));
+    dataset = source->path_count == 1
+                  ? GDALOpenEx(names[0], GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR, drivers, NULL, NULL)
+                  : open_mosaic(names, CSLCount(names));
   CSLDestroy(names);
-  CSLDestroy(options);
   return dataset;
 }
 
@@ -254,6 +250,8 @@ static neph_result open_raster(const np_gdal_source *source, np_gdal_raster **ou
 }
 
 static void describe_raster(const np_gdal_raster *raster, np_gdal_info *out) {
+  np_gdal_error unheard;
+  begin_calls(&unheard);
   GDALRasterBandH band = GDALGetRasterBand(raster->dataset, 1);
   const GDALDataType type = GDALGetRasterDataType(band);
   *out = (np_gdal_info){.width = (unsigned)GDALGetRasterXSize(raster->dataset),
@@ -271,6 +269,7 @@ static void describe_raster(const np_gdal_raster *raster, np_gdal_info *out) {
                         .unit = raster->unit};
   memcpy(out->to_crs, raster->to_crs, sizeof out->to_crs);
   describe_ellipsoid(raster, out);
+  (void)end_calls(&unheard, NEPH_OK, "");
 }
 
 static int locate_one(const np_gdal_raster *raster, OGRCoordinateTransformationH to_geographic, double place[2]) {

@@ -25,8 +25,7 @@ typedef struct np_gdal_error {
 typedef struct np_gdal_source {
   const char *const *paths; /* several: side by side, on one grid, of one coordinate system */
   size_t path_count;
-  const char *crs;       /* as PROJ takes it, "EPSG:32611"; NULL: the file's */
-  unsigned thread_count; /* that may decompress */
+  const char *crs; /* as PROJ takes it, "EPSG:32611"; NULL: the file's */
 } np_gdal_source;
 
 /* Texts are valid while the raster is open. */

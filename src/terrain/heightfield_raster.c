@@ -44,10 +44,8 @@ static neph_result fail_gdal(const raster_reader *r, const np_gdal_error *error)
 static neph_result open_raster(void *user) {
   raster_reader *r = user;
   np_gdal_error error;
-  const np_gdal_source source = {.paths = (const char *const *)r->files.paths,
-                                 .path_count = r->files.count,
-                                 .crs = r->desc->crs,
-                                 .thread_count = r->context->thread_count};
+  const np_gdal_source source = {
+      .paths = (const char *const *)r->files.paths, .path_count = r->files.count, .crs = r->desc->crs};
   if (r->module->open(&source, &r->raster, &error)) return fail_gdal(r, &error);
   r->module->describe(r->raster, &r->info);
   return NEPH_OK;
