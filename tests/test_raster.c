@@ -495,6 +495,25 @@ static void averages_stand_in_the_middle(void **state) {
   free(slope);
 }
 
+/* Each failed allocation ends the load with one message. GDAL's own memory is not the context's. */
+static neph_result load_tiles(neph_context *context, void *name) {
+  const neph_terrain_desc desc = describe_utm();
+  np_heightfield field;
+  neph_result result = np_heightfield_load(context, NULL, name, &desc, &field);
+  if (!result) np_heightfield_destroy(context, &field);
+  return result;
+}
+
+static void failed_allocations_are_survived(void **state) {
+  test_fixture *f = *state;
+  char *paths[] = {write_grid(f, "tile_a.asc", 499900, northing_m, "1 2 3\n7 8 9"),
+                   write_grid(f, "tile_b.asc", 500200, northing_m, "4 5 6\n10 11 12")};
+  char *name = test_path(f->folder, "tile_?.asc");
+  assert_survives_failed_allocations(load_tiles, name);
+  free(name);
+  for (int i = 0; i < 2; i++) free(paths[i]);
+}
+
 /* ---- Precision ---- */
 
 /* A plain of 200 km in UTM, 1234.5 m high, met 100 km from its middle by rays from 30 km above. Facets of 500 m are
@@ -547,6 +566,7 @@ int main(void) {
       TEST(damaged_files_are_refused),
       TEST(huge_rasters_are_averaged_or_refused),
       TEST(averages_stand_in_the_middle),
+      TEST(failed_allocations_are_survived),
       TEST(elevations_hold_within_5_cm_at_100_km),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
