@@ -262,6 +262,34 @@ static void voids_are_filled_counted_and_told(void **state) {
   free(path);
 }
 
+/* An .hdr is the header of a .bil, and of nothing else that bears its name. */
+static void headers_beside_other_files_are_not_theirs(void **state) {
+  test_fixture *f = *state;
+  neph_terrain_desc desc = describe_utm();
+  const int16_t samples[] = {1, 2, 3, 4, 5, 600};
+  char *header = write_text(f, "grid.hdr",
+                            "nrows 2\nncols 3\nnbits 16\npixeltype signedint\nbyteorder I\nulxmap 499900\n"
+                            "ulymap %.3f\nxdim 100\nydim 100\n",
+                            northing_m);
+  char *text = write_grid(f, "grid.asc", 499900, northing_m - 100, "1 2 3\n4 5 600");
+  char *raw = test_path(f->folder, "grid.bil");
+  np_heightfield by_text, by_header;
+  FILE *file = fopen(raw, "wb");
+  assert_non_null(file);
+  assert_int_equal(fwrite(samples, sizeof samples, 1, file), 1);
+  assert_int_equal(fclose(file), 0);
+  assert_int_equal(load(f, text, &desc, &by_text), NEPH_OK);
+  assert_int_equal(load(f, raw, &desc, &by_header), NEPH_OK);
+  assert_memory_equal(by_text.elevation_m, by_header.elevation_m, 6 * sizeof(float));
+  assert_near(by_header.origin.latitude_rad, by_text.origin.latitude_rad, 1e-12);
+  assert_near(by_header.origin.longitude_rad, by_text.origin.longitude_rad, 1e-12);
+  np_heightfield_destroy(f->context, &by_text);
+  np_heightfield_destroy(f->context, &by_header);
+  free(header);
+  free(text);
+  free(raw);
+}
+
 /* Two tiles side by side, and a third row apart from them: what lies between is a void. */
 static void tiles_are_joined(void **state) {
   test_fixture *f = *state;
@@ -340,6 +368,10 @@ static void a_zipped_tile_is_read(void **state) {
   assert_near(field.west_rad, 166 * NP_DEGREE, 1e-13);
   assert_true(get_sample(&field, 17, 5) == 17.0f && get_sample(&field, 203, 1200) == 3.0f);
   np_heightfield_destroy(f->context, &field);
+  FILE *file = fopen(path, "r+b");
+  assert_true(file && fputc('X', file) == 'X' && fclose(file) == 0); /* no header before the member */
+  assert_int_equal(load(f, path, NULL, &field), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "S16E166.SRTMGL3.hgt.zip: cannot be read: ");
   free(path);
   path = write_archive(f, "notes.zip", "notes.txt", tile, 100);
   assert_int_equal(load(f, path, NULL, &field), NEPH_ERROR_BAD_FILE);
@@ -558,6 +590,7 @@ int main(void) {
       TEST(a_rotated_grid_stands_as_it_is_turned),
       TEST(units_are_the_files_or_those_given),
       TEST(voids_are_filled_counted_and_told),
+      TEST(headers_beside_other_files_are_not_theirs),
       TEST(tiles_are_joined),
       TEST(a_zipped_tile_is_read),
       TEST(a_raster_without_a_place_is_laid_out_like_a_picture),

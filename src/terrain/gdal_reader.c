@@ -35,7 +35,9 @@ struct np_gdal_raster {
 static void CPL_STDCALL keep_failure(CPLErr severity, CPLErrorNum number, const char *message) {
   (void)number;
   np_gdal_error *error = CPLGetErrorHandlerUserData();
-  if (severity >= CE_Failure && !error->message[0]) snprintf(error->message, sizeof error->message, "%s", message);
+  if (severity < CE_Failure || error->message[0]) return;
+  snprintf(error->message, sizeof error->message, "%s", message);
+  for (char *line = error->message; (line = strpbrk(line, "\n\r"));) *line = ' ';
 }
 
 static void begin_calls(np_gdal_error *error) {
@@ -53,17 +55,21 @@ static neph_result end_calls(np_gdal_error *error, neph_result result, const cha
 
 /* ---- Opening ---- */
 
-static const char *const drivers[] = {"GTiff", "VRT", "AAIGrid", "EHdr", "SRTMHGT", "USGSDEM", "DTED", "HFA", NULL};
+/* Endings, and the driver of each. EHdr would take any file beside an .hdr of its name for raw samples. */
+static const char *const formats[][2] = {
+    {".tif", "GTiff"},   {".tiff", "GTiff"},  {".vrt", "VRT"}, {".asc", "AAIGrid"}, {".bil", "EHdr"}, {".flt", "EHdr"},
+    {".hgt", "SRTMHGT"}, {".dem", "USGSDEM"}, {".img", "HFA"}, {".dt0", "DTED"},    {".dt1", "DTED"}, {".dt2", "DTED"}};
 
+/* That which takes what others leave is the last. */
 static void register_drivers(void) {
   GDALRegister_GTiff();
   GDALRegister_VRT();
   GDALRegister_AAIGrid();
-  GDALRegister_EHdr();
   GDALRegister_SRTMHGT();
   GDALRegister_USGSDEM();
   GDALRegister_DTED();
   GDALRegister_HFA();
+  GDALRegister_EHdr();
 }
 
 static int has_ending(const char *path, const char *ending) {
@@ -71,13 +77,25 @@ static int has_ending(const char *path, const char *ending) {
   return length >= count && !strcasecmp(path + length - count, ending);
 }
 
-/* Whether a member of an archive is one of heights. */
-static int is_raster_name(const char *name) {
-  static const char *const endings[] = {".hgt", ".tif", ".tiff", ".asc", ".bil", ".flt",
-                                        ".dem", ".img", ".dt0",  ".dt1", ".dt2"};
-  for (size_t i = 0; i < sizeof endings / sizeof *endings; i++)
-    if (has_ending(name, endings[i])) return 1;
-  return 0;
+/* The driver of a name by its ending; NULL: it is none of heights. */
+static const char *get_driver(const char *name) {
+  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+    if (has_ending(name, formats[i][0])) return formats[i][1];
+  return NULL;
+}
+
+static GDALDatasetH open_file(const char *name, unsigned flags) {
+  const char *const drivers[] = {get_driver(name), NULL};
+  if (drivers[0]) return GDALOpenEx(name, GDAL_OF_RASTER | flags, drivers, NULL, NULL);
+  CPLError(CE_Failure, CPLE_OpenFailed, "its ending is that of no raster of heights");
+  return NULL;
+}
+
+/* Whether a member can be opened: GDAL 3.6 reads from a tile of SRTM even where it cannot, and crashes. */
+static int is_readable(const char *name) {
+  VSILFILE *file = VSIFOpenL(name, "rb");
+  if (file) VSIFCloseL(file);
+  return file != NULL;
 }
 
 /* The name by which GDAL opens a file; of an archive, its first member of heights. To be freed with CPLFree. */
@@ -86,15 +104,18 @@ static char *name_raster(const char *path) {
   char *name = NULL;
   char **members = VSIReadDirRecursive(CPLSPrintf("/vsizip/%s", path));
   for (int i = 0; members && members[i] && !name; i++)
-    if (is_raster_name(members[i])) name = CPLStrdup(CPLSPrintf("/vsizip/%s/%s", path, members[i]));
+    if (get_driver(members[i])) name = CPLStrdup(CPLSPrintf("/vsizip/%s/%s", path, members[i]));
   CSLDestroy(members);
   if (!name) CPLError(CE_Failure, CPLE_OpenFailed, "no raster of heights in the archive");
-  return name;
+  if (!name || is_readable(name)) return name;
+  CPLError(CE_Failure, CPLE_OpenFailed, "the archive is damaged");
+  CPLFree(name);
+  return NULL;
 }
 
 /* A value for what no tile covers, where the tiles have none of their own. */
 static const char *choose_void(const char *name) {
-  GDALDatasetH first = GDALOpenEx(name, GDAL_OF_RASTER, drivers, NULL, NULL);
+  GDALDatasetH first = open_file(name, 0);
   GDALRasterBandH band = first ? GDALGetRasterBand(first, 1) : NULL;
   int has_value = 1;
   const char *value = NULL;
@@ -125,9 +146,8 @@ static GDALDatasetH open_dataset(const np_gdal_source *source) {
   }
   GDALDatasetH dataset = NULL;
   if (CSLCount(names) == (int)source->path_count)
-    dataset = source->path_count == 1
-                  ? GDALOpenEx(names[0], GDAL_OF_RASTER | GDAL_OF_VERBOSE_ERROR, drivers, NULL, NULL)
-                  : open_mosaic(names, CSLCount(names));
+    dataset =
+        source->path_count == 1 ? open_file(names[0], GDAL_OF_VERBOSE_ERROR) : open_mosaic(names, CSLCount(names));
   CSLDestroy(names);
   return dataset;
 }
