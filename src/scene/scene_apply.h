@@ -59,7 +59,8 @@ typedef enum np_given {
   NP_GIVEN_HGT,
   NP_GIVEN_EXR,
   NP_GIVEN_PNG,
-  NP_GIVEN_RAW
+  NP_GIVEN_RAW,
+  NP_GIVEN_NUMBERED /* .vdb for each frame */
 } np_given;
 
 /* A key, and the values of it that are meant: bits, of a choice those of its words, else of np_given. */

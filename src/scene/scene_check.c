@@ -91,7 +91,7 @@ static neph_result check_reference_frame(const neph_scene *scene, unsigned index
   const np_scene_cloud *cloud = &scene->clouds[index];
   if (!cloud->has_reference_frame || np_scene_cloud_is_sequence(cloud)) return NEPH_OK;
   return np_scene_fail_at(problems, np_node_search(node, "reference_frame"),
-                          "clouds[%u].reference_frame is %u, but %s: it goes with a vdb that has # for the frame",
+                          "clouds[%u].reference_frame is %.10g, but %s: it goes with a vdb that has # for the frame",
                           index, cloud->reference_frame,
                           cloud->is_baked ? "the cloud is baked" : "its vdb is the same file in every frame");
 }

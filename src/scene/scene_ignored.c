@@ -4,6 +4,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "core/frame_name.h"
 #include "scene/scene_apply.h"
 
 #define ONLY(value) (1u << (value))
@@ -23,6 +24,7 @@
 #define IN_TOWERS {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB)}
 #define IN_MARCH {"render.integrator", ONLY(NEPH_INTEGRATOR_MARCH)}
 #define IN_PATHS {"render.integrator", ONLY(NEPH_INTEGRATOR_PATH)}
+#define SEQUENCE_KEYS "clouds[].missing", "clouds[].frame_offset", "clouds[].frame_speed"
 #define LIGHT_KEYS                                                                                                     \
   "render.light_memory", "render.light_detail", "render.light_depth", "render.light_degree",                           \
       "render.light_residual", "render.light_reuse"
@@ -73,6 +75,9 @@ static const np_ignore_rule rules[] = {
 
     {.keys = {"clouds[].grid", "clouds[].import"}, .counts = {"clouds[].vdb", BUT(NP_GIVEN_NOT)},
      .reason = "which names their file"},
+    {.keys = {SEQUENCE_KEYS}, .counts = {"clouds[].bake", ONLY(NP_GIVEN_NOT)}, .reason = "from whose time frames go"},
+    {.keys = {SEQUENCE_KEYS}, .counts = {"clouds[].vdb", ONLY(NP_GIVEN_NUMBERED)},
+     .reason = "the same file in every frame", .applies = {"clouds[].bake", ONLY(NP_GIVEN_NOT)}},
     {.keys = {"clouds[].emission.kelvin"}, .counts = {"clouds[].emission.temperature", BUT(NP_GIVEN_NONE)},
      .reason = "so that the offset is the temperature everywhere"},
     {.keys = {"clouds[].emission.absorption"}, .counts = {"clouds[].emission.flame", BUT(NP_GIVEN_NONE)},
@@ -173,6 +178,7 @@ static np_given get_given(const np_node *node) {
                {".r16", NP_GIVEN_RAW},
                {".raw", NP_GIVEN_RAW}};
   const char *ending = strrchr(node->text, '.');
+  if (ending && !strcasecmp(ending, ".vdb") && np_frame_name_is_pattern(node->text)) return NP_GIVEN_NUMBERED;
   for (size_t i = 0; ending && i < sizeof kinds / sizeof *kinds; i++)
     if (!strcasecmp(ending, kinds[i].ending)) return kinds[i].given;
   return NP_GIVEN;

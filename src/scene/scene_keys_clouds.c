@@ -8,6 +8,11 @@
 
 static const np_choice axes[] = {{"z", NP_UP_Z}, {"y", NP_UP_Y}, {NULL, 0}};
 static const np_choice policies[] = {{"refuse", NEPH_IMPORT_REFUSE}, {"repair", NEPH_IMPORT_REPAIR}, {NULL, 0}};
+static const np_choice missing[] = {{"empty", NP_MISSING_EMPTY},
+                                    {"hold", NP_MISSING_HOLD},
+                                    {"loop", NP_MISSING_LOOP},
+                                    {"error", NP_MISSING_ERROR},
+                                    {NULL, 0}};
 static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
 static const np_choice phases[] = {{"rayleigh", NP_PHASE_RAYLEIGH}, {"isotropic", NP_PHASE_ISOTROPIC}, {NULL, 0}};
 static const np_choice models[] = {
@@ -19,11 +24,20 @@ static const np_key keys[] = {
      .meaning = "each from a file, or baked, or baked to a file"},
     {.path = "clouds[].name", .type = NP_KEY_TEXT, .field = CLOUD(name),
      .meaning = "name in messages and in names of baked files; without it, cloud0, cloud1, …"},
-    {.path = "clouds[].vdb", .type = NP_KEY_FILE, .field = CLOUD(vdb), .meaning = "OpenVDB file, # for the frame"},
-    {.path = "clouds[].reference_frame", .type = NP_KEY_INTEGER, .field = CLOUD(reference_frame),
-     .tag = CLOUD(has_reference_frame), .tag_value = true, .range = WITHIN(0, 1e9),
-     .meaning = "frame of a numbered vdb by whose box, voxels and densest column position, voxel and optical_depth "
-                "go in all frames; without it, the first frame asked for that holds anything"},
+    {.path = "clouds[].vdb", .type = NP_KEY_FILE, .field = CLOUD(vdb),
+     .meaning = "OpenVDB file; #, %04d or $F for the frame"},
+    {.path = "clouds[].missing", .type = NP_KEY_CHOICE, .choices = missing, .field = CLOUD(missing),
+     .fallback = "empty",
+     .meaning = "meaning of a frame without a file: empty, with a warning; hold, the last before it; loop, the numbers "
+                "that are there over and over; or error"},
+    {.path = "clouds[].frame_offset", .type = NP_KEY_REAL, .field = CLOUD(frame_offset), .range = WITHIN(-1e9, 1e9),
+     .fallback = "0", .meaning = "is added to the frame for the number of its file"},
+    {.path = "clouds[].frame_speed", .type = NP_KEY_REAL, .field = CLOUD(frame_speed), .range = WITHIN(-1e3, 1e3),
+     .fallback = "1", .meaning = "files a frame, counted from frame 1"},
+    {.path = "clouds[].reference_frame", .type = NP_KEY_REAL, .field = CLOUD(reference_frame),
+     .tag = CLOUD(has_reference_frame), .tag_value = true, .range = WITHIN(-1e9, 1e9),
+     .meaning = "number of the file by whose box, voxels and densest column position, voxel and optical_depth go in "
+                "all frames; without it, that of the first frame asked for that holds anything"},
     {.path = "clouds[].grid", .type = NP_KEY_TEXT, .field = CLOUD(grid),
      .meaning = "name of a scalar grid in it; without it, density or the only one there is"},
     {.path = "clouds[].import", .type = NP_KEY_CHOICE, .choices = policies, .field = CLOUD(policy),

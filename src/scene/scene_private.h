@@ -119,13 +119,18 @@ typedef struct np_scene_emission {
   double strength;
 } np_scene_emission;
 
+/* The meaning of a frame whose file a sequence lacks. */
+typedef enum np_missing { NP_MISSING_EMPTY, NP_MISSING_HOLD, NP_MISSING_LOOP, NP_MISSING_ERROR } np_missing;
+
 typedef struct np_scene_cloud {
   char *name;
   neph_volume *volume;      /* given, the document's; NULL: from a file or baked */
   char *vdb;                /* file pattern, resolved; NULL when only baked */
   bool has_reference_frame; /* else the first asked for that holds anything */
-  unsigned reference_frame;
-  char *grid; /* NULL: chosen by neph_volume_load */
+  double reference_frame;
+  np_missing missing;
+  double frame_offset, frame_speed; /* from frames to numbers of files */
+  char *grid;                       /* NULL: chosen by neph_volume_load */
   neph_import_policy policy;
   neph_precision precision;
   bool is_baked;
