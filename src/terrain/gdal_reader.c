@@ -60,7 +60,7 @@ static const char *const formats[][2] = {
     {".tif", "GTiff"},   {".tiff", "GTiff"},  {".vrt", "VRT"}, {".asc", "AAIGrid"}, {".bil", "EHdr"}, {".flt", "EHdr"},
     {".hgt", "SRTMHGT"}, {".dem", "USGSDEM"}, {".img", "HFA"}, {".dt0", "DTED"},    {".dt1", "DTED"}, {".dt2", "DTED"}};
 
-/* That which takes what others leave is the last. */
+/* EHdr, which takes what others leave, is the last. */
 static void register_drivers(void) {
   GDALRegister_GTiff();
   GDALRegister_VRT();
