@@ -17,10 +17,13 @@ static describe_fn choose_describer(const char *path) {
   static const struct {
     const char *extension;
     describe_fn describe;
-  } kinds[] = {{".vdb", neph_volume_describe_file},
-               {".hgt", neph_terrain_describe_file},
-               {".png", neph_terrain_describe_file},
-               {".exr", neph_image_describe_file}};
+  } kinds[] = {
+      {".vdb", neph_volume_describe_file},  {".hgt", neph_terrain_describe_file},  {".png", neph_terrain_describe_file},
+      {".tif", neph_terrain_describe_file}, {".tiff", neph_terrain_describe_file}, {".asc", neph_terrain_describe_file},
+      {".bil", neph_terrain_describe_file}, {".flt", neph_terrain_describe_file},  {".dem", neph_terrain_describe_file},
+      {".img", neph_terrain_describe_file}, {".dt0", neph_terrain_describe_file},  {".dt1", neph_terrain_describe_file},
+      {".dt2", neph_terrain_describe_file}, {".vrt", neph_terrain_describe_file},  {".zip", neph_terrain_describe_file},
+      {".exr", neph_image_describe_file}};
   for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
     if (cli_has_extension(path, kinds[i].extension)) return kinds[i].describe;
   return NULL;
@@ -31,7 +34,10 @@ static cli_exit describe_file(cli_session *session, const char *path, char **out
   if (describe) return cli_exit_of(describe(session->context, path, cli_text_format(session), out_text));
   bool is_scene = cli_has_extension(path, ".yaml") || cli_has_extension(path, ".yml") || (path[0] == '-' && !path[1]);
   if (is_scene) return describe_scene(session, path, out_text);
-  cli_complain("%s is of no kind known by its name, must end in .vdb, .hgt, .exr, .png or .yaml", path);
+  cli_complain("%s is of no kind known by its name, must end in .vdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, .dt2, "
+               ".vrt, .zip, .exr, "
+               ".png or .yaml",
+               path);
   return CLI_USAGE;
 }
 
@@ -58,14 +64,15 @@ static cli_exit run_info(cli_session *session) {
 const cli_verb cli_verb_info = {
     .name = "info",
     .arguments = "FILE...",
-    .summary = "describe .vdb, .hgt, .exr, .png and scene files",
+    .summary = "describe .vdb, height-field, .exr, .png and scene files",
     .argument_min = 1,
     .argument_max = SIZE_MAX,
     .run = run_info,
-    .files = "vdb hgt exr png yaml yml",
+    .files = "vdb hgt tif asc bil flt dem img dt0 dt1 dt2 vrt zip exr png yaml yml",
     .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND),
     .description =
-        "Describes files, by their endings: .vdb grids, .hgt and .png height fields, .exr pictures, scenes. Of "
+        "Describes files, by their endings: .vdb grids, height fields (.hgt, .png, GeoTIFF and other rasters), .exr "
+        "pictures, scenes. Of "
         "a scene it prints every key with its value, defaults and presets resolved, each as --set takes it. "
         "The exit code is that of the first file that fails.",
     .options = {{"--set"}, {"--frame"}},

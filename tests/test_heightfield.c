@@ -163,11 +163,11 @@ static void other_files_are_refused(void **state) {
   char *missing = test_path(f->folder, "N01E001.hgt");
   assert_int_equal(load(f, missing, &field), NEPH_ERROR_NOT_FOUND);
   assert_one_error(&f->log, missing);
-  char *tif = test_hgt_write(f->folder, "N01E001.tif", 2, encode_place);
-  assert_int_equal(load(f, tif, &field), NEPH_ERROR_UNSUPPORTED);
-  assert_one_error(&f->log, tif, ".hgt, .exr and .png", ".tif");
+  char *jpg = test_hgt_write(f->folder, "N01E001.jpg", 2, encode_place);
+  assert_int_equal(load(f, jpg, &field), NEPH_ERROR_UNSUPPORTED);
+  assert_one_error(&f->log, jpg, ".hgt, .hgt.zip, .tif", "\".jpg\"");
   free(missing);
-  free(tif);
+  free(jpg);
 }
 
 /* ---- Pictures ---- */

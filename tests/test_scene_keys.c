@@ -236,7 +236,8 @@ static void write_document(const np_key *key, const char *value, char *out, size
   const bool has_file = !strncmp(key->path, "clouds[].emission", strlen("clouds[].emission")) ||
                         !strcmp(key->path, "clouds[].reference_frame");
   const bool needs_ridges = !strncmp(key->path, "terrain.rock.", strlen("terrain.rock.")) ||
-                            !strncmp(key->path, "terrain.snow.", strlen("terrain.snow."));
+                            !strncmp(key->path, "terrain.snow.", strlen("terrain.snow.")) ||
+                            !strncmp(key->path, "terrain.raw.", strlen("terrain.raw."));
   const char *source = has_file ? ", vdb: a.#.vdb, extinction: 1" : ", bake: {}";
   snprintf(inner, sizeof inner, "%s: %s%s", np_key_get_name(key), value, get_companion(key));
   for (const np_key *section = np_key_get_parent(key); section; section = np_key_get_parent(section)) {

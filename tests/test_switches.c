@@ -6,6 +6,8 @@
  * take effect is in `companions`; a key that changes no picture at all is an error unless `unseen` says why. */
 #include <stdlib.h>
 
+#include <png.h>
+
 #include <nephos/nephos.h>
 
 #include "cloud/cloud_private.h"
@@ -80,6 +82,12 @@ static const companion companions[] = {
     {"clouds[].bake.map", NULL, "clouds[1].bake.map", "{image: map.exr, coverage: R, size: 300 m}"},
     {"terrain.rock", NULL, "terrain.rock", "{slope: 5 deg}"},
     {"terrain.snow", NULL, "terrain.snow", "{level: 100 m}"},
+    {"terrain.edge", NULL, "terrain", "{heightfield: field.r16, raw: {size: [9, 9]}, width: 2 km}"},
+    {"terrain.vertical_unit", NULL, "terrain", "{heightfield: field.asc, crs: \"EPSG:32631\"}"},
+    {"terrain.encoding", "terrain_rgb", "terrain", "{heightfield: tenths.png, width: 2 km}"},
+    {"terrain.encoding", "terrarium", "terrain", "{heightfield: terrarium.png, width: 2 km}"},
+    {"terrain.raw", NULL, "terrain", "{heightfield: field.r16, raw: {size: [9, 9]}, width: 2 km}"},
+    {"terrain.raw.type", "float32", "terrain", "{heightfield: field.raw, raw: {size: [9, 9]}, width: 2 km}"},
     {"water", NULL, "water", "{level: 150 m}"},
     {"output.film.disks", NULL, "camera.look_at", "[195 m, -581 m, 1242 m]"}, /* the sun */
     {"output.film.disks", NULL, "sun.angular_radius", "8 deg"},
@@ -350,8 +358,44 @@ static void write_motion(const test_fixture *f) {
   free(path);
 }
 
+static FILE *open_file(const test_fixture *f, const char *name) {
+  char *path = test_path(f->folder, name);
+  FILE *file = fopen(path, "w");
+  assert_non_null(file);
+  free(path);
+  return file;
+}
+
+/* A slope told by colours. */
+static void write_colors(const test_fixture *f, const char *name, uint8_t red, uint8_t green, uint8_t step) {
+  png_image picture = {.version = PNG_IMAGE_VERSION, .width = 9, .height = 9, .format = PNG_FORMAT_RGB};
+  uint8_t colors[81][3];
+  for (int i = 0; i < 81; i++)
+    memcpy(colors[i], (const uint8_t[]){red, (uint8_t)(green + i % 9 * step), (uint8_t)(i * 3)}, 3);
+  char *path = test_path(f->folder, name);
+  assert_true(png_image_write_to_file(&picture, path, 0, colors, 0, NULL));
+  free(path);
+}
+
+/* A slope with a ridge, as samples of 16 bits, floats, text and colours. */
+static void write_fields(const test_fixture *f) {
+  FILE *shorts = open_file(f, "field.r16"), *floats = open_file(f, "field.raw"), *text = open_file(f, "field.asc");
+  write_colors(f, "tenths.png", 1, 138, 1);
+  write_colors(f, "terrarium.png", 129, 0, 20);
+  assert_true(fputs("ncols 9\nnrows 9\nxllcorner 262429\nyllcorner 4986204\ncellsize 250\n", text) > 0);
+  for (int i = 0; i < 81; i++) {
+    const float height = 100.0f + (float)(20 * (i % 9)) + (i / 9 == 3 ? 250.0f : 0.0f);
+    const uint8_t word[2] = {(uint8_t)((int)(32 * height) & 255), (uint8_t)((int)(32 * height) >> 8)};
+    assert_int_equal(fwrite(word, sizeof word, 1, shorts), 1);
+    assert_int_equal(fwrite(&height, sizeof height, 1, floats), 1);
+    assert_true(fprintf(text, "%g%c", (double)height, i % 9 == 8 ? '\n' : ' ') > 0);
+  }
+  assert_int_equal(fclose(shorts) + fclose(floats) + fclose(text), 0);
+}
+
 static int set_up(void **state) {
   if (test_set_up(state, 2, "scene.yaml")) return -1;
+  write_fields(*state);
   write_motion(*state);
   write_cloud(*state);
   write_map(*state);

@@ -133,7 +133,7 @@ static triangle_soup make_soup(neph_context *context, unsigned samples) {
   np_monitor_start(&monitor, context, NULL, NULL);
   np_heightfield field;
   assert_int_equal(np_heightfield_make_ridges(context, &monitor, &ridges, &desc, &field), NEPH_OK);
-  np_heightfield_blend_to_sphere(&field);
+  assert_int_equal(np_heightfield_join_sphere(context, NEPH_TERRAIN_EDGE_FADE, radius_m, &field), NEPH_OK);
   const np_globe globe = np_globe_make(radius_m, 0, 0);
   triangle_soup soup = {.corners = calloc(2 * (samples - 1) * (samples - 1), sizeof *soup.corners)};
   for (unsigned row = 0; row + 1 < samples; row++)

@@ -41,7 +41,7 @@ static void the_rim_meets_the_sphere(void **state) {
 static void the_place_is_the_middle_or_as_given(void **state) {
   test_fixture *f = *state;
   char *path = test_hgt_write(f->folder, "N44W072.hgt", 1201, stand_high);
-  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  neph_terrain_desc desc = describe_fading();
   neph_terrain *terrain = NULL;
   double latitude, longitude;
   assert_int_equal(neph_terrain_load(f->context, path, &desc, &terrain), NEPH_OK);
@@ -79,7 +79,7 @@ static void ridges_take_the_place_given(void **state) {
 
   neph_ridges_desc ridges = NEPH_RIDGES_DESC_DEFAULT;
   ridges.sample_count = 33;
-  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  neph_terrain_desc desc = describe_fading();
   desc.has_place = true;
   desc.latitude_rad = 1.4;
   desc.longitude_rad = -3.0;
@@ -95,7 +95,7 @@ static void ridges_take_the_place_given(void **state) {
 static void mount_washington_is_where_it_is(void **state) {
   test_fixture *f = *state;
   char *path = test_data_path("dem/N44W072.hgt");
-  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  neph_terrain_desc desc = describe_fading();
   desc.has_place = true;
   desc.latitude_rad = 44.2705 * NP_DEGREE;
   desc.longitude_rad = -71.3033 * NP_DEGREE;
@@ -172,7 +172,7 @@ static bool cancel_in_stage(void *user, const neph_progress *progress) {
 static void assert_cancelled(test_fixture *f, const char *stage,
                              neph_result (*make)(test_fixture *f, const neph_terrain_desc *desc)) {
   canceller cancel = {.stage = stage};
-  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  neph_terrain_desc desc = describe_fading();
   desc.progress = cancel_in_stage;
   desc.progress_user = &cancel;
   assert_int_equal(make(f, &desc), NEPH_ERROR_CANCELLED);
@@ -259,7 +259,7 @@ static neph_result make_and_release(neph_context *context, void *user) {
   (void)user;
   neph_ridges_desc ridges = NEPH_RIDGES_DESC_DEFAULT;
   ridges.sample_count = 9;
-  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  neph_terrain_desc desc = describe_fading();
   desc.width_m = 3000;
   neph_terrain *terrain = NULL;
   neph_result result = neph_terrain_create_ridges(context, &ridges, &desc, &terrain);

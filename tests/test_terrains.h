@@ -18,11 +18,19 @@ static const double surface_tolerance_m = 0.006;
 
 static inline int set_up(void **state) { return test_set_up(state, 2, NULL); }
 
+/* A field that ends at the sphere, so that its box and its corners are known. */
+static inline neph_terrain_desc describe_fading(void) {
+  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  desc.edge = NEPH_TERRAIN_EDGE_FADE;
+  return desc;
+}
+
 /* A tile of one degree whose south-western corner is N44 W072, of made elevations. */
 static inline neph_terrain *make_tile(test_fixture *f, int (*elevation)(unsigned column, unsigned row)) {
   char *path = test_hgt_write(f->folder, "N44W072.hgt", 1201, elevation);
+  const neph_terrain_desc desc = describe_fading();
   neph_terrain *terrain = NULL;
-  assert_int_equal(neph_terrain_load(f->context, path, NULL, &terrain), NEPH_OK);
+  assert_int_equal(neph_terrain_load(f->context, path, &desc, &terrain), NEPH_OK);
   free(path);
   return terrain;
 }

@@ -11,17 +11,54 @@ extern "C" {
 
 typedef struct neph_terrain neph_terrain;
 
+/** Ground beyond the border of a height field. A border at sea level fades in any case but a wall's. */
+typedef enum neph_terrain_edge {
+  NEPH_TERRAIN_EDGE_INFINITE, /**< land goes on at the border's height, to descend behind the horizon */
+  NEPH_TERRAIN_EDGE_FADE,     /**< heights fade to the sphere over the outer 5 % of the field's width */
+  NEPH_TERRAIN_EDGE_WALL      /**< heights are the file's up to the border, from which a wall leads to the sphere */
+} neph_terrain_edge;
+
+/** Unit of the heights in a file. */
+typedef enum neph_height_unit {
+  NEPH_HEIGHT_UNIT_FILE, /**< as the file says; metres where it says nothing */
+  NEPH_HEIGHT_UNIT_METRE,
+  NEPH_HEIGHT_UNIT_FOOT,          /**< 0.3048 m */
+  NEPH_HEIGHT_UNIT_US_SURVEY_FOOT /**< 1200/3937 m */
+} neph_height_unit;
+
+/** Meaning of the samples in a file. */
+typedef enum neph_height_encoding {
+  NEPH_HEIGHT_ENCODING_VALUES,      /**< heights */
+  NEPH_HEIGHT_ENCODING_TERRAIN_RGB, /**< 8-bit colours: −10000 m + 0.1 m·(65536·R + 256·G + B) */
+  NEPH_HEIGHT_ENCODING_TERRARIUM    /**< 8-bit colours: 256·R + G + B/256 − 32768 m */
+} neph_height_encoding;
+
+/** Samples of a file that has no header (.r16, .raw). */
+typedef enum neph_raw_type {
+  NEPH_RAW_TYPE_UINT16, /**< from height_min_m to height_max_m */
+  NEPH_RAW_TYPE_INT16,  /**< m */
+  NEPH_RAW_TYPE_FLOAT32 /**< m */
+} neph_raw_type;
+
 /** Position and material of a height field. */
 typedef struct neph_terrain_desc {
   size_t struct_size;
-  double planet_radius_m;    /**< heights stand on this sphere; > 0 (default 6360 km) */
-  bool has_place;            /**< whether latitude and longitude are given (default false: the file's centre) */
-  double latitude_rad;       /**< of the world origin, −π/2 to π/2 (default 0) */
-  double longitude_rad;      /**< of the world origin (default 0) */
-  double width_m;            /**< along x, of pictures and procedural fields; > 0 (default 30 km) */
-  double height_min_m;       /**< elevation of value 0 in PNG; EXR is in metres (default 0) */
-  double height_max_m;       /**< elevation of value 1 in PNG (default 2000) */
-  double ground_albedo[3];   /**< Lambert, 0 to 1 (default 0.2 each) */
+  double planet_radius_m;        /**< heights stand on this sphere; > 0 (default 6360 km) */
+  bool has_place;                /**< whether latitude and longitude are given (default false: the file's centre) */
+  double latitude_rad;           /**< of the world origin, −π/2 to π/2 (default 0) */
+  double longitude_rad;          /**< of the world origin (default 0) */
+  double width_m;                /**< along x, of pictures and procedural fields; > 0 (default 30 km) */
+  bool has_width;                /**< whether width_m is given: georeferenced files refuse one (default false) */
+  double height_min_m;           /**< elevation of value 0 in PNG and raw; EXR is in metres (default 0) */
+  double height_max_m;           /**< elevation of full scale in PNG and raw (default 2000) */
+  neph_terrain_edge edge;        /**< default NEPH_TERRAIN_EDGE_INFINITE */
+  const char *crs;               /**< coordinate system in place of the file's: EPSG:32611, WKT, PROJ (default NULL) */
+  neph_height_unit unit;         /**< in place of the file's (default NEPH_HEIGHT_UNIT_FILE) */
+  neph_height_encoding encoding; /**< default NEPH_HEIGHT_ENCODING_VALUES */
+  unsigned raw_size[2];          /**< samples along x and y of a file without header (default 0: none given) */
+  neph_raw_type raw_type;        /**< default NEPH_RAW_TYPE_UINT16 */
+  bool raw_is_big_endian;        /**< high bytes first (default false) */
+  double ground_albedo[3];       /**< Lambert, 0 to 1 (default 0.2 each) */
   const char *albedo_image;  /**< PNG (sRGB) or EXR (linear) in its place, north up, over the field (default NULL) */
   bool has_rock;             /**< rock on steep slopes (default false) */
   double rock_albedo[3];     /**< 0 to 1 (default 0.13, 0.12, 0.11) */
@@ -37,14 +74,18 @@ typedef struct neph_terrain_desc {
 #define NEPH_TERRAIN_DESC_DEFAULT                                                                                      \
   {                                                                                                                    \
     .struct_size = sizeof(neph_terrain_desc), .planet_radius_m = 6360000.0, .has_place = false, .latitude_rad = 0,     \
-    .longitude_rad = 0, .width_m = 30000.0, .height_min_m = 0, .height_max_m = 2000.0,                                 \
-    .ground_albedo = {0.2, 0.2, 0.2}, .albedo_image = NULL, .has_rock = false, .rock_albedo = {0.13, 0.12, 0.11},      \
-    .rock_slope_rad = 0.6108652381980153, .has_snow = false, .snow_albedo = {0.86, 0.88, 0.9}, .snow_level_m = 1500.0, \
-    .snow_slope_rad = 0.8726646259971648, .progress = NULL, .progress_user = NULL                                      \
+    .longitude_rad = 0, .width_m = 30000.0, .has_width = false, .height_min_m = 0, .height_max_m = 2000.0,             \
+    .edge = NEPH_TERRAIN_EDGE_INFINITE, .crs = NULL, .unit = NEPH_HEIGHT_UNIT_FILE,                                    \
+    .encoding = NEPH_HEIGHT_ENCODING_VALUES, .raw_size = {0, 0}, .raw_type = NEPH_RAW_TYPE_UINT16,                     \
+    .raw_is_big_endian = false, .ground_albedo = {0.2, 0.2, 0.2}, .albedo_image = NULL, .has_rock = false,             \
+    .rock_albedo = {0.13, 0.12, 0.11}, .rock_slope_rad = 0.6108652381980153, .has_snow = false,                        \
+    .snow_albedo = {0.86, 0.88, 0.9}, .snow_level_m = 1500.0, .snow_slope_rad = 0.8726646259971648, .progress = NULL,  \
+    .progress_user = NULL                                                                                              \
   }
 
-/** Reads SRTM .hgt (a name that starts with the corner), 16-bit grey PNG, or EXR of one channel (or Y or Z beside one
- * other), and builds the ray-tracing structure. */
+/** Reads a height field and builds the ray-tracing structure: SRTM .hgt (a name that starts with the corner), 16-bit
+ * grey PNG, EXR of one channel (or Y or Z beside one other), .r16 or .raw, or, by GDAL, GeoTIFF and other georeferenced
+ * rasters. A name with * or ? stands for all files that fit, side by side. */
 NEPH_API neph_result neph_terrain_load(neph_context *context, const char *path, const neph_terrain_desc *desc,
                                        neph_terrain **out_terrain) NEPH_NODISCARD;
 

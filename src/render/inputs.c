@@ -45,7 +45,8 @@ static neph_result open_terrain(const neph_scene *scene) {
   const np_terrain_source source = np_scene_terrain_get_source(&scene->terrain);
   const np_terrain_row *row = &np_terrain_rows[source.kind];
   const char *image = scene->terrain.albedo_image;
-  neph_result result = row->check ? row->check(scene->context, &source) : NEPH_OK;
+  unsigned size[2];
+  neph_result result = row->check ? row->check(scene->context, &source, &scene->terrain.desc, size) : NEPH_OK;
   return result || !image ? result : np_ground_cover_check_image(scene->context, image);
 }
 

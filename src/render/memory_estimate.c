@@ -15,21 +15,20 @@ static const double program_bytes = 14e6, vdb_bytes = 31e6;
 /* Memory of a height: itself, its vertex, and Embree's tree. */
 static const double height_bytes = 38.0;
 
-static bool is_hgt(const char *path) {
-  const char *dot = strrchr(path, '.');
-  return dot && !strcmp(dot, ".hgt");
-}
+/* Samples along a side that go on beyond the border of a file. */
+static const double margin_samples = 160.0;
 
 /* Heights of a terrain to be made; one that was given is there already. */
 static neph_result count_heights(const neph_scene *scene, const np_plan *plan, double *out_count) {
   const np_scene_terrain *terrain = &scene->terrain;
+  const np_terrain_source source = np_scene_terrain_get_source(terrain);
+  const np_terrain_row *row = &np_terrain_rows[terrain->kind];
   unsigned size[2] = {0, 0};
-  neph_result result = NEPH_OK;
   if (terrain->kind == NP_TERRAIN_RIDGES) size[0] = size[1] = np_plan_get_ridges(plan, scene).sample_count;
-  const bool is_file = terrain->kind == NP_TERRAIN_HEIGHTFIELD;
-  if (is_file && !is_hgt(terrain->heightfield)) result = np_image_read_size(scene->context, terrain->heightfield, size);
-  *out_count = (double)size[0] * size[1];
-  if (is_file && is_hgt(terrain->heightfield)) *out_count = 0.5 * (double)np_file_get_size(terrain->heightfield);
+  neph_result result = row->check ? row->check(scene->context, &source, &terrain->desc, size) : NEPH_OK;
+  const bool has_margin = row->check && terrain->desc.edge == NEPH_TERRAIN_EDGE_INFINITE;
+  const double margin = has_margin ? margin_samples : 0.0;
+  *out_count = (size[0] + margin) * (size[1] + margin);
   return result;
 }
 

@@ -14,6 +14,7 @@
 #include "render/stage_part.h"
 #include "scene/cloud_file.h"
 #include "volume/volume_private.h"
+#include "terrain/heightfield_files.h"
 
 /* ---- Keys of sources ---- */
 
@@ -75,6 +76,26 @@ static void add_cover(np_hash *hash, const neph_terrain_desc *desc) {
   np_hash_add_file(hash, desc->albedo_image);
 }
 
+/* The meaning of a file's samples, and each of the files. */
+static neph_result add_heights(np_hash *hash, neph_context *context, const np_scene_terrain *terrain) {
+  const neph_terrain_desc *desc = &terrain->desc;
+  np_height_files files = {.count = 0};
+  NP_HASH_ADD(hash, desc->has_width);
+  NP_HASH_ADD(hash, desc->edge);
+  NP_HASH_ADD(hash, desc->unit);
+  NP_HASH_ADD(hash, desc->encoding);
+  NP_HASH_ADD(hash, desc->raw_size);
+  NP_HASH_ADD(hash, desc->raw_type);
+  NP_HASH_ADD(hash, desc->raw_is_big_endian);
+  np_hash_add_text(hash, desc->crs);
+  np_hash_add_file(hash, terrain->heightfield);
+  if (!terrain->heightfield || !np_height_files_is_pattern(terrain->heightfield)) return NEPH_OK;
+  neph_result result = np_height_files_list(context, terrain->heightfield, &files);
+  for (size_t i = 0; i < files.count; i++) np_hash_add_file(hash, files.paths[i]);
+  np_height_files_clear(context, &files);
+  return result;
+}
+
 static neph_result compute_terrain_key(const np_plan *plan, const neph_scene *scene, char out_key[33]) {
   const np_scene_terrain *terrain = &scene->terrain;
   const neph_ridges_desc ridges = np_plan_get_ridges(plan, scene);
@@ -92,8 +113,9 @@ static neph_result compute_terrain_key(const np_plan *plan, const neph_scene *sc
   NP_HASH_ADD(hash, ridges.sample_count);
   NP_HASH_ADD(hash, ridges.relief_m);
   NP_HASH_ADD(hash, ridges.ridge_m);
-  np_hash_add_file(hash, terrain->heightfield);
-  return np_hash_finish(hash, out_key);
+  const neph_result result = add_heights(hash, scene->context, terrain);
+  const neph_result finished = np_hash_finish(hash, out_key);
+  return result ? result : finished;
 }
 
 /* ---- Terrain ---- */

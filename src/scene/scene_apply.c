@@ -417,6 +417,7 @@ static void derive_terrain(neph_scene *scene) {
   const np_node *node = np_node_search(scene->document, "terrain");
   if (node && node->assets.terrain) derive_given_terrain(scene, node->assets.terrain);
   scene->terrain.desc.albedo_image = scene->terrain.albedo_image;
+  scene->terrain.desc.crs = scene->terrain.crs;
   scene->terrain.desc.planet_radius_m = scene->atmosphere.planet_radius_m;
   scene->terrain.desc.has_place = scene->has_place;
   scene->terrain.desc.latitude_rad = scene->latitude_rad;

@@ -54,11 +54,12 @@ void np_scene_air_clear(neph_scene *scene);
 /* Values of a key that is no choice, as a scene gives it. */
 typedef enum np_given {
   NP_GIVEN_NOT,
-  NP_GIVEN,
+  NP_GIVEN, /* of no kind below */
   NP_GIVEN_NONE,
   NP_GIVEN_HGT,
   NP_GIVEN_EXR,
   NP_GIVEN_PNG,
+  NP_GIVEN_RAW,
   NP_GIVEN_NUMBERED /* .vdb for each frame */
 } np_given;
 

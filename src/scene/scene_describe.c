@@ -38,6 +38,7 @@ static bool is_excluded_by_text(const np_key *key, const void *base) {
 
 static bool is_zero(const np_key *key, const void *base) {
   double value = 0;
+  if (key->type == NP_KEY_INTEGER) return !load_unsigned(base, key->field);
   if (key->type == NP_KEY_REAL) memcpy(&value, (const char *)base + key->field.offset, sizeof value);
   return !(value > 0 || value < 0);
 }

@@ -54,8 +54,14 @@ static const np_ignore_rule rules[] = {
     {.keys = {"terrain.width"}, .counts = {"terrain.heightfield", BUT(NP_GIVEN_HGT)},
      .reason = "a tile whose name and size say how wide it is"},
     {.keys = {"terrain.height_min", "terrain.height_max"},
-     .counts = {"terrain.heightfield", BUT(NP_GIVEN_HGT) & BUT(NP_GIVEN_EXR)},
-     .reason = "whose elevations are in metres"},
+     .counts = {"terrain.heightfield", ONLY(NP_GIVEN_PNG) | ONLY(NP_GIVEN_RAW) | ONLY(NP_GIVEN_NOT)},
+     .reason = "whose elevations have a unit"},
+    {.keys = {"terrain.crs", "terrain.vertical_unit"}, .counts = {"terrain.heightfield", ONLY(NP_GIVEN)},
+     .reason = "and only a raster with a coordinate system asks for it"},
+    {.keys = {"terrain.encoding"}, .counts = {"terrain.heightfield", ONLY(NP_GIVEN) | ONLY(NP_GIVEN_PNG)},
+     .reason = "whose samples are no colours"},
+    {.keys = {"terrain.raw"}, .counts = {"terrain.heightfield", ONLY(NP_GIVEN_RAW)},
+     .reason = "and only .r16 and .raw have no header"},
     {.keys = {"terrain.height_min", "terrain.height_max"}, .counts = {"terrain.ridges", ONLY(NP_GIVEN_NOT)},
      .reason = "whose elevations go from 0 to their relief"},
 
@@ -166,11 +172,19 @@ static np_given get_given(const np_node *node) {
   if (!node) return NP_GIVEN_NOT;
   if (node->kind != NP_NODE_SCALAR) return NP_GIVEN;
   if (!strcmp(node->text, "none")) return NP_GIVEN_NONE;
+  static const struct {
+    const char *ending;
+    np_given given;
+  } kinds[] = {{".hgt", NP_GIVEN_HGT},
+               {".exr", NP_GIVEN_EXR},
+               {".png", NP_GIVEN_PNG},
+               {".r16", NP_GIVEN_RAW},
+               {".raw", NP_GIVEN_RAW}};
   const char *ending = strrchr(node->text, '.');
-  if (ending && !strcasecmp(ending, ".hgt")) return NP_GIVEN_HGT;
-  if (ending && !strcasecmp(ending, ".exr")) return NP_GIVEN_EXR;
   if (ending && !strcasecmp(ending, ".vdb") && np_frame_name_is_pattern(node->text)) return NP_GIVEN_NUMBERED;
-  return ending && !strcasecmp(ending, ".png") ? NP_GIVEN_PNG : NP_GIVEN;
+  for (size_t i = 0; ending && i < sizeof kinds / sizeof *kinds; i++)
+    if (!strcasecmp(ending, kinds[i].ending)) return kinds[i].given;
+  return NP_GIVEN;
 }
 
 static unsigned get_choice(const place *at, const np_key *key) {

@@ -8,12 +8,14 @@
 #include "core/file.h"
 #include "core/path_map.h"
 #include "scene/scene_keys.h"
+#include "terrain/heightfield_files.h"
 
 enum { PATH_SIZE = 160 };
 
 /* `key` as --set takes it. */
 static neph_result check_file(const neph_scene *scene, const np_node *node, const char *key, const char *path) {
   const char *reason;
+  if (np_height_files_is_pattern(path)) return NEPH_OK; /* of several files */
   neph_result result = np_file_probe(path, &reason);
   if (!result) return result;
   if (!node->line) return np_fail(scene->context, result, "%s is %s, which cannot be read: %s", key, path, reason);

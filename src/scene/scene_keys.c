@@ -17,6 +17,22 @@ static const np_choice absences[] = {{"none", 0}, {NULL, 0}};
 static const np_choice hemispheres[] = {{"both", 0}, {"upper", 1}, {NULL, 0}};
 static const np_choice planets[] = {{"sphere", 1}, {"none", 0}, {NULL, 0}};
 static const np_choice terrains[] = {{"none", NP_TERRAIN_NONE}, {NULL, 0}};
+static const np_choice terrain_edges[] = {{"infinite", NEPH_TERRAIN_EDGE_INFINITE},
+                                          {"fade", NEPH_TERRAIN_EDGE_FADE},
+                                          {"wall", NEPH_TERRAIN_EDGE_WALL},
+                                          {NULL, 0}};
+static const np_choice height_units[] = {{"file", NEPH_HEIGHT_UNIT_FILE},
+                                         {"metre", NEPH_HEIGHT_UNIT_METRE},
+                                         {"foot", NEPH_HEIGHT_UNIT_FOOT},
+                                         {"us_survey_foot", NEPH_HEIGHT_UNIT_US_SURVEY_FOOT},
+                                         {NULL, 0}};
+static const np_choice height_encodings[] = {{"values", NEPH_HEIGHT_ENCODING_VALUES},
+                                             {"terrain_rgb", NEPH_HEIGHT_ENCODING_TERRAIN_RGB},
+                                             {"terrarium", NEPH_HEIGHT_ENCODING_TERRARIUM},
+                                             {NULL, 0}};
+static const np_choice raw_types[] = {
+    {"uint16", NEPH_RAW_TYPE_UINT16}, {"int16", NEPH_RAW_TYPE_INT16}, {"float32", NEPH_RAW_TYPE_FLOAT32}, {NULL, 0}};
+static const np_choice byte_orders[] = {{"little", 0}, {"big", 1}, {NULL, 0}};
 static const np_choice integrators[] = {{"march", NEPH_INTEGRATOR_MARCH}, {"path", NEPH_INTEGRATOR_PATH}, {NULL, 0}};
 static const np_choice airs_of_paths[] = {
     {"traced", NEPH_RENDER_ATMOSPHERE_TRACED}, {"tables", NEPH_RENDER_ATMOSPHERE_TABLES}, {NULL, 0}};
@@ -230,7 +246,26 @@ static const np_key last_keys[] = {
      .meaning = "ground above the sphere, or none in place of the keys below"},
     {.path = "terrain.heightfield", .type = NP_KEY_FILE, .is_input = true, .field = SCENE(terrain.heightfield),
      .tag = SCENE(terrain.kind), .tag_value = NP_TERRAIN_HEIGHTFIELD, .group = GROUP_TERRAIN, .alternative = 1,
-     .meaning = "SRTM .hgt named by its corner, 16-bit grey PNG, or EXR of one channel in metres"},
+     .meaning = "heights: SRTM .hgt named by its corner, GeoTIFF and other rasters, 16-bit grey PNG, EXR of one "
+                "channel in metres, .r16 or .raw; * and ? stand for all files that fit, side by side"},
+    {.path = "terrain.crs", .type = NP_KEY_TEXT, .field = SCENE(terrain.crs),
+     .meaning = "coordinate system in place of the file's, as EPSG:32611"},
+    {.path = "terrain.vertical_unit", .type = NP_KEY_CHOICE, .choices = height_units, .field = SCENE(terrain.desc.unit),
+     .fallback = "file", .meaning = "unit of the heights in a raster: file is what it says, metres if nothing"},
+    {.path = "terrain.encoding", .type = NP_KEY_CHOICE, .choices = height_encodings,
+     .field = SCENE(terrain.desc.encoding), .fallback = "values",
+     .meaning = "terrain_rgb, terrarium: heights are told by 8-bit colours"},
+    {.path = "terrain.raw", .type = NP_KEY_SECTION, .meaning = "samples of .r16 and .raw, the northern row first"},
+    {.path = "terrain.raw.size", .type = NP_KEY_INTEGER, .field = SCENE(terrain.desc.raw_size),
+     .range = WITHIN(2, 16385), .meaning = "columns and rows"},
+    {.path = "terrain.raw.type", .type = NP_KEY_CHOICE, .choices = raw_types, .field = SCENE(terrain.desc.raw_type),
+     .fallback = "uint16", .meaning = "uint16 goes from height_min to height_max; int16 and float32 are metres"},
+    {.path = "terrain.raw.byte_order", .type = NP_KEY_CHOICE, .choices = byte_orders,
+     .field = SCENE(terrain.desc.raw_is_big_endian), .fallback = "little", .meaning = "which byte comes first"},
+    {.path = "terrain.edge", .type = NP_KEY_CHOICE, .choices = terrain_edges, .field = SCENE(terrain.desc.edge),
+     .fallback = "infinite",
+     .meaning = "beyond the border land goes on at its height, to descend behind the horizon; fade: over the outer 5 % "
+                "of the width to the sphere; wall: straight down. A border at sea level fades, but for a wall"},
     {.path = "terrain.ridges", .type = NP_KEY_SECTION, .tag = SCENE(terrain.kind), .tag_value = NP_TERRAIN_RIDGES,
      .group = GROUP_TERRAIN, .alternative = 2, .meaning = "mountains from noise"},
     {.path = "terrain.ridges.seed", .type = NP_KEY_SEED, .field = SCENE(terrain.ridges.seed), .fallback = "1",
@@ -269,13 +304,14 @@ static const np_key last_keys[] = {
     {.path = "terrain.holdout", .type = NP_KEY_CHOICE, .choices = np_booleans, .field = SCENE(terrain.is_held_out),
      .fallback = "false", .meaning = "true: the ground hides what is behind it, and does not show itself"},
     {.path = "terrain.width", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(terrain.desc.width_m),
-     .range = WITHIN(1, 1e7), .fallback = "30 km", .meaning = "width along x, of pictures and ridges"},
+     .tag = SCENE(terrain.desc.has_width), .tag_value = true, .range = WITHIN(1, 1e7), .fallback = "30 km",
+     .meaning = "width along x, of what does not say it itself: pictures, raw samples, ridges"},
     {.path = "terrain.height_min", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
      .field = SCENE(terrain.desc.height_min_m), .range = WITHIN(-1e5, 1e5), .fallback = "0 m",
-     .meaning = "elevation of black in a PNG"},
+     .meaning = "elevation of black in a PNG or uint16"},
     {.path = "terrain.height_max", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
      .field = SCENE(terrain.desc.height_max_m), .range = WITHIN(-1e5, 1e5), .fallback = "2 km",
-     .meaning = "elevation of white in a PNG"},
+     .meaning = "elevation of white in a PNG or uint16"},
 
     {.path = "water", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(water.is_enabled),
      .tag = SCENE(water.is_enabled), .tag_value = true,

@@ -170,6 +170,7 @@ typedef struct np_scene_terrain {
   np_terrain_kind kind;
   neph_terrain *given; /* the document's; NULL: none */
   char *heightfield;   /* file, resolved */
+  char *crs;           /* NULL: the file's */
   char *albedo_image;  /* file, resolved; NULL: none */
   neph_terrain_desc desc;
   neph_ridges_desc ridges;

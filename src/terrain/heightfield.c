@@ -1,14 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Height fields in memory: their place on the globe, their voids, their rim. */
+/* Height fields in memory: their samples and voids. */
 #include "terrain/heightfield.h"
 
 #include <math.h>
 
 #include "core/alloc.h"
 #include "core/units.h"
-
-/* Share of the width, on each side, over which elevations fade to the sphere. */
-static const double blend_share = 0.05;
 
 static const float elevation_limit_m = 1e5f;
 
@@ -109,21 +106,6 @@ neph_result np_heightfield_finish(neph_context *context, const char *path, np_he
   return fill_voids(context, field->elevation_m, field->width, field->height);
 }
 
-static float compute_rim_weight(unsigned index, unsigned count, double band) {
-  const unsigned from_edge = index < count - 1 - index ? index : count - 1 - index;
-  return np_smoothstepf((float)(from_edge / band));
-}
-
-void np_heightfield_blend_to_sphere(np_heightfield *field) {
-  const double band = fmax(blend_share * (field->width - 1), 1.0);
-  for (unsigned row = 0; row < field->height; row++) {
-    const float row_weight = compute_rim_weight(row, field->height, band);
-    float *elevations = field->elevation_m + (size_t)row * field->width;
-    for (unsigned column = 0; column < field->width; column++)
-      elevations[column] *= row_weight * compute_rim_weight(column, field->width, band);
-  }
-}
-
 double np_heightfield_get_elevation(const np_heightfield *field, np_field_position position) {
   const double x = np_clamp(position.column, 0, field->width - 1), y = np_clamp(position.row, 0, field->height - 1);
   const size_t column = (size_t)fmin(x, field->width - 2), row = (size_t)fmin(y, field->height - 2);
@@ -136,51 +118,4 @@ double np_heightfield_get_elevation(const np_heightfield *field, np_field_positi
   }
   const double north_east = (double)corner[field->width + 1];
   return north_east + (1.0 - east) * (north_west - north_east) + (1.0 - north) * (south_east - north_east);
-}
-
-/* The globe. With λ the longitude from the origin's meridian, φ the latitude and φ₀ the origin's, a unit vector is
- *
- *     east  cosφ·sinλ
- *     north cosφ₀·sinφ − sinφ₀·cosφ·cosλ
- *     up    sinφ₀·sinφ + cosφ₀·cosφ·cosλ
- */
-
-np_globe np_globe_make(double radius_m, double latitude_rad, double longitude_rad) {
-  return (np_globe){radius_m, latitude_rad, longitude_rad, sin(latitude_rad), cos(latitude_rad)};
-}
-
-np_dvec3 np_globe_to_world(const np_globe *globe, double latitude_rad, double longitude_rad, double elevation_m) {
-  return np_globe_place(globe, np_globe_angle_make(latitude_rad),
-                        np_globe_angle_make(longitude_rad - globe->longitude_rad), elevation_m);
-}
-
-/* Intersection of the vertical line through (x, y) with the sphere of a radius, in samples; false when it misses. */
-static bool project(const np_heightfield *field, const np_globe *globe, double x_m, double y_m, double radius_m,
-                    np_field_position *out) {
-  const double east = x_m / radius_m, north = y_m / radius_m, up2 = 1.0 - east * east - north * north;
-  if (!(up2 > 0.0)) return false;
-  const double up = sqrt(up2), to_meridian = globe->cos_latitude * up - globe->sin_latitude * north;
-  const double latitude = asin(np_clamp(globe->sin_latitude * up + globe->cos_latitude * north, -1.0, 1.0));
-  const double middle = field->west_rad + 0.5 * field->step_east_rad * (field->width - 1);
-  const double from_middle = remainder(atan2(east, to_meridian) + globe->longitude_rad - middle, 2.0 * NP_PI);
-  out->column = from_middle / field->step_east_rad + 0.5 * (field->width - 1);
-  out->row = (latitude - field->south_rad) / field->step_north_rad;
-  return true;
-}
-
-static bool is_inside(const np_heightfield *field, np_field_position position) {
-  return position.column >= 0 && position.column <= field->width - 1 && position.row >= 0 &&
-         position.row <= field->height - 1;
-}
-
-/* The ground at (x, y) stands a little nearer to the origin in angle than the point of the sphere below it, by
- * elevation / radius: each round gains three digits or so. At the rim the elevation is 0 and nothing moves. */
-bool np_heightfield_locate(const np_heightfield *field, const np_globe *globe, double x_m, double y_m,
-                           np_field_position *out_position) {
-  if (!project(field, globe, x_m, y_m, globe->radius_m, out_position) || !is_inside(field, *out_position)) return false;
-  for (int round = 0; round < 3; round++) {
-    const double radius_m = globe->radius_m + np_heightfield_get_elevation(field, *out_position);
-    if (!project(field, globe, x_m, y_m, radius_m, out_position)) return false;
-  }
-  return true;
 }

@@ -13,32 +13,47 @@ static const char *get_unit(const np_heightfield *field, const char *path) {
   return !field->has_place && ending && (ending[1] == 'p' || ending[1] == 'P') ? "full scale" : "m";
 }
 
-static double get_middle_latitude_deg(const np_heightfield *field) {
-  return (field->south_rad + 0.5 * field->step_north_rad * (field->height - 1)) / NP_DEGREE;
+/* Spacing from south to north: an angle on a graticule of the planet, else a length. */
+static double get_spacing(const np_heightfield *field) {
+  const neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  return field->has_chart ? field->step_north_rad * desc.planet_radius_m : field->step_north_rad / NP_DEGREE * 3600.0;
 }
 
-static double get_middle_longitude_deg(const np_heightfield *field) {
-  return (field->west_rad + 0.5 * field->step_east_rad * (field->width - 1)) / NP_DEGREE;
-}
-
-static neph_result describe_plain(neph_context *context, const np_heightfield *field, const char *path,
-                                  char **out_text) {
-  char *place =
-      field->has_place
-          ? np_alloc_printf(context, "center      %.6g, %.6g deg (latitude, longitude)\nspacing     %.6g arc seconds\n",
-                            get_middle_latitude_deg(field), get_middle_longitude_deg(field),
-                            field->step_north_rad / NP_DEGREE * 3600.0)
-          : np_alloc_text(context, "");
-  if (!place) return NEPH_ERROR_OUT_OF_MEMORY;
-  *out_text = np_alloc_printf(context, "samples     %u x %u\nelevation   %.6g to %.6g %s\nvoids       %zu\n%s",
-                              field->width, field->height, (double)field->elevation_min_m,
-                              (double)field->elevation_max_m, get_unit(field, path), field->void_count, place);
-  np_alloc_free(context, place);
+static neph_result describe_place(neph_context *context, const np_heightfield *field, char **out_text) {
+  const np_geographic middle = np_heightfield_get_middle(field);
+  *out_text = field->has_place
+                  ? np_alloc_printf(context, "center      %.6g, %.6g deg (latitude, longitude)\nspacing     %.6g %s\n",
+                                    middle.latitude_rad / NP_DEGREE, middle.longitude_rad / NP_DEGREE,
+                                    get_spacing(field), field->has_chart ? "m" : "arc seconds")
+                  : np_alloc_text(context, "");
   return *out_text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-static neph_result describe_json(neph_context *context, const np_heightfield *field, const char *path,
-                                 char **out_text) {
+static neph_result describe_summary(neph_context *context, const np_raster_summary *raster, char **out_text) {
+  *out_text = raster->format[0] ? np_alloc_printf(context, "format      %s, %s\nsystem      %s\nunit        %s\n",
+                                                  raster->format, raster->sample_type, raster->crs,
+                                                  raster->unit[0] ? raster->unit : "none stated, taken for metres")
+                                : np_alloc_text(context, "");
+  return *out_text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result describe_plain(neph_context *context, const np_heightfield *field, const np_raster_summary *raster,
+                                  const char *path, char **out_text) {
+  char *place = NULL, *summary = NULL;
+  neph_result result = describe_place(context, field, &place);
+  if (!result) result = describe_summary(context, raster, &summary);
+  if (!result)
+    *out_text =
+        np_alloc_printf(context, "samples     %u x %u\nelevation   %.6g to %.6g %s\nvoids       %zu\n%s%s",
+                        field->width, field->height, (double)field->elevation_min_m, (double)field->elevation_max_m,
+                        get_unit(field, path), field->void_count, place, summary);
+  np_alloc_free(context, place);
+  np_alloc_free(context, summary);
+  return *out_text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result describe_json(neph_context *context, const np_heightfield *field, const np_raster_summary *raster,
+                                 const char *path, char **out_text) {
   np_json *json = np_json_create(context);
   if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
   np_json_put_integer(json, "width", field->width);
@@ -48,9 +63,16 @@ static neph_result describe_json(neph_context *context, const np_heightfield *fi
   np_json_put_text(json, "elevation_unit", get_unit(field, path));
   np_json_put_integer(json, "void_count", (int64_t)field->void_count);
   if (field->has_place) {
-    np_json_put_real(json, "center_latitude_deg", get_middle_latitude_deg(field));
-    np_json_put_real(json, "center_longitude_deg", get_middle_longitude_deg(field));
-    np_json_put_real(json, "spacing_arcsec", field->step_north_rad / NP_DEGREE * 3600.0);
+    const np_geographic middle = np_heightfield_get_middle(field);
+    np_json_put_real(json, "center_latitude_deg", middle.latitude_rad / NP_DEGREE);
+    np_json_put_real(json, "center_longitude_deg", middle.longitude_rad / NP_DEGREE);
+    np_json_put_real(json, field->has_chart ? "spacing_m" : "spacing_arcsec", get_spacing(field));
+  }
+  if (raster->format[0]) {
+    np_json_put_text(json, "format", raster->format);
+    np_json_put_text(json, "sample_type", raster->sample_type);
+    np_json_put_text(json, "coordinate_system", raster->crs);
+    np_json_put_text(json, "file_unit", raster->unit);
   }
   return np_json_finish(json, out_text);
 }
@@ -61,10 +83,13 @@ neph_result neph_terrain_describe_file(neph_context *context, const char *path, 
   neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
   desc.height_max_m = 1.0; /* PNG values as they are */
   np_heightfield field;
+  np_raster_summary raster = {.file_count = 0};
   neph_result result = np_heightfield_load(context, NULL, path, &desc, &field);
   if (result) return result;
-  result = format == NEPH_TEXT_JSON ? describe_json(context, &field, path, out_text)
-                                    : describe_plain(context, &field, path, out_text);
+  if (np_heightfield_is_raster(path)) result = np_heightfield_describe_raster(context, path, &desc, &raster);
+  if (!result)
+    result = format == NEPH_TEXT_JSON ? describe_json(context, &field, &raster, path, out_text)
+                                      : describe_plain(context, &field, &raster, path, out_text);
   np_heightfield_destroy(context, &field);
   return result;
 }

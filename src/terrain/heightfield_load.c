@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Height fields from files: SRTM .hgt, and pictures. */
+/* Height fields from files: the format by its ending, SRTM .hgt, and pictures. */
 #include <ctype.h>
 #include <math.h>
 #include <string.h>
@@ -10,6 +10,7 @@
 #include "core/units.h"
 #include "image/image_private.h"
 #include "terrain/heightfield.h"
+#include "terrain/heightfield_files.h"
 
 static const char *get_base_name(const char *path) {
   const char *slash = strrchr(path, '/');
@@ -106,9 +107,10 @@ static neph_result fail_channels(neph_context *context, const char *path, const 
   const unsigned count = neph_image_get_channel_count(image);
   const char *third = neph_image_get_channel_name(image, 2);
   return np_fail(context, NEPH_ERROR_BAD_FILE,
-                 "%s: holds %u channels (%s, %s%s%s%s), a height field must hold one, or Y or Z beside one other", path,
-                 count, neph_image_get_channel_name(image, 0), neph_image_get_channel_name(image, 1), third ? ", " : "",
-                 third ? third : "", count > 3 ? ", …" : "");
+                 "%s: holds %u channels (%s, %s%s%s%s), a height field must hold one, or Y or Z beside one other: "
+                 "write the heights alone",
+                 path, count, neph_image_get_channel_name(image, 0), neph_image_get_channel_name(image, 1),
+                 third ? ", " : "", third ? third : "", count > 3 ? ", …" : "");
 }
 
 /* Elevation = low + value·scale; pictures have their northern row on top. */
@@ -144,16 +146,51 @@ static neph_result read_picture(neph_context *context, const char *path, neph_im
 static neph_result check_png_samples(neph_context *context, const char *path, const neph_image *image) {
   const char *stored = image->channels[0].stored;
   if (!strcmp(stored, "16-bit")) return NEPH_OK;
-  return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: is a PNG of %s samples, a height field must be of 16-bit grey ones",
-                 path, stored);
+  return np_fail(
+      context, NEPH_ERROR_BAD_FILE,
+      "%s: is a PNG of %s samples, a height field must be of 16-bit grey ones: export it as such, or as EXR, "
+      "or, where its colours stand for heights, say how with terrain.encoding",
+      path, stored);
+}
+
+float np_height_decode_color(neph_height_encoding encoding, float red, float green, float blue) {
+  const double r = (double)red, g = (double)green, b = (double)blue;
+  if (encoding == NEPH_HEIGHT_ENCODING_TERRARIUM) return (float)(256.0 * r + g + b / 256.0 - 32768.0);
+  return (float)(-10000.0 + 0.1 * (65536.0 * r + 256.0 * g + b));
+}
+
+static neph_result check_colors(neph_context *context, const char *path, neph_image *image) {
+  const char *stored = image->channels[0].stored;
+  if (!strcmp(stored, "8-bit") && neph_image_get_channel(image, "R")) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_BAD_FILE,
+                 "%s: is a PNG of %s %s samples, terrain.encoding needs 8-bit colours: leave the key out", path, stored,
+                 neph_image_get_channel(image, "R") ? "colour" : "grey");
+}
+
+/* Colours that stand for heights; north is on top. */
+static neph_result read_colors(neph_context *context, const char *path, neph_image *image,
+                               const neph_terrain_desc *desc, np_heightfield *out_field) {
+  const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);
+  neph_result result = check_colors(context, path, image);
+  if (!result) result = check_picture_size(context, path, width, height);
+  if (!result) result = np_heightfield_create_flat(context, width, height, desc, out_field);
+  if (result) return result;
+  const float *red = neph_image_get_channel(image, "R"), *green = neph_image_get_channel(image, "G");
+  const float *blue = neph_image_get_channel(image, "B");
+  for (size_t i = 0; i < (size_t)width * height; i++)
+    out_field->elevation_m[(height - 1 - i / width) * width + i % width] = np_height_decode_color(
+        desc->encoding, roundf(255.0f * red[i]), roundf(255.0f * green[i]), roundf(255.0f * blue[i]));
+  return NEPH_OK;
 }
 
 static neph_result load_png(neph_context *context, np_monitor *monitor, const char *path, const neph_terrain_desc *desc,
                             np_heightfield *out_field) {
   neph_image *image = NULL;
   neph_result result = np_image_load_png(context, path, monitor, &image);
-  if (!result) result = check_png_samples(context, path, image);
-  if (!result)
+  const bool is_encoded = desc->encoding != NEPH_HEIGHT_ENCODING_VALUES;
+  if (!result && is_encoded) result = read_colors(context, path, image, desc, out_field);
+  if (!result && !is_encoded) result = check_png_samples(context, path, image);
+  if (!result && !is_encoded)
     result = read_picture(context, path, image, desc->height_min_m, desc->height_max_m - desc->height_min_m, desc,
                           out_field);
   neph_image_destroy(image);
@@ -169,37 +206,111 @@ static neph_result load_exr(neph_context *context, np_monitor *monitor, const ch
   return result;
 }
 
-neph_result np_heightfield_check(neph_context *context, const char *path) {
-  const char *ending = strrchr(get_base_name(path), '.');
+/* ---- Formats ---- */
+
+static neph_result check_hgt(neph_context *context, const char *path, const neph_terrain_desc *desc,
+                             unsigned out_size[2]) {
+  (void)desc;
   np_heightfield field;
-  unsigned size[2] = {0, 0};
-  neph_result result;
-  if (ending && !strcasecmp(ending, ".hgt")) {
-    result = read_tile_corner(context, path, &field);
-    return result ? result : check_tile_size(context, path, (size_t)np_file_get_size(path));
-  }
-  result = np_image_read_size(context, path, size);
-  return result ? result : check_picture_size(context, path, size[0], size[1]);
+  neph_result result = read_tile_corner(context, path, &field);
+  const size_t size = (size_t)np_file_get_size(path);
+  if (!result) result = check_tile_size(context, path, size);
+  if (!result) out_size[0] = out_size[1] = get_tile_side(size);
+  return result;
+}
+
+static neph_result load_tile(neph_context *context, np_monitor *monitor, const char *path,
+                             const neph_terrain_desc *desc, np_heightfield *out_field) {
+  (void)monitor, (void)desc;
+  return load_hgt(context, path, out_field);
+}
+
+static neph_result check_picture(neph_context *context, const char *path, const neph_terrain_desc *desc,
+                                 unsigned out_size[2]) {
+  (void)desc;
+  neph_result result = np_image_read_size(context, path, out_size);
+  return result ? result : check_picture_size(context, path, out_size[0], out_size[1]);
+}
+
+typedef struct height_format {
+  const char *ending;
+  neph_result (*load)(neph_context *context, np_monitor *monitor, const char *path, const neph_terrain_desc *desc,
+                      np_heightfield *out_field);
+  neph_result (*check)(neph_context *context, const char *path, const neph_terrain_desc *desc, unsigned out_size[2]);
+} height_format;
+
+static const height_format formats[] = {
+    {".hgt", load_tile, check_hgt},
+    {".png", load_png, check_picture},
+    {".exr", load_exr, check_picture},
+    {".r16", np_heightfield_load_raw, np_heightfield_check_raw},
+    {".raw", np_heightfield_load_raw, np_heightfield_check_raw},
+#define RASTER(ending)                                                                                                 \
+  { ending, np_heightfield_load_raster, np_heightfield_check_raster }
+    RASTER(".tif"),
+    RASTER(".tiff"),
+    RASTER(".asc"),
+    RASTER(".bil"),
+    RASTER(".flt"),
+    RASTER(".dem"),
+    RASTER(".img"),
+    RASTER(".dt0"),
+    RASTER(".dt1"),
+    RASTER(".dt2"),
+    RASTER(".vrt"),
+    RASTER(".zip"),
+#undef RASTER
+};
+
+/* Several tiles of any format are a raster. NULL: none reads it. */
+static const height_format *search_format(const char *path) {
+  static const height_format mosaic = {"", np_heightfield_load_raster, np_heightfield_check_raster};
+  const char *ending = np_height_files_get_ending(path);
+  if (np_height_files_is_pattern(path)) return &mosaic;
+  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+    if (!strcasecmp(ending, formats[i].ending)) return &formats[i];
+  return NULL;
+}
+
+bool np_heightfield_is_raster(const char *path) {
+  const height_format *format = search_format(path);
+  return format && format->load == np_heightfield_load_raster;
+}
+
+/* NULL, after a message: none reads it. */
+static const height_format *choose_format(neph_context *context, const char *path) {
+  const char *ending = np_height_files_get_ending(path);
+  const height_format *format = search_format(path);
+  if (format) return format;
+  (void)np_fail(context, NEPH_ERROR_UNSUPPORTED,
+                "%s: height fields are read from .hgt, .hgt.zip, .tif, .asc, .bil, .flt, .dem, .img, .dt2, .vrt, .exr, "
+                ".png, .r16 and .raw, not from \"%s\"",
+                path, ending[0] ? ending : get_base_name(path));
+  return NULL;
+}
+
+neph_result np_heightfield_check(neph_context *context, const char *path, const neph_terrain_desc *desc,
+                                 unsigned out_size[2]) {
+  const height_format *format = choose_format(context, path);
+  return format ? format->check(context, path, desc, out_size) : NEPH_ERROR_UNSUPPORTED;
+}
+
+static void log_voids(neph_context *context, const char *path, const np_heightfield *field) {
+  if (field->void_count == 0) return;
+  np_log(context, NEPH_LOG_INFO, "%s: %zu of %zu samples have no value and are filled from those around them", path,
+         field->void_count, (size_t)field->width * field->height);
 }
 
 neph_result np_heightfield_load(neph_context *context, np_monitor *monitor, const char *path,
                                 const neph_terrain_desc *desc, np_heightfield *out_field) {
   *out_field = (np_heightfield){0};
-  const char *name = get_base_name(path), *ending = strrchr(name, '.');
-  neph_result result;
-  if (!np_file_exists(path))
-    result = np_fail(context, NEPH_ERROR_NOT_FOUND, "%s: no such file", path);
-  else if (ending && !strcasecmp(ending, ".hgt"))
-    result = load_hgt(context, path, out_field);
-  else if (ending && !strcasecmp(ending, ".png"))
-    result = load_png(context, monitor, path, desc, out_field);
-  else if (ending && !strcasecmp(ending, ".exr"))
-    result = load_exr(context, monitor, path, desc, out_field);
-  else
-    result =
-        np_fail(context, NEPH_ERROR_UNSUPPORTED, "%s: height fields are read from .hgt, .exr and .png, not from \"%s\"",
-                path, ending ? ending : name);
+  if (!np_file_exists(path) && !np_height_files_is_pattern(path))
+    return np_fail(context, NEPH_ERROR_NOT_FOUND, "%s: no such file", path);
+  const height_format *format = choose_format(context, path);
+  if (!format) return NEPH_ERROR_UNSUPPORTED;
+  neph_result result = format->load(context, monitor, path, desc, out_field);
   if (!result) result = np_heightfield_finish(context, path, out_field);
+  if (!result) log_voids(context, path, out_field);
   if (result) np_heightfield_destroy(context, out_field);
   return result;
 }

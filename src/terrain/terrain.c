@@ -23,7 +23,7 @@ static const double place_distance_max_m = 1e6;
 struct neph_terrain {
   neph_context *context;
   atomic_size_t references;
-  np_heightfield field; /* blended into the sphere */
+  np_heightfield field; /* joined to the sphere */
   np_globe globe;
   bool has_place;
   double latitude_rad,
@@ -51,17 +51,17 @@ static neph_result fail_embree(neph_context *context, enum RTCError error) {
 /* Height fields on their own graticule have the world's origin in its middle, wherever the scene takes place. */
 static neph_result set_place(neph_terrain *terrain, const neph_terrain_desc *desc) {
   const np_heightfield *field = &terrain->field;
-  const double latitude = field->south_rad + 0.5 * field->step_north_rad * (field->height - 1);
-  const double longitude = field->west_rad + 0.5 * field->step_east_rad * (field->width - 1);
+  const np_geographic middle = np_heightfield_get_middle(field);
   const bool is_moved = field->has_place && desc->has_place;
   terrain->planet_radius_m = desc->planet_radius_m;
   for (int b = 0; b < 3; b++) terrain->ground_albedo[b] = desc->ground_albedo[b];
   terrain->has_place = field->has_place || desc->has_place;
-  terrain->globe = np_globe_make(desc->planet_radius_m, is_moved ? desc->latitude_rad : latitude,
-                                 is_moved ? desc->longitude_rad : longitude);
-  terrain->latitude_rad = desc->has_place ? desc->latitude_rad : latitude;
-  terrain->longitude_rad = desc->has_place ? desc->longitude_rad : longitude;
-  terrain->anchor = np_globe_to_world(&terrain->globe, latitude, longitude, 0);
+  terrain->globe = np_globe_make(desc->planet_radius_m, is_moved ? desc->latitude_rad : middle.latitude_rad,
+                                 is_moved ? desc->longitude_rad : middle.longitude_rad);
+  terrain->latitude_rad = desc->has_place ? desc->latitude_rad : middle.latitude_rad;
+  terrain->longitude_rad = desc->has_place ? desc->longitude_rad : middle.longitude_rad;
+  terrain->anchor = np_heightfield_to_world(
+      field, &terrain->globe, (np_field_position){0.5 * (field->width - 1), 0.5 * (field->height - 1)}, 0);
   const double distance_m = np_dvec3_length(terrain->anchor);
   if (distance_m <= place_distance_max_m) return NEPH_OK;
   return np_fail(terrain->context, NEPH_ERROR_INVALID_ARGUMENT,
@@ -73,7 +73,7 @@ static neph_result set_place(neph_terrain *terrain, const neph_terrain_desc *des
 
 typedef struct raise_job {
   neph_terrain *terrain;
-  np_globe_angle *meridians; /* of the columns */
+  np_field_column *columns;
 } raise_job;
 
 static neph_result raise_rows(void *user, size_t begin, size_t end, unsigned thread) {
@@ -84,9 +84,10 @@ static neph_result raise_rows(void *user, size_t begin, size_t end, unsigned thr
   float *vertex = terrain->vertices + 3 * begin * field->width;
   const float *elevation = field->elevation_m + begin * field->width;
   for (size_t row = begin; row < end; row++) {
-    const np_globe_angle parallel = np_globe_angle_make(field->south_rad + (double)row * field->step_north_rad);
+    const np_field_row along = np_heightfield_get_row(field, (double)row);
     for (unsigned column = 0; column < field->width; column++, vertex += 3, elevation++) {
-      const np_dvec3 point = np_globe_place(&terrain->globe, parallel, job->meridians[column], (double)*elevation);
+      const np_dvec3 point =
+          np_heightfield_place(field, &terrain->globe, &along, &job->columns[column], (double)*elevation);
       const np_vec3 local = np_dvec3_to_float(np_dvec3_subtract(point, terrain->anchor));
       vertex[0] = local.x;
       vertex[1] = local.y;
@@ -98,13 +99,12 @@ static neph_result raise_rows(void *user, size_t begin, size_t end, unsigned thr
 
 static neph_result raise_vertices(neph_terrain *terrain, np_monitor *monitor) {
   const np_heightfield *field = &terrain->field;
-  raise_job job = {terrain, np_alloc(terrain->context, field->width, sizeof *job.meridians)};
-  if (!job.meridians) return NEPH_ERROR_OUT_OF_MEMORY;
+  raise_job job = {terrain, np_alloc(terrain->context, field->width, sizeof *job.columns)};
+  if (!job.columns) return NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned column = 0; column < field->width; column++)
-    job.meridians[column] =
-        np_globe_angle_make(field->west_rad + column * field->step_east_rad - terrain->globe.longitude_rad);
+    job.columns[column] = np_heightfield_get_column(field, &terrain->globe, column);
   const neph_result result = np_parallel_for(terrain->context, monitor, field->height, 16, raise_rows, &job);
-  np_alloc_free(terrain->context, job.meridians);
+  np_alloc_free(terrain->context, job.columns);
   return result;
 }
 
@@ -165,16 +165,16 @@ static np_vec3 get_smooth_normal(const neph_terrain *terrain, np_field_position 
 
 static void eval_albedo(const neph_terrain *terrain, np_field_position position, np_vec3 normal, float out[3]) {
   const np_heightfield *field = &terrain->field;
-  const double columns = field->width - 1, rows = field->height - 1, radius = terrain->planet_radius_m;
-  const double latitude = field->south_rad + position.row * field->step_north_rad;
-  const np_dvec3 sea_level =
-      np_globe_to_world(&terrain->globe, latitude, field->west_rad + position.column * field->step_east_rad, 0.0);
+  const np_field_position core = np_heightfield_get_core_position(field, position);
+  const double radius = terrain->planet_radius_m;
+  const double latitude = field->has_chart ? 0.0 : field->south_rad + core.row * field->step_north_rad;
+  const np_dvec3 sea_level = np_heightfield_to_world(field, &terrain->globe, position, 0.0);
   const float up = np_vec3_dot(normal, np_zenith(sea_level, radius));
-  const np_cover_place place = {.east = (float)(position.column / columns),
-                                .north = (float)(position.row / rows),
-                                .east_m = position.column * field->step_east_rad * radius *
+  const np_cover_place place = {.east = (float)(core.column / (np_heightfield_get_core_width(field) - 1)),
+                                .north = (float)(core.row / (np_heightfield_get_core_height(field) - 1)),
+                                .east_m = core.column * field->step_east_rad * radius *
                                           cos(field->has_place ? latitude : 0.0),
-                                .north_m = position.row * field->step_north_rad * radius,
+                                .north_m = core.row * field->step_north_rad * radius,
                                 .elevation_m = (float)np_heightfield_get_elevation(field, position),
                                 .slope_rad = acosf(np_clampf(up, -1.0f, 1.0f))};
   np_ground_cover_eval(&terrain->cover, &place, out);
@@ -187,9 +187,12 @@ static void compute_mean_albedo(neph_terrain *terrain) {
   double sum[3] = {0.0};
   memcpy(terrain->mean_albedo, terrain->ground_albedo, sizeof sum);
   if (!np_ground_cover_varies(&terrain->cover)) return;
+  const unsigned margin = terrain->field.margin.count;
+  const unsigned last_column = np_heightfield_get_core_width(&terrain->field) - 1;
+  const unsigned last_row = np_heightfield_get_core_height(&terrain->field) - 1;
   for (int n = 0; n < MEAN_PLACES * MEAN_PLACES; n++) {
-    const np_field_position position = {(n % MEAN_PLACES + 0.5) / MEAN_PLACES * (terrain->field.width - 1),
-                                        (n / MEAN_PLACES + 0.5) / MEAN_PLACES * (terrain->field.height - 1)};
+    const np_field_position position = {margin + (n % MEAN_PLACES + 0.5) / MEAN_PLACES * last_column,
+                                        margin + (n / MEAN_PLACES + 0.5) / MEAN_PLACES * last_row};
     float albedo[3];
     eval_albedo(terrain, position, get_smooth_normal(terrain, position), albedo);
     for (int b = 0; b < 3; b++) sum[b] += (double)albedo[b];
@@ -268,13 +271,14 @@ static neph_terrain *adopt_field(neph_context *context, np_heightfield *field) {
   return terrain;
 }
 
-static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc *desc, bool is_blended,
+static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc *desc, bool is_joined,
                                  np_monitor *monitor) {
   neph_context *context = terrain->context;
   neph_result result = set_place(terrain, desc);
   if (!result) result = np_ground_cover_create(context, desc, monitor, &terrain->cover);
   if (result) return result;
-  if (!is_blended) np_heightfield_blend_to_sphere(&terrain->field);
+  if (!is_joined) result = np_heightfield_join_sphere(context, desc->edge, desc->planet_radius_m, &terrain->field);
+  if (result) return result;
   /* One float more, since Embree reads each vertex as four. */
   terrain->vertices = np_alloc(context, 3 * count_samples(&terrain->field) + 1, sizeof(float));
   if (!terrain->vertices) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -291,10 +295,10 @@ static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc 
 }
 
 neph_result np_terrain_create_from_field(neph_context *context, np_heightfield *field, const neph_terrain_desc *desc,
-                                         bool is_blended, np_monitor *monitor, neph_terrain **out_terrain) {
+                                         bool is_joined, np_monitor *monitor, neph_terrain **out_terrain) {
   neph_terrain *terrain = adopt_field(context, field);
   if (!terrain) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = build_terrain(terrain, desc, is_blended, monitor);
+  neph_result result = build_terrain(terrain, desc, is_joined, monitor);
   if (result)
     destroy_terrain(terrain);
   else

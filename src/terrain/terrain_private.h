@@ -43,11 +43,11 @@ void np_terrain_eval_albedo(const neph_terrain *terrain, const np_terrain_hit *h
 /* Mean of the albedo over the field. */
 const double *np_terrain_get_mean_albedo(const neph_terrain *terrain);
 
-/* The ground of a field, which it takes over whatever the outcome. `is_blended`: into the sphere already. */
+/* The ground of a field, which it takes over whatever the outcome. `is_joined`: to the sphere already. */
 neph_result np_terrain_create_from_field(neph_context *context, np_heightfield *field, const neph_terrain_desc *desc,
-                                         bool is_blended, np_monitor *monitor, neph_terrain **out_terrain);
+                                         bool is_joined, np_monitor *monitor, neph_terrain **out_terrain);
 
-/* Its field, blended into the sphere. */
+/* Its field, joined to the sphere. */
 const np_heightfield *np_terrain_get_field(const neph_terrain *terrain);
 
 /* Nearest ground along a ray within `distance_max`, from above or below; safe from any number of threads. */

@@ -8,8 +8,9 @@
 
 /* ---- Rows ---- */
 
-static neph_result check_file(neph_context *context, const np_terrain_source *source) {
-  return np_heightfield_check(context, source->file);
+static neph_result check_file(neph_context *context, const np_terrain_source *source, const neph_terrain_desc *desc,
+                              unsigned out_size[2]) {
+  return np_heightfield_check(context, source->file, desc, out_size);
 }
 
 static neph_result load_field(neph_context *context, np_monitor *monitor, const np_terrain_source *source,
@@ -47,6 +48,21 @@ static neph_result check_slope(neph_context *context, const char *name, double s
   return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain %s is %g, must be in [0, pi/2]", name, slope_rad);
 }
 
+static neph_result check_choices(neph_context *context, const neph_terrain_desc *desc) {
+  const struct {
+    const char *name;
+    unsigned value, last;
+  } choices[] = {{"edge", desc->edge, NEPH_TERRAIN_EDGE_WALL},
+                 {"unit", desc->unit, NEPH_HEIGHT_UNIT_US_SURVEY_FOOT},
+                 {"encoding", desc->encoding, NEPH_HEIGHT_ENCODING_TERRARIUM},
+                 {"raw_type", desc->raw_type, NEPH_RAW_TYPE_FLOAT32}};
+  for (size_t i = 0; i < sizeof choices / sizeof *choices; i++)
+    if (choices[i].value > choices[i].last)
+      return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain %s is %u, must be in [0, %u]", choices[i].name,
+                     choices[i].value, choices[i].last);
+  return NEPH_OK;
+}
+
 static neph_result check_desc(neph_context *context, const neph_terrain_desc *desc) {
   if (!(desc->planet_radius_m >= 1e3 && desc->planet_radius_m <= 1e9))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain planet_radius_m is %g, must be in [1e3, 1e9]",
@@ -61,7 +77,8 @@ static neph_result check_desc(neph_context *context, const neph_terrain_desc *de
   if (!(fabs(desc->height_min_m) <= 1e5 && fabs(desc->height_max_m) <= 1e5))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain heights are %g to %g m, must be within 100 km of 0",
                    desc->height_min_m, desc->height_max_m);
-  neph_result result = check_albedo(context, "ground_albedo", desc->ground_albedo);
+  neph_result result = check_choices(context, desc);
+  if (!result) result = check_albedo(context, "ground_albedo", desc->ground_albedo);
   if (!result) result = check_albedo(context, "rock_albedo", desc->rock_albedo);
   if (!result) result = check_albedo(context, "snow_albedo", desc->snow_albedo);
   if (!result) result = check_slope(context, "rock_slope_rad", desc->rock_slope_rad);

@@ -25,8 +25,10 @@ typedef struct np_terrain_source {
 
 typedef struct np_terrain_row {
   const char *description; /* for --explain; the file's name follows, where there is one */
-  /* Whether its input is there and can be read, by size and header alone; NULL: it reads none. */
-  neph_result (*check)(neph_context *context, const np_terrain_source *source);
+  /* Whether its input is there and can be read, by size and header alone, and its samples along x and y; NULL: it reads
+   * none. */
+  neph_result (*check)(neph_context *context, const np_terrain_source *source, const neph_terrain_desc *desc,
+                       unsigned out_size[2]);
   neph_result (*make_field)(neph_context *context, np_monitor *monitor, const np_terrain_source *source,
                             const neph_terrain_desc *desc, np_heightfield *out_field);
 } np_terrain_row;

@@ -160,7 +160,3 @@ neph_result np_volume_save_grids(neph_context *context, const char *path, const 
   np_alloc_free(context, job.hashes);
   return result;
 }
-
-bool neph_feature_is_present(neph_context *context, neph_feature feature) {
-  return feature == NEPH_FEATURE_VDB && np_vdb_module_is_present(context);
-}

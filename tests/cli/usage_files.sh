@@ -5,4 +5,4 @@ try render a.yaml b.yaml
 try info
 try compare a.exr
 try schema x
-try info picture.tiff
+try info picture.jpg

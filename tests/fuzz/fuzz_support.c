@@ -36,10 +36,9 @@ neph_context *fuzz_get_context(void) {
 }
 
 const char *fuzz_write_file(const char *name, const uint8_t *data, size_t size) {
-  if (!path[0]) {
-    if (!mkdtemp(folder)) abort();
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-  }
+  if (!path[0] && !mkdtemp(folder)) abort();
+  if (path[0]) unlink(path); /* of another name, may be */
+  snprintf(path, sizeof path, "%s/%s", folder, name);
   FILE *file = fopen(path, "wb");
   if (!file || fwrite(data, 1, size, file) != size || fclose(file)) abort();
   return path;

@@ -61,6 +61,7 @@ doors='openvdb/ src/volume/vdb_(shim.cpp|conversion.h)
 tbb/ src/volume/vdb_shim.cpp
 embree src/terrain/terrain.c
 assimp/ src/mesh/assimp_reader.c
+gdal/ src/terrain/gdal_reader.c
 openexr src/image/image_exr(_read|_write)?\.[ch]
 png\.h src/image/image_png.c
 yaml\.h src/scene/scene_file.c

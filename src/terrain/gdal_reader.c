@@ -1,0 +1,366 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The module nephos_gdal.so: rasters of heights through GDAL's C functions.
+ *
+ * Drivers are those of formats that hold heights, and no others: what is not registered cannot be reached by a damaged
+ * file. GDAL reports through a handler of the calling thread, which keeps the first failure for the caller's message.
+ */
+#include "terrain/gdal_table.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include <gdal/cpl_conv.h>
+#include <gdal/cpl_error.h>
+#include <gdal/cpl_string.h>
+#include <gdal/cpl_vsi.h>
+#include <gdal/gdal.h>
+#include <gdal/gdal_frmts.h>
+#include <gdal/gdal_utils.h>
+#include <gdal/ogr_srs_api.h>
+
+struct np_gdal_raster {
+  GDALDatasetH dataset;
+  OGRSpatialReferenceH crs; /* NULL: none */
+  char crs_name[120], unit[40];
+  double unit_m, to_crs[6];
+  int has_grid;
+};
+
+/* ---- Errors ---- */
+
+/* Keeps the first failure of the calls between begin and end. */
+static void CPL_STDCALL keep_failure(CPLErr severity, CPLErrorNum number, const char *message) {
+  (void)number;
+  np_gdal_error *error = CPLGetErrorHandlerUserData();
+  if (severity < CE_Failure || error->message[0]) return;
+  snprintf(error->message, sizeof error->message, "%s", message);
+  for (char *line = error->message; (line = strpbrk(line, "\n\r"));) *line = ' ';
+}
+
+static void begin_calls(np_gdal_error *error) {
+  *error = (np_gdal_error){.result = NEPH_OK};
+  CPLPushErrorHandlerEx(keep_failure, error);
+}
+
+/* With a message of its own where GDAL had none. */
+static neph_result end_calls(np_gdal_error *error, neph_result result, const char *message) {
+  CPLPopErrorHandler();
+  error->result = result;
+  if (result && !error->message[0]) snprintf(error->message, sizeof error->message, "%s", message);
+  return result;
+}
+
+/* ---- Opening ---- */
+
+/* Endings, and the driver of each. EHdr would take any file beside an .hdr of its name for raw samples. */
+static const char *const formats[][2] = {
+    {".tif", "GTiff"},   {".tiff", "GTiff"},  {".vrt", "VRT"}, {".asc", "AAIGrid"}, {".bil", "EHdr"}, {".flt", "EHdr"},
+    {".hgt", "SRTMHGT"}, {".dem", "USGSDEM"}, {".img", "HFA"}, {".dt0", "DTED"},    {".dt1", "DTED"}, {".dt2", "DTED"}};
+
+/* EHdr, which takes what others leave, is the last. */
+static void register_drivers(void) {
+  GDALRegister_GTiff();
+  GDALRegister_VRT();
+  GDALRegister_AAIGrid();
+  GDALRegister_SRTMHGT();
+  GDALRegister_USGSDEM();
+  GDALRegister_DTED();
+  GDALRegister_HFA();
+  GDALRegister_EHdr();
+}
+
+static int has_ending(const char *path, const char *ending) {
+  const size_t length = strlen(path), count = strlen(ending);
+  return length >= count && !strcasecmp(path + length - count, ending);
+}
+
+/* The driver of a name by its ending; NULL: it is none of heights. */
+static const char *get_driver(const char *name) {
+  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+    if (has_ending(name, formats[i][0])) return formats[i][1];
+  return NULL;
+}
+
+static GDALDatasetH open_file(const char *name, unsigned flags) {
+  const char *const drivers[] = {get_driver(name), NULL};
+  if (drivers[0]) return GDALOpenEx(name, GDAL_OF_RASTER | flags, drivers, NULL, NULL);
+  CPLError(CE_Failure, CPLE_OpenFailed, "its ending is that of no raster of heights");
+  return NULL;
+}
+
+/* Whether a member can be opened: GDAL 3.6 reads from a tile of SRTM even where it cannot, and crashes. */
+static int is_readable(const char *name) {
+  VSILFILE *file = VSIFOpenL(name, "rb");
+  if (file) VSIFCloseL(file);
+  return file != NULL;
+}
+
+/* The name by which GDAL opens a file; of an archive, its first member of heights. To be freed with CPLFree. */
+static char *name_raster(const char *path) {
+  if (!has_ending(path, ".zip")) return CPLStrdup(path);
+  char *name = NULL;
+  char **members = VSIReadDirRecursive(CPLSPrintf("/vsizip/%s", path));
+  for (int i = 0; members && members[i] && !name; i++)
+    if (get_driver(members[i])) name = CPLStrdup(CPLSPrintf("/vsizip/%s/%s", path, members[i]));
+  CSLDestroy(members);
+  if (!name) CPLError(CE_Failure, CPLE_OpenFailed, "no raster of heights in the archive");
+  if (!name || is_readable(name)) return name;
+  CPLError(CE_Failure, CPLE_OpenFailed, "the archive is damaged");
+  CPLFree(name);
+  return NULL;
+}
+
+/* A value for what no tile covers, where the tiles have none of their own. */
+static const char *choose_void(const char *name) {
+  GDALDatasetH first = open_file(name, 0);
+  GDALRasterBandH band = first ? GDALGetRasterBand(first, 1) : NULL;
+  int has_value = 1;
+  const char *value = NULL;
+  if (band) GDALGetRasterNoDataValue(band, &has_value);
+  if (!has_value) value = GDALGetRasterDataType(band) == GDT_UInt16 ? "65535" : "-32768";
+  if (first) GDALClose(first);
+  return value;
+}
+
+/* One raster of several that lie side by side. */
+static GDALDatasetH open_mosaic(char **names, int count) {
+  char **arguments = CSLAddString(NULL, "-strict");
+  const char *empty = choose_void(names[0]);
+  if (empty) arguments = CSLAddString(CSLAddString(arguments, "-vrtnodata"), empty);
+  GDALBuildVRTOptions *options = GDALBuildVRTOptionsNew(arguments, NULL);
+  CSLDestroy(arguments);
+  GDALDatasetH mosaic = options ? GDALBuildVRT("", count, NULL, (const char *const *)names, options, NULL) : NULL;
+  GDALBuildVRTOptionsFree(options);
+  return mosaic;
+}
+
+static GDALDatasetH open_dataset(const np_gdal_source *source) {
+  char **names = NULL;
+  for (size_t i = 0; i < source->path_count; i++) {
+    char *name = name_raster(source->paths[i]);
+    if (name) names = CSLAddString(names, name);
+    CPLFree(name);
+  }
+  GDALDatasetH dataset = NULL;
+  if (CSLCount(names) == (int)source->path_count)
+    dataset =
+        source->path_count == 1 ? open_file(names[0], GDAL_OF_VERBOSE_ERROR) : open_mosaic(names, CSLCount(names));
+  CSLDestroy(names);
+  return dataset;
+}
+
+/* ---- Coordinate system and units ---- */
+
+/* Metres in a unit by its name; 0 where the name is not known. */
+static double get_unit_m(const char *name) {
+  static const struct {
+    const char *name;
+    double metres;
+  } units[] = {{"", 1.0},
+               {"m", 1.0},
+               {"metre", 1.0},
+               {"meter", 1.0},
+               {"metres", 1.0},
+               {"meters", 1.0},
+               {"ft", 0.3048},
+               {"foot", 0.3048},
+               {"feet", 0.3048},
+               {"us-ft", 1200.0 / 3937.0},
+               {"ftUS", 1200.0 / 3937.0},
+               {"US survey foot", 1200.0 / 3937.0},
+               {"US_survey_foot", 1200.0 / 3937.0},
+               {"Foot_US", 1200.0 / 3937.0},
+               {"dm", 0.1},
+               {"cm", 0.01}};
+  for (size_t i = 0; i < sizeof units / sizeof *units; i++)
+    if (!strcasecmp(units[i].name, name)) return units[i].metres;
+  return 0.0;
+}
+
+/* The unit of the values: the band's, else the one of the vertical part of the coordinate system. */
+static void read_unit(np_gdal_raster *raster) {
+  const char *name = GDALGetRasterUnitType(GDALGetRasterBand(raster->dataset, 1));
+  raster->unit_m = get_unit_m(name);
+  char *vertical = NULL;
+  if (!name[0] && raster->crs && OSRIsCompound(raster->crs)) {
+    raster->unit_m = OSRGetTargetLinearUnits(raster->crs, "VERT_CS", &vertical);
+    name = vertical ? vertical : "";
+  }
+  snprintf(raster->unit, sizeof raster->unit, "%s", name);
+}
+
+static int read_crs(np_gdal_raster *raster, const char *text) {
+  OGRSpatialReferenceH given = GDALGetSpatialRef(raster->dataset);
+  if (text) {
+    raster->crs = OSRNewSpatialReference(NULL);
+    if (OSRSetFromUserInput(raster->crs, text) != OGRERR_NONE) return 0;
+  } else if (given) {
+    raster->crs = OSRClone(given);
+  }
+  if (!raster->crs) return 1;
+  OSRSetAxisMappingStrategy(raster->crs, OAMS_TRADITIONAL_GIS_ORDER);
+  const char *name = OSRGetName(raster->crs);
+  snprintf(raster->crs_name, sizeof raster->crs_name, "%s", name && name[0] ? name : "unnamed");
+  return 1;
+}
+
+static OGRSpatialReferenceH create_geographic(const np_gdal_raster *raster, int is_own) {
+  OGRSpatialReferenceH geographic = is_own ? OSRCloneGeogCS(raster->crs) : OSRNewSpatialReference(NULL);
+  if (geographic && !is_own) OSRSetWellKnownGeogCS(geographic, "WGS84");
+  if (geographic) OSRSetAxisMappingStrategy(geographic, OAMS_TRADITIONAL_GIS_ORDER);
+  return geographic;
+}
+
+/* Leads to longitude and latitude: of WGS 84, else, as on another planet, of the system's own ellipsoid. */
+static OGRCoordinateTransformationH create_transformation(const np_gdal_raster *raster) {
+  OGRSpatialReferenceH flat = OSRClone(raster->crs);
+  if (OSRIsCompound(flat)) OSRStripVertical(flat);
+  OGRCoordinateTransformationH transformation = NULL;
+  for (int is_own = 0; is_own < 2 && !transformation; is_own++) {
+    OGRSpatialReferenceH geographic = create_geographic(raster, is_own);
+    if (geographic) transformation = OCTNewCoordinateTransformation(flat, geographic);
+    if (geographic) OSRDestroySpatialReference(geographic);
+  }
+  OSRDestroySpatialReference(flat);
+  return transformation;
+}
+
+/* Ellipsoids of the Earth differ by less than 1 km; of them WGS 84 is used. */
+static void describe_ellipsoid(const np_gdal_raster *raster, np_gdal_info *out) {
+  const double earth_m = 6378137.0, earth_flattening = 298.257223563;
+  OGRErr is_unknown = OGRERR_NONE;
+  const double semi_major_m = raster->crs ? OSRGetSemiMajor(raster->crs, &is_unknown) : earth_m;
+  const int is_earth = is_unknown != OGRERR_NONE || fabs(semi_major_m - earth_m) < 1e5;
+  const double inverse = is_earth ? earth_flattening : OSRGetInvFlattening(raster->crs, NULL);
+  out->semi_major_m = is_earth ? earth_m : semi_major_m;
+  out->flattening = inverse > 0.0 ? 1.0 / inverse : 0.0;
+}
+
+/* ---- Functions of the table ---- */
+
+static void close_raster(np_gdal_raster *raster) {
+  if (!raster) return;
+  if (raster->crs) OSRDestroySpatialReference(raster->crs);
+  if (raster->dataset) GDALClose(raster->dataset);
+  free(raster);
+}
+
+static neph_result open_raster(const np_gdal_source *source, np_gdal_raster **out_raster, np_gdal_error *error) {
+  *out_raster = NULL;
+  np_gdal_raster *raster = calloc(1, sizeof *raster);
+  begin_calls(error);
+  if (!raster) return end_calls(error, NEPH_ERROR_OUT_OF_MEMORY, "no memory for the raster");
+  register_drivers();
+  raster->dataset = open_dataset(source);
+  int is_open = raster->dataset && GDALGetRasterCount(raster->dataset) > 0;
+  if (is_open) {
+    raster->has_grid = GDALGetGeoTransform(raster->dataset, raster->to_crs) == CE_None;
+    is_open = read_crs(raster, source->crs);
+  }
+  if (!is_open) {
+    close_raster(raster);
+    return end_calls(error, NEPH_ERROR_BAD_FILE, "it holds no raster");
+  }
+  read_unit(raster);
+  *out_raster = raster;
+  return end_calls(error, NEPH_OK, "");
+}
+
+static void describe_raster(const np_gdal_raster *raster, np_gdal_info *out) {
+  np_gdal_error unheard;
+  begin_calls(&unheard);
+  GDALRasterBandH band = GDALGetRasterBand(raster->dataset, 1);
+  const GDALDataType type = GDALGetRasterDataType(band);
+  *out = (np_gdal_info){.width = (unsigned)GDALGetRasterXSize(raster->dataset),
+                        .height = (unsigned)GDALGetRasterYSize(raster->dataset),
+                        .band_count = (unsigned)GDALGetRasterCount(raster->dataset),
+                        .driver = GDALGetDriverShortName(GDALGetDatasetDriver(raster->dataset)),
+                        .sample_type = GDALGetDataTypeName(type),
+                        .is_byte = GDALGetDataTypeSizeBits(type) == 8,
+                        .is_complex = GDALDataTypeIsComplex(type),
+                        .is_palette = GDALGetRasterColorTable(band) != NULL,
+                        .has_grid = raster->has_grid,
+                        .crs = raster->crs_name,
+                        .is_geographic = raster->crs && OSRIsGeographic(raster->crs),
+                        .unit_m = raster->unit_m,
+                        .unit = raster->unit};
+  memcpy(out->to_crs, raster->to_crs, sizeof out->to_crs);
+  describe_ellipsoid(raster, out);
+  (void)end_calls(&unheard, NEPH_OK, "");
+}
+
+static int locate_one(const np_gdal_raster *raster, OGRCoordinateTransformationH to_geographic, double place[2]) {
+  const double degree = 0.017453292519943295, column = place[0] + 0.5, row = place[1] + 0.5, *g = raster->to_crs;
+  double x = g[0] + g[1] * column + g[2] * row, y = g[3] + g[4] * column + g[5] * row;
+  if (!OCTTransform(to_geographic, 1, &x, &y, NULL) || !isfinite(x) || !isfinite(y)) return 0;
+  place[0] = x * degree;
+  place[1] = y * degree;
+  return 1;
+}
+
+static neph_result locate_places(np_gdal_raster *raster, size_t count, double (*places)[2], np_gdal_error *error) {
+  begin_calls(error);
+  OGRCoordinateTransformationH to_geographic = create_transformation(raster);
+  size_t located = 0;
+  while (to_geographic && located < count && locate_one(raster, to_geographic, places[located])) located++;
+  if (to_geographic) OCTDestroyCoordinateTransformation(to_geographic);
+  return end_calls(error, located == count ? NEPH_OK : NEPH_ERROR_BAD_FILE,
+                   "its coordinate system gives no longitude and latitude there");
+}
+
+/* Turns values that stand for nothing into NaN, the others into those that scale and offset give. */
+static void clean_values(GDALRasterBandH band, float *values, size_t count) {
+  int has_void = 0, has_scale = 0, has_offset = 0;
+  const float empty = (float)GDALGetRasterNoDataValue(band, &has_void);
+  const double scale = GDALGetRasterScale(band, &has_scale), offset = GDALGetRasterOffset(band, &has_offset);
+  for (size_t i = 0; i < count; i++) {
+    const int is_void = (has_void && values[i] == empty) || !isfinite(values[i]);
+    if (is_void)
+      values[i] = NAN;
+    else if (has_scale || has_offset)
+      values[i] = (float)((has_scale ? scale : 1.0) * (double)values[i] + (has_offset ? offset : 0.0));
+  }
+}
+
+static CPLErr read_mask(GDALRasterBandH band, const np_gdal_window *w, float *values) {
+  const size_t count = (size_t)w->out_width * w->out_height;
+  if (!(GDALGetMaskFlags(band) & GMF_PER_DATASET)) return CE_None;
+  unsigned char *mask = malloc(count);
+  if (!mask) return CE_Failure;
+  const CPLErr failure = GDALRasterIO(GDALGetMaskBand(band), GF_Read, (int)w->column, (int)w->row, (int)w->width,
+                                      (int)w->height, mask, (int)w->out_width, (int)w->out_height, GDT_Byte, 0, 0);
+  for (size_t i = 0; i < count && failure == CE_None; i++)
+    if (!mask[i]) values[i] = NAN;
+  free(mask);
+  return failure;
+}
+
+/* Blocks do not stay in GDAL's cache, which would take a twentieth of the machine's memory. */
+static neph_result read_values(np_gdal_raster *raster, unsigned number, const np_gdal_window *w, float *out,
+                               np_gdal_error *error) {
+  begin_calls(error);
+  GDALRasterBandH band = GDALGetRasterBand(raster->dataset, (int)number);
+  GDALRasterIOExtraArg extra;
+  INIT_RASTERIO_EXTRA_ARG(extra);
+  extra.eResampleAlg = GRIORA_Average;
+  CPLErr failure = band ? GDALRasterIOEx(band, GF_Read, (int)w->column, (int)w->row, (int)w->width, (int)w->height, out,
+                                         (int)w->out_width, (int)w->out_height, GDT_Float32, 0, 0, &extra)
+                        : CE_Failure;
+  if (failure == CE_None) clean_values(band, out, (size_t)w->out_width * w->out_height);
+  if (failure == CE_None) failure = read_mask(band, w, out);
+  GDALFlushCache(raster->dataset);
+  return end_calls(error, failure == CE_None ? NEPH_OK : NEPH_ERROR_BAD_FILE, "its samples cannot be read");
+}
+
+const np_gdal_module *nephos_gdal_module(void) {
+  static const np_gdal_module module = {.version = NP_GDAL_MODULE_VERSION,
+                                        .open = open_raster,
+                                        .close = close_raster,
+                                        .describe = describe_raster,
+                                        .locate = locate_places,
+                                        .read = read_values};
+  return &module;
+}

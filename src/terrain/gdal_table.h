@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The door to GDAL: a module of C functions, loaded on first need. */
+#ifndef NP_TERRAIN_GDAL_TABLE_H
+#define NP_TERRAIN_GDAL_TABLE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include <nephos/context.h>
+
+#define NP_GDAL_MODULE_VERSION 1u
+
+/* Name of the module's file and of the function in it. */
+#define NP_GDAL_MODULE_FILE "nephos_gdal.so"
+#define NP_GDAL_MODULE_FUNCTION "nephos_gdal_module"
+
+typedef struct np_gdal_raster np_gdal_raster;
+
+/* One message for the caller to report; the module never logs by itself. */
+typedef struct np_gdal_error {
+  neph_result result;
+  char message[480];
+} np_gdal_error;
+
+typedef struct np_gdal_source {
+  const char *const *paths; /* several: side by side, on one grid, of one coordinate system */
+  size_t path_count;
+  const char *crs; /* as PROJ takes it, "EPSG:32611"; NULL: the file's */
+} np_gdal_source;
+
+/* Texts are valid while the raster is open. */
+typedef struct np_gdal_info {
+  unsigned width, height, band_count;
+  const char *driver;              /* "GTiff" */
+  const char *sample_type;         /* "Int16" */
+  int is_byte, is_complex;         /* the type of its samples */
+  int is_palette;                  /* they are indices of colours */
+  int has_grid;                    /* positions of samples in a coordinate system are known */
+  double to_crs[6];                /* GDAL's geotransform: x = [0] + [1]·column + [2]·row, y likewise from [3] */
+  const char *crs;                 /* name of the coordinate system; "" when there is none */
+  int is_geographic;               /* longitude and latitude */
+  double semi_major_m, flattening; /* of the ellipsoid that `locate` uses */
+  double unit_m;                   /* metres in the unit of its values; 1 where none is stated, 0 for an unknown one */
+  const char *unit;                /* as stated; "" */
+} np_gdal_info;
+
+/* Samples of a raster, averaged to fewer. */
+typedef struct np_gdal_window {
+  unsigned column, row, width, height;
+  unsigned out_width, out_height;
+} np_gdal_window;
+
+/* Functions that can fail return a neph_result, the same as in `error`. */
+typedef struct np_gdal_module {
+  uint32_t version; /* NP_GDAL_MODULE_VERSION, checked before anything else is used */
+
+  neph_result (*open)(const np_gdal_source *source, np_gdal_raster **out_raster, np_gdal_error *error);
+  void (*close)(np_gdal_raster *raster); /* NULL is allowed */
+  void (*describe)(const np_gdal_raster *raster, np_gdal_info *out_info);
+
+  /* Longitude and latitude, radians, on WGS 84 (or on the ellipsoid of another planet), of positions counted in samples
+   * from the centre of the first: places[i] holds column and row, and takes longitude and latitude. */
+  neph_result (*locate)(np_gdal_raster *raster, size_t count, double (*places)[2], np_gdal_error *error);
+
+  /* Values of a band (from 1) by rows, NaN where there is none. */
+  neph_result (*read)(np_gdal_raster *raster, unsigned band, const np_gdal_window *window, float *out_values,
+                      np_gdal_error *error);
+} np_gdal_module;
+
+/* The only exported symbol of nephos_gdal.so. */
+NEPH_API const np_gdal_module *nephos_gdal_module(void);
+
+#endif
