@@ -142,8 +142,11 @@ cli_exit render_job_for_each_eye(render_job *job, cli_exit (*step)(render_job *j
 cli_exit render_job_for_each_frame(render_job *job, cli_exit (*step)(render_job *job)) {
   cli_frame_walk walk = {0};
   cli_exit exit = CLI_DONE;
-  while (!exit && cli_next_frame(job->session->options, &walk, &job->desc.frame))
+  while (!exit && cli_next_frame(job->session->options, &walk, &job->desc.frame)) {
+    cli_frame_walk ahead = walk;
+    job->desc.has_next_frame = cli_next_frame(job->session->options, &ahead, &job->desc.next_frame);
     exit = cli_is_interrupted() ? CLI_INTERRUPTED : step(job);
+  }
   return exit;
 }
 

@@ -2,6 +2,8 @@
 /* Imported sequences: one frame places and scales all of them, what stands still stands still, and frames that hold
  * nothing render empty. */
 #include <nephos/nephos.h>
+#include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -452,6 +454,72 @@ static void the_plan_opens_every_frame(void **state) {
   neph_scene_destroy(scene);
 }
 
+/* ---- The next frame ---- */
+
+/* Gives a file's pages up. */
+static void drop_pages(const char *path) {
+  const int file = open(path, O_RDONLY | O_CLOEXEC);
+  assert_true(file >= 0);
+  (void)fdatasync(file);
+  (void)posix_fadvise(file, 0, 0, POSIX_FADV_DONTNEED);
+  (void)close(file);
+}
+
+static bool is_in_memory(const char *path) {
+  const int file = open(path, O_RDONLY | O_CLOEXEC);
+  unsigned char page = 0;
+  void *bytes = mmap(NULL, 1, PROT_READ, MAP_SHARED, file, 0);
+  assert_true(bytes != MAP_FAILED);
+  assert_int_equal(mincore(bytes, 1, &page), 0);
+  (void)munmap(bytes, 1);
+  (void)close(file);
+  return page & 1;
+}
+
+/* Its files are read while this frame is rendered, which has the same bits; a file system in memory gives nothing up.
+ */
+static void the_next_frame_is_read_ahead(void **state) {
+  test_fixture *f = *state;
+  neph_scene *scene = load(f, f->path, placed, false);
+  neph_image *alone = render(scene, 1), *image;
+  char *next = test_path(f->folder, "b.0002.vdb");
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  desc.frame = 1, desc.has_next_frame = true, desc.next_frame = 2;
+  drop_pages(next);
+  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+  for (int wait = 0; wait < 200 && !is_in_memory(next); wait++) usleep(10000);
+  assert_true(is_in_memory(next));
+  assert_same_bits(alone, image);
+  neph_image_destroy(image);
+  neph_image_destroy(alone);
+  neph_scene_destroy(scene);
+  free(next);
+}
+
+/* One that is damaged, or missing, is reported in its own turn. */
+static void a_bad_next_frame_waits_for_its_turn(void **state) {
+  test_fixture *f = *state;
+  char *next = test_path(f->folder, "b.0002.vdb");
+  neph_scene *scene = load(f, f->path, "extinction: 1, missing: error", false);
+  neph_image *image;
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  desc.frame = 1, desc.has_next_frame = true, desc.next_frame = 2;
+  assert_int_equal(truncate(next, 100), 0);
+  for (int is_missing = 0; is_missing < 2; is_missing++) {
+    if (is_missing) assert_int_equal(unlink(next), 0);
+    test_log_clear(&f->log);
+    assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+    neph_image_destroy(image);
+    assert_null(strstr(f->log.text, "b.0002.vdb"));
+    assert_int_equal(try_render(scene, 2), is_missing ? NEPH_ERROR_NOT_FOUND : NEPH_ERROR_BAD_FILE);
+    assert_non_null(strstr(f->log.text, "b.0002.vdb"));
+  }
+  neph_scene_destroy(scene);
+  free(next);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(what_stands_still_stands_still, set_up, test_tear_down),
@@ -472,6 +540,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(frames_between_have_files_of_their_own, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(other_programs_patterns_are_read, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(the_plan_opens_every_frame, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(the_next_frame_is_read_ahead, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_bad_next_frame_waits_for_its_turn, set_up, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

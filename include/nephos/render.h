@@ -126,6 +126,9 @@ typedef struct neph_render_desc {
                                      missing, damaged or of another picture changes nothing (default false) */
   const neph_machine *machine;  /**< speed by which time is predicted; NULL: that of the machine which the constants
                                      are from (default NULL) */
+  bool has_next_frame;          /**< `next_frame` is rendered next: the system reads its clouds' files into its page
+                                     cache while this one's pixels are rendered (default false) */
+  int next_frame;
 } neph_render_desc;
 
 #define NEPH_RENDER_DESC_DEFAULT                                                                                       \
@@ -138,7 +141,8 @@ typedef struct neph_render_desc {
     .progress_user = NULL, .tile = NULL, .tile_user = NULL, .eye = NEPH_EYE_CENTRE,                                    \
     .memory_max_bytes = NEPH_MEMORY_UNLIMITED, .tile_index = 0, .tile_count = 1, .sample_begin = 0,                    \
     .sample_end = NEPH_SAMPLES_ALL, .part_path = NULL, .checkpoint_path = NULL,                                        \
-    .checkpoint_interval_s = NEPH_UNLIMITED, .is_resumed = false, .machine = NULL                                      \
+    .checkpoint_interval_s = NEPH_UNLIMITED, .is_resumed = false, .machine = NULL, .has_next_frame = false,            \
+    .next_frame = 0                                                                                                    \
   }
 
 /** The scene's own render settings, to start from.

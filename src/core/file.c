@@ -283,6 +283,13 @@ bool np_file_exists(const char *path) {
   return !stat(path, &status);
 }
 
+void np_file_read_ahead(const char *path) {
+  const int file = open(path, O_RDONLY | O_CLOEXEC);
+  if (file < 0) return;
+  (void)posix_fadvise(file, 0, 0, POSIX_FADV_WILLNEED);
+  (void)close(file);
+}
+
 uint64_t np_file_get_size(const char *path) {
   struct stat status;
   return stat(path, &status) ? 0 : (uint64_t)status.st_size;

@@ -43,6 +43,9 @@ bool np_file_exists(const char *path);
  * reason and without a message. */
 neph_result np_file_probe(const char *path, const char **out_reason);
 
+/* Asks the system to read a file into its page cache while the caller goes on. Does nothing for one that is missing. */
+void np_file_read_ahead(const char *path);
+
 /* Bytes of a file; 0 when there is none. */
 uint64_t np_file_get_size(const char *path);
 

@@ -10,6 +10,7 @@
 #include "render/part_check.h"
 #include "render/plan.h"
 #include "render/prediction.h"
+#include "render/read_ahead.h"
 #include "render/scene_hash.h"
 #include "render/stages.h"
 #include "scene/sequence.h"
@@ -42,6 +43,7 @@ static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *mo
   if (!result) result = np_assembly_build(scene, plan, monitor, &assembly);
   if (result) return result;
   warn_of_buried_camera(&assembly);
+  np_read_ahead(scene, plan);
   np_schedule_begin(&assembly.schedule, monitor, NP_STAGE_INTEGRATOR, 0, 1);
   const double start_s = np_cpu_time_s();
   result = np_frame_render(scene, plan, &assembly, monitor, out_image);
