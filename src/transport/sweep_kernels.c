@@ -134,6 +134,8 @@ static inline void fill_sources(const sweep_block *b, const int32_t *active, uns
   for (int32_t i = 0; i < b->sweep->grid->size[0]; i++) {
     if (active[i] < 0) continue;
     const float *moments = b->sweep->source + (size_t)active[i] * count;
+    b->row[i] = (twin){{0}, {0}};
+    if (moments[0] == 0.0f) continue; /* no source: a third of the cells touch cloud and hold none */
     lanes same, opposite;
     sum_harmonics(b, moments, 0, even, &same);
     sum_harmonics(b, moments, even, count, &opposite);
