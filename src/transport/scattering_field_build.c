@@ -391,6 +391,8 @@ void np_scattering_field_set_world(np_scattering_field *field, const np_world *w
 
 np_scattering_quality np_scattering_field_get_quality(const np_scattering_field *field) { return field->quality; }
 
+unsigned np_scattering_field_get_degree(const np_scattering_field *field) { return field->grid.degree; }
+
 const np_scattering_medium *np_scattering_field_get_medium(const np_scattering_field *field) { return &field->medium; }
 
 float np_scattering_compute_least_scale(const np_phase *phase, np_spectrum albedo) {
