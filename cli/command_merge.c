@@ -5,14 +5,14 @@
 #include "render_job.h"
 #include "verbs.h"
 
-/* Merges, and writes a picture and, where `preview` is not NULL, a preview of it. */
+/* Merges, and writes a picture and, where `preview` is not NULL, a preview of it, in the pixel type of the parts. */
 static neph_result merge_parts(cli_session *session, const char *const *parts, size_t count, const char *path,
                                const char *preview, const neph_preview_desc *desc) {
   neph_image *image = NULL;
-  neph_pixel_type type;
-  neph_result result = neph_parts_merge(session->context, parts, count, &type, &image);
-  if (!result) result = neph_image_save_exr(image, path, type);
-  if (!result && preview) result = neph_image_save_png(image, preview, desc);
+  neph_preview_desc of_picture = *desc;
+  neph_result result = neph_parts_merge(session->context, parts, count, &of_picture.pixel_type, &image);
+  if (!result) result = neph_image_save_exr(image, path, of_picture.pixel_type);
+  if (!result && preview) result = neph_image_save_png(image, preview, &of_picture);
   neph_image_destroy(image);
   if (result) return result;
   if (session->options->is_json) {
@@ -49,11 +49,12 @@ static cli_exit check_no_frames(const cli_options *options) {
 static cli_exit merge_files(cli_session *session) {
   const cli_options *options = session->options;
   const char *image, *preview;
+  const neph_preview_desc desc = NEPH_PREVIEW_DESC_DEFAULT;
   cli_exit exit = check_no_frames(options);
   if (!exit) exit = read_outputs(session, &image, &preview);
   if (!exit) exit = cli_check_target(session, image);
   if (!exit && preview) exit = cli_check_target(session, preview);
-  return exit ? exit : cli_exit_of(merge_parts(session, options->files, options->file_count, image, preview, NULL));
+  return exit ? exit : cli_exit_of(merge_parts(session, options->files, options->file_count, image, preview, &desc));
 }
 
 /* ---- Tiles of a scene ---- */
@@ -109,7 +110,7 @@ static cli_exit merge_frames(render_job *job) {
     cli_complain("%s has no output.image: tiles are merged by it", job->session->options->files[0]);
     return CLI_USAGE;
   }
-  render_job_fix_exposure(job);
+  render_job_choose_exposure(job, false);
   exit = render_job_for_each_frame(job, merge_frame);
   if (exit || !job->batch.failed_count) return exit;
   cli_complain("%u of %u frames were not merged", job->batch.failed_count, job->batch.count);

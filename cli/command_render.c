@@ -209,13 +209,9 @@ static cli_exit render_batch(render_job *job) {
   return end_batch(job, exit);
 }
 
-/* Parts of a picture, and frames of a sequence, must match: what none of them shows alone cannot expose them. */
-static void choose_exposure(render_job *job) {
-  const neph_render_desc *desc = &job->desc;
-  const bool is_part = desc->tile_count > 1 || desc->crop_max[0] - desc->crop_min[0] < desc->width ||
-                       desc->crop_max[1] - desc->crop_min[1] < desc->height;
-  const bool is_of_sequence = job->output.preview && strchr(job->output.preview, '#');
-  if (is_part || is_of_sequence) render_job_fix_exposure(job);
+static bool is_part(const neph_render_desc *desc) {
+  return desc->tile_count > 1 || desc->crop_max[0] - desc->crop_min[0] < desc->width ||
+         desc->crop_max[1] - desc->crop_min[1] < desc->height;
 }
 
 static cli_exit run(render_job *job) {
@@ -227,7 +223,7 @@ static cli_exit run(render_job *job) {
   /* The scene's texts are those of its settings, which the effort has changed. */
   if (!exit) exit = cli_exit_of(neph_scene_get_output(job->scene, &job->output));
   if (!exit) exit = render_job_choose_outputs(job);
-  if (!exit) choose_exposure(job);
+  if (!exit) render_job_choose_exposure(job, is_part(&job->desc));
   if (!exit) exit = render_job_for_each_frame(job, check_eyes);
   return exit ? exit : render_batch(job);
 }

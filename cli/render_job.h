@@ -48,8 +48,9 @@ cli_exit render_job_choose_outputs(render_job *job);
 neph_result render_job_name_targets(const render_job *job, render_targets *out);
 void render_job_free_targets(const render_job *job, render_targets *t);
 
-/* Exposes previews by the light on the scene where they would be by the picture, so that parts and frames match. */
-void render_job_fix_exposure(render_job *job);
+/* Exposes previews of parts, and of frames, by the light on the scene where they would be by the picture, so that they
+ * match. */
+void render_job_choose_exposure(render_job *job, bool is_part);
 
 /* Calls `step` for each frame, or each eye's picture of one, until one fails or the process is interrupted. */
 cli_exit render_job_for_each_frame(render_job *job, cli_exit (*step)(render_job *job));

@@ -15,7 +15,7 @@ static cli_exit check_pattern(const render_job *job, const char *pattern) {
                           pattern, eye_mark);
     return CLI_USAGE;
   }
-  if (!pattern || cli_is_single_frame(job->session->options) || strchr(pattern, '#')) return CLI_DONE;
+  if (!pattern || cli_is_single_frame(job->session->options) || neph_frame_is_numbered(pattern)) return CLI_DONE;
   cli_progress_complain(&job->session->progress, "%s would be written for every frame: put # where the number goes",
                         pattern);
   return CLI_USAGE;
@@ -129,7 +129,8 @@ cli_exit render_job_check_targets(render_job *job) {
   return exit;
 }
 
-void render_job_fix_exposure(render_job *job) {
+void render_job_choose_exposure(render_job *job, bool is_part) {
   neph_preview_desc *preview = &job->output.preview_desc;
-  if (preview->exposure == NEPH_EXPOSURE_AUTO) preview->exposure = NEPH_EXPOSURE_METER;
+  const bool is_of_sequence = job->output.preview && neph_frame_is_numbered(job->output.preview);
+  if ((is_part || is_of_sequence) && preview->exposure == NEPH_EXPOSURE_AUTO) preview->exposure = NEPH_EXPOSURE_METER;
 }

@@ -2,7 +2,7 @@
 # Sourced by tests/run.sh and samples/run.sh. The one list of what nephos is built from, as Debian 12 names it.
 packages='build-essential cmake ninja-build pkg-config
 libopenvdb-dev libboost-dev libtbb-dev libimath-dev
-libembree-dev libopenexr-dev libpng-dev
+libembree-dev libassimp-dev libopenexr-dev libpng-dev
 libyaml-dev libjansson-dev libxxhash-dev libnova-dev
 libcmocka-dev groff-base libopenvdb-tools python3-openvdb openimageio-tools gnuplot-nox'
 

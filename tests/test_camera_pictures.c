@@ -293,7 +293,7 @@ static void a_preview_may_be_exposed_by_the_camera(void **state) {
   neph_preview_desc desc = NEPH_PREVIEW_DESC_DEFAULT;
   desc.exposure = NEPH_EXPOSURE_CAMERA;
   double factor;
-  assert_int_equal(np_exposure_choose(image, desc.exposure, desc.white, &factor), NEPH_OK);
+  assert_int_equal(np_exposure_choose(image, &desc, &factor), NEPH_OK);
   assert_near_relative(factor, 76.8 / 0.5 / (1.2 * 256.0), 1e-9);
   neph_image_destroy(image);
   neph_scene *scene;

@@ -364,6 +364,57 @@ static void gradients_do_not_band(void **state) {
   neph_image_destroy(image);
 }
 
+static const neph_preview_desc plain = NEPH_PREVIEW_DESC_DEFAULT;
+
+/* Values that no half holds, of which dither makes the most. */
+static neph_image *create_ramp(neph_context *context) {
+  neph_image *image = create_colour(context, 0, 0, 0);
+  for (int i = 0; i < SIDE * SIDE; i++) set_pixel(image, i, 0.1f + 1e-5f * (float)i, 0.2f, 0.3f + 3e-5f * (float)i);
+  return image;
+}
+
+/* Rows from the middle on are a tile's: it shows them as the whole does. */
+static void a_tile_shows_what_the_whole_does(void **state) {
+  enum { HALF = SIDE / 2 * SIDE };
+  test_fixture *f = *state;
+  const neph_preview_desc desc = make_plain_desc();
+  neph_image *image = create_ramp(f->context), *whole = save_and_load(f, image, &desc);
+  for (int i = 0; i < HALF; i++)
+    for (int c = 0; c < 3; c++) image->channels[c].values[i] = image->channels[c].values[i + HALF];
+  image->header.has_window = true;
+  image->header.data_min[1] = SIDE / 2;
+  neph_image *tile = save_and_load(f, image, &desc);
+  for (int c = 0; c < 3; c++)
+    assert_memory_equal(tile->channels[c].values, whole->channels[c].values + HALF, HALF * sizeof(float));
+  neph_image_destroy(tile);
+  neph_image_destroy(whole);
+  neph_image_destroy(image);
+}
+
+/* By halves a preview is that of the file; by floats it is not, and a picture that is too bright for halves is shown as
+ * its file has it, in floats. */
+static void halves_show_what_their_file_does(void **state) {
+  test_fixture *f = *state;
+  neph_preview_desc desc = plain;
+  neph_image *image = create_ramp(f->context), *kept;
+  neph_image *of_floats = save_and_load(f, image, &desc);
+  assert_int_equal(neph_image_save_exr(image, f->path, NEPH_PIXEL_HALF), NEPH_OK);
+  assert_int_equal(neph_image_load_exr(f->context, f->path, &kept), NEPH_OK);
+  neph_image *of_file = save_and_load(f, kept, &desc);
+  desc.pixel_type = NEPH_PIXEL_HALF;
+  neph_image *of_halves = save_and_load(f, image, &desc);
+  const size_t bytes = SIDE * SIDE * sizeof(float);
+  for (int c = 0; c < 3; c++) assert_memory_equal(of_halves->channels[c].values, of_file->channels[c].values, bytes);
+  assert_memory_not_equal(of_halves->channels[2].values, of_floats->channels[2].values, bytes);
+  set_pixel(image, 0, 1e5f, 1e5f, 1e5f);
+  neph_image *bright = save_and_load(f, image, &desc);
+  desc.pixel_type = NEPH_PIXEL_FLOAT;
+  neph_image *bright_floats = save_and_load(f, image, &desc);
+  for (int c = 0; c < 3; c++) assert_memory_equal(bright->channels[c].values, bright_floats->channels[c].values, bytes);
+  neph_image *const all[] = {image, kept, of_floats, of_file, of_halves, bright, bright_floats};
+  for (size_t i = 0; i < sizeof all / sizeof *all; i++) neph_image_destroy(all[i]);
+}
+
 static void previews_repeat(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 0.1f, 0.3f, 0.7f);
@@ -377,8 +428,6 @@ static void previews_repeat(void **state) {
 
 /* ---- Exposure ---- */
 
-static const double plain_white[3] = {1, 1, 1};
-
 /* Histogram bins are 1/16 stop wide, so a result may lie half of one off: 2.2 %. */
 static const double bin_tolerance = 0.022;
 
@@ -386,8 +435,7 @@ static void exposure_undoes_any_scale(void **state) {
   test_fixture *f = *state;
   neph_image *bright = create_colour(f->context, 0.1f, 0.2f, 0.4f),
              *dim = create_colour(f->context, 1e-7f, 2e-7f, 4e-7f);
-  double of_bright = np_exposure_choose_by_picture(bright, plain_white),
-         of_dim = np_exposure_choose_by_picture(dim, plain_white);
+  double of_bright = np_exposure_choose_by_picture(bright, &plain), of_dim = np_exposure_choose_by_picture(dim, &plain);
   assert_near_relative(of_dim / of_bright, 1e6, 2 * bin_tolerance);
   neph_image_destroy(dim);
   neph_image_destroy(bright);
@@ -397,16 +445,16 @@ static void exposure_undoes_any_scale(void **state) {
 static void black_borders_and_the_sun_do_not_turn_the_exposure(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 0.3f, 0.3f, 0.3f);
-  double expected = np_exposure_choose_by_picture(image, plain_white);
+  double expected = np_exposure_choose_by_picture(image, &plain);
   for (int i = 0; i < 25; i++) set_pixel(image, 100 + i, 3e4f, 3e4f, 3e4f);
-  assert_near_relative(np_exposure_choose_by_picture(image, plain_white), expected, 2 * bin_tolerance);
+  assert_near_relative(np_exposure_choose_by_picture(image, &plain), expected, 2 * bin_tolerance);
   neph_image *dark = create_colour(f->context, 0, 0, 0);
   for (int i = 0; i < SIDE * SIDE / 10; i++) set_pixel(dark, i, 0.3f, 0.3f, 0.3f);
-  assert_near_relative(np_exposure_choose_by_picture(dark, plain_white), expected, 2 * bin_tolerance);
+  assert_near_relative(np_exposure_choose_by_picture(dark, &plain), expected, 2 * bin_tolerance);
   for (int i = SIDE * SIDE / 10; i < SIDE * SIDE; i++) set_pixel(dark, i, 1e-6f, 1e-6f, NAN);
-  assert_near_relative(np_exposure_choose_by_picture(dark, plain_white), expected, 2 * bin_tolerance);
+  assert_near_relative(np_exposure_choose_by_picture(dark, &plain), expected, 2 * bin_tolerance);
   for (int i = SIDE * SIDE / 10; i < SIDE * SIDE; i++) set_pixel(dark, i, 1e-6f, 1e-6f, 1e-6f);
-  assert_near_relative(np_exposure_choose_by_picture(dark, plain_white), expected, 2 * bin_tolerance);
+  assert_near_relative(np_exposure_choose_by_picture(dark, &plain), expected, 2 * bin_tolerance);
   neph_image_destroy(dark);
   neph_image_destroy(image);
 }
@@ -417,12 +465,12 @@ static void highlights_set_the_exposure(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 0.2f, 0.2f, 0.2f);
   for (int i = 0; i < SIDE * SIDE / 10; i++) set_pixel(image, i, 1, 1, 1);
-  assert_near_relative(np_exposure_choose_by_picture(image, plain_white), 0.92, 2 * bin_tolerance);
+  assert_near_relative(np_exposure_choose_by_picture(image, &plain), 0.92, 2 * bin_tolerance);
   neph_image_destroy(image);
   image = create_colour(f->context, 0.01f, 0.01f, 0.01f);
   for (int i = 0; i < SIDE * SIDE / 50; i++) set_pixel(image, i, 1, 1, 1);
   const double rest = exp2((0.88 * log2(0.01) + 0.02 * log2(1.0)) / 0.9); /* without the darkest tenth */
-  assert_near_relative(np_exposure_choose_by_picture(image, plain_white), 0.08 / rest, 3 * bin_tolerance);
+  assert_near_relative(np_exposure_choose_by_picture(image, &plain), 0.08 / rest, 3 * bin_tolerance);
   neph_image_destroy(image);
 }
 
@@ -440,7 +488,7 @@ static void the_meter_keeps_night_dark(void **state) {
   for (int i = 0; i < 2; i++) {
     assert_int_equal(neph_image_set_attribute(image, NP_EXPOSURE_METER, "0.5"), NEPH_OK);
     assert_int_equal(neph_image_set_attribute(image, NP_EXPOSURE_METER_LUMINANCE, luminances[i]), NEPH_OK);
-    assert_int_equal(np_exposure_choose(image, NEPH_EXPOSURE_METER, plain_white, &factor[i]), NEPH_OK);
+    assert_int_equal(np_exposure_choose(image, &desc, &factor[i]), NEPH_OK);
   }
   assert_near_relative(factor[0], 0.8 / 0.5, 1e-12);
   assert_true(factor[1] < factor[0] / 8.0 && factor[1] > factor[0] / 64.0); /* between 3 and 6 stops */
@@ -478,7 +526,7 @@ static void views_map_light_as_they_say(void **state) {
 static void picture_without_light_is_black(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_colour(f->context, 0, 0, 0);
-  assert_true(np_exposure_choose_by_picture(image, plain_white) == 1.0);
+  assert_true(np_exposure_choose_by_picture(image, &plain) == 1.0);
   neph_image *loaded = save_and_load(f, image, NULL);
   for (unsigned c = 0; c < 3; c++) assert_true(average(loaded, c) == 0);
   neph_image_destroy(loaded);
@@ -570,6 +618,8 @@ int main(void) {
       PNG_TEST(negative_infinite_and_nan_pixels_are_safe),
       PNG_TEST(gradients_do_not_band),
       PNG_TEST(previews_repeat),
+      PNG_TEST(a_tile_shows_what_the_whole_does),
+      PNG_TEST(halves_show_what_their_file_does),
       PNG_TEST(exposure_undoes_any_scale),
       PNG_TEST(black_borders_and_the_sun_do_not_turn_the_exposure),
       PNG_TEST(highlights_set_the_exposure),

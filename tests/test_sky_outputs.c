@@ -180,7 +180,7 @@ static double measure_banding(neph_context *context, neph_image *image, const ch
   neph_image *loaded;
   assert_int_equal(neph_image_save_png(image, path, &desc), NEPH_OK);
   assert_int_equal(neph_image_load_png(context, path, &loaded), NEPH_OK);
-  const double exposure = np_exposure_choose_by_picture(image, desc.white) * exp2(exposure_ev);
+  const double exposure = np_exposure_choose_by_picture(image, &desc) * exp2(exposure_ev);
   const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);
   const float *planes[3], *shown[3];
   for (int b = 0; b < 3; b++) {

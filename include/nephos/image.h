@@ -97,17 +97,19 @@ typedef enum neph_exposure {
 
 typedef struct neph_preview_desc {
   size_t struct_size;
-  double exposure_ev;     /**< stops added to the base exposure, −64 to 64 (default 0) */
-  neph_exposure exposure; /**< default NEPH_EXPOSURE_AUTO */
-  double white[3];        /**< radiance of R, G, B that shows as neutral (default 1, 1, 1); each > 0 */
-  neph_view view;         /**< default NEPH_VIEW_FILMIC */
-  unsigned bits;          /**< of a component: 8 (the default) or 16 */
+  double exposure_ev;         /**< stops added to the base exposure, −64 to 64 (default 0) */
+  neph_exposure exposure;     /**< default NEPH_EXPOSURE_AUTO */
+  double white[3];            /**< radiance of R, G, B that shows as neutral (default 1, 1, 1); each > 0 */
+  neph_view view;             /**< default NEPH_VIEW_FILMIC */
+  unsigned bits;              /**< of a component: 8 (the default) or 16 */
+  neph_pixel_type pixel_type; /**< the picture is shown as neph_image_save_exr would keep it by this type: with half, a
+                                   preview is that of the file, and of its merged tiles, to the bit (default float) */
 } neph_preview_desc;
 
 #define NEPH_PREVIEW_DESC_DEFAULT                                                                                      \
   {                                                                                                                    \
     .struct_size = sizeof(neph_preview_desc), .exposure_ev = 0, .exposure = NEPH_EXPOSURE_AUTO, .white = {1, 1, 1},    \
-    .view = NEPH_VIEW_FILMIC, .bits = 8                                                                                \
+    .view = NEPH_VIEW_FILMIC, .bits = 8, .pixel_type = NEPH_PIXEL_FLOAT                                                \
   }
 
 /** Writes a PNG of channels R, G, B, or of Y alone: exposure, view, dither.

@@ -265,6 +265,27 @@ void np_ground_light_clear(np_ground_light *cache) {
   *cache = (np_ground_light){0};
 }
 
+static size_t count_points(const np_ground_light *cache) { return (size_t)cache->size[0] * (size_t)cache->size[1]; }
+
+void np_ground_light_save(const np_ground_light *cache, np_cache_entry *entry) {
+  NP_CACHE_WRITE(entry, cache->size);
+  NP_CACHE_WRITE(entry, cache->origin_m);
+  NP_CACHE_WRITE(entry, cache->spacing_m);
+  NP_CACHE_WRITE(entry, cache->fade);
+  np_cache_write(entry, cache->points, count_points(cache) * sizeof *cache->points);
+}
+
+bool np_ground_light_load(neph_context *context, np_cache_entry *entry, np_ground_light *out) {
+  *out = (np_ground_light){.context = context};
+  if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, out->origin_m) ||
+      !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->fade))
+    return false;
+  if (out->size[0] < 1 || out->size[0] > POINTS_MAX + 1 || out->size[1] < 1 || out->size[1] > POINTS_MAX + 1)
+    return false;
+  out->points = np_cache_read_block(entry, count_points(out), sizeof *out->points);
+  return out->points;
+}
+
 np_ground_light_value np_ground_light_get(const np_ground_light *c, np_dvec3 position) {
   const double p[2] = {position.x, position.y};
   int32_t lower[2];

@@ -38,6 +38,10 @@ neph_result np_ground_light_build(neph_context *context, const np_ground_light_d
                                   np_ground_light *out);
 void np_ground_light_clear(np_ground_light *cache);
 
+/* Keeps it on disk, and loads it. False: the entry holds less. */
+void np_ground_light_save(const np_ground_light *cache, np_cache_entry *entry);
+bool np_ground_light_load(neph_context *context, np_cache_entry *entry, np_ground_light *out);
+
 np_ground_light_value np_ground_light_get(const np_ground_light *cache, np_dvec3 position);
 
 #endif

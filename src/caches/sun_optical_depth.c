@@ -323,8 +323,9 @@ neph_result np_sun_optical_depth_build(neph_context *context, const np_world *wo
 void np_sun_optical_depth_clear(np_sun_optical_depth *cache) {
   for (unsigned v = 0; v < cache->volume_count; v++) {
     np_sun_lattice *l = &cache->lattices[v];
-    const size_t columns = l->nodes ? (size_t)l->size[0] * (size_t)l->size[1] : 0;
+    const size_t columns = l->nodes && !l->all_nodes ? (size_t)l->size[0] * (size_t)l->size[1] : 0;
     for (size_t n = 0; n < columns; n++) np_alloc_free(cache->context, l->nodes[n]);
+    np_alloc_free(cache->context, l->all_nodes);
     np_alloc_free(cache->context, l->nodes);
     np_alloc_free(cache->context, l->cells);
   }

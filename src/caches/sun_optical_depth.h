@@ -48,8 +48,9 @@ typedef struct np_sun_lattice {
   np_affine world_to_lattice, lattice_to_world; /* from and to steps of the lattice */
   int32_t size[3];                              /* cells; 0: no lattice */
   double spacing_m;
-  uint32_t *cells; /* t fastest, then v */
-  float **nodes;   /* of each column of cells along t: its cells' nodes, each t fastest, then v */
+  uint32_t *cells;  /* t fastest, then v */
+  float **nodes;    /* of each column of cells along t: its cells' nodes, each t fastest, then v */
+  float *all_nodes; /* of a lattice read from disk: those of all columns in one block; else NULL */
 } np_sun_lattice;
 
 typedef struct np_sun_optical_depth_desc {

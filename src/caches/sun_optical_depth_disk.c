@@ -59,11 +59,15 @@ static bool load_columns(neph_context *context, np_cache_entry *entry, np_sun_la
   l->cells = np_cache_read_block(entry, columns * (size_t)l->size[2], sizeof *l->cells);
   l->nodes = l->cells ? np_alloc(context, columns, sizeof *l->nodes) : NULL;
   if (!l->nodes) return false;
-  for (size_t n = 0; n < columns; n++) {
+  size_t all = 0;
+  for (size_t n = 0; n < columns; n++) all += count_column_nodes(l, n);
+  float *next = l->all_nodes = np_cache_read_block(entry, all, sizeof *next);
+  for (size_t n = 0; n < columns && next; n++) {
     const size_t count = count_column_nodes(l, n);
-    if (count > 0 && !(l->nodes[n] = np_cache_read_block(entry, count, sizeof **l->nodes))) return false;
+    l->nodes[n] = count > 0 ? next : NULL;
+    next += count;
   }
-  return true;
+  return next;
 }
 
 static bool load_lattice(neph_context *context, np_cache_entry *entry, np_sun_lattice *l) {

@@ -37,22 +37,44 @@ static neph_result fill_cells(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-neph_result np_viewer_light_build(neph_context *context, const np_scattering_field *field, np_dvec3 viewer,
-                                  np_monitor *monitor, np_viewer_light *out) {
+/* All but the light. */
+static np_viewer_light make_empty(neph_context *context, const np_scattering_field *field, np_dvec3 viewer) {
   const np_scattering_medium *medium = np_scattering_field_get_medium(field);
-  const size_t cells = np_scattering_field_count_cells(field);
-  *out = (np_viewer_light){.context = context,
+  return (np_viewer_light){.context = context,
                            .viewer = viewer,
-                           .distance_min = compute_distance_min(field, viewer),
                            .phase_count = medium->phase_count,
                            .band_count = medium->band_count,
                            .colour = medium->colour};
+}
+
+neph_result np_viewer_light_build(neph_context *context, const np_scattering_field *field, np_dvec3 viewer,
+                                  np_monitor *monitor, np_viewer_light *out) {
+  const size_t cells = np_scattering_field_count_cells(field);
+  *out = make_empty(context, field, viewer);
+  out->distance_min = compute_distance_min(field, viewer);
   out->outgoing = np_alloc(context, cells * out->phase_count, out->band_count * sizeof *out->outgoing);
   if (!out->outgoing) return NEPH_ERROR_OUT_OF_MEMORY;
   viewer_build b = {field, out};
   const neph_result result = np_parallel_for(context, monitor, cells, 256, fill_cells, &b);
   if (result) np_viewer_light_clear(out);
   return result;
+}
+
+static size_t count_values(const np_viewer_light *light, const np_scattering_field *field) {
+  return np_scattering_field_count_cells(field) * light->phase_count * light->band_count;
+}
+
+void np_viewer_light_save(const np_viewer_light *light, const np_scattering_field *field, np_cache_entry *entry) {
+  NP_CACHE_WRITE(entry, light->distance_min);
+  np_cache_write(entry, light->outgoing, count_values(light, field) * sizeof *light->outgoing);
+}
+
+bool np_viewer_light_load(neph_context *context, const np_scattering_field *field, np_dvec3 viewer,
+                          np_cache_entry *entry, np_viewer_light *out) {
+  *out = make_empty(context, field, viewer);
+  if (!NP_CACHE_READ(entry, out->distance_min)) return false;
+  out->outgoing = np_cache_read_block(entry, count_values(out, field), sizeof *out->outgoing);
+  return out->outgoing;
 }
 
 void np_viewer_light_clear(np_viewer_light *light) {

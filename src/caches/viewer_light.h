@@ -27,6 +27,11 @@ neph_result np_viewer_light_build(neph_context *context, const np_scattering_fie
                                   np_monitor *monitor, np_viewer_light *out);
 void np_viewer_light_clear(np_viewer_light *light);
 
+/* Keeps it on disk, and loads it for the same solution and viewer. False: the entry holds less. */
+void np_viewer_light_save(const np_viewer_light *light, const np_scattering_field *field, np_cache_entry *entry);
+bool np_viewer_light_load(neph_context *context, const np_scattering_field *field, np_dvec3 viewer,
+                          np_cache_entry *entry, np_viewer_light *out);
+
 /* Whether it stands for an eye: the viewer's, or one so near, in an aperture, that directions are the same. */
 static inline bool np_viewer_light_serves(const np_viewer_light *light, np_dvec3 eye) {
   if (np_dvec3_is_equal(light->viewer, eye)) return true;

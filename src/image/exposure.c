@@ -30,7 +30,7 @@ static void fill_histogram(const np_preview_planes *planes, size_t pixel_count, 
   *out = (luminance_histogram){.count = 0};
   for (size_t i = 0; i < pixel_count; i++) {
     float rgb[3];
-    for (int c = 0; c < 3; c++) rgb[c] = planes->plane[c][i] * planes->factor[c];
+    np_preview_get_pixel(planes, i, rgb);
     const float luminance = compute_luminance(planes, rgb);
     if (!(luminance > 0) || !isfinite(luminance)) continue;
     float bin = (log2f(luminance) + STOPS_EITHER_WAY) * BINS_PER_STOP;
@@ -129,18 +129,17 @@ double np_exposure_get_luminance(const neph_image *image, const float rgb[3]) {
   return (double)compute_luminance(&planes, color);
 }
 
-double np_exposure_choose_by_picture(const neph_image *image, const double white[3]) {
+double np_exposure_choose_by_picture(const neph_image *image, const neph_preview_desc *desc) {
   np_preview_planes planes;
-  if (!np_preview_get_planes(image, &planes)) return 1.0;
-  for (int c = 0; c < 3; c++) planes.factor[c] = (float)(1.0 / white[c]);
+  if (!np_preview_get_planes(image, desc->pixel_type, &planes)) return 1.0;
+  for (int c = 0; c < 3; c++) planes.factor[c] = (float)(1.0 / desc->white[c]);
   return choose_by_picture(&planes, (size_t)image->width * image->height);
 }
 
-neph_result np_exposure_choose(const neph_image *image, neph_exposure exposure, const double white[3],
-                               double *out_factor) {
+neph_result np_exposure_choose(const neph_image *image, const neph_preview_desc *desc, double *out_factor) {
   *out_factor = 1.0;
-  if (exposure == NEPH_EXPOSURE_METER) return choose_by_light(image, out_factor);
-  if (exposure == NEPH_EXPOSURE_CAMERA) return choose_by_camera(image, out_factor);
-  if (exposure == NEPH_EXPOSURE_AUTO) *out_factor = np_exposure_choose_by_picture(image, white);
+  if (desc->exposure == NEPH_EXPOSURE_METER) return choose_by_light(image, out_factor);
+  if (desc->exposure == NEPH_EXPOSURE_CAMERA) return choose_by_camera(image, out_factor);
+  if (desc->exposure == NEPH_EXPOSURE_AUTO) *out_factor = np_exposure_choose_by_picture(image, desc);
   return NEPH_OK;
 }

@@ -17,10 +17,9 @@
 double np_exposure_get_luminance(const neph_image *image, const float rgb[3]);
 
 /* Fails for meter and camera where the picture has not their attributes. */
-neph_result np_exposure_choose(const neph_image *image, neph_exposure exposure, const double white[3],
-                               double *out_factor);
+neph_result np_exposure_choose(const neph_image *image, const neph_preview_desc *desc, double *out_factor);
 
 /* The automatic choice; 1 for a picture without light. */
-double np_exposure_choose_by_picture(const neph_image *image, const double white[3]);
+double np_exposure_choose_by_picture(const neph_image *image, const neph_preview_desc *desc);
 
 #endif

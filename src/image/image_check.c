@@ -120,6 +120,14 @@ neph_pixel_type np_image_choose_pixel_type(const neph_image *image, const char *
   return NEPH_PIXEL_FLOAT;
 }
 
+neph_pixel_type np_image_get_pixel_type(const neph_image *image, neph_pixel_type wanted) {
+  float largest = 0.0f;
+  for (unsigned c = 0; wanted == NEPH_PIXEL_HALF && c < image->channel_count; c++)
+    if (!np_image_is_float_channel(image->channels[c].name))
+      largest = fmaxf(largest, scan_channel(image, &image->channels[c]).largest);
+  return largest >= half_overflow || (largest > 0.0f && is_too_dark(image)) ? NEPH_PIXEL_FLOAT : wanted;
+}
+
 neph_result np_image_check_claims(neph_context *context, const char *path, int64_t width, int64_t height,
                                   int channel_count) {
   const bool is_allowed = width >= 1 && width <= NP_IMAGE_SIDE_MAX && height >= 1 && height <= NP_IMAGE_SIDE_MAX &&

@@ -27,8 +27,8 @@ typedef struct np_image_attribute {
 
 /* Typed header entries of a rendered picture; written to EXR when their flag is set. */
 typedef struct np_image_header {
-  bool has_camera, has_ndc; /* the first matrix, and the second: of pictures in a plane */
-  bool is_latlong;          /* longitude and latitude of the whole sphere */
+  bool has_camera, has_ndc;                    /* the first matrix, and the second: of pictures in a plane */
+  bool is_latlong;                             /* longitude and latitude of the whole sphere */
   float world_to_camera[16], world_to_ndc[16]; /* row-vector convention of OpenEXR's standard attributes: p·M */
   bool has_chromaticities;
   float chromaticities[8];
@@ -77,6 +77,9 @@ int np_image_get_data_min(const neph_image *image, int axis);
 /* The pixel type that neph_image_save_exr promises: float where halves would not do, with a warning. Warns of NaN, and
  * of infinite colours. */
 neph_pixel_type np_image_choose_pixel_type(const neph_image *image, const char *path, neph_pixel_type wanted);
+
+/* The same type, without a warning. */
+neph_pixel_type np_image_get_pixel_type(const neph_image *image, neph_pixel_type wanted);
 
 /* Whether a file may be believed that claims so large a picture, before anything is allocated for it. */
 neph_result np_image_check_claims(neph_context *context, const char *path, int64_t width, int64_t height,

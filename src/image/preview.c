@@ -62,9 +62,10 @@ enum { VIEW_COUNT = sizeof views / sizeof *views };
 
 /* ---- Dither ---- */
 
-/* Three numbers in [0, 1) for a pixel, by its place alone. */
-static void draw_uniform(size_t x, size_t y, float out[3]) {
-  uint64_t bits = np_random_mix(np_random_mix((uint64_t)y << 32 | (uint64_t)x) + UINT64_C(0x9e3779b97f4a7c15));
+/* Three numbers in [0, 1) for a pixel, by its place in the whole picture alone. */
+static void draw_uniform(int x, int y, float out[3]) {
+  const uint64_t place = (uint64_t)(uint32_t)y << 32 | (uint32_t)x;
+  uint64_t bits = np_random_mix(np_random_mix(place) + UINT64_C(0x9e3779b97f4a7c15));
   for (int c = 0; c < 3; c++) out[c] = (float)(bits >> 21 * c & 0x1fffffu) * 0x1p-21f;
 }
 
@@ -107,16 +108,15 @@ static void render_pixel(preview_job *job, float exposed[3], const float noise[3
 
 static void render_row(preview_job *job, size_t y) {
   size_t width = job->image->width;
+  const int left = np_image_get_data_min(job->image, 0), row = np_image_get_data_min(job->image, 1) + (int)y;
   float here[3], right[3];
-  draw_uniform(0, y, here);
+  draw_uniform(left, row, here);
   for (size_t x = 0; x < width; x++) {
     float exposed[3], noise[3];
     size_t i = y * width + x;
-    draw_uniform(x + 1, y, right);
-    for (int c = 0; c < 3; c++) {
-      exposed[c] = job->planes.plane[c][i] * job->planes.factor[c];
-      noise[c] = here[c] - right[c];
-    }
+    draw_uniform(left + (int)x + 1, row, right);
+    np_preview_get_pixel(&job->planes, i, exposed);
+    for (int c = 0; c < 3; c++) noise[c] = here[c] - right[c];
     render_pixel(job, exposed, noise, job->rgb + 3 * i);
     memcpy(here, right, sizeof here);
   }
@@ -135,6 +135,8 @@ static neph_result check_desc(neph_context *context, const neph_preview_desc *de
   if ((unsigned)desc->exposure > NEPH_EXPOSURE_CAMERA)
     return np_fail(context, bad, "preview exposure is %d, must be auto (0), meter (1), fixed (2) or camera (3)",
                    (int)desc->exposure);
+  if ((unsigned)desc->pixel_type > NEPH_PIXEL_FLOAT)
+    return np_fail(context, bad, "preview pixel_type is %d, must be half (0) or float (1)", (int)desc->pixel_type);
   if ((unsigned)desc->view >= VIEW_COUNT)
     return np_fail(context, bad, "preview view is %d, must be filmic (0), standard (1) or raw (2)", (int)desc->view);
   if (desc->bits != 8 && desc->bits != 16)
@@ -149,7 +151,7 @@ static neph_result check_desc(neph_context *context, const neph_preview_desc *de
 static neph_result choose_factor(const neph_image *image, const neph_preview_desc *desc, double *out) {
   neph_result result = NEPH_OK;
   double base = 1.0;
-  if (views[desc->view].is_for_display) result = np_exposure_choose(image, desc->exposure, desc->white, &base);
+  if (views[desc->view].is_for_display) result = np_exposure_choose(image, desc, &base);
   *out = base * exp2(desc->exposure_ev);
   if (!result) np_log(image->context, NEPH_LOG_INFO, "preview: exposed by %+.2f EV", log2(*out));
   return result;
@@ -161,7 +163,7 @@ neph_result np_preview_render(const neph_image *image, const neph_preview_desc *
   if (result) return result;
   preview_job job = {
       .image = image, .view = &views[desc->view], .top = (float)((1u << desc->bits) - 1u), .rgb = out_rgb};
-  if (!np_preview_get_planes(image, &job.planes))
+  if (!np_preview_get_planes(image, desc->pixel_type, &job.planes))
     return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT, "a preview needs the channels R, G and B, or Y");
   result = choose_factor(image, desc, &exposure);
   for (int c = 0; c < 3; c++)

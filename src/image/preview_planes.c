@@ -25,7 +25,7 @@ void np_preview_convert(const np_preview_planes *planes, float rgb[3]) {
   }
 }
 
-bool np_preview_get_planes(const neph_image *image, np_preview_planes *out) {
+bool np_preview_get_planes(const neph_image *image, neph_pixel_type wanted, np_preview_planes *out) {
   static const char *const colours[3] = {"R", "G", "B"};
   for (int c = 0; c < 3; c++) {
     out->plane[c] = neph_image_get_values(image, colours[c]);
@@ -33,5 +33,6 @@ bool np_preview_get_planes(const neph_image *image, np_preview_planes *out) {
     if (!out->plane[c]) return false;
   }
   np_preview_choose_primaries(image, out);
+  out->are_halves = np_image_get_pixel_type(image, wanted) == NEPH_PIXEL_HALF;
   return true;
 }

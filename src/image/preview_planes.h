@@ -3,18 +3,29 @@
 #ifndef NP_IMAGE_PREVIEW_PLANES_H
 #define NP_IMAGE_PREVIEW_PLANES_H
 
+#include "core/half.h"
 #include "image/image_private.h"
 
 /* The three planes shown; all the same for a grey picture. */
 typedef struct np_preview_planes {
   const float *plane[3];
+  bool are_halves; /* values are rounded to halves, as a file keeps them */
   float factor[3]; /* exposure over white */
   bool has_primaries;
   float rec709_from_rgb[3][3]; /* of primaries that are not Rec.709's */
 } np_preview_planes;
 
-/* False for an image that has neither R, G and B nor Y. Leaves `factor` unset. */
-bool np_preview_get_planes(const neph_image *image, np_preview_planes *out);
+/* False for an image that has neither R, G and B nor Y. Leaves `factor` unset. Halves are shown where a file of the
+ * wanted type has them. */
+bool np_preview_get_planes(const neph_image *image, neph_pixel_type wanted, np_preview_planes *out);
+
+/* A pixel times the factor. */
+static inline void np_preview_get_pixel(const np_preview_planes *planes, size_t pixel, float out_rgb[3]) {
+  for (int c = 0; c < 3; c++) {
+    const float value = planes->plane[c][pixel];
+    out_rgb[c] = (planes->are_halves ? np_half_to_float(np_half_from_float(value)) : value) * planes->factor[c];
+  }
+}
 
 /* Fills the primaries alone. */
 void np_preview_choose_primaries(const neph_image *image, np_preview_planes *out);

@@ -69,6 +69,7 @@ static neph_result take_part(const np_stage_row *row, np_stage stage, const np_s
   if (cached && !result) {
     tell(row, part, "reused", "");
     if (part->plan->times) part->plan->times->is_reused[stage] = true;
+    part->made->has_reused = true;
     np_alloc_free(part->made->context, wanted.key);
     (void)reuse->exchange(part, cached->result);
     cached->result = NULL;

@@ -8,7 +8,8 @@ static neph_result write_exposure(const np_scene_camera *camera, neph_image *ima
   double ev100;
   neph_result result = camera->has_shutter ? np_image_set_real(image, "expTime", camera->shutter_s) : NEPH_OK;
   if (!result && camera->has_iso) result = np_image_set_real(image, "isoSpeed", camera->iso);
-  if (!result && np_scene_camera_get_ev100(camera, &ev100)) result = np_image_set_real(image, NP_EXPOSURE_EV100, ev100);
+  if (!result && np_scene_camera_get_ev100(camera, &ev100))
+    result = np_image_set_real(image, NP_EXPOSURE_EV100, (double)(float)ev100);
   return result;
 }
 

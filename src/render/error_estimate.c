@@ -154,21 +154,37 @@ static neph_result limit_probes(const np_frame *f, double allowed, np_error_prob
   return np_error_probes_choose(f, (unsigned)count, probes);
 }
 
+/* Share of the whole picture's samples that are of this part. */
+static double get_share(const np_plan *plan) {
+  const neph_render_desc *d = &plan->desc;
+  const double whole = (double)(plan->whole_max[0] - plan->whole_min[0]) * (plan->whole_max[1] - plan->whole_min[1]);
+  return (double)np_plan_count_pixels(plan) / whole * (d->sample_end - d->sample_begin) / d->sample_count;
+}
+
+/* Predicted time of the frame; of a part, with its share of all that the parts have in common: together they are probed
+ * as often as the whole. */
+static double predict_time(const np_plan *plan) {
+  return plan->constant_s - (1.0 - get_share(plan)) * plan->constant_common_s;
+}
+
 static neph_result sample_probes(const np_frame *f, const np_plan *plan, np_error_probes *out) {
   const double samples = get_mean_samples(f), pixels = (double)f->width * f->height;
-  const double all_s = plan->constant_s * (f->desc->integrator == NEPH_INTEGRATOR_PATH ? 0.3 : 1.0);
+  const double all_s = predict_time(plan) * (f->desc->integrator == NEPH_INTEGRATOR_PATH ? 0.3 : 1.0);
   const double allowed = samples_per_s * all_s + samples_share * pixels * samples;
   const unsigned seeds = count_seeds(samples);
-  const double count = f->is_cut ? 0.0 : fmin(allowed / (seeds * samples), PROBES_MAX);
-  neph_result result = np_error_probes_choose(f, count < PROBES_MIN ? 0 : (unsigned)count, out);
+  const double count = allowed / (seeds * samples), share = get_share(plan);
+  const bool is_known = count >= share * PROBES_MIN && !f->is_cut;
+  const double chosen = is_known ? fmax(fmin(count, share * PROBES_MAX), PROBES_MIN) : 0.0;
+  neph_result result = np_error_probes_choose(f, (unsigned)chosen, out);
   if (!result) result = limit_probes(f, allowed / seeds, out);
   return result || !out->count ? result : np_error_probes_sample(f, seeds, out);
 }
 
 /* The tracer is stopped at a tenth of what the frame took. */
 static neph_result trace_probes(const np_frame *f, const np_plan *plan, np_error_probes *probes) {
-  const double samples = traced_per_s * plan->constant_s / plan->packet_count;
-  const double count = fmin(fmin(samples / TRACED_SAMPLES_PER_PROBE, TRACED_PROBES_MAX), probes->count);
+  const double samples = traced_per_s * predict_time(plan) / plan->packet_count;
+  const double most = fmax(get_share(plan) * TRACED_PROBES_MAX, PROBES_MIN);
+  const double count = fmin(fmin(samples / TRACED_SAMPLES_PER_PROBE, most), probes->count);
   if (f->desc->integrator == NEPH_INTEGRATOR_PATH || count < PROBES_MIN) return NEPH_OK;
   np_monitor_begin_budget(f->monitor, fmin(1.1 * np_monitor_get_seconds(f->monitor), f->assembly->schedule.limit_s));
   neph_result result = np_error_probes_trace(f, (unsigned)count, (unsigned)(0.5 * samples / floor(count)), probes);

@@ -50,10 +50,11 @@ static np_spectrum compute_diffuser(const np_assembly *assembly) {
   return color;
 }
 
+/* Floats, as a file keeps them: a preview of the file is exposed to the same bits. */
 neph_result np_light_meter_write(const np_assembly *assembly, double scale, neph_image *image) {
   const np_spectrum rgb = compute_diffuser(assembly);
   const double value = np_exposure_get_luminance(image, rgb.band);
-  neph_result result = np_image_set_real(image, NP_EXPOSURE_METER, scale * value);
-  if (result) return result;
-  return np_image_set_real(image, NP_EXPOSURE_METER_LUMINANCE, value * np_color_space_white_luminance());
+  const float meter = (float)(scale * value), luminance = (float)(value * np_color_space_white_luminance());
+  neph_result result = np_image_set_real(image, NP_EXPOSURE_METER, (double)meter);
+  return result ? result : np_image_set_real(image, NP_EXPOSURE_METER_LUMINANCE, (double)luminance);
 }

@@ -32,8 +32,8 @@ typedef struct np_packet_light {
   np_spectrum irradiance; /* above the atmosphere */
   neph_sky *camera_sky, *cloud_sky, *water_sky;
   np_scattering_field *scattering; /* NULL when not needed */
-  np_viewer_light viewer_light;    /* empty when not needed */
-  np_ground_light ground_light;    /* empty when not needed */
+  np_viewer_light *viewer_light;   /* NULL when not needed */
+  np_ground_light *ground_light;   /* NULL when not needed */
   np_air_shadow air_shadow;        /* empty when not needed */
   np_sky_guide sky_guide;          /* empty when not needed */
   np_water water;                  /* of the world; none where the scene has none */
@@ -76,6 +76,7 @@ typedef struct np_assembly {
   neph_context *context; /* borrowed from the scene */
   np_stores *stores;     /* the plan's: some of what is built was taken from them, and goes back */
   uint32_t built;        /* bits of the stages that were */
+  bool has_reused;       /* some results were made for earlier pictures */
   np_schedule schedule;  /* done but for the pixels once it is built */
   np_camera camera;
   unsigned cloud_count;  /* of the scene */

@@ -69,11 +69,11 @@ typedef struct np_stage_times {
   np_prediction prediction;
 } np_stage_times;
 
-/* The frame by which a sequence's frames are placed and scaled. */
+/* The file by which those of a sequence are placed and scaled. */
 typedef struct np_plan_reference {
   const char *cloud; /* borrowed from the scene */
   bool is_known;     /* else none that holds anything was asked for yet */
-  int frame;
+  double number;
 } np_plan_reference;
 
 /* Frames between which the light in clouds is interpolated (light_anchors.h). */
@@ -122,8 +122,9 @@ typedef struct np_plan {
   double sample_mean;                  /* predicted samples a pixel; with a target error it is what that takes */
   double work_factor[NEPH_WORK_COUNT]; /* time of each kind of work, over that of the machine of the constants */
   double constant_s;                   /* predicted for all stages without those factors: the same on every machine */
+  double constant_common_s;            /* of that, what parts of a picture have in common: all but its samples */
   np_light_span light_span;
-  double light_error;                  /* expected of the largest cells of multiple scattering; 0: it is not solved */
+  double light_error;      /* expected of the largest cells of multiple scattering; 0: it is not solved */
   double light_cell_count; /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;
 

@@ -231,32 +231,6 @@ static const np_stage_disk depth_disk = {"depth", true, add_depth_key, save_dept
 NP_STAGE_REUSE(sun_optical_depth, in->caches->sun_optical_depth, NP_PER_LIGHT, false, adapt_depth, destroy_depth,
                &depth_disk, "the clouds' extinction and the direction of the light stay, to the bit");
 
-/* ---- Light to the camera ---- */
-
-neph_result np_stage_build_viewer_light(const np_stage_part *in) {
-  np_packet_light *out = in->light;
-  const np_assembly *a = in->made;
-  return np_viewer_light_build(a->context, out->scattering, a->camera.origin, in->monitor, &out->viewer_light);
-}
-
-void np_stage_clear_viewer_light(const np_stage_part *in) { np_viewer_light_clear(&in->light->viewer_light); }
-
-/* ---- Ground ---- */
-
-neph_result np_stage_build_ground_clouds(const np_stage_part *in) {
-  np_packet_light *out = in->light;
-  const np_assembly *a = in->made;
-  const np_sun_optical_depths depths = np_stage_get_depths(in, out);
-  const np_ground_light_desc desc = {.world = &out->world,
-                                     .depths = &depths,
-                                     .scattering = out->scattering,
-                                     .bounds_min = a->clouds_min,
-                                     .bounds_max = a->clouds_max};
-  return np_ground_light_build(a->context, &desc, in->monitor, &out->ground_light);
-}
-
-void np_stage_clear_ground_clouds(const np_stage_part *in) { np_ground_light_clear(&in->light->ground_light); }
-
 /* ---- Shadows in the air ---- */
 
 /* Beyond the rim of a picture its angles go on. */
@@ -320,8 +294,7 @@ neph_result np_stage_build_air_shadow(const np_stage_part *in) {
   np_packet_light *out = in->light;
   const np_air_visibility *visibility = &in->made->lights[out->index].air_visibility;
   if (!out->camera_sky || !visibility->seen) return NEPH_OK;
-  const np_ground_light *ground = np_plan_needs(in->plan, NP_STAGE_GROUND_CLOUDS) ? &out->ground_light : NULL;
-  return np_air_shadow_build(visibility, &out->world, ground, in->monitor, &out->air_shadow);
+  return np_air_shadow_build(visibility, &out->world, out->ground_light, in->monitor, &out->air_shadow);
 }
 
 void np_stage_clear_air_shadow(const np_stage_part *in) { np_air_shadow_clear(&in->light->air_shadow); }
@@ -356,8 +329,8 @@ neph_result np_stage_build_lighting(const np_stage_part *in) {
   out->lighting = (np_lighting){
       .sun_optical_depths = np_stage_get_depths(in, out),
       .scattering = out->scattering,
-      .viewer_light = np_plan_needs(in->plan, NP_STAGE_VIEWER_LIGHT) ? &out->viewer_light : NULL,
-      .ground_light = np_plan_needs(in->plan, NP_STAGE_GROUND_CLOUDS) ? &out->ground_light : NULL,
+      .viewer_light = out->viewer_light,
+      .ground_light = out->ground_light,
       .air_shadow = out->air_shadow.visible_fraction ? &out->air_shadow : NULL,
       .sky_guide = out->sky_guide.rate > 0.0f ? &out->sky_guide : NULL,
       .gains = in->packet->gains,

@@ -59,9 +59,9 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
   [NP_STAGE_ORDINATES] = {"multiple scattering", BIT(VOLUMES) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH), DECIDE(ordinates),
     PREDICT(SOLVE, ordinates), EXPECT(ordinates), REUSE(ordinates)},
   [NP_STAGE_VIEWER_LIGHT] = {"light to camera", BIT(ORDINATES), DECIDE(viewer_light), PREDICT(SOLVE, viewer_light),
-    BUILD_CLEAR(PACKET_LIGHT, viewer_light)},
+    REUSE(viewer_light)},
   [NP_STAGE_GROUND_CLOUDS] = {"clouds on ground", BIT(VOLUMES) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(ORDINATES),
-    DECIDE(ground_clouds), PREDICT(SOLVE, ground_clouds), BUILD_CLEAR(PACKET_LIGHT, ground_clouds)},
+    DECIDE(ground_clouds), PREDICT(SOLVE, ground_clouds), REUSE(ground_clouds)},
   [NP_STAGE_AIR_SHADOWS] = {"air shadows",
     BIT(TERRAIN) | BIT(VOLUMES) | BIT(CAMERA_SKY) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(GROUND_CLOUDS),
     DECIDE(air_shadows), PREDICT(MARCH, air_shadows),
@@ -134,7 +134,7 @@ static void predict_errors(np_plan *plan, const neph_scene *scene) {
 void np_stages_predict(np_plan *plan, const neph_scene *scene) {
   const unsigned probes = np_plan_needs(plan, NP_STAGE_COLOR_FIT) ? 1 : 0, lights = np_plan_count_lights(plan);
   predict_errors(plan, scene);
-  plan->constant_s = 0.0;
+  plan->constant_s = plan->constant_common_s = 0.0;
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     np_stage_cost *cost = &plan->stages[i].cost;
     *cost = (np_stage_cost){.seconds = 0.0};
@@ -145,6 +145,7 @@ void np_stages_predict(np_plan *plan, const neph_scene *scene) {
     *cost = (np_stage_cost){rows[i].part_seconds * parts, rows[i].part_bytes * parts};
     if (rows[i].predict) *cost = rows[i].predict(plan, scene);
     plan->constant_s += cost->seconds;
+    if (i != NP_STAGE_INTEGRATOR) plan->constant_common_s += cost->seconds;
     cost->seconds *= plan->work_factor[get_work(plan, (np_stage)i)];
   }
 }

@@ -45,7 +45,7 @@ static neph_preview_desc get_preview(const neph_report *report) {
   const neph_image *picture = report->guide->pictures[0];
   if (desc.exposure != NEPH_EXPOSURE_AUTO || !picture) return desc;
   desc.exposure = NEPH_EXPOSURE_FIXED;
-  desc.exposure_ev += log2(np_exposure_choose_by_picture(picture, desc.white));
+  desc.exposure_ev += log2(np_exposure_choose_by_picture(picture, &desc));
   return desc;
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A camera's file becomes tracks, linear between its frames.
+/* A camera's file becomes tracks, linear between its frames. glTF files are read by mesh/camera_file.c.
  *
  * Nuke's .chan has lines "frame tx ty tz rx ry rz [vfov]", degrees, and no header; a CSV names its columns: frame, x,
  * y, z, then rx, ry, rz or look_x, look_y, look_z and roll, then fov or vfov. The camera looks along its -z, its +y is
@@ -12,11 +12,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "core/alloc.h"
 #include "core/csv.h"
 #include "core/file.h"
 #include "core/units.h"
+#include "mesh/camera_file.h"
 #include "scene/scene_edit.h"
 #include "scene/scene_keys.h"
 
@@ -31,9 +33,11 @@ typedef struct shot_pose {
   np_dvec3 at;
   bool has_target;
   np_dvec3 turn_or_target; /* degrees about x, y and z; or look_at */
-  double roll_deg;         /* with a target */
-  double fov_deg;          /* 0: none */
-  bool is_vertical;        /* that angle */
+  bool has_axes;
+  np_dvec3 forward, up; /* instead of a rotation or a target */
+  double roll_deg;      /* with a target */
+  double fov_deg;       /* 0: none */
+  bool is_vertical;     /* that angle */
 } shot_pose;
 
 typedef struct shot {
@@ -145,6 +149,46 @@ static neph_result read_csv(shot *s) {
   return result;
 }
 
+/* ---- glTF ---- */
+
+static neph_result read_gltf(shot *s) {
+  const np_scene_motion *motion = &s->scene->motion;
+  np_camera_file file;
+  neph_result result =
+      np_camera_file_load(s->scene->context, motion->file, motion->camera, s->scene->frame_rate, &file);
+  for (size_t i = 0; i < file.count && !result; i++) {
+    const np_camera_pose *from = &file.poses[i];
+    shot_pose *pose = add_pose(s);
+    if (!pose) result = NEPH_ERROR_OUT_OF_MEMORY;
+    if (pose)
+      *pose = (shot_pose){.frame = from->frame,
+                          .at = from->at,
+                          .has_axes = true,
+                          .forward = from->forward,
+                          .up = from->up,
+                          .fov_deg = file.vertical_fov_rad / NP_DEGREE,
+                          .is_vertical = true};
+  }
+  np_camera_file_clear(&file);
+  return result;
+}
+
+/* ---- Kinds of files ---- */
+
+static const struct {
+  const char *ending;
+  neph_result (*read)(shot *s);
+} kinds[] = {{".chan", read_chan}, {".csv", read_csv}, {".gltf", read_gltf}, {".glb", read_gltf}};
+
+/* A file of another name is taken for a .chan, which has no header. */
+static neph_result read_file(shot *s) {
+  const char *dot = strrchr(s->scene->motion.file, '.');
+  size_t kind = 0;
+  for (size_t i = 1; dot && i < sizeof kinds / sizeof *kinds; i++)
+    if (!strcasecmp(dot, kinds[i].ending)) kind = i;
+  return kinds[kind].read(s);
+}
+
 /* ---- Poses in the scene ---- */
 
 static np_dvec3 turn_axes(const np_scene_motion *motion, np_dvec3 v) {
@@ -192,8 +236,9 @@ static shot_keys convert(const neph_scene *scene, const shot_pose *pose) {
     set_vector(np_dvec3_scale(turn_axes(motion, pose->turn_or_target), motion->unit_m), keys.look_at);
     return keys;
   }
-  const np_dvec3 forward = turn_axes(motion, rotate_all(motion, pose->turn_or_target, np_dvec3_make(0, 0, -1)));
-  const np_dvec3 up = turn_axes(motion, rotate_all(motion, pose->turn_or_target, np_dvec3_make(0, 1, 0)));
+  const np_dvec3 turn = pose->turn_or_target, ahead = np_dvec3_make(0, 0, -1), above = np_dvec3_make(0, 1, 0);
+  const np_dvec3 forward = turn_axes(motion, pose->has_axes ? pose->forward : rotate_all(motion, turn, ahead));
+  const np_dvec3 up = turn_axes(motion, pose->has_axes ? pose->up : rotate_all(motion, turn, above));
   set_vector(np_dvec3_add(at, np_dvec3_scale(forward, target_m)), keys.look_at);
   keys.roll = compute_roll(forward, up);
   return keys;
@@ -262,9 +307,9 @@ static unsigned choose_tracks(const shot *s, np_track tracks[TRACKS]) {
 neph_result np_camera_motion_load(const neph_scene *scene, np_animation *animation) {
   shot s = {.scene = scene};
   np_track tracks[TRACKS] = {{.key = NULL}};
-  const char *file = scene->motion.file, *dot = strrchr(file, '.');
+  const char *file = scene->motion.file;
   locale_t saved = np_values_enter();
-  neph_result result = dot && !strcmp(dot, ".csv") ? read_csv(&s) : read_chan(&s);
+  neph_result result = read_file(&s);
   np_values_leave(saved);
   if (!result && s.count == 0)
     result = np_fail(scene->context, NEPH_ERROR_BAD_FILE, "%s: no frame is in it, must have at least one", file);

@@ -86,8 +86,10 @@ static const np_key keys[] = {
     {.path = "camera.motion", .type = NP_KEY_SECTION, .tag = SCENE(motion.is_enabled), .tag_value = true,
      .meaning = "position, look_at, roll and fov by frame from a file, but for those that the scene gives"},
     {.path = "camera.motion.file", .type = NP_KEY_FILE, .is_input = true, .field = SCENE(motion.file),
-     .meaning = "Nuke's .chan, or a .csv with columns frame, x, y, z, and rx, ry, rz or look_x, look_y, look_z, roll; "
-                "fov or vfov"},
+     .meaning = "glTF (.gltf, .glb), Nuke's .chan, or a .csv with columns frame, x, y, z, and rx, ry, rz or look_x, "
+                "look_y, look_z, roll; fov or vfov"},
+    {.path = "camera.motion.camera", .type = NP_KEY_TEXT, .field = SCENE(motion.camera),
+     .meaning = "name of a camera of a glTF file that has several"},
     {.path = "camera.motion.up", .type = NP_KEY_CHOICE, .choices = ups, .field = SCENE(motion.is_z_up),
      .fallback = "y", .meaning = "its axis that points up; with y, -z is north"},
     {.path = "camera.motion.order", .type = NP_KEY_CHOICE, .choices = orders, .field = SCENE(motion.order),

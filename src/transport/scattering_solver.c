@@ -144,8 +144,8 @@ static neph_result resolve(np_scattering_solver *s) {
   neph_result result = NEPH_OK;
   set_part(s, resolving_begin, is_fine(s) ? 0.5 * (resolving_begin + keeping_begin) : keeping_begin);
   if (is_resolved(s)) {
-    np_transport_level_resolve(&s->fine->lights, &s->levels[iterated], &s->levels[iterated - 1]);
-    result = sweep_level(s, iterated - 1, RESOLVING_SWEEPS);
+    result = np_transport_level_resolve(&s->fine->lights, &s->levels[iterated], &s->levels[iterated - 1]);
+    if (!result) result = sweep_level(s, iterated - 1, RESOLVING_SWEEPS);
   }
   if (!is_fine(s) || result) return result;
   set_part(s, 0.5 * (resolving_begin + keeping_begin), keeping_begin);

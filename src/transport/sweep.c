@@ -116,13 +116,35 @@ static neph_result sweep_front(front *f, unsigned first_pair, unsigned pair_coun
   return np_parallel_for(s->context, s->monitor, (size_t)f->count * pair_count, 1, sweep_tiles, f);
 }
 
+/* Floats that one piece of the loop below clears: 256 kB. */
+enum { CLEARED_FLOATS = 1 << 16 };
+
+static size_t count_floats(const np_sweep *s) { return s->grid->active_count * np_harmonics_count(s->grid->degree); }
+
+static neph_result clear_pieces(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const np_sweep *s = user;
+  const size_t floats = count_floats(s), pieces = floats / CLEARED_FLOATS + 1;
+  for (size_t i = begin; i < end; i++) {
+    const size_t first = i % pieces * CLEARED_FLOATS, left = floats - first;
+    memset(s->out[i / pieces] + first, 0, (left < CLEARED_FLOATS ? left : CLEARED_FLOATS) * sizeof(float));
+  }
+  return NEPH_OK;
+}
+
+/* Sums begin at zero. */
+static neph_result clear_sums(np_sweep *s) {
+  const size_t pieces = count_floats(s) / CLEARED_FLOATS + 1;
+  return np_parallel_for(s->context, s->monitor, NP_SWEEP_PARTS * pieces, 4, clear_pieces, s);
+}
+
 /* Opposite pairs come from opposite ends and share a sum: where they would meet in the same tiles, one goes first. */
 neph_result np_sweep_run(np_sweep *s) {
   static const tile_fn kernels[NP_ISA_COUNT] = {np_sweep_tile_v1, np_sweep_tile_v3, np_sweep_tile_v4};
   const np_transport_grid *g = s->grid;
   const int32_t tiles_y = (g->size[1] - 1) / NP_SWEEP_TILE + 1, tiles_z = (g->size[2] - 1) / NP_SWEEP_TILE + 1;
-  const size_t floats = g->active_count * np_harmonics_count(g->degree);
-  for (unsigned part = 0; part < NP_SWEEP_PARTS; part++) memset(s->out[part], 0, floats * sizeof(float));
+  neph_result cleared = clear_sums(s);
+  if (cleared) return cleared;
   front f = {.sweep = s, .sweep_tile = kernels[neph_context_get_isa(s->context)]};
   for (f.diagonal = 0; f.diagonal < tiles_y + tiles_z - 1; f.diagonal++) {
     f.first_y = f.diagonal < tiles_z ? 0 : f.diagonal - tiles_z + 1;

@@ -222,22 +222,38 @@ static float compute_direct_irradiance(const np_transport_level *level, size_t a
   return extinction > 0.0f ? level->sun[active] / extinction : 0.0f;
 }
 
+typedef struct resolution {
+  const np_transport_lights *lights;
+  const np_transport_level *broad;
+  np_transport_level *fine;
+} resolution;
+
 /* The peak that only `broad` counts as straight has, in units of its share of all scattering, the moments 1 up to the
  * degree n + 1 and r_l/r_{n+1} above: nearly all of that light has been scattered by it once. */
-void np_transport_level_resolve(const np_transport_lights *lights, const np_transport_level *broad,
-                                np_transport_level *fine) {
+static void resolve_cell(const resolution *r, size_t active) {
+  const np_transport_level *broad = r->broad, *fine = r->fine;
   const unsigned count = np_harmonics_count(fine->grid.degree), known = np_harmonics_count(broad->grid.degree);
   const unsigned peak = broad->grid.degree + 1;
-  for (size_t active = 0; active < fine->grid.active_count; active++) {
-    const float *ratio = fine->grid.ratio + active * (fine->grid.degree + 1);
-    const float more = fmaxf(0.0f, compute_direct_irradiance(broad, active) - compute_direct_irradiance(fine, active));
-    float *phi = fine->phi + active * count;
-    for (unsigned l = 0, i = 0; l <= fine->grid.degree; l++) {
-      const float share = l <= peak ? 1.0f : ratio[peak] > 0.0f ? np_clampf(ratio[l] / ratio[peak], 0.0f, 1.0f) : 0.0f;
-      for (; i < (l + 1) * (l + 1); i++)
-        phi[i] = (i < known ? broad->phi[active * known + i] : 0.0f) + share * more * lights->sun_harmonics[i];
-    }
+  const float *ratio = fine->grid.ratio + active * (fine->grid.degree + 1);
+  const float more = fmaxf(0.0f, compute_direct_irradiance(broad, active) - compute_direct_irradiance(fine, active));
+  float *phi = fine->phi + active * count;
+  for (unsigned l = 0, i = 0; l <= fine->grid.degree; l++) {
+    const float share = l <= peak ? 1.0f : ratio[peak] > 0.0f ? np_clampf(ratio[l] / ratio[peak], 0.0f, 1.0f) : 0.0f;
+    for (; i < (l + 1) * (l + 1); i++)
+      phi[i] = (i < known ? broad->phi[active * known + i] : 0.0f) + share * more * r->lights->sun_harmonics[i];
   }
+}
+
+static neph_result resolve_cells(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  for (size_t active = begin; active < end; active++) resolve_cell(user, active);
+  return NEPH_OK;
+}
+
+neph_result np_transport_level_resolve(const np_transport_lights *lights, const np_transport_level *broad,
+                                       np_transport_level *fine) {
+  resolution r = {lights, broad, fine};
+  return np_parallel_for(fine->grid.context, NULL, fine->grid.active_count, CHUNK, resolve_cells, &r);
 }
 
 /* Shares of the second differences: an eighth for even cells; elsewhere φ″ by the parabola through three middles. */

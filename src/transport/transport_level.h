@@ -59,9 +59,9 @@ neph_result np_transport_level_prolong(const np_transport_level *coarse, np_moni
 neph_result np_transport_level_prolong_change(const np_transport_level *coarse, np_transport_level *fine);
 
 /* Start of the same cells with light resolved into more degrees: `broad` with that light of the sun added
- * which only there counts as having gone straight on. */
-void np_transport_level_resolve(const np_transport_lights *lights, const np_transport_level *broad,
-                                np_transport_level *fine);
+ * which only there counts as having gone straight on. Quick: it is not stopped half way. */
+neph_result np_transport_level_resolve(const np_transport_lights *lights, const np_transport_level *broad,
+                                       np_transport_level *fine);
 
 /* Makes means over cells, up to NP_HARMONIC_COUNT_MAX numbers each, values that interpolate to the right curve. */
 neph_result np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, np_monitor *monitor,

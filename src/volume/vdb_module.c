@@ -1,111 +1,23 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Finds and loads nephos_vdb.so on first need: a program linked with OpenVDB pays 22 ms and 31 MB before main.
- *
- * The dynamic linker keeps the module and counts its users, so that nothing is remembered here; it is never unloaded,
- * for OpenVDB's registries and TBB's threads do not survive that.
- */
+/* The table of nephos_vdb.so, loaded on first need. */
 #include "volume/volume_private.h"
 
-#include <dlfcn.h>
-#include <limits.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
+#include "core/module.h"
 
-#include "core/file.h"
-#include "core/parallel.h"
+/* 65 MB of address space were measured. The threads are those that OpenVDB's log4cplus starts when it is loaded; where
+ * it cannot start them, it ends the process. */
+static const np_module_kind vdb_kind = {.file = NP_VDB_MODULE_FILE,
+                                        .function = NP_VDB_MODULE_FUNCTION,
+                                        .version = NP_VDB_MODULE_VERSION,
+                                        .purpose = "reads and writes .vdb files",
+                                        .library_bytes = 72 << 20,
+                                        .library_threads = 4};
 
-enum { TRIED_BYTES = 2048 };
-
-/* Address space of the libraries that come with the module (65 MB were measured), and the threads that one of them,
- * OpenVDB's log4cplus, starts when it is loaded. Where it cannot start them, it ends the process. */
-enum { LIBRARY_BYTES = 72 << 20, LIBRARY_THREADS = 4 };
-
-typedef struct search {
-  const np_vdb_module *module; /* NULL until found */
-  bool has_no_room;            /* for the module, which was found */
-  char tried[TRIED_BYTES];     /* what was tried and how it failed, for the message */
-} search;
-
-static void note_failure(search *s, const char *path, const char *reason) {
-  size_t used = strlen(s->tried);
-  snprintf(s->tried + used, sizeof s->tried - used, "%s%s: %s", used ? "; " : "", path, reason);
-}
-
-static uint64_t compute_need_bytes(void) { return LIBRARY_BYTES + LIBRARY_THREADS * np_thread_stack_bytes(); }
-
-/* NULL, with the reason noted, when it cannot be loaded. */
-static void *open_module(search *s, const char *path) {
-  enum { MODE = RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE };
-  void *handle = dlopen(path, MODE | RTLD_NOLOAD);
-  if (handle) return handle;
-  s->has_no_room = !np_memory_has_room(compute_need_bytes());
-  if (!s->has_no_room) handle = dlopen(path, MODE);
-  if (!handle) note_failure(s, path, s->has_no_room ? "no room" : dlerror());
-  return handle;
-}
-
-static void try_file(search *s, const char *path) {
-  if (s->module || s->has_no_room) return;
-  if (!np_file_exists(path)) {
-    note_failure(s, path, "not there");
-    return;
-  }
-  void *handle = open_module(s, path);
-  if (!handle) return;
-  const np_vdb_module *(*get_module)(void) = NULL;
-  void *symbol = dlsym(handle, NP_VDB_MODULE_FUNCTION);
-  memcpy(&get_module, &symbol, sizeof get_module); /* ISO C has no cast from object to function pointers */
-  const np_vdb_module *module = get_module ? get_module() : NULL;
-  if (module && module->version == NP_VDB_MODULE_VERSION)
-    s->module = module;
-  else
-    note_failure(s, path, "of another version of nephos");
-  dlclose(handle);
-}
-
-static void try_folder(search *s, const char *folder, const char *below) {
-  char path[PATH_MAX];
-  int length = snprintf(path, sizeof path, "%s%s/%s", folder, below, NP_VDB_MODULE_FILE);
-  if (length > 0 && (size_t)length < sizeof path) try_file(s, path);
-}
-
-/* The folder of the library, or program, that this function is part of. False when it cannot be told. */
-static bool get_own_folder(char out_folder[PATH_MAX]) {
-  Dl_info info;
-  static const char anchor;
-  if (!dladdr(&anchor, &info) || !info.dli_fname) return false;
-  const char *file = strchr(info.dli_fname, '/') ? info.dli_fname : "/proc/self/exe"; /* a program found by PATH */
-  if (!realpath(file, out_folder)) return false;
-  char *slash = strrchr(out_folder, '/');
-  if (slash) *slash = 0;
-  return slash != NULL;
-}
-
-static search search_module(const neph_context *context) {
-  search s = {0};
-  char folder[PATH_MAX];
-  if (get_own_folder(folder)) {
-    try_folder(&s, folder, "/nephos");
-    try_folder(&s, folder, "/../lib/nephos");
-  }
-  try_folder(&s, NEPHOS_MODULE_INSTALL_DIR, "");
-  if (context->module_dir) try_folder(&s, context->module_dir, "");
-  return s;
-}
-
-bool np_vdb_module_is_present(neph_context *context) { return search_module(context).module != NULL; }
+bool np_vdb_module_is_present(neph_context *context) { return np_module_is_present(context, &vdb_kind); }
 
 neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_module) {
-  const search s = search_module(context);
-  *out_module = s.module;
-  if (s.module) return NEPH_OK;
-  if (s.has_no_room)
-    return np_fail(context, NEPH_ERROR_OUT_OF_MEMORY,
-                   "out of memory: %s, which reads and writes .vdb files, needs %llu MB of address space, more than "
-                   "the process has left: raise its limit (ulimit -v)",
-                   NP_VDB_MODULE_FILE, (unsigned long long)(compute_need_bytes() / 1000000));
-  return np_fail(context, NEPH_ERROR_UNSUPPORTED, "cannot load %s, which reads and writes .vdb files: %s",
-                 NP_VDB_MODULE_FILE, s.tried);
+  const void *table;
+  neph_result result = np_module_get(context, &vdb_kind, &table);
+  *out_module = table;
+  return result;
 }

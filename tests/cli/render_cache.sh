@@ -23,6 +23,13 @@ same warm.exr alone.exr
 same moved.exr moved_alone.exr
 ls c | sed 's/-.*//' | sort -u
 
+echo 'tiles share what is gathered of the light'
+for tile in 1 2; do
+  nephos render scene.yaml -v --cache c --tile $tile/2 -o tile$tile.exr 2>&1 | grep -E '^nephos: (light to camera|clouds on ground): (built|read)'
+done
+nephos merge tile1.exr tile2.exr -o tiles.exr
+same tiles.exr alone.exr
+
 echo 'another sun'
 stages --set sun.elevation=20deg -o sun.exr
 

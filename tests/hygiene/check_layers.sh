@@ -12,6 +12,7 @@ optics:
 noise:
 volume: optics
 image:
+mesh:
 cloud: optics noise volume image
 terrain: noise image
 atmosphere: optics image
@@ -19,9 +20,9 @@ world: optics noise volume atmosphere terrain
 transport: optics noise volume atmosphere terrain world
 caches: optics noise volume atmosphere terrain world transport
 integrate: optics noise volume atmosphere terrain world transport caches
-scene: optics noise volume image cloud terrain atmosphere
-render: optics noise volume image cloud terrain atmosphere world transport caches integrate scene
-report: optics noise volume image cloud terrain atmosphere world transport caches integrate scene render'
+scene: optics noise volume image mesh cloud terrain atmosphere
+render: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene
+report: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene render'
 
 for folder in src/*/; do
   module=$(basename "$folder")
@@ -56,9 +57,10 @@ done
 
 # A pattern of headers, then the only files that may name them. The sun's file has a lock because libnova keeps results in
 # variables of its own.
-doors='openvdb/ src/volume/vdb_shim.cpp
+doors='openvdb/ src/volume/vdb_(shim.cpp|conversion.h)
 tbb/ src/volume/vdb_shim.cpp
 embree src/terrain/terrain.c
+assimp/ src/mesh/assimp_reader.c
 openexr src/image/image_exr(_read|_write)?\.[ch]
 png\.h src/image/image_png.c
 yaml\.h src/scene/scene_file.c

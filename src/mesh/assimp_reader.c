@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Assimp's door. Cameras hang in a tree of nodes, each with a transform that keys may replace: positions and scalings
+ * go along lines between keys, rotations along great circles. Assimp passes a glTF's keys on, and not how it
+ * interpolates between them: steps, and splines, too, become lines. */
+#include "mesh/assimp_table.h"
+
+#include <assimp/cimport.h>
+#include <assimp/scene.h>
+#include <assimp/version.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Ticks of an animation that does not say how many a second has. */
+static const double default_ticks_per_s = 25.0;
+
+static const struct aiScene *get_scene(const np_assimp_scene *scene) {
+  return (const struct aiScene *)(const void *)scene;
+}
+
+/* ---- Keys ---- */
+
+/* The first animation's keys of a node; NULL: it has none. */
+static const struct aiNodeAnim *get_keys(const struct aiScene *scene, const struct aiNode *node) {
+  const struct aiAnimation *animation = scene->mNumAnimations ? scene->mAnimations[0] : NULL;
+  for (unsigned i = 0; animation && i < animation->mNumChannels; i++)
+    if (!strcmp(animation->mChannels[i]->mNodeName.data, node->mName.data)) return animation->mChannels[i];
+  return NULL;
+}
+
+static double get_ticks_per_s(const struct aiScene *scene) {
+  const double ticks = scene->mNumAnimations ? scene->mAnimations[0]->mTicksPerSecond : 0.0;
+  return ticks > 0.0 ? ticks : default_ticks_per_s;
+}
+
+/* The keys about a time, the same one before the first and behind the last, and the second's share. */
+typedef struct key_pair {
+  unsigned first, second;
+  double share;
+} key_pair;
+
+/* Keys of any kind begin with their time. */
+static double get_time(const void *keys, size_t key_bytes, unsigned index) {
+  double time;
+  memcpy(&time, (const char *)keys + index * key_bytes, sizeof time);
+  return time;
+}
+
+static key_pair search_keys(const void *keys, size_t key_bytes, unsigned count, double ticks) {
+  unsigned next = 0;
+  while (next < count && get_time(keys, key_bytes, next) <= ticks) next++;
+  const key_pair pair = {next > 0 ? next - 1 : 0, next < count ? next : count - 1, 0.0};
+  const double begin = get_time(keys, key_bytes, pair.first), span = get_time(keys, key_bytes, pair.second) - begin;
+  return (key_pair){pair.first, pair.second, span > 0.0 ? (ticks - begin) / span : 0.0};
+}
+
+static struct aiVector3D mix(const struct aiVectorKey *keys, unsigned count, double ticks) {
+  const key_pair pair = search_keys(keys, sizeof *keys, count, ticks);
+  const struct aiVector3D *a = &keys[pair.first].mValue, *b = &keys[pair.second].mValue;
+  const float share = (float)pair.share;
+  return (struct aiVector3D){a->x + share * (b->x - a->x), a->y + share * (b->y - a->y), a->z + share * (b->z - a->z)};
+}
+
+static struct aiQuaternion turn(const struct aiQuatKey *keys, unsigned count, double ticks) {
+  const key_pair pair = search_keys(keys, sizeof *keys, count, ticks);
+  struct aiQuaternion out;
+  aiQuaternionInterpolate(&out, &keys[pair.first].mValue, &keys[pair.second].mValue, (float)pair.share);
+  aiQuaternionNormalize(&out);
+  return out;
+}
+
+/* ---- Nodes ---- */
+
+/* Parts that no key replaces stay as the node has them. */
+static struct aiMatrix4x4 get_transform(const struct aiScene *scene, const struct aiNode *node, double ticks) {
+  const struct aiNodeAnim *keys = get_keys(scene, node);
+  if (!keys) return node->mTransformation;
+  struct aiVector3D scaling, position;
+  struct aiQuaternion rotation;
+  aiDecomposeMatrix(&node->mTransformation, &scaling, &rotation, &position);
+  if (keys->mNumPositionKeys) position = mix(keys->mPositionKeys, keys->mNumPositionKeys, ticks);
+  if (keys->mNumRotationKeys) rotation = turn(keys->mRotationKeys, keys->mNumRotationKeys, ticks);
+  if (keys->mNumScalingKeys) scaling = mix(keys->mScalingKeys, keys->mNumScalingKeys, ticks);
+  struct aiMatrix4x4 out;
+  aiMatrix4FromScalingQuaternionPosition(&out, &scaling, &rotation, &position);
+  return out;
+}
+
+/* Transform to the world, through all nodes that hold this one. */
+static struct aiMatrix4x4 get_to_world(const struct aiScene *scene, const struct aiNode *node, double ticks) {
+  struct aiMatrix4x4 out;
+  aiIdentityMatrix4(&out);
+  for (; node; node = node->mParent) {
+    struct aiMatrix4x4 outer = get_transform(scene, node, ticks);
+    aiMultiplyMatrix4(&outer, &out);
+    out = outer;
+  }
+  return out;
+}
+
+/* The node in a tree that bears a name; NULL: none. */
+static const struct aiNode *search_node(const struct aiNode *node, const char *name) {
+  if (!node || !strcmp(node->mName.data, name)) return node;
+  const struct aiNode *found = NULL;
+  for (unsigned i = 0; i < node->mNumChildren && !found; i++) found = search_node(node->mChildren[i], name);
+  return found;
+}
+
+static const struct aiNode *get_node(const struct aiScene *scene, const struct aiCamera *camera) {
+  return search_node(scene->mRootNode, camera->mName.data);
+}
+
+/* ---- Cameras ---- */
+
+static np_assimp_scene *open_file(const char *path, char *out_message, size_t message_size) {
+  const struct aiScene *scene = aiImportFile(path, 0);
+  if (!scene) (void)snprintf(out_message, message_size, "%s", aiGetErrorString());
+  return (np_assimp_scene *)(uintptr_t)scene;
+}
+
+static void close_file(np_assimp_scene *scene) {
+  if (scene) aiReleaseImport(get_scene(scene));
+}
+
+static size_t count_cameras(const np_assimp_scene *scene) { return get_scene(scene)->mNumCameras; }
+
+static void include_time(double ticks, double ticks_per_s, np_assimp_camera *out) {
+  const double seconds = ticks / ticks_per_s;
+  out->begin_s = fmin(out->begin_s, seconds);
+  out->end_s = fmax(out->end_s, seconds);
+}
+
+static void include_keys(const struct aiNodeAnim *keys, double ticks_per_s, np_assimp_camera *out) {
+  for (unsigned i = 0; i < keys->mNumPositionKeys; i++) include_time(keys->mPositionKeys[i].mTime, ticks_per_s, out);
+  for (unsigned i = 0; i < keys->mNumRotationKeys; i++) include_time(keys->mRotationKeys[i].mTime, ticks_per_s, out);
+  for (unsigned i = 0; i < keys->mNumScalingKeys; i++) include_time(keys->mScalingKeys[i].mTime, ticks_per_s, out);
+}
+
+/* Assimp's horizontal angle is of an aspect of 1 where a glTF has none. Before Assimp 5.3 it is the vertical one times
+ * the aspect (Assimp's pull request 4886). */
+static double get_vertical_fov(const struct aiCamera *camera) {
+  const double aspect = camera->mAspect > 0.0f ? (double)camera->mAspect : 1.0, fov = (double)camera->mHorizontalFOV;
+  const bool is_product = aiGetVersionMajor() < 5 || (aiGetVersionMajor() == 5 && aiGetVersionMinor() < 3);
+  return is_product ? fov / aspect : 2.0 * atan(tan(0.5 * fov) / aspect);
+}
+
+static void describe_camera(const np_assimp_scene *opened, size_t index, np_assimp_camera *out) {
+  const struct aiScene *scene = get_scene(opened);
+  const struct aiCamera *camera = scene->mCameras[index];
+  *out = (np_assimp_camera){camera->mName.data, get_vertical_fov(camera), HUGE_VAL, -HUGE_VAL};
+  for (const struct aiNode *node = get_node(scene, camera); node; node = node->mParent) {
+    const struct aiNodeAnim *keys = get_keys(scene, node);
+    if (keys) include_keys(keys, get_ticks_per_s(scene), out);
+  }
+  if (!(out->begin_s <= out->end_s)) out->begin_s = out->end_s = 0.0;
+}
+
+/* A direction of the camera in the world; false: it has no length. */
+static int turn_axis(const struct aiMatrix4x4 *m, const struct aiVector3D *v, double out[3]) {
+  const double x = (double)v->x, y = (double)v->y, z = (double)v->z;
+  out[0] = (double)m->a1 * x + (double)m->a2 * y + (double)m->a3 * z;
+  out[1] = (double)m->b1 * x + (double)m->b2 * y + (double)m->b3 * z;
+  out[2] = (double)m->c1 * x + (double)m->c2 * y + (double)m->c3 * z;
+  const double length = sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]);
+  if (!(length > 1e-12) || !isfinite(length)) return 0;
+  for (int a = 0; a < 3; a++) out[a] /= length;
+  return 1;
+}
+
+/* A glTF's camera stands where its node does; Assimp's position of it is that of the node once more. */
+static int get_pose(const np_assimp_scene *opened, size_t index, double seconds, np_assimp_pose *out) {
+  const struct aiScene *scene = get_scene(opened);
+  const struct aiCamera *camera = scene->mCameras[index];
+  const struct aiMatrix4x4 m = get_to_world(scene, get_node(scene, camera), seconds * get_ticks_per_s(scene));
+  out->at[0] = (double)m.a4, out->at[1] = (double)m.b4, out->at[2] = (double)m.c4;
+  return turn_axis(&m, &camera->mLookAt, out->forward) && turn_axis(&m, &camera->mUp, out->up);
+}
+
+const np_assimp_module *nephos_assimp_module(void) {
+  static const np_assimp_module module = {.version = NP_ASSIMP_MODULE_VERSION,
+                                          .open = open_file,
+                                          .close = close_file,
+                                          .count_cameras = count_cameras,
+                                          .describe_camera = describe_camera,
+                                          .get_pose = get_pose};
+  return &module;
+}
