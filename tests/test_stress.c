@@ -4,7 +4,8 @@
  *
  * Closed forms: transmittance e^−τ. In a furnace of radiance 1 the light is 1 at an albedo of 1, e^−τ at 0 and between
  * them elsewhere. Of a sun along the ray, sunlight scattered once is ϖ·p·τ·e^−τ from ahead, and from behind
- * ϖ·p·e^−τ′·(1 − e^−2τ)/2, where τ′ lies behind the eye: as deep as the ray is each of its ways.
+ * ϖ·p·e^−τ′·(1 − e^−2τ)/2, where τ′ lies behind the eye: as deep as the ray is each of its ways. A cloud of one
+ * temperature emits (1 − ϖ)·B·(1 − e^−τ) along the ray, be it a slab or not, and what is scattered of that is apart.
  */
 #include "march_count.h"
 
@@ -21,8 +22,11 @@ static const double depths[] = {0.0, 1e-8, 1e-6, 1e-3, 0.1, 1.0, 10.0, 88.0, 104
 static const float albedos[] = {0.0f, 0.5f, 0.999995f, 1.0f};
 static const float asymmetries[] = {-0.999f, 0.0f, 1e-4f, 0.85f, 0.9946f, 0.999999f};
 
-typedef enum stress_light { STRESS_FURNACE, STRESS_SUN_BEHIND, STRESS_SUN_AHEAD } stress_light;
-static const char *const light_names[] = {"furnace", "sun behind", "sun ahead"};
+typedef enum stress_light { STRESS_FURNACE, STRESS_SUN_BEHIND, STRESS_SUN_AHEAD, STRESS_EMISSION } stress_light;
+static const char *const light_names[] = {"furnace", "sun behind", "sun ahead", "emission"};
+
+static const double bands_nm[NP_BAND_COUNT] = {680.0, 550.0, 440.0};
+static const float kelvin = 1900.0f;
 
 /* Scatterings after which paths are cut: a white path leaves a deep cloud after as many as it is deep. */
 enum { SCATTERINGS = 300, MARCH_RAYS = 16, PATH_RAYS = 256 };
@@ -37,6 +41,7 @@ typedef struct stress {
   np_camera_ray ray;
   double depth, behind; /* optical depths along the ray, and behind its eye */
   double once;          /* sunlight scattered once */
+  np_emission emission; /* of a cloud that emits */
 } stress;
 
 static stress_light get_light(const stress *s) { return s->levels->level[STRESS_LIGHT]; }
@@ -52,7 +57,26 @@ static void name_case(const stress *s, char out[200]) {
                  stress_field_names[get_field(s)], stress_ray_names[level[STRESS_RAY]], light_names[get_light(s)]);
 }
 
+/* By Kirchhoff's law, at one temperature. */
+static void set_emission(stress *s) {
+  const np_instance *cloud = &s->w.placed[0];
+  const float absorption = (1.0f - cloud->albedo.band[0]) * cloud->extinction_per_value;
+  const np_emitter emitter = {.bricks = cloud->bricks,
+                              .world_to_index = cloud->world_to_index,
+                              .index_to_world = s->w.volumes[0]->index_to_world,
+                              .absorption_per_value = np_spectrum_grey(absorption),
+                              .world_to_temperature = np_affine_identity(),
+                              .offset_k = kelvin};
+  const np_black_body body = np_black_body_make(bands_nm);
+  assert_int_equal(np_emission_build(s->w.context, &emitter, 1, &body, NULL, &s->emission), NEPH_OK);
+  s->w.world.emission = &s->emission;
+}
+
 static void set_light(stress *s) {
+  if (get_light(s) == STRESS_EMISSION) {
+    set_emission(s);
+    return;
+  }
   if (get_light(s) == STRESS_FURNACE) {
     s->w.world.environment_radiance = np_spectrum_grey(1.0f);
     return;
@@ -94,10 +118,15 @@ static void start(stress *s, const stress_case *levels, unsigned threads) {
     s->w.settings.scattering_max = SCATTERINGS;
 }
 
+static void end(stress *s) {
+  np_emission_clear(&s->emission);
+  test_world_destroy(&s->w);
+}
+
 /* ---- Answers ---- */
 
 typedef struct stress_answer {
-  test_tally light, transmittance, sun;
+  test_tally light, transmittance, sun, emission;
   double lookups; /* of density, a ray */
   unsigned sweeps;
   uint64_t cut_count;
@@ -130,6 +159,7 @@ static void ask(stress *s, stress_answer *out) {
     test_tally_add(&out->light, test_sum_components(&sample, 0));
     test_tally_add(&out->transmittance, (double)sample.transmittance);
     test_tally_add(&out->sun, (double)sample.component[NP_COMPONENT_SUN].band[0]);
+    test_tally_add(&out->emission, (double)sample.component[NP_COMPONENT_EMISSION].band[0]);
   }
   out->lookups = (double)march_lookups / count;
 }
@@ -143,15 +173,17 @@ typedef struct stress_worst {
   char name[200];
 } stress_worst;
 
-enum { MARCH_T, MARCH_ONCE, MARCH_FURNACE, PATH_T, PATH_ONCE, PATH_FURNACE, KINDS };
+enum { MARCH_T, MARCH_ONCE, MARCH_FURNACE, MARCH_EMISSION, PATH_T, PATH_ONCE, PATH_FURNACE, PATH_EMISSION, KINDS };
 
 static stress_worst worst[KINDS] = {
     {.kind = "march, transmittance", .unit = "of the opacity"},
     {.kind = "march, sunlight scattered once", .unit = "of what it would be without shadow"},
     {.kind = "march, furnace", .unit = "of the light"},
+    {.kind = "march, emission along the ray", .unit = "of that of its opacity"},
     {.kind = "path, transmittance", .unit = "standard errors"},
     {.kind = "path, sunlight scattered once", .unit = "standard errors"},
     {.kind = "path, furnace", .unit = "standard errors"},
+    {.kind = "path, emission along the ray", .unit = "standard errors"},
 };
 
 static void hold(const stress *s, int kind, double error, double tolerance) {
@@ -168,6 +200,11 @@ static double get_scale(const stress *s, double opacity) {
   return fmax(opacity, fmax((double)np_march_opacity_least, (double)s->w.settings.transmittance_end));
 }
 
+/* Emission of an opaque cloud. */
+static double get_opaque(const stress *s) {
+  return (1.0 - get_albedo(s)) * np_black_body_radiance(bands_nm[0], (double)kelvin);
+}
+
 /* Half the tolerance is the rms error that a ray's opacity may have, and single rays may be six times that off, as in
  * test_march_steps; sunlight along it passes the cloud twice. */
 static void check_march(const stress *s, const stress_answer *a) {
@@ -178,6 +215,11 @@ static void check_march(const stress *s, const stress_answer *a) {
     const double light = test_tally_mean(&a->light);
     const double low = get_albedo(s) == 1.0 ? 1.0 : exp(-s->depth), high = get_albedo(s) == 0.0 ? low : 1.0;
     hold(s, MARCH_FURNACE, fmax(fmax(low - light, light - high), 0.0), tolerance);
+    return;
+  }
+  if (get_light(s) == STRESS_EMISSION) {
+    const double off = fabs(test_tally_mean(&a->emission) - get_opaque(s) * opacity);
+    hold(s, MARCH_EMISSION, off > 0.0 ? off / (get_opaque(s) * scale) : 0.0, tolerance);
     return;
   }
   /* Light far below that of an isotropic phase function, 1/4π, need not be known. */
@@ -208,6 +250,10 @@ static void check_path(const stress *s, const stress_answer *a) {
     const double low = get_albedo(s) == 1.0 ? 1.0 : through, high = get_albedo(s) == 0.0 ? low : 1.0;
     const double below = a->cut_count > 0 ? 0.0 : low - light;
     hold(s, PATH_FURNACE, fmax(fmax(below, light - high), 0.0) / fmax(noise, error), 4.0);
+    return;
+  }
+  if (get_light(s) == STRESS_EMISSION) {
+    hold(s, PATH_EMISSION, count_errors(&a->emission, -expm1(-s->depth) * get_opaque(s), get_opaque(s)), 4.0);
     return;
   }
   const np_vec3 d = s->ray.direction;
@@ -268,7 +314,7 @@ static void every_case_is_sound(void **state) {
     paths += !is_march(&s);
     if (is_march(&s) && s.depth > 0.0) lookups[marched++] = a.lookups;
     if (is_march(&s) && s.depth > 0.1 && get_albedo(&s) > 0.0) sweeps[solved++] = a.sweeps;
-    test_world_destroy(&s.w);
+    end(&s);
   }
   test_page_add_fact(&page, "March: %u cases. Path: %zu cases, of which %zu have paths cut after %d scatterings.\n",
                      cases.count - (unsigned)paths, paths, cut, SCATTERINGS);
@@ -293,7 +339,7 @@ static void threads_change_no_bit(void **state) {
       ask(&s, &a);
       sums[threads - 1][0] = test_tally_mean(&a.light);
       sums[threads - 1][1] = test_tally_error(&a.light);
-      test_world_destroy(&s.w);
+      end(&s);
     }
     assert_memory_equal(sums[0], sums[1], sizeof sums[0]);
     count++;
@@ -303,8 +349,9 @@ static void threads_change_no_bit(void **state) {
 
 /* ---- Pictures ---- */
 
-/* A white wall of 1e5 a voxel, whose paths leave after as many scatterings, by `path` with a limit. */
-static neph_image *render_cut(unsigned threads, const char *samples, test_log *log) {
+/* A white box of a density a voxel by `path`. */
+static neph_image *render_path(unsigned threads, const char *samples, double density, const char *limit,
+                               test_log *log) {
   float values[STRESS_EDGE * STRESS_EDGE * STRESS_EDGE];
   const neph_volume_dense_desc desc = stress_describe(STRESS_CONSTANT, values);
   neph_context *context = test_context_create(threads, log);
@@ -315,13 +362,14 @@ static neph_image *render_cut(unsigned threads, const char *samples, test_log *l
       neph_scene_load_text(context,
                            "{camera: {position: [0, -40, 0], look_at: [0, 0, 0], fov: 20 deg, resolution: [8, 8]},"
                            " atmosphere: {preset: none}, environment: {planet: none, radiance: 1},"
-                           " render: {integrator: path, max_scatterings: 20}}",
+                           " render: {integrator: path}}",
                            "scene.yaml", &scene),
       NEPH_OK);
   assert_int_equal(neph_scene_set(scene, "render.samples", samples), NEPH_OK);
+  if (limit) assert_int_equal(neph_scene_set(scene, "render.max_scatterings", limit), NEPH_OK);
   assert_int_equal(neph_volume_create_dense(context, &desc, &volume), NEPH_OK);
   neph_placement_desc placement = NEPH_PLACEMENT_DESC_DEFAULT;
-  placement.density_value = 1e5;
+  placement.density_value = density;
   assert_int_equal(neph_scene_add_volume(scene, volume, &placement, NULL), NEPH_OK);
   assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
   neph_volume_release(volume);
@@ -330,22 +378,37 @@ static neph_image *render_cut(unsigned threads, const char *samples, test_log *l
   return image;
 }
 
-/* The loss is infinite, and said to be, where too few of the cut paths are followed for it to be known. Threads change
- * no bit of the picture. */
+static void assert_same_pictures(neph_image *images[2]) {
+  static const char *const channels[] = {"R", "G", "B"};
+  for (size_t c = 0; c < sizeof channels / sizeof *channels; c++)
+    assert_memory_equal(neph_image_get_values(images[0], channels[c]), neph_image_get_values(images[1], channels[c]),
+                        64 * sizeof(float));
+  for (int i = 0; i < 2; i++) neph_image_destroy(images[i]);
+}
+
+/* Paths of some tens of scatterings, to their ends. */
+static void threads_change_no_bit_of_a_path(void **state) {
+  (void)state;
+  neph_image *images[2];
+  for (unsigned threads = 1; threads <= 2; threads++) images[threads - 1] = render_path(threads, "4", 1.0, NULL, NULL);
+  assert_same_pictures(images);
+  test_page_add_fact(&page, "A picture by paths has the same bits with one thread and with two.\n");
+}
+
+/* A wall of 1e5 a voxel, whose paths would leave after as many scatterings. The loss is infinite, and said to be, where
+ * too few of the cut paths are followed for it to be known. Threads change no bit of the picture. */
 static void a_cut_picture_states_an_infinite_loss(void **state) {
   (void)state;
   static test_log log;
   neph_image *images[2];
   for (unsigned threads = 1; threads <= 2; threads++) {
     test_log_start(&log);
-    images[threads - 1] = render_cut(threads, "1", &log);
+    images[threads - 1] = render_path(threads, "1", 1e5, "20", &log);
     assert_string_equal(neph_image_get_attribute(images[threads - 1], "nephos:lostMean"), "inf inf inf");
     assert_non_null(strstr(log.text, "render.max_scatterings 20 ended"));
     assert_non_null(strstr(log.text, "the light that is lost is not known"));
   }
-  const size_t bytes = 64 * sizeof(float);
-  assert_memory_equal(neph_image_get_values(images[0], "G"), neph_image_get_values(images[1], "G"), bytes);
-  for (int i = 0; i < 2; i++) neph_image_destroy(images[i]);
+  assert_same_pictures(images);
 }
 
 /* ---- Refusals ---- */
@@ -409,6 +472,7 @@ int main(int argc, char **argv) {
       cmocka_unit_test(every_pair_of_levels_is_in_a_case),
       cmocka_unit_test(every_case_is_sound),
       cmocka_unit_test(threads_change_no_bit),
+      cmocka_unit_test(threads_change_no_bit_of_a_path),
       cmocka_unit_test(a_cut_picture_states_an_infinite_loss),
       cmocka_unit_test(others_are_refused_with_a_message),
   };

@@ -25,7 +25,7 @@ typedef enum stress_factor {
 
 enum { STRESS_LEVELS_MAX = 11, STRESS_CASES_MAX = 160, STRESS_CANDIDATES = 40 };
 
-static const unsigned stress_levels[STRESS_FACTORS] = {11, 7, 6, 6, 4, 3, 2};
+static const unsigned stress_levels[STRESS_FACTORS] = {11, 7, 6, 6, 4, 4, 2};
 
 typedef struct stress_case {
   unsigned level[STRESS_FACTORS];

@@ -157,6 +157,9 @@ static const float np_emission_march_step_voxels = 0.25f;
 /* A flame may be a thousand times brighter than the smoke before it is in the sun. */
 static const float np_emission_faint_transmittance = 1e-6f;
 
+/* Optical depth from which on a step is opaque, and the most that j's mean may be over its value at the middle. */
+static const float np_emission_opaque_step = 0.5f, np_emission_correction_max = 16.0f;
+
 /* Each cloud's depth times its factor in a band; factors NULL: 1. */
 static inline np_spectrum np_emission_get_depth(const np_depth_cursors *clouds, const np_spectrum *factors) {
   np_spectrum depth = np_spectrum_grey(0.0f);
@@ -172,6 +175,14 @@ static inline np_spectrum np_emission_weigh_step(np_spectrum before, np_spectrum
   for (int b = 0; b < NP_BAND_COUNT; b++)
     weight.band[b] = np_transmittance(before.band[b]) * np_step_weight(fmaxf(after.band[b] - before.band[b], 0.0f));
   return weight;
+}
+
+/* Mean of j over its value at a step's middle. A cloud that emits as it absorbs shows j/σ where the step is opaque,
+ * however its density changes within: j goes with σ, whose mean is known. Transparent steps keep the midpoint rule. */
+static inline float np_emission_correct_mean(const np_world *world, np_dvec3 middle, double length, float depth) {
+  const float at_middle = np_instances_extinction(&world->clouds, middle) * (float)length;
+  if (depth < np_emission_opaque_step || !(at_middle > 0.0f)) return 1.0f;
+  return np_minf(depth / at_middle, np_emission_correction_max);
 }
 
 /* ∫ j·T ds of what the camera sees, by the midpoint rule for j, twice: through the clouds, and through them where each
@@ -196,9 +207,12 @@ static inline void np_emission_march(const np_world *world, const np_camera_ray 
       np_spectrum light = np_emitter_walk_eval(&w, world->emission, middle);
       if (np_spectrum_is_zero(light)) continue;
       light = np_emission_dim(world, ray->origin, ray->direction, ray->begin_m, middle, light);
-      light = np_spectrum_scale(light, (float)(end - begin));
       np_depth_cursors_advance(&clouds, end);
-      const np_spectrum straight_weight = np_emission_weigh_step(straight, np_emission_get_depth(&clouds, NULL));
+      const np_spectrum straight_end = np_emission_get_depth(&clouds, NULL);
+      const float mean = np_emission_correct_mean(world, np_dvec3_along(ray->origin, ray->direction, middle),
+                                                  end - begin, straight_end.band[0] - straight.band[0]);
+      light = np_spectrum_scale(light, mean * (float)(end - begin));
+      const np_spectrum straight_weight = np_emission_weigh_step(straight, straight_end);
       const np_spectrum scaled_weight = np_emission_weigh_step(scaled, np_emission_get_depth(&clouds, factors));
       *out_straight = np_spectrum_add(*out_straight, np_spectrum_multiply(straight_weight, light));
       *out_scaled = np_spectrum_add(*out_scaled, np_spectrum_multiply(scaled_weight, light));

@@ -6,6 +6,7 @@
 /* Figures of the clouds and their lights, the worst of all. */
 typedef struct cloud_light {
   double cell_error; /* of the solved multiple scattering; 0: it is not solved */
+  double solution;   /* bias that its degree and its residual make */
   double albedo;     /* the highest of all clouds, the mean of its bands */
   double sine;       /* of the lights' elevation, the lowest above the horizon */
   bool has_emission;
@@ -14,7 +15,12 @@ typedef struct cloud_light {
 static void add_light(const np_packet_light *light, cloud_light *out) {
   const np_scattering_field *field = light->lighting.scattering;
   const np_world *world = &light->world;
-  if (field) out->cell_error = fmax(out->cell_error, np_scattering_field_get_quality(field).error);
+  if (field) {
+    const np_scattering_quality quality = np_scattering_field_get_quality(field);
+    const double solution = np_bias_of_solution(np_scattering_field_get_degree(field), quality.residual);
+    out->cell_error = fmax(out->cell_error, quality.error);
+    out->solution = fmax(out->solution, solution);
+  }
   for (unsigned i = 0; i < world->clouds.count; i++) {
     const np_spectrum albedo = world->clouds.at[i].albedo;
     out->albedo = fmax(out->albedo, (double)(albedo.band[0] + albedo.band[1] + albedo.band[2]) / NP_BAND_COUNT);
@@ -57,18 +63,26 @@ static np_bias_model make_of_path(const np_frame *f, const np_plan *plan) {
   return (np_bias_model){hypot(air, compute_lost(f)), 2.0};
 }
 
+/* Bias of the stages that a finished picture says no more of than its plan. */
+static double sum_forecasts(const np_plan *plan) {
+  static const unsigned char stages[] = {NP_STAGE_ATMOSPHERE, NP_STAGE_VOLUMES, NP_STAGE_EMISSION,
+                                         NP_STAGE_SUN_OPTICAL_DEPTH};
+  double sum = 0.0;
+  for (size_t i = 0; i < sizeof stages; i++) sum = hypot(sum, plan->stages[stages[i]].error);
+  return sum;
+}
+
 /* Bias of a march. */
 static double combine(const np_plan *plan, const cloud_light *light, double tolerance, double cover) {
-  const bool has_air = np_plan_needs(plan, NP_STAGE_ATMOSPHERE);
-  if (!np_plan_needs(plan, NP_STAGE_VOLUMES)) return has_air ? np_bias_terms.clear_air : 0.0;
-  const double cells = np_bias_of_cells(light->cell_error, light->albedo, light->sine);
+  const double rest = sum_forecasts(plan);
+  if (!np_plan_needs(plan, NP_STAGE_VOLUMES)) return rest;
+  const double cells = hypot(np_bias_of_cells(light->cell_error, light->albedo, light->sine), light->solution);
   const double steps = np_bias_terms.steps * tolerance;
   const double method = np_bias_of_method(plan->desc.multiple_scattering, cover);
-  const double rest = hypot(has_air ? np_bias_terms.air : 0.0, light->has_emission ? np_bias_terms.emission : 0.0);
-  np_log(
-      plan->context, NEPH_LOG_DEBUG,
-      "model of the bias: cells %.2g, steps %.2g, method %.2g, air and fire %.2g; cells err by %.2g, clouds cover %.2g",
-      cells, steps, method, rest, light->cell_error, cover);
+  np_log(plan->context, NEPH_LOG_DEBUG,
+         "model of the bias: cells %.2g, steps %.2g, method %.2g, air, voxels and fire %.2g; cells err by %.2g, clouds "
+         "cover %.2g",
+         cells, steps, method, rest, light->cell_error, cover);
   return hypot(hypot(cells, steps), hypot(method, rest));
 }
 

@@ -9,6 +9,7 @@
 #include "caches/sun_optical_depth.h"
 #include "render/plan_detail.h"
 #include "render/stage_decisions.h"
+#include "transport/scattering_field.h"
 
 const np_bias_term_table np_bias_terms = {.air = 0.01, .clear_air = 0.005, .steps = 0.15, .emission = 0.15};
 
@@ -39,6 +40,10 @@ double np_bias_of_cells(double cell_error, double albedo, double sine) {
   return cells_to_pixels * cell_error * pow(albedo, 4.0) * hypot(1.0, low_sun / fmax(sine, sine_min));
 }
 
+double np_bias_of_solution(unsigned degree, double residual) {
+  return hypot(degree <= NP_DEGREE_MIN ? degree_bias : 0.0, residual_share * residual);
+}
+
 double np_bias_of_method(neph_multiple_scattering method, double cover) { return sqrt(cover) * method_bias[method]; }
 
 /* ---- Stages ---- */
@@ -65,9 +70,8 @@ double np_stage_expect_ordinates(const np_plan *plan, const neph_scene *scene) {
     albedo = fmax(albedo, (own[0] + own[1] + own[2]) / 3.0);
   }
   if (plan->has_sun && plan->are_lights_known) sine = plan->lights.to_sun.z;
-  const double degree = scene->render.light_degree <= 3 ? degree_bias : 0.0;
   return hypot(np_bias_of_cells(plan->light_error, albedo, sine),
-               hypot(degree, residual_share * scene->render.light_residual));
+               np_bias_of_solution((unsigned)scene->render.light_degree, scene->render.light_residual));
 }
 
 double np_stage_expect_approximation(const np_plan *plan, const neph_scene *scene) {

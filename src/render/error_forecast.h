@@ -18,6 +18,9 @@ extern const np_bias_term_table np_bias_terms;
 /* By the error that a solution expects of its cells, the clouds' albedo, and the sine of the light's elevation. */
 double np_bias_of_cells(double cell_error, double albedo, double sine);
 
+/* By the degree of a solution of the multiple scattering, and the residual that was left. */
+double np_bias_of_solution(unsigned degree, double residual);
+
 /* By the mean square of the clouds' opacity. */
 double np_bias_of_method(neph_multiple_scattering method, double cover);
 

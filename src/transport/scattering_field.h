@@ -104,6 +104,7 @@ typedef struct np_scattering_quality {
 } np_scattering_quality;
 
 np_scattering_quality np_scattering_field_get_quality(const np_scattering_field *field);
+unsigned np_scattering_field_get_degree(const np_scattering_field *field);
 
 /* ---- The scaled medium ---- */
 

@@ -114,7 +114,7 @@ static neph_result keep_transferred_band(np_scattering_solver *s) {
   const size_t floats = g->active_count * NP_HARMONIC_COUNT_MIN;
   float *difference = s->levels[0].phi;
   transfer t = {s, difference, s->sunlight[s->band] / s->sunlight[0]};
-  for (size_t i = 0; i < floats; i++) difference[i] = iterated->phi[i] - (float)t.ratio * s->first_phi[i];
+  for (size_t i = 0; i < floats; i++) difference[i] = iterated->phi[i] - (float)t.ratio * iterated->first_phi[i];
   neph_result result = np_transport_grid_sharpen(g, NP_HARMONIC_COUNT_MIN, s->monitor, difference);
   const double room = choose_scale(difference, floats) + (float)t.ratio * s->out->scale[0];
   s->out->scale[s->band] = (float)exp2(ceil(log2(room)));
@@ -188,12 +188,15 @@ static bool can_transfer(const np_scattering_solver *s) {
 
 /* Bands of grey clouds differ in their light alone. */
 static neph_result relate_bands(np_scattering_solver *s) {
-  const np_transport_grid *g = &s->levels[np_scattering_solver_get_iterated(s)].grid;
   if (s->out->medium.band_count == 1 || !np_world_is_grey(s->world)) return NEPH_OK;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) measure_light(s, b);
   s->is_transferred = can_transfer(s);
-  s->first_phi = np_alloc(s->context, g->active_count, np_harmonics_count(g->degree) * sizeof *s->first_phi);
-  return s->first_phi ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  s->is_related = true;
+  const unsigned finest = np_scattering_solver_get_iterated(s);
+  neph_result result = NEPH_OK;
+  for (unsigned n = finest; n < s->level_count && !result; n++)
+    result = np_transport_level_allocate_starts(&s->levels[n], n > finest);
+  return result;
 }
 
 static neph_result compute_direct_irradiance(void *user, size_t begin, size_t end, unsigned thread) {
@@ -355,7 +358,6 @@ neph_result np_scattering_field_build(neph_context *context, const np_world *wor
   if (!result) finish(&s);
   np_scattering_solver_clear_levels(&s);
   np_workspace_clear(&s.workspace);
-  np_alloc_free(context, s.first_phi);
   np_alloc_free(context, s.sun);
   if (s.fine != s.broad) np_alloc_free(context, s.fine);
   np_alloc_free(context, s.broad);
@@ -388,6 +390,8 @@ void np_scattering_field_set_world(np_scattering_field *field, const np_world *w
 }
 
 np_scattering_quality np_scattering_field_get_quality(const np_scattering_field *field) { return field->quality; }
+
+unsigned np_scattering_field_get_degree(const np_scattering_field *field) { return field->grid.degree; }
 
 const np_scattering_medium *np_scattering_field_get_medium(const np_scattering_field *field) { return &field->medium; }
 

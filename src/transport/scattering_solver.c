@@ -17,8 +17,11 @@
  * straight on, the rest is in φ, and from there on sweeps do but what is local, which they do well. So is what large
  * pictures show within cells: fine ones, half as wide, start from there and are swept in the same way.
  *
- * A band starts from the one before it, in proportion to their sources. Where the clouds are grey and the lights of one
- * colour, that is the solution: one band is solved for, and kept.
+ * Where the clouds are grey bands differ in their light alone. A further band starts from those before it, in
+ * proportion to their sources, on every grid; the coarsest is solved first, and what that changes is added to the start
+ * of the next finer. So cells carry between grids no more than the difference of two bands, which is smooth and small,
+ * and the finest grid is left with half of the sweeps. Where the lights have one colour, the first band is the solution
+ * of all.
  */
 #include "transport/scattering_solver.h"
 
@@ -73,10 +76,10 @@ static void note_cut(np_scattering_solver *s) {
 
 /* The band's share of the time that is left; a little less for those before the last, which come as far as the first
  * was cut, that they can. */
-static void begin_budget(np_scattering_solver *s, bool is_nested) {
+static void begin_budget(np_scattering_solver *s) {
   const unsigned bands_left = s->out->medium.band_count - s->turn;
   s->has_time = true;
-  if (is_nested) s->reached = (np_scattering_reach){.level = s->level_count, .residual = 1.0};
+  if (s->is_nested) s->reached = (np_scattering_reach){.level = s->level_count, .residual = 1.0};
   if (!isfinite(s->end_s)) return;
   const double now_s = np_monitor_get_seconds(s->monitor), share = (bands_left > 1 ? 0.9 : 1.0) / bands_left;
   if (now_s < s->end_s)
@@ -99,7 +102,8 @@ static neph_result solve_level(np_scattering_solver *s, unsigned number, double 
   if (s->out->quality.is_cut && number == s->cut.level) effort.sweeps_max = s->cut.sweeps;
   set_level_part(s, number);
   neph_result result = np_transport_level_solve(&s->broad->lights, level, &effort);
-  if (effort.sweeps > 0) s->reached = (np_scattering_reach){number, effort.is_cut ? effort.sweeps : 0, effort.residual};
+  if (effort.sweeps > 0 && (s->is_nested || effort.is_finest))
+    s->reached = (np_scattering_reach){number, effort.is_cut ? effort.sweeps : 0, effort.residual};
   if (effort.is_cut) end_budget(s);
   if (!effort.is_finest || effort.is_cut) return result;
   s->out->quality.residual = fmax(s->out->quality.residual, effort.residual);
@@ -276,29 +280,53 @@ static bool compute_blend(const np_scattering_solver *s, blend *out) {
   const double *sun = s->sunlight, *around = s->surroundings;
   const double first_last = sun[first] * around[last], last_first = sun[last] * around[first];
   const double determinant = first_last - last_first;
-  if (s->turn < 2 || !s->first_phi || s->world->emission) return false;
+  if (s->turn < 2 || !s->is_related || s->world->emission) return false;
   if (!(fabs(determinant) > blend_least * (first_last + last_first))) return false;
   out->first = (sun[s->band] * around[last] - sun[last] * around[s->band]) / determinant;
   out->last = (sun[first] * around[s->band] - sun[s->band] * around[first]) / determinant;
   return true;
 }
 
-/* The start of a further band of grey clouds: at least in proportion to the sources, by `factor`. */
+static size_t count_moments(const np_transport_grid *g) { return g->active_count * np_harmonics_count(g->degree); }
+
+/* The start of a further band, on all grids: at least in proportion to the sources, by `factor`. */
 static void blend_solution(np_scattering_solver *s, double factor) {
-  np_transport_level *iterated = &s->levels[np_scattering_solver_get_iterated(s)];
-  const size_t count = iterated->grid.active_count * np_harmonics_count(iterated->grid.degree);
   blend b = {0.0, factor};
   const bool has_both = compute_blend(s, &b);
-  for (size_t i = 0; i < count; i++) {
-    iterated->phi[i] *= (float)b.last;
-    if (has_both) iterated->phi[i] += (float)b.first * s->first_phi[i];
+  for (unsigned n = np_scattering_solver_get_iterated(s); n < s->level_count; n++) {
+    np_transport_level *l = &s->levels[n];
+    const size_t count = count_moments(&l->grid);
+    for (size_t i = 0; i < count; i++) {
+      l->phi[i] *= (float)b.last;
+      if (has_both) l->phi[i] += (float)b.first * l->first_phi[i];
+    }
   }
 }
 
 static void remember_first(np_scattering_solver *s) {
-  const np_transport_level *iterated = &s->levels[np_scattering_solver_get_iterated(s)];
-  const size_t count = iterated->grid.active_count * np_harmonics_count(iterated->grid.degree);
-  if (s->first_phi) memcpy(s->first_phi, iterated->phi, count * sizeof *s->first_phi);
+  for (unsigned n = np_scattering_solver_get_iterated(s); n < s->level_count; n++) {
+    np_transport_level *l = &s->levels[n];
+    if (l->first_phi) memcpy(l->first_phi, l->phi, count_moments(&l->grid) * sizeof *l->first_phi);
+  }
+}
+
+/* Solves a level for a further band; `change` becomes what that and the coarser levels add to its start. */
+static neph_result change_level(np_scattering_solver *s, unsigned number) {
+  np_transport_level *l = &s->levels[number];
+  const size_t count = l->change ? count_moments(&l->grid) : 0;
+  neph_result result = NEPH_OK;
+  if (l->change) memcpy(l->change, l->phi, count * sizeof *l->change);
+  if (number + 1 < s->level_count) result = np_transport_level_prolong_change(l + 1, l);
+  if (!result && s->has_time) result = solve_level(s, number, s->desc->tolerance);
+  for (size_t i = 0; i < count; i++) l->change[i] = l->phi[i] - l->change[i];
+  return result;
+}
+
+static neph_result solve_related(np_scattering_solver *s, double factor) {
+  neph_result result = NEPH_OK;
+  blend_solution(s, factor);
+  for (unsigned n = s->level_count; n-- > np_scattering_solver_get_iterated(s) && !result;) result = change_level(s, n);
+  return result;
 }
 
 /* ---- All of a band ---- */
@@ -311,14 +339,9 @@ neph_result np_scattering_solver_solve_band(np_scattering_solver *s, bool is_fir
   set_part(s, solving_begin, 1.0);
   np_monitor_set_stage(s->monitor, "solving multiple scattering");
   /* A band of light that falls elsewhere is not well begun from one that was cut: it would keep that one's colour. */
-  const bool is_nested = is_first || !(before > 0.0) || s->out->quality.is_cut;
-  begin_budget(s, is_nested);
-  if (is_nested) {
-    result = solve_nested(s);
-  } else {
-    blend_solution(s, *sum / before);
-    if (s->has_time) result = solve_level(s, np_scattering_solver_get_iterated(s), s->desc->tolerance);
-  }
+  s->is_nested = is_first || !(before > 0.0) || s->out->quality.is_cut;
+  begin_budget(s);
+  result = s->is_nested ? solve_nested(s) : solve_related(s, *sum / before);
   if (!result && s->turn == 0) remember_first(s);
   if (!result && !(s->is_transferred && s->turn > 0)) result = resolve(s);
   end_budget(s);

@@ -33,7 +33,8 @@ typedef struct np_scattering_solver {
   np_scattering_angles *fine,
       *broad; /* of the result, and of what is iterated; the same where nothing is to be resolved further */
   np_workspace workspace;
-  float *first_phi;    /* of the first band, before it was resolved; NULL where others have nothing to do with it */
+  bool is_related;     /* bands differ in their lights alone, and have one grid */
+  bool is_nested;      /* the present band begins on the coarsest grid, from nothing */
   bool is_transferred; /* other bands take from the first how light differs once it is resolved */
   double sunlight[NP_BAND_COUNT], surroundings[NP_BAND_COUNT]; /* irradiance on a sphere of either, means over cells */
   np_spectrum *sun;                                            /* irradiance at each live cell of the finest grid */

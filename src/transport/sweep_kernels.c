@@ -19,6 +19,11 @@ typedef int32_t mask __attribute__((vector_size(32)));
 
 void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread);
 
+/* Light at the faces of a cell, x, y, z. */
+typedef struct face_light {
+  lanes at[3];
+} face_light;
+
 /* A block of directions of one octant on its way through the cells. */
 typedef struct flow {
   lanes boundary;
@@ -43,62 +48,73 @@ typedef struct sweep_block {
   float *out;
 } sweep_block;
 
-static inline bool is_any_negative(const lanes *a, const lanes *b, const lanes *c) {
-  const mask negative = (*a < 0.0f) | (*b < 0.0f) | (*c < 0.0f);
+/* Whether a sign is set in any lane, that of −0 included. */
+static inline bool has_sign(const face_light *light) {
+  const mask signs = (mask)light->at[0] | (mask)light->at[1] | (mask)light->at[2];
 #if defined(__AVX__)
-  return _mm256_movemask_ps((__m256)negative) != 0;
+  return _mm256_movemask_ps((__m256)signs) != 0;
 #else
   int32_t any = 0;
-  for (int i = 0; i < NP_ORDINATE_LANES; i++) any |= negative[i];
-  return any != 0;
-#endif
-}
-
-/* Whether nothing enters; what has no cloud in it lets nothing out then. */
-static inline bool is_dark(lanes *const faces[3]) {
-  const mask any = (mask)*faces[0] | (mask)*faces[1] | (mask)*faces[2];
-#if defined(__AVX__)
-  return _mm256_testz_si256((__m256i)any, (__m256i)any) != 0;
-#else
-  int32_t bits = 0;
-  for (int i = 0; i < NP_ORDINATE_LANES; i++) bits |= any[i];
-  return bits == 0;
+  for (int i = 0; i < NP_ORDINATE_LANES; i++) any |= signs[i];
+  return any < 0;
 #endif
 }
 
 /* Keeps the faces whose outflow is not negative open. */
 static inline void shut(lanes *open, const lanes *outflow) { *open = (lanes)((mask)*open & (*outflow >= 0.0f)); }
 
+/* Rates 2μ of cells of one width along x, and what follows from them where there is no cloud. */
+typedef struct cell_rates {
+  float inverse_m;      /* 1/width along x */
+  lanes rate[3], total; /* Σ 2μ */
+  lanes share[3];       /* of the light that enters in a void cell's mean */
+} cell_rates;
+
+static inline void set_rates(const lanes cosine[3], float inverse_m, cell_rates *r) {
+  r->inverse_m = inverse_m;
+  r->rate[0] = 2.0f * cosine[0] * inverse_m;
+  r->total = r->rate[0] + r->rate[1] + r->rate[2] + 1e-30f;
+  for (int a = 0; a < 3; a++) r->share[a] = r->rate[a] / r->total;
+}
+
 /* Solves a cell anew, of which some face would let out less than nothing: `out`, as found with all of them open. */
-static inline void solve_shut(const lanes rate[3], const lanes *source, float extinction, const lanes in[3],
-                              lanes out[3], lanes *mean) {
+static inline void solve_shut(const cell_rates *r, const lanes *source, float extinction, const face_light *in,
+                              face_light *out, lanes *mean) {
   lanes open[3];
   for (int a = 0; a < 3; a++) open[a] = (lanes){1, 1, 1, 1, 1, 1, 1, 1};
   for (int attempt = 0; attempt < 3; attempt++) {
-    for (int a = 0; a < 3; a++) shut(&open[a], &out[a]);
+    for (int a = 0; a < 3; a++) shut(&open[a], &out->at[a]);
     lanes gain = *source, loss = extinction + (lanes){0};
     for (int a = 0; a < 3; a++) {
-      gain += rate[a] * (1.0f + open[a]) * in[a];
-      loss += 2.0f * rate[a] * open[a];
+      gain += r->rate[a] * (0.5f + 0.5f * open[a]) * in->at[a];
+      loss += r->rate[a] * open[a];
     }
     *mean = gain / (loss + 1e-30f);
-    for (int a = 0; a < 3; a++) out[a] = open[a] * (2.0f * *mean - in[a]);
-    if (!is_any_negative(&out[0], &out[1], &out[2])) break;
+    for (int a = 0; a < 3; a++) out->at[a] = (lanes)((open[a] > 0.0f) & (mask)(2.0f * *mean - in->at[a]));
+    if (!has_sign(out)) break;
   }
 }
 
-/* Solves one cell; `faces` hold what enters and then what leaves, x, y, z. What has to wait for the cell before, along
- * x, is kept short. */
-static inline void solve_cell(const lanes rate[3], const lanes *source, float extinction, lanes *const faces[3],
-                              lanes *out_mean) {
-  const lanes in[3] = {*faces[0], *faces[1], *faces[2]};
-  const lanes inverse = 1.0f / (extinction + 2.0f * (rate[0] + rate[1] + rate[2]) + 1e-30f);
-  const lanes aside = (*source + 2.0f * rate[1] * in[1] + 2.0f * rate[2] * in[2]) * inverse;
-  lanes out[3], mean = aside + 2.0f * rate[0] * inverse * in[0];
-  for (int a = 0; a < 3; a++) out[a] = 2.0f * mean - in[a];
-  if (is_any_negative(&out[0], &out[1], &out[2])) solve_shut(rate, source, extinction, in, out, &mean);
-  for (int a = 0; a < 3; a++) *faces[a] = out[a];
-  *out_mean = mean;
+/* Outflow of a cell whose mean radiance was found with all faces open. */
+static inline void leave_cell(const cell_rates *r, const lanes *source, float extinction, face_light *light,
+                              lanes *mean) {
+  const face_light in = *light;
+  for (int a = 0; a < 3; a++) light->at[a] = 2.0f * *mean - in.at[a];
+  if (has_sign(light)) solve_shut(r, source, extinction, &in, light, mean);
+}
+
+/* `light` enters, and then leaves. What has to wait for the cell before, along x, is kept short. */
+static inline void cross_cloud(const cell_rates *r, float extinction, face_light *light, lanes *source_and_mean) {
+  const lanes source = *source_and_mean, inverse = 1.0f / (extinction + r->total);
+  const lanes aside = (source + r->rate[1] * light->at[1] + r->rate[2] * light->at[2]) * inverse;
+  *source_and_mean = aside + r->rate[0] * inverse * light->at[0];
+  leave_cell(r, &source, extinction, light, source_and_mean);
+}
+
+static inline void cross_void(const cell_rates *r, face_light *light) {
+  const lanes none = {0};
+  lanes mean = r->share[1] * light->at[1] + r->share[2] * light->at[2] + r->share[0] * light->at[0];
+  leave_cell(r, &none, 0.0f, light, &mean);
 }
 
 /* Σ m·Y over some harmonics, towards each direction. */
@@ -118,6 +134,8 @@ static inline void fill_sources(const sweep_block *b, const int32_t *active, uns
   for (int32_t i = 0; i < b->sweep->grid->size[0]; i++) {
     if (active[i] < 0) continue;
     const float *moments = b->sweep->source + (size_t)active[i] * count;
+    b->row[i] = (twin){{0}, {0}};
+    if (moments[0] == 0.0f) continue; /* no source: a third of the cells touch cloud and hold none */
     lanes same, opposite;
     sum_harmonics(b, moments, 0, even, &same);
     sum_harmonics(b, moments, even, count, &opposite);
@@ -150,49 +168,53 @@ static inline void keep_moments(const sweep_block *b, const int32_t *active, uns
     if (active[i] >= 0) add_moments(b, &b->row[i], b->out + (size_t)active[i] * count, count, even);
 }
 
-static inline void cross_cell(const np_transport_grid *grid, const lanes rate[3], int32_t active, lanes *const faces[3],
-                              lanes *light) {
-  lanes source = {0}, mean;
-  if (active < 0) {
-    if (!is_dark(faces)) solve_cell(rate, &source, 0.0f, faces, &mean);
-    return;
-  }
-  source = *light;
-  solve_cell(rate, &source, grid->extinction[active], faces, light);
-}
-
-/* Place of one octant's light along a row, and the number of cells it crosses. */
+/* One octant's light on its way along a row. */
 typedef struct course {
-  lanes *x, *y, *z;
-  int32_t reach;
+  lanes x, *y, *z; /* y, z: at the faces of each cell */
+  int32_t reach;   /* cells to cross */
+  cell_rates rates;
 } course;
 
-static inline course start_course(const np_transport_grid *grid, const flow *f, int32_t j, int32_t k) {
-  const int32_t width = grid->size[0], row = k * grid->size[1] + j;
-  if (!grid->is_wrapped[0]) f->x[row] = f->boundary;
-  return (course){.x = &f->x[row],
-                  .y = f->y + (size_t)k * (size_t)width,
-                  .z = f->z + (size_t)j * (size_t)width,
-                  .reach = f->reach[row]};
+static inline lanes *get_x_face(const np_transport_grid *grid, const flow *f, int32_t j, int32_t k) {
+  return &f->x[k * grid->size[1] + j];
+}
+
+static inline course start_course(const sweep_block *b, const flow *f, int32_t j, int32_t k) {
+  const np_transport_grid *grid = b->sweep->grid;
+  const int32_t width = grid->size[0];
+  course c = {.x = grid->is_wrapped[0] ? *get_x_face(grid, f, j, k) : f->boundary,
+              .y = f->y + (size_t)k * (size_t)width,
+              .z = f->z + (size_t)j * (size_t)width,
+              .reach = f->reach[k * grid->size[1] + j]};
+  c.rates.rate[1] = 2.0f * b->cosine[1] * b->sweep->inverse_m[1][j];
+  c.rates.rate[2] = 2.0f * b->cosine[2] * b->sweep->inverse_m[2][k];
+  c.rates.inverse_m = -1.0f;
+  return c;
+}
+
+static inline void cross_cell(const sweep_block *b, course *c, int32_t i, int32_t active, lanes *light) {
+  if (b->sweep->inverse_m[0][i] != c->rates.inverse_m) set_rates(b->cosine, b->sweep->inverse_m[0][i], &c->rates);
+  face_light faces = {{c->x, c->y[i], c->z[i]}};
+  if (active < 0)
+    cross_void(&c->rates, &faces);
+  else
+    cross_cloud(&c->rates, b->sweep->grid->extinction[active], &faces, light);
+  c->x = faces.at[0];
+  c->y[i] = faces.at[1];
+  c->z[i] = faces.at[2];
 }
 
 /* Both octants in turn, cell by cell: neither waits for the other, as each does for its own last cell. */
 static inline void cross_cells(const sweep_block *b, int32_t j, int32_t k, const int32_t *active) {
   const np_transport_grid *grid = b->sweep->grid;
-  const float *inverse = b->sweep->inverse_m[0];
-  const course up = start_course(grid, &b->flow[0], j, k), down = start_course(grid, &b->flow[1], j, k);
-  lanes rate[3] = {{0}, b->cosine[1] * b->sweep->inverse_m[1][j], b->cosine[2] * b->sweep->inverse_m[2][k]};
+  course up = start_course(b, &b->flow[0], j, k), down = start_course(b, &b->flow[1], j, k);
   for (int32_t n = 0; n < up.reach || n < down.reach; n++) {
-    if (n < up.reach) {
-      rate[0] = b->cosine[0] * inverse[n];
-      cross_cell(grid, rate, active[n], (lanes *const[3]){up.x, &up.y[n], &up.z[n]}, &b->row[n].up);
-    }
-    if (n < down.reach) {
-      const int32_t i = grid->size[0] - 1 - n;
-      rate[0] = b->cosine[0] * inverse[i];
-      cross_cell(grid, rate, active[i], (lanes *const[3]){down.x, &down.y[i], &down.z[i]}, &b->row[i].down);
-    }
+    const int32_t i = grid->size[0] - 1 - n;
+    if (n < up.reach) cross_cell(b, &up, n, active[n], &b->row[n].up);
+    if (n < down.reach) cross_cell(b, &down, i, active[i], &b->row[i].down);
   }
+  *get_x_face(grid, &b->flow[0], j, k) = up.x;
+  *get_x_face(grid, &b->flow[1], j, k) = down.x;
 }
 
 __attribute__((always_inline)) static inline void cross_row_of(const sweep_block *b, int32_t j, int32_t k,

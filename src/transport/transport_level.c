@@ -29,11 +29,20 @@ neph_result np_transport_level_allocate(np_transport_level *level, bool is_emitt
   return level->sun && level->phi && (level->emission || !is_emitting) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
+neph_result np_transport_level_allocate_starts(np_transport_level *level, bool has_finer) {
+  const size_t count = count_moments(&level->grid);
+  level->first_phi = np_alloc(level->grid.context, count, sizeof *level->first_phi);
+  if (has_finer) level->change = np_alloc(level->grid.context, count, sizeof *level->change);
+  return level->first_phi && (level->change || !has_finer) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
 void np_transport_level_clear(np_transport_level *level) {
   np_diffusion_clear(&level->diffusion);
   np_alloc_free(level->grid.context, level->sun);
   np_alloc_free(level->grid.context, level->emission);
   np_alloc_free(level->grid.context, level->phi);
+  np_alloc_free(level->grid.context, level->first_phi);
+  np_alloc_free(level->grid.context, level->change);
   np_transport_grid_clear(&level->grid);
   *level = (np_transport_level){0};
 }
@@ -173,31 +182,38 @@ neph_result np_transport_level_sweep(const np_transport_lights *lights, np_trans
 /* ---- From grid to grid, and to the eye ---- */
 
 typedef struct prolongation {
-  const np_transport_level *coarse;
+  const np_transport_grid *coarse;
+  const float *values; /* on the coarser grid */
   np_transport_level *fine;
+  float kept; /* factor on what is there: 0 or 1 */
 } prolongation;
 
 static neph_result prolong_cells(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  const np_transport_level *coarse = ((const prolongation *)user)->coarse;
-  const np_transport_level *fine = ((const prolongation *)user)->fine;
+  const prolongation *p = user;
+  const np_transport_level *fine = p->fine;
   const unsigned count = np_harmonics_count(fine->grid.degree);
   for (size_t active = begin; active < end; active++) {
     int32_t near[8];
     float weight[8], *out = fine->phi + active * count;
     const np_dvec3 centre = np_transport_grid_centre(&fine->grid, fine->grid.cell[active]);
-    const unsigned found = np_transport_grid_get_corners(&coarse->grid, centre, near, weight);
-    for (unsigned i = 0; i < count; i++) out[i] = 0.0f;
+    const unsigned found = np_transport_grid_get_corners(p->coarse, centre, near, weight);
+    for (unsigned i = 0; i < count; i++) out[i] *= p->kept;
     for (unsigned c = 0; c < found; c++)
-      for (unsigned i = 0; i < count; i++) out[i] += weight[c] * coarse->phi[(size_t)near[c] * count + i];
+      for (unsigned i = 0; i < count; i++) out[i] += weight[c] * p->values[(size_t)near[c] * count + i];
   }
   return NEPH_OK;
 }
 
 neph_result np_transport_level_prolong(const np_transport_level *coarse, np_monitor *monitor,
                                        np_transport_level *fine) {
-  prolongation p = {coarse, fine};
+  prolongation p = {&coarse->grid, coarse->phi, fine, 0.0f};
   return np_parallel_for(fine->grid.context, monitor, fine->grid.active_count, CHUNK, prolong_cells, &p);
+}
+
+neph_result np_transport_level_prolong_change(const np_transport_level *coarse, np_transport_level *fine) {
+  prolongation p = {&coarse->grid, coarse->change, fine, 1.0f};
+  return np_parallel_for(fine->grid.context, NULL, fine->grid.active_count, CHUNK, prolong_cells, &p);
 }
 
 /* Sunlight in a cell that has gone straight on, weighted by extinction: first collisions over it. */

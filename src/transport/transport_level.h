@@ -12,6 +12,8 @@ typedef struct np_transport_level {
   float *sun;             /* of each active cell: first collisions times irradiance, W m⁻³ nm⁻¹ */
   float *emission;        /* of each active cell: the moment l = 0 of what it emits; NULL: nothing emits */
   float *phi;             /* the solution: [active][harmonic] */
+  float *first_phi;       /* that of the first band; NULL where others have nothing to do with it */
+  float *change;          /* from a further band's start to its solution; NULL: no finer grid starts from it */
   np_diffusion diffusion; /* of the grid, once light has been iterated on it */
 } np_transport_level;
 
@@ -28,6 +30,9 @@ typedef struct np_transport_lights {
 /* Sources and solution of a grid that is filled; all 0. */
 neph_result np_transport_level_allocate(np_transport_level *level, bool is_emitting);
 void np_transport_level_clear(np_transport_level *level);
+
+/* Room for what further bands start from. `has_finer`: a finer grid starts from this one. */
+neph_result np_transport_level_allocate_starts(np_transport_level *level, bool has_finer);
 
 typedef struct np_transport_effort {
   double tolerance;
@@ -49,6 +54,9 @@ neph_result np_transport_level_sweep(const np_transport_lights *lights, np_trans
 
 /* Start of a finer grid: the coarser solution between the middles of its cells. */
 neph_result np_transport_level_prolong(const np_transport_level *coarse, np_monitor *monitor, np_transport_level *fine);
+
+/* Adds the coarser solution's change to the finer one; it is little, and done whether or not there is time. */
+neph_result np_transport_level_prolong_change(const np_transport_level *coarse, np_transport_level *fine);
 
 /* Start of the same cells with light resolved into more degrees: `broad` with that light of the sun added
  * which only there counts as having gone straight on. Quick: it is not stopped half way. */
